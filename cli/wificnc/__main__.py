@@ -1,0 +1,5 @@
+"""`python -m wificnc`."""
+
+from wificnc.app import main
+
+main()

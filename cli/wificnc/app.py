@@ -1,0 +1,52 @@
+"""The command line: the root group, the lazily loaded commands, and the one error boundary."""
+
+from __future__ import annotations
+
+import importlib
+import sys
+from typing import Any
+
+import rich_click as click
+
+from wificnc import __version__, ui
+from wificnc.errors import Exit, UserError
+
+# name -> (module under wificnc.commands, short help); a module is imported only when its command runs or shows help.
+COMMANDS: dict[str, tuple[str, str]] = {
+    "boards": ("boards", "List, show and check boards."),
+    "pins": ("pins", "Generate pin_config.h of a board."),
+    "build": ("build", "Build the firmware of a board, or the host controller."),
+    "sim": ("sim", "Run a G-code job through the real core in virtual time."),
+}
+
+
+class LazyGroup(click.RichGroup):
+    """A group that imports a command's module when it is needed, so that `--help` stays quick."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        return list(COMMANDS)
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        if cmd_name not in COMMANDS:
+            return None
+        module = importlib.import_module(f"wificnc.commands.{COMMANDS[cmd_name][0]}")
+        command: click.Command = module.command
+        command.short_help = COMMANDS[cmd_name][1]
+        return command
+
+
+@click.group(cls=LazyGroup, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
+@click.version_option(__version__, prog_name="wificnc")
+def root() -> None:
+    """WiFiCNC turns a US$5 board into a CNC motion controller."""
+
+
+def main(argv: list[str] | None = None) -> Any:
+    """Console entry. A UserError prints its message and hint and ends with its exit code."""
+    try:
+        return root.main(args=argv, prog_name="wificnc", standalone_mode=True)
+    except UserError as err:
+        ui.error(err)
+        sys.exit(err.exit_code)
+    except BrokenPipeError:
+        sys.exit(Exit.OK)

@@ -1,0 +1,54 @@
+"""Errors that are the user's to mend, each with its exit code. Anything else that escapes is a bug."""
+
+from __future__ import annotations
+
+from enum import IntEnum
+
+
+class Exit(IntEnum):
+    """Process exit codes; the only place where they are written."""
+
+    OK = 0
+    JOB = 1  # the job ran, and something in it was wrong
+    USAGE = 2
+    BOARD = 3
+    DEVICE = 4
+    BUILD = 5
+    FLASH = 6
+    PROTOCOL = 7
+    BUG = 70
+
+
+class UserError(Exception):
+    """What went wrong, in words of the user's world, and how to mend it."""
+
+    exit_code: Exit = Exit.USAGE
+
+    def __init__(self, message: str, hint: str | None = None) -> None:
+        super().__init__(message)
+        self.message = message
+        self.hint = hint
+
+
+class BoardError(UserError):
+    """A board file is missing or breaks a rule."""
+
+    exit_code = Exit.BOARD
+
+
+class MachineError(UserError):
+    """A machine profile is missing or breaks a rule."""
+
+    exit_code = Exit.USAGE
+
+
+class BuildError(UserError):
+    """A compiler is missing or a build failed."""
+
+    exit_code = Exit.BUILD
+
+
+class JobError(UserError):
+    """A G-code job cannot be read or holds an error."""
+
+    exit_code = Exit.JOB

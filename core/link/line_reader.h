@@ -1,0 +1,33 @@
+/* SPDX-License-Identifier: MIT
+ * Bytes -> filtered lines, with Grbl's character rules. [task] One reader per stream; no allocation.
+ *
+ * Stored: printable characters above space, upper-cased. Dropped: characters <= space, '/', everything in ( ) and
+ * everything after ';'. Bytes >= 0x80 and real-time bytes never get here: link/realtime.h takes them out first.
+ * A line ends at LF or CR; CR LF is one end. An empty line is a line (it is answered with ok). */
+#ifndef WIFICNC_LINK_LINE_READER_H
+#define WIFICNC_LINK_LINE_READER_H
+
+#include "config.h"
+
+#include <stdbool.h>
+#include <stdint.h>
+
+enum line_result {
+    LINE_NONE,     /* byte taken, no line yet */
+    LINE_READY,    /* reader->text holds a line; it stays until the next byte is put */
+    LINE_OVERFLOW, /* a line ended that had LINE_SIZE or more stored characters: answer error:11 */
+};
+
+struct line_reader {
+    char text[LINE_SIZE]; /* NUL-terminated when LINE_READY */
+    uint8_t length;
+    uint8_t flags;        /* private: in ( ), after ;, overflow, last was CR */
+};
+
+/** Empty the reader; a half line is forgotten. */
+void line_reader_reset(struct line_reader *reader);
+
+/** Take one byte. */
+enum line_result line_reader_put(struct line_reader *reader, uint8_t byte);
+
+#endif
