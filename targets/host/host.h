@@ -1,0 +1,80 @@
+/* SPDX-License-Identifier: MIT
+ * The whole controller on a PC, in virtual time: the core, a step timer and pins, and a byte stream to talk to it.
+ *
+ * Time stands still while the core computes (an infinitely fast processor) and jumps from step event to step event.
+ * Same input, same output, always. Not thread-safe: one thread per host object; many objects may live in one process. */
+#ifndef WIFICNC_HOST_HOST_H
+#define WIFICNC_HOST_HOST_H
+
+#include "base/axis.h"
+#include "trace.h"
+
+#include <stddef.h>
+#include <stdint.h>
+
+/** What a board fixes. */
+struct host_board {
+    uint32_t timer_hz;         /* step timer, 1 MHz .. 100 MHz */
+    uint32_t step_pulse_ns;    /* step high time, and at least the same low */
+    uint32_t dir_setup_ns;     /* direction stable before a step */
+    uint32_t max_step_rate_hz; /* of one axis; rates above are clamped and reported */
+    uint8_t axis_count;        /* 1 .. AXIS_COUNT, in the order XYZABC */
+};
+
+struct host;
+
+/** Why host_run() came back. */
+enum host_wait {
+    HOST_IDLE,   /* nothing to do: all input is answered and nothing moves (or only input can bring it on) */
+    HOST_ROOM,   /* the receive buffer has room again and motion goes on */
+    HOST_BUDGET, /* max_events step events were run */
+};
+
+/** @return NULL when memory is short or the board is out of range. Settings start at their defaults. */
+struct host *host_create(const struct host_board *board);
+void host_destroy(struct host *host);
+
+/** Put bytes on the controller's stream. @return bytes taken: 0 .. free receive buffer; the rest must come again. */
+size_t host_write(struct host *host, const char *bytes, size_t count);
+
+/** Take what the controller said. @return bytes copied, 0 = nothing more. */
+size_t host_read(struct host *host, char *bytes, size_t size);
+
+/** Let the controller work: parse, plan and step. @param max_events > 0, step-timer events before coming back. */
+enum host_wait host_run(struct host *host, uint64_t max_events);
+
+/** Virtual time, ticks of the board's timer from power-on. */
+uint64_t host_time_ticks(const struct host *host);
+
+/** Step counters: exactly the pulses that left the pins, signed. */
+void host_position_steps(const struct host *host, int32_t steps[AXIS_COUNT]);
+
+/** Tell the controller whether more input will come at once (a file, default 1) or not (0 at the end of the file). */
+void host_input_follows(struct host *host, int follows);
+
+/** The event trace; add consumers to it before running. */
+struct trace *host_trace(struct host *host);
+
+/** Work counters since host_create(). */
+struct host_counters {
+    uint64_t step_events;       /* step-timer interrupts that stepped at least one axis */
+    uint64_t timer_events;      /* all step-timer interrupts (with oversampling and waits) */
+    uint64_t segments;          /* segments run */
+    uint64_t spans;             /* spans run */
+    uint64_t blocks;            /* planner blocks */
+    uint64_t lines;             /* lines answered */
+    uint64_t lookahead_starved; /* motion had to stop for want of look-ahead although more moves came */
+    uint64_t underruns;         /* the span ring ran dry while segments waited */
+};
+void host_counters(const struct host *host, struct host_counters *out);
+
+/** Largest programmed path speed of line or rapid now being run, for displays, mm/s. */
+float host_feed_mm_s(const struct host *host);
+
+/** Steps per mm now in force, per axis ($100..). */
+void host_steps_per_mm(const struct host *host, float out[AXIS_COUNT]);
+
+/** Static RAM of one controller in bytes: struct machine with all its buffers. */
+size_t host_core_ram_bytes(void);
+
+#endif
