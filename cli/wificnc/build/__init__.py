@@ -1,0 +1,1 @@
+"""Builds: the host controller from a checkout, and later the images of the boards."""

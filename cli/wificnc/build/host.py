@@ -1,0 +1,240 @@
+"""The host controller: the portable core and targets/host compiled into one shared library.
+
+A build looks at what changed (compiler, flags, sources, every header a source includes) and compiles just that, on all
+processors. With nothing to do it costs a few milliseconds, so callers may ask for the library whenever they need it.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import json
+import os
+import shutil
+import subprocess
+import sys
+import time
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+
+from wificnc.build.checkout import checkout_root
+from wificnc.build.compiler import Compiler, compiler_stamp, identify_compiler, locate_compiler
+from wificnc.build.lock import build_lock
+from wificnc.errors import BuildError
+
+WARNINGS = ("-Wall", "-Wextra", "-Wconversion", "-Wshadow")
+
+# -ffp-contract=off: the same bits on every target. -fno-math-errno: sqrtf is one instruction; nobody reads errno.
+# -fno-semantic-interposition: inside the library a function is what it says, so it may be inlined.
+FLAGS = (
+    "-std=c11",
+    "-D_POSIX_C_SOURCE=200809L",
+    "-g",
+    "-fPIC",
+    "-ffp-contract=off",
+    "-fno-math-errno",
+    "-fno-semantic-interposition",
+    *WARNINGS,
+)
+
+# variant -> (compile flags, link flags)
+VARIANTS: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
+    "release": (("-O2",), ()),
+    "asan": (
+        ("-O1", "-fno-omit-frame-pointer", "-fsanitize=address,undefined", "-fno-sanitize-recover=undefined"),
+        ("-fsanitize=address,undefined",),
+    ),
+    "tsan": (("-O1", "-fno-omit-frame-pointer", "-fsanitize=thread"), ("-fsanitize=thread",)),
+}
+
+LIBRARY_NAME = {"darwin": "libwificnc.dylib", "win32": "wificnc.dll"}.get(sys.platform, "libwificnc.so")
+
+ERROR_LINES = 24  # of the compiler's own words in a BuildError
+
+
+@dataclass(frozen=True)
+class HostBuild:
+    """What a build did."""
+
+    library: Path
+    compiler: Compiler
+    sources: int
+    compiled: int
+    seconds: float
+    warnings: str
+
+
+@dataclass(frozen=True)
+class _Unit:
+    """One source and its object."""
+
+    source: Path
+    object: Path
+
+    @property
+    def depfile(self) -> Path:
+        return self.object.with_suffix(".d")
+
+
+def ensure_host_library(variant: str = "release") -> Path:
+    """The path of the host library, built when stale. Raises BuildError."""
+    return build_host(variant).library
+
+
+def build_host(variant: str = "release", *, root: Path | None = None) -> HostBuild:
+    """Bring the host library up to date. variant: release, asan or tsan. Raises BuildError."""
+    begin = time.perf_counter()
+    root = root or checkout_root()
+    directory = variant_directory(root, variant)
+    library = directory / LIBRARY_NAME
+    with build_lock(directory):
+        compiler = _compiler(directory, variant)
+        units = _units(root, directory)
+        compiled, warnings = _compile_stale(root, compiler, variant, units)
+        objects = [unit.object for unit in units]
+        if compiled or _is_older(library, objects) or _listed(directory) != [str(path) for path in objects]:
+            _link(compiler, ["-shared", *VARIANTS[variant][1]], objects, library)
+            (directory / "objects.json").write_text(json.dumps([str(path) for path in objects]))
+    return HostBuild(library, compiler, len(units), compiled, time.perf_counter() - begin, warnings)
+
+
+def core_ram_bytes(library: Path) -> int:
+    """Static RAM of one controller: struct machine with all its buffers. Raises BuildError when the library is broken."""
+    try:
+        function = ctypes.CDLL(str(library)).host_core_ram_bytes
+    except (OSError, AttributeError) as err:
+        raise BuildError(f"{library.name} cannot be used: {err}") from err
+    function.restype = ctypes.c_size_t
+    return int(function())
+
+
+def build_program(sources: Sequence[Path], output: Path, variant: str = "release", flags: Sequence[str] = ()) -> Path:
+    """Link C sources with the host controller's objects into a program, for tests and benchmarks. Raises BuildError."""
+    root = checkout_root()
+    build = build_host(variant, root=root)
+    objects = [unit.object for unit in _units(root, variant_directory(root, variant))]
+    output.parent.mkdir(parents=True, exist_ok=True)
+    if _is_older(output, [*sources, *objects]):
+        options = [*_compile_flags(root, build.compiler, variant), *flags, *VARIANTS[variant][1]]
+        with build_lock(output.parent):
+            _link(build.compiler, [*options, *map(str, sources)], objects, output)
+    return output
+
+
+def variant_directory(root: Path, variant: str) -> Path:
+    """build/host, and one directory under it for each other variant."""
+    if variant not in VARIANTS:
+        raise BuildError(f"there is no variant {variant!r}", hint=f"one of: {', '.join(VARIANTS)}")
+    base = root / "build" / "host"
+    return base if variant == "release" else base / variant
+
+
+def host_sources(root: Path) -> list[Path]:
+    """Every C file of the library: the core's and the host target's, but no main()."""
+    found = [*(root / "core").rglob("*.c"), *(root / "targets" / "host").rglob("*.c")]
+    return sorted(path for path in found if path.name != "main.c")
+
+
+def _units(root: Path, directory: Path) -> list[_Unit]:
+    return [
+        _Unit(source, directory / "obj" / source.relative_to(root).with_suffix(".o")) for source in host_sources(root)
+    ]
+
+
+def _compiler(directory: Path, variant: str) -> Compiler:
+    """The compiler, asked who it is only when it or the flags changed; then all objects are stale."""
+    argv = locate_compiler()
+    stamp_file = directory / "compiler.json"
+    stamp = {"compiler": compiler_stamp(argv), "flags": [*FLAGS, *VARIANTS[variant][0]]}
+    stored = _load_json(stamp_file)
+    if isinstance(stored, dict) and stored.get("stamp") == stamp:
+        return Compiler(argv, stored["family"], stored["version"])
+    compiler = identify_compiler(argv)
+    shutil.rmtree(directory / "obj", ignore_errors=True)
+    stamp_file.write_text(json.dumps({"stamp": stamp, "family": compiler.family, "version": compiler.version}))
+    return compiler
+
+
+def _compile_flags(root: Path, compiler: Compiler, variant: str) -> list[str]:
+    strict = ["-Werror"] if compiler.is_known_clean else []
+    return [*FLAGS, *VARIANTS[variant][0], *strict, f"-I{root / 'core'}", f"-I{root / 'targets' / 'host'}"]
+
+
+def _compile_stale(root: Path, compiler: Compiler, variant: str, units: Sequence[_Unit]) -> tuple[int, str]:
+    """Compile what is stale. @return how many, and the compiler's warnings."""
+    times: dict[str, int] = {}
+    stale = [unit for unit in units if _is_stale(unit, times)]
+    flags = _compile_flags(root, compiler, variant)
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        results = list(pool.map(lambda unit: _compile(compiler, flags, unit), stale))
+    failed = [text for ok, text in results if not ok]
+    if failed:
+        raise _failure(f"{len(failed)} of {len(units)} files did not compile ({compiler.title})", "\n".join(failed))
+    return len(stale), "".join(text for _, text in results)
+
+
+def _compile(compiler: Compiler, flags: Sequence[str], unit: _Unit) -> tuple[bool, str]:
+    """@return whether it went well, and what the compiler said."""
+    unit.object.parent.mkdir(parents=True, exist_ok=True)
+    begin_ns = time.time_ns()
+    command = [*compiler.argv, *flags, "-MMD", "-MF", str(unit.depfile), "-c", str(unit.source), "-o", str(unit.object)]
+    run = subprocess.run(command, capture_output=True, text=True, stdin=subprocess.DEVNULL)
+    if run.returncode != 0:
+        unit.object.unlink(missing_ok=True)
+        return False, run.stderr
+    os.utime(unit.object, ns=(begin_ns, begin_ns))  # a file edited while it was compiled counts as newer
+    return True, run.stderr
+
+
+def _is_stale(unit: _Unit, times: dict[str, int]) -> bool:
+    """Whether the source or any header it included is newer than the object."""
+    try:
+        built_ns = unit.object.stat().st_mtime_ns
+        words = unit.depfile.read_text().replace("\\\n", " ").replace("\\ ", "\0").split()
+        for word in words[1:]:
+            name = word.replace("\0", " ")
+            if name not in times:
+                times[name] = os.stat(name).st_mtime_ns
+            if times[name] >= built_ns:
+                return True
+    except OSError:
+        return True
+    return False
+
+
+def _is_older(output: Path, inputs: Sequence[Path]) -> bool:
+    if not output.exists():
+        return True
+    built_ns = output.stat().st_mtime_ns
+    return any(path.stat().st_mtime_ns > built_ns for path in inputs)
+
+
+def _listed(directory: Path) -> object:
+    return _load_json(directory / "objects.json")
+
+
+def _load_json(path: Path) -> object:
+    try:
+        return json.loads(path.read_text())
+    except (OSError, ValueError):
+        return None
+
+
+def _link(compiler: Compiler, options: Sequence[str], objects: Sequence[Path], output: Path) -> None:
+    """Link beside the output, then move it there: whoever has the old file loaded keeps it."""
+    fresh = output.with_name(f".{output.name}.new")
+    command = [*compiler.argv, *options, *map(str, objects), "-o", str(fresh), "-lm"]
+    run = subprocess.run(command, capture_output=True, text=True, stdin=subprocess.DEVNULL)
+    if run.returncode != 0:
+        raise _failure(f"{output.name} did not link ({compiler.title})", run.stderr)
+    os.replace(fresh, output)
+
+
+def _failure(title: str, said: str) -> BuildError:
+    """The compiler's own first words, errors first of all."""
+    lines = said.strip().splitlines()
+    first = next((n for n, line in enumerate(lines) if "error" in line), 0)
+    shown = lines[first : first + ERROR_LINES]
+    more = len(lines) - first - len(shown)
+    return BuildError("\n".join([title + ":", *shown, *([f"... and {more} more lines"] if more > 0 else [])]))
