@@ -1,0 +1,114 @@
+"""Write the text that follows from protocol/*.toml: `python -m wificnc.protocol.generate [--check]`.
+
+Same table, same bytes: no time, no host, no path in the output. Files are written only when they change, and --check
+writes nothing and fails when one of them is stale.
+"""
+
+from __future__ import annotations
+
+import argparse
+import hashlib
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+import jinja2
+
+from wificnc.protocol.table import Setting, parse_settings, status_codes
+
+ROOT = Path(__file__).resolve().parents[3]
+SOURCE = "protocol/settings.toml"
+STATUS_HEADER = "core/gcode/status.h"
+
+# generated file -> template
+OUTPUTS = {
+    "core/settings/settings_gen.h": "settings_gen.h.j2",
+    "core/settings/settings_table.c": "settings_table.c.j2",
+    "docs/settings.md": "settings.md.j2",
+}
+C_TYPES = {"bool": "bool", "u8": "uint8_t", "u16": "uint16_t", "float": "float"}
+
+
+def c_number(value: float) -> str:
+    """A limit or default of the descriptor table: `3` or `0.002F`."""
+    return str(int(value)) if value == int(value) else f"{value!r}F"
+
+
+def plain(value: float) -> str:
+    """A number for people: no trailing zeros, no exponent."""
+    return f"{value:.6f}".rstrip("0").rstrip(".")
+
+
+def numbers(row: Setting) -> str:
+    """`$0`, or `$100..$105` for a per-axis row."""
+    return f"${row.number}" + (f"..${row.number + row.count - 1}" if row.per_axis else "")
+
+
+def span(row: Setting) -> str:
+    """`3..255`; nothing for on/off."""
+    return "" if row.type == "bool" else f"{plain(row.min)}..{plain(row.max)}"
+
+
+def wire_keys(row: Setting) -> str:
+    """`0x0100`, or `0x0001..0x0006` for a per-axis row."""
+    first = row.wire.key if row.wire else 0
+    return f"0x{first:04X}" + (f"..0x{first + row.count - 1:04X}" if row.per_axis else "")
+
+
+def environment() -> jinja2.Environment:
+    """Templates with our filters; a name that a template misspells is an error."""
+    env = jinja2.Environment(
+        loader=jinja2.FileSystemLoader(Path(__file__).with_name("templates")),
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+        autoescape=False,  # C and Markdown
+    )
+    env.filters.update({f.__name__: f for f in (c_number, plain, numbers, span, wire_keys)})
+    return env
+
+
+def render(source: str, status_header: str) -> dict[str, str]:
+    """All generated files from the texts of SOURCE and STATUS_HEADER: path in the repository -> text.
+
+    Raises ValueError when a row names an answer that Grbl does not have.
+    """
+    status = status_codes(status_header)
+    rows = parse_settings(source).setting
+    for row in rows:
+        if row.below not in status:
+            raise ValueError(f"${row.number} {row.name}: {STATUS_HEADER} has no {row.below}")
+    sha256 = hashlib.sha256(source.encode()).hexdigest()
+    values = {"source": SOURCE, "sha256": sha256, "rows": rows, "status": status, "c_type": C_TYPES}
+    env = environment()
+    return {path: env.get_template(template).render(values) for path, template in OUTPUTS.items()}
+
+
+def stale(texts: dict[str, str], root: Path) -> list[str]:
+    """Files that are missing or differ from what they should be."""
+
+    def current(path: Path) -> str | None:
+        return path.read_text(encoding="utf-8") if path.exists() else None
+
+    return [path for path, text in texts.items() if current(root / path) != text]
+
+
+def main(argv: Sequence[str] | None = None, root: Path = ROOT) -> int:
+    """Exit code 0: everything is fresh (now); 1: --check found stale files."""
+    parser = argparse.ArgumentParser(prog="python -m wificnc.protocol.generate", description=__doc__)
+    parser.add_argument("--check", action="store_true", help="write nothing, fail when a generated file is stale")
+    check: bool = parser.parse_args(argv).check
+    texts = render(*((root / path).read_text(encoding="utf-8") for path in (SOURCE, STATUS_HEADER)))
+    for path in stale(texts, root):
+        if check:
+            print(f"{path} is stale: run python -m wificnc.protocol.generate", file=sys.stderr)
+            continue
+        (root / path).parent.mkdir(parents=True, exist_ok=True)
+        (root / path).write_text(texts[path], encoding="utf-8", newline="\n")
+        print(f"wrote {path}", file=sys.stderr)
+    return 1 if check and stale(texts, root) else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

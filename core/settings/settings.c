@@ -1,0 +1,131 @@
+/* SPDX-License-Identifier: MIT
+ * Settings by number: find the row of the descriptor table, check the value, keep it. */
+#include "settings/settings.h"
+#include "settings/settings_table.h"
+
+#include <stddef.h> // NULL
+
+/* Grbl keeps a bool in a byte and takes any byte but 0 for on; exports of grblHAL have masks there. */
+enum { BOOL_INPUT_MAX = 255 };
+
+/** Settings of a row on a machine of axis_count axes. */
+static uint8_t row_count(const struct setting_row *row, uint8_t axis_count) {
+    return row->count > 1 && axis_count < row->count ? axis_count : row->count;
+}
+
+/** @return the row that holds $number on a machine of axis_count axes, or NULL. */
+static const struct setting_row *row_find(uint16_t number, uint8_t axis_count) {
+    for (const struct setting_row *row = setting_rows; row < setting_rows + SETTINGS_ROW_COUNT; row++) {
+        if (number >= row->number && number - row->number < row_count(row, axis_count)) {
+            return row;
+        }
+    }
+    return NULL;
+}
+
+/** What the field of this row makes of a value, or why it cannot be. @return STATUS_OK and *kept written. */
+static enum status row_check(const struct setting_row *row, double value, float *kept) {
+    if (value < 0.0) {
+        return STATUS_NEGATIVE;
+    }
+    if (!(value <=
+          (double)UINT32_MAX)) { /* so written that NaN ends here too; below, both casts are defined */
+        return STATUS_BAD_NUMBER;
+    }
+    const float rounded = row->type == SETTING_FLOAT ? (float)value : (float)(uint32_t)value;
+    if (rounded < row->min) {
+        return (enum status)row->below;
+    }
+    if (rounded > (row->type == SETTING_BOOL ? (float)BOOL_INPUT_MAX : row->max)) {
+        return STATUS_BAD_NUMBER;
+    }
+    *kept = rounded + 0.0F; /* makes 0 of -0, which would be printed with its sign */
+    return STATUS_OK;
+}
+
+/** Every value fits a float exactly: the whole types have 16 bits at most. */
+static void field_write(struct settings *settings, const struct setting_row *row, uint8_t index,
+                        float value) {
+    void *field = (unsigned char *)settings + row->offset;
+    switch ((enum setting_type)row->type) {
+    case SETTING_BOOL:
+        ((bool *)field)[index] = value >= 1.0F;
+        break;
+    case SETTING_U8:
+        ((uint8_t *)field)[index] = (uint8_t)value;
+        break;
+    case SETTING_U16:
+        ((uint16_t *)field)[index] = (uint16_t)value;
+        break;
+    case SETTING_FLOAT:
+        ((float *)field)[index] = value;
+        break;
+    }
+}
+
+static float field_read(const struct settings *settings, const struct setting_row *row, uint8_t index) {
+    const void *field = (const unsigned char *)settings + row->offset;
+    switch ((enum setting_type)row->type) {
+    case SETTING_BOOL:
+        return ((const bool *)field)[index] ? 1.0F : 0.0F;
+    case SETTING_U8:
+        return ((const uint8_t *)field)[index];
+    case SETTING_U16:
+        return ((const uint16_t *)field)[index];
+    case SETTING_FLOAT:
+        break;
+    }
+    return ((const float *)field)[index];
+}
+
+void settings_defaults(struct settings *settings) {
+    for (const struct setting_row *row = setting_rows; row < setting_rows + SETTINGS_ROW_COUNT; row++) {
+        for (uint8_t index = 0; index < row->count; index++) {
+            field_write(settings, row, index, row->fallback);
+        }
+    }
+}
+
+enum status settings_set(struct settings *settings, uint16_t number, double value, uint8_t axis_count) {
+    const struct setting_row *row = row_find(number, axis_count);
+    if (row == NULL) {
+        return STATUS_UNKNOWN_COMMAND;
+    }
+    float kept = 0.0F;
+    const enum status status = row_check(row, value, &kept);
+    if (status != STATUS_OK) {
+        return status;
+    }
+    struct settings next = *settings;
+    field_write(&next, row, (uint8_t)(number - row->number), kept);
+    /* Without homing nobody knows where the machine is: a soft limit would stop it in the wrong place. */
+    if (next.soft_limits && !settings->homing) {
+        return STATUS_SOFT_LIMIT_NEEDS_HOMING;
+    }
+    next.soft_limits = next.soft_limits && next.homing;
+    *settings = next;
+    return STATUS_OK;
+}
+
+bool settings_get(const struct settings *settings, uint16_t number, uint8_t axis_count, double *value,
+                  uint8_t *decimals) {
+    const struct setting_row *row = row_find(number, axis_count);
+    if (row == NULL) {
+        return false;
+    }
+    *value = (double)field_read(settings, row, (uint8_t)(number - row->number));
+    *decimals = row->decimals;
+    return true;
+}
+
+bool settings_next(uint16_t *number, uint8_t axis_count) {
+    const uint16_t from = (uint16_t)(*number + 1U); /* SETTINGS_BEGIN wraps to 0 */
+    for (const struct setting_row *row = setting_rows; row < setting_rows + SETTINGS_ROW_COUNT; row++) {
+        const uint16_t candidate = from > row->number ? from : row->number;
+        if (candidate - row->number < row_count(row, axis_count)) {
+            *number = candidate;
+            return true;
+        }
+    }
+    return false;
+}

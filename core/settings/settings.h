@@ -1,0 +1,48 @@
+/* SPDX-License-Identifier: MIT
+ * The settings: $N of Grbl, one struct in readable units. [task] No state: the machine owns the struct.
+ *
+ *   protocol/settings.toml --generate--> struct settings, the descriptor table, docs/settings.md
+ *
+ * This file knows numbers, ranges and the rules between settings. What a board can do (step rate, PWM for
+ * laser mode) is checked by the machine.
+ *
+ * Keeping settings over a power cut will be the job of settings/store.h: an image with version and CRC,
+ * loaded by settings_defaults() and then settings_set() for each number in it ($22 before $20). So no image,
+ * however old or damaged, brings in a value that a user could not have typed. */
+#ifndef WIFICNC_SETTINGS_SETTINGS_H
+#define WIFICNC_SETTINGS_SETTINGS_H
+
+#include "gcode/status.h"
+#include "settings/settings_gen.h" // struct settings
+
+#include <stdbool.h>
+#include <stdint.h>
+
+/** Every setting to its default. */
+void settings_defaults(struct settings *settings);
+
+/** $number=value. As in Grbl, whole-number settings drop the fraction, and 1..255 switch a bool on.
+ *  Rules between settings: $20=1 needs $22=1; $22=0 also switches $20 off.
+ *  @param axis_count 0 .. AXIS_COUNT: settings of further axes do not exist.
+ *  @return STATUS_OK, or one of these, and then nothing has changed:
+ *          STATUS_UNKNOWN_COMMAND          no such setting
+ *          STATUS_NEGATIVE                 below 0
+ *          STATUS_STEP_PULSE_SHORT         $0 below 3
+ *          STATUS_SOFT_LIMIT_NEEDS_HOMING  $20=1 while $22=0
+ *          STATUS_BAD_NUMBER               out of range in any other way; NaN, infinity */
+enum status settings_set(struct settings *settings, uint16_t number, double value, uint8_t axis_count);
+
+/** The value behind $number, and the decimals that the $$ report prints of it.
+ *  @return false and nothing written: no such setting. */
+bool settings_get(const struct settings *settings, uint16_t number, uint8_t axis_count, double *value,
+                  uint8_t *decimals);
+
+/** Where a walk through all settings begins. */
+enum { SETTINGS_BEGIN = UINT16_MAX };
+
+/** The next setting in ascending order, the order of $$:
+ *  `uint16_t number = SETTINGS_BEGIN; while (settings_next(&number, axis_count)) ...`
+ *  @return false and *number unchanged: that was the last one. */
+bool settings_next(uint16_t *number, uint8_t axis_count);
+
+#endif
