@@ -1,17 +1,18 @@
 /* SPDX-License-Identifier: MIT
  * The segment: the one type in which motion reaches the motion side, whoever planned it.
  *
- * A segment says how many steps each axis makes, how long that takes, and how much faster it ends than it begins:
+ * A segment says how many steps each axis makes, how long that takes, and how much faster it ends than it
+ * begins:
  *
  *     speed along the segment:  v(t) = vm (1 + r (2t/T - 1)),   vm = steps/T,   r = ramp / 32767
  *
- * Steps and duration are exact; the ramp only shapes the time between. So a segment cannot contradict itself (speeds,
- * acceleration and distance that do not fit each other), no speed or square of a speed can overflow, and a timed
- * segment of a network host (steps and duration, speeds unknown) is the same thing with ramp 0.
+ * Steps and duration are exact; the ramp only shapes the time between. So a segment cannot contradict itself
+ * (speeds, acceleration and distance that do not fit each other), no speed or square of a speed can overflow,
+ * and a timed segment of a network host (steps and duration, speeds unknown) is the same thing with ramp 0.
  *
- * The dominant axis is the one with most steps; it begins and ends on a step. The others follow by DDA; `phase` says
- * where between two steps each of them stands at the start, so that their steps stay even across segments. Steps are
- * exact whatever phase says. */
+ * The dominant axis is the one with most steps; it begins and ends on a step. The others follow by DDA;
+ * `phase` says where between two steps each of them stands at the start, so that their steps stay even across
+ * segments. Steps are exact whatever phase says. */
 #ifndef WIFICNC_SEGMENT_SEGMENT_H
 #define WIFICNC_SEGMENT_SEGMENT_H
 
@@ -29,20 +30,21 @@ enum segment_flags {
 };
 
 enum {
-    SEGMENT_RAMP_ONE = 32767,  /* ramp of a segment that starts at rest; -32767: ends at rest */
+    SEGMENT_RAMP_ONE = 32767,    /* ramp of a segment that starts at rest; -32767: ends at rest */
     SEGMENT_PHASE_HALF = 0x8000, /* stands exactly on a step: next one is half a step past it */
-    SEGMENT_MAX_STEPS = 16383, /* of the dominant axis; longer moves are cut */
+    SEGMENT_MAX_STEPS = 16383,   /* of the dominant axis; longer moves are cut */
 };
 
-/** 56 bytes. */
+/** 52 bytes. */
 struct segment {
-    int32_t steps[AXIS_COUNT];   /* signed, |steps| <= SEGMENT_MAX_STEPS */
-    uint16_t phase[AXIS_COUNT];  /* 1/65536 step already travelled towards the next step, in the direction of travel */
-    uint32_t duration_ns;        /* > 0; longer motion (dwell) is several segments */
-    int16_t ramp;                /* (v_end - v_start)/(v_end + v_start) in 1/32767 */
-    uint16_t id;                 /* counts up; a host's own number for host segments */
-    uint32_t line;               /* source line, 0 = unknown */
-    uint8_t flags;               /* enum segment_flags */
+    int32_t steps[AXIS_COUNT];  /* signed, |steps| <= SEGMENT_MAX_STEPS */
+    uint16_t phase[AXIS_COUNT]; /* 1/65536 step already travelled towards the next step, in the direction of
+                                   travel */
+    uint32_t duration_ns;       /* > 0; longer motion (dwell) is several segments */
+    int16_t ramp;               /* (v_end - v_start)/(v_end + v_start) in 1/32767 */
+    uint16_t id;                /* counts up; a host's own number for host segments */
+    uint32_t line;              /* source line, 0 = unknown */
+    uint8_t flags;              /* enum segment_flags */
 };
 
 #endif

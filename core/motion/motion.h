@@ -1,0 +1,50 @@
+/* SPDX-License-Identifier: MIT
+ * The motion room's door: moves in, segments out. [task]
+ *
+ *   motion_line() -> planner (look-ahead) -> emit (just in time) -> segment ring */
+#ifndef WIFICNC_MOTION_MOTION_H
+#define WIFICNC_MOTION_MOTION_H
+
+#include "motion/emit.h"
+#include "motion/planner.h"
+#include "segment/ring.h"
+
+/** From rest, wait this long for more moves before starting, so that short moves start with look-ahead. */
+#define MOTION_START_DELAY_US 10000u
+
+struct motion {
+    struct plan plan;
+    struct emit emit;
+    struct segment_ring ring;
+    uint32_t newest_us; /* when the newest move came */
+    bool waits;         /* at rest, with moves that wait for MOTION_START_DELAY_US */
+};
+
+/** At rest at step position 0. */
+void motion_init(struct motion *motion, const struct motion_limits *limits);
+
+/** Change the limits; blocks already planned keep theirs. */
+void motion_set_limits(struct motion *motion, const struct motion_limits *limits);
+
+/** True when the target's steps fit the counters; a move beyond is an error, not a wrap. */
+bool motion_in_range(const struct motion *motion, const double target_mm[AXIS_COUNT]);
+
+/** Append a straight move. @return false: no room in the look-ahead, try again later; nothing was changed. */
+bool motion_line(struct motion *motion, const struct motion_line *line, uint32_t now_us);
+
+/** Stand still for this long after the last move. Only when motion_is_planned_out(). */
+void motion_dwell(struct motion *motion, double seconds);
+
+/** Nothing follows for now: do not wait for more look-ahead. Cleared by the next motion_line(). */
+void motion_flush(struct motion *motion);
+
+/** Fill the segment ring. @return true when anything was put. Never blocks. */
+bool motion_poll(struct motion *motion, uint32_t now_us);
+
+/** All moves and dwells are in the ring or done. */
+bool motion_is_planned_out(const struct motion *motion);
+
+/** Drop everything not yet in steps and stand at this position. The motion side is halted. */
+void motion_reset(struct motion *motion, const int32_t position_steps[AXIS_COUNT]);
+
+#endif

@@ -1,0 +1,157 @@
+/* SPDX-License-Identifier: MIT */
+#include "motion/planner.h"
+
+#include "motion/kinematics/kinematics.h"
+
+#include <math.h>
+#include <string.h>
+
+/* |u1 - u0| below this is a straight line within float accuracy; above 2 minus it, a reversal. */
+#define STRAIGHT_TURN 1e-3f
+
+void plan_reset(struct plan *plan, const int32_t position_steps[AXIS_COUNT]) {
+    plan->head = plan->tail = 0;
+    plan->last_nominal_sq = 0.0f;
+    memcpy(plan->position_steps, position_steps, sizeof plan->position_steps);
+    kinematics_position_mm(position_steps, plan->limits.steps_per_mm, plan->position_mm);
+}
+
+/* Greatest v^2 (or acceleration) along a direction with every axis inside its own limit: min over axes of
+ * limit/|u|. */
+static float limit_along(const float unit[AXIS_COUNT], const float limit[AXIS_COUNT]) {
+    float least = 1e30f;
+    for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
+        float part = fabsf(unit[ax]);
+        if (part * least > limit[ax])
+            least = limit[ax] / part;
+    }
+    return least;
+}
+
+/* v^2 at the corner from direction a to direction b, taken as if it were rounded by a circle that stays
+ * within the junction deviation d of the corner and within half of the shorter neighbour: with s = sin(half
+ * the inner angle), r = d s/(1-s), and r = (l/2) s/sqrt(1-s^2);  v^2 = r * acceleration. The first is Grbl's
+ * junction deviation (S. Jeon, 2011); the second lets the speed on a curve cut into short chords follow its
+ * curvature instead of the angle of one joint. The acceleration points along b - a. */
+static float junction_sq(const struct plan *plan, const float a[AXIS_COUNT], const float b[AXIS_COUNT],
+                         float shorter_mm) {
+    float turn[AXIS_COUNT], turn_sq = 0.0f;
+    for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
+        turn[ax] = b[ax] - a[ax];
+        turn_sq += turn[ax] * turn[ax];
+    }
+    float cos_half_sq = 0.25f * turn_sq; /* sin^2 of half the turn = cos^2 of half the inner angle */
+    if (turn_sq < STRAIGHT_TURN * STRAIGHT_TURN)
+        return 1e30f;
+    float sin_half = sqrtf(cos_half_sq < 1.0f ? 1.0f - cos_half_sq : 0.0f);
+    float by_deviation = plan->limits.junction_deviation_mm * sin_half * (1.0f + sin_half) / cos_half_sq;
+    float cos_half = sqrtf(cos_half_sq);
+    float by_length = 0.5f * shorter_mm * sin_half / cos_half;
+    float radius_mm = by_deviation < by_length ? by_deviation : by_length;
+    float norm = 0.5f / cos_half;
+    for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
+        turn[ax] *= norm;
+    return radius_mm * limit_along(turn, plan->limits.accel_mm_s2);
+}
+
+/* Path speed that was asked for. The feed counts along X Y Z; the other axes keep up (RS274/NGC 2.1.2.5). */
+static float asked_speed(const struct motion_line *line, float linear_sq, float length_mm) {
+    if (line->duration_s > 0.0f)
+        return length_mm / line->duration_s;
+    if ((line->flags & MOTION_FLAG_RAPID) != 0)
+        return 1e15f;
+    return linear_sq > 0.0f ? line->feed_mm_s * length_mm / sqrtf(linear_sq) : line->feed_mm_s;
+}
+
+/* Backward pass: raise entry speeds until one does not change. The block at tail is being emitted; its entry
+ * is past. */
+static void look_back(struct plan *plan) {
+    float exit_sq = 0.0f;
+    for (uint32_t i = plan->head; i - plan->tail > 1;) {
+        struct plan_block *block = plan_block(plan, --i);
+        float entry_sq = exit_sq + 2.0f * block->accel_mm_s2 * block->length_mm;
+        if (entry_sq > block->junction_sq)
+            entry_sq = block->junction_sq;
+        if (entry_sq == block->entry_sq)
+            return;
+        block->entry_sq = exit_sq = entry_sq;
+    }
+}
+
+/* Length that the block's time is reckoned by. Rounding can make a whole step of a far shorter programmed
+ * move; half a step's length keeps that step from coming at once. */
+static float timed_length_mm(const struct plan *plan, const struct plan_block *block, float length_mm) {
+    for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
+        float half_mm = 0.5f * fabsf((float)block->steps[ax]) / plan->limits.steps_per_mm[ax];
+        length_mm = half_mm > length_mm ? half_mm : length_mm;
+    }
+    return length_mm;
+}
+
+static uint32_t step_delta(const struct plan *plan, const struct motion_line *line,
+                           int32_t target[AXIS_COUNT], int32_t steps[AXIS_COUNT]) {
+    uint32_t dominant = 0;
+    kinematics_target_steps(line->target_mm, plan->limits.steps_per_mm, target);
+    for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
+        steps[ax] = target[ax] - plan->position_steps[ax];
+        uint32_t count = steps[ax] < 0 ? 0u - (uint32_t)steps[ax] : (uint32_t)steps[ax];
+        dominant = count > dominant ? count : dominant;
+    }
+    return dominant;
+}
+
+bool plan_line(struct plan *plan, const struct motion_line *line) {
+    if (plan_is_full(plan))
+        return false;
+    struct plan_block *block = plan_block(plan, plan->head);
+    int32_t target[AXIS_COUNT];
+    block->dominant_steps = step_delta(plan, line, target, block->steps);
+    if (block->dominant_steps == 0)
+        return true;
+
+    float unit[AXIS_COUNT], length_sq = 0.0f, linear_sq = 0.0f;
+    for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
+        unit[ax] = (float)(line->target_mm[ax] - plan->position_mm[ax]);
+        length_sq += unit[ax] * unit[ax];
+        if (ax == AXIS_Z)
+            linear_sq = length_sq;
+    }
+    float length_mm = sqrtf(length_sq);
+    block->length_mm = timed_length_mm(plan, block, length_mm);
+    float scale = length_mm > 0.0f ? 1.0f / length_mm : 0.0f;
+    for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
+        unit[ax] *= scale;
+
+    float speed = limit_along(unit, plan->limits.max_rate_mm_s);
+    float asked = asked_speed(line, linear_sq, block->length_mm);
+    speed = asked < speed ? asked : speed;
+    block->nominal_sq = speed * speed;
+    block->accel_mm_s2 = limit_along(unit, plan->limits.accel_mm_s2);
+    block->line = line->line;
+    block->flags = line->flags;
+    block->entry_sq = block->junction_sq = 0.0f;
+    if (plan->last_nominal_sq > 0.0f) {
+        const struct plan_block *last = plan_block(plan, plan->head - 1);
+        float corner = junction_sq(plan, plan->last_unit, unit,
+                                   last->length_mm < block->length_mm ? last->length_mm : block->length_mm);
+        float slower = block->nominal_sq < plan->last_nominal_sq ? block->nominal_sq : plan->last_nominal_sq;
+        block->junction_sq = corner < slower ? corner : slower;
+        block->entry_sq = -1.0f; /* differs from anything the pass can find */
+    }
+    memcpy(plan->position_steps, target, sizeof target);
+    memcpy(plan->position_mm, line->target_mm, sizeof plan->position_mm);
+    memcpy(plan->last_unit, unit, sizeof unit);
+    plan->last_nominal_sq = (line->flags & MOTION_FLAG_EXACT_STOP) != 0 ? 0.0f : block->nominal_sq;
+    plan->head++;
+    plan->blocks_total++;
+    look_back(plan);
+    return true;
+}
+
+float plan_exit_sq(const struct plan *plan) {
+    return plan_count(plan) > 1 ? plan->blocks[(plan->tail + 1) & (PLAN_SIZE - 1)].entry_sq : 0.0f;
+}
+
+void plan_drop_tail(struct plan *plan) {
+    plan->tail++;
+}

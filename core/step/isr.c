@@ -1,0 +1,111 @@
+/* SPDX-License-Identifier: MIT
+ * Spans -> step edges. Additions, masks and compares only: no division, no float, no loop over axes. */
+#include "step/isr.h"
+
+#include "hal/hal_step.h"
+
+#define PHASE_MASK 0x7FFF7FFFu
+#define CARRY_MASK 0x80008000u
+
+/* Advance all six phases by one event; the axes that overflow are the step bits. Bits 31 30 29 of the three
+ * words become C B A, bits 15 14 13 become Z Y X. */
+static HAL_INLINE axis_mask_t next_bits(struct step *step) {
+    uint32_t c = (step->phase[0] & PHASE_MASK) + step->increment[0];
+    uint32_t b = (step->phase[1] & PHASE_MASK) + step->increment[1];
+    uint32_t a = (step->phase[2] & PHASE_MASK) + step->increment[2];
+    step->phase[0] = c;
+    step->phase[1] = b;
+    step->phase[2] = a;
+    uint32_t carries = (c & CARRY_MASK) | (b & CARRY_MASK) >> 1 | (a & CARRY_MASK) >> 2;
+    return (axis_mask_t)((carries >> 13 & 7u) | carries >> 26);
+}
+
+static HAL_INLINE uint32_t next_ticks(struct step *step) {
+    uint32_t sum = step->interval_q16 + step->fraction_q16;
+    step->interval_q16 += (uint32_t)step->delta_q16;
+    step->fraction_q16 = sum & 0xFFFFu;
+    return sum >> 16;
+}
+
+static HAL_INLINE const struct span *tail_span(const struct step *step) {
+    return &step->ring.slots[step->ring.index.tail & (SPAN_RING_SIZE - 1)];
+}
+
+/* Make the span at the tail the current one. @return ticks to its first event. */
+static HAL_INLINE uint32_t load_span(struct step *step) {
+    const struct span *span = tail_span(step);
+    step->phase[0] = span->phase[0];
+    step->phase[1] = span->phase[1];
+    step->phase[2] = span->phase[2];
+    step->increment[0] = span->increment[0];
+    step->increment[1] = span->increment[1];
+    step->increment[2] = span->increment[2];
+    step->interval_q16 = span->interval_q16;
+    step->delta_q16 = span->delta_q16;
+    step->events_left = span->events;
+    step->loaded = true;
+    step->watch_probe = (span->flags & SEGMENT_PROBE) != 0;
+    hal_step_span(step->hal, span->flags, span->line);
+    step->next = next_bits(step);
+    return next_ticks(step);
+}
+
+/* The current span is done: go on with the next, or rest. */
+static HAL_INLINE void next_span(struct step *step) {
+    uint16_t flags = tail_span(step)->flags;
+    step->spans_done++;
+    step->segments_done += (flags & SPAN_LAST) != 0;
+    ring_pop(&step->ring.index);
+    if (ring_held(&step->ring.index) == 0) {
+        hal_step_timer_stop(step->hal);
+        step->active = false;
+        step->loaded = false;
+        step->underruns += (flags & SPAN_AT_REST) == 0;
+        hal_step_clear(step->hal);
+        return;
+    }
+    hal_step_timer_next(step->hal, load_span(step));
+    hal_step_clear(step->hal);
+    hal_step_direction(step->hal, tail_span(step)->negative);
+}
+
+HAL_ISR void step_isr(struct step *step) {
+    if (step->watch_probe && hal_step_probe(step->hal)) {
+        step->probe_hit = true;
+        hal_step_timer_stop(step->hal);
+        step->active = false;
+        return;
+    }
+    hal_step_set(step->hal, step->next);
+    if (--step->events_left == 0) {
+        next_span(step);
+        return;
+    }
+    hal_step_timer_next(step->hal, next_ticks(step));
+    step->next = next_bits(step);
+    hal_step_clear(step->hal);
+}
+
+void step_init(struct step *step, struct hal_step *hal) {
+    *step = (struct step){.hal = hal};
+}
+
+void step_start(struct step *step) {
+    if (step->active || ring_held(&step->ring.index) == 0)
+        return;
+    step->fraction_q16 = 0;
+    uint32_t ticks = load_span(step);
+    hal_step_direction(step->hal, tail_span(step)->negative);
+    step->active = true;
+    hal_step_timer_start(step->hal, ticks);
+}
+
+void step_halt(struct step *step) {
+    hal_step_timer_stop(step->hal);
+    step->active = false;
+}
+
+void step_flush(struct step *step) {
+    step->loaded = false;
+    step->ring.index.tail = step->ring.index.head;
+}

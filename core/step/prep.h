@@ -1,0 +1,55 @@
+/* SPDX-License-Identifier: MIT
+ * Segments -> spans. [motion side: a task on the ISR's core, or the main loop]
+ *
+ * Within a segment the speed is linear in time, so v^2 is linear in distance, and the times of all events are
+ * known in closed form. A span makes its intervals linear in the event count. Over a stretch whose speed
+ * changes by the ratio q that is wrong by less than ((q-1)/(q+1))^2 / 10 of the stretch's time, so prep cuts
+ * the segment where q passes 9/8: below 0.04 %, and the cut points themselves and the end are exact. */
+#ifndef WIFICNC_STEP_PREP_H
+#define WIFICNC_STEP_PREP_H
+
+#include "segment/ring.h"
+#include "step/isr.h"
+
+/** What the board fixes, in ticks of its step timer. */
+struct prep_timing {
+    uint32_t timer_hz;
+    uint32_t min_interval_ticks; /* pulse and the same low time: no two events closer */
+    uint32_t dir_setup_ticks;    /* added where a direction line changes */
+};
+
+struct prep {
+    struct segment_ring *in;
+    struct step *step;
+    struct prep_timing timing;
+    int32_t position[AXIS_COUNT]; /* steps at the end of all spans made so far */
+    uint64_t tick_remainder;      /* of the last segment, in 1/1e9 tick */
+    /* the segment being cut */
+    bool loaded;
+    uint16_t flags;
+    uint32_t line;
+    axis_mask_t negative, last_negative;
+    uint32_t phase[SPAN_WORDS], increment[SPAN_WORDS];
+    uint32_t events, done;  /* of the segment */
+    uint64_t time_left_q16; /* ticks */
+    uint64_t waited_q16;    /* of the next event's interval, already put out as a wait */
+    float v_sq, v_sq_slope; /* (events per tick)^2 at `done`, and its change per event */
+    float v, v_end;
+    uint32_t clamped; /* intervals stretched to min_interval_ticks */
+};
+
+void prep_init(struct prep *prep, struct segment_ring *in, struct step *step,
+               const struct prep_timing *timing);
+
+/** Cut segments into spans until the span ring is full or the segment ring is empty, and start the timer if
+ * it rests.
+ *  @return true when spans were made. Never blocks. */
+bool prep_poll(struct prep *prep);
+
+/** Forget the segment being cut and stand at this position. Only while the step ISR is not active. */
+void prep_reset(struct prep *prep, const int32_t position[AXIS_COUNT]);
+
+/** True when no segment is being cut and none waits. */
+bool prep_is_empty(const struct prep *prep);
+
+#endif
