@@ -1,46 +1,46 @@
 /* SPDX-License-Identifier: MIT
- * Answers to a line: Grbl 1.1h's numbers (the contract with senders), our names. Texts are in gcode/status.c. */
+ * Answers to a line: Grbl 1.1h's numbers (the contract with senders) and our words for them. */
 #ifndef WIFICNC_GCODE_STATUS_H
 #define WIFICNC_GCODE_STATUS_H
 
 /* X(number, name, text) */
-#define STATUS_TABLE(X)                                                                                                \
-    X(0, OK, "ok")                                                                                                     \
-    X(1, EXPECTED_LETTER, "a letter was expected here")                                                                \
-    X(2, BAD_NUMBER, "this is not a number")                                                                           \
-    X(3, UNKNOWN_COMMAND, "unknown $ command or setting")                                                              \
-    X(4, NEGATIVE, "the value must not be negative")                                                                   \
-    X(5, HOMING_DISABLED, "homing is not enabled ($22)")                                                               \
-    X(6, STEP_PULSE_SHORT, "a step pulse must be 3 us or longer")                                                      \
-    X(7, SETTINGS_READ, "stored settings were damaged, defaults are used")                                             \
-    X(8, NOT_IDLE, "only possible while idle")                                                                         \
-    X(9, LOCKED, "locked by an alarm or a jog")                                                                        \
-    X(10, SOFT_LIMIT_NEEDS_HOMING, "soft limits need homing ($22)")                                                    \
-    X(11, LINE_TOO_LONG, "the line has more than 79 characters")                                                       \
-    X(12, STEP_RATE, "the step rate is higher than this board can make")                                               \
-    X(13, DOOR_OPEN, "the safety door is open")                                                                        \
-    X(14, STORED_LINE_TOO_LONG, "the line is too long to be stored")                                                   \
-    X(15, JOG_TRAVEL, "the jog would leave the travel")                                                                \
-    X(16, JOG_WORD, "a jog has no such word, or lacks its =")                                                          \
-    X(17, LASER_NEEDS_PWM, "laser mode needs a PWM spindle output")                                                    \
-    X(20, UNSUPPORTED, "unsupported code or word")                                                                     \
-    X(21, MODAL_GROUP, "two codes of one modal group")                                                                 \
-    X(22, NO_FEED, "a feed rate is missing (F)")                                                                       \
-    X(23, NOT_INTEGER, "a whole number was expected")                                                                  \
-    X(24, AXIS_COMMANDS, "two commands of this line want the axis words")                                              \
-    X(25, WORD_REPEATED, "a word stands twice in this line")                                                           \
-    X(26, NO_AXIS_WORDS, "axis words are missing")                                                                     \
-    X(27, LINE_NUMBER, "the line number is not between 0 and 10000000")                                                \
-    X(28, VALUE_MISSING, "a word that this code needs is missing")                                                     \
-    X(29, WCS_NUMBER, "there is no such work coordinate system")                                                       \
-    X(30, G53_MOTION, "G53 needs G0 or G1")                                                                            \
-    X(31, AXIS_WORDS_UNUSED, "axis words without a use")                                                               \
-    X(32, ARC_NO_PLANE_AXIS, "an arc needs an axis of its plane")                                                      \
-    X(33, BAD_TARGET, "the target cannot be reached this way")                                                         \
-    X(34, ARC_RADIUS, "the arc's radius cannot reach the target")                                                      \
-    X(35, ARC_NO_OFFSET, "an arc needs I, J or K of its plane")                                                        \
-    X(36, WORDS_UNUSED, "words without a use")                                                                         \
-    X(37, TOOL_LENGTH_AXIS, "the tool length offset goes with Z only")                                                 \
+#define STATUS_TABLE(X)                                                                                      \
+    X(0, OK, "ok")                                                                                           \
+    X(1, EXPECTED_LETTER, "a letter was expected here")                                                      \
+    X(2, BAD_NUMBER, "this is not a number")                                                                 \
+    X(3, UNKNOWN_COMMAND, "unknown $ command or setting")                                                    \
+    X(4, NEGATIVE, "the value must not be negative")                                                         \
+    X(5, HOMING_DISABLED, "homing is not enabled ($22)")                                                     \
+    X(6, STEP_PULSE_SHORT, "a step pulse must be 3 us or longer")                                            \
+    X(7, SETTINGS_READ, "stored settings were damaged, defaults are used")                                   \
+    X(8, NOT_IDLE, "only possible while idle")                                                               \
+    X(9, LOCKED, "locked by an alarm or a jog")                                                              \
+    X(10, SOFT_LIMIT_NEEDS_HOMING, "soft limits need homing ($22)")                                          \
+    X(11, LINE_TOO_LONG, "the line has more than 79 characters")                                             \
+    X(12, STEP_RATE, "the step rate is higher than this board can make")                                     \
+    X(13, DOOR_OPEN, "the safety door is open")                                                              \
+    X(14, STORED_LINE_TOO_LONG, "the line is too long to be stored")                                         \
+    X(15, JOG_TRAVEL, "the jog would leave the travel")                                                      \
+    X(16, JOG_WORD, "a jog has no such word, or lacks its =")                                                \
+    X(17, LASER_NEEDS_PWM, "laser mode needs a PWM spindle output")                                          \
+    X(20, UNSUPPORTED, "unsupported code or word")                                                           \
+    X(21, MODAL_GROUP, "two codes of one modal group")                                                       \
+    X(22, NO_FEED, "a feed rate is missing (F)")                                                             \
+    X(23, NOT_INTEGER, "a whole number was expected")                                                        \
+    X(24, AXIS_COMMANDS, "two commands of this line want the axis words")                                    \
+    X(25, WORD_REPEATED, "a word stands twice in this line")                                                 \
+    X(26, NO_AXIS_WORDS, "axis words are missing")                                                           \
+    X(27, LINE_NUMBER, "the line number is not between 0 and 10000000")                                      \
+    X(28, VALUE_MISSING, "a word that this code needs is missing")                                           \
+    X(29, WCS_NUMBER, "there is no such work coordinate system")                                             \
+    X(30, G53_MOTION, "G53 needs G0 or G1")                                                                  \
+    X(31, AXIS_WORDS_UNUSED, "axis words without a use")                                                     \
+    X(32, ARC_NO_PLANE_AXIS, "an arc needs an axis of its plane")                                            \
+    X(33, BAD_TARGET, "the target cannot be reached this way")                                               \
+    X(34, ARC_RADIUS, "the arc's radius cannot reach the target")                                            \
+    X(35, ARC_NO_OFFSET, "an arc needs I, J or K of its plane")                                              \
+    X(36, WORDS_UNUSED, "words without a use")                                                               \
+    X(37, TOOL_LENGTH_AXIS, "the tool length offset goes with Z only")                                       \
     X(38, TOOL_NUMBER, "the tool number is too large")
 
 enum status {

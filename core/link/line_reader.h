@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: MIT
  * Bytes -> filtered lines, with Grbl's character rules. [task] One reader per stream; no allocation.
  *
- * Stored: printable characters above space, upper-cased. Dropped: characters <= space, '/', everything in ( ) and
- * everything after ';'. Bytes >= 0x80 and real-time bytes never get here: link/realtime.h takes them out first.
- * A line ends at LF or CR; CR LF is one end. An empty line is a line (it is answered with ok). */
+ * Stored: printable characters above space, upper-cased. Dropped: characters <= space, '/', everything in ( )
+ * and everything after ';'. Bytes >= 0x80 and real-time bytes never get here: link/realtime.h takes them out
+ * first. A line ends at LF or CR; CR LF is one end. An empty line is a line (it is answered with ok). */
 #ifndef WIFICNC_LINK_LINE_READER_H
 #define WIFICNC_LINK_LINE_READER_H
 
@@ -21,7 +21,7 @@ enum line_result {
 struct line_reader {
     char text[LINE_SIZE]; /* NUL-terminated when LINE_READY */
     uint8_t length;
-    uint8_t flags;        /* private: in ( ), after ;, overflow, last was CR */
+    uint8_t flags; /* private: in ( ), after ;, overflow, last was CR */
 };
 
 /** Empty the reader; a half line is forgotten. */

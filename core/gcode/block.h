@@ -1,0 +1,90 @@
+/* SPDX-License-Identifier: MIT
+ * A parsed line: which words with which numbers, which codes in which modal groups. No meaning, no units, no
+ * state. Private to core/gcode and its tests. [task] Pure. */
+#ifndef WIFICNC_GCODE_BLOCK_H
+#define WIFICNC_GCODE_BLOCK_H
+
+#include "base/axis.h"
+#include "gcode/gcode.h"
+
+#include <stdbool.h>
+#include <stdint.h>
+
+/** Modal groups; group n is bit n of gcode_block.groups. */
+enum block_group {
+    GROUP_NONMODAL,
+    GROUP_MOTION,
+    GROUP_PLANE,
+    GROUP_DISTANCE,
+    GROUP_ARC_DISTANCE,
+    GROUP_FEED_MODE,
+    GROUP_UNITS,
+    GROUP_CUTTER,
+    GROUP_TOOL_LENGTH,
+    GROUP_WCS,
+    GROUP_PATH,
+    GROUP_FLOW,
+    GROUP_SPINDLE,
+    GROUP_COOLANT,
+    GROUP_COUNT
+};
+
+/** Values of GROUP_NONMODAL and GROUP_TOOL_LENGTH; the other groups use the enums of gcode/gcode.h. */
+enum block_nonmodal {
+    NONMODAL_DWELL,
+    NONMODAL_SET_OFFSETS, /* G10 */
+    NONMODAL_G28,
+    NONMODAL_G28_SET,
+    NONMODAL_G30,
+    NONMODAL_G30_SET,
+    NONMODAL_MACHINE_COORDS, /* G53 */
+    NONMODAL_G92,
+    NONMODAL_G92_CLEAR,
+};
+enum block_tool_length { TOOL_LENGTH_DYNAMIC, TOOL_LENGTH_CANCEL };
+
+/** Value of GROUP_MOTION for G38.n: the motion in the low half, n in the high half. */
+#define BLOCK_PROBE(n)          (MOTION_PROBE | (n) << 4)
+#define BLOCK_MOTION(value)     ((enum gcode_motion)((value) & 15))
+#define BLOCK_PROBE_KIND(value) ((uint8_t)((value) >> 4))
+
+/** Who takes the axis words of the line. */
+enum block_axes {
+    AXES_FREE,   /* no code did: they belong to the modal motion */
+    AXES_MOTION, /* G0 .. G3, G38.n */
+    AXES_STORE,  /* G10, G92 */
+    AXES_HOME,   /* G28, G30 */
+    AXES_TOOL_LENGTH,
+};
+
+/** Words are bits and indices by letter: A = 0 .. Z = 25. */
+#define WORD(letter)     ((letter) - 'A')
+#define WORD_BIT(letter) ((uint32_t)1 << WORD(letter))
+
+struct gcode_block {
+    uint32_t words;  /* which numbers stand in the line; G and M never do */
+    uint16_t groups; /* which groups have a value */
+    uint8_t axes;    /* enum block_axes */
+    uint8_t value[GROUP_COUNT];
+    double number[26]; /* as written; valid where words has the bit */
+};
+
+/** Axis words of the block. */
+static inline axis_mask_t block_axis_words(const struct gcode_block *block) {
+    return (axis_mask_t)((block->words >> WORD('X') & 7u) | (block->words & 7u) << AXIS_A);
+}
+
+/** Index of an axis' word in gcode_block.number. */
+static inline unsigned block_axis_word(unsigned axis) {
+    return axis < AXIS_A ? (unsigned)WORD('X') + axis : axis - AXIS_A;
+}
+
+static inline bool block_has_group(const struct gcode_block *block, enum block_group group) {
+    return (block->groups >> group & 1u) != 0;
+}
+
+/** Parse one filtered, NUL-terminated line of any length. Errors 1, 2, 4, 20, 21, 23, 24, 25, 38: the first
+ * from the left. */
+enum status gcode_parse(const char *line, struct gcode_block *block);
+
+#endif

@@ -1,0 +1,30 @@
+/* SPDX-License-Identifier: MIT */
+#include "gcode/gcode.h"
+
+#include "gcode/block.h"
+#include "gcode/resolve.h"
+
+void gcode_modal_init(struct gcode_modal *modal) {
+    *modal = (struct gcode_modal){
+        .motion = MOTION_RAPID,
+        .plane = PLANE_XY,
+        .path = PATH_BLEND,
+        .feed_mode = FEED_PER_MIN,
+        .spindle = SPINDLE_OFF,
+    };
+}
+
+void gcode_work_offset_mm(const struct gcode_state *state, double out_mm[AXIS_COUNT]) {
+    const struct gcode_offsets *offsets = &state->offsets;
+
+    for (unsigned axis = 0; axis < AXIS_COUNT; axis++)
+        out_mm[axis] = offsets->wcs_mm[state->modal.wcs][axis] + offsets->g92_mm[axis];
+    out_mm[AXIS_Z] += offsets->tool_length_mm;
+}
+
+enum status gcode_line(const struct gcode_state *state, const char *line, struct gcode_command *command) {
+    struct gcode_block block;
+    const enum status status = gcode_parse(line, &block);
+
+    return status == STATUS_OK ? gcode_resolve(state, &block, command) : status;
+}

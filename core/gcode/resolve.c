@@ -1,0 +1,148 @@
+/* SPDX-License-Identifier: MIT */
+#include "gcode/resolve.h"
+
+#define MM_PER_INCH     25.4
+#define LINE_NUMBER_MAX 10000000.0
+#define S_PER_MIN       60.0
+
+/* The codes of the line become its modes, before anything is checked against them. */
+static void apply_modes(const struct gcode_block *block, struct gcode_modal *next) {
+    const uint8_t *value = block->value;
+
+    if (block_has_group(block, GROUP_MOTION)) {
+        next->motion = BLOCK_MOTION(value[GROUP_MOTION]);
+        next->probe = BLOCK_PROBE_KIND(value[GROUP_MOTION]);
+    }
+    if ((block->groups & ~(1u << GROUP_MOTION)) == 0)
+        return; /* a typical line of a job */
+    if (block_has_group(block, GROUP_PLANE))
+        next->plane = (enum gcode_plane)value[GROUP_PLANE];
+    if (block_has_group(block, GROUP_DISTANCE))
+        next->incremental = value[GROUP_DISTANCE];
+    if (block_has_group(block, GROUP_ARC_DISTANCE))
+        next->arc_absolute = value[GROUP_ARC_DISTANCE];
+    if (block_has_group(block, GROUP_FEED_MODE))
+        next->feed_mode = (enum gcode_feed_mode)value[GROUP_FEED_MODE];
+    if (block_has_group(block, GROUP_UNITS))
+        next->inches = value[GROUP_UNITS];
+    if (block_has_group(block, GROUP_WCS))
+        next->wcs = value[GROUP_WCS];
+    if (block_has_group(block, GROUP_PATH))
+        next->path = (enum gcode_path)value[GROUP_PATH];
+    if (block_has_group(block, GROUP_SPINDLE))
+        next->spindle = (enum gcode_spindle)value[GROUP_SPINDLE];
+    if (block_has_group(block, GROUP_COOLANT)) /* M7 and M8 add up, M9 clears both */
+        next->coolant = value[GROUP_COOLANT] ? next->coolant | value[GROUP_COOLANT] : 0;
+}
+
+/* N F S T. The number of F in G93 is left to resolve_move(). */
+static enum status resolve_values(struct resolver *r) {
+    struct gcode_modal *next = &r->out->next;
+    double number;
+
+    r->out->line_number = 0;
+    if (resolve_take(r, 'N', &number)) {
+        if (number >= LINE_NUMBER_MAX + 1.0)
+            return STATUS_LINE_NUMBER;
+        r->out->line_number = (uint32_t)number;
+    }
+    if (next->feed_mode == FEED_INVERSE_TIME) {
+        const bool moves_at_feed = next->motion != MOTION_RAPID && next->motion != MOTION_NONE;
+
+        next->feed_mm_s = 0.0f;
+        if (r->axes == AXES_MOTION && moves_at_feed && !(r->unused & WORD_BIT('F')))
+            return STATUS_NO_FEED;
+        r->unused &= ~WORD_BIT('F');
+    } else if (resolve_take(r, 'F', &number)) {
+        next->feed_mm_s = (float)(number * r->unit_mm / S_PER_MIN);
+    }
+    if (resolve_take(r, 'S', &number))
+        next->spindle_rpm = (float)number;
+    if (resolve_take(r, 'T', &number))
+        next->tool = (int32_t)number;
+    return STATUS_OK;
+}
+
+static enum status resolve_dwell(struct resolver *r) {
+    double seconds;
+
+    r->out->dwell_s = -1.0f;
+    if (!resolve_is_nonmodal(r, NONMODAL_DWELL))
+        return STATUS_OK;
+    if (!resolve_take(r, 'P', &seconds))
+        return STATUS_VALUE_MISSING;
+    r->out->dwell_s = (float)seconds;
+    return STATUS_OK;
+}
+
+/* G64 takes the P that neither G4 nor G10 wanted; G64 without P is back to $11 alone. */
+static void resolve_path(struct resolver *r) {
+    double tolerance = 0.0;
+
+    if (!block_has_group(r->block, GROUP_PATH) || r->out->next.path != PATH_BLEND)
+        return;
+    resolve_take(r, 'P', &tolerance);
+    r->out->next.path_tolerance_mm = (float)(tolerance * r->unit_mm);
+}
+
+static void resolve_outputs(struct resolver *r) {
+    const struct gcode_modal *before = &r->state->modal;
+    struct gcode_command *out = r->out;
+
+    out->spindle = out->next.spindle;
+    out->coolant = out->next.coolant;
+    out->sync = out->spindle != before->spindle || out->coolant != before->coolant ||
+                (out->spindle != SPINDLE_OFF && out->next.spindle_rpm != before->spindle_rpm);
+}
+
+static void resolve_flow(struct resolver *r) {
+    struct gcode_modal *next = &r->out->next;
+
+    r->out->flow = FLOW_RUN;
+    if (!block_has_group(r->block, GROUP_FLOW))
+        return;
+    r->out->flow = (enum gcode_flow)r->block->value[GROUP_FLOW];
+    if (r->out->flow == FLOW_END) { /* what Grbl's M2 and M30 set back: not units, S, F, T */
+        next->motion = MOTION_LINEAR;
+        next->plane = PLANE_XY;
+        next->incremental = false;
+        next->feed_mode = FEED_PER_MIN;
+        next->wcs = 0;
+        next->spindle = SPINDLE_OFF;
+        next->coolant = 0;
+    }
+}
+
+enum status gcode_resolve(const struct gcode_state *state, const struct gcode_block *block,
+                          struct gcode_command *command) {
+    struct resolver r = {
+        .state = state,
+        .block = block,
+        .out = command,
+        .unused = block->words,
+        .axis_words = block_axis_words(block),
+        .axes = (enum block_axes)block->axes,
+    };
+    enum status status;
+
+    if (r.axis_words & ~state->axes)
+        return STATUS_UNSUPPORTED;
+    if (r.axes == AXES_FREE && r.axis_words != 0)
+        r.axes = AXES_MOTION;
+    command->next = state->modal;
+    apply_modes(block, &command->next);
+    r.unit_mm = command->next.inches ? MM_PER_INCH : 1.0;
+
+    if ((status = resolve_values(&r)) != STATUS_OK || (status = resolve_dwell(&r)) != STATUS_OK ||
+        (status = resolve_stores(&r)) != STATUS_OK || (status = resolve_move(&r)) != STATUS_OK)
+        return status;
+    resolve_path(&r);
+    if (r.axes != AXES_FREE)
+        r.unused &=
+            ~(WORD_BIT('X') | WORD_BIT('Y') | WORD_BIT('Z') | WORD_BIT('A') | WORD_BIT('B') | WORD_BIT('C'));
+    if (r.unused != 0)
+        return STATUS_WORDS_UNUSED;
+    resolve_outputs(&r);
+    resolve_flow(&r);
+    return STATUS_OK;
+}

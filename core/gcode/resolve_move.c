@@ -1,0 +1,125 @@
+/* SPDX-License-Identifier: MIT */
+#include "gcode/resolve.h"
+
+#include <string.h> // memcpy
+
+#define S_PER_MIN 60.0
+
+/* Where the axis words lead, in machine coordinates; other axes stay. */
+static enum status find_target(const struct resolver *r, double target_mm[AXIS_COUNT]) {
+    const bool incremental = r->out->next.incremental;
+    const bool machine_coordinates = resolve_is_nonmodal(r, NONMODAL_MACHINE_COORDS);
+
+    memcpy(target_mm, r->state->position_mm, AXIS_COUNT * sizeof target_mm[0]);
+    for (unsigned axis = 0; r->axis_words >> axis != 0; axis++) {
+        double word;
+
+        if (!(r->axis_words >> axis & 1u))
+            continue;
+        word = resolve_axis_word(r, axis);
+        if (!machine_coordinates)
+            word += incremental ? target_mm[axis] : resolve_offset_mm(r, axis);
+        if (!resolve_in_range(word))
+            return STATUS_BAD_TARGET;
+        target_mm[axis] = word;
+    }
+    return STATUS_OK;
+}
+
+static bool is_position(const struct resolver *r, const double target_mm[AXIS_COUNT], unsigned axis_count) {
+    for (unsigned axis = 0; axis < axis_count; axis++) {
+        if (target_mm[axis] != r->state->position_mm[axis])
+            return false;
+    }
+    return true;
+}
+
+/* G28, G30: with axis words go through that point and then home these axes only, else home all of them. */
+static enum status home_move(const struct resolver *r, const double home_mm[AXIS_COUNT]) {
+    struct gcode_move *move = &r->out->move;
+
+    if (r->axis_words != 0) {
+        const enum status status = find_target(r, move->via_mm);
+
+        if (status != STATUS_OK)
+            return status;
+        move->via = true;
+    }
+    for (unsigned axis = 0; axis < AXIS_COUNT; axis++) {
+        const bool homes = r->axis_words == 0 || (r->axis_words >> axis & 1u);
+        move->target_mm[axis] = homes ? home_mm[axis] : r->state->position_mm[axis];
+    }
+    move->motion = MOTION_RAPID;
+    return STATUS_OK;
+}
+
+static void set_feed(const struct resolver *r) {
+    const struct gcode_modal *next = &r->out->next;
+    struct gcode_move *move = &r->out->move;
+
+    if (next->feed_mode == FEED_INVERSE_TIME) {
+        move->inverse_time_s = (float)(S_PER_MIN / r->block->number[WORD('F')]);
+        return;
+    }
+    move->feed_mm_s = next->feed_mm_s;
+    /* F counts degrees when none of XYZ moves; degrees have no inches. */
+    if (next->inches && is_position(r, move->target_mm, AXIS_A))
+        move->feed_mm_s = (float)(move->feed_mm_s / r->unit_mm);
+}
+
+/* G1 G2 G3 G38; the target is known. */
+static enum status feed_move(struct resolver *r) {
+    struct gcode_move *move = &r->out->move;
+
+    set_feed(r);
+    switch (r->out->next.motion) {
+    case MOTION_ARC_CW:
+    case MOTION_ARC_CCW:
+        return resolve_arc(r);
+    case MOTION_PROBE:
+        move->probe = r->out->next.probe;
+        return is_position(r, move->target_mm, AXIS_COUNT) ? STATUS_BAD_TARGET : STATUS_OK;
+    case MOTION_LINEAR:
+    case MOTION_RAPID:
+    case MOTION_NONE:
+        break;
+    }
+    return STATUS_OK;
+}
+
+static bool has_feed(const struct resolver *r) {
+    return r->out->next.feed_mode == FEED_INVERSE_TIME ? r->block->number[WORD('F')] > 0.0
+                                                       : r->out->next.feed_mm_s > 0.0f;
+}
+
+enum status resolve_move(struct resolver *r) {
+    const enum gcode_motion motion = r->out->next.motion;
+    struct gcode_move *move = &r->out->move;
+    enum status status;
+
+    move->motion = MOTION_NONE;
+    move->via = false;
+    move->feed_mm_s = 0.0f;
+    move->inverse_time_s = 0.0f;
+    move->probe = 0;
+    if (resolve_is_nonmodal(r, NONMODAL_MACHINE_COORDS) && motion != MOTION_RAPID && motion != MOTION_LINEAR)
+        return STATUS_G53_MOTION;
+    if (motion == MOTION_NONE && r->axis_words != 0)
+        return STATUS_AXIS_WORDS_UNUSED; /* as in Grbl, even if G10 or G92 would take them */
+    if (resolve_is_nonmodal(r, NONMODAL_G28))
+        return home_move(r, r->state->offsets.g28_mm);
+    if (resolve_is_nonmodal(r, NONMODAL_G30))
+        return home_move(r, r->state->offsets.g30_mm);
+    if (r->axes != AXES_MOTION)
+        return STATUS_OK;
+    if (motion != MOTION_RAPID && !has_feed(r))
+        return STATUS_NO_FEED;
+    if (r->axis_words == 0)
+        return motion == MOTION_RAPID || motion == MOTION_LINEAR ? STATUS_OK : STATUS_NO_AXIS_WORDS;
+
+    status = find_target(r, move->target_mm);
+    if (status == STATUS_OK && motion != MOTION_RAPID)
+        status = feed_move(r);
+    move->motion = motion;
+    return status;
+}
