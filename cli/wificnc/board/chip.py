@@ -1,0 +1,149 @@
+"""What the pins of a chip can do: the model of targets/*/pins*.toml."""
+
+from __future__ import annotations
+
+import hashlib
+from functools import cache
+from pathlib import Path
+from typing import Annotated, Literal
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from wificnc.board import paths
+from wificnc.board.shape import validate
+from wificnc.board.tomlfile import read_toml
+
+Level = Literal["low", "high"]
+Pull = Literal["none", "up", "down"]
+LooseTuple = Field(strict=False)
+
+
+class Strict(BaseModel):
+    """Frozen, no unknown keys, no conversions."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
+
+
+class Strap(Strict):
+    """A pin the chip reads at reset."""
+
+    at_boot: Literal["low", "high", "any"]
+    otherwise: str
+    ref: str
+
+
+class Taken(Strict):
+    """Who owns the pin; `memory` empty = in every memory variant."""
+
+    by: str
+    memory: Annotated[tuple[str, ...], LooseTuple] = ()
+
+
+class ChipPin(Strict):
+    """One pin: what it can do, and what it does before the firmware runs."""
+
+    number: int
+    package_pin: int | None = None
+    pad: str | None = None
+    output: bool = True
+    input: bool = True
+    pull_up: bool = True
+    pull_down: bool = True
+    fast: bool = True
+    reset: Literal["floating", "pull-up", "pull-down"]
+    glitch: Annotated[tuple[Level, ...], LooseTuple] = ()
+    adc: str | None = None
+    strap: Strap | None = None
+    taken: Taken | None = None
+    usb: str | None = None
+    console: str | None = None
+    debug: str | None = None
+    note: str | None = None
+
+    def level_at_reset(self) -> Level | None:
+        """The level a weak pull gives the pin, None when it floats."""
+        levels: dict[str, Level] = {"pull-up": "high", "pull-down": "low"}
+        return levels.get(self.reset)
+
+    def taken_in(self, memory: str) -> str | None:
+        """Who owns the pin in this memory variant."""
+        if self.taken and (not self.taken.memory or memory in self.taken.memory):
+            return self.taken.by
+        return None
+
+    def can_pull(self, pull: Pull) -> bool:
+        return {"none": True, "up": self.pull_up, "down": self.pull_down}[pull]
+
+
+class FastPath(Strict):
+    """The registers the step interrupt writes: pin n is bit n % bank_width of bank n / bank_width."""
+
+    bank_width: Literal[16, 32]
+    banks: Annotated[tuple[str, ...], LooseTuple]
+
+
+class StepTimer(Strict):
+    """The clock of the step timer and what it can be divided by."""
+
+    clock_hz: int
+    divider_min: int = 1
+    divider_max: int = 1
+    dividers: Annotated[tuple[int, ...], LooseTuple] = ()
+
+    def makes(self, timer_hz: int) -> bool:
+        if self.clock_hz % timer_hz:
+            return False
+        divider = self.clock_hz // timer_hz
+        return divider in self.dividers if self.dividers else self.divider_min <= divider <= self.divider_max
+
+
+class ChipFile(Strict):
+    """The shape of targets/*/pins*.toml."""
+
+    schema_version: Literal[1] = Field(alias="schema")
+    target: str
+    chip: str
+    name: str
+    datasheet: str
+    url: str | None = None
+    source: dict[str, str]
+    memory: dict[str, str]
+    fast: FastPath
+    timer: StepTimer
+    spi_hosts: dict[str, int] = {}
+    pin: dict[str, ChipPin]
+
+
+class Chip(ChipFile):
+    """A chip and the hash of the file that describes it."""
+
+    sha256: str
+
+    def bank(self, pin: str) -> int:
+        return self.pin[pin].number // self.fast.bank_width
+
+    def is_fast(self, pin: str) -> bool:
+        return self.pin[pin].fast and self.bank(pin) < len(self.fast.banks)
+
+
+def text_sha256(text: str) -> str:
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+@cache
+def load_chips() -> dict[tuple[str, str], Chip]:
+    """Every chip by (target, chip).
+
+    Raises:
+        BoardProblems: a pin table is broken.
+    """
+    paths.require_repository()
+    chips = (_load_chip(path) for path in sorted(paths.TARGETS.glob("*/pins*.toml")))
+    return {(chip.target, chip.chip): chip for chip in chips}
+
+
+def _load_chip(path: Path) -> Chip:
+    source = read_toml(path)
+    file = validate(ChipFile, source)
+    fields = {name: getattr(file, name) for name in ChipFile.model_fields if name != "schema_version"}
+    return Chip(schema=1, sha256=text_sha256(source.text), **fields)

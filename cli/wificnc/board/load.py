@@ -1,0 +1,84 @@
+"""From a board id or a file to a checked Board."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from wificnc.board import paths
+from wificnc.board.chip import Chip, load_chips, text_sha256
+from wificnc.board.model import Board, BoardFile
+from wificnc.board.problem import BoardProblems, Finding, Problem
+from wificnc.board.rules import check_rules
+from wificnc.board.shape import closest, locate, validate
+from wificnc.board.tomlfile import TomlFile, read_toml
+from wificnc.errors import BoardError
+
+
+def find_boards() -> list[Path]:
+    """The board files of the repository, by id."""
+    paths.require_repository()
+    return sorted(paths.BOARDS.glob("*.toml"))
+
+
+def board_path(ref: str | Path) -> Path:
+    """The file of a board id, or the path itself.
+
+    Raises:
+        BoardError: there is no such board.
+    """
+    if isinstance(ref, Path) or ref.endswith(".toml") or "/" in ref or "\\" in ref:
+        return Path(ref)
+    known = {path.stem: path for path in find_boards()}
+    if ref not in known:
+        meant = closest(ref, known)
+        hint = f"did you mean {meant}?" if meant else f"boards: {', '.join(known)}; or give the path of a TOML file"
+        raise BoardError(f"there is no board {ref!r}", hint)
+    return known[ref]
+
+
+def load_board(ref: str | Path) -> Board:
+    """Load and check a board by its id or its file.
+
+    Raises:
+        BoardError: there is no such board, or its file breaks rules; then every problem is listed.
+    """
+    path = board_path(ref)
+    source = read_toml(path)
+    file = validate(BoardFile, source)
+    chip = _chip_of(file, source)
+    findings = [*_first_key(source), *check_rules(file, chip)]
+    if findings:
+        raise BoardProblems(locate(findings, source))
+    fields = {name: getattr(file, name) for name in BoardFile.model_fields if name != "schema_version"}
+    sha256 = text_sha256(source.text + chip.sha256)
+    return Board(schema=1, id=path.stem, path=path, sha256=sha256, pins=chip, **fields)
+
+
+def check_board(ref: str | Path) -> list[Problem]:
+    """Every problem of a board; none when it is good.
+
+    Raises:
+        BoardError: there is no such board.
+    """
+    try:
+        load_board(ref)
+    except BoardProblems as err:
+        return list(err.problems)
+    return []
+
+
+def _chip_of(file: BoardFile, source: TomlFile) -> Chip:
+    chips = load_chips()
+    if (file.target, file.chip) in chips:
+        return chips[file.target, file.chip]
+    known = ", ".join(f'target = "{target}", chip = "{chip}"' for target, chip in chips)
+    reason = f"there is no pin table for chip {file.chip!r} of target {file.target!r}"
+    raise BoardProblems(locate([Finding("unknown-chip", ("chip",), reason, known)], source))
+
+
+def _first_key(source: TomlFile) -> list[Finding]:
+    """A reader of any age must find the schema before anything it may not understand."""
+    first = next(iter(source.data))
+    if first == "schema":
+        return []
+    return [Finding("schema-first", ("schema",), f"must be the first key of the file; {first} is")]

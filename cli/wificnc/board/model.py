@@ -1,0 +1,329 @@
+"""What a board wires: the shape of boards/*.toml, and the Board the rest of the program sees."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from enum import Enum
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import Field, model_validator
+
+from wificnc.board.chip import Chip, Level, LooseTuple, Pull, Strict
+from wificnc.board.problem import KeyPath
+
+AXIS_LETTERS = "XYZABC"
+AXES_MAX = len(AXIS_LETTERS)
+MISC_OUT_MAX = 5
+MISC_IN_MAX = 8
+
+Reason = Annotated[str, Field(min_length=10)]
+
+
+class Wire(Strict):
+    """A pin and how it is used. In the file also just its name: step = "GPIO1"."""
+
+    pin: str = Field(description="the pin as the chip's table names it")
+    allow: dict[str, Reason] = Field(
+        default={}, description="rules this use may break, each with the reason why it is safe"
+    )
+
+    @model_validator(mode="before")
+    @classmethod
+    def _from_name(cls, value: Any) -> Any:
+        return {"pin": value} if isinstance(value, str) else value
+
+
+class OutputWire(Wire):
+    """A pin the board drives."""
+
+    active: Level = Field(default="high", description="the level that switches the thing on")
+
+
+class InputWire(Wire):
+    """A pin the board reads."""
+
+    active: Level = Field(default="low", description="the level that means triggered")
+    pull: Pull = Field(default="up", description="the chip's own pull resistor")
+
+
+class Memory(Strict):
+    """Flash and PSRAM; the mode decides which pins they take."""
+
+    mode: str = Field(description="memory variant of the chip, a key of [memory] in its pin table")
+    flash_mb: Annotated[tuple[int, ...], LooseTuple] = Field(
+        default=(), description="flash sizes the board is sold with, MB"
+    )
+    psram_mb: Annotated[tuple[int, ...], LooseTuple] = Field(
+        default=(), description="PSRAM sizes, MB; 0 = sold without"
+    )
+
+
+class Timing(Strict):
+    """The step timer and the defaults of the step pulses."""
+
+    timer_hz: int = Field(ge=1_000_000, le=100_000_000, description="step timer, ticks per second")
+    step_pulse_ns: int = Field(ge=100, le=50_000, description="step high time, and at least the same low")
+    dir_setup_ns: int = Field(ge=0, le=50_000, description="direction stable before a step")
+    max_step_rate_hz: int = Field(ge=1_000, le=2_000_000, description="fastest steps of one axis")
+
+
+class Axis(Strict):
+    """One motor and its switches: one `limit`, or `limit_min` and `limit_max`."""
+
+    step: OutputWire
+    dir: OutputWire
+    enable: OutputWire | None = None
+    limit: InputWire | None = None
+    limit_min: InputWire | None = None
+    limit_max: InputWire | None = None
+
+
+class AxisSet(Strict):
+    """The axes in their order; every axis before a wired one must be wired."""
+
+    x: Axis
+    y: Axis | None = None
+    z: Axis | None = None
+    a: Axis | None = None
+    b: Axis | None = None
+    c: Axis | None = None
+
+    def wired(self) -> dict[str, Axis]:
+        """Letter in lower case to axis, wired ones only."""
+        axes = {letter.lower(): getattr(self, letter.lower()) for letter in AXIS_LETTERS}
+        return {letter: axis for letter, axis in axes.items() if axis is not None}
+
+
+class Outputs(Strict):
+    """Everything the board switches, apart from the motors."""
+
+    enable: OutputWire | None = Field(default=None, description="enable of all motor drivers")
+    spindle_enable: OutputWire | None = None
+    spindle_pwm: OutputWire | None = None
+    spindle_dir: OutputWire | None = None
+    coolant_flood: OutputWire | None = None
+    coolant_mist: OutputWire | None = None
+    charge_pump: OutputWire | None = Field(default=None, description="square wave that keeps a safety relay closed")
+    misc: Annotated[tuple[OutputWire, ...], LooseTuple] = Field(default=(), max_length=MISC_OUT_MAX)
+
+
+class Inputs(Strict):
+    """Everything the board reads, apart from limits and the encoder."""
+
+    probe: InputWire | None = None
+    estop: InputWire | None = None
+    misc: Annotated[tuple[InputWire, ...], LooseTuple] = Field(default=(), max_length=MISC_IN_MAX)
+
+
+class Encoder(Strict):
+    """Spindle encoder."""
+
+    a: InputWire
+    b: InputWire | None = None
+    index: InputWire | None = None
+
+
+class Led(Strict):
+    """Status light."""
+
+    kind: Literal["plain", "ws2812"]
+    pin: OutputWire
+
+
+class Ethernet(Strict):
+    """W5500 on SPI. Without `cs` its SCSn is tied to ground."""
+
+    chip: Literal["w5500"]
+    spi_host: str
+    mosi: OutputWire
+    miso: InputWire
+    sclk: OutputWire
+    int: InputWire
+    cs: OutputWire | None = None
+
+
+class Serial(Strict):
+    """The console where the chip does not fix its pins."""
+
+    tx: OutputWire
+    rx: InputWire
+
+
+class Header(Strict):
+    """One row of pins as it lies on the board, top to bottom; names that are no chip pins are power and reset."""
+
+    name: str
+    side: Literal["left", "right"]
+    pins: Annotated[tuple[str, ...], LooseTuple] = Field(min_length=1)
+
+
+class Deviation(Strict):
+    """Where this map differs from the published one."""
+
+    key: str = Field(description="the key in this file, such as axis.b.dir or input.misc[2]")
+    published: str = Field(description='what the published map has there; "none" when it has nothing')
+    why: Reason
+
+
+class Source(Strict):
+    """Where the published map stands."""
+
+    map: str
+    board: str
+    url: str | None = None
+
+
+class BoardFile(Strict):
+    """A board of WiFiCNC: what is wired where, and how fast it may step."""
+
+    schema_version: Literal[1] = Field(alias="schema", description="always 1, and always the first key")
+    name: str
+    summary: str
+    target: str = Field(description="folder under targets/")
+    chip: str = Field(description="chip of that target")
+    source: Source
+    memory: Memory
+    timing: Timing
+    onboard: Annotated[tuple[str, ...], LooseTuple] = Field(default=(), description="pins wired on the board itself")
+    axis: AxisSet
+    output: Outputs = Outputs()
+    input: Inputs = Inputs()
+    encoder: Encoder | None = None
+    led: Led | None = None
+    ethernet: Ethernet | None = None
+    serial: Serial | None = None
+    note: Annotated[tuple[str, ...], LooseTuple] = Field(default=(), description="what a user must know before wiring")
+    header: Annotated[tuple[Header, ...], LooseTuple] = ()
+    deviation: Annotated[tuple[Deviation, ...], LooseTuple] = ()
+
+    def uses(self) -> tuple[Use, ...]:
+        """Every wired pin, in the order of the signals."""
+        return tuple(_uses(self))
+
+
+class Role(Enum):
+    """What a signal is for; decides which rules look at it and its colour in pictures."""
+
+    STEP = "step"
+    DIR = "direction"
+    ENABLE = "motor enable"
+    LIMIT = "limit"
+    PROBE = "probe"
+    ESTOP = "e-stop"
+    SPINDLE = "spindle"
+    COOLANT = "coolant"
+    PUMP = "charge pump"
+    MISC = "misc output"
+    MISC_IN = "misc input"
+    ENCODER = "encoder"
+    LED = "LED"
+    ETHERNET = "Ethernet"
+    SERIAL = "console"
+
+
+@dataclass(frozen=True)
+class Use:
+    """One signal on one pin."""
+
+    signal: str
+    path: KeyPath
+    role: Role
+    wire: Wire
+
+    @property
+    def pin(self) -> str:
+        return self.wire.pin
+
+    @property
+    def is_output(self) -> bool:
+        return isinstance(self.wire, OutputWire)
+
+    @property
+    def active(self) -> Level:
+        assert isinstance(self.wire, OutputWire | InputWire)
+        return self.wire.active
+
+    @property
+    def pull(self) -> Pull:
+        return self.wire.pull if isinstance(self.wire, InputWire) else "none"
+
+    @property
+    def can_hurt(self) -> bool:
+        """On at the wrong moment, it moves, cuts or sprays."""
+        harmless = {"spindle_dir"}
+        return self.role in (Role.ENABLE, Role.SPINDLE, Role.COOLANT) and self.signal not in harmless
+
+
+class Board(BoardFile):
+    """A checked board with its chip. Build it with wificnc.board.load.load_board()."""
+
+    id: str
+    path: Path
+    sha256: str
+    pins: Chip
+
+    @property
+    def axes(self) -> tuple[str, ...]:
+        """Letters of the wired axes, such as ("X", "Y", "Z")."""
+        return tuple(letter.upper() for letter in self.axis.wired())
+
+    def pin_names(self) -> dict[str, str]:
+        """Signal to pin, such as {"step_x": "GPIO1"}."""
+        return {use.signal: use.pin for use in self.uses()}
+
+    def use_of(self, pin: str) -> Use | None:
+        return next((use for use in self.uses() if use.pin == pin), None)
+
+
+_AXIS_ROLES = {
+    "step": Role.STEP,
+    "dir": Role.DIR,
+    "enable": Role.ENABLE,
+    "limit": Role.LIMIT,
+    "limit_min": Role.LIMIT,
+    "limit_max": Role.LIMIT,
+}
+_OUTPUT_ROLES = {
+    "enable": Role.ENABLE,
+    "spindle_enable": Role.SPINDLE,
+    "spindle_pwm": Role.SPINDLE,
+    "spindle_dir": Role.SPINDLE,
+    "coolant_flood": Role.COOLANT,
+    "coolant_mist": Role.COOLANT,
+    "charge_pump": Role.PUMP,
+}
+_INPUT_ROLES = {"probe": Role.PROBE, "estop": Role.ESTOP}
+_GROUPS = (
+    ("encoder", "encoder", Role.ENCODER, ("a", "b", "index")),
+    ("ethernet", "eth", Role.ETHERNET, ("mosi", "miso", "sclk", "int", "cs")),
+    ("serial", "serial", Role.SERIAL, ("tx", "rx")),
+)
+
+
+def _uses(board: BoardFile) -> Iterator[Use]:
+    axes = board.axis.wired()
+    for key, role in _AXIS_ROLES.items():
+        for letter, axis in axes.items():
+            signal = f"{key.replace('limit_', f'limit_{letter}_')}"
+            signal = signal if key.startswith("limit_") else f"{key}_{letter}"
+            yield from _use(signal, ("axis", letter, key), role, getattr(axis, key))
+    for key, role in _OUTPUT_ROLES.items():
+        yield from _use(key, ("output", key), role, getattr(board.output, key))
+    for index, output in enumerate(board.output.misc):
+        yield Use(f"misc_out_{index}", ("output", "misc", index), Role.MISC, output)
+    for key, role in _INPUT_ROLES.items():
+        yield from _use(key, ("input", key), role, getattr(board.input, key))
+    for index, entry in enumerate(board.input.misc):
+        yield Use(f"misc_in_{index}", ("input", "misc", index), Role.MISC_IN, entry)
+    for table, prefix, role, keys in _GROUPS:
+        for key in keys:
+            yield from _use(f"{prefix}_{key}", (table, key), role, getattr(getattr(board, table), key, None))
+    if board.led:
+        yield Use("led", ("led", "pin"), Role.LED, board.led.pin)
+
+
+def _use(signal: str, path: KeyPath, role: Role, wire: Wire | None) -> Iterator[Use]:
+    if wire is not None:
+        yield Use(signal, path, role, wire)

@@ -1,0 +1,285 @@
+"""Pass 2, the rules: each is a pure function from a board and its chip to what breaks it."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from math import ceil
+
+from wificnc.board.chip import Chip
+from wificnc.board.model import AXIS_LETTERS, BoardFile, OutputWire, Role, Use
+from wificnc.board.problem import Finding, KeyPath, key_text
+from wificnc.board.shape import closest
+
+NS_PER_S = 1_000_000_000
+HINT_PINS_MAX = 10
+NO_CHIP_PINS = ("3V3", "5V", "VIN", "GND", "EN", "RST")
+
+# Rules that an `allow` with a reason may suppress: a risk the wiring can take away, never an impossibility.
+ALLOWABLE = ("strapping", "boot-level", "boot-glitch", "usb", "console", "debug")
+
+UseRule = Callable[[BoardFile, Chip, Use], Iterator[Finding]]
+BoardRule = Callable[[BoardFile, Chip], Iterator[Finding]]
+
+
+def check_rules(board: BoardFile, chip: Chip) -> list[Finding]:
+    """Everything that is wrong with the board, earned opt-outs applied."""
+    found: list[Finding] = []
+    for use in board.uses():
+        found += _check_use(board, chip, use)
+    for rule in BOARD_RULES:
+        found += rule(board, chip)
+    return found
+
+
+def _check_use(board: BoardFile, chip: Chip, use: Use) -> Iterator[Finding]:
+    if use.pin not in chip.pin:
+        yield _no_such_pin(chip, use)
+        return
+    broken = [found for rule in USE_RULES for found in rule(board, chip, use)]
+    allow = use.wire.allow
+    hint = _free_pins_hint(board, chip, use) if any(found.rule not in allow for found in broken) else None
+    for found in broken:
+        if found.rule not in ALLOWABLE or found.rule not in allow:
+            yield Finding(found.rule, found.path, found.reason, found.hint or hint)
+    yield from _check_allow(use, {found.rule for found in broken})
+
+
+def _check_allow(use: Use, broken: set[str]) -> Iterator[Finding]:
+    for rule in use.wire.allow:
+        path = (*use.path, "allow", rule)
+        if rule not in ALLOWABLE:
+            meant = closest(rule, ALLOWABLE)
+            yield Finding(
+                "unknown-allow",
+                path,
+                "is no rule that can be allowed",
+                f"did you mean {meant}?" if meant else f"these can: {', '.join(ALLOWABLE)}",
+            )
+        elif rule not in broken:
+            reason = f"suppresses nothing: {use.pin} does not break this rule here"
+            yield Finding("stale-allow", path, reason, "remove it")
+
+
+def _no_such_pin(chip: Chip, use: Use) -> Finding:
+    meant = closest(use.pin, chip.pin)
+    hint = f"did you mean {meant}?" if meant else f"pins are named like {next(iter(chip.pin))}"
+    return Finding("no-such-pin", use.path, f"{chip.name} has no pin {use.pin!r}", hint)
+
+
+# ---- one pin in one use --------------------------------------------------------------------------------------------
+
+
+def _capability(board: BoardFile, chip: Chip, use: Use) -> Iterator[Finding]:
+    pin = chip.pin[use.pin]
+    if use.is_output and not pin.output:
+        yield Finding("input-only", use.path, f"{use.pin} can only be read on {chip.name} and this is an output")
+    if not use.is_output and not pin.input:
+        yield Finding("output-only", use.path, f"{use.pin} cannot be read on {chip.name} and this is an input")
+
+
+def _pull(board: BoardFile, chip: Chip, use: Use) -> Iterator[Finding]:
+    if not chip.pin[use.pin].can_pull(use.pull):
+        reason = f'{use.pin} has no pull-{use.pull} resistor inside; fit one on the wiring and write pull = "none"'
+        yield Finding("no-pull", use.path, reason)
+
+
+def _taken(board: BoardFile, chip: Chip, use: Use) -> Iterator[Finding]:
+    owner = chip.pin[use.pin].taken_in(board.memory.mode)
+    if owner:
+        yield Finding("taken", use.path, f'{use.pin} belongs to {owner} (memory.mode = "{board.memory.mode}")')
+
+
+def _brought_out(board: BoardFile, chip: Chip, use: Use) -> Iterator[Finding]:
+    if not _is_reachable(board, use.pin):
+        reason = f"{use.pin} is on no header of this board, nothing can be wired to it"
+        yield Finding("not-brought-out", use.path, reason)
+
+
+def _strapping(board: BoardFile, chip: Chip, use: Use) -> Iterator[Finding]:
+    strap = chip.pin[use.pin].strap
+    if strap:
+        must = "is read" if strap.at_boot == "any" else f"must read {strap.at_boot}"
+        reason = f"{use.pin} {must} while the chip starts: {strap.otherwise} ({strap.ref})"
+        yield Finding("strapping", use.path, reason)
+
+
+def _boot_level(board: BoardFile, chip: Chip, use: Use) -> Iterator[Finding]:
+    pin = chip.pin[use.pin]
+    effect = f"{use.active} switches {use.signal} on"
+    if use.can_hurt and pin.level_at_reset() == use.active:
+        reason = f"{use.pin} has a {pin.reset} from reset until the firmware runs, and {effect}"
+        yield Finding("boot-level", use.path, reason)
+    if use.can_hurt and use.active in pin.glitch:
+        reason = f"{use.pin} goes {use.active} for about 60 us at power-up, and {effect}"
+        yield Finding("boot-glitch", use.path, reason)
+
+
+def _shared_function(board: BoardFile, chip: Chip, use: Use) -> Iterator[Finding]:
+    pin = chip.pin[use.pin]
+    if pin.usb:
+        yield Finding("usb", use.path, f"{use.pin} is {pin.usb}: the USB port stops working as soon as the pin is used")
+    if pin.console:
+        reason = f"{use.pin} is {pin.console}: the boot messages, the console and the flasher use it"
+        yield Finding("console", use.path, reason)
+    if pin.debug:
+        reason = f"{use.pin} is {pin.debug}: a debugger on that pin and this wiring exclude each other"
+        yield Finding("debug", use.path, reason)
+
+
+def _fast_path(board: BoardFile, chip: Chip, use: Use) -> Iterator[Finding]:
+    if use.role in (Role.STEP, Role.DIR) and not chip.is_fast(use.pin):
+        banks = ", ".join(chip.fast.banks)
+        yield Finding("fast-path", use.path, f"{use.pin} is not in the registers the step interrupt writes ({banks})")
+
+
+USE_RULES: tuple[UseRule, ...] = (
+    _capability,
+    _pull,
+    _taken,
+    _brought_out,
+    _strapping,
+    _boot_level,
+    _shared_function,
+    _fast_path,
+)
+
+
+# ---- the board as a whole ------------------------------------------------------------------------------------------
+
+
+def _used_once(board: BoardFile, chip: Chip) -> Iterator[Finding]:
+    users: dict[str, list[Use]] = defaultdict(list)
+    for use in board.uses():
+        users[use.pin].append(use)
+    for pin, uses in users.items():
+        for use in uses[1:]:
+            reason = f"{pin} is already wired to {key_text(uses[0].path)}"
+            yield Finding("used-twice", use.path, reason, _free_pins_hint(board, chip, use))
+
+
+def _axes_contiguous(board: BoardFile, chip: Chip) -> Iterator[Finding]:
+    wired = board.axis.wired()
+    order = AXIS_LETTERS.lower()
+    for letter in wired:
+        gaps = [before for before in order[: order.index(letter)] if before not in wired]
+        if gaps:
+            reason = f"axis {letter.upper()} is wired but {gaps[0].upper()} is not; axes count from X on without a gap"
+            yield Finding("axis-order", ("axis", letter), reason)
+
+
+def _one_kind_of_limit(board: BoardFile, chip: Chip) -> Iterator[Finding]:
+    for letter, axis in board.axis.wired().items():
+        if axis.limit and (axis.limit_min or axis.limit_max):
+            yield Finding(
+                "limit-kind",
+                ("axis", letter, "limit"),
+                "stands beside limit_min or limit_max",
+                "one switch or one line for both ends: limit; a line for each end: limit_min and limit_max",
+            )
+
+
+def _memory_mode(board: BoardFile, chip: Chip) -> Iterator[Finding]:
+    if board.memory.mode not in chip.memory:
+        known = "; ".join(f"{mode} = {what}" for mode, what in chip.memory.items())
+        reason = f"{chip.name} has no memory variant {board.memory.mode!r}"
+        yield Finding("memory-mode", ("memory", "mode"), reason, known)
+
+
+def _spi_host(board: BoardFile, chip: Chip) -> Iterator[Finding]:
+    if board.ethernet and board.ethernet.spi_host not in chip.spi_hosts:
+        hint = f"free for the W5500: {', '.join(chip.spi_hosts)}" if chip.spi_hosts else None
+        reason = f"{chip.name} has no SPI host {board.ethernet.spi_host!r} for it"
+        yield Finding("spi-host", ("ethernet", "spi_host"), reason, hint)
+
+
+def _header_names(board: BoardFile, chip: Chip) -> Iterator[Finding]:
+    for number, header in enumerate(board.header):
+        for index, name in enumerate(header.pins):
+            if name not in chip.pin and name not in NO_CHIP_PINS:
+                reason = f"{name!r} is neither a pin of {chip.name} nor one of {', '.join(NO_CHIP_PINS)}"
+                yield Finding("header-name", ("header", number, "pins", index), reason)
+
+
+def _timer(board: BoardFile, chip: Chip) -> Iterator[Finding]:
+    timing = board.timing
+    if not chip.timer.makes(timing.timer_hz):
+        reason = f"the step timer divides {chip.timer.clock_hz} Hz, which cannot make {timing.timer_hz} Hz"
+        yield Finding("timer-hz", ("timing", "timer_hz"), reason)
+    for key in ("step_pulse_ns", "dir_setup_ns"):
+        ticks = getattr(timing, key) * timing.timer_hz / NS_PER_S
+        if ticks != int(ticks):
+            whole = ceil(ticks) * NS_PER_S / timing.timer_hz
+            reason = f"{getattr(timing, key)} ns is {ticks:g} timer ticks; only whole ticks can be kept"
+            yield Finding("timer-tick", ("timing", key), reason, f"next whole tick: {whole:g} ns")
+
+
+def _pulse_timing(board: BoardFile, chip: Chip) -> Iterator[Finding]:
+    timing = board.timing
+    period_ns = NS_PER_S / timing.max_step_rate_hz
+    low_ns = max(timing.step_pulse_ns, timing.dir_setup_ns)
+    needed_ns = timing.step_pulse_ns + low_ns
+    if needed_ns > period_ns:
+        reason = (
+            f"{timing.max_step_rate_hz} steps/s leave {period_ns:g} ns per step, but a pulse of "
+            f"{timing.step_pulse_ns} ns and {low_ns} ns low (as long as the pulse, and the direction set up in it) "
+            f"take {needed_ns} ns"
+        )
+        hint = f"at most {NS_PER_S // needed_ns} steps/s with this pulse, or a pulse of at most {period_ns / 2:g} ns"
+        yield Finding("pulse-timing", ("timing", "max_step_rate_hz"), reason, hint)
+
+
+def _deviations(board: BoardFile, chip: Chip) -> Iterator[Finding]:
+    wired = {key_text(use.path).removesuffix(".pin"): use.pin for use in board.uses()}
+    wired |= {f"timing.{key}": str(value) for key, value in board.timing.model_dump().items()}
+    for index, deviation in enumerate(board.deviation):
+        if wired.get(deviation.key, "none") == deviation.published:
+            path: KeyPath = ("deviation", index)
+            reason = f"{deviation.key} is {deviation.published} here too: nothing deviates"
+            yield Finding("stale-deviation", path, reason, "remove it, or correct its key")
+
+
+BOARD_RULES: tuple[BoardRule, ...] = (
+    _used_once,
+    _axes_contiguous,
+    _one_kind_of_limit,
+    _memory_mode,
+    _spi_host,
+    _header_names,
+    _timer,
+    _pulse_timing,
+    _deviations,
+)
+
+
+# ---- what would be legal instead -----------------------------------------------------------------------------------
+
+
+def free_pins(board: BoardFile, chip: Chip, use: Use) -> list[str]:
+    """Unused pins on which this use would break no rule, in the order of the chip's table."""
+    busy = {other.pin for other in board.uses()} | set(board.onboard)
+    return [pin for pin in chip.pin if pin not in busy and _is_clean(board, chip, use, pin)]
+
+
+def spare_pins(board: BoardFile, chip: Chip) -> list[str]:
+    """Unused pins that could become an output without an allow."""
+    return free_pins(board, chip, Use("misc_out", ("output", "misc", 0), Role.MISC, OutputWire(pin="")))
+
+
+def _is_clean(board: BoardFile, chip: Chip, use: Use, pin: str) -> bool:
+    moved = replace(use, wire=use.wire.model_copy(update={"pin": pin}))
+    return not any(list(rule(board, chip, moved)) for rule in USE_RULES)
+
+
+def _free_pins_hint(board: BoardFile, chip: Chip, use: Use) -> str:
+    pins = free_pins(board, chip, use)
+    if not pins:
+        return f"no free pin of this board can take {use.signal} without an allow"
+    more = f" and {len(pins) - HINT_PINS_MAX} more" if len(pins) > HINT_PINS_MAX else ""
+    return f"free and legal for {use.signal}: {', '.join(pins[:HINT_PINS_MAX])}{more}"
+
+
+def _is_reachable(board: BoardFile, pin: str) -> bool:
+    """A board without headers brings every pin out."""
+    return not board.header or pin in board.onboard or any(pin in header.pins for header in board.header)
