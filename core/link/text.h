@@ -1,0 +1,25 @@
+/* SPDX-License-Identifier: MIT
+ * Text out: a byte sink and the few number formats the protocol needs. [task] No stdio, no buffer of its own.
+ */
+#ifndef WIFICNC_LINK_TEXT_H
+#define WIFICNC_LINK_TEXT_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+/** Where answers go. Chosen at run time; write() takes all bytes or waits. */
+struct text_out {
+    void (*write)(void *ctx, const char *bytes, size_t count);
+    void *ctx;
+};
+
+void text_string(const struct text_out *out, const char *string);
+
+/** value in decimal. */
+void text_int(const struct text_out *out, int32_t value);
+
+/** value with 0 .. 6 decimals, rounded half away from zero; |value| < 1e12. "-0.000" is written "0.000" as in
+ * Grbl. */
+void text_fixed(const struct text_out *out, double value, unsigned decimals);
+
+#endif
