@@ -1,0 +1,53 @@
+"""Find, read and check machine profiles."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+from wificnc.board.problem import BoardProblems
+from wificnc.board.shape import closest, locate, validate
+from wificnc.board.tomlfile import read_toml
+from wificnc.errors import MachineError
+from wificnc.machine import rules
+from wificnc.machine.model import Machine
+
+_PACKAGED = Path(__file__).with_name("profiles")  # in a wheel
+_SOURCE = Path(__file__).resolve().parents[3] / "examples" / "machines"  # in the repository
+PROFILES = _PACKAGED if _PACKAGED.is_dir() else _SOURCE
+
+
+def find_machines() -> dict[str, Path]:
+    """The profiles that come with WiFiCNC: name (file stem) -> file, in the order of names."""
+    return {path.stem: path for path in sorted(PROFILES.glob("*.toml"))}
+
+
+def load_machine(machine: str | Path) -> Machine:
+    """Read a profile: a file, or the name of one that comes with WiFiCNC.
+
+    Raises:
+        MachineError: there is none, or it breaks rules; the message lists every problem with file and line.
+    """
+    path = _locate(machine)
+    try:
+        source = read_toml(path)
+        profile = validate(Machine, source)
+        findings = rules.check(profile)
+        if findings:
+            raise BoardProblems(locate(findings, source))
+    except BoardProblems as err:
+        raise MachineError(err.message) from err
+    return profile
+
+
+def _locate(machine: str | Path) -> Path:
+    """A word is a name unless such a file is there; anything that looks like a path is one."""
+    path = Path(machine)
+    if isinstance(machine, Path) or path.suffix or os.sep in machine or path.is_file():
+        return path
+    known = find_machines()
+    if machine not in known:
+        meant = closest(machine, known)
+        hint = f"did you mean {meant}?" if meant else f"known here: {', '.join(known)}"
+        raise MachineError(f"no machine profile {machine}", f"{hint} Or give the path of a TOML file.")
+    return known[machine]

@@ -1,0 +1,178 @@
+"""The model of a machine profile. Ranges and help come from protocol/settings.toml; this file says only what a
+profile calls a setting, and where it stands.
+
+A key that a profile leaves out leaves the controller's setting as it is.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from wificnc.protocol import AXES, load_settings
+
+Value = bool | int | float
+
+SIGNIFICANT_DIGITS = 8  # what Grbl's number reader keeps
+
+
+def of(setting: str) -> Any:
+    """Marks a field as one of the controller's settings; its range is the setting's."""
+    row = load_settings()[setting]
+    low, high = (None, None) if row.type == "bool" else (row.min, row.max)
+    return Field(ge=low, le=high, description=row.help, json_schema_extra={"setting": row.name})
+
+
+class _Table(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False)
+
+    def assigned(self) -> Iterator[tuple[str, Value]]:
+        """Settings that this table gives a value: name, value."""
+        for name, field in type(self).model_fields.items():
+            value = getattr(self, name)
+            if isinstance(field.json_schema_extra, dict) and value is not None:
+                yield str(field.json_schema_extra["setting"]), value
+
+
+class _Axis(_Table):
+    invert_direction: bool | None = None
+    invert_step: bool | None = None
+    home_at: Literal["min", "max"] | None = None
+
+
+class LinearAxis(_Axis):
+    """[axis.x] [axis.y] [axis.z]"""
+
+    steps_per_mm: Annotated[float, of("steps_per_mm")]
+    max_rate_mm_min: Annotated[float, of("max_rate_mm_min")]
+    acceleration_mm_s2: Annotated[float, of("acceleration_mm_s2")]
+    travel_mm: Annotated[float | None, of("max_travel_mm")] = None
+
+
+class RotaryAxis(_Axis):
+    """[axis.a] [axis.b] [axis.c]: turn about X, Y, Z. The controller counts degrees as it counts mm elsewhere."""
+
+    steps_per_deg: Annotated[float, of("steps_per_mm")]
+    max_rate_deg_min: Annotated[float, of("max_rate_mm_min")]
+    acceleration_deg_s2: Annotated[float, of("acceleration_mm_s2")]
+    travel_deg: Annotated[float, of("max_travel_mm")] = 0.0  # endless
+
+
+# mask setting -> an axis's bit in it; None = the profile does not say
+MASKS: dict[str, Callable[[_Axis], bool | None]] = {
+    "dir_invert_mask": lambda axis: axis.invert_direction,
+    "step_invert_mask": lambda axis: axis.invert_step,
+    "homing_dir_mask": lambda axis: None if axis.home_at is None else axis.home_at == "min",
+}
+
+
+class Axes(_Table):
+    x: LinearAxis | None = None
+    y: LinearAxis | None = None
+    z: LinearAxis | None = None
+    a: RotaryAxis | None = None
+    b: RotaryAxis | None = None
+    c: RotaryAxis | None = None
+
+    def present(self) -> Iterator[tuple[int, LinearAxis | RotaryAxis]]:
+        """Axes that the machine has: index, axis."""
+        for index, letter in enumerate(AXES.lower()):
+            axis = getattr(self, letter)
+            if axis is not None:
+                yield index, axis
+
+
+class Motion(_Table):
+    junction_deviation_mm: Annotated[float | None, of("junction_deviation_mm")] = None
+    arc_tolerance_mm: Annotated[float | None, of("arc_tolerance_mm")] = None
+    jerk_mm_s3: Annotated[float | None, of("jerk_mm_s3")] = None
+
+
+class Stepper(_Table):
+    step_pulse_us: Annotated[int | None, of("step_pulse_us")] = None
+    idle_delay_ms: Annotated[int | None, of("idle_delay_ms")] = None
+    enable_active_high: Annotated[bool | None, of("enable_invert")] = None
+
+
+class Limits(_Table):
+    soft: Annotated[bool | None, of("soft_limits")] = None
+    hard: Annotated[bool | None, of("hard_limits")] = None
+    active_high: Annotated[bool | None, of("limit_invert")] = None
+
+
+class Homing(_Table):
+    enabled: Annotated[bool | None, of("homing")] = None
+    feed_mm_min: Annotated[float | None, of("homing_feed_mm_min")] = None
+    seek_mm_min: Annotated[float | None, of("homing_seek_mm_min")] = None
+    debounce_ms: Annotated[int | None, of("homing_debounce_ms")] = None
+    pull_off_mm: Annotated[float | None, of("homing_pull_off_mm")] = None
+
+
+class Probe(_Table):
+    active_high: Annotated[bool | None, of("probe_invert")] = None
+
+
+class Spindle(_Table):
+    max_rpm: Annotated[float | None, of("spindle_max_rpm")] = None
+    min_rpm: Annotated[float | None, of("spindle_min_rpm")] = None
+    laser: Annotated[bool | None, of("laser_mode")] = None
+
+
+class Machine(_Table):
+    """A machine profile. What it reports ($10, $13) is the user's taste, not the machine's: no keys for it."""
+
+    schema_: Annotated[Literal[1], Field(alias="schema")]
+    name: Annotated[str, Field(min_length=1)]
+    axis: Axes
+    motion: Motion = Motion()
+    stepper: Stepper = Stepper()
+    limits: Limits = Limits()
+    homing: Homing = Homing()
+    probe: Probe = Probe()
+    spindle: Spindle = Spindle()
+
+    @property
+    def axis_count(self) -> int:
+        """Axes that the controller must have, in the order XYZABC: 4 for a machine of X, Z and A."""
+        return 1 + max(index for index, _ in self.axis.present())
+
+    @property
+    def travel_mm(self) -> tuple[float | None, ...]:
+        """Travel of X Y Z A B C (degrees of A B C); None = no such axis, not known, or endless."""
+        travels: list[float | None] = [None] * len(AXES)
+        for index, axis in self.axis.present():
+            travels[index] = (axis.travel_mm if isinstance(axis, LinearAxis) else axis.travel_deg) or None
+        return tuple(travels)
+
+    def settings(self) -> dict[int, Value]:
+        """Number -> value of every setting that this profile gives."""
+        table = load_settings()
+        values: dict[int, Value] = {}
+        for part in (self.stepper, self.motion, self.limits, self.homing, self.probe, self.spindle):
+            values.update((table[name].number, value) for name, value in part.assigned())
+        for index, axis in self.axis.present():
+            values.update((table[name].number + index, value) for name, value in axis.assigned())
+        for name, bit_of in MASKS.items():
+            bits = {index: bit_of(axis) for index, axis in self.axis.present()}
+            if any(bit is not None for bit in bits.values()):
+                values[table[name].number] = sum(1 << index for index, bit in bits.items() if bit)
+        return values
+
+    def settings_lines(self) -> list[str]:
+        """The lines that bring a controller to this profile, in an order it accepts: homing before soft limits."""
+        homing = load_settings()["homing"].number
+        values = sorted(self.settings().items(), key=lambda item: (item[0] != homing, item[0]))
+        return [f"${number}={_text(value)}" for number, value in values]
+
+
+def _text(value: Value) -> str:
+    """A value as the controller reads it: three decimals, more when they are needed, never an exponent."""
+    if not isinstance(value, float):
+        return str(int(value))
+    usual = f"{value:.3f}"
+    if float(usual) == value:
+        return usual
+    decimals = SIGNIFICANT_DIGITS - len(str(int(value)))
+    return f"{value:.{max(decimals, 3)}f}"

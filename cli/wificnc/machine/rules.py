@@ -1,0 +1,96 @@
+"""Rules between the values of a machine profile. Each takes a profile of the right shape and names what clashes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from wificnc.board.problem import Finding
+from wificnc.machine.model import LinearAxis, Machine
+from wificnc.protocol import AXES
+
+
+def check(machine: Machine) -> list[Finding]:
+    """Every contradiction in a profile."""
+    return [finding for rule in RULES for finding in rule(machine)]
+
+
+def has_axes(machine: Machine) -> Iterator[Finding]:
+    if not any(machine.axis.present()):
+        yield Finding("no-axis", ("axis",), "a machine has at least one axis", "write a table [axis.x]")
+
+
+def soft_limits_need_homing(machine: Machine) -> Iterator[Finding]:
+    if machine.limits.soft and not machine.homing.enabled:
+        yield Finding(
+            "soft-limits",
+            ("limits", "soft"),
+            "soft limits need homing: without it the controller does not know where the machine is",
+            "set homing.enabled = true",
+        )
+
+
+def soft_limits_need_travel(machine: Machine) -> Iterator[Finding]:
+    for index, axis in machine.axis.present():
+        if machine.limits.soft and isinstance(axis, LinearAxis) and not axis.travel_mm:
+            yield Finding(
+                "soft-limits",
+                ("axis", AXES[index].lower(), "travel_mm"),
+                "soft limits need the travel of this axis",
+                "measure it from end to end, in mm",
+            )
+
+
+def pulses_fit(machine: Machine) -> Iterator[Finding]:
+    """A step is a pulse and at least the same time of rest."""
+    pulse_us = machine.stepper.step_pulse_us
+    if not pulse_us:
+        return
+    fastest_hz = 1e6 / (2 * pulse_us)
+    for index, axis in machine.axis.present():
+        unit = "mm" if isinstance(axis, LinearAxis) else "deg"
+        rate_hz = getattr(axis, f"steps_per_{unit}") * getattr(axis, f"max_rate_{unit}_min") / 60
+        if rate_hz > fastest_hz:
+            yield Finding(
+                "step-rate",
+                ("axis", AXES[index].lower(), f"max_rate_{unit}_min"),
+                f"this is {rate_hz:.0f} steps/s, and pulses of {pulse_us} us allow {fastest_hz:.0f}",
+                "a lower rate, less microstepping or a shorter stepper.step_pulse_us",
+            )
+
+
+def homing_slows_down(machine: Machine) -> Iterator[Finding]:
+    feed, seek = machine.homing.feed_mm_min, machine.homing.seek_mm_min
+    if feed is not None and seek is not None and feed > seek:
+        yield Finding(
+            "homing-speeds",
+            ("homing", "feed_mm_min"),
+            f"the slow approach ({feed:g} mm/min) is faster than the search ({seek:g} mm/min)",
+        )
+
+
+def pull_off_fits(machine: Machine) -> Iterator[Finding]:
+    travels = [travel for travel in machine.travel_mm[:3] if travel]
+    pull_off = machine.homing.pull_off_mm or 0
+    if travels and pull_off >= min(travels):
+        yield Finding(
+            "pull-off",
+            ("homing", "pull_off_mm"),
+            f"backs off {pull_off:g} mm, but an axis has only {min(travels):g} mm of travel",
+        )
+
+
+def spindle_range(machine: Machine) -> Iterator[Finding]:
+    low, high = machine.spindle.min_rpm, machine.spindle.max_rpm
+    if low is not None and high is not None and low >= high:
+        yield Finding("spindle-range", ("spindle", "min_rpm"), f"must be below max_rpm ({high:g})")
+
+
+RULES = (
+    has_axes,
+    soft_limits_need_homing,
+    soft_limits_need_travel,
+    pulses_fit,
+    homing_slows_down,
+    pull_off_fits,
+    spindle_range,
+)
