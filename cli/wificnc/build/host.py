@@ -100,7 +100,7 @@ def build_host(variant: str = "release", *, root: Path | None = None) -> HostBui
 
 
 def core_ram_bytes(library: Path) -> int:
-    """Static RAM of one controller: struct machine with all its buffers. Raises BuildError when the library is broken."""
+    """Static RAM of one controller: struct machine with all its buffers. Raises BuildError."""
     try:
         function = ctypes.CDLL(str(library)).host_core_ram_bytes
     except (OSError, AttributeError) as err:

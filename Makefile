@@ -1,0 +1,76 @@
+# Everything sets itself up: a Python environment in .venv, the packages, the host build. A second run skips that.
+
+PYTHON ?= python3
+VENV   ?= .venv
+PY     := $(VENV)/bin/python
+WIFICNC := $(VENV)/bin/wificnc
+
+DEMO         ?= inlay
+DEMO_FILE    ?= examples/$(DEMO).nc
+DEMO_MACHINE ?= examples/machines/router.toml
+DEMO_PICTURE ?= build/demo/$(DEMO).png
+
+.PHONY: help demo test lint bench format generate clean distclean
+.DEFAULT_GOAL := help
+
+help:
+	@echo 'make demo    run a real job through the real core and draw it (build/demo/)'
+	@echo 'make test    all tests'
+	@echo 'make lint    formats, types, static analysis, include directions, house rules'
+	@echo 'make bench   speed, instructions and memory, with the method'
+	@echo 'make format  let the formatters mend what they can'
+	@echo 'make clean   remove what was built; make distclean removes .venv too'
+
+demo: $(VENV)/.ready
+	@mkdir -p $(dir $(DEMO_PICTURE))
+	@$(WIFICNC) build host
+	$(WIFICNC) sim $(DEMO_FILE) --machine $(DEMO_MACHINE) --plot $(DEMO_PICTURE)
+	@echo 'The picture of this run is $(DEMO_PICTURE)'
+
+test: $(VENV)/.ready-dev
+	@$(WIFICNC) build host
+	$(PY) -m pytest $(PYTEST)
+
+lint: $(VENV)/.ready-dev
+	@cd tools && $(abspath $(PY)) -m lint $(LINT)
+
+bench: $(VENV)/.ready-dev
+	@cd tools && $(abspath $(PY)) -m bench
+
+format: $(VENV)/.ready-dev
+	$(PY) -m ruff check --quiet --fix cli tools tests || true
+	$(PY) -m ruff format --quiet cli tools tests
+	git ls-files '*.c' '*.h' | xargs $(VENV)/bin/clang-format -i
+
+clean:
+	rm -rf build .pytest_cache .mypy_cache .ruff_cache .hypothesis
+
+distclean: clean
+	rm -rf $(VENV)
+
+# What running needs. The newest stamp wins: .ready-dev has all of it and more.
+$(VENV)/.ready: pyproject.toml | $(VENV)/bin/pip
+	@echo 'Installing WiFiCNC into $(VENV) ...'
+	@$(PY) -m pip install --quiet --disable-pip-version-check -e '.[plot]'
+	@$(ENSURE_COMPILER)
+	@touch $@
+
+$(VENV)/.ready-dev: pyproject.toml | $(VENV)/bin/pip
+	@echo 'Installing WiFiCNC and its tools into $(VENV) ...'
+	@$(PY) -m pip install --quiet --disable-pip-version-check -e '.[plot,dev]'
+	@$(ENSURE_COMPILER)
+	@touch $(VENV)/.ready $@
+
+$(VENV)/bin/pip:
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 10))' 2>/dev/null || \
+	    { echo 'WiFiCNC needs Python 3.10 or newer; "$(PYTHON)" is not. Try: make PYTHON=python3.12'; exit 1; }
+	@$(PYTHON) -c 'import ensurepip, venv' 2>/dev/null || \
+	    { echo 'Python cannot make an environment here. Debian, Ubuntu: apt-get install python3-venv'; exit 1; }
+	@$(PYTHON) -m venv $(VENV)
+
+# No C compiler: PyPI's zig has one.
+define ENSURE_COMPILER
+test -n "$$CC" || command -v cc gcc clang >/dev/null || { \
+    echo 'There is no C compiler here: installing zig from PyPI, which has one ...'; \
+    $(PY) -m pip install --quiet --disable-pip-version-check -e '.[toolchain]'; }
+endef

@@ -1,0 +1,1 @@
+"""What the controller costs: speed, instructions, memory. `python -m bench` prints it with its method."""

@@ -1,0 +1,56 @@
+"""Run the lints: all, or those named. One line each; what they found below it. Exit code 1 when one found something."""
+
+from __future__ import annotations
+
+import os
+import sys
+import time
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+from lint import external
+from lint.house import check_house
+from lint.includes import check_includes
+from lint.problem import Problem
+
+Lint = Callable[[Path], list[Problem]]
+
+LINTS: dict[str, tuple[str, Lint]] = {
+    "includes": ("includes follow the data", check_includes),
+    "house": ("sizes, file heads, leftovers", check_house),
+    "generated": ("generated text is fresh", external.check_generated),
+    "ruff": ("Python style", external.check_ruff),
+    "ruff-format": ("Python format", external.check_ruff_format),
+    "mypy": ("Python types", external.check_mypy),
+    "clang-format": ("C format", external.check_clang_format),
+    "cppcheck": ("C static analysis", external.check_cppcheck),
+    "warnings": ("C warnings, every compiler here", external.check_compilers),
+}
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+def main(names: list[str]) -> int:
+    unknown = sorted(set(names) - set(LINTS))
+    if unknown:
+        print(f"no such lint: {', '.join(unknown)}; there are: {', '.join(LINTS)}", file=sys.stderr)
+        return 2
+    chosen = names or list(LINTS)
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        results = list(pool.map(_timed, [LINTS[name][1] for name in chosen]))
+    for name, (problems, seconds) in zip(chosen, results, strict=True):
+        verdict = f"{len(problems)} problem{'s' * (len(problems) != 1)}" if problems else "ok"
+        print(f"{name:<13} {LINTS[name][0]:<32} {seconds:5.1f} s  {verdict}")
+        for problem in problems:
+            print(f"    {problem}")
+    return 1 if any(problems for problems, _ in results) else 0
+
+
+def _timed(lint: Lint) -> tuple[list[Problem], float]:
+    begin = time.perf_counter()
+    return lint(ROOT), time.perf_counter() - begin
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,115 @@
+"""Ready-made tools as lints: each gives what the tool says, a line a problem."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import subprocess
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from lint.problem import Problem, source_files
+
+INCLUDE_PATHS = ("core", "targets/host")
+CPPCHECK = (
+    "--enable=warning,style,performance,portability",
+    "--std=c11",
+    "--platform=unix64",
+    "--inline-suppr",
+    "--error-exitcode=1",
+    "--suppress=missingIncludeSystem",
+    "--quiet",
+    "--template={file}:{line}: {severity}: {message} [{id}]",
+)
+PYTHON = ("cli", "tools", "tests")
+COMPILED = ("core/", "targets/host/", "tools/bench/")
+
+
+def check_ruff(root: Path) -> list[Problem]:
+    return run_tool(
+        root, [*module("ruff"), "check", "--output-format=concise", "--quiet", "--no-cache", *present(root, PYTHON)]
+    )
+
+
+def check_ruff_format(root: Path) -> list[Problem]:
+    return run_tool(root, [*module("ruff"), "format", "--check", "--no-cache", *present(root, PYTHON)])
+
+
+def check_mypy(root: Path) -> list[Problem]:
+    return run_tool(root, [*module("mypy"), "--no-error-summary"])
+
+
+def check_clang_format(root: Path) -> list[Problem]:
+    files = [str(path) for path in source_files(root, ".c", ".h")]
+    if not files:
+        return []
+    problems = run_tool(root, [script("clang-format"), "--dry-run", "-Werror", "--style=file", *files])
+    first = {problem.path: problem for problem in reversed(problems) if problem.line}
+    return sorted(Problem(path, problem.line, "not formatted (`make format`)") for path, problem in first.items())
+
+
+def check_cppcheck(root: Path) -> list[Problem]:
+    paths = [f"-I{path}" for path in INCLUDE_PATHS]
+    return run_tool(root, [script("cppcheck"), *CPPCHECK, *paths, *present(root, ("core", "targets/host"))])
+
+
+def check_compilers(root: Path) -> list[Problem]:
+    """Every C file through every compiler of this machine, with all warnings as errors."""
+    from wificnc.build.host import WARNINGS
+
+    sources = [str(path) for path in source_files(root, ".c") if str(path).startswith(COMPILED)]
+    flags = ["-std=c11", "-D_POSIX_C_SOURCE=200809L", *WARNINGS, "-Werror", "-fsyntax-only"]
+    problems = []
+    for name in ("gcc", "clang"):
+        if sources and (path := shutil.which(name)):
+            problems += run_tool(root, [path, *flags, *(f"-I{folder}" for folder in INCLUDE_PATHS), *sources])
+    return problems
+
+
+def check_generated(root: Path) -> list[Problem]:
+    """Text that is made from other text must be what would be made now."""
+    problems = []
+    for name in generators(root):
+        problems += run_tool(root, [*module(name), "--check"])
+    return problems
+
+
+def generators(root: Path) -> list[str]:
+    """Modules of the package that can say whether what they generate is fresh."""
+    found = []
+    for path in sorted((root / "cli" / "wificnc").rglob("generate*.py")):
+        if '"--check"' in path.read_text():
+            found.append(".".join(path.relative_to(root / "cli").with_suffix("").parts))
+    return found
+
+
+def present(root: Path, names: Sequence[str]) -> list[str]:
+    return [name for name in names if (root / name).exists()]
+
+
+def module(name: str) -> list[str]:
+    return [sys.executable, "-m", name]
+
+
+def script(name: str) -> str:
+    """A console script of this Python's environment."""
+    path = Path(sys.executable).parent / name
+    return str(path) if path.exists() else name
+
+
+def run_tool(root: Path, argv: Sequence[str]) -> list[Problem]:
+    """Run a tool in root. What it says becomes problems when it fails; a tool that is missing is one too."""
+    try:
+        run = subprocess.run(argv, cwd=root, capture_output=True, text=True, stdin=subprocess.DEVNULL)
+    except FileNotFoundError:
+        return [Problem(Path(argv[0]), 0, "not installed: run `make lint`, which installs it")]
+    if run.returncode == 0:
+        return []
+    said = (run.stdout + run.stderr).strip() or f"{Path(argv[0]).name} ended with {run.returncode}"
+    return [_problem(line) for line in said.splitlines()]
+
+
+def _problem(line: str) -> Problem:
+    match = re.match(r"([^:\s]+):(\d+):(?:\d+:)?\s*(.*)", line)
+    return Problem(Path(match[1]), int(match[2]), match[3]) if match else Problem(Path("."), 0, line)

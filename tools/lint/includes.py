@@ -1,0 +1,88 @@
+"""The direction of #include is the direction of the data (docs/ARCHITECTURE.md).
+
+A room of the core may include itself and the rooms that stand beside its name below, and nothing else.
+"""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+from lint.problem import Problem, source_files
+
+# room -> what its files may include besides their own room, core/config.h and base/
+ALLOWED: dict[str, tuple[str, ...]] = {
+    "base": (),
+    "link": (),
+    "gcode": (),
+    "motion": ("segment",),
+    "segment": (),
+    "step": ("segment", "hal"),
+    "hal": (),
+    "settings": ("gcode/status.h",),
+    "machine": ("link", "gcode", "motion", "segment", "step", "hal", "settings"),
+}
+
+# The hot tier of the HAL: in targets/<target>/hal/, found by include path.
+HOT_HAL = "hal/hal_step.h"
+
+FORBIDDEN_SYSTEM = {
+    "stdio.h": "the core prints nothing by itself",
+    "stdlib.h": "the core does not allocate",
+    "malloc.h": "the core does not allocate",
+    "time.h": "the core asks the HAL for time",
+    "unistd.h": "the core knows no operating system",
+    "pthread.h": "the core knows no operating system",
+    "errno.h": "the core knows no operating system",
+}
+
+FORBIDDEN_CALLS = re.compile(r"\b(malloc|calloc|realloc|free|printf|abort|exit)\s*\(")
+INCLUDE = re.compile(r'^\s*#\s*include\s*(?:"([^"]+)"|<([^>]+)>)')
+
+
+def check_includes(root: Path) -> list[Problem]:
+    """Every include of the core against the table above."""
+    problems = []
+    for path in source_files(root, ".c", ".h", ".def"):
+        if path.parts[0] == "core" and len(path.parts) > 2:
+            problems += _check_file(root, path)
+    return problems
+
+
+def _check_file(root: Path, path: Path) -> list[Problem]:
+    room = path.parts[1]
+    if room not in ALLOWED:
+        return [Problem(path, 1, f"core/{room} is no known room: give it a line in tools/lint/includes.py")]
+    problems = []
+    for number, line in enumerate((root / path).read_text().splitlines(), 1):
+        if match := INCLUDE.match(line):
+            message = _own(root, room, match[1]) if match[1] else _system(match[2])
+        elif match := FORBIDDEN_CALLS.search(line.split("/*")[0]):
+            message = f"{match[1]}() has no place in the core" if not line.lstrip().startswith("*") else ""
+        else:
+            continue
+        if message:
+            problems.append(Problem(path, number, message))
+    return problems
+
+
+def _own(root: Path, room: str, name: str) -> str:
+    """Why this room may not include this header, or nothing."""
+    target = name.split("/")[0]
+    if name == "config.h" or target in (room, "base"):
+        return (
+            ""
+            if name == HOT_HAL or (root / "core" / name).is_file()
+            else f'"{name}" is not in core/: write it as room/file.h'
+        )
+    if name in ALLOWED[room] or target in ALLOWED[room]:
+        return ""
+    if target not in ALLOWED:
+        return f"\"{name}\" is not the core's: a target's header may only be reached by the names of core/hal/README.md"
+    allowed = ", ".join(("base", *ALLOWED[room]))
+    return f'core/{room} may not include "{name}"; it may include: {room}, {allowed}'
+
+
+def _system(name: str) -> str:
+    reason = FORBIDDEN_SYSTEM.get(name)
+    return f"<{name}> is not for the core: {reason}" if reason else ""
