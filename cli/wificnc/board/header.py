@@ -1,0 +1,176 @@
+"""pin_config.h of a board: what the firmware must know of the wiring at compile time."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+from jinja2 import Environment, FileSystemLoader, StrictUndefined, Template
+
+from wificnc.board.model import AXES_MAX, AXIS_LETTERS, MISC_IN_MAX, MISC_OUT_MAX, Board, Role, Use
+from wificnc.board.rules import NS_PER_S
+
+NAME_COLUMN = 26
+LED_KINDS = {"plain": "BOARD_LED_PLAIN", "ws2812": "BOARD_LED_WS2812"}
+NUMBERING = {
+    "esp32": "GPIO number",
+    "pic32mz": "16 * port (A = 0) + bit",
+    "host": "number of the virtual pin",
+}
+
+# Every signal a board can have, in the order of the header; tests compare it with what the model can wire.
+AXIS_SIGNALS = ("step_{}", "dir_{}", "enable_{}", "limit_{}", "limit_{}_min", "limit_{}_max")
+OUTPUT_SIGNALS = (
+    "enable",
+    "spindle_enable",
+    "spindle_pwm",
+    "spindle_dir",
+    "coolant_flood",
+    "coolant_mist",
+    "charge_pump",
+    "led",
+)
+INPUT_SIGNALS = ("probe", "estop", "encoder_a", "encoder_b", "encoder_index")
+BUS_SIGNALS = ("eth_mosi", "eth_miso", "eth_sclk", "eth_int", "eth_cs", "serial_tx", "serial_rx")
+
+
+@dataclass(frozen=True)
+class Define:
+    """One #define."""
+
+    name: str
+    value: str
+    comment: str | None = None
+
+
+@dataclass(frozen=True)
+class PinTable:
+    """An X-macro over the wired pins."""
+
+    name: str
+    rows: tuple[str, ...]
+
+
+def pin_header_text(board: Board) -> str:
+    """The whole header. Same board file and pin table, same text."""
+    return _template().render(
+        board=board,
+        axes_max=AXES_MAX,
+        ticks=_ticks(board),
+        numbering=NUMBERING[board.target],
+        groups=[[_pin(board, signal) for signal in group] for group in signal_groups()],
+        arrays=list(_arrays()),
+        tables=_tables(board),
+        masks=list(_masks(board)),
+        led_kind=LED_KINDS[board.led.kind] if board.led else "BOARD_LED_NONE",
+        spi_host=board.pins.spi_hosts[board.ethernet.spi_host] if board.ethernet else 0,
+    )
+
+
+def write_if_changed(path: Path, text: str) -> bool:
+    """Write the file unless it already says this, so that nothing is rebuilt for nothing. True = written."""
+    if path.is_file() and path.read_bytes() == text.encode():
+        return False
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_bytes(text.encode())
+    return True
+
+
+def signal_groups() -> list[list[str]]:
+    """Every signal a board can have, in groups."""
+    letters = AXIS_LETTERS.lower()
+    return [
+        *([pattern.format(letter) for letter in letters] for pattern in AXIS_SIGNALS),
+        list(OUTPUT_SIGNALS),
+        [f"misc_out_{index}" for index in range(MISC_OUT_MAX)],
+        list(INPUT_SIGNALS),
+        [f"misc_in_{index}" for index in range(MISC_IN_MAX)],
+        list(BUS_SIGNALS),
+    ]
+
+
+@cache
+def _template() -> Template:
+    env = Environment(
+        loader=FileSystemLoader(Path(__file__).parent / "templates"),
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+        autoescape=False,
+    )
+    env.globals["define"] = _define
+    env.filters["quoted"] = _quoted
+    return env.get_template("pin_config.h.j2")
+
+
+def _define(name: str, value: object, comment: str | None = None) -> str:
+    return f"#define {name:<{NAME_COLUMN}} {value}" + (f" /* {comment} */" if comment else "")
+
+
+def _quoted(text: str) -> str:
+    """A C string literal: JSON's escapes are C's."""
+    return json.dumps(text, ensure_ascii=False)
+
+
+def _ticks(board: Board) -> dict[str, int]:
+    timing = board.timing
+    return {
+        "step_pulse": timing.step_pulse_ns * timing.timer_hz // NS_PER_S,
+        "dir_setup": timing.dir_setup_ns * timing.timer_hz // NS_PER_S,
+        "min_period": timing.timer_hz // timing.max_step_rate_hz,
+    }
+
+
+def _macro(signal: str) -> str:
+    return f"PIN_{signal.upper()}"
+
+
+def _pin(board: Board, signal: str) -> Define:
+    pin = board.pin_names().get(signal)
+    return Define(_macro(signal), f"{board.pins.pin[pin].number}u" if pin else "PIN_NONE", pin)
+
+
+def _arrays() -> Iterator[Define]:
+    groups = signal_groups()
+    for pattern, signals in zip(AXIS_SIGNALS, groups, strict=False):
+        name = pattern.replace("_{}", "").upper()
+        yield _array(f"BOARD_{name}_PINS", [_macro(signal) for signal in signals])
+    yield _array("BOARD_MISC_OUT_PINS", [_macro(f"misc_out_{index}") for index in range(MISC_OUT_MAX)])
+    yield _array("BOARD_MISC_IN_PINS", [_macro(f"misc_in_{index}") for index in range(MISC_IN_MAX)])
+
+
+def _array(name: str, items: list[str]) -> Define:
+    return Define(name, "{" + ", ".join(items) + "}")
+
+
+def _tables(board: Board) -> list[PinTable]:
+    uses = [use for use in board.uses() if use.role not in (Role.ETHERNET, Role.SERIAL)]
+    outputs = tuple(_output_row(use) for use in uses if use.is_output)
+    inputs = tuple(_input_row(use) for use in uses if not use.is_output)
+    return [PinTable("BOARD_OUTPUTS", outputs), PinTable("BOARD_INPUTS", inputs)]
+
+
+def _output_row(use: Use) -> str:
+    return f"{_macro(use.signal)}, {_quoted(use.signal)}, {int(use.active == 'high')}"
+
+
+def _input_row(use: Use) -> str:
+    return f"{_output_row(use)}, PIN_PULL_{use.pull.upper()}"
+
+
+def _masks(board: Board) -> Iterator[Define]:
+    for kind in ("step", "dir"):
+        names = [f"BOARD_{kind.upper()}_MASK_{bank}" for bank in range(len(board.pins.fast.banks))]
+        for bank, register in enumerate(board.pins.fast.banks):
+            yield Define(names[bank], f"0x{_mask(board, kind, bank):08X}u", register)
+        yield _array(f"BOARD_{kind.upper()}_MASKS", names)
+
+
+def _mask(board: Board, kind: str, bank: int) -> int:
+    pins = [getattr(axis, kind).pin for axis in board.axis.wired().values()]
+    bits = (board.pins.pin[pin].number % board.pins.fast.bank_width for pin in pins if board.pins.bank(pin) == bank)
+    return sum(1 << bit for bit in bits)
