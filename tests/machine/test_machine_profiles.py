@@ -1,0 +1,181 @@
+"""Machine profiles: what is read, and the lines that follow from it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from wificnc.errors import MachineError
+from wificnc.machine import Machine, find_machines, load_machine
+from wificnc.machine.model import _text
+
+FULL = """
+schema = 1
+name = "Everything"
+
+[axis.x]
+steps_per_mm = 100
+max_rate_mm_min = 5000.5
+acceleration_mm_s2 = 400
+travel_mm = 300
+invert_direction = true
+home_at = "min"
+
+[axis.z]
+steps_per_mm = 314.960629921
+max_rate_mm_min = 1000
+acceleration_mm_s2 = 50
+travel_mm = 80
+invert_step = true
+home_at = "max"
+
+[axis.a]
+steps_per_deg = 8.8888888889
+max_rate_deg_min = 7200
+acceleration_deg_s2 = 360
+
+[motion]
+junction_deviation_mm = 0.0125
+arc_tolerance_mm = 0.002
+jerk_mm_s3 = 100000
+
+[stepper]
+step_pulse_us = 5
+idle_delay_ms = 255
+enable_active_high = true
+
+[limits]
+soft = true
+hard = false
+active_high = true
+
+[homing]
+enabled = true
+feed_mm_min = 50
+seek_mm_min = 800
+debounce_ms = 25
+pull_off_mm = 1.5
+
+[probe]
+active_high = false
+
+[spindle]
+max_rpm = 24000
+min_rpm = 6000
+laser = false
+"""
+
+FULL_LINES = """
+$22=1 $0=5 $1=255 $2=4 $3=1 $4=1 $5=1 $6=0 $11=0.0125000 $12=0.002 $20=1 $21=0 $23=1 $24=50.000 $25=800.000
+$26=25 $27=1.500 $30=24000.000 $31=6000.000 $32=0 $40=100000.000 $100=100.000 $102=314.96063 $103=8.8888889
+$110=5000.500 $112=1000.000 $113=7200.000 $120=400.000 $122=50.000 $123=360.000 $130=300.000 $132=80.000 $133=0.000
+"""
+
+AXIS_X = "[axis.x]\nsteps_per_mm = 80\nmax_rate_mm_min = 6000\nacceleration_mm_s2 = 500\n"
+SMALL = f'schema = 1\nname = "Small"\n{AXIS_X}'
+
+
+def load(folder: Path, text: str) -> Machine:
+    file = folder / "machine.toml"
+    file.write_text(text, encoding="utf-8")
+    return load_machine(file)
+
+
+def test_every_key_becomes_its_setting_and_homing_comes_first(tmp_path: Path) -> None:
+    assert load(tmp_path, FULL).settings_lines() == FULL_LINES.split()
+
+
+def test_what_a_profile_leaves_out_is_not_set(tmp_path: Path) -> None:
+    assert load(tmp_path, SMALL).settings_lines() == ["$100=80.000", "$110=6000.000", "$120=500.000"]
+
+
+@pytest.mark.parametrize(
+    ("key", "line"),
+    [
+        ("invert_direction = true", "$3=1"),
+        ("invert_direction = false", "$3=0"),
+        ("invert_step = true", "$2=1"),
+        ("invert_step = false", "$2=0"),
+        ('home_at = "min"', "$23=1"),
+        ('home_at = "max"', "$23=0"),
+    ],
+)
+def test_an_axis_that_says_it_sets_the_mask(tmp_path: Path, key: str, line: str) -> None:
+    assert load(tmp_path, SMALL + key).settings_lines()[0] == line
+
+
+def test_travel_and_axis_count(tmp_path: Path) -> None:
+    machine = load(tmp_path, FULL)
+    assert machine.travel_mm == (300.0, None, 80.0, None, None, None)
+    assert machine.axis_count == 4
+    assert load(tmp_path, SMALL).axis_count == 1
+
+
+def test_a_turning_axis_may_have_an_end(tmp_path: Path) -> None:
+    turning = "[axis.c]\nsteps_per_deg = 5\nmax_rate_deg_min = 9\nacceleration_deg_s2 = 7\ntravel_deg = 360\n"
+    machine = load(tmp_path, SMALL + turning)
+    assert machine.travel_mm == (None, None, None, None, None, 360.0)
+    assert "$135=360.000" in machine.settings_lines()
+
+
+def test_a_profile_cannot_be_changed(tmp_path: Path) -> None:
+    with pytest.raises(ValueError, match="frozen"):
+        load(tmp_path, SMALL).name = "Other"
+
+
+# --- files and names -----------------------------------------------------------------------------------------------
+
+
+def test_profiles_that_come_with_us_are_found() -> None:
+    machines = find_machines()
+    assert {"baseline", "router_3018", "sherline_5400", "rotary_4axis"} <= set(machines)
+    assert list(machines) == sorted(machines)
+
+
+@pytest.mark.parametrize("name", find_machines())
+def test_each_is_valid_and_named_once(name: str) -> None:
+    machine = load_machine(name)
+    assert machine == load_machine(find_machines()[name])
+    assert [other for other in find_machines() if load_machine(other).name == machine.name] == [name]
+
+
+def test_baseline_is_the_measuring_machine() -> None:
+    expected = ["$11=0.010", "$12=0.002"]
+    for base, value in ((100, "250.000"), (110, "5000.000"), (120, "500.000")):
+        expected += [f"${base + index}={value}" for index in range(3)]
+    assert load_machine("baseline").settings_lines() == expected
+
+
+def test_a_file_here_goes_before_a_name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "baseline").write_text(SMALL, encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    assert load_machine("baseline").name == "Small"
+
+
+def test_an_unknown_name_gets_a_hint() -> None:
+    with pytest.raises(MachineError, match="no machine profile router_3081") as error:
+        load_machine("router_3081")
+    assert error.value.hint == "did you mean router_3018? Or give the path of a TOML file."
+    with pytest.raises(MachineError) as error:
+        load_machine("qqqqqq")
+    assert error.value.hint is not None and "baseline" in error.value.hint
+
+
+# --- values as text ------------------------------------------------------------------------------------------------
+
+
+@given(st.floats(0.001, 1e7))
+def test_text_of_a_value_keeps_what_the_controller_keeps(value: float) -> None:
+    text = _text(value)
+    assert set(text) <= set("0123456789.") and len(text.split(".")[1]) >= 3
+    assert float(text) == pytest.approx(value, rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [(250.0, "250.000"), (0.0, "0.000"), (314.960629921, "314.96063"), (0.0125, "0.0125000"), (True, "1"), (7, "7")],
+)
+def test_text_of_a_value(value: float, text: str) -> None:
+    assert _text(value) == text
