@@ -51,7 +51,7 @@ static HAL_INLINE uint32_t load_span(struct step *step) {
 }
 
 /* The current span is done: go on with the next, or rest. */
-static HAL_INLINE void next_span(struct step *step) {
+HAL_ISR HAL_SELDOM static void next_span(struct step *step) {
     uint16_t flags = tail_span(step)->flags;
     step->spans_done++;
     step->segments_done += (flags & SPAN_LAST) != 0;

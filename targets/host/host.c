@@ -72,7 +72,7 @@ struct host *host_create(const struct host_board *board) {
     };
     const struct text_out out = {.write = append_out, .ctx = host};
     host->input_follows = 1;
-    host->hal.step.trace = &host->trace;
+    host->hal.step.write = host->trace.events;
     host->hal.timer_mhz_q8 = (uint32_t)(((uint64_t)board->timer_hz << 8) / 1000000);
     machine_init(&host->machine, &machine_board, &host->hal, &host->hal.step, &out);
     return host;
@@ -99,6 +99,13 @@ size_t host_read(struct host *host, char *bytes, size_t size) {
     return count;
 }
 
+/* Hand the events on that the ISR has written since. */
+static void flush_trace(struct host *host) {
+    host->trace.count = (size_t)(host->hal.step.write - host->trace.events);
+    trace_flush(&host->trace);
+    host->hal.step.write = host->trace.events;
+}
+
 /* Step events until half of the spans are used up, so that prep refills in batches. */
 static void run_events(struct host *host, uint64_t *budget) {
     struct step *step = &host->machine.step;
@@ -107,6 +114,8 @@ static void run_events(struct host *host, uint64_t *budget) {
     do {
         hal->now_ticks = hal->alarm_ticks;
         step_isr(step);
+        if (hal->write == &host->trace.events[TRACE_CHUNK])
+            flush_trace(host);
         host->timer_events++;
     } while (--*budget != 0 && step->active && ring_held(&step->ring.index) > half);
 }
@@ -117,7 +126,7 @@ static void jump_to_start(struct host *host) {
     host->hal.step.now_ticks += (us * host->hal.timer_mhz_q8 >> 8) + 1;
 }
 
-enum host_wait host_run(struct host *host, uint64_t max_events) {
+static enum host_wait run(struct host *host, uint64_t max_events) {
     struct machine *machine = &host->machine;
     uint64_t budget = max_events;
     while (budget != 0) {
@@ -133,6 +142,12 @@ enum host_wait host_run(struct host *host, uint64_t max_events) {
             return HOST_IDLE;
     }
     return HOST_BUDGET;
+}
+
+enum host_wait host_run(struct host *host, uint64_t max_events) {
+    enum host_wait wait = run(host, max_events);
+    flush_trace(host);
+    return wait;
 }
 
 uint64_t host_time_ticks(const struct host *host) {
@@ -156,7 +171,7 @@ struct trace *host_trace(struct host *host) {
 void host_counters(const struct host *host, struct host_counters *out) {
     const struct machine *machine = &host->machine;
     *out = (struct host_counters){
-        .step_events = host->hal.step.step_events,
+        .step_events = host->trace.total + host->trace.count,
         .timer_events = host->timer_events,
         .segments = machine->step.segments_done,
         .spans = machine->step.spans_done,

@@ -9,34 +9,27 @@
 #include "trace.h"
 
 #include <stdbool.h>
+#include <string.h>
+
+_Static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "a trace event is written as two words");
 
 #define HAL_ISR /* no section of its own on a PC */
 
 /** The virtual step timer and pins of one machine. */
 struct hal_step {
-    uint64_t now_ticks;   /* virtual time */
-    uint64_t alarm_ticks; /* next event, while running */
-    struct trace *trace;
-    uint32_t line;    /* of the span being stepped */
-    axis_mask_t dirs; /* level of the direction lines, 1 = negative */
-    uint8_t flags;    /* SEGMENT_ flags of the span being stepped */
+    uint64_t now_ticks;        /* virtual time */
+    uint64_t alarm_ticks;      /* next event, while running */
+    struct trace_event *write; /* where the next event goes; host.c sees to room */
+    uint64_t tag;              /* second word of the next trace_event, without its step_mask */
     bool running;
-    bool probe;           /* level of the probe input */
-    uint64_t step_events; /* events that stepped at least one axis */
+    bool probe; /* level of the probe input */
 };
 
 static HAL_INLINE void hal_step_set(struct hal_step *hal, axis_mask_t axes) {
     if (axes == 0)
         return;
-    struct trace *trace = hal->trace;
-    trace->events[trace->count] = (struct trace_event){.t_ticks = hal->now_ticks,
-                                                       .step_mask = axes,
-                                                       .dir_mask = hal->dirs,
-                                                       .flags = hal->flags,
-                                                       .line = hal->line};
-    hal->step_events++;
-    if (++trace->count == TRACE_CHUNK)
-        trace_flush(trace);
+    const uint64_t words[2] = {hal->now_ticks, hal->tag | axes};
+    memcpy(hal->write++, words, sizeof words);
 }
 
 static HAL_INLINE void hal_step_clear(struct hal_step *hal) {
@@ -44,7 +37,7 @@ static HAL_INLINE void hal_step_clear(struct hal_step *hal) {
 }
 
 static HAL_INLINE void hal_step_direction(struct hal_step *hal, axis_mask_t negative) {
-    hal->dirs = negative;
+    hal->tag = (hal->tag & ~(uint64_t)0xFF00) | (uint64_t)negative << 8;
 }
 
 static HAL_INLINE bool hal_step_probe(const struct hal_step *hal) {
@@ -65,8 +58,7 @@ static HAL_INLINE void hal_step_timer_stop(struct hal_step *hal) {
 }
 
 static HAL_INLINE void hal_step_span(struct hal_step *hal, uint16_t flags, uint32_t line) {
-    hal->flags = (uint8_t)flags;
-    hal->line = line;
+    hal->tag = (hal->tag & 0xFF00) | (uint64_t)(uint8_t)flags << 16 | (uint64_t)line << 32;
 }
 
 #endif

@@ -1,0 +1,22 @@
+/* SPDX-License-Identifier: MIT
+ * Chunks of step events -> consumers. */
+#include "trace.h"
+
+int trace_add(struct trace *trace, trace_consumer *consume, void *ctx) {
+    if (trace->consumers == TRACE_CONSUMERS)
+        return 0;
+    trace_flush(trace); /* what happened before is not the newcomer's */
+    trace->consume[trace->consumers] = consume;
+    trace->ctx[trace->consumers] = ctx;
+    trace->consumers++;
+    return 1;
+}
+
+void trace_flush(struct trace *trace) {
+    if (trace->count == 0)
+        return;
+    for (size_t i = 0; i < trace->consumers; i++)
+        trace->consume[i](trace->ctx[i], trace->events, trace->count);
+    trace->total += trace->count;
+    trace->count = 0;
+}
