@@ -28,8 +28,8 @@ static enum status row_check(const struct setting_row *row, double value, float 
     if (value < 0.0) {
         return STATUS_NEGATIVE;
     }
-    if (!(value <=
-          (double)UINT32_MAX)) { /* so written that NaN ends here too; below, both casts are defined */
+    /* So written that NaN ends here too. Below this bound both casts are defined. */
+    if (!(value <= (double)UINT32_MAX)) {
         return STATUS_BAD_NUMBER;
     }
     const float rounded = row->type == SETTING_FLOAT ? (float)value : (float)(uint32_t)value;
@@ -43,39 +43,48 @@ static enum status row_check(const struct setting_row *row, double value, float 
     return STATUS_OK;
 }
 
-/** Every value fits a float exactly: the whole types have 16 bits at most. */
+/* Every value fits a float exactly: the whole types have 16 bits at most. */
+
 static void field_write(struct settings *settings, const struct setting_row *row, uint8_t index,
                         float value) {
     void *field = (unsigned char *)settings + row->offset;
+    bool *flags = field;
+    uint8_t *bytes = field;
+    uint16_t *words = field;
+    float *floats = field;
     switch ((enum setting_type)row->type) {
     case SETTING_BOOL:
-        ((bool *)field)[index] = value >= 1.0F;
+        flags[index] = value >= 1.0F;
         break;
     case SETTING_U8:
-        ((uint8_t *)field)[index] = (uint8_t)value;
+        bytes[index] = (uint8_t)value;
         break;
     case SETTING_U16:
-        ((uint16_t *)field)[index] = (uint16_t)value;
+        words[index] = (uint16_t)value;
         break;
     case SETTING_FLOAT:
-        ((float *)field)[index] = value;
+        floats[index] = value;
         break;
     }
 }
 
 static float field_read(const struct settings *settings, const struct setting_row *row, uint8_t index) {
     const void *field = (const unsigned char *)settings + row->offset;
+    const bool *flags = field;
+    const uint8_t *bytes = field;
+    const uint16_t *words = field;
+    const float *floats = field;
     switch ((enum setting_type)row->type) {
     case SETTING_BOOL:
-        return ((const bool *)field)[index] ? 1.0F : 0.0F;
+        return flags[index] ? 1.0F : 0.0F;
     case SETTING_U8:
-        return ((const uint8_t *)field)[index];
+        return bytes[index];
     case SETTING_U16:
-        return ((const uint16_t *)field)[index];
+        return words[index];
     case SETTING_FLOAT:
         break;
     }
-    return ((const float *)field)[index];
+    return floats[index];
 }
 
 void settings_defaults(struct settings *settings) {

@@ -107,14 +107,18 @@ def test_count_constant_is_the_length_of_the_walk(settings: Settings) -> None:
 
 
 @each_number
-def test_a_number_changes_its_own_field_only(settings: Settings, item: Numbered) -> None:
-    ready(settings, item)
+@pytest.mark.parametrize("others", ["low", "high"])
+def test_a_number_changes_its_own_field_only(settings: Settings, item: Numbered, others: str) -> None:
+    settings.set(22, 1)
+    for other in NUMBERS:
+        if other.number != 22:
+            assert settings.set(other.number, other.max if others == "high" else other.min) == OK
     before = {other.number: settings.value(other.number) for other in NUMBERS}
-    new = item.max if item.row["default"] != item.max else item.min
+    new = item.min if before[item.number] == item.max else item.max
     assert settings.set(item.number, new) == OK
     assert field(settings, item) == single(new)
     changed = {number for number, value in before.items() if settings.value(number) != value}
-    assert changed == {item.number}
+    assert changed == ({20, 22} if item.number == 22 and others == "high" else {item.number})
 
 
 @each_number
