@@ -17,7 +17,7 @@ from wificnc.errors import BoardError
 def find_boards() -> list[Path]:
     """The board files of the repository, by id."""
     paths.require_repository()
-    return sorted(paths.BOARDS.glob("*.toml"))
+    return sorted(paths.BOARDS.glob("*.toml"), key=lambda path: path.stem)
 
 
 def board_path(ref: str | Path) -> Path:

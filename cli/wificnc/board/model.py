@@ -11,7 +11,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, model_validator
 
 from wificnc.board.chip import Chip, Level, LooseTuple, Pull, Strict
-from wificnc.board.problem import KeyPath
+from wificnc.board.problem import KeyPath, key_text
 
 AXIS_LETTERS = "XYZABC"
 AXES_MAX = len(AXIS_LETTERS)
@@ -201,6 +201,12 @@ class BoardFile(Strict):
     def uses(self) -> tuple[Use, ...]:
         """Every wired pin, in the order of the signals."""
         return tuple(_uses(self))
+
+    def value_of(self, key: str) -> str:
+        """What a deviation compares: the pin wired at a key, or a number of timing; "none" when nothing is there."""
+        wired = {key_text(use.path).removesuffix(".pin"): use.pin for use in self.uses()}
+        timing = {f"timing.{name}": str(value) for name, value in self.timing.model_dump().items()}
+        return (wired | timing).get(key, "none")
 
 
 class Role(Enum):

@@ -9,7 +9,7 @@ from math import ceil
 
 from wificnc.board.chip import Chip
 from wificnc.board.model import AXIS_LETTERS, BoardFile, OutputWire, Role, Use
-from wificnc.board.problem import Finding, KeyPath, key_text
+from wificnc.board.problem import Finding, key_text
 from wificnc.board.shape import closest
 
 NS_PER_S = 1_000_000_000
@@ -231,13 +231,10 @@ def _pulse_timing(board: BoardFile, chip: Chip) -> Iterator[Finding]:
 
 
 def _deviations(board: BoardFile, chip: Chip) -> Iterator[Finding]:
-    wired = {key_text(use.path).removesuffix(".pin"): use.pin for use in board.uses()}
-    wired |= {f"timing.{key}": str(value) for key, value in board.timing.model_dump().items()}
     for index, deviation in enumerate(board.deviation):
-        if wired.get(deviation.key, "none") == deviation.published:
-            path: KeyPath = ("deviation", index)
+        if board.value_of(deviation.key) == deviation.published:
             reason = f"{deviation.key} is {deviation.published} here too: nothing deviates"
-            yield Finding("stale-deviation", path, reason, "remove it, or correct its key")
+            yield Finding("stale-deviation", ("deviation", index), reason, "remove it, or correct its key")
 
 
 BOARD_RULES: tuple[BoardRule, ...] = (

@@ -1,0 +1,161 @@
+"""`wificnc boards`: list, show and check boards."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import rich_click as click
+from rich.markup import escape
+from rich.table import Table
+
+from wificnc import ui
+from wificnc.board.labels import PinRow, notes, pin_rows
+from wificnc.board.load import check_board, find_boards, load_board
+from wificnc.board.model import Board
+from wificnc.board.picture import ROLE_COLOURS, save_picture
+from wificnc.board.problem import Problem
+from wificnc.errors import Exit
+
+
+@click.group()
+def command() -> None:
+    """List, show and check boards. BOARD is a board's id or the path of its TOML file."""
+
+
+@command.command("list")
+@click.option("--json", "as_json", is_flag=True, help="Write JSON.")
+def list_boards(as_json: bool) -> None:
+    """List the boards."""
+    boards = [load_board(path) for path in find_boards()]
+    if as_json:
+        ui.emit_json([_summary(board) for board in boards])
+        return
+    table = Table("board", "axes", "steps/s", "network", "what for", box=None, pad_edge=False)
+    for board in boards:
+        network = " + ".join(_networks(board))
+        rate = f"{board.timing.max_step_rate_hz // 1000} k"
+        table.add_row(f"[bold]{board.id}[/]", "".join(board.axes), rate, network, escape(board.summary))
+    ui.data.print(table)
+
+
+@command.command("show")
+@click.argument("board_ref", metavar="BOARD")
+@click.option("--json", "as_json", is_flag=True, help="Write JSON.")
+@click.option("--picture", type=click.Path(path_type=Path), help="Draw the pin-out as .svg or .png.")
+def show_board(board_ref: str, as_json: bool, picture: Path | None) -> None:
+    """Show what a board wires."""
+    board = load_board(board_ref)
+    if picture:
+        save_picture(board, picture)
+        ui.note(f"wrote {picture}")
+    if as_json:
+        ui.emit_json(_details(board))
+    else:
+        _print_board(board)
+
+
+@command.command("check")
+@click.argument("board_refs", metavar="[BOARD|FILE]...", nargs=-1)
+@click.option("--json", "as_json", is_flag=True, help="Write JSON.")
+@click.pass_context
+def check_boards(ctx: click.Context, board_refs: tuple[str, ...], as_json: bool) -> None:
+    """Check boards, all of them by default. Exit code 3 when there is a problem."""
+    refs: list[str | Path] = [*board_refs] or [*find_boards()]
+    problems = [problem for ref in refs for problem in check_board(ref)]
+    if as_json:
+        ui.emit_json([problem.as_json() for problem in problems])
+    else:
+        for problem in problems:
+            _print_problem(problem)
+        files = len({problem.file for problem in problems})
+        counted = f"{len(problems)} problem{'s' * (len(problems) != 1)} in {files} of {_count(refs)}"
+        ui.data.print(f"[bold red]{counted}[/]" if problems else f"[bold green]{_count(refs)} without a problem[/]")
+    ctx.exit(Exit.BOARD if problems else Exit.OK)
+
+
+def _count(refs: list[str | Path]) -> str:
+    return f"{len(refs)} board{'s' * (len(refs) != 1)}"
+
+
+def _networks(board: Board) -> list[str]:
+    wifi = ["Wi-Fi"] if board.target == "esp32" else []
+    return [*wifi, "Ethernet"] if board.ethernet else wifi
+
+
+def _summary(board: Board) -> dict[str, Any]:
+    return {
+        "id": board.id,
+        "name": board.name,
+        "summary": board.summary,
+        "target": board.target,
+        "chip": board.chip,
+        "axes": list(board.axes),
+        "timing": board.timing.model_dump(),
+        "memory": board.memory.model_dump(mode="json"),
+        "network": _networks(board),
+    }
+
+
+def _details(board: Board) -> dict[str, Any]:
+    return {
+        **_summary(board),
+        "notes": notes(board),
+        "pins": [
+            {
+                "signal": use.signal,
+                "pin": use.pin,
+                "number": board.pins.pin[use.pin].number,
+                "direction": "out" if use.is_output else "in",
+                "active": use.active,
+                "pull": use.pull,
+                "allow": use.wire.allow,
+            }
+            for use in board.uses()
+        ],
+        "deviations": [
+            {**deviation.model_dump(), "here": board.value_of(deviation.key)} for deviation in board.deviation
+        ],
+    }
+
+
+def _print_board(board: Board) -> None:
+    timing = board.timing
+    chip = f"{board.pins.name}, {board.pins.memory[board.memory.mode]}"
+    pulse = f"pulse {timing.step_pulse_ns} ns, direction {timing.dir_setup_ns} ns before it"
+    ui.data.print(f"[bold]{escape(board.name)}[/]  ({board.id})")
+    ui.data.print(f"{escape(board.summary)}.", escape(chip), sep="\n")
+    ui.data.print(f"axes {''.join(board.axes)}, up to {timing.max_step_rate_hz // 1000} k steps/s, {pulse}", end="\n\n")
+    ui.data.print(_pin_table(board))
+    risks = [(row, rule, reason) for row in pin_rows(board) for rule, reason in row.allow.items()]
+    _print_list("risks taken", [f"{row.pin} {row.label}, {rule}: {reason}" for row, rule, reason in risks])
+    published = "published {0.published}, here {1}: {0.why}"
+    deviations = [(item, board.value_of(item.key)) for item in board.deviation]
+    _print_list("deviations", [f"{item.key}: {published.format(item, here)}" for item, here in deviations])
+    _print_list("before wiring", notes(board))
+
+
+def _pin_table(board: Board) -> Table:
+    table = Table("signal", "pin", "", "active", "pull", "the pin is also", box=None, pad_edge=False)
+    for row, use in zip(pin_rows(board), board.uses(), strict=True):
+        table.add_row(f"[{ROLE_COLOURS[use.role]}]■[/] {row.label}", *_cells(row))
+    return table
+
+
+def _cells(row: PinRow) -> list[str]:
+    return [f"[bold]{row.pin}[/]", row.direction, row.active, row.pull, ", ".join(row.remarks)]
+
+
+def _print_list(title: str, lines: list[str]) -> None:
+    if lines:
+        ui.data.print(f"\n[bold]{title}[/]")
+    for line in lines:
+        ui.data.print(f"  {escape(line)}")
+
+
+def _print_problem(problem: Problem) -> None:
+    place, _, rest = str(problem).partition(": ")
+    text, _, hint = rest.partition("\n  hint: ")
+    ui.data.print(f"[bold]{escape(place)}:[/] {escape(text)}")
+    if hint:
+        ui.data.print(f"  [blue]hint:[/] {escape(hint)}")
