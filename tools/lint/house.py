@@ -21,7 +21,7 @@ SPDX = "/* SPDX-License-Identifier: MIT"
 NOTE_TO_SELF = re.compile(r"\b(TO" r"DO|FIX" r"ME)\b(?!\(#\d+\))")
 DISABLED = re.compile(r"^\s*#\s*if" r"\s+0\b")
 MACHINE_PATH = re.compile(r"(?<![\w./~$}-])/(?:work|root|home|Users|tmp)" r"/\w")
-FUNCTION_HEAD = re.compile(r"^[A-Za-z_][^;={}]*\)\s*\{\s*$")
+FUNCTION_HEAD = re.compile(r"^[A-Za-z_][\w\s*()]*\(")
 
 
 def check_house(root: Path) -> list[Problem]:
@@ -84,22 +84,24 @@ def _python_functions(text: str) -> Iterator[tuple[str, int, int]]:
 
 
 def _c_functions(lines: list[str]) -> Iterator[tuple[str, int, int]]:
-    """Functions as clang-format leaves them: the head ends in `{`, the body in a `}` of the first column."""
+    """Functions as clang-format leaves them: a head in the first column, perhaps continued on indented lines, that
+    ends in `) {`; then a body that ends in a `}` of the first column."""
     head = 0
+    is_open = False
     for number, line in enumerate(lines, 1):
-        if FUNCTION_HEAD.match(line) or (line.endswith(") {") and line[:1] == " " and _continues(lines, number)):
-            head = head or number
-        elif line.startswith("}") and head:
-            match = re.search(r"(\w+)\s*\(", lines[head - 1]) or re.search(r"(\w+)", lines[head - 1])
-            yield f"{match[1] if match else '?'}()", head, number - head + 1
-            head = 0
+        if is_open and line.startswith("}"):
+            yield f"{_function_name(lines[head - 1])}()", head, number - head + 1
+            is_open = False
+        elif not is_open and FUNCTION_HEAD.match(line):
+            head = number
+        is_open = is_open or (line.endswith(") {") and _is_head(lines[head - 1 : number]))
 
 
-def _continues(lines: list[str], number: int) -> bool:
-    """Whether an indented line that ends in `{` closes a function head begun on an unindented line above."""
-    for line in reversed(lines[: number - 1]):
-        if line[:1] not in (" ", "\t"):
-            return bool(re.match(r"[A-Za-z_][^;={}]*\([^;{}]*,$", line))
-        if line.rstrip().endswith((";", "{", "}")):
-            return False
-    return False
+def _is_head(lines: list[str]) -> bool:
+    """Whether these lines are one function head: nothing between its first column and its `{` ends a statement."""
+    return bool(FUNCTION_HEAD.match(lines[0])) and not re.search(r"[;{}]", "".join(lines)[:-1])
+
+
+def _function_name(head: str) -> str:
+    match = re.search(r"(\w+)\s*\(", head)
+    return match[1] if match else "?"

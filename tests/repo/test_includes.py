@@ -1,0 +1,87 @@
+"""The include-direction lint: what it lets through, and each thing it must catch."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from lint.includes import ALLOWED, check_includes
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+@pytest.fixture
+def tree(tmp_path: Path) -> Path:
+    """A small core with one header in every room."""
+    for room in ALLOWED:
+        (tmp_path / "core" / room).mkdir(parents=True)
+        (tmp_path / "core" / room / f"{room}.h").write_text("int x;\n")
+    (tmp_path / "core" / "config.h").write_text("\n")
+    return tmp_path
+
+
+def lint_one(tree: Path, name: str, text: str) -> list[str]:
+    (tree / name).write_text(text)
+    return [problem.message for problem in check_includes(tree)]
+
+
+@pytest.mark.parametrize(
+    ("name", "include"),
+    [
+        ("core/motion/a.c", '"segment/segment.h"'),
+        ("core/motion/a.c", '"base/base.h"'),
+        ("core/step/a.c", '"hal/hal_step.h"'),
+        ("core/hal/contract.c", '"hal/hal_step.h"'),
+        ("core/settings/a.c", '"gcode/status.h"'),
+        ("core/machine/a.c", '"gcode/gcode.h"'),
+        ("core/link/a.c", '"config.h"'),
+        ("core/base/a.c", "<math.h>"),
+    ],
+)
+def test_include_along_the_data_is_allowed(tree: Path, name: str, include: str) -> None:
+    assert lint_one(tree, name, f"#include {include}\n") == []
+
+
+@pytest.mark.parametrize(
+    ("name", "include", "message"),
+    [
+        ("core/segment/a.c", '"motion/motion.h"', 'core/segment may not include "motion/motion.h"'),
+        ("core/gcode/a.c", '"machine/machine.h"', 'core/gcode may not include "machine/machine.h"'),
+        ("core/base/a.c", '"gcode/gcode.h"', 'core/base may not include "gcode/gcode.h"'),
+        ("core/settings/a.c", '"gcode/gcode.h"', "it may include: settings, base, gcode/status.h"),
+        ("core/motion/a.c", '"host.h"', '"host.h" is not the core\'s'),
+        ("core/motion/a.c", '"../../targets/host/host.h"', "is not the core's"),
+        ("core/motion/a.c", '"motion/absent.h"', "is not in core/"),
+        ("core/motion/a.c", "<stdio.h>", "the core prints nothing"),
+        ("core/motion/a.c", "<stdlib.h>", "the core does not allocate"),
+        ("core/motion/a.c", "<pthread.h>", "no operating system"),
+    ],
+)
+def test_other_include_is_caught(tree: Path, name: str, include: str, message: str) -> None:
+    (found,) = lint_one(tree, name, f"int a;\n#include {include}\n")
+    assert message in found
+
+
+def test_problem_names_file_and_line(tree: Path) -> None:
+    (tree / "core/segment/a.c").write_text('int a;\n#include "step/step.h"\n')
+    (problem,) = check_includes(tree)
+    assert str(problem).startswith("core/segment/a.c:2: ")
+
+
+def test_allocation_is_caught_even_without_its_header(tree: Path) -> None:
+    assert lint_one(tree, "core/base/a.c", "void *f(void) {\n    return malloc(4);\n}\n") == [
+        "malloc() has no place in the core"
+    ]
+
+
+def test_allocation_in_a_comment_is_only_talk(tree: Path) -> None:
+    assert lint_one(tree, "core/base/a.c", "int a; /* no malloc() here */\n/* never\n * free() it */\n") == []
+
+
+def test_new_room_needs_its_line(tree: Path) -> None:
+    (tree / "core/attic").mkdir()
+    assert "no known room" in lint_one(tree, "core/attic/a.c", "int a;\n")[0]
+
+
+def test_our_core_follows_the_data() -> None:
+    assert check_includes(ROOT) == []
