@@ -31,6 +31,7 @@ enum block_group {
 
 /** Values of GROUP_NONMODAL and GROUP_TOOL_LENGTH; the other groups use the enums of gcode/gcode.h. */
 enum block_nonmodal {
+    NONMODAL_NONE, /* always set, so that nobody needs to look at groups */
     NONMODAL_DWELL,
     NONMODAL_SET_OFFSETS, /* G10 */
     NONMODAL_G28,
@@ -60,6 +61,8 @@ enum block_axes {
 /** Words are bits and indices by letter: A = 0 .. Z = 25. */
 #define WORD(letter)     ((letter) - 'A')
 #define WORD_BIT(letter) ((uint32_t)1 << WORD(letter))
+#define WORDS_AXES                                                                                           \
+    (WORD_BIT('X') | WORD_BIT('Y') | WORD_BIT('Z') | WORD_BIT('A') | WORD_BIT('B') | WORD_BIT('C'))
 
 struct gcode_block {
     uint32_t words;  /* which numbers stand in the line; G and M never do */

@@ -3,10 +3,10 @@
 #include "gcode/block.h"
 #include "gcode/number.h"
 
-#define WORDS_KNOWN                                                                                          \
-    (WORD_BIT('A') | WORD_BIT('B') | WORD_BIT('C') | WORD_BIT('F') | WORD_BIT('I') | WORD_BIT('J') |         \
-     WORD_BIT('K') | WORD_BIT('L') | WORD_BIT('N') | WORD_BIT('P') | WORD_BIT('R') | WORD_BIT('S') |         \
-     WORD_BIT('T') | WORD_BIT('X') | WORD_BIT('Y') | WORD_BIT('Z'))
+#define WORDS_CODE (WORD_BIT('G') | WORD_BIT('M'))
+/* Words with any number, and words with a rule of their own. */
+#define WORDS_FREE                                                                                           \
+    (WORDS_AXES | WORD_BIT('I') | WORD_BIT('J') | WORD_BIT('K') | WORD_BIT('L') | WORD_BIT('R'))
 #define WORDS_NOT_NEGATIVE (WORD_BIT('F') | WORD_BIT('N') | WORD_BIT('P') | WORD_BIT('S') | WORD_BIT('T'))
 
 enum { TOOL_NUMBER_MAX = 255, CODE_X10_MAX = 9999 };
@@ -18,7 +18,7 @@ struct code {
 
 enum { KEY_G = 0, KEY_M = CODE_X10_MAX + 1 };
 
-static struct code find_code(unsigned key) {
+static struct code find_code(int key) {
     switch (key) {
 #define CODE(letter, x10, group, value, axes)                                                                \
     case KEY_##letter + (x10):                                                                               \
@@ -32,11 +32,12 @@ static struct code find_code(unsigned key) {
 
 /* Grbl's answer to a code that is not in the table: a fraction on an M code or on a G code that has no
  * variants is "not a whole number" (G1.5, G54.1); anything else is unsupported (G5, G38.9, M6). */
-static enum status unknown_code(char letter, double number) {
-    const double whole = number < CODE_X10_MAX ? (double)(int)number : number;
+static enum status unknown_code(char letter, struct number number) {
+    const double value = number_value(number);
+    const int whole = value >= 0.0 && value <= CODE_X10_MAX ? (int)value : -1;
     bool plain = false, variants = false;
 
-    if (number < 0.0 || number == whole)
+    if (whole < 0 || value == whole)
         return STATUS_UNSUPPORTED;
     if (letter == 'M')
         return STATUS_NOT_INTEGER;
@@ -50,13 +51,24 @@ static enum status unknown_code(char letter, double number) {
     return plain && !variants ? STATUS_NOT_INTEGER : STATUS_UNSUPPORTED;
 }
 
-static enum status take_code(struct gcode_block *block, char letter, double number) {
-    /* n/10 * 10 is exactly n again (10 = 2^3 + 2^1, Kahan), so no rounding is needed. */
-    const double x10 = number * 10.0;
-    struct code code = {false, 0, 0, 0};
+/* G38.2 -> 382; -1 for a number that cannot be in the table. */
+static int code_x10(struct number number) {
+    ptrdiff_t decimals = number.decimals;
+    int64_t digits = number.digits;
 
-    if (x10 >= 0.0 && x10 <= CODE_X10_MAX && (double)(int)x10 == x10)
-        code = find_code((unsigned)(int)x10 + (letter == 'M' ? KEY_M : KEY_G));
+    if (number.negative)
+        return -1;
+    if (decimals == 0)
+        return digits <= CODE_X10_MAX / 10 ? (int)digits * 10 : -1;
+    for (; decimals > 1 && digits % 10 == 0; decimals--)
+        digits /= 10; /* G38.20 */
+    return decimals == 1 && digits <= CODE_X10_MAX ? (int)digits : -1;
+}
+
+static enum status take_code(struct gcode_block *block, char letter, struct number number) {
+    const int x10 = code_x10(number);
+    const struct code code = find_code(x10 < 0 ? -1 : letter == 'M' ? KEY_M + x10 : KEY_G + x10);
+
     if (!code.known)
         return unknown_code(letter, number);
     if (code.axes != AXES_FREE) {
@@ -71,42 +83,45 @@ static enum status take_code(struct gcode_block *block, char letter, double numb
     return STATUS_OK;
 }
 
-static enum status take_word(struct gcode_block *block, unsigned word, double number) {
-    const uint32_t bit = (uint32_t)1 << word;
-
-    if (!(bit & WORDS_KNOWN))
+/* Why a word cannot be taken; the order of Grbl's checks. */
+static enum status word_status(uint32_t words, uint32_t bit, double number) {
+    if (!(bit & (WORDS_FREE | WORDS_NOT_NEGATIVE)))
         return STATUS_UNSUPPORTED;
     if (bit == WORD_BIT('T') && number > TOOL_NUMBER_MAX)
         return STATUS_TOOL_NUMBER;
-    if (block->words & bit)
+    if (words & bit)
         return STATUS_WORD_REPEATED;
     if (number < 0.0 && (bit & WORDS_NOT_NEGATIVE))
         return STATUS_NEGATIVE;
-    block->words |= bit;
-    block->number[word] = number;
     return STATUS_OK;
 }
 
 enum status gcode_parse(const char *line, struct gcode_block *block) {
-    block->words = 0;
+    uint32_t words = 0;
+    unsigned word;
+
     block->groups = 0;
     block->axes = AXES_FREE;
+    block->value[GROUP_NONMODAL] = NONMODAL_NONE;
 
-    while (*line != '\0') {
-        const char letter = *line;
-        const unsigned word = (unsigned)(unsigned char)letter - 'A';
+    while ((word = (unsigned)(unsigned char)*line - 'A') <= WORD('Z')) {
+        const uint32_t bit = (uint32_t)1 << word;
+        const struct number number = number_scan(line + 1);
         enum status status;
-        double number;
 
-        if (word > WORD('Z'))
-            return STATUS_EXPECTED_LETTER;
-        line = number_read(line + 1, &number);
-        if (line == NULL)
+        if (number.end == NULL)
             return STATUS_BAD_NUMBER;
-        status = letter == 'G' || letter == 'M' ? take_code(block, letter, number)
-                                                : take_word(block, word, number);
+        if (bit & WORDS_CODE) {
+            status = take_code(block, *line, number);
+        } else {
+            block->number[word] = number_value(number);
+            status = bit & WORDS_FREE & ~words ? STATUS_OK : word_status(words, bit, block->number[word]);
+            words |= bit;
+        }
         if (status != STATUS_OK)
             return status;
+        line = number.end;
     }
-    return STATUS_OK;
+    block->words = words;
+    return *line == '\0' ? STATUS_OK : STATUS_EXPECTED_LETTER;
 }

@@ -5,6 +5,11 @@
 #define LINE_NUMBER_MAX 10000000.0
 #define S_PER_MIN       60.0
 
+/* A typical line of a job: most of what follows is not about it. */
+static inline bool only_motion(const struct gcode_block *block) {
+    return (block->groups & ~(1u << GROUP_MOTION)) == 0;
+}
+
 /* The codes of the line become its modes, before anything is checked against them. */
 static void apply_modes(const struct gcode_block *block, struct gcode_modal *next) {
     const uint8_t *value = block->value;
@@ -13,8 +18,8 @@ static void apply_modes(const struct gcode_block *block, struct gcode_modal *nex
         next->motion = BLOCK_MOTION(value[GROUP_MOTION]);
         next->probe = BLOCK_PROBE_KIND(value[GROUP_MOTION]);
     }
-    if ((block->groups & ~(1u << GROUP_MOTION)) == 0)
-        return; /* a typical line of a job */
+    if (only_motion(block))
+        return;
     if (block_has_group(block, GROUP_PLANE))
         next->plane = (enum gcode_plane)value[GROUP_PLANE];
     if (block_has_group(block, GROUP_DISTANCE))
@@ -40,7 +45,6 @@ static enum status resolve_values(struct resolver *r) {
     struct gcode_modal *next = &r->out->next;
     double number;
 
-    r->out->line_number = 0;
     if (resolve_take(r, 'N', &number)) {
         if (number >= LINE_NUMBER_MAX + 1.0)
             return STATUS_LINE_NUMBER;
@@ -66,8 +70,7 @@ static enum status resolve_values(struct resolver *r) {
 static enum status resolve_dwell(struct resolver *r) {
     double seconds;
 
-    r->out->dwell_s = -1.0f;
-    if (!resolve_is_nonmodal(r, NONMODAL_DWELL))
+    if (r->nonmodal != NONMODAL_DWELL)
         return STATUS_OK;
     if (!resolve_take(r, 'P', &seconds))
         return STATUS_VALUE_MISSING;
@@ -98,7 +101,6 @@ static void resolve_outputs(struct resolver *r) {
 static void resolve_flow(struct resolver *r) {
     struct gcode_modal *next = &r->out->next;
 
-    r->out->flow = FLOW_RUN;
     if (!block_has_group(r->block, GROUP_FLOW))
         return;
     r->out->flow = (enum gcode_flow)r->block->value[GROUP_FLOW];
@@ -121,6 +123,7 @@ enum status gcode_resolve(const struct gcode_state *state, const struct gcode_bl
         .out = command,
         .unused = block->words,
         .axis_words = block_axis_words(block),
+        .nonmodal = (enum block_nonmodal)block->value[GROUP_NONMODAL],
         .axes = (enum block_axes)block->axes,
     };
     enum status status;
@@ -132,14 +135,25 @@ enum status gcode_resolve(const struct gcode_state *state, const struct gcode_bl
     command->next = state->modal;
     apply_modes(block, &command->next);
     r.unit_mm = command->next.inches ? MM_PER_INCH : 1.0;
+    r.wcs_mm = state->offsets.wcs_mm[command->next.wcs];
+    command->dwell_s = -1.0f;
+    command->store = STORE_NOTHING;
+    command->store_tool_length = false;
+    command->flow = FLOW_RUN;
+    command->line_number = 0;
 
-    if ((status = resolve_values(&r)) != STATUS_OK || (status = resolve_dwell(&r)) != STATUS_OK ||
-        (status = resolve_stores(&r)) != STATUS_OK || (status = resolve_move(&r)) != STATUS_OK)
+    status = resolve_values(&r);
+    if (status == STATUS_OK && !only_motion(block))
+        status = resolve_dwell(&r);
+    if (status == STATUS_OK && !only_motion(block))
+        status = resolve_stores(&r);
+    if (status == STATUS_OK)
+        status = resolve_move(&r);
+    if (status != STATUS_OK)
         return status;
     resolve_path(&r);
     if (r.axes != AXES_FREE)
-        r.unused &=
-            ~(WORD_BIT('X') | WORD_BIT('Y') | WORD_BIT('Z') | WORD_BIT('A') | WORD_BIT('B') | WORD_BIT('C'));
+        r.unused &= ~WORDS_AXES;
     if (r.unused != 0)
         return STATUS_WORDS_UNUSED;
     resolve_outputs(&r);

@@ -25,8 +25,10 @@ struct resolver {
     struct gcode_command *out; /* out->next holds the modes of this line before any of the parts runs */
     uint32_t unused;           /* words that nobody took so far; what is left at the end is error:36 */
     axis_mask_t axis_words;
+    enum block_nonmodal nonmodal;
     enum block_axes axes; /* as in the block, but AXES_MOTION when the modal motion takes the axis words */
     double unit_mm;       /* mm per programmed unit of length */
+    const double *wcs_mm; /* row of the coordinate system of this line */
 };
 
 enum status resolve_stores(struct resolver *r);
@@ -46,11 +48,6 @@ static inline bool resolve_take(struct resolver *r, char letter, double *number)
     return true;
 }
 
-/** Non-modal code of the line. */
-static inline bool resolve_is_nonmodal(const struct resolver *r, enum block_nonmodal code) {
-    return block_has_group(r->block, GROUP_NONMODAL) && r->block->value[GROUP_NONMODAL] == code;
-}
-
 /** An axis word, mm or degrees: inches are lengths only. */
 static inline double resolve_axis_word(const struct resolver *r, unsigned axis) {
     const double number = r->block->number[block_axis_word(axis)];
@@ -60,7 +57,7 @@ static inline double resolve_axis_word(const struct resolver *r, unsigned axis) 
 /** Work offset of one axis in the coordinate system of this line. */
 static inline double resolve_offset_mm(const struct resolver *r, unsigned axis) {
     const struct gcode_offsets *offsets = &r->state->offsets;
-    const double offset = offsets->wcs_mm[r->out->next.wcs][axis] + offsets->g92_mm[axis];
+    const double offset = r->wcs_mm[axis] + offsets->g92_mm[axis];
     return axis == AXIS_Z ? offset + offsets->tool_length_mm : offset;
 }
 

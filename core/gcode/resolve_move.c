@@ -7,14 +7,14 @@
 
 /* Where the axis words lead, in machine coordinates; other axes stay. */
 static enum status find_target(const struct resolver *r, double target_mm[AXIS_COUNT]) {
+    const bool machine_coordinates = r->nonmodal == NONMODAL_MACHINE_COORDS;
     const bool incremental = r->out->next.incremental;
-    const bool machine_coordinates = resolve_is_nonmodal(r, NONMODAL_MACHINE_COORDS);
 
     memcpy(target_mm, r->state->position_mm, AXIS_COUNT * sizeof target_mm[0]);
-    for (unsigned axis = 0; r->axis_words >> axis != 0; axis++) {
+    for (unsigned axis = 0, left = r->axis_words; left != 0; axis++, left >>= 1) {
         double word;
 
-        if (!(r->axis_words >> axis & 1u))
+        if (!(left & 1u))
             continue;
         word = resolve_axis_word(r, axis);
         if (!machine_coordinates)
@@ -102,13 +102,13 @@ enum status resolve_move(struct resolver *r) {
     move->feed_mm_s = 0.0f;
     move->inverse_time_s = 0.0f;
     move->probe = 0;
-    if (resolve_is_nonmodal(r, NONMODAL_MACHINE_COORDS) && motion != MOTION_RAPID && motion != MOTION_LINEAR)
+    if (r->nonmodal == NONMODAL_MACHINE_COORDS && motion != MOTION_RAPID && motion != MOTION_LINEAR)
         return STATUS_G53_MOTION;
     if (motion == MOTION_NONE && r->axis_words != 0)
         return STATUS_AXIS_WORDS_UNUSED; /* as in Grbl, even if G10 or G92 would take them */
-    if (resolve_is_nonmodal(r, NONMODAL_G28))
+    if (r->nonmodal == NONMODAL_G28)
         return home_move(r, r->state->offsets.g28_mm);
-    if (resolve_is_nonmodal(r, NONMODAL_G30))
+    if (r->nonmodal == NONMODAL_G30)
         return home_move(r, r->state->offsets.g30_mm);
     if (r->axes != AXES_MOTION)
         return STATUS_OK;

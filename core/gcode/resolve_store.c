@@ -69,7 +69,7 @@ static enum status store_g92(struct resolver *r) {
     copy_row(r->out->store_mm, offsets->g92_mm);
     for (unsigned axis = 0; axis < AXIS_COUNT; axis++) {
         if (r->axis_words >> axis & 1u)
-            r->out->store_mm[axis] = offset_to_read(r, axis, offsets->wcs_mm[r->out->next.wcs][axis]);
+            r->out->store_mm[axis] = offset_to_read(r, axis, r->wcs_mm[axis]);
     }
     r->out->store = STORE_G92;
     return STATUS_OK;
@@ -78,7 +78,7 @@ static enum status store_g92(struct resolver *r) {
 static enum status store_nonmodal(struct resolver *r) {
     static const double zeros[AXIS_COUNT];
 
-    switch ((enum block_nonmodal)r->block->value[GROUP_NONMODAL]) {
+    switch (r->nonmodal) {
     case NONMODAL_SET_OFFSETS:
         return store_wcs(r);
     case NONMODAL_G92:
@@ -90,8 +90,9 @@ static enum status store_nonmodal(struct resolver *r) {
     case NONMODAL_G28_SET:
     case NONMODAL_G30_SET:
         copy_row(r->out->store_mm, r->state->position_mm);
-        r->out->store = r->block->value[GROUP_NONMODAL] == NONMODAL_G28_SET ? STORE_G28 : STORE_G30;
+        r->out->store = r->nonmodal == NONMODAL_G28_SET ? STORE_G28 : STORE_G30;
         return STATUS_OK;
+    case NONMODAL_NONE:
     case NONMODAL_DWELL:
     case NONMODAL_G28:
     case NONMODAL_G30:
@@ -104,11 +105,9 @@ static enum status store_nonmodal(struct resolver *r) {
 enum status resolve_stores(struct resolver *r) {
     enum status status = STATUS_OK;
 
-    r->out->store = STORE_NOTHING;
-    r->out->store_tool_length = false;
     if (block_has_group(r->block, GROUP_TOOL_LENGTH))
         status = store_tool_length(r);
-    if (status == STATUS_OK && block_has_group(r->block, GROUP_NONMODAL))
+    if (status == STATUS_OK)
         status = store_nonmodal(r);
     if (status != STATUS_OK || r->out->store == STORE_NOTHING)
         return status;

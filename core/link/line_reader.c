@@ -1,60 +1,117 @@
 /* SPDX-License-Identifier: MIT */
 #include "link/line_reader.h"
 
-/* Why characters are not stored right now; at most one of the first three at a time, as in Grbl. */
+#include <stdbool.h>
+
+/* Why characters are not simply stored right now. At most one of the first three at a time, as in Grbl. */
 enum {
     IN_PARENTHESES = 1,
     AFTER_SEMICOLON = 2,
     OVERFLOWED = 4,
-    LINE_DONE = 8, /* text is the caller's until this byte */
-    AFTER_CR = 16,
+    LINE_DONE = 8, /* text is the caller's until the next byte */
+    AFTER_CR = 16, /* only with LINE_DONE */
 };
 
-void line_reader_reset(struct line_reader *reader) {
-    reader->text[0] = '\0';
+enum { LENGTH_MAX = LINE_SIZE - 1 };
+
+/* What a byte is stored as, or one of these two. Bytes >= 0x80 are dropped. */
+enum { DROP = 0, LOOK = 1 };
+
+/* clang-format off */
+static const uint8_t stored_as[256] = {
+    DROP, DROP, DROP, DROP, DROP, DROP, DROP, DROP, DROP, DROP, LOOK, DROP, DROP, LOOK, DROP, DROP,
+    DROP, DROP, DROP, DROP, DROP, DROP, DROP, DROP, DROP, DROP, DROP, DROP, DROP, DROP, DROP, DROP,
+    DROP, '!',  '"',  '#',  '$',  '%',  '&',  '\'', LOOK, ')',  '*',  '+',  ',',  '-',  '.',  DROP,
+    '0',  '1',  '2',  '3',  '4',  '5',  '6',  '7',  '8',  '9',  ':',  LOOK, '<',  '=',  '>',  '?',
+    '@',  'A',  'B',  'C',  'D',  'E',  'F',  'G',  'H',  'I',  'J',  'K',  'L',  'M',  'N',  'O',
+    'P',  'Q',  'R',  'S',  'T',  'U',  'V',  'W',  'X',  'Y',  'Z',  '[',  '\\', ']',  '^',  '_',
+    '`',  'A',  'B',  'C',  'D',  'E',  'F',  'G',  'H',  'I',  'J',  'K',  'L',  'M',  'N',  'O',
+    'P',  'Q',  'R',  'S',  'T',  'U',  'V',  'W',  'X',  'Y',  'Z',  '{',  '|',  '}',  '~',  0x7f,
+};
+/* clang-format on */
+
+static void start_line(struct line_reader *reader) {
     reader->length = 0;
     reader->flags = 0;
 }
 
+void line_reader_reset(struct line_reader *reader) {
+    reader->text[0] = '\0';
+    start_line(reader);
+}
+
 static enum line_result end_line(struct line_reader *reader, uint8_t byte) {
-    const bool overflowed = (reader->flags & OVERFLOWED) != 0;
+    const bool overflowed = reader->flags == OVERFLOWED;
 
     reader->text[reader->length] = '\0';
     reader->flags = byte == '\r' ? LINE_DONE | AFTER_CR : LINE_DONE;
     return overflowed ? LINE_OVERFLOW : LINE_READY;
 }
 
-/* A byte while some flag is set. @return true when it is to be looked at as the first byte of a new line */
-static bool wake(struct line_reader *reader, uint8_t byte) {
-    if (reader->flags & LINE_DONE) {
-        const bool second_half = (reader->flags & AFTER_CR) != 0 && byte == '\n';
+/* The first byte after a line. @return true if it was the LF of a CR LF */
+static bool leave_line(struct line_reader *reader, uint8_t byte) {
+    const bool second_half = (reader->flags & AFTER_CR) != 0 && byte == '\n';
 
-        reader->flags = 0;
-        reader->length = 0;
-        return !second_half;
+    start_line(reader);
+    return second_half;
+}
+
+/* Any byte, once leave_line() has seen it. */
+static enum line_result put(struct line_reader *reader, uint8_t byte) {
+    const uint8_t character = stored_as[byte];
+
+    if (byte == '\n' || byte == '\r')
+        return end_line(reader, byte);
+    if (reader->flags != 0) {
+        if (byte == ')' && reader->flags == IN_PARENTHESES)
+            reader->flags = 0;
+    } else if (character == LOOK) {
+        reader->flags = byte == '(' ? IN_PARENTHESES : AFTER_SEMICOLON;
+    } else if (character != DROP) {
+        if (reader->length < LENGTH_MAX)
+            reader->text[reader->length++] = (char)character;
+        else
+            reader->flags = OVERFLOWED;
     }
-    if (byte == ')' && reader->flags == IN_PARENTHESES)
-        reader->flags = 0;
-    return byte == '\n' || byte == '\r';
+    return LINE_NONE;
 }
 
 enum line_result line_reader_put(struct line_reader *reader, uint8_t byte) {
-    if (reader->flags != 0 && !wake(reader, byte))
+    if ((reader->flags & LINE_DONE) && leave_line(reader, byte))
         return LINE_NONE;
-    if (byte <= ' ') {
-        return byte == '\n' || byte == '\r' ? end_line(reader, byte) : LINE_NONE;
+    return put(reader, byte);
+}
+
+/* Store and drop bytes while that is all they need. @return how many */
+static size_t put_run(struct line_reader *reader, const uint8_t *bytes, size_t count) {
+    const size_t room = LENGTH_MAX - (size_t)reader->length;
+    char *text = reader->text + reader->length;
+    size_t taken = 0;
+
+    for (count = count < room ? count : room; taken < count; taken++) {
+        const uint8_t character = stored_as[bytes[taken]];
+
+        if (character > LOOK)
+            *text++ = (char)character;
+        else if (character == LOOK)
+            break;
     }
-    if (byte == '/' || byte == '(' || byte == ';') {
-        if (byte != '/')
-            reader->flags = byte == '(' ? IN_PARENTHESES : AFTER_SEMICOLON;
-        return LINE_NONE;
+    reader->length = (uint8_t)(text - reader->text);
+    return taken;
+}
+
+size_t line_reader_take(struct line_reader *reader, const uint8_t *bytes, size_t count,
+                        enum line_result *result) {
+    size_t taken = 0;
+
+    *result = LINE_NONE;
+    if ((reader->flags & LINE_DONE) && count > 0)
+        taken = leave_line(reader, bytes[0]);
+    while (taken < count && *result == LINE_NONE) {
+        if (reader->flags == 0)
+            taken += put_run(reader, bytes + taken, count - taken);
+        if (taken < count)
+            *result = put(reader, bytes[taken++]);
     }
-    if (reader->length >= LINE_SIZE - 1) {
-        reader->flags = OVERFLOWED;
-        return LINE_NONE;
-    }
-    if (byte >= 'a' && byte <= 'z')
-        byte = (uint8_t)(byte - ('a' - 'A'));
-    reader->text[reader->length++] = (char)byte;
-    return LINE_NONE;
+    return taken;
 }

@@ -2,26 +2,26 @@
  * Bytes -> filtered lines, with Grbl's character rules. [task] One reader per stream; no allocation.
  *
  * Stored: printable characters above space, upper-cased. Dropped: characters <= space, '/', everything in ( )
- * and everything after ';'. Bytes >= 0x80 and real-time bytes never get here: link/realtime.h takes them out
+ * and everything after ';', bytes >= 0x80. Real-time bytes never get here: link/realtime.h takes them out
  * first. A line ends at LF or CR; CR LF is one end. An empty line is a line (it is answered with ok). */
 #ifndef WIFICNC_LINK_LINE_READER_H
 #define WIFICNC_LINK_LINE_READER_H
 
 #include "config.h"
 
-#include <stdbool.h>
+#include <stddef.h>
 #include <stdint.h>
 
 enum line_result {
-    LINE_NONE,     /* byte taken, no line yet */
-    LINE_READY,    /* reader->text holds a line; it stays until the next byte is put */
+    LINE_NONE,     /* no line yet */
+    LINE_READY,    /* reader->text holds a line; it stays until the next byte is taken */
     LINE_OVERFLOW, /* a line ended that had LINE_SIZE or more stored characters: answer error:11 */
 };
 
 struct line_reader {
     char text[LINE_SIZE]; /* NUL-terminated when LINE_READY */
-    uint8_t length;
-    uint8_t flags; /* private: in ( ), after ;, overflow, last was CR */
+    uint8_t length;       /* stored characters */
+    uint8_t flags;        /* private: in ( ), after ;, overflow, line done, after CR */
 };
 
 /** Empty the reader; a half line is forgotten. */
@@ -29,5 +29,11 @@ void line_reader_reset(struct line_reader *reader);
 
 /** Take one byte. */
 enum line_result line_reader_put(struct line_reader *reader, uint8_t byte);
+
+/** Take bytes up to and including the next end of a line: line_reader_put() for a buffer, at a third of its
+ * cost.
+ *  @return how many bytes were taken: all count of them when *result is LINE_NONE */
+size_t line_reader_take(struct line_reader *reader, const uint8_t *bytes, size_t count,
+                        enum line_result *result);
 
 #endif
