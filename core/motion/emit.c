@@ -47,7 +47,6 @@ static void begin_block(struct emit *emit, const struct plan_block *block) {
         emit->slope_q32[ax] = count == block->dominant_steps
                                   ? (uint64_t)1 << 32
                                   : ((count << 32) + block->dominant_steps / 2) / block->dominant_steps;
-        emit->emitted[ax] = 0;
     }
 }
 
@@ -110,16 +109,16 @@ static uint32_t slice_steps(const struct emit *emit, const struct profile *p, ui
     return count < left ? count : left;
 }
 
-/* Steps and phases of all axes from dominant step `from` to `to` of the block. */
+/* Steps and phases of all axes from dominant step `done` to `to` of the block. */
 static void slice_axes(struct emit *emit, const struct plan_block *block, uint32_t to,
                        struct segment *segment) {
+    const uint64_t half_q32 = (uint64_t)1 << 31;
     for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
-        uint64_t half = (uint64_t)1 << 31;
-        uint64_t here = emit->done * emit->slope_q32[ax] + half;
-        int32_t count = (int32_t)((to * emit->slope_q32[ax] + half) >> 32);
-        int32_t steps = count - emit->emitted[ax];
-        emit->emitted[ax] = count;
-        segment->phase[ax] = (uint16_t)(here >> 16 & 0xFFFFu);
+        uint64_t from_q32 = emit->done * emit->slope_q32[ax] + half_q32;
+        uint64_t to_q32 = to * emit->slope_q32[ax] + half_q32;
+        int32_t steps = (int32_t)((to_q32 >> 32) - (from_q32 >> 32));
+        segment->phase[ax] = (uint8_t)(from_q32 >> 24);
+        segment->phase_end[ax] = (uint8_t)(to_q32 >> 24);
         segment->steps[ax] = block->steps[ax] < 0 ? -steps : steps;
     }
 }

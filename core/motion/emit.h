@@ -32,7 +32,6 @@ struct emit {
     float step_mm;                  /* path length of one dominant step */
     uint32_t done;                  /* dominant steps of the block already emitted */
     uint64_t slope_q32[AXIS_COUNT]; /* steps of each axis per dominant step, 32.32 */
-    int32_t emitted[AXIS_COUNT];    /* steps of the block already emitted, unsigned sense */
     float waited_s;                 /* already waited before a very slow step */
     double time_ns;                 /* fraction of a nanosecond carried from segment to segment */
     bool flush;                     /* nothing follows: emit without waiting for more look-ahead */

@@ -10,9 +10,9 @@
  * (speeds, acceleration and distance that do not fit each other), no speed or square of a speed can overflow,
  * and a timed segment of a network host (steps and duration, speeds unknown) is the same thing with ramp 0.
  *
- * The dominant axis is the one with most steps; it begins and ends on a step. The others follow by DDA;
- * `phase` says where between two steps each of them stands at the start, so that their steps stay even across
- * segments. Steps are exact whatever phase says. */
+ * The dominant axis is the one with most steps; it begins and ends on a step. The others follow by DDA, and
+ * may stand anywhere between two steps when the segment begins and ends: `phase` and `phase_end` say where,
+ * so that their steps stay even across segments. Steps are exact whatever the phases say. */
 #ifndef WIFICNC_SEGMENT_SEGMENT_H
 #define WIFICNC_SEGMENT_SEGMENT_H
 
@@ -30,21 +30,21 @@ enum segment_flags {
 };
 
 enum {
-    SEGMENT_RAMP_ONE = 32767,    /* ramp of a segment that starts at rest; -32767: ends at rest */
-    SEGMENT_PHASE_HALF = 0x8000, /* stands exactly on a step: next one is half a step past it */
-    SEGMENT_MAX_STEPS = 16383,   /* of the dominant axis; longer moves are cut */
+    SEGMENT_RAMP_ONE = 32767,  /* ramp of a segment that starts at rest; -32767: ends at rest */
+    SEGMENT_PHASE_HALF = 128,  /* stands exactly on a step: the next one is half a step past it */
+    SEGMENT_MAX_STEPS = 16383, /* of the dominant axis; longer moves are cut */
 };
 
-/** 52 bytes. */
+/** 52 bytes. Phases: 1/256 step already travelled towards the next step, in the direction of travel. */
 struct segment {
-    int32_t steps[AXIS_COUNT];  /* signed, |steps| <= SEGMENT_MAX_STEPS */
-    uint16_t phase[AXIS_COUNT]; /* 1/65536 step already travelled towards the next step, in the direction of
-                                   travel */
-    uint32_t duration_ns;       /* > 0; longer motion (dwell) is several segments */
-    int16_t ramp;               /* (v_end - v_start)/(v_end + v_start) in 1/32767 */
-    uint16_t id;                /* counts up; a host's own number for host segments */
-    uint32_t line;              /* source line, 0 = unknown */
-    uint8_t flags;              /* enum segment_flags */
+    int32_t steps[AXIS_COUNT];     /* signed, |steps| <= SEGMENT_MAX_STEPS */
+    uint8_t phase[AXIS_COUNT];     /* at the start */
+    uint8_t phase_end[AXIS_COUNT]; /* at the end */
+    uint32_t duration_ns;          /* > 0; longer motion (dwell) is several segments */
+    int16_t ramp;                  /* (v_end - v_start)/(v_end + v_start) in 1/32767 */
+    uint16_t id;                   /* counts up; a host's own number for host segments */
+    uint32_t line;                 /* source line, 0 = unknown */
+    uint8_t flags;                 /* enum segment_flags */
 };
 
 #endif

@@ -27,17 +27,27 @@ bool prep_is_empty(const struct prep *prep) {
     return !prep->loaded && segment_ring_peek(prep->in) == 0;
 }
 
-/* Phase and increment of one axis so that exactly `steps` overflows come in `events` events (span.h). */
-static void set_axis(struct prep *prep, unsigned axis, uint32_t steps, uint32_t phase, uint32_t events) {
-    uint32_t increment = 0;
-    if (steps > 0) {
-        increment = ((steps << SPAN_PHASE_BITS) + events / 2) / events;
-        uint32_t total = phase + events * increment;
-        uint32_t least = steps << SPAN_PHASE_BITS;
-        if (total < least)
-            phase += least - total;
-        else if (total >= least + SPAN_PHASE_ONE)
-            phase -= total - (least + SPAN_PHASE_ONE - 1);
+/* Phase and increment of one axis so that it travels from its phase to its end phase at an even pace, and
+ * exactly `steps` overflows come in `events` events (span.h): first the phase gives way, and where it cannot,
+ * the increment. */
+static void set_axis(struct prep *prep, unsigned axis, uint32_t steps, const struct segment *segment,
+                     uint32_t events) {
+    int32_t shift = (int32_t)segment->phase_end[axis] - (int32_t)segment->phase[axis];
+    int32_t travel = (int32_t)(steps << SPAN_PHASE_BITS) + shift * (SPAN_PHASE_ONE / 256);
+    uint32_t phase = segment->phase[axis] * (SPAN_PHASE_ONE / 256u);
+    uint32_t increment = travel > 0 ? ((uint32_t)travel + events / 2) / events : 0;
+    if (increment > SPAN_PHASE_ONE)
+        increment = SPAN_PHASE_ONE;
+    uint32_t least = steps << SPAN_PHASE_BITS, most = least + SPAN_PHASE_ONE - 1;
+    uint32_t total = phase + events * increment;
+    if (total < least) {
+        increment += phase + (least - total) > SPAN_PHASE_ONE - 1 ? 1 : 0;
+        total = phase + events * increment;
+        phase += total < least ? least - total : 0;
+    } else if (total > most) {
+        increment -= phase < total - most ? 1 : 0;
+        total = phase + events * increment;
+        phase -= total > most ? total - most : 0;
     }
     prep->phase[span_word(axis)] |= phase << span_shift(axis);
     prep->increment[span_word(axis)] |= increment << span_shift(axis);
@@ -69,7 +79,7 @@ static void load_segment(struct prep *prep, const struct segment *segment) {
     }
     bool diagonal = false;
     for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
-        diagonal |= count[ax] != 0 && count[ax] != dominant;
+        diagonal |= (count[ax] != 0 && count[ax] != dominant) || segment->phase[ax] != segment->phase_end[ax];
 
     /* whole ticks, the rest carried: durations never drift */
     uint64_t scaled = (uint64_t)segment->duration_ns * prep->timing.timer_hz + prep->tick_remainder;
@@ -82,7 +92,7 @@ static void load_segment(struct prep *prep, const struct segment *segment) {
     memset(prep->phase, 0, sizeof prep->phase);
     memset(prep->increment, 0, sizeof prep->increment);
     for (unsigned ax = 0; ax < AXIS_COUNT && dominant > 0; ax++)
-        set_axis(prep, ax, count[ax], segment->phase[ax] >> 1, prep->events);
+        set_axis(prep, ax, count[ax], segment, prep->events);
 
     float ramp = (float)segment->ramp * (1.0f / SEGMENT_RAMP_ONE);
     float mean = ticks > 0 ? (float)prep->events / (float)ticks : 0.0f;

@@ -9,9 +9,9 @@
  *              carry of C B A   phase of     carry of Z Y X  phase of
  *              (w = 0 1 2)    C B A        (w = 0 1 2)     Z Y X
  *
- * An increment of 0x8000 steps at every event, 0 never. An axis that makes s steps in E events has the
- * increment round(s 2^15 / E); the rounding adds up to at most E/2 < 2^13, so a start phase exists with which
- * the number of overflows is exactly s (step/prep.c chooses it).
+ * An increment of 0x8000 steps at every event, 0 never. An axis that travels s steps in E events has the
+ * increment s 2^15 / E, rounded; the rounding adds up to at most E/2 < 2^13, so the start phase (or the
+ * increment by one) can be chosen so that the number of overflows is exact (step/prep.c).
  *
  * Nothing else is state: the position at any instant is span.position plus the overflows of the events done,
  * in closed form (step_position()), so the ISR keeps no counters and a stop at any event leaves an exact

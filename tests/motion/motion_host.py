@@ -1,0 +1,152 @@
+"""The host controller for motion tests: programs in, step edges out. Talks to targets/host/host.h through ctypes."""
+
+from __future__ import annotations
+
+import ctypes
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+from wificnc.build.host import ensure_host_library
+
+AXES = 6
+EVENT = np.dtype([("t", "<u8"), ("step", "u1"), ("dir", "u1"), ("flags", "u1"), ("reserved", "u1"), ("line", "<u4")])
+CONSUMER = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_size_t)
+COUNTERS = (
+    "step_events",
+    "timer_events",
+    "segments",
+    "spans",
+    "blocks",
+    "lines",
+    "lookahead_starved",
+    "underruns",
+)
+HOST_IDLE, HOST_ROOM, HOST_BUDGET = range(3)
+
+
+class Board(ctypes.Structure):
+    """struct host_board."""
+
+    _fields_ = (
+        ("timer_hz", ctypes.c_uint32),
+        ("step_pulse_ns", ctypes.c_uint32),
+        ("dir_setup_ns", ctypes.c_uint32),
+        ("max_step_rate_hz", ctypes.c_uint32),
+        ("axis_count", ctypes.c_uint8),
+    )
+
+
+class Counters(ctypes.Structure):
+    """struct host_counters."""
+
+    _fields_ = tuple((name, ctypes.c_uint64) for name in COUNTERS)
+
+
+def _library() -> ctypes.CDLL:
+    lib = ctypes.CDLL(str(ensure_host_library()))
+    lib.host_create.restype = ctypes.c_void_p
+    lib.host_create.argtypes = (ctypes.POINTER(Board),)
+    for name in ("host_destroy", "host_trace", "host_time_ticks"):
+        getattr(lib, name).argtypes = (ctypes.c_void_p,)
+    lib.host_trace.restype = ctypes.c_void_p
+    lib.host_time_ticks.restype = ctypes.c_uint64
+    for name in ("host_write", "host_read"):
+        getattr(lib, name).argtypes = (ctypes.c_void_p, ctypes.c_char_p, ctypes.c_size_t)
+        getattr(lib, name).restype = ctypes.c_size_t
+    lib.host_run.argtypes = (ctypes.c_void_p, ctypes.c_uint64)
+    lib.host_position_steps.argtypes = (ctypes.c_void_p, ctypes.c_int32 * AXES)
+    lib.host_input_follows.argtypes = (ctypes.c_void_p, ctypes.c_int)
+    lib.host_counters.argtypes = (ctypes.c_void_p, ctypes.POINTER(Counters))
+    lib.trace_add.argtypes = (ctypes.c_void_p, CONSUMER, ctypes.c_void_p)
+    return lib
+
+
+LIB = _library()
+
+
+@dataclass
+class Run:
+    """What one program did."""
+
+    events: NDArray[np.void]
+    answers: list[str]
+    position: list[int]
+    end_ticks: int
+    timer_hz: int
+    counters: Counters = field(repr=False)
+
+    def seconds(self) -> NDArray[np.float64]:
+        return self.events["t"] / self.timer_hz
+
+    def positions(self) -> NDArray[np.int64]:
+        """Steps of every axis after each event, one row an event."""
+        bit = np.arange(AXES)
+        stepped = self.events["step"][:, None] >> bit & 1
+        sense = 1 - 2 * (self.events["dir"][:, None] >> bit & 1).astype(np.int64)
+        return np.cumsum(stepped * sense, axis=0)
+
+
+class Host:
+    """One controller in virtual time."""
+
+    def __init__(
+        self,
+        timer_hz: int = 20_000_000,
+        pulse_ns: int = 1000,
+        setup_ns: int = 500,
+        rate_hz: int = 500_000,
+        axes: int = 6,
+    ) -> None:
+        self.timer_hz = timer_hz
+        board = Board(timer_hz, pulse_ns, setup_ns, rate_hz, axes)
+        self._host = LIB.host_create(ctypes.byref(board))
+        assert self._host
+        self._chunks: list[NDArray[np.void]] = []
+        self._said = b""
+        self._consumer = CONSUMER(self._consume)
+        assert LIB.trace_add(LIB.host_trace(self._host), self._consumer, None)
+
+    def close(self) -> None:
+        LIB.host_destroy(self._host)
+
+    def _consume(self, _ctx: int | None, events: int, count: int) -> None:
+        raw = ctypes.string_at(events, count * EVENT.itemsize)
+        self._chunks.append(np.frombuffer(raw, dtype=EVENT))
+
+    def _hear(self) -> None:
+        buffer = ctypes.create_string_buffer(65536)
+        while count := LIB.host_read(self._host, buffer, len(buffer)):
+            self._said += buffer.raw[:count]
+
+    def settings(self, **values: float) -> None:
+        """`s110=5000` sends $110=5000; every one must be taken."""
+        text = "".join(f"${name[1:]}={value}\n" for name, value in values.items())
+        answers = self.run(text).answers
+        assert answers == ["ok"] * len(values), answers
+
+    def run(self, program: str) -> Run:
+        """Stream the program to its end and let the machine come to rest."""
+        data = program.encode("latin-1")
+        self._chunks.clear()
+        self._said = b""
+        LIB.host_input_follows(self._host, 1)
+        at = 0
+        while True:
+            at += LIB.host_write(self._host, data[at : at + 4096], len(data[at : at + 4096]))
+            if at == len(data):
+                LIB.host_input_follows(self._host, 0)
+            wait = LIB.host_run(self._host, 10_000_000)
+            self._hear()
+            if wait == HOST_IDLE and at == len(data):
+                return self._result()
+
+    def _result(self) -> Run:
+        position = (ctypes.c_int32 * AXES)()
+        LIB.host_position_steps(self._host, position)
+        counters = Counters()
+        LIB.host_counters(self._host, ctypes.byref(counters))
+        events = np.concatenate(self._chunks) if self._chunks else np.empty(0, EVENT)
+        said = self._said.decode("latin-1").split("\r\n")
+        answers = [line for line in said if line == "ok" or line.startswith("error:")]
+        return Run(events, answers, list(position), LIB.host_time_ticks(self._host), self.timer_hz, counters)
