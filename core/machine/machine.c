@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 #include "machine/machine.h"
 
+#include "base/debug.h"
+
 void machine_init(struct machine *machine, const struct machine_board *board, struct hal *hal,
                   struct hal_step *hal_step, const struct text_out *out) {
     static const struct prep_timing no_timing = {1, 1, 1};
@@ -38,6 +40,7 @@ void machine_input_pause(struct machine *machine) {
 }
 
 void machine_answer(struct machine *machine, enum status status) {
+    DEBUG(DEBUG_MACHINE, "answer: line, status", machine->lines, status);
     if (status == STATUS_OK) {
         text_string(&machine->out, "ok\r\n");
         return;

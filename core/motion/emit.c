@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 #include "motion/emit.h"
 
+#include "base/debug.h"
+
 #include <math.h>
 #include <string.h>
 
@@ -185,6 +187,7 @@ static void emit_slice(struct emit *emit) {
     if (count == left)
         finish_block(emit, block, &segment);
     segment.duration_ns = duration_ns(emit, time_s);
+    DEBUG(DEBUG_MOTION, "segment: dominant steps, ns", count, segment.duration_ns);
     (void)segment_ring_push(emit->ring, RING_OWNER_PLANNER, &segment);
 }
 

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "motion/planner.h"
 
+#include "base/debug.h"
 #include "motion/kinematics/kinematics.h"
 
 #include <math.h>
@@ -145,6 +146,7 @@ bool plan_line(struct plan *plan, const struct motion_line *line) {
     plan->head++;
     plan->blocks_total++;
     look_back(plan);
+    DEBUG(DEBUG_MOTION, "block: line, dominant steps", block->line, block->dominant_steps);
     return true;
 }
 

@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 #include "step/prep.h"
 
+#include "base/debug.h"
+
 #include <math.h>
 #include <string.h>
 
@@ -106,6 +108,7 @@ static void load_segment(struct prep *prep, const struct segment *segment) {
     if (segment->ramp == -SEGMENT_RAMP_ONE || (segment->flags & (SEGMENT_LAST | SEGMENT_DWELL)) != 0)
         prep->flags |= SPAN_AT_REST;
     prep->loaded = true;
+    DEBUG(DEBUG_STEP, "segment: id, events", segment->id, prep->events);
 }
 
 /* Events of the next stretch: until the speed has changed by 9/8, and at most what the segment has left. */

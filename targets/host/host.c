@@ -1,9 +1,11 @@
 /* SPDX-License-Identifier: MIT */
 #include "host.h"
 
+#include "base/debug.h"
 #include "hal/hal_step.h"
 #include "machine/machine.h"
 
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -35,6 +37,12 @@ void hal_spindle_set(struct hal *hal, int direction, float rpm) {
 void hal_coolant_set(struct hal *hal, uint8_t bits) {
     (void)hal;
     (void)bits;
+}
+
+void hal_debug(enum debug_channel channel, const char *what, int32_t first, int32_t second) {
+    static const char *const names[] = {
+        [DEBUG_MACHINE] = "machine", [DEBUG_MOTION] = "motion", [DEBUG_STEP] = "step"};
+    fprintf(stderr, "%s: %s: %ld %ld\n", names[channel], what, (long)first, (long)second);
 }
 
 static void append_out(void *ctx, const char *bytes, size_t count) {

@@ -70,6 +70,7 @@ class Run:
     """What one program did."""
 
     events: NDArray[np.void]
+    said: str
     answers: list[str]
     position: list[int]
     end_ticks: int
@@ -85,6 +86,10 @@ class Run:
         stepped = self.events["step"][:, None] >> bit & 1
         sense = 1 - 2 * (self.events["dir"][:, None] >> bit & 1).astype(np.int64)
         return np.cumsum(stepped * sense, axis=0)
+
+    def counted(self) -> list[int]:
+        """Pulses of every axis, signed, from power-on when this is the first run."""
+        return [int(steps) for steps in self.positions()[-1]] if len(self.events) else [0] * AXES
 
 
 class Host:
@@ -104,6 +109,7 @@ class Host:
         assert self._host
         self._chunks: list[NDArray[np.void]] = []
         self._said = b""
+        self._started = False
         self._consumer = CONSUMER(self._consume)
         assert LIB.trace_add(LIB.host_trace(self._host), self._consumer, None)
 
@@ -125,11 +131,25 @@ class Host:
         answers = self.run(text).answers
         assert answers == ["ok"] * len(values), answers
 
-    def run(self, program: str) -> Run:
-        """Stream the program to its end and let the machine come to rest."""
-        data = program.encode("latin-1")
+    def start(self, program: str) -> None:
+        """Hand over a short program and let no time pass."""
         self._chunks.clear()
         self._said = b""
+        LIB.host_input_follows(self._host, 0)
+        assert LIB.host_write(self._host, program.encode("latin-1"), len(program)) == len(program)
+        self._started = True
+
+    def advance(self, events: int) -> int:
+        """Work for this many timer events. @return why it stopped"""
+        return int(LIB.host_run(self._host, events))
+
+    def run(self, program: str) -> Run:
+        """Stream the program to its end and come to rest. The result holds all since start(), if that was called."""
+        data = program.encode("latin-1")
+        if not self._started:
+            self._chunks.clear()
+            self._said = b""
+        self._started = False
         LIB.host_input_follows(self._host, 1)
         at = 0
         while True:
@@ -147,6 +167,6 @@ class Host:
         counters = Counters()
         LIB.host_counters(self._host, ctypes.byref(counters))
         events = np.concatenate(self._chunks) if self._chunks else np.empty(0, EVENT)
-        said = self._said.decode("latin-1").split("\r\n")
-        answers = [line for line in said if line == "ok" or line.startswith("error:")]
-        return Run(events, answers, list(position), LIB.host_time_ticks(self._host), self.timer_hz, counters)
+        said = self._said.decode("latin-1")
+        answers = [line for line in said.split("\r\n") if line == "ok" or line.startswith("error:")]
+        return Run(events, said, answers, list(position), LIB.host_time_ticks(self._host), self.timer_hz, counters)
