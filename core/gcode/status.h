@@ -7,7 +7,7 @@
 #define STATUS_TABLE(X)                                                                                      \
     X(0, OK, "ok")                                                                                           \
     X(1, EXPECTED_LETTER, "a letter was expected here")                                                      \
-    X(2, BAD_NUMBER, "this is not a number")                                                                 \
+    X(2, BAD_NUMBER, "a number is missing, malformed or out of range")                                       \
     X(3, UNKNOWN_COMMAND, "unknown $ command or setting")                                                    \
     X(4, NEGATIVE, "the value must not be negative")                                                         \
     X(5, HOMING_DISABLED, "homing is not enabled ($22)")                                                     \
