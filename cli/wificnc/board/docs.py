@@ -6,6 +6,7 @@ from collections.abc import Iterable, Iterator, Sequence
 
 from wificnc.board.labels import PinRow, notes, pin_rows
 from wificnc.board.model import Board
+from wificnc.board.problem import RULES
 from wificnc.board.rules import ALLOWABLE
 
 _GENERATED = "<!-- Written by `python -m wificnc.board.generate` from the board files. Do not edit. -->"
@@ -22,7 +23,13 @@ def docs_text(boards: Sequence[Board]) -> str:
 def readme_text(boards: Sequence[Board]) -> str:
     """boards/README.md: the list, and how to add one."""
     table = _overview(boards, link="../docs/boards.md#{id}")
-    return _README.format(generated=_GENERATED, table=table, allowable=", ".join(f"`{rule}`" for rule in ALLOWABLE))
+    rules = table_text(["rule", "holds when", "allow"], _rules())
+    return _README.format(generated=_GENERATED, table=table, rules=rules)
+
+
+def _rules() -> Iterator[list[str]]:
+    for rule, holds in RULES.items():
+        yield [f"`{rule}`", holds, "with a reason" if rule in ALLOWABLE else ""]
 
 
 def _overview(boards: Iterable[Board], link: str) -> str:
@@ -135,12 +142,16 @@ else.
 2. Write a pin as the chip's table names it: `step = "GPIO1"`, or with more to say
    `estop = {{ pin = "GPIO13", pull = "up", active = "low" }}`.
 3. `wificnc boards check FILE` lists every problem with its line, the reason and the pins that would be legal.
-4. A risk that your wiring takes away is allowed with the reason: `allow = {{ strapping = "why it is safe" }}`. These
-   can be: {allowable}. An allow that suppresses nothing is an error, so none outlives its cause.
+4. A risk that your wiring takes away is allowed with the reason: `allow = {{ strapping = "why it is safe" }}`. The
+   table says which rules can be. An allow that suppresses nothing is an error, so none outlives its cause.
 5. `wificnc boards show FILE --picture pinout.svg` draws it; `wificnc pins FILE` writes the header the firmware is built
    with.
 6. For a board that goes into this folder: `python -m wificnc.board.generate` rewrites this page, `docs/boards.md`, the
    pictures and the schema.
 
 Every difference from a published map is a `[[deviation]]` with its reason; one that deviates from nothing is an error.
+
+## The rules
+
+{rules}
 """

@@ -71,7 +71,7 @@ def _chip_of(file: BoardFile, source: TomlFile) -> Chip:
     chips = load_chips()
     if (file.target, file.chip) in chips:
         return chips[file.target, file.chip]
-    known = ", ".join(f'target = "{target}", chip = "{chip}"' for target, chip in chips)
+    known = " or ".join(f'target = "{target}", chip = "{chip}"' for target, chip in chips)
     reason = f"there is no pin table for chip {file.chip!r} of target {file.target!r}"
     raise BoardProblems(locate([Finding("unknown-chip", ("chip",), reason, known)], source))
 

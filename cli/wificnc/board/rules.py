@@ -35,7 +35,7 @@ def check_rules(board: BoardFile, chip: Chip) -> list[Finding]:
 
 def _check_use(board: BoardFile, chip: Chip, use: Use) -> Iterator[Finding]:
     if use.pin not in chip.pin:
-        yield _no_such_pin(chip, use)
+        yield _no_such_pin(board, chip, use)
         return
     broken = [found for rule in USE_RULES for found in rule(board, chip, use)]
     allow = use.wire.allow
@@ -62,10 +62,15 @@ def _check_allow(use: Use, broken: set[str]) -> Iterator[Finding]:
             yield Finding("stale-allow", path, reason, "remove it")
 
 
-def _no_such_pin(chip: Chip, use: Use) -> Finding:
+def _no_such_pin(board: BoardFile, chip: Chip, use: Use) -> Finding:
     meant = closest(use.pin, chip.pin)
-    hint = f"did you mean {meant}?" if meant else f"pins are named like {next(iter(chip.pin))}"
-    return Finding("no-such-pin", use.path, f"{chip.name} has no pin {use.pin!r}", hint)
+    guess = f"did you mean {meant}? " if meant else ""
+    return Finding(
+        "no-such-pin",
+        use.path,
+        f"{chip.name} has no pin {use.pin!r}",
+        f"{guess}{_free_pins_hint(board, chip, use)}",
+    )
 
 
 # ---- one pin in one use --------------------------------------------------------------------------------------------

@@ -1,0 +1,169 @@
+"""`wificnc boards` and `wificnc pins`, the pictures, and the generated files."""
+
+from __future__ import annotations
+
+import json
+import xml.etree.ElementTree as ET
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner, Result
+from wificnc.app import main, root
+from wificnc.board import paths
+from wificnc.board.generate import generated_files, stale_files
+from wificnc.board.header import pin_header_text
+from wificnc.board.labels import label
+from wificnc.board.load import find_boards, load_board
+from wificnc.board.model import BoardFile, Role
+from wificnc.board.picture import ROLE_COLOURS, draw, svg_text
+
+IDS = [path.stem for path in find_boards()]
+INVALID = Path(__file__).parent / "invalid"
+SVG = "{http://www.w3.org/2000/svg}"
+
+
+def run(*args: str) -> Result:
+    return CliRunner().invoke(root, list(args))
+
+
+def test_list() -> None:
+    result = run("boards", "list")
+    assert result.exit_code == 0
+    assert all(board_id in result.stdout for board_id in IDS)
+
+
+def test_list_json() -> None:
+    listed = json.loads(run("boards", "list", "--json").stdout)
+    zero = next(board for board in listed if board["id"] == "esp32s3-zero")
+    assert zero["axes"] == ["X", "Y", "Z"]
+    assert zero["timing"]["step_pulse_ns"] == 2000
+    assert zero["memory"] == {"mode": "quad", "flash_mb": [4], "psram_mb": [2]}
+
+
+def test_show_tells_pins_risks_and_deviations() -> None:
+    result = run("boards", "show", "esp32-wroom32")
+    assert result.exit_code == 0
+    assert "X step" in result.stdout and "GPIO25" in result.stdout
+    assert "GPIO12 B step, strapping: " in result.stdout
+    assert "output.spindle_enable: published GPIO5, here GPIO17: " in result.stdout
+
+
+def test_show_json_of_a_file() -> None:
+    shown = json.loads(run("boards", "show", str(paths.BOARDS / "pic32mz2048efh100.toml"), "--json").stdout)
+    pins = {pin["signal"]: pin for pin in shown["pins"]}
+    assert pins["limit_x_max"] == {
+        "signal": "limit_x_max",
+        "pin": "RA7",
+        "number": 7,
+        "direction": "in",
+        "active": "high",
+        "pull": "down",
+        "allow": {},
+    }
+
+
+def test_check_all_boards() -> None:
+    result = run("boards", "check")
+    assert (result.exit_code, result.stdout) == (0, f"{len(IDS)} boards without a problem\n")
+
+
+def test_check_fails_with_exit_code_3_and_a_summary() -> None:
+    result = run("boards", "check", "host", str(INVALID / "strapping.toml"), str(INVALID / "taken.toml"))
+    assert result.exit_code == 3
+    assert "strapping.toml:26: input.estop: GPIO0 must read high" in result.stdout
+    assert result.stdout.endswith("2 problems in 2 of 3 boards\n")
+
+
+def test_check_json() -> None:
+    result = run("boards", "check", "--json", str(INVALID / "used-twice.toml"))
+    assert result.exit_code == 3
+    (problem,) = json.loads(result.stdout)
+    assert (problem["rule"], problem["line"], problem["key"]) == ("used-twice", 26, "input.probe")
+    assert problem["file"].endswith("used-twice.toml")
+
+
+def test_unknown_board_ends_with_exit_code_3_and_a_hint(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as caught:
+        main(["boards", "show", "hosst"])
+    assert caught.value.code == 3
+    assert "did you mean host?" in capsys.readouterr().err
+
+
+def test_pins_to_stdout_and_to_a_file(tmp_path: Path) -> None:
+    expected = pin_header_text(load_board("esp32s3-zero"))
+    assert run("pins", "esp32s3-zero").stdout == expected
+    target = tmp_path / "pin_config.h"
+    assert "wrote" in run("pins", "esp32s3-zero", "-o", str(target)).stderr
+    assert target.read_text(encoding="utf-8") == expected
+    assert "unchanged" in run("pins", "esp32s3-zero", "-o", str(target)).stderr
+
+
+def test_pins_of_a_broken_board_writes_nothing(tmp_path: Path) -> None:
+    target = tmp_path / "pin_config.h"
+    with pytest.raises(SystemExit) as caught:
+        main(["pins", str(INVALID / "strapping.toml"), "-o", str(target)])
+    assert caught.value.code == 3
+    assert not target.exists()
+
+
+@pytest.mark.parametrize("board_id", IDS)
+def test_picture_shows_every_signal_beside_its_pin(board_id: str) -> None:
+    board = load_board(board_id)
+    picture = ET.fromstring(svg_text(draw(board)))
+    words = [text.text or "" for text in picture.iter(f"{SVG}text")]
+    for use in board.uses():
+        assert label(use.signal) in words
+        assert any(word.split(" (")[0] == use.pin for word in words)
+    for role in {use.role for use in board.uses()}:
+        assert role.value in words
+
+
+def test_texts_of_a_picture_stay_inside_it() -> None:
+    for board_id in IDS:
+        picture = draw(load_board(board_id))
+        for shape in picture.shapes:
+            x, y = (shape.x1, shape.y1) if hasattr(shape, "x1") else (shape.x, shape.y)
+            assert 0 <= x <= picture.width and 0 <= y <= picture.height
+
+
+def test_every_role_has_its_own_colour() -> None:
+    assert set(ROLE_COLOURS) == set(Role)
+    assert len(set(ROLE_COLOURS.values())) == len(Role)
+
+
+@pytest.mark.parametrize(("name", "magic"), [("out.svg", b"<svg "), ("out.png", b"\x89PNG\r\n")])
+def test_show_writes_a_picture(name: str, magic: bytes, tmp_path: Path) -> None:
+    target = tmp_path / name
+    assert run("boards", "show", "esp32s3-zero", "--picture", str(target)).exit_code == 0
+    assert target.read_bytes().startswith(magic)
+
+
+def test_picture_of_another_kind_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(SystemExit) as caught:
+        main(["boards", "show", "host", "--picture", str(tmp_path / "out.pdf")])
+    assert caught.value.code == 2
+
+
+def test_generated_files_are_fresh() -> None:
+    assert stale_files() == [], "run: python -m wificnc.board.generate"
+
+
+def test_no_orphan_among_the_pictures() -> None:
+    drawn = {path for path in generated_files() if path.suffix == ".svg"}
+    assert set((paths.BOARDS / "pinout").glob("*")) == drawn
+
+
+def test_docs_tell_every_deviation_and_every_risk() -> None:
+    text = (paths.DOCS / "boards.md").read_text(encoding="utf-8")
+    for path in find_boards():
+        board = load_board(path)
+        assert all(item.why in text for item in board.deviation)
+        assert all(reason in text for use in board.uses() for reason in use.wire.allow.values())
+
+
+def test_schema_knows_every_key_and_takes_a_bare_pin() -> None:
+    schema = json.loads((paths.BOARDS / "board.schema.json").read_text(encoding="utf-8"))
+    assert set(schema["properties"]) == {field.alias or name for name, field in BoardFile.model_fields.items()}
+    assert schema["additionalProperties"] is False
+    kinds = [kind["type"] for kind in schema["$defs"]["OutputWire"]["anyOf"]]
+    assert kinds == ["string", "object"]

@@ -1,0 +1,217 @@
+"""Every rule has a file that breaks it and nothing else; and broken files are told in full, with lines."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from wificnc.board import paths
+from wificnc.board.load import check_board, load_board
+from wificnc.board.problem import RULES, BoardProblems
+from wificnc.board.rules import ALLOWABLE
+from wificnc.board.tomlfile import read_toml
+from wificnc.errors import BoardError
+
+INVALID = sorted((Path(__file__).parent / "invalid").glob("*.toml"))
+GOOD_TEXT = (paths.BOARDS / "esp32-wroom32.toml").read_text(encoding="utf-8")
+
+
+def expectation(path: Path) -> tuple[str, str]:
+    """The first line: # [rule] what the message says"""
+    rule, _, message = path.read_bytes().split(b"\n", 1)[0].decode().removeprefix("# [").partition("] ")
+    return rule, message
+
+
+def edited(tmp_path: Path, old: str, new: str) -> Path:
+    assert GOOD_TEXT.count(old) == 1, old
+    path = tmp_path / "edited.toml"
+    path.write_text(GOOD_TEXT.replace(old, new), encoding="utf-8")
+    return path
+
+
+@pytest.mark.parametrize("path", INVALID, ids=lambda path: path.stem)
+def test_invalid_file_breaks_its_rule_and_no_other(path: Path) -> None:
+    rule, message = expectation(path)
+    assert path.stem == rule
+    (problem,) = check_board(path)
+    assert problem.rule == rule
+    assert message in f"{problem.key}: {problem.reason} {problem.hint or ''}"
+
+
+def test_every_rule_has_an_invalid_file() -> None:
+    assert {path.stem for path in INVALID} == set(RULES)
+
+
+def test_what_can_be_allowed_is_a_rule() -> None:
+    assert set(ALLOWABLE) <= set(RULES)
+
+
+@pytest.mark.parametrize("path", [path for path in INVALID if path.stem in ALLOWABLE], ids=lambda path: path.stem)
+def test_a_risk_with_a_reason_passes(path: Path, tmp_path: Path) -> None:
+    (problem,) = check_board(path)
+    lines = path.read_text(encoding="utf-8").split("\n")
+    line = lines[problem.line - 1]
+    key, _, value = line.partition(" = ")
+    table = value.removeprefix("{ ").removesuffix(" }") if value.startswith("{") else f"pin = {value}"
+    lines[problem.line - 1] = f'{key} = {{ {table}, allow = {{ {problem.rule} = "the wiring takes care" }} }}'
+    allowed = tmp_path / "allowed.toml"
+    allowed.write_text("\n".join(lines), encoding="utf-8")
+    assert check_board(allowed) == []
+
+
+def test_an_allow_needs_a_reason(tmp_path: Path) -> None:
+    path = edited(tmp_path, '"sets only the timing of the SDIO slave, which is never started"', '"ok"')
+    (problem,) = check_board(path)
+    assert (problem.rule, problem.key) == ("bad-value", "axis.c.limit.allow.strapping")
+
+
+def test_all_problems_at_once_in_the_order_of_the_file(tmp_path: Path) -> None:
+    text = GOOD_TEXT.replace('step = "GPIO25"', 'step = "GPIO6"').replace('dir = "GPIO32"', 'dir = "GPIO33"')
+    text = text.replace('spindle_enable = "GPIO17"', 'spindle_enable = "GPIO5"')
+    path = tmp_path / "many.toml"
+    path.write_text(text, encoding="utf-8")
+    problems = check_board(path)
+    found = [(problem.rule, problem.key) for problem in problems]
+    assert ("taken", "axis.x.step") in found
+    assert ("used-twice", "axis.y.dir") in found
+    assert ("boot-level", "output.spindle_enable") in found
+    assert ("stale-deviation", "deviation[0]") in found
+    lines = text.split("\n")
+    assert [problem.line for problem in problems] == sorted(problem.line for problem in problems)
+    for problem in problems:
+        if problem.rule == "taken":
+            assert lines[problem.line - 1] == 'step = "GPIO6"'
+
+
+def test_the_published_wroom_spindle_is_refused_for_what_it_would_do(tmp_path: Path) -> None:
+    path = edited(tmp_path, 'spindle_enable = "GPIO17"', 'spindle_enable = "GPIO5"')
+    reasons = [problem.reason for problem in check_board(path) if problem.rule == "boot-level"]
+    assert reasons == ["GPIO5 has a pull-up from reset until the firmware runs, and high switches spindle_enable on"]
+
+
+def test_hint_names_only_pins_that_pass(tmp_path: Path) -> None:
+    path = edited(tmp_path, 'spindle_enable = "GPIO17"', 'spindle_enable = "GPIO4"')
+    hints = {problem.hint for problem in check_board(path) if problem.rule == "used-twice"}
+    assert hints == {"free and legal for spindle_enable: GPIO17"}
+    assert check_board(edited(tmp_path, 'spindle_enable = "GPIO17"', 'spindle_enable = "GPIO17" # same')) == []
+
+
+def test_misspelt_key_and_its_missing_twin_are_one_problem(tmp_path: Path) -> None:
+    path = edited(tmp_path, "max_step_rate_hz = 250_000", "max_step_rate = 250_000")
+    (problem,) = check_board(path)
+    assert (problem.rule, problem.hint) == ("unknown-key", "did you mean max_step_rate_hz?")
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "rule", "key"),
+    [
+        ("schema = 1", 'schema = "1"', "bad-value", "schema"),
+        ("schema = 1", "schema = 2", "bad-value", "schema"),
+        ("timer_hz = 20_000_000", "timer_hz = true", "bad-value", "timing.timer_hz"),
+        ("timer_hz = 20_000_000", "timer_hz = 2e7", "bad-value", "timing.timer_hz"),
+        ("timer_hz = 20_000_000", "timer_hz = 0", "bad-value", "timing.timer_hz"),
+        ('step = "GPIO25"', "step = 25", "bad-value", "axis.x.step"),
+        ('estop = "GPIO16"', 'estop = { pin = "GPIO16", pul = "up" }', "unknown-key", "input.estop.pul"),
+        ('estop = "GPIO16"', 'estop = { pin = "GPIO16", pull = "high" }', "bad-value", "input.estop.pull"),
+        ('kind = "plain"', 'kind = "plain"\ndefine = "X"', "unknown-key", "led.define"),
+    ],
+)
+def test_wrong_shapes(tmp_path: Path, old: str, new: str, rule: str, key: str) -> None:
+    path = tmp_path / "shape.toml"
+    path.write_text(GOOD_TEXT.replace(old, new, 1), encoding="utf-8")
+    (problem,) = check_board(path)
+    assert (problem.rule, problem.key) == (rule, key)
+
+
+def test_no_such_board_suggests_one() -> None:
+    with pytest.raises(BoardError) as caught:
+        load_board("esp32s3-zerro")
+    assert caught.value.hint == "did you mean esp32s3-zero?"
+
+
+def test_missing_file_and_directory_are_told(tmp_path: Path) -> None:
+    for path in (tmp_path / "nothing.toml", tmp_path):
+        with pytest.raises(BoardProblems) as caught:
+            load_board(path)
+        assert [problem.rule for problem in caught.value.problems] == ["unreadable"]
+
+
+def test_windows_line_ends_change_nothing(tmp_path: Path) -> None:
+    path = tmp_path / "esp32-wroom32.toml"
+    path.write_bytes(GOOD_TEXT.replace("\n", "\r\n").encode())
+    assert load_board(path).sha256 == load_board("esp32-wroom32").sha256
+
+
+@given(st.data())
+def test_a_damaged_file_never_crashes_the_checker(
+    tmp_path_factory: pytest.TempPathFactory, data: st.DataObject
+) -> None:
+    lines = GOOD_TEXT.split("\n")
+    index = data.draw(st.integers(0, len(lines) - 1))
+    damage = data.draw(st.sampled_from(["drop", "double", "cut", "swap"]))
+    if damage == "drop":
+        del lines[index]
+    elif damage == "double":
+        lines.insert(index, lines[index])
+    elif damage == "cut":
+        lines[index] = lines[index][: data.draw(st.integers(0, len(lines[index])))]
+    else:
+        other = data.draw(st.integers(0, len(lines) - 1))
+        lines[index], lines[other] = lines[other], lines[index]
+    path = tmp_path_factory.getbasetemp() / "damaged.toml"
+    path.write_text("\n".join(lines), encoding="utf-8")
+    for problem in check_board(path):
+        assert 1 <= problem.line <= len(lines)
+
+
+LOCATED = """\
+# comment with [brackets] and = signs
+schema = 1
+"quoted key" = "a # no comment, } ] no brackets"
+a.b = 'dotted'
+[table] # head
+text = \"\"\"
+two
+lines \\"\"\"\"
+list = [ # comment ]
+  "one", # ,
+  { pin = "x", allow = { rule = "]" } },
+  [1, 2],
+]
+after = 1979-05-27 07:32:00
+[[many]]
+x = 1
+[many.sub]
+y = 2
+[[many]]
+x = 3
+"""
+
+
+def test_lines_of_keys(tmp_path: Path) -> None:
+    path = tmp_path / "located.toml"
+    path.write_text(LOCATED, encoding="utf-8")
+    source = read_toml(path)
+    expected = {
+        ("schema",): "schema",
+        ("quoted key",): '"quoted key"',
+        ("a", "b"): "a.b",
+        ("table",): "[table]",
+        ("table", "text"): "text =",
+        ("table", "list"): "list =",
+        ("table", "list", 0): '  "one"',
+        ("table", "list", 1): "  { pin",
+        ("table", "list", 1, "allow", "rule"): "  { pin",
+        ("table", "list", 2): "  [1, 2]",
+        ("table", "list", 2, 1): "  [1, 2]",
+        ("table", "after"): "after",
+        ("many", 0, "x"): "x = 1",
+        ("many", 0, "sub", "y"): "y = 2",
+        ("many", 1, "x"): "x = 3",
+    }
+    lines = LOCATED.split("\n")
+    for key, start in expected.items():
+        assert lines[source.line(key) - 1].startswith(start), key
+    assert source.line(("many", 1, "missing")) == source.line(("many", 1))
