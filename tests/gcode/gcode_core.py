@@ -1,0 +1,254 @@
+"""core/gcode, core/link/line_reader and core/base/trig seen through ctypes. No rule of G-code is repeated here."""
+
+from __future__ import annotations
+
+import ctypes
+import re
+from collections.abc import Iterator, Sequence
+from ctypes import (
+    c_bool,
+    c_char,
+    c_char_p,
+    c_double,
+    c_float,
+    c_int,
+    c_int32,
+    c_size_t,
+    c_ssize_t,
+    c_uint8,
+    c_uint16,
+    c_uint32,
+)
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+AXES = "XYZABC"
+Axes = c_double * 6
+XYZ, XYZABC = 0b111, 0b111111
+
+RAPID, LINEAR, ARC_CW, ARC_CCW, PROBE, NO_MOTION = range(6)
+XY, ZX, YZ = range(3)
+BLEND, EXACT, EXACT_STOP = range(3)
+PER_MIN, INVERSE_TIME = range(2)
+SPINDLE_OFF, SPINDLE_CW, SPINDLE_CCW = range(3)
+RUN, PAUSE, OPTIONAL_PAUSE, END = range(4)
+MIST, FLOOD = 1, 2
+STORE_NOTHING, STORE_WCS, STORE_G28, STORE_G30, STORE_G92 = range(5)
+LINE_NONE, LINE_READY, LINE_OVERFLOW = range(3)
+
+STATUS_ROW = re.compile(r'X\((\d+), (\w+), "(.*?)"\)')
+
+
+def status_table() -> dict[int, tuple[str, str]]:
+    """Number -> (name, text), read from core/gcode/status.h."""
+    text = (ROOT / "core/gcode/status.h").read_text().replace("\\\n", "")
+    return {int(number): (name, words) for number, name, words in STATUS_ROW.findall(text)}
+
+
+class Modal(ctypes.Structure):
+    """struct gcode_modal."""
+
+    _fields_ = (
+        ("motion", c_int),
+        ("plane", c_int),
+        ("path", c_int),
+        ("feed_mode", c_int),
+        ("spindle", c_int),
+        ("inches", c_bool),
+        ("incremental", c_bool),
+        ("arc_absolute", c_bool),
+        ("coolant", c_uint8),
+        ("wcs", c_uint8),
+        ("probe", c_uint8),
+        ("tool", c_int32),
+        ("feed_mm_s", c_float),
+        ("spindle_rpm", c_float),
+        ("path_tolerance_mm", c_float),
+    )
+
+
+class Offsets(ctypes.Structure):
+    """struct gcode_offsets."""
+
+    _fields_ = (
+        ("wcs_mm", Axes * 6),
+        ("g28_mm", Axes),
+        ("g30_mm", Axes),
+        ("g92_mm", Axes),
+        ("tool_length_mm", c_double),
+    )
+
+
+class State(ctypes.Structure):
+    """struct gcode_state."""
+
+    _fields_ = (("modal", Modal), ("offsets", Offsets), ("position_mm", Axes), ("axes", c_uint8))
+
+
+class Move(ctypes.Structure):
+    """struct gcode_move."""
+
+    _fields_ = (
+        ("motion", c_int),
+        ("target_mm", Axes),
+        ("feed_mm_s", c_float),
+        ("inverse_time_s", c_float),
+        ("plane", c_int),
+        ("center_mm", c_double * 2),
+        ("turns", c_int32),
+        ("via", c_bool),
+        ("via_mm", Axes),
+        ("probe", c_uint8),
+    )
+
+
+class Command(ctypes.Structure):
+    """struct gcode_command."""
+
+    _fields_ = (
+        ("next", Modal),
+        ("spindle", c_int),
+        ("coolant", c_uint8),
+        ("sync", c_bool),
+        ("dwell_s", c_float),
+        ("store", c_int),
+        ("store_wcs", c_uint8),
+        ("store_mm", Axes),
+        ("store_tool_length", c_bool),
+        ("tool_length_mm", c_double),
+        ("move", Move),
+        ("flow", c_int),
+        ("line_number", c_uint32),
+    )
+
+
+class Block(ctypes.Structure):
+    """struct gcode_block."""
+
+    _fields_ = (
+        ("words", c_uint32),
+        ("groups", c_uint16),
+        ("axes", c_uint8),
+        ("value", c_uint8 * 14),
+        ("number", c_double * 26),
+    )
+
+
+class Arc(ctypes.Structure):
+    """struct arc."""
+
+    _fields_ = (
+        ("center_mm", c_double * 2),
+        ("start_mm", Axes),
+        ("target_mm", Axes),
+        ("radius_mm", c_double),
+        ("radius_change_mm", c_double),
+        ("start_rad", c_double),
+        ("travel_rad", c_double),
+        ("direction", c_double * 2),
+        ("chord_cos", c_double),
+        ("chord_sin", c_double),
+        ("chord_part", c_double),
+        ("chords", c_uint32),
+        ("done", c_uint32),
+        ("ax0", c_uint8),
+        ("ax1", c_uint8),
+    )
+
+
+class LineReader(ctypes.Structure):
+    """struct line_reader."""
+
+    _fields_ = (("text", c_char * 80), ("length", c_uint8), ("flags", c_uint8))
+
+
+STRUCTURES = {
+    "arc": Arc,
+    "gcode_block": Block,
+    "gcode_command": Command,
+    "gcode_modal": Modal,
+    "gcode_move": Move,
+    "gcode_state": State,
+    "line_reader": LineReader,
+}
+
+
+def declare(lib: ctypes.CDLL) -> ctypes.CDLL:
+    """Give the library its prototypes and check that the structures above have the right sizes."""
+    for name, structure in STRUCTURES.items():
+        assert c_size_t.in_dll(lib, f"size_of_{name}").value == ctypes.sizeof(structure), name
+    pointer = ctypes.POINTER
+    lib.status_text.restype = c_char_p
+    lib.number_read.restype = c_ssize_t
+    lib.number_read.argtypes = (ctypes.c_void_p, pointer(c_double))
+    lib.gcode_line.argtypes = (pointer(State), c_char_p, pointer(Command))
+    lib.gcode_parse.argtypes = (c_char_p, pointer(Block))
+    lib.gcode_work_offset_mm.argtypes = (pointer(State), Axes)
+    lib.arc_begin.argtypes = (pointer(Arc), Axes, pointer(Move), c_double)
+    lib.arc_length_mm.restype = c_double
+    lib.arc_length_mm.argtypes = (pointer(Arc),)
+    lib.arc_next.restype = c_bool
+    lib.trig_sincos.argtypes = (c_double, pointer(c_double), pointer(c_double))
+    lib.trig_atan2.restype = c_double
+    lib.trig_atan2.argtypes = (c_double, c_double)
+    lib.line_reader_put.argtypes = (pointer(LineReader), c_uint8)
+    lib.line_reader_take.restype = c_size_t
+    lib.line_reader_take.argtypes = (pointer(LineReader), c_char_p, c_size_t, pointer(c_int))
+    return lib
+
+
+class Controller:
+    """State and a machine that does at once whatever a command says."""
+
+    def __init__(self, lib: ctypes.CDLL, axes: int = XYZ) -> None:
+        self.lib = lib
+        self.state = State(axes=axes)
+        lib.gcode_modal_init(ctypes.byref(self.state.modal))
+
+    def resolve(self, line: str | bytes) -> tuple[int, Command]:
+        """The answer to one line and its command; nothing is executed."""
+        command = Command()
+        text = line.encode() if isinstance(line, str) else line
+        return self.lib.gcode_line(ctypes.byref(self.state), text, ctypes.byref(command)), command
+
+    def answer(self, *lines: str) -> int:
+        """Execute lines; the answer to the last one. The others must be fine."""
+        status = 0
+        for line in lines:
+            assert status == 0, f"the line before {line} was answered with {status}"
+            status, command = self.resolve(line)
+            if status == 0:
+                self._execute(command)
+        return status
+
+    def run(self, *lines: str) -> Command:
+        """Execute lines, all of which must be fine; the command of the last one."""
+        for line in lines:
+            status, command = self.resolve(line)
+            assert status == 0, f"{line} was answered with {status}"
+            self._execute(command)
+        return command
+
+    def position(self) -> list[float]:
+        """Machine position, mm, of the axes that the machine has."""
+        return list(self.state.position_mm)[: self.state.axes.bit_count()]
+
+    def _execute(self, command: Command) -> None:
+        self.lib.gcode_offsets_apply(ctypes.byref(self.state.offsets), ctypes.byref(command))
+        if command.move.motion != NO_MOTION:
+            self.state.position_mm = command.move.target_mm
+        self.state.modal = command.next
+
+
+def begin_arc(lib: ctypes.CDLL, start: Sequence[float], move: Move, tolerance_mm: float) -> Arc:
+    """arc_begin()."""
+    arc = Arc()
+    lib.arc_begin(ctypes.byref(arc), Axes(*start), ctypes.byref(move), tolerance_mm)
+    return arc
+
+
+def arc_points(lib: ctypes.CDLL, arc: Arc) -> Iterator[list[float]]:
+    """All points that are left."""
+    point = Axes()
+    while lib.arc_next(ctypes.byref(arc), point):
+        yield list(point)
