@@ -1,12 +1,15 @@
 /* SPDX-License-Identifier: MIT
- * One G-code job through a host controller: streams the text, pairs answers with lines, measures the step edges.
+ * One G-code job through a host controller: streams the text, pairs answers with lines, measures the step
+ * edges.
  *
- * Usage: sim_create, settings by sim_command("$110=5000"), trace outputs, then sim_run until it says it is done,
- * then the results. All strings are copied. Called from one thread; Python drives it through ctypes. */
+ * Usage: sim_create, settings by sim_command("$110=5000"), trace outputs, sim_load, then sim_run until it
+ * says it is done, sim_close, then the results. All strings are copied. Called from one thread; Python drives
+ * it through ctypes. */
 #ifndef WIFICNC_HOST_SIM_H
 #define WIFICNC_HOST_SIM_H
 
 #include "host.h"
+#include "measure.h"
 
 struct sim;
 
@@ -14,57 +17,78 @@ struct sim;
 struct sim *sim_create(const struct host_board *board);
 void sim_destroy(struct sim *sim);
 
-/** Send one line (no line end) and run until it is answered. @return 0 for ok, the error number, or -1 for no answer. */
+/** Send one line (no line end) and run until it is answered. @return 0 for ok, the error number, or -1 for no
+ * answer. */
 int sim_command(struct sim *sim, const char *line);
 
-/** Load the job. @param keep_going 0: stop feeding after the first error. */
+/** Load the job; time counts from here. See sim_text.h for how a file becomes lines.
+ *  Each line waits for the answer to the one before. Time stands still while the controller works, so that
+ * this costs no look-ahead, and nothing behind a bad line is on its way already when the job must stop.
+ *  @param keep_going  0: nothing is sent after the first error; 1: errors are collected.
+ *  @return 0, or ENOMEM. */
 int sim_load(struct sim *sim, const char *text, size_t size, int keep_going);
 
-/** Work for at most max_events step events. @return 1 while there is more, 0 when done. */
+/** Work for about max_events step events. A pause of the program (M0) is ended at once, as by an operator.
+ *  A controller that rests although it owes an answer ends the job with SIM_NO_ANSWER.
+ *  @return 1 while there is more, 0 when done. */
 int sim_run(struct sim *sim, uint64_t max_events);
 
-/** Lines sent so far (for a progress bar) and lines in all. */
+/** Lines answered so far, and lines of the file (for a progress bar). */
 void sim_progress(const struct sim *sim, uint64_t *lines_done, uint64_t *lines_total);
 
-/** Errors found: index 0 .. sim_error_count()-1; line is 1-based in the file. */
+/** What went wrong with a line. */
+enum sim_error_kind {
+    SIM_ERROR,     /* error:code */
+    SIM_ALARM,     /* ALARM:code; the job ends there */
+    SIM_NO_ANSWER, /* the controller rests and owes this line its answer, code 0; the job ends there */
+    SIM_SURPLUS,   /* an answer that no line asked for, after this line; code 0 */
+};
+
+/** Errors found: index 0 .. sim_error_count()-1; line is 1-based in the file, 0 = before the first one. */
 struct sim_error {
     uint32_t line;
     int32_t code;
+    uint32_t kind;
 };
 size_t sim_error_count(const struct sim *sim);
 struct sim_error sim_error_at(const struct sim *sim, size_t index);
 
-/** Figures measured from the step edges. Speeds and accelerations: box windows of 10 ms (see measure.c). */
+/** What the controller said by the way: its [MSG:...] lines, in order, since sim_create(). At most 1000 are
+ * kept. */
+size_t sim_message_count(const struct sim *sim);
+const char *sim_message_at(const struct sim *sim, size_t index);
+
+/** Figures measured from the step edges. Speeds and accelerations: box windows of 10 ms (see measure.h). */
 struct sim_result {
     struct host_counters counters;
-    uint64_t job_ticks;                      /* from the first to the last step edge or dwell end */
-    uint64_t cutting_ticks, rapid_ticks;
-    int64_t steps_total[AXIS_COUNT];         /* pulses, both directions */
-    int32_t position_steps[AXIS_COUNT];
+    uint64_t job_ticks;                  /* from sim_load() to the last step edge or dwell end */
+    uint64_t cutting_ticks, rapid_ticks; /* of these; the rest is dwell */
+    uint64_t lines;                      /* of the file */
+    uint64_t percent_lines;              /* not sent: they begin with % */
+    uint64_t pauses;                     /* program pauses ended by us */
+    int64_t steps_total[AXIS_COUNT];     /* pulses, both directions */
+    int32_t position_steps[AXIS_COUNT];  /* the controller's counters */
+    int32_t measured_steps[AXIS_COUNT];  /* the same from the edges */
     int32_t min_steps[AXIS_COUNT], max_steps[AXIS_COUNT];
     double max_speed_mm_s[AXIS_COUNT];
     double max_accel_mm_s2[AXIS_COUNT];
-    double max_step_rate_hz;                 /* of the fastest axis, from the shortest interval between its edges */
+    double max_step_rate_hz; /* of the fastest axis, from the shortest interval between its edges */
     double steps_per_mm[AXIS_COUNT];
 };
 void sim_result(const struct sim *sim, struct sim_result *out);
 
-/** Trace writers; call before sim_run. @return 0, or errno. */
-int sim_trace_csv(struct sim *sim, const char *path);  /* t_ns,step_mask,dir_mask */
-int sim_trace_vcd(struct sim *sim, const char *path, const char *const names[2 * AXIS_COUNT]); /* step X..C, dir X..C */
-int sim_trace_raw(struct sim *sim, const char *path);  /* little-endian records u64 t_ns, u8 step, u8 dir, padded to 16 */
+/** Trace writers; call before sim_run. @return 0, or errno. Formats: trace_write.h. */
+int sim_trace_csv(struct sim *sim, const char *path);
+int sim_trace_vcd(struct sim *sim, const char *path,
+                  const char *const names[2 * AXIS_COUNT]); /* step X..C, dir X..C */
+int sim_trace_raw(struct sim *sim, const char *path);
 
-/** Path samples for pictures: one every interval_ms of motion (first and last always). */
-struct sim_sample {
-    float t_s;
-    float position_mm[AXIS_COUNT];
-    float speed_mm_s; /* along the path, from the step edges */
-    uint8_t rapid;
-};
+/** Path samples for pictures: one every interval_ms of motion (first and last always). @return 0 */
 int sim_sample_every(struct sim *sim, double interval_ms);
-size_t sim_samples(const struct sim *sim, const struct sim_sample **out);
+size_t sim_samples(const struct sim *sim, const struct path_sample **out);
 
-/** Finish the trace files. Called once, after the last sim_run. @return 0, or errno of the first failed write. */
+/** Finish the trace files. Called once, after the last sim_run. @return 0, or errno of the first failed
+ * write. */
 int sim_close(struct sim *sim);
 
 #endif

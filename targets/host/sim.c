@@ -1,0 +1,399 @@
+/* SPDX-License-Identifier: MIT
+ * The sender's side of a simulated job: bytes out, answers in, edges measured. */
+#include "sim.h"
+
+#include "sim_text.h"
+#include "trace_write.h"
+
+#include <errno.h>
+#include <stdbool.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { ANSWER_SIZE = 256, MAX_WRITERS = 4, MAX_MESSAGES = 1000, MAX_ROUNDS = 1 << 14, MAX_IDLE_ROUNDS = 4 };
+
+#define RUN_ALL 1000000u /* events per round while a command waits for its answer */
+
+/** A growing list. */
+struct list {
+    void *items;
+    size_t count, room;
+};
+
+struct sim {
+    struct host *host;
+    struct host_board board;
+    struct measure *measure;
+    struct trace_writer *writers[MAX_WRITERS];
+    size_t writer_count;
+
+    struct sim_text text;
+    size_t sent;         /* bytes of text.bytes the controller took */
+    uint64_t sent_lines; /* whole lines among them, and the one under way */
+    bool at_line_start;  /* the next byte begins a line */
+    uint64_t answered;   /* lines answered */
+    bool keep_going, stopped, finished, closed;
+    unsigned idle_rounds;
+    uint64_t begin_ticks, end_ticks, pauses;
+    double steps_per_mm[AXIS_COUNT];
+
+    bool in_command; /* sim_command() waits */
+    int command_answer;
+    char answer[ANSWER_SIZE];
+    size_t answer_size;
+    struct list errors;   /* struct sim_error */
+    struct list messages; /* char * */
+};
+
+/* ---- making and unmaking ---- */
+
+static void *list_add(struct list *list, size_t item_size) {
+    if (list->count == list->room) {
+        size_t room = list->room == 0 ? 16 : 2 * list->room;
+        void *grown = realloc(list->items, room * item_size);
+        if (grown == NULL)
+            return NULL;
+        list->items = grown;
+        list->room = room;
+    }
+    return (char *)list->items + item_size * list->count++;
+}
+
+static void listen(struct sim *sim);
+
+struct sim *sim_create(const struct host_board *board) {
+    struct sim *sim = calloc(1, sizeof *sim);
+    if (sim == NULL)
+        return NULL;
+    sim->board = *board;
+    sim->at_line_start = true;
+    sim->host = host_create(board);
+    sim->measure = sim->host != NULL ? measure_create(board->timer_hz) : NULL;
+    if (sim->measure == NULL || !trace_add(host_trace(sim->host), measure_events, sim->measure)) {
+        sim_destroy(sim);
+        return NULL;
+    }
+    host_run(sim->host, RUN_ALL);
+    listen(sim); /* the banner */
+    return sim;
+}
+
+void sim_destroy(struct sim *sim) {
+    if (sim == NULL)
+        return;
+    sim_close(sim);
+    if (sim->host != NULL)
+        host_destroy(sim->host);
+    measure_destroy(sim->measure);
+    sim_text_free(&sim->text);
+    for (size_t i = 0; i < sim->messages.count; i++)
+        free(((char **)sim->messages.items)[i]);
+    free(sim->messages.items);
+    free(sim->errors.items);
+    free(sim);
+}
+
+/* ---- what the controller says ---- */
+
+/* Number of the line in the file whose answer is the index-th, 0 for one before the first. */
+static uint32_t file_line(const struct sim *sim, uint64_t index) {
+    return index < sim->text.line_count ? sim->text.line_number[index] : 0;
+}
+
+static void add_error(struct sim *sim, uint32_t line, enum sim_error_kind kind, int code) {
+    struct sim_error *error = list_add(&sim->errors, sizeof *error);
+    if (error != NULL)
+        *error = (struct sim_error){.line = line, .code = code, .kind = kind};
+    if (!sim->keep_going || kind != SIM_ERROR)
+        sim->stopped = true;
+}
+
+static void take_answer(struct sim *sim, int code) {
+    if (sim->in_command) {
+        sim->command_answer = code;
+        sim->in_command = false;
+    } else if (sim->answered >= sim->sent_lines) {
+        add_error(sim, sim->answered > 0 ? file_line(sim, sim->answered - 1) : 0, SIM_SURPLUS, 0);
+    } else {
+        if (code != 0)
+            add_error(sim, file_line(sim, sim->answered), SIM_ERROR, code);
+        sim->answered++;
+    }
+}
+
+static void add_message(struct sim *sim, const char *text) {
+    char *copy = sim->messages.count < MAX_MESSAGES ? malloc(strlen(text) + 1) : NULL;
+    char **item = copy != NULL ? list_add(&sim->messages, sizeof *item) : NULL;
+    if (item == NULL) {
+        free(copy);
+        return;
+    }
+    strcpy(copy, text);
+    *item = copy;
+}
+
+static bool begins(const char *text, const char *with) {
+    return strncmp(text, with, strlen(with)) == 0;
+}
+
+static void take_line(struct sim *sim, const char *line) {
+    if (strcmp(line, "ok") == 0)
+        take_answer(sim, 0);
+    else if (begins(line, "error:"))
+        take_answer(sim, atoi(line + strlen("error:")));
+    else if (begins(line, "ALARM:"))
+        add_error(sim, file_line(sim, sim->answered), SIM_ALARM, atoi(line + strlen("ALARM:")));
+    else if (begins(line, "[MSG:"))
+        add_message(sim, line);
+}
+
+static void take_bytes(struct sim *sim, const char *bytes, size_t count) {
+    for (size_t i = 0; i < count; i++) {
+        char c = bytes[i];
+        if (c == '\n' || c == '\r') {
+            sim->answer[sim->answer_size] = '\0';
+            if (sim->answer_size > 0)
+                take_line(sim, sim->answer);
+            sim->answer_size = 0;
+        } else if (sim->answer_size < ANSWER_SIZE - 1) {
+            sim->answer[sim->answer_size++] = c;
+        }
+    }
+}
+
+static void listen(struct sim *sim) {
+    char bytes[1024];
+    size_t count;
+    while ((count = host_read(sim->host, bytes, sizeof bytes)) > 0)
+        take_bytes(sim, bytes, count);
+}
+
+/* ---- what it is told ---- */
+
+/* All there is to know about whether a round brought anything forward. */
+struct mark {
+    uint64_t sent, answered, ticks, timer_events;
+};
+
+static struct mark mark_now(const struct sim *sim) {
+    struct host_counters counters;
+    host_counters(sim->host, &counters);
+    return (struct mark){sim->sent, sim->answered, host_time_ticks(sim->host), counters.timer_events};
+}
+
+static bool same_mark(struct mark a, struct mark b) {
+    return a.sent == b.sent && a.answered == b.answered && a.ticks == b.ticks &&
+           a.timer_events == b.timer_events;
+}
+
+int sim_command(struct sim *sim, const char *line) {
+    size_t size = strlen(line), sent = 0;
+    sim->in_command = true;
+    unsigned idle_rounds = 0;
+    while (sim->in_command && idle_rounds < MAX_IDLE_ROUNDS) {
+        struct mark before = mark_now(sim);
+        size_t took = 0;
+        if (sent < size)
+            took = host_write(sim->host, line + sent, size - sent);
+        else if (sent == size)
+            took = host_write(sim->host, "\n", 1);
+        sent += took;
+        host_run(sim->host, RUN_ALL);
+        listen(sim);
+        idle_rounds = took > 0 || !same_mark(before, mark_now(sim)) ? 0 : idle_rounds + 1;
+    }
+    bool answered = !sim->in_command;
+    sim->in_command = false;
+    return answered ? sim->command_answer : -1;
+}
+
+int sim_load(struct sim *sim, const char *text, size_t size, int keep_going) {
+    float steps_per_mm[AXIS_COUNT];
+    host_steps_per_mm(sim->host, steps_per_mm);
+    for (int axis = 0; axis < AXIS_COUNT; axis++)
+        sim->steps_per_mm[axis] = (double)steps_per_mm[axis];
+    if (sim_text_make(&sim->text, text, size) != 0)
+        return ENOMEM;
+    trace_flush(host_trace(sim->host));
+    sim->keep_going = keep_going != 0;
+    sim->begin_ticks = sim->end_ticks = host_time_ticks(sim->host);
+    measure_begin(sim->measure, sim->begin_ticks, sim->steps_per_mm);
+    host_input_follows(sim->host, sim->text.line_count > 0);
+    return 0;
+}
+
+static bool all_sent(const struct sim *sim) {
+    return sim->stopped || sim->sent == sim->text.size;
+}
+
+/* Put the next line, or what is left of it, once everything before it is answered. */
+static void feed(struct sim *sim) {
+    if (all_sent(sim) || (sim->at_line_start && sim->answered < sim->sent_lines))
+        return;
+    const char *begin = sim->text.bytes + sim->sent;
+    const char *end = (const char *)memchr(begin, '\n', sim->text.size - sim->sent) + 1;
+    size_t took = host_write(sim->host, begin, (size_t)(end - begin));
+    if (took == 0)
+        return;
+    sim->sent += took;
+    sim->sent_lines += sim->at_line_start;
+    sim->at_line_start = took == (size_t)(end - begin);
+    if (all_sent(sim))
+        host_input_follows(sim->host, 0);
+}
+
+/* ---- the job ---- */
+
+static void finish(struct sim *sim) {
+    sim->finished = true;
+    sim->end_ticks = host_time_ticks(sim->host);
+    trace_flush(host_trace(sim->host));
+    measure_end(sim->measure);
+}
+
+/* Nothing happened for a round. A program pause waits for the operator; anything else is a controller that is
+ * stuck. */
+static void prod(struct sim *sim) {
+    bool owes = sim->answered < sim->sent_lines;
+    sim->idle_rounds++;
+    if (sim->idle_rounds == 1 && owes)
+        sim->pauses += host_write(sim->host, "~", 1);
+    if (sim->idle_rounds < MAX_IDLE_ROUNDS)
+        return;
+    sim->pauses -= owes;
+    if (!sim->stopped)
+        add_error(sim, file_line(sim, sim->answered), SIM_NO_ANSWER, 0);
+    finish(sim);
+}
+
+static void one_round(struct sim *sim, uint64_t max_events) {
+    struct mark before = mark_now(sim);
+    feed(sim);
+    enum host_wait wait = host_run(sim->host, max_events);
+    listen(sim);
+    if (sim->stopped)
+        host_input_follows(sim->host, 0);
+    if (wait == HOST_IDLE && all_sent(sim) && sim->answered == sim->sent_lines)
+        finish(sim);
+    else if (same_mark(before, mark_now(sim)))
+        prod(sim);
+    else
+        sim->idle_rounds = 0;
+}
+
+int sim_run(struct sim *sim, uint64_t max_events) {
+    struct host_counters counters;
+    host_counters(sim->host, &counters);
+    uint64_t end = counters.step_events + max_events;
+    for (unsigned round = 0; round < MAX_ROUNDS && !sim->finished && counters.step_events < end; round++) {
+        one_round(sim, end - counters.step_events);
+        host_counters(sim->host, &counters);
+    }
+    return !sim->finished;
+}
+
+/* ---- results ---- */
+
+void sim_progress(const struct sim *sim, uint64_t *lines_done, uint64_t *lines_total) {
+    *lines_done = sim->answered > 0 ? file_line(sim, sim->answered - 1) : 0;
+    *lines_total = sim->text.file_lines;
+}
+
+size_t sim_error_count(const struct sim *sim) {
+    return sim->errors.count;
+}
+
+struct sim_error sim_error_at(const struct sim *sim, size_t index) {
+    return index < sim->errors.count ? ((struct sim_error *)sim->errors.items)[index] : (struct sim_error){0};
+}
+
+size_t sim_message_count(const struct sim *sim) {
+    return sim->messages.count;
+}
+
+const char *sim_message_at(const struct sim *sim, size_t index) {
+    return index < sim->messages.count ? ((char **)sim->messages.items)[index] : "";
+}
+
+void sim_result(const struct sim *sim, struct sim_result *out) {
+    struct measured measured;
+    measure_result(sim->measure, &measured);
+    *out = (struct sim_result){
+        .job_ticks = sim->end_ticks - sim->begin_ticks,
+        .cutting_ticks = measured.cutting_ticks,
+        .rapid_ticks = measured.rapid_ticks,
+        .lines = sim->text.file_lines,
+        .percent_lines = sim->text.percent_lines,
+        .pauses = sim->pauses,
+    };
+    host_counters(sim->host, &out->counters);
+    host_position_steps(sim->host, out->position_steps);
+    for (int axis = 0; axis < AXIS_COUNT; axis++) {
+        double steps_per_mm = sim->steps_per_mm[axis];
+        out->steps_per_mm[axis] = steps_per_mm;
+        out->steps_total[axis] = measured.steps_total[axis];
+        out->measured_steps[axis] = measured.position_steps[axis];
+        out->min_steps[axis] = measured.min_steps[axis];
+        out->max_steps[axis] = measured.max_steps[axis];
+        out->max_speed_mm_s[axis] = measured.max_speed_steps_s[axis] / steps_per_mm;
+        out->max_accel_mm_s2[axis] = measured.max_accel_steps_s2[axis] / steps_per_mm;
+        uint64_t interval = measured.min_interval_ticks[axis];
+        double rate_hz = interval > 0 ? (double)sim->board.timer_hz / (double)interval : 0.0;
+        out->max_step_rate_hz = rate_hz > out->max_step_rate_hz ? rate_hz : out->max_step_rate_hz;
+    }
+}
+
+int sim_sample_every(struct sim *sim, double interval_ms) {
+    measure_sample_every(sim->measure, interval_ms);
+    return 0;
+}
+
+size_t sim_samples(const struct sim *sim, const struct path_sample **out) {
+    return measure_samples(sim->measure, out);
+}
+
+/* ---- trace files ---- */
+
+static int add_writer(struct sim *sim, struct trace_writer *writer, int error) {
+    if (writer == NULL)
+        return error;
+    if (sim->writer_count == MAX_WRITERS || !trace_add(host_trace(sim->host), writer->consume, writer)) {
+        trace_writer_close(writer);
+        return EMFILE;
+    }
+    sim->writers[sim->writer_count++] = writer;
+    return 0;
+}
+
+int sim_trace_csv(struct sim *sim, const char *path) {
+    int error;
+    struct trace_writer *writer = trace_csv_open(path, sim->board.timer_hz, &error);
+    return add_writer(sim, writer, error);
+}
+
+int sim_trace_vcd(struct sim *sim, const char *path, const char *const names[2 * AXIS_COUNT]) {
+    int error;
+    struct trace_writer *writer = trace_vcd_open(path, sim->board.timer_hz, sim->board.step_pulse_ns,
+                                                 sim->board.dir_setup_ns, names, &error);
+    return add_writer(sim, writer, error);
+}
+
+int sim_trace_raw(struct sim *sim, const char *path) {
+    int error;
+    struct trace_writer *writer = trace_raw_open(path, sim->board.timer_hz, &error);
+    return add_writer(sim, writer, error);
+}
+
+int sim_close(struct sim *sim) {
+    if (sim->closed)
+        return 0;
+    sim->closed = true;
+    int error = 0;
+    if (sim->host != NULL)
+        trace_flush(host_trace(sim->host));
+    for (size_t i = 0; i < sim->writer_count; i++) {
+        int failed = trace_writer_close(sim->writers[i]);
+        error = error != 0 ? error : failed;
+    }
+    return error;
+}

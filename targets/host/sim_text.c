@@ -1,0 +1,96 @@
+/* SPDX-License-Identifier: MIT
+ * Job file -> lines for the wire. The rules are in sim_text.h. */
+#include "sim_text.h"
+
+#include <stdbool.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { CTRL_X = 0x18, CTRL_Z = 0x1A, DELETE = 0x7F, REFUSED = '"' };
+
+static const char utf8_mark[] = "\xEF\xBB\xBF";
+
+/* Where a line of the file ends, and where the next one begins. */
+static const char *line_end(const char *line, const char *end, const char **next) {
+    const char *p = line;
+    while (p < end && *p != '\n' && *p != '\r')
+        p++;
+    *next = p;
+    if (p < end)
+        *next = p + (end - p >= 2 && p[0] == '\r' && p[1] == '\n' ? 2 : 1);
+    return p;
+}
+
+static bool is_percent_line(const char *line, const char *end) {
+    while (line < end && (*line == ' ' || *line == '\t'))
+        line++;
+    return line < end && *line == '%';
+}
+
+static bool is_harmless(unsigned char c) {
+    if (c == '\t')
+        return true;
+    return c >= ' ' && c < DELETE && c != '!' && c != '?' && c != '~';
+}
+
+static char *put_line(char *out, const char *line, const char *end) {
+    bool in_brackets = false, in_tail = false;
+    for (; line < end; line++) {
+        bool in_comment = in_brackets || in_tail;
+        if (is_harmless((unsigned char)*line))
+            *out++ = *line;
+        else if (!in_comment)
+            *out++ = REFUSED;
+        if (*line == ';' && !in_brackets)
+            in_tail = true;
+        else if (*line == '(' && !in_tail)
+            in_brackets = true;
+        else if (*line == ')')
+            in_brackets = false;
+    }
+    *out++ = '\n';
+    return out;
+}
+
+static uint64_t count_ends(const char *text, const char *end) {
+    uint64_t lines = 0;
+    while (text < end) {
+        line_end(text, end, &text);
+        lines++;
+    }
+    return lines;
+}
+
+int sim_text_make(struct sim_text *out, const char *text, size_t size) {
+    const char *end = text + size;
+    if (size >= 3 && memcmp(text, utf8_mark, 3) == 0)
+        text += 3;
+    while (end > text && end[-1] == CTRL_Z)
+        end--;
+    *out = (struct sim_text){.file_lines = count_ends(text, end)};
+    out->bytes = malloc((size_t)(end - text) + 1);
+    out->line_number = malloc((out->file_lines + 1) * sizeof *out->line_number);
+    if (out->bytes == NULL || out->line_number == NULL) {
+        sim_text_free(out);
+        return -1;
+    }
+    char *p = out->bytes;
+    for (uint32_t number = 1; text < end; number++) {
+        const char *line = text;
+        const char *stop = line_end(line, end, &text);
+        if (is_percent_line(line, stop)) {
+            out->percent_lines++;
+            continue;
+        }
+        p = put_line(p, line, stop);
+        out->line_number[out->line_count++] = number;
+    }
+    out->size = (size_t)(p - out->bytes);
+    return 0;
+}
+
+void sim_text_free(struct sim_text *text) {
+    free(text->bytes);
+    free(text->line_number);
+    *text = (struct sim_text){0};
+}
