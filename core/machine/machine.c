@@ -3,6 +3,10 @@
 
 #include "base/debug.h"
 
+static uint16_t board_pulse_us(const struct machine_board *board) {
+    return (uint16_t)((board->step_pulse_ns + 999) / 1000);
+}
+
 void machine_init(struct machine *machine, const struct machine_board *board, struct hal *hal,
                   struct hal_step *hal_step, const struct text_out *out) {
     static const struct prep_timing no_timing = {1, 1, 1};
@@ -11,7 +15,7 @@ void machine_init(struct machine *machine, const struct machine_board *board, st
     machine->hal = hal;
     machine->out = *out;
     settings_defaults(&machine->settings);
-    machine->settings.step_pulse_us = (uint16_t)((board->step_pulse_ns + 999) / 1000);
+    machine->settings.step_pulse_us = board_pulse_us(board);
     machine->gcode = (struct gcode_state){.axes = (axis_mask_t)((1u << board->axis_count) - 1)};
     gcode_modal_init(&machine->gcode.modal);
     rx_init(&machine->rx);
@@ -28,7 +32,11 @@ void machine_init(struct machine *machine, const struct machine_board *board, st
 }
 
 bool machine_is_at_rest(const struct machine *machine) {
-    return motion_is_planned_out(&machine->motion) && prep_is_empty(&machine->prep) && !machine->step.active;
+    return motion_is_planned_out(&machine->motion) && machine_is_standing(machine);
+}
+
+bool machine_is_standing(const struct machine *machine) {
+    return prep_is_empty(&machine->prep) && !machine->step.active;
 }
 
 void machine_position(const struct machine *machine, int32_t steps[AXIS_COUNT]) {
@@ -58,12 +66,19 @@ static void report_clamp(struct machine *machine, unsigned axis, float mm_min) {
     text_string(&machine->out, " mm/min by the board's step rate]\r\n");
 }
 
+/* Timer ticks that last at least this long. */
+static uint32_t ticks_of(const struct machine_board *board, uint32_t ns) {
+    return (uint32_t)(((uint64_t)board->timer_hz * ns + 999999999u) / 1000000000u);
+}
+
 void machine_apply_settings(struct machine *machine) {
     const struct settings *settings = &machine->settings;
     const struct machine_board *board = &machine->board;
     struct motion_limits limits = {.junction_deviation_mm = settings->junction_deviation_mm,
                                    .axes = machine->gcode.axes};
-    uint32_t pulse_rate_hz = 500000u / settings->step_pulse_us; /* the pulse and a pause as long */
+    uint32_t pulse_ns = settings->step_pulse_us == board_pulse_us(board) ? board->step_pulse_ns
+                                                                         : settings->step_pulse_us * 1000u;
+    uint32_t pulse_rate_hz = 500000000u / pulse_ns; /* the pulse and a pause as long */
     float rate_hz =
         (float)(pulse_rate_hz < board->max_step_rate_hz ? pulse_rate_hz : board->max_step_rate_hz);
     for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
@@ -80,16 +95,15 @@ void machine_apply_settings(struct machine *machine) {
     motion_set_limits(&machine->motion, &limits);
     machine->prep.timing = (struct prep_timing){
         .timer_hz = board->timer_hz,
-        .min_interval_ticks = (uint32_t)((uint64_t)board->timer_hz * settings->step_pulse_us / 500000u),
-        .dir_setup_ticks =
-            (uint32_t)(((uint64_t)board->timer_hz * board->dir_setup_ns + 999999999u) / 1000000000u),
+        .min_interval_ticks = ticks_of(board, 2 * pulse_ns),
+        .dir_setup_ticks = ticks_of(board, board->dir_setup_ns),
     };
 }
 
 /* Stop at once and forget what was planned; the position is what the pins have made. */
 static void reset(struct machine *machine) {
     int32_t position[AXIS_COUNT];
-    bool moving = !machine_is_at_rest(machine);
+    bool moving = !machine_is_standing(machine);
     step_halt(&machine->step);
     machine_position(machine, position);
     step_flush(&machine->step);
@@ -116,6 +130,16 @@ static void reset(struct machine *machine) {
     report_banner(machine);
 }
 
+static void resume(struct machine *machine) {
+    machine->state = MACHINE_IDLE;
+    motion_resume(&machine->motion);
+    if (machine->stage != TASK_PAUSED)
+        return;
+    machine->stage = TASK_NONE;
+    machine->gcode.modal = machine->command.next;
+    machine_answer(machine, STATUS_OK);
+}
+
 static bool take_realtime(struct machine *machine) {
     if (machine->rx.realtime == 0)
         return false;
@@ -124,11 +148,12 @@ static bool take_realtime(struct machine *machine) {
         reset(machine);
     if ((bits & REALTIME_STATUS) != 0)
         report_status(machine);
-    if ((bits & REALTIME_RESUME) != 0 && machine->stage == TASK_PAUSED) {
-        machine->state = MACHINE_IDLE;
-        machine->stage = TASK_NONE;
-        machine_answer(machine, STATUS_OK);
+    if ((bits & REALTIME_HOLD) != 0 && machine->state != MACHINE_ALARM) {
+        machine->state = MACHINE_HOLD;
+        motion_hold(&machine->motion);
     }
+    if ((bits & REALTIME_RESUME) != 0 && machine->state == MACHINE_HOLD)
+        resume(machine);
     return true;
 }
 

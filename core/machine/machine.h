@@ -23,7 +23,7 @@
 /** What the board fixes. */
 struct machine_board {
     uint32_t timer_hz;
-    uint32_t step_pulse_ns; /* default of $0, rounded up to whole us */
+    uint32_t step_pulse_ns; /* used unless $0 asks for another; $0 starts at this, in whole us */
     uint32_t dir_setup_ns;
     uint32_t max_step_rate_hz; /* of one axis */
     uint8_t axis_count;        /* 1 .. AXIS_COUNT */
@@ -32,7 +32,7 @@ struct machine_board {
 enum machine_state {
     MACHINE_IDLE,
     MACHINE_RUN,
-    MACHINE_HOLD,  /* M0: waits for ~ */
+    MACHINE_HOLD,  /* ! or M0: waits for ~ */
     MACHINE_ALARM, /* locked until $X or reset; position may be wrong */
 };
 
@@ -83,6 +83,9 @@ bool machine_poll(struct machine *machine);
 
 /** Nothing more comes for now: planned moves start without waiting for look-ahead. */
 void machine_input_pause(struct machine *machine);
+
+/** No pulse is on its way to the pins; moves may be planned, as in a hold. */
+bool machine_is_standing(const struct machine *machine);
 
 /** No motion planned, queued or being stepped. */
 bool machine_is_at_rest(const struct machine *machine);

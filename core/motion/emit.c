@@ -6,7 +6,7 @@
 #include <math.h>
 #include <string.h>
 
-#define SLICE_S      0.005f      /* aim for the duration of a segment */
+#define SLICE_S      0.003f      /* aim for the duration of a segment */
 #define MAX_DWELL_NS 1000000000u /* of one dwell segment */
 #define MAX_SLICE_S  4.0f        /* a single step slower than this is preceded by waits of WAIT_NS */
 #define WAIT_NS      1000000000u
@@ -23,7 +23,7 @@ void emit_init(struct emit *emit, struct plan *plan, struct segment_ring *ring) 
 }
 
 void emit_reset(struct emit *emit) {
-    emit->started = emit->flush = emit->ran_dry = false;
+    emit->started = emit->flush = emit->hold = emit->ran_dry = false;
     emit->v_sq = emit->waited_s = 0.0f;
     emit->dwell_left_ns = 0;
 }
@@ -52,21 +52,41 @@ static void begin_block(struct emit *emit, const struct plan_block *block) {
     }
 }
 
-static struct profile rest_of_block(const struct emit *emit, const struct plan_block *block) {
+/* From v0 down to target_sq as hard as the block allows, ending on a step; the end of the block may come
+ * first. */
+static struct profile slow_down(const struct emit *emit, const struct plan_block *block, float target_sq,
+                                uint32_t *steps) {
+    struct profile p = {.accel = block->accel_mm_s2, .v0_sq = emit->v_sq, .peak_sq = emit->v_sq};
+    uint32_t left = block->dominant_steps - emit->done;
+    float needed = ceilf((p.v0_sq - target_sq) / (2.0f * p.accel * emit->step_mm));
+    *steps = needed < (float)left ? (uint32_t)needed : left;
+    *steps = *steps > 0 ? *steps : 1;
+    p.mm = (float)*steps * emit->step_mm;
+    float reach_sq = p.v0_sq - 2.0f * p.accel * p.mm;
+    p.exit_sq = reach_sq > target_sq ? reach_sq : target_sq;
+    return p;
+}
+
+/* The rest of the block, or as much of it as is left before a hold's stop; *steps is its length. */
+static struct profile rest_of_block(const struct emit *emit, const struct plan_block *block,
+                                    uint32_t *steps) {
     struct profile p = {.accel = block->accel_mm_s2, .v0_sq = emit->v_sq};
     float two_a = 2.0f * p.accel;
-    p.mm = (float)(block->dominant_steps - emit->done) * emit->step_mm;
+    if (emit->hold)
+        return slow_down(emit, block, 0.0f, steps);
+    if (p.v0_sq > block->nominal_sq * 1.0001f)
+        return slow_down(emit, block, block->nominal_sq, steps);
+    *steps = block->dominant_steps - emit->done;
+    p.mm = (float)*steps * emit->step_mm;
     float reach_sq = p.v0_sq + two_a * p.mm;
-    float wanted_sq = plan_exit_sq(emit->plan);
-    p.exit_sq = wanted_sq < reach_sq ? wanted_sq : reach_sq;
-    float middle_sq = 0.5f * (p.v0_sq + p.exit_sq) + p.accel * p.mm;
-    p.peak_sq = block->nominal_sq < middle_sq ? block->nominal_sq : middle_sq;
-    if (p.peak_sq < p.v0_sq) /* float noise only: v0 never exceeds nominal by more */
-        p.peak_sq = p.v0_sq;
+    float brake_sq = p.v0_sq * 0.999f - two_a * p.mm; /* float noise must not keep us from resting */
+    p.exit_sq = fminf(plan_exit_sq(emit->plan), reach_sq);
+    p.exit_sq = fmaxf(p.exit_sq, brake_sq);
+    p.peak_sq = fminf(block->nominal_sq, 0.5f * (p.v0_sq + p.exit_sq) + p.accel * p.mm);
+    p.peak_sq = fmaxf(p.peak_sq, p.v0_sq);
     p.accelerate_mm = (p.peak_sq - p.v0_sq) / two_a;
-    p.brake_from_mm = p.mm - (p.peak_sq > p.exit_sq ? (p.peak_sq - p.exit_sq) / two_a : 0.0f);
-    if (p.brake_from_mm < p.accelerate_mm)
-        p.brake_from_mm = p.accelerate_mm;
+    p.brake_from_mm = p.mm - fmaxf(p.peak_sq - p.exit_sq, 0.0f) / two_a;
+    p.brake_from_mm = fmaxf(p.brake_from_mm, p.accelerate_mm);
     return p;
 }
 
@@ -133,7 +153,8 @@ static void finish_block(struct emit *emit, const struct plan_block *block, stru
     bool last = plan_count(emit->plan) == 1;
     if (stop && last)
         segment->flags |= SEGMENT_LAST;
-    emit->ran_dry = stop && last && !emit->flush && (block->flags & MOTION_FLAG_EXACT_STOP) == 0;
+    emit->ran_dry =
+        stop && last && !emit->flush && !emit->hold && (block->flags & MOTION_FLAG_EXACT_STOP) == 0;
     plan_drop_tail(emit->plan);
 }
 
@@ -164,11 +185,10 @@ static void emit_slice(struct emit *emit) {
     const struct plan_block *block = plan_block(emit->plan, emit->plan->tail);
     if (!emit->started)
         begin_block(emit, block);
-    struct profile profile = rest_of_block(emit, block);
-    uint32_t left = block->dominant_steps - emit->done;
+    uint32_t left;
+    struct profile profile = rest_of_block(emit, block, &left);
     uint32_t count = slice_steps(emit, &profile, left);
-    struct segment segment = {
-        .id = emit->next_id++, .line = block->line, .flags = segment_flags(block->flags)};
+    struct segment segment = {.line = block->line, .flags = segment_flags(block->flags)};
     float v_sq, x = count == left ? profile.mm : (float)count * emit->step_mm;
     float time_s = profile_at(&profile, x, &v_sq) - emit->waited_s;
     if (time_s > MAX_SLICE_S) {
@@ -180,12 +200,15 @@ static void emit_slice(struct emit *emit) {
     if (count == left)
         v_sq = profile.exit_sq;
     float v0 = sqrtf(emit->v_sq), v1 = sqrtf(v_sq);
+    segment.id = emit->next_id++;
     segment.ramp = (int16_t)(v0 + v1 > 0.0f ? (v1 - v0) / (v0 + v1) * (float)SEGMENT_RAMP_ONE : 0.0f);
     slice_axes(emit, block, emit->done + count, &segment);
     emit->done += count;
     emit->v_sq = v_sq;
-    if (count == left)
+    if (emit->done == block->dominant_steps)
         finish_block(emit, block, &segment);
+    else if (v_sq == 0.0f)
+        segment.flags |= SEGMENT_LAST;
     segment.duration_ns = duration_ns(emit, time_s);
     DEBUG(DEBUG_MOTION, "segment: dominant steps, ns", count, segment.duration_ns);
     (void)segment_ring_push(emit->ring, RING_OWNER_PLANNER, &segment);
@@ -197,23 +220,20 @@ static void emit_dwell_slice(struct emit *emit) {
     emit->dwell_left_ns -= ns;
 }
 
+bool emit_is_held(const struct emit *emit) {
+    return emit->hold && emit->v_sq == 0.0f;
+}
+
 bool emit_poll(struct emit *emit) {
     bool any = false;
-    if (emit_is_idle(emit) || !segment_ring_claim(emit->ring, RING_OWNER_PLANNER))
+    if (emit_is_idle(emit) || emit_is_held(emit) || !segment_ring_claim(emit->ring, RING_OWNER_PLANNER))
         return false;
-    while (ring_free(&emit->ring->index, SEGMENT_RING_SIZE) > 0) {
-        uint32_t queued_us = segment_ring_queued_us(emit->ring);
-        if (queued_us >= EMIT_HIGH_US)
-            break;
-        if (plan_count(emit->plan) == 0) {
-            if (emit->dwell_left_ns == 0)
-                break;
-            emit_dwell_slice(emit);
-        } else {
-            if (queued_us >= EMIT_LOW_US && !plan_is_full(emit->plan) && !emit->flush)
-                break;
+    while (ring_free(&emit->ring->index, SEGMENT_RING_SIZE) > 0 &&
+           segment_ring_queued_us(emit->ring) < EMIT_AHEAD_US && !emit_is_held(emit) && !emit_is_idle(emit)) {
+        if (plan_count(emit->plan) > 0)
             emit_slice(emit);
-        }
+        else
+            emit_dwell_slice(emit);
         any = true;
     }
     return any;

@@ -19,10 +19,9 @@
 #include "motion/planner.h"
 #include "segment/ring.h"
 
-/** How far emission runs ahead of the motion side. Fewer: later blocks come too late to keep the speed. More:
- * a hold comes late. */
-#define EMIT_LOW_US  10000u /* below: emit whatever is planned, or motion would starve */
-#define EMIT_HIGH_US 50000u /* above: wait */
+/** How far emission runs ahead of prep. Nothing is decided earlier than it must be: what is not in the ring
+ * can still be planned better, held, overridden or cancelled. */
+#define EMIT_AHEAD_US 3000u
 
 struct emit {
     struct plan *plan;
@@ -34,7 +33,8 @@ struct emit {
     uint64_t slope_q32[AXIS_COUNT]; /* steps of each axis per dominant step, 32.32 */
     float waited_s;                 /* already waited before a very slow step */
     double time_ns;                 /* fraction of a nanosecond carried from segment to segment */
-    bool flush;                     /* nothing follows: emit without waiting for more look-ahead */
+    bool flush;                     /* nothing follows: coming to rest is no starving */
+    bool hold;                      /* slow down along the path and stand */
     bool ran_dry;                   /* came to rest for want of a next block */
     uint32_t starved;               /* times a next block came after that */
     uint16_t next_id;
@@ -46,7 +46,7 @@ void emit_init(struct emit *emit, struct plan *plan, struct segment_ring *ring);
 /** Forget the block being emitted; speed 0. With plan_reset() after a stop. */
 void emit_reset(struct emit *emit);
 
-/** Put segments into the ring as far as the rules above ask for. @return true when any was put. Never blocks.
+/** Put segments into the ring until EMIT_AHEAD_US is reached. @return true when any was put. Never blocks.
  */
 bool emit_poll(struct emit *emit);
 
@@ -55,6 +55,10 @@ void emit_dwell(struct emit *emit, double seconds);
 
 /** Nothing planned and nothing half emitted. (The ring may still hold motion.) */
 bool emit_is_idle(const struct emit *emit);
+
+/** Standing still because of a hold: nothing more comes until it is lifted. (The ring may still hold motion.)
+ */
+bool emit_is_held(const struct emit *emit);
 
 /** Path speed at the end of what was emitted, mm/s. */
 float emit_speed_mm_s(const struct emit *emit);

@@ -6,6 +6,7 @@
 void motion_init(struct motion *motion, const struct motion_limits *limits) {
     const int32_t zero[AXIS_COUNT] = {0};
     motion->plan.blocks_total = 0;
+    motion->plan.feed_override = motion->plan.rapid_override = 1.0f;
     motion->waits = false;
     motion->newest_us = 0;
     segment_ring_init(&motion->ring);
@@ -50,6 +51,22 @@ bool motion_poll(struct motion *motion, uint32_t now_us) {
     motion->waits = resting && plan_count(&motion->plan) > 0 && !plan_is_full(&motion->plan) &&
                     !emit->flush && now_us - motion->newest_us < MOTION_START_DELAY_US;
     return !motion->waits && emit_poll(&motion->emit);
+}
+
+void motion_hold(struct motion *motion) {
+    motion->emit.hold = true;
+}
+
+void motion_resume(struct motion *motion) {
+    motion->emit.hold = false;
+}
+
+bool motion_is_held(const struct motion *motion) {
+    return emit_is_held(&motion->emit);
+}
+
+void motion_set_override(struct motion *motion, float feed, float rapid) {
+    plan_set_override(&motion->plan, feed, rapid);
 }
 
 bool motion_is_planned_out(const struct motion *motion) {

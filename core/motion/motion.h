@@ -44,6 +44,19 @@ bool motion_poll(struct motion *motion, uint32_t now_us);
 /** All moves and dwells are in the ring or done. */
 bool motion_is_planned_out(const struct motion *motion);
 
+/** Feed hold: slow down along the path as hard as the limits allow, and stand. Acts on everything not yet
+ * emitted. */
+void motion_hold(struct motion *motion);
+
+/** Lift a hold; also one that has not yet come to rest. */
+void motion_resume(struct motion *motion);
+
+/** A hold has come to its end: what is in the ring is the last. */
+bool motion_is_held(const struct motion *motion);
+
+/** Overrides: 1 = 100 %. @param feed 0.1 .. 2; @param rapid 0.25 .. 1 */
+void motion_set_override(struct motion *motion, float feed, float rapid);
+
 /** Drop everything not yet in steps and stand at this position. The motion side is halted. */
 void motion_reset(struct motion *motion, const int32_t position_steps[AXIS_COUNT]);
 

@@ -12,7 +12,7 @@
 
 void plan_reset(struct plan *plan, const int32_t position_steps[AXIS_COUNT]) {
     plan->head = plan->tail = 0;
-    plan->last_nominal_sq = 0.0f;
+    plan->moving = false;
     memcpy(plan->position_steps, position_steps, sizeof plan->position_steps);
     kinematics_position_mm(position_steps, plan->limits.steps_per_mm, plan->position_mm);
 }
@@ -34,8 +34,8 @@ static float limit_along(const float unit[AXIS_COUNT], const float limit[AXIS_CO
  * the inner angle), r = d s/(1-s), and r = (l/2) s/sqrt(1-s^2);  v^2 = r * acceleration. The first is Grbl's
  * junction deviation (S. Jeon, 2011); the second lets the speed on a curve cut into short chords follow its
  * curvature instead of the angle of one joint. The acceleration points along b - a. */
-static float junction_sq(const struct plan *plan, const float a[AXIS_COUNT], const float b[AXIS_COUNT],
-                         float shorter_mm) {
+static float corner_sq(const struct plan *plan, const float a[AXIS_COUNT], const float b[AXIS_COUNT],
+                       float shorter_mm) {
     float turn[AXIS_COUNT], turn_sq = 0.0f;
     for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
         turn[ax] = b[ax] - a[ax];
@@ -60,7 +60,7 @@ static float asked_speed(const struct motion_line *line, float linear_sq, float 
     if (line->duration_s > 0.0f)
         return length_mm / line->duration_s;
     if ((line->flags & MOTION_FLAG_RAPID) != 0)
-        return 1e15f;
+        return 1e12f; /* its square still is a float */
     return linear_sq > 0.0f ? line->feed_mm_s * length_mm / sqrtf(linear_sq) : line->feed_mm_s;
 }
 
@@ -101,6 +101,35 @@ static uint32_t step_delta(const struct plan *plan, const struct motion_line *li
     return dominant;
 }
 
+/* Speeds of a block at the present overrides. Its predecessor's are set; `first`: it is entered at rest. */
+static void set_caps(struct plan *plan, uint32_t index, bool first) {
+    struct plan_block *block = plan_block(plan, index);
+    float override = (block->flags & MOTION_FLAG_RAPID) != 0 ? plan->rapid_override : plan->feed_override;
+    float asked_sq = block->asked_sq * override * override;
+    block->nominal_sq = asked_sq < block->limit_sq ? asked_sq : block->limit_sq;
+    block->junction_sq = first ? 0.0f : fminf(block->corner_sq, block->nominal_sq);
+    if (!first)
+        block->junction_sq = fminf(block->junction_sq, plan_block(plan, index - 1)->nominal_sq);
+    block->entry_sq = -1.0f; /* differs from anything the backward pass can find */
+}
+
+/* Direction of the move and lengths over X Y Z and over all axes. */
+static float direction(const struct plan *plan, const struct motion_line *line, float unit[AXIS_COUNT],
+                       float *linear_sq) {
+    float length_sq = 0.0f;
+    for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
+        unit[ax] = (float)(line->target_mm[ax] - plan->position_mm[ax]);
+        length_sq += unit[ax] * unit[ax];
+        if (ax == AXIS_Z)
+            *linear_sq = length_sq;
+    }
+    float length_mm = sqrtf(length_sq);
+    float scale = length_mm > 0.0f ? 1.0f / length_mm : 0.0f;
+    for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
+        unit[ax] *= scale;
+    return length_mm;
+}
+
 bool plan_line(struct plan *plan, const struct motion_line *line) {
     if (plan_is_full(plan))
         return false;
@@ -110,44 +139,39 @@ bool plan_line(struct plan *plan, const struct motion_line *line) {
     if (block->dominant_steps == 0)
         return true;
 
-    float unit[AXIS_COUNT], length_sq = 0.0f, linear_sq = 0.0f;
-    for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
-        unit[ax] = (float)(line->target_mm[ax] - plan->position_mm[ax]);
-        length_sq += unit[ax] * unit[ax];
-        if (ax == AXIS_Z)
-            linear_sq = length_sq;
-    }
-    float length_mm = sqrtf(length_sq);
+    float unit[AXIS_COUNT], linear_sq = 0.0f;
+    float length_mm = direction(plan, line, unit, &linear_sq);
     block->length_mm = timed_length_mm(plan, block, length_mm);
-    float scale = length_mm > 0.0f ? 1.0f / length_mm : 0.0f;
-    for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
-        unit[ax] *= scale;
-
-    float speed = limit_along(unit, plan->limits.max_rate_mm_s);
+    float limit = limit_along(unit, plan->limits.max_rate_mm_s);
     float asked = asked_speed(line, linear_sq, block->length_mm);
-    speed = asked < speed ? asked : speed;
-    block->nominal_sq = speed * speed;
+    block->limit_sq = limit * limit;
+    block->asked_sq = asked * asked;
     block->accel_mm_s2 = limit_along(unit, plan->limits.accel_mm_s2);
     block->line = line->line;
     block->flags = line->flags;
-    block->entry_sq = block->junction_sq = 0.0f;
-    if (plan->last_nominal_sq > 0.0f) {
+    block->corner_sq = 0.0f;
+    if (plan->moving) {
         const struct plan_block *last = plan_block(plan, plan->head - 1);
-        float corner = junction_sq(plan, plan->last_unit, unit,
-                                   last->length_mm < block->length_mm ? last->length_mm : block->length_mm);
-        float slower = block->nominal_sq < plan->last_nominal_sq ? block->nominal_sq : plan->last_nominal_sq;
-        block->junction_sq = corner < slower ? corner : slower;
-        block->entry_sq = -1.0f; /* differs from anything the pass can find */
+        block->corner_sq = corner_sq(plan, plan->last_unit, unit, fminf(last->length_mm, block->length_mm));
     }
+    set_caps(plan, plan->head, !plan->moving);
     memcpy(plan->position_steps, target, sizeof target);
     memcpy(plan->position_mm, line->target_mm, sizeof plan->position_mm);
     memcpy(plan->last_unit, unit, sizeof unit);
-    plan->last_nominal_sq = (line->flags & MOTION_FLAG_EXACT_STOP) != 0 ? 0.0f : block->nominal_sq;
+    plan->moving = (line->flags & MOTION_FLAG_EXACT_STOP) == 0;
     plan->head++;
     plan->blocks_total++;
     look_back(plan);
     DEBUG(DEBUG_MOTION, "block: line, dominant steps", block->line, block->dominant_steps);
     return true;
+}
+
+void plan_set_override(struct plan *plan, float feed, float rapid) {
+    plan->feed_override = feed;
+    plan->rapid_override = rapid;
+    for (uint32_t i = plan->tail; i != plan->head; i++)
+        set_caps(plan, i, plan_block(plan, i)->corner_sq == 0.0f);
+    look_back(plan);
 }
 
 float plan_exit_sq(const struct plan *plan) {

@@ -52,8 +52,11 @@ struct plan_block {
     uint32_t dominant_steps; /* of the axis with most steps, > 0 */
     float length_mm;         /* over all axes */
     float accel_mm_s2;       /* along the block: every axis inside its limit */
-    float nominal_sq;        /* (mm/s)^2 along the block: feed and axis rates */
-    float junction_sq;       /* upper limit of entry_sq: corner before the block, both nominal speeds */
+    float asked_sq;          /* (mm/s)^2 along the block: feed at 100 %, or huge for a rapid */
+    float limit_sq;          /* (mm/s)^2 along the block that the axis rates allow */
+    float nominal_sq;        /* min(asked with override, limit) */
+    float corner_sq;         /* what the corner before the block allows */
+    float junction_sq;       /* upper limit of entry_sq: the corner and both nominal speeds */
     float entry_sq;          /* see above */
     uint32_t line;
     uint8_t flags;
@@ -61,11 +64,12 @@ struct plan_block {
 
 struct plan {
     struct motion_limits limits;
-    uint32_t head, tail;                /* single context: plain indices, wrap at 2^32 */
-    int32_t position_steps[AXIS_COUNT]; /* end of the newest block */
-    double position_mm[AXIS_COUNT];     /* programmed end of the newest move, unrounded */
-    float last_unit[AXIS_COUNT];        /* direction of the newest block */
-    float last_nominal_sq;              /* 0: the next block starts at rest */
+    float feed_override, rapid_override; /* 1 = 100 % */
+    uint32_t head, tail;                 /* single context: plain indices, wrap at 2^32 */
+    int32_t position_steps[AXIS_COUNT];  /* end of the newest block */
+    double position_mm[AXIS_COUNT];      /* programmed end of the newest move, unrounded */
+    float last_unit[AXIS_COUNT];         /* direction of the newest block */
+    bool moving;                         /* the next block may be entered at speed */
     uint32_t blocks_total;
     struct plan_block blocks[PLAN_SIZE];
 };
@@ -88,6 +92,9 @@ static inline struct plan_block *plan_block(struct plan *plan, uint32_t index) {
  * next one.
  *  @return false: the ring is full, nothing was changed. */
 bool plan_line(struct plan *plan, const struct motion_line *line);
+
+/** New overrides for all blocks, also the one being emitted. @param feed 0.1 .. 2, @param rapid 0.25 .. 1 */
+void plan_set_override(struct plan *plan, float feed, float rapid);
 
 /** Greatest v^2 at the end of the block at tail: the entry of its successor, or 0. */
 float plan_exit_sq(const struct plan *plan);

@@ -44,7 +44,7 @@ static HAL_INLINE uint32_t load_span(struct step *step) {
     step->delta_q16 = span->delta_q16;
     step->events_left = span->events;
     step->loaded = true;
-    step->watch_probe = (span->flags & SEGMENT_PROBE) != 0;
+    step->watch_probe = (span->flags & SEGMENT_PROBE) != 0 && !step->probe_hit;
     hal_step_span(step->hal, span->flags, span->line);
     step->next = next_bits(step);
     return next_ticks(step);
@@ -54,6 +54,7 @@ static HAL_INLINE uint32_t load_span(struct step *step) {
 HAL_ISR HAL_SELDOM static void next_span(struct step *step) {
     uint16_t flags = tail_span(step)->flags;
     step->spans_done++;
+    step->ticks_done += tail_span(step)->ticks;
     step->segments_done += (flags & SPAN_LAST) != 0;
     ring_pop(&step->ring.index);
     if (ring_held(&step->ring.index) == 0) {
@@ -69,13 +70,17 @@ HAL_ISR HAL_SELDOM static void next_span(struct step *step) {
     hal_step_direction(step->hal, tail_span(step)->negative);
 }
 
+/* Remember where the probe closed; the task slows the motion down. */
+HAL_ISR HAL_SELDOM static void latch_probe(struct step *step) {
+    step->probe_span = *tail_span(step);
+    step->probe_left = step->events_left;
+    step->watch_probe = false;
+    step->probe_hit = true;
+}
+
 HAL_ISR void step_isr(struct step *step) {
-    if (step->watch_probe && hal_step_probe(step->hal)) {
-        step->probe_hit = true;
-        hal_step_timer_stop(step->hal);
-        step->active = false;
-        return;
-    }
+    if (step->watch_probe && hal_step_probe(step->hal))
+        latch_probe(step);
     hal_step_set(step->hal, step->next);
     if (--step->events_left == 0) {
         next_span(step);
@@ -107,5 +112,6 @@ void step_halt(struct step *step) {
 
 void step_flush(struct step *step) {
     step->loaded = false;
-    step->ring.index.tail = step->ring.index.head;
+    while (step->ring.index.tail != step->ring.index.head)
+        step->ticks_done += step->ring.slots[step->ring.index.tail++ & (SPAN_RING_SIZE - 1)].ticks;
 }

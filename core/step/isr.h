@@ -28,11 +28,14 @@ struct step {
     axis_mask_t next; /* step bits of the coming event */
     bool watch_probe;
     /* touched when a span ends */
-    volatile bool active; /* the timer runs; while false the ISR does not touch anything here */
-    bool loaded;          /* the span at the ring's tail is the current one */
-    bool probe_hit;       /* a watched probe closed: motion stopped there */
-    uint32_t underruns;   /* the span ring ran dry in motion */
+    volatile bool active;   /* the timer runs; while false the ISR does not touch anything here */
+    bool loaded;            /* the span at the ring's tail is the current one */
+    bool probe_hit;         /* a watched probe closed; cleared by the task that waits for it */
+    uint32_t probe_left;    /* events_left of probe_span when it closed */
+    struct span probe_span; /* the span in which it closed */
+    uint32_t underruns;     /* the span ring ran dry in motion */
     uint32_t spans_done;
+    uint32_t ticks_done; /* duration of all spans done, wraps */
     uint32_t segments_done;
     struct span_ring ring;
 };
@@ -53,6 +56,9 @@ void step_halt(struct step *step);
 
 /** [task] Forget all spans. Only while not active; take step_position() before. */
 void step_flush(struct step *step);
+
+/** [task] Where the probe closed, exact to the step. Only after probe_hit. */
+void step_probe_position(const struct step *step, int32_t out[AXIS_COUNT]);
 
 /** [task] Steps that have left the pins, exact at every instant, also while the ISR runs.
  *  @param rest  position to report when no span is loaded (prep's end position) */

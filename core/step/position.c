@@ -15,6 +15,10 @@ static void span_position(const struct span *span, uint32_t done, int32_t out[AX
     }
 }
 
+void step_probe_position(const struct step *step, int32_t out[AXIS_COUNT]) {
+    span_position(&step->probe_span, step->probe_span.events - step->probe_left, out);
+}
+
 /* The ISR may end the span between two reads; then its tail has moved, or its count has, and we look again.
  */
 void step_position(const struct step *step, const int32_t rest[AXIS_COUNT], int32_t out[AXIS_COUNT]) {

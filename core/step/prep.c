@@ -146,6 +146,8 @@ static void push_wait(struct prep *prep, struct span *span, uint64_t ticks_q16, 
     span->delta_q16 = 0;
     span->flags |= last ? SPAN_LAST : 0;
     prep->time_left_q16 -= (uint64_t)span->interval_q16 * events;
+    span->ticks = (uint32_t)((uint64_t)span->interval_q16 * events >> 16);
+    prep->ticks_made += span->ticks;
     prep->waited_q16 += (uint64_t)span->interval_q16 * events;
     ring_push(&prep->step->ring.index);
 }
@@ -244,6 +246,8 @@ static bool push_span(struct prep *prep) {
     uint64_t used_q16 = (uint64_t)((int64_t)span->interval_q16 * events +
                                    (int64_t)span->delta_q16 * (int64_t)((uint64_t)events * (events - 1) / 2));
     prep->time_left_q16 = used_q16 < prep->time_left_q16 ? prep->time_left_q16 - used_q16 : 0;
+    span->ticks = (uint32_t)(used_q16 >> 16);
+    prep->ticks_made += span->ticks;
     advance(prep, events);
     prep->loaded = prep->done != prep->events;
     if (!prep->loaded)
@@ -254,7 +258,9 @@ static bool push_span(struct prep *prep) {
 
 bool prep_poll(struct prep *prep) {
     bool made = false;
-    for (;;) {
+    uint32_t ahead_ticks = (uint32_t)((uint64_t)prep->timing.timer_hz * PREP_AHEAD_US / 1000000u);
+    while (ring_held(&prep->step->ring.index) < 2 ||
+           prep->ticks_made - prep->step->ticks_done < ahead_ticks) {
         if (!prep->loaded) {
             const struct segment *segment = segment_ring_peek(prep->in);
             if (segment == 0)

@@ -11,6 +11,9 @@
 #include "segment/ring.h"
 #include "step/isr.h"
 
+/** How far prep runs ahead of the step ISR; two spans at least. */
+#define PREP_AHEAD_US 2000u
+
 /** What the board fixes, in ticks of its step timer. */
 struct prep_timing {
     uint32_t timer_hz;
@@ -35,14 +38,15 @@ struct prep {
     uint64_t waited_q16;    /* of the next event's interval, already put out as a wait */
     float v_sq, v_sq_slope; /* (events per tick)^2 at `done`, and its change per event */
     float v, v_end;
-    uint32_t clamped; /* intervals stretched to min_interval_ticks */
+    uint32_t ticks_made; /* duration of all spans ever made, wraps */
+    uint32_t clamped;    /* intervals stretched to min_interval_ticks */
 };
 
 void prep_init(struct prep *prep, struct segment_ring *in, struct step *step,
                const struct prep_timing *timing);
 
-/** Cut segments into spans until the span ring is full or the segment ring is empty, and start the timer if
- * it rests.
+/** Cut segments into spans until PREP_AHEAD_US is reached or the segment ring is empty, and start the timer
+ * if it rests.
  *  @return true when spans were made. Never blocks. */
 bool prep_poll(struct prep *prep);
 

@@ -35,13 +35,14 @@ enum span_flags {
     SPAN_SEGMENT_MASK = 0xFF, /* low byte: enum segment_flags of the segment */
 };
 
-/** 68 bytes. */
+/** 72 bytes. */
 struct span {
     uint32_t phase[SPAN_WORDS];     /* at the start */
     uint32_t increment[SPAN_WORDS]; /* per event */
     uint32_t interval_q16;          /* ticks from the event before to the first event */
     int32_t delta_q16;              /* change of the interval from event to event */
     uint32_t events;                /* > 0 */
+    uint32_t ticks;                 /* duration, whole ticks */
     int32_t position[AXIS_COUNT];   /* steps, before the first event */
     uint32_t line;                  /* source line */
     uint16_t flags;                 /* enum span_flags */

@@ -118,14 +118,15 @@ static void flush_trace(struct host *host) {
 static void run_events(struct host *host, uint64_t *budget) {
     struct step *step = &host->machine.step;
     struct hal_step *hal = &host->hal.step;
-    uint32_t half = ring_held(&step->ring.index) / 2;
+    uint32_t held = ring_held(&step->ring.index);
+    uint32_t enough = held > 2 ? held / 2 : held - 1; /* more may come behind the last span but one */
     do {
         hal->now_ticks = hal->alarm_ticks;
         step_isr(step);
         if (hal->write == &host->trace.events[TRACE_CHUNK])
             flush_trace(host);
         host->timer_events++;
-    } while (--*budget != 0 && step->active && ring_held(&step->ring.index) > half);
+    } while (--*budget != 0 && step->active && ring_held(&step->ring.index) > enough);
 }
 
 /* At rest, but moves wait for the start delay: jump there. */

@@ -143,6 +143,28 @@ class Host:
         """Work for this many timer events. @return why it stopped"""
         return int(LIB.host_run(self._host, events))
 
+    def put(self, text: str) -> None:
+        """Real-time bytes, between two advances."""
+        assert LIB.host_write(self._host, text.encode("latin-1"), len(text)) == len(text)
+
+    def ticks(self) -> int:
+        return int(LIB.host_time_ticks(self._host))
+
+    def settle(self) -> Run:
+        """Go on until nothing happens any more. The result holds all since start()."""
+        while LIB.host_run(self._host, 10_000_000) != HOST_IDLE:
+            pass
+        self._hear()
+        return self._result()
+
+    def status(self) -> str:
+        """The answer to ?, alone."""
+        self._hear()
+        before = len(self._said)
+        self.put("?")
+        self.settle()
+        return self._said[before:].decode("latin-1")
+
     def run(self, program: str) -> Run:
         """Stream the program to its end and come to rest. The result holds all since start(), if that was called."""
         data = program.encode("latin-1")
