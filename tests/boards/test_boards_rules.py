@@ -11,7 +11,7 @@ from wificnc.board import paths
 from wificnc.board.load import check_board, load_board
 from wificnc.board.problem import RULES, BoardProblems
 from wificnc.board.rules import ALLOWABLE
-from wificnc.board.tomlfile import read_toml
+from wificnc.checked.tomlfile import read_toml
 from wificnc.errors import BoardError
 
 INVALID = sorted((Path(__file__).parent / "invalid").glob("*.toml"))

@@ -10,8 +10,8 @@ from typing import Annotated, Literal
 from pydantic import BaseModel, ConfigDict, Field
 
 from wificnc.board import paths
-from wificnc.board.shape import validate
-from wificnc.board.tomlfile import read_toml
+from wificnc.checked.shape import validate
+from wificnc.checked.tomlfile import read_toml
 
 Level = Literal["low", "high"]
 Pull = Literal["none", "up", "down"]
@@ -135,7 +135,7 @@ def load_chips() -> dict[tuple[str, str], Chip]:
     """Every chip by (target, chip).
 
     Raises:
-        BoardProblems: a pin table is broken.
+        FileProblems: a pin table is broken.
     """
     paths.require_repository()
     chips = (_load_chip(path) for path in sorted(paths.TARGETS.glob("*/pins*.toml")))

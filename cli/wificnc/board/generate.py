@@ -12,6 +12,7 @@ from wificnc.board.header import write_if_changed
 from wificnc.board.load import find_boards, load_board
 from wificnc.board.picture import draw, svg_text
 from wificnc.board.schema import board_schema_text
+from wificnc.checked.paths import shown
 
 
 def generated_files() -> dict[Path, str]:
@@ -41,11 +42,11 @@ def main(argv: list[str] | None = None) -> int:
     if parser.parse_args(argv).check:
         stale = stale_files()
         for path in stale:
-            print(f"stale: {paths.shown(path)}", file=sys.stderr)
+            print(f"stale: {shown(path)}", file=sys.stderr)
         return 1 if stale else 0
     for path, text in generated_files().items():
         if write_if_changed(path, text):
-            print(f"wrote {paths.shown(path)}")
+            print(f"wrote {shown(path)}")
     return 0
 
 

@@ -7,10 +7,11 @@ from pathlib import Path
 from wificnc.board import paths
 from wificnc.board.chip import Chip, load_chips, text_sha256
 from wificnc.board.model import Board, BoardFile
-from wificnc.board.problem import BoardProblems, Finding, Problem
+from wificnc.board.problem import BoardProblems
 from wificnc.board.rules import check_rules
-from wificnc.board.shape import closest, locate, validate
-from wificnc.board.tomlfile import TomlFile, read_toml
+from wificnc.checked.problem import FileProblems, Finding, Problem
+from wificnc.checked.shape import closest, locate, validate
+from wificnc.checked.tomlfile import TomlFile, read_toml
 from wificnc.errors import BoardError
 
 
@@ -43,12 +44,15 @@ def load_board(ref: str | Path) -> Board:
         BoardError: there is no such board, or its file breaks rules; then every problem is listed.
     """
     path = board_path(ref)
-    source = read_toml(path)
-    file = validate(BoardFile, source)
-    chip = _chip_of(file, source)
-    findings = [*_first_key(source), *check_rules(file, chip)]
-    if findings:
-        raise BoardProblems(locate(findings, source))
+    try:
+        source = read_toml(path)
+        file = validate(BoardFile, source)
+        chip = _chip_of(file, source)
+        findings = [*_first_key(source), *check_rules(file, chip)]
+        if findings:
+            raise FileProblems(locate(findings, source))
+    except FileProblems as err:
+        raise BoardProblems(err.problems) from err
     fields = {name: getattr(file, name) for name in BoardFile.model_fields if name != "schema_version"}
     sha256 = text_sha256(source.text + chip.sha256)
     return Board(schema=1, id=path.stem, path=path, sha256=sha256, pins=chip, **fields)
@@ -73,7 +77,7 @@ def _chip_of(file: BoardFile, source: TomlFile) -> Chip:
         return chips[file.target, file.chip]
     known = " or ".join(f'target = "{target}", chip = "{chip}"' for target, chip in chips)
     reason = f"there is no pin table for chip {file.chip!r} of target {file.target!r}"
-    raise BoardProblems(locate([Finding("unknown-chip", ("chip",), reason, known)], source))
+    raise FileProblems(locate([Finding("unknown-chip", ("chip",), reason, known)], source))
 
 
 def _first_key(source: TomlFile) -> list[Finding]:

@@ -11,7 +11,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, model_validator
 
 from wificnc.board.chip import Chip, Level, LooseTuple, Pull, Strict
-from wificnc.board.problem import KeyPath, key_text
+from wificnc.checked.problem import KeyPath, key_text
 
 AXIS_LETTERS = "XYZABC"
 AXES_MAX = len(AXIS_LETTERS)

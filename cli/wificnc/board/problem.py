@@ -1,16 +1,11 @@
-"""A problem in a board file: where, which rule, why, and what would be legal instead."""
+"""The rules of board files, and the error that lists what breaks them."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
-from pathlib import Path
-from typing import Any
 
-from wificnc.board.paths import shown
+from wificnc.checked.problem import Problem
 from wificnc.errors import BoardError
-
-KeyPath = tuple[str | int, ...]
 
 # Every rule and what it protects. A problem of any other rule cannot be made; each has a file that breaks it in
 # tests/boards/invalid.
@@ -50,57 +45,11 @@ RULES = {
 }
 
 
-def key_text(path: KeyPath) -> str:
-    """("output", "misc", 1) -> output.misc[1]"""
-    text = ""
-    for part in path:
-        text += f"[{part}]" if isinstance(part, int) else f".{part}" if text else part
-    return text
-
-
-@dataclass(frozen=True)
-class Finding:
-    """What a rule found, before the file and the line are known."""
-
-    rule: str
-    path: KeyPath
-    reason: str
-    hint: str | None = None
-
-
-@dataclass(frozen=True)
-class Problem:
-    """One problem, ready to be shown."""
-
-    file: Path
-    line: int
-    rule: str
-    key: str
-    reason: str
-    hint: str | None = None
-
-    def __post_init__(self) -> None:
-        assert self.rule in RULES, self.rule
-
-    def __str__(self) -> str:
-        key = f"{self.key}: " if self.key else ""
-        text = f"{shown(self.file)}:{self.line}: {key}{self.reason} [{self.rule}]"
-        return f"{text}\n  hint: {self.hint}" if self.hint else text
-
-    def as_json(self) -> dict[str, Any]:
-        return {
-            "file": shown(self.file),
-            "line": self.line,
-            "rule": self.rule,
-            "key": self.key,
-            "reason": self.reason,
-            "hint": self.hint,
-        }
-
-
 class BoardProblems(BoardError):
     """A board file that breaks rules: all of them, in the order of the file."""
 
     def __init__(self, problems: Iterable[Problem]) -> None:
         self.problems: Sequence[Problem] = tuple(problems)
+        unnamed = {problem.rule for problem in self.problems} - RULES.keys()
+        assert not unnamed, unnamed
         super().__init__("\n".join(str(problem) for problem in self.problems), "run: wificnc boards check")

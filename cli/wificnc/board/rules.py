@@ -9,8 +9,8 @@ from math import ceil
 
 from wificnc.board.chip import Chip
 from wificnc.board.model import AXIS_LETTERS, BoardFile, OutputWire, Role, Use
-from wificnc.board.problem import Finding, key_text
-from wificnc.board.shape import closest
+from wificnc.checked.problem import Finding, key_text
+from wificnc.checked.shape import closest
 
 NS_PER_S = 1_000_000_000
 HINT_PINS_MAX = 10

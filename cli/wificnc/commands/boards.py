@@ -14,7 +14,7 @@ from wificnc.board.labels import PinRow, notes, pin_rows
 from wificnc.board.load import check_board, find_boards, load_board
 from wificnc.board.model import Board
 from wificnc.board.picture import ROLE_COLOURS, save_picture
-from wificnc.board.problem import Problem
+from wificnc.checked.problem import Problem
 from wificnc.errors import Exit
 
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
-from wificnc.board.problem import BoardProblems
-from wificnc.board.shape import closest, locate, validate
-from wificnc.board.tomlfile import read_toml
+from wificnc.checked.problem import FileProblems
+from wificnc.checked.shape import closest, locate, validate
+from wificnc.checked.tomlfile import read_toml
 from wificnc.errors import MachineError
 from wificnc.machine import rules
 from wificnc.machine.model import Machine
@@ -34,8 +34,8 @@ def load_machine(machine: str | Path) -> Machine:
         profile = validate(Machine, source)
         findings = rules.check(profile)
         if findings:
-            raise BoardProblems(locate(findings, source))
-    except BoardProblems as err:
+            raise FileProblems(locate(findings, source))
+    except FileProblems as err:
         raise MachineError(err.message) from err
     return profile
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from wificnc.board.problem import Finding
+from wificnc.checked.problem import Finding
 from wificnc.machine.model import LinearAxis, Machine
 from wificnc.protocol import AXES
 

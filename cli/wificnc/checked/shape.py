@@ -11,8 +11,8 @@ from typing import Annotated, Any, TypeVar, Union
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
-from wificnc.board.problem import BoardProblems, Finding, KeyPath, Problem, key_text
-from wificnc.board.tomlfile import TomlFile
+from wificnc.checked.problem import FileProblems, Finding, KeyPath, Problem, key_text
+from wificnc.checked.tomlfile import TomlFile
 
 ModelT = TypeVar("ModelT", bound=BaseModel)
 
@@ -21,12 +21,12 @@ def validate(model: type[ModelT], source: TomlFile) -> ModelT:
     """Build the model from the file.
 
     Raises:
-        BoardProblems: the file has not the model's shape; every fault with its line.
+        FileProblems: the file has not the model's shape; every fault with its line.
     """
     try:
         return model.model_validate(source.data)
     except ValidationError as err:
-        raise BoardProblems(locate(_findings(model, err.errors()), source)) from err
+        raise FileProblems(locate(_findings(model, err.errors()), source)) from err
 
 
 def locate(findings: Iterable[Finding], source: TomlFile) -> list[Problem]:

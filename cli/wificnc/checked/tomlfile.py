@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from wificnc.board.problem import BoardProblems, KeyPath, Problem
+from wificnc.checked.problem import FileProblems, KeyPath, Problem
 
 if sys.version_info >= (3, 11):
     import tomllib
@@ -151,18 +151,18 @@ def read_toml(path: Path) -> TomlFile:
     """Read and parse a file.
 
     Raises:
-        BoardProblems: it cannot be read, is not UTF-8 or is not TOML.
+        FileProblems: it cannot be read, is not UTF-8 or is not TOML.
     """
     try:
         text = path.read_text(encoding="utf-8")
     except OSError as err:
-        raise BoardProblems([Problem(path, 1, "unreadable", "", err.strerror or str(err))]) from err
+        raise FileProblems([Problem(path, 1, "unreadable", "", err.strerror or str(err))]) from err
     except UnicodeDecodeError as err:
-        raise BoardProblems([Problem(path, 1, "unreadable", "", "is not UTF-8 text")]) from err
+        raise FileProblems([Problem(path, 1, "unreadable", "", "is not UTF-8 text")]) from err
     try:
         data = tomllib.loads(text)
     except tomllib.TOMLDecodeError as err:
-        raise BoardProblems([_syntax_problem(path, text, str(err))]) from err
+        raise FileProblems([_syntax_problem(path, text, str(err))]) from err
     return TomlFile(path, text, data, _Locator(text).run())
 
 
