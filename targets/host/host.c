@@ -39,6 +39,10 @@ void hal_coolant_set(struct hal *hal, uint8_t bits) {
     (void)bits;
 }
 
+void hal_inputs_read(const struct hal *hal, struct hal_inputs *inputs) {
+    *inputs = (struct hal_inputs){.limit_min = 0x3F, .limit_max = 0x3F, .probe = !hal->step.probe};
+}
+
 void hal_debug(enum debug_channel channel, const char *what, int32_t first, int32_t second) {
     static const char *const names[] = {
         [DEBUG_MACHINE] = "machine", [DEBUG_MOTION] = "motion", [DEBUG_STEP] = "step"};
