@@ -75,7 +75,7 @@ void machine_apply_settings(struct machine *machine) {
     const struct settings *settings = &machine->settings;
     const struct machine_board *board = &machine->board;
     struct motion_limits limits = {.junction_deviation_mm = settings->junction_deviation_mm,
-                                   .axes = machine->gcode.axes};
+                                   .axis_count = board->axis_count};
     uint32_t pulse_ns = settings->step_pulse_us == board_pulse_us(board) ? board->step_pulse_ns
                                                                          : settings->step_pulse_us * 1000u;
     uint32_t pulse_rate_hz = 500000000u / pulse_ns; /* the pulse and a pause as long */

@@ -1,16 +1,17 @@
 /* SPDX-License-Identifier: MIT
- * The look-ahead planner: straight moves -> blocks that know how fast they may be entered. [task]
+ * The look-ahead planner: straight moves -> blocks, and how fast each may be entered. [task]
  *
  * Speeds are kept as squares, v^2 in (mm/s)^2, because braking over a distance s changes v^2 by 2 a s.
  *
- * Each block holds one number that looks ahead, `entry_sq`: the greatest v^2 at its start from which
- * everything behind it, up to a stop at the end of the last known block, can still be done. Adding a block
- * can only raise these numbers, so the backward pass stops at the first one that does not change: O(1) per
- * block in the usual case. What can be reached by accelerating is the emitter's business (motion/emit.h),
- * which knows the real speed; no forward pass.
+ * The greatest v^2 at the start of block i, K(i), is what its corner allows, J(i), or what braking over the
+ * block still brings down to K(i+1):   K(i) = min(J(i), K(i+1) + w(i)),   w = 2 a L,   0 at the end of the
+ * newest block. Write P for the running sum of w. Then
  *
- *   ring:  tail = block being emitted ... head = newest;  entry_sq(i) = min(junction_sq(i), entry_sq(i+1) + 2
- * a(i) L(i)) */
+ *     K(i) = min over j >= i of (J(j) + P(j)) - P(i),   with J = 0 at the end:
+ *
+ * a minimum over a sliding window, which a queue of candidates in rising order gives in O(1) per block. So
+ * there is no backward pass, and looking ahead 64 blocks costs as much as looking ahead one. The forward
+ * half, what can be reached by accelerating, is the emitter's (motion/emit.h), which knows the real speed. */
 #ifndef WIFICNC_MOTION_PLANNER_H
 #define WIFICNC_MOTION_PLANNER_H
 
@@ -26,7 +27,7 @@ struct motion_limits {
     float max_rate_mm_s[AXIS_COUNT]; /* > 0; already within the board's step rate */
     float accel_mm_s2[AXIS_COUNT];   /* > 0 */
     float junction_deviation_mm;     /* >= 0, $11 */
-    axis_mask_t axes;                /* axes that exist */
+    uint8_t axis_count;              /* axes that exist: X .. */
 };
 
 /** How a move is to be made. */
@@ -56,8 +57,8 @@ struct plan_block {
     float limit_sq;          /* (mm/s)^2 along the block that the axis rates allow */
     float nominal_sq;        /* min(asked with override, limit) */
     float corner_sq;         /* what the corner before the block allows */
-    float junction_sq;       /* upper limit of entry_sq: the corner and both nominal speeds */
-    float entry_sq;          /* see above */
+    float junction_sq;       /* J: the corner and both nominal speeds */
+    double potential;        /* P at the start of the block, (mm/s)^2 */
     uint32_t line;
     uint8_t flags;
 };
@@ -70,6 +71,9 @@ struct plan {
     double position_mm[AXIS_COUNT];      /* programmed end of the newest move, unrounded */
     float last_unit[AXIS_COUNT];         /* direction of the newest block */
     bool moving;                         /* the next block may be entered at speed */
+    double potential;                    /* P at the end of the newest block */
+    uint32_t queue_head, queue_tail;     /* of queue; wrap at 2^32 */
+    uint32_t queue[PLAN_SIZE];           /* indices of blocks with rising J + P, oldest first */
     uint32_t blocks_total;
     struct plan_block blocks[PLAN_SIZE];
 };
@@ -97,7 +101,7 @@ bool plan_line(struct plan *plan, const struct motion_line *line);
 void plan_set_override(struct plan *plan, float feed, float rapid);
 
 /** Greatest v^2 at the end of the block at tail: the entry of its successor, or 0. */
-float plan_exit_sq(const struct plan *plan);
+float plan_exit_sq(struct plan *plan);
 
 /** The block at tail has been emitted. */
 void plan_drop_tail(struct plan *plan);

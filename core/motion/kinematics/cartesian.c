@@ -3,8 +3,8 @@
 #include "motion/kinematics/kinematics.h"
 
 void kinematics_target_steps(const double target_mm[AXIS_COUNT], const float steps_per_mm[AXIS_COUNT],
-                             int32_t steps[AXIS_COUNT]) {
-    for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
+                             unsigned axis_count, int32_t steps[AXIS_COUNT]) {
+    for (unsigned ax = 0; ax < axis_count; ax++) {
         double exact = target_mm[ax] * (double)steps_per_mm[ax];
         steps[ax] = (int32_t)(exact < 0.0 ? exact - 0.5 : exact + 0.5);
     }
