@@ -1,0 +1,94 @@
+"""`wificnc sim FILE`: run a G-code job through the real core in virtual time."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import rich_click as click
+from rich.markup import escape
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+from rich.table import Table
+
+from wificnc import ui
+from wificnc.errors import Exit
+from wificnc.sim.job import Progress as OnProgress
+from wificnc.sim.job import SimResult
+from wificnc.sim.report import AXIS_COLUMNS, axis_rows, error_line, report_json, summary_rows
+from wificnc.sim.run import SimOptions, simulate
+
+ERRORS_SHOWN = 20
+
+
+@click.command()
+@click.argument("file", type=click.Path(path_type=Path))
+@click.option("--board", default="host", show_default=True, help="Board id or TOML file: axes, timer, pulse timing.")
+@click.option("--machine", help="Machine profile, name or TOML file: steps/mm, rates, accelerations, travel.")
+@click.option("--set", "settings", multiple=True, metavar="'$N=VALUE'", help="A setting on top of that; repeatable.")
+@click.option("--json", "json_path", type=click.Path(path_type=Path), help="Write the figures; - is stdout.")
+@click.option("--plot", type=click.Path(path_type=Path), help="Draw the path and its speed: .png or .svg.")
+@click.option("--trace", type=click.Path(path_type=Path), help="Write every step event: .csv, .vcd or .npz.")
+@click.option("--keep-going", is_flag=True, help="Go on after an error, collect all.")
+@click.pass_context
+def command(
+    ctx: click.Context, file: Path, board: str, machine: str | None, settings: tuple[str, ...],
+    json_path: Path | None, plot: Path | None, trace: Path | None, keep_going: bool,
+) -> None:  # fmt: skip
+    """Run a G-code FILE through the real core in virtual time.
+
+    The motion that the controller would make, measured from its step edges: times, speeds, extent, step counts.
+    """
+    json_file = None if json_path is None or str(json_path) == "-" else json_path
+    options = SimOptions(file, board, machine, settings, json_file, plot, trace, keep_going)
+    with _progress_bar(file.name) as on_progress:
+        result = simulate(options, on_progress)
+    if json_path is not None and json_file is None:
+        ui.emit_json(report_json(result))
+    else:
+        _print_result(result)
+    _print_remarks(result)
+    for path in (json_file, plot, trace):
+        if path:
+            ui.note(f"wrote {path}")
+    ctx.exit(Exit.JOB if result.errors else Exit.OK)
+
+
+@contextmanager
+def _progress_bar(name: str) -> Iterator[OnProgress | None]:
+    """A bar on a terminal, nothing elsewhere; it leaves no trace."""
+    if not sys.stderr.isatty():
+        yield None
+        return
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TextColumn("lines"))
+    with Progress(*columns, TimeElapsedColumn(), console=ui.talk, transient=True) as bar:
+        task = bar.add_task(escape(name), total=None)
+        yield lambda done, total: bar.update(task, completed=done, total=total)
+
+
+def _print_result(result: SimResult) -> None:
+    summary = Table(box=None, show_header=False, pad_edge=False, padding=(0, 2, 0, 0))
+    summary.add_column(style="dim")
+    summary.add_column()
+    for name, value in summary_rows(result):
+        summary.add_row(name, value)
+    axes = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0), header_style="dim")
+    for column in AXIS_COLUMNS:
+        axes.add_column(column, justify="left" if column == "axis" else "right", no_wrap=True)
+    for row in axis_rows(result):
+        axes.add_row(*row)
+    ui.data.print(f"[bold]{escape(result.file)}[/]")
+    ui.data.print(summary)
+    ui.data.print(axes)
+
+
+def _print_remarks(result: SimResult) -> None:
+    for warning in result.warnings:
+        ui.warn(warning)
+    for error in result.errors[:ERRORS_SHOWN]:
+        ui.talk.print(f"[bold red]{escape(error_line(result.file, error))}[/]", soft_wrap=True)
+        if error.text:
+            ui.talk.print(f"    {escape(error.text)}", soft_wrap=True)
+    if len(result.errors) > ERRORS_SHOWN:
+        ui.talk.print(f"and {len(result.errors) - ERRORS_SHOWN} more errors")

@@ -1,0 +1,1 @@
+"""Simulated jobs: options in, figures, traces and pictures out."""

@@ -1,0 +1,250 @@
+"""One job through the host controller: a request in, a SimResult out. No console, no files but the trace's."""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from wificnc.errors import JobError, UserError
+from wificnc.sim.native import AXES, ErrorKind, HostBoard, NativeError, NativeResult, Simulation
+from wificnc.sim.trace import TraceFile
+
+EVENTS_PER_CALL = 500_000  # a few tens of milliseconds of work between two looks at the progress
+SAMPLE_MS = 1.0
+CHATTER = {"[MSG:Pgm End]"}  # said by every good program
+
+Progress = Callable[[int, int], None]  # lines done, lines in all
+
+
+@dataclass(frozen=True)
+class Timing:
+    """What a board fixes for the simulation."""
+
+    timer_hz: int
+    step_pulse_ns: int
+    dir_setup_ns: int
+    max_step_rate_hz: int
+    axis_count: int
+
+
+@dataclass(frozen=True)
+class JobRequest:
+    """What to run, and on what."""
+
+    file: str
+    text: bytes
+    timing: Timing
+    settings: tuple[str, ...] = ()
+    keep_going: bool = False
+    trace: TraceFile | None = None
+    samples: bool = False
+    travel_mm: tuple[float | None, ...] = (None,) * len(AXES)
+
+
+@dataclass(frozen=True)
+class LineError:
+    """One line that was refused."""
+
+    line: int
+    code: int
+    message: str
+    text: str
+
+    @property
+    def title(self) -> str:
+        """error:22 a feed rate is missing (F)"""
+        return f"error:{self.code} {self.message}" if self.code else self.message
+
+
+@dataclass(frozen=True)
+class SimResult:
+    """All figures of a run. Per-axis values are in the order of `axes`."""
+
+    file: str
+    axes: str
+    lines: int
+    blocks: int
+    segments: int
+    step_events: int
+    steps_per_axis: tuple[int, ...]
+    final_position_steps: tuple[int, ...]
+    final_position_mm: tuple[float, ...]
+    box_min_mm: tuple[float, ...]
+    box_max_mm: tuple[float, ...]
+    job_time_s: float
+    cutting_time_s: float
+    rapid_time_s: float
+    max_speed_mm_s: tuple[float, ...]
+    max_accel_mm_s2: tuple[float, ...]
+    max_step_rate_hz: float
+    lookahead_starved: int
+    errors: tuple[LineError, ...]
+    warnings: tuple[str, ...]
+    travel_mm: tuple[float | None, ...]
+    samples: bytes  # records of native.SAMPLE_DTYPE
+
+    @property
+    def dwell_time_s(self) -> float:
+        return max(0.0, self.job_time_s - self.cutting_time_s - self.rapid_time_s)
+
+
+def run_job(library: ctypes.CDLL, request: JobRequest, on_progress: Progress | None = None) -> SimResult:
+    """Run a job to its end, or to its first error unless keep_going.
+
+    Raises:
+        UserError: a setting is refused.
+        JobError: the controller contradicts itself, or there is no room for the trace.
+    """
+    timing = request.timing
+    board = HostBoard(
+        timing.timer_hz, timing.step_pulse_ns, timing.dir_setup_ns, timing.max_step_rate_hz, timing.axis_count
+    )
+    with Simulation(library, board) as sim:
+        _apply_settings(sim, request.settings)
+        if request.trace:
+            request.trace.attach(sim)
+        if request.samples:
+            sim.sample_every(SAMPLE_MS)
+        sim.load(request.text, request.keep_going)
+        while sim.run(EVENTS_PER_CALL):
+            if on_progress:
+                on_progress(*sim.progress())
+        if on_progress:
+            on_progress(*sim.progress())
+        _close(sim, request.trace)
+        return _result(sim, request)
+
+
+def _apply_settings(sim: Simulation, settings: tuple[str, ...]) -> None:
+    for line in settings:
+        code = sim.command(line)
+        if code != 0:
+            said = f"error:{code} {sim.status_text(code)}" if code > 0 else "no answer"
+            raise UserError(f"the controller refuses {line}: {said}")
+
+
+def _close(sim: Simulation, trace: TraceFile | None) -> None:
+    try:
+        sim.close(trace.raw_path if trace else None)
+    except OSError as err:
+        assert trace
+        raise JobError(f"cannot write the trace {trace.path}: {err.strerror}") from err
+
+
+def _result(sim: Simulation, request: JobRequest) -> SimResult:
+    native = sim.result()
+    axes = AXES[: request.timing.axis_count]
+    _check_counters(native)
+    hz = request.timing.timer_hz
+    positions_mm, min_mm, max_mm = (
+        tuple(steps[i] / native.steps_per_mm[i] for i in range(len(axes)))
+        for steps in (native.position_steps, native.min_steps, native.max_steps)
+    )
+    return SimResult(
+        file=request.file,
+        axes=axes,
+        lines=native.lines,
+        blocks=native.counters.blocks,
+        segments=native.counters.segments,
+        step_events=native.counters.step_events,
+        steps_per_axis=tuple(native.steps_total[: len(axes)]),
+        final_position_steps=tuple(native.position_steps[: len(axes)]),
+        final_position_mm=positions_mm,
+        box_min_mm=min_mm,
+        box_max_mm=max_mm,
+        job_time_s=native.job_ticks / hz,
+        cutting_time_s=native.cutting_ticks / hz,
+        rapid_time_s=native.rapid_ticks / hz,
+        max_speed_mm_s=tuple(native.max_speed_mm_s[: len(axes)]),
+        max_accel_mm_s2=tuple(native.max_accel_mm_s2[: len(axes)]),
+        max_step_rate_hz=native.max_step_rate_hz,
+        lookahead_starved=native.counters.lookahead_starved,
+        errors=_line_errors(sim, request.text),
+        warnings=(*_remarks(sim, native), *_travel_warnings(axes, min_mm, max_mm, request.travel_mm)),
+        travel_mm=request.travel_mm,
+        samples=sim.samples(),
+    )
+
+
+def _check_counters(native: NativeResult) -> None:
+    """The law above all others: the counters are the pulses on the pins."""
+    if list(native.position_steps) != list(native.measured_steps):
+        raise JobError(
+            f"the controller counts {list(native.position_steps)} steps, its pins made {list(native.measured_steps)}",
+            hint="this is a bug of WiFiCNC; please report it with the job",
+        )
+
+
+def _line_errors(sim: Simulation, text: bytes) -> tuple[LineError, ...]:
+    found = sim.errors()
+    lines = split_lines(text) if found else []
+    return tuple(_line_error(sim, error, lines) for error in found)
+
+
+def _line_error(sim: Simulation, error: NativeError, lines: list[bytes]) -> LineError:
+    message = {
+        ErrorKind.ERROR: sim.status_text(error.code),
+        ErrorKind.ALARM: f"ALARM:{error.code} stopped the job",
+        ErrorKind.NO_ANSWER: "the controller never answered this line",
+        ErrorKind.SURPLUS: "the controller answered once too often after this line",
+    }[ErrorKind(error.kind)]
+    text = lines[error.line - 1] if 0 < error.line <= len(lines) else b""
+    code = error.code if error.kind == ErrorKind.ERROR else 0
+    return LineError(error.line, code, message, printable(text))
+
+
+def split_lines(text: bytes) -> list[bytes]:
+    """Lines as the controller counts them: LF, CR and CR LF end one, and nothing else does."""
+    return text.removeprefix(b"\xef\xbb\xbf").replace(b"\r\n", b"\n").replace(b"\r", b"\n").split(b"\n")
+
+
+def printable(text: bytes) -> str:
+    """A line for people: UTF-8 where it is, escapes where it is not fit to print."""
+    decoded = text.decode("utf-8", "backslashreplace")
+    return "".join(c if c.isprintable() or c == "\t" else f"\\x{ord(c):02x}" for c in decoded).rstrip()
+
+
+def _remarks(sim: Simulation, native: NativeResult) -> list[str]:
+    found = [message[5:-1] for message in sim.messages() if message not in CHATTER]
+    if native.percent_lines:
+        found.append(f"{_count(native.percent_lines, 'line')} with % skipped: they are marks for the sender")
+    if native.pauses:
+        found.append(f"{_count(native.pauses, 'program pause')} (M0) ended at once")
+    return list(dict.fromkeys(found))
+
+
+def _travel_warnings(
+    axes: str, min_mm: Sequence[float], max_mm: Sequence[float], travel_mm: Sequence[float | None]
+) -> Iterator[str]:
+    """Where the work zero lies is not known, so only the extent can be too large."""
+    for axis, low, high, travel in zip(axes, min_mm, max_mm, travel_mm, strict=False):
+        if travel is not None and high - low > travel:
+            unit = "mm" if axis in "XYZ" else "deg"
+            yield f"{axis} moves over {high - low:.3f} {unit}; this machine's travel is {travel:g} {unit}"
+
+
+def _count(number: int, noun: str) -> str:
+    return f"{number} {noun}{'s' * (number != 1)}"
+
+
+def read_job(path: Path) -> bytes:
+    """The bytes of a G-code file.
+
+    Raises:
+        JobError: it is missing, empty, not readable, or no text in a code the controller knows.
+    """
+    try:
+        text = path.read_bytes()
+    except FileNotFoundError as err:
+        raise JobError(f"there is no file {path}") from err
+    except IsADirectoryError as err:
+        raise JobError(f"{path} is a folder, not a G-code file") from err
+    except OSError as err:
+        raise JobError(f"cannot read {path}: {err.strerror}") from err
+    if text.startswith((b"\xff\xfe", b"\xfe\xff")):
+        raise JobError(f"{path} is written in UTF-16", hint="save it as plain text (UTF-8 or ASCII)")
+    if not text.strip():
+        raise JobError(f"{path} is empty")
+    return text

@@ -1,0 +1,240 @@
+"""The host library seen from Python: targets/host/sim.h by ctypes, with types."""
+
+from __future__ import annotations
+
+import ctypes
+import os
+from collections.abc import Sequence
+from ctypes import (
+    POINTER,
+    Structure,
+    c_char_p,
+    c_double,
+    c_float,
+    c_int,
+    c_int32,
+    c_int64,
+    c_size_t,
+    c_uint8,
+    c_uint32,
+    c_uint64,
+    c_void_p,
+)
+from enum import IntEnum
+from pathlib import Path
+from typing import Any
+
+from wificnc.errors import BuildError
+
+AXES = "XYZABC"
+AXIS_COUNT = len(AXES)
+
+
+class HostBoard(Structure):
+    """struct host_board"""
+
+    _fields_ = (
+        ("timer_hz", c_uint32),
+        ("step_pulse_ns", c_uint32),
+        ("dir_setup_ns", c_uint32),
+        ("max_step_rate_hz", c_uint32),
+        ("axis_count", c_uint8),
+    )
+
+
+class HostCounters(Structure):
+    """struct host_counters"""
+
+    _fields_ = tuple(
+        (name, c_uint64)
+        for name in (
+            "step_events",
+            "timer_events",
+            "segments",
+            "spans",
+            "blocks",
+            "lines",
+            "lookahead_starved",
+            "underruns",
+        )
+    )
+
+
+class NativeError(Structure):
+    """struct sim_error"""
+
+    _fields_ = (("line", c_uint32), ("code", c_int32), ("kind", c_uint32))
+
+
+class ErrorKind(IntEnum):
+    """enum sim_error_kind"""
+
+    ERROR = 0
+    ALARM = 1
+    NO_ANSWER = 2
+    SURPLUS = 3
+
+
+class NativeResult(Structure):
+    """struct sim_result"""
+
+    _fields_ = (
+        ("counters", HostCounters),
+        ("job_ticks", c_uint64),
+        ("cutting_ticks", c_uint64),
+        ("rapid_ticks", c_uint64),
+        ("lines", c_uint64),
+        ("percent_lines", c_uint64),
+        ("pauses", c_uint64),
+        ("steps_total", c_int64 * AXIS_COUNT),
+        ("position_steps", c_int32 * AXIS_COUNT),
+        ("measured_steps", c_int32 * AXIS_COUNT),
+        ("min_steps", c_int32 * AXIS_COUNT),
+        ("max_steps", c_int32 * AXIS_COUNT),
+        ("max_speed_mm_s", c_double * AXIS_COUNT),
+        ("max_accel_mm_s2", c_double * AXIS_COUNT),
+        ("max_step_rate_hz", c_double),
+        ("steps_per_mm", c_double * AXIS_COUNT),
+    )
+
+
+class PathSample(Structure):
+    """struct path_sample"""
+
+    _fields_ = (
+        ("t_s", c_float),
+        ("position_mm", c_float * AXIS_COUNT),
+        ("speed_mm_s", c_float),
+        ("rapid", c_uint8),
+    )
+
+
+# The same record for numpy.frombuffer().
+SAMPLE_DTYPE = [
+    ("t_s", "<f4"),
+    ("position_mm", "<f4", (AXIS_COUNT,)),
+    ("speed_mm_s", "<f4"),
+    ("rapid", "u1"),
+    ("pad", "V3"),
+]
+
+_SIM = c_void_p
+_PROTOTYPES: dict[str, tuple[Any, tuple[Any, ...]]] = {
+    "sim_create": (_SIM, (POINTER(HostBoard),)),
+    "sim_destroy": (None, (_SIM,)),
+    "sim_command": (c_int, (_SIM, c_char_p)),
+    "sim_load": (c_int, (_SIM, c_char_p, c_size_t, c_int)),
+    "sim_run": (c_int, (_SIM, c_uint64)),
+    "sim_progress": (None, (_SIM, POINTER(c_uint64), POINTER(c_uint64))),
+    "sim_error_count": (c_size_t, (_SIM,)),
+    "sim_error_at": (NativeError, (_SIM, c_size_t)),
+    "sim_message_count": (c_size_t, (_SIM,)),
+    "sim_message_at": (c_char_p, (_SIM, c_size_t)),
+    "sim_result": (None, (_SIM, POINTER(NativeResult))),
+    "sim_trace_csv": (c_int, (_SIM, c_char_p)),
+    "sim_trace_vcd": (c_int, (_SIM, c_char_p, POINTER(c_char_p))),
+    "sim_trace_raw": (c_int, (_SIM, c_char_p)),
+    "sim_sample_every": (c_int, (_SIM, c_double)),
+    "sim_samples": (c_size_t, (_SIM, POINTER(POINTER(PathSample)))),
+    "sim_close": (c_int, (_SIM,)),
+    "status_text": (c_char_p, (c_int,)),
+}
+
+
+def load_library(path: Path) -> ctypes.CDLL:
+    """Load the host library and tell ctypes its types.
+
+    Raises:
+        BuildError: it cannot be loaded, or lacks a function.
+    """
+    try:
+        library = ctypes.CDLL(str(path))
+        for name, (result, arguments) in _PROTOTYPES.items():
+            function = getattr(library, name)
+            function.restype = result
+            function.argtypes = arguments
+    except (OSError, AttributeError) as err:
+        raise BuildError(f"{path.name} cannot be used: {err}", hint="`wificnc build host` builds it anew") from err
+    return library
+
+
+class Simulation:
+    """One struct sim. Errors of files are OSError; everything else is a number, as in sim.h."""
+
+    def __init__(self, library: ctypes.CDLL, board: HostBoard) -> None:
+        self._library = library
+        self._sim = library.sim_create(ctypes.byref(board))
+        if not self._sim:
+            raise MemoryError("sim_create")
+
+    def __enter__(self) -> Simulation:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._library.sim_destroy(self._sim)
+        self._sim = None
+
+    def command(self, line: str) -> int:
+        """Send one line and wait for its answer: 0, an error number, or -1."""
+        return int(self._library.sim_command(self._sim, line.encode()))
+
+    def load(self, text: bytes, keep_going: bool) -> None:
+        if self._library.sim_load(self._sim, text, len(text), keep_going) != 0:
+            raise MemoryError("sim_load")
+
+    def run(self, max_events: int) -> bool:
+        """Work for about so many step events. Returns whether there is more."""
+        return bool(self._library.sim_run(self._sim, max_events))
+
+    def progress(self) -> tuple[int, int]:
+        """Lines done, lines in all."""
+        done, total = c_uint64(), c_uint64()
+        self._library.sim_progress(self._sim, ctypes.byref(done), ctypes.byref(total))
+        return done.value, total.value
+
+    def errors(self) -> list[NativeError]:
+        return [self._library.sim_error_at(self._sim, i) for i in range(self._library.sim_error_count(self._sim))]
+
+    def messages(self) -> list[str]:
+        """The controller's [MSG:...] lines."""
+        count = self._library.sim_message_count(self._sim)
+        return [self._library.sim_message_at(self._sim, i).decode("ascii", "replace") for i in range(count)]
+
+    def result(self) -> NativeResult:
+        result = NativeResult()
+        self._library.sim_result(self._sim, ctypes.byref(result))
+        return result
+
+    def trace_csv(self, path: Path) -> None:
+        _check(self._library.sim_trace_csv(self._sim, str(path).encode()), path)
+
+    def trace_raw(self, path: Path) -> None:
+        _check(self._library.sim_trace_raw(self._sim, str(path).encode()), path)
+
+    def trace_vcd(self, path: Path, names: Sequence[str | None]) -> None:
+        """names: step lines X..C, then direction lines X..C; None = not drawn."""
+        array = (c_char_p * len(names))(*(name.encode() if name else None for name in names))
+        _check(self._library.sim_trace_vcd(self._sim, str(path).encode(), array), path)
+
+    def sample_every(self, interval_ms: float) -> None:
+        self._library.sim_sample_every(self._sim, interval_ms)
+
+    def samples(self) -> bytes:
+        """All path samples, as records of SAMPLE_DTYPE."""
+        first = POINTER(PathSample)()
+        count = self._library.sim_samples(self._sim, ctypes.byref(first))
+        return ctypes.string_at(first, count * ctypes.sizeof(PathSample)) if count else b""
+
+    def close(self, path: Path | None) -> None:
+        """Finish the trace file."""
+        _check(self._library.sim_close(self._sim), path)
+
+    def status_text(self, code: int) -> str:
+        text: bytes = self._library.status_text(code)
+        return text.decode()
+
+
+def _check(error: int, path: Path | None) -> None:
+    """Raise the OSError of an errno."""
+    if error != 0:
+        raise OSError(error, os.strerror(error), str(path))

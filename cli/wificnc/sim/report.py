@@ -1,0 +1,88 @@
+"""A SimResult in words and figures: the JSON document and the rows of the table."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict
+from typing import Any
+
+from wificnc.sim.job import LineError, SimResult
+
+DWELL_SHOWN_S = 0.01  # a shorter part of the job is not worth a word
+
+
+def report_json(result: SimResult) -> dict[str, Any]:
+    """The document of --json; axes by letter. The keys are a contract with scripts."""
+
+    def by_axis(values: Sequence[float]) -> dict[str, float]:
+        return dict(zip(result.axes, values, strict=True))
+
+    return {
+        "file": result.file,
+        "lines": result.lines,
+        "blocks": result.blocks,
+        "segments": result.segments,
+        "steps_per_axis": by_axis(result.steps_per_axis),
+        "final_position_mm": by_axis(result.final_position_mm),
+        "final_position_steps": by_axis(result.final_position_steps),
+        "bounding_box_mm": {"min": by_axis(result.box_min_mm), "max": by_axis(result.box_max_mm)},
+        "job_time_s": result.job_time_s,
+        "cutting_time_s": result.cutting_time_s,
+        "rapid_time_s": result.rapid_time_s,
+        "max_speed_mm_s": by_axis(result.max_speed_mm_s),
+        "max_accel_mm_s2": by_axis(result.max_accel_mm_s2),
+        "max_step_rate_hz": result.max_step_rate_hz,
+        "lookahead_starved": result.lookahead_starved,
+        "errors": [asdict(error) for error in result.errors],
+        "warnings": list(result.warnings),
+    }
+
+
+def summary_rows(result: SimResult) -> list[tuple[str, str]]:
+    """What the table says about the whole job."""
+    times = [("cutting", result.cutting_time_s), ("rapids", result.rapid_time_s), ("dwell", result.dwell_time_s)]
+    parts = [f"{name} {duration(seconds)}" for name, seconds in times if seconds >= DWELL_SHOWN_S]
+    rows = [
+        ("job time", duration(result.job_time_s) + (f"  ({', '.join(parts)})" if parts else "")),
+        ("program", f"{result.lines:,} lines, {result.blocks:,} moves, {result.segments:,} segments"),
+        ("steps", f"{result.step_events:,} step events, at most {result.max_step_rate_hz:,.0f} Hz on one axis"),
+    ]
+    if result.lookahead_starved:
+        rows.append(("look-ahead", f"ran out {result.lookahead_starved:,} times"))
+    return rows
+
+
+AXIS_COLUMNS = ("axis", "from mm", "to mm", "ends at mm", "pulses", "max mm/min", "max mm/s²")
+
+
+def axis_rows(result: SimResult) -> list[tuple[str, ...]]:
+    """A row for each axis that moves; for X when none does."""
+    moving = [i for i in range(len(result.axes)) if result.steps_per_axis[i]] or [0]
+    return [
+        (
+            result.axes[i],
+            f"{result.box_min_mm[i]:.3f}",
+            f"{result.box_max_mm[i]:.3f}",
+            f"{result.final_position_mm[i]:.3f}",
+            f"{result.steps_per_axis[i]:,}",
+            f"{60 * result.max_speed_mm_s[i]:,.0f}",
+            f"{result.max_accel_mm_s2[i]:,.0f}",
+        )
+        for i in moving
+    ]
+
+
+def error_line(file: str, error: LineError) -> str:
+    """job.nc:12: error:22 a feed rate is missing (F)"""
+    return f"{file}:{error.line}: {error.title}"
+
+
+def duration(seconds: float) -> str:
+    """4.213 s, 2 min 05.3 s, 1 h 02 min 03 s"""
+    if round(seconds, 3) < 60:
+        return f"{seconds:.3f} s"
+    if round(seconds, 1) < 3600:
+        minutes, rest = divmod(round(seconds, 1), 60)
+        return f"{int(minutes)} min {rest:04.1f} s"
+    minutes, rest = divmod(round(seconds), 60)
+    return f"{minutes // 60} h {minutes % 60:02d} min {rest:02d} s"

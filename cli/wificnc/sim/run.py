@@ -1,0 +1,146 @@
+"""From the options of `wificnc sim` to a result and its files. What can be refused is refused before the run."""
+
+from __future__ import annotations
+
+import importlib.util
+import json
+import re
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+from wificnc.board.load import load_board
+from wificnc.board.model import Board
+from wificnc.build.host import ensure_host_library
+from wificnc.errors import JobError, UserError
+from wificnc.machine import load_machine
+from wificnc.machine.model import Machine
+from wificnc.sim.job import JobRequest, Progress, SimResult, Timing, read_job, run_job
+from wificnc.sim.native import AXES, load_library
+from wificnc.sim.output import Output, check_suffix
+from wificnc.sim.report import report_json
+from wificnc.sim.trace import TRACE_SUFFIXES, TraceFile, signal_names
+
+PLOT_SUFFIXES = (".png", ".svg")
+SETTING = re.compile(r"\$?(\d+)\s*=\s*([-+]?(?:\d+\.?\d*|\.\d+))")
+
+
+@dataclass(frozen=True)
+class SimOptions:
+    """What the user asked for."""
+
+    file: Path
+    board: str = "host"
+    machine: str | None = None
+    settings: tuple[str, ...] = ()
+    json: Path | None = None
+    plot: Path | None = None
+    trace: Path | None = None
+    keep_going: bool = False
+
+
+def simulate(options: SimOptions, on_progress: Progress | None = None) -> SimResult:
+    """Run the job and write what was asked for.
+
+    Raises:
+        UserError: an option, the board, the machine or an output cannot be; nothing was run or nothing is left over.
+        JobError: the file cannot be read.
+    """
+    _check_options(options)
+    settings = tuple(parse_setting(text) for text in options.settings)
+    text = read_job(options.file)
+    board = load_board(options.board)
+    machine = load_machine(options.machine) if options.machine else None
+    _check_axes(board, machine)
+    library = load_library(ensure_host_library())
+    with _outputs(options) as outputs:
+        trace = _trace_file(outputs.get("--trace"), board)
+        request = JobRequest(
+            file=str(options.file),
+            text=text,
+            timing=_timing(board),
+            settings=(*(machine.settings_lines() if machine else ()), *settings),
+            keep_going=options.keep_going,
+            trace=trace,
+            samples=options.plot is not None,
+            travel_mm=machine.travel_mm if machine else (None,) * len(AXES),
+        )
+        try:
+            result = run_job(library, request, on_progress)
+            _write(outputs, result, trace)
+        finally:
+            if trace:
+                trace.clean()
+    return result
+
+
+def parse_setting(text: str) -> str:
+    """'110=5000' or '$110=5000' as the controller reads it. Raises UserError."""
+    found = SETTING.fullmatch(text.strip())
+    if not found:
+        raise UserError(f"--set {text!r}: a setting looks like '$110=5000'", hint="quote it: the shell eats $1")
+    return f"${found[1]}={found[2]}"
+
+
+def _check_options(options: SimOptions) -> None:
+    if options.trace:
+        check_suffix("--trace", options.trace, TRACE_SUFFIXES)
+    if options.plot:
+        check_suffix("--plot", options.plot, PLOT_SUFFIXES)
+        if importlib.util.find_spec("matplotlib") is None:
+            raise UserError("--plot needs matplotlib", hint="pip install 'wificnc[plot]'")
+
+
+def _check_axes(board: Board, machine: Machine | None) -> None:
+    if machine and machine.axis_count > len(board.axes):
+        raise UserError(
+            f"machine {machine.name} needs {machine.axis_count} axes, board {board.id} has {len(board.axes)}",
+            hint="`wificnc boards list` shows the axes of every board",
+        )
+
+
+def _timing(board: Board) -> Timing:
+    timing = board.timing
+    return Timing(timing.timer_hz, timing.step_pulse_ns, timing.dir_setup_ns, timing.max_step_rate_hz, len(board.axes))
+
+
+@contextmanager
+def _outputs(options: SimOptions) -> Iterator[dict[str, Output]]:
+    """All output files, staged; what is not published when the block ends vanishes."""
+    wanted = {"--json": options.json, "--plot": options.plot, "--trace": options.trace}
+    outputs: dict[str, Output] = {}
+    try:
+        for option, path in wanted.items():
+            if path is not None:
+                outputs[option] = Output(option, path)
+        yield outputs
+    finally:
+        for output in outputs.values():
+            output.discard()
+
+
+def _trace_file(output: Output | None, board: Board) -> TraceFile | None:
+    if output is None:
+        return None
+    return TraceFile(output.path, output.staged, signal_names(board.pin_names(), "".join(board.axes)))
+
+
+def _complete(trace: TraceFile) -> None:
+    try:
+        trace.complete()
+    except OSError as err:
+        raise JobError(f"cannot write the trace {trace.path}: {err.strerror}") from err
+
+
+def _write(outputs: dict[str, Output], result: SimResult, trace: TraceFile | None) -> None:
+    if trace:
+        _complete(trace)
+        outputs["--trace"].publish()
+    if "--plot" in outputs:
+        from wificnc.sim.plot import draw_job  # matplotlib: half a second, and not everybody has it
+
+        outputs["--plot"].write(draw_job(result, outputs["--plot"].path.suffix[1:].lower()))
+    if "--json" in outputs:
+        document = json.dumps(report_json(result), indent=2, ensure_ascii=False) + "\n"
+        outputs["--json"].write(document.encode())
