@@ -32,7 +32,7 @@ struct sim {
     uint64_t sent_lines; /* whole lines among them, and the one under way */
     bool at_line_start;  /* the next byte begins a line */
     uint64_t answered;   /* lines answered */
-    bool keep_going, stopped, finished, closed;
+    bool keep_going, stopped, told_end, finished, closed;
     unsigned idle_rounds;
     uint64_t begin_ticks, end_ticks, pauses;
     double steps_per_mm[AXIS_COUNT];
@@ -218,7 +218,6 @@ int sim_load(struct sim *sim, const char *text, size_t size, int keep_going) {
     sim->keep_going = keep_going != 0;
     sim->begin_ticks = sim->end_ticks = host_time_ticks(sim->host);
     measure_begin(sim->measure, sim->begin_ticks, sim->steps_per_mm);
-    host_input_follows(sim->host, sim->text.line_count > 0);
     return 0;
 }
 
@@ -238,8 +237,14 @@ static void feed(struct sim *sim) {
     sim->sent += took;
     sim->sent_lines += sim->at_line_start;
     sim->at_line_start = took == (size_t)(end - begin);
-    if (all_sent(sim))
-        host_input_follows(sim->host, 0);
+}
+
+/* Tell the controller, once, that what it has is all there is. */
+static void tell_end(struct sim *sim) {
+    if (sim->told_end || !all_sent(sim))
+        return;
+    sim->told_end = true;
+    host_input_follows(sim->host, 0);
 }
 
 /* ---- the job ---- */
@@ -269,11 +274,10 @@ static void prod(struct sim *sim) {
 static void one_round(struct sim *sim, uint64_t max_events) {
     struct mark before = mark_now(sim);
     feed(sim);
+    tell_end(sim);
     enum host_wait wait = host_run(sim->host, max_events);
     listen(sim);
-    if (sim->stopped)
-        host_input_follows(sim->host, 0);
-    if (wait == HOST_IDLE && all_sent(sim) && sim->answered == sim->sent_lines)
+    if (wait == HOST_IDLE && sim->told_end && sim->answered == sim->sent_lines)
         finish(sim);
     else if (same_mark(before, mark_now(sim)))
         prod(sim);

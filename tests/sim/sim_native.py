@@ -1,0 +1,155 @@
+"""The parts of targets/host that the product does not call from Python: measure.h, trace_write.h, sim_text.h."""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Iterable, Sequence
+from ctypes import (
+    POINTER,
+    Structure,
+    byref,
+    c_char_p,
+    c_double,
+    c_int,
+    c_int32,
+    c_int64,
+    c_size_t,
+    c_uint32,
+    c_uint64,
+    c_void_p,
+)
+from pathlib import Path
+
+import numpy as np
+from wificnc.sim.native import AXIS_COUNT, SAMPLE_DTYPE, PathSample
+
+RAPID = 0x01
+AXES = range(AXIS_COUNT)
+
+EVENT_DTYPE = np.dtype(
+    [("t", "<u8"), ("step", "u1"), ("dir", "u1"), ("flags", "u1"), ("dwells", "u1"), ("line", "<u4")]
+)
+
+
+class Measured(Structure):
+    _fields_ = (
+        ("events", c_uint64),
+        ("cutting_ticks", c_uint64),
+        ("rapid_ticks", c_uint64),
+        ("last_ticks", c_uint64),
+        ("steps_total", c_int64 * AXIS_COUNT),
+        ("position_steps", c_int32 * AXIS_COUNT),
+        ("min_steps", c_int32 * AXIS_COUNT),
+        ("max_steps", c_int32 * AXIS_COUNT),
+        ("min_interval_ticks", c_uint64 * AXIS_COUNT),
+        ("max_speed_steps_s", c_double * AXIS_COUNT),
+        ("max_accel_steps_s2", c_double * AXIS_COUNT),
+    )
+
+
+class SimText(Structure):
+    _fields_ = (
+        ("bytes", POINTER(ctypes.c_char)),
+        ("size", c_size_t),
+        ("line_number", POINTER(c_uint32)),
+        ("line_count", c_uint64),
+        ("file_lines", c_uint64),
+        ("percent_lines", c_uint64),
+    )
+
+
+CONSUMER = ctypes.CFUNCTYPE(None, c_void_p, c_void_p, c_size_t)
+
+
+def declare(library: ctypes.CDLL) -> ctypes.CDLL:
+    prototypes = {
+        "measure_create": (c_void_p, (c_uint32,)),
+        "measure_destroy": (None, (c_void_p,)),
+        "measure_begin": (None, (c_void_p, c_uint64, POINTER(c_double))),
+        "measure_sample_every": (None, (c_void_p, c_double)),
+        "measure_events": (None, (c_void_p, c_void_p, c_size_t)),
+        "measure_end": (None, (c_void_p,)),
+        "measure_result": (None, (c_void_p, POINTER(Measured))),
+        "measure_samples": (c_size_t, (c_void_p, POINTER(POINTER(PathSample)))),
+        "trace_csv_open": (c_void_p, (c_char_p, c_uint32, POINTER(c_int))),
+        "trace_raw_open": (c_void_p, (c_char_p, c_uint32, POINTER(c_int))),
+        "trace_vcd_open": (c_void_p, (c_char_p, c_uint32, c_uint32, c_uint32, POINTER(c_char_p), POINTER(c_int))),
+        "trace_writer_close": (c_int, (c_void_p,)),
+        "sim_text_make": (c_int, (POINTER(SimText), c_char_p, c_size_t)),
+        "sim_text_free": (None, (POINTER(SimText),)),
+    }
+    for name, (result, arguments) in prototypes.items():
+        function = getattr(library, name)
+        function.restype, function.argtypes = result, arguments
+    return library
+
+
+def events(rows: Iterable[Sequence[int]]) -> np.ndarray:
+    """Rows of (t, step_mask, dir_mask[, flags[, dwells]])."""
+    return np.array([(*row, *(0,) * (6 - len(row))) for row in rows], dtype=EVENT_DTYPE)
+
+
+def axis_events(ticks: np.ndarray, axis: int = 0, negative: bool = False, flags: int = 0) -> np.ndarray:
+    out = np.zeros(len(ticks), dtype=EVENT_DTYPE)
+    out["t"], out["step"], out["dir"], out["flags"] = ticks, 1 << axis, int(negative) << axis, flags
+    return out
+
+
+def measure(
+    library: ctypes.CDLL,
+    trace: np.ndarray,
+    hz: int,
+    *,
+    begin: int = 0,
+    steps_per_mm: float = 1.0,
+    sample_ms: float | None = None,
+    chunk: int = 4096,
+) -> tuple[Measured, np.ndarray]:
+    """Figures and samples of a trace that comes in chunks."""
+    handle = library.measure_create(hz)
+    library.measure_begin(handle, begin, (c_double * AXIS_COUNT)(*[steps_per_mm] * AXIS_COUNT))
+    if sample_ms is not None:
+        library.measure_sample_every(handle, sample_ms)
+    for at in range(0, len(trace), chunk):
+        part = np.ascontiguousarray(trace[at : at + chunk])
+        library.measure_events(handle, part.ctypes.data, len(part))
+    library.measure_end(handle)
+    library.measure_end(handle)  # once is enough
+    out = Measured()
+    library.measure_result(handle, byref(out))
+    first = POINTER(PathSample)()
+    count = library.measure_samples(handle, byref(first))
+    raw = ctypes.string_at(first, count * ctypes.sizeof(PathSample)) if count else b""
+    library.measure_destroy(handle)
+    return out, np.frombuffer(raw, dtype=SAMPLE_DTYPE)
+
+
+def write_trace(library: ctypes.CDLL, trace: np.ndarray, path: Path, hz: int, **vcd: object) -> int:
+    """Run a trace through the writer of the path's suffix. Returns the errno of closing."""
+    error = c_int(-1)
+    where = str(path).encode()
+    if path.suffix == ".vcd":
+        names = (c_char_p * 12)(*(n.encode() if n else None for n in vcd["names"]))
+        writer = library.trace_vcd_open(where, hz, vcd["pulse_ns"], vcd["setup_ns"], names, byref(error))
+    else:
+        opener = library.trace_csv_open if path.suffix == ".csv" else library.trace_raw_open
+        writer = opener(where, hz, byref(error))
+    if not writer:
+        return error.value
+    consume = CONSUMER(ctypes.cast(writer, POINTER(c_void_p))[0])  # struct trace_writer begins with it
+    for at in range(0, len(trace), 4096):
+        part = np.ascontiguousarray(trace[at : at + 4096])
+        consume(writer, part.ctypes.data, len(part))
+    return library.trace_writer_close(writer)
+
+
+def job_lines(library: ctypes.CDLL, text: bytes) -> tuple[list[bytes], list[int], int, int]:
+    """sim_text_make(): wire lines, their numbers, lines of the file, % lines."""
+    out = SimText()
+    assert library.sim_text_make(byref(out), text, len(text)) == 0
+    wire = ctypes.string_at(out.bytes, out.size)
+    numbers = list(out.line_number[: out.line_count])
+    counts = (out.file_lines, out.percent_lines)
+    library.sim_text_free(byref(out))
+    assert wire.endswith(b"\n") or not wire
+    return wire.split(b"\n")[:-1], numbers, *counts

@@ -1,0 +1,174 @@
+"""`wificnc sim` as the user meets it: exit codes, words, files."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from wificnc.app import main
+
+KEYS = [
+    "file", "lines", "blocks", "segments", "steps_per_axis", "final_position_mm", "final_position_steps",
+    "bounding_box_mm", "job_time_s", "cutting_time_s", "rapid_time_s", "max_speed_mm_s", "max_accel_mm_s2",
+    "max_step_rate_hz", "lookahead_starved", "errors", "warnings",
+]  # fmt: skip
+
+
+@pytest.fixture
+def cli(capsys):
+    """Run the command line as a process would: exit code, stdout, stderr."""
+
+    def run(*args: object) -> tuple[int, str, str]:
+        with pytest.raises(SystemExit) as ended:
+            main(["sim", *map(str, args)])
+        out, err = capsys.readouterr()
+        code = ended.value.code
+        return int(code or 0), out, err
+
+    return run
+
+
+def test_json_on_stdout_has_the_agreed_keys(cli, job):
+    path = job("G0X1\nG1X2Y3F100\n")
+    code, out, err = cli(path, "--json", "-")
+    report = json.loads(out)
+    assert code == 0 and list(report) == KEYS and err == ""
+    assert report["file"] == str(path) and report["lines"] == 2 and report["errors"] == []
+    assert list(report["steps_per_axis"]) == list("XYZABC")
+    assert set(report["bounding_box_mm"]) == {"min", "max"}
+    assert report["final_position_mm"]["X"] == pytest.approx(2.0, abs=0.01)
+    assert all(math.isfinite(report[key]) for key in KEYS if key.endswith(("_s", "_hz")) and "max_speed" not in key)
+
+
+def test_machine_board_and_set_reach_the_controller(cli, job):
+    path = job("G0X10\n")
+    _, out, _ = cli(path, "--json", "-", "--machine", "baseline", "--set", "$100=80", "--set", "110=600")
+    report = json.loads(out)
+    assert report["final_position_steps"]["X"] == 800
+    assert report["max_speed_mm_s"]["X"] == pytest.approx(10.0, rel=0.02)
+    _, out, _ = cli(path, "--json", "-", "--board", "esp32-wroom32", "--machine", "baseline")
+    assert json.loads(out)["final_position_steps"]["X"] == 2500
+
+
+def test_the_table_is_for_people(cli, job):
+    code, out, err = cli(job("G0X10\n"), "--set", "$100=100")
+    assert code == 0 and err == ""
+    assert "job time" in out and "10.000" in out and "1,000" in out
+
+
+def test_an_error_names_line_text_and_reason(cli, job):
+    path = job("G0X1\nG1 X2 (no feed)\nG0X3\n")
+    code, _, err = cli(path)
+    assert code == 1
+    assert f"{path}:2: error:22 a feed rate is missing (F)" in err
+    assert "    G1 X2 (no feed)" in err
+
+
+def test_errors_are_in_the_json_too(cli, job):
+    code, out, _ = cli(job("G1X1\nG2X1F1\n"), "--keep-going", "--json", "-")
+    errors = json.loads(out)["errors"]
+    assert code == 1
+    assert [(e["line"], e["code"], e["text"]) for e in errors] == [(1, 22, "G1X1"), (2, 35, "G2X1F1")]
+    assert all(set(e) == {"line", "code", "message", "text"} for e in errors)
+
+
+@pytest.mark.parametrize(
+    ("content", "code", "said"),
+    [
+        (None, 1, "no file"),
+        (b"", 1, "is empty"),
+        ("G0X1".encode("utf-16"), 1, "UTF-16"),
+        (b"\x7fELF\x00\x01\xff", 1, ":1:"),
+    ],
+)
+def test_files_that_are_no_jobs(cli, job, tmp_path, content, code, said):
+    path = tmp_path / "missing.nc" if content is None else job(content)
+    got, _, err = cli(path)
+    assert got == code and said in err
+
+
+@pytest.mark.skipif(sys.platform == "win32" or os.geteuid() == 0, reason="root reads everything")
+def test_a_file_that_may_not_be_read(cli, job):
+    path = job("G0X1\n")
+    path.chmod(0)
+    code, _, err = cli(path)
+    assert code == 1 and "cannot read" in err
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        (["--set", "110:5"], "a setting looks like"),
+        (["--set", "$110=fast"], "a setting looks like"),
+        (["--set", "$999=1"], "error:3"),
+        (["--set", "$110=-5"], "error:4"),
+        (["--trace", "t.bin"], "--trace t.bin: I can write .csv, .vcd and .npz"),
+        (["--plot", "p.jpg"], "--plot p.jpg: I can write .png and .svg"),
+        (["--json", "no/such/folder/x.json"], "cannot write"),
+        (["--trace", "no/such/folder/x.csv"], "cannot write"),
+        (["--machine", "no_such_machine"], "no_such_machine"),
+        (["--plot"], "requires an argument"),
+    ],
+)
+def test_bad_options_are_refused_before_the_run(cli, job, monkeypatch, options, said):
+    monkeypatch.chdir(job("").parent)
+    code, out, err = cli(job("G1X1\n"), *options)
+    assert code == 2 and said in err and "error:22" not in err and out == ""
+
+
+def test_an_unknown_board_has_its_own_code(cli, job):
+    code, _, err = cli(job("G0X1"), "--board", "no_such_board")
+    assert code == 3 and "no_such_board" in err
+
+
+def test_all_outputs_at_once_and_nothing_else(cli, job, tmp_path):
+    path = job("G0X10\nG1Y5F600\n")
+    for trace in ("t.csv", "t.vcd", "t.npz"):
+        options = ["--json", tmp_path / "r.json", "--plot", tmp_path / "p.svg", "--trace", tmp_path / trace]
+        code, _, err = cli(path, *options)
+        assert code == 0 and f"wrote {tmp_path / trace}" in err.replace("\n", "")
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["job.nc", "p.svg", "r.json", "t.csv", "t.npz", "t.vcd"]
+    report = json.loads((tmp_path / "r.json").read_text())
+    with np.load(tmp_path / "t.npz") as arrays:
+        assert len(arrays["t_ns"]) == len((tmp_path / "t.csv").read_text().splitlines()) - 1
+        assert int((arrays["step_mask"] & 1).sum()) == report["steps_per_axis"]["X"]
+
+
+def test_a_refused_run_leaves_old_outputs_alone(cli, job, tmp_path):
+    old = tmp_path / "r.json"
+    old.write_text("old")
+    code, _, _ = cli(job("G0X1"), "--json", old, "--trace", tmp_path / "t.csv", "--set", "$999=1")
+    assert code == 2 and old.read_text() == "old"
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["job.nc", "r.json"]
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="no /dev/full")
+@pytest.mark.parametrize("name", ["f.csv", "f.vcd"])
+def test_a_full_disk_is_told(cli, job, tmp_path, name):
+    (tmp_path / name).symlink_to("/dev/full")
+    code, _, err = cli(job("G0X100\n"), "--trace", tmp_path / name)
+    assert code == 1 and "No space left" in err
+
+
+def test_picture_without_matplotlib_says_how_to_get_it(cli, job, monkeypatch):
+    monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
+    code, _, err = cli(job("G0X1"), "--plot", "p.png")
+    assert code == 2 and "pip install 'wificnc[plot]'" in err
+
+
+def test_help_needs_neither_numpy_nor_matplotlib(tmp_path):
+    import subprocess
+
+    program = (
+        "import sys; sys.modules['numpy'] = sys.modules['matplotlib'] = None\n"
+        "from wificnc.app import main; main(['sim', 'j.nc', '--json', 'r.json', '--trace', 't.npz'])"
+    )
+    (tmp_path / "j.nc").write_text("G0X1\n")
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / "t.npz").stat().st_size > 0

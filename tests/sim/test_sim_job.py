@@ -1,0 +1,197 @@
+"""Jobs through the real core: answers, positions, times, stops."""
+
+from __future__ import annotations
+
+import csv
+from decimal import Decimal
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from wificnc.errors import JobError, UserError
+from wificnc.sim.job import JobRequest, SimResult, Timing, printable, read_job, run_job
+from wificnc.sim.trace import TraceFile, signal_names
+
+START_S = 0.015  # a controller waits a moment for more moves before it starts, and its first step takes its time
+TIMING = Timing(20_000_000, 2500, 1000, 500_000, 3)
+SETTINGS = tuple(
+    f"${first + axis}={value}" for first, value in ((100, 250), (110, 5000), (120, 500)) for axis in range(3)
+)
+
+
+def run(library, text: str | bytes, **options) -> SimResult:
+    data = text if isinstance(text, bytes) else text.encode()
+    return run_job(
+        library, JobRequest(**{"file": "job.nc", "text": data, "timing": TIMING, "settings": SETTINGS, **options})
+    )
+
+
+def test_a_move_takes_its_time(library):
+    result = run(library, "G1X100F3000\n")
+    assert result.final_position_steps == (25_000, 0, 0) and result.final_position_mm == (100.0, 0.0, 0.0)
+    assert result.steps_per_axis == (25_000, 0, 0)
+    assert result.job_time_s == pytest.approx(100 / 50 + 50 / 500, abs=START_S)  # s/v + v/a
+    assert result.cutting_time_s == pytest.approx(result.job_time_s, abs=1e-4) and result.rapid_time_s == 0.0
+    assert result.max_speed_mm_s[0] == pytest.approx(50, rel=2e-3)
+    assert 490 <= result.max_accel_mm_s2[0] <= 580
+    assert result.max_step_rate_hz == pytest.approx(12_500, rel=0.01)
+    assert (result.box_min_mm[0], result.box_max_mm[0]) == (0.0, 100.0)
+
+
+def test_rapids_and_cuts_are_told_apart(library):
+    result = run(library, "G0X50\nG1X100F3000\n")
+    assert result.rapid_time_s == pytest.approx(50 / 83.33 + 83.33 / 500, rel=0.08)
+    assert result.cutting_time_s == pytest.approx(50 / 50 + 50 / 500, rel=0.08)
+    assert result.dwell_time_s == pytest.approx(0.0, abs=5e-3)
+
+
+@pytest.mark.parametrize("text", ["G1X1F600\nG4P2\nG1X2\n", "G4P2\nG1X2F600", "G1X2F600\nG4P2\n\n"])
+def test_dwell_counts_for_the_job(library, text):
+    result = run(library, text)
+    assert result.errors == () and result.final_position_steps[0] == 500
+    moves = 2 if text.startswith("G1X1") else 1
+    assert result.job_time_s == pytest.approx(2 + 0.2 + moves * 10 / 500, abs=2 * START_S)
+    if not text.startswith("G4"):
+        assert result.dwell_time_s == pytest.approx(2, abs=2 * START_S)
+
+
+@pytest.mark.parametrize("newline", ["\n", "\r", "\r\n"])
+def test_nothing_behind_the_first_error_moves(library, newline):
+    lines = ["%", "G0X1", "G1X2", "G0X3", "G1X9Q"]
+    result = run(library, newline.join(lines))
+    assert [(e.line, e.code, e.text) for e in result.errors] == [(3, 22, "G1X2")]
+    assert result.errors[0].message == "a feed rate is missing (F)"
+    assert result.final_position_steps[0] == 250
+    assert any("%" in warning for warning in result.warnings)
+
+
+def test_keep_going_collects_every_error_and_moves_nothing_of_them(library):
+    result = run(library, "G0X1\nG1Y9\nG0X2\n\nG2Y5F100\nG0X1e3\nG0X3", keep_going=True)
+    assert [(e.line, e.code) for e in result.errors] == [(2, 22), (5, 35), (6, 20)]
+    assert result.final_position_steps == (750, 0, 0)
+
+
+def test_a_program_pause_is_ended_and_told(library):
+    result = run(library, "G0X1\nM0\nG0X2\nM0\nM30\n")
+    assert result.errors == () and result.final_position_steps[0] == 500
+    assert result.warnings == ("2 program pauses (M0) ended at once",)
+
+
+def test_a_line_longer_than_any_buffer(library):
+    blanks = " " * 5000
+    result = run(library, f"G0{blanks}X1\nG0{'X2' * 3000}\nG0X3\n", keep_going=True)
+    assert [(e.line, e.code) for e in result.errors] == [(2, 11)]
+    assert result.final_position_steps[0] == 750
+
+
+def test_binary_garbage_ends_with_errors_and_at_rest(library):
+    garbage = np.random.default_rng(5).integers(0, 256, 100_000, dtype=np.uint8).tobytes()
+    result = run(library, garbage, keep_going=True)
+    assert len(result.errors) > 100
+    assert all(error.text.isprintable() or "\t" in error.text for error in result.errors)
+
+
+@pytest.mark.parametrize("text", ["G0X1e9", "G0X999999999", "G1X1F0", "G0XNAN", "G0X1\x002", "G1X1Fxx"])
+def test_impossible_lines_move_nothing(library, text):
+    result = run(library, text)
+    assert len(result.errors) == 1 and result.steps_per_axis == (0, 0, 0)
+
+
+def test_no_motion_at_all(library):
+    result = run(library, "(nothing)\nG21\nM30\n", samples=True)
+    assert result.errors == () and result.warnings == () and result.samples == b""
+    assert (result.lines, result.blocks, result.job_time_s) == (3, 0, 0.0)
+
+
+def test_settings_are_refused_by_name(library):
+    with pytest.raises(UserError, match=r"\$999=1: error:3 unknown"):
+        run(library, "G0X1", settings=("$999=1",))
+
+
+def test_a_rate_above_the_board_is_told(library):
+    result = run(library, "G0X1", settings=("$100=1000", "$110=60000"))
+    assert any(warning.startswith("$110 is limited to") for warning in result.warnings)
+
+
+def test_leaving_the_travel_is_told(library):
+    result = run(library, "G0X-60\nX50", travel_mm=(100.0, None, 10.0, None, None, None))
+    assert result.warnings == ("X moves over 110.000 mm; this machine's travel is 100 mm",)
+
+
+def test_the_same_job_makes_the_same_figures(library):
+    text = "".join(f"G1X{n % 7}Y{n % 3}F2000\n" for n in range(200))
+    assert run(library, text, samples=True) == run(library, text, samples=True)
+
+
+def test_progress_reaches_the_end(library):
+    seen = []
+    text = "".join(f"G0X{n % 2 * 100}\n" for n in range(100)).encode()
+    run_job(library, JobRequest("j", text, TIMING, SETTINGS), lambda done, total: seen.append((done, total)))
+    assert seen[-1] == (100, 100) and seen == sorted(seen) and len(seen) > 3
+
+
+def test_traces_hold_the_steps_of_the_counters(library, tmp_path):
+    text = "G0X10Y-5\nG2X12I1F500\nG1Z-2.5F100\nG4P0.1\nG0X0Y0Z0\n"
+    files = {}
+    for suffix in (".csv", ".vcd", ".npz"):
+        path = tmp_path / f"t{suffix}"
+        trace = TraceFile(path, path, signal_names({}, "XYZ"))
+        result = run(library, text, trace=trace)
+        trace.complete()
+        trace.clean()
+        files[suffix] = path
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["t.csv", "t.npz", "t.vcd"]
+    lines = csv.DictReader(files[".csv"].read_text().splitlines())
+    rows = [{key: int(value) for key, value in row.items()} for row in lines]
+    assert len(rows) == result.step_events
+    with np.load(files[".npz"]) as arrays:
+        for key in arrays:
+            assert arrays[key].tolist() == [row[key] for row in rows]
+    for axis in range(3):
+        signs = [1 - 2 * (row["dir_mask"] >> axis & 1) for row in rows if row["step_mask"] >> axis & 1]
+        assert sum(signs) == result.final_position_steps[axis] and len(signs) == result.steps_per_axis[axis]
+    rises = [line for line in files[".vcd"].read_text().splitlines() if line in ("1!", '1"', "1#")]
+    assert len(rises) == sum(result.steps_per_axis)
+
+
+words = st.integers(-40_000, 40_000).map(lambda n: Decimal(n) / 1000)
+lines = st.tuples(
+    st.sampled_from(["G0", "G1", "G90G1", "G91G0", "G91G1", "G90G0"]), st.tuples(*[st.none() | words] * 3)
+)
+
+
+@given(st.lists(lines, min_size=1, max_size=30), st.integers(50, 5000))
+@settings(deadline=None, max_examples=60)
+def test_random_programs_end_on_the_exact_step(library, program, feed):
+    text, target, incremental = f"F{feed}\n", [Decimal(0)] * 3, False
+    for code, axes in program:
+        if not any(value is not None for value in axes):
+            continue
+        incremental = {"G90": False, "G91": True}.get(code[:3], incremental)
+        text += code + "".join(f"{letter}{v:f}" for letter, v in zip("XYZ", axes, strict=True) if v is not None) + "\n"
+        for axis, value in enumerate(axes):
+            if value is not None:
+                target[axis] = value + (target[axis] if incremental else 0)
+    result = run(library, text)
+    assert result.errors == ()
+    for steps, mm in zip(result.final_position_steps, target, strict=True):
+        assert abs(Decimal(steps) - mm * 250) <= Decimal("0.5") + Decimal("1e-9")  # a tie may go either way
+
+
+def test_read_job_says_what_is_wrong(tmp_path: Path):
+    cases = {"empty.nc": (b" \n", "is empty"), "wide.nc": ("G0".encode("utf-16"), "UTF-16")}
+    for name, (content, said) in cases.items():
+        (tmp_path / name).write_bytes(content)
+        with pytest.raises(JobError, match=said):
+            read_job(tmp_path / name)
+    with pytest.raises(JobError, match="no file"):
+        read_job(tmp_path / "missing.nc")
+    with pytest.raises(JobError, match="folder"):
+        read_job(tmp_path)
+
+
+def test_printable_keeps_letters_and_escapes_the_rest():
+    assert printable("(Ø3 café)".encode()) == "(Ø3 café)"
+    assert printable(b"G0\x00X\xff\x1b[31m ") == "G0\\x00X\\xff\\x1b[31m"
