@@ -59,6 +59,11 @@ void arc_begin(struct arc *arc, const double start_mm[AXIS_COUNT], const struct 
     arc->center_mm[1] = move->center_mm[1];
     arc->ax0 = ax0;
     arc->ax1 = ax1;
+    arc->helical = false;
+    for (unsigned axis = 0; axis < AXIS_COUNT; axis++) {
+        if (axis != ax0 && axis != ax1 && arc->target_mm[axis] != arc->start_mm[axis])
+            arc->helical = true;
+    }
     arc->radius_mm = radius;
     arc->radius_change_mm = target_radius - radius;
     arc->start_rad = trig_atan2(y0, x0);
@@ -109,8 +114,9 @@ bool arc_next(struct arc *arc, double point_mm[AXIS_COUNT]) {
     part = arc->done * arc->chord_part;
     radius = arc->radius_mm + arc->radius_change_mm * part;
     turn_direction(arc, part);
-    for (unsigned axis = 0; axis < AXIS_COUNT; axis++)
-        point_mm[axis] = arc->start_mm[axis] + (arc->target_mm[axis] - arc->start_mm[axis]) * part;
+    memcpy(point_mm, arc->start_mm, sizeof arc->start_mm);
+    for (unsigned axis = 0; arc->helical && axis < AXIS_COUNT; axis++)
+        point_mm[axis] += (arc->target_mm[axis] - point_mm[axis]) * part;
     point_mm[arc->ax0] = arc->center_mm[0] + radius * arc->direction[0];
     point_mm[arc->ax1] = arc->center_mm[1] + radius * arc->direction[1];
     return true;

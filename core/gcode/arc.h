@@ -2,10 +2,10 @@
  * An arc or helix as a stream of chord end points. [task] Resumable: the caller takes the next point when it
  * has room.
  *
- * Points come from the absolute angle; between two of these ARC_RENEW_CHORDS apart, the direction is turned
+ * Points come from the absolute angle; between two of these, ARC_RENEW_CHORDS apart, the direction is turned
  * by the exact chord angle, so that errors cannot add up: every point lies within 1e-9 mm of the exact arc up
- * to a radius of 100 m. The last point is the programmed target itself. A chord of angle w deviates r(1 -
- * cos(w/2)) from the circle: that is kept at or below the tolerance.
+ * to a radius of 100 m. The last point is the programmed target itself. A chord of angle w deviates from the
+ * circle by r(1-cos(w/2)): that is kept at or below the tolerance.
  *
  * If CAM rounding put the centre not equally far from both ends, the radius changes evenly from one to the
  * other. Axes outside the plane, rotary ones too, move evenly with the angle. */
@@ -35,6 +35,7 @@ struct arc {
     double chord_part;            /* 1/chords */
     uint32_t chords, done;
     uint8_t ax0, ax1; /* plane axes */
+    bool helical;     /* some other axis moves */
 };
 
 /** Start an arc at start_mm for a resolved move (MOTION_ARC_CW or _CCW). A target less than 1e-6 mm ahead of

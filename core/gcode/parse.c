@@ -115,7 +115,9 @@ enum status gcode_parse(const char *line, struct gcode_block *block) {
             status = take_code(block, *line, number);
         } else {
             block->number[word] = number_value(number);
-            status = bit & WORDS_FREE & ~words ? STATUS_OK : word_status(words, bit, block->number[word]);
+            status = STATUS_OK;
+            if (!(bit & WORDS_FREE & ~words))
+                status = word_status(words, bit, block->number[word]);
             words |= bit;
         }
         if (status != STATUS_OK)

@@ -153,6 +153,7 @@ class Arc(ctypes.Structure):
         ("done", c_uint32),
         ("ax0", c_uint8),
         ("ax1", c_uint8),
+        ("helical", c_bool),
     )
 
 

@@ -116,6 +116,7 @@ def test_reset_forgets_a_half_line(lib: CDLL) -> None:
         for byte in half:
             lib.line_reader_put(byref(reader), byte)
         lib.line_reader_reset(byref(reader))
+        assert reader.text == b""
         assert [lib.line_reader_put(byref(reader), byte) for byte in b"X1\n"] == [LINE_NONE, LINE_NONE, LINE_READY]
         assert reader.text == b"X1"
 
