@@ -1,53 +1,8 @@
 /* SPDX-License-Identifier: MIT */
-#include "host.h"
+#include "host_inner.h"
 
-#include "base/debug.h"
-#include "hal/hal_step.h"
-#include "machine/machine.h"
-
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-
-struct hal {
-    struct hal_step step;
-    uint32_t timer_mhz_q8; /* ticks per us, 24.8 */
-};
-
-struct host {
-    struct machine machine;
-    struct hal hal;
-    struct trace trace;
-    uint64_t timer_events;
-    int input_follows;
-    char *out; /* what the controller said and nobody has read yet */
-    size_t out_count, out_size;
-};
-
-uint32_t hal_time_us(const struct hal *hal) {
-    return (uint32_t)((hal->step.now_ticks << 8) / hal->timer_mhz_q8);
-}
-
-void hal_spindle_set(struct hal *hal, int direction, float rpm) {
-    (void)hal;
-    (void)direction;
-    (void)rpm;
-}
-
-void hal_coolant_set(struct hal *hal, uint8_t bits) {
-    (void)hal;
-    (void)bits;
-}
-
-void hal_inputs_read(const struct hal *hal, struct hal_inputs *inputs) {
-    *inputs = (struct hal_inputs){.limit_min = 0x3F, .limit_max = 0x3F, .probe = !hal->step.probe};
-}
-
-void hal_debug(enum debug_channel channel, const char *what, int32_t first, int32_t second) {
-    static const char *const names[] = {
-        [DEBUG_MACHINE] = "machine", [DEBUG_MOTION] = "motion", [DEBUG_STEP] = "step"};
-    fprintf(stderr, "%s: %s: %ld %ld\n", names[channel], what, (long)first, (long)second);
-}
 
 static void append_out(void *ctx, const char *bytes, size_t count) {
     struct host *host = ctx;
@@ -85,6 +40,8 @@ struct host *host_create(const struct host_board *board) {
     const struct text_out out = {.write = append_out, .ctx = host};
     host->input_follows = 1;
     host->hal.step.write = host->trace.events;
+    host->seen = host->trace.events;
+    host->hal.timer_hz = board->timer_hz;
     host->hal.timer_mhz_q8 = (uint32_t)(((uint64_t)board->timer_hz << 8) / 1000000);
     machine_init(&host->machine, &machine_board, &host->hal, &host->hal.step, &out);
     return host;
@@ -116,49 +73,82 @@ static void flush_trace(struct host *host) {
     host->trace.count = (size_t)(host->hal.step.write - host->trace.events);
     trace_flush(&host->trace);
     host->hal.step.write = host->trace.events;
+    host->seen = host->trace.events;
 }
 
-/* Step events until half of the spans are used up, so that prep refills in batches. */
-static void run_events(struct host *host, uint64_t *budget) {
+/* Step events until half of the spans are used up, so that prep refills in batches; a time is reached; or an
+ * input changes. */
+static void run_events(struct host *host, uint64_t *budget, uint64_t until_ticks) {
     struct step *step = &host->machine.step;
     struct hal_step *hal = &host->hal.step;
+    const bool follows = host->hal.virtual_machine.follows;
     uint32_t held = ring_held(&step->ring.index);
     uint32_t enough = held > 2 ? held / 2 : held - 1; /* more may come behind the last span but one */
     do {
+        if (hal->alarm_ticks > until_ticks) {
+            hal->now_ticks = until_ticks;
+            return;
+        }
         hal->now_ticks = hal->alarm_ticks;
         step_isr(step);
+        bool changed = follows && host_follow_edges(host);
         if (hal->write == &host->trace.events[TRACE_CHUNK])
             flush_trace(host);
         host->timer_events++;
+        if (changed) {
+            --*budget;
+            return;
+        }
     } while (--*budget != 0 && step->active && ring_held(&step->ring.index) > enough);
 }
 
-/* At rest, but moves wait for the start delay: jump there. */
-static void jump_to_start(struct host *host) {
+/* When the controller wants to be polled although nothing happens, or UINT64_MAX. */
+static uint64_t wake_ticks(const struct host *host) {
     uint64_t us = MOTION_START_DELAY_US;
-    host->hal.step.now_ticks += (us * host->hal.timer_mhz_q8 >> 8) + 1;
+    if (!host->machine.motion.waits)
+        return UINT64_MAX;
+    return host->hal.step.now_ticks + (us * host->hal.timer_mhz_q8 >> 8) + 1;
 }
 
-static enum host_wait run(struct host *host, uint64_t max_events) {
+static uint64_t earlier(uint64_t a, uint64_t b) {
+    return a < b ? a : b;
+}
+
+static enum host_wait run(struct host *host, uint64_t max_events, uint64_t until_ticks) {
     struct machine *machine = &host->machine;
+    struct hal_step *hal = &host->hal.step;
     uint64_t budget = max_events;
     while (budget != 0) {
-        bool any = machine_poll(machine);
+        bool any = host_follow_edges(host);
+        any |= machine_poll(machine);
         uint32_t room = rx_free(&machine->rx);
         if (host->input_follows && room == RX_SIZE && !plan_is_full(&machine->motion.plan))
             return machine->step.active ? HOST_ROOM : HOST_IDLE;
-        if (machine->step.active)
-            run_events(host, &budget);
-        else if (machine->motion.waits)
-            jump_to_start(host);
-        else if (!any)
+        if (hal->now_ticks >= until_ticks)
+            return HOST_TIME;
+        uint64_t next = earlier(until_ticks, virtual_next_ticks(&host->hal.virtual_machine));
+        if (machine->step.active) {
+            run_events(host, &budget, next);
+            continue;
+        }
+        if (any)
+            continue;
+        next = earlier(next, wake_ticks(host));
+        if (next == UINT64_MAX)
             return HOST_IDLE;
+        hal->now_ticks = next;
     }
     return HOST_BUDGET;
 }
 
 enum host_wait host_run(struct host *host, uint64_t max_events) {
-    enum host_wait wait = run(host, max_events);
+    enum host_wait wait = run(host, max_events, UINT64_MAX);
+    flush_trace(host);
+    return wait;
+}
+
+enum host_wait host_run_until(struct host *host, uint64_t t_ticks) {
+    enum host_wait wait = run(host, UINT64_MAX, t_ticks);
     flush_trace(host);
     return wait;
 }

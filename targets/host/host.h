@@ -1,8 +1,10 @@
 /* SPDX-License-Identifier: MIT
- * The whole controller on a PC, in virtual time: the core, a step timer and pins, and a byte stream to talk to it.
+ * The whole controller on a PC, in virtual time: the core, a step timer and pins, and a byte stream to talk
+ * to it.
  *
- * Time stands still while the core computes (an infinitely fast processor) and jumps from step event to step event.
- * Same input, same output, always. Not thread-safe: one thread per host object; many objects may live in one process. */
+ * Time stands still while the core computes (an infinitely fast processor) and jumps from step event to step
+ * event. Same input, same output, always. Not thread-safe: one thread per host object; many objects may live
+ * in one process. */
 #ifndef WIFICNC_HOST_HOST_H
 #define WIFICNC_HOST_HOST_H
 
@@ -28,20 +30,28 @@ enum host_wait {
     HOST_IDLE,   /* nothing to do: all input is answered and nothing moves (or only input can bring it on) */
     HOST_ROOM,   /* the receive buffer has room again and motion goes on */
     HOST_BUDGET, /* max_events step events were run */
+    HOST_TIME,   /* the time asked for has come (host_run_until) */
 };
 
 /** @return NULL when memory is short or the board is out of range. Settings start at their defaults. */
 struct host *host_create(const struct host_board *board);
 void host_destroy(struct host *host);
 
-/** Put bytes on the controller's stream. @return bytes taken: 0 .. free receive buffer; the rest must come again. */
+/** Put bytes on the controller's stream. @return bytes taken: 0 .. free receive buffer; the rest must come
+ * again. */
 size_t host_write(struct host *host, const char *bytes, size_t count);
 
 /** Take what the controller said. @return bytes copied, 0 = nothing more. */
 size_t host_read(struct host *host, char *bytes, size_t size);
 
-/** Let the controller work: parse, plan and step. @param max_events > 0, step-timer events before coming back. */
+/** Let the controller work: parse, plan and step. @param max_events > 0, step-timer events before coming
+ * back. */
 enum host_wait host_run(struct host *host, uint64_t max_events);
+
+/** Let the controller work until this virtual time, also when it has nothing to do: for a clock outside that
+ * leads. With host_input_follows(host, 0) it comes back with HOST_TIME and then it is t_ticks, or later if it
+ * was so before. */
+enum host_wait host_run_until(struct host *host, uint64_t t_ticks);
 
 /** Virtual time, ticks of the board's timer from power-on. */
 uint64_t host_time_ticks(const struct host *host);
@@ -49,7 +59,8 @@ uint64_t host_time_ticks(const struct host *host);
 /** Step counters: exactly the pulses that left the pins, signed. */
 void host_position_steps(const struct host *host, int32_t steps[AXIS_COUNT]);
 
-/** Tell the controller whether more input will come at once (a file, default 1) or not (0 at the end of the file). */
+/** Tell the controller whether more input will come at once (a file, default 1) or not (0 at the end of the
+ * file). */
 void host_input_follows(struct host *host, int follows);
 
 /** The event trace; add consumers to it before running. */

@@ -1,0 +1,148 @@
+/* SPDX-License-Identifier: MIT
+ * The cold tier of the HAL, and the machine behind it. */
+#include "host_inner.h"
+
+#include "base/debug.h"
+#include "hal/hal.h"
+
+#include <stdio.h>
+#include <string.h>
+
+uint32_t hal_time_us(const struct hal *hal) {
+    return (uint32_t)((hal->step.now_ticks << 8) / hal->timer_mhz_q8);
+}
+
+void hal_spindle_set(struct hal *hal, int direction, float rpm) {
+    struct virtual_outputs outputs = hal->virtual_machine.outputs;
+    outputs.spindle_direction = direction;
+    outputs.spindle_rpm = rpm;
+    virtual_command(&hal->virtual_machine, &outputs, hal->step.now_ticks, hal->timer_hz);
+}
+
+void hal_coolant_set(struct hal *hal, uint8_t bits) {
+    hal->virtual_machine.outputs.coolant = bits;
+}
+
+void hal_inputs_read(const struct hal *hal, struct hal_inputs *inputs) {
+    virtual_read(&hal->virtual_machine, inputs);
+}
+
+void hal_debug(enum debug_channel channel, const char *what, int32_t first, int32_t second) {
+    static const char *const names[] = {
+        [DEBUG_MACHINE] = "machine", [DEBUG_MOTION] = "motion", [DEBUG_STEP] = "step"};
+    fprintf(stderr, "%s: %s: %ld %ld\n", names[channel], what, (long)first, (long)second);
+}
+
+static void levels_changed(struct host *host) {
+    host->hal.step.probe = (host->hal.virtual_machine.levels >> VIRTUAL_PROBE & 1) != 0;
+}
+
+bool host_follow_edges(struct host *host) {
+    bool changed = false;
+    struct virtual_machine *machine = &host->hal.virtual_machine;
+    for (; host->seen != host->hal.step.write; host->seen++)
+        changed |= machine->follows && virtual_step(machine, host->seen->step_mask, host->seen->dir_mask);
+    changed |= virtual_events(machine, host->hal.step.now_ticks);
+    if (changed)
+        levels_changed(host);
+    return changed;
+}
+
+/* From now on every edge counts. Until now the controller's own counter was true. */
+static struct virtual_machine *follow(struct host *host) {
+    struct virtual_machine *machine = &host->hal.virtual_machine;
+    if (!machine->follows)
+        machine_position(&host->machine, machine->position);
+    machine->follows = true;
+    return machine;
+}
+
+static void update(struct host *host) {
+    if (virtual_update(follow(host)))
+        levels_changed(host);
+}
+
+struct virtual_machine *host_virtual(struct host *host) {
+    return &host->hal.virtual_machine;
+}
+
+void virtual_set(struct host *host, int input, bool active) {
+    if (input < 0 || input >= VIRTUAL_INPUT_COUNT)
+        return;
+    struct virtual_machine *machine = follow(host);
+    uint32_t bit = (uint32_t)1 << input;
+    machine->forced = active ? machine->forced | bit : machine->forced & ~bit;
+    update(host);
+}
+
+bool virtual_at(struct host *host, uint64_t t_ticks, int input, bool active) {
+    struct virtual_machine *machine = follow(host);
+    if (input < 0 || input >= VIRTUAL_INPUT_COUNT || machine->event_count == VIRTUAL_EVENTS_MAX)
+        return false;
+    uint32_t at = machine->event_count++;
+    for (; at > 0 && machine->events[at - 1].t_ticks <= t_ticks; at--)
+        machine->events[at] = machine->events[at - 1];
+    machine->events[at] =
+        (struct virtual_event){.t_ticks = t_ticks, .input = (uint8_t)input, .active = active};
+    return true;
+}
+
+void virtual_travel(struct host *host, unsigned axis, int32_t low_steps, int32_t high_steps) {
+    struct virtual_machine *machine = follow(host);
+    axis_mask_t bit = (axis_mask_t)(1u << axis);
+    machine->has_low |= bit;
+    machine->has_high |= bit;
+    machine->low[axis] = low_steps;
+    machine->high[axis] = high_steps;
+    update(host);
+}
+
+void virtual_no_travel(struct host *host, unsigned axis) {
+    struct virtual_machine *machine = follow(host);
+    axis_mask_t bit = (axis_mask_t)(1u << axis);
+    machine->has_low &= (axis_mask_t)~bit;
+    machine->has_high &= (axis_mask_t)~bit;
+    update(host);
+}
+
+void virtual_surface(struct host *host, int32_t z_steps) {
+    struct virtual_machine *machine = follow(host);
+    machine->has_surface = true;
+    machine->surface = z_steps;
+    update(host);
+}
+
+void virtual_no_surface(struct host *host) {
+    follow(host)->has_surface = false;
+    update(host);
+}
+
+void virtual_place(struct host *host, const int32_t steps[AXIS_COUNT]) {
+    memcpy(follow(host)->position, steps, sizeof host->hal.virtual_machine.position);
+    update(host);
+}
+
+void virtual_position(const struct host *host, int32_t steps[AXIS_COUNT]) {
+    const struct virtual_machine *machine = &host->hal.virtual_machine;
+    if (machine->follows)
+        memcpy(steps, machine->position, sizeof machine->position);
+    else
+        machine_position(&host->machine, steps);
+}
+
+void virtual_spindle_ramp(struct host *host, float rpm_s) {
+    host->hal.virtual_machine.spindle_ramp_rpm_s = rpm_s;
+}
+
+float virtual_spindle_rpm(const struct host *host) {
+    const struct hal *hal = &host->hal;
+    return virtual_spindle_at(&hal->virtual_machine, hal->step.now_ticks, hal->timer_hz);
+}
+
+void virtual_outputs(const struct host *host, struct virtual_outputs *out) {
+    *out = host->hal.virtual_machine.outputs;
+}
+
+uint32_t virtual_levels(const struct host *host) {
+    return host->hal.virtual_machine.levels;
+}

@@ -1,0 +1,33 @@
+/* SPDX-License-Identifier: MIT
+ * The inside of a host controller, shared by host.c (time) and host_hal.c (pins). Nobody else looks here. */
+#ifndef WIFICNC_HOST_INNER_H
+#define WIFICNC_HOST_INNER_H
+
+#include "hal/hal_step.h"
+#include "host.h"
+#include "machine/machine.h"
+#include "virtual.h"
+
+struct hal {
+    struct hal_step step;
+    uint32_t timer_hz;
+    uint32_t timer_mhz_q8; /* ticks per us, 24.8 */
+    struct virtual_machine virtual_machine;
+};
+
+struct host {
+    struct machine machine;
+    struct hal hal;
+    struct trace trace;
+    const struct trace_event *seen; /* the true position counts every edge before this one */
+    uint64_t timer_events;
+    int input_follows;
+    char *out; /* what the controller said and nobody has read yet */
+    size_t out_count, out_size;
+};
+
+/** Let the true position and the inputs follow the edges since the last call.
+ *  @return true when a level changed: the controller must look before time goes on. */
+bool host_follow_edges(struct host *host);
+
+#endif

@@ -1,0 +1,100 @@
+/* SPDX-License-Identifier: MIT */
+#include "virtual.h"
+
+#include "hal/hal.h"
+
+#include <string.h>
+
+#define BIT(input) ((uint32_t)1 << (input))
+
+bool virtual_update(struct virtual_machine *machine) {
+    uint32_t levels = machine->forced;
+    for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
+        if ((machine->has_low >> ax & 1) != 0 && machine->position[ax] <= machine->low[ax])
+            levels |= BIT(VIRTUAL_LIMIT_MIN + ax);
+        if ((machine->has_high >> ax & 1) != 0 && machine->position[ax] >= machine->high[ax])
+            levels |= BIT(VIRTUAL_LIMIT_MAX + ax);
+    }
+    if (machine->has_surface && machine->position[AXIS_Z] <= machine->surface)
+        levels |= BIT(VIRTUAL_PROBE);
+    bool changed = levels != machine->levels;
+    machine->levels = levels;
+    return changed;
+}
+
+bool virtual_step(struct virtual_machine *machine, uint8_t step_mask, uint8_t dir_mask) {
+    for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
+        machine->position[ax] += (step_mask >> ax & 1) * (1 - 2 * (dir_mask >> ax & 1));
+    return virtual_update(machine);
+}
+
+bool virtual_events(struct virtual_machine *machine, uint64_t now_ticks) {
+    while (machine->event_count > 0 && machine->events[machine->event_count - 1].t_ticks <= now_ticks) {
+        const struct virtual_event *event = &machine->events[--machine->event_count];
+        uint32_t bit = BIT(event->input);
+        machine->forced = event->active ? machine->forced | bit : machine->forced & ~bit;
+        if (virtual_update(machine))
+            return true; /* one change at a time: the controller sees each of them */
+    }
+    return false;
+}
+
+uint64_t virtual_next_ticks(const struct virtual_machine *machine) {
+    return machine->event_count > 0 ? machine->events[machine->event_count - 1].t_ticks : UINT64_MAX;
+}
+
+void virtual_read(const struct virtual_machine *machine, struct hal_inputs *inputs) {
+    const uint32_t axes = (1u << AXIS_COUNT) - 1;
+    uint32_t levels = machine->levels;
+    *inputs = (struct hal_inputs){
+        .limit_min = (axis_mask_t)(~(levels >> VIRTUAL_LIMIT_MIN) & axes),
+        .limit_max = (axis_mask_t)(~(levels >> VIRTUAL_LIMIT_MAX) & axes),
+        .probe = (levels & BIT(VIRTUAL_PROBE)) == 0,
+        .door = (levels & BIT(VIRTUAL_DOOR)) != 0,
+        .hold = (levels & BIT(VIRTUAL_HOLD)) != 0,
+        .start = (levels & BIT(VIRTUAL_START)) != 0,
+        .reset = (levels & BIT(VIRTUAL_RESET)) != 0,
+        .estop = (levels & BIT(VIRTUAL_ESTOP)) != 0,
+    };
+}
+
+float virtual_spindle_at(const struct virtual_machine *machine, uint64_t now_ticks, uint32_t timer_hz) {
+    float target = (float)machine->outputs.spindle_direction * machine->outputs.spindle_rpm;
+    float way = target - machine->spindle_from_rpm;
+    if (machine->spindle_ramp_rpm_s <= 0.0f)
+        return target;
+    float gone =
+        machine->spindle_ramp_rpm_s * (float)(now_ticks - machine->spindle_from_ticks) / (float)timer_hz;
+    if (gone >= (way < 0.0f ? -way : way))
+        return target;
+    return machine->spindle_from_rpm + (way < 0.0f ? -gone : gone);
+}
+
+void virtual_command(struct virtual_machine *machine, const struct virtual_outputs *outputs,
+                     uint64_t now_ticks, uint32_t timer_hz) {
+    machine->spindle_from_rpm = virtual_spindle_at(machine, now_ticks, timer_hz);
+    machine->spindle_from_ticks = now_ticks;
+    machine->outputs = *outputs;
+}
+
+int virtual_input_number(const char *name) {
+    static const char *const others[] = {"probe", "door", "estop", "hold", "start", "reset"};
+    static const char axes[] = "xyzabc";
+    static const struct {
+        const char *prefix;
+        int first;
+    } limits[] = {
+        {"limit-min-", VIRTUAL_LIMIT_MIN}, {"limit-max-", VIRTUAL_LIMIT_MAX}, {"limit-", VIRTUAL_LIMIT_MIN}};
+    for (int i = 0; i < (int)(sizeof others / sizeof others[0]); i++)
+        if (strcmp(name, others[i]) == 0)
+            return VIRTUAL_PROBE + i;
+    for (unsigned i = 0; i < sizeof limits / sizeof limits[0]; i++) {
+        size_t length = strlen(limits[i].prefix);
+        if (strncmp(name, limits[i].prefix, length) != 0 || name[length] == '\0' || name[length + 1] != '\0')
+            continue;
+        const char *axis = strchr(axes, name[length]);
+        if (axis != NULL)
+            return limits[i].first + (int)(axis - axes);
+    }
+    return -1;
+}
