@@ -38,8 +38,8 @@ bench: $(VENV)/.ready-dev
 	@cd tools && $(abspath $(PY)) -m bench
 
 format: $(VENV)/.ready-dev
-	$(PY) -m ruff check --quiet --fix cli tools tests || true
-	$(PY) -m ruff format --quiet cli tools tests
+	$(PY) -m ruff check --quiet --fix cli tools tests examples || true
+	$(PY) -m ruff format --quiet cli tools tests examples
 	git ls-files '*.c' '*.h' | xargs $(VENV)/bin/clang-format -i
 
 clean:

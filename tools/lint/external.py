@@ -22,7 +22,7 @@ CPPCHECK = (
     "--quiet",
     "--template={file}:{line}: {severity}: {message} [{id}]",
 )
-PYTHON = ("cli", "tools", "tests")
+PYTHON = ("cli", "tools", "tests", "examples")
 COMPILED = ("core/", "targets/host/", "tools/bench/")
 
 

@@ -1,0 +1,140 @@
+"""The measurements: instructions under callgrind, and the wall clock of whole runs."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import subprocess
+import sys
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from bench.callgrind import Profile, parse_callgrind
+from wificnc.build.host import build_program
+
+ROOT = Path(__file__).resolve().parents[2]
+BUILD = ROOT / "build" / "bench"
+
+# A quick machine, so that the steps come at the rate the board allows.
+FAST = (
+    "$100=250",
+    "$101=250",
+    "$102=250",
+    "$110=24000",
+    "$111=24000",
+    "$112=24000",
+    "$120=4000",
+    "$121=4000",
+    "$122=4000",
+)
+
+
+@dataclass(frozen=True)
+class Figure:
+    """One line of the report. limit: the most it may be, or with `at_least` the least; None: no budget."""
+
+    name: str
+    value: float
+    unit: str
+    limit: float | None = None
+    at_least: bool = False
+
+    @property
+    def is_met(self) -> bool:
+        if self.limit is None:
+            return True
+        return self.value >= self.limit if self.at_least else self.value <= self.limit
+
+
+def build_driver() -> Path:
+    """tools/bench/drive.c with the host controller's objects: no Python inside what is measured."""
+    return build_program([Path(__file__).with_name("drive.c")], BUILD / "drive")
+
+
+def write_diagonal(lines: int = 12) -> Path:
+    """Long moves of three axes at full rate: the step ISR's worst diet."""
+    BUILD.mkdir(parents=True, exist_ok=True)
+    path = BUILD / "diagonal.nc"
+    moves = [f"G1 X{60 if n % 2 else 0} Y{55 if n % 2 else 0} Z{50 if n % 2 else 0}" for n in range(1, lines + 1)]
+    path.write_text("\n".join(["G21 G90 G94 F24000", *moves, "M2"]) + "\n")
+    return path
+
+
+def counters(driver: Path, job: Path, settings: Sequence[str]) -> dict[str, int]:
+    """The driver's work counters. Raises CalledProcessError when the job has errors."""
+    run = subprocess.run([str(driver), str(job), *settings], capture_output=True, text=True, check=True)
+    result: dict[str, int] = json.loads(run.stdout)
+    return result
+
+
+def profile_job(driver: Path, job: Path, settings: Sequence[str]) -> Profile:
+    """The driver's run of a job under callgrind."""
+    out = BUILD / f"callgrind.{job.stem}"
+    argv = ["valgrind", "--tool=callgrind", "--quiet", f"--callgrind-out-file={out}", str(driver), str(job), *settings]
+    subprocess.run(argv, capture_output=True, text=True, check=True)
+    with open(out) as file:
+        return parse_callgrind(file)
+
+
+def instructions(job: Path) -> list[Figure]:
+    """Instructions per unit of work, on the host build at -O2."""
+    driver, diagonal = build_driver(), write_diagonal()
+    count = counters(driver, diagonal, FAST)
+    profile = profile_job(driver, diagonal, FAST)
+    events = count["timer_events"]
+    figures = [
+        Figure("step ISR per step event, 3 axes, full rate", profile.inclusive("step_isr") / events, "instr", 60),
+        Figure("span preparation per step event", profile.room("core/step/prep.c") / events, "instr"),
+    ]
+    count = counters(driver, job, FAST)
+    profile = profile_job(driver, job, FAST)
+    blocks, lines, spans = count["blocks"], count["lines"], count["spans"]
+    moves = profile.room("core/motion/motion.c", "core/motion/kinematics/")
+    read = profile.room("core/link/line_reader.c", "core/gcode/")
+    return [
+        *figures,
+        Figure("planner per block", profile.room("core/motion/planner.c") / blocks, "instr", 700),
+        Figure("moves and kinematics per block", moves / blocks, "instr"),
+        Figure("line reading and parsing per line", read / lines, "instr", 900),
+        Figure("segment emission per segment", profile.room("core/motion/emit.c") / count["segments"], "instr"),
+        Figure("span preparation per span", profile.room("core/step/prep.c") / spans, "instr"),
+    ]
+
+
+def wall_clock(job: Path) -> list[Figure]:
+    """`wificnc sim` on a real file: whole process, best of three, start of Python included."""
+    plain, events = _sim(job)
+    csv = BUILD / "trace.csv"
+    with_csv, _ = _sim(job, "--trace", str(csv))
+    csv.unlink()
+    start = _best([sys.executable, "-m", "wificnc", "sim", "--help"])
+    lines = job.read_text().count("\n")
+    return [
+        Figure(f"{lines} lines, wall time", plain, "s", 10),
+        Figure("simulation, no trace", events / (plain - start) / 1e6, "M step events/s", 2, at_least=True),
+        Figure("simulation, CSV trace", events / (with_csv - start) / 1e3, "k step events/s", 500, at_least=True),
+    ]
+
+
+def _sim(job: Path, *options: str) -> tuple[float, int]:
+    """@return seconds and step events."""
+    out = BUILD / "sim.json"
+    settings = [word for setting in FAST for word in ("--set", setting)]
+    argv = [sys.executable, "-m", "wificnc", "sim", str(job), *settings, "--json", str(out), *options]
+    seconds = _best(argv)
+    return seconds, counters(build_driver(), job, FAST)["step_events"]
+
+
+def _best(argv: Sequence[str], times: int = 3) -> float:
+    def once() -> float:
+        begin = time.perf_counter()
+        subprocess.run(argv, capture_output=True, check=True, cwd=ROOT)
+        return time.perf_counter() - begin
+
+    return min(once() for _ in range(times))
+
+
+def has_valgrind() -> bool:
+    return shutil.which("valgrind") is not None
