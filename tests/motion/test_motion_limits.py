@@ -132,6 +132,13 @@ def test_collinear_chords_take_as_long_as_the_whole_line(host: Host) -> None:
     assert cut[-1] - cut[0] == pytest.approx(whole[-1] - whole[0], rel=2e-3)
 
 
+def test_short_chords_brake_in_time_for_a_reversal_far_ahead(host: Host) -> None:
+    out = "".join(f"X{0.3 * k:.1f}\n" for k in range(1, 101))
+    back = "".join(f"X{30 - 0.3 * k:.1f}\n" for k in range(1, 101))
+    _, accel = windowed(host.run(f"G1F5000\n{out}{back}"))
+    assert np.abs(accel).max() <= ACCEL_MM_S2 * 1.005 + GRAIN_MM_S2
+
+
 def test_the_look_ahead_is_not_starved_while_input_is_there(host: Host) -> None:
     points = [(20 * math.cos(k / 200), 20 * math.sin(k / 200)) for k in range(4000)]
     run = host.run("G1F4000\n" + "".join(f"X{x:.4f}Y{y:.4f}\n" for x, y in points))
