@@ -5,9 +5,9 @@ VENV   ?= .venv
 PY     := $(VENV)/bin/python
 WIFICNC := $(VENV)/bin/wificnc
 
-DEMO         ?= inlay
+DEMO         ?= relief
 DEMO_FILE    ?= examples/$(DEMO).nc
-DEMO_MACHINE ?= examples/machines/router.toml
+DEMO_MACHINE ?= examples/machines/shapeoko3.toml
 DEMO_PICTURE ?= build/demo/$(DEMO).png
 
 .PHONY: help demo test lint bench format generate clean distclean

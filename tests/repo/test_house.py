@@ -5,7 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-
 from lint.house import MAX_C_FUNCTION_LINES, MAX_FILE_LINES, MAX_PYTHON_FUNCTION_LINES, check_code, check_house
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -5,7 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-
 from lint.includes import ALLOWED, check_includes
 
 ROOT = Path(__file__).resolve().parents[2]

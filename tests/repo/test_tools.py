@@ -7,7 +7,6 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-
 from lint import external
 from lint.__main__ import LINTS, main
 from lint.problem import Problem

@@ -5,8 +5,9 @@ from __future__ import annotations
 import platform
 import sys
 
-from bench.measure import FAST, ROOT, Figure, build_driver, has_valgrind, instructions, wall_clock
 from wificnc.build.host import build_host, core_ram_bytes
+
+from bench.measure import FAST, ROOT, Figure, build_driver, has_valgrind, instructions, wall_clock
 
 JOB = ROOT / "examples" / "relief.nc"
 

@@ -11,8 +11,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from bench.callgrind import Profile, parse_callgrind
 from wificnc.build.host import build_program
+
+from bench.callgrind import Profile, parse_callgrind
 
 ROOT = Path(__file__).resolve().parents[2]
 BUILD = ROOT / "build" / "bench"

@@ -1,0 +1,49 @@
+"""`wificnc build`, and the Makefile and CI files around it."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+from wificnc.app import main
+from wificnc.errors import Exit
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+def test_build_host_says_what_it_made(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as caught:
+        main(["build", "host"])
+    said = capsys.readouterr()
+    assert caught.value.code == Exit.OK and said.out == ""
+    for word in ("compiler", "sources", "library", "core RAM", "of 32,768 bytes"):
+        assert word in said.err
+
+
+def test_other_board_is_honest(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as caught:
+        main(["build", "esp32s3-zero"])
+    assert caught.value.code == Exit.BUILD
+    assert "not yet: there is no firmware for 'esp32s3-zero'" in capsys.readouterr().err
+
+
+@pytest.mark.skipif(shutil.which("make") is None, reason="make is not on this machine")
+@pytest.mark.parametrize("target", ["demo", "test", "lint", "bench", "clean"])
+def test_make_help_names_every_target(target: str) -> None:
+    run = subprocess.run(["make", "-s", "-C", str(ROOT)], capture_output=True, text=True, check=True)
+    assert f"make {target} " in run.stdout
+
+
+@pytest.mark.skipif(shutil.which("make") is None, reason="make is not on this machine")
+def test_demo_runs_files_that_exist() -> None:
+    run = subprocess.run(["make", "-n", "-C", str(ROOT), "demo"], capture_output=True, text=True, check=True)
+    command = next(line for line in run.stdout.splitlines() if " sim " in line)
+    words = command.split()
+    assert (ROOT / words[words.index("sim") + 1]).is_file()
+    assert (ROOT / words[words.index("--machine") + 1]).is_file()
+
+
+def test_ci_script_is_well_formed() -> None:
+    subprocess.run(["bash", "-n", str(ROOT / ".ci" / "run")], check=True)
