@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT
- * Runs one G-code file through the host controller with nothing else around it, for callgrind and for the clock.
+ * Runs one G-code file through the host controller with nothing else around it, for callgrind and for the
+ * clock.
  *
  * Usage: drive FILE [SETTING...]    prints the work counters as JSON */
 #include "host.h"
