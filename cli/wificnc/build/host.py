@@ -41,6 +41,7 @@ FLAGS = (
 # variant -> (compile flags, link flags)
 VARIANTS: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
     "release": (("-O2",), ()),
+    "debug": (("-O1", "-fno-omit-frame-pointer", "-DWIFICNC_DEBUG=7"), ()),  # all debug channels, core/base/debug.h
     "asan": (
         ("-O1", "-fno-omit-frame-pointer", "-fsanitize=address,undefined", "-fno-sanitize-recover=undefined"),
         ("-fsanitize=address,undefined",),
@@ -83,7 +84,7 @@ def ensure_host_library(variant: str = "release") -> Path:
 
 
 def build_host(variant: str = "release", *, root: Path | None = None) -> HostBuild:
-    """Bring the host library up to date. variant: release, asan or tsan. Raises BuildError."""
+    """Bring the host library up to date; variant is one of VARIANTS. Raises BuildError."""
     begin = time.perf_counter()
     root = root or checkout_root()
     directory = variant_directory(root, variant)
