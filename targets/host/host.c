@@ -122,7 +122,8 @@ static enum host_wait run(struct host *host, uint64_t max_events, uint64_t until
         bool any = host_follow_edges(host);
         any |= machine_poll(machine);
         uint32_t room = rx_free(&machine->rx);
-        if (host->input_follows && room == RX_SIZE && !plan_is_full(&machine->motion.plan))
+        bool takes_more = machine->stage == TASK_NONE && !plan_is_full(&machine->motion.plan);
+        if (host->input_follows && room == RX_SIZE && takes_more)
             return machine->step.active ? HOST_ROOM : HOST_IDLE;
         if (hal->now_ticks >= until_ticks)
             return HOST_TIME;
