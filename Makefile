@@ -63,7 +63,7 @@ $(VENV)/.ready-dev: pyproject.toml | $(VENV)/bin/pip
 
 $(VENV)/bin/pip:
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 10))' 2>/dev/null || \
-	    { echo 'WiFiCNC needs Python 3.10 or newer; "$(PYTHON)" is not. Try: make PYTHON=python3.12'; exit 1; }
+	    { echo 'WiFiCNC needs Python 3.10 or newer, and "$(PYTHON)" is none. If another one is: make PYTHON=python3.12'; exit 1; }
 	@$(PYTHON) -c 'import ensurepip, venv' 2>/dev/null || \
 	    { echo 'Python cannot make an environment here. Debian, Ubuntu: apt-get install python3-venv'; exit 1; }
 	@$(PYTHON) -m venv $(VENV)

@@ -14,7 +14,10 @@ RAM_BUDGET_BYTES = 32 * 1024
 @click.command()
 @click.argument("board")
 @click.option(
-    "--variant", type=click.Choice(list(VARIANTS)), default="release", help="Of the host: plain, with debug channels, or sanitized."
+    "--variant",
+    type=click.Choice(list(VARIANTS)),
+    default="release",
+    help="Of the host: plain, with debug channels, or sanitized.",
 )
 def command(board: str, variant: str) -> None:
     """Build the firmware of BOARD. `host` is the controller on this computer, for `wificnc sim`."""
