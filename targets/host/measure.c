@@ -212,8 +212,8 @@ static void reach_event(struct measure *m, const struct trace_event *event) {
     double ticks = (double)(event->t_ticks - stretch.from_ticks);
     for (unsigned axis = 0; axis < AXIS_COUNT; axis++) {
         stretch.from_steps[axis] = m->sum.position_steps[axis];
-        if (event->step_mask >> axis & 1u && ticks > 0.0)
-            stretch.steps_per_tick[axis] = (event->dir_mask >> axis & 1u ? -1.0 : 1.0) / ticks;
+        if (event->step_mask & 1u << axis && ticks > 0.0)
+            stretch.steps_per_tick[axis] = (event->dir_mask & 1u << axis ? -1.0 : 1.0) / ticks;
     }
     take_points(m, &stretch, (event->t_ticks - m->next_grid_ticks) / m->grid_ticks + 1);
 }
@@ -243,8 +243,8 @@ static inline void count_event(struct measure *m, const struct trace_event *even
     m->sum.last_ticks = event->t_ticks;
     m->sum.events++;
     for (unsigned axis = 0; axis < AXIS_COUNT; axis++)
-        if (event->step_mask >> axis & 1u)
-            count_edge(m, axis, event->dir_mask >> axis & 1u, event->t_ticks);
+        if (event->step_mask & 1u << axis)
+            count_edge(m, axis, (event->dir_mask & 1u << axis) != 0, event->t_ticks);
 }
 
 void measure_events(void *ctx, const struct trace_event *events, size_t count) {

@@ -24,8 +24,8 @@ static char *put_level(char *p, char level, unsigned signal) {
  * directions. */
 static char *put_levels(char *p, axis_mask_t mask, axis_mask_t levels, unsigned first) {
     for (unsigned axis = 0; axis < AXIS_COUNT; axis++)
-        if (mask >> axis & 1u)
-            p = put_level(p, levels >> axis & 1u ? '1' : '0', first + axis);
+        if (mask & 1u << axis)
+            p = put_level(p, levels & 1u << axis ? '1' : '0', first + axis);
     return p;
 }
 
