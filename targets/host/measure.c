@@ -213,7 +213,7 @@ static void reach_event(struct measure *m, const struct trace_event *event) {
     for (unsigned axis = 0; axis < AXIS_COUNT; axis++) {
         stretch.from_steps[axis] = m->sum.position_steps[axis];
         if (event->step_mask & 1u << axis && ticks > 0.0)
-            stretch.steps_per_tick[axis] = (event->dir_mask & 1u << axis ? -1.0 : 1.0) / ticks;
+            stretch.steps_per_tick[axis] = ((event->dir_mask & 1u << axis) != 0 ? -1.0 : 1.0) / ticks;
     }
     take_points(m, &stretch, (event->t_ticks - m->next_grid_ticks) / m->grid_ticks + 1);
 }

@@ -25,7 +25,7 @@ static char *put_level(char *p, char level, unsigned signal) {
 static char *put_levels(char *p, axis_mask_t mask, axis_mask_t levels, unsigned first) {
     for (unsigned axis = 0; axis < AXIS_COUNT; axis++)
         if (mask & 1u << axis)
-            p = put_level(p, levels & 1u << axis ? '1' : '0', first + axis);
+            p = put_level(p, (levels & 1u << axis) != 0 ? '1' : '0', first + axis);
     return p;
 }
 
