@@ -16,9 +16,9 @@ struct trace_event {
     uint8_t step_mask; /* bit n = axis n, never 0 */
     uint8_t dir_mask;  /* bit n = axis n moves in negative direction; level of the lines at this edge */
     uint8_t flags;     /* SEGMENT_ flags of the motion this step belongs to (rapid, probe, ...) */
-    uint8_t dwells;    /* counts up whenever a dwell ends (mod 256): time since the event before was not all
-                          motion */
-    uint32_t line;     /* source line: 1-based count of lines the controller has taken, 0 = unknown */
+    uint8_t dwells; /* counts up with every span of a dwell (mod 256): time since the event before was not all
+                       motion */
+    uint32_t line;  /* source line: 1-based count of lines the controller has taken, 0 = unknown */
 };
 _Static_assert(sizeof(struct trace_event) == 16, "two words");
 

@@ -6,6 +6,7 @@
 
 #include "base/axis.h"
 #include "hal/compiler.h"
+#include "segment/segment.h"
 #include "trace.h"
 
 #include <stdbool.h>
@@ -58,7 +59,9 @@ static HAL_INLINE void hal_step_timer_stop(struct hal_step *hal) {
 }
 
 static HAL_INLINE void hal_step_span(struct hal_step *hal, uint16_t flags, uint32_t line) {
-    hal->tag = (hal->tag & 0xFF00) | (uint64_t)(uint8_t)flags << 16 | (uint64_t)line << 32;
+    uint64_t dwells = (hal->tag >> 24) + ((flags & SEGMENT_DWELL) != 0);
+    hal->tag =
+        (hal->tag & 0xFF00) | (uint64_t)(uint8_t)flags << 16 | (dwells & 0xFF) << 24 | (uint64_t)line << 32;
 }
 
 #endif
