@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT
- * Two real threads on one segment ring, under ThreadSanitizer: every segment arrives once, whole and in order. */
+ * Two real threads on one segment ring, under ThreadSanitizer: every segment arrives once, whole and in
+ * order. */
 #include "segment/ring.h"
 
 #include <pthread.h>
@@ -41,7 +42,8 @@ int main(void) {
             sched_yield();
             continue;
         }
-        wrong += segment->line != ~n || segment->duration_ns != n + 1 || segment->steps[5] != (int32_t)(n * 6);
+        wrong +=
+            segment->line != ~n || segment->duration_ns != n + 1 || segment->steps[5] != (int32_t)(n * 6);
         segment_ring_pop(&ring);
         n++;
     }

@@ -71,6 +71,27 @@ def test_the_duration_of_a_line_is_that_of_its_trapezoid(host: Host, length_mm: 
     assert measured == pytest.approx(total - first, rel=2e-6, abs=first * 0.02 + 1e-6)
 
 
+def test_every_step_of_a_line_comes_when_its_trapezoid_says(host: Host) -> None:
+    v, a, length = 60.0, ACCEL_MM_S2, 20.0
+    run = host.run(f"G1X{length}F{v * 60}\n")
+    s = np.arange(1, 5001) / STEPS_PER_MM
+    ramp = v * v / (2 * a)
+    up = np.sqrt(2 * s / a)
+    down = length / v + v / a - np.sqrt(2 * np.maximum(length - s, 0) / a)
+    ideal = np.where(s < ramp, up, np.where(s > length - ramp, down, s / v + v / (2 * a)))
+    late = run.seconds() - run.seconds()[2500] - (ideal - ideal[2500])
+    interval = np.gradient(ideal)
+    assert np.abs(late / interval)[20:-20].max() < 0.05
+    assert np.abs(late / interval).max() < 0.35  # the first and last steps share one slice of constant acceleration
+
+
+def test_a_cruise_is_exact_to_the_tick(host: Host) -> None:
+    host.settings(s100=256)  # 1/256 mm and 50 mm/s are exact in binary
+    run = host.run("G1X80F3000\n")
+    ticks = run.events["t"].astype(np.int64)
+    assert abs(int(ticks[19000] - ticks[1500]) - 17500 * run.timer_hz // (256 * 50)) <= 1
+
+
 def test_very_slow_moves_last_as_long_as_they_should(host: Host) -> None:
     run = host.run("G1X0.02F0.01\n")  # 5 steps, 24 s each
     gaps = np.diff(run.seconds())

@@ -1,4 +1,4 @@
-"""The segment ring between two real threads."""
+"""C programs on the core's parts: the ring between two real threads, and segments through prep and the step ISR."""
 
 from __future__ import annotations
 
@@ -11,13 +11,16 @@ from wificnc.build.host import build_program
 HERE = Path(__file__).parent
 
 
-def test_segments_cross_the_ring_whole_and_in_order_under_thread_sanitizer() -> None:
-    program = build_program(
-        [HERE / "ring_threads.c"],
-        checkout_root() / "build" / "tests" / "ring_threads",
-        variant="tsan",
-        flags=["-pthread"],
-    )
+def run(name: str, variant: str, *flags: str) -> str:
+    program = build_program([HERE / f"{name}.c"], checkout_root() / "build" / "tests" / name, variant, flags)
     done = subprocess.run([program], capture_output=True, text=True, timeout=120, check=False)
     assert done.returncode == 0, done.stdout + done.stderr
-    assert "0 wrong" in done.stdout
+    return done.stdout
+
+
+def test_segments_cross_the_ring_whole_and_in_order_under_thread_sanitizer() -> None:
+    assert "0 wrong" in run("ring_threads", "tsan", "-pthread")
+
+
+def test_random_segments_make_their_exact_steps_in_their_exact_time() -> None:
+    assert "0 failures" in run("segments_exact", "release")

@@ -1,0 +1,115 @@
+/* SPDX-License-Identifier: MIT
+ * Random segments through prep and the step ISR: steps exact, time exact, position true at every event. */
+#include "hal/hal_step.h"
+#include "segment/ring.h"
+#include "step/isr.h"
+#include "step/prep.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { ROUNDS = 20000, TIMER_HZ = 20000000 };
+
+static struct trace_event events[SEGMENT_MAX_STEPS * 8];
+static struct hal_step hal;
+static struct step step;
+static struct segment_ring ring;
+static struct prep prep;
+static unsigned failures;
+
+static uint32_t random_u32(void) {
+    static uint64_t state = 88172645463325252u;
+    state ^= state << 13;
+    state ^= state >> 7;
+    state ^= state << 17;
+    return (uint32_t)(state >> 16);
+}
+
+static void check(int good, const char *what, unsigned round) {
+    if (!good && ++failures <= 10)
+        printf("round %u: %s\n", round, what);
+}
+
+static struct segment random_segment(void) {
+    struct segment segment = {.duration_ns = 1000000 + random_u32() % 9000000};
+    uint32_t scale = 1 + (random_u32() % 4 == 0 ? random_u32() % SEGMENT_MAX_STEPS : random_u32() % 60);
+    for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
+        segment.steps[ax] = (int32_t)(random_u32() % (scale + 1)) * (random_u32() % 2 != 0 ? 1 : -1);
+        segment.phase[ax] = (uint8_t)random_u32();
+        segment.phase_end[ax] = (uint8_t)random_u32();
+        if (random_u32() % 8 == 0) {
+            segment.phase[ax] = 255;
+            segment.phase_end[ax] = 0;
+        }
+    }
+    if (scale > 60) /* the timer cannot be faster than the pulses */
+        segment.duration_ns = scale * 2500;
+    segment.ramp =
+        (int16_t)(random_u32() % 3 == 0 ? SEGMENT_RAMP_ONE : (int32_t)(random_u32() % 65535) - 32767);
+    return segment;
+}
+
+static void run_until_rest(unsigned round, int32_t counted[AXIS_COUNT]) {
+    do {
+        int32_t position[AXIS_COUNT];
+        hal.now_ticks = hal.alarm_ticks;
+        hal.write = events;
+        step_isr(&step);
+        if (hal.write != events)
+            for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
+                if (events[0].step_mask >> ax & 1)
+                    counted[ax] += events[0].dir_mask >> ax & 1 ? -1 : 1;
+        (void)prep_poll(&prep);
+        if (random_u32() % 64 == 0) {
+            step_position(&step, prep.position, position);
+            check(memcmp(position, counted, sizeof position) == 0, "position is not the pulses", round);
+        }
+    } while (step.active);
+}
+
+static void one_segment(unsigned round, uint64_t *ideal_ns) {
+    struct segment segment = random_segment();
+    int32_t counted[AXIS_COUNT], wanted[AXIS_COUNT], before[AXIS_COUNT];
+    uint64_t begin = hal.now_ticks;
+    uint32_t clamped = prep.clamped;
+    memcpy(before, prep.position, sizeof before);
+    for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
+        counted[ax] = before[ax];
+        wanted[ax] = before[ax] + segment.steps[ax];
+    }
+    check(segment_ring_push(&ring, RING_OWNER_PLANNER, &segment), "the ring does not take a segment", round);
+    (void)prep_poll(&prep);
+    run_until_rest(round, counted);
+    *ideal_ns += segment.duration_ns;
+    check(memcmp(counted, wanted, sizeof counted) == 0, "not the segment's steps", round);
+    check(memcmp(prep.position, wanted, sizeof wanted) == 0, "prep lost the position", round);
+    if (prep.clamped == clamped) {
+        int64_t off = (int64_t)(hal.now_ticks - begin) - (int64_t)((uint64_t)segment.duration_ns * 2 / 100);
+        check(off >= -1 && off <= 1, "not the segment's duration", round);
+    }
+}
+
+static void position_before_the_first_event(void) {
+    struct span span = {.events = 5, .increment = {SPAN_PHASE_ONE}, .position = {7, 8, 9, 10, 11, 12}};
+    int32_t position[AXIS_COUNT];
+    step_init(&step, &hal);
+    step.ring.slots[0] = span;
+    ring_push(&step.ring.index);
+    step_position(&step, prep.position, position);
+    check(memcmp(position, span.position, sizeof position) == 0, "a span that waits counts already", 0);
+}
+
+int main(void) {
+    const struct prep_timing timing = {.timer_hz = TIMER_HZ, .min_interval_ticks = 20, .dir_setup_ticks = 10};
+    uint64_t ideal_ns = 0;
+    position_before_the_first_event();
+    segment_ring_init(&ring);
+    (void)segment_ring_claim(&ring, RING_OWNER_PLANNER);
+    step_init(&step, &hal);
+    prep_init(&prep, &ring, &step, &timing);
+    for (unsigned round = 1; round <= ROUNDS; round++)
+        one_segment(round, &ideal_ns);
+    printf("%u failures, %u intervals clamped\n", failures, prep.clamped);
+    return failures == 0 ? 0 : 1;
+}
