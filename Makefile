@@ -5,7 +5,7 @@ VENV   ?= .venv
 PY     := $(VENV)/bin/python
 WIFICNC := $(VENV)/bin/wificnc
 
-DEMO         ?= relief
+DEMO         ?= inlay
 DEMO_FILE    ?= examples/$(DEMO).nc
 DEMO_MACHINE ?= examples/machines/shapeoko3.toml
 DEMO_PICTURE ?= build/demo/$(DEMO).png

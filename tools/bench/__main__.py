@@ -15,6 +15,10 @@ METHOD = """
 Instructions: valgrind --tool=callgrind on tools/bench/drive.c. The ISR with all it calls, over long moves of three
 axes at full rate; the rest is a room's own functions and the C library below them, over the real job."""
 
+SPEED_METHOD = """
+Speed: `wificnc sim` on the real job, repeated to 40 000 lines, as a process of its own; best of three. Rates are
+without Python's start."""
+
 
 def main() -> int:
     build = build_host()
@@ -29,7 +33,7 @@ def main() -> int:
         figures += show(instructions(JOB))
     else:
         print("\nInstructions: not measured, there is no valgrind here (Debian: apt-get install valgrind).")
-    print("\nSpeed: `wificnc sim` as a process of its own, best of three; rates without Python's start.")
+    print(SPEED_METHOD)
     figures += show(wall_clock(JOB))
     broken = [figure.name for figure in figures if not figure.is_met]
     if broken:

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import importlib.util
+import os
 import re
 import shutil
 import subprocess
 import sys
+import tempfile
 from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 from lint.problem import Problem, source_files
@@ -59,12 +63,25 @@ def check_compilers(root: Path) -> list[Problem]:
     from wificnc.build.host import WARNINGS
 
     sources = [str(path) for path in source_files(root, ".c") if str(path).startswith(COMPILED)]
-    flags = ["-std=c11", "-D_POSIX_C_SOURCE=200809L", *WARNINGS, "-Werror", "-fsyntax-only"]
+    flags = ["-std=c11", "-D_POSIX_C_SOURCE=200809L", *WARNINGS, "-Werror", *(f"-I{path}" for path in INCLUDE_PATHS)]
     problems = []
-    for name in ("gcc", "clang"):
-        if sources and (path := shutil.which(name)):
-            problems += run_tool(root, [path, *flags, *(f"-I{folder}" for folder in INCLUDE_PATHS), *sources])
+    for path in filter(None, map(shutil.which, ("gcc", "clang"))):
+        problems += run_tool(root, [path, *flags, "-fsyntax-only", *sources]) if sources else []
+    if importlib.util.find_spec("ziglang"):
+        problems += _check_zig(root, flags, sources)
     return problems
+
+
+def _check_zig(root: Path, flags: Sequence[str], sources: Sequence[str]) -> list[Problem]:
+    """PyPI's zig, the newest clang of them all. It cannot check without compiling, nor several files at once."""
+
+    def check(source: str) -> list[Problem]:
+        with tempfile.TemporaryDirectory() as scratch:
+            argv = [*module("ziglang"), "cc", *flags, "-c", source, "-o", f"{scratch}/object.o"]
+            return run_tool(root, argv)
+
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        return [problem for problems in pool.map(check, sources) for problem in problems]
 
 
 def check_generated(root: Path) -> list[Problem]:
