@@ -121,6 +121,8 @@ static enum host_wait run(struct host *host, uint64_t max_events, uint64_t until
     while (budget != 0) {
         bool any = host_follow_edges(host);
         any |= machine_poll(machine);
+        if (!host->input_follows && rx_free(&machine->rx) == RX_SIZE)
+            machine_input_pause(machine);
         uint32_t room = rx_free(&machine->rx);
         bool takes_more = machine->stage == TASK_NONE && !plan_is_full(&machine->motion.plan);
         if (host->input_follows && room == RX_SIZE && takes_more)

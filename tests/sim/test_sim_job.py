@@ -42,8 +42,11 @@ def test_a_move_takes_its_time(library):
 
 def test_rapids_and_cuts_are_told_apart(library):
     result = run(library, "G0X50\nG1X100F3000\n")
-    assert result.rapid_time_s == pytest.approx(50 / 83.33 + 83.33 / 500, rel=0.08)
-    assert result.cutting_time_s == pytest.approx(50 / 50 + 50 / 500, rel=0.08)
+    top, cut, accel = 5000 / 60, 50.0, 500.0  # the rapid brakes to the cut's speed, the cut to a stop
+    up_mm, down_mm = top**2 / (2 * accel), (top**2 - cut**2) / (2 * accel)
+    rapid_s = top / accel + (top - cut) / accel + (50 - up_mm - down_mm) / top
+    assert result.rapid_time_s == pytest.approx(rapid_s, rel=0.02)
+    assert result.cutting_time_s == pytest.approx(50 / cut + cut / (2 * accel), rel=0.02)
     assert result.dwell_time_s == pytest.approx(0.0, abs=5e-3)
 
 
