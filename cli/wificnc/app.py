@@ -17,6 +17,14 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "pins": ("pins", "Generate pin_config.h of a board."),
     "build": ("build", "Build the firmware of a board, or the host controller."),
     "sim": ("sim", "Run a G-code job through the real core in virtual time."),
+    "send": ("send", "Stream a G-code job to a controller."),
+    "status": ("status", "Show where a machine stands and what it does."),
+    "jog": ("jog", "Move a machine by hand."),
+    "home": ("home", "Find the machine's zero."),
+    "probe": ("probe", "Move until the probe touches."),
+    "unlock": ("unlock", "Leave an alarm."),
+    "settings": ("settings", "Read, change, keep and compare settings."),
+    "monitor": ("monitor", "Talk to a controller by hand."),
 }
 
 

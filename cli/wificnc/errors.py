@@ -52,3 +52,21 @@ class JobError(UserError):
     """A G-code job cannot be read or holds an error."""
 
     exit_code = Exit.JOB
+
+
+class LinkError(UserError):
+    """A controller cannot be reached, is busy, or went away."""
+
+    exit_code = Exit.DEVICE
+
+
+class ProtocolError(UserError):
+    """Something answers, but not as a controller does."""
+
+    exit_code = Exit.PROTOCOL
+
+
+class RefusedError(UserError):
+    """The controller understood, and said no."""
+
+    exit_code = Exit.JOB

@@ -323,7 +323,7 @@ void sim_result(const struct sim *sim, struct sim_result *out) {
     struct measured measured;
     measure_result(sim->measure, &measured);
     *out = (struct sim_result){
-        .job_ticks = sim->end_ticks - sim->begin_ticks,
+        .job_ticks = (sim->finished ? sim->end_ticks : host_time_ticks(sim->host)) - sim->begin_ticks,
         .cutting_ticks = measured.cutting_ticks,
         .rapid_ticks = measured.rapid_ticks,
         .lines = sim->text.file_lines,

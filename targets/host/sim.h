@@ -61,7 +61,7 @@ const char *sim_message_at(const struct sim *sim, size_t index);
 /** Figures measured from the step edges. Speeds and accelerations: box windows of 10 ms (see measure.h). */
 struct sim_result {
     struct host_counters counters;
-    uint64_t job_ticks;                  /* from sim_load() to the last step edge or dwell end */
+    uint64_t job_ticks;                  /* from sim_load() to the last step edge or dwell end, or to now */
     uint64_t cutting_ticks, rapid_ticks; /* of these; the rest is dwell */
     uint64_t lines;                      /* of the file */
     uint64_t percent_lines;              /* not sent: they begin with % */

@@ -1,0 +1,202 @@
+"""`wificnc send FILE`: stream a job to a controller."""
+
+from __future__ import annotations
+
+import ctypes
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import rich_click as click
+
+from wificnc import ui
+from wificnc.build.host import ensure_host_library
+from wificnc.commands._target import json_option, position_json, target_option
+from wificnc.errors import BuildError, Exit, JobError, UserError
+from wificnc.job.estimate import Estimate
+from wificnc.job.fate import fate_lines
+from wificnc.job.native import load_rebuild
+from wificnc.job.program import JobLine, Program, read_program
+from wificnc.job.resume import Approach, MachineFacts, Resume, plan_resume
+from wificnc.job.run import End, JobRun, Outcome, RunOptions
+from wificnc.keyboard import Keyboard
+from wificnc.link.client import Client, connected, expect_state
+from wificnc.live import JobDisplay, clock, final_position
+from wificnc.sim.job import read_job
+from wificnc.sim.native import load_library
+
+MM_PER_INCH = 25.4
+EXITS = {End.FINISHED: Exit.OK, End.LINK_LOST: Exit.DEVICE, End.RESET: Exit.DEVICE, End.SURPLUS: Exit.PROTOCOL}
+
+
+@dataclass(frozen=True)
+class SendOptions:
+    """The command line."""
+
+    file: Path
+    from_line: int | None
+    approach: Approach
+    yes: bool
+    keep_going: bool
+    dry_run: bool
+
+
+@click.command()
+@click.argument("file", type=click.Path(path_type=Path))
+@target_option
+@click.option(
+    "--from-line", type=click.IntRange(min=1), metavar="N", help="Resume: rebuild the state, begin at line N."
+)
+@click.option(
+    "--safe-z", type=float, metavar="MM", help="Resume: cross over the work at this height, work coordinates."
+)
+@click.option("--spindle-wait", type=click.FloatRange(min=0), default=4.0, show_default=True, metavar="S",
+              help="Resume: time for the spindle to run up.")  # fmt: skip
+@click.option("--plunge-feed", type=click.FloatRange(min=0, min_open=True), default=200.0, show_default=True,
+              metavar="MM/MIN", help="Resume: feed of the way down.")  # fmt: skip
+@click.option("-y", "--yes", is_flag=True, help="Resume without asking.")
+@click.option("--keep-going", is_flag=True, help="Go on after a line that is refused; list them all at the end.")
+@click.option("--dry-run", is_flag=True, help="Check mode ($C): the controller reads every line and moves nothing.")
+@json_option
+@click.pass_context
+def command(
+    ctx: click.Context, file: Path, target: str, from_line: int | None, safe_z: float | None, spindle_wait: float,
+    plunge_feed: float, yes: bool, keep_going: bool, dry_run: bool, as_json: bool,
+) -> None:  # fmt: skip
+    """Stream a G-code FILE to a controller.
+
+    Keys while it runs: ! hold, ~ resume, + - feed override, 0 back to 100 %, x reset, q quit. Ctrl-C holds the feed
+    and asks; a second one resets at once.
+    """
+    approach = Approach(safe_z, spindle_wait, plunge_feed)
+    options = SendOptions(file, from_line, approach, yes, keep_going, dry_run)
+    program = read_program(file.name, read_job(file))
+    with connected(target) as client:
+        outcome = send(client, program, options)
+    show(file.name, outcome)
+    if as_json:
+        ui.emit_json(outcome_json(str(file), outcome))
+    ctx.exit(EXITS.get(outcome.end, Exit.JOB) if not outcome.errors else Exit.JOB)
+
+
+def send(client: Client, program: Program, options: SendOptions) -> Outcome:
+    """The whole conversation."""
+    expect_state(client, "Idle")
+    client.synchronise()
+    built = client.options()
+    settings = client.settings()
+    lines, preamble = program.lines, 0
+    if options.from_line:
+        resume = resume_plan(client, program, settings, options)
+        confirm(resume, options)
+        lines, preamble = resume.lines, len(resume.preamble)
+    with estimate(lines, settings, client) as times, check_mode(client, options.dry_run):
+        run = RunOptions(built, options.keep_going, options.dry_run, times, preamble)
+        with Keyboard() as keys, JobDisplay(options.file.name) as display:
+            return JobRun(client, lines, display, keys, run).run()
+
+
+@contextmanager
+def check_mode(client: Client, on: bool) -> Iterator[None]:
+    """$C around a dry run. Switching it off resets the controller, as Grbl does."""
+    if on:
+        client.must("$C")
+    yield
+    if on:
+        client.send(b"$C\n")
+
+
+@contextmanager
+def estimate(lines: tuple[JobLine, ...], settings: dict[int, str], client: Client) -> Iterator[Estimate | None]:
+    """The simulator's times while the job runs; None where there is no simulator."""
+    try:
+        library = load_library(ensure_host_library())
+    except BuildError as err:
+        ui.note(f"no time estimate: {err.message.splitlines()[0]}")
+        yield None
+        return
+    times = Estimate(library, lines, settings, len(client.now().mpos))
+    try:
+        yield times
+    finally:
+        times.stop()
+
+
+def resume_plan(client: Client, program: Program, settings: dict[int, str], options: SendOptions) -> Resume:
+    assert options.from_line
+    library: ctypes.CDLL = load_rebuild(ensure_host_library())
+    return plan_resume(library, program, options.from_line, machine_facts(client, settings), options.approach)
+
+
+def machine_facts(client: Client, settings: dict[int, str]) -> MachineFacts:
+    """What the controller says of itself, in mm. Reports are in inches with $13=1."""
+    scale = MM_PER_INCH if settings.get(13) == "1" else 1.0
+    now = client.look()
+    return MachineFacts(
+        axis_count=len(now.mpos),
+        work_mm=tuple(scale * value for value in now.wpos),
+        machine_mm=tuple(scale * value for value in now.mpos),
+        offsets={key: tuple(scale * value for value in values) for key, values in client.offsets().items()},
+        laser=settings.get(32) == "1",
+    )
+
+
+def confirm(resume: Resume, options: SendOptions) -> None:
+    """Show what will be done first, and ask. Raises UserError when nobody can be asked, JobError after a no."""
+    ui.talk.print(f"Before line {resume.line} these lines are sent:")
+    for line in resume.preamble:
+        ui.talk.print(f"    {line.code}", markup=False)
+    ui.talk.print(f"then {options.file.name} from line {resume.rest[0].number}:")
+    ui.talk.print(f"    {resume.rest[0].text.strip()}", markup=False, soft_wrap=True)
+    for note in resume.notes:
+        ui.warn(note)
+    if options.yes or options.dry_run:
+        return
+    if not sys.stdin.isatty():
+        raise UserError("a resume asks before the first motion, and nobody is here to answer", hint="--yes in scripts")
+    if not click.confirm("Is the way there free, and shall it begin?", err=True):
+        raise JobError("nothing was sent")
+
+
+def show(file: str, outcome: Outcome) -> None:
+    """The summary."""
+    for line in fate_lines(outcome):
+        ui.talk.print(line, markup=False, soft_wrap=True)
+    verdict = (
+        "finished" if outcome.complete else "finished with errors" if outcome.end is End.FINISHED else "NOT finished"
+    )
+    ui.talk.print(
+        f"[bold]{file}[/] {verdict}: {outcome.answered:,} of {outcome.lines:,} lines, "
+        f"{len(outcome.errors)} error{'s' * (len(outcome.errors) != 1)}, {clock(outcome.elapsed_s)}",
+        soft_wrap=True,
+    )
+    ui.talk.print(f"at {final_position(outcome.snapshot)}", soft_wrap=True)
+
+
+def outcome_json(file: str, outcome: Outcome) -> dict[str, Any]:
+    """The document of --json. The keys are a contract with scripts."""
+
+    def number(line: JobLine | None) -> int | None:
+        return line.number if line else None
+
+    return {
+        "file": file,
+        "end": outcome.end.value,
+        "detail": outcome.detail,
+        "lines": outcome.lines,
+        "lines_sent": outcome.sent,
+        "lines_answered": outcome.answered,
+        "last_answered_line": number(outcome.last_answered),
+        "unanswered_lines": [line.number for line in outcome.unanswered],
+        "errors": [
+            {"line": error.line.number, "code": error.code, "text": error.line.text} for error in outcome.errors
+        ],
+        "elapsed_s": round(outcome.elapsed_s, 3),
+        "state": outcome.snapshot.state,
+        "work_position": position_json(outcome.snapshot.wpos),
+        "machine_position": position_json(outcome.snapshot.mpos),
+        "messages": list(outcome.messages),
+    }

@@ -1,0 +1,51 @@
+"""What became of the lines of a job that did not end well, in words: the last acknowledged, those in doubt, the rest."""
+
+from __future__ import annotations
+
+from wificnc.job.program import JobLine
+from wificnc.job.run import End, Outcome
+
+UNKNOWN_LOOK_AHEAD = "the look-ahead"
+
+
+def fate_lines(outcome: Outcome) -> list[str]:
+    """Nothing for a job that finished."""
+    if outcome.end is End.FINISHED:
+        return []
+    lines = [f"{outcome.end.value}: {outcome.detail}" if outcome.detail else outcome.end.value]
+    lines.append(_acknowledged(outcome))
+    if outcome.unanswered:
+        lines.append(_unanswered(outcome))
+    if (again := _resume_at(outcome)) is not None:
+        lines.append(f"To go on later: --from-line {again}, or an earlier line with a safe approach")
+    return lines
+
+
+def _acknowledged(outcome: Outcome) -> str:
+    last = outcome.last_answered
+    if last is None:
+        return "No line was acknowledged."
+    doubt = " (its ok may come from the reset itself)" if outcome.end is End.RESET else ""
+    text = f"Last line acknowledged: {last.title}{doubt}."
+    if outcome.end is End.LINK_LOST:
+        return f"{text} The machine goes on with what it has."
+    ahead = f"the last {outcome.planner_blocks} moves of" if outcome.planner_blocks else "the last moves of"
+    return f"{text} It was in the look-ahead: {ahead} what was acknowledged may not have been made."
+
+
+def _unanswered(outcome: Outcome) -> str:
+    first, last = outcome.unanswered[0], outcome.unanswered[-1]
+    which = first.title if first is last else f"{first.title} to {last.title}"
+    if outcome.end is End.LINK_LOST:
+        return f"Sent and not acknowledged: {which}. They may be executed now, in whole or in part."
+    return f"Sent and not acknowledged: {which}. The first may have been begun; the others were not."
+
+
+def _resume_at(outcome: Outcome) -> int | None:
+    """The first line that is not certain to be done."""
+    candidates: list[JobLine] = [error.line for error in outcome.errors[:1]] if outcome.end is End.ERROR else []
+    candidates += [line for line in (outcome.last_answered,) if line]
+    numbers = [line.number for line in candidates if line.number]
+    if not numbers:
+        return None
+    return max(1, min(numbers) - outcome.planner_blocks)

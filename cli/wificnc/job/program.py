@@ -1,0 +1,131 @@
+"""A G-code file -> the lines that go to the controller.
+
+Comments and blanks stay here: that saves a third of the bytes, and a `!`, `?`, `~` or UTF-8 byte in a comment never
+gets near a controller, which would take it for a real-time command. The same bytes in code are an error before the
+job begins. Line numbers are those of the file, as editors and `wificnc sim` count them.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+
+from wificnc.errors import JobError
+
+WORD = re.compile(r"([A-Z])([-+]?[0-9]*\.?[0-9]*)")
+CODE_CHARACTERS = frozenset(range(0x21, 0x7F)) - set(b"!?~")
+FAULTS_SHOWN = 5
+
+
+@dataclass(frozen=True)
+class JobLine:
+    """One line of the job."""
+
+    number: int  # 1-based in the file; 0 = put in front by --from-line
+    text: str  # as it stands in the file, for people
+    wire: bytes
+
+    @property
+    def code(self) -> str:
+        """Without comments and blanks, upper case."""
+        return self.wire.decode("ascii").rstrip("\n")
+
+    @property
+    def alone(self) -> bool:
+        """$ lines are refused while the machine moves."""
+        return self.wire.startswith(b"$")
+
+    @property
+    def title(self) -> str:
+        """line 12 (G1 X10)"""
+        return f"line {self.number} ({self.text.strip()})" if self.number else f"the resume's line {self.code}"
+
+
+@dataclass(frozen=True)
+class Program:
+    """A file's lines, without those that say nothing to a controller."""
+
+    lines: tuple[JobLine, ...]
+    file_lines: int
+    percent_lines: int
+
+    @property
+    def longest(self) -> int:
+        """Bytes of the longest line on the wire."""
+        return max((len(line.wire) for line in self.lines), default=0)
+
+
+def split_lines(data: bytes) -> list[bytes]:
+    """Lines as the controller counts them: LF, CR and CR LF end one, and nothing else does."""
+    text = data.removeprefix(b"\xef\xbb\xbf").replace(b"\r\n", b"\n").replace(b"\r", b"\n")
+    lines = text.split(b"\n")
+    return lines[:-1] if not lines[-1].rstrip(b"\x1a") else lines
+
+
+def printable(text: bytes) -> str:
+    """A line for people: UTF-8 where it is, escapes where it is not fit to print."""
+    decoded = text.decode("utf-8", "backslashreplace")
+    return "".join(c if c.isprintable() or c == "\t" else f"\\x{ord(c):02x}" for c in decoded).rstrip()
+
+
+def code_of(line: bytes) -> bytes:
+    """The line without blanks and comments, upper case: what the controller keeps of it."""
+    kept = bytearray()
+    at = 0
+    while at < len(line):
+        byte = line[at]
+        if byte == ord(";"):
+            break
+        if byte == ord("("):
+            end = line.find(b")", at)
+            if end < 0:
+                break
+            at = end
+        elif byte > ord(" "):
+            kept.append(byte)
+        elif byte not in b" \t\v\f":
+            kept.append(byte)  # a control character: found by read_program()
+        at += 1
+    return bytes(kept).upper()
+
+
+def read_program(name: str, data: bytes) -> Program:
+    """The lines of a job.
+
+    Raises:
+        JobError: code holds bytes that a controller takes for real-time commands, or nothing is there to send.
+    """
+    lines: list[JobLine] = []
+    faults: list[str] = []
+    percent = 0
+    raw_lines = split_lines(data)
+    for number, raw in enumerate(raw_lines, 1):
+        code = code_of(raw)
+        if code.startswith(b"%"):
+            percent += 1
+        elif bad := [byte for byte in code if byte not in CODE_CHARACTERS]:
+            faults.append(f"{name}:{number}: {_byte_name(bad[0])} is no G-code: {printable(raw)}")
+        elif code:
+            lines.append(JobLine(number, printable(raw), code + b"\n"))
+    if faults:
+        more = [f"and {len(faults) - FAULTS_SHOWN} more lines like these"] if len(faults) > FAULTS_SHOWN else []
+        raise JobError("\n".join([*faults[:FAULTS_SHOWN], *more]), hint="nothing was sent; mend the file first")
+    if not lines:
+        raise JobError(f"{name} holds no G-code")
+    return Program(tuple(lines), len(raw_lines), percent)
+
+
+def _byte_name(byte: int) -> str:
+    names = {ord("!"): "! (feed hold)", ord("~"): "~ (resume)", ord("?"): "? (status)", 0x18: "Ctrl-X (reset)"}
+    return names.get(byte) or (f"byte 0x{byte:02X}")
+
+
+def words_of(code: str) -> list[tuple[str, float]]:
+    """Letters with their numbers, as far as they are plain: [("G", 1.0), ("X", 10.0)]."""
+    found = []
+    for letter, number in WORD.findall(code):
+        try:
+            found.append((letter, float(number)))
+        except ValueError:
+            continue
+    return found

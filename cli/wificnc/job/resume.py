@@ -1,0 +1,263 @@
+"""Resume in the middle of a job: what the lines before have set, and the lines that set it again, safely.
+
+The lines before N run through the core's own parser twice, from two different places. What comes out the same does
+not depend on where the machine stood when the job began, and is known; an axis that moved and comes out different
+cannot be known, and the resume is refused rather than guessed.
+
+The way back: first Z up to the highest place that the job has used, then the spindle and time for it to run up, then
+X, Y and the turning axes, then Z down at a careful feed. The modal words of line N come last.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field, replace
+
+from wificnc.errors import JobError
+from wificnc.job.native import AXES, ModalState, Rebuild
+from wificnc.job.program import JobLine, Program, words_of
+from wificnc.link.client import error_words
+
+SPINDLE_WAIT_S = 4.0
+PLUNGE_MM_MIN = 200.0
+Z = AXES.index("Z")
+SAME_MM = 1e-6
+CHECK_MM = 1e-4
+ELSEWHERE_MM = (137.25, -91.5, 53.125, 31.75, -17.5, 71.25)  # any place that no program ends at by chance
+
+MOTION_CODES = {0.0, 1.0, 2.0, 3.0, 5.0, 5.1, 33.0, 38.2, 38.3, 38.4, 38.5, 73.0, 76.0, *map(float, range(80, 90))}
+AXES_FOR_OTHERS = {10.0, 28.0, 28.1, 30.0, 30.1, 43.0, 43.1, 92.0, 92.1}
+
+
+@dataclass(frozen=True)
+class MachineFacts:
+    """What the controller says of itself before the resume; mm."""
+
+    axis_count: int
+    work_mm: tuple[float, ...]
+    machine_mm: tuple[float, ...]
+    offsets: dict[str, tuple[float, ...]] = field(default_factory=dict)  # rows of $#; empty = it does not tell
+    laser: bool = False
+
+
+@dataclass(frozen=True)
+class Approach:
+    """How to go back to the work."""
+
+    safe_z_mm: float | None = None  # work coordinates; None = the highest Z of the lines before
+    spindle_wait_s: float = SPINDLE_WAIT_S
+    plunge_mm_min: float = PLUNGE_MM_MIN
+
+
+@dataclass(frozen=True)
+class Resume:
+    """A job from line N on."""
+
+    line: int
+    state: ModalState
+    preamble: tuple[JobLine, ...]
+    rest: tuple[JobLine, ...]
+    notes: tuple[str, ...]
+
+    @property
+    def lines(self) -> tuple[JobLine, ...]:
+        return (*self.preamble, *self.rest)
+
+
+@dataclass(frozen=True)
+class _Known:
+    """The state at line N, and which axes' places are known."""
+
+    state: ModalState
+    axes: tuple[bool, ...]
+    top_work_mm: float | None
+
+
+def plan_resume(
+    library: ctypes.CDLL, program: Program, line: int, facts: MachineFacts, approach: Approach | None = None
+) -> Resume:
+    """What to send to go on from a line of the file.
+
+    Raises:
+        JobError: there is no such line, or what comes before it cannot be rebuilt with certainty.
+    """
+    before = [job_line for job_line in program.lines if job_line.number < line]
+    rest = [job_line for job_line in program.lines if job_line.number >= line]
+    if not 1 <= line <= program.file_lines or not rest:
+        last = program.lines[-1].number
+        raise JobError(f"there is nothing to send from line {line} on: the last line with code is {last}")
+    known = _known_state(library, before, facts)
+    preamble = _preamble(known, facts, approach or Approach())
+    _check(library, known, preamble, facts)
+    rest = _with_motion(known.state, rest)
+    return Resume(line, known.state, tuple(_job_line(code) for code in preamble), tuple(rest), _notes(known))
+
+
+def _known_state(library: ctypes.CDLL, before: Sequence[JobLine], facts: MachineFacts) -> _Known:
+    here = _run(library, before, facts, [0.0] * len(AXES), perturb=False)
+    there = _run(library, before, facts, ELSEWHERE_MM, perturb=not facts.offsets)
+    if here.g92_mm != _row(facts, "G92"):
+        raise JobError(
+            "the lines before set a G92 offset, which depends on where the machine stood",
+            hint="set it by hand and cut the file there, or use G10 L2 / G54 in the program",
+        )
+    known = tuple(abs(a - b) < SAME_MM for a, b in zip(here.work_mm, there.work_mm, strict=True))
+    lost = [AXES[i] for i in range(facts.axis_count) if not known[i] and (here.moved[i] or there.moved[i])]
+    if lost:
+        raise JobError(
+            f"where {' and '.join(lost)} should be cannot be known: it depends on where the job began",
+            hint="relative moves (G91), G28, G30 and G53 do this; resume behind a line with absolute coordinates",
+        )
+    top, other = (state.top_z_mm - (state.machine_mm[Z] - state.work_mm[Z]) for state in (here, there))
+    return _Known(here, known, top if abs(top - other) < SAME_MM else None)
+
+
+def _run(
+    library: ctypes.CDLL, lines: Iterable[JobLine], facts: MachineFacts, start_mm: Sequence[float], perturb: bool
+) -> ModalState:
+    """The state after the lines, begun at a place. perturb: with offsets other than those of the first run."""
+    with Rebuild(library, facts.axis_count) as rebuild:
+        rebuild.set_position(start_mm)
+        for row, values in facts.offsets.items():
+            rebuild.set_offset(row, values)
+        if perturb:
+            for row in ("G54", "G55", "G56", "G57", "G58", "G59", "G28", "G30"):
+                rebuild.set_offset(row, [3.0 * value for value in ELSEWHERE_MM])
+        for job_line in lines:
+            if code := rebuild.line(job_line.wire[:-1]):
+                raise JobError(f"{job_line.title}, before the resume: {error_words(code)}")
+        return rebuild.state()
+
+
+def _row(facts: MachineFacts, row: str) -> tuple[float, ...]:
+    return (*facts.offsets.get(row, ()), *[0.0] * len(AXES))[: len(AXES)]
+
+
+def _preamble(known: _Known, facts: MachineFacts, approach: Approach) -> list[str]:
+    """The lines in front of line N. All in mm and absolute, until the last ones."""
+    state = known.state
+    safe = _safe_z(known, facts, approach)
+    spindle = _spindle(state, facts, approach)
+    lines = [f"G21G90G94G17{state.wcs}"]
+    if abs(state.tool_length_mm - (facts.offsets.get("TLO") or (0.0,))[0]) > SAME_MM:
+        lines.append(f"G43.1Z{number(state.tool_length_mm)}" if state.tool_length_mm else "G49")
+    lines += [f"G0Z{number(safe)}"] if safe is not None else []
+    lines += [f"T{state.tool}"] if state.tool else []
+    lines += [] if facts.laser else spindle
+    across = [f"{AXES[i]}{number(state.work_mm[i])}" for i in range(facts.axis_count) if i != Z and known.axes[i]]
+    lines += ["G0" + "".join(across)] if across else []
+    lines += state.coolant
+    if safe is not None and known.axes[Z] and state.work_mm[Z] < safe - SAME_MM:
+        down = number(state.work_mm[Z])
+        lines.append(f"G0Z{down}" if facts.laser else f"G1Z{down}F{number(approach.plunge_mm_min)}")
+    return [*lines, *_modal_words(state), *(spindle if facts.laser else [])]
+
+
+def _safe_z(known: _Known, facts: MachineFacts, approach: Approach) -> float | None:
+    """Where to cross over the work; None when the job has not moved Z and nobody asked. Never below where Z is."""
+    if facts.axis_count <= Z:
+        return None
+    state = known.state
+    offset_z = state.machine_mm[Z] - state.work_mm[Z]
+    here = facts.machine_mm[Z] - offset_z if facts.offsets else facts.work_mm[Z]
+    if approach.safe_z_mm is not None:
+        return max(here, approach.safe_z_mm)
+    if known.top_work_mm is not None:
+        return max(here, known.top_work_mm)
+    if math.isnan(state.top_z_mm):
+        return None
+    raise JobError("a safe height cannot be found in the lines before", hint="give one: --safe-z MM, work coordinates")
+
+
+def _spindle(state: ModalState, facts: MachineFacts, approach: Approach) -> list[str]:
+    """Spindle (or beam) on, and time to run up."""
+    speed = f"S{number(state.spindle_rpm)}" if state.spindle_rpm else ""
+    if state.spindle == "M5":
+        return [speed] if speed else []
+    wait = [] if facts.laser or not approach.spindle_wait_s else [f"G4P{number(approach.spindle_wait_s)}"]
+    return [f"{state.spindle}{speed}", *wait]
+
+
+def _modal_words(state: ModalState) -> list[str]:
+    """The modes of line N, where they differ from the preamble's. F is in mm/min, so it stands before G20."""
+    lines = [f"F{number(state.feed_mm_min)}"] if state.feed_mm_min else []
+    modes = [
+        word for word, usual in ((state.plane, "G17"), (state.distance, "G90"), (state.units, "G21")) if word != usual
+    ]
+    modes += ["G90.1"] if state.arc_absolute else []
+    if state.path != "G64":
+        modes.append(state.path)
+    elif state.path_tolerance_mm:
+        lines.append(f"G64P{number(state.path_tolerance_mm)}")
+    lines += ["".join(modes)] if modes else []
+    if _motion_stands_alone(state):
+        lines.append(state.motion)
+    return lines + ([state.feed_mode] if state.feed_mode != "G94" else [])
+
+
+def _motion_stands_alone(state: ModalState) -> bool:
+    """Whether the motion word can be sent without a motion: arcs and probes cannot, and G1 needs its F."""
+    return state.motion in ("G0", "G80") or (state.motion == "G1" and state.feed_mm_min > 0)
+
+
+def _with_motion(state: ModalState, rest: Sequence[JobLine]) -> list[JobLine]:
+    """Give the first line that relies on the motion mode its word, when that could not be sent before."""
+    lines = list(rest)
+    if _motion_stands_alone(state):
+        return lines
+    for i, job_line in enumerate(lines):
+        words = words_of(job_line.code)
+        codes = {value for letter, value in words if letter == "G"}
+        if codes & MOTION_CODES or ("M", 2.0) in words or ("M", 30.0) in words:
+            break
+        if any(letter in AXES for letter, _ in words) and not codes & AXES_FOR_OTHERS:
+            lines[i] = replace(job_line, wire=state.motion.encode() + job_line.wire)
+            break
+    return lines
+
+
+def _check(library: ctypes.CDLL, known: _Known, preamble: Sequence[str], facts: MachineFacts) -> None:
+    """The preamble through the same parser must end where the lines before did."""
+    state = _run(library, [_job_line(code) for code in preamble], facts, facts.machine_mm, perturb=False)
+    motion = known.state.motion if _motion_stands_alone(known.state) else state.motion
+    wanted = replace(known.state, motion=motion)
+    for name in ("motion", "path", "wcs", "plane", "units", "distance", "feed_mode", "spindle", "coolant", "tool",
+                 "arc_absolute"):  # fmt: skip
+        _same(name, getattr(state, name), getattr(wanted, name))
+    for name in ("feed_mm_min", "spindle_rpm", "tool_length_mm", "path_tolerance_mm"):
+        _near(name, getattr(state, name), getattr(wanted, name))
+    for i in range(facts.axis_count):
+        if known.axes[i]:
+            _near(AXES[i], state.work_mm[i], wanted.work_mm[i])
+
+
+def _same(name: str, got: object, wanted: object) -> None:
+    if got != wanted:
+        raise JobError(f"the resume would set {name} to {got}, and the job had {wanted}", hint="please report this job")
+
+
+def _near(name: str, got: float, wanted: float) -> None:
+    if abs(got - wanted) > max(CHECK_MM, 1e-6 * abs(wanted)):
+        _same(name, got, wanted)
+
+
+def _notes(known: _Known) -> tuple[str, ...]:
+    notes = []
+    if known.state.stored:
+        notes.append("lines before store offsets (G10, G28.1, G30.1): they are taken to be in the controller already")
+    still = [axis for axis, is_known in zip(AXES[:3], known.axes, strict=False) if not is_known]
+    if still:
+        notes.append(f"{' and '.join(still)} stays where it is: the lines before do not move it")
+    return tuple(notes)
+
+
+def number(value: float) -> str:
+    """12.5, -0.00254, 3: at most five decimals, no trailing zeros, no exponent."""
+    text = f"{value:.5f}".rstrip("0").rstrip(".")
+    return "0" if text == "-0" else text
+
+
+def _job_line(code: str) -> JobLine:
+    return JobLine(0, code, code.encode("ascii") + b"\n")

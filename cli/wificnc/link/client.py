@@ -1,0 +1,299 @@
+"""One conversation with a controller: connect, ask, answer, look. Keeps what the last reports said."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+
+from wificnc.errors import LinkError, ProtocolError, RefusedError
+from wificnc.link import realtime
+from wificnc.link.alarms import alarm_words
+from wificnc.link.protocol import (
+    Alarm,
+    Banner,
+    Bracket,
+    Error,
+    LineSplitter,
+    Message,
+    Ok,
+    Options,
+    SettingLine,
+    Status,
+    parse,
+    parse_coordinates,
+    parse_options,
+)
+from wificnc.link.transport import Transport, open_transport
+from wificnc.link.words import ERRORS
+
+CONNECT_S = 5.0  # a board that resets when its port is opened needs two of them
+ANSWER_S = 5.0
+ASK_EVERY_S = 0.5
+POLL_EVERY_S = 0.2  # status reports while something moves
+FALLBACK_RX_BYTES = 120  # a controller that does not say: Grbl's 128, less a reserve
+
+# What stops half a line of somebody who vanished from being run together with ours: an error in every position.
+BREAK_HALF_LINE = b")$\n"
+ECHO_REQUEST = b"$\n"  # answered with [HLP:…] and ok in every state
+
+
+def error_words(code: int) -> str:
+    """error:22 a feed rate is missing (F)"""
+    return f"error:{code} {ERRORS.get(code, 'an error that this program does not know')}"
+
+
+@dataclass(frozen=True)
+class Snapshot:
+    """Where the machine stands, put together from the last reports."""
+
+    status: Status
+    wco: tuple[float, ...]
+    overrides: tuple[int, int, int] | None
+    accessories: str
+
+    @property
+    def mpos(self) -> tuple[float, ...]:
+        """Machine position, in the unit of the reports."""
+        if self.status.mpos is not None:
+            return self.status.mpos
+        return tuple(work + offset for work, offset in zip(self.status.wpos or (), self._offsets(), strict=False))
+
+    @property
+    def wpos(self) -> tuple[float, ...]:
+        """Work position, in the unit of the reports."""
+        if self.status.wpos is not None:
+            return self.status.wpos
+        return tuple(round(at - offset, 6) for at, offset in zip(self.status.mpos or (), self._offsets(), strict=False))
+
+    @property
+    def state(self) -> str:
+        """Idle, Hold:0, …"""
+        sub = self.status.substate
+        return self.status.state if sub is None else f"{self.status.state}:{sub}"
+
+    def _offsets(self) -> tuple[float, ...]:
+        count = len(self.status.mpos or self.status.wpos or ())
+        return (*self.wco, *[0.0] * count)[:count]
+
+
+@dataclass(frozen=True)
+class Answer:
+    """What one line brought: 0 or the error's number, and all that was said before it."""
+
+    code: int
+    messages: tuple[Message, ...]
+
+    def brackets(self, key: str) -> list[str]:
+        return [message.body for message in self.messages if isinstance(message, Bracket) and message.key == key]
+
+
+class ControllerReset(LinkError):
+    """The controller started anew in the middle of a conversation."""
+
+
+class Client:
+    """Owns a transport. Not thread-safe."""
+
+    def __init__(self, transport: Transport, clock: Callable[[], float] = time.monotonic) -> None:
+        self.transport = transport
+        self.clock = clock
+        self.banner: Banner | None = None
+        self.snapshot: Snapshot | None = None
+        self.reports = 0
+        self.heard = clock()  # when bytes last came
+        self._splitter = LineSplitter()
+
+    # ---- bytes ----
+
+    def wait(self, timeout_s: float, others: Sequence[int] = ()) -> None:
+        self.transport.wait(timeout_s, others)
+
+    def receive(self) -> list[Message]:
+        """Messages that have come; reports are also kept as the snapshot. Never waits. Raises LinkError."""
+        data = self.transport.receive()
+        if not data:
+            return []
+        self.heard = self.clock()
+        messages = [parse(line) for line in self._splitter.take(data)]
+        for message in messages:
+            if isinstance(message, Status):
+                self._look(message)
+            elif isinstance(message, Banner):
+                self.banner = message
+        return messages
+
+    def send(self, data: bytes) -> None:
+        self.transport.send(data)
+
+    def close(self) -> None:
+        self.transport.close()
+
+    def _look(self, status: Status) -> None:
+        before = self.snapshot
+        self.reports += 1
+        self.snapshot = Snapshot(
+            status,
+            status.wco if status.wco is not None else before.wco if before else (),
+            status.overrides or (before.overrides if before else None),
+            status.accessories if status.overrides else before.accessories if before else "",
+        )
+
+    # ---- conversation ----
+
+    def connect(self, patience_s: float = CONNECT_S) -> Snapshot:
+        """Ask for a status report until one comes.
+
+        Raises:
+            LinkError: nobody answers.
+            ProtocolError: what answers is no Grbl controller.
+        """
+        said: list[Message] = []
+        for message in self._asking(patience_s):
+            if isinstance(message, Status):
+                return self.now()
+            said.append(message)
+            if isinstance(message, Bracket) and message.body == "Reset to continue":
+                raise LinkError(
+                    f"{self.transport.name} is in an alarm that only a reset ends",
+                    hint="see that nothing can move into harm, then `wificnc unlock --reset`",
+                )
+        name = self.transport.name
+        if not said:
+            raise LinkError(f"{name} does not answer", hint="is it a controller, and is the baud rate right?")
+        raise ProtocolError(f"{name} answers, but not as a Grbl controller: {said[0]}")
+
+    def _asking(self, patience_s: float) -> Iterator[Message]:
+        """Messages of the next while, with a question for the status every now and then."""
+        deadline, ask_at = self.clock() + patience_s, self.clock()
+        while self.clock() < deadline:
+            if self.clock() >= ask_at:
+                self.send(realtime.STATUS)
+                ask_at = self.clock() + ASK_EVERY_S
+            self.wait(min(ask_at, deadline) - self.clock())
+            yield from self.receive()
+
+    def now(self) -> Snapshot:
+        """The last report. connect() has seen one."""
+        assert self.snapshot
+        return self.snapshot
+
+    def look(self) -> Snapshot:
+        """A report that was asked for now. Raises LinkError."""
+        return self.connect(ANSWER_S)
+
+    def synchronise(self) -> None:
+        """Make sure that the next answer belongs to our next line, whatever was sent before us.
+
+        Raises:
+            LinkError: the controller does not get there.
+        """
+        self.send(BREAK_HALF_LINE + ECHO_REQUEST)
+        echoed = False
+        for message in self._asking(ANSWER_S):
+            if isinstance(message, Bracket) and message.key == "HLP":
+                echoed = True
+            elif isinstance(message, Ok) and echoed:
+                return
+        raise LinkError(f"{self.transport.name} reports its state but does not answer lines")
+
+    def command(
+        self,
+        line: str,
+        patience_s: float = ANSWER_S,
+        others: Sequence[int] = (),
+        tick: Callable[[], None] | None = None,
+    ) -> Answer:
+        """Send one line and wait for its answer; nothing else may be under way.
+
+        @param patience_s how long the controller may be silent; it is asked for its status all the while
+        @param tick called now and then while waiting
+
+        Raises:
+            LinkError: no answer. ControllerReset: a reset instead of one.
+            RefusedError: an alarm instead of one.
+        """
+        self.send(line.encode("ascii") + b"\n")
+        messages: list[Message] = []
+        ask_at = self.heard = self.clock()
+        while self.clock() - self.heard < patience_s:
+            if self.clock() >= ask_at + POLL_EVERY_S:
+                self.send(realtime.STATUS)
+                ask_at = self.clock()
+            self.wait(POLL_EVERY_S, others)
+            for message in self.receive():
+                if isinstance(message, (Ok, Error)):
+                    return Answer(message.code if isinstance(message, Error) else 0, tuple(messages))
+                self._expect_answer(line, message)
+                messages.append(message)
+            if tick:
+                tick()
+        raise LinkError(f"{self.transport.name} has not answered {line!r}")
+
+    def _expect_answer(self, line: str, message: Message) -> None:
+        if isinstance(message, Banner):
+            raise ControllerReset(f"{self.transport.name} was reset while it worked on {line!r}")
+        if isinstance(message, Alarm):
+            raise RefusedError(f"{line}: ALARM:{message.code} {alarm_words(message.code)}")
+
+    def must(self, line: str, patience_s: float = ANSWER_S) -> Answer:
+        """command(), with a RefusedError when the answer is an error."""
+        answer = self.command(line, patience_s)
+        if answer.code:
+            raise RefusedError(f"the controller refuses {line!r}: {error_words(answer.code)}")
+        return answer
+
+    # ---- questions ----
+
+    def options(self) -> Options | None:
+        """[OPT:…] of $I; None when the controller does not say."""
+        bodies = self.command("$I").brackets("OPT")
+        return parse_options(bodies[-1]) if bodies else None
+
+    def settings(self) -> dict[int, str]:
+        """All settings as $$ prints them. Raises RefusedError."""
+        return {
+            message.number: message.value for message in self.must("$$").messages if isinstance(message, SettingLine)
+        }
+
+    def offsets(self) -> dict[str, tuple[float, ...]]:
+        """G54 … G59, G28, G30, G92, TLO of $#; empty when the controller does not tell."""
+        answer = self.command("$#")
+        found = {
+            message.key: parse_coordinates(message.body) for message in answer.messages if isinstance(message, Bracket)
+        }
+        return {key: values for key, values in found.items() if values is not None}
+
+    def parser_state(self) -> list[str]:
+        """The words of [GC:…]; empty when the controller does not tell."""
+        bodies = self.command("$G").brackets("GC")
+        return bodies[-1].split() if bodies else []
+
+
+@contextmanager
+def connected(target: str) -> Iterator[Client]:
+    """A client that has seen a status report. Closed at the end, whatever happens."""
+    client = Client(open_transport(target))
+    try:
+        client.connect()
+        yield client
+    finally:
+        client.close()
+
+
+def expect_state(client: Client, *allowed: str) -> Snapshot:
+    """The state now, if it is one of these. Raises LinkError, with the way out as its hint."""
+    now = client.look()
+    if now.status.state in allowed:
+        return now
+    hints = {
+        "Alarm": "look at the machine, then `wificnc home` or `wificnc unlock`",
+        "Hold": "resume with `wificnc monitor` and ~, or reset with `wificnc unlock --reset`",
+        "Door": "close the door and resume with `wificnc monitor` and ~",
+        "Sleep": "wake it with `wificnc unlock --reset`",
+    }
+    raise LinkError(
+        f"{client.transport.name} is in state {now.state}, and must be in {' or '.join(allowed)} for this",
+        hint=hints.get(now.status.state, "wait until it has finished what it does"),
+    )

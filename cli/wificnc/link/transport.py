@@ -1,0 +1,184 @@
+"""Byte streams to a controller: tcp://host[:port] and serial:///dev/ttyUSB0[?baud=115200]."""
+
+from __future__ import annotations
+
+import errno
+import select
+import socket
+import sys
+import time
+from collections.abc import Sequence
+from typing import Protocol
+from urllib.parse import parse_qs, unquote, urlsplit
+
+import serial
+
+from wificnc.errors import LinkError, UserError
+
+DEFAULT_PORT = 2323
+DEFAULT_BAUD = 115200
+CONNECT_TIMEOUT_S = 5.0
+SEND_TIMEOUT_S = 5.0
+CHUNK = 65536
+SLICE_S = 0.01  # between two looks, where the system cannot wait for a serial port
+
+TARGET_HINT = "targets look like tcp://192.168.1.20:2323 or serial:///dev/ttyUSB0?baud=115200"
+
+
+class Transport(Protocol):
+    """A byte stream both ways. Every method raises LinkError once the other side is gone."""
+
+    name: str
+
+    def receive(self) -> bytes:
+        """What has come; b"" when nothing has. Never waits."""
+
+    def send(self, data: bytes) -> None:
+        """All of it. Waits while the other side takes no bytes, but not for ever."""
+
+    def wait(self, timeout_s: float, others: Sequence[int] = ()) -> None:
+        """Until something can be received, one of the other file descriptors can be read, or time is up."""
+
+    def close(self) -> None:
+        """Twice does no harm."""
+
+
+class SocketTransport:
+    """A connected socket. socket_pair() gives one with its other end in the same process."""
+
+    def __init__(self, connection: socket.socket, name: str) -> None:
+        connection.setblocking(False)
+        self.name = name
+        self._socket = connection
+
+    def receive(self) -> bytes:
+        try:
+            data = self._socket.recv(CHUNK)
+        except (BlockingIOError, InterruptedError):
+            return b""
+        except OSError as err:
+            raise _lost(self.name, err) from err
+        if not data:
+            raise LinkError(f"{self.name} closed the connection")
+        return data
+
+    def send(self, data: bytes) -> None:
+        deadline = time.monotonic() + SEND_TIMEOUT_S
+        rest = memoryview(data)
+        while rest:
+            try:
+                rest = rest[self._socket.send(rest) :]
+            except (BlockingIOError, InterruptedError):
+                self._wait_writable(deadline)
+            except OSError as err:
+                raise _lost(self.name, err) from err
+
+    def _wait_writable(self, deadline: float) -> None:
+        left_s = deadline - time.monotonic()
+        if left_s <= 0 or not select.select([], [self._socket], [], left_s)[1]:
+            raise LinkError(f"{self.name} has taken no bytes for {SEND_TIMEOUT_S:.0f} s")
+
+    def wait(self, timeout_s: float, others: Sequence[int] = ()) -> None:
+        select.select([self._socket.fileno(), *others], [], [], max(0.0, timeout_s))
+
+    def close(self) -> None:
+        self._socket.close()
+
+
+class SerialTransport:
+    """A serial port, or a pseudo-terminal that looks like one."""
+
+    def __init__(self, path: str, baud: int) -> None:
+        self.name = f"serial://{path}"
+        exclusive = None if sys.platform == "win32" else True
+        try:
+            self._port = serial.Serial(path, baud, timeout=0, write_timeout=SEND_TIMEOUT_S, exclusive=exclusive)
+        except (serial.SerialException, ValueError, OSError) as err:
+            raise _cannot_open(path, err) from err
+
+    def receive(self) -> bytes:
+        try:
+            return bytes(self._port.read(CHUNK))
+        except (serial.SerialException, OSError, TypeError) as err:  # TypeError: pyserial, closed under its feet
+            raise _lost(self.name, err) from err
+
+    def send(self, data: bytes) -> None:
+        try:
+            self._port.write(data)
+        except serial.SerialTimeoutException as err:
+            raise LinkError(f"{self.name} has taken no bytes for {SEND_TIMEOUT_S:.0f} s") from err
+        except (serial.SerialException, OSError, TypeError) as err:
+            raise _lost(self.name, err) from err
+
+    def wait(self, timeout_s: float, others: Sequence[int] = ()) -> None:
+        if sys.platform != "win32":
+            select.select([self._port.fileno(), *others], [], [], max(0.0, timeout_s))
+            return
+        deadline = time.monotonic() + timeout_s
+        while self._port.in_waiting == 0 and time.monotonic() < deadline:
+            time.sleep(SLICE_S)
+
+    def close(self) -> None:
+        self._port.close()
+
+
+def socket_pair(name: str = "fake") -> tuple[SocketTransport, socket.socket]:
+    """A transport and the controller's end of it, in one process."""
+    ours, theirs = socket.socketpair()
+    return SocketTransport(ours, name), theirs
+
+
+def open_transport(target: str) -> SocketTransport | SerialTransport:
+    """Open tcp://… or serial://….
+
+    Raises:
+        UserError: the target is not written as one.
+        LinkError: nothing answers there.
+    """
+    parts = urlsplit(target)
+    if parts.scheme == "tcp":
+        return _open_tcp(target)
+    if parts.scheme == "serial":
+        path = unquote(parts.netloc + parts.path)
+        baud = parse_qs(parts.query).get("baud", [str(DEFAULT_BAUD)])[0]
+        if not path or not baud.isdigit():
+            raise UserError(f"no such target: {target}", hint=TARGET_HINT)
+        return SerialTransport(path, int(baud))
+    raise UserError(f"no such target: {target}", hint=TARGET_HINT)
+
+
+def _open_tcp(target: str) -> SocketTransport:
+    parts = urlsplit(target)
+    try:
+        host, port = parts.hostname, parts.port or DEFAULT_PORT
+    except ValueError as err:
+        raise UserError(f"no such target: {target} ({err})", hint=TARGET_HINT) from err
+    if not host:
+        raise UserError(f"no such target: {target}", hint=TARGET_HINT)
+    try:
+        connection = socket.create_connection((host, port), CONNECT_TIMEOUT_S)
+    except OSError as err:
+        reason = err.strerror or str(err)
+        raise LinkError(
+            f"cannot reach {target}: {reason}", hint="is the controller on, and on this network? `wificnc serve` is one"
+        ) from err
+    connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+    connection.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
+    return SocketTransport(connection, f"tcp://{host}:{port}")
+
+
+def _lost(name: str, err: Exception) -> LinkError:
+    reason = err.strerror if isinstance(err, OSError) and err.strerror else str(err)
+    return LinkError(f"the link to {name} is lost: {reason}")
+
+
+def _cannot_open(path: str, err: Exception) -> LinkError:
+    number = getattr(err, "errno", None)
+    hints = {
+        errno.ENOENT: "is it plugged in? `ls /dev/serial/by-id` shows what is",
+        errno.EACCES: "you may not use it: add yourself to its group (`sudo usermod -aG dialout $USER`), log in anew",
+        errno.EWOULDBLOCK: "another program has it open: a sender, a monitor?",
+        errno.EBUSY: "another program has it open: a sender, a monitor?",
+    }
+    reason = err.strerror if isinstance(err, OSError) and err.strerror else str(err)
+    return LinkError(f"cannot open {path}: {reason}", hint=hints.get(number) if number else None)

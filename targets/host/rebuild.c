@@ -1,0 +1,150 @@
+/* SPDX-License-Identifier: MIT */
+#include "rebuild.h"
+
+#include "gcode/gcode.h"
+#include "link/line_reader.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define S_PER_MIN 60.0
+
+struct rebuild {
+    struct gcode_state gcode;
+    struct line_reader reader;
+    double top_z_mm;
+    axis_mask_t moved;
+    uint8_t stored;
+};
+
+struct rebuild *rebuild_create(uint8_t axis_count) {
+    if (axis_count < 1 || axis_count > AXIS_COUNT)
+        return NULL;
+    struct rebuild *rebuild = calloc(1, sizeof *rebuild);
+    if (rebuild == NULL)
+        return NULL;
+    rebuild->top_z_mm = NAN;
+    rebuild->gcode.axes = (axis_mask_t)((1u << axis_count) - 1);
+    gcode_modal_init(&rebuild->gcode.modal);
+    line_reader_reset(&rebuild->reader);
+    return rebuild;
+}
+
+void rebuild_destroy(struct rebuild *rebuild) {
+    free(rebuild);
+}
+
+void rebuild_set_position(struct rebuild *rebuild, const double machine_mm[AXIS_COUNT]) {
+    memcpy(rebuild->gcode.position_mm, machine_mm, sizeof rebuild->gcode.position_mm);
+}
+
+int rebuild_set_offset(struct rebuild *rebuild, int row, const double mm[AXIS_COUNT]) {
+    struct gcode_offsets *offsets = &rebuild->gcode.offsets;
+    double *to = row == -28                    ? offsets->g28_mm
+                 : row == -30                  ? offsets->g30_mm
+                 : row == -92                  ? offsets->g92_mm
+                 : row >= 0 && row < WCS_COUNT ? offsets->wcs_mm[row]
+                                               : NULL;
+    if (row == -43) {
+        offsets->tool_length_mm = mm[AXIS_Z];
+        return 0;
+    }
+    if (to == NULL)
+        return -1;
+    memcpy(to, mm, sizeof offsets->g28_mm);
+    return 0;
+}
+
+static void take_move(struct rebuild *rebuild, const double target_mm[AXIS_COUNT]) {
+    double *position_mm = rebuild->gcode.position_mm;
+    if (target_mm[AXIS_Z] != position_mm[AXIS_Z])
+        rebuild->top_z_mm = fmax(rebuild->top_z_mm, target_mm[AXIS_Z]);
+    for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
+        if (target_mm[ax] != position_mm[ax])
+            rebuild->moved |= (axis_mask_t)(1u << ax);
+        position_mm[ax] = target_mm[ax];
+    }
+}
+
+/* What the machine does with a command, less the motion: machine/task.c. */
+static void take(struct rebuild *rebuild, const struct gcode_command *command) {
+    const struct gcode_move *move = &command->move;
+    if (command->store != STORE_NOTHING && command->store != STORE_G92)
+        rebuild->stored = 1;
+    gcode_offsets_apply(&rebuild->gcode.offsets, command);
+    if (move->motion != MOTION_NONE && move->via)
+        take_move(rebuild, move->via_mm);
+    if (move->motion != MOTION_NONE)
+        take_move(rebuild, move->target_mm);
+    rebuild->gcode.modal = command->next;
+}
+
+int rebuild_line(struct rebuild *rebuild, const char *line, size_t size) {
+    enum line_result result = LINE_NONE;
+    struct gcode_command command;
+
+    for (size_t i = 0; i < size; i++)
+        line_reader_put(&rebuild->reader, (uint8_t)line[i]);
+    result = line_reader_put(&rebuild->reader, '\n');
+    if (result == LINE_OVERFLOW)
+        return STATUS_LINE_TOO_LONG;
+    if (rebuild->reader.text[0] == '\0' || rebuild->reader.text[0] == '$')
+        return STATUS_OK;
+    enum status status = gcode_line(&rebuild->gcode, rebuild->reader.text, &command);
+    if (status == STATUS_OK)
+        take(rebuild, &command);
+    return (int)status;
+}
+
+static int16_t motion_g10(const struct gcode_modal *modal) {
+    switch (modal->motion) {
+    case MOTION_RAPID:
+        return 0;
+    case MOTION_LINEAR:
+        return 10;
+    case MOTION_ARC_CW:
+        return 20;
+    case MOTION_ARC_CCW:
+        return 30;
+    case MOTION_PROBE:
+        return (int16_t)(380 + modal->probe);
+    case MOTION_NONE:
+    default:
+        return 800;
+    }
+}
+
+void rebuild_state(const struct rebuild *rebuild, struct rebuild_state *out) {
+    static const int16_t path_g10[] = {[PATH_BLEND] = 640, [PATH_EXACT] = 610, [PATH_EXACT_STOP] = 611};
+    static const uint8_t spindle_m[] = {[SPINDLE_OFF] = 5, [SPINDLE_CW] = 3, [SPINDLE_CCW] = 4};
+    const struct gcode_modal *modal = &rebuild->gcode.modal;
+    const struct gcode_offsets *offsets = &rebuild->gcode.offsets;
+    double work_offset_mm[AXIS_COUNT];
+
+    *out = (struct rebuild_state){
+        .top_z_mm = rebuild->top_z_mm,
+        .moved = rebuild->moved,
+        .stored = rebuild->stored,
+        .tool_length_mm = offsets->tool_length_mm,
+        .feed_mm_min = (double)modal->feed_mm_s * S_PER_MIN,
+        .spindle_rpm = (double)modal->spindle_rpm,
+        .path_tolerance_mm = (double)modal->path_tolerance_mm,
+        .tool = modal->tool,
+        .motion_g10 = motion_g10(modal),
+        .path_g10 = path_g10[modal->path],
+        .wcs_g10 = (int16_t)(540 + 10 * modal->wcs),
+        .plane_g = (uint8_t)(17 + modal->plane),
+        .units_g = modal->inches ? 20 : 21,
+        .distance_g = modal->incremental ? 91 : 90,
+        .feed_mode_g = modal->feed_mode == FEED_INVERSE_TIME ? 93 : 94,
+        .spindle_m = spindle_m[modal->spindle],
+        .coolant = modal->coolant,
+        .arc_absolute = modal->arc_absolute,
+    };
+    gcode_work_offset_mm(&rebuild->gcode, work_offset_mm);
+    memcpy(out->machine_mm, rebuild->gcode.position_mm, sizeof out->machine_mm);
+    memcpy(out->g92_mm, offsets->g92_mm, sizeof out->g92_mm);
+    for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
+        out->work_mm[ax] = out->machine_mm[ax] - work_offset_mm[ax];
+}
