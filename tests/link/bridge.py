@@ -1,4 +1,4 @@
-"""The real core behind a loopback TCP port, for tests of senders: counts every byte under way, and does harm on request.
+"""The real core behind a loopback TCP port, for tests of senders: counts bytes under way, does harm on request.
 
 Virtual time: the controller is as fast as this computer. slow_after() lets a job last until the sender says something.
 """

@@ -152,7 +152,7 @@ def test_dollar_line_waits_until_nothing_moves(bridge: Bridge, client: Client) -
 
 def test_second_ctrl_c_resets_at_once(bridge: Bridge, client: Client) -> None:
     keys = Nobody(interactive=True)
-    pressed = []
+    pressed: list[str] = []
 
     def press(progress: Progress) -> None:
         if progress.answered >= 20 and len(pressed) < 2:

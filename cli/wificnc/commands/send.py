@@ -23,12 +23,11 @@ from wificnc.job.program import JobLine, Program, read_program
 from wificnc.job.resume import Approach, MachineFacts, Resume, plan_resume
 from wificnc.job.run import End, JobRun, Outcome, RunOptions
 from wificnc.keyboard import Keyboard
-from wificnc.link.client import Client, connected, expect_state
+from wificnc.link.client import Client, connected, expect_state, unit_mm
 from wificnc.live import JobDisplay, clock, final_position
 from wificnc.sim.job import read_job
 from wificnc.sim.native import load_library
 
-MM_PER_INCH = 25.4
 EXITS = {End.FINISHED: Exit.OK, End.LINK_LOST: Exit.DEVICE, End.RESET: Exit.DEVICE, End.SURPLUS: Exit.PROTOCOL}
 
 
@@ -133,8 +132,8 @@ def resume_plan(client: Client, program: Program, settings: dict[int, str], opti
 
 def machine_facts(client: Client, settings: dict[int, str]) -> MachineFacts:
     """What the controller says of itself, in mm. Reports are in inches with $13=1."""
-    scale = MM_PER_INCH if settings.get(13) == "1" else 1.0
-    now = client.look()
+    scale = unit_mm(settings)
+    now = client.look_fully()
     return MachineFacts(
         axis_count=len(now.mpos),
         work_mm=tuple(scale * value for value in now.wpos),

@@ -1,11 +1,9 @@
-"""What became of the lines of a job that did not end well, in words: the last acknowledged, those in doubt, the rest."""
+"""What became of the lines of a job that did not end well, in words."""
 
 from __future__ import annotations
 
 from wificnc.job.program import JobLine
 from wificnc.job.run import End, Outcome
-
-UNKNOWN_LOOK_AHEAD = "the look-ahead"
 
 
 def fate_lines(outcome: Outcome) -> list[str]:

@@ -12,7 +12,7 @@ STOPPING: hold, wait until nothing moves, then reset: so the position is kept
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from enum import Enum
 from typing import Protocol
 
@@ -23,9 +23,9 @@ from wificnc.link import realtime
 from wificnc.link.alarms import alarm_words
 from wificnc.link.client import FALLBACK_RX_BYTES, POLL_EVERY_S, Client, Snapshot, error_words
 from wificnc.link.protocol import Alarm, Banner, Bracket, Error, Ok, Options, Status
+from wificnc.link.rest import SILENCE_S, Rest
 from wificnc.link.stream import Streamer
 
-SILENCE_S = 10.0  # no bytes for so long, although asked five times a second: the link is dead
 STOP_S = 10.0  # a feed hold that takes longer than this is ended by a reset
 BANNER_S = 3.0
 ALARM_RESET = 3
@@ -168,23 +168,6 @@ class _Wish:
     deadline: float = 0.0
 
 
-@dataclass
-class _Rest:
-    """Whether the machine stands: two reports in a row, of one state, at one place, since the last answer."""
-
-    reports: int = 0
-    seen: tuple[object, ...] = field(default=())
-
-    def look(self, snapshot: Snapshot) -> None:
-        status = snapshot.status
-        now = (snapshot.state if status.substate else status.state, snapshot.mpos)
-        self.reports = self.reports + 1 if now == self.seen else 1
-        self.seen = now
-
-    def stands_in(self, *states: str) -> bool:
-        return self.reports >= 2 and self.seen[0] in states
-
-
 class JobRun:
     """One job over one client. run() does it all."""
 
@@ -204,7 +187,7 @@ class JobRun:
         self._question = ""
         self._wish: _Wish | None = None
         self._end: tuple[End, str] | None = None
-        self._rest = _Rest()
+        self._rest = Rest()
         self._ctrl_c = 0
         self._confirm_reset = False
         self._paused = False
@@ -231,7 +214,7 @@ class JobRun:
         if self.phase is Phase.RUNNING:
             at_rest = self._rest.stands_in("Idle", "Check")
             if data := self.streamer.take(at_rest):
-                self._rest = _Rest()
+                self._rest = Rest()
                 self.client.send(data)
         now = self.client.clock()
         if now >= self._ask_at:
@@ -251,7 +234,7 @@ class JobRun:
     def _on_answer(self, message: Ok | Error) -> None:
         line = self.streamer.answer()
         self._answered_at = self.client.clock()
-        self._rest = _Rest()
+        self._rest = Rest()
         if line is None:
             if self.phase is not Phase.RESETTING:
                 self._end = (End.SURPLUS, "the controller answered a line that was not sent")
@@ -370,7 +353,7 @@ class JobRun:
         if self.phase in (Phase.STOPPING, Phase.RESETTING):
             return
         self.client.send(realtime.HOLD)
-        self._rest = _Rest()
+        self._rest = Rest()
         self._wish = _Wish(end, detail, self.client.clock() + STOP_S)
         self.phase = Phase.STOPPING
         self._question = ""

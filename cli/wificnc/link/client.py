@@ -32,6 +32,7 @@ CONNECT_S = 5.0  # a board that resets when its port is opened needs two of them
 ANSWER_S = 5.0
 ASK_EVERY_S = 0.5
 POLL_EVERY_S = 0.2  # status reports while something moves
+WCO_EVERY = 30  # reports
 FALLBACK_RX_BYTES = 120  # a controller that does not say: Grbl's 128, less a reserve
 
 # What stops half a line of somebody who vanished from being run together with ours: an error in every position.
@@ -183,6 +184,14 @@ class Client:
         """A report that was asked for now. Raises LinkError."""
         return self.connect(ANSWER_S)
 
+    def look_fully(self) -> Snapshot:
+        """Reports until one has told the work offset, which stands in one of thirty of a busy machine."""
+        for _ in range(WCO_EVERY + 1):
+            now = self.look()
+            if now.wco or now.status.wpos is not None:
+                break
+        return now
+
     def synchronise(self) -> None:
         """Make sure that the next answer belongs to our next line, whatever was sent before us.
 
@@ -280,6 +289,11 @@ def connected(target: str) -> Iterator[Client]:
         yield client
     finally:
         client.close()
+
+
+def unit_mm(settings: dict[int, str]) -> float:
+    """Millimetres in the unit of the reports: inches with $13=1."""
+    return 25.4 if settings.get(13) == "1" else 1.0
 
 
 def expect_state(client: Client, *allowed: str) -> Snapshot:

@@ -1,0 +1,140 @@
+"""`wificnc monitor`: talk to a controller by hand, or from a script's stdin."""
+
+from __future__ import annotations
+
+import os
+import select
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import rich_click as click
+
+from wificnc import ui
+from wificnc.commands._target import target_option
+from wificnc.errors import LinkError
+from wificnc.link.client import ANSWER_S
+from wificnc.link.protocol import Error, LineSplitter, Ok, parse
+from wificnc.link.transport import Transport, open_transport
+
+REALTIME = frozenset("!~?\x18")
+END_KEYS = frozenset("\x03\x04\x1d")  # Ctrl-C, Ctrl-D, Ctrl-]
+ERASE_KEYS = frozenset("\x7f\x08")
+READ_EVERY_S = 0.1
+
+if sys.platform != "win32":
+    import termios
+
+
+@click.command()
+@target_option
+@click.option("--time", "stamps", is_flag=True, help="Put the time in front of every line.")
+def command(target: str, stamps: bool) -> None:
+    """Show all that a controller says, and send it what is typed.
+
+    A line is sent with Enter; ! ~ ? and Ctrl-X act at once. Ctrl-C ends the monitor and changes nothing at the
+    machine.
+    Lines from a pipe are sent one by one, each after the answer to the one before.
+    """
+    transport = open_transport(target)
+    try:
+        if sys.stdin.isatty() and sys.platform != "win32":
+            ui.note(f"{transport.name}: Enter sends, ! ~ ? Ctrl-X act at once, Ctrl-C ends")
+            with single_keys():
+                Typing(transport, stamps).run()
+        else:
+            feed_lines(transport, sys.stdin.read().splitlines(), stamps)
+    finally:
+        transport.close()
+
+
+def stamped(line: str, stamps: bool) -> str:
+    now = time.time()
+    clock = time.strftime("%H:%M:%S", time.localtime(now))
+    return f"{clock}.{int(now * 1000) % 1000:03d}  {line}" if stamps else line
+
+
+def feed_lines(transport: Transport, lines: list[str], stamps: bool) -> None:
+    """Each line after the answer to the one before. Raises LinkError when one is not answered."""
+    splitter = LineSplitter()
+    for line in lines:
+        transport.send(line.encode() if _is_realtime(line) else in_ascii(line) + b"\n")
+        deadline = time.monotonic() + (READ_EVERY_S if _is_realtime(line) else ANSWER_S)
+        answered = False
+        while not answered and time.monotonic() < deadline:
+            transport.wait(deadline - time.monotonic())
+            for said in splitter.take(transport.receive()):
+                print(stamped(said, stamps), flush=True)
+                answered = answered or isinstance(parse(said), (Ok, Error))
+        if not answered and not _is_realtime(line):
+            raise LinkError(f"{transport.name} has not answered {line!r}")
+
+
+def in_ascii(line: str) -> bytes:
+    """Bytes above 0x7F would be real-time commands: no letter may become one."""
+    return line.encode("ascii", "ignore")
+
+
+def _is_realtime(line: str) -> bool:
+    return len(line) == 1 and line in REALTIME
+
+
+@contextmanager
+def single_keys() -> Iterator[None]:
+    """Every key at once and unseen, Ctrl-C too; the terminal is given back as it was."""
+    fd = sys.stdin.fileno()
+    saved = termios.tcgetattr(fd)
+    mode = termios.tcgetattr(fd)
+    mode[0] &= ~termios.IXON
+    mode[3] &= ~(termios.ICANON | termios.ECHO | termios.ISIG)
+    mode[6][termios.VMIN], mode[6][termios.VTIME] = 1, 0
+    termios.tcsetattr(fd, termios.TCSANOW, mode)
+    try:
+        yield
+    finally:
+        termios.tcsetattr(fd, termios.TCSANOW, saved)
+
+
+class Typing:
+    """A line editor of one line below what the controller says."""
+
+    def __init__(self, transport: Transport, stamps: bool) -> None:
+        self.transport = transport
+        self.stamps = stamps
+        self.typed = ""
+        self.splitter = LineSplitter()
+
+    def run(self) -> None:
+        stdin = sys.stdin.fileno()
+        while True:
+            self.transport.wait(60.0, [stdin])
+            for line in self.splitter.take(self.transport.receive()):
+                self._show(stamped(line, self.stamps))
+            if select.select([stdin], [], [], 0)[0]:
+                keys = os.read(stdin, 256).decode("utf-8", "replace")
+                if not keys or END_KEYS & frozenset(keys):
+                    self._show("")
+                    return
+                for key in keys:
+                    self._take(key)
+
+    def _take(self, key: str) -> None:
+        if key in REALTIME:
+            self.transport.send(key.encode())
+        elif key in "\r\n":
+            self.transport.send(in_ascii(self.typed) + b"\n")
+            line, self.typed = self.typed, ""
+            self._show(stamped(f"> {line}", self.stamps))
+        elif key in ERASE_KEYS:
+            self.typed = self.typed[:-1]
+            self._show(None)
+        elif key.isprintable():
+            self.typed += key
+            self._show(None)
+
+    def _show(self, line: str | None) -> None:
+        """Put a line above the one that is being typed."""
+        said = "" if line is None else f"{line}\n"
+        sys.stdout.write(f"\r\x1b[K{said}{self.typed}")
+        sys.stdout.flush()

@@ -1,0 +1,46 @@
+"""`wificnc unlock`: leave an alarm."""
+
+from __future__ import annotations
+
+import rich_click as click
+
+from wificnc import ui
+from wificnc.commands._target import target_option
+from wificnc.errors import LinkError
+from wificnc.link import realtime
+from wificnc.link.client import Client, connected
+from wificnc.link.protocol import Banner
+from wificnc.link.transport import open_transport
+
+BANNER_S = 5.0
+
+
+@click.command()
+@target_option
+@click.option("--reset", is_flag=True, help="Reset first (Ctrl-X): needed after some alarms, and to end a hold.")
+def command(target: str, reset: bool) -> None:
+    """Leave an alarm without homing. The position may be wrong: look at the machine first."""
+    if reset:
+        reset_controller(target)
+    with connected(target) as client:
+        if client.now().status.state != "Alarm":
+            ui.note(f"not locked: {client.now().state}")
+            return
+        client.synchronise()
+        client.must("$X")
+        ui.note(f"unlocked: {client.look().state}")
+
+
+def reset_controller(target: str) -> None:
+    """Ctrl-X, and wait for the banner. Raises LinkError."""
+    client = Client(open_transport(target))
+    try:
+        client.send(realtime.RESET)
+        deadline = client.clock() + BANNER_S
+        while client.clock() < deadline:
+            client.wait(deadline - client.clock())
+            if any(isinstance(message, Banner) for message in client.receive()):
+                return
+        raise LinkError(f"{client.transport.name} does not answer a reset")
+    finally:
+        client.close()
