@@ -32,7 +32,7 @@ test: $(VENV)/.ready-dev
 	$(PY) -m pytest $(PYTEST)
 
 lint: $(VENV)/.ready-dev
-	@cd tools && $(abspath $(PY)) -m lint $(LINT)
+	@cd tools && $(abspath $(PY)) -m lint $(ONLY)
 
 bench: $(VENV)/.ready-dev
 	@cd tools && $(abspath $(PY)) -m bench

@@ -47,3 +47,10 @@ def test_demo_runs_files_that_exist() -> None:
 
 def test_ci_script_is_well_formed() -> None:
     subprocess.run(["bash", "-n", str(ROOT / ".ci" / "run")], check=True)
+
+
+@pytest.mark.skipif(shutil.which("make") is None, reason="make is not on this machine")
+def test_lint_runs_all_lints() -> None:
+    """GNU make has a variable LINT of its own; ours is ONLY, and empty."""
+    run = subprocess.run(["make", "-n", "-C", str(ROOT), "lint"], capture_output=True, text=True, check=True)
+    assert any(line.rstrip().endswith("-m lint") for line in run.stdout.splitlines())
