@@ -128,4 +128,9 @@ void gcode_offsets_apply(struct gcode_offsets *offsets, const struct gcode_comma
  *  The block is a local of this call: about 250 bytes of stack. */
 enum status gcode_line(const struct gcode_state *state, const char *line, struct gcode_command *command);
 
+/** What stands behind $J=, as gcode_line(): a straight move that leaves every mode as it was.
+ *  @return also STATUS_JOG_WORD: a word or code that a jog has not; STATUS_NO_FEED without F of its own;
+ *          STATUS_NO_AXIS_WORDS: nothing to move (Grbl would go to machine zero). */
+enum status gcode_jog(const struct gcode_state *state, const char *line, struct gcode_command *command);
+
 #endif

@@ -7,6 +7,7 @@
 #include "base/axis.h"
 
 #include <stdbool.h>
+#include <stddef.h>
 #include <stdint.h>
 
 /** A target's own context: outputs and clock of one machine. */
@@ -15,9 +16,17 @@ struct hal;
 /** [task] Time since power-on, us; wraps at 2^32. On the host: virtual time. */
 uint32_t hal_time_us(const struct hal *hal);
 
-/** [task] Spindle: direction -1 (counter-clockwise), 0 (off), 1 (clockwise); rpm >= 0. Takes effect at once.
- */
-void hal_spindle_set(struct hal *hal, int direction, float rpm);
+enum { HAL_DUTY_FULL = 65535 };
+
+/** What the spindle is to do. A PWM output uses duty, a relay direction, a bus drive rpm. */
+struct hal_spindle {
+    int direction; /* -1 counter-clockwise, 0 off, 1 clockwise */
+    float rpm;     /* >= 0, overrides and $30 $31 applied; 0 when off */
+    uint16_t duty; /* 0 .. HAL_DUTY_FULL */
+};
+
+/** [task] Takes effect at once. */
+void hal_spindle_set(struct hal *hal, const struct hal_spindle *spindle);
 
 /** [task] Coolant outputs: COOLANT_ bits of gcode/gcode.h. Takes effect at once. */
 void hal_coolant_set(struct hal *hal, uint8_t bits);
@@ -30,7 +39,19 @@ struct hal_inputs {
     bool door, hold, start, reset, estop;
 };
 
-/** [task] Levels now. */
+/** [task or isr] Levels now. The target calls machine_edge_isr() at every edge of a limit or e-stop line. */
 void hal_inputs_read(const struct hal *hal, struct hal_inputs *inputs);
+
+/** [task] From now on hal_step_probe() is true while the level of the probe line is this. */
+void hal_probe_watch(struct hal *hal, bool high);
+
+/** Keeps values over a power cut. A power cut at any moment leaves the old or the new value of a key, never a
+ * mix. Chosen at run time; a machine without one forgets. */
+struct hal_store {
+    /** [task] @return bytes copied, at most size; 0 = the key has no value */
+    size_t (*load)(void *ctx, uint8_t key, void *bytes, size_t size);
+    /** [task] May take some ms. @return false: the old value is still there */
+    bool (*save)(void *ctx, uint8_t key, const void *bytes, size_t count);
+};
 
 #endif

@@ -2,8 +2,9 @@
 #include "link/rx.h"
 
 void rx_init(struct rx *rx) {
-    rx->index = (struct ring){0, 0};
-    rx->realtime = 0;
+    rx->index = rx->override_index = (struct ring){0, 0};
+    rx->realtime = rx->cancel_at = rx->lost_lines = 0;
+    rx->lost_byte = 0;
 }
 
 static uint32_t realtime_bit(uint8_t byte) {
@@ -16,18 +17,40 @@ static uint32_t realtime_bit(uint8_t byte) {
         return REALTIME_RESUME;
     case 0x18:
         return REALTIME_RESET;
+    case 0x84:
+        return REALTIME_DOOR;
+    case 0x85:
+        return REALTIME_JOG_CANCEL;
     default:
         return 0;
     }
 }
 
-bool rx_put(struct rx *rx, uint8_t byte) {
+static void put_override(struct rx *rx, uint8_t byte) {
+    if (ring_free(&rx->override_index, RX_OVERRIDES) == 0)
+        return; /* 64 steps of an override at once: it is at its end */
+    rx->overrides[rx->override_index.head & (RX_OVERRIDES - 1)] = byte;
+    ring_push(&rx->override_index);
+}
+
+void rx_request(struct rx *rx, uint32_t bits) {
+    if ((bits & (REALTIME_HOLD | REALTIME_JOG_CANCEL)) != 0)
+        rx->cancel_at = rx->index.head; /* published by the release below */
+    if (bits != 0)
+        __atomic_fetch_or(&rx->realtime, bits, __ATOMIC_RELEASE);
+}
+
+/* @return true when the byte was none of the stream. */
+static bool take_out(struct rx *rx, uint8_t byte) {
     uint32_t bit = realtime_bit(byte);
-    if (bit != 0) {
-        __atomic_fetch_or(&rx->realtime, bit, __ATOMIC_RELEASE);
-        return true;
-    }
-    if (byte >= 0x80)
+    rx_request(rx, bit);
+    if (bit == 0 && byte >= RX_OVERRIDE_FIRST && byte <= RX_OVERRIDE_LAST)
+        put_override(rx, byte);
+    return bit != 0 || byte >= 0x80;
+}
+
+bool rx_put(struct rx *rx, uint8_t byte) {
+    if (take_out(rx, byte))
         return true;
     if (ring_free(&rx->index, RX_SIZE) == 0)
         return false;
@@ -36,18 +59,57 @@ bool rx_put(struct rx *rx, uint8_t byte) {
     return true;
 }
 
-int rx_get(struct rx *rx) {
-    if (ring_held(&rx->index) == 0)
-        return -1;
-    uint8_t byte = rx->bytes[rx->index.tail & (RX_SIZE - 1)];
-    ring_pop(&rx->index);
-    return byte;
+/* Back to normal between two lines, once all lost ones were answered. */
+static bool may_go_on(const struct rx *rx) {
+    return (rx->lost_byte == '\n' || rx->lost_byte == '\r') && rx_free(rx) == RX_SIZE &&
+           __atomic_load_n(&rx->lost_lines, __ATOMIC_ACQUIRE) == 0;
+}
+
+void rx_put_or_lose(struct rx *rx, uint8_t byte) {
+    bool pair = rx->lost_byte == '\r' && byte == '\n';
+    if (rx->lost_byte == 0 || (!pair && may_go_on(rx))) {
+        rx->lost_byte = 0;
+        if (rx_put(rx, byte))
+            return;
+    } else if (take_out(rx, byte)) {
+        return;
+    }
+    rx->lost_byte = byte == 0 ? ' ' : byte;
+    if (!pair && (byte == '\n' || byte == '\r'))
+        __atomic_fetch_add(&rx->lost_lines, 1, __ATOMIC_RELEASE);
+}
+
+size_t rx_peek(const struct rx *rx, const uint8_t **bytes) {
+    uint32_t held = ring_held(&rx->index);
+    uint32_t from = rx->index.tail & (RX_SIZE - 1);
+    *bytes = rx->bytes + from;
+    return held < RX_SIZE - from ? held : RX_SIZE - from;
+}
+
+void rx_drop(struct rx *rx, size_t count) {
+    __atomic_store_n(&rx->index.tail, rx->index.tail + (uint32_t)count, __ATOMIC_RELEASE);
+}
+
+uint32_t rx_take_lost(struct rx *rx) {
+    if (__atomic_load_n(&rx->lost_lines, __ATOMIC_ACQUIRE) == 0)
+        return 0;
+    return __atomic_exchange_n(&rx->lost_lines, 0, __ATOMIC_ACQ_REL);
 }
 
 uint32_t rx_take_realtime(struct rx *rx) {
     return __atomic_exchange_n(&rx->realtime, 0, __ATOMIC_ACQUIRE);
 }
 
+int rx_take_override(struct rx *rx) {
+    if (ring_held(&rx->override_index) == 0)
+        return -1;
+    uint8_t byte = rx->overrides[rx->override_index.tail & (RX_OVERRIDES - 1)];
+    ring_pop(&rx->override_index);
+    return byte;
+}
+
 void rx_flush(struct rx *rx) {
     __atomic_store_n(&rx->index.tail, rx->index.head, __ATOMIC_RELEASE);
+    __atomic_store_n(&rx->override_index.tail, rx->override_index.head, __ATOMIC_RELEASE);
+    __atomic_store_n(&rx->lost_lines, 0, __ATOMIC_RELEASE);
 }

@@ -1,8 +1,11 @@
 /* SPDX-License-Identifier: MIT
  * Receive buffer of one stream: real-time bytes are taken out at once, the others wait for the line reader.
  *
- * rx_put() may run in a receive interrupt or another task than rx_get() (base/ring.h). Every byte >= 0x80 is
- * removed from the stream: known ones act, unknown ones vanish. */
+ * rx_put() may run in a receive interrupt or another task than the rest (base/ring.h). Every byte >= 0x80 is
+ * removed from the stream: known ones act, unknown ones vanish.
+ *
+ * Bytes that find no room are either refused (rx_put: the sender waits, as TCP does) or lost (rx_put_or_lose:
+ * a UART cannot wait). Lost lines are counted, so that each of them is still answered, in its place. */
 #ifndef WIFICNC_LINK_RX_H
 #define WIFICNC_LINK_RX_H
 
@@ -10,19 +13,30 @@
 #include "config.h"
 
 #include <stdbool.h>
+#include <stddef.h>
 #include <stdint.h>
 
 /** Real-time requests, collected as bits until the machine takes them. */
 enum realtime {
-    REALTIME_STATUS = 0x01, /* ?    */
-    REALTIME_HOLD = 0x02,   /* !    */
-    REALTIME_RESUME = 0x04, /* ~    */
-    REALTIME_RESET = 0x08,  /* 0x18 */
+    REALTIME_STATUS = 0x01,     /* ?    */
+    REALTIME_HOLD = 0x02,       /* !    */
+    REALTIME_RESUME = 0x04,     /* ~    */
+    REALTIME_RESET = 0x08,      /* 0x18 */
+    REALTIME_DOOR = 0x10,       /* 0x84 */
+    REALTIME_JOG_CANCEL = 0x20, /* 0x85 */
 };
+
+/** Override bytes 0x90 .. 0xA1 are kept in order: two of them count twice. */
+enum { RX_OVERRIDES = 64, RX_OVERRIDE_FIRST = 0x90, RX_OVERRIDE_LAST = 0xA1 };
 
 struct rx {
     struct ring index;
-    uint32_t realtime; /* enum realtime bits; atomic */
+    struct ring override_index;
+    uint32_t realtime;   /* enum realtime bits; atomic */
+    uint32_t cancel_at;  /* bytes put when the newest ! or 0x85 came */
+    uint32_t lost_lines; /* ends of lines that found no room; atomic */
+    uint8_t lost_byte;   /* [isr] the newest byte that was lost, 0 = nothing is being lost */
+    uint8_t overrides[RX_OVERRIDES];
     uint8_t bytes[RX_SIZE];
 };
 
@@ -32,13 +46,36 @@ void rx_init(struct rx *rx);
  * again. */
 bool rx_put(struct rx *rx, uint8_t byte);
 
-/** [task] The oldest byte, or -1. */
-int rx_get(struct rx *rx);
+/** [isr or task] Take one byte of a stream that cannot wait. Without room it is lost, and so is the rest of
+ * its line and every line until the waiting ones are read; rx_take_lost() counts them. */
+void rx_put_or_lose(struct rx *rx, uint8_t byte);
+
+/** [task] The waiting bytes in one piece, or the first piece of two. @return how many, 0 = none */
+size_t rx_peek(const struct rx *rx, const uint8_t **bytes);
+
+/** [task] The first `count` bytes of rx_peek() are read. */
+void rx_drop(struct rx *rx, size_t count);
+
+/** [task] Bytes read so far, wraps. A byte read now was put before the newest ! or 0x85 when
+ * (int32_t)(rx->cancel_at - rx_taken(rx)) > 0. */
+static inline uint32_t rx_taken(const struct rx *rx) {
+    return rx->index.tail;
+}
+
+/** [task] Lines lost since the last call. When no byte waits they are the next lines: answer them, and forget
+ * a half line. */
+uint32_t rx_take_lost(struct rx *rx);
 
 /** [task] Real-time requests since the last call. */
 uint32_t rx_take_realtime(struct rx *rx);
 
-/** [task] Forget all waiting bytes. */
+/** [task] As if these real-time bytes had come now: buttons. @param bits  enum realtime */
+void rx_request(struct rx *rx, uint32_t bits);
+
+/** [task] The oldest override byte, or -1. */
+int rx_take_override(struct rx *rx);
+
+/** [task] Forget all waiting bytes and overrides. */
 void rx_flush(struct rx *rx);
 
 /** Bytes that can be put now. */

@@ -1,69 +1,206 @@
 /* SPDX-License-Identifier: MIT
- * $ lines. */
-#include "machine/machine.h"
+ * $ lines: what each needs, and in which states it is possible. Order of the checks as in Grbl. */
+#include "machine/inner.h"
 
 #include "gcode/number.h"
 
-static void print_settings(struct machine *machine) {
-    uint16_t number = SETTINGS_BEGIN;
-    while (settings_next(&number, machine->board.axis_count)) {
-        double value;
-        uint8_t decimals;
-        if (!settings_get(&machine->settings, number, machine->board.axis_count, &value, &decimals))
-            continue;
-        text_string(&machine->out, "$");
-        text_int(&machine->out, number);
-        text_string(&machine->out, "=");
-        text_fixed(&machine->out, value, decimals);
-        text_string(&machine->out, "\r\n");
-    }
-}
+#include <string.h>
 
-static enum status unlock(struct machine *machine) {
-    if (machine->state == MACHINE_ALARM) {
-        machine->state = MACHINE_IDLE;
-        report_message(machine, "Caution: Unlocked");
-    }
+static enum status help(struct machine *machine) {
+    text_string(&machine->out,
+                "[HLP:$$ $# $G $I $N $x=val $Nx=line $J=line $SLP $C $X $H $RST=$ ~ ! ? ctrl-x]\r\n");
     return STATUS_OK;
 }
 
-/* $N=value; text stands behind the $. */
-static enum status set(struct machine *machine, const char *text) {
-    double number, value;
-    text = number_read(text, &number);
-    if (text == NULL || *text != '=')
+static enum status show_settings(struct machine *machine) {
+    if (machine->state == MACHINE_RUN || machine->state == MACHINE_HOLD)
+        return STATUS_NOT_IDLE;
+    list_settings(machine);
+    return STATUS_OK;
+}
+
+static enum status unlock(struct machine *machine) {
+    if (machine->state != MACHINE_ALARM)
+        return STATUS_OK;
+    if (inputs_door_is_open(machine))
+        return STATUS_DOOR_OPEN;
+    report_message(machine, "Caution: Unlocked");
+    machine_transition(machine, MACHINE_UNLOCKS);
+    return STATUS_OK;
+}
+
+static enum status check(struct machine *machine) {
+    if (machine->state == MACHINE_CHECK) {
+        report_message(machine, "Disabled");
+        machine->reset_asked = true;
+        return STATUS_OK;
+    }
+    if (!machine_transition(machine, MACHINE_CHECKS))
+        return STATUS_NOT_IDLE;
+    report_message(machine, "Enabled");
+    return STATUS_OK;
+}
+
+/* Single letters, alone on their line. */
+static enum status single(struct machine *machine, char letter) {
+    switch (letter) {
+    case '$':
+        return show_settings(machine);
+    case 'G':
+        list_modes(machine);
+        return STATUS_OK;
+    case 'C':
+        return check(machine);
+    default:
+        return unlock(machine);
+    }
+}
+
+static enum status restore(struct machine *machine, const char *what) {
+    bool all = strcmp(what, "*") == 0;
+    bool settings = all || strcmp(what, "$") == 0;
+    bool offsets = all || strcmp(what, "#") == 0;
+    if (!settings && !offsets)
         return STATUS_UNKNOWN_COMMAND;
-    const char *end = number_read(text + 1, &value);
+    keep_defaults(machine, settings, offsets, all);
+    report_message(machine, "Restoring defaults");
+    machine->reset_asked = true;
+    return STATUS_OK;
+}
+
+static enum status build_info(struct machine *machine, const char *text) {
+    if (text[0] == '\0') {
+        list_build(machine);
+        return STATUS_OK;
+    }
+    if (text[0] != '=')
+        return STATUS_UNKNOWN_COMMAND;
+    memcpy(machine->info, text + 1, strlen(text)); /* with its NUL; shorter than LINE_SIZE as the line was */
+    keep_info(machine);
+    return STATUS_OK;
+}
+
+/* $0=1.5x and so on: number, =, value. @return the number, or -1 and *status */
+static int32_t left_side(const char **text, enum status *status) {
+    double number;
+    const char *end = number_read(*text, &number);
+    *status = end == NULL ? STATUS_BAD_NUMBER : STATUS_UNKNOWN_COMMAND;
+    if (end == NULL || *end != '=')
+        return -1;
+    *text = end + 1;
+    return number >= 0.0 && number <= 65534.0 && number == (double)(uint16_t)number ? (int32_t)number
+                                                                                    : INT32_MAX;
+}
+
+static enum status set(struct machine *machine, const char *text) {
+    enum status status;
+    double value;
+    int32_t number = left_side(&text, &status);
+    if (number < 0)
+        return status;
+    const char *end = number_read(text, &value);
     if (end == NULL)
         return STATUS_BAD_NUMBER;
-    if (*end != '\0' || !(number >= 0.0 && number <= 65534.0) || number != (double)(uint16_t)number)
+    if (*end != '\0' || number == INT32_MAX)
         return STATUS_UNKNOWN_COMMAND;
-    if (!machine_is_at_rest(machine))
-        return STATUS_NOT_IDLE;
-    enum status status = settings_set(&machine->settings, (uint16_t)number, value, machine->board.axis_count);
-    if (status == STATUS_OK)
-        machine_apply_settings(machine);
-    return status;
+    status = settings_set(&machine->settings, (uint16_t)number, value, machine->board.axis_count);
+    if (status != STATUS_OK)
+        return status;
+    machine_apply_settings(machine);
+    outputs_apply(machine);
+    report_changed_offset(machine); /* $10 and $13 change how it reads */
+    keep_settings(machine);
+    return STATUS_OK;
 }
 
-static enum status dollar(struct machine *machine, const char *text) {
+/* $N and $Nx=line: the line is executed first, and stored if that went well (machine_answer()).
+ * @return false: it became a task */
+static bool startup_line(struct machine *machine, const char *text, enum status *status) {
+    *status = STATUS_OK;
     if (text[0] == '\0') {
-        text_string(&machine->out, "[HLP:$$ $x=val $X ~ ! ? ctrl-x]\r\n");
-        return STATUS_OK;
+        list_startup(machine);
+        return true;
     }
-    if (text[1] == '\0' && text[0] == '$') {
-        if (!machine_is_at_rest(machine))
-            return STATUS_NOT_IDLE;
-        print_settings(machine);
-        return STATUS_OK;
-    }
-    if (text[1] == '\0' && text[0] == 'X')
-        return unlock(machine);
-    if (text[0] >= '0' && text[0] <= '9')
-        return set(machine, text);
-    return STATUS_UNKNOWN_COMMAND;
+    *status = STATUS_NOT_IDLE;
+    if (machine->state != MACHINE_IDLE)
+        return true;
+    int32_t index = left_side(&text, status);
+    if (index >= STARTUP_LINE_COUNT)
+        *status = STATUS_UNKNOWN_COMMAND;
+    if (index < 0 || index >= STARTUP_LINE_COUNT)
+        return true;
+    *status = gcode_line(&machine->gcode, text, &machine->command);
+    if (*status != STATUS_OK)
+        return true;
+    machine->source = LINE_STORED;
+    machine->store_as = (uint8_t)index;
+    task_begin(machine);
+    return false;
 }
 
-void machine_dollar(struct machine *machine, const char *line) {
-    machine_answer(machine, dollar(machine, line + 1));
+static enum status home(struct machine *machine, const char *axes) {
+    if (!machine->settings.homing)
+        return STATUS_HOMING_DISABLED;
+    if (inputs_door_is_open(machine))
+        return STATUS_DOOR_OPEN;
+    return homing_begin(machine, axes);
+}
+
+static void sleep(struct machine *machine) {
+    machine_answer(machine, STATUS_OK);
+    machine_transition(machine, MACHINE_SLEEPS);
+    outputs_off(machine);
+    report_message(machine, "Sleeping");
+}
+
+/* Commands that need Idle or Alarm. @return false: answered already, or a task */
+static bool at_rest(struct machine *machine, const char *text, enum status *status) {
+    *status = STATUS_NOT_IDLE;
+    if (!machine_is_idle_or_alarm(machine))
+        return true;
+    *status = STATUS_UNKNOWN_COMMAND;
+    if (strcmp(text, "#") == 0) {
+        list_offsets(machine);
+        *status = STATUS_OK;
+    } else if (text[0] == 'H') {
+        *status = home(machine, text + 1);
+        return *status != STATUS_OK;
+    } else if (strcmp(text, "SLP") == 0) {
+        sleep(machine);
+        return false;
+    } else if (text[0] == 'I') {
+        *status = build_info(machine, text + 1);
+    } else if (strncmp(text, "RST=", 4) == 0) {
+        *status = restore(machine, text + 4);
+    } else if (text[0] == 'N') {
+        return startup_line(machine, text + 1, status);
+    } else if (strchr("#SR", text[0]) == NULL) {
+        *status = set(machine, text);
+    }
+    return true;
+}
+
+static enum status jog(struct machine *machine, const char *text) {
+    if (machine->state != MACHINE_IDLE && machine->state != MACHINE_JOG)
+        return STATUS_NOT_IDLE;
+    if (text[0] != '=')
+        return STATUS_UNKNOWN_COMMAND;
+    return jog_begin(machine, text + 1);
+}
+
+void command_line(struct machine *machine, const char *line) {
+    const char *text = line + 1;
+    enum status status;
+    if (text[0] == '\0') {
+        status = help(machine);
+    } else if (text[0] == 'J') {
+        status = jog(machine, text + 1);
+        if (status == STATUS_OK)
+            return; /* answered when there is room for it */
+    } else if (strchr("$GCX", text[0]) != NULL) {
+        status = text[1] != '\0' ? STATUS_UNKNOWN_COMMAND : single(machine, text[0]);
+    } else if (!at_rest(machine, text, &status)) {
+        return;
+    }
+    machine_answer(machine, status);
 }

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-#include "machine/machine.h"
+#include "machine/inner.h"
 
 #include "base/debug.h"
 
@@ -11,23 +11,23 @@ void machine_init(struct machine *machine, const struct machine_board *board, st
                   struct hal_step *hal_step, const struct text_out *out) {
     static const struct prep_timing no_timing = {1, 1, 1};
     static const struct motion_limits no_limits = {.steps_per_mm = {1, 1, 1, 1, 1, 1}};
-    machine->board = *board;
-    machine->hal = hal;
-    machine->out = *out;
+    *machine = (struct machine){.board = *board, .hal = hal, .out = *out};
     settings_defaults(&machine->settings);
     machine->settings.step_pulse_us = board_pulse_us(board);
-    machine->gcode = (struct gcode_state){.axes = (axis_mask_t)((1u << board->axis_count) - 1)};
+    machine->gcode.axes = (axis_mask_t)((1u << board->axis_count) - 1);
     gcode_modal_init(&machine->gcode.modal);
     rx_init(&machine->rx);
     line_reader_reset(&machine->reader);
     motion_init(&machine->motion, &no_limits);
     step_init(&machine->step, hal_step);
     prep_init(&machine->prep, &machine->motion.ring, &machine->step, &no_timing);
-    machine->state = MACHINE_IDLE;
-    machine->stage = TASK_NONE;
-    machine->arc_pending = false;
-    machine->lines = 0;
-    report_banner(machine);
+    machine->feed_pct = machine->rapid_pct = machine->spindle_pct = 100;
+    keep_load(machine);
+    machine->state = machine->settings.homing ? MACHINE_ALARM : MACHINE_IDLE;
+    hal_inputs_read(hal, &machine->inputs);
+    machine->edges.known = inputs_limits(machine, &machine->inputs);
+    outputs_off(machine);
+    machine_restart(machine);
     machine_apply_settings(machine);
 }
 
@@ -39,16 +39,41 @@ bool machine_is_standing(const struct machine *machine) {
     return prep_is_empty(&machine->prep) && !machine->step.active;
 }
 
+bool machine_is_stopped(const struct machine *machine) {
+    return machine_is_standing(machine) &&
+           (motion_is_held(&machine->motion) || motion_is_planned_out(&machine->motion));
+}
+
 void machine_position(const struct machine *machine, int32_t steps[AXIS_COUNT]) {
     step_position(&machine->step, machine->prep.position, steps);
+}
+
+void machine_stand_at(struct machine *machine, const int32_t position[AXIS_COUNT]) {
+    prep_reset(&machine->prep, position);
+    motion_reset(&machine->motion, position);
+    for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
+        machine->gcode.position_mm[ax] = machine->motion.plan.position_mm[ax];
+}
+
+void machine_drop_motion(struct machine *machine) {
+    int32_t position[AXIS_COUNT];
+    machine_position(machine, position);
+    machine_stand_at(machine, position);
 }
 
 void machine_input_pause(struct machine *machine) {
     motion_flush(&machine->motion);
 }
 
-void machine_answer(struct machine *machine, enum status status) {
-    DEBUG(DEBUG_MACHINE, "answer: line, status", machine->lines, status);
+void machine_apply_override(struct machine *machine) {
+    bool plain =
+        machine->state == MACHINE_JOG || machine->state == MACHINE_HOME || machine->stage == TASK_PROBING;
+    float feed = plain ? 1.0f : (float)machine->feed_pct * 0.01f;
+    float rapid = plain ? 1.0f : (float)machine->rapid_pct * 0.01f;
+    motion_set_override(&machine->motion, feed, rapid);
+}
+
+static void print_answer(struct machine *machine, enum status status) {
     if (status == STATUS_OK) {
         text_string(&machine->out, "ok\r\n");
         return;
@@ -56,6 +81,42 @@ void machine_answer(struct machine *machine, enum status status) {
     text_string(&machine->out, "error:");
     text_int(&machine->out, (int32_t)status);
     text_string(&machine->out, "\r\n");
+}
+
+void machine_answer(struct machine *machine, enum status status) {
+    DEBUG(DEBUG_MACHINE, "answer: line, status", machine->lines, status);
+    if (machine->source == LINE_STARTUP) {
+        text_string(&machine->out, ">");
+        text_string(&machine->out, machine->startup_lines[machine->startup - 1]);
+        text_string(&machine->out, ":");
+    } else if (machine->source == LINE_STORED && status == STATUS_OK) {
+        keep_startup(machine);
+    }
+    machine->line_open = false;
+    print_answer(machine, status);
+}
+
+void machine_timer_start(struct machine *machine, struct machine_timer *timer, uint32_t us) {
+    *timer = (struct machine_timer){.on = us > 0, .from_us = hal_time_us(machine->hal), .us = us};
+}
+
+bool machine_timer_runs(const struct machine *machine, const struct machine_timer *timer) {
+    return timer->on && hal_time_us(machine->hal) - timer->from_us < timer->us;
+}
+
+static uint32_t timer_left_us(const struct machine *machine, const struct machine_timer *timer) {
+    if (!machine_timer_runs(machine, timer))
+        return UINT32_MAX;
+    return timer->us - (hal_time_us(machine->hal) - timer->from_us);
+}
+
+uint32_t machine_wait_us(const struct machine *machine) {
+    uint32_t quiet = timer_left_us(machine, &machine->quiet);
+    uint32_t timer = timer_left_us(machine, &machine->timer);
+    uint32_t least = quiet < timer ? quiet : timer;
+    if (machine->motion.waits && least > MOTION_START_DELAY_US)
+        least = MOTION_START_DELAY_US;
+    return least;
 }
 
 static void report_clamp(struct machine *machine, unsigned axis, float mm_min) {
@@ -98,63 +159,8 @@ void machine_apply_settings(struct machine *machine) {
         .min_interval_ticks = ticks_of(board, 2 * pulse_ns),
         .dir_setup_ticks = ticks_of(board, board->dir_setup_ns),
     };
-}
-
-/* Stop at once and forget what was planned; the position is what the pins have made. */
-static void reset(struct machine *machine) {
-    int32_t position[AXIS_COUNT];
-    bool moving = !machine_is_standing(machine);
-    step_halt(&machine->step);
-    machine_position(machine, position);
-    step_flush(&machine->step);
-    prep_reset(&machine->prep, position);
-    motion_reset(&machine->motion, position);
-    for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
-        machine->gcode.position_mm[ax] = machine->motion.plan.position_mm[ax];
-        machine->gcode.offsets.g92_mm[ax] = 0.0;
-    }
-    machine->gcode.offsets.tool_length_mm = 0.0;
-    gcode_modal_init(&machine->gcode.modal);
-    hal_spindle_set(machine->hal, 0, 0.0f);
-    hal_coolant_set(machine->hal, 0);
-    rx_flush(&machine->rx);
-    line_reader_reset(&machine->reader);
-    machine->stage = TASK_NONE;
-    machine->arc_pending = false;
-    if (moving) {
-        machine->state = MACHINE_ALARM;
-        text_string(&machine->out, "ALARM:3\r\n");
-    } else if (machine->state != MACHINE_ALARM) {
-        machine->state = MACHINE_IDLE;
-    }
-    report_banner(machine);
-}
-
-static void resume(struct machine *machine) {
-    machine->state = MACHINE_IDLE;
-    motion_resume(&machine->motion);
-    if (machine->stage != TASK_PAUSED)
-        return;
-    machine->stage = TASK_NONE;
-    machine->gcode.modal = machine->command.next;
-    machine_answer(machine, STATUS_OK);
-}
-
-static bool take_realtime(struct machine *machine) {
-    if (machine->rx.realtime == 0)
-        return false;
-    uint32_t bits = rx_take_realtime(&machine->rx);
-    if ((bits & REALTIME_RESET) != 0)
-        reset(machine);
-    if ((bits & REALTIME_STATUS) != 0)
-        report_status(machine);
-    if ((bits & REALTIME_HOLD) != 0 && machine->state != MACHINE_ALARM) {
-        machine->state = MACHINE_HOLD;
-        motion_hold(&machine->motion);
-    }
-    if ((bits & REALTIME_RESUME) != 0 && machine->state == MACHINE_HOLD)
-        resume(machine);
-    return true;
+    if (machine_is_at_rest(machine)) /* steps stay, mm follow $100 .. */
+        machine_drop_motion(machine);
 }
 
 static bool in_range(const struct machine *machine, const struct gcode_move *move) {
@@ -165,7 +171,7 @@ static bool in_range(const struct machine *machine, const struct gcode_move *mov
 }
 
 static void take_gcode(struct machine *machine, const char *line) {
-    if (machine->state == MACHINE_ALARM) {
+    if (machine->state == MACHINE_ALARM || machine->state == MACHINE_JOG) {
         machine_answer(machine, STATUS_LOCKED);
         return;
     }
@@ -179,45 +185,138 @@ static void take_gcode(struct machine *machine, const char *line) {
     task_begin(machine);
 }
 
+/* Next startup line after the banner or homing. @return false: there is none. */
+static bool take_startup(struct machine *machine) {
+    while (machine->startup < STARTUP_LINE_COUNT) {
+        const char *line = machine->startup_lines[machine->startup++];
+        if (line[0] == '\0')
+            continue;
+        machine->source = LINE_STARTUP;
+        machine->line_open = true;
+        take_gcode(machine, line);
+        return true;
+    }
+    if (!machine->homed_line)
+        return false;
+    machine->homed_line = false;
+    machine->source = LINE_STREAM;
+    machine_answer(machine, STATUS_OK);
+    return true;
+}
+
+/* Began in the buffer before the jog was cancelled. */
+static bool is_flushed(struct machine *machine, const char *line) {
+    if (!machine->flushing)
+        return false;
+    machine->flushing = (int32_t)(machine->flush_until - machine->line_from) > 0;
+    return machine->flushing && line[0] == '$' && line[1] == 'J' && line[2] == '=';
+}
+
+static void take_text(struct machine *machine, enum line_result result) {
+    const char *line = machine->reader.text;
+    machine->lines++;
+    machine->source = LINE_STREAM;
+    machine->line_open = true;
+    if (result == LINE_OVERFLOW)
+        machine_answer(machine, STATUS_LINE_TOO_LONG);
+    else if (line[0] == '\0' || is_flushed(machine, line))
+        machine_answer(machine, STATUS_OK);
+    else if (line[0] == '$')
+        command_line(machine, line);
+    else
+        take_gcode(machine, line);
+}
+
+/* Lines that found no room in the receive buffer: their places in the row of answers. */
+static bool answer_lost(struct machine *machine) {
+    uint32_t lost = rx_take_lost(&machine->rx);
+    if (lost == 0)
+        return false;
+    line_reader_reset(&machine->reader);
+    report_message(machine, "Receive buffer overflow");
+    for (; lost > 0; lost--)
+        take_text(machine, LINE_OVERFLOW);
+    return true;
+}
+
 /* Read up to the end of one line and begin it. @return false: no whole line there. */
 static bool take_line(struct machine *machine) {
     for (;;) {
-        int byte = rx_get(&machine->rx);
-        if (byte < 0)
-            return false;
-        enum line_result result = line_reader_put(&machine->reader, (uint8_t)byte);
+        const uint8_t *bytes;
+        enum line_result result;
+        size_t count = rx_peek(&machine->rx, &bytes);
+        if (count == 0)
+            return answer_lost(machine);
+        if (machine->reader.length == 0)
+            machine->line_from = rx_taken(&machine->rx);
+        rx_drop(&machine->rx, line_reader_take(&machine->reader, bytes, count, &result));
         if (result == LINE_NONE)
             continue;
-        machine->lines++;
-        if (result == LINE_OVERFLOW)
-            machine_answer(machine, STATUS_LINE_TOO_LONG);
-        else if (machine->reader.text[0] == '\0')
-            machine_answer(machine, STATUS_OK);
-        else if (machine->reader.text[0] == '$')
-            machine_dollar(machine, machine->reader.text);
-        else
-            take_gcode(machine, machine->reader.text);
+        take_text(machine, result);
         return true;
     }
 }
 
-static void update_state(struct machine *machine) {
-    if (machine->state == MACHINE_IDLE && !machine_is_at_rest(machine))
-        machine->state = MACHINE_RUN;
-    else if (machine->state == MACHINE_RUN && machine_is_at_rest(machine))
-        machine->state = MACHINE_IDLE;
+static bool update_state(struct machine *machine) {
+    bool works = !machine_is_at_rest(machine) || machine->stage != TASK_NONE;
+    if (machine->state == MACHINE_IDLE && works)
+        return machine_transition(machine, MACHINE_STARTS);
+    if (works || machine->cancelling || machine->state == MACHINE_HOME)
+        return false;
+    bool jogged = machine->state == MACHINE_JOG;
+    if (!machine_transition(machine, MACHINE_RESTS))
+        return false;
+    if (jogged)
+        machine_apply_override(machine);
+    return true;
+}
+
+static bool lines_poll(struct machine *machine) {
+    bool any = false;
+    while (!machine->restart && !machine->critical && !machine->quiet.on) {
+        bool further = false;
+        if (machine->stage != TASK_NONE)
+            further = machine_works(machine) && task_poll(machine);
+        else if (machine_reads(machine))
+            further = take_startup(machine) || take_line(machine);
+        if (!further)
+            break;
+        update_state(machine); /* the next line sees what this one began */
+        any = true;
+    }
+    return any;
+}
+
+/* @return true while nothing may be said or read after an alarm */
+static bool is_quiet(struct machine *machine) {
+    if (machine_timer_runs(machine, &machine->quiet))
+        return true;
+    machine->quiet.on = false;
+    return false;
 }
 
 bool machine_poll(struct machine *machine) {
-    bool any = take_realtime(machine);
-    for (;;) {
-        bool further = machine->stage != TASK_NONE ? task_poll(machine) : take_line(machine);
-        if (!further)
-            break;
+    bool any = inputs_poll(machine);
+    if (is_quiet(machine))
+        return any;
+    if (machine->critical_untold) {
+        machine->critical_untold = false;
+        report_message(machine, "Reset to continue");
+    }
+    any |= realtime_poll(machine);
+    if (is_quiet(machine))
+        return any;
+    if (machine->restart) {
+        machine_restart(machine);
         any = true;
     }
+    any |= suspend_poll(machine);
+    any |= lines_poll(machine);
+    outputs_poll(machine);
+    if (machine->critical)
+        return any;
     any |= motion_poll(&machine->motion, hal_time_us(machine->hal));
     any |= prep_poll(&machine->prep);
-    update_state(machine);
+    any |= update_state(machine);
     return any;
 }

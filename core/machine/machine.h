@@ -5,7 +5,8 @@
  * step ISR
  *
  * Nothing here blocks. A line that must wait (look-ahead full, dwell, M0) stays the current task; each poll
- * carries it on as far as it goes, and the next line is not read before it is answered. */
+ * carries it on as far as it goes, and the next line is not read before it is answered. This header is for
+ * the outside; machine/inner.h is for core/machine alone. */
 #ifndef WIFICNC_MACHINE_MACHINE_H
 #define WIFICNC_MACHINE_MACHINE_H
 
@@ -25,19 +26,39 @@ struct machine_board {
     uint32_t timer_hz;
     uint32_t step_pulse_ns; /* used unless $0 asks for another; $0 starts at this, in whole us */
     uint32_t dir_setup_ns;
-    uint32_t max_step_rate_hz; /* of one axis */
-    uint8_t axis_count;        /* 1 .. AXIS_COUNT */
+    uint32_t max_step_rate_hz;     /* of one axis */
+    uint8_t axis_count;            /* 1 .. AXIS_COUNT */
+    const struct hal_store *store; /* NULL: nothing is kept */
+    void *store_ctx;
 };
 
 enum machine_state {
     MACHINE_IDLE,
     MACHINE_RUN,
-    MACHINE_HOLD,  /* ! or M0: waits for ~ */
-    MACHINE_ALARM, /* locked until $X or reset; position may be wrong */
+    MACHINE_HOLD, /* ! or M0: waits for ~ */
+    MACHINE_JOG,
+    MACHINE_ALARM, /* locked until $X, $H or reset; position may be wrong */
+    MACHINE_DOOR,  /* safety door: outputs off, waits for a closed door and ~ */
+    MACHINE_CHECK, /* $C: lines are read, nothing moves */
+    MACHINE_HOME,
+    MACHINE_SLEEP, /* $SLP: waits for reset */
+    MACHINE_STATE_COUNT
 };
 
-/** Alarm numbers: Grbl 1.1h's. */
-enum alarm { ALARM_NONE = 0, ALARM_RESET_IN_MOTION = 3 };
+/** Alarm numbers: Grbl 1.1h's, and ours above 40, which no other controller uses. */
+enum alarm {
+    ALARM_NONE = 0,
+    ALARM_HARD_LIMIT = 1,
+    ALARM_SOFT_LIMIT = 2,
+    ALARM_RESET_IN_MOTION = 3,
+    ALARM_PROBE_CLOSED = 4, /* in contact before it moved */
+    ALARM_PROBE_MISSED = 5, /* no contact */
+    ALARM_HOMING_RESET = 6,
+    ALARM_HOMING_DOOR = 7,
+    ALARM_HOMING_PULL_OFF = 8, /* the switch did not open */
+    ALARM_HOMING_MISSED = 9,   /* the switch was not found */
+    ALARM_ESTOP = 50,
+};
 
 /** Where the current line stands; each stage ends before the next begins. */
 enum task_stage {
@@ -51,6 +72,56 @@ enum task_stage {
     TASK_ARC,
     TASK_FLOW,   /* M0, M2, M30: wait for rest */
     TASK_PAUSED, /* M0: wait for ~ */
+    TASK_JOG,    /* $J=: wait for room */
+    TASK_PROBE,  /* wait for rest, then look at the probe */
+    TASK_PROBING,
+    TASK_SOFT_LIMIT, /* wait for the stop, then alarm 2 */
+    TASK_HOMING,
+    TASK_LOCKED, /* a critical alarm came; answered at the reset */
+};
+
+/** Whose line the current one is. */
+enum line_source { LINE_STREAM, LINE_STARTUP, LINE_STORED };
+
+/** A span of time to be waited for. */
+struct machine_timer {
+    bool on;
+    uint32_t from_us, us;
+};
+
+/** Spindle and coolant: what the program wants and what is kept from it. */
+struct machine_outputs {
+    enum gcode_spindle spindle;
+    float rpm; /* S */
+    uint8_t coolant;
+    bool spindle_stopped; /* 0x9E in a hold */
+    bool suspended;       /* the door is open: everything is off */
+    bool coolant_waits;   /* the door was closed: the spindle runs up first */
+    float power;          /* laser: part of S that the present speed asks for */
+};
+
+/** N words of motion lines under way, by source line. */
+enum { LINE_NUMBERS = 128 };
+struct line_numbers {
+    uint32_t count;
+    struct {
+        uint32_t line, number;
+    } slots[LINE_NUMBERS];
+};
+
+/** How far homing is; machine/homing.c. */
+struct homing {
+    uint8_t cycle, step, next;
+    axis_mask_t asked, axes, left; /* of $H; of this cycle; of these still looking for their switch */
+};
+
+/** Written by machine_edge_isr() too. */
+struct machine_edges {
+    axis_mask_t known; /* limits active at the last edge */
+    axis_mask_t latch; /* homing: remember where these come on */
+    volatile axis_mask_t latched;
+    int32_t at[AXIS_COUNT];          /* steps, where latched */
+    volatile bool hard_limit, estop; /* seen, motion is halted */
 };
 
 struct machine {
@@ -64,22 +135,60 @@ struct machine {
     struct motion motion;
     struct prep prep;
     struct step step;
+
     enum machine_state state;
+    bool critical;        /* after alarm 1, 2 or e-stop: only a reset helps */
+    bool critical_untold; /* ... and that was not said yet */
+    bool restart;         /* the banner is due */
+    bool reset_asked;     /* by a $ command */
+    bool restoring;       /* the door was closed, spindle and coolant start again */
+    bool cancelling;      /* a jog is being cancelled */
+    bool line_open;       /* the current line is not answered yet */
+    uint32_t flush_until; /* $J= lines put before this many bytes are dropped, while flushing */
+    bool flushing;
+    uint32_t line_from;         /* bytes taken before the present line */
+    struct machine_timer quiet; /* after an alarm */
+    struct machine_timer timer; /* of the activity: debounce, spindle run-up */
+    uint8_t feed_pct, rapid_pct, spindle_pct;
+    uint8_t wco_wait, ov_wait; /* reports until the field is due */
+    struct machine_edges edges;
+    struct hal_inputs inputs; /* at the last poll */
+    struct machine_outputs outputs;
+
     enum task_stage stage;
+    enum line_source source;
+    uint8_t startup;              /* next startup line to run; STARTUP_LINE_COUNT = none */
+    uint8_t store_as;             /* LINE_STORED: which one */
+    bool homed_line;              /* $H is answered after the startup lines */
     struct gcode_command command; /* of the current line */
+    double dwell_left_s;
     struct arc arc;
     bool arc_pending; /* arc_point_mm waits for room in the look-ahead */
     double arc_point_mm[AXIS_COUNT];
     float arc_feed_mm_s;
+    struct homing homing;
+    int32_t probe_steps[AXIS_COUNT];
+    bool probe_ok;
+    struct line_numbers numbers;
     uint32_t lines; /* lines taken */
+    char startup_lines[STARTUP_LINE_COUNT][LINE_SIZE];
+    char info[LINE_SIZE]; /* $I= */
 };
 
-/** Power-on: defaults, position 0, banner. `out` and `hal` must live as long as the machine. */
+/** Power-on: what was kept or defaults, position 0, banner. `out`, `hal` and the store must live as long as
+ * the machine. */
 void machine_init(struct machine *machine, const struct machine_board *board, struct hal *hal,
                   struct hal_step *hal_step, const struct text_out *out);
 
 /** Carry everything on as far as it goes now. @return true when anything was done. */
 bool machine_poll(struct machine *machine);
+
+/** [isr or task] A limit or e-stop line has changed. Halts the step ISR when it must stop at once, and
+ * remembers the exact step. On the ISR's core, never nested into it. */
+void machine_edge_isr(struct machine *machine);
+
+/** Poll again after this many us at the latest, even if nothing happens. @return UINT32_MAX: no need */
+uint32_t machine_wait_us(const struct machine *machine);
 
 /** Nothing more comes for now: planned moves start without waiting for look-ahead. */
 void machine_input_pause(struct machine *machine);
@@ -92,30 +201,5 @@ bool machine_is_at_rest(const struct machine *machine);
 
 /** Steps that have left the pins. */
 void machine_position(const struct machine *machine, int32_t steps[AXIS_COUNT]);
-
-/** A $ line (without line end). Answers it. machine/command.c */
-void machine_dollar(struct machine *machine, const char *line);
-
-/** Settings changed: limits of the planner and timing of prep anew. Rates above the board's are clamped and
- * reported. */
-void machine_apply_settings(struct machine *machine);
-
-/** ok or error:N. */
-void machine_answer(struct machine *machine, enum status status);
-
-/** Start the stages of machine->command. machine/task.c */
-void task_begin(struct machine *machine);
-
-/** Carry the current line on. @return true when it came further. */
-bool task_poll(struct machine *machine);
-
-/** Banner and what belongs to it. machine/report.c */
-void report_banner(struct machine *machine);
-
-/** <State|MPos:...|FS:...> */
-void report_status(struct machine *machine);
-
-/** [MSG:text] */
-void report_message(struct machine *machine, const char *text);
 
 #endif

@@ -1,8 +1,10 @@
 /* SPDX-License-Identifier: MIT
  * The stages of one accepted G-code line. */
-#include "machine/machine.h"
+#include "machine/inner.h"
 
-static bool rest_reached(struct machine *machine) {
+#define DWELL_SLICE_S 0.02 /* a hold stops a dwell within this */
+
+bool task_rest_reached(struct machine *machine) {
     if (machine_is_at_rest(machine))
         return true;
     motion_flush(&machine->motion);
@@ -16,26 +18,47 @@ static uint8_t line_flags(const struct machine *machine, bool rapid) {
     return flags;
 }
 
+bool task_in_travel(const struct machine *machine, const double target_mm[AXIS_COUNT]) {
+    const struct settings *settings = &machine->settings;
+    if (!settings->soft_limits)
+        return true;
+    for (unsigned ax = 0; ax < machine->board.axis_count; ax++) {
+        double travel_mm = (double)settings->max_travel_mm[ax];
+        if (travel_mm > 0.0 && (target_mm[ax] > 0.0 || target_mm[ax] < -travel_mm))
+            return false;
+    }
+    return true;
+}
+
+/* A line that leaves the travel brings everything to a controlled stop. */
+static bool leaves_travel(struct machine *machine, const double target_mm[AXIS_COUNT]) {
+    if (task_in_travel(machine, target_mm))
+        return false;
+    motion_hold(&machine->motion);
+    return true;
+}
+
 static bool push_line(struct machine *machine, const double target_mm[AXIS_COUNT], bool rapid,
                       float feed_mm_s, float duration_s) {
     struct motion_line line = {.feed_mm_s = feed_mm_s,
                                .duration_s = duration_s,
                                .line = machine->lines,
                                .flags = line_flags(machine, rapid)};
+    if (machine->state == MACHINE_CHECK)
+        return true;
     for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
         line.target_mm[ax] = target_mm[ax];
     return motion_line(&machine->motion, &line, hal_time_us(machine->hal));
 }
 
-static void set_position(struct machine *machine, const double target_mm[AXIS_COUNT]) {
+void task_set_position(struct machine *machine, const double target_mm[AXIS_COUNT]) {
     for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
         machine->gcode.position_mm[ax] = target_mm[ax];
 }
 
 static void set_outputs(struct machine *machine, enum gcode_spindle spindle, uint8_t coolant) {
-    static const int direction[] = {[SPINDLE_OFF] = 0, [SPINDLE_CW] = 1, [SPINDLE_CCW] = -1};
-    hal_spindle_set(machine->hal, direction[spindle], machine->command.next.spindle_rpm);
-    hal_coolant_set(machine->hal, coolant);
+    if (machine->state != MACHINE_CHECK)
+        outputs_set(machine, spindle, machine->command.next.spindle_rpm, coolant);
 }
 
 static void begin_arc(struct machine *machine) {
@@ -47,15 +70,17 @@ static void begin_arc(struct machine *machine) {
     machine->arc_pending = false;
 }
 
-/* Chords until the arc is done or the look-ahead is full. @return true when it is done. */
-static bool push_arc(struct machine *machine) {
+/* Chords until the arc is done, the look-ahead is full or the travel ends. */
+static enum task_stage push_arc(struct machine *machine) {
     for (;;) {
         if (!machine->arc_pending && !arc_next(&machine->arc, machine->arc_point_mm))
-            return true;
+            return TASK_NONE;
+        if (!machine->arc_pending && leaves_travel(machine, machine->arc_point_mm))
+            return TASK_SOFT_LIMIT;
         machine->arc_pending =
             !push_line(machine, machine->arc_point_mm, false, machine->arc_feed_mm_s, 0.0f);
         if (machine->arc_pending)
-            return false;
+            return TASK_ARC;
     }
 }
 
@@ -78,85 +103,177 @@ static enum task_stage stage_of_move(struct machine *machine) {
     const struct gcode_move *move = &machine->command.move;
     if (move->motion == MOTION_NONE)
         return stage_after_move(machine);
+    if (machine->command.line_number != 0)
+        numbers_note(&machine->numbers, machine->lines, machine->command.line_number);
     if (move->via)
-        return TASK_VIA;
-    if (!is_arc(move))
+        return leaves_travel(machine, move->via_mm) ? TASK_SOFT_LIMIT : TASK_VIA;
+    if (is_arc(move)) {
+        begin_arc(machine);
+        return TASK_ARC;
+    }
+    if (leaves_travel(machine, move->target_mm))
+        return TASK_SOFT_LIMIT;
+    if (move->motion != MOTION_PROBE)
         return TASK_MOVE;
-    begin_arc(machine);
-    return TASK_ARC;
+    return machine->state == MACHINE_CHECK ? stage_after_move(machine) : TASK_PROBE;
 }
 
 static enum task_stage stage_after_outputs(const struct machine *machine) {
     return machine->command.dwell_s >= 0.0f ? TASK_DWELL : TASK_STORE;
 }
 
+/* With a laser, S alone changes power and not the beam: no stop is needed. */
+static bool needs_stop(const struct machine *machine) {
+    const struct gcode_command *command = &machine->command;
+    const struct gcode_modal *now = &machine->gcode.modal;
+    return !machine->settings.laser_mode || command->spindle != now->spindle ||
+           command->coolant != now->coolant;
+}
+
 void task_begin(struct machine *machine) {
-    machine->stage = machine->command.sync ? TASK_OUTPUTS : stage_after_outputs(machine);
+    struct gcode_command *command = &machine->command;
+    machine->stage = stage_after_outputs(machine);
+    if (!command->sync)
+        return;
+    if (needs_stop(machine))
+        machine->stage = TASK_OUTPUTS;
+    else
+        set_outputs(machine, command->spindle, command->coolant);
+}
+
+static void reset_overrides(struct machine *machine) {
+    machine->feed_pct = machine->rapid_pct = machine->spindle_pct = 100;
+    machine_apply_override(machine);
+    report_changed_override(machine);
 }
 
 /* M2 and M30 have set their modal state through command.next; M0 waits. */
 static enum task_stage end_flow(struct machine *machine) {
     if (machine->command.flow == FLOW_END) {
+        reset_overrides(machine);
         set_outputs(machine, machine->command.next.spindle, machine->command.next.coolant);
         report_message(machine, "Pgm End");
+        report_changed_offset(machine);
         return TASK_NONE;
     }
-    if (machine->command.flow == FLOW_OPTIONAL_PAUSE)
+    if (machine->command.flow == FLOW_OPTIONAL_PAUSE || machine->state == MACHINE_CHECK)
         return TASK_NONE;
-    machine->state = MACHINE_HOLD;
+    machine_transition(machine, MACHINE_STARTS);
+    machine_transition(machine, MACHINE_HOLDS);
     return TASK_PAUSED;
 }
 
 static enum task_stage store(struct machine *machine) {
-    gcode_offsets_apply(&machine->gcode.offsets, &machine->command);
+    const struct gcode_command *command = &machine->command;
+    gcode_offsets_apply(&machine->gcode.offsets, command);
+    if (command->store != STORE_NOTHING || command->store_tool_length ||
+        command->next.wcs != machine->gcode.modal.wcs)
+        report_changed_offset(machine);
+    if (command->store != STORE_NOTHING && command->store != STORE_G92)
+        keep_offsets(machine);
     return stage_of_move(machine);
+}
+
+/* Slice by slice, so that a hold can come between. */
+static enum task_stage dwell(struct machine *machine) {
+    if (machine->state == MACHINE_CHECK)
+        return TASK_STORE;
+    if (!motion_is_planned_out(&machine->motion))
+        return TASK_DWELLING;
+    if (machine->dwell_left_s <= 0.0)
+        return task_rest_reached(machine) ? TASK_STORE : TASK_DWELLING;
+    double slice_s = machine->dwell_left_s < DWELL_SLICE_S ? machine->dwell_left_s : DWELL_SLICE_S;
+    machine->dwell_left_s -= slice_s;
+    motion_dwell(&machine->motion, slice_s);
+    return TASK_DWELLING;
+}
+
+static enum task_stage via(struct machine *machine) {
+    const struct gcode_move *move = &machine->command.move;
+    if (!push_line(machine, move->via_mm, true, 0.0f, 0.0f))
+        return TASK_VIA;
+    task_set_position(machine, move->via_mm);
+    return leaves_travel(machine, move->target_mm) ? TASK_SOFT_LIMIT : TASK_MOVE;
+}
+
+static enum task_stage finish_move(struct machine *machine) {
+    task_set_position(machine, machine->command.move.target_mm);
+    return stage_after_move(machine);
+}
+
+/* After the stop nothing is lost; but the program is wrong, so only a reset leads on. */
+static enum task_stage soft_limit(struct machine *machine) {
+    if (!machine_is_stopped(machine))
+        return TASK_SOFT_LIMIT;
+    machine_alarm_critical(machine, ALARM_SOFT_LIMIT);
+    return machine->stage;
 }
 
 /* The stage after this one, or this one when it must wait. */
 static enum task_stage next_stage(struct machine *machine) {
-    const struct gcode_move *move = &machine->command.move;
+    enum task_stage stage;
     switch (machine->stage) {
     case TASK_OUTPUTS:
-        if (!rest_reached(machine))
+        if (!task_rest_reached(machine))
             return TASK_OUTPUTS;
         set_outputs(machine, machine->command.spindle, machine->command.coolant);
         return stage_after_outputs(machine);
     case TASK_DWELL:
-        if (!rest_reached(machine))
-            return TASK_DWELL;
-        motion_dwell(&machine->motion, (double)machine->command.dwell_s);
-        return TASK_DWELLING;
+        machine->dwell_left_s = (double)machine->command.dwell_s;
+        return task_rest_reached(machine) ? TASK_DWELLING : TASK_DWELL;
     case TASK_DWELLING:
-        return rest_reached(machine) ? TASK_STORE : TASK_DWELLING;
+        return dwell(machine);
     case TASK_STORE:
         return store(machine);
     case TASK_VIA:
-        return push_line(machine, move->via_mm, true, 0.0f, 0.0f) ? TASK_MOVE : TASK_VIA;
+        return via(machine);
     case TASK_MOVE:
-        if (!push_move(machine))
-            return TASK_MOVE;
-        set_position(machine, move->target_mm);
-        return stage_after_move(machine);
+        return push_move(machine) ? finish_move(machine) : TASK_MOVE;
     case TASK_ARC:
-        if (!push_arc(machine))
-            return TASK_ARC;
-        set_position(machine, move->target_mm);
-        return stage_after_move(machine);
+        stage = push_arc(machine);
+        return stage == TASK_NONE ? finish_move(machine) : stage;
     case TASK_FLOW:
-        return rest_reached(machine) ? end_flow(machine) : TASK_FLOW;
+        return task_rest_reached(machine) ? end_flow(machine) : TASK_FLOW;
+    case TASK_JOG:
+        return jog_poll(machine);
+    case TASK_PROBE:
+        return probe_begin(machine);
+    case TASK_PROBING:
+        stage = probe_poll(machine);
+        return stage == TASK_NONE ? stage_after_move(machine) : stage;
+    case TASK_SOFT_LIMIT:
+        return soft_limit(machine);
+    case TASK_HOMING:
+        return homing_poll(machine);
     case TASK_PAUSED:
+    case TASK_LOCKED:
     case TASK_NONE:
     default:
         return machine->stage;
     }
 }
 
+static void finish(struct machine *machine) {
+    machine->stage = TASK_NONE;
+    machine->gcode.modal = machine->command.next;
+    machine_answer(machine, STATUS_OK);
+}
+
+void task_resume(struct machine *machine) {
+    if (machine->stage == TASK_PAUSED)
+        finish(machine);
+}
+
 bool task_poll(struct machine *machine) {
     enum task_stage before = machine->stage;
-    machine->stage = next_stage(machine);
-    if (machine->stage == TASK_NONE) {
-        machine->gcode.modal = machine->command.next;
-        machine_answer(machine, STATUS_OK);
-    }
-    return machine->stage != before;
+    double dwell_before_s = machine->dwell_left_s;
+    enum task_stage after = next_stage(machine);
+    if (machine->restart) /* an alarm inside has reset everything */
+        return true;
+    machine->stage = after;
+    if (after == TASK_NONE && before == TASK_HOMING)
+        machine->homed_line = true; /* after the startup lines */
+    else if (after == TASK_NONE)
+        finish(machine);
+    return after != before || machine->dwell_left_s != dwell_before_s;
 }

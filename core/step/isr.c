@@ -96,7 +96,7 @@ void step_init(struct step *step, struct hal_step *hal) {
 }
 
 void step_start(struct step *step) {
-    if (step->active || ring_held(&step->ring.index) == 0)
+    if (step->active || step->halted || ring_held(&step->ring.index) == 0)
         return;
     step->fraction_q16 = 0;
     uint32_t ticks = load_span(step);
@@ -106,11 +106,13 @@ void step_start(struct step *step) {
 }
 
 void step_halt(struct step *step) {
+    step->halted = true;
     hal_step_timer_stop(step->hal);
     step->active = false;
 }
 
 void step_flush(struct step *step) {
+    step->halted = false;
     step->loaded = false;
     while (step->ring.index.tail != step->ring.index.head)
         step->ticks_done += step->ring.slots[step->ring.index.tail++ & (SPAN_RING_SIZE - 1)].ticks;

@@ -29,6 +29,7 @@ struct step {
     bool watch_probe;
     /* touched when a span ends */
     volatile bool active;   /* the timer runs; while false the ISR does not touch anything here */
+    volatile bool halted;   /* step_halt() was called: step_start() waits for step_flush() */
     bool loaded;            /* the span at the ring's tail is the current one */
     bool probe_hit;         /* a watched probe closed; cleared by the task that waits for it */
     uint32_t probe_left;    /* events_left of probe_span when it closed */
@@ -50,8 +51,8 @@ void step_isr(struct step *step);
  * on the core of the ISR, or nothing else can start the timer. */
 void step_start(struct step *step);
 
-/** [task or isr] Stop at once: no further pulse leaves the pins. Spans stay in the ring for step_position().
- */
+/** [task or isr] Stop at once: no further pulse leaves the pins, until step_flush(). Spans stay in the ring
+ * for step_position(). */
 void step_halt(struct step *step);
 
 /** [task] Forget all spans. Only while not active; take step_position() before. */

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 #include "host_inner.h"
+#include "host_store.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -25,17 +26,27 @@ static int board_is_possible(const struct host_board *board) {
 }
 
 struct host *host_create(const struct host_board *board) {
+    return host_open(board, NULL);
+}
+
+struct host *host_open(const struct host_board *board, const char *store_path) {
     if (!board_is_possible(board))
         return NULL;
     struct host *host = calloc(1, sizeof *host);
     if (host == NULL)
         return NULL;
+    if (store_path != NULL && (host->store_path = strdup(store_path)) == NULL) {
+        free(host);
+        return NULL;
+    }
     const struct machine_board machine_board = {
         .timer_hz = board->timer_hz,
         .step_pulse_ns = board->step_pulse_ns,
         .dir_setup_ns = board->dir_setup_ns,
         .max_step_rate_hz = board->max_step_rate_hz,
         .axis_count = board->axis_count,
+        .store = store_path != NULL ? &host_store : NULL,
+        .store_ctx = host->store_path,
     };
     const struct text_out out = {.write = append_out, .ctx = host};
     host->input_follows = 1;
@@ -48,8 +59,10 @@ struct host *host_create(const struct host_board *board) {
 }
 
 void host_destroy(struct host *host) {
-    if (host != NULL)
+    if (host != NULL) {
         free(host->out);
+        free(host->store_path);
+    }
     free(host);
 }
 
@@ -58,6 +71,11 @@ size_t host_write(struct host *host, const char *bytes, size_t count) {
     while (taken < count && rx_put(&host->machine.rx, (uint8_t)bytes[taken]))
         taken++;
     return taken;
+}
+
+void host_write_or_lose(struct host *host, const char *bytes, size_t count) {
+    while (count-- > 0)
+        rx_put_or_lose(&host->machine.rx, (uint8_t)*bytes++);
 }
 
 size_t host_read(struct host *host, char *bytes, size_t size) {
@@ -104,8 +122,8 @@ static void run_events(struct host *host, uint64_t *budget, uint64_t until_ticks
 
 /* When the controller wants to be polled although nothing happens, or UINT64_MAX. */
 static uint64_t wake_ticks(const struct host *host) {
-    uint64_t us = MOTION_START_DELAY_US;
-    if (!host->machine.motion.waits)
+    uint64_t us = machine_wait_us(&host->machine);
+    if (us == UINT32_MAX)
         return UINT64_MAX;
     return host->hal.step.now_ticks + (us * host->hal.timer_mhz_q8 >> 8) + 1;
 }

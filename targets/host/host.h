@@ -35,7 +35,16 @@ enum host_wait {
 
 /** @return NULL when memory is short or the board is out of range. Settings start at their defaults. */
 struct host *host_create(const struct host_board *board);
+
+/** As host_create(), but settings, offsets and startup lines are kept in this file. It is made when something
+ * is stored; a damaged one gives defaults, and the controller says so. @param store_path  NULL: nothing is
+ * kept */
+struct host *host_open(const struct host_board *board, const char *store_path);
 void host_destroy(struct host *host);
+
+/** Put bytes on the controller's stream as a UART does: it cannot wait, and what finds no room is lost and
+ * reported. */
+void host_write_or_lose(struct host *host, const char *bytes, size_t count);
 
 /** Put bytes on the controller's stream. @return bytes taken: 0 .. free receive buffer; the rest must come
  * again. */

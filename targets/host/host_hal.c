@@ -12,11 +12,24 @@ uint32_t hal_time_us(const struct hal *hal) {
     return (uint32_t)((hal->step.now_ticks << 8) / hal->timer_mhz_q8);
 }
 
-void hal_spindle_set(struct hal *hal, int direction, float rpm) {
+void hal_spindle_set(struct hal *hal, const struct hal_spindle *spindle) {
     struct virtual_outputs outputs = hal->virtual_machine.outputs;
-    outputs.spindle_direction = direction;
-    outputs.spindle_rpm = rpm;
+    if (outputs.spindle_direction == spindle->direction && outputs.spindle_rpm == spindle->rpm)
+        return;
+    outputs.spindle_direction = spindle->direction;
+    outputs.spindle_rpm = spindle->rpm;
+    outputs.spindle_duty = spindle->duty;
     virtual_command(&hal->virtual_machine, &outputs, hal->step.now_ticks, hal->timer_hz);
+}
+
+static void set_probe(struct hal *hal) {
+    bool touches = (hal->virtual_machine.levels >> VIRTUAL_PROBE & 1) != 0;
+    hal->step.probe = touches != hal->probe_high; /* the line is low on contact */
+}
+
+void hal_probe_watch(struct hal *hal, bool high) {
+    hal->probe_high = high;
+    set_probe(hal);
 }
 
 void hal_coolant_set(struct hal *hal, uint8_t bits) {
@@ -34,7 +47,8 @@ void hal_debug(enum debug_channel channel, const char *what, int32_t first, int3
 }
 
 static void levels_changed(struct host *host) {
-    host->hal.step.probe = (host->hal.virtual_machine.levels >> VIRTUAL_PROBE & 1) != 0;
+    set_probe(&host->hal);
+    machine_edge_isr(&host->machine);
 }
 
 bool host_follow_edges(struct host *host) {

@@ -13,6 +13,7 @@ struct hal {
     uint32_t timer_hz;
     uint32_t timer_mhz_q8; /* ticks per us, 24.8 */
     struct virtual_machine virtual_machine;
+    bool probe_high; /* level that the step ISR watches for */
 };
 
 struct host {
@@ -22,7 +23,8 @@ struct host {
     const struct trace_event *seen; /* the true position counts every edge before this one */
     uint64_t timer_events;
     int input_follows;
-    char *out; /* what the controller said and nobody has read yet */
+    char *store_path; /* NULL: nothing is kept */
+    char *out;        /* what the controller said and nobody has read yet */
     size_t out_count, out_size;
 };
 

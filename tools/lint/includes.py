@@ -19,7 +19,7 @@ ALLOWED: dict[str, tuple[str, ...]] = {
     "segment": (),
     "step": ("segment", "hal"),
     "hal": (),
-    "settings": ("gcode/status.h",),
+    "settings": ("gcode/status.h", "hal"),
     "machine": ("link", "gcode", "motion", "segment", "step", "hal", "settings"),
 }
 

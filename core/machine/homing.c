@@ -1,0 +1,205 @@
+/* SPDX-License-Identifier: MIT
+ * Homing: find the switches, fast and then slowly, and call what was found the end of the travel.
+ *
+ *   per cycle (Z; X and Y; A; B; C):  seek -> settle -> back off -> approach -> settle -> back off
+ *
+ * Unlike Grbl the axes slow down within their limits when a switch closes: machine_edge_isr() has kept the
+ * exact step at which it did, and everything is measured from there. When one of two axes has found its
+ * switch, the other goes on alone. */
+#include "machine/inner.h"
+
+#define SEEK_TRAVEL       1.5 /* travels */
+#define APPROACH_PULL_OFF 5.0 /* pull-offs */
+
+enum { SEEK, SEEK_SETTLE, BACK_OFF, APPROACH, APPROACH_SETTLE, LAST_BACK_OFF, STEP_COUNT };
+
+static const axis_mask_t cycles[] = {1u << AXIS_Z, 1u << AXIS_X | 1u << AXIS_Y, 1u << AXIS_A, 1u << AXIS_B,
+                                     1u << AXIS_C};
+enum { CYCLE_COUNT = sizeof cycles / sizeof cycles[0] };
+
+/* Axes with an end: an endless one has nothing to find. */
+static axis_mask_t axes_with_ends(const struct machine *machine) {
+    unsigned axes = 0;
+    for (unsigned ax = 0; ax < machine->board.axis_count; ax++)
+        axes |= machine->settings.max_travel_mm[ax] > 0.0f ? 1u << ax : 0;
+    return (axis_mask_t)axes;
+}
+
+static double direction(const struct machine *machine, unsigned axis) {
+    return (machine->settings.homing_dir_mask >> axis & 1) != 0 ? -1.0 : 1.0;
+}
+
+/* One straight move of some axes by a signed distance each, each of them at the rate. */
+static void move(struct machine *machine, axis_mask_t axes, const double target_mm[AXIS_COUNT],
+                 float rate_mm_min) {
+    unsigned linear = 0;
+    for (unsigned ax = 0; ax <= AXIS_Z; ax++)
+        linear += axes >> ax & 1;
+    static const float root[] = {1.0f, 1.0f, 1.41421356f, 1.73205081f};
+    struct motion_line line = {.feed_mm_s = rate_mm_min / 60.0f * root[linear],
+                               .line = machine->lines,
+                               .flags = MOTION_FLAG_EXACT_STOP};
+    for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
+        line.target_mm[ax] = (axes >> ax & 1) != 0 ? target_mm[ax] : machine->motion.plan.position_mm[ax];
+    (void)motion_line(&machine->motion, &line, hal_time_us(machine->hal));
+    motion_flush(&machine->motion);
+}
+
+/* Towards the switches that are still looked for. */
+static void look(struct machine *machine) {
+    const struct settings *settings = &machine->settings;
+    struct homing *homing = &machine->homing;
+    bool seek = homing->step == SEEK;
+    double target_mm[AXIS_COUNT], way_mm = APPROACH_PULL_OFF * (double)settings->homing_pull_off_mm;
+    for (unsigned ax = 0; seek && ax < AXIS_COUNT; ax++) {
+        double travel_mm = SEEK_TRAVEL * (double)settings->max_travel_mm[ax];
+        if ((homing->left >> ax & 1) != 0 && travel_mm > way_mm)
+            way_mm = travel_mm;
+    }
+    for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
+        target_mm[ax] = machine->motion.plan.position_mm[ax] + direction(machine, ax) * way_mm;
+    move(machine, homing->left, target_mm,
+         seek ? settings->homing_seek_mm_min : settings->homing_feed_mm_min);
+}
+
+/* A switch that is closed when the search begins counts from here. */
+static void begin_search(struct machine *machine) {
+    struct homing *homing = &machine->homing;
+    machine->edges.latch = 0;
+    machine->edges.latched = 0;
+    homing->left = homing->axes;
+    machine->edges.latch = homing->axes;
+    machine_edge_isr(machine);
+    homing->left &= (axis_mask_t)~machine->edges.latched;
+    if (homing->left != 0)
+        look(machine);
+}
+
+static void back_off(struct machine *machine) {
+    const struct settings *settings = &machine->settings;
+    double target_mm[AXIS_COUNT];
+    for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
+        double at_mm = (double)machine->edges.at[ax] / (double)settings->steps_per_mm[ax];
+        target_mm[ax] = at_mm - direction(machine, ax) * (double)settings->homing_pull_off_mm;
+    }
+    machine->edges.latch = 0;
+    move(machine, machine->homing.axes, target_mm, settings->homing_seek_mm_min);
+}
+
+static void begin_step(struct machine *machine, uint8_t step) {
+    machine->homing.step = step;
+    switch (step) {
+    case SEEK:
+    case APPROACH:
+        begin_search(machine);
+        return;
+    case SEEK_SETTLE:
+    case APPROACH_SETTLE:
+        machine_timer_start(machine, &machine->timer, machine->settings.homing_debounce_ms * 1000u);
+        return;
+    default:
+        back_off(machine);
+        return;
+    }
+}
+
+/* @return false: that was the last cycle */
+static bool begin_cycle(struct machine *machine) {
+    struct homing *homing = &machine->homing;
+    while (homing->next < CYCLE_COUNT) {
+        homing->axes = cycles[homing->next++] & homing->asked;
+        if (homing->axes == 0)
+            continue;
+        begin_step(machine, SEEK);
+        return true;
+    }
+    return false;
+}
+
+enum status homing_begin(struct machine *machine, const char *letters) {
+    struct homing *homing = &machine->homing;
+    unsigned asked = 0;
+    for (const char *letter = letters; *letter != '\0'; letter++) {
+        unsigned ax = 0;
+        while (ax < machine->board.axis_count && AXIS_LETTERS[ax] != *letter)
+            ax++;
+        if (ax == machine->board.axis_count || (axes_with_ends(machine) >> ax & 1) == 0)
+            return STATUS_UNKNOWN_COMMAND;
+        asked |= 1u << ax;
+    }
+    *homing = (struct homing){.asked = letters[0] == '\0' ? axes_with_ends(machine) : (axis_mask_t)asked};
+    machine_transition(machine, MACHINE_HOMES);
+    machine_apply_override(machine);
+    machine->stage = TASK_HOMING;
+    (void)begin_cycle(machine);
+    return STATUS_OK;
+}
+
+/* The switch is the end of the travel: 0, or minus the travel. We stand a pull-off before it. */
+static void set_machine_position(struct machine *machine) {
+    const struct settings *settings = &machine->settings;
+    int32_t position[AXIS_COUNT];
+    machine_position(machine, position);
+    for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
+        double pull_off_mm = (double)settings->homing_pull_off_mm;
+        double mm =
+            direction(machine, ax) > 0.0 ? -pull_off_mm : pull_off_mm - (double)settings->max_travel_mm[ax];
+        double steps = mm * (double)settings->steps_per_mm[ax];
+        if ((machine->homing.axes >> ax & 1) != 0)
+            position[ax] = (int32_t)(steps < 0.0 ? steps - 0.5 : steps + 0.5);
+    }
+    machine_stand_at(machine, position);
+    report_changed_offset(machine);
+}
+
+static enum task_stage fail(struct machine *machine, enum alarm alarm) {
+    machine_reset(machine, alarm);
+    return TASK_NONE;
+}
+
+static enum task_stage end_back_off(struct machine *machine) {
+    if ((inputs_limits(machine, &machine->inputs) & machine->homing.axes) != 0)
+        return fail(machine, ALARM_HOMING_PULL_OFF);
+    if (machine->homing.step == BACK_OFF) {
+        begin_step(machine, APPROACH);
+        return TASK_HOMING;
+    }
+    set_machine_position(machine);
+    if (begin_cycle(machine))
+        return TASK_HOMING;
+    machine_transition(machine, MACHINE_RESTS);
+    machine_apply_override(machine);
+    machine->startup = machine->homing.asked == axes_with_ends(machine) ? 0 : STARTUP_LINE_COUNT;
+    return TASK_NONE;
+}
+
+/* Standing: some switch was found, or none within reach. */
+static enum task_stage end_search(struct machine *machine) {
+    struct homing *homing = &machine->homing;
+    axis_mask_t found = machine->edges.latched & homing->left;
+    machine_drop_motion(machine);
+    if (homing->left != 0 && found == 0)
+        return fail(machine, ALARM_HOMING_MISSED);
+    homing->left &= (axis_mask_t)~found;
+    if (homing->left != 0)
+        look(machine);
+    else
+        begin_step(machine, (uint8_t)(homing->step + 1));
+    return TASK_HOMING;
+}
+
+enum task_stage homing_poll(struct machine *machine) {
+    struct homing *homing = &machine->homing;
+    bool searches = homing->step == SEEK || homing->step == APPROACH;
+    if (searches && (machine->edges.latched & homing->left) != 0)
+        motion_hold(&machine->motion);
+    if (machine_timer_runs(machine, &machine->timer) || !machine_is_stopped(machine))
+        return TASK_HOMING;
+    machine->timer.on = false;
+    if (searches)
+        return end_search(machine);
+    if (homing->step == BACK_OFF || homing->step == LAST_BACK_OFF)
+        return end_back_off(machine);
+    begin_step(machine, (uint8_t)(homing->step + 1));
+    return TASK_HOMING;
+}

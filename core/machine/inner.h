@@ -1,0 +1,153 @@
+/* SPDX-License-Identifier: MIT
+ * What the files of core/machine say to each other. [task] unless noted. */
+#ifndef WIFICNC_MACHINE_INNER_H
+#define WIFICNC_MACHINE_INNER_H
+
+#include "machine/machine.h"
+
+/** What can happen to the state. */
+enum machine_event {
+    MACHINE_STARTS,  /* motion begins */
+    MACHINE_RESTS,   /* everything is done */
+    MACHINE_HOLDS,   /* ! or M0 */
+    MACHINE_RESUMES, /* ~ */
+    MACHINE_JOGS,
+    MACHINE_OPENS, /* the door */
+    MACHINE_ALARMS,
+    MACHINE_UNLOCKS, /* $X */
+    MACHINE_CHECKS,  /* $C */
+    MACHINE_HOMES,   /* $H */
+    MACHINE_SLEEPS,  /* $SLP */
+    MACHINE_RESETS,
+    MACHINE_EVENT_COUNT
+};
+
+/* state.c */
+/** Go on to the next state. @return false: the event means nothing in this state, and nothing changed. */
+bool machine_transition(struct machine *machine, enum machine_event event);
+/** $# $I $N ... are possible. */
+bool machine_is_idle_or_alarm(const struct machine *machine);
+/** Lines are read in this state. */
+bool machine_reads(const struct machine *machine);
+/** Tasks go on in this state. */
+bool machine_works(const struct machine *machine);
+/** Grbl's longer report intervals. */
+bool machine_is_busy(const struct machine *machine);
+/** Name in the status report, without sub-state. */
+const char *machine_state_name(enum machine_state state);
+
+/* machine.c */
+void machine_apply_settings(struct machine *machine);
+void machine_answer(struct machine *machine, enum status status);
+/** Nothing moves and nothing will before a resume: at rest, or held. */
+bool machine_is_stopped(const struct machine *machine);
+/** The counters are right and motion stands: forget all that was planned and go on from `position`. */
+void machine_stand_at(struct machine *machine, const int32_t position[AXIS_COUNT]);
+/** Forget what was planned and stand where the pins have brought us. */
+void machine_drop_motion(struct machine *machine);
+/** Feed override in force for what is done now; jogs, probing and homing have none. */
+void machine_apply_override(struct machine *machine);
+void machine_timer_start(struct machine *machine, struct machine_timer *timer, uint32_t us);
+bool machine_timer_runs(const struct machine *machine, const struct machine_timer *timer);
+
+/* reset.c */
+/** ALARM:n, then quiet for half a second. The caller has stopped the motion. */
+void machine_alarm(struct machine *machine, enum alarm alarm);
+/** An alarm after which only a reset helps. */
+void machine_alarm_critical(struct machine *machine, enum alarm alarm);
+/** Stop at once, forget, and have the banner printed. @param alarm  ALARM_NONE: alarm 3 if that stopped
+ * motion */
+void machine_reset(struct machine *machine, enum alarm alarm);
+/** Print the banner and what belongs to it. */
+void machine_restart(struct machine *machine);
+
+/* realtime.c */
+bool realtime_poll(struct machine *machine);
+/** Hold, door and jog cancel on their way. */
+bool suspend_poll(struct machine *machine);
+void suspend_open_door(struct machine *machine);
+
+/* inputs.c */
+bool inputs_poll(struct machine *machine);
+/** Limit switches that are hit, by $5. */
+axis_mask_t inputs_limits(const struct machine *machine, const struct hal_inputs *inputs);
+/** The probe touches, by $6. */
+bool inputs_probe(const struct machine *machine, const struct hal_inputs *inputs);
+bool inputs_door_is_open(const struct machine *machine);
+
+/* outputs.c */
+void outputs_set(struct machine *machine, enum gcode_spindle spindle, float rpm, uint8_t coolant);
+void outputs_apply(struct machine *machine);
+void outputs_off(struct machine *machine);
+/** Spindle speed that is put out now, rpm; 0 = off. */
+float outputs_rpm(const struct machine *machine);
+bool outputs_poll(struct machine *machine);
+
+/* task.c */
+/** Start the stages of machine->command. */
+void task_begin(struct machine *machine);
+/** Carry the current line on. @return true when it came further. */
+bool task_poll(struct machine *machine);
+/** The pause of M0 is over. */
+void task_resume(struct machine *machine);
+void task_set_position(struct machine *machine, const double target_mm[AXIS_COUNT]);
+/** The target lies within the travel, or soft limits are off. */
+bool task_in_travel(const struct machine *machine, const double target_mm[AXIS_COUNT]);
+bool task_rest_reached(struct machine *machine);
+
+/* jog.c */
+enum status jog_begin(struct machine *machine, const char *text);
+enum task_stage jog_poll(struct machine *machine);
+void jog_cancel(struct machine *machine);
+void jog_end_cancel(struct machine *machine);
+
+/* probe.c */
+enum task_stage probe_begin(struct machine *machine);
+enum task_stage probe_poll(struct machine *machine);
+
+/* homing.c */
+/** @param letters  axes behind $H, "" = all of them */
+enum status homing_begin(struct machine *machine, const char *letters);
+enum task_stage homing_poll(struct machine *machine);
+
+/* command.c */
+/** A $ line (without line end). Answers it, unless it became a task. */
+void command_line(struct machine *machine, const char *line);
+
+/* keep.c: what survives a power cut */
+void keep_load(struct machine *machine);
+void keep_settings(struct machine *machine);
+void keep_offsets(struct machine *machine);
+void keep_startup(struct machine *machine);
+void keep_info(struct machine *machine);
+void keep_defaults(struct machine *machine, bool settings, bool offsets, bool lines);
+
+/* report.c */
+void report_banner(struct machine *machine);
+void report_status(struct machine *machine);
+void report_message(struct machine *machine, const char *text);
+void report_alarm(struct machine *machine, enum alarm alarm);
+void report_changed_offset(struct machine *machine);
+void report_changed_override(struct machine *machine);
+/** mm in the unit of $13, with its decimals. */
+void report_length(const struct machine *machine, double mm);
+/** Rate in the unit of $13. */
+void report_rate(const struct machine *machine, double mm_s);
+void report_axes(const struct machine *machine, const double mm[AXIS_COUNT]);
+/** Machine position of steps. */
+void report_axes_steps(const struct machine *machine, const int32_t steps[AXIS_COUNT]);
+
+/* list.c: answers of several lines */
+void list_settings(struct machine *machine);
+void list_offsets(struct machine *machine);
+void list_probe(struct machine *machine);
+void list_modes(struct machine *machine);
+void list_build(struct machine *machine);
+void list_startup(struct machine *machine);
+
+/* numbers.c */
+void numbers_note(struct line_numbers *numbers, uint32_t line, uint32_t number);
+/** N word of a source line, 0 = none. */
+uint32_t numbers_find(const struct line_numbers *numbers, uint32_t line);
+
+#endif

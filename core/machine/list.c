@@ -1,0 +1,113 @@
+/* SPDX-License-Identifier: MIT
+ * Answers of several lines: $$ $# $G $I $N. */
+#include "machine/inner.h"
+
+void list_settings(struct machine *machine) {
+    uint16_t number = SETTINGS_BEGIN;
+    while (settings_next(&number, machine->board.axis_count)) {
+        double value;
+        uint8_t decimals;
+        if (!settings_get(&machine->settings, number, machine->board.axis_count, &value, &decimals))
+            continue;
+        text_string(&machine->out, "$");
+        text_int(&machine->out, number);
+        text_string(&machine->out, "=");
+        text_fixed(&machine->out, value, decimals);
+        text_string(&machine->out, "\r\n");
+    }
+}
+
+static void list_row(struct machine *machine, const char *name, const double mm[AXIS_COUNT]) {
+    text_string(&machine->out, "[");
+    text_string(&machine->out, name);
+    text_string(&machine->out, ":");
+    report_axes(machine, mm);
+    text_string(&machine->out, "]\r\n");
+}
+
+void list_probe(struct machine *machine) {
+    text_string(&machine->out, "[PRB:");
+    report_axes_steps(machine, machine->probe_steps);
+    text_string(&machine->out, machine->probe_ok ? ":1]\r\n" : ":0]\r\n");
+}
+
+void list_offsets(struct machine *machine) {
+    const struct gcode_offsets *offsets = &machine->gcode.offsets;
+    char name[] = "G54";
+    for (unsigned row = 0; row < WCS_COUNT; row++, name[2]++)
+        list_row(machine, name, offsets->wcs_mm[row]);
+    list_row(machine, "G28", offsets->g28_mm);
+    list_row(machine, "G30", offsets->g30_mm);
+    list_row(machine, "G92", offsets->g92_mm);
+    text_string(&machine->out, "[TLO:");
+    report_length(machine, offsets->tool_length_mm);
+    text_string(&machine->out, "]\r\n");
+    list_probe(machine);
+}
+
+static void list_word(struct machine *machine, const char *letter, int32_t number) {
+    text_string(&machine->out, letter);
+    text_int(&machine->out, number);
+}
+
+static void list_motion(struct machine *machine) {
+    const struct gcode_modal *modal = &machine->gcode.modal;
+    static const char *const names[] = {[MOTION_RAPID] = "G0",  [MOTION_LINEAR] = "G1",
+                                        [MOTION_ARC_CW] = "G2", [MOTION_ARC_CCW] = "G3",
+                                        [MOTION_PROBE] = "G38", [MOTION_NONE] = "G80"};
+    text_string(&machine->out, names[modal->motion]);
+    if (modal->motion == MOTION_PROBE)
+        list_word(machine, ".", modal->probe);
+}
+
+static void list_outputs(struct machine *machine) {
+    const struct gcode_modal *modal = &machine->gcode.modal;
+    static const char *const spindle[] = {[SPINDLE_OFF] = " M5", [SPINDLE_CW] = " M3", [SPINDLE_CCW] = " M4"};
+    if (machine->stage == TASK_PAUSED)
+        text_string(&machine->out, " M0");
+    text_string(&machine->out, spindle[modal->spindle]);
+    if ((modal->coolant & COOLANT_MIST) != 0)
+        text_string(&machine->out, " M7");
+    if ((modal->coolant & COOLANT_FLOOD) != 0)
+        text_string(&machine->out, " M8");
+    if (modal->coolant == 0)
+        text_string(&machine->out, " M9");
+}
+
+void list_modes(struct machine *machine) {
+    const struct gcode_modal *modal = &machine->gcode.modal;
+    text_string(&machine->out, "[GC:");
+    list_motion(machine);
+    list_word(machine, " G", 54 + modal->wcs);
+    list_word(machine, " G", 17 + (int32_t)modal->plane);
+    text_string(&machine->out, modal->inches ? " G20" : " G21");
+    text_string(&machine->out, modal->incremental ? " G91" : " G90");
+    text_string(&machine->out, modal->feed_mode == FEED_INVERSE_TIME ? " G93" : " G94");
+    list_outputs(machine);
+    list_word(machine, " T", modal->tool);
+    text_string(&machine->out, " F");
+    report_rate(machine, (double)modal->feed_mm_s);
+    text_string(&machine->out, " S");
+    text_fixed(&machine->out, (double)modal->spindle_rpm, 0);
+    text_string(&machine->out, "]\r\n");
+}
+
+/* V variable spindle, N line numbers, M mist coolant, H homing of single axes. */
+void list_build(struct machine *machine) {
+    text_string(&machine->out, "[VER:1.1h.20190830:");
+    text_string(&machine->out, machine->info);
+    text_string(&machine->out, "]\r\n[OPT:VNMH,");
+    text_int(&machine->out, PLAN_SIZE);
+    text_string(&machine->out, ",");
+    text_int(&machine->out, RX_SIZE);
+    text_string(&machine->out, "]\r\n");
+}
+
+void list_startup(struct machine *machine) {
+    for (int32_t line = 0; line < STARTUP_LINE_COUNT; line++) {
+        list_word(machine, "$N", line);
+        text_string(&machine->out, "=");
+        text_string(&machine->out, machine->startup_lines[line]);
+        text_string(&machine->out, "\r\n");
+    }
+}

@@ -1,0 +1,68 @@
+/* SPDX-License-Identifier: MIT
+ * G38.2 .. G38.5. The step ISR remembers the exact step at which the probe changed; then the motion slows
+ * down along its path and stands a little behind it. */
+#include "machine/inner.h"
+
+/* G38.4 and G38.5 look for the loss of contact. */
+static bool is_away(const struct machine *machine) {
+    return machine->command.move.probe >= 4;
+}
+
+/* G38.3 and G38.5 may miss. */
+static bool may_miss(const struct machine *machine) {
+    return (machine->command.move.probe & 1) != 0;
+}
+
+static bool is_found(const struct machine *machine) {
+    struct hal_inputs inputs;
+    hal_inputs_read(machine->hal, &inputs);
+    return inputs_probe(machine, &inputs) != is_away(machine);
+}
+
+enum task_stage probe_begin(struct machine *machine) {
+    const struct gcode_move *move = &machine->command.move;
+    if (!task_rest_reached(machine))
+        return TASK_PROBE;
+    machine->probe_ok = false;
+    if (is_found(machine)) {
+        machine_alarm(machine, ALARM_PROBE_CLOSED);
+        return TASK_NONE;
+    }
+    struct motion_line line = {.feed_mm_s = move->feed_mm_s,
+                               .duration_s = move->inverse_time_s,
+                               .line = machine->lines,
+                               .flags = MOTION_FLAG_PROBE | MOTION_FLAG_EXACT_STOP};
+    for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
+        line.target_mm[ax] = move->target_mm[ax];
+    hal_probe_watch(machine->hal, machine->settings.probe_invert != is_away(machine));
+    machine->step.probe_hit = false;
+    machine->stage = TASK_PROBING;
+    machine_apply_override(machine);
+    (void)motion_line(&machine->motion, &line, hal_time_us(machine->hal));
+    motion_flush(&machine->motion);
+    return TASK_PROBING;
+}
+
+static void finish(struct machine *machine, bool found) {
+    if (machine->step.probe_hit)
+        step_probe_position(&machine->step, machine->probe_steps);
+    else if (found || may_miss(machine))
+        machine_position(machine, machine->probe_steps);
+    machine->probe_ok = found;
+    machine->step.probe_hit = false;
+    machine_drop_motion(machine);
+    machine->stage = TASK_NONE;
+    machine_apply_override(machine);
+    if (!found && !may_miss(machine))
+        machine_alarm(machine, ALARM_PROBE_MISSED);
+    list_probe(machine);
+}
+
+enum task_stage probe_poll(struct machine *machine) {
+    if (machine->step.probe_hit)
+        motion_hold(&machine->motion);
+    if (!machine_is_stopped(machine))
+        return TASK_PROBING;
+    finish(machine, machine->step.probe_hit || is_found(machine));
+    return TASK_NONE;
+}

@@ -1,0 +1,82 @@
+/* SPDX-License-Identifier: MIT
+ * Alarms, resets, and what is said after them. */
+#include "machine/inner.h"
+
+#define QUIET_US 500000u /* after an alarm, as Grbl: senders get it before anything else */
+
+void machine_alarm(struct machine *machine, enum alarm alarm) {
+    machine_transition(machine, MACHINE_ALARMS);
+    report_alarm(machine, alarm);
+    machine_timer_start(machine, &machine->quiet, QUIET_US);
+}
+
+static void stop(struct machine *machine) {
+    int32_t position[AXIS_COUNT];
+    step_halt(&machine->step);
+    machine_position(machine, position);
+    step_flush(&machine->step);
+    machine_stand_at(machine, position);
+    machine->cancelling = false;
+    machine->edges.latch = 0;
+    machine->edges.hard_limit = machine->edges.estop = false;
+    machine->timer.on = false;
+}
+
+void machine_alarm_critical(struct machine *machine, enum alarm alarm) {
+    stop(machine);
+    outputs_off(machine);
+    machine->stage = machine->line_open ? TASK_LOCKED : TASK_NONE;
+    machine->critical = machine->critical_untold = true;
+    machine_alarm(machine, alarm);
+}
+
+static bool is_moving(const struct machine *machine) {
+    return !machine_is_standing(machine) && machine->stage != TASK_DWELLING;
+}
+
+void machine_reset(struct machine *machine, enum alarm alarm) {
+    if (alarm == ALARM_NONE && machine->state == MACHINE_HOME)
+        alarm = ALARM_HOMING_RESET;
+    else if (alarm == ALARM_NONE && is_moving(machine))
+        alarm = ALARM_RESET_IN_MOTION;
+    stop(machine);
+    for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
+        machine->gcode.offsets.g92_mm[ax] = 0.0;
+        machine->probe_steps[ax] = 0;
+    }
+    machine->probe_ok = false;
+    machine->gcode.offsets.tool_length_mm = 0.0;
+    gcode_modal_init(&machine->gcode.modal);
+    outputs_off(machine);
+    machine->feed_pct = machine->rapid_pct = machine->spindle_pct = 100;
+    machine_apply_override(machine);
+    rx_flush(&machine->rx);
+    line_reader_reset(&machine->reader);
+    machine->stage = TASK_NONE;
+    machine->startup = STARTUP_LINE_COUNT;
+    machine->arc_pending = machine->critical = machine->critical_untold = machine->flushing = false;
+    machine->reset_asked = machine->homed_line = machine->restoring = false;
+    machine->restart = true;
+    if (alarm != ALARM_NONE)
+        machine_alarm(machine, alarm);
+    else
+        machine_transition(machine, MACHINE_RESETS);
+}
+
+void machine_restart(struct machine *machine) {
+    struct hal_inputs inputs;
+    hal_inputs_read(machine->hal, &inputs);
+    if (machine->line_open && machine->source != LINE_STARTUP) /* as in Grbl: the line was taken after all */
+        text_string(&machine->out, "ok\r\n");
+    machine->line_open = machine->restart = false;
+    machine->wco_wait = machine->ov_wait = 0;
+    report_banner(machine);
+    if (machine->settings.hard_limits && inputs_limits(machine, &inputs) != 0) {
+        machine_transition(machine, MACHINE_ALARMS);
+        report_message(machine, "Check Limits");
+    }
+    if (machine->state == MACHINE_ALARM)
+        report_message(machine, "'$H'|'$X' to unlock");
+    else
+        machine->startup = 0;
+}

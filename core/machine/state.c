@@ -1,0 +1,88 @@
+/* SPDX-License-Identifier: MIT
+ * The states of the machine and what leads from one to the next. Sub-states (Hold:1, Door:2) are not states:
+ * they are seen from motion and inputs when a report asks. */
+#include "machine/inner.h"
+
+/* An event without an entry means nothing in that state. */
+#define TO(state) ((uint8_t)((state) + 1))
+
+/* clang-format off */
+static const uint8_t next[MACHINE_STATE_COUNT][MACHINE_EVENT_COUNT] = {
+    [MACHINE_IDLE] = {
+        [MACHINE_STARTS] = TO(MACHINE_RUN),    [MACHINE_HOLDS] = TO(MACHINE_HOLD),
+        [MACHINE_JOGS] = TO(MACHINE_JOG),      [MACHINE_OPENS] = TO(MACHINE_DOOR),
+        [MACHINE_CHECKS] = TO(MACHINE_CHECK),  [MACHINE_HOMES] = TO(MACHINE_HOME),
+        [MACHINE_SLEEPS] = TO(MACHINE_SLEEP),  [MACHINE_ALARMS] = TO(MACHINE_ALARM),
+        [MACHINE_RESETS] = TO(MACHINE_IDLE)},
+    [MACHINE_RUN] = {
+        [MACHINE_RESTS] = TO(MACHINE_IDLE),    [MACHINE_HOLDS] = TO(MACHINE_HOLD),
+        [MACHINE_OPENS] = TO(MACHINE_DOOR),    [MACHINE_ALARMS] = TO(MACHINE_ALARM),
+        [MACHINE_RESETS] = TO(MACHINE_IDLE)},
+    [MACHINE_HOLD] = {
+        [MACHINE_RESUMES] = TO(MACHINE_IDLE),  [MACHINE_OPENS] = TO(MACHINE_DOOR),
+        [MACHINE_ALARMS] = TO(MACHINE_ALARM),  [MACHINE_RESETS] = TO(MACHINE_IDLE)},
+    [MACHINE_JOG] = {
+        [MACHINE_RESTS] = TO(MACHINE_IDLE),    [MACHINE_JOGS] = TO(MACHINE_JOG),
+        [MACHINE_OPENS] = TO(MACHINE_DOOR),    [MACHINE_ALARMS] = TO(MACHINE_ALARM),
+        [MACHINE_RESETS] = TO(MACHINE_IDLE)},
+    [MACHINE_ALARM] = {
+        [MACHINE_UNLOCKS] = TO(MACHINE_IDLE),  [MACHINE_HOMES] = TO(MACHINE_HOME),
+        [MACHINE_SLEEPS] = TO(MACHINE_SLEEP),  [MACHINE_ALARMS] = TO(MACHINE_ALARM),
+        [MACHINE_RESETS] = TO(MACHINE_ALARM)},
+    [MACHINE_DOOR] = {
+        [MACHINE_RESUMES] = TO(MACHINE_IDLE),  [MACHINE_ALARMS] = TO(MACHINE_ALARM),
+        [MACHINE_RESETS] = TO(MACHINE_IDLE)},
+    [MACHINE_CHECK] = {
+        [MACHINE_ALARMS] = TO(MACHINE_ALARM),  [MACHINE_RESETS] = TO(MACHINE_IDLE)},
+    [MACHINE_HOME] = {
+        [MACHINE_RESTS] = TO(MACHINE_IDLE),    [MACHINE_ALARMS] = TO(MACHINE_ALARM),
+        [MACHINE_RESETS] = TO(MACHINE_ALARM)},
+    [MACHINE_SLEEP] = {
+        [MACHINE_ALARMS] = TO(MACHINE_ALARM),  [MACHINE_RESETS] = TO(MACHINE_ALARM)},
+};
+/* clang-format on */
+
+static const struct {
+    const char *name;
+    bool reads; /* lines are read */
+    bool works; /* tasks go on */
+    bool busy;  /* the long report intervals */
+} traits[MACHINE_STATE_COUNT] = {
+    [MACHINE_IDLE] = {"Idle", .reads = true, .works = true},
+    [MACHINE_RUN] = {"Run", .reads = true, .works = true, .busy = true},
+    [MACHINE_HOLD] = {"Hold", .busy = true},
+    [MACHINE_JOG] = {"Jog", .reads = true, .works = true, .busy = true},
+    [MACHINE_ALARM] = {"Alarm", .reads = true, .works = true},
+    [MACHINE_DOOR] = {"Door", .busy = true},
+    [MACHINE_CHECK] = {"Check", .reads = true, .works = true},
+    [MACHINE_HOME] = {"Home", .works = true, .busy = true},
+    [MACHINE_SLEEP] = {"Sleep"},
+};
+
+bool machine_transition(struct machine *machine, enum machine_event event) {
+    uint8_t to = next[machine->state][event];
+    if (to == 0)
+        return false;
+    machine->state = (enum machine_state)(to - 1);
+    return true;
+}
+
+bool machine_is_idle_or_alarm(const struct machine *machine) {
+    return machine->state == MACHINE_IDLE || machine->state == MACHINE_ALARM;
+}
+
+bool machine_reads(const struct machine *machine) {
+    return traits[machine->state].reads && !machine->cancelling && !machine->reset_asked;
+}
+
+bool machine_works(const struct machine *machine) {
+    return traits[machine->state].works && !machine->cancelling;
+}
+
+bool machine_is_busy(const struct machine *machine) {
+    return traits[machine->state].busy;
+}
+
+const char *machine_state_name(enum machine_state state) {
+    return traits[state].name;
+}

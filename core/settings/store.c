@@ -1,0 +1,127 @@
+/* SPDX-License-Identifier: MIT */
+#include "settings/store.h"
+
+#include "base/axis.h"
+
+#include <string.h>
+
+#define HOMING_NUMBER 22 /* before $20, which needs it */
+
+struct head {
+    uint32_t crc; /* of all that follows */
+    uint16_t version, count;
+};
+
+struct value {
+    struct head head;
+    uint8_t payload[STORE_SIZE_MAX];
+};
+
+/* 6 bytes: number, then the bits of the value. All settings fit a float exactly. */
+enum { PAIR_SIZE = 6 };
+_Static_assert(SETTINGS_COUNT *PAIR_SIZE <= STORE_SIZE_MAX, "all settings fit one value");
+
+/* CRC-32 of IEEE 802.3, bit by bit: it runs when something is stored, not in motion. */
+static uint32_t crc32(const uint8_t *bytes, size_t count) {
+    uint32_t crc = 0xFFFFFFFFu;
+    for (; count > 0; count--) {
+        crc ^= *bytes++;
+        for (int bit = 0; bit < 8; bit++)
+            crc = crc >> 1 ^ (0xEDB88320u & (0u - (crc & 1u)));
+    }
+    return ~crc;
+}
+
+static uint32_t value_crc(const struct value *value) {
+    const size_t from = offsetof(struct head, version);
+    return crc32((const uint8_t *)value + from, sizeof value->head - from + value->head.count);
+}
+
+/* @return STORE_FOUND and a payload of value->head.count bytes */
+static enum store_result load(const struct store *store, uint8_t key, uint8_t version, struct value *value) {
+    if (store->ops == NULL)
+        return STORE_EMPTY;
+    size_t count = store->ops->load(store->ctx, key, value, sizeof *value);
+    if (count == 0)
+        return STORE_EMPTY;
+    if (count < sizeof value->head || value->head.count != count - sizeof value->head ||
+        value->head.version != version || value->head.crc != value_crc(value))
+        return STORE_DAMAGED;
+    return STORE_FOUND;
+}
+
+/* The payload is there. */
+static bool save(const struct store *store, uint8_t key, uint8_t version, struct value *value, size_t size) {
+    value->head.version = version;
+    value->head.count = (uint16_t)size;
+    value->head.crc = value_crc(value);
+    return store->ops == NULL || store->ops->save(store->ctx, key, value, sizeof value->head + size);
+}
+
+enum store_result store_load(const struct store *store, uint8_t key, uint8_t version, void *bytes,
+                             size_t size) {
+    struct value value;
+    enum store_result result = load(store, key, version, &value);
+    if (result != STORE_FOUND)
+        return result;
+    if (value.head.count != size)
+        return STORE_DAMAGED;
+    memcpy(bytes, value.payload, size);
+    return STORE_FOUND;
+}
+
+bool store_save(const struct store *store, uint8_t key, uint8_t version, const void *bytes, size_t size) {
+    struct value value;
+    if (size > STORE_SIZE_MAX)
+        return false;
+    memcpy(value.payload, bytes, size);
+    return save(store, key, version, &value, size);
+}
+
+/* One pass over the pairs. @param homing  only $22, or all but $22 */
+static bool take_pairs(const struct value *value, bool homing, struct settings *settings,
+                       uint8_t axis_count) {
+    for (size_t at = 0; at + PAIR_SIZE <= value->head.count; at += PAIR_SIZE) {
+        uint16_t number;
+        float number_value;
+        memcpy(&number, value->payload + at, sizeof number);
+        memcpy(&number_value, value->payload + at + sizeof number, sizeof number_value);
+        if ((number == HOMING_NUMBER) != homing)
+            continue;
+        enum status status = settings_set(settings, number, (double)number_value, axis_count);
+        if (status != STATUS_OK && status != STATUS_UNKNOWN_COMMAND)
+            return false;
+    }
+    return true;
+}
+
+enum store_result store_load_settings(const struct store *store, uint8_t key, uint8_t version,
+                                      struct settings *settings, uint8_t axis_count) {
+    struct value value;
+    struct settings next = *settings;
+    enum store_result result = load(store, key, version, &value);
+    if (result != STORE_FOUND)
+        return result;
+    if (!take_pairs(&value, true, &next, axis_count) || !take_pairs(&value, false, &next, axis_count))
+        return STORE_DAMAGED;
+    *settings = next;
+    return STORE_FOUND;
+}
+
+bool store_save_settings(const struct store *store, uint8_t key, uint8_t version,
+                         const struct settings *settings) {
+    struct value value;
+    size_t size = 0;
+    uint16_t number = SETTINGS_BEGIN;
+    while (settings_next(&number, AXIS_COUNT)) {
+        double read;
+        uint8_t decimals;
+        if (!settings_get(settings, number, AXIS_COUNT, &read, &decimals))
+            continue;
+        float kept = (float)read;
+        memcpy(value.payload + size, &number, sizeof number);
+        memcpy(value.payload + size + sizeof number, &kept, sizeof kept);
+        size += PAIR_SIZE;
+    }
+    return save(store, key, version, &value, size);
+}

@@ -1,0 +1,175 @@
+"""A Grbl controller in virtual time with a machine behind it. Talks to targets/host/{host,virtual}.h through ctypes."""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Sequence
+from pathlib import Path
+
+from wificnc.build.host import ensure_host_library
+
+AXES = 6
+HZ = 20_000_000
+HOST_IDLE, HOST_ROOM, HOST_BUDGET, HOST_TIME = range(4)
+BANNER = "\r\nGrbl 1.1h ['$' for help]\r\n"
+LOCKED = "[MSG:'$H'|'$X' to unlock]\r\n"
+Steps = ctypes.c_int32 * AXES
+
+
+class Board(ctypes.Structure):
+    """struct host_board."""
+
+    _fields_ = (
+        ("timer_hz", ctypes.c_uint32),
+        ("step_pulse_ns", ctypes.c_uint32),
+        ("dir_setup_ns", ctypes.c_uint32),
+        ("max_step_rate_hz", ctypes.c_uint32),
+        ("axis_count", ctypes.c_uint8),
+    )
+
+
+class Outputs(ctypes.Structure):
+    """struct virtual_outputs."""
+
+    _fields_ = (
+        ("direction", ctypes.c_int),
+        ("rpm", ctypes.c_float),
+        ("duty", ctypes.c_uint16),
+        ("coolant", ctypes.c_uint8),
+    )
+
+
+def _library() -> ctypes.CDLL:
+    lib = ctypes.CDLL(str(ensure_host_library()))
+    host, size, text = ctypes.c_void_p, ctypes.c_size_t, ctypes.c_char_p
+    lib.host_open.restype = host
+    lib.host_open.argtypes = (ctypes.POINTER(Board), text)
+    lib.host_destroy.argtypes = (host,)
+    lib.host_time_ticks.argtypes = (host,)
+    lib.host_time_ticks.restype = ctypes.c_uint64
+    for name in ("host_write", "host_read"):
+        getattr(lib, name).argtypes = (host, text, size)
+        getattr(lib, name).restype = size
+    lib.host_write_or_lose.argtypes = (host, text, size)
+    lib.host_write_or_lose.restype = None
+    lib.host_run.argtypes = (host, ctypes.c_uint64)
+    lib.host_run_until.argtypes = (host, ctypes.c_uint64)
+    lib.host_input_follows.argtypes = (host, ctypes.c_int)
+    lib.host_position_steps.argtypes = (host, Steps)
+    lib.virtual_input_number.argtypes = (text,)
+    lib.virtual_set.argtypes = (host, ctypes.c_int, ctypes.c_bool)
+    lib.virtual_at.argtypes = (host, ctypes.c_uint64, ctypes.c_int, ctypes.c_bool)
+    lib.virtual_at.restype = ctypes.c_bool
+    lib.virtual_travel.argtypes = (host, ctypes.c_uint, ctypes.c_int32, ctypes.c_int32)
+    lib.virtual_surface.argtypes = (host, ctypes.c_int32)
+    lib.virtual_place.argtypes = (host, Steps)
+    lib.virtual_position.argtypes = (host, Steps)
+    lib.virtual_outputs.argtypes = (host, ctypes.POINTER(Outputs))
+    return lib
+
+
+LIB = _library()
+
+
+class Grbl:
+    """One controller. Time goes on only in the methods that say so."""
+
+    def __init__(self, axes: int = 3, store: Path | None = None) -> None:
+        board = Board(HZ, 1000, 500, 500_000, axes)
+        self._host = LIB.host_open(ctypes.byref(board), str(store).encode() if store else None)
+        assert self._host
+        LIB.host_input_follows(self._host, 0)
+
+    def close(self) -> None:
+        LIB.host_destroy(self._host)
+
+    # --- the stream ---
+
+    def put(self, data: str) -> None:
+        """Bytes that must find room; no time passes."""
+        raw = data.encode("latin-1")
+        assert LIB.host_write(self._host, raw, len(raw)) == len(raw)
+
+    def flood(self, data: str) -> None:
+        """Bytes of a sender that does not wait."""
+        raw = data.encode("latin-1")
+        LIB.host_write_or_lose(self._host, raw, len(raw))
+
+    def heard(self) -> str:
+        """What was said since the last time."""
+        said, buffer = b"", ctypes.create_string_buffer(65536)
+        while count := LIB.host_read(self._host, buffer, len(buffer)):
+            said += buffer.raw[:count]
+        return said.decode("latin-1")
+
+    def send(self, data: str) -> str:
+        """Put, go on until nothing happens any more, hear."""
+        raw = data.encode("latin-1")
+        said = ""
+        while True:
+            raw = raw[LIB.host_write(self._host, raw, len(raw)) :]
+            LIB.host_input_follows(self._host, 0)
+            wait = LIB.host_run(self._host, 50_000_000)
+            said += self.heard()
+            if wait == HOST_IDLE and not raw:
+                return said
+
+    def fine(self, *lines: str) -> None:
+        """Lines that must all be answered ok and nothing else."""
+        for line in lines:
+            assert self.send(line + "\n").replace("ok\r\n", "", 1) == "", line
+
+    def settings(self, **values: float) -> None:
+        self.fine(*(f"${name[1:]}={value}" for name, value in values.items()))
+
+    def after(self, seconds: float, data: str = "") -> str:
+        """Put, let this much time pass, hear."""
+        self.put(data)
+        LIB.host_input_follows(self._host, 0)
+        LIB.host_run_until(self._host, LIB.host_time_ticks(self._host) + round(seconds * HZ))
+        return self.heard()
+
+    def status(self) -> str:
+        """The answer to ?, alone; no time passes."""
+        return self.after(0, "?")
+
+    def state(self) -> str:
+        return self.status()[1:].split("|")[0]
+
+    def time(self) -> float:
+        return int(LIB.host_time_ticks(self._host)) / HZ
+
+    def position(self) -> list[int]:
+        """Steps, as the controller counts them."""
+        steps = Steps()
+        LIB.host_position_steps(self._host, steps)
+        return list(steps)
+
+    # --- the machine behind it ---
+
+    def input(self, name: str, active: bool) -> None:
+        LIB.virtual_set(self._host, LIB.virtual_input_number(name.encode()), active)
+
+    def input_in(self, seconds: float, name: str, active: bool) -> None:
+        number = LIB.virtual_input_number(name.encode())
+        assert LIB.virtual_at(self._host, LIB.host_time_ticks(self._host) + round(seconds * HZ), number, active)
+
+    def travel(self, axis: int, low: int, high: int) -> None:
+        LIB.virtual_travel(self._host, axis, low, high)
+
+    def surface(self, steps: int) -> None:
+        LIB.virtual_surface(self._host, steps)
+
+    def place(self, steps: Sequence[int]) -> None:
+        LIB.virtual_place(self._host, Steps(*steps))
+
+    def stands(self) -> list[int]:
+        """Steps, as the machine really stands."""
+        steps = Steps()
+        LIB.virtual_position(self._host, steps)
+        return list(steps)
+
+    def outputs(self) -> Outputs:
+        outputs = Outputs()
+        LIB.virtual_outputs(self._host, ctypes.byref(outputs))
+        return outputs
