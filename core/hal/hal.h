@@ -49,9 +49,9 @@ void hal_probe_watch(struct hal *hal, bool high);
  * mix. Chosen at run time; a machine without one forgets. */
 struct hal_store {
     /** [task] @return bytes copied, at most size; 0 = the key has no value */
-    size_t (*load)(void *ctx, uint8_t key, void *bytes, size_t size);
+    size_t (*load)(const void *ctx, uint8_t key, void *bytes, size_t size);
     /** [task] May take some ms. @return false: the old value is still there */
-    bool (*save)(void *ctx, uint8_t key, const void *bytes, size_t count);
+    bool (*save)(const void *ctx, uint8_t key, const void *bytes, size_t count);
 };
 
 #endif

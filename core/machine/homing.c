@@ -48,7 +48,7 @@ static void move(struct machine *machine, axis_mask_t axes, const double target_
 /* Towards the switches that are still looked for. */
 static void look(struct machine *machine) {
     const struct settings *settings = &machine->settings;
-    struct homing *homing = &machine->homing;
+    const struct homing *homing = &machine->homing;
     bool seek = homing->step == SEEK;
     double target_mm[AXIS_COUNT], way_mm = APPROACH_PULL_OFF * (double)settings->homing_pull_off_mm;
     for (unsigned ax = 0; seek && ax < AXIS_COUNT; ax++) {
@@ -189,7 +189,7 @@ static enum task_stage end_search(struct machine *machine) {
 }
 
 enum task_stage homing_poll(struct machine *machine) {
-    struct homing *homing = &machine->homing;
+    const struct homing *homing = &machine->homing;
     bool searches = homing->step == SEEK || homing->step == APPROACH;
     if (searches && (machine->edges.latched & homing->left) != 0)
         motion_hold(&machine->motion);

@@ -74,7 +74,7 @@ static bool load_offsets(struct machine *machine) {
     return true;
 }
 
-static bool load_lines(struct machine *machine, uint8_t key, char (*lines)[LINE_SIZE], unsigned count) {
+static bool load_lines(const struct machine *machine, uint8_t key, char (*lines)[LINE_SIZE], unsigned count) {
     enum store_result result = load(machine, key, lines, count * LINE_SIZE);
     bool good = result == STORE_FOUND;
     for (unsigned line = 0; line < count; line++)

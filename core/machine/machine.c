@@ -73,7 +73,7 @@ void machine_apply_override(struct machine *machine) {
     motion_set_override(&machine->motion, feed, rapid);
 }
 
-static void print_answer(struct machine *machine, enum status status) {
+static void print_answer(const struct machine *machine, enum status status) {
     if (status == STATUS_OK) {
         text_string(&machine->out, "ok\r\n");
         return;

@@ -29,7 +29,7 @@ struct machine_board {
     uint32_t max_step_rate_hz;     /* of one axis */
     uint8_t axis_count;            /* 1 .. AXIS_COUNT */
     const struct hal_store *store; /* NULL: nothing is kept */
-    void *store_ctx;
+    const void *store_ctx;
 };
 
 enum machine_state {

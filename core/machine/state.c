@@ -48,15 +48,15 @@ static const struct {
     bool works; /* tasks go on */
     bool busy;  /* the long report intervals */
 } traits[MACHINE_STATE_COUNT] = {
-    [MACHINE_IDLE] = {"Idle", .reads = true, .works = true},
-    [MACHINE_RUN] = {"Run", .reads = true, .works = true, .busy = true},
-    [MACHINE_HOLD] = {"Hold", .busy = true},
-    [MACHINE_JOG] = {"Jog", .reads = true, .works = true, .busy = true},
-    [MACHINE_ALARM] = {"Alarm", .reads = true, .works = true},
-    [MACHINE_DOOR] = {"Door", .busy = true},
-    [MACHINE_CHECK] = {"Check", .reads = true, .works = true},
-    [MACHINE_HOME] = {"Home", .works = true, .busy = true},
-    [MACHINE_SLEEP] = {"Sleep"},
+    [MACHINE_IDLE] = {.name = "Idle", .reads = true, .works = true},
+    [MACHINE_RUN] = {.name = "Run", .reads = true, .works = true, .busy = true},
+    [MACHINE_HOLD] = {.name = "Hold", .busy = true},
+    [MACHINE_JOG] = {.name = "Jog", .reads = true, .works = true, .busy = true},
+    [MACHINE_ALARM] = {.name = "Alarm", .reads = true, .works = true},
+    [MACHINE_DOOR] = {.name = "Door", .busy = true},
+    [MACHINE_CHECK] = {.name = "Check", .reads = true, .works = true},
+    [MACHINE_HOME] = {.name = "Home", .works = true, .busy = true},
+    [MACHINE_SLEEP] = {.name = "Sleep"},
 };
 
 bool machine_transition(struct machine *machine, enum machine_event event) {

@@ -131,7 +131,7 @@ static bool needs_stop(const struct machine *machine) {
 }
 
 void task_begin(struct machine *machine) {
-    struct gcode_command *command = &machine->command;
+    const struct gcode_command *command = &machine->command;
     machine->stage = stage_after_outputs(machine);
     if (!command->sync)
         return;

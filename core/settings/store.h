@@ -20,7 +20,7 @@ enum { STORE_SIZE_MAX = 400 };
 /** Where values are kept. ops may be NULL: nothing is kept, nothing is found, and saving is no error. */
 struct store {
     const struct hal_store *ops;
-    void *ctx;
+    const void *ctx;
 };
 
 enum store_result {

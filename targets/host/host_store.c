@@ -29,7 +29,7 @@ static size_t find(const uint8_t *bytes, size_t count, uint8_t key) {
     return at + HEAD <= count ? at : count;
 }
 
-static size_t load(void *ctx, uint8_t key, void *bytes, size_t size) {
+static size_t load(const void *ctx, uint8_t key, void *bytes, size_t size) {
     uint8_t file[FILE_MAX];
     size_t count = read_file(ctx, file);
     size_t at = find(file, count, key);
@@ -59,7 +59,7 @@ static bool replace(const char *path, const uint8_t *bytes, size_t count) {
     return good && rename(fresh, path) == 0;
 }
 
-static bool save(void *ctx, uint8_t key, const void *bytes, size_t count) {
+static bool save(const void *ctx, uint8_t key, const void *bytes, size_t count) {
     uint8_t old[FILE_MAX], fresh[FILE_MAX];
     size_t held = read_file(ctx, old), used = 0;
     if (count > UINT16_MAX || HEAD + count > FILE_MAX)
