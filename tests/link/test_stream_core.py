@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import pytest
-from bridge import Bridge
-from conftest import Nobody, Notes, advertised, run_job
+from core_bridge import Bridge
+from sender import Nobody, Notes, advertised, run_job
 from wificnc.job.fate import fate_lines
 from wificnc.job.run import End, Progress
 from wificnc.link.client import Client

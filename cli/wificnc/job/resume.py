@@ -25,7 +25,9 @@ PLUNGE_MM_MIN = 200.0
 Z = AXES.index("Z")
 SAME_MM = 1e-6
 CHECK_MM = 1e-4
-ELSEWHERE_MM = (137.25, -91.5, 53.125, 31.75, -17.5, 71.25)  # any place that no program ends at by chance
+# Two places that no program ends at by chance.
+SOMEWHERE_MM = (-311.625, 247.375, -211.875, 97.625, -57.875, 33.375)
+ELSEWHERE_MM = (137.25, -91.5, 53.125, 31.75, -17.5, 71.25)
 
 MOTION_CODES = {0.0, 1.0, 2.0, 3.0, 5.0, 5.1, 33.0, 38.2, 38.3, 38.4, 38.5, 73.0, 76.0, *map(float, range(80, 90))}
 AXES_FOR_OTHERS = {10.0, 28.0, 28.1, 30.0, 30.1, 43.0, 43.1, 92.0, 92.1}
@@ -96,7 +98,7 @@ def plan_resume(
 
 
 def _known_state(library: ctypes.CDLL, before: Sequence[JobLine], facts: MachineFacts) -> _Known:
-    here = _run(library, before, facts, [0.0] * len(AXES), perturb=False)
+    here = _run(library, before, facts, SOMEWHERE_MM, perturb=False)
     there = _run(library, before, facts, ELSEWHERE_MM, perturb=not facts.offsets)
     if here.g92_mm != _row(facts, "G92"):
         raise JobError(
@@ -182,7 +184,7 @@ def _spindle(state: ModalState, facts: MachineFacts, approach: Approach) -> list
 
 def _modal_words(state: ModalState) -> list[str]:
     """The modes of line N, where they differ from the preamble's. F is in mm/min, so it stands before G20."""
-    lines = [f"F{number(state.feed_mm_min)}"] if state.feed_mm_min else []
+    lines = [f"F{number(float(f'{state.feed_mm_min:.6g}'))}"]  # the core keeps it as a single-precision mm/s
     modes = [
         word for word, usual in ((state.plane, "G17"), (state.distance, "G90"), (state.units, "G21")) if word != usual
     ]

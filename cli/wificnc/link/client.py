@@ -143,7 +143,7 @@ class Client:
 
     # ---- conversation ----
 
-    def connect(self, patience_s: float = CONNECT_S) -> Snapshot:
+    def connect(self, patience_s: float | None = None) -> Snapshot:
         """Ask for a status report until one comes.
 
         Raises:
@@ -151,7 +151,7 @@ class Client:
             ProtocolError: what answers is no Grbl controller.
         """
         said: list[Message] = []
-        for message in self._asking(patience_s):
+        for message in self._asking(CONNECT_S if patience_s is None else patience_s):
             if isinstance(message, Status):
                 return self.now()
             said.append(message)

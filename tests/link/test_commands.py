@@ -1,0 +1,175 @@
+"""The commands, each as one process would run it, against the real core."""
+
+from __future__ import annotations
+
+import json
+import socket
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner, Result
+from core_bridge import Bridge
+from wificnc.app import root
+from wificnc.errors import Exit, LinkError, ProtocolError, RefusedError, UserError
+
+
+def run(*arguments: str, stdin: str | None = None) -> Result:
+    """A UserError comes out as itself, as it does before the error boundary."""
+    result = CliRunner().invoke(root, list(arguments), input=stdin)
+    if isinstance(result.exception, UserError):
+        raise result.exception
+    assert result.exception is None or isinstance(result.exception, SystemExit), result.exc_info
+    return result
+
+
+@pytest.fixture
+def target(bridge: Bridge, monkeypatch: pytest.MonkeyPatch) -> Bridge:
+    monkeypatch.setenv("WIFICNC_TO", bridge.target)
+    return bridge
+
+
+def test_status(target: Bridge) -> None:
+    document = json.loads(run("status", "--json").stdout)
+    assert document["state"] == "Idle"
+    assert document["machine_position"] == {"X": 0.0, "Y": 0.0, "Z": 0.0}
+    assert "Idle" in run("status").stdout
+
+
+def test_send(target: Bridge, tmp_path: Path) -> None:
+    job = tmp_path / "job.nc"
+    job.write_text("G21\nG0 X1 Y2 (there)\nM2\n")
+    result = run("send", str(job), "--json")
+    document = json.loads(result.stdout)
+    assert result.exit_code == 0
+    assert (document["end"], document["lines_answered"], document["errors"]) == ("finished", 3, [])
+    assert document["machine_position"] == {"X": 1.0, "Y": 2.0, "Z": 0.0}
+
+
+def test_send_says_which_line_was_refused(target: Bridge, tmp_path: Path) -> None:
+    job = tmp_path / "job.nc"
+    job.write_text("G21\n\nG1 X1\nG0 X5\n")
+    result = run("send", str(job), "--json")
+    assert result.exit_code == Exit.JOB
+    assert json.loads(result.stdout)["errors"] == [{"line": 3, "code": 22, "text": "G1 X1"}]
+    assert "job.nc:3: error:22 a feed rate is missing (F)" in result.stderr
+
+
+def test_resume_needs_somebody_to_ask(target: Bridge, tmp_path: Path) -> None:
+    job = tmp_path / "job.nc"
+    job.write_text("G21\nG0 X1 Y2\nG0 X5\n")
+    with pytest.raises(UserError, match="nobody is here to answer") as error:
+        run("send", str(job), "--from-line", "3")
+    assert error.value.exit_code == Exit.USAGE
+    assert run("send", str(job), "--from-line", "3", "--yes").exit_code == 0
+    assert target.position_steps()[:2] == [1250, 500]
+
+
+def test_settings(target: Bridge, tmp_path: Path) -> None:
+    file = tmp_path / "machine.toml"
+    assert run("settings", "get", "max_rate_mm_min.x").stdout == "20000.000\n"
+    assert json.loads(run("settings", "get", "$120", "homing", "--json").stdout) == {
+        "acceleration_mm_s2.x": 2000.0,
+        "homing": False,
+    }
+    run("settings", "export", str(file))
+    assert run("settings", "diff", str(file)).exit_code == 0
+    run("settings", "set", "max_rate_mm_min.x=3000", "homing=on", "soft_limits=on")
+    result = run("settings", "diff", str(file))
+    assert result.exit_code == 1
+    assert "max_rate_mm_min.x ($110): 20000.000 -> 3000.000 mm/min" in result.stdout
+    with pytest.raises(UserError, match="nobody is here to answer"):
+        run("settings", "import", str(file))
+    run("settings", "import", str(file), "--yes")
+    assert run("settings", "diff", str(file)).exit_code == 0
+
+
+def test_homing_is_switched_on_before_soft_limits(target: Bridge, tmp_path: Path) -> None:
+    file = tmp_path / "limits.toml"
+    file.write_text("schema = 1\n[settings]\nsoft_limits = true\nhoming = true\n")
+    assert run("settings", "import", str(file), "--yes").exit_code == 0
+
+
+def test_import_changes_nothing_when_one_value_is_impossible(target: Bridge, tmp_path: Path) -> None:
+    file = tmp_path / "bad.toml"
+    file.write_text("schema = 1\n[axis.x]\nmax_rate_mm_min = 1000.0\n[axis.y]\nmax_rate_mm_min = 0.0\n")
+    with pytest.raises(UserError, match=r"nothing was changed.*\n.*max_rate_mm_min.y = 0.000: must be 0.001 to"):
+        run("settings", "import", str(file), "--yes")
+    assert run("settings", "get", "$110").stdout == "20000.000\n"
+
+
+def test_refused_setting(target: Bridge) -> None:
+    with pytest.raises(RefusedError, match=r"max_rate_mm_min.x = -1: error:4 the value must not be negative"):
+        run("settings", "set", "max_rate_mm_min.x=-1")
+    with pytest.raises(UserError, match="there is no setting max_rat_mm_min") as error:
+        run("settings", "set", "max_rat_mm_min.x=5")
+    assert error.value.hint == "did you mean max_rate_mm_min.x?"
+
+
+def test_monitor_of_a_script(target: Bridge) -> None:
+    result = run("monitor", stdin="G0X1\nK\n")
+    assert result.stdout.splitlines()[-2:] == ["ok", "error:2"]
+
+
+def test_unlock(target: Bridge) -> None:
+    assert "not locked: Idle" in run("unlock").stderr
+    run("unlock", "--reset")
+
+
+def test_bad_axis_words(target: Bridge) -> None:
+    for words in (["X"], ["10"], ["X1", "X2"], ["Q5"]):
+        assert run("jog", *words).exit_code == Exit.USAGE
+
+
+def test_no_controller_there() -> None:
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        port = server.getsockname()[1]
+    with pytest.raises(LinkError, match="cannot reach"):
+        run("status", "--to", f"tcp://127.0.0.1:{port}")
+
+
+@pytest.mark.parametrize(
+    "target", ["127.0.0.1", "http://a", "tcp://", "serial://", "tcp://a:x", "serial:///dev/x?baud=y"]
+)
+def test_no_such_target(target: str) -> None:
+    with pytest.raises(UserError) as error:
+        run("status", "--to", target)
+    assert error.value.exit_code == Exit.USAGE
+    assert error.value.hint
+
+
+@contextmanager
+def stranger(says: bytes) -> Iterator[str]:
+    """A port where somebody says this to everything."""
+    with socket.create_server(("127.0.0.1", 0)) as server:
+
+        def serve() -> None:
+            connection, _ = server.accept()
+            with connection:
+                while connection.recv(4096):
+                    if says:
+                        connection.sendall(says)
+
+        thread = threading.Thread(target=serve)
+        thread.start()
+        yield f"tcp://127.0.0.1:{server.getsockname()[1]}"
+        thread.join(10)
+
+
+def test_something_else_answers(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("wificnc.link.client.CONNECT_S", 0.2)
+    with (
+        stranger(b"HTTP/1.1 400 Bad Request\r\n") as target,
+        pytest.raises(ProtocolError, match="not as a Grbl") as error,
+    ):
+        run("status", "--to", target)
+    assert error.value.exit_code == Exit.PROTOCOL
+
+
+def test_alarm_that_only_a_reset_ends() -> None:
+    with stranger(b"[MSG:Reset to continue]\r\n") as target, pytest.raises(LinkError) as error:
+        run("status", "--to", target)
+    assert error.value.hint
+    assert "unlock --reset" in error.value.hint

@@ -1,0 +1,80 @@
+"""Bytes over TCP and over a pseudo-terminal."""
+
+from __future__ import annotations
+
+import os
+import pty
+import socket
+import tty
+
+import pytest
+from wificnc.errors import LinkError
+from wificnc.link.transport import Transport, open_transport, socket_pair
+
+
+def receive(transport: Transport, count: int) -> bytes:
+    """As many bytes as are sure to come."""
+    data = b""
+    while len(data) < count:
+        transport.wait(10.0)
+        data += transport.receive()
+    return data
+
+
+def test_serial_port() -> None:
+    master, slave = pty.openpty()
+    tty.setraw(slave)
+    transport = open_transport(f"serial://{os.ttyname(slave)}?baud=250000")
+    transport.send(b"G0X1\n?")
+    assert os.read(master, 100) == b"G0X1\n?"
+    os.write(master, b"ok\r\n")
+    assert receive(transport, 4) == b"ok\r\n"
+    assert transport.receive() == b""
+    os.close(slave)
+    os.close(master)
+    with pytest.raises(LinkError, match="is lost"):
+        receive(transport, 1)
+    transport.close()
+
+
+def test_serial_port_that_is_not_there() -> None:
+    with pytest.raises(LinkError, match="cannot open") as error:
+        open_transport("serial:///dev/wificnc-has-no-such-port")
+    assert error.value.hint
+    assert "plugged in" in error.value.hint
+
+
+def test_tcp_and_its_end() -> None:
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        transport = open_transport(f"tcp://127.0.0.1:{server.getsockname()[1]}")
+        peer, _ = server.accept()
+        transport.send(b"?")
+        assert peer.recv(10) == b"?"
+        peer.sendall(b"ok\r\n")
+        assert receive(transport, 4) == b"ok\r\n"
+        peer.close()
+        with pytest.raises(LinkError, match="closed the connection"):
+            receive(transport, 1)
+        transport.close()
+        transport.close()
+
+
+def test_peer_that_takes_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("wificnc.link.transport.SEND_TIMEOUT_S", 0.05)
+    transport, peer = socket_pair()
+    with pytest.raises(LinkError, match="has taken no bytes"):
+        transport.send(b"x" * 10_000_000)
+    transport.close()
+    peer.close()
+
+
+def test_others_wake_it_up() -> None:
+    transport, peer = socket_pair()
+    read, write = os.pipe()
+    os.write(write, b"!")
+    transport.wait(10.0, [read])
+    assert transport.receive() == b""
+    os.close(read)
+    os.close(write)
+    transport.close()
+    peer.close()
