@@ -3,12 +3,12 @@
 #ifndef WIFICNC_CONFIG_H
 #define WIFICNC_CONFIG_H
 
-#define LINE_SIZE          80   /* characters of a stored line and its NUL; the 80th stored character is error:11 */
-#define RX_SIZE            1024 /* bytes a character-counting sender may keep in flight */
-#define PLAN_SIZE          64   /* look-ahead blocks */
-#define SEGMENT_RING_SIZE  128  /* segments between planner or host and prep */
-#define SPAN_RING_SIZE     32   /* spans between prep and the step ISR */
-#define STARTUP_LINE_COUNT 2    /* $N0, $N1 */
+#define LINE_SIZE 80   /* characters of a stored line and its NUL; the 80th stored character is error:11 */
+#define RX_SIZE   1024 /* bytes a character-counting sender may keep in flight */
+#define PLAN_SIZE 64   /* look-ahead blocks */
+#define SEGMENT_RING_SIZE  128 /* segments between planner or host and prep */
+#define SPAN_RING_SIZE     32  /* spans between prep and the step ISR */
+#define STARTUP_LINE_COUNT 2   /* $N0, $N1 */
 
 _Static_assert((PLAN_SIZE & (PLAN_SIZE - 1)) == 0, "ring index is masked");
 _Static_assert((SEGMENT_RING_SIZE & (SEGMENT_RING_SIZE - 1)) == 0, "ring index is masked");

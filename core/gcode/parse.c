@@ -34,7 +34,7 @@ static struct code find_code(int key) {
  * variants is "not a whole number" (G1.5, G54.1); anything else is unsupported (G5, G38.9, M6). */
 static enum status unknown_code(char letter, struct number number) {
     const double value = number_value(number);
-    const int whole = value >= 0.0 && value <= CODE_X10_MAX ? (int)value : -1;
+    const int whole = value >= 0.0 && value <= (double)CODE_X10_MAX ? (int)value : -1;
     bool plain = false, variants = false;
 
     if (whole < 0 || value == whole)
@@ -87,7 +87,7 @@ static enum status take_code(struct gcode_block *block, char letter, struct numb
 static enum status word_status(uint32_t words, uint32_t bit, double number) {
     if (!(bit & (WORDS_FREE | WORDS_NOT_NEGATIVE)))
         return STATUS_UNSUPPORTED;
-    if (bit == WORD_BIT('T') && number > TOOL_NUMBER_MAX)
+    if (bit == WORD_BIT('T') && number > (double)TOOL_NUMBER_MAX)
         return STATUS_TOOL_NUMBER;
     if (words & bit)
         return STATUS_WORD_REPEATED;

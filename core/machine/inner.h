@@ -47,7 +47,7 @@ void machine_stand_at(struct machine *machine, const int32_t position[AXIS_COUNT
 void machine_drop_motion(struct machine *machine);
 /** Feed override in force for what is done now; jogs, probing and homing have none. */
 void machine_apply_override(struct machine *machine);
-void machine_timer_start(struct machine *machine, struct machine_timer *timer, uint32_t us);
+void machine_timer_start(const struct machine *machine, struct machine_timer *timer, uint32_t us);
 bool machine_timer_runs(const struct machine *machine, const struct machine_timer *timer);
 
 /* reset.c */

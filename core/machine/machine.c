@@ -96,7 +96,7 @@ void machine_answer(struct machine *machine, enum status status) {
     print_answer(machine, status);
 }
 
-void machine_timer_start(struct machine *machine, struct machine_timer *timer, uint32_t us) {
+void machine_timer_start(const struct machine *machine, struct machine_timer *timer, uint32_t us) {
     *timer = (struct machine_timer){.on = us > 0, .from_us = hal_time_us(machine->hal), .us = us};
 }
 

@@ -2,6 +2,7 @@
 #include "motion/emit.h"
 
 #include "base/debug.h"
+#include "base/minmax.h"
 
 #include <math.h>
 #include <string.h>
@@ -80,13 +81,13 @@ static struct profile rest_of_block(const struct emit *emit, const struct plan_b
     p.mm = (float)*steps * emit->step_mm;
     float reach_sq = p.v0_sq + two_a * p.mm;
     float brake_sq = p.v0_sq * 0.999f - two_a * p.mm; /* float noise must not keep us from resting */
-    p.exit_sq = fminf(plan_exit_sq(emit->plan), reach_sq);
-    p.exit_sq = fmaxf(p.exit_sq, brake_sq);
-    p.peak_sq = fminf(block->nominal_sq, 0.5f * (p.v0_sq + p.exit_sq) + p.accel * p.mm);
-    p.peak_sq = fmaxf(p.peak_sq, p.v0_sq);
+    p.exit_sq = least_f(plan_exit_sq(emit->plan), reach_sq);
+    p.exit_sq = most_f(p.exit_sq, brake_sq);
+    p.peak_sq = least_f(block->nominal_sq, 0.5f * (p.v0_sq + p.exit_sq) + p.accel * p.mm);
+    p.peak_sq = most_f(p.peak_sq, p.v0_sq);
     p.accelerate_mm = (p.peak_sq - p.v0_sq) / two_a;
-    p.brake_from_mm = p.mm - fmaxf(p.peak_sq - p.exit_sq, 0.0f) / two_a;
-    p.brake_from_mm = fmaxf(p.brake_from_mm, p.accelerate_mm);
+    p.brake_from_mm = p.mm - most_f(p.peak_sq - p.exit_sq, 0.0f) / two_a;
+    p.brake_from_mm = most_f(p.brake_from_mm, p.accelerate_mm);
     return p;
 }
 
@@ -132,7 +133,7 @@ static uint32_t slice_steps(const struct emit *emit, const struct profile *p, ui
 }
 
 /* Steps and phases of all axes from dominant step `done` to `to` of the block. */
-static void slice_axes(struct emit *emit, const struct plan_block *block, uint32_t to,
+static void slice_axes(const struct emit *emit, const struct plan_block *block, uint32_t to,
                        struct segment *segment) {
     const uint64_t half_q32 = (uint64_t)1 << 31;
     for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {

@@ -24,9 +24,10 @@ bool motion_in_range(const struct motion *motion, const double target_mm[AXIS_CO
 }
 
 bool motion_line(struct motion *motion, const struct motion_line *line, uint32_t now_us) {
-    uint32_t blocks = motion->plan.blocks_total;
-    if (!plan_line(&motion->plan, line))
+    if (plan_is_full(&motion->plan))
         return false;
+    uint32_t blocks = motion->plan.blocks_total;
+    plan_line(&motion->plan, line);
     if (motion->plan.blocks_total != blocks && motion->emit.ran_dry) {
         motion->emit.ran_dry = false;
         motion->emit.starved++;

@@ -29,6 +29,11 @@ void motion_set_limits(struct motion *motion, const struct motion_limits *limits
 /** True when the target's steps fit the counters; a move beyond is an error, not a wrap. */
 bool motion_in_range(const struct motion *motion, const double target_mm[AXIS_COUNT]);
 
+/** Room for one more move; only motion_line() takes it away. */
+static inline bool motion_has_room(const struct motion *motion) {
+    return !plan_is_full(&motion->plan);
+}
+
 /** Append a straight move. @return false: no room in the look-ahead, try again later; nothing was changed. */
 bool motion_line(struct motion *motion, const struct motion_line *line, uint32_t now_us);
 

@@ -2,6 +2,7 @@
 #include "motion/planner.h"
 
 #include "base/debug.h"
+#include "base/minmax.h"
 #include "motion/kinematics/kinematics.h"
 
 #include <math.h>
@@ -13,6 +14,7 @@
 void plan_reset(struct plan *plan, const int32_t position_steps[AXIS_COUNT]) {
     plan->head = plan->tail = plan->queue_head = plan->queue_tail = 0;
     plan->potential = 0.0;
+    plan->exit_known = false;
     plan->moving = false;
     memcpy(plan->position_steps, position_steps, sizeof plan->position_steps);
     kinematics_position_mm(position_steps, plan->limits.steps_per_mm, plan->position_mm);
@@ -76,11 +78,12 @@ static double candidate(struct plan *plan, uint32_t index) {
 static void enqueue(struct plan *plan, uint32_t index) {
     struct plan_block *block = plan_block(plan, index);
     block->potential = plan->potential;
+    plan->exit_known = false;
     while (plan->queue_head != plan->queue_tail &&
            candidate(plan, plan->queue[(plan->queue_head - 1) & (PLAN_SIZE - 1)]) >= candidate(plan, index))
         plan->queue_head--;
     plan->queue[plan->queue_head++ & (PLAN_SIZE - 1)] = index;
-    plan->potential += (double)fminf(2.0f * block->accel_mm_s2 * block->length_mm, block->junction_sq);
+    plan->potential += (double)least_f(2.0f * block->accel_mm_s2 * block->length_mm, block->junction_sq);
 }
 
 /* Length that the block's time is reckoned by. Rounding can make one whole step of a far shorter programmed
@@ -113,9 +116,9 @@ static void set_caps(struct plan *plan, uint32_t index, bool first) {
     float override = (block->flags & MOTION_FLAG_RAPID) != 0 ? plan->rapid_override : plan->feed_override;
     float asked_sq = block->asked_sq * override * override;
     block->nominal_sq = asked_sq < block->limit_sq ? asked_sq : block->limit_sq;
-    block->junction_sq = first ? 0.0f : fminf(block->corner_sq, block->nominal_sq);
+    block->junction_sq = first ? 0.0f : least_f(block->corner_sq, block->nominal_sq);
     if (!first)
-        block->junction_sq = fminf(block->junction_sq, plan_block(plan, index - 1)->nominal_sq);
+        block->junction_sq = least_f(block->junction_sq, plan_block(plan, index - 1)->nominal_sq);
 }
 
 /* Direction of the move and lengths over X Y Z and over all axes. */
@@ -135,15 +138,13 @@ static float direction(const struct plan *plan, const struct motion_line *line, 
     return length_mm;
 }
 
-bool plan_line(struct plan *plan, const struct motion_line *line) {
-    if (plan_is_full(plan))
-        return false;
+void plan_line(struct plan *plan, const struct motion_line *line) {
     struct plan_block *block = plan_block(plan, plan->head);
     int32_t target[AXIS_COUNT] = {0};
     memset(block->steps, 0, sizeof block->steps);
     block->dominant_steps = step_delta(plan, line, target, block->steps);
     if (block->dominant_steps == 0)
-        return true;
+        return;
 
     float unit[AXIS_COUNT], linear_sq = 0.0f;
     float length_mm = direction(plan, line, unit, &linear_sq);
@@ -158,7 +159,7 @@ bool plan_line(struct plan *plan, const struct motion_line *line) {
     block->corner_sq = 0.0f;
     if (plan->moving) {
         const struct plan_block *last = plan_block(plan, plan->head - 1);
-        block->corner_sq = corner_sq(plan, plan->last_unit, unit, fminf(last->length_mm, block->length_mm));
+        block->corner_sq = corner_sq(plan, plan->last_unit, unit, least_f(last->length_mm, block->length_mm));
     }
     set_caps(plan, plan->head, !plan->moving);
     enqueue(plan, plan->head);
@@ -169,7 +170,6 @@ bool plan_line(struct plan *plan, const struct motion_line *line) {
     plan->head++;
     plan->blocks_total++;
     DEBUG(DEBUG_MOTION, "block: line, dominant steps", block->line, block->dominant_steps);
-    return true;
 }
 
 void plan_set_override(struct plan *plan, float feed, float rapid) {
@@ -182,18 +182,22 @@ void plan_set_override(struct plan *plan, float feed, float rapid) {
     }
 }
 
-float plan_exit_sq(struct plan *plan) {
+float plan_find_exit_sq(struct plan *plan) {
     uint32_t next = plan->tail + 1;
     if (plan_count(plan) <= 1)
         return 0.0f;
     while (plan->queue[plan->queue_tail & (PLAN_SIZE - 1)] - next > PLAN_SIZE) /* the block at tail is past */
         plan->queue_tail++;
-    double least = fmin(candidate(plan, plan->queue[plan->queue_tail & (PLAN_SIZE - 1)]), plan->potential);
-    return (float)(least - plan_block(plan, next)->potential);
+    double least = candidate(plan, plan->queue[plan->queue_tail & (PLAN_SIZE - 1)]);
+    least = least < plan->potential ? least : plan->potential;
+    plan->exit_sq = (float)(least - plan_block(plan, next)->potential);
+    plan->exit_known = true;
+    return plan->exit_sq;
 }
 
 void plan_drop_tail(struct plan *plan) {
     plan->tail++;
+    plan->exit_known = false;
     if (plan->tail == plan->head) {
         plan->potential = 0.0; /* no sum to keep: start small again */
         plan->queue_tail = plan->queue_head;

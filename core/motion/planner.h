@@ -74,6 +74,8 @@ struct plan {
     double potential;                    /* P at the end of the newest block */
     uint32_t queue_head, queue_tail;     /* of queue; wrap at 2^32 */
     uint32_t queue[PLAN_SIZE];           /* indices of blocks with rising J + P, oldest first */
+    float exit_sq;                       /* what plan_exit_sq() found, while exit_known */
+    bool exit_known;
     uint32_t blocks_total;
     struct plan_block blocks[PLAN_SIZE];
 };
@@ -92,16 +94,20 @@ static inline struct plan_block *plan_block(struct plan *plan, uint32_t index) {
     return &plan->blocks[index & (PLAN_SIZE - 1)];
 }
 
-/** Append a move. A move shorter than half a step on every axis makes no block; its target counts for the
- * next one.
- *  @return false: the ring is full, nothing was changed. */
-bool plan_line(struct plan *plan, const struct motion_line *line);
+/** Append a move; there is room. A move shorter than half a step on every axis makes no block; its target
+ * counts for the next one. */
+void plan_line(struct plan *plan, const struct motion_line *line);
 
 /** New overrides for all blocks, also the one being emitted. @param feed 0.1 .. 2, @param rapid 0.25 .. 1 */
 void plan_set_override(struct plan *plan, float feed, float rapid);
 
-/** Greatest v^2 at the end of the block at tail: the entry of its successor, or 0. */
-float plan_exit_sq(struct plan *plan);
+/** Behind plan_exit_sq(): find it anew. */
+float plan_find_exit_sq(struct plan *plan);
+
+/** Greatest v^2 at the end of the block at tail: what its successor may be entered with, or 0. */
+static inline float plan_exit_sq(struct plan *plan) {
+    return plan->exit_known ? plan->exit_sq : plan_find_exit_sq(plan);
+}
 
 /** The block at tail has been emitted. */
 void plan_drop_tail(struct plan *plan);

@@ -96,7 +96,7 @@ static void load_segment(struct prep *prep, const struct segment *segment) {
     for (unsigned ax = 0; ax < AXIS_COUNT && dominant > 0; ax++)
         set_axis(prep, ax, count[ax], segment, prep->events);
 
-    float ramp = (float)segment->ramp * (1.0f / SEGMENT_RAMP_ONE);
+    float ramp = (float)segment->ramp * (1.0f / (float)SEGMENT_RAMP_ONE);
     float mean = ticks > 0 ? (float)prep->events / (float)ticks : 0.0f;
     prep->v = mean * (1.0f - ramp);
     prep->v_end = mean * (1.0f + ramp);

@@ -25,7 +25,7 @@ struct path_sample {
     float t_s; /* since measure_begin() */
     float position_mm[AXIS_COUNT];
     float speed_mm_s;
-    uint8_t rapid; /* how it was reached */
+    uint32_t rapid; /* how it was reached, 0 or 1; this wide so that no byte of a sample is undefined */
 };
 
 /** The most samples kept: where more would come, every second one is dropped and the interval doubles. */

@@ -14,7 +14,6 @@ from pathlib import Path
 
 import pytest
 from hypothesis import settings
-
 from wificnc.build.compiler import locate_compiler
 
 sys.path.insert(0, str(Path(__file__).parent))

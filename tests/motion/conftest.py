@@ -10,9 +10,7 @@ import pytest
 
 sys.path.insert(0, str(Path(__file__).parent))
 
-from motion_host import Host
-
-BASELINE = {f"s{base + ax}": value for base, value in ((100, 250), (110, 5000), (120, 500)) for ax in range(6)}
+from motion_host import BASELINE, Host
 
 
 @pytest.fixture

@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 from wificnc.build.host import ensure_host_library
 
 AXES = 6
+# The measuring settings: 250 steps/mm, 5000 mm/min, 500 mm/s2.
+BASELINE = {f"s{base + ax}": value for base, value in ((100, 250), (110, 5000), (120, 500)) for ax in range(6)}
 EVENT = np.dtype([("t", "<u8"), ("step", "u1"), ("dir", "u1"), ("flags", "u1"), ("reserved", "u1"), ("line", "<u4")])
 CONSUMER = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_size_t)
 COUNTERS = (

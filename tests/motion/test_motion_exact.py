@@ -6,10 +6,9 @@ from decimal import ROUND_HALF_UP, Decimal
 
 import numpy as np
 import pytest
-from conftest import BASELINE
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from motion_host import Host
+from motion_host import BASELINE, Host
 
 LETTERS = "XYZABC"
 

@@ -15,7 +15,7 @@ static const struct host_board BOARD = {
     .step_pulse_ns = 1000,
     .dir_setup_ns = 1000,
     .max_step_rate_hz = 500000,
-    .axis_count = AXIS_COUNT,
+    .axis_count = 3,
 };
 
 static void *checked(void *pointer, const char *what) {

@@ -105,7 +105,7 @@ class PathSample(Structure):
         ("t_s", c_float),
         ("position_mm", c_float * AXIS_COUNT),
         ("speed_mm_s", c_float),
-        ("rapid", c_uint8),
+        ("rapid", c_uint32),
     )
 
 
@@ -114,8 +114,7 @@ SAMPLE_DTYPE = [
     ("t_s", "<f4"),
     ("position_mm", "<f4", (AXIS_COUNT,)),
     ("speed_mm_s", "<f4"),
-    ("rapid", "u1"),
-    ("pad", "V3"),
+    ("rapid", "<u4"),
 ]
 
 _SIM = c_void_p

@@ -1,0 +1,14 @@
+/* SPDX-License-Identifier: MIT
+ * Least and greatest of two. Not fminf() and fmaxf(): those must mind NaN, so they are calls. [any] */
+#ifndef WIFICNC_BASE_MINMAX_H
+#define WIFICNC_BASE_MINMAX_H
+
+static inline float least_f(float a, float b) {
+    return a < b ? a : b;
+}
+
+static inline float most_f(float a, float b) {
+    return a > b ? a : b;
+}
+
+#endif
