@@ -118,6 +118,38 @@ def test_unlock(target: Bridge) -> None:
     run("unlock", "--reset")
 
 
+def test_jog(target: Bridge) -> None:
+    document = json.loads(run("jog", "X5", "y-2.5", "--feed", "2000", "--json").stdout)
+    assert document["work_position"] == {"X": 5.0, "Y": -2.5, "Z": 0.0}
+    assert "at X 1.000  Y -2.500" in run("jog", "X1", "--absolute").stderr
+    run("jog", "Z1", "--inch", "--feed", "20")
+    assert target.position_steps()[:3] == [250, -625, 6350]
+    with pytest.raises(RefusedError, match="error:"):
+        run("jog", "A5")
+
+
+def test_home_without_homing(target: Bridge) -> None:
+    with pytest.raises(RefusedError, match="homing is not enabled"):
+        run("home")
+
+
+def test_probe_that_touches_nothing(target: Bridge) -> None:
+    with pytest.raises(RefusedError, match="ALARM:5 the probe did not touch"):
+        run("probe", "Z-5")
+    assert "unlocked: Idle" in run("unlock").stderr
+    assert " G90 " in run("monitor", stdin="$G\n").stdout
+
+
+def test_dry_run_finds_every_error_and_moves_nothing(target: Bridge, tmp_path: Path) -> None:
+    job = tmp_path / "job.nc"
+    job.write_text("G21\nG1 X1\nG0 X5\nG77\nG0 X7\n")
+    result = run("send", str(job), "--dry-run", "--json")
+    assert result.exit_code == Exit.JOB
+    assert [error["line"] for error in json.loads(result.stdout)["errors"]] == [2, 4]
+    assert target.position_steps() == [0] * 6
+    assert json.loads(run("status", "--json").stdout)["state"] == "Idle"
+
+
 def test_bad_axis_words(target: Bridge) -> None:
     for words in (["X"], ["10"], ["X1", "X2"], ["Q5"]):
         assert run("jog", *words).exit_code == Exit.USAGE

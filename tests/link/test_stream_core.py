@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import pytest
-from core_bridge import Bridge
-from sender import Nobody, Notes, advertised, run_job
+from core_bridge import FAST, Bridge
+from sender import Nobody, Notes, advertised, run_job, talk
 from wificnc.job.fate import fate_lines
-from wificnc.job.run import End, Progress
-from wificnc.link.client import Client
+from wificnc.job.run import End, Progress, RunOptions
+from wificnc.link.client import Client, connected
 
 STEPS_PER_MM = 250
 
@@ -26,6 +26,33 @@ def test_every_line_is_answered_and_the_buffer_is_never_overrun(bridge: Bridge, 
     assert bridge.position_steps()[:3] == [375, 563, -750]
     assert bridge.overruns == 0
     assert rx_bytes * 0.5 < bridge.most_bytes <= rx_bytes
+
+
+def test_what_the_controller_advertises_and_reports_as_free() -> None:
+    with Bridge(settings=FAST + "$10=3\n") as bridge, talk(bridge) as client:
+        options = client.options()
+        assert options
+        outcome = run_job(client, zigzag(2000), RunOptions(options))
+        assert outcome.complete
+        assert outcome.planner_blocks == options.planner_blocks > 0
+        assert bridge.overruns == 0
+        assert options.rx_bytes // 2 < bridge.most_bytes <= options.rx_bytes
+
+
+def test_alarm_in_the_middle_of_a_job() -> None:
+    limits = "$22=1\n$20=1\n$130=30\n$131=30\n$132=30\n"
+    with Bridge(settings=FAST + limits) as bridge, connected(bridge.target) as client:
+        client.synchronise()
+        if client.now().status.state == "Alarm":
+            client.must("$X")
+        outcome = run_job(client, "G21\nG90\nG0 X-1\nG0 X-2\nG0 X-500\nG0 X-3\n")
+        assert (outcome.end, outcome.detail) == (
+            End.ALARM,
+            "ALARM:2 the move would leave the travel; the position is kept",
+        )
+        assert outcome.last_answered is not None
+        assert outcome.last_answered.number == 4
+        assert outcome.unanswered[0].number == 5
 
 
 def test_comments_never_reach_the_controller(bridge: Bridge, client: Client) -> None:

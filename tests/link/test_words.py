@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
+from wificnc.link.alarms import ALARMS, alarm_words
 from wificnc.link.client import error_words
 from wificnc.link.generate_words import OUTPUT, SOURCE, main, words_text
 from wificnc.link.words import ERRORS
@@ -20,6 +22,14 @@ def test_words() -> None:
     assert error_words(22) == f"error:22 {ERRORS[22]}"
     assert error_words(999) == "error:999 an error that this program does not know"
     assert 0 not in ERRORS
+
+
+def test_every_alarm_of_the_core_has_words() -> None:
+    header = (ROOT / "core/machine/machine.h").read_text()
+    numbers = {int(number) for number in re.findall(r"\bALARM_[A-Z_]+ = (\d+)", header)} - {0}
+    assert numbers
+    assert numbers <= set(ALARMS)
+    assert alarm_words(99) == "an alarm that this program does not know"
 
 
 def test_stale_copy_is_found_and_mended(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

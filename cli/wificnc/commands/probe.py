@@ -11,7 +11,7 @@ import rich_click as click
 from wificnc import ui
 from wificnc.commands._target import json_option, position_json, target_option
 from wificnc.commands._words import one_axis
-from wificnc.errors import Exit, JobError, RefusedError
+from wificnc.errors import Exit, JobError, RefusedError, UserError
 from wificnc.job.resume import number
 from wificnc.keyboard import Keyboard
 from wificnc.link import realtime
@@ -38,18 +38,17 @@ def command(
     as_json: bool,
 ) -> None:  # fmt: skip
     """Move an axis by at most this distance until the probe touches: `wificnc probe Z-20 --set 0 --retract 5`."""
+    axis, distance_mm = word[0], float(word[1:])
     with connected(target) as client:
         expect_state(client, "Idle")
         client.synchronise()
-        result = probe(client, word, feed, "G38.4" if away else "G38.2")
-        scale = unit_mm(client.settings())
-        if touch_mm is not None:
-            set_coordinate(client, word[0], touch_mm, result, scale)
-        if retract:
-            back = -retract if float(word[1:]) > 0 else retract
-            with relative_mm(client):
-                client.must(f"G0{word[0]}{number(back)}")
-            wait_rest(client)
+        bench = Bench(client, axis)
+        with bench.absolute_mm():
+            result = bench.probe(distance_mm, feed, "G38.4" if away else "G38.2")
+            if touch_mm is not None:
+                bench.set_coordinate(touch_mm, result)
+            if retract:
+                bench.move(-retract if distance_mm > 0 else retract)
         now = client.look_fully()
     if as_json:
         ui.emit_json(probe_json(result, now.wpos))
@@ -58,41 +57,58 @@ def command(
     ctx.exit(Exit.OK)
 
 
-def probe(client: Client, word: str, feed: float, code: str) -> ProbeResult:
-    """One probing move. Raises RefusedError when nothing is touched."""
-    with relative_mm(client), Keyboard() as keys:
+class Bench:
+    """One axis under the probe. All moves are to absolute places, so that a move that fails leaves G90 behind."""
 
-        def stop_on_ctrl_c() -> None:
-            if "\x03" in keys.read():
-                client.send(realtime.RESET)
+    def __init__(self, client: Client, axis: str) -> None:
+        self.client = client
+        self.axis = axis
+        self.index = "XYZABC".index(axis)
+        self.unit = unit_mm(client.settings()) if axis in "XYZ" else 1.0
+        if self.index >= len(client.now().mpos):
+            raise UserError(f"this machine has no axis {axis}")
 
-        answer = client.command(f"{code}{word}F{feed:g}", PROBING_S, keys.fds(), stop_on_ctrl_c)
-    if answer.code:
-        raise RefusedError(f"probing: {error_words(answer.code)}")
-    found = [result for body in answer.brackets("PRB") if (result := parse_probe(body))]
-    if not found or not found[-1].touched:
-        raise JobError("the probe touched nothing, or the controller does not say where")
-    return found[-1]
+    @contextmanager
+    def absolute_mm(self) -> Iterator[None]:
+        """G90 G21 inside; outside the modes that were there before."""
+        before = [word for word in self.client.parser_state() if word in ("G20", "G91", "G0", "G1")]
+        self.client.must("G90G21")
+        try:
+            yield
+        finally:
+            if before and self.client.look().status.state == "Idle":
+                self.client.must("".join(before))
 
+    def place_mm(self, distance_mm: float) -> str:
+        """The word for a place so far from here."""
+        here = self.client.look_fully().wpos[self.index] * self.unit
+        return f"{self.axis}{number(here + distance_mm)}"
 
-@contextmanager
-def relative_mm(client: Client) -> Iterator[None]:
-    """G91 G21 inside; outside the modes that were there before."""
-    words = client.parser_state()
-    client.must("G91G21")
-    try:
-        yield
-    finally:
-        if client.look().status.state == "Idle":
-            client.must("".join([word for word in words if word in ("G20", "G90", "G0", "G1")] or ["G90", "G0"]))
+    def probe(self, distance_mm: float, feed: float, code: str) -> ProbeResult:
+        """One probing move. Raises RefusedError when nothing is touched. Ctrl-C resets."""
+        with Keyboard() as keys:
 
+            def stop_on_ctrl_c() -> None:
+                if "\x03" in keys.read():
+                    self.client.send(realtime.RESET)
 
-def set_coordinate(client: Client, axis: str, touch_mm: float, result: ProbeResult, scale: float) -> None:
-    """G10 L20 for the place of contact: the machine stands a little behind it."""
-    at = "XYZABC".index(axis)
-    beyond_mm = (client.look().mpos[at] - result.position[at]) * scale
-    with relative_mm(client):  # for the unit; a coordinate is one in G91 too
-        client.must(f"G10L20P0{axis}{number(touch_mm + beyond_mm)}")
+            line = f"{code}{self.place_mm(distance_mm)}F{feed:g}"
+            answer = self.client.command(line, PROBING_S, keys.fds(), stop_on_ctrl_c)
+        if answer.code:
+            raise RefusedError(f"probing: {error_words(answer.code)}")
+        found = [result for body in answer.brackets("PRB") if (result := parse_probe(body))]
+        if not found or not found[-1].touched:
+            raise JobError("the probe touched nothing, or the controller does not say where")
+        return found[-1]
+
+    def set_coordinate(self, touch_mm: float, result: ProbeResult) -> None:
+        """G10 L20 for the place of contact: the machine stands a little behind it."""
+        beyond_mm = (self.client.look().mpos[self.index] - result.position[self.index]) * self.unit
+        self.client.must(f"G10L20P0{self.axis}{number(touch_mm + beyond_mm)}")
+
+    def move(self, distance_mm: float) -> None:
+        self.client.must(f"G0{self.place_mm(distance_mm)}")
+        wait_rest(self.client)
 
 
 def probe_json(result: ProbeResult, wpos: tuple[float, ...]) -> dict[str, Any]:

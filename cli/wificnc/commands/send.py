@@ -93,7 +93,7 @@ def send(client: Client, program: Program, options: SendOptions) -> Outcome:
         confirm(resume, options)
         lines, preamble = resume.lines, len(resume.preamble)
     with estimate(lines, settings, client) as times, check_mode(client, options.dry_run):
-        run = RunOptions(built, options.keep_going, options.dry_run, times, preamble)
+        run = RunOptions(built, options.keep_going or options.dry_run, options.dry_run, times, preamble)
         with Keyboard() as keys, JobDisplay(options.file.name) as display:
             return JobRun(client, lines, display, keys, run).run()
 
@@ -104,8 +104,8 @@ def check_mode(client: Client, on: bool) -> Iterator[None]:
     if on:
         client.must("$C")
     yield
-    if on:
-        client.send(b"$C\n")
+    if on and client.look().status.state == "Check":
+        client.must("$C")
 
 
 @contextmanager
@@ -132,15 +132,20 @@ def resume_plan(client: Client, program: Program, settings: dict[int, str], opti
 
 def machine_facts(client: Client, settings: dict[int, str]) -> MachineFacts:
     """What the controller says of itself, in mm. Reports are in inches with $13=1."""
-    scale = unit_mm(settings)
+    unit = unit_mm(settings)
     now = client.look_fully()
     return MachineFacts(
         axis_count=len(now.mpos),
-        work_mm=tuple(scale * value for value in now.wpos),
-        machine_mm=tuple(scale * value for value in now.mpos),
-        offsets={key: tuple(scale * value for value in values) for key, values in client.offsets().items()},
+        work_mm=in_mm(now.wpos, unit),
+        machine_mm=in_mm(now.mpos, unit),
+        offsets={key: in_mm(values, unit) for key, values in client.offsets().items()},
         laser=settings.get(32) == "1",
     )
+
+
+def in_mm(values: tuple[float, ...], unit: float) -> tuple[float, ...]:
+    """X Y Z in mm; the turning axes are in degrees whatever the unit."""
+    return (*(unit * value for value in values[:3]), *values[3:])
 
 
 def confirm(resume: Resume, options: SendOptions) -> None:

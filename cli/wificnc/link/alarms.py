@@ -13,6 +13,7 @@ ALARMS: dict[int, str] = {
     8: "homing: the switch stayed closed while pulling off; raise $27 or check the wiring",
     9: "homing: no switch was found; check $23, $130.. and the wiring",
     10: "homing: the two motors of an axis did not find their switches together",
+    50: "emergency stop; release it, then `wificnc unlock --reset` and home again",
 }
 
 

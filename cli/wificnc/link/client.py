@@ -32,7 +32,7 @@ CONNECT_S = 5.0  # a board that resets when its port is opened needs two of them
 ANSWER_S = 5.0
 ASK_EVERY_S = 0.5
 POLL_EVERY_S = 0.2  # status reports while something moves
-WCO_EVERY = 30  # reports
+WCO_EVERY = 30  # reports of a busy machine
 FALLBACK_RX_BYTES = 120  # a controller that does not say: Grbl's 128, less a reserve
 
 # What stops half a line of somebody who vanished from being run together with ours: an error in every position.
@@ -185,10 +185,10 @@ class Client:
         return self.connect(ANSWER_S)
 
     def look_fully(self) -> Snapshot:
-        """Reports until one has told the work offset, which stands in one of thirty of a busy machine."""
-        for _ in range(WCO_EVERY + 1):
+        """Reports until they have told the work offset and the overrides, which stand in one of many."""
+        for _ in range(WCO_EVERY + 2):
             now = self.look()
-            if now.wco or now.status.wpos is not None:
+            if now.overrides and (now.wco or now.status.wpos is not None):
                 break
         return now
 
