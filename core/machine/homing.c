@@ -158,7 +158,7 @@ static enum task_stage fail(struct machine *machine, enum alarm alarm) {
 }
 
 static enum task_stage end_back_off(struct machine *machine) {
-    if ((inputs_limits(machine, &machine->inputs) & machine->homing.axes) != 0)
+    if ((inputs_homing(machine, &machine->inputs) & machine->homing.axes) != 0)
         return fail(machine, ALARM_HOMING_PULL_OFF);
     if (machine->homing.step == BACK_OFF) {
         begin_step(machine, APPROACH);

@@ -71,6 +71,8 @@ void suspend_open_door(struct machine *machine);
 bool inputs_poll(struct machine *machine);
 /** Limit switches that are hit, by $5. */
 axis_mask_t inputs_limits(const struct machine *machine, const struct hal_inputs *inputs);
+/** Only those at the ends to which the axes home ($23). */
+axis_mask_t inputs_homing(const struct machine *machine, const struct hal_inputs *inputs);
 /** The probe touches, by $6. */
 bool inputs_probe(const struct machine *machine, const struct hal_inputs *inputs);
 bool inputs_door_is_open(const struct machine *machine);

@@ -8,6 +8,12 @@ axis_mask_t inputs_limits(const struct machine *machine, const struct hal_inputs
     return (axis_mask_t)(hit & machine->gcode.axes);
 }
 
+axis_mask_t inputs_homing(const struct machine *machine, const struct hal_inputs *inputs) {
+    unsigned to_min = machine->settings.homing_dir_mask;
+    unsigned high = (inputs->limit_min & to_min) | (inputs->limit_max & ~to_min);
+    return (axis_mask_t)((machine->settings.limit_invert ? high : ~high) & machine->gcode.axes);
+}
+
 bool inputs_probe(const struct machine *machine, const struct hal_inputs *inputs) {
     return inputs->probe == machine->settings.probe_invert;
 }
@@ -33,7 +39,7 @@ void machine_edge_isr(struct machine *machine) {
         edges->hard_limit = true;
     if (edges->estop || edges->hard_limit)
         step_halt(&machine->step);
-    axis_mask_t latch = limits & edges->latch & (axis_mask_t)~edges->latched;
+    axis_mask_t latch = inputs_homing(machine, &inputs) & edges->latch & (axis_mask_t)~edges->latched;
     if (latch == 0)
         return;
     int32_t position[AXIS_COUNT];

@@ -247,12 +247,11 @@ static bool take_line(struct machine *machine) {
         size_t count = rx_peek(&machine->rx, &bytes);
         if (count == 0)
             return answer_lost(machine);
-        if (machine->reader.length == 0)
-            machine->line_from = rx_taken(&machine->rx);
         rx_drop(&machine->rx, line_reader_take(&machine->reader, bytes, count, &result));
         if (result == LINE_NONE)
             continue;
         take_text(machine, result);
+        machine->line_from = rx_taken(&machine->rx);
         return true;
     }
 }

@@ -51,6 +51,7 @@ void machine_reset(struct machine *machine, enum alarm alarm) {
     machine->feed_pct = machine->rapid_pct = machine->spindle_pct = 100;
     machine_apply_override(machine);
     rx_flush(&machine->rx);
+    machine->line_from = rx_taken(&machine->rx);
     line_reader_reset(&machine->reader);
     machine->stage = TASK_NONE;
     machine->startup = STARTUP_LINE_COUNT;
@@ -75,8 +76,7 @@ void machine_restart(struct machine *machine) {
         machine_transition(machine, MACHINE_ALARMS);
         report_message(machine, "Check Limits");
     }
+    machine->startup = machine->state == MACHINE_ALARM ? STARTUP_LINE_COUNT : 0;
     if (machine->state == MACHINE_ALARM)
         report_message(machine, "'$H'|'$X' to unlock");
-    else
-        machine->startup = 0;
 }

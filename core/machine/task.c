@@ -267,6 +267,7 @@ void task_resume(struct machine *machine) {
 bool task_poll(struct machine *machine) {
     enum task_stage before = machine->stage;
     double dwell_before_s = machine->dwell_left_s;
+    uint8_t homing_before = machine->homing.step;
     enum task_stage after = next_stage(machine);
     if (machine->restart) /* an alarm inside has reset everything */
         return true;
@@ -275,5 +276,6 @@ bool task_poll(struct machine *machine) {
         machine->homed_line = true; /* after the startup lines */
     else if (after == TASK_NONE)
         finish(machine);
-    return after != before || machine->dwell_left_s != dwell_before_s;
+    return after != before || machine->dwell_left_s != dwell_before_s ||
+           machine->homing.step != homing_before;
 }

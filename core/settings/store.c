@@ -86,10 +86,12 @@ static bool take_pairs(const struct value *value, bool homing, struct settings *
         float number_value;
         memcpy(&number, value->payload + at, sizeof number);
         memcpy(&number_value, value->payload + at + sizeof number, sizeof number_value);
-        if ((number == HOMING_NUMBER) != homing)
-            continue;
-        enum status status = settings_set(settings, number, (double)number_value, axis_count);
-        if (status != STATUS_OK && status != STATUS_UNKNOWN_COMMAND)
+        double present;
+        uint8_t decimals;
+        bool known = settings_get(settings, number, axis_count, &present, &decimals);
+        if (!known || (number == HOMING_NUMBER) != homing || present == (double)number_value)
+            continue; /* a board may begin with a value that nobody can type */
+        if (settings_set(settings, number, (double)number_value, axis_count) != STATUS_OK)
             return false;
     }
     return true;

@@ -6,7 +6,7 @@
 #include <string.h>
 #include <unistd.h>
 
-enum { FILE_MAX = 4096, HEAD = 3, PATH_MAX_LENGTH = 4096 };
+enum { FILE_MAX = 4096, HEAD = 4, PATH_MAX_LENGTH = 4096 }; /* key, ~key, count (2 bytes) */
 
 static size_t read_file(const char *path, uint8_t bytes[FILE_MAX]) {
     FILE *file = fopen(path, "rb");
@@ -18,29 +18,34 @@ static size_t read_file(const char *path, uint8_t bytes[FILE_MAX]) {
 }
 
 static size_t value_count(const uint8_t *at) {
-    return (size_t)at[1] | (size_t)at[2] << 8;
+    return (size_t)at[2] | (size_t)at[3] << 8;
 }
 
-/* @return where the value of key begins, or count */
+/* A whole value with a sound head begins here. */
+static bool is_sound(const uint8_t *bytes, size_t at, size_t count) {
+    return at + HEAD <= count && bytes[at] == (uint8_t)~bytes[at + 1] &&
+           at + HEAD + value_count(bytes + at) <= count;
+}
+
+/* @return where the value of key begins, or count: there is none, or where the file is damaged */
 static size_t find(const uint8_t *bytes, size_t count, uint8_t key) {
     size_t at = 0;
-    while (at + HEAD <= count && bytes[at] != key)
+    while (is_sound(bytes, at, count) && bytes[at] != key)
         at += HEAD + value_count(bytes + at);
-    return at + HEAD <= count ? at : count;
+    return at;
 }
 
+/* What cannot be read is given to the core as one byte, which no sound value is: it sees the damage. */
 static size_t load(const void *ctx, uint8_t key, void *bytes, size_t size) {
     uint8_t file[FILE_MAX];
     size_t count = read_file(ctx, file);
     size_t at = find(file, count, key);
     if (at == count)
         return 0;
-    size_t value = value_count(file + at);
-    size_t there = count - at - HEAD; /* a file cut short: the core sees a wrong size */
-    value = value < there ? value : there;
+    size_t value = is_sound(file, at, count) ? value_count(file + at) : 1;
     value = value < size ? value : size;
-    memcpy(bytes, file + at + HEAD, value);
-    return value > 0 ? value : 1;
+    memcpy(bytes, is_sound(file, at, count) ? file + at + HEAD : file + at, value);
+    return value;
 }
 
 /* Beside the file, then over it: whoever reads sees the old or the new one. */
@@ -64,19 +69,17 @@ static bool save(const void *ctx, uint8_t key, const void *bytes, size_t count) 
     size_t held = read_file(ctx, old), used = 0;
     if (count > UINT16_MAX || HEAD + count > FILE_MAX)
         return false;
-    for (size_t at = 0; at + HEAD <= held;) {
+    for (size_t at = 0; is_sound(old, at, held); at += HEAD + value_count(old + at)) {
         size_t whole = HEAD + value_count(old + at);
-        if (at + whole > held)
-            break; /* cut short */
-        if (old[at] != key && used + whole <= FILE_MAX - HEAD - count) {
-            memcpy(fresh + used, old + at, whole);
-            used += whole;
-        }
-        at += whole;
+        if (old[at] == key || used + whole > FILE_MAX - HEAD - count)
+            continue;
+        memcpy(fresh + used, old + at, whole);
+        used += whole;
     }
     fresh[used] = key;
-    fresh[used + 1] = (uint8_t)count;
-    fresh[used + 2] = (uint8_t)(count >> 8);
+    fresh[used + 1] = (uint8_t)~key;
+    fresh[used + 2] = (uint8_t)count;
+    fresh[used + 3] = (uint8_t)(count >> 8);
     memcpy(fresh + used + HEAD, bytes, count);
     return replace(ctx, fresh, used + HEAD + count);
 }

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
- * struct hal_store in one file: { key | count (2 bytes) | bytes } after each other, replaced by an atomic
- * rename. */
+ * struct hal_store in one file: { key | ~key | count (2 bytes) | bytes } after each other, replaced by an
+ * atomic rename. */
 #ifndef WIFICNC_HOST_STORE_H
 #define WIFICNC_HOST_STORE_H
 

@@ -1,0 +1,169 @@
+"""Checklist 4.2: `ok`, errors, and the buffer. Each test quotes its line."""
+
+from __future__ import annotations
+
+import pytest
+from grbl_host import BANNER, LOCKED, Grbl
+
+PLAN_SIZE, RX_SIZE = 64, 1024
+
+
+def test_ok_means_taken_by_the_planner(grbl: Grbl) -> None:
+    """Each line gets exactly one `ok` or `error:N`. `ok` for a motion line = accepted (blocks while full)."""
+    lines = PLAN_SIZE + 20
+    said = grbl.after(0.001, "G91G1F60X1\n" + "X.1\n" * (lines - 1))
+    assert PLAN_SIZE <= said.count("ok") <= PLAN_SIZE + 1
+    assert said.count("ok") + grbl.send("").count("ok") == lines
+    assert grbl.position()[0] == round((1 + 0.1 * (lines - 1)) * 250)
+
+
+@pytest.mark.parametrize("line", ["G4P1", "M0"])
+def test_dwell_and_pause_hold_their_answer(grbl: Grbl, line: str) -> None:
+    """Dwell, M0 and probe hold their answer until done."""
+    assert grbl.after(0.5, line + "\n") == ""
+    assert grbl.send("~") == "ok\r\n"
+
+
+def test_a_dwell_lasts_exactly(grbl: Grbl) -> None:
+    """Dwell holds its answer until done: G4 P1.5 takes 1.5 s, neither less nor more."""
+    before = grbl.time()
+    grbl.send("G4P1.5\n")
+    assert grbl.time() - before == pytest.approx(1.5, abs=1e-4)
+
+
+def test_receive_overflow_is_reported_and_every_line_answered(grbl: Grbl) -> None:
+    """Never drop without saying so: lost lines are answered too, in their place (intended deviation)."""
+    line = "G4P0\n"
+    fit = RX_SIZE // len(line)
+    grbl.after(0, "G4P1\n")
+    grbl.flood(line * (fit + 30))
+    said = grbl.send("")
+    answers = [a for a in said.split("\r\n") if a == "ok" or a.startswith("error")]
+    assert answers == ["ok"] * (1 + fit) + ["error:11"] * 30
+    assert said.count("[MSG:Receive buffer overflow]") == 1
+    assert grbl.send("G0X1\n") == "ok\r\n" and grbl.position()[0] == 250
+
+
+@pytest.mark.parametrize("end", ["\n", "\r", "\r\n"])
+def test_after_an_overflow_whole_lines_come_again(grbl: Grbl, end: str) -> None:
+    """Never drop without saying so: neither half a line nor the second half of a CR LF survives."""
+    grbl.after(0, "G4P1\n")
+    grbl.flood((" " * 30 + "G1X9" + end) * 40)
+    said = grbl.send("")
+    assert said.count("ok") + said.count("error:") == 41
+    grbl.flood("G91" + end)
+    assert grbl.send("") == "ok\r\n"
+    assert grbl.position()[0] == 0
+
+
+def test_reset_while_a_line_is_executing(grbl: Grbl) -> None:
+    """A reset while a line is executing makes that line's `ok` appear **before** the banner."""
+    grbl.after(0.2, "G4P1\n")
+    assert grbl.send("\x18") == "ok\r\n" + BANNER
+    grbl.after(0.3, "G1X-10F1000\n" + "X-9\nX-10\n" * 40)
+    said = grbl.send("\x18")
+    assert said == "ALARM:3\r\nok\r\n" + BANNER + LOCKED
+
+
+def put_in_state(grbl: Grbl, state: str) -> None:
+    if state == "Alarm":
+        grbl.send("$SLP\n")
+    steps = {"Idle": "", "Alarm": "\x18", "Run": "G1X-20F300\n", "Jog": "$J=X-20F300\n", "Check": "$C\n"}
+    grbl.after(0.6, steps[state])
+    assert grbl.state() == state
+    grbl.heard()
+
+
+# command -> the states in which it is not error:8
+REFUSALS = [
+    ("$$", {"Idle", "Alarm", "Jog", "Check"}),
+    ("$G", {"Idle", "Alarm", "Run", "Jog", "Check"}),
+    ("$X", {"Idle", "Alarm", "Run", "Jog", "Check"}),
+    ("$#", {"Idle", "Alarm"}),
+    ("$I", {"Idle", "Alarm"}),
+    ("$N", {"Idle", "Alarm"}),
+    ("$10=1", {"Idle", "Alarm"}),
+    ("$H", {"Idle", "Alarm"}),
+    ("$SLP", {"Idle", "Alarm"}),
+    ("$RST=#", {"Idle", "Alarm"}),
+    ("$N0=", {"Idle"}),
+    ("$J=X1F100", {"Idle", "Jog"}),
+    ("$C", {"Idle", "Check"}),
+]
+
+
+@pytest.mark.parametrize("state", ["Idle", "Alarm", "Run", "Jog", "Check"])
+@pytest.mark.parametrize(("command", "possible"), REFUSALS)
+def test_dollar_refusals(grbl: Grbl, command: str, possible: set[str], state: str) -> None:
+    """`$$` refused only in Cycle/Hold; `$G` `$X` always; `$# $H $SLP $I $RST $N $x=` need Idle or Alarm; ... error:8."""
+    put_in_state(grbl, state)
+    said = grbl.after(0.001, command + "\n")
+    assert ("error:8" in said) == (state not in possible), said
+
+
+def test_check_mode_off_resets(grbl: Grbl) -> None:
+    """`$C` Idle (else 8), turning off resets."""
+    grbl.fine("G91")
+    assert grbl.send("$C\n") == "[MSG:Enabled]\r\nok\r\n"
+    assert grbl.send("$C\n") == "[MSG:Disabled]\r\nok\r\n" + BANNER
+    assert "G90" in grbl.send("$G\n")
+
+
+@pytest.mark.parametrize(
+    ("line", "answer"),
+    [
+        ("$999=1", "error:3"),
+        ("$0=", "error:2"),
+        ("$=", "error:2"),
+        ("$0=2", "error:6"),
+        ("$110=-1", "error:4"),
+        ("$20=1", "error:10"),
+        ("$100=1.5x", "error:3"),
+        ("$256=1", "error:3"),
+        ("$J", "error:3"),
+        ("$J=", "error:22"),
+        ("$J=X1", "error:22"),
+        ("$J=X1F100M3", "error:16"),
+        ("$J=G0X1F100", "error:16"),
+        ("$J=X1F100S5", "error:16"),
+        ("$J=A1F100", "error:20"),
+        ("$J=F1000", "error:26"),
+        ("$N1=G1X1", "error:22"),
+        ("$N2=", "error:3"),
+        ("$N2=G20", "error:3"),
+        ("$Z", "error:2"),
+        ("$G1", "error:3"),
+        ("$C1", "error:3"),
+        ("$#1", "error:3"),
+        ("$RST", "error:3"),
+        ("$RST=x", "error:3"),
+        ("$H", "error:5"),
+        ("$I1", "error:3"),
+    ],
+)
+def test_errors_of_dollar_lines(grbl: Grbl, line: str, answer: str) -> None:
+    """Settings, `$J`, `$N`, and: Unknown `$Z`: error:2. `$G1`, `$C1`, `$#1`, `$RST`, `$RST=x`: error:3."""
+    assert grbl.send(line + "\n") == answer + "\r\n"
+    assert grbl.position() == [0] * 6
+
+
+def test_homing_off_switches_soft_limits_off(grbl: Grbl) -> None:
+    """Turning $22 off also turns $20 off."""
+    grbl.fine("$22=1", "$20=1", "$22=0")
+    assert "$20=0\r\n" in grbl.send("$$\n")
+
+
+def test_settings_print_formats(grbl: Grbl) -> None:
+    """`$$` shows ints bare, floats 3 decimals, in **mm** always, whatever $13."""
+    grbl.fine("$13=1")
+    said = grbl.send("$$\n")
+    assert "$0=1\r\n" in said and "$11=0.010\r\n" in said and "$110=5000.000\r\n" in said and "$30=1000\r\n" in said
+
+
+def test_startup_line_runs_before_it_is_stored(grbl: Grbl) -> None:
+    """`$Nx=` executes its line first and stores only if that was ok (`$N1=G1X1` with no feed = error:22)."""
+    assert grbl.send("$N1=G1X1\n") == "error:22\r\n"
+    assert grbl.send("$N\n") == "$N0=\r\n$N1=\r\nok\r\n"
+    assert grbl.send("$N1=G0X2\n") == "ok\r\n" and grbl.position()[0] == 500
+    assert grbl.send("$N\n") == "$N0=\r\n$N1=G0X2\r\nok\r\n"
+    assert grbl.send("$N1=\n$N\n") == "ok\r\n$N0=\r\n$N1=\r\nok\r\n"

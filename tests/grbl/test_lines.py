@@ -1,0 +1,131 @@
+"""Checklist 4.1: boot, banner, lines. Each test quotes its line."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from grbl_host import BANNER, LOCKED, Grbl
+
+
+def test_banner_on_power_up_and_after_every_soft_reset(grbl: Grbl) -> None:
+    r"""Banner is `\r\nGrbl 1.1h ['$' for help]\r\n` on power-up and after **every** soft reset."""
+    fresh = Grbl()
+    assert fresh.send("") == BANNER
+    fresh.close()
+    for _ in range(3):
+        assert grbl.send("\x18") == BANNER
+
+
+def test_check_limits_after_the_banner(grbl: Grbl) -> None:
+    """`[MSG:Check Limits]` if a limit is active and hard limits on."""
+    grbl.input("limit-y", True)
+    assert grbl.send("\x18") == BANNER
+    grbl.fine("$21=1")
+    assert grbl.send("\x18") == BANNER + "[MSG:Check Limits]\r\n" + LOCKED
+
+
+def test_unlock_message_and_no_startup_lines_in_alarm_or_sleep(grbl: Grbl) -> None:
+    """`[MSG:'$H'|'$X' to unlock]` when in Alarm or Sleep (startup lines then do **not** run)."""
+    grbl.fine("$N0=G20")
+    grbl.send("$SLP\n")
+    assert grbl.send("\x18") == BANNER + LOCKED
+    assert "G21" in grbl.send("$G\n")
+    assert grbl.send("\x18") == BANNER + LOCKED
+
+
+def test_startup_lines_run_and_print(grbl: Grbl) -> None:
+    """Each `$N` line runs and prints `>LINE:ok` (no space; verified `>G20:ok`)."""
+    grbl.fine("$N0=g20", "$N1=G 91 (relative)")
+    assert grbl.send("\x18") == BANNER + ">G20:ok\r\n>G91:ok\r\n"
+    assert "G20 G91" in grbl.send("$G\n")
+
+
+def test_a_startup_line_that_fails_says_so(grbl: Grbl) -> None:
+    """Each `$N` line runs and prints its answer; one that was fine when stored can fail later."""
+    grbl.fine("F100", "$N0=G1")
+    assert grbl.send("\x18") == BANNER + ">G1:error:22\r\n"
+
+
+def test_power_up_with_homing_is_alarm(tmp_path: Path) -> None:
+    """Power-up with $22=1 = Alarm; **soft** reset from Idle keeps Idle."""
+    store = tmp_path / "settings"
+    first = Grbl(store=store)
+    first.send("$22=1\n")
+    assert first.send("\x18") == BANNER and first.state() == "Idle"
+    first.close()
+    second = Grbl(store=store)
+    assert second.send("") == BANNER + LOCKED and second.state() == "Alarm"
+    second.close()
+
+
+def test_damaged_settings_are_reported_before_the_banner(tmp_path: Path) -> None:
+    """Settings checksum failure prints `error:7` and a full `$$` dump *before* the banner."""
+    store = tmp_path / "settings"
+    first = Grbl(store=store)
+    first.send("$110=1234\n$N0=G20\n")
+    first.close()
+    image = bytearray(store.read_bytes())
+    image[20] ^= 1
+    store.write_bytes(image)
+    second = Grbl(store=store)
+    said = second.send("")
+    assert said.startswith("error:7\r\n$0=1\r\n") and "$110=500.000\r\n" in said
+    assert said.endswith("$132=200.000\r\n" + BANNER + ">G20:ok\r\n")
+    second.close()
+
+
+@pytest.mark.parametrize(
+    ("text", "lines"), [("\n", 1), ("\r", 1), ("\r\n", 1), ("G0\r\n", 1), ("\r\n\r\n", 2), ("\n\n", 2)]
+)
+def test_ends_of_lines(grbl: Grbl, text: str, lines: int) -> None:
+    r"""`\n` **and** `\r` each end a line. An empty line answers `ok`. Recommendation: accept CRLF as one."""
+    assert grbl.send(text) == "ok\r\n" * lines
+
+
+def test_what_is_stripped(grbl: Grbl) -> None:
+    """Stripped while storing: characters <= space, `/`, everything in `( )`, everything after `;`; upper-cased."""
+    assert grbl.send("/ g \t9 1 (x;y) ; G0 X5\n") == "ok\r\n"
+    assert "G91" in grbl.send("$ g\n") and grbl.position()[0] == 0
+
+
+def test_the_stored_length(grbl: Grbl) -> None:
+    """80 stored characters gives error:11; 100 spaces or a 110-character comment are fine."""
+    assert grbl.send("G0X" + "0" * 76 + "\n") == "ok\r\n"
+    assert grbl.send("G0X" + "0" * 77 + "\n") == "error:11\r\n"
+    assert grbl.send("$$" + "X" * 200 + "\n") == "error:11\r\n"
+    assert grbl.send(" " * 100 + "G0\n(" + "c" * 110 + ")G0\n") == "ok\r\n" * 2
+
+
+@pytest.mark.parametrize(
+    ("line", "answer"),
+    [
+        ("%", "error:1"),
+        ("X+1", "ok"),
+        ("X--1", "error:2"),
+        ("X1.2.3", "error:1"),
+        ("X1e2", "error:20"),
+        ("N10000001", "error:27"),
+        ("N-1", "error:4"),
+        ("N5", "ok"),
+        ("G0X1*32", "error:1"),
+        ("#1=2", "error:1"),
+        ("[1]", "error:1"),
+    ],
+)
+def test_characters_and_numbers(grbl: Grbl, line: str, answer: str) -> None:
+    """`%`: error:1. Number grammar. `N`: > 10,000,000 error:27, negative error:4; alone is ok. `*` `#` `[` error:1."""
+    assert grbl.send(line + "\n") == answer + "\r\n"
+
+
+def test_order_of_checks(grbl: Grbl) -> None:
+    """Check order for a line: overflow (11) > empty (ok) > `$` > Alarm/Jog lock (error:9) > G-code."""
+    grbl.send("$SLP\n")
+    grbl.send("\x18")
+    assert grbl.state() == "Alarm"
+    assert grbl.send("?" * 0 + "G0" + "X" * 100 + "\n") == "error:11\r\n"
+    assert grbl.send("\n") == "ok\r\n"
+    assert grbl.send("$Z\n") == "error:2\r\n"
+    assert grbl.send("nonsense\n") == "error:9\r\n"
+    grbl.send("$X\n")
+    assert grbl.send("nonsense\n") != "error:9\r\n"

@@ -1,0 +1,299 @@
+"""Switches, probe, door and e-stop of the virtual machine: checklist 4.4, 4.5b, and design invariants 1, 2 and 7."""
+
+from __future__ import annotations
+
+import pytest
+from grbl_host import BANNER, LOCKED, Grbl
+
+RESET = "[MSG:Reset to continue]\r\n"
+
+
+def steps(*mm: float) -> list[int]:
+    return [round(250 * value) for value in mm]
+
+
+# --- probing ---
+
+
+@pytest.mark.parametrize("surface", [-1, -17, -1234, -2499])
+@pytest.mark.parametrize("feed", [30, 300, 3000])
+def test_the_exact_trigger_position(grbl: Grbl, surface: int, feed: int) -> None:
+    """`[PRB:x,y,z:0|1]`: the step at which the probe changed, whatever the feed; the machine stands a little below."""
+    grbl.surface(surface)
+    assert grbl.send(f"G38.2Z-10F{feed}\n") == f"[PRB:0.000,0.000,{surface / 250:.3f}:1]\r\nok\r\n"
+    assert grbl.position() == grbl.stands() and -2500 <= grbl.position()[2] <= surface
+    assert grbl.send("G0Z1\n") == "ok\r\n" and grbl.stands()[2] == 250
+    assert f"[PRB:0.000,0.000,{surface / 250:.3f}:1]" in grbl.send("$#\n")
+
+
+def test_probing_away(grbl: Grbl) -> None:
+    """G38.4 stops where contact ends: one step above the surface."""
+    grbl.surface(-1000)
+    grbl.send("G38.2Z-10F600\n")
+    assert grbl.send("G38.4Z10F600\n") == "[PRB:0.000,0.000,-3.996:1]\r\nok\r\n"
+
+
+def test_an_inverted_probe(grbl: Grbl) -> None:
+    """$6=1: the line is high on contact. Here it is low on contact, so contact is lost below the surface."""
+    grbl.surface(-1000)
+    grbl.fine("$6=1")
+    assert "Pn:P" in grbl.status()
+    assert grbl.send("G38.4Z-10F600\n") == "[PRB:0.000,0.000,-4.000:1]\r\nok\r\n"
+
+
+def test_contact_at_the_very_end(grbl: Grbl) -> None:
+    """The last step of the move closes the probe: no later step could see it, and still it counts."""
+    grbl.surface(-2500)
+    assert grbl.send("G38.2Z-10F600\n") == "[PRB:0.000,0.000,-10.000:1]\r\nok\r\n"
+
+
+@pytest.mark.parametrize("code", ["G38.2", "G38.3"])
+def test_alarm_4(grbl: Grbl, code: str) -> None:
+    """Alarm 4 probe initial state."""
+    grbl.input("probe", True)
+    assert grbl.send(f"{code}Z-1F100\n").startswith("ALARM:4\r\n") and grbl.state() == "Alarm"
+    assert grbl.position()[2] == 0
+    assert grbl.send("$X\n") == "[MSG:Caution: Unlocked]\r\nok\r\n"
+
+
+@pytest.mark.parametrize(("code", "alarm"), [("G38.2", True), ("G38.3", False)])
+def test_alarm_5(grbl: Grbl, code: str, alarm: bool) -> None:
+    """Alarm 5 probe no contact; G38.3 may miss."""
+    said = grbl.send(f"{code}Z-1F100\n")
+    assert ("ALARM:5" in said) == alarm and said.endswith(":0]\r\nok\r\n")
+    assert grbl.position()[2] == -250 and (grbl.state() == "Alarm") == alarm
+
+
+def test_hold_while_probing(grbl: Grbl) -> None:
+    """Feed hold during everything: a probe move stops and goes on, and its trigger stays exact."""
+    grbl.surface(-2000)
+    grbl.after(0.3, "G38.2Z-20F600\n")
+    grbl.after(1, "!")
+    assert grbl.state() == "Hold:0"
+    assert grbl.send("~") == "[PRB:0.000,0.000,-8.000:1]\r\nok\r\n"
+
+
+def test_reset_while_probing(grbl: Grbl) -> None:
+    """A reset while a line is executing: ALARM:3, its `ok`, banner; the next probe works."""
+    grbl.surface(-2000)
+    grbl.after(0.3, "G38.2Z-20F600\n")
+    assert grbl.send("\x18") == "ALARM:3\r\nok\r\n" + BANNER + LOCKED
+    grbl.send("$X\n")
+    assert grbl.send("G38.2Z-20F600\n") == "[PRB:0.000,0.000,-8.000:1]\r\nok\r\n"
+
+
+# --- limits and e-stop ---
+
+
+def test_hard_limit_stops_at_once(grbl: Grbl) -> None:
+    """Alarm 1 hard limit: not one step after the switch closed; `?` prints nothing; only 0x18 works."""
+    grbl.travel(0, -5000, 1000)
+    grbl.fine("$21=1")
+    assert grbl.send("G1X20F3000\nG0X0\n") == "ok\r\nok\r\nALARM:1\r\n" + RESET
+    assert grbl.stands()[0] == grbl.position()[0] == 1000
+    assert grbl.send("?$X\nG0X1\n") == ""
+    assert grbl.send("\x18") == BANNER + "[MSG:Check Limits]\r\n" + LOCKED
+    grbl.send("$X\n")
+    assert grbl.send("G0X0\n") == "ok\r\n" and grbl.stands()[0] == 0
+
+
+def test_limits_without_21_do_nothing(grbl: Grbl) -> None:
+    """Hard limits off: switches are only shown."""
+    grbl.travel(0, -5000, 1000)
+    assert grbl.send("G1X8F3000\n") == "ok\r\n" and grbl.stands()[0] == 2000 and "Pn:X" in grbl.status()
+
+
+@pytest.mark.parametrize("delay", [0.0004, 0.05, 0.123, 0.31])
+def test_estop(grbl: Grbl, delay: float) -> None:
+    """E-stop: an alarm number of its own; no step leaves the pins after it, the position survives."""
+    grbl.fine("M3S100M8")
+    grbl.after(0.02, "G1X-20Y-13F3000\nX0\n")
+    grbl.input_in(delay, "estop", True)
+    said = grbl.after(delay + 1 / 20e6)
+    at = grbl.stands()
+    said += grbl.send("")
+    assert said == "ALARM:50\r\n" + RESET and grbl.stands() == at == grbl.position()
+    assert grbl.outputs().direction == 0 and grbl.outputs().coolant == 0
+    assert grbl.send("\x18") == BANNER + LOCKED + "ALARM:50\r\n" + RESET  # still pressed
+    grbl.input("estop", False)
+    assert grbl.send("\x18") == BANNER + LOCKED
+    grbl.send("$X\n")
+    assert grbl.send("G0X0Y0\n") == "ok\r\n" and grbl.stands() == [0] * 6
+
+
+# --- door and buttons ---
+
+
+def test_door_with_resume(grbl: Grbl) -> None:
+    """Door:2 slows down, Door:1 open, Door:0 closed, Door:3 restoring; then the job goes on where it was."""
+    grbl.fine("M3S500M8")
+    grbl.after(0.2, "G1X-20F3000\n")
+    grbl.input("door", True)
+    assert grbl.after(0.001) == "[MSG:Check Door]\r\n" and grbl.state() == "Door:2"
+    grbl.after(1)
+    assert grbl.state() == "Door:1" and grbl.outputs().direction == 0 and grbl.outputs().coolant == 0
+    grbl.after(1, "~")
+    assert grbl.state() == "Door:1"
+    grbl.input("door", False)
+    assert grbl.state() == "Door:0"
+    grbl.after(1, "~")
+    assert grbl.state() == "Door:3" and grbl.outputs().direction == 1 and grbl.outputs().coolant == 0
+    assert -5000 < grbl.position()[0] < 0
+    grbl.send("")
+    assert grbl.outputs().coolant == 2 and grbl.stands()[0] == -5000 and grbl.state() == "Idle"
+
+
+def test_door_opens_again_while_restoring(grbl: Grbl) -> None:
+    """Door:3 with an open door is Door:1 again, outputs off."""
+    grbl.fine("M3S500")
+    grbl.input("door", True)
+    grbl.after(0.1)
+    grbl.input("door", False)
+    grbl.after(1, "~")
+    grbl.input("door", True)
+    grbl.after(0.001)
+    assert grbl.state() == "Door:1" and grbl.outputs().direction == 0
+    grbl.after(10)
+    assert grbl.state() == "Door:1"
+
+
+def test_door_in_a_jog(grbl: Grbl) -> None:
+    """A door that opens in a jog cancels it."""
+    grbl.after(0.3, "$J=X-20F1000\n")
+    grbl.input("door", True)
+    grbl.after(1)
+    at = grbl.stands()
+    grbl.input("door", False)
+    grbl.send("~")
+    assert grbl.state() == "Idle" and grbl.stands() == at == grbl.position()
+    assert grbl.send("G0X0\n") == "ok\r\n" and grbl.stands()[0] == 0
+
+
+def test_unlocking_with_an_open_door(grbl: Grbl) -> None:
+    """`$X` and `$H` with an open door: error:13."""
+    grbl.send("$SLP\n")
+    grbl.send("\x18")
+    grbl.input("door", True)
+    assert grbl.send("$X\n") == "error:13\r\n"
+
+
+def test_buttons(grbl: Grbl) -> None:
+    """Hold, start and reset buttons act as `!`, `~` and 0x18, once a press."""
+    grbl.after(0.3, "G1X-20F1000\n")
+    grbl.input("hold", True)
+    grbl.after(1)
+    assert grbl.state() == "Hold:0"
+    grbl.input_in(0.5, "start", True)
+    grbl.send("")
+    assert grbl.position()[0] == -5000
+    grbl.input("reset", True)
+    assert grbl.send("") == BANNER
+
+
+# --- homing ---
+
+
+def make_homing(grbl: Grbl, dir_mask: int = 0) -> None:
+    for axis in range(3):
+        grbl.travel(axis, -10000 - 3 * axis, 1000 + 7 * axis)
+    grbl.settings(s22=1, s23=dir_mask, s24=100, s25=2000, s26=25, s27=2, s130=40, s131=41, s132=42)
+
+
+@pytest.mark.parametrize("mask", [0, 1, 4, 7])
+@pytest.mark.parametrize("start", [(0, 0, 0), (-9000, 900, 3), (1000, 1007, 1014), (-10000, -10003, -10006)])
+def test_homing_finds_the_exact_switches(grbl: Grbl, mask: int, start: tuple[int, int, int]) -> None:
+    """$H: the machine stands exactly a pull-off from the switches and knows it, from wherever it started."""
+    make_homing(grbl, mask)
+    grbl.place([*start, 0, 0, 0])
+    assert grbl.send("$H\n") == "ok\r\n" and grbl.state() == "Idle"
+    for axis in range(3):
+        negative = mask >> axis & 1
+        switch = -10000 - 3 * axis if negative else 1000 + 7 * axis
+        assert grbl.stands()[axis] == switch + (500 if negative else -500)
+        assert grbl.position()[axis] == ((-(40 + axis) * 250 + 500) if negative else -500)
+
+
+def test_homing_unlocks_and_runs_startup_lines(grbl: Grbl) -> None:
+    """Power-up with $22=1 = Alarm: `$H` unlocks; then the startup lines run, then its `ok`."""
+    make_homing(grbl)
+    grbl.fine("$N0=G20")
+    grbl.send("$SLP\n")
+    grbl.send("\x18")
+    assert grbl.send("$H\n") == ">G20:ok\r\nok\r\n" and grbl.state() == "Idle"
+
+
+def test_homing_one_axis(grbl: Grbl) -> None:
+    """$HX: only that axis; the others keep their position."""
+    make_homing(grbl)
+    grbl.fine("G0Y1Z2")
+    assert grbl.send("$HX\n") == "ok\r\n"
+    assert grbl.position()[:3] == [-500, 250, 500] and grbl.stands()[:3] == [500, 250, 500]
+    assert grbl.send("$HQ\n") == "error:3\r\n" and grbl.send("$HA\n") == "error:3\r\n"
+
+
+def test_reports_are_silent_while_homing(grbl: Grbl) -> None:
+    """Homing aborted by reset = `ALARM:6`. `?` silent meanwhile."""
+    make_homing(grbl)
+    assert grbl.after(0.3, "$H\n") == ""
+    assert grbl.after(0.1, "?") == ""
+    assert grbl.send("\x18") == "ALARM:6\r\nok\r\n" + BANNER + LOCKED
+    assert grbl.position() == grbl.stands()
+
+
+def test_alarm_7(grbl: Grbl) -> None:
+    """Alarm 7 homing door."""
+    make_homing(grbl)
+    grbl.after(0.3, "$H\n")
+    grbl.input("door", True)
+    assert grbl.send("").startswith("ALARM:7\r\n") and grbl.position() == grbl.stands()
+
+
+def test_alarm_8(grbl: Grbl) -> None:
+    """Alarm 8 homing pull-off failed."""
+    make_homing(grbl)
+    grbl.input("limit-max-x", True)
+    assert grbl.send("$HX\n") == "ALARM:8\r\nok\r\n" + BANNER + LOCKED
+
+
+def test_alarm_9(grbl: Grbl) -> None:
+    """Alarm 9 homing switch not found: bounded by 1.5 travels."""
+    make_homing(grbl)
+    grbl.travel(0, -100000, 100000)
+    assert grbl.send("$HX\n") == "ALARM:9\r\nok\r\n" + BANNER + LOCKED
+    assert grbl.stands()[0] == 40 * 1.5 * 250 == grbl.position()[0]
+
+
+def test_estop_while_homing(grbl: Grbl) -> None:
+    """E-stop in homing: no step after it."""
+    make_homing(grbl)
+    grbl.after(0.3, "$H\n")
+    grbl.input("estop", True)
+    at = grbl.stands()
+    assert grbl.send("") == "ALARM:50\r\n" + RESET and grbl.stands() == at
+
+
+def test_jog_beyond_travel(grbl: Grbl) -> None:
+    """Error 15 jog beyond travel; without soft limits it is allowed."""
+    grbl.fine("$22=1", "$20=1")
+    assert grbl.send("$J=G91X1F1000\n") == "error:15\r\n" and grbl.state() == "Idle"
+    grbl.fine("$20=0", "$J=G91X1F1000")
+    assert grbl.position()[0] == 250
+
+
+# --- laser ---
+
+
+def test_laser_power_follows_the_speed(grbl: Grbl) -> None:
+    """$32 and M4: power follows the speed and is off at rest and in rapids; M3 is constant."""
+    grbl.fine("$32=1", "M4S1000F3000")
+    assert grbl.outputs().duty == 0
+    seen = []
+    grbl.put("G1X-20\n")
+    for _ in range(40):
+        grbl.after(0.01)
+        seen.append(grbl.outputs().duty)
+    assert max(seen) == 65535 and any(0 < duty < 60000 for duty in seen)
+    grbl.send("")
+    assert grbl.outputs().duty == 0
+    grbl.after(0.1, "G0X0\n")
+    assert grbl.outputs().duty == 0
