@@ -23,7 +23,7 @@ static size_t value_count(const uint8_t *at) {
 
 /* A whole value with a sound head begins here. */
 static bool is_sound(const uint8_t *bytes, size_t at, size_t count) {
-    return at + HEAD <= count && bytes[at] == (uint8_t)~bytes[at + 1] &&
+    return at + HEAD <= count && (bytes[at] ^ bytes[at + 1]) == 0xFF &&
            at + HEAD + value_count(bytes + at) <= count;
 }
 
