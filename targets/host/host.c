@@ -139,11 +139,11 @@ static enum host_wait run(struct host *host, uint64_t max_events, uint64_t until
     while (budget != 0) {
         bool any = host_follow_edges(host);
         any |= machine_poll(machine);
-        if (!host->input_follows && rx_free(&machine->rx) == RX_SIZE)
+        if (!host->paced && !host->input_follows && rx_free(&machine->rx) == RX_SIZE)
             machine_input_pause(machine);
         uint32_t room = rx_free(&machine->rx);
         bool takes_more = machine->stage == TASK_NONE && !plan_is_full(&machine->motion.plan);
-        if (host->input_follows && room == RX_SIZE && takes_more)
+        if (!host->paced && host->input_follows && room == RX_SIZE && takes_more)
             return machine->step.active ? HOST_ROOM : HOST_IDLE;
         if (hal->now_ticks >= until_ticks)
             return HOST_TIME;
@@ -172,6 +172,20 @@ enum host_wait host_run_until(struct host *host, uint64_t t_ticks) {
     enum host_wait wait = run(host, UINT64_MAX, t_ticks);
     flush_trace(host);
     return wait;
+}
+
+enum host_wait host_run_paced(struct host *host, uint64_t t_ticks, uint64_t max_events) {
+    host->paced = true;
+    enum host_wait wait = run(host, max_events, t_ticks);
+    host->paced = false;
+    flush_trace(host);
+    return wait;
+}
+
+uint64_t host_next_ticks(const struct host *host) {
+    if (host->machine.step.active)
+        return host->hal.step.now_ticks;
+    return earlier(wake_ticks(host), virtual_next_ticks(&host->hal.virtual_machine));
 }
 
 uint64_t host_time_ticks(const struct host *host) {

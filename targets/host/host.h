@@ -62,6 +62,14 @@ enum host_wait host_run(struct host *host, uint64_t max_events);
  * was so before. */
 enum host_wait host_run_until(struct host *host, uint64_t t_ticks);
 
+/** Real time, for senders: as host_run_until(), but the controller is left alone with its input. No look-ahead is
+ * waited for, none is cut short.
+ * @return HOST_TIME, or HOST_BUDGET: max_events step-timer events were run and it is not t_ticks yet */
+enum host_wait host_run_paced(struct host *host, uint64_t t_ticks, uint64_t max_events);
+
+/** When it will go on by itself, now at the earliest; UINT64_MAX: never without input. */
+uint64_t host_next_ticks(const struct host *host);
+
 /** Virtual time, ticks of the board's timer from power-on. */
 uint64_t host_time_ticks(const struct host *host);
 

@@ -1,0 +1,164 @@
+/* SPDX-License-Identifier: MIT
+ * The serving controller as a program. `wificnc serve` builds, runs and explains it; by itself it speaks in
+ * lines of tab-separated words on stdout:
+ *
+ *   tcp ADDRESS | pty DEVICE           a door is open
+ *   ready                              it serves
+ *   client WHAT NAME                   a client was connected, became owner, ...
+ *   failed STAGE ERRNO TEXT            it cannot; exit code 1
+ *
+ * Options, each with a value: --timer-hz --step-pulse-ns --dir-setup-ns --max-step-rate-hz --axes --speed (0:
+ * as fast as it can) --host --port --pty --set; and --parent: end when stdin does. */
+#include "serve.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <signal.h>
+#include <stdbool.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+enum { SETTINGS_MAX = 256, USAGE = 2 };
+
+static int stop_pipe[2]; /* a signal handler can reach nothing else */
+
+static void on_signal(int signal_number) {
+    const char byte = (char)signal_number;
+    int before = errno;
+    if (write(stop_pipe[1], &byte, 1) < 0)
+        errno = before; /* full: it was told already */
+}
+
+static void say_listens(void *ctx, const char *kind, const char *where) {
+    (void)ctx;
+    printf("%s\t%s\n", kind, where);
+    fflush(stdout);
+}
+
+static void say_client(void *ctx, const char *what, const char *who) {
+    (void)ctx;
+    printf("client\t%s\t%s\n", what, who);
+    fflush(stdout);
+}
+
+static int say_failure(const struct serve_failure *failure) {
+    static const char *const stages[] = {[SERVE_MEMORY] = "memory",
+                                         [SERVE_BOARD] = "board",
+                                         [SERVE_SETTING] = "setting",
+                                         [SERVE_TCP] = "tcp",
+                                         [SERVE_PTY] = "pty"};
+    const char *text = failure->detail != NULL ? failure->detail : strerror(failure->error);
+    printf("failed\t%s\t%d\t%s\n", stages[failure->stage], failure->error, text);
+    return 1;
+}
+
+/* ---- options ---- */
+
+static bool read_number(const char *text, uint32_t *out) {
+    char *end;
+    unsigned long number = strtoul(text, &end, 10);
+    *out = (uint32_t)number;
+    return *text != '\0' && *end == '\0' && number <= UINT32_MAX;
+}
+
+static bool take_board(struct host_board *board, const char *name, const char *value) {
+    uint32_t axes = 0;
+    if (strcmp(name, "--timer-hz") == 0)
+        return read_number(value, &board->timer_hz);
+    if (strcmp(name, "--step-pulse-ns") == 0)
+        return read_number(value, &board->step_pulse_ns);
+    if (strcmp(name, "--dir-setup-ns") == 0)
+        return read_number(value, &board->dir_setup_ns);
+    if (strcmp(name, "--max-step-rate-hz") == 0)
+        return read_number(value, &board->max_step_rate_hz);
+    if (strcmp(name, "--axes") != 0 || !read_number(value, &axes) || axes > AXIS_COUNT)
+        return false;
+    board->axis_count = (uint8_t)axes;
+    return true;
+}
+
+static bool take_option(struct serve_options *options, const char **settings, const char *name,
+                        const char *value) {
+    char *end;
+    if (strcmp(name, "--host") == 0) {
+        options->tcp_host = value;
+    } else if (strcmp(name, "--port") == 0) {
+        options->tcp_port = value;
+    } else if (strcmp(name, "--pty") == 0) {
+        options->pty_link = value;
+    } else if (strcmp(name, "--speed") == 0) {
+        options->speed = strtod(value, &end);
+        return *end == '\0' && options->speed >= 0.0 && options->speed <= 1e6;
+    } else if (strcmp(name, "--set") == 0) {
+        size_t count = 0;
+        while (settings[count] != NULL)
+            count++;
+        settings[count] = value;
+        return count < SETTINGS_MAX;
+    } else {
+        return take_board(&options->board, name, value);
+    }
+    return true;
+}
+
+static bool read_options(int argc, char **argv, struct serve_options *options, const char **settings) {
+    for (int i = 1; i < argc; i++) {
+        if (strcmp(argv[i], "--parent") == 0) {
+            options->stop_fd[1] = STDIN_FILENO;
+            continue;
+        }
+        if (i + 1 == argc || !take_option(options, settings, argv[i], argv[i + 1])) {
+            fprintf(stderr, "not an option, or its value is missing or wrong: %s\n", argv[i]);
+            return false;
+        }
+        i++;
+    }
+    return true;
+}
+
+/* ---- */
+
+/* Ctrl-C and a request to end are read like any input; a client that vanishes is seen by the write that
+ * fails. */
+static bool catch_signals(struct serve_options *options) {
+    struct sigaction stop = {.sa_handler = on_signal}, ignore = {.sa_handler = SIG_IGN};
+    if (pipe(stop_pipe) != 0 || fcntl(stop_pipe[1], F_SETFL, O_NONBLOCK) != 0)
+        return false;
+    options->stop_fd[0] = stop_pipe[0];
+    sigemptyset(&stop.sa_mask);
+    sigaction(SIGINT, &stop, NULL);
+    sigaction(SIGTERM, &stop, NULL);
+    sigaction(SIGPIPE, &ignore, NULL);
+    return true;
+}
+
+int main(int argc, char **argv) {
+    const char *settings[SETTINGS_MAX + 1] = {NULL};
+    struct serve_failure failure;
+    struct serve_options options = {
+        .board = {.timer_hz = 20000000,
+                  .step_pulse_ns = 1000,
+                  .dir_setup_ns = 500,
+                  .max_step_rate_hz = 500000,
+                  .axis_count = 3},
+        .speed = 1.0,
+        .tcp_port = "2323",
+        .settings = settings,
+        .stop_fd = {-1, -1},
+        .events = {.listens = say_listens, .client = say_client},
+    };
+    if (!read_options(argc, argv, &options, settings))
+        return USAGE;
+    if (!catch_signals(&options))
+        return say_failure(&(struct serve_failure){.stage = SERVE_MEMORY, .error = errno});
+    struct serve *serve = serve_create(&options, &failure);
+    if (serve == NULL)
+        return say_failure(&failure);
+    puts("ready");
+    fflush(stdout);
+    int error = serve_run(serve);
+    serve_destroy(serve);
+    return error != 0 ? say_failure(&(struct serve_failure){.stage = SERVE_MEMORY, .error = error}) : 0;
+}

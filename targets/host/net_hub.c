@@ -1,0 +1,443 @@
+/* SPDX-License-Identifier: MIT */
+#include "net_hub.h"
+
+#include <stdio.h>
+#include <string.h>
+
+/* The controller's answer to one line has at most ANSWER_MAX bytes: all settings, by far the longest, are
+ * half of it. A line goes to the controller only if the owner's queue has room for its answer and for those
+ * still to come. */
+enum {
+    READ_SIZE = 4096,
+    IN_MAX = 64 * 1024,
+    OUT_MAX = 256 * 1024,
+    OWNER_OUT_MAX = 2 * OUT_MAX,
+    LEFT_MAX = 256 * 1024,
+    ANSWER_MAX = 4096,
+};
+
+static const char nobody[] = "Nobody commands, the first line takes over";
+static const char take_line[] = "$TAKE";
+enum { TAKE_LENGTH = sizeof take_line - 1 };
+
+static bool is_open(const struct net_client *client) {
+    return client->stream.ops != NULL && !client->gone;
+}
+
+static struct net_client *first(struct net_hub *hub) {
+    return hub->client;
+}
+
+static const struct net_client *end(const struct net_hub *hub) {
+    return hub->client + NET_CLIENTS;
+}
+
+void net_hub_init(struct net_hub *hub, const struct net_hub_ops *ops, void *ctx) {
+    *hub = (struct net_hub){.ops = ops, .ctx = ctx};
+}
+
+/* ---- saying something to clients ---- */
+
+/* An observer that does not read goes; so does, far later, an owner. */
+static void say(struct net_hub *hub, struct net_client *client, const char *bytes, size_t count) {
+    size_t most = client == hub->owner ? OWNER_OUT_MAX : OUT_MAX;
+    if (!is_open(client))
+        return;
+    if (client->out.count + count <= most && net_queue_add(&client->out, bytes, count))
+        return;
+    client->gone = true;
+    hub->ops->event(hub->ctx, "dropped, it does not read", client->name);
+}
+
+static void say_message(struct net_hub *hub, struct net_client *client, const char *text) {
+    char line[NET_NAME_SIZE + 128];
+    int size = snprintf(line, sizeof line, "[MSG:%s]\r\n", text);
+    say(hub, client, line, (size_t)size);
+}
+
+void net_hub_tell(struct net_hub *hub, const char *text) {
+    for (struct net_client *client = first(hub); client < end(hub); client++)
+        say_message(hub, client, text);
+}
+
+static void tell_observers(struct net_hub *hub, const char *text) {
+    for (struct net_client *client = first(hub); client < end(hub); client++)
+        if (client != hub->owner)
+            say_message(hub, client, text);
+}
+
+static void explain(struct net_hub *hub, struct net_client *observer) {
+    char text[NET_NAME_SIZE + 64];
+    if (hub->owner == NULL) {
+        say_message(hub, observer, nobody);
+        return;
+    }
+    snprintf(text, sizeof text, "Observer: %s commands, %s takes over", hub->owner->name, take_line);
+    say_message(hub, observer, text);
+}
+
+/* ---- ownership ---- */
+
+/* What the owner has sent stays in force: whole lines go to `left`. A half line is forgotten; if the
+ * controller has got a part of it, it is ended, and its answer (too long) is nobody's. */
+static void leave_lines(struct net_hub *hub, struct net_client *client) {
+    bool half = client->in.count > client->whole;
+    if (client->whole == 0 && client->in_long) {
+        net_queue_cut(&client->in, 0);
+        if (net_queue_add(&client->in, "\n", 1))
+            client->whole = 1;
+    }
+    if (hub->left.count + client->whole > LEFT_MAX ||
+        !net_queue_add(&hub->left, net_queue_head(&client->in), client->whole))
+        net_hub_tell(hub, "Lines of a former owner were dropped, too many wait");
+    else if (half)
+        tell_observers(hub, "Half a line was dropped, its sender has left");
+    client->skips = half;
+    client->in_long = false;
+    client->whole = 0;
+    net_queue_free(&client->in);
+}
+
+static void set_owner(struct net_hub *hub, struct net_client *client) {
+    char text[NET_NAME_SIZE + 32];
+    struct net_client *before = hub->owner;
+    hub->owner = NULL;
+    if (before != NULL)
+        leave_lines(hub, before);
+    hub->owner = client;
+    hub->inside_left = hub->inside;
+    if (client == NULL) {
+        tell_observers(hub, nobody);
+        return;
+    }
+    client->letters = 0;
+    hub->ops->event(hub->ctx, "owner", client->name);
+    snprintf(text, sizeof text, "%s commands", client->name);
+    tell_observers(hub, text);
+    if (before != NULL)
+        explain(hub, before);
+}
+
+/* ---- connections ---- */
+
+bool net_hub_connect(struct net_hub *hub, const struct net_stream *stream, const char *name) {
+    static const char full[] = "[MSG:Full, all places are taken]\r\n";
+    struct net_client *client = first(hub);
+    while (client < end(hub) && client->stream.ops != NULL)
+        client++;
+    if (client == end(hub)) {
+        stream->ops->write(stream->ctx, full, sizeof full - 1);
+        stream->ops->close(stream->ctx);
+        hub->ops->event(hub->ctx, "refused, all places are taken", name);
+        return false;
+    }
+    *client = (struct net_client){.stream = *stream};
+    snprintf(client->name, sizeof client->name, "%s", name);
+    hub->ops->event(hub->ctx, "connected", name);
+    if (hub->owner != NULL)
+        explain(hub, client);
+    return true;
+}
+
+static void remove_client(struct net_hub *hub, struct net_client *client) {
+    struct net_stream stream = client->stream;
+    if (client == hub->owner)
+        set_owner(hub, NULL);
+    hub->ops->event(hub->ctx, "disconnected", client->name);
+    net_queue_free(&client->in);
+    net_queue_free(&client->out);
+    *client = (struct net_client){0};
+    stream.ops->close(stream.ctx);
+}
+
+void net_hub_close(struct net_hub *hub) {
+    for (struct net_client *client = first(hub); client < end(hub); client++)
+        if (client->stream.ops != NULL)
+            remove_client(hub, client);
+    net_queue_free(&hub->left);
+}
+
+/* No more comes from it, but it may still want to hear the answers to what it sent (`nc`). */
+static void end_client(struct net_hub *hub, struct net_client *client) {
+    client->ended = true;
+    if (client == hub->owner)
+        set_owner(hub, NULL);
+}
+
+static bool has_heard_all(const struct net_hub *hub, const struct net_client *client) {
+    return client->ended && hub->inside_left == 0 && hub->left.count == 0 && client->out.count == 0;
+}
+
+/* ---- real-time bytes ---- */
+
+/* As core/link/rx.h: these never wait in a line. */
+static bool is_realtime(uint8_t byte) {
+    return byte >= 0x80 || byte == '?' || byte == '!' || byte == '~' || byte == 0x18;
+}
+
+/* A reset forgets every line on its way; what comes behind it is new. */
+static void put_reset(struct net_hub *hub, struct net_client *client, const char *byte) {
+    net_queue_drop(&client->in, client->in.count);
+    net_queue_drop(&hub->left, hub->left.count);
+    client->whole = 0;
+    client->in_long = false;
+    hub->ops->put(hub->ctx, byte, 1);
+    hub->ops->act(hub->ctx);
+    net_hub_hear(hub);
+}
+
+static bool may_ask(const struct net_hub *hub) {
+    return hub->owner == NULL || hub->owner->out.count < OUT_MAX / 2;
+}
+
+static void put_realtime(struct net_hub *hub, struct net_client *client, uint8_t byte) {
+    const char character = (char)byte;
+    if (byte == 0x18)
+        put_reset(hub, client, &character);
+    else if (byte == '?' && !may_ask(hub))
+        client->asks = true;
+    else
+        hub->ops->put(hub->ctx, &character, 1);
+}
+
+void net_hub_ask(struct net_hub *hub) {
+    bool asks = false;
+    if (!may_ask(hub))
+        return;
+    for (struct net_client *client = first(hub); client < end(hub); client++) {
+        asks |= client->asks;
+        client->asks = false;
+    }
+    if (asks)
+        hub->ops->put(hub->ctx, "?", 1);
+}
+
+/* ---- bytes of the owner and of observers ---- */
+
+static uint8_t upper(char character) {
+    return (uint8_t)(character >= 'a' && character <= 'z' ? character - 'a' + 'A' : character);
+}
+
+/* The owner's `$TAKE` is an empty line: like any line it is answered once, and it is true already. */
+static void empty_take(struct net_client *owner) {
+    const char *line = net_queue_head(&owner->in) + owner->whole;
+    if (owner->in.count - owner->whole != TAKE_LENGTH)
+        return;
+    for (size_t i = 0; i < TAKE_LENGTH; i++)
+        if (upper(line[i]) != (uint8_t)take_line[i])
+            return;
+    net_queue_cut(&owner->in, owner->whole);
+}
+
+static void take_owners(struct net_hub *hub, struct net_client *client, char character, bool line_ends) {
+    if (line_ends) {
+        empty_take(client);
+        character = '\n';
+    }
+    if (!net_queue_add(&client->in, &character, 1)) {
+        client->gone = true;
+        hub->ops->event(hub->ctx, "dropped, no memory", client->name);
+        return;
+    }
+    if (line_ends)
+        client->whole = client->in.count;
+}
+
+/* Observers' lines are read for $TAKE only. */
+static void take_observers(struct net_hub *hub, struct net_client *client, char character, bool line_ends) {
+    if (!line_ends) {
+        bool fits = client->letters < TAKE_LENGTH && upper(character) == (uint8_t)take_line[client->letters];
+        client->letters = fits && !client->skips ? (uint8_t)(client->letters + 1) : UINT8_MAX;
+        return;
+    }
+    bool takes = client->letters == TAKE_LENGTH && !client->skips;
+    bool empty = client->letters == 0;
+    client->letters = 0;
+    client->skips = false;
+    if (takes) {
+        set_owner(hub, client);
+        take_owners(hub, client, '\n', true);
+    } else if (!empty) {
+        explain(hub, client);
+    }
+}
+
+static void take_byte(struct net_hub *hub, struct net_client *client, uint8_t byte) {
+    bool mid_line = client->letters != 0 || client->skips;
+    if (byte == '?' && client != hub->owner) {
+        client->asks = true;
+        return;
+    }
+    if (hub->owner == NULL && !mid_line)
+        set_owner(hub, client);
+    if (is_realtime(byte)) {
+        if (client == hub->owner)
+            put_realtime(hub, client, byte);
+        return;
+    }
+    bool second_half = byte == '\n' && client->after_cr;
+    client->after_cr = byte == '\r';
+    if (second_half)
+        return;
+    bool line_ends = byte == '\n' || byte == '\r';
+    (client == hub->owner ? take_owners : take_observers)(hub, client, (char)byte, line_ends);
+}
+
+static void take_bytes(struct net_hub *hub, struct net_client *client, const char *bytes, size_t count) {
+    char reply[NET_TELNET_REPLY];
+    size_t reply_count = 0;
+    for (size_t i = 0; i < count && is_open(client); i++) {
+        uint8_t byte = (uint8_t)bytes[i];
+        bool is_data =
+            !client->stream.telnet || net_telnet_take(&client->telnet, byte, reply, &reply_count) != 0;
+        if (is_data)
+            take_byte(hub, client, byte);
+        else if (reply_count > 0)
+            say(hub, client, reply, reply_count);
+    }
+}
+
+bool net_hub_wants_read(const struct net_hub *hub, const struct net_client *client) {
+    return is_open(client) && !client->ended && (client != hub->owner || client->in.count < IN_MAX);
+}
+
+bool net_hub_wants_write(const struct net_client *client) {
+    return is_open(client) && client->out.count > 0;
+}
+
+void net_hub_read(struct net_hub *hub, struct net_client *client) {
+    char bytes[READ_SIZE];
+    size_t room = IN_MAX - client->in.count;
+    if (!net_hub_wants_read(hub, client))
+        return;
+    long count = client->stream.ops->read(client->stream.ctx, bytes, room < READ_SIZE ? room : READ_SIZE);
+    if (count > 0)
+        take_bytes(hub, client, bytes, (size_t)count);
+    else if (count == NET_ENDED)
+        end_client(hub, client);
+    else if (count == NET_GONE)
+        client->gone = true;
+}
+
+void net_hub_lost(struct net_client *client) {
+    client->gone = true;
+}
+
+/* ---- lines to the controller ---- */
+
+/* Lines that may be inside the controller at once, so that the owner's queue has room for every answer. */
+static uint32_t lines_allowed(const struct net_hub *hub) {
+    size_t taken = hub->owner == NULL ? 0 : hub->owner->out.count;
+    return taken >= OUT_MAX ? 0 : (uint32_t)((OUT_MAX - taken) / ANSWER_MAX);
+}
+
+/* Give the first `count` bytes of the queue, line by line. @return bytes the controller took */
+static size_t feed_lines(struct net_hub *hub, struct net_queue *queue, size_t count) {
+    const uint32_t allowed = lines_allowed(hub);
+    size_t fed = 0;
+    while (fed < count && hub->inside < allowed) {
+        const char *line = net_queue_head(queue);
+        const char *line_end = memchr(line, '\n', count - fed);
+        size_t size = line_end == NULL ? count - fed : (size_t)(line_end + 1 - line);
+        size_t took = hub->ops->put(hub->ctx, line, size);
+        net_queue_drop(queue, took);
+        fed += took;
+        if (took < size)
+            break;
+        hub->inside += line_end != NULL;
+    }
+    return fed;
+}
+
+static bool feed_left(struct net_hub *hub) {
+    uint32_t before = hub->inside;
+    size_t fed = feed_lines(hub, &hub->left, hub->left.count);
+    hub->inside_left += hub->inside - before;
+    return fed > 0;
+}
+
+/* A line longer than the queue goes on as it comes: the controller will refuse it. */
+static bool feed_owner(struct net_hub *hub, struct net_client *owner) {
+    bool too_long = owner->whole == 0 && owner->in.count == IN_MAX;
+    size_t fed = feed_lines(hub, &owner->in, too_long ? owner->in.count : owner->whole);
+    if (fed == 0)
+        return false;
+    owner->in_long = too_long;
+    owner->whole -= too_long ? 0 : fed;
+    return true;
+}
+
+bool net_hub_feed(struct net_hub *hub) {
+    if (hub->left.count > 0)
+        return feed_left(hub);
+    return hub->owner != NULL && feed_owner(hub, hub->owner);
+}
+
+bool net_hub_has_lines(const struct net_hub *hub) {
+    return hub->left.count > 0 || (hub->owner != NULL && hub->owner->whole > 0);
+}
+
+/* ---- what the controller says ---- */
+
+static bool begins(const char *line, size_t size, const char *with) {
+    size_t length = strlen(with);
+    return size >= length && memcmp(line, with, length) == 0;
+}
+
+/* Count answers; keep those to a former owner's lines from the new one. */
+static void say_line(struct net_hub *hub, const char *line, size_t size) {
+    bool answer = begins(line, size, "ok\r") || begins(line, size, "error:");
+    bool others = answer && hub->inside_left > 0;
+    if (begins(line, size, "Grbl "))
+        hub->inside = hub->inside_left = 0; /* a reset: what was inside is not answered any more */
+    hub->inside -= answer && hub->inside > 0;
+    hub->inside_left -= others;
+    for (struct net_client *client = first(hub); client < end(hub); client++)
+        if (client->stream.ops != NULL && !(others && client == hub->owner))
+            say(hub, client, line, size);
+}
+
+static void say_rest(struct net_hub *hub) {
+    say_line(hub, hub->line, hub->line_size);
+    hub->line_size = 0;
+}
+
+static void hear_bytes(struct net_hub *hub, const char *bytes, size_t count) {
+    for (size_t i = 0; i < count; i++) {
+        hub->line[hub->line_size++] = bytes[i];
+        if (bytes[i] == '\n' || hub->line_size == NET_LINE_SIZE)
+            say_rest(hub);
+    }
+}
+
+void net_hub_hear(struct net_hub *hub) {
+    char bytes[READ_SIZE];
+    size_t count;
+    while ((count = hub->ops->hear(hub->ctx, bytes, sizeof bytes)) > 0)
+        hear_bytes(hub, bytes, count);
+}
+
+/* ---- writing ---- */
+
+static void write_out(struct net_client *client) {
+    while (client->out.count > 0) {
+        long took =
+            client->stream.ops->write(client->stream.ctx, net_queue_head(&client->out), client->out.count);
+        if (took == NET_GONE)
+            client->gone = true;
+        if (took <= 0)
+            return;
+        net_queue_drop(&client->out, (size_t)took);
+    }
+}
+
+void net_hub_flush(struct net_hub *hub) {
+    for (struct net_client *client = first(hub); client < end(hub); client++) {
+        if (client->stream.ops == NULL)
+            continue;
+        if (!client->gone)
+            write_out(client);
+        if (client->gone || has_heard_all(hub, client))
+            remove_client(hub, client);
+    }
+}

@@ -1,0 +1,104 @@
+/* SPDX-License-Identifier: MIT
+ * Many clients, one controller. One client at a time, the owner, commands; all others are observers and see
+ * every answer.
+ *
+ *   clients -> real-time bytes: at once            -> controller -> whole lines -> every client
+ *           -> lines: queue `in` -> `left` of former owners, then the owner's ->
+ *
+ * Ownership: when nobody owns, whoever first sends anything but `?` does. It ends with the connection;
+ * `$TAKE` as a line takes it at any time. A former owner's whole lines are still run, a half line is not; the
+ * answers to those lines are for everybody but the new owner, whose own lines are answered once each, in
+ * order.
+ *
+ * Nothing is lost for want of room. A controller that is full, or an owner that does not read its answers,
+ * stops the reading of the owner's lines; an observer that does not read is disconnected.
+ *
+ * No socket call, no clock, no global: the streams and the controller are ops. Single-threaded. */
+#ifndef WIFICNC_HOST_NET_HUB_H
+#define WIFICNC_HOST_NET_HUB_H
+
+#include "net_queue.h"
+#include "net_stream.h"
+#include "net_telnet.h"
+
+#include <stdint.h>
+
+enum { NET_CLIENTS = 16, NET_NAME_SIZE = 64, NET_LINE_SIZE = 512 };
+
+/** What the hub asks of the controller and its surroundings. */
+struct net_hub_ops {
+    /** Give it bytes. @return bytes taken; real-time bytes are always taken */
+    size_t (*put)(void *ctx, const char *bytes, size_t count);
+    /** What it said. @return bytes copied, 0: nothing more */
+    size_t (*hear)(void *ctx, char *bytes, size_t size);
+    /** Let it act on real-time bytes now. */
+    void (*act)(void *ctx);
+    /** Something happened to a client, for a log: "connected", "owner", ... */
+    void (*event)(void *ctx, const char *what, const char *who);
+};
+
+struct net_client {
+    struct net_stream stream; /* .ops NULL: a free place */
+    char name[NET_NAME_SIZE];
+    struct net_telnet telnet;
+    struct net_queue in, out;
+    size_t whole;    /* bytes of `in` up to the last line end */
+    bool after_cr;   /* an LF would be the second half of a line end */
+    bool in_long;    /* the controller has got the begin of the line that goes on in `in` */
+    bool skips;      /* not the owner, and in the middle of a line */
+    bool asks;       /* a ? that waits */
+    bool ended;      /* sends no more; stays until it has heard the answers */
+    bool gone;       /* to be removed */
+    uint8_t letters; /* of $TAKE that an observer has typed; beyond its length: another line */
+};
+
+struct net_hub {
+    const struct net_hub_ops *ops;
+    void *ctx;
+    struct net_client client[NET_CLIENTS];
+    struct net_client *owner; /* NULL: nobody */
+    struct net_queue left;    /* whole lines of former owners that the controller has not got yet */
+    uint32_t inside;          /* lines the controller has got and not answered */
+    uint32_t inside_left;     /* the oldest of these are former owners' */
+    char line[NET_LINE_SIZE]; /* of what the controller says, as far as heard */
+    size_t line_size;
+};
+
+void net_hub_init(struct net_hub *hub, const struct net_hub_ops *ops, void *ctx);
+
+/** Everybody is disconnected, all memory given back. */
+void net_hub_close(struct net_hub *hub);
+
+/** A new connection; the hub owns its stream now. @return false: no place, it was told so and closed */
+bool net_hub_connect(struct net_hub *hub, const struct net_stream *stream, const char *name);
+
+/** Whether this client's stream should be read, and whether something waits to be written to it. */
+bool net_hub_wants_read(const struct net_hub *hub, const struct net_client *client);
+bool net_hub_wants_write(const struct net_client *client);
+
+/** The client's stream can be read. */
+void net_hub_read(struct net_hub *hub, struct net_client *client);
+
+/** The client's stream has failed. */
+void net_hub_lost(struct net_client *client);
+
+/** Give lines to the controller, as many as it takes and as there is room for the answers of.
+ *  @return true: it took something */
+bool net_hub_feed(struct net_hub *hub);
+
+/** Take what the controller said to everybody. */
+void net_hub_hear(struct net_hub *hub);
+
+/** Pass observers' `?` on, as one; call it as often as they shall be answered at most. */
+void net_hub_ask(struct net_hub *hub);
+
+/** Write what waits, remove who is gone. */
+void net_hub_flush(struct net_hub *hub);
+
+/** [MSG:text] to everybody. */
+void net_hub_tell(struct net_hub *hub, const char *text);
+
+/** Lines wait that the controller has not got yet. */
+bool net_hub_has_lines(const struct net_hub *hub);
+
+#endif

@@ -1,0 +1,28 @@
+/* SPDX-License-Identifier: MIT
+ * A byte stream that never blocks: a TCP connection, the pty, on a chip its serial port. The hub knows no
+ * other. */
+#ifndef WIFICNC_HOST_NET_STREAM_H
+#define WIFICNC_HOST_NET_STREAM_H
+
+#include <stdbool.h>
+#include <stddef.h>
+
+enum { NET_GONE = -1, NET_ENDED = -2 };
+
+struct net_stream_ops {
+    /** @return bytes read; 0: nothing now; NET_ENDED: no more will come, but the other end may still listen;
+     *  NET_GONE: it is not there any more */
+    long (*read)(void *ctx, char *bytes, size_t size);
+    /** @return bytes taken, 0 .. count; NET_GONE */
+    long (*write)(void *ctx, const char *bytes, size_t count);
+    void (*close)(void *ctx);
+};
+
+struct net_stream {
+    const struct net_stream_ops *ops; /* NULL: no stream */
+    void *ctx;
+    int fd;      /* for poll() */
+    bool telnet; /* the other end may speak telnet: IAC sequences are negotiation */
+};
+
+#endif

@@ -1,0 +1,266 @@
+/* SPDX-License-Identifier: MIT */
+#include "serve.h"
+
+#include "net_hub.h"
+#include "net_pty.h"
+#include "net_tcp.h"
+#include "serve_clock.h"
+
+#include <errno.h>
+#include <poll.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+/* A round is short, so that a `?` never waits long: so many step events, so many goes at feeding lines. */
+enum { EVENTS_A_ROUND = 20000, FEEDS_A_ROUND = 16 };
+
+/* Longest sleeps, ms: in motion, step events are run in batches of this; at rest the pty is looked at; at
+ * full speed this long without input means that none follows at once. */
+enum { MOVING_MS = 1, RESTING_MS = 25, NOTHING_FOLLOWS_MS = 2 };
+
+enum { ASK_EVERY_MS = 50 }; /* observers' status requests */
+
+enum { POLL_SIGNAL, POLL_PARENT, POLL_LISTENER, POLL_CLIENTS, POLL_COUNT = POLL_CLIENTS + NET_CLIENTS };
+
+struct serve {
+    struct serve_events events;
+    struct host *host;
+    struct net_hub hub;
+    struct serve_clock clock;
+    bool full_speed;
+    bool input_follows; /* at full speed: more input may come at once, so time stands still while nothing is
+                           due */
+    bool busy;          /* the last round left something to do at once */
+    int listener, stop_fd[2];
+    bool has_pty;
+    struct net_pty pty;
+    uint64_t asked_ns;
+    struct pollfd poll[POLL_COUNT];
+};
+
+/* ---- the controller as the hub sees it ---- */
+
+static size_t put(void *ctx, const char *bytes, size_t count) {
+    struct serve *serve = ctx;
+    return host_write(serve->host, bytes, count);
+}
+
+static size_t hear(void *ctx, char *bytes, size_t size) {
+    struct serve *serve = ctx;
+    return host_read(serve->host, bytes, size);
+}
+
+/* No time passes, no step is made: it only takes its input in. */
+static void act(void *ctx) {
+    struct serve *serve = ctx;
+    host_run_until(serve->host, host_time_ticks(serve->host), 1);
+}
+
+static void event(void *ctx, const char *what, const char *who) {
+    struct serve *serve = ctx;
+    serve->events.client(serve->events.ctx, what, who);
+}
+
+/* ---- start ---- */
+
+/* The controller's answer to a line: 0, N of error:N, -1 for none. */
+static int setting_answer(struct host *host, const char *line) {
+    char said[4096];
+    host_write(host, line, strlen(line));
+    host_write(host, "\n", 1);
+    host_run(host, EVENTS_A_ROUND);
+    size_t size = host_read(host, said, sizeof said - 1);
+    said[size] = '\0';
+    const char *error = strstr(said, "error:");
+    if (error != NULL)
+        return atoi(error + strlen("error:"));
+    return strstr(said, "ok\r\n") != NULL ? 0 : -1;
+}
+
+static bool apply_settings(struct host *host, const char *const *lines, struct serve_failure *failure) {
+    for (; lines != NULL && *lines != NULL; lines++) {
+        int answer = setting_answer(host, *lines);
+        if (answer != 0) {
+            *failure = (struct serve_failure){SERVE_SETTING, answer, *lines};
+            return false;
+        }
+    }
+    return true;
+}
+
+static bool open_doors(struct serve *serve, const struct serve_options *options,
+                       struct serve_failure *failure) {
+    char address[NET_ADDRESS_SIZE];
+    if (options->tcp_host != NULL) {
+        failure->stage = SERVE_TCP;
+        serve->listener = net_tcp_listen(options->tcp_host, options->tcp_port, address, &failure->error);
+        if (serve->listener < 0)
+            return false;
+        serve->events.listens(serve->events.ctx, "tcp", address);
+    }
+    if (options->pty_link != NULL) {
+        failure->stage = SERVE_PTY;
+        failure->error = net_pty_open(&serve->pty, options->pty_link);
+        serve->has_pty = failure->error == 0;
+        if (!serve->has_pty)
+            return false;
+        serve->events.listens(serve->events.ctx, "pty", serve->pty.slave);
+    }
+    return true;
+}
+
+static struct host *make_host(const struct serve_options *options, struct serve_failure *failure) {
+    char banner[256];
+    failure->stage = SERVE_BOARD;
+    struct host *host = host_create(&options->board);
+    if (host == NULL)
+        return NULL;
+    host_run(host, EVENTS_A_ROUND);
+    while (host_read(host, banner, sizeof banner) > 0)
+        continue; /* nobody is there yet */
+    if (apply_settings(host, options->settings, failure))
+        return host;
+    host_destroy(host);
+    return NULL;
+}
+
+struct serve *serve_create(const struct serve_options *options, struct serve_failure *failure) {
+    static const struct net_hub_ops ops = {.put = put, .hear = hear, .act = act, .event = event};
+    *failure = (struct serve_failure){.stage = SERVE_MEMORY, .error = ENOMEM};
+    struct serve *serve = calloc(1, sizeof *serve);
+    if (serve == NULL)
+        return NULL;
+    serve->events = options->events;
+    serve->full_speed = !(options->speed > 0.0);
+    serve->input_follows = true;
+    memcpy(serve->stop_fd, options->stop_fd, sizeof serve->stop_fd);
+    serve->listener = -1;
+    net_hub_init(&serve->hub, &ops, serve);
+    serve->host = make_host(options, failure);
+    if (serve->host == NULL || !open_doors(serve, options, failure)) {
+        serve_destroy(serve);
+        return NULL;
+    }
+    serve_clock_start(&serve->clock, options->speed * options->board.timer_hz, host_time_ticks(serve->host));
+    return serve;
+}
+
+void serve_destroy(struct serve *serve) {
+    if (serve == NULL)
+        return;
+    net_hub_close(&serve->hub);
+    if (serve->listener >= 0)
+        close(serve->listener);
+    if (serve->has_pty)
+        net_pty_close(&serve->pty);
+    host_destroy(serve->host);
+    free(serve);
+}
+
+/* ---- one round ---- */
+
+/* Time up to now, by the wall clock. */
+static void run_paced(struct serve *serve) {
+    uint64_t now = serve_clock_ticks(&serve->clock, host_time_ticks(serve->host));
+    serve->busy = host_run_until(serve->host, now, EVENTS_A_ROUND) == 0;
+}
+
+/* Time as far as it goes. While more input may come at once, a look-ahead that is not full holds it. */
+static void run_unpaced(struct serve *serve) {
+    host_input_follows(serve->host, serve->input_follows);
+    enum host_wait wait = host_run(serve->host, EVENTS_A_ROUND);
+    serve->busy = wait == HOST_BUDGET;
+}
+
+static void run(struct serve *serve) {
+    if (serve->full_speed)
+        run_unpaced(serve);
+    else
+        run_paced(serve);
+    net_hub_hear(&serve->hub);
+}
+
+static void work(struct serve *serve) {
+    bool fed = true;
+    run(serve);
+    for (int i = 0; i < FEEDS_A_ROUND && (fed = net_hub_feed(&serve->hub)); i++)
+        run(serve);
+    serve->busy |= fed;
+    net_hub_flush(&serve->hub);
+}
+
+/* ---- waiting ---- */
+
+static int wait_ms(const struct serve *serve) {
+    if (serve->busy)
+        return 0;
+    if (serve->full_speed && serve->input_follows)
+        return NOTHING_FOLLOWS_MS;
+    return host_is_at_rest(serve->host) ? RESTING_MS : MOVING_MS;
+}
+
+static void fill_poll(struct serve *serve) {
+    serve->poll[POLL_SIGNAL] = (struct pollfd){.fd = serve->stop_fd[0], .events = POLLIN};
+    serve->poll[POLL_PARENT] = (struct pollfd){.fd = serve->stop_fd[1], .events = POLLIN};
+    serve->poll[POLL_LISTENER] = (struct pollfd){.fd = serve->listener, .events = POLLIN};
+    for (size_t i = 0; i < NET_CLIENTS; i++) {
+        const struct net_client *client = &serve->hub.client[i];
+        short events = net_hub_wants_read(&serve->hub, client) ? POLLIN : 0;
+        if (net_hub_wants_write(client))
+            events |= POLLOUT;
+        int fd = client->stream.ops != NULL ? client->stream.fd : -1;
+        serve->poll[POLL_CLIENTS + i] = (struct pollfd){.fd = fd, .events = events};
+    }
+}
+
+static void accept_all(struct serve *serve) {
+    struct net_stream stream;
+    char name[NET_ADDRESS_SIZE];
+    if ((serve->poll[POLL_LISTENER].revents & POLLIN) != 0)
+        while (net_tcp_accept(serve->listener, &stream, name))
+            net_hub_connect(&serve->hub, &stream, name);
+    if (serve->has_pty && net_pty_opened(&serve->pty, &stream))
+        net_hub_connect(&serve->hub, &stream, "pty");
+}
+
+/* @return true: somebody sent something */
+static bool read_clients(struct serve *serve) {
+    bool any = false;
+    for (size_t i = 0; i < NET_CLIENTS; i++) {
+        short revents = serve->poll[POLL_CLIENTS + i].revents;
+        if ((revents & POLLIN) != 0)
+            net_hub_read(&serve->hub, &serve->hub.client[i]);
+        else if ((revents & (POLLERR | POLLHUP | POLLNVAL)) != 0)
+            net_hub_lost(&serve->hub.client[i]);
+        any |= (revents & POLLIN) != 0;
+    }
+    return any;
+}
+
+static void ask_sometimes(struct serve *serve) {
+    uint64_t now_ns = serve_clock_ns();
+    if (now_ns - serve->asked_ns < ASK_EVERY_MS * 1000000ull)
+        return;
+    serve->asked_ns = now_ns;
+    net_hub_ask(&serve->hub);
+}
+
+int serve_run(struct serve *serve) {
+    for (;;) {
+        fill_poll(serve);
+        int ready = poll(serve->poll, POLL_COUNT, wait_ms(serve));
+        if (ready < 0 && errno != EINTR)
+            return errno;
+        if (ready < 0)
+            continue;
+        if (serve->poll[POLL_SIGNAL].revents != 0 || serve->poll[POLL_PARENT].revents != 0)
+            return 0;
+        bool any = read_clients(serve);
+        accept_all(serve);
+        ask_sometimes(serve);
+        serve->input_follows = any || net_hub_has_lines(&serve->hub) || (serve->input_follows && serve->busy);
+        work(serve);
+    }
+}
