@@ -42,6 +42,12 @@ class MachineError(UserError):
     exit_code = Exit.USAGE
 
 
+class ServeError(UserError):
+    """The controller cannot be served: a port, a link, a setting."""
+
+    exit_code = Exit.DEVICE
+
+
 class BuildError(UserError):
     """A compiler is missing or a build failed."""
 

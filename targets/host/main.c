@@ -13,7 +13,9 @@
 
 #include <errno.h>
 #include <fcntl.h>
+#include <poll.h>
 #include <signal.h>
+#include <stdarg.h>
 #include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -31,16 +33,28 @@ static void on_signal(int signal_number) {
         errno = before; /* full: it was told already */
 }
 
+/* A line on stdout. A reader that does not read does not hold the controller up: the line is left out. */
+static void say(const char *format, ...) {
+    char line[512];
+    struct pollfd out = {.fd = STDOUT_FILENO, .events = POLLOUT};
+    va_list arguments;
+    va_start(arguments, format);
+    int size = vsnprintf(line, sizeof line, format, arguments);
+    va_end(arguments);
+    if (size < 0 || poll(&out, 1, 0) != 1 || (out.revents & POLLOUT) == 0)
+        return;
+    if (write(STDOUT_FILENO, line, (size_t)size < sizeof line ? (size_t)size : sizeof line) < 0)
+        return; /* nobody there */
+}
+
 static void say_listens(void *ctx, const char *kind, const char *where) {
     (void)ctx;
-    printf("%s\t%s\n", kind, where);
-    fflush(stdout);
+    say("%s\t%s\n", kind, where);
 }
 
 static void say_client(void *ctx, const char *what, const char *who) {
     (void)ctx;
-    printf("client\t%s\t%s\n", what, who);
-    fflush(stdout);
+    say("client\t%s\t%s\n", what, who);
 }
 
 static int say_failure(const struct serve_failure *failure) {
@@ -50,7 +64,7 @@ static int say_failure(const struct serve_failure *failure) {
                                          [SERVE_TCP] = "tcp",
                                          [SERVE_PTY] = "pty"};
     const char *text = failure->detail != NULL ? failure->detail : strerror(failure->error);
-    printf("failed\t%s\t%d\t%s\n", stages[failure->stage], failure->error, text);
+    say("failed\t%s\t%d\t%s\n", stages[failure->stage], failure->error, text);
     return 1;
 }
 
@@ -156,8 +170,7 @@ int main(int argc, char **argv) {
     struct serve *serve = serve_create(&options, &failure);
     if (serve == NULL)
         return say_failure(&failure);
-    puts("ready");
-    fflush(stdout);
+    say("ready\n");
     int error = serve_run(serve);
     serve_destroy(serve);
     return error != 0 ? say_failure(&(struct serve_failure){.stage = SERVE_MEMORY, .error = error}) : 0;

@@ -106,6 +106,8 @@ static void set_owner(struct net_hub *hub, struct net_client *client) {
         leave_lines(hub, before);
     hub->owner = client;
     hub->inside_left = hub->inside;
+    for (struct net_client *other = first(hub); other < end(hub); other++)
+        other->hears_left = other != client;
     if (client == NULL) {
         tell_observers(hub, nobody);
         return;
@@ -119,6 +121,13 @@ static void set_owner(struct net_hub *hub, struct net_client *client) {
 }
 
 /* ---- connections ---- */
+
+bool net_hub_is_full(const struct net_hub *hub) {
+    const struct net_client *client = hub->client;
+    while (client < end(hub) && client->stream.ops != NULL)
+        client++;
+    return client == end(hub);
+}
 
 bool net_hub_connect(struct net_hub *hub, const struct net_stream *stream, const char *name) {
     static const char full[] = "[MSG:Full, all places are taken]\r\n";
@@ -373,10 +382,6 @@ bool net_hub_feed(struct net_hub *hub) {
     return hub->owner != NULL && feed_owner(hub, hub->owner);
 }
 
-bool net_hub_has_lines(const struct net_hub *hub) {
-    return hub->left.count > 0 || (hub->owner != NULL && hub->owner->whole > 0);
-}
-
 /* ---- what the controller says ---- */
 
 static bool begins(const char *line, size_t size, const char *with) {
@@ -384,16 +389,22 @@ static bool begins(const char *line, size_t size, const char *with) {
     return size >= length && memcmp(line, with, length) == 0;
 }
 
-/* Count answers; keep those to a former owner's lines from the new one. */
+/* Said by the controller of its own accord, or to `?`: not a part of a line's answer. */
+static bool is_news(const char *line, size_t size) {
+    return begins(line, size, "<") || begins(line, size, "[MSG:") || begins(line, size, "ALARM:") ||
+           begins(line, size, "Grbl ");
+}
+
+/* Count answers; keep those to former owners' lines from whom they would confuse. */
 static void say_line(struct net_hub *hub, const char *line, size_t size) {
     bool answer = begins(line, size, "ok\r") || begins(line, size, "error:");
-    bool others = answer && hub->inside_left > 0;
+    bool of_left = hub->inside_left > 0 && !is_news(line, size);
     if (begins(line, size, "Grbl "))
         hub->inside = hub->inside_left = 0; /* a reset: what was inside is not answered any more */
     hub->inside -= answer && hub->inside > 0;
-    hub->inside_left -= others;
+    hub->inside_left -= answer && of_left;
     for (struct net_client *client = first(hub); client < end(hub); client++)
-        if (client->stream.ops != NULL && !(others && client == hub->owner))
+        if (client->stream.ops != NULL && (!of_left || client->hears_left))
             say(hub, client, line, size);
 }
 

@@ -49,6 +49,7 @@ struct net_client {
     bool asks;       /* a ? that waits */
     bool ended;      /* sends no more; stays until it has heard the answers */
     bool gone;       /* to be removed */
+    bool hears_left; /* hears answers to lines of former owners, too */
     uint8_t letters; /* of $TAKE that an observer has typed; beyond its length: another line */
 };
 
@@ -71,6 +72,9 @@ void net_hub_close(struct net_hub *hub);
 
 /** A new connection; the hub owns its stream now. @return false: no place, it was told so and closed */
 bool net_hub_connect(struct net_hub *hub, const struct net_stream *stream, const char *name);
+
+/** All places are taken. */
+bool net_hub_is_full(const struct net_hub *hub);
 
 /** Whether this client's stream should be read, and whether something waits to be written to it. */
 bool net_hub_wants_read(const struct net_hub *hub, const struct net_client *client);
@@ -97,8 +101,5 @@ void net_hub_flush(struct net_hub *hub);
 
 /** [MSG:text] to everybody. */
 void net_hub_tell(struct net_hub *hub, const char *text);
-
-/** Lines wait that the controller has not got yet. */
-bool net_hub_has_lines(const struct net_hub *hub);
 
 #endif

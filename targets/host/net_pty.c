@@ -97,10 +97,14 @@ static long pty_write(void *ctx, const char *bytes, size_t count) {
     return errno == EAGAIN || errno == EINTR ? 0 : NET_GONE;
 }
 
-/* What nobody has read is not for the next one that opens it. */
+/* What nobody has read is not for the next one that opens it: it waits at the slave's side. */
 static void pty_detach(void *ctx) {
     struct net_pty *pty = ctx;
-    tcflush(pty->master, TCOFLUSH);
+    int slave = open(pty->slave, O_RDWR | O_NOCTTY | O_CLOEXEC);
+    if (slave >= 0) {
+        tcflush(slave, TCIFLUSH);
+        close(slave);
+    }
     pty->attached = false;
 }
 

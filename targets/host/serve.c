@@ -22,6 +22,10 @@ enum { MOVING_MS = 1, RESTING_MS = 25, NOTHING_FOLLOWS_MS = 2 };
 
 enum { ASK_EVERY_MS = 50 }; /* observers' status requests */
 
+/* With all places taken a newcomer waits this long before it is refused: places of those who have just left
+ * are about to be free. */
+enum { FULL_MS = 1000 };
+
 enum { POLL_SIGNAL, POLL_PARENT, POLL_LISTENER, POLL_CLIENTS, POLL_COUNT = POLL_CLIENTS + NET_CLIENTS };
 
 struct serve {
@@ -36,7 +40,9 @@ struct serve {
     int listener, stop_fd[2];
     bool has_pty;
     struct net_pty pty;
-    uint64_t asked_ns;
+    uint64_t asked_ns; /* when observers' requests were last passed on */
+    uint64_t full_ns;  /* since when all places are taken; 0: they are not */
+    uint64_t fed_ns;   /* when the controller last got a line */
     struct pollfd poll[POLL_COUNT];
 };
 
@@ -134,7 +140,6 @@ struct serve *serve_create(const struct serve_options *options, struct serve_fai
         return NULL;
     serve->events = options->events;
     serve->full_speed = !(options->speed > 0.0);
-    serve->input_follows = true;
     memcpy(serve->stop_fd, options->stop_fd, sizeof serve->stop_fd);
     serve->listener = -1;
     net_hub_init(&serve->hub, &ops, serve);
@@ -161,15 +166,32 @@ void serve_destroy(struct serve *serve) {
 
 /* ---- one round ---- */
 
+/* A newcomer can be let in, or must be refused. */
+static bool accepts(const struct serve *serve) {
+    return serve->full_ns == 0 || serve_clock_ns() - serve->full_ns > FULL_MS * 1000000ull;
+}
+
+static void note_fullness(struct serve *serve) {
+    if (!net_hub_is_full(&serve->hub))
+        serve->full_ns = 0;
+    else if (serve->full_ns == 0)
+        serve->full_ns = serve_clock_ns();
+}
+
 /* Time up to now, by the wall clock. */
 static void run_paced(struct serve *serve) {
     uint64_t now = serve_clock_ticks(&serve->clock, host_time_ticks(serve->host));
     serve->busy = host_run_until(serve->host, now, EVENTS_A_ROUND) == 0;
 }
 
+/* More lines may come at once. */
+static bool input_follows(const struct serve *serve) {
+    return serve_clock_ns() - serve->fed_ns < NOTHING_FOLLOWS_MS * 1000000ull;
+}
+
 /* Time as far as it goes. While more input may come at once, a look-ahead that is not full holds it. */
 static void run_unpaced(struct serve *serve) {
-    host_input_follows(serve->host, serve->input_follows);
+    host_input_follows(serve->host, input_follows(serve));
     enum host_wait wait = host_run(serve->host, EVENTS_A_ROUND);
     serve->busy = wait == HOST_BUDGET;
 }
@@ -185,10 +207,13 @@ static void run(struct serve *serve) {
 static void work(struct serve *serve) {
     bool fed = true;
     run(serve);
-    for (int i = 0; i < FEEDS_A_ROUND && (fed = net_hub_feed(&serve->hub)); i++)
+    for (int i = 0; i < FEEDS_A_ROUND && (fed = net_hub_feed(&serve->hub)); i++) {
+        serve->fed_ns = serve_clock_ns();
         run(serve);
+    }
     serve->busy |= fed;
     net_hub_flush(&serve->hub);
+    note_fullness(serve);
 }
 
 /* ---- waiting ---- */
@@ -196,7 +221,7 @@ static void work(struct serve *serve) {
 static int wait_ms(const struct serve *serve) {
     if (serve->busy)
         return 0;
-    if (serve->full_speed && serve->input_follows)
+    if (serve->full_speed && input_follows(serve))
         return NOTHING_FOLLOWS_MS;
     return host_is_at_rest(serve->host) ? RESTING_MS : MOVING_MS;
 }
@@ -204,7 +229,8 @@ static int wait_ms(const struct serve *serve) {
 static void fill_poll(struct serve *serve) {
     serve->poll[POLL_SIGNAL] = (struct pollfd){.fd = serve->stop_fd[0], .events = POLLIN};
     serve->poll[POLL_PARENT] = (struct pollfd){.fd = serve->stop_fd[1], .events = POLLIN};
-    serve->poll[POLL_LISTENER] = (struct pollfd){.fd = serve->listener, .events = POLLIN};
+    serve->poll[POLL_LISTENER] =
+        (struct pollfd){.fd = accepts(serve) ? serve->listener : -1, .events = POLLIN};
     for (size_t i = 0; i < NET_CLIENTS; i++) {
         const struct net_client *client = &serve->hub.client[i];
         short events = net_hub_wants_read(&serve->hub, client) ? POLLIN : 0;
@@ -219,24 +245,22 @@ static void accept_all(struct serve *serve) {
     struct net_stream stream;
     char name[NET_ADDRESS_SIZE];
     if ((serve->poll[POLL_LISTENER].revents & POLLIN) != 0)
-        while (net_tcp_accept(serve->listener, &stream, name))
+        while (accepts(serve) && net_tcp_accept(serve->listener, &stream, name)) {
             net_hub_connect(&serve->hub, &stream, name);
+            note_fullness(serve);
+        }
     if (serve->has_pty && net_pty_opened(&serve->pty, &stream))
         net_hub_connect(&serve->hub, &stream, "pty");
 }
 
-/* @return true: somebody sent something */
-static bool read_clients(struct serve *serve) {
-    bool any = false;
+static void read_clients(struct serve *serve) {
     for (size_t i = 0; i < NET_CLIENTS; i++) {
         short revents = serve->poll[POLL_CLIENTS + i].revents;
         if ((revents & POLLIN) != 0)
             net_hub_read(&serve->hub, &serve->hub.client[i]);
         else if ((revents & (POLLERR | POLLHUP | POLLNVAL)) != 0)
             net_hub_lost(&serve->hub.client[i]);
-        any |= (revents & POLLIN) != 0;
     }
-    return any;
 }
 
 static void ask_sometimes(struct serve *serve) {
@@ -257,10 +281,9 @@ int serve_run(struct serve *serve) {
             continue;
         if (serve->poll[POLL_SIGNAL].revents != 0 || serve->poll[POLL_PARENT].revents != 0)
             return 0;
-        bool any = read_clients(serve);
+        read_clients(serve);
         accept_all(serve);
         ask_sometimes(serve);
-        serve->input_follows = any || net_hub_has_lines(&serve->hub) || (serve->input_follows && serve->busy);
         work(serve);
     }
 }

@@ -52,7 +52,7 @@ def simulate(options: SimOptions, on_progress: Progress | None = None) -> SimRes
     text = read_job(options.file)
     board = load_board(options.board)
     machine = load_machine(options.machine) if options.machine else None
-    _check_axes(board, machine)
+    check_axes(board, machine)
     library = load_library(ensure_host_library())
     with _outputs(options) as outputs:
         trace = _trace_file(outputs.get("--trace"), board)
@@ -92,7 +92,8 @@ def _check_options(options: SimOptions) -> None:
             raise UserError("--plot needs matplotlib", hint="pip install 'wificnc[plot]'")
 
 
-def _check_axes(board: Board, machine: Machine | None) -> None:
+def check_axes(board: Board, machine: Machine | None) -> None:
+    """A machine fits a board that has its axes. Raises UserError."""
     if machine and machine.axis_count > len(board.axes):
         raise UserError(
             f"machine {machine.name} needs {machine.axis_count} axes, board {board.id} has {len(board.axes)}",

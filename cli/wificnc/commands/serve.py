@@ -1,0 +1,74 @@
+"""`wificnc serve`: be a controller in real time."""
+
+from __future__ import annotations
+
+import signal
+from contextlib import suppress
+from pathlib import Path
+from typing import NoReturn
+
+import rich_click as click
+from rich.markup import escape
+
+from wificnc import ui
+from wificnc.board.load import load_board
+from wificnc.errors import ServeError, UserError
+from wificnc.machine import load_machine
+from wificnc.serve.options import DEFAULT_TCP, ServeOptions, parse_address, parse_speed
+from wificnc.serve.server import ClientEvent, Server
+from wificnc.sim.run import check_axes, parse_setting
+
+
+@click.command()
+@click.option("--tcp", default=DEFAULT_TCP, show_default=True, metavar="HOST:PORT", help="Where TCP listens, or off.")
+@click.option("--pty", type=click.Path(path_type=Path), metavar="LINK", help="A serial port of this name, for senders.")
+@click.option("--speed", default="1", show_default=True, metavar="1|N|max", help="Times real time; max has no clock.")
+@click.option("--board", default="host", show_default=True, help="Board id or TOML file: axes, timer, pulse timing.")
+@click.option("--machine", help="Machine profile, name or TOML file: steps/mm, rates, accelerations, travel.")
+@click.option("--set", "lines", multiple=True, metavar="'$N=VALUE'", help="A setting on top of that; repeatable.")
+@click.option("--settings", "store", type=click.Path(path_type=Path), metavar="FILE", help="Keep settings in a file.")
+def command(
+    tcp: str, pty: Path | None, speed: str, board: str, machine: str | None, lines: tuple[str, ...], store: Path | None
+) -> None:
+    """Be a Grbl controller in real time: connect any sender by TCP or by a serial port, and watch it move nothing.
+
+    Whoever commands first is the owner; everybody else who connects sees all answers. `$TAKE` takes over.
+    """
+    if store is not None:
+        raise UserError(
+            "not yet: settings cannot be kept in a file", hint="--machine and --set give them at each start"
+        )
+    the_board = load_board(board)
+    profile = load_machine(machine) if machine else None
+    check_axes(the_board, profile)
+    settings = (*(profile.settings_lines() if profile else ()), *(parse_setting(line) for line in lines))
+    options = ServeOptions(the_board, parse_address(tcp), pty, parse_speed(speed), settings)
+    if options.tcp is None and pty is None:
+        raise UserError("there is no way to connect", hint="--pty LINK, or leave --tcp on")
+    signal.signal(signal.SIGTERM, _end)
+    with suppress(KeyboardInterrupt), Server(options) as server:
+        _print_doors(server, speed)
+        for event in server.events():
+            _print_event(event)
+        raise ServeError(f"the controller ended by itself with exit code {server.stop()}")
+
+
+def _end(_number: int, _frame: object) -> NoReturn:
+    raise KeyboardInterrupt
+
+
+def _print_doors(server: Server, speed: str) -> None:
+    options = server.options
+    pace = {"1": "in real time", "max": "as fast as it can"}.get(speed, f"at {speed} times real time")
+    ui.talk.print(f"A controller of {len(options.board.axes)} axes, {pace}. Ctrl-C ends it.")
+    if server.tcp:
+        ui.data.print(f"tcp     [bold]{escape(server.tcp)}[/]")
+    if server.device:
+        ui.data.print(f"serial  [bold]{escape(str(options.pty))}[/] -> {server.device}")
+    if options.tcp and not options.tcp.is_loopback:
+        ui.warn("everybody who reaches this computer's network can command this controller")
+
+
+def _print_event(event: ClientEvent) -> None:
+    said = "commands now" if event.what == "owner" else event.what
+    ui.note(f"{event.who} {said}")

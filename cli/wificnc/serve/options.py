@@ -1,0 +1,89 @@
+"""What `wificnc serve` was asked for, and the program's arguments that say it."""
+
+from __future__ import annotations
+
+import ipaddress
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from wificnc.board.model import Board
+from wificnc.errors import UserError
+
+DEFAULT_TCP = "127.0.0.1:2323"
+DEFAULT_PORT = 2323
+MAX_SPEED = 1e6
+
+
+@dataclass(frozen=True)
+class Address:
+    """Where TCP listens. Port 0 is any free one."""
+
+    host: str
+    port: int
+
+    def __str__(self) -> str:
+        return f"[{self.host}]:{self.port}" if ":" in self.host else f"{self.host}:{self.port}"
+
+    @property
+    def is_loopback(self) -> bool:
+        """Only programs on this computer can connect."""
+        try:
+            return ipaddress.ip_address(self.host).is_loopback
+        except ValueError:
+            return self.host == "localhost"
+
+
+@dataclass(frozen=True)
+class ServeOptions:
+    """A controller to serve. speed 0: as fast as the computer can."""
+
+    board: Board
+    tcp: Address | None = None
+    pty: Path | None = None
+    speed: float = 1.0
+    settings: tuple[str, ...] = ()
+
+
+def parse_address(text: str) -> Address | None:
+    """'127.0.0.1:2323', ':2323', 'localhost' or '[::1]:0'; 'off' is None. Raises UserError."""
+    if text == "off":
+        return None
+    found = re.fullmatch(r"(?:\[([^\]]+)\]|([^:\[\]]*))(?::(\d{1,5}))?", text.strip())
+    if not found or int(found[3] or 0) > 65535 or not text.strip():
+        raise UserError(f"--tcp {text!r} is no address", hint=f"like {DEFAULT_TCP}; port 0 takes any free one")
+    host = found[1] or found[2] or "127.0.0.1"
+    return Address(host, DEFAULT_PORT if found[3] is None else int(found[3]))
+
+
+def parse_speed(text: str) -> float:
+    """'1', '10', '0.5', or 'max', which is 0. Raises UserError."""
+    if text == "max":
+        return 0.0
+    try:
+        speed = float(text)
+    except ValueError:
+        speed = -1.0
+    if not 0.0 < speed <= MAX_SPEED:
+        raise UserError(
+            f"--speed {text!r} is no speed", hint="1 is real time, 10 ten times as fast, max without a clock"
+        )
+    return speed
+
+
+def program_arguments(options: ServeOptions) -> list[str]:
+    """Arguments of the C program (targets/host/main.c)."""
+    timing = options.board.timing
+    pairs: Sequence[tuple[str, object]] = (
+        ("--timer-hz", timing.timer_hz),
+        ("--step-pulse-ns", timing.step_pulse_ns),
+        ("--dir-setup-ns", timing.dir_setup_ns),
+        ("--max-step-rate-hz", timing.max_step_rate_hz),
+        ("--axes", len(options.board.axes)),
+        ("--speed", options.speed),
+        *([("--host", options.tcp.host), ("--port", options.tcp.port)] if options.tcp else []),
+        *([("--pty", options.pty)] if options.pty else []),
+        *(("--set", line) for line in options.settings),
+    )
+    return ["--parent", *(str(word) for pair in pairs for word in pair)]

@@ -1,0 +1,147 @@
+"""One serving controller: a process, its addresses, and what it tells of its clients."""
+
+from __future__ import annotations
+
+import ctypes
+import errno
+import os
+import signal
+import subprocess
+from collections.abc import Iterator
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+
+from wificnc.build.checkout import checkout_root
+from wificnc.build.host import build_program, ensure_host_library, variant_directory
+from wificnc.errors import ServeError
+from wificnc.serve.options import ServeOptions, program_arguments
+
+END_SECONDS = 5.0
+
+
+@dataclass(frozen=True)
+class ClientEvent:
+    """A client was "connected", became "owner", was "disconnected", ..."""
+
+    what: str
+    who: str
+
+
+def serve_program(variant: str = "release") -> Path:
+    """The program, built when stale. Raises BuildError."""
+    root = checkout_root()
+    source = root / "targets" / "host" / "main.c"
+    return build_program([source], variant_directory(root, variant) / "wificnc-serve", variant)
+
+
+class Server:
+    """A controller that serves from `with` to its end.
+
+    Raises:
+        ServeError: on entry, when a door cannot be opened or a setting is refused.
+    """
+
+    def __init__(self, options: ServeOptions, variant: str = "release") -> None:
+        self.options = options
+        self.tcp: str | None = None
+        self.device: Path | None = None  # what the link of the pty leads to
+        self._program = serve_program(variant)
+
+    def __enter__(self) -> Server:
+        argv = [str(self._program), *program_arguments(self.options)]
+        pipe = subprocess.PIPE
+        self._process = subprocess.Popen(argv, stdin=pipe, stdout=pipe, text=True, encoding="utf-8", errors="replace")
+        try:
+            self._wait_until_ready()
+        except BaseException:
+            self.stop()
+            raise
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.stop()
+
+    @property
+    def pid(self) -> int:
+        return self._process.pid
+
+    def events(self) -> Iterator[ClientEvent]:
+        """What happens to its clients, as it happens; ends with the server."""
+        for line in self._lines():
+            if line[0] == "client" and len(line) == 3:
+                yield ClientEvent(line[1], line[2])
+
+    def stop(self) -> int:
+        """End it; its exit code."""
+        process = self._process
+        if process.poll() is None:
+            process.send_signal(signal.SIGTERM)
+        try:
+            code = process.wait(END_SECONDS)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            code = process.wait()
+        for stream in (process.stdin, process.stdout):
+            with suppress(OSError):
+                if stream:
+                    stream.close()
+        return code
+
+    def _lines(self) -> Iterator[list[str]]:
+        assert self._process.stdout
+        for line in self._process.stdout:
+            yield line.rstrip("\n").split("\t")
+
+    def _wait_until_ready(self) -> None:
+        for line in self._lines():
+            if line == ["ready"]:
+                return
+            if line[0] == "tcp":
+                self.tcp = line[1]
+            elif line[0] == "pty":
+                self.device = Path(line[1])
+            elif line[0] == "failed":
+                raise _failure(self.options, line[1], int(line[2]), line[3])
+        raise ServeError(f"{self._program.name} ended with {self._process.wait()} before it was ready")
+
+
+def _failure(options: ServeOptions, stage: str, error: int, text: str) -> ServeError:
+    """The program's short words as ours."""
+    if stage == "tcp":
+        return _tcp_failure(options, error)
+    if stage == "pty":
+        return _pty_failure(options, error)
+    if stage == "setting":
+        said = f"error:{error} {status_text(error)}" if error > 0 else "no answer"
+        return ServeError(f"the controller refuses {text}: {said}")
+    return ServeError(f"the controller cannot be served: {stage}: {text}")
+
+
+def _tcp_failure(options: ServeOptions, error: int) -> ServeError:
+    free = "--tcp 127.0.0.1:0 takes any free port"
+    if error == 0:
+        return ServeError(f"--tcp {options.tcp}: there is no such host", hint=free)
+    if error == errno.EADDRINUSE:
+        return ServeError(
+            f"port {options.tcp} is in use", hint=f"is another `wificnc serve` running? Else choose another: {free}"
+        )
+    return ServeError(f"cannot listen at {options.tcp}: {os.strerror(error)}", hint=free)
+
+
+def _pty_failure(options: ServeOptions, error: int) -> ServeError:
+    if error == errno.EEXIST:
+        return ServeError(
+            f"--pty {options.pty}: there is something already", hint=f"rm {options.pty}, or choose another name"
+        )
+    return ServeError(
+        f"--pty {options.pty}: {os.strerror(error)}", hint="is the directory there, and may you write to it?"
+    )
+
+
+def status_text(code: int) -> str:
+    """The meaning of error:N in the controller's own words."""
+    function = ctypes.CDLL(str(ensure_host_library())).status_text
+    function.restype = ctypes.c_char_p
+    text: bytes = function(code)
+    return text.decode()

@@ -1,0 +1,84 @@
+"""Time: the wall clock sets the pace, reports come at once, and nobody waits busily."""
+
+from __future__ import annotations
+
+import os
+import select
+import statistics
+import time
+
+import pytest
+from serve_peer import Peer, Serve
+
+ACCELERATION_MM_S2, SPEED_MM_S = 500.0, 50.0
+
+
+def move_seconds(mm: float) -> float:
+    """A move from rest to rest."""
+    return mm / SPEED_MM_S + SPEED_MM_S / ACCELERATION_MM_S2
+
+
+def timed_move(peer: Peer, mm: float) -> float:
+    """G4P0 is answered when the move before it has come to rest."""
+    begin = time.monotonic()
+    peer.send(f"G91G1F{60 * SPEED_MM_S:.0f}X{mm}\nG4P0\n")
+    peer.until("^ok$")
+    peer.until("^ok$")
+    return time.monotonic() - begin
+
+
+@pytest.mark.parametrize(("speed", "mm"), [(1.0, 50.0), (10.0, 500.0), (0.5, 20.0)])
+def test_moves_take_their_time(serve: Serve, speed: float, mm: float) -> None:
+    server = serve(speed=speed)
+    assert server.tcp
+    with Peer.tcp(server.tcp) as peer:
+        assert timed_move(peer, mm) == pytest.approx(move_seconds(mm) / speed, abs=0.15)
+
+
+def test_no_clock_at_full_speed(serve: Serve) -> None:
+    server = serve(speed=0.0)
+    assert server.tcp
+    with Peer.tcp(server.tcp) as peer:
+        assert timed_move(peer, 2000.0) < move_seconds(2000.0) / 10
+
+
+def test_reports_come_within_5_ms_under_load(serve: Serve) -> None:
+    """The owner pours short segments, observers listen, the machine runs; and the owner asks."""
+    server = serve(speed=1.0)
+    assert server.tcp
+    watchers = [Peer.tcp(server.tcp) for _ in range(3)]
+    lines = b"".join(b"G1X%.2fY%.2fF3000\n" % (n % 40 * 0.05, n % 9 * 0.1) for n in range(3000))
+    delays = []
+    with Peer.tcp(server.tcp) as owner:
+        owner.send(lines)
+        for _ in range(300):
+            begin = time.perf_counter()
+            assert owner.status().startswith("<Run")
+            delays.append(time.perf_counter() - begin)
+            for watcher in watchers:
+                watcher.hear()
+    for watcher in watchers:
+        watcher.close()
+    delays.sort()
+    # The last per cent belongs to the scheduler of a shared computer.
+    assert delays[len(delays) * 99 // 100] < 0.005, statistics.quantiles(delays, n=20)
+
+
+def cpu_seconds(pid: int) -> float:
+    with open(f"/proc/{pid}/stat") as file:
+        fields = file.read().rsplit(")", 1)[1].split()
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
+
+@pytest.mark.skipif(not os.path.exists("/proc/self/stat"), reason="measures with /proc")
+@pytest.mark.parametrize("speed", [1.0, 0.0])
+def test_at_rest_it_sleeps(serve: Serve, speed: float) -> None:
+    server = serve(speed=speed, pty=True)
+    assert server.tcp
+    with Peer.tcp(server.tcp) as peer:
+        assert peer.ask("G0X1") == ["ok"]
+        peer.idle_position_mm()
+        peer.hear()
+        before = cpu_seconds(server.pid)
+        assert select.select([peer], [], [], 2.0)[0] == [], "it speaks without being asked"
+        assert cpu_seconds(server.pid) - before <= 0.04
