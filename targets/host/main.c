@@ -8,7 +8,7 @@
  *   failed STAGE ERRNO TEXT            it cannot; exit code 1
  *
  * Options, each with a value: --timer-hz --step-pulse-ns --dir-setup-ns --max-step-rate-hz --axes --speed (0:
- * as fast as it can) --host --port --pty --set; and --parent: end when stdin does. */
+ * as fast as it can) --host --port --pty --store --set; and --parent: end when stdin does. */
 #include "serve.h"
 
 #include <errno.h>
@@ -102,6 +102,8 @@ static bool take_option(struct serve_options *options, const char **settings, co
         options->tcp_port = value;
     } else if (strcmp(name, "--pty") == 0) {
         options->pty_link = value;
+    } else if (strcmp(name, "--store") == 0) {
+        options->store = value;
     } else if (strcmp(name, "--speed") == 0) {
         options->speed = strtod(value, &end);
         return *end == '\0' && options->speed >= 0.0 && options->speed <= 1e6;

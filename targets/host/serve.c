@@ -61,7 +61,7 @@ static size_t hear(void *ctx, char *bytes, size_t size) {
 /* No time passes, no step is made: it only takes its input in. */
 static void act(void *ctx) {
     struct serve *serve = ctx;
-    host_run_until(serve->host, host_time_ticks(serve->host), 1);
+    host_run_paced(serve->host, host_time_ticks(serve->host), 1);
 }
 
 static void event(void *ctx, const char *what, const char *who) {
@@ -120,7 +120,7 @@ static bool open_doors(struct serve *serve, const struct serve_options *options,
 static struct host *make_host(const struct serve_options *options, struct serve_failure *failure) {
     char banner[256];
     failure->stage = SERVE_BOARD;
-    struct host *host = host_create(&options->board);
+    struct host *host = host_open(&options->board, options->store);
     if (host == NULL)
         return NULL;
     host_run(host, EVENTS_A_ROUND);
@@ -181,7 +181,7 @@ static void note_fullness(struct serve *serve) {
 /* Time up to now, by the wall clock. */
 static void run_paced(struct serve *serve) {
     uint64_t now = serve_clock_ticks(&serve->clock, host_time_ticks(serve->host));
-    serve->busy = host_run_until(serve->host, now, EVENTS_A_ROUND) == 0;
+    serve->busy = host_run_paced(serve->host, now, EVENTS_A_ROUND) == HOST_BUDGET;
 }
 
 /* More lines may come at once. */
@@ -223,7 +223,7 @@ static int wait_ms(const struct serve *serve) {
         return 0;
     if (serve->full_speed && input_follows(serve))
         return NOTHING_FOLLOWS_MS;
-    return host_is_at_rest(serve->host) ? RESTING_MS : MOVING_MS;
+    return host_next_ticks(serve->host) == UINT64_MAX ? RESTING_MS : MOVING_MS;
 }
 
 static void fill_poll(struct serve *serve) {

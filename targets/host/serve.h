@@ -24,6 +24,7 @@ struct serve_options {
     const char *tcp_host;        /* NULL: no TCP */
     const char *tcp_port;        /* "0": any free one */
     const char *pty_link;        /* NULL: no pty */
+    const char *store;           /* file that keeps settings; NULL: nothing is kept */
     const char *const *settings; /* lines like $110=5000, NULL-terminated; or NULL */
     int stop_fd[2];              /* readable, or at its end: stop; -1: none */
     struct serve_events events;

@@ -34,15 +34,11 @@ def command(
 
     Whoever commands first is the owner; everybody else who connects sees all answers. `$TAKE` takes over.
     """
-    if store is not None:
-        raise UserError(
-            "not yet: settings cannot be kept in a file", hint="--machine and --set give them at each start"
-        )
     the_board = load_board(board)
     profile = load_machine(machine) if machine else None
     check_axes(the_board, profile)
     settings = (*(profile.settings_lines() if profile else ()), *(parse_setting(line) for line in lines))
-    options = ServeOptions(the_board, parse_address(tcp), pty, parse_speed(speed), settings)
+    options = ServeOptions(the_board, parse_address(tcp), pty, parse_speed(speed), settings, store)
     if options.tcp is None and pty is None:
         raise UserError("there is no way to connect", hint="--pty LINK, or leave --tcp on")
     signal.signal(signal.SIGTERM, _end)

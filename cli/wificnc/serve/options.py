@@ -44,6 +44,7 @@ class ServeOptions:
     pty: Path | None = None
     speed: float = 1.0
     settings: tuple[str, ...] = ()
+    store: Path | None = None  # keeps settings, offsets and startup lines
 
 
 def parse_address(text: str) -> Address | None:
@@ -84,6 +85,7 @@ def program_arguments(options: ServeOptions) -> list[str]:
         ("--speed", options.speed),
         *([("--host", options.tcp.host), ("--port", options.tcp.port)] if options.tcp else []),
         *([("--pty", options.pty)] if options.pty else []),
+        *([("--store", options.store)] if options.store else []),
         *(("--set", line) for line in options.settings),
     )
     return ["--parent", *(str(word) for pair in pairs for word in pair)]
