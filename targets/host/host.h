@@ -62,8 +62,8 @@ enum host_wait host_run(struct host *host, uint64_t max_events);
  * was so before. */
 enum host_wait host_run_until(struct host *host, uint64_t t_ticks);
 
-/** Real time, for senders: as host_run_until(), but the controller is left alone with its input. No look-ahead is
- * waited for, none is cut short.
+/** Real time, for senders: as host_run_until(), but the controller is left alone with its input. No
+ * look-ahead is waited for, none is cut short.
  * @return HOST_TIME, or HOST_BUDGET: max_events step-timer events were run and it is not t_ticks yet */
 enum host_wait host_run_paced(struct host *host, uint64_t t_ticks, uint64_t max_events);
 

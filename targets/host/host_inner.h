@@ -23,7 +23,7 @@ struct host {
     const struct trace_event *seen; /* the true position counts every edge before this one */
     uint64_t timer_events;
     int input_follows;
-    bool paced; /* the wall clock leads */
+    bool paced;       /* the wall clock leads */
     char *store_path; /* NULL: nothing is kept */
     char *out;        /* what the controller said and nobody has read yet */
     size_t out_count, out_size;

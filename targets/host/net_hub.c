@@ -24,14 +24,6 @@ static bool is_open(const struct net_client *client) {
     return client->stream.ops != NULL && !client->gone;
 }
 
-static struct net_client *first(struct net_hub *hub) {
-    return hub->client;
-}
-
-static const struct net_client *end(const struct net_hub *hub) {
-    return hub->client + NET_CLIENTS;
-}
-
 void net_hub_init(struct net_hub *hub, const struct net_hub_ops *ops, void *ctx) {
     *hub = (struct net_hub){.ops = ops, .ctx = ctx};
 }
@@ -56,12 +48,12 @@ static void say_message(struct net_hub *hub, struct net_client *client, const ch
 }
 
 void net_hub_tell(struct net_hub *hub, const char *text) {
-    for (struct net_client *client = first(hub); client < end(hub); client++)
+    for (struct net_client *client = hub->client; client < hub->client + NET_CLIENTS; client++)
         say_message(hub, client, text);
 }
 
 static void tell_observers(struct net_hub *hub, const char *text) {
-    for (struct net_client *client = first(hub); client < end(hub); client++)
+    for (struct net_client *client = hub->client; client < hub->client + NET_CLIENTS; client++)
         if (client != hub->owner)
             say_message(hub, client, text);
 }
@@ -106,7 +98,7 @@ static void set_owner(struct net_hub *hub, struct net_client *client) {
         leave_lines(hub, before);
     hub->owner = client;
     hub->inside_left = hub->inside;
-    for (struct net_client *other = first(hub); other < end(hub); other++)
+    for (struct net_client *other = hub->client; other < hub->client + NET_CLIENTS; other++)
         other->hears_left = other != client;
     if (client == NULL) {
         tell_observers(hub, nobody);
@@ -123,20 +115,20 @@ static void set_owner(struct net_hub *hub, struct net_client *client) {
 /* ---- connections ---- */
 
 bool net_hub_is_full(const struct net_hub *hub) {
-    const struct net_client *client = hub->client;
-    while (client < end(hub) && client->stream.ops != NULL)
-        client++;
-    return client == end(hub);
+    for (size_t i = 0; i < NET_CLIENTS; i++)
+        if (hub->client[i].stream.ops == NULL)
+            return false;
+    return true;
 }
 
 bool net_hub_connect(struct net_hub *hub, const struct net_stream *stream, const char *name) {
     static const char full[] = "[MSG:Full, all places are taken]\r\n";
-    struct net_client *client = first(hub);
-    while (client < end(hub) && client->stream.ops != NULL)
+    struct net_client *client = hub->client;
+    while (client < hub->client + NET_CLIENTS && client->stream.ops != NULL)
         client++;
-    if (client == end(hub)) {
-        stream->ops->write(stream->ctx, full, sizeof full - 1);
-        stream->ops->close(stream->ctx);
+    if (client == hub->client + NET_CLIENTS) {
+        stream->ops->write(stream, full, sizeof full - 1);
+        stream->ops->close(stream);
         hub->ops->event(hub->ctx, "refused, all places are taken", name);
         return false;
     }
@@ -149,18 +141,18 @@ bool net_hub_connect(struct net_hub *hub, const struct net_stream *stream, const
 }
 
 static void remove_client(struct net_hub *hub, struct net_client *client) {
-    struct net_stream stream = client->stream;
+    struct net_client removed = *client;
     if (client == hub->owner)
         set_owner(hub, NULL);
-    hub->ops->event(hub->ctx, "disconnected", client->name);
     net_queue_free(&client->in);
     net_queue_free(&client->out);
     *client = (struct net_client){0};
-    stream.ops->close(stream.ctx);
+    removed.stream.ops->close(&removed.stream);
+    hub->ops->event(hub->ctx, "disconnected", removed.name);
 }
 
 void net_hub_close(struct net_hub *hub) {
-    for (struct net_client *client = first(hub); client < end(hub); client++)
+    for (struct net_client *client = hub->client; client < hub->client + NET_CLIENTS; client++)
         if (client->stream.ops != NULL)
             remove_client(hub, client);
     net_queue_free(&hub->left);
@@ -213,7 +205,7 @@ void net_hub_ask(struct net_hub *hub) {
     bool asks = false;
     if (!may_ask(hub))
         return;
-    for (struct net_client *client = first(hub); client < end(hub); client++) {
+    for (struct net_client *client = hub->client; client < hub->client + NET_CLIENTS; client++) {
         asks |= client->asks;
         client->asks = false;
     }
@@ -319,7 +311,7 @@ void net_hub_read(struct net_hub *hub, struct net_client *client) {
     size_t room = IN_MAX - client->in.count;
     if (!net_hub_wants_read(hub, client))
         return;
-    long count = client->stream.ops->read(client->stream.ctx, bytes, room < READ_SIZE ? room : READ_SIZE);
+    long count = client->stream.ops->read(&client->stream, bytes, room < READ_SIZE ? room : READ_SIZE);
     if (count > 0)
         take_bytes(hub, client, bytes, (size_t)count);
     else if (count == NET_ENDED)
@@ -403,7 +395,7 @@ static void say_line(struct net_hub *hub, const char *line, size_t size) {
         hub->inside = hub->inside_left = 0; /* a reset: what was inside is not answered any more */
     hub->inside -= answer && hub->inside > 0;
     hub->inside_left -= answer && of_left;
-    for (struct net_client *client = first(hub); client < end(hub); client++)
+    for (struct net_client *client = hub->client; client < hub->client + NET_CLIENTS; client++)
         if (client->stream.ops != NULL && (!of_left || client->hears_left))
             say(hub, client, line, size);
 }
@@ -433,7 +425,7 @@ void net_hub_hear(struct net_hub *hub) {
 static void write_out(struct net_client *client) {
     while (client->out.count > 0) {
         long took =
-            client->stream.ops->write(client->stream.ctx, net_queue_head(&client->out), client->out.count);
+            client->stream.ops->write(&client->stream, net_queue_head(&client->out), client->out.count);
         if (took == NET_GONE)
             client->gone = true;
         if (took <= 0)
@@ -443,7 +435,7 @@ static void write_out(struct net_client *client) {
 }
 
 void net_hub_flush(struct net_hub *hub) {
-    for (struct net_client *client = first(hub); client < end(hub); client++) {
+    for (struct net_client *client = hub->client; client < hub->client + NET_CLIENTS; client++) {
         if (client->stream.ops == NULL)
             continue;
         if (!client->gone)

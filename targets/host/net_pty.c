@@ -77,11 +77,10 @@ void net_pty_close(struct net_pty *pty) {
     close(pty->master);
 }
 
-/* ---- the stream: ctx is the pty ---- */
+/* ---- the stream ---- */
 
-static long pty_read(void *ctx, char *bytes, size_t size) {
-    const struct net_pty *pty = ctx;
-    ssize_t count = read(pty->master, bytes, size);
+static long pty_read(const struct net_stream *stream, char *bytes, size_t size) {
+    ssize_t count = read(stream->fd, bytes, size);
     if (count > 0)
         return (long)count;
     if (count < 0 && (errno == EAGAIN || errno == EINTR))
@@ -89,18 +88,18 @@ static long pty_read(void *ctx, char *bytes, size_t size) {
     return NET_GONE; /* EIO: the last one that had it open has closed it */
 }
 
-static long pty_write(void *ctx, const char *bytes, size_t count) {
-    const struct net_pty *pty = ctx;
-    ssize_t taken = write(pty->master, bytes, count);
+static long pty_write(const struct net_stream *stream, const char *bytes, size_t count) {
+    ssize_t taken = write(stream->fd, bytes, count);
     if (taken >= 0)
         return (long)taken;
     return errno == EAGAIN || errno == EINTR ? 0 : NET_GONE;
 }
 
-/* What nobody has read is not for the next one that opens it: it waits at the slave's side. */
-static void pty_detach(void *ctx) {
-    struct net_pty *pty = ctx;
+/* What nobody has read is not for the next one that opens it: it is on its way to the slave's side, or there. */
+static void pty_detach(const struct net_stream *stream) {
+    struct net_pty *pty = stream->ctx;
     int slave = open(pty->slave, O_RDWR | O_NOCTTY | O_CLOEXEC);
+    tcflush(pty->master, TCOFLUSH);
     if (slave >= 0) {
         tcflush(slave, TCIFLUSH);
         close(slave);

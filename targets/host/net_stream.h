@@ -9,20 +9,22 @@
 
 enum { NET_GONE = -1, NET_ENDED = -2 };
 
+struct net_stream;
+
 struct net_stream_ops {
     /** @return bytes read; 0: nothing now; NET_ENDED: no more will come, but the other end may still listen;
      *  NET_GONE: it is not there any more */
-    long (*read)(void *ctx, char *bytes, size_t size);
+    long (*read)(const struct net_stream *stream, char *bytes, size_t size);
     /** @return bytes taken, 0 .. count; NET_GONE */
-    long (*write)(void *ctx, const char *bytes, size_t count);
-    void (*close)(void *ctx);
+    long (*write)(const struct net_stream *stream, const char *bytes, size_t count);
+    void (*close)(const struct net_stream *stream);
 };
 
 struct net_stream {
     const struct net_stream_ops *ops; /* NULL: no stream */
-    void *ctx;
-    int fd;      /* for poll() */
-    bool telnet; /* the other end may speak telnet: IAC sequences are negotiation */
+    void *ctx;                        /* the transport's own */
+    int fd;                           /* for poll() */
+    bool telnet;                      /* the other end may speak telnet: IAC sequences are negotiation */
 };
 
 #endif

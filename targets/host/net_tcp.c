@@ -66,14 +66,10 @@ int net_tcp_listen(const char *host, const char *port, char address[NET_ADDRESS_
     return fd;
 }
 
-/* ---- connections: ctx is the file descriptor ---- */
+/* ---- connections ---- */
 
-static int fd_of(const void *ctx) {
-    return (int)(intptr_t)ctx;
-}
-
-static long tcp_read(void *ctx, char *bytes, size_t size) {
-    ssize_t count = recv(fd_of(ctx), bytes, size, 0);
+static long tcp_read(const struct net_stream *stream, char *bytes, size_t size) {
+    ssize_t count = recv(stream->fd, bytes, size, 0);
     if (count > 0)
         return (long)count;
     if (count == 0)
@@ -81,15 +77,15 @@ static long tcp_read(void *ctx, char *bytes, size_t size) {
     return would_block() ? 0 : NET_GONE;
 }
 
-static long tcp_write(void *ctx, const char *bytes, size_t count) {
-    ssize_t taken = send(fd_of(ctx), bytes, count, 0);
+static long tcp_write(const struct net_stream *stream, const char *bytes, size_t count) {
+    ssize_t taken = send(stream->fd, bytes, count, 0);
     if (taken >= 0)
         return (long)taken;
     return would_block() ? 0 : NET_GONE;
 }
 
-static void tcp_close(void *ctx) {
-    close(fd_of(ctx));
+static void tcp_close(const struct net_stream *stream) {
+    close(stream->fd);
 }
 
 bool net_tcp_accept(int listener, struct net_stream *stream, char name[NET_ADDRESS_SIZE]) {
@@ -106,6 +102,6 @@ bool net_tcp_accept(int listener, struct net_stream *stream, char name[NET_ADDRE
     }
     setsockopt(fd, IPPROTO_TCP, TCP_NODELAY, &on, sizeof on); /* an ok waits for nobody */
     address_text((const struct sockaddr *)&from, size, name);
-    *stream = (struct net_stream){.ops = &ops, .ctx = (void *)(intptr_t)fd, .fd = fd, .telnet = true};
+    *stream = (struct net_stream){.ops = &ops, .fd = fd, .telnet = true};
     return true;
 }

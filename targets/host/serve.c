@@ -124,8 +124,9 @@ static struct host *make_host(const struct serve_options *options, struct serve_
     if (host == NULL)
         return NULL;
     host_run(host, EVENTS_A_ROUND);
-    while (host_read(host, banner, sizeof banner) > 0)
-        continue; /* nobody is there yet */
+    while (host_read(host, banner, sizeof banner) == sizeof banner) {
+        /* nobody is there yet to hear it */
+    }
     if (apply_settings(host, options->settings, failure))
         return host;
     host_destroy(host);
@@ -243,12 +244,13 @@ static void fill_poll(struct serve *serve) {
 
 static void accept_all(struct serve *serve) {
     struct net_stream stream;
-    char name[NET_ADDRESS_SIZE];
-    if ((serve->poll[POLL_LISTENER].revents & POLLIN) != 0)
+    if ((serve->poll[POLL_LISTENER].revents & POLLIN) != 0) {
+        char name[NET_ADDRESS_SIZE];
         while (accepts(serve) && net_tcp_accept(serve->listener, &stream, name)) {
             net_hub_connect(&serve->hub, &stream, name);
             note_fullness(serve);
         }
+    }
     if (serve->has_pty && net_pty_opened(&serve->pty, &stream))
         net_hub_connect(&serve->hub, &stream, "pty");
 }
