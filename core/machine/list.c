@@ -63,8 +63,6 @@ static void list_motion(struct machine *machine) {
 static void list_outputs(struct machine *machine) {
     const struct gcode_modal *modal = &machine->gcode.modal;
     static const char *const spindle[] = {[SPINDLE_OFF] = " M5", [SPINDLE_CW] = " M3", [SPINDLE_CCW] = " M4"};
-    if (machine->stage == TASK_PAUSED)
-        text_string(&machine->out, " M0");
     text_string(&machine->out, spindle[modal->spindle]);
     if ((modal->coolant & COOLANT_MIST) != 0)
         text_string(&machine->out, " M7");

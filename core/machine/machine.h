@@ -75,6 +75,8 @@ enum task_stage {
     TASK_JOG,    /* $J=: wait for room */
     TASK_PROBE,  /* wait for rest, then look at the probe */
     TASK_PROBING,
+    TASK_PROBED,     /* say where; after an alarm when its quiet time is over */
+    TASK_ALARMED,    /* answer when the quiet time is over */
     TASK_SOFT_LIMIT, /* wait for the stop, then alarm 2 */
     TASK_HOMING,
     TASK_LOCKED, /* a critical alarm came; answered at the reset */

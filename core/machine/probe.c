@@ -26,7 +26,7 @@ enum task_stage probe_begin(struct machine *machine) {
     machine->probe_ok = false;
     if (is_found(machine)) {
         machine_alarm(machine, ALARM_PROBE_CLOSED);
-        return TASK_NONE;
+        return TASK_ALARMED;
     }
     struct motion_line line = {.feed_mm_s = move->feed_mm_s,
                                .duration_s = move->inverse_time_s,
@@ -55,7 +55,6 @@ static void finish(struct machine *machine, bool found) {
     machine_apply_override(machine);
     if (!found && !may_miss(machine))
         machine_alarm(machine, ALARM_PROBE_MISSED);
-    list_probe(machine);
 }
 
 enum task_stage probe_poll(struct machine *machine) {
@@ -64,5 +63,5 @@ enum task_stage probe_poll(struct machine *machine) {
     if (!machine_is_stopped(machine))
         return TASK_PROBING;
     finish(machine, machine->step.probe_hit || is_found(machine));
-    return TASK_NONE;
+    return TASK_PROBED;
 }

@@ -59,35 +59,35 @@ void suspend_open_door(struct machine *machine) {
         motion_hold(&machine->motion);
 }
 
-static void door_poll(struct machine *machine) {
+/* @return true when it came further */
+static bool door_poll(struct machine *machine) {
     struct machine_outputs *outputs = &machine->outputs;
     if (!machine_is_stopped(machine))
-        return;
+        return false;
     if (!outputs->suspended && (!machine->restoring || inputs_door_is_open(machine))) {
         machine->restoring = false;
         outputs->suspended = true;
         outputs_apply(machine);
+        return true;
     }
     if (!machine->restoring || machine_timer_runs(machine, &machine->timer))
-        return;
+        return false;
     if (outputs->coolant_waits) {
         outputs->coolant_waits = false;
         outputs_apply(machine);
         machine_timer_start(machine, &machine->timer, outputs->coolant != 0 ? COOLANT_START_US : 0);
-        return;
+        return true;
     }
     machine->restoring = false;
     go_on(machine);
+    return true;
 }
 
 bool suspend_poll(struct machine *machine) {
-    bool before = machine->cancelling;
-    enum machine_state state = machine->state;
-    if (machine->cancelling && machine_is_stopped(machine))
+    bool any = machine->cancelling && machine_is_stopped(machine);
+    if (any)
         jog_end_cancel(machine);
-    if (machine->state == MACHINE_DOOR)
-        door_poll(machine);
-    return machine->cancelling != before || machine->state != state;
+    return (machine->state == MACHINE_DOOR && door_poll(machine)) || any;
 }
 
 static uint8_t change(uint8_t percent, int by) {

@@ -239,8 +239,12 @@ static enum task_stage next_stage(struct machine *machine) {
     case TASK_PROBE:
         return probe_begin(machine);
     case TASK_PROBING:
-        stage = probe_poll(machine);
-        return stage == TASK_NONE ? stage_after_move(machine) : stage;
+        return probe_poll(machine);
+    case TASK_PROBED:
+        list_probe(machine);
+        return stage_after_move(machine);
+    case TASK_ALARMED:
+        return TASK_NONE;
     case TASK_SOFT_LIMIT:
         return soft_limit(machine);
     case TASK_HOMING:
