@@ -76,7 +76,7 @@ static enum status take_code(struct gcode_block *block, char letter, struct numb
             return STATUS_AXIS_COMMANDS;
         block->axes = code.axes;
     }
-    if (block->groups >> code.group & 1u)
+    if (block->groups >> code.group & 1)
         return STATUS_MODAL_GROUP;
     block->groups |= (uint16_t)(1u << code.group);
     block->value[code.group] = code.value;

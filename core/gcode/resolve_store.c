@@ -53,7 +53,7 @@ static enum status store_wcs(struct resolver *r) {
     r->out->store_wcs = p >= 1.0 ? (uint8_t)((int)p - 1) : r->out->next.wcs;
     copy_row(r->out->store_mm, offsets->wcs_mm[r->out->store_wcs]);
     for (unsigned axis = 0; axis < AXIS_COUNT; axis++) {
-        if (r->axis_words >> axis & 1u)
+        if (r->axis_words >> axis & 1)
             r->out->store_mm[axis] =
                 l == 2.0 ? resolve_axis_word(r, axis) : offset_to_read(r, axis, offsets->g92_mm[axis]);
     }
@@ -68,7 +68,7 @@ static enum status store_g92(struct resolver *r) {
         return STATUS_NO_AXIS_WORDS;
     copy_row(r->out->store_mm, offsets->g92_mm);
     for (unsigned axis = 0; axis < AXIS_COUNT; axis++) {
-        if (r->axis_words >> axis & 1u)
+        if (r->axis_words >> axis & 1)
             r->out->store_mm[axis] = offset_to_read(r, axis, r->wcs_mm[axis]);
     }
     r->out->store = STORE_G92;
