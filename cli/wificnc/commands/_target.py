@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-import json
+import functools
 from collections.abc import Callable
 from typing import Any, TypeVar
 
 import rich_click as click
 
+from wificnc.link.client import Target
+
 FunctionT = TypeVar("FunctionT", bound=Callable[..., Any])
 
-target_option = click.option(
+_to = click.option(
     "--to",
     "target",
     envvar="WIFICNC_TO",
@@ -19,13 +21,29 @@ target_option = click.option(
     metavar="TARGET",
     help="The controller: tcp://HOST[:2323] or serial:///dev/ttyUSB0[?baud=115200].",
 )
+_take = click.option("--take", is_flag=True, help="Take the controller over from a client that commands it now.")
+
+
+def target_option(function: FunctionT) -> FunctionT:
+    """--to, for commands that look and listen: target is a str."""
+    return _to(function)
+
+
+def controller_option(function: Callable[..., None]) -> Callable[..., None]:
+    """--to and --take, for commands that command: target is a Target."""
+
+    @_to
+    @_take
+    @functools.wraps(function)
+    def with_target(*arguments: Any, target: str, take: bool, **options: Any) -> None:
+        function(*arguments, target=Target(target, take), **options)
+
+    return with_target
+
+
 json_option = click.option("--json", "as_json", is_flag=True, help="One JSON document on stdout.")
 
 
 def position_json(position: tuple[float, ...]) -> dict[str, float]:
     """{"X": 1.0, …}"""
     return dict(zip("XYZABC", position, strict=False))
-
-
-def compact(value: Any) -> str:
-    return json.dumps(value, ensure_ascii=False)

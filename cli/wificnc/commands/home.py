@@ -5,12 +5,12 @@ from __future__ import annotations
 import rich_click as click
 
 from wificnc import ui
-from wificnc.commands._target import json_option, target_option
+from wificnc.commands._target import controller_option, json_option
 from wificnc.commands.status import status_json
 from wificnc.errors import RefusedError
 from wificnc.keyboard import Keyboard
 from wificnc.link import realtime
-from wificnc.link.client import Client, connected, error_words, expect_state
+from wificnc.link.client import Client, Target, connected, error_words, expect_state
 from wificnc.live import place
 
 HOMING_S = 60.0  # of silence: Grbl says nothing at all while it homes
@@ -18,9 +18,9 @@ HOMING_S = 60.0  # of silence: Grbl says nothing at all while it homes
 
 @click.command()
 @click.argument("axes", nargs=-1, type=click.Choice(list("XYZABC"), case_sensitive=False))
-@target_option
+@controller_option
 @json_option
-def command(axes: tuple[str, ...], target: str, as_json: bool) -> None:
+def command(axes: tuple[str, ...], target: Target, as_json: bool) -> None:
     """Run the homing cycle, of all axes or of these. Ctrl-C resets the controller, which stops it at once."""
     with connected(target) as client:
         expect_state(client, "Idle", "Alarm")
@@ -29,7 +29,7 @@ def command(axes: tuple[str, ...], target: str, as_json: bool) -> None:
             home(client, f"$H{axis.upper()}")
         now = client.look_fully()
     if as_json:
-        ui.emit_json(status_json(target, now))
+        ui.emit_json(status_json(str(target), now))
     else:
         ui.talk.print(f"home. machine {place(now.mpos)}")
 

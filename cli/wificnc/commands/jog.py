@@ -5,26 +5,26 @@ from __future__ import annotations
 import rich_click as click
 
 from wificnc import ui
-from wificnc.commands._target import json_option, target_option
+from wificnc.commands._target import controller_option, json_option
 from wificnc.commands._words import some_axes
 from wificnc.commands.status import status_json
 from wificnc.keyboard import Keyboard
 from wificnc.link import realtime
-from wificnc.link.client import connected, expect_state
+from wificnc.link.client import Target, connected, expect_state
 from wificnc.link.rest import wait_rest
 from wificnc.live import place
 
 
 @click.command(context_settings={"ignore_unknown_options": True})
 @click.argument("words", nargs=-1, required=True, callback=some_axes, metavar="AXIS±DISTANCE...")
-@target_option
+@controller_option
 @click.option("--feed", type=click.FloatRange(min=0, min_open=True), default=500.0, show_default=True, help="mm/min.")
 @click.option("--absolute", is_flag=True, help="To this place in work coordinates, not by this distance.")
 @click.option("--machine", is_flag=True, help="To this place in machine coordinates.")
 @click.option("--inch", is_flag=True, help="Distances and feed are in inches.")
 @json_option
 def command(
-    words: tuple[str, ...], target: str, feed: float, absolute: bool, machine: bool, inch: bool, as_json: bool
+    words: tuple[str, ...], target: Target, feed: float, absolute: bool, machine: bool, inch: bool, as_json: bool
 ) -> None:
     """Move by a distance: `wificnc jog X10 Z-0.5`. Ends when the machine stands; Ctrl-C stops it at once."""
     mode = "G53" if machine else "G90" if absolute else "G91"
@@ -35,6 +35,6 @@ def command(
         client.must(line)
         now = wait_rest(client, realtime.JOG_CANCEL, lambda: "\x03" in keys.read(), keys.fds())
     if as_json:
-        ui.emit_json(status_json(target, now))
+        ui.emit_json(status_json(str(target), now))
     else:
         ui.talk.print(f"at {place(now.wpos)}")

@@ -9,13 +9,13 @@ from typing import Any
 import rich_click as click
 
 from wificnc import ui
-from wificnc.commands._target import json_option, position_json, target_option
+from wificnc.commands._target import controller_option, json_option, position_json
 from wificnc.commands._words import one_axis
 from wificnc.errors import Exit, JobError, RefusedError, UserError
 from wificnc.job.resume import number
 from wificnc.keyboard import Keyboard
 from wificnc.link import realtime
-from wificnc.link.client import Client, connected, error_words, expect_state, unit_mm
+from wificnc.link.client import Client, Target, connected, error_words, expect_state, unit_mm
 from wificnc.link.protocol import ProbeResult, parse_probe
 from wificnc.link.rest import wait_rest
 from wificnc.live import place
@@ -25,7 +25,7 @@ PROBING_S = 60.0
 
 @click.command(context_settings={"ignore_unknown_options": True})
 @click.argument("word", callback=one_axis, metavar="AXIS±DISTANCE")
-@target_option
+@controller_option
 @click.option("--feed", type=click.FloatRange(min=0, min_open=True), default=100.0, show_default=True, help="mm/min.")
 @click.option("--away", is_flag=True, help="Until contact is lost (G38.4), not until it is made (G38.2).")
 @click.option("--set", "touch_mm", type=float, metavar="MM",
@@ -34,7 +34,7 @@ PROBING_S = 60.0
 @json_option
 @click.pass_context
 def command(
-    ctx: click.Context, word: str, target: str, feed: float, away: bool, touch_mm: float | None, retract: float,
+    ctx: click.Context, word: str, target: Target, feed: float, away: bool, touch_mm: float | None, retract: float,
     as_json: bool,
 ) -> None:  # fmt: skip
     """Move an axis by at most this distance until the probe touches: `wificnc probe Z-20 --set 0 --retract 5`."""

@@ -14,7 +14,7 @@ import rich_click as click
 
 from wificnc import ui
 from wificnc.build.host import ensure_host_library
-from wificnc.commands._target import json_option, position_json, target_option
+from wificnc.commands._target import controller_option, json_option, position_json
 from wificnc.errors import BuildError, Exit, JobError, UserError
 from wificnc.job.estimate import Estimate
 from wificnc.job.fate import fate_lines
@@ -23,12 +23,12 @@ from wificnc.job.program import JobLine, Program, read_program
 from wificnc.job.resume import Approach, MachineFacts, Resume, plan_resume
 from wificnc.job.run import End, JobRun, Outcome, RunOptions
 from wificnc.keyboard import Keyboard
-from wificnc.link.client import Client, connected, expect_state, unit_mm
+from wificnc.link.client import Client, Target, connected, expect_state, unit_mm
 from wificnc.live import JobDisplay, clock, final_position
 from wificnc.sim.job import read_job
 from wificnc.sim.native import load_library
 
-EXITS = {End.FINISHED: Exit.OK, End.LINK_LOST: Exit.DEVICE, End.RESET: Exit.DEVICE, End.SURPLUS: Exit.PROTOCOL}
+EXITS = {End.FINISHED: Exit.OK, End.LINK_LOST: Exit.DEVICE, End.RESET: Exit.DEVICE, End.CONFUSED: Exit.PROTOCOL}
 
 
 @dataclass(frozen=True)
@@ -45,7 +45,7 @@ class SendOptions:
 
 @click.command()
 @click.argument("file", type=click.Path(path_type=Path))
-@target_option
+@controller_option
 @click.option(
     "--from-line", type=click.IntRange(min=1), metavar="N", help="Resume: rebuild the state, begin at line N."
 )
@@ -62,7 +62,7 @@ class SendOptions:
 @json_option
 @click.pass_context
 def command(
-    ctx: click.Context, file: Path, target: str, from_line: int | None, safe_z: float | None, spindle_wait: float,
+    ctx: click.Context, file: Path, target: Target, from_line: int | None, safe_z: float | None, spindle_wait: float,
     plunge_feed: float, yes: bool, keep_going: bool, dry_run: bool, as_json: bool,
 ) -> None:  # fmt: skip
     """Stream a G-code FILE to a controller.

@@ -12,9 +12,9 @@ from rich.markup import escape
 from rich.table import Table
 
 from wificnc import ui
-from wificnc.commands._target import json_option, target_option
+from wificnc.commands._target import controller_option, json_option
 from wificnc.errors import Exit, JobError, RefusedError, UserError
-from wificnc.link.client import Client, connected, error_words, expect_state
+from wificnc.link.client import Client, Target, connected, error_words, expect_state
 from wificnc.link.settings import (
     Change,
     Values,
@@ -39,9 +39,9 @@ def command() -> None:
 
 @command.command()
 @click.argument("names", nargs=-1)
-@target_option
+@controller_option
 @json_option
-def get(names: tuple[str, ...], target: str, as_json: bool) -> None:
+def get(names: tuple[str, ...], target: Target, as_json: bool) -> None:
     """Show all settings, or those of these NAMES: `max_rate_mm_min.x`, `$110`."""
     wanted = [find(name) for name in names]
     values = read_controller(target)
@@ -59,8 +59,8 @@ def get(names: tuple[str, ...], target: str, as_json: bool) -> None:
 
 @command.command(context_settings={"ignore_unknown_options": True})
 @click.argument("assignments", nargs=-1, required=True, metavar="NAME=VALUE...")
-@target_option
-def set(assignments: tuple[str, ...], target: str) -> None:
+@controller_option
+def set(assignments: tuple[str, ...], target: Target) -> None:
     """Change settings: `wificnc settings set max_rate_mm_min.x=5000 '$22=1'`."""
     wanted: Values = {}
     for assignment in assignments:
@@ -78,15 +78,15 @@ def set(assignments: tuple[str, ...], target: str) -> None:
 
 @command.command()
 @click.argument("file", type=click.Path(path_type=Path), required=False)
-@target_option
+@controller_option
 @json_option
-def export(file: Path | None, target: str, as_json: bool) -> None:
+def export(file: Path | None, target: Target, as_json: bool) -> None:
     """Write all settings as TOML, with names, units and what they do, to FILE or to stdout."""
     values = read_controller(target)
     if as_json:
         ui.emit_json({name_of(number): json_value(number, text) for number, text in values.items()})
         return
-    text = export_text(values, target)
+    text = export_text(values, target.url)
     if file is None:
         sys.stdout.write(text)
         return
@@ -96,9 +96,9 @@ def export(file: Path | None, target: str, as_json: bool) -> None:
 
 @command.command(name="import")
 @click.argument("file", type=click.Path(path_type=Path))
-@target_option
+@controller_option
 @click.option("-y", "--yes", is_flag=True, help="Without asking.")
-def import_(file: Path, target: str, yes: bool) -> None:
+def import_(file: Path, target: Target, yes: bool) -> None:
     """Bring the settings of FILE into the controller. Shows what would change, and asks."""
     wanted = read_file(file)
     with ready(target) as client:
@@ -145,7 +145,7 @@ def diff(ctx: click.Context, before: str, after: str, target: str | None, as_jso
 class ready:
     """A controller that takes settings now."""
 
-    def __init__(self, target: str) -> None:
+    def __init__(self, target: Target) -> None:
         self._connected = connected(target)
 
     def __enter__(self) -> Client:
@@ -162,7 +162,7 @@ class ready:
         self._connected.__exit__(*details)
 
 
-def read_controller(target: str) -> Values:
+def read_controller(target: Target) -> Values:
     with ready(target) as client:
         return client.settings()
 
@@ -170,12 +170,12 @@ def read_controller(target: str) -> Values:
 def read_side(side: str, target: str | None) -> Values:
     """One side of a comparison."""
     if side.startswith(("tcp://", "serial://")):
-        return read_controller(side)
+        return read_controller(Target(side))
     if side != CONTROLLER:
         return read_file(Path(side))
     if target is None:
         raise UserError("which controller?", hint="--to TARGET, or set WIFICNC_TO")
-    return read_controller(target)
+    return read_controller(Target(target))
 
 
 def apply(client: Client, changes: Sequence[Change]) -> None:

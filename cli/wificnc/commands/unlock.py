@@ -5,10 +5,10 @@ from __future__ import annotations
 import rich_click as click
 
 from wificnc import ui
-from wificnc.commands._target import target_option
+from wificnc.commands._target import controller_option
 from wificnc.errors import LinkError
 from wificnc.link import realtime
-from wificnc.link.client import Client, connected
+from wificnc.link.client import Client, Target, connected
 from wificnc.link.protocol import Banner
 from wificnc.link.transport import open_transport
 
@@ -16,9 +16,9 @@ BANNER_S = 5.0
 
 
 @click.command()
-@target_option
+@controller_option
 @click.option("--reset", is_flag=True, help="Reset first (Ctrl-X): needed after some alarms, and to end a hold.")
-def command(target: str, reset: bool) -> None:
+def command(target: Target, reset: bool) -> None:
     """Leave an alarm without homing. The position may be wrong: look at the machine first."""
     if reset:
         reset_controller(target)
@@ -31,9 +31,9 @@ def command(target: str, reset: bool) -> None:
         ui.note(f"unlocked: {client.look().state}")
 
 
-def reset_controller(target: str) -> None:
+def reset_controller(target: Target) -> None:
     """Ctrl-X, and wait for the banner. Raises LinkError."""
-    client = Client(open_transport(target))
+    client = Client(open_transport(str(target)))
     try:
         client.send(realtime.RESET)
         deadline = client.clock() + BANNER_S

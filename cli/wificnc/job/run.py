@@ -21,13 +21,14 @@ from wificnc.job.estimate import Estimate
 from wificnc.job.program import JobLine
 from wificnc.link import realtime
 from wificnc.link.alarms import alarm_words
-from wificnc.link.client import FALLBACK_RX_BYTES, POLL_EVERY_S, Client, Snapshot, error_words
+from wificnc.link.client import FALLBACK_RX_BYTES, POLL_EVERY_S, Client, Snapshot, error_words, who_commands
 from wificnc.link.protocol import Alarm, Banner, Bracket, Error, Ok, Options, Status
 from wificnc.link.rest import SILENCE_S, Rest
 from wificnc.link.stream import Streamer
 
 STOP_S = 10.0  # a feed hold that takes longer than this is ended by a reset
 BANNER_S = 3.0
+OVERFLOW = "Receive buffer overflow"
 ALARM_RESET = 3
 STANDING = ("Hold", "Idle", "Door", "Door:1", "Check", "Sleep", "Alarm")  # :0 is left out
 CTRL_C = "\x03"
@@ -60,7 +61,7 @@ class End(Enum):
     ALARM = "alarm"
     RESET = "reset"  # the controller started anew by itself
     LINK_LOST = "link lost"
-    SURPLUS = "surplus answer"  # an answer that no line asked for
+    CONFUSED = "confused"  # answers and lines no longer belong together
 
 
 @dataclass(frozen=True)
@@ -236,8 +237,7 @@ class JobRun:
         self._answered_at = self.client.clock()
         self._rest = Rest()
         if line is None:
-            if self.phase is not Phase.RESETTING:
-                self._end = (End.SURPLUS, "the controller answered a line that was not sent")
+            self._stop(End.CONFUSED, "the controller answered a line that was not sent")
         elif isinstance(message, Error):
             self._on_line_error(LineError(line, message.code))
 
@@ -265,7 +265,11 @@ class JobRun:
             self._end = (End.RESET, "the controller was reset")
 
     def _on_bracket(self, message: Bracket) -> None:
+        if (other := who_commands(message)) is not None:
+            raise LinkError(f"another client took the controller over: {other}")
         if message.key == "MSG":
+            if message.body == OVERFLOW:
+                self._stop(End.CONFUSED, "the controller's receive buffer overflowed, and lines were lost")
             self.messages.append(message.body)
             self.watcher.message(message.body)
 

@@ -37,12 +37,25 @@ FALLBACK_RX_BYTES = 120  # a controller that does not say: Grbl's 128, less a re
 
 # What stops half a line of somebody who vanished from being run together with ours: an error in every position.
 BREAK_HALF_LINE = b")$\n"
+OBSERVER = "Observer:"  # what a server of several clients says to all but one
+TAKE_OVER = b"$TAKE\n"
 ECHO_REQUEST = b"$\n"  # answered with [HLP:…] and ok in every state
 
 
 def error_words(code: int) -> str:
     """error:22 a feed rate is missing (F)"""
     return f"error:{code} {ERRORS.get(code, 'an error that this program does not know')}"
+
+
+@dataclass(frozen=True)
+class Target:
+    """Where a controller is, and whether to take it over from a client that commands it now."""
+
+    url: str
+    take: bool = False
+
+    def __str__(self) -> str:
+        return self.url
 
 
 @dataclass(frozen=True)
@@ -90,6 +103,13 @@ class Answer:
         return [message.body for message in self.messages if isinstance(message, Bracket) and message.key == key]
 
 
+def who_commands(message: Message) -> str | None:
+    """Another client, when this message says that it commands and our lines are not taken."""
+    if isinstance(message, Bracket) and message.key == "MSG" and message.body.startswith(OBSERVER):
+        return message.body.removeprefix(OBSERVER).partition(" commands")[0].strip()
+    return None
+
+
 class ControllerReset(LinkError):
     """The controller started anew in the middle of a conversation."""
 
@@ -97,8 +117,9 @@ class ControllerReset(LinkError):
 class Client:
     """Owns a transport. Not thread-safe."""
 
-    def __init__(self, transport: Transport, clock: Callable[[], float] = time.monotonic) -> None:
+    def __init__(self, transport: Transport, clock: Callable[[], float] = time.monotonic, take: bool = False) -> None:
         self.transport = transport
+        self.take = take
         self.clock = clock
         self.banner: Banner | None = None
         self.snapshot: Snapshot | None = None
@@ -196,15 +217,17 @@ class Client:
         """Make sure that the next answer belongs to our next line, whatever was sent before us.
 
         Raises:
-            LinkError: the controller does not get there.
+            LinkError: the controller does not get there, or somebody else commands it.
         """
-        self.send(BREAK_HALF_LINE + ECHO_REQUEST)
+        self.send((TAKE_OVER if self.take else b"") + BREAK_HALF_LINE + ECHO_REQUEST)
         echoed = False
         for message in self._asking(ANSWER_S):
             if isinstance(message, Bracket) and message.key == "HLP":
                 echoed = True
             elif isinstance(message, Ok) and echoed:
                 return
+            elif (other := who_commands(message)) is not None:
+                raise LinkError(f"another client commands this controller: {other}", hint="--take takes it over")
         raise LinkError(f"{self.transport.name} reports its state but does not answer lines")
 
     def command(
@@ -281,9 +304,9 @@ class Client:
 
 
 @contextmanager
-def connected(target: str) -> Iterator[Client]:
+def connected(target: str | Target) -> Iterator[Client]:
     """A client that has seen a status report. Closed at the end, whatever happens."""
-    client = Client(open_transport(target))
+    client = Client(open_transport(str(target)), take=isinstance(target, Target) and target.take)
     try:
         client.connect()
         yield client
