@@ -44,6 +44,8 @@ def _library() -> ctypes.CDLL:
         getattr(lib, name).restype = ctypes.c_size_t
     lib.host_run.argtypes = (ctypes.c_void_p, ctypes.c_uint64)
     lib.host_input_follows.argtypes = (ctypes.c_void_p, ctypes.c_int)
+    lib.virtual_surface.argtypes = (ctypes.c_void_p, ctypes.c_int32)
+    lib.virtual_travel.argtypes = (ctypes.c_void_p, ctypes.c_uint, ctypes.c_int32, ctypes.c_int32)
     lib.host_position_steps.argtypes = (ctypes.c_void_p, ctypes.c_int32 * AXES)
     return lib
 
@@ -89,6 +91,16 @@ class Bridge:
         self._drop()
         self._server.close()
         self._lib.host_destroy(self._host)
+
+    # ---- the machine ----
+
+    def surface(self, z_steps: int) -> None:
+        """The probe touches at and below this Z. Before the first client."""
+        self._lib.virtual_surface(self._host, z_steps)
+
+    def travel(self, axis: int, low_steps: int, high_steps: int) -> None:
+        """Limit switches. Before the first client."""
+        self._lib.virtual_travel(self._host, axis, low_steps, high_steps)
 
     # ---- harm ----
 

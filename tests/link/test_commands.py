@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 from click.testing import CliRunner, Result
-from core_bridge import Bridge
+from core_bridge import FAST, Bridge
 from wificnc.app import root
 from wificnc.errors import Exit, LinkError, ProtocolError, RefusedError, UserError
 
@@ -131,6 +131,29 @@ def test_jog(target: Bridge) -> None:
 def test_home_without_homing(target: Bridge) -> None:
     with pytest.raises(RefusedError, match="homing is not enabled"):
         run("home")
+
+
+def test_home_and_an_alarm_that_homing_ends(monkeypatch: pytest.MonkeyPatch) -> None:
+    homing = "$22=1\n$24=600\n$25=3000\n$26=5\n$130=50\n$131=50\n$132=50\n"
+    with Bridge(settings=FAST + homing) as bridge:
+        for axis in range(3):
+            bridge.travel(axis, -1000, 2000)
+        monkeypatch.setenv("WIFICNC_TO", bridge.target)
+        document = json.loads(run("home", "--json").stdout)
+        assert document["state"] == "Idle"
+        assert document["machine_position"] == {"X": -1.0, "Y": -1.0, "Z": -1.0}
+
+
+def test_probe_sets_zero_at_the_contact(monkeypatch: pytest.MonkeyPatch) -> None:
+    with Bridge() as bridge:
+        bridge.surface(-500)
+        monkeypatch.setenv("WIFICNC_TO", bridge.target)
+        document = json.loads(run("probe", "Z-10", "--feed", "300", "--set", "1.5", "--retract", "4", "--json").stdout)
+        assert document["machine_position"]["Z"] == -2.0
+        assert document["work_position_now"]["Z"] == pytest.approx(5.5, abs=0.2)  # from where it stood, a bit below
+        run("jog", "Z1.5", "--absolute")
+        assert bridge.position_steps()[2] == pytest.approx(-500, abs=1)  # 1.5 is the place of contact, exactly
+        assert "[GC:G0 G54 G17 G21 G90" in run("monitor", stdin="$G\n").stdout
 
 
 def test_probe_that_touches_nothing(target: Bridge) -> None:
