@@ -42,6 +42,7 @@ static bool push_line(struct machine *machine, const double target_mm[AXIS_COUNT
                       float feed_mm_s, float duration_s) {
     struct motion_line line = {.feed_mm_s = feed_mm_s,
                                .duration_s = duration_s,
+                               .tolerance_mm = machine->command.next.path_tolerance_mm,
                                .line = machine->lines,
                                .flags = line_flags(machine, rapid)};
     if (machine->state == MACHINE_CHECK)

@@ -38,7 +38,7 @@ static float limit_along(const float unit[AXIS_COUNT], const float limit[AXIS_CO
  * junction deviation (S. Jeon, 2011); the second lets the speed on a curve cut into short chords follow its
  * curvature instead of the angle of one joint. The acceleration points along b - a. */
 static float corner_sq(const struct plan *plan, const float a[AXIS_COUNT], const float b[AXIS_COUNT],
-                       float shorter_mm) {
+                       float shorter_mm, float tolerance_mm) {
     float turn[AXIS_COUNT], turn_sq = 0.0f;
     for (unsigned ax = 0; ax < plan->limits.axis_count; ax++) {
         turn[ax] = b[ax] - a[ax];
@@ -48,7 +48,8 @@ static float corner_sq(const struct plan *plan, const float a[AXIS_COUNT], const
     if (turn_sq < STRAIGHT_TURN * STRAIGHT_TURN)
         return 1e30f;
     float sin_half = sqrtf(cos_half_sq < 1.0f ? 1.0f - cos_half_sq : 0.0f);
-    float by_deviation = plan->limits.junction_deviation_mm * sin_half * (1.0f + sin_half) / cos_half_sq;
+    float deviation_mm = most_f(plan->limits.junction_deviation_mm, tolerance_mm);
+    float by_deviation = deviation_mm * sin_half * (1.0f + sin_half) / cos_half_sq;
     float cos_half = sqrtf(cos_half_sq);
     float by_length = 0.5f * shorter_mm * sin_half / cos_half;
     float radius_mm = by_deviation < by_length ? by_deviation : by_length;
@@ -159,7 +160,8 @@ void plan_line(struct plan *plan, const struct motion_line *line) {
     block->corner_sq = 0.0f;
     if (plan->moving) {
         const struct plan_block *last = plan_block(plan, plan->head - 1);
-        block->corner_sq = corner_sq(plan, plan->last_unit, unit, least_f(last->length_mm, block->length_mm));
+        block->corner_sq = corner_sq(plan, plan->last_unit, unit, least_f(last->length_mm, block->length_mm),
+                                     line->tolerance_mm);
     }
     set_caps(plan, plan->head, !plan->moving);
     enqueue(plan, plan->head);

@@ -43,6 +43,7 @@ struct motion_line {
     double target_mm[AXIS_COUNT]; /* machine coordinates, kinematics_in_range() */
     float feed_mm_s;              /* > 0 unless rapid; along X Y Z, or degrees/s when only rotary axes move */
     float duration_s;             /* > 0: take this long instead (G93) */
+    float tolerance_mm;           /* >= 0: a corner of its own, if larger than $11 (G64 P) */
     uint32_t line;                /* source line */
     uint8_t flags;                /* enum motion_flags */
 };

@@ -168,6 +168,20 @@ def test_the_look_ahead_is_not_starved_while_input_is_there(host: Host) -> None:
     assert np.diff(run.seconds())[2000:-2000].max() < 0.002
 
 
+def test_a_path_tolerance_takes_corners_by_junction_deviation(host: Host) -> None:
+    """G64 P0.09: v^2 = a d s/(1-s) at a right angle, s = sin 45 deg; $11 alone allows a third of that speed."""
+    corner = "G1F3000\nX30\nY30\n"
+    speeds = {}
+    for word in ("G64", "G64P0.09", "G64P0.001"):
+        run = host.run(f"{word}\n{corner}G0X0Y0\n")
+        at = np.flatnonzero(run.events["step"][:-1] & ~run.events["step"][1:] & 1)[0]  # the last step of X
+        speeds[word] = 1 / (STEPS_PER_MM * (run.seconds()[at] - run.seconds()[at - 1]))
+    s = math.sin(math.radians(45))
+    assert speeds["G64P0.09"] == pytest.approx(math.sqrt(ACCEL_MM_S2 * math.sqrt(2) * 0.09 * s / (1 - s)), rel=0.05)
+    assert speeds["G64"] == pytest.approx(speeds["G64P0.09"] / 3, rel=0.08)
+    assert speeds["G64P0.001"] == pytest.approx(speeds["G64"], rel=1e-3)  # $11 is the least
+
+
 def test_exact_stop_mode_rests_at_every_corner(host: Host) -> None:
     square = "X10\nY10\nX0\nY0\n"
     rounded = host.run("G64\nG1F3000\n" + square).seconds()
