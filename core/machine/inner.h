@@ -83,7 +83,8 @@ void outputs_apply(struct machine *machine);
 void outputs_off(struct machine *machine);
 /** Spindle speed that is put out now, rpm; 0 = off. */
 float outputs_rpm(const struct machine *machine);
-bool outputs_poll(struct machine *machine);
+/** Laser mode: power of the line on the pins, at its speed. */
+void outputs_poll(struct machine *machine);
 
 /* task.c */
 /** Start the stages of machine->command. */
@@ -147,9 +148,12 @@ void list_modes(struct machine *machine);
 void list_build(struct machine *machine);
 void list_startup(struct machine *machine);
 
-/* numbers.c */
-void numbers_note(struct line_numbers *numbers, uint32_t line, uint32_t number);
-/** N word of a source line, 0 = none. */
-uint32_t numbers_find(const struct line_numbers *numbers, uint32_t line);
+/* notes.c */
+/** A motion line with an N word, or with the laser on, is on its way. */
+void notes_add(struct line_notes *notes, const struct line_note *note);
+/** @return NULL: nothing was noted of this line */
+const struct line_note *notes_find(const struct line_notes *notes, uint32_t line);
+/** Source line of the motion on the pins, 0 = none. */
+uint32_t notes_line_now(const struct machine *machine);
 
 #endif

@@ -26,7 +26,8 @@ enum task_stage jog_poll(struct machine *machine) {
     if (!motion_line(&machine->motion, &line, hal_time_us(machine->hal)))
         return TASK_JOG;
     if (machine->command.line_number != 0)
-        numbers_note(&machine->numbers, machine->lines, machine->command.line_number);
+        notes_add(&machine->notes,
+                  &(struct line_note){.line = machine->lines, .number = machine->command.line_number});
     task_set_position(machine, move->target_mm);
     motion_flush(&machine->motion);
     return TASK_NONE;

@@ -99,16 +99,18 @@ struct machine_outputs {
     bool spindle_stopped; /* 0x9E in a hold */
     bool suspended;       /* the door is open: everything is off */
     bool coolant_waits;   /* the door was closed: the spindle runs up first */
-    float power;          /* laser: part of S that the present speed asks for */
+    float power;          /* laser: part of S that is put out, 0 .. 1 */
 };
 
-/** N words of motion lines under way, by source line. */
-enum { LINE_NUMBERS = 128 };
-struct line_numbers {
+/** What is asked about motion lines while they are under way, by source line. */
+enum { LINE_NOTES = 128 };
+struct line_note {
+    uint32_t line, number; /* number: N word, 0 = none */
+    float rpm, feed_mm_s;  /* laser: S and F of the line */
+};
+struct line_notes {
     uint32_t count;
-    struct {
-        uint32_t line, number;
-    } slots[LINE_NUMBERS];
+    struct line_note slots[LINE_NOTES];
 };
 
 /** How far homing is; machine/homing.c. */
@@ -171,7 +173,7 @@ struct machine {
     struct homing homing;
     int32_t probe_steps[AXIS_COUNT];
     bool probe_ok;
-    struct line_numbers numbers;
+    struct line_notes notes;
     uint32_t lines; /* lines taken */
     char startup_lines[STARTUP_LINE_COUNT][LINE_SIZE];
     char info[LINE_SIZE]; /* $I= */

@@ -2,6 +2,8 @@
  * Spindle (or laser) and coolant. */
 #include "machine/inner.h"
 
+#include <stddef.h>
+
 static bool spindle_is_on(const struct machine_outputs *outputs) {
     return outputs->spindle != SPINDLE_OFF && !outputs->spindle_stopped && !outputs->suspended;
 }
@@ -45,7 +47,7 @@ void outputs_set(struct machine *machine, enum gcode_spindle spindle, float rpm,
     outputs->spindle = spindle;
     outputs->rpm = rpm;
     outputs->coolant = coolant;
-    outputs->power = machine->settings.laser_mode && spindle == SPINDLE_CCW ? 0.0f : 1.0f;
+    outputs->power = machine->settings.laser_mode ? 0.0f : 1.0f; /* outputs_poll() lights it */
     outputs_apply(machine);
     report_changed_override(machine);
 }
@@ -55,29 +57,35 @@ void outputs_off(struct machine *machine) {
     outputs_apply(machine);
 }
 
-/* Path speed of the feed move on the pins now; 0 in rapids and at rest. */
-static float feed_speed_mm_s(const struct machine *machine) {
+/* Power of the line on the pins now. With M4 it follows the speed, so that corners are not burnt, and at rest
+ * there is none. With M3 it is constant, also at rest while a feed mode is modal. Rapids are dark. The speed
+ * is that of the motion emitted last, a few ms ahead of the pins. */
+static float laser_power(const struct machine *machine, const struct line_note *note) {
     const struct step *step = &machine->step;
     const struct span *span = &step->ring.slots[step->ring.index.tail & (SPAN_RING_SIZE - 1)];
-    if (!step->active || (span->flags & (SEGMENT_RAPID | SEGMENT_DWELL | SEGMENT_JOG)) != 0)
+    bool constant = machine->outputs.spindle == SPINDLE_CW;
+    enum gcode_motion motion = machine->gcode.modal.motion;
+    if (!step->active || (span->flags & SEGMENT_DWELL) != 0)
+        return constant && motion != MOTION_RAPID && motion != MOTION_NONE ? 1.0f : 0.0f;
+    if ((span->flags & (SEGMENT_RAPID | SEGMENT_JOG)) != 0)
         return 0.0f;
-    return emit_speed_mm_s(&machine->motion.emit);
+    if (constant || note == NULL || note->feed_mm_s <= 0.0f)
+        return 1.0f;
+    float asked_mm_s = note->feed_mm_s * (float)machine->feed_pct * 0.01f;
+    float power = emit_speed_mm_s(&machine->motion.emit) / asked_mm_s;
+    return power > 1.0f ? 1.0f : power;
 }
 
-/* Laser with M4: power follows the speed, so that corners are not burnt; and none in rapids or at rest. With
- * M3 it is constant. The speed is that of the motion emitted last, a few ms ahead of the pins. */
-bool outputs_poll(struct machine *machine) {
+void outputs_poll(struct machine *machine) {
     struct machine_outputs *outputs = &machine->outputs;
-    if (!machine->settings.laser_mode || outputs->spindle != SPINDLE_CCW)
-        return false;
-    float feed = machine->gcode.modal.feed_mm_s * (float)machine->feed_pct * 0.01f;
-    float speed = feed_speed_mm_s(machine);
-    float power = feed > 0.0f ? speed / feed : 0.0f;
-    power = power > 1.0f ? 1.0f : power;
-    float change = power - outputs->power;
-    if (change > -0.002f && change < 0.002f && (power != 0.0f || outputs->power == 0.0f))
-        return false;
+    if (!machine->settings.laser_mode || outputs->spindle == SPINDLE_OFF || machine->state == MACHINE_CHECK)
+        return;
+    const struct line_note *note = notes_find(&machine->notes, notes_line_now(machine));
+    float rpm = note != NULL ? note->rpm : machine->gcode.modal.spindle_rpm;
+    float power = laser_power(machine, note);
+    if (power == outputs->power && rpm == outputs->rpm)
+        return;
     outputs->power = power;
+    outputs->rpm = rpm;
     outputs_apply(machine);
-    return false;
 }

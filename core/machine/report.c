@@ -99,15 +99,11 @@ static void report_buffers(const struct machine *machine) {
 
 /* N word of the line on the pins. */
 static void report_line(const struct machine *machine) {
-    const struct step *step = &machine->step;
-    if (!step->active)
-        return;
-    uint32_t line = step->ring.slots[step->ring.index.tail & (SPAN_RING_SIZE - 1)].line;
-    uint32_t number = numbers_find(&machine->numbers, line);
-    if (number == 0)
+    const struct line_note *note = notes_find(&machine->notes, notes_line_now(machine));
+    if (note == NULL || note->number == 0)
         return;
     text_string(&machine->out, "|Ln:");
-    text_int(&machine->out, (int32_t)number);
+    text_int(&machine->out, (int32_t)note->number);
 }
 
 static void report_pins(const struct machine *machine) {

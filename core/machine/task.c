@@ -100,12 +100,21 @@ static enum task_stage stage_after_move(const struct machine *machine) {
     return machine->command.flow == FLOW_RUN ? TASK_NONE : TASK_FLOW;
 }
 
+static void note_line(struct machine *machine) {
+    const struct gcode_command *command = &machine->command;
+    bool laser = machine->settings.laser_mode && command->spindle != SPINDLE_OFF;
+    if (command->line_number != 0 || laser)
+        notes_add(&machine->notes, &(struct line_note){.line = machine->lines,
+                                                       .number = command->line_number,
+                                                       .rpm = command->next.spindle_rpm,
+                                                       .feed_mm_s = command->move.feed_mm_s});
+}
+
 static enum task_stage stage_of_move(struct machine *machine) {
     const struct gcode_move *move = &machine->command.move;
     if (move->motion == MOTION_NONE)
         return stage_after_move(machine);
-    if (machine->command.line_number != 0)
-        numbers_note(&machine->numbers, machine->lines, machine->command.line_number);
+    note_line(machine);
     if (move->via)
         return leaves_travel(machine, move->via_mm) ? TASK_SOFT_LIMIT : TASK_VIA;
     if (is_arc(move)) {
@@ -123,7 +132,7 @@ static enum task_stage stage_after_outputs(const struct machine *machine) {
     return machine->command.dwell_s >= 0.0f ? TASK_DWELL : TASK_STORE;
 }
 
-/* With a laser, S alone changes power and not the beam: no stop is needed. */
+/* With a laser, S alone changes only the power: it comes with its line (outputs.c), without a stop. */
 static bool needs_stop(const struct machine *machine) {
     const struct gcode_command *command = &machine->command;
     const struct gcode_modal *now = &machine->gcode.modal;
@@ -134,12 +143,8 @@ static bool needs_stop(const struct machine *machine) {
 void task_begin(struct machine *machine) {
     const struct gcode_command *command = &machine->command;
     machine->stage = stage_after_outputs(machine);
-    if (!command->sync)
-        return;
-    if (needs_stop(machine))
+    if (command->sync && needs_stop(machine))
         machine->stage = TASK_OUTPUTS;
-    else
-        set_outputs(machine, command->spindle, command->coolant);
 }
 
 static void reset_overrides(struct machine *machine) {

@@ -297,3 +297,22 @@ def test_laser_power_follows_the_speed(grbl: Grbl) -> None:
     assert grbl.outputs().duty == 0
     grbl.after(0.1, "G0X0\n")
     assert grbl.outputs().duty == 0
+
+
+def test_laser_power_comes_with_its_line(grbl: Grbl) -> None:
+    """$32: S words change the beam without a stop, when their own line runs and not when it is read."""
+    grbl.fine("$32=1", "M3S0F1200")
+    before = grbl.time()
+    grbl.put("".join(f"G1X{-x}S{100 * x}\n" for x in range(1, 9)))
+    wrong = 0
+    for _ in range(38):
+        grbl.after(0.01)
+        x = -grbl.stands()[0] / 250
+        near = min(abs(x - round(x)), 1) < 0.15  # the power is polled, a few ms late at most
+        wrong += not near and 0 < x < 8 and grbl.outputs().rpm != 100 * (int(x) + 1)
+    assert wrong == 0
+    grbl.send("")
+    assert grbl.time() - before < 8 / 20 + 0.1  # no stop between the lines
+    assert grbl.outputs().rpm == 800  # M3 stays on in G1
+    grbl.fine("G0")
+    assert grbl.outputs().rpm == 0
