@@ -6,6 +6,8 @@ import ctypes
 from collections.abc import Sequence
 from pathlib import Path
 
+import numpy as np
+from numpy.typing import NDArray
 from wificnc.build.host import ensure_host_library
 
 AXES = 6
@@ -14,6 +16,8 @@ HOST_IDLE, HOST_ROOM, HOST_BUDGET, HOST_TIME = range(4)
 BANNER = "\r\nGrbl 1.1h ['$' for help]\r\n"
 LOCKED = "[MSG:'$H'|'$X' to unlock]\r\n"
 Steps = ctypes.c_int32 * AXES
+EVENT = np.dtype([("t", "<u8"), ("step", "u1"), ("dir", "u1"), ("flags", "u1"), ("more", "u1"), ("line", "<u4")])
+CONSUMER = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_size_t)
 
 
 class Board(ctypes.Structure):
@@ -65,6 +69,9 @@ def _library() -> ctypes.CDLL:
     lib.virtual_place.argtypes = (host, Steps)
     lib.virtual_position.argtypes = (host, Steps)
     lib.virtual_outputs.argtypes = (host, ctypes.POINTER(Outputs))
+    lib.host_trace.argtypes = (host,)
+    lib.host_trace.restype = host
+    lib.trace_add.argtypes = (host, CONSUMER, host)
     return lib
 
 
@@ -144,6 +151,27 @@ class Grbl:
         steps = Steps()
         LIB.host_position_steps(self._host, steps)
         return list(steps)
+
+    def record(self) -> None:
+        """Keep all step edges from now on, for accelerations()."""
+        self._chunks: list[NDArray[np.void]] = []
+        self._consumer = CONSUMER(
+            lambda _ctx, events, count: self._chunks.append(
+                np.frombuffer(ctypes.string_at(events, count * EVENT.itemsize), dtype=EVENT)
+            )
+        )
+        assert LIB.trace_add(LIB.host_trace(self._host), self._consumer, None)
+
+    def accelerations(self, window_s: float = 0.01) -> NDArray[np.float64]:
+        """Steps/s^2 per axis by box differences of the recorded positions."""
+        events = np.concatenate(self._chunks)
+        bits = np.arange(AXES)
+        sense = 1 - 2 * (events["dir"][:, None] >> bits & 1).astype(np.int64)
+        path = np.cumsum((events["step"][:, None] >> bits & 1) * sense, axis=0)
+        t = events["t"] / HZ
+        grid = np.arange(t[0] - 3 * window_s, t[-1] + 3 * window_s, window_s / 10)
+        at = np.stack([np.interp(grid, t, path[:, axis]) for axis in range(AXES)], axis=1)
+        return (at[20:] - 2 * at[10:-10] + at[:-20]) / window_s**2
 
     # --- the machine behind it ---
 

@@ -95,7 +95,7 @@ REFUSALS = [
 @pytest.mark.parametrize("state", ["Idle", "Alarm", "Run", "Jog", "Check"])
 @pytest.mark.parametrize(("command", "possible"), REFUSALS)
 def test_dollar_refusals(grbl: Grbl, command: str, possible: set[str], state: str) -> None:
-    """`$$` refused only in Cycle/Hold; `$G` `$X` always; `$# $H $SLP $I $RST $N $x=` need Idle or Alarm, ... error:8."""
+    """`$$` refused only in Cycle/Hold; `$G` `$X` always; `$# $H $SLP $I $RST $N $x=` Idle or Alarm, else error:8."""
     put_in_state(grbl, state)
     said = grbl.after(0.001, command + "\n")
     assert ("error:8" in said) == (state not in possible), said
