@@ -129,3 +129,11 @@ def test_order_of_checks(grbl: Grbl) -> None:
     assert grbl.send("nonsense\n") == "error:9\r\n"
     grbl.send("$X\n")
     assert grbl.send("nonsense\n") != "error:9\r\n"
+
+
+def test_jog_lock(grbl: Grbl) -> None:
+    """Check order for a line: ... Alarm/Jog lock (error:9) > G-code: a jog is not disturbed by a program."""
+    assert grbl.after(0.2, "$J=X-30F1000\n") == "ok\r\n"
+    assert grbl.after(0.01, "G0X5\nnonsense\n") == "error:9\r\n" * 2
+    grbl.send("")
+    assert grbl.position()[0] == -30 * 250

@@ -40,8 +40,8 @@ def test_hold_in_idle_keeps_the_queue_waiting(grbl: Grbl) -> None:
     """Idle + `!` = Hold:0 and the queue waits until `~`."""
     grbl.send("!")
     assert grbl.state() == "Hold:0"
-    assert grbl.after(1, "G0X1\n") == "" and grbl.position()[0] == 0
-    assert grbl.send("~") == "ok\r\n" and grbl.position()[0] == 250
+    assert grbl.after(1, "$J=X1F100\nG0X1\n") == "" and grbl.position()[0] == 0
+    assert grbl.send("~") == "ok\r\nerror:9\r\n" and grbl.position()[0] == 250
 
 
 def test_hold_says_when_it_stands(grbl: Grbl) -> None:
