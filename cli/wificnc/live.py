@@ -78,7 +78,7 @@ def figures(progress: Progress) -> Text:
     state = snapshot.status.state
     parts = [
         (f"{snapshot.state:<6}", STATE_STYLES.get(state, "")),
-        ("  " + place(snapshot.wpos), ""),
+        ("  " + place(moving(snapshot.wpos)), ""),
         (f"  F {snapshot.status.feed or 0:.0f}  S {snapshot.status.speed or 0:.0f}", ""),
     ]
     if snapshot.overrides:
@@ -87,6 +87,13 @@ def figures(progress: Progress) -> Text:
     if progress.errors:
         parts.append((f"  {progress.errors} error{'s' * (progress.errors != 1)}", "bold red"))
     return Text.assemble(*parts)
+
+
+def moving(position: tuple[float, ...]) -> tuple[float, ...]:
+    """Without the turning axes while the last of them stand at 0: the line is short."""
+    while len(position) > 3 and position[-1] == 0:
+        position = position[:-1]
+    return position
 
 
 def place(position: tuple[float, ...]) -> str:

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from wificnc.errors import JobError
-from wificnc.job.program import read_program, words_of
+from wificnc.job.program import numbered, read_program, words_of
 
 
 def sent(text: str | bytes) -> list[tuple[int, str]]:
@@ -59,6 +59,12 @@ def test_no_real_time_byte_ever_gets_out(data: bytes) -> None:
         return
     assert not set(b"!?~\x18") & {byte for line in lines for byte in line.wire}
     assert all(byte < 0x80 for line in lines for byte in line.wire)
+
+
+def test_numbers_of_the_file_become_n_words() -> None:
+    long = "G1" + "X1" * 38
+    lines = read_program("job.nc", f"N10 G0 X1\n\n$H\nN9{long}\nG1 N77 Y2 (N7)\n".encode()).lines
+    assert [line.code for line in numbered(lines)] == ["N1G0X1", "$H", long, "N5G1Y2"]
 
 
 def test_words() -> None:

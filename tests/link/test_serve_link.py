@@ -97,6 +97,7 @@ def test_stopped_sender_leaves_the_machine_standing_where_it_says(tmp_path: Path
             document = json.loads(process.communicate(timeout=30)[0])
         assert process.returncode == 1
         assert document["end"] == "stopped"
+        assert 3 <= document["running_line"] <= document["last_answered_line"]
         status = CliRunner().invoke(root, ["status", "--to", target, "--json"])
         assert json.loads(status.stdout)["state"] == "Idle"  # held before the reset: the position is kept
         assert json.loads(status.stdout)["machine_position"] == document["machine_position"]

@@ -19,7 +19,7 @@ from wificnc.errors import BuildError, Exit, JobError, UserError
 from wificnc.job.estimate import Estimate
 from wificnc.job.fate import fate_lines
 from wificnc.job.native import load_rebuild
-from wificnc.job.program import JobLine, Program, read_program
+from wificnc.job.program import JobLine, Program, numbered, read_program
 from wificnc.job.resume import Approach, MachineFacts, Resume, plan_resume
 from wificnc.job.run import End, JobRun, Outcome, RunOptions
 from wificnc.keyboard import Keyboard
@@ -28,6 +28,7 @@ from wificnc.live import JobDisplay, clock, final_position
 from wificnc.sim.job import read_job
 from wificnc.sim.native import load_library
 
+LINE_NUMBERS = "N"  # among the flags of [OPT:]
 EXITS = {End.FINISHED: Exit.OK, End.LINK_LOST: Exit.DEVICE, End.RESET: Exit.DEVICE, End.CONFUSED: Exit.PROTOCOL}
 
 
@@ -41,6 +42,7 @@ class SendOptions:
     yes: bool
     keep_going: bool
     dry_run: bool
+    number: bool
 
 
 @click.command()
@@ -59,11 +61,13 @@ class SendOptions:
 @click.option("-y", "--yes", is_flag=True, help="Resume without asking.")
 @click.option("--keep-going", is_flag=True, help="Go on after a line that is refused; list them all at the end.")
 @click.option("--dry-run", is_flag=True, help="Check mode ($C): the controller reads every line and moves nothing.")
+@click.option("--number/--no-number", default=True, show_default=True,
+              help="Send N words, so that reports tell which line is being made.")  # fmt: skip
 @json_option
 @click.pass_context
 def command(
     ctx: click.Context, file: Path, target: Target, from_line: int | None, safe_z: float | None, spindle_wait: float,
-    plunge_feed: float, yes: bool, keep_going: bool, dry_run: bool, as_json: bool,
+    plunge_feed: float, yes: bool, keep_going: bool, dry_run: bool, number: bool, as_json: bool,
 ) -> None:  # fmt: skip
     """Stream a G-code FILE to a controller.
 
@@ -71,7 +75,7 @@ def command(
     and asks; a second one resets at once.
     """
     approach = Approach(safe_z, spindle_wait, plunge_feed)
-    options = SendOptions(file, from_line, approach, yes, keep_going, dry_run)
+    options = SendOptions(file, from_line, approach, yes, keep_going, dry_run, number)
     program = read_program(file.name, read_job(file))
     with connected(target) as client:
         outcome = send(client, program, options)
@@ -92,10 +96,11 @@ def send(client: Client, program: Program, options: SendOptions) -> Outcome:
         resume = resume_plan(client, program, settings, options)
         confirm(resume, options)
         lines, preamble = resume.lines, len(resume.preamble)
+    can_number = options.number and built is not None and LINE_NUMBERS in built.flags
     with estimate(lines, settings, client) as times, check_mode(client, options.dry_run):
-        run = RunOptions(built, options.keep_going or options.dry_run, options.dry_run, times, preamble)
+        run = RunOptions(built, options.keep_going or options.dry_run, options.dry_run, times, can_number, preamble)
         with Keyboard() as keys, JobDisplay(options.file.name) as display:
-            return JobRun(client, lines, display, keys, run).run()
+            return JobRun(client, numbered(lines) if can_number else lines, display, keys, run).run()
 
 
 @contextmanager
@@ -194,6 +199,7 @@ def outcome_json(file: str, outcome: Outcome) -> dict[str, Any]:
         "lines_sent": outcome.sent,
         "lines_answered": outcome.answered,
         "last_answered_line": number(outcome.last_answered),
+        "running_line": number(outcome.running),
         "unanswered_lines": [line.number for line in outcome.unanswered],
         "errors": [
             {"line": error.line.number, "code": error.code, "text": error.line.text} for error in outcome.errors

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from wificnc.job.program import JobLine
 from wificnc.job.run import End, Outcome
 
 
@@ -25,8 +24,12 @@ def _acknowledged(outcome: Outcome) -> str:
         return "No line was acknowledged."
     doubt = " (its ok may come from the reset itself)" if outcome.end is End.RESET else ""
     text = f"Last line acknowledged: {last.title}{doubt}."
+    if outcome.running:
+        text += f" When last heard of, the machine was in {outcome.running.title}."
     if outcome.end is End.LINK_LOST:
-        return f"{text} The machine goes on with what it has."
+        return f"{text} It goes on with what it has."
+    if outcome.running:
+        return text
     ahead = f"the last {outcome.planner_blocks} moves of" if outcome.planner_blocks else "the last moves of"
     return f"{text} It was in the look-ahead: {ahead} what was acknowledged may not have been made."
 
@@ -41,9 +44,8 @@ def _unanswered(outcome: Outcome) -> str:
 
 def _resume_at(outcome: Outcome) -> int | None:
     """The first line that is not certain to be done."""
-    candidates: list[JobLine] = [error.line for error in outcome.errors[:1]] if outcome.end is End.ERROR else []
-    candidates += [line for line in (outcome.last_answered,) if line]
-    numbers = [line.number for line in candidates if line.number]
-    if not numbers:
+    if outcome.running:
+        return outcome.running.number
+    if outcome.last_answered is None or not outcome.last_answered.number:
         return None
-    return max(1, min(numbers) - outcome.planner_blocks)
+    return max(1, outcome.last_answered.number - outcome.planner_blocks)

@@ -8,12 +8,15 @@ job begins. Line numbers are those of the file, as editors and `wificnc sim` cou
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
 
 from wificnc.errors import JobError
 
 WORD = re.compile(r"([A-Z])([-+]?[0-9]*\.?[0-9]*)")
 CODE_CHARACTERS = frozenset(range(0x21, 0x7F)) - set(b"!?~")
+OWN_NUMBER = re.compile(r"(?:^|(?<=[0-9.]))N[0-9.]+")
+LONGEST_CODE = 79  # characters that every controller takes
 FAULTS_SHOWN = 5
 
 
@@ -113,6 +116,22 @@ def read_program(name: str, data: bytes) -> Program:
     if not lines:
         raise JobError(f"{name} holds no G-code")
     return Program(tuple(lines), len(raw_lines), percent)
+
+
+def numbered(lines: Iterable[JobLine]) -> list[JobLine]:
+    """The lines with their numbers in the file as N words, so that reports say which one is being made (Ln:).
+
+    N words of the file's own give way. A line that would become too long goes without, a $ line as it is.
+    """
+    return [_numbered(line) for line in lines]
+
+
+def _numbered(line: JobLine) -> JobLine:
+    if line.alone or not line.number:
+        return line
+    code = OWN_NUMBER.sub("", line.code)
+    with_number = f"N{line.number}{code}"
+    return replace(line, wire=(with_number if len(with_number) <= LONGEST_CODE else code).encode("ascii") + b"\n")
 
 
 def _byte_name(byte: int) -> str:

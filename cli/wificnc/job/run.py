@@ -85,7 +85,7 @@ class Progress:
     question: str
     answered: int
     lines: int
-    line: int  # of the file: the last one answered
+    line: int  # of the file: the one being made where reports tell, else the last one answered
     elapsed_s: float
     total_s: float | None
     remaining_s: float | None
@@ -118,6 +118,8 @@ class Outcome:
     snapshot: Snapshot
     planner_blocks: int
     messages: tuple[str, ...]
+
+    running: JobLine | None  # the line that was being made when the machine was last heard of, where reports tell
 
     @property
     def complete(self) -> bool:
@@ -157,6 +159,7 @@ class RunOptions:
     keep_going: bool = False
     check: bool = False  # check mode: nothing moves
     estimate: Estimate | None = None
+    numbered: bool = False  # the lines carry their numbers, so Ln: is the number of a line
     preamble: int = 0  # lines at the beginning that must not fail, --keep-going or not
 
 
@@ -192,6 +195,7 @@ class JobRun:
         self._ctrl_c = 0
         self._confirm_reset = False
         self._paused = False
+        self._running = 0
         self._handlers: dict[type, Callable[..., None]] = {
             Ok: self._on_answer, Error: self._on_answer, Alarm: self._on_alarm, Banner: self._on_banner,
             Bracket: self._on_bracket, Status: self._on_status,
@@ -233,6 +237,8 @@ class JobRun:
     # ---- what the controller says ----
 
     def _on_answer(self, message: Ok | Error) -> None:
+        if self.phase is Phase.RESETTING:
+            return  # a reset brings an ok of its own for the line that it ends
         line = self.streamer.answer()
         self._answered_at = self.client.clock()
         self._rest = Rest()
@@ -276,6 +282,8 @@ class JobRun:
     def _on_status(self, status: Status) -> None:
         snapshot = self.client.now()
         self._rest.look(snapshot)
+        if self.options.numbered and status.line and status.state in ("Run", "Hold", "Door"):
+            self._running = status.line
         if status.rx_free is not None:
             self.streamer.window.hear_free(status.rx_free)
         self._notice_pause(status)
@@ -389,7 +397,7 @@ class JobRun:
                 question=self._question,
                 answered=answered,
                 lines=len(self.lines),
-                line=last.number if last else 0,
+                line=self._running or (last.number if last else 0),
                 elapsed_s=now - self._begin,
                 total_s=estimate.total_s if estimate else None,
                 remaining_s=estimate.remaining_s(answered, now - self._answered_at) if estimate else None,
@@ -415,6 +423,9 @@ class JobRun:
             snapshot=self.client.now(),
             planner_blocks=options.planner_blocks if options else 0,
             messages=tuple(self.messages),
+            running=next((line for line in self.lines if line.number == self._running), None)
+            if self._running
+            else None,
         )
 
 
