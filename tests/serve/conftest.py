@@ -1,41 +1,12 @@
-"""Controllers that serve, each test its own."""
+"""The fixture that serves."""
 
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator
-from contextlib import ExitStack
 from pathlib import Path
-
-import pytest
 
 sys.path.insert(0, str(Path(__file__).parent))
 
-from serve_peer import Serve
-from wificnc.board.load import load_board
-from wificnc.serve.options import Address, ServeOptions
-from wificnc.serve.server import Server
+from serve_fixture import serve
 
-# 250 steps/mm, 5000 mm/min, 500 mm/s2.
-BASELINE = tuple(f"${base + ax}={value}" for base, value in ((100, 250), (110, 5000), (120, 500)) for ax in range(3))
-
-
-@pytest.fixture
-def serve(tmp_path: Path) -> Iterator[Serve]:
-    """Start a controller of the host board at any free port, and with pty=True at `tmp_path / "tty"`."""
-    servers: list[Server] = []
-    with ExitStack() as stack:
-
-        def start(speed: float = 0.0, pty: bool = False, variant: str = "release") -> Server:
-            options = ServeOptions(
-                board=load_board("host"),
-                tcp=Address("127.0.0.1", 0),
-                pty=tmp_path / "tty" if pty else None,
-                speed=speed,
-                settings=BASELINE,
-            )
-            servers.append(stack.enter_context(Server(options, variant)))
-            return servers[-1]
-
-        yield start
-    assert [server.stop() for server in servers] == [0] * len(servers), "a crash, or what a sanitizer found"
+__all__ = ["serve"]

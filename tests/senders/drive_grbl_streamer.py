@@ -1,0 +1,44 @@
+"""Run in a process of its own: grbl-streamer connects to a port and streams a file. Prints what it saw as JSON.
+
+It reads settings in the form of Grbl 0.9 only, `$0=10 (step pulse, usec)`; so it never knows those of a Grbl 1.1."""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+import threading
+import traceback
+
+from grbl_streamer import GrblStreamer
+
+
+def main(port: str, file: str) -> None:
+    done = {name: threading.Event() for name in ("on_boot", "on_gcode_parser_stateupdate", "on_job_completed")}
+    errors: list[str] = []
+
+    def callback(event: str, *data: object) -> None:
+        if event in done:
+            done[event].set()
+        elif event in ("on_error", "on_alarm"):
+            errors.append(f"{event} {data}")
+
+    streamer = GrblStreamer(callback)
+    streamer.setup_logging()
+    streamer.cnect(port, 115200)
+    assert done["on_boot"].wait(20), "no banner"
+    streamer.poll_start()
+    assert done["on_gcode_parser_stateupdate"].wait(20), "no parser state"
+    streamer.load_file(file)
+    streamer.job_run()
+    assert done["on_job_completed"].wait(60), f"the job did not end: {streamer.cmode} {streamer.cmpos} {errors}"
+    result = {"position": list(streamer.cmpos), "errors": errors}
+    streamer.disconnect()
+    print(json.dumps(result))
+
+
+try:
+    main(*sys.argv[1:])
+except BaseException:
+    traceback.print_exc()
+    os._exit(1)  # its threads would go on

@@ -1,0 +1,111 @@
+"""Senders that people use, against `wificnc serve`: each connects, reads the settings, streams a job to its end, and
+both sides agree where the machine stands."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import pytest
+from job import write_job
+from serve_peer import Peer, Serve, stream
+from wificnc.serve.server import Server
+
+HERE = Path(__file__).parent
+SPEED = 2.0  # times real time: senders poll by the wall clock and must see the machine run
+RUN_SECONDS = 60
+
+
+@pytest.fixture
+def server(serve: Serve) -> Server:
+    return serve(speed=SPEED, pty=True)
+
+
+def drive(argv: list[str], packages: Path | None = None) -> dict[str, Any]:
+    """Run a driver to its end. Its last line is what the sender saw."""
+    environment = {**os.environ, **({"PYTHONPATH": str(packages)} if packages else {})}
+    run = subprocess.run(argv, capture_output=True, text=True, timeout=RUN_SECONDS, env=environment)
+    assert run.returncode == 0, f"{run.stdout[-3000:]}\n{run.stderr[-3000:]}"
+    result: dict[str, Any] = json.loads(run.stdout.strip().splitlines()[-1])
+    return result
+
+
+def check(server: Server, saw: dict[str, Any], end: list[float]) -> None:
+    """No error on the way; the sender's position, the controller's, and the program's end are one."""
+    assert server.tcp
+    assert saw["errors"] == []
+    assert saw.get("steps_per_mm", 250.0) == 250.0
+    assert saw["position"][:3] == end
+    with Peer.tcp(server.tcp) as watcher:
+        assert watcher.idle_position_mm()[:3] == end
+
+
+def test_plain_character_counting(server: Server, tmp_path: Path) -> None:
+    end = write_job(tmp_path / "job.nc")
+    assert server.options.pty
+    with Peer.serial(server.options.pty) as peer:
+        lines = (tmp_path / "job.nc").read_text().splitlines()
+        assert stream(peer, lines, 127) == ["ok"] * len(lines)
+        assert peer.idle_position_mm()[:3] == end
+
+
+def test_grbl_streamer(server: Server, tmp_path: Path, from_pypi: Callable[..., Path]) -> None:
+    packages = from_pypi("grbl-streamer", "grbl-streamer==2.0.2", "gcode-machine==1.0.3", "pyserial==3.5")
+    end = write_job(tmp_path / "job.nc")
+    driver = str(HERE / "drive_grbl_streamer.py")
+    saw = drive([sys.executable, driver, str(server.options.pty), str(tmp_path / "job.nc")], packages)
+    check(server, saw, end)
+
+
+def test_bcnc_sender(server: Server, tmp_path: Path, from_pypi: Callable[..., Path]) -> None:
+    pytest.importorskip("tkinter", reason="bCNC's modules import tkinter")
+    packages = from_pypi(
+        "bcnc", "bCNC==0.9.16", "pyserial==3.5", "svgelements==1.9.6", "shxparser==0.0.2", "Pillow", "numpy"
+    )
+    end = write_job(tmp_path / "job.nc")
+    driver = str(HERE / "drive_bcnc.py")
+    saw = drive([sys.executable, driver, str(packages), str(server.options.pty), str(tmp_path / "job.nc")], packages)
+    check(server, saw, end)
+
+
+@contextmanager
+def cncjs_server(directory: Path, scratch: Path) -> Iterator[str]:
+    """A CNCjs server on a free port of this computer; its configuration and home are in scratch."""
+    program = directory / "node_modules" / "cncjs" / "bin" / "cncjs"
+    node = shutil.which("node")
+    assert node
+    argv = [node, str(program), "--host", "127.0.0.1", "--port", "0", "--config", str(scratch / "cncrc.json")]
+    environment = {**os.environ, "HOME": str(scratch), "NODE_ENV": "production"}
+    process = subprocess.Popen(argv, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, env=environment)
+    try:
+        assert process.stdout
+        said = []
+        for line in process.stdout:
+            said.append(line)
+            if found := re.search(r"(http://127\.0\.0\.1:\d+)", line):
+                yield found[1]
+                return
+        pytest.fail("CNCjs ended: " + "".join(said[-20:]))
+    finally:
+        process.terminate()
+        process.communicate(timeout=20)
+
+
+def test_cncjs(server: Server, tmp_path: Path, from_npm: Callable[..., Path]) -> None:
+    directory = from_npm("cncjs", "cncjs@1.11.5")
+    end = write_job(tmp_path / "job.nc")
+    with cncjs_server(directory, tmp_path) as url:
+        driver = str(HERE / "drive_cncjs.js")
+        saw = drive(["node", driver, str(directory), url, str(server.options.pty), str(tmp_path / "job.nc")])
+    total, sent, received = saw["lines"]
+    assert total == sent == received
+    assert saw["modal"]["motion"] in ("G0", "G1")
+    check(server, saw, end)
