@@ -15,11 +15,17 @@ from grbl_streamer import GrblStreamer
 
 def main(port: str, file: str) -> None:
     done = {name: threading.Event() for name in ("on_boot", "on_gcode_parser_stateupdate", "on_job_completed")}
+    started, rests = threading.Event(), threading.Event()
+    modes: list[str] = []
     errors: list[str] = []
 
     def callback(event: str, *data: object) -> None:
         if event in done:
             done[event].set()
+        elif event == "on_stateupdate":
+            modes.append(str(data[0]))
+            if started.is_set() and modes[-1] == "Idle" and "Run" in modes:
+                rests.set()
         elif event in ("on_error", "on_alarm"):
             errors.append(f"{event} {data}")
 
@@ -30,8 +36,11 @@ def main(port: str, file: str) -> None:
     streamer.poll_start()
     assert done["on_gcode_parser_stateupdate"].wait(20), "no parser state"
     streamer.load_file(file)
+    done["on_job_completed"].clear()  # said once at the banner
+    started.set()
     streamer.job_run()
     assert done["on_job_completed"].wait(60), f"the job did not end: {streamer.cmode} {streamer.cmpos} {errors}"
+    assert rests.wait(20), f"it does not come to rest: {modes}"
     result = {"position": list(streamer.cmpos), "errors": errors}
     streamer.disconnect()
     print(json.dumps(result))

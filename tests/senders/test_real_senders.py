@@ -3,6 +3,7 @@ both sides agree where the machine stands."""
 
 from __future__ import annotations
 
+import importlib.util
 import json
 import os
 import re
@@ -15,6 +16,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from installed import missing
 from job import write_job
 from serve_peer import Peer, Serve, stream
 from wificnc.serve.server import Server
@@ -66,7 +68,8 @@ def test_grbl_streamer(server: Server, tmp_path: Path, from_pypi: Callable[..., 
 
 
 def test_bcnc_sender(server: Server, tmp_path: Path, from_pypi: Callable[..., Path]) -> None:
-    pytest.importorskip("tkinter", reason="bCNC's modules import tkinter")
+    if importlib.util.find_spec("tkinter") is None:
+        missing("bCNC's modules import tkinter (Debian: apt-get install python3-tk)")
     packages = from_pypi(
         "bcnc", "bCNC==0.9.16", "pyserial==3.5", "svgelements==1.9.6", "shxparser==0.0.2", "Pillow", "numpy"
     )

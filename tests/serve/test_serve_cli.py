@@ -1,0 +1,142 @@
+"""`wificnc serve` as a person runs it: what it says, how it ends, and how it explains what cannot be."""
+
+from __future__ import annotations
+
+import os
+import signal
+import socket
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+from serve_peer import DEADLINE_S, Peer
+from wificnc.errors import UserError
+from wificnc.serve.options import Address, parse_address, parse_speed
+
+
+@contextmanager
+def serving(*words: str) -> Iterator[subprocess.Popen[str]]:
+    argv = [sys.executable, "-m", "wificnc", "serve", "--tcp", "127.0.0.1:0", *words]
+    process = subprocess.Popen(argv, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True)
+    try:
+        yield process
+    finally:
+        if process.poll() is None:
+            process.kill()
+        process.communicate()
+
+
+def address_of(process: subprocess.Popen[str]) -> str:
+    assert process.stdout
+    word, _, address = process.stdout.readline().strip().partition(" ")
+    assert word == "tcp"
+    return address.strip()
+
+
+def refused(*words: str) -> tuple[int, str]:
+    run = subprocess.run(
+        [sys.executable, "-m", "wificnc", "serve", *words], capture_output=True, text=True, timeout=DEADLINE_S * 4
+    )
+    return run.returncode, run.stderr
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_it_ends_cleanly_when_asked(tmp_path: Path, number: int) -> None:
+    link = tmp_path / "tty"
+    with serving("--pty", str(link)) as process:
+        with Peer.tcp(address_of(process)) as peer:
+            assert peer.ask("G0X1") == ["ok"]
+            assert link.is_symlink()
+            process.send_signal(number)
+            peer.until_closed()
+        assert process.wait(DEADLINE_S) == 0
+        assert not link.is_symlink()
+
+
+def test_controller_ends_with_the_command_that_started_it(tmp_path: Path) -> None:
+    link = tmp_path / "tty"
+    with serving("--pty", str(link)) as process, Peer.tcp(address_of(process)) as peer:
+        assert peer.ask("G0X1") == ["ok"]
+        process.kill()
+        peer.until_closed()
+        assert not link.is_symlink()
+
+
+def test_port_in_use() -> None:
+    with socket.create_server(("127.0.0.1", 0)) as other:
+        code, said = refused("--tcp", f"127.0.0.1:{other.getsockname()[1]}")
+    assert code == 4
+    assert "is in use" in said
+    assert "--tcp 127.0.0.1:0 takes any free port" in said
+
+
+def test_link_exists(tmp_path: Path) -> None:
+    link = tmp_path / "tty"
+    link.write_text("mine")
+    code, said = refused("--tcp", "off", "--pty", str(link))
+    assert code == 4
+    assert "there is something already" in said
+    assert link.read_text() == "mine"
+
+
+def test_link_left_over_from_a_crash_is_replaced(tmp_path: Path) -> None:
+    link = tmp_path / "tty"
+    link.symlink_to(tmp_path / "gone")
+    with serving("--pty", str(link)) as process:
+        address_of(process)
+        assert os.readlink(link) != str(tmp_path / "gone")
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (("--tcp", "off"), "there is no way to connect"),
+        (("--speed", "fast"), "--speed 'fast' is no speed"),
+        (("--tcp", "here:port"), "--tcp 'here:port' is no address"),
+        (("--tcp", "127.0.0.1:0", "--set", "$333=1"), "the controller refuses $333=1: error:3"),
+        (("--pty", "/nowhere/at/all", "--tcp", "off"), "No such file or directory"),
+    ],
+)
+def test_what_cannot_be_is_explained(words: tuple[str, ...], message: str) -> None:
+    code, said = refused(*words)
+    assert code in (2, 4)
+    assert message in said.replace("\n", " ")
+    assert "Traceback" not in said
+
+
+def test_settings_are_kept_in_a_file(tmp_path: Path) -> None:
+    store = str(tmp_path / "settings.bin")
+    for kept in (None, 1234, 77):
+        with serving("--settings", store, "--speed", "max") as process, Peer.tcp(address_of(process)) as peer:
+            assert (f"$110={kept}.000" in peer.ask("$$")) == (kept is not None)
+            assert peer.ask(f"$110={1234 if kept is None else 77}") == ["ok"]
+
+
+@pytest.mark.parametrize(
+    ("text", "address"),
+    [
+        ("127.0.0.1:2323", Address("127.0.0.1", 2323)),
+        ("localhost", Address("localhost", 2323)),
+        (":0", Address("127.0.0.1", 0)),
+        ("[::1]:99", Address("::1", 99)),
+        ("off", None),
+    ],
+)
+def test_addresses(text: str, address: Address | None) -> None:
+    assert parse_address(text) == address
+
+
+@pytest.mark.parametrize("text", ["", "a:b", "1.2.3.4:70000", "::1:5", "[::1"])
+def test_no_addresses(text: str) -> None:
+    with pytest.raises(UserError):
+        parse_address(text)
+
+
+def test_speeds() -> None:
+    assert [parse_speed(text) for text in ("1", "0.5", "max")] == [1.0, 0.5, 0.0]
+    for text in ("0", "-1", "nan", "inf", "1e9", "x"):
+        with pytest.raises(UserError):
+            parse_speed(text)
