@@ -95,7 +95,8 @@ static long pty_write(const struct net_stream *stream, const char *bytes, size_t
     return errno == EAGAIN || errno == EINTR ? 0 : NET_GONE;
 }
 
-/* What nobody has read is not for the next one that opens it: it is on its way to the slave's side, or there. */
+/* What nobody has read is not for the next one that opens it: it is on its way to the slave's side, or there.
+ */
 static void pty_detach(const struct net_stream *stream) {
     struct net_pty *pty = stream->ctx;
     int slave = open(pty->slave, O_RDWR | O_NOCTTY | O_CLOEXEC);

@@ -10,7 +10,8 @@ from pathlib import Path
 import pytest
 from wificnc.build.checkout import checkout_root
 
-sys.path[:0] = [str(Path(__file__).parent), str(Path(__file__).parents[1] / "serve")]
+sys.path.insert(0, str(Path(__file__).parent))
+sys.path.insert(0, str(Path(__file__).parents[1] / "serve"))
 
 from installed import install, missing
 from serve_fixture import serve

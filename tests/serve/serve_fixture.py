@@ -7,7 +7,6 @@ from contextlib import ExitStack
 from pathlib import Path
 
 import pytest
-
 from serve_peer import Serve
 from wificnc.board.load import load_board
 from wificnc.serve.options import Address, ServeOptions
