@@ -69,12 +69,16 @@ int net_pty_open(struct net_pty *pty, const char *link) {
     return error;
 }
 
-void net_pty_close(struct net_pty *pty) {
+void net_pty_unlink(const struct net_pty *pty) {
     char target[NET_PTY_NAME_SIZE + 1];
     ssize_t size = readlink(pty->link, target, sizeof target);
     if (size == (ssize_t)strlen(pty->slave) && memcmp(target, pty->slave, (size_t)size) == 0)
         unlink(pty->link);
+}
+
+void net_pty_close(struct net_pty *pty) {
     close(pty->master);
+    pty->master = -1;
 }
 
 /* ---- the stream ---- */

@@ -22,7 +22,9 @@ struct net_pty {
  *  @return 0, or errno; EEXIST: there is something at `link` */
 int net_pty_open(struct net_pty *pty, const char *link);
 
-/** Remove the link, if it is still ours, and close. */
+/** Remove the link, if it is still ours: nobody shall open it any more. */
+void net_pty_unlink(const struct net_pty *pty);
+
 void net_pty_close(struct net_pty *pty);
 
 /** Not attached, but somebody has opened it: attach. @return true and the stream */

@@ -156,9 +156,11 @@ struct serve *serve_create(const struct serve_options *options, struct serve_fai
 void serve_destroy(struct serve *serve) {
     if (serve == NULL)
         return;
-    net_hub_close(&serve->hub);
     if (serve->listener >= 0)
         close(serve->listener);
+    if (serve->has_pty)
+        net_pty_unlink(&serve->pty);
+    net_hub_close(&serve->hub);
     if (serve->has_pty)
         net_pty_close(&serve->pty);
     host_destroy(serve->host);
