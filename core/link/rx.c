@@ -35,7 +35,7 @@ static void put_override(struct rx *rx, uint8_t byte) {
 
 void rx_request(struct rx *rx, uint32_t bits) {
     if ((bits & (REALTIME_HOLD | REALTIME_JOG_CANCEL)) != 0)
-        rx->cancel_at = rx->index.head; /* published by the release below */
+        __atomic_store_n(&rx->cancel_at, rx->index.head, __ATOMIC_RELAXED); /* published below */
     if (bits != 0)
         __atomic_fetch_or(&rx->realtime, bits, __ATOMIC_RELEASE);
 }

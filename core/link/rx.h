@@ -33,7 +33,7 @@ struct rx {
     struct ring index;
     struct ring override_index;
     uint32_t realtime;   /* enum realtime bits; atomic */
-    uint32_t cancel_at;  /* bytes put when the newest ! or 0x85 came */
+    uint32_t cancel_at;  /* bytes put when the newest ! or 0x85 came; atomic */
     uint32_t lost_lines; /* ends of lines that found no room; atomic */
     uint8_t lost_byte;   /* [isr] the newest byte that was lost, 0 = nothing is being lost */
     uint8_t overrides[RX_OVERRIDES];
@@ -56,8 +56,13 @@ size_t rx_peek(const struct rx *rx, const uint8_t **bytes);
 /** [task] The first `count` bytes of rx_peek() are read. */
 void rx_drop(struct rx *rx, size_t count);
 
-/** [task] Bytes read so far, wraps. A byte read now was put before the newest ! or 0x85 when
- * (int32_t)(rx->cancel_at - rx_taken(rx)) > 0. */
+/** [task] Bytes put before the newest ! or 0x85, wraps. After rx_take_realtime() has brought it. */
+static inline uint32_t rx_cancel_at(const struct rx *rx) {
+    return __atomic_load_n(&rx->cancel_at, __ATOMIC_RELAXED);
+}
+
+/** [task] Bytes read so far, wraps. A byte read now was put before that when
+ * (int32_t)(rx_cancel_at(rx) - rx_taken(rx)) > 0. */
 static inline uint32_t rx_taken(const struct rx *rx) {
     return rx->index.tail;
 }

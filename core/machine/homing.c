@@ -195,7 +195,6 @@ enum task_stage homing_poll(struct machine *machine) {
         motion_hold(&machine->motion);
     if (machine_timer_runs(machine, &machine->timer) || !machine_is_stopped(machine))
         return TASK_HOMING;
-    machine->timer.on = false;
     if (searches)
         return end_search(machine);
     if (homing->step == BACK_OFF || homing->step == LAST_BACK_OFF)

@@ -64,7 +64,7 @@ bool inputs_poll(struct machine *machine) {
     const struct hal_inputs *now = &machine->inputs;
     if (machine->edges.known != inputs_limits(machine, now)) /* a board without edge interrupts for them */
         machine_edge_isr(machine);
-    if (now->estop && !machine->critical && !machine->restart) {
+    if ((now->estop || machine->edges.estop) && !machine->critical && !machine->restart) {
         machine_alarm_critical(machine, ALARM_ESTOP);
         return true;
     }

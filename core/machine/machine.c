@@ -288,10 +288,9 @@ static bool lines_poll(struct machine *machine) {
 
 /* @return true while nothing may be said or read after an alarm */
 static bool is_quiet(struct machine *machine) {
-    if (machine_timer_runs(machine, &machine->quiet))
-        return true;
-    machine->quiet.on = false;
-    return false;
+    machine->quiet.on = machine_timer_runs(machine, &machine->quiet); /* off before the clock wraps */
+    machine->timer.on = machine_timer_runs(machine, &machine->timer);
+    return machine->quiet.on;
 }
 
 bool machine_poll(struct machine *machine) {

@@ -45,7 +45,7 @@ enum machine_state {
     MACHINE_STATE_COUNT
 };
 
-/** Alarm numbers: Grbl 1.1h's, and ours above 40, which no other controller uses. */
+/** Alarm numbers: Grbl 1.1h's, and one of our own. */
 enum alarm {
     ALARM_NONE = 0,
     ALARM_HARD_LIMIT = 1,

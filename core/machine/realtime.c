@@ -140,7 +140,7 @@ static void take_bits(struct machine *machine, uint32_t bits) {
     if (machine->state == MACHINE_SLEEP)
         return;
     if ((bits & REALTIME_JOG_CANCEL) != 0 || ((bits & REALTIME_HOLD) != 0 && machine->state == MACHINE_JOG)) {
-        machine->flush_until = machine->rx.cancel_at;
+        machine->flush_until = rx_cancel_at(&machine->rx);
         machine->flushing = true;
     }
     if ((bits & REALTIME_JOG_CANCEL) != 0 && machine->state == MACHINE_JOG)

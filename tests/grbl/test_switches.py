@@ -121,6 +121,20 @@ def test_estop(grbl: Grbl, delay: float) -> None:
     assert grbl.send("G0X0Y0\n") == "ok\r\n" and grbl.stands() == [0] * 6
 
 
+@pytest.mark.parametrize(("name", "alarm"), [("estop", 50), ("limit-max-y", 1)])
+def test_a_short_pulse_is_not_missed(grbl: Grbl, name: str, alarm: int) -> None:
+    """Invariant 7: the edge counts, even when the switch is open again before anybody looks."""
+    grbl.fine("$21=1")
+    grbl.after(0.2, "G1X-20F1000\n")
+    grbl.input(name, True)
+    grbl.input(name, False)
+    at = grbl.stands()
+    assert grbl.send("") == f"ALARM:{alarm}\r\n" + RESET and grbl.stands() == at == grbl.position()
+    assert grbl.send("\x18") == BANNER + LOCKED
+    grbl.send("$X\n")
+    assert grbl.send("G0X0\n") == "ok\r\n" and grbl.stands()[0] == 0
+
+
 # --- door and buttons ---
 
 
