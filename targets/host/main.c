@@ -2,13 +2,13 @@
  * The serving controller as a program. `wificnc serve` builds, runs and explains it; by itself it speaks in
  * lines of tab-separated words on stdout:
  *
- *   tcp ADDRESS | pty DEVICE           a door is open
+ *   tcp ADDRESS | control ADDRESS | pty DEVICE   a door is open
  *   ready                              it serves
  *   client WHAT NAME                   a client was connected, became owner, ...
  *   failed STAGE ERRNO TEXT            it cannot; exit code 1
  *
  * Options, each with a value: --timer-hz --step-pulse-ns --dir-setup-ns --max-step-rate-hz --axes --speed (0:
- * as fast as it can) --host --port --pty --store --set; and --parent: end when stdin does. */
+ * as fast as it can) --host --port --control --pty --store --set; and --parent: end when stdin does. */
 #include "serve.h"
 
 #include <errno.h>
@@ -58,11 +58,9 @@ static void say_client(void *ctx, const char *what, const char *who) {
 }
 
 static int say_failure(const struct serve_failure *failure) {
-    static const char *const stages[] = {[SERVE_MEMORY] = "memory",
-                                         [SERVE_BOARD] = "board",
-                                         [SERVE_SETTING] = "setting",
-                                         [SERVE_TCP] = "tcp",
-                                         [SERVE_PTY] = "pty"};
+    static const char *const stages[] = {[SERVE_MEMORY] = "memory",   [SERVE_BOARD] = "board",
+                                         [SERVE_SETTING] = "setting", [SERVE_TCP] = "tcp",
+                                         [SERVE_CONTROL] = "control", [SERVE_PTY] = "pty"};
     const char *text = failure->detail != NULL ? failure->detail : strerror(failure->error);
     say("failed\t%s\t%d\t%s\n", stages[failure->stage], failure->error, text);
     return 1;
@@ -100,6 +98,8 @@ static bool take_option(struct serve_options *options, const char **settings, co
         options->tcp_host = value;
     } else if (strcmp(name, "--port") == 0) {
         options->tcp_port = value;
+    } else if (strcmp(name, "--control") == 0) {
+        options->control_port = value;
     } else if (strcmp(name, "--pty") == 0) {
         options->pty_link = value;
     } else if (strcmp(name, "--store") == 0) {

@@ -5,6 +5,7 @@
 #include "net_pty.h"
 #include "net_tcp.h"
 #include "serve_clock.h"
+#include "serve_control.h"
 
 #include <errno.h>
 #include <poll.h>
@@ -26,7 +27,14 @@ enum { ASK_EVERY_MS = 50 }; /* observers' status requests */
  * are about to be free. */
 enum { FULL_MS = 1000 };
 
-enum { POLL_SIGNAL, POLL_PARENT, POLL_LISTENER, POLL_CLIENTS, POLL_COUNT = POLL_CLIENTS + NET_CLIENTS };
+enum {
+    POLL_SIGNAL,
+    POLL_PARENT,
+    POLL_LISTENER,
+    POLL_CLIENTS,
+    POLL_CONTROL = POLL_CLIENTS + NET_CLIENTS,
+    POLL_COUNT = POLL_CONTROL + CONTROL_POLLS
+};
 
 struct serve {
     struct serve_events events;
@@ -38,6 +46,7 @@ struct serve {
                            due */
     bool busy;          /* the last round left something to do at once */
     int listener, stop_fd[2];
+    struct serve_control control;
     bool has_pty;
     struct net_pty pty;
     uint64_t asked_ns; /* when observers' requests were last passed on */
@@ -106,6 +115,14 @@ static bool open_doors(struct serve *serve, const struct serve_options *options,
             return false;
         serve->events.listens(serve->events.ctx, "tcp", address);
     }
+    if (options->control_port != NULL) {
+        failure->stage = SERVE_CONTROL;
+        serve->control.listener =
+            net_tcp_listen("127.0.0.1", options->control_port, address, &failure->error);
+        if (serve->control.listener < 0)
+            return false;
+        serve->events.listens(serve->events.ctx, "control", address);
+    }
     if (options->pty_link != NULL) {
         failure->stage = SERVE_PTY;
         failure->error = net_pty_open(&serve->pty, options->pty_link);
@@ -142,7 +159,7 @@ struct serve *serve_create(const struct serve_options *options, struct serve_fai
     serve->events = options->events;
     serve->full_speed = !(options->speed > 0.0);
     memcpy(serve->stop_fd, options->stop_fd, sizeof serve->stop_fd);
-    serve->listener = -1;
+    serve->listener = serve->control.listener = -1;
     net_hub_init(&serve->hub, &ops, serve);
     serve->host = make_host(options, failure);
     if (serve->host == NULL || !open_doors(serve, options, failure)) {
@@ -160,6 +177,7 @@ void serve_destroy(struct serve *serve) {
         close(serve->listener);
     if (serve->has_pty)
         net_pty_unlink(&serve->pty);
+    serve_control_close(&serve->control);
     net_hub_close(&serve->hub);
     if (serve->has_pty)
         net_pty_close(&serve->pty);
@@ -230,6 +248,7 @@ static int wait_ms(const struct serve *serve) {
 }
 
 static void fill_poll(struct serve *serve) {
+    serve_control_fill_poll(&serve->control, &serve->poll[POLL_CONTROL]);
     serve->poll[POLL_SIGNAL] = (struct pollfd){.fd = serve->stop_fd[0], .events = POLLIN};
     serve->poll[POLL_PARENT] = (struct pollfd){.fd = serve->stop_fd[1], .events = POLLIN};
     serve->poll[POLL_LISTENER] =
@@ -286,6 +305,7 @@ int serve_run(struct serve *serve) {
         if (serve->poll[POLL_SIGNAL].revents != 0 || serve->poll[POLL_PARENT].revents != 0)
             return 0;
         read_clients(serve);
+        serve_control_read(&serve->control, &serve->poll[POLL_CONTROL], serve->host);
         accept_all(serve);
         ask_sometimes(serve);
         work(serve);

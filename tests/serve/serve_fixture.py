@@ -22,11 +22,14 @@ def serve(tmp_path: Path) -> Iterator[Serve]:
     servers: list[Server] = []
     with ExitStack() as stack:
 
-        def start(speed: float = 0.0, pty: bool = False, variant: str = "release") -> Server:
+        def start(
+            speed: float = 0.0, pty: bool = False, variant: str = "release", control: int | None = None
+        ) -> Server:
             options = ServeOptions(
                 board=load_board("host"),
                 tcp=Address("127.0.0.1", 0),
                 pty=tmp_path / "tty" if pty else None,
+                control=control,
                 speed=speed,
                 settings=BASELINE,
             )

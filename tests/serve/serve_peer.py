@@ -24,19 +24,20 @@ Serve = Callable[..., Server]  # the fixture that starts a controller
 class Peer:
     """A connection to the controller. Every wait has a deadline; what does not come fails the test."""
 
-    def __init__(self, fd: int, sock: socket.socket | None = None) -> None:
+    def __init__(self, fd: int, sock: socket.socket | None = None, line_end: bytes = b"\r\n") -> None:
         self._fd = fd
+        self._line_end = line_end
         self._sock = sock
         self._rest = b""
         self._lines: deque[str] = deque()
 
     @classmethod
-    def tcp(cls, address: str) -> Peer:
+    def tcp(cls, address: str, line_end: bytes = b"\r\n") -> Peer:
         host, _, port = address.rpartition(":")
         sock = socket.create_connection((host.strip("[]"), int(port)), DEADLINE_S)
         sock.setblocking(False)
         sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-        return cls(sock.fileno(), sock)
+        return cls(sock.fileno(), sock, line_end)
 
     @classmethod
     def serial(cls, link: Path) -> Peer:
@@ -103,7 +104,7 @@ class Peer:
             return True
         except ConnectionResetError:
             return False
-        *lines, self._rest = (self._rest + data).split(b"\r\n")
+        *lines, self._rest = (self._rest + data).split(self._line_end)
         self._lines.extend(line.decode("latin-1") for line in lines if line)
         return data != b""
 

@@ -22,13 +22,21 @@ from wificnc.sim.run import check_axes, parse_setting
 @click.command()
 @click.option("--tcp", default=DEFAULT_TCP, show_default=True, metavar="HOST:PORT", help="Where TCP listens, or off.")
 @click.option("--pty", type=click.Path(path_type=Path), metavar="LINK", help="A serial port of this name, for senders.")
+@click.option("--control", type=click.IntRange(0, 65535), metavar="PORT", help="Hands at the machine: docs/senders.md.")
 @click.option("--speed", default="1", show_default=True, metavar="1|N|max", help="Times real time; max has no clock.")
 @click.option("--board", default="host", show_default=True, help="Board id or TOML file: axes, timer, pulse timing.")
 @click.option("--machine", help="Machine profile, name or TOML file: steps/mm, rates, accelerations, travel.")
 @click.option("--set", "lines", multiple=True, metavar="'$N=VALUE'", help="A setting on top of that; repeatable.")
 @click.option("--settings", "store", type=click.Path(path_type=Path), metavar="FILE", help="Keep settings in a file.")
 def command(
-    tcp: str, pty: Path | None, speed: str, board: str, machine: str | None, lines: tuple[str, ...], store: Path | None
+    tcp: str,
+    pty: Path | None,
+    control: int | None,
+    speed: str,
+    board: str,
+    machine: str | None,
+    lines: tuple[str, ...],
+    store: Path | None,
 ) -> None:
     """Be a Grbl controller in real time: connect any sender by TCP or by a serial port, and watch it move nothing.
 
@@ -38,7 +46,7 @@ def command(
     profile = load_machine(machine) if machine else None
     check_axes(the_board, profile)
     settings = (*(profile.settings_lines() if profile else ()), *(parse_setting(line) for line in lines))
-    options = ServeOptions(the_board, parse_address(tcp), pty, parse_speed(speed), settings, store)
+    options = ServeOptions(the_board, parse_address(tcp), pty, control, parse_speed(speed), settings, store)
     if options.tcp is None and pty is None:
         raise UserError("there is no way to connect", hint="--pty LINK, or leave --tcp on")
     signal.signal(signal.SIGTERM, _end)
@@ -59,6 +67,8 @@ def _print_doors(server: Server, speed: str) -> None:
     ui.talk.print(f"A controller of {len(options.board.axes)} axes, {pace}. Ctrl-C ends it.")
     if server.tcp:
         ui.data.print(f"tcp     [bold]{escape(server.tcp)}[/]")
+    if server.control:
+        ui.data.print(f"control [bold]{escape(server.control)}[/]")
     if server.device:
         ui.data.print(f"serial  [bold]{escape(str(options.pty))}[/] -> {server.device}")
     if options.tcp and not options.tcp.is_loopback:

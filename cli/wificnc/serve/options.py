@@ -42,6 +42,7 @@ class ServeOptions:
     board: Board
     tcp: Address | None = None
     pty: Path | None = None
+    control: int | None = None  # port of this computer for the hands at the virtual machine; 0: any free one
     speed: float = 1.0
     settings: tuple[str, ...] = ()
     store: Path | None = None  # keeps settings, offsets and startup lines
@@ -84,6 +85,7 @@ def program_arguments(options: ServeOptions) -> list[str]:
         ("--axes", len(options.board.axes)),
         ("--speed", options.speed),
         *([("--host", options.tcp.host), ("--port", options.tcp.port)] if options.tcp else []),
+        *([("--control", options.control)] if options.control is not None else []),
         *([("--pty", options.pty)] if options.pty else []),
         *([("--store", options.store)] if options.store else []),
         *(("--set", line) for line in options.settings),

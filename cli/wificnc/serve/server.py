@@ -45,6 +45,7 @@ class Server:
     def __init__(self, options: ServeOptions, variant: str = "release") -> None:
         self.options = options
         self.tcp: str | None = None
+        self.control: str | None = None
         self.device: Path | None = None  # what the link of the pty leads to
         self._program = serve_program(variant)
 
@@ -99,6 +100,8 @@ class Server:
                 return
             if line[0] == "tcp":
                 self.tcp = line[1]
+            elif line[0] == "control":
+                self.control = line[1]
             elif line[0] == "pty":
                 self.device = Path(line[1])
             elif line[0] == "failed":
@@ -110,6 +113,8 @@ def _failure(options: ServeOptions, stage: str, error: int, text: str) -> ServeE
     """The program's short words as ours."""
     if stage == "tcp":
         return _tcp_failure(options, error)
+    if stage == "control":
+        return ServeError(f"--control {options.control}: {os.strerror(error)}", hint="0 takes any free port")
     if stage == "pty":
         return _pty_failure(options, error)
     if stage == "setting":

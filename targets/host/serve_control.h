@@ -1,0 +1,52 @@
+/* SPDX-License-Identifier: MIT
+ * The hands at the virtual machine: a TCP door where lines press buttons, close switches and move the work
+ * piece.
+ *
+ *   INPUT on|off          door, estop, hold, start, reset, probe, limit-x, limit-max-y, ...: by hand
+ *   travel AXIS LOW HIGH  limit switches, mm of true position; travel AXIS off: none
+ *   surface Z|off         what the probe touches, mm
+ *   place X [Y [Z ...]]   the machine stands here now, mm
+ *   ramp RPM              spindle's change of speed in a second; 0: at once
+ *   state                 where it stands, which inputs are active, what the outputs say
+ *
+ * Each line is answered by one line: `ok`, `error: why`, or the state. */
+#ifndef WIFICNC_HOST_SERVE_CONTROL_H
+#define WIFICNC_HOST_SERVE_CONTROL_H
+
+#include "net_stream.h"
+
+#include <poll.h>
+
+struct host;
+
+enum {
+    CONTROL_CLIENTS = 4,
+    CONTROL_LINE_SIZE = 160,
+    CONTROL_POLLS = CONTROL_CLIENTS + 1,
+    CONTROL_ANSWER_SIZE = 512
+};
+
+struct control_client {
+    struct net_stream stream; /* .ops NULL: a free place */
+    char line[CONTROL_LINE_SIZE];
+    size_t size;
+};
+
+struct serve_control {
+    int listener; /* -1: no such door */
+    struct control_client client[CONTROL_CLIENTS];
+};
+
+/** What to wait for. */
+void serve_control_fill_poll(const struct serve_control *control, struct pollfd polls[CONTROL_POLLS]);
+
+/** Do what came. */
+void serve_control_read(struct serve_control *control, const struct pollfd polls[CONTROL_POLLS],
+                        struct host *host);
+
+void serve_control_close(struct serve_control *control);
+
+/** One command. @param[out] answer  one line with its end */
+void serve_control_line(struct host *host, const char *line, char answer[CONTROL_ANSWER_SIZE]);
+
+#endif

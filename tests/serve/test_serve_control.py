@@ -1,0 +1,80 @@
+"""Hands at the virtual machine: switches, probe, buttons, by lines at the control door."""
+
+from __future__ import annotations
+
+import pytest
+from serve_peer import Peer, Serve
+from wificnc.serve.server import Server
+
+
+@pytest.fixture(params=["release", "asan"])
+def server(request: pytest.FixtureRequest, serve: Serve) -> Server:
+    return serve(speed=0.0, control=0, variant=request.param)
+
+
+def doors(server: Server) -> tuple[Peer, Peer]:
+    assert server.tcp and server.control
+    return Peer.tcp(server.tcp), Peer.tcp(server.control, line_end=b"\n")
+
+
+def say(hands: Peer, line: str) -> str:
+    hands.send(line + "\n")
+    return hands.line()
+
+
+def test_probe_finds_the_surface(server: Server) -> None:
+    sender, hands = doors(server)
+    with sender, hands:
+        assert say(hands, "surface -5.2") == "ok"
+        sender.send("G38.2Z-20F300\n")
+        said = sender.until("^ok$")
+        assert next(line for line in said if line.startswith("[PRB:")).startswith("[PRB:0.000,0.000,-5.200,")
+
+
+def test_hard_limit_at_the_end_of_travel(server: Server) -> None:
+    sender, hands = doors(server)
+    with sender, hands:
+        assert say(hands, "travel x -1 10") == "ok"
+        assert sender.ask("$21=1") == ["ok"]
+        sender.send("G1X50F1000\n")
+        sender.until("^ALARM:1$")
+        assert 10.0 <= float(say(hands, "state").split()[1].split(",")[0]) < 12.0
+
+
+def test_door_opens_and_closes(server: Server) -> None:
+    sender, hands = doors(server)
+    with sender, hands:
+        assert say(hands, "door on") == "ok"
+        while not sender.status().startswith("<Door:1"):
+            pass
+        assert say(hands, "door off") == "ok"
+        sender.send("~")
+        sender.idle_position_mm()
+
+
+def test_estop_stops(server: Server) -> None:
+    sender, hands = doors(server)
+    with sender, hands:
+        assert say(hands, "estop on") == "ok"
+        sender.until("^ALARM:")
+
+
+@pytest.mark.parametrize(
+    ("line", "answer"),
+    [
+        ("", "ok"),
+        ("lift on", "error: no such command or input"),
+        ("door ajar", "error: an input is on or off"),
+        ("travel q 1 2", "error: which axis?"),
+        ("travel x 2 1", "error: travel AXIS LOW HIGH, in mm"),
+        ("surface 1e99", "error: surface Z, in mm, or off"),
+        ("place", "error: place X Y Z, in mm"),
+        ("place 1 2 3 4 5 6 7 8", "error: place X Y Z, in mm"),
+        ("ramp fast", "error: ramp RPM, a second"),
+        ("x" * 5000, "error: no such command or input"),
+    ],
+)
+def test_answers(server: Server, line: str, answer: str) -> None:
+    sender, hands = doors(server)
+    with sender, hands:
+        assert say(hands, line) == answer
