@@ -18,6 +18,7 @@ help:
 	@echo 'make test    all tests'
 	@echo 'make lint    formats, types, static analysis, include directions, house rules'
 	@echo 'make bench   speed, instructions and memory, with the method'
+	@echo 'make generate  what comes from the tables in protocol/, boards/ and core/gcode/status.h'
 	@echo 'make format  let the formatters mend what they can'
 	@echo 'make clean   remove what was built; make distclean removes .venv too'
 
@@ -36,6 +37,11 @@ lint: $(VENV)/.ready-dev
 
 bench: $(VENV)/.ready-dev
 	@cd tools && $(abspath $(PY)) -m bench
+
+generate: $(VENV)/.ready-dev
+	$(PY) -m wificnc.protocol.generate
+	$(PY) -m wificnc.board.generate
+	$(PY) -m wificnc.link.generate_words
 
 format: $(VENV)/.ready-dev
 	$(PY) -m ruff check --quiet --fix cli tools tests examples || true

@@ -92,6 +92,11 @@ static int32_t left_side(const char **text, enum status *status) {
                                                                                     : INT32_MAX;
 }
 
+/* Grbl refuses $0 below 3; a board whose own pulse is shorter takes just that one back. */
+static bool is_pulse_short(const struct machine *machine, int32_t number, double value) {
+    return number == 0 && value >= 0.0 && value < 3.0 && value != (double)machine_board_pulse_us(machine);
+}
+
 static enum status set(struct machine *machine, const char *text) {
     enum status status;
     double value;
@@ -103,6 +108,8 @@ static enum status set(struct machine *machine, const char *text) {
         return STATUS_BAD_NUMBER;
     if (*end != '\0' || number == INT32_MAX)
         return STATUS_UNKNOWN_COMMAND;
+    if (is_pulse_short(machine, number, value))
+        return STATUS_STEP_PULSE_SHORT;
     status = settings_set(&machine->settings, (uint16_t)number, value, machine->board.axis_count);
     if (status != STATUS_OK)
         return status;

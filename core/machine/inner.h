@@ -47,6 +47,8 @@ void machine_stand_at(struct machine *machine, const int32_t position[AXIS_COUNT
 void machine_drop_motion(struct machine *machine);
 /** Feed override in force for what is done now; jogs, probing and homing have none. */
 void machine_apply_override(struct machine *machine);
+/** $0 as the board brings it: its step pulse in whole us, rounded up. */
+uint16_t machine_board_pulse_us(const struct machine *machine);
 void machine_timer_start(const struct machine *machine, struct machine_timer *timer, uint32_t us);
 bool machine_timer_runs(const struct machine *machine, const struct machine_timer *timer);
 

@@ -100,7 +100,7 @@ void keep_load(struct machine *machine) {
 void keep_defaults(struct machine *machine, bool settings, bool offsets, bool lines) {
     if (settings) {
         settings_defaults(&machine->settings);
-        machine->settings.step_pulse_us = (uint16_t)((machine->board.step_pulse_ns + 999) / 1000);
+        machine->settings.step_pulse_us = machine_board_pulse_us(machine);
         machine_apply_settings(machine);
         keep_settings(machine);
     }

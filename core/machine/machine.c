@@ -3,8 +3,8 @@
 
 #include "base/debug.h"
 
-static uint16_t board_pulse_us(const struct machine_board *board) {
-    return (uint16_t)((board->step_pulse_ns + 999) / 1000);
+uint16_t machine_board_pulse_us(const struct machine *machine) {
+    return (uint16_t)((machine->board.step_pulse_ns + 999) / 1000);
 }
 
 void machine_init(struct machine *machine, const struct machine_board *board, struct hal *hal,
@@ -13,7 +13,7 @@ void machine_init(struct machine *machine, const struct machine_board *board, st
     static const struct motion_limits no_limits = {.steps_per_mm = {1, 1, 1, 1, 1, 1}};
     *machine = (struct machine){.board = *board, .hal = hal, .out = *out};
     settings_defaults(&machine->settings);
-    machine->settings.step_pulse_us = board_pulse_us(board);
+    machine->settings.step_pulse_us = machine_board_pulse_us(machine);
     machine->gcode.axes = (axis_mask_t)((1u << board->axis_count) - 1);
     gcode_modal_init(&machine->gcode.modal);
     rx_init(&machine->rx);
@@ -137,8 +137,9 @@ void machine_apply_settings(struct machine *machine) {
     const struct machine_board *board = &machine->board;
     struct motion_limits limits = {.junction_deviation_mm = settings->junction_deviation_mm,
                                    .axis_count = board->axis_count};
-    uint32_t pulse_ns = settings->step_pulse_us == board_pulse_us(board) ? board->step_pulse_ns
-                                                                         : settings->step_pulse_us * 1000u;
+    uint32_t pulse_ns = settings->step_pulse_us == machine_board_pulse_us(machine)
+                            ? board->step_pulse_ns
+                            : settings->step_pulse_us * 1000u;
     uint32_t pulse_rate_hz = 500000000u / pulse_ns; /* the pulse and a pause as long */
     float rate_hz =
         (float)(pulse_rate_hz < board->max_step_rate_hz ? pulse_rate_hz : board->max_step_rate_hz);

@@ -80,4 +80,4 @@ def test_differences() -> None:
         (110, "500.000", None),
         (399, None, "x"),
     ]
-    assert out_of_range(differences({0: "10"}, {0: "1"})) == ["step_pulse_us = 1: must be 3 to 255"]
+    assert out_of_range(differences({0: "10"}, {0: "0"})) == ["step_pulse_us = 0: must be 1 to 255"]

@@ -46,7 +46,7 @@ def problems(folder: Path, text: str) -> list[str]:
         (HEAD.replace("= 80", "= 20000.1"), "4: axis.x.steps_per_mm", "20000, not 20000.1"),
         (HEAD + "travel_mm = -1\n", "7: axis.x.travel_mm", "not -1"),
         (HEAD + 'home_at = "left"\n', "7: axis.x.home_at", "'min' or 'max'"),
-        (HEAD + "[stepper]\nstep_pulse_us = 2\n", "8: stepper.step_pulse_us", "3, not 2"),
+        (HEAD + "[stepper]\nstep_pulse_us = 0\n", "8: stepper.step_pulse_us", "1, not 0"),
         (HEAD + "[stepper]\nstep_pulse_us = 5.5\n", "8: stepper.step_pulse_us", "integer"),
         (HEAD + "[stepper]\nidle_delay_ms = 65536\n", "8: stepper.idle_delay_ms", "65535, not 65536"),
         (HEAD + "[limits]\nhard = 1\n", "8: limits.hard", "boolean"),

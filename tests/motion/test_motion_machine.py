@@ -67,3 +67,11 @@ def test_settings_are_refused_while_moving(host: Host) -> None:
     host.advance(100)
     run = host.run("")
     assert run.answers == ["ok", "error:8"]
+
+
+def test_a_step_pulse_below_3_us_is_refused_unless_it_is_the_boards_own() -> None:
+    """`$0=2` error:6, as in Grbl; but what a board with a short pulse shows as $0 can be typed back."""
+    host = Host(pulse_ns=2000, rate_hz=250_000)
+    run = host.run("$0=1\n$0=2\n$0=2.5\n$0=3\n$0=0\n$0=2\n")
+    host.close()
+    assert run.answers == ["error:6", "ok", "error:6", "ok", "error:6", "ok"]

@@ -194,10 +194,10 @@ def test_whole_numbers_drop_the_fraction_as_grbl_does(
     assert settings.value(number) == kept
 
 
-def test_step_pulse_below_3_is_error_6(settings: Settings) -> None:
-    assert settings.set(0, 2) == STEP_PULSE
-    assert settings.set(0, 2.999) == STEP_PULSE
-    assert settings.set(0, 3) == OK
+def test_no_step_pulse_at_all_is_error_6(settings: Settings) -> None:
+    assert settings.set(0, 0) == STEP_PULSE
+    assert settings.set(0, 0.999) == STEP_PULSE
+    assert settings.set(0, 1) == OK
 
 
 def test_minus_zero_is_kept_as_zero(settings: Settings) -> None:
