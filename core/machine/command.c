@@ -6,6 +6,8 @@
 
 #include <string.h>
 
+enum { STEPS_PER_MM = 100 }; /* $100 .. */
+
 static enum status help(struct machine *machine) {
     text_string(&machine->out,
                 "[HLP:$$ $# $G $I $N $x=val $Nx=line $J=line $SLP $C $X $H $RST=$ ~ ! ? ctrl-x]\r\n");
@@ -114,6 +116,8 @@ static enum status set(struct machine *machine, const char *text) {
     if (status != STATUS_OK)
         return status;
     machine_apply_settings(machine);
+    if (number >= STEPS_PER_MM && number < STEPS_PER_MM + AXIS_COUNT)
+        machine_drop_motion(machine); /* the steps stay, so the machine is at another place in mm */
     outputs_apply(machine);
     report_changed_offset(machine); /* $10 and $13 change how it reads */
     keep_settings(machine);

@@ -160,8 +160,6 @@ void machine_apply_settings(struct machine *machine) {
         .min_interval_ticks = ticks_of(board, 2 * pulse_ns),
         .dir_setup_ticks = ticks_of(board, board->dir_setup_ns),
     };
-    if (machine_is_at_rest(machine)) /* steps stay, mm follow $100 .. */
-        machine_drop_motion(machine);
 }
 
 static bool in_range(const struct machine *machine, const struct gcode_move *move) {

@@ -167,3 +167,13 @@ def test_startup_line_runs_before_it_is_stored(grbl: Grbl) -> None:
     assert grbl.send("$N1=G0X2\n") == "ok\r\n" and grbl.position()[0] == 500
     assert grbl.send("$N\n") == "$N0=\r\n$N1=G0X2\r\nok\r\n"
     assert grbl.send("$N1=\n$N\n") == "ok\r\n$N0=\r\n$N1=\r\nok\r\n"
+
+
+def test_a_setting_does_not_round_the_position(grbl: Grbl) -> None:
+    """Position is sacred: parts of a step survive a `$x=` between incremental moves; $100 keeps the steps."""
+    grbl.fine("G91", *["G0X.0015", "$1=25"] * 8)
+    assert grbl.position()[0] == 3
+    grbl.fine("G90", "G0X1", "$100=125")
+    assert grbl.position()[0] == 250 and "MPos:2.000," in grbl.status()
+    grbl.fine("G0X0")
+    assert grbl.position()[0] == 0
