@@ -25,8 +25,14 @@ JOB = "G21 G90\nF6000\n" + "".join(f"G1 X{i % 40} Y{i % 30}\n" for i in range(30
 
 
 def start(tmp_path: Path, speed: float) -> Server:
-    address = Address("127.0.0.1", 0)
-    return Server(ServeOptions(load_board("host"), address, tmp_path / "tty", speed, SETTINGS))
+    options = ServeOptions(
+        board=load_board("host"),
+        tcp=Address("127.0.0.1", 0),
+        pty=tmp_path / "tty",
+        speed=speed,
+        settings=SETTINGS,
+    )
+    return Server(options)
 
 
 @pytest.fixture

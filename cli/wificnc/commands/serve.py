@@ -46,7 +46,15 @@ def command(
     profile = load_machine(machine) if machine else None
     check_axes(the_board, profile)
     settings = (*(profile.settings_lines() if profile else ()), *(parse_setting(line) for line in lines))
-    options = ServeOptions(the_board, parse_address(tcp), pty, control, parse_speed(speed), settings, store)
+    options = ServeOptions(
+        board=the_board,
+        tcp=parse_address(tcp),
+        pty=pty,
+        control=control,
+        speed=parse_speed(speed),
+        settings=settings,
+        store=store,
+    )
     if options.tcp is None and pty is None:
         raise UserError("there is no way to connect", hint="--pty LINK, or leave --tcp on")
     signal.signal(signal.SIGTERM, _end)

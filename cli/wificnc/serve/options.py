@@ -35,7 +35,7 @@ class Address:
             return self.host == "localhost"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class ServeOptions:
     """A controller to serve. speed 0: as fast as the computer can."""
 
