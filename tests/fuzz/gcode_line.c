@@ -1,0 +1,174 @@
+/* SPDX-License-Identifier: MIT
+ * gcode_line() and gcode_jog() from any valid state: a refused line changes nothing, an accepted one gives
+ * finite numbers within the limits that gcode.h states.
+ *
+ * STATE_BYTES of the input make the state; the rest is lines, carried out one after the other. A line that
+ * begins with '$' is a jog. */
+#include "fuzz.h"
+
+#include "gcode/arc.h"
+#include "gcode/gcode.h"
+
+#include <math.h>
+#include <string.h>
+
+enum { STATE_BYTES = 40, ARC_POINTS = 2000 };
+
+/* Mostly round and small, now and then at the limits. */
+static double coordinate(struct input *input) {
+    uint8_t byte = input_byte(input);
+    if (byte >= 0xfe)
+        return byte == 0xff ? GCODE_COORDINATE_MAX : -GCODE_COORDINATE_MAX;
+    return byte < 0x80 ? (double)byte * 0.5 : -(double)(byte - 0x80) * 13.37;
+}
+
+static void row(struct input *input, double mm[AXIS_COUNT]) {
+    for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
+        mm[ax] = ax < AXIS_A ? coordinate(input) : mm[ax - AXIS_A];
+}
+
+static void modal(struct input *input, struct gcode_modal *modal) {
+    uint8_t flags = input_byte(input), modes = input_byte(input);
+    gcode_modal_init(modal);
+    modal->motion = (enum gcode_motion)(modes % 6);
+    modal->plane = (enum gcode_plane)(modes / 6 % 3);
+    modal->path = (enum gcode_path)(modes / 18 % 3);
+    modal->spindle = (enum gcode_spindle)(modes / 54 % 3);
+    modal->inches = (flags & 1) != 0;
+    modal->incremental = (flags & 2) != 0;
+    modal->arc_absolute = (flags & 4) != 0;
+    modal->feed_mode = (flags & 8) != 0 ? FEED_INVERSE_TIME : FEED_PER_MIN;
+    modal->coolant = flags >> 4 & (COOLANT_MIST | COOLANT_FLOOD);
+    modal->probe = modal->motion == MOTION_PROBE ? (uint8_t)(2 + (flags >> 6)) : 0;
+    modal->wcs = input_byte(input) % WCS_COUNT;
+    modal->tool = input_byte(input);
+    modal->feed_mm_s = modal->feed_mode == FEED_PER_MIN ? (float)input_byte(input) : 0.0f;
+    modal->spindle_rpm = (float)input_byte(input) * 100.0f;
+}
+
+static void state_from(struct input *input, struct gcode_state *state) {
+    uint8_t axes = input_byte(input);
+    modal(input, &state->modal);
+    row(input, state->position_mm);
+    for (unsigned n = 0; n < WCS_COUNT; n++)
+        row(input, state->offsets.wcs_mm[n]);
+    row(input, state->offsets.g28_mm);
+    row(input, state->offsets.g30_mm);
+    row(input, state->offsets.g92_mm);
+    state->offsets.tool_length_mm = coordinate(input);
+    state->axes = (axis_mask_t)((1u << (1 + axes % AXIS_COUNT)) - 1);
+}
+
+static void check_row(const double mm[AXIS_COUNT], const char *what) {
+    for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
+        CLAIM(fabs(mm[ax]) <= GCODE_COORDINATE_MAX, "%s of axis %u is %g", what, ax, mm[ax]);
+}
+
+static void check_modal(const struct gcode_modal *modal) {
+    CLAIM(modal->motion <= MOTION_NONE && modal->plane <= PLANE_YZ && modal->path <= PATH_EXACT_STOP,
+          "no such mode");
+    CLAIM(modal->feed_mode <= FEED_INVERSE_TIME && modal->spindle <= SPINDLE_CCW && modal->coolant <= 3,
+          "no such mode");
+    CLAIM(modal->wcs < WCS_COUNT && modal->tool >= 0 && modal->tool <= 255, "wcs %d, tool %ld", modal->wcs,
+          (long)modal->tool);
+    CLAIM(modal->motion != MOTION_PROBE || (modal->probe >= 2 && modal->probe <= 5), "probe %d",
+          modal->probe);
+    CLAIM(isfinite(modal->feed_mm_s) && modal->feed_mm_s >= 0, "feed %g", (double)modal->feed_mm_s);
+    CLAIM(isfinite(modal->spindle_rpm) && modal->spindle_rpm >= 0, "S %g", (double)modal->spindle_rpm);
+    CLAIM(isfinite(modal->path_tolerance_mm) && modal->path_tolerance_mm >= 0, "P %g",
+          (double)modal->path_tolerance_mm);
+}
+
+static void check_arc(const double start_mm[AXIS_COUNT], const struct gcode_move *move) {
+    double point_mm[AXIS_COUNT] = {0};
+    struct arc arc;
+    CLAIM(move->plane <= PLANE_YZ, "plane %d", move->plane);
+    CLAIM(isfinite(move->center_mm[0]) && isfinite(move->center_mm[1]), "centre %g %g", move->center_mm[0],
+          move->center_mm[1]);
+    arc_begin(&arc, start_mm, move, 0.002);
+    CLAIM(arc.chords > 0, "an arc without chords");
+    CLAIM(arc.radius_mm <= GCODE_RADIUS_MAX_MM * 1.001, "radius %g", arc.radius_mm);
+    double length_mm = arc_length_mm(&arc);
+    CLAIM(isfinite(length_mm) && length_mm >= 0, "length %g", length_mm);
+    for (unsigned n = 0; n < ARC_POINTS && arc_next(&arc, point_mm); n++)
+        for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
+            CLAIM(isfinite(point_mm[ax]), "point %u of an arc", n);
+    if (arc.done == arc.chords)
+        CLAIM(memcmp(point_mm, move->target_mm, sizeof point_mm) == 0, "an arc ends elsewhere");
+}
+
+static void check_move(const struct gcode_state *state, const struct gcode_move *move) {
+    CLAIM(move->motion <= MOTION_NONE, "motion %d", move->motion);
+    if (move->motion == MOTION_NONE)
+        return;
+    check_row(move->target_mm, "target");
+    if (move->via)
+        check_row(move->via_mm, "via");
+    for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
+        if ((state->axes >> ax & 1) == 0)
+            CLAIM(move->target_mm[ax] == state->position_mm[ax], "axis %u is not there and moves", ax);
+    CLAIM(isfinite(move->feed_mm_s) && move->feed_mm_s >= 0, "feed %g", (double)move->feed_mm_s);
+    CLAIM(isfinite(move->inverse_time_s) && move->inverse_time_s >= 0, "time %g",
+          (double)move->inverse_time_s);
+    CLAIM(move->motion == MOTION_RAPID || move->feed_mm_s > 0 || move->inverse_time_s > 0,
+          "a move that never ends");
+    CLAIM((move->motion == MOTION_PROBE) == (move->probe != 0), "probe %d", move->probe);
+    if (move->motion == MOTION_ARC_CW || move->motion == MOTION_ARC_CCW)
+        check_arc(state->position_mm, move);
+}
+
+static void check_command(const struct gcode_state *state, const struct gcode_command *command) {
+    check_modal(&command->next);
+    CLAIM(isfinite(command->dwell_s), "dwell %g", (double)command->dwell_s);
+    CLAIM(command->store <= STORE_G92, "store %d", command->store);
+    CLAIM(command->store != STORE_WCS || command->store_wcs < WCS_COUNT, "row %d", command->store_wcs);
+    if (command->store != STORE_NOTHING)
+        check_row(command->store_mm, "stored offset");
+    if (command->store_tool_length)
+        CLAIM(fabs(command->tool_length_mm) <= GCODE_COORDINATE_MAX, "tool length %g",
+              command->tool_length_mm);
+    CLAIM(command->flow <= FLOW_END, "flow %d", command->flow);
+    check_move(state, &command->move);
+}
+
+static void carry_out(struct gcode_state *state, const struct gcode_command *command) {
+    gcode_offsets_apply(&state->offsets, command);
+    if (command->move.motion != MOTION_NONE)
+        memcpy(state->position_mm, command->move.target_mm, sizeof state->position_mm);
+    state->modal = command->next;
+}
+
+static void line(struct gcode_state *state, const char *text) {
+    const struct gcode_state before = *state;
+    struct gcode_command command;
+    bool jog = text[0] == '$';
+    memset(&command, 0xa5, sizeof command);
+    enum status status = jog ? gcode_jog(state, text + 1, &command) : gcode_line(state, text, &command);
+    CLAIM(memcmp(state, &before, sizeof before) == 0, "resolving changes the state");
+    CLAIM(status == STATUS_OK || strcmp(status_text(status), "unknown status") != 0, "status %d", status);
+    if (status != STATUS_OK)
+        return;
+    check_command(state, &command);
+    CLAIM(!jog || memcmp(&command.next, &before.modal, sizeof before.modal) == 0, "a jog changes modes");
+    carry_out(state, &command);
+}
+
+int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
+    struct gcode_state state;
+    size_t head = size < STATE_BYTES ? size : STATE_BYTES;
+    struct input input = {data, data + head};
+    memset(&state, 0, sizeof state);
+    state_from(&input, &state);
+    for (const uint8_t *at = data + head, *end = data + size; at < end;) {
+        const uint8_t *stop = memchr(at, '\n', (size_t)(end - at));
+        size_t length = (size_t)((stop != NULL ? stop : end) - at);
+        char *text = calloc(length + 1, 1);
+        if (text == NULL)
+            abort();
+        memcpy(text, at, length);
+        line(&state, text);
+        free(text);
+        at += length + (stop != NULL);
+    }
+    return 0;
+}

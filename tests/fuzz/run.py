@@ -1,0 +1,122 @@
+"""Build the harnesses with libFuzzer and sanitizers, run each for a while: python tests/fuzz/run.py --seconds 60.
+
+New inputs go to build/fuzz/corpus/NAME, crashers to build/fuzz/crash/NAME; tests/fuzz/corpus is where it starts from.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import re
+import shutil
+import subprocess
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+from wificnc.build.checkout import checkout_root
+from wificnc.build.host import VARIANTS, build_program
+from wificnc.errors import BuildError
+
+HERE = Path(__file__).resolve().parent
+NAMES = ("line_reader", "gcode_line", "machine")
+SANITIZERS = "address,undefined"
+LENGTHS = {"line_reader": 1024, "gcode_line": 1024, "machine": 2048}
+SLOWEST_S = 20  # one input
+SHOWN = 60  # of a crash
+HINT = "Debian, Ubuntu: apt-get install clang libclang-rt-14-dev (the number is that of `clang --version`)"
+
+
+@dataclass(frozen=True)
+class Result:
+    """What one run of a harness came to."""
+
+    name: str
+    ok: bool
+    executions: int
+    coverage: int
+    corpus: int
+
+
+def main() -> int:
+    """The command line."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--seconds", type=int, default=60, help="for each harness")
+    parser.add_argument("names", nargs="*", choices=[*NAMES, []], help="default: all")
+    asked = parser.parse_args()
+    try:
+        programs = {name: build(name) for name in asked.names or NAMES}
+    except BuildError as err:
+        missing = not clang() or "libclang_rt" in str(err)
+        print(f"{err}" + (f"\nThe fuzzers need clang with libFuzzer. {HINT}" if missing else ""), file=sys.stderr)
+        return 1
+    results = [run(name, program, asked.seconds) for name, program in programs.items()]
+    for result in results:
+        print(f"fuzz {result.name:12} {'ok' if result.ok else 'FAILED':6} {result.executions:>10} executions, ", end="")
+        print(f"{result.coverage} edges, {result.corpus} inputs")
+    return 0 if all(result.ok for result in results) else 1
+
+
+def clang() -> str:
+    """$CLANG, or the clang there is, or nothing."""
+    return os.environ.get("CLANG") or shutil.which("clang") or ""
+
+
+def build(name: str) -> Path:
+    """One harness with everything it drives, all of it instrumented. Raises BuildError."""
+    if not clang():
+        raise BuildError("there is no clang here")
+    os.environ["CC"] = clang()
+    common = ("-O1", "-fno-omit-frame-pointer", "-fno-sanitize-recover=all")
+    VARIANTS["fuzz"] = (
+        (*common, f"-fsanitize=fuzzer-no-link,{SANITIZERS}"),
+        (f"-fsanitize=fuzzer,{SANITIZERS}",),
+    )
+    return build_program([HERE / f"{name}.c"], checkout_root() / "build" / "fuzz" / name, "fuzz", [f"-I{HERE}"])
+
+
+def run(name: str, program: Path, seconds: int) -> Result:
+    """Run one harness; what it says is shown."""
+    folder = program.parent
+    grown, crashes = folder / "corpus" / name, folder / "crash" / name
+    for path in (grown, crashes):
+        path.mkdir(parents=True, exist_ok=True)
+    options = [
+        f"-max_total_time={seconds}",
+        f"-max_len={LENGTHS[name]}",
+        f"-timeout={SLOWEST_S}",
+        f"-artifact_prefix={crashes}/",
+        f"-dict={HERE / 'gcode.dict'}",
+        "-print_final_stats=1",
+        "-reload=0",
+    ]
+    corpora = [grown, HERE / "corpus" / name, HERE / "regressions" / name]
+    process = subprocess.Popen(
+        [str(program), *options, *(str(path) for path in corpora if path.is_dir())],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        errors="replace",
+    )
+    assert process.stdout is not None
+    said = []
+    for line in process.stdout:
+        said.append(line)
+        if re.match(r"#\d+\s+(INITED|pulse|DONE)", line):
+            print(f"{name}: {line}", end="", flush=True)
+    ok = process.wait() == 0
+    if not ok:
+        print("".join(said[-SHOWN:]), end="")
+    return summary(name, ok, "".join(said))
+
+
+def summary(name: str, ok: bool, said: str) -> Result:
+    """The figures of a run from libFuzzer's words."""
+    executions = re.findall(r"stat::number_of_executed_units:\s*(\d+)", said) or re.findall(r"^#(\d+)", said, re.M)
+    coverage = re.findall(r"\bcov: (\d+)", said)
+    corpus = re.findall(r"\bcorp: (\d+)", said)
+    return Result(name, ok, *(int(found[-1]) if found else 0 for found in (executions, coverage, corpus)))
+
+
+if __name__ == "__main__":
+    sys.exit(main())
