@@ -65,8 +65,14 @@ static bool may_go_on(const struct rx *rx) {
            __atomic_load_n(&rx->lost_lines, __ATOMIC_ACQUIRE) == 0;
 }
 
+/* The LF of a CR LF; the CR was lost, or it was the last to find room. */
+static bool is_second_half(const struct rx *rx, uint8_t byte) {
+    uint8_t before = rx->lost_byte != 0 ? rx->lost_byte : rx->bytes[(rx->index.head - 1) & (RX_SIZE - 1)];
+    return before == '\r' && byte == '\n';
+}
+
 void rx_put_or_lose(struct rx *rx, uint8_t byte) {
-    bool pair = rx->lost_byte == '\r' && byte == '\n';
+    bool pair = is_second_half(rx, byte);
     if (rx->lost_byte == 0 || (!pair && may_go_on(rx))) {
         rx->lost_byte = 0;
         if (rx_put(rx, byte))

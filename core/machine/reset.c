@@ -50,9 +50,6 @@ void machine_reset(struct machine *machine, enum alarm alarm) {
     outputs_off(machine);
     machine->feed_pct = machine->rapid_pct = machine->spindle_pct = 100;
     machine_apply_override(machine);
-    rx_flush(&machine->rx);
-    machine->line_from = rx_taken(&machine->rx);
-    line_reader_reset(&machine->reader);
     machine->stage = TASK_NONE;
     machine->startup = STARTUP_LINE_COUNT;
     machine->arc_pending = machine->critical = machine->critical_untold = machine->flushing = false;
@@ -64,9 +61,17 @@ void machine_reset(struct machine *machine, enum alarm alarm) {
         machine_transition(machine, MACHINE_RESETS);
 }
 
+/* All that came before the banner is gone, as in Grbl: also what came in the quiet after an alarm. */
+static void forget_input(struct machine *machine) {
+    rx_flush(&machine->rx);
+    machine->line_from = rx_taken(&machine->rx);
+    line_reader_reset(&machine->reader);
+}
+
 void machine_restart(struct machine *machine) {
     struct hal_inputs inputs;
     hal_inputs_read(machine->hal, &inputs);
+    forget_input(machine);
     if (machine->line_open && machine->source != LINE_STARTUP) /* as in Grbl: the line was taken after all */
         text_string(&machine->out, "ok\r\n");
     machine->line_open = machine->restart = false;

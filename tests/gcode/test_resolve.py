@@ -433,3 +433,10 @@ def test_largest_radius(cnc: Controller) -> None:
     assert cnc.answer("G2X2Y2R10000001") == 33
     assert cnc.answer("G3X2Y2R999999999999999999") == 33
     assert cnc.answer("G3X2Y2I999999999999999999") == 33
+
+
+@pytest.mark.parametrize(("axes", "line"), [(0b1, "G17G2X5I5"), (0b11, "G18G3X5I5"), (0b11, "G19G2Y5R9")])
+def test_an_arc_needs_both_axes_of_its_plane(lib: CDLL, axes: int, line: str) -> None:
+    """An axis that the machine has not would have to move."""
+    cnc = Controller(lib, axes)
+    assert cnc.answer("F100", line) == 20

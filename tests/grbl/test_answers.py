@@ -56,6 +56,16 @@ def test_after_an_overflow_whole_lines_come_again(grbl: Grbl, end: str) -> None:
     assert grbl.position()[0] == 0
 
 
+def test_an_overflow_between_cr_and_lf_makes_no_line(grbl: Grbl) -> None:
+    """Each line gets exactly one answer, also when its CR found the last free byte and its LF none."""
+    grbl.after(0, "G4P1\n")
+    grbl.flood("G4P0\r\n" * (RX_SIZE // 6 - 1) + " " * (RX_SIZE % 6 + 6 - 3) + "G0\r" + "\n")
+    said = grbl.send("")
+    assert said.count("ok") == 1 + RX_SIZE // 6 and "error" not in said
+    grbl.flood("G91\r\n")
+    assert grbl.send("") == "ok\r\n"
+
+
 def test_reset_while_a_line_is_executing(grbl: Grbl) -> None:
     """A reset while a line is executing makes that line's `ok` appear **before** the banner."""
     grbl.after(0.2, "G4P1\n")
@@ -63,6 +73,15 @@ def test_reset_while_a_line_is_executing(grbl: Grbl) -> None:
     grbl.after(0.3, "G1X-10F1000\n" + "X-9\nX-10\n" * 40)
     said = grbl.send("\x18")
     assert said == "ALARM:3\r\nok\r\n" + BANNER + LOCKED
+
+
+def test_a_reset_drops_all_that_came_before_its_banner(grbl: Grbl) -> None:
+    """A banner starts anew: no answer behind it belongs to a line sent before it, not even in the quiet after an alarm."""
+    grbl.after(0.3, "G1X-10F1000\n")
+    assert grbl.after(0.2, "\x18$I\n") == "ALARM:3\r\n"
+    assert grbl.after(0.1, "$X\n$I\nG0X") == ""
+    assert grbl.send("") == BANNER + LOCKED
+    assert grbl.send("$X\n") == "[MSG:Caution: Unlocked]\r\nok\r\n"
 
 
 def put_in_state(grbl: Grbl, state: str) -> None:
