@@ -10,13 +10,16 @@ DEMO_FILE    ?= examples/$(DEMO).nc
 DEMO_MACHINE ?= examples/machines/shapeoko3.toml
 DEMO_PICTURE ?= build/demo/$(DEMO).png
 
-.PHONY: help demo test lint bench format generate clean distclean
+SECONDS ?= 60
+
+.PHONY: help demo test lint fuzz bench format generate clean distclean
 .DEFAULT_GOAL := help
 
 help:
 	@echo 'make demo    run a real job through the real core and draw it (build/demo/)'
 	@echo 'make test    all tests'
 	@echo 'make lint    formats, types, static analysis, include directions, house rules'
+	@echo 'make fuzz    look for inputs that break something; SECONDS=60 for each harness'
 	@echo 'make bench   speed, instructions and memory, with the method'
 	@echo 'make generate  what comes from the tables in protocol/, boards/ and core/gcode/status.h'
 	@echo 'make format  let the formatters mend what they can'
@@ -34,6 +37,9 @@ test: $(VENV)/.ready-dev
 
 lint: $(VENV)/.ready-dev
 	@cd tools && $(abspath $(PY)) -m lint $(ONLY)
+
+fuzz: $(VENV)/.ready-dev
+	$(PY) tests/fuzz/run.py --seconds $(SECONDS) $(ONLY)
 
 bench: $(VENV)/.ready-dev
 	@cd tools && $(abspath $(PY)) -m bench

@@ -76,7 +76,7 @@ def test_reset_while_a_line_is_executing(grbl: Grbl) -> None:
 
 
 def test_a_reset_drops_all_that_came_before_its_banner(grbl: Grbl) -> None:
-    """A banner starts anew: no answer behind it belongs to a line sent before it, not even in the quiet after an alarm."""
+    """A reset drops what waits, and what comes in the quiet after its alarm: nothing behind the banner is for that."""
     grbl.after(0.3, "G1X-10F1000\n")
     assert grbl.after(0.2, "\x18$I\n") == "ALARM:3\r\n"
     assert grbl.after(0.1, "$X\n$I\nG0X") == ""

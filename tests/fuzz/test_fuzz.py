@@ -1,0 +1,82 @@
+"""Every input that the fuzzers start from or once found, through the same harnesses, with any compiler."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from wificnc.build.checkout import checkout_root
+from wificnc.build.compiler import locate_compiler
+from wificnc.build.host import build_program
+
+HERE = Path(__file__).parent
+NAMES = ("line_reader", "gcode_line", "machine")
+SLOWEST_S = 120  # all inputs of one harness, on a busy machine
+
+
+def inputs(name: str) -> list[Path]:
+    """What is committed for one harness."""
+    return sorted(path for kind in ("corpus", "regressions") for path in (HERE / kind / name).glob("*"))
+
+
+@pytest.fixture(scope="module")
+def folder() -> Path:
+    return checkout_root() / "build" / "tests" / "fuzz"
+
+
+def replayed(folder: Path, name: str, files: list[Path]) -> subprocess.CompletedProcess[str]:
+    """Plain checks always; what sanitizers see is seen by make fuzz, and where the compiler is gcc or clang here."""
+    sources = [HERE / f"{name}.c", HERE / "replay.c"]
+    program = build_program(sources, folder / name, variant(), [f"-I{HERE}"])
+    return subprocess.run([program, *files], capture_output=True, text=True, timeout=SLOWEST_S)
+
+
+def variant() -> str:
+    """zig brings no sanitizer runtime."""
+    return "release" if "zig" in " ".join(locate_compiler()) else "asan"
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_committed_inputs(folder: Path, name: str) -> None:
+    files = inputs(name)
+    run = replayed(folder, name, files)
+    assert run.returncode == 0, run.stderr
+    assert run.stderr.splitlines() == [str(path) for path in files], "each was replayed"
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_inputs_cut_anywhere(folder: Path, tmp_path: Path, name: str) -> None:
+    """Half an input is an input too."""
+    cut = []
+    for path in inputs(name):
+        data = path.read_bytes()
+        for part in (0, 1, len(data) // 3, 2 * len(data) // 3):
+            cut.append(tmp_path / f"{path.name}-{part}")
+            cut[-1].write_bytes(data[:part])
+    run = replayed(folder, name, cut)
+    assert run.returncode == 0, run.stderr
+
+
+def test_a_false_claim_ends_the_run(folder: Path, tmp_path: Path) -> None:
+    """A harness that cannot fail proves nothing."""
+    liar = tmp_path / "liar.c"
+    liar.write_text(
+        '#include "fuzz.h"\n'
+        "int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {\n"
+        '    CLAIM(size == 0 || data[0] != 7, "a seven");\n    return 0;\n}\n'
+    )
+    seven = tmp_path / "seven"
+    seven.write_bytes(b"\x07")
+    program = build_program([liar, HERE / "replay.c"], tmp_path / "liar", variant(), [f"-I{HERE}"])
+    run = subprocess.run([program, seven], capture_output=True, text=True)
+    assert run.returncode != 0 and "a seven" in run.stderr
+
+
+def test_without_clang_it_says_what_to_install(tmp_path: Path) -> None:
+    environment = {**os.environ, "PATH": str(tmp_path), "CLANG": ""}
+    run = subprocess.run([sys.executable, HERE / "run.py"], env=environment, capture_output=True, text=True)
+    assert run.returncode == 1
+    assert "there is no clang here" in run.stderr and "apt-get install clang libclang-rt-" in run.stderr
