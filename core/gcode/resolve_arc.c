@@ -72,7 +72,7 @@ enum status resolve_arc(struct resolver *r) {
 
     if (!(r->axis_words & (1u << axes[0] | 1u << axes[1])))
         return STATUS_ARC_NO_PLANE_AXIS;
-    if ((~r->state->axes & (1u << axes[0] | 1u << axes[1])) != 0)
+    if ((r->state->axes >> axes[0] & r->state->axes >> axes[1] & 1) == 0)
         return STATUS_UNSUPPORTED; /* half of the plane is not there */
     if (resolve_take(r, 'R', &radius)) {
         status = center_from_radius(r, radius * r->unit_mm, x, y, offset);
