@@ -11,6 +11,7 @@ DEMO_MACHINE ?= examples/machines/shapeoko3.toml
 DEMO_PICTURE ?= build/demo/$(DEMO).png
 
 SECONDS ?= 60
+SEED    ?= 0
 
 .PHONY: help demo test lint fuzz bench format generate clean distclean
 .DEFAULT_GOAL := help
@@ -19,7 +20,7 @@ help:
 	@echo 'make demo    run a real job through the real core and draw it (build/demo/)'
 	@echo 'make test    all tests'
 	@echo 'make lint    formats, types, static analysis, include directions, house rules'
-	@echo 'make fuzz    look for inputs that break something; SECONDS=60 for each harness'
+	@echo 'make fuzz    look for inputs that break something: 60 s for each harness, or SECONDS=N'
 	@echo 'make bench   speed, instructions and memory, with the method'
 	@echo 'make generate  what comes from the tables in protocol/, boards/ and core/gcode/status.h'
 	@echo 'make format  let the formatters mend what they can'
@@ -39,7 +40,7 @@ lint: $(VENV)/.ready-dev
 	@cd tools && $(abspath $(PY)) -m lint $(ONLY)
 
 fuzz: $(VENV)/.ready-dev
-	$(PY) tests/fuzz/run.py --seconds $(SECONDS) $(ONLY)
+	$(PY) tests/fuzz/run.py --seconds $(SECONDS) --seed $(SEED) $(ONLY)
 
 bench: $(VENV)/.ready-dev
 	@cd tools && $(abspath $(PY)) -m bench

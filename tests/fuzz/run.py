@@ -1,6 +1,7 @@
 """Build the harnesses with libFuzzer and sanitizers, run each for a while: python tests/fuzz/run.py --seconds 60.
 
-New inputs go to build/fuzz/corpus/NAME, crashers to build/fuzz/crash/NAME; tests/fuzz/corpus is where it starts from.
+As many run at once as there are processors. They start from tests/fuzz/corpus; new inputs go to build/fuzz/corpus/NAME,
+crashers to build/fuzz/crash/NAME.
 """
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ import re
 import shutil
 import subprocess
 import sys
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -24,7 +26,7 @@ SANITIZERS = "address,undefined"
 LENGTHS = {"line_reader": 1024, "gcode_line": 1024, "machine": 2048}
 SLOWEST_S = 20  # one input
 SHOWN = 60  # of a crash
-HINT = "Debian, Ubuntu: apt-get install clang libclang-rt-14-dev (the number is that of `clang --version`)"
+HINT = "Debian, Ubuntu: apt-get install clang libclang-rt-dev"
 
 
 @dataclass(frozen=True)
@@ -42,6 +44,7 @@ def main() -> int:
     """The command line."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--seconds", type=int, default=60, help="for each harness")
+    parser.add_argument("--seed", type=int, default=0, help="of the mutations; 0: another each time")
     parser.add_argument("names", nargs="*", choices=[*NAMES, []], help="default: all")
     asked = parser.parse_args()
     try:
@@ -50,7 +53,8 @@ def main() -> int:
         missing = not clang() or "libclang_rt" in str(err)
         print(f"{err}" + (f"\nThe fuzzers need clang with libFuzzer. {HINT}" if missing else ""), file=sys.stderr)
         return 1
-    results = [run(name, program, asked.seconds) for name, program in programs.items()]
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        results = list(pool.map(lambda name: run(name, programs[name], asked.seconds, asked.seed), programs))
     for result in results:
         print(f"fuzz {result.name:12} {'ok' if result.ok else 'FAILED':6} {result.executions:>10} executions, ", end="")
         print(f"{result.coverage} edges, {result.corpus} inputs")
@@ -75,7 +79,7 @@ def build(name: str) -> Path:
     return build_program([HERE / f"{name}.c"], checkout_root() / "build" / "fuzz" / name, "fuzz", [f"-I{HERE}"])
 
 
-def run(name: str, program: Path, seconds: int) -> Result:
+def run(name: str, program: Path, seconds: int, seed: int) -> Result:
     """Run one harness; what it says is shown."""
     folder = program.parent
     grown, crashes = folder / "corpus" / name, folder / "crash" / name
@@ -83,6 +87,7 @@ def run(name: str, program: Path, seconds: int) -> Result:
         path.mkdir(parents=True, exist_ok=True)
     options = [
         f"-max_total_time={seconds}",
+        f"-seed={seed}",
         f"-max_len={LENGTHS[name]}",
         f"-timeout={SLOWEST_S}",
         f"-artifact_prefix={crashes}/",

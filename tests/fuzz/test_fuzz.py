@@ -79,4 +79,4 @@ def test_without_clang_it_says_what_to_install(tmp_path: Path) -> None:
     environment = {**os.environ, "PATH": str(tmp_path), "CLANG": ""}
     run = subprocess.run([sys.executable, HERE / "run.py"], env=environment, capture_output=True, text=True)
     assert run.returncode == 1
-    assert "there is no clang here" in run.stderr and "apt-get install clang libclang-rt-" in run.stderr
+    assert "there is no clang here" in run.stderr and "apt-get install clang libclang-rt-dev" in run.stderr
