@@ -26,6 +26,10 @@ enum block_group {
     GROUP_FLOW,
     GROUP_SPINDLE,
     GROUP_COOLANT,
+    GROUP_RETRACT,
+    GROUP_TOOL,
+    GROUP_OVERRIDE,
+    GROUP_OUTPUT,
     GROUP_COUNT
 };
 
@@ -41,18 +45,27 @@ enum block_nonmodal {
     NONMODAL_MACHINE_COORDS, /* G53 */
     NONMODAL_G92,
     NONMODAL_G92_CLEAR,
+    NONMODAL_G92_SUSPEND,
+    NONMODAL_G92_RESTORE,
 };
-enum block_tool_length { TOOL_LENGTH_DYNAMIC, TOOL_LENGTH_CANCEL };
+enum block_tool_length { TOOL_LENGTH_DYNAMIC, TOOL_LENGTH_CANCEL, TOOL_LENGTH_TABLE };
 
-/** Value of GROUP_MOTION for G38.n: the motion in the low half, n in the high half. */
-#define BLOCK_PROBE(n)          (MOTION_PROBE | (n) << 4)
-#define BLOCK_MOTION(value)     ((enum gcode_motion)((value) & 15))
-#define BLOCK_PROBE_KIND(value) ((uint8_t)((value) >> 4))
+/** Value of GROUP_OVERRIDE: OVERRIDE_ bits in the low half and what to do with them in the high half. */
+enum block_override { OVERRIDES_ON = 0, OVERRIDES_OFF = 16, OVERRIDES_BY_P = 32 };
+
+/** Value of GROUP_OUTPUT: bits. */
+enum block_output { OUTPUT_OFF = 0, OUTPUT_ON = 1, OUTPUT_SYNC = 2 };
+
+/** Value of GROUP_MOTION: the motion in the low half; n of G38.n or the canned cycle in the high half. */
+#define BLOCK_PROBE(n)      (MOTION_PROBE | (n) << 4)
+#define BLOCK_CYCLE(cycle)  (MOTION_CYCLE | (cycle) << 4)
+#define BLOCK_MOTION(value) ((enum gcode_motion)((value) & 15))
+#define BLOCK_KIND(value)   ((uint8_t)((value) >> 4))
 
 /** Who takes the axis words of the line. */
 enum block_axes {
     AXES_FREE,   /* no code did: they belong to the modal motion */
-    AXES_MOTION, /* G0 .. G3, G38.n */
+    AXES_MOTION, /* G0 .. G3, G38.n, canned cycles */
     AXES_STORE,  /* G10, G92 */
     AXES_HOME,   /* G28, G30 */
     AXES_TOOL_LENGTH,
@@ -66,7 +79,7 @@ enum block_axes {
 
 struct gcode_block {
     uint32_t words;  /* which numbers stand in the line; G and M never do */
-    uint16_t groups; /* which groups have a value */
+    uint32_t groups; /* which groups have a value */
     uint8_t axes;    /* enum block_axes */
     uint8_t value[GROUP_COUNT];
     double number[26]; /* as written; valid where words has the bit */

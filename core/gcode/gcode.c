@@ -11,6 +11,7 @@ void gcode_modal_init(struct gcode_modal *modal) {
         .path = PATH_BLEND,
         .feed_mode = FEED_PER_MIN,
         .spindle = SPINDLE_OFF,
+        .overrides = OVERRIDE_ALL,
     };
 }
 

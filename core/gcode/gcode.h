@@ -18,7 +18,9 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-enum { WCS_COUNT = 6 }; /* G54..G59 */
+enum { WCS_COUNT = 9 };    /* G54..G59, G59.1..G59.3 */
+enum { TOOL_COUNT = 96 };  /* tools with a length in the tool table: T1..T96 */
+enum { OUTPUT_COUNT = 5 }; /* digital outputs P0..P4 of M62..M65 */
 
 /** Every target and every stored offset lies within +-this, in mm or degrees; error:33 otherwise. Positions
  * in steps then fit int32_t up to 21 474 steps per unit. */
@@ -34,6 +36,7 @@ enum gcode_motion {
     MOTION_ARC_CCW, /* G3 */
     MOTION_PROBE,   /* G38.2 .. G38.5, see gcode_modal.probe */
     MOTION_NONE,    /* G80 */
+    MOTION_CYCLE,   /* G73 G81 .. G89, see gcode_modal.cycle */
 };
 enum gcode_plane { PLANE_XY, PLANE_ZX, PLANE_YZ };                       /* G17 G18 G19 */
 enum gcode_path { PATH_BLEND, PATH_EXACT, PATH_EXACT_STOP };             /* G64 G61 G61.1 */
@@ -41,6 +44,32 @@ enum gcode_feed_mode { FEED_PER_MIN, FEED_INVERSE_TIME };                /* G94 
 enum gcode_spindle { SPINDLE_OFF, SPINDLE_CW, SPINDLE_CCW };             /* M5 M3 M4 */
 enum gcode_flow { FLOW_RUN, FLOW_PAUSE, FLOW_OPTIONAL_PAUSE, FLOW_END }; /* -, M0, M1, M2 and M30 */
 enum { COOLANT_MIST = 1, COOLANT_FLOOD = 2 };                            /* M7 M8; bits, M9 clears both */
+
+/** Canned cycles: what happens at the bottom and on the way out; gcode/cycle.h. */
+enum gcode_cycle {
+    CYCLE_CHIP,       /* G73 pecks, lifts a little after each */
+    CYCLE_DRILL,      /* G81 */
+    CYCLE_DWELL,      /* G82 */
+    CYCLE_PECK,       /* G83 pecks, leaves the hole after each */
+    CYCLE_BORE,       /* G85 out at feed */
+    CYCLE_BORE_STOP,  /* G86 dwell, spindle stops, out as a rapid */
+    CYCLE_BORE_DWELL, /* G89 dwell, out at feed */
+};
+
+/** What M48 .. M53 enable; bits. */
+enum { OVERRIDE_FEED = 1, OVERRIDE_SPINDLE = 2, OVERRIDE_HOLD = 4, OVERRIDE_ALL = 7 };
+
+/** Words of a canned cycle that later lines of the same cycle need not repeat. As written, so that G91 and
+ * offsets mean what they mean in the line that uses them; forgotten when plane or distance mode change. */
+struct gcode_sticky {
+    double r_mm, z_mm; /* R and the word of the axis normal to the plane */
+    double q_mm;       /* Q > 0 */
+    double initial_mm; /* level before the first of a row of cycles (G98), machine coordinates */
+    float p_s;         /* P >= 0 */
+    uint8_t known;     /* WORD_ bits of resolve_cycle.c */
+    enum gcode_plane plane;
+    bool incremental;
+};
 
 /** Modal state: what stays from line to line. Volatile: back to gcode_modal_init() at reset. */
 struct gcode_modal {
@@ -55,19 +84,26 @@ struct gcode_modal {
     uint8_t coolant;         /* COOLANT_ bits */
     uint8_t wcs;             /* 0 = G54 */
     uint8_t probe;           /* 2..5 for G38.2 .. G38.5 while motion is MOTION_PROBE */
+    uint8_t cycle;           /* enum gcode_cycle while motion is MOTION_CYCLE */
+    bool retract_to_r;       /* G99 */
+    uint8_t overrides;       /* OVERRIDE_ bits */
     int32_t tool;            /* T */
+    int32_t tool_in_spindle; /* T at the last M6; 0 = none since the reset */
     float feed_mm_s;         /* F in mm/s (G94); 0 = none yet. Inverse time is never modal: G93 clears it. */
     float spindle_rpm;       /* S */
     float path_tolerance_mm; /* G64 P; 0 = $11 alone */
+    struct gcode_sticky sticky; /* means something while motion is MOTION_CYCLE */
 };
 
-/** Offsets. Persistent: wcs_mm, g28_mm, g30_mm. Volatile: g92_mm, tool_length_mm. All in machine mm. */
+/** Offsets. Persistent: wcs_mm, g28_mm, g30_mm, tool_mm. Volatile: the others. All in machine mm. */
 struct gcode_offsets {
     double wcs_mm[WCS_COUNT][AXIS_COUNT];
     double g28_mm[AXIS_COUNT];
     double g30_mm[AXIS_COUNT];
     double g92_mm[AXIS_COUNT];
-    double tool_length_mm; /* on Z */
+    double g92_kept_mm[AXIS_COUNT]; /* what G92.3 brings back after G92.2 */
+    double tool_length_mm;          /* on Z, in force */
+    float tool_mm[TOOL_COUNT];      /* tool table: length of T1.., on Z; exact to 0.01 um up to 100 mm */
 };
 
 /** Everything gcode_resolve() reads. */
@@ -77,6 +113,19 @@ struct gcode_state {
     double position_mm[AXIS_COUNT]; /* programmed end of the last accepted move, machine coordinates */
     axis_mask_t axes;               /* axes this machine has; a word of another axis is error:20 */
 };
+
+/** A canned cycle: the same hole `repeats` times. Levels are machine coordinates of the axis normal to the
+ * plane: bottom <= r <= clear. The last hole lies at target_mm, in front of it each step_mm. */
+struct gcode_drill {
+    enum gcode_cycle cycle;
+    double r_mm, bottom_mm, clear_mm;
+    double step_mm[2]; /* from hole to hole, plane axes in the order of arc_plane_axes */
+    uint32_t repeats;  /* L, 1 .. DRILL_REPEATS_MAX */
+    double peck_mm;    /* Q of G73, G83 */
+    uint32_t pecks;    /* >= 1 */
+    float dwell_s;     /* P of G82, G86, G89 */
+};
+enum { DRILL_REPEATS_MAX = 65535, DRILL_PECKS_MAX = 1000000 };
 
 /** What one motion does. Targets are machine coordinates. For MOTION_NONE nothing else is filled in. */
 struct gcode_move {
@@ -89,32 +138,50 @@ struct gcode_move {
     double center_mm[2];       /* centre in the plane, machine coordinates, first and second plane axis */
     int32_t turns;             /* full turns in addition to the part turn; 0 today (P word later) */
     bool via;                  /* G28, G30 with axis words: go through via_mm first, as a rapid */
-    double via_mm[AXIS_COUNT]; /* filled in when via */
+    double via_mm[AXIS_COUNT]; /* filled in when via, and for MOTION_CYCLE */
     uint8_t probe;             /* 2..5 for G38.2 .. G38.5, else 0 */
+    struct gcode_drill drill; /* filled in for MOTION_CYCLE; plane and via_mm (bottom of the last hole) too */
 };
 
 /** Which row of gcode_offsets a line replaces. */
-enum gcode_store { STORE_NOTHING, STORE_WCS, STORE_G28, STORE_G30, STORE_G92 };
+enum gcode_store {
+    STORE_NOTHING,
+    STORE_WCS,
+    STORE_G28,
+    STORE_G30,
+    STORE_G92,       /* G92, G92.1: what G92.3 brings back, too */
+    STORE_G92_ALONE, /* G92.2, G92.3 */
+    STORE_TOOL,      /* no row, but one length of the tool table */
+};
 
 /** A line ready to execute. The machine performs its parts in this order, each after the one before:
- *  spindle/coolant (synchronised with motion when sync is set), dwell, store, move, flow. */
+ *  tool change (motion has finished, spindle and coolant are off), spindle/coolant/override switches
+ *  (synchronised with motion when sync is set), digital output, dwell, store, move, flow. */
 struct gcode_command {
-    struct gcode_modal next;     /* modal state after the line */
-    enum gcode_spindle spindle;  /* for this line's dwell and move; next differs from these two */
-    uint8_t coolant;             /*   only at FLOW_END, which switches both off after the move */
-    bool sync;                   /* a spindle or coolant change: let motion finish first */
+    struct gcode_modal next;    /* modal state after the line */
+    enum gcode_spindle spindle; /* for this line's dwell and move; next differs from these two */
+    uint8_t coolant;            /*   only at FLOW_END, which switches both off after the move */
+    bool tool_change;           /* M6: to next.tool */
+    bool sync;                  /* a change of spindle, coolant, override switches, or M62, M63: let motion
+                                 * finish first */
+    bool output_sync;           /* the digital output waits for motion (M62, M63) */
+    int8_t output;              /* digital output to set, 0 .. OUTPUT_COUNT - 1; -1 = none */
+    bool output_on;
     float dwell_s;               /* >= 0; < 0 means no dwell */
     enum gcode_store store;      /* which row store_mm replaces, see gcode_offsets_apply() */
     uint8_t store_wcs;           /* STORE_WCS: 0 = G54 */
     double store_mm[AXIS_COUNT]; /* the whole new row; not filled in for STORE_NOTHING */
-    bool store_tool_length;      /* G43.1, G49: may come together with a store above */
-    double tool_length_mm;       /* filled in when store_tool_length */
+    uint8_t store_tool;          /* STORE_TOOL: 0 = T1; the length is store_tool_mm */
+    float store_tool_mm;
+    bool store_tool_length; /* G43, G43.1, G49: may come together with a store above */
+    bool tool_table_used;   /* ... by G43: the length came from the tool table */
+    double tool_length_mm;  /* filled in when store_tool_length */
     struct gcode_move move;
     enum gcode_flow flow;
     uint32_t line_number; /* N word, 0 = none */
 };
 
-/** Default modal state: G0 G54 G17 G21 G90 G91.1 G94 G64 M5 M9, T0 F0 S0. */
+/** Default modal state: G0 G54 G17 G21 G90 G91.1 G94 G64 G98 M5 M9 M48 M53, T0 F0 S0. */
 void gcode_modal_init(struct gcode_modal *modal);
 
 /** Work coordinate offset of the state: WCS + G92 + tool length, per axis, mm. */

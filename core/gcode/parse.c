@@ -7,7 +7,9 @@
 /* Words with any number, and words with a rule of their own. */
 #define WORDS_FREE                                                                                           \
     (WORDS_AXES | WORD_BIT('I') | WORD_BIT('J') | WORD_BIT('K') | WORD_BIT('L') | WORD_BIT('R'))
-#define WORDS_NOT_NEGATIVE (WORD_BIT('F') | WORD_BIT('N') | WORD_BIT('P') | WORD_BIT('S') | WORD_BIT('T'))
+#define WORDS_NOT_NEGATIVE                                                                                   \
+    (WORD_BIT('F') | WORD_BIT('H') | WORD_BIT('N') | WORD_BIT('P') | WORD_BIT('Q') | WORD_BIT('S') |         \
+     WORD_BIT('T'))
 
 enum { TOOL_NUMBER_MAX = 255, CODE_X10_MAX = 9999 };
 
@@ -31,7 +33,7 @@ static struct code find_code(int key) {
 }
 
 /* Grbl's answer to a code that is not in the table: a fraction on an M code or on a G code that has no
- * variants is "not a whole number" (G1.5, G54.1); anything else is unsupported (G5, G38.9, M6). */
+ * variants is "not a whole number" (G1.5, G54.1); anything else is unsupported (G5, G38.9, M56). */
 static enum status unknown_code(char letter, struct number number) {
     const double value = number_value(number);
     const int whole = value >= 0.0 && value <= (double)CODE_X10_MAX ? (int)value : -1;
@@ -78,7 +80,7 @@ static enum status take_code(struct gcode_block *block, char letter, struct numb
     }
     if (block->groups >> code.group & 1)
         return STATUS_MODAL_GROUP;
-    block->groups |= (uint16_t)(1u << code.group);
+    block->groups |= (uint32_t)1 << code.group;
     block->value[code.group] = code.value;
     return STATUS_OK;
 }

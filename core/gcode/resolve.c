@@ -16,7 +16,8 @@ static void apply_modes(const struct gcode_block *block, struct gcode_modal *nex
 
     if (block_has_group(block, GROUP_MOTION)) {
         next->motion = BLOCK_MOTION(value[GROUP_MOTION]);
-        next->probe = BLOCK_PROBE_KIND(value[GROUP_MOTION]);
+        next->probe = next->motion == MOTION_PROBE ? BLOCK_KIND(value[GROUP_MOTION]) : 0;
+        next->cycle = next->motion == MOTION_CYCLE ? BLOCK_KIND(value[GROUP_MOTION]) : 0;
     }
     if (only_motion(block))
         return;
@@ -34,6 +35,12 @@ static void apply_modes(const struct gcode_block *block, struct gcode_modal *nex
         next->wcs = value[GROUP_WCS];
     if (block_has_group(block, GROUP_PATH))
         next->path = (enum gcode_path)value[GROUP_PATH];
+    if (block_has_group(block, GROUP_RETRACT))
+        next->retract_to_r = value[GROUP_RETRACT];
+    if (block_has_group(block, GROUP_TOOL)) {
+        next->spindle = SPINDLE_OFF;
+        next->coolant = 0;
+    }
     if (block_has_group(block, GROUP_SPINDLE))
         next->spindle = (enum gcode_spindle)value[GROUP_SPINDLE];
     if (block_has_group(block, GROUP_COOLANT)) /* M7 and M8 add up, M9 clears both */
@@ -88,16 +95,6 @@ static void resolve_path(struct resolver *r) {
     r->out->next.path_tolerance_mm = (float)(tolerance * r->unit_mm);
 }
 
-static void resolve_outputs(struct resolver *r) {
-    const struct gcode_modal *before = &r->state->modal;
-    struct gcode_command *out = r->out;
-
-    out->spindle = out->next.spindle;
-    out->coolant = out->next.coolant;
-    out->sync = out->spindle != before->spindle || out->coolant != before->coolant ||
-                (out->spindle != SPINDLE_OFF && out->next.spindle_rpm != before->spindle_rpm);
-}
-
 static void resolve_flow(struct resolver *r) {
     struct gcode_modal *next = &r->out->next;
 
@@ -109,6 +106,7 @@ static void resolve_flow(struct resolver *r) {
         next->plane = PLANE_XY;
         next->incremental = false;
         next->feed_mode = FEED_PER_MIN;
+        next->overrides = OVERRIDE_ALL;
         next->wcs = 0;
         next->spindle = SPINDLE_OFF;
         next->coolant = 0;
@@ -136,13 +134,18 @@ enum status gcode_resolve(const struct gcode_state *state, const struct gcode_bl
     apply_modes(block, &command->next);
     r.unit_mm = command->next.inches ? MM_PER_INCH : 1.0;
     r.wcs_mm = state->offsets.wcs_mm[command->next.wcs];
+    r.tool_length_mm = state->offsets.tool_length_mm;
+    command->tool_change = command->output_sync = false;
+    command->output = -1;
     command->dwell_s = -1.0f;
     command->store = STORE_NOTHING;
-    command->store_tool_length = false;
+    command->store_tool_length = command->tool_table_used = false;
     command->flow = FLOW_RUN;
     command->line_number = 0;
 
     status = resolve_values(&r);
+    if (status == STATUS_OK && !only_motion(block))
+        status = resolve_switches(&r);
     if (status == STATUS_OK && !only_motion(block))
         status = resolve_dwell(&r);
     if (status == STATUS_OK && !only_motion(block))
@@ -154,8 +157,8 @@ enum status gcode_resolve(const struct gcode_state *state, const struct gcode_bl
     resolve_path(&r);
     if (r.axes != AXES_FREE)
         r.unused &= ~WORDS_AXES;
-    if (r.unused != 0)
-        return STATUS_WORDS_UNUSED;
+    if (r.unused != 0) /* Grbl does not know H and Q */
+        return (r.unused & (WORD_BIT('H') | WORD_BIT('Q'))) != 0 ? STATUS_UNSUPPORTED : STATUS_WORDS_UNUSED;
     resolve_outputs(&r);
     resolve_flow(&r);
     return STATUS_OK;

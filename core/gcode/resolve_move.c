@@ -79,6 +79,7 @@ static enum status feed_move(struct resolver *r) {
     case MOTION_PROBE:
         move->probe = r->out->next.probe;
         return is_position(r, move->target_mm, AXIS_COUNT) ? STATUS_BAD_TARGET : STATUS_OK;
+    case MOTION_CYCLE:
     case MOTION_LINEAR:
     case MOTION_RAPID:
     case MOTION_NONE:
@@ -117,9 +118,11 @@ enum status resolve_move(struct resolver *r) {
     if (r->axis_words == 0)
         return motion == MOTION_RAPID || motion == MOTION_LINEAR ? STATUS_OK : STATUS_NO_AXIS_WORDS;
 
+    move->motion = motion;
+    if (motion == MOTION_CYCLE)
+        return resolve_cycle(r);
     status = find_target(r, move->target_mm);
     if (status == STATUS_OK && motion != MOTION_RAPID)
         status = feed_move(r);
-    move->motion = motion;
     return status;
 }

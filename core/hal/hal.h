@@ -31,6 +31,9 @@ void hal_spindle_set(struct hal *hal, const struct hal_spindle *spindle);
 /** [task] Coolant outputs: COOLANT_ bits of gcode/gcode.h. Takes effect at once. */
 void hal_coolant_set(struct hal *hal, uint8_t bits);
 
+/** [task] Digital outputs of M62 .. M65: bit n = Pn. All off at power-on. Takes effect at once. */
+void hal_digital_set(struct hal *hal, uint8_t bits);
+
 /** Inputs, debounced. limit_* and probe: level of the line, 1 = high ($5 and $6 say what it means). The
  * others: 1 = asks for its action; the board file knows their polarity. */
 struct hal_inputs {

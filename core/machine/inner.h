@@ -49,6 +49,8 @@ void machine_drop_motion(struct machine *machine);
 void machine_apply_override(struct machine *machine);
 /** $0 as the board brings it: its step pulse in whole us, rounded up. */
 uint16_t machine_board_pulse_us(const struct machine *machine);
+/** Feed override of the program, percent: 100 while M49 or M50 P0 have switched it off. */
+uint8_t machine_feed_pct(const struct machine *machine);
 void machine_timer_start(const struct machine *machine, struct machine_timer *timer, uint32_t us);
 bool machine_timer_runs(const struct machine *machine, const struct machine_timer *timer);
 
@@ -68,6 +70,8 @@ bool realtime_poll(struct machine *machine);
 /** Hold, door and jog cancel on their way. */
 bool suspend_poll(struct machine *machine);
 void suspend_open_door(struct machine *machine);
+/** M48 .. M53: OVERRIDE_ bits in force from now on; a hold that waited for M53 comes now. */
+void realtime_enable(struct machine *machine, uint8_t overrides);
 
 /* inputs.c */
 bool inputs_poll(struct machine *machine);
@@ -93,12 +97,22 @@ void outputs_poll(struct machine *machine);
 void task_begin(struct machine *machine);
 /** Carry the current line on. @return true when it came further. */
 bool task_poll(struct machine *machine);
-/** The pause of M0 is over. */
+/** The pause of M0 or M6 is over. */
 void task_resume(struct machine *machine);
 void task_set_position(struct machine *machine, const double target_mm[AXIS_COUNT]);
 /** The target lies within the travel, or soft limits are off. */
 bool task_in_travel(const struct machine *machine, const double target_mm[AXIS_COUNT]);
 bool task_rest_reached(struct machine *machine);
+/** One straight move of the current line. @return false: no room now */
+bool task_push_line(struct machine *machine, const double target_mm[AXIS_COUNT], bool rapid, float feed_mm_s,
+                    float duration_s);
+/** Spindle and coolant, but not in check mode. */
+void task_set_outputs(struct machine *machine, enum gcode_spindle spindle, uint8_t coolant);
+
+/* drill.c: canned cycles */
+void drill_begin(struct machine *machine);
+/** @return TASK_NONE when the cycle is done */
+enum task_stage drill_poll(struct machine *machine);
 
 /* jog.c */
 enum status jog_begin(struct machine *machine, const char *text);
@@ -123,6 +137,7 @@ void command_line(struct machine *machine, const char *line);
 void keep_load(struct machine *machine);
 void keep_settings(struct machine *machine);
 void keep_offsets(struct machine *machine);
+void keep_tools(struct machine *machine);
 void keep_startup(struct machine *machine);
 void keep_info(struct machine *machine);
 void keep_defaults(struct machine *machine, bool settings, bool offsets, bool lines);
@@ -131,6 +146,7 @@ void keep_defaults(struct machine *machine, bool settings, bool offsets, bool li
 void report_banner(struct machine *machine);
 void report_status(struct machine *machine);
 void report_message(struct machine *machine, const char *text);
+void report_tool_change(struct machine *machine);
 void report_alarm(struct machine *machine, enum alarm alarm);
 void report_changed_offset(struct machine *machine);
 void report_changed_override(struct machine *machine);

@@ -31,17 +31,45 @@ void list_probe(struct machine *machine) {
     text_string(&machine->out, machine->probe_ok ? ":1]\r\n" : ":0]\r\n");
 }
 
+/* What Grbl does not have is listed only where it was set: a sender that reads just Grbl's rows sees those.
+ */
+static void list_more_rows(struct machine *machine) {
+    char name[] = "G59.1";
+    for (unsigned row = 6; row < WCS_COUNT; row++, name[4]++) {
+        bool is_set = machine->gcode.modal.wcs == row;
+        for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
+            is_set |= machine->gcode.offsets.wcs_mm[row][ax] != 0.0;
+        if (is_set)
+            list_row(machine, name, machine->gcode.offsets.wcs_mm[row]);
+    }
+}
+
+static void list_tools(struct machine *machine) {
+    const struct gcode_offsets *offsets = &machine->gcode.offsets;
+    for (int32_t tool = 1; tool <= TOOL_COUNT; tool++) {
+        if (offsets->tool_mm[tool - 1] == 0.0f)
+            continue;
+        text_string(&machine->out, "[T");
+        text_int(&machine->out, tool);
+        text_string(&machine->out, ":");
+        report_length(machine, (double)offsets->tool_mm[tool - 1]);
+        text_string(&machine->out, "]\r\n");
+    }
+}
+
 void list_offsets(struct machine *machine) {
     const struct gcode_offsets *offsets = &machine->gcode.offsets;
     char name[] = "G54";
-    for (unsigned row = 0; row < WCS_COUNT; row++, name[2]++)
+    for (unsigned row = 0; row < 6; row++, name[2]++)
         list_row(machine, name, offsets->wcs_mm[row]);
+    list_more_rows(machine);
     list_row(machine, "G28", offsets->g28_mm);
     list_row(machine, "G30", offsets->g30_mm);
     list_row(machine, "G92", offsets->g92_mm);
     text_string(&machine->out, "[TLO:");
     report_length(machine, offsets->tool_length_mm);
     text_string(&machine->out, "]\r\n");
+    list_tools(machine);
     list_probe(machine);
 }
 
@@ -55,9 +83,20 @@ static void list_motion(struct machine *machine) {
     static const char *const names[] = {[MOTION_RAPID] = "G0",  [MOTION_LINEAR] = "G1",
                                         [MOTION_ARC_CW] = "G2", [MOTION_ARC_CCW] = "G3",
                                         [MOTION_PROBE] = "G38", [MOTION_NONE] = "G80"};
-    text_string(&machine->out, names[modal->motion]);
+    static const char *const cycles[] = {
+        [CYCLE_CHIP] = "G73", [CYCLE_DRILL] = "G81",     [CYCLE_DWELL] = "G82",     [CYCLE_PECK] = "G83",
+        [CYCLE_BORE] = "G85", [CYCLE_BORE_STOP] = "G86", [CYCLE_BORE_DWELL] = "G89"};
+    bool drills = modal->motion == MOTION_CYCLE;
+    text_string(&machine->out, drills ? cycles[modal->cycle] : names[modal->motion]);
     if (modal->motion == MOTION_PROBE)
         list_word(machine, ".", modal->probe);
+}
+
+static void list_wcs(struct machine *machine) {
+    int32_t wcs = machine->gcode.modal.wcs;
+    list_word(machine, " G", wcs < 6 ? 54 + wcs : 59);
+    if (wcs >= 6)
+        list_word(machine, ".", wcs - 5);
 }
 
 static void list_outputs(struct machine *machine) {
@@ -76,11 +115,13 @@ void list_modes(struct machine *machine) {
     const struct gcode_modal *modal = &machine->gcode.modal;
     text_string(&machine->out, "[GC:");
     list_motion(machine);
-    list_word(machine, " G", 54 + modal->wcs);
+    list_wcs(machine);
     list_word(machine, " G", 17 + (int32_t)modal->plane);
     text_string(&machine->out, modal->inches ? " G20" : " G21");
     text_string(&machine->out, modal->incremental ? " G91" : " G90");
     text_string(&machine->out, modal->feed_mode == FEED_INVERSE_TIME ? " G93" : " G94");
+    if (modal->retract_to_r)
+        text_string(&machine->out, " G99");
     list_outputs(machine);
     list_word(machine, " T", modal->tool);
     text_string(&machine->out, " F");

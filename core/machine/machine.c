@@ -27,6 +27,7 @@ void machine_init(struct machine *machine, const struct machine_board *board, st
     hal_inputs_read(hal, &machine->inputs);
     machine->edges.known = inputs_limits(machine, &machine->inputs);
     outputs_off(machine);
+    hal_digital_set(hal, machine->digital);
     machine_restart(machine);
     machine_apply_settings(machine);
 }
@@ -65,10 +66,14 @@ void machine_input_pause(struct machine *machine) {
     motion_flush(&machine->motion);
 }
 
+uint8_t machine_feed_pct(const struct machine *machine) {
+    return (machine->gcode.modal.overrides & OVERRIDE_FEED) != 0 ? machine->feed_pct : 100;
+}
+
 void machine_apply_override(struct machine *machine) {
     bool plain =
         machine->state == MACHINE_JOG || machine->state == MACHINE_HOME || machine->stage == TASK_PROBING;
-    float feed = plain ? 1.0f : (float)machine->feed_pct * 0.01f;
+    float feed = plain ? 1.0f : (float)machine_feed_pct(machine) * 0.01f;
     float rapid = plain ? 1.0f : (float)machine->rapid_pct * 0.01f;
     motion_set_override(&machine->motion, feed, rapid);
 }
@@ -166,7 +171,7 @@ static bool in_range(const struct machine *machine, const struct gcode_move *mov
     if (move->motion == MOTION_NONE)
         return true;
     return motion_in_range(&machine->motion, move->target_mm) &&
-           (!move->via || motion_in_range(&machine->motion, move->via_mm));
+           ((!move->via && move->motion != MOTION_CYCLE) || motion_in_range(&machine->motion, move->via_mm));
 }
 
 static void take_gcode(struct machine *machine, const char *line) {

@@ -11,6 +11,7 @@
 #define WIFICNC_MACHINE_MACHINE_H
 
 #include "gcode/arc.h"
+#include "gcode/cycle.h"
 #include "gcode/gcode.h"
 #include "hal/hal.h"
 #include "link/line_reader.h"
@@ -63,13 +64,16 @@ enum alarm {
 /** Where the current line stands; each stage ends before the next begins. */
 enum task_stage {
     TASK_NONE,
-    TASK_OUTPUTS, /* spindle and coolant, once motion has come to rest */
+    TASK_TOOL,      /* M6: wait for rest */
+    TASK_TOOL_WAIT, /* M6: wait for ~ */
+    TASK_OUTPUTS,   /* spindle, coolant and what else waits for rest */
     TASK_DWELL,
     TASK_DWELLING,
     TASK_STORE,
     TASK_VIA, /* first leg of G28, G30 */
     TASK_MOVE,
     TASK_ARC,
+    TASK_CYCLE,
     TASK_FLOW,   /* M0, M2, M30: wait for rest */
     TASK_PAUSED, /* M0: wait for ~ */
     TASK_JOG,    /* $J=: wait for room */
@@ -158,6 +162,8 @@ struct machine {
     struct machine_edges edges;
     struct hal_inputs inputs; /* at the last poll */
     struct machine_outputs outputs;
+    uint8_t digital; /* outputs of M62 .. M65: bit n = Pn; a reset leaves them */
+    bool hold_waits; /* ! while M53 P0 is in force */
 
     enum task_stage stage;
     enum line_source source;
@@ -166,10 +172,14 @@ struct machine {
     bool homed_line;              /* $H is answered after the startup lines */
     struct gcode_command command; /* of the current line */
     double dwell_left_s;
+    enum task_stage after_dwell;
     struct arc arc;
     bool arc_pending; /* arc_point_mm waits for room in the look-ahead */
     double arc_point_mm[AXIS_COUNT];
     float arc_feed_mm_s;
+    struct cycle cycle;
+    struct cycle_action action; /* of the cycle, waits while action_pending */
+    bool action_pending;
     struct homing homing;
     int32_t probe_steps[AXIS_COUNT];
     bool probe_ok;

@@ -12,7 +12,8 @@ static bool spindle_is_on(const struct machine_outputs *outputs) {
 float outputs_rpm(const struct machine *machine) {
     const struct machine_outputs *outputs = &machine->outputs;
     const struct settings *settings = &machine->settings;
-    float rpm = outputs->rpm * (float)machine->spindle_pct * 0.01f * outputs->power;
+    bool enabled = (machine->gcode.modal.overrides & OVERRIDE_SPINDLE) != 0;
+    float rpm = outputs->rpm * (enabled ? (float)machine->spindle_pct * 0.01f : 1.0f) * outputs->power;
     if (!spindle_is_on(outputs) || rpm <= 0.0f)
         return 0.0f;
     if (settings->spindle_max_rpm <= settings->spindle_min_rpm) /* on or off, nothing between */
@@ -71,7 +72,7 @@ static float laser_power(const struct machine *machine, const struct line_note *
         return 0.0f;
     if (constant || note == NULL || note->feed_mm_s <= 0.0f)
         return 1.0f;
-    float asked_mm_s = note->feed_mm_s * (float)machine->feed_pct * 0.01f;
+    float asked_mm_s = note->feed_mm_s * (float)machine_feed_pct(machine) * 0.01f;
     float power = emit_speed_mm_s(&machine->motion.emit) / asked_mm_s;
     return power > 1.0f ? 1.0f : power;
 }

@@ -10,8 +10,20 @@
 static void take_hold(struct machine *machine) {
     if (machine->state == MACHINE_JOG)
         jog_cancel(machine);
+    else if (machine->state == MACHINE_RUN && (machine->gcode.modal.overrides & OVERRIDE_HOLD) == 0)
+        machine->hold_waits = true;
     else if (machine_transition(machine, MACHINE_HOLDS))
         motion_hold(&machine->motion);
+}
+
+void realtime_enable(struct machine *machine, uint8_t overrides) {
+    bool waits = machine->hold_waits && (overrides & OVERRIDE_HOLD) != 0;
+    machine->gcode.modal.overrides = overrides;
+    machine_apply_override(machine);
+    if (!waits)
+        return;
+    machine->hold_waits = false;
+    take_hold(machine);
 }
 
 /* From hold or door back to what was. */
@@ -36,6 +48,7 @@ static void restore_outputs(struct machine *machine) {
 }
 
 static void take_resume(struct machine *machine) {
+    machine->hold_waits = false;
     if (machine->state == MACHINE_HOLD)
         go_on(machine);
     else if (machine->state == MACHINE_DOOR && machine->outputs.suspended && !machine->restoring &&

@@ -13,6 +13,12 @@ void report_message(struct machine *machine, const char *text) {
     text_string(&machine->out, "]\r\n");
 }
 
+void report_tool_change(struct machine *machine) {
+    text_string(&machine->out, "[MSG:Tool change: T");
+    text_int(&machine->out, machine->command.next.tool);
+    text_string(&machine->out, "]\r\n");
+}
+
 void report_alarm(struct machine *machine, enum alarm alarm) {
     text_string(&machine->out, "ALARM:");
     text_int(&machine->out, (int32_t)alarm);

@@ -41,7 +41,7 @@ void machine_reset(struct machine *machine, enum alarm alarm) {
         alarm = ALARM_RESET_IN_MOTION;
     stop(machine);
     for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
-        machine->gcode.offsets.g92_mm[ax] = 0.0;
+        machine->gcode.offsets.g92_mm[ax] = machine->gcode.offsets.g92_kept_mm[ax] = 0.0;
         machine->probe_steps[ax] = 0;
     }
     machine->probe_ok = false;
@@ -53,6 +53,7 @@ void machine_reset(struct machine *machine, enum alarm alarm) {
     machine->stage = TASK_NONE;
     machine->startup = STARTUP_LINE_COUNT;
     machine->arc_pending = machine->critical = machine->critical_untold = machine->flushing = false;
+    machine->hold_waits = false;
     machine->reset_asked = machine->homed_line = machine->restoring = false;
     machine->restart = true;
     if (alarm != ALARM_NONE)

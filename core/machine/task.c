@@ -38,8 +38,8 @@ static bool leaves_travel(struct machine *machine, const double target_mm[AXIS_C
     return true;
 }
 
-static bool push_line(struct machine *machine, const double target_mm[AXIS_COUNT], bool rapid,
-                      float feed_mm_s, float duration_s) {
+bool task_push_line(struct machine *machine, const double target_mm[AXIS_COUNT], bool rapid, float feed_mm_s,
+                    float duration_s) {
     struct motion_line line = {.feed_mm_s = feed_mm_s,
                                .duration_s = duration_s,
                                .tolerance_mm = machine->command.next.path_tolerance_mm,
@@ -57,7 +57,7 @@ void task_set_position(struct machine *machine, const double target_mm[AXIS_COUN
         machine->gcode.position_mm[ax] = target_mm[ax];
 }
 
-static void set_outputs(struct machine *machine, enum gcode_spindle spindle, uint8_t coolant) {
+void task_set_outputs(struct machine *machine, enum gcode_spindle spindle, uint8_t coolant) {
     if (machine->state != MACHINE_CHECK)
         outputs_set(machine, spindle, machine->command.next.spindle_rpm, coolant);
 }
@@ -79,7 +79,7 @@ static enum task_stage push_arc(struct machine *machine) {
         if (!machine->arc_pending && leaves_travel(machine, machine->arc_point_mm))
             return TASK_SOFT_LIMIT;
         machine->arc_pending =
-            !push_line(machine, machine->arc_point_mm, false, machine->arc_feed_mm_s, 0.0f);
+            !task_push_line(machine, machine->arc_point_mm, false, machine->arc_feed_mm_s, 0.0f);
         if (machine->arc_pending)
             return TASK_ARC;
     }
@@ -87,8 +87,8 @@ static enum task_stage push_arc(struct machine *machine) {
 
 static bool push_move(struct machine *machine) {
     const struct gcode_move *move = &machine->command.move;
-    return push_line(machine, move->target_mm, move->motion == MOTION_RAPID, move->feed_mm_s,
-                     move->inverse_time_s);
+    return task_push_line(machine, move->target_mm, move->motion == MOTION_RAPID, move->feed_mm_s,
+                          move->inverse_time_s);
 }
 
 static bool is_arc(const struct gcode_move *move) {
@@ -123,6 +123,10 @@ static enum task_stage stage_of_move(struct machine *machine) {
     }
     if (leaves_travel(machine, move->target_mm))
         return TASK_SOFT_LIMIT;
+    if (move->motion == MOTION_CYCLE) { /* all of it lies between these two and where it starts */
+        drill_begin(machine);
+        return leaves_travel(machine, move->via_mm) ? TASK_SOFT_LIMIT : TASK_CYCLE;
+    }
     if (move->motion != MOTION_PROBE)
         return TASK_MOVE;
     return machine->state == MACHINE_CHECK ? stage_after_move(machine) : TASK_PROBE;
@@ -137,14 +141,50 @@ static bool needs_stop(const struct machine *machine) {
     const struct gcode_command *command = &machine->command;
     const struct gcode_modal *now = &machine->gcode.modal;
     return !machine->settings.laser_mode || command->spindle != now->spindle ||
-           command->coolant != now->coolant;
+           command->coolant != now->coolant || command->next.overrides != now->overrides ||
+           command->output_sync;
+}
+
+static void set_digital(struct machine *machine) {
+    const struct gcode_command *command = &machine->command;
+    unsigned bit = command->output >= 0 ? 1u << command->output : 0;
+    if (bit == 0 || machine->state == MACHINE_CHECK)
+        return;
+    machine->digital = (uint8_t)(command->output_on ? machine->digital | bit : machine->digital & ~bit);
+    hal_digital_set(machine->hal, machine->digital);
+}
+
+/* All that a line switches. */
+static void switch_outputs(struct machine *machine) {
+    const struct gcode_command *command = &machine->command;
+    realtime_enable(machine, command->next.overrides);
+    task_set_outputs(machine, command->spindle, command->coolant);
+    set_digital(machine);
+}
+
+static enum task_stage stage_of_outputs(struct machine *machine) {
+    if (machine->command.sync && needs_stop(machine))
+        return TASK_OUTPUTS;
+    set_digital(machine);
+    return stage_after_outputs(machine);
 }
 
 void task_begin(struct machine *machine) {
-    const struct gcode_command *command = &machine->command;
-    machine->stage = stage_after_outputs(machine);
-    if (command->sync && needs_stop(machine))
-        machine->stage = TASK_OUTPUTS;
+    machine->stage = machine->command.tool_change ? TASK_TOOL : stage_of_outputs(machine);
+}
+
+/* M6: the operator changes the tool, and ~ goes on. */
+static enum task_stage stop_for_tool(struct machine *machine) {
+    struct gcode_modal *modal = &machine->gcode.modal;
+    if (machine->state == MACHINE_CHECK)
+        return stage_of_outputs(machine);
+    task_set_outputs(machine, SPINDLE_OFF, 0);
+    modal->spindle = SPINDLE_OFF;
+    modal->coolant = 0;
+    report_tool_change(machine);
+    machine_transition(machine, MACHINE_STARTS);
+    machine_transition(machine, MACHINE_HOLDS);
+    return TASK_TOOL_WAIT;
 }
 
 static void reset_overrides(struct machine *machine) {
@@ -156,8 +196,9 @@ static void reset_overrides(struct machine *machine) {
 /* M2 and M30 have set their modal state through command.next; M0 waits. */
 static enum task_stage end_flow(struct machine *machine) {
     if (machine->command.flow == FLOW_END) {
+        realtime_enable(machine, machine->command.next.overrides);
         reset_overrides(machine);
-        set_outputs(machine, machine->command.next.spindle, machine->command.next.coolant);
+        task_set_outputs(machine, machine->command.next.spindle, machine->command.next.coolant);
         report_message(machine, "Pgm End");
         report_changed_offset(machine);
         return TASK_NONE;
@@ -175,7 +216,10 @@ static enum task_stage store(struct machine *machine) {
     if (command->store != STORE_NOTHING || command->store_tool_length ||
         command->next.wcs != machine->gcode.modal.wcs)
         report_changed_offset(machine);
-    if (command->store != STORE_NOTHING && command->store != STORE_G92)
+    if (command->store == STORE_TOOL)
+        keep_tools(machine);
+    else if (command->store != STORE_NOTHING && command->store != STORE_G92 &&
+             command->store != STORE_G92_ALONE)
         keep_offsets(machine);
     return stage_of_move(machine);
 }
@@ -183,11 +227,11 @@ static enum task_stage store(struct machine *machine) {
 /* Slice by slice, so that a hold can come between. */
 static enum task_stage dwell(struct machine *machine) {
     if (machine->state == MACHINE_CHECK)
-        return TASK_STORE;
+        return machine->after_dwell;
     if (!motion_is_planned_out(&machine->motion))
         return TASK_DWELLING;
     if (machine->dwell_left_s <= 0.0)
-        return task_rest_reached(machine) ? TASK_STORE : TASK_DWELLING;
+        return task_rest_reached(machine) ? machine->after_dwell : TASK_DWELLING;
     double slice_s = machine->dwell_left_s < DWELL_SLICE_S ? machine->dwell_left_s : DWELL_SLICE_S;
     machine->dwell_left_s -= slice_s;
     motion_dwell(&machine->motion, slice_s);
@@ -196,7 +240,7 @@ static enum task_stage dwell(struct machine *machine) {
 
 static enum task_stage via(struct machine *machine) {
     const struct gcode_move *move = &machine->command.move;
-    if (!push_line(machine, move->via_mm, true, 0.0f, 0.0f))
+    if (!task_push_line(machine, move->via_mm, true, 0.0f, 0.0f))
         return TASK_VIA;
     task_set_position(machine, move->via_mm);
     return leaves_travel(machine, move->target_mm) ? TASK_SOFT_LIMIT : TASK_MOVE;
@@ -219,13 +263,16 @@ static enum task_stage soft_limit(struct machine *machine) {
 static enum task_stage next_stage(struct machine *machine) {
     enum task_stage stage;
     switch (machine->stage) {
+    case TASK_TOOL:
+        return task_rest_reached(machine) ? stop_for_tool(machine) : TASK_TOOL;
     case TASK_OUTPUTS:
         if (!task_rest_reached(machine))
             return TASK_OUTPUTS;
-        set_outputs(machine, machine->command.spindle, machine->command.coolant);
+        switch_outputs(machine);
         return stage_after_outputs(machine);
     case TASK_DWELL:
         machine->dwell_left_s = (double)machine->command.dwell_s;
+        machine->after_dwell = TASK_STORE;
         return task_rest_reached(machine) ? TASK_DWELLING : TASK_DWELL;
     case TASK_DWELLING:
         return dwell(machine);
@@ -237,6 +284,9 @@ static enum task_stage next_stage(struct machine *machine) {
         return push_move(machine) ? finish_move(machine) : TASK_MOVE;
     case TASK_ARC:
         stage = push_arc(machine);
+        return stage == TASK_NONE ? finish_move(machine) : stage;
+    case TASK_CYCLE:
+        stage = drill_poll(machine);
         return stage == TASK_NONE ? finish_move(machine) : stage;
     case TASK_FLOW:
         return task_rest_reached(machine) ? end_flow(machine) : TASK_FLOW;
@@ -255,6 +305,7 @@ static enum task_stage next_stage(struct machine *machine) {
         return soft_limit(machine);
     case TASK_HOMING:
         return homing_poll(machine);
+    case TASK_TOOL_WAIT:
     case TASK_PAUSED:
     case TASK_LOCKED:
     case TASK_NONE:
@@ -272,6 +323,8 @@ static void finish(struct machine *machine) {
 void task_resume(struct machine *machine) {
     if (machine->stage == TASK_PAUSED)
         finish(machine);
+    else if (machine->stage == TASK_TOOL_WAIT)
+        machine->stage = stage_of_outputs(machine);
 }
 
 bool task_poll(struct machine *machine) {

@@ -36,6 +36,10 @@ void hal_coolant_set(struct hal *hal, uint8_t bits) {
     hal->virtual_machine.outputs.coolant = bits;
 }
 
+void hal_digital_set(struct hal *hal, uint8_t bits) {
+    hal->virtual_machine.outputs.digital = bits;
+}
+
 void hal_inputs_read(const struct hal *hal, struct hal_inputs *inputs) {
     virtual_read(&hal->virtual_machine, inputs);
 }

@@ -70,7 +70,7 @@ static void take_move(struct rebuild *rebuild, const double target_mm[AXIS_COUNT
 /* What the machine does with a command, less the motion: machine/task.c. */
 static void take(struct rebuild *rebuild, const struct gcode_command *command) {
     const struct gcode_move *move = &command->move;
-    if (command->store != STORE_NOTHING && command->store != STORE_G92)
+    if (command->tool_table_used || (command->store != STORE_NOTHING && command->store != STORE_G92))
         rebuild->stored = 1;
     gcode_offsets_apply(&rebuild->gcode.offsets, command);
     if (move->motion != MOTION_NONE && move->via)
@@ -98,6 +98,9 @@ int rebuild_line(struct rebuild *rebuild, const char *line, size_t size) {
 }
 
 static int16_t motion_g10(const struct gcode_modal *modal) {
+    static const int16_t cycle_g10[] = {[CYCLE_CHIP] = 730,      [CYCLE_DRILL] = 810, [CYCLE_DWELL] = 820,
+                                        [CYCLE_PECK] = 830,      [CYCLE_BORE] = 850,  [CYCLE_BORE_STOP] = 860,
+                                        [CYCLE_BORE_DWELL] = 890};
     switch (modal->motion) {
     case MOTION_RAPID:
         return 0;
@@ -109,6 +112,8 @@ static int16_t motion_g10(const struct gcode_modal *modal) {
         return 30;
     case MOTION_PROBE:
         return (int16_t)(380 + modal->probe);
+    case MOTION_CYCLE:
+        return cycle_g10[modal->cycle];
     case MOTION_NONE:
     default:
         return 800;
@@ -133,7 +138,7 @@ void rebuild_state(const struct rebuild *rebuild, struct rebuild_state *out) {
         .tool = modal->tool,
         .motion_g10 = motion_g10(modal),
         .path_g10 = path_g10[modal->path],
-        .wcs_g10 = (int16_t)(540 + 10 * modal->wcs),
+        .wcs_g10 = (int16_t)(modal->wcs < 6 ? 540 + 10 * modal->wcs : 585 + modal->wcs),
         .plane_g = (uint8_t)(17 + modal->plane),
         .units_g = modal->inches ? 20 : 21,
         .distance_g = modal->incremental ? 91 : 90,

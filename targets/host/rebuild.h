@@ -24,14 +24,14 @@ struct rebuild_state {
     double feed_mm_min, spindle_rpm; /* F, S; 0 = none yet */
     double path_tolerance_mm;        /* G64 P */
     int32_t tool;                    /* T */
-    int16_t motion_g10, path_g10;    /* ten times the G code: 0 10 20 30 382.. 800; 610 611 640 */
-    int16_t wcs_g10;                 /* 540 .. 590 */
+    int16_t motion_g10, path_g10;    /* ten times the G code: 0 10 20 30 382.. 730 .. 890; 610 611 640 */
+    int16_t wcs_g10;                 /* 540 .. 593 */
     uint8_t plane_g, units_g;        /* 17 18 19; 20 21 */
     uint8_t distance_g, feed_mode_g; /* 90 91; 93 94 */
     uint8_t spindle_m, coolant;      /* 3 4 5; bit 0 = M7, bit 1 = M8 */
     uint8_t arc_absolute;            /* 1 = G90.1 */
     axis_mask_t moved;               /* axes that some move took elsewhere */
-    uint8_t stored;                  /* 1 = G10, G28.1 or G30.1 stored something */
+    uint8_t stored; /* 1 = G10, G28.1, G30.1 or G92.2 stored something, or G43 read the tool table */
 };
 
 /** Power-on state at position 0, no offsets. @return NULL when memory is short or the axes are out of range

@@ -48,6 +48,7 @@ struct virtual_outputs {
     float spindle_rpm;     /* commanded */
     uint16_t spindle_duty; /* PWM, 0 .. 65535 */
     uint8_t coolant;       /* COOLANT_ bits */
+    uint8_t digital;       /* M62 .. M65: bit n = Pn */
 };
 
 /** Only virtual.c and host.c look inside. */

@@ -12,11 +12,11 @@ from ctypes import (
     c_double,
     c_float,
     c_int,
+    c_int8,
     c_int32,
     c_size_t,
     c_ssize_t,
     c_uint8,
-    c_uint16,
     c_uint32,
 )
 from pathlib import Path
@@ -26,14 +26,17 @@ AXES = "XYZABC"
 Axes = c_double * 6
 XYZ, XYZABC = 0b111, 0b111111
 
-RAPID, LINEAR, ARC_CW, ARC_CCW, PROBE, NO_MOTION = range(6)
+RAPID, LINEAR, ARC_CW, ARC_CCW, PROBE, NO_MOTION, CYCLE = range(7)
+G73, G81, G82, G83, G85, G86, G89 = range(7)
+ACTION_RAPID, ACTION_FEED, ACTION_DWELL, SPINDLE_STOP, SPINDLE_START = range(5)
 XY, ZX, YZ = range(3)
 BLEND, EXACT, EXACT_STOP = range(3)
 PER_MIN, INVERSE_TIME = range(2)
 SPINDLE_OFF, SPINDLE_CW, SPINDLE_CCW = range(3)
 RUN, PAUSE, OPTIONAL_PAUSE, END = range(4)
 MIST, FLOOD = 1, 2
-STORE_NOTHING, STORE_WCS, STORE_G28, STORE_G30, STORE_G92 = range(5)
+STORE_NOTHING, STORE_WCS, STORE_G28, STORE_G30, STORE_G92, STORE_G92_ALONE, STORE_TOOL = range(7)
+TOOL_COUNT, WCS_COUNT = 96, 9
 LINE_NONE, LINE_READY, LINE_OVERFLOW = range(3)
 
 STATUS_ROW = re.compile(r'X\((\d+), (\w+), "(.*?)"\)')
@@ -43,6 +46,21 @@ def status_table() -> dict[int, tuple[str, str]]:
     """Number -> (name, text), read from core/gcode/status.h."""
     text = (ROOT / "core/gcode/status.h").read_text().replace("\\\n", "")
     return {int(number): (name, words) for number, name, words in STATUS_ROW.findall(text)}
+
+
+class Sticky(ctypes.Structure):
+    """struct gcode_sticky."""
+
+    _fields_ = (
+        ("r_mm", c_double),
+        ("z_mm", c_double),
+        ("q_mm", c_double),
+        ("initial_mm", c_double),
+        ("p_s", c_float),
+        ("known", c_uint8),
+        ("plane", c_int),
+        ("incremental", c_bool),
+    )
 
 
 class Modal(ctypes.Structure):
@@ -60,10 +78,15 @@ class Modal(ctypes.Structure):
         ("coolant", c_uint8),
         ("wcs", c_uint8),
         ("probe", c_uint8),
+        ("cycle", c_uint8),
+        ("retract_to_r", c_bool),
+        ("overrides", c_uint8),
         ("tool", c_int32),
+        ("tool_in_spindle", c_int32),
         ("feed_mm_s", c_float),
         ("spindle_rpm", c_float),
         ("path_tolerance_mm", c_float),
+        ("sticky", Sticky),
     )
 
 
@@ -71,11 +94,13 @@ class Offsets(ctypes.Structure):
     """struct gcode_offsets."""
 
     _fields_ = (
-        ("wcs_mm", Axes * 6),
+        ("wcs_mm", Axes * WCS_COUNT),
         ("g28_mm", Axes),
         ("g30_mm", Axes),
         ("g92_mm", Axes),
+        ("g92_kept_mm", Axes),
         ("tool_length_mm", c_double),
+        ("tool_mm", c_float * TOOL_COUNT),
     )
 
 
@@ -83,6 +108,22 @@ class State(ctypes.Structure):
     """struct gcode_state."""
 
     _fields_ = (("modal", Modal), ("offsets", Offsets), ("position_mm", Axes), ("axes", c_uint8))
+
+
+class Drill(ctypes.Structure):
+    """struct gcode_drill."""
+
+    _fields_ = (
+        ("cycle", c_int),
+        ("r_mm", c_double),
+        ("bottom_mm", c_double),
+        ("clear_mm", c_double),
+        ("step_mm", c_double * 2),
+        ("repeats", c_uint32),
+        ("peck_mm", c_double),
+        ("pecks", c_uint32),
+        ("dwell_s", c_float),
+    )
 
 
 class Move(ctypes.Structure):
@@ -99,6 +140,7 @@ class Move(ctypes.Structure):
         ("via", c_bool),
         ("via_mm", Axes),
         ("probe", c_uint8),
+        ("drill", Drill),
     )
 
 
@@ -109,12 +151,19 @@ class Command(ctypes.Structure):
         ("next", Modal),
         ("spindle", c_int),
         ("coolant", c_uint8),
+        ("tool_change", c_bool),
         ("sync", c_bool),
+        ("output_sync", c_bool),
+        ("output", c_int8),
+        ("output_on", c_bool),
         ("dwell_s", c_float),
         ("store", c_int),
         ("store_wcs", c_uint8),
         ("store_mm", Axes),
+        ("store_tool", c_uint8),
+        ("store_tool_mm", c_float),
         ("store_tool_length", c_bool),
+        ("tool_table_used", c_bool),
         ("tool_length_mm", c_double),
         ("move", Move),
         ("flow", c_int),
@@ -127,9 +176,9 @@ class Block(ctypes.Structure):
 
     _fields_ = (
         ("words", c_uint32),
-        ("groups", c_uint16),
+        ("groups", c_uint32),
         ("axes", c_uint8),
-        ("value", c_uint8 * 14),
+        ("value", c_uint8 * 18),
         ("number", c_double * 26),
     )
 
@@ -157,6 +206,27 @@ class Arc(ctypes.Structure):
     )
 
 
+class Action(ctypes.Structure):
+    """struct cycle_action."""
+
+    _fields_ = (("kind", c_int), ("target_mm", Axes), ("dwell_s", c_float))
+
+
+class Cycle(ctypes.Structure):
+    """struct cycle."""
+
+    _fields_ = (
+        ("drill", Drill),
+        ("at_mm", Axes),
+        ("last_mm", c_double * 2),
+        ("hole", c_uint32),
+        ("peck", c_uint32),
+        ("axes", c_uint8 * 2),
+        ("normal", c_uint8),
+        ("step", c_uint8),
+    )
+
+
 class LineReader(ctypes.Structure):
     """struct line_reader."""
 
@@ -165,6 +235,8 @@ class LineReader(ctypes.Structure):
 
 STRUCTURES = {
     "arc": Arc,
+    "cycle": Cycle,
+    "cycle_action": Action,
     "gcode_block": Block,
     "gcode_command": Command,
     "gcode_modal": Modal,
@@ -189,6 +261,9 @@ def declare(lib: ctypes.CDLL) -> ctypes.CDLL:
     lib.arc_length_mm.restype = c_double
     lib.arc_length_mm.argtypes = (pointer(Arc),)
     lib.arc_next.restype = c_bool
+    lib.cycle_begin.argtypes = (pointer(Cycle), Axes, pointer(Move))
+    lib.cycle_next.restype = c_bool
+    lib.cycle_next.argtypes = (pointer(Cycle), pointer(Action))
     lib.trig_sincos.argtypes = (c_double, pointer(c_double), pointer(c_double))
     lib.trig_atan2.restype = c_double
     lib.trig_atan2.argtypes = (c_double, c_double)

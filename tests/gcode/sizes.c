@@ -2,6 +2,7 @@
  * What ctypes cannot know: lets gcode_core.py prove that its structures are the C ones. */
 #include "gcode/arc.h"
 #include "gcode/block.h"
+#include "gcode/cycle.h"
 #include "gcode/gcode.h"
 #include "link/line_reader.h"
 
@@ -10,6 +11,8 @@
 #define SIZE(name) const size_t size_of_##name = sizeof(struct name)
 
 SIZE(arc);
+SIZE(cycle);
+SIZE(cycle_action);
 SIZE(gcode_block);
 SIZE(gcode_command);
 SIZE(gcode_modal);

@@ -40,6 +40,7 @@ class Outputs(ctypes.Structure):
         ("rpm", ctypes.c_float),
         ("duty", ctypes.c_uint16),
         ("coolant", ctypes.c_uint8),
+        ("digital", ctypes.c_uint8),
     )
 
 

@@ -97,7 +97,7 @@ class Rebuild:
     def set_offset(self, row: str, mm: Sequence[float]) -> None:
         """row: as `$#` names it. Rows that this core does not have are left out."""
         numbers = {"G28": -28, "G30": -30, "G92": -92, "TLO": -43}
-        number = numbers[row] if row in numbers else int(float(row[1:])) - 54
+        number = numbers[row] if row in numbers else _wcs_row(row)
         values = (0.0, 0.0, mm[0]) if row == "TLO" else mm
         self._library.rebuild_set_offset(self._handle, number, _six(values))
 
@@ -131,6 +131,12 @@ class Rebuild:
             moved=tuple(bool(raw.moved >> axis & 1) for axis in range(len(AXES))),
             stored=bool(raw.stored),
         )
+
+
+def _wcs_row(row: str) -> int:
+    """G54 -> 0, G59 -> 5, G59.1 -> 6"""
+    whole, _, tenth = row[1:].partition(".")
+    return int(whole) - 54 + int(tenth or 0)
 
 
 def _six(values: Sequence[float]) -> ctypes.Array[c_double]:

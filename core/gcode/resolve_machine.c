@@ -1,0 +1,57 @@
+/* SPDX-License-Identifier: MIT */
+#include "gcode/resolve.h"
+
+/* M6: the tool that T chose. Spindle and coolant go off (resolve.c), unless the line switches them on anew.
+ */
+static void change_tool(struct resolver *r) {
+    r->out->tool_change = true;
+    r->out->next.tool_in_spindle = r->out->next.tool;
+}
+
+/* M48 M49; M50 M51 M53 with P0 off, any other P or none on. */
+static void switch_overrides(struct resolver *r) {
+    const unsigned value = r->block->value[GROUP_OVERRIDE];
+    const unsigned bits = value & OVERRIDE_ALL;
+    uint8_t *overrides = &r->out->next.overrides;
+    bool on = (value & ~(unsigned)OVERRIDE_ALL) != OVERRIDES_OFF;
+    double p;
+
+    if ((value & OVERRIDES_BY_P) != 0 && resolve_take(r, 'P', &p))
+        on = p != 0.0;
+    *overrides = (uint8_t)(on ? *overrides | bits : *overrides & ~bits);
+}
+
+static enum status set_output(struct resolver *r) {
+    const unsigned value = r->block->value[GROUP_OUTPUT];
+    double p;
+
+    if (!resolve_take(r, 'P', &p))
+        return STATUS_VALUE_MISSING;
+    if (p > (double)(OUTPUT_COUNT - 1))
+        return STATUS_UNSUPPORTED;
+    r->out->output = (int8_t)p;
+    r->out->output_on = (value & OUTPUT_ON) != 0;
+    r->out->output_sync = (value & OUTPUT_SYNC) != 0;
+    return p == r->out->output ? STATUS_OK : STATUS_NOT_INTEGER;
+}
+
+enum status resolve_switches(struct resolver *r) {
+    if (block_has_group(r->block, GROUP_TOOL))
+        change_tool(r);
+    if (block_has_group(r->block, GROUP_OVERRIDE))
+        switch_overrides(r);
+    return block_has_group(r->block, GROUP_OUTPUT) ? set_output(r) : STATUS_OK;
+}
+
+void resolve_outputs(struct resolver *r) {
+    const struct gcode_modal *before = &r->state->modal;
+    struct gcode_command *out = r->out;
+    const enum gcode_spindle spindle = out->tool_change ? SPINDLE_OFF : before->spindle;
+    const uint8_t coolant = out->tool_change ? 0 : before->coolant;
+
+    out->spindle = out->next.spindle;
+    out->coolant = out->next.coolant;
+    out->sync = out->spindle != spindle || out->coolant != coolant ||
+                (out->spindle != SPINDLE_OFF && out->next.spindle_rpm != before->spindle_rpm) ||
+                out->next.overrides != before->overrides || out->output_sync;
+}

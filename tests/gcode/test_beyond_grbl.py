@@ -1,0 +1,192 @@
+"""Words that Grbl does not have: tool table, tool change, more coordinate systems, switches, outputs."""
+
+from __future__ import annotations
+
+import pytest
+from gcode_core import (
+    FLOOD,
+    SPINDLE_CCW,
+    SPINDLE_CW,
+    SPINDLE_OFF,
+    STORE_G92,
+    STORE_G92_ALONE,
+    STORE_TOOL,
+    Controller,
+)
+
+FEED, SPINDLE, HOLD = 1, 2, 4
+
+
+# -- tool table
+
+
+def test_g43_takes_the_length_from_the_table(cnc: Controller) -> None:
+    command = cnc.run("G10L1P7Z12.5")
+    assert (command.store, command.store_tool, command.store_tool_mm) == (STORE_TOOL, 6, 12.5)
+    assert cnc.state.offsets.tool_length_mm == 0, "the table alone changes nothing"
+    command = cnc.run("G43H7")
+    assert (command.store_tool_length, command.tool_length_mm, command.move.motion) == (True, 12.5, 5)
+    cnc.run("G0Z1")
+    assert cnc.position()[2] == 13.5
+    cnc.run("G43H0", "Z1")
+    assert cnc.position()[2] == 1
+
+
+def test_g43_counts_in_its_own_line(cnc: Controller) -> None:
+    """`G43 Z5 H1`, as CAM programs write it: the axis words belong to the motion."""
+    cnc.run("G10L1P1Z20", "G0G43Z5H1")
+    assert cnc.position() == [0, 0, 25]
+    cnc.run("G49", "G0Z5")
+    assert cnc.position() == [0, 0, 5]
+
+
+def test_g43_without_h_means_the_tool_in_the_spindle(cnc: Controller) -> None:
+    cnc.run("G10L1P1Z10", "G10L1P2Z20")
+    assert cnc.answer("T1G43") == 28, "none is in the spindle"
+    assert cnc.run("T1M6").tool_change
+    cnc.run("T2")
+    assert cnc.run("G43").tool_length_mm == 10, "T2 only waits"
+    assert cnc.run("M6G43").tool_length_mm == 20
+
+
+def test_g10_l10_makes_the_position_read(cnc: Controller) -> None:
+    cnc.run("G10L2P1Z-30", "G0Z5", "G92Z10", "G43.1Z3", "G10L10P4Z1.5", "G43H4")
+    before = cnc.position()
+    cnc.run("G0Z1.5")
+    assert cnc.position() == before
+
+
+def test_g10_l11_means_g59_3_without_g92(cnc: Controller) -> None:
+    """`the current coordinates become the given value in G59.3 without any G92 offset`."""
+    cnc.run("G10L2P9Z-40", "G10L2P1Z7", "G0Z-3", "G92Z100", "G10L11P5Z2")
+    before = cnc.position()
+    assert cnc.state.offsets.tool_mm[4] == before[2] + 40 - 2
+    cnc.run("G92.1", "G59.3", "G43H5", "G0Z2")
+    assert cnc.position() == before
+
+
+def test_inches_in_the_table(cnc: Controller) -> None:
+    cnc.run("G20G10L1P1Z1")
+    assert cnc.state.offsets.tool_mm[0] == pytest.approx(25.4, abs=2e-6)
+
+
+# -- coordinate systems
+
+
+@pytest.mark.parametrize(("code", "row"), [("G59", 5), ("G59.1", 6), ("G59.2", 7), ("G59.3", 8)])
+def test_more_coordinate_systems(cnc: Controller, code: str, row: int) -> None:
+    cnc.run(f"G10L2P{row + 1}X{row}", code, "G0X1")
+    assert (cnc.state.modal.wcs, cnc.position()[0]) == (row, row + 1)
+    cnc.run("G10L20P0X0")
+    assert cnc.state.offsets.wcs_mm[row][0] == row + 1
+
+
+def test_g92_2_and_g92_3(cnc: Controller) -> None:
+    """G92.2 suspends the offset, G92.3 brings it back, G92.1 forgets it."""
+    assert cnc.run("G0X10", "G92X3").store == STORE_G92
+    assert cnc.run("G92.2").store == STORE_G92_ALONE
+    assert cnc.state.offsets.g92_mm[0] == 0
+    cnc.run("G92.3")
+    assert cnc.state.offsets.g92_mm[0] == 7
+    cnc.run("G92.1", "G92.3")
+    assert cnc.state.offsets.g92_mm[0] == 0
+
+
+# -- tool change
+
+
+def test_m6_switches_off_and_the_line_switches_on_anew(cnc: Controller) -> None:
+    cnc.run("M3S100M8")
+    command = cnc.run("T2M6")
+    assert (command.tool_change, command.sync) == (True, False)
+    modal = cnc.state.modal
+    assert (modal.tool_in_spindle, modal.spindle, modal.coolant) == (2, SPINDLE_OFF, 0)
+    cnc.run("M3")
+    command = cnc.run("M6M3M8T9")
+    assert (command.tool_change, command.sync, command.spindle, command.coolant) == (True, True, SPINDLE_CW, FLOOD)
+    assert cnc.run("M6M4").spindle == SPINDLE_CCW
+
+
+# -- override switches
+
+
+@pytest.mark.parametrize(
+    ("lines", "bits"),
+    [
+        (["M49"], HOLD),
+        (["M49", "M48"], FEED | SPINDLE | HOLD),
+        (["M50P0"], SPINDLE | HOLD),
+        (["M51P0"], FEED | HOLD),
+        (["M53P0"], FEED | SPINDLE),
+        (["M49", "M50"], FEED | HOLD),
+        (["M49", "M51P1"], SPINDLE | HOLD),
+        (["M53P0", "M53"], FEED | SPINDLE | HOLD),
+        (["M49", "M53P0", "M2"], FEED | SPINDLE | HOLD),
+    ],
+)
+def test_override_switches(cnc: Controller, lines: list[str], bits: int) -> None:
+    assert cnc.state.modal.overrides == FEED | SPINDLE | HOLD
+    cnc.run(*lines)
+    assert cnc.state.modal.overrides == bits
+
+
+def test_switches_wait_for_motion(cnc: Controller) -> None:
+    assert [cnc.run(line).sync for line in ("M48", "M49", "M49", "M50P1")] == [False, True, False, True]
+
+
+# -- outputs
+
+
+@pytest.mark.parametrize(
+    ("line", "port", "on", "waits"),
+    [("M62P0", 0, True, True), ("M63P4", 4, False, True), ("M64P2", 2, True, False), ("M65P1", 1, False, False)],
+)
+def test_outputs(cnc: Controller, line: str, port: int, on: bool, waits: bool) -> None:
+    command = cnc.run(line)
+    assert (command.output, command.output_on, command.output_sync, command.sync) == (port, on, waits, waits)
+    assert cnc.run("G0X1").output == -1
+
+
+# -- errors
+
+
+@pytest.mark.parametrize(
+    ("line", "answer"),
+    [
+        ("G43H97", 38),
+        ("G43H1.5", 23),
+        ("G43H-1", 4),
+        ("H1", 20),
+        ("G43H1G49", 21),
+        ("G43H1G43.1Z1", 21),
+        ("G10L1Z1", 28),  # no P
+        ("G10L1P0Z1", 38),
+        ("G10L1P97Z1", 38),
+        ("G10L1P1.5Z1", 23),
+        ("G10L1P1", 26),
+        ("G10L1P1X1", 37),
+        ("G10L1P1X1Z1", 37),
+        ("G10L1P1Z1R1", 20),  # cutter radius
+        ("G10L10P1Z200000", 33),
+        ("G10L2P10X1", 29),
+        ("G10L3P1Z1", 20),
+        ("G59.4", 20),
+        ("G92.4", 20),
+        ("M6M6", 21),
+        ("M62", 28),
+        ("M64P5", 20),
+        ("M64P1.5", 23),
+        ("M62P0P1", 25),
+        ("M62P0M63", 21),
+        ("M48M49", 21),
+        ("M48P1", 36),
+        ("M52", 20),
+        ("M66P0L3Q1", 20),
+        ("M67E0Q1", 20),
+        ("M50P1G4", 28),
+    ],
+)
+def test_errors_change_nothing(cnc: Controller, line: str, answer: int) -> None:
+    before = bytes(cnc.state)
+    assert cnc.answer(line) == answer
+    assert bytes(cnc.state) == before
