@@ -58,19 +58,30 @@ void outputs_off(struct machine *machine) {
     outputs_apply(machine);
 }
 
+/* Standing still. Only M3 shines then, and only in a feed mode of a program that nobody stopped: a beam that
+ * is left on sets things on fire. Moves that wait for look-ahead change nothing: the next one decides. */
+static float laser_power_at_rest(const struct machine *machine) {
+    enum gcode_motion motion = machine->gcode.modal.motion;
+    bool cuts = motion != MOTION_RAPID && motion != MOTION_NONE && motion != MOTION_PROBE;
+    bool runs = machine->state == MACHINE_IDLE || machine->state == MACHINE_RUN;
+    if (machine->outputs.spindle != SPINDLE_CW || !runs)
+        return 0.0f;
+    if (!machine_is_at_rest(machine) && !machine->step.active)
+        return machine->outputs.power;
+    return cuts ? 1.0f : 0.0f;
+}
+
 /* Power of the line on the pins now. With M4 it follows the speed, so that corners are not burnt, and at rest
- * there is none. With M3 it is constant, also at rest while a feed mode is modal. Rapids are dark. The speed
- * is that of the motion emitted last, a few ms ahead of the pins. */
+ * there is none. With M3 it is constant. Only feed moves are lit. The speed is that of the motion emitted
+ * last, a few ms ahead of the pins. */
 static float laser_power(const struct machine *machine, const struct line_note *note) {
     const struct step *step = &machine->step;
     const struct span *span = &step->ring.slots[step->ring.index.tail & (SPAN_RING_SIZE - 1)];
-    bool constant = machine->outputs.spindle == SPINDLE_CW;
-    enum gcode_motion motion = machine->gcode.modal.motion;
     if (!step->active || (span->flags & SEGMENT_DWELL) != 0)
-        return constant && motion != MOTION_RAPID && motion != MOTION_NONE ? 1.0f : 0.0f;
-    if ((span->flags & (SEGMENT_RAPID | SEGMENT_JOG)) != 0)
+        return laser_power_at_rest(machine);
+    if ((span->flags & (SEGMENT_RAPID | SEGMENT_JOG | SEGMENT_PROBE)) != 0)
         return 0.0f;
-    if (constant || note == NULL || note->feed_mm_s <= 0.0f)
+    if (machine->outputs.spindle == SPINDLE_CW || note == NULL || note->feed_mm_s <= 0.0f)
         return 1.0f;
     float asked_mm_s = note->feed_mm_s * (float)machine_feed_pct(machine) * 0.01f;
     float power = emit_speed_mm_s(&machine->motion.emit) / asked_mm_s;

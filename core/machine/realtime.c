@@ -38,13 +38,15 @@ static void go_on(struct machine *machine) {
     task_resume(machine);
 }
 
+/* A laser needs no time to run up, and shines only when the motion goes on (outputs_poll()). */
 static void restore_outputs(struct machine *machine) {
     struct machine_outputs *outputs = &machine->outputs;
+    bool runs_up = outputs->spindle != SPINDLE_OFF && !machine->settings.laser_mode;
     outputs->suspended = false;
     outputs->coolant_waits = true;
     machine->restoring = true;
     outputs_apply(machine);
-    machine_timer_start(machine, &machine->timer, outputs->spindle != SPINDLE_OFF ? SPINDLE_RUN_UP_US : 0);
+    machine_timer_start(machine, &machine->timer, runs_up ? SPINDLE_RUN_UP_US : 0);
 }
 
 static void take_resume(struct machine *machine) {

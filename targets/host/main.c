@@ -131,7 +131,9 @@ static bool read_options(int argc, char **argv, struct serve_options *options, c
         }
         i++;
     }
-    return true;
+    if (options->tcp_host != NULL && options->tcp_port == NULL)
+        fprintf(stderr, "--host needs --port\n");
+    return options->tcp_host == NULL || options->tcp_port != NULL;
 }
 
 /* ---- */
@@ -160,7 +162,6 @@ int main(int argc, char **argv) {
                   .max_step_rate_hz = 500000,
                   .axis_count = 3},
         .speed = 1.0,
-        .tcp_port = "2323",
         .settings = settings,
         .stop_fd = {-1, -1},
         .events = {.listens = say_listens, .client = say_client},

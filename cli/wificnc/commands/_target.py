@@ -9,6 +9,7 @@ from typing import Any, TypeVar
 import rich_click as click
 
 from wificnc.link.client import Target
+from wificnc.link.port import DEFAULT_PORT
 
 FunctionT = TypeVar("FunctionT", bound=Callable[..., Any])
 
@@ -19,7 +20,7 @@ _to = click.option(
     show_envvar=True,
     required=True,
     metavar="TARGET",
-    help="The controller: tcp://HOST[:2323] or serial:///dev/ttyUSB0[?baud=115200].",
+    help=f"The controller: tcp://HOST[:{DEFAULT_PORT}] or serial:///dev/ttyUSB0[?baud=115200].",
 )
 _take = click.option("--take", is_flag=True, help="Take the controller over from a client that commands it now.")
 

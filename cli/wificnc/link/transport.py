@@ -14,15 +14,15 @@ from urllib.parse import parse_qs, unquote, urlsplit
 import serial
 
 from wificnc.errors import LinkError, UserError
+from wificnc.link.port import DEFAULT_PORT
 
-DEFAULT_PORT = 2323
 DEFAULT_BAUD = 115200
 CONNECT_TIMEOUT_S = 5.0
 SEND_TIMEOUT_S = 5.0
 CHUNK = 65536
 SLICE_S = 0.01  # between two looks, where the system cannot wait for a serial port
 
-TARGET_HINT = "targets look like tcp://192.168.1.20:2323 or serial:///dev/ttyUSB0?baud=115200"
+TARGET_HINT = f"targets look like tcp://192.168.1.20:{DEFAULT_PORT} or serial:///dev/ttyUSB0?baud=115200"
 
 
 class Transport(Protocol):

@@ -10,9 +10,9 @@ from pathlib import Path
 
 from wificnc.board.model import Board
 from wificnc.errors import UserError
+from wificnc.link.port import DEFAULT_PORT
 
-DEFAULT_TCP = "127.0.0.1:2323"
-DEFAULT_PORT = 2323
+DEFAULT_TCP = f"127.0.0.1:{DEFAULT_PORT}"
 MAX_SPEED = 1e6
 
 

@@ -1,0 +1,22 @@
+"""One home for the port: what `wificnc serve` opens is what a target without a port means."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+from wificnc.link.port import DEFAULT_PORT
+from wificnc.serve.options import DEFAULT_TCP, Address, parse_address
+
+ROOT = Path(__file__).parents[2]
+
+
+def test_serve_listens_where_targets_look() -> None:
+    assert parse_address(DEFAULT_TCP) == parse_address("127.0.0.1") == Address("127.0.0.1", DEFAULT_PORT)
+
+
+def test_the_number_is_written_once() -> None:
+    sources = [*ROOT.glob("cli/**/*.py"), *ROOT.glob("targets/host/*.[ch]")]
+    number = re.compile(rf"(?:=|\") *\"?{DEFAULT_PORT}\"?\s*[,;)\n]")
+    homes = [path.name for path in sources if number.search(path.read_text(encoding="utf-8"))]
+    assert homes == ["port.py"]
