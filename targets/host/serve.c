@@ -152,6 +152,8 @@ static struct host *make_host(const struct serve_options *options, struct serve_
 
 struct serve *serve_create(const struct serve_options *options, struct serve_failure *failure) {
     static const struct net_hub_ops ops = {.put = put, .hear = hear, .act = act, .event = event};
+    static const struct net_hub_sizes sizes = {
+        .clients = NET_CLIENTS, .in = 64 * 1024, .out = 256 * 1024, .left = 256 * 1024};
     *failure = (struct serve_failure){.stage = SERVE_MEMORY, .error = ENOMEM};
     struct serve *serve = calloc(1, sizeof *serve);
     if (serve == NULL)
@@ -160,7 +162,7 @@ struct serve *serve_create(const struct serve_options *options, struct serve_fai
     serve->full_speed = !(options->speed > 0.0);
     memcpy(serve->stop_fd, options->stop_fd, sizeof serve->stop_fd);
     serve->listener = serve->control.listener = -1;
-    net_hub_init(&serve->hub, &ops, serve);
+    net_hub_init(&serve->hub, &sizes, &ops, serve);
     serve->host = make_host(options, failure);
     if (serve->host == NULL || !open_doors(serve, options, failure)) {
         serve_destroy(serve);

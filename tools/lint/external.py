@@ -15,7 +15,7 @@ from pathlib import Path
 
 from lint.problem import Problem, source_files
 
-INCLUDE_PATHS = ("core", "targets/host")
+INCLUDE_PATHS = ("core", "targets/common", "targets/host")
 CPPCHECK = (
     "--enable=warning,style,performance,portability",
     "--std=c11",
@@ -27,7 +27,7 @@ CPPCHECK = (
     "--template={file}:{line}: {severity}: {message} [{id}]",
 )
 PYTHON = ("cli", "tools", "tests", "examples")
-COMPILED = ("core/", "targets/host/", "tools/bench/")
+COMPILED = (*(f"{path}/" for path in INCLUDE_PATHS), "tools/bench/")
 
 
 def check_ruff(root: Path) -> list[Problem]:
@@ -55,7 +55,7 @@ def check_clang_format(root: Path) -> list[Problem]:
 
 def check_cppcheck(root: Path) -> list[Problem]:
     paths = [f"-I{path}" for path in INCLUDE_PATHS]
-    return run_tool(root, [script("cppcheck"), *CPPCHECK, *paths, *present(root, ("core", "targets/host"))])
+    return run_tool(root, [script("cppcheck"), *CPPCHECK, *paths, *present(root, INCLUDE_PATHS)])
 
 
 def check_compilers(root: Path) -> list[Problem]:

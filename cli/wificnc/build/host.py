@@ -1,4 +1,4 @@
-"""The host controller: the portable core and targets/host compiled into one shared library.
+"""The host controller: core, targets/common and targets/host compiled into one shared library.
 
 A build looks at what changed (compiler, flags, sources, every header a source includes) and compiles just that, on all
 processors. With nothing to do it costs a few milliseconds, so callers may ask for the library whenever they need it.
@@ -22,6 +22,8 @@ from wificnc.build.checkout import checkout_root
 from wificnc.build.compiler import Compiler, compiler_stamp, identify_compiler, locate_compiler
 from wificnc.build.lock import build_lock
 from wificnc.errors import BuildError
+
+FOLDERS = ("core", "targets/common", "targets/host")  # sources, and where headers are looked for
 
 WARNINGS = ("-Wall", "-Wextra", "-Wconversion", "-Wshadow")
 
@@ -139,8 +141,8 @@ def variant_directory(root: Path, variant: str) -> Path:
 
 
 def host_sources(root: Path) -> list[Path]:
-    """Every C file of the library: the core's and the host target's, but no main()."""
-    found = [*(root / "core").rglob("*.c"), *(root / "targets" / "host").rglob("*.c")]
+    """Every C file of the library: all of FOLDERS, but no main()."""
+    found = [path for folder in FOLDERS for path in (root / folder).rglob("*.c")]
     return sorted(path for path in found if path.name != "main.c")
 
 
@@ -166,7 +168,7 @@ def _compiler(directory: Path, variant: str) -> Compiler:
 
 def _compile_flags(root: Path, compiler: Compiler, variant: str) -> list[str]:
     strict = ["-Werror"] if compiler.is_known_clean else []
-    return [*FLAGS, *VARIANTS[variant][0], *strict, f"-I{root / 'core'}", f"-I{root / 'targets' / 'host'}"]
+    return [*FLAGS, *VARIANTS[variant][0], *strict, *(f"-I{root / folder}" for folder in FOLDERS)]
 
 
 def _compile_stale(root: Path, compiler: Compiler, variant: str, units: Sequence[_Unit]) -> tuple[int, str]:

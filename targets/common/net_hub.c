@@ -4,17 +4,7 @@
 #include <stdio.h>
 #include <string.h>
 
-/* The controller's answer to one line has at most ANSWER_MAX bytes: all settings, by far the longest, are
- * half of it. A line goes to the controller only if the owner's queue has room for its answer and for those
- * still to come. */
-enum {
-    READ_SIZE = 4096,
-    IN_MAX = 64 * 1024,
-    OUT_MAX = 256 * 1024,
-    OWNER_OUT_MAX = 2 * OUT_MAX,
-    LEFT_MAX = 256 * 1024,
-    ANSWER_MAX = 4096,
-};
+enum { READ_SIZE = 1024 };
 
 static const char nobody[] = "Nobody commands, the first line takes over";
 static const char take_line[] = "$TAKE";
@@ -24,15 +14,16 @@ static bool is_open(const struct net_client *client) {
     return client->stream.ops != NULL && !client->gone;
 }
 
-void net_hub_init(struct net_hub *hub, const struct net_hub_ops *ops, void *ctx) {
-    *hub = (struct net_hub){.ops = ops, .ctx = ctx};
+void net_hub_init(struct net_hub *hub, const struct net_hub_sizes *sizes, const struct net_hub_ops *ops,
+                  void *ctx) {
+    *hub = (struct net_hub){.ops = ops, .ctx = ctx, .sizes = *sizes};
 }
 
 /* ---- saying something to clients ---- */
 
 /* An observer that does not read goes; so does, far later, an owner. */
 static void say(struct net_hub *hub, struct net_client *client, const char *bytes, size_t count) {
-    size_t most = client == hub->owner ? OWNER_OUT_MAX : OUT_MAX;
+    size_t most = client == hub->owner ? 2 * hub->sizes.out : hub->sizes.out;
     if (!is_open(client))
         return;
     if (client->out.count + count <= most && net_queue_add(&client->out, bytes, count))
@@ -79,7 +70,7 @@ static void leave_lines(struct net_hub *hub, struct net_client *client) {
         if (net_queue_add(&client->in, "\n", 1))
             client->whole = 1;
     }
-    if (hub->left.count + client->whole > LEFT_MAX ||
+    if (hub->left.count + client->whole > hub->sizes.left ||
         !net_queue_add(&hub->left, net_queue_head(&client->in), client->whole))
         net_hub_tell(hub, "Lines of a former owner were dropped, too many wait");
     else if (half)
@@ -115,7 +106,7 @@ static void set_owner(struct net_hub *hub, struct net_client *client) {
 /* ---- connections ---- */
 
 bool net_hub_is_full(const struct net_hub *hub) {
-    for (size_t i = 0; i < NET_CLIENTS; i++)
+    for (size_t i = 0; i < hub->sizes.clients; i++)
         if (hub->client[i].stream.ops == NULL)
             return false;
     return true;
@@ -124,9 +115,9 @@ bool net_hub_is_full(const struct net_hub *hub) {
 bool net_hub_connect(struct net_hub *hub, const struct net_stream *stream, const char *name) {
     static const char full[] = "[MSG:Full, all places are taken]\r\n";
     struct net_client *client = hub->client;
-    while (client < hub->client + NET_CLIENTS && client->stream.ops != NULL)
+    while (client < hub->client + hub->sizes.clients && client->stream.ops != NULL)
         client++;
-    if (client == hub->client + NET_CLIENTS) {
+    if (client == hub->client + hub->sizes.clients) {
         stream->ops->write(stream, full, sizeof full - 1);
         stream->ops->close(stream);
         hub->ops->event(hub->ctx, "refused, all places are taken", name);
@@ -188,7 +179,7 @@ static void put_reset(struct net_hub *hub, struct net_client *client, const char
 }
 
 static bool may_ask(const struct net_hub *hub) {
-    return hub->owner == NULL || hub->owner->out.count < OUT_MAX / 2;
+    return hub->owner == NULL || hub->owner->out.count < hub->sizes.out / 2;
 }
 
 static void put_realtime(struct net_hub *hub, struct net_client *client, uint8_t byte) {
@@ -299,7 +290,7 @@ static void take_bytes(struct net_hub *hub, struct net_client *client, const cha
 }
 
 bool net_hub_wants_read(const struct net_hub *hub, const struct net_client *client) {
-    return is_open(client) && !client->ended && (client != hub->owner || client->in.count < IN_MAX);
+    return is_open(client) && !client->ended && (client != hub->owner || client->in.count < hub->sizes.in);
 }
 
 bool net_hub_wants_write(const struct net_client *client) {
@@ -308,7 +299,7 @@ bool net_hub_wants_write(const struct net_client *client) {
 
 void net_hub_read(struct net_hub *hub, struct net_client *client) {
     char bytes[READ_SIZE];
-    size_t room = IN_MAX - client->in.count;
+    size_t room = hub->sizes.in - client->in.count;
     if (!net_hub_wants_read(hub, client))
         return;
     long count = client->stream.ops->read(&client->stream, bytes, room < READ_SIZE ? room : READ_SIZE);
@@ -326,10 +317,11 @@ void net_hub_lost(struct net_client *client) {
 
 /* ---- lines to the controller ---- */
 
-/* Lines that may be inside the controller at once, so that the owner's queue has room for every answer. */
+/* Lines that may be inside the controller at once, so that the owner's queue has room for every answer: a
+ * line goes in only if there is room for its answer and for those still to come. */
 static uint32_t lines_allowed(const struct net_hub *hub) {
     size_t taken = hub->owner == NULL ? 0 : hub->owner->out.count;
-    return taken >= OUT_MAX ? 0 : (uint32_t)((OUT_MAX - taken) / ANSWER_MAX);
+    return taken >= hub->sizes.out ? 0 : (uint32_t)((hub->sizes.out - taken) / NET_ANSWER_MAX);
 }
 
 /* Give the first `count` bytes of the queue, line by line. @return bytes the controller took */
@@ -359,7 +351,7 @@ static bool feed_left(struct net_hub *hub) {
 
 /* A line longer than the queue goes on as it comes: the controller will refuse it. */
 static bool feed_owner(struct net_hub *hub, struct net_client *owner) {
-    bool too_long = owner->whole == 0 && owner->in.count == IN_MAX;
+    bool too_long = owner->whole == 0 && owner->in.count == hub->sizes.in;
     size_t fed = feed_lines(hub, &owner->in, too_long ? owner->in.count : owner->whole);
     if (fed == 0)
         return false;

@@ -14,8 +14,8 @@
  * stops the reading of the owner's lines; an observer that does not read is disconnected.
  *
  * No socket call, no clock, no global: the streams and the controller are ops. Single-threaded. */
-#ifndef WIFICNC_HOST_NET_HUB_H
-#define WIFICNC_HOST_NET_HUB_H
+#ifndef WIFICNC_COMMON_NET_HUB_H
+#define WIFICNC_COMMON_NET_HUB_H
 
 #include "net_queue.h"
 #include "net_stream.h"
@@ -23,7 +23,16 @@
 
 #include <stdint.h>
 
-enum { NET_CLIENTS = 16, NET_NAME_SIZE = 64, NET_LINE_SIZE = 512 };
+/** NET_ANSWER_MAX: the controller's longest answer to one line; all settings are half of it. */
+enum { NET_CLIENTS = 16, NET_NAME_SIZE = 64, NET_LINE_SIZE = 512, NET_ANSWER_MAX = 4096 };
+
+/** How much may wait in the hub, bytes. A controller with little RAM takes small ones. */
+struct net_hub_sizes {
+    size_t clients; /* 1 .. NET_CLIENTS connections at once */
+    size_t in;      /* of the owner's lines; a longer line goes on as it comes */
+    size_t out;  /* of answers that wait for one client; >= 2 * NET_ANSWER_MAX. An owner gets twice as much */
+    size_t left; /* of former owners' lines */
+};
 
 /** What the hub asks of the controller and its surroundings. */
 struct net_hub_ops {
@@ -56,6 +65,7 @@ struct net_client {
 struct net_hub {
     const struct net_hub_ops *ops;
     void *ctx;
+    struct net_hub_sizes sizes;
     struct net_client client[NET_CLIENTS];
     struct net_client *owner; /* NULL: nobody */
     struct net_queue left;    /* whole lines of former owners that the controller has not got yet */
@@ -65,7 +75,8 @@ struct net_hub {
     size_t line_size;
 };
 
-void net_hub_init(struct net_hub *hub, const struct net_hub_ops *ops, void *ctx);
+void net_hub_init(struct net_hub *hub, const struct net_hub_sizes *sizes, const struct net_hub_ops *ops,
+                  void *ctx);
 
 /** Everybody is disconnected, all memory given back. */
 void net_hub_close(struct net_hub *hub);

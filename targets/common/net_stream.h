@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT
  * A byte stream that never blocks: a TCP connection, the pty, on a chip its serial port. The hub knows no
  * other. */
-#ifndef WIFICNC_HOST_NET_STREAM_H
-#define WIFICNC_HOST_NET_STREAM_H
+#ifndef WIFICNC_COMMON_NET_STREAM_H
+#define WIFICNC_COMMON_NET_STREAM_H
 
 #include <stdbool.h>
 #include <stddef.h>

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT
  * TCP by plain BSD sockets: a listener, and connections as streams. Nothing blocks. */
-#ifndef WIFICNC_HOST_NET_TCP_H
-#define WIFICNC_HOST_NET_TCP_H
+#ifndef WIFICNC_COMMON_NET_TCP_H
+#define WIFICNC_COMMON_NET_TCP_H
 
 #include "net_stream.h"
 

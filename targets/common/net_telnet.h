@@ -2,8 +2,8 @@
  * Telnet negotiation (RFC 854) taken out of a byte stream. Every offer is refused: the answer to WILL is
  * DONT, to DO it is WONT, to anything else there is none; so no negotiation loops. A sender that never sends
  * 0xFF sees nothing of it. */
-#ifndef WIFICNC_HOST_NET_TELNET_H
-#define WIFICNC_HOST_NET_TELNET_H
+#ifndef WIFICNC_COMMON_NET_TELNET_H
+#define WIFICNC_COMMON_NET_TELNET_H
 
 #include <stddef.h>
 #include <stdint.h>

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT
  * Bytes in, bytes out, in order: what waits for a slow reader or a busy controller. Grows as needed; whoever
  * fills it keeps it bounded. */
-#ifndef WIFICNC_HOST_NET_QUEUE_H
-#define WIFICNC_HOST_NET_QUEUE_H
+#ifndef WIFICNC_COMMON_NET_QUEUE_H
+#define WIFICNC_COMMON_NET_QUEUE_H
 
 #include <stdbool.h>
 #include <stddef.h>
