@@ -33,8 +33,6 @@ bool machine_reads(const struct machine *machine);
 bool machine_works(const struct machine *machine);
 /** Grbl's longer report intervals. */
 bool machine_is_busy(const struct machine *machine);
-/** Name in the status report, without sub-state. */
-const char *machine_state_name(enum machine_state state);
 
 /* machine.c */
 void machine_apply_settings(struct machine *machine);

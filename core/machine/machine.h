@@ -213,6 +213,9 @@ bool machine_is_standing(const struct machine *machine);
 /** No motion planned, queued or being stepped. */
 bool machine_is_at_rest(const struct machine *machine);
 
+/** State as reports show it, with its sub-state: "Idle", "Hold:1", "Door:0". */
+const char *machine_state_text(const struct machine *machine);
+
 /** Steps that have left the pins. */
 void machine_position(const struct machine *machine, int32_t steps[AXIS_COUNT]);
 

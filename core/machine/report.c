@@ -64,23 +64,6 @@ void report_axes_steps(const struct machine *machine, const int32_t steps[AXIS_C
     report_axes(machine, mm);
 }
 
-static void report_state(const struct machine *machine) {
-    const struct text_out *out = &machine->out;
-    bool stopped = machine_is_stopped(machine);
-    text_string(out, "<");
-    text_string(out, machine_state_name(machine->state));
-    if (machine->state == MACHINE_HOLD)
-        text_string(out, stopped ? ":0" : ":1");
-    if (machine->state != MACHINE_DOOR)
-        return;
-    if (machine->restoring)
-        text_string(out, ":3");
-    else if (!stopped)
-        text_string(out, ":2");
-    else
-        text_string(out, inputs_door_is_open(machine) ? ":1" : ":0");
-}
-
 static void report_position(const struct machine *machine, const double offset_mm[AXIS_COUNT]) {
     int32_t steps[AXIS_COUNT];
     double mm[AXIS_COUNT];
@@ -180,7 +163,8 @@ void report_status(struct machine *machine) {
     const struct text_out *out = &machine->out;
     double offset_mm[AXIS_COUNT];
     gcode_work_offset_mm(&machine->gcode, offset_mm);
-    report_state(machine);
+    text_string(out, "<");
+    text_string(out, machine_state_text(machine));
     report_position(machine, offset_mm);
     report_buffers(machine);
     report_line(machine);

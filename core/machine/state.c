@@ -43,17 +43,17 @@ static const uint8_t next[MACHINE_STATE_COUNT][MACHINE_EVENT_COUNT] = {
 /* clang-format on */
 
 static const struct {
-    const char *name;
-    bool reads; /* lines are read */
-    bool works; /* tasks go on */
-    bool busy;  /* the long report intervals */
+    const char *name; /* NULL: with a sub-state, see machine_state_text() */
+    bool reads;       /* lines are read */
+    bool works;       /* tasks go on */
+    bool busy;        /* the long report intervals */
 } traits[MACHINE_STATE_COUNT] = {
     [MACHINE_IDLE] = {.name = "Idle", .reads = true, .works = true},
     [MACHINE_RUN] = {.name = "Run", .reads = true, .works = true, .busy = true},
-    [MACHINE_HOLD] = {.name = "Hold", .busy = true},
+    [MACHINE_HOLD] = {.busy = true},
     [MACHINE_JOG] = {.name = "Jog", .reads = true, .works = true, .busy = true},
     [MACHINE_ALARM] = {.name = "Alarm", .reads = true, .works = true},
-    [MACHINE_DOOR] = {.name = "Door", .busy = true},
+    [MACHINE_DOOR] = {.busy = true},
     [MACHINE_CHECK] = {.name = "Check", .reads = true, .works = true},
     [MACHINE_HOME] = {.name = "Home", .works = true, .busy = true},
     [MACHINE_SLEEP] = {.name = "Sleep"},
@@ -83,6 +83,15 @@ bool machine_is_busy(const struct machine *machine) {
     return traits[machine->state].busy;
 }
 
-const char *machine_state_name(enum machine_state state) {
-    return traits[state].name;
+const char *machine_state_text(const struct machine *machine) {
+    bool stopped = machine_is_stopped(machine);
+    if (machine->state == MACHINE_HOLD)
+        return stopped ? "Hold:0" : "Hold:1";
+    if (machine->state != MACHINE_DOOR)
+        return traits[machine->state].name;
+    if (machine->restoring)
+        return "Door:3";
+    if (!stopped)
+        return "Door:2";
+    return inputs_door_is_open(machine) ? "Door:1" : "Door:0";
 }

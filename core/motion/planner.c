@@ -114,8 +114,9 @@ static uint32_t step_delta(const struct plan *plan, const struct motion_line *li
 /* Speeds of a block at the present overrides. Its predecessor's are set; `first`: it is entered at rest. */
 static void set_caps(struct plan *plan, uint32_t index, bool first) {
     struct plan_block *block = plan_block(plan, index);
-    float override = (block->flags & MOTION_FLAG_RAPID) != 0 ? plan->rapid_override : plan->feed_override;
-    float asked_sq = block->asked_sq * override * override;
+    bool rapid = (block->flags & MOTION_FLAG_RAPID) != 0;
+    float override = rapid ? plan->rapid_override : plan->feed_override;
+    float asked_sq = (rapid ? block->limit_sq : block->asked_sq) * override * override;
     block->nominal_sq = asked_sq < block->limit_sq ? asked_sq : block->limit_sq;
     block->junction_sq = first ? 0.0f : least_f(block->corner_sq, block->nominal_sq);
     if (!first)

@@ -132,7 +132,8 @@ static uint64_t earlier(uint64_t a, uint64_t b) {
     return a < b ? a : b;
 }
 
-static enum host_wait run(struct host *host, uint64_t max_events, uint64_t until_ticks) {
+/* @param waits  also with nothing to do, time goes on to its end */
+static enum host_wait run(struct host *host, uint64_t max_events, uint64_t until_ticks, bool waits) {
     struct machine *machine = &host->machine;
     struct hal_step *hal = &host->hal.step;
     uint64_t budget = max_events;
@@ -147,36 +148,40 @@ static enum host_wait run(struct host *host, uint64_t max_events, uint64_t until
             return machine->step.active ? HOST_ROOM : HOST_IDLE;
         if (hal->now_ticks >= until_ticks)
             return HOST_TIME;
-        uint64_t next = earlier(until_ticks, virtual_next_ticks(&host->hal.virtual_machine));
+        uint64_t next = virtual_next_ticks(&host->hal.virtual_machine);
         if (machine->step.active) {
-            run_events(host, &budget, next);
+            run_events(host, &budget, earlier(next, until_ticks));
             continue;
         }
         if (any)
             continue;
         next = earlier(next, wake_ticks(host));
-        if (next == UINT64_MAX)
+        if (next == UINT64_MAX && !waits)
             return HOST_IDLE;
-        hal->now_ticks = next;
+        hal->now_ticks = earlier(next, until_ticks);
     }
     return HOST_BUDGET;
 }
 
 enum host_wait host_run(struct host *host, uint64_t max_events) {
-    enum host_wait wait = run(host, max_events, UINT64_MAX);
+    return host_run_before(host, max_events, UINT64_MAX);
+}
+
+enum host_wait host_run_before(struct host *host, uint64_t max_events, uint64_t t_ticks) {
+    enum host_wait wait = run(host, max_events, t_ticks, false);
     flush_trace(host);
     return wait;
 }
 
 enum host_wait host_run_until(struct host *host, uint64_t t_ticks) {
-    enum host_wait wait = run(host, UINT64_MAX, t_ticks);
+    enum host_wait wait = run(host, UINT64_MAX, t_ticks, true);
     flush_trace(host);
     return wait;
 }
 
 enum host_wait host_run_paced(struct host *host, uint64_t t_ticks, uint64_t max_events) {
     host->paced = true;
-    enum host_wait wait = run(host, max_events, t_ticks);
+    enum host_wait wait = run(host, max_events, t_ticks, true);
     host->paced = false;
     flush_trace(host);
     return wait;
@@ -190,6 +195,14 @@ uint64_t host_next_ticks(const struct host *host) {
 
 uint64_t host_time_ticks(const struct host *host) {
     return host->hal.step.now_ticks;
+}
+
+const char *host_state(const struct host *host) {
+    return machine_state_text(&host->machine);
+}
+
+bool host_is_paused(const struct host *host) {
+    return host->machine.stage == TASK_PAUSED;
 }
 
 void host_position_steps(const struct host *host, int32_t steps[AXIS_COUNT]) {

@@ -11,6 +11,7 @@
 #include "base/axis.h"
 #include "trace.h"
 
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
@@ -57,6 +58,9 @@ size_t host_read(struct host *host, char *bytes, size_t size);
  * back. */
 enum host_wait host_run(struct host *host, uint64_t max_events);
 
+/** As host_run(), but not beyond this virtual time: HOST_TIME then. HOST_IDLE may come before it. */
+enum host_wait host_run_before(struct host *host, uint64_t max_events, uint64_t t_ticks);
+
 /** Let the controller work until this virtual time, also when it has nothing to do: for a clock outside that
  * leads. With host_input_follows(host, 0) it comes back with HOST_TIME and then it is t_ticks, or later if it
  * was so before. */
@@ -72,6 +76,12 @@ uint64_t host_next_ticks(const struct host *host);
 
 /** Virtual time, ticks of the board's timer from power-on. */
 uint64_t host_time_ticks(const struct host *host);
+
+/** State as the status report shows it: "Idle", "Hold:0", ... */
+const char *host_state(const struct host *host);
+
+/** The program waits at M0. */
+bool host_is_paused(const struct host *host);
 
 /** Step counters: exactly the pulses that left the pins, signed. */
 void host_position_steps(const struct host *host, int32_t steps[AXIS_COUNT]);

@@ -1,111 +1,14 @@
 /* SPDX-License-Identifier: MIT */
 #include "serve_control.h"
 
+#include "hands.h"
 #include "host.h"
 #include "net_tcp.h"
 #include "virtual.h"
 
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
-
-enum { WORDS_MAX = 2 + AXIS_COUNT };
-
-static const char axis_names[] = "xyzabc";
-
-struct words {
-    char text[CONTROL_LINE_SIZE];
-    char *word[WORDS_MAX];
-    int count;
-};
-
-static void split(struct words *words, const char *line) {
-    char *rest = NULL;
-    snprintf(words->text, sizeof words->text, "%s", line);
-    words->count = 0;
-    for (char *word = strtok_r(words->text, " \t\r\n", &rest); word != NULL && words->count < WORDS_MAX;
-         word = strtok_r(NULL, " \t\r\n", &rest))
-        words->word[words->count++] = word;
-}
-
-static bool is(const char *word, const char *other) {
-    return strcmp(word, other) == 0;
-}
-
-/* @return false: no number that steps can hold */
-static bool read_steps(const struct host *host, unsigned axis, const char *word, int32_t *out) {
-    float steps_per_mm[AXIS_COUNT];
-    char *end;
-    host_steps_per_mm(host, steps_per_mm);
-    double steps = strtod(word, &end) * (double)steps_per_mm[axis];
-    if (*word == '\0' || *end != '\0' || !(steps > -2e9 && steps < 2e9))
-        return false;
-    *out = (int32_t)(steps < 0.0 ? steps - 0.5 : steps + 0.5);
-    return true;
-}
-
-/* ---- commands: NULL, or what is wrong ---- */
-
-static const char *set_input(struct host *host, const struct words *words) {
-    int input = virtual_input_number(words->word[0]);
-    if (input < 0)
-        return "no such command or input";
-    if (words->count != 2 || (!is(words->word[1], "on") && !is(words->word[1], "off")))
-        return "an input is on or off";
-    virtual_set(host, input, is(words->word[1], "on"));
-    return NULL;
-}
-
-static const char *set_travel(struct host *host, const struct words *words) {
-    const char *name =
-        words->count > 1 && words->word[1][0] != '\0' ? strchr(axis_names, words->word[1][0]) : NULL;
-    int32_t low, high;
-    if (name == NULL || words->word[1][1] != '\0')
-        return "which axis?";
-    unsigned axis = (unsigned)(name - axis_names);
-    if (words->count == 3 && is(words->word[2], "off")) {
-        virtual_no_travel(host, axis);
-        return NULL;
-    }
-    if (words->count != 4 || !read_steps(host, axis, words->word[2], &low) ||
-        !read_steps(host, axis, words->word[3], &high) || low >= high)
-        return "travel AXIS LOW HIGH, in mm";
-    virtual_travel(host, axis, low, high);
-    return NULL;
-}
-
-static const char *set_surface(struct host *host, const struct words *words) {
-    int32_t steps;
-    if (words->count == 2 && is(words->word[1], "off"))
-        virtual_no_surface(host);
-    else if (words->count == 2 && read_steps(host, AXIS_Z, words->word[1], &steps))
-        virtual_surface(host, steps);
-    else
-        return "surface Z, in mm, or off";
-    return NULL;
-}
-
-static const char *set_place(struct host *host, const struct words *words) {
-    int32_t steps[AXIS_COUNT];
-    virtual_position(host, steps);
-    if (words->count < 2)
-        return "place X Y Z, in mm";
-    for (int i = 1; i < words->count; i++)
-        if (i > AXIS_COUNT || !read_steps(host, (unsigned)i - 1, words->word[i], &steps[i - 1]))
-            return "place X Y Z, in mm";
-    virtual_place(host, steps);
-    return NULL;
-}
-
-static const char *set_ramp(struct host *host, const struct words *words) {
-    char *end = NULL;
-    double rpm_s = words->count == 2 ? strtod(words->word[1], &end) : -1.0;
-    if (end == NULL || *end != '\0' || !(rpm_s >= 0.0 && rpm_s < 1e9))
-        return "ramp RPM, a second";
-    virtual_spindle_ramp(host, (float)rpm_s);
-    return NULL;
-}
 
 static void say_state(const struct host *host, char answer[CONTROL_ANSWER_SIZE]) {
     int32_t steps[AXIS_COUNT];
@@ -123,27 +26,24 @@ static void say_state(const struct host *host, char answer[CONTROL_ANSWER_SIZE])
              (unsigned)outputs.coolant);
 }
 
+/* Only blanks, or this one word. */
+static bool says(const char *line, const char *word) {
+    line += strspn(line, " \t\r\n");
+    if (strncmp(line, word, strlen(word)) != 0)
+        return false;
+    line += strlen(word);
+    return line[strspn(line, " \t\r\n")] == '\0';
+}
+
 void serve_control_line(struct host *host, const char *line, char answer[CONTROL_ANSWER_SIZE]) {
-    static const struct {
-        const char *name;
-        const char *(*run)(struct host *host, const struct words *words);
-    } commands[] = {
-        {"travel", set_travel}, {"surface", set_surface}, {"place", set_place}, {"ramp", set_ramp}};
-    struct words words;
-    const char *(*run)(struct host *, const struct words *) = set_input;
-    split(&words, line);
-    if (words.count == 0) {
-        strcpy(answer, "ok\n");
-        return;
-    }
-    if (words.count == 1 && is(words.word[0], "state")) {
+    struct hands_action action;
+    const char *wrong = NULL;
+    if (says(line, "state")) {
         say_state(host, answer);
         return;
     }
-    for (size_t i = 0; i < sizeof commands / sizeof commands[0]; i++)
-        if (is(words.word[0], commands[i].name))
-            run = commands[i].run;
-    const char *wrong = run(host, &words);
+    if (!says(line, "") && (wrong = hands_read(host, line, &action)) == NULL)
+        hands_do(host, &action);
     snprintf(answer, CONTROL_ANSWER_SIZE, wrong == NULL ? "ok\n" : "error: %s\n", wrong);
 }
 

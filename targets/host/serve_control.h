@@ -2,17 +2,14 @@
  * The hands at the virtual machine: a TCP door where lines press buttons, close switches and move the work
  * piece.
  *
- *   INPUT on|off          door, estop, hold, start, reset, probe, limit-x, limit-max-y, ...: by hand
- *   travel AXIS LOW HIGH  limit switches, mm of true position; travel AXIS off: none
- *   surface Z|off         what the probe touches, mm
- *   place X [Y [Z ...]]   the machine stands here now, mm
- *   ramp RPM              spindle's change of speed in a second; 0: at once
+ *   what hands.h knows     done at once
  *   state                 where it stands, which inputs are active, what the outputs say
  *
  * Each line is answered by one line: `ok`, `error: why`, or the state. */
 #ifndef WIFICNC_HOST_SERVE_CONTROL_H
 #define WIFICNC_HOST_SERVE_CONTROL_H
 
+#include "hands.h"
 #include "net_stream.h"
 
 #include <poll.h>
@@ -21,7 +18,7 @@ struct host;
 
 enum {
     CONTROL_CLIENTS = 4,
-    CONTROL_LINE_SIZE = 160,
+    CONTROL_LINE_SIZE = HANDS_LINE_SIZE,
     CONTROL_POLLS = CONTROL_CLIENTS + 1,
     CONTROL_ANSWER_SIZE = 512
 };

@@ -2,6 +2,7 @@
  * The sender's side of a simulated job: bytes out, answers in, edges measured. */
 #include "sim.h"
 
+#include "sim_script.h"
 #include "sim_text.h"
 #include "trace_write.h"
 
@@ -35,6 +36,8 @@ struct sim {
     bool keep_going, stopped, told_end, finished, closed;
     unsigned idle_rounds;
     uint64_t begin_ticks, end_ticks, pauses;
+    struct sim_script script;
+    bool reset_asked; /* by an event; the banner is still to come */
     double steps_per_mm[AXIS_COUNT];
 
     bool in_command; /* sim_command() waits */
@@ -86,6 +89,7 @@ void sim_destroy(struct sim *sim) {
         host_destroy(sim->host);
     measure_destroy(sim->measure);
     sim_text_free(&sim->text);
+    script_free(&sim->script);
     for (size_t i = 0; i < sim->messages.count; i++)
         free(((char **)sim->messages.items)[i]);
     free(sim->messages.items);
@@ -136,6 +140,17 @@ static bool begins(const char *text, const char *with) {
     return strncmp(text, with, strlen(with)) == 0;
 }
 
+/* A reset by hand: nothing of the job is left in the controller, and a sender would stop here. */
+static void take_banner(struct sim *sim) {
+    if (!sim->reset_asked)
+        return;
+    sim->reset_asked = false;
+    if (!sim->stopped)
+        add_error(sim, file_line(sim, sim->answered), SIM_RESET, 0);
+    sim->stopped = true;
+    sim->sent_lines = sim->answered;
+}
+
 static void take_line(struct sim *sim, const char *line) {
     if (strcmp(line, "ok") == 0)
         take_answer(sim, 0);
@@ -145,6 +160,8 @@ static void take_line(struct sim *sim, const char *line) {
         add_error(sim, file_line(sim, sim->answered), SIM_ALARM, atoi(line + strlen("ALARM:")));
     else if (begins(line, "[MSG:"))
         add_message(sim, line);
+    else if (begins(line, "Grbl "))
+        take_banner(sim);
 }
 
 static void take_bytes(struct sim *sim, const char *bytes, size_t count) {
@@ -207,6 +224,10 @@ int sim_command(struct sim *sim, const char *line) {
     return answered ? sim->command_answer : -1;
 }
 
+const char *sim_at(struct sim *sim, double t_s, const char *line) {
+    return script_add(&sim->script, sim->host, t_s, line);
+}
+
 int sim_load(struct sim *sim, const char *text, size_t size, int keep_going) {
     float steps_per_mm[AXIS_COUNT];
     host_steps_per_mm(sim->host, steps_per_mm);
@@ -218,6 +239,7 @@ int sim_load(struct sim *sim, const char *text, size_t size, int keep_going) {
     sim->keep_going = keep_going != 0;
     sim->begin_ticks = sim->end_ticks = host_time_ticks(sim->host);
     measure_begin(sim->measure, sim->begin_ticks, sim->steps_per_mm);
+    script_begin(&sim->script, sim->begin_ticks, sim->board.timer_hz);
     return 0;
 }
 
@@ -256,18 +278,26 @@ static void finish(struct sim *sim) {
     measure_end(sim->measure);
 }
 
-/* Nothing happened for a round. A program pause waits for the operator; anything else is a controller that is
- * stuck. */
+static bool is_held(const struct sim *sim) {
+    const char *state = host_state(sim->host);
+    return begins(state, "Hold") || begins(state, "Door");
+}
+
+/* Nothing happens by itself any more. A program pause waits for the operator, and what is stopped or held for
+ * an event; anything else is a controller that is stuck. */
 static void prod(struct sim *sim) {
-    bool owes = sim->answered < sim->sent_lines;
-    sim->idle_rounds++;
-    if (sim->idle_rounds == 1 && owes)
+    if (host_is_paused(sim->host)) {
         sim->pauses += host_write(sim->host, "~", 1);
-    if (sim->idle_rounds < MAX_IDLE_ROUNDS)
         return;
-    sim->pauses -= owes;
+    }
+    if (script_next_ticks(&sim->script) != UINT64_MAX) {
+        host_run_until(sim->host, script_next_ticks(&sim->script));
+        return;
+    }
+    if (++sim->idle_rounds < MAX_IDLE_ROUNDS)
+        return;
     if (!sim->stopped)
-        add_error(sim, file_line(sim, sim->answered), SIM_NO_ANSWER, 0);
+        add_error(sim, file_line(sim, sim->answered), is_held(sim) ? SIM_HELD : SIM_NO_ANSWER, 0);
     finish(sim);
 }
 
@@ -275,11 +305,13 @@ static void one_round(struct sim *sim, uint64_t max_events) {
     struct mark before = mark_now(sim);
     feed(sim);
     tell_end(sim);
-    enum host_wait wait = host_run(sim->host, max_events);
+    enum host_wait wait = host_run_before(sim->host, max_events, script_next_ticks(&sim->script));
+    sim->reset_asked |= script_perform(&sim->script, sim->host);
     listen(sim);
-    if (wait == HOST_IDLE && sim->told_end && sim->answered == sim->sent_lines)
+    bool done = !sim->stopped && sim->told_end && sim->answered == sim->sent_lines && !is_held(sim);
+    if (wait == HOST_IDLE && done)
         finish(sim);
-    else if (same_mark(before, mark_now(sim)))
+    else if (wait != HOST_TIME && same_mark(before, mark_now(sim)))
         prod(sim);
     else
         sim->idle_rounds = 0;
@@ -309,6 +341,14 @@ size_t sim_error_count(const struct sim *sim) {
 
 struct sim_error sim_error_at(const struct sim *sim, size_t index) {
     return index < sim->errors.count ? ((struct sim_error *)sim->errors.items)[index] : (struct sim_error){0};
+}
+
+size_t sim_event_count(const struct sim *sim) {
+    return sim->script.count;
+}
+
+struct script_event sim_event_at(const struct sim *sim, size_t index) {
+    return index < sim->script.count ? sim->script.items[index].event : (struct script_event){0};
 }
 
 size_t sim_message_count(const struct sim *sim) {

@@ -10,6 +10,7 @@
 
 #include "host.h"
 #include "measure.h"
+#include "sim_script.h"
 
 struct sim;
 
@@ -28,6 +29,16 @@ int sim_command(struct sim *sim, const char *line);
  *  @return 0, or ENOMEM. */
 int sim_load(struct sim *sim, const char *text, size_t size, int keep_going);
 
+/** While the job runs, this happens at the machine: a line of hands.h, t_s seconds of virtual time after
+ * sim_load(). Call after the settings and before sim_load(). After an alarm or a reset the job is over, but
+ * the events that are left still happen.
+ * @return NULL, or what is wrong with the line */
+const char *sim_at(struct sim *sim, double t_s, const char *line);
+
+/** The events, in the order of their times, and what each of them found: index 0 .. sim_event_count()-1. */
+size_t sim_event_count(const struct sim *sim);
+struct script_event sim_event_at(const struct sim *sim, size_t index);
+
 /** Work for about max_events step events. A pause of the program (M0) is ended at once, as by an operator.
  *  A controller that rests although it owes an answer ends the job with SIM_NO_ANSWER.
  *  @return 1 while there is more, 0 when done. */
@@ -42,6 +53,8 @@ enum sim_error_kind {
     SIM_ALARM,     /* ALARM:code; the job ends there */
     SIM_NO_ANSWER, /* the controller rests and owes this line its answer, code 0; the job ends there */
     SIM_SURPLUS,   /* an answer that no line asked for, after this line; code 0 */
+    SIM_HELD,      /* an event held it and none resumes it, code 0; the job ends there */
+    SIM_RESET,     /* an event reset it, code 0; the job ends there */
 };
 
 /** Errors found: index 0 .. sim_error_count()-1; line is 1-based in the file, 0 = before the first one. */

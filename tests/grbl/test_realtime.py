@@ -160,6 +160,17 @@ def test_feed_override_changes_the_time_of_a_move(grbl: Grbl) -> None:
     assert times[1] == pytest.approx(2 * times[0], rel=0.02) and times[2] == pytest.approx(times[0], rel=0.02)
 
 
+@pytest.mark.parametrize(("byte", "share"), [("\x96", 0.5), ("\x97", 0.25), ("\x95", 1.0)])
+def test_rapid_override_changes_the_time_of_a_rapid(grbl: Grbl, byte: str, share: float) -> None:
+    """Rapid 100/50/25 `0x95/96/97`: G0 runs at that part of its top speed, G1 as before."""
+    top = 5000 / 60
+    grbl.put(byte)
+    for line, speed in (("G0X-200\n", top * share), ("G1X0F3000\n", 50)):
+        before = grbl.time()
+        grbl.send(line)
+        assert grbl.time() - before == pytest.approx(200 / speed + speed / 500, rel=0.02), line
+
+
 def test_spindle_override_and_stop(grbl: Grbl) -> None:
     """Spindle `0x99`-`0x9D`, `0x9E` stop only in Hold."""
     grbl.fine("M3S500")

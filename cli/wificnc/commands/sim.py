@@ -30,18 +30,20 @@ ERRORS_SHOWN = 20
 @click.option("--json", "json_path", type=click.Path(path_type=Path), help="Write the figures; - is stdout.")
 @click.option("--plot", type=click.Path(path_type=Path), help="Draw the path and its speed: .png or .svg.")
 @click.option("--trace", type=click.Path(path_type=Path), help="Write every step event: .csv, .vcd or .npz.")
+@click.option("--at", multiple=True, metavar="'TIME WHAT'", help="At the machine, '2.5s limit x'; repeatable.")
 @click.option("--keep-going", is_flag=True, help="Go on after an error, collect all.")
 @click.pass_context
 def command(
     ctx: click.Context, file: Path, board: str, machine: str | None, settings: tuple[str, ...],
-    json_path: Path | None, plot: Path | None, trace: Path | None, keep_going: bool,
+    json_path: Path | None, plot: Path | None, trace: Path | None, at: tuple[str, ...],
+    keep_going: bool,
 ) -> None:  # fmt: skip
     """Run a G-code FILE through the real core in virtual time.
 
     The motion that the controller would make, measured from its step edges: times, speeds, extent, step counts.
     """
     json_file = None if json_path is None or str(json_path) == "-" else json_path
-    options = SimOptions(file, board, machine, settings, json_file, plot, trace, keep_going)
+    options = SimOptions(file, board, machine, settings, json_file, plot, trace, keep_going, at)
     with _progress_bar(file.name) as on_progress:
         result = simulate(options, on_progress)
     if json_path is not None and json_file is None:

@@ -8,12 +8,17 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from wificnc.errors import JobError, UserError
-from wificnc.sim.native import AXES, ErrorKind, HostBoard, NativeError, NativeResult, Simulation
+from wificnc.link.alarms import alarm_words
+from wificnc.sim.native import AXES, ErrorKind, HostBoard, NativeError, NativeEvent, NativeResult, Simulation
 from wificnc.sim.trace import TraceFile
 
 EVENTS_PER_CALL = 500_000  # a few tens of milliseconds of work between two looks at the progress
 SAMPLE_MS = 1.0
 CHATTER = {"[MSG:Pgm End]"}  # said by every good program
+
+EVENT_HINT = (
+    "like: limit x, probe off, door, estop, hold, resume, reset, feed +10, travel x -200 0; see docs/simulation.md"
+)
 
 Progress = Callable[[int, int], None]  # lines done, lines in all
 
@@ -30,6 +35,26 @@ class Timing:
 
 
 @dataclass(frozen=True)
+class At:
+    """Something that happens at the machine: words of targets/host/hands.h, seconds after the job's begin."""
+
+    time_s: float
+    action: str
+
+
+@dataclass(frozen=True)
+class SimEvent:
+    """What an At found. done is False when the job was over before it; then the rest says nothing."""
+
+    time_s: float
+    action: str
+    done: bool
+    state: str  # right after it, as a status report shows it
+    position_steps: tuple[int, ...]
+    position_mm: tuple[float, ...]
+
+
+@dataclass(frozen=True)
 class JobRequest:
     """What to run, and on what."""
 
@@ -41,6 +66,7 @@ class JobRequest:
     trace: TraceFile | None = None
     samples: bool = False
     travel_mm: tuple[float | None, ...] = (None,) * len(AXES)
+    events: tuple[At, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -84,6 +110,7 @@ class SimResult:
     warnings: tuple[str, ...]
     travel_mm: tuple[float | None, ...]
     samples: bytes  # records of native.SAMPLE_DTYPE
+    events: tuple[SimEvent, ...] = ()
 
     @property
     def dwell_time_s(self) -> float:
@@ -94,7 +121,7 @@ def run_job(library: ctypes.CDLL, request: JobRequest, on_progress: Progress | N
     """Run a job to its end, or to its first error unless keep_going.
 
     Raises:
-        UserError: a setting is refused.
+        UserError: a setting or an event is refused.
         JobError: the controller contradicts itself, or there is no room for the trace.
     """
     timing = request.timing
@@ -103,6 +130,7 @@ def run_job(library: ctypes.CDLL, request: JobRequest, on_progress: Progress | N
     )
     with Simulation(library, board) as sim:
         _apply_settings(sim, request.settings)
+        _plan_events(sim, request.events)
         if request.trace:
             request.trace.attach(sim)
         if request.samples:
@@ -123,6 +151,12 @@ def _apply_settings(sim: Simulation, settings: tuple[str, ...]) -> None:
         if code != 0:
             said = f"error:{code} {sim.status_text(code)}" if code > 0 else "no answer"
             raise UserError(f"the controller refuses {line}: {said}")
+
+
+def _plan_events(sim: Simulation, events: tuple[At, ...]) -> None:
+    for event in events:
+        if wrong := sim.at(event.time_s, event.action):
+            raise UserError(f"at {event.time_s:g} s, {event.action!r}: {wrong}", hint=EVENT_HINT)
 
 
 def _close(sim: Simulation, trace: TraceFile | None) -> None:
@@ -165,7 +199,14 @@ def _result(sim: Simulation, request: JobRequest) -> SimResult:
         warnings=(*_remarks(sim, native), *_travel_warnings(axes, min_mm, max_mm, request.travel_mm)),
         travel_mm=request.travel_mm,
         samples=sim.samples(),
+        events=tuple(_event(event, native, len(axes)) for event in sim.events()),
     )
+
+
+def _event(event: NativeEvent, native: NativeResult, axes: int) -> SimEvent:
+    steps = tuple(event.position_steps[:axes])
+    mm = tuple(count / native.steps_per_mm[i] for i, count in enumerate(steps))
+    return SimEvent(event.t_s, event.line.decode(), bool(event.done), event.state.decode(), steps, mm)
 
 
 def _check_counters(native: NativeResult) -> None:
@@ -186,9 +227,11 @@ def _line_errors(sim: Simulation, text: bytes) -> tuple[LineError, ...]:
 def _line_error(sim: Simulation, error: NativeError, lines: list[bytes]) -> LineError:
     message = {
         ErrorKind.ERROR: sim.status_text(error.code),
-        ErrorKind.ALARM: f"ALARM:{error.code} stopped the job",
+        ErrorKind.ALARM: f"ALARM:{error.code} stopped the job: {alarm_words(error.code)}",
         ErrorKind.NO_ANSWER: "the controller never answered this line",
         ErrorKind.SURPLUS: "the controller answered once too often after this line",
+        ErrorKind.HELD: "the job is held here, and no event resumes it",
+        ErrorKind.RESET: "a reset ended the job here",
     }[ErrorKind(error.kind)]
     text = lines[error.line - 1] if 0 < error.line <= len(lines) else b""
     code = error.code if error.kind == ErrorKind.ERROR else 0
@@ -212,6 +255,8 @@ def _remarks(sim: Simulation, native: NativeResult) -> list[str]:
         found.append(f"{_count(native.percent_lines, 'line')} with % skipped: they are marks for the sender")
     if native.pauses:
         found.append(f"{_count(native.pauses, 'program pause')} (M0) ended at once")
+    late = [event for event in sim.events() if not event.done]
+    found += [f"the job was over before {event.t_s:g} s: {event.line.decode()}" for event in late]
     return list(dict.fromkeys(found))
 
 

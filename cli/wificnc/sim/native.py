@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from ctypes import (
     POINTER,
     Structure,
+    c_char,
     c_char_p,
     c_double,
     c_float,
@@ -73,6 +74,23 @@ class ErrorKind(IntEnum):
     ALARM = 1
     NO_ANSWER = 2
     SURPLUS = 3
+    HELD = 4
+    RESET = 5
+
+
+STATE_SIZE, HANDS_LINE_SIZE = 16, 160  # SCRIPT_STATE_SIZE, HANDS_LINE_SIZE
+
+
+class NativeEvent(Structure):
+    """struct script_event"""
+
+    _fields_ = (
+        ("t_s", c_double),
+        ("done", c_int32),
+        ("state", c_char * STATE_SIZE),
+        ("line", c_char * HANDS_LINE_SIZE),
+        ("position_steps", c_int32 * AXIS_COUNT),
+    )
 
 
 class NativeResult(Structure):
@@ -125,6 +143,9 @@ _PROTOTYPES: dict[str, tuple[Any, tuple[Any, ...]]] = {
     "sim_load": (c_int, (_SIM, c_char_p, c_size_t, c_int)),
     "sim_run": (c_int, (_SIM, c_uint64)),
     "sim_progress": (None, (_SIM, POINTER(c_uint64), POINTER(c_uint64))),
+    "sim_at": (c_char_p, (_SIM, c_double, c_char_p)),
+    "sim_event_count": (c_size_t, (_SIM,)),
+    "sim_event_at": (NativeEvent, (_SIM, c_size_t)),
     "sim_error_count": (c_size_t, (_SIM,)),
     "sim_error_at": (NativeError, (_SIM, c_size_t)),
     "sim_message_count": (c_size_t, (_SIM,)),
@@ -176,6 +197,15 @@ class Simulation:
     def command(self, line: str) -> int:
         """Send one line and wait for its answer: 0, an error number, or -1."""
         return int(self._library.sim_command(self._sim, line.encode()))
+
+    def at(self, t_s: float, line: str) -> str | None:
+        """Let something happen at the machine. Returns what is wrong with the line."""
+        wrong: bytes | None = self._library.sim_at(self._sim, t_s, line.encode())
+        return wrong.decode() if wrong is not None else None
+
+    def events(self) -> list[NativeEvent]:
+        count = self._library.sim_event_count(self._sim)
+        return [self._library.sim_event_at(self._sim, i) for i in range(count)]
 
     def load(self, text: bytes, keep_going: bool) -> None:
         if self._library.sim_load(self._sim, text, len(text), keep_going) != 0:

@@ -35,6 +35,17 @@ def report_json(result: SimResult) -> dict[str, Any]:
         "lookahead_starved": result.lookahead_starved,
         "errors": [asdict(error) for error in result.errors],
         "warnings": list(result.warnings),
+        "events": [
+            {
+                "time_s": event.time_s,
+                "action": event.action,
+                "done": event.done,
+                "state": event.state,
+                "position_mm": by_axis(event.position_mm),
+                "position_steps": by_axis(event.position_steps),
+            }
+            for event in result.events
+        ],
     }
 
 
@@ -49,6 +60,9 @@ def summary_rows(result: SimResult) -> list[tuple[str, str]]:
     ]
     if result.lookahead_starved:
         rows.append(("look-ahead", f"ran out {result.lookahead_starved:,} times"))
+    rows += [
+        (f"at {duration(event.time_s)}", f"{event.action}: {event.state}") for event in result.events if event.done
+    ]
     return rows
 
 
@@ -73,8 +87,9 @@ def axis_rows(result: SimResult) -> list[tuple[str, ...]]:
 
 
 def error_line(file: str, error: LineError) -> str:
-    """job.nc:12: error:22 a feed rate is missing (F)"""
-    return f"{file}:{error.line}: {error.title}"
+    """job.nc:12: error:22 a feed rate is missing (F); without a line when all of them had been answered"""
+    where = f"{file}:{error.line}" if error.line else file
+    return f"{where}: {error.title}"
 
 
 def duration(seconds: float) -> str:

@@ -16,12 +16,14 @@ from wificnc.build.host import ensure_host_library
 from wificnc.errors import JobError, UserError
 from wificnc.machine import load_machine
 from wificnc.machine.model import Machine
-from wificnc.sim.job import JobRequest, Progress, SimResult, Timing, read_job, run_job
+from wificnc.sim.job import At, JobRequest, Progress, SimResult, Timing, read_job, run_job
 from wificnc.sim.native import AXES, load_library
 from wificnc.sim.output import Output, check_suffix
 from wificnc.sim.report import report_json
 from wificnc.sim.trace import TRACE_SUFFIXES, TraceFile, signal_names
 
+AT = re.compile(r"(\d+\.?\d*|\.\d+)\s*(s|ms|min)\s+(\S.*)")
+UNIT_S = {"s": 1.0, "ms": 0.001, "min": 60.0}
 PLOT_SUFFIXES = (".png", ".svg")
 SETTING = re.compile(r"\$?(\d+)\s*=\s*([-+]?(?:\d+\.?\d*|\.\d+))")
 
@@ -38,6 +40,7 @@ class SimOptions:
     plot: Path | None = None
     trace: Path | None = None
     keep_going: bool = False
+    at: tuple[str, ...] = ()
 
 
 def simulate(options: SimOptions, on_progress: Progress | None = None) -> SimResult:
@@ -49,6 +52,7 @@ def simulate(options: SimOptions, on_progress: Progress | None = None) -> SimRes
     """
     _check_options(options)
     settings = tuple(parse_setting(text) for text in options.settings)
+    events = tuple(parse_at(text) for text in options.at)
     text = read_job(options.file)
     board = load_board(options.board)
     machine = load_machine(options.machine) if options.machine else None
@@ -64,6 +68,7 @@ def simulate(options: SimOptions, on_progress: Progress | None = None) -> SimRes
             keep_going=options.keep_going,
             trace=trace,
             samples=options.plot is not None,
+            events=events,
             travel_mm=machine.travel_mm if machine else (None,) * len(AXES),
         )
         try:
@@ -81,6 +86,14 @@ def parse_setting(text: str) -> str:
     if not found:
         raise UserError(f"--set {text!r}: a setting looks like '$110=5000'", hint="quote it: the shell eats $1")
     return f"${found[1]}={found[2]}"
+
+
+def parse_at(text: str) -> At:
+    """'2.5s limit x', '300 ms hold' or '1.5min estop' as an event. Raises UserError."""
+    found = AT.fullmatch(text.strip())
+    if not found:
+        raise UserError(f"--at {text!r} has no time", hint="an event looks like '2.5s limit x' or '300ms hold'")
+    return At(float(found[1]) * UNIT_S[found[2]], " ".join(found[3].lower().split()))
 
 
 def _check_options(options: SimOptions) -> None:
