@@ -4,6 +4,7 @@
 void rx_init(struct rx *rx) {
     rx->index = rx->override_index = (struct ring){0, 0};
     rx->realtime = rx->cancel_at = rx->lost_lines = 0;
+    rx->flushes = rx->flushes_seen = 0;
     rx->lost_byte = 0;
 }
 
@@ -71,7 +72,16 @@ static bool is_second_half(const struct rx *rx, uint8_t byte) {
     return before == '\r' && byte == '\n';
 }
 
+/* A loss from before the last rx_flush() is over. */
+static void forget_loss(struct rx *rx) {
+    uint32_t flushes = __atomic_load_n(&rx->flushes, __ATOMIC_ACQUIRE);
+    if (flushes != rx->flushes_seen)
+        rx->lost_byte = 0;
+    rx->flushes_seen = flushes;
+}
+
 void rx_put_or_lose(struct rx *rx, uint8_t byte) {
+    forget_loss(rx);
     bool pair = is_second_half(rx, byte);
     if (rx->lost_byte == 0 || (!pair && may_go_on(rx))) {
         rx->lost_byte = 0;
@@ -115,6 +125,7 @@ int rx_take_override(struct rx *rx) {
 }
 
 void rx_flush(struct rx *rx) {
+    __atomic_fetch_add(&rx->flushes, 1, __ATOMIC_RELEASE);
     __atomic_store_n(&rx->index.tail, rx->index.head, __ATOMIC_RELEASE);
     __atomic_store_n(&rx->override_index.tail, rx->override_index.head, __ATOMIC_RELEASE);
     __atomic_store_n(&rx->lost_lines, 0, __ATOMIC_RELEASE);

@@ -32,10 +32,12 @@ enum { RX_OVERRIDES = 64, RX_OVERRIDE_FIRST = 0x90, RX_OVERRIDE_LAST = 0xA1 };
 struct rx {
     struct ring index;
     struct ring override_index;
-    uint32_t realtime;   /* enum realtime bits; atomic */
-    uint32_t cancel_at;  /* bytes put when the newest ! or 0x85 came; atomic */
-    uint32_t lost_lines; /* ends of lines that found no room; atomic */
-    uint8_t lost_byte;   /* [isr] the newest byte that was lost, 0 = nothing is being lost */
+    uint32_t realtime;     /* enum realtime bits; atomic */
+    uint32_t cancel_at;    /* bytes put when the newest ! or 0x85 came; atomic */
+    uint32_t lost_lines;   /* ends of lines that found no room; atomic */
+    uint32_t flushes;      /* rx_flush() was called, wraps; atomic */
+    uint32_t flushes_seen; /* [isr] of these, the ones that the losing end knows of */
+    uint8_t lost_byte;     /* [isr] the newest byte that was lost, 0 = nothing is being lost */
     uint8_t overrides[RX_OVERRIDES];
     uint8_t bytes[RX_SIZE];
 };
@@ -80,7 +82,7 @@ void rx_request(struct rx *rx, uint32_t bits);
 /** [task] The oldest override byte, or -1. */
 int rx_take_override(struct rx *rx);
 
-/** [task] Forget all waiting bytes and overrides. */
+/** [task] Forget all waiting bytes and overrides, and that any were lost: the next byte begins a line. */
 void rx_flush(struct rx *rx);
 
 /** Bytes that can be put now. */

@@ -66,6 +66,15 @@ def test_an_overflow_between_cr_and_lf_makes_no_line(grbl: Grbl) -> None:
     assert grbl.send("") == "ok\r\n"
 
 
+@pytest.mark.parametrize("half", ["G4P", "G4P0\r"])
+def test_a_reset_ends_an_overflow(grbl: Grbl, half: str) -> None:
+    """What was being lost belongs to the time before the banner: the next line is a line."""
+    grbl.flood("G4P0\n" * RX_SIZE + half)
+    assert BANNER in grbl.send("\x18")
+    grbl.flood("\n")
+    assert grbl.send("") == "ok\r\n"
+
+
 def test_reset_while_a_line_is_executing(grbl: Grbl) -> None:
     """A reset while a line is executing makes that line's `ok` appear **before** the banner."""
     grbl.after(0.2, "G4P1\n")
