@@ -50,14 +50,16 @@ static bool take_out(struct rx *rx, uint8_t byte) {
     return bit != 0 || byte >= 0x80;
 }
 
-bool rx_put(struct rx *rx, uint8_t byte) {
-    if (take_out(rx, byte))
-        return true;
+static bool store(struct rx *rx, uint8_t byte) {
     if (ring_free(&rx->index, RX_SIZE) == 0)
         return false;
     rx->bytes[rx->index.head & (RX_SIZE - 1)] = byte;
     ring_push(&rx->index);
     return true;
+}
+
+bool rx_put(struct rx *rx, uint8_t byte) {
+    return take_out(rx, byte) || store(rx, byte);
 }
 
 /* Back to normal between two lines, once all lost ones were answered. */
@@ -81,14 +83,14 @@ static void forget_loss(struct rx *rx) {
 }
 
 void rx_put_or_lose(struct rx *rx, uint8_t byte) {
+    if (take_out(rx, byte))
+        return;
     forget_loss(rx);
     bool pair = is_second_half(rx, byte);
     if (rx->lost_byte == 0 || (!pair && may_go_on(rx))) {
         rx->lost_byte = 0;
-        if (rx_put(rx, byte))
+        if (store(rx, byte))
             return;
-    } else if (take_out(rx, byte)) {
-        return;
     }
     rx->lost_byte = byte == 0 ? ' ' : byte;
     if (!pair && (byte == '\n' || byte == '\r'))

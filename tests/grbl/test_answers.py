@@ -66,6 +66,16 @@ def test_an_overflow_between_cr_and_lf_makes_no_line(grbl: Grbl) -> None:
     assert grbl.send("") == "ok\r\n"
 
 
+def test_a_report_between_a_lost_cr_and_its_lf(grbl: Grbl) -> None:
+    """Real-time bytes are no part of the stream, wherever they stand."""
+    grbl.flood("G4P0\n" * RX_SIZE + "G4P0\r")
+    assert grbl.send("").count("\n") == RX_SIZE + 2
+    grbl.flood("?")
+    assert grbl.send("").startswith("<Idle")
+    grbl.flood("\n")
+    assert grbl.send("") == ""
+
+
 @pytest.mark.parametrize("half", ["G4P", "G4P0\r"])
 def test_a_reset_ends_an_overflow(grbl: Grbl, half: str) -> None:
     """What was being lost belongs to the time before the banner: the next line is a line."""
