@@ -7,12 +7,13 @@
 #include "fuzz.h"
 
 #include "gcode/arc.h"
+#include "gcode/cycle.h"
 #include "gcode/gcode.h"
 
 #include <math.h>
 #include <string.h>
 
-enum { STATE_BYTES = 40, ARC_POINTS = 2000 };
+enum { STATE_BYTES = 40, ARC_POINTS = 2000, CYCLE_ACTIONS = 2000 };
 
 /* Mostly round and small, now and then at the limits. */
 static double coordinate(struct input *input) {
@@ -67,12 +68,16 @@ static void check_row(const double mm[AXIS_COUNT], const char *what) {
 }
 
 static void check_modal(const struct gcode_modal *modal) {
-    CLAIM(modal->motion <= MOTION_NONE && modal->plane <= PLANE_YZ && modal->path <= PATH_EXACT_STOP,
+    CLAIM(modal->motion <= MOTION_CYCLE && modal->plane <= PLANE_YZ && modal->path <= PATH_EXACT_STOP,
           "no such mode");
     CLAIM(modal->feed_mode <= FEED_INVERSE_TIME && modal->spindle <= SPINDLE_CCW && modal->coolant <= 3,
           "no such mode");
     CLAIM(modal->wcs < WCS_COUNT && modal->tool >= 0 && modal->tool <= 255, "wcs %d, tool %ld", modal->wcs,
           (long)modal->tool);
+    CLAIM(modal->cycle <= CYCLE_BORE_DWELL && modal->overrides <= OVERRIDE_ALL, "cycle %d, overrides %d",
+          modal->cycle, modal->overrides);
+    CLAIM(modal->tool_in_spindle >= 0 && modal->tool_in_spindle <= 255, "tool in spindle %ld",
+          (long)modal->tool_in_spindle);
     CLAIM(modal->motion != MOTION_PROBE || (modal->probe >= 2 && modal->probe <= 5), "probe %d",
           modal->probe);
     CLAIM(isfinite(modal->feed_mm_s) && modal->feed_mm_s >= 0, "feed %g", (double)modal->feed_mm_s);
@@ -100,8 +105,43 @@ static void check_arc(const struct gcode_state *state, const struct gcode_move *
         CLAIM(memcmp(point_mm, move->target_mm, sizeof point_mm) == 0, "an arc ends elsewhere");
 }
 
+static void check_action(const struct gcode_state *state, const struct gcode_drill *drill,
+                         const struct cycle_action *action, unsigned normal) {
+    check_row(action->target_mm, "action");
+    for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
+        CLAIM((state->axes >> ax & 1) != 0 || action->target_mm[ax] == 0.0, "axis %u is not there and moves",
+              ax);
+    CLAIM(action->kind <= CYCLE_ACTION_SPINDLE_START, "action %d", action->kind);
+    CLAIM(action->kind != CYCLE_ACTION_DWELL || (isfinite(action->dwell_s) && action->dwell_s >= 0),
+          "dwell %g", (double)action->dwell_s);
+    CLAIM(action->kind != CYCLE_ACTION_FEED ||
+              (action->target_mm[normal] >= drill->bottom_mm && action->target_mm[normal] <= drill->r_mm),
+          "a feed to %g, hole from %g to %g", action->target_mm[normal], drill->r_mm, drill->bottom_mm);
+}
+
+static void check_cycle(const struct gcode_state *state, const struct gcode_move *move) {
+    const struct gcode_drill *drill = &move->drill;
+    struct cycle_action action;
+    struct cycle cycle;
+    unsigned n = 0;
+    CLAIM(drill->cycle <= CYCLE_BORE_DWELL, "cycle %d", drill->cycle);
+    CLAIM(drill->bottom_mm <= drill->r_mm && drill->r_mm <= drill->clear_mm, "levels %g %g %g",
+          drill->bottom_mm, drill->r_mm, drill->clear_mm);
+    CLAIM(drill->repeats >= 1 && drill->repeats <= DRILL_REPEATS_MAX, "%lu holes",
+          (unsigned long)drill->repeats);
+    CLAIM(drill->pecks >= 1 && drill->pecks <= DRILL_PECKS_MAX, "%lu pecks", (unsigned long)drill->pecks);
+    check_row(move->via_mm, "bottom of the last hole");
+    cycle_begin(&cycle, state->position_mm, move);
+    while (n < CYCLE_ACTIONS && cycle_next(&cycle, &action)) {
+        check_action(state, drill, &action, cycle.normal);
+        n++;
+    }
+    if (n < CYCLE_ACTIONS)
+        CLAIM(memcmp(cycle.at_mm, move->target_mm, sizeof cycle.at_mm) == 0, "a cycle ends elsewhere");
+}
+
 static void check_move(const struct gcode_state *state, const struct gcode_move *move) {
-    CLAIM(move->motion <= MOTION_NONE, "motion %d", move->motion);
+    CLAIM(move->motion <= MOTION_CYCLE, "motion %d", move->motion);
     if (move->motion == MOTION_NONE)
         return;
     check_row(move->target_mm, "target");
@@ -118,18 +158,25 @@ static void check_move(const struct gcode_state *state, const struct gcode_move 
     CLAIM((move->motion == MOTION_PROBE) == (move->probe != 0), "probe %d", move->probe);
     if (move->motion == MOTION_ARC_CW || move->motion == MOTION_ARC_CCW)
         check_arc(state, move);
+    if (move->motion == MOTION_CYCLE)
+        check_cycle(state, move);
 }
 
 static void check_command(const struct gcode_state *state, const struct gcode_command *command) {
     check_modal(&command->next);
     CLAIM(isfinite(command->dwell_s), "dwell %g", (double)command->dwell_s);
-    CLAIM(command->store <= STORE_G92, "store %d", command->store);
+    CLAIM(command->store <= STORE_TOOL, "store %d", command->store);
     CLAIM(command->store != STORE_WCS || command->store_wcs < WCS_COUNT, "row %d", command->store_wcs);
-    if (command->store != STORE_NOTHING)
+    if (command->store == STORE_TOOL)
+        CLAIM(command->store_tool < TOOL_COUNT &&
+                  fabs((double)command->store_tool_mm) <= GCODE_COORDINATE_MAX,
+              "tool %d, length %g", command->store_tool, (double)command->store_tool_mm);
+    else if (command->store != STORE_NOTHING)
         check_row(command->store_mm, "stored offset");
     if (command->store_tool_length)
         CLAIM(fabs(command->tool_length_mm) <= GCODE_COORDINATE_MAX, "tool length %g",
               command->tool_length_mm);
+    CLAIM(command->output >= -1 && command->output < OUTPUT_COUNT, "output %d", command->output);
     CLAIM(command->flow <= FLOW_END, "flow %d", command->flow);
     check_move(state, &command->move);
 }

@@ -24,6 +24,7 @@ HERE = Path(__file__).resolve().parent
 NAMES = ("line_reader", "gcode_line", "machine")
 SANITIZERS = "address,undefined"
 LENGTHS = {"line_reader": 1024, "gcode_line": 1024, "machine": 2048}
+CODE = re.compile(r"^CODE\((\w), *(\d+),", re.M)
 SLOWEST_S = 20  # one input
 SHOWN = 60  # of a crash
 HINT = "Debian, Ubuntu: apt-get install clang libclang-rt-dev"
@@ -79,6 +80,15 @@ def build(name: str) -> Path:
     return build_program([HERE / f"{name}.c"], checkout_root() / "build" / "fuzz" / name, "fuzz", [f"-I{HERE}"])
 
 
+def dictionary(folder: Path) -> Path:
+    """Words that mean something: gcode.dict, and every code that the parser knows."""
+    table = (checkout_root() / "core" / "gcode" / "codes.def").read_text()
+    codes = [f'"{letter}{int(tenths) / 10:g}"\n' for letter, tenths in CODE.findall(table)]
+    path = folder / "gcode.dict"
+    path.write_text((HERE / "gcode.dict").read_text() + "".join(codes))
+    return path
+
+
 def run(name: str, program: Path, seconds: int, seed: int) -> Result:
     """Run one harness; what it says is shown."""
     folder = program.parent
@@ -91,7 +101,7 @@ def run(name: str, program: Path, seconds: int, seed: int) -> Result:
         f"-max_len={LENGTHS[name]}",
         f"-timeout={SLOWEST_S}",
         f"-artifact_prefix={crashes}/",
-        f"-dict={HERE / 'gcode.dict'}",
+        f"-dict={dictionary(folder)}",
         "-print_final_stats=1",
         "-reload=0",
     ]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.util
 import os
 import subprocess
 import sys
@@ -80,3 +81,12 @@ def test_without_clang_it_says_what_to_install(tmp_path: Path) -> None:
     run = subprocess.run([sys.executable, HERE / "run.py"], env=environment, capture_output=True, text=True)
     assert run.returncode == 1
     assert "there is no clang here" in run.stderr and "apt-get install clang libclang-rt-dev" in run.stderr
+
+
+def test_the_dictionary_knows_every_code(tmp_path: Path) -> None:
+    spec = importlib.util.spec_from_file_location("fuzz_run", HERE / "run.py")
+    assert spec and spec.loader
+    fuzz_run = sys.modules[spec.name] = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(fuzz_run)
+    words = fuzz_run.dictionary(tmp_path).read_text().splitlines()
+    assert {'"G0"', '"G38.2"', '"G92.3"', '"M30"', '"X"'} <= set(words)
