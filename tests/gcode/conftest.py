@@ -1,29 +1,18 @@
-"""core/gcode and its neighbours alone, as a small shared library.
-
-WIFICNC_TEST_CFLAGS adds compiler flags, for example -fsanitize=address,undefined (with libasan in LD_PRELOAD).
-"""
+"""What the tests of G-code share."""
 
 from __future__ import annotations
 
 import ctypes
-import os
-import shlex
-import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 from hypothesis import settings
-from wificnc.build.compiler import locate_compiler
 
 sys.path.insert(0, str(Path(__file__).parent))
 
-from gcode_core import ROOT, Controller, declare
-
-FLAGS = ["-std=c11", "-O2", "-g", "-fPIC", "-shared", "-ffp-contract=off", "-Icore"]
-WARNINGS = ["-Wall", "-Wextra", "-Wconversion", "-Wshadow", "-Werror"]
-SOURCES = ("core/link/line_reader.c", "core/base/trig.c", "tests/gcode/sizes.c")
-
+from gcode_core import Controller
+from gcode_library import gcode_library
 
 # A busy machine is no failure: speed is measured by make bench.
 settings.register_profile("untimed", deadline=None)
@@ -32,14 +21,8 @@ settings.load_profile("untimed")
 
 @pytest.fixture(scope="session")
 def lib() -> ctypes.CDLL:
-    """Compiled anew in each session: it takes a second, and is never stale."""
-    folder = ROOT / "build" / "tests"
-    folder.mkdir(parents=True, exist_ok=True)
-    built = folder / f"gcode-{os.getpid()}.so"
-    flags = [*FLAGS, *WARNINGS, *shlex.split(os.environ.get("WIFICNC_TEST_CFLAGS", ""))]
-    sources = [*map(str, sorted((ROOT / "core/gcode").glob("*.c"))), *SOURCES]
-    subprocess.run([*locate_compiler(), *flags, *sources, "-o", str(built), "-lm"], cwd=ROOT, check=True)
-    return declare(ctypes.CDLL(str(built.replace(folder / "gcode.so"))))
+    """core/gcode and its neighbours."""
+    return gcode_library()
 
 
 @pytest.fixture

@@ -1,0 +1,29 @@
+"""core/gcode and its neighbours alone, as a small shared library.
+
+WIFICNC_TEST_CFLAGS adds compiler flags, for example -fsanitize=address,undefined (with libasan in LD_PRELOAD).
+"""
+
+from __future__ import annotations
+
+import ctypes
+import os
+import shlex
+import subprocess
+
+from gcode_core import ROOT, declare
+from wificnc.build.compiler import locate_compiler
+
+FLAGS = ["-std=c11", "-O2", "-g", "-fPIC", "-shared", "-ffp-contract=off", "-Icore"]
+WARNINGS = ["-Wall", "-Wextra", "-Wconversion", "-Wshadow", "-Werror"]
+SOURCES = ("core/link/line_reader.c", "core/base/trig.c", "tests/gcode/sizes.c")
+
+
+def gcode_library() -> ctypes.CDLL:
+    """Compiled anew in each session: it takes a second, and is never stale."""
+    folder = ROOT / "build" / "tests"
+    folder.mkdir(parents=True, exist_ok=True)
+    built = folder / f"gcode-{os.getpid()}.so"
+    flags = [*FLAGS, *WARNINGS, *shlex.split(os.environ.get("WIFICNC_TEST_CFLAGS", ""))]
+    sources = [*map(str, sorted((ROOT / "core/gcode").glob("*.c"))), *SOURCES]
+    subprocess.run([*locate_compiler(), *flags, *sources, "-o", str(built), "-lm"], cwd=ROOT, check=True)
+    return declare(ctypes.CDLL(str(built.replace(folder / "gcode.so"))))
