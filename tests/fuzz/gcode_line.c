@@ -136,8 +136,9 @@ static void check_cycle(const struct gcode_state *state, const struct gcode_move
         check_action(state, drill, &action, cycle.normal);
         n++;
     }
-    if (n < CYCLE_ACTIONS)
-        CLAIM(memcmp(cycle.at_mm, move->target_mm, sizeof cycle.at_mm) == 0, "a cycle ends elsewhere");
+    for (unsigned ax = 0; ax < AXIS_COUNT && n < CYCLE_ACTIONS; ax++)
+        CLAIM(cycle.at_mm[ax] == move->target_mm[ax], "axis %u of a cycle ends at %g, not at %g", ax,
+              cycle.at_mm[ax], move->target_mm[ax]);
 }
 
 static void check_move(const struct gcode_state *state, const struct gcode_move *move) {
