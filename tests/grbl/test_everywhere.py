@@ -71,7 +71,8 @@ WORDS = [
 
 @pytest.mark.parametrize("seed", range(20))
 def test_one_answer_a_line(grbl: Grbl, seed: int) -> None:
-    """Each line gets exactly one `ok` or `error:N`, whatever comes, with reports and overrides in between."""
+    """A single lost `ok` hangs senders for ever. Each line gets exactly one `ok` or `error:N`, whatever comes, with
+    reports and overrides in between."""
     pick = random.Random(seed)
     lines = [pick.choice(WORDS) for _ in range(200)]
     noise = ["?", "\x91", "\x94", "\x9a", "\xa0", "\x8f", "~"]

@@ -18,7 +18,7 @@ def test_banner_on_power_up_and_after_every_soft_reset(grbl: Grbl) -> None:
 
 
 def test_check_limits_after_the_banner(grbl: Grbl) -> None:
-    """`[MSG:Check Limits]` if a limit is active and hard limits on."""
+    """After the banner: `[MSG:Check Limits]` if a limit is active and hard limits on."""
     grbl.input("limit-y", True)
     assert grbl.send("\x18") == BANNER
     grbl.fine("$21=1")
@@ -60,7 +60,8 @@ def test_power_up_with_homing_is_alarm(tmp_path: Path) -> None:
 
 
 def test_damaged_settings_are_reported_before_the_banner(tmp_path: Path) -> None:
-    """Settings checksum failure prints `error:7` and a full `$$` dump *before* the banner."""
+    """7 settings read failed, defaults used: settings checksum failure prints `error:7` and a full `$$` dump *before*
+    the banner."""
     store = tmp_path / "settings"
     first = Grbl(store=store)
     first.send("$110=1234\n$N0=G20\n")
@@ -84,7 +85,8 @@ def test_ends_of_lines(grbl: Grbl, text: str, lines: int) -> None:
 
 
 def test_what_is_stripped(grbl: Grbl) -> None:
-    """Stripped while storing: characters <= space, `/`, everything in `( )`, everything after `;`; upper-cased."""
+    """Stripped while storing: characters <= space, `/`, everything in `( )`, everything after `;`; letters upper-
+    cased."""
     assert grbl.send("/ g \t9 1 (x;y) ; G0 X5\n") == "ok\r\n"
     assert "G91" in grbl.send("$ g\n") and grbl.position()[0] == 0
 
@@ -116,6 +118,15 @@ def test_the_stored_length(grbl: Grbl) -> None:
 def test_characters_and_numbers(grbl: Grbl, line: str, answer: str) -> None:
     """`%`: error:1. Number grammar. `N`: > 10,000,000 error:27, negative error:4; alone is ok. `*` `#` `[` error:1."""
     assert grbl.send(line + "\n") == answer + "\r\n"
+
+
+def test_digits_of_a_number(grbl: Grbl) -> None:
+    """Only 8 digits kept, says Grbl; here the 9th and those behind it count too."""
+    grbl.send("$100=10000\n")  # its top speed is clamped and that is said
+    grbl.fine("G0X12.34567891")
+    assert grbl.position()[0] == 123457
+    grbl.fine("G0X0", "G91", *["G0X.0000500000001"] * 2)
+    assert grbl.position()[0] == 1
 
 
 def test_order_of_checks(grbl: Grbl) -> None:

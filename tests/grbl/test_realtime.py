@@ -75,7 +75,7 @@ def test_door_byte_in_a_pause(grbl: Grbl) -> None:
 
 
 def test_door_byte_in_alarm(grbl: Grbl) -> None:
-    """0x84 in Alarm does nothing."""
+    """0x84 in Hold:0 becomes Door:0. In Alarm it does nothing."""
     grbl.send("$SLP\n")
     grbl.send("\x18")
     assert grbl.send("\x84") == "" and grbl.state() == "Alarm"

@@ -48,6 +48,15 @@ def test_program_end(grbl: Grbl, code: str) -> None:
     assert "Ov:100,100,100>" in grbl.status() + grbl.status() and grbl.outputs().direction == 0
 
 
+def test_zeroing_as_senders_do_it(grbl: Grbl) -> None:
+    """`G10L20P0` is what senders use for zeroing (`G10P0L20X0Y0`): the active system, other axes as they were."""
+    grbl.fine("G55", "G0X3Y4Z5", "G10P0L20X0Y0")
+    said = grbl.send("$#\n")
+    assert "[G55:3.000,4.000,0.000]" in said and "[G54:0.000,0.000,0.000]" in said
+    grbl.fine("$10=0")
+    assert grbl.status().startswith("<Idle|WPos:0.000,0.000,5.000|")
+
+
 def test_zeroing_subtracts_g92_and_tool_length(grbl: Grbl) -> None:
     """With G43.1 Z2 active, `G10L20P1Z0` at machine 0 stored -2.000."""
     grbl.fine("G43.1Z2", "G10L20P1Z0")
@@ -78,7 +87,8 @@ def test_buffers_are_reported_truthfully(grbl: Grbl) -> None:
 
 
 def test_intervals_while_idle(grbl: Grbl) -> None:
-    """Idle: WCO every **10** reports (1, 11, 21, 31), Ov every **10** (2, 12, ...)."""
+    """First report after reset carries WCO, second Ov. Idle: WCO every **10** reports (1, 11, 21, 31), Ov every **10**
+    (2, 12, ...)."""
     grbl.send("\x18")
     shown = [fields(grbl.status())[2:] for _ in range(31)]
     assert [n for n, f in enumerate(shown, 1) if f == ["WCO"]] == [1, 11, 21, 31]
@@ -128,6 +138,10 @@ def test_pins(grbl: Grbl) -> None:
     for name in ("start", "limit-max-z", "probe", "limit-min-x", "limit-y", "hold"):
         grbl.input(name, True)
     assert "|Pn:PXYZHS" in grbl.status()
+    grbl.input("reset", True)
+    grbl.send("")
+    assert "|Pn:PXYZRHS" in grbl.status()
+    grbl.input("reset", False)
     grbl.input("door", True)
     assert "|Pn:PXYZDHS" in grbl.status()
 
@@ -135,7 +149,10 @@ def test_pins(grbl: Grbl) -> None:
 def test_wco_is_the_sum(grbl: Grbl) -> None:
     """`WCO:` = WCS + G92 + TLO. MPos - WCO = WPos."""
     grbl.fine("G10L2P1X1Y2Z3", "G92.1", "G43.1Z4", "G92X10")
-    assert "|WCO:-10.000,2.000,7.000" in grbl.status()
+    grbl.fine("G53G0X1Y1Z1")
+    assert "MPos:1.000,1.000,1.000" in (shown := grbl.status()) and "|WCO:-10.000,2.000,7.000" in shown
+    grbl.fine("$10=0")
+    assert "WPos:11.000,-1.000,-6.000" in grbl.status()
 
 
 def test_inches(grbl: Grbl) -> None:
@@ -173,6 +190,21 @@ def test_build_info(grbl: Grbl) -> None:
     assert re.fullmatch(r"\[VER:1\.1h\.20190830:HELLOWORLD\]\r\n\[OPT:V\w*,64,1024\]\r\nok\r\n", grbl.send("$I\n"))
 
 
+def test_a_report_in_every_state(grbl: Grbl) -> None:
+    """`?` works in every state but critical alarm (after ALARM:1/2 it prints only `[MSG:Reset to continue]`)."""
+    seen = [grbl.state()]
+    for seconds, data in ((0.2, "G1X-20F90\n"), (0.001, "!"), (1, ""), (0.001, "\x84"), (5, "~"), (0.2, "\x18")):
+        grbl.after(seconds, data)
+        seen.append(grbl.state())
+    for seconds, data in ((0.6, ""), (0.1, "$X\n"), (0.1, "$C\n"), (0.1, "\x18"), (0.1, "$J=X0F100\n")):
+        grbl.after(seconds, data)
+        seen.append(grbl.state())
+    grbl.send("\x85$SLP\n")
+    seen.append(grbl.state())
+    assert seen[:6] == ["Idle", "Run", "Hold:1", "Hold:0", "Door:0", "Run"]
+    assert seen[-6:] == ["Alarm", "Idle", "Check", "Idle", "Jog", "Sleep"]
+
+
 def test_one_answer_to_a_burst_of_questions(grbl: Grbl) -> None:
     """`????` in one burst gives one answer."""
     assert grbl.send("????").count("<") == 1
@@ -190,7 +222,7 @@ def test_soft_limit(grbl: Grbl) -> None:
 
 
 def test_soft_limit_in_motion_stops_inside(grbl: Grbl) -> None:
-    """Soft limit: position kept; the motion under way comes to a controlled stop first."""
+    """2 soft limit: position kept; the motion under way comes to a controlled stop first."""
     grbl.fine("$22=1", "$20=1")
     grbl.after(0.3, "G1F3000X-30\n")
     said = grbl.send("G3X-50Y0I-10\nG0X5\n")

@@ -83,7 +83,7 @@ def test_hold_while_probing(grbl: Grbl) -> None:
 
 
 def test_reset_while_probing(grbl: Grbl) -> None:
-    """A reset while a line is executing: ALARM:3, its `ok`, banner; the next probe works."""
+    """3 reset in motion, while a line is executing: ALARM:3, its `ok`, banner; the next probe works."""
     grbl.surface(-2000)
     grbl.after(0.3, "G38.2Z-20F600\n")
     assert grbl.send("\x18") == "ALARM:3\r\nok\r\n" + BANNER + LOCKED
@@ -114,7 +114,8 @@ def test_limits_without_21_do_nothing(grbl: Grbl) -> None:
 
 @pytest.mark.parametrize("delay", [0.0004, 0.05, 0.123, 0.31])
 def test_estop(grbl: Grbl, delay: float) -> None:
-    """E-stop: an alarm number of its own; no step leaves the pins after it, the position survives."""
+    """Alarm 10 means two things in the wild: use a new number for E-stop; no step leaves the pins after it, the
+    position survives."""
     grbl.fine("M3S100M8")
     grbl.after(0.02, "G1X-20Y-13F3000\nX0\n")
     grbl.input_in(delay, "estop", True)
@@ -255,7 +256,7 @@ def test_homing_one_axis(grbl: Grbl) -> None:
 
 
 def test_reports_are_silent_while_homing(grbl: Grbl) -> None:
-    """Homing aborted by reset = `ALARM:6`. `?` silent meanwhile."""
+    """Homing aborted by reset = `ALARM:6`. `?` silent meanwhile. 6 homing reset."""
     make_homing(grbl)
     assert grbl.after(0.3, "$H\n") == ""
     assert grbl.after(0.1, "?") == ""

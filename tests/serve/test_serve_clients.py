@@ -2,7 +2,12 @@
 
 from __future__ import annotations
 
+import fcntl
 import os
+import struct
+import termios
+from contextlib import suppress
+from pathlib import Path
 
 import pytest
 from serve_peer import Peer, Serve
@@ -143,14 +148,24 @@ def test_seventeenth_client_is_refused_in_words(server: Server) -> None:
         peer.close()
 
 
+def toggle_dtr(link: Path) -> None:
+    """As a sender does on opening; a pty has no such line and may refuse."""
+    fd = os.open(link, os.O_RDWR | os.O_NOCTTY)
+    for request in (termios.TIOCMBIC, termios.TIOCMBIS):
+        with suppress(OSError):
+            fcntl.ioctl(fd, request, struct.pack("I", termios.TIOCM_DTR))
+    os.close(fd)
+
+
 def test_pty_is_opened_again_and_again(serve: Serve) -> None:
-    """Each opening begins fresh: nothing of the one before is read."""
+    """Opening toggles DTR: a pty must survive DTR ioctls and reopening. Each opening begins fresh."""
     server = serve(pty=True)
     link = server.options.pty
     assert link
     events = server.events()
     for n in range(5):
         with Peer.serial(link) as peer:
+            toggle_dtr(link)
             assert peer.ask(f"G0X{n}") == ["ok"]
             peer.send("?$$\n")
         assert any(event.what == "disconnected" for event in events)
