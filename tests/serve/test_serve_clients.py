@@ -114,7 +114,7 @@ def test_half_line_of_an_observer_is_not_the_begin_of_an_owners(server: Server) 
 
 def test_sender_that_closes_its_half_hears_all_answers(server: Server) -> None:
     with connect(server) as peer:
-        peer.send("G0X1\nG99\nG4P0.01\nG0X2\n")
+        peer.send("G0X1\nG77\nG4P0.01\nG0X2\n")
         peer.send_end()
         assert [line for line in peer.until_closed() if not line.startswith("[")] == ["ok", "error:20", "ok", "ok"]
 
