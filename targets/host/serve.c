@@ -152,8 +152,9 @@ static struct host *make_host(const struct serve_options *options, struct serve_
 
 struct serve *serve_create(const struct serve_options *options, struct serve_failure *failure) {
     static const struct net_hub_ops ops = {.put = put, .hear = hear, .act = act, .event = event};
+    /* Real-time bytes act when they are read: room for what a sender pours without counting. */
     static const struct net_hub_sizes sizes = {
-        .clients = NET_CLIENTS, .in = 64 * 1024, .out = 256 * 1024, .left = 256 * 1024};
+        .clients = NET_CLIENTS, .in = 16 << 20, .out = 256 * 1024, .left = 32 << 20};
     *failure = (struct serve_failure){.stage = SERVE_MEMORY, .error = ENOMEM};
     struct serve *serve = calloc(1, sizeof *serve);
     if (serve == NULL)

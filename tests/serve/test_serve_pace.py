@@ -64,6 +64,16 @@ def test_reports_come_within_5_ms_under_load(serve: Serve) -> None:
     assert delays[len(delays) * 99 // 100] < 0.005, statistics.quantiles(delays, n=20)
 
 
+def test_a_real_time_byte_overtakes_all_that_was_poured(serve: Serve) -> None:
+    """A whole file without counting, which takes a quarter of an hour to mill, and then the hold button."""
+    server = serve(speed=1.0)
+    assert server.tcp
+    with Peer.tcp(server.tcp) as owner:
+        owner.send(b"G91G1F600\n" + b"X0.05\nX-.05\n" * 90_000 + b"!")
+        while not (report := owner.status()).startswith("<Hold:0"):
+            assert report.startswith(("<Run", "<Hold:1")), report
+
+
 def cpu_seconds(pid: int) -> float:
     with open(f"/proc/{pid}/stat") as file:
         fields = file.read().rsplit(")", 1)[1].split()
