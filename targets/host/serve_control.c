@@ -26,6 +26,14 @@ static void say_state(const struct host *host, char answer[CONTROL_ANSWER_SIZE])
              (unsigned)outputs.coolant);
 }
 
+static void say_counters(const struct host *host, char answer[CONTROL_ANSWER_SIZE]) {
+    struct host_counters counters;
+    host_counters(host, &counters);
+    snprintf(answer, CONTROL_ANSWER_SIZE, "lines %llu blocks %llu starved %llu underruns %llu\n",
+             (unsigned long long)counters.lines, (unsigned long long)counters.blocks,
+             (unsigned long long)counters.lookahead_starved, (unsigned long long)counters.underruns);
+}
+
 /* Only blanks, or this one word. */
 static bool says(const char *line, const char *word) {
     line += strspn(line, " \t\r\n");
@@ -40,6 +48,10 @@ void serve_control_line(struct host *host, const char *line, char answer[CONTROL
     const char *wrong = NULL;
     if (says(line, "state")) {
         say_state(host, answer);
+        return;
+    }
+    if (says(line, "counters")) {
+        say_counters(host, answer);
         return;
     }
     if (!says(line, "") && (wrong = hands_read(host, line, &action)) == NULL)

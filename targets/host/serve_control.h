@@ -5,7 +5,9 @@
  *   what hands.h knows     done at once
  *   state                 where it stands, which inputs are active, what the outputs say
  *
- * Each line is answered by one line: `ok`, `error: why`, or the state. */
+ *   counters              lines answered, blocks planned, times the look-ahead or the span ring ran dry
+ *
+ * Each line is answered by one line: `ok`, `error: why`, or what was asked for. */
 #ifndef WIFICNC_HOST_SERVE_CONTROL_H
 #define WIFICNC_HOST_SERVE_CONTROL_H
 

@@ -41,6 +41,16 @@ def test_hard_limit_at_the_end_of_travel(server: Server) -> None:
         assert 10.0 <= float(say(hands, "state").split()[1].split(",")[0]) < 12.0
 
 
+def test_counters_count(server: Server) -> None:
+    """Lines and blocks; a second move that comes when the first has ended is no starving: nothing was cut short."""
+    sender, hands = doors(server)
+    with sender, hands:
+        settings = int(say(hands, "counters").split()[1])
+        for line in ("G91", "G1X1F1000", "G77", "G1X1"):
+            sender.ask(line)
+        assert say(hands, "counters") == f"lines {settings + 4} blocks 2 starved 0 underruns 0"
+
+
 def test_door_opens_and_closes(server: Server) -> None:
     sender, hands = doors(server)
     with sender, hands:
