@@ -12,8 +12,9 @@ DEMO_PICTURE ?= build/demo/$(DEMO).png
 
 SECONDS ?= 60
 SEED    ?= 0
+LINES   ?= 1000000
 
-.PHONY: help demo test lint fuzz bench format generate clean distclean
+.PHONY: help demo test lint fuzz bench bench-serve stream-million format generate clean distclean
 .DEFAULT_GOAL := help
 
 help:
@@ -22,6 +23,7 @@ help:
 	@echo 'make lint    formats, types, static analysis, include directions, house rules'
 	@echo 'make fuzz    look for inputs that break something: 60 s for each harness, or SECONDS=N'
 	@echo 'make bench   speed, instructions and memory, with the method'
+	@echo 'make bench-serve  a serving controller as senders see it; make stream-million: its first part'
 	@echo 'make generate  what comes from the tables in protocol/, boards/ and core/gcode/status.h'
 	@echo 'make format  let the formatters mend what they can'
 	@echo 'make clean   remove what was built; make distclean removes .venv too'
@@ -44,6 +46,12 @@ fuzz: $(VENV)/.ready-dev
 
 bench: $(VENV)/.ready-dev
 	@cd tools && $(abspath $(PY)) -m bench
+
+bench-serve: $(VENV)/.ready-dev
+	@cd tools && $(abspath $(PY)) -m bench.serve --lines $(LINES) $(ONLY)
+
+stream-million: ONLY = streams
+stream-million: bench-serve
 
 generate: $(VENV)/.ready-dev
 	$(PY) -m wificnc.protocol.generate

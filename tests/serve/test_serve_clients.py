@@ -80,7 +80,7 @@ def test_take_moves_ownership_and_is_answered_once(server: Server) -> None:
 def test_answers_of_a_job_left_behind(server: Server) -> None:
     with connect(server) as observer:
         with connect(server) as owner:
-            owner.send("M0\nG99\nG0X3\n")
+            owner.send("M0\nG77\nG0X3\n")
             observer.until(r"commands\]$")
             observer.send("?")
             observer.until("^<Hold")

@@ -119,7 +119,7 @@ def test_observer_that_does_not_read_is_dropped(server: Server) -> None:
 
 def test_owner_that_does_not_read_loses_nothing(server: Server) -> None:
     """Its lines wait with the sender until it reads; then every answer is there."""
-    lines = ["$$", "G99"] * 5000
+    lines = ["$$", "G77"] * 5000
     with connect(server) as owner:
         data = memoryview("".join(f"{line}\n" for line in lines).encode())
         settled = time.monotonic() + 0.5

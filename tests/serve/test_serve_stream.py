@@ -3,45 +3,38 @@
 from __future__ import annotations
 
 import pytest
-from serve_peer import Peer, Serve, pour, stream
+from bench.streams import Door, StreamError, pour, program, rest_mm
+from serve_peer import Peer, Serve, stream
 
-LINES = 50_000
-WRONG_EVERY = 997  # a prime: the errors fall on every kind of line
-
-
-def program(count: int) -> tuple[list[str], list[str], list[float]]:
-    """Short segments, a wrong line now and then: the lines, their answers, and where they end."""
-    lines, answers = ["G21G90G94G1F3000"], ["ok"]
-    x = y = 0.0
-    for n in range(1, count):
-        if n % WRONG_EVERY == 0:
-            lines.append("G1X1X2")
-            answers.append("error:25")
-            continue
-        x, y = (n * 7 % 50) / 50, (n * 3 % 20) / 25
-        lines.append(f"X{x:.3f}Y{y:.3f}")
-        answers.append("ok")
-    return lines, answers, [x, y, 0.0]
+LINES = 20_000  # a million: make stream-million
 
 
-@pytest.mark.parametrize("door", ["tcp", "pty"])
-def test_poured_stream(serve: Serve, door: str) -> None:
-    lines, answers, end = program(LINES)
+@pytest.mark.parametrize("kind", ["tcp", "pty"])
+def test_poured_stream(serve: Serve, kind: str) -> None:
+    job = program(LINES)
     server = serve(pty=True)
     assert server.tcp and server.options.pty
-    with Peer.tcp(server.tcp) if door == "tcp" else Peer.serial(server.options.pty) as peer:
-        assert pour(peer, lines) == answers
-        assert peer.idle_position_mm()[:3] == end
+    with Door(server.tcp if kind == "tcp" else server.options.pty) as door:
+        pour(door, job.lines, job.answers)
+        assert rest_mm(door) == job.end_mm()
 
 
-@pytest.mark.parametrize("in_flight", [20, 127, 1024])
+def test_a_wrong_answer_is_seen(serve: Serve) -> None:
+    job = program(2000)
+    server = serve()
+    assert server.tcp
+    with Door(server.tcp) as door, pytest.raises(StreamError, match="answer 998 is error:25, to G1X1X2"):
+        pour(door, job.lines, ["ok"] * len(job.lines))
+
+
+@pytest.mark.parametrize("in_flight", [40, 127, 1024])
 def test_counted_stream(serve: Serve, in_flight: int) -> None:
-    lines, answers, end = program(2000)
+    job = program(2000)
     server = serve(pty=True)
     assert server.options.pty
     with Peer.serial(server.options.pty) as peer:
-        assert stream(peer, lines, in_flight) == answers
-        assert peer.idle_position_mm()[:3] == end
+        assert stream(peer, job.lines, in_flight) == list(job.answers)
+        assert tuple(peer.idle_position_mm()[:3]) == job.end_mm()
 
 
 @pytest.mark.parametrize("line_end", ["\n", "\r", "\r\n"])
@@ -49,7 +42,7 @@ def test_line_ends(serve: Serve, line_end: str) -> None:
     server = serve()
     assert server.tcp
     with Peer.tcp(server.tcp) as peer:
-        peer.send(line_end.join(["G0X1", "", "G0X2", "G99", ""]))
+        peer.send(line_end.join(["G0X1", "", "G0X2", "G77", ""]))
         assert [peer.line() for _ in range(4)] == ["ok", "ok", "ok", "error:20"]
         assert peer.idle_position_mm()[0] == 2.0
 
