@@ -103,4 +103,9 @@ static inline bool block_has_group(const struct gcode_block *block, enum block_g
  * from the left. */
 enum status gcode_parse(const char *line, struct gcode_block *block);
 
+/** The same for a line as it came, which ends at LF or CR; spaces may stand behind its words.
+ *  @return the end; NULL and *block undefined: the line needs the filter (anything but capitals, numbers and
+ *          spaces), or has an error */
+const char *gcode_parse_plain(const char *line, struct gcode_block *block);
+
 #endif

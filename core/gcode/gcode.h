@@ -92,7 +92,6 @@ struct gcode_modal {
     float feed_mm_s;         /* F in mm/s (G94); 0 = none yet. Inverse time is never modal: G93 clears it. */
     float spindle_rpm;       /* S */
     float path_tolerance_mm; /* G64 P; 0 = $11 alone */
-    struct gcode_sticky sticky; /* means something while motion is MOTION_CYCLE */
 };
 
 /** Offsets. Persistent: wcs_mm, g28_mm, g30_mm, tool_mm. Volatile: the others. All in machine mm. */
@@ -109,6 +108,7 @@ struct gcode_offsets {
 /** Everything gcode_resolve() reads. */
 struct gcode_state {
     struct gcode_modal modal;
+    struct gcode_sticky sticky; /* means something while the modal motion is MOTION_CYCLE */
     struct gcode_offsets offsets;
     double position_mm[AXIS_COUNT]; /* programmed end of the last accepted move, machine coordinates */
     axis_mask_t axes;               /* axes this machine has; a word of another axis is error:20 */
@@ -158,7 +158,8 @@ enum gcode_store {
  *  tool change (motion has finished, spindle and coolant are off), spindle/coolant/override switches
  *  (synchronised with motion when sync is set), digital output, dwell, store, move, flow. */
 struct gcode_command {
-    struct gcode_modal next;    /* modal state after the line */
+    struct gcode_modal next;    /* modal state after the line, see gcode_modal_apply() */
+    struct gcode_sticky sticky; /* filled in for a move that is MOTION_CYCLE */
     enum gcode_spindle spindle; /* for this line's dwell and move; next differs from these two */
     uint8_t coolant;            /*   only at FLOW_END, which switches both off after the move */
     bool tool_change;           /* M6: to next.tool */
@@ -187,6 +188,13 @@ void gcode_modal_init(struct gcode_modal *modal);
 /** Work coordinate offset of the state: WCS + G92 + tool length, per axis, mm. */
 void gcode_work_offset_mm(const struct gcode_state *state, double out_mm[AXIS_COUNT]);
 
+/** The command is done: its modes are those of the next line. */
+static inline void gcode_modal_apply(struct gcode_state *state, const struct gcode_command *command) {
+    state->modal = command->next;
+    if (command->move.motion == MOTION_CYCLE)
+        state->sticky = command->sticky;
+}
+
 /** Do the "store" part of a command. */
 void gcode_offsets_apply(struct gcode_offsets *offsets, const struct gcode_command *command);
 
@@ -194,6 +202,13 @@ void gcode_offsets_apply(struct gcode_offsets *offsets, const struct gcode_comma
  *  @return STATUS_OK and *command filled, or the error and *command undefined; state is never changed.
  *  The block is a local of this call: about 250 bytes of stack. */
 enum status gcode_line(const struct gcode_state *state, const char *line, struct gcode_command *command);
+
+/** gcode_line() for a line as it came, unfiltered and ended by LF or CR, if it is a plain one: words in
+ * capitals, one at least, and spaces behind them. It saves a line of a job the way through the line reader.
+ *  @return its end, CR or LF; NULL: it is none, or has an error that gcode_line() will tell; *command is
+ *          undefined then */
+const char *gcode_plain_line(const struct gcode_state *state, const char *line,
+                             struct gcode_command *command);
 
 /** What stands behind $J=, as gcode_line(): a straight move that leaves every mode as it was.
  *  @return also STATUS_JOG_WORD: a word or code that a jog has not; STATUS_NO_FEED without F of its own;

@@ -26,7 +26,7 @@ struct number {
 
 extern const double number_power_of_ten[NUMBER_DECIMALS_MAX + 1];
 
-/** number_scan() for more than 18 digits, some of which may be but leading zeros. Private. */
+/** number_scan() for no digit, or for more than 18, some of which may be but leading zeros. Private. */
 struct number number_scan_long(const char *text, bool negative);
 
 /** 0..9, or larger for a character that is no digit. */
@@ -39,24 +39,26 @@ static inline unsigned number_digit(char character) {
 static inline struct number number_scan(const char *text) {
     struct number number = {.end = NULL, .digits = 0, .decimals = 0, .negative = false};
     uint64_t digits = 0; /* may wrap: then it is not used */
+    unsigned digit = number_digit(*text);
     const char *start;
+    ptrdiff_t characters;
 
-    if (number_digit(*text) > 9 && (*text == '-' || *text == '+'))
-        number.negative = *text++ == '-';
-    for (start = text; number_digit(*text) <= 9; text++)
-        digits = digits * 10 + number_digit(*text);
-    if (*text == '.') {
-        const char *const fraction = ++text;
-
-        for (; number_digit(*text) <= 9; text++)
-            digits = digits * 10 + number_digit(*text);
-        number.decimals = text - fraction;
-        if (text - start == 1)
-            return number;
-    } else if (text == start) {
-        return number;
+    if (digit > 9 && (*text == '-' || *text == '+')) {
+        number.negative = *text == '-';
+        digit = number_digit(*++text);
     }
-    if (text - start > NUMBER_DIGITS_MAX)
+    for (start = text; digit <= 9; digit = number_digit(*++text))
+        digits = digits * 10 + digit;
+    characters = text - start;
+    if (*text == '.') {
+        const char *const point = text;
+
+        while ((digit = number_digit(*++text)) <= 9)
+            digits = digits * 10 + digit;
+        number.decimals = text - point - 1;
+        characters += number.decimals;
+    }
+    if ((size_t)characters - 1 >= NUMBER_DIGITS_MAX) /* none or many */
         return number_scan_long(start, number.negative);
     number.end = text;
     number.digits = (int64_t)digits;

@@ -3,6 +3,9 @@
 #include "gcode/block.h"
 #include "gcode/number.h"
 
+/* Inlined into both parsers, which differ in what they are called with. */
+#define HOT inline __attribute__((always_inline))
+
 #define WORDS_CODE (WORD_BIT('G') | WORD_BIT('M'))
 /* Words with any number, and words with a rule of their own. */
 #define WORDS_FREE                                                                                           \
@@ -10,27 +13,47 @@
 #define WORDS_NOT_NEGATIVE                                                                                   \
     (WORD_BIT('F') | WORD_BIT('H') | WORD_BIT('N') | WORD_BIT('P') | WORD_BIT('Q') | WORD_BIT('S') |         \
      WORD_BIT('T'))
+/* Words that any positive number suits. */
+#define WORDS_POSITIVE (WORDS_FREE | (WORDS_NOT_NEGATIVE & ~WORD_BIT('T')))
 
-enum { TOOL_NUMBER_MAX = 255, CODE_X10_MAX = 9999 };
+enum { TOOL_NUMBER_MAX = 255, CODE_X10_MAX = 999 };
+
+/* The table: entry 0 is no code. */
+enum code_index {
+    CODE_UNKNOWN,
+#define CODE(letter, x10, group, value, axes) CODE_##letter##x10,
+#include "gcode/codes.def"
+#undef CODE
+};
 
 struct code {
-    bool known;
     uint8_t group, value, axes;
 };
 
-enum { KEY_G = 0, KEY_M = CODE_X10_MAX + 1 };
-
-static struct code find_code(int key) {
-    switch (key) {
-#define CODE(letter, x10, group, value, axes)                                                                \
-    case KEY_##letter + (x10):                                                                               \
-        return (struct code){true, GROUP_##group, value, axes};
+static const struct code codes[] = {
+    [CODE_UNKNOWN] = {0, 0, 0},
+#define CODE(letter, x10, group, value, axes) [CODE_##letter##x10] = {GROUP_##group, value, axes},
 #include "gcode/codes.def"
 #undef CODE
-    default:
-        return (struct code){false, 0, 0, 0};
-    }
-}
+};
+
+/* Where a code stands in it, by ten times its number: a search would cost more than the rest of the word. */
+#define G(x10) [x10] = CODE_G##x10,
+#define M(x10)
+#define CODE(letter, x10, group, value, axes) letter(x10)
+static const uint8_t g_codes[CODE_X10_MAX + 1] = {
+#include "gcode/codes.def"
+};
+#undef G
+#undef M
+#define G(x10)
+#define M(x10) [x10] = CODE_M##x10,
+static const uint8_t m_codes[CODE_X10_MAX + 1] = {
+#include "gcode/codes.def"
+};
+#undef G
+#undef M
+#undef CODE
 
 /* Grbl's answer to a code that is not in the table: a fraction on an M code or on a G code that has no
  * variants is "not a whole number" (G1.5, G54.1); anything else is unsupported (G5, G38.9, M56). */
@@ -54,24 +77,30 @@ static enum status unknown_code(char letter, struct number number) {
 }
 
 /* G38.2 -> 382; -1 for a number that cannot be in the table. */
-static int code_x10(struct number number) {
+static int fraction_x10(struct number number) {
     ptrdiff_t decimals = number.decimals;
     int64_t digits = number.digits;
 
-    if (number.negative)
-        return -1;
-    if (decimals == 0)
-        return digits <= CODE_X10_MAX / 10 ? (int)digits * 10 : -1;
     for (; decimals > 1 && digits % 10 == 0; decimals--)
         digits /= 10; /* G38.20 */
-    return decimals == 1 && digits <= CODE_X10_MAX ? (int)digits : -1;
+    return !number.negative && decimals == 1 && digits <= CODE_X10_MAX ? (int)digits : -1;
 }
 
-static enum status take_code(struct gcode_block *block, char letter, struct number number) {
-    const int x10 = code_x10(number);
-    const struct code code = find_code(x10 < 0 ? -1 : letter == 'M' ? KEY_M + x10 : KEY_G + x10);
+/* G1 -> 10 at once; the others by the way above. */
+static inline unsigned code_index(char letter, struct number number) {
+    const bool whole = number.decimals == 0 && !number.negative && number.digits <= CODE_X10_MAX / 10;
+    const int x10 = whole ? (int)number.digits * 10 : fraction_x10(number);
 
-    if (!code.known)
+    if (x10 < 0)
+        return CODE_UNKNOWN;
+    return letter == 'G' ? g_codes[x10] : m_codes[x10];
+}
+
+static HOT enum status take_code(struct gcode_block *block, char letter, struct number number) {
+    const unsigned index = code_index(letter, number);
+    const struct code code = codes[index];
+
+    if (index == CODE_UNKNOWN)
         return unknown_code(letter, number);
     if (code.axes != AXES_FREE) {
         if (block->axes != AXES_FREE)
@@ -98,7 +127,9 @@ static enum status word_status(uint32_t words, uint32_t bit, double number) {
     return STATUS_OK;
 }
 
-enum status gcode_parse(const char *line, struct gcode_block *block) {
+/* Words up to the first character that is none. @param blanks  spaces may stand behind a word */
+static HOT enum status parse_words(const char **text, bool blanks, struct gcode_block *block) {
+    const char *line = *text;
     uint32_t words = 0;
     unsigned word;
 
@@ -116,16 +147,40 @@ enum status gcode_parse(const char *line, struct gcode_block *block) {
         if (bit & WORDS_CODE) {
             status = take_code(block, *line, number);
         } else {
+            const uint32_t good = number.negative ? WORDS_FREE : WORDS_POSITIVE;
+
             block->number[word] = number_value(number);
             status = STATUS_OK;
-            if (!(bit & WORDS_FREE & ~words))
+            if (!(bit & good & ~words))
                 status = word_status(words, bit, block->number[word]);
             words |= bit;
         }
         if (status != STATUS_OK)
             return status;
         line = number.end;
+        if (blanks && *line == ' ') {
+            do
+                line++;
+            while (*line == ' ');
+        }
     }
     block->words = words;
+    *text = line;
+    return STATUS_OK;
+}
+
+enum status gcode_parse(const char *line, struct gcode_block *block) {
+    const enum status status = parse_words(&line, false, block);
+
+    if (status != STATUS_OK)
+        return status;
     return *line == '\0' ? STATUS_OK : STATUS_EXPECTED_LETTER;
+}
+
+const char *gcode_parse_plain(const char *line, struct gcode_block *block) {
+    const char *const start = line;
+
+    if (parse_words(&line, true, block) != STATUS_OK || line == start || (*line != '\n' && *line != '\r'))
+        return NULL;
+    return line;
 }

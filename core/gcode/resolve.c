@@ -1,10 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 #include "gcode/resolve.h"
 
-#define MM_PER_INCH     25.4
-#define LINE_NUMBER_MAX 10000000.0
-#define S_PER_MIN       60.0
-
 /* A typical line of a job: most of what follows is not about it. */
 static inline bool only_motion(const struct gcode_block *block) {
     return (block->groups & ~(1u << GROUP_MOTION)) == 0;
@@ -113,8 +109,8 @@ static void resolve_flow(struct resolver *r) {
     }
 }
 
-enum status gcode_resolve(const struct gcode_state *state, const struct gcode_block *block,
-                          struct gcode_command *command) {
+static enum status resolve_any(const struct gcode_state *state, const struct gcode_block *block,
+                               struct gcode_command *command) {
     struct resolver r = {
         .state = state,
         .block = block,
@@ -135,13 +131,7 @@ enum status gcode_resolve(const struct gcode_state *state, const struct gcode_bl
     r.unit_mm = command->next.inches ? MM_PER_INCH : 1.0;
     r.wcs_mm = state->offsets.wcs_mm[command->next.wcs];
     r.tool_length_mm = state->offsets.tool_length_mm;
-    command->tool_change = command->output_sync = false;
-    command->output = -1;
-    command->dwell_s = -1.0f;
-    command->store = STORE_NOTHING;
-    command->store_tool_length = command->tool_table_used = false;
-    command->flow = FLOW_RUN;
-    command->line_number = 0;
+    resolve_nothing(command);
 
     status = resolve_values(&r);
     if (status == STATUS_OK && !only_motion(block))
@@ -162,4 +152,10 @@ enum status gcode_resolve(const struct gcode_state *state, const struct gcode_bl
     resolve_outputs(&r);
     resolve_flow(&r);
     return STATUS_OK;
+}
+
+enum status gcode_resolve(const struct gcode_state *state, const struct gcode_block *block,
+                          struct gcode_command *command) {
+    return resolve_is_straight(state, block) ? resolve_straight(state, block, command)
+                                             : resolve_any(state, block, command);
 }

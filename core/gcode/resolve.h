@@ -2,6 +2,7 @@
  * Block + state -> command, in Grbl 1.1h's order of checks. Private to core/gcode and its tests. [task] Pure.
  *
  *   resolve.c        the order; modal groups, F S T N, dwell, path, program end
+ *   resolve_straight.c  the short way of most lines
  *   resolve_store.c  G10 G28.1 G30.1 G92 G43 G49: new rows for the offsets
  *   resolve_machine.c M6 M48 .. M53 M62 .. M65, spindle, coolant
  *   resolve_move.c   G0 G1 G2 G3 G38 G28 G30 G53: targets, feed
@@ -14,6 +15,10 @@
 #include "gcode/gcode.h"
 
 #include <math.h> // fabs
+
+#define MM_PER_INCH     25.4
+#define S_PER_MIN       60.0
+#define LINE_NUMBER_MAX 10000000.0
 
 /** Give block its meaning in state. @return STATUS_OK and *command filled, or the error and *command
  * undefined */
@@ -33,6 +38,40 @@ struct resolver {
     const double *wcs_mm;  /* row of the coordinate system of this line */
     double tool_length_mm; /* in force for the motion of this line */
 };
+
+/** What a line does that says nothing of it. */
+static inline void resolve_nothing(struct gcode_command *command) {
+    command->tool_change = command->sync = command->output_sync = false;
+    command->output = -1;
+    command->dwell_s = -1.0f;
+    command->store = STORE_NOTHING;
+    command->store_tool_length = command->tool_table_used = false;
+    command->flow = FLOW_RUN;
+    command->line_number = 0;
+    command->move.motion = MOTION_NONE;
+    command->move.via = false;
+    command->move.feed_mm_s = command->move.inverse_time_s = 0.0f;
+    command->move.probe = 0;
+}
+
+/** Motion of the line: its own code, or the modal one. */
+static inline enum gcode_motion resolve_motion(const struct gcode_state *state,
+                                               const struct gcode_block *block) {
+    return block_has_group(block, GROUP_MOTION) ? BLOCK_MOTION(block->value[GROUP_MOTION])
+                                                : state->modal.motion;
+}
+
+/** Most lines of most jobs: G0 or G1, F, N and axis words, in the modes that are. */
+static inline bool resolve_is_straight(const struct gcode_state *state, const struct gcode_block *block) {
+    const uint32_t words = WORDS_AXES | WORD_BIT('F') | WORD_BIT('N');
+
+    return (block->groups & ~(1u << GROUP_MOTION)) == 0 && (block->words & ~words) == 0 &&
+           resolve_motion(state, block) <= MOTION_LINEAR && state->modal.feed_mode == FEED_PER_MIN;
+}
+
+/** gcode_resolve() for these. Its own path, because it is what a job's speed comes from. */
+enum status resolve_straight(const struct gcode_state *state, const struct gcode_block *block,
+                             struct gcode_command *command);
 
 enum status resolve_stores(struct resolver *r);
 enum status resolve_move(struct resolver *r);

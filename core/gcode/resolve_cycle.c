@@ -30,10 +30,11 @@ static uint8_t needed_words(enum gcode_cycle cycle) {
  * is the same cycle in the same distance mode. */
 static void inherit(const struct resolver *r, unsigned normal) {
     const struct gcode_modal *before = &r->state->modal;
-    struct gcode_modal *next = &r->out->next;
-    struct gcode_sticky *sticky = &next->sticky;
-    const bool goes_on = before->motion == MOTION_CYCLE && sticky->plane == next->plane;
+    const struct gcode_modal *next = &r->out->next;
+    struct gcode_sticky *sticky = &r->out->sticky;
+    const bool goes_on = before->motion == MOTION_CYCLE && r->state->sticky.plane == next->plane;
 
+    *sticky = r->state->sticky;
     if (!goes_on || before->cycle != next->cycle || sticky->incremental != next->incremental)
         sticky->known = 0;
     if (!goes_on)
@@ -43,7 +44,7 @@ static void inherit(const struct resolver *r, unsigned normal) {
 }
 
 static enum status take_words(struct resolver *r, unsigned normal) {
-    struct gcode_sticky *sticky = &r->out->next.sticky;
+    struct gcode_sticky *sticky = &r->out->sticky;
     const uint8_t needed = needed_words((enum gcode_cycle)r->out->next.cycle);
     double number;
 
@@ -83,14 +84,15 @@ static enum status take_repeats(struct resolver *r) {
 /* R counts from the work zero or (G91) from where the axis stands; Z from the work zero or from R. */
 static enum status find_levels(struct resolver *r, unsigned normal) {
     const struct gcode_modal *next = &r->out->next;
+    const struct gcode_sticky *sticky = &r->out->sticky;
     struct gcode_drill *drill = &r->out->move.drill;
     const double zero = next->incremental ? r->state->position_mm[normal] : resolve_offset_mm(r, normal);
 
-    drill->r_mm = zero + next->sticky.r_mm;
-    drill->bottom_mm = (next->incremental ? drill->r_mm : zero) + next->sticky.z_mm;
+    drill->r_mm = zero + sticky->r_mm;
+    drill->bottom_mm = (next->incremental ? drill->r_mm : zero) + sticky->z_mm;
     drill->clear_mm = drill->r_mm;
-    if (!next->retract_to_r && next->sticky.initial_mm > drill->r_mm)
-        drill->clear_mm = next->sticky.initial_mm;
+    if (!next->retract_to_r && sticky->initial_mm > drill->r_mm)
+        drill->clear_mm = sticky->initial_mm;
     if (!resolve_in_range(drill->r_mm) || !resolve_in_range(drill->bottom_mm) ||
         drill->bottom_mm > drill->r_mm)
         return STATUS_BAD_TARGET;
@@ -125,7 +127,7 @@ static enum status find_holes(struct resolver *r, const uint8_t axes[2]) {
 /* Pecks of Q down to the bottom; the last one takes what is left, and swallows the rounding. */
 static enum status find_pecks(struct resolver *r) {
     struct gcode_drill *drill = &r->out->move.drill;
-    const struct gcode_sticky *sticky = &r->out->next.sticky;
+    const struct gcode_sticky *sticky = &r->out->sticky;
     const double depth = drill->r_mm - drill->bottom_mm;
 
     drill->pecks = 1;

@@ -3,8 +3,6 @@
 
 #include <string.h> // memcpy
 
-#define S_PER_MIN 60.0
-
 /* Where the axis words lead, in machine coordinates; other axes stay. */
 static enum status find_target(const struct resolver *r, double target_mm[AXIS_COUNT]) {
     const bool machine_coordinates = r->nonmodal == NONMODAL_MACHINE_COORDS;
@@ -98,11 +96,6 @@ enum status resolve_move(struct resolver *r) {
     struct gcode_move *move = &r->out->move;
     enum status status;
 
-    move->motion = MOTION_NONE;
-    move->via = false;
-    move->feed_mm_s = 0.0f;
-    move->inverse_time_s = 0.0f;
-    move->probe = 0;
     if (r->nonmodal == NONMODAL_MACHINE_COORDS && motion != MOTION_RAPID && motion != MOTION_LINEAR)
         return STATUS_G53_MOTION;
     if (motion == MOTION_NONE && r->axis_words != 0)

@@ -2,6 +2,7 @@
 #include "link/line_reader.h"
 
 #include <stdbool.h>
+#include <string.h> // memchr
 
 /* Why characters are not simply stored right now. At most one of the first three at a time, as in Grbl. */
 enum {
@@ -114,4 +115,19 @@ size_t line_reader_take(struct line_reader *reader, const uint8_t *bytes, size_t
             *result = put(reader, bytes[taken++]);
     }
     return taken;
+}
+
+const uint8_t *line_reader_whole(const struct line_reader *reader, const uint8_t *bytes, size_t count) {
+    const bool between = (reader->flags & LINE_DONE) != 0 || (reader->flags == 0 && reader->length == 0);
+    const bool second_half = (reader->flags & AFTER_CR) != 0 && count > 0 && bytes[0] == '\n';
+
+    if (!between)
+        return NULL;
+    bytes += second_half;
+    count -= second_half;
+    return memchr(bytes, '\n', count < LINE_SIZE ? count : LINE_SIZE) != NULL ? bytes : NULL;
+}
+
+void line_reader_pass(struct line_reader *reader, uint8_t end) {
+    reader->flags = end == '\r' ? LINE_DONE | AFTER_CR : LINE_DONE;
 }

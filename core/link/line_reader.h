@@ -36,4 +36,12 @@ enum line_result line_reader_put(struct line_reader *reader, uint8_t byte);
 size_t line_reader_take(struct line_reader *reader, const uint8_t *bytes, size_t count,
                         enum line_result *result);
 
+/** A whole line at bytes of which nothing was taken yet, for somebody who can do without the filter. An LF
+ * that is the second half of a CR LF before it does not count.
+ *  @return its first byte, with an LF less than LINE_SIZE behind it; NULL: there is no such line, take it */
+const uint8_t *line_reader_whole(const struct line_reader *reader, const uint8_t *bytes, size_t count);
+
+/** The line from line_reader_whole() was taken without us, up to and including its end, CR or LF. */
+void line_reader_pass(struct line_reader *reader, uint8_t end);
+
 #endif

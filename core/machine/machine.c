@@ -174,19 +174,24 @@ static bool in_range(const struct machine *machine, const struct gcode_move *mov
            ((!move->via && move->motion != MOTION_CYCLE) || motion_in_range(&machine->motion, move->via_mm));
 }
 
+/* The line was resolved into machine->command. */
+static void begin_gcode(struct machine *machine) {
+    if (in_range(machine, &machine->command.move))
+        task_begin(machine);
+    else
+        machine_answer(machine, STATUS_BAD_TARGET);
+}
+
 static void take_gcode(struct machine *machine, const char *line) {
     if (machine->state == MACHINE_ALARM || machine->state == MACHINE_JOG) {
         machine_answer(machine, STATUS_LOCKED);
         return;
     }
     enum status status = gcode_line(&machine->gcode, line, &machine->command);
-    if (status == STATUS_OK && !in_range(machine, &machine->command.move))
-        status = STATUS_BAD_TARGET;
-    if (status != STATUS_OK) {
+    if (status == STATUS_OK)
+        begin_gcode(machine);
+    else
         machine_answer(machine, status);
-        return;
-    }
-    task_begin(machine);
 }
 
 /* Next startup line after the banner or homing. @return false: there is none. */
@@ -216,11 +221,15 @@ static bool is_flushed(struct machine *machine, const char *line) {
     return machine->flushing && line[0] == '$' && line[1] == 'J' && line[2] == '=';
 }
 
-static void take_text(struct machine *machine, enum line_result result) {
-    const char *line = machine->reader.text;
+static void open_line(struct machine *machine) {
     machine->lines++;
     machine->source = LINE_STREAM;
     machine->line_open = true;
+}
+
+static void take_text(struct machine *machine, enum line_result result) {
+    const char *line = machine->reader.text;
+    open_line(machine);
     if (result == LINE_OVERFLOW)
         machine_answer(machine, STATUS_LINE_TOO_LONG);
     else if (line[0] == '\0' || is_flushed(machine, line))
@@ -243,6 +252,20 @@ static bool answer_lost(struct machine *machine) {
     return true;
 }
 
+/* A plain line of G-code that has come whole needs no filter. @return bytes taken; 0: it is none */
+static size_t take_plain(struct machine *machine, const uint8_t *bytes, size_t count) {
+    const uint8_t *line = line_reader_whole(&machine->reader, bytes, count);
+    if (line == NULL || machine->flushing || machine->state == MACHINE_ALARM || machine->state == MACHINE_JOG)
+        return 0;
+    const char *end = gcode_plain_line(&machine->gcode, (const char *)line, &machine->command);
+    if (end == NULL)
+        return 0;
+    line_reader_pass(&machine->reader, (uint8_t)*end);
+    open_line(machine);
+    begin_gcode(machine);
+    return (size_t)((const uint8_t *)end - bytes) + 1;
+}
+
 /* Read up to the end of one line and begin it. @return false: no whole line there. */
 static bool take_line(struct machine *machine) {
     for (;;) {
@@ -251,10 +274,12 @@ static bool take_line(struct machine *machine) {
         size_t count = rx_peek(&machine->rx, &bytes);
         if (count == 0)
             return answer_lost(machine);
-        rx_drop(&machine->rx, line_reader_take(&machine->reader, bytes, count, &result));
-        if (result == LINE_NONE)
+        size_t plain = take_plain(machine, bytes, count);
+        rx_drop(&machine->rx, plain > 0 ? plain : line_reader_take(&machine->reader, bytes, count, &result));
+        if (plain == 0 && result == LINE_NONE)
             continue;
-        take_text(machine, result);
+        if (plain == 0)
+            take_text(machine, result);
         machine->line_from = rx_taken(&machine->rx);
         return true;
     }

@@ -212,9 +212,10 @@ static enum task_stage end_flow(struct machine *machine) {
 
 static enum task_stage store(struct machine *machine) {
     const struct gcode_command *command = &machine->command;
-    gcode_offsets_apply(&machine->gcode.offsets, command);
-    if (command->store != STORE_NOTHING || command->store_tool_length ||
-        command->next.wcs != machine->gcode.modal.wcs)
+    const bool stores = command->store != STORE_NOTHING || command->store_tool_length;
+    if (stores)
+        gcode_offsets_apply(&machine->gcode.offsets, command);
+    if (stores || command->next.wcs != machine->gcode.modal.wcs)
         report_changed_offset(machine);
     if (command->store == STORE_TOOL)
         keep_tools(machine);
@@ -316,7 +317,7 @@ static enum task_stage next_stage(struct machine *machine) {
 
 static void finish(struct machine *machine) {
     machine->stage = TASK_NONE;
-    machine->gcode.modal = machine->command.next;
+    gcode_modal_apply(&machine->gcode, &machine->command);
     machine_answer(machine, STATUS_OK);
 }
 

@@ -77,7 +77,7 @@ static void take(struct rebuild *rebuild, const struct gcode_command *command) {
         take_move(rebuild, move->via_mm);
     if (move->motion != MOTION_NONE)
         take_move(rebuild, move->target_mm);
-    rebuild->gcode.modal = command->next;
+    gcode_modal_apply(&rebuild->gcode, command);
 }
 
 int rebuild_line(struct rebuild *rebuild, const char *line, size_t size) {

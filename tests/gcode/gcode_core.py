@@ -86,7 +86,6 @@ class Modal(ctypes.Structure):
         ("feed_mm_s", c_float),
         ("spindle_rpm", c_float),
         ("path_tolerance_mm", c_float),
-        ("sticky", Sticky),
     )
 
 
@@ -107,7 +106,7 @@ class Offsets(ctypes.Structure):
 class State(ctypes.Structure):
     """struct gcode_state."""
 
-    _fields_ = (("modal", Modal), ("offsets", Offsets), ("position_mm", Axes), ("axes", c_uint8))
+    _fields_ = (("modal", Modal), ("sticky", Sticky), ("offsets", Offsets), ("position_mm", Axes), ("axes", c_uint8))
 
 
 class Drill(ctypes.Structure):
@@ -149,6 +148,7 @@ class Command(ctypes.Structure):
 
     _fields_ = (
         ("next", Modal),
+        ("sticky", Sticky),
         ("spindle", c_int),
         ("coolant", c_uint8),
         ("tool_change", c_bool),
@@ -255,6 +255,8 @@ def declare(lib: ctypes.CDLL) -> ctypes.CDLL:
     lib.number_read.restype = c_ssize_t
     lib.number_read.argtypes = (ctypes.c_void_p, pointer(c_double))
     lib.gcode_line.argtypes = (pointer(State), c_char_p, pointer(Command))
+    lib.gcode_plain_line.argtypes = (pointer(State), ctypes.c_void_p, pointer(Command))
+    lib.gcode_plain_line.restype = ctypes.c_void_p
     lib.gcode_parse.argtypes = (c_char_p, pointer(Block))
     lib.gcode_work_offset_mm.argtypes = (pointer(State), Axes)
     lib.arc_begin.argtypes = (pointer(Arc), Axes, pointer(Move), c_double)
@@ -267,6 +269,9 @@ def declare(lib: ctypes.CDLL) -> ctypes.CDLL:
     lib.trig_sincos.argtypes = (c_double, pointer(c_double), pointer(c_double))
     lib.trig_atan2.restype = c_double
     lib.trig_atan2.argtypes = (c_double, c_double)
+    lib.line_reader_whole.argtypes = (pointer(LineReader), ctypes.c_void_p, c_size_t)
+    lib.line_reader_whole.restype = ctypes.c_void_p
+    lib.line_reader_pass.argtypes = (pointer(LineReader), c_uint8)
     lib.line_reader_put.argtypes = (pointer(LineReader), c_uint8)
     lib.line_reader_take.restype = c_size_t
     lib.line_reader_take.argtypes = (pointer(LineReader), c_char_p, c_size_t, pointer(c_int))
@@ -286,6 +291,14 @@ class Controller:
         command = Command()
         text = line.encode() if isinstance(line, str) else line
         return self.lib.gcode_line(ctypes.byref(self.state), text, ctypes.byref(command)), command
+
+    def plain(self, text: bytes) -> tuple[int | None, Command]:
+        """gcode_plain_line() on text that holds an LF: characters before the line's end, or None; and the command."""
+        command = Command()
+        buffer = ctypes.create_string_buffer(text)
+        start = ctypes.addressof(buffer)
+        end = self.lib.gcode_plain_line(ctypes.byref(self.state), start, ctypes.byref(command))
+        return (None if end is None else end - start), command
 
     def answer(self, *lines: str) -> int:
         """Execute lines; the answer to the last one. The others must be fine."""
@@ -314,6 +327,8 @@ class Controller:
         if command.move.motion != NO_MOTION:
             self.state.position_mm = command.move.target_mm
         self.state.modal = command.next
+        if command.move.motion == CYCLE:
+            self.state.sticky = command.sticky
 
 
 def begin_arc(lib: ctypes.CDLL, start: Sequence[float], move: Move, tolerance_mm: float) -> Arc:

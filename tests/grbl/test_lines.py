@@ -148,3 +148,22 @@ def test_jog_lock(grbl: Grbl) -> None:
     assert grbl.after(0.01, "G0X5\nnonsense\n") == "error:9\r\n" * 2
     grbl.send("")
     assert grbl.position()[0] == -30 * 250
+
+
+def test_the_answers_do_not_depend_on_how_the_bytes_come() -> None:
+    """Whole lines and single bytes take different ways through the controller."""
+    text = (
+        "G1 X1 F600\r\nX2 Y1\r(c)X3\n\n\r\n x4;c\nX5 5\nX6X6\nG20 X.25\rY 1\nG55\nG0 X1e2\n$G\nN7 G90 G21 X"
+        + "0" * 90
+        + "\nX9\n"
+    )
+    results = []
+    for size in (1, 2, 3, 7, len(text)):
+        grbl = Grbl()
+        grbl.send("")
+        said = ""
+        for at in range(0, len(text), size):
+            said += grbl.send(text[at : at + size])
+        results.append((said, grbl.position()))
+        grbl.close()
+    assert results.count(results[0]) == len(results)

@@ -63,6 +63,19 @@ def write_diagonal(lines: int = 12) -> Path:
     return path
 
 
+# A line as CAM programs write it when every word changes.
+SAMPLE = "G1 X12.345 Y-6.789 F1500"
+
+
+def write_sample(lines: int = 2000) -> Path:
+    """That line and its way back, over and over."""
+    BUILD.mkdir(parents=True, exist_ok=True)
+    path = BUILD / "sample.nc"
+    back = SAMPLE.replace("12.345", "12.346")
+    path.write_text("\n".join(["G21 G90 G94", *[SAMPLE, back] * (lines // 2), "M2"]) + "\n")
+    return path
+
+
 def write_long(job: Path, lines: int = 40_000) -> Path:
     """A job of that many lines: the real one over and over."""
     path = BUILD / "long.nc"
@@ -100,16 +113,23 @@ def instructions(job: Path) -> list[Figure]:
     count = counters(driver, job, FAST)
     profile = profile_job(driver, job, FAST)
     blocks, lines, spans = count["blocks"], count["lines"], count["spans"]
+    sample_lines = counters(driver, write_sample(), FAST)["lines"]
+    sample = profile_job(driver, write_sample(), FAST)
     moves = profile.room("core/motion/motion.c", "core/motion/kinematics/")
-    read = profile.room("core/link/line_reader.c", "core/gcode/")
     return [
         *figures,
         Figure("planner per block", profile.room("core/motion/planner.c") / blocks, "instr", 700),
         Figure("moves and kinematics per block", moves / blocks, "instr"),
-        Figure("line reading and parsing per line", read / lines, "instr", 900),
+        Figure("line reading and parsing per line", reading(profile) / lines, "instr", 600),
+        Figure(f"the same for {SAMPLE}", reading(sample) / sample_lines, "instr", 670),
         Figure("segment emission per segment", profile.room("core/motion/emit.c") / count["segments"], "instr"),
         Figure("span preparation per span", profile.room("core/step/prep.c") / spans, "instr"),
     ]
+
+
+def reading(profile: Profile) -> int:
+    """From the bytes of the receive buffer to a command."""
+    return profile.room("core/link/line_reader.c", "core/gcode/")
 
 
 def wall_clock(job: Path) -> list[Figure]:
