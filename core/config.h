@@ -9,6 +9,8 @@
 #define SEGMENT_RING_SIZE  128 /* segments between planner or host and prep */
 #define SPAN_RING_SIZE     32  /* spans between prep and the step ISR */
 #define STARTUP_LINE_COUNT 2   /* $N0, $N1 */
+#define PARAMS_NUMBERED    64  /* parameters among #31..#5000 that may be set */
+#define PARAMS_NAMED       32  /* named parameters, local and global */
 
 _Static_assert((PLAN_SIZE & (PLAN_SIZE - 1)) == 0, "ring index is masked");
 _Static_assert((SEGMENT_RING_SIZE & (SEGMENT_RING_SIZE - 1)) == 0, "ring index is masked");

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT
- * Answers to a line: Grbl 1.1h's numbers (the contract with senders) and our words for them. */
+ * Answers to a line: Grbl 1.1h's numbers (the contract with senders) and our words for them; from 100 on our
+ * own, for what Grbl has not. */
 #ifndef WIFICNC_GCODE_STATUS_H
 #define WIFICNC_GCODE_STATUS_H
 
@@ -41,7 +42,29 @@
     X(35, ARC_NO_OFFSET, "an arc needs I, J or K of its plane")                                              \
     X(36, WORDS_UNUSED, "words without a use")                                                               \
     X(37, TOOL_LENGTH_AXIS, "the tool length offset goes with Z only")                                       \
-    X(38, TOOL_NUMBER, "the tool number is too large")
+    X(38, TOOL_NUMBER, "the tool number is too large")                                                       \
+    X(100, EXPRESSION_OPERATOR, "an expression has an operator or a function that does not exist")           \
+    X(101, EXPRESSION_BRACKET, "a bracket of an expression is missing")                                      \
+    X(102, EXPRESSION_DIVISION, "an expression divides by zero")                                             \
+    X(103, EXPRESSION_RANGE, "a function of an expression is not defined for this number")                   \
+    X(104, EXPRESSION_RESULT, "an expression gives too large a number")                                      \
+    X(105, EXPRESSION_DEPTH, "an expression is nested deeper than 16")                                       \
+    X(110, PARAMETER_NUMBER, "there is no parameter of this number")                                         \
+    X(111, PARAMETER_NAME, "a parameter's name must have 1 to 31 characters and end with >")                 \
+    X(112, PARAMETER_UNSET, "this named parameter has no value yet")                                         \
+    X(113, PARAMETER_READ_ONLY, "this parameter can only be read")                                           \
+    X(114, PARAMETER_ROOM, "there is no room for another parameter")                                         \
+    X(115, PARAMETER_ASSIGNMENT, "a parameter at the beginning of a word needs =value")                      \
+    X(120, O_WORD, "O words jump, and a stream cannot: send or expand the file with wificnc")                \
+    X(121, O_WORD_SYNTAX, "an O line is malformed: one label, one keyword, its [values] and nothing else")   \
+    X(122, O_WORD_UNMATCHED, "the other half of this O word is missing")                                     \
+    X(123, SUB_UNKNOWN, "there is no subroutine of this name in the file")                                   \
+    X(124, SUB_REPEATED, "a subroutine of this name stands earlier in the file")                             \
+    X(125, SUB_ROOM, "the file has more than 64 subroutines")                                                \
+    X(126, PROGRAM_DEPTH, "calls are nested deeper than 10, or loops and ifs deeper than 32")                \
+    X(127, PROGRAM_ENDLESS, "the program went on for more lines than allowed: is a loop endless?")           \
+    X(128, PROGRAM_READ, "the program could not be read")                                                    \
+    X(129, MACHINE_ONLY, "only the machine knows this position, offset, mode or probe result")
 
 enum status {
 #define X(number, name, text) STATUS_##name = number,

@@ -22,7 +22,7 @@ enum { DROP = 0, LOOK = 1 };
 static const uint8_t stored_as[256] = {
     DROP, DROP, DROP, DROP, DROP, DROP, DROP, DROP, DROP, DROP, LOOK, DROP, DROP, LOOK, DROP, DROP,
     DROP, DROP, DROP, DROP, DROP, DROP, DROP, DROP, DROP, DROP, DROP, DROP, DROP, DROP, DROP, DROP,
-    DROP, '!',  '"',  '#',  '$',  '%',  '&',  '\'', LOOK, ')',  '*',  '+',  ',',  '-',  '.',  DROP,
+    DROP, '!',  '"',  '#',  '$',  '%',  '&',  '\'', LOOK, ')',  '*',  '+',  ',',  '-',  '.',  LOOK,
     '0',  '1',  '2',  '3',  '4',  '5',  '6',  '7',  '8',  '9',  ':',  LOOK, '<',  '=',  '>',  '?',
     '@',  'A',  'B',  'C',  'D',  'E',  'F',  'G',  'H',  'I',  'J',  'K',  'L',  'M',  'N',  'O',
     'P',  'Q',  'R',  'S',  'T',  'U',  'V',  'W',  'X',  'Y',  'Z',  '[',  '\\', ']',  '^',  '_',
@@ -57,6 +57,20 @@ static bool leave_line(struct line_reader *reader, uint8_t byte) {
     return second_half;
 }
 
+static void store(struct line_reader *reader, char character) {
+    if (reader->length < LENGTH_MAX)
+        reader->text[reader->length++] = character;
+    else
+        reader->flags = OVERFLOWED;
+}
+
+/* A slash divides once the line has an expression; before, it is a block delete that is switched off. */
+static void put_slash(struct line_reader *reader) {
+    if (memchr(reader->text, '[', reader->length) != NULL ||
+        memchr(reader->text, '#', reader->length) != NULL)
+        store(reader, '/');
+}
+
 /* Any byte, once leave_line() has seen it. */
 static enum line_result put(struct line_reader *reader, uint8_t byte) {
     const uint8_t character = stored_as[byte];
@@ -66,13 +80,12 @@ static enum line_result put(struct line_reader *reader, uint8_t byte) {
     if (reader->flags != 0) {
         if (byte == ')' && reader->flags == IN_PARENTHESES)
             reader->flags = 0;
+    } else if (byte == '/') {
+        put_slash(reader);
     } else if (character == LOOK) {
         reader->flags = byte == '(' ? IN_PARENTHESES : AFTER_SEMICOLON;
     } else if (character != DROP) {
-        if (reader->length < LENGTH_MAX)
-            reader->text[reader->length++] = (char)character;
-        else
-            reader->flags = OVERFLOWED;
+        store(reader, (char)character);
     }
     return LINE_NONE;
 }

@@ -1,9 +1,10 @@
 /* SPDX-License-Identifier: MIT
  * Bytes -> filtered lines, with Grbl's character rules. [task] One reader per stream; no allocation.
  *
- * Stored: printable characters above space, upper-cased. Dropped: characters <= space, '/', everything in ( )
- * and everything after ';', bytes >= 0x80. Real-time bytes never get here: link/realtime.h takes them out
- * first. A line ends at LF or CR; CR LF is one end. An empty line is a line (it is answered with ok). */
+ * Stored: printable characters above space, upper-cased. Dropped: characters <= space, everything in ( ) and
+ * everything after ';', bytes >= 0x80, and '/' unless the line has a '[' or '#' before it (there it divides).
+ * Real-time bytes never get here: link/realtime.h takes them out first. A line ends at LF or CR; CR LF is one
+ * end. An empty line is a line (it is answered with ok). */
 #ifndef WIFICNC_LINK_LINE_READER_H
 #define WIFICNC_LINK_LINE_READER_H
 

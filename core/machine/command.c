@@ -142,6 +142,8 @@ static bool startup_line(struct machine *machine, const char *text, enum status 
         return true;
     *status = gcode_line(&machine->gcode, text, &machine->command);
     if (*status != STATUS_OK)
+        *status = compute_line(machine, text, *status);
+    if (*status != STATUS_OK)
         return true;
     machine->source = LINE_STORED;
     machine->store_as = (uint8_t)index;

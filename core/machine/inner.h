@@ -52,6 +52,15 @@ uint8_t machine_feed_pct(const struct machine *machine);
 void machine_timer_start(const struct machine *machine, struct machine_timer *timer, uint32_t us);
 bool machine_timer_runs(const struct machine *machine, const struct machine_timer *timer);
 
+/** The command's targets can be counted in steps. */
+bool machine_in_range(const struct machine *machine, const struct gcode_move *move);
+
+/* compute.c */
+/** A line that gcode_line() refused may have expressions: compute it into machine->command, and take its
+ * assignments if it is accepted.
+ *  @param refused  what gcode_line() said, and what is said of a line without expressions */
+enum status compute_line(struct machine *machine, const char *line, enum status refused);
+
 /* reset.c */
 /** ALARM:n, then quiet for half a second. The caller has stopped the motion. */
 void machine_alarm(struct machine *machine, enum alarm alarm);

@@ -16,6 +16,10 @@ void machine_init(struct machine *machine, const struct machine_board *board, st
     machine->settings.step_pulse_us = machine_board_pulse_us(machine);
     machine->gcode.axes = (axis_mask_t)((1u << board->axis_count) - 1);
     gcode_modal_init(&machine->gcode.modal);
+    machine->params.numbered = machine->params_numbered;
+    machine->params.numbered_room = PARAMS_NUMBERED;
+    machine->params.named = machine->params_named;
+    machine->params.named_room = PARAMS_NAMED;
     rx_init(&machine->rx);
     line_reader_reset(&machine->reader);
     motion_init(&machine->motion, &no_limits);
@@ -167,7 +171,7 @@ void machine_apply_settings(struct machine *machine) {
     };
 }
 
-static bool in_range(const struct machine *machine, const struct gcode_move *move) {
+bool machine_in_range(const struct machine *machine, const struct gcode_move *move) {
     if (move->motion == MOTION_NONE)
         return true;
     return motion_in_range(&machine->motion, move->target_mm) &&
@@ -176,7 +180,7 @@ static bool in_range(const struct machine *machine, const struct gcode_move *mov
 
 /* The line was resolved into machine->command. */
 static void begin_gcode(struct machine *machine) {
-    if (in_range(machine, &machine->command.move))
+    if (machine_in_range(machine, &machine->command.move))
         task_begin(machine);
     else
         machine_answer(machine, STATUS_BAD_TARGET);
@@ -188,6 +192,8 @@ static void take_gcode(struct machine *machine, const char *line) {
         return;
     }
     enum status status = gcode_line(&machine->gcode, line, &machine->command);
+    if (status != STATUS_OK)
+        status = compute_line(machine, line, status);
     if (status == STATUS_OK)
         begin_gcode(machine);
     else

@@ -13,6 +13,7 @@
 #include "gcode/arc.h"
 #include "gcode/cycle.h"
 #include "gcode/gcode.h"
+#include "gcode/params.h"
 #include "hal/hal.h"
 #include "link/line_reader.h"
 #include "link/rx.h"
@@ -138,6 +139,9 @@ struct machine {
     struct text_out out;
     struct settings settings;
     struct gcode_state gcode;
+    struct params params;
+    struct param_numbered params_numbered[PARAMS_NUMBERED];
+    struct param_named params_named[PARAMS_NAMED];
     struct rx rx;
     struct line_reader reader;
     struct motion motion;

@@ -23,7 +23,7 @@ enum task_stage probe_begin(struct machine *machine) {
     const struct gcode_move *move = &machine->command.move;
     if (!task_rest_reached(machine))
         return TASK_PROBE;
-    machine->probe_ok = false;
+    machine->probe_ok = machine->params.probe_ok = false;
     if (is_found(machine)) {
         machine_alarm(machine, ALARM_PROBE_CLOSED);
         return TASK_ALARMED;
@@ -43,12 +43,24 @@ enum task_stage probe_begin(struct machine *machine) {
     return TASK_PROBING;
 }
 
+/* #5061.., #5070: in the work coordinates of this line. */
+static void keep_parameters(struct machine *machine) {
+    double offset_mm[AXIS_COUNT];
+    machine->gcode.modal.wcs = machine->command.next.wcs;
+    gcode_work_offset_mm(&machine->gcode, offset_mm);
+    for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
+        machine->params.probe_mm[ax] =
+            (double)machine->probe_steps[ax] / (double)machine->settings.steps_per_mm[ax] - offset_mm[ax];
+    machine->params.probe_ok = machine->probe_ok;
+}
+
 static void finish(struct machine *machine, bool found) {
     if (machine->step.probe_hit)
         step_probe_position(&machine->step, machine->probe_steps);
     else if (found || may_miss(machine))
         machine_position(machine, machine->probe_steps);
     machine->probe_ok = found;
+    keep_parameters(machine);
     machine->step.probe_hit = false;
     machine_drop_motion(machine);
     machine->stage = TASK_NONE;

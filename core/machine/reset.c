@@ -47,6 +47,7 @@ void machine_reset(struct machine *machine, enum alarm alarm) {
     machine->probe_ok = false;
     machine->gcode.offsets.tool_length_mm = 0.0;
     gcode_modal_init(&machine->gcode.modal);
+    params_clear(&machine->params);
     outputs_off(machine);
     machine->feed_pct = machine->rapid_pct = machine->spindle_pct = 100;
     machine_apply_override(machine);

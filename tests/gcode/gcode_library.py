@@ -15,7 +15,13 @@ from wificnc.build.compiler import locate_compiler
 
 FLAGS = ["-std=c11", "-O2", "-g", "-fPIC", "-shared", "-ffp-contract=off", "-Icore"]
 WARNINGS = ["-Wall", "-Wextra", "-Wconversion", "-Wshadow", "-Werror"]
-SOURCES = ("core/link/line_reader.c", "core/base/trig.c", "tests/gcode/sizes.c")
+SOURCES = (
+    "core/link/line_reader.c",
+    "core/base/power.c",
+    "core/base/trig.c",
+    "tests/gcode/sizes.c",
+    "tests/gcode/compute.c",
+)
 
 
 def gcode_library() -> ctypes.CDLL:

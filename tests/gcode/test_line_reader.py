@@ -16,7 +16,25 @@ OVERFLOW = None
 
 SPICY = st.lists(
     st.sampled_from(
-        [b"G1", b"x2.5", b" ", b"\t", b"\n", b"\r", b"\r\n", b"(", b")", b";", b"/", b"\0", b"\x7f", b"\x80", b"q" * 30]
+        [
+            b"G1",
+            b"x2.5",
+            b" ",
+            b"\t",
+            b"\n",
+            b"\r",
+            b"\r\n",
+            b"(",
+            b")",
+            b";",
+            b"/",
+            b"[",
+            b"#",
+            b"\0",
+            b"\x7f",
+            b"\x80",
+            b"q" * 30,
+        ]
     )
     | st.binary(max_size=4),
     max_size=60,
@@ -30,7 +48,9 @@ def model(stream: bytes) -> list[bytes | None]:
 
 def _filtered(line: bytes) -> bytes | None:
     bare = COMMENT.sub(b"", line)
-    kept = bytes(byte for byte in bare.upper() if 0x20 < byte < 0x80 and byte != ord("/"))
+    kept = bytes(byte for byte in bare.upper() if 0x20 < byte < 0x80)
+    plain = re.match(rb"[^\[#]*", kept)[0]  # behind the first [ or # a slash divides
+    kept = plain.replace(b"/", b"") + kept[len(plain) :]
     return kept if len(kept) <= MAX else OVERFLOW
 
 

@@ -111,7 +111,6 @@ def test_the_stored_length(grbl: Grbl) -> None:
         ("N-1", "error:4"),
         ("N5", "ok"),
         ("G0X1*32", "error:1"),
-        ("#1=2", "error:1"),
         ("[1]", "error:1"),
     ],
 )
