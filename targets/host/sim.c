@@ -2,6 +2,7 @@
  * The sender's side of a simulated job: bytes out, answers in, edges measured. */
 #include "sim.h"
 
+#include "expand.h"
 #include "sim_script.h"
 #include "sim_text.h"
 #include "trace_write.h"
@@ -29,6 +30,8 @@ struct sim {
     size_t writer_count;
 
     struct sim_text text;
+    bool expanded;       /* one line of the file may come several times */
+    uint32_t lines_max;  /* of a program */
     size_t sent;         /* bytes of text.bytes the controller took */
     uint64_t sent_lines; /* whole lines among them, and the one under way */
     bool at_line_start;  /* the next byte begins a line */
@@ -70,6 +73,7 @@ struct sim *sim_create(const struct host_board *board) {
         return NULL;
     sim->board = *board;
     sim->at_line_start = true;
+    sim->lines_max = SIM_LINES_MAX;
     sim->host = host_create(board);
     sim->measure = sim->host != NULL ? measure_create(board->timer_hz) : NULL;
     if (sim->measure == NULL || !trace_add(host_trace(sim->host), measure_events, sim->measure)) {
@@ -228,15 +232,45 @@ const char *sim_at(struct sim *sim, double t_s, const char *line) {
     return script_add(&sim->script, sim->host, t_s, line);
 }
 
+void sim_limit_lines(struct sim *sim, uint32_t lines_max) {
+    sim->lines_max = lines_max;
+}
+
+/* The lines that a program executes. @return 0, or -1 when memory is short */
+static int load_program(struct sim *sim, const char *text, size_t size) {
+    struct sim_text source;
+    const uint32_t *numbers;
+    size_t plain_size;
+    struct expand *expand = expand_create(text, size, EXPAND_AT_ZERO, sim->lines_max);
+    if (expand == NULL || sim_text_make(&source, text, size) != 0) {
+        expand_destroy(expand);
+        return -1;
+    }
+    const char *plain = expand_text(expand, &plain_size);
+    int failed = sim_text_make(&sim->text, plain_size > 0 ? plain : "", plain_size);
+    expand_lines(expand, &numbers);
+    for (uint64_t i = 0; failed == 0 && i < sim->text.line_count; i++)
+        sim->text.line_number[i] = numbers[sim->text.line_number[i] - 1];
+    sim->text.file_lines = source.file_lines;
+    sim->text.percent_lines = source.percent_lines;
+    sim->expanded = true;
+    if (failed == 0 && expand_error(expand) != 0)
+        add_error(sim, expand_error_line(expand), SIM_ERROR, expand_error(expand));
+    sim_text_free(&source);
+    expand_destroy(expand);
+    return failed;
+}
+
 int sim_load(struct sim *sim, const char *text, size_t size, int keep_going) {
     float steps_per_mm[AXIS_COUNT];
     host_steps_per_mm(sim->host, steps_per_mm);
     for (int axis = 0; axis < AXIS_COUNT; axis++)
         sim->steps_per_mm[axis] = (double)steps_per_mm[axis];
-    if (sim_text_make(&sim->text, text, size) != 0)
+    sim->keep_going = keep_going != 0;
+    if ((expand_is_needed(text, size) ? load_program(sim, text, size)
+                                      : sim_text_make(&sim->text, text, size)) != 0)
         return ENOMEM;
     trace_flush(host_trace(sim->host));
-    sim->keep_going = keep_going != 0;
     sim->begin_ticks = sim->end_ticks = host_time_ticks(sim->host);
     measure_begin(sim->measure, sim->begin_ticks, sim->steps_per_mm);
     script_begin(&sim->script, sim->begin_ticks, sim->board.timer_hz);
@@ -331,8 +365,8 @@ int sim_run(struct sim *sim, uint64_t max_events) {
 /* ---- results ---- */
 
 void sim_progress(const struct sim *sim, uint64_t *lines_done, uint64_t *lines_total) {
-    *lines_done = sim->answered > 0 ? file_line(sim, sim->answered - 1) : 0;
-    *lines_total = sim->text.file_lines;
+    *lines_done = sim->expanded ? sim->answered : sim->answered > 0 ? file_line(sim, sim->answered - 1) : 0;
+    *lines_total = sim->expanded ? sim->text.line_count : sim->text.file_lines;
 }
 
 size_t sim_error_count(const struct sim *sim) {

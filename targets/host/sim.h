@@ -22,7 +22,13 @@ void sim_destroy(struct sim *sim);
  * answer. */
 int sim_command(struct sim *sim, const char *line);
 
-/** Load the job; time counts from here. See sim_text.h for how a file becomes lines.
+/** How many lines a program with O words may execute before it counts as endless; SIM_LINES_MAX unless told.
+ */
+enum { SIM_LINES_MAX = 1000000 };
+void sim_limit_lines(struct sim *sim, uint32_t lines_max);
+
+/** Load the job; time counts from here. See sim_text.h for how a file becomes lines. A program with O words
+ * is expanded first (expand.h), from position 0 as after power-on; an error there is an error of its line.
  *  Each line waits for the answer to the one before. Time stands still while the controller works, so that
  * this costs no look-ahead, and nothing behind a bad line is on its way already when the job must stop.
  *  @param keep_going  0: nothing is sent after the first error; 1: errors are collected.
@@ -44,7 +50,8 @@ struct script_event sim_event_at(const struct sim *sim, size_t index);
  *  @return 1 while there is more, 0 when done. */
 int sim_run(struct sim *sim, uint64_t max_events);
 
-/** Lines answered so far, and lines of the file (for a progress bar). */
+/** Lines answered so far, and lines of the file (for a progress bar); of a program with O words, the lines
+ * that it executes. */
 void sim_progress(const struct sim *sim, uint64_t *lines_done, uint64_t *lines_total);
 
 /** What went wrong with a line. */

@@ -1,0 +1,282 @@
+/* SPDX-License-Identifier: MIT */
+#include "expand.h"
+
+#include "config.h"
+#include "gcode/formula.h"
+#include "gcode/program.h"
+#include "link/line_reader.h"
+
+#include <stdbool.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* On a PC there is room. */
+enum { NUMBERED_ROOM = PARAMS_USER_MAX, NAMED_ROOM = 4096 };
+
+/* Of a computed value; fewer where the line would become too long. 1e-4 mm is less than a step. */
+enum { DECIMALS_MOST = 6, DECIMALS_LEAST = 4 };
+
+struct expand {
+    char *text;
+    size_t size, room;
+    uint32_t *numbers;
+    size_t count, count_room;
+    enum status status;
+    uint32_t line;
+    bool short_of_memory;
+};
+
+/** One way through the program. */
+struct run {
+    struct program program;
+    struct gcode_state gcode;
+    struct params params;
+    struct param_numbered numbered[NUMBERED_ROOM];
+    struct param_named named[NAMED_ROOM];
+    bool other; /* what is not known is other than in the first run */
+    struct expand *out;
+};
+
+struct text {
+    const char *bytes;
+    size_t size;
+};
+
+static int32_t read_text(const void *ctx, uint32_t offset, char *bytes, uint32_t size) {
+    const struct text *text = ctx;
+    size_t left = offset < text->size ? text->size - offset : 0;
+    size_t count = left < size ? left : size;
+    memcpy(bytes, text->bytes + offset, count);
+    return (int32_t)count;
+}
+
+/* ---- what comes out ---- */
+
+static void *grown(void *items, size_t wanted, size_t *room, size_t item_size) {
+    while (*room < wanted)
+        *room = *room == 0 ? 1024 : 2 * *room;
+    return realloc(items, *room * item_size);
+}
+
+static bool add_line(struct expand *out, const char *line, uint32_t number) {
+    size_t length = strlen(line);
+    char *text = out->text;
+    uint32_t *numbers = out->numbers;
+    if (out->size + length + 2 > out->room)
+        text = grown(text, out->size + length + 2, &out->room, 1);
+    if (text == NULL)
+        return false;
+    out->text = text;
+    if (out->count + 1 > out->count_room)
+        numbers = grown(numbers, out->count + 1, &out->count_room, sizeof *numbers);
+    if (numbers == NULL)
+        return false;
+    out->numbers = numbers;
+    memcpy(text + out->size, line, length);
+    text[out->size + length] = '\n';
+    out->size += length + 1;
+    numbers[out->count++] = number;
+    return true;
+}
+
+/* ---- one run ---- */
+
+/* Any machine but one at power-on. */
+static void begin_elsewhere(struct gcode_state *gcode) {
+    struct gcode_offsets *offsets = &gcode->offsets;
+    struct gcode_modal *modal = &gcode->modal;
+    double *const rows[] = {offsets->g28_mm, offsets->g30_mm, offsets->g92_mm, gcode->position_mm};
+    for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
+        for (unsigned row = 0; row < sizeof rows / sizeof rows[0]; row++)
+            rows[row][ax] = 1.37 + 3.1 * row + 0.77 * ax;
+        for (unsigned wcs = 0; wcs < WCS_COUNT; wcs++)
+            offsets->wcs_mm[wcs][ax] = -2.19 + 1.3 * wcs + 0.59 * ax;
+    }
+    offsets->tool_length_mm = 0.83;
+    for (unsigned tool = 0; tool < TOOL_COUNT; tool++)
+        offsets->tool_mm[tool] = 5.5f + 0.25f * (float)tool;
+    modal->motion = MOTION_LINEAR;
+    modal->plane = PLANE_YZ;
+    modal->inches = modal->incremental = modal->arc_absolute = true;
+    modal->wcs = 4;
+    modal->spindle = SPINDLE_CW;
+    modal->coolant = COOLANT_FLOOD;
+    modal->tool = modal->tool_in_spindle = 7;
+    modal->feed_mm_s = 1.5f;
+    modal->spindle_rpm = 123.0f;
+    modal->overrides = 0;
+}
+
+/* A probe stops somewhere on its way. */
+static void stop_probe(struct run *run, const struct gcode_move *move) {
+    struct params *params = &run->params;
+    double offset_mm[AXIS_COUNT];
+    gcode_work_offset_mm(&run->gcode, offset_mm);
+    for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
+        double from_mm = run->gcode.position_mm[ax];
+        run->gcode.position_mm[ax] += (run->other ? 0.61803 : 1.0) * (move->target_mm[ax] - from_mm);
+        params->probe_mm[ax] = run->gcode.position_mm[ax] - offset_mm[ax];
+    }
+    params->probe_ok = !run->other;
+}
+
+/* What the machine does with a command, less the motion. @return the program ends */
+static bool follow(struct run *run, const struct gcode_command *command) {
+    gcode_offsets_apply(&run->gcode.offsets, command);
+    gcode_modal_apply(&run->gcode, command);
+    if (command->move.motion == MOTION_PROBE)
+        stop_probe(run, &command->move);
+    else if (command->move.motion != MOTION_NONE)
+        memcpy(run->gcode.position_mm, command->move.target_mm, sizeof run->gcode.position_mm);
+    return command->flow == FLOW_END;
+}
+
+/* The line as it goes over the wire. */
+static enum status compute(struct run *run, struct formula *formula) {
+    const struct param_context context = {
+        .gcode = &run->gcode, .params = &run->params, .line = run->program.line};
+    const char *line = run->program.text;
+    for (unsigned decimals = DECIMALS_MOST; decimals >= DECIMALS_LEAST; decimals--) {
+        enum status status = formula_compute(&context, line, decimals, formula);
+        if (status != STATUS_OK)
+            return status;
+        if (strlen(formula->text) < LINE_SIZE)
+            return params_set(&run->params, formula->sets, formula->set_count);
+    }
+    return STATUS_LINE_TOO_LONG;
+}
+
+/* $ lines and what is no G-code goes through unchanged. */
+static enum status take_line(struct run *run, bool *ends) {
+    struct gcode_command command;
+    struct formula formula;
+    const char *line = run->program.text;
+    if (line[0] != '$' && formula_is(line)) {
+        enum status status = compute(run, &formula);
+        if (status != STATUS_OK)
+            return status;
+        line = formula.text;
+    }
+    if (line[0] == '\0')
+        return STATUS_OK;
+    if (strlen(line) >= LINE_SIZE)
+        return STATUS_LINE_TOO_LONG;
+    if (!add_line(run->out, line, run->program.line))
+        run->out->short_of_memory = *ends = true;
+    else if (gcode_line(&run->gcode, line, &command) == STATUS_OK)
+        *ends = follow(run, &command);
+    return STATUS_OK;
+}
+
+static void go(struct run *run, const struct text *text, uint32_t lines_max) {
+    const struct program_source source = {text, read_text};
+    struct program *program = &run->program;
+    enum status status = program_begin(program, &source, lines_max);
+    bool ends = false;
+    while (status == STATUS_OK && !ends && program_next(program, &run->params, &run->gcode) == PROGRAM_LINE)
+        status = take_line(run, &ends);
+    run->out->status = status != STATUS_OK ? status : program->status;
+    run->out->line = program->line;
+}
+
+/* ---- two runs ---- */
+
+static struct expand *expand_once(const struct text *text, uint32_t lines_max, bool elsewhere, bool other) {
+    struct run *run = calloc(1, sizeof *run);
+    struct expand *out = calloc(1, sizeof *out);
+    if (run == NULL || out == NULL) {
+        free(run);
+        free(out);
+        return NULL;
+    }
+    run->out = out;
+    run->other = other;
+    run->gcode.axes = (axis_mask_t)((1u << AXIS_COUNT) - 1);
+    run->params.numbered = run->numbered;
+    run->params.numbered_room = NUMBERED_ROOM;
+    run->params.named = run->named;
+    run->params.named_room = NAMED_ROOM;
+    gcode_modal_init(&run->gcode.modal);
+    if (elsewhere)
+        begin_elsewhere(&run->gcode);
+    go(run, text, lines_max);
+    free(run);
+    return out;
+}
+
+/* Keep what both have in common; what differs is no secret of the program's. */
+static void compare(struct expand *first, const struct expand *second) {
+    const char *a = first->text, *b = second->text;
+    size_t same = 0, bytes = 0;
+    while (same < first->count && same < second->count) {
+        size_t length =
+            (size_t)((const char *)memchr(a + bytes, '\n', first->size - bytes) + 1 - (a + bytes));
+        if (bytes + length > second->size || memcmp(a + bytes, b + bytes, length) != 0)
+            break;
+        bytes += length;
+        same++;
+    }
+    if (same == first->count && same == second->count && first->status == second->status &&
+        first->line == second->line)
+        return;
+    if (same < first->count)
+        first->line = first->numbers[same];
+    else if (same < second->count)
+        first->line = second->numbers[same];
+    first->status = STATUS_MACHINE_ONLY;
+    first->count = same;
+    first->size = bytes;
+}
+
+struct expand *expand_create(const char *text, size_t size, enum expand_start start, uint32_t lines_max) {
+    const struct text whole = {text, size};
+    struct expand *first = expand_once(&whole, lines_max, false, false);
+    struct expand *second = expand_once(&whole, lines_max, start == EXPAND_ANYWHERE, true);
+    bool made = first != NULL && second != NULL && !first->short_of_memory && !second->short_of_memory;
+    if (made)
+        compare(first, second);
+    expand_destroy(second);
+    if (made)
+        return first;
+    expand_destroy(first);
+    return NULL;
+}
+
+void expand_destroy(struct expand *expand) {
+    if (expand == NULL)
+        return;
+    free(expand->text);
+    free(expand->numbers);
+    free(expand);
+}
+
+int expand_error(const struct expand *expand) {
+    return (int)expand->status;
+}
+
+uint32_t expand_error_line(const struct expand *expand) {
+    return expand->line;
+}
+
+const char *expand_text(const struct expand *expand, size_t *size) {
+    *size = expand->size;
+    return expand->text;
+}
+
+size_t expand_lines(const struct expand *expand, const uint32_t **numbers) {
+    *numbers = expand->numbers;
+    return expand->count;
+}
+
+int expand_is_needed(const char *text, size_t size) {
+    struct line_reader reader;
+    enum line_result result = LINE_NONE;
+    line_reader_reset(&reader);
+    for (size_t taken = 0; taken < size;) {
+        taken += line_reader_take(&reader, (const uint8_t *)text + taken, size - taken, &result);
+        if (result == LINE_READY && program_is_jump(reader.text))
+            return 1;
+    }
+    line_reader_put(&reader, '\n');
+    return program_is_jump(reader.text);
+}
