@@ -38,6 +38,8 @@ void hal_digital_set(struct hal *hal, uint8_t bits);
  * others: 1 = asks for its action; the board file knows their polarity. */
 struct hal_inputs {
     axis_mask_t limit_min, limit_max; /* a board with one line an axis reports it in both */
+    axis_mask_t second_min,
+        second_max; /* the same of the second motors; only hal_ganged.axes are looked at */
     bool probe;
     bool door, hold, start, reset, estop;
 };
@@ -47,6 +49,16 @@ void hal_inputs_read(const struct hal *hal, struct hal_inputs *inputs);
 
 /** [task] From now on hal_step_probe() is true while the level of the probe line is this. */
 void hal_probe_watch(struct hal *hal, bool high);
+
+/** Axes with two motors, one at each side of a gantry. Both make every step of their axis; the target's step
+ * masks see to that, and the step ISR knows nothing of it. Homing lets one of them wait, so that each finds
+ * its own switch. A machine without such axes has none of this. */
+struct hal_ganged {
+    axis_mask_t axes;
+    /** [task, nothing moves] From now on the first motors of these axes make no steps, nor the second ones of
+     * those; 0, 0: all make theirs. */
+    void (*hold)(struct hal *hal, axis_mask_t first, axis_mask_t second);
+};
 
 /** Keeps values over a power cut. A power cut at any moment leaves the old or the new value of a key, never a
  * mix. Chosen at run time; a machine without one forgets. */

@@ -1,17 +1,19 @@
 /* SPDX-License-Identifier: MIT
  * Homing: find the switches, fast and then slowly, and call what was found the end of the travel.
  *
- *   per cycle (Z; X and Y; A; B; C):  seek -> settle -> back off -> approach -> settle -> back off
+ *   per cycle (Z; X and Y; A; B; C):  seek -> settle -> level -> back off -> approach -> settle -> level ->
+ * back off
  *
  * Unlike Grbl the axes slow down within their limits when a switch closes: machine_edge_isr() has kept the
  * exact step at which it did, and everything is measured from there. When one of two axes has found its
- * switch, the other goes on alone. */
+ * switch, the other goes on alone; so does one of two motors of an axis (square.h). */
 #include "machine/inner.h"
+#include "machine/square.h"
 
 #define SEEK_TRAVEL       1.5 /* travels */
 #define APPROACH_PULL_OFF 5.0 /* pull-offs */
 
-enum { SEEK, SEEK_SETTLE, BACK_OFF, APPROACH, APPROACH_SETTLE, LAST_BACK_OFF, STEP_COUNT };
+enum { SEEK, SEEK_SETTLE, LEVEL, BACK_OFF, APPROACH, APPROACH_SETTLE, LAST_LEVEL, LAST_BACK_OFF };
 
 static const axis_mask_t cycles[] = {1u << AXIS_Z, 1u << AXIS_X | 1u << AXIS_Y, 1u << AXIS_A, 1u << AXIS_B,
                                      1u << AXIS_C};
@@ -25,7 +27,7 @@ static axis_mask_t axes_with_ends(const struct machine *machine) {
     return (axis_mask_t)axes;
 }
 
-static double direction(const struct machine *machine, unsigned axis) {
+double homing_direction(const struct machine *machine, unsigned axis) {
     return (machine->settings.homing_dir_mask >> axis & 1) != 0 ? -1.0 : 1.0;
 }
 
@@ -56,37 +58,35 @@ static void look(struct machine *machine) {
         if ((homing->left >> ax & 1) != 0 && travel_mm > way_mm)
             way_mm = travel_mm;
     }
-    for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
-        target_mm[ax] = machine->motion.plan.position_mm[ax] + direction(machine, ax) * way_mm;
+    for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
+        double reach_mm = square_is_half(machine, ax) ? square_reach_mm(machine, ax) : way_mm;
+        target_mm[ax] = machine->motion.plan.position_mm[ax] + homing_direction(machine, ax) * reach_mm;
+    }
     move(machine, homing->left, target_mm,
          seek ? settings->homing_seek_mm_min : settings->homing_feed_mm_min);
 }
 
-/* A switch that is closed when the search begins counts from here. */
 static void begin_search(struct machine *machine) {
-    struct homing *homing = &machine->homing;
-    machine->edges.latch = 0;
-    machine->edges.latched = 0;
-    homing->left = homing->axes;
-    machine->edges.latch = homing->axes;
-    machine_edge_isr(machine);
-    homing->left &= (axis_mask_t)~machine->edges.latched;
-    if (homing->left != 0)
+    square_search(machine);
+    if (machine->homing.left != 0)
         look(machine);
 }
 
-static void back_off(struct machine *machine) {
+/* All axes of the cycle by so many steps, those with 0 not at all. */
+static void move_steps(struct machine *machine, const int32_t steps[AXIS_COUNT]) {
     const struct settings *settings = &machine->settings;
     double target_mm[AXIS_COUNT];
+    unsigned axes = 0;
     for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
-        double at_mm = (double)machine->edges.at[ax] / (double)settings->steps_per_mm[ax];
-        target_mm[ax] = at_mm - direction(machine, ax) * (double)settings->homing_pull_off_mm;
+        target_mm[ax] = (double)(machine->homing.from[ax] + steps[ax]) / (double)settings->steps_per_mm[ax];
+        axes |= steps[ax] != 0 ? 1u << ax : 0;
     }
-    machine->edges.latch = 0;
-    move(machine, machine->homing.axes, target_mm, settings->homing_seek_mm_min);
+    if (axes != 0)
+        move(machine, (axis_mask_t)axes, target_mm, settings->homing_seek_mm_min);
 }
 
 static void begin_step(struct machine *machine, uint8_t step) {
+    int32_t steps[AXIS_COUNT];
     machine->homing.step = step;
     switch (step) {
     case SEEK:
@@ -97,10 +97,15 @@ static void begin_step(struct machine *machine, uint8_t step) {
     case APPROACH_SETTLE:
         machine_timer_start(machine, &machine->timer, machine->settings.homing_debounce_ms * 1000u);
         return;
+    case LEVEL:
+    case LAST_LEVEL:
+        square_level(machine, steps);
+        break;
     default:
-        back_off(machine);
-        return;
+        square_back_off(machine, steps);
+        break;
     }
+    move_steps(machine, steps);
 }
 
 /* @return false: that was the last cycle */
@@ -110,6 +115,7 @@ static bool begin_cycle(struct machine *machine) {
         homing->axes = cycles[homing->next++] & homing->asked;
         if (homing->axes == 0)
             continue;
+        square_begin(machine);
         begin_step(machine, SEEK);
         return true;
     }
@@ -127,6 +133,7 @@ enum status homing_begin(struct machine *machine, const char *letters) {
             return STATUS_UNKNOWN_COMMAND;
         asked |= 1u << ax;
     }
+    square_release(machine);
     *homing = (struct homing){.asked = letters[0] == '\0' ? axes_with_ends(machine) : (axis_mask_t)asked};
     machine_transition(machine, MACHINE_HOMES);
     machine_apply_override(machine);
@@ -142,8 +149,8 @@ static void set_machine_position(struct machine *machine) {
     machine_position(machine, position);
     for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
         double pull_off_mm = (double)settings->homing_pull_off_mm;
-        double mm =
-            direction(machine, ax) > 0.0 ? -pull_off_mm : pull_off_mm - (double)settings->max_travel_mm[ax];
+        double mm = homing_direction(machine, ax) > 0.0 ? -pull_off_mm
+                                                        : pull_off_mm - (double)settings->max_travel_mm[ax];
         double steps = mm * (double)settings->steps_per_mm[ax];
         if ((machine->homing.axes >> ax & 1) != 0)
             position[ax] = (int32_t)(steps < 0.0 ? steps - 0.5 : steps + 0.5);
@@ -158,7 +165,9 @@ static enum task_stage fail(struct machine *machine, enum alarm alarm) {
 }
 
 static enum task_stage end_back_off(struct machine *machine) {
-    if ((inputs_homing(machine, &machine->inputs) & machine->homing.axes) != 0)
+    unsigned closed = inputs_homing(machine, &machine->inputs, FIRST_MOTOR) |
+                      inputs_homing(machine, &machine->inputs, SECOND_MOTOR);
+    if ((closed & machine->homing.axes) != 0)
         return fail(machine, ALARM_HOMING_PULL_OFF);
     if (machine->homing.step == BACK_OFF) {
         begin_step(machine, APPROACH);
@@ -173,14 +182,21 @@ static enum task_stage end_back_off(struct machine *machine) {
     return TASK_NONE;
 }
 
+/* Nothing within reach: if only second switches are missing, the gantry is too crooked, or one is broken. */
+static enum alarm alarm_missed(const struct machine *machine) {
+    const struct homing *homing = &machine->homing;
+    for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
+        if ((homing->left >> ax & 1) != 0 && !square_is_half(machine, ax))
+            return ALARM_HOMING_MISSED;
+    return ALARM_SQUARING;
+}
+
 /* Standing: some switch was found, or none within reach. */
 static enum task_stage end_search(struct machine *machine) {
     struct homing *homing = &machine->homing;
-    axis_mask_t found = machine->edges.latched & homing->left;
     machine_drop_motion(machine);
-    if (homing->left != 0 && found == 0)
-        return fail(machine, ALARM_HOMING_MISSED);
-    homing->left &= (axis_mask_t)~found;
+    if (!square_take(machine) && homing->left != 0)
+        return fail(machine, alarm_missed(machine));
     if (homing->left != 0)
         look(machine);
     else
@@ -191,12 +207,13 @@ static enum task_stage end_search(struct machine *machine) {
 enum task_stage homing_poll(struct machine *machine) {
     const struct homing *homing = &machine->homing;
     bool searches = homing->step == SEEK || homing->step == APPROACH;
-    if (searches && (machine->edges.latched & homing->left) != 0)
+    if (searches && square_has_news(machine))
         motion_hold(&machine->motion);
     if (machine_timer_runs(machine, &machine->timer) || !machine_is_stopped(machine))
         return TASK_HOMING;
     if (searches)
         return end_search(machine);
+    square_stand(machine);
     if (homing->step == BACK_OFF || homing->step == LAST_BACK_OFF)
         return end_back_off(machine);
     begin_step(machine, (uint8_t)(homing->step + 1));

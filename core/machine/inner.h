@@ -84,8 +84,10 @@ void realtime_enable(struct machine *machine, uint8_t overrides);
 bool inputs_poll(struct machine *machine);
 /** Limit switches that are hit, by $5. */
 axis_mask_t inputs_limits(const struct machine *machine, const struct hal_inputs *inputs);
-/** Only those at the ends to which the axes home ($23). */
-axis_mask_t inputs_homing(const struct machine *machine, const struct hal_inputs *inputs);
+/** Only those at the ends to which the axes home ($23). @param motor  FIRST_MOTOR or SECOND_MOTOR */
+axis_mask_t inputs_homing(const struct machine *machine, const struct hal_inputs *inputs, unsigned motor);
+/** Axes with a second motor. */
+axis_mask_t inputs_ganged(const struct machine *machine);
 /** The probe touches, by $6. */
 bool inputs_probe(const struct machine *machine, const struct hal_inputs *inputs);
 bool inputs_door_is_open(const struct machine *machine);
@@ -135,6 +137,8 @@ enum task_stage probe_poll(struct machine *machine);
 /** @param letters  axes behind $H, "" = all of them */
 enum status homing_begin(struct machine *machine, const char *letters);
 enum task_stage homing_poll(struct machine *machine);
+/** 1, or -1 where $23 says that the axis homes towards its negative end. */
+double homing_direction(const struct machine *machine, unsigned axis);
 
 /* command.c */
 /** A $ line (without line end). Answers it, unless it became a task. */

@@ -2,16 +2,27 @@
  * Switches and buttons. */
 #include "machine/inner.h"
 
-axis_mask_t inputs_limits(const struct machine *machine, const struct hal_inputs *inputs) {
-    unsigned hit = machine->settings.limit_invert ? (unsigned)inputs->limit_min | inputs->limit_max
-                                                  : ~((unsigned)inputs->limit_min & inputs->limit_max);
-    return (axis_mask_t)(hit & machine->gcode.axes);
+#include <stddef.h>
+
+axis_mask_t inputs_ganged(const struct machine *machine) {
+    const struct hal_ganged *ganged = machine->board.ganged;
+    return ganged != NULL ? (axis_mask_t)(ganged->axes & machine->gcode.axes) : 0;
 }
 
-axis_mask_t inputs_homing(const struct machine *machine, const struct hal_inputs *inputs) {
+axis_mask_t inputs_limits(const struct machine *machine, const struct hal_inputs *inputs) {
+    unsigned flip = machine->settings.limit_invert ? 0 : ~0u;
+    unsigned first = (inputs->limit_min ^ flip) | (inputs->limit_max ^ flip);
+    unsigned second = (inputs->second_min ^ flip) | (inputs->second_max ^ flip);
+    return (axis_mask_t)((first | (second & inputs_ganged(machine))) & machine->gcode.axes);
+}
+
+axis_mask_t inputs_homing(const struct machine *machine, const struct hal_inputs *inputs, unsigned motor) {
     unsigned to_min = machine->settings.homing_dir_mask;
-    unsigned high = (inputs->limit_min & to_min) | (inputs->limit_max & ~to_min);
-    return (axis_mask_t)((machine->settings.limit_invert ? high : ~high) & machine->gcode.axes);
+    unsigned low = motor == FIRST_MOTOR ? inputs->limit_min : inputs->second_min;
+    unsigned high = motor == FIRST_MOTOR ? inputs->limit_max : inputs->second_max;
+    unsigned level = (low & to_min) | (high & ~to_min);
+    axis_mask_t axes = motor == FIRST_MOTOR ? machine->gcode.axes : inputs_ganged(machine);
+    return (axis_mask_t)((machine->settings.limit_invert ? level : ~level) & axes);
 }
 
 bool inputs_probe(const struct machine *machine, const struct hal_inputs *inputs) {
@@ -24,6 +35,21 @@ bool inputs_door_is_open(const struct machine *machine) {
 
 static bool hard_limits_watch(const struct machine *machine) {
     return machine->settings.hard_limits && machine->state != MACHINE_ALARM && machine->state != MACHINE_HOME;
+}
+
+/* Remember where the switches come on that homing looks for. */
+static void latch_switches(struct machine *machine, const struct hal_inputs *inputs, unsigned motor) {
+    struct machine_edges *edges = &machine->edges;
+    axis_mask_t latch = inputs_homing(machine, inputs, motor) & edges->latch[motor];
+    latch &= (axis_mask_t)~edges->latched[motor];
+    int32_t position[AXIS_COUNT];
+    if (latch == 0)
+        return;
+    machine_position(machine, position);
+    for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
+        if ((latch >> ax & 1) != 0)
+            edges->at[motor][ax] = position[ax];
+    edges->latched[motor] |= latch;
 }
 
 void machine_edge_isr(struct machine *machine) {
@@ -39,15 +65,9 @@ void machine_edge_isr(struct machine *machine) {
         edges->hard_limit = true;
     if (edges->estop || edges->hard_limit)
         step_halt(&machine->step);
-    axis_mask_t latch = inputs_homing(machine, &inputs) & edges->latch & (axis_mask_t)~edges->latched;
-    if (latch == 0)
-        return;
-    int32_t position[AXIS_COUNT];
-    machine_position(machine, position);
-    for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
-        if ((latch >> ax & 1) != 0)
-            edges->at[ax] = position[ax];
-    edges->latched |= latch;
+    for (unsigned motor = 0; motor < MOTOR_COUNT; motor++)
+        if (edges->latch[motor] != 0)
+            latch_switches(machine, &inputs, motor);
 }
 
 static uint32_t pressed(const struct hal_inputs *now, const struct hal_inputs *before) {

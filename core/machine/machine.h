@@ -28,9 +28,10 @@ struct machine_board {
     uint32_t timer_hz;
     uint32_t step_pulse_ns; /* used unless $0 asks for another; $0 starts at this, in whole us */
     uint32_t dir_setup_ns;
-    uint32_t max_step_rate_hz;     /* of one axis */
-    uint8_t axis_count;            /* 1 .. AXIS_COUNT */
-    const struct hal_store *store; /* NULL: nothing is kept */
+    uint32_t max_step_rate_hz;       /* of one axis */
+    uint8_t axis_count;              /* 1 .. AXIS_COUNT */
+    const struct hal_ganged *ganged; /* NULL: every axis has one motor */
+    const struct hal_store *store;   /* NULL: nothing is kept */
     const void *store_ctx;
 };
 
@@ -59,6 +60,7 @@ enum alarm {
     ALARM_HOMING_DOOR = 7,
     ALARM_HOMING_PULL_OFF = 8, /* the switch did not open */
     ALARM_HOMING_MISSED = 9,   /* the switch was not found */
+    ALARM_SQUARING = 10,       /* the second motor's switch was not found near the first one's */
     ALARM_ESTOP = 50,
 };
 
@@ -118,19 +120,26 @@ struct line_notes {
     struct line_note slots[LINE_NOTES];
 };
 
-/** How far homing is; machine/homing.c. */
+/** Motors of an axis. */
+enum { FIRST_MOTOR, SECOND_MOTOR, MOTOR_COUNT };
+
+/** How far homing is; machine/homing.c. From `found` on: machine/square.c. */
 struct homing {
     uint8_t cycle, step, next;
-    axis_mask_t asked, axes, left; /* of $H; of this cycle; of these still looking for their switch */
+    axis_mask_t asked, axes, left;  /* of $H; of this cycle; of these still looking for their switch */
+    axis_mask_t found[MOTOR_COUNT]; /* motors whose switch is found */
+    axis_mask_t held[MOTOR_COUNT];  /* motors that wait for the other one */
+    int32_t motor[MOTOR_COUNT][AXIS_COUNT]; /* where each stands: steps it has made */
+    int32_t from[AXIS_COUNT];               /* counters when the present motion began */
 };
 
 /** Written by machine_edge_isr() too. */
 struct machine_edges {
-    axis_mask_t known; /* limits active at the last edge */
-    axis_mask_t latch; /* homing: remember where these come on */
-    volatile axis_mask_t latched;
-    int32_t at[AXIS_COUNT];          /* steps, where latched */
-    volatile bool hard_limit, estop; /* seen, motion is halted */
+    axis_mask_t known;              /* limits active at the last edge */
+    axis_mask_t latch[MOTOR_COUNT]; /* homing: remember where the switches of these motors come on */
+    volatile axis_mask_t latched[MOTOR_COUNT];
+    int32_t at[MOTOR_COUNT][AXIS_COUNT]; /* steps, where latched */
+    volatile bool hard_limit, estop;     /* seen, motion is halted */
 };
 
 struct machine {

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT
  * Alarms, resets, and what is said after them. */
 #include "machine/inner.h"
+#include "machine/square.h"
 
 #define QUIET_US 500000u /* after an alarm, as Grbl: senders get it before anything else */
 
@@ -17,7 +18,8 @@ static void stop(struct machine *machine) {
     step_flush(&machine->step);
     machine_stand_at(machine, position);
     machine->cancelling = false;
-    machine->edges.latch = 0;
+    machine->edges.latch[FIRST_MOTOR] = machine->edges.latch[SECOND_MOTOR] = 0;
+    square_release(machine);
     machine->edges.hard_limit = machine->edges.estop = false;
     machine->timer.on = false;
 }

@@ -55,7 +55,7 @@ static const char *read_input(const struct host *host, const struct words *words
     action->input = virtual_input_number(name);
     if (action->input < 0)
         return "no such command or input";
-    bool button = action->input >= VIRTUAL_HOLD;
+    bool button = action->input >= VIRTUAL_HOLD && action->input <= VIRTUAL_RESET;
     const char *level = words->count == used ? "on" : words->word[used];
     if (words->count > used + 1 || (!is(level, "on") && !is(level, "off")))
         return "an input is on or off";
@@ -80,6 +80,17 @@ static const char *read_travel(const struct host *host, const struct words *word
         action->steps[0] >= action->steps[1])
         return "travel AXIS LOW HIGH, in mm";
     return NULL;
+}
+
+static const char *read_skew(const struct host *host, const struct words *words,
+                             struct hands_action *action) {
+    const char *name =
+        words->count == 3 && strlen(words->word[1]) == 1 ? strchr(axis_names, words->word[1][0]) : NULL;
+    action->kind = HANDS_SKEW;
+    if (name == NULL)
+        return "skew AXIS MM";
+    action->axis = (unsigned)(name - axis_names);
+    return read_steps(host, action->axis, words->word[2], &action->steps[0]) ? NULL : "skew AXIS MM";
 }
 
 static const char *read_surface(const struct host *host, const struct words *words,
@@ -143,8 +154,11 @@ const char *hands_read(const struct host *host, const char *line, struct hands_a
     static const struct {
         const char *name;
         const char *(*read)(const struct host *host, const struct words *words, struct hands_action *action);
-    } commands[] = {
-        {"travel", read_travel}, {"surface", read_surface}, {"place", read_place}, {"ramp", read_ramp}};
+    } commands[] = {{"travel", read_travel},
+                    {"surface", read_surface},
+                    {"place", read_place},
+                    {"ramp", read_ramp},
+                    {"skew", read_skew}};
     struct words words;
     *action = (struct hands_action){0};
     split(&words, line);
@@ -191,6 +205,9 @@ void hands_do(struct host *host, const struct hands_action *action) {
         return;
     case HANDS_PLACE:
         virtual_place(host, action->steps);
+        return;
+    case HANDS_SKEW:
+        virtual_skew(host, action->axis, action->steps[0]);
         return;
     case HANDS_RAMP:
         virtual_spindle_ramp(host, action->rpm_s);

@@ -8,6 +8,7 @@
  * same, rapid 100|50|25 travel AXIS LOW HIGH  limit switches, mm of true position; travel AXIS off: none
  *   surface Z|off         what the probe touches, mm
  *   place X [Y [Z ...]]   the machine stands here now, mm
+ *   skew AXIS MM          the second motor of this axis stands so far beyond the first, mm
  *   ramp RPM              spindle's change of speed in a second; 0: at once
  *
  * hands_read() only reads: a line that is wrong changes nothing. One thread, as the host. */
@@ -32,18 +33,20 @@ enum hands_kind {
     HANDS_SURFACE,
     HANDS_NO_SURFACE,
     HANDS_PLACE,
+    HANDS_SKEW,
     HANDS_RAMP,
 };
 
 /** One thing to do. */
 struct hands_action {
     enum hands_kind kind;
-    int input;                 /* HANDS_INPUT, HANDS_PRESS: enum virtual_input */
-    bool active;               /* HANDS_INPUT */
-    uint8_t byte;              /* HANDS_REALTIME */
-    unsigned axis;             /* HANDS_TRAVEL, HANDS_NO_TRAVEL */
-    int32_t steps[AXIS_COUNT]; /* HANDS_TRAVEL: low, high; HANDS_SURFACE: Z; HANDS_PLACE: all */
-    float rpm_s;               /* HANDS_RAMP */
+    int input;     /* HANDS_INPUT, HANDS_PRESS: enum virtual_input */
+    bool active;   /* HANDS_INPUT */
+    uint8_t byte;  /* HANDS_REALTIME */
+    unsigned axis; /* HANDS_TRAVEL, HANDS_NO_TRAVEL, HANDS_SKEW */
+    int32_t
+        steps[AXIS_COUNT]; /* HANDS_TRAVEL: low, high; HANDS_SURFACE: Z; HANDS_SKEW: by; HANDS_PLACE: all */
+    float rpm_s;           /* HANDS_RAMP */
 };
 
 /** Understand a line; millimetres become steps by the controller's present $100.. .

@@ -45,11 +45,14 @@ struct host *host_open(const struct host_board *board, const char *store_path) {
         .dir_setup_ns = board->dir_setup_ns,
         .max_step_rate_hz = board->max_step_rate_hz,
         .axis_count = board->axis_count,
+        .ganged = board->ganged != 0 ? &host->hal.ganged : NULL,
         .store = store_path != NULL ? &host_store : NULL,
         .store_ctx = host->store_path,
     };
     const struct text_out out = {.write = append_out, .ctx = host};
     host->input_follows = 1;
+    host->hal.ganged = (struct hal_ganged){.axes = board->ganged, .hold = virtual_hold_motors};
+    host->hal.virtual_machine.ganged = board->ganged;
     host->hal.step.write = host->trace.events;
     host->seen = host->trace.events;
     host->hal.timer_hz = board->timer_hz;

@@ -69,8 +69,10 @@ bool host_follow_edges(struct host *host) {
 /* From now on every edge counts. Until now the controller's own counter was true. */
 static struct virtual_machine *follow(struct host *host) {
     struct virtual_machine *machine = &host->hal.virtual_machine;
-    if (!machine->follows)
+    if (!machine->follows) {
         machine_position(&host->machine, machine->position);
+        memcpy(machine->second, machine->position, sizeof machine->second);
+    }
     machine->follows = true;
     return machine;
 }
@@ -137,7 +139,26 @@ void virtual_no_surface(struct host *host) {
 
 void virtual_place(struct host *host, const int32_t steps[AXIS_COUNT]) {
     memcpy(follow(host)->position, steps, sizeof host->hal.virtual_machine.position);
+    memcpy(host->hal.virtual_machine.second, steps, sizeof host->hal.virtual_machine.second);
     update(host);
+}
+
+void virtual_skew(struct host *host, unsigned axis, int32_t steps) {
+    struct virtual_machine *machine = follow(host);
+    machine->second[axis] = machine->position[axis] + steps;
+    update(host);
+}
+
+void virtual_second_position(const struct host *host, int32_t steps[AXIS_COUNT]) {
+    const struct virtual_machine *machine = &host->hal.virtual_machine;
+    virtual_position(host, steps);
+    for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
+        steps[ax] = machine->follows && (machine->ganged >> ax & 1) != 0 ? machine->second[ax] : steps[ax];
+}
+
+void virtual_hold_motors(struct hal *hal, axis_mask_t first, axis_mask_t second) {
+    hal->virtual_machine.first_waits = first;
+    hal->virtual_machine.second_waits = second;
 }
 
 void virtual_position(const struct host *host, int32_t steps[AXIS_COUNT]) {

@@ -3,6 +3,7 @@
 #ifndef WIFICNC_HOST_INNER_H
 #define WIFICNC_HOST_INNER_H
 
+#include "hal/hal.h"
 #include "hal/hal_step.h"
 #include "host.h"
 #include "machine/machine.h"
@@ -13,6 +14,7 @@ struct hal {
     uint32_t timer_hz;
     uint32_t timer_mhz_q8; /* ticks per us, 24.8 */
     struct virtual_machine virtual_machine;
+    struct hal_ganged ganged;
     bool probe_high; /* level that the step ISR watches for */
 };
 

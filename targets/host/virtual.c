@@ -14,6 +14,10 @@ bool virtual_update(struct virtual_machine *machine) {
             levels |= BIT(VIRTUAL_LIMIT_MIN + ax);
         if ((machine->has_high >> ax & 1) != 0 && machine->position[ax] >= machine->high[ax])
             levels |= BIT(VIRTUAL_LIMIT_MAX + ax);
+        if ((machine->ganged & machine->has_low) >> ax & 1 && machine->second[ax] <= machine->low[ax])
+            levels |= BIT(VIRTUAL_SECOND_MIN + ax);
+        if ((machine->ganged & machine->has_high) >> ax & 1 && machine->second[ax] >= machine->high[ax])
+            levels |= BIT(VIRTUAL_SECOND_MAX + ax);
     }
     if (machine->has_surface && machine->position[AXIS_Z] <= machine->surface)
         levels |= BIT(VIRTUAL_PROBE);
@@ -23,8 +27,11 @@ bool virtual_update(struct virtual_machine *machine) {
 }
 
 bool virtual_step(struct virtual_machine *machine, uint8_t step_mask, uint8_t dir_mask) {
-    for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
-        machine->position[ax] += (step_mask >> ax & 1) * (1 - 2 * (dir_mask >> ax & 1));
+    for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
+        int32_t step = (step_mask >> ax & 1) * (1 - 2 * (dir_mask >> ax & 1));
+        machine->position[ax] += (machine->first_waits >> ax & 1) != 0 ? 0 : step;
+        machine->second[ax] += (machine->second_waits >> ax & 1) != 0 ? 0 : step;
+    }
     return virtual_update(machine);
 }
 
@@ -49,6 +56,8 @@ void virtual_read(const struct virtual_machine *machine, struct hal_inputs *inpu
     *inputs = (struct hal_inputs){
         .limit_min = (axis_mask_t)(~(levels >> VIRTUAL_LIMIT_MIN) & axes),
         .limit_max = (axis_mask_t)(~(levels >> VIRTUAL_LIMIT_MAX) & axes),
+        .second_min = (axis_mask_t)(~(levels >> VIRTUAL_SECOND_MIN) & axes),
+        .second_max = (axis_mask_t)(~(levels >> VIRTUAL_SECOND_MAX) & axes),
         .probe = (levels & BIT(VIRTUAL_PROBE)) == 0,
         .door = (levels & BIT(VIRTUAL_DOOR)) != 0,
         .hold = (levels & BIT(VIRTUAL_HOLD)) != 0,
@@ -83,8 +92,11 @@ int virtual_input_number(const char *name) {
     static const struct {
         const char *prefix;
         int first;
-    } limits[] = {
-        {"limit-min-", VIRTUAL_LIMIT_MIN}, {"limit-max-", VIRTUAL_LIMIT_MAX}, {"limit-", VIRTUAL_LIMIT_MIN}};
+    } limits[] = {{"limit-min-", VIRTUAL_LIMIT_MIN},
+                  {"limit-max-", VIRTUAL_LIMIT_MAX},
+                  {"limit-", VIRTUAL_LIMIT_MIN},
+                  {"second-min-", VIRTUAL_SECOND_MIN},
+                  {"second-max-", VIRTUAL_SECOND_MAX}};
     for (int i = 0; i < (int)(sizeof others / sizeof others[0]); i++)
         if (strcmp(name, others[i]) == 0)
             return VIRTUAL_PROBE + i;

@@ -19,9 +19,11 @@
 #include <stdint.h>
 
 struct host;
+struct hal;
 struct hal_inputs;
 
-/** The input lines. Limits: VIRTUAL_LIMIT_MIN + axis, VIRTUAL_LIMIT_MAX + axis. */
+/** The input lines. Limits: VIRTUAL_LIMIT_MIN + axis, VIRTUAL_LIMIT_MAX + axis; VIRTUAL_SECOND_ of the second
+ * motors. */
 enum virtual_input {
     VIRTUAL_LIMIT_MIN = 0,
     VIRTUAL_LIMIT_MAX = VIRTUAL_LIMIT_MIN + AXIS_COUNT,
@@ -31,7 +33,9 @@ enum virtual_input {
     VIRTUAL_HOLD,
     VIRTUAL_START,
     VIRTUAL_RESET,
-    VIRTUAL_INPUT_COUNT
+    VIRTUAL_SECOND_MIN,
+    VIRTUAL_SECOND_MAX = VIRTUAL_SECOND_MIN + AXIS_COUNT,
+    VIRTUAL_INPUT_COUNT = VIRTUAL_SECOND_MAX + AXIS_COUNT
 };
 
 enum { VIRTUAL_EVENTS_MAX = 256 };
@@ -58,6 +62,9 @@ struct virtual_machine {
     int32_t position[AXIS_COUNT];              /* true position, steps */
     int32_t low[AXIS_COUNT], high[AXIS_COUNT]; /* switches: active at or beyond */
     axis_mask_t has_low, has_high;
+    axis_mask_t ganged;                    /* axes with a second motor */
+    int32_t second[AXIS_COUNT];            /* true positions of the second motors, steps */
+    axis_mask_t first_waits, second_waits; /* motors that make no steps now */
     bool has_surface;
     int32_t surface;
     bool follows; /* the true position matters: every step edge is looked at */
@@ -72,8 +79,8 @@ struct virtual_machine {
 /** The machine behind a controller. It lives as long as the host. */
 struct virtual_machine *host_virtual(struct host *host);
 
-/** Number of an input by name: "limit-min-x" .. "limit-max-c", "limit-x" (= min), "probe", "door", "estop",
- * "hold", "start", "reset". @return -1: there is none of that name. */
+/** Number of an input by name: "limit-min-x" .. "limit-max-c", "limit-x" (= min), "second-min-x" .., "probe",
+ * "door", "estop", "hold", "start", "reset". @return -1: there is none of that name. */
 int virtual_input_number(const char *name);
 
 /** Now, before the controller goes on. The level is what is set here or what the position says, whichever is
@@ -99,7 +106,16 @@ void virtual_no_surface(struct host *host);
 /** The machine stands here now, as if pushed by hand; power-on is 0 everywhere. */
 void virtual_place(struct host *host, const int32_t steps[AXIS_COUNT]);
 
-/** Where it stands: pulses since the last virtual_place(), exact. */
+/** The gantry is crooked now: the second motor of this axis stands so many steps beyond the first. */
+void virtual_skew(struct host *host, unsigned axis, int32_t steps);
+
+/** Where the second motor stands; as virtual_position() for axes without one. */
+void virtual_second_position(const struct host *host, int32_t steps[AXIS_COUNT]);
+
+/** struct hal_ganged.hold of the virtual machine. */
+void virtual_hold_motors(struct hal *hal, axis_mask_t first, axis_mask_t second);
+
+/** Where it stands (the first motors): pulses since the last virtual_place(), exact. */
 void virtual_position(const struct host *host, int32_t steps[AXIS_COUNT]);
 
 /** How fast the spindle changes its speed, rpm/s; 0 = at once (power-on state). */

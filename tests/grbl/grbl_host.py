@@ -29,6 +29,7 @@ class Board(ctypes.Structure):
         ("dir_setup_ns", ctypes.c_uint32),
         ("max_step_rate_hz", ctypes.c_uint32),
         ("axis_count", ctypes.c_uint8),
+        ("ganged", ctypes.c_uint8),
     )
 
 
@@ -69,6 +70,8 @@ def _library() -> ctypes.CDLL:
     lib.virtual_surface.argtypes = (host, ctypes.c_int32)
     lib.virtual_place.argtypes = (host, Steps)
     lib.virtual_position.argtypes = (host, Steps)
+    lib.virtual_skew.argtypes = (host, ctypes.c_uint, ctypes.c_int32)
+    lib.virtual_second_position.argtypes = (host, Steps)
     lib.virtual_outputs.argtypes = (host, ctypes.POINTER(Outputs))
     lib.host_trace.argtypes = (host,)
     lib.host_trace.restype = host
@@ -82,8 +85,8 @@ LIB = _library()
 class Grbl:
     """One controller. Time goes on only in the methods that say so."""
 
-    def __init__(self, axes: int = 3, store: Path | None = None) -> None:
-        board = Board(HZ, 1000, 500, 500_000, axes)
+    def __init__(self, axes: int = 3, store: Path | None = None, ganged: int = 0) -> None:
+        board = Board(HZ, 1000, 500, 500_000, axes, ganged)
         self._host = LIB.host_open(ctypes.byref(board), str(store).encode() if store else None)
         assert self._host
         LIB.host_input_follows(self._host, 0)
@@ -196,6 +199,15 @@ class Grbl:
         """Steps, as the machine really stands."""
         steps = Steps()
         LIB.virtual_position(self._host, steps)
+        return list(steps)
+
+    def skew(self, axis: int, steps: int) -> None:
+        LIB.virtual_skew(self._host, axis, steps)
+
+    def second_stands(self) -> list[int]:
+        """Steps, as the second motors really stand."""
+        steps = Steps()
+        LIB.virtual_second_position(self._host, steps)
         return list(steps)
 
     def outputs(self) -> Outputs:

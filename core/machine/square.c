@@ -1,0 +1,138 @@
+/* SPDX-License-Identifier: MIT */
+#include "machine/square.h"
+
+#include "machine/inner.h"
+
+/* How crooked a gantry may be: Grbl's part of the travel and its bounds. */
+#define CROOKED_TRAVEL 0.05
+#define CROOKED_MIN_MM 2.5
+#define CROOKED_MAX_MM 25.0
+
+static bool has(axis_mask_t mask, unsigned axis) {
+    return (mask >> axis & 1) != 0;
+}
+
+static void hold(struct machine *machine, axis_mask_t first, axis_mask_t second) {
+    struct homing *homing = &machine->homing;
+    if (first == homing->held[FIRST_MOTOR] && second == homing->held[SECOND_MOTOR])
+        return;
+    homing->held[FIRST_MOTOR] = first;
+    homing->held[SECOND_MOTOR] = second;
+    machine->board.ganged->hold(machine->hal, first, second);
+}
+
+void square_release(struct machine *machine) {
+    hold(machine, 0, 0);
+}
+
+void square_begin(struct machine *machine) {
+    struct homing *homing = &machine->homing;
+    square_release(machine);
+    machine_position(machine, homing->from);
+    for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
+        homing->motor[FIRST_MOTOR][ax] = homing->motor[SECOND_MOTOR][ax] = homing->from[ax];
+}
+
+void square_stand(struct machine *machine) {
+    struct homing *homing = &machine->homing;
+    int32_t now[AXIS_COUNT];
+    machine_position(machine, now);
+    for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
+        for (unsigned motor = 0; motor < MOTOR_COUNT; motor++)
+            if (!has(homing->held[motor], ax))
+                homing->motor[motor][ax] += now[ax] - homing->from[ax];
+        homing->from[ax] = now[ax];
+    }
+}
+
+void square_search(struct machine *machine) {
+    struct homing *homing = &machine->homing;
+    struct machine_edges *edges = &machine->edges;
+    square_release(machine);
+    homing->left = homing->axes;
+    for (unsigned motor = 0; motor < MOTOR_COUNT; motor++) {
+        edges->latch[motor] = 0;
+        edges->latched[motor] = 0;
+        homing->found[motor] = 0;
+    }
+    edges->latch[FIRST_MOTOR] = homing->axes;
+    edges->latch[SECOND_MOTOR] = homing->axes & inputs_ganged(machine);
+    machine_edge_isr(machine); /* one that is closed already counts from here */
+    (void)square_take(machine);
+}
+
+bool square_has_news(const struct machine *machine) {
+    const struct homing *homing = &machine->homing;
+    const struct machine_edges *edges = &machine->edges;
+    unsigned news = (edges->latched[FIRST_MOTOR] & ~(unsigned)homing->found[FIRST_MOTOR]) |
+                    (edges->latched[SECOND_MOTOR] & ~(unsigned)homing->found[SECOND_MOTOR]);
+    return (news & homing->axes) != 0;
+}
+
+bool square_take(struct machine *machine) {
+    struct homing *homing = &machine->homing;
+    struct machine_edges *edges = &machine->edges;
+    bool news = square_has_news(machine);
+    for (unsigned motor = 0; motor < MOTOR_COUNT; motor++) {
+        axis_mask_t fresh = edges->latched[motor] & (axis_mask_t)~homing->found[motor];
+        for (unsigned ax = 0; ax < AXIS_COUNT; ax++) /* counters to the motor's own steps */
+            if (has(fresh, ax))
+                edges->at[motor][ax] += homing->motor[motor][ax] - homing->from[ax];
+        homing->found[motor] |= fresh;
+    }
+    square_stand(machine);
+    unsigned ganged = inputs_ganged(machine), first = homing->found[FIRST_MOTOR];
+    unsigned second = homing->found[SECOND_MOTOR];
+    homing->left = (axis_mask_t)(homing->axes & ~(first & (second | ~ganged)));
+    unsigned half = (first ^ second) & homing->axes & ganged;
+    hold(machine, (axis_mask_t)(first & half), (axis_mask_t)(second & half));
+    return news;
+}
+
+bool square_is_half(const struct machine *machine, unsigned axis) {
+    const struct homing *homing = &machine->homing;
+    return has((homing->held[FIRST_MOTOR] | homing->held[SECOND_MOTOR]) & homing->left, axis);
+}
+
+double square_reach_mm(const struct machine *machine, unsigned axis) {
+    const struct settings *settings = &machine->settings;
+    const struct homing *homing = &machine->homing;
+    double most_mm = CROOKED_TRAVEL * (double)settings->max_travel_mm[axis];
+    most_mm = most_mm < CROOKED_MIN_MM ? CROOKED_MIN_MM : most_mm > CROOKED_MAX_MM ? CROOKED_MAX_MM : most_mm;
+    int32_t ahead = homing->motor[SECOND_MOTOR][axis] - homing->motor[FIRST_MOTOR][axis];
+    if (has(homing->held[SECOND_MOTOR], axis))
+        ahead = -ahead;
+    double gone_mm = (double)ahead / (double)settings->steps_per_mm[axis] * homing_direction(machine, axis);
+    return gone_mm < most_mm ? most_mm - gone_mm : 0.0;
+}
+
+/* Signed way of a motor to a pull-off before its switch. */
+static int32_t way_back(const struct machine *machine, unsigned motor, unsigned axis) {
+    const struct settings *settings = &machine->settings;
+    double pull_off_steps = (double)settings->homing_pull_off_mm * (double)settings->steps_per_mm[axis] + 0.5;
+    int32_t pull_off =
+        homing_direction(machine, axis) > 0.0 ? -(int32_t)pull_off_steps : (int32_t)pull_off_steps;
+    return machine->edges.at[motor][axis] + pull_off - machine->homing.motor[motor][axis];
+}
+
+void square_level(struct machine *machine, int32_t steps[AXIS_COUNT]) {
+    axis_mask_t ganged = machine->homing.axes & inputs_ganged(machine);
+    unsigned wait[MOTOR_COUNT] = {0, 0};
+    for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
+        steps[ax] = 0;
+        if (!has(ganged, ax))
+            continue;
+        int32_t first = way_back(machine, FIRST_MOTOR, ax), second = way_back(machine, SECOND_MOTOR, ax);
+        bool second_goes = homing_direction(machine, ax) > 0.0 ? second < first : second > first;
+        steps[ax] = second_goes ? second - first : first - second;
+        wait[second_goes ? FIRST_MOTOR : SECOND_MOTOR] |= 1u << ax;
+    }
+    hold(machine, (axis_mask_t)wait[FIRST_MOTOR], (axis_mask_t)wait[SECOND_MOTOR]);
+}
+
+void square_back_off(struct machine *machine, int32_t steps[AXIS_COUNT]) {
+    square_release(machine);
+    machine->edges.latch[FIRST_MOTOR] = machine->edges.latch[SECOND_MOTOR] = 0;
+    for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
+        steps[ax] = has(machine->homing.axes, ax) ? way_back(machine, FIRST_MOTOR, ax) : 0;
+}
