@@ -152,8 +152,11 @@ static void set_machine_position(struct machine *machine) {
         double mm = homing_direction(machine, ax) > 0.0 ? -pull_off_mm
                                                         : pull_off_mm - (double)settings->max_travel_mm[ax];
         double steps = mm * (double)settings->steps_per_mm[ax];
-        if ((machine->homing.axes >> ax & 1) != 0)
-            position[ax] = (int32_t)(steps < 0.0 ? steps - 0.5 : steps + 0.5);
+        if ((machine->homing.axes >> ax & 1) == 0)
+            continue;
+        machine->shift_steps[ax] -= position[ax];
+        position[ax] = (int32_t)(steps < 0.0 ? steps - 0.5 : steps + 0.5);
+        machine->shift_steps[ax] += position[ax];
     }
     machine_stand_at(machine, position);
     report_changed_offset(machine);
@@ -193,7 +196,7 @@ static enum alarm alarm_missed(const struct machine *machine) {
 
 /* Standing: some switch was found, or none within reach. */
 static enum task_stage end_search(struct machine *machine) {
-    struct homing *homing = &machine->homing;
+    const struct homing *homing = &machine->homing;
     machine_drop_motion(machine);
     if (!square_take(machine) && homing->left != 0)
         return fail(machine, alarm_missed(machine));

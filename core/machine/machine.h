@@ -194,6 +194,7 @@ struct machine {
     struct cycle_action action; /* of the cycle, waits while action_pending */
     bool action_pending;
     struct homing homing;
+    int32_t shift_steps[AXIS_COUNT]; /* by which homing has moved the counters against the pulses */
     int32_t probe_steps[AXIS_COUNT];
     bool probe_ok;
     struct line_notes notes;

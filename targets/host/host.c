@@ -212,6 +212,10 @@ void host_position_steps(const struct host *host, int32_t steps[AXIS_COUNT]) {
     machine_position(&host->machine, steps);
 }
 
+void host_shift_steps(const struct host *host, int32_t steps[AXIS_COUNT]) {
+    memcpy(steps, host->machine.shift_steps, sizeof host->machine.shift_steps);
+}
+
 void host_input_follows(struct host *host, int follows) {
     host->input_follows = follows;
     if (!follows)

@@ -84,8 +84,11 @@ const char *host_state(const struct host *host);
 /** The program waits at M0. */
 bool host_is_paused(const struct host *host);
 
-/** Step counters: exactly the pulses that left the pins, signed. */
+/** Step counters: exactly the pulses that left the pins, signed, and host_shift_steps(). */
 void host_position_steps(const struct host *host, int32_t steps[AXIS_COUNT]);
+
+/** Steps by which homing has moved the counters against the pulses, since power-on. */
+void host_shift_steps(const struct host *host, int32_t steps[AXIS_COUNT]);
 
 /** Tell the controller whether more input will come at once (a file, default 1) or not (0 at the end of the
  * file). */

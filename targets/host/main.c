@@ -7,8 +7,9 @@
  *   client WHAT NAME                   a client was connected, became owner, ...
  *   failed STAGE ERRNO TEXT            it cannot; exit code 1
  *
- * Options, each with a value: --timer-hz --step-pulse-ns --dir-setup-ns --max-step-rate-hz --axes --speed (0:
- * as fast as it can) --host --port --control --pty --store --set; and --parent: end when stdin does. */
+ * Options, each with a value: --timer-hz --step-pulse-ns --dir-setup-ns --max-step-rate-hz --axes --ganged
+ * --speed (0: as fast as it can) --host --port --control --pty --store --set; and --parent: end when stdin
+ * does. */
 #include "serve.h"
 
 #include <errno.h>
@@ -85,6 +86,11 @@ static bool take_board(struct host_board *board, const char *name, const char *v
         return read_number(value, &board->dir_setup_ns);
     if (strcmp(name, "--max-step-rate-hz") == 0)
         return read_number(value, &board->max_step_rate_hz);
+    if (strcmp(name, "--ganged") == 0) {
+        bool good = read_number(value, &axes) && axes < 1u << AXIS_COUNT;
+        board->ganged = good ? (axis_mask_t)axes : 0;
+        return good;
+    }
     if (strcmp(name, "--axes") != 0 || !read_number(value, &axes) || axes > AXIS_COUNT)
         return false;
     board->axis_count = (uint8_t)axes;

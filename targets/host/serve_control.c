@@ -10,6 +10,18 @@
 #include <string.h>
 #include <unistd.h>
 
+/* Second motors, where they stand elsewhere than the first. */
+static int say_second(const struct host *host, const float steps_per_mm[AXIS_COUNT], char *answer, int at) {
+    int32_t first[AXIS_COUNT], second[AXIS_COUNT];
+    virtual_position(host, first);
+    virtual_second_position(host, second);
+    for (unsigned axis = 0; axis < AXIS_COUNT; axis++)
+        if (second[axis] != first[axis])
+            at += snprintf(answer + at, (size_t)(CONTROL_ANSWER_SIZE - at), " skew %c%.4f", "XYZABC"[axis],
+                           (double)(second[axis] - first[axis]) / (double)steps_per_mm[axis]);
+    return at;
+}
+
 static void say_state(const struct host *host, char answer[CONTROL_ANSWER_SIZE]) {
     int32_t steps[AXIS_COUNT];
     float steps_per_mm[AXIS_COUNT];
@@ -21,6 +33,7 @@ static void say_state(const struct host *host, char answer[CONTROL_ANSWER_SIZE])
     for (unsigned axis = 0; axis < AXIS_COUNT; axis++)
         at += snprintf(answer + at, (size_t)(CONTROL_ANSWER_SIZE - at), "%c%.4f", axis == 0 ? ' ' : ',',
                        (double)steps[axis] / (double)steps_per_mm[axis]);
+    at = say_second(host, steps_per_mm, answer, at);
     snprintf(answer + at, (size_t)(CONTROL_ANSWER_SIZE - at), " inputs 0x%05lx spindle %.0f coolant %u\n",
              (unsigned long)virtual_levels(host), (double)virtual_spindle_rpm(host),
              (unsigned)outputs.coolant);

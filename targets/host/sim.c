@@ -395,6 +395,8 @@ const char *sim_message_at(const struct sim *sim, size_t index) {
 
 void sim_result(const struct sim *sim, struct sim_result *out) {
     struct measured measured;
+    int32_t shift[AXIS_COUNT];
+    host_shift_steps(sim->host, shift);
     measure_result(sim->measure, &measured);
     *out = (struct sim_result){
         .job_ticks = (sim->finished ? sim->end_ticks : host_time_ticks(sim->host)) - sim->begin_ticks,
@@ -410,7 +412,7 @@ void sim_result(const struct sim *sim, struct sim_result *out) {
         double steps_per_mm = sim->steps_per_mm[axis];
         out->steps_per_mm[axis] = steps_per_mm;
         out->steps_total[axis] = measured.steps_total[axis];
-        out->measured_steps[axis] = measured.position_steps[axis];
+        out->measured_steps[axis] = measured.position_steps[axis] + shift[axis];
         out->min_steps[axis] = measured.min_steps[axis];
         out->max_steps[axis] = measured.max_steps[axis];
         out->max_speed_mm_s[axis] = measured.max_speed_steps_s[axis] / steps_per_mm;

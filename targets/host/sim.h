@@ -88,7 +88,7 @@ struct sim_result {
     uint64_t pauses;                     /* program pauses ended by us */
     int64_t steps_total[AXIS_COUNT];     /* pulses, both directions */
     int32_t position_steps[AXIS_COUNT];  /* the controller's counters */
-    int32_t measured_steps[AXIS_COUNT];  /* the same from the edges */
+    int32_t measured_steps[AXIS_COUNT];  /* the same from the edges, and host_shift_steps() */
     int32_t min_steps[AXIS_COUNT], max_steps[AXIS_COUNT];
     double max_speed_mm_s[AXIS_COUNT];
     double max_accel_mm_s2[AXIS_COUNT];

@@ -137,6 +137,19 @@ def test_static_asserts_catch_a_wrong_header(old: str, new: str, tmp_path: Path)
     assert "static" in result.stderr.lower()
 
 
+def test_second_motors_are_in_the_step_masks() -> None:
+    """One write to the pins steps both motors of an axis: the masks of the step interrupt hold both."""
+    text = pin_header_text(load_board("host-gantry"))
+    pins = {"STEP": (0, 1, 2, 6), "DIR": (8, 9, 10, 14)}  # X, Y, Z, second Y
+    for kind, numbers in pins.items():
+        mask = sum(1 << number for number in numbers)
+        assert f"#define BOARD_{kind}_MASK_0         0x{mask:08X}u".split() == next(
+            line.split()[:3] for line in text.splitlines() if line.startswith(f"#define BOARD_{kind}_MASK_0 ")
+        )
+    assert "BOARD_GANGED_AXES          0x02u" in text and "PIN_LIMIT_Y2_MAX           30u" in text
+    assert "BOARD_GANGED_AXES          0x00u" in pin_header_text(load_board("esp32s3-zero"))
+
+
 def test_header_names_every_signal_a_board_can_wire() -> None:
     known = {signal for group in signal_groups() for signal in group}
     for path in find_boards():

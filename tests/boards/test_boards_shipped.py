@@ -18,7 +18,15 @@ else:
 
 PUBLISHED = tomllib.loads((Path(__file__).parent / "published.toml").read_text(encoding="utf-8"))
 IDS = [path.stem for path in find_boards()]
-BOARD_IDS = {"esp32s3-zero", "esp32s3-devkitc", "esp32s3-devkitc-quad", "esp32-wroom32", "pic32mz2048efh100", "host"}
+BOARD_IDS = {
+    "host-gantry",
+    "esp32s3-zero",
+    "esp32s3-devkitc",
+    "esp32s3-devkitc-quad",
+    "esp32-wroom32",
+    "pic32mz2048efh100",
+    "host",
+}
 
 
 def wired(board: Board) -> dict[str, str]:

@@ -23,15 +23,20 @@ def serve(tmp_path: Path) -> Iterator[Serve]:
     with ExitStack() as stack:
 
         def start(
-            speed: float = 0.0, pty: bool = False, variant: str = "release", control: int | None = None
+            speed: float = 0.0,
+            pty: bool = False,
+            variant: str = "release",
+            control: int | None = None,
+            board: str = "host",
+            settings: tuple[str, ...] = (),
         ) -> Server:
             options = ServeOptions(
-                board=load_board("host"),
+                board=load_board(board),
                 tcp=Address("127.0.0.1", 0),
                 pty=tmp_path / "tty" if pty else None,
                 control=control,
                 speed=speed,
-                settings=BASELINE,
+                settings=(*BASELINE, *settings),
             )
             servers.append(stack.enter_context(Server(options, variant)))
             return servers[-1]

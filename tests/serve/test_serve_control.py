@@ -69,6 +69,19 @@ def test_estop_stops(server: Server) -> None:
         sender.until("^ALARM:")
 
 
+def test_a_crooked_gantry_is_squared(serve: Serve) -> None:
+    server = serve(speed=0.0, control=0, board="host-gantry", settings=("$22=1", "$27=2", "$25=2000", "$24=100"))
+    sender, hands = doors(server)
+    with sender, hands:
+        for line in ("travel x -150 20", "travel y -150 20", "travel z -150 20", "skew y 1.5"):
+            assert say(hands, line) == "ok"
+        assert " skew Y1.5000 " in say(hands, "state")
+        sender.send("$H\n")
+        sender.until("^ok$")
+        state = say(hands, "state")
+        assert state.startswith("position 18.0000,18.0000,18.0000,") and "skew" not in state
+
+
 @pytest.mark.parametrize(
     ("line", "answer"),
     [
@@ -81,6 +94,7 @@ def test_estop_stops(server: Server) -> None:
         ("place", "error: place X Y Z, in mm"),
         ("place 1 2 3 4 5 6 7 8", "error: place X Y Z, in mm"),
         ("ramp fast", "error: ramp RPM, a second"),
+        ("skew y", "error: skew AXIS MM"),
         ("x" * 5000, "error: no such command or input"),
     ],
 )

@@ -102,6 +102,19 @@ def test_overrides(library, plain_s: float) -> None:
     assert fast.job_time_s < plain_s < slow.job_time_s
 
 
+def test_a_gantry_that_cannot_be_squared(library) -> None:
+    """Alarm 10 from a board with two motors on Y; `$H` stands in the file."""
+    timing = Timing(20_000_000, 2500, 1000, 500_000, 3, ganged=2)
+    request = JobRequest(
+        "home.nc",
+        b"$H\n",
+        timing,
+        (*SETTINGS, "$22=1", "$25=2000"),
+        events=(*(At(0, f"travel {axis} -300 20") for axis in "xyz"), At(0.001, "skew y -40")),
+    )
+    assert [error.message.split()[0] for error in run_job(library, request).errors] == ["ALARM:10"]
+
+
 def test_what_comes_too_late_is_told(library) -> None:
     result = run(library, (500, "reset"))
     assert result.errors == () and result.warnings == ("the job was over before 500 s: reset",)

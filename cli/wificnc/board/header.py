@@ -23,6 +23,7 @@ NUMBERING = {
 
 # Every signal a board can have, in the order of the header; tests compare it with what the model can wire.
 AXIS_SIGNALS = ("step_{}", "dir_{}", "enable_{}", "limit_{}", "limit_{}_min", "limit_{}_max")
+SECOND_SIGNALS = tuple(pattern.replace("{}", "{}2") for pattern in AXIS_SIGNALS)  # of an axis' second motor
 OUTPUT_SIGNALS = (
     "enable",
     "spindle_enable",
@@ -83,7 +84,7 @@ def signal_groups() -> list[list[str]]:
     """Every signal a board can have, in groups."""
     letters = AXIS_LETTERS.lower()
     return [
-        *([pattern.format(letter) for letter in letters] for pattern in AXIS_SIGNALS),
+        *([pattern.format(letter) for letter in letters] for pattern in AXIS_SIGNALS + SECOND_SIGNALS),
         list(OUTPUT_SIGNALS),
         [f"misc_out_{index}" for index in range(MISC_OUT_MAX)],
         list(INPUT_SIGNALS),
@@ -136,8 +137,8 @@ def _pin(board: Board, signal: str) -> Define:
 
 def _arrays() -> Iterator[Define]:
     groups = signal_groups()
-    for pattern, signals in zip(AXIS_SIGNALS, groups, strict=False):
-        name = pattern.replace("_{}", "").upper()
+    for pattern, signals in zip(AXIS_SIGNALS + SECOND_SIGNALS, groups, strict=False):
+        name = pattern.replace("_{}2", "_second").replace("_{}", "").upper()
         yield _array(f"BOARD_{name}_PINS", [_macro(signal) for signal in signals])
     yield _array("BOARD_MISC_OUT_PINS", [_macro(f"misc_out_{index}") for index in range(MISC_OUT_MAX)])
     yield _array("BOARD_MISC_IN_PINS", [_macro(f"misc_in_{index}") for index in range(MISC_IN_MAX)])
@@ -171,6 +172,6 @@ def _masks(board: Board) -> Iterator[Define]:
 
 
 def _mask(board: Board, kind: str, bank: int) -> int:
-    pins = [getattr(axis, kind).pin for axis in board.axis.wired().values()]
+    pins = [getattr(motor, kind).pin for motor in board.axis.motors().values()]
     bits = (board.pins.pin[pin].number % board.pins.fast.bank_width for pin in pins if board.pins.bank(pin) == bank)
     return sum(1 << bit for bit in bits)

@@ -69,7 +69,7 @@ class Timing(Strict):
     max_step_rate_hz: int = Field(ge=1_000, le=2_000_000, description="fastest steps of one axis")
 
 
-class Axis(Strict):
+class Motor(Strict):
     """One motor and its switches: one `limit`, or `limit_min` and `limit_max`."""
 
     step: OutputWire
@@ -78,6 +78,12 @@ class Axis(Strict):
     limit: InputWire | None = None
     limit_min: InputWire | None = None
     limit_max: InputWire | None = None
+
+
+class Axis(Motor):
+    """An axis: its motor, and at the other side of a gantry perhaps a second one that makes the same steps."""
+
+    second: Motor | None = Field(default=None, description="second motor, squared at homing by switches of its own")
 
 
 class AxisSet(Strict):
@@ -89,6 +95,11 @@ class AxisSet(Strict):
     a: Axis | None = None
     b: Axis | None = None
     c: Axis | None = None
+
+    def motors(self) -> dict[str, Motor]:
+        """As wired(), then the second motors as "y2"."""
+        seconds = {f"{letter}2": axis.second for letter, axis in self.wired().items() if axis.second is not None}
+        return {**self.wired(), **seconds}
 
     def wired(self) -> dict[str, Axis]:
         """Letter in lower case to axis, wired ones only."""
@@ -275,6 +286,12 @@ class Board(BoardFile):
         """Letters of the wired axes, such as ("X", "Y", "Z")."""
         return tuple(letter.upper() for letter in self.axis.wired())
 
+    @property
+    def ganged_axes(self) -> int:
+        """Axes with a second motor, bit 0 = X."""
+        wired = self.axis.wired().items()
+        return sum(1 << AXIS_LETTERS.index(letter.upper()) for letter, axis in wired if axis.second)
+
     def pin_names(self) -> dict[str, str]:
         """Signal to pin, such as {"step_x": "GPIO1"}."""
         return {use.signal: use.pin for use in self.uses()}
@@ -309,12 +326,13 @@ _GROUPS = (
 
 
 def _uses(board: BoardFile) -> Iterator[Use]:
-    axes = board.axis.wired()
+    motors = board.axis.motors()
     for key, role in _AXIS_ROLES.items():
-        for letter, axis in axes.items():
-            signal = f"{key.replace('limit_', f'limit_{letter}_')}"
-            signal = signal if key.startswith("limit_") else f"{key}_{letter}"
-            yield from _use(signal, ("axis", letter, key), role, getattr(axis, key))
+        for name, motor in motors.items():
+            signal = f"{key.replace('limit_', f'limit_{name}_')}"
+            signal = signal if key.startswith("limit_") else f"{key}_{name}"
+            place = (name[0], "second") if name.endswith("2") else (name,)
+            yield from _use(signal, ("axis", *place, key), role, getattr(motor, key))
     for key, role in _OUTPUT_ROLES.items():
         yield from _use(key, ("output", key), role, getattr(board.output, key))
     for index, output in enumerate(board.output.misc):

@@ -175,13 +175,25 @@ def _axes_contiguous(board: BoardFile, chip: Chip) -> Iterator[Finding]:
 
 
 def _one_kind_of_limit(board: BoardFile, chip: Chip) -> Iterator[Finding]:
-    for letter, axis in board.axis.wired().items():
-        if axis.limit and (axis.limit_min or axis.limit_max):
+    for name, motor in board.axis.motors().items():
+        if motor.limit and (motor.limit_min or motor.limit_max):
             yield Finding(
                 "limit-kind",
-                ("axis", letter, "limit"),
+                ("axis", *((name[0], "second") if name.endswith("2") else (name,)), "limit"),
                 "stands beside limit_min or limit_max",
                 "one switch or one line for both ends: limit; a line for each end: limit_min and limit_max",
+            )
+
+
+def _second_switch(board: BoardFile, chip: Chip) -> Iterator[Finding]:
+    for letter, axis in board.axis.wired().items():
+        motors = [axis, axis.second] if axis.second else []
+        if not all(motor.limit or motor.limit_min or motor.limit_max for motor in motors):
+            yield Finding(
+                "second-switch",
+                ("axis", letter, "second"),
+                "is a second motor, but the two have not a limit switch each, so homing cannot square them",
+                "wire a limit to both motors, or both drivers to one pair of step and direction pins",
             )
 
 
@@ -246,6 +258,7 @@ BOARD_RULES: tuple[BoardRule, ...] = (
     _used_once,
     _axes_contiguous,
     _one_kind_of_limit,
+    _second_switch,
     _memory_mode,
     _spi_host,
     _header_names,

@@ -83,6 +83,7 @@ def program_arguments(options: ServeOptions) -> list[str]:
         ("--dir-setup-ns", timing.dir_setup_ns),
         ("--max-step-rate-hz", timing.max_step_rate_hz),
         ("--axes", len(options.board.axes)),
+        ("--ganged", options.board.ganged_axes),
         ("--speed", options.speed),
         *([("--host", options.tcp.host), ("--port", options.tcp.port)] if options.tcp else []),
         *([("--control", options.control)] if options.control is not None else []),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import ctypes
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
 from pathlib import Path
 
 from wificnc.errors import JobError, UserError
@@ -32,6 +32,7 @@ class Timing:
     dir_setup_ns: int
     max_step_rate_hz: int
     axis_count: int
+    ganged: int = 0  # axes with a second motor, bit 0 = X
 
 
 @dataclass(frozen=True)
@@ -125,9 +126,7 @@ def run_job(library: ctypes.CDLL, request: JobRequest, on_progress: Progress | N
         JobError: the controller contradicts itself, or there is no room for the trace.
     """
     timing = request.timing
-    board = HostBoard(
-        timing.timer_hz, timing.step_pulse_ns, timing.dir_setup_ns, timing.max_step_rate_hz, timing.axis_count
-    )
+    board = HostBoard(*astuple(timing))
     with Simulation(library, board) as sim:
         _apply_settings(sim, request.settings)
         _plan_events(sim, request.events)

@@ -40,6 +40,7 @@ class HostBoard(Structure):
         ("dir_setup_ns", c_uint32),
         ("max_step_rate_hz", c_uint32),
         ("axis_count", c_uint8),
+        ("ganged", c_uint8),
     )
 
 

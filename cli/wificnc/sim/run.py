@@ -116,7 +116,8 @@ def check_axes(board: Board, machine: Machine | None) -> None:
 
 def _timing(board: Board) -> Timing:
     timing = board.timing
-    return Timing(timing.timer_hz, timing.step_pulse_ns, timing.dir_setup_ns, timing.max_step_rate_hz, len(board.axes))
+    rates = (timing.timer_hz, timing.step_pulse_ns, timing.dir_setup_ns, timing.max_step_rate_hz)
+    return Timing(*rates, len(board.axes), board.ganged_axes)
 
 
 @contextmanager
