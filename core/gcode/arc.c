@@ -33,16 +33,21 @@ static double find_travel_rad(double x0, double y0, double x1, double y1, const 
 }
 
 /* Chords of angle w = 2c/r, where c = sqrt(t(2r - t)) is half the chord whose height is the tolerance t:
- * since asin x >= x, their height r(1 - cos(w/2)) is at most t. t <= r keeps w at 2 rad or less. */
-static uint32_t count_chords(double travel_rad, double radius_mm, double tolerance_mm) {
-    double half_chord;
+ * since asin x >= x, their height r(1 - cos(w/2)) is at most t. t <= r keeps w at 2 rad or less. Where the
+ * radius changes by d within a chord, the middle of the path lies d^2/4r farther out, d w/4 across the chord
+ * at most; both heights fall with the square of the number of chords. */
+static uint32_t count_chords(double travel_rad, double radius_mm, double change_mm, double tolerance_mm) {
+    double half_chord, circle;
 
     if (tolerance_mm < TOLERANCE_MIN_MM)
         tolerance_mm = TOLERANCE_MIN_MM;
     if (tolerance_mm > radius_mm)
         tolerance_mm = radius_mm;
     half_chord = sqrt(tolerance_mm * (2.0 * radius_mm - tolerance_mm));
-    return half_chord > 0.0 ? (uint32_t)ceil(fabs(travel_rad) * radius_mm / (2.0 * half_chord)) : 1u;
+    if (half_chord <= 0.0)
+        return 1u;
+    circle = fabs(travel_rad) * radius_mm / (2.0 * half_chord);
+    return (uint32_t)ceil(sqrt(circle * circle + fabs(change_mm * travel_rad) / (4.0 * tolerance_mm)));
 }
 
 void arc_begin(struct arc *arc, const double start_mm[AXIS_COUNT], const struct gcode_move *move,
@@ -68,8 +73,8 @@ void arc_begin(struct arc *arc, const double start_mm[AXIS_COUNT], const struct 
     arc->radius_change_mm = target_radius - radius;
     arc->start_rad = trig_atan2(y0, x0);
     arc->travel_rad = find_travel_rad(x0, y0, x1, y1, move);
-    arc->chords =
-        count_chords(arc->travel_rad, radius > target_radius ? radius : target_radius, tolerance_mm);
+    arc->chords = count_chords(arc->travel_rad, radius > target_radius ? radius : target_radius,
+                               target_radius - radius, tolerance_mm);
     arc->chord_part = 1.0 / arc->chords;
     arc->done = 0;
     trig_sincos(arc->start_rad, &arc->direction[1], &arc->direction[0]);

@@ -8,7 +8,8 @@
  * circle by r(1-cos(w/2)): that is kept at or below the tolerance.
  *
  * If CAM rounding put the centre not equally far from both ends, the radius changes evenly from one to the
- * other. Axes outside the plane, rotary ones too, move evenly with the angle. */
+ * other: by Grbl's rule, or as far as $41 allows (resolve_arc.c). Axes outside the plane, rotary ones too,
+ * move evenly with the angle. */
 #ifndef WIFICNC_GCODE_ARC_H
 #define WIFICNC_GCODE_ARC_H
 
@@ -28,7 +29,7 @@ struct arc {
     double center_mm[2];
     double start_mm[AXIS_COUNT];
     double target_mm[AXIS_COUNT];
-    double radius_mm, radius_change_mm; /* at the start; to the radius at the target (CAM rounding) */
+    double radius_mm, radius_change_mm; /* at the start; to the radius at the target */
     double start_rad, travel_rad; /* travel > 0: counter-clockwise; |travel| in (0, 2 pi] plus whole turns */
     double direction[2];          /* unit vector, centre to the last point given */
     double chord_cos, chord_sin;  /* of the angle of one chord */

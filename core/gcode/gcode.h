@@ -112,6 +112,7 @@ struct gcode_state {
     struct gcode_offsets offsets;
     double position_mm[AXIS_COUNT]; /* programmed end of the last accepted move, machine coordinates */
     axis_mask_t axes;               /* axes this machine has; a word of another axis is error:20 */
+    float arc_radius_tolerance_mm;  /* $41: so far the radii of an arc may differ, beyond Grbl's rule */
 };
 
 /** A canned cycle: the same hole `repeats` times. Levels are machine coordinates of the axis normal to the

@@ -8,6 +8,7 @@
 #define RADII_DIFFER_ALWAYS_MM 0.005
 #define RADII_DIFFER_NEVER_MM  0.5
 #define RADII_DIFFER_OF_RADIUS 0.001
+#define RADII_DIFFER_MOST      0.5   /* of the radius: beyond it nobody meant a circle, whatever $41 says */
 #define HALF_CHORD_TOO_LONG_MM 0.005 /* R shorter than half the chord by less is rounding: a half circle */
 
 /* R: the two circles of that radius through both ends have their centres on the perpendicular bisector of the
@@ -50,10 +51,13 @@ static enum status center_from_offsets(struct resolver *r, const uint8_t axes[2]
     return STATUS_OK;
 }
 
-static bool radii_agree(double start_radius, double target_radius) {
+/* Radii that differ make a spiral (arc.c), which ends exactly at the target. */
+static bool radii_agree(const struct resolver *r, double start_radius, double target_radius) {
     const double difference = fabs(start_radius - target_radius);
 
     return difference <= RADII_DIFFER_ALWAYS_MM ||
+           (difference <= (double)r->state->arc_radius_tolerance_mm &&
+            difference <= RADII_DIFFER_MOST * start_radius) ||
            (difference <= RADII_DIFFER_NEVER_MM && difference <= RADII_DIFFER_OF_RADIUS * start_radius);
 }
 
@@ -79,7 +83,7 @@ enum status resolve_arc(struct resolver *r) {
     } else {
         status = center_from_offsets(r, axes, offset);
         if (status == STATUS_OK &&
-            !radii_agree(length(offset[0], offset[1]), length(x - offset[0], y - offset[1])))
+            !radii_agree(r, length(offset[0], offset[1]), length(x - offset[0], y - offset[1])))
             status = STATUS_BAD_TARGET;
     }
     if (status != STATUS_OK)

@@ -163,6 +163,7 @@ void machine_apply_settings(struct machine *machine) {
         limits.max_rate_mm_s[ax] = mm_min * (1.0f / 60.0f);
         limits.accel_mm_s2[ax] = settings->acceleration_mm_s2[ax];
     }
+    machine->gcode.arc_radius_tolerance_mm = settings->arc_radius_tolerance_mm;
     motion_set_limits(&machine->motion, &limits);
     machine->prep.timing = (struct prep_timing){
         .timer_hz = board->timer_hz,

@@ -106,7 +106,14 @@ class Offsets(ctypes.Structure):
 class State(ctypes.Structure):
     """struct gcode_state."""
 
-    _fields_ = (("modal", Modal), ("sticky", Sticky), ("offsets", Offsets), ("position_mm", Axes), ("axes", c_uint8))
+    _fields_ = (
+        ("modal", Modal),
+        ("sticky", Sticky),
+        ("offsets", Offsets),
+        ("position_mm", Axes),
+        ("axes", c_uint8),
+        ("arc_radius_tolerance_mm", c_float),
+    )
 
 
 class Drill(ctypes.Structure):

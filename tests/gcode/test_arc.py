@@ -93,9 +93,37 @@ def test_chords_stay_within_the_tolerance_and_are_not_too_many(lib: CDLL, arc: S
     deviation = radius * (1 - math.cos(arc.travel_rad / chords / 2))
     assert deviation <= tolerance * (1 + 1e-6) + 1e-12 * radius
     widest = 2 * math.acos(1 - min(tolerance, radius) / radius)
-    assert chords <= math.ceil(1.6 * abs(arc.travel_rad) / widest)
+    spiral = abs(arc.growth * arc.travel_rad) / (4 * min(tolerance, radius))
+    assert chords <= math.ceil(math.sqrt((1.6 * arc.travel_rad / widest) ** 2 + spiral))
     if tolerance < radius / 100:
-        assert chords <= 1.01 * abs(arc.travel_rad) / widest + 1
+        assert chords <= math.sqrt((1.01 * arc.travel_rad / widest) ** 2 + spiral) + 1
+
+
+def distance(point: list[float], start: list[float], end: list[float]) -> float:
+    """Of a point from the line between two others."""
+    along = [b - a for a, b in zip(start, end, strict=True)]
+    part = sum((p - a) * d for p, a, d in zip(point, start, along, strict=True)) / sum(d * d for d in along)
+    return math.dist(point, [a + part * d for a, d in zip(start, along, strict=True)])
+
+
+@given(
+    radius=st.floats(0.5, 200),
+    growth=st.floats(-0.5, 0.5),
+    start=st.floats(-3, 3),
+    travel=st.floats(0.01, 6.2) | st.floats(-6.2, -0.01),
+    tolerance=st.sampled_from([0.002, 0.05]),
+)
+def test_a_spiral_stays_within_the_tolerance(
+    lib: CDLL, radius: float, growth: float, start: float, travel: float, tolerance: float
+) -> None:
+    """$41: the radius changes evenly with the angle, and no chord leaves that curve by more than $12."""
+    arc = shape(0, radius, start, travel, growth * radius)
+    run = begin_arc(lib, arc.start, arc.move, tolerance)
+    points = [arc.start, *arc_points(lib, run)]
+    for n in range(0, run.chords, 1 + run.chords // 40):
+        for inner in (0.25, 0.5, 0.75):
+            exact = arc.point((n + inner) / run.chords)
+            assert distance(exact[:2], points[n][:2], points[n + 1][:2]) <= tolerance * 1.05
 
 
 @given(SHAPES)
@@ -191,3 +219,26 @@ def test_text_to_points(
     if len(points) > 1:
         assert math.hypot(middle[ax0], middle[ax1]) == pytest.approx(radius, abs=0.001)
         assert math.dist((middle[ax0], middle[ax1]), (radius * math.cos(angle), radius * math.sin(angle))) < 0.003
+
+
+@pytest.mark.parametrize(
+    ("tolerance", "line", "answer"),
+    [
+        (0, "G2X10.02Y0I5", 33),  # Grbl: 0.005 mm always, up to 0.5 mm if that is 0.1 % of the radius
+        (0, "G2X10.004Y0I5", 0),
+        (0.021, "G2X10.02Y0I5", 0),
+        (0.01, "G2X10.02Y0I5", 33),
+        (4, "G2X12.5Y0I5", 0),
+        (4, "G2X12.6Y0I5", 33),  # more than half the radius is no circle
+        (4, "G2X1Y0I0J0", 33),
+    ],
+)
+def test_radii_that_differ(cnc: Controller, tolerance: float, line: str, answer: int) -> None:
+    """Grbl's rule by default; $41 widens it, and the arc ends exactly at the programmed point."""
+    cnc.run("F100")
+    cnc.state.arc_radius_tolerance_mm = tolerance
+    status, command = cnc.resolve(line)
+    assert status == answer
+    if status == 0:
+        *_, last = arc_points(cnc.lib, begin_arc(cnc.lib, [0.0] * 6, command.move, 0.002))
+        assert last == list(command.move.target_mm)

@@ -225,3 +225,17 @@ def test_m64_switches_at_once(grbl: Grbl) -> None:
     assert grbl.outputs().digital == 16
     grbl.after(1, "\x18")
     assert grbl.outputs().digital == 16, "a reset leaves a vacuum table on"
+
+
+# -- arcs whose radii differ
+
+
+def test_a_setting_bends_an_arc_to_its_end(grbl: Grbl) -> None:
+    """$41, not $13: as far as it allows the arc ends exactly at the programmed point."""
+    grbl.fine("F600")
+    assert grbl.send("G2X10.5Y0I5\n") == "error:33\r\n"
+    grbl.fine("$41=0.5")
+    run_out(grbl, "G2X10.5Y0I5")
+    assert mm(grbl) == [10.5, 0, 0]
+    grbl.fine("$41=0.1")
+    assert grbl.send("G2X20.5Y0I4.8\n") == "error:33\r\n"

@@ -54,6 +54,7 @@ NVS_KEYS = {
     "homing_seek_mm_min": "hm_seek",
     "homing_pull_off_mm": "hm_pull",
     "jerk_mm_s3": "jerk_max",
+    "arc_radius_tolerance_mm": "arc_radius",
     "steps_per_mm": "spm_{axis}",
     "max_rate_mm_min": "rate_{axis}",
     "acceleration_mm_s2": "acc_{axis}",
@@ -149,4 +150,4 @@ def test_a_counter_of_32_bits_holds_every_position() -> None:
 def test_all_of_grbl_and_six_axes_are_there() -> None:
     grbl = {*range(7), *range(10, 14), *range(20, 28), *range(30, 33)}
     axes = {base + index for base in (100, 110, 120, 130) for index in range(6)}
-    assert {item.number for item in NUMBERS} == grbl | axes | {40}
+    assert {item.number for item in NUMBERS} == grbl | axes | {40, 41}

@@ -87,6 +87,7 @@ class Axes(_Table):
 class Motion(_Table):
     junction_deviation_mm: Annotated[float | None, of("junction_deviation_mm")] = None
     arc_tolerance_mm: Annotated[float | None, of("arc_tolerance_mm")] = None
+    arc_radius_tolerance_mm: Annotated[float | None, of("arc_radius_tolerance_mm")] = None
     jerk_mm_s3: Annotated[float | None, of("jerk_mm_s3")] = None
 
 
