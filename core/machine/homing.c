@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT
  * Homing: find the switches, fast and then slowly, and call what was found the end of the travel.
  *
- *   per cycle (Z; X and Y; A; B; C):  seek -> settle -> level -> back off -> approach -> settle -> level ->
+ *   per cycle ($44 ..):  seek -> settle -> level -> back off -> approach -> settle -> level ->
  * back off
  *
  * Unlike Grbl the axes slow down within their limits when a switch closes: machine_edge_isr() has kept the
@@ -15,9 +15,23 @@
 
 enum { SEEK, SEEK_SETTLE, LEVEL, BACK_OFF, APPROACH, APPROACH_SETTLE, LAST_LEVEL, LAST_BACK_OFF };
 
-static const axis_mask_t cycles[] = {1u << AXIS_Z, 1u << AXIS_X | 1u << AXIS_Y, 1u << AXIS_A, 1u << AXIS_B,
-                                     1u << AXIS_C};
-enum { CYCLE_COUNT = sizeof cycles / sizeof cycles[0] };
+enum { CYCLE_COUNT = 6 };
+
+/* What is homed in a cycle, $44 .. $49. */
+static axis_mask_t cycle_axes(const struct machine *machine, unsigned cycle) {
+    const struct settings *settings = &machine->settings;
+    const uint8_t masks[CYCLE_COUNT] = {settings->homing_cycle_1_mask, settings->homing_cycle_2_mask,
+                                        settings->homing_cycle_3_mask, settings->homing_cycle_4_mask,
+                                        settings->homing_cycle_5_mask, settings->homing_cycle_6_mask};
+    return masks[cycle];
+}
+
+static axis_mask_t axes_in_cycles(const struct machine *machine) {
+    unsigned axes = 0;
+    for (unsigned cycle = 0; cycle < CYCLE_COUNT; cycle++)
+        axes |= cycle_axes(machine, cycle);
+    return (axis_mask_t)axes;
+}
 
 /* Axes with an end: an endless one has nothing to find. */
 static axis_mask_t axes_with_ends(const struct machine *machine) {
@@ -108,11 +122,14 @@ static void begin_step(struct machine *machine, uint8_t step) {
     move_steps(machine, steps);
 }
 
-/* @return false: that was the last cycle */
+/* Axes asked for by their letters that are in no cycle come last. @return false: that was the last cycle */
 static bool begin_cycle(struct machine *machine) {
     struct homing *homing = &machine->homing;
-    while (homing->next < CYCLE_COUNT) {
-        homing->axes = cycles[homing->next++] & homing->asked;
+    while (homing->next <= CYCLE_COUNT) {
+        unsigned cycle = homing->next++;
+        axis_mask_t axes = cycle < CYCLE_COUNT ? cycle_axes(machine, cycle) : homing->asked;
+        homing->axes = axes & homing->asked & (axis_mask_t)~homing->done;
+        homing->done |= homing->axes;
         if (homing->axes == 0)
             continue;
         square_begin(machine);
@@ -133,8 +150,13 @@ enum status homing_begin(struct machine *machine, const char *letters) {
             return STATUS_UNKNOWN_COMMAND;
         asked |= 1u << ax;
     }
+    bool all = letters[0] == '\0';
+    if (all)
+        asked = axes_with_ends(machine) & axes_in_cycles(machine);
+    if (asked == 0)
+        return STATUS_HOMING_DISABLED;
     square_release(machine);
-    *homing = (struct homing){.asked = letters[0] == '\0' ? axes_with_ends(machine) : (axis_mask_t)asked};
+    *homing = (struct homing){.asked = (axis_mask_t)asked, .all = all};
     machine_transition(machine, MACHINE_HOMES);
     machine_apply_override(machine);
     machine->stage = TASK_HOMING;
@@ -181,7 +203,7 @@ static enum task_stage end_back_off(struct machine *machine) {
         return TASK_HOMING;
     machine_transition(machine, MACHINE_RESTS);
     machine_apply_override(machine);
-    machine->startup = machine->homing.asked == axes_with_ends(machine) ? 0 : STARTUP_LINE_COUNT;
+    machine->startup = machine->homing.all ? 0 : STARTUP_LINE_COUNT;
     return TASK_NONE;
 }
 

@@ -125,10 +125,12 @@ enum { FIRST_MOTOR, SECOND_MOTOR, MOTOR_COUNT };
 
 /** How far homing is; machine/homing.c. From `found` on: machine/square.c. */
 struct homing {
-    uint8_t cycle, step, next;
-    axis_mask_t asked, axes, left;  /* of $H; of this cycle; of these still looking for their switch */
-    axis_mask_t found[MOTOR_COUNT]; /* motors whose switch is found */
-    axis_mask_t held[MOTOR_COUNT];  /* motors that wait for the other one */
+    uint8_t step, next;                     /* within the cycle; the next cycle */
+    bool all;                               /* $H without letters */
+    axis_mask_t asked, done;                /* of $H; of the cycles so far */
+    axis_mask_t axes, left;                 /* of this cycle; of these still looking for their switch */
+    axis_mask_t found[MOTOR_COUNT];         /* motors whose switch is found */
+    axis_mask_t held[MOTOR_COUNT];          /* motors that wait for the other one */
     int32_t motor[MOTOR_COUNT][AXIS_COUNT]; /* where each stands: steps it has made */
     int32_t from[AXIS_COUNT];               /* counters when the present motion began */
 };

@@ -255,6 +255,43 @@ def test_homing_one_axis(grbl: Grbl) -> None:
     assert grbl.send("$HQ\n") == "error:3\r\n" and grbl.send("$HA\n") == "error:3\r\n"
 
 
+@pytest.mark.parametrize(
+    ("cycles", "command", "order"),
+    [
+        ({}, "$H", ["Z", "XY"]),
+        ({"s44": 3, "s45": 4}, "$H", ["XY", "Z"]),
+        ({"s44": 1, "s45": 2, "s46": 4}, "$H", ["X", "Y", "Z"]),
+        ({"s44": 7, "s45": 7}, "$H", ["XYZ"]),
+        ({"s44": 0, "s45": 0, "s49": 6}, "$H", ["YZ"]),
+        ({"s44": 4, "s45": 0}, "$HXZ", ["Z", "X"]),
+        ({"s44": 0, "s45": 0}, "$HXY", ["XY"]),
+    ],
+)
+def test_order_of_homing(grbl: Grbl, cycles: dict[str, int], command: str, order: list[str]) -> None:
+    """Homing cycles with configurable order and axes: $44 to $49 say which axes home together, and when."""
+    make_homing(grbl)
+    grbl.settings(**cycles)
+    seen, last, before = [""], "", grbl.stands()
+    said = grbl.after(0.0, command + "\n")
+    while "ok" not in said:
+        said += grbl.after(0.02)
+        now = grbl.stands()
+        moving = "".join(letter for letter, a, b in zip("XYZ", before, now, strict=False) if a != b)
+        if moving == last and set(moving) - set(seen[-1]):  # twice, so that it is not the change from one to the next
+            seen.append(moving)
+        before, last = now, moving
+    assert seen[1:] == order
+    homed = "".join(order)
+    assert [grbl.position()[ax] == -500 for ax in range(3)] == [letter in homed for letter in "XYZ"]
+
+
+def test_no_axis_to_home(grbl: Grbl) -> None:
+    """$22 on and no axis in a cycle: error:5, nothing hangs."""
+    make_homing(grbl)
+    grbl.settings(s44=0, s45=0)
+    assert grbl.send("$H\n") == "error:5\r\n" and grbl.state() == "Idle"
+
+
 def test_reports_are_silent_while_homing(grbl: Grbl) -> None:
     """Homing aborted by reset = `ALARM:6`. `?` silent meanwhile. 6 homing reset."""
     make_homing(grbl)
