@@ -56,6 +56,7 @@ stream-million: bench-serve
 generate: $(VENV)/.ready-dev
 	$(PY) -m wificnc.protocol.generate
 	$(PY) -m wificnc.board.generate
+	$(PY) -m wificnc.protocol.generate_codes
 	$(PY) -m wificnc.link.generate_words
 
 format: $(VENV)/.ready-dev

@@ -21,7 +21,7 @@ enum { TOOL_NUMBER_MAX = 255, CODE_X10_MAX = 999 };
 /* The table: entry 0 is no code. */
 enum code_index {
     CODE_UNKNOWN,
-#define CODE(letter, x10, group, value, axes) CODE_##letter##x10,
+#define CODE(letter, x10, group, value, axes, ...) CODE_##letter##x10,
 #include "gcode/codes.def"
 #undef CODE
 };
@@ -32,7 +32,7 @@ struct code {
 
 static const struct code codes[] = {
     [CODE_UNKNOWN] = {0, 0, 0},
-#define CODE(letter, x10, group, value, axes) [CODE_##letter##x10] = {GROUP_##group, value, axes},
+#define CODE(letter, x10, group, value, axes, ...) [CODE_##letter##x10] = {GROUP_##group, value, axes},
 #include "gcode/codes.def"
 #undef CODE
 };
@@ -40,7 +40,7 @@ static const struct code codes[] = {
 /* Where a code stands in it, by ten times its number: a search would cost more than the rest of the word. */
 #define G(x10) [x10] = CODE_G##x10,
 #define M(x10)
-#define CODE(letter, x10, group, value, axes) letter(x10)
+#define CODE(letter, x10, group, value, axes, ...) letter(x10)
 static const uint8_t g_codes[CODE_X10_MAX + 1] = {
 #include "gcode/codes.def"
 };
@@ -66,7 +66,7 @@ static enum status unknown_code(char letter, struct number number) {
         return STATUS_UNSUPPORTED;
     if (letter == 'M')
         return STATUS_NOT_INTEGER;
-#define CODE(code_letter, x10, group, value, axes)                                                           \
+#define CODE(code_letter, x10, group, value, axes, ...)                                                      \
     if (#code_letter[0] == 'G' && (x10) / 10 == whole) {                                                     \
         plain |= (x10) % 10 == 0;                                                                            \
         variants |= (x10) % 10 != 0;                                                                         \

@@ -71,8 +71,10 @@ static enum status restore(struct machine *machine, const char *what) {
 }
 
 static enum status build_info(struct machine *machine, const char *text) {
-    if (text[0] == '\0') {
+    if (text[0] == '\0' || strcmp(text, "+") == 0) {
         list_build(machine);
+        if (text[0] == '+')
+            list_codes(machine);
         return STATUS_OK;
     }
     if (text[0] != '=')

@@ -175,6 +175,7 @@ void list_offsets(struct machine *machine);
 void list_probe(struct machine *machine);
 void list_modes(struct machine *machine);
 void list_build(struct machine *machine);
+void list_codes(struct machine *machine);
 void list_startup(struct machine *machine);
 
 /* notes.c */

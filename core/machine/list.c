@@ -142,6 +142,26 @@ void list_build(struct machine *machine) {
     text_string(&machine->out, "]\r\n");
 }
 
+/* All codes of the table, as [CAPS:G0,G1,..,G38.2,..]. */
+void list_codes(struct machine *machine) {
+    static const struct {
+        char letter[2];
+        int16_t x10;
+    } codes[] = {
+#define CODE(letter, x10, ...) {#letter, x10},
+#include "gcode/codes.def"
+#undef CODE
+    };
+    text_string(&machine->out, "[CAPS:");
+    for (unsigned n = 0; n < sizeof codes / sizeof codes[0]; n++) {
+        text_string(&machine->out, n > 0 ? "," : "");
+        list_word(machine, codes[n].letter, codes[n].x10 / 10);
+        if (codes[n].x10 % 10 != 0)
+            list_word(machine, ".", codes[n].x10 % 10);
+    }
+    text_string(&machine->out, "]\r\n");
+}
+
 void list_startup(struct machine *machine) {
     for (int32_t line = 0; line < STARTUP_LINE_COUNT; line++) {
         list_word(machine, "$N", line);

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 FREE = "ABCIJKLRXYZ"
 NOT_NEGATIVE = "FHNPQST"
-CODE_ROW = re.compile(r"^CODE\((\w),\s*(\d+), (\w+),\s*([\w()| ]+),\s*(\w+)\)", re.MULTILINE)
+CODE_ROW = re.compile(r"^CODE\((\w),\s*(\d+),\s*(\w+),\s*([\w()| ]+?),\s*(AXES_\w+),", re.MULTILINE)
 CODES = [
     (f"{letter}{int(x10) // 10}" + (f".{int(x10) % 10}" if int(x10) % 10 else ""), group, axes)
     for letter, x10, group, _, axes in CODE_ROW.findall((ROOT / "core/gcode/codes.def").read_text())

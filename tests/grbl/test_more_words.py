@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
 from grbl_host import Grbl
+from wificnc.protocol.generate_codes import ROOT, codes
 
 STEPS_MM = 250
 
@@ -239,3 +241,28 @@ def test_a_setting_bends_an_arc_to_its_end(grbl: Grbl) -> None:
     assert mm(grbl) == [10.5, 0, 0]
     grbl.fine("$41=0.1")
     assert grbl.send("G2X20.5Y0I4.8\n") == "error:33\r\n"
+
+
+# -- the table of codes
+
+
+def test_the_extended_build_info_lists_every_code(grbl: Grbl) -> None:
+    """`$I` is Grbl's; `$I+` adds [CAPS:] from the one table of codes."""
+    plain = grbl.send("$I\n")
+    extended = grbl.send("$I+\n")
+    assert extended.startswith(plain.removesuffix("ok\r\n"))
+    said = re.search(r"^\[CAPS:(.*)\]\r$", extended, re.MULTILINE)
+    table = codes((ROOT / "core/gcode/codes.def").read_text(encoding="utf-8"))
+    assert said and said[1].split(",") == [code.name for code in table]
+    assert grbl.send("$I+1\n") == "error:3\r\n"
+
+
+def test_a_code_that_is_not_in_the_table_is_refused(grbl: Grbl) -> None:
+    """`an unsupported code is always error:20, never ignored` (error:23 for a fraction that Grbl refuses so)."""
+    known = {code.name for code in codes((ROOT / "core/gcode/codes.def").read_text(encoding="utf-8"))}
+    names = [f"{letter}{n}" for letter in "GM" for n in range(0, 210)] + [
+        f"G{n}.{t}" for n in range(100) for t in (1, 9)
+    ]
+    for name in names:
+        if name not in known:
+            assert grbl.send(name + "\n") in ("error:20\r\n", "error:23\r\n"), name
