@@ -60,6 +60,14 @@ struct hal_ganged {
     void (*hold)(struct hal *hal, axis_mask_t first, axis_mask_t second);
 };
 
+/** A motion side of its own: another task, on the core of the step ISR, that calls machine_poll_motion().
+ * Chosen at run time; without one machine_poll() does that work, too. */
+struct hal_motion_side {
+    /** [task] Have the motion side call work(arg) between two of its polls, with the interrupts of step timer
+     * and inputs held off, and wait until it is done. Some 10 us of work at most. */
+    void (*call)(const void *ctx, void (*work)(void *arg), void *arg);
+};
+
 /** Keeps values over a power cut. A power cut at any moment leaves the old or the new value of a key, never a
  * mix. Chosen at run time; a machine without one forgets. */
 struct hal_store {

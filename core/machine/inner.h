@@ -39,6 +39,10 @@ void machine_apply_settings(struct machine *machine);
 void machine_answer(struct machine *machine, enum status status);
 /** Nothing moves and nothing will before a resume: at rest, or held. */
 bool machine_is_stopped(const struct machine *machine);
+/** Have work(arg) done where the step ISR is started and stopped. */
+void machine_on_motion_side(struct machine *machine, void (*work)(void *arg), void *arg);
+/** Stop at once, forget all that was planned and stand where the pins have brought us. */
+void machine_halt(struct machine *machine);
 /** The counters are right and motion stands: forget all that was planned and go on from `position`. */
 void machine_stand_at(struct machine *machine, const int32_t position[AXIS_COUNT]);
 /** Forget what was planned and stand where the pins have brought us. */
@@ -82,6 +86,8 @@ void realtime_enable(struct machine *machine, uint8_t overrides);
 
 /* inputs.c */
 bool inputs_poll(struct machine *machine);
+/** Take the switches as they are now, as if an edge had come. */
+void inputs_look(struct machine *machine);
 /** Limit switches that are hit, by $5. */
 axis_mask_t inputs_limits(const struct machine *machine, const struct hal_inputs *inputs);
 /** Only those at the ends to which the axes home ($23). @param motor  FIRST_MOTOR or SECOND_MOTOR */

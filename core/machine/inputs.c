@@ -78,12 +78,20 @@ static uint32_t pressed(const struct hal_inputs *now, const struct hal_inputs *b
     return bits;
 }
 
+static void look(void *arg) {
+    machine_edge_isr(arg);
+}
+
+void inputs_look(struct machine *machine) {
+    machine_on_motion_side(machine, look, machine);
+}
+
 bool inputs_poll(struct machine *machine) {
     struct hal_inputs before = machine->inputs;
     hal_inputs_read(machine->hal, &machine->inputs);
     const struct hal_inputs *now = &machine->inputs;
     if (machine->edges.known != inputs_limits(machine, now)) /* a board without edge interrupts for them */
-        machine_edge_isr(machine);
+        inputs_look(machine);
     if ((now->estop || machine->edges.estop) && !machine->critical && !machine->restart) {
         machine_alarm_critical(machine, ALARM_ESTOP);
         return true;

@@ -40,8 +40,16 @@ bool machine_is_at_rest(const struct machine *machine) {
     return motion_is_planned_out(&machine->motion) && machine_is_standing(machine);
 }
 
+/* The motion side and the step ISR may work on meanwhile, but they get nothing new. So looking where the
+ * steps come from first, and then where they go, misses nothing; except what is in prep's hands while it
+ * works. Each load is an acquire, so that they stay in this order. */
 bool machine_is_standing(const struct machine *machine) {
-    return prep_is_empty(&machine->prep) && !machine->step.active;
+    uint32_t done = __atomic_load_n(&machine->motion_polls_done, __ATOMIC_ACQUIRE);
+    return segment_ring_peek(&machine->motion.ring) == NULL &&
+           !__atomic_load_n(&machine->prep.loaded, __ATOMIC_ACQUIRE) &&
+           ring_held(&machine->step.ring.index) == 0 &&
+           !__atomic_load_n(&machine->step.active, __ATOMIC_ACQUIRE) &&
+           __atomic_load_n(&machine->motion_polls_begun, __ATOMIC_RELAXED) == done;
 }
 
 bool machine_is_stopped(const struct machine *machine) {
@@ -53,11 +61,56 @@ void machine_position(const struct machine *machine, int32_t steps[AXIS_COUNT]) 
     step_position(&machine->step, machine->prep.position, steps);
 }
 
-void machine_stand_at(struct machine *machine, const int32_t position[AXIS_COUNT]) {
+void machine_on_motion_side(struct machine *machine, void (*work)(void *arg), void *arg) {
+    const struct machine_board *board = &machine->board;
+    if (board->motion_side == NULL)
+        work(arg);
+    else
+        board->motion_side->call(board->motion_side_ctx, work, arg);
+}
+
+static void reset_motion(struct machine *machine, const int32_t position[AXIS_COUNT]) {
     prep_reset(&machine->prep, position);
     motion_reset(&machine->motion, position);
+}
+
+/* What machine_stand_at() has done on the motion side. */
+struct stand {
+    struct machine *machine;
+    const int32_t *position;
+};
+
+/* cppcheck-suppress constParameterCallback ; the type of work() is fixed */
+static void stand(void *arg) {
+    const struct stand *at = arg;
+    reset_motion(at->machine, at->position);
+}
+
+static void take_planned_position(struct machine *machine) {
     for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
         machine->gcode.position_mm[ax] = machine->motion.plan.position_mm[ax];
+}
+
+void machine_stand_at(struct machine *machine, const int32_t position[AXIS_COUNT]) {
+    struct stand at = {.machine = machine, .position = position};
+    machine_on_motion_side(machine, stand, &at);
+    take_planned_position(machine);
+}
+
+static void halt(void *arg) {
+    struct machine *machine = arg;
+    int32_t position[AXIS_COUNT];
+    step_halt(&machine->step);
+    machine_position(machine, position);
+    step_flush(&machine->step);
+    reset_motion(machine, position);
+    machine->edges.latch[FIRST_MOTOR] = machine->edges.latch[SECOND_MOTOR] = 0;
+    machine->edges.hard_limit = machine->edges.estop = false;
+}
+
+void machine_halt(struct machine *machine) {
+    machine_on_motion_side(machine, halt, machine);
+    take_planned_position(machine);
 }
 
 void machine_drop_motion(struct machine *machine) {
@@ -136,6 +189,11 @@ static void report_clamp(struct machine *machine, unsigned axis, float mm_min) {
     text_string(&machine->out, " mm/min by the board's step rate]\r\n");
 }
 
+uint32_t machine_step_pulse_ns(const struct machine *machine) {
+    uint16_t us = machine->settings.step_pulse_us;
+    return us == machine_board_pulse_us(machine) ? machine->board.step_pulse_ns : us * 1000u;
+}
+
 /* Timer ticks that last at least this long. */
 static uint32_t ticks_of(const struct machine_board *board, uint32_t ns) {
     return (uint32_t)(((uint64_t)board->timer_hz * ns + 999999999u) / 1000000000u);
@@ -146,9 +204,7 @@ void machine_apply_settings(struct machine *machine) {
     const struct machine_board *board = &machine->board;
     struct motion_limits limits = {.junction_deviation_mm = settings->junction_deviation_mm,
                                    .axis_count = board->axis_count};
-    uint32_t pulse_ns = settings->step_pulse_us == machine_board_pulse_us(machine)
-                            ? board->step_pulse_ns
-                            : settings->step_pulse_us * 1000u;
+    uint32_t pulse_ns = machine_step_pulse_ns(machine);
     uint32_t pulse_rate_hz = 500000000u / pulse_ns; /* the pulse and a pause as long */
     float rate_hz =
         (float)(pulse_rate_hz < board->max_step_rate_hz ? pulse_rate_hz : board->max_step_rate_hz);
@@ -329,6 +385,15 @@ static bool is_quiet(struct machine *machine) {
     return machine->quiet.on;
 }
 
+bool machine_poll_motion(struct machine *machine) {
+    uint32_t poll = machine->motion_polls_done + 1;
+    (void)__atomic_exchange_n(&machine->motion_polls_begun, poll,
+                              __ATOMIC_ACQ_REL); /* before anything below */
+    bool any = prep_poll(&machine->prep);
+    __atomic_store_n(&machine->motion_polls_done, poll, __ATOMIC_RELEASE);
+    return any;
+}
+
 bool machine_poll(struct machine *machine) {
     bool any = inputs_poll(machine);
     if (is_quiet(machine))
@@ -350,7 +415,8 @@ bool machine_poll(struct machine *machine) {
     if (machine->critical)
         return any;
     any |= motion_poll(&machine->motion, hal_time_us(machine->hal));
-    any |= prep_poll(&machine->prep);
+    if (machine->board.motion_side == NULL)
+        any |= machine_poll_motion(machine);
     any |= update_state(machine);
     return any;
 }

@@ -33,6 +33,8 @@ struct machine_board {
     const struct hal_ganged *ganged; /* NULL: every axis has one motor */
     const struct hal_store *store;   /* NULL: nothing is kept */
     const void *store_ctx;
+    const struct hal_motion_side *motion_side; /* NULL: the task that calls machine_poll() is it */
+    const void *motion_side_ctx;
 };
 
 enum machine_state {
@@ -158,6 +160,7 @@ struct machine {
     struct motion motion;
     struct prep prep;
     struct step step;
+    uint32_t motion_polls_begun, motion_polls_done; /* of the motion side; differ while it works */
 
     enum machine_state state;
     bool critical;        /* after alarm 1, 2 or e-stop: only a reset helps */
@@ -213,6 +216,11 @@ void machine_init(struct machine *machine, const struct machine_board *board, st
 /** Carry everything on as far as it goes now. @return true when anything was done. */
 bool machine_poll(struct machine *machine);
 
+/** [motion side] Where board.motion_side is set: cut segments into spans and start the step timer. Call it
+ * every ms. Everything else of the machine belongs to the task of machine_poll(). @return true when anything
+ * was done. */
+bool machine_poll_motion(struct machine *machine);
+
 /** [isr or task] A limit or e-stop line has changed. Halts the step ISR when it must stop at once, and
  * remembers the exact step. On the ISR's core, never nested into it. */
 void machine_edge_isr(struct machine *machine);
@@ -223,7 +231,8 @@ uint32_t machine_wait_us(const struct machine *machine);
 /** Nothing more comes for now: planned moves start without waiting for look-ahead. */
 void machine_input_pause(struct machine *machine);
 
-/** No pulse is on its way to the pins; moves may be planned, as in a hold. */
+/** No pulse is on its way to the pins; moves may be planned, as in a hold. While a motion side of its own is
+ * at work, also false when it only looks around: ask again. */
 bool machine_is_standing(const struct machine *machine);
 
 /** No motion planned, queued or being stepped. */
@@ -231,6 +240,9 @@ bool machine_is_at_rest(const struct machine *machine);
 
 /** State as reports show it, with its sub-state: "Idle", "Hold:1", "Door:0". */
 const char *machine_state_text(const struct machine *machine);
+
+/** Length of a step pulse in force: the board's, or $0. */
+uint32_t machine_step_pulse_ns(const struct machine *machine);
 
 /** Steps that have left the pins. */
 void machine_position(const struct machine *machine, int32_t steps[AXIS_COUNT]);

@@ -12,15 +12,9 @@ void machine_alarm(struct machine *machine, enum alarm alarm) {
 }
 
 static void stop(struct machine *machine) {
-    int32_t position[AXIS_COUNT];
-    step_halt(&machine->step);
-    machine_position(machine, position);
-    step_flush(&machine->step);
-    machine_stand_at(machine, position);
+    machine_halt(machine);
     machine->cancelling = false;
-    machine->edges.latch[FIRST_MOTOR] = machine->edges.latch[SECOND_MOTOR] = 0;
     square_release(machine);
-    machine->edges.hard_limit = machine->edges.estop = false;
     machine->timer.on = false;
 }
 

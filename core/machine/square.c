@@ -57,7 +57,7 @@ void square_search(struct machine *machine) {
     }
     edges->latch[FIRST_MOTOR] = homing->axes;
     edges->latch[SECOND_MOTOR] = homing->axes & inputs_ganged(machine);
-    machine_edge_isr(machine); /* one that is closed already counts from here */
+    inputs_look(machine); /* one that is closed already counts from here */
     (void)square_take(machine);
 }
 
