@@ -7,8 +7,15 @@
 #include <string.h>
 
 /* Keys and layout versions of the values. A value of another version counts as damaged. */
-enum { KEY_SETTINGS = 1, KEY_OFFSETS = 2, KEY_STARTUP = 3, KEY_INFO = 4, KEY_WCS_MORE = 5, KEY_TOOLS = 6 };
-enum { VERSION = 1 };
+enum {
+    KEY_SETTINGS = STORE_KEY_SETTINGS,
+    KEY_OFFSETS = 2,
+    KEY_STARTUP = 3,
+    KEY_INFO = 4,
+    KEY_WCS_MORE = 5,
+    KEY_TOOLS = 6
+};
+enum { VERSION = STORE_VERSION };
 
 /* G54 .. G59, G28, G30; and G59.1 .. G59.3 under a key of their own. */
 enum { WCS_GRBL = 6, WCS_MORE = WCS_COUNT - WCS_GRBL };

@@ -17,7 +17,9 @@ struct value {
     uint8_t payload[STORE_SIZE_MAX];
 };
 
-/* 6 bytes: number, then the bits of the value. All settings fit a float exactly. */
+_Static_assert(sizeof(struct value) == STORE_IMAGE_MAX, "head and payload lie close together");
+
+/* 6 bytes: number, then the bits of the value. */
 enum { PAIR_SIZE = 6 };
 _Static_assert(SETTINGS_COUNT *PAIR_SIZE <= STORE_SIZE_MAX, "all settings fit one value");
 
@@ -37,6 +39,17 @@ static uint32_t value_crc(const struct value *value) {
     return crc32((const uint8_t *)value + from, sizeof value->head - from + value->head.count);
 }
 
+static bool is_sound(const struct value *value, size_t size, uint8_t version) {
+    return size >= sizeof value->head && value->head.count == size - sizeof value->head &&
+           value->head.version == version && value->head.crc == value_crc(value);
+}
+
+static void seal(struct value *value, uint8_t version, size_t payload_size) {
+    value->head.version = version;
+    value->head.count = (uint16_t)payload_size;
+    value->head.crc = value_crc(value);
+}
+
 /* @return STORE_FOUND and a payload of value->head.count bytes */
 static enum store_result load(const struct store *store, uint8_t key, uint8_t version, struct value *value) {
     if (store->ops == NULL)
@@ -44,17 +57,12 @@ static enum store_result load(const struct store *store, uint8_t key, uint8_t ve
     size_t count = store->ops->load(store->ctx, key, value, sizeof *value);
     if (count == 0)
         return STORE_EMPTY;
-    if (count < sizeof value->head || value->head.count != count - sizeof value->head ||
-        value->head.version != version || value->head.crc != value_crc(value))
-        return STORE_DAMAGED;
-    return STORE_FOUND;
+    return is_sound(value, count, version) ? STORE_FOUND : STORE_DAMAGED;
 }
 
 /* The payload is there. */
 static bool save(const struct store *store, uint8_t key, uint8_t version, struct value *value, size_t size) {
-    value->head.version = version;
-    value->head.count = (uint16_t)size;
-    value->head.crc = value_crc(value);
+    seal(value, version, size);
     return store->ops == NULL || store->ops->save(store->ctx, key, value, sizeof value->head + size);
 }
 
@@ -78,20 +86,53 @@ bool store_save(const struct store *store, uint8_t key, uint8_t version, const v
     return save(store, key, version, &value, size);
 }
 
+static struct store_pair pair_at(const struct value *value, size_t index) {
+    struct store_pair pair;
+    const uint8_t *at = value->payload + index * PAIR_SIZE;
+    memcpy(&pair.number, at, sizeof pair.number);
+    memcpy(&pair.value, at + sizeof pair.number, sizeof pair.value);
+    return pair;
+}
+
+static size_t put_pairs(struct value *value, const struct store_pair *pairs, size_t count) {
+    uint8_t *at = value->payload;
+    for (const struct store_pair *pair = pairs; pair < pairs + count; pair++, at += PAIR_SIZE) {
+        memcpy(at, &pair->number, sizeof pair->number);
+        memcpy(at + sizeof pair->number, &pair->value, sizeof pair->value);
+    }
+    return count * PAIR_SIZE;
+}
+
+size_t store_pack(uint8_t *image, uint8_t version, const struct store_pair *pairs, size_t count) {
+    struct value value;
+    seal(&value, version, put_pairs(&value, pairs, count));
+    memcpy(image, &value, sizeof value.head + value.head.count);
+    return sizeof value.head + value.head.count;
+}
+
+size_t store_unpack(const uint8_t *image, size_t size, uint8_t version, struct store_pair *pairs) {
+    struct value value;
+    if (size > sizeof value)
+        return 0;
+    memcpy(&value, image, size);
+    if (!is_sound(&value, size, version) || value.head.count > SETTINGS_COUNT * PAIR_SIZE)
+        return 0;
+    for (size_t index = 0; index < value.head.count / PAIR_SIZE; index++)
+        pairs[index] = pair_at(&value, index);
+    return value.head.count / PAIR_SIZE;
+}
+
 /* One pass over the pairs. @param homing  only $22, or all but $22 */
 static bool take_pairs(const struct value *value, bool homing, struct settings *settings,
                        uint8_t axis_count) {
-    for (size_t at = 0; at + PAIR_SIZE <= value->head.count; at += PAIR_SIZE) {
-        uint16_t number;
-        float number_value;
-        memcpy(&number, value->payload + at, sizeof number);
-        memcpy(&number_value, value->payload + at + sizeof number, sizeof number_value);
+    for (size_t index = 0; index < value->head.count / PAIR_SIZE; index++) {
+        struct store_pair pair = pair_at(value, index);
         double present;
         uint8_t decimals;
-        bool known = settings_get(settings, number, axis_count, &present, &decimals);
-        if (!known || (number == HOMING_NUMBER) != homing || present == (double)number_value)
+        bool known = settings_get(settings, pair.number, axis_count, &present, &decimals);
+        if (!known || (pair.number == HOMING_NUMBER) != homing || present == (double)pair.value)
             continue; /* a board may begin with a value that nobody can type */
-        if (settings_set(settings, number, (double)number_value, axis_count) != STATUS_OK)
+        if (settings_set(settings, pair.number, (double)pair.value, axis_count) != STATUS_OK)
             return false;
     }
     return true;
@@ -113,17 +154,14 @@ enum store_result store_load_settings(const struct store *store, uint8_t key, ui
 bool store_save_settings(const struct store *store, uint8_t key, uint8_t version,
                          const struct settings *settings) {
     struct value value;
-    size_t size = 0;
+    struct store_pair pairs[SETTINGS_COUNT];
+    size_t count = 0;
     uint16_t number = SETTINGS_BEGIN;
     while (settings_next(&number, AXIS_COUNT)) {
         double read;
         uint8_t decimals;
-        if (!settings_get(settings, number, AXIS_COUNT, &read, &decimals))
-            continue;
-        float kept = (float)read;
-        memcpy(value.payload + size, &number, sizeof number);
-        memcpy(value.payload + size + sizeof number, &kept, sizeof kept);
-        size += PAIR_SIZE;
+        if (settings_get(settings, number, AXIS_COUNT, &read, &decimals))
+            pairs[count++] = (struct store_pair){.number = number, .value = (float)read};
     }
-    return save(store, key, version, &value, size);
+    return save(store, key, version, &value, put_pairs(&value, pairs, count));
 }

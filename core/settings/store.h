@@ -14,8 +14,12 @@
 
 #include <stddef.h>
 
-/** Longest payload, bytes. */
-enum { STORE_SIZE_MAX = 400 };
+/** The key of the settings' value; those of the others are the machine's. And the layout version of all
+ * values: a value of another one counts as damaged. */
+enum { STORE_KEY_SETTINGS = 1, STORE_VERSION = 1 };
+
+/** Longest payload and longest image, bytes. */
+enum { STORE_SIZE_MAX = 400, STORE_IMAGE_MAX = 8 + STORE_SIZE_MAX };
 
 /** Where values are kept. ops may be NULL: nothing is kept, nothing is found, and saving is no error. */
 struct store {
@@ -44,5 +48,18 @@ enum store_result store_load_settings(const struct store *store, uint8_t key, ui
 
 bool store_save_settings(const struct store *store, uint8_t key, uint8_t version,
                          const struct settings *settings);
+
+/** A setting as it is kept. All of them fit a float exactly. */
+struct store_pair {
+    uint16_t number;
+    float value;
+};
+
+/** For targets that keep settings one by one: the image of settings, and what is in it.
+ *  @param count  at most SETTINGS_COUNT @return bytes of the image, at most STORE_IMAGE_MAX */
+size_t store_pack(uint8_t *image, uint8_t version, const struct store_pair *pairs, size_t count);
+
+/** @param[out] pairs  room for SETTINGS_COUNT @return how many there are; 0: none, or the image is damaged */
+size_t store_unpack(const uint8_t *image, size_t size, uint8_t version, struct store_pair *pairs);
 
 #endif

@@ -18,6 +18,7 @@ GOOD = {
     "min": "1",
     "max": "10",
     "help": '"A pause."',
+    "nvs": '"dwell_ms"',
 }
 GOOD_FLOAT = {"type": '"float"', "default": "5.0", "decimals": "3"}
 
@@ -139,7 +140,12 @@ def test_wire_keys_are_those_in_the_field() -> None:
 
 
 def test_storage_names_are_those_in_the_field() -> None:
-    assert {row["name"]: row["nvs"] for row in TABLE if "nvs" in row} == NVS_KEYS
+    assert NVS_KEYS.items() <= {row["name"]: row["nvs"] for row in TABLE}.items()
+
+
+def test_no_two_settings_lie_under_one_storage_key() -> None:
+    keys = [row["nvs"].format(axis=axis) for row in TABLE for axis in ("xyzabc" if row.get("per_axis") else "x")]
+    assert len(set(keys)) == len(keys)
 
 
 def test_a_counter_of_32_bits_holds_every_position() -> None:

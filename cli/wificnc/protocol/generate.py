@@ -14,7 +14,7 @@ from pathlib import Path
 
 import jinja2
 
-from wificnc.protocol.table import Setting, parse_settings, status_codes
+from wificnc.protocol.table import AXES, Setting, parse_settings, status_codes
 
 ROOT = Path(__file__).resolve().parents[3]
 SOURCE = "protocol/settings.toml"
@@ -25,7 +25,9 @@ OUTPUTS = {
     "core/settings/settings_gen.h": "settings_gen.h.j2",
     "core/settings/settings_table.c": "settings_table.c.j2",
     "docs/settings.md": "settings.md.j2",
+    "targets/esp32/store/nvs_keys.c": "nvs_keys.c.j2",
 }
+NVS_TYPES = {"bool": "U8", "u8": "U8", "u16": "U16", "float": "FLOAT"}
 C_TYPES = {"bool": "bool", "u8": "uint8_t", "u16": "uint16_t", "float": "float"}
 
 
@@ -80,7 +82,8 @@ def render(source: str, status_header: str) -> dict[str, str]:
         if row.below not in status:
             raise ValueError(f"${row.number} {row.name}: {STATUS_HEADER} has no {row.below}")
     sha256 = hashlib.sha256(source.encode()).hexdigest()
-    values = {"source": SOURCE, "sha256": sha256, "rows": rows, "status": status, "c_type": C_TYPES}
+    types = {"c_type": C_TYPES, "nvs_type": NVS_TYPES}
+    values = {"source": SOURCE, "sha256": sha256, "rows": rows, "status": status, "axes": AXES.lower(), **types}
     env = environment()
     return {path: env.get_template(template).render(values) for path, template in OUTPUTS.items()}
 

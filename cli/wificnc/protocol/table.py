@@ -55,7 +55,7 @@ class Setting(_Strict):
     below: Annotated[str, Field(pattern=r"^[A-Z_]+$")] = "BAD_NUMBER"
     reboot: bool = False
     help: Annotated[str, Field(min_length=1, max_length=95)]
-    nvs: str | None = None
+    nvs: Annotated[str, Field(min_length=1)]
     wire: Wire | None = None
 
     @model_validator(mode="after")
@@ -70,7 +70,7 @@ class Setting(_Strict):
             self._check_float()
         elif self.max > INTEGER_MAX[self.type]:
             raise ValueError(f"max does not fit {self.type}")
-        if self.nvs and len(self.nvs.format(axis="x")) > NVS_KEY_MAX:
+        if len(self.nvs.format(axis="x")) > NVS_KEY_MAX:
             raise ValueError(f"the nvs key is longer than {NVS_KEY_MAX} characters")
         return self
 

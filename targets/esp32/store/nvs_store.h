@@ -1,0 +1,37 @@
+/* SPDX-License-Identifier: MIT
+ * What the core keeps (hal_store), in NVS: settings one by one under their own keys, so that `wificnc nvs`
+ * and older firmware find them, the rest as blobs. [task] No NVS call here: the store is ops.
+ *
+ * NVS keeps each key atomically, not several. When more than one setting changes, their whole image first
+ * goes under PENDING; a start that finds it there finishes the job. So a power cut leaves all old or all new
+ * values. */
+#ifndef WIFICNC_ESP32_NVS_STORE_H
+#define WIFICNC_ESP32_NVS_STORE_H
+
+#include "hal/hal.h"
+#include "store/nvs_keys.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+/** Each call is atomic over a power cut. */
+struct nvs_ops {
+    /** @return false: no such key, or it is of another type */
+    bool (*get)(void *ctx, const char *key, enum nvs_type type, uint32_t *value);
+    bool (*set)(void *ctx, const char *key, enum nvs_type type, uint32_t value);
+    /** @return bytes of the blob, copied if they fit; 0: none */
+    size_t (*get_blob)(void *ctx, const char *key, void *bytes, size_t size);
+    bool (*set_blob)(void *ctx, const char *key, const void *bytes, size_t count);
+    bool (*erase)(void *ctx, const char *key);
+};
+
+struct nvs_store {
+    const struct nvs_ops *ops;
+    void *ctx;
+};
+
+/** ctx is a struct nvs_store. */
+extern const struct hal_store nvs_hal_store;
+
+#endif

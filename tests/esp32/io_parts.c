@@ -1,0 +1,95 @@
+/* SPDX-License-Identifier: MIT
+ * Parts of the ESP32's input and output that need no register: bouncing inputs, tables of port bits. */
+#include "hal/step_pins.h"
+#include "io/debounce.h"
+
+#include <stdio.h>
+#include <string.h>
+
+enum { SWITCH = 3, BUTTON = 31 };
+
+static unsigned failures;
+
+static void check(bool good, const char *what) {
+    if (!good) {
+        printf("%s\n", what);
+        failures++;
+    }
+}
+
+static struct debounce make(void) {
+    struct debounce debounce = {
+        .time = {[SWITCH] = {.on_us = 0, .off_us = 5000}, [BUTTON] = {.on_us = 20000, .off_us = 20000}}};
+    debounce_start(&debounce, 0);
+    return debounce;
+}
+
+static void a_switch_is_on_at_its_first_edge_and_off_when_it_is_quiet(void) {
+    struct debounce debounce = make();
+    const uint32_t on = 1u << SWITCH;
+    uint32_t t = UINT32_MAX - 2000; /* the clock wraps meanwhile */
+    check(debounce_sample(&debounce, on, t) == on, "the first edge does not count");
+    for (int bounce = 0; bounce < 10; bounce++) {
+        check(debounce_sample(&debounce, 0, t += 300) == 0, "a bounce switches off");
+        check(debounce_sample(&debounce, on, t += 300) == 0, "a bounce is news");
+    }
+    check(debounce.stable == on && debounce.glitches[SWITCH] == 10, "not 10 glitches");
+    check(debounce_sample(&debounce, 0, t += 1) == 0, "off at once");
+    check(debounce_sample(&debounce, 0, t + 4999) == 0, "off too early");
+    check(debounce_sample(&debounce, 0, t + 5000) == on && debounce.stable == 0, "never off");
+    check(debounce.glitches[SWITCH] == 10, "a true edge is a glitch");
+}
+
+static void a_button_must_be_held(void) {
+    struct debounce debounce = make();
+    const uint32_t on = 1u << BUTTON;
+    check(debounce_sample(&debounce, on, 0) == 0, "on at once");
+    check(debounce_sample(&debounce, 0, 100) == 0 && debounce.glitches[BUTTON] == 1, "noise is no glitch");
+    check(debounce_sample(&debounce, on, 200) == 0, "on at once again");
+    check(debounce_sample(&debounce, on, 20199) == 0, "on too early");
+    check(debounce_sample(&debounce, on, 20200) == on, "never on");
+}
+
+static void inputs_do_not_disturb_each_other(void) {
+    struct debounce debounce = make();
+    const uint32_t on = 1u << SWITCH, held = 1u << BUTTON;
+    (void)debounce_sample(&debounce, held, 0);
+    for (uint32_t t = 100; t < 20000; t += 100)
+        (void)debounce_sample(&debounce, t % 200 == 0 ? held : held | on, t);
+    check((debounce_sample(&debounce, held | on, 20000) & held) != 0, "noise beside it keeps a button off");
+}
+
+static void tables_hold_every_combination_of_axes(void) {
+    const uint8_t step[AXIS_COUNT] = {1, 2, 42, 41, 40, GPIO_NONE}, dir[AXIS_COUNT] = {3, 4, 38, 10, 31, 32};
+    struct step_pins pins;
+    check(step_pins_set(&pins, step, dir), "good pins are refused");
+    for (unsigned axes = 0; axes < AXIS_MASKS; axes++) {
+        uint64_t wanted_step = 0, wanted_dir = 0;
+        for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
+            wanted_step |= (axes >> ax & 1) != 0 && step[ax] != GPIO_NONE ? 1ull << step[ax] : 0;
+            wanted_dir |= (axes >> ax & 1) != 0 ? 1ull << dir[ax] : 0;
+        }
+        check((pins.step[axes].bank[0] | (uint64_t)pins.step[axes].bank[1] << 32) == wanted_step,
+              "step bits");
+        check((pins.dir[axes].bank[0] | (uint64_t)pins.dir[axes].bank[1] << 32) == wanted_dir, "dir bits");
+    }
+}
+
+static void a_pin_beyond_the_banks_changes_nothing(void) {
+    const uint8_t good[AXIS_COUNT] = {1, 2, 3, 4, 5, 6}, bad[AXIS_COUNT] = {1, 2, 3, 4, 5, 64};
+    struct step_pins pins, before;
+    (void)step_pins_set(&pins, good, good);
+    before = pins;
+    check(!step_pins_set(&pins, bad, good) && !step_pins_set(&pins, good, bad), "pin 64 is taken");
+    check(memcmp(&pins, &before, sizeof pins) == 0, "a refused map has changed the tables");
+}
+
+int main(void) {
+    a_switch_is_on_at_its_first_edge_and_off_when_it_is_quiet();
+    a_button_must_be_held();
+    inputs_do_not_disturb_each_other();
+    tables_hold_every_combination_of_axes();
+    a_pin_beyond_the_banks_changes_nothing();
+    printf("%u failures\n", failures);
+    return failures == 0 ? 0 : 1;
+}

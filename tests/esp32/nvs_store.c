@@ -1,0 +1,195 @@
+/* SPDX-License-Identifier: MIT
+ * The ESP32's store over a made-up NVS whose power is cut at every write in turn: all old or all new values.
+ */
+#include "store/nvs_store.h"
+#include "settings/store.h"
+
+#include <stdio.h>
+#include <string.h>
+
+enum { ENTRIES = 80, BLOB_MAX = 512, NO_CUT = 1000 };
+
+struct entry {
+    char key[16];
+    int type; /* enum nvs_type, or -1: a blob; -2: free */
+    uint32_t value;
+    uint8_t blob[BLOB_MAX];
+    size_t size;
+};
+
+static struct entry entries[ENTRIES];
+static int writes_left;
+static unsigned failures;
+
+static struct entry *entry_of(const char *key) {
+    for (int i = 0; i < ENTRIES; i++)
+        if (entries[i].type != -2 && strcmp(entries[i].key, key) == 0)
+            return &entries[i];
+    return NULL;
+}
+
+static struct entry *make_entry(const char *key) {
+    struct entry *entry = entry_of(key);
+    for (int i = 0; entry == NULL && i < ENTRIES; i++)
+        if (entries[i].type == -2)
+            entry = &entries[i];
+    if (entry == NULL || strlen(key) >= sizeof entry->key)
+        return NULL;
+    strcpy(entry->key, key);
+    return entry;
+}
+
+static bool power_is_on(void) {
+    return writes_left-- > 0;
+}
+
+static bool get(void *ctx, const char *key, enum nvs_type type, uint32_t *value) {
+    const struct entry *entry = entry_of(key);
+    (void)ctx;
+    if (entry == NULL || entry->type != (int)type)
+        return false;
+    *value = entry->value;
+    return true;
+}
+
+static bool set(void *ctx, const char *key, enum nvs_type type, uint32_t value) {
+    (void)ctx;
+    struct entry *entry = power_is_on() ? make_entry(key) : NULL;
+    if (entry == NULL)
+        return false;
+    entry->type = (int)type;
+    entry->value = value;
+    return true;
+}
+
+static size_t get_blob(void *ctx, const char *key, void *bytes, size_t size) {
+    const struct entry *entry = entry_of(key);
+    (void)ctx;
+    if (entry == NULL || entry->type != -1 || entry->size > size)
+        return 0;
+    memcpy(bytes, entry->blob, entry->size);
+    return entry->size;
+}
+
+static bool set_blob(void *ctx, const char *key, const void *bytes, size_t count) {
+    (void)ctx;
+    struct entry *entry = power_is_on() && count <= BLOB_MAX ? make_entry(key) : NULL;
+    if (entry == NULL)
+        return false;
+    entry->type = -1;
+    entry->size = count;
+    memcpy(entry->blob, bytes, count);
+    return true;
+}
+
+static bool erase(void *ctx, const char *key) {
+    struct entry *entry = entry_of(key);
+    (void)ctx;
+    if (entry == NULL || !power_is_on())
+        return false;
+    entry->type = -2;
+    return true;
+}
+
+static const struct nvs_ops ops = {
+    .get = get, .set = set, .get_blob = get_blob, .set_blob = set_blob, .erase = erase};
+static const struct nvs_store nvs = {.ops = &ops};
+static const struct store store = {.ops = &nvs_hal_store, .ctx = &nvs};
+
+static void check(bool good, const char *what, int cut) {
+    if (!good && ++failures <= 10)
+        printf("cut %d: %s\n", cut, what);
+}
+
+static void start_empty(void) {
+    for (int i = 0; i < ENTRIES; i++)
+        entries[i].type = -2;
+    writes_left = NO_CUT;
+}
+
+static struct settings changed(unsigned how_many) {
+    struct settings settings;
+    settings_defaults(&settings);
+    for (uint16_t i = 0; i < how_many; i++)
+        (void)settings_set(&settings, (uint16_t)(100 + i), 80.125 + i, 6);
+    return settings;
+}
+
+static bool same(const struct settings *a, const struct settings *b) {
+    uint16_t number = SETTINGS_BEGIN;
+    while (settings_next(&number, 6)) {
+        double x, y;
+        uint8_t decimals;
+        (void)settings_get(a, number, 6, &x, &decimals);
+        (void)settings_get(b, number, 6, &y, &decimals);
+        if (x != y)
+            return false;
+    }
+    return true;
+}
+
+static struct settings kept(int cut) {
+    struct settings settings;
+    settings_defaults(&settings);
+    enum store_result result = store_load_settings(&store, STORE_KEY_SETTINGS, STORE_VERSION, &settings, 6);
+    check(result != STORE_DAMAGED, "damaged", cut);
+    return settings;
+}
+
+/* @return false: the save went through, no cut came */
+static bool cut_at(int cut, unsigned how_many) {
+    struct settings before = changed(0), after = changed(how_many);
+    start_empty();
+    (void)store_save_settings(&store, STORE_KEY_SETTINGS, STORE_VERSION, &before);
+    writes_left = cut;
+    bool saved = store_save_settings(&store, STORE_KEY_SETTINGS, STORE_VERSION, &after);
+    writes_left = NO_CUT;
+    struct settings found = kept(cut);
+    check(same(&found, &after) || (!saved && same(&found, &before)), "a mix of old and new", cut);
+    found = kept(cut);
+    check(same(&found, &after) || (!saved && same(&found, &before)), "a mix at the second start", cut);
+    check(entry_of("pending") == NULL, "the job is not finished", cut);
+    return !saved;
+}
+
+static void what_is_not_stored_stays_as_the_board_brings_it(void) {
+    struct settings settings = changed(0);
+    start_empty();
+    settings.step_pulse_us = 2;
+    (void)set(NULL, "spm_x", NVS_FLOAT, 0x42A00000); /* 80.0 */
+    (void)store_load_settings(&store, STORE_KEY_SETTINGS, STORE_VERSION, &settings, 6);
+    check(settings.steps_per_mm[0] == 80.0f && settings.step_pulse_us == 2, "not only what is stored", -1);
+}
+
+static void a_value_out_of_range_is_damage(void) {
+    struct settings settings = changed(0), before = settings;
+    start_empty();
+    (void)set(NULL, "spm_x", NVS_FLOAT, 0xC2A00000); /* -80.0 */
+    check(store_load_settings(&store, STORE_KEY_SETTINGS, STORE_VERSION, &settings, 6) == STORE_DAMAGED &&
+              same(&settings, &before),
+          "taken", -1);
+}
+
+static void other_values_are_blobs(void) {
+    const char text[] = "G21";
+    char read[sizeof text];
+    start_empty();
+    check(store_save(&store, 3, STORE_VERSION, text, sizeof text), "not saved", -1);
+    check(store_load(&store, 3, STORE_VERSION, read, sizeof read) == STORE_FOUND && strcmp(read, text) == 0,
+          "not found", -1);
+    check(store_load(&store, 4, STORE_VERSION, read, sizeof read) == STORE_EMPTY, "found", -1);
+}
+
+int main(void) {
+    for (unsigned how_many = 1; how_many <= 6; how_many++) {
+        int cut = 0;
+        while (cut_at(cut, how_many))
+            cut++;
+        check(cut == (how_many == 1 ? 1 : (int)how_many + 2), "not that many writes", cut);
+    }
+    what_is_not_stored_stays_as_the_board_brings_it();
+    a_value_out_of_range_is_damage();
+    other_values_are_blobs();
+    printf("%u failures\n", failures);
+    return failures == 0 ? 0 : 1;
+}

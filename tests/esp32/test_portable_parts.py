@@ -1,0 +1,30 @@
+"""The parts of the ESP32's firmware that need no chip, as C programs on this computer."""
+
+from __future__ import annotations
+
+import subprocess
+from pathlib import Path
+
+import pytest
+from wificnc.build.checkout import checkout_root
+from wificnc.build.host import build_program
+
+HERE = Path(__file__).parent
+ESP32 = checkout_root() / "targets" / "esp32"
+
+# program -> the firmware's files in it
+PROGRAMS = {
+    "two_sides": (),  # the machine with a motion side of its own: two real threads
+    "io_parts": ("hal/step_pins.c", "io/debounce.c"),
+    "nvs_store": ("store/nvs_keys.c", "store/nvs_store.c"),
+}
+
+
+@pytest.mark.parametrize("name", PROGRAMS)
+def test_program(name: str) -> None:
+    sources = [HERE / f"{name}.c", *(ESP32 / source for source in PROGRAMS[name])]
+    output = checkout_root() / "build" / "tests" / name
+    program = build_program(sources, output, "release", ["-pthread", f"-I{ESP32}"])
+    done = subprocess.run([program], capture_output=True, text=True, timeout=120, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert "0 failures" in done.stdout
