@@ -87,7 +87,7 @@ static enum status find_levels(struct resolver *r, unsigned normal) {
     const struct gcode_modal *next = &r->out->next;
     const struct gcode_sticky *sticky = &r->out->sticky;
     struct gcode_drill *drill = &r->out->move.drill;
-    const double zero = next->incremental ? next->sticky.initial_mm : resolve_offset_mm(r, normal);
+    const double zero = next->incremental ? sticky->initial_mm : resolve_offset_mm(r, normal);
 
     drill->r_mm = zero + sticky->r_mm;
     drill->bottom_mm = (next->incremental ? drill->r_mm : zero) + sticky->z_mm;
