@@ -212,7 +212,8 @@ static enum status read_exists(struct reader *reader, double *value) {
         return status;
     if (!take(reader, "]"))
         return STATUS_EXPRESSION_BRACKET;
-    *value = readings_get(reader->context, &ref, value) == STATUS_OK;
+    status = readings_get(reader->context, &ref, value);
+    *value = status == STATUS_OK || status == STATUS_MACHINE_ONLY;
     return STATUS_OK;
 }
 

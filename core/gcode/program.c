@@ -390,9 +390,8 @@ static enum status end_text(struct program *program) {
 }
 
 /* One line. @param more  false: there was none @param plain  it is for the caller */
-static enum status take_line(struct program *program, struct params *params, const struct gcode_state *gcode,
+static enum status take_line(struct program *program, struct params *params, struct param_context context,
                              bool *more, bool *plain) {
-    struct param_context context = {.gcode = gcode, .params = params};
     struct oword oword;
     const struct step step = {.program = program, .params = params, .context = &context, .oword = &oword};
     enum status status = program_read_line(program, more);
@@ -414,11 +413,12 @@ static enum status take_line(struct program *program, struct params *params, con
 }
 
 enum program_result program_next(struct program *program, struct params *params,
-                                 const struct gcode_state *gcode) {
+                                 const struct gcode_state *gcode, uint32_t unknown) {
+    const struct param_context context = {.gcode = gcode, .params = params, .unknown = unknown};
     bool more = true, plain = false;
 
     while (program->status == STATUS_OK && more && !plain)
-        program->status = take_line(program, params, gcode, &more, &plain);
+        program->status = take_line(program, params, context, &more, &plain);
     if (program->status != STATUS_OK)
         return PROGRAM_FAILED;
     return plain ? PROGRAM_LINE : PROGRAM_DONE;

@@ -98,9 +98,9 @@ struct program {
 enum status program_begin(struct program *program, const struct program_source *source, uint32_t lines_max);
 
 /** Go on to the next line to execute. Calls and returns exchange #1..#30 and the local names in `params`;
- *  `gcode` is what conditions read (#5420, #<_metric> ...). */
+ *  `gcode` is what conditions read (#5420, #<_metric> ...), but for what is `unknown` (NEEDS_ bits). */
 enum program_result program_next(struct program *program, struct params *params,
-                                 const struct gcode_state *gcode);
+                                 const struct gcode_state *gcode, uint32_t unknown);
 
 /** The filtered line is an O line, well formed: a stream cannot carry it out, a program can. */
 bool program_is_jump(const char *line);

@@ -65,10 +65,10 @@ static enum status get_named(const struct param_context *context, const struct p
 
 #define work(axis)     work_position(context, axis)
 #define absolute(axis) absolute_position(context, axis)
-#define READING(known, reading)                                                                              \
+#define READING(known, reading, needs)                                                                       \
     if (ref->length == sizeof known - 1 && memcmp(ref->name, known, sizeof known - 1) == 0) {                \
         *value = (double)(reading);                                                                          \
-        return STATUS_OK;                                                                                    \
+        return (context->unknown & (needs)) != 0 ? STATUS_MACHINE_ONLY : STATUS_OK;                          \
     }
 #include "gcode/readings.def"
 #undef READING
@@ -133,26 +133,43 @@ static bool is_offset(const struct gcode_offsets *offsets) {
     return false;
 }
 
-static enum status get_numbered(const struct param_context *context, unsigned number, double *value) {
+/* NEEDS_ bits of a number that is there. */
+static uint32_t needs_of(unsigned number) {
+    if (number >= NUMBER_WORK)
+        return number < NUMBER_WORK + AXIS_COUNT ? NEEDS_WORK(number - NUMBER_WORK) : NEEDS_NOTHING;
+    if (number == NUMBER_TOOL)
+        return NEEDS_TOOL_IN_SPINDLE;
+    if (number > NUMBER_TOOL)
+        return NEEDS_OFFSETS | NEEDS_TOOL_IN_SPINDLE;
+    if (number == NUMBER_WCS)
+        return NEEDS_WCS;
+    return number >= NUMBER_PROBE && number <= NUMBER_PROBE_OK ? NEEDS_PROBE : NEEDS_OFFSETS;
+}
+
+static bool is_single(const struct param_context *context, unsigned number, double *value) {
     switch (number) {
     case NUMBER_PROBE_OK:
         *value = context->params->probe_ok;
-        return STATUS_OK;
+        return true;
     case NUMBER_G92_ON:
         *value = is_offset(&context->gcode->offsets);
-        return STATUS_OK;
+        return true;
     case NUMBER_WCS:
         *value = 1.0 + context->gcode->modal.wcs;
-        return STATUS_OK;
+        return true;
     case NUMBER_TOOL:
         *value = context->gcode->modal.tool_in_spindle;
-        return STATUS_OK;
+        return true;
     default:
-        break;
+        return false;
     }
-    if (in_offsets(&context->gcode->offsets, number, value) || in_positions(context, number, value))
-        return STATUS_OK;
-    return STATUS_PARAMETER_NUMBER;
+}
+
+static enum status get_numbered(const struct param_context *context, unsigned number, double *value) {
+    if (!is_single(context, number, value) && !in_offsets(&context->gcode->offsets, number, value) &&
+        !in_positions(context, number, value))
+        return STATUS_PARAMETER_NUMBER;
+    return (context->unknown & needs_of(number)) != 0 ? STATUS_MACHINE_ONLY : STATUS_OK;
 }
 
 enum status readings_get(const struct param_context *context, const struct param_ref *ref, double *value) {
@@ -167,7 +184,7 @@ enum status readings_get(const struct param_context *context, const struct param
 
 enum status readings_check_set(const struct param_ref *ref) {
     static const char *const reserved[] = {
-#define READING(known, reading) known,
+#define READING(known, reading, needs) known,
 #include "gcode/readings.def"
 #undef READING
     };

@@ -3,6 +3,7 @@
 
 #include "config.h"
 #include "gcode/formula.h"
+#include "gcode/knowledge.h"
 #include "gcode/program.h"
 #include "link/line_reader.h"
 
@@ -33,7 +34,7 @@ struct run {
     struct params params;
     struct param_numbered numbered[NUMBERED_ROOM];
     struct param_named named[NAMED_ROOM];
-    bool other; /* what is not known is other than in the first run */
+    uint32_t unknown; /* NEEDS_ bits */
     struct expand *out;
 };
 
@@ -81,60 +82,27 @@ static bool add_line(struct expand *out, const char *line, uint32_t number) {
 
 /* ---- one run ---- */
 
-/* Any machine but one at power-on. */
-static void begin_elsewhere(struct gcode_state *gcode) {
-    struct gcode_offsets *offsets = &gcode->offsets;
-    struct gcode_modal *modal = &gcode->modal;
-    double *const rows[] = {offsets->g28_mm, offsets->g30_mm, offsets->g92_mm, gcode->position_mm};
-    for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
-        for (unsigned row = 0; row < sizeof rows / sizeof rows[0]; row++)
-            rows[row][ax] = 1.37 + 3.1 * row + 0.77 * ax;
-        for (unsigned wcs = 0; wcs < WCS_COUNT; wcs++)
-            offsets->wcs_mm[wcs][ax] = -2.19 + 1.3 * wcs + 0.59 * ax;
-    }
-    offsets->tool_length_mm = 0.83;
-    for (unsigned tool = 0; tool < TOOL_COUNT; tool++)
-        offsets->tool_mm[tool] = 5.5f + 0.25f * (float)tool;
-    modal->motion = MOTION_LINEAR;
-    modal->plane = PLANE_YZ;
-    modal->inches = modal->incremental = modal->arc_absolute = true;
-    modal->wcs = 4;
-    modal->spindle = SPINDLE_CW;
-    modal->coolant = COOLANT_FLOOD;
-    modal->tool = modal->tool_in_spindle = 7;
-    modal->feed_mm_s = 1.5f;
-    modal->spindle_rpm = 123.0f;
-    modal->overrides = 0;
-}
-
-/* A probe stops somewhere on its way. */
-static void stop_probe(struct run *run, const struct gcode_move *move) {
-    struct params *params = &run->params;
-    double offset_mm[AXIS_COUNT];
-    gcode_work_offset_mm(&run->gcode, offset_mm);
-    for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
-        double from_mm = run->gcode.position_mm[ax];
-        run->gcode.position_mm[ax] += (run->other ? 0.61803 : 1.0) * (move->target_mm[ax] - from_mm);
-        params->probe_mm[ax] = run->gcode.position_mm[ax] - offset_mm[ax];
-    }
-    params->probe_ok = !run->other;
-}
-
 /* What the machine does with a command, less the motion. @return the program ends */
-static bool follow(struct run *run, const struct gcode_command *command) {
+static bool follow(struct run *run, const char *line, const struct gcode_command *command) {
+    run->unknown = knowledge_after(run->unknown, line, command);
     gcode_offsets_apply(&run->gcode.offsets, command);
     gcode_modal_apply(&run->gcode, command);
-    if (command->move.motion == MOTION_PROBE)
-        stop_probe(run, &command->move);
-    else if (command->move.motion != MOTION_NONE)
+    if (command->move.motion != MOTION_NONE)
         memcpy(run->gcode.position_mm, command->move.target_mm, sizeof run->gcode.position_mm);
     return command->flow == FLOW_END;
+}
+
+/* A $ line does who knows what. A line with an error does nothing; but where not all is known, the machine
+ * may see none in it (an arc that begins elsewhere). */
+static void lose_track(struct run *run, const char *line) {
+    if (line[0] == '$' || run->unknown != NEEDS_PROBE)
+        run->unknown = NEEDS_ALL;
 }
 
 /* The line as it goes over the wire. */
 static enum status compute(struct run *run, struct formula *formula) {
     const struct param_context context = {
-        .gcode = &run->gcode, .params = &run->params, .line = run->program.line};
+        .gcode = &run->gcode, .params = &run->params, .line = run->program.line, .unknown = run->unknown};
     const char *line = run->program.text;
     for (unsigned decimals = DECIMALS_MOST; decimals >= DECIMALS_LEAST; decimals--) {
         enum status status = formula_compute(&context, line, decimals, formula);
@@ -163,8 +131,10 @@ static enum status take_line(struct run *run, bool *ends) {
         return STATUS_LINE_TOO_LONG;
     if (!add_line(run->out, line, run->program.line))
         run->out->short_of_memory = *ends = true;
-    else if (gcode_line(&run->gcode, line, &command) == STATUS_OK)
-        *ends = follow(run, &command);
+    else if (line[0] != '$' && gcode_line(&run->gcode, line, &command) == STATUS_OK)
+        *ends = follow(run, line, &command);
+    else
+        lose_track(run, line);
     return STATUS_OK;
 }
 
@@ -173,72 +143,34 @@ static void go(struct run *run, const struct text *text, uint32_t lines_max) {
     struct program *program = &run->program;
     enum status status = program_begin(program, &source, lines_max);
     bool ends = false;
-    while (status == STATUS_OK && !ends && program_next(program, &run->params, &run->gcode) == PROGRAM_LINE)
+    while (status == STATUS_OK && !ends &&
+           program_next(program, &run->params, &run->gcode, run->unknown) == PROGRAM_LINE)
         status = take_line(run, &ends);
     run->out->status = status != STATUS_OK ? status : program->status;
     run->out->line = program->line;
 }
 
-/* ---- two runs ---- */
-
-static struct expand *expand_once(const struct text *text, uint32_t lines_max, bool elsewhere, bool other) {
-    struct run *run = calloc(1, sizeof *run);
-    struct expand *out = calloc(1, sizeof *out);
-    if (run == NULL || out == NULL) {
-        free(run);
-        free(out);
-        return NULL;
-    }
-    run->out = out;
-    run->other = other;
-    run->gcode.axes = (axis_mask_t)((1u << AXIS_COUNT) - 1);
-    run->params.numbered = run->numbered;
-    run->params.numbered_room = NUMBERED_ROOM;
-    run->params.named = run->named;
-    run->params.named_room = NAMED_ROOM;
-    gcode_modal_init(&run->gcode.modal);
-    if (elsewhere)
-        begin_elsewhere(&run->gcode);
-    go(run, text, lines_max);
-    free(run);
-    return out;
-}
-
-/* Keep what both have in common; what differs is no secret of the program's. */
-static void compare(struct expand *first, const struct expand *second) {
-    const char *a = first->text, *b = second->text;
-    size_t same = 0, bytes = 0;
-    while (same < first->count && same < second->count) {
-        size_t length =
-            (size_t)((const char *)memchr(a + bytes, '\n', first->size - bytes) + 1 - (a + bytes));
-        if (bytes + length > second->size || memcmp(a + bytes, b + bytes, length) != 0)
-            break;
-        bytes += length;
-        same++;
-    }
-    if (same == first->count && same == second->count && first->status == second->status &&
-        first->line == second->line)
-        return;
-    if (same < first->count)
-        first->line = first->numbers[same];
-    else if (same < second->count)
-        first->line = second->numbers[same];
-    first->status = STATUS_MACHINE_ONLY;
-    first->count = same;
-    first->size = bytes;
-}
-
 struct expand *expand_create(const char *text, size_t size, enum expand_start start, uint32_t lines_max) {
     const struct text whole = {text, size};
-    struct expand *first = expand_once(&whole, lines_max, false, false);
-    struct expand *second = expand_once(&whole, lines_max, start == EXPAND_ANYWHERE, true);
-    bool made = first != NULL && second != NULL && !first->short_of_memory && !second->short_of_memory;
+    struct run *run = calloc(1, sizeof *run);
+    struct expand *out = calloc(1, sizeof *out);
+    bool made = run != NULL && out != NULL;
+    if (made) {
+        run->out = out;
+        run->unknown = start == EXPAND_ANYWHERE ? NEEDS_ALL : NEEDS_PROBE;
+        run->gcode.axes = (axis_mask_t)((1u << AXIS_COUNT) - 1);
+        run->params.numbered = run->numbered;
+        run->params.numbered_room = NUMBERED_ROOM;
+        run->params.named = run->named;
+        run->params.named_room = NAMED_ROOM;
+        gcode_modal_init(&run->gcode.modal);
+        go(run, &whole, lines_max);
+        made = !out->short_of_memory;
+    }
+    free(run);
     if (made)
-        compare(first, second);
-    expand_destroy(second);
-    if (made)
-        return first;
-    expand_destroy(first);
+        return out;
+    expand_destroy(out);
     return NULL;
 }
 

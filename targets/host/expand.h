@@ -2,9 +2,8 @@
  * A program with O words, expressions and parameters -> the plain lines that it executes, each with the
  * number of the line it came from. The core does it (gcode/program.h, gcode/formula.h); nothing moves.
  *
- * What a program reads of the machine (its position, offsets, modes, a probe's result) is not known here. So
- * the program runs twice, from two different machines; where the lines differ, it depends on that, and is
- * refused with STATUS_MACHINE_ONLY.
+ * What a program reads of the machine (its position, offsets, modes, a probe's result) is not known here
+ * unless it was set before (gcode/knowledge.h): then it is refused with STATUS_MACHINE_ONLY.
  *
  * Called from one thread; Python drives it through ctypes. */
 #ifndef WIFICNC_HOST_EXPAND_H

@@ -114,7 +114,7 @@ void bench_fail_at(struct bench *bench, int32_t offset) {
 /* Execute lines up to one that leaves plain text. @return an enum program_result */
 int bench_step(struct bench *bench) {
     for (;;) {
-        int result = (int)program_next(&bench->program, &bench->params, &bench->gcode);
+        int result = (int)program_next(&bench->program, &bench->params, &bench->gcode, NEEDS_NOTHING);
         if (result != PROGRAM_LINE)
             return result;
         bench->program.status = (enum status)carry_out(bench, bench->program.text, bench->program.line);
