@@ -17,6 +17,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "pins": ("pins", "Generate pin_config.h of a board."),
     "build": ("build", "Build the firmware of a board, or the host controller."),
     "sim": ("sim", "Run a G-code job through the real core in virtual time."),
+    "expand": ("expand", "Write the plain lines that a program with O words executes."),
     "serve": ("serve", "Be a controller in real time, for any Grbl sender."),
     "send": ("send", "Stream a G-code job to a controller."),
     "status": ("status", "Show where a machine stands and what it does."),

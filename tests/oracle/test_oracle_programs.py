@@ -10,7 +10,7 @@ import pytest
 from canon import Refused, rs274
 from compare import check_same
 from compute_bench import Bench, ProgramError
-from gcode_core import XYZABC
+from gcode_core import ROOT, XYZABC
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from ours import Ours
@@ -70,6 +70,10 @@ def agree_on(lib: CDLL, tmp_path_factory: pytest.TempPathFactory) -> Agree:
 @pytest.mark.parametrize("program", PROGRAMS.values(), ids=PROGRAMS.keys())
 def test_program(agree_on: Agree, program: str) -> None:
     assert agree_on("G21G1F9\n" + program.replace("|", "\n")) > 0
+
+
+def test_example(agree_on: Agree) -> None:
+    assert agree_on((ROOT / "examples" / "bolt_circle.ngc").read_text()) > 8 * 6
 
 
 VALUES = st.recursive(

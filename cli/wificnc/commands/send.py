@@ -14,12 +14,14 @@ import rich_click as click
 
 from wificnc import ui
 from wificnc.build.host import ensure_host_library
+from wificnc.commands._program import max_lines_option
 from wificnc.commands._target import controller_option, json_option, position_json
 from wificnc.errors import BuildError, Exit, JobError, UserError
 from wificnc.job.estimate import Estimate
+from wificnc.job.expand import Start, expand, load_expand, needs_expansion
 from wificnc.job.fate import fate_lines
 from wificnc.job.native import load_rebuild
-from wificnc.job.program import JobLine, Program, numbered, read_program
+from wificnc.job.program import JobLine, Program, expanded_program, numbered, read_program
 from wificnc.job.resume import Approach, MachineFacts, Resume, plan_resume
 from wificnc.job.run import End, JobRun, Outcome, RunOptions
 from wificnc.keyboard import Keyboard
@@ -63,11 +65,13 @@ class SendOptions:
 @click.option("--dry-run", is_flag=True, help="Check mode ($C): the controller reads every line and moves nothing.")
 @click.option("--number/--no-number", default=True, show_default=True,
               help="Send N words, so that reports tell which line is being made.")  # fmt: skip
+@max_lines_option
 @json_option
 @click.pass_context
 def command(
     ctx: click.Context, file: Path, target: Target, from_line: int | None, safe_z: float | None, spindle_wait: float,
-    plunge_feed: float, yes: bool, keep_going: bool, dry_run: bool, number: bool, as_json: bool,
+    plunge_feed: float, yes: bool, keep_going: bool, dry_run: bool, number: bool, max_lines: int,
+    as_json: bool,
 ) -> None:  # fmt: skip
     """Stream a G-code FILE to a controller.
 
@@ -76,13 +80,35 @@ def command(
     """
     approach = Approach(safe_z, spindle_wait, plunge_feed)
     options = SendOptions(file, from_line, approach, yes, keep_going, dry_run, number)
-    program = read_program(file.name, read_job(file))
+    program = job_program(file.name, read_job(file), max_lines)
+    check_resume(program, from_line)
     with connected(target) as client:
         outcome = send(client, program, options)
-    show(file.name, outcome)
+    show(file.name, outcome, program.expanded)
     if as_json:
         ui.emit_json(outcome_json(str(file), outcome))
     ctx.exit(EXITS.get(outcome.end, Exit.JOB) if not outcome.errors else Exit.JOB)
+
+
+def job_program(name: str, data: bytes, lines_max: int) -> Program:
+    """The lines to send: those of the file, or those that its O words execute. Raises JobError."""
+    source = read_program(name, data)
+    if not source.may_jump:
+        return source
+    library = load_expand(ensure_host_library())
+    if not needs_expansion(library, data):
+        return source
+    expanded = expand(library, name, data, Start.ANYWHERE, lines_max)
+    return expanded_program(name, source, expanded.text, expanded.numbers)
+
+
+def check_resume(program: Program, from_line: int | None) -> None:
+    """Raises JobError for a program whose state cannot be rebuilt from its lines alone."""
+    if from_line and (program.expanded or program.computes):
+        raise JobError(
+            "a program that computes cannot be resumed: what its parameters were is not known",
+            hint="`wificnc expand FILE -o OUT` makes plain lines of it; send OUT, and resume that",
+        )
 
 
 def send(client: Client, program: Program, options: SendOptions) -> Outcome:
@@ -170,9 +196,9 @@ def confirm(resume: Resume, options: SendOptions) -> None:
         raise JobError("nothing was sent")
 
 
-def show(file: str, outcome: Outcome) -> None:
+def show(file: str, outcome: Outcome, expanded: bool = False) -> None:
     """The summary."""
-    for line in fate_lines(outcome):
+    for line in fate_lines(outcome, expanded):
         ui.talk.print(line, markup=False, soft_wrap=True)
     verdict = (
         "finished" if outcome.complete else "finished with errors" if outcome.end is End.FINISHED else "NOT finished"

@@ -13,6 +13,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from rich.table import Table
 
 from wificnc import ui
+from wificnc.commands._program import max_lines_option
 from wificnc.errors import Exit
 from wificnc.sim.job import Progress as OnProgress
 from wificnc.sim.job import SimResult
@@ -32,18 +33,19 @@ ERRORS_SHOWN = 20
 @click.option("--trace", type=click.Path(path_type=Path), help="Write every step event: .csv, .vcd or .npz.")
 @click.option("--at", multiple=True, metavar="'TIME WHAT'", help="At the machine, '2.5s limit x'; repeatable.")
 @click.option("--keep-going", is_flag=True, help="Go on after an error, collect all.")
+@max_lines_option
 @click.pass_context
 def command(
     ctx: click.Context, file: Path, board: str, machine: str | None, settings: tuple[str, ...],
     json_path: Path | None, plot: Path | None, trace: Path | None, at: tuple[str, ...],
-    keep_going: bool,
+    keep_going: bool, max_lines: int,
 ) -> None:  # fmt: skip
     """Run a G-code FILE through the real core in virtual time.
 
     The motion that the controller would make, measured from its step edges: times, speeds, extent, step counts.
     """
     json_file = None if json_path is None or str(json_path) == "-" else json_path
-    options = SimOptions(file, board, machine, settings, json_file, plot, trace, keep_going, at)
+    options = SimOptions(file, board, machine, settings, json_file, plot, trace, keep_going, at, max_lines)
     with _progress_bar(file.name) as on_progress:
         result = simulate(options, on_progress)
     if json_path is not None and json_file is None:

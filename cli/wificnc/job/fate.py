@@ -5,15 +5,17 @@ from __future__ import annotations
 from wificnc.job.run import End, Outcome
 
 
-def fate_lines(outcome: Outcome) -> list[str]:
-    """Nothing for a job that finished."""
+def fate_lines(outcome: Outcome, expanded: bool = False) -> list[str]:
+    """Nothing for a job that finished. An expanded one is not resumed by the lines of its file."""
     if outcome.end is End.FINISHED:
         return []
     lines = [f"{outcome.end.value}: {outcome.detail}" if outcome.detail else outcome.end.value]
     lines.append(_acknowledged(outcome))
     if outcome.unanswered:
         lines.append(_unanswered(outcome))
-    if (again := _resume_at(outcome)) is not None:
+    if expanded:
+        lines.append("To go on later: `wificnc expand` the file, and resume what it writes")
+    elif (again := _resume_at(outcome)) is not None:
         lines.append(f"To go on later: --from-line {again}, or an earlier line with a safe approach")
     return lines
 

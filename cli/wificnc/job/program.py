@@ -8,13 +8,14 @@ job begins. Line numbers are those of the file, as editors and `wificnc sim` cou
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 from wificnc.errors import JobError
 
 WORD = re.compile(r"([A-Z])([-+]?[0-9]*\.?[0-9]*)")
 CODE_CHARACTERS = frozenset(range(0x21, 0x7F)) - set(b"!?~")
+O_LINE = re.compile(r"(?:N[0-9]+)?O")  # may be one with an O word
 OWN_NUMBER = re.compile(r"(?:^|(?<=[0-9.]))N[0-9.]+")
 LONGEST_CODE = 79  # characters that every controller takes
 FAULTS_SHOWN = 5
@@ -51,6 +52,17 @@ class Program:
     lines: tuple[JobLine, ...]
     file_lines: int
     percent_lines: int
+    expanded: bool = False  # a line of the file may come several times, and others not at all
+
+    @property
+    def may_jump(self) -> bool:
+        """It may have O words."""
+        return any(O_LINE.match(line.code) for line in self.lines)
+
+    @property
+    def computes(self) -> bool:
+        """It has expressions or parameters."""
+        return any("#" in line.code or "[" in line.code for line in self.lines)
 
     @property
     def longest(self) -> int:
@@ -116,6 +128,16 @@ def read_program(name: str, data: bytes) -> Program:
     if not lines:
         raise JobError(f"{name} holds no G-code")
     return Program(tuple(lines), len(raw_lines), percent)
+
+
+def expanded_program(name: str, source: Program, text: bytes, numbers: Sequence[int]) -> Program:
+    """The plain lines that a program executes (wificnc.job.expand), with the numbers of the lines they came from."""
+    if not numbers:
+        raise JobError(f"{name} executes no line")
+    lines = tuple(
+        JobLine(number, printable(line), line + b"\n") for number, line in zip(numbers, text.splitlines(), strict=True)
+    )
+    return replace(source, lines=lines, expanded=True)
 
 
 def numbered(lines: Iterable[JobLine]) -> list[JobLine]:

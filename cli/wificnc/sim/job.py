@@ -33,7 +33,6 @@ class Timing:
     max_step_rate_hz: int
     axis_count: int
     ganged: int = 0  # axes with a second motor, bit 0 = X
-    relay_spindle: bool = False  # no PWM output for the spindle
 
 
 @dataclass(frozen=True)
@@ -65,6 +64,7 @@ class JobRequest:
     timing: Timing
     settings: tuple[str, ...] = ()
     keep_going: bool = False
+    lines_max: int | None = None  # of a program with O words
     trace: TraceFile | None = None
     samples: bool = False
     travel_mm: tuple[float | None, ...] = (None,) * len(AXES)
@@ -135,6 +135,8 @@ def run_job(library: ctypes.CDLL, request: JobRequest, on_progress: Progress | N
             request.trace.attach(sim)
         if request.samples:
             sim.sample_every(SAMPLE_MS)
+        if request.lines_max is not None:
+            sim.limit_lines(request.lines_max)
         sim.load(request.text, request.keep_going)
         while sim.run(EVENTS_PER_CALL):
             if on_progress:

@@ -41,7 +41,6 @@ class HostBoard(Structure):
         ("max_step_rate_hz", c_uint32),
         ("axis_count", c_uint8),
         ("ganged", c_uint8),
-        ("relay_spindle", c_uint8),
     )
 
 
@@ -143,6 +142,7 @@ _PROTOTYPES: dict[str, tuple[Any, tuple[Any, ...]]] = {
     "sim_destroy": (None, (_SIM,)),
     "sim_command": (c_int, (_SIM, c_char_p)),
     "sim_load": (c_int, (_SIM, c_char_p, c_size_t, c_int)),
+    "sim_limit_lines": (None, (_SIM, c_uint32)),
     "sim_run": (c_int, (_SIM, c_uint64)),
     "sim_progress": (None, (_SIM, POINTER(c_uint64), POINTER(c_uint64))),
     "sim_at": (c_char_p, (_SIM, c_double, c_char_p)),
@@ -208,6 +208,10 @@ class Simulation:
     def events(self) -> list[NativeEvent]:
         count = self._library.sim_event_count(self._sim)
         return [self._library.sim_event_at(self._sim, i) for i in range(count)]
+
+    def limit_lines(self, lines_max: int) -> None:
+        """How many lines a program with O words may execute."""
+        self._library.sim_limit_lines(self._sim, lines_max)
 
     def load(self, text: bytes, keep_going: bool) -> None:
         if self._library.sim_load(self._sim, text, len(text), keep_going) != 0:

@@ -41,6 +41,7 @@ class SimOptions:
     trace: Path | None = None
     keep_going: bool = False
     at: tuple[str, ...] = ()
+    lines_max: int | None = None  # of a program with O words; None = the simulator's own limit
 
 
 def simulate(options: SimOptions, on_progress: Progress | None = None) -> SimResult:
@@ -66,6 +67,7 @@ def simulate(options: SimOptions, on_progress: Progress | None = None) -> SimRes
             timing=_timing(board),
             settings=(*(machine.settings_lines() if machine else ()), *settings),
             keep_going=options.keep_going,
+            lines_max=options.lines_max,
             trace=trace,
             samples=options.plot is not None,
             events=events,
@@ -117,7 +119,7 @@ def check_axes(board: Board, machine: Machine | None) -> None:
 def _timing(board: Board) -> Timing:
     timing = board.timing
     rates = (timing.timer_hz, timing.step_pulse_ns, timing.dir_setup_ns, timing.max_step_rate_hz)
-    return Timing(*rates, len(board.axes), board.ganged_axes, board.output.spindle_pwm is None)
+    return Timing(*rates, len(board.axes), board.ganged_axes)
 
 
 @contextmanager
