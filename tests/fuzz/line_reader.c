@@ -23,9 +23,12 @@ static void check_line(const struct line_reader *reader, enum line_result result
     size_t length = strlen(reader->text);
     CLAIM(length < LINE_SIZE, "%zu characters stored", length);
     CLAIM(result != LINE_OVERFLOW || length == LINE_SIZE - 1, "overflow at %zu characters", length);
+    bool formula = false;
     for (size_t n = 0; n < length; n++) {
         char c = reader->text[n];
-        CLAIM(c > ' ' && c != '/' && c != '(' && c != ';' && !(c >= 'a' && c <= 'z'), "stored %d", c);
+        formula |= c == '[' || c == '#';
+        CLAIM(c > ' ' && (c != '/' || formula) && c != '(' && c != ';' && !(c >= 'a' && c <= 'z'),
+              "stored %d", c);
     }
 }
 
