@@ -30,6 +30,8 @@ enum block_group {
     GROUP_TOOL,
     GROUP_OVERRIDE,
     GROUP_OUTPUT,
+    GROUP_LATHE,
+    GROUP_MODES,
     GROUP_COUNT
 };
 

@@ -17,6 +17,16 @@ void gcode_modal_init(struct gcode_modal *modal) {
     };
 }
 
+void gcode_modes_keep(struct gcode_state *state, const struct gcode_command *command) {
+    if (command->modes == MODES_FORGET)
+        state->is_saved = false;
+    if (command->modes != MODES_SAVE)
+        return;
+    state->saved = state->modal;
+    state->saved_tool_length_mm = state->offsets.tool_length_mm;
+    state->is_saved = true;
+}
+
 void gcode_work_offset_mm(const struct gcode_state *state, double out_mm[AXIS_COUNT]) {
     const struct gcode_offsets *offsets = &state->offsets;
 

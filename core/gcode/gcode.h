@@ -56,6 +56,9 @@ enum gcode_cycle {
     CYCLE_BORE_DWELL, /* G89 dwell, out at feed */
 };
 
+/** M70 .. M72, done before anything else in the line. */
+enum gcode_modes { MODES_KEEP, MODES_SAVE, MODES_FORGET, MODES_RESTORE };
+
 /** What M48 .. M53 enable; bits. */
 enum { OVERRIDE_FEED = 1, OVERRIDE_SPINDLE = 2, OVERRIDE_HOLD = 4, OVERRIDE_ALL = 7 };
 
@@ -81,6 +84,7 @@ struct gcode_modal {
     bool inches;             /* G20 */
     bool incremental;        /* G91 */
     bool arc_absolute;       /* G90.1 */
+    bool diameter;           /* G7: X words count twice what X moves; positions and offsets are radii */
     uint8_t coolant;         /* COOLANT_ bits */
     uint8_t wcs;             /* 0 = G54 */
     uint8_t probe;           /* 2..5 for G38.2 .. G38.5 while motion is MOTION_PROBE */
@@ -109,6 +113,9 @@ struct gcode_offsets {
 struct gcode_state {
     struct gcode_modal modal;
     struct gcode_sticky sticky; /* means something while the modal motion is MOTION_CYCLE */
+    struct gcode_modal saved;   /* by M70; one of them, as at LinuxCNC's program level */
+    double saved_tool_length_mm;
+    bool is_saved;
     struct gcode_offsets offsets;
     double position_mm[AXIS_COUNT]; /* programmed end of the last accepted move, machine coordinates */
     axis_mask_t axes;               /* axes this machine has; a word of another axis is error:20 */
@@ -161,6 +168,7 @@ enum gcode_store {
 struct gcode_command {
     struct gcode_modal next;    /* modal state after the line, see gcode_modal_apply() */
     struct gcode_sticky sticky; /* filled in for a move that is MOTION_CYCLE */
+    enum gcode_modes modes;     /* what becomes of gcode_state.saved; RESTORE is already in next */
     enum gcode_spindle spindle; /* for this line's dwell and move; next differs from these two */
     uint8_t coolant;            /*   only at FLOW_END, which switches both off after the move */
     bool tool_change;           /* M6: to next.tool */
@@ -183,14 +191,24 @@ struct gcode_command {
     uint32_t line_number; /* N word, 0 = none */
 };
 
-/** Default modal state: G0 G54 G17 G21 G90 G91.1 G94 G64 G98 M5 M9 M48 M53, T0 F0 S0. */
+/** Forget M70, at a reset. */
+static inline void gcode_modes_forget(struct gcode_state *state) {
+    state->is_saved = false;
+}
+
+/** Default modal state: G0 G54 G17 G21 G90 G91.1 G94 G64 G98 G8 M5 M9 M48 M53, T0 F0 S0. */
 void gcode_modal_init(struct gcode_modal *modal);
 
 /** Work coordinate offset of the state: WCS + G92 + tool length, per axis, mm. */
 void gcode_work_offset_mm(const struct gcode_state *state, double out_mm[AXIS_COUNT]);
 
+/** The part of gcode_modal_apply() that few lines have: M70 and M71. Private. */
+void gcode_modes_keep(struct gcode_state *state, const struct gcode_command *command);
+
 /** The command is done: its modes are those of the next line. */
 static inline void gcode_modal_apply(struct gcode_state *state, const struct gcode_command *command) {
+    if (command->modes != MODES_KEEP)
+        gcode_modes_keep(state, command);
     state->modal = command->next;
     if (command->move.motion == MOTION_CYCLE)
         state->sticky = command->sticky;

@@ -31,6 +31,8 @@ static void apply_modes(const struct gcode_block *block, struct gcode_modal *nex
         next->wcs = value[GROUP_WCS];
     if (block_has_group(block, GROUP_PATH))
         next->path = (enum gcode_path)value[GROUP_PATH];
+    if (block_has_group(block, GROUP_LATHE))
+        next->diameter = value[GROUP_LATHE];
     if (block_has_group(block, GROUP_RETRACT))
         next->retract_to_r = value[GROUP_RETRACT];
     if (block_has_group(block, GROUP_TOOL)) {
@@ -41,6 +43,30 @@ static void apply_modes(const struct gcode_block *block, struct gcode_modal *nex
         next->spindle = (enum gcode_spindle)value[GROUP_SPINDLE];
     if (block_has_group(block, GROUP_COOLANT)) /* M7 and M8 add up, M9 clears both */
         next->coolant = value[GROUP_COOLANT] ? next->coolant | value[GROUP_COOLANT] : 0;
+}
+
+/* M70 .. M72, before the other codes of the line. M72 leaves alone what has moved on since: the motion mode,
+ * so that axis words do not mean something else, and the tools. */
+static enum status resolve_modes(struct resolver *r) {
+    const struct gcode_state *state = r->state;
+    struct gcode_modal *next = &r->out->next;
+
+    if (!block_has_group(r->block, GROUP_MODES))
+        return STATUS_OK;
+    r->out->modes = (enum gcode_modes)r->block->value[GROUP_MODES];
+    if (r->out->modes != MODES_RESTORE)
+        return STATUS_OK;
+    if (!state->is_saved)
+        return STATUS_NOTHING_SAVED;
+    *next = state->saved;
+    next->motion = state->modal.motion;
+    next->probe = state->modal.probe;
+    next->cycle = state->modal.cycle;
+    next->tool = state->modal.tool;
+    next->tool_in_spindle = state->modal.tool_in_spindle;
+    r->out->store_tool_length = true;
+    r->out->tool_length_mm = state->saved_tool_length_mm;
+    return STATUS_OK;
 }
 
 /* N F S T. The number of F in G93 is left to resolve_move(). */
@@ -127,11 +153,14 @@ static enum status resolve_any(const struct gcode_state *state, const struct gco
     if (r.axes == AXES_FREE && r.axis_words != 0)
         r.axes = AXES_MOTION;
     command->next = state->modal;
+    resolve_nothing(command);
+    status = resolve_modes(&r);
+    if (status != STATUS_OK)
+        return status;
     apply_modes(block, &command->next);
     r.unit_mm = command->next.inches ? MM_PER_INCH : 1.0;
     r.wcs_mm = state->offsets.wcs_mm[command->next.wcs];
-    r.tool_length_mm = state->offsets.tool_length_mm;
-    resolve_nothing(command);
+    r.tool_length_mm = command->store_tool_length ? command->tool_length_mm : state->offsets.tool_length_mm;
 
     status = resolve_values(&r);
     if (status == STATUS_OK && !only_motion(block))

@@ -47,6 +47,7 @@ static inline void resolve_nothing(struct gcode_command *command) {
     command->store = STORE_NOTHING;
     command->store_tool_length = command->tool_table_used = false;
     command->flow = FLOW_RUN;
+    command->modes = MODES_KEEP;
     command->line_number = 0;
     command->move.motion = MOTION_NONE;
     command->move.via = false;
@@ -66,7 +67,8 @@ static inline bool resolve_is_straight(const struct gcode_state *state, const st
     const uint32_t words = WORDS_AXES | WORD_BIT('F') | WORD_BIT('N');
 
     return (block->groups & ~(1u << GROUP_MOTION)) == 0 && (block->words & ~words) == 0 &&
-           resolve_motion(state, block) <= MOTION_LINEAR && state->modal.feed_mode == FEED_PER_MIN;
+           resolve_motion(state, block) <= MOTION_LINEAR && !state->modal.diameter &&
+           state->modal.feed_mode == FEED_PER_MIN;
 }
 
 /** gcode_resolve() for these. Its own path, because it is what a job's speed comes from. */
@@ -98,9 +100,11 @@ static inline bool resolve_take(struct resolver *r, char letter, double *number)
     return true;
 }
 
-/** An axis word, mm or degrees: inches are lengths only. */
+/** An axis word, mm or degrees: inches are lengths only. X may be a diameter (G7), I and R never. */
 static inline double resolve_axis_word(const struct resolver *r, unsigned axis) {
-    const double number = r->block->number[block_axis_word(axis)];
+    double number = r->block->number[block_axis_word(axis)];
+    if (axis == AXIS_X && r->out->next.diameter)
+        number *= 0.5;
     return axis < AXIS_A ? number * r->unit_mm : number;
 }
 

@@ -81,12 +81,13 @@ static enum status take_repeats(struct resolver *r) {
     return number == r->out->move.drill.repeats ? STATUS_OK : STATUS_NOT_INTEGER;
 }
 
-/* R counts from the work zero or (G91) from where the axis stands; Z from the work zero or from R. */
+/* R counts from the work zero or (G91) from the level before the row of cycles, as G98 does: G99 would else
+ * begin each hole deeper than the one before. Z counts from the work zero or from R. */
 static enum status find_levels(struct resolver *r, unsigned normal) {
     const struct gcode_modal *next = &r->out->next;
     const struct gcode_sticky *sticky = &r->out->sticky;
     struct gcode_drill *drill = &r->out->move.drill;
-    const double zero = next->incremental ? r->state->position_mm[normal] : resolve_offset_mm(r, normal);
+    const double zero = next->incremental ? sticky->initial_mm : resolve_offset_mm(r, normal);
 
     drill->r_mm = zero + sticky->r_mm;
     drill->bottom_mm = (next->incremental ? drill->r_mm : zero) + sticky->z_mm;

@@ -53,6 +53,7 @@ static enum status home_move(const struct resolver *r, const double home_mm[AXIS
 
 static void set_feed(const struct resolver *r) {
     const struct gcode_modal *next = &r->out->next;
+    const bool is_arc = next->motion == MOTION_ARC_CW || next->motion == MOTION_ARC_CCW;
     struct gcode_move *move = &r->out->move;
 
     if (next->feed_mode == FEED_INVERSE_TIME) {
@@ -60,8 +61,8 @@ static void set_feed(const struct resolver *r) {
         return;
     }
     move->feed_mm_s = next->feed_mm_s;
-    /* F counts degrees when none of XYZ moves; degrees have no inches. */
-    if (next->inches && is_position(r, move->target_mm, AXIS_A))
+    /* F counts degrees when none of XYZ moves; degrees have no inches. A full circle moves. */
+    if (next->inches && !is_arc && is_position(r, move->target_mm, AXIS_A))
         move->feed_mm_s = (float)(move->feed_mm_s / r->unit_mm);
 }
 

@@ -64,7 +64,8 @@
     X(126, PROGRAM_DEPTH, "calls are nested deeper than 10, or loops and ifs deeper than 32")                \
     X(127, PROGRAM_ENDLESS, "the program went on for more lines than allowed: is a loop endless?")           \
     X(128, PROGRAM_READ, "the program could not be read")                                                    \
-    X(129, MACHINE_ONLY, "only the machine knows this position, offset, mode or probe result")
+    X(129, MACHINE_ONLY, "only the machine knows this position, offset, mode or probe result")               \
+    X(130, NOTHING_SAVED, "no modes were saved by M70 since the reset or M71")
 
 enum status {
 #define X(number, name, text) STATUS_##name = number,

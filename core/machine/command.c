@@ -6,7 +6,7 @@
 
 #include <string.h>
 
-enum { STEPS_PER_MM = 100 }; /* $100 .. */
+enum { LASER_MODE = 32, STEPS_PER_MM = 100 }; /* $32, $100 .. */
 
 static enum status help(struct machine *machine) {
     text_string(&machine->out,
@@ -114,6 +114,8 @@ static enum status set(struct machine *machine, const char *text) {
         return STATUS_UNKNOWN_COMMAND;
     if (is_pulse_short(machine, number, value))
         return STATUS_STEP_PULSE_SHORT;
+    if (number == LASER_MODE && value >= 1.0 && machine->board.relay_spindle)
+        return STATUS_LASER_NEEDS_PWM;
     status = settings_set(&machine->settings, (uint16_t)number, value, machine->board.axis_count);
     if (status != STATUS_OK)
         return status;

@@ -122,6 +122,8 @@ void list_modes(struct machine *machine) {
     text_string(&machine->out, modal->feed_mode == FEED_INVERSE_TIME ? " G93" : " G94");
     if (modal->retract_to_r)
         text_string(&machine->out, " G99");
+    if (modal->diameter)
+        text_string(&machine->out, " G7");
     list_outputs(machine);
     list_word(machine, " T", modal->tool);
     text_string(&machine->out, " F");

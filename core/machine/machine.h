@@ -30,6 +30,7 @@ struct machine_board {
     uint32_t dir_setup_ns;
     uint32_t max_step_rate_hz;       /* of one axis */
     uint8_t axis_count;              /* 1 .. AXIS_COUNT */
+    bool relay_spindle;              /* no PWM output: a laser ($32) is error:17 */
     const struct hal_ganged *ganged; /* NULL: every axis has one motor */
     const struct hal_store *store;   /* NULL: nothing is kept */
     const void *store_ctx;

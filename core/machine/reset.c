@@ -43,6 +43,7 @@ void machine_reset(struct machine *machine, enum alarm alarm) {
     machine->probe_ok = false;
     machine->gcode.offsets.tool_length_mm = 0.0;
     gcode_modal_init(&machine->gcode.modal);
+    gcode_modes_forget(&machine->gcode);
     params_clear(&machine->params);
     outputs_off(machine);
     machine->feed_pct = machine->rapid_pct = machine->spindle_pct = 100;

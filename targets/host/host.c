@@ -45,6 +45,7 @@ struct host *host_open(const struct host_board *board, const char *store_path) {
         .dir_setup_ns = board->dir_setup_ns,
         .max_step_rate_hz = board->max_step_rate_hz,
         .axis_count = board->axis_count,
+        .relay_spindle = board->relay_spindle != 0,
         .ganged = board->ganged != 0 ? &host->hal.ganged : NULL,
         .store = store_path != NULL ? &host_store : NULL,
         .store_ctx = host->store_path,

@@ -23,6 +23,7 @@ struct host_board {
     uint32_t max_step_rate_hz; /* of one axis; rates above are clamped and reported */
     uint8_t axis_count;        /* 1 .. AXIS_COUNT, in the order XYZABC */
     axis_mask_t ganged;        /* axes with a second motor */
+    uint8_t relay_spindle;     /* 1: no PWM output for the spindle */
 };
 
 struct host;

@@ -8,6 +8,7 @@
  *   failed STAGE ERRNO TEXT            it cannot; exit code 1
  *
  * Options, each with a value: --timer-hz --step-pulse-ns --dir-setup-ns --max-step-rate-hz --axes --ganged
+ * --relay-spindle
  * --speed (0: as fast as it can) --host --port --control --pty --store --set; and --parent: end when stdin
  * does. */
 #include "serve.h"
@@ -90,6 +91,10 @@ static bool take_board(struct host_board *board, const char *name, const char *v
         bool good = read_number(value, &axes) && axes < 1u << AXIS_COUNT;
         board->ganged = good ? (axis_mask_t)axes : 0;
         return good;
+    }
+    if (strcmp(name, "--relay-spindle") == 0) {
+        board->relay_spindle = strcmp(value, "1") == 0;
+        return true;
     }
     if (strcmp(name, "--axes") != 0 || !read_number(value, &axes) || axes > AXIS_COUNT)
         return false;

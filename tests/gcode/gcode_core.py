@@ -75,6 +75,7 @@ class Modal(ctypes.Structure):
         ("inches", c_bool),
         ("incremental", c_bool),
         ("arc_absolute", c_bool),
+        ("diameter", c_bool),
         ("coolant", c_uint8),
         ("wcs", c_uint8),
         ("probe", c_uint8),
@@ -109,6 +110,9 @@ class State(ctypes.Structure):
     _fields_ = (
         ("modal", Modal),
         ("sticky", Sticky),
+        ("saved", Modal),
+        ("saved_tool_length_mm", c_double),
+        ("is_saved", c_bool),
         ("offsets", Offsets),
         ("position_mm", Axes),
         ("axes", c_uint8),
@@ -156,6 +160,7 @@ class Command(ctypes.Structure):
     _fields_ = (
         ("next", Modal),
         ("sticky", Sticky),
+        ("modes", c_int),
         ("spindle", c_int),
         ("coolant", c_uint8),
         ("tool_change", c_bool),
@@ -185,7 +190,7 @@ class Block(ctypes.Structure):
         ("words", c_uint32),
         ("groups", c_uint32),
         ("axes", c_uint8),
-        ("value", c_uint8 * 18),
+        ("value", c_uint8 * 20),
         ("number", c_double * 26),
     )
 
@@ -333,6 +338,8 @@ class Controller:
         self.lib.gcode_offsets_apply(ctypes.byref(self.state.offsets), ctypes.byref(command))
         if command.move.motion != NO_MOTION:
             self.state.position_mm = command.move.target_mm
+        if command.modes:
+            self.lib.gcode_modes_keep(ctypes.byref(self.state), ctypes.byref(command))
         self.state.modal = command.next
         if command.move.motion == CYCLE:
             self.state.sticky = command.sticky

@@ -147,6 +147,64 @@ def test_outputs(cnc: Controller, line: str, port: int, on: bool, waits: bool) -
     assert cnc.run("G0X1").output == -1
 
 
+# -- diameters
+
+
+def test_g7_halves_x_words_and_nothing_else(cnc: Controller) -> None:
+    """`all moves in the X axis will be half the programmed distance`; I, J, K and R stay what they are."""
+    cnc.run("G7", "G0X10Y10Z10")
+    assert cnc.position() == [5, 10, 10]
+    cnc.run("G91X10", "G90G20X2")
+    assert cnc.position()[0] == pytest.approx(25.4)
+    cnc.run("G21G53X8")
+    assert cnc.position()[0] == 4
+    cnc.run("G10L20P1X20", "X0")
+    assert cnc.position()[0] == -6, "the position reads as a diameter of 20"
+    move = cnc.run("F100G18G2X8Z10I2K0").move
+    assert (move.target_mm[0], move.center_mm[1]) == (-6 + 4, -6 + 2)
+    cnc.run("G8G0X1")
+    assert cnc.position()[0] == -5
+
+
+# -- modes kept
+
+
+def modes(cnc: Controller) -> list[object]:
+    return [getattr(cnc.state.modal, name) for name, *_ in cnc.state.modal._fields_]
+
+
+def test_m70_and_m72_keep_the_modes(cnc: Controller) -> None:
+    cnc.run("T3M6", "G10L1P3Z7", "G43", "F600S1000", "G91G18G55G99M3M8G1X1G61G20", "M49")
+    before = modes(cnc)
+    cnc.run("M70", "G90G17G54G98M5M9G64P1G21G93F1", "M48", "G8G49")
+    assert modes(cnc) != before
+    command = cnc.run("M72")
+    assert modes(cnc) == before
+    assert command.sync and command.spindle == SPINDLE_CW
+    assert cnc.state.offsets.tool_length_mm == 7
+
+
+def test_m72_leaves_motion_and_tool_alone_and_can_be_repeated(cnc: Controller) -> None:
+    cnc.run("M70", "G38.3F9Z-1", "T5", "G91")
+    cnc.run("M72")
+    modal = cnc.state.modal
+    assert (modal.motion, modal.probe, modal.tool, modal.incremental) == (4, 3, 5, False)
+    cnc.run("G91", "M72G20", "M72")
+    assert (cnc.state.modal.incremental, cnc.state.modal.inches) == (False, False)
+
+
+def test_without_m70_there_is_nothing_to_restore(cnc: Controller) -> None:
+    assert cnc.answer("M72") == 130
+    assert cnc.answer("M70", "M71", "M72") == 130
+
+
+def test_other_codes_of_the_line_come_after(cnc: Controller) -> None:
+    cnc.run("M70G91", "M72")
+    assert not cnc.state.modal.incremental, "M70 keeps what was before its line"
+    cnc.run("M72G91")
+    assert cnc.state.modal.incremental
+
+
 # -- errors
 
 
@@ -183,6 +241,9 @@ def test_outputs(cnc: Controller, line: str, port: int, on: bool, waits: bool) -
         ("M52", 20),
         ("M66P0L3Q1", 20),
         ("M67E0Q1", 20),
+        ("M70M72", 21),
+        ("M73", 20),
+        ("G7G8", 21),
         ("M50P1G4", 28),
     ],
 )

@@ -231,6 +231,12 @@ def test_l_is_not_sticky(drill: Controller) -> None:
     assert drill.run("X1").move.drill.repeats == 1
 
 
+@pytest.mark.parametrize("again", ["X1", "X1R-1", "X1Z-1", "X1R-1Z-1"])
+def test_incremental_r_counts_from_the_level_before_the_row(drill: Controller, again: str) -> None:
+    """Not from where G99 left the tool: each hole would begin deeper than the one before. As LinuxCNC."""
+    assert steps(drill, "G91G99G81X1Z-1R-1", again) == [("rapid", 3, 2, 2), ("feed", 3, 2, 1), ("rapid", 3, 2, 2)]
+
+
 @pytest.mark.parametrize("between", ["G18", "G91", "G82X1Z0R1P1", "G0X5", "G80"])
 def test_words_are_forgotten(drill: Controller, between: str) -> None:
     """After another plane, distance mode, cycle or motion R and the depth must be given again."""

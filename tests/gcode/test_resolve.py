@@ -126,6 +126,12 @@ def test_feed_is_per_minute_outside_and_per_second_inside(cnc: Controller) -> No
     assert cnc.run("G1X1").move.feed_mm_s == 10
 
 
+@pytest.mark.parametrize("arc", ["G2X0I1", "G3Y0J-1", "G18G3X0K2", "G2X0I1A90"])
+def test_feed_of_a_full_circle_in_inches(six: Controller, arc: str) -> None:
+    """It ends where it begins, and moves all the same."""
+    assert six.run("G20G91F60", arc).move.feed_mm_s == pytest.approx(25.4)
+
+
 def test_feed_of_rotary_axes_knows_no_inches(six: Controller) -> None:
     assert six.run("G1A90F360").move.feed_mm_s == 6
     assert six.run("G20F360A0").move.feed_mm_s == pytest.approx(6, rel=1e-6)

@@ -30,6 +30,7 @@ class Board(ctypes.Structure):
         ("max_step_rate_hz", ctypes.c_uint32),
         ("axis_count", ctypes.c_uint8),
         ("ganged", ctypes.c_uint8),
+        ("relay_spindle", ctypes.c_uint8),
     )
 
 
@@ -85,8 +86,8 @@ LIB = _library()
 class Grbl:
     """One controller. Time goes on only in the methods that say so."""
 
-    def __init__(self, axes: int = 3, store: Path | None = None, ganged: int = 0) -> None:
-        board = Board(HZ, 1000, 500, 500_000, axes, ganged)
+    def __init__(self, axes: int = 3, store: Path | None = None, ganged: int = 0, relay: bool = False) -> None:
+        board = Board(HZ, 1000, 500, 500_000, axes, ganged, relay)
         self._host = LIB.host_open(ctypes.byref(board), str(store).encode() if store else None)
         assert self._host
         LIB.host_input_follows(self._host, 0)

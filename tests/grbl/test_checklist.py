@@ -83,3 +83,32 @@ def test_no_line_stands_twice() -> None:
 def test_a_line_without_proof_is_found(tests: list[str], reason: str) -> None:
     found = problem("the machine sings while it homes", tests)
     assert found is not None and found.startswith(reason)
+
+
+def deviations() -> dict[str, list[str]]:
+    table = tomllib.loads((TESTS / "grbl" / "checklist.toml").read_text(encoding="utf-8"))
+    return dict(table["deviations"])
+
+
+def test_every_deviation_has_tests_that_are_there() -> None:
+    for what, tests in deviations().items():
+        assert tests, what
+        for test in tests:
+            file, _, name = test.partition("::")
+            assert name in sources(TESTS / file), f"{what}: {test}"
+
+
+def test_the_page_lists_the_deviations_that_are_tested() -> None:
+    page = (TESTS.parent / "docs" / "grbl-compatibility.md").read_text(encoding="utf-8")
+    section = page.split("## Different on purpose")[1].split("\n## ")[0]
+    rows = [line.split("|")[1:-1] for line in section.splitlines() if line.startswith("| ")][1:]
+    assert [row[0].strip() for row in rows] == list(deviations())
+    assert all(len(row) == 4 and all(cell.strip() for cell in row) for row in rows)
+
+
+def test_the_page_names_every_alarm() -> None:
+    page = (TESTS.parent / "docs" / "grbl-compatibility.md").read_text(encoding="utf-8")
+    header = (TESTS.parent / "core" / "machine" / "machine.h").read_text(encoding="utf-8")
+    numbers = [number for number in re.findall(r"\bALARM_[A-Z_]+ = (\d+)", header) if number != "0"]
+    listed = re.findall(r"(?:^|· )(\d+) ", page.split("## Alarms")[1].split("After 1,")[0].replace("\n", " ").strip())
+    assert listed == numbers

@@ -63,16 +63,25 @@ def test_every_error_has_its_cause(grbl: Grbl, says: str, before: list[str], lin
 
 
 UNUSED = """12 step rate setting too high (build option): a rate is clamped and said instead.
-14 stored line too long: no line that is read is longer than what is stored. 17 laser needs PWM: every board has one."""
+14 stored line too long: no line that is read is longer than what is stored."""
+
+
+def test_a_laser_on_a_relay() -> None:
+    """17 laser needs PWM: a board that only switches the spindle refuses $32, and has it off."""
+    grbl = Grbl(relay=True)
+    grbl.send("")
+    assert grbl.send("$32=1\n") == "error:17\r\n" and grbl.send("$32=0\n") == "ok\r\n"
+    assert "$32=0\r\n" in grbl.send("$$\n")
+    grbl.close()
 
 
 def test_numbers_that_are_not_used() -> None:
-    """Three of Grbl's numbers keep their meaning and are never given."""
+    """Two of Grbl's numbers keep their meaning and are never given."""
     table = (ROOT / "core/gcode/status.h").read_text(encoding="utf-8")
     names = {int(n): name for n, name in re.findall(r"X\((\d+), ([A-Z0-9_]+),", table)}
-    used = {int(row[0].split()[0]) for row in CAUSES} | {0, 7}
+    used = {int(row[0].split()[0]) for row in CAUSES} | {0, 7, 17}
     grbl_numbers = {n for n in names if n <= 38}
-    assert grbl_numbers - used == {12, 14, 17} == {int(n) for n in re.findall(r"\b(1[247]) [a-z]", UNUSED)}
+    assert grbl_numbers - used == {12, 14} == {int(n) for n in re.findall(r"\b(1[24]) [a-z]", UNUSED)}
     core = [path.read_text(encoding="utf-8") for path in (ROOT / "core").rglob("*.c")]
-    for number in (12, 14, 17):
+    for number in (12, 14):
         assert not any(re.search(rf"\bSTATUS_{names[number]}\b", text) for text in core)

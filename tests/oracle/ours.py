@@ -7,16 +7,23 @@ import math
 
 from canon import PLANES, Call, Refused
 from gcode_core import (
+    ACTION_DWELL,
+    ACTION_FEED,
+    ACTION_RAPID,
     ARC_CCW,
     ARC_CW,
+    CYCLE,
     LINE_NONE,
     LINE_READY,
     LINEAR,
     NO_MOTION,
     PROBE,
     RAPID,
+    Action,
+    Axes,
     Command,
     Controller,
+    Cycle,
     LineReader,
     begin_arc,
 )
@@ -65,6 +72,9 @@ class Ours:
 
     def _move(self, command: Command) -> None:
         move = command.move
+        if move.motion == CYCLE:
+            self._cycle(command)
+            return
         if move.via:
             self.calls.append(Call("rapid", tuple(move.via_mm)))
         feed = 60.0 * self._feed_mm_s(command)
@@ -74,6 +84,18 @@ class Ours:
             center = (move.center_mm[0], move.center_mm[1])
             turns = (move.turns + 1) * (1 if move.motion == ARC_CCW else -1)
         self.calls.append(Call(WHAT[move.motion], tuple(move.target_mm), feed, center, plane, turns))
+
+    def _cycle(self, command: Command) -> None:
+        cycle, action = Cycle(), Action()
+        start = Axes(*self.cnc.state.position_mm)
+        self.cnc.lib.cycle_begin(ctypes.byref(cycle), start, ctypes.byref(command.move))
+        while self.cnc.lib.cycle_next(ctypes.byref(cycle), ctypes.byref(action)):
+            if action.kind == ACTION_DWELL:
+                self.calls.append(Call("dwell", seconds=action.dwell_s))
+            elif action.kind == ACTION_RAPID:
+                self.calls.append(Call("rapid", tuple(action.target_mm)))
+            elif action.kind == ACTION_FEED:
+                self.calls.append(Call("feed", tuple(action.target_mm), command.move.feed_mm_s * 60.0))
 
     def _feed_mm_s(self, command: Command) -> float:
         """Inverse time gives the move's duration; along an arc its length tells the rest."""

@@ -61,4 +61,5 @@ ERRORS: dict[int, str] = {
     127: "the program went on for more lines than allowed: is a loop endless?",
     128: "the program could not be read",
     129: "only the machine knows this position, offset, mode or probe result",
+    130: "no modes were saved by M70 since the reset or M71",
 }

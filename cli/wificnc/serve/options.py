@@ -84,6 +84,7 @@ def program_arguments(options: ServeOptions) -> list[str]:
         ("--max-step-rate-hz", timing.max_step_rate_hz),
         ("--axes", len(options.board.axes)),
         ("--ganged", options.board.ganged_axes),
+        ("--relay-spindle", int(options.board.output.spindle_pwm is None)),
         ("--speed", options.speed),
         *([("--host", options.tcp.host), ("--port", options.tcp.port)] if options.tcp else []),
         *([("--control", options.control)] if options.control is not None else []),

@@ -33,6 +33,7 @@ class Timing:
     max_step_rate_hz: int
     axis_count: int
     ganged: int = 0  # axes with a second motor, bit 0 = X
+    relay_spindle: bool = False  # no PWM output for the spindle
 
 
 @dataclass(frozen=True)

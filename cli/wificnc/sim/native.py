@@ -41,6 +41,7 @@ class HostBoard(Structure):
         ("max_step_rate_hz", c_uint32),
         ("axis_count", c_uint8),
         ("ganged", c_uint8),
+        ("relay_spindle", c_uint8),
     )
 
 
