@@ -8,6 +8,8 @@ enum { READ_SIZE = 1024 };
 
 static const char nobody[] = "Nobody commands, the first line takes over";
 static const char take_line[] = "$TAKE";
+
+enum { JOG_CANCEL = 0x85 };
 enum { TAKE_LENGTH = sizeof take_line - 1 };
 
 static bool is_open(const struct net_client *client) {
@@ -178,6 +180,39 @@ static void put_reset(struct net_hub *hub, struct net_client *client, const char
     net_hub_hear(hub);
 }
 
+static uint8_t upper(char character) {
+    return (uint8_t)(character >= 'a' && character <= 'z' ? character - 'a' + 'A' : character);
+}
+
+static bool is_jog(const char *line, size_t size) {
+    static const char jog[] = "$J=";
+    size_t at = 0;
+    for (size_t i = 0; i < size && jog[at] != '\0'; i++)
+        if (line[i] > ' ' && upper(line[i]) != (uint8_t)jog[at++])
+            return false;
+    return jog[at] == '\0';
+}
+
+/* Jogs that still wait when they are called off must not run behind that: they become empty lines, so that
+ * each has its answer. The controller does the same with those that it has. */
+static void call_off_jogs(struct net_client *client) {
+    size_t to = 0, from = 0, whole = client->whole;
+    if (whole == 0)
+        return;
+    char *bytes = client->in.bytes + client->in.begin;
+    while (from < whole) {
+        const char *end = memchr(bytes + from, '\n', whole - from);
+        size_t size = end == NULL ? whole - from : (size_t)(end + 1 - (bytes + from));
+        bool jog = is_jog(bytes + from, size);
+        memmove(bytes + to, jog ? "\n" : bytes + from, jog ? 1 : size);
+        to += jog ? 1 : size;
+        from += size;
+    }
+    memmove(bytes + to, bytes + whole, client->in.count - whole);
+    client->whole = to;
+    net_queue_cut(&client->in, client->in.count - (whole - to));
+}
+
 static bool may_ask(const struct net_hub *hub) {
     return hub->owner == NULL || hub->owner->out.count < hub->sizes.out / 2;
 }
@@ -190,6 +225,8 @@ static void put_realtime(struct net_hub *hub, struct net_client *client, uint8_t
         client->asks = true;
     else
         hub->ops->put(hub->ctx, &character, 1);
+    if (byte == JOG_CANCEL || byte == '!')
+        call_off_jogs(client);
 }
 
 void net_hub_ask(struct net_hub *hub) {
@@ -205,10 +242,6 @@ void net_hub_ask(struct net_hub *hub) {
 }
 
 /* ---- bytes of the owner and of observers ---- */
-
-static uint8_t upper(char character) {
-    return (uint8_t)(character >= 'a' && character <= 'z' ? character - 'a' + 'A' : character);
-}
 
 /* The owner's `$TAKE` is an empty line: like any line it is answered once, and it is true already. */
 static void empty_take(struct net_client *owner) {
