@@ -100,6 +100,8 @@ class Ours:
     def _feed_mm_s(self, command: Command) -> float:
         """Inverse time gives the move's duration; along an arc its length tells the rest."""
         move, start = command.move, self.cnc.state.position_mm
+        if move.motion == LINEAR and list(start) == list(move.target_mm):
+            return float(command.next.feed_mm_s)  # no way, no speed: as programmed
         if move.inverse_time_s == 0.0:
             return 0.0 if move.motion == RAPID else float(move.feed_mm_s)
         if move.motion == LINEAR:
