@@ -35,6 +35,11 @@ static bool loses_lengths(uint32_t unknown, const struct gcode_block *block) {
     return block_has_group(block, GROUP_UNITS) && (unknown & NEEDS_UNITS) != 0;
 }
 
+/* M72 brings back modes of which it is not known any more whether they were set or found. */
+static uint32_t after_restore(uint32_t unknown, const struct gcode_command *command) {
+    return command->modes == MODES_RESTORE && (unknown & ~NEEDS_PROBE) != 0 ? unknown | NEEDS_ALL : unknown;
+}
+
 /* Work coordinates are other ones after the line, or it goes where only the machine knows. */
 static bool loses_position(uint32_t unknown, const struct gcode_block *block,
                            const struct gcode_command *command) {
@@ -81,6 +86,7 @@ uint32_t knowledge_after(uint32_t unknown, const char *line, const struct gcode_
         unknown = after_move(unknown, &block, command);
     if ((block.words & WORD_BIT('F')) && !(unknown & NEEDS_FEED_MODE))
         unknown &= ~NEEDS_FEED;
+    unknown = after_restore(unknown, command);
     if (command->tool_change && !(unknown & NEEDS_TOOL))
         unknown &= ~NEEDS_TOOL_IN_SPINDLE;
     return unknown;

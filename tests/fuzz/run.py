@@ -12,6 +12,7 @@ import re
 import shutil
 import subprocess
 import sys
+import threading
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
@@ -85,7 +86,9 @@ def dictionary(folder: Path) -> Path:
     table = (checkout_root() / "core" / "gcode" / "codes.def").read_text()
     codes = [f'"{letter}{int(tenths) / 10:g}"\n' for letter, tenths in CODE.findall(table)]
     path = folder / "gcode.dict"
-    path.write_text((HERE / "gcode.dict").read_text() + "".join(codes))
+    staged = folder / f".gcode.dict.{threading.get_ident()}"  # the harnesses run at once
+    staged.write_text((HERE / "gcode.dict").read_text() + "".join(codes))
+    os.replace(staged, path)
     return path
 
 

@@ -110,7 +110,8 @@ def test_what_a_program_has_set_it_may_read(library: ctypes.CDLL, text: str, rea
         ("G90 G0 X1\nG10 L2 P1 X0", "#<_x>"), ("G90 G0 X1\nG53 G0 X1", "#<_x>"), ("G90 G0 X1\nG28", "#<_x>"),
         ("G90 G0 Z1\nG43.1 Z1", "#<_z>"), ("G90 G0 X1\nG21", "#<_x>"), ("G90 G38.2 X1 F10", "#<_x>"),
         ("G90 G38.2 X1 F10", "#5061"), ("G90 G38.3 X1 F10", "#5070"), ("G90 G0 Z5\nG81 X1 Z-1 R1 F10", "#<_z>"),
-        ("F100", "#<_feed>"), ("G94 F100\nG20", "#<_feed>"), ("M8", "#<_mist>"), ("M6", "#5400"),
+        ("F100", "#<_feed>"), ("M70\nG20\nM72", "#<_metric>"), ("G94 F100\nG20", "#<_feed>"), ("M8", "#<_mist>"),
+        ("M6", "#5400"),
         ("T3 M6", "#5403"), ("G43", "#<_tool_offset>"), ("M48", "#<_feed_hold>"),
     ],
 )  # fmt: skip
@@ -123,6 +124,7 @@ def test_at_zero_all_is_known_but_a_probe(library: ctypes.CDLL) -> None:
     text = "#1=[#<_x>+#5221+#5061*0]\n"
     assert "error:129 " in refusal(library, text, Start.AT_ZERO)
     assert lines(library, "G10L2P1X5\nG0X[#<_x>+#5221+#<_abs_x>]", Start.AT_ZERO) == ["G10L2P1X5", "G0X0"]
+    assert lines(library, "M70\nG20\nM72\nG0X#<_metric>", Start.AT_ZERO)[-1] == "G0X1"
     assert "error:129 " in refusal(library, "G38.2X5F10\nG92X0\n#1=#5211", Start.AT_ZERO)
     assert lines(library, "G38.2X5F10\nG0X2\nY#<_x>", Start.AT_ZERO)[-1] == "Y2"
 
