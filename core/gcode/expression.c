@@ -59,7 +59,7 @@ static bool take(struct reader *reader, const char *word) {
     return true;
 }
 
-static enum status finite(double value) {
+static enum status finite_or_error(double value) {
     return isfinite(value) ? STATUS_OK : STATUS_EXPRESSION_RESULT;
 }
 
@@ -115,7 +115,7 @@ static enum status calculate(enum operation operation, double right, double *lef
     case OPERATOR_END:
         break;
     }
-    return finite(*left);
+    return finite_or_error(*left);
 }
 
 static enum status read_operator(struct reader *reader, enum operation *operation, unsigned *rank) {
@@ -241,7 +241,7 @@ static enum status read_function(struct reader *reader, double *value) {
         enum status status = read_bracket(reader, value);
         if (status == STATUS_OK)
             status = functions[i].call(*value, value);
-        return status == STATUS_OK ? finite(*value) : status;
+        return status == STATUS_OK ? finite_or_error(*value) : status;
     }
     return STATUS_EXPRESSION_OPERATOR;
 }

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "net_tcp.h"
 
+#include <arpa/inet.h>
 #include <errno.h>
 #include <fcntl.h>
 #include <netdb.h>
@@ -19,17 +20,23 @@ static bool would_block(void) {
 
 static bool make_nonblocking(int fd) {
     int flags = fcntl(fd, F_GETFL);
-    return flags >= 0 && fcntl(fd, F_SETFL, flags | O_NONBLOCK) == 0 && fcntl(fd, F_SETFD, FD_CLOEXEC) == 0;
+    (void)fcntl(fd, F_SETFD, FD_CLOEXEC); /* unknown where there are no processes */
+    return flags >= 0 && fcntl(fd, F_SETFL, flags | O_NONBLOCK) == 0;
 }
 
-static void address_text(const struct sockaddr *from, socklen_t size, char out[NET_ADDRESS_SIZE]) {
-    char host[NET_ADDRESS_SIZE - 10], port[8];
-    if (getnameinfo(from, size, host, sizeof host, port, sizeof port, NI_NUMERICHOST | NI_NUMERICSERV) != 0) {
-        strcpy(out, "?");
-        return;
+static void address_text(const struct sockaddr_storage *from, char out[NET_ADDRESS_SIZE]) {
+    char host[INET6_ADDRSTRLEN] = "?";
+    if (from->ss_family == AF_INET6) {
+        struct sockaddr_in6 v6;
+        memcpy(&v6, from, sizeof v6);
+        (void)inet_ntop(AF_INET6, &v6.sin6_addr, host, sizeof host);
+        snprintf(out, NET_ADDRESS_SIZE, "[%s]:%u", host, (unsigned)ntohs(v6.sin6_port));
+    } else {
+        struct sockaddr_in v4;
+        memcpy(&v4, from, sizeof v4);
+        (void)inet_ntop(AF_INET, &v4.sin_addr, host, sizeof host);
+        snprintf(out, NET_ADDRESS_SIZE, "%s:%u", host, (unsigned)ntohs(v4.sin_port));
     }
-    bool v6 = strchr(host, ':') != NULL;
-    snprintf(out, NET_ADDRESS_SIZE, v6 ? "[%s]:%s" : "%s:%s", host, port);
 }
 
 /* A socket that listens, or -1 and errno. */
@@ -62,13 +69,13 @@ int net_tcp_listen(const char *host, const char *port, char address[NET_ADDRESS_
     struct sockaddr_storage bound;
     socklen_t size = sizeof bound;
     if (fd >= 0 && getsockname(fd, (struct sockaddr *)&bound, &size) == 0)
-        address_text((const struct sockaddr *)&bound, size, address);
+        address_text(&bound, address);
     return fd;
 }
 
 /* ---- connections ---- */
 
-static long tcp_read(const struct net_stream *stream, char *bytes, size_t size) {
+static long stream_read(const struct net_stream *stream, char *bytes, size_t size) {
     ssize_t count = recv(stream->fd, bytes, size, 0);
     if (count > 0)
         return (long)count;
@@ -77,19 +84,20 @@ static long tcp_read(const struct net_stream *stream, char *bytes, size_t size) 
     return would_block() ? 0 : NET_GONE;
 }
 
-static long tcp_write(const struct net_stream *stream, const char *bytes, size_t count) {
+static long stream_write(const struct net_stream *stream, const char *bytes, size_t count) {
     ssize_t taken = send(stream->fd, bytes, count, 0);
     if (taken >= 0)
         return (long)taken;
     return would_block() ? 0 : NET_GONE;
 }
 
-static void tcp_close(const struct net_stream *stream) {
+static void stream_close(const struct net_stream *stream) {
     close(stream->fd);
 }
 
 bool net_tcp_accept(int listener, struct net_stream *stream, char name[NET_ADDRESS_SIZE]) {
-    static const struct net_stream_ops ops = {.read = tcp_read, .write = tcp_write, .close = tcp_close};
+    static const struct net_stream_ops ops = {
+        .read = stream_read, .write = stream_write, .close = stream_close};
     const int on = 1;
     struct sockaddr_storage from;
     socklen_t size = sizeof from;
@@ -101,7 +109,7 @@ bool net_tcp_accept(int listener, struct net_stream *stream, char name[NET_ADDRE
         return false;
     }
     setsockopt(fd, IPPROTO_TCP, TCP_NODELAY, &on, sizeof on); /* an ok waits for nobody */
-    address_text((const struct sockaddr *)&from, size, name);
+    address_text(&from, name);
     *stream = (struct net_stream){.ops = &ops, .fd = fd, .telnet = true};
     return true;
 }
