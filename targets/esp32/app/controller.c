@@ -1,0 +1,152 @@
+/* SPDX-License-Identifier: MIT */
+#include "app/controller.h"
+
+#include "hal/hal.h"
+#include "net_tcp.h"
+
+#include <string.h>
+
+#define ASK_EVERY_US 50000u /* observers' status requests */
+
+enum { FEEDS_A_ROUND = 4 };
+
+/* ---- the machine as the hub sees it ---- */
+
+static size_t put(void *ctx, const char *bytes, size_t count) {
+    struct controller *controller = ctx;
+    size_t taken = 0;
+    while (taken < count && rx_put(&controller->machine->rx, (uint8_t)bytes[taken]))
+        taken++;
+    return taken;
+}
+
+static size_t hear(void *ctx, char *bytes, size_t size) {
+    struct controller *controller = ctx;
+    size_t count = controller->said_count < size ? controller->said_count : size;
+    memcpy(bytes, controller->said, count);
+    memmove(controller->said, controller->said + count, controller->said_count - count);
+    controller->said_count -= count;
+    return count;
+}
+
+static void act(void *ctx) {
+    struct controller *controller = ctx;
+    (void)machine_poll(controller->machine);
+}
+
+static void forget_event(void *ctx, const char *what, const char *who) {
+    (void)ctx;
+    (void)what;
+    (void)who;
+}
+
+/* An answer longer than the buffer goes to the hub in pieces. */
+static void say(void *ctx, const char *bytes, size_t count) {
+    struct controller *controller = ctx;
+    while (count > 0) {
+        if (controller->said_count == CONTROLLER_SAID)
+            net_hub_hear(&controller->hub);
+        size_t room = CONTROLLER_SAID - controller->said_count;
+        size_t piece = count < room ? count : room;
+        memcpy(controller->said + controller->said_count, bytes, piece);
+        controller->said_count += piece;
+        bytes += piece;
+        count -= piece;
+    }
+}
+
+/* ---- start ---- */
+
+void controller_init(struct controller *controller, struct machine *machine,
+                     const struct net_hub_sizes *sizes) {
+    static const struct net_hub_ops ops = {.put = put, .hear = hear, .act = act, .event = forget_event};
+    *controller = (struct controller){.machine = machine, .listener = -1};
+    net_hub_init(&controller->hub, sizes, &ops, controller);
+}
+
+struct text_out controller_out(struct controller *controller) {
+    return (struct text_out){.write = say, .ctx = controller};
+}
+
+/* A port's stream with our own close(), which notes that the hub has let it go. */
+static long port_read(const struct net_stream *stream, char *bytes, size_t size) {
+    const struct controller_port *port = stream->ctx;
+    return port->stream.ops->read(&port->stream, bytes, size);
+}
+
+static long port_write(const struct net_stream *stream, const char *bytes, size_t count) {
+    const struct controller_port *port = stream->ctx;
+    return port->stream.ops->write(&port->stream, bytes, count);
+}
+
+static void port_close(const struct net_stream *stream) {
+    struct controller_port *port = stream->ctx;
+    port->attached = false;
+}
+
+static void attach(struct controller *controller, struct controller_port *port) {
+    static const struct net_stream_ops ops = {.read = port_read, .write = port_write, .close = port_close};
+    const struct net_stream stream = {.ops = &ops, .ctx = port, .fd = -1};
+    if (port->stream.ops == NULL || port->attached)
+        return;
+    port->attached = true; /* unless it is refused, and so closed */
+    (void)net_hub_connect(&controller->hub, &stream, port->name);
+}
+
+void controller_add_port(struct controller *controller, const struct net_stream *stream, const char *name) {
+    struct controller_port *port = controller->port;
+    while (port < controller->port + CONTROLLER_PORTS && port->stream.ops != NULL)
+        port++;
+    if (port == controller->port + CONTROLLER_PORTS)
+        return;
+    *port = (struct controller_port){.stream = *stream, .name = name};
+    attach(controller, port);
+}
+
+bool controller_listen(struct controller *controller, const char *host, const char *port, int *error) {
+    char address[NET_ADDRESS_SIZE];
+    controller->listener = net_tcp_listen(host, port, address, error);
+    return controller->listener >= 0;
+}
+
+/* ---- a round ---- */
+
+static void let_in(struct controller *controller) {
+    struct net_stream stream;
+    char name[NET_ADDRESS_SIZE];
+    while (controller->listener >= 0 && net_tcp_accept(controller->listener, &stream, name))
+        (void)net_hub_connect(&controller->hub, &stream, name);
+    for (size_t i = 0; i < CONTROLLER_PORTS; i++)
+        attach(controller, &controller->port[i]);
+}
+
+static void read_clients(struct net_hub *hub) {
+    for (size_t i = 0; i < NET_CLIENTS; i++)
+        if (net_hub_wants_read(hub, &hub->client[i]))
+            net_hub_read(hub, &hub->client[i]);
+}
+
+static void ask_sometimes(struct controller *controller) {
+    uint32_t now_us = hal_time_us(controller->machine->hal);
+    if (now_us - controller->asked_us < ASK_EVERY_US)
+        return;
+    controller->asked_us = now_us;
+    net_hub_ask(&controller->hub);
+}
+
+bool controller_round(struct controller *controller) {
+    bool any = false;
+    let_in(controller);
+    read_clients(&controller->hub);
+    ask_sometimes(controller);
+    for (int i = 0; i < FEEDS_A_ROUND; i++) {
+        bool more = net_hub_feed(&controller->hub);
+        more |= machine_poll(controller->machine);
+        net_hub_hear(&controller->hub);
+        any |= more;
+        if (!more)
+            break;
+    }
+    net_hub_flush(&controller->hub);
+    return any;
+}

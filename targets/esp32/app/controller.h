@@ -1,0 +1,52 @@
+/* SPDX-License-Identifier: MIT
+ * The controller task: the machine, and all its clients behind one hub. [task, core 0] Plain C and BSD
+ * sockets: it runs on a computer, too, and is tested there.
+ *
+ * One loop does it all, so nothing here needs a lock: bytes in, machine_poll(), answers out. It never blocks.
+ */
+#ifndef WIFICNC_ESP32_CONTROLLER_H
+#define WIFICNC_ESP32_CONTROLLER_H
+
+#include "machine/machine.h"
+#include "net_hub.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+enum { CONTROLLER_PORTS = 2, CONTROLLER_SAID = 2048 };
+
+/** A serial port: a client that is always there. When the hub lets it go (it was too slow), it comes back. */
+struct controller_port {
+    struct net_stream stream; /* .ops NULL: there is no such port */
+    const char *name;
+    bool attached; /* a client of the hub now */
+};
+
+struct controller {
+    struct machine *machine;
+    struct net_hub hub;
+    struct controller_port port[CONTROLLER_PORTS];
+    int listener;               /* -1: no network yet */
+    uint32_t asked_us;          /* when observers' status requests were last passed on */
+    char said[CONTROLLER_SAID]; /* by the machine, not yet heard by the hub */
+    size_t said_count;
+};
+
+/** No client, no listener. @param machine  set up later, by machine_init() with controller_out() */
+void controller_init(struct controller *controller, struct machine *machine,
+                     const struct net_hub_sizes *sizes);
+
+/** Where the machine's answers go. */
+struct text_out controller_out(struct controller *controller);
+
+/** Add a serial port. @param name  outlives this */
+void controller_add_port(struct controller *controller, const struct net_stream *stream, const char *name);
+
+/** Listen for telnet and raw TCP. @return false: *error is an errno */
+bool controller_listen(struct controller *controller, const char *host, const char *port, int *error);
+
+/** One round. @return true: there is more to do at once; false: nothing for a ms */
+bool controller_round(struct controller *controller);
+
+#endif

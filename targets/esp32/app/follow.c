@@ -1,0 +1,42 @@
+/* SPDX-License-Identifier: MIT */
+#include "app/follow.h"
+
+#include "app/board.h"
+
+static void apply_pulse(struct follow *follow) {
+    step_engine_set_pulse(&follow->hal->step, machine_step_pulse_ns(follow->machine));
+}
+
+/* Beside the interrupts of the inputs, not between them. */
+static void apply_levels(void *arg) {
+    const struct follow *follow = arg;
+    const struct settings *settings = &follow->machine->settings;
+    inputs_set_levels(&follow->hal->inputs, settings->limit_invert, settings->probe_invert);
+}
+
+static void apply(struct follow *follow) {
+    const struct machine_board *board = &follow->machine->board;
+    const struct settings *settings = &follow->machine->settings;
+    apply_pulse(follow);
+    step_engine_invert(&board_step_engine, settings->step_invert_mask, settings->dir_invert_mask);
+    if (board->motion_side == NULL)
+        apply_levels(follow);
+    else
+        board->motion_side->call(board->motion_side_ctx, apply_levels, follow);
+    follow->applied = *settings;
+}
+
+void follow_init(struct follow *follow, struct machine *machine, struct hal *hal) {
+    *follow = (struct follow){.machine = machine, .hal = hal};
+    apply(follow);
+}
+
+void follow_poll(struct follow *follow) {
+    const struct settings *now = &follow->machine->settings, *before = &follow->applied;
+    bool changed = now->step_pulse_us != before->step_pulse_us ||
+                   now->step_invert_mask != before->step_invert_mask ||
+                   now->dir_invert_mask != before->dir_invert_mask ||
+                   now->limit_invert != before->limit_invert || now->probe_invert != before->probe_invert;
+    if (changed && machine_is_standing(follow->machine))
+        apply(follow);
+}

@@ -1,0 +1,27 @@
+# Options of all our own code, and pin_config.h of the board.
+#
+# The board is WIFICNC_BOARD (of CMake or of the environment); without one, the chip's first board. `wificnc pins`
+# writes the header into the build directory, and only when it changes.
+set(wificnc_options -ffp-contract=off -fno-math-errno -fno-jump-tables)
+
+if(NOT WIFICNC_BOARD)
+    set(WIFICNC_BOARD "$ENV{WIFICNC_BOARD}")
+endif()
+if(NOT WIFICNC_BOARD AND IDF_TARGET STREQUAL "esp32")
+    set(WIFICNC_BOARD esp32-wroom32)
+elseif(NOT WIFICNC_BOARD)
+    set(WIFICNC_BOARD esp32s3-devkitc)
+endif()
+
+set(wificnc_pins "${CMAKE_BINARY_DIR}/wificnc")
+find_program(WIFICNC_COMMAND wificnc)
+if(NOT WIFICNC_COMMAND)
+    message(FATAL_ERROR "wificnc is not on the PATH: run `pip install -e .` in the repository, then build again")
+endif()
+execute_process(
+    COMMAND "${WIFICNC_COMMAND}" pins "${WIFICNC_BOARD}" -o "${wificnc_pins}/pin_config.h"
+    RESULT_VARIABLE failed)
+if(failed)
+    message(FATAL_ERROR "wificnc pins ${WIFICNC_BOARD} failed, see above")
+endif()
+target_include_directories(${COMPONENT_LIB} PRIVATE "${wificnc_pins}")

@@ -1,0 +1,33 @@
+/* SPDX-License-Identifier: MIT
+ * The cold tier of the HAL (core/hal/hal.h). */
+#include "hal/esp32_hal.h"
+
+#include "hal/hal.h"
+
+#include "esp_timer.h"
+
+uint32_t hal_time_us(const struct hal *hal) {
+    (void)hal;
+    return (uint32_t)esp_timer_get_time();
+}
+
+void hal_spindle_set(struct hal *hal, const struct hal_spindle *spindle) {
+    outputs_spindle(&hal->outputs, spindle->direction, spindle->duty);
+}
+
+void hal_coolant_set(struct hal *hal, uint8_t bits) {
+    outputs_coolant(&hal->outputs, bits);
+}
+
+void hal_digital_set(struct hal *hal, uint8_t bits) {
+    outputs_digital(&hal->outputs, bits);
+}
+
+void hal_probe_watch(struct hal *hal, bool high) {
+    if (hal->step.probe_mask != 0)
+        hal->step.probe_level = high ? hal->step.probe_mask : 0;
+}
+
+HAL_ISR void hal_inputs_read(const struct hal *hal, struct hal_inputs *inputs) {
+    inputs_read(&hal->inputs, inputs);
+}

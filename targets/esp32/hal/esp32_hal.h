@@ -1,0 +1,17 @@
+/* SPDX-License-Identifier: MIT
+ * struct hal of the ESP32: step engine, inputs and outputs of the one machine of this chip. In internal RAM.
+ */
+#ifndef WIFICNC_ESP32_HAL_H
+#define WIFICNC_ESP32_HAL_H
+
+#include "hal/hal_step.h"
+#include "io/inputs.h"
+#include "io/outputs.h"
+
+struct hal {
+    struct hal_step step;
+    struct inputs inputs;
+    struct outputs outputs;
+};
+
+#endif

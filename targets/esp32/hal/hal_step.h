@@ -1,0 +1,127 @@
+/* SPDX-License-Identifier: MIT
+ * Hot tier of the ESP32 and ESP32-S3: timer 0 of timer group 0 and the GPIO registers. Contract:
+ * core/hal/README.md.
+ *
+ * Registers are written whole: one store each, no read-modify-write. The timer counts up from 0 at every
+ * start and is compared with an absolute alarm, so intervals add up without drift; an alarm that has passed
+ * already fires at once (ESP-IDF Programming Guide, GPTimer, alarm_count). Active-low step and direction
+ * lines are inverted by the GPIO matrix, not here. */
+#ifndef WIFICNC_HAL_STEP_H
+#define WIFICNC_HAL_STEP_H
+
+#include "base/axis.h"
+#include "hal/compiler.h"
+#include "hal/step_pins.h"
+
+#include "esp_attr.h"
+#include "esp_cpu.h"
+#include "soc/gpio_struct.h"
+#include "soc/timer_group_struct.h"
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#define HAL_ISR IRAM_ATTR
+
+/* TIMG_T0CONFIG_REG (technical reference manuals, chapter Timer Group): bits that both chips have. LEVEL_INT
+ * exists on the ESP32 only; the S3 ignores it. */
+#define STEP_TIMER_ALARM     (1u << 10)
+#define STEP_TIMER_LEVEL_INT (1u << 11)
+#define STEP_TIMER_DIVIDE(n) ((uint32_t)(n) << 13)
+#define STEP_TIMER_UP        (1u << 30)
+#define STEP_TIMER_RUN       (1u << 31)
+
+/** TIMG_INT_*_TIMERS_REG: bit of timer 0. */
+#define STEP_TIMER_INTERRUPT 1u
+
+/** Step timer and pins. In internal RAM; filled by step_engine_init(). */
+struct hal_step {
+    struct step_pins pins;
+    uint32_t timer_config; /* of T0CONFIG, without RUN and ALARM */
+    uint32_t alarm_low, alarm_high;
+    /* CPU cycles. The lengths are changed at rest only */
+    uint32_t pulse_cycles;             /* of a step pulse, and of the pause behind it */
+    uint32_t dir_setup_cycles;         /* from a change of direction to the next pulse */
+    uint32_t set_at;                   /* when the present pulse began */
+    uint32_t quiet_at, quiet;          /* no pulse begins within `quiet` cycles of this moment */
+    axis_mask_t pulsing;               /* axes whose step line is active */
+    axis_mask_t negative;              /* axes whose direction line says so */
+    const volatile uint32_t *probe_in; /* input register of the probe's bank */
+    uint32_t probe_mask;               /* the probe's bit; 0 = no probe */
+    uint32_t probe_level;              /* (*probe_in & probe_mask) while it touches */
+};
+
+/* Prep leaves time enough between events. The wait is for an interrupt that came late after one in time. */
+static HAL_INLINE void hal_step_set(struct hal_step *hal, axis_mask_t axes) {
+    const struct gpio_bits *bits = &hal->pins.step[axes];
+    while (esp_cpu_get_cycle_count() - hal->quiet_at < hal->quiet) {
+    }
+    GPIO.out_w1ts = bits->bank[0];
+    GPIO.out1_w1ts.val = bits->bank[1];
+    hal->set_at = esp_cpu_get_cycle_count();
+    hal->pulsing = axes;
+}
+
+/* The pulse has been high while the ISR computed; only what is left of it is waited for. */
+static HAL_INLINE void hal_step_clear(struct hal_step *hal) {
+    if (hal->pulsing == 0)
+        return;
+    const struct gpio_bits *bits = &hal->pins.step[AXIS_MASKS - 1];
+    while (esp_cpu_get_cycle_count() - hal->set_at < hal->pulse_cycles) {
+    }
+    GPIO.out_w1tc = bits->bank[0];
+    GPIO.out1_w1tc.val = bits->bank[1];
+    hal->pulsing = 0;
+    hal->quiet_at = esp_cpu_get_cycle_count();
+    hal->quiet = hal->pulse_cycles;
+}
+
+static HAL_INLINE void hal_step_direction(struct hal_step *hal, axis_mask_t negative) {
+    if (negative == hal->negative)
+        return;
+    const struct gpio_bits *set = &hal->pins.dir[negative];
+    const struct gpio_bits *clear = &hal->pins.dir[~negative & (AXIS_MASKS - 1)];
+    GPIO.out_w1ts = set->bank[0];
+    GPIO.out1_w1ts.val = set->bank[1];
+    GPIO.out_w1tc = clear->bank[0];
+    GPIO.out1_w1tc.val = clear->bank[1];
+    hal->negative = negative;
+    hal->quiet_at = esp_cpu_get_cycle_count();
+    hal->quiet = hal->pulse_cycles > hal->dir_setup_cycles ? hal->pulse_cycles : hal->dir_setup_cycles;
+}
+
+static HAL_INLINE bool hal_step_probe(const struct hal_step *hal) {
+    return (*hal->probe_in & hal->probe_mask) == hal->probe_level;
+}
+
+static HAL_INLINE void hal_step_timer_next(struct hal_step *hal, uint32_t ticks) {
+    uint32_t alarm = hal->alarm_low + ticks;
+    if (alarm < ticks)
+        TIMERG0.hw_timer[0].alarmhi.val = ++hal->alarm_high;
+    hal->alarm_low = alarm;
+    TIMERG0.hw_timer[0].alarmlo.val = alarm;
+    TIMERG0.hw_timer[0].config.val = hal->timer_config | STEP_TIMER_RUN | STEP_TIMER_ALARM;
+}
+
+static HAL_INLINE void hal_step_timer_stop(struct hal_step *hal) {
+    TIMERG0.hw_timer[0].config.val = hal->timer_config;
+    TIMERG0.int_clr_timers.val = STEP_TIMER_INTERRUPT;
+}
+
+static HAL_INLINE void hal_step_timer_start(struct hal_step *hal, uint32_t ticks) {
+    TIMERG0.hw_timer[0].config.val = hal->timer_config;
+    TIMERG0.hw_timer[0].loadhi.val = 0;
+    TIMERG0.hw_timer[0].loadlo.val = 0;
+    TIMERG0.hw_timer[0].load.val = 1; /* any value: the counter takes loadlo and loadhi */
+    TIMERG0.hw_timer[0].alarmhi.val = hal->alarm_high = 0;
+    hal->alarm_low = 0;
+    hal_step_timer_next(hal, ticks);
+}
+
+static HAL_INLINE void hal_step_span(struct hal_step *hal, uint16_t flags, uint32_t line) {
+    (void)hal;
+    (void)flags;
+    (void)line;
+}
+
+#endif

@@ -1,0 +1,83 @@
+/* SPDX-License-Identifier: MIT */
+#include "hal/step_engine.h"
+
+#include "esp_intr_alloc.h"
+#include "esp_private/periph_ctrl.h"
+#include "esp_rom_gpio.h"
+#include "hal/timer_ll.h"
+#include "sdkconfig.h"
+#include "soc/gpio_sig_map.h"
+#include "soc/interrupts.h"
+
+#include <stddef.h>
+
+#define APB_HZ         80000000u
+#define CYCLES_PER_US  ((uint32_t)CONFIG_ESP_DEFAULT_CPU_FREQ_MHZ)
+#define DIVIDER_MOST   65536u /* TIMG_T0_DIVIDER */
+#define BANK_WIDTH     32u
+#define NO_PROBE_LEVEL 1u /* what (anything & 0) never is */
+
+static uint32_t cycles_of(uint32_t ns) {
+    return (ns * CYCLES_PER_US + 999u) / 1000u;
+}
+
+static void set_probe(struct hal_step *hal, uint8_t gpio) {
+    bool high_bank = gpio != GPIO_NONE && gpio >= BANK_WIDTH;
+    hal->probe_in = high_bank ? &GPIO.in1.val : &GPIO.in;
+    hal->probe_mask = gpio == GPIO_NONE ? 0 : 1u << gpio % BANK_WIDTH;
+    hal->probe_level = NO_PROBE_LEVEL;
+}
+
+bool step_engine_init(struct hal_step *hal, const struct step_engine_board *board) {
+    uint32_t divider = APB_HZ / board->timer_hz;
+    if (divider < 2 || divider > DIVIDER_MOST || divider * board->timer_hz != APB_HZ)
+        return false;
+    if (!step_pins_set(&hal->pins, board->step_gpio, board->dir_gpio))
+        return false;
+    hal->timer_config = STEP_TIMER_UP | STEP_TIMER_LEVEL_INT | STEP_TIMER_DIVIDE(divider & 0xFFFFu);
+    hal->dir_setup_cycles = cycles_of(board->dir_setup_ns);
+    step_engine_set_pulse(hal, board->step_pulse_ns);
+    set_probe(hal, board->probe_gpio);
+    PERIPH_RCC_ACQUIRE_ATOMIC(PERIPH_TIMG0_MODULE, users) {
+        if (users == 0) {
+            timer_ll_enable_bus_clock(0, true);
+            timer_ll_reset_register(0);
+        }
+    }
+    timer_ll_enable_clock(0, 0, true);
+    timer_ll_set_clock_source(0, 0, GPTIMER_CLK_SRC_APB);
+    hal_step_timer_stop(hal);
+    return true;
+}
+
+void step_engine_set_pulse(struct hal_step *hal, uint32_t step_pulse_ns) {
+    hal->pulse_cycles = cycles_of(step_pulse_ns);
+}
+
+static void invert(uint8_t gpio, bool inverted) {
+    if (gpio != GPIO_NONE)
+        esp_rom_gpio_connect_out_signal(gpio, SIG_GPIO_OUT_IDX, inverted, false);
+}
+
+void step_engine_invert(const struct step_engine_board *board, axis_mask_t step, axis_mask_t dir) {
+    for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
+        invert(board->step_gpio[ax], (step >> ax & 1) != 0);
+        invert(board->dir_gpio[ax], (dir >> ax & 1) != 0);
+    }
+}
+
+/* A halted timer's last interrupt may still be on its way: it finds the step side not active. */
+static void IRAM_ATTR on_timer(void *arg) {
+    struct step *step = arg;
+    TIMERG0.int_clr_timers.val = STEP_TIMER_INTERRUPT;
+    if (step->active)
+        step_isr(step);
+}
+
+bool step_engine_attach(struct step *step) {
+    const int flags = ESP_INTR_FLAG_IRAM | ESP_INTR_FLAG_LEVEL3;
+    if (esp_intr_alloc(ETS_TG0_T0_LEVEL_INTR_SOURCE, flags, on_timer, step, NULL) != ESP_OK)
+        return false;
+    timer_ll_enable_intr(&TIMERG0, TIMER_LL_EVENT_ALARM(0), true);
+    return true;
+}

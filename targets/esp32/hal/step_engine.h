@@ -1,0 +1,29 @@
+/* SPDX-License-Identifier: MIT
+ * The step timer's interrupt: prepared once, then it calls step_isr() of one machine. Core 1. */
+#ifndef WIFICNC_ESP32_STEP_ENGINE_H
+#define WIFICNC_ESP32_STEP_ENGINE_H
+
+#include "hal/hal_step.h"
+#include "step/isr.h"
+
+/** What the board fixes. */
+struct step_engine_board {
+    uint8_t step_gpio[AXIS_COUNT], dir_gpio[AXIS_COUNT]; /* GPIO_NONE: no such axis */
+    uint8_t probe_gpio;                                  /* GPIO_NONE: no probe */
+    uint32_t timer_hz;                                   /* APB clock (80 MHz) divided by 2 .. 65536 */
+    uint32_t step_pulse_ns, dir_setup_ns;
+};
+
+/** [task] Tables, timer and probe; nothing runs yet. @return false: a pin or the clock is impossible */
+bool step_engine_init(struct hal_step *hal, const struct step_engine_board *board);
+
+/** [task, at rest] Length of a step pulse, and of the pause behind it. */
+void step_engine_set_pulse(struct hal_step *hal, uint32_t step_pulse_ns);
+
+/** [task, at rest] Active-low step and direction lines, bit n = axis n: the GPIO matrix inverts them. */
+void step_engine_invert(const struct step_engine_board *board, axis_mask_t step, axis_mask_t dir);
+
+/** [task on core 1] Route the timer's interrupt to `step`. @return false: no interrupt is free */
+bool step_engine_attach(struct step *step);
+
+#endif

@@ -1,0 +1,112 @@
+/* SPDX-License-Identifier: MIT */
+#include "io/inputs.h"
+
+#include "hal/step_pins.h"
+#include "machine/machine.h"
+#include "pin_config.h"
+
+#include "driver/gpio.h"
+#include "esp_attr.h"
+#include "esp_intr_alloc.h"
+#include "esp_timer.h"
+#include "freertos/FreeRTOS.h"
+#include "soc/gpio_struct.h"
+
+/* A switch that stops the machine counts at its first edge, whatever noise follows; off is believed after 5
+ * ms. The probe's level is only looked at between moves: the step interrupt reads the pin itself. */
+static const struct debounce_time stop_time = {.on_us = 0, .off_us = 5000};
+static const struct debounce_time probe_time = {.on_us = 2000, .off_us = 2000};
+
+#define LIMITS     (((1u << AXIS_COUNT) - 1) << INPUT_LIMIT_MIN | ((1u << AXIS_COUNT) - 1) << INPUT_LIMIT_MAX)
+#define STOPPING   (LIMITS | 1u << INPUT_ESTOP)
+#define BANK_WIDTH 32u
+
+static portMUX_TYPE lock = portMUX_INITIALIZER_UNLOCKED;
+
+/* Inputs that are on, as the pins are now. */
+static uint32_t IRAM_ATTR read_pins(const struct inputs *inputs) {
+    const uint32_t bank[GPIO_BANKS] = {GPIO.in, GPIO.in1.val};
+    uint32_t high = 0, wired = 0;
+    for (unsigned input = 0; input < INPUT_COUNT; input++) {
+        uint8_t gpio = inputs->wire[input].gpio;
+        if (gpio == GPIO_NONE)
+            continue;
+        wired |= 1u << input;
+        high |= (bank[gpio / BANK_WIDTH] >> gpio % BANK_WIDTH & 1u) << input;
+    }
+    return (high ^ inputs->active_low) & wired;
+}
+
+/* On core 1, with its interrupts off: as an interrupt or in a critical section. */
+static void IRAM_ATTR take_sample(struct inputs *inputs) {
+    uint32_t now_us = (uint32_t)esp_timer_get_time();
+    uint32_t changed = debounce_sample(&inputs->debounce, read_pins(inputs), now_us);
+    if ((changed & STOPPING) != 0 && inputs->machine != NULL)
+        machine_edge_isr(inputs->machine);
+}
+
+static void IRAM_ATTR on_edge(void *arg) {
+    GPIO.status_w1tc = GPIO.status;
+    GPIO.status1_w1tc.val = GPIO.status1.val;
+    take_sample(arg);
+}
+
+void inputs_init(struct inputs *inputs, const struct input_wire wire[INPUT_COUNT]) {
+    *inputs = (struct inputs){.machine = NULL};
+    for (unsigned input = 0; input < INPUT_COUNT; input++) {
+        inputs->wire[input] = wire[input];
+        inputs->debounce.time[input] = input == INPUT_PROBE ? probe_time : stop_time;
+        if (wire[input].gpio == GPIO_NONE)
+            continue;
+        const gpio_config_t config = {
+            .pin_bit_mask = 1ull << wire[input].gpio,
+            .mode = GPIO_MODE_INPUT,
+            .pull_up_en = wire[input].pull == PIN_PULL_UP ? GPIO_PULLUP_ENABLE : GPIO_PULLUP_DISABLE,
+            .pull_down_en = wire[input].pull == PIN_PULL_DOWN ? GPIO_PULLDOWN_ENABLE : GPIO_PULLDOWN_DISABLE,
+            .intr_type = GPIO_INTR_DISABLE,
+        };
+        ESP_ERROR_CHECK(gpio_config(&config));
+    }
+    inputs_set_levels(inputs, false, false);
+}
+
+void inputs_set_levels(struct inputs *inputs, bool limit_invert, bool probe_invert) {
+    uint32_t active_low = limit_invert ? 0 : LIMITS;
+    active_low |= probe_invert ? 0 : 1u << INPUT_PROBE;
+    active_low |= inputs->wire[INPUT_ESTOP].active_high ? 0 : 1u << INPUT_ESTOP;
+    inputs->active_low = active_low;
+    debounce_start(&inputs->debounce, read_pins(inputs));
+}
+
+bool inputs_attach(struct inputs *inputs, struct machine *machine) {
+    const int flags = ESP_INTR_FLAG_IRAM | ESP_INTR_FLAG_LEVEL3; /* as the step timer's: they never nest */
+    if (gpio_isr_register(on_edge, inputs, flags, NULL) != ESP_OK)
+        return false;
+    inputs->machine = machine;
+    for (unsigned input = 0; input < INPUT_COUNT; input++) {
+        gpio_num_t gpio = (gpio_num_t)inputs->wire[input].gpio;
+        if (inputs->wire[input].gpio == GPIO_NONE || (STOPPING >> input & 1) == 0)
+            continue;
+        ESP_ERROR_CHECK(gpio_set_intr_type(gpio, GPIO_INTR_ANYEDGE));
+        ESP_ERROR_CHECK(gpio_intr_enable(gpio));
+    }
+    return true;
+}
+
+void inputs_sample(struct inputs *inputs) {
+    portENTER_CRITICAL(&lock);
+    take_sample(inputs);
+    portEXIT_CRITICAL(&lock);
+}
+
+void IRAM_ATTR inputs_read(const struct inputs *inputs, struct hal_inputs *out) {
+    uint32_t on = __atomic_load_n(&inputs->debounce.stable, __ATOMIC_RELAXED);
+    uint32_t high = on ^ inputs->active_low;
+    const uint32_t axes = (1u << AXIS_COUNT) - 1;
+    out->limit_min = (axis_mask_t)(high >> INPUT_LIMIT_MIN & axes);
+    out->limit_max = (axis_mask_t)(high >> INPUT_LIMIT_MAX & axes);
+    out->second_min = out->second_max = 0; /* no board of this target has a second motor on an axis */
+    out->probe = (high >> INPUT_PROBE & 1) != 0;
+    out->estop = (on >> INPUT_ESTOP & 1) != 0;
+    out->door = out->hold = out->start = out->reset = false;
+}

@@ -1,0 +1,56 @@
+/* SPDX-License-Identifier: MIT
+ * Limits, probe, e-stop and the misc inputs: edge interrupts on core 1, and a sample every ms that ends their
+ * bouncing. Everything here runs on core 1, except inputs_read(), which any core may call. */
+#ifndef WIFICNC_ESP32_INPUTS_H
+#define WIFICNC_ESP32_INPUTS_H
+
+#include "base/axis.h"
+#include "hal/hal.h"
+#include "io/debounce.h"
+
+#include <stdbool.h>
+#include <stdint.h>
+
+/** Inputs by number; the axes of a kind follow one another. */
+enum {
+    INPUT_LIMIT_MIN = 0,
+    INPUT_LIMIT_MAX = INPUT_LIMIT_MIN + AXIS_COUNT,
+    INPUT_PROBE = INPUT_LIMIT_MAX + AXIS_COUNT,
+    INPUT_ESTOP,
+    INPUT_COUNT
+};
+_Static_assert((int)INPUT_COUNT <= (int)DEBOUNCE_INPUTS, "an input is a bit of a word");
+
+struct machine;
+
+/** A pin and what it needs. */
+struct input_wire {
+    uint8_t gpio;     /* GPIO_NONE: not wired */
+    bool active_high; /* of e-stop; for the others settings say it */
+    uint8_t pull;     /* PIN_PULL_ of pin_config.h */
+};
+
+struct inputs {
+    struct input_wire wire[INPUT_COUNT];
+    struct debounce debounce;
+    uint32_t active_low;     /* inputs that are on while their line is low */
+    struct machine *machine; /* is told of edges of limits and e-stop; NULL: nobody */
+};
+
+/** [task] Pins become inputs with their pulls. No interrupt yet. @param wire  is copied */
+void inputs_init(struct inputs *inputs, const struct input_wire wire[INPUT_COUNT]);
+
+/** [motion side, or before inputs_attach()] $5 and $6: at which level limits and probe are on. */
+void inputs_set_levels(struct inputs *inputs, bool limit_invert, bool probe_invert);
+
+/** [task on core 1] From now on edges interrupt, and `machine` is told. @return false: no interrupt is free
+ */
+bool inputs_attach(struct inputs *inputs, struct machine *machine);
+
+/** [task on core 1, every ms] Take in what has stopped bouncing. */
+void inputs_sample(struct inputs *inputs);
+
+/** [any task, isr] Levels as core/hal/hal.h wants them. */
+void inputs_read(const struct inputs *inputs, struct hal_inputs *out);
+
+#endif

@@ -1,0 +1,85 @@
+/* SPDX-License-Identifier: MIT */
+#include "io/outputs.h"
+
+#include "gcode/gcode.h"
+#include "hal/hal.h"
+#include "hal/step_pins.h"
+#include "pin_config.h"
+
+#include "driver/gpio.h"
+#include "driver/ledc.h"
+
+#define PWM_HZ   5000u /* analogue converters of spindle drives filter it well */
+#define PWM_BITS 13    /* 80 MHz / 5 kHz = 16000 > 2^13 */
+
+enum { PWM_TIMER = LEDC_TIMER_0, PWM_CHANNEL = LEDC_CHANNEL_0, PWM_MODE = LEDC_LOW_SPEED_MODE };
+
+static void make_output(uint8_t gpio, bool level) {
+    ESP_ERROR_CHECK(gpio_set_level((gpio_num_t)gpio, level)); /* first the level, then the driver */
+    ESP_ERROR_CHECK(gpio_set_direction((gpio_num_t)gpio, GPIO_MODE_OUTPUT));
+}
+
+void outputs_make_safe(void) {
+#define MAKE_SAFE(pin, signal, on_level) make_output(pin, !(on_level));
+    BOARD_OUTPUTS(MAKE_SAFE)
+#undef MAKE_SAFE
+}
+
+static void set(const struct outputs *outputs, enum switch_output output, bool on) {
+    const struct output_wire *wire = &outputs->wire[output];
+    if (wire->gpio != GPIO_NONE)
+        gpio_set_level((gpio_num_t)wire->gpio, on == wire->active_high);
+}
+
+static bool start_pwm(const struct output_wire *wire) {
+    const ledc_timer_config_t timer = {.speed_mode = (ledc_mode_t)PWM_MODE,
+                                       .duty_resolution = (ledc_timer_bit_t)PWM_BITS,
+                                       .timer_num = (ledc_timer_t)PWM_TIMER,
+                                       .freq_hz = PWM_HZ,
+                                       .clk_cfg = LEDC_AUTO_CLK};
+    const ledc_channel_config_t channel = {.gpio_num = wire->gpio,
+                                           .speed_mode = (ledc_mode_t)PWM_MODE,
+                                           .channel = (ledc_channel_t)PWM_CHANNEL,
+                                           .timer_sel = (ledc_timer_t)PWM_TIMER,
+                                           .duty = 0,
+                                           .flags = {.output_invert = !wire->active_high}};
+    return ledc_timer_config(&timer) == ESP_OK && ledc_channel_config(&channel) == ESP_OK;
+}
+
+bool outputs_init(struct outputs *outputs, const struct output_wire wire[SWITCH_COUNT]) {
+    for (unsigned output = 0; output < SWITCH_COUNT; output++)
+        outputs->wire[output] = wire[output];
+    outputs->pump_level = false;
+    const struct output_wire *pwm = &outputs->wire[SWITCH_SPINDLE_PWM];
+    return pwm->gpio == GPIO_NONE || start_pwm(pwm);
+}
+
+void outputs_motors(const struct outputs *outputs, bool on, bool invert) {
+    set(outputs, SWITCH_ENABLE, on != invert);
+}
+
+void outputs_spindle(struct outputs *outputs, int direction, uint16_t duty) {
+    set(outputs, SWITCH_SPINDLE_DIR, direction < 0);
+    set(outputs, SWITCH_SPINDLE_ENABLE, direction != 0);
+    if (outputs->wire[SWITCH_SPINDLE_PWM].gpio == GPIO_NONE)
+        return;
+    uint32_t wanted = direction == 0 ? 0 : duty;
+    uint32_t scaled = (wanted * (1u << PWM_BITS) + HAL_DUTY_FULL / 2) / HAL_DUTY_FULL;
+    ledc_set_duty((ledc_mode_t)PWM_MODE, (ledc_channel_t)PWM_CHANNEL, scaled);
+    ledc_update_duty((ledc_mode_t)PWM_MODE, (ledc_channel_t)PWM_CHANNEL);
+}
+
+void outputs_coolant(struct outputs *outputs, uint8_t bits) {
+    set(outputs, SWITCH_FLOOD, (bits & COOLANT_FLOOD) != 0);
+    set(outputs, SWITCH_MIST, (bits & COOLANT_MIST) != 0);
+}
+
+void outputs_digital(const struct outputs *outputs, uint8_t bits) {
+    for (unsigned output = SWITCH_DIGITAL; output <= SWITCH_LAST_DIGITAL; output++)
+        set(outputs, (enum switch_output)output, (bits >> (output - SWITCH_DIGITAL) & 1) != 0);
+}
+
+void outputs_pump(struct outputs *outputs) {
+    outputs->pump_level = !outputs->pump_level;
+    set(outputs, SWITCH_CHARGE_PUMP, outputs->pump_level);
+}

@@ -1,0 +1,20 @@
+/* SPDX-License-Identifier: MIT
+ * The chip's own serial ports as streams of the hub: UART0, and the USB-Serial-JTAG of the S3. [task] They
+ * have no connection that could be lost: whoever is at the other end is one client, always there. */
+#ifndef WIFICNC_ESP32_SERIAL_STREAM_H
+#define WIFICNC_ESP32_SERIAL_STREAM_H
+
+#include "net_stream.h"
+
+#include <stdbool.h>
+
+enum { SERIAL_BAUD = 115200, SERIAL_RX_SIZE = 2048, SERIAL_TX_SIZE = 4096 };
+
+/** @param[out] stream  of UART0 @return false: the driver did not start */
+bool serial_stream_uart(struct net_stream *stream);
+
+/** @param[out] stream  of the native USB port @return false: the chip has none, or the driver did not start
+ */
+bool serial_stream_usb(struct net_stream *stream);
+
+#endif

@@ -1,0 +1,42 @@
+/* SPDX-License-Identifier: MIT
+ * What we use of ESP-IDF 5.5's driver/ledc.h, declared anew: enough to compile against, checked against the
+ * real one by tools/xtensa with IDF_PATH set. */
+#pragma once
+
+#include "esp_err.h"
+
+#include <stdbool.h>
+
+#if CONFIG_IDF_TARGET_ESP32
+typedef enum { LEDC_HIGH_SPEED_MODE, LEDC_LOW_SPEED_MODE } ledc_mode_t;
+#else
+typedef enum { LEDC_LOW_SPEED_MODE } ledc_mode_t;
+#endif
+typedef enum { LEDC_TIMER_0 } ledc_timer_t;
+typedef enum { LEDC_CHANNEL_0 } ledc_channel_t;
+typedef enum { LEDC_TIMER_13_BIT = 13 } ledc_timer_bit_t;
+typedef enum { LEDC_AUTO_CLK } ledc_clk_cfg_t;
+
+typedef struct {
+    ledc_mode_t speed_mode;
+    ledc_timer_bit_t duty_resolution;
+    ledc_timer_t timer_num;
+    uint32_t freq_hz;
+    ledc_clk_cfg_t clk_cfg;
+} ledc_timer_config_t;
+
+typedef struct {
+    int gpio_num;
+    ledc_mode_t speed_mode;
+    ledc_channel_t channel;
+    ledc_timer_t timer_sel;
+    uint32_t duty;
+    struct {
+        unsigned int output_invert : 1;
+    } flags;
+} ledc_channel_config_t;
+
+esp_err_t ledc_timer_config(const ledc_timer_config_t *config);
+esp_err_t ledc_channel_config(const ledc_channel_config_t *config);
+esp_err_t ledc_set_duty(ledc_mode_t mode, ledc_channel_t channel, uint32_t duty);
+esp_err_t ledc_update_duty(ledc_mode_t mode, ledc_channel_t channel);

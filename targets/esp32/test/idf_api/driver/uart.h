@@ -1,0 +1,33 @@
+/* SPDX-License-Identifier: MIT
+ * What we use of ESP-IDF 5.5's driver/uart.h, declared anew: enough to compile against, checked against the
+ * real one by tools/xtensa with IDF_PATH set. */
+#pragma once
+
+#include "esp_err.h"
+#include "freertos/FreeRTOS.h"
+#include "freertos/queue.h"
+
+#include <stddef.h>
+
+typedef enum { UART_NUM_0 } uart_port_t;
+typedef enum { UART_DATA_8_BITS = 3 } uart_word_length_t;
+typedef enum { UART_PARITY_DISABLE } uart_parity_t;
+typedef enum { UART_STOP_BITS_1 = 1 } uart_stop_bits_t;
+typedef enum { UART_HW_FLOWCTRL_DISABLE } uart_hw_flowcontrol_t;
+typedef enum { UART_SCLK_DEFAULT } uart_sclk_t;
+
+typedef struct {
+    int baud_rate;
+    uart_word_length_t data_bits;
+    uart_parity_t parity;
+    uart_stop_bits_t stop_bits;
+    uart_hw_flowcontrol_t flow_ctrl;
+    uart_sclk_t source_clk;
+} uart_config_t;
+
+esp_err_t uart_driver_install(uart_port_t port, int rx_size, int tx_size, int queue_size,
+                              QueueHandle_t *queue, int flags);
+esp_err_t uart_param_config(uart_port_t port, const uart_config_t *config);
+esp_err_t uart_get_tx_buffer_free_size(uart_port_t port, size_t *size);
+int uart_read_bytes(uart_port_t port, void *bytes, uint32_t length, TickType_t ticks);
+int uart_write_bytes(uart_port_t port, const void *bytes, size_t size);

@@ -1,0 +1,8 @@
+/* SPDX-License-Identifier: MIT
+ * What we use of ESP-IDF 5.5's esp_random.h, declared anew: enough to compile against, checked against the
+ * real one by tools/xtensa with IDF_PATH set. */
+#pragma once
+
+#include <stdint.h>
+
+uint32_t esp_random(void);
