@@ -1,0 +1,87 @@
+"""Each rule of interrupt handlers with assembly that breaks it, and the count of instructions by hand."""
+
+from __future__ import annotations
+
+import pytest
+from xtensa.isr import Program, longest_path, placed_in_ram, violations
+
+
+def read(*functions: str, file: str = "targets/esp32/x.c") -> Program:
+    from xtensa.isr import read_assembly
+
+    program = Program()
+    read_assembly("\n".join(functions), file, program)
+    return program
+
+
+def function(name: str, body: str, section: str = ".iram1.0", literals: str = "") -> str:
+    lines = "\n".join(f"\t{line.strip()}" if not line.strip().startswith(".LBB") else line for line in body.split(";"))
+    return (
+        f'{literals}\t.section\t{section},"ax",@progbits\n\t.type\t{name},@function\n{name}:\n{lines}\n.Lfunc_end0:\n'
+    )
+
+
+GOOD = function("handler", "entry\ta1, 32;retw.n")
+
+
+def faults(program: Program, *placed: str) -> list[str]:
+    return violations(program, placed, ["handler"])
+
+
+def test_a_good_handler_breaks_no_rule() -> None:
+    assert faults(read(GOOD)) == []
+
+
+def test_a_missing_handler_is_noticed() -> None:
+    assert faults(read("")) == ["there is no handler handler()"]
+
+
+@pytest.mark.parametrize(
+    ("body", "said"),
+    [
+        ("entry\ta1, 32;mul.s\tf0, f1, f2;retw.n", "floating point (mul.s)"),
+        ("entry\ta1, 32;quou\ta2, a3, a4;retw.n", "divides (quou)"),
+        ("entry\ta1, 32;callx8\ta8;retw.n", "a pointer in a8"),
+    ],
+)
+def test_float_division_and_pointers_are_refused(body: str, said: str) -> None:
+    (fault,) = faults(read(function("handler", body)))
+    assert said in fault
+
+
+def test_a_call_through_a_literal_is_followed() -> None:
+    caller = function(
+        "handler", "entry\ta1, 32;l32r\ta8, .LCPI0_0;callx8\ta8;retw.n", literals="\t.literal .LCPI0_0, printf\n"
+    )
+    assert faults(read(caller)) == ["targets/esp32/x.c: handler() calls printf, which is not allowed"]
+    other = function("printf", "entry\ta1, 32;retw.n", section=".text.printf")
+    assert faults(read(caller, other)) == ["targets/esp32/x.c: printf() lies in flash (.text.printf)"]
+    assert faults(read(caller, other), "targets:x") == []
+    assert faults(read(caller, other), "targets:x:printf") == []
+
+
+def test_constants_in_flash_are_noticed_unless_the_object_is_placed() -> None:
+    table = "\t.type\ttable,@object\n\t.section\t.rodata.table\ntable:\n"
+    reader = function("handler", "entry\ta1, 32;l32r\ta8, .LCPI0_0;retw.n", literals="\t.literal .LCPI0_0, table\n")
+    assert faults(read(table, reader)) == ["targets/esp32/x.c: handler() reads table in flash"]
+    assert faults(read(table, reader), "targets:x") == []
+
+
+def test_the_longest_path_takes_the_longer_branch_and_a_loop_once() -> None:
+    body = """entry\ta1, 32;beqz\ta2, .LBB0_2;addi\ta3, a3, 1;addi\ta3, a3, 1;
+.LBB0_2:;addi\ta4, a4, 1;bnez\ta4, .LBB0_2;retw.n"""
+    assert longest_path(read(function("handler", body)), "handler") == 7
+
+
+def test_a_path_with_an_excluded_call_does_not_count() -> None:
+    body = "entry\ta1, 32;beqz\ta2, .LBB0_2;call8\tseldom;j\t.LBB0_3;\n.LBB0_2:;nop;\n.LBB0_3:;retw.n"
+    program = read(function("handler", body), function("seldom", "entry\ta1, 32;nop;nop;nop;retw.n"))
+    assert longest_path(program, "handler") == 2 + 2 + 5 + 1
+    assert longest_path(program, "handler", ["seldom"]) == 4
+
+
+def test_linker_fragments_are_read() -> None:
+    text = (
+        "[mapping:x]\narchive: libx.a\nentries:\n    isr (noflash)\n    machine:place (noflash)\n    other (default)\n"
+    )
+    assert placed_in_ram(text, "core") == {"core:isr", "core:machine:place"}

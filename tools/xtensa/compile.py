@@ -1,0 +1,105 @@
+"""C files to Xtensa objects: clang to LLVM code, llc to machine code of the ESP32's processor."""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+
+from xtensa.headers import Headers
+from xtensa.toolchain import Toolchain
+
+# LLVM knows the ESP32's LX6, not the S3's LX7. For what is proved here they are alike: windowed registers, a
+# single-precision unit, s32c1i.
+CPU = "esp32"
+
+# The integer types are those of Espressif's gcc, so that format strings are judged as there.
+FLAGS = (
+    "--target=xtensa-none-elf",
+    "-std=gnu17",
+    "-O2",
+    "-nostdlibinc",
+    "-ffunction-sections",
+    "-fno-jump-tables",
+    "-ffp-contract=off",
+    "-fno-math-errno",
+    "-D__XTENSA_WINDOWED_ABI__=1",
+    "-DESP_PLATFORM",
+    "-D_GNU_SOURCE",
+    "-U__INT32_TYPE__",
+    "-D__INT32_TYPE__=long int",
+    "-U__UINT32_TYPE__",
+    "-D__UINT32_TYPE__=long unsigned int",
+    "-Wall",
+    "-Wextra",
+    "-Wshadow",
+    "-Werror",
+)
+
+# A choice between two float constants becomes a table of them, which LLVM 22 cannot address on Xtensa; without
+# optimisation it stays a branch.
+LLC_GAP = "Cannot select"
+
+FOLDERS = ("core", "targets/common", "targets/esp32")
+EXCLUDED = ("targets/esp32/test/",)
+
+
+@dataclass(frozen=True)
+class Object:
+    """A compiled file, or what the compiler said."""
+
+    source: Path
+    path: Path
+    said: str = ""
+
+
+def firmware_sources(root: Path) -> list[Path]:
+    """Every C file of the firmware."""
+    found = [path for folder in FOLDERS for path in (root / folder).rglob("*.c")]
+    return sorted(path for path in found if not str(path.relative_to(root)).startswith(EXCLUDED))
+
+
+def compile_all(tools: Toolchain, root: Path, headers: Headers, sources: Sequence[Path], output: Path) -> list[Object]:
+    """Compile each source; a failed one has `said`."""
+    includes = [f"-I{path}" for path in (headers.generated, *(root / folder for folder in FOLDERS))]
+    includes += [flag for path in headers.system for flag in ("-isystem", str(path))]
+    argv = [tools.clang, *FLAGS, *headers.flags, *includes]
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        return list(pool.map(lambda source: _compile(tools, argv, root, source, output), sources))
+
+
+def _compile(tools: Toolchain, argv: Sequence[str], root: Path, source: Path, output: Path) -> Object:
+    code = output / source.relative_to(root).with_suffix(".ll")
+    code.parent.mkdir(parents=True, exist_ok=True)
+    made = Object(source, code.with_suffix(".o"))
+    clang = [*argv, "-emit-llvm", "-S", "-o", str(code), str(source)]
+    llc = [tools.llc, f"-mcpu={CPU}", "-O2", "--function-sections", "--data-sections", "-filetype=obj"]
+    llc += [str(code), "-o", str(made.path)]
+    said = _translate(clang, llc, code)
+    if LLC_GAP in said:
+        said = _translate([*clang, "-O0"], llc, code)
+    return Object(source, made.path, said)
+
+
+def _translate(clang: Sequence[str], llc: Sequence[str], code: Path) -> str:
+    """@return what clang or llc complain about."""
+    run = _run(clang)
+    if run.returncode != 0 or run.stderr:
+        return run.stderr or f"clang failed with {run.returncode}"
+    code.write_text(_for_cpu(code.read_text()))
+    run = _run(llc)
+    return run.stderr or (f"llc failed with {run.returncode}" if run.returncode != 0 else "")
+
+
+def _run(command: Sequence[str]) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(command, capture_output=True, text=True, stdin=subprocess.DEVNULL, check=False)
+
+
+def _for_cpu(code: str) -> str:
+    """Name the processor in every function's attributes: clang cannot be told."""
+    code = re.sub(r'"target-cpu"="[^"]*"', "", code)
+    return re.sub(r"^(attributes #\d+ = \{)", rf'\1 "target-cpu"="{CPU}"', code, flags=re.MULTILINE)

@@ -1,0 +1,235 @@
+"""What the machine code of the interrupt handlers says: where everything lies that they reach, what they call, and how
+many instructions their longest path has.
+
+Read from the assembly text of the compiler (one instruction a line, calls through literals), not from measurements.
+"""
+
+from __future__ import annotations
+
+import re
+import subprocess
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from xtensa.compile import CPU
+from xtensa.toolchain import Toolchain
+
+ROOTS = ("on_timer", "on_edge")
+
+# What the step interrupt does only when a span ends, or the probe closes.
+SELDOM = ("next_span", "latch_probe")
+
+# Outside of our code: in the chip's ROM, or in IRAM by ESP-IDF (esp_timer.c marks it so). Instructions of a call, for
+# the longest path: memcpy of a span's 72 bytes by words.
+ALLOWED_CALLS = {"memcpy": 60, "memset": 60, "esp_timer_get_time": 60}
+
+FLOAT = re.compile(r"^(\w+\.s|lsi|ssi|lsx|ssx|rfr|wfr)$")
+DIVISION = ("quos", "quou", "rems", "remu")
+BRANCH = re.compile(r"^(b\w+|j|loop\w*)$")
+ENDS = ("j", "jx", "ret", "ret.n", "retw", "retw.n")
+
+
+@dataclass
+class Block:
+    """Instructions without a branch between them."""
+
+    count: int = 0
+    calls: list[str] = field(default_factory=list)
+    next: set[str] = field(default_factory=set)
+
+
+@dataclass
+class Function:
+    """A function as the compiler wrote it."""
+
+    name: str
+    file: str  # of the source, within the repository
+    section: str
+    blocks: dict[str, Block] = field(default_factory=dict)
+    mnemonics: set[str] = field(default_factory=set)
+    symbols: set[str] = field(default_factory=set)  # data and functions that its literals name
+
+    @property
+    def calls(self) -> set[str]:
+        return {name for block in self.blocks.values() for name in block.calls}
+
+
+@dataclass
+class Program:
+    """All functions, and the section of every data symbol."""
+
+    functions: dict[str, Function] = field(default_factory=dict)
+    data: dict[str, str] = field(default_factory=dict)
+
+
+def assembly(tools: Toolchain, code: Path) -> str:
+    """The assembly text of LLVM code that compile_all() has left."""
+    command = [tools.llc, f"-mcpu={CPU}", "-O2", "--function-sections", "--data-sections", str(code), "-o", "-"]
+    return subprocess.run(command, capture_output=True, text=True, check=True).stdout
+
+
+def read_assembly(text: str, file: str, program: Program) -> None:
+    """Add one file's functions and data to the program. Local names get the file's, as they mean nothing elsewhere."""
+    reader = _Reader(file, program)
+    for line in text.splitlines():
+        reader.take(line.split("#")[0].rstrip())
+
+
+class _Reader:
+    """Goes through the lines of one file."""
+
+    def __init__(self, file: str, program: Program) -> None:
+        self.file = file
+        self.program = program
+        self.section = ".text"
+        self.literals: dict[str, str] = {}
+        self.kinds: dict[str, str] = {}
+        self.function: Function | None = None
+        self.block = Block()
+        self.registers: dict[str, str] = {}
+
+    def take(self, line: str) -> None:
+        if match := re.match(r"\s*\.literal (\S+), (\S+)", line):
+            self.literals[match[1]] = match[2]
+        elif match := re.match(r"\s*\.section\s+([^,\s]+)|\s*(\.text|\.data|\.bss)$", line):
+            self.section = match[1] or match[2]
+        elif match := re.match(r"\s*\.type\s+([^,]+),[@%](\w+)", line):
+            self.kinds[match[1]] = match[2]
+        elif match := re.match(r"([\w.$]+):", line):
+            self._label(match[1])
+        elif self.function and re.match(r"\t[a-z]", line):
+            self._instruction(line.split())
+
+    def _label(self, name: str) -> None:
+        if self.kinds.get(name) == "function":
+            self.function = Function(name, self.file, self.section)
+            self.program.functions[name] = self.function
+            self.block = self.function.blocks[name] = Block()
+        elif name.startswith(".Lfunc_end"):
+            self.function = None
+        elif self.function and name.startswith(".LBB"):
+            self.block.next.add(name)
+            self.block = self.function.blocks[name] = Block()
+        elif self.kinds.get(name) == "object":
+            self.program.data[f"{self.file}:{name}" if name.startswith(".L") else name] = self.section
+
+    def _instruction(self, words: list[str]) -> None:
+        assert self.function
+        mnemonic, operands = words[0], [word.rstrip(",") for word in words[1:]]
+        self.function.mnemonics.add(mnemonic)
+        self.block.count += 1
+        if mnemonic == "l32r":
+            symbol = self.literals.get(operands[1], operands[1])
+            self.registers[operands[0]] = symbol
+            self.function.symbols.add(f"{self.file}:{symbol}" if symbol.startswith(".L") else symbol)
+        elif mnemonic.startswith("callx"):
+            self.block.calls.append(self.registers.get(operands[0], f"a pointer in {operands[0]}"))
+        elif mnemonic.startswith("call"):
+            self.block.calls.append(operands[0])
+        if BRANCH.match(mnemonic) or mnemonic in ENDS:
+            self._end_block(mnemonic, operands)
+
+    def _end_block(self, mnemonic: str, operands: list[str]) -> None:
+        assert self.function
+        if operands and operands[-1].startswith(".LBB"):
+            self.block.next.add(operands[-1])
+        following = Block()
+        name = f"{self.function.name}+{len(self.function.blocks)}"
+        if mnemonic not in ENDS:
+            self.block.next.add(name)
+        self.function.blocks[name] = following
+        self.block = following
+
+
+# ---- judgement ----
+
+
+def reachable(program: Program, roots: Iterable[str]) -> set[str]:
+    """Every function that a handler can come to."""
+    found: set[str] = set()
+    waiting = [root for root in roots if root in program.functions]
+    while waiting:
+        name = waiting.pop()
+        if name not in found and name in program.functions:
+            found.add(name)
+            waiting += program.functions[name].calls
+    return found
+
+
+def placed_in_ram(fragment: str, folder: str) -> set[str]:
+    """The entries of a linker.lf: "folder:object" or "folder:object:function" for each (noflash)."""
+    return {f"{folder}:{name}" for name in re.findall(r"^\s+([\w:]+) \(noflash\)$", fragment, re.MULTILINE)}
+
+
+def violations(program: Program, in_ram: Iterable[str], roots: Iterable[str] = ROOTS) -> list[str]:
+    """What breaks the rules of interrupt handlers. @param in_ram  placed_in_ram() of every linker.lf"""
+    placed = set(in_ram)
+    problems = [f"there is no handler {root}()" for root in roots if root not in program.functions]
+    for name in sorted(reachable(program, roots)):
+        problems += [f"{program.functions[name].file}: {name}() {what}" for what in _faults(program, name, placed)]
+    return problems
+
+
+def _faults(program: Program, name: str, placed: set[str]) -> list[str]:
+    function = program.functions[name]
+    faults = []
+    folder, object_name = function.file.split("/")[0], Path(function.file).stem
+    object_is_placed = f"{folder}:{object_name}" in placed
+    is_placed = object_is_placed or f"{folder}:{object_name}:{name}" in placed
+    if not function.section.startswith(".iram1") and not is_placed:
+        faults.append(f"lies in flash ({function.section})")
+    for callee in sorted(function.calls):
+        if callee not in program.functions and callee not in ALLOWED_CALLS:
+            faults.append(f"calls {callee}, which is not allowed")
+    for symbol in sorted(function.symbols):
+        if program.data.get(symbol, "").startswith(".rodata") and not object_is_placed:
+            faults.append(f"reads {symbol} in flash")
+    faults += [f"uses floating point ({word})" for word in sorted(function.mnemonics) if FLOAT.match(word)]
+    faults += [f"divides ({word})" for word in sorted(function.mnemonics) if word in DIVISION]
+    return faults
+
+
+def interrupt_program(tools: Toolchain, root: Path, output: Path, sources: Iterable[Path]) -> Program:
+    """All functions of the firmware, from the LLVM code that compile_all() has left in output."""
+    program = Program()
+    for source in sources:
+        name = source.relative_to(root)
+        read_assembly(assembly(tools, output / name.with_suffix(".ll")), str(name), program)
+    return program
+
+
+def firmware_in_ram(root: Path) -> set[str]:
+    """What the firmware's linker fragments place in RAM."""
+    esp32 = root / "targets" / "esp32"
+    return placed_in_ram((esp32 / "components/core/linker.lf").read_text(), "core") | placed_in_ram(
+        (esp32 / "main/linker.lf").read_text(), "targets"
+    )
+
+
+def longest_path(program: Program, name: str, without: Iterable[str] = ()) -> int:
+    """Instructions of the longest way through a function with all that it calls, each loop passed once: the loops of
+    the step interrupt only wait. @param without  ways on which one of these functions is called are left out"""
+    if name in ALLOWED_CALLS:
+        return ALLOWED_CALLS[name]
+    function = program.functions[name]
+    excluded = set(without)
+    memo: dict[str, int | None] = {}
+
+    def way(label: str, passed: frozenset[str]) -> int | None:
+        if label in passed:
+            return None
+        if label in memo:
+            return memo[label]
+        block = function.blocks[label]
+        if excluded & set(block.calls):
+            return None
+        own = block.count + sum(longest_path(program, callee, excluded) for callee in block.calls)
+        ways = [way(following, passed | {label}) for following in block.next if following in function.blocks]
+        onward = [length for length in ways if length is not None]
+        ends = not block.next
+        total = own if ends else (own + max(onward) if onward else None)
+        memo[label] = total
+        return total
+
+    return way(name, frozenset()) or 0
