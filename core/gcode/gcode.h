@@ -30,13 +30,15 @@ enum { OUTPUT_COUNT = 5 }; /* digital outputs P0..P4 of M62..M65 */
 #define GCODE_RADIUS_MAX_MM 1e7
 
 enum gcode_motion {
-    MOTION_RAPID,   /* G0 */
-    MOTION_LINEAR,  /* G1 */
-    MOTION_ARC_CW,  /* G2 */
-    MOTION_ARC_CCW, /* G3 */
-    MOTION_PROBE,   /* G38.2 .. G38.5, see gcode_modal.probe */
-    MOTION_NONE,    /* G80 */
-    MOTION_CYCLE,   /* G73 G81 .. G89, see gcode_modal.cycle */
+    MOTION_RAPID,     /* G0 */
+    MOTION_LINEAR,    /* G1 */
+    MOTION_ARC_CW,    /* G2 */
+    MOTION_ARC_CCW,   /* G3 */
+    MOTION_PROBE,     /* G38.2 .. G38.5, see gcode_modal.probe */
+    MOTION_NONE,      /* G80 */
+    MOTION_CYCLE,     /* G73 G81 .. G89, see gcode_modal.cycle */
+    MOTION_CUBIC,     /* G5 */
+    MOTION_QUADRATIC, /* G5.1 */
 };
 enum gcode_plane { PLANE_XY, PLANE_ZX, PLANE_YZ };                       /* G17 G18 G19 */
 enum gcode_path { PATH_BLEND, PATH_EXACT, PATH_EXACT_STOP };             /* G64 G61 G61.1 */
@@ -65,11 +67,12 @@ enum { OVERRIDE_FEED = 1, OVERRIDE_SPINDLE = 2, OVERRIDE_HOLD = 4, OVERRIDE_ALL 
 /** Words of a canned cycle that later lines of the same cycle need not repeat. As written, so that G91 and
  * offsets mean what they mean in the line that uses them; forgotten when plane or distance mode change. */
 struct gcode_sticky {
-    double r_mm, z_mm; /* R and the word of the axis normal to the plane */
-    double q_mm;       /* Q > 0 */
-    double initial_mm; /* level before the first of a row of cycles (G98), machine coordinates */
-    float p_s;         /* P >= 0 */
-    uint8_t known;     /* WORD_ bits of resolve_cycle.c */
+    double r_mm, z_mm;   /* R and the word of the axis normal to the plane */
+    double q_mm;         /* Q > 0 */
+    double initial_mm;   /* level before the first of a row of cycles (G98), machine coordinates */
+    float p_s;           /* P >= 0 */
+    uint8_t known;       /* WORD_ bits of resolve_cycle.c */
+    double spline_mm[2]; /* P Q of the last G5, for a next one without I J */
     enum gcode_plane plane;
     bool incremental;
 };
@@ -112,7 +115,7 @@ struct gcode_offsets {
 /** Everything gcode_resolve() reads. */
 struct gcode_state {
     struct gcode_modal modal;
-    struct gcode_sticky sticky; /* means something while the modal motion is MOTION_CYCLE */
+    struct gcode_sticky sticky; /* means something while the modal motion is MOTION_CYCLE or _CUBIC */
     struct gcode_modal saved;   /* by M70; one of them, as at LinuxCNC's program level */
     double saved_tool_length_mm;
     bool is_saved;
@@ -145,6 +148,7 @@ struct gcode_move {
     enum gcode_plane plane;
     double center_mm[2];       /* centre in the plane, machine coordinates, first and second plane axis */
     int32_t turns;             /* full turns in addition to the part turn; 0 today (P word later) */
+    double control_mm[2][2];   /* MOTION_CUBIC, _QUADRATIC: control points of a cubic in XY */
     bool via;                  /* G28, G30 with axis words: go through via_mm first, as a rapid */
     double via_mm[AXIS_COUNT]; /* filled in when via, and for MOTION_CYCLE */
     uint8_t probe;             /* 2..5 for G38.2 .. G38.5, else 0 */
@@ -167,7 +171,7 @@ enum gcode_store {
  *  (synchronised with motion when sync is set), digital output, dwell, store, move, flow. */
 struct gcode_command {
     struct gcode_modal next;    /* modal state after the line, see gcode_modal_apply() */
-    struct gcode_sticky sticky; /* filled in for a move that is MOTION_CYCLE */
+    struct gcode_sticky sticky; /* filled in for a move that is MOTION_CYCLE, _CUBIC or _QUADRATIC */
     enum gcode_modes modes;     /* what becomes of gcode_state.saved; RESTORE is already in next */
     enum gcode_spindle spindle; /* for this line's dwell and move; next differs from these two */
     uint8_t coolant;            /*   only at FLOW_END, which switches both off after the move */
@@ -210,7 +214,7 @@ static inline void gcode_modal_apply(struct gcode_state *state, const struct gco
     if (command->modes != MODES_KEEP)
         gcode_modes_keep(state, command);
     state->modal = command->next;
-    if (command->move.motion == MOTION_CYCLE)
+    if (command->move.motion >= MOTION_CYCLE)
         state->sticky = command->sticky;
 }
 

@@ -115,13 +115,18 @@ static HOT enum status take_code(struct gcode_block *block, char letter, struct 
 }
 
 /* Why a word cannot be taken; the order of Grbl's checks. */
-static enum status word_status(uint32_t words, uint32_t bit, double number) {
+static enum status word_status(const struct gcode_block *block, uint32_t words, uint32_t bit, double number) {
+    const bool spline =
+        block_has_group(block, GROUP_MOTION) && BLOCK_MOTION(block->value[GROUP_MOTION]) == MOTION_CUBIC;
+
     if (!(bit & (WORDS_FREE | WORDS_NOT_NEGATIVE)))
         return STATUS_UNSUPPORTED;
     if (bit == WORD_BIT('T') && number > (double)TOOL_NUMBER_MAX)
         return STATUS_TOOL_NUMBER;
     if (words & bit)
         return STATUS_WORD_REPEATED;
+    if (spline && (bit & (WORD_BIT('P') | WORD_BIT('Q')))) /* distances: G5 says so */
+        return STATUS_OK;
     if (number < 0.0 && (bit & WORDS_NOT_NEGATIVE))
         return STATUS_NEGATIVE;
     return STATUS_OK;
@@ -152,7 +157,7 @@ static HOT enum status parse_words(const char **text, bool blanks, struct gcode_
             block->number[word] = number_value(number);
             status = STATUS_OK;
             if (!(bit & good & ~words))
-                status = word_status(words, bit, block->number[word]);
+                status = word_status(block, words, bit, block->number[word]);
             words |= bit;
         }
         if (status != STATUS_OK)

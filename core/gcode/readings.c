@@ -53,6 +53,10 @@ static double motion_x10(const struct gcode_modal *modal) {
         return 800.0;
     case MOTION_CYCLE:
         return cycles[modal->cycle];
+    case MOTION_CUBIC:
+        return 50.0;
+    case MOTION_QUADRATIC:
+        return 51.0;
     default:
         return 10.0 * (double)modal->motion;
     }

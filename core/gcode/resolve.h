@@ -7,6 +7,7 @@
  *   resolve_machine.c M6 M48 .. M53 M62 .. M65, spindle, coolant
  *   resolve_move.c   G0 G1 G2 G3 G38 G28 G30 G53: targets, feed
  *   resolve_cycle.c  G73 G81 .. G89: levels, holes, sticky words
+ *   resolve_spline.c G5 G5.1: control points
  *   resolve_arc.c    the centre of an arc from I J K or R */
 #ifndef WIFICNC_GCODE_RESOLVE_H
 #define WIFICNC_GCODE_RESOLVE_H
@@ -85,6 +86,9 @@ void resolve_outputs(struct resolver *r);
 
 /** A canned cycle into out->move. */
 enum status resolve_cycle(struct resolver *r);
+
+/** Control points of G5 and G5.1 into out->move.control_mm; the target is known. */
+enum status resolve_spline(struct resolver *r);
 
 /** Centre of the arc from the state's position to out->move.target_mm into out->move.center_mm. */
 enum status resolve_arc(struct resolver *r);

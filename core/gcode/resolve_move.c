@@ -78,6 +78,9 @@ static enum status feed_move(struct resolver *r) {
     case MOTION_PROBE:
         move->probe = r->out->next.probe;
         return is_position(r, move->target_mm, AXIS_COUNT) ? STATUS_BAD_TARGET : STATUS_OK;
+    case MOTION_CUBIC:
+    case MOTION_QUADRATIC:
+        return resolve_spline(r);
     case MOTION_CYCLE:
     case MOTION_LINEAR:
     case MOTION_RAPID:

@@ -80,9 +80,9 @@ static void list_word(struct machine *machine, const char *letter, int32_t numbe
 
 static void list_motion(struct machine *machine) {
     const struct gcode_modal *modal = &machine->gcode.modal;
-    static const char *const names[] = {[MOTION_RAPID] = "G0",  [MOTION_LINEAR] = "G1",
-                                        [MOTION_ARC_CW] = "G2", [MOTION_ARC_CCW] = "G3",
-                                        [MOTION_PROBE] = "G38", [MOTION_NONE] = "G80"};
+    static const char *const names[] = {
+        [MOTION_RAPID] = "G0",  [MOTION_LINEAR] = "G1", [MOTION_ARC_CW] = "G2", [MOTION_ARC_CCW] = "G3",
+        [MOTION_PROBE] = "G38", [MOTION_NONE] = "G80",  [MOTION_CUBIC] = "G5",  [MOTION_QUADRATIC] = "G5.1"};
     static const char *const cycles[] = {
         [CYCLE_CHIP] = "G73", [CYCLE_DRILL] = "G81",     [CYCLE_DWELL] = "G82",     [CYCLE_PECK] = "G83",
         [CYCLE_BORE] = "G85", [CYCLE_BORE_STOP] = "G86", [CYCLE_BORE_DWELL] = "G89"};

@@ -14,6 +14,7 @@
 #include "gcode/cycle.h"
 #include "gcode/gcode.h"
 #include "gcode/params.h"
+#include "gcode/spline.h"
 #include "hal/hal.h"
 #include "link/line_reader.h"
 #include "link/rx.h"
@@ -78,7 +79,7 @@ enum task_stage {
     TASK_STORE,
     TASK_VIA, /* first leg of G28, G30 */
     TASK_MOVE,
-    TASK_ARC,
+    TASK_ARC, /* and splines */
     TASK_CYCLE,
     TASK_FLOW,   /* M0, M2, M30: wait for rest */
     TASK_PAUSED, /* M0: wait for ~ */
@@ -193,6 +194,7 @@ struct machine {
     double dwell_left_s;
     enum task_stage after_dwell;
     struct arc arc;
+    struct spline spline;
     bool arc_pending; /* arc_point_mm waits for room in the look-ahead */
     double arc_point_mm[AXIS_COUNT];
     float arc_feed_mm_s;

@@ -62,19 +62,36 @@ void task_set_outputs(struct machine *machine, enum gcode_spindle spindle, uint8
         outputs_set(machine, spindle, machine->command.next.spindle_rpm, coolant);
 }
 
-static void begin_arc(struct machine *machine) {
+static bool is_arc(const struct gcode_move *move) {
+    return move->motion == MOTION_ARC_CW || move->motion == MOTION_ARC_CCW;
+}
+
+static bool is_spline(const struct gcode_move *move) {
+    return move->motion == MOTION_CUBIC || move->motion == MOTION_QUADRATIC;
+}
+
+static void begin_curve(struct machine *machine) {
     const struct gcode_move *move = &machine->command.move;
-    arc_begin(&machine->arc, machine->gcode.position_mm, move, (double)machine->settings.arc_tolerance_mm);
+    double tolerance_mm = (double)machine->settings.arc_tolerance_mm;
+    if (is_spline(move))
+        spline_begin(&machine->spline, machine->gcode.position_mm, move, tolerance_mm);
+    else
+        arc_begin(&machine->arc, machine->gcode.position_mm, move, tolerance_mm);
     machine->arc_feed_mm_s = move->feed_mm_s;
     if (move->inverse_time_s > 0.0f)
         machine->arc_feed_mm_s = (float)arc_length_mm(&machine->arc) / move->inverse_time_s;
     machine->arc_pending = false;
 }
 
-/* Chords until the arc is done, the look-ahead is full or the travel ends. */
-static enum task_stage push_arc(struct machine *machine) {
+static bool next_point(struct machine *machine) {
+    return is_spline(&machine->command.move) ? spline_next(&machine->spline, machine->arc_point_mm)
+                                             : arc_next(&machine->arc, machine->arc_point_mm);
+}
+
+/* Chords until the curve is done, the look-ahead is full or the travel ends. */
+static enum task_stage push_curve(struct machine *machine) {
     for (;;) {
-        if (!machine->arc_pending && !arc_next(&machine->arc, machine->arc_point_mm))
+        if (!machine->arc_pending && !next_point(machine))
             return TASK_NONE;
         if (!machine->arc_pending && leaves_travel(machine, machine->arc_point_mm))
             return TASK_SOFT_LIMIT;
@@ -89,10 +106,6 @@ static bool push_move(struct machine *machine) {
     const struct gcode_move *move = &machine->command.move;
     return task_push_line(machine, move->target_mm, move->motion == MOTION_RAPID, move->feed_mm_s,
                           move->inverse_time_s);
-}
-
-static bool is_arc(const struct gcode_move *move) {
-    return move->motion == MOTION_ARC_CW || move->motion == MOTION_ARC_CCW;
 }
 
 /* Stages of which the line has nothing to do are passed over here. */
@@ -117,8 +130,8 @@ static enum task_stage stage_of_move(struct machine *machine) {
     note_line(machine);
     if (move->via)
         return leaves_travel(machine, move->via_mm) ? TASK_SOFT_LIMIT : TASK_VIA;
-    if (is_arc(move)) {
-        begin_arc(machine);
+    if (is_arc(move) || is_spline(move)) {
+        begin_curve(machine);
         return TASK_ARC;
     }
     if (leaves_travel(machine, move->target_mm))
@@ -284,7 +297,7 @@ static enum task_stage next_stage(struct machine *machine) {
     case TASK_MOVE:
         return push_move(machine) ? finish_move(machine) : TASK_MOVE;
     case TASK_ARC:
-        stage = push_arc(machine);
+        stage = push_curve(machine);
         return stage == TASK_NONE ? finish_move(machine) : stage;
     case TASK_CYCLE:
         stage = drill_poll(machine);

@@ -114,6 +114,10 @@ static int16_t motion_g10(const struct gcode_modal *modal) {
         return (int16_t)(380 + modal->probe);
     case MOTION_CYCLE:
         return cycle_g10[modal->cycle];
+    case MOTION_CUBIC:
+        return 50;
+    case MOTION_QUADRATIC:
+        return 51;
     case MOTION_NONE:
     default:
         return 800;

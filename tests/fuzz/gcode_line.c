@@ -9,6 +9,7 @@
 #include "gcode/arc.h"
 #include "gcode/cycle.h"
 #include "gcode/gcode.h"
+#include "gcode/spline.h"
 
 #include <math.h>
 #include <string.h>
@@ -68,7 +69,7 @@ static void check_row(const double mm[AXIS_COUNT], const char *what) {
 }
 
 static void check_modal(const struct gcode_modal *modal) {
-    CLAIM(modal->motion <= MOTION_CYCLE && modal->plane <= PLANE_YZ && modal->path <= PATH_EXACT_STOP,
+    CLAIM(modal->motion <= MOTION_QUADRATIC && modal->plane <= PLANE_YZ && modal->path <= PATH_EXACT_STOP,
           "no such mode");
     CLAIM(modal->feed_mode <= FEED_INVERSE_TIME && modal->spindle <= SPINDLE_CCW && modal->coolant <= 3,
           "no such mode");
@@ -141,8 +142,18 @@ static void check_cycle(const struct gcode_state *state, const struct gcode_move
               cycle.at_mm[ax], move->target_mm[ax]);
 }
 
+static void check_spline(const struct gcode_state *state, const struct gcode_move *move) {
+    struct spline spline;
+    double point_mm[AXIS_COUNT] = {0};
+    spline_begin(&spline, state->position_mm, move, 0.002);
+    for (unsigned n = 0; n < ARC_POINTS && spline_next(&spline, point_mm); n++)
+        check_row(point_mm, "point of a spline");
+    if (spline.done == spline.chords)
+        CLAIM(memcmp(point_mm, move->target_mm, sizeof point_mm) == 0, "a spline ends elsewhere");
+}
+
 static void check_move(const struct gcode_state *state, const struct gcode_move *move) {
-    CLAIM(move->motion <= MOTION_CYCLE, "motion %d", move->motion);
+    CLAIM(move->motion <= MOTION_QUADRATIC, "motion %d", move->motion);
     if (move->motion == MOTION_NONE)
         return;
     check_row(move->target_mm, "target");
@@ -161,6 +172,8 @@ static void check_move(const struct gcode_state *state, const struct gcode_move 
         check_arc(state, move);
     if (move->motion == MOTION_CYCLE)
         check_cycle(state, move);
+    if (move->motion >= MOTION_CUBIC)
+        check_spline(state, move);
 }
 
 static void check_command(const struct gcode_state *state, const struct gcode_command *command) {

@@ -26,7 +26,7 @@ AXES = "XYZABC"
 Axes = c_double * 6
 XYZ, XYZABC = 0b111, 0b111111
 
-RAPID, LINEAR, ARC_CW, ARC_CCW, PROBE, NO_MOTION, CYCLE = range(7)
+RAPID, LINEAR, ARC_CW, ARC_CCW, PROBE, NO_MOTION, CYCLE, CUBIC, QUADRATIC = range(9)
 G73, G81, G82, G83, G85, G86, G89 = range(7)
 ACTION_RAPID, ACTION_FEED, ACTION_DWELL, SPINDLE_STOP, SPINDLE_START = range(5)
 XY, ZX, YZ = range(3)
@@ -58,6 +58,7 @@ class Sticky(ctypes.Structure):
         ("initial_mm", c_double),
         ("p_s", c_float),
         ("known", c_uint8),
+        ("spline_mm", c_double * 2),
         ("plane", c_int),
         ("incremental", c_bool),
     )
@@ -147,6 +148,7 @@ class Move(ctypes.Structure):
         ("plane", c_int),
         ("center_mm", c_double * 2),
         ("turns", c_int32),
+        ("control_mm", c_double * 2 * 2),
         ("via", c_bool),
         ("via_mm", Axes),
         ("probe", c_uint8),
@@ -218,6 +220,12 @@ class Arc(ctypes.Structure):
     )
 
 
+class Spline(ctypes.Structure):
+    """struct spline."""
+
+    _fields_ = (("point_mm", c_double * 2 * 4), ("target_mm", Axes), ("chords", c_uint32), ("done", c_uint32))
+
+
 class Action(ctypes.Structure):
     """struct cycle_action."""
 
@@ -255,6 +263,7 @@ STRUCTURES = {
     "gcode_move": Move,
     "gcode_state": State,
     "line_reader": LineReader,
+    "spline": Spline,
 }
 
 
@@ -275,6 +284,9 @@ def declare(lib: ctypes.CDLL) -> ctypes.CDLL:
     lib.arc_length_mm.restype = c_double
     lib.arc_length_mm.argtypes = (pointer(Arc),)
     lib.arc_next.restype = c_bool
+    lib.spline_begin.argtypes = (pointer(Spline), Axes, pointer(Move), c_double)
+    lib.spline_next.restype = c_bool
+    lib.spline_next.argtypes = (pointer(Spline), Axes)
     lib.cycle_begin.argtypes = (pointer(Cycle), Axes, pointer(Move))
     lib.cycle_next.restype = c_bool
     lib.cycle_next.argtypes = (pointer(Cycle), pointer(Action))
@@ -341,7 +353,7 @@ class Controller:
         if command.modes:
             self.lib.gcode_modes_keep(ctypes.byref(self.state), ctypes.byref(command))
         self.state.modal = command.next
-        if command.move.motion == CYCLE:
+        if command.move.motion in (CYCLE, CUBIC, QUADRATIC):
             self.state.sticky = command.sticky
 
 

@@ -4,6 +4,7 @@
 #include "gcode/block.h"
 #include "gcode/cycle.h"
 #include "gcode/gcode.h"
+#include "gcode/spline.h"
 #include "link/line_reader.h"
 
 #include <stddef.h>
@@ -19,3 +20,4 @@ SIZE(gcode_modal);
 SIZE(gcode_move);
 SIZE(gcode_state);
 SIZE(line_reader);
+SIZE(spline);

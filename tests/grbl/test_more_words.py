@@ -266,3 +266,23 @@ def test_a_code_that_is_not_in_the_table_is_refused(grbl: Grbl) -> None:
     for name in names:
         if name not in known:
             assert grbl.send(name + "\n") in ("error:20\r\n", "error:23\r\n"), name
+
+
+# -- splines
+
+
+def test_splines_are_driven_to_their_end(grbl: Grbl) -> None:
+    run_out(grbl, "F600", "G5I0J3P0Q-3X10Y10", "G5P0Q-3X20Y20")
+    assert mm(grbl) == [20, 20, 0]
+    run_out(grbl, "G5.1X25Y20I2J5")
+    assert mm(grbl) == [25, 20, 0]
+    assert grbl.after(1, "$G\n").startswith("[GC:G5.1 G54 ")
+
+
+def test_a_spline_knows_the_travel(grbl: Grbl) -> None:
+    """Its end lies inside, its middle does not: soft limits see every chord."""
+    grbl.put("$22=1\n$20=1\n$130=100\n$131=100\n$132=50\n")
+    grbl.after(1)
+    grbl.fine("F600", "G90G0X-10Y-10Z-10")
+    grbl.after(10)
+    assert "ALARM:2" in grbl.after(20, "G5X-20Y-10I0J40P0Q40\n")

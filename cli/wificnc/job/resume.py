@@ -30,7 +30,7 @@ SOMEWHERE_MM = (-311.625, 247.375, -211.875, 97.625, -57.875, 33.375)
 ELSEWHERE_MM = (137.25, -91.5, 53.125, 31.75, -17.5, 71.25)
 
 MOTION_CODES = {0.0, 1.0, 2.0, 3.0, 5.0, 5.1, 33.0, 38.2, 38.3, 38.4, 38.5, 73.0, 76.0, *map(float, range(80, 90))}
-CYCLES = {"G73", "G81", "G82", "G83", "G85", "G86", "G89"}
+ROWS = {"G5", "G5.1", "G73", "G81", "G82", "G83", "G85", "G86", "G89"}  # words of one line hold for the next
 AXES_FOR_OTHERS = {10.0, 28.0, 28.1, 30.0, 30.1, 43.0, 43.1, 92.0, 92.1}
 
 
@@ -106,10 +106,10 @@ def _known_state(library: ctypes.CDLL, before: Sequence[JobLine], facts: Machine
             "the lines before set a G92 offset, which depends on where the machine stood",
             hint="set it by hand and cut the file there, or use G10 L2 / G54 in the program",
         )
-    if here.motion in CYCLES:
+    if here.motion in ROWS:
         raise JobError(
-            f"the lines before are in the middle of a row of canned cycles ({here.motion})",
-            hint="resume at the line that begins the cycle, or behind its G80",
+            f"the lines before are in the middle of a row of canned cycles or splines ({here.motion})",
+            hint="resume at the line that begins the row, or behind the next G0, G1 or G80",
         )
     known = tuple(abs(a - b) < SAME_MM for a, b in zip(here.work_mm, there.work_mm, strict=True))
     lost = [AXES[i] for i in range(facts.axis_count) if not known[i] and (here.moved[i] or there.moved[i])]
