@@ -150,8 +150,6 @@ static void take_override(struct machine *machine, int byte) {
 }
 
 static void take_bits(struct machine *machine, uint32_t bits) {
-    if ((bits & REALTIME_STATUS) != 0)
-        report_status(machine);
     if (machine->state == MACHINE_SLEEP)
         return;
     if ((bits & REALTIME_JOG_CANCEL) != 0 || ((bits & REALTIME_HOLD) != 0 && machine->state == MACHINE_JOG)) {
@@ -185,5 +183,7 @@ bool realtime_poll(struct machine *machine) {
     for (int byte; (byte = rx_take_override(&machine->rx)) >= 0; any = true)
         if (machine->state != MACHINE_SLEEP)
             take_override(machine, byte);
+    if ((bits & REALTIME_STATUS) != 0) /* after what came with it: `!?` is answered by a machine that holds */
+        report_status(machine);
     return any;
 }

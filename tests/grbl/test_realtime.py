@@ -36,6 +36,13 @@ def test_hold_in_jog_is_cancel(grbl: Grbl) -> None:
     assert grbl.state() == "Alarm"
 
 
+def test_a_status_says_what_came_with_it_has_done(grbl: Grbl) -> None:
+    """However many requests one packet brings, the report shows the machine behind all of them."""
+    assert grbl.send("!?").startswith("<Hold:0|")
+    assert grbl.send("~?").startswith("<Idle|")
+    assert "|Ov:110,50,90" in grbl.send("\x91\x96\x9b?")
+
+
 def test_hold_in_idle_keeps_the_queue_waiting(grbl: Grbl) -> None:
     """Idle + `!` = Hold:0 and the queue waits until `~`."""
     grbl.send("!")
