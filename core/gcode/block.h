@@ -10,6 +10,11 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+/** Inlined into the ways that most lines go, and kept out of them: what few lines need shall not take
+ * registers from all the others. */
+#define HOT  inline __attribute__((always_inline))
+#define COLD __attribute__((noinline, cold))
+
 /** Modal groups; group n is bit n of gcode_block.groups. */
 enum block_group {
     GROUP_NONMODAL,

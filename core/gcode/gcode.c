@@ -41,15 +41,3 @@ enum status gcode_line(const struct gcode_state *state, const char *line, struct
 
     return status == STATUS_OK ? gcode_resolve(state, &block, command) : status;
 }
-
-const char *gcode_plain_line(const struct gcode_state *state, const char *line,
-                             struct gcode_command *command) {
-    struct gcode_block block;
-
-    line = gcode_parse_plain(line, &block);
-    if (line == NULL)
-        return NULL;
-    if (resolve_is_straight(state, &block))
-        return resolve_straight(state, &block, command) == STATUS_OK ? line : NULL;
-    return gcode_resolve(state, &block, command) == STATUS_OK ? line : NULL;
-}

@@ -8,10 +8,10 @@ const double number_power_of_ten[NUMBER_DECIMALS_MAX + 1] = {
 
 struct number number_scan_long(const char *text, bool negative) {
     const int64_t full = 100000000000000000; /* one digit more still fits */
-    const bool has_digit = number_digit(text[text[0] == '.']) <= 9;
     struct number number = {.end = NULL, .digits = 0, .decimals = 0, .negative = negative};
 
-    if (!has_digit)
+    text += !negative && *text == '+';
+    if (number_digit(text[*text == '.']) > 9)
         return number;
     for (; number_digit(*text) <= 9; text++) {
         if (number.digits >= full)

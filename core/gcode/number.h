@@ -26,7 +26,8 @@ struct number {
 
 extern const double number_power_of_ten[NUMBER_DECIMALS_MAX + 1];
 
-/** number_scan() for no digit, or for more than 18, some of which may be but leading zeros. Private. */
+/** number_scan() behind the minus: for a plus, no digit, or more than 18, some of which may be but leading
+ * zeros. Private. */
 struct number number_scan_long(const char *text, bool negative);
 
 /** 0..9, or larger for a character that is no digit. */
@@ -37,20 +38,17 @@ static inline unsigned number_digit(char character) {
 /** Read the number at the start of NUL-terminated text; one of 10^18 or more is none. Digits after the 18th
  *  significant one and after the 22nd decimal are dropped. */
 static inline struct number number_scan(const char *text) {
-    struct number number = {.end = NULL, .digits = 0, .decimals = 0, .negative = false};
+    struct number number = {.end = NULL, .digits = 0, .decimals = 0, .negative = *text == '-'};
+    const char *const start = text += number.negative;
     uint64_t digits = 0; /* may wrap: then it is not used */
-    unsigned digit = number_digit(*text);
-    const char *start;
     ptrdiff_t characters;
+    unsigned digit;
 
-    if (digit > 9 && (*text == '-' || *text == '+')) {
-        number.negative = *text == '-';
-        digit = number_digit(*++text);
-    }
-    for (start = text; digit <= 9; digit = number_digit(*++text))
+    for (; (digit = number_digit(*text)) <= 9; text++)
         digits = digits * 10 + digit;
     characters = text - start;
-    if (*text == '.') {
+    /* cppcheck-suppress knownConditionTrueFalse ; not for an unsigned that has wrapped */
+    if (digit == number_digit('.')) {
         const char *const point = text;
 
         while ((digit = number_digit(*++text)) <= 9)
@@ -58,7 +56,7 @@ static inline struct number number_scan(const char *text) {
         number.decimals = text - point - 1;
         characters += number.decimals;
     }
-    if ((size_t)characters - 1 >= NUMBER_DIGITS_MAX) /* none or many */
+    if ((size_t)characters - 1 >= NUMBER_DIGITS_MAX) /* none, many, or a plus before them */
         return number_scan_long(start, number.negative);
     number.end = text;
     number.digits = (int64_t)digits;

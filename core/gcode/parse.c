@@ -3,9 +3,6 @@
 #include "gcode/block.h"
 #include "gcode/number.h"
 
-/* Inlined into both parsers, which differ in what they are called with. */
-#define HOT inline __attribute__((always_inline))
-
 #define WORDS_CODE (WORD_BIT('G') | WORD_BIT('M'))
 /* Words with any number, and words with a rule of their own. */
 #define WORDS_FREE                                                                                           \
@@ -57,7 +54,7 @@ static const uint8_t m_codes[CODE_X10_MAX + 1] = {
 
 /* Grbl's answer to a code that is not in the table: a fraction on an M code or on a G code that has no
  * variants is "not a whole number" (G1.5, G54.1); anything else is unsupported (G5, G38.9, M56). */
-static enum status unknown_code(char letter, struct number number) {
+static COLD enum status unknown_code(char letter, struct number number) {
     const double value = number_value(number);
     const int whole = value >= 0.0 && value <= (double)CODE_X10_MAX ? (int)value : -1;
     bool plain = false, variants = false;
@@ -77,7 +74,7 @@ static enum status unknown_code(char letter, struct number number) {
 }
 
 /* G38.2 -> 382; -1 for a number that cannot be in the table. */
-static int fraction_x10(struct number number) {
+static COLD int fraction_x10(struct number number) {
     ptrdiff_t decimals = number.decimals;
     int64_t digits = number.digits;
 
@@ -87,13 +84,14 @@ static int fraction_x10(struct number number) {
 }
 
 /* G1 -> 10 at once; the others by the way above. */
-static inline unsigned code_index(char letter, struct number number) {
-    const bool whole = number.decimals == 0 && !number.negative && number.digits <= CODE_X10_MAX / 10;
-    const int x10 = whole ? (int)number.digits * 10 : fraction_x10(number);
+static HOT unsigned code_index(char letter, struct number number) {
+    const uint8_t *const indices = letter == 'G' ? g_codes : m_codes;
+    int x10;
 
-    if (x10 < 0)
-        return CODE_UNKNOWN;
-    return letter == 'G' ? g_codes[x10] : m_codes[x10];
+    if (number.decimals == 0 && !number.negative && number.digits <= CODE_X10_MAX / 10)
+        return indices[number.digits * 10];
+    x10 = fraction_x10(number);
+    return x10 >= 0 ? indices[x10] : CODE_UNKNOWN;
 }
 
 static HOT enum status take_code(struct gcode_block *block, char letter, struct number number) {
@@ -115,7 +113,8 @@ static HOT enum status take_code(struct gcode_block *block, char letter, struct 
 }
 
 /* Why a word cannot be taken; the order of Grbl's checks. */
-static enum status word_status(const struct gcode_block *block, uint32_t words, uint32_t bit, double number) {
+static COLD enum status word_status(const struct gcode_block *block, uint32_t words, uint32_t bit,
+                                    double number) {
     const bool spline =
         block_has_group(block, GROUP_MOTION) && BLOCK_MOTION(block->value[GROUP_MOTION]) == MOTION_CUBIC;
 
@@ -145,29 +144,28 @@ static HOT enum status parse_words(const char **text, bool blanks, struct gcode_
     while ((word = (unsigned)(unsigned char)*line - 'A') <= WORD('Z')) {
         const uint32_t bit = (uint32_t)1 << word;
         const struct number number = number_scan(line + 1);
-        enum status status;
 
         if (number.end == NULL)
             return STATUS_BAD_NUMBER;
         if (bit & WORDS_CODE) {
-            status = take_code(block, *line, number);
+            const enum status status = take_code(block, *line, number);
+
+            if (status != STATUS_OK)
+                return status;
         } else {
-            const uint32_t good = number.negative ? WORDS_FREE : WORDS_POSITIVE;
+            const uint32_t doubtful = words | ~(number.negative ? WORDS_FREE : WORDS_POSITIVE);
 
             block->number[word] = number_value(number);
-            status = STATUS_OK;
-            if (!(bit & good & ~words))
-                status = word_status(block, words, bit, block->number[word]);
+            if (bit & doubtful) {
+                const enum status status = word_status(block, words, bit, block->number[word]);
+
+                if (status != STATUS_OK)
+                    return status;
+            }
             words |= bit;
         }
-        if (status != STATUS_OK)
-            return status;
-        line = number.end;
-        if (blanks && *line == ' ') {
-            do
-                line++;
-            while (*line == ' ');
-        }
+        for (line = number.end; blanks && *line == ' ';)
+            line++;
     }
     block->words = words;
     *text = line;

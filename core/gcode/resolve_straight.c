@@ -6,14 +6,13 @@
 #include <string.h> // memcpy
 
 /* Machine coordinates of the axis words; the other axes stay. @return false: out of range */
-static bool find_target(const struct gcode_state *state, const struct gcode_block *block, double unit_mm,
-                        double target_mm[AXIS_COUNT]) {
+static inline bool find_target(const struct gcode_state *state, const struct gcode_block *block,
+                               axis_mask_t axis_words, double unit_mm, double target_mm[AXIS_COUNT]) {
     const struct gcode_offsets *offsets = &state->offsets;
     const double *wcs_mm = offsets->wcs_mm[state->modal.wcs];
-    bool good = true;
 
     memcpy(target_mm, state->position_mm, sizeof state->position_mm);
-    for (unsigned axis = 0, left = block_axis_words(block); left != 0; axis++, left >>= 1) {
+    for (unsigned axis = 0, left = axis_words; left != 0; axis++, left >>= 1) {
         double number, zero;
 
         if (!(left & 1u))
@@ -23,10 +22,11 @@ static bool find_target(const struct gcode_state *state, const struct gcode_bloc
         zero = wcs_mm[axis] + offsets->g92_mm[axis];
         zero = axis == AXIS_Z ? zero + offsets->tool_length_mm : zero;
         number += state->modal.incremental ? target_mm[axis] : zero;
-        good &= resolve_in_range(number);
+        if (!resolve_in_range(number))
+            return false;
         target_mm[axis] = number;
     }
-    return good;
+    return true;
 }
 
 /* F counts degrees when none of XYZ moves; see resolve_move.c. */
@@ -38,8 +38,8 @@ static float move_feed(const struct gcode_state *state, float feed_mm_s, const d
     return (float)(feed_mm_s / MM_PER_INCH);
 }
 
-enum status resolve_straight(const struct gcode_state *state, const struct gcode_block *block,
-                             struct gcode_command *command) {
+static HOT enum status straight(const struct gcode_state *state, const struct gcode_block *block,
+                                struct gcode_command *command) {
     const double unit_mm = state->modal.inches ? MM_PER_INCH : 1.0;
     const axis_mask_t axis_words = block_axis_words(block);
     const bool moves = axis_words != 0;
@@ -65,10 +65,28 @@ enum status resolve_straight(const struct gcode_state *state, const struct gcode
     if (!moves)
         return STATUS_OK;
     command->move.motion = next->motion;
-    if (!find_target(state, block, unit_mm, command->move.target_mm))
+    if (!find_target(state, block, axis_words, unit_mm, command->move.target_mm))
         return STATUS_BAD_TARGET;
     if (next->motion == MOTION_LINEAR)
         command->move.feed_mm_s =
             next->inches ? move_feed(state, next->feed_mm_s, command->move.target_mm) : next->feed_mm_s;
     return STATUS_OK;
+}
+
+enum status resolve_straight(const struct gcode_state *state, const struct gcode_block *block,
+                             struct gcode_command *command) {
+    return straight(state, block, command);
+}
+
+const char *gcode_plain_line(const struct gcode_state *state, const char *line,
+                             struct gcode_command *command) {
+    struct gcode_block block;
+    enum status status;
+
+    line = gcode_parse_plain(line, &block);
+    if (line == NULL)
+        return NULL;
+    status = resolve_is_straight(state, &block) ? straight(state, &block, command)
+                                                : gcode_resolve(state, &block, command);
+    return status == STATUS_OK ? line : NULL;
 }

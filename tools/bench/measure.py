@@ -120,8 +120,8 @@ def instructions(job: Path) -> list[Figure]:
         *figures,
         Figure("planner per block", profile.room("core/motion/planner.c") / blocks, "instr", 700),
         Figure("moves and kinematics per block", moves / blocks, "instr"),
-        Figure("line reading and parsing per line", reading(profile) / lines, "instr", 530),
-        Figure(f"the same for {SAMPLE}", reading(sample) / sample_lines, "instr", 690),
+        Figure("line reading and parsing per line", reading(profile) / lines, "instr", 460),
+        Figure(f"the same for {SAMPLE}", reading(sample) / sample_lines, "instr", 600),
         Figure("segment emission per segment", profile.room("core/motion/emit.c") / count["segments"], "instr"),
         Figure("span preparation per span", profile.room("core/step/prep.c") / spans, "instr"),
     ]
