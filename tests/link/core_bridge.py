@@ -67,6 +67,7 @@ class Bridge:
         self._under_way: deque[int] = deque()
         self._hooks: dict[int, Callable[[], None]] = {}
         self._slow_after: int | None = None
+        self._reset_at: tuple[int, int] | None = None
         self._stop = threading.Event()
         self.lock = threading.Condition()
         self.lines: list[str] = []
@@ -111,6 +112,10 @@ class Bridge:
     def slow_after(self, count: int) -> None:
         """Once so many lines were answered, let almost no time pass until a hold or a reset comes."""
         self._slow_after = count
+
+    def reset_while_lines_wait(self, answered: int, waiting: int) -> None:
+        """Reset as soon as so many lines were answered and so many more were taken and not."""
+        self._reset_at = (answered, waiting)
 
     def begin_count(self) -> None:
         with self.lock:
@@ -187,6 +192,9 @@ class Bridge:
         slow = self._slow_after is not None and len(self.answers) >= self._slow_after
         wait = self._lib.host_run(self._host, 1 if slow else EVENTS_PER_ROUND)
         self._hear(self._read())
+        if self._reset_at and len(self.answers) >= self._reset_at[0] and len(self._under_way) >= self._reset_at[1]:
+            self._reset_at = None
+            self.reset()
         return bool(taken) or wait == 2
 
     def _take_pending(self) -> int:

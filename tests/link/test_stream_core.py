@@ -117,7 +117,7 @@ def test_operator_stops_after_an_error(bridge: Bridge, client: Client) -> None:
 
 def test_reset_in_the_middle_of_a_job(bridge: Bridge, client: Client) -> None:
     bridge.slow_after(20)
-    bridge.at_answer(60, bridge.reset)
+    bridge.reset_while_lines_wait(answered=60, waiting=3)
     outcome = run_job(client, zigzag(400), advertised(128))
     assert outcome.end is End.RESET
     assert "while the machine moved" in outcome.detail
