@@ -79,7 +79,7 @@ $(VENV)/.ready: pyproject.toml | $(VENV)/bin/pip
 
 $(VENV)/.ready-dev: pyproject.toml | $(VENV)/bin/pip
 	@echo 'Installing WiFiCNC and its tools into $(VENV) ...'
-	@$(PY) -m pip install --quiet --disable-pip-version-check -e '.[plot,dev]'
+	@$(PY) -m pip install --quiet --disable-pip-version-check -e '.[plot,esp,dev]'
 	@$(ENSURE_COMPILER)
 	@touch $(VENV)/.ready $@
 

@@ -31,9 +31,8 @@ static HAL_INLINE const struct span *tail_span(const struct step *step) {
     return &step->ring.slots[step->ring.index.tail & (SPAN_RING_SIZE - 1)];
 }
 
-/* Make the span at the tail the current one. @return ticks to its first event. */
-static HAL_INLINE uint32_t load_span(struct step *step) {
-    const struct span *span = tail_span(step);
+/* Make this span, at the tail, the current one. @return ticks to its first event. */
+static HAL_INLINE uint32_t load_span(struct step *step, const struct span *span) {
     step->phase[0] = span->phase[0];
     step->phase[1] = span->phase[1];
     step->phase[2] = span->phase[2];
@@ -52,26 +51,31 @@ static HAL_INLINE uint32_t load_span(struct step *step) {
 
 /* The current span is done: go on with the next, or rest. */
 HAL_ISR HAL_SELDOM static void next_span(struct step *step) {
-    uint16_t flags = tail_span(step)->flags;
+    struct hal_step *hal = step->hal;
+    const struct span *span = tail_span(step);
+    uint16_t flags = span->flags;
     step->spans_done++;
-    step->ticks_done += tail_span(step)->ticks;
+    step->ticks_done += span->ticks;
     step->segments_done += (flags & SPAN_LAST) != 0;
     ring_pop(&step->ring.index);
     if (ring_held(&step->ring.index) == 0) {
-        hal_step_timer_stop(step->hal);
+        hal_step_timer_stop(hal);
         step->active = false;
         step->loaded = false;
         step->underruns += (flags & SPAN_AT_REST) == 0;
-        hal_step_clear(step->hal);
+        hal_step_clear(hal);
         return;
     }
-    hal_step_timer_next(step->hal, load_span(step));
-    hal_step_clear(step->hal);
-    hal_step_direction(step->hal, tail_span(step)->negative);
+    span = tail_span(step);
+    hal_step_timer_next(hal, load_span(step, span));
+    hal_step_clear(hal);
+    hal_step_direction(hal, span->negative);
 }
 
-/* Remember where the probe closed; the task slows the motion down. */
-HAL_ISR HAL_SELDOM static void latch_probe(struct step *step) {
+/* Remember where the probe closes; the task slows the motion down. */
+HAL_ISR HAL_SELDOM static void look_at_probe(struct step *step) {
+    if (!hal_step_probe(step->hal))
+        return;
     step->probe_span = *tail_span(step);
     step->probe_left = step->events_left;
     step->watch_probe = false;
@@ -79,16 +83,17 @@ HAL_ISR HAL_SELDOM static void latch_probe(struct step *step) {
 }
 
 HAL_ISR void step_isr(struct step *step) {
-    if (step->watch_probe && hal_step_probe(step->hal))
-        latch_probe(step);
-    hal_step_set(step->hal, step->next);
+    struct hal_step *hal = step->hal;
+    if (step->watch_probe)
+        look_at_probe(step);
+    hal_step_set(hal, step->next);
     if (--step->events_left == 0) {
         next_span(step);
         return;
     }
-    hal_step_timer_next(step->hal, next_ticks(step));
+    hal_step_timer_next(hal, next_ticks(step));
     step->next = next_bits(step);
-    hal_step_clear(step->hal);
+    hal_step_clear(hal);
 }
 
 void step_init(struct step *step, struct hal_step *hal) {
@@ -99,8 +104,9 @@ void step_start(struct step *step) {
     if (step->active || step->halted || ring_held(&step->ring.index) == 0)
         return;
     step->fraction_q16 = 0;
-    uint32_t ticks = load_span(step);
-    hal_step_direction(step->hal, tail_span(step)->negative);
+    const struct span *span = tail_span(step);
+    uint32_t ticks = load_span(step, span);
+    hal_step_direction(step->hal, span->negative);
     step->active = true;
     hal_step_timer_start(step->hal, ticks);
 }

@@ -163,6 +163,7 @@ static bool catch_signals(struct serve_options *options) {
     return true;
 }
 
+#ifndef PIO_UNIT_TESTING /* there main() is the test's */
 int main(int argc, char **argv) {
     const char *settings[SETTINGS_MAX + 1] = {NULL};
     struct serve_failure failure;
@@ -189,3 +190,4 @@ int main(int argc, char **argv) {
     serve_destroy(serve);
     return error != 0 ? say_failure(&(struct serve_failure){.stage = SERVE_MEMORY, .error = error}) : 0;
 }
+#endif

@@ -8,8 +8,8 @@ import time
 from pathlib import Path
 
 from xtensa.compile import compile_all, firmware_sources
-from xtensa.headers import BOARDS, real_headers, small_headers
-from xtensa.isr import SELDOM, firmware_in_ram, interrupt_program, longest_path, violations
+from xtensa.headers import BOARDS, real_headers, small_headers, without_effect
+from xtensa.isr import firmware_in_ram, interrupt_program, step_interrupt, violations
 from xtensa.toolchain import NoToolchainError, Toolchain, find_toolchain
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -27,6 +27,8 @@ def main() -> int:
     for chip in BOARDS:
         output = ROOT / "build" / "xtensa" / ("idf" if idf else "small") / chip
         headers = real_headers(ROOT, Path(idf), chip, output) if idf else small_headers(ROOT, chip, output)
+        if idf:
+            failed += _report_options(chip, output)
         begin = time.perf_counter()
         objects = compile_all(tools, ROOT, headers, firmware_sources(ROOT), output)
         bad = [made for made in objects if made.said]
@@ -41,14 +43,20 @@ def main() -> int:
     return 1 if failed else 0
 
 
+def _report_options(chip: str, output: Path) -> int:
+    """@return how many lines of sdkconfig.defaults do nothing."""
+    idle = without_effect(ROOT, chip, (output / "sdkconfig").read_text())
+    for line in idle:
+        print(f"{chip}: {line} of sdkconfig.defaults has no effect")
+    return len(idle)
+
+
 def _report_interrupts(tools: Toolchain, output: Path) -> int:
     """@return how many rules are broken."""
     program = interrupt_program(tools, ROOT, output, firmware_sources(ROOT))
     problems = violations(program, firmware_in_ram(ROOT))
     print("\n".join(problems) or "interrupt handlers: all in RAM, no call outside the list, no float, no division")
-    print(f"step interrupt: {longest_path(program, 'on_timer', SELDOM)} instructions at an event within a span,")
-    print(f"  {longest_path(program, 'on_timer', ['latch_probe'])} where a span ends, at most", end=" ")
-    print(f"{longest_path(program, 'on_timer')} when the probe closes there, too")
+    print("step interrupt, instructions:", ", ".join(f"{n} {what}" for what, n in step_interrupt(program).items()))
     return len(problems)
 
 

@@ -25,6 +25,7 @@ FLAGS = (
     "-nostdlibinc",
     "-ffunction-sections",
     "-fno-jump-tables",
+    "-fomit-frame-pointer",
     "-ffp-contract=off",
     "-fno-math-errno",
     "-D__XTENSA_WINDOWED_ABI__=1",

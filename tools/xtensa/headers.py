@@ -110,6 +110,15 @@ def configure(root: Path, idf: Path, chip: str, output: Path) -> str:
     return said
 
 
+def without_effect(root: Path, chip: str, sdkconfig: str) -> list[str]:
+    """Lines of our sdkconfig.defaults that the configuration made of them does not have: an option that this ESP-IDF
+    does not know, has renamed, or whose condition is not met."""
+    files = [root / "targets/esp32" / name for name in ("sdkconfig.defaults", f"sdkconfig.defaults.{chip}")]
+    wanted = [line for path in files for line in path.read_text().splitlines() if line.startswith("CONFIG_")]
+    has = set(sdkconfig.splitlines())
+    return [line for line in wanted if line not in has]
+
+
 def _kconfig_environment(idf: Path, chip: str, output: Path) -> dict[str, str]:
     components = sorted(path for path in (idf / "components").iterdir() if path.is_dir())
 

@@ -17,8 +17,8 @@ from xtensa.toolchain import Toolchain
 
 ROOTS = ("on_timer", "on_edge")
 
-# What the step interrupt does only when a span ends, or the probe closes.
-SELDOM = ("next_span", "latch_probe")
+# What the step interrupt does only when a span ends, while it looks for the probe, or each time the counter wraps.
+SELDOM = ("next_span", "look_at_probe", "step_alarm_wraps")
 
 # Outside of our code: in the chip's ROM, or in IRAM by ESP-IDF (esp_timer.c marks it so). Instructions of a call, for
 # the longest path: memcpy of a span's 72 bytes by words.
@@ -200,11 +200,8 @@ def interrupt_program(tools: Toolchain, root: Path, output: Path, sources: Itera
 
 
 def firmware_in_ram(root: Path) -> set[str]:
-    """What the firmware's linker fragments place in RAM."""
-    esp32 = root / "targets" / "esp32"
-    return placed_in_ram((esp32 / "components/core/linker.lf").read_text(), "core") | placed_in_ram(
-        (esp32 / "main/linker.lf").read_text(), "targets"
-    )
+    """What the core's linker fragment places in RAM; the target's own functions are marked one by one."""
+    return placed_in_ram((root / "targets/esp32/components/core/linker.lf").read_text(), "core")
 
 
 def longest_path(program: Program, name: str, without: Iterable[str] = ()) -> int:
@@ -233,3 +230,12 @@ def longest_path(program: Program, name: str, without: Iterable[str] = ()) -> in
         return total
 
     return way(name, frozenset()) or 0
+
+
+def step_interrupt(program: Program) -> dict[str, int]:
+    """Instructions of the step interrupt's longest paths, by what happens."""
+    return {
+        "event": longest_path(program, "on_timer", SELDOM),
+        "event that ends a span": longest_path(program, "on_timer", ["look_at_probe", "step_alarm_wraps"]),
+        "event that ends a span as the probe closes": longest_path(program, "on_timer"),
+    }

@@ -34,14 +34,16 @@
 /** TIMG_INT_*_TIMERS_REG: bit of timer 0. */
 #define STEP_TIMER_INTERRUPT 1u
 
-/** Step timer and pins. In internal RAM; filled by step_engine_init(). */
+/** Step timer and pins. In internal RAM; filled by step_engine_init(). The tables come last: an instruction
+ * reaches 1020 bytes from a pointer. */
 struct hal_step {
-    struct step_pins pins;
-    uint32_t timer_config; /* of T0CONFIG, without RUN and ALARM */
+    uint32_t timer_rests; /* T0CONFIG while the timer stands */
+    uint32_t timer_runs;  /* the same with RUN and ALARM */
     uint32_t alarm_low, alarm_high;
     /* CPU cycles. The lengths are changed at rest only */
     uint32_t pulse_cycles;             /* of a step pulse, and of the pause behind it */
     uint32_t dir_setup_cycles;         /* from a change of direction to the next pulse */
+    uint32_t dir_quiet_cycles;         /* the longer of both */
     uint32_t set_at;                   /* when the present pulse began */
     uint32_t quiet_at, quiet;          /* no pulse begins within `quiet` cycles of this moment */
     axis_mask_t pulsing;               /* axes whose step line is active */
@@ -49,6 +51,7 @@ struct hal_step {
     const volatile uint32_t *probe_in; /* input register of the probe's bank */
     uint32_t probe_mask;               /* the probe's bit; 0 = no probe */
     uint32_t probe_level;              /* (*probe_in & probe_mask) while it touches */
+    struct step_pins pins;
 };
 
 /* Prep leaves time enough between events. The wait is for an interrupt that came late after one in time. */
@@ -87,29 +90,34 @@ static HAL_INLINE void hal_step_direction(struct hal_step *hal, axis_mask_t nega
     GPIO.out1_w1tc.val = clear->bank[1];
     hal->negative = negative;
     hal->quiet_at = esp_cpu_get_cycle_count();
-    hal->quiet = hal->pulse_cycles > hal->dir_setup_cycles ? hal->pulse_cycles : hal->dir_setup_cycles;
+    hal->quiet = hal->dir_quiet_cycles;
 }
 
 static HAL_INLINE bool hal_step_probe(const struct hal_step *hal) {
     return (*hal->probe_in & hal->probe_mask) == hal->probe_level;
 }
 
+/* The counter's low word wraps: every 214 s of motion at 20 MHz. */
+HAL_ISR HAL_SELDOM static void step_alarm_wraps(struct hal_step *hal) {
+    TIMERG0.hw_timer[0].alarmhi.val = ++hal->alarm_high;
+}
+
 static HAL_INLINE void hal_step_timer_next(struct hal_step *hal, uint32_t ticks) {
     uint32_t alarm = hal->alarm_low + ticks;
     if (alarm < ticks)
-        TIMERG0.hw_timer[0].alarmhi.val = ++hal->alarm_high;
+        step_alarm_wraps(hal);
     hal->alarm_low = alarm;
     TIMERG0.hw_timer[0].alarmlo.val = alarm;
-    TIMERG0.hw_timer[0].config.val = hal->timer_config | STEP_TIMER_RUN | STEP_TIMER_ALARM;
+    TIMERG0.hw_timer[0].config.val = hal->timer_runs;
 }
 
 static HAL_INLINE void hal_step_timer_stop(struct hal_step *hal) {
-    TIMERG0.hw_timer[0].config.val = hal->timer_config;
+    TIMERG0.hw_timer[0].config.val = hal->timer_rests;
     TIMERG0.int_clr_timers.val = STEP_TIMER_INTERRUPT;
 }
 
 static HAL_INLINE void hal_step_timer_start(struct hal_step *hal, uint32_t ticks) {
-    TIMERG0.hw_timer[0].config.val = hal->timer_config;
+    TIMERG0.hw_timer[0].config.val = hal->timer_rests;
     TIMERG0.hw_timer[0].loadhi.val = 0;
     TIMERG0.hw_timer[0].loadlo.val = 0;
     TIMERG0.hw_timer[0].load.val = 1; /* any value: the counter takes loadlo and loadhi */

@@ -34,7 +34,8 @@ bool step_engine_init(struct hal_step *hal, const struct step_engine_board *boar
         return false;
     if (!step_pins_set(&hal->pins, board->step_gpio, board->dir_gpio))
         return false;
-    hal->timer_config = STEP_TIMER_UP | STEP_TIMER_LEVEL_INT | STEP_TIMER_DIVIDE(divider & 0xFFFFu);
+    hal->timer_rests = STEP_TIMER_UP | STEP_TIMER_LEVEL_INT | STEP_TIMER_DIVIDE(divider & 0xFFFFu);
+    hal->timer_runs = hal->timer_rests | STEP_TIMER_RUN | STEP_TIMER_ALARM;
     hal->dir_setup_cycles = cycles_of(board->dir_setup_ns);
     step_engine_set_pulse(hal, board->step_pulse_ns);
     set_probe(hal, board->probe_gpio);
@@ -52,6 +53,8 @@ bool step_engine_init(struct hal_step *hal, const struct step_engine_board *boar
 
 void step_engine_set_pulse(struct hal_step *hal, uint32_t step_pulse_ns) {
     hal->pulse_cycles = cycles_of(step_pulse_ns);
+    hal->dir_quiet_cycles =
+        hal->pulse_cycles > hal->dir_setup_cycles ? hal->pulse_cycles : hal->dir_setup_cycles;
 }
 
 static void invert(uint8_t gpio, bool inverted) {

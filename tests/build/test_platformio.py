@@ -1,0 +1,63 @@
+"""platformio.ini as PlatformIO reads it; its native environment built and tested without the registry."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from pio_standins import make_standins
+from wificnc.board.load import find_boards, load_board
+from wificnc.build.checkout import checkout_root
+
+pytest.importorskip("platformio")
+ROOT = checkout_root()
+
+
+@pytest.fixture(scope="module")
+def environment(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
+    """PlatformIO's folders for these tests alone."""
+    folder = tmp_path_factory.mktemp("pio")
+    make_standins(folder / "core")
+    return {
+        **os.environ,
+        "PLATFORMIO_CORE_DIR": str(folder / "core"),
+        "PLATFORMIO_WORKSPACE_DIR": str(folder / "work"),
+        "PLATFORMIO_SETTING_ENABLE_TELEMETRY": "no",
+        "PLATFORMIO_SETTING_CHECK_PLATFORMIO_INTERVAL": "36500",
+    }
+
+
+def pio(environment: dict[str, str], *arguments: str) -> str:
+    command = [sys.executable, "-W", "ignore", "-m", "platformio", *arguments, "-d", str(ROOT)]
+    run = subprocess.run(command, capture_output=True, text=True, timeout=300, env=environment, check=False)
+    assert run.returncode == 0, run.stdout + run.stderr
+    return run.stdout
+
+
+def test_there_is_an_environment_for_every_esp32_board(environment: dict[str, str]) -> None:
+    sections = dict(json.loads(pio(environment, "project", "config", "--json-output")))
+    found = {name.removeprefix("env:"): dict(options) for name, options in sections.items() if name.startswith("env:")}
+    boards = {path.stem: load_board(path) for path in find_boards()}
+    assert set(found) == {name for name, board in boards.items() if board.target == "esp32"} | {"native"}
+    for name, options in found.items():
+        if name != "native":
+            assert f"-DWIFICNC_BOARD={name}" in options["board_build.cmake_extra_args"]
+            assert ("s3" in options["board"]) == (boards[name].chip == "esp32s3")
+            assert (ROOT / options["board_build.partitions"]).is_file()
+
+
+def test_native_is_the_serving_controller(environment: dict[str, str]) -> None:
+    pio(environment, "run", "-e", "native")
+    program = Path(environment["PLATFORMIO_WORKSPACE_DIR"]) / "build" / "native" / "program"
+    run = subprocess.run([program, "--nonsense"], capture_output=True, text=True, timeout=10, check=False)
+    assert run.returncode == 2 and "--nonsense" in run.stderr
+
+
+def test_native_tests_pass(environment: dict[str, str], tmp_path: Path) -> None:
+    said = pio(environment, "test", "-e", "native", "--json-output-path", str(tmp_path / "result.json"))
+    result = json.loads((tmp_path / "result.json").read_text())
+    assert result["testcase_nums"] >= 1 and result["failure_nums"] == result["error_nums"] == 0, said
