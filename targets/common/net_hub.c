@@ -330,18 +330,20 @@ bool net_hub_wants_write(const struct net_client *client) {
     return is_open(client) && client->out.count > 0;
 }
 
-void net_hub_read(struct net_hub *hub, struct net_client *client) {
+bool net_hub_read(struct net_hub *hub, struct net_client *client) {
     char bytes[READ_SIZE];
     size_t room = hub->sizes.in - client->in.count;
+    size_t size = room < READ_SIZE ? room : READ_SIZE;
     if (!net_hub_wants_read(hub, client))
-        return;
-    long count = client->stream.ops->read(&client->stream, bytes, room < READ_SIZE ? room : READ_SIZE);
+        return false;
+    long count = client->stream.ops->read(&client->stream, bytes, size);
     if (count > 0)
         take_bytes(hub, client, bytes, (size_t)count);
     else if (count == NET_ENDED)
         end_client(hub, client);
     else if (count == NET_GONE)
         client->gone = true;
+    return count == (long)size;
 }
 
 void net_hub_lost(struct net_client *client) {

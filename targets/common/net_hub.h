@@ -91,8 +91,10 @@ bool net_hub_is_full(const struct net_hub *hub);
 bool net_hub_wants_read(const struct net_hub *hub, const struct net_client *client);
 bool net_hub_wants_write(const struct net_client *client);
 
-/** The client's stream can be read. */
-void net_hub_read(struct net_hub *hub, struct net_client *client);
+/** The client's stream can be read: takes 1 KB at most, so that what comes first is fed before what comes
+ * last.
+ *  @return true: there may be more */
+bool net_hub_read(struct net_hub *hub, struct net_client *client);
 
 /** The client's stream has failed. */
 void net_hub_lost(struct net_client *client);

@@ -14,8 +14,10 @@
 #include <string.h>
 #include <unistd.h>
 
-/* A round is short, so that a `?` never waits long: so many step events, so many goes at feeding lines. */
-enum { EVENTS_A_ROUND = 20000, FEEDS_A_ROUND = 16 };
+/* A round is short, so that a `?` never waits long: it ends after this time, which is looked at after each go
+ * of so many step events and lines. While a sender pours, a round is one small go for each piece that is
+ * read: a `?` may lie behind all that. */
+enum { ROUND_US = 500, EVENTS_A_GO = 5000, EVENTS_WHILE_POURED = 200 };
 
 /* Longest sleeps, ms: in motion, step events are run in batches of this; at rest the pty is looked at; at
  * full speed this long without input means that none follows at once. */
@@ -45,6 +47,7 @@ struct serve {
     bool input_follows; /* at full speed: more input may come at once, so time stands still while nothing is
                            due */
     bool busy;          /* the last round left something to do at once */
+    bool poured;        /* a client sends faster than this round has read */
     int listener, stop_fd[2];
     struct serve_control control;
     bool has_pty;
@@ -85,7 +88,7 @@ static int setting_answer(struct host *host, const char *line) {
     char said[4096];
     host_write(host, line, strlen(line));
     host_write(host, "\n", 1);
-    host_run(host, EVENTS_A_ROUND);
+    host_run(host, EVENTS_A_GO);
     size_t size = host_read(host, said, sizeof said - 1);
     said[size] = '\0';
     const char *error = strstr(said, "error:");
@@ -140,7 +143,7 @@ static struct host *make_host(const struct serve_options *options, struct serve_
     struct host *host = host_open(&options->board, options->store);
     if (host == NULL)
         return NULL;
-    host_run(host, EVENTS_A_ROUND);
+    host_run(host, EVENTS_A_GO);
     while (host_read(host, banner, sizeof banner) == sizeof banner) {
         /* nobody is there yet to hear it */
     }
@@ -202,10 +205,14 @@ static void note_fullness(struct serve *serve) {
         serve->full_ns = serve_clock_ns();
 }
 
+static uint64_t events_a_go(const struct serve *serve) {
+    return serve->poured ? EVENTS_WHILE_POURED : EVENTS_A_GO;
+}
+
 /* Time up to now, by the wall clock. */
 static void run_paced(struct serve *serve) {
     uint64_t now = serve_clock_ticks(&serve->clock, host_time_ticks(serve->host));
-    serve->busy = host_run_paced(serve->host, now, EVENTS_A_ROUND) == HOST_BUDGET;
+    serve->busy = host_run_paced(serve->host, now, events_a_go(serve)) == HOST_BUDGET;
 }
 
 /* More lines may come at once. */
@@ -216,7 +223,7 @@ static bool input_follows(const struct serve *serve) {
 /* Time as far as it goes. While more input may come at once, a look-ahead that is not full holds it. */
 static void run_unpaced(struct serve *serve) {
     host_input_follows(serve->host, input_follows(serve));
-    enum host_wait wait = host_run(serve->host, EVENTS_A_ROUND);
+    enum host_wait wait = host_run(serve->host, events_a_go(serve));
     serve->busy = wait == HOST_BUDGET;
 }
 
@@ -228,13 +235,22 @@ static void run(struct serve *serve) {
     net_hub_hear(&serve->hub);
 }
 
-static void work(struct serve *serve) {
-    bool fed = true;
+/* @return false: no more lines, or no room for them */
+static bool feed(struct serve *serve) {
+    if (!net_hub_feed(&serve->hub))
+        return false;
+    serve->fed_ns = serve_clock_ns();
     run(serve);
-    for (int i = 0; i < FEEDS_A_ROUND && (fed = net_hub_feed(&serve->hub)); i++) {
-        serve->fed_ns = serve_clock_ns();
-        run(serve);
-    }
+    return true;
+}
+
+static void work(struct serve *serve) {
+    const uint64_t end_ns = serve_clock_ns() + (serve->poured ? 0 : ROUND_US * 1000u);
+    bool fed;
+    run(serve);
+    do
+        fed = feed(serve);
+    while (fed && serve_clock_ns() < end_ns);
     serve->busy |= fed;
     net_hub_flush(&serve->hub);
     note_fullness(serve);
@@ -280,10 +296,11 @@ static void accept_all(struct serve *serve) {
 }
 
 static void read_clients(struct serve *serve) {
+    serve->poured = false;
     for (size_t i = 0; i < NET_CLIENTS; i++) {
         short revents = serve->poll[POLL_CLIENTS + i].revents;
         if ((revents & POLLIN) != 0)
-            net_hub_read(&serve->hub, &serve->hub.client[i]);
+            serve->poured |= net_hub_read(&serve->hub, &serve->hub.client[i]);
         else if ((revents & (POLLERR | POLLHUP | POLLNVAL)) != 0)
             net_hub_lost(&serve->hub.client[i]);
     }

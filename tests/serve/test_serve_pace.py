@@ -64,6 +64,37 @@ def test_reports_come_within_5_ms_under_load(serve: Serve) -> None:
     assert delays[len(delays) * 99 // 100] < 0.005, statistics.quantiles(delays, n=20)
 
 
+def work_seconds(pid: int) -> float:
+    """Time on a processor, to the nanosecond: not the time that it waited for one."""
+    with open(f"/proc/{pid}/schedstat") as file:
+        return int(file.read().split()[0]) * 1e-9
+
+
+@pytest.mark.skipif(not os.path.exists("/proc/self/schedstat"), reason="measures with /proc")
+def test_reports_come_within_5_ms_at_full_speed(serve: Serve) -> None:
+    """Long moves as fast as they go, and as much more of them as there is room for before each question."""
+    server = serve(speed=0.0)
+    assert server.tcp
+    watchers = [Peer.tcp(server.tcp) for _ in range(4)]
+    job = b"X1000\nX0\n" * 6500
+    delays = []
+    with Peer.tcp(server.tcp) as owner:
+        owner.send_some(b"G90G1F60000\n" + job)
+        while not owner.status().startswith("<Run"):
+            pass
+        for _ in range(100):
+            owner.send_some(job)
+            begin = work_seconds(server.pid)
+            assert owner.status().startswith("<Run")
+            delays.append(work_seconds(server.pid) - begin)
+            for watcher in watchers:
+                watcher.hear()
+    for watcher in watchers:
+        watcher.close()
+    delays.sort()
+    assert delays[95] < 0.005, delays[50:]
+
+
 def test_a_real_time_byte_overtakes_all_that_was_poured(serve: Serve) -> None:
     """A whole file without counting, which takes a quarter of an hour to mill, and then the hold button."""
     server = serve(speed=1.0)

@@ -6,7 +6,7 @@ import pytest
 from bench.streams import Door, StreamError, pour, program, rest_mm
 from serve_peer import Peer, Serve, stream
 
-LINES = 20_000  # a million: make stream-million
+LINES = 50_000  # a million: make stream-million
 
 
 @pytest.mark.parametrize("kind", ["tcp", "pty"])
