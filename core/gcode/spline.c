@@ -32,6 +32,18 @@ void spline_begin(struct spline *spline, const double start_mm[AXIS_COUNT], cons
     spline->done = 0;
 }
 
+/* Within the four numbers, where the curve is too but for its last bit: that must not end a program at the
+ * end of the travel. */
+static double inside(double value, const double (*point)[2], unsigned axis) {
+    double low = point[0][axis], high = low;
+
+    for (unsigned n = 1; n < 4; n++) {
+        low = point[n][axis] < low ? point[n][axis] : low;
+        high = point[n][axis] > high ? point[n][axis] : high;
+    }
+    return value < low ? low : value > high ? high : value;
+}
+
 bool spline_next(struct spline *spline, double point_mm[AXIS_COUNT]) {
     const double (*point)[2] = (const double (*)[2])spline->point_mm;
 
@@ -43,8 +55,9 @@ bool spline_next(struct spline *spline, double point_mm[AXIS_COUNT]) {
         return true;
     const double t = (double)spline->done / spline->chords, s = 1.0 - t;
     for (unsigned axis = 0; axis < 2; axis++) { /* Bernstein's form */
-        point_mm[axis] = s * s * s * point[0][axis] + 3.0 * s * s * t * point[1][axis] +
-                         3.0 * s * t * t * point[2][axis] + t * t * t * point[3][axis];
+        const double sum = s * s * s * point[0][axis] + 3.0 * s * s * t * point[1][axis] +
+                           3.0 * s * t * t * point[2][axis] + t * t * t * point[3][axis];
+        point_mm[axis] = inside(sum, point, axis);
     }
     return true;
 }

@@ -73,6 +73,18 @@ def test_a_quadratic_is_its_cubic(lib: ctypes.CDLL, words: tuple[float, ...]) ->
         assert math.dist(found[n - 1][:2], exact) < 1e-9
 
 
+@given(st.tuples(*[NUMBER] * 4))
+def test_no_point_lies_outside_the_control_points(lib: ctypes.CDLL, words: tuple[float, ...]) -> None:
+    """A curve along the end of the travel stays inside of it, to the last bit."""
+    x, j, q, y = words
+    cnc = Controller(lib)
+    cnc.run("F100", f"G0X{x}")
+    move = cnc.resolve(f"G5I0J{j}P0Q{q}X{x}Y{y}")[1].move
+    for point in points(lib, [x, 0, 0, 0, 0, 0], move, 0.01):
+        assert point[0] == x
+        assert min(0, j, y + q, y) <= point[1] <= max(0, j, y + q, y)
+
+
 def test_without_i_and_j_it_goes_on_smoothly(cnc: Controller) -> None:
     """`I and J default to the negative of P and Q of the previous G5`."""
     cnc.run("F100", "G5I0J3P0Q-3X1Y1")
