@@ -78,7 +78,7 @@ static void leave_lines(struct net_hub *hub, struct net_client *client) {
     else if (half)
         tell_observers(hub, "Half a line was dropped, its sender has left");
     client->skips = half;
-    client->in_long = false;
+    client->in_long = client->called_off = false;
     client->whole = 0;
     net_queue_free(&client->in);
 }
@@ -174,7 +174,7 @@ static void put_reset(struct net_hub *hub, struct net_client *client, const char
     net_queue_drop(&client->in, client->in.count);
     net_queue_drop(&hub->left, hub->left.count);
     client->whole = 0;
-    client->in_long = false;
+    client->in_long = client->called_off = false;
     hub->ops->put(hub->ctx, byte, 1);
     hub->ops->act(hub->ctx);
     net_hub_hear(hub);
@@ -194,9 +194,11 @@ static bool is_jog(const char *line, size_t size) {
 }
 
 /* Jogs that still wait when they are called off must not run behind that: they become empty lines, so that
- * each has its answer. The controller does the same with those that it has. */
+ * each has its answer; a half one when its rest has come. The controller does the same with those that it
+ * has. */
 static void call_off_jogs(struct net_client *client) {
     size_t to = 0, from = 0, whole = client->whole;
+    client->called_off = client->in.count > whole;
     if (whole == 0)
         return;
     char *bytes = client->in.bytes + client->in.begin;
@@ -243,20 +245,26 @@ void net_hub_ask(struct net_hub *hub) {
 
 /* ---- bytes of the owner and of observers ---- */
 
-/* The owner's `$TAKE` is an empty line: like any line it is answered once, and it is true already. */
-static void empty_take(struct net_client *owner) {
+static bool is_take(const char *line, size_t size) {
+    size_t same = 0;
+    while (same < size && same < TAKE_LENGTH && upper(line[same]) == (uint8_t)take_line[same])
+        same++;
+    return size == TAKE_LENGTH && same == size;
+}
+
+/* The owner's `$TAKE` is an empty line: like any line it is answered once, and it is true already. So is a
+ * jog that was called off before its line was whole. */
+static void end_line(struct net_client *owner) {
     const char *line = net_queue_head(&owner->in) + owner->whole;
-    if (owner->in.count - owner->whole != TAKE_LENGTH)
-        return;
-    for (size_t i = 0; i < TAKE_LENGTH; i++)
-        if (upper(line[i]) != (uint8_t)take_line[i])
-            return;
-    net_queue_cut(&owner->in, owner->whole);
+    size_t size = owner->in.count - owner->whole;
+    if (is_take(line, size) || (owner->called_off && is_jog(line, size)))
+        net_queue_cut(&owner->in, owner->whole);
+    owner->called_off = false;
 }
 
 static void take_owners(struct net_hub *hub, struct net_client *client, char character, bool line_ends) {
     if (line_ends) {
-        empty_take(client);
+        end_line(client);
         character = '\n';
     }
     if (!net_queue_add(&client->in, &character, 1)) {

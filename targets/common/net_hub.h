@@ -54,6 +54,7 @@ struct net_client {
     size_t whole;    /* bytes of `in` up to the last line end */
     bool after_cr;   /* an LF would be the second half of a line end */
     bool in_long;    /* the controller has got the begin of the line that goes on in `in` */
+    bool called_off; /* ... or that line began before a jog cancel: a jog must not run */
     bool skips;      /* not the owner, and in the middle of a line */
     bool asks;       /* a ? that waits */
     bool ended;      /* sends no more; stays until it has heard the answers */

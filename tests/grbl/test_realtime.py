@@ -117,6 +117,17 @@ def test_a_jog_that_overtakes_its_cancel(grbl: Grbl) -> None:
     assert grbl.position()[0] == 0 and grbl.state() == "Idle"
 
 
+@pytest.mark.parametrize("head", ["$", "$J", "$J=", "$J=G91X-50F10"])
+def test_half_a_jog_when_its_cancel_comes(grbl: Grbl, head: str) -> None:
+    """Its begin was read before the cancel: it must not run behind it. What begins behind the cancel runs."""
+    jog = "$J=G91X-50F1000\n"
+    grbl.send(head)
+    grbl.send("\x85")
+    assert grbl.send(jog.removeprefix(head)) == "ok\r\n"
+    assert grbl.position()[0] == 0 and grbl.state() == "Idle"
+    assert grbl.send(jog) == "ok\r\n" and grbl.position()[0] == -50 * 250
+
+
 def overrides(grbl: Grbl) -> str:
     return re.search(r"Ov:([\d,]+)", "".join(grbl.status() for _ in range(12)))[1]
 

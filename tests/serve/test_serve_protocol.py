@@ -80,6 +80,20 @@ def test_states_jog_hold_door_and_sleep(doors: tuple[Peer, Peer]) -> None:
     assert sender.ask("G0X1") == ["error:9"] and sender.ask("$X") == ["[MSG:Caution: Unlocked]", "ok"]
 
 
+@pytest.mark.parametrize("begin", ["$", "$J", "$J=", "$J=G91X"])
+def test_half_a_jog_when_its_cancel_comes(doors: tuple[Peer, Peer], begin: str) -> None:
+    """The rest of its line comes later: it is answered and does not run. Another line, and the next jog, do."""
+    sender, _ = doors
+    jog = b"$J=G91X2F1000\n"
+    sender.send(begin.encode() + b"\x85")
+    sender.send(jog[len(begin) :])
+    assert sender.line() == "ok" and sender.idle_position_mm()[0] == 0.0
+    sender.send(b"G0Y1\x85\n")
+    assert sender.line() == "ok" and sender.idle_position_mm()[:2] == [0.0, 1.0]
+    sender.send(jog)
+    assert sender.line() == "ok" and sender.idle_position_mm()[:2] == [2.0, 1.0]
+
+
 def test_switches_homing_and_probing(doors: tuple[Peer, Peer]) -> None:
     """Soft limits, hard limits, homing, G38.2-.5 with the exact trigger position, G43.1/G49, G92, G28/G30, M0/M30."""
     sender, hands = doors
