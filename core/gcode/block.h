@@ -34,7 +34,7 @@ enum block_group {
     GROUP_RETRACT,
     GROUP_TOOL,
     GROUP_OVERRIDE,
-    GROUP_OUTPUT,
+    GROUP_PORT,
     GROUP_LATHE,
     GROUP_MODES,
     GROUP_COUNT
@@ -60,8 +60,8 @@ enum block_tool_length { TOOL_LENGTH_DYNAMIC, TOOL_LENGTH_CANCEL, TOOL_LENGTH_TA
 /** Value of GROUP_OVERRIDE: OVERRIDE_ bits in the low half and what to do with them in the high half. */
 enum block_override { OVERRIDES_ON = 0, OVERRIDES_OFF = 16, OVERRIDES_BY_P = 32 };
 
-/** Value of GROUP_OUTPUT: bits. */
-enum block_output { OUTPUT_OFF = 0, OUTPUT_ON = 1, OUTPUT_SYNC = 2 };
+/** Value of GROUP_PORT: bits. */
+enum block_port { OUTPUT_OFF = 0, OUTPUT_ON = 1, OUTPUT_SYNC = 2, OUTPUT_ANALOG = 4, INPUT_WAIT = 8 };
 
 /** Value of GROUP_MOTION: the motion in the low half; n of G38.n or the canned cycle in the high half. */
 #define BLOCK_PROBE(n)      (MOTION_PROBE | (n) << 4)

@@ -18,9 +18,11 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-enum { WCS_COUNT = 9 };    /* G54..G59, G59.1..G59.3 */
-enum { TOOL_COUNT = 96 };  /* tools with a length in the tool table: T1..T96 */
-enum { OUTPUT_COUNT = 5 }; /* digital outputs P0..P4 of M62..M65 */
+enum { WCS_COUNT = 9 };           /* G54..G59, G59.1..G59.3 */
+enum { TOOL_COUNT = 96 };         /* tools with a length in the tool table: T1..T96 */
+enum { OUTPUT_COUNT = 5 };        /* digital outputs P0..P4 of M62..M65 */
+enum { DIGITAL_INPUT_COUNT = 4 }; /* digital inputs P0..P3 of M66, at most */
+enum { ANALOG_COUNT = 4 };        /* analog inputs E0..E3 of M66 and outputs E0..E3 of M67 and M68, at most */
 
 /** Every target and every stored offset lies within +-this, in mm or degrees; error:33 otherwise. Positions
  * in steps then fit int32_t up to 21 474 steps per unit. */
@@ -57,6 +59,11 @@ enum gcode_cycle {
     CYCLE_BORE_STOP,  /* G86 dwell, spindle stops, out as a rapid */
     CYCLE_BORE_DWELL, /* G89 dwell, out at feed */
 };
+
+/** What M62 .. M68 switch, set or look at. */
+enum gcode_port { PORT_DIGITAL_OUT, PORT_ANALOG_OUT, PORT_DIGITAL_IN, PORT_ANALOG_IN };
+/** L of M66: an event that must come, or a level. */
+enum gcode_wait { WAIT_NOT, WAIT_RISE, WAIT_FALL, WAIT_HIGH, WAIT_LOW };
 
 /** M70 .. M72, done before anything else in the line. */
 enum gcode_modes { MODES_KEEP, MODES_SAVE, MODES_FORGET, MODES_RESTORE };
@@ -112,6 +119,12 @@ struct gcode_offsets {
     float tool_mm[TOOL_COUNT];      /* tool table: length of T1.., on Z; exact to 0.01 um up to 100 mm */
 };
 
+/** How many of them this machine has, from number 0 on; digital outputs are always OUTPUT_COUNT. */
+struct gcode_ports {
+    uint8_t digital_in;            /* 0 .. DIGITAL_INPUT_COUNT */
+    uint8_t analog_in, analog_out; /* 0 .. ANALOG_COUNT */
+};
+
 /** Everything gcode_resolve() reads. */
 struct gcode_state {
     struct gcode_modal modal;
@@ -122,7 +135,8 @@ struct gcode_state {
     struct gcode_offsets offsets;
     double position_mm[AXIS_COUNT]; /* programmed end of the last accepted move, machine coordinates */
     axis_mask_t axes;               /* axes this machine has; a word of another axis is error:20 */
-    float arc_radius_tolerance_mm;  /* $41: so far the radii of an arc may differ, beyond Grbl's rule */
+    struct gcode_ports ports;
+    float arc_radius_tolerance_mm; /* $41: so far the radii of an arc may differ, beyond Grbl's rule */
 };
 
 /** A canned cycle: the same hole `repeats` times. Levels are machine coordinates of the axis normal to the
@@ -168,19 +182,23 @@ enum gcode_store {
 
 /** A line ready to execute. The machine performs its parts in this order, each after the one before:
  *  tool change (motion has finished, spindle and coolant are off), spindle/coolant/override switches
- *  (synchronised with motion when sync is set), digital output, dwell, store, move, flow. */
+ *  (synchronised with motion when sync is set), output, input, dwell, store, move, flow. */
 struct gcode_command {
-    struct gcode_modal next;    /* modal state after the line, see gcode_modal_apply() */
-    struct gcode_sticky sticky; /* filled in for a move that is MOTION_CYCLE, _CUBIC or _QUADRATIC */
-    enum gcode_modes modes;     /* what becomes of gcode_state.saved; RESTORE is already in next */
-    enum gcode_spindle spindle; /* for this line's dwell and move; next differs from these two */
-    uint8_t coolant;            /*   only at FLOW_END, which switches both off after the move */
-    bool tool_change;           /* M6: to next.tool */
-    bool sync;                  /* a change of spindle, coolant, override switches, or M62, M63: let motion
-                                 * finish first */
-    bool output_sync;           /* the digital output waits for motion (M62, M63) */
-    int8_t output;              /* digital output to set, 0 .. OUTPUT_COUNT - 1; -1 = none */
-    bool output_on;
+    struct gcode_modal next;     /* modal state after the line, see gcode_modal_apply() */
+    struct gcode_sticky sticky;  /* filled in for a move that is MOTION_CYCLE, _CUBIC or _QUADRATIC */
+    enum gcode_modes modes;      /* what becomes of gcode_state.saved; RESTORE is already in next */
+    enum gcode_spindle spindle;  /* for this line's dwell and move; next differs from these two */
+    uint8_t coolant;             /*   only at FLOW_END, which switches both off after the move */
+    bool tool_change;            /* M6: to next.tool */
+    bool sync;                   /* a change of spindle, coolant, override switches, or port_sync: let motion
+                                  * finish first */
+    bool port_sync;              /* the output waits for motion (M62, M63, M67) */
+    int8_t port;                 /* number of the input or output of M62 .. M68; -1 = none, and then ... */
+    enum gcode_port port_kind;   /* ... these five are not filled in */
+    bool port_on;                /* PORT_DIGITAL_OUT */
+    float port_pct;              /* PORT_ANALOG_OUT: 0 .. 100 */
+    enum gcode_wait wait;        /* PORT_DIGITAL_IN; inputs are looked at when motion has finished */
+    float wait_s;                /* > 0 unless WAIT_NOT: so long at most */
     float dwell_s;               /* >= 0; < 0 means no dwell */
     enum gcode_store store;      /* which row store_mm replaces, see gcode_offsets_apply() */
     uint8_t store_wcs;           /* STORE_WCS: 0 = G54 */

@@ -48,6 +48,7 @@ struct params {
     /* what others leave here for readings.c */
     double value; /* #<_value>: of the last return */
     bool value_returned;
+    double input;                /* #5399: result of the last M66 */
     bool probe_ok;               /* #5070 */
     double probe_mm[AXIS_COUNT]; /* #5061..: work coordinates in which the probe moved, mm or degrees */
 };

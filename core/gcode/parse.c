@@ -6,7 +6,8 @@
 #define WORDS_CODE (WORD_BIT('G') | WORD_BIT('M'))
 /* Words with any number, and words with a rule of their own. */
 #define WORDS_FREE                                                                                           \
-    (WORDS_AXES | WORD_BIT('I') | WORD_BIT('J') | WORD_BIT('K') | WORD_BIT('L') | WORD_BIT('R'))
+    (WORDS_AXES | WORD_BIT('E') | WORD_BIT('I') | WORD_BIT('J') | WORD_BIT('K') | WORD_BIT('L') |            \
+     WORD_BIT('R'))
 #define WORDS_NOT_NEGATIVE                                                                                   \
     (WORD_BIT('F') | WORD_BIT('H') | WORD_BIT('N') | WORD_BIT('P') | WORD_BIT('Q') | WORD_BIT('S') |         \
      WORD_BIT('T'))

@@ -20,6 +20,7 @@ enum {
     NUMBER_G92 = 5211,
     NUMBER_WCS = 5220,
     NUMBER_G54 = 5221,
+    NUMBER_INPUT = 5399,
     NUMBER_TOOL = 5400,
     NUMBER_TOOL_TABLE = 5401,
     NUMBER_WORK = 5420,
@@ -147,6 +148,8 @@ static uint32_t needs_of(unsigned number) {
         return NEEDS_OFFSETS | NEEDS_TOOL_IN_SPINDLE;
     if (number == NUMBER_WCS)
         return NEEDS_WCS;
+    if (number == NUMBER_INPUT)
+        return NEEDS_PROBE;
     return number >= NUMBER_PROBE && number <= NUMBER_PROBE_OK ? NEEDS_PROBE : NEEDS_OFFSETS;
 }
 
@@ -160,6 +163,9 @@ static bool is_single(const struct param_context *context, unsigned number, doub
         return true;
     case NUMBER_WCS:
         *value = 1.0 + context->gcode->modal.wcs;
+        return true;
+    case NUMBER_INPUT:
+        *value = context->params->input;
         return true;
     case NUMBER_TOOL:
         *value = context->gcode->modal.tool_in_spindle;

@@ -24,8 +24,8 @@
 #define NEEDS_TOOL_IN_SPINDLE (1u << 12)
 #define NEEDS_FEED            (1u << 13)
 #define NEEDS_RPM             (1u << 14)
-#define NEEDS_OFFSETS         (1u << 15) /* any of them; absolute positions need them too */
-#define NEEDS_PROBE           (1u << 16)
+#define NEEDS_OFFSETS         (1u << 15)            /* any of them; absolute positions need them too */
+#define NEEDS_PROBE           (1u << 16)            /* what only probing and M66 tell */
 #define NEEDS_WORK(axis)      (1u << (17 + (axis))) /* position in work coordinates */
 #define NEEDS_WORK_ALL        (63u << 17)
 #define NEEDS_ALL             ((1u << 23) - 1)

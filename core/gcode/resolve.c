@@ -148,8 +148,10 @@ static enum status resolve_any(const struct gcode_state *state, const struct gco
     };
     enum status status;
 
-    if (r.axis_words & ~state->axes)
+    if ((r.axis_words & ~state->axes) != 0)
         return STATUS_UNSUPPORTED;
+    if ((block->words & WORD_BIT('E')) != 0 && !block_has_group(block, GROUP_PORT))
+        return STATUS_UNSUPPORTED; /* as a word that does not exist */
     if (r.axes == AXES_FREE && r.axis_words != 0)
         r.axes = AXES_MOTION;
     command->next = state->modal;
@@ -164,7 +166,9 @@ static enum status resolve_any(const struct gcode_state *state, const struct gco
 
     status = resolve_values(&r);
     if (status == STATUS_OK && !only_motion(block))
-        status = resolve_switches(&r);
+        resolve_switches(&r);
+    if (status == STATUS_OK && block_has_group(block, GROUP_PORT))
+        status = resolve_port(&r);
     if (status == STATUS_OK && !only_motion(block))
         status = resolve_dwell(&r);
     if (status == STATUS_OK && !only_motion(block))
@@ -176,8 +180,9 @@ static enum status resolve_any(const struct gcode_state *state, const struct gco
     resolve_path(&r);
     if (r.axes != AXES_FREE)
         r.unused &= ~WORDS_AXES;
-    if (r.unused != 0) /* Grbl does not know H and Q */
-        return (r.unused & (WORD_BIT('H') | WORD_BIT('Q'))) != 0 ? STATUS_UNSUPPORTED : STATUS_WORDS_UNUSED;
+    if (r.unused != 0) /* Grbl does not know these three */
+        return (r.unused & (WORD_BIT('E') | WORD_BIT('H') | WORD_BIT('Q'))) != 0 ? STATUS_UNSUPPORTED
+                                                                                 : STATUS_WORDS_UNUSED;
     resolve_outputs(&r);
     resolve_flow(&r);
     return STATUS_OK;

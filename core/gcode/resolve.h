@@ -4,7 +4,8 @@
  *   resolve.c        the order; modal groups, F S T N, dwell, path, program end
  *   resolve_straight.c  the short way of most lines
  *   resolve_store.c  G10 G28.1 G30.1 G92 G43 G49: new rows for the offsets
- *   resolve_machine.c M6 M48 .. M53 M62 .. M65, spindle, coolant
+ *   resolve_machine.c M6 M48 .. M53, spindle, coolant
+ *   resolve_port.c   M62 .. M68
  *   resolve_move.c   G0 G1 G2 G3 G38 G28 G30 G53: targets, feed
  *   resolve_cycle.c  G73 G81 .. G89: levels, holes, sticky words
  *   resolve_spline.c G5 G5.1: control points
@@ -42,8 +43,8 @@ struct resolver {
 
 /** What a line does that says nothing of it. */
 static inline void resolve_nothing(struct gcode_command *command) {
-    command->tool_change = command->sync = command->output_sync = false;
-    command->output = -1;
+    command->tool_change = command->sync = command->port_sync = false;
+    command->port = -1;
     command->dwell_s = -1.0f;
     command->store = STORE_NOTHING;
     command->store_tool_length = command->tool_table_used = false;
@@ -79,8 +80,10 @@ enum status resolve_straight(const struct gcode_state *state, const struct gcode
 enum status resolve_stores(struct resolver *r);
 enum status resolve_move(struct resolver *r);
 
-/** M6, M48 .. M53, M62 .. M65. */
-enum status resolve_switches(struct resolver *r);
+/** Inputs and outputs, M62 .. M68. */
+enum status resolve_port(struct resolver *r);
+/** M6, M48 .. M53. */
+void resolve_switches(struct resolver *r);
 /** Spindle and coolant for this line; and whether motion must finish first. */
 void resolve_outputs(struct resolver *r);
 

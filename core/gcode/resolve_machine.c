@@ -21,26 +21,11 @@ static void switch_overrides(struct resolver *r) {
     *overrides = (uint8_t)(on ? *overrides | bits : *overrides & ~bits);
 }
 
-static enum status set_output(struct resolver *r) {
-    const unsigned value = r->block->value[GROUP_OUTPUT];
-    double p;
-
-    if (!resolve_take(r, 'P', &p))
-        return STATUS_VALUE_MISSING;
-    if (p > (double)(OUTPUT_COUNT - 1))
-        return STATUS_UNSUPPORTED;
-    r->out->output = (int8_t)p;
-    r->out->output_on = (value & OUTPUT_ON) != 0;
-    r->out->output_sync = (value & OUTPUT_SYNC) != 0;
-    return p == r->out->output ? STATUS_OK : STATUS_NOT_INTEGER;
-}
-
-enum status resolve_switches(struct resolver *r) {
+void resolve_switches(struct resolver *r) {
     if (block_has_group(r->block, GROUP_TOOL))
         change_tool(r);
     if (block_has_group(r->block, GROUP_OVERRIDE))
         switch_overrides(r);
-    return block_has_group(r->block, GROUP_OUTPUT) ? set_output(r) : STATUS_OK;
 }
 
 void resolve_outputs(struct resolver *r) {
@@ -53,5 +38,5 @@ void resolve_outputs(struct resolver *r) {
     out->coolant = out->next.coolant;
     out->sync = out->spindle != spindle || out->coolant != coolant ||
                 (out->spindle != SPINDLE_OFF && out->next.spindle_rpm != before->spindle_rpm) ||
-                out->next.overrides != before->overrides || out->output_sync;
+                out->next.overrides != before->overrides || out->port_sync;
 }

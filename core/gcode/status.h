@@ -64,8 +64,11 @@
     X(126, PROGRAM_DEPTH, "calls are nested deeper than 10, or loops and ifs deeper than 32")                \
     X(127, PROGRAM_ENDLESS, "the program went on for more lines than allowed: is a loop endless?")           \
     X(128, PROGRAM_READ, "the program could not be read")                                                    \
-    X(129, MACHINE_ONLY, "only the machine knows this position, offset, mode or probe result")               \
-    X(130, NOTHING_SAVED, "no modes were saved by M70 since the reset or M71")
+    X(129, MACHINE_ONLY, "only the machine knows this position, offset, mode, input or probe result")        \
+    X(130, NOTHING_SAVED, "no modes were saved by M70 since the reset or M71")                               \
+    X(131, NO_PORT, "this machine has no input or output of this number")                                    \
+    X(132, WAIT_WORDS, "M66 has L0 to L4; with E only L0, and to wait it needs a Q above 0")                 \
+    X(133, ANALOG_RANGE, "an analog output is set to 0 to 100 percent (Q)")
 
 enum status {
 #define X(number, name, text) STATUS_##name = number,

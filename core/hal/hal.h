@@ -42,6 +42,7 @@ struct hal_inputs {
         second_max; /* the same of the second motors; only hal_ganged.axes are looked at */
     bool probe;
     bool door, hold, start, reset, estop;
+    uint8_t digital; /* of M66: bit n = Pn, 1 = high */
 };
 
 /** [task or isr] Levels now. The target calls machine_edge_isr() at every edge of a limit or e-stop line. */
@@ -49,6 +50,16 @@ void hal_inputs_read(const struct hal *hal, struct hal_inputs *inputs);
 
 /** [task] From now on hal_step_probe() is true while the level of the probe line is this. */
 void hal_probe_watch(struct hal *hal, bool high);
+
+/** Analog inputs and outputs, E0 .. of M66 .. M68; percent of full scale. A machine without them has none of
+ * this. All outputs are 0 at power-on. */
+struct hal_analog {
+    uint8_t inputs, outputs; /* 0 .. ANALOG_COUNT each */
+    /** [task] 0 .. 100, takes effect at once. */
+    void (*set)(struct hal *hal, unsigned output, float percent);
+    /** [task] @return 0 .. 100, now */
+    float (*read)(const struct hal *hal, unsigned input);
+};
 
 /** Axes with two motors, one at each side of a gantry. Both make every step of their axis; the target's step
  * masks see to that, and the step ISR knows nothing of it. Homing lets one of them wait, so that each finds

@@ -124,6 +124,12 @@ bool task_push_line(struct machine *machine, const double target_mm[AXIS_COUNT],
 /** Spindle and coolant, but not in check mode. */
 void task_set_outputs(struct machine *machine, enum gcode_spindle spindle, uint8_t coolant);
 
+/* await.c: M66 */
+/** It stands: take the input as it is, or begin to wait. @param next  the stage behind it */
+enum task_stage await_begin(struct machine *machine, enum task_stage next);
+/** The awaited input may have come: then the dwell ends. */
+void await_poll(struct machine *machine);
+
 /* drill.c: canned cycles */
 void drill_begin(struct machine *machine);
 /** @return TASK_NONE when the cycle is done */

@@ -15,6 +15,11 @@ void machine_init(struct machine *machine, const struct machine_board *board, st
     settings_defaults(&machine->settings);
     machine->settings.step_pulse_us = machine_board_pulse_us(machine);
     machine->gcode.axes = (axis_mask_t)((1u << board->axis_count) - 1);
+    machine->gcode.ports.digital_in = board->digital_inputs;
+    if (board->analog != NULL) {
+        machine->gcode.ports.analog_in = board->analog->inputs;
+        machine->gcode.ports.analog_out = board->analog->outputs;
+    }
     gcode_modal_init(&machine->gcode.modal);
     machine->params.numbered = machine->params_numbered;
     machine->params.numbered_room = PARAMS_NUMBERED;

@@ -32,6 +32,8 @@ struct machine_board {
     uint32_t max_step_rate_hz;       /* of one axis */
     uint8_t axis_count;              /* 1 .. AXIS_COUNT */
     bool relay_spindle;              /* no PWM output: a laser ($32) is error:17 */
+    uint8_t digital_inputs;          /* of M66, 0 .. DIGITAL_INPUT_COUNT */
+    const struct hal_analog *analog; /* NULL: no analog inputs and outputs */
     const struct hal_ganged *ganged; /* NULL: every axis has one motor */
     const struct hal_store *store;   /* NULL: nothing is kept */
     const void *store_ctx;
@@ -74,8 +76,9 @@ enum task_stage {
     TASK_TOOL,      /* M6: wait for rest */
     TASK_TOOL_WAIT, /* M6: wait for ~ */
     TASK_OUTPUTS,   /* spindle, coolant and what else waits for rest */
+    TASK_INPUT,     /* M66: wait for rest */
     TASK_DWELL,
-    TASK_DWELLING,
+    TASK_DWELLING, /* and M66 while it waits for its input */
     TASK_STORE,
     TASK_VIA, /* first leg of G28, G30 */
     TASK_MOVE,
@@ -192,6 +195,7 @@ struct machine {
     bool homed_line;              /* $H is answered after the startup lines */
     struct gcode_command command; /* of the current line */
     double dwell_left_s;
+    bool input_awaited, input_before; /* a dwell of M66; the level when it was last looked at */
     enum task_stage after_dwell;
     struct arc arc;
     struct spline spline;

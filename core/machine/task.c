@@ -2,7 +2,8 @@
  * The stages of one accepted G-code line. */
 #include "machine/inner.h"
 
-#define DWELL_SLICE_S 0.02 /* a hold stops a dwell within this */
+#define DWELL_SLICE_S 0.02  /* a hold stops a dwell within this */
+#define AWAIT_SLICE_S 0.005 /* so do the inputs of M66 */
 
 bool task_rest_reached(struct machine *machine) {
     if (machine_is_at_rest(machine))
@@ -145,8 +146,16 @@ static enum task_stage stage_of_move(struct machine *machine) {
     return machine->state == MACHINE_CHECK ? stage_after_move(machine) : TASK_PROBE;
 }
 
-static enum task_stage stage_after_outputs(const struct machine *machine) {
+static enum task_stage stage_after_input(const struct machine *machine) {
     return machine->command.dwell_s >= 0.0f ? TASK_DWELL : TASK_STORE;
+}
+
+static bool looks_at_input(const struct gcode_command *command) {
+    return command->port >= 0 && command->port_kind >= PORT_DIGITAL_IN;
+}
+
+static enum task_stage stage_after_outputs(const struct machine *machine) {
+    return looks_at_input(&machine->command) ? TASK_INPUT : stage_after_input(machine);
 }
 
 /* With a laser, S alone changes only the power: it comes with its line (outputs.c), without a stop. */
@@ -155,16 +164,24 @@ static bool needs_stop(const struct machine *machine) {
     const struct gcode_modal *now = &machine->gcode.modal;
     return !machine->settings.laser_mode || command->spindle != now->spindle ||
            command->coolant != now->coolant || command->next.overrides != now->overrides ||
-           command->output_sync;
+           command->port_sync;
 }
 
 static void set_digital(struct machine *machine) {
     const struct gcode_command *command = &machine->command;
-    unsigned bit = command->output >= 0 ? 1u << command->output : 0;
-    if (bit == 0 || machine->state == MACHINE_CHECK)
-        return;
-    machine->digital = (uint8_t)(command->output_on ? machine->digital | bit : machine->digital & ~bit);
+    unsigned bit = 1u << command->port;
+    machine->digital = (uint8_t)(command->port_on ? machine->digital | bit : machine->digital & ~bit);
     hal_digital_set(machine->hal, machine->digital);
+}
+
+static void set_port(struct machine *machine) {
+    const struct gcode_command *command = &machine->command;
+    if (command->port < 0 || machine->state == MACHINE_CHECK)
+        return;
+    if (command->port_kind == PORT_DIGITAL_OUT)
+        set_digital(machine);
+    else if (command->port_kind == PORT_ANALOG_OUT)
+        machine->board.analog->set(machine->hal, (unsigned)command->port, command->port_pct);
 }
 
 /* All that a line switches. */
@@ -172,13 +189,13 @@ static void switch_outputs(struct machine *machine) {
     const struct gcode_command *command = &machine->command;
     realtime_enable(machine, command->next.overrides);
     task_set_outputs(machine, command->spindle, command->coolant);
-    set_digital(machine);
+    set_port(machine);
 }
 
 static enum task_stage stage_of_outputs(struct machine *machine) {
     if (machine->command.sync && needs_stop(machine))
         return TASK_OUTPUTS;
-    set_digital(machine);
+    set_port(machine);
     return stage_after_outputs(machine);
 }
 
@@ -242,11 +259,18 @@ static enum task_stage store(struct machine *machine) {
 static enum task_stage dwell(struct machine *machine) {
     if (machine->state == MACHINE_CHECK)
         return machine->after_dwell;
+    await_poll(machine);
     if (!motion_is_planned_out(&machine->motion))
         return TASK_DWELLING;
-    if (machine->dwell_left_s <= 0.0)
-        return task_rest_reached(machine) ? machine->after_dwell : TASK_DWELLING;
-    double slice_s = machine->dwell_left_s < DWELL_SLICE_S ? machine->dwell_left_s : DWELL_SLICE_S;
+    if (machine->dwell_left_s <= 0.0 && !task_rest_reached(machine))
+        return TASK_DWELLING;
+    if (machine->dwell_left_s <= 0.0) {
+        machine->input_awaited = false;
+        return machine->after_dwell;
+    }
+    double slice_s = machine->input_awaited ? AWAIT_SLICE_S : DWELL_SLICE_S;
+    if (machine->dwell_left_s < slice_s)
+        slice_s = machine->dwell_left_s;
     machine->dwell_left_s -= slice_s;
     motion_dwell(&machine->motion, slice_s);
     return TASK_DWELLING;
@@ -284,6 +308,8 @@ static enum task_stage next_stage(struct machine *machine) {
             return TASK_OUTPUTS;
         switch_outputs(machine);
         return stage_after_outputs(machine);
+    case TASK_INPUT:
+        return task_rest_reached(machine) ? await_begin(machine, stage_after_input(machine)) : TASK_INPUT;
     case TASK_DWELL:
         machine->dwell_left_s = (double)machine->command.dwell_s;
         machine->after_dwell = TASK_STORE;

@@ -48,7 +48,8 @@ static bool read_steps(const struct host *host, unsigned axis, const char *word,
 static const char *read_input(const struct host *host, const struct words *words,
                               struct hands_action *action) {
     char name[HANDS_LINE_SIZE];
-    bool apart = words->count > 1 && is(words->word[0], "limit"); /* "limit x" */
+    bool apart =
+        words->count > 1 && (is(words->word[0], "limit") || is(words->word[0], "input")); /* "limit x" */
     int used = apart ? 2 : 1;
     (void)host;
     snprintf(name, sizeof name, "%s%s%s", words->word[0], apart ? "-" : "", apart ? words->word[1] : "");
@@ -124,6 +125,21 @@ static const char *read_ramp(const struct host *host, const struct words *words,
     return NULL;
 }
 
+static const char *read_analog(const struct host *host, const struct words *words,
+                               struct hands_action *action) {
+    char *end = NULL;
+    bool known = words->count == 3 && strlen(words->word[1]) == 1 && words->word[1][0] >= '0' &&
+                 words->word[1][0] < '0' + ANALOG_COUNT;
+    double percent = known ? strtod(words->word[2], &end) : -1.0;
+    (void)host;
+    if (end == NULL || *end != '\0' || !(percent >= 0.0 && percent <= 100.0))
+        return "analog N PERCENT";
+    action->kind = HANDS_ANALOG;
+    action->analog = (unsigned)(words->word[1][0] - '0');
+    action->percent = (float)percent;
+    return NULL;
+}
+
 /* Real-time bytes by name: Grbl 1.1's numbers. @return false: none of them */
 static bool read_realtime(const struct words *words, struct hands_action *action) {
     static const struct {
@@ -154,11 +170,8 @@ const char *hands_read(const struct host *host, const char *line, struct hands_a
     static const struct {
         const char *name;
         const char *(*read)(const struct host *host, const struct words *words, struct hands_action *action);
-    } commands[] = {{"travel", read_travel},
-                    {"surface", read_surface},
-                    {"place", read_place},
-                    {"ramp", read_ramp},
-                    {"skew", read_skew}};
+    } commands[] = {{"travel", read_travel}, {"surface", read_surface}, {"place", read_place},
+                    {"ramp", read_ramp},     {"skew", read_skew},       {"analog", read_analog}};
     struct words words;
     *action = (struct hands_action){0};
     split(&words, line);
@@ -208,6 +221,9 @@ void hands_do(struct host *host, const struct hands_action *action) {
         return;
     case HANDS_SKEW:
         virtual_skew(host, action->axis, action->steps[0]);
+        return;
+    case HANDS_ANALOG:
+        virtual_analog(host, action->analog, action->percent);
         return;
     case HANDS_RAMP:
         virtual_spindle_ramp(host, action->rpm_s);

@@ -2,13 +2,16 @@
  * What hands can do at the virtual machine, in words. The control door of `wificnc serve` and the events of
  * `wificnc sim --at` speak this one vocabulary.
  *
- *   INPUT on|off          door, estop, hold, start, reset, probe, limit-x, limit-max-y, ...; also "limit x
- * on" INPUT                 hold, start, reset: pressed and let go; the others: on REALTIME feed-hold,
- * resume, soft-reset, safety-door, jog-cancel, spindle-stop, flood, mist; feed 100|+10|-10|+1|-1, spindle the
- * same, rapid 100|50|25 travel AXIS LOW HIGH  limit switches, mm of true position; travel AXIS off: none
+ *   INPUT on|off          door, estop, hold, start, reset, probe, limit-x, limit-max-y, input-0 (M66) ...;
+ *                         also "limit x on", "input 0 on"
+ *   INPUT                 hold, start, reset: pressed and let go; the others: on
+ *   REALTIME              feed-hold, resume, soft-reset, safety-door, jog-cancel, spindle-stop, flood, mist;
+ *                         feed 100|+10|-10|+1|-1, spindle the same, rapid 100|50|25
+ *   travel AXIS LOW HIGH  limit switches, mm of true position; travel AXIS off: none
  *   surface Z|off         what the probe touches, mm
  *   place X [Y [Z ...]]   the machine stands here now, mm
  *   skew AXIS MM          the second motor of this axis stands so far beyond the first, mm
+ *   analog N PERCENT      level of an analog input (M66)
  *   ramp RPM              spindle's change of speed in a second; 0: at once
  *
  * hands_read() only reads: a line that is wrong changes nothing. One thread, as the host. */
@@ -35,6 +38,7 @@ enum hands_kind {
     HANDS_PLACE,
     HANDS_SKEW,
     HANDS_RAMP,
+    HANDS_ANALOG,
 };
 
 /** One thing to do. */
@@ -47,6 +51,8 @@ struct hands_action {
     int32_t
         steps[AXIS_COUNT]; /* HANDS_TRAVEL: low, high; HANDS_SURFACE: Z; HANDS_SKEW: by; HANDS_PLACE: all */
     float rpm_s;           /* HANDS_RAMP */
+    unsigned analog;       /* HANDS_ANALOG: which input */
+    float percent;         /* HANDS_ANALOG */
 };
 
 /** Understand a line; millimetres become steps by the controller's present $100.. .

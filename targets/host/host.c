@@ -46,6 +46,8 @@ struct host *host_open(const struct host_board *board, const char *store_path) {
         .max_step_rate_hz = board->max_step_rate_hz,
         .axis_count = board->axis_count,
         .relay_spindle = board->relay_spindle != 0,
+        .digital_inputs = board->ports != 0 ? DIGITAL_INPUT_COUNT : 0,
+        .analog = board->ports != 0 ? &host_analog : NULL,
         .ganged = board->ganged != 0 ? &host->hal.ganged : NULL,
         .store = store_path != NULL ? &host_store : NULL,
         .store_ctx = host->store_path,

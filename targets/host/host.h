@@ -24,6 +24,7 @@ struct host_board {
     uint8_t axis_count;        /* 1 .. AXIS_COUNT, in the order XYZABC */
     axis_mask_t ganged;        /* axes with a second motor */
     uint8_t relay_spindle;     /* 1: no PWM output for the spindle */
+    uint8_t ports;             /* 1: digital inputs and analog inputs and outputs (M66 .. M68) */
 };
 
 struct host;

@@ -40,6 +40,17 @@ void hal_digital_set(struct hal *hal, uint8_t bits) {
     hal->virtual_machine.outputs.digital = bits;
 }
 
+static void analog_set(struct hal *hal, unsigned output, float percent) {
+    hal->virtual_machine.outputs.analog_pct[output] = percent;
+}
+
+static float analog_read(const struct hal *hal, unsigned input) {
+    return hal->virtual_machine.analog_pct[input];
+}
+
+const struct hal_analog host_analog = {
+    .inputs = ANALOG_COUNT, .outputs = ANALOG_COUNT, .set = analog_set, .read = analog_read};
+
 void hal_inputs_read(const struct hal *hal, struct hal_inputs *inputs) {
     virtual_read(&hal->virtual_machine, inputs);
 }
@@ -90,7 +101,7 @@ void virtual_set(struct host *host, int input, bool active) {
     if (input < 0 || input >= VIRTUAL_INPUT_COUNT)
         return;
     struct virtual_machine *machine = follow(host);
-    uint32_t bit = (uint32_t)1 << input;
+    uint64_t bit = (uint64_t)1 << input;
     machine->forced = active ? machine->forced | bit : machine->forced & ~bit;
     update(host);
 }
@@ -169,6 +180,11 @@ void virtual_position(const struct host *host, int32_t steps[AXIS_COUNT]) {
         machine_position(&host->machine, steps);
 }
 
+void virtual_analog(struct host *host, unsigned input, float percent) {
+    if (input < ANALOG_COUNT)
+        host->hal.virtual_machine.analog_pct[input] = percent;
+}
+
 void virtual_spindle_ramp(struct host *host, float rpm_s) {
     host->hal.virtual_machine.spindle_ramp_rpm_s = rpm_s;
 }
@@ -182,6 +198,6 @@ void virtual_outputs(const struct host *host, struct virtual_outputs *out) {
     *out = host->hal.virtual_machine.outputs;
 }
 
-uint32_t virtual_levels(const struct host *host) {
+uint64_t virtual_levels(const struct host *host) {
     return host->hal.virtual_machine.levels;
 }

@@ -96,6 +96,10 @@ static bool take_board(struct host_board *board, const char *name, const char *v
         board->relay_spindle = strcmp(value, "1") == 0;
         return true;
     }
+    if (strcmp(name, "--ports") == 0) {
+        board->ports = strcmp(value, "1") == 0;
+        return true;
+    }
     if (strcmp(name, "--axes") != 0 || !read_number(value, &axes) || axes > AXIS_COUNT)
         return false;
     board->axis_count = (uint8_t)axes;

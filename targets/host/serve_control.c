@@ -34,9 +34,11 @@ static void say_state(const struct host *host, char answer[CONTROL_ANSWER_SIZE])
         at += snprintf(answer + at, (size_t)(CONTROL_ANSWER_SIZE - at), "%c%.4f", axis == 0 ? ' ' : ',',
                        (double)steps[axis] / (double)steps_per_mm[axis]);
     at = say_second(host, steps_per_mm, answer, at);
-    snprintf(answer + at, (size_t)(CONTROL_ANSWER_SIZE - at), " inputs 0x%05lx spindle %.0f coolant %u\n",
-             (unsigned long)virtual_levels(host), (double)virtual_spindle_rpm(host),
-             (unsigned)outputs.coolant);
+    snprintf(answer + at, (size_t)(CONTROL_ANSWER_SIZE - at),
+             " inputs 0x%05llx spindle %.0f coolant %u digital %u analog %g,%g,%g,%g\n",
+             (unsigned long long)virtual_levels(host), (double)virtual_spindle_rpm(host),
+             (unsigned)outputs.coolant, (unsigned)outputs.digital, (double)outputs.analog_pct[0],
+             (double)outputs.analog_pct[1], (double)outputs.analog_pct[2], (double)outputs.analog_pct[3]);
 }
 
 static void say_counters(const struct host *host, char answer[CONTROL_ANSWER_SIZE]) {

@@ -5,10 +5,10 @@
 
 #include <string.h>
 
-#define BIT(input) ((uint32_t)1 << (input))
+#define BIT(input) ((uint64_t)1 << (input))
 
 bool virtual_update(struct virtual_machine *machine) {
-    uint32_t levels = machine->forced;
+    uint64_t levels = machine->forced;
     for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
         if ((machine->has_low >> ax & 1) != 0 && machine->position[ax] <= machine->low[ax])
             levels |= BIT(VIRTUAL_LIMIT_MIN + ax);
@@ -38,7 +38,7 @@ bool virtual_step(struct virtual_machine *machine, uint8_t step_mask, uint8_t di
 bool virtual_events(struct virtual_machine *machine, uint64_t now_ticks) {
     while (machine->event_count > 0 && machine->events[machine->event_count - 1].t_ticks <= now_ticks) {
         const struct virtual_event *event = &machine->events[--machine->event_count];
-        uint32_t bit = BIT(event->input);
+        uint64_t bit = BIT(event->input);
         machine->forced = event->active ? machine->forced | bit : machine->forced & ~bit;
         if (virtual_update(machine))
             return true; /* one change at a time: the controller sees each of them */
@@ -51,8 +51,8 @@ uint64_t virtual_next_ticks(const struct virtual_machine *machine) {
 }
 
 void virtual_read(const struct virtual_machine *machine, struct hal_inputs *inputs) {
-    const uint32_t axes = (1u << AXIS_COUNT) - 1;
-    uint32_t levels = machine->levels;
+    const uint64_t axes = (1u << AXIS_COUNT) - 1;
+    uint64_t levels = machine->levels;
     *inputs = (struct hal_inputs){
         .limit_min = (axis_mask_t)(~(levels >> VIRTUAL_LIMIT_MIN) & axes),
         .limit_max = (axis_mask_t)(~(levels >> VIRTUAL_LIMIT_MAX) & axes),
@@ -64,6 +64,7 @@ void virtual_read(const struct virtual_machine *machine, struct hal_inputs *inpu
         .start = (levels & BIT(VIRTUAL_START)) != 0,
         .reset = (levels & BIT(VIRTUAL_RESET)) != 0,
         .estop = (levels & BIT(VIRTUAL_ESTOP)) != 0,
+        .digital = (uint8_t)(levels >> VIRTUAL_DIGITAL & ((1u << DIGITAL_INPUT_COUNT) - 1)),
     };
 }
 
@@ -100,6 +101,9 @@ int virtual_input_number(const char *name) {
     for (int i = 0; i < (int)(sizeof others / sizeof others[0]); i++)
         if (strcmp(name, others[i]) == 0)
             return VIRTUAL_PROBE + i;
+    if (strncmp(name, "input-", 6) == 0 && name[6] >= '0' && name[6] < '0' + DIGITAL_INPUT_COUNT &&
+        name[7] == '\0')
+        return VIRTUAL_DIGITAL + (name[6] - '0');
     for (unsigned i = 0; i < sizeof limits / sizeof limits[0]; i++) {
         size_t length = strlen(limits[i].prefix);
         if (strncmp(name, limits[i].prefix, length) != 0 || name[length] == '\0' || name[length + 1] != '\0')

@@ -14,6 +14,7 @@
 #define WIFICNC_HOST_VIRTUAL_H
 
 #include "base/axis.h"
+#include "gcode/gcode.h"
 
 #include <stdbool.h>
 #include <stdint.h>
@@ -35,7 +36,8 @@ enum virtual_input {
     VIRTUAL_RESET,
     VIRTUAL_SECOND_MIN,
     VIRTUAL_SECOND_MAX = VIRTUAL_SECOND_MIN + AXIS_COUNT,
-    VIRTUAL_INPUT_COUNT = VIRTUAL_SECOND_MAX + AXIS_COUNT
+    VIRTUAL_DIGITAL = VIRTUAL_SECOND_MAX + AXIS_COUNT, /* P0 .. of M66; active: high */
+    VIRTUAL_INPUT_COUNT = VIRTUAL_DIGITAL + DIGITAL_INPUT_COUNT
 };
 
 enum { VIRTUAL_EVENTS_MAX = 256 };
@@ -48,17 +50,18 @@ struct virtual_event {
 
 /** What the controller commands. */
 struct virtual_outputs {
-    int spindle_direction; /* -1, 0, 1 */
-    float spindle_rpm;     /* commanded */
-    uint16_t spindle_duty; /* PWM, 0 .. 65535 */
-    uint8_t coolant;       /* COOLANT_ bits */
-    uint8_t digital;       /* M62 .. M65: bit n = Pn */
+    int spindle_direction;          /* -1, 0, 1 */
+    float spindle_rpm;              /* commanded */
+    uint16_t spindle_duty;          /* PWM, 0 .. 65535 */
+    uint8_t coolant;                /* COOLANT_ bits */
+    uint8_t digital;                /* M62 .. M65: bit n = Pn */
+    float analog_pct[ANALOG_COUNT]; /* M67, M68 */
 };
 
 /** Only virtual.c and host.c look inside. */
 struct virtual_machine {
-    uint32_t forced;                           /* inputs held active by hand, bit = enum virtual_input */
-    uint32_t levels;                           /* inputs active now */
+    uint64_t forced;                           /* inputs held active by hand, bit = enum virtual_input */
+    uint64_t levels;                           /* inputs active now */
     int32_t position[AXIS_COUNT];              /* true position, steps */
     int32_t low[AXIS_COUNT], high[AXIS_COUNT]; /* switches: active at or beyond */
     axis_mask_t has_low, has_high;
@@ -71,8 +74,9 @@ struct virtual_machine {
     struct virtual_event events[VIRTUAL_EVENTS_MAX]; /* sorted by time, the next one last */
     uint32_t event_count;
     struct virtual_outputs outputs;
-    float spindle_ramp_rpm_s; /* 0: at once */
-    float spindle_from_rpm;   /* signed speed when the last command came */
+    float analog_pct[ANALOG_COUNT]; /* analog inputs */
+    float spindle_ramp_rpm_s;       /* 0: at once */
+    float spindle_from_rpm;         /* signed speed when the last command came */
     uint64_t spindle_from_ticks;
 };
 
@@ -80,7 +84,7 @@ struct virtual_machine {
 struct virtual_machine *host_virtual(struct host *host);
 
 /** Number of an input by name: "limit-min-x" .. "limit-max-c", "limit-x" (= min), "second-min-x" .., "probe",
- * "door", "estop", "hold", "start", "reset". @return -1: there is none of that name. */
+ * "door", "estop", "hold", "start", "reset", "input-0" .. @return -1: there is none of that name. */
 int virtual_input_number(const char *name);
 
 /** Now, before the controller goes on. The level is what is set here or what the position says, whichever is
@@ -118,6 +122,9 @@ void virtual_hold_motors(struct hal *hal, axis_mask_t first, axis_mask_t second)
 /** Where it stands (the first motors): pulses since the last virtual_place(), exact. */
 void virtual_position(const struct host *host, int32_t steps[AXIS_COUNT]);
 
+/** Level of an analog input, 0 .. 100 percent; 0 at power-on. */
+void virtual_analog(struct host *host, unsigned input, float percent);
+
 /** How fast the spindle changes its speed, rpm/s; 0 = at once (power-on state). */
 void virtual_spindle_ramp(struct host *host, float rpm_s);
 
@@ -128,7 +135,7 @@ float virtual_spindle_rpm(const struct host *host);
 void virtual_outputs(const struct host *host, struct virtual_outputs *out);
 
 /** Inputs active now, bit = enum virtual_input. */
-uint32_t virtual_levels(const struct host *host);
+uint64_t virtual_levels(const struct host *host);
 
 /* --- for host.c
  * ---------------------------------------------------------------------------------------------- */

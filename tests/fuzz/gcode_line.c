@@ -53,6 +53,7 @@ static void modal(struct input *input, struct gcode_modal *modal) {
 
 static void state_from(struct input *input, struct gcode_state *state) {
     state->axes = (axis_mask_t)((1u << (1 + input_byte(input) % AXIS_COUNT)) - 1);
+    state->ports = (struct gcode_ports){DIGITAL_INPUT_COUNT, ANALOG_COUNT, ANALOG_COUNT};
     modal(input, &state->modal);
     row(input, state->axes, state->position_mm);
     for (unsigned n = 0; n < WCS_COUNT; n++)
@@ -176,6 +177,20 @@ static void check_move(const struct gcode_state *state, const struct gcode_move 
         check_spline(state, move);
 }
 
+static void check_port(const struct gcode_command *command) {
+    static const int counts[] = {OUTPUT_COUNT, ANALOG_COUNT, DIGITAL_INPUT_COUNT, ANALOG_COUNT};
+    if (command->port < 0)
+        return;
+    CLAIM(command->port_kind <= PORT_ANALOG_IN && command->port < counts[command->port_kind], "port %d of %d",
+          command->port, command->port_kind);
+    if (command->port_kind == PORT_ANALOG_OUT)
+        CLAIM(command->port_pct >= 0 && command->port_pct <= 100, "%g percent", (double)command->port_pct);
+    if (command->port_kind >= PORT_DIGITAL_IN)
+        CLAIM(command->wait <= WAIT_LOW && isfinite(command->wait_s) &&
+                  (command->wait == WAIT_NOT || command->wait_s > 0),
+              "waits for %d, %g s", command->wait, (double)command->wait_s);
+}
+
 static void check_command(const struct gcode_state *state, const struct gcode_command *command) {
     check_modal(&command->next);
     CLAIM(isfinite(command->dwell_s), "dwell %g", (double)command->dwell_s);
@@ -190,7 +205,7 @@ static void check_command(const struct gcode_state *state, const struct gcode_co
     if (command->store_tool_length)
         CLAIM(fabs(command->tool_length_mm) <= GCODE_COORDINATE_MAX, "tool length %g",
               command->tool_length_mm);
-    CLAIM(command->output >= -1 && command->output < OUTPUT_COUNT, "output %d", command->output);
+    check_port(command);
     CLAIM(command->flow <= FLOW_END, "flow %d", command->flow);
     check_move(state, &command->move);
 }

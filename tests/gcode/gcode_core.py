@@ -117,6 +117,7 @@ class State(ctypes.Structure):
         ("offsets", Offsets),
         ("position_mm", Axes),
         ("axes", c_uint8),
+        ("ports", c_uint8 * 3),
         ("arc_radius_tolerance_mm", c_float),
     )
 
@@ -167,9 +168,13 @@ class Command(ctypes.Structure):
         ("coolant", c_uint8),
         ("tool_change", c_bool),
         ("sync", c_bool),
-        ("output_sync", c_bool),
-        ("output", c_int8),
-        ("output_on", c_bool),
+        ("port_sync", c_bool),
+        ("port", c_int8),
+        ("port_kind", c_int),
+        ("port_on", c_bool),
+        ("port_pct", c_float),
+        ("wait", c_int),
+        ("wait_s", c_float),
         ("dwell_s", c_float),
         ("store", c_int),
         ("store_wcs", c_uint8),
@@ -307,7 +312,7 @@ class Controller:
 
     def __init__(self, lib: ctypes.CDLL, axes: int = XYZ) -> None:
         self.lib = lib
-        self.state = State(axes=axes)
+        self.state = State(axes=axes, ports=(4, 4, 4))
         lib.gcode_modal_init(ctypes.byref(self.state.modal))
 
     def resolve(self, line: str | bytes) -> tuple[int, Command]:

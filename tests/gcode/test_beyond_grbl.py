@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import ctypes
+
 import pytest
 from gcode_core import (
     FLOOD,
@@ -15,6 +17,7 @@ from gcode_core import (
 )
 
 FEED, SPINDLE, HOLD = 1, 2, 4
+DIGITAL_OUT, ANALOG_OUT, DIGITAL_IN, ANALOG_IN = range(4)
 
 
 # -- tool table
@@ -143,8 +146,45 @@ def test_switches_wait_for_motion(cnc: Controller) -> None:
 )
 def test_outputs(cnc: Controller, line: str, port: int, on: bool, waits: bool) -> None:
     command = cnc.run(line)
-    assert (command.output, command.output_on, command.output_sync, command.sync) == (port, on, waits, waits)
-    assert cnc.run("G0X1").output == -1
+    assert (command.port, command.port_on, command.port_sync, command.sync) == (port, on, waits, waits)
+    assert command.port_kind == DIGITAL_OUT and cnc.run("G0X1").port == -1
+
+
+@pytest.mark.parametrize(
+    ("line", "port", "percent", "waits"), [("M67E3Q12.5", 3, 12.5, True), ("M68E0Q100", 0, 100, False)]
+)
+def test_analog_outputs(cnc: Controller, line: str, port: int, percent: float, waits: bool) -> None:
+    """`M67 - Synchronized with Motion`, `M68 - Immediate`: E is the number, Q the value."""
+    command = cnc.run(line)
+    assert (command.port_kind, command.port, command.port_pct) == (ANALOG_OUT, port, percent)
+    assert command.port_sync is command.sync is waits
+
+
+@pytest.mark.parametrize(
+    ("line", "kind", "port", "wait", "seconds"),
+    [
+        ("M66P0", DIGITAL_IN, 0, 0, 0),
+        ("M66P3L0Q7", DIGITAL_IN, 3, 0, 7),
+        ("M66P1L1Q2.5", DIGITAL_IN, 1, 1, 2.5),
+        ("M66P2L4Q1", DIGITAL_IN, 2, 4, 1),
+        ("M66E3", ANALOG_IN, 3, 0, 0),
+        ("M66E0L0", ANALOG_IN, 0, 0, 0),
+    ],
+)
+def test_inputs(cnc: Controller, line: str, kind: int, port: int, wait: int, seconds: float) -> None:
+    """`M66 P- | E- <L->`, L the mode: 0 immediate, 1 rise, 2 fall, 3 high, 4 low; Q the timeout."""
+    command = cnc.run(line)
+    assert (command.port_kind, command.port) == (kind, port)
+    assert (command.wait, command.wait_s) == (wait, seconds)
+
+
+def test_a_machine_without_inputs_and_analog_outputs_says_so(lib: ctypes.CDLL) -> None:
+    cnc = Controller(lib)
+    cnc.state.ports[:] = (0, 0, 0)
+    assert [cnc.answer(line) for line in ("M66P0", "M66E0", "M67E0Q1", "M68E0Q1", "M64P4")] == [131, 131, 131, 131, 0]
+    cnc.state.ports[:] = (2, 1, 3)
+    lines = ("M66P1", "M66P2", "M66E0", "M66E1", "M67E2Q1", "M67E3Q1")
+    assert [cnc.answer(line) for line in lines] == [0, 131, 0, 131, 0, 131]
 
 
 # -- diameters
@@ -232,15 +272,35 @@ def test_other_codes_of_the_line_come_after(cnc: Controller) -> None:
         ("G92.4", 20),
         ("M6M6", 21),
         ("M62", 28),
-        ("M64P5", 20),
+        ("M64P5", 131),
         ("M64P1.5", 23),
         ("M62P0P1", 25),
         ("M62P0M63", 21),
         ("M48M49", 21),
         ("M48P1", 36),
         ("M52", 20),
-        ("M66P0L3Q1", 20),
-        ("M67E0Q1", 20),
+        ("M66", 28),
+        ("M66P4", 131),
+        ("M66E4", 131),
+        ("M66P0.5", 23),
+        ("M66P0E0", 36),  # `It is an error to program both`
+        ("M66P0L1", 132),  # `A Q value of zero is an error if the L-word is non-zero`
+        ("M66P0L3Q0", 132),
+        ("M66P0L5Q1", 132),
+        ("M66P0L-1", 132),
+        ("M66P0L1.5Q1", 23),
+        ("M66E0L3Q1", 132),  # `Mode 0 is the only one permitted for an analog input`
+        ("M66E-1", 4),
+        ("M66P0L1Q-1", 4),
+        ("M66P0M62P1", 21),
+        ("M67Q1", 28),
+        ("M67E0", 28),
+        ("M67E4Q1", 131),
+        ("M67E0.5Q1", 23),
+        ("M68E0Q100.1", 133),
+        ("M68E0Q-1", 4),
+        ("M68P0Q1", 28),
+        ("G1X1E2", 20),
         ("M70M72", 21),
         ("M73", 20),
         ("G7G8", 21),

@@ -31,6 +31,7 @@ class Board(ctypes.Structure):
         ("axis_count", ctypes.c_uint8),
         ("ganged", ctypes.c_uint8),
         ("relay_spindle", ctypes.c_uint8),
+        ("ports", ctypes.c_uint8),
     )
 
 
@@ -43,6 +44,7 @@ class Outputs(ctypes.Structure):
         ("duty", ctypes.c_uint16),
         ("coolant", ctypes.c_uint8),
         ("digital", ctypes.c_uint8),
+        ("analog_pct", ctypes.c_float * 4),
     )
 
 
@@ -71,6 +73,7 @@ def _library() -> ctypes.CDLL:
     lib.virtual_surface.argtypes = (host, ctypes.c_int32)
     lib.virtual_place.argtypes = (host, Steps)
     lib.virtual_position.argtypes = (host, Steps)
+    lib.virtual_analog.argtypes = (host, ctypes.c_uint, ctypes.c_float)
     lib.virtual_skew.argtypes = (host, ctypes.c_uint, ctypes.c_int32)
     lib.virtual_second_position.argtypes = (host, Steps)
     lib.virtual_outputs.argtypes = (host, ctypes.POINTER(Outputs))
@@ -86,8 +89,10 @@ LIB = _library()
 class Grbl:
     """One controller. Time goes on only in the methods that say so."""
 
-    def __init__(self, axes: int = 3, store: Path | None = None, ganged: int = 0, relay: bool = False) -> None:
-        board = Board(HZ, 1000, 500, 500_000, axes, ganged, relay)
+    def __init__(
+        self, axes: int = 3, store: Path | None = None, ganged: int = 0, relay: bool = False, ports: bool = True
+    ) -> None:
+        board = Board(HZ, 1000, 500, 500_000, axes, ganged, relay, ports)
         self._host = LIB.host_open(ctypes.byref(board), str(store).encode() if store else None)
         assert self._host
         LIB.host_input_follows(self._host, 0)
@@ -186,6 +191,9 @@ class Grbl:
     def input_in(self, seconds: float, name: str, active: bool) -> None:
         number = LIB.virtual_input_number(name.encode())
         assert LIB.virtual_at(self._host, LIB.host_time_ticks(self._host) + round(seconds * HZ), number, active)
+
+    def analog(self, number: int, percent: float) -> None:
+        LIB.virtual_analog(self._host, number, percent)
 
     def travel(self, axis: int, low: int, high: int) -> None:
         LIB.virtual_travel(self._host, axis, low, high)

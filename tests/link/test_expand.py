@@ -111,7 +111,7 @@ def test_what_a_program_has_set_it_may_read(library: ctypes.CDLL, text: str, rea
         ("G90 G0 Z1\nG43.1 Z1", "#<_z>"), ("G90 G0 X1\nG21", "#<_x>"), ("G90 G38.2 X1 F10", "#<_x>"),
         ("G90 G38.2 X1 F10", "#5061"), ("G90 G38.3 X1 F10", "#5070"), ("G90 G0 Z5\nG81 X1 Z-1 R1 F10", "#<_z>"),
         ("F100", "#<_feed>"), ("M70\nG20\nM72", "#<_metric>"), ("G94 F100\nG20", "#<_feed>"), ("M8", "#<_mist>"),
-        ("M6", "#5400"),
+        ("M6", "#5400"), ("M66P0", "#5399"),
         ("T3 M6", "#5403"), ("G43", "#<_tool_offset>"), ("M48", "#<_feed_hold>"),
     ],
 )  # fmt: skip

@@ -51,6 +51,26 @@ def test_counters_count(server: Server) -> None:
         assert say(hands, "counters") == f"lines {settings + 4} blocks 2 starved 0 underruns 0"
 
 
+def test_inputs_and_outputs(server: Server) -> None:
+    sender, hands = doors(server)
+    with sender, hands:
+        assert [say(hands, line) for line in ("input 1 on", "input-3", "analog 2 37.5")] == ["ok"] * 3
+        sender.send("M66P1L3Q5\nG0X#5399\nM66E2\nG0Y#5399\nM66P0\nG0Z#5399\nM64P3\nM67E1Q12.5\n")
+        assert [sender.line() for _ in range(8)] == ["ok"] * 8
+        assert sender.idle_position_mm()[:3] == [1.0, 37.5, 0.0]
+        assert say(hands, "state").endswith(" coolant 0 digital 8 analog 0,12.5,0,0")
+        assert say(hands, "input 4 on").startswith("error: ") and say(hands, "analog 4 1").startswith("error: ")
+        assert say(hands, "analog 0 101") == "error: analog N PERCENT"
+
+
+def test_a_chip_has_no_such_inputs(serve: Serve) -> None:
+    """What the firmware of that board will say."""
+    server = serve(board="esp32s3-devkitc")
+    assert server.tcp
+    with Peer.tcp(server.tcp) as sender:
+        assert sender.ask("M67E0Q1") == ["error:131"] and sender.ask("M66P0") == ["error:131"]
+
+
 def test_door_opens_and_closes(server: Server) -> None:
     sender, hands = doors(server)
     with sender, hands:

@@ -292,6 +292,11 @@ class Board(BoardFile):
         wired = self.axis.wired().items()
         return sum(1 << AXIS_LETTERS.index(letter.upper()) for letter, axis in wired if axis.second)
 
+    @property
+    def has_ports(self) -> bool:
+        """Digital inputs, analog inputs and outputs of M66 .. M68: the PC's virtual machine has them."""
+        return self.target == "host"
+
     def pin_names(self) -> dict[str, str]:
         """Signal to pin, such as {"step_x": "GPIO1"}."""
         return {use.signal: use.pin for use in self.uses()}

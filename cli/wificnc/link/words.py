@@ -60,6 +60,9 @@ ERRORS: dict[int, str] = {
     126: "calls are nested deeper than 10, or loops and ifs deeper than 32",
     127: "the program went on for more lines than allowed: is a loop endless?",
     128: "the program could not be read",
-    129: "only the machine knows this position, offset, mode or probe result",
+    129: "only the machine knows this position, offset, mode, input or probe result",
     130: "no modes were saved by M70 since the reset or M71",
+    131: "this machine has no input or output of this number",
+    132: "M66 has L0 to L4; with E only L0, and to wait it needs a Q above 0",
+    133: "an analog output is set to 0 to 100 percent (Q)",
 }

@@ -41,7 +41,7 @@ GROUPS = {
     "COOLANT": "Coolant",
     "TOOL": "Tool change",
     "OVERRIDE": "Override switches",
-    "OUTPUT": "Outputs",
+    "PORT": "Inputs and outputs",
     "MODES": "Modes kept",
 }
 

@@ -85,6 +85,7 @@ def program_arguments(options: ServeOptions) -> list[str]:
         ("--axes", len(options.board.axes)),
         ("--ganged", options.board.ganged_axes),
         ("--relay-spindle", int(options.board.output.spindle_pwm is None)),
+        ("--ports", int(options.board.has_ports)),
         ("--speed", options.speed),
         *([("--host", options.tcp.host), ("--port", options.tcp.port)] if options.tcp else []),
         *([("--control", options.control)] if options.control is not None else []),

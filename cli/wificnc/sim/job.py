@@ -34,6 +34,7 @@ class Timing:
     axis_count: int
     ganged: int = 0  # axes with a second motor, bit 0 = X
     relay_spindle: bool = False  # no PWM output for the spindle
+    ports: bool = False  # digital inputs, analog inputs and outputs
 
 
 @dataclass(frozen=True)

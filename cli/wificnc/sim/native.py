@@ -42,6 +42,7 @@ class HostBoard(Structure):
         ("axis_count", c_uint8),
         ("ganged", c_uint8),
         ("relay_spindle", c_uint8),
+        ("ports", c_uint8),
     )
 
 
