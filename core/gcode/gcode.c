@@ -20,7 +20,7 @@ void gcode_modal_init(struct gcode_modal *modal) {
 void gcode_modes_keep(struct gcode_state *state, const struct gcode_command *command) {
     if (command->modes == MODES_FORGET)
         state->is_saved = false;
-    if (command->modes != MODES_SAVE)
+    if (command->modes != MODES_SAVE && command->modes != MODES_SAVE_FOR_SUB)
         return;
     state->saved = state->modal;
     state->saved_tool_length_mm = state->offsets.tool_length_mm;

@@ -65,8 +65,9 @@ enum gcode_port { PORT_DIGITAL_OUT, PORT_ANALOG_OUT, PORT_DIGITAL_IN, PORT_ANALO
 /** L of M66: an event that must come, or a level. */
 enum gcode_wait { WAIT_NOT, WAIT_RISE, WAIT_FALL, WAIT_HIGH, WAIT_LOW };
 
-/** M70 .. M72, done before anything else in the line. */
-enum gcode_modes { MODES_KEEP, MODES_SAVE, MODES_FORGET, MODES_RESTORE };
+/** M70 .. M73, done before anything else in the line. M73 is M70 to a controller; who runs a program with
+ * subroutines says M72 when the present one returns (program_note()). */
+enum gcode_modes { MODES_KEEP, MODES_SAVE, MODES_FORGET, MODES_RESTORE, MODES_SAVE_FOR_SUB };
 
 /** What M48 .. M53 enable; bits. */
 enum { OVERRIDE_FEED = 1, OVERRIDE_SPINDLE = 2, OVERRIDE_HOLD = 4, OVERRIDE_ALL = 7 };

@@ -77,6 +77,8 @@ enum status program_begin(struct program *program, const struct program_source *
     program->lines_left = lines_max;
     program->chunk_offset = program->chunk_count = 0;
     program->sub_count = program->block_count = program->call_count = 0;
+    program->saves = 0;
+    program->restores = false;
     program->status = note_subs(program);
     program->next = (struct program_at){.offset = 0, .line = 1};
     return program->status;
@@ -299,6 +301,7 @@ static enum status take_call(const struct step *step) {
     call->sub = sub;
     call->back = program->next;
     call->blocks = program->block_count;
+    call->saved = 0;
     memcpy(call->local, step->params->local, sizeof call->local);
     memcpy(step->params->local, arguments, sizeof arguments);
     step->params->value = 0.0;
@@ -306,6 +309,14 @@ static enum status take_call(const struct step *step) {
     params_enter(step->params);
     program->next = sub->body;
     return STATUS_OK;
+}
+
+void program_note(struct program *program, enum gcode_modes modes) {
+    if (modes == MODES_KEEP || modes == MODES_RESTORE)
+        return;
+    program->saves++;
+    if (modes == MODES_SAVE_FOR_SUB && program->call_count > 0)
+        program->calls[program->call_count - 1].saved = program->saves;
 }
 
 /* RETURN, ENDSUB. */
@@ -335,7 +346,8 @@ static enum status end_call(const struct step *step) {
     program->block_count = call->blocks;
     program->next = call->back;
     program->call_count--;
-    return STATUS_OK;
+    program->restores = call->saved != 0;
+    return call->saved == 0 || call->saved == program->saves ? STATUS_OK : STATUS_SAVED_OVER;
 }
 
 /* A subroutine is passed over where it stands. */
@@ -392,11 +404,18 @@ static enum status end_text(struct program *program) {
 /* One line. @param more  false: there was none @param plain  it is for the caller */
 static enum status take_line(struct program *program, struct params *params, struct param_context context,
                              bool *more, bool *plain) {
+    static const char restore[] = "M72";
     struct oword oword;
     const struct step step = {.program = program, .params = params, .context = &context, .oword = &oword};
-    enum status status = program_read_line(program, more);
+    enum status status;
 
-    *plain = false;
+    *plain = program->restores;
+    if (program->restores) {
+        memcpy(program->text, restore, sizeof restore);
+        program->restores = false;
+        return STATUS_OK;
+    }
+    status = program_read_line(program, more);
     if (status != STATUS_OK)
         return status;
     if (!*more)

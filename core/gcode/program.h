@@ -5,6 +5,7 @@
  *   program_begin()   reads the file once and notes its subroutines
  *   program_next()    the next line, with its expressions; the caller computes it (formula.h), takes its
  *                     assignments and carries it out, then asks for the next one
+ *   program_note()    what the line was about, as far as the program must know
  *
  * So conditions see what the lines before them have done. M2 and M30 end a program: the caller stops asking.
  * Lines end with LF, CR or CR LF. Comments, blanks, lines with % and everything above 0x7F are left out, as
@@ -72,6 +73,7 @@ struct program_call {
     const struct program_sub *sub;
     struct program_at back;
     uint8_t blocks;             /* open ones of the caller */
+    uint32_t saved;             /* M73 in it: program.saves then; 0: none */
     double local[PARAMS_LOCAL]; /* #1..#30 of the caller */
 };
 
@@ -87,6 +89,8 @@ struct program {
     char chunk[PROGRAM_CHUNK_SIZE];
     uint32_t chunk_offset, chunk_count;
     uint8_t sub_count, block_count, call_count;
+    uint32_t saves; /* M70, M71 and M73 so far */
+    bool restores;  /* a line M72 comes next */
     struct program_sub subs[PROGRAM_SUBS_MAX];
     struct program_block blocks[PROGRAM_BLOCKS_MAX];
     struct program_call calls[PROGRAM_CALLS_MAX];
@@ -101,6 +105,10 @@ enum status program_begin(struct program *program, const struct program_source *
  *  `gcode` is what conditions read (#5420, #<_metric> ...), but for what is `unknown` (NEEDS_ bits). */
 enum program_result program_next(struct program *program, struct params *params,
                                  const struct gcode_state *gcode, uint32_t unknown);
+
+/** The line was carried out: M73 in a subroutine makes it end with a line M72. @param modes  of its command
+ */
+void program_note(struct program *program, enum gcode_modes modes);
 
 /** The filtered line is an O line, well formed: a stream cannot carry it out, a program can. */
 bool program_is_jump(const char *line);

@@ -45,7 +45,7 @@ static void apply_modes(const struct gcode_block *block, struct gcode_modal *nex
         next->coolant = value[GROUP_COOLANT] ? next->coolant | value[GROUP_COOLANT] : 0;
 }
 
-/* M70 .. M72, before the other codes of the line. M72 leaves alone what has moved on since: the motion mode,
+/* M70 .. M73, before the other codes of the line. M72 leaves alone what has moved on since: the motion mode,
  * so that axis words do not mean something else, and the tools. */
 static enum status resolve_modes(struct resolver *r) {
     const struct gcode_state *state = r->state;

@@ -68,7 +68,8 @@
     X(130, NOTHING_SAVED, "no modes were saved by M70 since the reset or M71")                               \
     X(131, NO_PORT, "this machine has no input or output of this number")                                    \
     X(132, WAIT_WORDS, "M66 has L0 to L4; with E only L0, and to wait it needs a Q above 0")                 \
-    X(133, ANALOG_RANGE, "an analog output is set to 0 to 100 percent (Q)")
+    X(133, ANALOG_RANGE, "an analog output is set to 0 to 100 percent (Q)")                                  \
+    X(134, SAVED_OVER, "a later M70, M71 or M73 took the place of what M73 saved here: there is one place")
 
 enum status {
 #define X(number, name, text) STATUS_##name = number,

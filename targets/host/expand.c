@@ -84,6 +84,7 @@ static bool add_line(struct expand *out, const char *line, uint32_t number) {
 
 /* What the machine does with a command, less the motion. @return the program ends */
 static bool follow(struct run *run, const char *line, const struct gcode_command *command) {
+    program_note(&run->program, command->modes);
     run->unknown = knowledge_after(run->unknown, line, command);
     gcode_offsets_apply(&run->gcode.offsets, command);
     gcode_modal_apply(&run->gcode, command);

@@ -71,6 +71,7 @@ static bool carry_out(struct interpreter *it) {
         return false;
     if (gcode_line(&it->gcode, formula.text, &command) != STATUS_OK)
         return true;
+    program_note(&it->program, command.modes);
     it->unknown = knowledge_after(it->unknown, formula.text, &command);
     CLAIM(it->unknown <= NEEDS_ALL, "unknown %x", (unsigned)it->unknown);
     gcode_offsets_apply(&it->gcode.offsets, &command);

@@ -67,6 +67,7 @@ static int carry_out(struct bench *bench, const char *line, uint32_t number) {
         status = params_set(&bench->params, bench->formula.sets, bench->formula.set_count);
     if (status != STATUS_OK)
         return (int)status;
+    program_note(&bench->program, command.modes);
     gcode_offsets_apply(&bench->gcode.offsets, &command);
     gcode_modal_apply(&bench->gcode, &command);
     if (command.move.motion != MOTION_NONE)

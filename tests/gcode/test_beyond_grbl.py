@@ -302,7 +302,7 @@ def test_other_codes_of_the_line_come_after(cnc: Controller) -> None:
         ("M68P0Q1", 28),
         ("G1X1E2", 20),
         ("M70M72", 21),
-        ("M73", 20),
+        ("M70M73", 21),
         ("G7G8", 21),
         ("M50P1G4", 28),
     ],

@@ -495,3 +495,36 @@ def test_random_programs_do_what_python_does(lib: CDLL, data: st.DataObject) -> 
     if maker.labels > 20:
         return  # more parameters than there is room for
     assert lines(bench, "\n".join(maker.text)) == trace
+
+
+# -- M73
+
+
+def test_m73_restores_when_the_subroutine_returns(bench: Bench) -> None:
+    """`restore state on subroutine endsub or any return path`"""
+    text = """
+        o1 sub
+          M73 G91
+          o2 if [#1 GT 0]
+            o1 return
+          o2 endif
+          G20
+        o1 endsub
+        o1 call [1]
+        X1
+        o1 call
+        X2"""
+    assert lines(bench, text) == ["M73G91", "M72", "X1", "M73G91", "G20", "M72", "X2"]
+
+
+def test_m73_in_the_main_program_is_m70(bench: Bench) -> None:
+    """`the normal end (M2) of a main program which contains an M73 will not restore the state`"""
+    assert lines(bench, "M73G91\no1 sub\nX1\no1 endsub\no1 call\nM72") == ["M73G91", "X1", "M72"]
+
+
+@pytest.mark.parametrize("inner", ["M70", "M71", "M73"])
+def test_what_m73_saved_was_saved_over(bench: Bench, inner: str) -> None:
+    """LinuxCNC has a place for each call; a controller has one."""
+    program = f"o1 sub\n{inner}\no1 endsub\no2 sub\nM73\no1 call\no2 endsub\no2 call\n"
+    assert failure(bench, program) == ("SAVED_OVER", 7)
+    assert lines(bench, f"o1 sub\n{inner}\no1 endsub\no2 sub\nM73\no2 endsub\no2 call\no1 call\no2 call")

@@ -39,6 +39,8 @@ PROGRAMS = {
     "return": "o1 sub|o2 if [#1 GT 5]|o1 return [#1*2]|o2 endif|X#1|o1 endsub [4]|o1 call [6]"
     "|X#<_value>Y#<_value_returned>|o1 call [3]|X#<_value>",
     "no value": "o1 sub|X3|o1 endsub|o2 sub|o2 endsub [5]|o2 call|X#<_value>|o1 call|X#<_value>Y#<_value_returned>",
+    "modes saved": "G55|o1 sub|M73|G91G20G18|F7|G1X1Z1|o2 if [#1 GT 0]|o1 return|o2 endif|G0X1|o1 endsub|F9G1X5"
+    "|o1 call [1]|X7|o1 call [0]|G1Y2|M70|G91|X1|M72|X1",
     "local names": "o1 sub|#<a>=5#<_g>=[#<_g>+1]|X#<a>YEXISTS[#<b>]|o1 endsub|#<a>=1#<b>=2#<_g>=3|o1 call|X#<a>Y#<_g>",
     "recursion": "o<f> sub|#<n>=#1|o1 if [#<n> LE 1]|o<f> return [1]|o1 endif|o<f> call [#<n>-1]"
     "|o<f> endsub [#<n>*#<_value>]|o<f> call [5]|X#<_value>",
