@@ -57,6 +57,7 @@ generate: $(VENV)/.ready-dev
 	$(PY) -m wificnc.protocol.generate
 	$(PY) -m wificnc.board.generate
 	$(PY) -m wificnc.protocol.generate_codes
+	$(PY) -m wificnc.protocol.generate_nvs
 	$(PY) -m wificnc.link.generate_words
 
 format: $(VENV)/.ready-dev

@@ -8,9 +8,12 @@ enum { READ_SIZE = 1024 };
 
 static const char nobody[] = "Nobody commands, the first line takes over";
 static const char take_line[] = "$TAKE";
+static const char login_line[] = "$LOGIN=";
+static const char locked_out[] = "Password needed: $LOGIN=...";
 
 enum { JOG_CANCEL = 0x85 };
 enum { TAKE_LENGTH = sizeof take_line - 1 };
+enum { LOGIN_LENGTH = sizeof login_line - 1, LOGIN_LINE_MAX = LOGIN_LENGTH + 64 };
 
 static bool is_open(const struct net_client *client) {
     return client->stream.ops != NULL && !client->gone;
@@ -42,12 +45,13 @@ static void say_message(struct net_hub *hub, struct net_client *client, const ch
 
 void net_hub_tell(struct net_hub *hub, const char *text) {
     for (struct net_client *client = hub->client; client < hub->client + NET_CLIENTS; client++)
-        say_message(hub, client, text);
+        if (!client->locked)
+            say_message(hub, client, text);
 }
 
 static void tell_observers(struct net_hub *hub, const char *text) {
     for (struct net_client *client = hub->client; client < hub->client + NET_CLIENTS; client++)
-        if (client != hub->owner)
+        if (client != hub->owner && !client->locked)
             say_message(hub, client, text);
 }
 
@@ -114,34 +118,54 @@ bool net_hub_is_full(const struct net_hub *hub) {
     return true;
 }
 
-bool net_hub_connect(struct net_hub *hub, const struct net_stream *stream, const char *name) {
-    static const char full[] = "[MSG:Full, all places are taken]\r\n";
-    struct net_client *client = hub->client;
-    while (client < hub->client + hub->sizes.clients && client->stream.ops != NULL)
-        client++;
-    if (client == hub->client + hub->sizes.clients) {
-        stream->ops->write(stream, full, sizeof full - 1);
-        stream->ops->close(stream);
-        hub->ops->event(hub->ctx, "refused, all places are taken", name);
-        return false;
-    }
-    *client = (struct net_client){.stream = *stream};
-    snprintf(client->name, sizeof client->name, "%s", name);
-    hub->ops->event(hub->ctx, "connected", name);
-    if (hub->owner != NULL)
-        explain(hub, client);
-    return true;
+static void lose_owner(struct net_hub *hub) {
+    set_owner(hub, NULL);
+    if (hub->ops->left != NULL)
+        hub->ops->left(hub->ctx);
 }
 
 static void remove_client(struct net_hub *hub, struct net_client *client) {
     struct net_client removed = *client;
     if (client == hub->owner)
-        set_owner(hub, NULL);
+        lose_owner(hub);
     net_queue_free(&client->in);
     net_queue_free(&client->out);
     *client = (struct net_client){0};
     removed.stream.ops->close(&removed.stream);
     hub->ops->event(hub->ctx, "disconnected", removed.name);
+}
+
+/* @return NULL: all places are taken by clients that may stay */
+static struct net_client *free_place(struct net_hub *hub) {
+    struct net_client *locked = NULL;
+    for (struct net_client *client = hub->client; client < hub->client + hub->sizes.clients; client++) {
+        if (client->stream.ops == NULL)
+            return client;
+        if (client->locked && locked == NULL)
+            locked = client;
+    }
+    if (locked != NULL)
+        remove_client(hub, locked);
+    return locked;
+}
+
+bool net_hub_connect(struct net_hub *hub, const struct net_stream *stream, const char *name) {
+    static const char full[] = "[MSG:Full, all places are taken]\r\n";
+    struct net_client *client = free_place(hub);
+    if (client == NULL) {
+        stream->ops->write(stream, full, sizeof full - 1);
+        stream->ops->close(stream);
+        hub->ops->event(hub->ctx, "refused, all places are taken", name);
+        return false;
+    }
+    *client = (struct net_client){.stream = *stream, .locked = hub->locks && !stream->local};
+    snprintf(client->name, sizeof client->name, "%s", name);
+    hub->ops->event(hub->ctx, "connected", name);
+    if (client->locked)
+        say_message(hub, client, locked_out);
+    else if (hub->owner != NULL)
+        explain(hub, client);
+    return true;
 }
 
 void net_hub_close(struct net_hub *hub) {
@@ -155,7 +179,7 @@ void net_hub_close(struct net_hub *hub) {
 static void end_client(struct net_hub *hub, struct net_client *client) {
     client->ended = true;
     if (client == hub->owner)
-        set_owner(hub, NULL);
+        lose_owner(hub);
 }
 
 static bool has_heard_all(const struct net_hub *hub, const struct net_client *client) {
@@ -170,12 +194,16 @@ static bool is_realtime(uint8_t byte) {
 }
 
 /* A reset forgets every line on its way; what comes behind it is new. */
-static void put_reset(struct net_hub *hub, struct net_client *client, const char *byte) {
-    net_queue_drop(&client->in, client->in.count);
+void net_hub_reset(struct net_hub *hub) {
+    static const char reset = 0x18;
+    struct net_client *owner = hub->owner;
+    if (owner != NULL) {
+        net_queue_drop(&owner->in, owner->in.count);
+        owner->whole = 0;
+        owner->in_long = owner->called_off = false;
+    }
     net_queue_drop(&hub->left, hub->left.count);
-    client->whole = 0;
-    client->in_long = client->called_off = false;
-    hub->ops->put(hub->ctx, byte, 1);
+    hub->ops->put(hub->ctx, &reset, 1);
     hub->ops->act(hub->ctx);
     net_hub_hear(hub);
 }
@@ -222,7 +250,7 @@ static bool may_ask(const struct net_hub *hub) {
 static void put_realtime(struct net_hub *hub, struct net_client *client, uint8_t byte) {
     const char character = (char)byte;
     if (byte == 0x18)
-        put_reset(hub, client, &character);
+        net_hub_reset(hub);
     else if (byte == '?' && !may_ask(hub))
         client->asks = true;
     else
@@ -295,8 +323,60 @@ static void take_observers(struct net_hub *hub, struct net_client *client, char 
     }
 }
 
+static bool is_login(const struct net_client *client) {
+    const char *line = net_queue_head(&client->in);
+    if (client->in.count < LOGIN_LENGTH)
+        return false;
+    for (size_t i = 0; i < LOGIN_LENGTH; i++)
+        if (upper(line[i]) != (uint8_t)login_line[i])
+            return false;
+    return true;
+}
+
+static void log_in(struct net_hub *hub, struct net_client *client) {
+    static const char *const said[] = {[NET_GATE_WRONG] = "Wrong password",
+                                       [NET_GATE_WAIT] = "Wrong passwords came before: wait, then again"};
+    if (!is_login(client)) {
+        say_message(hub, client, locked_out);
+        net_queue_free(&client->in);
+        return;
+    }
+    enum net_gate_result result = hub->ops->login(hub->ctx, net_queue_head(&client->in) + LOGIN_LENGTH,
+                                                  client->in.count - LOGIN_LENGTH);
+    net_queue_free(&client->in);
+    hub->ops->event(hub->ctx, result == NET_GATE_GOOD ? "logged in" : "not logged in", client->name);
+    if (result != NET_GATE_GOOD) {
+        say_message(hub, client, said[result]);
+        return;
+    }
+    client->locked = false;
+    say(hub, client, "ok\r\n", 4);
+    if (hub->owner != NULL)
+        explain(hub, client);
+}
+
+/* In a password real-time characters are letters like others. A line that is too long is none. */
+static void take_locked(struct net_hub *hub, struct net_client *client, uint8_t byte) {
+    const char character = (char)byte;
+    if (byte == '\n' || byte == '\r') {
+        if (client->in.count > 0)
+            log_in(hub, client);
+        return;
+    }
+    if (is_realtime(byte) && !is_login(client)) {
+        client->asks |= byte == '?';
+        return;
+    }
+    if (client->in.count < LOGIN_LINE_MAX)
+        (void)net_queue_add(&client->in, &character, 1);
+}
+
 static void take_byte(struct net_hub *hub, struct net_client *client, uint8_t byte) {
     bool mid_line = client->letters != 0 || client->skips;
+    if (client->locked) {
+        take_locked(hub, client, byte);
+        return;
+    }
     if (byte == '?' && client != hub->owner) {
         client->asks = true;
         return;
@@ -430,8 +510,9 @@ static void say_line(struct net_hub *hub, const char *line, size_t size) {
         hub->inside = hub->inside_left = 0; /* a reset: what was inside is not answered any more */
     hub->inside -= answer && hub->inside > 0;
     hub->inside_left -= answer && of_left;
+    bool report = begins(line, size, "<");
     for (struct net_client *client = hub->client; client < hub->client + NET_CLIENTS; client++)
-        if (client->stream.ops != NULL && (!of_left || client->hears_left))
+        if (client->stream.ops != NULL && (report || !client->locked) && (!of_left || client->hears_left))
             say(hub, client, line, size);
 }
 

@@ -10,6 +10,10 @@
  * answers to those lines are for everybody but the new owner, whose own lines are answered once each, in
  * order.
  *
+ * Where there is a password (hub.locks), a client from elsewhere is locked out at first: its `?` is answered,
+ * it sees nothing but reports, and `$LOGIN=password` lets it in. When all places are taken, such a client has
+ * to go for a new one.
+ *
  * Nothing is lost for want of room. A controller that is full, or an owner that does not read its answers,
  * stops the reading of the owner's lines; an observer that does not read is disconnected.
  *
@@ -17,6 +21,7 @@
 #ifndef WIFICNC_COMMON_NET_HUB_H
 #define WIFICNC_COMMON_NET_HUB_H
 
+#include "net_gate.h"
 #include "net_queue.h"
 #include "net_stream.h"
 #include "net_telnet.h"
@@ -44,6 +49,10 @@ struct net_hub_ops {
     void (*act)(void *ctx);
     /** Something happened to a client, for a log: "connected", "owner", ... */
     void (*event)(void *ctx, const char *what, const char *who);
+    /** The owner's connection has ended; NULL: never mind. What it sent goes on. */
+    void (*left)(void *ctx);
+    /** A client says its password. May be NULL where nothing locks */
+    enum net_gate_result (*login)(void *ctx, const char *password, size_t size);
 };
 
 struct net_client {
@@ -59,6 +68,7 @@ struct net_client {
     bool asks;       /* a ? that waits */
     bool ended;      /* sends no more; stays until it has heard the answers */
     bool gone;       /* to be removed */
+    bool locked;     /* has not said the password; `in` is the line that it types */
     bool hears_left; /* hears answers to lines of former owners, too */
     uint8_t letters; /* of $TAKE that an observer has typed; beyond its length: another line */
 };
@@ -67,6 +77,7 @@ struct net_hub {
     const struct net_hub_ops *ops;
     void *ctx;
     struct net_hub_sizes sizes;
+    bool locks; /* new clients from elsewhere are locked out until they log in; set by whoever owns the hub */
     struct net_client client[NET_CLIENTS];
     struct net_client *owner; /* NULL: nobody */
     struct net_queue left;    /* whole lines of former owners that the controller has not got yet */
@@ -106,6 +117,9 @@ bool net_hub_feed(struct net_hub *hub);
 
 /** Take what the controller said to everybody. */
 void net_hub_hear(struct net_hub *hub);
+
+/** Reset the controller; lines that wait here are forgotten. */
+void net_hub_reset(struct net_hub *hub);
 
 /** Pass observers' `?` on, as one; call it as often as they shall be answered at most. */
 void net_hub_ask(struct net_hub *hub);

@@ -24,6 +24,7 @@ struct net_stream {
     const struct net_stream_ops *ops; /* NULL: no stream */
     void *ctx;                        /* the transport's own */
     int fd;                           /* for poll() */
+    bool local;                       /* a wire or a file of this machine: needs no password */
     bool telnet;                      /* the other end may speak telnet: IAC sequences are negotiation */
 };
 

@@ -6,6 +6,8 @@ import subprocess
 from pathlib import Path
 
 import pytest
+from wificnc.board.header import pin_header_text, write_if_changed
+from wificnc.board.load import load_board
 from wificnc.build.checkout import checkout_root
 from wificnc.build.host import build_program
 
@@ -16,6 +18,10 @@ ESP32 = checkout_root() / "targets" / "esp32"
 PROGRAMS = {
     "two_sides": (),  # the machine with a motion side of its own: two real threads
     "io_parts": ("hal/step_pins.c", "io/debounce.c"),
+    "gate": (),
+    "ota": ("net/ota.c",),
+    "pin_map": ("io/pin_map.c",),
+    "policies": ("app/boot_guard.c", "io/status_led.c", "net/link_policy.c", "net/wifi_policy.c"),
     "nvs_store": ("store/nvs_keys.c", "store/nvs_store.c"),
 }
 
@@ -24,7 +30,8 @@ PROGRAMS = {
 def test_program(name: str) -> None:
     sources = [HERE / f"{name}.c", *(ESP32 / source for source in PROGRAMS[name])]
     output = checkout_root() / "build" / "tests" / name
-    program = build_program(sources, output, "release", ["-pthread", f"-I{ESP32}"])
+    write_if_changed(output.parent / "board" / "pin_config.h", pin_header_text(load_board("esp32s3-devkitc")))
+    program = build_program(sources, output, "release", ["-pthread", f"-I{ESP32}", f"-I{output.parent / 'board'}"])
     done = subprocess.run([program], capture_output=True, text=True, timeout=120, check=False)
     assert done.returncode == 0, done.stdout + done.stderr
     assert "0 failures" in done.stdout

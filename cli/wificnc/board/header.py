@@ -64,6 +64,7 @@ def pin_header_text(board: Board) -> str:
         numbering=NUMBERING[board.target],
         groups=[[_pin(board, signal) for signal in group] for group in signal_groups()],
         arrays=list(_arrays()),
+        movable=list(_movable(board)),
         tables=_tables(board),
         masks=list(_masks(board)),
         led_kind=LED_KINDS[board.led.kind] if board.led else "BOARD_LED_NONE",
@@ -142,6 +143,23 @@ def _arrays() -> Iterator[Define]:
         yield _array(f"BOARD_{name}_PINS", [_macro(signal) for signal in signals])
     yield _array("BOARD_MISC_OUT_PINS", [_macro(f"misc_out_{index}") for index in range(MISC_OUT_MAX)])
     yield _array("BOARD_MISC_IN_PINS", [_macro(f"misc_in_{index}") for index in range(MISC_IN_MAX)])
+
+
+def _movable(board: Board) -> Iterator[Define]:
+    """The pins to which signals can be moved at run time."""
+    for kind in ("output", "input"):
+        pins = [
+            f"{pin.number}u" for name, pin in board.pins.pin.items() if getattr(pin, kind) and _is_free(board, name)
+        ]
+        yield _array(f"BOARD_FREE_{kind.upper()}_PINS", pins)
+
+
+def _is_free(board: Board, name: str) -> bool:
+    """Neither a bus of the board nor the chip itself needs the pin; what the board wires there it has answered for."""
+    use, pin = board.use_of(name), board.pins.pin[name]
+    if use is not None:
+        return use.role not in (Role.ETHERNET, Role.SERIAL)
+    return not (pin.taken_in(board.memory.mode) or pin.strap or pin.usb or pin.console)
 
 
 def _array(name: str, items: list[str]) -> Define:

@@ -4,64 +4,66 @@
 #include "pin_config.h"
 
 #include <stddef.h>
+#include <string.h>
 
-_Static_assert((unsigned)GPIO_NONE == (unsigned)PIN_NONE, "no pin is the same number in both");
+enum { NAME_SIZE = 16 };
 
-/* A row of BOARD_INPUTS or BOARD_OUTPUTS. */
-struct row {
-    uint8_t gpio;
-    bool active_high;
-    uint8_t pull;
-};
-
-#define INPUT_ROW(pin, signal, level, pull) {pin, level, pull},
-#define OUTPUT_ROW(pin, signal, level)      {pin, level, PIN_PULL_NONE},
-static const struct row rows[] = {BOARD_INPUTS(INPUT_ROW) BOARD_OUTPUTS(OUTPUT_ROW)};
-
-const struct step_engine_board board_step_engine = {
-    .step_gpio = BOARD_STEP_PINS,
-    .dir_gpio = BOARD_DIR_PINS,
-    .probe_gpio = PIN_PROBE,
-    .timer_hz = BOARD_TIMER_HZ,
-    .step_pulse_ns = BOARD_STEP_PULSE_NS,
-    .dir_setup_ns = BOARD_DIR_SETUP_NS,
-};
-
-static struct row row_of(uint8_t gpio) {
-    for (size_t i = 0; i < sizeof rows / sizeof rows[0]; i++)
-        if (rows[i].gpio == gpio && gpio != GPIO_NONE)
-            return rows[i];
-    return (struct row){.gpio = GPIO_NONE};
+/* "limit_" with axis 2 and "_min": "limit_z_min". */
+static const struct pin_wire *axis_wire(const struct pin_map *map, const char *kind, unsigned axis,
+                                        const char *end) {
+    char name[NAME_SIZE];
+    size_t length = strlen(kind);
+    memcpy(name, kind, length);
+    name[length++] = "xyzabc"[axis];
+    strcpy(name + length, end);
+    return pin_map_find(map, name);
 }
 
-static struct input_wire input(uint8_t gpio) {
-    struct row row = row_of(gpio);
-    return (struct input_wire){.gpio = row.gpio, .active_high = row.active_high, .pull = row.pull};
-}
-
-void board_inputs(struct input_wire wire[INPUT_COUNT]) {
-    static const uint8_t one[] = BOARD_LIMIT_PINS, least[] = BOARD_LIMIT_MIN_PINS,
-                         most[] = BOARD_LIMIT_MAX_PINS;
-    for (unsigned ax = 0; ax < AXIS_COUNT; ax++) { /* one line for both ends, or one for each */
-        wire[INPUT_LIMIT_MIN + ax] = input(least[ax] != GPIO_NONE ? least[ax] : one[ax]);
-        wire[INPUT_LIMIT_MAX + ax] = input(most[ax] != GPIO_NONE ? most[ax] : one[ax]);
+struct step_engine_board board_step_engine(const struct pin_map *map) {
+    struct step_engine_board board = {
+        .probe_gpio = pin_map_find(map, "probe")->gpio,
+        .timer_hz = BOARD_TIMER_HZ,
+        .step_pulse_ns = BOARD_STEP_PULSE_NS,
+        .dir_setup_ns = BOARD_DIR_SETUP_NS,
+    };
+    for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
+        board.step_gpio[ax] = axis_wire(map, "step_", ax, "")->gpio;
+        board.dir_gpio[ax] = axis_wire(map, "dir_", ax, "")->gpio;
     }
-    wire[INPUT_PROBE] = input(PIN_PROBE);
-    wire[INPUT_ESTOP] = input(PIN_ESTOP);
+    return board;
 }
 
-void board_outputs(struct output_wire wire[SWITCH_COUNT]) {
-    static const uint8_t gpio[SWITCH_COUNT] = {
-        [SWITCH_ENABLE] = PIN_ENABLE,           [SWITCH_SPINDLE_ENABLE] = PIN_SPINDLE_ENABLE,
-        [SWITCH_SPINDLE_DIR] = PIN_SPINDLE_DIR, [SWITCH_SPINDLE_PWM] = PIN_SPINDLE_PWM,
-        [SWITCH_FLOOD] = PIN_COOLANT_FLOOD,     [SWITCH_MIST] = PIN_COOLANT_MIST,
-        [SWITCH_CHARGE_PUMP] = PIN_CHARGE_PUMP, [SWITCH_DIGITAL] = PIN_MISC_OUT_0,
-        [SWITCH_DIGITAL + 1] = PIN_MISC_OUT_1,  [SWITCH_DIGITAL + 2] = PIN_MISC_OUT_2,
-        [SWITCH_DIGITAL + 3] = PIN_MISC_OUT_3,  [SWITCH_LAST_DIGITAL] = PIN_MISC_OUT_4,
+static struct input_wire input(const struct pin_wire *wire) {
+    return (struct input_wire){.gpio = wire->gpio, .active_high = wire->active_high, .pull = wire->pull};
+}
+
+/* One line for both ends of an axis, or one for each. */
+static struct input_wire limit(const struct pin_map *map, unsigned axis, const char *end) {
+    const struct pin_wire *own = axis_wire(map, "limit_", axis, end);
+    return input(own->gpio != GPIO_NONE ? own : axis_wire(map, "limit_", axis, ""));
+}
+
+void board_inputs(const struct pin_map *map, struct input_wire wire[INPUT_COUNT]) {
+    for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
+        wire[INPUT_LIMIT_MIN + ax] = limit(map, ax, "_min");
+        wire[INPUT_LIMIT_MAX + ax] = limit(map, ax, "_max");
+    }
+    wire[INPUT_PROBE] = input(pin_map_find(map, "probe"));
+    wire[INPUT_ESTOP] = input(pin_map_find(map, "estop"));
+}
+
+void board_outputs(const struct pin_map *map, struct output_wire wire[SWITCH_COUNT]) {
+    static const char *const signal[SWITCH_COUNT] = {
+        [SWITCH_ENABLE] = "enable",           [SWITCH_SPINDLE_ENABLE] = "spindle_enable",
+        [SWITCH_SPINDLE_DIR] = "spindle_dir", [SWITCH_SPINDLE_PWM] = "spindle_pwm",
+        [SWITCH_FLOOD] = "coolant_flood",     [SWITCH_MIST] = "coolant_mist",
+        [SWITCH_CHARGE_PUMP] = "charge_pump", [SWITCH_DIGITAL] = "misc_out_0",
+        [SWITCH_DIGITAL + 1] = "misc_out_1",  [SWITCH_DIGITAL + 2] = "misc_out_2",
+        [SWITCH_DIGITAL + 3] = "misc_out_3",  [SWITCH_LAST_DIGITAL] = "misc_out_4",
     };
     for (unsigned output = 0; output < SWITCH_COUNT; output++) {
-        struct row row = row_of(gpio[output]);
-        wire[output] = (struct output_wire){.gpio = row.gpio, .active_high = row.active_high};
+        const struct pin_wire *found = pin_map_find(map, signal[output]);
+        wire[output] = (struct output_wire){.gpio = found->gpio, .active_high = found->active_high};
     }
 }
 

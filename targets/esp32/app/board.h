@@ -1,18 +1,19 @@
 /* SPDX-License-Identifier: MIT
  * The board this firmware is built for, as the parts want to know it: pin_config.h, generated from boards/,
- * turned into their structs. */
+ * and the pin map turned into their structs. */
 #ifndef WIFICNC_ESP32_BOARD_H
 #define WIFICNC_ESP32_BOARD_H
 
 #include "hal/step_engine.h"
 #include "io/inputs.h"
 #include "io/outputs.h"
+#include "io/pin_map.h"
 #include "machine/machine.h"
 
-extern const struct step_engine_board board_step_engine;
+struct step_engine_board board_step_engine(const struct pin_map *map);
 
-void board_inputs(struct input_wire wire[INPUT_COUNT]);
-void board_outputs(struct output_wire wire[SWITCH_COUNT]);
+void board_inputs(const struct pin_map *map, struct input_wire wire[INPUT_COUNT]);
+void board_outputs(const struct pin_map *map, struct output_wire wire[SWITCH_COUNT]);
 
 /** Without store and motion side. */
 struct machine_board board_machine(void);

@@ -40,6 +40,22 @@ static void forget_event(void *ctx, const char *what, const char *who) {
     (void)who;
 }
 
+/* The sender has gone. At rest there is nothing to be stopped. */
+static void left(void *ctx) {
+    struct controller *controller = ctx;
+    if (controller->link_lost == LINK_LOST_FINISH || machine_is_at_rest(controller->machine))
+        return;
+    if (controller->link_lost == LINK_LOST_STOP)
+        net_hub_reset(&controller->hub);
+    else
+        (void)rx_put(&controller->machine->rx, '!');
+}
+
+static enum net_gate_result login(void *ctx, const char *password, size_t size) {
+    struct controller *controller = ctx;
+    return net_gate_try(&controller->gate, password, size, hal_time_us(controller->machine->hal));
+}
+
 /* An answer longer than the buffer goes to the hub in pieces. */
 static void say(void *ctx, const char *bytes, size_t count) {
     struct controller *controller = ctx;
@@ -59,9 +75,16 @@ static void say(void *ctx, const char *bytes, size_t count) {
 
 void controller_init(struct controller *controller, struct machine *machine,
                      const struct net_hub_sizes *sizes) {
-    static const struct net_hub_ops ops = {.put = put, .hear = hear, .act = act, .event = forget_event};
+    static const struct net_hub_ops ops = {
+        .put = put, .hear = hear, .act = act, .event = forget_event, .left = left, .login = login};
     *controller = (struct controller){.machine = machine, .listener = -1};
     net_hub_init(&controller->hub, sizes, &ops, controller);
+}
+
+void controller_set(struct controller *controller, const struct controller_options *options) {
+    net_gate_init(&controller->gate, options->password);
+    controller->link_lost = options->link_lost;
+    controller->hub.locks = controller->gate.shut;
 }
 
 struct text_out controller_out(struct controller *controller) {
@@ -86,7 +109,7 @@ static void port_close(const struct net_stream *stream) {
 
 static void attach(struct controller *controller, struct controller_port *port) {
     static const struct net_stream_ops ops = {.read = port_read, .write = port_write, .close = port_close};
-    const struct net_stream stream = {.ops = &ops, .ctx = port, .fd = -1};
+    const struct net_stream stream = {.ops = &ops, .ctx = port, .fd = -1, .local = true};
     if (port->stream.ops == NULL || port->attached)
         return;
     port->attached = true; /* unless it is refused, and so closed */

@@ -23,9 +23,20 @@ struct controller_port {
     bool attached; /* a client of the hub now */
 };
 
+/** What happens when the client that commands has gone while the machine moves: NVS key link_lost. */
+enum link_lost { LINK_LOST_FINISH, LINK_LOST_HOLD, LINK_LOST_STOP };
+
+/** Chosen at start, from the storage. */
+struct controller_options {
+    const char *password; /* of network clients; "": none. Not kept */
+    uint8_t link_lost;    /* enum link_lost */
+};
+
 struct controller {
     struct machine *machine;
     struct net_hub hub;
+    struct net_gate gate;
+    uint8_t link_lost; /* enum link_lost */
     struct controller_port port[CONTROLLER_PORTS];
     int listener;               /* -1: no network yet */
     uint32_t asked_us;          /* when observers' status requests were last passed on */
@@ -36,6 +47,9 @@ struct controller {
 /** No client, no listener. @param machine  set up later, by machine_init() with controller_out() */
 void controller_init(struct controller *controller, struct machine *machine,
                      const struct net_hub_sizes *sizes);
+
+/** [start, before controller_listen()] */
+void controller_set(struct controller *controller, const struct controller_options *options);
 
 /** Where the machine's answers go. */
 struct text_out controller_out(struct controller *controller);

@@ -1,8 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 #include "app/follow.h"
 
-#include "app/board.h"
-
 static void apply_pulse(struct follow *follow) {
     step_engine_set_pulse(&follow->hal->step, machine_step_pulse_ns(follow->machine));
 }
@@ -18,7 +16,7 @@ static void apply(struct follow *follow) {
     const struct machine_board *board = &follow->machine->board;
     const struct settings *settings = &follow->machine->settings;
     apply_pulse(follow);
-    step_engine_invert(&board_step_engine, settings->step_invert_mask, settings->dir_invert_mask);
+    step_engine_invert(follow->pins, settings->step_invert_mask, settings->dir_invert_mask);
     if (board->motion_side == NULL)
         apply_levels(follow);
     else
@@ -26,8 +24,9 @@ static void apply(struct follow *follow) {
     follow->applied = *settings;
 }
 
-void follow_init(struct follow *follow, struct machine *machine, struct hal *hal) {
-    *follow = (struct follow){.machine = machine, .hal = hal};
+void follow_init(struct follow *follow, struct machine *machine, struct hal *hal,
+                 const struct step_engine_board *pins) {
+    *follow = (struct follow){.machine = machine, .hal = hal, .pins = pins};
     apply(follow);
 }
 

@@ -6,16 +6,19 @@
 #define WIFICNC_ESP32_FOLLOW_H
 
 #include "hal/esp32_hal.h"
+#include "hal/step_engine.h"
 #include "machine/machine.h"
 
 struct follow {
     struct machine *machine;
     struct hal *hal;
+    const struct step_engine_board *pins;
     struct settings applied; /* what the hardware does now */
 };
 
-/** [start, before anything moves] Bring the hardware to what is stored. */
-void follow_init(struct follow *follow, struct machine *machine, struct hal *hal);
+/** [start, before anything moves] Bring the hardware to what is stored. @param pins  outlives this */
+void follow_init(struct follow *follow, struct machine *machine, struct hal *hal,
+                 const struct step_engine_board *pins);
 
 /** Apply what has changed, as soon as nothing moves. */
 void follow_poll(struct follow *follow);

@@ -4,7 +4,6 @@
 #include "gcode/gcode.h"
 #include "hal/hal.h"
 #include "hal/step_pins.h"
-#include "pin_config.h"
 
 #include "driver/gpio.h"
 #include "driver/ledc.h"
@@ -19,10 +18,10 @@ static void make_output(uint8_t gpio, bool level) {
     ESP_ERROR_CHECK(gpio_set_direction((gpio_num_t)gpio, GPIO_MODE_OUTPUT));
 }
 
-void outputs_make_safe(void) {
-#define MAKE_SAFE(pin, signal, on_level) make_output(pin, !(on_level));
-    BOARD_OUTPUTS(MAKE_SAFE)
-#undef MAKE_SAFE
+void outputs_make_safe(const struct pin_map *map) {
+    for (const struct pin_wire *wire = map->wire; wire < map->wire + map->count; wire++)
+        if (wire->output && wire->gpio != GPIO_NONE)
+            make_output(wire->gpio, !wire->active_high);
 }
 
 static void set(const struct outputs *outputs, enum switch_output output, bool on) {

@@ -4,6 +4,8 @@
 #ifndef WIFICNC_ESP32_OUTPUTS_H
 #define WIFICNC_ESP32_OUTPUTS_H
 
+#include "io/pin_map.h"
+
 #include <stdbool.h>
 #include <stdint.h>
 
@@ -31,8 +33,8 @@ struct outputs {
     bool pump_level;
 };
 
-/** [start] Every output of the board off, before anything else runs; also step and direction lines. */
-void outputs_make_safe(void);
+/** [start] Every output off, before anything else runs; also step and direction lines. */
+void outputs_make_safe(const struct pin_map *map);
 
 /** [task] @param wire  is copied @return false: no PWM channel could be set up */
 bool outputs_init(struct outputs *outputs, const struct output_wire wire[SWITCH_COUNT]);

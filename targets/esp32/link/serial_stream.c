@@ -44,7 +44,7 @@ bool serial_stream_uart(struct net_stream *stream) {
     if (uart_driver_install((uart_port_t)UART, SERIAL_RX_SIZE, SERIAL_TX_SIZE, 0, NULL, 0) != ESP_OK ||
         uart_param_config((uart_port_t)UART, &config) != ESP_OK)
         return false;
-    *stream = (struct net_stream){.ops = &ops, .fd = NO_FD};
+    *stream = (struct net_stream){.ops = &ops, .fd = NO_FD, .local = true};
     return true;
 }
 
@@ -74,7 +74,7 @@ bool serial_stream_usb(struct net_stream *stream) {
                                               .rx_buffer_size = SERIAL_RX_SIZE};
     if (usb_serial_jtag_driver_install(&config) != ESP_OK)
         return false;
-    *stream = (struct net_stream){.ops = &ops, .fd = NO_FD};
+    *stream = (struct net_stream){.ops = &ops, .fd = NO_FD, .local = true};
     return true;
 }
 #else

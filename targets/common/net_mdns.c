@@ -1,0 +1,231 @@
+/* SPDX-License-Identifier: MIT */
+#include "net_mdns.h"
+
+#include <string.h>
+
+enum { TYPE_A = 1, TYPE_PTR = 12, TYPE_TXT = 16, TYPE_SRV = 33, TYPE_ANY = 255 };
+enum { CLASS_IN = 1, CLASS_ANY = 255, TOP_BIT = 0x8000 }; /* the top bit: unicast wanted; cache is flushed */
+enum { HEADER_SIZE = 12, QUESTIONS_MAX = 8, JUMPS_MAX = 8, DOTTED_SIZE = 128, LABEL_MAX = 63 };
+enum { IS_RESPONSE = 0x8000, AUTHORITATIVE = 0x0400 };
+enum { HOST_TTL_S = 120, SERVICE_TTL_S = 4500, LEGACY_TTL_S = 10 }; /* RFC 6762, 10 and 6.7 */
+
+static const char service[] = "_telnet._tcp.local";
+static const char services[] = "_services._dns-sd._udp.local";
+
+/* Our records, as bits. */
+enum { HOST = 1, SERVICE = 2, SERVER = 4, TEXT = 8, LIST = 16, OURS = HOST | SERVICE | SERVER | TEXT };
+
+/* ---- reading ---- */
+
+/* A name as "a.b.local", letters in lower case. @return where it ends; 0: it is damaged */
+static size_t read_name(const uint8_t *packet, size_t size, size_t at, char dotted[DOTTED_SIZE]) {
+    size_t end = 0, length = 0;
+    unsigned jumps = 0;
+    while (at < size && packet[at] != 0) {
+        size_t label = packet[at];
+        if (label > LABEL_MAX) { /* a pointer: the rest stands elsewhere */
+            if (label < 0xC0 || at + 1 >= size || jumps++ == JUMPS_MAX)
+                return 0;
+            end = end == 0 ? at + 2 : end;
+            at = (label & LABEL_MAX) << 8 | packet[at + 1];
+            continue;
+        }
+        if (at + 1 + label > size || length + label + 2 > DOTTED_SIZE)
+            return 0;
+        if (length > 0)
+            dotted[length++] = '.';
+        for (size_t i = 1; i <= label; i++) {
+            uint8_t letter = packet[at + i];
+            dotted[length++] = (char)(letter >= 'A' && letter <= 'Z' ? letter - 'A' + 'a' : letter);
+        }
+        at += 1 + label;
+    }
+    dotted[length] = '\0';
+    if (at >= size)
+        return 0;
+    return end == 0 ? at + 1 : end;
+}
+
+static unsigned word(const uint8_t *packet, size_t at) {
+    return (unsigned)packet[at] << 8 | packet[at + 1];
+}
+
+static bool is(const char *dotted, const char *first, const char *rest) {
+    size_t length = strlen(first);
+    for (size_t i = 0; i < length; i++) {
+        char letter = first[i] >= 'A' && first[i] <= 'Z' ? (char)(first[i] - 'A' + 'a') : first[i];
+        if (dotted[i] != letter)
+            return false;
+    }
+    return strcmp(dotted + length, rest) == 0;
+}
+
+/* @return records that answer a question */
+static unsigned records_for(const struct net_mdns *mdns, const char *dotted, unsigned type) {
+    const unsigned pointer = type == TYPE_PTR || type == TYPE_ANY;
+    if (is(dotted, mdns->name, ".local"))
+        return type == TYPE_A || type == TYPE_ANY ? HOST : 0;
+    if (is(dotted, "", service))
+        return pointer ? OURS : 0;
+    if (is(dotted, "", services))
+        return pointer ? LIST : 0;
+    if (!is(dotted, mdns->name, "._telnet._tcp.local"))
+        return 0;
+    return (type == TYPE_SRV || type == TYPE_ANY ? SERVER | HOST : 0) |
+           (type == TYPE_TXT || type == TYPE_ANY ? TEXT : 0);
+}
+
+/* ---- writing ---- */
+
+struct writer {
+    uint8_t *packet;
+    size_t size, records;
+    bool legacy;
+};
+
+static void put(struct writer *out, const void *bytes, size_t count) {
+    memcpy(out->packet + out->size, bytes, count);
+    out->size += count;
+}
+
+static void put_word(struct writer *out, unsigned value) {
+    const uint8_t bytes[2] = {(uint8_t)(value >> 8), (uint8_t)value};
+    put(out, bytes, sizeof bytes);
+}
+
+static void put_name(struct writer *out, const char *first, const char *dotted) {
+    uint8_t length = (uint8_t)strlen(first);
+    if (length > 0) {
+        put(out, &length, 1);
+        put(out, first, length);
+    }
+    while (*dotted != '\0') {
+        size_t label = strcspn(dotted, ".");
+        length = (uint8_t)label;
+        put(out, &length, 1);
+        put(out, dotted, label);
+        dotted += label + (dotted[label] == '.');
+    }
+    put(out, "", 1);
+}
+
+/* Name, type, class, time to live; then room for the length of what follows. @return where that stands */
+static size_t begin_record(struct writer *out, const char *first, const char *dotted, unsigned type,
+                           uint32_t ttl_s) {
+    bool unique = type != TYPE_PTR && !out->legacy;
+    uint32_t seconds = out->legacy && ttl_s > LEGACY_TTL_S ? LEGACY_TTL_S : ttl_s;
+    put_name(out, first, dotted);
+    put_word(out, type);
+    put_word(out, CLASS_IN | (unique ? TOP_BIT : 0u));
+    put_word(out, seconds >> 16);
+    put_word(out, seconds & 0xFFFF);
+    put_word(out, 0);
+    out->records++;
+    return out->size - 2;
+}
+
+static void end_record(struct writer *out, size_t length_at) {
+    size_t length = out->size - length_at - 2;
+    out->packet[length_at] = (uint8_t)(length >> 8);
+    out->packet[length_at + 1] = (uint8_t)length;
+}
+
+static void put_records(struct writer *out, const struct net_mdns *mdns, unsigned records) {
+    size_t at;
+    if ((records & SERVICE) != 0) {
+        at = begin_record(out, "", service, TYPE_PTR, SERVICE_TTL_S);
+        put_name(out, mdns->name, service);
+        end_record(out, at);
+    }
+    if ((records & LIST) != 0) {
+        at = begin_record(out, "", services, TYPE_PTR, SERVICE_TTL_S);
+        put_name(out, "", service);
+        end_record(out, at);
+    }
+    if ((records & SERVER) != 0) {
+        at = begin_record(out, mdns->name, service, TYPE_SRV, HOST_TTL_S);
+        put_word(out, 0); /* priority and weight: there is but one */
+        put_word(out, 0);
+        put_word(out, mdns->port);
+        put_name(out, mdns->name, "local");
+        end_record(out, at);
+    }
+    if ((records & TEXT) != 0) {
+        uint8_t length = (uint8_t)strlen(mdns->text);
+        at = begin_record(out, mdns->name, service, TYPE_TXT, SERVICE_TTL_S);
+        put(out, &length, 1);
+        put(out, mdns->text, length);
+        end_record(out, at);
+    }
+    if ((records & HOST) != 0) {
+        at = begin_record(out, mdns->name, "local", TYPE_A, HOST_TTL_S);
+        put(out, mdns->address, sizeof mdns->address);
+        end_record(out, at);
+    }
+}
+
+static void put_header(struct writer *out, unsigned id, unsigned questions) {
+    put_word(out, id);
+    put_word(out, IS_RESPONSE | AUTHORITATIVE);
+    put_word(out, questions);
+    put_word(out, 0); /* answers: when they are counted */
+    put_word(out, 0);
+    put_word(out, 0);
+}
+
+static size_t finish(struct writer *out) {
+    out->packet[7] = (uint8_t)out->records;
+    return out->size;
+}
+
+/* ---- */
+
+static bool has_address(const struct net_mdns *mdns) {
+    static const uint8_t none[4] = {0};
+    return memcmp(mdns->address, none, sizeof none) != 0;
+}
+
+size_t net_mdns_answer(const struct net_mdns *mdns, const uint8_t *query, size_t size, bool legacy,
+                       uint8_t answer[NET_MDNS_PACKET], bool *unicast) {
+    char dotted[DOTTED_SIZE], asked[DOTTED_SIZE] = "";
+    unsigned records = 0, asked_type = 0;
+    size_t at = HEADER_SIZE;
+    *unicast = legacy;
+    if (size < HEADER_SIZE || !has_address(mdns) || (word(query, 2) & IS_RESPONSE) != 0)
+        return 0;
+    unsigned questions = word(query, 4);
+    for (unsigned i = 0; i < questions && i < QUESTIONS_MAX; i++) {
+        at = read_name(query, size, at, dotted);
+        if (at == 0 || at + 4 > size)
+            return 0;
+        unsigned type = word(query, at), class = word(query, at + 2);
+        at += 4;
+        unsigned found = records_for(mdns, dotted, type);
+        if (((class & ~(unsigned)TOP_BIT) != CLASS_IN && class != CLASS_ANY) || found == 0)
+            continue;
+        *unicast |= (class & TOP_BIT) != 0;
+        records |= found;
+        memcpy(asked, dotted, sizeof asked);
+        asked_type = type;
+    }
+    if (records == 0)
+        return 0;
+    struct writer out = {.packet = answer, .legacy = legacy};
+    put_header(&out, legacy ? word(query, 0) : 0, legacy);
+    if (legacy) { /* it expects its question back */
+        put_name(&out, "", asked);
+        put_word(&out, asked_type);
+        put_word(&out, CLASS_IN);
+    }
+    put_records(&out, mdns, records);
+    return finish(&out);
+}
+
+size_t net_mdns_announce(const struct net_mdns *mdns, uint8_t packet[NET_MDNS_PACKET]) {
+    struct writer out = {.packet = packet};
+    if (!has_address(mdns))
+        return 0;
+    put_header(&out, 0, 0);
+    put_records(&out, mdns, OURS);
+    return finish(&out);
+}

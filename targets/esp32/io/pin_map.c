@@ -1,0 +1,111 @@
+/* SPDX-License-Identifier: MIT */
+#include "io/pin_map.h"
+
+#include "hal/step_pins.h"
+#include "pin_config.h"
+#include "store/nvs_names.h"
+
+#include <stdio.h>
+#include <string.h>
+
+_Static_assert((unsigned)GPIO_NONE == (unsigned)PIN_NONE, "no pin is the same number in both");
+
+/* A signal that can be moved. */
+struct row {
+    const char *key, *signal;
+    uint8_t board; /* the board's own pin */
+    bool output;
+};
+
+#define MOVABLE(key, signal, pin, output) {key, signal, (uint8_t)(pin), output},
+static const struct row rows[] = {NVS_PINS(MOVABLE)};
+enum { ROWS = sizeof rows / sizeof rows[0] };
+
+#define OUTPUT_WIRE(pin, signal, level)      {signal, (uint8_t)(pin), true, level, PIN_PULL_NONE},
+#define INPUT_WIRE(pin, signal, level, pull) {signal, (uint8_t)(pin), false, level, pull},
+static const struct pin_wire wired[] = {BOARD_OUTPUTS(OUTPUT_WIRE) BOARD_INPUTS(INPUT_WIRE)};
+enum { WIRED = sizeof wired / sizeof wired[0] };
+_Static_assert((int)WIRED + (int)ROWS <= (int)PIN_MAP_SIZE, "every signal finds room");
+
+static struct pin_wire *find(struct pin_map *map, const char *signal) {
+    for (size_t i = 0; i < map->count; i++)
+        if (strcmp(map->wire[i].signal, signal) == 0)
+            return &map->wire[i];
+    return NULL;
+}
+
+/* A signal that can be moved but that this board does not wire has the usual levels. */
+void pin_map_init(struct pin_map *map) {
+    memcpy(map->wire, wired, sizeof wired);
+    map->count = WIRED;
+    for (size_t i = 0; i < ROWS; i++)
+        if (find(map, rows[i].signal) == NULL)
+            map->wire[map->count++] = (struct pin_wire){.signal = rows[i].signal,
+                                                        .gpio = GPIO_NONE,
+                                                        .output = rows[i].output,
+                                                        .active_high = rows[i].output,
+                                                        .pull = rows[i].output ? PIN_PULL_NONE : PIN_PULL_UP};
+}
+
+static bool is_free(uint8_t gpio, bool output) {
+    static const uint8_t outputs[] = BOARD_FREE_OUTPUT_PINS, inputs[] = BOARD_FREE_INPUT_PINS;
+    const uint8_t *pins = output ? outputs : inputs;
+    size_t count = output ? sizeof outputs : sizeof inputs;
+    return gpio == GPIO_NONE || memchr(pins, gpio, count) != NULL;
+}
+
+/* Another signal with the same pin. */
+static const struct pin_wire *rival(const struct pin_map *map, const struct pin_wire *wire) {
+    for (size_t i = 0; i < map->count; i++)
+        if (map->wire[i].gpio == wire->gpio && &map->wire[i] != wire && wire->gpio != GPIO_NONE)
+            return &map->wire[i];
+    return NULL;
+}
+
+static void refuse(struct pin_wire *wire, const struct row *row, const struct pin_moves *moves,
+                   const char *why) {
+    char text[112];
+    snprintf(text, sizeof text, "%s: GPIO%u cannot be %s, %s; the board's pin stays", row->key,
+             (unsigned)wire->gpio, row->signal, why);
+    moves->tell(moves->ctx, text);
+    wire->gpio = row->board;
+}
+
+/* One move back takes its old pin from others that were moved there, so look again until all agree. The
+ * board's own map has no clash, so this ends. */
+static unsigned settle(struct pin_map *map, const struct pin_moves *moves) {
+    unsigned refused = 0;
+    for (size_t i = 0; i < ROWS; i++) {
+        struct pin_wire *wire = find(map, rows[i].signal);
+        if (wire->gpio != rows[i].board && rival(map, wire) != NULL) {
+            refuse(wire, &rows[i], moves, "another signal has it");
+            refused++;
+            i = (size_t)-1;
+        }
+    }
+    return refused;
+}
+
+unsigned pin_map_move(struct pin_map *map, const struct pin_moves *moves) {
+    unsigned refused = 0;
+    for (size_t i = 0; i < ROWS; i++) {
+        struct pin_wire *wire = find(map, rows[i].signal);
+        uint8_t gpio;
+        if (!moves->read(moves->ctx, rows[i].key, &gpio) || gpio == wire->gpio)
+            continue;
+        wire->gpio = gpio;
+        if (!is_free(gpio, rows[i].output)) {
+            refuse(wire, &rows[i], moves, "this board has it for something else, or the pin cannot");
+            refused++;
+        }
+    }
+    return refused + settle(map, moves);
+}
+
+const struct pin_wire *pin_map_find(const struct pin_map *map, const char *signal) {
+    static const struct pin_wire none = {.signal = "", .gpio = GPIO_NONE};
+    for (size_t i = 0; i < map->count; i++)
+        if (strcmp(map->wire[i].signal, signal) == 0)
+            return &map->wire[i];
+    return &none;
+}

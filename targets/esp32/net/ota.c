@@ -1,0 +1,241 @@
+/* SPDX-License-Identifier: MIT */
+#include "net/ota.h"
+
+#include <inttypes.h>
+#include <stdio.h>
+#include <string.h>
+
+enum { IMAGE_MAGIC = 0xE9, CHIP_ID_AT = 12, NAME_AT = 80, NAME_SIZE = 32, PIECES_A_POLL = 4 };
+
+void ota_init(struct ota *ota, const struct ota_ops *ops, void *ctx, const struct ota_image *image,
+              struct net_gate *gate, const char *password) {
+    *ota = (struct ota){.ops = ops, .ctx = ctx, .image = *image, .gate = gate, .password = password};
+}
+
+/* ---- words ---- */
+
+/* Whoever does not read its few answers loses them. */
+static void say(struct ota *ota, const char *text) {
+    size_t length = strlen(text);
+    if (ota->said_size + length > sizeof ota->said)
+        return;
+    memcpy(ota->said + ota->said_size, text, length);
+    ota->said_size += length;
+}
+
+static void say_all(struct ota *ota) {
+    while (ota->said_size > 0) {
+        long sent = ota->stream.ops->write(&ota->stream, ota->said, ota->said_size);
+        if (sent == NET_GONE)
+            ota->said_size = 0;
+        if (sent <= 0)
+            return;
+        memmove(ota->said, ota->said + sent, ota->said_size -= (size_t)sent);
+    }
+}
+
+static void hang_up(struct ota *ota) {
+    if (ota->state == OTA_TAKES)
+        ota->ops->abort(ota->ctx);
+    ota->stream.ops->close(&ota->stream);
+    ota->state = OTA_FREE;
+}
+
+static void refuse(struct ota *ota, const char *why) {
+    char text[OTA_LINE_SIZE];
+    snprintf(text, sizeof text, "ERROR %s\n", why);
+    if (ota->state == OTA_TAKES)
+        ota->ops->abort(ota->ctx);
+    ota->state = OTA_PARTS;
+    say(ota, text);
+}
+
+static void put_hex(char *text, const uint8_t *bytes, size_t count) {
+    for (size_t i = 0; i < count; i++)
+        snprintf(text + 2 * i, 3, "%02x", bytes[i]);
+}
+
+static bool get_hex(const char *text, uint8_t *bytes, size_t count) {
+    static const char digits[] = "0123456789abcdef";
+    for (size_t i = 0; i < 2 * count; i++) {
+        const char *digit = text[i] == '\0' ? NULL : strchr(digits, text[i]);
+        if (digit == NULL)
+            return false;
+        bytes[i / 2] = (uint8_t)(bytes[i / 2] << 4 | (digit - digits));
+    }
+    return true;
+}
+
+/* ---- the first line ---- */
+
+bool ota_connect(struct ota *ota, const struct net_stream *stream, const uint8_t nonce[OTA_NONCE_SIZE],
+                 uint32_t now_us) {
+    static const char busy[] = "ERROR another upload is under way\n";
+    char text[OTA_LINE_SIZE];
+    if (ota->state != OTA_FREE) {
+        stream->ops->write(stream, busy, sizeof busy - 1);
+        stream->ops->close(stream);
+        return false;
+    }
+    ota->stream = *stream;
+    ota->state = OTA_ASKED;
+    ota->line_size = ota->said_size = ota->taken = 0;
+    ota->heard_us = now_us;
+    put_hex(ota->nonce, nonce, OTA_NONCE_SIZE);
+    snprintf(text, sizeof text, "WIFICNC-OTA 1 %s %s\n", ota->image.board, ota->nonce);
+    say(ota, text);
+    say_all(ota);
+    return true;
+}
+
+/* "SIZE SHA256 MAC" -> size and digest. @return NULL: it is well-formed and signed */
+static const char *read_request(struct ota *ota, char *line, uint32_t now_us) {
+    uint8_t mac[SHA256_SIZE], wanted[SHA256_SIZE];
+    char message[OTA_LINE_SIZE];
+    char *mac_text = strrchr(line, ' ');
+    unsigned long long size;
+    int digest_at = 0;
+    if (sscanf(line, "%10llu %n", &size, &digest_at) != 1 || mac_text == NULL || digest_at == 0 ||
+        !get_hex(line + digest_at, ota->digest, SHA256_SIZE) || !get_hex(mac_text + 1, mac, SHA256_SIZE))
+        return "expected SIZE SHA256 MAC";
+    if (!net_gate_may_try(ota->gate, now_us))
+        return "wrong passwords came before: wait, then again";
+    *mac_text = '\0';
+    int length = snprintf(message, sizeof message, "%s %s", ota->nonce, line);
+    sha256_hmac(ota->password, strlen(ota->password), message, (size_t)length, wanted);
+    bool good = sha256_is_equal(mac, wanted);
+    net_gate_tried(ota->gate, good, now_us);
+    ota->size = (size_t)size;
+    return good ? NULL : "wrong password";
+}
+
+static void take_line(struct ota *ota, uint32_t now_us) {
+    ota->line[ota->line_size] = '\0';
+    const char *why = read_request(ota, ota->line, now_us);
+    if (why == NULL && ota->size <= OTA_HEADER_SIZE)
+        why = "this is no firmware, it is too small";
+    if (why == NULL)
+        why = ota->ops->begin(ota->ctx, ota->size);
+    if (why != NULL) {
+        refuse(ota, why);
+        return;
+    }
+    ota->state = OTA_TAKES;
+    sha256_begin(&ota->sha);
+    say(ota, "OK\n");
+}
+
+/* ---- the image ---- */
+
+/* Judged before the first byte is written. */
+static const char *judge(const struct ota *ota) {
+    const uint8_t *header = ota->header;
+    if (header[0] != IMAGE_MAGIC)
+        return "this is no firmware of an ESP32";
+    if ((header[CHIP_ID_AT] | header[CHIP_ID_AT + 1] << 8) != ota->image.chip_id)
+        return "this firmware is for another chip";
+    if (strncmp((const char *)header + NAME_AT, ota->image.project, NAME_SIZE) != 0)
+        return "this is the firmware of something else";
+    return NULL;
+}
+
+/* @return NULL, or why the upload ends */
+static const char *keep(struct ota *ota, const uint8_t *bytes, size_t count) {
+    const char *why = NULL;
+    size_t at = ota->taken;
+    sha256_add(&ota->sha, bytes, count);
+    ota->taken += count;
+    if (at < OTA_HEADER_SIZE) {
+        size_t room = OTA_HEADER_SIZE - at, piece = count < room ? count : room;
+        memcpy(ota->header + at, bytes, piece);
+        if (piece < room)
+            return NULL;
+        bytes += piece;
+        count -= piece;
+        why = judge(ota);
+        why = why == NULL ? ota->ops->write(ota->ctx, ota->header, OTA_HEADER_SIZE) : why;
+    }
+    return why == NULL && count > 0 ? ota->ops->write(ota->ctx, bytes, count) : why;
+}
+
+static void finish(struct ota *ota) {
+    uint8_t digest[SHA256_SIZE];
+    sha256_end(&ota->sha, digest);
+    if (!sha256_is_equal(digest, ota->digest)) {
+        refuse(ota, "the image came in damaged: its SHA-256 differs");
+        return;
+    }
+    const char *why = ota->ops->end(ota->ctx);
+    if (why != NULL) {
+        refuse(ota, why);
+        return;
+    }
+    ota->state = OTA_PARTS;
+    ota->done = true;
+    say(ota, "DONE\n");
+}
+
+static void take_image(struct ota *ota, const uint8_t *bytes, size_t count) {
+    char text[24];
+    size_t before = ota->taken, left = ota->size - ota->taken;
+    if (count > left) {
+        refuse(ota, "more came than was announced");
+        return;
+    }
+    const char *why = keep(ota, bytes, count);
+    if (why != NULL) {
+        refuse(ota, why);
+        return;
+    }
+    if (before / OTA_TOLD_EVERY != ota->taken / OTA_TOLD_EVERY) {
+        snprintf(text, sizeof text, "AT %" PRIu32 "\n", (uint32_t)ota->taken);
+        say(ota, text);
+    }
+    if (ota->taken == ota->size)
+        finish(ota);
+}
+
+/* ---- */
+
+static void take(struct ota *ota, const uint8_t *bytes, size_t count, uint32_t now_us) {
+    for (; count > 0 && ota->state == OTA_ASKED; bytes++, count--) {
+        if (*bytes == '\n')
+            take_line(ota, now_us);
+        else if (ota->line_size + 1 < sizeof ota->line)
+            ota->line[ota->line_size++] = (char)*bytes;
+        else
+            refuse(ota, "expected SIZE SHA256 MAC");
+    }
+    if (count > 0 && ota->state == OTA_TAKES)
+        take_image(ota, bytes, count);
+}
+
+/* @return true: something came */
+static bool read_piece(struct ota *ota, uint32_t now_us) {
+    uint8_t bytes[OTA_PIECE];
+    long count = ota->stream.ops->read(&ota->stream, (char *)bytes, sizeof bytes);
+    if (count == NET_GONE || count == NET_ENDED) {
+        hang_up(ota);
+        return false;
+    }
+    if (count > 0) {
+        ota->heard_us = now_us;
+        take(ota, bytes, (size_t)count, now_us);
+    }
+    return count > 0;
+}
+
+bool ota_poll(struct ota *ota, uint32_t now_us) {
+    bool any = false;
+    if (ota->state == OTA_FREE)
+        return false;
+    for (int i = 0; i < PIECES_A_POLL && (ota->state == OTA_ASKED || ota->state == OTA_TAKES); i++)
+        any |= read_piece(ota, now_us);
+    if (ota->state == OTA_FREE)
+        return any;
+    say_all(ota);
+    bool parted = ota->state == OTA_PARTS && ota->said_size == 0;
+    if (parted || now_us - ota->heard_us > OTA_IDLE_US)
+        hang_up(ota);
+    return any;
+}

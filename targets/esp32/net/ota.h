@@ -1,0 +1,82 @@
+/* SPDX-License-Identifier: MIT
+ * Takes a new firmware over TCP. [task] One upload at a time. Sockets are a net_stream, the flash is ops, the
+ * clock is an argument: it runs on a computer, too.
+ *
+ *   we      WIFICNC-OTA 1 BOARD NONCE\n         32 hex digits, new for every connection
+ *   they    SIZE SHA256 MAC\n                   bytes; 64 hex digits of the image; 64 of
+ *                                               HMAC-SHA256(password, "NONCE SIZE SHA256")
+ *   we      OK\n  or  ERROR text\n
+ *   they    the image
+ *   we      AT bytes\n                          now and then
+ *   we      DONE\n  or  ERROR text\n            it is whole, and starts next
+ *
+ * So the password never travels, an old upload cannot be played again, and what was sent is what was signed.
+ * The old firmware stays in its slot until the new one has run for a while. */
+#ifndef WIFICNC_ESP32_OTA_H
+#define WIFICNC_ESP32_OTA_H
+
+#include "net_gate.h"
+#include "net_stream.h"
+#include "sha256.h"
+
+enum { OTA_PORT = 58430, OTA_NONCE_SIZE = 16, OTA_TOLD_EVERY = 65536, OTA_IDLE_US = 15000000 };
+enum { OTA_LINE_SIZE = 176, OTA_HEADER_SIZE = 112, OTA_PIECE = 1024 };
+
+/** Of the image's first bytes (ESP-IDF, "App Image Format"): magic 0xE9, chip id at 12; at 32 the app
+ * descriptor: magic, project name at +48. */
+struct ota_image {
+    const char *board;   /* told to the sender */
+    uint16_t chip_id;    /* 0 ESP32, 9 ESP32-S3 */
+    const char *project; /* of CMake */
+};
+
+/** The flash, and who could mind. Each text is a reason for the sender; NULL: it went well. */
+struct ota_ops {
+    /** May it begin? The machine must stand still, and stays locked until end(), abort(). */
+    const char *(*begin)(void *ctx, size_t size);
+    const char *(*write)(void *ctx, const uint8_t *bytes, size_t count);
+    /** All is written and its digest is right: make it the next one to start. */
+    const char *(*end)(void *ctx);
+    void (*abort)(void *ctx);
+};
+
+enum ota_state {
+    OTA_FREE,
+    OTA_ASKED, /* connected, the first line is on its way */
+    OTA_TAKES, /* the image is */
+    OTA_PARTS, /* a last word is to be sent, then the connection ends */
+};
+
+struct ota {
+    const struct ota_ops *ops;
+    void *ctx;
+    struct ota_image image;
+    struct net_gate *gate; /* shared with all who guess passwords */
+    const char *password;  /* outlives this */
+    enum ota_state state;
+    bool done; /* a new firmware is there: restart */
+    struct net_stream stream;
+    uint32_t heard_us;
+    char nonce[2 * OTA_NONCE_SIZE + 1];
+    char line[OTA_LINE_SIZE]; /* received */
+    size_t line_size;
+    char said[OTA_LINE_SIZE]; /* not yet sent */
+    size_t said_size;
+    size_t size, taken; /* bytes of the image */
+    uint8_t digest[SHA256_SIZE];
+    struct sha256 sha;
+    uint8_t header[OTA_HEADER_SIZE]; /* the first bytes, until they can be judged */
+};
+
+void ota_init(struct ota *ota, const struct ota_ops *ops, void *ctx, const struct ota_image *image,
+              struct net_gate *gate, const char *password);
+
+/** A connection. @param nonce  random @return false: another upload is under way; the stream was told so and
+ *  closed */
+bool ota_connect(struct ota *ota, const struct net_stream *stream, const uint8_t nonce[OTA_NONCE_SIZE],
+                 uint32_t now_us);
+
+/** Go on with what has come, at most some pieces. @return true: there was something */
+bool ota_poll(struct ota *ota, uint32_t now_us);
+
+#endif

@@ -1,0 +1,270 @@
+/* SPDX-License-Identifier: MIT
+ * The password of network clients: digests against published vectors, guessing slowed down, and what a locked
+ * client can do at the hub. */
+#include "check.h"
+#include "net_gate.h"
+#include "net_hub.h"
+
+#include <string.h>
+
+static bool is_hex(const uint8_t digest[SHA256_SIZE], const char *hex) {
+    char text[2 * SHA256_SIZE + 1];
+    for (unsigned i = 0; i < SHA256_SIZE; i++)
+        snprintf(text + 2 * i, 3, "%02x", digest[i]);
+    return strcmp(text, hex) == 0;
+}
+
+/* FIPS 180-2, appendix B; RFC 4231, cases 2 and 6. */
+static void digests_are_the_published_ones(void) {
+    uint8_t digest[SHA256_SIZE], key[131];
+    struct sha256 sha;
+    static const char two_blocks[] = "abcdbcdecdefdefgefghfghighijhijkijkljklmklmnlmnomnopnopq";
+    sha256_begin(&sha);
+    sha256_add(&sha, two_blocks, 1); /* in pieces */
+    sha256_add(&sha, two_blocks + 1, sizeof two_blocks - 2);
+    sha256_end(&sha, digest);
+    CHECK(is_hex(digest, "248d6a61d20638b8e5c026930c3e6039a33ce45964ff2167f6ecedd419db06c1"));
+    sha256_begin(&sha);
+    for (int i = 0; i < 10000; i++)
+        sha256_add(&sha,
+                   "aaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaa"
+                   "aaaaaaaaaaaaaa",
+                   100);
+    sha256_end(&sha, digest);
+    CHECK(is_hex(digest, "cdc76e5c9914fb9281a1c7e284d73e67f1809a48a497200e046d39ccc7112cd0"));
+    static const char what[] = "what do ya want for nothing?";
+    sha256_hmac("Jefe", 4, what, sizeof what - 1, digest);
+    CHECK(is_hex(digest, "5bdcc146bf60754e6a042426089575c75a003f089d2739839dec58b964ec3843"));
+    static const char larger[] = "Test Using Larger Than Block-Size Key - Hash Key First";
+    memset(key, 0xAA, sizeof key);
+    sha256_hmac(key, sizeof key, larger, sizeof larger - 1, digest);
+    CHECK(is_hex(digest, "60e431591ee0b67f0d8a26aacbf5b77f8e0bc6213728c5140546040f0ee37f54"));
+}
+
+static enum net_gate_result try_at(struct net_gate *gate, const char *password, uint32_t now_us) {
+    return net_gate_try(gate, password, strlen(password), now_us);
+}
+
+static void guessing_becomes_slower_and_slower(void) {
+    struct net_gate gate;
+    uint32_t t_us = UINT32_MAX - 500000; /* the clock wraps meanwhile */
+    net_gate_init(&gate, "correct horse");
+    CHECK(gate.shut);
+    for (uint32_t wait_us = 1000000; wait_us <= 64000000; wait_us *= 2) {
+        uint32_t real_us = wait_us < 60000000 ? wait_us : 60000000;
+        CHECK(try_at(&gate, "correct", t_us) == NET_GATE_WRONG);
+        CHECK(try_at(&gate, "correct horse", t_us + real_us - 1) == NET_GATE_WAIT);
+        t_us += real_us;
+    }
+    CHECK(try_at(&gate, "correct horse", t_us) == NET_GATE_GOOD);
+    CHECK(try_at(&gate, "Correct horse", t_us) == NET_GATE_WRONG);
+    CHECK(try_at(&gate, "correct horse", t_us + 1000000) == NET_GATE_GOOD);
+}
+
+static void without_a_password_the_gate_is_open(void) {
+    struct net_gate gate;
+    net_gate_init(&gate, "");
+    CHECK(!gate.shut && try_at(&gate, "anything", 0) == NET_GATE_GOOD);
+}
+
+/* ---- at the hub: streams are buffers, the controller notes what it gets ---- */
+
+struct wire {
+    char in[512], out[4096];
+    size_t in_count, out_count;
+    bool closed;
+};
+
+static struct net_gate gate;
+static char got[1024], says[512];
+static size_t got_count;
+static unsigned owners_left;
+static uint32_t now_us;
+
+static long wire_read(const struct net_stream *stream, char *bytes, size_t size) {
+    struct wire *wire = stream->ctx;
+    size_t count = wire->in_count < size ? wire->in_count : size;
+    memcpy(bytes, wire->in, count);
+    memmove(wire->in, wire->in + count, wire->in_count -= count);
+    return wire->closed ? NET_GONE : (long)count;
+}
+
+static long wire_write(const struct net_stream *stream, const char *bytes, size_t count) {
+    struct wire *wire = stream->ctx;
+    memcpy(wire->out + wire->out_count, bytes, count);
+    wire->out[wire->out_count += count] = '\0';
+    return (long)count;
+}
+
+static void wire_close(const struct net_stream *stream) {
+    ((struct wire *)stream->ctx)->closed = true;
+}
+
+static size_t put(void *ctx, const char *bytes, size_t count) {
+    (void)ctx;
+    memcpy(got + got_count, bytes, count);
+    got[got_count += count] = '\0';
+    return count;
+}
+
+static size_t hear(void *ctx, char *bytes, size_t size) {
+    size_t count = strlen(says);
+    (void)ctx;
+    (void)size;
+    memcpy(bytes, says, count);
+    says[0] = '\0';
+    return count;
+}
+
+static void act(void *ctx) {
+    (void)ctx;
+}
+
+static void event(void *ctx, const char *what, const char *who) {
+    (void)ctx;
+    (void)what;
+    (void)who;
+}
+
+static void left(void *ctx) {
+    (void)ctx;
+    owners_left++;
+}
+
+static enum net_gate_result login(void *ctx, const char *password, size_t size) {
+    (void)ctx;
+    return net_gate_try(&gate, password, size, now_us);
+}
+
+static struct net_hub hub;
+static struct wire wires[4];
+
+static void start(const char *password) {
+    static const struct net_hub_ops ops = {
+        .put = put, .hear = hear, .act = act, .event = event, .left = left, .login = login};
+    static const struct net_hub_sizes sizes = {.clients = 3, .in = 2048, .out = 16384, .left = 2048};
+    net_hub_close(&hub);
+    net_gate_init(&gate, password);
+    memset(wires, 0, sizeof wires);
+    got_count = owners_left = 0;
+    got[0] = '\0';
+    now_us = 0;
+    net_hub_init(&hub, &sizes, &ops, NULL);
+    hub.locks = gate.shut;
+}
+
+static bool come(unsigned n, bool local) {
+    static const struct net_stream_ops ops = {.read = wire_read, .write = wire_write, .close = wire_close};
+    return net_hub_connect(&hub, &(struct net_stream){.ops = &ops, .ctx = &wires[n], .local = local},
+                           "client");
+}
+
+static void round_trip(void) {
+    for (struct net_client *client = hub.client; client < hub.client + NET_CLIENTS; client++)
+        if (net_hub_wants_read(&hub, client))
+            net_hub_read(&hub, client);
+    net_hub_ask(&hub);
+    (void)net_hub_feed(&hub);
+    net_hub_hear(&hub);
+    net_hub_flush(&hub);
+}
+
+static void send(unsigned n, const char *text) {
+    wires[n].in_count = strlen(text);
+    memcpy(wires[n].in, text, wires[n].in_count);
+    wires[n].out_count = 0;
+    wires[n].out[0] = '\0';
+    round_trip();
+}
+
+static void a_locked_client_can_ask_for_status_and_nothing_else(void) {
+    start("s3cret!?");
+    CHECK(come(0, false));
+    round_trip();
+    CHECK(strstr(wires[0].out, "[MSG:Password needed") != NULL);
+    send(0, "G1X10F100\n!\x18~\x85$X\n$TAKE\n");
+    CHECK(got_count == 0 && hub.owner == NULL);
+    send(0, "?");
+    CHECK(strcmp(got, "?") == 0);
+    strcpy(says, "<Idle|MPos:0.000>\r\n[GC:G0]\r\nok\r\n");
+    send(0, "");
+    CHECK(strcmp(wires[0].out, "<Idle|MPos:0.000>\r\n") == 0);
+    net_hub_tell(&hub, "something inside");
+    send(0, "");
+    CHECK(wires[0].out_count == 0);
+}
+
+static void the_password_lets_in_and_may_have_real_time_characters(void) {
+    start("s3cret!?");
+    CHECK(come(0, false));
+    send(0, "$login=s3cret!?\nG0X1\n");
+    CHECK(strstr(wires[0].out, "ok\r\n") != NULL && hub.owner == &hub.client[0]);
+    CHECK(strcmp(got, "G0X1\n") == 0);
+}
+
+static void wrong_passwords_are_refused_and_slowed_down_for_all(void) {
+    start("s3cret!?");
+    CHECK(come(0, false) && come(1, false));
+    send(0, "$LOGIN=S3CRET!?\n");
+    CHECK(strstr(wires[0].out, "Wrong password") != NULL);
+    send(1, "$LOGIN=s3cret!?\n");
+    CHECK(strstr(wires[1].out, "wait") != NULL && hub.client[1].locked);
+    now_us = 1000000;
+    send(1, "$LOGIN=s3cret!?\n");
+    CHECK(!hub.client[1].locked && hub.client[0].locked);
+}
+
+static void lines_of_any_length_cost_no_memory_before_the_login(void) {
+    char flood[500];
+    start("s3cret!?");
+    CHECK(come(0, false));
+    memset(flood, 'x', sizeof flood - 1);
+    flood[sizeof flood - 1] = '\0';
+    for (int i = 0; i < 100; i++)
+        send(0, flood);
+    CHECK(hub.client[0].in.count < 100 && got_count == 0);
+}
+
+static void a_wire_needs_no_password(void) {
+    start("s3cret!?");
+    CHECK(come(0, true));
+    send(0, "G0X1\n");
+    CHECK(strcmp(got, "G0X1\n") == 0);
+}
+
+static void locked_clients_make_room(void) {
+    start("s3cret!?");
+    CHECK(come(0, true) && come(1, false) && come(2, false));
+    CHECK(come(3, false) && wires[1].closed && !wires[0].closed);
+    send(2, "$LOGIN=s3cret!?\n");
+    send(3, "$LOGIN=s3cret!?\n");
+    memset(&wires[1], 0, sizeof wires[1]);
+    CHECK(!come(1, false) && wires[1].closed);
+}
+
+static void the_owner_is_missed_when_it_has_gone(void) {
+    start("");
+    CHECK(come(0, false) && come(1, false));
+    send(0, "G0X1\n");
+    wires[1].closed = true;
+    round_trip();
+    CHECK(owners_left == 0);
+    wires[0].closed = true;
+    round_trip();
+    CHECK(owners_left == 1 && hub.owner == NULL);
+}
+
+int main(void) {
+    digests_are_the_published_ones();
+    guessing_becomes_slower_and_slower();
+    without_a_password_the_gate_is_open();
+    a_locked_client_can_ask_for_status_and_nothing_else();
+    the_password_lets_in_and_may_have_real_time_characters();
+    wrong_passwords_are_refused_and_slowed_down_for_all();
+    lines_of_any_length_cost_no_memory_before_the_login();
+    a_wire_needs_no_password();
+    locked_clients_make_room();
+    the_owner_is_missed_when_it_has_gone();
+    net_hub_close(&hub);
+    return report();
+}

@@ -1,0 +1,242 @@
+/* SPDX-License-Identifier: MIT
+ * The receiver of updates, driven through its stream: good and bad uploads in pieces of any size. */
+#include "net/ota.h"
+#include "check.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+enum { IMAGE_SIZE = 200001 };
+
+static struct {
+    char in[4096], out[4096];
+    size_t in_count, out_count;
+    bool closed, ended;
+} wire;
+
+static uint8_t flash[IMAGE_SIZE], image[IMAGE_SIZE];
+static size_t flashed;
+static unsigned began, aborted, ended;
+static const char *begin_says, *write_says;
+
+static long wire_read(const struct net_stream *stream, char *bytes, size_t size) {
+    (void)stream;
+    if (wire.in_count == 0)
+        return wire.ended ? NET_ENDED : 0;
+    size_t count = wire.in_count < size ? wire.in_count : size;
+    memcpy(bytes, wire.in, count);
+    memmove(wire.in, wire.in + count, wire.in_count -= count);
+    return (long)count;
+}
+
+static long wire_write(const struct net_stream *stream, const char *bytes, size_t count) {
+    (void)stream;
+    memcpy(wire.out + wire.out_count, bytes, count);
+    wire.out[wire.out_count += count] = '\0';
+    return (long)count;
+}
+
+static void wire_close(const struct net_stream *stream) {
+    (void)stream;
+    wire.closed = true;
+}
+
+static const char *begin(void *ctx, size_t size) {
+    (void)ctx;
+    began++;
+    return size > IMAGE_SIZE ? "no room" : begin_says;
+}
+
+static const char *write_flash(void *ctx, const uint8_t *bytes, size_t count) {
+    (void)ctx;
+    if (write_says != NULL)
+        return write_says;
+    memcpy(flash + flashed, bytes, count);
+    flashed += count;
+    return NULL;
+}
+
+static const char *end(void *ctx) {
+    (void)ctx;
+    ended++;
+    return NULL;
+}
+
+static void abort_it(void *ctx) {
+    (void)ctx;
+    aborted++;
+}
+
+static struct net_gate gate;
+static struct ota ota;
+static uint32_t now_us;
+
+static void connect_again(void) {
+    static const struct net_stream_ops ops = {.read = wire_read, .write = wire_write, .close = wire_close};
+    static const uint8_t nonce[OTA_NONCE_SIZE] = {0xDE, 0xAD, 0xBE, 0xEF};
+    memset(&wire, 0, sizeof wire);
+    memset(flash, 0, sizeof flash);
+    flashed = began = aborted = ended = 0;
+    begin_says = write_says = NULL;
+    CHECK(ota_connect(&ota, &(struct net_stream){.ops = &ops}, nonce, now_us));
+}
+
+static void start(void) {
+    static const struct ota_ops ops = {.begin = begin, .write = write_flash, .end = end, .abort = abort_it};
+    static const struct ota_image wanted = {.board = "esp32s3-devkitc", .chip_id = 9, .project = "wificnc"};
+    net_gate_init(&gate, "correct horse");
+    ota_init(&ota, &ops, NULL, &wanted, &gate, "correct horse");
+    for (size_t i = 0; i < IMAGE_SIZE; i++)
+        image[i] = (uint8_t)(i * 2654435761u >> 13);
+    memset(image, 0, OTA_HEADER_SIZE);
+    image[0] = 0xE9;
+    image[12] = 9;
+    memcpy(image + 80, "wificnc", 8);
+    connect_again();
+}
+
+static void put_hex(char *text, const uint8_t *bytes) {
+    for (unsigned i = 0; i < SHA256_SIZE; i++)
+        snprintf(text + 2 * i, 3, "%02x", bytes[i]);
+}
+
+/* The line of a sender that knows this password. */
+static void ask(const char *password, size_t size) {
+    char line[OTA_LINE_SIZE + 32], message[OTA_LINE_SIZE], digest_hex[65], mac_hex[65];
+    uint8_t digest[SHA256_SIZE];
+    struct sha256 sha;
+    sha256_begin(&sha);
+    sha256_add(&sha, image, size <= IMAGE_SIZE ? size : 0);
+    sha256_end(&sha, digest);
+    put_hex(digest_hex, digest);
+    snprintf(message, sizeof message, "deadbeef000000000000000000000000 %zu %s", size, digest_hex);
+    sha256_hmac(password, strlen(password), message, strlen(message), digest);
+    put_hex(mac_hex, digest);
+    snprintf(line, sizeof line, "%zu %s %s\n", size, digest_hex, mac_hex);
+    wire.in_count = strlen(line);
+    memcpy(wire.in, line, wire.in_count);
+    (void)ota_poll(&ota, now_us);
+}
+
+static void send_image(size_t size, size_t piece) {
+    for (size_t at = 0; at < size && !wire.closed; at += piece) {
+        wire.in_count = size - at < piece ? size - at : piece;
+        memcpy(wire.in, image + at, wire.in_count);
+        while (wire.in_count > 0 && !wire.closed)
+            (void)ota_poll(&ota, now_us);
+    }
+    (void)ota_poll(&ota, now_us);
+}
+
+static void a_good_image_arrives_whole_in_pieces_of_any_size(void) {
+    static const size_t pieces[] = {1, 111, 112, 113, 1000, 4096};
+    for (size_t i = 0; i < sizeof pieces / sizeof pieces[0]; i++) {
+        start();
+        CHECK(strncmp(wire.out, "WIFICNC-OTA 1 esp32s3-devkitc deadbeef", 38) == 0);
+        ask("correct horse", IMAGE_SIZE);
+        send_image(IMAGE_SIZE, pieces[i]);
+        CHECK(flashed == IMAGE_SIZE && memcmp(flash, image, IMAGE_SIZE) == 0);
+        CHECK(ended == 1 && aborted == 0 && wire.closed && ota.done && ota.state == OTA_FREE);
+        CHECK(strstr(wire.out, "OK\n") && strstr(wire.out, "AT ") && strstr(wire.out, "DONE\n"));
+    }
+}
+
+static void a_wrong_password_writes_nothing_and_slows_down(void) {
+    start();
+    ask("wrong horse", IMAGE_SIZE);
+    CHECK(strstr(wire.out, "ERROR wrong password\n") && began == 0 && wire.closed);
+    connect_again();
+    ask("correct horse", IMAGE_SIZE);
+    CHECK(strstr(wire.out, "ERROR wrong passwords came before") && began == 0);
+    now_us += 1000000;
+    connect_again();
+    ask("correct horse", IMAGE_SIZE);
+    CHECK(strstr(wire.out, "OK\n") && began == 1);
+}
+
+static void a_proof_for_another_image_is_worth_nothing(void) {
+    start();
+    ask("correct horse", IMAGE_SIZE);
+    image[5000] ^= 1;
+    send_image(IMAGE_SIZE, 4096);
+    CHECK(strstr(wire.out, "ERROR the image came in damaged") && aborted == 1 && ended == 0 && !ota.done);
+}
+
+static void images_for_something_else_are_refused_before_a_byte_is_written(void) {
+    static const struct {
+        size_t at;
+        uint8_t byte;
+        const char *said;
+    } rows[] = {{0, 0x7F, "no firmware"}, {12, 0, "another chip"}, {80, 'x', "something else"}};
+    for (size_t i = 0; i < sizeof rows / sizeof rows[0]; i++) {
+        start();
+        image[rows[i].at] = rows[i].byte;
+        ask("correct horse", IMAGE_SIZE);
+        send_image(IMAGE_SIZE, 64);
+        CHECK(strstr(wire.out, rows[i].said) && flashed == 0 && aborted == 1 && wire.closed);
+    }
+}
+
+static void requests_that_are_none_are_refused(void) {
+    static const char *const lines[] = {"\n", "GET / HTTP/1.1\n", "12 34 56\n", "99999999999999999999 x y\n",
+                                        "-1 a b\n"};
+    for (size_t i = 0; i < sizeof lines / sizeof lines[0]; i++) {
+        start();
+        strcpy(wire.in, lines[i]);
+        wire.in_count = strlen(lines[i]);
+        (void)ota_poll(&ota, now_us);
+        CHECK(strstr(wire.out, "ERROR expected") && began == 0 && wire.closed);
+    }
+    start();
+    memset(wire.in, 'a', sizeof wire.in);
+    wire.in_count = sizeof wire.in;
+    (void)ota_poll(&ota, now_us);
+    CHECK(strstr(wire.out, "ERROR expected") && wire.closed);
+}
+
+static void the_machines_no_and_the_flashs_no_reach_the_sender(void) {
+    start();
+    begin_says = "the machine moves";
+    ask("correct horse", IMAGE_SIZE);
+    CHECK(strstr(wire.out, "ERROR the machine moves\n") && aborted == 0 && wire.closed);
+    start();
+    ask("correct horse", IMAGE_SIZE);
+    write_says = "the flash is broken";
+    send_image(IMAGE_SIZE, 1000);
+    CHECK(strstr(wire.out, "ERROR the flash is broken\n") && aborted == 1 && wire.closed);
+}
+
+static void a_sender_that_vanishes_or_sleeps_leaves_the_old_firmware(void) {
+    start();
+    ask("correct horse", IMAGE_SIZE);
+    send_image(5000, 1000);
+    wire.ended = true;
+    (void)ota_poll(&ota, now_us);
+    CHECK(aborted == 1 && ota.state == OTA_FREE && !ota.done);
+    start();
+    ask("correct horse", IMAGE_SIZE);
+    (void)ota_poll(&ota, now_us + OTA_IDLE_US);
+    CHECK(!wire.closed);
+    (void)ota_poll(&ota, now_us + OTA_IDLE_US + 1);
+    CHECK(wire.closed && aborted == 1 && ota.state == OTA_FREE);
+}
+
+static void one_at_a_time(void) {
+    static const struct net_stream_ops ops = {.read = wire_read, .write = wire_write, .close = wire_close};
+    static const uint8_t nonce[OTA_NONCE_SIZE] = {0};
+    start();
+    CHECK(!ota_connect(&ota, &(struct net_stream){.ops = &ops}, nonce, now_us));
+    CHECK(strstr(wire.out, "ERROR another upload"));
+}
+
+int main(void) {
+    a_good_image_arrives_whole_in_pieces_of_any_size();
+    a_wrong_password_writes_nothing_and_slows_down();
+    a_proof_for_another_image_is_worth_nothing();
+    images_for_something_else_are_refused_before_a_byte_is_written();
+    requests_that_are_none_are_refused();
+    the_machines_no_and_the_flashs_no_reach_the_sender();
+    a_sender_that_vanishes_or_sleeps_leaves_the_old_firmware();
+    one_at_a_time();
+    return report();
+}

@@ -1,0 +1,134 @@
+/* SPDX-License-Identifier: MIT
+ * Decisions of the firmware that need only a clock: safe mode, WiFi and Ethernet, the status LED. */
+#include "app/boot_guard.h"
+#include "check.h"
+#include "io/status_led.h"
+#include "net/link_policy.h"
+#include "net/wifi_policy.h"
+
+#include <string.h>
+
+/* ---- safe mode ---- */
+
+static void three_crashes_in_a_row_lead_to_safe_mode(void) {
+    struct boot_guard kept;
+    memset(&kept, 0xA5, sizeof kept); /* what is there after power-on */
+    CHECK(!boot_guard_begin(&kept, BOOT_POWER));
+    CHECK(!boot_guard_begin(&kept, BOOT_CRASH) && !boot_guard_begin(&kept, BOOT_CRASH));
+    CHECK(boot_guard_begin(&kept, BOOT_CRASH));
+    CHECK(boot_guard_begin(&kept, BOOT_CRASH) && boot_guard_begin(&kept, BOOT_SOFTWARE));
+    boot_guard_healthy(&kept);
+    CHECK(boot_guard_begin(&kept, BOOT_SOFTWARE)); /* only a power cycle ends it */
+    CHECK(!boot_guard_begin(&kept, BOOT_POWER));
+}
+
+static void crashes_far_apart_do_not_add_up(void) {
+    struct boot_guard kept = {0};
+    for (int day = 0; day < 10; day++) {
+        CHECK(!boot_guard_begin(&kept, BOOT_CRASH));
+        boot_guard_healthy(&kept);
+    }
+}
+
+static void a_weak_supply_is_no_crash_and_noise_is_no_count(void) {
+    struct boot_guard kept = {0};
+    for (int i = 0; i < 10; i++)
+        CHECK(!boot_guard_begin(&kept, BOOT_BROWNOUT));
+    CHECK(!boot_guard_begin(&kept, BOOT_CRASH) && !boot_guard_begin(&kept, BOOT_CRASH));
+    kept.crashes ^= 8; /* a bit that a dip of the supply has turned */
+    CHECK(!boot_guard_begin(&kept, BOOT_BROWNOUT));
+}
+
+/* ---- links ---- */
+
+static void without_ethernet_wifi_is_on_at_once(void) {
+    struct link_policy policy;
+    link_policy_init(&policy, false, 1000);
+    CHECK(link_policy_wifi(&policy, 1000) && link_policy_wifi(&policy, 100000));
+}
+
+static void ethernet_takes_over_and_gives_back_after_five_seconds(void) {
+    struct link_policy policy;
+    uint32_t t_ms = UINT32_MAX - 2000;
+    link_policy_init(&policy, true, t_ms);
+    CHECK(!link_policy_wifi(&policy, t_ms + 4999) && link_policy_wifi(&policy, t_ms += 5000));
+    link_policy_ethernet(&policy, true, t_ms);
+    CHECK(link_policy_wifi(&policy, t_ms + 4999) && !link_policy_wifi(&policy, t_ms += 5000));
+    link_policy_ethernet(&policy, false, t_ms);
+    link_policy_ethernet(&policy, true, t_ms + 3000); /* a loose plug */
+    CHECK(!link_policy_wifi(&policy, t_ms + 7999));
+    link_policy_ethernet(&policy, false, t_ms += 9000);
+    CHECK(!link_policy_wifi(&policy, t_ms + 4999) && link_policy_wifi(&policy, t_ms + 5000));
+}
+
+static void an_address_within_five_seconds_keeps_wifi_off(void) {
+    struct link_policy policy;
+    link_policy_init(&policy, true, 0);
+    link_policy_ethernet(&policy, true, 4900);
+    for (uint32_t t_ms = 4900; t_ms < 20000; t_ms += 100)
+        CHECK(!link_policy_wifi(&policy, t_ms));
+}
+
+/* Times of the attempts while nothing answers. */
+static void wifi_tries_again_after_ever_longer_times(void) {
+    static const uint32_t wait_s[] = {0, 1, 2, 4, 8, 16, 32, 60, 60};
+    struct wifi_policy policy;
+    uint32_t t_ms = 0, failed_ms = 0;
+    wifi_policy_init(&policy, true, 0);
+    for (unsigned attempt = 0; attempt < sizeof wait_s / sizeof wait_s[0]; attempt++) {
+        while (!wifi_policy_poll(&policy, t_ms).connect && t_ms < 300000)
+            t_ms += 100;
+        CHECK(t_ms - failed_ms == wait_s[attempt] * 1000);
+        wifi_policy_event(&policy, WIFI_LOST, t_ms += 500);
+        failed_ms = t_ms;
+    }
+    CHECK(wifi_policy_poll(&policy, t_ms).own);
+    while (!wifi_policy_poll(&policy, t_ms).connect)
+        t_ms += 100;
+    wifi_policy_event(&policy, WIFI_GOT_ADDRESS, t_ms);
+    CHECK(!wifi_policy_poll(&policy, t_ms).own && !wifi_policy_poll(&policy, t_ms + 100000).connect);
+    wifi_policy_event(&policy, WIFI_LOST, t_ms += 200000);
+    CHECK(!wifi_policy_poll(&policy, t_ms + 999).connect && wifi_policy_poll(&policy, t_ms + 1000).connect);
+}
+
+static void without_a_network_our_own_is_there_at_once(void) {
+    struct wifi_policy policy;
+    wifi_policy_init(&policy, false, 0);
+    CHECK(wifi_policy_poll(&policy, 0).own && !wifi_policy_poll(&policy, 1000000).connect);
+}
+
+/* ---- LED ---- */
+
+static unsigned changes(enum led_state state, uint32_t span_ms) {
+    unsigned count = 0;
+    for (uint32_t t_ms = 0; t_ms < span_ms; t_ms++) {
+        struct led_colour now = status_led_colour(state, t_ms), next = status_led_colour(state, t_ms + 1);
+        count += memcmp(&now, &next, sizeof now) != 0;
+    }
+    return count;
+}
+
+static void the_led_shows_the_states_of_the_reference(void) {
+    struct led_colour red = status_led_colour(LED_DISCONNECTED, 0), blue = status_led_colour(LED_READY, 0);
+    struct led_colour green = status_led_colour(LED_RUNNING, 0), yellow = status_led_colour(LED_ALARM, 0);
+    CHECK(red.red == 20 && red.green == 0 && red.blue == 0 && blue.blue == 20 && blue.red == 0);
+    CHECK(green.green == 20 && green.red == 0 && yellow.red == 20 && yellow.green == 20 && yellow.blue == 0);
+    CHECK(changes(LED_DISCONNECTED, 4000) == 8 && changes(LED_ALARM, 4000) == 32);
+    CHECK(changes(LED_READY, 4000) == 0 && changes(LED_RUNNING, 4000) == 0);
+    CHECK(!status_led_is_on(LED_DISCONNECTED, 0) && status_led_is_on(LED_READY, 700));
+    CHECK(status_led_is_on(LED_RUNNING, 0) && !status_led_is_on(LED_RUNNING, 500));
+    CHECK(status_led_is_on(LED_ALARM, 0) && !status_led_is_on(LED_ALARM, 125));
+}
+
+int main(void) {
+    three_crashes_in_a_row_lead_to_safe_mode();
+    crashes_far_apart_do_not_add_up();
+    a_weak_supply_is_no_crash_and_noise_is_no_count();
+    without_ethernet_wifi_is_on_at_once();
+    ethernet_takes_over_and_gives_back_after_five_seconds();
+    an_address_within_five_seconds_keeps_wifi_off();
+    wifi_tries_again_after_ever_longer_times();
+    without_a_network_our_own_is_there_at_once();
+    the_led_shows_the_states_of_the_reference();
+    return report();
+}

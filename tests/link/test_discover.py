@@ -1,0 +1,168 @@
+"""Multicast DNS: our responder's packets read by zeroconf, zeroconf's questions answered, and one found by the other."""
+
+from __future__ import annotations
+
+import ctypes
+import os
+import random
+import socket
+import struct
+import threading
+
+import pytest
+from wificnc.build.host import ensure_host_library
+from wificnc.link.discover import SERVICE, TYPE_PTR, controllers, discover, question
+
+PACKET = 768
+A, PTR, TXT, SRV, ANY = 1, 12, 16, 33, 255
+UNICAST = 0x8000
+
+
+class Mdns(ctypes.Structure):
+    """struct net_mdns"""
+
+    _fields_ = (
+        ("name", ctypes.c_char * 32),
+        ("text", ctypes.c_char * 64),
+        ("address", ctypes.c_uint8 * 4),
+        ("port", ctypes.c_uint16),
+    )
+
+
+class Responder:
+    """net_mdns.c by ctypes."""
+
+    def __init__(self, address: str = "192.168.4.7") -> None:
+        self.library = ctypes.CDLL(str(ensure_host_library()))
+        self.library.net_mdns_answer.restype = ctypes.c_size_t
+        self.library.net_mdns_announce.restype = ctypes.c_size_t
+        quads = (ctypes.c_uint8 * 4)(*map(int, address.split(".")))
+        self.me = Mdns(b"WiFiCNC-1A2B", b"wificnc=esp32s3-zero", quads, 23)
+        self.unicast = False
+
+    def answer(self, query: bytes, legacy: bool = False) -> bytes:
+        out = ctypes.create_string_buffer(PACKET)
+        unicast = ctypes.c_bool()
+        size = self.library.net_mdns_answer(
+            ctypes.byref(self.me), query, ctypes.c_size_t(len(query)), legacy, out, ctypes.byref(unicast)
+        )
+        self.unicast = unicast.value
+        return out.raw[:size]
+
+    def announce(self) -> bytes:
+        out = ctypes.create_string_buffer(PACKET)
+        size = self.library.net_mdns_announce(ctypes.byref(self.me), out)
+        return out.raw[:size]
+
+
+def zeroconf_question(*asked: tuple[str, int]) -> bytes:
+    const = pytest.importorskip("zeroconf.const")
+    zeroconf = pytest.importorskip("zeroconf")
+    query = zeroconf.DNSOutgoing(const._FLAGS_QR_QUERY)
+    for name, kind in asked:
+        query.add_question(zeroconf.DNSQuestion(name + ".", kind, const._CLASS_IN))
+    return query.packets()[0]
+
+
+def records(packet: bytes) -> dict[tuple[str, int], object]:
+    """As zeroconf reads them: (name, type) -> record."""
+    zeroconf = pytest.importorskip("zeroconf")
+    incoming = zeroconf.DNSIncoming(packet)
+    assert incoming.valid and incoming.is_response()
+    return {(record.name.lower(), record.type): record for record in incoming.answers()}
+
+
+def test_a_question_for_the_service_gets_all_that_a_client_needs() -> None:
+    responder = Responder()
+    found = records(responder.answer(zeroconf_question((SERVICE, PTR))))
+    instance, host = "wificnc-1a2b._telnet._tcp.local.", "wificnc-1a2b.local."
+    assert found[SERVICE + ".", PTR].alias.lower() == instance
+    assert found[instance, SRV].port == 23 and found[instance, SRV].server.lower() == host
+    assert found[instance, TXT].text == b"\x14wificnc=esp32s3-zero"
+    assert socket.inet_ntoa(found[host, A].address) == "192.168.4.7"
+    assert not responder.unicast
+
+
+@pytest.mark.parametrize(
+    ("name", "kind", "types"),
+    [
+        ("wificnc-1a2b.local", A, {A}),
+        ("WIFICNC-1A2B.LOCAL", ANY, {A}),
+        ("wificnc-1a2b._telnet._tcp.local", SRV, {SRV, A}),
+        ("wificnc-1a2b._telnet._tcp.local", TXT, {TXT}),
+        ("_services._dns-sd._udp.local", PTR, {PTR}),
+        ("wificnc-1a2c.local", A, set()),
+        ("wificnc-1a2b.local", 28, set()),
+        ("_http._tcp.local", PTR, set()),
+    ],
+)
+def test_each_question_gets_its_records_and_others_silence(name: str, kind: int, types: set[int]) -> None:
+    packet = Responder().answer(zeroconf_question((name, kind)))
+    assert ({key[1] for key in records(packet)} if packet else set()) == types
+
+
+def test_several_questions_with_compressed_names() -> None:
+    query = zeroconf_question(("printer._ipp._tcp.local", ANY), ("wificnc-1a2b.local", A), (SERVICE, PTR))
+    assert {key[1] for key in records(Responder().answer(query))} == {A, PTR, TXT, SRV}
+
+
+def test_simple_resolvers_get_their_question_back_and_short_lives() -> None:
+    zeroconf = pytest.importorskip("zeroconf")
+    query = struct.pack(">H", 0x1234) + question("wificnc-1a2b.local", A)[2:]
+    responder = Responder()
+    packet = responder.answer(query, legacy=True)
+    assert packet[:2] == b"\x12\x34" and responder.unicast
+    incoming = zeroconf.DNSIncoming(packet)
+    (record,) = incoming.answers()
+    assert [asked.name for asked in incoming.questions] == ["wificnc-1a2b.local."]
+    assert record.ttl <= 10 and not record.unique
+
+
+def test_who_wants_unicast_gets_it() -> None:
+    responder = Responder()
+    query = question("wificnc-1a2b.local", A)[:-2] + struct.pack(">H", UNICAST | 1)
+    assert responder.answer(query) and responder.unicast
+
+
+def test_an_announcement_holds_everything_and_without_address_there_is_none() -> None:
+    assert {key[1] for key in records(Responder().announce())} == {A, PTR, TXT, SRV}
+    silent = Responder("0.0.0.0")
+    assert silent.announce() == b"" and silent.answer(question(SERVICE, TYPE_PTR)) == b""
+
+
+def test_responses_are_not_answered() -> None:
+    responder = Responder()
+    assert responder.answer(responder.announce()) == b""
+
+
+def test_no_packet_does_harm() -> None:
+    responder, rng = Responder(), random.Random(4)
+    good = zeroconf_question((SERVICE, PTR), ("wificnc-1a2b.local", A))
+    for length in range(len(good)):
+        responder.answer(good[:length])
+        controllers(responder.announce()[:length])
+    for _ in range(20000):
+        packet = bytearray(good)
+        for _ in range(rng.randrange(1, 5)):
+            packet[rng.randrange(len(packet))] = rng.randrange(256)
+        assert len(responder.answer(bytes(packet), legacy=bool(rng.randrange(2)))) <= PACKET
+        controllers(os.urandom(60))
+    loop = question("a", A)[:12] + b"\xc0\x0c" + struct.pack(">2H", A, 1)
+    assert responder.answer(loop) == b""
+
+
+def test_the_finder_finds_the_responder() -> None:
+    responder = Responder("10.1.2.3")
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as here:
+        here.bind(("127.0.0.1", 0))
+
+        def serve() -> None:
+            query, asker = here.recvfrom(PACKET)
+            here.sendto(b"\0\1damaged", asker)
+            here.sendto(responder.answer(query, legacy=True), asker)
+
+        thread = threading.Thread(target=serve)
+        thread.start()
+        (found,) = discover(0.5, here.getsockname())
+        thread.join()
+    assert (found.name, found.target, found.text["wificnc"]) == ("wificnc-1a2b", "tcp://10.1.2.3:23", "esp32s3-zero")
