@@ -17,7 +17,7 @@ static struct {
 static uint8_t flash[IMAGE_SIZE], image[IMAGE_SIZE];
 static size_t flashed;
 static unsigned began, aborted, ended;
-static const char *begin_says, *write_says;
+static const char *begin_says, *write_says, *end_says;
 
 static long wire_read(const struct net_stream *stream, char *bytes, size_t size) {
     (void)stream;
@@ -59,7 +59,7 @@ static const char *write_flash(void *ctx, const uint8_t *bytes, size_t count) {
 static const char *end(void *ctx) {
     (void)ctx;
     ended++;
-    return NULL;
+    return end_says;
 }
 
 static void abort_it(void *ctx) {
@@ -77,7 +77,7 @@ static void connect_again(void) {
     memset(&wire, 0, sizeof wire);
     memset(flash, 0, sizeof flash);
     flashed = began = aborted = ended = 0;
-    begin_says = write_says = NULL;
+    begin_says = write_says = end_says = NULL;
     CHECK(ota_connect(&ota, &(struct net_stream){.ops = &ops}, nonce, now_us));
 }
 
@@ -204,6 +204,11 @@ static void the_machines_no_and_the_flashs_no_reach_the_sender(void) {
     write_says = "the flash is broken";
     send_image(IMAGE_SIZE, 1000);
     CHECK(strstr(wire.out, "ERROR the flash is broken\n") && aborted == 1 && wire.closed);
+    start();
+    ask("correct horse", IMAGE_SIZE);
+    end_says = "it cannot start";
+    send_image(IMAGE_SIZE, 1000);
+    CHECK(strstr(wire.out, "ERROR it cannot start\n") && ended == 1 && aborted == 0 && !ota.done);
 }
 
 static void a_sender_that_vanishes_or_sleeps_leaves_the_old_firmware(void) {

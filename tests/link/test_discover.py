@@ -1,4 +1,4 @@
-"""Multicast DNS: our responder's packets read by zeroconf, zeroconf's questions answered, and one found by the other."""
+"""Multicast DNS: our responder's packets read by zeroconf, its questions answered, and one found by the other."""
 
 from __future__ import annotations
 

@@ -8,7 +8,7 @@ from functools import cache
 from pathlib import Path
 
 import pytest
-from xtensa.compile import compile_all, firmware_sources
+from xtensa.compile import Object, compile_all, firmware_sources, static_ram_bytes
 from xtensa.headers import BOARDS, small_headers
 from xtensa.isr import Program, firmware_in_ram, interrupt_program, step_interrupt, violations
 from xtensa.toolchain import NoToolchainError, Toolchain, find_toolchain
@@ -26,13 +26,19 @@ def tools() -> Toolchain:
 
 
 @cache
-def program_of(chip: str) -> Program:
-    tools = find_toolchain()
+def objects_of(chip: str) -> list[Object]:
     output = ROOT / "build" / "xtensa" / "small" / chip
-    sources = firmware_sources(ROOT)
-    objects = compile_all(tools, ROOT, small_headers(ROOT, chip, output), sources, output)
+    headers = small_headers(ROOT, chip, output)
+    objects = compile_all(find_toolchain(), ROOT, headers, firmware_sources(ROOT), output)
     assert not [(made.source.name, made.said) for made in objects if made.said]
-    return interrupt_program(tools, ROOT, output, sources)
+    return objects
+
+
+@cache
+def program_of(chip: str) -> Program:
+    objects_of(chip)
+    output = ROOT / "build" / "xtensa" / "small" / chip
+    return interrupt_program(find_toolchain(), ROOT, output, firmware_sources(ROOT))
 
 
 @pytest.mark.parametrize("chip", BOARDS)
@@ -45,6 +51,11 @@ def test_the_step_interrupt_keeps_its_budget(tools: Toolchain, chip: str) -> Non
     found = step_interrupt(program_of(chip))
     over = {name: count for name, count in found.items() if not 0 < count <= BUDGET[name]}
     assert not over
+
+
+@pytest.mark.parametrize("chip", BOARDS)
+def test_static_ram_keeps_its_budget(tools: Toolchain, chip: str) -> None:
+    assert 20_000 < static_ram_bytes(tools, objects_of(chip)) <= BUDGET["static RAM of core and target"]
 
 
 def test_headers_of_our_own_are_small() -> None:

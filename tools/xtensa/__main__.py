@@ -7,7 +7,7 @@ import sys
 import time
 from pathlib import Path
 
-from xtensa.compile import compile_all, firmware_sources
+from xtensa.compile import compile_all, firmware_sources, static_ram_bytes
 from xtensa.headers import BOARDS, real_headers, small_headers, without_effect
 from xtensa.isr import firmware_in_ram, interrupt_program, step_interrupt, violations
 from xtensa.toolchain import NoToolchainError, Toolchain, find_toolchain
@@ -39,6 +39,7 @@ def main() -> int:
         seconds = time.perf_counter() - begin
         if not bad:
             failed += _report_interrupts(tools, output)
+            print(f"static RAM of core and target: {static_ram_bytes(tools, objects):,} bytes ({BOARDS[chip]})")
         print(f"{chip}: {len(objects) - len(bad)} of {len(objects)} files compile with {kind}, {seconds:.1f} s")
     return 1 if failed else 0
 

@@ -104,3 +104,13 @@ def _for_cpu(code: str) -> str:
     """Name the processor in every function's attributes: clang cannot be told."""
     code = re.sub(r'"target-cpu"="[^"]*"', "", code)
     return re.sub(r"^(attributes #\d+ = \{)", rf'\1 "target-cpu"="{CPU}"', code, flags=re.MULTILINE)
+
+
+RAM_SECTIONS = re.compile(r"^\s*\d+\s+\.(?:bss|data|dram1|noinit)\S*\s+([0-9a-f]+)", re.MULTILINE)
+
+
+def static_ram_bytes(tools: Toolchain, objects: Sequence[Object]) -> int:
+    """RAM that our own objects take before anything runs, code in RAM not counted."""
+    command = [tools.objdump, "-h", *(str(made.path) for made in objects)]
+    said = subprocess.run(command, capture_output=True, text=True, check=True).stdout
+    return sum(int(size, 16) for size in RAM_SECTIONS.findall(said))

@@ -33,7 +33,9 @@ lwip/port/esp32xx/include/sys esp_driver_gpio/include esp_driver_ledc/include es
 esp_driver_usb_serial_jtag/include esp_timer/include esp_event/include esp_netif/include esp_wifi/include
 esp_wifi/include/local esp_phy/include esp_phy/CHIP/include esp_coex/include
 wpa_supplicant/esp_supplicant/include nvs_flash/include esp_partition/include spi_flash/include
-esp_eth/include vfs/include esp_pm/include esp_ringbuf/include
+esp_eth/include vfs/include esp_pm/include esp_ringbuf/include esp_driver_rmt/include esp_driver_spi/include
+app_update/include bootloader_support/include esp_app_format/include esp_bootloader_format/include
+esp_driver_pcnt/include
 """.split())  # noqa: SIM905
 # fmt: on
 

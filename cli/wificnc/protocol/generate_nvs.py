@@ -46,6 +46,10 @@ def names_text(table: NvsTable) -> str:
     return HEAD + body + "\n#define NVS_PINS(X) \\\n" + " \\\n".join(pins) + "\n/* clang-format on */\n\n#endif\n"
 
 
+def _pin_row(key: str, signal: str) -> str:
+    return f'    X("{key}", "{signal}", PIN_{signal.upper()}, {int(is_output(signal))})'
+
+
 def is_output(signal: str) -> bool:
     """Whether the controller drives this signal."""
     return signal.startswith(("step_", "dir_", "misc_out_", *OUTPUT_SIGNALS))

@@ -71,7 +71,7 @@ class NvsTable(_Strict):
 
     @model_validator(mode="after")
     def _distinct(self) -> NvsTable:
-        keys = [row.key for row in (*self.text, *self.number, *self.pin)]
+        keys = [row.key for row in self.text] + [row.key for row in self.number] + [row.key for row in self.pin]
         if len(set(keys)) < len(keys):
             raise ValueError("two rows have the same key")
         return self

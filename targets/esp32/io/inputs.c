@@ -107,6 +107,6 @@ void IRAM_ATTR inputs_read(const struct inputs *inputs, struct hal_inputs *out) 
     out->limit_max = (axis_mask_t)(high >> INPUT_LIMIT_MAX & axes);
     out->second_min = out->second_max = 0; /* no board of this target has a second motor on an axis */
     out->probe = (high >> INPUT_PROBE & 1) != 0;
-    out->estop = (on >> INPUT_ESTOP & 1) != 0;
+    out->estop = (on >> INPUT_ESTOP & 1) != 0 || inputs->locked;
     out->door = out->hold = out->start = out->reset = false;
 }

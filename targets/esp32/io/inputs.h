@@ -33,6 +33,7 @@ struct input_wire {
 struct inputs {
     struct input_wire wire[INPUT_COUNT];
     struct debounce debounce;
+    volatile bool locked;    /* as if e-stop were pressed: an update, safe mode */
     uint32_t active_low;     /* inputs that are on while their line is low */
     struct machine *machine; /* is told of edges of limits and e-stop; NULL: nobody */
 };

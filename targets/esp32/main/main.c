@@ -1,45 +1,126 @@
 /* SPDX-License-Identifier: MIT
- * Start of the firmware, in stages: what can hurt is made safe before anything else can go wrong; the motion
- * side stands before there is anybody who could command it; the network comes last, and nothing waits for it.
- */
+ * Start of the firmware, in stages: outputs are made safe before anything else can go wrong; the motion side
+ * stands before there is anybody who could command it; the network comes last, and nothing waits for it.
+ *
+ * The storage is read before the outputs, because it says which pins they are on; until then the pins do what
+ * they do from reset. */
 #include "app/board.h"
+#include "app/boot_guard.h"
 #include "app/controller.h"
 #include "app/follow.h"
+#include "app/io_module.h"
 #include "app/motion_task.h"
+#include "app/services.h"
 #include "app/task_map.h"
 #include "hal/esp32_hal.h"
+#include "hal/hal.h"
+#include "io/led_driver.h"
 #include "link/serial_stream.h"
+#include "net/network.h"
 #include "net/wifi.h"
 #include "store/nvs_flash_ops.h"
+#include "store/nvs_names.h"
 
+#include "esp_attr.h"
+#include "esp_system.h"
 #include "esp_task_wdt.h"
 #include "freertos/FreeRTOS.h"
 #include "freertos/task.h"
 
 #include <stdio.h>
+#include <string.h>
 
-enum { TELNET_CLIENTS = 4 };
+enum { TELNET_CLIENTS = 4, US_PER_MS = 1000, LED_EVERY_US = 50000 };
+enum device_mode { MODE_CONTROLLER, MODE_IO_MODULE };
+
+static RTC_NOINIT_ATTR struct boot_guard guard; /* a reset keeps it */
 
 static struct machine machine;
 static struct hal hal;
 static struct controller controller;
+static struct services services;
 static struct nvs_store store;
 static struct follow follow;
+static struct pin_map pins;
+static struct step_engine_board step_pins;
+static char password[ACCESS_PASSWORD_MAX + 1];
+static uint8_t device_mode, link_lost;
+static bool safe_mode, has_network;
 
 /* A stage that fails is said on the serial ports; what needs it is left out. */
 static void tell(const char *text) {
     net_hub_tell(&controller.hub, text);
 }
 
+/* Pins are sorted out before there is anybody to be told. */
+static char pin_complaints[512];
+
+static void note_complaint(void *ctx, const char *text) {
+    size_t used = strlen(pin_complaints);
+    (void)ctx;
+    snprintf(pin_complaints + used, sizeof pin_complaints - used, "%s\n", text);
+}
+
+static void tell_complaints(void) {
+    for (const char *line = strtok(pin_complaints, "\n"); line != NULL; line = strtok(NULL, "\n"))
+        tell(line);
+}
+
+/* ---- before anything moves ---- */
+
+static bool read_u8(void *ctx, const char *key, uint8_t *value) {
+    uint32_t stored;
+    (void)ctx;
+    if (store.ops == NULL || !store.ops->get(store.ctx, key, NVS_U8, &stored))
+        return false;
+    *value = (uint8_t)stored;
+    return true;
+}
+
+static enum boot_cause cause_of_start(void) {
+    switch (esp_reset_reason()) {
+    case ESP_RST_SW:
+    case ESP_RST_USB:
+        return BOOT_SOFTWARE;
+    case ESP_RST_PANIC:
+    case ESP_RST_INT_WDT:
+    case ESP_RST_TASK_WDT:
+    case ESP_RST_WDT:
+        return BOOT_CRASH;
+    case ESP_RST_BROWNOUT:
+        return BOOT_BROWNOUT;
+    default:
+        return BOOT_POWER;
+    }
+}
+
+static void read_choices(void) {
+    device_mode = DEVICE_MODE_DEFAULT;
+    link_lost = LINK_LOST_DEFAULT;
+    (void)read_u8(NULL, NVS_DEVICE_MODE, &device_mode);
+    (void)read_u8(NULL, NVS_LINK_LOST, &link_lost);
+    (void)nvs_flash_ops_get_text(&store, NVS_ACCESS_PASSWORD, password, sizeof password);
+}
+
+static void start_pins(void) {
+    const struct pin_moves moves = {.read = read_u8, .tell = note_complaint};
+    pin_map_init(&pins);
+    (void)pin_map_move(&pins, &moves);
+    outputs_make_safe(&pins);
+    (void)led_driver_init(pin_map_find(&pins, "led"));
+}
+
 static void start_hal(void) {
     struct input_wire inputs[INPUT_COUNT];
     struct output_wire outputs[SWITCH_COUNT];
-    board_inputs(inputs);
-    board_outputs(outputs);
+    board_inputs(&pins, inputs);
+    board_outputs(&pins, outputs);
+    step_pins = board_step_engine(&pins);
     inputs_init(&hal.inputs, inputs);
+    hal.inputs.locked = safe_mode;
     if (!outputs_init(&hal.outputs, outputs))
         tell("Spindle PWM did not start");
-    if (!step_engine_init(&hal.step, &board_step_engine))
+    if (!step_engine_init(&hal.step, &step_pins))
         tell("This board's step pins or timer are impossible, nothing moves");
 }
 
@@ -57,56 +138,118 @@ static void start_machine(enum nvs_start kept) {
     board.store = kept == NVS_START_FAILED ? NULL : &nvs_hal_store;
     board.store_ctx = &store;
     machine_init(&machine, &board, &hal, &hal.step, &out);
-    follow_init(&follow, &machine, &hal);
+    follow_init(&follow, &machine, &hal, &step_pins);
     if (kept == NVS_START_ERASED)
         tell("The storage could not be read and was erased: all settings are defaults");
     if (kept == NVS_START_FAILED)
         tell("The storage does not work: nothing is kept over a power cut");
-    if (motion_task_start(&machine, &hal))
+    if (safe_mode)
+        tell("Safe mode after three crashes in a row: nothing moves until the power is switched off and on");
+    else if (motion_task_start(&machine, &hal))
         machine.board.motion_side = &motion_task_side;
     else
         tell("The motion side did not start, nothing moves");
 }
 
+/* ---- the controller's task ---- */
+
+/* For updates: nothing moves now, and nothing will until the end of it. */
+static const char *lock_machine(void *ctx) {
+    (void)ctx;
+    if (!machine_is_at_rest(&machine))
+        return "the machine moves: wait for its end, or stop it";
+    hal.inputs.locked = true;
+    return NULL;
+}
+
+static void unlock_machine(void *ctx) {
+    (void)ctx;
+    hal.inputs.locked = safe_mode;
+}
+
 static void start_network(void) {
+    static const struct ota_flash flash = {.lock = lock_machine, .unlock = unlock_machine};
+    const struct controller_options options = {.password = password, .link_lost = link_lost};
     char text[128];
     int error;
-    if (!wifi_start(&store)) {
-        tell("WiFi did not start");
+    has_network = network_start(&store);
+    if (!has_network) {
+        tell("Neither WiFi nor Ethernet did start");
         return;
     }
-    snprintf(text, sizeof text, "Own network: %s password: %s", wifi_own_name(), wifi_own_password());
+    snprintf(text, sizeof text, "Own network: %s password: %s", network_name(), wifi_own_password());
     tell(text);
+    controller_set(&controller, &options);
+    services_start(&services, &controller.gate, password, &flash);
     if (!controller_listen(&controller, NULL, "23", &error)) {
         snprintf(text, sizeof text, "Telnet did not start, error %d", error);
         tell(text);
     }
 }
 
+static enum led_state led_state(void) {
+    if (machine.state == MACHINE_ALARM || safe_mode)
+        return LED_ALARM;
+    if (controller.hub.owner == NULL)
+        return LED_DISCONNECTED;
+    return machine_is_at_rest(&machine) ? LED_READY : LED_RUNNING;
+}
+
+/* This firmware works: earlier crashes do not count. */
+static void note_health(uint32_t now_us) {
+    static bool noted;
+    if (noted || now_us < BOOT_HEALTHY_AFTER_MS * (uint32_t)US_PER_MS)
+        return;
+    noted = true;
+    boot_guard_healthy(&guard);
+}
+
 static void run_controller(void *unused) {
+    uint32_t shown_us = 0;
     (void)unused;
     (void)esp_task_wdt_add(NULL);
     start_network();
     for (;;) {
+        uint32_t now_us = hal_time_us(&hal);
         (void)esp_task_wdt_reset();
+        note_health(now_us);
         follow_poll(&follow);
-        if (controller_round(&controller))
+        if (now_us - shown_us >= LED_EVERY_US) {
+            shown_us = now_us;
+            led_driver_show(led_state(), now_us / US_PER_MS);
+        }
+        bool more = has_network && services_poll(&services, now_us);
+        if (controller_round(&controller) && !safe_mode)
             motion_task_wake();
-        else
+        else if (!more)
             vTaskDelay(pdMS_TO_TICKS(1));
     }
+}
+
+static void run_io_module(void *unused) {
+    (void)unused;
+    if (network_start(&store))
+        io_module_run(&services, &controller.gate, password);
+    vTaskDelete(NULL);
 }
 
 void app_main(void) {
     static const struct net_hub_sizes sizes = {
         .clients = TELNET_CLIENTS + CONTROLLER_PORTS, .in = 2048, .out = 16384, .left = 2048};
-    outputs_make_safe();
-    controller_init(&controller, &machine, &sizes);
-    start_ports();
     enum nvs_start kept = nvs_flash_ops_open(&store);
-    start_hal();
-    start_machine(kept);
-    if (xTaskCreatePinnedToCore(run_controller, "controller", CONTROLLER_TASK_STACK, NULL,
-                                CONTROLLER_TASK_PRIORITY, NULL, NETWORK_CORE) != pdPASS)
+    safe_mode = boot_guard_begin(&guard, cause_of_start());
+    controller_init(&controller, &machine, &sizes);
+    start_pins();
+    read_choices();
+    void (*run)(void *) = run_io_module;
+    if (device_mode != MODE_IO_MODULE) {
+        start_ports();
+        tell_complaints();
+        start_hal();
+        start_machine(kept);
+        run = run_controller;
+    }
+    if (xTaskCreatePinnedToCore(run, "controller", CONTROLLER_TASK_STACK, NULL, CONTROLLER_TASK_PRIORITY,
+                                NULL, NETWORK_CORE) != pdPASS)
         tell("No memory for the controller task");
 }

@@ -165,12 +165,12 @@ static void finish(struct ota *ota) {
         refuse(ota, "the image came in damaged: its SHA-256 differs");
         return;
     }
+    ota->state = OTA_PARTS; /* end() leaves nothing to be called off */
     const char *why = ota->ops->end(ota->ctx);
     if (why != NULL) {
         refuse(ota, why);
         return;
     }
-    ota->state = OTA_PARTS;
     ota->done = true;
     say(ota, "DONE\n");
 }

@@ -1,22 +1,35 @@
 /* SPDX-License-Identifier: MIT
  * WiFi: the stored network, and one of our own where there is none. [task, core 0]
  *
- * NVS keys: wifi_ssid, wifi_pass (the stored network), ap_pass (of our own network; random, made at the first
- * start). No password is ever printed, but that of our own network on the serial ports. */
+ * No password is ever printed, but that of our own network on the serial ports. */
 #ifndef WIFICNC_ESP32_WIFI_H
 #define WIFICNC_ESP32_WIFI_H
 
+#include "store/nvs_names.h"
 #include "store/nvs_store.h"
 
 #include <stdbool.h>
+#include <stdint.h>
 
-enum { WIFI_SSID_SIZE = 33, WIFI_PASSWORD_SIZE = 64, WIFI_ADDRESS_SIZE = 16 };
+/** What came in. */
+enum wifi_news { WIFI_NEWS_ADDRESS, WIFI_NEWS_LOST };
 
-/** [start] Radio and its task. @return false: it did not start; the serial ports go on working */
-bool wifi_start(const struct nvs_store *store);
+/** [start, behind esp_netif_init()] The driver, with the stored network. The radio is off. @param name  of
+ * our own network, and of this controller in others @return false: it did not start */
+bool wifi_init(const struct nvs_store *store, const char *name);
 
-/** Name and password of our own network; empty before wifi_start(). */
-const char *wifi_own_name(void);
+/** Password of our own network: stored, or made now; empty before wifi_init(). */
 const char *wifi_own_password(void);
+
+/** Bytes that nobody can foresee, taken while the radio was on (the chip's noise source); all 0 when it never
+ * was. */
+enum { WIFI_SEED_SIZE = 32 };
+const uint8_t *wifi_seed(void);
+
+/** Every 100 ms. @param on  whether WiFi is to be on @return our own network is up */
+bool wifi_poll(bool on);
+
+/** [the network task] News of the driver's events. */
+void wifi_news(enum wifi_news news);
 
 #endif

@@ -7,3 +7,4 @@
 #define IDF_API_SECTION(name, number)  IDF_API_SECTION_(name, number)
 #define IRAM_ATTR                      IDF_API_SECTION(".iram1", __COUNTER__)
 #define DRAM_ATTR                      IDF_API_SECTION(".dram1", __COUNTER__)
+#define RTC_NOINIT_ATTR                IDF_API_SECTION(".rtc_noinit", __COUNTER__)

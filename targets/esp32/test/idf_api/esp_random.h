@@ -3,6 +3,8 @@
  * real one by tools/xtensa with IDF_PATH set. */
 #pragma once
 
+#include <stddef.h>
 #include <stdint.h>
 
 uint32_t esp_random(void);
+void esp_fill_random(void *bytes, size_t count);

@@ -6,4 +6,6 @@
 #include "netinet/in.h"
 
 const char *inet_ntop(int family, const void *from, char *text, socklen_t size);
+int inet_pton(int family, const char *text, void *to);
+uint16_t htons(uint16_t number);
 uint16_t ntohs(uint16_t number);

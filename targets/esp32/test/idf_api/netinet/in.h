@@ -5,13 +5,20 @@
 
 #include "sys/socket.h"
 
-#define IPPROTO_TCP      6
-#define INET6_ADDRSTRLEN 46
+#define IPPROTO_IP        0
+#define IPPROTO_TCP       6
+#define IP_ADD_MEMBERSHIP 3
+#define IP_MULTICAST_IF   6
+#define INET6_ADDRSTRLEN  46
 
 typedef uint16_t in_port_t;
 
 struct in_addr {
     uint32_t s_addr;
+};
+
+struct ip_mreq {
+    struct in_addr imr_multiaddr, imr_interface;
 };
 
 struct in6_addr {

@@ -26,6 +26,7 @@ struct sockaddr_storage {
 #define AF_INET      2
 #define AF_INET6     10
 #define SOCK_STREAM  1
+#define SOCK_DGRAM   2
 #define SOL_SOCKET   0xfff
 #define SO_REUSEADDR 0x0004
 
@@ -36,4 +37,7 @@ int accept(int fd, struct sockaddr *address, socklen_t *size);
 int getsockname(int fd, struct sockaddr *address, socklen_t *size);
 int setsockopt(int fd, int level, int name, const void *value, socklen_t size);
 ssize_t recv(int fd, void *bytes, size_t size, int flags);
+ssize_t recvfrom(int fd, void *bytes, size_t size, int flags, struct sockaddr *from, socklen_t *from_size);
+ssize_t sendto(int fd, const void *bytes, size_t size, int flags, const struct sockaddr *to,
+               socklen_t to_size);
 ssize_t send(int fd, const void *bytes, size_t size, int flags);

@@ -1,0 +1,28 @@
+/* SPDX-License-Identifier: MIT */
+#include "app/io_module.h"
+
+#include "esp_task_wdt.h"
+#include "esp_timer.h"
+#include "freertos/FreeRTOS.h"
+#include "freertos/task.h"
+
+/* Nothing moves here: an update may come at any time. */
+static const char *lock(void *ctx) {
+    (void)ctx;
+    return NULL;
+}
+
+static void unlock(void *ctx) {
+    (void)ctx;
+}
+
+void io_module_run(struct services *services, struct net_gate *gate, const char *password) {
+    static const struct ota_flash flash = {.lock = lock, .unlock = unlock};
+    services_start(services, gate, password, &flash);
+    (void)esp_task_wdt_add(NULL);
+    for (;;) {
+        (void)esp_task_wdt_reset();
+        if (!services_poll(services, (uint32_t)esp_timer_get_time()))
+            vTaskDelay(1);
+    }
+}

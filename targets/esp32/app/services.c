@@ -1,0 +1,83 @@
+/* SPDX-License-Identifier: MIT */
+#include "app/services.h"
+
+#include "net/network.h"
+#include "net/wifi.h"
+#include "net_mdns_udp.h"
+#include "net_tcp.h"
+#include "pin_config.h"
+
+#include "esp_system.h"
+#include "sdkconfig.h"
+
+#include <stdio.h>
+#include <string.h>
+
+/* Chip ids of images: ESP-IDF, esp_app_format.h. RESTART_US: the last word must get out. */
+#ifdef CONFIG_IDF_TARGET_ESP32S3
+enum { CHIP_ID = 9 };
+#else
+enum { CHIP_ID = 0 };
+#endif
+enum { TELNET_PORT = 23, RESTART_US = 500000, CONFIRM_US = 30000000 };
+
+void services_start(struct services *services, struct net_gate *gate, const char *password,
+                    const struct ota_flash *flash) {
+    static const struct ota_image image = {.board = BOARD_ID, .chip_id = CHIP_ID, .project = "wificnc"};
+    char address[NET_ADDRESS_SIZE], port[8];
+    int error;
+    *services = (struct services){.flash = *flash, .mdns = {.port = TELNET_PORT}};
+    snprintf(services->password, sizeof services->password, "%s",
+             password[0] != '\0' ? password : wifi_own_password());
+    ota_init(&services->ota, &ota_flash_ops, &services->flash, &image, gate, services->password);
+    snprintf(port, sizeof port, "%d", OTA_PORT);
+    services->ota_listener = net_tcp_listen(NULL, port, address, &error);
+    snprintf(services->mdns.name, sizeof services->mdns.name, "%s", network_name());
+    snprintf(services->mdns.text, sizeof services->mdns.text, "wificnc=%s", BOARD_ID);
+    services->mdns_socket = net_mdns_open("0.0.0.0", NET_MDNS_PORT);
+}
+
+/* Never the same, and nobody can foresee it: a keyed digest of a counter. */
+static void make_nonce(struct services *services, uint8_t nonce[OTA_NONCE_SIZE]) {
+    uint8_t digest[SHA256_SIZE];
+    services->nonces++;
+    sha256_hmac(wifi_seed(), WIFI_SEED_SIZE, &services->nonces, sizeof services->nonces, digest);
+    memcpy(nonce, digest, OTA_NONCE_SIZE);
+}
+
+static bool poll_updates(struct services *services, uint32_t now_us) {
+    struct net_stream stream;
+    char name[NET_ADDRESS_SIZE];
+    uint8_t nonce[OTA_NONCE_SIZE];
+    if (services->ota_listener >= 0 && net_tcp_accept(services->ota_listener, &stream, name)) {
+        make_nonce(services, nonce);
+        (void)ota_connect(&services->ota, &stream, nonce, now_us);
+    }
+    bool any = ota_poll(&services->ota, now_us);
+    if (!services->ota.done || services->ota.state != OTA_FREE)
+        services->done_us = now_us;
+    else if (now_us - services->done_us >= RESTART_US)
+        esp_restart();
+    return any;
+}
+
+static void poll_name(struct services *services) {
+    uint32_t address = network_address();
+    if (services->mdns_socket < 0)
+        return;
+    if (address != services->address) {
+        services->address = address;
+        memcpy(services->mdns.address, &address, sizeof services->mdns.address);
+        net_mdns_join(services->mdns_socket, &services->mdns);
+    }
+    net_mdns_poll(services->mdns_socket, &services->mdns);
+}
+
+bool services_poll(struct services *services, uint32_t now_us) {
+    poll_name(services);
+    if (!services->confirmed && now_us >= CONFIRM_US) {
+        services->confirmed = true;
+        ota_flash_confirm();
+    }
+    return poll_updates(services, now_us);
+}

@@ -1,0 +1,34 @@
+/* SPDX-License-Identifier: MIT
+ * What the network is offered beside telnet: updates and a name. [task, core 0] For motion controller and I/O
+ * module alike. */
+#ifndef WIFICNC_ESP32_SERVICES_H
+#define WIFICNC_ESP32_SERVICES_H
+
+#include "net/ota_flash.h"
+#include "net_mdns.h"
+
+#include <stdbool.h>
+#include <stdint.h>
+
+struct services {
+    struct ota_flash flash;
+    struct ota ota;
+    struct net_mdns mdns;
+    char password[64];             /* of updates */
+    int ota_listener, mdns_socket; /* -1: not there */
+    uint32_t nonces;
+    uint32_t address; /* announced */
+    uint32_t done_us; /* when an update was complete */
+    bool confirmed;   /* the image that runs need not be taken back */
+};
+
+/** [start, behind network_start()] @param gate  of all passwords  @param password  of network clients; "":
+ * updates want that of our own network  @param flash  who is asked before flash is written; is copied */
+void services_start(struct services *services, struct net_gate *gate, const char *password,
+                    const struct ota_flash *flash);
+
+/** One round. An image that gets here for half a minute has a network, and so can be updated again: it is
+ * confirmed. Restarts the chip when a new firmware is complete. @return true: there is more to do at once */
+bool services_poll(struct services *services, uint32_t now_us);
+
+#endif

@@ -1,0 +1,135 @@
+/* SPDX-License-Identifier: MIT */
+#include "net/network.h"
+
+#include "app/task_map.h"
+#include "net/ethernet.h"
+#include "net/link_policy.h"
+#include "net/wifi.h"
+
+#include "esp_eth.h"
+#include "esp_event.h"
+#include "esp_mac.h"
+#include "esp_netif.h"
+#include "esp_timer.h"
+#include "esp_wifi.h"
+#include "freertos/FreeRTOS.h"
+#include "freertos/queue.h"
+#include "freertos/task.h"
+
+#include <stdio.h>
+
+enum { POLL_MS = 100, EVENTS = 8, US_PER_MS = 1000 };
+enum { OWN_ADDRESS = 192 | 168 << 8 | 4 << 16 | 1 << 24 }; /* 192.168.4.1, ESP-IDF's own */
+
+enum change { ETHERNET_UP, ETHERNET_DOWN, STATION_UP, STATION_DOWN };
+
+/* From the events' task to ours. */
+struct news {
+    enum change change;
+    uint32_t address;
+};
+
+static struct {
+    char name[NETWORK_NAME_SIZE];
+    QueueHandle_t news;
+    struct link_policy policy;
+    bool has_wifi;
+    uint32_t ethernet, station; /* addresses; 0: none */
+    uint32_t address;
+} network;
+
+const char *network_name(void) {
+    return network.name;
+}
+
+uint32_t network_address(void) {
+    return __atomic_load_n(&network.address, __ATOMIC_RELAXED);
+}
+
+static uint32_t now_ms(void) {
+    return (uint32_t)(esp_timer_get_time() / US_PER_MS);
+}
+
+/* ---- events ---- */
+
+static void pass_on(enum change change, uint32_t address) {
+    const struct news news = {change, address};
+    (void)xQueueSend(network.news, &news, 0);
+}
+
+static void on_address(void *ctx, esp_event_base_t base, int32_t id, void *data) {
+    const ip_event_got_ip_t *got = data;
+    (void)ctx;
+    (void)base;
+    if (id == IP_EVENT_STA_GOT_IP)
+        pass_on(STATION_UP, got->ip_info.ip.addr);
+    else if (id == IP_EVENT_ETH_GOT_IP)
+        pass_on(ETHERNET_UP, got->ip_info.ip.addr);
+    else if (id == IP_EVENT_ETH_LOST_IP)
+        pass_on(ETHERNET_DOWN, 0);
+}
+
+static void on_wifi(void *ctx, esp_event_base_t base, int32_t id, void *data) {
+    (void)ctx;
+    (void)base;
+    (void)data;
+    if (id == WIFI_EVENT_STA_DISCONNECTED)
+        pass_on(STATION_DOWN, 0);
+}
+
+static void on_cable(void *ctx, esp_event_base_t base, int32_t id, void *data) {
+    (void)ctx;
+    (void)base;
+    (void)data;
+    if (id == ETHERNET_EVENT_DISCONNECTED)
+        pass_on(ETHERNET_DOWN, 0);
+}
+
+/* ---- the task ---- */
+
+static void take(const struct news *news) {
+    switch (news->change) {
+    case ETHERNET_UP:
+    case ETHERNET_DOWN:
+        network.ethernet = news->address;
+        link_policy_ethernet(&network.policy, news->change == ETHERNET_UP, now_ms());
+        break;
+    case STATION_UP:
+    case STATION_DOWN:
+    default:
+        network.station = news->address;
+        wifi_news(news->change == STATION_UP ? WIFI_NEWS_ADDRESS : WIFI_NEWS_LOST);
+        break;
+    }
+}
+
+static void run(void *unused) {
+    (void)unused;
+    for (;;) {
+        struct news news;
+        if (xQueueReceive(network.news, &news, pdMS_TO_TICKS(POLL_MS)) == pdTRUE)
+            take(&news);
+        bool own = network.has_wifi && wifi_poll(link_policy_wifi(&network.policy, now_ms()));
+        uint32_t address = network.ethernet != 0 ? network.ethernet : network.station;
+        address = address == 0 && own ? (uint32_t)OWN_ADDRESS : address;
+        __atomic_store_n(&network.address, address, __ATOMIC_RELAXED);
+    }
+}
+
+bool network_start(const struct nvs_store *store) {
+    uint8_t mac[6] = {0};
+    (void)esp_read_mac(mac, ESP_MAC_WIFI_SOFTAP);
+    snprintf(network.name, sizeof network.name, "WiFiCNC-%02X%02X", mac[4], mac[5]);
+    network.news = xQueueCreate(EVENTS, sizeof(struct news));
+    if (network.news == NULL || esp_netif_init() != ESP_OK || esp_event_loop_create_default() != ESP_OK ||
+        esp_event_handler_register(IP_EVENT, ESP_EVENT_ANY_ID, on_address, NULL) != ESP_OK ||
+        esp_event_handler_register(WIFI_EVENT, ESP_EVENT_ANY_ID, on_wifi, NULL) != ESP_OK ||
+        esp_event_handler_register(ETH_EVENT, ESP_EVENT_ANY_ID, on_cable, NULL) != ESP_OK)
+        return false;
+    network.has_wifi = wifi_init(store, network.name);
+    bool has_ethernet = ethernet_start(network.name);
+    link_policy_init(&network.policy, has_ethernet, now_ms());
+    return (network.has_wifi || has_ethernet) &&
+           xTaskCreatePinnedToCore(run, "network", NETWORK_TASK_STACK, NULL, NETWORK_TASK_PRIORITY, NULL,
+                                   NETWORK_CORE) == pdPASS;
+}

@@ -1,0 +1,23 @@
+/* SPDX-License-Identifier: MIT
+ * Ethernet or WiFi, whichever serves, in one task. [core 0] Losing any of them touches nothing but its
+ * connections: motion runs on the other core, from its ring. */
+#ifndef WIFICNC_ESP32_NETWORK_H
+#define WIFICNC_ESP32_NETWORK_H
+
+#include "store/nvs_store.h"
+
+#include <stdbool.h>
+#include <stdint.h>
+
+enum { NETWORK_NAME_SIZE = 16 };
+
+/** [start] @return false: neither started; the serial ports go on working */
+bool network_start(const struct nvs_store *store);
+
+/** "WiFiCNC-1A2B", the end of the chip's own MAC address. Empty before network_start(). */
+const char *network_name(void);
+
+/** [any task] Our address, network order: Ethernet's, else WiFi's, else that of our own network; 0: none. */
+uint32_t network_address(void);
+
+#endif

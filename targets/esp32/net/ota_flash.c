@@ -1,0 +1,52 @@
+/* SPDX-License-Identifier: MIT */
+#include "net/ota_flash.h"
+
+#include "esp_ota_ops.h"
+#include "esp_partition.h"
+
+static struct {
+    const esp_partition_t *slot;
+    esp_ota_handle_t handle;
+} update;
+
+static const char *begin(void *ctx, size_t size) {
+    const struct ota_flash *flash = ctx;
+    update.slot = esp_ota_get_next_update_partition(NULL);
+    if (update.slot == NULL)
+        return "this flash has no second slot: update by USB";
+    if (size > update.slot->size)
+        return "the image is larger than its slot";
+    const char *why = flash->lock(flash->ctx);
+    if (why != NULL)
+        return why;
+    /* Erased piece by piece, as it is written: all at once takes seconds. */
+    if (esp_ota_begin(update.slot, OTA_WITH_SEQUENTIAL_WRITES, &update.handle) == ESP_OK)
+        return NULL;
+    flash->unlock(flash->ctx);
+    return "the slot cannot be written";
+}
+
+static const char *write_flash(void *ctx, const uint8_t *bytes, size_t count) {
+    (void)ctx;
+    return esp_ota_write(update.handle, bytes, count) == ESP_OK ? NULL : "the flash cannot be written";
+}
+
+static const char *end(void *ctx) {
+    const struct ota_flash *flash = ctx;
+    flash->unlock(flash->ctx);
+    if (esp_ota_end(update.handle) != ESP_OK)
+        return "the image is no firmware that can start";
+    return esp_ota_set_boot_partition(update.slot) == ESP_OK ? NULL : "the new slot cannot be chosen";
+}
+
+static void abort_it(void *ctx) {
+    const struct ota_flash *flash = ctx;
+    (void)esp_ota_abort(update.handle);
+    flash->unlock(flash->ctx);
+}
+
+const struct ota_ops ota_flash_ops = {.begin = begin, .write = write_flash, .end = end, .abort = abort_it};
+
+void ota_flash_confirm(void) {
+    (void)esp_ota_mark_app_valid_cancel_rollback();
+}

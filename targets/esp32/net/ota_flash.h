@@ -1,0 +1,22 @@
+/* SPDX-License-Identifier: MIT
+ * struct ota_ops over ESP-IDF's two application slots. [task] */
+#ifndef WIFICNC_ESP32_OTA_FLASH_H
+#define WIFICNC_ESP32_OTA_FLASH_H
+
+#include "net/ota.h"
+
+/** Whoever must agree, and is held still meanwhile. */
+struct ota_flash {
+    /** @return NULL: go on, and stay locked until unlock(); or why not now */
+    const char *(*lock)(void *ctx);
+    void (*unlock)(void *ctx);
+    void *ctx;
+};
+
+/** Their ctx is a struct ota_flash. */
+extern const struct ota_ops ota_flash_ops;
+
+/** The image that runs has proved itself: the bootloader will not go back to the one before. */
+void ota_flash_confirm(void);
+
+#endif

@@ -1,0 +1,21 @@
+/* SPDX-License-Identifier: MIT
+ * What we use of ESP-IDF 5.5's driver/spi_master.h, declared anew: enough to compile against, checked against
+ * the real one by tools/xtensa with IDF_PATH set. */
+#pragma once
+
+#include "esp_err.h"
+
+typedef enum { SPI1_HOST, SPI2_HOST, SPI3_HOST } spi_host_device_t;
+typedef enum { SPI_DMA_CH_AUTO = 3 } spi_dma_chan_t;
+
+typedef struct {
+    int mosi_io_num, miso_io_num, sclk_io_num, quadwp_io_num, quadhd_io_num;
+} spi_bus_config_t;
+
+typedef struct {
+    uint8_t mode;
+    int clock_speed_hz, spics_io_num, queue_size;
+} spi_device_interface_config_t;
+
+esp_err_t spi_bus_initialize(spi_host_device_t host, const spi_bus_config_t *config, spi_dma_chan_t dma);
+esp_err_t spi_bus_free(spi_host_device_t host);

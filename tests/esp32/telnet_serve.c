@@ -1,0 +1,68 @@
+/* SPDX-License-Identifier: MIT
+ * The ESP32's controller task over real sockets of this computer, with the host's pins behind it: says its
+ * port on stdout, and ends with stdin. Time goes on by a ms a round. Usage: telnet_serve PASSWORD LINK_LOST
+ */
+#include "app/controller.h"
+#include "host_inner.h"
+
+#include <fcntl.h>
+#include <netinet/in.h>
+#include <sched.h>
+#include <signal.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+enum { TICKS_A_ROUND = 20000, CLIENTS = 4 };
+
+static const struct host_board board = {.timer_hz = 20000000,
+                                        .step_pulse_ns = 2000,
+                                        .dir_setup_ns = 2000,
+                                        .max_step_rate_hz = 250000,
+                                        .axis_count = 3};
+
+static void pass_a_millisecond(struct host *host) {
+    struct hal_step *hal = &host->hal.step;
+    uint64_t until = hal->now_ticks + TICKS_A_ROUND;
+    while (host->machine.step.active && hal->alarm_ticks <= until) {
+        hal->now_ticks = hal->alarm_ticks;
+        hal->write = host->trace.events;
+        step_isr(&host->machine.step);
+        (void)machine_poll(&host->machine);
+    }
+    hal->now_ticks = until;
+}
+
+static bool stdin_is_open(void) {
+    char byte;
+    return read(STDIN_FILENO, &byte, 1) != 0;
+}
+
+int main(int argc, char **argv) {
+    static const struct net_hub_sizes sizes = {.clients = CLIENTS, .in = 2048, .out = 16384, .left = 2048};
+    static struct controller controller;
+    struct host *host = host_create(&board);
+    struct sockaddr_in here;
+    socklen_t size = sizeof here;
+    int error;
+    if (argc != 3 || host == NULL)
+        return 2;
+    const struct controller_options options = {.password = argv[1], .link_lost = (uint8_t)atoi(argv[2])};
+    (void)signal(SIGPIPE, SIG_IGN);
+    controller_init(&controller, &host->machine, &sizes);
+    host->machine.out = controller_out(&controller);
+    controller_set(&controller, &options);
+    if (!controller_listen(&controller, "127.0.0.1", "0", &error) ||
+        getsockname(controller.listener, (struct sockaddr *)&here, &size) != 0)
+        return 1;
+    printf("%d\n", ntohs(here.sin_port));
+    fflush(stdout);
+    (void)fcntl(STDIN_FILENO, F_SETFL, O_NONBLOCK);
+    while (stdin_is_open()) {
+        (void)controller_round(&controller);
+        pass_a_millisecond(host);
+        sched_yield();
+    }
+    return 0;
+}

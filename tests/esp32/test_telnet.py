@@ -1,0 +1,204 @@
+"""The ESP32's controller task as its network clients meet it: passwords, floods, half-open and slow connections."""
+
+from __future__ import annotations
+
+import socket
+import subprocess
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from functools import cache
+from pathlib import Path
+
+import pytest
+from wificnc.build.checkout import checkout_root
+from wificnc.build.host import build_program
+
+HERE = Path(__file__).parent
+ESP32 = checkout_root() / "targets" / "esp32"
+FINISH, HOLD, STOP = "0", "1", "2"
+PLACES = 4
+
+
+@cache
+def program() -> Path:
+    sources = [HERE / "telnet_serve.c", ESP32 / "app" / "controller.c"]
+    return build_program(sources, checkout_root() / "build" / "tests" / "telnet_serve", "release", [f"-I{ESP32}"])
+
+
+class Client:
+    """A connection, and what came over it."""
+
+    def __init__(self, port: int) -> None:
+        self.socket = socket.create_connection(("127.0.0.1", port), 10)
+        self.said = b""
+
+    def send(self, data: bytes) -> None:
+        self.socket.sendall(data)
+
+    def until(self, wanted: bytes) -> bytes:
+        """Everything up to and with this. Fails when the connection ends or nothing comes for ten seconds."""
+        while wanted not in self.said:
+            piece = self.socket.recv(65536)
+            assert piece, f"closed after {self.said!r}"
+            self.said += piece
+        found, _, self.said = self.said.partition(wanted)
+        return found + wanted
+
+    def is_closed(self) -> bool:
+        """Reads to the end."""
+        try:
+            while self.socket.recv(65536):
+                pass
+        except ConnectionError:
+            pass
+        return True
+
+
+@contextmanager
+def serving(password: str = "", link_lost: str = FINISH) -> Iterator[Callable[[], Client]]:
+    """A controller; gives a function that connects."""
+    process = subprocess.Popen(
+        [program(), password, link_lost], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+    )
+    assert process.stdin and process.stdout
+    port = int(process.stdout.readline())
+    clients: list[Client] = []
+
+    def connect() -> Client:
+        clients.append(Client(port))
+        return clients[-1]
+
+    try:
+        yield connect
+    finally:
+        for client in clients:
+            client.socket.close()
+        process.stdin.close()
+        assert process.wait(10) == 0
+        process.stdout.close()
+
+
+def state(client: Client) -> str:
+    client.send(b"?")
+    report = client.until(b">\r\n")
+    return report[report.rindex(b"<") + 1 :].split(b"|")[0].decode()
+
+
+def wait_for(client: Client, wanted: str) -> None:
+    deadline = time.monotonic() + 10
+    while (found := state(client)) != wanted:
+        assert time.monotonic() < deadline, f"{found}, not {wanted}"
+
+
+def test_without_a_password_everybody_may_command() -> None:
+    with serving() as connect:
+        client = connect()
+        client.send(b"G0X1\n")
+        assert client.until(b"ok\r\n")
+
+
+def test_a_stranger_sees_the_state_and_commands_nothing() -> None:
+    with serving("correct horse") as connect:
+        stranger = connect()
+        stranger.until(b"[MSG:Password needed: $LOGIN=...]\r\n")
+        stranger.send(b"G0X100\n$J=G91X5F100\n$$\n\x18!")
+        assert state(stranger) == "Idle"
+        friend = connect()
+        friend.send(b"$LOGIN=correct horse\n$$\nG1X9000F60\n")
+        friend.until(b"$110=")
+        friend.until(b"ok\r\n")
+        wait_for(stranger, "Run")
+        stranger.send(b"!\x18\n")
+        wait_for(stranger, "Run")
+        assert b"$110" not in stranger.said and b"ok" not in stranger.said
+
+
+def test_guessing_is_slowed_down_and_the_right_one_still_works() -> None:
+    with serving("correct horse") as connect:
+        guesser = connect()
+        guesser.send(b"$LOGIN=a\n$LOGIN=b\n$LOGIN=correct horse\n")
+        guesser.until(b"Wrong password]")
+        guesser.until(b"wait, then again]")
+        guesser.until(b"wait, then again]")
+        client = connect()
+        deadline = time.monotonic() + 10
+        said = b""
+        while b"ok\r\n" not in said and time.monotonic() < deadline:
+            client.send(b"$LOGIN=correct horse\n")
+            said = client.until(b"\r\n")
+        assert b"ok\r\n" in said
+
+
+def test_locked_clients_do_not_keep_others_out() -> None:
+    with serving("correct horse") as connect:
+        silent = [connect() for _ in range(PLACES + 6)]
+        client = connect()
+        client.send(b"$LOGIN=correct horse\n")
+        client.until(b"ok\r\n")
+        assert silent[0].is_closed()
+
+
+def test_a_flood_is_answered_line_by_line_and_loses_nothing() -> None:
+    lines = 3000
+    with serving() as connect:
+        client = connect()
+        client.socket.setblocking(False)
+        rest, answers = memoryview(b"G1X0.01F100\nG1X0\n" * (lines // 2)), 0
+        deadline = time.monotonic() + 60
+        while answers < lines:
+            assert time.monotonic() < deadline, f"{answers} answers"
+            with suppress(BlockingIOError):
+                rest = rest[client.socket.send(rest) :] if rest else rest
+            with suppress(BlockingIOError):
+                answers += client.socket.recv(65536).count(b"ok\r\n")
+        assert not rest
+
+
+def test_who_does_not_read_is_dropped_and_harms_nobody() -> None:
+    with serving() as connect:
+        owner, slow = connect(), connect()
+        owner.send(b"G0X0\n")
+        owner.until(b"ok\r\n")
+        for _ in range(12000):  # more than any kernel buffers
+            owner.send(b"$$\n")
+            owner.until(b"ok\r\n")
+        assert slow.is_closed()
+
+
+def test_half_open_connections_that_send_half_a_line_leave_no_trace() -> None:
+    with serving() as connect:
+        for _ in range(3 * PLACES):
+            half = connect()
+            half.send(b"G1X5000F60")
+            half.socket.shutdown(socket.SHUT_WR)
+            assert half.is_closed()
+        client = connect()
+        client.send(b"G0X1\n")
+        client.until(b"ok\r\n")
+
+
+@pytest.mark.parametrize(("link_lost", "then"), [(FINISH, "Run"), (HOLD, "Hold:0"), (STOP, "Alarm")])
+def test_when_the_sender_is_lost_the_setting_says_what_follows(link_lost: str, then: str) -> None:
+    with serving(link_lost=link_lost) as connect:
+        owner, watcher = connect(), connect()
+        owner.send(b"G1X9000F600\n")
+        owner.until(b"ok\r\n")
+        wait_for(watcher, "Run")
+        owner.socket.close()
+        wait_for(watcher, then)
+        if link_lost == FINISH:
+            for _ in range(20):
+                assert state(watcher) == "Run"
+
+
+def test_at_rest_a_lost_sender_changes_nothing() -> None:
+    with serving(link_lost=STOP) as connect:
+        owner = connect()
+        owner.send(b"G0X0\n")
+        owner.until(b"ok\r\n")
+        owner.socket.close()
+        watcher = connect()
+        wait_for(watcher, "Idle")
+        watcher.send(b"G1X1F600\n")
+        watcher.until(b"ok\r\n")
