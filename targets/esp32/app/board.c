@@ -8,6 +8,9 @@
 
 enum { NAME_SIZE = 16 };
 
+static const char *const misc_inputs[DIGITAL_INPUT_COUNT] = {"misc_in_0", "misc_in_1", "misc_in_2",
+                                                             "misc_in_3"};
+
 /* "limit_" with axis 2 and "_min": "limit_z_min". */
 static const struct pin_wire *axis_wire(const struct pin_map *map, const char *kind, unsigned axis,
                                         const char *end) {
@@ -50,6 +53,8 @@ void board_inputs(const struct pin_map *map, struct input_wire wire[INPUT_COUNT]
     }
     wire[INPUT_PROBE] = input(pin_map_find(map, "probe"));
     wire[INPUT_ESTOP] = input(pin_map_find(map, "estop"));
+    for (unsigned misc = 0; misc < DIGITAL_INPUT_COUNT; misc++)
+        wire[INPUT_MISC + misc] = input(pin_map_find(map, misc_inputs[misc]));
 }
 
 void board_outputs(const struct pin_map *map, struct output_wire wire[SWITCH_COUNT]) {
@@ -68,7 +73,10 @@ void board_outputs(const struct pin_map *map, struct output_wire wire[SWITCH_COU
 }
 
 struct machine_board board_machine(void) {
+    const uint8_t inputs =
+        BOARD_MISC_IN_COUNT < DIGITAL_INPUT_COUNT ? BOARD_MISC_IN_COUNT : DIGITAL_INPUT_COUNT;
     return (struct machine_board){
+        .digital_inputs = inputs,
         .timer_hz = BOARD_TIMER_HZ,
         .step_pulse_ns = BOARD_STEP_PULSE_NS,
         .dir_setup_ns = BOARD_DIR_SETUP_NS,

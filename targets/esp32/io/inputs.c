@@ -16,6 +16,7 @@
  * ms. The probe's level is only looked at between moves: the step interrupt reads the pin itself. */
 static const struct debounce_time stop_time = {.on_us = 0, .off_us = 5000};
 static const struct debounce_time probe_time = {.on_us = 2000, .off_us = 2000};
+static const struct debounce_time button_time = {.on_us = 10000, .off_us = 20000};
 
 #define LIMITS     (((1u << AXIS_COUNT) - 1) << INPUT_LIMIT_MIN | ((1u << AXIS_COUNT) - 1) << INPUT_LIMIT_MAX)
 #define STOPPING   (LIMITS | 1u << INPUT_ESTOP)
@@ -51,11 +52,19 @@ static void IRAM_ATTR on_edge(void *arg) {
     take_sample(arg);
 }
 
-void inputs_init(struct inputs *inputs, const struct input_wire wire[INPUT_COUNT]) {
-    *inputs = (struct inputs){.machine = NULL};
+static const struct debounce_time *time_of(unsigned input, const struct input_roles *roles) {
+    if (input == INPUT_PROBE)
+        return &probe_time;
+    bool stops = input < INPUT_MISC || input - INPUT_MISC == roles->door || input - INPUT_MISC == roles->hold;
+    return stops ? &stop_time : &button_time;
+}
+
+void inputs_init(struct inputs *inputs, const struct input_wire wire[INPUT_COUNT],
+                 const struct input_roles *roles) {
+    *inputs = (struct inputs){.roles = *roles};
     for (unsigned input = 0; input < INPUT_COUNT; input++) {
         inputs->wire[input] = wire[input];
-        inputs->debounce.time[input] = input == INPUT_PROBE ? probe_time : stop_time;
+        inputs->debounce.time[input] = *time_of(input, roles);
         if (wire[input].gpio == GPIO_NONE)
             continue;
         const gpio_config_t config = {
@@ -73,7 +82,8 @@ void inputs_init(struct inputs *inputs, const struct input_wire wire[INPUT_COUNT
 void inputs_set_levels(struct inputs *inputs, bool limit_invert, bool probe_invert) {
     uint32_t active_low = limit_invert ? 0 : LIMITS;
     active_low |= probe_invert ? 0 : 1u << INPUT_PROBE;
-    active_low |= inputs->wire[INPUT_ESTOP].active_high ? 0 : 1u << INPUT_ESTOP;
+    for (unsigned input = INPUT_ESTOP; input < INPUT_COUNT; input++)
+        active_low |= inputs->wire[input].active_high ? 0 : 1u << input;
     inputs->active_low = active_low;
     debounce_start(&inputs->debounce, read_pins(inputs));
 }
@@ -99,6 +109,10 @@ void inputs_sample(struct inputs *inputs) {
     portEXIT_CRITICAL(&lock);
 }
 
+static bool IRAM_ATTR misc_is_on(uint32_t on, uint8_t number) {
+    return number < DIGITAL_INPUT_COUNT && (on >> (INPUT_MISC + number) & 1) != 0;
+}
+
 void IRAM_ATTR inputs_read(const struct inputs *inputs, struct hal_inputs *out) {
     uint32_t on = __atomic_load_n(&inputs->debounce.stable, __ATOMIC_RELAXED);
     uint32_t high = on ^ inputs->active_low;
@@ -108,5 +122,9 @@ void IRAM_ATTR inputs_read(const struct inputs *inputs, struct hal_inputs *out) 
     out->second_min = out->second_max = 0; /* no board of this target has a second motor on an axis */
     out->probe = (high >> INPUT_PROBE & 1) != 0;
     out->estop = (on >> INPUT_ESTOP & 1) != 0 || inputs->locked;
-    out->door = out->hold = out->start = out->reset = false;
+    out->door = misc_is_on(on, inputs->roles.door);
+    out->hold = misc_is_on(on, inputs->roles.hold);
+    out->start = misc_is_on(on, inputs->roles.start);
+    out->reset = false; /* no board has a button for it */
+    out->digital = (uint8_t)(high >> INPUT_MISC);
 }

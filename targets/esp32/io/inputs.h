@@ -5,6 +5,7 @@
 #define WIFICNC_ESP32_INPUTS_H
 
 #include "base/axis.h"
+#include "gcode/gcode.h"
 #include "hal/hal.h"
 #include "io/debounce.h"
 
@@ -17,7 +18,8 @@ enum {
     INPUT_LIMIT_MAX = INPUT_LIMIT_MIN + AXIS_COUNT,
     INPUT_PROBE = INPUT_LIMIT_MAX + AXIS_COUNT,
     INPUT_ESTOP,
-    INPUT_COUNT
+    INPUT_MISC, /* P0 of M66 */
+    INPUT_COUNT = INPUT_MISC + DIGITAL_INPUT_COUNT
 };
 _Static_assert((int)INPUT_COUNT <= (int)DEBOUNCE_INPUTS, "an input is a bit of a word");
 
@@ -26,12 +28,19 @@ struct machine;
 /** A pin and what it needs. */
 struct input_wire {
     uint8_t gpio;     /* GPIO_NONE: not wired */
-    bool active_high; /* of e-stop; for the others settings say it */
+    bool active_high; /* of e-stop and misc inputs; for the others settings say it */
     uint8_t pull;     /* PIN_PULL_ of pin_config.h */
+};
+
+/** Which misc inputs are these, as M66 numbers them; INPUT_NONE: none. */
+enum { INPUT_NONE = 0xFF };
+struct input_roles {
+    uint8_t door, hold, start;
 };
 
 struct inputs {
     struct input_wire wire[INPUT_COUNT];
+    struct input_roles roles;
     struct debounce debounce;
     volatile bool locked;    /* as if e-stop were pressed: an update, safe mode */
     uint32_t active_low;     /* inputs that are on while their line is low */
@@ -39,7 +48,8 @@ struct inputs {
 };
 
 /** [task] Pins become inputs with their pulls. No interrupt yet. @param wire  is copied */
-void inputs_init(struct inputs *inputs, const struct input_wire wire[INPUT_COUNT]);
+void inputs_init(struct inputs *inputs, const struct input_wire wire[INPUT_COUNT],
+                 const struct input_roles *roles);
 
 /** [motion side, or before inputs_attach()] $5 and $6: at which level limits and probe are on. */
 void inputs_set_levels(struct inputs *inputs, bool limit_invert, bool probe_invert);

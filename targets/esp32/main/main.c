@@ -111,12 +111,17 @@ static void start_pins(void) {
 }
 
 static void start_hal(void) {
+    struct input_roles roles = {
+        .door = DOOR_INPUT_DEFAULT, .hold = HOLD_INPUT_DEFAULT, .start = START_INPUT_DEFAULT};
     struct input_wire inputs[INPUT_COUNT];
     struct output_wire outputs[SWITCH_COUNT];
     board_inputs(&pins, inputs);
     board_outputs(&pins, outputs);
     step_pins = board_step_engine(&pins);
-    inputs_init(&hal.inputs, inputs);
+    (void)read_u8(NULL, NVS_DOOR_INPUT, &roles.door);
+    (void)read_u8(NULL, NVS_HOLD_INPUT, &roles.hold);
+    (void)read_u8(NULL, NVS_START_INPUT, &roles.start);
+    inputs_init(&hal.inputs, inputs, &roles);
     hal.inputs.locked = safe_mode;
     if (!outputs_init(&hal.outputs, outputs))
         tell("Spindle PWM did not start");

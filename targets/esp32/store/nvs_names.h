@@ -20,6 +20,12 @@ enum { ACCESS_PASSWORD_MIN = 8, ACCESS_PASSWORD_MAX = 63 };
 enum { DEVICE_MODE_DEFAULT = 0 };
 #define NVS_LINK_LOST "link_lost"
 enum { LINK_LOST_DEFAULT = 0 };
+#define NVS_DOOR_INPUT "in_door"
+enum { DOOR_INPUT_DEFAULT = 255 };
+#define NVS_HOLD_INPUT "in_hold"
+enum { HOLD_INPUT_DEFAULT = 255 };
+#define NVS_START_INPUT "in_start"
+enum { START_INPUT_DEFAULT = 255 };
 
 #define NVS_PINS(X) \
     X("p_sx", "step_x", PIN_STEP_X, 1) \
