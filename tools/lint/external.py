@@ -27,7 +27,7 @@ CPPCHECK = (
     "--template={file}:{line}: {severity}: {message} [{id}]",
 )
 PYTHON = ("cli", "tools", "tests", "examples")
-COMPILED = (*(f"{path}/" for path in INCLUDE_PATHS), "tools/bench/")
+COMPILED = (*(f"{path}/" for path in INCLUDE_PATHS), "tools/bench/", "tools/mzsim/")
 
 
 def check_ruff(root: Path) -> list[Problem]:

@@ -14,13 +14,13 @@ import subprocess
 import sys
 import time
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
 from wificnc.build.checkout import checkout_root
 from wificnc.build.compiler import Compiler, compiler_stamp, identify_compiler, locate_compiler
 from wificnc.build.lock import build_lock
+from wificnc.build.objects import Unit, compile_stale, failure, is_older
 from wificnc.errors import BuildError
 
 FOLDERS = ("core", "targets/common", "targets/host")  # sources, and where headers are looked for
@@ -60,8 +60,6 @@ VARIANTS: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
 
 LIBRARY_NAME = {"darwin": "libwificnc.dylib", "win32": "wificnc.dll"}.get(sys.platform, "libwificnc.so")
 
-ERROR_LINES = 24  # of the compiler's own words in a BuildError
-
 
 @dataclass(frozen=True)
 class HostBuild:
@@ -73,18 +71,6 @@ class HostBuild:
     compiled: int
     seconds: float
     warnings: str
-
-
-@dataclass(frozen=True)
-class _Unit:
-    """One source and its object."""
-
-    source: Path
-    object: Path
-
-    @property
-    def depfile(self) -> Path:
-        return self.object.with_suffix(".d")
 
 
 def ensure_host_library(variant: str = "release") -> Path:
@@ -103,7 +89,7 @@ def build_host(variant: str = "release", *, root: Path | None = None) -> HostBui
         units = _units(root, directory)
         compiled, warnings = _compile_stale(root, compiler, variant, units)
         objects = [unit.object for unit in units]
-        if compiled or _is_older(library, objects) or _listed(directory) != [str(path) for path in objects]:
+        if compiled or is_older(library, objects) or _listed(directory) != [str(path) for path in objects]:
             _link(compiler, ["-shared", *VARIANTS[variant][1]], objects, library)
             (directory / "objects.json").write_text(json.dumps([str(path) for path in objects]))
     return HostBuild(library, compiler, len(units), compiled, time.perf_counter() - begin, warnings)
@@ -125,7 +111,7 @@ def build_program(sources: Sequence[Path], output: Path, variant: str = "release
     build = build_host(variant, root=root)
     objects = [unit.object for unit in _units(root, variant_directory(root, variant))]
     output.parent.mkdir(parents=True, exist_ok=True)
-    if _is_older(output, [*sources, *objects]):
+    if is_older(output, [*sources, *objects]):
         options = [*_compile_flags(root, build.compiler, variant), *flags, *VARIANTS[variant][1]]
         with build_lock(output.parent):
             _link(build.compiler, [*options, *map(str, sources)], objects, output)
@@ -146,9 +132,9 @@ def host_sources(root: Path) -> list[Path]:
     return sorted(path for path in found if path.name != "main.c")
 
 
-def _units(root: Path, directory: Path) -> list[_Unit]:
+def _units(root: Path, directory: Path) -> list[Unit]:
     return [
-        _Unit(source, directory / "obj" / source.relative_to(root).with_suffix(".o")) for source in host_sources(root)
+        Unit(source, directory / "obj" / source.relative_to(root).with_suffix(".o")) for source in host_sources(root)
     ]
 
 
@@ -171,53 +157,8 @@ def _compile_flags(root: Path, compiler: Compiler, variant: str) -> list[str]:
     return [*FLAGS, *VARIANTS[variant][0], *strict, *(f"-I{root / folder}" for folder in FOLDERS)]
 
 
-def _compile_stale(root: Path, compiler: Compiler, variant: str, units: Sequence[_Unit]) -> tuple[int, str]:
-    """Compile what is stale. @return how many, and the compiler's warnings."""
-    times: dict[str, int] = {}
-    stale = [unit for unit in units if _is_stale(unit, times)]
-    flags = _compile_flags(root, compiler, variant)
-    with ThreadPoolExecutor(os.cpu_count()) as pool:
-        results = list(pool.map(lambda unit: _compile(compiler, flags, unit), stale))
-    failed = [text for ok, text in results if not ok]
-    if failed:
-        raise _failure(f"{len(failed)} of {len(units)} files did not compile ({compiler.title})", "\n".join(failed))
-    return len(stale), "".join(text for _, text in results)
-
-
-def _compile(compiler: Compiler, flags: Sequence[str], unit: _Unit) -> tuple[bool, str]:
-    """@return whether it went well, and what the compiler said."""
-    unit.object.parent.mkdir(parents=True, exist_ok=True)
-    begin_ns = time.time_ns()
-    command = [*compiler.argv, *flags, "-MMD", "-MF", str(unit.depfile), "-c", str(unit.source), "-o", str(unit.object)]
-    run = subprocess.run(command, capture_output=True, text=True, stdin=subprocess.DEVNULL)
-    if run.returncode != 0:
-        unit.object.unlink(missing_ok=True)
-        return False, run.stderr
-    os.utime(unit.object, ns=(begin_ns, begin_ns))  # a file edited while it was compiled counts as newer
-    return True, run.stderr
-
-
-def _is_stale(unit: _Unit, times: dict[str, int]) -> bool:
-    """Whether the source or any header it included is newer than the object."""
-    try:
-        built_ns = unit.object.stat().st_mtime_ns
-        words = unit.depfile.read_text().replace("\\\n", " ").replace("\\ ", "\0").split()
-        for word in words[1:]:
-            name = word.replace("\0", " ")
-            if name not in times:
-                times[name] = os.stat(name).st_mtime_ns
-            if times[name] >= built_ns:
-                return True
-    except OSError:
-        return True
-    return False
-
-
-def _is_older(output: Path, inputs: Sequence[Path]) -> bool:
-    if not output.exists():
-        return True
-    built_ns = output.stat().st_mtime_ns
-    return any(path.stat().st_mtime_ns > built_ns for path in inputs)
+def _compile_stale(root: Path, compiler: Compiler, variant: str, units: Sequence[Unit]) -> tuple[int, str]:
+    return compile_stale([*compiler.argv, *_compile_flags(root, compiler, variant)], units, compiler.title)
 
 
 def _listed(directory: Path) -> object:
@@ -237,14 +178,5 @@ def _link(compiler: Compiler, options: Sequence[str], objects: Sequence[Path], o
     command = [*compiler.argv, *options, *map(str, objects), "-o", str(fresh), "-lm"]
     run = subprocess.run(command, capture_output=True, text=True, stdin=subprocess.DEVNULL)
     if run.returncode != 0:
-        raise _failure(f"{output.name} did not link ({compiler.title})", run.stderr)
+        raise failure(f"{output.name} did not link ({compiler.title})", run.stderr)
     os.replace(fresh, output)
-
-
-def _failure(title: str, said: str) -> BuildError:
-    """The compiler's own first words, errors first of all."""
-    lines = said.strip().splitlines()
-    first = next((n for n, line in enumerate(lines) if "error" in line), 0)
-    shown = lines[first : first + ERROR_LINES]
-    more = len(lines) - first - len(shown)
-    return BuildError("\n".join([title + ":", *shown, *([f"... and {more} more lines"] if more > 0 else [])]))

@@ -1,0 +1,57 @@
+"""The virtual PIC32MZ: tools/mzsim compiled into one shared library."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+from pathlib import Path
+
+from wificnc.build.checkout import checkout_root
+from wificnc.build.compiler import Compiler, compiler_stamp, identify_compiler, locate_compiler
+from wificnc.build.host import LIBRARY_NAME, WARNINGS
+from wificnc.build.lock import build_lock
+from wificnc.build.objects import Unit, compile_stale, failure, is_older
+
+FOLDER = "tools/mzsim"
+FLAGS = ("-std=c11", "-O2", "-g", "-fPIC", "-fvisibility=default", "-ffp-contract=off", "-fno-math-errno", *WARNINGS)
+
+
+def ensure_mzsim_library() -> Path:
+    """The path of the library, built when stale. Raises BuildError."""
+    root = checkout_root()
+    directory = root / "build" / "mzsim"
+    library = directory / LIBRARY_NAME.replace("wificnc", "mzsim")
+    with build_lock(directory):
+        compiler = _compiler(directory)
+        sources = sorted((root / FOLDER).glob("*.c"))
+        units = [Unit(source, directory / "obj" / f"{source.stem}.o") for source in sources]
+        strict = ["-Werror"] if compiler.is_known_clean else []
+        compiled, _ = compile_stale([*compiler.argv, *FLAGS, *strict], units, compiler.title)
+        objects = [unit.object for unit in units]
+        if compiled or is_older(library, objects):
+            _link(compiler, objects, library)
+    return library
+
+
+def _compiler(directory: Path) -> Compiler:
+    """The computer's own compiler; another one makes every object stale."""
+    argv = locate_compiler()
+    stamp_file = directory / "compiler.json"
+    stamp = json.dumps([compiler_stamp(argv), FLAGS])
+    compiler = identify_compiler(argv)
+    if not stamp_file.is_file() or stamp_file.read_text() != stamp:
+        for stale in (directory / "obj").glob("*.o"):
+            stale.unlink()
+        stamp_file.write_text(stamp)
+    return compiler
+
+
+def _link(compiler: Compiler, objects: list[Path], library: Path) -> None:
+    """Beside the library, then over it: whoever has the old one loaded keeps it."""
+    fresh = library.with_name(f".{library.name}.new")
+    command = [*compiler.argv, "-shared", "-Wl,-Bsymbolic", *map(str, objects), "-o", str(fresh), "-lm"]
+    run = subprocess.run(command, capture_output=True, text=True, stdin=subprocess.DEVNULL)
+    if run.returncode != 0:
+        raise failure(f"{library.name} did not link ({compiler.title})", run.stderr)
+    os.replace(fresh, library)

@@ -1,0 +1,64 @@
+"""A board's image in the virtual chip, its motors and switches wired as the board file says."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from wificnc.board.model import Board
+from wificnc.build.mzsim import ensure_mzsim_library
+from wificnc.build.pic32mz import build_pic32mz
+from wificnc.chip.image import Block, read_hex
+from wificnc.chip.virtual import NO_PIN, AxisWire, VirtualChip, load_mzsim, pin_number
+from wificnc.errors import BuildError, UserError
+
+STORE_OFFSET, STORE_SIZE = 0x180000, 0x8000  # of program flash: the settings' two pages (pic32mz.ld)
+
+
+def board_image(board: Board) -> tuple[Block, ...]:
+    """The very HEX that would be flashed, built when stale. Raises BuildError."""
+    if board.target != "pic32mz":
+        raise BuildError(f"board {board.id} has no image that runs in the virtual PIC32MZ")
+    return read_hex(build_pic32mz(board).hex.read_text())
+
+
+def wired_chip(board: Board, image: tuple[Block, ...]) -> VirtualChip:
+    """A chip with this image and this board's machine; no switch is at its place yet. Raises BuildError."""
+    chip = VirtualChip(load_mzsim(ensure_mzsim_library()), image)
+    for axis in range(len(board.axes)):
+        chip.set_axis(axis, axis_wire(board, axis))
+    return chip
+
+
+def axis_wire(board: Board, axis: int, low: int | None = None, high: int | None = None) -> AxisWire:
+    """An axis as the board wires it. @param low, high  where its switches are, steps; None: they stay open"""
+    motor = board.axis.motors()[board.axes[axis].lower()]
+    near = motor.limit_min or motor.limit
+    far = motor.limit_max or motor.limit
+    return AxisWire(
+        step=pin_number(motor.step.pin),
+        dir=pin_number(motor.dir.pin),
+        min_switch=pin_number(near.pin) if near else NO_PIN,
+        max_switch=pin_number(far.pin) if far else NO_PIN,
+        min_active=int(near is not None and near.active == "high"),
+        max_active=int(far is not None and far.active == "high"),
+        has_low=int(low is not None),
+        has_high=int(high is not None),
+        low=low or 0,
+        high=high or 0,
+    )
+
+
+def load_store(chip: VirtualChip, path: Path | None) -> None:
+    """Bring back the settings' pages of an earlier run. Raises UserError."""
+    if path is None or not path.exists():
+        return
+    pages = path.read_bytes()
+    if len(pages) != STORE_SIZE:
+        raise UserError(f"{path} has {len(pages)} bytes, not the {STORE_SIZE} of the settings' pages")
+    chip.set_flash(STORE_OFFSET, pages)
+
+
+def save_store(chip: VirtualChip, path: Path | None) -> None:
+    """Keep the settings' pages."""
+    if path is not None:
+        path.write_bytes(chip.flash()[STORE_OFFSET : STORE_OFFSET + STORE_SIZE])

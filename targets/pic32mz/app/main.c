@@ -1,0 +1,102 @@
+/* SPDX-License-Identifier: MIT
+ * The firmware: a start in stages, and one loop that never blocks. What can hurt is made safe before anything
+ * else can go wrong; there is nobody who could command the machine before it stands. */
+#include "app/board.h"
+#include "app/follow.h"
+#include "chip/interrupts.h"
+#include "chip/system.h"
+#include "hal/pic32mz_hal.h"
+#include "link/uart3.h"
+#include "store/nvm.h"
+
+#define US_PER_MS 1000u
+
+static struct machine machine;
+static struct hal hal;
+static struct follow follow;
+static struct flash_store store = {.ops = &nvm_flash_ops};
+
+static void say(void *ctx, const char *bytes, size_t count) {
+    (void)ctx;
+    uart_write(bytes, count);
+}
+
+static const struct text_out out = {.write = say};
+
+/* The motion side is this same loop: what is asked of it is done at once. */
+static void call(const void *ctx, void (*work)(void *arg), void *arg) {
+    (void)ctx;
+    uint32_t held = interrupts_hold();
+    work(arg);
+    interrupts_restore(held);
+}
+
+static const struct hal_motion_side motion_side = {.call = call};
+
+static void say_restart(enum system_restart why, const struct system_fault *fault) {
+    if (why == RESTART_WATCHDOG)
+        text_string(&out, "[MSG:The watchdog has restarted the controller]\r\n");
+    if (why != RESTART_FAULT)
+        return;
+    text_string(&out, "[MSG:A fault has restarted the controller, cause ");
+    text_int(&out, (int32_t)(fault->cause >> 2 & 31u));
+    text_string(&out, " at ");
+    text_int(&out, (int32_t)(fault->epc & 0x1FFFFFFFu));
+    text_string(&out, "]\r\n");
+}
+
+static void start_hal(void) {
+    struct input_wire inputs[INPUT_COUNT];
+    struct output_wire outputs[SWITCH_COUNT];
+    board_inputs(inputs);
+    board_outputs(outputs);
+    inputs_init(&hal.inputs, inputs);
+    outputs_init(&hal.outputs, outputs);
+    if (!step_engine_init(&hal.step, &board_step_engine))
+        system_reset(); /* the board file's check says so before: no such pin */
+}
+
+static void start_machine(void) {
+    struct machine_board board = board_machine();
+    board.store = &flash_hal_store;
+    board.store_ctx = &store;
+    board.motion_side = &motion_side;
+    machine_init(&machine, &board, &hal, &hal.step, &out);
+    follow_init(&follow, &machine, &hal);
+    uart_init(&machine.rx);
+    step_engine_attach(&machine.step);
+    inputs_attach(&hal.inputs, &machine);
+}
+
+/* What has to be done every ms. */
+static void poll_slow(void) {
+    static uint32_t polled_us;
+    uint32_t now_us = system_time_us();
+    if (now_us - polled_us < US_PER_MS)
+        return;
+    polled_us = now_us;
+    inputs_sample(&hal.inputs);
+    outputs_pump(&hal.outputs);
+    system_watchdog_clear();
+}
+
+int main(void) {
+    struct system_fault fault;
+    outputs_make_safe();
+    system_init();
+    enum system_restart why = system_take_restart(&fault);
+    start_hal();
+    start_machine();
+    interrupts_init();
+    system_start_tick();
+    system_watchdog_start();
+    say_restart(why, &fault);
+    for (;;) {
+        poll_slow();
+        bool any = machine_poll(&machine);
+        if (follow_poll(&follow))
+            any |= machine_poll_motion(&machine);
+        if (!any)
+            system_wait();
+    }
+}

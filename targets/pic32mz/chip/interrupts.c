@@ -1,0 +1,27 @@
+/* SPDX-License-Identifier: MIT */
+#include "chip/interrupts.h"
+
+extern void _vector_step(void), _vector_pulse_end(void), _vector_edge(void);
+extern void _vector_uart_rx(void), _vector_uart_tx(void), _vector_tick(void);
+extern const char _exception_base[];
+
+static void route(unsigned irq, void (*vector)(void), unsigned level, unsigned order) {
+    unsigned shift = irq % 4 * 8;
+    OFF(irq) = (uint32_t)(uintptr_t)vector - (uint32_t)(uintptr_t)_exception_base;
+    SFR_CLR(IPC_ADDRESS(irq / 4)) = 0x1Fu << shift;
+    SFR_SET(IPC_ADDRESS(irq / 4)) = (level << 2 | order) << shift;
+    interrupt_clear(irq);
+}
+
+void interrupts_init(void) {
+    route(IRQ_T4, _vector_step, LEVEL_STEP, ORDER_STEP);
+    route(IRQ_OC1, _vector_pulse_end, LEVEL_STEP, ORDER_PULSE_END);
+    for (unsigned port = 0; port < PORT_COUNT; port++)
+        route(IRQ_CHANGE_A + port, _vector_edge, LEVEL_STEP, ORDER_EDGE);
+    route(IRQ_U3_RX, _vector_uart_rx, LEVEL_UART, 1);
+    route(IRQ_U3_TX, _vector_uart_tx, LEVEL_UART, 0);
+    route(IRQ_CORE_TIMER, _vector_tick, LEVEL_TICK, 0);
+    PRISS = LEVEL_STEP << 4 * LEVEL_STEP | LEVEL_UART << 4 * LEVEL_UART | LEVEL_TICK << 4 * LEVEL_TICK;
+    SFR_SET(INTCON_ADDRESS) = INTCON_MVEC;
+    __asm__ volatile("ei\n\tehb" : : : "memory");
+}

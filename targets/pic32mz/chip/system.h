@@ -1,0 +1,55 @@
+/* SPDX-License-Identifier: MIT
+ * Clocks, time, watchdog and restart of the chip. */
+#ifndef WIFICNC_PIC32MZ_SYSTEM_H
+#define WIFICNC_PIC32MZ_SYSTEM_H
+
+#include "hal/compiler.h"
+
+#include <stdbool.h>
+#include <stdint.h>
+
+/** CP0 Count: CLOCK_COUNT_HZ, wraps every 43 s. [any context] */
+static HAL_INLINE uint32_t system_count(void) {
+    uint32_t count;
+    __asm__ volatile("mfc0 %0, $9" : "=r"(count));
+    return count;
+}
+
+/** [start] Bus clocks, prefetch, which timers the output compares use. Interrupts are off. */
+void system_init(void);
+
+/** [start] The tick, 1 kHz, that wakes the task from system_wait(). */
+void system_start_tick(void);
+
+/** [task] us since power-on, wraps at 2^32. Must be asked every 40 s at least. */
+uint32_t system_time_us(void);
+
+/** [task] Sleep until any interrupt; 1 ms at most. */
+void system_wait(void);
+
+/** [start] From now on the chip resets itself when system_watchdog_clear() is not called for 2 s. */
+void system_watchdog_start(void);
+void system_watchdog_clear(void);
+
+/** [any context] Reset the chip: all pins become inputs. */
+__attribute__((noreturn)) void system_reset(void);
+
+/** Why the chip began anew. */
+enum system_restart { RESTART_POWER, RESTART_WATCHDOG, RESTART_FAULT };
+
+/** What a fault leaves behind. */
+struct system_fault {
+    uint32_t epc;   /* address of the instruction */
+    uint32_t cause; /* CP0 Cause */
+};
+
+/** [start] Once. @param[out] fault  of RESTART_FAULT */
+enum system_restart system_take_restart(struct system_fault *fault);
+
+/** The general exception, from startup.S. */
+__attribute__((noreturn)) void fault(uint32_t epc, uint32_t cause);
+
+/** The tick's interrupt, from startup.S. */
+void on_tick(void);
+
+#endif

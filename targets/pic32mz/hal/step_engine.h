@@ -1,0 +1,32 @@
+/* SPDX-License-Identifier: MIT
+ * The interrupts of timer 4 and OC1: prepared once, then they call step_isr() of the one machine. */
+#ifndef WIFICNC_PIC32MZ_STEP_ENGINE_H
+#define WIFICNC_PIC32MZ_STEP_ENGINE_H
+
+#include "hal/hal_step.h"
+#include "step/isr.h"
+
+/** What the board fixes. */
+struct step_engine_board {
+    uint8_t step_pin[AXIS_COUNT], dir_pin[AXIS_COUNT]; /* PIC_PIN_NONE: no such axis */
+    uint8_t probe_pin;                                 /* PIC_PIN_NONE: no probe */
+    uint32_t step_pulse_ns, dir_setup_ns;
+};
+
+/** [start] Tables, timer and probe; nothing runs yet. @return false: a pin is impossible */
+bool step_engine_init(struct hal_step *hal, const struct step_engine_board *board);
+
+/** [start, interrupts off] From now on the timer's interrupts move this. */
+void step_engine_attach(struct step *step);
+
+/** [task, at rest] Length of a step pulse, and of the pause behind it. */
+void step_engine_set_pulse(struct hal_step *hal, uint32_t step_pulse_ns);
+
+/** [task, at rest] Active-low step and direction lines, bit n = axis n: the lines take the levels of rest. */
+void step_engine_invert(struct hal_step *hal, axis_mask_t step, axis_mask_t dir);
+
+/** From startup.S. [isr] */
+void on_step_timer(void);
+void on_pulse_end(void);
+
+#endif

@@ -1,0 +1,107 @@
+/* SPDX-License-Identifier: MIT */
+#include "io/inputs.h"
+
+#include "chip/clock.h"
+#include "chip/interrupts.h"
+#include "chip/system.h"
+#include "io/pin.h"
+#include "machine/machine.h"
+
+#define OFF_COUNTS (CLOCK_COUNT_HZ / 200u) /* 5 ms */
+#define AXES       ((1u << AXIS_COUNT) - 1)
+#define LIMITS     (AXES << INPUT_LIMIT_MIN | AXES << INPUT_LIMIT_MAX)
+#define PROBE      (1u << INPUT_PROBE)
+#define STOPPING   (LIMITS | 1u << INPUT_ESTOP)
+
+static struct inputs *attached;
+
+/* Inputs that are on, as the pins are now. */
+static uint32_t read_pins(const struct inputs *inputs) {
+    uint32_t port[PORT_COUNT], high = 0;
+    for (unsigned i = 0; i < PORT_COUNT; i++)
+        port[i] = SFR(PORT_ADDRESS(i));
+    for (unsigned input = 0; input < INPUT_COUNT; input++) {
+        uint8_t pin = inputs->wire[input].pin;
+        if (pin != PIC_PIN_NONE)
+            high |= (port[pin_port(pin)] >> pin % PORT_WIDTH & 1u) << input;
+    }
+    return (high ^ inputs->active_low ^ inputs->inverted) & inputs->wired;
+}
+
+/* Interrupts of this level are held off. */
+static void take_sample(struct inputs *inputs) {
+    uint32_t raw = read_pins(inputs), now = system_count(), before = inputs->stable;
+    if (raw != inputs->raw)
+        inputs->since_count = now;
+    inputs->raw = raw;
+    inputs->stable |= raw;
+    if (now - inputs->since_count >= OFF_COUNTS)
+        inputs->stable = raw;
+    if (((inputs->stable ^ before) & STOPPING) != 0 && inputs->machine != NULL)
+        machine_edge_isr(inputs->machine);
+}
+
+void on_edge(void) {
+    for (unsigned port = 0; port < PORT_COUNT; port++) {
+        SFR(CNF_ADDRESS(port)) = 0;
+        interrupt_clear(IRQ_CHANGE_A + port);
+    }
+    take_sample(attached);
+}
+
+void inputs_init(struct inputs *inputs, const struct input_wire wire[INPUT_COUNT]) {
+    *inputs = (struct inputs){.machine = NULL};
+    for (unsigned input = 0; input < INPUT_COUNT; input++) {
+        inputs->wire[input] = wire[input];
+        if (wire[input].pin == PIC_PIN_NONE)
+            continue;
+        inputs->wired |= 1u << input;
+        inputs->active_low |= (wire[input].active_high ? 0u : 1u) << input;
+        pin_make_input(wire[input].pin, wire[input].pull);
+    }
+    inputs_set_levels(inputs, false, false);
+}
+
+void inputs_set_levels(struct inputs *inputs, bool limit_invert, bool probe_invert) {
+    uint32_t held = interrupts_hold();
+    inputs->inverted = (limit_invert ? LIMITS : 0) | (probe_invert ? PROBE : 0);
+    inputs->raw = inputs->stable = read_pins(inputs);
+    inputs->since_count = system_count();
+    interrupts_restore(held);
+}
+
+void inputs_attach(struct inputs *inputs, struct machine *machine) {
+    attached = inputs;
+    inputs->machine = machine;
+    for (unsigned input = 0; input < INPUT_COUNT; input++) {
+        uint8_t pin = inputs->wire[input].pin;
+        if (pin == PIC_PIN_NONE || (STOPPING >> input & 1) == 0)
+            continue;
+        SFR(CNCON_ADDRESS(pin_port(pin))) = CNCON_ON | CNCON_EDGE_DETECT;
+        SFR_SET(CNEN_ADDRESS(pin_port(pin))) = pin_bit(pin);
+        SFR_SET(CNNE_ADDRESS(pin_port(pin))) = pin_bit(pin);
+        interrupt_clear(IRQ_CHANGE_A + pin_port(pin));
+        interrupt_enable(IRQ_CHANGE_A + pin_port(pin));
+    }
+}
+
+/* Interrupts are held off only when there is something to do, for the steps' sake. */
+void inputs_sample(struct inputs *inputs) {
+    if (read_pins(inputs) == inputs->raw && inputs->stable == inputs->raw)
+        return;
+    uint32_t held = interrupts_hold();
+    take_sample(inputs);
+    interrupts_restore(held);
+}
+
+void inputs_read(const struct inputs *inputs, struct hal_inputs *out) {
+    uint32_t on = __atomic_load_n(&inputs->stable, __ATOMIC_RELAXED);
+    uint32_t high = on ^ ((LIMITS | PROBE) & ~inputs->inverted);
+    bool touches = (__atomic_load_n(&inputs->raw, __ATOMIC_RELAXED) & PROBE) != 0;
+    *out = (struct hal_inputs){
+        .limit_min = (axis_mask_t)(high >> INPUT_LIMIT_MIN & AXES),
+        .limit_max = (axis_mask_t)(high >> INPUT_LIMIT_MAX & AXES),
+        .probe = touches == ((inputs->inverted & PROBE) != 0),
+        .estop = (on >> INPUT_ESTOP & 1) != 0,
+    };
+}

@@ -1,0 +1,63 @@
+/* SPDX-License-Identifier: MIT
+ * Limits, probe and e-stop: edge interrupts, and a sample every ms that ends their bouncing.
+ *
+ * A switch that stops the machine is on at its first edge, whatever noise follows, and off when all of them
+ * have been quiet for 5 ms. The probe's level is only looked at between moves: the step interrupt reads the
+ * pin itself. */
+#ifndef WIFICNC_PIC32MZ_INPUTS_H
+#define WIFICNC_PIC32MZ_INPUTS_H
+
+#include "base/axis.h"
+#include "hal/hal.h"
+
+#include <stdbool.h>
+#include <stdint.h>
+
+/** Inputs by number; the axes of a kind follow one another. */
+enum {
+    INPUT_LIMIT_MIN = 0,
+    INPUT_LIMIT_MAX = INPUT_LIMIT_MIN + AXIS_COUNT,
+    INPUT_PROBE = INPUT_LIMIT_MAX + AXIS_COUNT,
+    INPUT_ESTOP,
+    INPUT_COUNT
+};
+
+struct machine;
+
+/** A pin and what it needs. A line that is active high is seen inverted, so that $5 and $6 mean the same for
+ * every line of a board that mixes both kinds. */
+struct input_wire {
+    uint8_t pin; /* PIC_PIN_NONE: not wired */
+    bool active_high;
+    uint8_t pull; /* PIN_PULL_ of pin_config.h */
+};
+
+struct inputs {
+    struct input_wire wire[INPUT_COUNT];
+    uint32_t wired;          /* bit n = input n */
+    uint32_t active_low;     /* inputs that are on while their pin is low */
+    uint32_t inverted;       /* of those, by $5 and $6 */
+    uint32_t raw, stable;    /* inputs that are on: at the last sample, without bouncing */
+    uint32_t since_count;    /* CP0 Count when raw changed last */
+    struct machine *machine; /* is told of edges of limits and e-stop; NULL: nobody */
+};
+
+/** [start] Pins become inputs with their pulls. No interrupt yet. @param wire  is copied */
+void inputs_init(struct inputs *inputs, const struct input_wire wire[INPUT_COUNT]);
+
+/** [task] $5 and $6: at which level limits and probe are on. */
+void inputs_set_levels(struct inputs *inputs, bool limit_invert, bool probe_invert);
+
+/** [start, interrupts off] From now on edges interrupt, and `machine` is told. */
+void inputs_attach(struct inputs *inputs, struct machine *machine);
+
+/** [task, every ms] Take in what has stopped bouncing. */
+void inputs_sample(struct inputs *inputs);
+
+/** [task, isr] Levels as core/hal/hal.h wants them. */
+void inputs_read(const struct inputs *inputs, struct hal_inputs *out);
+
+/** From startup.S. [isr] */
+void on_edge(void);
+
+#endif

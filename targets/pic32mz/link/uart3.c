@@ -1,0 +1,80 @@
+/* SPDX-License-Identifier: MIT */
+#include "link/uart3.h"
+
+#include "base/ring.h"
+#include "chip/clock.h"
+#include "chip/interrupts.h"
+#include "chip/system.h"
+#include "pin_config.h"
+
+#define BAUD         115200u
+#define CLOCKS_A_BIT 4u /* BRGH = 1 */
+#define BRG          ((CLOCK_BUS_HZ + CLOCKS_A_BIT * BAUD / 2u) / (CLOCKS_A_BIT * BAUD) - 1u)
+
+/* Tables 12-21 and 12-22 */
+#define RPA14_IS_U3TX 1u
+#define U3RX_IS_RPF5  2u
+#define PIN_RA14      (16u * 0u + 14u)
+#define PIN_RF5       (16u * 5u + 5u)
+
+_Static_assert(PIN_SERIAL_TX == PIN_RA14 && PIN_SERIAL_RX == PIN_RF5, "other pins have other PPS numbers");
+
+static struct {
+    struct rx *rx;
+    struct ring index; /* the task fills, the transmit interrupt empties */
+    volatile uint32_t overruns;
+    uint8_t out[UART_OUT_SIZE];
+} uart;
+
+void uart_init(struct rx *rx) {
+    uart.rx = rx;
+    RPR(PIN_SERIAL_TX) = RPA14_IS_U3TX;
+    U3RXR = U3RX_IS_RPF5;
+    U3MODE = UMODE_BRGH;
+    U3BRG = BRG;
+    U3STA = USTA_TX_EMPTY | USTA_URXEN | USTA_UTXEN;
+    U3MODE = UMODE_BRGH | UMODE_ON;
+    interrupt_clear(IRQ_U3_RX);
+    interrupt_enable(IRQ_U3_RX);
+}
+
+/* The flag stands as long as bytes wait, so it is cleared behind them. */
+void on_uart_rx(void) {
+    while ((U3STA & USTA_URXDA) != 0)
+        rx_put_or_lose(uart.rx, (uint8_t)U3RXREG);
+    if ((U3STA & USTA_OERR) != 0) {
+        SFR_CLR(U3STA_ADDRESS) = USTA_OERR;
+        uart.overruns = uart.overruns + 1;
+    }
+    interrupt_clear(IRQ_U3_RX);
+}
+
+void on_uart_tx(void) {
+    while (ring_held(&uart.index) > 0 && (U3STA & USTA_UTXBF) == 0) {
+        U3TXREG = uart.out[uart.index.tail % UART_OUT_SIZE];
+        ring_pop(&uart.index);
+    }
+    interrupt_clear(IRQ_U3_TX);
+    if (ring_held(&uart.index) == 0)
+        interrupt_disable(IRQ_U3_TX); /* the flag stands while the FIFO is empty */
+}
+
+void uart_write(const char *bytes, size_t count) {
+    for (; count > 0; count--) {
+        while (ring_free(&uart.index, UART_OUT_SIZE) == 0) {
+            interrupt_enable(IRQ_U3_TX);
+            system_watchdog_clear();
+        }
+        uart.out[uart.index.head % UART_OUT_SIZE] = (uint8_t)*bytes++;
+        ring_push(&uart.index);
+    }
+    interrupt_enable(IRQ_U3_TX);
+}
+
+uint32_t uart_room(void) {
+    return ring_free(&uart.index, UART_OUT_SIZE);
+}
+
+uint32_t uart_overruns(void) {
+    return uart.overruns;
+}

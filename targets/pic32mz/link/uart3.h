@@ -1,0 +1,30 @@
+/* SPDX-License-Identifier: MIT
+ * The serial port: UART 3 at 115200 baud, 8N1, both ways by interrupts. */
+#ifndef WIFICNC_PIC32MZ_UART3_H
+#define WIFICNC_PIC32MZ_UART3_H
+
+#include "link/rx.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+enum { UART_OUT_SIZE = 8192 };
+
+/** [start, interrupts off] @param rx  takes every byte in the receive interrupt; outlives this */
+void uart_init(struct rx *rx);
+
+/** [task] Send these bytes. Waits while the ring has no room for them: look at uart_room() before. */
+void uart_write(const char *bytes, size_t count);
+
+/** [task] Bytes that uart_write() takes without waiting; grows at any moment. */
+uint32_t uart_room(void);
+
+/** [task] Bytes that have been lost on the wire's side: the interrupt came too late for the FIFO. */
+uint32_t uart_overruns(void);
+
+/** From startup.S. [isr] */
+void on_uart_rx(void);
+void on_uart_tx(void);
+
+#endif

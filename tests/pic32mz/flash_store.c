@@ -1,0 +1,153 @@
+/* SPDX-License-Identifier: MIT
+ * The store in flash over a flash that may lose its power at any operation: before it, in its middle, behind
+ * it. */
+#include "store/flash_store.h"
+
+#include <setjmp.h>
+#include <stdio.h>
+#include <string.h>
+
+enum { KEYS = 4, LONGEST = 408, TORN_BEFORE, TORN_AMID, TORN_BEHIND };
+
+struct flash {
+    uint32_t words[FLASH_PAGES * FLASH_PAGE_SIZE / 4];
+    unsigned operations, cut_at; /* 0: never */
+    int torn;
+    unsigned programmed_twice;
+};
+
+static struct flash flash;
+static jmp_buf dark;
+static unsigned failures;
+static uint32_t seed = 1;
+
+static void check(bool good, const char *what, unsigned number) {
+    if (!good && failures++ < 20)
+        printf("%s (%u)\n", what, number);
+}
+
+static uint32_t random_below(uint32_t end) {
+    seed = seed * 1664525u + 1013904223u;
+    return (uint32_t)((uint64_t)seed * end >> 32);
+}
+
+/* ---- a flash ---- */
+
+static void operate(uint32_t *words, const uint32_t *wanted, size_t count) {
+    bool cut = ++flash.operations == flash.cut_at;
+    for (size_t i = 0; i < count && !(cut && flash.torn == TORN_BEFORE); i++) {
+        uint32_t done = cut && flash.torn == TORN_AMID ? random_below(UINT32_MAX) : UINT32_MAX;
+        words[i] = (words[i] & ~done) | (wanted[i] & done);
+    }
+    if (cut)
+        longjmp(dark, 1);
+}
+
+static bool erase(void *ctx, unsigned page) {
+    static uint32_t blank[FLASH_PAGE_SIZE / 4];
+    struct flash *own = ctx;
+    memset(blank, 0xFF, sizeof blank);
+    operate(own->words + page * FLASH_PAGE_SIZE / 4, blank, FLASH_PAGE_SIZE / 4);
+    return true;
+}
+
+static bool program(void *ctx, unsigned page, unsigned unit, const uint32_t words[FLASH_UNIT_WORDS]) {
+    struct flash *own = ctx;
+    uint32_t *at = own->words + (page * FLASH_UNITS + unit) * FLASH_UNIT_WORDS;
+    for (unsigned i = 0; i < FLASH_UNIT_WORDS; i++)
+        own->programmed_twice += at[i] != UINT32_MAX;
+    operate(at, words, FLASH_UNIT_WORDS);
+    return true;
+}
+
+static const struct flash_ops ops = {.words = flash.words, .erase = erase, .program = program};
+static const struct flash_store store = {.ops = &ops, .ctx = &flash};
+
+/* ---- what must be there ---- */
+
+struct value {
+    size_t count;
+    uint8_t bytes[LONGEST];
+};
+
+static struct value random_value(void) {
+    struct value value = {.count = 1 + random_below(LONGEST)};
+    for (size_t i = 0; i < value.count; i++)
+        value.bytes[i] = (uint8_t)random_below(256);
+    return value;
+}
+
+static bool is_stored(uint8_t key, const struct value *value) {
+    uint8_t bytes[LONGEST + 1];
+    size_t count = flash_hal_store.load(&store, key, bytes, sizeof bytes);
+    return count == value->count && memcmp(bytes, value->bytes, count) == 0;
+}
+
+static bool save(uint8_t key, const struct value *value) {
+    return flash_hal_store.save(&store, key, value->bytes, value->count);
+}
+
+static void values_are_kept_however_many_there_were(void) {
+    static struct value kept[KEYS];
+    memset(&flash, 0xFF, sizeof flash.words);
+    flash.operations = flash.cut_at = 0;
+    for (unsigned round = 0; round < 3000; round++) {
+        uint8_t key = (uint8_t)random_below(KEYS);
+        kept[key] = random_value();
+        check(save(key, &kept[key]), "not saved", round);
+        for (uint8_t other = 0; other < KEYS; other++)
+            check(is_stored(other, &kept[other]), "another value than saved", round);
+    }
+}
+
+/* Each change is cut somewhere; the key then has its old or its new value, the others theirs. */
+static void a_power_cut_leaves_the_old_or_the_new_value(void) {
+    static struct value kept[KEYS];
+    memset(&flash, 0xFF, sizeof flash.words);
+    memset(kept, 0, sizeof kept);
+    for (volatile unsigned round = 0; round < 20000; round++) {
+        static volatile uint8_t key;
+        static struct value fresh;
+        key = (uint8_t)random_below(KEYS);
+        fresh = random_value();
+        flash.operations = 0;
+        flash.cut_at = 1 + random_below(40);
+        flash.torn = TORN_BEFORE + (int)random_below(3);
+        if (setjmp(dark) == 0)
+            check(save(key, &fresh), "not saved", round);
+        flash.cut_at = 0;
+        bool is_new = is_stored(key, &fresh);
+        check(is_new || is_stored(key, &kept[key]), "neither old nor new", round);
+        kept[key] = is_new ? fresh : kept[key];
+        for (uint8_t other = 0; other < KEYS; other++)
+            check(is_stored(other, &kept[other]), "another key has changed", round);
+    }
+}
+
+/* Whatever lies there: nothing is read beyond the pages (the sanitizers look), and a value can be saved. */
+static void rubbish_is_no_value(void) {
+    for (unsigned round = 0; round < 300; round++) {
+        struct value value = random_value();
+        for (size_t i = 0; i < sizeof flash.words / 4; i++)
+            flash.words[i] = random_below(4) == 0 ? 0x5EC00000u + random_below(8) : random_below(2000);
+        check(flash_hal_store.load(&store, 1, value.bytes, sizeof value.bytes) == 0, "a value of rubbish",
+              round);
+        check(save(1, &value) && is_stored(1, &value), "not saved over rubbish", round);
+    }
+}
+
+static void a_value_that_is_too_long_is_refused(void) {
+    static const uint8_t bytes[FLASH_PAGE_SIZE];
+    check(!flash_hal_store.save(&store, 1, bytes, FLASH_PAGE_SIZE / 4 + 1), "too long, but saved", 0);
+    check(!flash_hal_store.save(&store, FLASH_KEYS, bytes, 4), "a key too high, but saved", 0);
+}
+
+int main(void) {
+    values_are_kept_however_many_there_were();
+    a_power_cut_leaves_the_old_or_the_new_value();
+    rubbish_is_no_value();
+    a_value_that_is_too_long_is_refused();
+    check(flash.programmed_twice == 0, "units programmed twice", flash.programmed_twice);
+    printf("%u failures\n", failures);
+    return failures == 0 ? 0 : 1;
+}

@@ -1,0 +1,101 @@
+"""The power goes at every single flash operation of a change: afterwards all old or all new values are there."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+from controller import Controller, PowerIsOff
+from wificnc.board.model import Board
+from wificnc.chip.image import Block
+from wificnc.chip.machine import STORE_OFFSET, STORE_SIZE
+from wificnc.chip.virtual import FLASH_SIZE, Torn
+
+
+def stored(controller: Controller) -> tuple[str, str]:
+    """$100 and $101 after a power-on; nothing is reported damaged."""
+    controller.chip.power_on()
+    controller.boot()
+    said = controller.send("$$")
+    return tuple(re.findall(r"\$10[01]=([\d.]+)", said))  # type: ignore[return-value]
+
+
+def prepared(board: Board, image: tuple[Block, ...], pages: bytes) -> Controller:
+    controller = Controller(board, image)
+    controller.chip.set_flash(STORE_OFFSET, pages)
+    controller.chip.power_on()
+    controller.boot()
+    return controller
+
+
+@pytest.fixture(scope="module")
+def full_page(board: Board, image: tuple[Block, ...]) -> bytes:
+    """The settings' pages, so full that the next change of $100 goes to the other page; $101 = 77."""
+    with Controller(board, image) as controller:
+        controller.boot()
+        controller.fine("$101=77", "$100=100")
+        usual = cost(controller, "$100=101")
+        for value in range(102, 300):
+            before = pages(controller)
+            if cost(controller, f"$100={value}") > usual:
+                return before
+    raise AssertionError("a page holds more than there is room for")
+
+
+def cost(controller: Controller, line: str) -> int:
+    """Flash operations that a line makes."""
+    before = controller.chip.flash_operations
+    controller.fine(line)
+    return controller.chip.flash_operations - before
+
+
+def pages(controller: Controller) -> bytes:
+    return controller.chip.flash()[STORE_OFFSET : STORE_OFFSET + STORE_SIZE]
+
+
+def cut_everywhere(board: Board, image: tuple[Block, ...], before: bytes, torn: Torn) -> set[tuple[str, str]]:
+    """Change $100 with the power cut at the first, second, ... operation until none is left."""
+    found = set()
+    for nth in range(1, 300):
+        with prepared(board, image, before) as controller:
+            controller.chip.cut_power(nth, torn)
+            try:
+                controller.fine("$100=999")
+            except PowerIsOff:
+                found.add(stored(controller))
+                controller.fine("$100=888")  # and it can be written again
+                assert stored(controller)[0] == "888.000"
+                continue
+            assert nth > 5
+            return found
+    raise AssertionError("more operations than a change can have")
+
+
+@pytest.mark.parametrize("torn", Torn)
+def test_first_change_of_a_blank_chip(board: Board, image: tuple[Block, ...], torn: Torn) -> None:
+    """Also the very first one erases, writes, and puts the page's head last."""
+    found = cut_everywhere(board, image, b"\xff" * STORE_SIZE, torn)
+    assert found <= {("250.000", "250.000"), ("999.000", "250.000")}
+
+
+@pytest.mark.parametrize("torn", Torn)
+def test_change_that_moves_to_the_other_page(
+    board: Board, image: tuple[Block, ...], full_page: bytes, torn: Torn
+) -> None:
+    with prepared(board, image, full_page) as controller:
+        old = stored(controller)
+    found = cut_everywhere(board, image, full_page, torn)
+    assert old[1] == "77.000" and found <= {old, ("999.000", "77.000")}
+    assert old in found
+
+
+def test_nothing_but_the_two_pages_is_written(board: Board, image: tuple[Block, ...], full_page: bytes) -> None:
+    with prepared(board, image, full_page) as controller:
+        before = controller.chip.flash()
+        controller.fine("$100=500", "G10L2P1X1", "$N0=G21")
+        after = controller.chip.flash()
+    assert len(before) == FLASH_SIZE and pages_out(before) == pages_out(after) and before != after
+
+
+def pages_out(flash: bytes) -> bytes:
+    return flash[:STORE_OFFSET] + flash[STORE_OFFSET + STORE_SIZE :]

@@ -1,0 +1,67 @@
+/* SPDX-License-Identifier: MIT
+ * Addresses: KSEG0 and KSEG1 are the same 512 MB; nothing else is mapped, there is no TLB here. */
+#include "chip.h"
+
+#include <string.h>
+
+static bool is_mapped(struct chip *chip, uint32_t address, const char *what) {
+    if (address >> 30 == 2)
+        return true;
+    chip_fault(chip, "%s at %08x, which is not mapped, by the instruction at %08x", what, address,
+               chip->cpu.at);
+    return false;
+}
+
+/* The memory behind a physical address, or NULL. */
+static uint8_t *memory(struct chip *chip, uint32_t physical) {
+    if (physical < RAM_SIZE)
+        return (uint8_t *)chip->ram + physical;
+    if (physical - FLASH_BASE < MZ_FLASH_SIZE)
+        return (uint8_t *)chip->flash + (physical - FLASH_BASE);
+    if (physical - BOOT_BASE < BOOT_SIZE)
+        return (uint8_t *)chip->boot + (physical - BOOT_BASE);
+    return NULL;
+}
+
+uint32_t bus_load(struct chip *chip, uint32_t address, unsigned size) {
+    uint32_t physical = address & 0x1FFFFFFFu, value = 0;
+    if (!is_mapped(chip, address, "load"))
+        return 0;
+    if (physical - SFR_BASE < 0x100000u)
+        return sfr_load(chip, physical, size);
+    const uint8_t *at = memory(chip, physical);
+    if (at == NULL)
+        chip_fault(chip, "load from %08x, where nothing is, by the instruction at %08x", address,
+                   chip->cpu.at);
+    else if (chip->nvm.done_at != NEVER && physical - FLASH_BASE < MZ_FLASH_SIZE &&
+             (physical ^ chip->nvm.addr->value) >> 20 == 0)
+        chip_fault(chip, "load from %08x while its bank is being written", address);
+    else
+        memcpy(&value, at, size);
+    return value;
+}
+
+void bus_store(struct chip *chip, uint32_t address, uint32_t value, unsigned size) {
+    uint32_t physical = address & 0x1FFFFFFFu;
+    if (!is_mapped(chip, address, "store"))
+        return;
+    if (physical - SFR_BASE < 0x100000u)
+        sfr_store(chip, physical, value, size);
+    else if (physical < RAM_SIZE)
+        memcpy((uint8_t *)chip->ram + physical, &value, size);
+    else
+        chip_fault(chip, "store to %08x, which cannot be stored to, by the instruction at %08x", address,
+                   chip->cpu.at);
+}
+
+uint32_t bus_fetch(struct chip *chip, uint32_t address) {
+    uint32_t value = 0;
+    const uint8_t *at = memory(chip, address & 0x1FFFFFFFu);
+    if ((address & 3) != 0 || at == NULL || address >> 30 != 2) {
+        chip_fault(chip, "the program runs to %08x, from %08x", address, chip->cpu.r[31]);
+        chip->cpu.broken = true;
+        return 0;
+    }
+    memcpy(&value, at, sizeof value);
+    return value;
+}

@@ -1,0 +1,146 @@
+/* SPDX-License-Identifier: MIT
+ * A virtual PIC32MZ2048EFH100 that runs the real image: what is outside of the chip.
+ *
+ * Instruction-exact, not cycle-exact: every instruction takes one cycle of the CPU, and time goes from event
+ * to event. There are no caches, no flash wait states, no bus stalls. One thread a chip; many chips may live
+ * in one process. Everything that a chip would silently get wrong stops it with MZ_FAULT and a sentence. */
+#ifndef WIFICNC_MZSIM_H
+#define WIFICNC_MZSIM_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+struct chip;
+
+enum { MZ_CPU_HZ = 200000000, MZ_PIN_COUNT = 112, MZ_FLASH_SIZE = 2 << 20, MZ_AXES = 6 };
+
+/** Why mz_run() came back. */
+enum mz_stop {
+    MZ_TIME,  /* the time asked for has come */
+    MZ_FAULT, /* mz_fault() says what is wrong; the chip goes no further */
+    MZ_DARK,  /* mz_cut_power() struck: mz_reset() is the next power-on */
+};
+
+/** A chip without power, its flash blank. @return NULL: no memory */
+struct chip *mz_create(void);
+void mz_destroy(struct chip *chip);
+
+/** Write a piece of an image to flash or boot flash, as a programmer does. @param address  physical
+ *  @return false: there is no flash for it */
+bool mz_program(struct chip *chip, uint32_t address, const uint8_t *bytes, size_t count);
+
+/** Program flash, MZ_FLASH_SIZE bytes, as it is now. For what must outlive a power cut, and to look at. */
+uint8_t *mz_flash(struct chip *chip);
+
+/** Power-on. RAM keeps its contents; time goes on. */
+void mz_reset(struct chip *chip);
+
+/** Cycles since mz_create(). */
+uint64_t mz_cycles(const struct chip *chip);
+uint64_t mz_instructions(const struct chip *chip);
+
+/** Let it work until this time. */
+enum mz_stop mz_run(struct chip *chip, uint64_t until_cycle);
+
+/** What stopped it, or "". */
+const char *mz_fault(const struct chip *chip);
+
+/** How often the chip has reset itself (software, watchdog). */
+uint32_t mz_resets(const struct chip *chip);
+
+/* ---- UART 3 ---- */
+
+/** Bytes for the receiver, one after the other at the speed that its divider says, or `factor` times that.
+ * @return bytes taken */
+size_t mz_uart_put(struct chip *chip, const uint8_t *bytes, size_t count);
+void mz_uart_speed(struct chip *chip, uint32_t factor);
+size_t mz_uart_waiting(const struct chip *chip);
+
+/** What the transmitter has sent. @return bytes copied */
+size_t mz_uart_get(struct chip *chip, uint8_t *bytes, size_t size);
+
+/* ---- pins: 16 * port (A = 0) + bit ---- */
+
+/** Drive a pin from outside. @param level  0, 1, or -1: nobody does, pulls decide */
+void mz_pin_drive(struct chip *chip, unsigned pin, int level);
+
+/** At a time: mz_pin_drive() then. @return false: 64 wait already */
+bool mz_pin_drive_at(struct chip *chip, uint64_t cycle, unsigned pin, int level);
+
+/** Level now, 0 or 1. */
+int mz_pin_level(const struct chip *chip, unsigned pin);
+
+/** Output pins only, in order. */
+struct mz_edge {
+    uint64_t cycle;
+    uint8_t pin, level;
+};
+void mz_record_edges(struct chip *chip, bool on);
+size_t mz_edges(struct chip *chip, struct mz_edge *out, size_t room);
+
+/* ---- the machine at the pins ---- */
+
+/** An axis. Pins of 255 are not there. Switches: the pin takes its active level while position <= low or
+ * >= high. */
+struct mz_axis {
+    uint8_t step, dir, min_switch, max_switch;
+    uint8_t min_active, max_active; /* levels */
+    uint8_t has_low, has_high;
+    int32_t low, high;
+};
+void mz_axis_set(struct chip *chip, unsigned axis, const struct mz_axis *wire);
+int32_t mz_axis_position(const struct chip *chip, unsigned axis);
+void mz_axis_place(struct chip *chip, unsigned axis, int32_t steps);
+
+/** The probe pin goes low while Z <= z_steps. @param pin  255: none */
+void mz_surface(struct chip *chip, unsigned pin, int32_t z_steps);
+
+/** Rising step edges of one step event; direction bit 1 = the direction pin is high. */
+struct mz_step {
+    uint64_t cycle; /* of the first edge */
+    uint8_t step, dir;
+};
+size_t mz_steps(struct chip *chip, struct mz_step *out, size_t room);
+
+/** The shortest of each since mz_create(), cycles; UINT64_MAX: there was none. */
+struct mz_pulses {
+    uint64_t high, low; /* of a step line */
+    uint64_t setup;     /* from a change of direction to the next rising step edge of that axis */
+    uint64_t hold;      /* from a rising step edge to a change of that axis' direction */
+};
+void mz_pulses(const struct chip *chip, struct mz_pulses *out);
+
+/* ---- faults from outside, and what is measured ---- */
+
+/** Cut the power at the n-th flash operation from now, 1 = the next; 0: never. @param torn  0: before it, 1:
+ * in the middle, half of its bits are done, 2: right behind it */
+void mz_cut_power(struct chip *chip, uint32_t nth, int torn);
+uint32_t mz_flash_operations(const struct chip *chip);
+
+/** Of an interrupt, counted from its vector to its eret. */
+struct mz_vector {
+    uint64_t count, instructions, most;
+};
+void mz_vector(const struct chip *chip, unsigned irq, struct mz_vector *out);
+
+/* ---- for tests of the CPU alone ---- */
+
+/** What one instruction sees and leaves. */
+struct mz_cpu {
+    uint32_t r[32], hi, lo, pc, next_pc, fcsr;
+    uint64_t f[32];
+};
+void mz_cpu_get(const struct chip *chip, struct mz_cpu *out);
+void mz_cpu_set(struct chip *chip, const struct mz_cpu *in);
+bool mz_ram_write(struct chip *chip, uint32_t physical, const uint8_t *bytes, size_t count);
+bool mz_ram_read(const struct chip *chip, uint32_t physical, uint8_t *bytes, size_t count);
+
+/** One instruction. */
+enum mz_stop mz_step(struct chip *chip);
+
+/** A register as the CPU reads and writes it, for tests of peripherals. @param address  KSEG1 */
+uint32_t mz_sfr_read(struct chip *chip, uint32_t address);
+void mz_sfr_write(struct chip *chip, uint32_t address, uint32_t value);
+
+#endif

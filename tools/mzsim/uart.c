@@ -1,0 +1,188 @@
+/* SPDX-License-Identifier: MIT
+ * UART 3: FIFOs of 8 bytes each way and the real time of a byte, 10 bits at PBCLK2 / (16 or 4) / (BRG + 1).
+ */
+#include "chip.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+enum { ON = 1 << 15, BRGH = 1 << 3, URXEN = 1 << 12, UTXEN = 1 << 10, UTXBF = 1 << 9, TRMT = 1 << 8 };
+enum { OERR = 1 << 1, URXDA = 1 << 0, STA_WRITABLE = 0x0000FC62 };
+
+static uint64_t byte_cycles(const struct chip *chip) {
+    const struct uart *uart = &chip->uart;
+    uint64_t clocks = (uart->mode->value & BRGH) != 0 ? 4 : 16;
+    return 10 * clocks * (uart->brg->value + 1) * system_divider(chip->pb2div);
+}
+
+static bool receives(const struct uart *uart) {
+    return (uart->mode->value & ON) != 0 && (uart->sta->value & URXEN) != 0;
+}
+
+static bool transmits(const struct uart *uart) {
+    return (uart->mode->value & ON) != 0 && (uart->sta->value & UTXEN) != 0;
+}
+
+/* ---- transmitter ---- */
+
+static void send_next(struct chip *chip) {
+    struct uart *uart = &chip->uart;
+    if (uart->shifting || uart->tx_count == 0 || !transmits(uart))
+        return;
+    uart->shift = uart->tx_fifo[0];
+    memmove(uart->tx_fifo, uart->tx_fifo + 1, --uart->tx_count);
+    uart->shifting = true;
+    uart->tx_next = chip->cycles + byte_cycles(chip) / uart->factor;
+}
+
+static void sent(struct chip *chip) {
+    struct uart *uart = &chip->uart;
+    if (!chip_grow(&uart->out, &uart->out_room, uart->out_count + 1, 1))
+        return;
+    uart->out[uart->out_count++] = uart->shift;
+    uart->shifting = false;
+    uart->tx_next = NEVER;
+    send_next(chip);
+}
+
+static void written_tx(struct chip *chip, struct sfr *sfr, uint32_t before) {
+    struct uart *uart = &chip->uart;
+    (void)before;
+    if (!transmits(uart) || uart->tx_count == UART_FIFO) {
+        chip_fault(chip, "%s written while the transmitter is %s", sfr->name,
+                   transmits(uart) ? "full" : "off");
+        return;
+    }
+    uart->tx_fifo[uart->tx_count++] = (uint8_t)sfr->value;
+    send_next(chip);
+}
+
+/* ---- receiver ---- */
+
+static void expect_next(struct chip *chip, uint64_t from) {
+    struct uart *uart = &chip->uart;
+    bool more = uart->in_at < uart->in_count && receives(uart);
+    uart->rx_next = more ? from + byte_cycles(chip) / uart->factor : NEVER;
+}
+
+static void received(struct chip *chip) {
+    struct uart *uart = &chip->uart;
+    uint8_t byte = uart->in[uart->in_at++];
+    if (uart->rx_count < UART_FIFO && (uart->sta->value & OERR) == 0)
+        uart->rx_fifo[uart->rx_count++] = byte;
+    else
+        uart->sta->value |= OERR;
+    expect_next(chip, uart->rx_next);
+}
+
+static uint32_t read_rx(struct chip *chip, struct sfr *sfr) {
+    struct uart *uart = &chip->uart;
+    if (uart->rx_count == 0) {
+        chip_fault(chip, "%s read while no byte is there", sfr->name);
+        return 0;
+    }
+    uint8_t byte = uart->rx_fifo[0];
+    memmove(uart->rx_fifo, uart->rx_fifo + 1, --uart->rx_count);
+    chip_look(chip);
+    return byte;
+}
+
+size_t mz_uart_put(struct chip *chip, const uint8_t *bytes, size_t count) {
+    struct uart *uart = &chip->uart;
+    if (uart->in_at == uart->in_count)
+        uart->in_at = uart->in_count = 0;
+    if (!chip_grow(&uart->in, &uart->in_room, uart->in_count + count, 1))
+        return 0;
+    memcpy(uart->in + uart->in_count, bytes, count);
+    uart->in_count += count;
+    if (uart->rx_next == NEVER)
+        expect_next(chip, chip->cycles);
+    chip_look(chip);
+    return count;
+}
+
+size_t mz_uart_waiting(const struct chip *chip) {
+    return chip->uart.in_count - chip->uart.in_at;
+}
+
+void mz_uart_speed(struct chip *chip, uint32_t factor) {
+    chip->uart.factor = factor > 0 ? factor : 1;
+}
+
+size_t mz_uart_get(struct chip *chip, uint8_t *bytes, size_t size) {
+    struct uart *uart = &chip->uart;
+    size_t count = uart->out_count < size ? uart->out_count : size;
+    memcpy(bytes, uart->out, count);
+    memmove(uart->out, uart->out + count, uart->out_count - count);
+    uart->out_count -= count;
+    return count;
+}
+
+/* ---- both ---- */
+
+static uint32_t read_sta(struct chip *chip, struct sfr *sfr) {
+    const struct uart *uart = &chip->uart;
+    uint32_t value = sfr->value & ~(uint32_t)(UTXBF | TRMT | URXDA);
+    value |= uart->tx_count == UART_FIFO ? UTXBF : 0;
+    value |= uart->tx_count == 0 && !uart->shifting ? TRMT : 0;
+    return value | (uart->rx_count > 0 ? URXDA : 0);
+}
+
+static void written_mode(struct chip *chip, struct sfr *sfr, uint32_t before) {
+    (void)sfr;
+    (void)before;
+    send_next(chip);
+    if (chip->uart.rx_next == NEVER)
+        expect_next(chip, chip->cycles);
+}
+
+/* Clearing OERR empties the receiver (Register 22-2). */
+static void written_sta(struct chip *chip, struct sfr *sfr, uint32_t before) {
+    if ((before & OERR) != 0 && (sfr->value & OERR) == 0)
+        chip->uart.rx_count = 0;
+    written_mode(chip, sfr, before);
+}
+
+uint32_t uart_lines(const struct chip *chip) {
+    const struct uart *uart = &chip->uart;
+    static const unsigned most_held[4] = {UART_FIFO - 1, 0, 0, 0}; /* UTXISEL: room, all sent, FIFO empty */
+    unsigned select = uart->sta->value >> 14 & 3;
+    bool tx = transmits(uart) && uart->tx_count <= most_held[select] && (select != 1 || !uart->shifting);
+    return (receives(uart) && uart->rx_count > 0 ? 1u : 0) | (tx ? 2u : 0);
+}
+
+void uart_create(struct chip *chip) {
+    struct uart *uart = &chip->uart;
+    uart->mode = sfr_add(chip, "U3MODE", 0x1F822400, 0, 0xBFFF);
+    uart->sta = sfr_add(chip, "U3STA", 0x1F822410, TRMT, STA_WRITABLE);
+    struct sfr *tx = sfr_add(chip, "U3TXREG", 0x1F822420, 0, 0x1FF);
+    struct sfr *rx = sfr_add(chip, "U3RXREG", 0x1F822430, 0, 0);
+    uart->brg = sfr_add(chip, "U3BRG", 0x1F822440, 0, 0xFFFF);
+    uart->mode->written = written_mode;
+    uart->sta->written = written_sta;
+    uart->sta->read = read_sta;
+    tx->written = written_tx;
+    tx->plain = rx->plain = true;
+    rx->read = read_rx;
+    uart->factor = 1;
+}
+
+void uart_reset(struct chip *chip) {
+    struct uart *uart = &chip->uart;
+    uart->tx_count = uart->rx_count = 0;
+    uart->shifting = false;
+    uart->tx_next = uart->rx_next = NEVER;
+    uart->in_at = uart->in_count = 0;
+}
+
+uint64_t uart_next(const struct chip *chip) {
+    return chip->uart.tx_next < chip->uart.rx_next ? chip->uart.tx_next : chip->uart.rx_next;
+}
+
+void uart_event(struct chip *chip) {
+    if (chip->uart.tx_next <= chip->cycles)
+        sent(chip);
+    while (chip->uart.rx_next <= chip->cycles)
+        received(chip);
+    chip->look = true;
+}
