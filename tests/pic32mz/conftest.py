@@ -10,7 +10,7 @@ import pytest
 
 sys.path.insert(0, str(Path(__file__).parent))
 
-from controller import Controller
+from chip_controller import Controller
 from wificnc.board.load import load_board
 from wificnc.board.model import Board
 from wificnc.build.pic32mz import COMPILER, Pic32Build, build_pic32mz, find_compiler

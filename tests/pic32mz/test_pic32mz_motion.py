@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from controller import Controller
+from chip_controller import Controller
 from numpy.typing import NDArray
 from wificnc.chip.virtual import CPU_HZ
 from wificnc.sim.run import SimOptions, simulate

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from controller import BANNER, Controller
+from chip_controller import BANNER, Controller
 from wificnc.board.model import Board
 from wificnc.chip.image import Block
 from wificnc.chip.virtual import CPU_HZ

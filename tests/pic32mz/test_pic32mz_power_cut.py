@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 
 import pytest
-from controller import Controller, PowerIsOff
+from chip_controller import Controller, PowerIsOff
 from wificnc.board.model import Board
 from wificnc.chip.image import Block
 from wificnc.chip.machine import STORE_OFFSET, STORE_SIZE

@@ -5,7 +5,7 @@ from __future__ import annotations
 from itertools import pairwise
 
 import pytest
-from controller import BANNER, Controller
+from chip_controller import BANNER, Controller
 
 TRAVEL = 10_000  # steps between the switches, 40 mm
 
