@@ -21,7 +21,7 @@
 enum { WCS_COUNT = 9 };           /* G54..G59, G59.1..G59.3 */
 enum { TOOL_COUNT = 96 };         /* tools with a length in the tool table: T1..T96 */
 enum { OUTPUT_COUNT = 5 };        /* digital outputs P0..P4 of M62..M65 */
-enum { DIGITAL_INPUT_COUNT = 4 }; /* digital inputs P0..P3 of M66, at most */
+enum { DIGITAL_INPUT_COUNT = 8 }; /* digital inputs P0..P7 of M66, at most */
 enum { ANALOG_COUNT = 4 };        /* analog inputs E0..E3 of M66 and outputs E0..E3 of M67 and M68, at most */
 
 /** Every target and every stored offset lies within +-this, in mm or degrees; error:33 otherwise. Positions

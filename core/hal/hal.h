@@ -34,6 +34,9 @@ void hal_coolant_set(struct hal *hal, uint8_t bits);
 /** [task] Digital outputs of M62 .. M65: bit n = Pn. All off at power-on. Takes effect at once. */
 void hal_digital_set(struct hal *hal, uint8_t bits);
 
+/** [motion side] Power of all motors, $1; at once. @param invert  $4: the enable line has the other level */
+void hal_motors_set(struct hal *hal, bool on, bool invert);
+
 /** Inputs, debounced. limit_* and probe: level of the line, 1 = high ($5 and $6 say what it means). The
  * others: 1 = asks for its action; the board file knows their polarity. */
 struct hal_inputs {

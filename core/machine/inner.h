@@ -107,6 +107,14 @@ float outputs_rpm(const struct machine *machine);
 /** Laser mode: power of the line on the pins, at its speed. */
 void outputs_poll(struct machine *machine);
 
+/* motors.c */
+/** Power-on: off. [task] */
+void motors_init(struct machine *machine);
+/** [motion side] @return false: they wake up, no steps yet */
+bool motors_poll(struct machine *machine);
+/** Until they are awake; 0: they are, or off. */
+uint32_t motors_wait_us(const struct machine *machine);
+
 /* task.c */
 /** Start the stages of machine->command. */
 void task_begin(struct machine *machine);

@@ -36,6 +36,7 @@ void machine_init(struct machine *machine, const struct machine_board *board, st
     hal_inputs_read(hal, &machine->inputs);
     machine->edges.known = inputs_limits(machine, &machine->inputs);
     outputs_off(machine);
+    motors_init(machine);
     hal_digital_set(hal, machine->digital);
     machine_restart(machine);
     machine_apply_settings(machine);
@@ -181,6 +182,9 @@ uint32_t machine_wait_us(const struct machine *machine) {
     uint32_t quiet = timer_left_us(machine, &machine->quiet);
     uint32_t timer = timer_left_us(machine, &machine->timer);
     uint32_t least = quiet < timer ? quiet : timer;
+    uint32_t motors = motors_wait_us(machine);
+    if (motors > 0 && motors < least)
+        least = motors;
     if (machine->motion.waits && least > MOTION_START_DELAY_US)
         least = MOTION_START_DELAY_US;
     return least;
@@ -394,7 +398,7 @@ bool machine_poll_motion(struct machine *machine) {
     uint32_t poll = machine->motion_polls_done + 1;
     (void)__atomic_exchange_n(&machine->motion_polls_begun, poll,
                               __ATOMIC_ACQ_REL); /* before anything below */
-    bool any = prep_poll(&machine->prep);
+    bool any = motors_poll(machine) && prep_poll(&machine->prep);
     __atomic_store_n(&machine->motion_polls_done, poll, __ATOMIC_RELEASE);
     return any;
 }

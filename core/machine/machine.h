@@ -31,6 +31,7 @@ struct machine_board {
     uint32_t dir_setup_ns;
     uint32_t max_step_rate_hz;       /* of one axis */
     uint8_t axis_count;              /* 1 .. AXIS_COUNT */
+    uint32_t motors_wake_us;         /* drivers need it from enabled to their first step */
     bool relay_spindle;              /* no PWM output: a laser ($32) is error:17 */
     uint8_t digital_inputs;          /* of M66, 0 .. DIGITAL_INPUT_COUNT */
     const struct hal_analog *analog; /* NULL: no analog inputs and outputs */
@@ -116,6 +117,12 @@ struct machine_outputs {
     float power;          /* laser: part of S that is put out, 0 .. 1 */
 };
 
+/** Power of the motors; of the motion side. */
+struct machine_motors {
+    bool on, inverted;           /* as put out: $4 */
+    uint32_t moved_us, woken_us; /* when something moved last; when they were switched on */
+};
+
 /** What is asked about motion lines while they are under way, by source line. */
 enum { LINE_NOTES = 128 };
 struct line_note {
@@ -165,6 +172,7 @@ struct machine {
     struct motion motion;
     struct prep prep;
     struct step step;
+    struct machine_motors motors;
     uint32_t motion_polls_begun, motion_polls_done; /* of the motion side; differ while it works */
 
     enum machine_state state;

@@ -22,7 +22,7 @@ static void append_out(void *ctx, const char *bytes, size_t count) {
 static int board_is_possible(const struct host_board *board) {
     return board->timer_hz >= 1000000 && board->timer_hz <= 100000000 && board->axis_count >= 1 &&
            board->axis_count <= AXIS_COUNT && board->step_pulse_ns >= 1 && board->step_pulse_ns <= 255000 &&
-           board->max_step_rate_hz >= 1;
+           board->max_step_rate_hz >= 1 && board->digital_inputs <= DIGITAL_INPUT_COUNT;
 }
 
 struct host *host_create(const struct host_board *board) {
@@ -45,9 +45,10 @@ struct host *host_open(const struct host_board *board, const char *store_path) {
         .dir_setup_ns = board->dir_setup_ns,
         .max_step_rate_hz = board->max_step_rate_hz,
         .axis_count = board->axis_count,
+        .motors_wake_us = board->motors_wake_us,
         .relay_spindle = board->relay_spindle != 0,
-        .digital_inputs = board->ports != 0 ? DIGITAL_INPUT_COUNT : 0,
-        .analog = board->ports != 0 ? &host_analog : NULL,
+        .digital_inputs = board->digital_inputs,
+        .analog = board->analog != 0 ? &host_analog : NULL,
         .ganged = board->ganged != 0 ? &host->hal.ganged : NULL,
         .store = store_path != NULL ? &host_store : NULL,
         .store_ctx = host->store_path,

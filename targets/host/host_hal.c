@@ -40,6 +40,11 @@ void hal_digital_set(struct hal *hal, uint8_t bits) {
     hal->virtual_machine.outputs.digital = bits;
 }
 
+void hal_motors_set(struct hal *hal, bool on, bool invert) {
+    hal->virtual_machine.outputs.motors = on;
+    hal->virtual_machine.outputs.enable_high = on == invert;
+}
+
 static void analog_set(struct hal *hal, unsigned output, float percent) {
     hal->virtual_machine.outputs.analog_pct[output] = percent;
 }

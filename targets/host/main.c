@@ -96,9 +96,14 @@ static bool take_board(struct host_board *board, const char *name, const char *v
         board->relay_spindle = strcmp(value, "1") == 0;
         return true;
     }
-    if (strcmp(name, "--ports") == 0) {
-        board->ports = strcmp(value, "1") == 0;
+    if (strcmp(name, "--analog") == 0) {
+        board->analog = strcmp(value, "1") == 0;
         return true;
+    }
+    if (strcmp(name, "--digital-inputs") == 0) {
+        bool good = read_number(value, &axes) && axes <= UINT8_MAX;
+        board->digital_inputs = good ? (uint8_t)axes : 0;
+        return good;
     }
     if (strcmp(name, "--axes") != 0 || !read_number(value, &axes) || axes > AXIS_COUNT)
         return false;

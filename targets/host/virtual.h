@@ -54,6 +54,8 @@ struct virtual_outputs {
     float spindle_rpm;              /* commanded */
     uint16_t spindle_duty;          /* PWM, 0 .. 65535 */
     uint8_t coolant;                /* COOLANT_ bits */
+    bool motors;                    /* powered */
+    bool enable_high;               /* level of their enable line: low switches on unless $4 */
     uint8_t digital;                /* M62 .. M65: bit n = Pn */
     float analog_pct[ANALOG_COUNT]; /* M67, M68 */
 };

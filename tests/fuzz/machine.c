@@ -239,7 +239,8 @@ static void begin(struct session *session, uint8_t options) {
         .dir_setup_ns = 1000,
         .max_step_rate_hz = STEP_RATE_HZ,
         .axis_count = (uint8_t)(1 + (options & 7) % AXIS_COUNT),
-        .ports = 1,
+        .digital_inputs = DIGITAL_INPUT_COUNT,
+        .analog = 1,
     };
     memset(session, 0, sizeof *session);
     session->host = host_create(&board);

@@ -31,7 +31,9 @@ class Board(ctypes.Structure):
         ("axis_count", ctypes.c_uint8),
         ("ganged", ctypes.c_uint8),
         ("relay_spindle", ctypes.c_uint8),
-        ("ports", ctypes.c_uint8),
+        ("digital_inputs", ctypes.c_uint8),
+        ("analog", ctypes.c_uint8),
+        ("motors_wake_us", ctypes.c_uint16),
     )
 
 
@@ -43,6 +45,8 @@ class Outputs(ctypes.Structure):
         ("rpm", ctypes.c_float),
         ("duty", ctypes.c_uint16),
         ("coolant", ctypes.c_uint8),
+        ("motors", ctypes.c_bool),
+        ("enable_high", ctypes.c_bool),
         ("digital", ctypes.c_uint8),
         ("analog_pct", ctypes.c_float * 4),
     )
@@ -90,9 +94,15 @@ class Grbl:
     """One controller. Time goes on only in the methods that say so."""
 
     def __init__(
-        self, axes: int = 3, store: Path | None = None, ganged: int = 0, relay: bool = False, ports: bool = True
+        self,
+        axes: int = 3,
+        store: Path | None = None,
+        ganged: int = 0,
+        relay: bool = False,
+        ports: bool = True,  # four inputs, and analog ones
+        motors_wake_us: int = 0,
     ) -> None:
-        board = Board(HZ, 1000, 500, 500_000, axes, ganged, relay, ports)
+        board = Board(HZ, 1000, 500, 500_000, axes, ganged, relay, 4 * ports, ports, motors_wake_us)
         self._host = LIB.host_open(ctypes.byref(board), str(store).encode() if store else None)
         assert self._host
         LIB.host_input_follows(self._host, 0)
@@ -171,6 +181,10 @@ class Grbl:
             )
         )
         assert LIB.trace_add(LIB.host_trace(self._host), self._consumer, None)
+
+    def first_step_s(self) -> float:
+        """Time of the first step edge since record()."""
+        return float(np.concatenate(self._chunks)["t"][0]) / HZ
 
     def accelerations(self, window_s: float = 0.01) -> NDArray[np.float64]:
         """Steps/s^2 per axis by box differences of the recorded positions."""

@@ -31,6 +31,11 @@ class Board(ctypes.Structure):
         ("dir_setup_ns", ctypes.c_uint32),
         ("max_step_rate_hz", ctypes.c_uint32),
         ("axis_count", ctypes.c_uint8),
+        ("ganged", ctypes.c_uint8),
+        ("relay_spindle", ctypes.c_uint8),
+        ("digital_inputs", ctypes.c_uint8),
+        ("analog", ctypes.c_uint8),
+        ("motors_wake_us", ctypes.c_uint16),
     )
 
 

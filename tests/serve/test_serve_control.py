@@ -59,16 +59,16 @@ def test_inputs_and_outputs(server: Server) -> None:
         assert [sender.line() for _ in range(8)] == ["ok"] * 8
         assert sender.idle_position_mm()[:3] == [1.0, 37.5, 0.0]
         assert say(hands, "state").endswith(" coolant 0 digital 8 analog 0,12.5,0,0")
-        assert say(hands, "input 4 on").startswith("error: ") and say(hands, "analog 4 1").startswith("error: ")
+        assert say(hands, "input 8 on").startswith("error: ") and say(hands, "analog 4 1").startswith("error: ")
         assert say(hands, "analog 0 101") == "error: analog N PERCENT"
 
 
-def test_a_chip_has_no_such_inputs(serve: Serve) -> None:
-    """What the firmware of that board will say."""
+def test_inputs_and_outputs_are_those_of_the_board(serve: Serve) -> None:
+    """What the firmware of that board will say: it has two inputs and nothing analog."""
     server = serve(board="esp32s3-devkitc")
     assert server.tcp
     with Peer.tcp(server.tcp) as sender:
-        assert sender.ask("M67E0Q1") == ["error:131"] and sender.ask("M66P0") == ["error:131"]
+        assert [sender.ask(line) for line in ("M66P1", "M66P2", "M66E0", "M67E0Q1")] == [["ok"], *[["error:131"]] * 3]
 
 
 def test_door_opens_and_closes(server: Server) -> None:

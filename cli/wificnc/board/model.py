@@ -293,8 +293,13 @@ class Board(BoardFile):
         return sum(1 << AXIS_LETTERS.index(letter.upper()) for letter, axis in wired if axis.second)
 
     @property
-    def has_ports(self) -> bool:
-        """Digital inputs, analog inputs and outputs of M66 .. M68: the PC's virtual machine has them."""
+    def digital_inputs(self) -> int:
+        """Of M66."""
+        return len(self.input.misc)
+
+    @property
+    def has_analog(self) -> bool:
+        """Analog inputs and outputs of M66 .. M68: no chip's firmware has them, the PC's virtual machine has."""
         return self.target == "host"
 
     def pin_names(self) -> dict[str, str]:

@@ -34,7 +34,8 @@ class Timing:
     axis_count: int
     ganged: int = 0  # axes with a second motor, bit 0 = X
     relay_spindle: bool = False  # no PWM output for the spindle
-    ports: bool = False  # digital inputs, analog inputs and outputs
+    digital_inputs: int = 0  # of M66
+    analog: bool = False  # inputs and outputs of M66 .. M68
 
 
 @dataclass(frozen=True)

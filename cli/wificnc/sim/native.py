@@ -17,6 +17,7 @@ from ctypes import (
     c_int64,
     c_size_t,
     c_uint8,
+    c_uint16,
     c_uint32,
     c_uint64,
     c_void_p,
@@ -42,7 +43,9 @@ class HostBoard(Structure):
         ("axis_count", c_uint8),
         ("ganged", c_uint8),
         ("relay_spindle", c_uint8),
-        ("ports", c_uint8),
+        ("digital_inputs", c_uint8),
+        ("analog", c_uint8),
+        ("motors_wake_us", c_uint16),
     )
 
 

@@ -119,7 +119,14 @@ def check_axes(board: Board, machine: Machine | None) -> None:
 def _timing(board: Board) -> Timing:
     timing = board.timing
     rates = (timing.timer_hz, timing.step_pulse_ns, timing.dir_setup_ns, timing.max_step_rate_hz)
-    return Timing(*rates, len(board.axes), board.ganged_axes, board.output.spindle_pwm is None, board.has_ports)
+    return Timing(
+        *rates,
+        len(board.axes),
+        board.ganged_axes,
+        board.output.spindle_pwm is None,
+        board.digital_inputs,
+        board.has_analog,
+    )
 
 
 @contextmanager

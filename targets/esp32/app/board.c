@@ -77,6 +77,7 @@ struct machine_board board_machine(void) {
         BOARD_MISC_IN_COUNT < DIGITAL_INPUT_COUNT ? BOARD_MISC_IN_COUNT : DIGITAL_INPUT_COUNT;
     return (struct machine_board){
         .digital_inputs = inputs,
+        .motors_wake_us = 1000, /* what the slowest of common drivers want */
         .timer_hz = BOARD_TIMER_HZ,
         .step_pulse_ns = BOARD_STEP_PULSE_NS,
         .dir_setup_ns = BOARD_DIR_SETUP_NS,

@@ -8,8 +8,7 @@
 #include "freertos/FreeRTOS.h"
 #include "freertos/task.h"
 
-#define MOTORS_STAY_ON 255u /* $1: as in Grbl */
-#define US_PER_MS      1000u
+#define US_PER_MS 1000u
 
 /* Work that another task wants done here, and who waits for it. */
 static struct {
@@ -24,8 +23,6 @@ static struct {
     TaskHandle_t task;
     TaskHandle_t starts; /* who waits for the start */
     volatile bool good;
-    bool motors_on;
-    uint32_t rested_us; /* since when nothing moves */
     uint32_t pumped_us; /* the charge pump's last half wave */
 } motion;
 
@@ -55,32 +52,7 @@ static void do_what_is_asked(void) {
     xTaskNotifyGive(asked.waits);
 }
 
-/* ---- motors ---- */
-
-static bool moves(const struct machine *machine) {
-    return machine->step.active || segment_ring_peek(&machine->motion.ring) != NULL || machine->prep.loaded;
-}
-
-static void switch_motors(bool on) {
-    motion.motors_on = on;
-    outputs_motors(&motion.hal->outputs, on, motion.machine->settings.enable_invert);
-}
-
-/* On before the first step, off when $1 has passed since the last one. */
-static void motors_poll(void) {
-    uint16_t delay_ms = motion.machine->settings.idle_delay_ms;
-    uint32_t now_us = hal_time_us(motion.hal);
-    if (moves(motion.machine)) {
-        motion.rested_us = now_us;
-        if (!motion.motors_on) {
-            switch_motors(true);
-            vTaskDelay(1); /* drivers need up to a ms to wake */
-        }
-    } else if (motion.motors_on && delay_ms != MOTORS_STAY_ON &&
-               now_us - motion.rested_us >= delay_ms * US_PER_MS) {
-        switch_motors(false);
-    }
-}
+/* ---- the charge pump ---- */
 
 static void pump_poll(void) {
     uint32_t now_us = hal_time_us(motion.hal);
@@ -101,7 +73,6 @@ static void run(void *unused) {
     while (motion.good) {
         do_what_is_asked();
         inputs_sample(&motion.hal->inputs);
-        motors_poll();
         (void)machine_poll_motion(motion.machine);
         pump_poll();
         (void)esp_task_wdt_reset();

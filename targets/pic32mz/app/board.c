@@ -89,6 +89,7 @@ struct machine_board board_machine(void) {
         .dir_setup_ns = BOARD_DIR_SETUP_NS,
         .max_step_rate_hz = BOARD_MAX_STEP_RATE_HZ,
         .axis_count = BOARD_AXIS_COUNT,
+        .motors_wake_us = 1000, /* what the slowest of common drivers want */
         .relay_spindle = PIN_SPINDLE_PWM == PIN_NONE,
     };
 }

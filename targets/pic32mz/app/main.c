@@ -94,8 +94,8 @@ int main(void) {
     for (;;) {
         poll_slow();
         bool any = machine_poll(&machine);
-        if (follow_poll(&follow))
-            any |= machine_poll_motion(&machine);
+        follow_poll(&follow);
+        any |= machine_poll_motion(&machine);
         if (!any)
             system_wait();
     }

@@ -21,6 +21,10 @@ void hal_digital_set(struct hal *hal, uint8_t bits) {
     outputs_digital(&hal->outputs, bits);
 }
 
+void hal_motors_set(struct hal *hal, bool on, bool invert) {
+    outputs_motors(&hal->outputs, on, invert);
+}
+
 void hal_probe_watch(struct hal *hal, bool high) {
     bool pin_high = high != hal->inputs.wire[INPUT_PROBE].active_high;
     if (hal->step.probe_mask != 0)

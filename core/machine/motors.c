@@ -1,0 +1,58 @@
+/* SPDX-License-Identifier: MIT
+ * Power of the motors: on before the first step, off when $1 has passed since the last one. [motion side] */
+#include "machine/inner.h"
+
+#include <stddef.h>
+
+#define MOTORS_STAY_ON_MS 255u /* $1: as in Grbl */
+#define US_PER_MS         1000u
+
+static bool moves(const struct machine *machine) {
+    return __atomic_load_n(&machine->step.active, __ATOMIC_ACQUIRE) ||
+           segment_ring_peek(&machine->motion.ring) != NULL || machine->prep.loaded;
+}
+
+/* They hold what homing has found so far, and in sleep nothing. */
+static bool stay_on(const struct machine *machine) {
+    return machine->state == MACHINE_HOME ||
+           (machine->settings.idle_delay_ms == MOTORS_STAY_ON_MS && machine->state != MACHINE_SLEEP);
+}
+
+static bool wanted(const struct machine *machine, uint32_t now_us) {
+    const struct machine_motors *motors = &machine->motors;
+    if (moves(machine) || stay_on(machine))
+        return true;
+    return motors->on && machine->state != MACHINE_SLEEP &&
+           now_us - motors->moved_us < machine->settings.idle_delay_ms * US_PER_MS;
+}
+
+static void put_out(struct machine *machine, bool on) {
+    struct machine_motors *motors = &machine->motors;
+    motors->on = on;
+    motors->inverted = machine->settings.enable_invert;
+    hal_motors_set(machine->hal, on, motors->inverted);
+}
+
+bool motors_poll(struct machine *machine) {
+    struct machine_motors *motors = &machine->motors;
+    uint32_t now_us = hal_time_us(machine->hal);
+    bool on = wanted(machine, now_us);
+    if (on && !motors->on)
+        motors->woken_us = now_us;
+    if (moves(machine))
+        motors->moved_us = now_us;
+    if (on != motors->on || machine->settings.enable_invert != motors->inverted)
+        put_out(machine, on);
+    return motors_wait_us(machine) == 0;
+}
+
+uint32_t motors_wait_us(const struct machine *machine) {
+    const struct machine_motors *motors = &machine->motors;
+    uint32_t awake_us = hal_time_us(machine->hal) - motors->woken_us;
+    return motors->on && awake_us < machine->board.motors_wake_us ? machine->board.motors_wake_us - awake_us
+                                                                  : 0;
+}
+
+void motors_init(struct machine *machine) {
+    put_out(machine, false);
+}
