@@ -54,6 +54,12 @@ class BuildError(UserError):
     exit_code = Exit.BUILD
 
 
+class FlashError(UserError):
+    """A chip cannot be written or read, or what should be written does not fit."""
+
+    exit_code = Exit.FLASH
+
+
 class JobError(UserError):
     """A G-code job cannot be read or holds an error."""
 

@@ -2,30 +2,75 @@
 
 from __future__ import annotations
 
+import re
+
 import rich_click as click
 
-from wificnc import ui
+from wificnc import __version__, ui
+from wificnc.board.load import load_board
+from wificnc.board.model import Board
+from wificnc.build import esp32
+from wificnc.build.checkout import checkout_root
 from wificnc.build.host import VARIANTS, HostBuild, build_host, core_ram_bytes
 from wificnc.errors import BuildError
 
 RAM_BUDGET_BYTES = 32 * 1024
+USED = re.compile(r"^(RAM|Flash):.*\((used .*)\)$")
 
 
 @click.command()
-@click.argument("board")
+@click.argument("board_ref", metavar="BOARD")
 @click.option(
     "--variant",
     type=click.Choice(list(VARIANTS)),
     default="release",
     help="Of the host: plain, with debug channels, or sanitized.",
 )
-def command(board: str, variant: str) -> None:
-    """Build the firmware of BOARD. `host` is the controller on this computer, for `wificnc sim`."""
-    if board != "host":
+@click.option("--clean", is_flag=True, help="Of a board: forget what was built before, then build all.")
+@click.option("-v", "--verbose", is_flag=True, help="Of a board: every line of the build.")
+def command(board_ref: str, variant: str, clean: bool, verbose: bool) -> None:
+    """Build the firmware of BOARD into build/BOARD. `host` is the controller on this computer, for `wificnc sim`."""
+    if board_ref == "host":
+        show(build_host(variant), variant)
+        return
+    board = load_board(board_ref)
+    if board.target != "esp32":
         raise BuildError(
-            f"not yet: there is no firmware for {board!r} to build", hint="`wificnc build host` works today"
+            f"not yet: there is no firmware for {board.id!r} to build", hint="`wificnc build host` works today"
         )
-    show(build_host(variant), variant)
+    build_board(board, clean, verbose)
+
+
+def build_board(board: Board, clean: bool, verbose: bool) -> None:
+    """By PlatformIO. Raises BuildError."""
+    root = checkout_root()
+    pio = esp32.find_platformio()
+    esp32.require_packages(esp32.core_directory())
+    plan = esp32.plan_build(board, root, pio=pio)
+    lines: list[str] = []
+    with ui.talk.status(f"building {board.id}") as status:
+        if clean:
+            list(esp32.run_build(esp32.plan_build(board, root, clean=True, pio=pio)))
+        for line in esp32.run_build(plan):
+            lines.append(line)
+            if verbose:
+                ui.note(line)
+            else:
+                status.update(f"building {board.id}: {line[:80]}")
+    facts = {"revision": esp32.git_revision(root), "board_sha256": board.sha256, "wificnc": __version__}
+    artefacts = esp32.collect(plan, facts)
+    show_firmware(artefacts, lines, esp32.slot_bytes((root / "targets/esp32/partitions.csv").read_text()))
+    ui.note(f"all of it  {plan.output}, flash it: wificnc flash {board.id}")
+
+
+def show_firmware(artefacts: list[esp32.Artefact], lines: list[str], slot: int) -> None:
+    """Sizes against what there is. Raises BuildError when the firmware does not fit."""
+    firmware = next(artefact for artefact in artefacts if artefact.name == "firmware.bin")
+    ui.note(f"firmware   {firmware.size:,} of {slot:,} bytes of its slot ({firmware.size / slot:.0%})")
+    for match in filter(None, map(USED.match, lines)):
+        ui.note(f"{match[1]:<10} {match[2]}")
+    if firmware.size > slot:
+        raise BuildError(f"the firmware does not fit its slot: {firmware.size:,} of {slot:,} bytes")
 
 
 def show(build: HostBuild, variant: str) -> None:

@@ -8,12 +8,15 @@ import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from pathlib import Path
 
 import rich_click as click
 
 from wificnc import ui
+from wificnc.build.esp32 import core_directory
 from wificnc.commands._target import target_option
 from wificnc.errors import LinkError
+from wificnc.link.backtrace import Decoder, find_tool
 from wificnc.link.client import ANSWER_S
 from wificnc.link.protocol import Error, LineSplitter, Ok, parse
 from wificnc.link.transport import Transport, open_transport
@@ -30,21 +33,24 @@ if sys.platform != "win32":
 @click.command()
 @target_option
 @click.option("--time", "stamps", is_flag=True, help="Put the time in front of every line.")
-def command(target: str, stamps: bool) -> None:
+@click.option("--elf", type=click.Path(path_type=Path, dir_okay=False, exists=True),
+              help="The firmware, build/BOARD/firmware.elf: where it crashed is told by names.")  # fmt: skip
+def command(target: str, stamps: bool, elf: Path | None) -> None:
     """Show all that a controller says, and send it what is typed.
 
     A line is sent with Enter; ! ~ ? and Ctrl-X act at once. Ctrl-C ends the monitor and changes nothing at the
     machine.
     Lines from a pipe are sent one by one, each after the answer to the one before.
     """
+    decoder = Decoder(elf, find_tool(core_directory() / "packages")) if elf is not None else None
     transport = open_transport(target)
     try:
         if sys.stdin.isatty() and sys.platform != "win32":
             ui.note(f"{transport.name}: Enter sends, ! ~ ? Ctrl-X act at once, Ctrl-C ends")
             with single_keys():
-                Typing(transport, stamps).run()
+                Typing(transport, stamps, decoder).run()
         else:
-            feed_lines(transport, sys.stdin.read().splitlines(), stamps)
+            feed_lines(transport, sys.stdin.read().splitlines(), stamps, decoder)
     finally:
         transport.close()
 
@@ -55,7 +61,12 @@ def stamped(line: str, stamps: bool) -> str:
     return f"{clock}.{int(now * 1000) % 1000:03d}  {line}" if stamps else line
 
 
-def feed_lines(transport: Transport, lines: list[str], stamps: bool) -> None:
+def explained(line: str, decoder: Decoder | None) -> list[str]:
+    """A line, and what it means when it is a backtrace."""
+    return [line, *(decoder.decode(line) if decoder is not None else [])]
+
+
+def feed_lines(transport: Transport, lines: list[str], stamps: bool, decoder: Decoder | None = None) -> None:
     """Each line after the answer to the one before. Raises LinkError when one is not answered."""
     splitter = LineSplitter()
     for line in lines:
@@ -65,7 +76,8 @@ def feed_lines(transport: Transport, lines: list[str], stamps: bool) -> None:
         while not answered and time.monotonic() < deadline:
             transport.wait(deadline - time.monotonic())
             for said in splitter.take(transport.receive()):
-                print(stamped(said, stamps), flush=True)
+                for text in explained(said, decoder):
+                    print(stamped(text, stamps), flush=True)
                 answered = answered or isinstance(parse(said), (Ok, Error))
         if not answered and not _is_realtime(line):
             raise LinkError(f"{transport.name} has not answered {line!r}")
@@ -99,8 +111,9 @@ def single_keys() -> Iterator[None]:
 class Typing:
     """A line editor of one line below what the controller says."""
 
-    def __init__(self, transport: Transport, stamps: bool) -> None:
+    def __init__(self, transport: Transport, stamps: bool, decoder: Decoder | None = None) -> None:
         self.transport = transport
+        self.decoder = decoder
         self.stamps = stamps
         self.typed = ""
         self.splitter = LineSplitter()
@@ -110,7 +123,8 @@ class Typing:
         while True:
             self.transport.wait(60.0, [stdin])
             for line in self.splitter.take(self.transport.receive()):
-                self._show(stamped(line, self.stamps))
+                for text in explained(line, self.decoder):
+                    self._show(stamped(text, self.stamps))
             if select.select([stdin], [], [], 0)[0]:
                 keys = os.read(stdin, 256).decode("utf-8", "replace")
                 if not keys or END_KEYS & frozenset(keys):

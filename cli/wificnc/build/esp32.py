@@ -1,0 +1,164 @@
+"""The firmware of a board with an ESP32, built by PlatformIO: what is missing, how it is called, what came out."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import shutil
+import socket
+import subprocess
+import sys
+import threading
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+from wificnc.board.model import Board
+from wificnc.errors import BuildError
+
+REGISTRY = ("api.registry.platformio.org", 443)
+REACH_SECONDS = 0.8  # an answer of the network, name look-up and all
+PACKAGES = ("framework-espidf", "toolchain-xtensa-esp-elf", "tool-cmake", "tool-ninja", "tool-scons")
+ARTEFACTS = ("firmware.bin", "firmware.elf", "bootloader.bin", "partitions.bin")
+SAID_LINES = 24  # of the build's last words in an error
+
+STILL_WORKS = "without it: `wificnc build host` and all of `wificnc sim` and `wificnc serve`"
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What a build will do."""
+
+    board: str
+    argv: tuple[str, ...]
+    environment: dict[str, str]  # beside the present one
+    made: Path  # where PlatformIO leaves its files
+    output: Path  # where ours go
+
+
+@dataclass(frozen=True)
+class Artefact:
+    """A file of a build."""
+
+    name: str
+    size: int
+    sha256: str
+
+
+def plan_build(board: Board, root: Path, *, clean: bool = False, pio: Sequence[str] = ("pio",)) -> Plan:
+    """How PlatformIO is called. Nothing is run."""
+    argv = [*pio, "run", "-d", str(root), "-e", board.id]
+    return Plan(
+        board=board.id,
+        argv=tuple([*argv, "-t", "clean"] if clean else argv),
+        environment={
+            "WIFICNC_BOARD": board.id,
+            "PLATFORMIO_SETTING_ENABLE_TELEMETRY": "no",
+            # CMake looks for `wificnc` there
+            "PATH": os.pathsep.join([str(Path(sys.executable).parent), os.environ.get("PATH", "")]),
+        },
+        made=root / ".pio" / "build" / board.id,
+        output=root / "build" / board.id,
+    )
+
+
+def find_platformio(environment: Mapping[str, str] = os.environ) -> tuple[str, ...]:
+    """How PlatformIO is called here. Raises BuildError when it is not installed."""
+    beside = Path(sys.executable).with_name("pio")
+    found = str(beside) if beside.is_file() else shutil.which("pio", path=environment.get("PATH"))
+    if found is None:
+        raise BuildError(
+            "PlatformIO is not installed, and it builds the ESP32's firmware", hint="pip install platformio"
+        )
+    return (found,)
+
+
+def missing_packages(core_dir: Path) -> list[str]:
+    """What PlatformIO would have to download: its platform and packages that are not in its folder."""
+    missing = [] if (core_dir / "platforms" / "espressif32").is_dir() else ["espressif32"]
+    return missing + [name for name in PACKAGES if not (core_dir / "packages" / name).is_dir()]
+
+
+def core_directory(environment: Mapping[str, str] = os.environ) -> Path:
+    """Where PlatformIO keeps its packages."""
+    return Path(environment.get("PLATFORMIO_CORE_DIR") or Path.home() / ".platformio")
+
+
+def registry_answers(address: tuple[str, int] = REGISTRY, seconds: float = REACH_SECONDS) -> bool:
+    """Whether the registry can be reached, known within `seconds`: a look-up that hangs is left behind."""
+    answered = threading.Event()
+
+    def knock() -> None:
+        try:
+            socket.create_connection(address, timeout=seconds).close()
+        except OSError:
+            return
+        answered.set()
+
+    thread = threading.Thread(target=knock, daemon=True)
+    thread.start()
+    thread.join(seconds)
+    return answered.is_set()
+
+
+def require_packages(core_dir: Path, answers: Callable[[], bool] = registry_answers) -> None:
+    """Raises BuildError when packages are missing and cannot be had. PlatformIO itself would wait for a minute."""
+    missing = missing_packages(core_dir)
+    if missing and not answers():
+        raise BuildError(
+            f"PlatformIO's packages are not here ({', '.join(missing)}), and its registry cannot be reached",
+            hint=f"connect to the internet for the first build; {STILL_WORKS}",
+        )
+
+
+def run_build(plan: Plan) -> Iterator[str]:
+    """Run PlatformIO; its lines as they come. Raises BuildError when it fails."""
+    said: list[str] = []
+    with subprocess.Popen(
+        plan.argv,
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        env={**os.environ, **plan.environment},
+    ) as process:
+        assert process.stdout is not None
+        for line in process.stdout:
+            said.append(line.rstrip())
+            yield line.rstrip()
+    if process.returncode != 0:
+        raise BuildError("\n".join([f"PlatformIO could not build {plan.board}:", *said[-SAID_LINES:]]))
+
+
+def collect(plan: Plan, facts: Mapping[str, str]) -> list[Artefact]:
+    """Copy what was made to build/BOARD, with a build.json. Raises BuildError when a file is not there."""
+    plan.output.mkdir(parents=True, exist_ok=True)
+    artefacts = []
+    for name in ARTEFACTS:
+        made = plan.made / name
+        if not made.is_file():
+            raise BuildError(f"PlatformIO says it has built {plan.board}, but there is no {made}")
+        shutil.copyfile(made, plan.output / name)
+        content = made.read_bytes()
+        artefacts.append(Artefact(name, len(content), hashlib.sha256(content).hexdigest()))
+    record = {"board": plan.board, **facts, "artefacts": [asdict(artefact) for artefact in artefacts]}
+    (plan.output / "build.json").write_text(json.dumps(record, indent=2) + "\n")
+    return artefacts
+
+
+def git_revision(root: Path) -> str:
+    """The commit of the sources, with + when they were changed since; unknown outside of git."""
+    run = subprocess.run(
+        ["git", "-C", str(root), "describe", "--always", "--dirty=+", "--abbrev=12", "--exclude=*"],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    return run.stdout.strip() or "unknown"
+
+
+def slot_bytes(partitions: str) -> int:
+    """Size of the smallest application slot of a partitions.csv."""
+    rows = [[cell.strip() for cell in line.split(",")] for line in partitions.splitlines() if not line.startswith("#")]
+    return min(int(row[4], 0) for row in rows if len(row) > 4 and row[1] == "app")

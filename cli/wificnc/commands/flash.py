@@ -1,0 +1,174 @@
+"""`wificnc flash BOARD`."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+import rich_click as click
+import serial
+
+from wificnc import ui
+from wificnc.board.load import load_board
+from wificnc.board.model import Board
+from wificnc.build.checkout import checkout_root
+from wificnc.commands._port import connected, port_option, progress_bars
+from wificnc.errors import BuildError, FlashError
+from wificnc.flash.ota import PORT as OTA_PORT
+from wificnc.flash.ota import Upload
+from wificnc.flash.plan import (
+    Chip,
+    Partition,
+    Region,
+    app_image,
+    check_chip,
+    load_regions,
+    read_partitions,
+)
+
+FASTEST_BAUD = 460800
+BANNER_S = 8.0  # its start, and WiFi's
+
+
+@click.command()
+@click.argument("board_ref", metavar="BOARD")
+@port_option
+@click.option("--baud", type=click.IntRange(9600, 3_000_000), default=FASTEST_BAUD, show_default=True,
+              help="While writing.")  # fmt: skip
+@click.option("--erase", is_flag=True, help="Erase everything first: settings, WiFi and passwords too.")
+@click.option("--verify/--no-verify", default=True, help="Read the digests back when all is written.")
+@click.option("--from", "folder", type=click.Path(path_type=Path, file_okay=False, exists=True),
+              help="Take the firmware from this folder, not from build/BOARD.")  # fmt: skip
+@click.option("--wait", "wait_s", type=click.FloatRange(0), default=BANNER_S, show_default=True,
+              help="Seconds to listen for the firmware's first words.")  # fmt: skip
+@click.option("--dry-run", is_flag=True, help="Say what would be written; the chip is not even asked.")
+@click.option("--ota", "ota_host", metavar="HOST[:PORT]", help="Update over the network instead.")
+@click.option("--password", envvar="WIFICNC_PASSWORD", show_envvar=True,
+              help="For --ota: of network clients, else of its own network. Asked for when not given.")  # fmt: skip
+def command(
+    board_ref: str,
+    port: str | None,
+    baud: int,
+    erase: bool,
+    verify: bool,
+    folder: Path | None,
+    wait_s: float,
+    dry_run: bool,
+    ota_host: str | None,
+    password: str | None,
+) -> None:
+    """Write the firmware of BOARD, which `wificnc build BOARD` has made, to the board.
+
+    What the controller has stored, settings, WiFi and passwords, stays unless --erase is given.
+    """
+    board = esp32_board(board_ref)
+    folder = folder or checkout_root() / "build" / board.id
+    partitions = esp32_partitions()
+    regions = load_regions(folder, board, partitions)
+    if ota_host is not None:
+        update(board, folder, ota_host, password, dry_run)
+        return
+    if dry_run:
+        show_plan(regions, erase)
+        return
+    written = write(board, regions, partitions, port, Options(baud, erase, verify))
+    if wait_s > 0:
+        greet(banner(written, wait_s), wait_s)
+
+
+@dataclass(frozen=True)
+class Options:
+    """How it is written."""
+
+    baud: int
+    erase: bool
+    verify: bool
+
+
+def write(
+    board: Board, regions: list[Region], partitions: dict[str, Partition], port: str | None, options: Options
+) -> str:
+    """Look at the chip, write it, and start it. @return its port. Raises FlashError."""
+    with connected(port) as device:
+        chip = device.identify()
+        show_chip(chip)
+        for warning in check_chip(chip, board, regions, partitions):
+            ui.warn(warning)
+        with progress_bars() as show:
+            if options.erase:
+                device.erase()
+            device.write(regions, options.baud, show)
+        if options.verify:
+            device.verify(regions)
+            ui.note("verified  every region is what was sent")
+        device.reset()
+        return device.port
+
+
+def esp32_board(board_ref: str) -> Board:
+    """Raises BuildError for a board without an ESP32."""
+    board = load_board(board_ref)
+    if board.target != "esp32":
+        raise BuildError(f"{board.id} has no ESP32: this command cannot write it")
+    return board
+
+
+def esp32_partitions() -> dict[str, Partition]:
+    return read_partitions((checkout_root() / "targets" / "esp32" / "partitions.csv").read_text())
+
+
+def show_plan(regions: list[Region], erase: bool) -> None:
+    if erase:
+        click.echo("erase      everything")
+    for region in regions:
+        click.echo(f"0x{region.offset:06X}  {len(region.data):>9,} bytes  {region.name}")
+    if not erase:
+        click.echo("untouched: what the controller has stored (settings, WiFi, passwords)")
+
+
+def show_chip(chip: Chip) -> None:
+    psram = f"{chip.psram_mb} MB PSRAM" if chip.psram_mb else "no PSRAM in the chip"
+    ui.note(f"chip      {chip.title}, {chip.flash_mb:g} MB flash, {psram}, {chip.mac}")
+
+
+def banner(port: str, seconds: float) -> list[str]:
+    """What the firmware says after its start, as far as it says something in time."""
+    lines: list[str] = []
+    deadline = time.monotonic() + seconds
+    try:
+        with serial.Serial(port, 115200, timeout=0.5) as link:
+            while time.monotonic() < deadline and not any("password" in line for line in lines):
+                line = link.readline().decode("ascii", "replace").strip()
+                lines += [line] if line else []
+    except (serial.SerialException, OSError):
+        pass  # native USB comes and goes with a reset
+    return lines
+
+
+def greet(said: list[str], seconds: float) -> None:
+    lines = [line for line in said if line.startswith(("Grbl ", "[MSG:"))]
+    for line in lines:
+        ui.note(line)
+    if not any(line.startswith("Grbl ") for line in lines):
+        ui.warn(f"written, but the firmware has not said anything for {seconds:g} s: `wificnc monitor` listens longer")
+
+
+def update(board: Board, folder: Path, host: str, password: str | None, dry_run: bool) -> None:
+    """Over the network. Raises FlashError."""
+    image = app_image(folder / "firmware.bin", board.chip)
+    name, _, port = host.partition(":")
+    if dry_run:
+        click.echo(f"{len(image):,} bytes to {name}:{port or OTA_PORT}, into the slot that does not run")
+        return
+    upload = Upload(name, int(port or OTA_PORT))
+    try:
+        hello = upload.hello()
+        if hello.board != board.id:
+            raise FlashError(f"{upload.name} is an {hello.board}", hint=f"wificnc flash {hello.board} --ota {host}")
+        secret = password or click.prompt("password", hide_input=True, err=True)
+        with progress_bars() as show:
+            upload.send(hello, image, secret, lambda done, total: show("firmware", done, total))
+    finally:
+        upload.close()
+    ui.note("the controller has checked it and starts it now; it goes back to the old one if this fails")

@@ -1,0 +1,155 @@
+"""`wificnc nvs`: what an ESP32 has stored, as files and on the board."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import rich_click as click
+from rich.table import Table
+
+from wificnc import ui
+from wificnc.commands._port import connected, port_option, progress_bars
+from wificnc.commands.flash import esp32_board, esp32_partitions
+from wificnc.errors import FlashError
+from wificnc.flash.plan import Region
+from wificnc.machine import load_machine
+from wificnc.nvs.build import build_image
+from wificnc.nvs.image import Entry, NvsImage, read_image
+from wificnc.nvs.values import (
+    differences,
+    machine_entries,
+    number_entry,
+    random_password,
+    rows,
+    text_entry,
+)
+
+secrets_option = click.option("--show-secrets", is_flag=True, help="Passwords in clear.")
+json_option = click.option("--json", "as_json", is_flag=True, help="One JSON document on stdout.")
+
+
+@click.group()
+def command() -> None:
+    """Settings, WiFi and pins that an ESP32 has stored: make an image, write it, read it back, compare."""
+
+
+@command.command("build")
+@click.argument("machine", metavar="MACHINE.toml")
+@click.option("-o", "--output", type=click.Path(path_type=Path, dir_okay=False), default=Path("nvs.bin"),
+              show_default=True)  # fmt: skip
+@click.option("--board", "board_ref", metavar="BOARD", help="Check that the machine fits this board.")
+@click.option("--ssid", help="Name of the WiFi network to join.")
+@click.option("--wifi-password", help="Its password.")
+@click.option("--access-password", help="Of network clients and updates.")
+@click.option("--set", "numbers", multiple=True, metavar="KEY=N", help="A key of protocol/nvs.toml, such as p_sx=4.")
+def build(
+    machine: str,
+    output: Path,
+    board_ref: str | None,
+    ssid: str | None,
+    wifi_password: str | None,
+    access_password: str | None,
+    numbers: tuple[str, ...],
+) -> None:
+    """Make an image of a machine profile. The controller's own network gets a new random password."""
+    profile = load_machine(machine)
+    if board_ref is not None and profile.axis_count > len(esp32_board(board_ref).axes):
+        raise FlashError(f"{profile.name} has {profile.axis_count} axes, {board_ref} has fewer")
+    own = random_password()
+    texts = {"wifi_ssid": ssid, "wifi_pass": wifi_password, "access_pass": access_password, "ap_pass": own}
+    entries = [*machine_entries(profile), *map(number_entry, numbers)]
+    entries += [text_entry(key, value) for key, value in texts.items() if value is not None]
+    output.write_bytes(build_image(entries))
+    ui.note(f"wrote {output}: {len(entries)} keys")
+    ui.note(f"password of the controller's own network: {own}")
+
+
+@command.command("read")
+@click.argument("file", type=click.Path(path_type=Path, dir_okay=False, exists=True), required=False)
+@port_option
+@click.option("-o", "--output", type=click.Path(path_type=Path, dir_okay=False), help="Keep the image, too.")
+@secrets_option
+@json_option
+def read(file: Path | None, port: str | None, output: Path | None, show_secrets: bool, as_json: bool) -> None:
+    """Show what FILE holds, or the board at the port."""
+    data = file.read_bytes() if file is not None else read_board(port)
+    image = read_image(data)
+    if output is not None:
+        output.write_bytes(data)
+    warn_of_damage(image)
+    shown = rows(image, show_secrets)
+    if as_json:
+        ui.emit_json({row.key: row.value for row in shown})
+        return
+    table = Table("key", "value", "what it is")
+    for row in shown:
+        table.add_row(row.key, row.value, row.meaning)
+    ui.data.print(table)
+
+
+@command.command("flash")
+@click.argument("file", type=click.Path(path_type=Path, dir_okay=False, exists=True))
+@port_option
+@click.option("--dry-run", is_flag=True, help="Check the file and say what would be written.")
+def flash(file: Path, port: str | None, dry_run: bool) -> None:
+    """Write an image to the board, in place of all that it has stored."""
+    data = file.read_bytes()
+    image = read_image(data)
+    warn_of_damage(image)
+    if image.damaged:
+        raise FlashError(f"{file} is damaged; it is not written")
+    partition = esp32_partitions()["nvs"]
+    if len(data) != partition.size:
+        raise FlashError(f"{file} has {len(data):,} bytes, the board's storage {partition.size:,}")
+    if dry_run:
+        click.echo(f"0x{partition.offset:06X}  {len(data):>9,} bytes  {len(image.entries)} keys")
+        return
+    write_board(port, data)
+
+
+@command.command("diff")
+@click.argument("first", type=click.Path(path_type=Path, dir_okay=False, exists=True))
+@click.argument("second", type=click.Path(path_type=Path, dir_okay=False, exists=True))
+@secrets_option
+@json_option
+def diff(first: Path, second: Path, show_secrets: bool, as_json: bool) -> None:
+    """Show which keys differ between two images. Exit code 1 when some do."""
+    found = differences(read_image(first.read_bytes()), read_image(second.read_bytes()), show_secrets)
+    if as_json:
+        ui.emit_json([{"key": key, "first": one, "second": two} for key, _, one, two in found])
+    elif found:
+        table = Table("key", str(first), str(second), "what it is")
+        for key, meaning, one, two in found:
+            table.add_row(key, one, two, meaning)
+        ui.data.print(table)
+    else:
+        ui.note("no difference")
+    raise SystemExit(1 if found else 0)
+
+
+def warn_of_damage(image: NvsImage) -> None:
+    for what in image.damaged:
+        ui.warn(what)
+
+
+def read_board(port: str | None) -> bytes:
+    """The NVS partition of the board; it is started again afterwards."""
+    partition = esp32_partitions()["nvs"]
+    with connected(port) as device:
+        data = device.read(partition.offset, partition.size)
+        device.reset()
+    return data
+
+
+def write_board(port: str | None, data: bytes) -> None:
+    """Write the NVS partition and read it back."""
+    region = Region("settings", esp32_partitions()["nvs"].offset, data)
+    with connected(port) as device:
+        with progress_bars() as show:
+            device.write([region], 115200, show)
+        device.verify([region])
+        device.reset()
+
+
+def entries_of(image: NvsImage) -> list[Entry]:
+    return list(image.entries.values())

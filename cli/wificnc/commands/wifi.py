@@ -1,0 +1,101 @@
+"""`wificnc wifi`: the network a board joins, over USB."""
+
+from __future__ import annotations
+
+import sys
+
+import rich_click as click
+
+from wificnc import ui
+from wificnc.commands._port import connected, port_option, progress_bars
+from wificnc.commands.flash import esp32_partitions
+from wificnc.flash.plan import Region
+from wificnc.nvs.build import build_image
+from wificnc.nvs.image import NvsImage, read_image
+from wificnc.nvs.values import NAMESPACE, merged, text_entry, without
+
+
+@click.group()
+def command() -> None:
+    """The WiFi network that a board joins, and its own one. Over USB: the board starts again afterwards."""
+
+
+@command.command("set")
+@click.argument("ssid")
+@port_option
+@click.option("--password", help="Of the network; asked for when it is not given. Empty for an open network.")
+def set_network(ssid: str, port: str | None, password: str | None) -> None:
+    """Let the board join the network SSID."""
+    changes = [text_entry("wifi_ssid", ssid)]
+    if password is None:
+        password = click.prompt("password", hide_input=True, default="", show_default=False, err=True)
+    if password:
+        changes.append(text_entry("wifi_pass", password))
+    partition = esp32_partitions()["nvs"]
+    with connected(port) as device:
+        image = read_image(device.read(partition.offset, partition.size))
+        kept = image if password else without(image, ["wifi_pass"])
+        region = Region("settings", partition.offset, build_image(merged(kept, changes), partition.size))
+        with progress_bars() as show:
+            device.write([region], 115200, show)
+        device.verify([region])
+        device.reset()
+    ui.note(f"the board joins {ssid} now; `wificnc discover` finds it there")
+
+
+@command.command("status")
+@port_option
+@click.option("--qr/--no-qr", default=True, help="The board's own network as a QR code, for a phone.")
+@click.option("--json", "as_json", is_flag=True, help="One JSON document on stdout.")
+def status(port: str | None, qr: bool, as_json: bool) -> None:
+    """Show which network the board joins, and the name and password of its own one."""
+    partition = esp32_partitions()["nvs"]
+    with connected(port) as device:
+        mac = device.identify().mac
+        image = read_image(device.read(partition.offset, partition.size))
+        device.reset()
+    facts = network_facts(image, mac)
+    if as_json:
+        ui.emit_json(facts)
+        return
+    click.echo(f"joins         {facts['joins'] or 'no network'}")
+    click.echo(f"own network   {facts['own_network']}")
+    click.echo(f"its password  {facts['own_password'] or 'made at the first start'}")
+    if qr and facts["own_password"]:
+        show_qr(str(facts["own_network"]), str(facts["own_password"]))
+
+
+def network_facts(image: NvsImage, mac: str) -> dict[str, str | bool | None]:
+    """The password of the network it joins is not among them."""
+
+    def text(key: str) -> str | None:
+        value = image.get(NAMESPACE, key)
+        return value if isinstance(value, str) else None
+
+    return {
+        "joins": text("wifi_ssid"),
+        "own_network": own_name(mac),
+        "own_password": text("ap_pass"),
+        "access_password": text("access_pass") is not None,
+    }
+
+
+def own_name(mac: str) -> str:
+    """WiFiCNC- and the end of the access point's address, which is the base address and one."""
+    number = int(mac.replace(":", ""), 16) + 1
+    return f"WiFiCNC-{number & 0xFFFF:04X}"
+
+
+def wifi_code(name: str, password: str) -> str:
+    """What phones read: special characters are escaped."""
+    quoted = "".join(f"\\{letter}" if letter in '\\;,":' else letter for letter in password)
+    return f"WIFI:T:WPA;S:{name};P:{quoted};;"
+
+
+def show_qr(name: str, password: str) -> None:
+    try:
+        import segno
+    except ImportError:
+        ui.note("with `pip install 'wificnc[esp]'` a QR code stands here")
+        return
+    segno.make(wifi_code(name, password)).terminal(out=sys.stdout, compact=True)

@@ -1,0 +1,110 @@
+"""Updates over the network: the sender's side of targets/esp32/net/ota.h."""
+
+from __future__ import annotations
+
+import hashlib
+import hmac
+import socket
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from wificnc.errors import FlashError
+
+PORT = 58430
+CONNECT_S = 5.0
+ANSWER_S = 20.0  # a sector is erased meanwhile
+CHUNK = 16384
+AGAIN_HINT = "the old firmware still runs; run the same command again"
+
+
+@dataclass(frozen=True)
+class Hello:
+    """What a controller says first."""
+
+    board: str
+    nonce: str
+
+
+def proof(password: str, nonce: str, size: int, sha256: str) -> str:
+    """HMAC-SHA256 of what will be sent, under the password."""
+    return hmac.new(password.encode(), f"{nonce} {size} {sha256}".encode(), hashlib.sha256).hexdigest()
+
+
+class Upload:
+    """A connection to a controller that takes updates. Raises FlashError from every method."""
+
+    def __init__(self, host: str, port: int = PORT) -> None:
+        self.name = f"{host}:{port}"
+        try:
+            self._socket = socket.create_connection((host, port), CONNECT_S)
+        except OSError as err:
+            raise FlashError(
+                f"cannot reach {self.name}: {err.strerror or err}",
+                hint="is it on, and on this network? `wificnc discover` looks for it",
+            ) from err
+        self._socket.settimeout(ANSWER_S)
+        self._said = b""
+
+    def hello(self) -> Hello:
+        words = self._line().split(" ")
+        if len(words) != 4 or words[:2] != ["WIFICNC-OTA", "1"]:
+            self._raise_error(" ".join(words))
+            raise FlashError(f"{self.name} takes no updates that this version knows how to send")
+        return Hello(words[2], words[3])
+
+    def send(self, hello: Hello, image: bytes, password: str, progress: Callable[[int, int], None]) -> None:
+        """Send the image and wait until the controller has checked it."""
+        sha256 = hashlib.sha256(image).hexdigest()
+        self._put(f"{len(image)} {sha256} {proof(password, hello.nonce, len(image), sha256)}\n".encode())
+        self._expect("OK")
+        for at in range(0, len(image), CHUNK):
+            self._put(image[at : at + CHUNK])
+            progress(min(at + CHUNK, len(image)), len(image))
+        while (line := self._line()).startswith("AT "):
+            pass
+        self._check(line, "DONE")
+
+    def close(self) -> None:
+        self._socket.close()
+
+    def _put(self, data: bytes) -> None:
+        try:
+            self._socket.sendall(data)
+        except OSError as err:
+            self._raise_last_words()
+            raise FlashError(f"the link to {self.name} is lost: {err.strerror or err}", AGAIN_HINT) from err
+
+    def _line(self) -> str:
+        while b"\n" not in self._said:
+            try:
+                piece = self._socket.recv(4096)
+            except OSError as err:
+                raise FlashError(f"{self.name} has stopped answering: {err.strerror or err}", AGAIN_HINT) from err
+            if not piece:
+                raise FlashError(f"{self.name} closed the connection", AGAIN_HINT)
+            self._said += piece
+        line, _, self._said = self._said.partition(b"\n")
+        return line.decode("utf-8", "replace")
+
+    def _raise_last_words(self) -> None:
+        """Why it hung up, if it said so."""
+        try:
+            while True:
+                self._raise_error(self._line())
+        except FlashError as err:
+            if err.message.startswith(f"{self.name} refuses"):
+                raise
+
+    def _expect(self, word: str) -> None:
+        self._check(self._line(), word)
+
+    def _check(self, line: str, word: str) -> None:
+        self._raise_error(line)
+        if line != word:
+            raise FlashError(f"{self.name} answers {line!r}, not {word}", AGAIN_HINT)
+
+    def _raise_error(self, line: str) -> None:
+        if line.startswith("ERROR "):
+            reason = line.removeprefix("ERROR ")
+            hint = "the password of network clients, else that of its own network" if "password" in reason else None
+            raise FlashError(f"{self.name} refuses: {reason}", hint)

@@ -1,0 +1,171 @@
+"""What will be written where, and whether this image and this chip belong together. Pure."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import struct
+from dataclasses import dataclass
+from pathlib import Path
+
+from wificnc.board.model import Board
+from wificnc.errors import FlashError
+
+# Chip ids of images (ESP-IDF, esp_app_format.h), and where their first loader looks for the second one.
+CHIP_IDS = {"esp32": 0, "esp32s3": 9}
+BOOTLOADER_AT = {"esp32": 0x1000, "esp32s3": 0x0}
+PARTITION_TABLE_AT = 0x8000
+IMAGE_MAGIC = 0xE9
+APP_MAGIC = 0xABCD5432
+PROJECT = "wificnc"
+FLASH_MB = (1, 2, 4, 8, 16, 32, 64, 128)  # of the upper half of header byte 3
+OCTAL_PSRAM_MB = 8  # embedded PSRAM of this size or more is octal
+
+
+@dataclass(frozen=True)
+class Partition:
+    """A row of partitions.csv, bytes."""
+
+    name: str
+    type: str
+    offset: int
+    size: int
+
+
+@dataclass(frozen=True)
+class Region:
+    """Bytes and where they go."""
+
+    name: str
+    offset: int
+    data: bytes
+
+    @property
+    def end(self) -> int:
+        return self.offset + len(self.data)
+
+
+@dataclass(frozen=True)
+class Chip:
+    """What is connected."""
+
+    name: str  # esp32, esp32s3
+    title: str  # "ESP32-S3 (QFN56)"
+    revision: str  # "v0.2"
+    flash_mb: float
+    psram_mb: int  # in the chip; 0: none, or it cannot be told
+    psram_1v8: bool
+    mac: str
+
+
+def read_partitions(text: str) -> dict[str, Partition]:
+    """partitions.csv. Raises FlashError."""
+    found = {}
+    for line in text.splitlines():
+        cells = [cell.strip() for cell in line.split("#")[0].split(",")]
+        if len(cells) < 5:
+            continue
+        try:
+            found[cells[0]] = Partition(cells[0], cells[1], int(cells[3], 0), int(cells[4], 0))
+        except ValueError as err:
+            raise FlashError(f"the partition table has a line that is none: {line}") from err
+    return found
+
+
+def flash_needed_mb(partitions: dict[str, Partition]) -> float:
+    """Up to the end of the last partition."""
+    return max(row.offset + row.size for row in partitions.values()) / (1 << 20)
+
+
+def load_regions(folder: Path, board: Board, partitions: dict[str, Partition]) -> list[Region]:
+    """What a full flash writes, of the artefacts of build/BOARD. Settings (NVS) are no part of it.
+
+    Raises FlashError when there is no build, it is damaged, or of another board.
+    """
+    _check_build(folder, board)
+    slot = partitions["ota_0"]
+    regions = [
+        Region("bootloader", BOOTLOADER_AT[board.chip], _image(folder / "bootloader.bin", board.chip)),
+        Region("partition table", PARTITION_TABLE_AT, (folder / "partitions.bin").read_bytes()),
+        # blank: the first slot starts
+        Region("slot choice", partitions["otadata"].offset, b"\xff" * partitions["otadata"].size),
+        Region("firmware", slot.offset, app_image(folder / "firmware.bin", board.chip)),
+    ]
+    if regions[-1].end > slot.offset + slot.size:
+        raise FlashError(f"the firmware has {len(regions[-1].data):,} bytes, its slot {slot.size:,}")
+    return regions
+
+
+def app_image(path: Path, chip: str) -> bytes:
+    """A firmware of ours for this chip. Raises FlashError for anything else."""
+    data = _image(path, chip)
+    magic, project = struct.unpack_from("<I44x32s", data, 32)
+    if magic != APP_MAGIC or project.rstrip(b"\0") != PROJECT.encode():
+        raise FlashError(f"{path} is no WiFiCNC firmware")
+    return data
+
+
+def _check_build(folder: Path, board: Board) -> None:
+    hint = f"wificnc build {board.id}"
+    record_path = folder / "build.json"
+    if not record_path.is_file():
+        raise FlashError(f"there is no build of {board.id} in {folder}", hint=hint)
+    try:
+        record = json.loads(record_path.read_text())
+        sums = {row["name"]: row["sha256"] for row in record["artefacts"]}
+        if record["board"] != board.id:
+            raise FlashError(f"{record_path} is a build of {record['board']}, not of {board.id}", hint=hint)
+        for name, wanted in sums.items():
+            if hashlib.sha256((folder / name).read_bytes()).hexdigest() != wanted:
+                raise FlashError(f"{folder / name} is not what was built", hint=hint)
+    except (OSError, ValueError, KeyError, TypeError) as err:
+        raise FlashError(f"the build in {folder} is not whole: {err}", hint=hint) from err
+
+
+def _image(path: Path, chip: str) -> bytes:
+    """An image whose head and checksums are right. Raises FlashError."""
+    data = path.read_bytes()
+    if len(data) < 112 or data[0] != IMAGE_MAGIC:
+        raise FlashError(f"{path} is no image of an ESP32")
+    (chip_id,) = struct.unpack_from("<H", data, 12)
+    if chip_id != CHIP_IDS[chip]:
+        names = {number: name for name, number in CHIP_IDS.items()}
+        raise FlashError(f"{path} is for {names.get(chip_id, f'chip {chip_id}')}, not for {chip}")
+    if data[23] and hashlib.sha256(data[:-32]).digest() != data[-32:]:
+        raise FlashError(f"{path} is damaged: its own SHA-256 differs")
+    return data
+
+
+def image_flash_mb(bootloader: bytes) -> int:
+    """The flash that a bootloader was built for."""
+    return FLASH_MB[data_size] if (data_size := bootloader[3] >> 4) < len(FLASH_MB) else 0
+
+
+def check_chip(chip: Chip, board: Board, regions: list[Region], partitions: dict[str, Partition]) -> list[str]:
+    """Before anything is written: whether this chip is the board's. @return warnings. Raises FlashError."""
+    if chip.name != board.chip:
+        raise FlashError(
+            f"this is an {chip.title}, and {board.id} has an {board.pins.name}",
+            hint="`wificnc boards` lists the boards; is another one plugged in, too?",
+        )
+    bootloader = next((region.data for region in regions if region.name == "bootloader"), None)
+    needed_mb = max(flash_needed_mb(partitions), image_flash_mb(bootloader) if bootloader else 0)
+    if chip.flash_mb < needed_mb:
+        raise FlashError(f"this chip has {chip.flash_mb:g} MB of flash, and this firmware needs {needed_mb:g} MB")
+    for region in regions:
+        if region.end > chip.flash_mb * (1 << 20):
+            raise FlashError(f"{region.name} ends at {region.end / (1 << 20):.1f} MB, beyond {chip.flash_mb:g} MB")
+    return _check_memory(chip, board)
+
+
+def _check_memory(chip: Chip, board: Board) -> list[str]:
+    """Octal memory takes pins that a board for quad memory may use."""
+    octal = chip.psram_mb >= OCTAL_PSRAM_MB
+    if chip.psram_1v8 and board.memory.mode != "octal-1v8":
+        raise FlashError(f"this module's memory runs at 1.8 V, and so do its GPIO47 and 48: not a board {board.id}")
+    if octal and board.memory.mode == "quad":
+        hint = "wificnc flash esp32s3-devkitc" if board.id == "esp32s3-devkitc-quad" else None
+        raise FlashError(f"this module has octal PSRAM, which takes GPIO33 to 37; {board.id} is for quad memory", hint)
+    if not octal and board.memory.mode == "octal":
+        return [f"no octal PSRAM in this module: {board.id}-quad would give you more pins"]
+    return []

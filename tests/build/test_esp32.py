@@ -1,0 +1,124 @@
+"""`wificnc build` of an ESP32: what is missing is told at once, what PlatformIO says and makes is passed on."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+from wificnc.board.load import load_board
+from wificnc.build.checkout import checkout_root
+from wificnc.build.esp32 import (
+    PACKAGES,
+    REACH_SECONDS,
+    collect,
+    find_platformio,
+    missing_packages,
+    plan_build,
+    registry_answers,
+    require_packages,
+    run_build,
+    slot_bytes,
+)
+from wificnc.errors import BuildError, Exit
+
+ROOT = checkout_root()
+BOARD = load_board("esp32s3-zero")
+
+# PlatformIO, as far as we call it: says something, and leaves files where it does.
+FAKE = """\
+import pathlib, sys
+at = pathlib.Path({made!r})
+at.mkdir(parents=True, exist_ok=True)
+print("Compiling main.o")
+if {fails}:
+    print("error: main.c:1: something")
+    sys.exit(1)
+for name in ("firmware.bin", "firmware.elf", "bootloader.bin", "partitions.bin"):
+    (at / name).write_bytes(name.encode() * 100)
+print("RAM:   [==        ]  14.7% (used 48240 bytes from 327680 bytes)")
+"""
+
+
+def fake_pio(folder: Path, fails: bool = False) -> tuple[str, ...]:
+    script = folder / "pio.py"
+    script.write_text(FAKE.format(made=str(folder / ".pio" / "build" / BOARD.id), fails=fails))
+    return (sys.executable, str(script))
+
+
+def test_the_call_names_project_and_board() -> None:
+    plan = plan_build(BOARD, Path("/repo"), pio=("pio",))
+    assert plan.argv == ("pio", "run", "-d", "/repo", "-e", "esp32s3-zero")
+    assert plan.environment["WIFICNC_BOARD"] == "esp32s3-zero"
+    assert plan_build(BOARD, Path("/repo"), clean=True).argv[-2:] == ("-t", "clean")
+
+
+def test_what_is_built_is_kept_with_its_sums(tmp_path: Path) -> None:
+    plan = plan_build(BOARD, tmp_path, pio=fake_pio(tmp_path))
+    lines = list(run_build(plan))
+    assert lines[0] == "Compiling main.o" and lines[-1].startswith("RAM:")
+    artefacts = collect(plan, {"revision": "abc"})
+    record = json.loads((tmp_path / "build" / BOARD.id / "build.json").read_text())
+    assert record["board"] == BOARD.id and record["revision"] == "abc"
+    for row, artefact in zip(record["artefacts"], artefacts, strict=True):
+        kept = (tmp_path / "build" / BOARD.id / row["name"]).read_bytes()
+        assert row["sha256"] == artefact.sha256 == hashlib.sha256(kept).hexdigest()
+
+
+def test_a_failed_build_ends_with_its_last_words(tmp_path: Path) -> None:
+    plan = plan_build(BOARD, tmp_path, pio=fake_pio(tmp_path, fails=True))
+    with pytest.raises(BuildError, match=r"error: main.c:1: something"):
+        list(run_build(plan))
+
+
+def test_a_build_that_left_nothing_is_no_build(tmp_path: Path) -> None:
+    plan = plan_build(BOARD, tmp_path, pio=(sys.executable, "-c", ""))
+    list(run_build(plan))
+    with pytest.raises(BuildError, match="but there is no"):
+        collect(plan, {})
+
+
+def test_missing_packages_need_the_registry(tmp_path: Path) -> None:
+    assert missing_packages(tmp_path) == ["espressif32", *PACKAGES]
+    with pytest.raises(BuildError, match="espressif32") as caught:
+        require_packages(tmp_path, lambda: False)
+    assert "wificnc build host" in str(caught.value.hint)
+    require_packages(tmp_path, lambda: True)
+    (tmp_path / "platforms" / "espressif32").mkdir(parents=True)
+    for name in PACKAGES:
+        (tmp_path / "packages" / name).mkdir(parents=True)
+    require_packages(tmp_path, lambda: False)
+
+
+def test_a_registry_that_drops_packets_costs_less_than_a_second() -> None:
+    begin = time.monotonic()
+    assert not registry_answers(("192.0.2.1", 443))  # TEST-NET-1: nobody is there
+    assert time.monotonic() - begin < REACH_SECONDS + 0.2
+
+
+def test_offline_the_command_says_what_is_missing_and_what_still_works(tmp_path: Path) -> None:
+    offline = {**os.environ, "PLATFORMIO_CORE_DIR": str(tmp_path)}
+    script = (
+        "import wificnc.build.esp32 as e, wificnc.app as a; e.registry_answers.__defaults__ = (('192.0.2.1', 443), 0.1)"
+    )
+    command = [sys.executable, "-c", f"{script}; a.main(['build', 'esp32s3-zero'])"]
+    run = subprocess.run(command, capture_output=True, text=True, timeout=30, env=offline, check=False)
+    assert run.returncode == Exit.BUILD
+    assert "registry cannot be reached" in run.stderr and "wificnc build host" in run.stderr
+
+
+def test_without_platformio_its_package_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sys, "executable", "/nowhere/python")
+    with pytest.raises(BuildError) as caught:
+        find_platformio({"PATH": "/nowhere"})
+    assert "pip install" in str(caught.value.hint)
+
+
+def test_the_slot_is_the_smaller_one() -> None:
+    assert slot_bytes("# name\na, app, ota_0, 0x10000, 0x20\nb, app, ota_1, 0x20000, 0x10\nc, data, nvs, 0, 1\n") == 16
+    assert slot_bytes((ROOT / "targets/esp32/partitions.csv").read_text()) == 0x1E0000

@@ -1,0 +1,240 @@
+"""`wificnc flash`, `nvs` and `wifi` as a user meets them, at a mock of a chip's loader behind a pty."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from chip import Mock, image, make_build, mock_chip
+
+pytest.importorskip("esptool")
+pytest.importorskip("esp32_mock_bootloader")
+
+from wificnc.board.load import load_board
+from wificnc.errors import Exit, FlashError
+from wificnc.flash.plan import Chip, Region, check_chip, load_regions, read_partitions
+from wificnc.flash.ports import Port, choose_port
+
+ROOT = Path(__file__).resolve().parents[2]
+PARTITIONS = read_partitions((ROOT / "targets/esp32/partitions.csv").read_text())
+BOARD = "esp32s3-zero"
+APP_AT, NVS_AT = 0x20000, 0x9000
+
+
+def wificnc(*arguments: object, code: int = 0, stdin: str = "") -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, "-m", "wificnc", *map(str, arguments)]
+    run = subprocess.run(command, capture_output=True, text=True, timeout=120, input=stdin, cwd=ROOT, check=False)
+    assert run.returncode == code, run.stdout + run.stderr
+    assert "Traceback" not in run.stderr
+    return run
+
+
+@pytest.fixture(scope="module")
+def build(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return make_build(tmp_path_factory.mktemp("build"), BOARD, "esp32s3")
+
+
+@pytest.fixture
+def chip(tmp_path: Path) -> Iterator[Mock]:
+    with mock_chip("esp32s3", tmp_path / "mock") as mock:
+        yield mock
+
+
+# ---- at the chip ----
+
+
+def test_a_build_is_written_verified_and_the_settings_stay(chip: Mock, build: Path, tmp_path: Path) -> None:
+    machine = ROOT / "examples" / "machines" / "shapeoko3.toml"
+    wificnc("nvs", "build", machine, "--ssid", "Werkstatt", "--wifi-password", "12345678", "-o", tmp_path / "a.bin")
+    wificnc("nvs", "flash", tmp_path / "a.bin", "--port", chip.port)
+    said = wificnc("flash", BOARD, "--from", build, "--port", chip.port, "--wait", "0.2").stderr
+    assert "ESP32-S3" in said and "4 MB flash" in said and "verified" in said
+    assert "has not said anything" in said  # the mock has no firmware to start
+    kept = wificnc("nvs", "read", "--port", chip.port, "-o", tmp_path / "b.bin", "--json").stdout
+    assert json.loads(kept)["wifi_ssid"] == "Werkstatt" and "12345678" not in kept
+    assert (tmp_path / "a.bin").read_bytes() == (tmp_path / "b.bin").read_bytes()
+    assert wificnc("nvs", "diff", tmp_path / "a.bin", tmp_path / "b.bin").stdout == ""
+
+
+def test_erase_forgets_the_settings(chip: Mock, build: Path, tmp_path: Path) -> None:
+    wificnc("nvs", "build", "shapeoko3", "-o", tmp_path / "a.bin")
+    wificnc("nvs", "flash", tmp_path / "a.bin", "--port", chip.port)
+    wificnc("flash", BOARD, "--from", build, "--port", chip.port, "--erase", "--no-verify", "--wait", "0")
+    assert json.loads(wificnc("nvs", "read", "--port", chip.port, "--json").stdout) == {}
+
+
+def test_wifi_is_set_and_shown_and_other_keys_stay(chip: Mock, tmp_path: Path) -> None:
+    wificnc("nvs", "build", "shapeoko3", "-o", tmp_path / "a.bin")
+    wificnc("nvs", "flash", tmp_path / "a.bin", "--port", chip.port)
+    before = json.loads(wificnc("nvs", "read", tmp_path / "a.bin", "--json", "--show-secrets").stdout)
+    wificnc("wifi", "set", "Mein Netz", "--password", "geheim, sehr", "--port", chip.port)
+    shown = json.loads(wificnc("wifi", "status", "--port", chip.port, "--json").stdout)
+    assert shown["joins"] == "Mein Netz" and shown["own_password"] == before["ap_pass"]
+    assert shown["own_network"].startswith("WiFiCNC-") and "geheim" not in json.dumps(shown)
+    after = json.loads(wificnc("nvs", "read", "--port", chip.port, "--json", "--show-secrets").stdout)
+    assert after == {**before, "wifi_ssid": "Mein Netz", "wifi_pass": "geheim, sehr"}
+    wificnc("wifi", "set", "Offen", "--password", "", "--port", chip.port)
+    assert "wifi_pass" not in json.loads(wificnc("nvs", "read", "--port", chip.port, "--json").stdout)
+    people = wificnc("wifi", "status", "--port", chip.port).stdout
+    assert before["ap_pass"] in people and "█" in people  # the QR code
+
+
+def test_the_wrong_chip_is_refused_before_anything_is_written(chip: Mock, tmp_path: Path) -> None:
+    build = make_build(tmp_path / "build", "esp32-wroom32", "esp32")
+    said = wificnc("flash", "esp32-wroom32", "--from", build, "--port", chip.port, code=Exit.FLASH).stderr
+    assert "ESP32-S3" in said and "esp32-wroom32 has an ESP32" in said
+    assert is_blank(chip, 0x1000)
+
+
+def test_an_image_for_more_flash_is_refused_before_anything_is_written(chip: Mock, tmp_path: Path) -> None:
+    build = make_build(tmp_path / "build", BOARD, "esp32s3", flash_mb=8)
+    said = wificnc("flash", BOARD, "--from", build, "--port", chip.port, code=Exit.FLASH).stderr
+    assert "4 MB of flash, and this firmware needs 8 MB" in said
+    assert is_blank(chip, 0)
+
+
+def is_blank(chip: Mock, offset: int) -> bool:
+    from wificnc.flash.device import open_device
+
+    with open_device(chip.port) as device:
+        return device.read(offset, 4096) == b"\xff" * 4096
+
+
+def test_a_port_lost_in_the_middle_is_told_and_the_next_run_succeeds(tmp_path: Path, build: Path) -> None:
+    from wificnc.flash.device import open_device
+
+    regions = load_regions(build, load_board(BOARD), PARTITIONS)
+    with mock_chip("esp32s3", tmp_path / "one") as chip, open_device(chip.port) as device:
+
+        def pull_the_plug(name: str, done: int, total: int) -> None:
+            if name == "firmware":
+                chip.process.kill()
+
+        with pytest.raises(FlashError) as caught:
+            device.write(regions, 115200, pull_the_plug)
+        assert chip.port in caught.value.message and "again" in str(caught.value.hint)
+    with mock_chip("esp32s3", tmp_path / "two") as chip:
+        wificnc("flash", BOARD, "--from", build, "--port", chip.port, "--wait", "0")
+
+
+def test_a_damaged_write_is_noticed(chip: Mock) -> None:
+    from wificnc.flash.device import open_device
+
+    region = Region("firmware", APP_AT, bytes(range(256)) * 64)
+    with open_device(chip.port) as device:
+        device.write([region], 115200, lambda *_: None)
+        device.verify([region])
+        with pytest.raises(FlashError, match="firmware did not arrive"):
+            device.verify([Region("firmware", APP_AT, bytes(16384))])
+
+
+def test_a_port_where_nobody_answers_says_what_to_press(tmp_path: Path) -> None:
+    import os
+    import pty
+
+    ours, theirs = pty.openpty()
+    try:
+        said = wificnc("nvs", "read", "--port", os.ttyname(theirs), code=Exit.FLASH).stderr
+    finally:
+        os.close(ours)
+        os.close(theirs)
+    assert "cannot connect" in said and "BOOT" in said
+
+
+def test_a_port_that_is_none_or_busy_is_told(chip: Mock) -> None:
+    import serial
+
+    assert "is it plugged in?" in wificnc("wifi", "status", "--port", "/dev/ttyNONE", code=Exit.FLASH).stderr
+    with serial.Serial(chip.port, exclusive=True):
+        assert "another program" in wificnc("wifi", "status", "--port", chip.port, code=Exit.FLASH).stderr
+
+
+# ---- without one ----
+
+
+def test_dry_run_says_what_goes_where_and_asks_no_chip(build: Path) -> None:
+    said = wificnc("flash", BOARD, "--from", build, "--dry-run", "--port", "/dev/ttyNONE").stdout
+    assert "0x000000" in said and "0x020000" in said and "0x00F000" in said and "untouched" in said
+    assert "0x009000" not in said
+
+
+def test_bootloaders_lie_where_each_chip_looks(tmp_path: Path) -> None:
+    for board, chip, offset in ((BOARD, "esp32s3", 0), ("esp32-wroom32", "esp32", 0x1000)):
+        regions = load_regions(make_build(tmp_path / chip, board, chip), load_board(board), PARTITIONS)
+        assert [region.offset for region in regions] == [offset, 0x8000, PARTITIONS["otadata"].offset, APP_AT]
+        nvs = PARTITIONS["nvs"]
+        assert not any(region.offset < nvs.offset + nvs.size and region.end > nvs.offset for region in regions)
+
+
+@pytest.mark.parametrize(
+    ("harm", "said"),
+    [
+        (lambda folder: (folder / "firmware.bin").write_bytes(image("esp32s3", 99)), "is not what was built"),
+        (lambda folder: (folder / "firmware.bin").unlink(), "is not whole"),
+        (lambda folder: (folder / "build.json").write_text("{"), "is not whole"),
+        (lambda folder: (folder / "build.json").unlink(), "there is no build"),
+        (lambda folder: make_build(folder, "esp32s3-devkitc", "esp32s3"), "a build of esp32s3-devkitc"),
+        (lambda folder: make_build(folder, BOARD, "esp32"), "is for esp32, not for esp32s3"),
+        (lambda folder: make_build(folder, BOARD, "esp32s3", size=0x1E0000), "its slot"),
+    ],
+)
+def test_a_build_that_is_not_right_is_refused(tmp_path: Path, harm: object, said: str) -> None:
+    folder = make_build(tmp_path, BOARD, "esp32s3")
+    harm(folder)  # type: ignore[operator]
+    assert said in wificnc("flash", BOARD, "--from", folder, "--dry-run", code=Exit.FLASH).stderr
+
+
+def chip_with(flash_mb: float = 8, psram_mb: int = 0, psram_1v8: bool = False) -> Chip:
+    return Chip("esp32s3", "ESP32-S3", "v0.2", flash_mb, psram_mb, psram_1v8, "00:00:00:00:00:01")
+
+
+def test_memory_that_takes_pins_is_noticed(build: Path) -> None:
+    quad, octal = load_board("esp32s3-devkitc-quad"), load_board("esp32s3-devkitc")
+    regions = load_regions(build, load_board(BOARD), PARTITIONS)
+    with pytest.raises(FlashError, match="octal PSRAM"):
+        check_chip(chip_with(psram_mb=8), quad, regions, PARTITIONS)
+    with pytest.raises(FlashError, match=r"1\.8 V"):
+        check_chip(chip_with(psram_mb=8, psram_1v8=True), octal, regions, PARTITIONS)
+    assert check_chip(chip_with(psram_mb=8), octal, regions, PARTITIONS) == []
+    assert check_chip(chip_with(psram_mb=2), quad, regions, PARTITIONS) == []
+    assert "more pins" in check_chip(chip_with(), octal, regions, PARTITIONS)[0]
+    with pytest.raises(FlashError, match="2 MB of flash"):
+        check_chip(chip_with(flash_mb=2), octal, regions, PARTITIONS)
+
+
+def test_ports_are_chosen_or_asked_for() -> None:
+    one, two = Port("/dev/ttyACM0", "Espressif"), Port("/dev/ttyUSB0", "CP210x")
+    assert choose_port(None, [one]) == one.device and choose_port("/dev/x", [one, two]) == "/dev/x"
+    with pytest.raises(FlashError, match="several ports") as several:
+        choose_port(None, [one, two])
+    assert "/dev/ttyACM0" in several.value.message and "--port" in str(several.value.hint)
+    with pytest.raises(FlashError, match="no board"):
+        choose_port(None, [])
+
+
+def test_boards_without_an_esp32_are_refused() -> None:
+    assert "no ESP32" in wificnc("flash", "pic32mz2048efh100", code=Exit.BUILD).stderr
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (("nvs", "build", "shapeoko3", "--ssid", "x" * 33), "wifi_ssid: 33 bytes"),
+        (("nvs", "build", "shapeoko3", "--access-password", ""), "access_pass: 0 bytes"),
+        (("nvs", "build", "shapeoko3", "--set", "p_sx=300"), "p_sx"),
+        (("nvs", "build", "shapeoko3", "--set", "nonsense=3"), "no such key"),
+    ],
+)
+def test_wrong_values_write_nothing(arguments: tuple[str, ...], said: str, tmp_path: Path) -> None:
+    output = tmp_path / "nvs.bin"
+    assert said in wificnc(*arguments, "-o", output, code=Exit.USAGE).stderr
+    assert not output.exists()
+
+
+def test_other_files_are_not_flashed_as_settings(build: Path) -> None:
+    said = wificnc("nvs", "flash", build / "partitions.bin", "--dry-run", code=Exit.FLASH).stderr
+    assert "NVS partition" in said
