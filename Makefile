@@ -55,6 +55,7 @@ stream-million: bench-serve
 
 generate: $(VENV)/.ready-dev
 	$(PY) -m wificnc.protocol.generate
+	$(PY) -m wificnc.protocol.generate_wire
 	$(PY) -m wificnc.board.generate
 	$(PY) -m wificnc.protocol.generate_codes
 	$(PY) -m wificnc.protocol.generate_nvs

@@ -28,6 +28,9 @@ WIRE_KEYS = {
     "max_rate_mm_min": (0x0010, "u32"),
     "acceleration_mm_s2": (0x0020, "u32"),
     "step_pulse_us": (0x0100, "u16"),
+    "status_interval_ms": (0x0103, "u16"),
+    "host_timeout_ms": (0x0800, "u16"),  # ours
+    "host_hold_on_gap": (0x0801, "u8"),  # ours
     "idle_delay_ms": (0x0102, "u16"),
     "step_invert_mask": (0x0300, "u8"),
     "dir_invert_mask": (0x0301, "u8"),
@@ -156,5 +159,5 @@ def test_a_counter_of_32_bits_holds_every_position() -> None:
 def test_all_of_grbl_and_six_axes_are_there() -> None:
     grbl = {*range(7), *range(10, 14), *range(20, 28), *range(30, 33)}
     axes = {base + index for base in (100, 110, 120, 130) for index in range(6)}
-    ours = {40, 41, *range(44, 50)}  # jerk, radii of arcs, order of homing
+    ours = {40, 41, *range(44, 50), 76, 77, 78}  # jerk, radii of arcs, order of homing, network hosts
     assert {item.number for item in NUMBERS} == grbl | axes | ours

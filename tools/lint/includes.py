@@ -14,6 +14,7 @@ from lint.problem import Problem, source_files
 ALLOWED: dict[str, tuple[str, ...]] = {
     "base": (),
     "link": (),
+    "wire": (),
     "gcode": (),
     "motion": ("segment",),
     "segment": (),
@@ -21,6 +22,7 @@ ALLOWED: dict[str, tuple[str, ...]] = {
     "hal": (),
     "settings": ("gcode/status.h", "hal"),
     "machine": ("link", "gcode", "motion", "segment", "step", "hal", "settings"),
+    "session": ("wire", "machine", "segment", "settings", "gcode/status.h", "hal"),
 }
 
 # The hot tier of the HAL: in targets/<target>/hal/, found by include path.

@@ -31,12 +31,17 @@ class _Strict(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False)
 
 
+# How a wire value follows from a setting's: core/session/config.c has the arithmetic.
+Convert = Literal["value", "magnitude", "mask_any", "mask_none", "mask_flip", "idle_ms", "steps", "steps_s", "steps_s2"]
+
+
 class Wire(_Strict):
     """Where the binary protocol finds a setting (for axis X), and how it differs from `$N` there."""
 
     key: Annotated[int, Field(ge=1, le=0xFFFF)]
     type: Literal["u8", "u16", "u32", "i32", "float"]
     unit: str = ""  # "" = the setting's own
+    convert: Annotated[Convert, Field(alias="as")] = "value"
     note: str = ""
 
 

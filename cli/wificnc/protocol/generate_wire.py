@@ -1,0 +1,95 @@
+"""Write the text that follows from protocol/wmc3.toml: `python -m wificnc.protocol.generate_wire [--check]`."""
+
+from __future__ import annotations
+
+import argparse
+import hashlib
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from wificnc.protocol.generate import ROOT, environment, stale
+from wificnc.protocol.generate import SOURCE as SETTINGS_SOURCE
+from wificnc.protocol.table import parse_settings
+from wificnc.protocol.wire_table import WireField, parse_wire
+
+SOURCE = "protocol/wmc3.toml"
+
+# generated file -> template
+OUTPUTS = {
+    "core/wire/wire_gen.h": "wire_gen.h.j2",
+    "core/wire/wire_gen.c": "wire_gen.c.j2",
+    "core/session/keys_gen.c": "wire_keys.c.j2",
+    "cli/wificnc/wmc3/layout.py": "wire_layout.py.j2",
+    "cli/wificnc/wmc3/keys.py": "wire_keys.py.j2",
+    "docs/protocol.md": "protocol.md.j2",
+}
+C_TYPES = {"u8": "uint8_t", "u16": "uint16_t", "u32": "uint32_t", "i8": "int8_t", "i32": "int32_t", "char": "char"}
+
+
+def c_declaration(field: WireField) -> str:
+    """`uint32_t duration_us` or `char name[33]`: text has room for its NUL."""
+    count = field.count + 1 if field.type == "char" else field.count
+    return f"{C_TYPES[field.type]} {field.name}" + (f"[{count}]" if count > 1 else "")
+
+
+def c_comment(field: WireField) -> str:
+    """Unit and words, if there are any."""
+    words = " ".join(part for part in (f"[{field.unit}]" if field.unit else "", field.help) if part)
+    return f" /* {words} */" if words else ""
+
+
+def python_type(field: WireField) -> str:
+    """Annotation and default of a dataclass field."""
+    if field.type == "char":
+        return 'str = ""'
+    if field.count == 1:
+        return "int = 0"
+    return f"bytes = bytes({field.count})" if field.type == "u8" else f"tuple[int, ...] = (0,) * {field.count}"
+
+
+def camel(name: str) -> str:
+    """`stream_ack` as `StreamAck`."""
+    return "".join(part.capitalize() for part in name.split("_"))
+
+
+def first_sentence(text: str) -> str:
+    """For a docstring of one line."""
+    return text.split(". ")[0].rstrip(".") + "."
+
+
+def cell(text: str) -> str:
+    """For a Markdown table."""
+    return text.replace("|", "\\|")
+
+
+def render(source: str, settings_source: str) -> dict[str, str]:
+    """All generated files from the texts of both tables: path in the repository -> text."""
+    env = environment()
+    env.filters.update({f.__name__: f for f in (c_declaration, c_comment, python_type, camel, first_sentence, cell)})
+    values = {
+        "source": SOURCE,
+        "sha256": hashlib.sha256((source + settings_source).encode()).hexdigest(),
+        "table": parse_wire(source, parse_settings(settings_source)),
+    }
+    return {path: env.get_template(template).render(values) for path, template in OUTPUTS.items()}
+
+
+def main(argv: Sequence[str] | None = None, root: Path = ROOT) -> int:
+    """Exit code 0: everything is fresh (now); 1: --check found stale files."""
+    parser = argparse.ArgumentParser(prog="python -m wificnc.protocol.generate_wire", description=__doc__)
+    parser.add_argument("--check", action="store_true", help="write nothing, fail when a generated file is stale")
+    check: bool = parser.parse_args(argv).check
+    texts = render(*((root / path).read_text(encoding="utf-8") for path in (SOURCE, SETTINGS_SOURCE)))
+    for path in stale(texts, root):
+        if check:
+            print(f"{path} is stale: run python -m wificnc.protocol.generate_wire", file=sys.stderr)
+            continue
+        (root / path).parent.mkdir(parents=True, exist_ok=True)
+        (root / path).write_text(texts[path], encoding="utf-8", newline="\n")
+        print(f"wrote {path}", file=sys.stderr)
+    return 1 if check and stale(texts, root) else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
