@@ -8,6 +8,7 @@
 #define PLAN_SIZE 64   /* look-ahead blocks */
 #define SEGMENT_RING_SIZE  128 /* segments between planner or host and prep */
 #define SPAN_RING_SIZE     32  /* spans between prep and the step ISR */
+#define FEED_SIZE          128 /* segments of a network host that wait */
 #define STARTUP_LINE_COUNT 2   /* $N0, $N1 */
 #define PARAMS_NUMBERED    64  /* parameters among #31..#5000 that may be set */
 #define PARAMS_NAMED       32  /* named parameters, local and global */
@@ -15,6 +16,7 @@
 _Static_assert((PLAN_SIZE & (PLAN_SIZE - 1)) == 0, "ring index is masked");
 _Static_assert((SEGMENT_RING_SIZE & (SEGMENT_RING_SIZE - 1)) == 0, "ring index is masked");
 _Static_assert((SPAN_RING_SIZE & (SPAN_RING_SIZE - 1)) == 0, "ring index is masked");
+_Static_assert((FEED_SIZE & (FEED_SIZE - 1)) == 0 && FEED_SIZE >= 32, "ring index is masked");
 _Static_assert((RX_SIZE & (RX_SIZE - 1)) == 0, "ring index is masked");
 
 #endif

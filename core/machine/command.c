@@ -101,6 +101,21 @@ static bool is_pulse_short(const struct machine *machine, int32_t number, double
     return number == 0 && value >= 0.0 && value < 3.0 && value != (double)machine_board_pulse_us(machine);
 }
 
+enum status command_set(struct machine *machine, uint16_t number, double value) {
+    if (is_pulse_short(machine, number, value))
+        return STATUS_STEP_PULSE_SHORT;
+    if (number == LASER_MODE && value >= 1.0 && machine->board.relay_spindle)
+        return STATUS_LASER_NEEDS_PWM;
+    enum status status = settings_set(&machine->settings, number, value, machine->board.axis_count);
+    if (status != STATUS_OK)
+        return status;
+    machine_apply_settings(machine);
+    if (number >= STEPS_PER_MM && number < STEPS_PER_MM + AXIS_COUNT)
+        machine_drop_motion(machine); /* the steps stay, so the machine is at another place in mm */
+    outputs_apply(machine);
+    return STATUS_OK;
+}
+
 static enum status set(struct machine *machine, const char *text) {
     enum status status;
     double value;
@@ -112,19 +127,11 @@ static enum status set(struct machine *machine, const char *text) {
         return STATUS_BAD_NUMBER;
     if (*end != '\0' || number == INT32_MAX)
         return STATUS_UNKNOWN_COMMAND;
-    if (is_pulse_short(machine, number, value))
-        return STATUS_STEP_PULSE_SHORT;
-    if (number == LASER_MODE && value >= 1.0 && machine->board.relay_spindle)
-        return STATUS_LASER_NEEDS_PWM;
-    status = settings_set(&machine->settings, (uint16_t)number, value, machine->board.axis_count);
+    status = command_set(machine, (uint16_t)number, value);
     if (status != STATUS_OK)
         return status;
-    machine_apply_settings(machine);
-    if (number >= STEPS_PER_MM && number < STEPS_PER_MM + AXIS_COUNT)
-        machine_drop_motion(machine); /* the steps stay, so the machine is at another place in mm */
-    outputs_apply(machine);
     report_changed_offset(machine); /* $10 and $13 change how it reads */
-    keep_settings(machine);
+    (void)keep_settings(machine);
     return STATUS_OK;
 }
 

@@ -180,6 +180,7 @@ static void set_machine_position(struct machine *machine) {
         position[ax] = (int32_t)(steps < 0.0 ? steps - 0.5 : steps + 0.5);
         machine->shift_steps[ax] += position[ax];
     }
+    machine->trusted |= machine->homing.axes;
     machine_stand_at(machine, position);
     report_changed_offset(machine);
 }

@@ -160,13 +160,28 @@ enum task_stage homing_poll(struct machine *machine);
 /** 1, or -1 where $23 says that the axis homes towards its negative end. */
 double homing_direction(const struct machine *machine, unsigned axis);
 
+/* host.c */
+/** The step ISR is halted, and nothing has been forgotten yet. */
+void host_note_done(struct machine *machine);
+/** Motion of a network host goes on. @return true when anything was done */
+bool host_poll(struct machine *machine);
+/** The motion side is halted: what a host has queued is given up. */
+void host_drop(struct machine *machine);
+/** The machine's limits have changed. */
+void host_set_limits(struct machine *machine, const struct motion_limits *limits);
+/** Nothing of a host comes before a resume, or at all. (The ring may still hold motion.) */
+bool host_is_quiet(const struct machine *machine);
+
 /* command.c */
+/** $number=value, in force at once and not kept. */
+enum status command_set(struct machine *machine, uint16_t number, double value);
 /** A $ line (without line end). Answers it, unless it became a task. */
 void command_line(struct machine *machine, const char *line);
 
 /* keep.c: what survives a power cut */
 void keep_load(struct machine *machine);
-void keep_settings(struct machine *machine);
+/** @return false: not stored, and the text side was told */
+bool keep_settings(struct machine *machine);
 void keep_offsets(struct machine *machine);
 void keep_tools(struct machine *machine);
 void keep_startup(struct machine *machine);

@@ -38,10 +38,12 @@ static void save(struct machine *machine, uint8_t key, const void *bytes, size_t
         report_message(machine, "Not stored");
 }
 
-void keep_settings(struct machine *machine) {
+bool keep_settings(struct machine *machine) {
     struct store store = store_of(machine);
-    if (!store_save_settings(&store, KEY_SETTINGS, VERSION, &machine->settings))
-        report_message(machine, "Not stored");
+    if (store_save_settings(&store, KEY_SETTINGS, VERSION, &machine->settings))
+        return true;
+    report_message(machine, "Not stored");
+    return false;
 }
 
 void keep_offsets(struct machine *machine) {
@@ -149,7 +151,7 @@ void keep_defaults(struct machine *machine, bool settings, bool offsets, bool li
         settings_defaults(&machine->settings);
         machine->settings.step_pulse_us = machine_board_pulse_us(machine);
         machine_apply_settings(machine);
-        keep_settings(machine);
+        (void)keep_settings(machine);
     }
     if (offsets) {
         memset(&machine->gcode.offsets, 0, sizeof machine->gcode.offsets);

@@ -28,6 +28,7 @@ void machine_init(struct machine *machine, const struct machine_board *board, st
     rx_init(&machine->rx);
     line_reader_reset(&machine->reader);
     motion_init(&machine->motion, &no_limits);
+    feed_init(&machine->host.feed, &machine->motion.ring);
     step_init(&machine->step, hal_step);
     prep_init(&machine->prep, &machine->motion.ring, &machine->step, &no_timing);
     machine->feed_pct = machine->rapid_pct = machine->spindle_pct = 100;
@@ -43,7 +44,8 @@ void machine_init(struct machine *machine, const struct machine_board *board, st
 }
 
 bool machine_is_at_rest(const struct machine *machine) {
-    return motion_is_planned_out(&machine->motion) && machine_is_standing(machine);
+    return motion_is_planned_out(&machine->motion) && feed_is_empty(&machine->host.feed) &&
+           machine_is_standing(machine);
 }
 
 /* The motion side and the step ISR may work on meanwhile, but they get nothing new. So looking where the
@@ -59,7 +61,7 @@ bool machine_is_standing(const struct machine *machine) {
 }
 
 bool machine_is_stopped(const struct machine *machine) {
-    return machine_is_standing(machine) &&
+    return machine_is_standing(machine) && host_is_quiet(machine) &&
            (motion_is_held(&machine->motion) || motion_is_planned_out(&machine->motion));
 }
 
@@ -107,14 +109,18 @@ static void halt(void *arg) {
     struct machine *machine = arg;
     int32_t position[AXIS_COUNT];
     step_halt(&machine->step);
+    host_note_done(machine);
     machine_position(machine, position);
     step_flush(&machine->step);
     reset_motion(machine, position);
     machine->edges.latch[FIRST_MOTOR] = machine->edges.latch[SECOND_MOTOR] = 0;
     machine->edges.hard_limit = machine->edges.estop = false;
+    host_drop(machine);
 }
 
 void machine_halt(struct machine *machine) {
+    if (!machine_is_standing(machine))
+        machine->trusted = 0; /* motors may have missed steps */
     machine_on_motion_side(machine, halt, machine);
     take_planned_position(machine);
 }
@@ -230,6 +236,7 @@ void machine_apply_settings(struct machine *machine) {
     }
     machine->gcode.arc_radius_tolerance_mm = settings->arc_radius_tolerance_mm;
     motion_set_limits(&machine->motion, &limits);
+    host_set_limits(machine, &limits);
     machine->prep.timing = (struct prep_timing){
         .timer_hz = board->timer_hz,
         .min_interval_ticks = ticks_of(board, 2 * pulse_ns),
@@ -423,6 +430,7 @@ bool machine_poll(struct machine *machine) {
     outputs_poll(machine);
     if (machine->critical)
         return any;
+    any |= host_poll(machine);
     any |= motion_poll(&machine->motion, hal_time_us(machine->hal));
     if (machine->board.motion_side == NULL)
         any |= machine_poll_motion(machine);

@@ -20,6 +20,7 @@
 #include "link/rx.h"
 #include "link/text.h"
 #include "motion/motion.h"
+#include "segment/feed.h"
 #include "settings/settings.h"
 #include "step/isr.h"
 #include "step/prep.h"
@@ -158,6 +159,30 @@ struct machine_edges {
     volatile bool hard_limit, estop;     /* seen, motion is halted */
 };
 
+/** A jog of a network host: it goes on until it is stopped, so its end moves on before it. */
+struct host_jog {
+    bool on, waits; /* waits: for the one before to stand */
+    uint8_t axis;
+    int8_t direction;
+    float speed_mm_s;
+    double target_mm; /* planned so far */
+};
+
+/** Motion of a network host; machine/host.h. */
+struct machine_host {
+    struct feed feed;
+    bool owns;                     /* motion is a host's: lines of the text side wait */
+    bool end_known;                /* end_steps is right */
+    int64_t end_steps[AXIS_COUNT]; /* where the segments taken so far end */
+    uint32_t dropped;              /* times that queued motion was given up: e-stop, reset, contact; wraps */
+    uint32_t done_at_drop;         /* segments executed to their end before that */
+    struct host_jog jog;
+    bool homing, homed_ok;       /* it homes; the last time went well */
+    bool probing, probe_contact; /* segments with SEGMENT_PROBE are queued; how the last of them ended */
+    uint32_t probes_done;        /* wraps */
+    int32_t probe_steps[AXIS_COUNT];
+};
+
 struct machine {
     struct machine_board board;
     struct hal *hal;
@@ -175,7 +200,11 @@ struct machine {
     struct machine_motors motors;
     uint32_t motion_polls_begun, motion_polls_done; /* of the motion side; differ while it works */
 
+    struct machine_host host;
+
     enum machine_state state;
+    enum alarm alarm;     /* the newest; ALARM_NONE after a reset */
+    axis_mask_t trusted;  /* axes that were homed, and not stopped without a ramp since */
     bool critical;        /* after alarm 1, 2 or e-stop: only a reset helps */
     bool critical_untold; /* ... and that was not said yet */
     bool restart;         /* the banner is due */

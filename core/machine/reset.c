@@ -6,6 +6,7 @@
 #define QUIET_US 500000u /* after an alarm, as Grbl: senders get it before anything else */
 
 void machine_alarm(struct machine *machine, enum alarm alarm) {
+    machine->alarm = alarm;
     machine_transition(machine, MACHINE_ALARMS);
     report_alarm(machine, alarm);
     machine_timer_start(machine, &machine->quiet, QUIET_US);
@@ -54,6 +55,7 @@ void machine_reset(struct machine *machine, enum alarm alarm) {
     machine->hold_waits = machine->input_awaited = false;
     machine->reset_asked = machine->homed_line = machine->restoring = false;
     machine->restart = true;
+    machine->alarm = ALARM_NONE;
     if (alarm != ALARM_NONE)
         machine_alarm(machine, alarm);
     else

@@ -72,7 +72,8 @@ bool machine_is_idle_or_alarm(const struct machine *machine) {
 }
 
 bool machine_reads(const struct machine *machine) {
-    return traits[machine->state].reads && !machine->cancelling && !machine->reset_asked;
+    return traits[machine->state].reads && !machine->cancelling && !machine->reset_asked &&
+           !machine->host.owns;
 }
 
 bool machine_works(const struct machine *machine) {

@@ -19,6 +19,7 @@ enum session_key_as {
     KEY_AS_STEPS,     /* s in mm, w in steps, by the axis' steps/mm (X's when the key has no axis) */
     KEY_AS_STEPS_S,   /* s in mm/min, w in steps/s */
     KEY_AS_STEPS_S2,  /* s in mm/s2, w in steps/s2 */
+    KEY_AS_DIR_SETUP, /* the board's, whole us */
 };
 
 /** Keys from `key` on, one an axis (or a pin). */

@@ -1,0 +1,390 @@
+/* SPDX-License-Identifier: MIT
+ * Motion of a network host. Segments go by the feed into the segment ring; jogs and homing use the planner,
+ * so that they have its ramps and limits. */
+#include "machine/host.h"
+#include "machine/inner.h"
+
+#include "base/minmax.h"
+
+#include <string.h>
+
+#define JOG_LEAD_S      0.5f /* a jog is planned so far ahead, and the way to stop */
+#define JOG_LEAST_STEPS 4.0f
+
+/* ---- who moves ---- */
+
+static bool is_locked(const struct machine *machine) {
+    return machine->critical || machine->restart || machine->state == MACHINE_ALARM ||
+           machine->state == MACHINE_SLEEP;
+}
+
+/* Make motion the host's. Its own is under way, or nothing moves. */
+static enum host_answer take(struct machine *machine) {
+    struct machine_host *host = &machine->host;
+    if (is_locked(machine))
+        return HOST_LOCKED;
+    if (machine->state == MACHINE_HOME || machine->cancelling || host->jog.on || host->jog.waits)
+        return HOST_BUSY;
+    if (host->owns)
+        return HOST_DONE;
+    if (machine->stage != TASK_NONE || machine->state == MACHINE_CHECK || !machine_is_at_rest(machine))
+        return HOST_TEXT;
+    if (machine->state != MACHINE_IDLE && machine->state != MACHINE_HOLD)
+        return HOST_BUSY;
+    host->owns = true;
+    host->end_known = false;
+    machine->notes = (struct line_notes){0};
+    report_message(machine, "Host commands motion");
+    return HOST_DONE;
+}
+
+bool machine_host_release(struct machine *machine) {
+    struct machine_host *host = &machine->host;
+    bool works = host->jog.on || host->jog.waits || host->homing || host->probing || machine->cancelling;
+    if (works || !machine_is_at_rest(machine))
+        return false;
+    if (!host->owns)
+        return true;
+    machine_drop_motion(machine); /* the planner goes on from where the host stands */
+    host->owns = false;
+    report_message(machine, "Host gave motion back");
+    return true;
+}
+
+void host_drop(struct machine *machine) {
+    struct machine_host *host = &machine->host;
+    host->dropped++;
+    feed_clear(&host->feed);
+    host->owns = host->end_known = host->probing = false;
+    host->jog.on = host->jog.waits = false;
+}
+
+bool host_is_quiet(const struct machine *machine) {
+    return feed_is_quiet(&machine->host.feed);
+}
+
+void host_set_limits(struct machine *machine, const struct motion_limits *limits) {
+    struct feed_limits feed = {.axis_count = limits->axis_count};
+    for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
+        feed.rate_steps_s[ax] = limits->max_rate_mm_s[ax] * limits->steps_per_mm[ax];
+        feed.accel_steps_s2[ax] = limits->accel_mm_s2[ax] * limits->steps_per_mm[ax];
+    }
+    feed_set_limits(&machine->host.feed, &feed);
+}
+
+/* ---- segments ---- */
+
+static void know_end(struct machine *machine) {
+    struct machine_host *host = &machine->host;
+    int32_t position[AXIS_COUNT];
+    if (host->end_known)
+        return;
+    machine_position(machine, position);
+    for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
+        host->end_steps[ax] = position[ax];
+    host->end_known = true;
+}
+
+/* Where the segment leads can be counted and lies within the travel. */
+static bool is_reachable(const struct machine *machine, const int64_t end_steps[AXIS_COUNT]) {
+    double target_mm[AXIS_COUNT];
+    for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
+        if (end_steps[ax] > INT32_MAX || end_steps[ax] < -INT32_MAX)
+            return false;
+        target_mm[ax] = (double)end_steps[ax] / (double)machine->settings.steps_per_mm[ax];
+    }
+    return task_in_travel(machine, target_mm);
+}
+
+static void watch_probe(struct machine *machine, const struct feed_slot *slot) {
+    struct machine_host *host = &machine->host;
+    if ((slot->flags & SEGMENT_PROBE) == 0 || host->probing)
+        return;
+    host->probing = true;
+    hal_probe_watch(machine->hal, machine->settings.probe_invert);
+    machine->step.probe_hit = false;
+}
+
+/* Take all that follows without a gap. @return false: the one at the feed's head leaves the travel */
+static bool take_segments(struct machine *machine) {
+    struct machine_host *host = &machine->host;
+    const struct feed_slot *slot;
+    while ((slot = feed_next(&host->feed)) != NULL) {
+        int64_t end_steps[AXIS_COUNT];
+        for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
+            end_steps[ax] = host->end_steps[ax] + slot->steps[ax];
+        if (!is_reachable(machine, end_steps))
+            return false;
+        memcpy(host->end_steps, end_steps, sizeof end_steps);
+        watch_probe(machine, slot);
+        feed_take(&host->feed);
+    }
+    return true;
+}
+
+enum host_answer machine_host_lay(struct machine *machine, uint32_t ahead, const struct feed_segment *segment,
+                                  uint32_t *number) {
+    static const enum host_answer answers[] = {
+        [FEED_OK] = HOST_DONE,           [FEED_FULL] = HOST_FULL,
+        [FEED_NO_AXIS] = HOST_NO_AXIS,   [FEED_NO_TIMING] = HOST_NO_TIMING,
+        [FEED_TOO_FAST] = HOST_TOO_FAST,
+    };
+    struct feed *feed = &machine->host.feed;
+    enum host_answer answer = take(machine);
+    *number = feed->head + ahead;
+    if (answer != HOST_DONE)
+        return answer;
+    know_end(machine);
+    answer = answers[feed_lay(feed, ahead, segment)];
+    if (answer != HOST_DONE || take_segments(machine))
+        return answer;
+    *number = feed->head;
+    feed_forget_ahead(feed);
+    return HOST_OUT_OF_TRAVEL;
+}
+
+void machine_host_forget_ahead(struct machine *machine) {
+    feed_forget_ahead(&machine->host.feed);
+}
+
+uint32_t machine_host_taken(const struct machine *machine) {
+    return machine->host.feed.head;
+}
+
+/* The first segment that is not over lies in one of these, in this order. Its line is its number and 1. */
+uint32_t machine_host_done(const struct machine *machine) {
+    const struct span_ring *spans = &machine->step.ring;
+    const struct segment *next = segment_ring_peek(&machine->motion.ring);
+    if (machine->motion.ring.owner != RING_OWNER_HOST)
+        return machine->host.feed.tail;
+    if (ring_held(&spans->index) > 0)
+        return spans->slots[spans->index.tail & (SPAN_RING_SIZE - 1)].line - 1;
+    if (machine->prep.loaded)
+        return machine->prep.line - 1;
+    return next != NULL ? next->line - 1 : machine->host.feed.tail;
+}
+
+void machine_host_inputs(const struct machine *machine, struct host_inputs *inputs) {
+    *inputs = (struct host_inputs){.limits = inputs_limits(machine, &machine->inputs),
+                                   .probe = inputs_probe(machine, &machine->inputs),
+                                   .estop = machine->inputs.estop};
+}
+
+void host_note_done(struct machine *machine) {
+    machine->host.done_at_drop = machine_host_done(machine);
+}
+
+/* Contact, or the last of the segments that look for it is done. */
+static bool follow_probe(struct machine *machine) {
+    struct machine_host *host = &machine->host;
+    struct feed *feed = &host->feed;
+    bool hit = machine->step.probe_hit;
+    bool more =
+        !feed_is_empty(feed) && (feed->slots[feed->tail & (FEED_SIZE - 1)].flags & SEGMENT_PROBE) != 0;
+    if (!host->probing || (hit ? !machine_is_stopped(machine) : more || !machine_is_standing(machine)))
+        return false;
+    if (hit)
+        step_probe_position(&machine->step, host->probe_steps);
+    else
+        machine_position(machine, host->probe_steps);
+    host->probe_contact = hit;
+    host->probes_done++;
+    host->probing = machine->step.probe_hit = false;
+    if (hit) {
+        host_note_done(machine);
+        host->dropped++;
+        feed_clear(feed);
+        host->end_known = false;
+    }
+    return true;
+}
+
+static bool feed_on(struct machine *machine) {
+    struct feed *feed = &machine->host.feed;
+    bool goes = machine->state == MACHINE_IDLE || machine->state == MACHINE_RUN;
+    feed->hold = !goes || (machine->host.probing && machine->step.probe_hit);
+    if (feed_is_quiet(feed) || !segment_ring_claim(&machine->motion.ring, RING_OWNER_HOST))
+        return false;
+    return feed_poll(feed);
+}
+
+/* ---- jog ---- */
+
+/* The end of the planned way moves on before the machine. */
+static bool extend_jog(struct machine *machine) {
+    struct host_jog *jog = &machine->host.jog;
+    const struct settings *settings = &machine->settings;
+    int32_t position[AXIS_COUNT];
+    float steps_per_mm = settings->steps_per_mm[jog->axis];
+    float stop_mm = jog->speed_mm_s * jog->speed_mm_s / (2.0f * settings->acceleration_mm_s2[jog->axis]);
+    double lead_mm = (double)most_f(stop_mm + jog->speed_mm_s * JOG_LEAD_S, JOG_LEAST_STEPS / steps_per_mm);
+    machine_position(machine, position);
+    double at_mm = (double)position[jog->axis] / (double)steps_per_mm;
+    if (jog->direction * (jog->target_mm - at_mm) > lead_mm || !motion_has_room(&machine->motion))
+        return false;
+    struct motion_line line = {.feed_mm_s = jog->speed_mm_s, .flags = MOTION_FLAG_JOG};
+    for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
+        line.target_mm[ax] = machine->gcode.position_mm[ax];
+    double target_mm = jog->target_mm + jog->direction * lead_mm;
+    double least_mm = -(double)settings->max_travel_mm[jog->axis];
+    if (settings->soft_limits && least_mm < 0.0)
+        target_mm = target_mm > 0.0 ? 0.0 : target_mm < least_mm ? least_mm : target_mm;
+    line.target_mm[jog->axis] = target_mm;
+    if (target_mm == jog->target_mm || !motion_in_range(&machine->motion, line.target_mm))
+        return false;
+    (void)motion_line(&machine->motion, &line, hal_time_us(machine->hal));
+    motion_flush(&machine->motion);
+    jog->target_mm = target_mm;
+    return true;
+}
+
+static void begin_jog(struct machine *machine) {
+    struct host_jog *jog = &machine->host.jog;
+    jog->waits = false;
+    if (!machine_transition(machine, MACHINE_JOGS))
+        return;
+    machine_drop_motion(machine); /* the planner goes on from where the host stands */
+    machine->host.end_known = false;
+    machine_apply_override(machine);
+    jog->on = true;
+    jog->target_mm = machine->gcode.position_mm[jog->axis];
+    (void)extend_jog(machine);
+}
+
+enum host_answer machine_host_jog(struct machine *machine, unsigned axis, int direction,
+                                  uint32_t speed_steps_s) {
+    struct machine_host *host = &machine->host;
+    struct host_jog jog = {.axis = (uint8_t)axis, .direction = (int8_t)direction};
+    if ((direction != 1 && direction != -1) || speed_steps_s == 0)
+        return HOST_MALFORMED;
+    if (axis >= machine->board.axis_count)
+        return HOST_NO_AXIS;
+    float most_mm_s = machine->motion.plan.limits.max_rate_mm_s[axis];
+    jog.speed_mm_s = least_f((float)speed_steps_s / machine->settings.steps_per_mm[axis], most_mm_s);
+    bool same =
+        host->jog.axis == axis && host->jog.direction == direction && host->jog.speed_mm_s == jog.speed_mm_s;
+    if (host->jog.on && same)
+        return HOST_DONE;
+    bool replaces = host->jog.on || host->jog.waits;
+    enum host_answer answer = replaces ? HOST_DONE : take(machine);
+    if (answer != HOST_DONE)
+        return answer;
+    if (!replaces && (machine->state != MACHINE_IDLE || !machine_is_at_rest(machine)))
+        return HOST_BUSY;
+    if (host->jog.on)
+        jog_cancel(machine);
+    host->jog = jog;
+    host->jog.waits = true;
+    return HOST_DONE;
+}
+
+void machine_host_jog_stop(struct machine *machine) {
+    struct host_jog *jog = &machine->host.jog;
+    jog->waits = false;
+    if (jog->on && machine->state == MACHINE_JOG && !machine->cancelling)
+        jog_cancel(machine);
+}
+
+static bool follow_jog(struct machine *machine) {
+    struct host_jog *jog = &machine->host.jog;
+    if (jog->on && (machine->state != MACHINE_JOG || machine->cancelling))
+        jog->on = false;
+    if (jog->waits && machine->state == MACHINE_IDLE && machine_is_at_rest(machine)) {
+        begin_jog(machine);
+        return true;
+    }
+    return jog->on && extend_jog(machine);
+}
+
+/* ---- homing, stops, outputs, settings ---- */
+
+enum host_answer machine_host_home(struct machine *machine, axis_mask_t axes) {
+    struct machine_host *host = &machine->host;
+    char letters[AXIS_COUNT + 1];
+    unsigned count = 0;
+    for (unsigned ax = 0; ax < machine->board.axis_count; ax++)
+        if ((axes >> ax & 1) != 0 && machine->settings.max_travel_mm[ax] > 0.0f)
+            letters[count++] = AXIS_LETTERS[ax];
+    letters[count] = '\0';
+    if (!machine->settings.homing || count == 0)
+        return HOST_NO_HOMING;
+    if (machine->critical || machine->restart || machine->state == MACHINE_SLEEP)
+        return HOST_LOCKED;
+    enum host_answer answer = machine->state == MACHINE_ALARM ? HOST_DONE : take(machine);
+    bool ready = machine->state == MACHINE_ALARM || machine->state == MACHINE_IDLE;
+    if (answer != HOST_DONE)
+        return answer;
+    if (!ready || machine->stage != TASK_NONE || !machine_is_at_rest(machine) || inputs_door_is_open(machine))
+        return HOST_BUSY;
+    machine_drop_motion(machine); /* the planner goes on from where the host stands */
+    if (homing_begin(machine, letters) != STATUS_OK)
+        return HOST_NO_HOMING;
+    host->owns = host->homing = true;
+    host->homed_ok = host->end_known = false;
+    return HOST_DONE;
+}
+
+static bool follow_homing(struct machine *machine) {
+    struct machine_host *host = &machine->host;
+    if (!host->homing || machine->stage == TASK_HOMING)
+        return false;
+    host->homing = machine->homed_line = false; /* no line waits for an answer */
+    host->homed_ok = !is_locked(machine);
+    return true;
+}
+
+void machine_host_estop(struct machine *machine) {
+    if (!machine->critical)
+        machine_alarm_critical(machine, ALARM_ESTOP);
+}
+
+void machine_host_hold(struct machine *machine) {
+    rx_request(&machine->rx, REALTIME_HOLD);
+}
+
+void machine_host_resume(struct machine *machine) {
+    rx_request(&machine->rx, REALTIME_RESUME);
+}
+
+bool machine_host_unlock(struct machine *machine) {
+    if (!machine->critical && machine->state != MACHINE_ALARM)
+        return false;
+    machine_reset(machine, ALARM_NONE);
+    machine->quiet.on = false;
+    (void)machine_transition(machine, MACHINE_UNLOCKS);
+    return true;
+}
+
+enum host_answer machine_host_outputs(struct machine *machine, enum gcode_spindle spindle, float rpm,
+                                      uint8_t coolant, uint8_t digital) {
+    struct gcode_modal *modal = &machine->gcode.modal;
+    bool off = spindle == SPINDLE_OFF && coolant == 0;
+    if (is_locked(machine) && !off)
+        return HOST_LOCKED;
+    if (!machine->host.owns && !off && (machine->stage != TASK_NONE || machine->state != MACHINE_IDLE))
+        return HOST_TEXT;
+    modal->spindle = spindle;
+    modal->spindle_rpm = rpm;
+    modal->coolant = coolant;
+    outputs_set(machine, spindle, rpm, coolant);
+    machine->digital = digital;
+    hal_digital_set(machine->hal, digital);
+    return HOST_DONE;
+}
+
+enum status machine_host_set(struct machine *machine, uint16_t number, double value) {
+    if (!machine_is_at_rest(machine) || machine->stage != TASK_NONE || !machine_is_idle_or_alarm(machine))
+        return STATUS_NOT_IDLE;
+    return command_set(machine, number, value);
+}
+
+bool machine_host_save(struct machine *machine) {
+    return keep_settings(machine);
+}
+
+bool host_poll(struct machine *machine) {
+    bool any = follow_homing(machine);
+    any |= follow_jog(machine);
+    any |= follow_probe(machine);
+    return feed_on(machine) || any;
+}

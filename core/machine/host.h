@@ -1,0 +1,84 @@
+/* SPDX-License-Identifier: MIT
+ * The machine as a network host moves it: timed segments, jogs, homing, outputs. [task]
+ *
+ * While a host owns motion, lines of the text side wait; real-time bytes, switches and buttons act as ever. A
+ * host gets motion when nothing else moves, and gives it back by machine_host_release(). Who may be that host
+ * is the session's business (session/session.h). Everything here answers at once; what is refused changes
+ * nothing. */
+#ifndef WIFICNC_MACHINE_HOST_H
+#define WIFICNC_MACHINE_HOST_H
+
+#include "machine/machine.h"
+
+enum host_answer {
+    HOST_DONE,
+    HOST_MALFORMED,
+    HOST_FULL,
+    HOST_LOCKED, /* alarm, e-stop, or sleep */
+    HOST_BUSY,   /* homing, jogging, held by somebody else */
+    HOST_TEXT,   /* a job of the text side is under way */
+    HOST_NO_TIMING,
+    HOST_TOO_FAST,
+    HOST_OUT_OF_TRAVEL,
+    HOST_NO_AXIS,
+    HOST_NO_HOMING,
+    HOST_ANSWER_COUNT
+};
+
+/** Lay a segment `ahead` places after the newest one that follows without a gap (segment/feed.h).
+ *  @param[out] number  of the segment that was refused, counted as machine_host_taken() */
+enum host_answer machine_host_lay(struct machine *machine, uint32_t ahead, const struct feed_segment *segment,
+                                  uint32_t *number);
+
+/** Segments ever taken without a gap; wraps. */
+uint32_t machine_host_taken(const struct machine *machine);
+
+/** Segments ever executed to their end; wraps. Dropped ones count, too: machine->host.dropped says that there
+ * were some, and done_at_drop what this was just before. */
+uint32_t machine_host_done(const struct machine *machine);
+
+/** Forget what was laid beyond a gap. */
+void machine_host_forget_ahead(struct machine *machine);
+
+/** Move an axis until machine_host_jog_stop(). @param direction  1 or -1 @param speed_steps_s  > 0; at most
+ * the axis' top speed is used */
+enum host_answer machine_host_jog(struct machine *machine, unsigned axis, int direction,
+                                  uint32_t speed_steps_s);
+/** End a jog of the host, if there is one. */
+void machine_host_jog_stop(struct machine *machine);
+
+/** Home these axes, those with an end. machine->host.homed_ok says how it ended when homing is over. */
+enum host_answer machine_host_home(struct machine *machine, axis_mask_t axes);
+
+/** Stop at once; only a reset leads on. */
+void machine_host_estop(struct machine *machine);
+
+/** As ! and ~. */
+void machine_host_hold(struct machine *machine);
+void machine_host_resume(struct machine *machine);
+
+/** Leave alarm and e-stop, position kept. @return false: the machine was not locked, nothing was changed */
+bool machine_host_unlock(struct machine *machine);
+
+/** All outputs. @param digital  bit n = Pn of M62 .. M65 */
+enum host_answer machine_host_outputs(struct machine *machine, enum gcode_spindle spindle, float rpm,
+                                      uint8_t coolant, uint8_t digital);
+
+/** Give motion back to the text side. @return false: something of the host still moves or waits */
+bool machine_host_release(struct machine *machine);
+
+/** Inputs as they mean: 1 = hit, touches, pressed. */
+struct host_inputs {
+    axis_mask_t limits;
+    bool probe, estop;
+};
+void machine_host_inputs(const struct machine *machine, struct host_inputs *inputs);
+
+/** $number=value without the text side. Nothing may move. Not kept before machine_host_save().
+ *  @return as settings_set(), or STATUS_NOT_IDLE */
+enum status machine_host_set(struct machine *machine, uint16_t number, double value);
+
+/** Keep all settings over a power cut. @return false: the storage has failed */
+bool machine_host_save(struct machine *machine);
+
+#endif

@@ -1,0 +1,314 @@
+/* SPDX-License-Identifier: MIT */
+#include "segment/feed.h"
+
+#include "base/minmax.h"
+
+#include <math.h>
+#include <stddef.h>
+#include <string.h>
+
+#define SLICE_S       0.003f    /* aim for the duration of a slice */
+#define WAIT_NS       20000000u /* of one slice of a dwell, or before a very slow step */
+#define SAMPLE_MOST_S 0.02f     /* a host's slices are at most so long; a longer segment is a move */
+#define CHANGE_MOST   1e9f      /* of a dwell */
+#define PHASES        256u      /* of a step */
+
+void feed_init(struct feed *feed, struct segment_ring *ring) {
+    memset(feed, 0, sizeof *feed);
+    feed->ring = ring;
+}
+
+void feed_set_limits(struct feed *feed, const struct feed_limits *limits) {
+    feed->limits = *limits;
+}
+
+void feed_forget_ahead(struct feed *feed) {
+    memset(feed->present, 0, sizeof feed->present);
+}
+
+void feed_clear(struct feed *feed) {
+    feed->tail = feed->head;
+    feed->queued_ns = 0;
+    feed->pace_sq = 0.0f;
+    feed->done = 0;
+    feed->dwelt_ns = feed->waited_ns = 0.0;
+    feed->hold = feed->ran_dry = false;
+    feed_forget_ahead(feed);
+}
+
+static struct feed_slot *slot_at(struct feed *feed, uint32_t number) {
+    return &feed->slots[number & (FEED_SIZE - 1)];
+}
+
+static uint32_t size_of(int32_t steps) {
+    return steps < 0 ? 0u - (uint32_t)steps : (uint32_t)steps;
+}
+
+/* ---- taking segments in ---- */
+
+/* Without a duration: the mean of both speeds, which are squares x 1000. */
+static double duration_from_speeds_ns(const struct feed_segment *segment, uint32_t dominant) {
+    float begin = sqrtf((float)segment->entry_speed_sq * 1e-3f);
+    float end = sqrtf((float)segment->exit_speed_sq * 1e-3f);
+    return begin + end > 0.0f ? 2e9 * (double)dominant / (double)(begin + end) : 0.0;
+}
+
+/* Least time that the axes need; one step is forgiven, because a host rounds to whole steps. */
+static double least_ns(const struct feed *feed, const struct feed_segment *segment, double asked_ns) {
+    double least = 0.0;
+    for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
+        double steps = (double)size_of(segment->steps[ax]);
+        double rate = (double)feed->limits.rate_steps_s[ax];
+        if (steps > 0.0 && (steps - 1.0) * 1e9 > asked_ns * rate)
+            least = steps * 1e9 / rate > least ? steps * 1e9 / rate : least;
+    }
+    return least;
+}
+
+static float speed(const struct feed_slot *slot, unsigned axis) {
+    return (float)slot->steps[axis] * 1e9f / (float)slot->duration_ns;
+}
+
+static enum feed_result fill(struct feed *feed, struct feed_slot *slot, const struct feed_segment *segment) {
+    *slot = (struct feed_slot){.id = segment->id, .flags = segment->flags, .change = CHANGE_MOST};
+    for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
+        uint32_t steps = size_of(segment->steps[ax]);
+        if (steps != 0 && ax >= feed->limits.axis_count)
+            return FEED_NO_AXIS;
+        slot->steps[ax] = segment->steps[ax];
+        slot->dominant = steps > slot->dominant ? steps : slot->dominant;
+    }
+    double asked_ns = (double)segment->duration_us * 1e3;
+    if (segment->duration_us == 0)
+        asked_ns = duration_from_speeds_ns(segment, slot->dominant);
+    if (!(asked_ns >= 1.0))
+        return FEED_NO_TIMING;
+    double needed_ns = least_ns(feed, segment, asked_ns);
+    if (needed_ns > FEED_STRETCH_MOST * asked_ns)
+        return FEED_TOO_FAST;
+    feed->stretched += needed_ns > asked_ns ? 1 : 0;
+    slot->duration_ns = (uint64_t)(needed_ns > asked_ns ? needed_ns : asked_ns);
+    for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
+        if (slot->steps[ax] != 0)
+            slot->change = least_f(slot->change, feed->limits.accel_steps_s2[ax] / fabsf(speed(slot, ax)));
+    return FEED_OK;
+}
+
+bool feed_has(const struct feed *feed, uint32_t ahead) {
+    uint32_t place = (feed->head + ahead) & (FEED_SIZE - 1);
+    return (feed->present[place / 32] >> (place & 31) & 1) != 0;
+}
+
+enum feed_result feed_lay(struct feed *feed, uint32_t ahead, const struct feed_segment *segment) {
+    struct feed_slot slot;
+    if (ahead >= feed_free(feed))
+        return FEED_FULL;
+    if (feed_has(feed, ahead))
+        return FEED_OK;
+    enum feed_result result = fill(feed, &slot, segment);
+    uint32_t place = (feed->head + ahead) & (FEED_SIZE - 1);
+    if (result != FEED_OK)
+        return result;
+    feed->slots[place] = slot;
+    feed->present[place / 32] |= (uint32_t)1 << (place & 31);
+    return FEED_OK;
+}
+
+const struct feed_slot *feed_next(const struct feed *feed) {
+    return feed_has(feed, 0) ? &feed->slots[feed->head & (FEED_SIZE - 1)] : NULL;
+}
+
+/* Where two segments meet, the speed of every axis jumps by no more than it could change in the time of one
+ * of a host's slices, and two steps in a slice, because a host rounds to whole steps. */
+static float jump_sq(const struct feed *feed, const struct feed_slot *before, const struct feed_slot *slot) {
+    float shorter_ns = least_f((float)before->duration_ns, (float)slot->duration_ns);
+    float mean_s = 0.5e-9f * (float)(before->duration_ns + slot->duration_ns);
+    float sample_s = least_f(mean_s, SAMPLE_MOST_S), quantum_s = least_f(shorter_ns * 1e-9f, SAMPLE_MOST_S);
+    float least = 1.0f;
+    for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
+        float jump = fabsf(speed(slot, ax) - speed(before, ax));
+        float allowed = feed->limits.accel_steps_s2[ax] * sample_s + 2.0f / quantum_s;
+        if (jump > allowed)
+            least = least_f(least, allowed / jump);
+    }
+    return least * least;
+}
+
+void feed_take(struct feed *feed) {
+    uint32_t number = feed->head, place = number & (FEED_SIZE - 1);
+    struct feed_slot *slot = slot_at(feed, number);
+    slot->jump_sq = feed_is_empty(feed) ? 1.0f : jump_sq(feed, slot_at(feed, number - 1), slot);
+    feed->present[place / 32] &= ~((uint32_t)1 << (place & 31));
+    feed->underruns += feed->ran_dry ? 1 : 0;
+    feed->ran_dry = false;
+    feed->queued_ns += slot->duration_ns;
+    feed->head++;
+    for (float end_sq = 0.0f;; number--) {
+        slot = slot_at(feed, number);
+        float braked = end_sq + 2.0f * slot->change * (float)slot->duration_ns * 1e-9f;
+        end_sq = least_f(slot->jump_sq, braked);
+        bool same = end_sq == slot->entry_sq && number + 1 != feed->head;
+        slot->entry_sq = end_sq;
+        if (same || number == feed->tail)
+            return;
+    }
+}
+
+/* ---- slices ---- */
+
+/* Steps of an axis done after k of the dominant's, and where it stands then. */
+static uint32_t steps_after(const struct feed_slot *slot, unsigned axis, uint32_t k, uint8_t *phase) {
+    uint64_t dominant = slot->dominant;
+    uint64_t twice = 2 * (uint64_t)size_of(slot->steps[axis]) * k + dominant;
+    uint64_t rest = twice % (2 * dominant);
+    *phase = (uint8_t)(rest * PHASES / (2 * dominant));
+    return (uint32_t)(twice / (2 * dominant));
+}
+
+/* A duration in whole nanoseconds, the fraction carried. */
+static uint32_t whole_ns(struct feed *feed, double ns) {
+    feed->time_ns += ns;
+    uint32_t whole = feed->time_ns < 1.0 ? 0 : (uint32_t)feed->time_ns;
+    feed->time_ns -= (double)whole;
+    return whole < 1 ? 1 : whole;
+}
+
+static void push_wait(struct feed *feed, const struct feed_slot *slot, double ns) {
+    struct segment segment = {.duration_ns = whole_ns(feed, ns),
+                              .id = slot->id,
+                              .line = feed->tail + 1,
+                              .flags = (uint8_t)(slot->flags | SEGMENT_DWELL)};
+    memset(segment.phase, SEGMENT_PHASE_HALF, sizeof segment.phase);
+    memset(segment.phase_end, SEGMENT_PHASE_HALF, sizeof segment.phase_end);
+    (void)segment_ring_push(feed->ring, RING_OWNER_HOST, &segment);
+}
+
+static void push_steps(struct feed *feed, const struct feed_slot *slot, uint32_t count, double ns,
+                       float pace_end) {
+    struct segment segment = {.duration_ns = whole_ns(feed, ns), .id = slot->id, .line = feed->tail + 1};
+    float pace = sqrtf(feed->pace_sq), sum = pace + pace_end;
+    if (sum > 0.0f)
+        segment.ramp = (int16_t)((float)SEGMENT_RAMP_ONE * (pace_end - pace) / sum);
+    for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
+        uint32_t from = steps_after(slot, ax, feed->done, &segment.phase[ax]);
+        uint32_t to = steps_after(slot, ax, feed->done + count, &segment.phase_end[ax]);
+        segment.steps[ax] = slot->steps[ax] < 0 ? -(int32_t)(to - from) : (int32_t)(to - from);
+    }
+    bool last = feed->tail + 1 == feed->head && feed->done + count == slot->dominant;
+    segment.flags = (uint8_t)(slot->flags & ~(unsigned)SEGMENT_LAST);
+    segment.flags = (uint8_t)(segment.flags | (last && pace_end == 0.0f ? SEGMENT_LAST : 0));
+    (void)segment_ring_push(feed->ring, RING_OWNER_HOST, &segment);
+}
+
+static void finish_segment(struct feed *feed, const struct feed_slot *slot) {
+    feed->tail++;
+    feed->done = 0;
+    feed->dwelt_ns = feed->waited_ns = 0.0;
+    feed->queued_ns -= slot->duration_ns;
+    if (!feed_is_empty(feed))
+        return;
+    feed->pace_sq = 0.0f;
+    feed->ran_dry = slot->dominant > 0 && (slot->flags & SEGMENT_LAST) == 0;
+}
+
+/* A dwell has no speed: the pace may change at once. */
+static void dwell_slice(struct feed *feed, const struct feed_slot *slot) {
+    if (feed->hold) {
+        feed->pace_sq = 0.0f;
+        return;
+    }
+    double left_ns = (double)slot->duration_ns - feed->dwelt_ns;
+    double slice_ns = left_ns < 2.0 * WAIT_NS ? left_ns : WAIT_NS;
+    push_wait(feed, slot, slice_ns);
+    feed->dwelt_ns += slice_ns;
+    if (slice_ns < left_ns)
+        return;
+    finish_segment(feed, slot);
+    if (!feed_is_empty(feed))
+        feed->pace_sq = slot_at(feed, feed->tail)->entry_sq;
+}
+
+/* Greatest s^2 at the end of the segment at tail. */
+static float end_sq(struct feed *feed) {
+    return feed->tail + 1 == feed->head ? 0.0f : slot_at(feed, feed->tail + 1)->entry_sq;
+}
+
+/* Segment time that the next slice covers, s: what takes SLICE_S; no further than to where speeding up meets
+ * braking, so that a slice speeds up or slows down. */
+static float slice_length_s(const struct feed *feed, float change, float left_s, float end) {
+    float pace = sqrtf(feed->pace_sq);
+    float gain = 0.5f * change * SLICE_S * SLICE_S;
+    if (feed->hold)
+        return pace * SLICE_S - least_f(gain, 0.5f * pace * SLICE_S);
+    float length = least_f(pace * SLICE_S + gain, SLICE_S);
+    float meet = 0.5f * (left_s + (end - feed->pace_sq) / (2.0f * change));
+    return meet > 0.0f ? least_f(length, meet) : length;
+}
+
+/* Time of a stretch of x seconds of segment time: up to a peak as high as it goes, even there, down. */
+static float stretch_s(float from_sq, float to_sq, float x, float change) {
+    float from = sqrtf(from_sq), to = sqrtf(to_sq);
+    float peak_sq = 0.5f * (from_sq + to_sq) + change * x;
+    if (peak_sq < 1.0f)
+        return (2.0f * sqrtf(peak_sq) - from - to) / change;
+    float ramps = (2.0f - from_sq - to_sq) / (2.0f * change);
+    return (2.0f - from - to) / change + (x - ramps);
+}
+
+/* s^2 after x seconds of segment time. */
+static float pace_after(const struct feed *feed, float change, float x, float left_s, float end) {
+    float brake = end + 2.0f * change * (left_s - x);
+    float by = 2.0f * change * x;
+    float after = feed->hold ? feed->pace_sq - by : feed->pace_sq + by;
+    after = least_f(least_f(after, brake), 1.0f);
+    return after > 0.0f ? after : 0.0f;
+}
+
+/* A hold whose way is less than a step ends here. */
+static bool stands_now(const struct feed *feed, float change, float step_s) {
+    return feed->hold && feed->pace_sq <= 2.0f * change * step_s;
+}
+
+static void move_slice(struct feed *feed, const struct feed_slot *slot) {
+    double step_ns = (double)slot->duration_ns / (double)slot->dominant;
+    float step_s = (float)(step_ns * 1e-9), end = end_sq(feed);
+    uint32_t left = slot->dominant - feed->done;
+    float left_s = (float)left * step_s;
+    if (stands_now(feed, slot->change, step_s)) {
+        feed->pace_sq = 0.0f;
+        return;
+    }
+    float wanted = slice_length_s(feed, slot->change, left_s, end) / step_s;
+    uint32_t most = left < SEGMENT_MAX_STEPS ? left : SEGMENT_MAX_STEPS;
+    uint32_t count = wanted >= (float)most ? most : wanted < 1.0f ? 1u : (uint32_t)wanted;
+    double x_ns = step_ns * (double)count;
+    float after_sq = pace_after(feed, slot->change, (float)count * step_s, left_s, end);
+    double ns = x_ns;
+    if (feed->pace_sq < 1.0f || after_sq < 1.0f)
+        ns = 1e9 * (double)stretch_s(feed->pace_sq, after_sq, (float)count * step_s, slot->change);
+    if (count == 1 && ns - feed->waited_ns > 2.0 * WAIT_NS) {
+        push_wait(feed, slot, WAIT_NS);
+        feed->waited_ns += WAIT_NS;
+        return;
+    }
+    push_steps(feed, slot, count, ns > feed->waited_ns ? ns - feed->waited_ns : 0.0, sqrtf(after_sq));
+    feed->waited_ns = 0.0;
+    feed->pace_sq = after_sq;
+    feed->done += count;
+    if (feed->done == slot->dominant)
+        finish_segment(feed, slot);
+}
+
+bool feed_poll(struct feed *feed) {
+    bool any = false;
+    while (!feed_is_quiet(feed) && ring_free(&feed->ring->index, SEGMENT_RING_SIZE) > 0 &&
+           segment_ring_queued_us(feed->ring) < FEED_AHEAD_US) {
+        const struct feed_slot *slot = slot_at(feed, feed->tail);
+        if (slot->dominant == 0)
+            dwell_slice(feed, slot);
+        else
+            move_slice(feed, slot);
+        any = true;
+    }
+    return any;
+}

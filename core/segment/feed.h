@@ -1,0 +1,122 @@
+/* SPDX-License-Identifier: MIT
+ * Timed segments of a network host -> slices in the segment ring, just in time. [task]
+ *
+ * A host plans the motion: steps of each axis in a time. The feed changes neither path nor steps, but it may
+ * stretch time: at pace s (0 .. 1) a segment of T seconds takes T/s. So it starts, holds, brakes before the
+ * queue ends and passes jumps of speed within the limits of the axes, and no step is ever lost:
+ *
+ *   s^2 ^  jump ___________        entry(k) = min(1, jump(k), entry(k+1) + 2 c(k) T(k)),  0 at the queue's
+ * end |      /           \       c: how fast the pace may change in this segment, 1/s: the least a/v of all
+ *       |     /             \      axes, because d(s v)/dt = v ds/dt must not exceed a
+ *       +--------------------> T   on the way up, s^2 rises by 2 c per second of segment time
+ *
+ * With enough in the queue the pace is 1 and durations are exact, the fractions of a nanosecond carried.
+ *
+ * Segments may be put before others that are to come earlier (a lossy network): they lie at their places
+ * until the gap is filled. */
+#ifndef WIFICNC_SEGMENT_FEED_H
+#define WIFICNC_SEGMENT_FEED_H
+
+#include "config.h"
+#include "segment/ring.h"
+
+/** How far slices run ahead of prep. */
+#define FEED_AHEAD_US 3000u
+
+/** What a host asks for. */
+struct feed_segment {
+    int32_t steps[AXIS_COUNT];
+    uint32_t duration_us;
+    uint32_t entry_speed_sq, exit_speed_sq; /* (steps/s)^2 x 1000 of the dominant axis; when duration is 0 */
+    uint16_t id;
+    uint8_t flags; /* enum segment_flags: RAPID, LAST, PROBE, EXACT_STOP */
+};
+
+/** Of the machine. Axes from axis_count up do not exist. */
+struct feed_limits {
+    float rate_steps_s[AXIS_COUNT];   /* > 0 */
+    float accel_steps_s2[AXIS_COUNT]; /* > 0 */
+    uint8_t axis_count;
+};
+
+enum feed_result {
+    FEED_OK,
+    FEED_FULL,
+    FEED_NO_AXIS,
+    FEED_NO_TIMING, /* steps, but neither a duration nor a speed */
+    FEED_TOO_FAST,  /* needs more than FEED_STRETCH_MOST times its duration */
+};
+
+#define FEED_STRETCH_MOST 10.0
+
+struct feed_slot {
+    int32_t steps[AXIS_COUNT];
+    uint32_t dominant;    /* of the axis with most steps; 0: a dwell */
+    uint64_t duration_ns; /* > 0; at full pace */
+    float change;         /* c */
+    float jump_sq;        /* greatest s^2 at which it may follow the one before */
+    float entry_sq;       /* greatest s^2 at its begin */
+    uint16_t id;
+    uint8_t flags;
+};
+
+struct feed {
+    struct segment_ring *ring;
+    struct feed_limits limits;
+    uint32_t head, tail;                 /* segments ever taken in order, and ever finished here; wrap */
+    uint32_t present[FEED_SIZE / 32];    /* places from head on that are filled already */
+    bool hold;                           /* slow down along the path and stand */
+    bool ran_dry;                        /* came to its end, and that was not said to be the last */
+    float pace_sq;                       /* s^2 now */
+    uint32_t done;                       /* dominant steps of the segment at tail */
+    double dwelt_ns, waited_ns, time_ns; /* of a dwell; before a very slow step; fraction carried */
+    uint64_t queued_ns;                  /* of all segments taken and not finished, at full pace */
+    uint32_t underruns, stretched;
+    struct feed_slot slots[FEED_SIZE];
+};
+
+/** Empty; counters at zero. */
+void feed_init(struct feed *feed, struct segment_ring *ring);
+
+/** For segments put from now on. */
+void feed_set_limits(struct feed *feed, const struct feed_limits *limits);
+
+/** Forget all that is queued and stand. The motion side is halted or has nothing. */
+void feed_clear(struct feed *feed);
+
+/** Places from head on. */
+static inline uint32_t feed_free(const struct feed *feed) {
+    return FEED_SIZE - (feed->head - feed->tail);
+}
+
+/** The segment that comes `ahead` places after head is there. @param ahead  0 .. FEED_SIZE - 1 */
+bool feed_has(const struct feed *feed, uint32_t ahead);
+
+/** Lay a segment `ahead` places after head. One that is there already stays.
+ *  @return other than FEED_OK: nothing was changed */
+enum feed_result feed_lay(struct feed *feed, uint32_t ahead, const struct feed_segment *segment);
+
+/** The segment at head if it is there: it may be taken. NULL: it has not come. */
+const struct feed_slot *feed_next(const struct feed *feed);
+
+/** Take the segment that feed_next() gave: from now on it will be executed. */
+void feed_take(struct feed *feed);
+
+/** Forget what lies beyond head. */
+void feed_forget_ahead(struct feed *feed);
+
+/** Put slices into the ring up to FEED_AHEAD_US. The ring belongs to RING_OWNER_HOST.
+ *  @return true when any was put. Never blocks. */
+bool feed_poll(struct feed *feed);
+
+/** Nothing is queued. (The ring may still hold motion.) */
+static inline bool feed_is_empty(const struct feed *feed) {
+    return feed->head == feed->tail;
+}
+
+/** Nothing comes before the hold is lifted, or at all. (The ring may still hold motion.) */
+static inline bool feed_is_quiet(const struct feed *feed) {
+    return feed_is_empty(feed) || (feed->hold && feed->pace_sq == 0.0f);
+}
+
+#endif

@@ -1,0 +1,242 @@
+/* SPDX-License-Identifier: MIT
+ * Motion and commands of hosts, by UDP or TCP. */
+#include "session/inner.h"
+
+#include <string.h>
+
+enum wire_refusal session_refusal(enum host_answer answer) {
+    static const uint8_t refusals[HOST_ANSWER_COUNT] = {
+        [HOST_DONE] = WIRE_REFUSAL_NONE,
+        [HOST_MALFORMED] = WIRE_REFUSAL_MALFORMED,
+        [HOST_FULL] = WIRE_REFUSAL_FULL,
+        [HOST_LOCKED] = WIRE_REFUSAL_LOCKED,
+        [HOST_BUSY] = WIRE_REFUSAL_BUSY,
+        [HOST_TEXT] = WIRE_REFUSAL_TEXT,
+        [HOST_NO_TIMING] = WIRE_REFUSAL_TIMING,
+        [HOST_TOO_FAST] = WIRE_REFUSAL_TOO_FAST,
+        [HOST_OUT_OF_TRAVEL] = WIRE_REFUSAL_TRAVEL,
+        [HOST_NO_AXIS] = WIRE_REFUSAL_AXIS,
+        [HOST_NO_HOMING] = WIRE_REFUSAL_NO_HOMING,
+    };
+    return (enum wire_refusal)refusals[answer];
+}
+
+/* ---- who may ---- */
+
+static bool is_authenticated(const struct session *session, const uint8_t address[4]) {
+    if (session->options.password[0] == '\0')
+        return true;
+    for (unsigned i = 0; i < SESSION_CLIENTS; i++) {
+        const struct session_client *client = &session->client[i];
+        if (client->used && client->authenticated && session_same(client->address, address))
+            return true;
+    }
+    return false;
+}
+
+enum wire_refusal session_may(const struct session *session, const uint8_t address[4]) {
+    if (!is_authenticated(session, address))
+        return WIRE_REFUSAL_AUTHENTICATION;
+    if (session->owner.on && !session_same(session->owner.address, address))
+        return WIRE_REFUSAL_OWNER;
+    return WIRE_REFUSAL_NONE;
+}
+
+void session_own(struct session *session, const uint8_t address[4]) {
+    struct session_owner *owner = &session->owner;
+    if (!owner->on) {
+        *owner = (struct session_owner){.on = true};
+        memcpy(owner->address, address, sizeof owner->address);
+    }
+    owner->heard_us = session->now_us;
+}
+
+/* ---- commands ---- */
+
+static enum wire_refusal jog(struct session *session, const uint8_t *payload) {
+    struct wire_jog jog;
+    wire_get_jog(payload, &jog);
+    session->owner.motion_us = session->now_us;
+    if (session->stream.open)
+        return WIRE_REFUSAL_BUSY;
+    return session_refusal(machine_host_jog(session->machine, jog.axis, jog.direction, jog.speed_steps_s));
+}
+
+static enum wire_refusal home(struct session *session, const uint8_t *payload) {
+    struct wire_home home;
+    wire_get_home(payload, &home);
+    session->owner.motion_us = session->now_us;
+    if (session->homing != 0 || session->stream.open)
+        return WIRE_REFUSAL_BUSY;
+    enum host_answer answer = machine_host_home(session->machine, home.axes);
+    if (answer == HOST_DONE)
+        session->homing = home.axes;
+    return session_refusal(answer);
+}
+
+/* Repeated a hundred times a second by some hosts: only a change acts, and what the text side has switched
+ * stays until there is one. */
+static enum wire_refusal io_control(struct session *session, const uint8_t *payload) {
+    struct wire_io_control io;
+    wire_get_io_control(payload, &io);
+    const struct wire_io_control *known = &session->outputs;
+    bool same = session->outputs_known && io.misc_outputs == known->misc_outputs &&
+                io.spindle == known->spindle && io.rpm == known->rpm && io.coolant == known->coolant;
+    bool off = !session->outputs_known && io.misc_outputs == 0 && io.spindle == 0 && io.coolant == 0;
+    if (io.spindle > SPINDLE_CCW)
+        return WIRE_REFUSAL_MALFORMED;
+    if (same || off)
+        return WIRE_REFUSAL_NONE;
+    uint8_t coolant =
+        (uint8_t)(((io.coolant & 1) != 0 ? COOLANT_FLOOD : 0) | ((io.coolant & 2) != 0 ? COOLANT_MIST : 0));
+    enum host_answer answer = machine_host_outputs(session->machine, (enum gcode_spindle)io.spindle,
+                                                   (float)io.rpm, coolant, (uint8_t)(io.misc_outputs & 0x1F));
+    if (answer == HOST_DONE) {
+        session->outputs = io;
+        session->outputs_known = true;
+    }
+    return session_refusal(answer);
+}
+
+/* Unlocks; or gives motion back, when nothing of the host moves. */
+static enum wire_refusal reset(struct session *session) {
+    if (machine_host_unlock(session->machine))
+        return WIRE_REFUSAL_NONE;
+    if (session->stream.open || !machine_host_release(session->machine))
+        return WIRE_REFUSAL_BUSY;
+    return WIRE_REFUSAL_NONE;
+}
+
+static enum wire_refusal resume(struct session *session) {
+    if (session->machine->state != MACHINE_HOLD)
+        return WIRE_REFUSAL_BUSY;
+    machine_host_resume(session->machine);
+    return WIRE_REFUSAL_NONE;
+}
+
+int session_command_size(uint8_t type) {
+    switch (type) {
+    case WIRE_JOG:
+        return WIRE_JOG_SIZE;
+    case WIRE_JOG_STOP:
+        return WIRE_JOG_STOP_SIZE;
+    case WIRE_HOME:
+        return WIRE_HOME_SIZE;
+    case WIRE_IO_CONTROL:
+        return WIRE_IO_CONTROL_SIZE;
+    case WIRE_ESTOP:
+    case WIRE_HOLD:
+    case WIRE_RESUME:
+    case WIRE_RESET:
+        return 0;
+    default:
+        return -1;
+    }
+}
+
+/* Those that only stop: from anybody, at any time. @return false: it is none of them */
+static bool stops(struct session *session, uint8_t type) {
+    if (type == WIRE_ESTOP)
+        machine_host_estop(session->machine);
+    else if (type == WIRE_HOLD)
+        machine_host_hold(session->machine);
+    else if (type == WIRE_JOG_STOP)
+        machine_host_jog_stop(session->machine);
+    else
+        return false;
+    return true;
+}
+
+enum wire_refusal session_command(struct session *session, const uint8_t address[4], uint8_t type,
+                                  const uint8_t *payload) {
+    if (stops(session, type))
+        return WIRE_REFUSAL_NONE;
+    enum wire_refusal refusal = session_may(session, address);
+    if (refusal != WIRE_REFUSAL_NONE)
+        return refusal;
+    if (type == WIRE_RESET)
+        return reset(session);
+    if (type == WIRE_RESUME)
+        return resume(session);
+    session_own(session, address);
+    switch (type) {
+    case WIRE_JOG:
+        return jog(session, payload);
+    case WIRE_HOME:
+        return home(session, payload);
+    case WIRE_IO_CONTROL:
+        return io_control(session, payload);
+    default:
+        return WIRE_REFUSAL_UNKNOWN_TYPE;
+    }
+}
+
+/* ---- motion datagrams ---- */
+
+/* The very same datagram once more: the network has doubled it. A sender that numbers nothing is not judged.
+ */
+static bool is_duplicate(struct session *session, const struct wire_header *header) {
+    struct session_mark mark = {.sequence = header->sequence,
+                                .timestamp_us = header->timestamp_us,
+                                .checksum = header->checksum,
+                                .length = header->length};
+    if (mark.sequence == 0 && mark.timestamp_us == 0)
+        return false;
+    for (unsigned i = 0; i < SESSION_RECENT && i < session->recents; i++) {
+        const struct session_mark *old = &session->recent[i];
+        if (old->sequence == mark.sequence && old->timestamp_us == mark.timestamp_us &&
+            old->checksum == mark.checksum && old->length == mark.length)
+            return true;
+    }
+    session->recent[session->recents++ % SESSION_RECENT] = mark;
+    return false;
+}
+
+static void refuse(struct session *session, enum wire_refusal refusal, uint32_t segments) {
+    session->counts.refused_segments += segments;
+    session->counts.last_refusal = (uint8_t)refusal;
+}
+
+static enum wire_refusal push(struct session *session, const uint8_t *at) {
+    struct wire_segment wire;
+    uint32_t number;
+    wire_get_segment(at, &wire);
+    struct feed_segment segment = {
+        .duration_us = wire.duration_us,
+        .entry_speed_sq = wire.entry_speed_sq,
+        .exit_speed_sq = wire.exit_speed_sq,
+        .id = wire.id,
+        .flags = wire.flags & (SEGMENT_RAPID | SEGMENT_LAST | SEGMENT_PROBE | SEGMENT_EXACT_STOP)};
+    memcpy(segment.steps, wire.steps, sizeof segment.steps);
+    return session_refusal(machine_host_lay(session->machine, 0, &segment, &number));
+}
+
+void session_motion(struct session *session, const uint8_t address[4], const struct wire_header *header,
+                    const uint8_t *payload) {
+    struct wire_motion motion;
+    wire_get_motion(payload, &motion);
+    if (!wire_has_segments(header, WIRE_MOTION_SIZE, motion.count, 1)) {
+        session->counts.malformed++;
+        return;
+    }
+    if (is_duplicate(session, header)) {
+        session->counts.duplicates++;
+        return;
+    }
+    enum wire_refusal refusal = session_may(session, address);
+    if (refusal == WIRE_REFUSAL_NONE && session->stream.open)
+        refusal = WIRE_REFUSAL_BUSY;
+    if (refusal != WIRE_REFUSAL_NONE) {
+        refuse(session, refusal, motion.count);
+        return;
+    }
+    session_own(session, address);
+    session->owner.motion_us = session->now_us;
+    for (uint32_t k = 0; k < motion.count; k++) {
+        refusal = push(session, payload + WIRE_MOTION_SIZE + (size_t)k * WIRE_SEGMENT_SIZE);
+        if (refusal != WIRE_REFUSAL_NONE) {
+            refuse(session, refusal, motion.count - k);
+            return;
+        }
+    }
+}

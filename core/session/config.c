@@ -1,0 +1,152 @@
+/* SPDX-License-Identifier: MIT
+ * Configuration keys: settings in the wire's units. */
+#include "session/inner.h"
+#include "session/keys.h"
+
+#include "wire/bytes.h"
+
+#include <string.h>
+
+#define ALL_AXES   0x3Fu
+#define NEVER_IDLE 255.0 /* $1: the motors stay on */
+
+static const struct session_key *row_of(uint16_t key) {
+    for (unsigned i = 0; i < session_key_rows; i++)
+        if (key >= session_keys[i].key && key - session_keys[i].key < session_keys[i].count)
+            return &session_keys[i];
+    return NULL;
+}
+
+static double steps_per_mm(const struct session *session, const struct session_key *row, uint16_t key) {
+    unsigned axis = row->count > 1 ? (unsigned)(key - row->key) : 0;
+    return (double)session->machine->settings.steps_per_mm[axis < AXIS_COUNT ? axis : 0];
+}
+
+static double to_wire(const struct session *session, const struct session_key *row, uint16_t key,
+                      double value) {
+    double steps = steps_per_mm(session, row, key);
+    switch ((enum session_key_as)row->as) {
+    case KEY_AS_MASK_ANY:
+        return value != 0.0 ? (double)ALL_AXES : 0.0;
+    case KEY_AS_MASK_NONE:
+        return value != 0.0 ? 0.0 : (double)ALL_AXES;
+    case KEY_AS_MASK_FLIP:
+        return (double)(~(unsigned)value & ALL_AXES);
+    case KEY_AS_IDLE_MS:
+        return value == NEVER_IDLE ? 0.0 : value;
+    case KEY_AS_STEPS:
+    case KEY_AS_STEPS_S2:
+        return value * steps;
+    case KEY_AS_STEPS_S:
+        return value * steps / 60.0;
+    case KEY_AS_DIR_SETUP:
+        return (double)((session->machine->board.dir_setup_ns + 999) / 1000);
+    case KEY_AS_VALUE:
+    case KEY_AS_MAGNITUDE:
+    default:
+        return value;
+    }
+}
+
+static double from_wire(const struct session *session, const struct session_key *row, uint16_t key,
+                        double value) {
+    double steps = steps_per_mm(session, row, key);
+    switch ((enum session_key_as)row->as) {
+    case KEY_AS_MAGNITUDE:
+        return value < 0.0 ? -value : value;
+    case KEY_AS_MASK_ANY:
+        return value != 0.0;
+    case KEY_AS_MASK_NONE:
+        return value == 0.0;
+    case KEY_AS_MASK_FLIP:
+        return value >= 0.0 && value <= (double)ALL_AXES ? (double)(~(unsigned)value & ALL_AXES) : -1.0;
+    case KEY_AS_IDLE_MS: /* 255 ms is none of ours: there it means never */
+        return value == 0.0 ? NEVER_IDLE : value == NEVER_IDLE ? NEVER_IDLE - 1.0 : value;
+    case KEY_AS_STEPS:
+    case KEY_AS_STEPS_S2:
+        return value / steps;
+    case KEY_AS_STEPS_S:
+        return value * 60.0 / steps;
+    case KEY_AS_VALUE:
+    case KEY_AS_DIR_SETUP:
+    default:
+        return value;
+    }
+}
+
+/* A number in the key's type: whole ones rounded, and as near as the type comes. */
+static void encode(uint16_t type, double value, uint8_t bytes[64]) {
+    static const double most[] = {UINT8_MAX, UINT16_MAX, UINT32_MAX, INT32_MAX};
+    memset(bytes, 0, 64);
+    if (type == WIRE_VALUE_TYPE_FLOAT) {
+        float real = (float)value;
+        uint32_t bits;
+        memcpy(&bits, &real, sizeof bits);
+        put_u32(bytes, bits);
+        return;
+    }
+    if (type == WIRE_VALUE_TYPE_STRING)
+        return;
+    double whole = value < 0.0 ? 0.0 : value + 0.5;
+    put_u32(bytes, (uint32_t)(whole > most[type] ? most[type] : whole));
+}
+
+/* @return false: not a number, or no such type */
+static bool decode(uint16_t type, const uint8_t bytes[64], double *value) {
+    uint32_t bits = get_u32(bytes);
+    float real;
+    switch (type) {
+    case WIRE_VALUE_TYPE_U8:
+        *value = get_u8(bytes);
+        return true;
+    case WIRE_VALUE_TYPE_U16:
+        *value = get_u16(bytes);
+        return true;
+    case WIRE_VALUE_TYPE_U32:
+        *value = bits;
+        return true;
+    case WIRE_VALUE_TYPE_I32:
+        *value = get_i32(bytes);
+        return true;
+    case WIRE_VALUE_TYPE_FLOAT:
+        memcpy(&real, &bits, sizeof real);
+        *value = (double)real;
+        return real - real == 0.0f; /* neither infinity nor NaN */
+    default:
+        return false;
+    }
+}
+
+void config_get(const struct session *session, uint16_t key, struct wire_config_value *value) {
+    const struct session_key *row = row_of(key);
+    uint8_t decimals;
+    double setting = 0.0;
+    value->key = key;
+    value->value_type = row != NULL ? row->type : WIRE_VALUE_TYPE_U32;
+    if (row != NULL && row->kind == KEY_SETTING) {
+        unsigned axis = row->as == KEY_AS_MASK_NONE ? 0 : (unsigned)(key - row->key);
+        (void)settings_get(&session->machine->settings, (uint16_t)(row->number + axis), AXIS_COUNT, &setting,
+                           &decimals);
+    } else if (row != NULL) {
+        setting = row->fallback;
+    }
+    encode(value->value_type, row != NULL ? to_wire(session, row, key, setting) : 0.0, value->value);
+}
+
+enum wire_refusal config_set(struct session *session, const struct wire_config_set *set) {
+    const struct session_key *row = row_of(set->key);
+    double value;
+    if (row == NULL)
+        return WIRE_REFUSAL_UNKNOWN_KEY;
+    if (row->kind != KEY_SETTING)
+        return WIRE_REFUSAL_READ_ONLY;
+    if (!decode(set->value_type, set->value, &value))
+        return WIRE_REFUSAL_RANGE;
+    uint16_t number = (uint16_t)(row->number + (set->key - row->key));
+    enum status status = machine_host_set(session->machine, number, from_wire(session, row, set->key, value));
+    if (status == STATUS_OK)
+        return WIRE_REFUSAL_NONE;
+    if (status == STATUS_UNKNOWN_COMMAND)
+        return WIRE_REFUSAL_AXIS;
+    return status == STATUS_NOT_IDLE ? WIRE_REFUSAL_BUSY : WIRE_REFUSAL_RANGE;
+}

@@ -1,0 +1,233 @@
+/* SPDX-License-Identifier: MIT
+ * Requests by TCP, each with its one reply. */
+#include "session/inner.h"
+
+#include "base/sha256.h"
+
+#include <string.h>
+
+#define WRONG_PROOF_US 1000000u /* a guesser gets one try in this time */
+
+/* A request under way. */
+struct request {
+    struct session *session;
+    struct session_client *client;
+    int place;
+    struct wire_header header;
+    const uint8_t *payload;
+    uint8_t *reply;
+};
+
+static size_t answer(const struct request *request, enum wire_type type, size_t payload_size) {
+    return session_close(request->session, SEQUENCE_REPLY, request->reply, type, payload_size);
+}
+
+static uint8_t *body(const struct request *request) {
+    return request->reply + WIRE_HEADER_SIZE;
+}
+
+/* ack, or refused and why. */
+static size_t judge(const struct request *request, enum wire_refusal refusal) {
+    if (refusal == WIRE_REFUSAL_NONE) {
+        struct wire_ack ack = {.sequence = request->header.sequence, .type = request->header.type};
+        wire_put_ack(body(request), &ack);
+        return answer(request, WIRE_ACK, WIRE_ACK_SIZE);
+    }
+    struct wire_refused refused = {
+        .sequence = request->header.sequence, .type = request->header.type, .reason = (uint8_t)refusal};
+    wire_put_refused(body(request), &refused);
+    return answer(request, WIRE_REFUSED, WIRE_REFUSED_SIZE);
+}
+
+static size_t handshake(const struct request *request) {
+    const struct session *session = request->session;
+    const struct machine_board *board = &session->machine->board;
+    bool locks = session->options.password[0] != '\0';
+    struct wire_handshake_response response = {
+        .version = session->options.version,
+        .axes = board->axis_count,
+        .capabilities = (uint8_t)(WIRE_CAPABILITY_MISC_OUTPUTS | WIRE_CAPABILITY_STREAM |
+                                  (board->relay_spindle ? 0 : WIRE_CAPABILITY_SPINDLE_PWM) |
+                                  (locks ? WIRE_CAPABILITY_LOCKED : 0)),
+        .buffer_capacity = FEED_SIZE,
+        .step_rate_hz = board->max_step_rate_hz};
+    strncpy(response.device_name, session->options.name, sizeof response.device_name - 2);
+    wire_put_handshake_response(body(request), &response);
+    return answer(request, WIRE_HANDSHAKE_RESPONSE, WIRE_HANDSHAKE_RESPONSE_SIZE);
+}
+
+static size_t get_key(const struct request *request) {
+    struct wire_config_get get;
+    struct wire_config_value value;
+    wire_get_config_get(request->payload, &get);
+    config_get(request->session, get.key, &value);
+    wire_put_config_value(body(request), &value);
+    return answer(request, WIRE_CONFIG_VALUE, WIRE_CONFIG_VALUE_SIZE);
+}
+
+static enum wire_refusal set_key(const struct request *request) {
+    struct wire_config_set set;
+    enum wire_refusal refusal = session_may(request->session, request->client->address);
+    if (refusal != WIRE_REFUSAL_NONE)
+        return refusal;
+    wire_get_config_set(request->payload, &set);
+    return config_set(request->session, &set);
+}
+
+static enum wire_refusal save(const struct request *request) {
+    enum wire_refusal refusal = session_may(request->session, request->client->address);
+    if (refusal != WIRE_REFUSAL_NONE)
+        return refusal;
+    return machine_host_save(request->session->machine) ? WIRE_REFUSAL_NONE : WIRE_REFUSAL_NOT_STORED;
+}
+
+static size_t pong(const struct request *request) {
+    struct wire_ping ping;
+    wire_get_ping(request->payload, &ping);
+    struct wire_pong reply = {.id = ping.id};
+    wire_put_pong(body(request), &reply);
+    return answer(request, WIRE_PONG, WIRE_PONG_SIZE);
+}
+
+static size_t open_stream(const struct request *request) {
+    struct session *session = request->session;
+    enum wire_refusal refusal = stream_open(session, request->place);
+    struct wire_stream_opened opened = {.stream = refusal == WIRE_REFUSAL_NONE ? session->stream.id : 0,
+                                        .capacity = FEED_SIZE,
+                                        .refusal = (uint8_t)refusal};
+    wire_put_stream_opened(body(request), &opened);
+    return answer(request, WIRE_STREAM_OPENED, WIRE_STREAM_OPENED_SIZE);
+}
+
+static enum wire_refusal close_stream(const struct request *request) {
+    struct session *session = request->session;
+    struct wire_stream_close close;
+    wire_get_stream_close(request->payload, &close);
+    if (!session->stream.open || close.stream != session->stream.id ||
+        session->stream.client != request->place)
+        return WIRE_REFUSAL_STREAM_CLOSED;
+    stream_close(session, WIRE_REFUSAL_STREAM_CLOSED);
+    return WIRE_REFUSAL_NONE;
+}
+
+static size_t statistics(const struct request *request) {
+    const struct session *session = request->session;
+    const struct machine *machine = session->machine;
+    struct wire_statistics_response counts = session->counts;
+    counts.homed = machine->trusted;
+    counts.stretched = machine->host.feed.stretched;
+    counts.underruns = machine->host.feed.underruns;
+    counts.segments = machine_host_taken(machine);
+    counts.done = machine_host_done(machine);
+    if (session->owner.on)
+        memcpy(counts.owner, session->owner.address, sizeof counts.owner);
+    wire_put_statistics_response(body(request), &counts);
+    return answer(request, WIRE_STATISTICS_RESPONSE, WIRE_STATISTICS_RESPONSE_SIZE);
+}
+
+static size_t challenge(const struct request *request) {
+    struct session_client *client = request->client;
+    struct wire_challenge_response response;
+    if (request->session->ops->random == NULL)
+        return judge(request, WIRE_REFUSAL_AUTHENTICATION);
+    request->session->ops->random(request->session->ctx, client->nonce, sizeof client->nonce);
+    client->has_nonce = true;
+    memcpy(response.nonce, client->nonce, sizeof response.nonce);
+    wire_put_challenge_response(body(request), &response);
+    return answer(request, WIRE_CHALLENGE_RESPONSE, WIRE_CHALLENGE_RESPONSE_SIZE);
+}
+
+static enum wire_refusal authenticate(const struct request *request) {
+    struct session *session = request->session;
+    struct session_client *client = request->client;
+    const char *password = session->options.password;
+    struct wire_authenticate given;
+    uint8_t right[SHA256_SIZE];
+    if (!client->has_nonce || session->now_us < session->locked_until_us)
+        return WIRE_REFUSAL_AUTHENTICATION;
+    client->has_nonce = false;
+    wire_get_authenticate(request->payload, &given);
+    hmac_sha256((const uint8_t *)password, strlen(password), client->nonce, sizeof client->nonce, right);
+    if (!sha256_is_equal(right, given.proof)) {
+        session->locked_until_us = session->now_us + WRONG_PROOF_US;
+        return WIRE_REFUSAL_AUTHENTICATION;
+    }
+    client->authenticated = true;
+    return WIRE_REFUSAL_NONE;
+}
+
+/* Least payload of a request. @return -1: there is none of this type */
+static int request_size(uint8_t type) {
+    switch (type) {
+    case WIRE_HANDSHAKE:
+        return WIRE_HANDSHAKE_SIZE;
+    case WIRE_CONFIG_GET:
+        return WIRE_CONFIG_GET_SIZE;
+    case WIRE_CONFIG_SET:
+        return WIRE_CONFIG_SET_SIZE;
+    case WIRE_PING:
+        return WIRE_PING_SIZE;
+    case WIRE_STREAM_OPEN:
+        return WIRE_STREAM_OPEN_SIZE;
+    case WIRE_STREAM_CLOSE:
+        return WIRE_STREAM_CLOSE_SIZE;
+    case WIRE_AUTHENTICATE:
+        return WIRE_AUTHENTICATE_SIZE;
+    case WIRE_CONFIG_SAVE:
+    case WIRE_STATISTICS:
+    case WIRE_CHALLENGE:
+        return 0;
+    default:
+        return session_command_size(type);
+    }
+}
+
+static size_t dispatch(const struct request *request) {
+    switch (request->header.type) {
+    case WIRE_HANDSHAKE:
+        return handshake(request);
+    case WIRE_CONFIG_GET:
+        return get_key(request);
+    case WIRE_CONFIG_SET:
+        return judge(request, set_key(request));
+    case WIRE_CONFIG_SAVE:
+        return judge(request, save(request));
+    case WIRE_PING:
+        return pong(request);
+    case WIRE_STREAM_OPEN:
+        return open_stream(request);
+    case WIRE_STREAM_CLOSE:
+        return judge(request, close_stream(request));
+    case WIRE_STATISTICS:
+        return statistics(request);
+    case WIRE_CHALLENGE:
+        return challenge(request);
+    case WIRE_AUTHENTICATE:
+        return judge(request, authenticate(request));
+    default:
+        return judge(request, session_command(request->session, request->client->address,
+                                              request->header.type, request->payload));
+    }
+}
+
+size_t session_request(struct session *session, int place, const uint8_t *message, size_t size,
+                       uint8_t *reply) {
+    struct request request = {.session = session,
+                              .client = &session->client[place],
+                              .place = place,
+                              .payload = message + WIRE_HEADER_SIZE,
+                              .reply = reply};
+    session_tick(session);
+    request.client->heard_us = session->now_us;
+    if (!wire_open(message, size, &request.header)) {
+        session->counts.malformed++;
+        return 0;
+    }
+    session_note_sequence(session, request.client->address, request.header.sequence);
+    int least = request_size(request.header.type);
+    if (least < 0)
+        return judge(&request, WIRE_REFUSAL_UNKNOWN_TYPE);
+    if (request.header.length < least)
+        return judge(&request, WIRE_REFUSAL_MALFORMED);
+    return dispatch(&request);
+}

@@ -1,0 +1,58 @@
+/* SPDX-License-Identifier: MIT
+ * What the files of core/session say to each other. [task] */
+#ifndef WIFICNC_SESSION_INNER_H
+#define WIFICNC_SESSION_INNER_H
+
+#include "session/session.h"
+
+/** Sequence counters. */
+enum { SEQUENCE_STATUS, SEQUENCE_EVENT, SEQUENCE_REPLY };
+
+static inline bool session_same(const uint8_t a[4], const uint8_t b[4]) {
+    return a[0] == b[0] && a[1] == b[1] && a[2] == b[2] && a[3] == b[3];
+}
+
+/* session.c */
+/** The clock goes on. */
+void session_tick(struct session *session);
+/** @return size of the packet whose payload is in place */
+size_t session_close(struct session *session, unsigned counter, uint8_t *packet, enum wire_type type,
+                     size_t payload_size);
+/** A sequence number of this host: gaps are counted. */
+void session_note_sequence(struct session *session, const uint8_t address[4], uint32_t sequence);
+/** This host lives. */
+void session_hear(struct session *session, const uint8_t address[4]);
+
+/* status.c */
+void session_send_status(struct session *session, const uint8_t address[4]);
+/** The reports that are due. */
+void session_report(struct session *session);
+uint8_t session_state(const struct session *session);
+
+/* command.c */
+/** Whether this host may command now. */
+enum wire_refusal session_may(const struct session *session, const uint8_t address[4]);
+/** It does. */
+void session_own(struct session *session, const uint8_t address[4]);
+enum wire_refusal session_refusal(enum host_answer answer);
+/** Everything that hosts may send by UDP or TCP. @param payload  at least as long as the type needs */
+enum wire_refusal session_command(struct session *session, const uint8_t address[4], uint8_t type,
+                                  const uint8_t *payload);
+/** Least payload of a command. @return -1: no such command */
+int session_command_size(uint8_t type);
+void session_motion(struct session *session, const uint8_t address[4], const struct wire_header *header,
+                    const uint8_t *payload);
+
+/* stream.c */
+/** Notice that the machine has given up what was queued. */
+void stream_follow(struct session *session);
+enum wire_refusal stream_open(struct session *session, int place);
+void stream_close(struct session *session, enum wire_refusal refusal);
+void stream_segments(struct session *session, const struct session_peer *from,
+                     const struct wire_header *header, const uint8_t *payload);
+
+/* config.c */
+void config_get(const struct session *session, uint16_t key, struct wire_config_value *value);
+enum wire_refusal config_set(struct session *session, const struct wire_config_set *set);
+
+#endif

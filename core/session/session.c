@@ -1,0 +1,190 @@
+/* SPDX-License-Identifier: MIT
+ * Who is there: hosts that listen, the one that commands, TCP clients. */
+#include "session/inner.h"
+
+#include <string.h>
+
+#define LISTENER_US    3600000000u /* a host that was not heard of for so long gets no more reports */
+#define CLIENT_IDLE_US 30000000u   /* its place may be given to another one */
+
+/* A jump of the sequence by more than this is a sender that begins anew. */
+enum { SEQUENCE_JUMP = 1000 };
+
+void session_init(struct session *session, struct machine *machine, const struct session_options *options,
+                  const struct session_ops *ops, void *ctx) {
+    memset(session, 0, sizeof *session);
+    session->machine = machine;
+    session->ops = ops;
+    session->ctx = ctx;
+    session->options = *options;
+    session->clock_us = hal_time_us(machine->hal);
+    session->stream.client = -1;
+    session->probes_done = machine->host.probes_done;
+}
+
+void session_tick(struct session *session) {
+    uint32_t clock_us = hal_time_us(session->machine->hal);
+    session->now_us += clock_us - session->clock_us;
+    session->clock_us = clock_us;
+}
+
+size_t session_close(struct session *session, unsigned counter, uint8_t *packet, enum wire_type type,
+                     size_t payload_size) {
+    return wire_close(packet, (uint8_t)type, payload_size, session->sequence[counter]++,
+                      (uint32_t)session->now_us);
+}
+
+/* The place of this address, or the one that may be taken for it: free, or silent for longest. */
+static struct session_listener *listener_of(struct session *session, const uint8_t address[4]) {
+    struct session_listener *found = NULL;
+    for (unsigned i = 0; i < SESSION_LISTENERS; i++) {
+        struct session_listener *listener = &session->listener[i];
+        if (listener->used && session_same(listener->address, address))
+            return listener;
+        bool owns = session->owner.on && session_same(listener->address, session->owner.address);
+        if (listener->used && owns) /* it must see what it does, whoever else asks */
+            continue;
+        if (found == NULL || !listener->used || (found->used && listener->heard_us < found->heard_us))
+            found = listener;
+    }
+    return found;
+}
+
+void session_hear(struct session *session, const uint8_t address[4]) {
+    struct session_listener *listener = listener_of(session, address);
+    bool known = listener->used && session_same(listener->address, address);
+    listener->used = true;
+    memcpy(listener->address, address, sizeof listener->address);
+    listener->heard_us = session->now_us;
+    if (!known)
+        session_send_status(session, address);
+}
+
+void session_note_sequence(struct session *session, const uint8_t address[4], uint32_t sequence) {
+    struct session_owner *owner = &session->owner;
+    if (!owner->on || !session_same(owner->address, address))
+        return;
+    int32_t ahead = (int32_t)(sequence - owner->sequence);
+    if (owner->sequence_known && ahead < 0 && ahead > -SEQUENCE_JUMP) {
+        session->counts.late++;
+        session->counts.missing -= session->counts.missing > 0 ? 1 : 0;
+        return;
+    }
+    if (owner->sequence_known && ahead > 1 && ahead < SEQUENCE_JUMP) {
+        session->counts.missing += (uint32_t)ahead - 1;
+        if (session->machine->settings.host_hold_on_gap)
+            machine_host_hold(session->machine);
+    }
+    owner->sequence = sequence;
+    owner->sequence_known = true;
+}
+
+void session_datagram(struct session *session, const struct session_peer *from, const uint8_t *bytes,
+                      size_t size) {
+    struct wire_header header;
+    session_tick(session);
+    if (!wire_open(bytes, size, &header)) {
+        session->counts.malformed++;
+        return;
+    }
+    const uint8_t *payload = bytes + WIRE_HEADER_SIZE;
+    int least = session_command_size(header.type);
+    session_hear(session, from->address);
+    if (header.type == WIRE_MOTION && header.length >= WIRE_MOTION_SIZE) {
+        session_motion(session, from->address, &header, payload);
+    } else if (header.type == WIRE_STREAM_SEGMENTS && header.length >= WIRE_STREAM_SEGMENTS_SIZE) {
+        stream_segments(session, from, &header, payload);
+    } else if (least >= 0 && header.length >= least) {
+        (void)session_command(session, from->address, header.type, payload);
+    } else {
+        session->counts.malformed++;
+        return;
+    }
+    session_note_sequence(session, from->address, header.sequence);
+    session->counts.datagrams++;
+}
+
+/* ---- TCP clients ---- */
+
+int session_place(const struct session *session) {
+    int oldest = -1;
+    for (int i = 0; i < SESSION_CLIENTS; i++) {
+        const struct session_client *client = &session->client[i];
+        if (!client->used)
+            return i;
+        if (session->now_us - client->heard_us >= CLIENT_IDLE_US &&
+            (oldest < 0 || client->heard_us < session->client[oldest].heard_us))
+            oldest = i;
+    }
+    return oldest;
+}
+
+void session_connect(struct session *session, int place, const uint8_t address[4]) {
+    struct session_client *client = &session->client[place];
+    session_tick(session);
+    *client = (struct session_client){.used = true, .heard_us = session->now_us};
+    memcpy(client->address, address, sizeof client->address);
+}
+
+static bool has_client(const struct session *session, const uint8_t address[4]) {
+    for (unsigned i = 0; i < SESSION_CLIENTS; i++)
+        if (session->client[i].used && session_same(session->client[i].address, address))
+            return true;
+    return false;
+}
+
+void session_disconnect(struct session *session, int place, bool left) {
+    struct session_client *client = &session->client[place];
+    struct session_owner *owner = &session->owner;
+    session_tick(session);
+    client->used = client->authenticated = client->has_nonce = false;
+    if (session->stream.client == place)
+        session->stream.client = -1;
+    bool owned = owner->on && session_same(owner->address, client->address);
+    if (!left || !owned || has_client(session, client->address))
+        return;
+    session->outputs_known = false; /* the next io_control acts, also when it says the same */
+    session->outputs.spindle = session->outputs.coolant = 0;
+    (void)machine_host_outputs(session->machine, SPINDLE_OFF, 0.0f, 0, session->machine->digital);
+}
+
+/* ---- time ---- */
+
+static void forget_listeners(struct session *session) {
+    for (unsigned i = 0; i < SESSION_LISTENERS; i++)
+        if (session->now_us - session->listener[i].heard_us >= LISTENER_US)
+            session->listener[i].used = false;
+}
+
+/* Motion goes back to the text side, and the machine to any host, when the owner is silent and done. */
+static void follow_owner(struct session *session) {
+    struct session_owner *owner = &session->owner;
+    uint64_t timeout_us = session->machine->settings.host_timeout_ms * 1000ull;
+    bool streams = session->stream.open && session->stream.client >= 0;
+    if (!owner->on || streams)
+        return;
+    bool idle = session->now_us - owner->motion_us >= timeout_us && machine_host_release(session->machine);
+    if (!idle || session->now_us - owner->heard_us < timeout_us)
+        return;
+    stream_close(session, WIRE_REFUSAL_STREAM_CLOSED);
+    owner->on = false;
+}
+
+void session_poll(struct session *session) {
+    session_tick(session);
+    stream_follow(session);
+    forget_listeners(session);
+    follow_owner(session);
+    session_report(session);
+}
+
+uint32_t session_wait_us(const struct session *session) {
+    bool listens = session->owner.on;
+    for (unsigned i = 0; i < SESSION_LISTENERS; i++)
+        listens |= session->listener[i].used;
+    if (!listens)
+        return UINT32_MAX;
+    uint64_t interval_us = session->machine->settings.status_interval_ms * 1000ull;
+    uint64_t gone_us = session->now_us - session->status_us;
+    return gone_us < interval_us ? (uint32_t)(interval_us - gone_us) : 0;
+}

@@ -1,0 +1,132 @@
+/* SPDX-License-Identifier: MIT
+ * A device of the binary protocol, without sockets: packets in, packets out. [task of machine_poll()]
+ *
+ *   datagram -> session_datagram() -> machine/host.h        -> ops.send: status, acks, events
+ *   message  -> session_request()  -> settings, streams ... -> its one reply
+ *
+ * The target owns sockets and framing; here are the rules: who may move, what is a duplicate, who hears the
+ * status, what is refused and why. docs/protocol.md is what hosts see. Whatever arrives takes bounded time.
+ * IPv4: the protocol's reports have no room for more. */
+#ifndef WIFICNC_SESSION_SESSION_H
+#define WIFICNC_SESSION_SESSION_H
+
+#include "machine/host.h"
+#include "wire/packet.h"
+
+enum { SESSION_CLIENTS = 4, SESSION_LISTENERS = 4, SESSION_RECENT = 32, SESSION_NONCE = 16 };
+
+/** An address and port, IPv4; port in host order. */
+struct session_peer {
+    uint8_t address[4];
+    uint16_t port;
+};
+
+struct session_ops {
+    /** Send a datagram from the device's UDP port. May be lost. */
+    void (*send)(void *ctx, const struct session_peer *to, const uint8_t *packet, size_t size);
+    /** Bytes that nobody can foretell. NULL: no authentication, a password locks for good. */
+    void (*random)(void *ctx, uint8_t *bytes, size_t count);
+};
+
+/** What the target says. Strings live as long as the session. */
+struct session_options {
+    const char *name;     /* up to 31 characters */
+    const char *password; /* "": everybody may move */
+    uint32_t version;     /* major<<24 | minor<<16 | patch */
+    uint16_t status_port; /* WIRE_STATUS_PORT; tests have others */
+};
+
+/** A TCP connection. */
+struct session_client {
+    bool used, authenticated, has_nonce;
+    uint8_t address[4];
+    uint8_t nonce[SESSION_NONCE];
+    uint64_t heard_us;
+};
+
+/** A host that gets the status. */
+struct session_listener {
+    bool used;
+    uint8_t address[4];
+    uint64_t heard_us;
+};
+
+/** The host that commands; there is one at a time. */
+struct session_owner {
+    bool on, sequence_known;
+    uint8_t address[4];
+    uint64_t heard_us;  /* something that needs it to be the owner */
+    uint64_t motion_us; /* motion */
+    uint32_t sequence;  /* the newest */
+};
+
+struct session_stream {
+    uint32_t id;         /* 0: there was none */
+    bool open;           /* takes segments */
+    int8_t client;       /* whose connection keeps it, -1: that is gone */
+    uint32_t base;       /* machine_host_taken() of its segment 0 */
+    uint32_t dropped;    /* machine->host.dropped when it was opened */
+    uint32_t next, done; /* when it was closed */
+    uint32_t refused;
+    uint8_t refusal;
+};
+
+/** A motion datagram, to know it again. */
+struct session_mark {
+    uint32_t sequence, timestamp_us;
+    uint16_t checksum, length;
+};
+
+struct session {
+    struct machine *machine;
+    const struct session_ops *ops;
+    void *ctx;
+    struct session_options options;
+    uint64_t now_us; /* does not wrap */
+    uint32_t clock_us;
+    uint64_t status_us;       /* of the last round of reports */
+    uint64_t locked_until_us; /* no proof is looked at before */
+    uint32_t sequence[3];     /* status, events and acks, replies */
+    struct session_listener listener[SESSION_LISTENERS];
+    struct session_client client[SESSION_CLIENTS];
+    struct session_owner owner;
+    struct session_stream stream;
+    struct session_mark recent[SESSION_RECENT];
+    uint32_t recents;
+    struct wire_statistics_response counts;
+    struct wire_io_control outputs; /* as last commanded */
+    bool outputs_known;
+    axis_mask_t homing;                 /* home_complete is due for these */
+    uint32_t probes_done;               /* probe results sent so far */
+    int32_t position_steps[AXIS_COUNT]; /* of the last report: the rate */
+};
+
+/** `machine` is running; both live as long as the session. */
+void session_init(struct session *session, struct machine *machine, const struct session_options *options,
+                  const struct session_ops *ops, void *ctx);
+
+/** Call it after every machine_poll(): reports, events, time-outs. */
+void session_poll(struct session *session);
+
+/** Call session_poll() after this many us at the latest. @return UINT32_MAX: no need */
+uint32_t session_wait_us(const struct session *session);
+
+/** What came on the UDP port. */
+void session_datagram(struct session *session, const struct session_peer *from, const uint8_t *bytes,
+                      size_t size);
+
+/** Where a new TCP client may go: a free place, or that of one that was silent for 30 s, whose connection the
+ * caller then ends with session_disconnect() first. @return 0 .. SESSION_CLIENTS - 1, or -1: none */
+int session_place(const struct session *session);
+
+void session_connect(struct session *session, int place, const uint8_t address[4]);
+
+/** @param left  the other end has gone, not we: the outputs that it commanded are switched off */
+void session_disconnect(struct session *session, int place, bool left);
+
+/** A message from a TCP client, without its length. @param[out] reply  room for WIRE_PACKET_MOST
+ *  @return size of the reply; 0: there is none */
+size_t session_request(struct session *session, int place, const uint8_t *message, size_t size,
+                       uint8_t *reply);
+
+#endif

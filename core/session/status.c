@@ -1,0 +1,164 @@
+/* SPDX-License-Identifier: MIT
+ * What hosts hear by themselves: status, the end of homing and probing. */
+#include "session/inner.h"
+
+#include <string.h>
+
+static bool is_moving(const struct session *session) {
+    return !machine_is_standing(session->machine);
+}
+
+uint8_t session_state(const struct session *session) {
+    static const uint8_t states[MACHINE_STATE_COUNT] = {
+        [MACHINE_IDLE] = WIRE_STATE_IDLE,   [MACHINE_RUN] = WIRE_STATE_RUN,
+        [MACHINE_HOLD] = WIRE_STATE_HOLD,   [MACHINE_JOG] = WIRE_STATE_JOG,
+        [MACHINE_ALARM] = WIRE_STATE_ALARM, [MACHINE_DOOR] = WIRE_STATE_HOLD,
+        [MACHINE_CHECK] = WIRE_STATE_IDLE,  [MACHINE_HOME] = WIRE_STATE_HOMING,
+        [MACHINE_SLEEP] = WIRE_STATE_ALARM,
+    };
+    const struct machine *machine = session->machine;
+    if (machine->state == MACHINE_ALARM && machine->alarm == ALARM_ESTOP)
+        return WIRE_STATE_ESTOP;
+    if (machine->state == MACHINE_RUN && machine->host.probing)
+        return WIRE_STATE_PROBING;
+    return states[machine->state];
+}
+
+static uint8_t alarm_code(const struct session *session, axis_mask_t limits) {
+    unsigned axis = 0;
+    if (session->machine->state != MACHINE_ALARM)
+        return WIRE_ALARM_NONE;
+    switch (session->machine->alarm) {
+    case ALARM_ESTOP:
+        return WIRE_ALARM_ESTOP;
+    case ALARM_HARD_LIMIT:
+        while (axis < AXIS_COUNT - 1 && (limits >> axis & 1) == 0)
+            axis++;
+        return (uint8_t)(WIRE_ALARM_LIMIT_X + ((limits >> axis & 1) != 0 ? axis : 0));
+    case ALARM_SOFT_LIMIT:
+        return WIRE_ALARM_TRAVEL;
+    case ALARM_PROBE_CLOSED:
+    case ALARM_PROBE_MISSED:
+        return WIRE_ALARM_PROBE;
+    case ALARM_HOMING_RESET:
+    case ALARM_HOMING_DOOR:
+    case ALARM_HOMING_PULL_OFF:
+    case ALARM_HOMING_MISSED:
+    case ALARM_SQUARING:
+        return WIRE_ALARM_HOMING;
+    case ALARM_NONE:
+    case ALARM_RESET_IN_MOTION:
+    default:
+        return WIRE_ALARM_LOCKED;
+    }
+}
+
+static uint8_t flags_of(const struct session *session) {
+    unsigned flags = WIRE_STATUS_FLAG_NETWORK;
+    for (unsigned i = 0; i < SESSION_CLIENTS; i++)
+        flags |= session->client[i].used ? WIRE_STATUS_FLAG_CLIENT : 0;
+    flags |= is_moving(session) ? WIRE_STATUS_FLAG_MOVING : 0;
+    flags |= session->machine->state == MACHINE_HOME ? WIRE_STATUS_FLAG_HOMING : 0;
+    return (uint8_t)flags;
+}
+
+/* Mean since the last round of reports. */
+static int32_t rate_of(const struct session *session, const int32_t position[AXIS_COUNT]) {
+    uint64_t us = session->now_us - session->status_us;
+    uint32_t most = 0;
+    for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
+        int64_t way = (int64_t)position[ax] - session->position_steps[ax];
+        uint32_t size = (uint32_t)(way < 0 ? -way : way);
+        most = size > most ? size : most;
+    }
+    return us > 0 && is_moving(session) ? (int32_t)((uint64_t)most * 1000000u / us) : 0;
+}
+
+static uint16_t segment_id(const struct machine *machine) {
+    uint32_t done = machine_host_done(machine);
+    const struct feed *feed = &machine->host.feed;
+    return done != feed->head ? feed->slots[done & (FEED_SIZE - 1)].id : 0;
+}
+
+static size_t status_packet(struct session *session, uint8_t *packet) {
+    const struct machine *machine = session->machine;
+    const struct machine_outputs *outputs = &machine->outputs;
+    struct host_inputs inputs;
+    machine_host_inputs(machine, &inputs);
+    struct wire_status status = {
+        .buffer_free = (uint16_t)feed_free(&machine->host.feed),
+        .buffer_total = FEED_SIZE,
+        .state = session_state(session),
+        .alarm = alarm_code(session, inputs.limits),
+        .limits = inputs.limits,
+        .probe = inputs.probe,
+        .homing = machine->state == MACHINE_HOME ? machine->homing.axes : 0,
+        .home_switches = inputs.limits,
+        .estop = inputs.estop,
+        .flags = flags_of(session),
+        .segment_id = segment_id(machine),
+        .uptime_ms = (uint32_t)(session->now_us / 1000),
+        .misc_outputs = machine->digital,
+        .spindle = (uint8_t)outputs->spindle,
+        .coolant = (uint8_t)(((outputs->coolant & COOLANT_FLOOD) != 0 ? 1 : 0) |
+                             ((outputs->coolant & COOLANT_MIST) != 0 ? 2 : 0)),
+        .rpm = outputs->spindle != SPINDLE_OFF && outputs->rpm < 65536.0f ? (uint16_t)outputs->rpm : 0,
+    };
+    machine_position(machine, status.position_steps);
+    status.rate_steps_s = rate_of(session, status.position_steps);
+    wire_put_status(packet + WIRE_HEADER_SIZE, &status);
+    return session_close(session, SEQUENCE_STATUS, packet, WIRE_STATUS, WIRE_STATUS_SIZE);
+}
+
+static void send_to(struct session *session, const uint8_t address[4], const uint8_t *packet, size_t size) {
+    struct session_peer to = {.port = session->options.status_port};
+    memcpy(to.address, address, sizeof to.address);
+    session->ops->send(session->ctx, &to, packet, size);
+}
+
+static void send_to_all(struct session *session, const uint8_t *packet, size_t size) {
+    for (unsigned i = 0; i < SESSION_LISTENERS; i++)
+        if (session->listener[i].used)
+            send_to(session, session->listener[i].address, packet, size);
+}
+
+void session_send_status(struct session *session, const uint8_t address[4]) {
+    uint8_t packet[WIRE_PACKET_MOST] = {0};
+    send_to(session, address, packet, status_packet(session, packet));
+}
+
+static void report_homing(struct session *session) {
+    uint8_t packet[WIRE_PACKET_MOST] = {0};
+    const struct machine_host *host = &session->machine->host;
+    if (session->homing == 0 || host->homing)
+        return;
+    struct wire_home_complete done = {.axes = session->homing, .success = host->homed_ok};
+    session->homing = 0;
+    wire_put_home_complete(packet + WIRE_HEADER_SIZE, &done);
+    send_to_all(session, packet,
+                session_close(session, SEQUENCE_EVENT, packet, WIRE_HOME_COMPLETE, WIRE_HOME_COMPLETE_SIZE));
+}
+
+static void report_probe(struct session *session) {
+    uint8_t packet[WIRE_PACKET_MOST] = {0};
+    const struct machine_host *host = &session->machine->host;
+    if (session->probes_done == host->probes_done)
+        return;
+    struct wire_probe_result result = {.contact = host->probe_contact};
+    memcpy(result.position_steps, host->probe_steps, sizeof result.position_steps);
+    session->probes_done = host->probes_done;
+    wire_put_probe_result(packet + WIRE_HEADER_SIZE, &result);
+    send_to_all(session, packet,
+                session_close(session, SEQUENCE_EVENT, packet, WIRE_PROBE_RESULT, WIRE_PROBE_RESULT_SIZE));
+}
+
+void session_report(struct session *session) {
+    uint8_t packet[WIRE_PACKET_MOST] = {0};
+    report_homing(session);
+    report_probe(session);
+    if (session_wait_us(session) != 0)
+        return;
+    send_to_all(session, packet, status_packet(session, packet));
+    session->status_us = session->now_us;
+    machine_position(session->machine, session->position_steps);
+}

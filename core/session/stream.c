@@ -1,0 +1,138 @@
+/* SPDX-License-Identifier: MIT
+ * Streams: numbered segments that may be lost, doubled and come in any order on their way, and are executed
+ * once each, in order. */
+#include "session/inner.h"
+
+#include <string.h>
+
+_Static_assert((int)FEED_SIZE <= (int)WIRE_STREAM_WINDOW, "the ack has a bit for every place of the feed");
+
+static uint32_t next_of(const struct session *session) {
+    const struct session_stream *stream = &session->stream;
+    return stream->open ? machine_host_taken(session->machine) - stream->base : stream->next;
+}
+
+static uint32_t done_of(const struct session *session) {
+    const struct session_stream *stream = &session->stream;
+    uint32_t done = machine_host_done(session->machine) - stream->base;
+    bool dropped = session->machine->host.dropped != stream->dropped;
+    if (dropped)
+        return stream->done;
+    return done - stream->next < UINT32_MAX / 2 && !stream->open ? stream->next : done;
+}
+
+void stream_close(struct session *session, enum wire_refusal refusal) {
+    struct session_stream *stream = &session->stream;
+    if (!stream->open)
+        return;
+    stream->next = next_of(session);
+    stream->open = false;
+    stream->refusal = (uint8_t)refusal;
+    machine_host_forget_ahead(session->machine);
+}
+
+void stream_follow(struct session *session) {
+    struct session_stream *stream = &session->stream;
+    const struct machine_host *host = &session->machine->host;
+    if (stream->id == 0 || host->dropped == stream->dropped || stream->done != UINT32_MAX)
+        return;
+    stream->done = host->done_at_drop - stream->base;
+    bool was_open = stream->open;
+    stream_close(session, WIRE_REFUSAL_STREAM_CLOSED);
+    if (!was_open && stream->done - stream->next < UINT32_MAX / 2)
+        stream->done = stream->next;
+}
+
+enum wire_refusal stream_open(struct session *session, int place) {
+    struct session_stream *stream = &session->stream;
+    const uint8_t *address = session->client[place].address;
+    enum wire_refusal refusal = session_may(session, address);
+    if (refusal == WIRE_REFUSAL_NONE && session_state(session) >= WIRE_STATE_ALARM)
+        refusal = WIRE_REFUSAL_LOCKED;
+    if (refusal != WIRE_REFUSAL_NONE)
+        return refusal;
+    stream_close(session, WIRE_REFUSAL_STREAM_CLOSED);
+    uint32_t step = 2 + ((uint32_t)session->now_us & 0xFFFE);        /* not what a late datagram says */
+    *stream = (struct session_stream){.id = (stream->id + step) | 1, /* never 0 */
+                                      .open = true,
+                                      .client = (int8_t)place,
+                                      .base = machine_host_taken(session->machine),
+                                      .dropped = session->machine->host.dropped,
+                                      .done = UINT32_MAX};
+    session_own(session, address);
+    session->owner.motion_us = session->now_us;
+    return WIRE_REFUSAL_NONE;
+}
+
+static void take(struct session *session, uint32_t number, const uint8_t *at) {
+    struct session_stream *stream = &session->stream;
+    struct wire_segment wire;
+    uint32_t ahead = number - next_of(session), refused;
+    if (ahead >= feed_free(&session->machine->host.feed)) /* has come already, or too far ahead */
+        return;
+    wire_get_segment(at, &wire);
+    struct feed_segment segment = {
+        .duration_us = wire.duration_us,
+        .entry_speed_sq = wire.entry_speed_sq,
+        .exit_speed_sq = wire.exit_speed_sq,
+        .id = wire.id,
+        .flags = wire.flags & (SEGMENT_RAPID | SEGMENT_LAST | SEGMENT_PROBE | SEGMENT_EXACT_STOP)};
+    memcpy(segment.steps, wire.steps, sizeof segment.steps);
+    enum host_answer answer = machine_host_lay(session->machine, ahead, &segment, &refused);
+    if (answer == HOST_DONE)
+        return;
+    stream->refused = refused - stream->base;
+    session->counts.refused_segments++;
+    session->counts.last_refusal = (uint8_t)session_refusal(answer);
+    stream_close(session, session_refusal(answer));
+}
+
+static void send_ack(struct session *session, const struct session_peer *to, uint32_t id) {
+    const struct session_stream *stream = &session->stream;
+    const struct machine_host *host = &session->machine->host;
+    uint8_t packet[WIRE_PACKET_MOST];
+    bool known = id == stream->id && id != 0;
+    struct wire_stream_ack ack = {.stream = id,
+                                  .refusal =
+                                      known && stream->open ? WIRE_REFUSAL_NONE : WIRE_REFUSAL_STREAM_CLOSED,
+                                  .state = session_state(session),
+                                  .underruns = host->feed.underruns,
+                                  .queued_us = (uint32_t)(host->feed.queued_ns / 1000),
+                                  .homed = session->machine->trusted};
+    if (known) {
+        ack.next = next_of(session);
+        ack.done = done_of(session);
+        ack.refused = stream->refused;
+        ack.refusal = stream->open ? (uint8_t)WIRE_REFUSAL_NONE : stream->refusal;
+    }
+    if (known && stream->open) {
+        ack.free = (uint16_t)feed_free(&host->feed);
+        for (unsigned n = 0; n < ack.free; n++)
+            if (feed_has(&host->feed, n))
+                ack.taken[n / 8] |= (uint8_t)(1u << n % 8);
+    }
+    wire_put_stream_ack(packet + WIRE_HEADER_SIZE, &ack);
+    session->ops->send(session->ctx, to, packet,
+                       session_close(session, SEQUENCE_EVENT, packet, WIRE_STREAM_ACK, WIRE_STREAM_ACK_SIZE));
+}
+
+void stream_segments(struct session *session, const struct session_peer *from,
+                     const struct wire_header *header, const uint8_t *payload) {
+    const struct session_stream *stream = &session->stream;
+    struct wire_stream_segments segments;
+    wire_get_stream_segments(payload, &segments);
+    if (!wire_has_segments(header, WIRE_STREAM_SEGMENTS_SIZE, segments.count, 0)) {
+        session->counts.malformed++;
+        return;
+    }
+    stream_follow(session);
+    bool own = session_may(session, from->address) == WIRE_REFUSAL_NONE && segments.stream == stream->id;
+    if (own) {
+        session_own(session, from->address);
+        session->owner.motion_us = session->now_us;
+    }
+    for (uint32_t k = 0; own && stream->open && k < segments.count; k++)
+        take(session, segments.first + k,
+             payload + WIRE_STREAM_SEGMENTS_SIZE + (size_t)k * WIRE_SEGMENT_SIZE);
+    send_ack(session, from, segments.stream);
+}

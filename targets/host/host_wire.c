@@ -1,0 +1,129 @@
+/* SPDX-License-Identifier: MIT */
+#include "host_wire.h"
+
+#include "host_inner.h"
+#include "session/session.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+enum { VERSION = 0x00010000, EVENTS_A_ROUND = 1 << 20 };
+
+/* A datagram on its way out. */
+struct sent {
+    struct sent *next;
+    struct session_peer to;
+    size_t size;
+    uint8_t bytes[WIRE_PACKET_MOST];
+};
+
+struct host_wire {
+    struct host *host;
+    struct session session;
+    struct sent *first, **last;
+    uint64_t seed;
+    char password[64];
+};
+
+static void address_bytes(uint32_t address, uint8_t bytes[4]) {
+    for (unsigned i = 0; i < 4; i++)
+        bytes[i] = (uint8_t)(address >> (24 - 8 * i));
+}
+
+static void keep_sent(void *ctx, const struct session_peer *to, const uint8_t *packet, size_t size) {
+    struct host_wire *wire = ctx;
+    struct sent *sent = malloc(sizeof *sent);
+    if (sent == NULL)
+        return; /* lost, as datagrams may be */
+    *sent = (struct sent){.to = *to, .size = size};
+    memcpy(sent->bytes, packet, size);
+    *wire->last = sent;
+    wire->last = &sent->next;
+}
+
+/* Virtual time repeats itself, and so do these. */
+static void repeatable(void *ctx, uint8_t *bytes, size_t count) {
+    struct host_wire *wire = ctx;
+    for (size_t i = 0; i < count; i++) {
+        wire->seed = wire->seed * 6364136223846793005u + 1442695040888963407u; /* Knuth's MMIX */
+        bytes[i] = (uint8_t)(wire->seed >> 56);
+    }
+}
+
+struct host_wire *host_wire_create(struct host *host, const char *password) {
+    static const struct session_ops ops = {.send = keep_sent, .random = repeatable};
+    struct host_wire *wire = calloc(1, sizeof *wire);
+    if (wire == NULL)
+        return NULL;
+    wire->host = host;
+    wire->last = &wire->first;
+    strncpy(wire->password, password, sizeof wire->password - 1);
+    const struct session_options options = {
+        .name = "WiFiCNC", .password = wire->password, .version = VERSION, .status_port = WIRE_STATUS_PORT};
+    session_init(&wire->session, &host->machine, &options, &ops, wire);
+    return wire;
+}
+
+void host_wire_destroy(struct host_wire *wire) {
+    for (struct sent *next; wire->first != NULL; wire->first = next) {
+        next = wire->first->next;
+        free(wire->first);
+    }
+    free(wire);
+}
+
+void host_wire_datagram(struct host_wire *wire, uint32_t address, uint16_t port, const uint8_t *bytes,
+                        size_t size) {
+    struct session_peer from = {.port = port};
+    address_bytes(address, from.address);
+    session_datagram(&wire->session, &from, bytes, size);
+}
+
+size_t host_wire_sent(struct host_wire *wire, uint32_t *address, uint16_t *port, uint8_t *bytes,
+                      size_t size) {
+    struct sent *sent = wire->first;
+    if (sent == NULL)
+        return 0;
+    size_t count = sent->size < size ? sent->size : size;
+    const uint8_t *to = sent->to.address;
+    *address = (uint32_t)to[0] << 24 | (uint32_t)to[1] << 16 | (uint32_t)to[2] << 8 | to[3];
+    *port = sent->to.port;
+    memcpy(bytes, sent->bytes, count);
+    wire->first = sent->next;
+    if (wire->first == NULL)
+        wire->last = &wire->first;
+    free(sent);
+    return count;
+}
+
+int host_wire_connect(struct host_wire *wire, uint32_t address) {
+    uint8_t bytes[4];
+    int place = session_place(&wire->session);
+    if (place < 0)
+        return -1;
+    if (wire->session.client[place].used)
+        session_disconnect(&wire->session, place, false);
+    address_bytes(address, bytes);
+    session_connect(&wire->session, place, bytes);
+    return place;
+}
+
+void host_wire_disconnect(struct host_wire *wire, int client) {
+    session_disconnect(&wire->session, client, true);
+}
+
+size_t host_wire_request(struct host_wire *wire, int client, const uint8_t *message, size_t size,
+                         uint8_t *reply) {
+    return session_request(&wire->session, client, message, size, reply);
+}
+
+void host_wire_run(struct host_wire *wire, uint64_t t_ticks) {
+    struct host *host = wire->host;
+    uint64_t ms_ticks = host->hal.timer_hz / 1000;
+    for (uint64_t now; (now = host_time_ticks(host)) < t_ticks;) {
+        uint64_t until = now + ms_ticks < t_ticks ? now + ms_ticks : t_ticks;
+        while (host_time_ticks(host) < until)
+            (void)host_run_paced(host, until, EVENTS_A_ROUND);
+        session_poll(&wire->session);
+    }
+}

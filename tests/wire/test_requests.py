@@ -1,0 +1,295 @@
+"""Requests by TCP: configuration, commands, authentication; each has its one answer."""
+
+from __future__ import annotations
+
+import hashlib
+import hmac
+import re
+import struct
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+from test_motion import segment
+from test_session import reason
+from wificnc.wmc3.keys import KEYS
+from wificnc.wmc3.layout import (
+    Authenticate,
+    Challenge,
+    ChallengeResponse,
+    ConfigGet,
+    ConfigSave,
+    ConfigSet,
+    ConfigValue,
+    Estop,
+    Handshake,
+    HandshakeResponse,
+    Home,
+    Jog,
+    JogStop,
+    Ping,
+    Pong,
+    Refusal,
+    Refused,
+    Reset,
+    Resume,
+    State,
+    StreamOpen,
+    StreamOpened,
+    Type,
+    ValueType,
+)  # fmt: skip
+from wificnc.wmc3.packet import build
+from wire_device import OTHER, Device
+
+# ---- requests ----
+
+
+@pytest.mark.parametrize("extra", [b"", b"\0"])
+def test_handshake_of_36_and_37_bytes(device: Device, extra: bytes) -> None:
+    class Longer(Handshake):
+        def pack(self) -> bytes:
+            return super().pack() + extra
+
+    reply = device.request(device.connect(), Longer(0x01010000, "LinuxCNC WiFi CNC"))
+    assert isinstance(reply.payload, HandshakeResponse)
+    assert 18 + reply.header.length == 66
+    assert (reply.payload.axes, reply.payload.device_name, reply.payload.device_mode) == (6, "WiFiCNC", 0)
+
+
+def test_ping(device: Device) -> None:
+    reply = device.request(device.connect(), Ping(0xDEADBEEF)).payload
+    assert reply == Pong(0xDEADBEEF)
+
+
+def config(device: Device, client: int, key: int) -> tuple[int, Any]:
+    """Type and value of a key."""
+    value = device.request(client, ConfigGet(key=key)).payload
+    assert isinstance(value, ConfigValue) and value.key == key
+    code = {0: "<B", 1: "<H", 2: "<I", 3: "<i", 4: "<f"}.get(value.value_type)
+    used = struct.calcsize(code) if code else 64
+    assert not any(value.value[used:])
+    return value.value_type, struct.unpack_from(code, value.value)[0] if code else value.value.split(b"\0")[0]
+
+
+def configure(device: Device, client: int, key: int, kind: ValueType, value: float) -> Refusal:
+    code = {ValueType.U8: "<B", ValueType.U16: "<H", ValueType.U32: "<I", ValueType.I32: "<i", ValueType.FLOAT: "<f"}
+    packed = struct.pack(code[kind], value).ljust(64, b"\0")
+    return reason(device, client, ConfigSet(key, kind, packed))
+
+
+def setting(device: Device, number: int) -> float:
+    """$number of the text side."""
+    device.heard()
+    device.text("$$\n")
+    device.run(0.01)
+    found = re.search(rf"^\${number}=([\d.]+)", device.heard(), re.M)
+    assert found
+    return float(found[1])
+
+
+# key, type and value sent, $N and its value
+SETS = [
+    (0x0001, ValueType.FLOAT, 80.0, 100, 80.0),
+    (0x0003, ValueType.FLOAT, -80.0, 102, 80.0),
+    (0x0010, ValueType.U32, 10_000, 110, 3000.0),  # 10 000 steps/s at 200 steps/mm
+    (0x0021, ValueType.U32, 50_000, 121, 250.0),
+    (0x0100, ValueType.U16, 5, 0, 5),
+    (0x0102, ValueType.U16, 0, 1, 255),
+    (0x0102, ValueType.U16, 300, 1, 300),
+    (0x0103, ValueType.U16, 20, 76, 20),
+    (0x0300, ValueType.U8, 5, 2, 5),
+    (0x0302, ValueType.U8, 0x3F, 4, 1),
+    (0x0310, ValueType.U8, 0x3F, 5, 0),
+    (0x0310, ValueType.U8, 0, 5, 1),
+    (0x0311, ValueType.U8, 0, 5, 1),
+    (0x0320, ValueType.U8, 0x05, 23, 0x3A),
+    (0x0321, ValueType.U32, 5000, 25, 1500.0),
+    (0x0323, ValueType.U32, 100, 27, 0.5),
+    (0x0431, ValueType.U32, 24_000, 30, 24_000),
+    (0x0100, ValueType.U32, 5, 0, 5),  # the wrong type: converted
+    (0x0001, ValueType.U16, 80, 100, 80.0),
+]
+
+
+@pytest.mark.parametrize(("key", "kind", "value", "number", "expected"), SETS)
+def test_a_key_is_a_setting_in_its_own_units(
+    device: Device, key: int, kind: ValueType, value: float, number: int, expected: float
+) -> None:
+    client = device.connect()
+    assert configure(device, client, key, kind, value) == Refusal.NONE
+    assert setting(device, number) == pytest.approx(expected)
+    assert config(device, client, key)[1] == pytest.approx(abs(value))
+
+
+@pytest.mark.parametrize(
+    ("key", "kind", "value", "expected"),
+    [
+        (0x0103, ValueType.U16, 9, Refusal.RANGE),
+        (0x0103, ValueType.U16, 1001, Refusal.RANGE),
+        (0x0001, ValueType.FLOAT, float("nan"), Refusal.RANGE),
+        (0x0001, ValueType.FLOAT, float("inf"), Refusal.RANGE),
+        (0x0001, ValueType.FLOAT, 0.0, Refusal.RANGE),
+        (0x0300, ValueType.U8, 0x40, Refusal.RANGE),
+        (0x0300, ValueType.I32, -1, Refusal.RANGE),
+        (0x0320, ValueType.U8, 0x40, Refusal.RANGE),
+        (0x0500, ValueType.U8, 1, Refusal.READ_ONLY),
+        (0x0200, ValueType.U8, 1, Refusal.READ_ONLY),
+        (0x0007, ValueType.U8, 1, Refusal.UNKNOWN_KEY),
+        (0xFFFF, ValueType.U8, 1, Refusal.UNKNOWN_KEY),
+    ],
+)
+def test_a_value_that_cannot_be_is_refused_and_changes_nothing(
+    device: Device, key: int, kind: ValueType, value: float, expected: Refusal
+) -> None:
+    client = device.connect()
+    before = config(device, client, key)
+    assert configure(device, client, key, kind, value) == expected
+    assert config(device, client, key) == before
+
+
+def test_every_key_answers_with_its_own_type(device: Device) -> None:
+    client = device.connect()
+    for row in KEYS:
+        for key in range(row.key, row.key + row.count):
+            assert config(device, client, key)[0] == ValueType[row.type.upper()], row.name
+
+
+def test_an_unknown_key_is_answered_with_nothing(device: Device) -> None:
+    assert config(device, device.connect(), 0x1234) == (ValueType.U32, 0)
+
+
+def test_secrets_are_not_readable(device: Device) -> None:
+    assert config(device, device.connect(), 0x0201) == (ValueType.STRING, b"")
+
+
+def test_settings_are_kept_by_save_only(make_device: Callable[..., Device], tmp_path: Path) -> None:
+    store = str(tmp_path / "store")
+    device = make_device(store=store)
+    client = device.connect()
+    configure(device, client, 0x0103, ValueType.U16, 100)
+    assert reason(device, client, ConfigSave()) == Refusal.NONE
+    configure(device, client, 0x0103, ValueType.U16, 200)
+    again = make_device(store=store)
+    assert config(again, again.connect(), 0x0103)[1] == 100
+
+
+def test_settings_do_not_change_in_motion(device: Device) -> None:
+    client = device.connect()
+    device.motion(*[segment(100)] * 8)
+    device.run(0.05)
+    assert configure(device, client, 0x0001, ValueType.FLOAT, 80.0) == Refusal.BUSY
+
+
+def test_commands_by_tcp_are_answered(device: Device) -> None:
+    client = device.connect()
+    assert reason(device, client, Jog(0, 1, 100)) == Refusal.NONE
+    device.run(0.2)
+    assert reason(device, client, JogStop(0)) == Refusal.NONE
+    device.run(0.2)
+    assert reason(device, client, Jog(0, 3, 100)) == Refusal.MALFORMED
+    assert reason(device, client, Resume()) == Refusal.BUSY
+    assert reason(device, client, Home(1)) == Refusal.NO_HOMING
+    assert reason(device, client, Estop()) == Refusal.NONE
+    assert reason(device, client, Jog(0, 1, 100)) == Refusal.LOCKED
+    assert reason(device, client, Reset()) == Refusal.NONE
+
+
+def test_damaged_requests_get_no_reply_and_unknown_ones_a_no(device: Device) -> None:
+    client = device.connect()
+    good = build(Ping(1))
+    assert device.raw_request(client, good[:-1]) is None
+    assert device.raw_request(client, good[:-1] + b"\xff") is None
+    assert device.raw_request(client, b"") is None
+
+    class Unknown(Ping):
+        TYPE = 0x7F
+
+    reply = device.raw_request(client, build(Unknown(1)))
+    assert reply is not None and reply.payload == Refused(0, 0x7F, Refusal.UNKNOWN_TYPE)
+    assert device.request(client, Ping(2)).payload == Pong(2), "the connection lives on"
+
+
+def test_four_clients_and_a_fifth_takes_a_silent_place(device: Device) -> None:
+    clients = [device.connect() for _ in range(4)]
+    assert clients == [0, 1, 2, 3] and device.connect() == -1
+    device.run(29)
+    for client in clients[1:]:
+        device.request(client, Ping())
+    device.run(2)
+    assert device.connect() == 0
+    assert device.connect() == -1
+
+
+def test_clocks_may_wrap(device: Device) -> None:
+    """hal_time_us wraps after 71.6 minutes; reports go on, a silent owner still loses motion."""
+    device.run(4294.0)
+    device.motion(segment(100))
+    device.run(0.9)
+    device.sent.clear()
+    device.run(4)
+    assert len(device.of_type(Type.STATUS)) == pytest.approx(80, abs=2)
+    device.motion(segment(0, 100), address=OTHER)
+    device.run(1)
+    assert device.pulses[:2] == [100, 100]
+
+
+# ---- authentication ----
+
+
+def prove(device: Device, client: int, password: str) -> Refusal:
+    nonce = device.request(client, Challenge()).payload
+    assert isinstance(nonce, ChallengeResponse)
+    return reason(device, client, Authenticate(hmac.digest(password.encode(), nonce.nonce, hashlib.sha256)))
+
+
+@pytest.mark.parametrize("password", ["x", "correct horse battery staple", "p" * 63])
+def test_a_password_locks_all_that_changes_and_moves(make_device: Callable[..., Device], password: str) -> None:
+    device = make_device(password=password)
+    client = device.connect()
+    hello = device.request(client, Handshake()).payload
+    assert isinstance(hello, HandshakeResponse) and hello.capabilities & 0x80
+    assert configure(device, client, 0x0103, ValueType.U16, 100) == Refusal.AUTHENTICATION
+    assert reason(device, client, ConfigSave()) == Refusal.AUTHENTICATION
+    opened = device.request(client, StreamOpen()).payload
+    assert isinstance(opened, StreamOpened) and opened.refusal == Refusal.AUTHENTICATION
+    device.motion(segment(100))
+    device.send(Jog(0, 1, 100))
+    device.run(0.5)
+    assert device.pulses == [0] * 6
+    assert prove(device, client, password) == Refusal.NONE
+    assert configure(device, client, 0x0103, ValueType.U16, 100) == Refusal.NONE
+    device.motion(segment(100))
+    device.motion(segment(0, 100), address=OTHER)
+    device.run(0.5)
+    assert device.pulses[:2] == [100, 0]
+    device.disconnect(client)
+    device.motion(segment(100))
+    device.run(0.5)
+    assert device.pulses[0] == 100, "with the connection the right ends"
+
+
+def test_everybody_may_still_stop(make_device: Callable[..., Device]) -> None:
+    device = make_device(password="secret")
+    device.send(Estop())
+    device.run(0.1)
+    assert device.status.state == State.ESTOP
+
+
+def test_a_wrong_password_and_a_replay(make_device: Callable[..., Device]) -> None:
+    device = make_device(password="secret")
+    client = device.connect()
+    assert prove(device, client, "Secret") == Refusal.AUTHENTICATION
+    assert prove(device, client, "secret") == Refusal.AUTHENTICATION, "too soon after a wrong one"
+    device.run(1.1)
+    nonce = device.request(client, Challenge()).payload
+    assert isinstance(nonce, ChallengeResponse)
+    proof = Authenticate(hmac.digest(b"secret", nonce.nonce, hashlib.sha256))
+    assert reason(device, client, proof) == Refusal.NONE
+    device.disconnect(client)
+    client = device.connect()
+    assert reason(device, client, proof) == Refusal.AUTHENTICATION, "a nonce serves once"
+    again = device.request(client, Challenge()).payload
+    assert isinstance(again, ChallengeResponse) and again.nonce != nonce.nonce
+    assert reason(device, client, proof) == Refusal.AUTHENTICATION, "and for no other challenge"

@@ -1,0 +1,226 @@
+"""A device of the binary protocol in virtual time, and what it does with its motors. Talks to targets/host."""
+
+from __future__ import annotations
+
+import ctypes
+import socket
+import struct
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from wificnc.build.host import ensure_host_library
+from wificnc.wmc3.layout import STATUS_PORT, Motion, Segment, Status, Type
+from wificnc.wmc3.packet import Packet, build, parse
+from wificnc.wmc3.packing import Layout
+
+AXES = 6
+TIMER_HZ = 20_000_000
+EVENT = np.dtype([("t", "<u8"), ("step", "u1"), ("dir", "u1"), ("flags", "u1"), ("reserved", "u1"), ("line", "<u4")])
+CONSUMER = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_size_t)
+HOST = "10.0.0.2"
+OTHER = "10.0.0.3"
+# 200 steps/mm, 6000 mm/min = 20000 steps/s, 500 mm/s2 = 100000 steps/s2
+SETTINGS = {base + ax: value for base, value in ((100, 200), (110, 6000), (120, 500)) for ax in range(AXES)}
+RATE, ACCEL = 20_000, 100_000
+
+
+class Board(ctypes.Structure):
+    """struct host_board."""
+
+    _fields_ = (
+        ("timer_hz", ctypes.c_uint32),
+        ("step_pulse_ns", ctypes.c_uint32),
+        ("dir_setup_ns", ctypes.c_uint32),
+        ("max_step_rate_hz", ctypes.c_uint32),
+        ("axis_count", ctypes.c_uint8),
+        ("ganged", ctypes.c_uint8),
+        ("relay_spindle", ctypes.c_uint8),
+    )
+
+
+def library() -> ctypes.CDLL:
+    lib = ctypes.CDLL(str(ensure_host_library()))
+    handle, size, data = ctypes.c_void_p, ctypes.c_size_t, ctypes.c_char_p
+    u32, u16 = ctypes.c_uint32, ctypes.c_uint16
+    for name, result, *arguments in (
+        ("host_create", handle, ctypes.POINTER(Board)),
+        ("host_open", handle, ctypes.POINTER(Board), data),
+        ("host_destroy", None, handle),
+        ("host_trace", handle, handle),
+        ("host_time_ticks", ctypes.c_uint64, handle),
+        ("host_write", size, handle, data, size),
+        ("host_read", size, handle, data, size),
+        ("host_position_steps", None, handle, ctypes.c_int32 * AXES),
+        ("host_state", data, handle),
+        ("virtual_input_number", ctypes.c_int, data),
+        ("virtual_set", None, handle, ctypes.c_int, ctypes.c_bool),
+        ("virtual_surface", None, handle, ctypes.c_int32),
+        ("virtual_travel", None, handle, ctypes.c_uint, ctypes.c_int32, ctypes.c_int32),
+        ("trace_add", ctypes.c_int, handle, CONSUMER, handle),
+        ("host_wire_create", handle, handle, data),
+        ("host_wire_destroy", None, handle),
+        ("host_wire_datagram", None, handle, u32, u16, data, size),
+        ("host_wire_sent", size, handle, ctypes.POINTER(u32), ctypes.POINTER(u16), data, size),
+        ("host_wire_connect", ctypes.c_int, handle, u32),
+        ("host_wire_disconnect", None, handle, ctypes.c_int),
+        ("host_wire_request", size, handle, ctypes.c_int, data, size, data),
+        ("host_wire_run", None, handle, ctypes.c_uint64),
+    ):
+        function = getattr(lib, name)
+        function.restype, function.argtypes = result, arguments
+    return lib
+
+
+def number(address: str) -> int:
+    return int(struct.unpack(">I", socket.inet_aton(address))[0])
+
+
+@dataclass
+class Sent:
+    """A datagram of the device."""
+
+    time_s: float
+    address: str
+    port: int
+    data: bytes
+
+    @property
+    def packet(self) -> Packet:
+        packet = parse(self.data)
+        assert packet is not None
+        return packet
+
+
+class Device:
+    """A controller and its network. Time stands still but in run()."""
+
+    def __init__(
+        self, password: str = "", settings: dict[int, float] | None = None, store: str | None = None, axes: int = AXES
+    ) -> None:
+        self.lib = library()
+        board = Board(TIMER_HZ, 1000, 500, 500_000, axes, 0, 0)
+        self.host = self.lib.host_open(ctypes.byref(board), store.encode() if store else None)
+        assert self.host
+        self.wire = self.lib.host_wire_create(self.host, password.encode())
+        self.sequence = 0
+        self.sent: list[Sent] = []
+        self._events: list[NDArray[np.void]] = []
+        self._consumer = CONSUMER(self._take)
+        self.lib.trace_add(self.lib.host_trace(self.host), self._consumer, None)
+        known = {key: value for key, value in SETTINGS.items() if key % 10 < axes}
+        for key, value in {**known, **(settings or {})}.items():
+            self.text(f"${key}={value:g}\n")
+            self.run(0.001)
+        self.heard()
+
+    def _take(self, _ctx: object, events: int, count: int) -> None:
+        raw = ctypes.string_at(events, count * EVENT.itemsize)
+        self._events.append(np.frombuffer(raw, EVENT).copy())
+
+    def close(self) -> None:
+        self.lib.host_wire_destroy(self.wire)
+        self.lib.host_destroy(self.host)
+
+    # ---- time, text, machine ----
+
+    @property
+    def now(self) -> float:
+        """Virtual time, s."""
+        return float(self.lib.host_time_ticks(self.host)) / TIMER_HZ
+
+    def run(self, seconds: float) -> None:
+        """Let time go on; what the device sends is in .sent, with the time to a ms."""
+        self.run_until(self.now + seconds)
+
+    def run_until(self, time_s: float) -> None:
+        self.lib.host_wire_run(self.wire, round(time_s * TIMER_HZ))
+        self.fetch()
+
+    def fetch(self) -> None:
+        """What it has sent up to now."""
+        address, port = ctypes.c_uint32(), ctypes.c_uint16()
+        data = ctypes.create_string_buffer(600)
+        while size := self.lib.host_wire_sent(self.wire, ctypes.byref(address), ctypes.byref(port), data, 600):
+            to = socket.inet_ntoa(struct.pack(">I", address.value))
+            self.sent.append(Sent(self.now, to, port.value, data.raw[:size]))
+
+    def text(self, line: str) -> None:
+        assert self.lib.host_write(self.host, line.encode(), len(line)) == len(line)
+
+    def heard(self) -> str:
+        """What the text side said since the last call."""
+        out = ctypes.create_string_buffer(1 << 16)
+        size = self.lib.host_read(self.host, out, len(out))
+        return out.raw[:size].decode()
+
+    def input(self, name: str, active: bool) -> None:
+        self.lib.virtual_set(self.host, self.lib.virtual_input_number(name.encode()), active)
+
+    @property
+    def state(self) -> str:
+        return str(self.lib.host_state(self.host).decode())
+
+    @property
+    def position(self) -> list[int]:
+        """Pulses that left the pins, as counted by the controller."""
+        steps = (ctypes.c_int32 * AXES)()
+        self.lib.host_position_steps(self.host, steps)
+        return list(steps)
+
+    # ---- steps ----
+
+    def edges(self, axis: int) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+        """Times of an axis' pulses, s, and their directions."""
+        events = np.concatenate(self._events) if self._events else np.zeros(0, EVENT)
+        mine = events[(events["step"] >> axis & 1) != 0]
+        return mine["t"] / TIMER_HZ, np.where((mine["dir"] >> axis & 1) != 0, -1, 1).astype(np.int64)
+
+    @property
+    def pulses(self) -> list[int]:
+        """Sum of the pulses on the pins."""
+        return [int(self.edges(axis)[1].sum()) for axis in range(AXES)]
+
+    # ---- network ----
+
+    def raw(self, data: bytes, address: str = HOST, port: int = 40000) -> None:
+        self.lib.host_wire_datagram(self.wire, number(address), port, data, len(data))
+        self.fetch()
+
+    def send(self, payload: Layout, segments: tuple[Segment, ...] = (), address: str = HOST, port: int = 40000) -> None:
+        """A datagram with the next sequence number, at once."""
+        self.raw(build(payload, self.sequence, round(self.now * 1e6) + 1, segments), address, port)
+        self.sequence += 1
+
+    def motion(self, *segments: Segment, address: str = HOST) -> None:
+        self.send(Motion(count=len(segments)), segments, address)
+
+    def connect(self, address: str = HOST) -> int:
+        return int(self.lib.host_wire_connect(self.wire, number(address)))
+
+    def disconnect(self, client: int) -> None:
+        self.lib.host_wire_disconnect(self.wire, client)
+
+    def raw_request(self, client: int, data: bytes) -> Packet | None:
+        reply = ctypes.create_string_buffer(512)
+        size = self.lib.host_wire_request(self.wire, client, data, len(data), reply)
+        self.fetch()
+        return parse(reply.raw[:size]) if size else None
+
+    def request(self, client: int, payload: Layout) -> Packet:
+        reply = self.raw_request(client, build(payload, self.sequence, 0))
+        self.sequence += 1
+        assert reply is not None
+        return reply
+
+    def of_type(self, kind: Type, address: str = HOST) -> list[Sent]:
+        return [sent for sent in self.sent if sent.data[5] == kind and sent.address == address]
+
+    @property
+    def status(self) -> Status:
+        """The newest report."""
+        newest = self.of_type(Type.STATUS)[-1]
+        assert newest.port == STATUS_PORT
+        status = newest.packet.payload
+        assert isinstance(status, Status)
+        return status
