@@ -32,6 +32,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "unlock": ("unlock", "Leave an alarm."),
     "settings": ("settings", "Read, change, keep and compare settings."),
     "monitor": ("monitor", "Talk to a controller by hand."),
+    "wmc3": ("wmc3", "Be a host of the binary protocol."),
 }
 
 

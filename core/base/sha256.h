@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT
- * SHA-256 and HMAC-SHA-256 (FIPS 180-4, RFC 2104). No state outside the struct. [any context] */
+ * SHA-256 (FIPS 180-4) and HMAC-SHA256 (RFC 2104). [task] Pure. */
 #ifndef WIFICNC_BASE_SHA256_H
 #define WIFICNC_BASE_SHA256_H
 
@@ -11,18 +11,19 @@ enum { SHA256_SIZE = 32, SHA256_BLOCK = 64 };
 
 struct sha256 {
     uint32_t state[8];
-    uint64_t count; /* bytes so far */
-    uint8_t block[SHA256_BLOCK];
+    uint64_t bytes;
+    uint8_t block[SHA256_BLOCK]; /* the last bytes % SHA256_BLOCK of them wait here */
 };
 
 void sha256_begin(struct sha256 *sha);
-void sha256_add(struct sha256 *sha, const uint8_t *bytes, size_t count);
+void sha256_add(struct sha256 *sha, const void *bytes, size_t count);
 void sha256_end(struct sha256 *sha, uint8_t digest[SHA256_SIZE]);
 
-void hmac_sha256(const uint8_t *key, size_t key_size, const uint8_t *bytes, size_t count,
+/** Message authentication code of one message. */
+void sha256_hmac(const void *key, size_t key_size, const void *message, size_t size,
                  uint8_t mac[SHA256_SIZE]);
 
-/** Takes the same time wherever the first difference is. */
-bool sha256_is_equal(const uint8_t a[SHA256_SIZE], const uint8_t b[SHA256_SIZE]);
+/** Whether two digests are equal, in a time that does not tell where they differ. */
+bool sha256_is_equal(const uint8_t first[SHA256_SIZE], const uint8_t second[SHA256_SIZE]);
 
 #endif

@@ -147,7 +147,7 @@ static enum wire_refusal authenticate(const struct request *request) {
         return WIRE_REFUSAL_AUTHENTICATION;
     client->has_nonce = false;
     wire_get_authenticate(request->payload, &given);
-    hmac_sha256((const uint8_t *)password, strlen(password), client->nonce, sizeof client->nonce, right);
+    sha256_hmac(password, strlen(password), client->nonce, sizeof client->nonce, right);
     if (!sha256_is_equal(right, given.proof)) {
         session->locked_until_us = session->now_us + WRONG_PROOF_US;
         return WIRE_REFUSAL_AUTHENTICATION;

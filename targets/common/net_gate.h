@@ -6,7 +6,7 @@
 #ifndef WIFICNC_COMMON_NET_GATE_H
 #define WIFICNC_COMMON_NET_GATE_H
 
-#include "sha256.h"
+#include "base/sha256.h"
 
 enum net_gate_result {
     NET_GATE_GOOD,

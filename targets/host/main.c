@@ -2,15 +2,16 @@
  * The serving controller as a program. `wificnc serve` builds, runs and explains it; by itself it speaks in
  * lines of tab-separated words on stdout:
  *
- *   tcp ADDRESS | control ADDRESS | pty DEVICE   a door is open
+ *   tcp ADDRESS | wmc3 ADDRESS | control ADDRESS | pty DEVICE   a door is open
  *   ready                              it serves
  *   client WHAT NAME                   a client was connected, became owner, ...
  *   failed STAGE ERRNO TEXT            it cannot; exit code 1
  *
  * Options, each with a value: --timer-hz --step-pulse-ns --dir-setup-ns --max-step-rate-hz --axes --ganged
  * --relay-spindle
- * --speed (0: as fast as it can) --host --port --control --pty --store --set; and --parent: end when stdin
- * does. */
+ * --speed (0: as fast as it can) --host --port --wmc3 --control --pty --store --set; and --parent: end when
+ * stdin does. A password of the binary protocol stands in WIFICNC_PASSWORD, because arguments can be read by
+ * everybody. */
 #include "serve.h"
 
 #include <errno.h>
@@ -62,7 +63,8 @@ static void say_client(void *ctx, const char *what, const char *who) {
 static int say_failure(const struct serve_failure *failure) {
     static const char *const stages[] = {[SERVE_MEMORY] = "memory",   [SERVE_BOARD] = "board",
                                          [SERVE_SETTING] = "setting", [SERVE_TCP] = "tcp",
-                                         [SERVE_CONTROL] = "control", [SERVE_PTY] = "pty"};
+                                         [SERVE_CONTROL] = "control", [SERVE_PTY] = "pty",
+                                         [SERVE_WIRE] = "wmc3"};
     const char *text = failure->detail != NULL ? failure->detail : strerror(failure->error);
     say("failed\t%s\t%d\t%s\n", stages[failure->stage], failure->error, text);
     return 1;
@@ -118,6 +120,8 @@ static bool take_option(struct serve_options *options, const char **settings, co
         options->tcp_host = value;
     } else if (strcmp(name, "--port") == 0) {
         options->tcp_port = value;
+    } else if (strcmp(name, "--wmc3") == 0) {
+        options->wire_address = value;
     } else if (strcmp(name, "--control") == 0) {
         options->control_port = value;
     } else if (strcmp(name, "--pty") == 0) {
@@ -176,6 +180,7 @@ static bool catch_signals(struct serve_options *options) {
 int main(int argc, char **argv) {
     const char *settings[SETTINGS_MAX + 1] = {NULL};
     struct serve_failure failure;
+    const char *password = getenv("WIFICNC_PASSWORD");
     struct serve_options options = {
         .board = {.timer_hz = 20000000,
                   .step_pulse_ns = 1000,
@@ -183,6 +188,7 @@ int main(int argc, char **argv) {
                   .max_step_rate_hz = 500000,
                   .axis_count = 3},
         .speed = 1.0,
+        .wire_password = password != NULL ? password : "",
         .settings = settings,
         .stop_fd = {-1, -1},
         .events = {.listens = say_listens, .client = say_client},

@@ -6,6 +6,7 @@
 #include "net_tcp.h"
 #include "serve_clock.h"
 #include "serve_control.h"
+#include "serve_wire.h"
 
 #include <errno.h>
 #include <poll.h>
@@ -35,7 +36,8 @@ enum {
     POLL_LISTENER,
     POLL_CLIENTS,
     POLL_CONTROL = POLL_CLIENTS + NET_CLIENTS,
-    POLL_COUNT = POLL_CONTROL + CONTROL_POLLS
+    POLL_WIRE = POLL_CONTROL + CONTROL_POLLS,
+    POLL_COUNT = POLL_WIRE + SERVE_WIRE_POLLS
 };
 
 struct serve {
@@ -50,6 +52,8 @@ struct serve {
     bool poured;        /* a client sends faster than this round has read */
     int listener, stop_fd[2];
     struct serve_control control;
+    struct serve_wire wire;
+    double speed;
     bool has_pty;
     struct net_pty pty;
     uint64_t asked_ns; /* when observers' requests were last passed on */
@@ -134,6 +138,14 @@ static bool open_doors(struct serve *serve, const struct serve_options *options,
             return false;
         serve->events.listens(serve->events.ctx, "pty", serve->pty.slave);
     }
+    if (options->wire_address != NULL) {
+        failure->stage = SERVE_WIRE;
+        failure->error =
+            serve_wire_open(&serve->wire, serve->host, options->wire_address, options->wire_password);
+        if (failure->error != 0)
+            return false;
+        serve->events.listens(serve->events.ctx, "wmc3", options->wire_address);
+    }
     return true;
 }
 
@@ -163,6 +175,7 @@ struct serve *serve_create(const struct serve_options *options, struct serve_fai
     if (serve == NULL)
         return NULL;
     serve->events = options->events;
+    serve->speed = options->speed;
     serve->full_speed = !(options->speed > 0.0);
     memcpy(serve->stop_fd, options->stop_fd, sizeof serve->stop_fd);
     serve->listener = serve->control.listener = -1;
@@ -184,6 +197,7 @@ void serve_destroy(struct serve *serve) {
     if (serve->has_pty)
         net_pty_unlink(&serve->pty);
     serve_control_close(&serve->control);
+    serve_wire_close(&serve->wire);
     net_hub_close(&serve->hub);
     if (serve->has_pty)
         net_pty_close(&serve->pty);
@@ -263,11 +277,15 @@ static int wait_ms(const struct serve *serve) {
         return 0;
     if (serve->full_speed && input_follows(serve))
         return NOTHING_FOLLOWS_MS;
-    return host_next_ticks(serve->host) == UINT64_MAX ? RESTING_MS : MOVING_MS;
+    int ms = host_next_ticks(serve->host) == UINT64_MAX ? RESTING_MS : MOVING_MS;
+    uint32_t wire_us = serve_wire_wait_us(&serve->wire);
+    double wire_ms = wire_us == UINT32_MAX ? ms : (double)wire_us * 1e-3 / serve->speed;
+    return wire_ms < ms ? (int)wire_ms : ms;
 }
 
 static void fill_poll(struct serve *serve) {
     serve_control_fill_poll(&serve->control, &serve->poll[POLL_CONTROL]);
+    serve_wire_fill_poll(&serve->wire, &serve->poll[POLL_WIRE]);
     serve->poll[POLL_SIGNAL] = (struct pollfd){.fd = serve->stop_fd[0], .events = POLLIN};
     serve->poll[POLL_PARENT] = (struct pollfd){.fd = serve->stop_fd[1], .events = POLLIN};
     serve->poll[POLL_LISTENER] =
@@ -326,8 +344,10 @@ int serve_run(struct serve *serve) {
             return 0;
         read_clients(serve);
         serve_control_read(&serve->control, &serve->poll[POLL_CONTROL], serve->host);
+        serve_wire_read(&serve->wire);
         accept_all(serve);
         ask_sometimes(serve);
         work(serve);
+        serve_wire_poll(&serve->wire);
     }
 }

@@ -10,7 +10,7 @@
 
 /** What the server tells its surroundings. All strings are gone when the call returns. */
 struct serve_events {
-    /** The controller can be reached: kind "tcp" or "control", its address; or "pty", its device. */
+    /** The controller can be reached: kind "tcp", "wmc3" or "control", its address; or "pty", its device. */
     void (*listens)(void *ctx, const char *kind, const char *where);
     /** A client was "connected", became "owner", "disconnected", ... */
     void (*client)(void *ctx, const char *what, const char *who);
@@ -20,11 +20,14 @@ struct serve_events {
 /** What to serve. Strings must live as long as the server. */
 struct serve_options {
     struct host_board board;
-    double speed;                /* > 0; 0: as fast as the computer can */
-    const char *tcp_host;        /* NULL: no TCP */
-    const char *tcp_port;        /* "0": any free one */
-    const char *control_port;    /* of 127.0.0.1, see serve_control.h; NULL: no such door */
-    const char *pty_link;        /* NULL: no pty */
+    double speed;             /* > 0; 0: as fast as the computer can */
+    const char *tcp_host;     /* NULL: no TCP */
+    const char *tcp_port;     /* "0": any free one */
+    const char *control_port; /* of 127.0.0.1, see serve_control.h; NULL: no such door */
+    const char *pty_link;     /* NULL: no pty */
+    const char
+        *wire_address; /* IPv4 of the binary protocol, its ports are fixed; NULL: none. Needs speed > 0 */
+    const char *wire_password;   /* of its hosts; "": none */
     const char *store;           /* file that keeps settings; NULL: nothing is kept */
     const char *const *settings; /* lines like $110=5000, NULL-terminated; or NULL */
     int stop_fd[2];              /* readable, or at its end: stop; -1: none */
@@ -32,7 +35,15 @@ struct serve_options {
 };
 
 /** Where a start failed. */
-enum serve_stage { SERVE_MEMORY, SERVE_BOARD, SERVE_SETTING, SERVE_TCP, SERVE_CONTROL, SERVE_PTY };
+enum serve_stage {
+    SERVE_MEMORY,
+    SERVE_BOARD,
+    SERVE_SETTING,
+    SERVE_TCP,
+    SERVE_CONTROL,
+    SERVE_PTY,
+    SERVE_WIRE
+};
 
 struct serve_failure {
     enum serve_stage stage;

@@ -14,7 +14,7 @@ from wificnc import ui
 from wificnc.board.load import load_board
 from wificnc.errors import ServeError, UserError
 from wificnc.machine import load_machine
-from wificnc.serve.options import DEFAULT_TCP, ServeOptions, parse_address, parse_speed
+from wificnc.serve.options import DEFAULT_TCP, ServeOptions, parse_address, parse_speed, parse_wmc3
 from wificnc.serve.server import ClientEvent, Server
 from wificnc.sim.run import check_axes, parse_setting
 
@@ -22,6 +22,8 @@ from wificnc.sim.run import check_axes, parse_setting
 @click.command()
 @click.option("--tcp", default=DEFAULT_TCP, show_default=True, metavar="HOST:PORT", help="Where TCP listens, or off.")
 @click.option("--pty", type=click.Path(path_type=Path), metavar="LINK", help="A serial port of this name, for senders.")
+@click.option("--wmc3", metavar="ADDRESS", help="IPv4 address for the binary protocol: docs/protocol.md.")
+@click.option("--password", envvar="WIFICNC_PASSWORD", default="", help="Of hosts of the binary protocol.")
 @click.option("--control", type=click.IntRange(0, 65535), metavar="PORT", help="Hands at the machine: docs/senders.md.")
 @click.option("--speed", default="1", show_default=True, metavar="1|N|max", help="Times real time; max has no clock.")
 @click.option("--board", default="host", show_default=True, help="Board id or TOML file: axes, timer, pulse timing.")
@@ -31,6 +33,8 @@ from wificnc.sim.run import check_axes, parse_setting
 def command(
     tcp: str,
     pty: Path | None,
+    wmc3: str | None,
+    password: str,
     control: int | None,
     speed: str,
     board: str,
@@ -50,12 +54,14 @@ def command(
         board=the_board,
         tcp=parse_address(tcp),
         pty=pty,
+        wmc3=parse_wmc3(wmc3, parse_speed(speed)) if wmc3 else None,
+        password=password,
         control=control,
         speed=parse_speed(speed),
         settings=settings,
         store=store,
     )
-    if options.tcp is None and pty is None:
+    if options.tcp is None and pty is None and wmc3 is None:
         raise UserError("there is no way to connect", hint="--pty LINK, or leave --tcp on")
     signal.signal(signal.SIGTERM, _end)
     with suppress(KeyboardInterrupt), Server(options) as server:
@@ -75,6 +81,8 @@ def _print_doors(server: Server, speed: str) -> None:
     ui.talk.print(f"A controller of {len(options.board.axes)} axes, {pace}. Ctrl-C ends it.")
     if server.tcp:
         ui.data.print(f"tcp     [bold]{escape(server.tcp)}[/]")
+    if server.wmc3:
+        ui.data.print(f"wmc3    [bold]{escape(server.wmc3)}[/]")
     if server.control:
         ui.data.print(f"control [bold]{escape(server.control)}[/]")
     if server.device:

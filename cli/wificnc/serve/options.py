@@ -42,6 +42,8 @@ class ServeOptions:
     board: Board
     tcp: Address | None = None
     pty: Path | None = None
+    wmc3: str | None = None  # IPv4 address of the binary protocol; its ports are fixed
+    password: str = ""  # of its hosts
     control: int | None = None  # port of this computer for the hands at the virtual machine; 0: any free one
     speed: float = 1.0
     settings: tuple[str, ...] = ()
@@ -57,6 +59,17 @@ def parse_address(text: str) -> Address | None:
         raise UserError(f"--tcp {text!r} is no address", hint=f"like {DEFAULT_TCP}; port 0 takes any free one")
     host = found[1] or found[2] or "127.0.0.1"
     return Address(host, DEFAULT_PORT if found[3] is None else int(found[3]))
+
+
+def parse_wmc3(text: str, speed: float) -> str:
+    """An IPv4 address. Raises UserError."""
+    try:
+        ipaddress.IPv4Address(text)
+    except ValueError:
+        raise UserError(f"--wmc3 {text!r} is no IPv4 address", hint="127.0.0.1; 0.0.0.0 is every network") from None
+    if speed == 0.0:
+        raise UserError("--wmc3 needs a clock, and --speed max has none", hint="--speed 1, or a number")
+    return text
 
 
 def parse_speed(text: str) -> float:
@@ -89,6 +102,7 @@ def program_arguments(options: ServeOptions) -> list[str]:
         ("--analog", int(options.board.has_analog)),
         ("--speed", options.speed),
         *([("--host", options.tcp.host), ("--port", options.tcp.port)] if options.tcp else []),
+        *([("--wmc3", options.wmc3)] if options.wmc3 else []),
         *([("--control", options.control)] if options.control is not None else []),
         *([("--pty", options.pty)] if options.pty else []),
         *([("--store", options.store)] if options.store else []),

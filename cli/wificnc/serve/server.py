@@ -18,6 +18,7 @@ from wificnc.errors import ServeError
 from wificnc.serve.options import ServeOptions, program_arguments
 
 END_SECONDS = 5.0
+PASSWORD_VARIABLE = "WIFICNC_PASSWORD"
 
 
 @dataclass(frozen=True)
@@ -46,13 +47,17 @@ class Server:
         self.options = options
         self.tcp: str | None = None
         self.control: str | None = None
+        self.wmc3: str | None = None
         self.device: Path | None = None  # what the link of the pty leads to
         self._program = serve_program(variant)
 
     def __enter__(self) -> Server:
         argv = [str(self._program), *program_arguments(self.options)]
         pipe = subprocess.PIPE
-        self._process = subprocess.Popen(argv, stdin=pipe, stdout=pipe, text=True, encoding="utf-8", errors="replace")
+        environment = {**os.environ, PASSWORD_VARIABLE: self.options.password}  # arguments can be read by everybody
+        self._process = subprocess.Popen(
+            argv, stdin=pipe, stdout=pipe, text=True, encoding="utf-8", errors="replace", env=environment
+        )
         try:
             self._wait_until_ready()
         except BaseException:
@@ -100,6 +105,8 @@ class Server:
                 return
             if line[0] == "tcp":
                 self.tcp = line[1]
+            elif line[0] == "wmc3":
+                self.wmc3 = line[1]
             elif line[0] == "control":
                 self.control = line[1]
             elif line[0] == "pty":
@@ -115,6 +122,8 @@ def _failure(options: ServeOptions, stage: str, error: int, text: str) -> ServeE
         return _tcp_failure(options, error)
     if stage == "control":
         return ServeError(f"--control {options.control}: {os.strerror(error)}", hint="0 takes any free port")
+    if stage == "wmc3":
+        return _wmc3_failure(options, error)
     if stage == "pty":
         return _pty_failure(options, error)
     if stage == "setting":
@@ -132,6 +141,15 @@ def _tcp_failure(options: ServeOptions, error: int) -> ServeError:
             f"port {options.tcp} is in use", hint=f"is another `wificnc serve` running? Else choose another: {free}"
         )
     return ServeError(f"cannot listen at {options.tcp}: {os.strerror(error)}", hint=free)
+
+
+def _wmc3_failure(options: ServeOptions, error: int) -> ServeError:
+    if error == errno.EADDRINUSE:
+        return ServeError(
+            f"the ports of the binary protocol are in use at {options.wmc3}",
+            hint="they are fixed; another device on this computer needs another address, like --wmc3 127.0.0.2",
+        )
+    return ServeError(f"--wmc3 {options.wmc3}: {os.strerror(error)}", hint="is it an address of this computer?")
 
 
 def _pty_failure(options: ServeOptions, error: int) -> ServeError:

@@ -15,9 +15,9 @@
 #ifndef WIFICNC_ESP32_OTA_H
 #define WIFICNC_ESP32_OTA_H
 
+#include "base/sha256.h"
 #include "net_gate.h"
 #include "net_stream.h"
-#include "sha256.h"
 
 enum { OTA_PORT = 58430, OTA_NONCE_SIZE = 16, OTA_TOLD_EVERY = 65536, OTA_IDLE_US = 15000000 };
 enum { OTA_LINE_SIZE = 176, OTA_HEADER_SIZE = 112, OTA_PIECE = 1024 };

@@ -35,6 +35,7 @@ int bind(int fd, const struct sockaddr *address, socklen_t size);
 int listen(int fd, int backlog);
 int accept(int fd, struct sockaddr *address, socklen_t *size);
 int getsockname(int fd, struct sockaddr *address, socklen_t *size);
+int getpeername(int fd, struct sockaddr *address, socklen_t *size);
 int setsockopt(int fd, int level, int name, const void *value, socklen_t size);
 ssize_t recv(int fd, void *bytes, size_t size, int flags);
 ssize_t recvfrom(int fd, void *bytes, size_t size, int flags, struct sockaddr *from, socklen_t *from_size);

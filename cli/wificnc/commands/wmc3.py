@@ -1,0 +1,292 @@
+"""`wificnc wmc3`: a host of the binary protocol."""
+
+from __future__ import annotations
+
+import functools
+import statistics
+import time
+from collections.abc import Callable
+from dataclasses import asdict
+from itertools import pairwise
+from typing import Any
+
+import rich_click as click
+from rich.table import Table
+
+from wificnc import ui
+from wificnc.commands._target import json_option
+from wificnc.errors import UserError
+from wificnc.wmc3.device import Device, find_devices, find_key, pack_value
+from wificnc.wmc3.keys import KEYS, Key
+from wificnc.wmc3.layout import (
+    Alarm,
+    Capability,
+    Estop,
+    Hold,
+    Home,
+    Jog,
+    JogStop,
+    Ping,
+    Pong,
+    Reset,
+    Resume,
+    Segment,
+    State,
+    Statistics,
+    StatisticsResponse,
+    Status,
+)  # fmt: skip
+
+AXES = "XYZABC"
+SLICE_S = 0.01
+
+device_option = click.option(
+    "--to",
+    "address",
+    envvar="WIFICNC_WMC3",
+    show_envvar=True,
+    default="127.0.0.1",
+    show_default=True,
+    metavar="ADDRESS",
+    help="IPv4 address of the device.",
+)
+password_option = click.option("--password", envvar="WIFICNC_PASSWORD", default="", help="Where the device wants one.")
+
+
+def with_device(function: Callable[..., None]) -> Callable[..., None]:
+    """--to and --password, for commands that get a Device."""
+
+    @device_option
+    @password_option
+    @functools.wraps(function)
+    def wrapped(*arguments: Any, address: str, password: str, **options: Any) -> None:
+        with Device(address, password) as device:
+            function(device, *arguments, **options)
+
+    return wrapped
+
+
+@click.group()
+def command() -> None:
+    """Be a host of the binary protocol, as LinuxCNC and Mach3 are: docs/protocol.md."""
+
+
+@command.command()
+@with_device
+@json_option
+def handshake(device: Device, as_json: bool) -> None:
+    """Who is there, and what it can."""
+    hello = device.handshake()
+    version = f"{hello.version >> 24}.{hello.version >> 16 & 0xFF}.{hello.version & 0xFFFF}"
+    names = [bit.name.lower() for bit in Capability if hello.capabilities & bit and bit.name]
+    if as_json:
+        ui.emit_json({**asdict(hello), "version": version, "capabilities": names})
+        return
+    _rows(
+        {
+            "device": hello.device_name,
+            "version": version,
+            "axes": hello.axes,
+            "queue": f"{hello.buffer_capacity} segments",
+            "step rate": f"{hello.step_rate_hz} steps/s",
+            "can": ", ".join(names),
+        }
+    )
+
+
+@command.command()
+@click.option("--seconds", type=click.FloatRange(0.2, 60), default=3.0, show_default=True)
+@click.option("--broadcast", default="255.255.255.255", show_default=True, help="Where to ask; also a single address.")
+@json_option
+def discover(seconds: float, broadcast: str, as_json: bool) -> None:
+    """Find devices by broadcast, also those of other makers. Takes nothing from anybody."""
+    found = []
+    for address, first in find_devices(seconds, broadcast):
+        found.append({"address": address, "state": State(first.state).name.lower()})
+        if not as_json:
+            ui.data.print(f"{address}  {found[-1]['state']}")
+    if as_json:
+        ui.emit_json(found)
+    elif not found:
+        ui.note("nobody answered")
+
+
+@command.command()
+@with_device
+@click.argument("seconds", type=click.FloatRange(min=0.1), default=0.3)
+@json_option
+def status(device: Device, seconds: float, as_json: bool) -> None:
+    """Status reports of some seconds; the newest with --json."""
+    report = None
+    for report in device.reports(seconds):
+        if not as_json:
+            ui.data.print(status_line(report))
+    if as_json and report:
+        ui.emit_json({**asdict(report), "state": State(report.state).name.lower(), "alarm": _alarm(report.alarm)})
+
+
+def status_line(report: Status) -> str:
+    """One report on one line."""
+    where = " ".join(f"{axis}{steps:+d}" for axis, steps in zip(AXES, report.position_steps, strict=True))
+    alarm = f" ({_alarm(report.alarm)})" if report.alarm else ""
+    return f"{State(report.state).name.lower()}{alarm} {where} free {report.buffer_free} {report.rate_steps_s} steps/s"
+
+
+def _alarm(code: int) -> str:
+    return f"limit_{AXES[code - 1].lower()}" if 1 <= code <= 6 else Alarm(code).name.lower()
+
+
+@command.command()
+@with_device
+@json_option
+def counters(device: Device, as_json: bool) -> None:
+    """What the device has counted: lost and doubled datagrams, refusals, underruns."""
+    counts = asdict(device.request(Statistics(), StatisticsResponse))
+    counts["owner"] = ".".join(map(str, counts["owner"]))
+    if as_json:
+        ui.emit_json(counts)
+    else:
+        _rows(counts)
+
+
+@command.command()
+@with_device
+@click.argument("name", required=False)
+@click.argument("value", required=False)
+@click.option("--save", is_flag=True, help="Keep it over a power cut.")
+@json_option
+def config(device: Device, name: str | None, value: str | None, save: bool, as_json: bool) -> None:
+    """Configuration keys: all of them, one of them, or set one: `config max_rate_mm_min.x 10000 --save`."""
+    if name and value is not None:
+        key, row = find_key(name)
+        device.set(key, *pack_value(row, value))
+        if save:
+            device.save()
+    rows = [find_key(name)] if name else [(row.key + n, row) for row in KEYS for n in range(row.count)]
+    values = {_key_name(key, row): device.get(key) for key, row in rows}
+    if as_json:
+        ui.emit_json(values)
+    else:
+        _rows({f"0x{key:04X} {_key_name(key, row)}": f"{values[_key_name(key, row)]} {row.unit}" for key, row in rows})
+
+
+def _key_name(key: int, row: Key) -> str:
+    if row.count == 1:
+        return row.name
+    return f"{row.name}.{'xyzabc'[key - row.key] if row.count == len(AXES) else key - row.key}"
+
+
+def _axis(letter: str) -> int:
+    if letter.upper() not in AXES or len(letter) != 1:
+        raise UserError(f"{letter!r} is no axis", hint="one of X Y Z A B C")
+    return AXES.index(letter.upper())
+
+
+@command.command()
+@with_device
+@click.argument("axis")
+@click.argument("speed", type=int)
+@click.argument("seconds", type=click.FloatRange(0, 600))
+def jog(device: Device, axis: str, speed: int, seconds: float) -> None:
+    """Move an AXIS at SPEED steps/s (negative: the other way: `-- X -500 2`) for some SECONDS."""
+    device.command(Jog(_axis(axis), 1 if speed > 0 else -1, abs(speed)))
+    try:
+        time.sleep(seconds)
+    finally:
+        device.command(JogStop(0xFF))
+
+
+@command.command()
+@with_device
+@click.argument("axes", default=AXES)
+def home(device: Device, axes: str) -> None:
+    """Home AXES, like XY; those without an end are left out. Returns at once: `status` tells."""
+    device.command(Home(sum({1 << _axis(letter) for letter in axes})))
+
+
+def _simple(name: str, payload: Any, text: str) -> None:
+    @command.command(name, help=text)
+    @with_device
+    def run(device: Device) -> None:
+        device.command(payload())
+
+
+_simple("estop", Estop, "Stop at once; `reset` unlocks.")
+_simple("hold", Hold, "Slow down along the path and stand.")
+_simple("resume", Resume, "Go on after a hold.")
+_simple("reset", Reset, "Leave alarm or e-stop; or give motion back to the text side.")
+
+
+@command.command()
+@with_device
+@click.argument("moves", nargs=-1, required=True, metavar="AXIS=STEPS ...")
+@click.option(
+    "--speed",
+    type=click.FloatRange(min=1),
+    default=1000.0,
+    show_default=True,
+    help="Steps/s of the fastest axis.",
+)
+@json_option
+def motion(device: Device, moves: tuple[str, ...], speed: float, as_json: bool) -> None:
+    """Move some axes by steps, as a stream: every step arrives. `motion X=1000 Y=-500`"""
+    steps = [0] * len(AXES)
+    for move in moves:
+        letter, _, count = move.partition("=")
+        try:
+            steps[_axis(letter)] += int(count)
+        except ValueError:
+            raise UserError(f"{move!r} is no move", hint="like X=1000") from None
+    sender = device.stream(slices(steps, speed))
+    result = {"segments": sender.end, "executed": sender.done, "underruns": sender.underruns, "datagrams": sender.sent}
+    if as_json:
+        ui.emit_json(result)
+    else:
+        ui.note(f"{sender.done} segments executed, {sender.underruns} underruns")
+
+
+def slices(steps: list[int], speed: float) -> list[Segment]:
+    """A straight move in slices of 10 ms; the device sees to ramps and limits."""
+    most = max(abs(count) for count in steps)
+    count = max(1, round(most / speed / SLICE_S))
+    duration_us = max(1, round(most / speed / count * 1e6))
+    places = [[round(axis * n / count) for axis in steps] for n in range(count + 1)]
+    return [
+        Segment(tuple(after - before for before, after in zip(one, two, strict=True)), duration_us)
+        for one, two in pairwise(places)
+    ]
+
+
+@command.command()
+@with_device
+@click.option("--requests", type=click.IntRange(10, 100_000), default=1000, show_default=True)
+@json_option
+def bench(device: Device, requests: int, as_json: bool) -> None:
+    """Measure the round trip of requests and the jitter of reports. Moves nothing."""
+    trips = []
+    for number in range(requests):
+        begin = time.perf_counter()
+        device.request(Ping(number), Pong)
+        trips.append(1e3 * (time.perf_counter() - begin))
+    came = []
+    for _ in device.reports(3.0):
+        came.append(time.perf_counter())
+    gaps = [1e3 * (b - a) for a, b in pairwise(came[1:])]
+    middle = statistics.median(gaps) if gaps else 0.0
+    result = {
+        "round_trip_median_ms": round(statistics.median(trips), 3),
+        "round_trip_p99_ms": round(statistics.quantiles(trips, n=100)[98], 3),
+        "status_interval_ms": round(middle, 3),
+        "status_jitter_ms": round(max((abs(gap - middle) for gap in gaps), default=0.0), 3),
+    }
+    if as_json:
+        ui.emit_json(result)
+    else:
+        _rows(result)
+
+
+def _rows(values: dict[str, Any]) -> None:
+    table = Table(box=None, show_header=False, pad_edge=False, padding=(0, 2, 0, 0))
+    for name, value in values.items():
+        table.add_row(f"[dim]{name}[/]", str(value).strip())
+    ui.data.print(table)

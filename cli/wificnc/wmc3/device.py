@@ -1,0 +1,308 @@
+"""A controller on the network, over the binary protocol. Sockets and the wall clock; every wait has an end."""
+
+from __future__ import annotations
+
+import hashlib
+import hmac
+import os
+import socket
+import struct
+import time
+from collections.abc import Callable, Iterator, Sequence
+from types import TracebackType
+from typing import TypeVar
+
+from wificnc import __version__
+from wificnc.errors import LinkError, ProtocolError, RefusedError
+from wificnc.wmc3.keys import KEYS, Key
+from wificnc.wmc3.layout import (
+    CONTROL_PORT,
+    STATUS_PORT,
+    UDP_PORT,
+    Ack,
+    Authenticate,
+    Challenge,
+    ChallengeResponse,
+    ConfigGet,
+    ConfigSave,
+    ConfigSet,
+    ConfigValue,
+    Handshake,
+    HandshakeResponse,
+    JogStop,
+    Refusal,
+    Refused,
+    Segment,
+    Status,
+    StreamAck,
+    StreamClose,
+    StreamOpen,
+    StreamOpened,
+    Type,
+    ValueType,
+)
+from wificnc.wmc3.packet import Packet, build, parse
+from wificnc.wmc3.packing import Layout
+from wificnc.wmc3.stream import StreamSender
+
+TIMEOUT_S = 3.0
+TURN_S = 0.001  # a stream looks around this often
+LOST_S = 3.0  # a device that acknowledges nothing for so long is gone
+LayoutT = TypeVar("LayoutT", bound=Layout)
+CODES = {ValueType.U8: "<B", ValueType.U16: "<H", ValueType.U32: "<I", ValueType.I32: "<i", ValueType.FLOAT: "<f"}
+
+
+def find_key(name: str) -> tuple[int, Key]:
+    """A key by name (`max_rate_mm_min.x` or `step_pin.3` where there are several) or number. Raises RefusedError."""
+    base, _, which = name.partition(".")
+    for row in KEYS:
+        index = int(which) if which.isdecimal() else "xyzabc".find(which.lower())  # of "" it is 0
+        if row.name == base and 0 <= index < row.count:
+            return row.key + index, row
+        if base.lower().startswith("0x") and not which:
+            number = int(base, 16)
+            if row.key <= number < row.key + row.count:
+                return number, row
+    raise RefusedError(f"there is no key {name!r}", hint="wificnc wmc3 config lists all; axes as max_rate_mm_min.x")
+
+
+def pack_value(row: Key, text: str) -> tuple[ValueType, bytes]:
+    """A value as the key has it. Raises RefusedError."""
+    kind = ValueType[row.type.upper()]
+    try:
+        if kind == ValueType.STRING:
+            return kind, text.encode()[:63].ljust(64, b"\0")
+        value = float(text) if kind == ValueType.FLOAT else int(text, 0)
+        return kind, struct.pack(CODES[kind], value).ljust(64, b"\0")
+    except (ValueError, struct.error):
+        raise RefusedError(f"{text!r} is no value of {row.name}", hint=f"it is a {row.type}") from None
+
+
+def unpack_value(value: ConfigValue) -> int | float | str:
+    """A value by its own type."""
+    if value.value_type in CODES:
+        number: int | float = struct.unpack_from(CODES[ValueType(value.value_type)], value.value)[0]
+        return number
+    return value.value.split(b"\0")[0].decode(errors="replace")
+
+
+class Device:
+    """One controller. Raises LinkError when it cannot be reached or is silent, RefusedError when it says no."""
+
+    def __init__(self, address: str, password: str = "", timeout_s: float = TIMEOUT_S) -> None:
+        self.address = address
+        self._timeout_s = timeout_s
+        self._sequence = int.from_bytes(os.urandom(2), "little") << 8  # not that of the host program before
+        self._tcp: socket.socket | None = None
+        self._status: socket.socket | None = None
+        self._udp = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self._udp.settimeout(TURN_S)
+        self._password = password
+
+    def __enter__(self) -> Device:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        for each in (self._tcp, self._status, self._udp):
+            if each:
+                each.close()
+
+    # ---- packets ----
+
+    def _build(self, payload: Layout, segments: Sequence[Segment] = ()) -> bytes:
+        self._sequence += 1
+        return build(payload, self._sequence, int(time.monotonic() * 1e6), segments)
+
+    def post(self, payload: Layout, segments: Sequence[Segment] = ()) -> None:
+        """A datagram. It may be lost."""
+        try:
+            self._udp.sendto(self._build(payload, segments), (self.address, UDP_PORT))
+        except OSError as err:
+            raise LinkError(f"cannot send to {self.address}: {err.strerror}") from err
+
+    def _connection(self) -> socket.socket:
+        if self._tcp is None:
+            try:
+                self._tcp = socket.create_connection((self.address, CONTROL_PORT), self._timeout_s)
+            except OSError as err:
+                raise LinkError(
+                    f"no device at {self.address}: {err.strerror or err}", hint="is it on? `wificnc wmc3 discover` finds it"
+                ) from err
+            self._tcp.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+            if self._password:
+                self._authenticate()
+        return self._tcp
+
+    def _authenticate(self) -> None:
+        nonce = self.request(Challenge(), ChallengeResponse).nonce
+        self.command(Authenticate(hmac.digest(self._password.encode(), nonce, hashlib.sha256)))
+
+    def _exchange(self, payload: Layout) -> Packet:
+        connection = self._connection()
+        data = self._build(payload)
+        try:
+            connection.sendall(struct.pack("<H", len(data)) + data)
+            size = struct.unpack("<H", self._receive(connection, 2))[0]
+            packet = parse(self._receive(connection, size))
+        except TimeoutError as err:
+            raise LinkError(f"{self.address} does not answer", hint="is it a device of the binary protocol?") from err
+        except OSError as err:
+            raise LinkError(f"the connection to {self.address} broke: {err.strerror or err}") from err
+        if packet is None:
+            raise ProtocolError(f"{self.address} answers something that is no packet")
+        return packet
+
+    @staticmethod
+    def _receive(connection: socket.socket, size: int) -> bytes:
+        data = b""
+        while len(data) < size:
+            part = connection.recv(size - len(data))
+            if not part:
+                raise LinkError("the device has closed the connection")
+            data += part
+        return data
+
+    def request(self, payload: Layout, reply: type[LayoutT]) -> LayoutT:
+        """A request and its reply."""
+        packet = self._exchange(payload)
+        if isinstance(packet.payload, Refused):
+            raise _refused(Type(payload.TYPE), packet.payload.reason)
+        if not isinstance(packet.payload, reply):
+            raise ProtocolError(f"{self.address} answers {type(packet.payload).__name__} to {type(payload).__name__}")
+        return packet.payload
+
+    def command(self, payload: Layout) -> None:
+        """A command by TCP: it was done when this returns."""
+        self.request(payload, Ack)
+
+    # ---- what there is to ask ----
+
+    def handshake(self) -> HandshakeResponse:
+        major, minor, patch = (int(part) for part in __version__.split(".")[:3])
+        return self.request(Handshake(major << 24 | minor << 16 | patch, "wificnc"), HandshakeResponse)
+
+    def get(self, key: int) -> int | float | str:
+        return unpack_value(self.request(ConfigGet(key=key), ConfigValue))
+
+    def set(self, key: int, kind: ValueType, value: bytes) -> None:
+        self.command(ConfigSet(key, kind, value))
+
+    def save(self) -> None:
+        self.command(ConfigSave())
+
+    def reports(self, seconds: float) -> Iterator[Status]:
+        """Status reports as they come, for so long. Raises LinkError when there are none."""
+        end = time.monotonic() + seconds
+        listener = self._listen()
+        self.post(JogStop(axis=0xFF))
+        heard = False
+        while (left := end - time.monotonic()) > 0:
+            listener.settimeout(min(left, self._timeout_s))
+            try:
+                data, (address, _) = listener.recvfrom(512)
+            except TimeoutError:
+                break
+            packet = parse(data)
+            if address == self.address and packet and isinstance(packet.payload, Status):
+                heard = True
+                yield packet.payload
+        if not heard:
+            raise LinkError(f"no status from {self.address}", hint=f"does a firewall block UDP port {STATUS_PORT}?")
+
+    def _listen(self) -> socket.socket:
+        if self._status is None:
+            self._status = status_socket(_own_address(self.address))
+        return self._status
+
+    # ---- motion ----
+
+    def stream(
+        self, segments: Sequence[Segment], progress: Callable[[StreamSender], None] = lambda sender: None
+    ) -> StreamSender:
+        """Send segments and wait until all are executed. Raises RefusedError when one is refused."""
+        opened = self.request(StreamOpen(), StreamOpened)
+        if opened.refusal != Refusal.NONE:
+            raise _refused(Type.STREAM_OPEN, opened.refusal)
+        sender = StreamSender(opened.stream, opened.capacity)
+        sender.put(segments, last=True)
+        heard = time.monotonic()
+        while not sender.is_executed:
+            for payload, some in sender.poll(time.monotonic()):
+                self.post(payload, some)
+            if ack := self._ack():
+                heard = time.monotonic()
+                sender.take(ack)
+                progress(sender)
+            elif time.monotonic() - heard > LOST_S:
+                raise LinkError(f"{self.address} is silent; {sender.done} of {sender.end} segments were executed")
+        self.command(StreamClose(opened.stream))
+        return sender
+
+    def _ack(self) -> StreamAck | None:
+        try:
+            packet = parse(self._udp.recv(512))
+        except (TimeoutError, ConnectionRefusedError):
+            return None
+        return packet.payload if packet and isinstance(packet.payload, StreamAck) else None
+
+
+def _refused(kind: Type, reason: int) -> RefusedError:
+    why = Refusal(reason).name.lower() if reason in set(Refusal) else str(reason)
+    hints = {
+        Refusal.AUTHENTICATION: "--password, or WIFICNC_PASSWORD",
+        Refusal.LOCKED: "wificnc wmc3 reset",
+        Refusal.OWNER: "another host commands it; it gives motion back when it is silent",
+    }
+    hint = hints.get(Refusal(reason)) if reason in set(Refusal) else None
+    return RefusedError(
+        f"the device refuses {kind.name.lower()}: {why}", hint=hint or "docs/protocol.md lists the reasons"
+    )
+
+
+def _own_address(to: str) -> str:
+    """The address of this computer that the device sees."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        try:
+            probe.connect((to, UDP_PORT))
+        except OSError as err:
+            raise LinkError(f"no way to {to}: {err.strerror}") from err
+        address: str = probe.getsockname()[0]
+        return address
+
+
+def status_socket(address: str) -> socket.socket:
+    """Where status reports come. Raises LinkError when another program has the port."""
+    listener = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+    listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+    try:
+        listener.bind((address, STATUS_PORT))
+    except OSError as err:
+        listener.close()
+        raise LinkError(
+            f"UDP port {STATUS_PORT} is in use", hint="status reports come there; end the other host program"
+        ) from err
+    return listener
+
+
+def find_devices(seconds: float, broadcast: str = "255.255.255.255") -> Iterator[tuple[str, Status]]:
+    """Devices that answer, each once: address and first status."""
+    found: set[str] = set()
+    end = time.monotonic() + seconds
+    asked = float("-inf")
+    with status_socket("") as listener, socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as asker:
+        asker.setsockopt(socket.SOL_SOCKET, socket.SO_BROADCAST, 1)
+        listener.settimeout(0.1)
+        while (now := time.monotonic()) < end:
+            if now - asked >= 1.0:
+                asker.sendto(build(JogStop(axis=0xFF), timestamp_us=int(now * 1e6)), (broadcast, UDP_PORT))
+                asked = now
+            try:
+                data, (address, _) = listener.recvfrom(512)
+            except TimeoutError:
+                continue
+            packet = parse(data)
+            if packet and isinstance(packet.payload, Status) and address not in found:
+                found.add(address)
+                yield address, packet.payload

@@ -1,0 +1,191 @@
+/* SPDX-License-Identifier: MIT */
+#include "net_wire.h"
+
+#include "net_tcp.h"
+#include "wire/bytes.h"
+
+#include <arpa/inet.h>
+#include <errno.h>
+#include <fcntl.h>
+#include <netinet/in.h>
+#include <stdio.h>
+#include <string.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+/* Taken in one round, so that a flood leaves time for everything else. */
+enum { DATAGRAMS_A_ROUND = 64, ACCEPTS_A_ROUND = 16 };
+
+/* Longest reply with its size. */
+enum { REPLY_MOST = 2 + WIRE_PACKET_MOST };
+
+_Static_assert((int)NET_WIRE_OUT >= (int)REPLY_MOST, "a reply has room when nothing waits");
+
+/* cppcheck-suppress constParameterPointer ; the type of ops->send is fixed */
+void net_wire_send(void *ctx, const struct session_peer *to, const uint8_t *packet, size_t size) {
+    const struct net_wire *wire = ctx;
+    struct sockaddr_in at = {.sin_family = AF_INET, .sin_port = htons(to->port)};
+    memcpy(&at.sin_addr, to->address, sizeof to->address);
+    if (wire->udp >= 0)
+        (void)sendto(wire->udp, packet, size, 0, (const struct sockaddr *)&at, sizeof at); /* may be lost */
+}
+
+/* ---- ports ---- */
+
+static int open_udp(const char *address) {
+    struct sockaddr_in at = {.sin_family = AF_INET, .sin_port = htons(WIRE_UDP_PORT)};
+    if (inet_pton(AF_INET, address, &at.sin_addr) != 1) {
+        errno = EINVAL;
+        return -1;
+    }
+    int fd = socket(AF_INET, SOCK_DGRAM, 0);
+    if (fd < 0)
+        return -1;
+    int flags = fcntl(fd, F_GETFL);
+    if (flags >= 0 && fcntl(fd, F_SETFL, flags | O_NONBLOCK) == 0 &&
+        bind(fd, (const struct sockaddr *)&at, sizeof at) == 0)
+        return fd;
+    int error = errno;
+    close(fd);
+    errno = error;
+    return -1;
+}
+
+int net_wire_open(struct net_wire *wire, const char *address, struct session *session) {
+    char port[8], name[NET_ADDRESS_SIZE];
+    int error = 0;
+    *wire = (struct net_wire){.listener = -1, .session = session};
+    snprintf(port, sizeof port, "%u", (unsigned)WIRE_CONTROL_PORT);
+    wire->udp = open_udp(address);
+    if (wire->udp < 0)
+        return errno;
+    wire->listener = net_tcp_listen(address, port, name, &error);
+    if (wire->listener >= 0)
+        return 0;
+    net_wire_close(wire);
+    return error != 0 ? error : EINVAL;
+}
+
+static void drop(struct net_wire *wire, int place, bool left) {
+    struct net_wire_client *client = &wire->client[place];
+    client->stream.ops->close(&client->stream);
+    client->stream.ops = NULL;
+    session_disconnect(wire->session, place, left);
+}
+
+void net_wire_close(struct net_wire *wire) {
+    for (int i = 0; i < SESSION_CLIENTS; i++)
+        if (wire->client[i].stream.ops != NULL)
+            drop(wire, i, false);
+    if (wire->listener >= 0)
+        close(wire->listener);
+    if (wire->udp >= 0)
+        close(wire->udp);
+    wire->listener = wire->udp = -1;
+}
+
+/* ---- UDP ---- */
+
+static void read_datagrams(struct net_wire *wire) {
+    uint8_t bytes[WIRE_PACKET_MOST];
+    struct sockaddr_in from;
+    for (int i = 0; i < DATAGRAMS_A_ROUND; i++) {
+        socklen_t size = sizeof from;
+        ssize_t count = recvfrom(wire->udp, bytes, sizeof bytes, 0, (struct sockaddr *)&from, &size);
+        if (count < 0 && (errno == EAGAIN || errno == EWOULDBLOCK))
+            return;
+        if (count < 0) /* an ICMP error of somebody who does not listen any more */
+            continue;
+        struct session_peer peer = {.port = ntohs(from.sin_port)};
+        memcpy(peer.address, &from.sin_addr, sizeof peer.address);
+        session_datagram(wire->session, &peer, bytes, (size_t)count);
+    }
+}
+
+/* ---- TCP ---- */
+
+static void accept_clients(struct net_wire *wire) {
+    struct net_stream stream;
+    char name[NET_ADDRESS_SIZE];
+    for (int i = 0; i < ACCEPTS_A_ROUND && net_tcp_accept(wire->listener, &stream, name); i++) {
+        struct sockaddr_in peer;
+        socklen_t size = sizeof peer;
+        int place = session_place(wire->session);
+        if (place < 0 || getpeername(stream.fd, (struct sockaddr *)&peer, &size) != 0) {
+            stream.ops->close(&stream);
+            continue;
+        }
+        if (wire->client[place].stream.ops != NULL)
+            drop(wire, place, false);
+        uint8_t address[4];
+        memcpy(address, &peer.sin_addr, sizeof address);
+        wire->client[place] = (struct net_wire_client){.stream = stream};
+        session_connect(wire->session, place, address);
+    }
+}
+
+bool net_wire_wants_read(const struct net_wire_client *client) {
+    return client->out_count + REPLY_MOST <= NET_WIRE_OUT;
+}
+
+/* @return false: the connection has failed */
+static bool write_replies(struct net_wire_client *client) {
+    if (client->out_count == 0)
+        return true;
+    long count = client->stream.ops->write(&client->stream, (const char *)client->out, client->out_count);
+    if (count < 0)
+        return false;
+    client->out_count -= (size_t)count;
+    memmove(client->out, client->out + count, client->out_count);
+    return true;
+}
+
+/* Whole messages that have come, as long as there is room for their replies.
+ * @return false: that is not this protocol */
+static bool answer_messages(struct net_wire *wire, int place) {
+    struct net_wire_client *client = &wire->client[place];
+    while (client->in_count >= 2 && net_wire_wants_read(client)) {
+        size_t size = get_u16(client->in);
+        if (size == 0 || size > WIRE_CONTROL_MOST)
+            return false;
+        if (client->in_count < 2 + size)
+            break;
+        uint8_t *reply = client->out + client->out_count;
+        size_t reply_size = session_request(wire->session, place, client->in + 2, size, reply + 2);
+        if (reply_size > 0) {
+            put_u16(reply, (uint16_t)reply_size);
+            client->out_count += 2 + reply_size;
+        }
+        client->in_count -= 2 + size;
+        memmove(client->in, client->in + 2 + size, client->in_count);
+        if (!write_replies(client))
+            return false;
+    }
+    return true;
+}
+
+static void read_client(struct net_wire *wire, int place) {
+    struct net_wire_client *client = &wire->client[place];
+    size_t room = sizeof client->in - client->in_count;
+    long count = room == 0
+                     ? 0
+                     : client->stream.ops->read(&client->stream, (char *)client->in + client->in_count, room);
+    if (count > 0)
+        client->in_count += (size_t)count;
+    if (count < 0 || !answer_messages(wire, place))
+        drop(wire, place, true);
+}
+
+void net_wire_round(struct net_wire *wire) {
+    read_datagrams(wire);
+    for (int i = 0; i < SESSION_CLIENTS; i++) {
+        struct net_wire_client *client = &wire->client[i];
+        if (client->stream.ops == NULL)
+            continue;
+        if (!write_replies(client))
+            drop(wire, i, true);
+        else if (net_wire_wants_read(client))
+            read_client(wire, i);
+    }
+    accept_clients(wire);
+}

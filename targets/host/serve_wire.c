@@ -1,0 +1,61 @@
+/* SPDX-License-Identifier: MIT */
+#include "serve_wire.h"
+
+#include "host_inner.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+
+enum { VERSION = 0x00010000 }; /* 0.1.0 */
+
+static void system_random(void *ctx, uint8_t *bytes, size_t count) {
+    (void)ctx;
+    FILE *file = fopen("/dev/urandom", "rb");
+    if (file == NULL || fread(bytes, 1, count, file) != count)
+        abort(); /* no nonce at all is better than one that can be foretold */
+    fclose(file);
+}
+
+int serve_wire_open(struct serve_wire *wire, struct host *host, const char *address, const char *password) {
+    static const struct session_ops ops = {.send = net_wire_send, .random = system_random};
+    const struct session_options options = {
+        .name = "WiFiCNC", .password = password, .version = VERSION, .status_port = WIRE_STATUS_PORT};
+    session_init(&wire->session, &host->machine, &options, &ops, &wire->net);
+    int error = net_wire_open(&wire->net, address, &wire->session);
+    wire->open = error == 0;
+    return error;
+}
+
+void serve_wire_close(struct serve_wire *wire) {
+    if (wire->open)
+        net_wire_close(&wire->net);
+    wire->open = false;
+}
+
+void serve_wire_fill_poll(const struct serve_wire *wire, struct pollfd polls[SERVE_WIRE_POLLS]) {
+    const struct net_wire *net = &wire->net;
+    polls[0] = (struct pollfd){.fd = wire->open ? net->udp : -1, .events = POLLIN};
+    polls[1] = (struct pollfd){.fd = wire->open ? net->listener : -1, .events = POLLIN};
+    for (size_t i = 0; i < SESSION_CLIENTS; i++) {
+        const struct net_wire_client *client = &net->client[i];
+        bool there = wire->open && client->stream.ops != NULL;
+        short events = net_wire_wants_read(client) ? POLLIN : 0;
+        if (client->out_count > 0)
+            events |= POLLOUT;
+        polls[2 + i] = (struct pollfd){.fd = there ? client->stream.fd : -1, .events = events};
+    }
+}
+
+void serve_wire_read(struct serve_wire *wire) {
+    if (wire->open)
+        net_wire_round(&wire->net);
+}
+
+void serve_wire_poll(struct serve_wire *wire) {
+    if (wire->open)
+        session_poll(&wire->session);
+}
+
+uint32_t serve_wire_wait_us(const struct serve_wire *wire) {
+    return wire->open ? session_wait_us(&wire->session) : UINT32_MAX;
+}

@@ -1,0 +1,204 @@
+"""The binary protocol over real sockets: `wificnc serve --wmc3` and `wificnc wmc3`."""
+
+from __future__ import annotations
+
+import json
+import socket
+import struct
+import time
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack
+from pathlib import Path
+from typing import Any
+
+import pytest
+from click.testing import CliRunner
+from wificnc.app import root
+from wificnc.board.load import load_board
+from wificnc.errors import LinkError, RefusedError, ServeError, UserError
+from wificnc.serve.options import ServeOptions, parse_wmc3
+from wificnc.serve.server import Server
+from wificnc.wmc3.device import Device, find_devices
+from wificnc.wmc3.layout import CONTROL_PORT, UDP_PORT, ConfigGet, Jog, Motion, Ping, Pong, Segment, State
+from wificnc.wmc3.packet import build, parse
+
+ADDRESS = "127.0.58.27"
+SETTINGS = tuple(f"${base + ax}={value}" for base, value in ((100, 200), (110, 6000), (120, 500)) for ax in range(3))
+
+try:
+    socket.create_server((ADDRESS, 0)).close()
+except OSError:  # where 127.0.0.1 is the only address of this kind
+    ADDRESS = "127.0.0.1"
+
+
+@pytest.fixture
+def serve() -> Iterator[Callable[..., Server]]:
+    with ExitStack() as stack:
+
+        def start(variant: str = "release", **options: Any) -> Server:
+            every = {"board": load_board("host"), "wmc3": ADDRESS, "settings": SETTINGS, **options}
+            return stack.enter_context(Server(ServeOptions(**every), variant))
+
+        yield start
+
+
+def invoke(*arguments: str, code: int = 0) -> str:
+    result = CliRunner().invoke(root, ["wmc3", arguments[0], "--to", ADDRESS, *arguments[1:]])
+    if result.exception and not isinstance(result.exception, SystemExit):
+        raise result.exception
+    assert result.exit_code == code, result.output
+    return result.output
+
+
+def wait_for(condition: Callable[[], bool], what: str) -> None:
+    end = time.monotonic() + 5
+    while not condition():
+        assert time.monotonic() < end, what
+        time.sleep(0.01)
+
+
+def position(device: Device) -> tuple[int, ...]:
+    report = next(device.reports(1.0))
+    return report.position_steps
+
+
+def test_every_command(serve: Callable[..., Server], tmp_path: Path) -> None:
+    serve(store=tmp_path / "store")
+    hello = json.loads(invoke("handshake", "--json"))
+    assert hello["axes"] == len(load_board("host").axes) and "stream" in hello["capabilities"]
+    assert "device" in invoke("handshake")
+    assert json.loads(invoke("motion", "X=1500", "Y=-750", "--speed", "10000", "--json"))["executed"] == 15
+    assert json.loads(invoke("status", "--json"))["position_steps"][:3] == [1500, -750, 0]
+    assert "idle X+1500 Y-750" in invoke("status", "0.2")
+    assert json.loads(invoke("config", "max_rate_mm_min.y", "10000", "--save", "--json")) == {
+        "max_rate_mm_min.y": 10000
+    }
+    assert json.loads(invoke("config", "0x0011", "--json")) == {"max_rate_mm_min.y": 10000}
+    assert len(json.loads(invoke("config", "--json"))) == 106
+    assert json.loads(invoke("counters", "--json"))["done"] == 15
+    invoke("jog", "--", "Z", "-1000", "0.2")
+    with Device(ADDRESS) as device:
+        wait_for(lambda: next(device.reports(1)).state == State.IDLE, "the jog ends")
+        assert position(device)[2] < -100
+    invoke("hold")
+    invoke("resume")
+    invoke("estop")
+    assert json.loads(invoke("status", "--json"))["state"] == "estop"
+    with pytest.raises(RefusedError, match="stream_open: locked"):
+        invoke("motion", "X=10")
+    invoke("reset")
+    assert json.loads(invoke("status", "--json"))["state"] == "idle"
+    assert "round_trip_median_ms" in invoke("bench", "--requests", "50")
+    with pytest.raises(RefusedError, match="no_homing"):
+        invoke("home", "XY")
+    with pytest.raises(RefusedError, match="range"):
+        invoke("config", "status_interval_ms", "5")
+    with pytest.raises(RefusedError, match="no key"):
+        invoke("config", "nonsense")
+    with pytest.raises(RefusedError, match="is no value"):
+        invoke("config", "status_interval_ms", "fast")
+    with pytest.raises(UserError, match="no axis"):
+        invoke("motion", "Q=1")
+
+
+def test_discovery(serve: Callable[..., Server]) -> None:
+    serve()
+    found = list(find_devices(0.5, ADDRESS))
+    assert [(address, status.state) for address, status in found] == [(ADDRESS, State.IDLE)]
+
+
+def test_a_password(serve: Callable[..., Server]) -> None:
+    serve(password="a secret")
+    with pytest.raises(RefusedError, match="authentication"):
+        invoke("motion", "X=10")
+    with pytest.raises(RefusedError, match="authentication"):
+        invoke("motion", "X=10", "--password", "a guess")
+    time.sleep(1.05)  # a guesser gets one try a second
+    assert json.loads(invoke("motion", "X=10", "--password", "a secret", "--json"))["executed"] == 1
+
+
+def test_a_second_device_at_the_same_address_is_told(serve: Callable[..., Server]) -> None:
+    serve()
+    with pytest.raises(ServeError, match="ports of the binary protocol are in use"):
+        serve()
+
+
+def test_addresses_and_speeds_that_cannot_be() -> None:
+    assert parse_wmc3("127.0.0.1", 1.0) == "127.0.0.1"
+    with pytest.raises(UserError, match="no IPv4 address"):
+        parse_wmc3("localhost", 1.0)
+    with pytest.raises(UserError, match="needs a clock"):
+        parse_wmc3("127.0.0.1", 0.0)
+
+
+def test_nobody_there() -> None:
+    with Device("127.0.58.99", timeout_s=0.2) as device, pytest.raises(LinkError, match="no device at"):
+        device.handshake()
+
+
+def framed(*packets: bytes) -> bytes:
+    return b"".join(struct.pack("<H", len(data)) + data for data in packets)
+
+
+def connection() -> socket.socket:
+    return socket.create_connection((ADDRESS, CONTROL_PORT), 5)
+
+
+def is_ended(client: socket.socket) -> bool:
+    """The other end has closed it; with bytes left unread that is a reset."""
+    try:
+        return client.recv(10) == b""
+    except ConnectionResetError:
+        return True
+
+
+def test_misbehaving_clients_hold_nobody_up(serve: Callable[..., Server]) -> None:
+    """Half messages, sizes that cannot be, clients that never read, hundreds of connections: others are served."""
+    serve("asan")
+    with connection() as half, connection() as deaf, ExitStack() as stack:
+        half.sendall(b"\x20")
+        deaf.setblocking(False)
+        request = framed(build(ConfigGet(key=1)))
+        with pytest.raises(BlockingIOError):
+            for _ in range(100_000):
+                deaf.sendall(request * 10)
+        for _ in range(300):
+            stack.enter_context(connection())
+    for size in (0, 257, 65535):
+        with connection() as wrong:
+            wrong.sendall(struct.pack("<H", size) + bytes(300))
+            assert is_ended(wrong)
+    with Device(ADDRESS) as device:
+        wait_for(lambda: _answers(device), "a good client is served")
+
+
+def _answers(device: Device) -> bool:
+    try:
+        return device.request(Ping(7), Pong) == Pong(7)
+    except LinkError:
+        device.__exit__(None, None, None)
+        device.__init__(ADDRESS)  # type: ignore[misc]
+        return False
+
+
+def test_pipelined_requests_are_answered_in_order(serve: Callable[..., Server]) -> None:
+    serve()
+    with connection() as client:
+        client.sendall(framed(*(build(Ping(number), number) for number in range(200))))
+        data = b""
+        while len(data) < 200 * 24:
+            data += client.recv(65536)
+    replies = [parse(data[at + 2 : at + 24]) for at in range(0, len(data), 24)]
+    assert [reply.payload for reply in replies if reply] == [Pong(number) for number in range(200)]
+
+
+def test_a_flood_of_datagrams_moves_nothing_and_ends(serve: Callable[..., Server]) -> None:
+    serve()
+    good = build(Motion(count=1), 1, 1, [Segment((10, 0, 0, 0, 0, 0), 10_000)])
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as flood, Device(ADDRESS) as device:
+        for n in range(20_000):
+            flood.sendto(bytes([*good[:16], n & 0xFF, n >> 8 & 0x7F, *good[18:-1], 1]), (ADDRESS, UDP_PORT))
+        assert device.request(Ping(1), Pong) == Pong(1)
+        assert position(device) == (0,) * 6
+        device.post(Jog(0, 1, 1000))
+        wait_for(lambda: position(device)[0] > 0, "a good datagram still counts")
