@@ -51,7 +51,8 @@ static size_t handshake(const struct request *request) {
                                   (locks ? WIRE_CAPABILITY_LOCKED : 0)),
         .buffer_capacity = FEED_SIZE,
         .step_rate_hz = board->max_step_rate_hz};
-    strncpy(response.device_name, session->options.name, sizeof response.device_name - 2);
+    for (size_t i = 0; i < sizeof response.device_name - 2 && session->options.name[i] != '\0'; i++)
+        response.device_name[i] = session->options.name[i];
     wire_put_handshake_response(body(request), &response);
     return answer(request, WIRE_HANDSHAKE_RESPONSE, WIRE_HANDSHAKE_RESPONSE_SIZE);
 }

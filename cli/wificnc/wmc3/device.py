@@ -128,7 +128,8 @@ class Device:
                 self._tcp = socket.create_connection((self.address, CONTROL_PORT), self._timeout_s)
             except OSError as err:
                 raise LinkError(
-                    f"no device at {self.address}: {err.strerror or err}", hint="is it on? `wificnc wmc3 discover` finds it"
+                    f"no device at {self.address}: {err.strerror or err}",
+                    hint="is it on? `wificnc wmc3 discover` finds it",
                 ) from err
             self._tcp.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
             if self._password:
