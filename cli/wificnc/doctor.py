@@ -15,6 +15,7 @@ from typing import Literal
 from wificnc.build.checkout import find_checkout
 from wificnc.build.compiler import identify_compiler, locate_compiler
 from wificnc.build.esp32 import core_directory, find_platformio, missing_packages
+from wificnc.build.pic32mz import find_compiler
 from wificnc.errors import BuildError
 from wificnc.flash.ports import Port, usb_ports
 
@@ -36,7 +37,7 @@ class Finding:
 def examine() -> list[Finding]:
     """All of it."""
     checks: Sequence[Callable[[], Iterator[Finding]]] = (
-        python, sources, compiler, platformio, packages, serial_ports
+        python, sources, compiler, pic32mz_compiler, platformio, packages, serial_ports
     )  # fmt: skip
     return [finding for check in checks for finding in check()]
 
@@ -61,6 +62,13 @@ def compiler() -> Iterator[Finding]:
         yield Finding("C compiler", "good", identify_compiler(locate_compiler()).title)
     except BuildError as err:
         yield Finding("C compiler", "missing", err.message, err.hint or "", "build host, sim, serve")
+
+
+def pic32mz_compiler() -> Iterator[Finding]:
+    try:
+        yield Finding("PIC32MZ compiler", "good", identify_compiler((find_compiler(),)).title)
+    except BuildError as err:
+        yield Finding("PIC32MZ compiler", "missing", err.message, err.hint or "", "build of a PIC32MZ")
 
 
 def platformio(environment: Mapping[str, str] = os.environ) -> Iterator[Finding]:

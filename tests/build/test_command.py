@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 from wificnc.app import main
+from wificnc.build.pic32mz import COMPILER
 from wificnc.errors import Exit
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -24,9 +25,30 @@ def test_build_host_says_what_it_made(capsys: pytest.CaptureFixture[str]) -> Non
 
 def test_other_board_is_honest(capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit) as caught:
+        main(["build", "host-gantry"])
+    assert caught.value.code == Exit.BUILD
+    assert "board host-gantry is this computer: there is no firmware for it" in capsys.readouterr().err
+
+
+def test_build_pic32mz_says_what_it_made(capsys: pytest.CaptureFixture[str]) -> None:
+    if shutil.which(COMPILER) is None:
+        pytest.skip(f"{COMPILER} is not on this machine")
+    with pytest.raises(SystemExit) as caught:
+        main(["build", "pic32mz2048efh100"])
+    said = capsys.readouterr()
+    assert caught.value.code == Exit.OK and said.out == ""
+    for word in ("compiler", "sources", "of the budget of 131,072", "of the budget of 65,536", "wificnc.hex"):
+        assert word in said.err
+
+
+def test_build_pic32mz_without_its_compiler(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    monkeypatch.setenv("PATH", str(tmp_path))
+    with pytest.raises(SystemExit) as caught:
         main(["build", "pic32mz2048efh100"])
     assert caught.value.code == Exit.BUILD
-    assert "not yet: there is no firmware for 'pic32mz2048efh100'" in capsys.readouterr().err
+    assert "apt-get install gcc-mipsel-linux-gnu" in capsys.readouterr().err
 
 
 @pytest.mark.skipif(shutil.which("make") is None, reason="make is not on this machine")

@@ -1,4 +1,4 @@
-"""Write vectors.bin: what Unicorn (QEMU's MIPS) makes of random instructions. `pip install unicorn`, then run this file.
+"""Write vectors.bin: what Unicorn (QEMU's MIPS) makes of random instructions. Before: pip install unicorn.
 
 Instructions whose result is no number, and divisions by zero, are left out: which bits they leave is not fixed.
 """
@@ -64,10 +64,8 @@ def is_undefined(state: v.State, code: int) -> bool:
     """Divisions by zero, and of the least number by -1."""
     if code & 0xFC0007FE != 0x1A:
         return False
-    return state.r[code >> 16 & 31] == 0 or (state.r[code >> 21 & 31], state.r[code >> 16 & 31]) == (
-        1 << 31,
-        0xFFFFFFFF,
-    )
+    numerator, divisor = state.r[code >> 21 & 31], state.r[code >> 16 & 31]
+    return divisor == 0 or (numerator, divisor) == (1 << 31, 0xFFFFFFFF)
 
 
 def load(emulator: Uc, state: v.State, code: int) -> None:

@@ -20,7 +20,7 @@ from wificnc.build.checkout import checkout_root
 from wificnc.build.compiler import compiler_stamp, identify_compiler
 from wificnc.build.lock import build_lock
 from wificnc.build.objects import Unit, compile_stale, failure, is_older
-from wificnc.chip.image import Block, elf_symbols, read_elf, write_hex
+from wificnc.chip.image import elf_symbols, read_elf, write_hex
 from wificnc.errors import BuildError
 
 COMPILER = "mipsel-linux-gnu-gcc"
@@ -53,8 +53,8 @@ LINK = (
 )
 
 # What the chip has for us (targets/pic32mz/chip/pic32mz.ld), and what we allow ourselves of it.
-FLASH_BUDGET = 128 * 1024
-RAM_BUDGET = 64 * 1024
+FLASH_BYTES, FLASH_BUDGET = 1024 * 1024, 128 * 1024
+RAM_BYTES, RAM_BUDGET = 512 * 1024, 64 * 1024
 
 
 @dataclass(frozen=True)
@@ -79,14 +79,16 @@ def find_compiler() -> str:
     return path
 
 
-def build_pic32mz(board: Board, *, root: Path | None = None) -> Pic32Build:
-    """Bring ELF and HEX of a board up to date. Raises BuildError."""
+def build_pic32mz(board: Board, *, clean: bool = False, root: Path | None = None) -> Pic32Build:
+    """Bring ELF and HEX of a board up to date. @param clean  forget what was built before. Raises BuildError."""
     begin = time.perf_counter()
     root = root or checkout_root()
     compiler = find_compiler()
-    directory = root / "build" / "pic32mz" / board.id
+    directory = root / "build" / board.id
     elf, hex_file = directory / "wificnc.elf", directory / "wificnc.hex"
     with build_lock(directory):
+        if clean:
+            shutil.rmtree(directory / "obj", ignore_errors=True)
         title = _compiler_title(directory, compiler)
         write_if_changed(directory / "pin_config.h", pin_header_text(board))
         units = [_unit(root, directory, source) for source in firmware_sources(root)]
@@ -150,8 +152,3 @@ def _sizes(elf: Path) -> tuple[int, int]:
     initial = symbols["_data_end"] - symbols["_data_start"]
     flash = symbols["_image_end"] - symbols["_exception_base"] + initial
     return flash, symbols["_stack_top"] - symbols["_data_start"]
-
-
-def image_of(build: Pic32Build) -> tuple[Block, ...]:
-    """What would be flashed. Raises BuildError."""
-    return read_elf(build.elf.read_bytes())

@@ -12,6 +12,14 @@ from wificnc.board.model import Board
 from wificnc.build import esp32
 from wificnc.build.checkout import checkout_root
 from wificnc.build.host import VARIANTS, HostBuild, build_host, core_ram_bytes
+from wificnc.build.pic32mz import (
+    FLASH_BUDGET,
+    FLASH_BYTES,
+    RAM_BUDGET,
+    RAM_BYTES,
+    Pic32Build,
+    build_pic32mz,
+)
 from wificnc.errors import BuildError
 
 RAM_BUDGET_BYTES = 32 * 1024
@@ -34,11 +42,12 @@ def command(board_ref: str, variant: str, clean: bool, verbose: bool) -> None:
         show(build_host(variant), variant)
         return
     board = load_board(board_ref)
-    if board.target != "esp32":
-        raise BuildError(
-            f"not yet: there is no firmware for {board.id!r} to build", hint="`wificnc build host` works today"
-        )
-    build_board(board, clean, verbose)
+    if board.target == "pic32mz":
+        show_pic32mz(build_pic32mz(board, clean=clean), board)
+    elif board.target == "esp32":
+        build_board(board, clean, verbose)
+    else:
+        raise BuildError(f"board {board.id} is this computer: there is no firmware for it", hint="wificnc build host")
 
 
 def build_board(board: Board, clean: bool, verbose: bool) -> None:
@@ -61,6 +70,20 @@ def build_board(board: Board, clean: bool, verbose: bool) -> None:
     artefacts = esp32.collect(plan, facts)
     show_firmware(artefacts, lines, esp32.slot_bytes((root / "targets/esp32/partitions.csv").read_text()))
     ui.note(f"all of it  {plan.output}, flash it: wificnc flash {board.id}")
+
+
+def show_pic32mz(build: Pic32Build, board: Board) -> None:
+    """What was made, against the memory map."""
+    done = f"{build.compiled} of {build.sources} files compiled in {build.seconds:.1f} s" if build.compiled else "fresh"
+    ui.note(f"compiler   {build.compiler}")
+    ui.note(f"sources    {build.sources} files, {done}")
+    for name, used, budget, there in (
+        ("flash", build.flash_bytes, FLASH_BUDGET, FLASH_BYTES),
+        ("RAM", build.ram_bytes, RAM_BUDGET, RAM_BYTES),
+    ):
+        share = f"{used / budget:.0%} of the budget of {budget:,}"
+        ui.note(f"{name:<10} {used:,} bytes, {share}; the chip has {there:,}")
+    ui.note(f"all of it  {build.hex}, flash it: wificnc flash {board.id}")
 
 
 def show_firmware(artefacts: list[esp32.Artefact], lines: list[str], slot: int) -> None:
