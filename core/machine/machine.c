@@ -191,7 +191,7 @@ uint32_t machine_wait_us(const struct machine *machine) {
     uint32_t motors = motors_wait_us(machine);
     if (motors > 0 && motors < least)
         least = motors;
-    if (machine->motion.waits && least > MOTION_START_DELAY_US)
+    if (machine->motion.waits && !machine->critical && least > MOTION_START_DELAY_US)
         least = MOTION_START_DELAY_US;
     return least;
 }

@@ -121,6 +121,7 @@ struct machine_outputs {
 /** Power of the motors; of the motion side. */
 struct machine_motors {
     bool on, inverted;           /* as put out: $4 */
+    bool awake;                  /* since they were switched on */
     uint32_t moved_us, woken_us; /* when something moved last; when they were switched on */
 };
 

@@ -37,20 +37,24 @@ bool motors_poll(struct machine *machine) {
     struct machine_motors *motors = &machine->motors;
     uint32_t now_us = hal_time_us(machine->hal);
     bool on = wanted(machine, now_us);
-    if (on && !motors->on)
+    if (on && !motors->on) {
+        motors->awake = false;
         motors->woken_us = now_us;
+    }
     if (moves(machine))
         motors->moved_us = now_us;
     if (on != motors->on || machine->settings.enable_invert != motors->inverted)
         put_out(machine, on);
-    return motors_wait_us(machine) == 0;
+    motors->awake |= now_us - motors->woken_us >= machine->board.motors_wake_us; /* before the clock wraps */
+    return !on || motors->awake;
 }
 
 uint32_t motors_wait_us(const struct machine *machine) {
     const struct machine_motors *motors = &machine->motors;
     uint32_t awake_us = hal_time_us(machine->hal) - motors->woken_us;
-    return motors->on && awake_us < machine->board.motors_wake_us ? machine->board.motors_wake_us - awake_us
-                                                                  : 0;
+    if (motors->awake || !motors->on || awake_us >= machine->board.motors_wake_us)
+        return 0;
+    return machine->board.motors_wake_us - awake_us;
 }
 
 void motors_init(struct machine *machine) {

@@ -67,6 +67,9 @@ def _library() -> ctypes.CDLL:
     lib.host_write_or_lose.restype = None
     lib.host_run.argtypes = (host, ctypes.c_uint64)
     lib.host_run_until.argtypes = (host, ctypes.c_uint64)
+    lib.host_run_paced.argtypes = (host, ctypes.c_uint64, ctypes.c_uint64)
+    lib.host_next_ticks.argtypes = (host,)
+    lib.host_next_ticks.restype = ctypes.c_uint64
     lib.host_input_follows.argtypes = (host, ctypes.c_int)
     lib.host_position_steps.argtypes = (host, Steps)
     lib.virtual_input_number.argtypes = (text,)
@@ -155,6 +158,16 @@ class Grbl:
         LIB.host_input_follows(self._host, 0)
         LIB.host_run_until(self._host, LIB.host_time_ticks(self._host) + round(seconds * HZ))
         return self.heard()
+
+    def paced(self, seconds: float, data: str = "") -> str:
+        """As after(), but a first move waits for more of them, as it does in real time."""
+        self.put(data)
+        LIB.host_run_paced(self._host, LIB.host_time_ticks(self._host) + round(seconds * HZ), 50_000_000)
+        return self.heard()
+
+    def sleeps(self) -> bool:
+        """Nothing happens until somebody says or does something."""
+        return LIB.host_next_ticks(self._host) == 2**64 - 1
 
     def status(self) -> str:
         """The answer to ?, alone; no time passes."""

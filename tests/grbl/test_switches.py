@@ -339,3 +339,13 @@ def test_jog_beyond_travel(grbl: Grbl) -> None:
     assert grbl.send("$J=G91X1F1000\n") == "error:15\r\n" and grbl.state() == "Idle"
     grbl.fine("$20=0", "$J=G91X1F1000")
     assert grbl.position()[0] == 250
+
+
+def test_an_estop_before_the_first_step(grbl: Grbl) -> None:
+    """The move that waited for look-ahead is gone, and nobody wakes up for it for ever."""
+    grbl.paced(0.002, "G1X5F100\n")
+    assert not grbl.sleeps()
+    grbl.input("estop", True)
+    assert "ALARM:50" in grbl.paced(0.002)
+    grbl.paced(1)
+    assert grbl.sleeps() and grbl.position()[0] == 0
