@@ -1,0 +1,146 @@
+"""The core as Xtensa code in an emulator: its unit tests pass there, and every step edge is this computer's."""
+
+from __future__ import annotations
+
+import ctypes
+import random
+import struct
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+from wificnc.build.checkout import checkout_root
+from wificnc.build.compiler import locate_compiler
+from wificnc.build.host import build_program
+from xtensa.emulate import HERE as QEMU
+from xtensa.emulate import build, controller_sources, missing, run
+
+ROOT = checkout_root()
+OUTPUT = ROOT / "build" / "xtensa" / "qemu"
+TRACE_DIGEST = Path(__file__).with_name("trace_digest.c")
+SECONDS = 400.0  # an emulator of a chip without floating point, on a slow computer
+
+needs_emulator = pytest.mark.skipif(missing() != "", reason=missing())
+
+# Everything that computes: arcs in all planes, splines, cycles, expressions, six axes, units, feed modes, holds.
+PROGRAMS = {
+    "arcs": b"G21\nG17G2X10Y10I10F3000\nG3X0Y0I-5J-5\nG18G2X5Z5I5K0\nG19G3Y5Z0J2.5K-2.5\nG17G2X0Y0I-2.5J-2.5P3\n",
+    "splines": b"G17G5X10Y0I3J7P-3Q7F2000\nG5X20Y5P-4Q-4\nG5.1X30Y0I5J9\n",
+    "cycles": b"G81X5Y5Z-3R1F500\nX9\nG83X0Z-6R2Q1.7\nG80\nG73X3Y3Z-5R1Q2\nG80\n",
+    "axes": b"G93G1X1Y2Z3A40B-50C60F30\nG94\nG20G1X1A7.123F20\nG21G0X0Y0Z0A0B0C0\n",
+    "corners": b"G64P0.02\n" + b"".join(b"G1X%dY%dF6000\n" % (n % 7 * 3, n * n % 11) for n in range(40)),
+    "formulas": b"#1=[SIN[37]*12.5]\nG1X#1Y[SQRT[2]*#1]F1500\n#2=[ATAN[3]/[4]]\nG1X[#2/9]\nG4P0.01\n",
+    "lines": b"G61\nG1X0.001F1\nG1X33.333Y-12.07F12000\n$J=G91X5F4000\n$$\n?\n",
+}
+
+
+def examples() -> dict[str, bytes]:
+    return {
+        path.name: b"".join(path.read_bytes().splitlines(keepends=True)[:20])
+        for path in sorted((ROOT / "examples").glob("*.nc"))
+    }
+
+
+@needs_emulator
+def test_unit_tests_pass_as_xtensa_code() -> None:
+    program = build(ROOT, [*controller_sources(ROOT), ROOT / "tests/native/test_core/test_core.c"], OUTPUT / "core")
+    assert run(program, b"", SECONDS).splitlines() == ["0 failures"]
+
+
+@needs_emulator
+def test_every_step_edge_and_answer_is_this_computers() -> None:
+    programs = PROGRAMS | examples()
+    texts = b"".join(text + b"\0" for text in programs.values())
+    here = build_program([TRACE_DIGEST], ROOT / "build" / "tests" / "trace_digest", "release", [])
+    wanted = subprocess.run([here], input=texts, capture_output=True, timeout=60, check=True).stdout.decode()
+    program = build(ROOT, [*controller_sources(ROOT), TRACE_DIGEST], OUTPUT / "trace")
+    found = run(program, texts, SECONDS)
+    pairs = zip(programs, wanted.splitlines(), found.splitlines(), strict=True)
+    assert [name for name, one, other in pairs if one != other] == []
+    assert sum(int(line.split()[0]) for line in wanted.splitlines()) > 50_000  # step edges
+
+
+# ---- the arithmetic that the emulated chip would have in its ROM ----
+
+SPECIAL = [0.0, -0.0, 1.0, -1.0, 5e-324, 2.2250738585072014e-308, 2.225073858507201e-308, 1.7976931348623157e308]
+SPECIAL += [float("inf"), float("-inf"), float("nan"), 1.5, 1 + 2**-52, 2.0**53, 2.0**-1040, 0.1]
+
+
+@pytest.fixture(scope="module")
+def arithmetic(tmp_path_factory: pytest.TempPathFactory) -> ctypes.CDLL:
+    library = tmp_path_factory.mktemp("softfloat") / "softfloat.so"
+    flags = ["-std=gnu11", "-O2", "-shared", "-fPIC", "-fno-builtin"]
+    subprocess.run([*locate_compiler(), *flags, str(QEMU / "softfloat.c"), "-o", str(library)], check=True)
+    return ctypes.CDLL(str(library))
+
+
+def doubles(count: int) -> list[float]:
+    """Any bits, numbers of like size, and special ones."""
+    rng = random.Random(5)
+    found = [struct.unpack("<d", rng.randbytes(8))[0] for _ in range(count)]
+    found += [rng.uniform(-10, 10) * 2.0 ** rng.randrange(-3, 3) for _ in range(count)]
+    return found + SPECIAL
+
+
+def same(first: float, second: float) -> bool:
+    return (first != first and second != second) or struct.pack("<d", first) == struct.pack("<d", second)
+
+
+@pytest.mark.parametrize("name", ["add", "sub", "mul", "div"])
+def test_double_arithmetic_equals_the_hardwares(arithmetic: ctypes.CDLL, name: str) -> None:
+    function = getattr(arithmetic, f"__{name}df3")
+    function.restype, function.argtypes = ctypes.c_double, [ctypes.c_double, ctypes.c_double]
+    operation = {"add": np.add, "sub": np.subtract, "mul": np.multiply, "div": np.divide}[name]
+    values, rng = doubles(20_000), random.Random(7)
+    pairs = [(a, b) for a in SPECIAL for b in SPECIAL] + [(a, rng.choice(values)) for a in values]
+    with np.errstate(all="ignore"):
+        wrong = [(a, b) for a, b in pairs if not same(function(a, b), float(operation(np.float64(a), np.float64(b))))]
+    assert wrong == []
+
+
+@pytest.mark.parametrize("name", ["add", "sub", "mul"])
+def test_single_arithmetic_equals_the_hardwares(arithmetic: ctypes.CDLL, name: str) -> None:
+    function = getattr(arithmetic, f"__{name}sf3")
+    function.restype, function.argtypes = ctypes.c_float, [ctypes.c_float, ctypes.c_float]
+    operation = {"add": np.add, "sub": np.subtract, "mul": np.multiply}[name]
+    rng = np.random.default_rng(3)
+    bits = rng.integers(0, 2**32, 40_000, dtype=np.uint32).view(np.float32)
+    near = rng.normal(size=40_000).astype(np.float32)
+    with np.errstate(all="ignore"):
+        for a, b in ((bits, np.roll(bits, 1)), (near, np.roll(near, 1)), (bits, near)):
+            wanted = operation(a, b)
+            found = np.array([function(float(x), float(y)) for x, y in zip(a, b, strict=True)], np.float32)
+            assert np.array_equal(found, wanted, equal_nan=True)
+
+
+def test_conversions_equal_the_hardwares(arithmetic: ctypes.CDLL) -> None:
+    narrow, widen = arithmetic.__truncdfsf2, arithmetic.__extendsfdf2
+    narrow.restype, narrow.argtypes = ctypes.c_float, [ctypes.c_double]
+    widen.restype, widen.argtypes = ctypes.c_double, [ctypes.c_float]
+    to_int, from_int = arithmetic.__fixdfsi, arithmetic.__floatsidf
+    to_int.restype, to_int.argtypes = ctypes.c_int32, [ctypes.c_double]
+    from_int.restype, from_int.argtypes = ctypes.c_double, [ctypes.c_int32]
+    with np.errstate(all="ignore"):
+        for value in doubles(20_000):
+            single = float(np.float32(value))
+            assert same(float(np.float32(narrow(value))), single)
+            assert same(widen(single), single)
+            if abs(value) < 2**31:
+                assert to_int(value) == int(value)
+    for number in (0, 1, -1, 2**31 - 1, -(2**31), 16777217, -123456789):
+        assert from_int(number) == float(number)
+
+
+def test_wide_integers_divide_and_multiply(arithmetic: ctypes.CDLL) -> None:
+    rng = random.Random(9)
+    divide, rest = arithmetic.__udivdi3, arithmetic.__umoddi3
+    product, short = arithmetic.__muldi3, arithmetic.__divsi3
+    for function in (divide, rest, product):
+        function.restype, function.argtypes = ctypes.c_uint64, [ctypes.c_uint64, ctypes.c_uint64]
+    short.restype, short.argtypes = ctypes.c_int32, [ctypes.c_int32, ctypes.c_int32]
+    for _ in range(20_000):
+        a, b = rng.getrandbits(64) >> rng.randrange(64), (rng.getrandbits(64) >> rng.randrange(64)) or 1
+        assert divide(a, b) == a // b and rest(a, b) == a % b and product(a, b) == a * b % 2**64
+        x, y = a % 2**31 - 2**30, b % 2**31 - 2**30 or 1
+        assert short(x, y) == int(x / y)
