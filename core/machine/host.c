@@ -18,6 +18,15 @@ static bool is_locked(const struct machine *machine) {
            machine->state == MACHINE_SLEEP;
 }
 
+/* Nothing of anybody is under way. Between two polls the state says whether something moves; asking the
+ * motion side would also find it busy when it only looks around. */
+static bool is_free(const struct machine *machine) {
+    return machine->stage == TASK_NONE && feed_is_empty(&machine->host.feed) &&
+           motion_is_planned_out(&machine->motion) &&
+           (machine->state == MACHINE_IDLE || machine->state == MACHINE_ALARM ||
+            (machine->state == MACHINE_HOLD && machine_is_at_rest(machine)));
+}
+
 /* Make motion the host's. Its own is under way, or nothing moves. */
 static enum host_answer take(struct machine *machine) {
     struct machine_host *host = &machine->host;
@@ -27,10 +36,10 @@ static enum host_answer take(struct machine *machine) {
         return HOST_BUSY;
     if (host->owns)
         return HOST_DONE;
-    if (machine->stage != TASK_NONE || machine->state == MACHINE_CHECK || !machine_is_at_rest(machine))
-        return HOST_TEXT;
-    if (machine->state != MACHINE_IDLE && machine->state != MACHINE_HOLD)
+    if (machine->state == MACHINE_DOOR)
         return HOST_BUSY;
+    if (!is_free(machine))
+        return HOST_TEXT;
     host->owns = true;
     host->end_known = false;
     machine->notes = (struct line_notes){0};
@@ -269,7 +278,7 @@ enum host_answer machine_host_jog(struct machine *machine, unsigned axis, int di
     enum host_answer answer = replaces ? HOST_DONE : take(machine);
     if (answer != HOST_DONE)
         return answer;
-    if (!replaces && (machine->state != MACHINE_IDLE || !machine_is_at_rest(machine)))
+    if (!replaces && (machine->state != MACHINE_IDLE || !is_free(machine)))
         return HOST_BUSY;
     if (host->jog.on)
         jog_cancel(machine);
@@ -311,10 +320,9 @@ enum host_answer machine_host_home(struct machine *machine, axis_mask_t axes) {
     if (machine->critical || machine->restart || machine->state == MACHINE_SLEEP)
         return HOST_LOCKED;
     enum host_answer answer = machine->state == MACHINE_ALARM ? HOST_DONE : take(machine);
-    bool ready = machine->state == MACHINE_ALARM || machine->state == MACHINE_IDLE;
     if (answer != HOST_DONE)
         return answer;
-    if (!ready || machine->stage != TASK_NONE || !machine_is_at_rest(machine) || inputs_door_is_open(machine))
+    if (!is_free(machine) || machine->state == MACHINE_HOLD || inputs_door_is_open(machine))
         return HOST_BUSY;
     machine_drop_motion(machine); /* the planner goes on from where the host stands */
     if (homing_begin(machine, letters) != STATUS_OK)
@@ -373,7 +381,7 @@ enum host_answer machine_host_outputs(struct machine *machine, enum gcode_spindl
 }
 
 enum status machine_host_set(struct machine *machine, uint16_t number, double value) {
-    if (!machine_is_at_rest(machine) || machine->stage != TASK_NONE || !machine_is_idle_or_alarm(machine))
+    if (!is_free(machine) || machine->state == MACHINE_HOLD)
         return STATUS_NOT_IDLE;
     return command_set(machine, number, value);
 }

@@ -6,7 +6,9 @@
 
 #include <string.h>
 
-#define WRONG_PROOF_US 1000000u /* a guesser gets one try in this time */
+/* After a wrong proof none is looked at for so long, then twice as long ... : some 1500 guesses a day. */
+#define WRONG_PROOF_LEAST_US 1000000u
+#define WRONG_PROOF_MOST_US  60000000u
 
 /* A request under way. */
 struct request {
@@ -150,9 +152,14 @@ static enum wire_refusal authenticate(const struct request *request) {
     wire_get_authenticate(request->payload, &given);
     sha256_hmac(password, strlen(password), client->nonce, sizeof client->nonce, right);
     if (!sha256_is_equal(right, given.proof)) {
-        session->locked_until_us = session->now_us + WRONG_PROOF_US;
+        uint32_t twice_us = 2 * session->locked_us;
+        session->locked_us = twice_us < WRONG_PROOF_LEAST_US  ? WRONG_PROOF_LEAST_US
+                             : twice_us > WRONG_PROOF_MOST_US ? WRONG_PROOF_MOST_US
+                                                              : twice_us;
+        session->locked_until_us = session->now_us + session->locked_us;
         return WIRE_REFUSAL_AUTHENTICATION;
     }
+    session->locked_us = 0;
     client->authenticated = true;
     return WIRE_REFUSAL_NONE;
 }

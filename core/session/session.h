@@ -86,6 +86,7 @@ struct session {
     uint32_t clock_us;
     uint64_t status_us;       /* of the last round of reports */
     uint64_t locked_until_us; /* no proof is looked at before */
+    uint32_t locked_us;       /* after the last wrong one; 0: none since a right one */
     uint32_t sequence[3];     /* status, events and acks, replies */
     struct session_listener listener[SESSION_LISTENERS];
     struct session_client client[SESSION_CLIENTS];

@@ -9,7 +9,7 @@
 #include "net_stream.h"
 #include "session/session.h"
 
-enum { NET_WIRE_OUT = 2048 };
+enum { NET_WIRE_OUT = 768 };
 
 struct net_wire_client {
     struct net_stream stream; /* .ops NULL: a free place */

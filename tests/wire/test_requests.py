@@ -277,6 +277,17 @@ def test_everybody_may_still_stop(make_device: Callable[..., Device]) -> None:
     assert device.status.state == State.ESTOP
 
 
+def test_guessing_becomes_slower(make_device: Callable[..., Device]) -> None:
+    device = make_device(password="secret")
+    client = device.connect()
+    for wait_s in (1, 2, 4, 8, 16, 32, 60, 60):
+        assert prove(device, client, "wrong") == Refusal.AUTHENTICATION
+        device.run(wait_s - 0.01)
+        assert prove(device, client, "secret") == Refusal.AUTHENTICATION, "not looked at"
+        device.run(0.02)
+    assert prove(device, client, "secret") == Refusal.NONE
+
+
 def test_a_wrong_password_and_a_replay(make_device: Callable[..., Device]) -> None:
     device = make_device(password="secret")
     client = device.connect()

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import hmac
 import os
+import select
 import socket
 import struct
 import time
@@ -196,7 +197,7 @@ class Device:
     def reports(self, seconds: float) -> Iterator[Status]:
         """Status reports as they come, for so long. Raises LinkError when there are none."""
         end = time.monotonic() + seconds
-        listener = self._listen()
+        listener = self.listen()
         self.post(JogStop(axis=0xFF))
         heard = False
         while (left := end - time.monotonic()) > 0:
@@ -212,21 +213,38 @@ class Device:
         if not heard:
             raise LinkError(f"no status from {self.address}", hint=f"does a firewall block UDP port {STATUS_PORT}?")
 
-    def _listen(self) -> socket.socket:
+    def listen(self) -> socket.socket:
+        """Where its status reports come."""
         if self._status is None:
             self._status = status_socket(_own_address(self.address))
         return self._status
 
     # ---- motion ----
 
+    def open_stream(self) -> StreamSender:
+        """A stream whose datagrams the caller posts."""
+        opened = self.request(StreamOpen(), StreamOpened)
+        if opened.refusal != Refusal.NONE:
+            raise _refused(Type.STREAM_OPEN, opened.refusal)
+        return StreamSender(opened.stream, opened.capacity)
+
+    def heard(self) -> Iterator[Layout]:
+        """What has come by UDP and was not looked at, without waiting."""
+        for each in (self._udp, self._status):
+            while each and select.select([each], [], [], 0)[0]:
+                try:
+                    data, (address, _) = each.recvfrom(512)
+                except OSError:
+                    break
+                packet = parse(data)
+                if packet and address == self.address:
+                    yield packet.payload
+
     def stream(
         self, segments: Sequence[Segment], progress: Callable[[StreamSender], None] = lambda sender: None
     ) -> StreamSender:
         """Send segments and wait until all are executed. Raises RefusedError when one is refused."""
-        opened = self.request(StreamOpen(), StreamOpened)
-        if opened.refusal != Refusal.NONE:
-            raise _refused(Type.STREAM_OPEN, opened.refusal)
-        sender = StreamSender(opened.stream, opened.capacity)
+        sender = self.open_stream()
         sender.put(segments, last=True)
         heard = time.monotonic()
         while not sender.is_executed:
@@ -238,7 +256,7 @@ class Device:
                 progress(sender)
             elif time.monotonic() - heard > LOST_S:
                 raise LinkError(f"{self.address} is silent; {sender.done} of {sender.end} segments were executed")
-        self.command(StreamClose(opened.stream))
+        self.command(StreamClose(sender.stream))
         return sender
 
     def _ack(self) -> StreamAck | None:

@@ -132,6 +132,14 @@ bool controller_listen(struct controller *controller, const char *host, const ch
     return controller->listener >= 0;
 }
 
+bool controller_serve_wire(struct controller *controller, const struct session_options *options,
+                           const struct session_ops *ops, int *error) {
+    session_init(&controller->session, controller->machine, options, ops, &controller->wire);
+    *error = net_wire_open(&controller->wire, "0.0.0.0", &controller->session);
+    controller->has_wire = *error == 0;
+    return controller->has_wire;
+}
+
 /* ---- a round ---- */
 
 static void let_in(struct controller *controller) {
@@ -162,6 +170,8 @@ bool controller_round(struct controller *controller) {
     let_in(controller);
     read_clients(&controller->hub);
     ask_sometimes(controller);
+    if (controller->has_wire)
+        net_wire_round(&controller->wire);
     for (int i = 0; i < FEEDS_A_ROUND; i++) {
         bool more = net_hub_feed(&controller->hub);
         more |= machine_poll(controller->machine);
@@ -170,6 +180,8 @@ bool controller_round(struct controller *controller) {
         if (!more)
             break;
     }
+    if (controller->has_wire)
+        session_poll(&controller->session);
     net_hub_flush(&controller->hub);
     return any;
 }

@@ -9,6 +9,7 @@
 
 #include "machine/machine.h"
 #include "net_hub.h"
+#include "net_wire.h"
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -38,7 +39,10 @@ struct controller {
     struct net_gate gate;
     uint8_t link_lost; /* enum link_lost */
     struct controller_port port[CONTROLLER_PORTS];
-    int listener;               /* -1: no network yet */
+    int listener;  /* -1: no network yet */
+    bool has_wire; /* hosts of the binary protocol are served */
+    struct session session;
+    struct net_wire wire;
     uint32_t asked_us;          /* when observers' status requests were last passed on */
     char said[CONTROLLER_SAID]; /* by the machine, not yet heard by the hub */
     size_t said_count;
@@ -59,6 +63,12 @@ void controller_add_port(struct controller *controller, const struct net_stream 
 
 /** Listen for telnet and raw TCP. @return false: *error is an errno */
 bool controller_listen(struct controller *controller, const char *host, const char *port, int *error);
+
+/** Serve hosts of the binary protocol on all networks. @param ops  send is net_wire_send; its ctx is given
+ * here
+ *  @return false: *error is an errno */
+bool controller_serve_wire(struct controller *controller, const struct session_options *options,
+                           const struct session_ops *ops, int *error);
 
 /** One round. @return true: there is more to do at once; false: nothing for a ms */
 bool controller_round(struct controller *controller);

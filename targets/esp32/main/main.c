@@ -22,6 +22,7 @@
 #include "store/nvs_names.h"
 
 #include "esp_attr.h"
+#include "esp_random.h"
 #include "esp_system.h"
 #include "esp_task_wdt.h"
 #include "freertos/FreeRTOS.h"
@@ -31,6 +32,7 @@
 #include <string.h>
 
 enum { TELNET_CLIENTS = 4, US_PER_MS = 1000, LED_EVERY_US = 50000 };
+enum { WIRE_FIRMWARE_VERSION = 0x00010000 }; /* 0.1.0 */
 enum device_mode { MODE_CONTROLLER, MODE_IO_MODULE };
 
 static RTC_NOINIT_ATTR struct boot_guard guard; /* a reset keeps it */
@@ -172,6 +174,26 @@ static void unlock_machine(void *ctx) {
     hal.inputs.locked = safe_mode;
 }
 
+static void chip_random(void *ctx, uint8_t *bytes, size_t count) {
+    (void)ctx;
+    esp_fill_random(bytes, count);
+}
+
+/* Hosts that plan motion themselves. */
+static void start_wire(void) {
+    static const struct session_ops ops = {.send = net_wire_send, .random = chip_random};
+    const struct session_options options = {.name = network_name(),
+                                            .password = password,
+                                            .version = WIRE_FIRMWARE_VERSION,
+                                            .status_port = WIRE_STATUS_PORT};
+    char text[64];
+    int error;
+    if (controller_serve_wire(&controller, &options, &ops, &error))
+        return;
+    snprintf(text, sizeof text, "The binary protocol did not start, error %d", error);
+    tell(text);
+}
+
 static void start_network(void) {
     static const struct ota_flash flash = {.lock = lock_machine, .unlock = unlock_machine};
     const struct controller_options options = {.password = password, .link_lost = link_lost};
@@ -186,6 +208,7 @@ static void start_network(void) {
     tell(text);
     controller_set(&controller, &options);
     services_start(&services, &controller.gate, password, &flash);
+    start_wire();
     if (!controller_listen(&controller, NULL, "23", &error)) {
         snprintf(text, sizeof text, "Telnet did not start, error %d", error);
         tell(text);
