@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import socket
 import subprocess
+import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
@@ -112,6 +113,25 @@ def test_a_stranger_sees_the_state_and_commands_nothing() -> None:
         stranger.send(b"!\x18\n")
         wait_for(stranger, "Run")
         assert b"$110" not in stranger.said and b"ok" not in stranger.said
+
+
+def wificnc(*arguments: str) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, "-m", "wificnc", *arguments]
+    return subprocess.run(command, capture_output=True, text=True, timeout=60, stdin=subprocess.DEVNULL, check=False)
+
+
+def test_our_own_commands_know_the_password() -> None:
+    with serving("correct: horse/") as connect:
+        host = f"127.0.0.1:{connect().socket.getpeername()[1]}"
+        jog = ("jog", "X5", "--feed", "600", "--to")
+        refused = wificnc(*jog, f"tcp://{host}")
+        assert refused.returncode == 4 and "wants a password" in refused.stderr
+        wrong = wificnc(*jog, f"tcp://:horse@{host}")
+        assert wrong.returncode == 4 and "refuses the password" in wrong.stderr and "horse" not in wrong.stderr
+        deadline = time.monotonic() + 10
+        while wificnc("settings", "get", "--to", f"tcp://:correct%3A%20horse%2F@{host}").returncode != 0:
+            assert time.monotonic() < deadline
+        assert wificnc("status", "--to", f"tcp://{host}").returncode == 0
 
 
 def test_guessing_is_slowed_down_and_the_right_one_still_works() -> None:

@@ -20,7 +20,7 @@ _to = click.option(
     show_envvar=True,
     required=True,
     metavar="TARGET",
-    help=f"The controller: tcp://HOST[:{DEFAULT_PORT}] or serial:///dev/ttyUSB0[?baud=115200].",
+    help=f"The controller: tcp://[:PASSWORD@]HOST[:{DEFAULT_PORT}] or serial:///dev/ttyUSB0[?baud=115200].",
 )
 _take = click.option("--take", is_flag=True, help="Take the controller over from a client that commands it now.")
 

@@ -138,7 +138,7 @@ def banner(port: str, seconds: float) -> list[str]:
     deadline = time.monotonic() + seconds
     try:
         with serial.Serial(port, 115200, timeout=0.5) as link:
-            while time.monotonic() < deadline and not any("password" in line for line in lines):
+            while time.monotonic() < deadline and not any("[MSG:Address" in line for line in lines):
                 line = link.readline().decode("ascii", "replace").strip()
                 lines += [line] if line else []
     except (serial.SerialException, OSError):

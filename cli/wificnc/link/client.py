@@ -37,6 +37,7 @@ FALLBACK_RX_BYTES = 120  # a controller that does not say: Grbl's 128, less a re
 
 # What stops half a line of somebody who vanished from being run together with ours: an error in every position.
 BREAK_HALF_LINE = b")$\n"
+LOCKED = "Password needed"  # what a controller with a password says to who has not said it
 OBSERVER = "Observer:"  # what a server of several clients says to all but one
 TAKE_OVER = b"$TAKE\n"
 ECHO_REQUEST = b"$\n"  # answered with [HLP:…] and ok in every state
@@ -228,6 +229,8 @@ class Client:
                 return
             elif (other := who_commands(message)) is not None:
                 raise LinkError(f"another client commands this controller: {other}", hint="--take takes it over")
+            elif isinstance(message, Bracket) and message.body.startswith(LOCKED):
+                raise LinkError(f"{self.transport.name} wants a password", hint="--to tcp://:PASSWORD@HOST")
         raise LinkError(f"{self.transport.name} reports its state but does not answer lines")
 
     def command(

@@ -1,4 +1,4 @@
-"""Byte streams to a controller: tcp://host[:port] and serial:///dev/ttyUSB0[?baud=115200]."""
+"""Byte streams to a controller: tcp://[:password@]host[:port] and serial:///dev/ttyUSB0[?baud=115200]."""
 
 from __future__ import annotations
 
@@ -50,8 +50,12 @@ class SocketTransport:
         connection.setblocking(False)
         self.name = name
         self._socket = connection
+        self._ahead = b""  # was received while something else was waited for
 
     def receive(self) -> bytes:
+        if self._ahead:
+            ahead, self._ahead = self._ahead, b""
+            return ahead
         try:
             data = self._socket.recv(CHUNK)
         except (BlockingIOError, InterruptedError):
@@ -79,7 +83,23 @@ class SocketTransport:
             raise LinkError(f"{self.name} has taken no bytes for {SEND_TIMEOUT_S:.0f} s")
 
     def wait(self, timeout_s: float, others: Sequence[int] = ()) -> None:
-        select.select([self._socket.fileno(), *others], [], [], max(0.0, timeout_s))
+        if not self._ahead:
+            select.select([self._socket.fileno(), *others], [], [], max(0.0, timeout_s))
+
+    def log_in(self, password: str) -> None:
+        """Say the password of a controller that has one. Raises LinkError when it is wrong, or said too soon."""
+        self.send(b"$LOGIN=" + password.encode() + b"\n")
+        deadline, said = time.monotonic() + SEND_TIMEOUT_S, b""
+        while not any(word in said for word in (b"ok\r\n", b"error:", b"Wrong password")):
+            left_s = deadline - time.monotonic()
+            if left_s <= 0:
+                raise LinkError(f"{self.name} does not answer to its password")
+            self.wait(left_s)
+            said += self.receive()
+        if b"Wrong password" in said:
+            again = "somebody has tried wrong ones: wait a minute" if b"wait" in said else None
+            raise LinkError(f"{self.name} refuses the password", hint=again)
+        self._ahead = said.partition(b"ok\r\n")[2]
 
     def close(self) -> None:
         self._socket.close()
@@ -164,7 +184,10 @@ def _open_tcp(target: str) -> SocketTransport:
         ) from err
     connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
     connection.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
-    return SocketTransport(connection, f"tcp://{host}:{port}")
+    transport = SocketTransport(connection, f"tcp://{host}:{port}")
+    if parts.password:
+        transport.log_in(unquote(parts.password))
+    return transport
 
 
 def _lost(name: str, err: Exception) -> LinkError:

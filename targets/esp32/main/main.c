@@ -215,6 +215,20 @@ static void start_network(void) {
     }
 }
 
+/* Said at every change, so that whoever listens at a serial port knows where to connect. */
+static void tell_address(void) {
+    static uint32_t told;
+    uint32_t address = network_address();
+    char text[80];
+    if (address == told)
+        return;
+    told = address;
+    snprintf(text, sizeof text, "Address %u.%u.%u.%u or %s.local, port 23", (unsigned)(address & 0xFF),
+             (unsigned)(address >> 8 & 0xFF), (unsigned)(address >> 16 & 0xFF), (unsigned)(address >> 24),
+             network_name());
+    tell(address != 0 ? text : "No network");
+}
+
 static enum led_state led_state(void) {
     if (machine.state == MACHINE_ALARM || safe_mode)
         return LED_ALARM;
@@ -247,6 +261,8 @@ static void run_controller(void *unused) {
             led_driver_show(led_state(), now_us / US_PER_MS);
         }
         bool more = has_network && services_poll(&services, now_us);
+        if (has_network)
+            tell_address();
         if (controller_round(&controller) && !safe_mode)
             motion_task_wake();
         else if (!more)
