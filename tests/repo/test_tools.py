@@ -37,11 +37,11 @@ CASES: list[tuple[Callable[[Path], list[Problem]], str, str, str, str]] = [
 @pytest.fixture
 def tree(tmp_path: Path) -> Path:
     """An empty checkout with our configuration."""
-    for name in ("cli/wificnc", "tools/lint", "tools/bench", "tools/xtensa", "core", "targets/host"):
+    for name in ("cli/wificnc", "tools/lint", "tools/bench", "tools/xtensa", "tools/mips", "core", "targets/host"):
         (tmp_path / name).mkdir(parents=True)
     for name in ("pyproject.toml", ".clang-format"):
         shutil.copy(ROOT / name, tmp_path / name)
-    for package in ("cli/wificnc", "tools/lint", "tools/bench", "tools/xtensa"):
+    for package in ("cli/wificnc", "tools/lint", "tools/bench", "tools/xtensa", "tools/mips"):
         (tmp_path / package / "__init__.py").write_text('"""Doc."""\n')
     return tmp_path
 
