@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 import time
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,6 +18,7 @@ from wificnc.commands._port import connected, port_option, progress_bars
 from wificnc.errors import BuildError, FlashError
 from wificnc.flash.ota import PORT as OTA_PORT
 from wificnc.flash.ota import Upload
+from wificnc.flash.pic32mz import RUNNERS, plan_flash, run_flash
 from wificnc.flash.plan import (
     Chip,
     Partition,
@@ -46,6 +48,8 @@ BANNER_S = 8.0  # its start, and WiFi's
 @click.option("--ota", "ota_host", metavar="HOST[:PORT]", help="Update over the network instead.")
 @click.option("--password", envvar="WIFICNC_PASSWORD", show_envvar=True,
               help="For --ota: of network clients, else of its own network. Asked for when not given.")  # fmt: skip
+@click.option("--tool", type=click.Choice([runner.name for runner in RUNNERS]),
+              help="Of a PIC32MZ: which of the installed programs writes it.")  # fmt: skip
 def command(
     board_ref: str,
     port: str | None,
@@ -57,13 +61,20 @@ def command(
     dry_run: bool,
     ota_host: str | None,
     password: str | None,
+    tool: str | None,
 ) -> None:
     """Write the firmware of BOARD, which `wificnc build BOARD` has made, to the board.
 
     What the controller has stored, settings, WiFi and passwords, stays unless --erase is given.
     """
-    board = esp32_board(board_ref)
+    board = load_board(board_ref)
     folder = folder or checkout_root() / "build" / board.id
+    if board.target == "pic32mz":
+        if erase or ota_host is not None or port is not None:
+            raise FlashError("--erase, --ota and --port are not for a PIC32MZ: its programmer decides")
+        flash_pic32mz(board, folder, tool, dry_run)
+        return
+    board = esp32_board(board_ref)
     partitions = esp32_partitions()
     regions = load_regions(folder, board, partitions)
     if ota_host is not None:
@@ -104,6 +115,14 @@ def write(
             ui.note("verified  every region is what was sent")
         device.reset()
         return device.port
+
+
+def flash_pic32mz(board: Board, folder: Path, tool: str | None, dry_run: bool) -> None:
+    """By the program of somebody else. Raises FlashError."""
+    command = plan_flash(board, folder / "wificnc.hex", tool)
+    click.echo(shlex.join(command))
+    if not dry_run:
+        run_flash(command, tool)
 
 
 def esp32_board(board_ref: str) -> Board:

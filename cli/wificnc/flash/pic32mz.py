@@ -1,0 +1,99 @@
+"""Writing a PIC32MZ: the programs of others that can, each as a class. What they are told is pure; none is guessed at.
+
+A programmer (pic32prog, MPLAB IPE) writes everything, the configuration words too. A bootloader (mikro_hb) writes the
+program, keeps its own start and configuration words, and must be started on the board within its first seconds.
+"""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from pathlib import Path
+from typing import ClassVar
+
+from wificnc.board.model import Board
+from wificnc.errors import FlashError
+
+Which = Callable[[str], str | None]
+
+
+class Runner(ABC):
+    """A program that writes a HEX file to this chip."""
+
+    name: ClassVar[str]
+    programs: ClassVar[tuple[str, ...]]  # names it goes by, the first one found is taken
+    hint: ClassVar[str]  # what must be connected
+
+    def find(self, which: Which = shutil.which) -> str | None:
+        """The program's path, None: it is not installed."""
+        return next(filter(None, map(which, self.programs)), None)
+
+    @abstractmethod
+    def argv(self, program: str, image: Path, board: Board) -> list[str]:
+        """The command that writes and verifies."""
+
+
+class MikroBootloader(Runner):
+    """The board's own USB HID bootloader, by mikro_hb."""
+
+    name = "mikro_hb"
+    programs = ("mikro_hb",)
+    hint = "connect the board by USB and reset it: the bootloader waits a few seconds for mikro_hb"
+
+    def argv(self, program: str, image: Path, board: Board) -> list[str]:
+        return [program, str(image)]
+
+
+class Pic32Prog(Runner):
+    """PICkit 2 and 3 and others, by pic32prog, which finds the programmer itself."""
+
+    name = "pic32prog"
+    programs = ("pic32prog",)
+    hint = "connect a PICkit 3 or another programmer that pic32prog knows"
+
+    def argv(self, program: str, image: Path, board: Board) -> list[str]:
+        return [program, str(image)]
+
+
+class MplabIpe(Runner):
+    """A PICkit 4 by the command line of MPLAB IPE."""
+
+    name = "ipecmd"
+    programs = ("ipecmd.sh", "ipecmd", "ipecmd.exe")
+    hint = "connect a PICkit 4; ipecmd comes with MPLAB X and must be on the PATH"
+
+    def argv(self, program: str, image: Path, board: Board) -> list[str]:
+        part = board.chip.removeprefix("pic").upper()
+        return [program, "-TPPK4", f"-P{part}", "-M", f"-F{image}", "-OL"]
+
+
+RUNNERS: tuple[Runner, ...] = (MikroBootloader(), Pic32Prog(), MplabIpe())
+
+
+def choose_runner(wanted: str | None, which: Which = shutil.which) -> tuple[Runner, str]:
+    """The runner that was asked for, or the first one installed, and its program. Raises FlashError."""
+    names = ", ".join(runner.name for runner in RUNNERS)
+    candidates = [runner for runner in RUNNERS if wanted in (None, runner.name)]
+    for runner in candidates:
+        if program := runner.find(which):
+            return runner, program
+    if wanted is not None and candidates:
+        raise FlashError(f"{wanted} is not on this machine", hint=f"one of these can write it: {names}")
+    raise FlashError("no program that writes this chip is on this machine", hint=f"install one of: {names}")
+
+
+def plan_flash(board: Board, image: Path, wanted: str | None = None, which: Which = shutil.which) -> list[str]:
+    """The exact command. Raises FlashError."""
+    if not image.is_file():
+        raise FlashError(f"there is no build of {board.id}", hint=f"wificnc build {board.id}")
+    runner, program = choose_runner(wanted, which)
+    return runner.argv(program, image, board)
+
+
+def run_flash(command: list[str], wanted: str | None = None) -> None:
+    """Write, with the program's own words on the terminal. Raises FlashError."""
+    if subprocess.run(command, check=False).returncode != 0:
+        runner, _ = choose_runner(wanted)
+        raise FlashError(f"{runner.name} has not written the board", hint=runner.hint)
