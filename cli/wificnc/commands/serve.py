@@ -12,6 +12,7 @@ from rich.markup import escape
 
 from wificnc import ui
 from wificnc.board.load import load_board
+from wificnc.chip.serve import ChipServer
 from wificnc.errors import ServeError, UserError
 from wificnc.machine import load_machine
 from wificnc.serve.options import DEFAULT_TCP, ServeOptions, parse_address, parse_speed, parse_wmc3
@@ -44,7 +45,8 @@ def command(
 ) -> None:
     """Be a Grbl controller in real time: connect any sender by TCP or by a serial port, and watch it move nothing.
 
-    Whoever commands first is the owner; everybody else who connects sees all answers. `$TAKE` takes over.
+    Whoever commands first is the owner; everybody else who connects sees all answers. `$TAKE` takes over. A board
+    with a PIC32MZ runs its real image, in a virtual chip; there all clients are at one serial port.
     """
     the_board = load_board(board)
     profile = load_machine(machine) if machine else None
@@ -64,18 +66,23 @@ def command(
     if options.tcp is None and pty is None and wmc3 is None:
         raise UserError("there is no way to connect", hint="--pty LINK, or leave --tcp on")
     signal.signal(signal.SIGTERM, _end)
-    with suppress(KeyboardInterrupt), Server(options) as server:
+    with suppress(KeyboardInterrupt), _server(options) as server:
         _print_doors(server, speed)
         for event in server.events():
             _print_event(event)
         raise ServeError(f"the controller ended by itself with exit code {server.stop()}")
 
 
+def _server(options: ServeOptions) -> Server | ChipServer:
+    """A board with a chip that can be had virtually runs its own image, every other one the host's controller."""
+    return ChipServer(options) if options.board.target == "pic32mz" else Server(options)
+
+
 def _end(_number: int, _frame: object) -> NoReturn:
     raise KeyboardInterrupt
 
 
-def _print_doors(server: Server, speed: str) -> None:
+def _print_doors(server: Server | ChipServer, speed: str) -> None:
     options = server.options
     pace = {"1": "in real time", "max": "as fast as it can"}.get(speed, f"at {speed} times real time")
     ui.talk.print(f"A controller of {len(options.board.axes)} axes, {pace}. Ctrl-C ends it.")

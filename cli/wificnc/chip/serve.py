@@ -1,0 +1,235 @@
+"""`wificnc serve` of a board with a PIC32MZ: its real image in the virtual chip, at the speed of a clock.
+
+The chip has one serial port. Whoever connects, by TCP or at the pseudo-terminal, is at that wire: all clients hear all
+answers, and what they write is mixed byte by byte, as it would be. Time that the computer cannot keep up with is
+skipped, not made up for.
+"""
+
+from __future__ import annotations
+
+import errno
+import os
+import selectors
+import socket
+import time
+import tty
+from collections.abc import Callable, Iterator
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+
+from wificnc.chip.machine import board_image, load_store, save_store, wired_chip
+from wificnc.chip.virtual import CPU_HZ
+from wificnc.errors import ServeError
+from wificnc.serve.options import Address, ServeOptions
+from wificnc.serve.server import ClientEvent
+
+SLICE_S = 0.001  # of the chip's time between two looks at the clients
+BEHIND_S = 0.1  # more than this behind the clock is given up
+BOOT_S = 0.05
+ANSWER_S = 1.0
+READ_SIZE = 4096
+MOST_WAITING = 1 << 20  # bytes for a client that does not read; then it is let go
+
+
+@dataclass
+class Door:
+    """One end of the wire: a connection, or the pseudo-terminal."""
+
+    who: str
+    read: Callable[[], bytes | None]  # None: it is gone
+    write: Callable[[bytes], int]
+    close: Callable[[], None]
+    waiting: bytes = b""
+    stays: bool = False  # the pseudo-terminal is there when nobody is
+
+
+class ChipServer:
+    """A controller that serves from `with` to its end.
+
+    Raises:
+        ServeError: on entry, when a door cannot be opened or a setting is refused.
+    """
+
+    def __init__(self, options: ServeOptions) -> None:
+        if options.control is not None or options.wmc3 is not None:
+            raise ServeError("--control and --wmc3 are not there for a chip: it has a serial port alone")
+        self.options = options
+        self.tcp: str | None = None
+        self.control: str | None = None
+        self.wmc3: str | None = None
+        self.device: Path | None = None
+        self._image = board_image(options.board)
+        self._selector = selectors.DefaultSelector()
+        self._listener: socket.socket | None = None
+        self._doors: list[Door] = []
+
+    def __enter__(self) -> ChipServer:
+        self._chip = wired_chip(self.options.board, self._image)
+        try:
+            load_store(self._chip, self.options.store)
+            self._chip.power_on()
+            self._chip.run(BOOT_S)
+            for line in self.options.settings:
+                self._set(line)
+            self._open_tcp(self.options.tcp)
+            self._open_pty(self.options.pty)
+        except BaseException:
+            self.stop()
+            raise
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.stop()
+
+    def stop(self) -> int:
+        """Close all doors and keep what is stored; its exit code."""
+        save_store(self._chip, self.options.store)
+        for door in self._doors:
+            door.close()
+        self._doors = []
+        if self._listener:
+            self._listener.close()
+        if self.device and self.options.pty:
+            with suppress(OSError):
+                self.options.pty.unlink()
+        self._selector.close()
+        self._chip.close()
+        return 0
+
+    def events(self) -> Iterator[ClientEvent]:
+        """Serve; what happens to the clients, as it happens. Raises ChipFault."""
+        begin, zero = time.monotonic(), self._chip.cycles
+        while True:
+            yield from self._look_at_clients()
+            due = zero + int((time.monotonic() - begin) * self.options.speed * CPU_HZ)
+            step = round(SLICE_S * CPU_HZ)
+            if self.options.speed == 0:
+                due = self._chip.cycles + step
+            elif due - self._chip.cycles > BEHIND_S * CPU_HZ:
+                zero += due - self._chip.cycles - step
+                due = self._chip.cycles + step
+            if due > self._chip.cycles:
+                self._chip.run_until(due)
+            yield from self._say(self._chip.read())
+
+    # ---- clients ----
+
+    def _look_at_clients(self) -> Iterator[ClientEvent]:
+        for key, _ in self._selector.select(SLICE_S if self.options.speed else 0):
+            if key.data is None:
+                yield from self._let_in()
+                continue
+            data = key.data.read()
+            if data:
+                self._chip.write(data)
+            elif data is None and not key.data.stays:
+                yield from self._let_go(key.data)
+
+    def _say(self, said: bytes) -> Iterator[ClientEvent]:
+        for door in list(self._doors):
+            door.waiting += said
+            if not door.waiting:
+                continue
+            try:
+                door.waiting = door.waiting[door.write(door.waiting) :]
+            except BlockingIOError:
+                pass
+            except OSError:
+                door.waiting = b""
+                if not door.stays:
+                    yield from self._let_go(door)
+                    continue
+            if door.stays:
+                door.waiting = door.waiting[-READ_SIZE:]  # nobody reads there now
+            elif len(door.waiting) > MOST_WAITING:
+                yield from self._let_go(door)
+
+    def _let_in(self) -> Iterator[ClientEvent]:
+        assert self._listener
+        client, peer = self._listener.accept()
+        client.setblocking(False)
+        client.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        who = f"{peer[0]}:{peer[1]}"
+        door = Door(who, lambda: _receive(client), client.send, client.close)
+        self._doors.append(door)
+        self._selector.register(client, selectors.EVENT_READ, door)
+        yield ClientEvent("connected", who)
+
+    def _let_go(self, door: Door) -> Iterator[ClientEvent]:
+        for key in list(self._selector.get_map().values()):
+            if key.data is door:
+                self._selector.unregister(key.fileobj)
+        self._doors.remove(door)
+        door.close()
+        yield ClientEvent("disconnected", door.who)
+
+    # ---- start ----
+
+    def _open_tcp(self, address: Address | None) -> None:
+        if address is None:
+            return
+        try:
+            family = socket.AF_INET6 if ":" in address.host else socket.AF_INET
+            self._listener = socket.create_server((address.host, address.port), family=family)
+        except OSError as err:
+            why = os.strerror(err.errno) if err.errno else str(err)
+            raise ServeError(
+                f"cannot listen at {address}: {why}", hint="--tcp 127.0.0.1:0 takes any free port"
+            ) from err
+        self._listener.setblocking(False)
+        self._selector.register(self._listener, selectors.EVENT_READ, None)
+        self.tcp = str(Address(address.host, self._listener.getsockname()[1]))
+
+    def _open_pty(self, link: Path | None) -> None:
+        if link is None:
+            return
+        ours, theirs = os.openpty()
+        tty.setraw(theirs)
+        os.set_blocking(ours, False)
+        self.device = Path(os.ttyname(theirs))
+        door = Door(str(link), lambda: _read(ours), lambda data: os.write(ours, data), lambda: _close(ours, theirs))
+        door.stays = True
+        self._doors.append(door)
+        self._selector.register(ours, selectors.EVENT_READ, door)
+        try:
+            link.symlink_to(self.device)
+        except OSError as err:
+            self.device = None
+            what = "there is something already" if err.errno == errno.EEXIST else os.strerror(err.errno or 0)
+            raise ServeError(f"--pty {link}: {what}", hint="choose another name") from err
+
+    def _set(self, line: str) -> None:
+        """Type a setting at the serial port, as a sender would. Raises ServeError."""
+        self._chip.read()
+        self._chip.write(line.encode() + b"\n")
+        said = b""
+        for _ in range(round(ANSWER_S / SLICE_S)):
+            self._chip.run(SLICE_S)
+            said += self._chip.read()
+            if b"ok\r\n" in said:
+                return
+            if b"error:" in said and said.endswith(b"\r\n"):
+                break
+        raise ServeError(f"the controller refuses {line}: {said.decode('ascii', 'replace').strip() or 'no answer'}")
+
+
+def _receive(client: socket.socket) -> bytes | None:
+    try:
+        return client.recv(READ_SIZE) or None
+    except BlockingIOError:
+        return b""
+    except OSError:
+        return None
+
+
+def _read(descriptor: int) -> bytes | None:
+    try:
+        return os.read(descriptor, READ_SIZE)
+    except OSError:
+        return None
+
+
+def _close(*descriptors: int) -> None:
+    for descriptor in descriptors:
+        os.close(descriptor)
