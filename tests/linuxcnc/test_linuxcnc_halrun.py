@@ -2,30 +2,28 @@
 
 from __future__ import annotations
 
-import os
-import shutil
-import subprocess
-import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 from wificnc.board.load import load_board
-from wificnc.build.checkout import checkout_root
 from wificnc.serve.options import ServeOptions
 from wificnc.serve.server import Server
 from wificnc.wmc3.device import Device
 
 ADDRESS = "127.0.58.40"
 PYTHON = "/usr/bin/python3"  # LinuxCNC's modules are the system's
-NOBODY = "65534"
 SETTINGS = tuple(f"${base + ax}={value}" for base, value in ((100, 200), (110, 6000), (120, 500)) for ax in range(3))
 # target, and where the joints stand in the end, units; limit3 keeps 50 units/s and 400 units/s2
 HAL = """
 loadrt limit3 count=3
+loadrt integ count=1
 loadusr -Wn wificnc {python} -m wificnc.linuxcnc --address {address} --joints 3
 loadrt threads name1=servo period1=1000000
 {joints}
+addf integ.0 servo
+setp integ.0.in 1
+net time integ.0.out => wificnc.servo-time
 start
 loadusr -w sleep 1
 setp wificnc.enable 1
@@ -49,42 +47,13 @@ setp wificnc.joint.{n}.scale {scale}
 net cmd{n} limit3.{n}.out => wificnc.joint.{n}.position-cmd"""
 
 
-@pytest.fixture
-def halrun() -> Iterator[Callable[[str], str]]:
-    program = shutil.which("halrun")
-    if not program or not shutil.which("unshare") or not shutil.which("setpriv"):
-        pytest.skip("halrun is not here: apt-get install linuxcnc-uspace")
-    if subprocess.run([PYTHON, "-c", "import hal"], capture_output=True).returncode != 0:
-        pytest.skip("LinuxCNC's Python module is not here")
-    home = Path(tempfile.mkdtemp())  # pytest's own folders are not for others
-    home.chmod(0o777)
-
-    def run(script: str) -> str:
-        file = home / "test.hal"
-        file.write_text(script)
-        argv = [program, "-f", str(file)]
-        if os.geteuid() == 0:  # it refuses to run as root; -i keeps its shared memory apart
-            argv = ["setpriv", "--reuid", NOBODY, "--regid", NOBODY, "--clear-groups", *argv]
-        argv = ["unshare", "-i", *argv] if os.geteuid() == 0 else argv
-        environment = {
-            **os.environ,
-            "HOME": str(home),
-            "PYTHONPATH": str(checkout_root() / "cli"),
-            "PYTHONDONTWRITEBYTECODE": "1",
-        }
-        done = subprocess.run(argv, capture_output=True, text=True, timeout=60, env=environment)
-        assert done.returncode == 0, done.stdout + done.stderr
-        return done.stdout
-
-    yield run
-    shutil.rmtree(home)
-
-
-def test_joints_arrive_to_the_step(halrun: Callable[[str], str]) -> None:
+def test_joints_arrive_to_the_step(user_home: Path, as_user: Callable[..., str]) -> None:
     joints = "\n".join(JOINT.format(n=n, scale=(200, -200, 333.3)[n]) for n in range(3))
     moves = "setp limit3.0.in 20.003\nsetp limit3.1.in -7.5\nsetp limit3.2.in 3.3333"
     with Server(ServeOptions(board=load_board("host"), wmc3=ADDRESS, settings=SETTINGS)):
-        said = halrun(HAL.format(python=PYTHON, address=ADDRESS, joints=joints, moves=moves))
+        script = user_home / "test.hal"
+        script.write_text(HAL.format(python=PYTHON, address=ADDRESS, joints=joints, moves=moves))
+        said = as_user("halrun", "-f", str(script))
         with Device(ADDRESS) as device:
             status = list(device.reports(0.3))[-1]
     assert status.position_steps[:3] == (round(20.003 * 200), round(7.5 * 200), round(3.3333 * 333.3))

@@ -12,7 +12,7 @@ from typing import Any
 
 from wificnc.errors import UserError
 from wificnc.linuxcnc.slices import AXES, CommandError, Slicer
-from wificnc.wmc3.device import Device
+from wificnc.wmc3.device import Device, find_key
 from wificnc.wmc3.layout import Estop, IoControl, JogStop, Ping, Pong, Reset, State, Status, StreamAck, StreamClose
 from wificnc.wmc3.stream import StreamSender
 
@@ -22,6 +22,7 @@ PING_S = 5.0
 RETRY_S = 1.0
 SILENT_S = 1.0  # without a status for so long the controller is gone
 OUTPUT_COUNT = 5
+TOP_SPEED_KEY = find_key("max_rate_mm_min.x")[0]  # steps/s on the wire
 
 
 class Pins:
@@ -43,6 +44,7 @@ class Pins:
             add(pin, hal.HAL_BIT, hal.HAL_OUT)
         for number in range(OUTPUT_COUNT):
             add(f"digital-out-{number:02}", hal.HAL_BIT, hal.HAL_IN)
+        add("servo-time", hal.HAL_FLOAT, hal.HAL_IN)
         add("spindle-rpm", hal.HAL_FLOAT, hal.HAL_IN)
         add("queue-ms", hal.HAL_FLOAT, hal.HAL_OUT)
         for pin in ("underruns", "datagrams"):
@@ -57,6 +59,14 @@ class Pins:
 
     def ready(self) -> None:
         self.component.ready()
+
+    def sample(self) -> tuple[float, list[float]]:
+        """Servo time and commanded positions of one servo period. The servo thread may run meanwhile: look again."""
+        while True:
+            before = self["servo-time"]
+            positions = [self[f"joint.{joint}.position-cmd"] for joint in self.joints]
+            if self["servo-time"] == before:
+                return before, positions
 
     def outputs(self) -> IoControl:
         """What LinuxCNC wants of spindle, coolant and outputs."""
@@ -81,7 +91,8 @@ class Link:
         self.status: Status | None = None
         self.queued_s = 0.0
         now = time.monotonic()
-        self.ticked = self.heard = now
+        self.sampled_s = 0.0  # servo time
+        self.heard = self.moved = now
         self.said_at = self.pinged = float("-inf")
         self.said = IoControl()
         self.was_estop = self.was_reset = self.was_enabled = False
@@ -100,7 +111,6 @@ class Link:
         if now - self.pinged >= PING_S:
             self.device.request(Ping(), Pong)
             self.pinged = now
-        self.ticked = now
 
     def end(self) -> None:
         """Nothing more comes. What is queued is executed."""
@@ -170,10 +180,27 @@ class Link:
 
     def _begin(self, status: Status) -> None:
         scales = [self.pins[f"joint.{joint}.scale"] for joint in self.pins.joints]
-        self.slicer = Slicer(scales, self.level_s)
+        rates = [float(self.device.get(TOP_SPEED_KEY + joint)) for joint in self.pins.joints]
+        self.slicer = Slicer(scales, self.level_s, rates)
         self.sender = self.device.open_stream()
         self.sender.put([self.slicer.begin(status.position_steps)])
+        self.sampled_s, _ = self.pins.sample()
+        self.moved = time.monotonic()
         self.queued_s = self.level_s
+
+    def _sample(self, sender: StreamSender, slicer: Slicer) -> None:
+        """The time is that of the positions, however late this program gets its turn."""
+        now_s, positions = self.pins.sample()
+        if now_s == self.sampled_s:
+            if time.monotonic() - self.moved > SILENT_S:
+                self._fault("servo-time stands still: connect it, as docs/linuxcnc.md shows")
+            return
+        self.moved = time.monotonic()
+        try:
+            sender.put([slicer.slice(positions, now_s - self.sampled_s, self.queued_s)])
+        except CommandError as err:
+            self._fault(str(err))
+        self.sampled_s = now_s
 
     def _move(self, now: float) -> None:
         enabled = bool(self.pins["enable"]) and bool(self.pins["ready"])
@@ -181,11 +208,7 @@ class Link:
         if enabled and not self.was_enabled and self.sender is None:
             self._begin(self.status)
         elif self.sender and self.slicer and enabled:
-            positions = [self.pins[f"joint.{joint}.position-cmd"] for joint in self.pins.joints]
-            try:
-                self.sender.put([self.slicer.slice(positions, now - self.ticked, self.queued_s)])
-            except CommandError as err:
-                self._fault(str(err))
+            self._sample(self.sender, self.slicer)
         elif self.sender and not enabled and self.sender.is_executed:
             self.end()
         self.was_enabled = enabled

@@ -8,7 +8,8 @@ from collections.abc import Sequence
 from wificnc.wmc3.layout import Segment
 
 AXES = 6
-CLOCK_PULL_MOST = 0.01  # a slice's duration is changed by at most this part to keep the queue's level
+CLOCK_PULL = 0.01  # a slice's duration is changed by this part when the queue is empty or twice as long as wanted
+CATCH_UP_MOST = 0.2  # ... and by at most this one when it is much too long, because this program was held up
 SHORTEST_S, LONGEST_S = 0.001, 0.5  # of a slice
 
 
@@ -20,15 +21,18 @@ class Slicer:
     """Every tick the commanded positions become a segment of as many steps as lie between, and as long as the tick was.
 
     Steps are counted from absolute positions, so no fraction is lost. The device has another clock than we: durations
-    are pulled by up to 1 % towards the wanted level of its queue, so that it neither runs dry nor fills up.
+    are pulled by some 1 % towards the wanted level of its queue, so that it neither runs dry nor fills up. A servo
+    thread that was held up and now catches up is no way to go faster than the axes can: such a slice takes longer.
     """
 
-    def __init__(self, scales: Sequence[float], level_s: float) -> None:
-        """scales: steps per unit of each joint, not 0; level_s: motion that shall wait in the device's queue."""
+    def __init__(self, scales: Sequence[float], level_s: float, rates: Sequence[float] = ()) -> None:
+        """scales: steps per unit of each joint, not 0. level_s: motion that shall wait in the device's queue.
+        rates: top speeds, steps/s; none: the device sees to them."""
         if len(scales) > AXES or any(not math.isfinite(scale) or scale == 0.0 for scale in scales):
             raise ValueError(f"{len(scales)} joints with scales {list(scales)}: at most six, none of them 0")
         self.scales = list(scales)
         self.level_s = level_s
+        self.rates = list(rates)
         self.steps = [0] * AXES  # where the segments made so far lead
 
     def begin(self, steps: Sequence[int]) -> Segment:
@@ -46,9 +50,14 @@ class Slicer:
         way = tuple(new - old for new, old in zip(wanted, self.steps, strict=True))
         self.steps = wanted
         seconds = min(max(seconds, SHORTEST_S), LONGEST_S)
-        pull = (self.level_s - queued_s) / self.level_s
-        pull = min(max(pull, -1.0), 1.0) * CLOCK_PULL_MOST
-        return Segment(steps=way, duration_us=round(1e6 * seconds * (1.0 + pull)))
+        least = max((abs(count) / rate for count, rate in zip(way, self.rates, strict=False)), default=0.0)
+        return Segment(steps=way, duration_us=math.ceil(1e6 * max(seconds * (1.0 + self._pull(queued_s)), least)))
+
+    def _pull(self, queued_s: float) -> float:
+        missing = (self.level_s - queued_s) / self.level_s
+        if missing >= -1.0:
+            return CLOCK_PULL * missing
+        return -min(CLOCK_PULL * missing * missing, CATCH_UP_MOST)
 
     def position(self, joint: int, steps: int) -> float:
         """In units of the joint."""
