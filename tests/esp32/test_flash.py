@@ -60,6 +60,13 @@ def test_a_build_is_written_verified_and_the_settings_stay(chip: Mock, build: Pa
     assert wificnc("nvs", "diff", tmp_path / "a.bin", tmp_path / "b.bin").stdout == ""
 
 
+def test_the_classic_esp32_is_written_too(tmp_path: Path) -> None:
+    build = make_build(tmp_path / "build", "esp32-wroom32", "esp32")
+    with mock_chip("esp32", tmp_path / "mock") as chip:
+        said = wificnc("flash", "esp32-wroom32", "--from", build, "--port", chip.port, "--wait", "0").stderr
+    assert "ESP32" in said and "4 MB flash" in said and "verified" in said
+
+
 def test_erase_forgets_the_settings(chip: Mock, build: Path, tmp_path: Path) -> None:
     wificnc("nvs", "build", "shapeoko3", "-o", tmp_path / "a.bin")
     wificnc("nvs", "flash", tmp_path / "a.bin", "--port", chip.port)
