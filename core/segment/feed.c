@@ -192,7 +192,8 @@ static void push_steps(struct feed *feed, const struct feed_slot *slot, uint32_t
     for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
         uint32_t from = steps_after(slot, ax, feed->done, &segment.phase[ax]);
         uint32_t to = steps_after(slot, ax, feed->done + count, &segment.phase_end[ax]);
-        segment.steps[ax] = slot->steps[ax] < 0 ? -(int32_t)(to - from) : (int32_t)(to - from);
+        int32_t way = (int32_t)(to - from); /* <= SEGMENT_MAX_STEPS */
+        segment.steps[ax] = (int16_t)(slot->steps[ax] < 0 ? -way : way);
     }
     bool last = feed->tail + 1 == feed->head && feed->done + count == slot->dominant;
     segment.flags = (uint8_t)(slot->flags & ~(unsigned)SEGMENT_LAST);
