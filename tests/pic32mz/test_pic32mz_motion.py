@@ -63,6 +63,16 @@ def test_the_same_steps_as_the_host_at_the_same_times(controller: Controller, tm
         assert np.quantile(np.abs(late), 0.99) <= TICK_NS + NS_PER_CYCLE
 
 
+@pytest.mark.parametrize(("name", "lines"), [("plot.nc", 150), ("relief.nc", 120)])
+def test_a_real_job_makes_the_same_steps(controller: Controller, tmp_path: Path, name: str, lines: int) -> None:
+    """The beginning of a job from a CAM tool, at 115200 baud: every step of the host's simulation, and no other."""
+    job = "\n".join((ROOT / "examples" / name).read_text().split("\n")[:lines])
+    host, chip = host_trace(tmp_path, job), chip_trace(controller, job)
+    assert len(host) == len(chip) > 50_000
+    np.testing.assert_array_equal(chip[:, 1], host[:, 1])
+    np.testing.assert_array_equal(chip[:, 2] & chip[:, 1], host[:, 2] & host[:, 1])
+
+
 def test_pulses_and_pauses(controller: Controller) -> None:
     """High and low at least step_pulse_ns, a direction stable dir_setup_ns before and a pulse long behind a step."""
     timing = controller.board.timing
