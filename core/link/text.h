@@ -4,14 +4,21 @@
 #ifndef WIFICNC_LINK_TEXT_H
 #define WIFICNC_LINK_TEXT_H
 
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
 /** Where answers go. Chosen at run time; write() takes all bytes or waits. */
 struct text_out {
     void (*write)(void *ctx, const char *bytes, size_t count);
+    /** While false, no line is begun and no report made: write() would wait. NULL: there is always room. */
+    bool (*has_room)(void *ctx);
     void *ctx;
 };
+
+static inline bool text_has_room(const struct text_out *out) {
+    return out->has_room == NULL || out->has_room(out->ctx);
+}
 
 void text_string(const struct text_out *out, const char *string);
 

@@ -384,7 +384,7 @@ static bool lines_poll(struct machine *machine) {
         bool further = false;
         if (machine->stage != TASK_NONE)
             further = machine_works(machine) && task_poll(machine);
-        else if (machine_reads(machine))
+        else if (machine_reads(machine) && text_has_room(&machine->out))
             further = take_startup(machine) || take_line(machine);
         if (!further)
             break;

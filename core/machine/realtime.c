@@ -174,7 +174,8 @@ bool realtime_poll(struct machine *machine) {
     }
     if (machine->critical)
         return false;
-    if (machine->state == MACHINE_HOME && (bits & REALTIME_STATUS) != 0) { /* answered when homing is done */
+    bool later = machine->state == MACHINE_HOME || !text_has_room(&machine->out);
+    if (later && (bits & REALTIME_STATUS) != 0) { /* answered when homing is done, or there is room */
         bits &= ~(uint32_t)REALTIME_STATUS;
         __atomic_fetch_or(&machine->rx.realtime, (uint32_t)REALTIME_STATUS, __ATOMIC_RELEASE);
     }

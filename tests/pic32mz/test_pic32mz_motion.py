@@ -141,6 +141,24 @@ def test_feed_hold_and_resume_lose_nothing(controller: Controller) -> None:
     assert controller.stands() == [12500, 5000, 0, 0]
 
 
+@pytest.mark.parametrize(
+    "flood", ["?" * 20_000, "\n" * 900 + "?" * 20_000 + "\n" * 100], ids=["reports", "empty lines"]
+)
+def test_answers_do_not_hold_the_motion_up(controller: Controller, flood: str) -> None:
+    """More is asked than 115200 baud can carry: what must be answered is, when it can be, and the steps are in time."""
+    controller.stream(["G91", "G1X40F2400"])
+    controller.rest()
+    alone = np.diff(controller.steps()["cycle"].astype(np.int64))
+    controller.stream(["G1X40F2400"])
+    controller.run(0.05)
+    controller.chip.write(flood.encode())
+    said = controller.run(6.0)
+    beside = np.diff(controller.steps()["cycle"].astype(np.int64))
+    assert len(beside) == len(alone)
+    assert np.abs(beside - alone).max() * NS_PER_CYCLE <= 2 * JITTER_NS
+    assert said.count("ok\r\n") == flood.count("\n") and said.count("<") > 50
+
+
 def test_motors_go_on_before_the_first_step_and_off_behind_the_last(controller: Controller) -> None:
     """$1 = 25 ms; each axis' enable is active low; drivers have a ms to wake."""
     controller.run(0.1)

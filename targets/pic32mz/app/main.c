@@ -9,7 +9,8 @@
 #include "link/uart3.h"
 #include "store/nvm.h"
 
-#define US_PER_MS 1000u
+#define US_PER_MS      1000u
+#define LONGEST_ANSWER 2048u /* bytes: $$ and $I+ have about 500 */
 
 static struct machine machine;
 static struct hal hal;
@@ -21,7 +22,12 @@ static void say(void *ctx, const char *bytes, size_t count) {
     uart_write(bytes, count);
 }
 
-static const struct text_out out = {.write = say};
+static bool has_room(void *ctx) {
+    (void)ctx;
+    return uart_room() >= LONGEST_ANSWER;
+}
+
+static const struct text_out out = {.write = say, .has_room = has_room};
 
 /* The motion side is this same loop: what is asked of it is done at once. */
 static void call(const void *ctx, void (*work)(void *arg), void *arg) {

@@ -9,7 +9,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-enum { UART_OUT_SIZE = 8192 };
+enum { UART_OUT_SIZE = 4096 };
 
 /** [start, interrupts off] @param rx  takes every byte in the receive interrupt; outlives this */
 void uart_init(struct rx *rx);
