@@ -19,7 +19,21 @@ from wificnc.errors import LinkError, RefusedError, ServeError, UserError
 from wificnc.serve.options import ServeOptions, parse_wmc3
 from wificnc.serve.server import Server
 from wificnc.wmc3.device import Device, find_devices
-from wificnc.wmc3.layout import CONTROL_PORT, UDP_PORT, ConfigGet, Jog, Motion, Ping, Pong, Segment, State
+from wificnc.wmc3.layout import (
+    CONTROL_PORT,
+    UDP_PORT,
+    ConfigGet,
+    ConfigSave,
+    ConfigSet,
+    Handshake,
+    IoControl,
+    Jog,
+    Motion,
+    Ping,
+    Pong,
+    Segment,
+    State,
+)
 from wificnc.wmc3.packet import build, parse
 
 ADDRESS = "127.0.58.27"
@@ -200,5 +214,29 @@ def test_a_flood_of_datagrams_moves_nothing_and_ends(serve: Callable[..., Server
             flood.sendto(bytes([*good[:16], n & 0xFF, n >> 8 & 0x7F, *good[18:-1], 1]), (ADDRESS, UDP_PORT))
         assert device.request(Ping(1), Pong) == Pong(1)
         assert position(device) == (0,) * 6
-        device.post(Jog(0, 1, 1000))
-        wait_for(lambda: position(device)[0] > 0, "a good datagram still counts")
+
+        def moves() -> bool:
+            device.post(Jog(0, 1, 1000))  # again and again: the flood may still fill the socket's buffer
+            return position(device)[0] > 0
+
+        wait_for(moves, "a good datagram still counts")
+
+
+def test_a_host_that_never_reads_its_acks(serve: Callable[..., Server]) -> None:
+    """As LinuxCNC's component of other firmwares connects: handshake, 34 sets and a save without a look at the answers,
+    then full-length motion packets and outputs a hundred times a second. All of it takes effect."""
+    serve()
+    sets = [(0x0100, 1, 5), (0x0101, 1, 5), (0x0300, 0, 0), (0x0301, 0, 2), (0x0310, 0, 0x3F), (0x0400, 1, 0)]
+    sets += [(0x0010 + joint, 2, 15_000 + joint) for joint in range(3)]
+    with connection() as client, Device(ADDRESS) as device:
+        client.sendall(framed(build(Handshake(0x01010000, "LinuxCNC WiFi CNC"), 1)))
+        for number, (key, kind, value) in enumerate(sets * 3):
+            client.sendall(framed(build(ConfigSet(key, kind, struct.pack("<I", value).ljust(64, b"\0")), number)))
+        client.sendall(framed(build(ConfigSave(), 99)))
+        wait_for(lambda: device.get(0x0012) == 15_002, "the last set is in force")
+        assert (device.get(0x0100), device.get(0x0301)) == (5, 2)
+        for _ in range(50):
+            device.post(IoControl())
+            device.post(Motion(count=1), [Segment((20, 0, 0, 0, 0, 0), 10_000), *[Segment()] * 7])
+            time.sleep(0.01)
+        wait_for(lambda: position(device)[0] == 1000, "every step was made")
