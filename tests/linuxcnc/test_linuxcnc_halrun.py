@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable
 from pathlib import Path
 
@@ -11,7 +12,7 @@ from wificnc.serve.options import ServeOptions
 from wificnc.serve.server import Server
 from wificnc.wmc3.device import Device
 
-ADDRESS = "127.0.58.40"
+ADDRESS = f"127.61.{os.getpid() >> 8 & 0xFF}.{os.getpid() & 0xFF or 1}"  # the ports are fixed
 PYTHON = "/usr/bin/python3"  # LinuxCNC's modules are the system's
 SETTINGS = tuple(f"${base + ax}={value}" for base, value in ((100, 200), (110, 6000), (120, 500)) for ax in range(3))
 # target, and where the joints stand in the end, units; limit3 keeps 50 units/s and 400 units/s2

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import socket
 import struct
 import time
@@ -36,7 +37,8 @@ from wificnc.wmc3.layout import (
 )
 from wificnc.wmc3.packet import build, parse
 
-ADDRESS = "127.0.58.27"
+# the ports are fixed: every run of the tests has an address of its own
+ADDRESS = f"127.58.{os.getpid() >> 8 & 0xFF}.{os.getpid() & 0xFF or 1}"
 SETTINGS = tuple(f"${base + ax}={value}" for base, value in ((100, 200), (110, 6000), (120, 500)) for ax in range(3))
 
 try:
@@ -145,8 +147,13 @@ def test_addresses_and_speeds_that_cannot_be() -> None:
         parse_wmc3("127.0.0.1", 0.0)
 
 
+def test_an_address_that_is_none() -> None:
+    with pytest.raises(LinkError, match="is no address"):
+        Device("controller")
+
+
 def test_nobody_there() -> None:
-    with Device("127.0.58.99", timeout_s=0.2) as device, pytest.raises(LinkError, match="no device at"):
+    with Device("127.59.58.99", timeout_s=0.2) as device, pytest.raises(LinkError, match="no device at"):
         device.handshake()
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import hmac
+import ipaddress
 import os
 import select
 import socket
@@ -96,7 +97,9 @@ class Device:
         self._sequence = int.from_bytes(os.urandom(2), "little") << 8  # not that of the host program before
         self._tcp: socket.socket | None = None
         self._status: socket.socket | None = None
+        self._local = _local_address(address)
         self._udp = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self._udp.bind((self._local, 0))
         self._udp.settimeout(TURN_S)
         self._password = password
 
@@ -126,7 +129,7 @@ class Device:
     def _connection(self) -> socket.socket:
         if self._tcp is None:
             try:
-                self._tcp = socket.create_connection((self.address, CONTROL_PORT), self._timeout_s)
+                self._tcp = socket.create_connection((self.address, CONTROL_PORT), self._timeout_s, (self._local, 0))
             except OSError as err:
                 raise LinkError(
                     f"no device at {self.address}: {err.strerror or err}",
@@ -216,7 +219,7 @@ class Device:
     def listen(self) -> socket.socket:
         """Where its status reports come."""
         if self._status is None:
-            self._status = status_socket(_own_address(self.address))
+            self._status = status_socket(self._local or _own_address(self.address))
         return self._status
 
     # ---- motion ----
@@ -280,6 +283,15 @@ def _refused(kind: Type, reason: int) -> RefusedError:
     )
 
 
+def _local_address(device: str) -> str:
+    """Where to speak from: to a device on this computer from its own address, so that many of them, each with its
+    hosts, fit on one computer; else from anywhere."""
+    try:
+        return device if ipaddress.ip_address(device).is_loopback else ""
+    except ValueError:
+        raise LinkError(f"{device!r} is no address", hint="like 192.168.1.50") from None
+
+
 def _own_address(to: str) -> str:
     """The address of this computer that the device sees."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
@@ -310,7 +322,9 @@ def find_devices(seconds: float, broadcast: str = "255.255.255.255") -> Iterator
     found: set[str] = set()
     end = time.monotonic() + seconds
     asked = float("-inf")
-    with status_socket("") as listener, socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as asker:
+    local = _local_address(broadcast)
+    with status_socket(local) as listener, socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as asker:
+        asker.bind((local, 0))
         asker.setsockopt(socket.SOL_SOCKET, socket.SO_BROADCAST, 1)
         listener.settimeout(0.1)
         while (now := time.monotonic()) < end:
