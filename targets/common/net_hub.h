@@ -21,6 +21,7 @@
 #ifndef WIFICNC_COMMON_NET_HUB_H
 #define WIFICNC_COMMON_NET_HUB_H
 
+#include "hal/net_sizes.h" // NET_CLIENTS, of the target
 #include "net_gate.h"
 #include "net_queue.h"
 #include "net_stream.h"
@@ -29,7 +30,7 @@
 #include <stdint.h>
 
 /** NET_ANSWER_MAX: the controller's longest answer to one line; all settings are half of it. */
-enum { NET_CLIENTS = 16, NET_NAME_SIZE = 64, NET_LINE_SIZE = 512, NET_ANSWER_MAX = 4096 };
+enum { NET_NAME_SIZE = 64, NET_LINE_SIZE = 512, NET_ANSWER_MAX = 4096 };
 
 /** How much may wait in the hub, bytes. A controller with little RAM takes small ones. */
 struct net_hub_sizes {

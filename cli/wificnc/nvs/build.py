@@ -26,7 +26,7 @@ def build_image(entries: Iterable[Entry], size: int = PARTITION_SIZE) -> bytes:
     with tempfile.TemporaryDirectory() as folder:
         table, image = Path(folder) / "nvs.csv", Path(folder) / "nvs.bin"
         table.write_text(csv_text(entries), encoding="utf-8")
-        options = SimpleNamespace(input=str(table), output=str(image), size=hex(size), version=2, outdir=folder)
+        options = SimpleNamespace(input=str(table), output=image.name, size=hex(size), version=2, outdir=folder)
         before = os.getcwd()
         try:
             with redirect_stdout(io.StringIO()):  # it says where it wrote

@@ -31,7 +31,7 @@
 #include <stdio.h>
 #include <string.h>
 
-enum { TELNET_CLIENTS = 4, US_PER_MS = 1000, LED_EVERY_US = 50000 };
+enum { US_PER_MS = 1000, LED_EVERY_US = 50000 };
 enum { WIRE_FIRMWARE_VERSION = 0x00010000 }; /* 0.1.0 */
 enum device_mode { MODE_CONTROLLER, MODE_IO_MODULE };
 
@@ -55,16 +55,18 @@ static void tell(const char *text) {
 }
 
 /* Pins are sorted out before there is anybody to be told. */
-static char pin_complaints[512];
+struct complaints {
+    char text[512]; /* lines */
+};
 
 static void note_complaint(void *ctx, const char *text) {
-    size_t used = strlen(pin_complaints);
-    (void)ctx;
-    snprintf(pin_complaints + used, sizeof pin_complaints - used, "%s\n", text);
+    struct complaints *complaints = ctx;
+    size_t used = strlen(complaints->text);
+    snprintf(complaints->text + used, sizeof complaints->text - used, "%s\n", text);
 }
 
-static void tell_complaints(void) {
-    for (const char *line = strtok(pin_complaints, "\n"); line != NULL; line = strtok(NULL, "\n"))
+static void tell_complaints(struct complaints *complaints) {
+    for (const char *line = strtok(complaints->text, "\n"); line != NULL; line = strtok(NULL, "\n"))
         tell(line);
 }
 
@@ -104,8 +106,8 @@ static void read_choices(void) {
     (void)nvs_flash_ops_get_text(&store, NVS_ACCESS_PASSWORD, password, sizeof password);
 }
 
-static void start_pins(void) {
-    const struct pin_moves moves = {.read = read_u8, .tell = note_complaint};
+static void start_pins(struct complaints *complaints) {
+    const struct pin_moves moves = {.read = read_u8, .tell = note_complaint, .ctx = complaints};
     pin_map_init(&pins);
     (void)pin_map_move(&pins, &moves);
     outputs_make_safe(&pins);
@@ -279,16 +281,17 @@ static void run_io_module(void *unused) {
 
 void app_main(void) {
     static const struct net_hub_sizes sizes = {
-        .clients = TELNET_CLIENTS + CONTROLLER_PORTS, .in = 2048, .out = 16384, .left = 2048};
+        .clients = NET_CLIENTS, .in = 2048, .out = 16384, .left = 2048};
+    struct complaints complaints = {.text = ""};
     enum nvs_start kept = nvs_flash_ops_open(&store);
     safe_mode = boot_guard_begin(&guard, cause_of_start());
     controller_init(&controller, &machine, &sizes);
-    start_pins();
+    start_pins(&complaints);
     read_choices();
     void (*run)(void *) = run_io_module;
     if (device_mode != MODE_IO_MODULE) {
         start_ports();
-        tell_complaints();
+        tell_complaints(&complaints);
         start_hal();
         start_machine(kept);
         run = run_controller;
