@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import subprocess
+import sys
 from pathlib import Path
 
 from wificnc.build.checkout import checkout_root
@@ -50,7 +51,8 @@ def _compiler(directory: Path) -> Compiler:
 def _link(compiler: Compiler, objects: list[Path], library: Path) -> None:
     """Beside the library, then over it: whoever has the old one loaded keeps it."""
     fresh = library.with_name(f".{library.name}.new")
-    command = [*compiler.argv, "-shared", "-Wl,-Bsymbolic", *map(str, objects), "-o", str(fresh), "-lm"]
+    own_names_first = ["-Wl,-Bsymbolic"] if sys.platform == "linux" else []
+    command = [*compiler.argv, "-shared", *own_names_first, *map(str, objects), "-o", str(fresh), "-lm"]
     run = subprocess.run(command, capture_output=True, text=True, stdin=subprocess.DEVNULL)
     if run.returncode != 0:
         raise failure(f"{library.name} did not link ({compiler.title})", run.stderr)

@@ -13,12 +13,15 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from rich.table import Table
 
 from wificnc import ui
+from wificnc.board.load import load_board
+from wificnc.chip.job import run_on_chip
 from wificnc.commands._program import max_lines_option
-from wificnc.errors import Exit
+from wificnc.errors import Exit, UserError
+from wificnc.machine import load_machine
 from wificnc.sim.job import Progress as OnProgress
 from wificnc.sim.job import SimResult
 from wificnc.sim.report import AXIS_COLUMNS, axis_rows, error_line, report_json, summary_rows
-from wificnc.sim.run import SimOptions, simulate
+from wificnc.sim.run import SimOptions, check_axes, parse_setting, simulate
 
 ERRORS_SHOWN = 20
 
@@ -33,12 +36,13 @@ ERRORS_SHOWN = 20
 @click.option("--trace", type=click.Path(path_type=Path), help="Write every step event: .csv, .vcd or .npz.")
 @click.option("--at", multiple=True, metavar="'TIME WHAT'", help="At the machine, '2.5s limit x'; repeatable.")
 @click.option("--keep-going", is_flag=True, help="Go on after an error, collect all.")
+@click.option("--on-chip", is_flag=True, help="Run a PIC32MZ's real image in the virtual chip, and compare.")
 @max_lines_option
 @click.pass_context
 def command(
     ctx: click.Context, file: Path, board: str, machine: str | None, settings: tuple[str, ...],
     json_path: Path | None, plot: Path | None, trace: Path | None, at: tuple[str, ...],
-    keep_going: bool, max_lines: int,
+    keep_going: bool, max_lines: int, on_chip: bool,
 ) -> None:  # fmt: skip
     """Run a G-code FILE through the real core in virtual time.
 
@@ -46,6 +50,10 @@ def command(
     """
     json_file = None if json_path is None or str(json_path) == "-" else json_path
     options = SimOptions(file, board, machine, settings, json_file, plot, trace, keep_going, at, max_lines)
+    if on_chip:
+        if json_path or plot or trace or at or keep_going:
+            raise UserError("--on-chip goes with --machine and --set alone")
+        ctx.exit(Exit.OK if _run_on_chip(options) else Exit.JOB)
     with _progress_bar(file.name) as on_progress:
         result = simulate(options, on_progress)
     if json_path is not None and json_file is None:
@@ -57,6 +65,25 @@ def command(
         if path:
             ui.note(f"wrote {path}")
     ctx.exit(Exit.JOB if result.errors else Exit.OK)
+
+
+def _run_on_chip(options: SimOptions) -> bool:
+    """@return whether no line was refused and every step is the host's"""
+    board = load_board(options.board)
+    profile = load_machine(options.machine) if options.machine else None
+    check_axes(board, profile)
+    settings = [*(profile.settings_lines() if profile else ()), *map(parse_setting, options.settings)]
+    with _progress_bar(options.file.name) as on_progress:
+        result = run_on_chip(board, options, settings, on_progress)
+    ui.data.print(f"[bold]{escape(str(options.file))}[/] in the image of {board.id}")
+    ui.data.print(f"lines       {result.lines:,}, {len(result.errors)} refused")
+    ui.data.print(f"step events {result.events:,} in {result.seconds:.3f} s")
+    ui.data.print(f"stands at   {', '.join(map(str, result.position_steps))} steps")
+    same = result.first_difference is None
+    ui.data.print("the host    " + ("the same steps" if same else f"another one at event {result.first_difference:,}"))
+    for error in result.errors[:ERRORS_SHOWN]:
+        ui.talk.print(f"[bold red]{escape(error)}[/]", soft_wrap=True)
+    return same and not result.errors
 
 
 @contextmanager

@@ -1,0 +1,116 @@
+"""One job through a board's real image in the virtual chip, and beside it through the host's controller."""
+
+from __future__ import annotations
+
+import struct
+import tempfile
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from wificnc.board.model import Board
+from wificnc.chip.machine import board_image, wired_chip
+from wificnc.chip.virtual import CPU_HZ, VirtualChip
+from wificnc.errors import JobError, UserError
+from wificnc.sim.job import read_job, split_lines
+from wificnc.sim.run import SimOptions, simulate
+
+IN_FLIGHT = 1000  # bytes on their way to a receive buffer of 1024
+SLICE_S = 0.002
+BOOT_S = 0.05
+PATIENCE_S = 3600.0  # of the chip's time without an answer
+STEP = struct.Struct("<QBB6x")
+
+Progress = Callable[[int, int], None]
+
+
+@dataclass(frozen=True)
+class ChipResult:
+    """What the image made of a job."""
+
+    lines: int
+    errors: tuple[str, ...]  # "line 12: error:20"
+    seconds: float  # from the first step to the last one
+    events: int
+    position_steps: tuple[int, ...]  # where the motors stand
+    first_difference: int | None  # step event at which the host's simulation does another; None: all are the same
+
+
+def run_on_chip(board: Board, options: SimOptions, settings: list[str], progress: Progress | None = None) -> ChipResult:
+    """Stream the file at 115200 baud, until the machine rests.
+
+    Raises:
+        UserError: a setting is refused.
+        JobError: the file cannot be read, or a line is never answered.
+        ChipFault: the image does what no chip may.
+    """
+    lines = [line.decode("latin-1") for line in split_lines(read_job(options.file))]
+    with wired_chip(board, board_image(board)) as chip:
+        chip.run(BOOT_S)
+        chip.read()
+        for line in settings:
+            (answer,) = _stream(chip, [line])
+            if answer != "ok":
+                raise UserError(f"the controller refuses {line}: {answer}")
+        chip.steps()
+        answers = _stream(chip, lines, progress)
+        _rest(chip, len(board.axes))
+        steps = list(STEP.iter_unpack(chip.steps()))
+        position = tuple(chip.position(axis) for axis in range(len(board.axes)))
+    errors = tuple(f"line {number}: {said}" for number, said in enumerate(answers, 1) if said != "ok")
+    seconds = (steps[-1][0] - steps[0][0]) / CPU_HZ if steps else 0.0
+    return ChipResult(len(answers), errors, seconds, len(steps), position, _difference(options, steps))
+
+
+def _stream(chip: VirtualChip, lines: list[str], progress: Progress | None = None) -> list[str]:
+    """By character counting. @return answers"""
+    waiting: list[int] = []
+    answers: list[str] = []
+    said = _answers(chip)
+    for line in lines:
+        while waiting and sum(waiting) + len(line) + 1 > IN_FLIGHT:
+            answers.append(next(said))
+            waiting.pop(0)
+            if progress:
+                progress(len(answers), len(lines))
+        chip.write(line.encode("latin-1") + b"\n")
+        waiting.append(len(line) + 1)
+    return answers + [next(said) for _ in waiting]
+
+
+def _answers(chip: VirtualChip) -> Iterator[str]:
+    """Each ok and error, as they come. A pause of the program (M0) is resumed. Raises JobError."""
+    rest, quiet_s = "", 0.0
+    while quiet_s < PATIENCE_S:
+        chip.run(SLICE_S)
+        quiet_s += SLICE_S
+        *lines, rest = (rest + chip.read().decode("latin-1")).split("\r\n")
+        for line in lines:
+            if line == "ok" or line.startswith("error:"):
+                quiet_s = 0.0
+                yield line
+            elif line.startswith("ALARM:"):
+                raise JobError(f"{line} stopped the job")
+        if quiet_s % 1.0 < SLICE_S:
+            chip.write(b"~")
+    raise JobError("the image has not answered a line for an hour")
+
+
+def _rest(chip: VirtualChip, axes: int) -> None:
+    """Until nothing has moved for a second."""
+    before: list[int] = []
+    while (now := [chip.position(axis) for axis in range(axes)]) != before:
+        before = now
+        chip.run(1.0)
+
+
+def _difference(options: SimOptions, steps: list[tuple[int, int, int]]) -> int | None:
+    """The first event whose axes or directions are not the host's."""
+    with tempfile.TemporaryDirectory() as folder:
+        trace = Path(folder) / "host.csv"
+        simulate(SimOptions(options.file, options.board, options.machine, options.settings, trace=trace))
+        host = [line.split(",")[1:] for line in trace.read_text().splitlines()[1:]]
+    for event, ((_, mask, direction), (host_mask, host_direction)) in enumerate(zip(steps, host, strict=False)):
+        if mask != int(host_mask) or (direction ^ int(host_direction)) & mask:
+            return event
+    return None if len(steps) == len(host) else min(len(steps), len(host))
