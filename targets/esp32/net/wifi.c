@@ -85,13 +85,18 @@ bool wifi_init(const struct nvs_store *store, const char *name) {
 static void set_own(bool up) {
     wifi_config_t config = {
         .ap = {.channel = OWN_CHANNEL, .max_connection = OWN_CLIENTS, .authmode = WIFI_AUTH_WPA2_PSK}};
-    (void)esp_wifi_set_mode(up ? WIFI_MODE_APSTA : WIFI_MODE_STA);
-    if (!up)
+    if (!up) {
+        (void)esp_wifi_set_mode(WIFI_MODE_STA);
         return;
+    }
     config.ap.ssid_len = (uint8_t)strlen(wifi.name);
     memcpy(config.ap.ssid, wifi.name, strlen(wifi.name));
     memcpy(config.ap.password, wifi.password, strlen(wifi.password));
+    /* stopped first, or it would be on the air with the driver's defaults for a moment, open to all */
+    (void)esp_wifi_stop();
+    (void)esp_wifi_set_mode(WIFI_MODE_APSTA);
     (void)esp_wifi_set_config(WIFI_IF_AP, &config);
+    (void)esp_wifi_start();
 }
 
 static void switch_radio(bool on) {
