@@ -110,6 +110,23 @@ def test_the_greatest_step_rate(controller: Controller) -> None:
     assert controller.chip.pulses().low * NS_PER_CYCLE >= controller.board.timing.step_pulse_ns
 
 
+def test_noise_at_a_switch_delays_steps_and_loses_none(controller: Controller) -> None:
+    """Edges every 7 us hold the step interrupt off again and again at full rate: every pulse and pause is still whole,
+    and each motor stands where it should."""
+    for axis in range(4):
+        controller.fine(f"$10{axis}=4000", f"$11{axis}=6000", f"$12{axis}=8000")
+    controller.fine("G91G1X40Y39Z38A37F12000")
+    controller.run(0.3)
+    for _ in range(20):
+        for edge in range(50):
+            controller.at((edge + 1) * 7e-6, "limit_y_min", edge % 2)
+        controller.run(0.0005)
+    controller.rest()
+    assert controller.stands() == [160_000, 156_000, 152_000, 148_000]
+    pulses, timing = controller.chip.pulses(), controller.board.timing
+    assert min(pulses.high, pulses.low) * NS_PER_CYCLE >= timing.step_pulse_ns
+
+
 def in_interrupts(controller: Controller) -> int:
     """Instructions spent in interrupts so far."""
     return sum(controller.chip.vector(irq).instructions for irq in range(192))
