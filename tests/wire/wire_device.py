@@ -36,6 +36,9 @@ class Board(ctypes.Structure):
         ("axis_count", ctypes.c_uint8),
         ("ganged", ctypes.c_uint8),
         ("relay_spindle", ctypes.c_uint8),
+        ("digital_inputs", ctypes.c_uint8),
+        ("analog", ctypes.c_uint8),
+        ("motors_wake_us", ctypes.c_uint16),
     )
 
 
