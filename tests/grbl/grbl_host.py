@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 from wificnc.build.host import ensure_host_library
+from wificnc.sim.native import HostBoard
 
 AXES = 6
 HZ = 20_000_000
@@ -18,23 +19,6 @@ LOCKED = "[MSG:'$H'|'$X' to unlock]\r\n"
 Steps = ctypes.c_int32 * AXES
 EVENT = np.dtype([("t", "<u8"), ("step", "u1"), ("dir", "u1"), ("flags", "u1"), ("more", "u1"), ("line", "<u4")])
 CONSUMER = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_size_t)
-
-
-class Board(ctypes.Structure):
-    """struct host_board."""
-
-    _fields_ = (
-        ("timer_hz", ctypes.c_uint32),
-        ("step_pulse_ns", ctypes.c_uint32),
-        ("dir_setup_ns", ctypes.c_uint32),
-        ("max_step_rate_hz", ctypes.c_uint32),
-        ("axis_count", ctypes.c_uint8),
-        ("ganged", ctypes.c_uint8),
-        ("relay_spindle", ctypes.c_uint8),
-        ("digital_inputs", ctypes.c_uint8),
-        ("analog", ctypes.c_uint8),
-        ("motors_wake_us", ctypes.c_uint16),
-    )
 
 
 class Outputs(ctypes.Structure):
@@ -56,7 +40,7 @@ def _library() -> ctypes.CDLL:
     lib = ctypes.CDLL(str(ensure_host_library()))
     host, size, text = ctypes.c_void_p, ctypes.c_size_t, ctypes.c_char_p
     lib.host_open.restype = host
-    lib.host_open.argtypes = (ctypes.POINTER(Board), text)
+    lib.host_open.argtypes = (ctypes.POINTER(HostBoard), text)
     lib.host_destroy.argtypes = (host,)
     lib.host_time_ticks.argtypes = (host,)
     lib.host_time_ticks.restype = ctypes.c_uint64
@@ -105,7 +89,7 @@ class Grbl:
         ports: bool = True,  # four inputs, and analog ones
         motors_wake_us: int = 0,
     ) -> None:
-        board = Board(HZ, 1000, 500, 500_000, axes, ganged, relay, 4 * ports, ports, motors_wake_us)
+        board = HostBoard(HZ, 1000, 500, 500_000, axes, ganged, relay, 4 * ports, ports, motors_wake_us)
         self._host = LIB.host_open(ctypes.byref(board), str(store).encode() if store else None)
         assert self._host
         LIB.host_input_follows(self._host, 0)

@@ -15,6 +15,7 @@ from collections.abc import Callable
 from types import TracebackType
 
 from wificnc.build.host import ensure_host_library
+from wificnc.sim.native import HostBoard
 
 AXES = 6
 EVENTS_PER_ROUND = 20_000
@@ -22,27 +23,10 @@ REALTIME = frozenset(b"!~?\x18") | frozenset(range(0x80, 0x100))
 FAST = "$110=20000\n$111=20000\n$112=20000\n$120=2000\n$121=2000\n$122=2000\n"
 
 
-class Board(ctypes.Structure):
-    """struct host_board"""
-
-    _fields_ = (
-        ("timer_hz", ctypes.c_uint32),
-        ("step_pulse_ns", ctypes.c_uint32),
-        ("dir_setup_ns", ctypes.c_uint32),
-        ("max_step_rate_hz", ctypes.c_uint32),
-        ("axis_count", ctypes.c_uint8),
-        ("ganged", ctypes.c_uint8),
-        ("relay_spindle", ctypes.c_uint8),
-        ("digital_inputs", ctypes.c_uint8),
-        ("analog", ctypes.c_uint8),
-        ("motors_wake_us", ctypes.c_uint16),
-    )
-
-
 def _library() -> ctypes.CDLL:
     lib = ctypes.CDLL(str(ensure_host_library()))
     lib.host_create.restype = ctypes.c_void_p
-    lib.host_create.argtypes = (ctypes.POINTER(Board),)
+    lib.host_create.argtypes = (ctypes.POINTER(HostBoard),)
     lib.host_destroy.argtypes = (ctypes.c_void_p,)
     for name in ("host_write", "host_read"):
         getattr(lib, name).argtypes = (ctypes.c_void_p, ctypes.c_char_p, ctypes.c_size_t)
@@ -60,7 +44,7 @@ class Bridge:
 
     def __init__(self, axes: int = 3, settings: str = FAST, said: dict[str, str] | None = None) -> None:
         self._lib = _library()
-        board = Board(20_000_000, 1000, 500, 500_000, axes)
+        board = HostBoard(20_000_000, 1000, 500, 500_000, axes)
         self._host = self._lib.host_create(ctypes.byref(board))
         assert self._host
         self._said = said or {}  # lines that the bridge answers in the controller's place

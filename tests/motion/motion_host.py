@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 from wificnc.build.host import ensure_host_library
+from wificnc.sim.native import HostBoard
 
 AXES = 6
 # The measuring settings: 250 steps/mm, 5000 mm/min, 500 mm/s2.
@@ -27,23 +28,6 @@ COUNTERS = (
 HOST_IDLE, HOST_ROOM, HOST_BUDGET = range(3)
 
 
-class Board(ctypes.Structure):
-    """struct host_board."""
-
-    _fields_ = (
-        ("timer_hz", ctypes.c_uint32),
-        ("step_pulse_ns", ctypes.c_uint32),
-        ("dir_setup_ns", ctypes.c_uint32),
-        ("max_step_rate_hz", ctypes.c_uint32),
-        ("axis_count", ctypes.c_uint8),
-        ("ganged", ctypes.c_uint8),
-        ("relay_spindle", ctypes.c_uint8),
-        ("digital_inputs", ctypes.c_uint8),
-        ("analog", ctypes.c_uint8),
-        ("motors_wake_us", ctypes.c_uint16),
-    )
-
-
 class Counters(ctypes.Structure):
     """struct host_counters."""
 
@@ -53,7 +37,7 @@ class Counters(ctypes.Structure):
 def _library() -> ctypes.CDLL:
     lib = ctypes.CDLL(str(ensure_host_library()))
     lib.host_create.restype = ctypes.c_void_p
-    lib.host_create.argtypes = (ctypes.POINTER(Board),)
+    lib.host_create.argtypes = (ctypes.POINTER(HostBoard),)
     for name in ("host_destroy", "host_trace", "host_time_ticks"):
         getattr(lib, name).argtypes = (ctypes.c_void_p,)
     lib.host_trace.restype = ctypes.c_void_p
@@ -111,7 +95,7 @@ class Host:
         axes: int = 6,
     ) -> None:
         self.timer_hz = timer_hz
-        board = Board(timer_hz, pulse_ns, setup_ns, rate_hz, axes)
+        board = HostBoard(timer_hz, pulse_ns, setup_ns, rate_hz, axes)
         self._host = LIB.host_create(ctypes.byref(board))
         assert self._host
         self._chunks: list[NDArray[np.void]] = []

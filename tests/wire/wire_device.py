@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from wificnc.build.host import ensure_host_library
+from wificnc.sim.native import HostBoard
 from wificnc.wmc3.layout import STATUS_PORT, Motion, Segment, Status, Type
 from wificnc.wmc3.packet import Packet, build, parse
 from wificnc.wmc3.packing import Layout
@@ -25,30 +26,13 @@ SETTINGS = {base + ax: value for base, value in ((100, 200), (110, 6000), (120, 
 RATE, ACCEL = 20_000, 100_000
 
 
-class Board(ctypes.Structure):
-    """struct host_board."""
-
-    _fields_ = (
-        ("timer_hz", ctypes.c_uint32),
-        ("step_pulse_ns", ctypes.c_uint32),
-        ("dir_setup_ns", ctypes.c_uint32),
-        ("max_step_rate_hz", ctypes.c_uint32),
-        ("axis_count", ctypes.c_uint8),
-        ("ganged", ctypes.c_uint8),
-        ("relay_spindle", ctypes.c_uint8),
-        ("digital_inputs", ctypes.c_uint8),
-        ("analog", ctypes.c_uint8),
-        ("motors_wake_us", ctypes.c_uint16),
-    )
-
-
 def library() -> ctypes.CDLL:
     lib = ctypes.CDLL(str(ensure_host_library()))
     handle, size, data = ctypes.c_void_p, ctypes.c_size_t, ctypes.c_char_p
     u32, u16 = ctypes.c_uint32, ctypes.c_uint16
     for name, result, *arguments in (
-        ("host_create", handle, ctypes.POINTER(Board)),
-        ("host_open", handle, ctypes.POINTER(Board), data),
+        ("host_create", handle, ctypes.POINTER(HostBoard)),
+        ("host_open", handle, ctypes.POINTER(HostBoard), data),
         ("host_destroy", None, handle),
         ("host_trace", handle, handle),
         ("host_time_ticks", ctypes.c_uint64, handle),
@@ -102,7 +86,7 @@ class Device:
         self, password: str = "", settings: dict[int, float] | None = None, store: str | None = None, axes: int = AXES
     ) -> None:
         self.lib = library()
-        board = Board(TIMER_HZ, 1000, 500, 500_000, axes, 0, 0)
+        board = HostBoard(TIMER_HZ, 1000, 500, 500_000, axes, 0, 0)
         self.host = self.lib.host_open(ctypes.byref(board), store.encode() if store else None)
         assert self.host
         self.wire = self.lib.host_wire_create(self.host, password.encode())
