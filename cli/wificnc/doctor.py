@@ -12,10 +12,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
-from wificnc.build.checkout import find_checkout
+from wificnc.build.checkout import copied_tree, find_checkout
 from wificnc.build.compiler import identify_compiler, locate_compiler
 from wificnc.build.esp32 import core_directory, find_platformio, missing_packages
 from wificnc.build.pic32mz import find_compiler
+from wificnc.checked import paths
 from wificnc.errors import BuildError
 from wificnc.flash.ports import Port, usb_ports
 
@@ -49,12 +50,10 @@ def python(version: tuple[int, ...] = tuple(sys.version_info[:3])) -> Iterator[F
 
 
 def sources() -> Iterator[Finding]:
-    root = find_checkout()
-    if root is None:
-        fix = "git clone the WiFiCNC repository, then `pip install -e .` in it"
-        yield Finding("sources", "missing", "installed without them", fix, "build, sim, serve")
-    else:
-        yield Finding("sources", "good", str(root))
+    try:
+        yield Finding("sources", "good", str(find_checkout() or copied_tree(paths.CARRIED)))
+    except BuildError as err:
+        yield Finding("sources", "missing", "installed without them", err.hint or "", "build, sim, serve")
 
 
 def compiler() -> Iterator[Finding]:
@@ -92,7 +91,7 @@ def packages() -> Iterator[Finding]:
         try:
             yield Finding(name, "good", importlib.metadata.version(name))
         except importlib.metadata.PackageNotFoundError:
-            yield Finding(name, "missing", "not installed", "pip install 'wificnc[esp]'", used_by)
+            yield Finding(name, "missing", "not installed", f"pip install {name}", used_by)
 
 
 def serial_ports(

@@ -11,13 +11,10 @@ DOCS = ROOT / "docs"
 
 
 def require_repository() -> None:
-    """The data lies beside the package only in a checkout (pip install -e .).
+    """A checkout has the data, and so has an installed package.
 
     Raises:
-        UserError: boards/ or targets/ is not where a checkout has it.
+        UserError: boards/ or targets/ is missing: somebody moved the package's files.
     """
     if not (BOARDS.is_dir() and TARGETS.is_dir()):
-        raise UserError(
-            f"no boards/ and targets/ in {ROOT}",
-            "install from a checkout: git clone, then pip install -e .",
-        )
+        raise UserError(f"no boards/ and targets/ in {ROOT}", "this installation is damaged: install wificnc again")

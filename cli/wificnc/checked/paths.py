@@ -1,10 +1,16 @@
-"""How messages show a path."""
+"""Where the files beside the Python code are, and how messages show a path."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
-ROOT = Path(__file__).resolve().parents[3]
+_PACKAGE = Path(__file__).resolve().parents[1]
+
+CHECKOUT = _PACKAGE.parents[1]  # the repository's root, when this package runs from one (`pip install -e .`)
+CARRIED = _PACKAGE / "carried"  # the same tree inside an installed package: tables, boards, C sources, firmware
+IS_CHECKOUT = (CHECKOUT / "core" / "config.h").is_file()
+
+ROOT = CHECKOUT if IS_CHECKOUT else CARRIED  # to read from
 
 
 def shown(path: Path) -> str:

@@ -13,9 +13,10 @@ import serial
 from wificnc import ui
 from wificnc.board.load import load_board
 from wificnc.board.model import Board
-from wificnc.build.checkout import checkout_root
+from wificnc.board import paths
 from wificnc.commands._port import connected, port_option, progress_bars
 from wificnc.errors import BuildError, FlashError
+from wificnc.flash.find import firmware_folder
 from wificnc.flash.ota import PORT as OTA_PORT
 from wificnc.flash.ota import Upload
 from wificnc.flash.pic32mz import RUNNERS, plan_flash, run_flash
@@ -41,7 +42,7 @@ BANNER_S = 8.0  # its start, and WiFi's
 @click.option("--erase", is_flag=True, help="Erase everything first: settings, WiFi and passwords too.")
 @click.option("--verify/--no-verify", default=True, help="Read the digests back when all is written.")
 @click.option("--from", "folder", type=click.Path(path_type=Path, file_okay=False, exists=True),
-              help="Take the firmware from this folder, not from build/BOARD.")  # fmt: skip
+              help="Take the firmware from this folder.")  # fmt: skip
 @click.option("--wait", "wait_s", type=click.FloatRange(0), default=BANNER_S, show_default=True,
               help="Seconds to listen for the firmware's first words.")  # fmt: skip
 @click.option("--dry-run", is_flag=True, help="Say what would be written; the chip is not even asked.")
@@ -63,12 +64,12 @@ def command(
     password: str | None,
     tool: str | None,
 ) -> None:
-    """Write the firmware of BOARD, which `wificnc build BOARD` has made, to the board.
+    """Write the firmware of BOARD to the board: what `wificnc build BOARD` has made, else what this package carries.
 
     What the controller has stored, settings, WiFi and passwords, stays unless --erase is given.
     """
     board = load_board(board_ref)
-    folder = folder or checkout_root() / "build" / board.id
+    folder = folder or firmware_folder(board.id)
     if board.target == "pic32mz":
         if erase or ota_host is not None or port is not None:
             raise FlashError("--erase, --ota and --port are not for a PIC32MZ: its programmer decides")
@@ -134,7 +135,7 @@ def esp32_board(board_ref: str) -> Board:
 
 
 def esp32_partitions() -> dict[str, Partition]:
-    return read_partitions((checkout_root() / "targets" / "esp32" / "partitions.csv").read_text())
+    return read_partitions((paths.TARGETS / "esp32" / "partitions.csv").read_text())
 
 
 def show_plan(regions: list[Region], erase: bool) -> None:

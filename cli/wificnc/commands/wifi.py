@@ -96,6 +96,6 @@ def show_qr(name: str, password: str) -> None:
     try:
         import segno
     except ImportError:
-        ui.note("with `pip install 'wificnc[esp]'` a QR code stands here")
+        ui.note("with `pip install segno` a QR code stands here")
         return
     segno.make(wifi_code(name, password)).terminal(out=sys.stdout, compact=True)

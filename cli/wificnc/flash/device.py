@@ -28,7 +28,7 @@ def _esptool() -> Any:
         import esptool
         import esptool.cmds
     except ImportError as err:
-        raise FlashError("esptool is not installed", hint="pip install 'wificnc[esp]'") from err
+        raise FlashError("esptool is not installed", hint="pip install 'esptool>=5,<6'") from err
     return esptool
 
 

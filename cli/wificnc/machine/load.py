@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
+from wificnc.checked.paths import ROOT
 from wificnc.checked.problem import FileProblems
 from wificnc.checked.shape import closest, locate, validate
 from wificnc.checked.tomlfile import read_toml
@@ -12,9 +13,7 @@ from wificnc.errors import MachineError
 from wificnc.machine import rules
 from wificnc.machine.model import Machine
 
-_PACKAGED = Path(__file__).with_name("profiles")  # in a wheel
-_SOURCE = Path(__file__).resolve().parents[3] / "examples" / "machines"  # in the repository
-PROFILES = _PACKAGED if _PACKAGED.is_dir() else _SOURCE
+PROFILES = ROOT / "examples" / "machines"
 
 
 def find_machines() -> dict[str, Path]:

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import sys
 from functools import lru_cache
-from pathlib import Path
 from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
+from wificnc.checked.paths import ROOT
 from wificnc.protocol.table import NVS_KEY_MAX
 
 if sys.version_info >= (3, 11):
@@ -16,9 +16,7 @@ if sys.version_info >= (3, 11):
 else:
     import tomli as tomllib  # type: ignore[import-not-found, unused-ignore]
 
-_PACKAGED = Path(__file__).with_name("nvs.toml")  # in a wheel
-_SOURCE = Path(__file__).resolve().parents[3] / "protocol" / "nvs.toml"  # in the repository
-NVS_PATH = _PACKAGED if _PACKAGED.exists() else _SOURCE
+NVS_PATH = ROOT / "protocol" / "nvs.toml"
 
 Key = Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]*$", max_length=NVS_KEY_MAX)]
 Name = Annotated[str, Field(pattern=r"^[A-Z][A-Z_]*$")]

@@ -7,10 +7,11 @@ import struct
 import sys
 from functools import lru_cache
 from itertools import pairwise
-from pathlib import Path
 from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+from wificnc.checked.paths import ROOT
 
 if sys.version_info >= (3, 11):
     import tomllib
@@ -19,9 +20,7 @@ else:
 
 AXES = "XYZABC"  # core/base/axis.h
 
-_PACKAGED = Path(__file__).with_name("settings.toml")  # in a wheel
-_SOURCE = Path(__file__).resolve().parents[3] / "protocol" / "settings.toml"  # in the repository
-SETTINGS_PATH = _PACKAGED if _PACKAGED.exists() else _SOURCE
+SETTINGS_PATH = ROOT / "protocol" / "settings.toml"
 
 INTEGER_MAX = {"bool": 1, "u8": 0xFF, "u16": 0xFFFF}
 NVS_KEY_MAX = 15  # characters, ESP-IDF's NVS_KEY_NAME_MAX_SIZE - 1
