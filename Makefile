@@ -14,7 +14,10 @@ SECONDS ?= 60
 SEED    ?= 0
 LINES   ?= 1000000
 
-.PHONY: help demo test lint fuzz bench bench-serve stream-million format generate clean distclean
+BOARDS ?=
+TAG    ?=
+
+.PHONY: help demo test lint fuzz bench bench-serve stream-million release format generate clean distclean
 .DEFAULT_GOAL := help
 
 help:
@@ -24,6 +27,7 @@ help:
 	@echo 'make fuzz    look for inputs that break something: 60 s for each harness, or SECONDS=N'
 	@echo 'make bench   speed, instructions and memory, with the method'
 	@echo 'make bench-serve  a serving controller as senders see it; make stream-million: its first part'
+	@echo 'make release what people download, into dist/: of the boards that are built or can be built here'
 	@echo 'make generate  what comes from the tables in protocol/, boards/ and core/gcode/status.h'
 	@echo 'make format  let the formatters mend what they can'
 	@echo 'make clean   remove what was built; make distclean removes .venv too'
@@ -52,6 +56,11 @@ bench-serve: $(VENV)/.ready-dev
 
 stream-million: ONLY = streams
 stream-million: bench-serve
+
+# The page is part of it where there is one.
+release: $(VENV)/.ready-dev
+	@if [ -f web/package.json ]; then $(MAKE) --no-print-directory web; fi
+	$(WIFICNC) release -o dist $(if $(BOARDS),--boards $(BOARDS)) $(if $(TAG),--tag $(TAG))
 
 generate: $(VENV)/.ready-dev
 	$(PY) -m wificnc.protocol.generate

@@ -33,6 +33,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "settings": ("settings", "Read, change, keep and compare settings."),
     "monitor": ("monitor", "Talk to a controller by hand."),
     "wmc3": ("wmc3", "Be a host of the binary protocol."),
+    "release": ("release", "Make what people download, from what has been built."),
     "linuxcnc": ("linuxcnc", "Configure LinuxCNC for a controller."),
 }
 

@@ -54,6 +54,12 @@ class BuildError(UserError):
     exit_code = Exit.BUILD
 
 
+class ReleaseError(UserError):
+    """A release cannot be made: something is missing, damaged, or does not belong together."""
+
+    exit_code = Exit.BUILD
+
+
 class FlashError(UserError):
     """A chip cannot be written or read, or what should be written does not fit."""
 

@@ -44,6 +44,7 @@ FLAGS = (
     *("-ffunction-sections", "-fdata-sections", "-fcallgraph-info=su"),
     *("-Wall", "-Wextra", "-Wconversion", "-Wshadow", "-Werror"),
 )
+PREFIX_MAP = "-ffile-prefix-map={root}=."  # debug information is the same wherever the repository lies
 LINK = (
     "-nostdlib",
     "-static",
@@ -116,7 +117,8 @@ def own_headers(root: Path, compiler: str) -> list[str]:
 
 def _compile_command(root: Path, compiler: str, directory: Path) -> list[str]:
     includes = [f"-I{path}" for path in (directory, *(root / folder for folder in FOLDERS))]
-    return [compiler, *FLAGS, *own_headers(root, compiler), *includes]
+    here = PREFIX_MAP.format(root=root)
+    return [compiler, *FLAGS, here, *own_headers(root, compiler), *includes]
 
 
 def _unit(root: Path, directory: Path, source: Path) -> Unit:
@@ -126,7 +128,7 @@ def _unit(root: Path, directory: Path, source: Path) -> Unit:
 def _compiler_title(directory: Path, compiler: str) -> str:
     """Who it is; another compiler or other flags make every object stale."""
     stamp_file = directory / "compiler.json"
-    stamp = json.dumps([compiler_stamp((compiler,)), FLAGS, LINK])
+    stamp = json.dumps([compiler_stamp((compiler,)), FLAGS, PREFIX_MAP, LINK])
     stored = json.loads(stamp_file.read_text()) if stamp_file.is_file() else {}
     if stored.get("stamp") == stamp:
         return str(stored["title"])

@@ -11,9 +11,9 @@ import rich_click as click
 import serial
 
 from wificnc import ui
+from wificnc.board import paths
 from wificnc.board.load import load_board
 from wificnc.board.model import Board
-from wificnc.board import paths
 from wificnc.commands._port import connected, port_option, progress_bars
 from wificnc.errors import BuildError, FlashError
 from wificnc.flash.find import firmware_folder

@@ -32,6 +32,13 @@ def _esptool() -> Any:
     return esptool
 
 
+def quiet_esptool() -> Any:
+    """esptool without its words, for work on files. Raises FlashError when it is not installed."""
+    esptool = _esptool()
+    _listen(esptool)
+    return esptool
+
+
 class Device:
     """An ESP32 in its loader."""
 

@@ -13,11 +13,13 @@ from wificnc.errors import FlashError
 
 # Chip ids of images (ESP-IDF, esp_app_format.h), and where their first loader looks for the second one.
 CHIP_IDS = {"esp32": 0, "esp32s3": 9}
+CHIP_FAMILIES = {"esp32": "ESP32", "esp32s3": "ESP32-S3"}  # as browsers' flashers call them
 BOOTLOADER_AT = {"esp32": 0x1000, "esp32s3": 0x0}
 PARTITION_TABLE_AT = 0x8000
 IMAGE_MAGIC = 0xE9
 APP_MAGIC = 0xABCD5432
 PROJECT = "wificnc"
+BOOTLOADER, TABLE, SLOT_CHOICE, FIRMWARE = "bootloader", "partition table", "slot choice", "firmware"  # of regions
 FLASH_MB = (1, 2, 4, 8, 16, 32, 64, 128)  # of the upper half of header byte 3
 OCTAL_PSRAM_MB = 8  # embedded PSRAM of this size or more is octal
 
@@ -85,11 +87,11 @@ def load_regions(folder: Path, board: Board, partitions: dict[str, Partition]) -
     _check_build(folder, board)
     slot = partitions["ota_0"]
     regions = [
-        Region("bootloader", BOOTLOADER_AT[board.chip], _image(folder / "bootloader.bin", board.chip)),
-        Region("partition table", PARTITION_TABLE_AT, (folder / "partitions.bin").read_bytes()),
+        Region(BOOTLOADER, BOOTLOADER_AT[board.chip], _image(folder / "bootloader.bin", board.chip)),
+        Region(TABLE, PARTITION_TABLE_AT, (folder / "partitions.bin").read_bytes()),
         # blank: the first slot starts
-        Region("slot choice", partitions["otadata"].offset, b"\xff" * partitions["otadata"].size),
-        Region("firmware", slot.offset, app_image(folder / "firmware.bin", board.chip)),
+        Region(SLOT_CHOICE, partitions["otadata"].offset, b"\xff" * partitions["otadata"].size),
+        Region(FIRMWARE, slot.offset, app_image(folder / "firmware.bin", board.chip)),
     ]
     if regions[-1].end > slot.offset + slot.size:
         raise FlashError(f"the firmware has {len(regions[-1].data):,} bytes, its slot {slot.size:,}")
@@ -148,7 +150,7 @@ def check_chip(chip: Chip, board: Board, regions: list[Region], partitions: dict
             f"this is an {chip.title}, and {board.id} has an {board.pins.name}",
             hint="`wificnc boards` lists the boards; is another one plugged in, too?",
         )
-    bootloader = next((region.data for region in regions if region.name == "bootloader"), None)
+    bootloader = next((region.data for region in regions if region.name == BOOTLOADER), None)
     needed_mb = max(flash_needed_mb(partitions), image_flash_mb(bootloader) if bootloader else 0)
     if chip.flash_mb < needed_mb:
         raise FlashError(f"this chip has {chip.flash_mb:g} MB of flash, and this firmware needs {needed_mb:g} MB")

@@ -22,7 +22,9 @@ def build_image(entries: Iterable[Entry], size: int = PARTITION_SIZE) -> bytes:
     try:
         from esp_idf_nvs_partition_gen import nvs_partition_gen as generator
     except ImportError as err:
-        raise BuildError("Espressif's NVS generator is not installed", hint="pip install esp-idf-nvs-partition-gen") from err
+        raise BuildError(
+            "Espressif's NVS generator is not installed", hint="pip install esp-idf-nvs-partition-gen"
+        ) from err
     with tempfile.TemporaryDirectory() as folder:
         table, image = Path(folder) / "nvs.csv", Path(folder) / "nvs.bin"
         table.write_text(csv_text(entries), encoding="utf-8")

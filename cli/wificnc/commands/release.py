@@ -1,0 +1,63 @@
+"""`wificnc release`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import rich_click as click
+
+from wificnc import ui
+from wificnc.build.checkout import find_checkout
+from wificnc.errors import ReleaseError
+from wificnc.release.facts import firmware_boards, look, read_source
+from wificnc.release.plan import Plan, plan_release
+from wificnc.release.run import check_output, has_page, make_release
+
+ALL = "all"
+
+
+@click.command()
+@click.option("--boards", "names", metavar="BOARD,...", default="",
+              help="These boards, or `all`; a missing one is an error. Default: what is here.")  # fmt: skip
+@click.option("-o", "--output", type=click.Path(path_type=Path), default=Path("dist"), show_default=True,
+              help="Folder; an older release in it is replaced.")  # fmt: skip
+@click.option("--tag", default="", metavar="vVERSION",
+              help="A final release: the tag is the version's, the tree clean, the changelog dated.")  # fmt: skip
+@click.option("--dry-run", is_flag=True, help="Say what would be in it.")
+def command(names: str, output: Path, tag: str, dry_run: bool) -> None:
+    """Make everything that people download, from what has been built: images of boards, packages, the page's firmware,
+    sums, a bill of materials. The same commit gives the same bytes."""
+    root = find_checkout()
+    if root is None:
+        raise ReleaseError("a release is made in a checkout of the repository", hint="git clone it")
+    source, boards = read_source(root), firmware_boards()
+    wanted = [name.strip() for name in names.split(",") if name.strip()]
+    if wanted == [ALL]:
+        wanted = [board.id for board in boards]
+    plan = plan_release(source, boards, look(root, source, boards), wanted, tag)
+    check_output(output)
+    if not source.is_clean:
+        ui.warn(f"files were changed since the last commit: this is {source.revision}, which nobody else can build")
+    if dry_run:
+        for asset in plan.assets:
+            click.echo(asset.name)
+    else:
+        with ui.talk.status("making the release") as status:
+            make_release(plan, root, output, final=bool(tag), say=lambda step: status.update(f"making: {step}"))
+        show(plan, output)
+    show_missing(plan)
+    if not has_page(root):
+        ui.warn("the page has not been built, only what it offers is in web/: `make web`")
+
+
+def show(plan: Plan, output: Path) -> None:
+    for asset in plan.assets:
+        ui.note(f"{(output / asset.name).stat().st_size / 1024:>8.0f} KB  {asset.name}")
+    done = f"{len(plan.boards)} of {len(plan.boards) + len(plan.missing)} boards"
+    ui.note(f"{output}: WiFiCNC {plan.source.version} of commit {plan.source.revision}, {done}")
+
+
+def show_missing(plan: Plan) -> None:
+    """What this machine could not build, and who can."""
+    for row in plan.missing:
+        ui.warn(f"no firmware of {row.board.id}: {row.why}")

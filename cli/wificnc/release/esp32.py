@@ -1,0 +1,104 @@
+"""An ESP32 board's firmware, checked and in the forms that people flash. esptool reads and merges the images."""
+
+from __future__ import annotations
+
+import hashlib
+import struct
+import tempfile
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from wificnc.board.model import Board
+from wificnc.errors import ReleaseError
+from wificnc.flash.device import quiet_esptool
+from wificnc.flash.plan import BOOTLOADER, FIRMWARE, Partition, Region, image_flash_mb, load_regions
+
+ROW = struct.Struct("<HBBII16sI")
+ROW_MAGIC, MD5_MAGIC = 0x50AA, 0xEBEB
+TYPES = {0: "app", 1: "data"}
+IMPROV_MAGIC = b"IMPROV"  # begins every packet of Improv's serial protocol
+
+
+@dataclass(frozen=True)
+class Esp32Firmware:
+    """One build of one board."""
+
+    regions: tuple[Region, ...]  # all that a flash writes; never the settings (NVS)
+    merged: bytes  # of one piece, from address 0; between the regions it is blank, so it forgets the settings
+    uf2: bytes  # the regions, for an ESP USB Bridge
+    elf: bytes
+    flash_mb: int  # that it needs
+    has_improv: bool  # WiFi can be set over the serial port
+
+
+def load_firmware(folder: Path, board: Board, partitions: dict[str, Partition]) -> Esp32Firmware:
+    """Read build/BOARD and check all of it. Raises FlashError or ReleaseError: a part is missing, damaged, of another
+    chip or board, or does not fit."""
+    regions = tuple(load_regions(folder, board, partitions))
+    by_name = {region.name: region.data for region in regions}
+    for name in (BOOTLOADER, FIRMWARE):
+        _check_image(name, by_name[name], board)
+    _check_table(folder / "partitions.bin", partitions)
+    flash_mb = image_flash_mb(by_name[BOOTLOADER])
+    if flash_mb > min(board.memory.flash_mb):
+        raise ReleaseError(
+            f"the bootloader of {board.id} was built for {flash_mb} MB of flash, and there are boards with "
+            f"{min(board.memory.flash_mb)} MB",
+            hint="CONFIG_ESPTOOLPY_FLASHSIZE in targets/esp32/sdkconfig.defaults",
+        )
+    return Esp32Firmware(
+        regions=regions,
+        merged=_merge(regions, board.chip, "raw"),
+        uf2=_merge(regions, board.chip, "uf2"),
+        elf=(folder / "firmware.elf").read_bytes(),
+        flash_mb=flash_mb,
+        has_improv=IMPROV_MAGIC in by_name[FIRMWARE],
+    )
+
+
+def _check_image(name: str, data: bytes, board: Board) -> None:
+    """Segments, checksum and digest. Raises ReleaseError."""
+    hint = f"wificnc build {board.id} --clean"
+    esptool = quiet_esptool()
+    try:
+        image = esptool.bin_image.LoadFirmwareImage(board.chip, data)
+        found, wanted = image.calculate_checksum(), image.checksum
+    except (esptool.FatalError, struct.error, IndexError) as err:
+        raise ReleaseError(f"the {name} of {board.id} is no whole image: {err}", hint) from err
+    if found != wanted:
+        raise ReleaseError(f"the {name} of {board.id} is damaged: its checksum is {found}, not {wanted}", hint)
+    if not image.append_digest or image.stored_digest != image.calc_digest:
+        raise ReleaseError(f"the {name} of {board.id} is damaged: no SHA-256 of its own, or another one", hint)
+
+
+def read_table(data: bytes) -> list[Partition]:
+    """A binary partition table, whose digest must be right. Raises ReleaseError."""
+    rows: list[Partition] = []
+    for at in range(0, len(data) - ROW.size + 1, ROW.size):
+        magic, type_, _, offset, size, name, _ = ROW.unpack_from(data, at)
+        if magic == MD5_MAGIC:
+            if hashlib.md5(data[:at]).digest() != data[at + 16 : at + 32]:
+                raise ReleaseError("the partition table is damaged: its MD5 differs")
+            return rows
+        if magic != ROW_MAGIC:
+            break
+        rows.append(Partition(name.rstrip(b"\0").decode("ascii", "replace"), TYPES.get(type_, "?"), offset, size))
+    raise ReleaseError("the partition table is none: it has no end with an MD5")
+
+
+def _check_table(path: Path, partitions: dict[str, Partition]) -> None:
+    """The chip must see what we write to. Raises ReleaseError."""
+    if read_table(path.read_bytes()) != sorted(partitions.values(), key=lambda row: row.offset):
+        raise ReleaseError(
+            f"{path} is not the table of targets/esp32/partitions.csv", hint="build again: the table has changed"
+        )
+
+
+def _merge(regions: Sequence[Region], chip: str, form: str) -> bytes:
+    """By esptool, which writes UF2 only to files."""
+    with tempfile.TemporaryDirectory() as folder:
+        output = Path(folder) / "merged"
+        pieces = [(region.offset, region.data) for region in regions]
+        quiet_esptool().cmds.merge_bin(pieces, chip, output=str(output), format=form)
+        return output.read_bytes()

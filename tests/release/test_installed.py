@@ -1,0 +1,80 @@
+"""The wheel in an empty environment, outside the checkout: boards, sim and flash work."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+import venv
+from pathlib import Path
+
+import pytest
+from conftest import ESP32_BOARDS, PIC32MZ_BOARD, Tree
+from wificnc import __version__
+
+INSTALL_S = 240
+
+
+@pytest.fixture(scope="module")
+def installed(dist: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The command, as pip installs it."""
+    folder = tmp_path_factory.mktemp("installed") / "venv"
+    venv.create(folder, with_pip=False, symlinks=True)
+    python = folder / "bin" / "python"
+    wheel = dist / f"wificnc-{__version__}-py3-none-any.whl"
+    pip = [
+        sys.executable,
+        "-m",
+        "pip",
+        "--python",
+        str(python),
+        "install",
+        "-q",
+        "--disable-pip-version-check",
+        str(wheel),
+    ]
+    subprocess.run(pip, check=True, timeout=INSTALL_S, env=clean_environment())
+    return folder / "bin" / "wificnc"
+
+
+def clean_environment(**more: str) -> dict[str, str]:
+    return {name: value for name, value in os.environ.items() if name not in ("PYTHONPATH", "VIRTUAL_ENV")} | more
+
+
+def wificnc(installed: Path, folder: Path, *arguments: object, path: str = "") -> str:
+    """Run there; what it says on stdout."""
+    environment = clean_environment(WIFICNC_CACHE=str(folder / "cache"))
+    environment["PATH"] = path + environment["PATH"]
+    command = [str(installed), *map(str, arguments)]
+    run = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, timeout=120, check=False)
+    assert run.returncode == 0, run.stdout + run.stderr
+    return run.stdout
+
+
+def test_boards_sim_and_flash_need_no_checkout(installed: Path, tmp_path: Path, tree: Tree) -> None:
+    boards = json.loads(wificnc(installed, tmp_path, "boards", "list", "--json"))
+    assert {"host", *ESP32_BOARDS, PIC32MZ_BOARD} <= {board["id"] for board in boards}
+
+    for board, at in (("esp32s3-zero", "0x000000"), ("esp32-wroom32", "0x001000")):
+        said = wificnc(installed, tmp_path, "flash", board, "--dry-run").splitlines()
+        assert [line.split()[0] for line in said[:4]] == [at, "0x008000", "0x00F000", "0x020000"]
+    assert not (tmp_path / "cache").exists()  # nothing had to be built for that
+
+    (tmp_path / "part.nc").write_text("G21 G90\nG0 X10 Y5\nG1 Z-1 F100\nG2 X20 Y5 I5 J0 F600\nM2\n")
+    report = json.loads(wificnc(installed, tmp_path, "sim", "part.nc", "--machine", "shapeoko3", "--json", "-"))
+    ends = {axis: report["final_position_mm"][axis] for axis in "XYZ"}
+    assert ends == pytest.approx({"X": 20, "Y": 5, "Z": -1}, abs=0.02)
+
+
+def test_a_pic32mz_is_written_from_the_package(installed: Path, tmp_path: Path, tree: Tree) -> None:
+    if PIC32MZ_BOARD not in tree.boards:
+        pytest.skip("gcc-mipsel-linux-gnu is not on this machine")
+    tools = tmp_path / "tools"
+    tools.mkdir()
+    (tools / "mikro_hb").write_text("#!/bin/sh\n")
+    (tools / "mikro_hb").chmod(0o755)
+    said = wificnc(installed, tmp_path, "flash", PIC32MZ_BOARD, "--dry-run", path=f"{tools}{os.pathsep}")
+    program, image = said.split()
+    assert program == str(tools / "mikro_hb") and Path(image).parent.name == PIC32MZ_BOARD
+    assert Path(image).read_bytes() == (tree.root / "dist" / f"wificnc-{__version__}-{PIC32MZ_BOARD}.hex").read_bytes()
