@@ -10,7 +10,7 @@
  * Options, each with a value: --timer-hz --step-pulse-ns --dir-setup-ns --max-step-rate-hz --axes --ganged
  * --relay-spindle
  * --speed (0: as fast as it can) --host --port --wmc3 --control --pty --store --set; and --parent: end when
- * stdin does. A password of the binary protocol stands in WIFICNC_PASSWORD, because arguments can be read by
+ * stdin does. The password of network clients stands in WIFICNC_PASSWORD, because arguments can be read by
  * everybody. */
 #include "serve.h"
 
@@ -188,7 +188,7 @@ int main(int argc, char **argv) {
                   .max_step_rate_hz = 500000,
                   .axis_count = 3},
         .speed = 1.0,
-        .wire_password = password != NULL ? password : "",
+        .password = password != NULL ? password : "",
         .settings = settings,
         .stop_fd = {-1, -1},
         .events = {.listens = say_listens, .client = say_client},

@@ -120,6 +120,6 @@ bool net_pty_opened(struct net_pty *pty, struct net_stream *stream) {
     if ((look.revents & POLLHUP) != 0 && (look.revents & POLLIN) == 0)
         return false;
     pty->attached = true;
-    *stream = (struct net_stream){.ops = &ops, .ctx = pty, .fd = pty->master};
+    *stream = (struct net_stream){.ops = &ops, .ctx = pty, .fd = pty->master, .local = true};
     return true;
 }

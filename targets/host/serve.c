@@ -44,6 +44,7 @@ struct serve {
     struct serve_events events;
     struct host *host;
     struct net_hub hub;
+    struct net_gate gate;
     struct serve_clock clock;
     bool full_speed;
     bool input_follows; /* at full speed: more input may come at once, so time stands still while nothing is
@@ -78,6 +79,11 @@ static size_t hear(void *ctx, char *bytes, size_t size) {
 static void act(void *ctx) {
     struct serve *serve = ctx;
     host_run_paced(serve->host, host_time_ticks(serve->host), 1);
+}
+
+static enum net_gate_result login(void *ctx, const char *password, size_t size) {
+    struct serve *serve = ctx;
+    return net_gate_try(&serve->gate, password, size, (uint32_t)(serve_clock_ns() / 1000));
 }
 
 static void event(void *ctx, const char *what, const char *who) {
@@ -140,8 +146,7 @@ static bool open_doors(struct serve *serve, const struct serve_options *options,
     }
     if (options->wire_address != NULL) {
         failure->stage = SERVE_WIRE;
-        failure->error =
-            serve_wire_open(&serve->wire, serve->host, options->wire_address, options->wire_password);
+        failure->error = serve_wire_open(&serve->wire, serve->host, options->wire_address, options->password);
         if (failure->error != 0)
             return false;
         serve->events.listens(serve->events.ctx, "wmc3", options->wire_address);
@@ -166,7 +171,8 @@ static struct host *make_host(const struct serve_options *options, struct serve_
 }
 
 struct serve *serve_create(const struct serve_options *options, struct serve_failure *failure) {
-    static const struct net_hub_ops ops = {.put = put, .hear = hear, .act = act, .event = event};
+    static const struct net_hub_ops ops = {
+        .put = put, .hear = hear, .act = act, .event = event, .login = login};
     /* Real-time bytes act when they are read: room for what a sender pours without counting. */
     static const struct net_hub_sizes sizes = {
         .clients = NET_CLIENTS, .in = 16 << 20, .out = 256 * 1024, .left = 32 << 20};
@@ -180,6 +186,8 @@ struct serve *serve_create(const struct serve_options *options, struct serve_fai
     memcpy(serve->stop_fd, options->stop_fd, sizeof serve->stop_fd);
     serve->listener = serve->control.listener = -1;
     net_hub_init(&serve->hub, &sizes, &ops, serve);
+    net_gate_init(&serve->gate, options->password);
+    serve->hub.locks = serve->gate.shut;
     serve->host = make_host(options, failure);
     if (serve->host == NULL || !open_doors(serve, options, failure)) {
         serve_destroy(serve);
