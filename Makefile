@@ -17,7 +17,7 @@ LINES   ?= 1000000
 BOARDS ?=
 TAG    ?=
 
-.PHONY: help demo test lint fuzz bench bench-serve stream-million release format generate clean distclean
+.PHONY: help demo test lint fuzz bench bench-serve stream-million release format generate web clean distclean
 .DEFAULT_GOAL := help
 
 help:
@@ -29,6 +29,7 @@ help:
 	@echo 'make bench-serve  a serving controller as senders see it; make stream-million: its first part'
 	@echo 'make release what people download, into dist/: of the boards that are built or can be built here'
 	@echo 'make generate  what comes from the tables in protocol/, boards/ and core/gcode/status.h'
+	@echo 'make web     the page for browsers (web/dist); needs Node.js'
 	@echo 'make format  let the formatters mend what they can'
 	@echo 'make clean   remove what was built; make distclean removes .venv too'
 
@@ -69,6 +70,10 @@ generate: $(VENV)/.ready-dev
 	$(PY) -m wificnc.protocol.generate_codes
 	$(PY) -m wificnc.protocol.generate_nvs
 	$(PY) -m wificnc.link.generate_words
+	$(PY) -m wificnc.web.generate
+
+web: $(VENV)/.ready-dev
+	@$(PY) -m wificnc.web.build
 
 format: $(VENV)/.ready-dev
 	$(PY) -m ruff check --quiet --fix cli tools tests examples || true

@@ -148,10 +148,13 @@ def _arrays() -> Iterator[Define]:
 def _movable(board: Board) -> Iterator[Define]:
     """The pins to which signals can be moved at run time."""
     for kind in ("output", "input"):
-        pins = [
-            f"{pin.number}u" for name, pin in board.pins.pin.items() if getattr(pin, kind) and _is_free(board, name)
-        ]
+        pins = [f"{pin.number}u" for name, pin in board.pins.pin.items() if is_movable_to(board, name, kind)]
         yield _array(f"BOARD_FREE_{kind.upper()}_PINS", pins)
+
+
+def is_movable_to(board: Board, name: str, kind: str) -> bool:
+    """Whether the firmware of this board lets a signal be moved to this pin; kind: "output" or "input"."""
+    return bool(getattr(board.pins.pin[name], kind)) and _is_free(board, name)
 
 
 def _is_free(board: Board, name: str) -> bool:

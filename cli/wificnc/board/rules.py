@@ -37,13 +37,18 @@ def _check_use(board: BoardFile, chip: Chip, use: Use) -> Iterator[Finding]:
     if use.pin not in chip.pin:
         yield _no_such_pin(board, chip, use)
         return
-    broken = [found for rule in USE_RULES for found in rule(board, chip, use)]
+    broken = pin_findings(board, chip, use)
     allow = use.wire.allow
     hint = _free_pins_hint(board, chip, use) if any(found.rule not in allow for found in broken) else None
     for found in broken:
         if found.rule not in ALLOWABLE or found.rule not in allow:
             yield Finding(found.rule, found.path, found.reason, found.hint or hint)
     yield from _check_allow(use, {found.rule for found in broken})
+
+
+def pin_findings(board: BoardFile, chip: Chip, use: Use) -> list[Finding]:
+    """What speaks against this pin in this use, opt-outs aside."""
+    return [found for rule in USE_RULES for found in rule(board, chip, use)]
 
 
 def _check_allow(use: Use, broken: set[str]) -> Iterator[Finding]:

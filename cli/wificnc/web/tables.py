@@ -1,0 +1,126 @@
+"""Everything that the page knows of boards, settings, storage and words, from the tables that are their one home.
+
+Pins are judged here, by the board's own rules and by the list that the firmware goes by; the page only looks up.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+from wificnc import __version__
+from wificnc.board.header import is_movable_to
+from wificnc.board.labels import label, notes
+from wificnc.board.model import Board, InputWire, OutputWire, Role, Use
+from wificnc.board.picture import ROLE_COLOURS
+from wificnc.board.rules import pin_findings
+from wificnc.flash.plan import Partition
+from wificnc.link import realtime
+from wificnc.link.alarms import ALARMS
+from wificnc.link.words import ERRORS
+from wificnc.nvs.values import NAMESPACE
+from wificnc.protocol import AXES, load_settings
+from wificnc.protocol.generate_nvs import is_output
+from wificnc.protocol.nvs import PIN_NONE, load_nvs
+from wificnc.serve.options import board_numbers
+
+Json = dict[str, Any]
+SETTING_KEYS = {
+    "number",
+    "name",
+    "type",
+    "unit",
+    "default",
+    "min",
+    "max",
+    "decimals",
+    "per_axis",
+    "reboot",
+    "help",
+    "nvs",
+}
+
+
+def page_tables(boards: list[Board], nvs_partition: Partition) -> Json:
+    """The whole file. Same tables, same text."""
+    return {
+        "version": __version__,
+        "axes": AXES,
+        "settings": [row.model_dump(include=SETTING_KEYS) for row in load_settings().setting],
+        "errors": {str(code): text for code, text in ERRORS.items()},
+        "alarms": {str(code): text for code, text in ALARMS.items()},
+        "realtime": {name: value[0] for name, value in vars(realtime).items() if isinstance(value, bytes)},
+        "storage": _storage(nvs_partition),
+        "boards": [_board(board) for board in boards],
+    }
+
+
+def _storage(partition: Partition) -> Json:
+    table = load_nvs()
+    return {
+        "namespace": NAMESPACE,
+        "offset": partition.offset,
+        "size": partition.size,
+        "none": PIN_NONE,
+        "text": [row.model_dump(exclude={"name"}) for row in table.text],
+        "number": [row.model_dump(exclude={"name"}) for row in table.number],
+        "pin": [
+            {"key": row.key, "signal": row.signal, "label": label(row.signal), "output": is_output(row.signal)}
+            for row in table.pin
+        ],
+    }
+
+
+def _board(board: Board) -> Json:
+    flashes = board.target == "esp32"
+    return {
+        "id": board.id,
+        "name": board.name,
+        "summary": board.summary,
+        "target": board.target,
+        "chip": board.chip,
+        "chip_name": board.pins.name,
+        "memory": board.pins.memory[board.memory.mode],
+        "flash_mb": list(board.memory.flash_mb),
+        "psram_mb": list(board.memory.psram_mb),
+        "axes": "".join(board.axes),
+        "ethernet": board.ethernet is not None,
+        "step_rate_hz": board.timing.max_step_rate_hz,
+        "notes": notes(board),
+        "uses": [_use(board, use) for use in board.uses()],
+        "pins": list(_pins(board)) if flashes else [],
+        "host": board_numbers(board),
+    }
+
+
+def _use(board: Board, use: Use) -> Json:
+    return {
+        "signal": use.signal,
+        "label": label(use.signal),
+        "role": use.role.value,
+        "colour": ROLE_COLOURS[use.role],
+        "pin": use.pin,
+        "number": board.pins.pin[use.pin].number,
+    }
+
+
+def _pins(board: Board) -> Iterator[Json]:
+    """Every pin of the chip: whether a signal can be moved there, else why not. None: it can."""
+    probe = {
+        "output": Use("", (), Role.MISC, OutputWire(pin="")),
+        "input": Use("", (), Role.MISC_IN, InputWire(pin="", pull="none")),
+    }
+    for name, pin in board.pins.pin.items():
+        refused = {kind: _refusal(board, name, use) for kind, use in probe.items()}
+        yield {"name": name, "number": pin.number, **refused}
+
+
+def _refusal(board: Board, pin: str, use: Use) -> str | None:
+    if is_movable_to(board, pin, "output" if use.is_output else "input"):
+        return None
+    moved = Use(use.signal, use.path, use.role, use.wire.model_copy(update={"pin": pin}))
+    owner = board.use_of(pin)
+    reasons = [found.reason for found in pin_findings(board, board.pins, moved)]
+    if owner is not None:
+        reasons.insert(0, f"{pin} is the board's {label(owner.signal)}")
+    return "; ".join(reasons)

@@ -1,0 +1,68 @@
+"""The core as WebAssembly, for the page's preflight: `python -m wificnc.web.wasm`.
+
+The same sources as the host library, less what talks to sockets and clocks, by PyPI's zig; so a job in the browser is
+the job in `wificnc sim`, bit for bit.
+"""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+from wificnc.build.checkout import checkout_root
+from wificnc.build.host import WARNINGS
+from wificnc.build.lock import build_lock
+from wificnc.build.objects import Unit, compile_stale, failure, is_older
+from wificnc.errors import BuildError
+
+OUTPUT = "build/wasm/core.wasm"
+GLUE = "web/wasm/preflight.c"
+FOLDERS = ("core", "targets/common", "targets/host")  # where headers are looked for
+SERVING = ("serve", "net_", "main", "host_wire")  # sources of targets/host that are not for a browser
+FLAGS = (
+    "--target=wasm32-wasi",
+    "-Os",
+    "-std=c11",
+    "-D_POSIX_C_SOURCE=200809L",
+    "-ffp-contract=off",
+    "-fno-math-errno",
+    *WARNINGS,
+)
+LINK_FLAGS = ("--target=wasm32-wasi", "-mexec-model=reactor", "-Os", "-s")
+
+
+def build_wasm(root: Path | None = None) -> Path:
+    """The module, built when stale. Raises BuildError."""
+    root = root or checkout_root()
+    output = root / OUTPUT
+    output.parent.mkdir(parents=True, exist_ok=True)
+    zig = [sys.executable, "-m", "ziglang", "cc"]
+    if subprocess.run([*zig, "--version"], capture_output=True).returncode != 0:
+        raise BuildError("zig is not installed", hint="pip install 'wificnc[toolchain]'")
+    units = [
+        Unit(source, output.parent / "obj" / source.relative_to(root).with_suffix(".o")) for source in _sources(root)
+    ]
+    with build_lock(output.parent):
+        command = [*zig, *FLAGS, *(f"-I{root / folder}" for folder in FOLDERS)]
+        compile_stale(command, units, "zig")
+        objects = [unit.object for unit in units]
+        if is_older(output, objects):
+            _link([*zig, *LINK_FLAGS], objects, output)
+    return output
+
+
+def _sources(root: Path) -> list[Path]:
+    host = [path for path in (root / "targets" / "host").glob("*.c") if not path.name.startswith(SERVING)]
+    return sorted([*(root / "core").rglob("*.c"), *host, root / GLUE])
+
+
+def _link(command: list[str], objects: list[Path], output: Path) -> None:
+    run = subprocess.run([*command, *map(str, objects), "-o", str(output), "-lm"], capture_output=True, text=True)
+    if run.returncode != 0:
+        raise failure(f"{output.name} did not link (zig)", run.stderr)
+
+
+if __name__ == "__main__":
+    path = build_wasm()
+    print(f"{path}: {path.stat().st_size:,} bytes")

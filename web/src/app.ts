@@ -1,0 +1,125 @@
+/** What the page has one of: the controller, its job, the board that is set up. */
+import { effect, signal } from "@preact/signals";
+import { JobRunner } from "./job/runner";
+import { PreflightRunner } from "./job/preflight";
+import { Controller } from "./link/controller";
+import { pickPort, SerialTransport } from "./link/serial";
+import { ownAddress, SocketTransport } from "./link/socket";
+import { findBoard, TABLES, type Board } from "./tables";
+
+const THEME_KEY = "wificnc.theme";
+const BOARD_KEY = "wificnc.board";
+
+export const controller = new Controller();
+export const job = new JobRunner(controller);
+export const preflight = new PreflightRunner();
+
+export type Theme = "light" | "dark";
+
+/** Of `GET api/controller`, when a controller serves this page. */
+export interface Served {
+  name: string;
+  version: string;
+  board: string;
+  axes: number;
+}
+
+export const served = signal<Served | null>(null);
+export const theme = signal<Theme>(storedTheme());
+/** The port that the page has, for the console and for installing. */
+export const port = signal<SerialPort | null>(null);
+/** What went wrong last, for the notice under the header. */
+export const failure = signal<{ title: string; hint: string } | null>(null);
+
+const FIRST_BOARD = TABLES.boards.find((board) => board.target === "esp32")!;
+
+export const board = signal<Board>(findBoard(stored(BOARD_KEY) ?? "") ?? FIRST_BOARD);
+
+effect(() => {
+  document.documentElement.dataset.theme = theme.value;
+});
+
+export function chooseBoard(id: string): void {
+  const found = findBoard(id);
+  if (!found) return;
+  board.value = found;
+  store(BOARD_KEY, id);
+}
+
+export function toggleTheme(): void {
+  theme.value = theme.value === "dark" ? "light" : "dark";
+  store(THEME_KEY, theme.value);
+}
+
+/** Show what went wrong, in words and with what to do. */
+export function fail(error: unknown): void {
+  const hint = error instanceof Error && "hint" in error ? String(error.hint) : "";
+  failure.value = { title: error instanceof Error ? error.message : String(error), hint };
+}
+
+/** Do it, and show what goes wrong. */
+export async function attempt(work: () => Promise<unknown>): Promise<void> {
+  failure.value = null;
+  try {
+    await work();
+  } catch (error) {
+    fail(error);
+  }
+}
+
+export async function connectSerial(): Promise<void> {
+  const picked = await pickPort();
+  if (!picked) return;
+  port.value = picked;
+  await controller.connect(new SerialTransport(picked));
+}
+
+export async function connectSocket(): Promise<void> {
+  await controller.connect(new SocketTransport(ownAddress()));
+}
+
+/** The link that was lost, once more. */
+export async function connectAgain(): Promise<void> {
+  if (port.value) await controller.connect(new SerialTransport(port.value));
+  else await connectSocket();
+}
+
+/** A port for the loader: the console lets go of it first. Rejects with a LinkError; null: the user changed their mind. */
+export async function portForLoader(): Promise<SerialPort | null> {
+  await controller.disconnect();
+  port.value ??= await pickPort();
+  return port.value;
+}
+
+/** When a controller serves this page, connect to it. */
+export async function start(): Promise<void> {
+  const answer = await fetch(new URL("./api/controller", document.baseURI)).catch(() => null);
+  if (!answer?.ok || !answer.headers.get("content-type")?.includes("json")) return;
+  served.value = (await answer.json()) as Served;
+  const own = findBoard(served.value.board);
+  if (own && own.target !== "host") board.value = own; // a computer's pins are nobody's to set up
+  await attempt(connectSocket);
+}
+
+function storedTheme(): Theme {
+  const kept = stored(THEME_KEY);
+  if (kept === "light" || kept === "dark") return kept;
+  return window.matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light";
+}
+
+/** A browser may forbid storage: then nothing is remembered. */
+function stored(key: string): string | null {
+  try {
+    return localStorage.getItem(key);
+  } catch {
+    return null;
+  }
+}
+
+function store(key: string, value: string): void {
+  try {
+    localStorage.setItem(key, value);
+  } catch {
+    // nothing is remembered
+  }
+}

@@ -1,0 +1,129 @@
+/** A board in its ROM's loader, over a serial port: esptool-js, loaded only when it is needed. */
+import type { ESPLoader, Transport } from "esptool-js";
+import type { Board } from "../tables";
+import { FirmwareError, type Firmware } from "./manifest";
+
+const FAST_BAUD = 460800;
+/** Embedded PSRAM of this size is octal, and takes GPIO33 to 37. */
+const OCTAL_PSRAM = /PSRAM 8MB/;
+const PSRAM_1V8 = /AP_1v8/;
+
+export interface Chip {
+  /** ESP32, ESP32-S3 */
+  family: string;
+  description: string;
+  features: string[];
+  mac: string;
+  flashMb: number;
+}
+
+export type Log = (line: string) => void;
+export type Progress = (part: string, done: number, total: number) => void;
+
+export class BoardDevice {
+  private constructor(
+    private readonly loader: ESPLoader,
+    private readonly transport: Transport,
+    readonly chip: Chip,
+  ) {}
+
+  /** Reset the board into its loader and ask what it is. Rejects with a FirmwareError. */
+  static async open(port: SerialPort, log: Log): Promise<BoardDevice> {
+    const { ESPLoader, Transport } = await import("esptool-js");
+    const transport = new Transport(port, false);
+    const terminal = { clean: () => {}, write: () => {}, writeLine: log };
+    const loader = new ESPLoader({ transport, baudrate: FAST_BAUD, terminal });
+    try {
+      const description = await loader.main();
+      const size = await loader.detectFlashSize();
+      const chip: Chip = {
+        family: loader.chip.CHIP_NAME,
+        description,
+        features: await loader.chip.getChipFeatures(loader),
+        mac: await loader.chip.readMac(loader),
+        flashMb: parseSize(size),
+      };
+      return new BoardDevice(loader, transport, chip);
+    } catch (error) {
+      await transport.disconnect().catch(() => {});
+      throw new FirmwareError(
+        `The board does not answer: ${words(error)}`,
+        "Hold BOOT while you press and release RESET, then try again. Is another program using the port?",
+      );
+    }
+  }
+
+  /** Before anything is written. @returns warnings. Throws FirmwareError. */
+  check(firmware: Firmware): string[] {
+    const { board } = firmware;
+    if (this.chip.family !== firmware.chipFamily)
+      throw new FirmwareError(
+        `This is an ${this.chip.family}, and ${board.name} has an ${board.chip_name}`,
+        "Choose the board that is plugged in. Is another one plugged in, too?",
+      );
+    const end = Math.max(...firmware.parts.map((part) => part.offset + part.data.length));
+    const needed = Math.max(firmware.flashMb, end / (1 << 20));
+    if (this.chip.flashMb < needed)
+      throw new FirmwareError(`This board has ${this.chip.flashMb} MB of flash, and this firmware needs ${needed} MB`);
+    return this.checkMemory(board);
+  }
+
+  /** Write all parts and compare what lies in the flash with them. Rejects with a FirmwareError. */
+  async write(parts: Firmware["parts"], eraseAll: boolean, progress: Progress): Promise<void> {
+    const { md5 } = await import("@noble/hashes/legacy.js");
+    const { bytesToHex } = await import("@noble/hashes/utils.js");
+    try {
+      await this.loader.writeFlash({
+        fileArray: parts.map((part) => ({ data: part.data, address: part.offset })),
+        flashSize: "keep",
+        flashMode: "keep",
+        flashFreq: "keep",
+        eraseAll,
+        compress: true,
+        reportProgress: (index, written, total) => progress(parts[index]?.name ?? "", written, total),
+        calculateMD5Hash: (image) => bytesToHex(md5(image)),
+      });
+    } catch (error) {
+      throw new FirmwareError(
+        `Writing has stopped: ${words(error)}`,
+        "The board may hold half a firmware. Its loader cannot be damaged: plug it in again and install once more.",
+      );
+    }
+  }
+
+  async read(offset: number, size: number, progress: Progress): Promise<Uint8Array> {
+    try {
+      return await this.loader.readFlash(offset, size, (_packet, done, total) => progress("", done, total));
+    } catch (error) {
+      throw new FirmwareError(`Reading has stopped: ${words(error)}`, "Plug the board in again.");
+    }
+  }
+
+  /** Start what is installed, and give the port back. */
+  async close(restart = true): Promise<void> {
+    if (restart) await this.loader.after().catch(() => {});
+    await this.transport.disconnect().catch(() => {});
+  }
+
+  private checkMemory(board: Board): string[] {
+    const features = this.chip.features.join(" ");
+    const octal = OCTAL_PSRAM.test(features);
+    if (octal && PSRAM_1V8.test(features))
+      throw new FirmwareError(`This module's memory runs at 1.8 V, and so do its GPIO47 and 48: not a ${board.name}`);
+    if (octal && !board.psram_mb.some((size) => size >= 8))
+      throw new FirmwareError(`This module has octal PSRAM, which takes GPIO33 to 37; ${board.name} is for quad memory`);
+    if (!octal && this.chip.family === "ESP32-S3" && board.psram_mb.length > 0 && board.psram_mb.every((size) => size >= 8))
+      return ["No octal PSRAM in this module: the board for quad memory would give you more pins."];
+    return [];
+  }
+}
+
+function parseSize(text: string | undefined): number {
+  const match = /^(\d+)(KB|MB)$/.exec(text ?? "");
+  if (!match) return 0;
+  return match[2] === "MB" ? Number(match[1]) : Number(match[1]) / 1024;
+}
+
+function words(error: unknown): string {
+  return error instanceof Error ? error.message : String(error);
+}

@@ -1,0 +1,114 @@
+/** The page's side of the core in the worker: one preflight at a time; a newer one ends the older. */
+import { signal } from "@preact/signals";
+import wasmUrl from "../../../build/wasm/core.wasm?url";
+import type { Board } from "../tables";
+import { ErrorKind, type CoreError, type Report } from "./core";
+import type { JobLine, Program } from "./program";
+import { ResumeError, type MachineFacts, type Resume } from "./resume";
+import type { PreflightRequest, ResumeRequest, Timeline, WorkerReply } from "./worker";
+import { alarmWords, errorWords } from "../tables";
+
+export interface Preflight {
+  program: Program;
+  report: Report;
+  /** SAMPLE_WORDS words a sample. */
+  samples: Float32Array;
+  timeline: Timeline;
+  /** Made with the connected machine's settings, not with defaults. */
+  ofMachine: boolean;
+}
+
+type Request = Omit<PreflightRequest, "id" | "wasm"> | Omit<ResumeRequest, "id" | "wasm">;
+type Finished = Exclude<WorkerReply, { kind: "progress" }>;
+
+export class PreflightRunner {
+  readonly result = signal<Preflight | null>(null);
+  /** 0..1 while it runs; null: it does not. */
+  readonly progress = signal<number | null>(null);
+  readonly failed = signal("");
+  private worker: Worker | null = null;
+  private requests = 0;
+  private wasm: Promise<ArrayBuffer> | null = null;
+
+  /** Run the job on a board like this, with these settings ($N -> text). */
+  async check(program: Program, board: Board, settings: ReadonlyMap<number, string>): Promise<void> {
+    this.progress.value = 0;
+    this.failed.value = "";
+    this.result.value = null;
+    const lines = [...settings].map(([number, value]) => `$${number}=${value}`);
+    try {
+      const request = { kind: "preflight", board: board.host, settings: lines, job: program.source } as const;
+      const done = await this.ask(request, (linesDone) => {
+        this.progress.value = Math.min(1, linesDone / program.fileLines);
+      });
+      if (done?.kind !== "preflight") return;
+      const { report, samples, timeline } = done;
+      this.result.value = { program, report, samples, timeline, ofMachine: settings.size > 0 };
+      this.progress.value = null;
+    } catch (error) {
+      this.progress.value = null;
+      this.failed.value = error instanceof Error ? error.message : String(error);
+    }
+  }
+
+  /** Rejects with a ResumeError when it cannot be known how the job stood there. */
+  async plan(lines: JobLine[], line: number, facts: MachineFacts): Promise<Resume> {
+    const done = await this.ask({ kind: "resume", lines, line, facts }, () => {});
+    if (done?.kind !== "resume") throw new ResumeError("The resume was called off");
+    return done.resume;
+  }
+
+  /** null: a newer request took its place. */
+  private async ask(request: Request, tell: (linesDone: number) => void): Promise<Finished | null> {
+    const id = ++this.requests;
+    const wasm = (await this.module()).slice(0);
+    if (id !== this.requests) return null;
+    this.worker?.terminate();
+    const worker = new Worker(new URL("./worker.ts", import.meta.url), { type: "module" });
+    this.worker = worker;
+    return new Promise((resolve, reject) => {
+      worker.onmessage = (event: MessageEvent<WorkerReply>) => {
+        const reply = event.data;
+        if (reply.kind === "progress") tell(reply.linesDone);
+        else if (reply.kind === "failed") reject(new ResumeError(reply.why, reply.hint));
+        else resolve(reply);
+      };
+      worker.onerror = (event) => reject(new Error(event.message));
+      worker.postMessage({ ...request, id, wasm }, [wasm]);
+    });
+  }
+
+  private module(): Promise<ArrayBuffer> {
+    this.wasm ??= fetch(wasmUrl).then((answer) => {
+      if (!answer.ok) throw new Error(`the core could not be loaded: ${answer.status}`);
+      return answer.arrayBuffer();
+    });
+    return this.wasm;
+  }
+}
+
+/** One finding of the preflight, in words. */
+export function describe(error: CoreError): string {
+  const where = error.line ? `Line ${error.line}: ` : "";
+  switch (error.kind) {
+    case ErrorKind.Error:
+      return `${where}error ${error.code}, ${errorWords(error.code)}`;
+    case ErrorKind.Alarm:
+      return `${where}alarm ${error.code}, ${alarmWords(error.code)}`;
+    case ErrorKind.NoAnswer:
+      return `${where}the controller would never answer this line`;
+    default:
+      return `${where}the job would end here`;
+  }
+}
+
+/** Seconds of the job when this line (1-based in the file) was answered. */
+export function secondsAtLine(timeline: Timeline, line: number): number {
+  for (let i = 0; i < timeline.length; i += 2) {
+    if (timeline[i]! < line) continue;
+    const [before, since] = i >= 2 ? [timeline[i - 2]!, timeline[i - 1]!] : [0, 0];
+    const share = timeline[i]! > before ? (line - before) / (timeline[i]! - before) : 1;
+    return since + share * (timeline[i + 1]! - since);
+  }
+  return timeline[timeline.length - 1] ?? 0;
+}

@@ -1,0 +1,62 @@
+/**
+ * A G-code file -> the lines that go to the controller. Comments and blanks stay here: a `!`, `?`, `~` or a byte of an
+ * `ü` in a comment would be a command. Line numbers are those of the file.
+ */
+
+export interface JobLine {
+  /** 1-based in the file. */
+  number: number;
+  /** As it stands in the file, for people. */
+  text: string;
+  /** Without comments and blanks, upper case; no line end. */
+  code: string;
+}
+
+export interface Program {
+  name: string;
+  source: string;
+  lines: JobLine[];
+  fileLines: number;
+}
+
+/** A file cannot be sent: what is wrong with it, and in which lines. */
+export class ProgramError extends Error {}
+
+const FAULTS_SHOWN = 5;
+const LONGEST_CODE = 79;
+const FORBIDDEN = /[^\x21-\x7e]|[!?~]/;
+
+/** The line without blanks and comments, upper case. */
+export function codeOf(line: string): string {
+  return line
+    .replace(/\([^)]*\)|\(.*$|;.*$/g, "")
+    .replace(/[ \t\v\f]+/g, "")
+    .toUpperCase();
+}
+
+/** LF, CR and CR LF end a line, and nothing else does. */
+export function splitLines(text: string): string[] {
+  const lines = text.replace(/^\ufeff/, "").split(/\r\n|\r|\n/);
+  if (/^\x1a*$/.test(lines[lines.length - 1] ?? "")) lines.pop();
+  return lines;
+}
+
+/** The lines of a job. Throws ProgramError. */
+export function readProgram(name: string, source: string): Program {
+  const all = splitLines(source);
+  const faults: string[] = [];
+  const lines: JobLine[] = [];
+  all.forEach((text, i) => {
+    const code = codeOf(text);
+    if (code === "" || code.startsWith("%")) return;
+    if (FORBIDDEN.test(code)) faults.push(`line ${i + 1}: characters that a controller takes for commands`);
+    else if (code.length > LONGEST_CODE) faults.push(`line ${i + 1}: more than ${LONGEST_CODE} characters of code`);
+    lines.push({ number: i + 1, text: text.trim(), code });
+  });
+  if (faults.length > 0) {
+    const more = faults.length > FAULTS_SHOWN ? `; and ${faults.length - FAULTS_SHOWN} more` : "";
+    throw new ProgramError(`${name} cannot be sent: ${faults.slice(0, FAULTS_SHOWN).join("; ")}${more}`);
+  }
+  if (lines.length === 0) throw new ProgramError(`${name} has no line with code`);
+  return { name, source, lines, fileLines: all.length };
+}

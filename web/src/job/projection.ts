@@ -1,0 +1,56 @@
+/** From millimetres to a picture: a parallel projection that turns, zooms and shifts. Pure. */
+
+export interface View {
+  /** About Z, and up from the horizon, radians. Straight down: 0 and pi/2. */
+  turn: number;
+  tilt: number;
+  /** Times what just fits. */
+  zoom: number;
+  /** Pixels. */
+  shiftX: number;
+  shiftY: number;
+}
+
+export interface Box {
+  min: [number, number, number];
+  max: [number, number, number];
+}
+
+export const TOP: View = { turn: 0, tilt: Math.PI / 2, zoom: 1, shiftX: 0, shiftY: 0 };
+export const SLANTED: View = { turn: -Math.PI / 4, tilt: 0.62, zoom: 1, shiftX: 0, shiftY: 0 };
+
+const MARGIN = 0.86;
+
+export type Project = (x: number, y: number, z: number) => [number, number];
+
+/** Projects the box, as large as fits into width x height. */
+export function projection(view: View, box: Box, width: number, height: number): Project {
+  const [sin, cos] = [Math.sin(view.turn), Math.cos(view.turn)];
+  const [up, flat] = [Math.sin(view.tilt), Math.cos(view.tilt)];
+  const middle = box.min.map((low, i) => (low + box.max[i]!) / 2) as [number, number, number];
+  const raw = (x: number, y: number, z: number): [number, number] => {
+    const [dx, dy, dz] = [x - middle[0], y - middle[1], z - middle[2]];
+    return [dx * cos - dy * sin, -((dx * sin + dy * cos) * up + dz * flat)];
+  };
+  let [wide, high] = [1e-6, 1e-6];
+  for (const x of [box.min[0], box.max[0]])
+    for (const y of [box.min[1], box.max[1]])
+      for (const z of [box.min[2], box.max[2]]) {
+        const [u, v] = raw(x, y, z);
+        wide = Math.max(wide, Math.abs(u) * 2);
+        high = Math.max(high, Math.abs(v) * 2);
+      }
+  const scale = view.zoom * MARGIN * Math.min(width / wide, height / high);
+  return (x, y, z) => {
+    const [u, v] = raw(x, y, z);
+    return [width / 2 + view.shiftX + u * scale, height / 2 + view.shiftY + v * scale];
+  };
+}
+
+/** The lines of a grid that a reader can count: 1, 2 or 5 times a power of ten apart, about `count` of them. */
+export function gridStep(span: number, count: number): number {
+  const rough = Math.max(span, 1e-3) / count;
+  const ten = 10 ** Math.floor(Math.log10(rough));
+  const step = [1, 2, 5, 10].find((factor) => factor * ten >= rough)!;
+  return step * ten;
+}

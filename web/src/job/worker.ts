@@ -1,0 +1,76 @@
+/** The core in a thread of its own: whole jobs are run there, and the page stays quick. */
+import { Core, type Report } from "./core";
+import type { HostField } from "../tables";
+import { planResume, ResumeError, type MachineFacts, type Resume } from "./resume";
+import type { JobLine } from "./program";
+
+export interface PreflightRequest {
+  kind: "preflight";
+  id: number;
+  wasm: ArrayBuffer;
+  board: Record<HostField, number>;
+  /** Lines before the job, like $110=5000. */
+  settings: string[];
+  job: string;
+}
+
+export interface ResumeRequest {
+  kind: "resume";
+  id: number;
+  wasm: ArrayBuffer;
+  lines: JobLine[];
+  line: number;
+  facts: MachineFacts;
+}
+
+/** When the controller has answered a line, in seconds of the job: line, second, line, second ... */
+export type Timeline = Float64Array<ArrayBuffer>;
+
+export type WorkerReply =
+  | { kind: "progress"; id: number; linesDone: number; seconds: number }
+  | { kind: "preflight"; id: number; report: Report; samples: Float32Array<ArrayBuffer>; timeline: Timeline }
+  | { kind: "resume"; id: number; resume: Resume }
+  | { kind: "failed"; id: number; why: string; hint: string };
+
+const EVENTS_A_TURN = 50_000;
+const TELL_MS = 100;
+const SAMPLE_MS = 10;
+
+function reply(message: WorkerReply, transfer: Transferable[] = []): void {
+  (self as unknown as DedicatedWorkerGlobalScope).postMessage(message, transfer);
+}
+
+async function preflight(request: PreflightRequest): Promise<void> {
+  const core = await Core.load(request.wasm);
+  core.open(request.board);
+  for (const line of request.settings) core.command(line);
+  core.begin(request.job, SAMPLE_MS);
+  const times: number[] = [];
+  let told = performance.now();
+  for (let more = true; more; ) {
+    more = core.run(EVENTS_A_TURN);
+    times.push(core.linesDone, core.seconds);
+    if (performance.now() - told > TELL_MS) {
+      told = performance.now();
+      reply({ kind: "progress", id: request.id, linesDone: core.linesDone, seconds: core.seconds });
+    }
+  }
+  const samples = core.samples();
+  const timeline = Float64Array.from(times);
+  reply({ kind: "preflight", id: request.id, report: core.report(), samples, timeline }, [samples.buffer, timeline.buffer]);
+}
+
+async function resume(request: ResumeRequest): Promise<void> {
+  const core = await Core.load(request.wasm);
+  reply({ kind: "resume", id: request.id, resume: planResume(core, request.lines, request.line, request.facts) });
+}
+
+self.onmessage = (event: MessageEvent<PreflightRequest | ResumeRequest>) => {
+  const request = event.data;
+  const work = request.kind === "preflight" ? preflight(request) : resume(request);
+  work.catch((error: unknown) => {
+    const hint = error instanceof ResumeError ? error.hint : "";
+    reply({ kind: "failed", id: request.id, why: error instanceof Error ? error.message : String(error), hint });
+  });
+};
+

@@ -1,0 +1,298 @@
+/**
+ * One controller and what is known of it. Everything that the page shows of the machine is a signal here; everything
+ * that it says to the machine goes through send() or realtime().
+ */
+import { batch, computed, signal } from "@preact/signals";
+import { TABLES, alarmWords, errorWords, type RealtimeName } from "../tables";
+import { LineSplitter, parse, receiveBuffer, type Message, type Status } from "./messages";
+import { LineQueue, SMALLEST_BUFFER, type Answer } from "./queue";
+import { LinkError, type Transport } from "./transport";
+
+export type LinkState = "closed" | "opening" | "open" | "lost";
+/** Whose lines the controller takes. */
+export type Role = "owner" | "observer" | "nobody";
+
+export interface LogEntry {
+  id: number;
+  from: "me" | "controller" | "page";
+  text: string;
+  bad: boolean;
+}
+
+/** How often a report is asked for, ms: while it moves, at rest; and how long an answer may take. */
+const ASK_MOVING_MS = 100;
+const ASK_RESTING_MS = 250;
+const SILENT_MS = 3000;
+const LOG_LINES = 500;
+/** A board that starts when its port is opened says something within this time. */
+const FIRST_WORD_MS = 6000;
+
+const MOVING = new Set(["Run", "Jog", "Home"]);
+const OBSERVER = /^Observer: | commands$/;
+const NOBODY = /^Nobody commands/;
+const LOCKED = /^Password needed/;
+
+/** A line was refused, or nobody will answer it. */
+export class RefusedError extends Error {
+  constructor(
+    readonly line: string,
+    readonly code: number | null,
+  ) {
+    super(code === null ? `${line}: the controller was reset or is gone` : `${line}: error ${code}, ${errorWords(code)}`);
+  }
+}
+
+export class Controller {
+  readonly link = signal<LinkState>("closed");
+  readonly linkName = signal("");
+  /** Why the link was lost. */
+  readonly lostWhy = signal("");
+  readonly role = signal<Role>("nobody");
+  readonly locked = signal(false);
+  /** No report came for a while. */
+  readonly silent = signal(false);
+  readonly status = signal<Status | null>(null);
+  readonly wco = signal<number[]>([]);
+  readonly overrides = signal<[number, number, number]>([100, 100, 100]);
+  readonly accessories = signal("");
+  readonly alarm = signal<number | null>(null);
+  readonly settings = signal<ReadonlyMap<number, string>>(new Map());
+  readonly offsets = signal<ReadonlyMap<string, string>>(new Map());
+  readonly modes = signal("");
+  readonly version = signal("");
+  readonly options = signal("");
+  readonly log = signal<readonly LogEntry[]>([]);
+
+  readonly connected = computed(() => this.link.value === "open");
+  readonly commands = computed(() => this.connected.value && this.role.value !== "observer" && !this.locked.value);
+  readonly state = computed(() => this.status.value?.state ?? "");
+  readonly axisCount = computed(() => this.machinePosition.value.length);
+  readonly machinePosition = computed(() => {
+    const status = this.status.value;
+    if (status?.mpos) return status.mpos;
+    return (status?.wpos ?? []).map((value, i) => value + (this.wco.value[i] ?? 0));
+  });
+  readonly workPosition = computed(() => {
+    const status = this.status.value;
+    return status?.wpos ?? (status?.mpos ?? []).map((value, i) => value - (this.wco.value[i] ?? 0));
+  });
+
+  /** Called when lines may go again: whoever streams a job puts the next ones. */
+  onRoom: () => void = () => {};
+  /** The controller has started anew, or the link has ended: what was under way is void. */
+  onBreak: (what: "reset" | "lost" | "closed") => void = () => {};
+
+  readonly queue = new LineQueue();
+  private transport: Transport | null = null;
+  private splitter = new LineSplitter();
+  private timer: ReturnType<typeof setInterval> | undefined;
+  private askedAt = 0;
+  private heardAt = 0;
+  private waitsForReport = false;
+  private entries = 0;
+  private firstWord: (() => void) | null = null;
+
+  /** Open a link and get to know the controller. Rejects with a LinkError. */
+  async connect(transport: Transport): Promise<void> {
+    await this.disconnect();
+    this.begin(transport);
+    try {
+      await transport.open({ bytes: (data) => this.hear(data), lost: (why) => this.lose(why) });
+    } catch (error) {
+      this.link.value = "closed";
+      throw error;
+    }
+    this.transport = transport;
+    this.link.value = "open";
+    this.timer = setInterval(() => this.tick(), ASK_MOVING_MS / 2);
+    if (!(await this.hearFirstWord())) {
+      await this.disconnect();
+      throw new LinkError(
+        "The port is open, but nothing answers",
+        "Is WiFiCNC on this board? Another port, or the Install tab, may help.",
+      );
+    }
+    await this.getToKnow();
+  }
+
+  async disconnect(): Promise<void> {
+    const transport = this.transport;
+    clearInterval(this.timer);
+    this.transport = null;
+    if (transport) {
+      this.link.value = "closed";
+      this.queue.forget();
+      this.onBreak("closed");
+      await transport.close();
+    }
+  }
+
+  /** A line, without its end. Resolves with what was said before its ok; rejects with a RefusedError. */
+  async send(text: string): Promise<string[]> {
+    const answer = await this.post(text);
+    if (answer.kind === "ok") return answer.said;
+    throw new RefusedError(text, answer.kind === "error" ? answer.code : null);
+  }
+
+  /** As send(), for whoever looks at the answer itself. */
+  post(text: string, echo = true): Promise<Answer> {
+    if (echo) this.note("me", text);
+    return new Promise((settle) => {
+      this.queue.put({ text, settle });
+      this.flush();
+    });
+  }
+
+  /** A byte that acts at once, by its name. */
+  realtime(name: RealtimeName): void {
+    this.write(Uint8Array.of(TABLES.realtime[name]));
+  }
+
+  reset(): void {
+    this.realtime("RESET");
+  }
+
+  /** Read all settings, offsets and modes again. */
+  async getToKnow(): Promise<void> {
+    for (const line of ["$I", "$$", "$#", "$G"]) {
+      if (!this.commands.value) return;
+      const answer = await this.post(line, false);
+      if (answer.kind === "lost") return;
+    }
+  }
+
+  note(from: LogEntry["from"], text: string, bad = false): void {
+    this.log.value = [...this.log.value.slice(1 - LOG_LINES), { id: ++this.entries, from, text, bad }];
+  }
+
+  /** Send what there is room for. */
+  flush(): void {
+    const data = this.queue.take();
+    if (data) this.write(new TextEncoder().encode(data));
+  }
+
+  private begin(transport: Transport): void {
+    batch(() => {
+      this.link.value = "opening";
+      this.linkName.value = transport.name;
+      this.lostWhy.value = "";
+      this.role.value = "nobody";
+      this.locked.value = this.silent.value = false;
+      this.status.value = this.alarm.value = null;
+      this.settings.value = new Map();
+      this.version.value = this.options.value = this.modes.value = "";
+    });
+    this.splitter = new LineSplitter();
+    this.queue.forget();
+    this.queue.capacity = SMALLEST_BUFFER;
+    this.waitsForReport = false;
+    this.heardAt = performance.now();
+  }
+
+  private hearFirstWord(): Promise<boolean> {
+    return new Promise((resolve) => {
+      const timer = setTimeout(() => resolve(false), FIRST_WORD_MS);
+      this.firstWord = () => {
+        clearTimeout(timer);
+        this.firstWord = null;
+        resolve(true);
+      };
+    });
+  }
+
+  private tick(): void {
+    const now = performance.now();
+    const every = MOVING.has(this.state.value) ? ASK_MOVING_MS : ASK_RESTING_MS;
+    this.silent.value = now - this.heardAt > SILENT_MS;
+    if (now - this.askedAt < (this.waitsForReport ? SILENT_MS / 2 : every)) return;
+    this.askedAt = now;
+    this.waitsForReport = true;
+    this.realtime("STATUS");
+  }
+
+  private write(bytes: Uint8Array): void {
+    this.transport?.write(bytes).catch((error: unknown) => this.lose(String(error)));
+  }
+
+  private lose(why: string): void {
+    const transport = this.transport;
+    if (!transport) return;
+    clearInterval(this.timer);
+    this.transport = null;
+    this.lostWhy.value = why;
+    this.link.value = "lost";
+    this.note("page", `The link was lost: ${why}`, true);
+    this.queue.forget();
+    this.onBreak("lost");
+    void transport.close();
+  }
+
+  private hear(data: Uint8Array): void {
+    this.heardAt = performance.now();
+    batch(() => {
+      for (const text of this.splitter.take(data)) this.take(text, parse(text));
+    });
+    this.flush();
+    this.onRoom();
+  }
+
+  private take(text: string, message: Message): void {
+    if (message.kind !== "other") this.firstWord?.();
+    if (message.kind === "status") {
+      this.takeStatus(message.status);
+      return;
+    }
+    if (message.kind === "ok" || message.kind === "error") {
+      const mine = this.queue.answer(message.kind === "ok" ? null : message.code);
+      if (mine) this.role.value = "owner";
+      if (message.kind === "error" && mine) this.note("controller", `${text}  ${errorWords(message.code)}`, true);
+      return;
+    }
+    if (message.kind === "alarm") {
+      this.alarm.value = message.code;
+      this.note("controller", `${text}  ${alarmWords(message.code)}`, true);
+      return;
+    }
+    if (message.kind === "setting") this.settings.value = new Map(this.settings.value).set(message.number, message.value);
+    else this.note("controller", text);
+    if (message.kind === "banner") this.takeBanner();
+    else if (message.kind === "bracket") this.takeBracket(message.key, message.body);
+    this.queue.hear(text);
+  }
+
+  private takeBanner(): void {
+    this.alarm.value = null;
+    this.queue.forget();
+    this.onBreak("reset");
+  }
+
+  private takeStatus(status: Status): void {
+    this.waitsForReport = false;
+    this.status.value = status;
+    if (status.wco) this.wco.value = status.wco;
+    if (status.overrides) {
+      this.overrides.value = status.overrides;
+      this.accessories.value = status.accessories ?? "";
+    }
+    if (status.state !== "Alarm") this.alarm.value = null;
+  }
+
+  private takeBracket(key: string, body: string): void {
+    if (key === "MSG") this.takeMessage(body);
+    else if (key === "VER") this.version.value = body;
+    else if (key === "GC") this.modes.value = body;
+    else if (key === "OPT") {
+      this.options.value = body;
+      this.queue.capacity = (receiveBuffer(body) ?? SMALLEST_BUFFER + 1) - 1;
+    } else this.offsets.value = new Map(this.offsets.value).set(key, body);
+  }
+
+  private takeMessage(body: string): void {
+    if (LOCKED.test(body)) this.locked.value = true;
+    if (NOBODY.test(body)) this.role.value = "nobody";
+    if (!OBSERVER.test(body) || NOBODY.test(body)) return;
+    this.role.value = "observer";
+    this.queue.forget();
+    this.onBreak("lost");
+  }
+}

@@ -1,0 +1,90 @@
+/** Settings as a TOML file, the one of `wificnc settings export` and `import`. Pure. */
+import { parse } from "smol-toml";
+import { AXES, settingProblem, settingsOf, type Setting, type SettingRow } from "../tables";
+
+const SCHEMA = 1;
+/** $20 asks for $22, so that goes first. */
+const FIRST_OF_ALL = 22;
+
+export class SettingsFileError extends Error {}
+
+/** Whether two texts are one value: 5000 and 5000.000 are. */
+export function same(row: SettingRow, a: string, b: string): boolean {
+  return Math.abs(Number(a) - Number(b)) < 0.5 * 10 ** -row.decimals;
+}
+
+/** The file, with units and what each one does. */
+export function exportText(values: ReadonlyMap<number, string>, source: string): string {
+  const known = settingsOf(AXES.length).filter((setting) => values.has(setting.number));
+  const lines = [`# Settings of ${source}.`, "", `schema = ${SCHEMA}`, "", "[settings]"];
+  lines.push(...rows(known.filter((setting) => setting.axis === ""), values));
+  for (const axis of AXES) {
+    const own = known.filter((setting) => setting.axis === axis);
+    if (own.length > 0) lines.push("", `[axis.${axis.toLowerCase()}]`, ...rows(own, values));
+  }
+  const numbers = new Set(known.map((setting) => setting.number));
+  const other = [...values].filter(([number]) => !numbers.has(number));
+  if (other.length > 0) lines.push("", "[other] # of this firmware only", ...other.map(([number, value]) => `"$${number}" = "${value}"`));
+  return `${lines.join("\n")}\n`;
+}
+
+function rows(settings: readonly Setting[], values: ReadonlyMap<number, string>): string[] {
+  return settings.map(({ number, row }) => {
+    const unit = row.unit ? ` ${row.unit}` : "";
+    return `${row.name} = ${tomlValue(row, values.get(number)!)}  # $${number}${unit}: ${row.help}`;
+  });
+}
+
+function tomlValue(row: SettingRow, text: string): string {
+  const value = Number(text);
+  if (row.type === "bool") return String(value !== 0);
+  return row.type === "float" && Number.isInteger(value) ? value.toFixed(1) : String(value);
+}
+
+/** $N -> text; what the file leaves out is left alone. Throws SettingsFileError with every fault. */
+export function importText(text: string): Map<number, string> {
+  let data: Record<string, unknown>;
+  try {
+    data = parse(text);
+  } catch (error) {
+    throw new SettingsFileError(`this is no TOML file: ${error instanceof Error ? error.message : error}`);
+  }
+  if (data.schema !== SCHEMA) throw new SettingsFileError(`schema must be ${SCHEMA}`);
+  const values = new Map<number, string>();
+  const faults: string[] = [];
+  takeTable(data.settings, "", values, faults);
+  for (const [axis, table] of Object.entries((data.axis ?? {}) as Record<string, unknown>))
+    takeTable(table, axis.toUpperCase(), values, faults);
+  for (const [key, value] of Object.entries((data.other ?? {}) as Record<string, unknown>)) {
+    if (/^\$\d{1,5}$/.test(key)) values.set(Number(key.slice(1)), String(value));
+    else faults.push(`${key} must be like "$37"`);
+  }
+  if (faults.length > 0) throw new SettingsFileError(faults.join("; "));
+  return values;
+}
+
+function takeTable(table: unknown, axis: string, values: Map<number, string>, faults: string[]): void {
+  const known = settingsOf(AXES.length).filter((setting) => setting.axis === axis);
+  for (const [name, value] of Object.entries((table ?? {}) as Record<string, unknown>)) {
+    const setting = known.find((entry) => entry.row.name === name);
+    const title = axis ? `${name}.${axis.toLowerCase()}` : name;
+    if (!setting) faults.push(`there is no setting ${title}`);
+    else if (typeof value !== "number" && typeof value !== "boolean") faults.push(`${title} must be a number`);
+    else {
+      const problem = settingProblem(setting.row, String(Number(value)));
+      if (problem) faults.push(`${title} = ${value}: ${problem}`);
+      else values.set(setting.number, Number(value).toFixed(setting.row.type === "float" ? setting.row.decimals : 0));
+    }
+  }
+}
+
+/** What to send, in an order that the controller takes. */
+export function sendingOrder(numbers: Iterable<number>): number[] {
+  return [...numbers].sort((a, b) => Number(b === FIRST_OF_ALL) - Number(a === FIRST_OF_ALL) || a - b);
+}
+
+/** Every setting's default, as `$$` prints it. */
+export function defaultsText(row: SettingRow): string {
+  return row.type === "float" ? Number(row.default).toFixed(row.decimals) : String(Number(row.default));
+}
+

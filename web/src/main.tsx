@@ -1,0 +1,7 @@
+import { render } from "preact";
+import "./styles.css";
+import { start } from "./app";
+import { App } from "./view/app";
+
+render(<App />, document.getElementById("app")!);
+void start();

@@ -1,0 +1,137 @@
+/**
+ * What an ESP32 has stored beside its settings (pins, networks, inputs): read over USB from its loader or from a file,
+ * changed here, and written back with a restart. Nothing is written before somebody says so.
+ */
+import { computed, signal } from "@preact/signals";
+import { portForLoader } from "../app";
+import { BoardDevice, type Progress } from "../flash/device";
+import { TABLES, type Board, type ChipPin, type StoredPin } from "../tables";
+import { NvsImage, type StoredValue } from "./nvs";
+
+const { namespace, offset, size, none } = TABLES.storage;
+
+/** As it was read; null: nothing was read yet. */
+export const image = signal<NvsImage | null>(null);
+/** Where it is from, for people. */
+export const source = signal("");
+/** Key -> new value; null: forget the key. */
+export const changes = signal<ReadonlyMap<string, StoredValue | null>>(new Map());
+/** 0..1 while the board is read or written. */
+export const progress = signal<number | null>(null);
+export const written = signal(false);
+
+export const isChanged = computed(() => changes.value.size > 0);
+
+/** The value with the changes made here; undefined: not stored. */
+export function valueOf(key: string): StoredValue | undefined {
+  const change = changes.value.get(key);
+  if (change !== undefined) return change ?? undefined;
+  return image.value?.get(namespace, key);
+}
+
+/** Change a key; null forgets it. */
+export function setValue(key: string, value: StoredValue | null): void {
+  const next = new Map(changes.value);
+  const before = image.value?.get(namespace, key);
+  if (value === before || (value === null && before === undefined)) next.delete(key);
+  else next.set(key, value);
+  changes.value = next;
+  written.value = false;
+}
+
+export function forgetChanges(): void {
+  changes.value = new Map();
+}
+
+/** Rejects with an NvsError for a file that is no NVS partition. */
+export async function openFile(file: File): Promise<void> {
+  take(new NvsImage(new Uint8Array(await file.arrayBuffer())), file.name);
+}
+
+/** The partition as it will be. Throws NvsError when it has no room. */
+export function changedImage(): NvsImage {
+  const next = image.value ? new NvsImage(image.value.data) : NvsImage.blank(size);
+  for (const [key, value] of changes.value) {
+    if (value === null) next.remove(namespace, key);
+    else next.set(namespace, key, value);
+  }
+  return next;
+}
+
+/** Over USB. Rejects with what to do. */
+export async function readBoard(): Promise<void> {
+  await withBoard(async (device, show) => {
+    const data = await device.read(offset, size, show);
+    take(new NvsImage(data), `${device.chip.family} ${device.chip.mac}`);
+  });
+}
+
+/** Over USB; the board starts again with what was written. */
+export async function writeBoard(): Promise<void> {
+  const next = changedImage();
+  await withBoard(async (device, show) => {
+    await device.write([{ name: "settings", offset, data: next.data }], false, show);
+    image.value = next;
+    changes.value = new Map();
+    written.value = true;
+  });
+}
+
+async function withBoard(work: (device: BoardDevice, show: Progress) => Promise<void>): Promise<void> {
+  const port = await portForLoader();
+  if (!port) return;
+  progress.value = 0;
+  try {
+    const device = await BoardDevice.open(port, () => {});
+    try {
+      await work(device, (_part, done, total) => (progress.value = total ? done / total : 0));
+    } finally {
+      await device.close();
+    }
+  } finally {
+    progress.value = null;
+  }
+}
+
+function take(next: NvsImage, from: string): void {
+  image.value = next;
+  source.value = from;
+  changes.value = new Map();
+  written.value = false;
+}
+
+// ---- pins ----
+
+/** The pin that a signal has: stored, else the board's own. null: not wired. */
+export function pinOf(board: Board, row: StoredPin): number | null {
+  const stored = valueOf(row.key);
+  const number = typeof stored === "number" ? stored : ownPin(board, row);
+  return number === none ? null : number;
+}
+
+/** Of the board's own wiring. */
+export function ownPin(board: Board, row: StoredPin): number {
+  return board.uses.find((use) => use.signal === row.signal)?.number ?? none;
+}
+
+/** Why the firmware will not take this pin for this signal; "" when it will. The rules are the board's (tables.ts). */
+export function refusal(board: Board, row: StoredPin, pin: ChipPin): string {
+  if (pin.number === ownPin(board, row)) return "";
+  const reason = row.output ? pin.output : pin.input;
+  if (reason !== null) return reason;
+  const rival = TABLES.storage.pin.find((other) => other.key !== row.key && pinOf(board, other) === pin.number);
+  if (rival) return `${pin.name} is ${rival.label}`;
+  const fixed = board.uses.find(
+    (use) => use.number === pin.number && !TABLES.storage.pin.some((other) => other.signal === use.signal),
+  );
+  return fixed ? `${pin.name} is ${fixed.label}` : "";
+}
+
+/** Every clash of the wiring as it would be, in words. */
+export function clashes(board: Board): string[] {
+  return TABLES.storage.pin.flatMap((row) => {
+    const pin = board.pins.find((entry) => entry.number === pinOf(board, row));
+    const why = pin ? refusal(board, row, pin) : "";
+    return why ? [`${row.label}: ${why}`] : [];
+  });
+}

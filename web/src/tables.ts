@@ -1,0 +1,169 @@
+/**
+ * What the page knows of settings, boards, storage and words. The numbers are generated from the repository's tables
+ * (`python -m wificnc.web.generate`); here are their shapes and look-ups.
+ */
+import raw from "./generated/tables.json";
+
+export interface SettingRow {
+  /** $N; of X when per_axis. */
+  number: number;
+  name: string;
+  type: "bool" | "u8" | "u16" | "float";
+  unit: string;
+  default: number | boolean;
+  min: number;
+  max: number;
+  decimals: number;
+  per_axis: boolean;
+  reboot: boolean;
+  help: string;
+  /** Key in the ESP32's storage; {axis} = x..c. */
+  nvs: string;
+}
+
+export interface StoredText {
+  key: string;
+  /** Bytes of UTF-8. */
+  min: number;
+  max: number;
+  secret: boolean;
+  help: string;
+}
+
+export interface StoredNumber {
+  key: string;
+  default: number;
+  min: number;
+  max: number;
+  help: string;
+}
+
+export interface StoredPin {
+  key: string;
+  signal: string;
+  label: string;
+  output: boolean;
+}
+
+export interface Storage {
+  namespace: string;
+  /** Of the NVS partition, bytes. */
+  offset: number;
+  size: number;
+  /** The pin number that means: not wired. */
+  none: number;
+  text: StoredText[];
+  number: StoredNumber[];
+  pin: StoredPin[];
+}
+
+export interface WiredPin {
+  signal: string;
+  label: string;
+  role: string;
+  colour: string;
+  pin: string;
+  number: number;
+}
+
+export interface ChipPin {
+  name: string;
+  number: number;
+  /** Why no output (input) can be moved there; null: it can. */
+  output: string | null;
+  input: string | null;
+}
+
+export interface Board {
+  id: string;
+  name: string;
+  summary: string;
+  target: "esp32" | "pic32mz" | "host";
+  chip: string;
+  chip_name: string;
+  memory: string;
+  flash_mb: number[];
+  psram_mb: number[];
+  axes: string;
+  ethernet: boolean;
+  step_rate_hz: number;
+  notes: string[];
+  uses: WiredPin[];
+  pins: ChipPin[];
+  /** struct host_board, for the preflight. */
+  host: Record<HostField, number>;
+}
+
+export type HostField =
+  | "timer_hz"
+  | "step_pulse_ns"
+  | "dir_setup_ns"
+  | "max_step_rate_hz"
+  | "axes"
+  | "ganged"
+  | "relay_spindle"
+  | "digital_inputs"
+  | "analog";
+
+export type RealtimeName = keyof typeof raw.realtime;
+
+interface Tables {
+  version: string;
+  axes: string;
+  settings: SettingRow[];
+  errors: Record<string, string>;
+  alarms: Record<string, string>;
+  realtime: Record<RealtimeName, number>;
+  storage: Storage;
+  boards: Board[];
+}
+
+export const TABLES = raw as Tables;
+export const AXES = TABLES.axes;
+
+/** One setting of one axis, or of the whole machine. */
+export interface Setting {
+  number: number;
+  /** X .. C, or "" for a setting of the machine. */
+  axis: string;
+  row: SettingRow;
+}
+
+/** Every $N of a machine with so many axes, in ascending order. */
+export function settingsOf(axisCount: number): Setting[] {
+  return TABLES.settings.flatMap((row) =>
+    row.per_axis
+      ? [...AXES.slice(0, axisCount)].map((axis, i) => ({ number: row.number + i, axis, row }))
+      : [{ number: row.number, axis: "", row }],
+  );
+}
+
+export function findSetting(number: number): Setting | undefined {
+  return settingsOf(AXES.length).find((setting) => setting.number === number);
+}
+
+export function findBoard(id: string): Board | undefined {
+  return TABLES.boards.find((board) => board.id === id);
+}
+
+/** As `$$` prints it. */
+export function settingText(row: SettingRow, value: number | boolean): string {
+  return row.type === "float" ? Number(value).toFixed(row.decimals) : String(Number(value));
+}
+
+/** What is wrong with a value that was typed for a setting; "" when nothing is. */
+export function settingProblem(row: SettingRow, text: string): string {
+  const value = Number(text);
+  if (text.trim() === "" || !Number.isFinite(value)) return "a number is needed";
+  if (value < row.min || value > row.max) return `from ${row.min} to ${row.max}`;
+  if (row.type !== "float" && !Number.isInteger(value)) return "a whole number is needed";
+  return "";
+}
+
+export function errorWords(code: number): string {
+  return TABLES.errors[String(code)] ?? "an error that this page does not know";
+}
+
+export function alarmWords(code: number): string {
+  return TABLES.alarms[String(code)] ?? "an alarm that this page does not know";
+}

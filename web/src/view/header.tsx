@@ -1,0 +1,226 @@
+/** The top of the page: the link, the state, and what stops the machine, always in reach. */
+import type { JSX } from "preact";
+import { useSignal } from "@preact/signals";
+import { attempt, connectAgain, connectSerial, connectSocket, controller, failure, served, theme, toggleTheme } from "../app";
+import { hasWebSerial } from "../link/serial";
+import { alarmWords } from "../tables";
+import { Button, Dialog, Notice } from "./parts";
+
+const STATE_KIND: Record<string, string> = {
+  Idle: "good",
+  Run: "busy",
+  Jog: "busy",
+  Home: "busy",
+  Check: "busy",
+  Hold: "warn",
+  Door: "warn",
+  Sleep: "warn",
+  Alarm: "bad",
+};
+
+export function Header(): JSX.Element {
+  return (
+    <header class="top">
+      <div class="brand">
+        <img src="./icon.svg" alt="" />
+        <span>WiFiCNC</span>
+      </div>
+      <StateChip />
+      <div class="link row">
+        <LinkButton />
+        <Button
+          icon={theme.value === "dark" ? "sun" : "moon"}
+          label={theme.value === "dark" ? "Light colours" : "Dark colours"}
+          onClick={toggleTheme}
+        />
+      </div>
+      <Safety />
+    </header>
+  );
+}
+
+function StateChip(): JSX.Element {
+  const status = controller.status.value;
+  if (!controller.connected.value || !status) return <span class="chip">Not connected</span>;
+  const kind = controller.silent.value ? "" : (STATE_KIND[status.state] ?? "");
+  return (
+    <span class={`chip ${kind}`} role="status" data-test="state">
+      {controller.silent.value ? "Silent" : status.state}
+    </span>
+  );
+}
+
+function LinkButton(): JSX.Element {
+  const asks = useSignal(false);
+  if (controller.connected.value)
+    return (
+      <Button title={`Connected to ${controller.linkName.value}`} onClick={() => void attempt(() => controller.disconnect())}>
+        Disconnect
+      </Button>
+    );
+  return (
+    <>
+      <Button kind="primary" icon="usb" disabled={controller.link.value === "opening"} onClick={() => (asks.value = true)} testId="connect">
+        {controller.link.value === "opening" ? "Connecting" : "Connect"}
+      </Button>
+      {asks.value && <ConnectDialog onClose={() => (asks.value = false)} />}
+    </>
+  );
+}
+
+function ConnectDialog({ onClose }: { onClose: () => void }): JSX.Element {
+  const go = (connect: () => Promise<void>) => () => {
+    onClose();
+    void attempt(connect);
+  };
+  return (
+    <Dialog title="Connect to a controller" onClose={onClose}>
+      <div class="stack">
+        <Button kind="primary" icon="usb" disabled={!hasWebSerial()} onClick={go(connectSerial)} testId="connect-serial">
+          By USB
+        </Button>
+        <p class="small soft">
+          {hasWebSerial()
+            ? "Choose the board's serial port in the list that the browser shows."
+            : "This browser cannot use serial ports: Chrome, Edge or Opera on a computer can, on a page that was opened by https."}
+        </p>
+        <Button icon="network" disabled={!served.value} onClick={go(connectSocket)} testId="connect-socket">
+          {served.value ? `By network: ${served.value.name}` : "By network"}
+        </Button>
+        <p class="small soft">
+          {served.value
+            ? "The controller that serves this page."
+            : "Open this page from the controller itself, like wificnc serve --http; a page from elsewhere may not reach into your network."}
+        </p>
+      </div>
+    </Dialog>
+  );
+}
+
+/** Hold, resume and reset: on every tab, and at the bottom of a phone. */
+function Safety(): JSX.Element {
+  const on = controller.commands.value;
+  const state = controller.state.value;
+  return (
+    <div class="safety" role="group" aria-label="Stop the machine">
+      <Button kind="warn" icon="hold" disabled={!on} title="Feed hold: slows down and waits (!)" onClick={() => controller.realtime("HOLD")} testId="hold">
+        Hold
+      </Button>
+      <Button
+        kind={state === "Hold" || state === "Door" ? "primary" : "plain"}
+        icon="play"
+        disabled={!on}
+        title="Go on after a hold, a door or M0 (~)"
+        onClick={() => controller.realtime("RESUME")}
+        testId="resume"
+      >
+        Resume
+      </Button>
+      <Button kind="danger" icon="stop" disabled={!on} title="Stop at once and forget what was sent (Ctrl-X)" onClick={() => controller.reset()} testId="reset">
+        Reset
+      </Button>
+    </div>
+  );
+}
+
+/** What needs attention, under the header of every tab. */
+export function Notices(): JSX.Element {
+  return (
+    <div class="notices">
+      {failure.value && (
+        <Notice kind="bad" title={failure.value.title} text={failure.value.hint}>
+          <Button size="small" onClick={() => (failure.value = null)}>
+            Close
+          </Button>
+        </Notice>
+      )}
+      <LostNotice />
+      <LockedNotice />
+      <ObserverNotice />
+      <AlarmNotice />
+    </div>
+  );
+}
+
+function LostNotice(): JSX.Element | null {
+  if (controller.link.value !== "lost") return null;
+  return (
+    <Notice kind="bad" title={`The link to ${controller.linkName.value} was lost`} text={controller.lostWhy.value}>
+      <Button size="small" kind="primary" onClick={() => void attempt(connectAgain)} testId="connect-again">
+        Connect again
+      </Button>
+    </Notice>
+  );
+}
+
+function LockedNotice(): JSX.Element | null {
+  const password = useSignal("");
+  if (!controller.connected.value || !controller.locked.value) return null;
+  const login = async (): Promise<void> => {
+    const said = controller.post(`$LOGIN=${password.value}`, false);
+    password.value = "";
+    const answer = await said;
+    if (answer.kind !== "ok" || answer.said.some((line) => line.startsWith("[MSG:Wrong"))) return;
+    controller.locked.value = false;
+    await controller.getToKnow();
+  };
+  return (
+    <Notice kind="warn" title="This controller wants a password" text="Until then you see its state and command nothing.">
+      <form
+        class="row"
+        onSubmit={(event) => {
+          event.preventDefault();
+          void attempt(login);
+        }}
+      >
+        <input
+          class="input"
+          type="password"
+          aria-label="Password"
+          autocomplete="current-password"
+          value={password.value}
+          onInput={(event) => (password.value = event.currentTarget.value)}
+        />
+        <button class="button primary" type="submit">
+          Log in
+        </button>
+      </form>
+    </Notice>
+  );
+}
+
+function ObserverNotice(): JSX.Element | null {
+  if (!controller.connected.value || controller.role.value !== "observer") return null;
+  return (
+    <Notice kind="info" title="You are watching" text="Another client commands this controller.">
+      <Button size="small" onClick={() => void attempt(takeOver)} testId="take">
+        Take over
+      </Button>
+    </Notice>
+  );
+}
+
+async function takeOver(): Promise<void> {
+  await controller.send("$TAKE");
+  await controller.getToKnow();
+}
+
+function AlarmNotice(): JSX.Element | null {
+  if (controller.state.value !== "Alarm") return null;
+  const code = controller.alarm.value;
+  const homing = Number(controller.settings.value.get(22) ?? 0) > 0;
+  const title = code === null ? "The machine is locked" : `Alarm ${code}: ${alarmWords(code)}`;
+  const text = homing ? "Home it, or unlock it when you know where it stands." : "Unlock it when you know where it stands.";
+  return (
+    <Notice kind="bad" title={title} text={text}>
+      {homing && (
+        <Button size="small" icon="home" disabled={!controller.commands.value} onClick={() => void attempt(() => controller.send("$H"))}>
+          Home
+        </Button>
+      )}
+      <Button size="small" icon="unlock" disabled={!controller.commands.value} onClick={() => void attempt(() => controller.send("$X"))} testId="unlock">
+        Unlock
+      </Button>
+    </Notice>
+  );
+}

@@ -1,0 +1,140 @@
+/** Outputs by hand, inputs as they are, and what the board's spare inputs and its mode are for. */
+import { signal } from "@preact/signals";
+import type { JSX } from "preact";
+import { attempt, board, controller } from "../app";
+import { setValue, valueOf } from "../storage/board";
+import { TABLES, type StoredNumber } from "../tables";
+import { Button, Card, Check, Field, Notice } from "./parts";
+import { BoardChoice } from "./pins";
+import { StorageBar } from "./storage";
+
+const rpm = signal(1000);
+/** Outputs that were switched here; a program may have switched them since. */
+const switched = signal<ReadonlySet<number>>(new Set());
+/** Of M62 to M65. */
+const OUTPUTS = 5;
+
+export function InOutTab(): JSX.Element {
+  return (
+    <div class="columns">
+      <div class="w6 stack">
+        <OutputCard />
+      </div>
+      <div class="w6 stack">
+        <RoleCard />
+      </div>
+    </div>
+  );
+}
+
+function say(line: string): void {
+  void attempt(() => controller.send(line));
+}
+
+function OutputCard(): JSX.Element {
+  const on = controller.commands.value;
+  const lamps = controller.accessories.value;
+  return (
+    <Card title="Outputs by hand">
+      <h3>Spindle</h3>
+      <div class="row">
+        <input
+          class="input short mono"
+          type="number"
+          min={0}
+          step={100}
+          aria-label="Spindle speed, rpm"
+          value={rpm.value}
+          onChange={(event) => (rpm.value = Math.max(0, Number(event.currentTarget.value)))}
+        />
+        <span class="small soft">rpm</span>
+        <Button disabled={!on} pressed={lamps.includes("S")} onClick={() => say(`M3S${rpm.value}`)}>
+          Clockwise
+        </Button>
+        <Button disabled={!on} pressed={lamps.includes("C")} onClick={() => say(`M4S${rpm.value}`)}>
+          Counter-clockwise
+        </Button>
+        <Button disabled={!on} kind="warn" onClick={() => say("M5")}>
+          Off
+        </Button>
+      </div>
+      <h3>Coolant</h3>
+      <div class="row">
+        <Button disabled={!on} pressed={lamps.includes("F")} onClick={() => say("M8")}>
+          Flood
+        </Button>
+        <Button disabled={!on} pressed={lamps.includes("M")} onClick={() => say("M7")}>
+          Mist
+        </Button>
+        <Button disabled={!on} kind="warn" onClick={() => say("M9")}>
+          Off
+        </Button>
+      </div>
+      <h3>Outputs of M62 to M65</h3>
+      <div class="row">
+        {Array.from({ length: OUTPUTS }, (_, i) => (
+          <Button key={i} disabled={!on} pressed={switched.value.has(i)} onClick={() => void attempt(() => toggle(i))}>
+            {`Output ${i}`}
+          </Button>
+        ))}
+      </div>
+      <p class="small soft">An output that this board does not have is refused.</p>
+    </Card>
+  );
+}
+
+async function toggle(output: number): Promise<void> {
+  const next = new Set(switched.value);
+  const on = !next.delete(output);
+  await controller.send(`${on ? "M64" : "M65"}P${output}`);
+  if (on) next.add(output);
+  switched.value = next;
+}
+
+function number(key: string): StoredNumber {
+  return TABLES.storage.number.find((row) => row.key === key)!;
+}
+
+function RoleCard(): JSX.Element {
+  if (board.value.target !== "esp32")
+    return (
+      <Card title="Inputs and mode" tools={<BoardChoice />}>
+        <p class="soft">The inputs of {board.value.name} are those of its board file.</p>
+      </Card>
+    );
+  const inputs = board.value.uses.filter((use) => use.signal.startsWith("misc_in_"));
+  return (
+    <Card title="Inputs and mode" tools={<BoardChoice />}>
+      <StorageBar />
+      {["in_door", "in_hold", "in_start"].map((key) => (
+        <InputRole key={key} row={number(key)} inputs={inputs.length} />
+      ))}
+      <ModuleMode row={number("dev_mode")} />
+    </Card>
+  );
+}
+
+function InputRole({ row, inputs }: { row: StoredNumber; inputs: number }): JSX.Element {
+  return (
+    <Field label={row.help.split(",")[0]!}>
+      <select class="input" value={Number(valueOf(row.key) ?? row.default)} onChange={(event) => setValue(row.key, Number(event.currentTarget.value))}>
+        <option value={row.default}>none</option>
+        {Array.from({ length: inputs }, (_, i) => (
+          <option key={i} value={i}>
+            input {i}
+          </option>
+        ))}
+      </select>
+    </Field>
+  );
+}
+
+function ModuleMode({ row }: { row: StoredNumber }): JSX.Element {
+  const isModule = Number(valueOf(row.key) ?? row.default) === 1;
+  return (
+    <>
+      <Check label="This board is an I/O expansion module" checked={isModule} onChange={(on) => setValue(row.key, on ? 1 : 0)} />
+      {isModule && <Notice kind="warn" title="A module starts without motion" text="Its channels are not in the firmware yet." />}
+    </>
+  );
+}

@@ -1,0 +1,175 @@
+/** Firmware onto a board: choose it, look at its pins, plug it in, install. */
+import { signal } from "@preact/signals";
+import type { JSX } from "preact";
+import { useEffect } from "preact/hooks";
+import { attempt, board, chooseBoard, fail, portForLoader } from "../app";
+import { BoardDevice, type Chip } from "../flash/device";
+import { loadFirmware, loadIndex, type FirmwareIndex } from "../flash/manifest";
+import { hasWebSerial } from "../link/serial";
+import { TABLES, type Board } from "../tables";
+import { Button, Card, Check, Notice, Progress } from "./parts";
+import { PinoutCard } from "./pins";
+
+type Stage = "rest" | "loading" | "connecting" | "writing" | "done";
+
+const index = signal<FirmwareIndex | null | undefined>(undefined);
+const stage = signal<Stage>("rest");
+const erase = signal(false);
+const done = signal<{ part: string; share: number }>({ part: "", share: 0 });
+const found = signal<Chip | null>(null);
+const warnings = signal<readonly string[]>([]);
+const log = signal<readonly string[]>([]);
+const LOG_LINES = 200;
+
+const STAGES: Record<Stage, string> = {
+  rest: "",
+  loading: "Loading and checking the firmware",
+  connecting: "Asking the board what it is",
+  writing: "Writing",
+  done: "",
+};
+
+export function InstallTab(): JSX.Element {
+  useEffect(() => {
+    if (index.value === undefined) void loadIndex().then((list) => (index.value = list), fail);
+  }, []);
+  const boards = TABLES.boards.filter((entry) => entry.target !== "host");
+  return (
+    <div class="columns">
+      <div class="w6 stack">
+        <Card title="1  Your board">
+          <div class="boards">
+            {boards.map((entry) => (
+              <BoardButton key={entry.id} board={entry} />
+            ))}
+          </div>
+        </Card>
+        <InstallCard />
+      </div>
+      <div class="w6 stack">
+        <PinoutCard />
+      </div>
+    </div>
+  );
+}
+
+function BoardButton({ board: entry }: { board: Board }): JSX.Element {
+  return (
+    <button type="button" class="board" aria-pressed={entry.id === board.value.id} data-test={`board-${entry.id}`} onClick={() => chooseBoard(entry.id)}>
+      <strong>{entry.name}</strong>
+      <span class="small soft">{entry.summary}</span>
+      <span class="small faint">
+        {entry.chip_name}, {entry.axes.length} axes, {(entry.step_rate_hz / 1000).toFixed(0)} k steps/s
+      </span>
+    </button>
+  );
+}
+
+function InstallCard(): JSX.Element {
+  const row = index.value?.boards.find((entry) => entry.id === board.value.id);
+  const usb = board.value.target === "esp32";
+  const busy = ["loading", "connecting", "writing"].includes(stage.value);
+  return (
+    <Card title="2  Install">
+      {index.value === null && (
+        <Notice kind="warn" title="There is no firmware beside this page" text="The released page has it. With a checkout: wificnc build, then wificnc flash." />
+      )}
+      {row?.missing && <Notice kind="warn" title="No firmware for this board here" text={row.missing} />}
+      {!usb && (
+        <Notice kind="info" title="This board is not flashed from a browser" text={`With the command line: wificnc flash ${board.value.id}`} />
+      )}
+      {!hasWebSerial() && usb && (
+        <Notice kind="warn" title="This browser cannot use serial ports" text="Chrome, Edge or Opera on a computer can, on a page that was opened by https or from this computer." />
+      )}
+      {usb && (
+        <>
+          <p class="soft small">
+            Plug the board in by USB. What it has stored (settings, networks, pins) stays, unless you erase everything.
+          </p>
+          <Check label="Erase everything first" checked={erase.value} disabled={busy} onChange={(on) => (erase.value = on)} />
+          <div class="row">
+            <Button kind="primary" icon="install" disabled={busy || !row?.manifests.length || !hasWebSerial()} onClick={() => void attempt(install)} testId="install">
+              Install {index.value?.version ?? ""}
+            </Button>
+            {busy && <span class="soft">{STAGES[stage.value]}</span>}
+          </div>
+        </>
+      )}
+      <Result />
+    </Card>
+  );
+}
+
+function Result(): JSX.Element {
+  const chip = found.value;
+  return (
+    <>
+      {stage.value === "writing" && (
+        <>
+          <Progress value={done.value.share} label="Writing" />
+          <p class="small soft mono">{done.value.part}</p>
+        </>
+      )}
+      {stage.value === "done" && (
+        <Notice kind="good" title="Installed, and compared with what lies in the flash" text="The board has started again. Connect by USB, or give it your WiFi in the Network tab." />
+      )}
+      {chip && (
+        <dl class="facts small">
+          <dt>Chip</dt>
+          <dd>{chip.description}</dd>
+          <dt>Flash</dt>
+          <dd>{chip.flashMb} MB</dd>
+          <dt>MAC</dt>
+          <dd class="mono">{chip.mac}</dd>
+        </dl>
+      )}
+      {warnings.value.map((text) => (
+        <Notice key={text} kind="warn" title={text} />
+      ))}
+      {log.value.length > 0 && (
+        <details>
+          <summary class="small soft">What the loader said</summary>
+          <pre class="code">{log.value.join("\n")}</pre>
+        </details>
+      )}
+    </>
+  );
+}
+
+/** Everything is loaded and checked, and the board asked what it is, before a byte is written. */
+async function install(): Promise<void> {
+  const list = index.value;
+  if (!list) return;
+  found.value = null;
+  warnings.value = log.value = [];
+  try {
+    const port = await portForLoader();
+    if (!port) return;
+    stage.value = "loading";
+    const firmware = await loadFirmware(list, board.value);
+    stage.value = "connecting";
+    const device = await BoardDevice.open(port, (line) => (log.value = [...log.value.slice(-LOG_LINES), line]));
+    try {
+      found.value = device.chip;
+      warnings.value = device.check(firmware);
+      stage.value = "writing";
+      const total = firmware.parts.reduce((sum, part) => sum + part.data.length, 0);
+      await device.write(firmware.parts, erase.value, progressOf(firmware.parts, total));
+      stage.value = "done";
+    } finally {
+      await device.close(stage.value === "done");
+    }
+  } finally {
+    if (stage.value !== "done") stage.value = "rest";
+  }
+}
+
+/** The loader counts each part by itself, and packed; the bar is for all of them. */
+function progressOf(parts: readonly { name: string; data: Uint8Array }[], total: number) {
+  return (name: string, written: number, size: number): void => {
+    const at = parts.findIndex((part) => part.name === name);
+    const before = parts.slice(0, at).reduce((sum, part) => sum + part.data.length, 0);
+    const share = size ? written / size : 0;
+    done.value = { part: name, share: (before + share * (parts[at]?.data.length ?? 0)) / total };
+  };
+}

@@ -1,0 +1,315 @@
+/** A job: dropped, checked on the real core, looked at, sent, and resumed where it ended. */
+import { useSignal } from "@preact/signals";
+import type { JSX } from "preact";
+import { attempt, board, controller, fail, job, preflight } from "../app";
+import { describe, secondsAtLine, type Preflight } from "../job/preflight";
+import { readProgram } from "../job/program";
+import { type MachineFacts, type Resume } from "../job/resume";
+import { AXES, findBoard, TABLES } from "../tables";
+import { Button, Card, Dialog, Field, FileButton, Notice, Progress, duration } from "./parts";
+import { PathView } from "./path";
+
+const ACCEPT = ".nc,.ngc,.gcode,.gc,.tap,.cnc,.txt";
+const FINDINGS_SHOWN = 8;
+const LASER_MODE = 32;
+
+export function JobTab(): JSX.Element {
+  if (!job.program.value)
+    return (
+      <Card title="Job">
+        <Drop />
+      </Card>
+    );
+  return (
+    <div class="columns">
+      <div class="w8 stack">
+        <PathCard />
+      </div>
+      <div class="w4 stack">
+        <RunCard />
+        <CheckCard />
+      </div>
+    </div>
+  );
+}
+
+// ---- the file ----
+
+function Drop(): JSX.Element {
+  const over = useSignal(false);
+  return (
+    <div
+      class={`drop ${over.value ? "over" : ""}`}
+      onDragOver={(event) => {
+        event.preventDefault();
+        over.value = true;
+      }}
+      onDragLeave={() => (over.value = false)}
+      onDrop={(event) => {
+        event.preventDefault();
+        over.value = false;
+        const file = event.dataTransfer?.files[0];
+        if (file) void attempt(() => open(file));
+      }}
+    >
+      <strong>Drop a G-code file here</strong>
+      <span class="small">It stays in this browser. The path and the time come from the controller's own core.</span>
+      <FileButton accept={ACCEPT} kind="primary" onFile={(file) => void attempt(() => open(file))} testId="job-file">
+        Choose a file
+      </FileButton>
+    </div>
+  );
+}
+
+async function open(file: File): Promise<void> {
+  if (job.active.value) throw new Error("A job is running: stop it first");
+  job.load(readProgram(file.name, await file.text()));
+  await checkAgain();
+}
+
+/** On the connected machine's settings; without one, on the chosen board's defaults. */
+async function checkAgain(): Promise<void> {
+  const program = job.program.value;
+  if (!program) return;
+  const host = findBoard("host") ?? TABLES.boards[0]!;
+  await preflight.check(program, controller.connected.value ? host : board.value, controller.settings.value);
+}
+
+function PathCard(): JSX.Element {
+  const done = preflight.result.value;
+  const program = job.program.value!;
+  return (
+    <Card
+      title={program.name}
+      tools={
+        <FileButton accept={ACCEPT} onFile={(file) => void attempt(() => open(file))} testId="job-file">
+          Other file
+        </FileButton>
+      }
+    >
+      {preflight.progress.value !== null && (
+        <>
+          <p class="soft small">The core runs the job in virtual time.</p>
+          <Progress value={preflight.progress.value} label="Preflight" />
+        </>
+      )}
+      {preflight.failed.value && <Notice kind="bad" title={preflight.failed.value} />}
+      {done && <PathView preflight={done} />}
+      <CodeAround />
+    </Card>
+  );
+}
+
+const AROUND = 3;
+
+/** The lines at which the job is. */
+function CodeAround(): JSX.Element {
+  const program = job.program.value!;
+  const at = Math.max(0, program.lines.findIndex((line) => line.number > job.lastAnsweredLine.value) - 1);
+  const shown = program.lines.slice(Math.max(0, at - AROUND), at + AROUND + 1);
+  return (
+    <pre class="code" aria-label="Lines of the job">
+      {shown.map((line) => `${line.number === job.lastAnsweredLine.value ? "▸" : " "} ${String(line.number).padStart(5)}  ${line.text}\n`)}
+    </pre>
+  );
+}
+
+// ---- what the preflight found ----
+
+function CheckCard(): JSX.Element | null {
+  const done = preflight.result.value;
+  if (!done) return null;
+  const { report } = done;
+  return (
+    <Card title="Preflight" tools={<Button size="small" onClick={() => void attempt(checkAgain)}>Check again</Button>}>
+      {report.error_count === 0 ? (
+        <Notice kind="good" title="The core runs this job to its end" />
+      ) : (
+        <Notice kind="bad" title={report.error_count === 1 ? "One line is refused" : `${report.error_count} lines are refused`} />
+      )}
+      {report.error_count > 0 && (
+        <ul class="small">
+          {report.errors.slice(0, FINDINGS_SHOWN).map((error) => (
+            <li key={`${error.line}-${error.code}`}>{describe(error)}</li>
+          ))}
+        </ul>
+      )}
+      <Figures done={done} />
+      <p class="small faint">
+        {done.ofMachine ? "With the settings of the connected machine." : "With default settings: connect for your machine's own."}
+      </p>
+    </Card>
+  );
+}
+
+function Figures({ done }: { done: Preflight }): JSX.Element {
+  const { report } = done;
+  const axes = [...AXES].filter((_, i) => report.max_mm[i]! > report.min_mm[i]! || i < 3);
+  return (
+    <>
+      <dl class="facts">
+        <dt>Time</dt>
+        <dd data-test="job-time">{duration(report.seconds)}</dd>
+        <dt>Cutting, rapids</dt>
+        <dd>
+          {duration(report.cutting_seconds)}, {duration(report.rapid_seconds)}
+        </dd>
+      </dl>
+      <table>
+        <thead>
+          <tr>
+            <th>Axis</th>
+            <th class="number">from</th>
+            <th class="number">to</th>
+            <th class="number">fastest</th>
+          </tr>
+        </thead>
+        <tbody>
+          {axes.map((axis) => {
+            const i = AXES.indexOf(axis);
+            return (
+              <tr key={axis}>
+                <td>{axis}</td>
+                <td class="number mono">{report.min_mm[i]!.toFixed(2)}</td>
+                <td class="number mono">{report.max_mm[i]!.toFixed(2)}</td>
+                <td class="number mono">{(report.max_speed_mm_s[i]! * 60).toFixed(0)}</td>
+              </tr>
+            );
+          })}
+        </tbody>
+      </table>
+    </>
+  );
+}
+
+// ---- sending ----
+
+const RESULT: Record<string, { kind: "good" | "warn" | "bad"; title: string }> = {
+  done: { kind: "good", title: "All lines are sent and acknowledged" },
+  stopped: { kind: "warn", title: "The job was stopped" },
+  failed: { kind: "bad", title: "The job has ended with an error" },
+  lost: { kind: "bad", title: "The link was lost while the job ran" },
+};
+
+function RunCard(): JSX.Element {
+  const state = job.state.value;
+  const result = RESULT[state];
+  const total = job.total;
+  const ready = controller.commands.value && controller.state.value === "Idle" && !job.active.value;
+  return (
+    <Card title="Run">
+      <div class="row">
+        {job.active.value ? (
+          <Button kind="warn" icon="stop" disabled={state === "stopping"} onClick={() => job.stop()} testId="job-stop">
+            {state === "stopping" ? "Stopping" : "Stop the job"}
+          </Button>
+        ) : (
+          <Button kind="primary" icon="play" disabled={!ready} onClick={() => job.start()} testId="job-start">
+            Start
+          </Button>
+        )}
+        {!controller.connected.value && <span class="small soft">Connect first.</span>}
+        {controller.connected.value && !ready && !job.active.value && <span class="small soft">The machine must be idle.</span>}
+      </div>
+      <Progress value={total ? job.answered.value / total : 0} label="Lines acknowledged" />
+      <dl class="facts">
+        <dt>Lines</dt>
+        <dd data-test="job-lines">
+          {job.answered.value} of {total}
+        </dd>
+        <dt>Time left</dt>
+        <dd>{timeLeft()}</dd>
+      </dl>
+      {result && <Notice kind={result.kind} title={result.title} text={job.why.value} />}
+      <ResumeBar />
+    </Card>
+  );
+}
+
+/** Of the simulated time, by the feed override. */
+function timeLeft(): string {
+  const done = preflight.result.value;
+  if (!done) return "–";
+  const spent = job.answered.value > 0 ? secondsAtLine(done.timeline, job.lastAnsweredLine.value) : 0;
+  return duration(Math.max(0, done.report.seconds - spent));
+}
+
+/** Go on at a line: after a lost link, a stop, an error. */
+function ResumeBar(): JSX.Element | null {
+  const line = useSignal(1);
+  const plan = useSignal<Resume | null>(null);
+  const ended = ["lost", "stopped", "failed"].includes(job.state.value);
+  if (!ended) return null;
+  const suggested = Math.max(1, job.lastAnsweredLine.value);
+  const make = (): Promise<void> =>
+    attempt(async () => {
+      plan.value = await preflight.plan(job.program.value!.lines, line.value > 1 ? line.value : suggested, facts());
+    });
+  return (
+    <>
+      <div class="row">
+        <Field label="Go on from line" hint="Lines that were acknowledged may not have been cut: go back a little.">
+          <input
+            class="input short mono"
+            type="number"
+            min={1}
+            max={job.program.value!.fileLines}
+            value={line.value > 1 ? line.value : suggested}
+            onChange={(event) => (line.value = Number(event.currentTarget.value))}
+            data-test="resume-line"
+          />
+        </Field>
+        <Button disabled={!controller.commands.value || controller.state.value !== "Idle"} onClick={() => void make()} testId="resume-plan">
+          Plan the way back
+        </Button>
+      </div>
+      {plan.value && <ResumeDialog plan={plan.value} onClose={() => (plan.value = null)} />}
+    </>
+  );
+}
+
+function facts(): MachineFacts {
+  const offsets: Record<string, number[]> = {};
+  for (const [row, body] of controller.offsets.value) {
+    const numbers = body.split(",").map(Number);
+    if (numbers.every(Number.isFinite)) offsets[row] = numbers;
+  }
+  return {
+    axisCount: controller.axisCount.value,
+    machine_mm: [...controller.machinePosition.value],
+    offsets,
+    laser: Number(controller.settings.value.get(LASER_MODE) ?? 0) > 0,
+  };
+}
+
+function ResumeDialog({ plan, onClose }: { plan: Resume; onClose: () => void }): JSX.Element {
+  return (
+    <Dialog title={`Go on from line ${plan.line}`} onClose={onClose}>
+      <p class="soft">Before the first cut the machine does this. Watch it, and keep a hand at Hold.</p>
+      <pre class="code" data-test="resume-preamble">
+        {plan.preamble.join("\n")}
+      </pre>
+      {plan.notes.map((note) => (
+        <Notice key={note} kind="warn" title={note} />
+      ))}
+      <div class="row">
+        <Button
+          kind="primary"
+          icon="play"
+          testId="resume-start"
+          onClick={() => {
+            onClose();
+            try {
+              job.start(plan.lines);
+            } catch (error) {
+              fail(error);
+            }
+          }}
+        >
+          Go on
+        </Button>
+        <Button onClick={onClose}>Not now</Button>
+      </div>
+    </Dialog>
+  );
+}

@@ -1,0 +1,106 @@
+/** How the board joins networks, and what it asks of those who come. */
+import { signal } from "@preact/signals";
+import type { JSX } from "preact";
+import { board } from "../app";
+import { setValue, valueOf } from "../storage/board";
+import { TABLES, type StoredNumber, type StoredText } from "../tables";
+import { Card, Check, Field, Notice } from "./parts";
+import { BoardChoice } from "./pins";
+import { StorageBar } from "./storage";
+
+const shown = signal(false);
+const TITLES: Record<string, string> = {
+  wifi_ssid: "WiFi network",
+  wifi_pass: "Its password",
+  ap_pass: "Password of the controller's own network",
+  access_pass: "Password of network clients",
+};
+const CHOICES = ["Finish what was sent", "Feed hold", "Stop (reset)"];
+
+/** Bytes, as the controller counts them; "" when it is good. */
+function textProblem(row: StoredText, text: string): string {
+  const size = new TextEncoder().encode(text).length;
+  if (text === "" || (size >= row.min && size <= row.max)) return "";
+  return `${size} bytes, but it takes ${row.min} to ${row.max}`;
+}
+
+export function NetworkTab(): JSX.Element {
+  const problem = TABLES.storage.text.map((row) => textProblem(row, String(valueOf(row.key) ?? ""))).find((why) => why !== "") ?? "";
+  if (board.value.target !== "esp32")
+    return (
+      <Card title="Network" tools={<BoardChoice />}>
+        <p class="soft">{board.value.name} has no network of its own to set up.</p>
+      </Card>
+    );
+  return (
+    <div class="columns">
+      <div class="w7 stack">
+        <Card title="Network" tools={<BoardChoice />}>
+          <StorageBar problem={problem} />
+          {TABLES.storage.text.map((row) => (
+            <TextField key={row.key} row={row} />
+          ))}
+          <Check label="Show passwords" checked={shown.value} onChange={(on) => (shown.value = on)} />
+          <LinkLost row={TABLES.storage.number.find((entry) => entry.key === "link_lost")!} />
+        </Card>
+      </div>
+      <div class="w5 stack">
+        <HowCard />
+      </div>
+    </div>
+  );
+}
+
+function TextField({ row }: { row: StoredText }): JSX.Element {
+  const text = String(valueOf(row.key) ?? "");
+  const problem = textProblem(row, text);
+  return (
+    <Field label={TITLES[row.key] ?? row.help} hint={problem || row.help}>
+      <input
+        class="input"
+        {...kind(row)}
+        autocomplete="off"
+        spellcheck={false}
+        aria-invalid={problem !== ""}
+        value={text}
+        data-test={`text-${row.key}`}
+        onInput={(event) => setValue(row.key, event.currentTarget.value || null)}
+      />
+    </Field>
+  );
+}
+
+/** Two constants and not an expression: the types of the view know each kind of input by itself. */
+function kind(row: StoredText): { type: "password" } | { type: "text" } {
+  return row.secret && !shown.value ? { type: "password" } : { type: "text" };
+}
+
+function LinkLost({ row }: { row: StoredNumber }): JSX.Element {
+  return (
+    <Field label="When the client that commands is gone" hint="Motion that is under way is never touched by a lost link itself.">
+      <select class="input" value={Number(valueOf(row.key) ?? row.default)} onChange={(event) => setValue(row.key, Number(event.currentTarget.value))}>
+        {CHOICES.map((text, value) => (
+          <option key={text} value={value}>
+            {text}
+          </option>
+        ))}
+      </select>
+    </Field>
+  );
+}
+
+function HowCard(): JSX.Element {
+  return (
+    <Card title="Which network it takes">
+      <dl class="facts">
+        {board.value.ethernet && <dt>Ethernet</dt>}
+        {board.value.ethernet && <dd>A cable and an address for 5 seconds: WiFi goes off.</dd>}
+        <dt>Your WiFi</dt>
+        <dd>Its name is stored{board.value.ethernet ? " and there is no Ethernet" : ""}; tried again after 1, 2, 4 … 60 seconds.</dd>
+        <dt>Its own</dt>
+        <dd>WiFiCNC-XXXX at 192.168.4.1: no name is stored, or nothing has connected for a minute.</dd>
+      </dl>
+      <Notice kind="info" title="Its name in every network" text="WiFiCNC-XXXX.local; wificnc discover finds it." />
+    </Card>
+  );
+}

@@ -1,0 +1,157 @@
+/** Which signal is on which pin: the board's own wiring, moved by what is stored. */
+import { signal } from "@preact/signals";
+import type { JSX } from "preact";
+import { board, chooseBoard } from "../app";
+import { pinoutUrl } from "../pinouts";
+import { clashes, ownPin, pinOf, refusal, setValue } from "../storage/board";
+import { TABLES, type Board, type StoredPin } from "../tables";
+import { Card, Check, Notice } from "./parts";
+import { StorageBar } from "./storage";
+
+const showIllegal = signal(false);
+const { none } = TABLES.storage;
+
+export function PinsTab(): JSX.Element {
+  const movable = board.value.pins.length > 0;
+  return (
+    <div class="columns">
+      <div class="w6 stack">
+        <Card title="Pins" tools={<BoardChoice />}>
+          {movable ? <MovablePins board={board.value} /> : <FixedPins board={board.value} />}
+        </Card>
+      </div>
+      <div class="w6 stack">
+        <PinoutCard />
+      </div>
+    </div>
+  );
+}
+
+export function BoardChoice(): JSX.Element {
+  return (
+    <select class="input" aria-label="Board" value={board.value.id} onChange={(event) => chooseBoard(event.currentTarget.value)}>
+      {TABLES.boards.map((entry) => (
+        <option key={entry.id} value={entry.id}>
+          {entry.name}
+        </option>
+      ))}
+    </select>
+  );
+}
+
+export function PinoutCard(): JSX.Element {
+  return (
+    <Card title="Pin-out">
+      <a href={pinoutUrl(board.value.id)} target="_blank" rel="noreferrer" title="Open it alone">
+        <img class="pinout" src={pinoutUrl(board.value.id)} alt={`Pin-out of ${board.value.name}; the table of pins says the same in words`} />
+      </a>
+      {board.value.notes.map((note) => (
+        <p key={note} class="small soft">
+          {note}
+        </p>
+      ))}
+    </Card>
+  );
+}
+
+function MovablePins({ board: wired }: { board: Board }): JSX.Element {
+  const wrong = clashes(wired);
+  const rows = TABLES.storage.pin.filter((row) => !/^(step|dir|limit)_/.test(row.signal) || wired.axes.toLowerCase().includes(row.signal.split("_")[1]!));
+  return (
+    <>
+      <StorageBar problem={wrong.join("; ")} />
+      {wrong.length > 0 && <Notice kind="bad" title="The firmware would refuse this, and keep the board's pins" text={wrong.join("; ")} />}
+      <Check label="List pins that cannot, and why" checked={showIllegal.value} onChange={(on) => (showIllegal.value = on)} />
+      <div class="scroll">
+        <table>
+          <thead>
+            <tr>
+              <th>Signal</th>
+              <th>Pin</th>
+              <th class="hide-narrow">The board's own</th>
+            </tr>
+          </thead>
+          <tbody>
+            {rows.map((row) => (
+              <PinLine key={row.key} board={wired} row={row} />
+            ))}
+          </tbody>
+        </table>
+      </div>
+    </>
+  );
+}
+
+function PinLine({ board: wired, row }: { board: Board; row: StoredPin }): JSX.Element {
+  const number = pinOf(wired, row);
+  const own = ownPin(wired, row);
+  const moved = number !== (own === none ? null : own);
+  const colour = wired.uses.find((use) => use.signal === row.signal)?.colour ?? "#8b99a6";
+  return (
+    <tr class={moved ? "changed" : ""}>
+      <td>
+        <svg class="swatch" viewBox="0 0 10 10" aria-hidden="true">
+          <rect width="10" height="10" rx="3" fill={colour} />
+        </svg>
+        {row.label} <span class="small faint">{row.output ? "out" : "in"}</span>
+      </td>
+      <td>
+        <select
+          class="input"
+          aria-label={`Pin of ${row.label}`}
+          data-test={`pin-${row.key}`}
+          value={number === null ? none : number}
+          onChange={(event) => {
+            const chosen = Number(event.currentTarget.value);
+            setValue(row.key, chosen === own ? null : chosen);
+          }}
+        >
+          <option value={none}>not wired</option>
+          {options(wired, row, number)}
+        </select>
+      </td>
+      <td class="soft mono small hide-narrow">{wired.pins.find((pin) => pin.number === own)?.name ?? "–"}</td>
+    </tr>
+  );
+}
+
+/** Legal pins first; the others with their reason, on request. */
+function options(wired: Board, row: StoredPin, chosen: number | null): JSX.Element[] {
+  return wired.pins.flatMap((pin) => {
+    const why = refusal(wired, row, pin);
+    if (why && pin.number !== chosen && !showIllegal.value) return [];
+    return [
+      <option key={pin.number} value={pin.number} disabled={why !== ""}>
+        {pin.name}
+        {why && pin.number !== chosen ? `: ${why}` : ""}
+      </option>,
+    ];
+  });
+}
+
+function FixedPins({ board: wired }: { board: Board }): JSX.Element {
+  return (
+    <>
+      <p class="soft small">The pins of this board are those of its board file; `wificnc build` makes them part of the firmware.</p>
+      <div class="scroll">
+        <table>
+          <thead>
+            <tr>
+              <th>Signal</th>
+              <th>Pin</th>
+            </tr>
+          </thead>
+          <tbody>
+            {wired.uses.map((use) => (
+              <tr key={use.signal}>
+                <td>{use.label}</td>
+                <td class="mono">{use.pin}</td>
+              </tr>
+            ))}
+          </tbody>
+        </table>
+      </div>
+    </>
+  );
+}
+

@@ -1,0 +1,271 @@
+/** All settings by name, unit and range: changed here, compared, and only then sent. */
+import { computed, signal } from "@preact/signals";
+import type { JSX } from "preact";
+import { attempt, controller } from "../app";
+import { RefusedError } from "../link/controller";
+import { defaultsText, exportText, importText, same, sendingOrder } from "../link/settingsfile";
+import { findSetting, settingProblem, settingsOf, type Setting } from "../tables";
+import { Button, Card, Check, Dialog, FileButton, Notice, saveFile } from "./parts";
+
+/** $N -> what was typed and is not sent yet. */
+const edits = signal<ReadonlyMap<number, string>>(new Map());
+const search = signal("");
+const onlyChanged = signal(false);
+const asks = signal<"apply" | "restore" | null>(null);
+
+const current = controller.settings;
+
+/** What would change on the controller. */
+const changes = computed(() =>
+  [...edits.value].filter(([number, text]) => {
+    const before = current.value.get(number);
+    const setting = findSetting(number);
+    return before === undefined || !setting || text.trim() === "" || !same(setting.row, before, text);
+  }),
+);
+
+const problems = computed(() =>
+  changes.value.filter(([number, text]) => {
+    const setting = findSetting(number);
+    return setting !== undefined && settingProblem(setting.row, text) !== "";
+  }),
+);
+
+export function SettingsTab(): JSX.Element {
+  if (current.value.size === 0)
+    return (
+      <Card title="Settings">
+        <p class="soft">Connect to a controller to see its settings.</p>
+      </Card>
+    );
+  return (
+    <Card title="Settings" tools={<Tools />}>
+      <ChangeBar />
+      <div class="row">
+        <input
+          class="input grow"
+          type="search"
+          placeholder="Find by number, name or word"
+          aria-label="Find a setting"
+          value={search.value}
+          onInput={(event) => (search.value = event.currentTarget.value)}
+        />
+        <Check label="Only those unlike the defaults" checked={onlyChanged.value} onChange={(on) => (onlyChanged.value = on)} />
+      </div>
+      <SettingTable />
+      {asks.value === "apply" && <ApplyDialog />}
+      {asks.value === "restore" && <RestoreDialog />}
+    </Card>
+  );
+}
+
+function Tools(): JSX.Element {
+  return (
+    <>
+      <Button size="small" onClick={() => saveFile("settings.toml", exportText(current.value, controller.linkName.value))} testId="settings-export">
+        Export
+      </Button>
+      <FileButton size="small" accept=".toml" onFile={(file) => void attempt(() => importFile(file))} testId="settings-file">
+        Import
+      </FileButton>
+      <Button size="small" disabled={!controller.commands.value} onClick={() => (asks.value = "restore")}>
+        Restore defaults
+      </Button>
+    </>
+  );
+}
+
+/** The file's values become edits; nothing is sent yet. */
+async function importFile(file: File): Promise<void> {
+  const values = importText(await file.text());
+  edits.value = new Map([...edits.value, ...values]);
+}
+
+function ChangeBar(): JSX.Element | null {
+  const count = changes.value.length;
+  if (count === 0) return null;
+  const wrong = problems.value.length;
+  return (
+    <Notice
+      kind={wrong ? "bad" : "warn"}
+      title={count === 1 ? "One setting is changed here and not sent yet" : `${count} settings are changed here and not sent yet`}
+      text={wrong ? `${wrong} out of range` : ""}
+    >
+      <Button size="small" kind="primary" disabled={wrong > 0 || !controller.commands.value} onClick={() => (asks.value = "apply")} testId="settings-apply">
+        Look and send
+      </Button>
+      <Button size="small" onClick={() => (edits.value = new Map())}>
+        Forget
+      </Button>
+    </Notice>
+  );
+}
+
+function matches(setting: Setting): boolean {
+  const words = `$${setting.number} ${setting.row.name} ${setting.axis} ${setting.row.help}`.toLowerCase();
+  if (!search.value.toLowerCase().split(/\s+/).every((word) => words.includes(word))) return false;
+  const now = current.value.get(setting.number);
+  return !onlyChanged.value || now === undefined || !same(setting.row, now, defaultsText(setting.row)) || edits.value.has(setting.number);
+}
+
+function SettingTable(): JSX.Element {
+  const axes = controller.axisCount.value || 3;
+  const shown = settingsOf(axes).filter((setting) => current.value.has(setting.number) && matches(setting));
+  return (
+    <div class="scroll">
+      <table>
+        <thead>
+          <tr>
+            <th class="number">$</th>
+            <th>Setting</th>
+            <th>Value</th>
+            <th class="hide-narrow">Unit</th>
+            <th class="hide-narrow">Range</th>
+            <th class="number hide-narrow">Default</th>
+          </tr>
+        </thead>
+        <tbody>
+          {shown.map((setting) => (
+            <SettingLine key={setting.number} setting={setting} />
+          ))}
+        </tbody>
+      </table>
+      {shown.length === 0 && <p class="soft">No setting is like that.</p>}
+    </div>
+  );
+}
+
+function SettingLine({ setting }: { setting: Setting }): JSX.Element {
+  const { number, row, axis } = setting;
+  const changed = changes.value.some(([other]) => other === number);
+  return (
+    <tr class={changed ? "changed" : ""} data-test={`setting-${number}`}>
+      <td class="number mono faint">{number}</td>
+      <td>
+        <div>
+          {row.name.replace(/_(mm|us|ms|rpm|pct|s2|s3|s|min)(?=_|$)/g, "").replaceAll("_", " ")} {axis && <strong>{axis}</strong>}
+        </div>
+        <div class="small soft">{row.help}</div>
+      </td>
+      <td>
+        <Value setting={setting} />
+      </td>
+      <td class="soft hide-narrow">{row.unit}</td>
+      <td class="soft small mono hide-narrow">{row.type === "bool" ? "" : `${row.min} … ${row.max}`}</td>
+      <td class="number soft small mono hide-narrow">{defaultsText(row)}</td>
+    </tr>
+  );
+}
+
+function Value({ setting }: { setting: Setting }): JSX.Element {
+  const { number, row, axis } = setting;
+  const text = edits.value.get(number) ?? current.value.get(number) ?? "";
+  const edit = (value: string): void => {
+    edits.value = new Map(edits.value).set(number, value);
+  };
+  if (row.type === "bool")
+    return (
+      <Check
+        label={Number(text) ? "on" : "off"}
+        checked={Number(text) !== 0}
+        disabled={!controller.commands.value}
+        onChange={(on) => edit(on ? "1" : "0")}
+      />
+    );
+  const problem = settingProblem(row, text);
+  return (
+    <>
+      <input
+        class="input short mono"
+        inputMode="decimal"
+        aria-label={`$${number} ${row.name} ${axis}`}
+        aria-invalid={problem !== ""}
+        title={problem}
+        value={text}
+        disabled={!controller.commands.value}
+        onInput={(event) => edit(event.currentTarget.value)}
+      />
+      {problem && <div class="small">{problem}</div>}
+    </>
+  );
+}
+
+function ApplyDialog(): JSX.Element {
+  const rows = sendingOrder(changes.value.map(([number]) => number));
+  return (
+    <Dialog title="Send these settings?" onClose={() => (asks.value = null)}>
+      <div class="scroll">
+        <table>
+          <thead>
+            <tr>
+              <th>Setting</th>
+              <th class="number">now</th>
+              <th class="number">then</th>
+            </tr>
+          </thead>
+          <tbody>
+            {rows.map((number) => (
+              <tr key={number}>
+                <td>
+                  ${number} {findSetting(number)?.row.name} {findSetting(number)?.axis}
+                </td>
+                <td class="number mono">{current.value.get(number) ?? "–"}</td>
+                <td class="number mono">{edits.value.get(number)}</td>
+              </tr>
+            ))}
+          </tbody>
+        </table>
+      </div>
+      <div class="row">
+        <Button kind="primary" onClick={() => void apply(rows)} testId="settings-send">
+          Send
+        </Button>
+        <Button onClick={() => (asks.value = null)}>Not yet</Button>
+      </div>
+    </Dialog>
+  );
+}
+
+/** One after the other; a refused one stays an edit, and the others go on. */
+async function apply(numbers: readonly number[]): Promise<void> {
+  asks.value = null;
+  await attempt(async () => {
+    const refused: string[] = [];
+    const left = new Map(edits.value);
+    for (const number of numbers) {
+      try {
+        await controller.send(`$${number}=${edits.value.get(number)}`);
+        left.delete(number);
+      } catch (error) {
+        if (!(error instanceof RefusedError) || error.code === null) throw error;
+        refused.push(error.message);
+      }
+    }
+    edits.value = left;
+    await controller.send("$$");
+    if (refused.length > 0) throw new Error(refused.join("; "));
+  });
+}
+
+function RestoreDialog(): JSX.Element {
+  const restore = async (): Promise<void> => {
+    asks.value = null;
+    edits.value = new Map();
+    // The controller starts anew behind it, and its settings are read again then.
+    await attempt(async () => {
+      await controller.post("$RST=$");
+      await controller.getToKnow();
+    });
+  };
+  return (
+    <Dialog title="Restore all defaults?" onClose={() => (asks.value = null)}>
+      <p>Every setting goes back to its default. Export them first when you may want them again.</p>
+      <div class="row">
+        <Button kind="danger" onClick={() => void restore()}>
+          Restore
+        </Button>
+        <Button onClick={() => (asks.value = null)}>Keep them</Button>
+      </div>
+    </Dialog>
+  );
+}

@@ -1,0 +1,54 @@
+/** The bar of the tabs that change what the board has stored: read, write, or by a file. */
+import type { JSX } from "preact";
+import { attempt } from "../app";
+import { hasWebSerial } from "../link/serial";
+import { changedImage, changes, forgetChanges, image, isChanged, openFile, progress, readBoard, source, writeBoard, written } from "../storage/board";
+import { Button, FileButton, Notice, Progress, saveFile } from "./parts";
+
+export function StorageBar({ problem = "" }: { problem?: string }): JSX.Element {
+  const busy = progress.value !== null;
+  return (
+    <div class="stack">
+      <div class="row">
+        <Button icon="usb" disabled={busy || !hasWebSerial()} onClick={() => void attempt(readBoard)} testId="storage-read">
+          Read from the board
+        </Button>
+        <FileButton accept=".bin" onFile={(file) => void attempt(() => openFile(file))} testId="storage-file">
+          Open a file
+        </FileButton>
+        <Button
+          disabled={busy || problem !== ""}
+          title="For wificnc nvs flash"
+          onClick={() => void attempt(async () => saveFile("nvs.bin", changedImage().data))}
+          testId="storage-save"
+        >
+          Save a file
+        </Button>
+      </div>
+      {busy && <Progress value={progress.value} label="Board" />}
+      {image.value ? (
+        <p class="small soft">What {source.value} has stored.</p>
+      ) : (
+        <p class="small soft">
+          Read the board first, over USB: it holds still meanwhile, and starts again afterwards. Without that, these are the board's own values.
+        </p>
+      )}
+      {image.value?.damaged.map((what) => <Notice key={what} kind="warn" title={`Damaged and left out: ${what}`} />)}
+      {isChanged.value && (
+        <Notice
+          kind={problem ? "bad" : "warn"}
+          title={changes.value.size === 1 ? "One change is not on the board yet" : `${changes.value.size} changes are not on the board yet`}
+          text={problem || "They take effect when the board starts again, which writing does."}
+        >
+          <Button size="small" kind="primary" disabled={busy || problem !== "" || !image.value || !hasWebSerial()} onClick={() => void attempt(writeBoard)} testId="storage-write">
+            Write and restart
+          </Button>
+          <Button size="small" onClick={forgetChanges}>
+            Forget
+          </Button>
+        </Notice>
+      )}
+      {written.value && <Notice kind="good" title="Written, read back by checksum, and the board has started again" />}
+    </div>
+  );
+}

@@ -1,0 +1,73 @@
+/** What is said both ways, and a line for hands. */
+import { useSignal } from "@preact/signals";
+import type { JSX } from "preact";
+import { useEffect, useRef } from "preact/hooks";
+import { controller } from "../app";
+import { Button, Card } from "./parts";
+
+const REMEMBERED = 50;
+
+export function TerminalTab(): JSX.Element {
+  const list = useRef<HTMLDivElement>(null);
+  const text = useSignal("");
+  const history = useSignal<readonly string[]>([]);
+  const at = useSignal(0);
+  const log = controller.log.value;
+  useEffect(() => {
+    const element = list.current;
+    if (element) element.scrollTop = element.scrollHeight;
+  }, [log]);
+
+  const send = (): void => {
+    const line = text.value.trim();
+    if (line === "") return;
+    history.value = [...history.value.slice(1 - REMEMBERED), line];
+    at.value = history.value.length;
+    text.value = "";
+    void controller.post(line).then((answer) => {
+      if (answer.kind === "ok") controller.note("controller", "ok");
+    });
+  };
+  const onKey = (event: KeyboardEvent): void => {
+    const step = { ArrowUp: -1, ArrowDown: 1 }[event.key];
+    if (!step) return;
+    event.preventDefault();
+    at.value = Math.min(history.value.length, Math.max(0, at.value + step));
+    text.value = history.value[at.value] ?? "";
+  };
+  return (
+    <Card title="Terminal" tools={<Button size="small" onClick={() => (controller.log.value = [])}>Clear</Button>}>
+      <div class="terminal" ref={list} role="log" aria-label="What was said" tabIndex={0} data-test="terminal">
+        {log.map((entry) => (
+          <div key={entry.id} class={`${entry.from} ${entry.bad ? "bad" : ""}`}>
+            {entry.text}
+          </div>
+        ))}
+      </div>
+      <form
+        class="row"
+        onSubmit={(event) => {
+          event.preventDefault();
+          send();
+        }}
+      >
+        <input
+          class="input mono grow"
+          aria-label="Line to send"
+          placeholder="G-code or $ command"
+          autocomplete="off"
+          autocapitalize="characters"
+          spellcheck={false}
+          value={text.value}
+          onInput={(event) => (text.value = event.currentTarget.value)}
+          onKeyDown={onKey}
+          disabled={!controller.commands.value}
+          data-test="terminal-line"
+        />
+        <button class="button primary" type="submit" disabled={!controller.commands.value}>
+          Send
+        </button>
+      </form>
+    </Card>
+  );
+}

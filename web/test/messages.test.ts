@@ -1,0 +1,57 @@
+import { describe, expect, it } from "vitest";
+import { LineSplitter, parse, receiveBuffer } from "../src/link/messages";
+
+const bytes = (text: string): Uint8Array => new TextEncoder().encode(text);
+
+describe("parse", () => {
+  it("reads a report with every field that Grbl 1.1 has", () => {
+    const line = "<Hold:0|MPos:1.000,-2.500,3.000|Bf:15,128|Ln:99999|FS:500,8000|Pn:XYZPDHRS|WCO:0.500,0.000,-1.000|Ov:120,50,90|A:SFM>";
+    expect(parse(line)).toEqual({
+      kind: "status",
+      status: {
+        state: "Hold",
+        substate: 0,
+        mpos: [1, -2.5, 3],
+        wpos: null,
+        wco: [0.5, 0, -1],
+        plannerFree: 15,
+        rxFree: 128,
+        line: 99999,
+        feed: 500,
+        speed: 8000,
+        pins: "XYZPDHRS",
+        overrides: [120, 50, 90],
+        accessories: "SFM",
+      },
+    });
+  });
+
+  it.each([["ok"], ["error:22"], ["ALARM:1"], ["Grbl 1.1h ['$' for help]"], ["$110=500.000"], ["[MSG:Caution: Unlocked]"]])(
+    "knows %s",
+    (line) => expect(parse(line).kind).not.toBe("other"),
+  );
+
+  it.each([["<Idle|MPos:1.000,nan>"], ["<Idle>"], ["<1|MPos:0,0,0>"], ["okay"], ["error:x"]])("takes %s for nothing", (line) =>
+    expect(parse(line)).toEqual({ kind: "other", text: line }),
+  );
+});
+
+describe("LineSplitter", () => {
+  it("gives the same lines however the bytes were cut", () => {
+    const text = "ok\r\n<Idle|MPos:0.000,0.000,0.000>\r\n[MSG:\u00e4]\n\nerror:9\r\n";
+    const whole = new LineSplitter().take(bytes(text));
+    for (let size = 1; size < 9; size++) {
+      const splitter = new LineSplitter();
+      const data = bytes(text);
+      const got: string[] = [];
+      for (let at = 0; at < data.length; at += size) got.push(...splitter.take(data.subarray(at, at + size)));
+      expect(got).toEqual(whole);
+    }
+    expect(whole).toEqual(["ok", "<Idle|MPos:0.000,0.000,0.000>", "[MSG:\u00e4]", "error:9"]);
+  });
+});
+
+it("finds the receive buffer in [OPT:]", () => {
+  expect(receiveBuffer("V,15,128")).toBe(128);
+  expect(receiveBuffer("V")).toBeNull();
+});

@@ -1,0 +1,19 @@
+import { expect, it } from "vitest";
+import { codeOf, ProgramError, readProgram } from "../src/job/program";
+
+it("drops comments and blanks, and keeps the file's line numbers", () => {
+  const program = readProgram("a.nc", "%\r\n(start ! of ~ it)\r\ng1 x1.5 (ü) f 100 ; end?\rG0X0\n\n%\n");
+  expect(program.lines).toEqual([
+    { number: 3, text: "g1 x1.5 (ü) f 100 ; end?", code: "G1X1.5F100" },
+    { number: 4, text: "G0X0", code: "G0X0" },
+  ]);
+  expect(program.fileLines).toBe(6);
+});
+
+it("takes an open comment to the end of its line", () => expect(codeOf("G0 (x G1")).toBe("G0"));
+
+it.each([["G1X1!"], ["G1X1?"], ["~"], ["G1X\u00e4"], ["G1X1\u0018"]])("refuses %j, which would act as a command", (line) =>
+  expect(() => readProgram("a.nc", `G0X0\n${line}\n`)).toThrow(/line 2: characters/),
+);
+
+it("refuses a file without code", () => expect(() => readProgram("a.nc", "(nothing)\n")).toThrow(ProgramError));

@@ -1,0 +1,29 @@
+import { expect, it } from "vitest";
+import { defaultsText, exportText, importText, sendingOrder, SettingsFileError } from "../src/link/settingsfile";
+import { AXES, settingProblem, settingsOf } from "../src/tables";
+
+const everything = new Map(settingsOf(AXES.length).map(({ number, row }) => [number, defaultsText(row)]));
+
+it("reads what it has written", () => expect(importText(exportText(everything, "a test"))).toEqual(everything));
+
+it("keeps settings that it does not know", () => {
+  const values = new Map(everything).set(999, "1.5");
+  expect(importText(exportText(values, "a test"))).toEqual(values);
+});
+
+it.each([
+  ["schema = 2", /schema/],
+  ["schema = 1\n[settings]\nsteps_per_mm = 1", /no setting steps_per_mm/],
+  ["schema = 1\n[axis.x]\nsteps_per_mm = -1", /steps_per_mm.x = -1/],
+  ["schema = 1\n[settings]\nhoming = \"yes\"", /must be a number/],
+  ["schema = ", /TOML/],
+])("refuses %j", (text, why) => {
+  expect(() => importText(text)).toThrow(SettingsFileError);
+  expect(() => importText(text)).toThrow(why);
+});
+
+it("sends homing before soft limits, which ask for it", () => expect(sendingOrder([20, 110, 22, 0])).toEqual([22, 0, 20, 110]));
+
+it("takes every default for a legal value", () => {
+  for (const { row } of settingsOf(AXES.length)) expect(settingProblem(row, defaultsText(row))).toBe("");
+});

@@ -1,0 +1,12 @@
+import { defineConfig } from "vitest/config";
+import { sizes } from "./build/sizes.ts";
+
+// Paths are relative: the page works from any folder of any web host, and from the controller.
+export default defineConfig({
+  base: "./",
+  build: { target: "es2022", assetsInlineLimit: 0, modulePreload: { polyfill: false }, reportCompressedSize: false },
+  worker: { format: "es" },
+  plugins: [sizes()],
+  server: { fs: { allow: [".."] } },
+  test: { include: ["test/**/*.test.ts"] },
+});
