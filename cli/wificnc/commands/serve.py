@@ -3,28 +3,40 @@
 from __future__ import annotations
 
 import signal
-from contextlib import suppress
+from contextlib import AbstractContextManager, nullcontext, suppress
 from pathlib import Path
 from typing import NoReturn
 
 import rich_click as click
 from rich.markup import escape
 
-from wificnc import ui
+from wificnc import __version__, ui
 from wificnc.board.load import load_board
 from wificnc.chip.serve import ChipServer
 from wificnc.errors import ServeError, UserError
 from wificnc.machine import load_machine
-from wificnc.serve.options import DEFAULT_TCP, ServeOptions, parse_address, parse_speed, parse_wmc3
+from wificnc.serve.options import (
+    DEFAULT_HTTP_PORT,
+    DEFAULT_TCP,
+    Address,
+    ServeOptions,
+    parse_address,
+    parse_speed,
+    parse_wmc3,
+)
+from wificnc.serve.page import About, PageServer, page_folder
 from wificnc.serve.server import ClientEvent, Server
 from wificnc.sim.run import check_axes, parse_setting
+
+NOWHERE = Address("127.0.0.1", 0)  # of the controller, when only the page is to be found
 
 
 @click.command()
 @click.option("--tcp", default=DEFAULT_TCP, show_default=True, metavar="HOST:PORT", help="Where TCP listens, or off.")
+@click.option("--http", metavar="HOST:PORT", help="The page for browsers: console, settings, jobs. docs/web.md.")
 @click.option("--pty", type=click.Path(path_type=Path), metavar="LINK", help="A serial port of this name, for senders.")
 @click.option("--wmc3", metavar="ADDRESS", help="IPv4 address for the binary protocol: docs/protocol.md.")
-@click.option("--password", envvar="WIFICNC_PASSWORD", default="", help="Of hosts of the binary protocol.")
+@click.option("--password", envvar="WIFICNC_PASSWORD", default="", help="Of network clients: $LOGIN=password.")
 @click.option("--control", type=click.IntRange(0, 65535), metavar="PORT", help="Hands at the machine: docs/senders.md.")
 @click.option("--speed", default="1", show_default=True, metavar="1|N|max", help="Times real time; max has no clock.")
 @click.option("--board", default="host", show_default=True, help="Board id or TOML file: axes, timer, pulse timing.")
@@ -33,6 +45,7 @@ from wificnc.sim.run import check_axes, parse_setting
 @click.option("--settings", "store", type=click.Path(path_type=Path), metavar="FILE", help="Keep settings in a file.")
 def command(
     tcp: str,
+    http: str | None,
     pty: Path | None,
     wmc3: str | None,
     password: str,
@@ -52,9 +65,11 @@ def command(
     profile = load_machine(machine) if machine else None
     check_axes(the_board, profile)
     settings = (*(profile.settings_lines() if profile else ()), *(parse_setting(line) for line in lines))
+    page = parse_address(http, "--http", DEFAULT_HTTP_PORT) if http else None
     options = ServeOptions(
         board=the_board,
-        tcp=parse_address(tcp),
+        tcp=parse_address(tcp) or (NOWHERE if page else None),
+        http=page,
         pty=pty,
         wmc3=parse_wmc3(wmc3, parse_speed(speed)) if wmc3 else None,
         password=password,
@@ -65,9 +80,14 @@ def command(
     )
     if options.tcp is None and pty is None and wmc3 is None:
         raise UserError("there is no way to connect", hint="--pty LINK, or leave --tcp on")
+    _run(options, speed)
+
+
+def _run(options: ServeOptions, speed: str) -> None:
+    """Serve until it is told to end."""
     signal.signal(signal.SIGTERM, _end)
-    with suppress(KeyboardInterrupt), _server(options) as server:
-        _print_doors(server, speed)
+    with suppress(KeyboardInterrupt), _server(options) as server, _page(server) as page_server:
+        _print_doors(server, speed, page_server.url if page_server else "")
         for event in server.events():
             _print_event(event)
         raise ServeError(f"the controller ended by itself with exit code {server.stop()}")
@@ -78,14 +98,26 @@ def _server(options: ServeOptions) -> Server | ChipServer:
     return ChipServer(options) if options.board.target == "pic32mz" else Server(options)
 
 
+def _page(server: Server | ChipServer) -> AbstractContextManager[PageServer | None]:
+    """What serves the page, if it is served."""
+    options = server.options
+    if options.http is None:
+        return nullcontext()
+    board = options.board
+    about = About("WiFiCNC on this computer", __version__, board.id, len(board.axes))
+    return PageServer(options.http, server.tcp, about, page_folder())
+
+
 def _end(_number: int, _frame: object) -> NoReturn:
     raise KeyboardInterrupt
 
 
-def _print_doors(server: Server | ChipServer, speed: str) -> None:
+def _print_doors(server: Server | ChipServer, speed: str, page: str) -> None:
     options = server.options
     pace = {"1": "in real time", "max": "as fast as it can"}.get(speed, f"at {speed} times real time")
     ui.talk.print(f"A controller of {len(options.board.axes)} axes, {pace}. Ctrl-C ends it.")
+    if page:
+        ui.data.print(f"page    [bold]{escape(page)}[/]")
     if server.tcp:
         ui.data.print(f"tcp     [bold]{escape(server.tcp)}[/]")
     if server.wmc3:
@@ -94,7 +126,7 @@ def _print_doors(server: Server | ChipServer, speed: str) -> None:
         ui.data.print(f"control [bold]{escape(server.control)}[/]")
     if server.device:
         ui.data.print(f"serial  [bold]{escape(str(options.pty))}[/] -> {server.device}")
-    if options.tcp and not options.tcp.is_loopback:
+    if any(door and not door.is_loopback for door in (options.tcp, options.http)) and not options.password:
         ui.warn("everybody who reaches this computer's network can command this controller")
 
 

@@ -12,6 +12,7 @@ from wificnc.board.model import Board
 from wificnc.errors import UserError
 from wificnc.link.port import DEFAULT_PORT
 
+DEFAULT_HTTP_PORT = 8080
 DEFAULT_TCP = f"127.0.0.1:{DEFAULT_PORT}"
 MAX_SPEED = 1e6
 
@@ -41,24 +42,25 @@ class ServeOptions:
 
     board: Board
     tcp: Address | None = None
+    http: Address | None = None  # of the page; None: it is not served
     pty: Path | None = None
     wmc3: str | None = None  # IPv4 address of the binary protocol; its ports are fixed
-    password: str = ""  # of its hosts
+    password: str = ""  # of network clients, by any protocol
     control: int | None = None  # port of this computer for the hands at the virtual machine; 0: any free one
     speed: float = 1.0
     settings: tuple[str, ...] = ()
     store: Path | None = None  # keeps settings, offsets and startup lines
 
 
-def parse_address(text: str) -> Address | None:
+def parse_address(text: str, option: str = "--tcp", port: int = DEFAULT_PORT) -> Address | None:
     """'127.0.0.1:2323', ':2323', 'localhost' or '[::1]:0'; 'off' is None. Raises UserError."""
     if text == "off":
         return None
     found = re.fullmatch(r"(?:\[([^\]]+)\]|([^:\[\]]*))(?::(\d{1,5}))?", text.strip())
     if not found or int(found[3] or 0) > 65535 or not text.strip():
-        raise UserError(f"--tcp {text!r} is no address", hint=f"like {DEFAULT_TCP}; port 0 takes any free one")
+        raise UserError(f"{option} {text!r} is no address", hint=f"like 127.0.0.1:{port}; port 0 takes any free one")
     host = found[1] or found[2] or "127.0.0.1"
-    return Address(host, DEFAULT_PORT if found[3] is None else int(found[3]))
+    return Address(host, port if found[3] is None else int(found[3]))
 
 
 def parse_wmc3(text: str, speed: float) -> str:
@@ -87,19 +89,26 @@ def parse_speed(text: str) -> float:
     return speed
 
 
+def board_numbers(board: Board) -> dict[str, int]:
+    """What a host controller must know of a board: fields of struct host_board (targets/host/host.h), most of them."""
+    timing = board.timing
+    return {
+        "timer_hz": timing.timer_hz,
+        "step_pulse_ns": timing.step_pulse_ns,
+        "dir_setup_ns": timing.dir_setup_ns,
+        "max_step_rate_hz": timing.max_step_rate_hz,
+        "axes": len(board.axes),
+        "ganged": board.ganged_axes,
+        "relay_spindle": int(board.output.spindle_pwm is None),
+        "digital_inputs": board.digital_inputs,
+        "analog": int(board.has_analog),
+    }
+
+
 def program_arguments(options: ServeOptions) -> list[str]:
     """Arguments of the C program (targets/host/main.c)."""
-    timing = options.board.timing
     pairs: Sequence[tuple[str, object]] = (
-        ("--timer-hz", timing.timer_hz),
-        ("--step-pulse-ns", timing.step_pulse_ns),
-        ("--dir-setup-ns", timing.dir_setup_ns),
-        ("--max-step-rate-hz", timing.max_step_rate_hz),
-        ("--axes", len(options.board.axes)),
-        ("--ganged", options.board.ganged_axes),
-        ("--relay-spindle", int(options.board.output.spindle_pwm is None)),
-        ("--digital-inputs", options.board.digital_inputs),
-        ("--analog", int(options.board.has_analog)),
+        *((f"--{name.replace('_', '-')}", number) for name, number in board_numbers(options.board).items()),
         ("--speed", options.speed),
         *([("--host", options.tcp.host), ("--port", options.tcp.port)] if options.tcp else []),
         *([("--wmc3", options.wmc3)] if options.wmc3 else []),

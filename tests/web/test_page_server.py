@@ -1,0 +1,232 @@
+"""What is served over HTTP, who may come, and that the stream in the WebSocket is the controller's, byte for byte."""
+
+from __future__ import annotations
+
+import gzip
+import http.client
+import json
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from urllib.parse import urlsplit
+
+import pytest
+from web_fixture import serving
+from websockets.exceptions import InvalidStatus
+from websockets.sync.client import ClientConnection, connect
+from wificnc.serve.options import Address
+from wificnc.serve.page import About, PageServer, is_our_host, stream_bytes
+from wificnc.serve.server import Server
+
+DEADLINE_S = 5.0
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    """A page as small as one can be."""
+    (tmp_path / "page" / "assets").mkdir(parents=True)
+    (tmp_path / "page" / "index.html").write_text("<!doctype html>hello")
+    (tmp_path / "page" / "assets" / "a.js").write_text("1")
+    (tmp_path / "page" / "assets" / "a.js.gz").write_bytes(gzip.compress(b"1"))
+    (tmp_path / "secret").write_text("secret")
+    return tmp_path / "page"
+
+
+@contextmanager
+def page_of(server: Server | None, folder: Path) -> Iterator[PageServer]:
+    with PageServer(
+        Address("127.0.0.1", 0), server.tcp if server else None, About("a test", "1", "host", 6), folder
+    ) as page:
+        yield page
+
+
+def get(page: PageServer, path: str, **headers: str) -> tuple[int, dict[str, str], bytes]:
+    connection = http.client.HTTPConnection(urlsplit(page.url).netloc, timeout=DEADLINE_S)
+    try:
+        connection.request("GET", path, headers={"Accept-Encoding": "identity", **headers})
+        answer = connection.getresponse()
+        return answer.status, dict(answer.getheaders()), answer.read()
+    finally:
+        connection.close()
+
+
+@contextmanager
+def stream(page: PageServer, **options: object) -> Iterator[Stream]:
+    url = page.url.replace("http:", "ws:") + "grbl"
+    with connect(url, compression=None, **options) as socket:  # type: ignore[arg-type]
+        yield Stream(socket)
+
+
+class Stream:
+    """Lines of a WebSocket's stream."""
+
+    def __init__(self, socket: ClientConnection) -> None:
+        self.socket = socket
+        self.rest = b""
+
+    def line(self) -> str:
+        while b"\n" not in self.rest:
+            part = self.socket.recv(DEADLINE_S)
+            assert isinstance(part, bytes)
+            self.rest += part
+        line, _, self.rest = self.rest.partition(b"\n")
+        return line.decode().strip()
+
+    def until(self, *starts: str) -> str:
+        while not (line := self.line()).startswith(starts):
+            pass
+        return line
+
+
+# ---- files ----
+
+
+def test_files_with_types_and_gzip(folder: Path) -> None:
+    with page_of(None, folder) as page:
+        status, headers, body = get(page, "/")
+        assert (status, body) == (200, b"<!doctype html>hello")
+        assert headers["Content-Type"] == "text/html; charset=utf-8"
+        status, headers, body = get(page, "/assets/a.js", **{"Accept-Encoding": "gzip, br"})
+        assert (status, headers["Content-Encoding"], gzip.decompress(body)) == (200, "gzip", b"1")
+        assert headers["Content-Type"].startswith("text/javascript")
+        assert "immutable" in headers["Cache-Control"]
+        assert get(page, "/assets/a.js")[2] == b"1"
+
+
+@pytest.mark.parametrize(
+    "path", ["/../secret", "/%2e%2e/secret", "/assets/../../secret", "/nothing", "/assets/a.js.gz"]
+)
+def test_nothing_but_the_page(folder: Path, path: str) -> None:
+    with page_of(None, folder) as page:
+        assert get(page, path)[0] == 404
+
+
+def test_a_plain_web_host_has_no_controller(folder: Path) -> None:
+    with page_of(None, folder) as page:
+        assert get(page, "/api/controller")[0] == 404
+
+
+def test_the_page_learns_who_serves_it(tmp_path: Path, folder: Path) -> None:
+    with serving(tmp_path) as server, page_of(server, folder) as page:
+        status, headers, body = get(page, "/api/controller")
+        assert (status, headers["Content-Type"]) == (200, "application/json")
+        assert json.loads(body) == {"name": "a test", "version": "1", "board": "host", "axes": 6}
+
+
+# ---- who may come ----
+
+
+@pytest.mark.parametrize(
+    ("host", "ours"),
+    [
+        ("127.0.0.1:8080", True),
+        ("[::1]:8080", True),
+        ("localhost", True),
+        ("192.168.1.20:8080", True),
+        ("wificnc-1a2b.local", True),
+        ("evil.example", False),
+        ("localhost.evil.example:8080", False),
+        ("", False),
+    ],
+)
+def test_only_names_of_ours(host: str, ours: bool) -> None:
+    assert is_our_host(host) == ours
+
+
+def test_a_name_that_leads_here_from_elsewhere_gets_nothing(folder: Path) -> None:
+    with page_of(None, folder) as page:
+        assert get(page, "/", Host="evil.example")[0] == 421
+
+
+def test_a_page_from_elsewhere_gets_no_stream(tmp_path: Path, folder: Path) -> None:
+    with serving(tmp_path) as server, page_of(server, folder) as page:
+        with pytest.raises(InvalidStatus) as refused, stream(page, origin="http://evil.example"):
+            pass
+        assert refused.value.response.status_code == 403
+        with stream(page, origin=page.url.rstrip("/")) as own:
+            own.socket.send(b"?")
+            assert own.until("<").startswith("<Idle|")
+
+
+# ---- the stream ----
+
+
+@pytest.mark.parametrize(
+    ("message", "wire"),
+    [
+        (b"\x85\xc2\x85\xff", b"\x85\xc2\x85\xff"),
+        ("G0X1\n", b"G0X1\n"),
+        ("\x84\x85\x90\xa1!~?\x18", b"\x84\x85\x90\xa1!~?\x18"),
+        ("(aáü€\U0001f600)\n", b"(a)\n"),
+    ],
+)
+def test_text_keeps_its_real_time_bytes_and_makes_no_others(message: str | bytes, wire: bytes) -> None:
+    assert stream_bytes(message) == wire
+
+
+@pytest.mark.parametrize("text", [False, True])
+def test_real_time_bytes_act(tmp_path: Path, folder: Path, text: bool) -> None:
+    """+10 % and the jog cancel, as bytes and as UTF-8 text."""
+    with serving(tmp_path) as server, page_of(server, folder) as page, stream(page) as own:
+
+        def send(data: bytes) -> None:
+            own.socket.send(data.decode("latin-1") if text else data)
+
+        send(b"$J=G91X200F600\n")
+        assert own.until("ok") == "ok"
+        send(b"\x91?")
+        assert own.until("<").startswith("<Jog|")
+        send(b"\x85?")
+        while not (report := own.until("<")).startswith("<Idle|"):
+            send(b"?")
+        assert 0.0 < float(report.split("MPos:")[1].split(",")[0]) < 200.0
+        while "|Ov:" not in report:
+            send(b"?")
+            report = own.until("<")
+        assert report.split("|Ov:")[1].startswith("110,100,100")
+
+
+def test_no_byte_is_lost_when_a_browser_pours(tmp_path: Path, folder: Path) -> None:
+    """Far more lines than the controller's buffers hold, in one go; each is answered once."""
+    lines = 20_000
+    with serving(tmp_path, speed=0.0) as server, page_of(server, folder) as page, stream(page) as own:
+        job = "".join(f"G1X{n % 7}F6000\n" for n in range(lines)).encode()
+        for at in range(0, len(job), 60_000):
+            own.socket.send(job[at : at + 60_000])
+        for _ in range(lines):
+            assert own.until("ok", "error") == "ok"
+
+
+def test_one_owner_and_observers(tmp_path: Path, folder: Path) -> None:
+    """The page is a client like every other: who comes second watches, `$TAKE` changes that."""
+    with serving(tmp_path) as server, page_of(server, folder) as page, stream(page) as first, stream(page) as second:
+        first.socket.send("G21\n")
+        assert first.until("ok") == "ok"
+        second.socket.send("G21\n")
+        assert second.until("[MSG:Observer").endswith("$TAKE takes over]")
+        second.socket.send("$TAKE\nG20\n")
+        assert second.until("ok") == "ok"
+        assert first.until("[MSG:Observer")
+
+
+def test_a_password(tmp_path: Path, folder: Path) -> None:
+    with serving(tmp_path, password="open sesame") as server, page_of(server, folder) as page, stream(page) as own:
+        own.socket.send("G21\n")
+        assert "Password needed" in own.until("[MSG:")
+        own.socket.send("$LOGIN=a guess\n")
+        assert "Wrong password" in own.until("[MSG:Wrong")
+        own.socket.send("?")
+        assert own.until("<").startswith("<Idle|")
+    with serving(tmp_path, password="open sesame") as server, page_of(server, folder) as page, stream(page) as own:
+        own.socket.send("$LOGIN=open sesame\nG21\n")
+        assert [own.until("ok"), own.until("ok")] == ["ok", "ok"]
+
+
+def test_the_browser_is_told_when_the_controller_ends(tmp_path: Path, folder: Path) -> None:
+    with serving(tmp_path) as server, page_of(server, folder) as page, stream(page) as own:
+        own.socket.send("?")
+        own.until("<")
+        server.stop()
+        with pytest.raises(Exception, match="1001"):
+            while True:
+                own.line()
