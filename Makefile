@@ -17,7 +17,7 @@ LINES   ?= 1000000
 BOARDS ?=
 TAG    ?=
 
-.PHONY: help demo test lint fuzz bench bench-serve stream-million release format generate web clean distclean
+.PHONY: help demo test lint fuzz bench bench-serve stream-million release docs format generate web clean distclean
 .DEFAULT_GOAL := help
 
 help:
@@ -28,6 +28,7 @@ help:
 	@echo 'make bench   speed, instructions and memory, with the method'
 	@echo 'make bench-serve  a serving controller as senders see it; make stream-million: its first part'
 	@echo 'make release what people download, into dist/: of the boards that are built or can be built here'
+	@echo 'make docs    the documentation as a site, into build/site'
 	@echo 'make generate  what comes from the tables in protocol/, boards/ and core/gcode/status.h'
 	@echo 'make web     the page for browsers (web/dist); needs Node.js'
 	@echo 'make format  let the formatters mend what they can'
@@ -62,6 +63,9 @@ stream-million: bench-serve
 release: $(VENV)/.ready-dev
 	@if [ -f web/package.json ]; then $(MAKE) --no-print-directory web; fi
 	$(WIFICNC) release -o dist $(if $(BOARDS),--boards $(BOARDS)) $(if $(TAG),--tag $(TAG))
+
+docs: $(VENV)/.ready-dev
+	@cd tools && $(abspath $(PY)) -m pages
 
 generate: $(VENV)/.ready-dev
 	$(PY) -m wificnc.protocol.generate

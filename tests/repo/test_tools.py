@@ -37,11 +37,20 @@ CASES: list[tuple[Callable[[Path], list[Problem]], str, str, str, str]] = [
 @pytest.fixture
 def tree(tmp_path: Path) -> Path:
     """An empty checkout with our configuration."""
-    for name in ("cli/wificnc", "tools/lint", "tools/bench", "tools/xtensa", "tools/mips", "core", "targets/host"):
+    for name in (
+        "cli/wificnc",
+        "tools/lint",
+        "tools/bench",
+        "tools/xtensa",
+        "tools/mips",
+        "tools/pages",
+        "core",
+        "targets/host",
+    ):
         (tmp_path / name).mkdir(parents=True)
     for name in ("pyproject.toml", ".clang-format"):
         shutil.copy(ROOT / name, tmp_path / name)
-    for package in ("cli/wificnc", "tools/lint", "tools/bench", "tools/xtensa", "tools/mips"):
+    for package in ("cli/wificnc", "tools/lint", "tools/bench", "tools/xtensa", "tools/mips", "tools/pages"):
         (tmp_path / package / "__init__.py").write_text('"""Doc."""\n')
     return tmp_path
 

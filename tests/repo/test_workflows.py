@@ -71,7 +71,9 @@ def test_what_is_published_is_the_release_of_all_boards() -> None:
     assert jobs["dist"]["needs"] == "firmware" and jobs["publish"]["needs"] == "dist"
     commands = [step.get("run", "") for step in jobs["dist"]["steps"]]
     assert 'make release BOARDS=all TAG="$GITHUB_REF_NAME"' in commands
-    assert not any("dist/" in command or "wificnc release" in command for command in commands)  # nothing is added
+    published = next(step for step in jobs["dist"]["steps"] if step.get("with", {}).get("name") == "dist")
+    assert published["with"]["path"] == "dist"
+    assert not any("> dist" in command or "wificnc release" in command for command in commands)  # nothing is added
     publish = jobs["publish"]["steps"][-1]["run"]
     assert "sha256sum --check --strict SHA256SUMS" in publish and "find . -maxdepth 1 -type f" in publish
 

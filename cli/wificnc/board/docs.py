@@ -9,13 +9,13 @@ from wificnc.board.model import Board
 from wificnc.board.problem import RULES
 from wificnc.board.rules import ALLOWABLE
 
-_GENERATED = "<!-- Written by `python -m wificnc.board.generate` from the board files. Do not edit. -->"
+GENERATED = "<!-- Written by `python -m wificnc.board.generate` from the board files. Do not edit. -->"
 _PICTURES = "pinout"
 
 
 def docs_text(boards: Sequence[Board]) -> str:
     """docs/boards.md: every board with its picture, pins, risks and deviations."""
-    parts = [_INTRO.format(generated=_GENERATED, table=_overview(boards, link="#{id}"))]
+    parts = [_INTRO.format(generated=GENERATED, table=_overview(boards, link="#{id}"))]
     parts += [_board_section(board) for board in boards]
     return "\n".join(parts)
 
@@ -24,7 +24,7 @@ def readme_text(boards: Sequence[Board]) -> str:
     """boards/README.md: the list, and how to add one."""
     table = _overview(boards, link="../docs/boards.md#{id}")
     rules = table_text(["rule", "holds when", "allow"], _rules())
-    return _README.format(generated=_GENERATED, table=table, rules=rules)
+    return _README.format(generated=GENERATED, table=table, rules=rules)
 
 
 def _rules() -> Iterator[list[str]]:

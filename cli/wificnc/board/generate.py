@@ -12,6 +12,7 @@ from wificnc.board.header import write_if_changed
 from wificnc.board.load import find_boards, load_board
 from wificnc.board.picture import draw, svg_text
 from wificnc.board.schema import board_schema_text
+from wificnc.board.start import start_texts
 from wificnc.checked.paths import shown
 
 
@@ -24,6 +25,7 @@ def generated_files() -> dict[Path, str]:
         paths.BOARDS / "README.md": readme_text(boards),
         paths.BOARDS / "board.schema.json": board_schema_text(),
         **pictures,
+        **{paths.DOCS / "start" / name: text for name, text in start_texts(boards).items()},
     }
 
 

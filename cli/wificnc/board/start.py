@@ -1,0 +1,164 @@
+"""docs/start: from nothing to a moving machine, a page for each board with a chip, and the list of them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from wificnc.board.docs import GENERATED, table_text
+from wificnc.board.labels import notes, pin_rows
+from wificnc.board.model import Board
+from wificnc.flash.device import BOOT_HINT
+
+CONSOLE = "serial:///dev/ttyUSB0"
+
+
+def start_texts(boards: Sequence[Board]) -> dict[str, str]:
+    """File name in docs/start -> text."""
+    chips = [board for board in boards if board.target != "host"]
+    pages = {f"{board.id}.md": start_text(board) for board in chips}
+    rows = [[f"[{board.id}]({board.id}.md)", board.name, board.summary] for board in chips]
+    rows.append(["[this computer](computer.md)", "no board", "The same controller as a program, to try everything on"])
+    return {**pages, "README.md": _INDEX.format(generated=GENERATED, table=table_text(["board", "name", ""], rows))}
+
+
+def start_text(board: Board) -> str:
+    """One board's page."""
+    is_esp32 = board.target == "esp32"
+    pins = {row.label: row.pin for row in pin_rows(board)}
+    warning = "\n".join(f"- {note}" for note in notes(board))
+    return "\n".join(
+        [
+            _HEAD.format(generated=GENERATED, board=board, firmware="esp32" if is_esp32 else "pic32mz"),
+            _WIRING.format(board=board, notes=warning or "Nothing special.", pins=_pins(board)),
+            (_ESP32 if is_esp32 else _PIC32MZ).format(
+                board=board, boot=BOOT_HINT, console=CONSOLE, tx=pins.get("console TX"), rx=pins.get("console RX")
+            ),
+            (_MACHINE_ESP32 if is_esp32 else _MACHINE).format(board=board),
+            *([_network(board)] if is_esp32 else []),
+            _MOVES.format(console=CONSOLE),
+        ]
+    )
+
+
+def _pins(board: Board) -> str:
+    """What a machine is wired to, without what is soldered on the board."""
+    rows = [row for row in pin_rows(board) if not row.label.startswith(("Ethernet", "console", "status LED"))]
+    return table_text(["signal", "pin", "", "active"], [[r.label, f"`{r.pin}`", r.direction, r.active] for r in rows])
+
+
+def _network(board: Board) -> str:
+    return _NETWORK.format(ethernet=_ETHERNET if board.ethernet else "")
+
+
+_INDEX = """{generated}
+
+# Getting started
+
+{table}
+"""
+
+_HEAD = """{generated}
+
+# {board.name}
+
+`{board.id}`: {board.summary}.
+
+**The firmware has not been run on this board yet**: what has been checked, and how, is in
+[{firmware}.md](../{firmware}.md). Let the motors' supply off until the last section, and keep a hand at its
+switch.
+"""
+
+_WIRING = """## 1. Wire it
+
+{notes}
+
+![Pin-out of {board.name}](../../boards/pinout/{board.id}.svg)
+
+{pins}
+
+Active low is on when the pin is at ground. Limit switches and e-stop are read as said here; `$5` and `$6`
+turn limits and probe around. [boards.md](../boards.md#{board.id}) has every pin and the risks.
+"""
+
+_ESP32 = """## 2. Write the firmware
+
+```
+pip install wificnc
+wificnc doctor                     # what is missing here, and how to get it
+wificnc flash {board.id}
+```
+
+The package of a release carries the firmware; from a checkout, `pip install -e '.[esp]'` and `wificnc build
+{board.id}` come first. `wificnc flash` finds the board at its USB port, and refuses a chip or a memory that
+is not this board's. If it cannot connect: {boot}. The flasher page does the same in Chrome or Edge, with
+nothing installed.
+
+`wificnc monitor --to {console}` shows what the controller says: `Grbl 1.1h ['$' for help]`, then the name
+and the password of its own network. (Windows: `serial://COM5`.)
+"""
+
+_PIC32MZ = """## 2. Write the firmware
+
+```
+pip install wificnc
+wificnc doctor                     # what is missing here, and how to get it
+wificnc flash {board.id} --dry-run    # the exact command
+wificnc flash {board.id}
+```
+
+The package of a release carries the HEX; from a checkout, `apt-get install gcc-mipsel-linux-gnu` and
+`wificnc build {board.id}` come first. It is written by a program of somebody else: mikro_hb for the board's
+own USB bootloader, pic32prog or MPLAB IPE for a programmer.
+
+The serial port is UART 3 (TX {tx}, RX {rx}) at 115200 baud. `wificnc monitor --to {console}` shows what the
+controller says: `Grbl 1.1h ['$' for help]`. (Windows: `serial://COM5`.)
+"""
+
+_NETWORK = """## 4. Bring it into the network
+
+```
+wificnc wifi set "My network"      # over USB; asks for the password
+wificnc discover                   # wificnc-1a2b  tcp://192.168.1.20:23
+```
+
+Until then it has a network of its own, `WiFiCNC-XXXX`, where it is 192.168.4.1.{ethernet} It says its
+address on the serial ports whenever that changes. Senders connect to TCP port 23.
+"""
+
+_ETHERNET = " With a W5500 and a cable it takes Ethernet instead of WiFi."
+
+_MACHINE_ESP32 = """## 3. Tell it about the machine
+
+```
+wificnc nvs build shapeoko3 --board {board.id}     # or a machine profile of your own: examples/machines
+wificnc nvs flash nvs.bin
+```
+
+That replaces all that is stored. Or by hand: `$100` to `$105` steps/mm, `$110` top speeds, `$120`
+accelerations, `$130` travels ([settings.md](../settings.md)).
+"""
+
+_MACHINE = """## 3. Tell it about the machine
+
+`$100` to `$105` steps/mm, `$110` top speeds, `$120` accelerations, `$130` travels
+([settings.md](../settings.md)): typed into `wificnc monitor`, or `wificnc settings set
+'steps_per_mm.x=40'`. `wificnc settings export` keeps them in a file.
+"""
+
+_MOVES = """## The first moves
+
+Now the motors' supply.
+
+```
+export WIFICNC_TO={console}     # or tcp://192.168.1.20
+wificnc monitor                               # type ? and press each switch by hand: |Pn:X must name it
+wificnc unlock                                # if it is locked
+wificnc jog X1 --feed 100                     # the wrong way: $3
+```
+
+1. A switch that shows while it is open: `$5=1`. One that never shows: [troubleshooting](../troubleshooting.md).
+2. An axis that moves twice as far: its steps/mm. One that whines and does not turn: less speed and acceleration.
+3. Then the limits: `$21=1`; homing: `$22=1`, `$23` for axes that home towards their negative end, and
+   `wificnc home` with a hand at the switch.
+4. `wificnc send part.nc --dry-run`, then without it; other senders: [sender-setup.md](../sender-setup.md).
+"""

@@ -1,0 +1,107 @@
+"""The documentation's site: links lead somewhere, no other server is asked, and what it quotes is in the code."""
+
+from __future__ import annotations
+
+import re
+import shutil
+from html.parser import HTMLParser
+from pathlib import Path
+
+import pytest
+from pages.build import build
+from pages.stage import collect
+from wificnc.app import COMMANDS
+from wificnc.build.checkout import checkout_root
+from wificnc.link.alarms import ALARMS
+from wificnc.link.words import ERRORS
+from wificnc.protocol.table import load_settings
+
+ROOT = checkout_root()
+ADVICE = sorted((ROOT / "docs").glob("**/*.md"))
+TROUBLE = (ROOT / "docs" / "troubleshooting.md").read_text()
+LOADING = {"script": "src", "img": "src", "iframe": "src", "link": "href", "source": "src", "object": "data"}
+
+
+@pytest.fixture(scope="module")
+def tree(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The site's own part of the repository."""
+    root = tmp_path_factory.mktemp("site") / "repository"
+    for file in [*collect(ROOT), Path("mkdocs.yml")]:
+        (root / file).parent.mkdir(parents=True, exist_ok=True)
+        shutil.copyfile(ROOT / file, root / file)
+    return root
+
+
+@pytest.fixture(scope="module")
+def site(tree: Path) -> Path:
+    assert build(tree, tree / "out") == []
+    return tree / "out"
+
+
+class Loads(HTMLParser):
+    """What a page makes a browser fetch."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.found: list[str] = []
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        values = dict(attrs)
+        if tag in LOADING and values.get("rel") not in ("canonical", "next", "prev"):
+            self.found.append(values.get(LOADING[tag]) or "")
+
+
+def test_no_page_asks_another_server(site: Path) -> None:
+    pages = list(site.rglob("*.html"))
+    assert len(pages) > 20
+    for page in pages:
+        loads = Loads()
+        loads.feed(page.read_text())
+        assert loads.found and not [url for url in loads.found if re.match(r"(https?:)?//", url)], page.name
+    for sheet in site.rglob("*.css"):
+        assert not re.search(r"(url\(|@import)\s*['\"]?(https?:)?//", sheet.read_text()), sheet.name
+
+
+def test_what_leads_nowhere_is_found(tree: Path) -> None:
+    """A page, an anchor, a file, a picture; and a page that the menu does not have."""
+    page, orphan = tree / "docs" / "simulation.md", tree / "docs" / "orphan.md"
+    good = page.read_text()
+    links = "[a](nowhere.md) [b](sending.md#nonsense) [c](../core/nowhere.c) ![d](images/nowhere.png)"
+    page.write_text(f"{good}\n{links}\n")
+    orphan.write_text("# Orphan\n")
+    try:
+        problems = build(tree, tree / "broken")
+    finally:
+        page.write_text(good)
+        orphan.unlink()
+    for wanted in ("nowhere.md", "nonsense", "nowhere.c", "nowhere.png", "orphan.md"):
+        assert any(wanted in problem for problem in problems), wanted
+
+
+def test_messages_quoted_are_said_by_the_firmware() -> None:
+    """An ellipsis stands for what changes."""
+    sources = [path for folder in ("core", "targets") for path in (ROOT / folder).rglob("*.c")]
+    said = "\n".join(path.read_text() for path in sources)
+    quoted = re.findall(r"\[MSG:([^\]]+)\]", TROUBLE)
+    assert len(quoted) > 10
+    for message in quoted:
+        for piece in re.split(r"…|\bcause N\b|\$110|\$TAKE", message):
+            assert not piece.strip() or piece.strip() in said, message
+
+
+def test_numbers_and_commands_quoted_exist() -> None:
+    numbers = {
+        setting.number + axis for setting in load_settings().setting for axis in range(6 if setting.per_axis else 1)
+    }
+    for page in ADVICE:
+        text = page.read_text()
+        assert {int(n) for n in re.findall(r"\bALARM:(\d+)", text)} <= set(ALARMS), page
+        assert {int(n) for n in re.findall(r"\berror:(\d+)", text)} <= set(ERRORS), page
+        assert set(re.findall(r"`wificnc ([a-z0-9]+)", text)) <= set(COMMANDS), page
+    assert {int(n) for n in re.findall(r"\$(\d+)", TROUBLE)} <= numbers
+
+
+def test_every_alarm_has_its_advice() -> None:
+    headings = " ".join(line for line in TROUBLE.splitlines() if line.startswith("### "))
+    told = {int(number) for number in re.findall(r"ALARM:(\d+)", headings)}
+    assert told >= set(ALARMS) - {6, 7}  # homing ended by a reset or the door says all there is to say
