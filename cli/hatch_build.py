@@ -1,4 +1,4 @@
-"""A hook of the package's build: a wheel carries the boards, tables, C sources and firmware that its commands need."""
+"""A hook of the package's build: a wheel carries the boards, tables, sources, firmware and page that commands need."""
 
 from __future__ import annotations
 
@@ -20,12 +20,17 @@ CARRIED = (
     "targets",
     "tools/mzsim",
 )
+# Read at wificnc/page (cli/wificnc/serve/page.py): `wificnc release` puts it at page/, `make web` at web/dist.
+PAGES = ("page", "web/dist")
 
 
 class Carry(BuildHookInterface):
     """An editable installation reads them in the checkout."""
 
     def initialize(self, version: str, build_data: dict[str, Any]) -> None:
-        if version != "editable":
-            there = (name for name in CARRIED if (Path(self.root) / name).exists())
-            build_data["force_include"].update({f"{self.root}/{name}": f"wificnc/carried/{name}" for name in there})
+        if version == "editable":
+            return
+        root = Path(self.root)
+        carried = {str(root / name): f"wificnc/carried/{name}" for name in CARRIED if (root / name).exists()}
+        page = next((name for name in PAGES if (root / name / "index.html").is_file()), None)
+        build_data["force_include"].update(carried | ({str(root / page): "wificnc/page"} if page else {}))

@@ -17,6 +17,7 @@ from wificnc.release.package import tracked_files
 ROOT = checkout_root()
 ESP32_BOARDS = {"esp32s3-zero": "esp32s3", "esp32-wroom32": "esp32"}
 PIC32MZ_BOARD = "pic32mz2048efh100"
+PAGE = {"index.html": "<!doctype html><title>page</title>", "assets/page.js": "export {};"}
 COMMITTED = "2026-11-01T12:00:00+00:00"
 
 
@@ -59,6 +60,10 @@ def make_tree(root: Path) -> Tree:
 
 
 def build_boards(tree: Tree) -> None:
+    """What others have built: boards by PlatformIO, the page by Vite."""
+    for name, text in PAGE.items():
+        (tree.root / "web" / "dist" / name).parent.mkdir(parents=True, exist_ok=True)
+        (tree.root / "web" / "dist" / name).write_text(text)
     for board, chip in ESP32_BOARDS.items():
         make_build(tree.root / "build" / board, board, chip, tree.revision)
 

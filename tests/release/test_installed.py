@@ -10,7 +10,7 @@ import venv
 from pathlib import Path
 
 import pytest
-from conftest import ESP32_BOARDS, PIC32MZ_BOARD, Tree
+from conftest import ESP32_BOARDS, PAGE, PIC32MZ_BOARD, Tree
 from wificnc import __version__
 
 INSTALL_S = 240
@@ -78,3 +78,12 @@ def test_a_pic32mz_is_written_from_the_package(installed: Path, tmp_path: Path, 
     program, image = said.split()
     assert program == str(tools / "mikro_hb") and Path(image).parent.name == PIC32MZ_BOARD
     assert Path(image).read_bytes() == (tree.root / "dist" / f"wificnc-{__version__}-{PIC32MZ_BOARD}.hex").read_bytes()
+
+
+def test_the_page_that_serve_offers_comes_with_it(installed: Path, tmp_path: Path) -> None:
+    code = "from wificnc.serve.page import page_folder; print(page_folder())"
+    command = [str(installed.with_name("python")), "-c", code]
+    said = subprocess.run(command, cwd=tmp_path, env=clean_environment(), capture_output=True, text=True, check=True)
+    page = Path(said.stdout.strip())
+    assert page.is_relative_to(installed.parents[1])
+    assert {name: (page / name).read_text() for name in PAGE} == PAGE

@@ -14,7 +14,7 @@ import zipfile
 from pathlib import Path
 
 import pytest
-from conftest import ESP32_BOARDS, PIC32MZ_BOARD, Tree, build_boards, make_tree
+from conftest import ESP32_BOARDS, PAGE, PIC32MZ_BOARD, Tree, build_boards, make_tree
 from wificnc import __version__
 from wificnc.wmc3.layout import Jog
 from wificnc.wmc3.packet import build
@@ -128,6 +128,7 @@ def test_the_index_offers_what_is_there(dist: Path, tree: Tree) -> None:
 def test_the_archive_of_the_page_is_the_page(dist: Path) -> None:
     with tarfile.open(asset(dist, "-web.tar.gz")) as archive:
         packed = {row.name: archive.extractfile(row).read() for row in archive}  # type: ignore[union-attr]
+    assert {f"web/{name}": text.encode() for name, text in PAGE.items()}.items() <= packed.items()
     files = {f"web/{p.relative_to(dist / 'web').as_posix()}": p for p in (dist / "web").rglob("*") if p.is_file()}
     assert packed == {name: path.read_bytes() for name, path in files.items()}
     assert list(packed) == sorted(packed)
@@ -155,6 +156,7 @@ def test_the_package_carries_firmware_that_flash_takes(dist: Path, tree: Tree) -
                 data = wheel.read(f"wificnc/carried/firmware/{board}/{row['name']}")
                 assert hashlib.sha256(data).hexdigest() == row["sha256"]
                 assert f"wificnc-{__version__}/firmware/{board}/{row['name']}" in in_sdist
+    assert {f"wificnc/page/{name}" for name in PAGE} <= in_wheel
     assert {"wificnc/carried/core/config.h", "wificnc/carried/boards/esp32s3-zero.toml"} <= in_wheel
     assert not any("test" in Path(name).parts for name in in_wheel if "/core/" in name)
 
@@ -171,7 +173,8 @@ def test_the_bill_of_materials_is_spdx(dist: Path) -> None:
     own = {name for name in sums if name.startswith("wificnc-") and not name.endswith(".spdx.json")}
     assert own <= set(names)
     assert all(names[name].checksums[0].value == sums[name] for name in own)
-    assert {"pydantic", "esptool", "espressif32"} <= set(names)
+    assert {"pydantic", "esptool", "espressif32", "preact"} <= set(names)
+    assert "vitest" not in names  # only tests it
 
 
 def test_the_protocol_header_is_all_that_a_host_in_c_needs(dist: Path, tmp_path: Path) -> None:

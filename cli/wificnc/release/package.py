@@ -25,8 +25,8 @@ def tracked_files(root: Path) -> list[str]:
     return [name for name in run.stdout.split("\0") if name and (root / name).is_file()]
 
 
-def build_packages(root: Path, work: Path, output: Path, firmware: Mapping[str, bytes], epoch_s: int) -> None:
-    """Wheel and source distribution into output. @param firmware  path below firmware/ -> content
+def build_packages(root: Path, work: Path, output: Path, made: Mapping[str, bytes], epoch_s: int) -> None:
+    """Wheel and source distribution into output. @param made  path -> content of what git does not know: firmware, page
 
     Raises:
         ReleaseError: hatchling is missing, or fails.
@@ -39,8 +39,8 @@ def build_packages(root: Path, work: Path, output: Path, firmware: Mapping[str, 
     for name in tracked_files(root):
         (stage / name).parent.mkdir(parents=True, exist_ok=True)
         shutil.copyfile(root / name, stage / name)
-    for name, data in firmware.items():
-        path = stage / "firmware" / name
+    for name, data in made.items():
+        path = stage / name
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_bytes(data)
     command = [sys.executable, "-m", "hatchling", "build", "-d", str(output)]

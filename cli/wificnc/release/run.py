@@ -85,6 +85,12 @@ def has_page(root: Path) -> bool:
     return (root / PAGE / "index.html").is_file()
 
 
+def page_files(root: Path) -> dict[str, bytes]:
+    """The built page, path -> content."""
+    built = root / PAGE
+    return {path.relative_to(built).as_posix(): path.read_bytes() for path in built.rglob("*") if path.is_file()}
+
+
 def check_output(output: Path) -> None:
     """Whether it may be replaced. Raises ReleaseError."""
     if not output.exists() or (output.is_dir() and not any(output.iterdir())):
@@ -116,7 +122,8 @@ def _make(work: _Work, say: Say) -> None:
         for suffix, data in made.assets.items():
             work.write(f"-{made.board.id}{suffix}", data)
     say("packages")
-    carried = {name: data for made in work.boards for name, data in made.carried.items()}
+    carried = {f"firmware/{name}": data for made in work.boards for name, data in made.carried.items()}
+    carried |= {f"page/{name}": data for name, data in page_files(work.root).items()}
     build_packages(work.root, work.temporary, work.dist, carried, work.plan.source.epoch_s)
     say("page, component, protocol")
     _write_page(work)
@@ -154,8 +161,7 @@ def _pic32mz(work: _Work, board: Board) -> _Board:
 
 def _write_page(work: _Work) -> None:
     """dist/web and its archive: the page when it has been built, and what it offers."""
-    built = work.root / PAGE
-    files = {path.relative_to(built).as_posix(): path.read_bytes() for path in built.rglob("*") if path.is_file()}
+    files = page_files(work.root)
     rows = [page.index_row(made.board, made.page, None, made.flash_mb) for made in work.boards]
     rows += [page.index_row(row.board, {}, row.why, None) for row in work.plan.missing]
     source = work.plan.source
