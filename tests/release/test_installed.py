@@ -10,8 +10,13 @@ import venv
 from pathlib import Path
 
 import pytest
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "esp32"))
+
+from chip import mock_chip
 from conftest import ESP32_BOARDS, PAGE, PIC32MZ_BOARD, Tree
 from wificnc import __version__
+from wificnc.flash.device import open_device
 
 INSTALL_S = 240
 
@@ -78,6 +83,17 @@ def test_a_pic32mz_is_written_from_the_package(installed: Path, tmp_path: Path, 
     program, image = said.split()
     assert program == str(tools / "mikro_hb") and Path(image).parent.name == PIC32MZ_BOARD
     assert Path(image).read_bytes() == (tree.root / "dist" / f"wificnc-{__version__}-{PIC32MZ_BOARD}.hex").read_bytes()
+
+
+@pytest.mark.parametrize("board", ESP32_BOARDS)
+def test_the_packages_firmware_arrives_in_a_chip(installed: Path, dist: Path, tmp_path: Path, board: str) -> None:
+    """Flashed by the installed command at a mock of the loader: what the flash then holds is the merged image."""
+    pytest.importorskip("esp32_mock_bootloader")
+    merged = (dist / f"wificnc-{__version__}-{board}-merged.bin").read_bytes()
+    with mock_chip(ESP32_BOARDS[board], tmp_path / "mock") as chip:
+        wificnc(installed, tmp_path, "flash", board, "--port", chip.port, "--wait", "0")
+        with open_device(chip.port) as device:
+            assert device.read(0, len(merged)) == merged
 
 
 def test_the_page_that_serve_offers_comes_with_it(installed: Path, tmp_path: Path) -> None:

@@ -161,6 +161,17 @@ def test_the_package_carries_firmware_that_flash_takes(dist: Path, tree: Tree) -
     assert not any("test" in Path(name).parts for name in in_wheel if "/core/" in name)
 
 
+def test_the_source_distribution_builds_the_same_package(dist: Path, tmp_path: Path) -> None:
+    """With firmware and page in it, though no git is there to ask."""
+    with tarfile.open(asset(dist, ".tar.gz")) as sdist:
+        sdist.extractall(tmp_path, filter="data")
+    command = [sys.executable, "-m", "hatchling", "build", "-t", "wheel", "-d", str(tmp_path)]
+    environment = {**os.environ, "SOURCE_DATE_EPOCH": "1793534400"}  # COMMITTED
+    subprocess.run(command, cwd=tmp_path / f"wificnc-{__version__}", env=environment, check=True, capture_output=True)
+    again = tmp_path / asset(dist, "-py3-none-any.whl").name
+    assert again.read_bytes() == asset(dist, "-py3-none-any.whl").read_bytes()
+
+
 def test_the_bill_of_materials_is_spdx(dist: Path) -> None:
     from spdx_tools.spdx.parser.parse_anything import parse_file
     from spdx_tools.spdx.validation.document_validator import validate_full_spdx_document
@@ -203,7 +214,7 @@ def test_the_protocol_header_is_all_that_a_host_in_c_needs(dist: Path, tmp_path:
 
 def test_the_linuxcnc_component_needs_nothing_else(dist: Path, tmp_path: Path) -> None:
     with tarfile.open(asset(dist, "-linuxcnc.tar.gz")) as archive:
-        archive.extractall(tmp_path)
+        archive.extractall(tmp_path, filter="data")
     folder = tmp_path / f"wificnc-linuxcnc-{__version__}"
     run = subprocess.run(
         [sys.executable, "-I", "-S", str(folder / "wificnc-hal"), "--help"],
