@@ -9,11 +9,13 @@ from pathlib import Path
 import pytest
 from conftest import Tree
 from esp_images import TABLE_ROWS, elf, image, make_build, partition_table, write_record
+from wificnc import __version__
 from wificnc.board.load import load_board
 from wificnc.checked import paths
 from wificnc.errors import Exit, FlashError, ReleaseError
 from wificnc.flash.plan import read_partitions
 from wificnc.release.esp32 import load_firmware
+from wificnc.release.facts import read_source
 from wificnc.release.notes import changes
 from wificnc.release.plan import Source, plan_release
 from wificnc.release.run import check_output, make_release
@@ -176,6 +178,8 @@ def test_a_final_release_is_of_its_tag_and_of_a_commit() -> None:
     plan_release(SOURCE, BOARDS, {}, tag="v1.2.3")
     with pytest.raises(ReleaseError, match=r"the tag is v1\.2\.4, and the version 1\.2\.3"):
         plan_release(SOURCE, BOARDS, {}, tag="v1.2.4")
+    with pytest.raises(ReleaseError, match="not everything that was asked for is here:\n  esp32-wroom32: why"):
+        plan_release(SOURCE, BOARDS, {"esp32-wroom32": "why"}, tag="v1.2.3")
     with pytest.raises(ReleaseError, match="clean tree"):
         plan_release(Source("1.2.3", "abcdef012345+", 0), BOARDS, {}, tag="v1.2.3")
 
@@ -183,6 +187,26 @@ def test_a_final_release_is_of_its_tag_and_of_a_commit() -> None:
 def test_two_files_never_share_a_name() -> None:
     names = [asset.name for asset in plan_release(SOURCE, BOARDS, {}).assets]
     assert len(names) == len(set(names)) == 7 + 7 + 2 + 6 + 3
+
+
+def test_times_are_the_commits_or_those_asked_for(tree: Tree, tmp_path: Path) -> None:
+    committed = read_source(tree.root, {})
+    assert (committed.revision, committed.epoch_s) == (tree.revision, 1793534400) and committed.is_clean
+    assert read_source(tree.root, {"SOURCE_DATE_EPOCH": "1700000000"}).epoch_s == 1_700_000_000
+    with pytest.raises(ReleaseError, match="SOURCE_DATE_EPOCH is 'yesterday'"):
+        read_source(tree.root, {"SOURCE_DATE_EPOCH": "yesterday"})
+    with pytest.raises(ReleaseError, match="no git repository"):
+        read_source(tmp_path, {})
+
+
+def test_a_final_release_has_the_page(tree: Tree) -> None:
+    index = tree.root / "web" / "dist" / "index.html"
+    hidden = index.rename(index.with_name("hidden"))
+    try:
+        words = ["--boards", "esp32s3-zero", "--tag", f"v{__version__}", "-o", "final"]
+        assert "the page has not been built" in tree.release(*words, code=Exit.BUILD).stderr
+    finally:
+        hidden.rename(index)
 
 
 CHANGELOG = """\

@@ -22,7 +22,7 @@ ALL = "all"
 @click.option("-o", "--output", type=click.Path(path_type=Path), default=Path("dist"), show_default=True,
               help="Folder; an older release in it is replaced.")  # fmt: skip
 @click.option("--tag", default="", metavar="vVERSION",
-              help="A final release: the tag is the version's, the tree clean, the changelog dated.")  # fmt: skip
+              help="A final release: all boards, the page, a clean tree, a dated changelog.")  # fmt: skip
 @click.option("--dry-run", is_flag=True, help="Say what would be in it.")
 def command(names: str, output: Path, tag: str, dry_run: bool) -> None:
     """Make everything that people download, from what has been built: images of boards, packages, the page's firmware,
@@ -35,6 +35,8 @@ def command(names: str, output: Path, tag: str, dry_run: bool) -> None:
     if wanted == [ALL]:
         wanted = [board.id for board in boards]
     plan = plan_release(source, boards, look(root, source, boards), wanted, tag)
+    if tag and not has_page(root):
+        raise ReleaseError("the page has not been built, and a final release has one", hint="make web")
     check_output(output)
     if not source.is_clean:
         ui.warn(f"files were changed since the last commit: this is {source.revision}, which nobody else can build")

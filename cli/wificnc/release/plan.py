@@ -88,12 +88,15 @@ def plan_release(
     source: Source, boards: Sequence[Board], why_missing: Mapping[str, str], wanted: Sequence[str] = (), tag: str = ""
 ) -> Plan:
     """@param boards  all that have firmware. @param why_missing  of those for which there is none here
-    @param wanted  boards that must be in it; none: all that can be. @param tag  vVERSION: it is a final release
+    @param wanted  boards that must be in it; none: all that can be. @param tag  vVERSION: a final release, in which all
+    boards must be unless some are named
 
     Raises:
         ReleaseError: a wanted board is unknown or missing, or the tag names another version or changed files.
     """
     _check_tag(source, tag)
+    if tag and not wanted:
+        wanted = [board.id for board in boards]
     known = {board.id: board for board in boards}
     unknown = [name for name in wanted if name not in known]
     if unknown:

@@ -106,7 +106,7 @@ def _replace(output: Path, fresh: Path, old: Path) -> None:
         output.rename(old)
     try:
         fresh.rename(output)
-    except OSError:
+    except BaseException:
         if had:
             old.rename(output)
         raise
