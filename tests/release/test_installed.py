@@ -14,7 +14,7 @@ import pytest
 sys.path.insert(0, str(Path(__file__).parents[1] / "esp32"))
 
 from chip import mock_chip
-from conftest import ESP32_BOARDS, PAGE, PIC32MZ_BOARD, Tree
+from conftest import ESP32_BOARDS, PAGE, PIC32MZ_BOARD, ROOT, Tree
 from wificnc import __version__
 from wificnc.flash.device import open_device
 
@@ -48,12 +48,13 @@ def clean_environment(**more: str) -> dict[str, str]:
 
 
 def wificnc(installed: Path, folder: Path, *arguments: object, path: str = "") -> str:
-    """Run there; what it says on stdout."""
+    """Run there; what it says on stdout, and no word of a checkout."""
     environment = clean_environment(WIFICNC_CACHE=str(folder / "cache"))
     environment["PATH"] = path + environment["PATH"]
     command = [str(installed), *map(str, arguments)]
     run = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, timeout=120, check=False)
     assert run.returncode == 0, run.stdout + run.stderr
+    assert str(ROOT) not in run.stdout + run.stderr
     return run.stdout
 
 

@@ -69,7 +69,9 @@ def command(
     What the controller has stored, settings, WiFi and passwords, stays unless --erase is given.
     """
     board = load_board(board_ref)
-    folder = folder or firmware_folder(board.id)
+    if folder is None:
+        folder = firmware_folder(board.id)
+        ui.note(f"firmware  {folder}")
     if board.target == "pic32mz":
         if erase or ota_host is not None or port is not None:
             raise FlashError("--erase, --ota and --port are not for a PIC32MZ: its programmer decides")
