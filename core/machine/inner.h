@@ -214,11 +214,13 @@ void list_codes(struct machine *machine);
 void list_startup(struct machine *machine);
 
 /* notes.c */
-/** A motion line with an N word, or with the laser on, is on its way. */
+/** Lines are motion to come: of note->line (with number, rpm and feed). Ever growing lines. */
 void notes_add(struct line_notes *notes, const struct line_note *note);
 /** @return NULL: nothing was noted of this line */
 const struct line_note *notes_find(const struct line_notes *notes, uint32_t line);
-/** Source line of the motion on the pins, 0 = none. */
+/** @return the N word of a source line; 0: none, or not known any more */
+uint32_t notes_number(const struct line_notes *notes, uint32_t line);
+/** Source line of the motion on the pins, or of the motion that a hold interrupts; 0 = none. */
 uint32_t notes_line_now(const struct machine *machine);
 
 #endif

@@ -19,17 +19,17 @@ enum status jog_begin(struct machine *machine, const char *text) {
 
 enum task_stage jog_poll(struct machine *machine) {
     const struct gcode_move *move = &machine->command.move;
-    struct motion_line line = {
-        .feed_mm_s = move->feed_mm_s, .line = machine->lines, .flags = MOTION_FLAG_JOG};
+    notes_add(&machine->notes,
+              &(struct line_note){.line = machine->lines, .number = machine->command.line_number});
+    struct motion_line line = {.feed_mm_s = move->feed_mm_s,
+                               .line = machine->lines,
+                               .note = machine->notes.count,
+                               .flags = MOTION_FLAG_JOG};
     for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
         line.target_mm[ax] = move->target_mm[ax];
     if (!motion_line(&machine->motion, &line, hal_time_us(machine->hal)))
         return TASK_JOG;
-    if (machine->command.line_number != 0)
-        notes_add(&machine->notes,
-                  &(struct line_note){.line = machine->lines, .number = machine->command.line_number});
     task_set_position(machine, move->target_mm);
-    motion_flush(&machine->motion);
     return TASK_NONE;
 }
 

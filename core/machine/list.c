@@ -138,7 +138,7 @@ void list_build(struct machine *machine) {
     text_string(&machine->out, "[VER:1.1h.20190830:");
     text_string(&machine->out, machine->info);
     text_string(&machine->out, "]\r\n[OPT:VNMH,");
-    text_int(&machine->out, PLAN_SIZE);
+    text_int(&machine->out, PLAN_MOVES);
     text_string(&machine->out, ",");
     text_int(&machine->out, RX_SIZE);
     text_string(&machine->out, "]\r\n");

@@ -218,6 +218,7 @@ void machine_apply_settings(struct machine *machine) {
     const struct settings *settings = &machine->settings;
     const struct machine_board *board = &machine->board;
     struct motion_limits limits = {.junction_deviation_mm = settings->junction_deviation_mm,
+                                   .jerk_mm_s3 = settings->jerk_mm_s3,
                                    .axis_count = board->axis_count};
     uint32_t pulse_ns = machine_step_pulse_ns(machine);
     uint32_t pulse_rate_hz = 500000000u / pulse_ns; /* the pulse and a pause as long */

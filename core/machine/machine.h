@@ -125,12 +125,16 @@ struct machine_motors {
     uint32_t moved_us, woken_us; /* when something moved last; when they were switched on */
 };
 
-/** What is asked about motion lines while they are under way, by source line. */
-enum { LINE_NOTES = 128 };
+/** What is asked about motion lines while they are under way: one note for a row of source lines. Moves of
+ * different notes never share a piece of path, so more notes than pieces and segments are never needed. */
+enum { LINE_NOTES = PLAN_SIZE + 32 };
 struct line_note {
-    uint32_t line, number; /* number: N word, 0 = none */
-    float rpm, feed_mm_s;  /* laser: S and F of the line */
+    uint32_t line;        /* first of the row */
+    uint32_t number;      /* its N word; 0: none has one */
+    int32_t stride;       /* from N word to N word, per line; NOTE_SINGLE: a row of one line */
+    float rpm, feed_mm_s; /* laser: S and F of the lines */
 };
+#define NOTE_SINGLE INT32_MIN
 struct line_notes {
     uint32_t count;
     struct line_note slots[LINE_NOTES];

@@ -81,18 +81,18 @@ static void report_buffers(const struct machine *machine) {
     if ((machine->settings.report_mask & 2) == 0)
         return;
     text_string(&machine->out, "|Bf:");
-    text_int(&machine->out, (int32_t)(PLAN_SIZE - plan_count(&machine->motion.plan)));
+    text_int(&machine->out, (int32_t)plan_free(&machine->motion.plan));
     text_string(&machine->out, ",");
     text_int(&machine->out, (int32_t)rx_free(&machine->rx));
 }
 
 /* N word of the line on the pins. */
 static void report_line(const struct machine *machine) {
-    const struct line_note *note = notes_find(&machine->notes, notes_line_now(machine));
-    if (note == NULL || note->number == 0)
+    uint32_t number = notes_number(&machine->notes, notes_line_now(machine));
+    if (number == 0)
         return;
     text_string(&machine->out, "|Ln:");
-    text_int(&machine->out, (int32_t)note->number);
+    text_int(&machine->out, (int32_t)number);
 }
 
 static void report_pins(const struct machine *machine) {

@@ -45,6 +45,9 @@ bool task_push_line(struct machine *machine, const double target_mm[AXIS_COUNT],
                                .duration_s = duration_s,
                                .tolerance_mm = machine->command.next.path_tolerance_mm,
                                .line = machine->lines,
+                               .note = machine->notes.count,
+                               .spent_mm =
+                                   machine->stage == TASK_ARC ? machine->settings.arc_tolerance_mm : 0.0f,
                                .flags = line_flags(machine, rapid)};
     if (machine->state == MACHINE_CHECK)
         return true;
@@ -117,11 +120,10 @@ static enum task_stage stage_after_move(const struct machine *machine) {
 static void note_line(struct machine *machine) {
     const struct gcode_command *command = &machine->command;
     bool laser = machine->settings.laser_mode && command->spindle != SPINDLE_OFF;
-    if (command->line_number != 0 || laser)
-        notes_add(&machine->notes, &(struct line_note){.line = machine->lines,
-                                                       .number = command->line_number,
-                                                       .rpm = command->next.spindle_rpm,
-                                                       .feed_mm_s = command->move.feed_mm_s});
+    notes_add(&machine->notes, &(struct line_note){.line = machine->lines,
+                                                   .number = command->line_number,
+                                                   .rpm = laser ? command->next.spindle_rpm : 0.0f,
+                                                   .feed_mm_s = laser ? command->move.feed_mm_s : 0.0f});
 }
 
 static enum task_stage stage_of_move(struct machine *machine) {

@@ -2,161 +2,99 @@
 #include "motion/emit.h"
 
 #include "base/debug.h"
-#include "base/minmax.h"
+#include "motion/travel.h"
 
 #include <math.h>
 #include <string.h>
 
-#define SLICE_S      0.003f      /* aim for the duration of a segment */
-#define MAX_DWELL_NS 1000000000u /* of one dwell segment */
-#define MAX_SLICE_S  4.0f        /* a single step slower than this is preceded by waits of WAIT_NS */
-#define WAIT_NS      1000000000u
-
-/* The rest of a block, as speeds and lengths of its three parts. */
-struct profile {
-    float accel;                            /* mm/s^2 */
-    float v0_sq, peak_sq, exit_sq;          /* (mm/s)^2 */
-    float accelerate_mm, brake_from_mm, mm; /* ends of the parts, from here */
-};
+#define SAMPLE_S       0.002f /* of a segment: a curve at 500 mm/s2 is 0.25 um beside its chord then */
+#define LINE_SAMPLE_S  0.004f /* on a straight part that goes on for longer */
+#define LEAST_SAMPLE_S 0.0002f
+#define ENOUGH_MM      0.5f /* and a little more than the way to a stop: no more of the path is needed yet */
+#define MAX_DWELL_NS   1000000000u /* of one dwell segment */
 
 void emit_init(struct emit *emit, struct plan *plan, struct segment_ring *ring) {
     *emit = (struct emit){.plan = plan, .ring = ring};
 }
 
-void emit_reset(struct emit *emit) {
-    emit->started = emit->flush = emit->hold = emit->ran_dry = false;
-    emit->v_sq = emit->waited_s = 0.0f;
+void emit_reset(struct emit *emit, const int32_t position_steps[AXIS_COUNT]) {
+    emit->entered = emit->on_blend = emit->flush = emit->hold = emit->late = emit->ran_dry = false;
+    emit->y = emit->v_mm_s = emit->t = 0.0f;
+    emit->along_mm = 0.0;
     emit->dwell_left_ns = 0;
+    for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
+        emit->corner_mm[ax] = emit->plan->position_mm[ax];
+        emit->steps[ax] = position_steps[ax];
+        emit->fraction[ax] = SEGMENT_PHASE_HALF;
+    }
 }
 
 bool emit_is_idle(const struct emit *emit) {
-    return plan_count(emit->plan) == 0 && emit->dwell_left_ns == 0;
+    return plan_is_empty(emit->plan) && emit->dwell_left_ns == 0;
+}
+
+bool emit_is_held(const struct emit *emit) {
+    return emit->hold && emit->y == 0.0f;
+}
+
+uint32_t emit_line(const struct emit *emit) {
+    const struct path *path = &emit->plan->path;
+    return emit->entered ? path->pieces[path->tail & (PLAN_SIZE - 1)].line : 0;
 }
 
 float emit_speed_mm_s(const struct emit *emit) {
-    return sqrtf(emit->v_sq);
+    return emit->v_mm_s;
 }
 
 void emit_dwell(struct emit *emit, double seconds) {
     emit->dwell_left_ns = (uint64_t)(seconds * 1e9 + 0.5);
 }
 
-static void begin_block(struct emit *emit, const struct plan_block *block) {
-    emit->started = true;
-    emit->done = 0;
-    emit->step_mm = block->length_mm / (float)block->dominant_steps;
+bool emit_wants_more(const struct emit *emit) {
+    const struct path *path = &emit->plan->path;
+    float ahead_mm = -ENOUGH_MM - (float)emit->along_mm;
+    for (uint32_t i = path->tail; i != path->head; i++) {
+        const struct piece *piece = &path->pieces[i & (PLAN_SIZE - 1)];
+        ahead_mm += piece->length_mm;
+        if (ahead_mm * piece->accel_mm_s2 > emit->y) /* twice the way to a stop: some of it bends */
+            return false;
+    }
+    return true;
+}
+
+/* Where the axes are, to the step and 1/256 of it. At a stop that is exactly on a step. */
+static void find_steps(const struct emit *emit, int32_t steps[AXIS_COUNT], uint8_t fraction[AXIS_COUNT]) {
+    const struct plan *plan = emit->plan;
+    float rest_mm[AXIS_COUNT];
+    travel_position(emit, rest_mm);
+    for (unsigned ax = 0; ax < plan->limits.axis_count; ax++) {
+        double exact =
+            (emit->corner_mm[ax] + (double)rest_mm[ax]) * (double)plan->limits.steps_per_mm[ax] + 0.5;
+        double whole = floor(exact);
+        steps[ax] = (int32_t)whole;
+        fraction[ax] = (uint8_t)((exact - whole) * 256.0);
+    }
+}
+
+/* The piece at tail has ended in a stop: take the exact target. */
+static void take_stop(struct emit *emit, int32_t steps[AXIS_COUNT], uint8_t fraction[AXIS_COUNT]) {
+    struct path *path = &emit->plan->path;
+    memcpy(steps, path->stop_steps[path->stop_tail++ & (PATH_STOPS - 1)], sizeof path->stop_steps[0]);
+    memset(fraction, SEGMENT_PHASE_HALF, AXIS_COUNT);
+}
+
+/* Steps and phases from where the last segment ended to here. */
+static void set_axes(struct emit *emit, struct segment *segment, const int32_t steps[AXIS_COUNT],
+                     const uint8_t fraction[AXIS_COUNT]) {
     for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
-        uint64_t count = (uint32_t)(block->steps[ax] < 0 ? -block->steps[ax] : block->steps[ax]);
-        emit->slope_q32[ax] = count == block->dominant_steps
-                                  ? (uint64_t)1 << 32
-                                  : ((count << 32) + block->dominant_steps / 2) / block->dominant_steps;
+        int32_t count = steps[ax] - emit->steps[ax];
+        bool down = count < 0;
+        segment->steps[ax] = (int16_t)count;
+        segment->phase[ax] = (uint8_t)(down ? 255 - emit->fraction[ax] : emit->fraction[ax]);
+        segment->phase_end[ax] = (uint8_t)(down ? 255 - fraction[ax] : fraction[ax]);
+        emit->steps[ax] = steps[ax];
+        emit->fraction[ax] = fraction[ax];
     }
-}
-
-/* From v0 down to target_sq as hard as the block allows, ending on a step; the end of the block may come
- * first. */
-static struct profile slow_down(const struct emit *emit, const struct plan_block *block, float target_sq,
-                                uint32_t *steps) {
-    struct profile p = {.accel = block->accel_mm_s2, .v0_sq = emit->v_sq, .peak_sq = emit->v_sq};
-    uint32_t left = block->dominant_steps - emit->done;
-    float needed = ceilf((p.v0_sq - target_sq) / (2.0f * p.accel * emit->step_mm));
-    *steps = needed < (float)left ? (uint32_t)needed : left;
-    *steps = *steps > 0 ? *steps : 1;
-    p.mm = (float)*steps * emit->step_mm;
-    float reach_sq = p.v0_sq - 2.0f * p.accel * p.mm;
-    p.exit_sq = reach_sq > target_sq ? reach_sq : target_sq;
-    return p;
-}
-
-/* The rest of the block, or as much of it as is left before a hold's stop; *steps is its length. */
-static struct profile rest_of_block(const struct emit *emit, const struct plan_block *block,
-                                    uint32_t *steps) {
-    struct profile p = {.accel = block->accel_mm_s2, .v0_sq = emit->v_sq};
-    float two_a = 2.0f * p.accel;
-    if (emit->hold)
-        return slow_down(emit, block, 0.0f, steps);
-    if (p.v0_sq > block->nominal_sq * 1.0001f)
-        return slow_down(emit, block, block->nominal_sq, steps);
-    *steps = block->dominant_steps - emit->done;
-    p.mm = (float)*steps * emit->step_mm;
-    float reach_sq = p.v0_sq + two_a * p.mm;
-    float brake_sq = p.v0_sq * 0.999f - two_a * p.mm; /* float noise must not keep us from resting */
-    p.exit_sq = least_f(plan_exit_sq(emit->plan), reach_sq);
-    p.exit_sq = most_f(p.exit_sq, brake_sq);
-    p.peak_sq = least_f(block->nominal_sq, 0.5f * (p.v0_sq + p.exit_sq) + p.accel * p.mm);
-    p.peak_sq = most_f(p.peak_sq, p.v0_sq);
-    p.accelerate_mm = (p.peak_sq - p.v0_sq) / two_a;
-    p.brake_from_mm = p.mm - most_f(p.peak_sq - p.exit_sq, 0.0f) / two_a;
-    p.brake_from_mm = most_f(p.brake_from_mm, p.accelerate_mm);
-    return p;
-}
-
-/* v^2 at x, and the time from here to x. Each part takes length / mean speed. */
-static float profile_at(const struct profile *p, float x, float *v_sq) {
-    float v0 = sqrtf(p->v0_sq);
-    if (x <= p->accelerate_mm) {
-        *v_sq = p->v0_sq + 2.0f * p->accel * x;
-        return 2.0f * x / (v0 + sqrtf(*v_sq));
-    }
-    float peak = sqrtf(p->peak_sq);
-    float time_s = p->accelerate_mm > 0.0f ? 2.0f * p->accelerate_mm / (v0 + peak) : 0.0f;
-    *v_sq = p->peak_sq;
-    if (x <= p->brake_from_mm)
-        return time_s + (x - p->accelerate_mm) / peak;
-    time_s += p->brake_from_mm > p->accelerate_mm ? (p->brake_from_mm - p->accelerate_mm) / peak : 0.0f;
-    float braking = x - p->brake_from_mm;
-    *v_sq = p->peak_sq - (p->peak_sq - p->exit_sq) * (braking / (p->mm - p->brake_from_mm));
-    if (*v_sq < 0.0f)
-        *v_sq = 0.0f;
-    return time_s + 2.0f * braking / (peak + sqrtf(*v_sq));
-}
-
-/* Dominant steps of the next slice: one part of the profile, or SLICE_S of it, to the nearest step. */
-static uint32_t slice_steps(const struct emit *emit, const struct profile *p, uint32_t left) {
-    float v0 = sqrtf(p->v0_sq);
-    float per_mm = 1.0f / emit->step_mm;
-    float part_mm = p->mm, accel = -p->accel;
-    if (p->accelerate_mm * per_mm >= 0.5f) {
-        part_mm = p->accelerate_mm;
-        accel = p->accel;
-    } else if (p->brake_from_mm * per_mm >= 0.5f) {
-        part_mm = p->brake_from_mm;
-        accel = 0.0f;
-    }
-    float slice_mm = (v0 + 0.5f * accel * SLICE_S) * SLICE_S;
-    if (accel < 0.0f && v0 < p->accel * SLICE_S)
-        slice_mm = part_mm;
-    float steps = (slice_mm * 1.5f < part_mm ? slice_mm : part_mm) * per_mm + 0.5f;
-    uint32_t count = steps < (float)SEGMENT_MAX_STEPS ? (uint32_t)steps : SEGMENT_MAX_STEPS;
-    count = count > 0 ? count : 1;
-    return count < left ? count : left;
-}
-
-/* Steps and phases of all axes from dominant step `done` to `to` of the block. */
-static void slice_axes(const struct emit *emit, const struct plan_block *block, uint32_t to,
-                       struct segment *segment) {
-    const uint64_t half_q32 = (uint64_t)1 << 31;
-    for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
-        uint64_t from_q32 = emit->done * emit->slope_q32[ax] + half_q32;
-        uint64_t to_q32 = to * emit->slope_q32[ax] + half_q32;
-        int32_t steps = (int32_t)((to_q32 >> 32) - (from_q32 >> 32));
-        segment->phase[ax] = (uint8_t)(from_q32 >> 24);
-        segment->phase_end[ax] = (uint8_t)(to_q32 >> 24);
-        segment->steps[ax] = block->steps[ax] < 0 ? -steps : steps;
-    }
-}
-
-static void finish_block(struct emit *emit, const struct plan_block *block, struct segment *segment) {
-    bool stop = emit->v_sq == 0.0f;
-    emit->started = false;
-    if ((block->flags & MOTION_FLAG_EXACT_STOP) != 0)
-        segment->flags |= SEGMENT_EXACT_STOP;
-    bool last = plan_count(emit->plan) == 1;
-    if (stop && last)
-        segment->flags |= SEGMENT_LAST;
-    emit->ran_dry =
-        stop && last && !emit->flush && !emit->hold && (block->flags & MOTION_FLAG_EXACT_STOP) == 0;
-    plan_drop_tail(emit->plan);
 }
 
 static uint32_t duration_ns(struct emit *emit, float time_s) {
@@ -176,53 +114,85 @@ static uint8_t segment_flags(uint8_t motion_flags) {
     return flags;
 }
 
-static void push_wait(struct emit *emit, uint32_t ns, uint8_t flags, uint32_t line) {
-    struct segment segment = {.duration_ns = ns, .id = emit->next_id++, .flags = flags, .line = line};
-    (void)segment_ring_push(emit->ring, RING_OWNER_PLANNER, &segment);
+/* What a segment says of itself besides its motion must be the same all through it. */
+static bool is_other(const struct piece *a, const struct piece *b) {
+    return a->flags != b->flags || a->note != b->note;
 }
 
-/* The next slice of the block at tail; the ring has a free slot. */
-static void emit_slice(struct emit *emit) {
-    const struct plan_block *block = plan_block(emit->plan, emit->plan->tail);
-    if (!emit->started)
-        begin_block(emit, block);
-    uint32_t left;
-    struct profile profile = rest_of_block(emit, block, &left);
-    uint32_t count = slice_steps(emit, &profile, left);
-    struct segment segment = {.line = block->line, .flags = segment_flags(block->flags)};
-    float v_sq, x = count == left ? profile.mm : (float)count * emit->step_mm;
-    float time_s = profile_at(&profile, x, &v_sq) - emit->waited_s;
-    if (time_s > MAX_SLICE_S) {
-        emit->waited_s += (float)WAIT_NS * 1e-9f;
-        push_wait(emit, WAIT_NS, segment.flags, block->line);
-        return;
+static float sample_s(const struct emit *emit, const struct piece *piece) {
+    float left_mm = piece->length_mm - piece->tangent_mm - (float)emit->along_mm;
+    float longest_mm = (emit->v_mm_s + piece->accel_mm_s2 * LINE_SAMPLE_S) * LINE_SAMPLE_S;
+    return !emit->on_blend && left_mm > 1.5f * longest_mm ? LINE_SAMPLE_S : SAMPLE_S;
+}
+
+/* Travel for one sample, or to a stop, or to where another kind of motion begins. @return s */
+static float travel_sample(struct emit *emit, const struct piece *piece) {
+    struct path *path = &emit->plan->path;
+    uint32_t tail = path->tail;
+    float most_s = sample_s(emit, piece), time_s = 0.0f;
+    while (time_s < most_s) {
+        plan_time(emit->plan);
+        float asked_s = most_s - time_s, took_s = travel(emit, asked_s);
+        time_s += took_s;
+        if (travel_ends(emit) || !emit->entered)
+            break;
+        if (path->tail != tail && is_other(piece, path_piece(path, path->tail)))
+            break;
+        if (!emit->on_blend && took_s < asked_s) { /* the acceleration changes here */
+            if (time_s > LEAST_SAMPLE_S)
+                break;
+            most_s = SAMPLE_S;
+        }
     }
-    emit->waited_s = 0.0f;
-    if (count == left)
-        v_sq = profile.exit_sq;
-    float v0 = sqrtf(emit->v_sq), v1 = sqrtf(v_sq);
-    segment.id = emit->next_id++;
+    return time_s;
+}
+
+static void finish(struct emit *emit, const struct piece *last, struct segment *segment) {
+    bool more = !plan_is_empty(emit->plan), asked = (last->flags & MOTION_FLAG_EXACT_STOP) != 0;
+    bool may_end = asked || emit->flush || emit->hold || (last->flags & MOTION_FLAG_JOG) != 0;
+    if (asked && !emit->entered)
+        segment->flags |= SEGMENT_EXACT_STOP;
+    if (!more || emit->hold)
+        segment->flags |= SEGMENT_LAST;
+    emit->ran_dry = travel_ends(emit) && !may_end;
+}
+
+static void emit_sample(struct emit *emit) {
+    struct path *path = &emit->plan->path;
+    const struct piece *piece = path_piece(path, path->tail);
+    float v0 = emit->v_mm_s;
+    int32_t steps[AXIS_COUNT] = {0};
+    uint8_t fraction[AXIS_COUNT] = {0};
+    float time_s = travel_sample(emit, piece);
+    bool stop = !emit->entered;
+    const struct piece *last = path_piece(path, stop ? path->tail - 1 : path->tail);
+    struct segment segment = {.line = last->line, .flags = segment_flags(piece->flags)};
+    if (stop)
+        emit->v_mm_s = 0.0f;
+    if (stop && (last->flags & PIECE_STOP) != 0)
+        take_stop(emit, steps, fraction);
+    else
+        find_steps(emit, steps, fraction);
+    set_axes(emit, &segment, steps, fraction);
+    float v1 = emit->v_mm_s;
     segment.ramp = (int16_t)(v0 + v1 > 0.0f ? (v1 - v0) / (v0 + v1) * (float)SEGMENT_RAMP_ONE : 0.0f);
-    slice_axes(emit, block, emit->done + count, &segment);
-    emit->done += count;
-    emit->v_sq = v_sq;
-    if (emit->done == block->dominant_steps)
-        finish_block(emit, block, &segment);
-    else if (v_sq == 0.0f)
-        segment.flags |= SEGMENT_LAST;
+    if (v1 == 0.0f)
+        finish(emit, last, &segment);
+    segment.id = emit->next_id++;
     segment.duration_ns = duration_ns(emit, time_s);
-    DEBUG(DEBUG_MOTION, "segment: dominant steps, ns", count, segment.duration_ns);
+    DEBUG(DEBUG_MOTION, "segment: line, ns", segment.line, segment.duration_ns);
     (void)segment_ring_push(emit->ring, RING_OWNER_PLANNER, &segment);
 }
 
 static void emit_dwell_slice(struct emit *emit) {
     uint64_t ns = emit->dwell_left_ns < MAX_DWELL_NS ? emit->dwell_left_ns : MAX_DWELL_NS;
-    push_wait(emit, (uint32_t)ns, SEGMENT_DWELL, 0);
+    struct segment segment = {.duration_ns = (uint32_t)ns, .id = emit->next_id++, .flags = SEGMENT_DWELL};
+    (void)segment_ring_push(emit->ring, RING_OWNER_PLANNER, &segment);
     emit->dwell_left_ns -= ns;
 }
 
-bool emit_is_held(const struct emit *emit) {
-    return emit->hold && emit->v_sq == 0.0f;
+static bool has_next(const struct emit *emit) {
+    return emit->dwell_left_ns > 0 || !travel_ends(emit);
 }
 
 bool emit_poll(struct emit *emit) {
@@ -230,9 +200,9 @@ bool emit_poll(struct emit *emit) {
     if (emit_is_idle(emit) || emit_is_held(emit) || !segment_ring_claim(emit->ring, RING_OWNER_PLANNER))
         return false;
     while (ring_free(&emit->ring->index, SEGMENT_RING_SIZE) > 0 &&
-           segment_ring_queued_us(emit->ring) < EMIT_AHEAD_US && !emit_is_held(emit) && !emit_is_idle(emit)) {
-        if (plan_count(emit->plan) > 0)
-            emit_slice(emit);
+           segment_ring_queued_us(emit->ring) < EMIT_AHEAD_US && has_next(emit)) {
+        if (!travel_ends(emit))
+            emit_sample(emit);
         else
             emit_dwell_slice(emit);
         any = true;

@@ -1,18 +1,12 @@
 /* SPDX-License-Identifier: MIT
- * Planned blocks -> segments, just in time. [task]
+ * Planned pieces -> segments, just in time. [task]
  *
- * The forward half of planning happens here, because only here the real speed is known. From the present
- * speed v0, the steps left in the block and the greatest exit speed that the look-ahead allows, the rest of
- * the block is
- *
- *      v ^      ____________ vp          vp^2 = min(nominal, (v0^2 + ve^2)/2 + a s)
- *        |    /              \           accelerate (vp^2 - v0^2)/2a, cruise, brake (vp^2 - ve^2)/2a
- *     v0 |  /                 \  ve
- *        +-------------------------> s   a slice of it becomes a segment, then the rest is reckoned anew,
- *                                        so later blocks, holds and overrides act within one segment.
- *
- * A slice ends on a step of the dominant axis. Where the other axes stand then follows from the whole block
- * in integers (32.32 fixed point), so nothing drifts and the block ends exactly. */
+ * The forward half of the timing happens here, because only here the real speed is known: from the present y
+ * (motion/timing.h), as fast as the axes allow and never above what the backward pass found. The path is
+ * sampled in time; a sample is rounded to steps from its absolute position, so nothing adds up, and what is
+ * left of a step goes into the segment's phases, so steps come when they are due and not when a segment ends.
+ * A hold takes the least slope of y instead of the greatest: the shortest stop on the path that the axes
+ * allow. */
 #ifndef WIFICNC_MOTION_EMIT_H
 #define WIFICNC_MOTION_EMIT_H
 
@@ -26,31 +20,35 @@
 struct emit {
     struct plan *plan;
     struct segment_ring *ring;
-    bool started;                   /* the block at tail has begun */
-    float v_sq;                     /* (mm/s)^2 now, at the end of the last segment */
-    float step_mm;                  /* path length of one dominant step */
-    uint32_t done;                  /* dominant steps of the block already emitted */
-    uint64_t slope_q32[AXIS_COUNT]; /* steps of each axis per dominant step, 32.32 */
-    float waited_s;                 /* already waited before a very slow step */
-    double time_ns;                 /* fraction of a nanosecond carried from segment to segment */
-    bool flush;                     /* nothing follows: coming to rest is no starving */
-    bool hold;                      /* slow down along the path and stand */
-    bool ran_dry;                   /* came to rest for want of a next block */
-    uint32_t starved;               /* times a next block came after that */
+    bool entered;                 /* the piece at tail has begun */
+    bool on_blend;                /* at `t` of its blend, or else `along_mm` of its straight part */
+    double corner_mm[AXIS_COUNT]; /* control point at the end of the piece at tail */
+    double along_mm;              /* from the control point before; double: a slow move is many small sums */
+    float t;                      /* of the blend, 0 .. 1 */
+    float y;                      /* motion/timing.h */
+    float v_mm_s;                 /* along the path */
+    int32_t steps[AXIS_COUNT];    /* where the last segment ended, to the nearest step below ... */
+    uint8_t fraction[AXIS_COUNT]; /* ... plus this, in 1/256; 128 is exactly on a step */
+    double time_ns;               /* fraction of a nanosecond carried from segment to segment */
+    bool flush;                   /* nothing follows: coming to rest is no starving */
+    bool hold;                    /* slow down along the path and stand */
+    bool late;                    /* limits were lowered; not yet down to them */
+    bool ran_dry;                 /* came to rest for want of a next move */
+    uint32_t starved;             /* times a next move came after that */
     uint16_t next_id;
     uint64_t dwell_left_ns;
 };
 
 void emit_init(struct emit *emit, struct plan *plan, struct segment_ring *ring);
 
-/** Forget the block being emitted; speed 0. With plan_reset() after a stop. */
-void emit_reset(struct emit *emit);
+/** Stand still at the plan's position; the piece being emitted is forgotten. After plan_reset(). */
+void emit_reset(struct emit *emit, const int32_t position_steps[AXIS_COUNT]);
 
 /** Put segments into the ring until EMIT_AHEAD_US is reached. @return true when any was put. Never blocks.
  */
 bool emit_poll(struct emit *emit);
 
-/** Let a dwell follow the last block. Only when emit_is_idle(). @param seconds  0 .. 1e6 */
+/** Let a dwell follow the last move. Only when emit_is_idle(). @param seconds  0 .. 1e6 */
 void emit_dwell(struct emit *emit, double seconds);
 
 /** Nothing planned and nothing half emitted. (The ring may still hold motion.) */
@@ -59,6 +57,13 @@ bool emit_is_idle(const struct emit *emit);
 /** Standing still because of a hold: nothing more comes until it is lifted. (The ring may still hold motion.)
  */
 bool emit_is_held(const struct emit *emit);
+
+/** The stop at the end of the pieces is so near that more of the path would be needed now to keep the speed.
+ */
+bool emit_wants_more(const struct emit *emit);
+
+/** Source line that the newest segment is of, while there is more of that piece; else 0. */
+uint32_t emit_line(const struct emit *emit);
 
 /** Path speed at the end of what was emitted, mm/s. */
 float emit_speed_mm_s(const struct emit *emit);

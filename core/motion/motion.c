@@ -5,18 +5,18 @@
 
 void motion_init(struct motion *motion, const struct motion_limits *limits) {
     const int32_t zero[AXIS_COUNT] = {0};
-    motion->plan.blocks_total = 0;
-    motion->plan.feed_override = motion->plan.rapid_override = 1.0f;
+    motion->plan = (struct plan){.moves_total = 0};
+    motion->newest_us = motion->oldest_us = 0;
     motion->waits = false;
-    motion->newest_us = 0;
     segment_ring_init(&motion->ring);
     emit_init(&motion->emit, &motion->plan, &motion->ring);
     motion_set_limits(motion, limits);
-    plan_reset(&motion->plan, zero);
+    plan_set_override(&motion->plan, 1.0f, 1.0f);
+    motion_reset(motion, zero);
 }
 
 void motion_set_limits(struct motion *motion, const struct motion_limits *limits) {
-    motion->plan.limits = *limits;
+    plan_set_limits(&motion->plan, limits);
 }
 
 bool motion_in_range(const struct motion *motion, const double target_mm[AXIS_COUNT]) {
@@ -24,15 +24,14 @@ bool motion_in_range(const struct motion *motion, const double target_mm[AXIS_CO
 }
 
 bool motion_line(struct motion *motion, const struct motion_line *line, uint32_t now_us) {
-    if (plan_is_full(&motion->plan))
+    struct emit *emit = &motion->emit;
+    if (!motion_has_room(motion))
         return false;
-    uint32_t blocks = motion->plan.blocks_total;
+    if (plan_is_empty(&motion->plan))
+        motion->oldest_us = now_us;
     plan_line(&motion->plan, line);
-    if (motion->plan.blocks_total != blocks && motion->emit.ran_dry) {
-        motion->emit.ran_dry = false;
-        motion->emit.starved++;
-    }
-    motion->emit.flush = false;
+    emit->starved += emit->ran_dry;
+    emit->ran_dry = emit->flush = false;
     motion->newest_us = now_us;
     return true;
 }
@@ -44,14 +43,30 @@ void motion_dwell(struct motion *motion, double seconds) {
 void motion_flush(struct motion *motion) {
     motion->emit.flush = true;
     motion->emit.ran_dry = false;
+    plan_end(&motion->plan);
+}
+
+/* At rest, and more moves may still come that would give those here more look-ahead. */
+static bool is_waiting(const struct motion *motion, bool paused, uint32_t now_us) {
+    const struct emit *emit = &motion->emit;
+    bool resting = emit->v_mm_s == 0.0f && !emit->entered && segment_ring_peek(&motion->ring) == 0;
+    return resting && !paused && !emit->flush && !plan_is_empty(&motion->plan) && motion_has_room(motion) &&
+           now_us - motion->oldest_us < MOTION_START_MOST_US;
 }
 
 bool motion_poll(struct motion *motion, uint32_t now_us) {
-    const struct emit *emit = &motion->emit;
-    bool resting = emit->v_sq == 0.0f && !emit->started && segment_ring_peek(&motion->ring) == 0;
-    motion->waits = resting && plan_count(&motion->plan) > 0 && !plan_is_full(&motion->plan) &&
-                    !emit->flush && now_us - motion->newest_us < MOTION_START_DELAY_US;
-    return !motion->waits && emit_poll(&motion->emit);
+    struct plan *plan = &motion->plan;
+    bool paused = now_us - motion->newest_us >= MOTION_START_DELAY_US;
+    motion->waits = is_waiting(motion, paused, now_us);
+    if (motion->waits)
+        return false;
+    if (plan_is_pending(plan) && emit_wants_more(&motion->emit) && motion_has_room(motion)) {
+        if (paused)
+            plan_end(plan);
+        else
+            plan_close(plan);
+    }
+    return emit_poll(&motion->emit);
 }
 
 void motion_hold(struct motion *motion) {
@@ -68,6 +83,7 @@ bool motion_is_held(const struct motion *motion) {
 
 void motion_set_override(struct motion *motion, float feed, float rapid) {
     plan_set_override(&motion->plan, feed, rapid);
+    motion->emit.late = true;
 }
 
 bool motion_is_planned_out(const struct motion *motion) {
@@ -76,7 +92,7 @@ bool motion_is_planned_out(const struct motion *motion) {
 
 void motion_reset(struct motion *motion, const int32_t position_steps[AXIS_COUNT]) {
     plan_reset(&motion->plan, position_steps);
-    emit_reset(&motion->emit);
+    emit_reset(&motion->emit, position_steps);
     motion->ring.index.tail = motion->ring.index.head;
     motion->ring.popped_us = motion->ring.pushed_us;
 }

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT
  * The motion room's door: moves in, segments out. [task]
  *
- *   motion_line() -> planner (look-ahead) -> emit (just in time) -> segment ring */
+ *   motion_line() -> planner (smooth path, look-ahead) -> emit (just in time) -> segment ring */
 #ifndef WIFICNC_MOTION_MOTION_H
 #define WIFICNC_MOTION_MOTION_H
 
@@ -9,21 +9,26 @@
 #include "motion/planner.h"
 #include "segment/ring.h"
 
-/** From rest, wait this long for more moves before starting, so that short moves start with look-ahead. */
+/** Wait this long for more moves before starting from rest, and before the newest move is taken for the last
+ * one, so that short moves have look-ahead. */
 #define MOTION_START_DELAY_US 10000u
+
+/** ... but no longer than this, however steadily more moves come. */
+#define MOTION_START_MOST_US 50000u
 
 struct motion {
     struct plan plan;
     struct emit emit;
     struct segment_ring ring;
     uint32_t newest_us; /* when the newest move came */
-    bool waits;         /* at rest, with moves that wait for MOTION_START_DELAY_US */
+    uint32_t oldest_us; /* when the first move came to an empty plan */
+    bool waits;         /* at rest, with moves that wait for more: ask again within MOTION_START_DELAY_US */
 };
 
 /** At rest at step position 0. */
 void motion_init(struct motion *motion, const struct motion_limits *limits);
 
-/** Change the limits; blocks already planned keep theirs. */
+/** Change the limits. Only when motion_is_planned_out(). */
 void motion_set_limits(struct motion *motion, const struct motion_limits *limits);
 
 /** True when the target's steps fit the counters; a move beyond is an error, not a wrap. */
@@ -31,7 +36,7 @@ bool motion_in_range(const struct motion *motion, const double target_mm[AXIS_CO
 
 /** Room for one more move; only motion_line() takes it away. */
 static inline bool motion_has_room(const struct motion *motion) {
-    return !plan_is_full(&motion->plan);
+    return plan_free(&motion->plan) != 0;
 }
 
 /** Append a straight move. @return false: no room in the look-ahead, try again later; nothing was changed. */

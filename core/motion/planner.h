@@ -1,116 +1,82 @@
 /* SPDX-License-Identifier: MIT
- * The look-ahead planner: straight moves -> blocks, and how fast each may be entered. [task]
+ * The look-ahead planner: straight moves -> pieces of a smooth path, and how fast each may be travelled.
+ * [task]
  *
- * Speeds are kept as squares, v^2 in (mm/s)^2, because braking over a distance s changes v^2 by 2 a s.
+ *   plan_line() -> reduce (motion/reduce.h) -> path (motion/path.h) -> timing (motion/timing.h)
  *
- * The greatest v^2 at the start of block i, K(i), is what its corner allows, J(i), or what braking over the
- * block still brings down to K(i+1):   K(i) = min(J(i), K(i+1) + w(i)),   w = 2 a L,   0 at the end of the
- * newest block. Write P for the running sum of w. Then
- *
- *     K(i) = min over j >= i of (J(j) + P(j)) - P(i),   with J = 0 at the end:
- *
- * a minimum over a sliding window, which a queue of candidates in rising order gives in O(1) per block. So
- * there is no backward pass, and looking ahead 64 blocks costs as much as looking ahead one. The forward
- * half, what can be reached by accelerating, is the emitter's (motion/emit.h), which knows the real speed. */
+ * Limits hold because the path is really round where it is passed at speed, within the tolerance, and because
+ * the timing keeps every axis inside its limits at every instant. docs/motion.md derives all of it. The
+ * forward half of the timing, what can be reached by accelerating, is the emitter's (motion/emit.h), which
+ * knows the real speed. */
 #ifndef WIFICNC_MOTION_PLANNER_H
 #define WIFICNC_MOTION_PLANNER_H
 
-#include "base/axis.h"
-#include "config.h"
+#include "motion/move.h"
+#include "motion/path.h"
+#include "motion/reduce.h"
+#include "motion/timing.h"
 
-#include <stdbool.h>
-#include <stdint.h>
+/** Most pieces that one chord can become. */
+#define PLAN_BURST 3u
+/** Moves that the look-ahead holds at least, when no points are left out. */
+#define PLAN_MOVES (PLAN_SIZE - PLAN_BURST)
 
-/** Limits of the machine, in the planner's units. */
-struct motion_limits {
-    float steps_per_mm[AXIS_COUNT];  /* > 0; steps per degree on rotary axes */
-    float max_rate_mm_s[AXIS_COUNT]; /* > 0; already within the board's step rate */
-    float accel_mm_s2[AXIS_COUNT];   /* > 0 */
-    float junction_deviation_mm;     /* >= 0, $11 */
-    uint8_t axis_count;              /* axes that exist: X .. */
-};
-
-/** How a move is to be made. */
-enum motion_flags {
-    MOTION_FLAG_RAPID = 0x01,      /* as fast as the axes allow */
-    MOTION_FLAG_EXACT_STOP = 0x02, /* rest at the end (G61, G61.1, probing) */
-    MOTION_FLAG_PROBE = 0x04,
-    MOTION_FLAG_JOG = 0x08,
-};
-
-/** One straight move. */
-struct motion_line {
-    double target_mm[AXIS_COUNT]; /* machine coordinates, kinematics_in_range() */
-    float feed_mm_s;              /* > 0 unless rapid; along X Y Z, or degrees/s when only rotary axes move */
-    float duration_s;             /* > 0: take this long instead (G93) */
-    float tolerance_mm;           /* >= 0: a corner of its own, if larger than $11 (G64 P) */
-    uint32_t line;                /* source line */
-    uint8_t flags;                /* enum motion_flags */
-};
-
-/** A planned block. */
-struct plan_block {
-    int32_t steps[AXIS_COUNT];
-    uint32_t dominant_steps; /* of the axis with most steps, > 0 */
-    float length_mm;         /* over all axes */
-    float accel_mm_s2;       /* along the block: every axis inside its limit */
-    float asked_sq;          /* (mm/s)^2 along the block: feed at 100 %, or huge for a rapid */
-    float limit_sq;          /* (mm/s)^2 along the block that the axis rates allow */
-    float nominal_sq;        /* min(asked with override, limit) */
-    float corner_sq;         /* what the corner before the block allows */
-    float junction_sq;       /* J: the corner and both nominal speeds */
-    double potential;        /* P at the start of the block, (mm/s)^2 */
-    uint32_t line;
-    uint8_t flags;
-};
+/** A backward pass looks at many pieces. Where nothing is settled it waits until 1/PLAN_FRESH of those ahead
+ * is new, when there are PLAN_MANY. */
+#define PLAN_FRESH 8u
+#define PLAN_MANY  16u
 
 struct plan {
     struct motion_limits limits;
-    float feed_override, rapid_override; /* 1 = 100 % */
-    uint32_t head, tail;                 /* single context: plain indices, wrap at 2^32 */
-    int32_t position_steps[AXIS_COUNT];  /* end of the newest block */
-    double position_mm[AXIS_COUNT];      /* programmed end of the newest move, unrounded */
-    float last_unit[AXIS_COUNT];         /* direction of the newest block */
-    bool moving;                         /* the next block may be entered at speed */
-    double potential;                    /* P at the end of the newest block */
-    uint32_t queue_head, queue_tail;     /* of queue; wrap at 2^32 */
-    uint32_t queue[PLAN_SIZE];           /* indices of blocks with rising J + P, oldest first */
-    float exit_sq;                       /* what plan_exit_sq() found, while exit_known */
-    bool exit_known;
-    uint32_t blocks_total;
-    struct plan_block blocks[PLAN_SIZE];
+    double position_mm[AXIS_COUNT]; /* programmed end of the newest move, unrounded */
+    struct motion_line newest;      /* the move that the open chord is made of */
+    float tolerance_mm;             /* of that move */
+    struct reduce reduce;
+    struct path path;
+    struct timing timing;
+    uint32_t moves_total;
 };
 
-/** Empty, at this position. */
+/** Empty and at rest at this position. */
 void plan_reset(struct plan *plan, const int32_t position_steps[AXIS_COUNT]);
 
-static inline uint32_t plan_count(const struct plan *plan) {
-    return plan->head - plan->tail;
-}
-static inline bool plan_is_full(const struct plan *plan) {
-    return plan_count(plan) == PLAN_SIZE;
-}
+/** New limits. Only while plan_is_empty(). */
+void plan_set_limits(struct plan *plan, const struct motion_limits *limits);
 
-static inline struct plan_block *plan_block(struct plan *plan, uint32_t index) {
-    return &plan->blocks[index & (PLAN_SIZE - 1)];
-}
+/** Pieces that still fit, with room for everything that one more move can make. */
+uint32_t plan_free(const struct plan *plan);
 
-/** Append a move; there is room. A move shorter than half a step on every axis makes no block; its target
- * counts for the next one. */
+/** Append a move; plan_free() is not 0. */
 void plan_line(struct plan *plan, const struct motion_line *line);
 
-/** New overrides for all blocks, also the one being emitted. @param feed 0.1 .. 2, @param rapid 0.25 .. 1 */
+/** What was taken so far is a chord of its own: no later move may change where it ends. */
+void plan_close(struct plan *plan);
+
+/** The newest move ends at rest, exactly at its target, whatever follows. */
+void plan_end(struct plan *plan);
+
+/** New overrides for everything planned. @param feed 0.1 .. 2, @param rapid 0.25 .. 1 */
 void plan_set_override(struct plan *plan, float feed, float rapid);
 
-/** Behind plan_exit_sq(): find it anew. */
-float plan_find_exit_sq(struct plan *plan);
-
-/** Greatest v^2 at the end of the block at tail: what its successor may be entered with, or 0. */
-static inline float plan_exit_sq(struct plan *plan) {
-    return plan->exit_known ? plan->exit_sq : plan_find_exit_sq(plan);
+/** Moves not yet made into pieces. */
+static inline bool plan_is_pending(const struct plan *plan) {
+    return plan->reduce.open || path_pending(&plan->path) != 0;
 }
 
-/** The block at tail has been emitted. */
-void plan_drop_tail(struct plan *plan);
+static inline bool plan_is_empty(const struct plan *plan) {
+    return path_count(&plan->path) == 0 && !plan_is_pending(plan);
+}
+
+/** The limits on y of the piece at tail are those of all that is planned, or of all but its newest
+ * 1/PLAN_FRESH. */
+static inline void plan_time(struct plan *plan) {
+    const struct timing *timing = &plan->timing;
+    const struct path *path = &plan->path;
+    uint32_t fresh = path->head - timing->known, count = path_count(path);
+    bool settled = (int32_t)(timing->settled - path->tail) > 0;
+    bool much = fresh * PLAN_FRESH > count || (fresh > 0 && count < PLAN_MANY);
+    if (timing->whole || (much && !settled))
+        timing_backward(&plan->timing, &plan->path);
+}
 
 #endif

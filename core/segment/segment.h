@@ -10,9 +10,9 @@
  * (speeds, acceleration and distance that do not fit each other), no speed or square of a speed can overflow,
  * and a timed segment of a network host (steps and duration, speeds unknown) is the same thing with ramp 0.
  *
- * The dominant axis is the one with most steps; it begins and ends on a step. The others follow by DDA, and
- * may stand anywhere between two steps when the segment begins and ends: `phase` and `phase_end` say where,
- * so that their steps stay even across segments. Steps are exact whatever the phases say. */
+ * The dominant axis is the one with most steps; the others follow by DDA. All of them may stand anywhere
+ * between two steps when the segment begins and ends: `phase` and `phase_end` say where, so that steps come
+ * when they are due, and stay even across segments. Steps are exact whatever the phases say. */
 #ifndef WIFICNC_SEGMENT_SEGMENT_H
 #define WIFICNC_SEGMENT_SEGMENT_H
 
@@ -35,9 +35,9 @@ enum {
     SEGMENT_MAX_STEPS = 16383, /* of the dominant axis; longer moves are cut */
 };
 
-/** 52 bytes. Phases: 1/256 step already travelled towards the next step, in the direction of travel. */
+/** 40 bytes. Phases: 1/256 step already travelled towards the next step, in the direction of travel. */
 struct segment {
-    int32_t steps[AXIS_COUNT];     /* signed, |steps| <= SEGMENT_MAX_STEPS */
+    int16_t steps[AXIS_COUNT];     /* signed, |steps| <= SEGMENT_MAX_STEPS */
     uint8_t phase[AXIS_COUNT];     /* at the start */
     uint8_t phase_end[AXIS_COUNT]; /* at the end */
     uint32_t duration_ns;          /* > 0; longer motion (dwell) is several segments */

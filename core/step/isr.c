@@ -56,7 +56,6 @@ HAL_ISR HAL_SELDOM static void next_span(struct step *step) {
     uint16_t flags = span->flags;
     step->spans_done++;
     step->ticks_done += span->ticks;
-    step->segments_done += (flags & SPAN_LAST) != 0;
     ring_pop(&step->ring.index);
     if (ring_held(&step->ring.index) == 0) {
         hal_step_timer_stop(hal);

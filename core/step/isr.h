@@ -37,7 +37,6 @@ struct step {
     uint32_t underruns;     /* the span ring ran dry in motion */
     uint32_t spans_done;
     uint32_t ticks_done; /* duration of all spans done, wraps */
-    uint32_t segments_done;
     struct span_ring ring;
 };
 

@@ -12,6 +12,9 @@
 #define MAX_OVERSAMPLE  4u
 #define MAX_EVENTS      16383u
 
+/* A rest after the last event of a segment that is shorter than this is left to the next segment. */
+#define SHORT_REST_HZ 4000u
+
 #define SPEED_RATIO_SQ (1.125f * 1.125f)
 
 void prep_init(struct prep *prep, struct segment_ring *in, struct step *step,
@@ -20,8 +23,9 @@ void prep_init(struct prep *prep, struct segment_ring *in, struct step *step,
 }
 
 void prep_reset(struct prep *prep, const int32_t position[AXIS_COUNT]) {
-    prep->loaded = false;
-    prep->time_left_q16 = prep->tick_remainder = prep->waited_q16 = 0;
+    prep->loaded = prep->waited = false;
+    prep->duration_q16 = prep->spent_q16 = 0;
+    prep->tick_remainder = 0;
     memcpy(prep->position, position, sizeof prep->position);
 }
 
@@ -29,30 +33,35 @@ bool prep_is_empty(const struct prep *prep) {
     return !prep->loaded && segment_ring_peek(prep->in) == 0;
 }
 
-/* Phase and increment of one axis so that it travels from its phase to its end phase at an even pace, and
- * exactly `steps` overflows come in `events` events (span.h): first the phase gives way, and where it cannot,
- * the increment. */
-static void set_axis(struct prep *prep, unsigned axis, uint32_t steps, const struct segment *segment,
-                     uint32_t events) {
-    int32_t shift = (int32_t)segment->phase_end[axis] - (int32_t)segment->phase[axis];
-    int32_t travel = (int32_t)(steps << SPAN_PHASE_BITS) + shift * (SPAN_PHASE_ONE / 256);
-    uint32_t phase = segment->phase[axis] * (SPAN_PHASE_ONE / 256u);
-    uint32_t increment = travel > 0 ? ((uint32_t)travel + events / 2) / events : 0;
-    if (increment > SPAN_PHASE_ONE)
-        increment = SPAN_PHASE_ONE;
-    uint32_t least = steps << SPAN_PHASE_BITS, most = least + SPAN_PHASE_ONE - 1;
-    uint32_t total = phase + events * increment;
+/* What one axis does in a segment. */
+struct travel {
+    uint32_t steps;
+    uint32_t travel; /* in 1/256 step */
+    uint32_t phase;  /* at the start, 1/256 step past the last one */
+};
+
+/* Phase before the first event, and increment, so that exactly `steps` overflows come in the segment's events
+ * (span.h). Rounding is mended where it shows least: by the phase, and where that cannot, by the increment.
+ */
+static void set_axis(struct prep *prep, unsigned axis, uint32_t steps, int32_t phase, uint32_t increment) {
+    const int32_t one = SPAN_PHASE_ONE, events = (int32_t)prep->events;
+    int32_t step = (int32_t)(increment < SPAN_PHASE_ONE ? increment : SPAN_PHASE_ONE);
+    int32_t least = (int32_t)(steps << SPAN_PHASE_BITS), most = least + one - 1;
+    phase = phase > 0 ? (phase < one ? phase : one - 1) : 0;
+    int32_t total = phase + events * step;
     if (total < least) {
-        increment += phase + (least - total) > SPAN_PHASE_ONE - 1 ? 1 : 0;
-        total = phase + events * increment;
+        int32_t beyond = least - total - (one - 1 - phase);
+        step += beyond > 0 ? (beyond + events - 1) / events : 0;
+        total = phase + events * step;
         phase += total < least ? least - total : 0;
     } else if (total > most) {
-        increment -= phase < total - most ? 1 : 0;
-        total = phase + events * increment;
+        int32_t beyond = total - most - phase;
+        step -= beyond > 0 ? (beyond + events - 1) / events : 0;
+        total = phase + events * step;
         phase -= total > most ? total - most : 0;
     }
-    prep->phase[span_word(axis)] |= phase << span_shift(axis);
-    prep->increment[span_word(axis)] |= increment << span_shift(axis);
+    prep->phase[span_word(axis)] |= (uint32_t)phase << span_shift(axis);
+    prep->increment[span_word(axis)] |= (uint32_t)step << span_shift(axis);
 }
 
 /* Power of two by which events are multiplied, so that the steps of minor axes lie evenly. */
@@ -67,59 +76,100 @@ static unsigned oversample(const struct prep *prep, uint32_t dominant, bool diag
     return shift;
 }
 
-static void load_segment(struct prep *prep, const struct segment *segment) {
-    uint32_t count[AXIS_COUNT], dominant = 0;
+/* The axes' part of a segment. @return the axis whose steps are the events: the one with most of them */
+static unsigned read_axes(struct prep *prep, const struct segment *segment, struct travel axes[AXIS_COUNT],
+                          bool *diagonal) {
+    unsigned dominant = 0, moving = 0;
     prep->negative = prep->last_negative;
     for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
         int32_t steps = segment->steps[ax];
+        struct travel *axis = &axes[ax];
+        axis->steps = (uint32_t)(steps < 0 ? -steps : steps);
+        axis->phase = segment->phase[ax];
+        axis->travel = axis->steps * 256u + segment->phase_end[ax] - axis->phase;
+        if (steps == 0)
+            continue;
         axis_mask_t bit = (axis_mask_t)(1u << ax);
-        count[ax] = (uint32_t)(steps < 0 ? -steps : steps);
-        if (steps != 0)
-            prep->negative = (axis_mask_t)(steps < 0 ? prep->negative | bit : prep->negative & ~bit);
-        if (count[ax] > dominant)
-            dominant = count[ax];
+        prep->negative = (axis_mask_t)(steps < 0 ? prep->negative | bit : prep->negative & ~bit);
+        moving++;
+        const struct travel *most = &axes[dominant];
+        if (axis->steps > most->steps || (axis->steps == most->steps && axis->travel > most->travel))
+            dominant = ax;
     }
-    bool diagonal = false;
-    for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
-        diagonal |= (count[ax] != 0 && count[ax] != dominant) || segment->phase[ax] != segment->phase_end[ax];
+    *diagonal = moving > 1;
+    return dominant;
+}
 
+static void load_motion(struct prep *prep, const struct segment *segment, uint64_t ticks) {
+    struct travel axes[AXIS_COUNT];
+    bool diagonal;
+    unsigned dominant = read_axes(prep, segment, axes, &diagonal);
+    memset(prep->phase, 0, sizeof prep->phase);
+    memset(prep->increment, 0, sizeof prep->increment);
+    prep->events = prep->done = 0;
+    if (axes[dominant].steps == 0)
+        return;
+    unsigned shift = oversample(prep, axes[dominant].steps, diagonal, ticks);
+    uint32_t travel = axes[dominant].travel << shift; /* in 1/256 event, as all this */
+    uint32_t past = axes[dominant].phase << shift & 255u;
+    prep->events = (past + travel) >> 8;
+    prep->first = (float)(256u - past) * (1.0f / 256.0f);
+    float one = (float)SPAN_PHASE_ONE / (float)travel;
+    for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
+        if (axes[ax].steps == 0)
+            continue;
+        uint32_t increment = (uint32_t)((float)axes[ax].travel * one + 0.5f);
+        int32_t phase =
+            (int32_t)(axes[ax].phase * (SPAN_PHASE_ONE / 256u)) - (int32_t)(increment * past >> 8);
+        if (ax != dominant) /* at the nearest event, not at the next one */
+            phase += (int32_t)(increment >> 1);
+        set_axis(prep, ax, axes[ax].steps, phase, increment);
+    }
+    float events = (float)travel * (1.0f / 256.0f);
+    float mean = ticks > 0 ? events / (float)ticks : 0.0f;
+    float ramp = (float)segment->ramp * (1.0f / (float)SEGMENT_RAMP_ONE);
+    prep->v = mean * (1.0f - ramp);
+    prep->v_sq_slope = 4.0f * ramp * mean * mean / events; /* ((1 + r)^2 - (1 - r)^2) vm^2 over the way */
+}
+
+static void load_segment(struct prep *prep, const struct segment *segment) {
     /* whole ticks, the rest carried: durations never drift */
     uint64_t scaled = (uint64_t)segment->duration_ns * prep->timing.timer_hz + prep->tick_remainder;
     uint64_t ticks = scaled / 1000000000u;
     prep->tick_remainder = scaled % 1000000000u;
-
-    prep->events = dominant << oversample(prep, dominant, diagonal, ticks);
-    prep->done = 0;
-    prep->time_left_q16 += ticks << 16;
-    memset(prep->phase, 0, sizeof prep->phase);
-    memset(prep->increment, 0, sizeof prep->increment);
-    for (unsigned ax = 0; ax < AXIS_COUNT && dominant > 0; ax++)
-        set_axis(prep, ax, count[ax], segment, prep->events);
-
-    float ramp = (float)segment->ramp * (1.0f / (float)SEGMENT_RAMP_ONE);
-    float mean = ticks > 0 ? (float)prep->events / (float)ticks : 0.0f;
-    prep->v = mean * (1.0f - ramp);
-    prep->v_end = mean * (1.0f + ramp);
-    prep->v_sq = prep->v * prep->v;
-    prep->v_sq_slope =
-        prep->events > 0 ? (prep->v_end * prep->v_end - prep->v_sq) / (float)prep->events : 0.0f;
+    prep->spent_q16 -= prep->duration_q16;
+    prep->duration_q16 = (int64_t)(ticks << 16);
+    load_motion(prep, segment, ticks);
     prep->flags = segment->flags;
     prep->line = segment->line;
     if (segment->ramp == -SEGMENT_RAMP_ONE || (segment->flags & (SEGMENT_LAST | SEGMENT_DWELL)) != 0)
         prep->flags |= SPAN_AT_REST;
     prep->loaded = true;
+    prep->segments++;
     DEBUG(DEBUG_STEP, "segment: id, events", segment->id, prep->events);
+}
+
+/* Speed at a distance from the start of the segment, events per tick. */
+static float speed_at(const struct prep *prep, float distance) {
+    float v_sq = prep->v * prep->v + prep->v_sq_slope * distance;
+    return sqrtf(v_sq > 0.0f ? v_sq : 0.0f);
+}
+
+/* Distance of the last event that was put into a span. */
+static float distance_done(const struct prep *prep) {
+    return prep->done > 0 ? prep->first + (float)(prep->done - 1) : 0.0f;
 }
 
 /* Events of the next stretch: until the speed has changed by 9/8, and at most what the segment has left. */
 static uint32_t stretch_events(const struct prep *prep) {
     uint32_t left = prep->events - prep->done;
-    float slope = prep->v_sq_slope;
-    float change =
-        slope > 0.0f ? prep->v_sq * (SPEED_RATIO_SQ - 1.0f) : prep->v_sq * (1.0f / SPEED_RATIO_SQ - 1.0f);
-    if (slope == 0.0f || change / slope >= (float)left)
+    float slope = prep->v_sq_slope, from = distance_done(prep);
+    float v_sq = prep->v * prep->v + slope * from;
+    float change = slope > 0.0f ? v_sq * (SPEED_RATIO_SQ - 1.0f) : v_sq * (1.0f / SPEED_RATIO_SQ - 1.0f);
+    float to_last = prep->first + (float)(prep->events - 1) - from;
+    if (slope == 0.0f || change / slope >= to_last)
         return left;
-    float count = change / slope;
+    float count = from + change / slope - prep->first - (float)prep->done + 1.0f;
     return count < 1.0f ? 1u : (uint32_t)count;
 }
 
@@ -137,18 +187,18 @@ static struct span *span_slot(struct prep *prep) {
     return span;
 }
 
-/* Time without steps: `ticks` in events that no axis answers. */
-static void push_wait(struct prep *prep, struct span *span, uint64_t ticks_q16, bool last) {
+/* Time without steps, in events that no axis answers. */
+static void push_wait(struct prep *prep, struct span *span, uint64_t ticks_q16) {
     uint32_t events = (uint32_t)(ticks_q16 / (SPAN_MAX_INTERVAL_TICKS << 16)) + 1;
     memset(span->increment, 0, sizeof span->increment);
     span->events = events;
     span->interval_q16 = (uint32_t)(ticks_q16 / events);
     span->delta_q16 = 0;
-    span->flags |= last ? SPAN_LAST : 0;
-    prep->time_left_q16 -= (uint64_t)span->interval_q16 * events;
-    span->ticks = (uint32_t)((uint64_t)span->interval_q16 * events >> 16);
+    uint64_t used_q16 = (uint64_t)span->interval_q16 * events;
+    prep->spent_q16 += (int64_t)used_q16;
+    prep->waited = true;
+    span->ticks = (uint32_t)(used_q16 >> 16);
     prep->ticks_made += span->ticks;
-    prep->waited_q16 += (uint64_t)span->interval_q16 * events;
     ring_push(&prep->step->ring.index);
 }
 
@@ -163,11 +213,6 @@ static void advance(struct prep *prep, uint32_t events) {
         prep->phase[word] += ((sum & (SPAN_PHASE_ONE - 1)) - phase) << shift;
     }
     prep->done += events;
-    prep->waited_q16 = 0;
-    prep->v_sq += prep->v_sq_slope * (float)events;
-    if (prep->v_sq < 0.0f)
-        prep->v_sq = 0.0f;
-    prep->v = prep->done == prep->events ? prep->v_end : sqrtf(prep->v_sq);
 }
 
 /* Intervals linear in the event count that take exactly time_q16 and half way the time of constant
@@ -194,19 +239,13 @@ static bool shape_span(struct span *span, uint32_t events, uint64_t time_q16, fl
     return true;
 }
 
-/* Time of the next `events` events, and the speed after them. */
+/* Time of the next `events` events, and the speed at the last of them. */
 static uint64_t stretch_time_q16(const struct prep *prep, uint32_t events, float *v_after) {
-    if (prep->done + events == prep->events) {
-        *v_after = prep->v_end;
-        return prep->time_left_q16;
-    }
-    float v_sq = prep->v_sq + prep->v_sq_slope * (float)events;
-    *v_after = sqrtf(v_sq > 0.0f ? v_sq : 0.0f);
-    float time_q16 = 65536.0f * 2.0f * (float)events / (prep->v + *v_after);
-    if (!(time_q16 < (float)(prep->time_left_q16 + prep->waited_q16)))
-        return prep->time_left_q16;
-    uint64_t whole_q16 = (uint64_t)time_q16;
-    return whole_q16 > prep->waited_q16 ? whole_q16 - prep->waited_q16 : 0;
+    float distance = prep->first + (float)(prep->done + events - 1);
+    *v_after = speed_at(prep, distance);
+    float time_q16 = 65536.0f * 2.0f * distance / (prep->v + *v_after);
+    int64_t at_q16 = time_q16 < (float)prep->duration_q16 ? (int64_t)time_q16 : prep->duration_q16;
+    return at_q16 > prep->spent_q16 ? (uint64_t)(at_q16 - prep->spent_q16) : 0;
 }
 
 /* Earliest time of the next event after the one before: pulse times, and direction set-up where a line
@@ -218,41 +257,62 @@ static uint64_t least_interval_q16(const struct prep *prep, axis_mask_t negative
     return (uint64_t)ticks << 16;
 }
 
-/* One span of the loaded segment into the ring. @return false: no slot free. */
-static bool push_span(struct prep *prep) {
+/* After the last event: rest for what is left, or let the next segment's first event come so much later. A
+ * long rest is waited here, all but a bit, so that the ISR is never without a span. */
+static void end_segment(struct prep *prep) {
+    int64_t left_q16 = prep->duration_q16 - prep->spent_q16;
+    bool at_rest = (prep->flags & SPAN_AT_REST) != 0;
+    int64_t keep_q16 = at_rest ? 0 : (int64_t)prep->timing.min_interval_ticks << 17;
+    int64_t long_q16 = at_rest ? 65536 : (int64_t)(prep->timing.timer_hz / SHORT_REST_HZ) << 16;
+    prep->loaded = left_q16 - keep_q16 >= long_q16;
+    if (!prep->loaded)
+        return;
+    struct span *span = span_slot(prep);
+    if (span == 0)
+        return;
+    push_wait(prep, span, (uint64_t)(left_q16 - keep_q16));
+    prep->loaded = false;
+}
+
+/* The next stretch of the segment. @return false: no slot free */
+static bool push_stretch(struct prep *prep) {
     axis_mask_t negative_before = prep->last_negative;
     struct span *span = span_slot(prep);
     if (span == 0)
         return false;
-    if (prep->events == 0) {
-        push_wait(prep, span, prep->time_left_q16, true);
-        prep->loaded = false;
-        return true;
-    }
-    uint32_t events = stretch_events(prep);
-    float v_after;
+    uint32_t events = prep->waited ? 1u : stretch_events(prep);
+    float v_before = speed_at(prep, distance_done(prep)), v_after;
     uint64_t time_q16 = stretch_time_q16(prep, events, &v_after);
     if (time_q16 / events > (uint64_t)SPAN_MAX_INTERVAL_TICKS << 16 && events > 1) {
         events = 1;
         time_q16 = stretch_time_q16(prep, events, &v_after);
     }
     if (time_q16 / events > (uint64_t)SPAN_MAX_INTERVAL_TICKS << 16) {
-        push_wait(prep, span, time_q16 - ((uint64_t)SPAN_MAX_INTERVAL_TICKS << 15), false);
+        push_wait(prep, span, time_q16 - ((uint64_t)SPAN_MAX_INTERVAL_TICKS << 15));
         return true;
     }
     prep->clamped +=
-        shape_span(span, events, time_q16, prep->v, v_after, least_interval_q16(prep, negative_before));
+        shape_span(span, events, time_q16, v_before, v_after, least_interval_q16(prep, negative_before));
     memcpy(span->increment, prep->increment, sizeof span->increment);
-    uint64_t used_q16 = (uint64_t)((int64_t)span->interval_q16 * events +
-                                   (int64_t)span->delta_q16 * (int64_t)((uint64_t)events * (events - 1) / 2));
-    prep->time_left_q16 = used_q16 < prep->time_left_q16 ? prep->time_left_q16 - used_q16 : 0;
+    int64_t used_q16 = (int64_t)span->interval_q16 * events +
+                       (int64_t)span->delta_q16 * (int64_t)((uint64_t)events * (events - 1) / 2);
+    prep->spent_q16 += used_q16;
+    prep->waited = false;
     span->ticks = (uint32_t)(used_q16 >> 16);
     prep->ticks_made += span->ticks;
     advance(prep, events);
-    prep->loaded = prep->done != prep->events;
-    if (!prep->loaded)
-        span->flags |= SPAN_LAST;
     ring_push(&prep->step->ring.index);
+    return true;
+}
+
+/* One span of the loaded segment into the ring. @return false: no slot free. */
+static bool push_span(struct prep *prep) {
+    if (ring_free(&prep->step->ring.index, SPAN_RING_SIZE) == 0)
+        return false;
+    if (prep->done < prep->events && !push_stretch(prep))
+        return false;
+    if (prep->done == prep->events)
+        end_segment(prep);
     return true;
 }
 

@@ -30,7 +30,6 @@ enum { SPAN_WORDS = 3, SPAN_PHASE_BITS = 15, SPAN_PHASE_ONE = 1 << SPAN_PHASE_BI
 #define SPAN_MAX_INTERVAL_TICKS 57000u
 
 enum span_flags {
-    SPAN_LAST = 0x100,        /* last span of its segment */
     SPAN_AT_REST = 0x200,     /* motion rests after it: running dry here is no under-run */
     SPAN_SEGMENT_MASK = 0xFF, /* low byte: enum segment_flags of the segment */
 };

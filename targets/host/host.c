@@ -147,11 +147,10 @@ static enum host_wait run(struct host *host, uint64_t max_events, uint64_t until
     while (budget != 0) {
         bool any = host_follow_edges(host);
         any |= machine_poll(machine);
-        if (!host->paced && !host->input_follows && rx_free(&machine->rx) == RX_SIZE)
+        bool all_read = !host->paced && rx_free(&machine->rx) == RX_SIZE && machine->stage == TASK_NONE;
+        if (all_read && !host->input_follows)
             machine_input_pause(machine);
-        uint32_t room = rx_free(&machine->rx);
-        bool takes_more = machine->stage == TASK_NONE && !plan_is_full(&machine->motion.plan);
-        if (!host->paced && host->input_follows && room == RX_SIZE && takes_more)
+        if (all_read && host->input_follows && motion_has_room(&machine->motion))
             return machine->step.active ? HOST_ROOM : HOST_IDLE;
         if (hal->now_ticks >= until_ticks)
             return HOST_TIME;
@@ -222,8 +221,6 @@ void host_shift_steps(const struct host *host, int32_t steps[AXIS_COUNT]) {
 
 void host_input_follows(struct host *host, int follows) {
     host->input_follows = follows;
-    if (!follows)
-        machine_input_pause(&host->machine);
 }
 
 struct trace *host_trace(struct host *host) {
@@ -235,9 +232,9 @@ void host_counters(const struct host *host, struct host_counters *out) {
     *out = (struct host_counters){
         .step_events = host->trace.total + host->trace.count,
         .timer_events = host->timer_events,
-        .segments = machine->step.segments_done,
+        .segments = machine->prep.segments,
         .spans = machine->step.spans_done,
-        .blocks = machine->motion.plan.blocks_total,
+        .blocks = machine->motion.plan.moves_total,
         .lines = machine->lines,
         .lookahead_starved = machine->motion.emit.starved,
         .underruns = machine->step.underruns,

@@ -7,16 +7,16 @@ import re
 import pytest
 from grbl_host import BANNER, LOCKED, Grbl
 
-PLAN_SIZE, RX_SIZE = 64, 1024
+PLAN_MOVES, RX_SIZE = 125, 1024
 
 
 def test_ok_means_taken_by_the_planner(grbl: Grbl) -> None:
     """Each line gets exactly one `ok` or `error:N`. `ok` for a motion line = accepted (blocks while full)."""
-    lines = PLAN_SIZE + 20
-    said = grbl.after(0.001, "G91G1F60X1\n" + "X.1\n" * (lines - 1))
-    assert PLAN_SIZE <= said.count("ok") <= PLAN_SIZE + 1
-    assert said.count("ok") + grbl.send("").count("ok") == lines
-    assert grbl.position()[0] == round((1 + 0.1 * (lines - 1)) * 250)
+    lines = PLAN_MOVES + 21  # not in one line: collinear moves are merged, and take no room
+    said = grbl.after(0.001, "G91G1F60X1\n" + "Y.1\nX.1\n" * (lines // 2))
+    assert PLAN_MOVES / 3 <= said.count("ok") <= PLAN_MOVES  # a move takes room for three pieces of path at most
+    assert said.count("ok") + grbl.send("").count("ok") == lines // 2 * 2 + 1
+    assert grbl.position()[:2] == [round((1 + 0.1 * (lines // 2)) * 250), round(0.1 * (lines // 2) * 250)]
 
 
 @pytest.mark.parametrize("line", ["G4P1", "M0", "G38.3Z-10F300"])
@@ -91,7 +91,7 @@ def test_reset_while_a_line_is_executing(grbl: Grbl) -> None:
     """A reset while a line is executing makes that line's `ok` appear **before** the banner."""
     grbl.after(0.2, "G4P1\n")
     assert grbl.send("\x18") == "ok\r\n" + BANNER
-    grbl.after(0.3, "G1X-10F1000\n" + "X-9\nX-10\n" * 40)
+    grbl.after(0.3, "G1X-10F1000\n" + "Y-9\nX-9\nY-10\nX-10\n" * 50)
     said = grbl.send("\x18")
     assert said == "ALARM:3\r\nok\r\n" + BANNER + LOCKED
 

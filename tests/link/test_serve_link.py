@@ -97,7 +97,7 @@ def test_stopped_sender_leaves_the_machine_standing_where_it_says(tmp_path: Path
             stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True,
         )  # fmt: skip
         with connected(target) as watcher:
-            while watcher.look().status.state != "Run":
+            while watcher.look().status.state != "Run" or not watcher.look().mpos[0]:
                 watcher.wait(0.1)
             process.send_signal(signal.SIGINT)
             document = json.loads(process.communicate(timeout=30)[0])

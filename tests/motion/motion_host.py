@@ -46,6 +46,7 @@ def _library() -> ctypes.CDLL:
         getattr(lib, name).argtypes = (ctypes.c_void_p, ctypes.c_char_p, ctypes.c_size_t)
         getattr(lib, name).restype = ctypes.c_size_t
     lib.host_run.argtypes = (ctypes.c_void_p, ctypes.c_uint64)
+    lib.host_run_paced.argtypes = (ctypes.c_void_p, ctypes.c_uint64, ctypes.c_uint64)
     lib.host_position_steps.argtypes = (ctypes.c_void_p, ctypes.c_int32 * AXES)
     lib.host_input_follows.argtypes = (ctypes.c_void_p, ctypes.c_int)
     lib.host_counters.argtypes = (ctypes.c_void_p, ctypes.POINTER(Counters))
@@ -133,6 +134,12 @@ class Host:
     def advance(self, events: int) -> int:
         """Work for this many timer events. @return why it stopped"""
         return int(LIB.host_run(self._host, events))
+
+    def wait(self, seconds: float) -> None:
+        """Let this time pass, with nobody at the other end of the line."""
+        end_ticks = self.ticks() + round(seconds * self.timer_hz)
+        while self.ticks() < end_ticks:
+            LIB.host_run_paced(self._host, end_ticks, 10_000_000)
 
     def put(self, text: str) -> None:
         """Real-time bytes, between two advances."""

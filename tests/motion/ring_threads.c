@@ -14,7 +14,7 @@ static struct segment_ring ring;
 static struct segment make(uint32_t n) {
     struct segment segment = {.duration_ns = n + 1, .line = ~n, .id = (uint16_t)n};
     for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
-        segment.steps[ax] = (int32_t)(n * (ax + 1));
+        segment.steps[ax] = (int16_t)(n * (ax + 1));
     return segment;
 }
 
@@ -43,7 +43,7 @@ int main(void) {
             continue;
         }
         wrong +=
-            segment->line != ~n || segment->duration_ns != n + 1 || segment->steps[5] != (int32_t)(n * 6);
+            segment->line != ~n || segment->duration_ns != n + 1 || segment->steps[5] != (int16_t)(n * 6);
         segment_ring_pop(&ring);
         n++;
     }

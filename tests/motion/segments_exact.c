@@ -35,7 +35,8 @@ static struct segment random_segment(void) {
     struct segment segment = {.duration_ns = 1000000 + random_u32() % 9000000};
     uint32_t scale = 1 + (random_u32() % 4 == 0 ? random_u32() % SEGMENT_MAX_STEPS : random_u32() % 60);
     for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
-        segment.steps[ax] = (int32_t)(random_u32() % (scale + 1)) * (random_u32() % 2 != 0 ? 1 : -1);
+        int steps = (int)(random_u32() % (scale + 1)) * (random_u32() % 2 != 0 ? 1 : -1);
+        segment.steps[ax] = (int16_t)steps;
         segment.phase[ax] = (uint8_t)random_u32();
         segment.phase_end[ax] = (uint8_t)random_u32();
         if (random_u32() % 8 == 0) {
@@ -68,24 +69,28 @@ static void run_until_rest(unsigned round, int32_t counted[AXIS_COUNT]) {
     } while (step.active);
 }
 
-static void one_segment(unsigned round, uint64_t *ideal_ns) {
-    struct segment segment = random_segment();
-    int32_t counted[AXIS_COUNT], wanted[AXIS_COUNT], before[AXIS_COUNT];
-    uint64_t begin = hal.now_ticks;
+/* A few segments to a rest: what one leaves of a step's time is the next one's, and the last one waits. */
+static void one_motion(unsigned round) {
+    int32_t counted[AXIS_COUNT], wanted[AXIS_COUNT];
+    uint64_t begin = hal.now_ticks, ideal_ns = 0;
     uint32_t clamped = prep.clamped;
-    memcpy(before, prep.position, sizeof before);
-    for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
-        counted[ax] = before[ax];
-        wanted[ax] = before[ax] + segment.steps[ax];
+    memcpy(counted, prep.position, sizeof counted);
+    memcpy(wanted, prep.position, sizeof wanted);
+    for (unsigned left = 1 + random_u32() % 4; left != 0; left--) {
+        struct segment segment = random_segment();
+        segment.flags = left == 1 ? SEGMENT_LAST : 0;
+        for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
+            wanted[ax] += segment.steps[ax];
+        ideal_ns += segment.duration_ns;
+        check(segment_ring_push(&ring, RING_OWNER_PLANNER, &segment), "the ring does not take a segment",
+              round);
     }
-    check(segment_ring_push(&ring, RING_OWNER_PLANNER, &segment), "the ring does not take a segment", round);
     (void)prep_poll(&prep);
     run_until_rest(round, counted);
-    *ideal_ns += segment.duration_ns;
     check(memcmp(counted, wanted, sizeof counted) == 0, "not the segment's steps", round);
     check(memcmp(prep.position, wanted, sizeof wanted) == 0, "prep lost the position", round);
     if (prep.clamped == clamped) {
-        int64_t off = (int64_t)(hal.now_ticks - begin) - (int64_t)((uint64_t)segment.duration_ns * 2 / 100);
+        int64_t off = (int64_t)(hal.now_ticks - begin) - (int64_t)(ideal_ns * 2 / 100);
         check(off >= -1 && off <= 1, "not the segment's duration", round);
     }
 }
@@ -102,14 +107,13 @@ static void position_before_the_first_event(void) {
 
 int main(void) {
     const struct prep_timing timing = {.timer_hz = TIMER_HZ, .min_interval_ticks = 20, .dir_setup_ticks = 10};
-    uint64_t ideal_ns = 0;
     position_before_the_first_event();
     segment_ring_init(&ring);
     (void)segment_ring_claim(&ring, RING_OWNER_PLANNER);
     step_init(&step, &hal);
     prep_init(&prep, &ring, &step, &timing);
     for (unsigned round = 1; round <= ROUNDS; round++)
-        one_segment(round, &ideal_ns);
+        one_motion(round);
     printf("%u failures, %u intervals clamped\n", failures, prep.clamped);
     return failures == 0 ? 0 : 1;
 }

@@ -52,11 +52,12 @@ def test_no_axis_exceeds_its_acceleration_on_a_line(host: Host, target: str) -> 
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_corners_are_bounded_by_braking_and_turning_together(host: Host, seed: int) -> None:
-    """Junction deviation keeps the exact polyline, so a corner turns in an instant; the rounding that it stands for
-    turns within the limit while the path brakes within the limit. Twice the limit bounds the sum on long moves."""
-    _, accel = windowed(host.run(random_program(100 + seed, 120, 20.0)))
-    assert np.abs(accel).max() <= 2 * ACCEL_MM_S2 + GRAIN_MM_S2
+@pytest.mark.parametrize("length_mm", [0.05, 0.4, 3.0, 20.0])
+def test_no_axis_exceeds_its_acceleration_on_a_path(host: Host, seed: int, length_mm: float) -> None:
+    """Issue: 10 ms window: max <= 1.2 x, 99.9 % <= 1.13 x the set limit (step grain included)."""
+    _, accel = windowed(host.run(random_program(100 + seed, 120, length_mm)))
+    assert np.abs(accel).max() <= 1.2 * ACCEL_MM_S2
+    assert np.quantile(np.abs(accel).max(axis=1), 0.999) <= 1.13 * ACCEL_MM_S2
 
 
 @pytest.mark.parametrize(("length_mm", "feed_mm_min"), [(100, 5000), (1, 5000), (60, 600), (5, 37), (0.5, 1)])
@@ -65,31 +66,31 @@ def test_the_duration_of_a_line_is_that_of_its_trapezoid(host: Host, length_mm: 
     total = 2 * math.sqrt(length_mm / a) if v * v / a > length_mm else length_mm / v + v / a
     run = host.run(f"G1X{length_mm}F{feed_mm_min}\n")
     measured = (run.events["t"][-1] - run.events["t"][0]) / run.timer_hz
-    one_mm = 1 / STEPS_PER_MM
-    first = math.sqrt(2 * one_mm / a) if v * v / (2 * a) >= one_mm else v / (2 * a) + one_mm / v
-    # float32 speeds: 1e-6 of the time; the first step's own time is known to a part of the first step
-    assert measured == pytest.approx(total - first, rel=2e-6, abs=first * 0.02 + 1e-6)
+    half_mm = 0.5 / STEPS_PER_MM  # a step is due when it is the nearest one
+    first = math.sqrt(2 * half_mm / a) if v * v / (2 * a) >= half_mm else v / (2 * a) + half_mm / v
+    # float32 speeds: 2e-6 of the time; phases of 1/256 step at both ends
+    assert measured == pytest.approx(total - 2 * first, rel=2e-6, abs=first * 0.02 + 1e-6)
 
 
 def test_every_step_of_a_line_comes_when_its_trapezoid_says(host: Host) -> None:
     v, a, length = 60.0, ACCEL_MM_S2, 20.0
     run = host.run(f"G1X{length}F{v * 60}\n")
-    s = np.arange(1, 5001) / STEPS_PER_MM
+    s = (np.arange(5000) + 0.5) / STEPS_PER_MM
     ramp = v * v / (2 * a)
     up = np.sqrt(2 * s / a)
     down = length / v + v / a - np.sqrt(2 * np.maximum(length - s, 0) / a)
     ideal = np.where(s < ramp, up, np.where(s > length - ramp, down, s / v + v / (2 * a)))
     late = run.seconds() - run.seconds()[2500] - (ideal - ideal[2500])
     interval = np.gradient(ideal)
-    assert np.abs(late / interval)[20:-20].max() < 0.05
-    assert np.abs(late / interval).max() < 0.35  # the first and last steps share one slice of constant acceleration
+    assert np.abs(late / interval).max() < 0.05
 
 
 def test_a_cruise_is_exact_to_the_tick(host: Host) -> None:
     host.settings(s100=256)  # 1/256 mm and 50 mm/s are exact in binary
     run = host.run("G1X80F3000\n")
     ticks = run.events["t"].astype(np.int64)
-    assert abs(int(ticks[19000] - ticks[1500]) - 17500 * run.timer_hz // (256 * 50)) <= 1
+    phase_ticks = run.timer_hz / (256 * 50) / 256  # segments meet at 1/256 step
+    assert abs(int(ticks[19000] - ticks[1500]) - 17500 * run.timer_hz // (256 * 50)) <= phase_ticks + 1
 
 
 def test_very_slow_moves_last_as_long_as_they_should(host: Host) -> None:
@@ -105,7 +106,7 @@ def test_a_dwell_lasts_exactly_as_long_as_asked(host: Host, seconds: float) -> N
     without = host.run("G1X3\nX4\n")
     gap = np.diff(run.seconds()).max()
     assert len(without.events) == 500
-    first_step = math.sqrt(2 / STEPS_PER_MM / ACCEL_MM_S2)
+    first_step = 2 * math.sqrt(2 * 0.5 / STEPS_PER_MM / ACCEL_MM_S2)  # half a step to the rest and half a step from it
     start_delay = 0.010 if seconds < 0.010 else 0.0
     assert seconds + first_step - 1e-4 <= gap <= seconds + first_step + 0.011 + start_delay
 
@@ -136,7 +137,7 @@ def test_rates_above_the_board_are_clamped_when_set() -> None:
     host.settings(s100=250, s110=5000, s120=500)  # 20 833 steps/s asked, 10 000 possible
     run = host.run("G0X50\n")
     host.close()
-    assert np.diff(run.seconds()).min() >= 1 / 10_000 * 0.999
+    assert np.diff(run.seconds()).min() >= 1 / 10_000 * (1 - 2 / 256)  # segments meet at 1/256 step
     assert np.median(np.diff(run.seconds())) == pytest.approx(1 / 10_000, rel=1e-3)
 
 
@@ -168,18 +169,21 @@ def test_the_look_ahead_is_not_starved_while_input_is_there(host: Host) -> None:
     assert np.diff(run.seconds())[2000:-2000].max() < 0.002
 
 
-def test_a_path_tolerance_takes_corners_by_junction_deviation(host: Host) -> None:
-    """G64 P0.09: v^2 = a d s/(1-s) at a right angle, s = sin 45 deg; $11 alone allows a third of that speed."""
-    corner = "G1F3000\nX30\nY30\n"
-    speeds = {}
+def test_a_path_tolerance_widens_the_corner_up_to_itself(host: Host) -> None:
+    """G64 P0.09 may round a corner within 0.09 mm; less than $11 does not count."""
+    took, away = {}, {}
     for word in ("G64", "G64P0.09", "G64P0.001"):
-        run = host.run(f"{word}\n{corner}G0X0Y0\n")
-        at = np.flatnonzero(run.events["step"][:-1] & ~run.events["step"][1:] & 1)[0]  # the last step of X
-        speeds[word] = 1 / (STEPS_PER_MM * (run.seconds()[at] - run.seconds()[at - 1]))
-    s = math.sin(math.radians(45))
-    assert speeds["G64P0.09"] == pytest.approx(math.sqrt(ACCEL_MM_S2 * math.sqrt(2) * 0.09 * s / (1 - s)), rel=0.05)
-    assert speeds["G64"] == pytest.approx(speeds["G64P0.09"] / 3, rel=0.08)
-    assert speeds["G64P0.001"] == pytest.approx(speeds["G64"], rel=1e-3)  # $11 is the least
+        run = host.run(f"{word}\nG1F3000\nX30\nY30\n")
+        host.run("G0X0Y0\n")
+        x, y = (run.positions()[:, :2] / STEPS_PER_MM).T
+        first, second = np.where(x <= 30, np.abs(y), np.hypot(x - 30, y)), np.where(y >= 0, np.abs(x - 30), np.inf)
+        away[word] = np.minimum(first, second)
+        took[word] = run.seconds()[-1] - run.seconds()[0]
+    step_mm = 1 / STEPS_PER_MM
+    assert 0.045 < away["G64P0.09"].max() <= 0.09 + step_mm
+    assert away["G64"].max() <= 0.01 + step_mm
+    assert took["G64P0.09"] < took["G64"] - 0.01
+    assert took["G64P0.001"] == pytest.approx(took["G64"], abs=1e-6)
 
 
 def test_exact_stop_mode_rests_at_every_corner(host: Host) -> None:

@@ -58,8 +58,8 @@ def test_an_arc_ends_exactly_and_keeps_its_radius(host: Host) -> None:
     path = run.positions()[2500:, :2] / 250
     radius = (path**2).sum(axis=1) ** 0.5
     assert run.position[:2] == [0, 2500]
-    # chord tolerance, and a step's rounding on both axes
-    assert abs(radius - 10).max() <= 0.002 + 0.004
+    # $11 holds for the corner into the arc and for its chords, and a step's rounding on both axes
+    assert abs(radius - 10).max() <= 0.01 + 0.004
 
 
 def test_settings_are_refused_while_moving(host: Host) -> None:

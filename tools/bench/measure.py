@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import shutil
 import subprocess
 import sys
@@ -76,6 +77,16 @@ def write_sample(lines: int = 2000) -> Path:
     return path
 
 
+def write_dense(lines: int = 10_000) -> Path:
+    """Curves chopped into chords of 0.016 mm, as CAM programs with a tight tolerance do."""
+    BUILD.mkdir(parents=True, exist_ok=True)
+    path = BUILD / "dense.nc"
+    angles = [math.tau * n / lines for n in range(1, lines + 1)]
+    points = [f"X{25.4 * math.sin(a):.4f} Y{25.4 * math.cos(a):.4f}" for a in angles]
+    path.write_text("\n".join(["G21 G90 G94", "G0 Y25.4", "G1 F9999", *points, "M2"]) + "\n")
+    return path
+
+
 def write_long(job: Path, lines: int = 40_000) -> Path:
     """A job of that many lines: the real one over and over."""
     path = BUILD / "long.nc"
@@ -115,16 +126,30 @@ def instructions(job: Path) -> list[Figure]:
     blocks, lines, spans = count["blocks"], count["lines"], count["spans"]
     sample_lines = counters(driver, write_sample(), FAST)["lines"]
     sample = profile_job(driver, write_sample(), FAST)
+    dense_blocks = counters(driver, write_dense(), FAST)["blocks"]
+    dense = profile_job(driver, write_dense(), FAST)
     moves = profile.room("core/motion/motion.c", "core/motion/kinematics/")
     return [
         *figures,
-        Figure("planner per block", profile.room("core/motion/planner.c") / blocks, "instr", 700),
+        Figure("planner per block, 3-D with few points to leave out", planning(profile) / blocks, "instr", 4000),
+        Figure("planner per block, finely chopped curves", planning(dense) / dense_blocks, "instr", 600),
         Figure("moves and kinematics per block", moves / blocks, "instr"),
         Figure("line reading and parsing per line", reading(profile) / lines, "instr", 460),
         Figure(f"the same for {SAMPLE}", reading(sample) / sample_lines, "instr", 600),
-        Figure("segment emission per segment", profile.room("core/motion/emit.c") / count["segments"], "instr"),
+        Figure("segment emission per segment", emission(profile) / count["segments"], "instr"),
         Figure("span preparation per span", profile.room("core/step/prep.c") / spans, "instr"),
     ]
+
+
+def planning(profile: Profile) -> int:
+    """From moves to a smooth path and the backward pass of its timing."""
+    rooms = ("planner", "reduce", "path", "smooth", "timing")
+    return profile.room(*(f"core/motion/{room}.c" for room in rooms))
+
+
+def emission(profile: Profile) -> int:
+    """From the path, in time, to segments."""
+    return profile.room("core/motion/emit.c", "core/motion/travel.c")
 
 
 def reading(profile: Profile) -> int:

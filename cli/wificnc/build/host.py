@@ -25,7 +25,8 @@ from wificnc.errors import BuildError
 
 FOLDERS = ("core", "targets/common", "targets/host")  # sources, and where headers are looked for
 
-WARNINGS = ("-Wall", "-Wextra", "-Wconversion", "-Wshadow")
+# psabi: motion/vec.h passes vectors only to functions that are inlined
+WARNINGS = ("-Wall", "-Wextra", "-Wconversion", "-Wshadow", "-Wno-psabi")
 
 # -ffp-contract=off: the same bits on every target. -fno-math-errno: sqrtf is one instruction; nobody reads errno.
 # -fno-semantic-interposition: inside the library a function is what it says, so it may be inlined.

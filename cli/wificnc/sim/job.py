@@ -14,6 +14,7 @@ from wificnc.sim.trace import TraceFile
 
 EVENTS_PER_CALL = 500_000  # a few tens of milliseconds of work between two looks at the progress
 SAMPLE_MS = 1.0
+ROUNDING_MM = 0.05  # a path may leave the programmed one by $11
 CHATTER = {"[MSG:Pgm End]"}  # said by every good program
 
 EVENT_HINT = (
@@ -268,9 +269,9 @@ def _remarks(sim: Simulation, native: NativeResult) -> list[str]:
 def _travel_warnings(
     axes: str, min_mm: Sequence[float], max_mm: Sequence[float], travel_mm: Sequence[float | None]
 ) -> Iterator[str]:
-    """Where the work zero lies is not known, so only the extent can be too large."""
+    """Where the work zero lies is not known, so only the extent can be too large, and by more than rounding."""
     for axis, low, high, travel in zip(axes, min_mm, max_mm, travel_mm, strict=False):
-        if travel is not None and high - low > travel:
+        if travel is not None and high - low > travel + ROUNDING_MM:
             unit = "mm" if axis in "XYZ" else "deg"
             yield f"{axis} moves over {high - low:.3f} {unit}; this machine's travel is {travel:g} {unit}"
 

@@ -1,0 +1,123 @@
+/* SPDX-License-Identifier: MIT
+ * Chords -> a smooth path: the geometry of the planner, derived in docs/motion.md. [task]
+ *
+ *   path_chord() -> grade -> knots: relax (2 sweeps) -> place -> blend -> pieces
+ *
+ * A knot is the end of a chord. Its control point may lie up to `tube_mm` beside it. Each control point is
+ * rounded by one symmetric quadratic Bezier curve, so the path is a chain of pieces: straight, then curved,
+ *
+ *       from ------------ line ------------. d
+ *       |<- d of the last ->|             d \      d: the blend's tangent, on this chord and on the next
+ *                                            \
+ *
+ * and its direction never jumps. All of it works on differences of neighbours, in float32; positions are sums
+ * in double, and what rounding leaves is taken along to the next chord, so nothing drifts. */
+#ifndef WIFICNC_MOTION_PATH_H
+#define WIFICNC_MOTION_PATH_H
+
+#include "config.h"
+#include "motion/move.h"
+#include "motion/vec.h"
+
+/** How often each control point is relaxed; each sweep makes the path 2 knots later. */
+#define PATH_SWEEPS 2u
+/** Knots behind the newest one until the path there is final. */
+#define PATH_LAG  (4u + 2u * PATH_SWEEPS)
+#define KNOT_RING 16u
+/** Stops ahead; a power of two. More of them wait for room. */
+#define PATH_STOPS 16u
+_Static_assert((KNOT_RING & (KNOT_RING - 1)) == 0 && KNOT_RING >= PATH_LAG + 3, "blend looks one knot back");
+
+/** Most knots that one path_chord() and one path_end() can make. */
+#define PATH_BURST 10u
+
+/** What a chord inherits from its moves. */
+struct chord_info {
+    float asked_mm_s; /* along the chord, 1e15: rapid */
+    float tube_mm;    /* how far the path may lie beside the chord */
+    uint32_t line;
+    uint32_t note;
+    uint8_t flags; /* enum motion_flags */
+};
+
+struct knot {
+    vec chord;       /* from the knot before to this one, mm */
+    vec shift;       /* control point - knot, mm */
+    vec unit;        /* of the chord between control points that ends here */
+    vec turn;        /* unit of the next chord - unit */
+    float length_mm; /* of the chord between control points that ends here */
+    float sine;      /* of half the turn's angle */
+    float depth_mm;  /* how deep below its control point the blend may pass */
+    float tangent_mm;
+    struct chord_info info;
+    bool stop; /* the machine rests here, and exactly here */
+};
+
+enum piece_flags { PIECE_STOP = 0x80 }; /* besides enum motion_flags */
+
+/** A chord between two control points and the blend at its end. */
+struct piece {
+    vec unit; /* zero lanes where no axis moves */
+    float length_mm;
+    float tangent_mm;  /* 0: no blend, the corner is passed at rest */
+    float asked_sq;    /* (mm/s)^2 along the chord at 100 % */
+    float limit_sq;    /* (mm/s)^2 along the chord that the axis rates allow */
+    float apex_sq;     /* the same in the middle of the blend, in y (motion/timing.h) */
+    float accel_mm_s2; /* along the chord: every axis inside its limit */
+    float enter_y;     /* greatest y at the start of the straight part (motion/timing.h) */
+    float blend_y;     /* ... at its end, where the blend begins */
+    float middle_y;    /* ... in the middle of the blend */
+    uint32_t line;
+    uint32_t note;
+    uint8_t flags;
+};
+
+/** A chord that waits for its successor, to be graded. */
+struct chord_wait {
+    vec chord;
+    float length_mm;
+    struct chord_info info;
+};
+
+struct path {
+    /* set by path_set_limits() */
+    vec accel, inverse_accel, inverse_rate;
+    unsigned axis_count;
+    /* knots */
+    struct chord_wait wait;
+    bool waits;
+    float before_mm;                  /* length of the chord before the one that waits; 0: a stop */
+    uint32_t newest, placed, blended; /* knots up to here; wrap at 2^32 */
+    double lost_mm[AXIS_COUNT];       /* what rounding of the pieces' chords left for the next one */
+    struct knot knots[KNOT_RING];
+    /* pieces */
+    uint32_t head, tail;
+    struct piece pieces[PLAN_SIZE];
+    int32_t stop_steps[PATH_STOPS][AXIS_COUNT]; /* exact positions of the coming stops */
+    uint32_t stop_head, stop_tail;
+};
+
+static inline struct piece *path_piece(struct path *path, uint32_t index) {
+    return &path->pieces[index & (PLAN_SIZE - 1)];
+}
+static inline uint32_t path_count(const struct path *path) {
+    return path->head - path->tail;
+}
+
+/** Knots and chords not yet made into pieces. */
+static inline uint32_t path_pending(const struct path *path) {
+    return path->newest - path->blended + (path->waits ? 1u : 0u);
+}
+
+void path_set_limits(struct path *path, const struct motion_limits *limits);
+
+/** Empty and at rest. */
+void path_reset(struct path *path);
+
+/** Append a chord; there is room for PATH_BURST pieces. */
+void path_chord(struct path *path, const vec *chord, float length_mm, const struct chord_info *info);
+
+/** All chords so far become pieces, and the last one ends at rest at this position. */
+void path_end(struct path *path, const int32_t stop_steps[AXIS_COUNT]);
+
+#endif

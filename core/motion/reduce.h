@@ -1,0 +1,39 @@
+/* SPDX-License-Identifier: MIT
+ * Programmed points -> chords: points that a longer chord replaces within a tolerance are dropped. [task]
+ *
+ * From the anchor, the end of the last chord, a point at distance r with tolerance e allows all directions
+ * within e/r of its own. What every point so far allows is kept as one ball of directions (middle, radius)
+ * inside the intersection of all of them, so a decision costs the same after ten thousand points as after
+ * two. In a plane the ball is the exact intersection of the cones (Williams 1978; Sklansky, Gonzalez 1980);
+ * in space it is smaller, which is safe.
+ *
+ * A chord whose direction is in the ball passes every point within e; distances from the anchor that only
+ * grow keep the points in its span, so the chord has no point farther than e from the programmed path either.
+ */
+#ifndef WIFICNC_MOTION_REDUCE_H
+#define WIFICNC_MOTION_REDUCE_H
+
+#include "motion/vec.h"
+
+struct reduce {
+    double anchor_mm[AXIS_COUNT]; /* sum of all chords so far, so that rounding a chord never adds up */
+    vec chord;                    /* anchor -> newest accepted point */
+    vec middle;                   /* of the directions allowed */
+    float radius;                 /* of the ball of directions */
+    float reach_mm;               /* greatest distance from the anchor */
+    bool open;                    /* a chord has begun */
+    bool aimed;                   /* middle and radius are set */
+    bool merged;                  /* a point of this chord was dropped */
+};
+
+/** Start at this position. */
+void reduce_reset(struct reduce *reduce, const double position_mm[AXIS_COUNT]);
+
+/** Take a point into the chord if the chord may end there.
+ *  @return false: it may not; nothing was changed, reduce_close() and ask again */
+bool reduce_accepts(struct reduce *reduce, const double point_mm[AXIS_COUNT], float tolerance_mm);
+
+/** End the chord at the newest accepted point, which becomes the anchor. */
+void reduce_close(struct reduce *reduce);
+
+#endif

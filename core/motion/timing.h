@@ -1,0 +1,43 @@
+/* SPDX-License-Identifier: MIT
+ * How fast a path may be travelled: derived in docs/motion.md. [task]
+ *
+ * On a straight part y is v^2. On a blend with tangent d, directions u0 and u1 and du = u1 - u0,
+ *
+ *     q(t) = P + 2 d u0 t + d du t^2,   0 <= t <= 1,     y = 4 d^2 (dt/dtime)^2,
+ *
+ * y is v^2 at both ends. With y linear in t, of slope s = dy/dt, the acceleration is
+ *
+ *     q'' = (2 du y + (u0 + du t) s) / (4 d),
+ *
+ * linear in t: every axis keeps its limit A on a stretch if it does at both ends of it,
+ *
+ *     |2 du y + (u0 + du t) s| <= 4 d A   for each axis.
+ *
+ * So the limits on y and s are strips, and what is possible on half a blend (0 .. 1/2, 1/2 .. 1) is a small
+ * linear program without square roots. */
+#ifndef WIFICNC_MOTION_TIMING_H
+#define WIFICNC_MOTION_TIMING_H
+
+#include "motion/path.h"
+
+/** Overrides, as factors of v^2. */
+struct timing {
+    float feed_sq, rapid_sq; /* 1 = 100 % */
+    uint32_t known;          /* pieces below this index were seen by the last timing_backward() */
+    uint32_t settled;        /* whatever follows, enter_y of this piece, and all before, stays as it is */
+    bool whole;              /* limits changed: the next pass must not stop early */
+};
+
+/** Greatest v^2 on the straight part of a piece, feed, override and axis rates considered. */
+static inline float timing_limit_sq(const struct timing *timing, const struct piece *piece) {
+    bool rapid = (piece->flags & MOTION_FLAG_RAPID) != 0;
+    float asked_sq = rapid ? piece->limit_sq * timing->rapid_sq : piece->asked_sq * timing->feed_sq;
+    return least_f(asked_sq, piece->limit_sq);
+}
+
+/** From the newest piece, at whose blend the machine must be able to stand still, back to the oldest: set
+ * enter_y, blend_y and middle_y to the greatest y from which all that follows can be kept. Ends as soon as
+ * nothing changes. */
+void timing_backward(struct timing *timing, struct path *path);
+
+#endif

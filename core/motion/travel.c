@@ -1,0 +1,224 @@
+/* SPDX-License-Identifier: MIT */
+#include "motion/travel.h"
+
+#include <string.h>
+
+#define ROUNDING   1e-6f /* relative: shorter parts of a profile are only rounding */
+#define NOTHING    1e-7f /* a direction's coefficient that is only rounding */
+#define WIDE       1e30f
+#define SLACK      1.002f /* of the forward pass against the backward one, for rounding */
+#define TO_THE_END 1.25f  /* a stop that is at most this many samples away is reached in one */
+
+static struct piece *tail_piece(const struct emit *emit) {
+    return path_piece(&emit->plan->path, emit->plan->path.tail);
+}
+
+static bool is_newest(const struct emit *emit) {
+    return path_count(&emit->plan->path) == 1;
+}
+
+bool travel_ends(const struct emit *emit) {
+    if (path_count(&emit->plan->path) == 0)
+        return true;
+    if (emit->y > 0.0f)
+        return false;
+    const struct piece *piece = tail_piece(emit);
+    bool at_blend = emit->entered && emit->along_mm >= (double)(piece->length_mm - piece->tangent_mm);
+    return emit->hold || (is_newest(emit) && at_blend && piece->tangent_mm > 0.0f);
+}
+
+/* At constant acceleration over `way` (mm of a line, or of 4 d dt of a blend, which follow the same law) to
+ * y1, but no longer than time_s. @return part of the way done; *time_s becomes the time it took. */
+static float run(struct emit *emit, float way, float y1, float *time_s) {
+    float v0 = sqrtf(emit->y), v1 = sqrtf(y1);
+    float whole_s = 2.0f * way / (v0 + v1);
+    float most_s = y1 == 0.0f ? TO_THE_END * *time_s : *time_s;
+    if (whole_s <= most_s) {
+        emit->y = y1;
+        *time_s = whole_s;
+        return 1.0f;
+    }
+    float v = v0 + (v1 - v0) * (*time_s / whole_s);
+    emit->y = v * v;
+    return 0.5f * (v0 + v) * *time_s / way;
+}
+
+/* The piece at tail begins. Its chord is the very product that the path was made with. */
+static void enter(struct emit *emit) {
+    const struct piece *piece = tail_piece(emit);
+    vec chord = piece->unit * piece->length_mm;
+    for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
+        emit->corner_mm[ax] += (double)chord[ax];
+    emit->entered = true;
+}
+
+/* The end of the straight part: on to the blend, or to the next piece after a stop. */
+static void end_line(struct emit *emit, const struct piece *piece) {
+    struct path *path = &emit->plan->path;
+    if (piece->tangent_mm > 0.0f) {
+        if (is_newest(emit)) {
+            emit->y = 0.0f;
+        } else {
+            emit->on_blend = true;
+            emit->t = 0.0f;
+        }
+        return;
+    }
+    emit->y = 0.0f;
+    path->tail++;
+    emit->entered = false;
+    emit->along_mm = 0.0;
+}
+
+static float travel_line(struct emit *emit, float time_s) {
+    const struct piece *piece = tail_piece(emit);
+    float end_mm = piece->length_mm - piece->tangent_mm, left_mm = (float)((double)end_mm - emit->along_mm);
+    float two_a = 2.0f * piece->accel_mm_s2, y = emit->y;
+    float limit = timing_limit_sq(&emit->plan->timing, piece);
+    float tiny_mm = ROUNDING * end_mm; /* adding less than that may change nothing */
+    if (left_mm <= tiny_mm) {
+        emit->along_mm = (double)end_mm;
+        end_line(emit, piece);
+        return 0.0f;
+    }
+    float way_mm = left_mm, y1 = y - two_a * left_mm;
+    if (emit->hold || y > limit * (1.0f + 100.0f * ROUNDING)) {
+        float target = emit->hold ? 0.0f : limit;
+        if (y1 < target) {
+            way_mm = (y - target) / two_a;
+            y1 = target;
+        }
+    } else {
+        float exit = most_f(least_f(piece->blend_y, y + two_a * left_mm), y1);
+        float peak = most_f(least_f(limit, 0.5f * (y + exit + two_a * left_mm)), y);
+        float speed_up_mm = (peak - y) / two_a;
+        if (speed_up_mm > tiny_mm) {
+            way_mm = least_f(speed_up_mm, left_mm);
+            y1 = peak;
+        } else {
+            float cruise_mm = left_mm - speed_up_mm - (peak - exit) / two_a;
+            emit->y = peak;
+            bool cruise = cruise_mm > tiny_mm;
+            way_mm = cruise ? least_f(cruise_mm, left_mm) : left_mm;
+            y1 = cruise ? peak : exit;
+        }
+        emit->late = false;
+    }
+    bool to_end = way_mm >= left_mm - tiny_mm;
+    float part = run(emit, way_mm, y1, &time_s);
+    emit->along_mm = to_end && part == 1.0f ? (double)end_mm : emit->along_mm + (double)(part * way_mm);
+    emit->v_mm_s = sqrtf(emit->y);
+    if (to_end && part == 1.0f)
+        end_line(emit, piece);
+    return time_s;
+}
+
+static void end_blend(struct emit *emit, const struct piece *piece) {
+    emit->along_mm = (double)piece->tangent_mm;
+    emit->on_blend = false;
+    emit->plan->path.tail++;
+    enter(emit);
+}
+
+/* A stretch of a blend, in the terms of motion/timing.h: from t, y to `end`. */
+struct stretch {
+    vec u0, du;
+    vec bound; /* 4 d A */
+    float t, y, end;
+};
+
+/* What the strip |a x + c| <= bound leaves of x, lane by lane. */
+VEC_INLINE void strip(vec a, vec c, vec bound, vec *least, vec *greatest) {
+    vec size = vec_abs(a);
+    vec_mask none = size < NOTHING;
+    vec inverse = 1.0f / vec_select(none, (vec){0} + 1.0f, size);
+    vec signed_c = vec_turn_sign(c, a);
+    *greatest = vec_select(none, (vec){0} + WIDE, (bound - signed_c) * inverse);
+    *least = vec_select(none, (vec){0} - WIDE, (-bound - signed_c) * inverse);
+}
+
+/* Does this slope dy/dt keep every axis within its acceleration on the stretch? Its ends say it. */
+static bool allows(const struct stretch *stretch, float slope) {
+    vec bend = stretch->du * (2.0f * stretch->y), bound = stretch->bound * SLACK;
+    vec begin = bend + (stretch->u0 + stretch->du * stretch->t) * slope;
+    vec end = bend + (stretch->u0 + stretch->du * (3.0f * stretch->end - 2.0f * stretch->t)) * slope;
+    return vec_least(bound - vec_higher(vec_abs(begin), vec_abs(end))) >= 0.0f;
+}
+
+/* Least and greatest slope that do. */
+static void find_slopes(const struct stretch *stretch, float *least, float *greatest) {
+    vec least_1, least_2, greatest_1, greatest_2;
+    vec bend = stretch->du * (2.0f * stretch->y);
+    float t = stretch->t, end = stretch->end;
+    strip(stretch->u0 + stretch->du * t, bend, stretch->bound * SLACK, &least_1, &greatest_1);
+    strip(stretch->u0 + stretch->du * (3.0f * end - 2.0f * t), bend, stretch->bound * SLACK, &least_2,
+          &greatest_2);
+    *least = vec_most(vec_higher(least_1, least_2));
+    *greatest = vec_least(vec_lower(greatest_1, greatest_2));
+}
+
+/* The slope that leads to end_y at the end of the stretch, or as near to it as the axes can. */
+static float choose_slope(struct emit *emit, const struct stretch *stretch, float end_y) {
+    bool rests = emit->y == 0.0f && end_y == 0.0f;
+    float least, greatest, slope = (end_y - emit->y) / (stretch->end - stretch->t);
+    if (!emit->hold && !rests && allows(stretch, slope)) {
+        emit->late = false;
+        return slope;
+    }
+    find_slopes(stretch, &least, &greatest);
+    if (rests)
+        slope = 0.5f * greatest;
+    if (slope >= least)
+        emit->late = false;
+    if (emit->hold || (emit->late && slope < least))
+        return emit->late ? least : least_f(least, slope);
+    return least_f(slope, greatest);
+}
+
+static float travel_blend(struct emit *emit, float time_s) {
+    const struct piece *piece = tail_piece(emit);
+    const struct path *path = &emit->plan->path;
+    const struct piece *next = path_piece(&emit->plan->path, path->tail + 1);
+    bool first = emit->t < 0.5f;
+    struct stretch stretch = {.u0 = piece->unit,
+                              .du = next->unit - piece->unit,
+                              .bound = path->accel * (4.0f * piece->tangent_mm),
+                              .t = emit->t,
+                              .y = emit->y,
+                              .end = first ? 0.5f : 1.0f};
+    float end_y = first ? piece->middle_y : next->enter_y;
+    if (emit->y == 0.0f && end_y == 0.0f) /* from rest to rest: speed up in the first half of it */
+        stretch.end = 0.5f * (stretch.t + stretch.end);
+    float dt = stretch.end - stretch.t, slope = choose_slope(emit, &stretch, end_y);
+    float y1 = emit->y + slope * dt;
+    bool stops = y1 <= 0.0f && slope < 0.0f;
+    if (stops) {
+        dt = least_f(-emit->y / slope, dt);
+        y1 = 0.0f;
+    }
+    float part = run(emit, 2.0f * piece->tangent_mm * dt, y1, &time_s);
+    bool ended = part == 1.0f && (!stops || emit->t + dt >= stretch.end);
+    emit->t = ended ? stretch.end : emit->t + part * dt;
+    emit->v_mm_s = sqrtf(emit->y) * vec_length(stretch.u0 + stretch.du * emit->t);
+    if (emit->t >= 1.0f)
+        end_blend(emit, piece);
+    return time_s;
+}
+
+float travel(struct emit *emit, float time_s) {
+    if (!emit->entered)
+        enter(emit);
+    return emit->on_blend ? travel_blend(emit, time_s) : travel_line(emit, time_s);
+}
+
+void travel_position(const struct emit *emit, float from_corner_mm[AXIS_COUNT]) {
+    const struct piece *piece = tail_piece(emit);
+    const struct piece *next = path_piece(&emit->plan->path, emit->plan->path.tail + 1);
+    vec at_mm = {0};
+    float t = emit->t;
+    if (emit->entered && !emit->on_blend)
+        at_mm = piece->unit * (float)(emit->along_mm - (double)piece->length_mm);
+    else if (emit->entered)
+        at_mm = (piece->unit * (2.0f * t - 1.0f) + (next->unit - piece->unit) * (t * t)) * piece->tangent_mm;
+    memcpy(from_corner_mm, &at_mm, AXIS_COUNT * sizeof from_corner_mm[0]);
+}

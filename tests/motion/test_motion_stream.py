@@ -1,0 +1,70 @@
+"""A sender that gives moves one at a time, in time: the machine starts soon, and keeps moving."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+
+import numpy as np
+import pytest
+from motion_host import Host, Run
+
+LINE_S = 0.001
+
+Point = Callable[[int], tuple[float, float]]
+
+
+def straight(n: int) -> tuple[float, float]:
+    return 0.05 * n, 0.0
+
+
+def circle(n: int) -> tuple[float, float]:
+    return 20 * math.cos(0.0025 * n), 20 * math.sin(0.0025 * n)
+
+
+@pytest.fixture
+def host() -> Iterator[Host]:
+    host = Host(axes=3)
+    host.settings(s110=6000, s111=6000, s120=500, s121=500)
+    yield host
+    host.close()
+
+
+def stream(host: Host, point: Point, feed: int, count: int) -> Run:
+    """A block a millisecond, not one earlier."""
+    host.start(f"G1F{feed}\n")
+    for n in range(1, count + 1):
+        x, y = point(n)
+        host.wait(LINE_S)
+        host.put(f"X{x:.3f}Y{y:.3f}\n")
+    return host.settle()
+
+
+def speeds_mm_s(run: Run, begin_s: float, end_s: float) -> np.ndarray:
+    """In windows of 20 ms."""
+    t = run.seconds()
+    path_mm = run.positions()[:, :2] / 250
+    at = np.arange(begin_s, end_s, 0.02)
+    index = np.searchsorted(t, at)
+    return np.hypot(*np.diff(path_mm[index], axis=0).T) / 0.02
+
+
+@pytest.mark.parametrize("point", [straight, circle])
+def test_it_starts_soon_and_keeps_its_speed(host: Host, point: Point) -> None:
+    """0.05 mm a millisecond is 3000 mm/min: the sender is no faster than the machine, so what is ahead stays as short as
+    it was at the start. Collinear points are merged, and must not wait for the line's end."""
+    host.run("G0X20Y0\n" if point is circle else "G0X0Y0\n")
+    begin_s = host.ticks() / host.timer_hz
+    run = stream(host, point, 3000, 2000)
+    assert run.counters.lookahead_starved == 0
+    assert run.seconds()[0] - begin_s < 0.08
+    assert speeds_mm_s(run, begin_s + 0.4, begin_s + 1.9).min() > 45.0
+
+
+@pytest.mark.parametrize("point", [straight, circle])
+def test_a_slow_sender_means_a_slow_move_but_no_stops(host: Host, point: Point) -> None:
+    """The same points at 6000 mm/min, which the sender cannot feed."""
+    host.run("G0X20Y0\n" if point is circle else "G0X0Y0\n")
+    begin_s = host.ticks() / host.timer_hz
+    run = stream(host, point, 6000, 2000)
+    assert speeds_mm_s(run, begin_s + 0.4, begin_s + 1.9).min() > 25.0
