@@ -17,8 +17,21 @@ void emit_init(struct emit *emit, struct plan *plan, struct segment_ring *ring) 
     *emit = (struct emit){.plan = plan, .ring = ring};
 }
 
+/* In 1/65536 step; a half is added, so that rounding down is to the nearest step. */
+static int64_t exactly_on(int32_t steps) {
+    return (int64_t)steps * FILTER_STEP + FILTER_STEP / 2;
+}
+
+static void stand_still(struct emit *emit) {
+    int64_t at[AXIS_COUNT];
+    for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
+        at[ax] = exactly_on(emit->steps[ax]);
+    filter_reset(&emit->filter, at);
+}
+
 void emit_reset(struct emit *emit, const int32_t position_steps[AXIS_COUNT]) {
     emit->entered = emit->on_blend = emit->flush = emit->hold = emit->late = emit->ran_dry = false;
+    emit->settles = false;
     emit->y = emit->v_mm_s = emit->t = 0.0f;
     emit->along_mm = 0.0;
     emit->dwell_left_ns = 0;
@@ -27,14 +40,25 @@ void emit_reset(struct emit *emit, const int32_t position_steps[AXIS_COUNT]) {
         emit->steps[ax] = position_steps[ax];
         emit->fraction[ax] = SEGMENT_PHASE_HALF;
     }
+    stand_still(emit);
+}
+
+void emit_set_filter(struct emit *emit, float time_s) {
+    filter_set(&emit->filter, time_s);
+    stand_still(emit);
+}
+
+/* The axes follow where the path was: they are still under way when it has ended. */
+static bool is_behind(const struct emit *emit) {
+    return emit->filter.moving != 0;
 }
 
 bool emit_is_idle(const struct emit *emit) {
-    return plan_is_empty(emit->plan) && emit->dwell_left_ns == 0;
+    return plan_is_empty(emit->plan) && emit->dwell_left_ns == 0 && !is_behind(emit);
 }
 
 bool emit_is_held(const struct emit *emit) {
-    return emit->hold && emit->y == 0.0f;
+    return emit->hold && emit->y == 0.0f && !is_behind(emit);
 }
 
 uint32_t emit_line(const struct emit *emit) {
@@ -62,38 +86,37 @@ bool emit_wants_more(const struct emit *emit) {
     return true;
 }
 
-/* Where the axes are, to the step and 1/256 of it. At a stop that is exactly on a step. */
-static void find_steps(const struct emit *emit, int32_t steps[AXIS_COUNT], uint8_t fraction[AXIS_COUNT]) {
+/* Where the path is, as exactly_on(). */
+static void find_steps(const struct emit *emit, int64_t at[AXIS_COUNT]) {
     const struct plan *plan = emit->plan;
     float rest_mm[AXIS_COUNT];
     travel_position(emit, rest_mm);
     for (unsigned ax = 0; ax < plan->limits.axis_count; ax++) {
-        double exact =
+        double steps =
             (emit->corner_mm[ax] + (double)rest_mm[ax]) * (double)plan->limits.steps_per_mm[ax] + 0.5;
-        double whole = floor(exact);
-        steps[ax] = (int32_t)whole;
-        fraction[ax] = (uint8_t)((exact - whole) * 256.0);
+        at[ax] = (int64_t)floor(steps * (double)FILTER_STEP);
     }
 }
 
-/* The piece at tail has ended in a stop: take the exact target. */
-static void take_stop(struct emit *emit, int32_t steps[AXIS_COUNT], uint8_t fraction[AXIS_COUNT]) {
+/* The piece before tail has ended in a stop: take the exact target. */
+static void take_stop(struct emit *emit, int64_t at[AXIS_COUNT]) {
     struct path *path = &emit->plan->path;
-    memcpy(steps, path->stop_steps[path->stop_tail++ & (PATH_STOPS - 1)], sizeof path->stop_steps[0]);
-    memset(fraction, SEGMENT_PHASE_HALF, AXIS_COUNT);
+    const int32_t *steps = path->stop_steps[path->stop_tail++ & (PATH_STOPS - 1)];
+    for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
+        at[ax] = exactly_on(steps[ax]);
 }
 
 /* Steps and phases from where the last segment ended to here. */
-static void set_axes(struct emit *emit, struct segment *segment, const int32_t steps[AXIS_COUNT],
-                     const uint8_t fraction[AXIS_COUNT]) {
+static void set_axes(struct emit *emit, struct segment *segment, const int64_t at[AXIS_COUNT]) {
     for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
-        int32_t count = steps[ax] - emit->steps[ax];
+        int32_t steps = (int32_t)(at[ax] >> 16), count = steps - emit->steps[ax];
+        uint8_t fraction = (uint8_t)(at[ax] >> 8 & 255);
         bool down = count < 0;
         segment->steps[ax] = (int16_t)count;
         segment->phase[ax] = (uint8_t)(down ? 255 - emit->fraction[ax] : emit->fraction[ax]);
-        segment->phase_end[ax] = (uint8_t)(down ? 255 - fraction[ax] : fraction[ax]);
-        emit->steps[ax] = steps[ax];
-        emit->fraction[ax] = fraction[ax];
+        segment->phase_end[ax] = (uint8_t)(down ? 255 - fraction : fraction);
+        emit->steps[ax] = steps;
+        emit->fraction[ax] = fraction;
     }
 }
 
@@ -147,41 +170,101 @@ static float travel_sample(struct emit *emit, const struct piece *piece) {
     return time_s;
 }
 
-static void finish(struct emit *emit, const struct piece *last, struct segment *segment) {
-    bool more = !plan_is_empty(emit->plan), asked = (last->flags & MOTION_FLAG_EXACT_STOP) != 0;
-    bool may_end = asked || emit->flush || emit->hold || (last->flags & MOTION_FLAG_JOG) != 0;
-    if (asked && !emit->entered)
-        segment->flags |= SEGMENT_EXACT_STOP;
-    if (!more || emit->hold)
-        segment->flags |= SEGMENT_LAST;
-    emit->ran_dry = travel_ends(emit) && !may_end;
+/* Travel for this time, or to an exact stop. */
+static void travel_time(struct emit *emit, float time_s) {
+    const struct path *path = &emit->plan->path;
+    while (time_s > 0.0f && !travel_ends(emit)) {
+        plan_time(emit->plan);
+        time_s -= travel(emit, time_s);
+        if (!emit->entered && (path->pieces[(path->tail - 1) & (PLAN_SIZE - 1)].flags & PIECE_STOP) != 0)
+            break;
+    }
 }
 
-static void emit_sample(struct emit *emit) {
+/* Where the path has come to; at a stop, exactly there. @return the piece that says what this is */
+static const struct piece *find_place(struct emit *emit, int64_t at[AXIS_COUNT]) {
     struct path *path = &emit->plan->path;
-    const struct piece *piece = path_piece(path, path->tail);
-    float v0 = emit->v_mm_s;
-    int32_t steps[AXIS_COUNT] = {0};
-    uint8_t fraction[AXIS_COUNT] = {0};
-    float time_s = travel_sample(emit, piece);
     bool stop = !emit->entered;
     const struct piece *last = path_piece(path, stop ? path->tail - 1 : path->tail);
-    struct segment segment = {.line = last->line, .flags = segment_flags(piece->flags)};
     if (stop)
         emit->v_mm_s = 0.0f;
     if (stop && (last->flags & PIECE_STOP) != 0)
-        take_stop(emit, steps, fraction);
+        take_stop(emit, at);
     else
-        find_steps(emit, steps, fraction);
-    set_axes(emit, &segment, steps, fraction);
-    float v1 = emit->v_mm_s;
-    segment.ramp = (int16_t)(v0 + v1 > 0.0f ? (v1 - v0) / (v0 + v1) * (float)SEGMENT_RAMP_ONE : 0.0f);
-    if (v1 == 0.0f)
-        finish(emit, last, &segment);
-    segment.id = emit->next_id++;
-    segment.duration_ns = duration_ns(emit, time_s);
-    DEBUG(DEBUG_MOTION, "segment: line, ns", segment.line, segment.duration_ns);
-    (void)segment_ring_push(emit->ring, RING_OWNER_PLANNER, &segment);
+        find_steps(emit, at);
+    if (emit->y == 0.0f) {
+        bool asked = (last->flags & MOTION_FLAG_EXACT_STOP) != 0;
+        bool may_end = asked || emit->flush || emit->hold || (last->flags & MOTION_FLAG_JOG) != 0;
+        emit->ran_dry = travel_ends(emit) && !may_end;
+        emit->ended_flags = last->flags;
+    }
+    return last;
+}
+
+static void push(struct emit *emit, struct segment *segment, float time_s) {
+    if (emit->v_mm_s == 0.0f) {
+        if ((emit->ended_flags & MOTION_FLAG_EXACT_STOP) != 0 && !emit->entered)
+            segment->flags |= SEGMENT_EXACT_STOP;
+        if (plan_is_empty(emit->plan) || emit->hold)
+            segment->flags |= SEGMENT_LAST;
+    }
+    segment->id = emit->next_id++;
+    segment->duration_ns = duration_ns(emit, time_s);
+    DEBUG(DEBUG_MOTION, "segment: line, ns", segment->line, segment->duration_ns);
+    (void)segment_ring_push(emit->ring, RING_OWNER_PLANNER, segment);
+}
+
+static int16_t ramp(float v0, float v1) {
+    return (int16_t)(v0 + v1 > 0.0f ? (v1 - v0) / (v0 + v1) * (float)SEGMENT_RAMP_ONE : 0.0f);
+}
+
+static void emit_sample(struct emit *emit) {
+    const struct piece *piece = path_piece(&emit->plan->path, emit->plan->path.tail);
+    float v0 = emit->v_mm_s, time_s = travel_sample(emit, piece);
+    int64_t at[AXIS_COUNT] = {0};
+    struct segment segment = {.flags = segment_flags(piece->flags)};
+    segment.line = find_place(emit, at)->line;
+    segment.ramp = ramp(v0, emit->v_mm_s);
+    set_axes(emit, &segment, at);
+    push(emit, &segment, time_s);
+}
+
+/* Speed of the filtered motion during the newest sample, along the path. */
+static float filtered_mm_s(const struct emit *emit) {
+    const struct filter *filter = &emit->filter;
+    float sum = 0.0f, units = (float)FILTER_STEP * (float)filter->count * filter->sample_s;
+    for (unsigned ax = 0; ax < emit->plan->limits.axis_count; ax++) {
+        float v_mm_s = (float)filter->sum[ax] / (units * emit->plan->limits.steps_per_mm[ax]);
+        sum += v_mm_s * v_mm_s;
+    }
+    return sqrtf(sum);
+}
+
+/* The path goes on for a sample, or stands; the axes go to the mean of the last ones. */
+static void emit_filtered(struct emit *emit) {
+    struct filter *filter = &emit->filter;
+    struct filter_tag tag = filter->tags[filter->at];
+    int64_t at[AXIS_COUNT];
+    memcpy(at, filter->in, sizeof at);
+    float v0 = emit->v_mm_s;
+    if (!emit->settles && !travel_ends(emit)) {
+        uint8_t flags = path_piece(&emit->plan->path, emit->plan->path.tail)->flags;
+        travel_time(emit, filter->sample_s);
+        tag = (struct filter_tag){find_place(emit, at)->line, flags};
+        emit->settles = !emit->entered && (emit->ended_flags & PIECE_STOP) != 0;
+    }
+    filter_push(filter, at, tag);
+    emit->settles = emit->settles && is_behind(emit);
+    for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
+        at[ax] = filter_out(filter, ax);
+    float v = filtered_mm_s(emit);
+    tag = filter_tag(filter);
+    struct segment segment = {.line = tag.line, .flags = segment_flags(tag.flags)};
+    segment.ramp =
+        is_behind(emit) ? ramp(v0, 2.0f * v - v0 > 0.0f ? 2.0f * v - v0 : 0.0f) : -SEGMENT_RAMP_ONE;
+    emit->v_mm_s = is_behind(emit) ? v : 0.0f;
+    set_axes(emit, &segment, at);
+    push(emit, &segment, filter->sample_s);
 }
 
 static void emit_dwell_slice(struct emit *emit) {
@@ -192,7 +275,7 @@ static void emit_dwell_slice(struct emit *emit) {
 }
 
 static bool has_next(const struct emit *emit) {
-    return emit->dwell_left_ns > 0 || !travel_ends(emit);
+    return emit->dwell_left_ns > 0 || is_behind(emit) || !travel_ends(emit);
 }
 
 bool emit_poll(struct emit *emit) {
@@ -201,10 +284,12 @@ bool emit_poll(struct emit *emit) {
         return false;
     while (ring_free(&emit->ring->index, SEGMENT_RING_SIZE) > 0 &&
            segment_ring_queued_us(emit->ring) < EMIT_AHEAD_US && has_next(emit)) {
-        if (!travel_ends(emit))
-            emit_sample(emit);
-        else
+        if (travel_ends(emit) && !is_behind(emit))
             emit_dwell_slice(emit);
+        else if (emit->filter.count > 0)
+            emit_filtered(emit);
+        else
+            emit_sample(emit);
         any = true;
     }
     return any;

@@ -10,6 +10,7 @@
 #ifndef WIFICNC_MOTION_EMIT_H
 #define WIFICNC_MOTION_EMIT_H
 
+#include "motion/filter.h"
 #include "motion/planner.h"
 #include "segment/ring.h"
 
@@ -29,6 +30,9 @@ struct emit {
     float v_mm_s;                 /* along the path */
     int32_t steps[AXIS_COUNT];    /* where the last segment ended, to the nearest step below ... */
     uint8_t fraction[AXIS_COUNT]; /* ... plus this, in 1/256; 128 is exactly on a step */
+    struct filter filter;         /* limited jerk */
+    bool settles;                 /* at an exact stop, until the filter has come there, too */
+    uint8_t ended_flags;          /* of the piece that ended in the last stop; enum motion_flags */
     double time_ns;               /* fraction of a nanosecond carried from segment to segment */
     bool flush;                   /* nothing follows: coming to rest is no starving */
     bool hold;                    /* slow down along the path and stand */
@@ -43,6 +47,9 @@ void emit_init(struct emit *emit, struct plan *plan, struct segment_ring *ring);
 
 /** Stand still at the plan's position; the piece being emitted is forgotten. After plan_reset(). */
 void emit_reset(struct emit *emit, const int32_t position_steps[AXIS_COUNT]);
+
+/** Limit the jerk by averaging over this time; 0: not at all. At rest. */
+void emit_set_filter(struct emit *emit, float time_s);
 
 /** Put segments into the ring until EMIT_AHEAD_US is reached. @return true when any was put. Never blocks.
  */

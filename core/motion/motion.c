@@ -17,6 +17,7 @@ void motion_init(struct motion *motion, const struct motion_limits *limits) {
 
 void motion_set_limits(struct motion *motion, const struct motion_limits *limits) {
     plan_set_limits(&motion->plan, limits);
+    emit_set_filter(&motion->emit, motion->plan.filter_s);
 }
 
 bool motion_in_range(const struct motion *motion, const double target_mm[AXIS_COUNT]) {

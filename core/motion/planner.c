@@ -6,8 +6,13 @@
 
 #include <string.h>
 
-#define REDUCE_PART     0.3f  /* of the tolerance is for leaving out points, the rest for rounding corners */
-#define LEAST_TOLERANCE 0.5f  /* of the tolerance is left, however much of it an arc's chords take */
+#define ROUNDING_MM     0.003f /* twice that of a file with 4 decimals of an inch */
+#define REDUCE_MOST     0.6f   /* of the tolerance, to come up to that */
+#define REDUCE_PART     0.3f   /* of the tolerance is for leaving out points, the rest for rounding corners */
+#define LEAST_TOLERANCE 0.5f   /* of the tolerance is left, however much of it an arc's chords take */
+#define JERK_PART       0.25f  /* ... and this for limited jerk */
+#define LEAST_FILTER_S  0.002f
+#define CUBE_ROOT_STEPS 48
 #define LEAST_CHORD_MM  2e-5f /* a shorter one has no direction in float32 */
 #define RAPID_MM_S      1e15f /* its square still is a float */
 
@@ -18,9 +23,43 @@ void plan_reset(struct plan *plan, const int32_t position_steps[AXIS_COUNT]) {
     plan->timing.known = plan->timing.settled = 0;
 }
 
+/* x^3 = c, 0 < c <= 1. Newton's steps come from above; libm's bits are not the same everywhere. */
+static float cube_root(float c) {
+    float x = 1.0f;
+    for (int i = 0; i < CUBE_ROOT_STEPS; i++)
+        x -= (x - c / (x * x)) * (1.0f / 3.0f);
+    return x;
+}
+
+/* Averaging over T = 2 k A / J limits the jerk, and cuts curves by up to k |A| T^2 / 24, |A| being that of X,
+ * Y and Z at once. The part k of the acceleration that is used makes that fit: k^3 = 6 e J^2 / (|A| A^2). */
+static void fit_filter(struct plan *plan) {
+    struct motion_limits *limits = &plan->limits;
+    float most = 0.0f, sum = 0.0f, part = 1.0f, jerk = limits->jerk_mm_s3;
+    float room_mm = JERK_PART * limits->junction_deviation_mm;
+    for (unsigned ax = 0; ax < limits->axis_count; ax++) {
+        most = most_f(most, limits->accel_mm_s2[ax]);
+        sum += ax <= AXIS_Z ? limits->accel_mm_s2[ax] * limits->accel_mm_s2[ax] : 0.0f;
+    }
+    plan->filter_s = plan->filter_mm = 0.0f;
+    if (jerk <= 0.0f)
+        return;
+    float all = sqrtf(sum), cube = 6.0f * room_mm / all * (jerk / most) * (jerk / most);
+    if (room_mm > 0.0f && cube < 1.0f)
+        part = cube_root(cube);
+    plan->filter_s = most_f(2.0f * part * most / jerk, LEAST_FILTER_S);
+    float square = plan->filter_s * plan->filter_s * (1.0f / 24.0f);
+    if (room_mm > 0.0f && part * all * square > room_mm)
+        part = room_mm / (all * square);
+    plan->filter_mm = part * all * square;
+    for (unsigned ax = 0; ax < limits->axis_count; ax++)
+        limits->accel_mm_s2[ax] *= part;
+}
+
 void plan_set_limits(struct plan *plan, const struct motion_limits *limits) {
     plan->limits = *limits;
-    path_set_limits(&plan->path, limits);
+    fit_filter(plan);
+    path_set_limits(&plan->path, &plan->limits);
 }
 
 uint32_t plan_free(const struct plan *plan) {
@@ -30,6 +69,12 @@ uint32_t plan_free(const struct plan *plan) {
     if (used >= PLAN_SIZE || path->stop_head - path->stop_tail >= PATH_STOPS - 1)
         return 0;
     return PLAN_SIZE - used;
+}
+
+/* How far a point that is left out may lie from the chord: points are rounded when they are written, and what
+ * is less than that rounding would make every chord end at another error of it. */
+static float reduce_mm(float tolerance_mm) {
+    return most_f(REDUCE_PART * tolerance_mm, least_f(REDUCE_MOST * tolerance_mm, ROUNDING_MM));
 }
 
 /* Speed along a chord. The feed counts along X Y Z; the other axes keep up (RS274/NGC 2.1.2.5). */
@@ -53,7 +98,8 @@ void plan_close(struct plan *plan) {
         return;
     }
     struct chord_info info = {.asked_mm_s = asked_mm_s(&plan->newest, &reduce->chord, length_mm),
-                              .tube_mm = plan->tolerance_mm * (reduce->merged ? 1.0f - REDUCE_PART : 1.0f),
+                              .tube_mm = plan->tolerance_mm -
+                                         (reduce->merged ? reduce_mm(plan->tolerance_mm) : 0.0f),
                               .line = plan->newest.line,
                               .note = plan->newest.note,
                               .flags = plan->newest.flags};
@@ -76,13 +122,14 @@ static bool leads_nowhere(const struct plan *plan, const struct motion_line *lin
 }
 
 static void add_line(struct plan *plan, const struct motion_line *line) {
-    float tolerance_mm = most_f(plan->limits.junction_deviation_mm, line->tolerance_mm);
+    float tolerance_mm = most_f(plan->limits.junction_deviation_mm, line->tolerance_mm) - plan->filter_mm;
+    tolerance_mm = most_f(tolerance_mm, 0.0f);
     tolerance_mm = most_f(tolerance_mm - line->spent_mm, LEAST_TOLERANCE * tolerance_mm);
-    float reduce_mm = REDUCE_PART * tolerance_mm;
-    if (!is_alike(&plan->newest, line) || !reduce_accepts(&plan->reduce, line->target_mm, reduce_mm)) {
+    float left_out_mm = reduce_mm(tolerance_mm);
+    if (!is_alike(&plan->newest, line) || !reduce_accepts(&plan->reduce, line->target_mm, left_out_mm)) {
         plan_close(plan);
         plan->tolerance_mm = tolerance_mm;
-        (void)reduce_accepts(&plan->reduce, line->target_mm, reduce_mm);
+        (void)reduce_accepts(&plan->reduce, line->target_mm, left_out_mm);
     }
     plan->newest = *line;
     plan->tolerance_mm = tolerance_mm;

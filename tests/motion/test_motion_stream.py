@@ -51,8 +51,8 @@ def speeds_mm_s(run: Run, begin_s: float, end_s: float) -> np.ndarray:
 
 @pytest.mark.parametrize("point", [straight, circle])
 def test_it_starts_soon_and_keeps_its_speed(host: Host, point: Point) -> None:
-    """0.05 mm a millisecond is 3000 mm/min: the sender is no faster than the machine, so what is ahead stays as short as
-    it was at the start. Collinear points are merged, and must not wait for the line's end."""
+    """0.05 mm a millisecond is 3000 mm/min: the sender is no faster than the machine, so what is ahead stays as
+    short as it was at the start. Collinear points are merged, and must not wait for the line's end."""
     host.run("G0X20Y0\n" if point is circle else "G0X0Y0\n")
     begin_s = host.ticks() / host.timer_hz
     run = stream(host, point, 3000, 2000)

@@ -1,0 +1,140 @@
+"""`$40`: how fast the acceleration of any axis changes, seen on the step trace."""
+
+from __future__ import annotations
+
+import math
+import random
+
+import numpy as np
+import pytest
+from motion_host import AXES, BASELINE, Host, Run
+from numpy.typing import NDArray
+
+STEPS_PER_MM, ACCEL_MM_S2, DEVIATION_MM = 250.0, 500.0, 0.01
+
+
+def derivatives(run: Run, window_s: float) -> list[NDArray[np.float64]]:
+    """Speed, acceleration and jerk of every axis, by box differences of the interpolated positions."""
+    t = np.concatenate([[run.seconds()[0] - 1e-3], run.seconds()])
+    path = np.vstack([np.zeros(AXES), run.positions()]) / STEPS_PER_MM
+    grid = np.arange(t[0] - 4 * window_s, t[-1] + 4 * window_s, window_s / 10)
+    found = [np.stack([np.interp(grid, t, path[:, ax]) for ax in range(AXES)], axis=1)]
+    for _ in range(3):
+        found.append((found[-1][10:] - found[-1][:-10]) / window_s)
+    return found[1:]
+
+
+def zigzag(seed: int, count: int, length_mm: float) -> str:
+    rng = random.Random(seed)
+    at, lines = [0.0] * 3, ["G90G1F5000"]
+    for _ in range(count):
+        at = [min(60.0, max(-60.0, value + rng.uniform(-length_mm, length_mm))) for value in at]
+        lines.append("".join(f"{a}{v:.3f}" for a, v in zip("XYZ", at, strict=True)))
+    return "\n".join(lines) + "\n"
+
+
+def chopped_circle(chord_mm: float) -> str:
+    count = round(2 * math.pi * 20 / chord_mm)
+    angles = [2 * math.pi * n / count for n in range(1, count + 1)]
+    return "G90G1F5000\n" + "".join(f"X{20 * math.sin(a):.4f}Y{20 - 20 * math.cos(a):.4f}\n" for a in angles)
+
+
+@pytest.mark.parametrize("jerk", [5_000, 20_000, 100_000])
+@pytest.mark.parametrize("program", [zigzag(1, 60, 25.0), zigzag(2, 150, 1.0), chopped_circle(0.1), "G0X40\n"])
+def test_no_axis_exceeds_its_jerk(host: Host, jerk: int, program: str) -> None:
+    host.settings(s40=jerk)
+    window_s = 0.02
+    grain = 1 / (STEPS_PER_MM * window_s**2)  # one step
+    _, accel, third = derivatives(host.run(program), window_s)
+    assert np.abs(third).max() <= jerk + 4 * grain / window_s
+    assert np.abs(accel).max() <= ACCEL_MM_S2 + grain
+
+
+def test_without_it_a_line_begins_with_its_whole_acceleration(host: Host) -> None:
+    """The measure sees a trapezoid: 500 mm/s2 at once, over a window of 20 ms."""
+    _, _, third = derivatives(host.run("G0X40\n"), 0.02)
+    assert np.abs(third).max() > 0.75 * ACCEL_MM_S2 / 0.02
+
+
+@pytest.mark.parametrize(("jerk", "length_mm"), [(100_000, 50.0), (50_000, 3.0), (500_000, 20.0)])
+def test_a_line_takes_its_trapezoid_and_the_time_of_the_mean(host: Host, jerk: int, length_mm: float) -> None:
+    """T = 2 k A / J with k^3 = 6 e J^2 / (|A| A^2), e a quarter of $11, |A| of three axes; then the line is a trapezoid
+    of k A, averaged over T."""
+    host.settings(s40=jerk)
+    norm = math.sqrt(3) * ACCEL_MM_S2
+    part = min(1.0, (6 * 0.25 * DEVIATION_MM * jerk**2 / (norm * ACCEL_MM_S2**2)) ** (1 / 3))
+    accel, mean_s, v = part * ACCEL_MM_S2, max(2 * part * ACCEL_MM_S2 / jerk, 0.002), 5000 / 60
+    trapezoid_s = 2 * math.sqrt(length_mm / accel) if v * v / accel > length_mm else length_mm / v + v / accel
+    run = host.run(f"G1X{length_mm}F5000\n")
+    took_s = run.seconds()[-1] - run.seconds()[0]
+    assert trapezoid_s + mean_s - 0.03 < took_s < trapezoid_s + mean_s + 0.003  # its first step is late, its last early
+
+
+@pytest.mark.parametrize("jerk", [2_000, 30_000, 1_000_000])
+@pytest.mark.parametrize("seed", range(3))
+def test_the_end_is_exact_and_the_path_in_the_tolerance(host: Host, jerk: int, seed: int) -> None:
+    host.settings(s40=jerk)
+    program = zigzag(seed, 40, 4.0)
+    run = host.run(program)
+    points = [(0.0, 0.0, 0.0)]
+    points += [tuple(float(word[1:]) for word in split(line)) for line in program.splitlines()[1:]]
+    assert run.counted()[:3] == [nearest(value * STEPS_PER_MM) for value in points[-1]]
+    assert farthest_mm(run.positions()[::7, :3] / STEPS_PER_MM, np.array(points)) <= DEVIATION_MM + 1.5 / STEPS_PER_MM
+
+
+def nearest(steps: float) -> int:
+    """Halves away from zero; a millionth of a step is the decimal's rounding."""
+    return round(math.copysign(math.floor(abs(steps) + 0.5 + 1e-6), steps))
+
+
+def split(line: str) -> list[str]:
+    y, z = line.index("Y"), line.index("Z")
+    return [line[:y], line[y:z], line[z:]]
+
+
+def farthest_mm(places: NDArray[np.float64], points: NDArray[np.float64]) -> float:
+    """Greatest distance of any place from the polyline."""
+    begin, chord = points[:-1], np.diff(points, axis=0)
+    along = np.einsum("pij,ij->pi", places[:, None] - begin, chord) / np.maximum((chord**2).sum(axis=1), 1e-12)
+    nearest = begin + np.clip(along, 0, 1)[:, :, None] * chord
+    return float(np.sqrt(((places[:, None] - nearest) ** 2).sum(axis=2)).min(axis=1).max())
+
+
+def test_an_exact_stop_is_reached_exactly(host: Host) -> None:
+    host.settings(s40=10_000)
+    run = host.run("G61G1F3000X10\nY10\nX0\n")
+    path = run.positions()[:, :2]
+    for corner in ((2500, 0), (2500, 2500)):
+        assert (path == corner).all(axis=1).any()
+    corners = np.array([[0, 0, 0], [10, 0, 0], [10, 10, 0], [0, 10, 0]])
+    assert farthest_mm(np.c_[path / STEPS_PER_MM, np.zeros(len(path))], corners) < 1e-9
+
+
+def test_chords_of_a_tenth_of_a_mm_are_as_fast_as_the_arc(host: Host) -> None:
+    """Issue: a file of 0.1 mm segments must not be slower than the same curve as one arc by more than 2 %."""
+    host.settings(s40=100_000)
+    arc_s = duration_s(host, "G90G3F5000X0Y0I0J20\n")
+    chords_s = duration_s(host, chopped_circle(0.1))
+    assert chords_s <= 1.02 * arc_s
+
+
+def duration_s(host: Host, program: str) -> float:
+    run = host.run(program)
+    return float(run.seconds()[-1] - run.seconds()[0])
+
+
+@pytest.mark.parametrize("stop", ["!", "\x18"])
+def test_a_stop_anywhere_keeps_the_position(stop: str) -> None:
+    for events in range(500, 9000, 1300):
+        host = Host()
+        host.settings(**BASELINE, s11=DEVIATION_MM, s40=20_000)
+        host.start(zigzag(5, 20, 8.0))
+        host.advance(events)
+        host.put(stop)
+        held = host.settle()
+        assert held.counted() == held.position
+        if stop == "!":
+            host.put("~")
+            ended = host.settle()
+            assert ended.counted() == ended.position
+        host.close()
