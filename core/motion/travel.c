@@ -1,8 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 #include "motion/travel.h"
 
-#include <string.h>
-
 #define ROUNDING   1e-6f /* relative: shorter parts of a profile are only rounding */
 #define NOTHING    1e-7f /* a direction's coefficient that is only rounding */
 #define WIDE       1e30f
@@ -220,5 +218,5 @@ void travel_position(const struct emit *emit, float from_corner_mm[AXIS_COUNT]) 
         at_mm = piece->unit * (float)(emit->along_mm - (double)piece->length_mm);
     else if (emit->entered)
         at_mm = (piece->unit * (2.0f * t - 1.0f) + (next->unit - piece->unit) * (t * t)) * piece->tangent_mm;
-    memcpy(from_corner_mm, &at_mm, AXIS_COUNT * sizeof from_corner_mm[0]);
+    vec_store(at_mm, from_corner_mm);
 }

@@ -27,8 +27,8 @@ typedef float vec __attribute__((vector_size(4 * VEC_LANES), aligned(4)));
 /** A comparison's result: all bits of a lane set, or none. */
 typedef int32_t vec_mask __attribute__((vector_size(4 * VEC_LANES), aligned(4)));
 
-VEC_INLINE vec vec_load(const float a[AXIS_COUNT]) {
-    return (vec){a[0], a[1], a[2], a[3], a[4], a[5]};
+VEC_INLINE void vec_store(vec v, float a[AXIS_COUNT]) {
+    a[0] = v[0], a[1] = v[1], a[2] = v[2], a[3] = v[3], a[4] = v[4], a[5] = v[5];
 }
 
 VEC_INLINE float vec_dot(vec a, vec b) {
