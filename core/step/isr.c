@@ -7,17 +7,24 @@
 #define PHASE_MASK 0x7FFF7FFFu
 #define CARRY_MASK 0x80008000u
 
-/* Advance all six phases by one event; the axes that overflow are the step bits. Bits 31 30 29 of the three
- * words become C B A, bits 15 14 13 become Z Y X. */
+/* Advance two axes by one event. */
+static HAL_INLINE uint32_t next_word(struct step *step, unsigned word) {
+    uint32_t sum = (step->phase[word] & PHASE_MASK) + step->increment[word];
+    step->phase[word] = sum;
+    return sum & CARRY_MASK;
+}
+
+/* Advance all phases by one event; the axes that overflow are the step bits: of each word, bit 15 becomes the
+ * lower one and bit 31 the upper one. */
 static HAL_INLINE axis_mask_t next_bits(struct step *step) {
-    uint32_t c = (step->phase[0] & PHASE_MASK) + step->increment[0];
-    uint32_t b = (step->phase[1] & PHASE_MASK) + step->increment[1];
-    uint32_t a = (step->phase[2] & PHASE_MASK) + step->increment[2];
-    step->phase[0] = c;
-    step->phase[1] = b;
-    step->phase[2] = a;
-    uint32_t carries = (c & CARRY_MASK) | (b & CARRY_MASK) >> 1 | (a & CARRY_MASK) >> 2;
-    return (axis_mask_t)((carries >> 13 & 7u) | carries >> 26);
+    uint32_t xy = next_word(step, 0), za = next_word(step, 1);
+    uint32_t carries = xy >> 2 | za;
+    uint32_t bits = carries >> 13 | carries >> 28; /* above bit 7 is rubbish */
+    if (step->wide) {
+        uint32_t bc = next_word(step, 2);
+        bits |= bc >> 11 | bc >> 26;
+    }
+    return (axis_mask_t)bits;
 }
 
 static HAL_INLINE uint32_t next_ticks(struct step *step) {
@@ -41,6 +48,7 @@ static HAL_INLINE uint32_t load_span(struct step *step, const struct span *span)
     step->increment[2] = span->increment[2];
     step->interval_q16 = span->interval_q16;
     step->delta_q16 = span->delta_q16;
+    step->wide = step->increment[2] != 0;
     step->events_left = span->events;
     step->loaded = true;
     step->watch_probe = (span->flags & SEGMENT_PROBE) != 0 && !step->probe_hit;
@@ -81,10 +89,8 @@ HAL_ISR HAL_SELDOM static void look_at_probe(struct step *step) {
     step->probe_hit = true;
 }
 
-HAL_ISR void step_isr(struct step *step) {
+static HAL_INLINE void put_event(struct step *step) {
     struct hal_step *hal = step->hal;
-    if (step->watch_probe)
-        look_at_probe(step);
     hal_step_set(hal, step->next);
     if (--step->events_left == 0) {
         next_span(step);
@@ -93,6 +99,18 @@ HAL_ISR void step_isr(struct step *step) {
     hal_step_timer_next(hal, next_ticks(step));
     step->next = next_bits(step);
     hal_step_clear(hal);
+}
+
+HAL_ISR HAL_SELDOM static void put_probing_event(struct step *step) {
+    look_at_probe(step);
+    put_event(step);
+}
+
+HAL_ISR void step_isr(struct step *step) {
+    if (step->watch_probe)
+        put_probing_event(step);
+    else
+        put_event(step);
 }
 
 void step_init(struct step *step, struct hal_step *hal) {

@@ -27,6 +27,7 @@ struct step {
     struct hal_step *hal;
     axis_mask_t next; /* step bits of the coming event */
     bool watch_probe;
+    bool wide; /* the current span moves B or C */
     /* touched when a span ends */
     volatile bool active;   /* the timer runs; while false the ISR does not touch anything here */
     volatile bool halted;   /* step_halt() was called: step_start() waits for step_flush() */

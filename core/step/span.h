@@ -5,9 +5,12 @@
  * its increment to its phase; an axis whose 15-bit phase overflows steps. The six phases live in three words,
  * two axes a word, so that one addition serves two axes and one mask collects their carries:
  *
- *     word w:   bit 31        30..16           15        14..0
- *              carry of C B A   phase of     carry of Z Y X  phase of
- *              (w = 0 1 2)    C B A        (w = 0 1 2)     Z Y X
+ *     word   bit 31        30..16        15            14..0
+ *     0      carry of Y    phase of Y    carry of X    phase of X
+ *     1      carry of A    phase of A    carry of Z    phase of Z
+ *     2      carry of C    phase of C    carry of B    phase of B
+ *
+ * Most spans move neither B nor C, and word 2 is left alone.
  *
  * An increment of 0x8000 steps at every event, 0 never. An axis that travels s steps in E events has the
  * increment s 2^15 / E, rounded; the rounding adds up to at most E/2 < 2^13, so the start phase (or the
@@ -56,10 +59,10 @@ struct span_ring {
 
 /** Half word of an axis in span.phase and span.increment. */
 static inline unsigned span_word(unsigned axis) {
-    return 2u - axis % 3u;
+    return axis / 2u;
 }
 static inline unsigned span_shift(unsigned axis) {
-    return axis / 3u * 16u;
+    return axis % 2u * 16u;
 }
 
 #endif

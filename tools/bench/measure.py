@@ -55,11 +55,13 @@ def build_driver() -> Path:
     return build_program([Path(__file__).with_name("drive.c")], BUILD / "drive")
 
 
-def write_diagonal(lines: int = 12) -> Path:
-    """Long moves of three axes at full rate: the step ISR's worst diet."""
+def write_diagonal(axes: str = "XYZ", lines: int = 12) -> Path:
+    """Long moves of all these axes at full rate: the step ISR's worst diet."""
     BUILD.mkdir(parents=True, exist_ok=True)
-    path = BUILD / "diagonal.nc"
-    moves = [f"G1 X{60 if n % 2 else 0} Y{55 if n % 2 else 0} Z{50 if n % 2 else 0}" for n in range(1, lines + 1)]
+    path = BUILD / f"diagonal{len(axes)}.nc"
+    ends = " ".join(f"{axis}{60 - 5 * n}" for n, axis in enumerate(axes))
+    starts = " ".join(f"{axis}0" for axis in axes)
+    moves = [f"G1 {ends if n % 2 else starts}" for n in range(1, lines + 1)]
     path.write_text("\n".join(["G21 G90 G94 F24000", *moves, "M2"]) + "\n")
     return path
 
@@ -117,9 +119,13 @@ def instructions(job: Path) -> list[Figure]:
     count = counters(driver, diagonal, FAST)
     profile = profile_job(driver, diagonal, FAST)
     events = count["timer_events"]
+    six = write_diagonal("XYZABC")
+    six_events = counters(driver, six, FAST)["timer_events"]
+    six_isr = profile_job(driver, six, FAST).inclusive("step_isr") / six_events
     figures = [
-        Figure("step ISR per step event, 3 axes, full rate", profile.inclusive("step_isr") / events, "instr", 60),
-        Figure("span preparation per step event", profile.room("core/step/prep.c") / events, "instr"),
+        Figure("step ISR per step event, 3 axes, full rate", profile.inclusive("step_isr") / events, "instr", 45),
+        Figure("the same with 6 axes", six_isr, "instr", 70),
+        Figure("span preparation per step event", profile.room("core/step/prep.c") / events, "instr", 15),
     ]
     count = counters(driver, job, FAST)
     profile = profile_job(driver, job, FAST)

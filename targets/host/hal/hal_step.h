@@ -29,8 +29,10 @@ struct hal_step {
 static HAL_INLINE void hal_step_set(struct hal_step *hal, axis_mask_t axes) {
     if (axes == 0)
         return;
-    const uint64_t words[2] = {hal->now_ticks, hal->tag | axes};
-    memcpy(hal->write++, words, sizeof words);
+    char *event = (char *)hal->write++;
+    uint64_t word = hal->tag | axes;
+    memcpy(event + sizeof word, &word, sizeof word);
+    memcpy(event, &hal->now_ticks, sizeof hal->now_ticks);
 }
 
 static HAL_INLINE void hal_step_clear(struct hal_step *hal) {
