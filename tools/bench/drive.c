@@ -2,7 +2,7 @@
  * Runs one G-code file through the host controller with nothing else around it, for callgrind and for the
  * clock.
  *
- * Usage: drive FILE [SETTING...]    prints the work counters as JSON */
+ * Usage: drive AXES FILE [SETTING...]    prints the work counters as JSON */
 #include "host.h"
 
 #include <stdio.h>
@@ -10,12 +10,11 @@
 #include <string.h>
 
 /* A 10 MHz step timer that allows 500 k steps/s. */
-static const struct host_board BOARD = {
+static struct host_board board = {
     .timer_hz = 10000000,
     .step_pulse_ns = 1000,
     .dir_setup_ns = 1000,
     .max_step_rate_hz = 500000,
-    .axis_count = 3,
 };
 
 static void *checked(void *pointer, const char *what) {
@@ -65,13 +64,14 @@ static unsigned feed(struct host *host, const char *text, size_t size) {
 }
 
 int main(int argc, char **argv) {
-    if (argc < 2)
+    if (argc < 3)
         return 2;
     size_t size;
-    char *text = read_file(argv[1], &size);
-    struct host *host = checked(host_create(&BOARD), "host_create");
+    char *text = read_file(argv[2], &size);
+    board.axis_count = (uint8_t)strtoul(argv[1], NULL, 10);
+    struct host *host = checked(host_create(&board), "host_create");
     unsigned errors = 0;
-    for (int n = 2; n < argc; n++) {
+    for (int n = 3; n < argc; n++) {
         errors += feed(host, argv[n], strlen(argv[n]));
         errors += feed(host, "\n", 1);
     }

@@ -97,17 +97,18 @@ def write_long(job: Path, lines: int = 40_000) -> Path:
     return path
 
 
-def counters(driver: Path, job: Path, settings: Sequence[str]) -> dict[str, int]:
+def counters(driver: Path, job: Path, settings: Sequence[str], axes: int = 3) -> dict[str, int]:
     """The driver's work counters. Raises CalledProcessError when the job has errors."""
-    run = subprocess.run([str(driver), str(job), *settings], capture_output=True, text=True, check=True)
+    run = subprocess.run([str(driver), str(axes), str(job), *settings], capture_output=True, text=True, check=True)
     result: dict[str, int] = json.loads(run.stdout)
     return result
 
 
-def profile_job(driver: Path, job: Path, settings: Sequence[str]) -> Profile:
+def profile_job(driver: Path, job: Path, settings: Sequence[str], axes: int = 3) -> Profile:
     """The driver's run of a job under callgrind."""
     out = BUILD / f"callgrind.{job.stem}"
-    argv = ["valgrind", "--tool=callgrind", "--quiet", f"--callgrind-out-file={out}", str(driver), str(job), *settings]
+    tool = ["valgrind", "--tool=callgrind", "--quiet", f"--callgrind-out-file={out}"]
+    argv = [*tool, str(driver), str(axes), str(job), *settings]
     subprocess.run(argv, capture_output=True, text=True, check=True)
     with open(out) as file:
         return parse_callgrind(file)
@@ -120,8 +121,12 @@ def instructions(job: Path) -> list[Figure]:
     profile = profile_job(driver, diagonal, FAST)
     events = count["timer_events"]
     six = write_diagonal("XYZABC")
-    six_events = counters(driver, six, FAST)["timer_events"]
-    six_isr = profile_job(driver, six, FAST).inclusive("step_isr") / six_events
+    fast = [
+        *FAST,
+        *(f"${base + n}={value}" for n in (3, 4, 5) for base, value in ((100, 250), (110, 24000), (120, 4000))),
+    ]
+    six_events = counters(driver, six, fast, axes=6)["timer_events"]
+    six_isr = profile_job(driver, six, fast, axes=6).inclusive("step_isr") / six_events
     figures = [
         Figure("step ISR per step event, 3 axes, full rate", profile.inclusive("step_isr") / events, "instr", 45),
         Figure("the same with 6 axes", six_isr, "instr", 70),
