@@ -10,7 +10,8 @@
 #define SAMPLE_S       0.002f /* of a segment: a curve at 500 mm/s2 is 0.25 um beside its chord then */
 #define LINE_SAMPLE_S  0.004f /* on a straight part that goes on for longer */
 #define LEAST_SAMPLE_S 0.0002f
-#define ENOUGH_MM      0.5f /* and a little more than the way to a stop: no more of the path is needed yet */
+#define ENOUGH_MM      0.5f  /* and a little more than the way to a stop: no more of the path is needed yet */
+#define SLACK_USED     1.01f /* of the way to a stop, for rounding */
 #define MAX_DWELL_NS   1000000000u /* of one dwell segment */
 
 void emit_init(struct emit *emit, struct plan *plan, struct segment_ring *ring) {
@@ -59,6 +60,20 @@ bool emit_is_idle(const struct emit *emit) {
 
 bool emit_is_held(const struct emit *emit) {
     return emit->hold && emit->y == 0.0f && !is_behind(emit);
+}
+
+float emit_slack_mm(const struct emit *emit) {
+    const struct path *path = &emit->plan->path;
+    if (path_count(path) == 0)
+        return 0.0f;
+    const struct piece *last = &path->pieces[(path->head - 1) & (PLAN_SIZE - 1)];
+    bool on_it = path_count(path) == 1 && emit->entered;
+    float before_mm = path->pieces[(path->head - 2) & (PLAN_SIZE - 1)].tangent_mm;
+    float left_mm = last->length_mm - (on_it                  ? (float)emit->along_mm
+                                       : path_count(path) > 1 ? before_mm
+                                                              : 0.0f);
+    float y = on_it ? emit->y : path_count(path) > 1 ? last->enter_y : 0.0f;
+    return left_mm - SLACK_USED * y / (2.0f * last->accel_mm_s2);
 }
 
 uint32_t emit_line(const struct emit *emit) {

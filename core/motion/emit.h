@@ -69,6 +69,9 @@ bool emit_is_held(const struct emit *emit);
  */
 bool emit_wants_more(const struct emit *emit);
 
+/** Length at the end of the newest piece that is not needed for braking to a stop there, mm. */
+float emit_slack_mm(const struct emit *emit);
+
 /** Source line that the newest segment is of, while there is more of that piece; else 0. */
 uint32_t emit_line(const struct emit *emit);
 

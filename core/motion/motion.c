@@ -30,6 +30,7 @@ bool motion_line(struct motion *motion, const struct motion_line *line, uint32_t
         return false;
     if (plan_is_empty(&motion->plan))
         motion->oldest_us = now_us;
+    motion->plan.path.slack_mm = emit_slack_mm(emit);
     plan_line(&motion->plan, line);
     emit->starved += emit->ran_dry;
     emit->ran_dry = emit->flush = false;
@@ -44,7 +45,8 @@ void motion_dwell(struct motion *motion, double seconds) {
 void motion_flush(struct motion *motion) {
     motion->emit.flush = true;
     motion->emit.ran_dry = false;
-    plan_end(&motion->plan);
+    motion->plan.path.slack_mm = emit_slack_mm(&motion->emit);
+    plan_end(&motion->plan, true);
 }
 
 /* At rest, and more moves may still come that would give those here more look-ahead. */
@@ -62,8 +64,9 @@ bool motion_poll(struct motion *motion, uint32_t now_us) {
     if (motion->waits)
         return false;
     if (plan_is_pending(plan) && emit_wants_more(&motion->emit) && motion_has_room(motion)) {
+        plan->path.slack_mm = emit_slack_mm(&motion->emit);
         if (paused)
-            plan_end(plan);
+            plan_end(plan, true);
         else
             plan_close(plan);
     }

@@ -25,7 +25,7 @@ void path_set_limits(struct path *path, const struct motion_limits *limits) {
 void path_reset(struct path *path) {
     path->newest = path->placed = path->blended = 0;
     path->head = path->tail = path->stop_head = path->stop_tail = 0;
-    path->waits = false;
+    path->waits = path->may_go_on = path->reopened = false;
     path->before_mm = 0.0f;
     memset(path->lost_mm, 0, sizeof path->lost_mm);
     path->knots[0] = (struct knot){.stop = true};
@@ -76,17 +76,32 @@ static void take_waiting(struct path *path, float after_mm) {
     path->waits = false;
 }
 
+/* The stop at the end is none, if it has not been made: its knot waits again for its blend. */
+static void reopen(struct path *path) {
+    struct knot *last = &path->knots[path->newest & (KNOT_RING - 1)];
+    if (!path->may_go_on || path_count(path) == 0)
+        return;
+    path->may_go_on = last->stop = false;
+    path->reopened = true;
+    path->blended--;
+    path->before_mm = last->length_mm;
+}
+
 void path_chord(struct path *path, const vec *chord, float length_mm, const struct chord_info *info) {
+    reopen(path);
     take_waiting(path, length_mm);
     path->wait = (struct chord_wait){*chord, length_mm, *info};
     path->waits = true;
 }
 
-void path_end(struct path *path, const int32_t stop_steps[AXIS_COUNT]) {
+void path_end(struct path *path, const int32_t stop_steps[AXIS_COUNT], bool may_go_on) {
     take_waiting(path, 0.0f);
     path->before_mm = 0.0f;
-    if (path->knots[path->newest & (KNOT_RING - 1)].stop)
+    if (path->knots[path->newest & (KNOT_RING - 1)].stop) {
+        path->may_go_on = path->may_go_on && may_go_on;
         return;
-    memcpy(path->stop_steps[path->stop_head++ & (PATH_STOPS - 1)], stop_steps, sizeof path->stop_steps[0]);
+    }
     smooth_end(path);
+    memcpy(path->stop_steps[path->stop_head++ & (PATH_STOPS - 1)], stop_steps, sizeof path->stop_steps[0]);
+    path->may_go_on = may_go_on;
 }

@@ -95,6 +95,11 @@ struct path {
     struct piece pieces[PLAN_SIZE];
     int32_t stop_steps[PATH_STOPS][AXIS_COUNT]; /* exact positions of the coming stops */
     uint32_t stop_head, stop_tail;
+    /* a last stop that is there only because nothing followed */
+    bool may_go_on; /* so is the newest one, and the next chord may pass it at speed */
+    bool reopened;  /* that chord came: the stop's piece gets a blend, if there still is room for it */
+    bool changed;   /* that happened: all timing is new */
+    float slack_mm; /* room: of the piece's end, what is not needed for braking; from motion/emit.h */
 };
 
 static inline struct piece *path_piece(struct path *path, uint32_t index) {
@@ -117,7 +122,8 @@ void path_reset(struct path *path);
 /** Append a chord; there is room for PATH_BURST pieces. */
 void path_chord(struct path *path, const vec *chord, float length_mm, const struct chord_info *info);
 
-/** All chords so far become pieces, and the last one ends at rest at this position. */
-void path_end(struct path *path, const int32_t stop_steps[AXIS_COUNT]);
+/** All chords so far become pieces, and the last one ends at rest at this position.
+ *  @param may_go_on  a chord that comes early enough may still pass it at speed */
+void path_end(struct path *path, const int32_t stop_steps[AXIS_COUNT], bool may_go_on);
 
 #endif

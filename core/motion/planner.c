@@ -141,15 +141,15 @@ void plan_line(struct plan *plan, const struct motion_line *line) {
     if (!leads_nowhere(plan, line))
         add_line(plan, line);
     if ((line->flags & MOTION_FLAG_EXACT_STOP) != 0)
-        plan_end(plan);
+        plan_end(plan, false);
     DEBUG(DEBUG_MOTION, "move: line, pieces waiting", line->line, path_count(&plan->path));
 }
 
-void plan_end(struct plan *plan) {
+void plan_end(struct plan *plan, bool may_go_on) {
     int32_t steps[AXIS_COUNT] = {0};
     plan_close(plan);
     kinematics_target_steps(plan->position_mm, plan->limits.steps_per_mm, plan->limits.axis_count, steps);
-    path_end(&plan->path, steps);
+    path_end(&plan->path, steps, may_go_on);
 }
 
 void plan_set_override(struct plan *plan, float feed, float rapid) {

@@ -54,8 +54,9 @@ void plan_line(struct plan *plan, const struct motion_line *line);
 /** What was taken so far is a chord of its own: no later move may change where it ends. */
 void plan_close(struct plan *plan);
 
-/** The newest move ends at rest, exactly at its target, whatever follows. */
-void plan_end(struct plan *plan);
+/** The newest move ends at rest, exactly at its target.
+ *  @param may_go_on  unless a next one comes early enough; else whatever follows */
+void plan_end(struct plan *plan, bool may_go_on);
 
 /** New overrides for everything planned. @param feed 0.1 .. 2, @param rapid 0.25 .. 1 */
 void plan_set_override(struct plan *plan, float feed, float rapid);
@@ -75,10 +76,13 @@ static inline void plan_time(struct plan *plan) {
     const struct timing *timing = &plan->timing;
     const struct path *path = &plan->path;
     uint32_t fresh = path->head - timing->known, count = path_count(path);
-    bool settled = (int32_t)(timing->settled - path->tail) > 0;
+    bool whole = timing->whole || path->changed, settled = (int32_t)(timing->settled - path->tail) > 0;
     bool much = fresh * PLAN_FRESH > count || (fresh > 0 && count < PLAN_MANY);
-    if (timing->whole || (much && !settled))
-        timing_backward(&plan->timing, &plan->path);
+    if (!whole && (!much || settled))
+        return;
+    plan->timing.whole = whole;
+    plan->path.changed = false;
+    timing_backward(&plan->timing, &plan->path);
 }
 
 #endif

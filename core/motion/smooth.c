@@ -172,14 +172,33 @@ static float tangent_mm(const struct path *path, const struct knot *before, cons
     return least_f(most_mm, most_f(need_mm, NEED_LEAST_MM));
 }
 
+/* A stop is passed at speed after all, if the room for its blend is still there. @return false: it stays a
+ * stop */
+static bool blend_again(struct path *path, struct knot *k) {
+    path->reopened = false;
+    k->tangent_mm = path_count(path) > 0 ? least_f(k->tangent_mm, path->slack_mm) : 0.0f;
+    k->stop = k->tangent_mm < LEAST_TANGENT_MM;
+    if (k->stop)
+        return false;
+    path->head--;
+    path->stop_head--;
+    path->changed = true;
+    return true;
+}
+
 static void blend(struct path *path, uint32_t index) {
     struct knot *k = knot(path, index);
     const struct knot *after = knot(path, index + 1);
-    struct piece *piece = path_piece(path, path->head);
     float limit_mm_s = vec_limit_along(k->unit, path->inverse_rate);
     k->tangent_mm = tangent_mm(path, knot(path, index - 1), k, after, limit_mm_s);
+    path->blended = index;
+    if (path->reopened && !blend_again(path, k)) {
+        k->tangent_mm = 0.0f;
+        return;
+    }
     if (k->tangent_mm < LEAST_TANGENT_MM)
         k->tangent_mm = 0.0f;
+    struct piece *piece = path_piece(path, path->head++);
     *piece = (struct piece){.unit = k->unit,
                             .length_mm = k->length_mm,
                             .tangent_mm = k->tangent_mm,
@@ -195,8 +214,6 @@ static void blend(struct path *path, uint32_t index) {
         float apex = vec_limit_along(0.5f * (k->unit + after->unit), path->inverse_rate);
         piece->apex_sq = apex * apex;
     }
-    path->head++;
-    path->blended = index;
 }
 
 void smooth_knot(struct path *path, const vec *chord, float length_mm, const struct chord_info *info) {

@@ -68,3 +68,26 @@ def test_a_slow_sender_means_a_slow_move_but_no_stops(host: Host, point: Point) 
     begin_s = host.ticks() / host.timer_hz
     run = stream(host, point, 6000, 2000)
     assert speeds_mm_s(run, begin_s + 0.4, begin_s + 1.9).min() > 25.0
+
+
+@pytest.mark.parametrize("turn", ["X40", "X40Y1", "Y20", "X0"])
+@pytest.mark.parametrize("late_s", [0.2, 0.5, 1.0])
+def test_a_move_that_comes_in_time_is_no_stop(host: Host, turn: str, late_s: float) -> None:
+    """One move alone ends at rest; but what comes while it is under way goes on from it as if it had been there."""
+    host.start("G1F1000X20\n")
+    host.wait(late_s)
+    host.put(turn + "\n")
+    run = host.settle()
+    together = host_like(host).run(f"G1F1000X20\n{turn}\n")
+    assert run.position == together.position
+    assert duration_s(run) == pytest.approx(duration_s(together), abs=0.01)
+
+
+def host_like(host: Host) -> Host:
+    other = Host(axes=3)
+    other.settings(s110=6000, s111=6000, s120=500, s121=500)
+    return other
+
+
+def duration_s(run: Run) -> float:
+    return float(run.seconds()[-1] - run.seconds()[0])
