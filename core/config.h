@@ -5,7 +5,7 @@
 
 #define LINE_SIZE 80   /* characters of a stored line and its NUL; the 80th stored character is error:11 */
 #define RX_SIZE   1024 /* bytes a character-counting sender may keep in flight */
-#define PLAN_SIZE 128  /* pieces of path that the look-ahead holds */
+#define PLAN_SIZE 64   /* pieces of path that the look-ahead holds */
 #define SEGMENT_RING_SIZE  64  /* segments between planner or host and prep */
 #define SPAN_RING_SIZE     32  /* spans between prep and the step ISR */
 #define FEED_SIZE          128 /* segments of a network host that wait */

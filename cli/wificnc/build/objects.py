@@ -21,6 +21,7 @@ class Unit:
 
     source: Path
     object: Path
+    flags: tuple[str, ...] = ()  # of its own, behind those of all
 
     @property
     def depfile(self) -> Path:
@@ -60,7 +61,7 @@ def _compile(command: Sequence[str], unit: Unit) -> tuple[bool, str]:
     """@return whether it went well, and what the compiler said."""
     unit.object.parent.mkdir(parents=True, exist_ok=True)
     begin_ns = time.time_ns()
-    argv = [*command, "-MMD", "-MF", str(unit.depfile), "-c", str(unit.source), "-o", str(unit.object)]
+    argv = [*command, *unit.flags, "-MMD", "-MF", str(unit.depfile), "-c", str(unit.source), "-o", str(unit.object)]
     run = subprocess.run(argv, capture_output=True, text=True, stdin=subprocess.DEVNULL)
     if run.returncode != 0:
         unit.object.unlink(missing_ok=True)

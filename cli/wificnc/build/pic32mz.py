@@ -38,13 +38,15 @@ MACHINE = (
 )
 FLAGS = (
     *MACHINE,
-    *("-std=c11", "-O2", "-g"),
+    *("-std=c11", "-Os", "-g"),
     *("-fno-math-errno", "-ffp-contract=off"),
     *("-fno-asynchronous-unwind-tables", "-fno-stack-protector"),
     *("-ffunction-sections", "-fdata-sections", "-fcallgraph-info=su"),
     *("-Wall", "-Wextra", "-Wconversion", "-Wshadow", "-Werror"),
 )
 PREFIX_MAP = "-ffile-prefix-map={root}=."  # debug information is the same wherever the repository lies
+# -Os fits the flash budget; what interrupts are made of is for speed.
+FAST = ("core/step/", "targets/pic32mz/hal/", "targets/pic32mz/chip/")
 LINK = (
     "-nostdlib",
     "-static",
@@ -122,13 +124,15 @@ def _compile_command(root: Path, compiler: str, directory: Path) -> list[str]:
 
 
 def _unit(root: Path, directory: Path, source: Path) -> Unit:
-    return Unit(source, directory / "obj" / source.relative_to(root).with_suffix(".o"))
+    name = source.relative_to(root)
+    fast = name.as_posix().startswith(FAST)
+    return Unit(source, directory / "obj" / name.with_suffix(".o"), ("-O2",) if fast else ())
 
 
 def _compiler_title(directory: Path, compiler: str) -> str:
     """Who it is; another compiler or other flags make every object stale."""
     stamp_file = directory / "compiler.json"
-    stamp = json.dumps([compiler_stamp((compiler,)), FLAGS, PREFIX_MAP, LINK])
+    stamp = json.dumps([compiler_stamp((compiler,)), FLAGS, FAST, PREFIX_MAP, LINK])
     stored = json.loads(stamp_file.read_text()) if stamp_file.is_file() else {}
     if stored.get("stamp") == stamp:
         return str(stored["title"])

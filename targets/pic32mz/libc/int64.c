@@ -8,8 +8,15 @@ uint64_t __udivdi3(uint64_t n, uint64_t d);
 uint64_t __umoddi3(uint64_t n, uint64_t d);
 int64_t __divdi3(int64_t n, int64_t d);
 int64_t __moddi3(int64_t n, int64_t d);
+uint64_t __ashldi3(uint64_t value, int count);
+uint64_t __lshrdi3(uint64_t value, int count);
+int64_t __ashrdi3(int64_t value, int count);
 int __cmpdi2(int64_t a, int64_t b);
 int __ucmpdi2(uint64_t a, uint64_t b);
+
+/* Shifts by 32 are moves of a word, and call nothing. */
+#define HIGH(value)     ((uint32_t)((uint64_t)(value) >> 32))
+#define PAIR(high, low) ((uint64_t)(high) << 32 | (uint32_t)(low))
 
 /* One digit of schoolbook division, base 2^16, after Hacker's Delight 9-4: @return floor((high:low) / d),
  * high < d
@@ -105,4 +112,30 @@ int __ucmpdi2(uint64_t a, uint64_t b) {
         return high_a < high_b ? 0 : 2;
     uint32_t low_a = (uint32_t)a, low_b = (uint32_t)b;
     return low_a < low_b ? 0 : low_a == low_b ? 1 : 2;
+}
+
+/* Shifts by 0 .. 63, in words: a shift of the whole would call these again. */
+
+uint64_t __ashldi3(uint64_t value, int count) {
+    uint32_t low = (uint32_t)value, high = HIGH(value);
+    if (count >= 32)
+        return PAIR(low << (count - 32), 0);
+    return count == 0 ? value : PAIR(high << count | low >> (32 - count), low << count);
+}
+
+uint64_t __lshrdi3(uint64_t value, int count) {
+    uint32_t low = (uint32_t)value, high = HIGH(value);
+    if (count >= 32)
+        return PAIR(0, high >> (count - 32));
+    return count == 0 ? value : PAIR(high >> count, low >> count | high << (32 - count));
+}
+
+int64_t __ashrdi3(int64_t value, int count) {
+    uint32_t low = (uint32_t)value;
+    int32_t high = (int32_t)HIGH(value);
+    if (count >= 32)
+        return (int64_t)PAIR((uint32_t)(high >> 31), (uint32_t)(high >> (count - 32)));
+    return count == 0
+               ? value
+               : (int64_t)PAIR((uint32_t)(high >> count), low >> count | (uint32_t)high << (32 - count));
 }
