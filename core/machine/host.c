@@ -241,10 +241,8 @@ static bool extend_jog(struct machine *machine) {
     line.target_mm[jog->axis] = target_mm;
     if (target_mm == jog->target_mm || !motion_in_range(&machine->motion, line.target_mm))
         return false;
-    bool ends = target_mm != jog->target_mm + jog->direction * lead_mm; /* at the travel: nothing follows */
     (void)motion_line(&machine->motion, &line, hal_time_us(machine->hal));
-    if (ends)
-        motion_flush(&machine->motion);
+    motion_flush(&machine->motion);
     jog->target_mm = target_mm;
     return true;
 }

@@ -79,9 +79,11 @@ static void take_waiting(struct path *path, float after_mm) {
 /* The stop at the end is none, if it has not been made: its knot waits again for its blend. */
 static void reopen(struct path *path) {
     struct knot *last = &path->knots[path->newest & (KNOT_RING - 1)];
-    if (!path->may_go_on || path_count(path) == 0)
+    bool may_go_on = path->may_go_on;
+    path->may_go_on = false;
+    if (!may_go_on || path_count(path) == 0)
         return;
-    path->may_go_on = last->stop = false;
+    last->stop = false;
     path->reopened = true;
     path->blended--;
     path->before_mm = last->length_mm;

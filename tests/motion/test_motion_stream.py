@@ -91,3 +91,10 @@ def host_like(host: Host) -> Host:
 
 def duration_s(run: Run) -> float:
     return float(run.seconds()[-1] - run.seconds()[0])
+
+
+def test_jobs_one_after_another(host: Host) -> None:
+    """Each comes to rest where nothing followed in time; the next one begins there."""
+    for n in range(1, 40):
+        run = host.run("".join(f"G1F3000X{n + k / 10:.1f}Y{k % 2}\n" for k in range(8)))
+        assert run.position[:2] == [round((n + 0.7) * 250), 250]
