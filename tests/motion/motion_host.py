@@ -48,6 +48,9 @@ def _library() -> ctypes.CDLL:
     lib.host_run.argtypes = (ctypes.c_void_p, ctypes.c_uint64)
     lib.host_run_paced.argtypes = (ctypes.c_void_p, ctypes.c_uint64, ctypes.c_uint64)
     lib.host_position_steps.argtypes = (ctypes.c_void_p, ctypes.c_int32 * AXES)
+    lib.host_run_until.argtypes = (ctypes.c_void_p, ctypes.c_uint64)
+    lib.virtual_input_number.argtypes = (ctypes.c_char_p,)
+    lib.virtual_set.argtypes = (ctypes.c_void_p, ctypes.c_int, ctypes.c_bool)
     lib.host_input_follows.argtypes = (ctypes.c_void_p, ctypes.c_int)
     lib.host_counters.argtypes = (ctypes.c_void_p, ctypes.POINTER(Counters))
     lib.trace_add.argtypes = (ctypes.c_void_p, CONSUMER, ctypes.c_void_p)
@@ -135,6 +138,19 @@ class Host:
         """Work for this many timer events. @return why it stopped"""
         return int(LIB.host_run(self._host, events))
 
+    def until(self, ticks: int) -> None:
+        """Go on to this time."""
+        LIB.host_run_until(self._host, ticks)
+
+    def press(self, name: str, active: bool) -> None:
+        """An input of the machine: probe, estop, door ..."""
+        LIB.virtual_set(self._host, LIB.virtual_input_number(name.encode()), active)
+
+    def counters(self) -> Counters:
+        counters = Counters()
+        LIB.host_counters(self._host, ctypes.byref(counters))
+        return counters
+
     def wait(self, seconds: float) -> None:
         """Let this time pass, with nobody at the other end of the line."""
         end_ticks = self.ticks() + round(seconds * self.timer_hz)
@@ -184,9 +200,9 @@ class Host:
     def _result(self) -> Run:
         position = (ctypes.c_int32 * AXES)()
         LIB.host_position_steps(self._host, position)
-        counters = Counters()
-        LIB.host_counters(self._host, ctypes.byref(counters))
         events = np.concatenate(self._chunks) if self._chunks else np.empty(0, EVENT)
         said = self._said.decode("latin-1")
         answers = [line for line in said.split("\r\n") if line == "ok" or line.startswith("error:")]
-        return Run(events, said, answers, list(position), LIB.host_time_ticks(self._host), self.timer_hz, counters)
+        return Run(
+            events, said, answers, list(position), LIB.host_time_ticks(self._host), self.timer_hz, self.counters()
+        )

@@ -2,7 +2,8 @@
  * Runs one G-code file through the host controller with nothing else around it, for callgrind and for the
  * clock.
  *
- * Usage: drive AXES FILE [SETTING...]    prints the work counters as JSON */
+ * Usage: drive [-t TRACE] AXES FILE [SETTING...]    prints the work counters as JSON; TRACE gets every step
+ * event of the file as a struct trace_event */
 #include "host.h"
 
 #include <stdio.h>
@@ -47,6 +48,13 @@ static unsigned drain(struct host *host) {
     return errors;
 }
 
+static void write_events(void *ctx, const struct trace_event *events, size_t count) {
+    if (fwrite(events, sizeof *events, count, ctx) != count) {
+        perror("trace");
+        exit(1);
+    }
+}
+
 static unsigned feed(struct host *host, const char *text, size_t size) {
     unsigned errors = 0, stuck = 0;
     size_t done = 0;
@@ -63,30 +71,48 @@ static unsigned feed(struct host *host, const char *text, size_t size) {
     return errors;
 }
 
-int main(int argc, char **argv) {
-    if (argc < 3)
-        return 2;
-    size_t size;
-    char *text = read_file(argv[2], &size);
-    board.axis_count = (uint8_t)strtoul(argv[1], NULL, 10);
-    struct host *host = checked(host_create(&board), "host_create");
+/* Lets the file's last move end. @return errors */
+static unsigned finish(struct host *host) {
     unsigned errors = 0;
-    for (int n = 3; n < argc; n++) {
-        errors += feed(host, argv[n], strlen(argv[n]));
-        errors += feed(host, "\n", 1);
-    }
-    errors += feed(host, text, size);
     host_input_follows(host, 0);
     while (host_run(host, 1u << 20) != HOST_IDLE)
         errors += drain(host);
+    trace_flush(host_trace(host));
+    return errors;
+}
+
+int main(int argc, char **argv) {
+    bool traced = argc > 2 && strcmp(argv[1], "-t") == 0;
+    int first = traced ? 4 : 2;
+    if (argc <= first)
+        return 2;
+    size_t size;
+    char *text = read_file(argv[first], &size);
+    board.axis_count = (uint8_t)strtoul(argv[first - 1], NULL, 10);
+    struct host *host = checked(host_create(&board), "host_create");
+    unsigned errors = 0;
+    for (int n = first + 1; n < argc; n++) {
+        errors += feed(host, argv[n], strlen(argv[n]));
+        errors += feed(host, "\n", 1);
+    }
+    FILE *trace = traced ? checked(fopen(argv[2], "wb"), argv[2]) : NULL;
+    if (traced)
+        (void)trace_add(host_trace(host), write_events, trace);
+    uint64_t begin_ticks = host_time_ticks(host);
+    errors += feed(host, text, size);
+    errors += finish(host);
+    if (traced && fclose(trace) != 0)
+        perror(argv[2]), errors++;
     struct host_counters counters;
     host_counters(host, &counters);
     printf("{\"errors\": %u, \"lines\": %llu, \"blocks\": %llu, \"segments\": %llu, \"spans\": %llu, "
-           "\"step_events\": %llu, \"timer_events\": %llu, \"underruns\": %llu, \"starved\": %llu}\n",
+           "\"step_events\": %llu, \"timer_events\": %llu, \"underruns\": %llu, \"starved\": %llu, "
+           "\"ticks\": %llu}\n",
            errors, (unsigned long long)counters.lines, (unsigned long long)counters.blocks,
            (unsigned long long)counters.segments, (unsigned long long)counters.spans,
            (unsigned long long)counters.step_events, (unsigned long long)counters.timer_events,
-           (unsigned long long)counters.underruns, (unsigned long long)counters.lookahead_starved);
+           (unsigned long long)counters.underruns, (unsigned long long)counters.lookahead_starved,
+           (unsigned long long)(host_time_ticks(host) - begin_ticks));
     host_destroy(host);
     free(text);
     return errors != 0;

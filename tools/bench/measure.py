@@ -97,9 +97,12 @@ def write_long(job: Path, lines: int = 40_000) -> Path:
     return path
 
 
-def counters(driver: Path, job: Path, settings: Sequence[str], axes: int = 3) -> dict[str, int]:
-    """The driver's work counters. Raises CalledProcessError when the job has errors."""
-    run = subprocess.run([str(driver), str(axes), str(job), *settings], capture_output=True, text=True, check=True)
+def counters(
+    driver: Path, job: Path, settings: Sequence[str], axes: int = 3, trace: Path | None = None
+) -> dict[str, int]:
+    """The driver's work counters, and all step events if wanted. Raises CalledProcessError when the job has errors."""
+    argv = [str(driver), *(["-t", str(trace)] if trace else []), str(axes), str(job), *settings]
+    run = subprocess.run(argv, capture_output=True, text=True, check=True)
     result: dict[str, int] = json.loads(run.stdout)
     return result
 
