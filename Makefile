@@ -17,8 +17,8 @@ LINES   ?= 1000000
 BOARDS ?=
 TAG    ?=
 
-.PHONY: help demo test lint fuzz bench bench-motion bench-serve stream-million release docs format generate \
-    web clean distclean
+.PHONY: help demo test lint fuzz bench bench-motion bench-serve stream-million pictures release docs format \
+    generate web clean distclean
 .DEFAULT_GOAL := help
 
 help:
@@ -31,6 +31,7 @@ help:
 	@echo 'make bench-serve  a serving controller as senders see it; make stream-million: its first part'
 	@echo 'make release what people download, into dist/: of the boards that are built or can be built here'
 	@echo 'make docs    the documentation as a site, into build/site'
+	@echo 'make pictures  those of docs/motion.md, drawn from what the planner does'
 	@echo 'make generate  what comes from the tables in protocol/, boards/ and core/gcode/status.h'
 	@echo 'make web     the page for browsers (web/dist); needs Node.js'
 	@echo 'make format  let the formatters mend what they can'
@@ -71,6 +72,9 @@ release: $(VENV)/.ready-dev
 
 docs: $(VENV)/.ready-dev
 	@cd tools && $(abspath $(PY)) -m pages
+
+pictures: $(VENV)/.ready-dev
+	@cd tools && $(abspath $(PY)) -m motion.pictures
 
 generate: $(VENV)/.ready-dev
 	$(PY) -m wificnc.protocol.generate

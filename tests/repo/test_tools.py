@@ -41,6 +41,7 @@ def tree(tmp_path: Path) -> Path:
         "cli/wificnc",
         "tools/lint",
         "tools/bench",
+        "tools/motion",
         "tools/xtensa",
         "tools/mips",
         "tools/pages",
@@ -50,7 +51,7 @@ def tree(tmp_path: Path) -> Path:
         (tmp_path / name).mkdir(parents=True)
     for name in ("pyproject.toml", ".clang-format"):
         shutil.copy(ROOT / name, tmp_path / name)
-    for package in ("cli/wificnc", "tools/lint", "tools/bench", "tools/xtensa", "tools/mips", "tools/pages"):
+    for package in ("cli/wificnc", "tools/lint", "tools/bench", "tools/motion", "tools/xtensa", "tools/mips", "tools/pages"):
         (tmp_path / package / "__init__.py").write_text('"""Doc."""\n')
     return tmp_path
 

@@ -1,0 +1,1 @@
+"""Pictures of the planner for the documentation."""
