@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 STEPS_PER_MM, ACCEL_MM_S2, DEVIATION_MM = 250.0, 500.0, 0.01
 
 
-def derivatives(run: Run, window_s: float) -> list[NDArray[np.float64]]:
+def derivatives(run: Run, window_s: float, steps_per_mm: float = STEPS_PER_MM) -> list[NDArray[np.float64]]:
     """Speed, acceleration and jerk of every axis, by box differences of the interpolated positions."""
     t = np.concatenate([[run.seconds()[0] - 1e-3], run.seconds()])
-    path = np.vstack([np.zeros(AXES), run.positions()]) / STEPS_PER_MM
+    path = np.vstack([np.zeros(AXES), run.positions()]) / steps_per_mm
     grid = np.arange(t[0] - 4 * window_s, t[-1] + 4 * window_s, window_s / 10)
     found = [np.stack([np.interp(grid, t, path[:, ax]) for ax in range(AXES)], axis=1)]
     for _ in range(3):
@@ -33,10 +33,18 @@ def zigzag(seed: int, count: int, length_mm: float) -> str:
     return "\n".join(lines) + "\n"
 
 
-def chopped_circle(chord_mm: float) -> str:
-    count = round(2 * math.pi * 20 / chord_mm)
+def chopped_circle(chord_mm: float, radius_mm: float = 20) -> str:
+    r, count = radius_mm, round(2 * math.pi * radius_mm / chord_mm)
     angles = [2 * math.pi * n / count for n in range(1, count + 1)]
-    return "G90G1F5000\n" + "".join(f"X{20 * math.sin(a):.4f}Y{20 - 20 * math.cos(a):.4f}\n" for a in angles)
+    return "G90G1F5000\n" + "".join(f"X{r * math.sin(a):.4f}Y{r - r * math.cos(a):.4f}\n" for a in angles)
+
+
+def mean(jerk: float) -> tuple[float, float]:
+    """What limited jerk makes of $11 (docs/motion.md, 9): the part k of the acceleration that is used, and the time T
+    of the mean. T = 2 k A / J with k^3 = 6 e J^2 / (|A| A^2), e a quarter of $11, |A| of three axes."""
+    norm = math.sqrt(3) * ACCEL_MM_S2
+    part = min(1.0, (6 * 0.25 * DEVIATION_MM * jerk**2 / (norm * ACCEL_MM_S2**2)) ** (1 / 3))
+    return part, max(2 * part * ACCEL_MM_S2 / jerk, 0.002)
 
 
 @pytest.mark.parametrize("jerk", [5_000, 20_000, 100_000])
@@ -50,6 +58,23 @@ def test_no_axis_exceeds_its_jerk(host: Host, jerk: int, program: str) -> None:
     assert np.abs(accel).max() <= ACCEL_MM_S2 + grain
 
 
+@pytest.mark.parametrize("jerk", [5_000, 20_000, 100_000])
+@pytest.mark.parametrize("program", [zigzag(1, 8, 5.0), zigzag(2, 60, 0.5), chopped_circle(0.2, 4), "G0X8\n"])
+def test_no_axis_exceeds_its_jerk_while_the_acceleration_changes(jerk: int, program: str) -> None:
+    """The acceleration changes within T, a few ms: steps of 1/5000 mm can be differentiated over half of it. A window
+    longer than T would see less jerk than there is."""
+    fine = 5000.0
+    host = Host(axes=3)
+    host.settings(**{name: value for name, value in BASELINE.items() if int(name[1:]) % 10 < 3})
+    host.settings(s100=fine, s101=fine, s102=fine, s11=DEVIATION_MM, s40=jerk)
+    window_s = mean(jerk)[1] / 2
+    _, accel, third = derivatives(host.run(program), window_s, fine)
+    host.close()
+    grain = 1 / (fine * window_s**2)
+    assert np.abs(third).max() <= jerk + 4 * grain / window_s
+    assert np.abs(accel).max() <= ACCEL_MM_S2 + 2 * grain
+
+
 def test_without_it_a_line_begins_with_its_whole_acceleration(host: Host) -> None:
     """The measure sees a trapezoid: 500 mm/s2 at once, over a window of 20 ms."""
     _, _, third = derivatives(host.run("G0X40\n"), 0.02)
@@ -58,12 +83,10 @@ def test_without_it_a_line_begins_with_its_whole_acceleration(host: Host) -> Non
 
 @pytest.mark.parametrize(("jerk", "length_mm"), [(100_000, 50.0), (50_000, 3.0), (500_000, 20.0)])
 def test_a_line_takes_its_trapezoid_and_the_time_of_the_mean(host: Host, jerk: int, length_mm: float) -> None:
-    """T = 2 k A / J with k^3 = 6 e J^2 / (|A| A^2), e a quarter of $11, |A| of three axes; then the line is a trapezoid
-    of k A, averaged over T."""
+    """A trapezoid of k A, averaged over T."""
     host.settings(s40=jerk)
-    norm = math.sqrt(3) * ACCEL_MM_S2
-    part = min(1.0, (6 * 0.25 * DEVIATION_MM * jerk**2 / (norm * ACCEL_MM_S2**2)) ** (1 / 3))
-    accel, mean_s, v = part * ACCEL_MM_S2, max(2 * part * ACCEL_MM_S2 / jerk, 0.002), 5000 / 60
+    (part, mean_s), v = mean(jerk), 5000 / 60
+    accel = part * ACCEL_MM_S2
     trapezoid_s = 2 * math.sqrt(length_mm / accel) if v * v / accel > length_mm else length_mm / v + v / accel
     run = host.run(f"G1X{length_mm}F5000\n")
     took_s = run.seconds()[-1] - run.seconds()[0]

@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 from motion_host import BASELINE, Host, Run
 from numpy.typing import NDArray
-from test_motion_jerk import farthest_mm
+from test_motion_jerk import farthest_mm, mean
 from test_motion_limits import ACCEL_MM_S2, STEPS_PER_MM, windowed
 
 STRIDE = int(os.environ.get("WIFICNC_MATRIX_STRIDE", "8"))
@@ -122,11 +122,10 @@ def way_after(run: Run, ticks: int) -> float:
 
 def assert_stop_is_short(name: str, run: Run, ticks: int) -> None:
     """v^2 / 2A and what is decided already; with limited jerk the axes follow the mean of the last T = 2A/J or less."""
-    mean_s = 2 * ACCEL_MM_S2 / JERK_MM_S3[name] if JERK_MM_S3[name] else 0.0
-    part = 1.0 if JERK_MM_S3[name] == 0 else jerk_part(JERK_MM_S3[name])
+    part, mean_s = mean(JERK_MM_S3[name]) if JERK_MM_S3[name] else (1.0, 0.0)
     v = speed_at(name, ticks)
     ramp_mm = stop_mm(v, part * ACCEL_MM_S2, RADIUS_MM.get(name, math.inf)) + BLEND_MM.get(name, 0.0)
-    assert way_after(run, ticks) <= v * (REACTION_S + mean_s * part) + ramp_mm + 3 * STEP_MM
+    assert way_after(run, ticks) <= v * (REACTION_S + mean_s) + ramp_mm + 3 * STEP_MM
 
 
 @functools.cache
@@ -148,12 +147,6 @@ def stop_mm(v_mm_s: float, accel_mm_s2: float, radius_mm: float) -> float:
         x = np.maximum(x + 2 * ds * np.minimum(least, 0.0), 0.0) * (way < 100)
         angle += ds / radius_mm
     return float(way[possible].max()) if possible.any() else math.inf
-
-
-def jerk_part(jerk_mm_s3: float) -> float:
-    """Of the acceleration, that is used with limited jerk: docs/motion.md."""
-    norm = math.sqrt(3) * ACCEL_MM_S2
-    return min(1.0, (6 * 0.25 * 0.01 * jerk_mm_s3**2 / (norm * ACCEL_MM_S2**2)) ** (1 / 3))
 
 
 def assert_sane(run: Run) -> None:

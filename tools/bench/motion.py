@@ -35,7 +35,8 @@ a10 a20    greatest acceleration of any axis, from the step trace by box differe
            10 ms is {grain:.0f} mm/s2
 path       greatest distance of any step from the programmed path, and of any programmed vertex from the steps
 jerk       the same run with $40={jerk:.0f}: greatest jerk of any axis over windows of 20 ms, of which one step early
-           or late at each end of each window is {jerk_grain:.0f}
+           or late at each end of each window is {jerk_grain:.0f}; changes within shorter times are seen by
+           tests/motion/test_motion_jerk.py, with finer steps
 starved    stops for want of look-ahead while input was there
 instr      planner, per block, by callgrind
 """
