@@ -32,6 +32,8 @@ def noisy_curve(seed: int, noise_mm: float) -> str:
 PROGRAMS = {
     "corners": "G90G1F5000\nX3Y0Z0\nX3Y3Z0\nX1Y1Z0\nX1.5Y1.1Z0\nX1.5Y1.1Z2\n",
     "slow corners": "G90G1F900\nX1Y0Z0\nX1Y1Z0\nX0.5Y0.2Z0\n",
+    # the first point is left out, as far as may be, on the side from which the corner after it leads away
+    "left out at a corner": "G90G1F5000\nX1Y-0.0028Z0\nX0.999Y0Z0\nX0.999Y1Z0\n",
     "zigzag": zigzag(3, 10, 3.0),
     "fine zigzag": zigzag(4, 80, 0.3),
     "tiny zigzag": zigzag(5, 150, 0.03),
