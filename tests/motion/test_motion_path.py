@@ -94,3 +94,13 @@ def test_chords_of_an_arc_and_their_rounding_share_the_tolerance(code: str, arc_
     places = run.positions()[:, :2] / FINE_PER_MM
     away = np.abs(np.hypot(places[:, 0] - 2, places[:, 1]) - 2)
     assert away.max() <= max(DEVIATION_MM, arc_mm) + SAMPLING_MM + STEP_MM
+
+
+@pytest.mark.parametrize("jerk", [0, 5_000, 100_000])
+def test_exact_stops_have_no_tolerance(jerk: int) -> None:
+    """Limited jerk must not take the corner off either."""
+    run = fine_run("G90G61G1F5000\nX2Y0Z0\nX2Y2Z0\nX1.5Y0.5Z1\n", s40=jerk)
+    points = np.array([[0, 0, 0], [2, 0, 0], [2, 2, 0], [1.5, 0.5, 1]])
+    assert farthest_mm(run.positions()[::7, :3] / FINE_PER_MM, points) <= STEP_MM
+    places = {tuple(place) for place in run.positions()[:, :3].tolist()}
+    assert {tuple(round(value * FINE_PER_MM) for value in point) for point in points[1:].tolist()} <= places
