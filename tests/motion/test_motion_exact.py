@@ -87,3 +87,9 @@ def test_moves_beyond_the_counters_are_refused_and_move_nothing(host: Host) -> N
     assert run.answers[0] == "ok" and run.answers[3] == "ok"
     assert all(answer.startswith("error:") for answer in run.answers[1:3])
     assert run.position[0] == 500
+
+
+@pytest.mark.parametrize("way", ["X-0.002Y0.002Z-0.006", "X-0.010Y3.002\nX-0.002Y0.002Z-0.006"])
+def test_half_a_step_is_rounded_away_from_zero(host: Host, way: str) -> None:
+    """As lround() does in Grbl: a position and its mirror image are the same number of steps."""
+    assert host.run(f"G1F1000{way}\n").position[:3] == [-1, 1, -2]
