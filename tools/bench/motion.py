@@ -105,7 +105,7 @@ def measure(driver: Path, file: Path, limits: Limits) -> Report:
     """All figures of one file."""
     program = read_program(file)
     trace = BUILD / f"{file.stem}.trace"
-    count = counters(driver, file, limits.settings, trace)
+    count = counters(driver, file, limits.settings, trace=trace)
     steps = read_steps(trace, TIMER_HZ, np.full(3, limits.steps_per_mm), len(limits.settings))
     trace.unlink()
     time_s = count["ticks"] / TIMER_HZ - steps.pause_s
@@ -136,7 +136,7 @@ def worst_place(t_s: Floats, accel: Floats) -> str:
 def with_jerk(driver: Path, file: Path, limits: Limits, pause_s: float, plain_s: float) -> tuple[Figure, ...]:
     settings = (*limits.settings, f"$40={JERK_MM_S3:g}")
     trace = BUILD / f"{file.stem}.trace"
-    count = counters(driver, file, settings, trace)
+    count = counters(driver, file, settings, trace=trace)
     steps = read_steps(trace, TIMER_HZ, np.full(3, limits.steps_per_mm), len(settings))
     trace.unlink()
     jerk = float(derivative(steps, 3, JERK_WINDOW_S).max())
