@@ -22,6 +22,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "discover": ("discover", "Find controllers in this network."),
     "doctor": ("doctor", "Say what is missing here, and how to get it."),
     "sim": ("sim", "Run a G-code job through the real core in virtual time."),
+    "check": ("check", "Check a G-code job before it runs, on the machine's own planner."),
     "expand": ("expand", "Write the plain lines that a program with O words executes."),
     "serve": ("serve", "Be a controller in real time, for any Grbl sender."),
     "send": ("send", "Stream a G-code job to a controller."),

@@ -127,6 +127,36 @@ static void run_events(struct host *host, uint64_t *budget, uint64_t until_ticks
     } while (--*budget != 0 && step->active && ring_held(&step->ring.index) > enough);
 }
 
+/* Where the planner's newest segment ends. A fraction of 1/2 is exactly on a step. */
+static void planned_steps(const struct emit *emit, double steps[AXIS_COUNT]) {
+    for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
+        steps[ax] = emit->steps[ax] + emit->fraction[ax] / 256.0 - 0.5;
+}
+
+static double way_steps(const struct segment *segment, unsigned ax) {
+    double phases = (segment->phase_end[ax] - segment->phase[ax]) / 256.0;
+    return segment->steps[ax] < 0 ? segment->steps[ax] - phases : segment->steps[ax] + phases;
+}
+
+/* The segments that the last poll has put into the ring; what was stepped meanwhile is still in its slot. */
+static void show_segments(struct host *host) {
+    const struct segment_ring *ring = &host->machine.motion.ring;
+    struct host_segment moved;
+    if (host->watch == NULL || host->watched == ring->index.head)
+        return;
+    planned_steps(&host->machine.motion.emit, moved.from_steps);
+    for (uint32_t i = host->watched; i != ring->index.head; i++)
+        for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
+            moved.from_steps[ax] -= way_steps(&ring->slots[i & (SEGMENT_RING_SIZE - 1)], ax);
+    for (; host->watched != ring->index.head; host->watched++) {
+        moved.segment = &ring->slots[host->watched & (SEGMENT_RING_SIZE - 1)];
+        for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
+            moved.to_steps[ax] = moved.from_steps[ax] + way_steps(moved.segment, ax);
+        host->watch(host->watch_ctx, &moved);
+        memcpy(moved.from_steps, moved.to_steps, sizeof moved.from_steps);
+    }
+}
+
 /* When the controller wants to be polled although nothing happens, or UINT64_MAX. */
 static uint64_t wake_ticks(const struct host *host) {
     uint64_t us = machine_wait_us(&host->machine);
@@ -147,6 +177,7 @@ static enum host_wait run(struct host *host, uint64_t max_events, uint64_t until
     while (budget != 0) {
         bool any = host_follow_edges(host);
         any |= machine_poll(machine);
+        show_segments(host);
         bool all_read = !host->paced && rx_free(&machine->rx) == RX_SIZE && machine->stage == TASK_NONE;
         if (all_read && !host->input_follows)
             machine_input_pause(machine);
@@ -217,6 +248,23 @@ void host_position_steps(const struct host *host, int32_t steps[AXIS_COUNT]) {
 
 void host_shift_steps(const struct host *host, int32_t steps[AXIS_COUNT]) {
     memcpy(steps, host->machine.shift_steps, sizeof host->machine.shift_steps);
+}
+
+void host_watch_segments(struct host *host, host_segment_watcher *watch, void *ctx) {
+    host->watch = watch;
+    host->watch_ctx = ctx;
+    host->watched = host->machine.motion.ring.index.head;
+}
+
+const struct machine *host_machine(const struct host *host) {
+    return &host->machine;
+}
+
+bool host_take_move(struct host *host, struct gcode_move *out) {
+    struct gcode_move *move = &host->machine.command.move;
+    *out = *move;
+    move->motion = MOTION_NONE;
+    return out->motion != MOTION_NONE;
 }
 
 void host_input_follows(struct host *host, int follows) {

@@ -101,6 +101,26 @@ void host_input_follows(struct host *host, int follows);
 /** The event trace; add consumers to it before running. */
 struct trace *host_trace(struct host *host);
 
+/** A segment, and where it begins and ends: machine position of every motor, with its fraction of a step. */
+struct segment;
+struct host_segment {
+    const struct segment *segment;
+    double from_steps[AXIS_COUNT], to_steps[AXIS_COUNT];
+};
+
+/** From now on this one gets every segment of the planner, in order, before its steps are made. One watcher
+ * at a time. */
+typedef void host_segment_watcher(void *ctx, const struct host_segment *moved);
+void host_watch_segments(struct host *host, host_segment_watcher *watch, void *ctx);
+
+/** The controller itself, for looking at what has no function here. Nothing of it is changed from outside. */
+struct machine;
+const struct machine *host_machine(const struct host *host);
+
+/** The move of the line answered last. @return false: it had none, or it was taken before */
+struct gcode_move;
+bool host_take_move(struct host *host, struct gcode_move *out);
+
 /** Work counters since host_create(). */
 struct host_counters {
     uint64_t step_events;       /* step-timer interrupts that stepped at least one axis */

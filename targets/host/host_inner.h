@@ -25,6 +25,9 @@ struct host {
     const struct trace_event *seen; /* the true position counts every edge before this one */
     uint64_t timer_events;
     int input_follows;
+    host_segment_watcher *watch; /* NULL: nobody looks */
+    void *watch_ctx;
+    uint32_t watched; /* segments shown so far */
     bool paced;       /* the wall clock leads */
     char *store_path; /* NULL: nothing is kept */
     char *out;        /* what the controller said and nobody has read yet */

@@ -40,6 +40,8 @@ struct sim {
     unsigned idle_rounds;
     uint64_t begin_ticks, end_ticks, pauses;
     struct sim_script script;
+    struct survey *survey; /* NULL: not asked for */
+    bool surveys;
     bool reset_asked; /* by an event; the banner is still to come */
     double steps_per_mm[AXIS_COUNT];
 
@@ -92,6 +94,7 @@ void sim_destroy(struct sim *sim) {
     if (sim->host != NULL)
         host_destroy(sim->host);
     measure_destroy(sim->measure);
+    survey_destroy(sim->survey);
     sim_text_free(&sim->text);
     script_free(&sim->script);
     for (size_t i = 0; i < sim->messages.count; i++)
@@ -123,6 +126,8 @@ static void take_answer(struct sim *sim, int code) {
     } else if (sim->answered >= sim->sent_lines) {
         add_error(sim, sim->answered > 0 ? file_line(sim, sim->answered - 1) : 0, SIM_SURPLUS, 0);
     } else {
+        if (sim->survey != NULL)
+            survey_answered(sim->survey, file_line(sim, sim->answered), code);
         if (code != 0)
             add_error(sim, file_line(sim, sim->answered), SIM_ERROR, code);
         sim->answered++;
@@ -232,6 +237,18 @@ const char *sim_at(struct sim *sim, double t_s, const char *line) {
     return script_add(&sim->script, sim->host, t_s, line);
 }
 
+void sim_survey(struct sim *sim) {
+    sim->surveys = true;
+}
+
+size_t sim_survey_lines(const struct sim *sim, const struct survey_line **out) {
+    return sim->survey != NULL ? survey_lines(sim->survey, out) : 0;
+}
+
+size_t sim_survey_arcs(const struct sim *sim, const struct survey_arc **out) {
+    return sim->survey != NULL ? survey_arcs(sim->survey, out) : 0;
+}
+
 void sim_limit_lines(struct sim *sim, uint32_t lines_max) {
     sim->lines_max = lines_max;
 }
@@ -269,6 +286,8 @@ int sim_load(struct sim *sim, const char *text, size_t size, int keep_going) {
     sim->keep_going = keep_going != 0;
     if ((expand_is_needed(text, size) ? load_program(sim, text, size)
                                       : sim_text_make(&sim->text, text, size)) != 0)
+        return ENOMEM;
+    if (sim->surveys && (sim->survey = survey_create(sim->host, &sim->text)) == NULL)
         return ENOMEM;
     trace_flush(host_trace(sim->host));
     sim->begin_ticks = sim->end_ticks = host_time_ticks(sim->host);

@@ -11,6 +11,7 @@
 #include "host.h"
 #include "measure.h"
 #include "sim_script.h"
+#include "survey.h"
 
 struct sim;
 
@@ -21,6 +22,11 @@ void sim_destroy(struct sim *sim);
 /** Send one line (no line end) and run until it is answered. @return 0 for ok, the error number, or -1 for no
  * answer. */
 int sim_command(struct sim *sim, const char *line);
+
+/** Note what each line asks for and gets. Call before sim_load(). */
+void sim_survey(struct sim *sim);
+size_t sim_survey_lines(const struct sim *sim, const struct survey_line **out);
+size_t sim_survey_arcs(const struct sim *sim, const struct survey_arc **out);
 
 /** How many lines a program with O words may execute before it counts as endless; SIM_LINES_MAX unless told.
  */

@@ -2,23 +2,18 @@
 
 from __future__ import annotations
 
-import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 
 import rich_click as click
 from rich.markup import escape
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
 from wificnc import ui
 from wificnc.board.load import load_board
 from wificnc.chip.job import run_on_chip
-from wificnc.commands._program import max_lines_option
+from wificnc.commands._program import max_lines_option, progress_bar
 from wificnc.errors import Exit, UserError
 from wificnc.machine import load_machine
-from wificnc.sim.job import Progress as OnProgress
 from wificnc.sim.job import SimResult
 from wificnc.sim.report import AXIS_COLUMNS, axis_rows, error_line, report_json, summary_rows
 from wificnc.sim.run import SimOptions, check_axes, parse_setting, simulate
@@ -54,7 +49,7 @@ def command(
         if json_path or plot or trace or at or keep_going:
             raise UserError("--on-chip goes with --machine and --set alone")
         ctx.exit(Exit.OK if _run_on_chip(options) else Exit.JOB)
-    with _progress_bar(file.name) as on_progress:
+    with progress_bar(file.name) as on_progress:
         result = simulate(options, on_progress)
     if json_path is not None and json_file is None:
         ui.emit_json(report_json(result))
@@ -73,7 +68,7 @@ def _run_on_chip(options: SimOptions) -> bool:
     profile = load_machine(options.machine) if options.machine else None
     check_axes(board, profile)
     settings = [*(profile.settings_lines() if profile else ()), *map(parse_setting, options.settings)]
-    with _progress_bar(options.file.name) as on_progress:
+    with progress_bar(options.file.name) as on_progress:
         result = run_on_chip(board, options, settings, on_progress)
     ui.data.print(f"[bold]{escape(str(options.file))}[/] in the image of {board.id}")
     ui.data.print(f"lines       {result.lines:,}, {len(result.errors)} refused")
@@ -84,18 +79,6 @@ def _run_on_chip(options: SimOptions) -> bool:
     for error in result.errors[:ERRORS_SHOWN]:
         ui.talk.print(f"[bold red]{escape(error)}[/]", soft_wrap=True)
     return same and not result.errors
-
-
-@contextmanager
-def _progress_bar(name: str) -> Iterator[OnProgress | None]:
-    """A bar on a terminal, nothing elsewhere; it leaves no trace."""
-    if not sys.stderr.isatty():
-        yield None
-        return
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TextColumn("lines"))
-    with Progress(*columns, TimeElapsedColumn(), console=ui.talk, transient=True) as bar:
-        task = bar.add_task(escape(name), total=None)
-        yield lambda done, total: bar.update(task, completed=done, total=total)
 
 
 def _print_result(result: SimResult) -> None:

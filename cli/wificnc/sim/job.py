@@ -9,7 +9,17 @@ from pathlib import Path
 
 from wificnc.errors import JobError, UserError
 from wificnc.link.alarms import alarm_words
-from wificnc.sim.native import AXES, ErrorKind, HostBoard, NativeError, NativeEvent, NativeResult, Simulation
+from wificnc.sim.native import (
+    AXES,
+    ErrorKind,
+    HostBoard,
+    NativeError,
+    NativeEvent,
+    NativeResult,
+    Simulation,
+    SurveyArc,
+    SurveyLine,
+)
 from wificnc.sim.trace import TraceFile
 
 EVENTS_PER_CALL = 500_000  # a few tens of milliseconds of work between two looks at the progress
@@ -73,6 +83,8 @@ class JobRequest:
     samples: bool = False
     travel_mm: tuple[float | None, ...] = (None,) * len(AXES)
     events: tuple[At, ...] = ()
+    survey: bool = False
+    commands: tuple[str, ...] = ()  # G-code before the job
 
 
 @dataclass(frozen=True)
@@ -117,6 +129,8 @@ class SimResult:
     travel_mm: tuple[float | None, ...]
     samples: bytes  # records of native.SAMPLE_DTYPE
     events: tuple[SimEvent, ...] = ()
+    survey_lines: tuple[SurveyLine, ...] = ()  # when the request asks for a survey
+    survey_arcs: tuple[SurveyArc, ...] = ()
 
     @property
     def dwell_time_s(self) -> float:
@@ -133,10 +147,12 @@ def run_job(library: ctypes.CDLL, request: JobRequest, on_progress: Progress | N
     timing = request.timing
     board = HostBoard(*astuple(timing))
     with Simulation(library, board) as sim:
-        _apply_settings(sim, request.settings)
+        _apply_lines(sim, (*request.settings, *request.commands))
         _plan_events(sim, request.events)
         if request.trace:
             request.trace.attach(sim)
+        if request.survey:
+            sim.survey()
         if request.samples:
             sim.sample_every(SAMPLE_MS)
         if request.lines_max is not None:
@@ -151,8 +167,8 @@ def run_job(library: ctypes.CDLL, request: JobRequest, on_progress: Progress | N
         return _result(sim, request)
 
 
-def _apply_settings(sim: Simulation, settings: tuple[str, ...]) -> None:
-    for line in settings:
+def _apply_lines(sim: Simulation, lines: tuple[str, ...]) -> None:
+    for line in lines:
         code = sim.command(line)
         if code != 0:
             said = f"error:{code} {sim.status_text(code)}" if code > 0 else "no answer"
@@ -205,6 +221,8 @@ def _result(sim: Simulation, request: JobRequest) -> SimResult:
         warnings=(*_remarks(sim, native), *_travel_warnings(axes, min_mm, max_mm, request.travel_mm)),
         travel_mm=request.travel_mm,
         samples=sim.samples(),
+        survey_lines=tuple(sim.survey_lines()),
+        survey_arcs=tuple(sim.survey_arcs()),
         events=tuple(_event(event, native, len(axes)) for event in sim.events()),
     )
 

@@ -133,6 +133,35 @@ class PathSample(Structure):
     )
 
 
+class SurveyLine(Structure):
+    """struct survey_line"""
+
+    _fields_ = (
+        ("line", c_uint32),
+        ("rapid", c_uint32),
+        ("at_rate", c_uint32),
+        ("asked_mm_s", c_float),
+        ("reached_mm_s", c_float),
+        ("time_s", c_float),
+        ("min_mm", c_float * AXIS_COUNT),
+        ("max_mm", c_float * AXIS_COUNT),
+    )
+
+
+class SurveyArc(Structure):
+    """struct survey_arc"""
+
+    _fields_ = (
+        ("line", c_uint32),
+        ("plane", c_uint32),
+        ("by_radius", c_uint32),
+        ("unit_mm", c_double),
+        ("way_mm", c_double * 2),
+        ("center_mm", c_double * 2),
+        ("word_mm", c_double * 2),
+    )
+
+
 # The same record for numpy.frombuffer().
 SAMPLE_DTYPE = [
     ("t_s", "<f4"),
@@ -163,6 +192,9 @@ _PROTOTYPES: dict[str, tuple[Any, tuple[Any, ...]]] = {
     "sim_trace_raw": (c_int, (_SIM, c_char_p)),
     "sim_sample_every": (c_int, (_SIM, c_double)),
     "sim_samples": (c_size_t, (_SIM, POINTER(POINTER(PathSample)))),
+    "sim_survey": (None, (_SIM,)),
+    "sim_survey_lines": (c_size_t, (_SIM, POINTER(POINTER(SurveyLine)))),
+    "sim_survey_arcs": (c_size_t, (_SIM, POINTER(POINTER(SurveyArc)))),
     "sim_close": (c_int, (_SIM,)),
     "status_text": (c_char_p, (c_int,)),
 }
@@ -264,6 +296,22 @@ class Simulation:
         first = POINTER(PathSample)()
         count = self._library.sim_samples(self._sim, ctypes.byref(first))
         return ctypes.string_at(first, count * ctypes.sizeof(PathSample)) if count else b""
+
+    def survey(self) -> None:
+        """Note what each line asks for and gets. Call before load()."""
+        self._library.sim_survey(self._sim)
+
+    def survey_lines(self) -> list[SurveyLine]:
+        """The lines that move something; copies."""
+        first = POINTER(SurveyLine)()
+        count = self._library.sim_survey_lines(self._sim, ctypes.byref(first))
+        return [SurveyLine.from_buffer_copy(first[i]) for i in range(count) if first[i].line]
+
+    def survey_arcs(self) -> list[SurveyArc]:
+        """The arcs that were refused; copies."""
+        first = POINTER(SurveyArc)()
+        count = self._library.sim_survey_arcs(self._sim, ctypes.byref(first))
+        return [SurveyArc.from_buffer_copy(first[i]) for i in range(count)]
 
     def close(self, path: Path | None) -> None:
         """Finish the trace file."""

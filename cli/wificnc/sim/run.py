@@ -64,7 +64,7 @@ def simulate(options: SimOptions, on_progress: Progress | None = None) -> SimRes
         request = JobRequest(
             file=str(options.file),
             text=text,
-            timing=_timing(board),
+            timing=board_timing(board),
             settings=(*(machine.settings_lines() if machine else ()), *settings),
             keep_going=options.keep_going,
             lines_max=options.lines_max,
@@ -116,7 +116,8 @@ def check_axes(board: Board, machine: Machine | None) -> None:
         )
 
 
-def _timing(board: Board) -> Timing:
+def board_timing(board: Board) -> Timing:
+    """What this board fixes for a simulation."""
     timing = board.timing
     rates = (timing.timer_hz, timing.step_pulse_ns, timing.dir_setup_ns, timing.max_step_rate_hz)
     return Timing(

@@ -1,0 +1,124 @@
+"""From the options of `wificnc check` to a report."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+from wificnc.board.load import load_board
+from wificnc.build.host import ensure_host_library
+from wificnc.check import judge
+from wificnc.check.finding import Finding, Severity
+from wificnc.errors import UserError
+from wificnc.machine import load_machine
+from wificnc.machine.model import Machine
+from wificnc.protocol import load_settings
+from wificnc.sim.job import JobRequest, Progress, SimResult, read_job, run_job
+from wificnc.sim.native import load_library
+from wificnc.sim.run import board_timing, check_axes, parse_at, parse_setting
+
+WORD = re.compile(r"([XYZABC])\s*([-+]?(?:\d+\.?\d*|\.\d+))", re.IGNORECASE)
+SEPARATORS = re.compile(r"[\s,]*")
+
+
+@dataclass(frozen=True)
+class CheckOptions:
+    """What the user asked for."""
+
+    file: Path
+    machine: str
+    board: str = "host"
+    settings: tuple[str, ...] = ()
+    work_zero: str | None = None
+    at: tuple[str, ...] = ()
+    lines_max: int | None = None
+
+
+@dataclass(frozen=True)
+class CheckReport:
+    """What is wrong, and the figures of the run."""
+
+    result: SimResult
+    machine: str
+    board: str
+    work_zero: bool  # known
+    step_rate_limit_hz: float
+    extents: tuple[judge.Extent, ...]  # of the axes that move
+    findings: tuple[Finding, ...]
+
+    def count(self, severity: Severity) -> int:
+        return sum(finding.severity is severity for finding in self.findings)
+
+
+def check_job(options: CheckOptions, on_progress: Progress | None = None) -> CheckReport:
+    """Run the whole job, whatever it does, and judge it.
+
+    Raises:
+        UserError: an option, the board or the machine cannot be.
+        JobError: the file cannot be read.
+    """
+    zero = parse_work_zero(options.work_zero) if options.work_zero else None
+    settings = tuple(parse_setting(text) for text in options.settings)
+    text = read_job(options.file)
+    board = load_board(options.board)
+    machine = load_machine(options.machine)
+    check_axes(board, machine)
+    timing = board_timing(board)
+    soft_limits_off = f"${load_settings()['soft_limits'].number}=0"  # an alarm would hide all that comes after it
+    request = JobRequest(
+        file=str(options.file),
+        text=text,
+        timing=timing,
+        settings=(*machine.settings_lines(), *settings, soft_limits_off),
+        keep_going=True,
+        lines_max=options.lines_max,
+        events=tuple(parse_at(at) for at in options.at),
+        survey=True,
+        commands=(zero,) if zero else (),
+    )
+    result = run_job(load_library(ensure_host_library()), request, on_progress)
+    extents = tuple(_extents(result, machine))
+    return CheckReport(
+        result=result,
+        machine=machine.name,
+        board=board.id,
+        work_zero=zero is not None,
+        step_rate_limit_hz=min(timing.max_step_rate_hz, 5e8 / timing.step_pulse_ns),
+        extents=extents,
+        findings=tuple(judge.ordered(_findings(result, text, machine, extents, zero is not None))),
+    )
+
+
+def parse_work_zero(text: str) -> str:
+    """'X-100 Y-50' as the line that puts the zero of G54 there. Raises UserError."""
+    words = WORD.findall(text)
+    if not words or SEPARATORS.sub("", WORD.sub("", text)):
+        raise UserError(
+            f"--work-zero {text!r} is no position",
+            hint="like X-100Y-50Z-20: where the job's zero lies in machine coordinates",
+        )
+    return "G21G10L2P1" + "".join(f"{letter.upper()}{number}" for letter, number in words)
+
+
+def _findings(
+    result: SimResult, text: bytes, machine: Machine, extents: tuple[judge.Extent, ...], zero_known: bool
+) -> list[Finding]:
+    rows = result.survey_lines
+    found = [*judge.refused(result.errors, result.survey_arcs), *judge.too_large(extents)]
+    if zero_known:
+        found += judge.beyond(rows, extents)
+    else:
+        found += judge.machine_moves(text)
+    return [*found, *judge.slow(rows), *judge.remarks(result.warnings)]
+
+
+def _extents(result: SimResult, machine: Machine) -> list[judge.Extent]:
+    rows = result.survey_lines
+    extents = []
+    for index, axis in enumerate(result.axes):
+        low = min((row.min_mm[index] for row in rows), default=0.0)
+        high = max((row.max_mm[index] for row in rows), default=0.0)
+        if result.steps_per_axis[index] or low != high:
+            extents.append(judge.Extent(axis, low, high, machine.travel_mm[index]))
+    return extents

@@ -1,0 +1,202 @@
+/* SPDX-License-Identifier: MIT */
+#include "survey.h"
+
+#include "gcode/arc.h"
+#include "gcode/block.h"
+#include "gcode/resolve.h"
+#include "machine/machine.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define NEARLY 0.995f /* of its maximum rate: a motor runs at it */
+
+enum { MOST_ARCS = 1000 };
+
+struct survey {
+    struct host *host;
+    const struct sim_text *text;
+    uint32_t first;           /* number that the controller gives to the first line */
+    double at_mm[AXIS_COUNT]; /* where the next line begins, programmed */
+    struct survey_line *lines;
+    size_t count;
+    struct survey_arc arcs[MOST_ARCS];
+    size_t arc_count;
+};
+
+static void watch(void *ctx, const struct host_segment *moved);
+
+static void keep_position(struct survey *survey) {
+    memcpy(survey->at_mm, host_machine(survey->host)->gcode.position_mm, sizeof survey->at_mm);
+}
+
+struct survey *survey_create(struct host *host, const struct sim_text *text) {
+    struct survey *survey = calloc(1, sizeof *survey);
+    if (survey == NULL)
+        return NULL;
+    *survey = (struct survey){.host = host, .text = text, .count = text->file_lines + 1};
+    survey->first = host_machine(host)->lines + 1;
+    survey->lines = calloc(survey->count, sizeof *survey->lines);
+    if (survey->lines == NULL) {
+        survey_destroy(survey);
+        return NULL;
+    }
+    keep_position(survey);
+    host_watch_segments(host, watch, survey);
+    return survey;
+}
+
+void survey_destroy(struct survey *survey) {
+    if (survey != NULL)
+        free(survey->lines);
+    free(survey);
+}
+
+/* NULL: no line of the file */
+static struct survey_line *row_of(struct survey *survey, uint32_t line) {
+    return line > 0 && line < survey->count ? &survey->lines[line] : NULL;
+}
+
+/* The line has been here. */
+static void reach(struct survey_line *row, uint32_t line, const double at_mm[AXIS_COUNT]) {
+    for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
+        float mm = (float)at_mm[ax];
+        if (row->line == 0 || mm < row->min_mm[ax])
+            row->min_mm[ax] = mm;
+        if (row->line == 0 || mm > row->max_mm[ax])
+            row->max_mm[ax] = mm;
+    }
+    row->line = line;
+}
+
+/* As the feed counts: along X Y Z; A B C when only they move. */
+static double counted_mm(const double from_mm[AXIS_COUNT], const double to_mm[AXIS_COUNT]) {
+    double linear_sq = 0.0, rotary_sq = 0.0;
+    for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
+        double way = to_mm[ax] - from_mm[ax];
+        *(ax < AXIS_A ? &linear_sq : &rotary_sq) += way * way;
+    }
+    return sqrt(linear_sq > 0.0 ? linear_sq : rotary_sq);
+}
+
+static uint32_t at_rate(const struct motion_limits *limits, const struct host_segment *moved, float time_s) {
+    uint32_t motors = 0;
+    for (unsigned ax = 0; ax < limits->axis_count; ax++) {
+        double mm = (moved->to_steps[ax] - moved->from_steps[ax]) / (double)limits->steps_per_mm[ax];
+        if (fabs(mm) >= (double)(NEARLY * limits->max_rate_mm_s[ax] * time_s))
+            motors |= 1u << ax;
+    }
+    return motors;
+}
+
+static void watch(void *ctx, const struct host_segment *moved) {
+    struct survey *survey = ctx;
+    const struct motion_limits *limits = &host_machine(survey->host)->motion.plan.limits;
+    uint32_t index = moved->segment->line - survey->first;
+    if ((moved->segment->flags & SEGMENT_DWELL) != 0 || index >= survey->text->line_count)
+        return;
+    struct survey_line *row = row_of(survey, survey->text->line_number[index]);
+    if (row == NULL)
+        return;
+    double from_mm[AXIS_COUNT], to_mm[AXIS_COUNT];
+    for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
+        from_mm[ax] = moved->from_steps[ax] / (double)limits->steps_per_mm[ax];
+        to_mm[ax] = moved->to_steps[ax] / (double)limits->steps_per_mm[ax];
+    }
+    float time_s = (float)moved->segment->duration_ns * 1e-9f;
+    float mm_s = (float)counted_mm(from_mm, to_mm) / time_s;
+    row->reached_mm_s = mm_s > row->reached_mm_s ? mm_s : row->reached_mm_s;
+    row->time_s += time_s;
+    row->at_rate |= at_rate(limits, moved, time_s);
+}
+
+/* The points of a curve that the controller compares with the travel. */
+static void reach_curve(struct survey *survey, struct survey_line *row, uint32_t line,
+                        const struct gcode_move *move) {
+    double tolerance_mm = (double)host_machine(survey->host)->settings.arc_tolerance_mm;
+    double point_mm[AXIS_COUNT];
+    struct arc arc;
+    struct spline spline;
+    if (move->motion == MOTION_ARC_CW || move->motion == MOTION_ARC_CCW) {
+        arc_begin(&arc, survey->at_mm, move, tolerance_mm);
+        while (arc_next(&arc, point_mm))
+            reach(row, line, point_mm);
+    } else if (move->motion == MOTION_CUBIC || move->motion == MOTION_QUADRATIC) {
+        spline_begin(&spline, survey->at_mm, move, tolerance_mm);
+        while (spline_next(&spline, point_mm))
+            reach(row, line, point_mm);
+    }
+}
+
+static void take_move(struct survey *survey, uint32_t line) {
+    struct survey_line *row = row_of(survey, line);
+    struct gcode_move move;
+    if (row == NULL || !host_take_move(survey->host, &move))
+        return;
+    reach(row, line, move.target_mm);
+    reach_curve(survey, row, line, &move);
+    if (move.via || move.motion == MOTION_CYCLE)
+        reach(row, line, move.via_mm);
+    row->rapid |= move.motion == MOTION_RAPID;
+    row->asked_mm_s = move.feed_mm_s > row->asked_mm_s ? move.feed_mm_s : row->asked_mm_s;
+}
+
+/* Where the line would lead if it were straight. @return false: it could not be resolved either */
+static bool resolve_as_line(const struct gcode_state *state, const struct gcode_block *arc,
+                            struct gcode_command *command) {
+    struct gcode_block block = *arc;
+    block.groups |= 1u << GROUP_MOTION;
+    block.value[GROUP_MOTION] = MOTION_LINEAR;
+    block.words &= ~(WORD_BIT('I') | WORD_BIT('J') | WORD_BIT('K') | WORD_BIT('R') | WORD_BIT('P'));
+    return gcode_resolve(state, &block, command) == STATUS_OK;
+}
+
+/* What is wrong with the arc that the controller has just refused. */
+static void take_arc(struct survey *survey, uint32_t line) {
+    const struct machine *machine = host_machine(survey->host);
+    const struct gcode_state *state = &machine->gcode;
+    struct gcode_command command;
+    struct gcode_block block;
+    if (survey->arc_count == MOST_ARCS || gcode_parse(machine->reader.text, &block) != STATUS_OK)
+        return;
+    unsigned motion =
+        block_has_group(&block, GROUP_MOTION) ? BLOCK_MOTION(block.value[GROUP_MOTION]) : state->modal.motion;
+    if ((motion != MOTION_ARC_CW && motion != MOTION_ARC_CCW) || !resolve_as_line(state, &block, &command))
+        return;
+    const uint8_t *axes = arc_plane_axes[command.next.plane];
+    double unit_mm = command.next.inches ? MM_PER_INCH : 1.0;
+    struct survey_arc *arc = &survey->arcs[survey->arc_count++];
+    *arc = (struct survey_arc){.line = line, .plane = command.next.plane, .unit_mm = unit_mm};
+    arc->by_radius = (block.words & WORD_BIT('R')) != 0;
+    for (unsigned i = 0; i < 2; i++) {
+        char letter = (char)(arc->by_radius ? 'R' : 'I' + axes[i]);
+        bool given = (block.words & WORD_BIT(letter)) != 0;
+        double offset_mm = state->offsets.wcs_mm[command.next.wcs][axes[i]] + state->offsets.g92_mm[axes[i]];
+        if (axes[i] == AXIS_Z)
+            offset_mm += state->offsets.tool_length_mm;
+        arc->way_mm[i] = command.move.target_mm[axes[i]] - state->position_mm[axes[i]];
+        arc->word_mm[i] = given ? block.number[WORD(letter)] * unit_mm : 0.0;
+        arc->center_mm[i] = arc->word_mm[i];
+        if (command.next.arc_absolute)
+            arc->center_mm[i] += offset_mm - state->position_mm[axes[i]];
+    }
+}
+
+void survey_answered(struct survey *survey, uint32_t line, int status) {
+    if (status == STATUS_OK)
+        take_move(survey, line);
+    else if (status == STATUS_BAD_TARGET || status == STATUS_ARC_RADIUS)
+        take_arc(survey, line);
+    keep_position(survey);
+}
+
+size_t survey_lines(const struct survey *survey, const struct survey_line **out) {
+    *out = survey->lines;
+    return survey->count;
+}
+
+size_t survey_arcs(const struct survey *survey, const struct survey_arc **out) {
+    *out = survey->arcs;
+    return survey->arc_count;
+}
