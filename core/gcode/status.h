@@ -69,7 +69,8 @@
     X(131, NO_PORT, "this machine has no input or output of this number")                                    \
     X(132, WAIT_WORDS, "M66 has L0 to L4; with E only L0, and to wait it needs a Q above 0")                 \
     X(133, ANALOG_RANGE, "an analog output is set to 0 to 100 percent (Q)")                                  \
-    X(134, SAVED_OVER, "a later M70, M71 or M73 took the place of what M73 saved here: there is one place")
+    X(134, SAVED_OVER, "a later M70, M71 or M73 took the place of what M73 saved here: there is one place")  \
+    X(140, UNREACHABLE, "the machine's arms cannot reach this point, or not on a straight line from here")
 
 enum status {
 #define X(number, name, text) STATUS_##name = number,

@@ -64,6 +64,12 @@ struct hal_analog {
     float (*read)(const struct hal *hal, unsigned input);
 };
 
+/** An output for an RC servo. A machine without it has none of this. */
+struct hal_servo {
+    /** [task] From now on a pulse of this length every 20 ms; 0: none (power-on). */
+    void (*set)(struct hal *hal, uint16_t pulse_us);
+};
+
 /** Axes with two motors, one at each side of a gantry. Both make every step of their axis; the target's step
  * masks see to that, and the step ISR knows nothing of it. Homing lets one of them wait, so that each finds
  * its own switch. A machine without such axes has none of this. */

@@ -6,7 +6,7 @@
 
 #include <string.h>
 
-enum { LASER_MODE = 32, STEPS_PER_MM = 100 }; /* $32, $100 .. */
+enum { LASER_MODE = 32, STEPS_PER_MM = 100, KINEMATICS = 80, ARMS = 82 }; /* $32, $100 .., $80 .. */
 
 static enum status help(struct machine *machine) {
     text_string(&machine->out,
@@ -110,9 +110,12 @@ enum status command_set(struct machine *machine, uint16_t number, double value) 
     if (status != STATUS_OK)
         return status;
     machine_apply_settings(machine);
-    if (number >= STEPS_PER_MM && number < STEPS_PER_MM + AXIS_COUNT)
+    bool places = (number >= STEPS_PER_MM && number < STEPS_PER_MM + AXIS_COUNT) ||
+                  (number >= KINEMATICS && number <= ARMS);
+    if (places)
         machine_drop_motion(machine); /* the steps stay, so the machine is at another place in mm */
     outputs_apply(machine);
+    torque_put_out(machine);
     return STATUS_OK;
 }
 

@@ -14,8 +14,8 @@ enum status compute_line(struct machine *machine, const char *line, enum status 
     enum status status = formula_compute(&context, line, FORMULA_DECIMALS, &formula);
     if (status == STATUS_OK)
         status = gcode_line(&machine->gcode, formula.text, &machine->command);
-    if (status == STATUS_OK && !machine_in_range(machine, &machine->command.move))
-        status = STATUS_BAD_TARGET;
+    if (status == STATUS_OK)
+        status = reach_move(machine, &machine->command.move);
     if (status == STATUS_OK)
         status = params_set(&machine->params, formula.sets, formula.set_count);
     return status;

@@ -10,6 +10,8 @@
 #include "machine/inner.h"
 #include "machine/square.h"
 
+#include <string.h>
+
 #define SEEK_TRAVEL       1.5 /* travels */
 #define APPROACH_PULL_OFF 5.0 /* pull-offs */
 
@@ -45,6 +47,25 @@ double homing_direction(const struct machine *machine, unsigned axis) {
     return (machine->settings.homing_dir_mask >> axis & 1) != 0 ? -1.0 : 1.0;
 }
 
+/* Where the homing axes are planned to: the tool's where its switches are not those of the joints. */
+static void axes_mm(const struct machine *machine, double mm[AXIS_COUNT]) {
+    const struct kinematics *kinematics = &machine->joints.kinematics;
+    if (kinematics->coupled)
+        kinematics->ops->forward(kinematics, machine->motion.plan.position_mm, mm);
+    else
+        memcpy(mm, machine->motion.plan.position_mm, AXIS_COUNT * sizeof mm[0]);
+}
+
+static void push(struct machine *machine, const struct motion_line *line) {
+    if (machine->joints.kinematics.coupled) {
+        joints_stand(&machine->joints, &machine->motion);
+        (void)joints_line(&machine->joints, &machine->motion, line, hal_time_us(machine->hal));
+    } else {
+        (void)motion_line(&machine->motion, line, hal_time_us(machine->hal));
+    }
+    motion_flush(&machine->motion);
+}
+
 /* One straight move of some axes by a signed distance each, each of them at the rate. */
 static void move(struct machine *machine, axis_mask_t axes, const double target_mm[AXIS_COUNT],
                  float rate_mm_min) {
@@ -55,10 +76,10 @@ static void move(struct machine *machine, axis_mask_t axes, const double target_
     struct motion_line line = {.feed_mm_s = rate_mm_min / 60.0f * root[linear],
                                .line = machine->lines,
                                .flags = MOTION_FLAG_EXACT_STOP};
+    axes_mm(machine, line.target_mm);
     for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
-        line.target_mm[ax] = (axes >> ax & 1) != 0 ? target_mm[ax] : machine->motion.plan.position_mm[ax];
-    (void)motion_line(&machine->motion, &line, hal_time_us(machine->hal));
-    motion_flush(&machine->motion);
+        line.target_mm[ax] = (axes >> ax & 1) != 0 ? target_mm[ax] : line.target_mm[ax];
+    push(machine, &line);
 }
 
 /* Towards the switches that are still looked for. */
@@ -66,15 +87,17 @@ static void look(struct machine *machine) {
     const struct settings *settings = &machine->settings;
     const struct homing *homing = &machine->homing;
     bool seek = homing->step == SEEK;
-    double target_mm[AXIS_COUNT], way_mm = APPROACH_PULL_OFF * (double)settings->homing_pull_off_mm;
+    double target_mm[AXIS_COUNT], from_mm[AXIS_COUNT],
+        way_mm = APPROACH_PULL_OFF * (double)settings->homing_pull_off_mm;
     for (unsigned ax = 0; seek && ax < AXIS_COUNT; ax++) {
         double travel_mm = SEEK_TRAVEL * (double)settings->max_travel_mm[ax];
         if ((homing->left >> ax & 1) != 0 && travel_mm > way_mm)
             way_mm = travel_mm;
     }
+    axes_mm(machine, from_mm);
     for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
         double reach_mm = square_is_half(machine, ax) ? square_reach_mm(machine, ax) : way_mm;
-        target_mm[ax] = machine->motion.plan.position_mm[ax] + homing_direction(machine, ax) * reach_mm;
+        target_mm[ax] = from_mm[ax] + homing_direction(machine, ax) * reach_mm;
     }
     move(machine, homing->left, target_mm,
          seek ? settings->homing_seek_mm_min : settings->homing_feed_mm_min);
@@ -164,23 +187,34 @@ enum status homing_begin(struct machine *machine, const char *letters) {
     return STATUS_OK;
 }
 
-/* The switch is the end of the travel: 0, or minus the travel. We stand a pull-off before it. */
-static void set_machine_position(struct machine *machine) {
+/* Where an axis stands, a pull-off before the switch at the end of its travel, steps. */
+static int32_t homed_steps(const struct machine *machine, unsigned ax) {
     const struct settings *settings = &machine->settings;
-    int32_t position[AXIS_COUNT];
-    machine_position(machine, position);
-    for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
-        double pull_off_mm = (double)settings->homing_pull_off_mm;
-        double mm = homing_direction(machine, ax) > 0.0 ? -pull_off_mm
-                                                        : pull_off_mm - (double)settings->max_travel_mm[ax];
-        double steps = mm * (double)settings->steps_per_mm[ax];
-        if ((machine->homing.axes >> ax & 1) == 0)
-            continue;
-        machine->shift_steps[ax] -= position[ax];
-        position[ax] = (int32_t)(steps < 0.0 ? steps - 0.5 : steps + 0.5);
-        machine->shift_steps[ax] += position[ax];
-    }
-    machine->trusted |= machine->homing.axes;
+    bool positive = homing_direction(machine, ax) > 0.0;
+    double end_mm =
+        kinematics_end(&machine->joints.kinematics, ax, positive, (double)settings->max_travel_mm[ax]);
+    double mm = end_mm - homing_direction(machine, ax) * (double)settings->homing_pull_off_mm;
+    double steps = mm * (double)settings->steps_per_mm[ax];
+    return (int32_t)(steps < 0.0 ? steps - 0.5 : steps + 0.5);
+}
+
+/* What was found is the end of the travel: the counters get there without a pulse. */
+static void set_machine_position(struct machine *machine) {
+    const struct kinematics *kinematics = &machine->joints.kinematics;
+    const axis_mask_t axes = machine->homing.axes;
+    struct kinematics mixed = *kinematics;
+    int32_t position[AXIS_COUNT], before[AXIS_COUNT];
+    mixed.coupled = kinematics->coupled && (axes & (1u << AXIS_X | 1u << AXIS_Y)) != 0;
+    machine_position(machine, before);
+    memcpy(position, before, sizeof position);
+    kinematics_axis_steps(&mixed, position);
+    for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
+        if ((axes >> ax & 1) != 0)
+            position[ax] = homed_steps(machine, ax);
+    kinematics_joint_steps(&mixed, position);
+    for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
+        machine->shift_steps[ax] += position[ax] - before[ax];
+    machine->trusted |= axes;
     machine_stand_at(machine, position);
     report_changed_offset(machine);
 }

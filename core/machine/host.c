@@ -94,15 +94,24 @@ static void know_end(struct machine *machine) {
     host->end_known = true;
 }
 
+/* The tool may be where the joints are then. */
+static bool is_in_travel(const struct machine *machine, const int32_t steps[AXIS_COUNT]) {
+    double tool_mm[AXIS_COUNT];
+    machine_tool_mm(machine, steps, tool_mm);
+    return task_in_travel(machine, tool_mm) &&
+           (!machine->settings.soft_limits ||
+            kinematics_reaches(&machine->joints.kinematics, tool_mm, tool_mm));
+}
+
 /* Where the segment leads can be counted and lies within the travel. */
 static bool is_reachable(const struct machine *machine, const int64_t end_steps[AXIS_COUNT]) {
-    double target_mm[AXIS_COUNT];
+    int32_t steps[AXIS_COUNT];
     for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
         if (end_steps[ax] > INT32_MAX || end_steps[ax] < -INT32_MAX)
             return false;
-        target_mm[ax] = (double)end_steps[ax] / (double)machine->settings.steps_per_mm[ax];
+        steps[ax] = (int32_t)end_steps[ax];
     }
-    return task_in_travel(machine, target_mm);
+    return is_in_travel(machine, steps);
 }
 
 static void watch_probe(struct machine *machine, const struct feed_slot *slot) {
@@ -219,7 +228,27 @@ static bool feed_on(struct machine *machine) {
 
 /* ---- jog ---- */
 
-/* The end of the planned way moves on before the machine. */
+/* The nearest place within the travel of a joint. Where X and Y of the tool are not those of the joints, they
+ * have no travel of their own. */
+static double in_travel(const struct machine *machine, unsigned axis, double mm) {
+    const struct settings *settings = &machine->settings;
+    double least_mm = -(double)settings->max_travel_mm[axis];
+    bool mixed = settings->kinematics != KINEMATICS_CARTESIAN && axis <= AXIS_Y;
+    if (!settings->soft_limits || mixed || least_mm >= 0.0)
+        return mm;
+    return mm > 0.0 ? 0.0 : mm < least_mm ? least_mm : mm;
+}
+
+/* The joints can be counted there; and where they are not the tool's axes, the tool is in its travel. */
+static bool may_stand(const struct machine *machine, const double joints[AXIS_COUNT]) {
+    int32_t steps[AXIS_COUNT] = {0};
+    if (!motion_in_range(&machine->motion, joints))
+        return false;
+    kinematics_target_steps(joints, machine->settings.steps_per_mm, machine->board.axis_count, steps);
+    return machine->settings.kinematics == KINEMATICS_CARTESIAN || is_in_travel(machine, steps);
+}
+
+/* The end of the planned way moves on before the machine. The host's axes are joints. */
 static bool extend_jog(struct machine *machine) {
     struct host_jog *jog = &machine->host.jog;
     const struct settings *settings = &machine->settings;
@@ -233,13 +262,10 @@ static bool extend_jog(struct machine *machine) {
         return false;
     struct motion_line line = {.feed_mm_s = jog->speed_mm_s, .flags = MOTION_FLAG_JOG};
     for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
-        line.target_mm[ax] = machine->gcode.position_mm[ax];
-    double target_mm = jog->target_mm + jog->direction * lead_mm;
-    double least_mm = -(double)settings->max_travel_mm[jog->axis];
-    if (settings->soft_limits && least_mm < 0.0)
-        target_mm = target_mm > 0.0 ? 0.0 : target_mm < least_mm ? least_mm : target_mm;
+        line.target_mm[ax] = machine->motion.plan.position_mm[ax];
+    double target_mm = in_travel(machine, jog->axis, jog->target_mm + jog->direction * lead_mm);
     line.target_mm[jog->axis] = target_mm;
-    if (target_mm == jog->target_mm || !motion_in_range(&machine->motion, line.target_mm))
+    if (target_mm == jog->target_mm || !may_stand(machine, line.target_mm))
         return false;
     (void)motion_line(&machine->motion, &line, hal_time_us(machine->hal));
     motion_flush(&machine->motion);
@@ -256,7 +282,7 @@ static void begin_jog(struct machine *machine) {
     machine->host.end_known = false;
     machine_apply_override(machine);
     jog->on = true;
-    jog->target_mm = machine->gcode.position_mm[jog->axis];
+    jog->target_mm = machine->motion.plan.position_mm[jog->axis];
     (void)extend_jog(machine);
 }
 

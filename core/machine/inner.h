@@ -56,8 +56,17 @@ uint8_t machine_feed_pct(const struct machine *machine);
 void machine_timer_start(const struct machine *machine, struct machine_timer *timer, uint32_t us);
 bool machine_timer_runs(const struct machine *machine, const struct machine_timer *timer);
 
-/** The command's targets can be counted in steps. */
-bool machine_in_range(const struct machine *machine, const struct gcode_move *move);
+/** Machine position of the tool, mm. */
+void machine_tool_mm(const struct machine *machine, const int32_t steps[AXIS_COUNT], double mm[AXIS_COUNT]);
+/** Speed of the tool at the end of what was emitted, mm/s. */
+float machine_speed_mm_s(const struct machine *machine);
+/** Where the axes stand that have switches, steps: the tool's where the joints are coupled. [any] */
+void machine_axis_steps(const struct machine *machine, int32_t steps[AXIS_COUNT]);
+
+/* reach.c */
+/** The tool can go there, and every joint's counter with it: STATUS_OK, STATUS_BAD_TARGET or
+ * STATUS_UNREACHABLE. From where the newest move ends. */
+enum status reach_move(const struct machine *machine, const struct gcode_move *move);
 
 /* compute.c */
 /** A line that gcode_line() refused may have expressions: compute it into machine->command, and take its
@@ -114,6 +123,16 @@ void motors_init(struct machine *machine);
 bool motors_poll(struct machine *machine);
 /** Until they are awake; 0: they are, or off. */
 uint32_t motors_wait_us(const struct machine *machine);
+
+/* torque.c */
+void torque_poll(struct machine *machine);
+/** Digital outputs that are torque lines. */
+axis_mask_t torque_mask(const struct machine *machine);
+/** All digital outputs, torque lines among them. */
+void torque_put_out(struct machine *machine);
+
+/* servo.c */
+void servo_poll(struct machine *machine);
 
 /* task.c */
 /** Start the stages of machine->command. */

@@ -45,7 +45,7 @@ static void latch_switches(struct machine *machine, const struct hal_inputs *inp
     int32_t position[AXIS_COUNT];
     if (latch == 0)
         return;
-    machine_position(machine, position);
+    machine_axis_steps(machine, position);
     for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
         if ((latch >> ax & 1) != 0)
             edges->at[motor][ax] = position[ax];

@@ -7,8 +7,9 @@ enum status jog_begin(struct machine *machine, const char *text) {
     enum status status = gcode_jog(&machine->gcode, text, command);
     if (status != STATUS_OK)
         return status;
-    if (!motion_in_range(&machine->motion, command->move.target_mm))
-        return STATUS_BAD_TARGET;
+    status = reach_move(machine, &command->move);
+    if (status != STATUS_OK)
+        return status;
     if (!task_in_travel(machine, command->move.target_mm))
         return STATUS_JOG_TRAVEL;
     machine_transition(machine, MACHINE_JOGS);
@@ -27,7 +28,7 @@ enum task_stage jog_poll(struct machine *machine) {
                                .flags = MOTION_FLAG_JOG};
     for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
         line.target_mm[ax] = move->target_mm[ax];
-    if (!motion_line(&machine->motion, &line, hal_time_us(machine->hal)))
+    if (!joints_line(&machine->joints, &machine->motion, &line, hal_time_us(machine->hal)))
         return TASK_JOG;
     task_set_position(machine, move->target_mm);
     return TASK_NONE;

@@ -7,6 +7,11 @@ uint16_t machine_board_pulse_us(const struct machine *machine) {
     return (uint16_t)((machine->board.step_pulse_ns + 999) / 1000);
 }
 
+static void take_planned_position(struct machine *machine) {
+    joints_stand(&machine->joints, &machine->motion);
+    task_set_position(machine, machine->joints.tool_mm);
+}
+
 void machine_init(struct machine *machine, const struct machine_board *board, struct hal *hal,
                   struct hal_step *hal_step, const struct text_out *out) {
     static const struct prep_timing no_timing = {1, 1, 1};
@@ -27,6 +32,7 @@ void machine_init(struct machine *machine, const struct machine_board *board, st
     machine->params.named_room = PARAMS_NAMED;
     rx_init(&machine->rx);
     line_reader_reset(&machine->reader);
+    machine->joints.kinematics.ops = &kinematics_cartesian; /* until the settings are there */
     motion_init(&machine->motion, &no_limits);
     feed_init(&machine->host.feed, &machine->motion.ring);
     step_init(&machine->step, hal_step);
@@ -38,9 +44,10 @@ void machine_init(struct machine *machine, const struct machine_board *board, st
     machine->edges.known = inputs_limits(machine, &machine->inputs);
     outputs_off(machine);
     motors_init(machine);
-    hal_digital_set(hal, machine->digital);
+    torque_put_out(machine);
     machine_restart(machine);
     machine_apply_settings(machine);
+    take_planned_position(machine);
 }
 
 bool machine_is_at_rest(const struct machine *machine) {
@@ -69,6 +76,19 @@ void machine_position(const struct machine *machine, int32_t steps[AXIS_COUNT]) 
     step_position(&machine->step, machine->prep.position, steps);
 }
 
+void machine_axis_steps(const struct machine *machine, int32_t steps[AXIS_COUNT]) {
+    machine_position(machine, steps);
+    kinematics_axis_steps(&machine->joints.kinematics, steps);
+}
+
+void machine_tool_mm(const struct machine *machine, const int32_t steps[AXIS_COUNT], double mm[AXIS_COUNT]) {
+    joints_tool_mm(&machine->joints, &machine->motion, steps, mm);
+}
+
+float machine_speed_mm_s(const struct machine *machine) {
+    return joints_tool_speed(&machine->joints, &machine->motion, emit_speed_mm_s(&machine->motion.emit));
+}
+
 void machine_on_motion_side(struct machine *machine, void (*work)(void *arg), void *arg) {
     const struct machine_board *board = &machine->board;
     if (board->motion_side == NULL)
@@ -92,11 +112,6 @@ struct stand {
 static void stand(void *arg) {
     const struct stand *at = arg;
     reset_motion(at->machine, at->position);
-}
-
-static void take_planned_position(struct machine *machine) {
-    for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
-        machine->gcode.position_mm[ax] = machine->motion.plan.position_mm[ax];
 }
 
 void machine_stand_at(struct machine *machine, const int32_t position[AXIS_COUNT]) {
@@ -236,6 +251,10 @@ void machine_apply_settings(struct machine *machine) {
         limits.accel_mm_s2[ax] = settings->acceleration_mm_s2[ax];
     }
     machine->gcode.arc_radius_tolerance_mm = settings->arc_radius_tolerance_mm;
+    const float arm_mm[2] = {settings->arm_1_mm, settings->arm_2_mm};
+    kinematics_init(&machine->joints.kinematics, (enum kinematics_kind)settings->kinematics, arm_mm,
+                    settings->max_travel_mm);
+    joints_limit(&machine->joints, &limits);
     motion_set_limits(&machine->motion, &limits);
     host_set_limits(machine, &limits);
     machine->prep.timing = (struct prep_timing){
@@ -245,19 +264,17 @@ void machine_apply_settings(struct machine *machine) {
     };
 }
 
-bool machine_in_range(const struct machine *machine, const struct gcode_move *move) {
-    if (move->motion == MOTION_NONE)
-        return true;
-    return motion_in_range(&machine->motion, move->target_mm) &&
-           ((!move->via && move->motion != MOTION_CYCLE) || motion_in_range(&machine->motion, move->via_mm));
-}
-
 /* The line was resolved into machine->command. */
 static void begin_gcode(struct machine *machine) {
-    if (machine_in_range(machine, &machine->command.move))
+    const struct gcode_command *command = &machine->command;
+    enum status status = reach_move(machine, &command->move);
+    if (command->port >= 0 && command->port_kind == PORT_DIGITAL_OUT &&
+        (torque_mask(machine) >> command->port & 1) != 0)
+        status = STATUS_NO_PORT; /* it is a torque line */
+    if (status == STATUS_OK)
         task_begin(machine);
     else
-        machine_answer(machine, STATUS_BAD_TARGET);
+        machine_answer(machine, status);
 }
 
 static void take_gcode(struct machine *machine, const char *line) {
@@ -433,6 +450,8 @@ bool machine_poll(struct machine *machine) {
         return any;
     any |= host_poll(machine);
     any |= motion_poll(&machine->motion, hal_time_us(machine->hal));
+    torque_poll(machine);
+    servo_poll(machine);
     if (machine->board.motion_side == NULL)
         any |= machine_poll_motion(machine);
     any |= update_state(machine);

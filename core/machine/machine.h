@@ -19,6 +19,7 @@
 #include "link/line_reader.h"
 #include "link/rx.h"
 #include "link/text.h"
+#include "motion/joints.h"
 #include "motion/motion.h"
 #include "segment/feed.h"
 #include "settings/settings.h"
@@ -36,6 +37,7 @@ struct machine_board {
     bool relay_spindle;              /* no PWM output: a laser ($32) is error:17 */
     uint8_t digital_inputs;          /* of M66, 0 .. DIGITAL_INPUT_COUNT */
     const struct hal_analog *analog; /* NULL: no analog inputs and outputs */
+    const struct hal_servo *servo;   /* NULL: no servo output */
     const struct hal_ganged *ganged; /* NULL: every axis has one motor */
     const struct hal_store *store;   /* NULL: nothing is kept */
     const void *store_ctx;
@@ -125,6 +127,13 @@ struct machine_motors {
     uint32_t moved_us, woken_us; /* when something moved last; when they were switched on */
 };
 
+/** Current of the motors, $83. */
+struct machine_torque {
+    axis_mask_t full;                /* axes with full current */
+    uint32_t seen;                   /* segments of the ring looked at */
+    uint32_t until_us[OUTPUT_COUNT]; /* full until then */
+};
+
 /** What is asked about motion lines while they are under way: one note for a row of source lines. Moves of
  * different notes never share a piece of path, so more notes than pieces and segments are never needed. */
 enum { LINE_NOTES = PLAN_SIZE + 32 };
@@ -199,10 +208,13 @@ struct machine {
     struct param_named params_named[PARAMS_NAMED];
     struct rx rx;
     struct line_reader reader;
+    struct joints joints;
     struct motion motion;
     struct prep prep;
     struct step step;
     struct machine_motors motors;
+    struct machine_torque torque;
+    uint16_t servo_us;                              /* pulse put out; 0: none */
     uint32_t motion_polls_begun, motion_polls_done; /* of the motion side; differ while it works */
 
     struct machine_host host;

@@ -84,7 +84,7 @@ static float laser_power(const struct machine *machine, const struct line_note *
     if (machine->outputs.spindle == SPINDLE_CW || note == NULL || note->feed_mm_s <= 0.0f)
         return 1.0f;
     float asked_mm_s = note->feed_mm_s * (float)machine_feed_pct(machine) * 0.01f;
-    float power = emit_speed_mm_s(&machine->motion.emit) / asked_mm_s;
+    float power = machine_speed_mm_s(machine) / asked_mm_s;
     return power > 1.0f ? 1.0f : power;
 }
 

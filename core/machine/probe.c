@@ -19,8 +19,20 @@ static bool is_found(const struct machine *machine) {
     return inputs_probe(machine, &inputs) != is_away(machine);
 }
 
-enum task_stage probe_begin(struct machine *machine) {
+/* All of the line, or as much of it as there is room for. */
+static void push(struct machine *machine) {
     const struct gcode_move *move = &machine->command.move;
+    struct motion_line line = {.feed_mm_s = move->feed_mm_s,
+                               .duration_s = move->inverse_time_s,
+                               .line = machine->lines,
+                               .flags = MOTION_FLAG_PROBE | MOTION_FLAG_EXACT_STOP};
+    for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
+        line.target_mm[ax] = move->target_mm[ax];
+    if (joints_line(&machine->joints, &machine->motion, &line, hal_time_us(machine->hal)))
+        motion_flush(&machine->motion);
+}
+
+enum task_stage probe_begin(struct machine *machine) {
     if (!task_rest_reached(machine))
         return TASK_PROBE;
     machine->probe_ok = machine->params.probe_ok = false;
@@ -28,18 +40,11 @@ enum task_stage probe_begin(struct machine *machine) {
         machine_alarm(machine, ALARM_PROBE_CLOSED);
         return TASK_ALARMED;
     }
-    struct motion_line line = {.feed_mm_s = move->feed_mm_s,
-                               .duration_s = move->inverse_time_s,
-                               .line = machine->lines,
-                               .flags = MOTION_FLAG_PROBE | MOTION_FLAG_EXACT_STOP};
-    for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
-        line.target_mm[ax] = move->target_mm[ax];
     hal_probe_watch(machine->hal, machine->settings.probe_invert != is_away(machine));
     machine->step.probe_hit = false;
     machine->stage = TASK_PROBING;
     machine_apply_override(machine);
-    (void)motion_line(&machine->motion, &line, hal_time_us(machine->hal));
-    motion_flush(&machine->motion);
+    push(machine);
     return TASK_PROBING;
 }
 
@@ -48,9 +53,9 @@ static void keep_parameters(struct machine *machine) {
     double offset_mm[AXIS_COUNT];
     machine->gcode.modal.wcs = machine->command.next.wcs;
     gcode_work_offset_mm(&machine->gcode, offset_mm);
+    machine_tool_mm(machine, machine->probe_steps, machine->params.probe_mm);
     for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
-        machine->params.probe_mm[ax] =
-            (double)machine->probe_steps[ax] / (double)machine->settings.steps_per_mm[ax] - offset_mm[ax];
+        machine->params.probe_mm[ax] -= offset_mm[ax];
     machine->params.probe_ok = machine->probe_ok;
 }
 
@@ -72,6 +77,8 @@ static void finish(struct machine *machine, bool found) {
 enum task_stage probe_poll(struct machine *machine) {
     if (machine->step.probe_hit)
         motion_hold(&machine->motion);
+    else if (machine->joints.done > 0.0)
+        push(machine);
     if (!machine_is_stopped(machine))
         return TASK_PROBING;
     finish(machine, machine->step.probe_hit || is_found(machine));

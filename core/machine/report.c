@@ -59,8 +59,7 @@ void report_axes(const struct machine *machine, const double mm[AXIS_COUNT]) {
 
 void report_axes_steps(const struct machine *machine, const int32_t steps[AXIS_COUNT]) {
     double mm[AXIS_COUNT];
-    for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
-        mm[ax] = (double)steps[ax] / (double)machine->settings.steps_per_mm[ax];
+    machine_tool_mm(machine, steps, mm);
     report_axes(machine, mm);
 }
 
@@ -69,10 +68,9 @@ static void report_position(const struct machine *machine, const double offset_m
     double mm[AXIS_COUNT];
     bool work = (machine->settings.report_mask & 1) == 0;
     machine_position(machine, steps);
-    for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
-        mm[ax] = (double)steps[ax] / (double)machine->settings.steps_per_mm[ax];
-        mm[ax] -= work ? offset_mm[ax] : 0.0;
-    }
+    machine_tool_mm(machine, steps, mm);
+    for (unsigned ax = 0; work && ax < AXIS_COUNT; ax++)
+        mm[ax] -= offset_mm[ax];
     text_string(&machine->out, work ? "|WPos:" : "|MPos:");
     report_axes(machine, mm);
 }
@@ -169,7 +167,7 @@ void report_status(struct machine *machine) {
     report_buffers(machine);
     report_line(machine);
     text_string(out, "|FS:");
-    report_rate(machine, machine->step.active ? (double)emit_speed_mm_s(&machine->motion.emit) : 0.0);
+    report_rate(machine, machine->step.active ? (double)machine_speed_mm_s(machine) : 0.0);
     text_string(out, ",");
     text_fixed(out, (double)outputs_rpm(machine), 0);
     report_pins(machine);

@@ -28,7 +28,7 @@ void square_release(struct machine *machine) {
 void square_begin(struct machine *machine) {
     struct homing *homing = &machine->homing;
     square_release(machine);
-    machine_position(machine, homing->from);
+    machine_axis_steps(machine, homing->from);
     for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
         homing->motor[FIRST_MOTOR][ax] = homing->motor[SECOND_MOTOR][ax] = homing->from[ax];
 }
@@ -36,7 +36,7 @@ void square_begin(struct machine *machine) {
 void square_stand(struct machine *machine) {
     struct homing *homing = &machine->homing;
     int32_t now[AXIS_COUNT];
-    machine_position(machine, now);
+    machine_axis_steps(machine, now);
     for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
         for (unsigned motor = 0; motor < MOTOR_COUNT; motor++)
             if (!has(homing->held[motor], ax))

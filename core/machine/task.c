@@ -25,6 +25,8 @@ bool task_in_travel(const struct machine *machine, const double target_mm[AXIS_C
         return true;
     for (unsigned ax = 0; ax < machine->board.axis_count; ax++) {
         double travel_mm = (double)settings->max_travel_mm[ax];
+        if ((machine->joints.kinematics.curved >> ax & 1) != 0)
+            continue; /* reach.c */
         if (travel_mm > 0.0 && (target_mm[ax] > 0.0 || target_mm[ax] < -travel_mm))
             return false;
     }
@@ -53,7 +55,7 @@ bool task_push_line(struct machine *machine, const double target_mm[AXIS_COUNT],
         return true;
     for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
         line.target_mm[ax] = target_mm[ax];
-    return motion_line(&machine->motion, &line, hal_time_us(machine->hal));
+    return joints_line(&machine->joints, &machine->motion, &line, hal_time_us(machine->hal));
 }
 
 void task_set_position(struct machine *machine, const double target_mm[AXIS_COUNT]) {
@@ -173,7 +175,7 @@ static void set_digital(struct machine *machine) {
     const struct gcode_command *command = &machine->command;
     unsigned bit = 1u << command->port;
     machine->digital = (uint8_t)(command->port_on ? machine->digital | bit : machine->digital & ~bit);
-    hal_digital_set(machine->hal, machine->digital);
+    torque_put_out(machine);
 }
 
 static void set_port(struct machine *machine) {

@@ -48,6 +48,7 @@ struct host *host_open(const struct host_board *board, const char *store_path) {
         .motors_wake_us = board->motors_wake_us,
         .relay_spindle = board->relay_spindle != 0,
         .digital_inputs = board->digital_inputs,
+        .servo = &host_servo,
         .analog = board->analog != 0 ? &host_analog : NULL,
         .ganged = board->ganged != 0 ? &host->hal.ganged : NULL,
         .store = store_path != NULL ? &host_store : NULL,

@@ -45,6 +45,12 @@ void hal_motors_set(struct hal *hal, bool on, bool invert) {
     hal->virtual_machine.outputs.enable_high = on == invert;
 }
 
+static void servo_set(struct hal *hal, uint16_t pulse_us) {
+    hal->virtual_machine.outputs.servo_us = pulse_us;
+}
+
+const struct hal_servo host_servo = {.set = servo_set};
+
 static void analog_set(struct hal *hal, unsigned output, float percent) {
     hal->virtual_machine.outputs.analog_pct[output] = percent;
 }
@@ -90,6 +96,7 @@ static struct virtual_machine *follow(struct host *host) {
         memcpy(machine->second, machine->position, sizeof machine->second);
     }
     machine->follows = true;
+    machine->core_xy = host->machine.joints.kinematics.coupled;
     return machine;
 }
 

@@ -37,6 +37,9 @@ struct host {
 /** Analog inputs and outputs of the virtual machine. */
 extern const struct hal_analog host_analog;
 
+/** Its servo output. */
+extern const struct hal_servo host_servo;
+
 /** Let the true position and the inputs follow the edges since the last call.
  *  @return true when a level changed: the controller must look before time goes on. */
 bool host_follow_edges(struct host *host);

@@ -3,6 +3,7 @@
 #include "sim.h"
 
 #include "expand.h"
+#include "machine/machine.h"
 #include "sim_script.h"
 #include "sim_text.h"
 #include "trace_write.h"
@@ -287,6 +288,8 @@ int sim_load(struct sim *sim, const char *text, size_t size, int keep_going) {
     if ((expand_is_needed(text, size) ? load_program(sim, text, size)
                                       : sim_text_make(&sim->text, text, size)) != 0)
         return ENOMEM;
+    if (host_machine(sim->host)->settings.kinematics != KINEMATICS_CARTESIAN)
+        sim->surveys = true; /* for the box: motors do not say where the tool was */
     if (sim->surveys && (sim->survey = survey_create(sim->host, &sim->text)) == NULL)
         return ENOMEM;
     trace_flush(host_trace(sim->host));
@@ -412,6 +415,13 @@ const char *sim_message_at(const struct sim *sim, size_t index) {
     return index < sim->messages.count ? ((char **)sim->messages.items)[index] : "";
 }
 
+static void place_tool(const struct sim *sim, struct sim_result *out) {
+    const struct machine *machine = host_machine(sim->host);
+    joints_tool_mm(&machine->joints, &machine->motion, out->position_steps, out->position_mm);
+    if (machine->settings.kinematics != KINEMATICS_CARTESIAN && sim->survey != NULL)
+        survey_box(sim->survey, out->min_mm, out->max_mm);
+}
+
 void sim_result(const struct sim *sim, struct sim_result *out) {
     struct measured measured;
     int32_t shift[AXIS_COUNT];
@@ -430,6 +440,8 @@ void sim_result(const struct sim *sim, struct sim_result *out) {
     for (int axis = 0; axis < AXIS_COUNT; axis++) {
         double steps_per_mm = sim->steps_per_mm[axis];
         out->steps_per_mm[axis] = steps_per_mm;
+        out->min_mm[axis] = measured.min_steps[axis] / steps_per_mm;
+        out->max_mm[axis] = measured.max_steps[axis] / steps_per_mm;
         out->steps_total[axis] = measured.steps_total[axis];
         out->measured_steps[axis] = measured.position_steps[axis] + shift[axis];
         out->min_steps[axis] = measured.min_steps[axis];
@@ -440,6 +452,7 @@ void sim_result(const struct sim *sim, struct sim_result *out) {
         double rate_hz = interval > 0 ? (double)sim->board.timer_hz / (double)interval : 0.0;
         out->max_step_rate_hz = rate_hz > out->max_step_rate_hz ? rate_hz : out->max_step_rate_hz;
     }
+    place_tool(sim, out);
 }
 
 int sim_sample_every(struct sim *sim, double interval_ms) {

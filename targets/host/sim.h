@@ -100,6 +100,8 @@ struct sim_result {
     double max_accel_mm_s2[AXIS_COUNT];
     double max_step_rate_hz; /* of the fastest axis, from the shortest interval between its edges */
     double steps_per_mm[AXIS_COUNT];
+    double position_mm[AXIS_COUNT];                /* of the tool */
+    double min_mm[AXIS_COUNT], max_mm[AXIS_COUNT]; /* of the tool, the start included */
 };
 void sim_result(const struct sim *sim, struct sim_result *out);
 

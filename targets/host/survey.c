@@ -17,8 +17,9 @@ enum { MOST_ARCS = 1000 };
 struct survey {
     struct host *host;
     const struct sim_text *text;
-    uint32_t first;           /* number that the controller gives to the first line */
-    double at_mm[AXIS_COUNT]; /* where the next line begins, programmed */
+    uint32_t first;                                /* number that the controller gives to the first line */
+    double at_mm[AXIS_COUNT];                      /* where the next line begins, programmed */
+    double min_mm[AXIS_COUNT], max_mm[AXIS_COUNT]; /* where the tool has been */
     struct survey_line *lines;
     size_t count;
     struct survey_arc arcs[MOST_ARCS];
@@ -43,6 +44,8 @@ struct survey *survey_create(struct host *host, const struct sim_text *text) {
         return NULL;
     }
     keep_position(survey);
+    memcpy(survey->min_mm, survey->at_mm, sizeof survey->min_mm);
+    memcpy(survey->max_mm, survey->at_mm, sizeof survey->max_mm);
     host_watch_segments(host, watch, survey);
     return survey;
 }
@@ -90,6 +93,15 @@ static uint32_t at_rate(const struct motion_limits *limits, const struct host_se
     return motors;
 }
 
+static void tool_mm(const struct survey *survey, const double steps[AXIS_COUNT], double mm[AXIS_COUNT]) {
+    const struct machine *machine = host_machine(survey->host);
+    const struct kinematics *kinematics = &machine->joints.kinematics;
+    double joints[AXIS_COUNT];
+    for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
+        joints[ax] = steps[ax] / (double)machine->motion.plan.limits.steps_per_mm[ax];
+    kinematics->ops->forward(kinematics, joints, mm);
+}
+
 static void watch(void *ctx, const struct host_segment *moved) {
     struct survey *survey = ctx;
     const struct motion_limits *limits = &host_machine(survey->host)->motion.plan.limits;
@@ -100,9 +112,11 @@ static void watch(void *ctx, const struct host_segment *moved) {
     if (row == NULL)
         return;
     double from_mm[AXIS_COUNT], to_mm[AXIS_COUNT];
+    tool_mm(survey, moved->from_steps, from_mm);
+    tool_mm(survey, moved->to_steps, to_mm);
     for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
-        from_mm[ax] = moved->from_steps[ax] / (double)limits->steps_per_mm[ax];
-        to_mm[ax] = moved->to_steps[ax] / (double)limits->steps_per_mm[ax];
+        survey->min_mm[ax] = fmin(survey->min_mm[ax], to_mm[ax]);
+        survey->max_mm[ax] = fmax(survey->max_mm[ax], to_mm[ax]);
     }
     float time_s = (float)moved->segment->duration_ns * 1e-9f;
     float mm_s = (float)counted_mm(from_mm, to_mm) / time_s;
@@ -189,6 +203,11 @@ void survey_answered(struct survey *survey, uint32_t line, int status) {
     else if (status == STATUS_BAD_TARGET || status == STATUS_ARC_RADIUS)
         take_arc(survey, line);
     keep_position(survey);
+}
+
+void survey_box(const struct survey *survey, double min_mm[AXIS_COUNT], double max_mm[AXIS_COUNT]) {
+    memcpy(min_mm, survey->min_mm, sizeof survey->min_mm);
+    memcpy(max_mm, survey->max_mm, sizeof survey->max_mm);
 }
 
 size_t survey_lines(const struct survey *survey, const struct survey_line **out) {

@@ -41,6 +41,9 @@ void survey_destroy(struct survey *survey);
 /** A line of the file was answered so, and the next one is not yet taken. */
 void survey_answered(struct survey *survey, uint32_t line, int status);
 
+/** Where the tool has been, machine coordinates, mm. */
+void survey_box(const struct survey *survey, double min_mm[AXIS_COUNT], double max_mm[AXIS_COUNT]);
+
 /** Rows by line number: 0 .. count-1. */
 size_t survey_lines(const struct survey *survey, const struct survey_line **out);
 size_t survey_arcs(const struct survey *survey, const struct survey_arc **out);

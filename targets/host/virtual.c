@@ -7,12 +7,24 @@
 
 #define BIT(input) ((uint64_t)1 << (input))
 
+/* Steps of the motors -> of the axes with switches. */
+static void axes_of(const struct virtual_machine *machine, const int32_t motors[AXIS_COUNT],
+                    int32_t axes[AXIS_COUNT]) {
+    memcpy(axes, motors, AXIS_COUNT * sizeof axes[0]);
+    if (!machine->core_xy)
+        return;
+    axes[AXIS_X] = (motors[0] + motors[1]) >> 1;
+    axes[AXIS_Y] = (motors[0] - motors[1]) >> 1;
+}
+
 bool virtual_update(struct virtual_machine *machine) {
     uint64_t levels = machine->forced;
+    int32_t at[AXIS_COUNT];
+    axes_of(machine, machine->position, at);
     for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
-        if ((machine->has_low >> ax & 1) != 0 && machine->position[ax] <= machine->low[ax])
+        if ((machine->has_low >> ax & 1) != 0 && at[ax] <= machine->low[ax])
             levels |= BIT(VIRTUAL_LIMIT_MIN + ax);
-        if ((machine->has_high >> ax & 1) != 0 && machine->position[ax] >= machine->high[ax])
+        if ((machine->has_high >> ax & 1) != 0 && at[ax] >= machine->high[ax])
             levels |= BIT(VIRTUAL_LIMIT_MAX + ax);
         if ((machine->ganged & machine->has_low) >> ax & 1 && machine->second[ax] <= machine->low[ax])
             levels |= BIT(VIRTUAL_SECOND_MIN + ax);

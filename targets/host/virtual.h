@@ -58,6 +58,7 @@ struct virtual_outputs {
     bool enable_high;               /* level of their enable line: low switches on unless $4 */
     uint8_t digital;                /* M62 .. M65: bit n = Pn */
     float analog_pct[ANALOG_COUNT]; /* M67, M68 */
+    uint16_t servo_us;              /* pulse of the RC servo; 0: none */
 };
 
 /** Only virtual.c and host.c look inside. */
@@ -72,6 +73,7 @@ struct virtual_machine {
     axis_mask_t first_waits, second_waits; /* motors that make no steps now */
     bool has_surface;
     int32_t surface;
+    bool core_xy; /* X and Y switches are those of X = (A + B) / 2 and Y = (A - B) / 2 */
     bool follows; /* the true position matters: every step edge is looked at */
     struct virtual_event events[VIRTUAL_EVENTS_MAX]; /* sorted by time, the next one last */
     uint32_t event_count;

@@ -33,6 +33,7 @@ class Outputs(ctypes.Structure):
         ("enable_high", ctypes.c_bool),
         ("digital", ctypes.c_uint8),
         ("analog_pct", ctypes.c_float * 4),
+        ("servo_us", ctypes.c_uint16),
     )
 
 

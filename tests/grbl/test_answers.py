@@ -204,7 +204,7 @@ def test_settings_print_formats(grbl: Grbl) -> None:
     grbl.fine("$13=1", "$30=1000.4", "$110=5000.0004")
     rows = dict(line[1:].split("=") for line in grbl.send("$$\n").split("\r\n") if line.startswith("$"))
     for number, value in rows.items():
-        three = int(number) in (11, 12, 24, 25, 27, 40, 41) or int(number) >= 100
+        three = int(number) in (11, 12, 24, 25, 27, 40, 41, 81, 82) or int(number) >= 100
         assert re.fullmatch(r"\d+\.\d{3}" if three else r"\d+", value), (number, value)
     grbls = [
         *range(7),

@@ -28,6 +28,24 @@ def problems(folder: Path, text: str) -> list[str]:
 @pytest.mark.parametrize(
     ("text", "where", "reason"),
     [
+        (
+            HEAD + '[kinematics]\ntype = "scara"\narm_1_mm = 60\n',
+            "7: kinematics.arm_2_mm",
+            "two arms need their lengths",
+        ),
+        (
+            HEAD + '[kinematics]\ntype = "polar"\narm_1_mm = 60\n',
+            "9: kinematics.arm_1_mm",
+            "only a machine of two arms",
+        ),
+        (HEAD + '[kinematics]\ntype = "corexy"\n', "8: kinematics.type", "CoreXY needs both X and Y"),
+        (
+            HEAD
+            + HEAD[HEAD.index("[axis.x]") :].replace("axis.x", "axis.y").replace("80", "81")
+            + '[kinematics]\ntype = "corexy"\n',
+            "8: axis.y.steps_per_mm",
+            "the belts of a CoreXY move alike",
+        ),
         # shape
         (HEAD.replace("schema = 1\n", ""), "1: schema", "missing"),
         (HEAD.replace("schema = 1", "schema = 2"), "1: schema", "must be 1, not 2"),

@@ -66,4 +66,5 @@ ERRORS: dict[int, str] = {
     132: "M66 has L0 to L4; with E only L0, and to wait it needs a Q above 0",
     133: "an analog output is set to 0 to 100 percent (Q)",
     134: "a later M70, M71 or M73 took the place of what M73 saved here: there is one place",
+    140: "the machine's arms cannot reach this point, or not on a straight line from here",
 }

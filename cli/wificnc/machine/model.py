@@ -84,6 +84,16 @@ class Axes(_Table):
                 yield index, axis
 
 
+KINEMATICS = ("cartesian", "corexy", "polar", "scara")  # in the order of the setting's values
+CURVED = ("polar", "scara")  # X and Y of the tool are not those of the joints, and their travel is no rectangle
+
+
+class Kinematics(_Table):
+    type: Literal["cartesian", "corexy", "polar", "scara"] | None = None
+    arm_1_mm: Annotated[float | None, of("arm_1_mm")] = None
+    arm_2_mm: Annotated[float | None, of("arm_2_mm")] = None
+
+
 class Motion(_Table):
     junction_deviation_mm: Annotated[float | None, of("junction_deviation_mm")] = None
     arc_tolerance_mm: Annotated[float | None, of("arc_tolerance_mm")] = None
@@ -127,6 +137,7 @@ class Machine(_Table):
     schema_: Annotated[Literal[1], Field(alias="schema")]
     name: Annotated[str, Field(min_length=1)]
     axis: Axes
+    kinematics: Kinematics = Kinematics()
     motion: Motion = Motion()
     stepper: Stepper = Stepper()
     limits: Limits = Limits()
@@ -141,9 +152,11 @@ class Machine(_Table):
 
     @property
     def travel_mm(self) -> tuple[float | None, ...]:
-        """Travel of X Y Z A B C (degrees of A B C); None = no such axis, not known, or endless."""
+        """Travel of the tool in X .. C (degrees of A B C); None = no such axis, not known, endless, or not straight."""
         travels: list[float | None] = [None] * len(AXES)
         for index, axis in self.axis.present():
+            if index < 2 and self.kinematics.type in CURVED:
+                continue
             travels[index] = (axis.travel_mm if isinstance(axis, LinearAxis) else axis.travel_deg) or None
         return tuple(travels)
 
@@ -151,7 +164,9 @@ class Machine(_Table):
         """Number -> value of every setting that this profile gives."""
         table = load_settings()
         values: dict[int, Value] = {}
-        for part in (self.stepper, self.motion, self.limits, self.homing, self.probe, self.spindle):
+        if self.kinematics.type is not None:
+            values[table["kinematics"].number] = KINEMATICS.index(self.kinematics.type)
+        for part in (self.kinematics, self.stepper, self.motion, self.limits, self.homing, self.probe, self.spindle):
             values.update((table[name].number, value) for name, value in part.assigned())
         for index, axis in self.axis.present():
             values.update((table[name].number + index, value) for name, value in axis.assigned())

@@ -85,7 +85,32 @@ def spindle_range(machine: Machine) -> Iterator[Finding]:
         yield Finding("spindle-range", ("spindle", "min_rpm"), f"must be below max_rpm ({high:g})")
 
 
+def arms_are_scara(machine: Machine) -> Iterator[Finding]:
+    kinematics = machine.kinematics
+    for key in ("arm_1_mm", "arm_2_mm"):
+        given = getattr(kinematics, key) is not None
+        if kinematics.type == "scara" and not given:
+            yield Finding(
+                "arms", ("kinematics", key), "two arms need their lengths", "measure from joint to joint, in mm"
+            )
+        elif kinematics.type != "scara" and given:
+            yield Finding("arms", ("kinematics", key), "only a machine of two arms has arms", 'type = "scara"')
+
+
+def belts_are_alike(machine: Machine) -> Iterator[Finding]:
+    x, y = machine.axis.x, machine.axis.y
+    if machine.kinematics.type != "corexy":
+        return
+    if x is None or y is None:
+        yield Finding("corexy", ("kinematics", "type"), "CoreXY needs both X and Y", "write [axis.x] and [axis.y]")
+    elif x.steps_per_mm != y.steps_per_mm:
+        message = f"the belts of a CoreXY move alike, but X has {x.steps_per_mm:g} steps/mm and Y {y.steps_per_mm:g}"
+        yield Finding("corexy", ("axis", "y", "steps_per_mm"), message, "both motors get the same value")
+
+
 RULES = (
+    arms_are_scara,
+    belts_are_alike,
     has_axes,
     soft_limits_need_homing,
     soft_limits_need_travel,

@@ -195,8 +195,7 @@ def _result(sim: Simulation, request: JobRequest) -> SimResult:
     _check_counters(native)
     hz = request.timing.timer_hz
     positions_mm, min_mm, max_mm = (
-        tuple(steps[i] / native.steps_per_mm[i] for i in range(len(axes)))
-        for steps in (native.position_steps, native.min_steps, native.max_steps)
+        tuple(values[: len(axes)]) for values in (native.position_mm, native.min_mm, native.max_mm)
     )
     return SimResult(
         file=request.file,

@@ -119,6 +119,9 @@ class NativeResult(Structure):
         ("max_accel_mm_s2", c_double * AXIS_COUNT),
         ("max_step_rate_hz", c_double),
         ("steps_per_mm", c_double * AXIS_COUNT),
+        ("position_mm", c_double * AXIS_COUNT),
+        ("min_mm", c_double * AXIS_COUNT),
+        ("max_mm", c_double * AXIS_COUNT),
     )
 
 

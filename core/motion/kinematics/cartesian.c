@@ -1,26 +1,29 @@
 /* SPDX-License-Identifier: MIT
- * Cartesian: each motor moves one axis. */
+ * Cartesian: each joint is an axis of the tool. */
 #include "motion/kinematics/kinematics.h"
 
-void kinematics_target_steps(const double target_mm[AXIS_COUNT], const float steps_per_mm[AXIS_COUNT],
-                             unsigned axis_count, int32_t steps[AXIS_COUNT]) {
-    for (unsigned ax = 0; ax < axis_count; ax++) {
-        double exact = target_mm[ax] * (double)steps_per_mm[ax];
-        steps[ax] = (int32_t)(exact < 0.0 ? exact - 0.5 : exact + 0.5);
-    }
+#include <string.h>
+
+static void forward(const struct kinematics *kinematics, const double joints[AXIS_COUNT],
+                    double tool_mm[AXIS_COUNT]) {
+    (void)kinematics;
+    memcpy(tool_mm, joints, AXIS_COUNT * sizeof tool_mm[0]);
 }
 
-void kinematics_position_mm(const int32_t steps[AXIS_COUNT], const float steps_per_mm[AXIS_COUNT],
-                            double position_mm[AXIS_COUNT]) {
-    for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
-        position_mm[ax] = (double)steps[ax] / (double)steps_per_mm[ax];
+static void inverse(const struct kinematics *kinematics, const double tool_mm[AXIS_COUNT],
+                    const double near[AXIS_COUNT], double joints[AXIS_COUNT]) {
+    (void)kinematics;
+    (void)near;
+    memcpy(joints, tool_mm, AXIS_COUNT * sizeof joints[0]);
 }
 
-bool kinematics_in_range(const double target_mm[AXIS_COUNT], const float steps_per_mm[AXIS_COUNT]) {
-    for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
-        double exact = target_mm[ax] * (double)steps_per_mm[ax];
-        if (!(exact > -1073741824.0 && exact < 1073741824.0))
-            return false;
-    }
-    return true;
+static double stretch(const struct kinematics *kinematics, const double from[AXIS_COUNT],
+                      const double to[AXIS_COUNT]) {
+    (void)kinematics;
+    (void)from;
+    (void)to;
+    return 1.0;
 }
+
+const struct kinematics_ops kinematics_cartesian = {
+    .forward = forward, .inverse = inverse, .stretch = stretch};

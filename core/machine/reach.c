@@ -1,0 +1,50 @@
+/* SPDX-License-Identifier: MIT
+ * Whether the machine can go where a line wants it to: asked before anything of the line is done. */
+#include "machine/inner.h"
+
+static enum status reach(const struct machine *machine, const double from_mm[AXIS_COUNT],
+                         const double to_mm[AXIS_COUNT]) {
+    if (!kinematics_reaches(&machine->joints.kinematics, from_mm, to_mm))
+        return STATUS_UNREACHABLE;
+    return joints_in_range(&machine->joints, &machine->motion, to_mm) ? STATUS_OK : STATUS_BAD_TARGET;
+}
+
+/* Every point of a curve that will be planned. */
+static enum status reach_curve(const struct machine *machine, const struct gcode_move *move) {
+    double tolerance_mm = (double)machine->settings.arc_tolerance_mm, point_mm[AXIS_COUNT];
+    const double *from_mm = machine->gcode.position_mm;
+    bool splines = move->motion == MOTION_CUBIC || move->motion == MOTION_QUADRATIC;
+    union {
+        struct arc arc;
+        struct spline spline;
+    } curve;
+    if (splines)
+        spline_begin(&curve.spline, from_mm, move, tolerance_mm);
+    else
+        arc_begin(&curve.arc, from_mm, move, tolerance_mm);
+    while (splines ? spline_next(&curve.spline, point_mm) : arc_next(&curve.arc, point_mm))
+        if (!kinematics_reaches(&machine->joints.kinematics, point_mm, point_mm))
+            return STATUS_UNREACHABLE;
+    return STATUS_OK;
+}
+
+static bool is_curve(const struct gcode_move *move) {
+    return move->motion == MOTION_ARC_CW || move->motion == MOTION_ARC_CCW || move->motion == MOTION_CUBIC ||
+           move->motion == MOTION_QUADRATIC;
+}
+
+enum status reach_move(const struct machine *machine, const struct gcode_move *move) {
+    const double *from_mm = machine->gcode.position_mm;
+    enum status status = STATUS_OK;
+    if (move->motion == MOTION_NONE)
+        return STATUS_OK;
+    if (move->via || move->motion == MOTION_CYCLE) {
+        status = reach(machine, from_mm, move->via_mm);
+        from_mm = move->via_mm;
+    }
+    if (status == STATUS_OK && machine->joints.kinematics.curved != 0 && is_curve(move)) {
+        status = reach_curve(machine, move);
+        from_mm = move->target_mm;
+    }
+    return status == STATUS_OK ? reach(machine, from_mm, move->target_mm) : status;
+}

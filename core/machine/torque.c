@@ -1,0 +1,51 @@
+/* SPDX-License-Identifier: MIT
+ * Full current only while a motor works: each digital output of $83 is the torque line of an axis. It is on
+ * from the moment that a step of its axis is planned until $84 has passed since the last one. [task] */
+#include "machine/inner.h"
+
+#define US_PER_MS 1000u
+#define SPANS_US  20000u /* what has left the segment ring may take so long until it is on the pins */
+
+static axis_mask_t moved_axes(const struct segment *segment) {
+    unsigned axes = 0;
+    for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
+        axes |= segment->steps[ax] != 0 ? 1u << ax : 0;
+    return (axis_mask_t)axes;
+}
+
+/* Axes that move in the segments put into the ring since the last look. */
+static axis_mask_t fresh_axes(struct machine *machine) {
+    const struct segment_ring *ring = &machine->motion.ring;
+    struct machine_torque *torque = &machine->torque;
+    unsigned axes = 0;
+    for (; torque->seen != ring->index.head; torque->seen++)
+        axes |= moved_axes(&ring->slots[torque->seen & (SEGMENT_RING_SIZE - 1)]);
+    return (axis_mask_t)axes;
+}
+
+axis_mask_t torque_mask(const struct machine *machine) {
+    return (axis_mask_t)(machine->settings.torque_mask & ((1u << OUTPUT_COUNT) - 1));
+}
+
+void torque_poll(struct machine *machine) {
+    struct machine_torque *torque = &machine->torque;
+    uint32_t now_us = hal_time_us(machine->hal);
+    uint32_t after_us = segment_ring_queued_us(&machine->motion.ring) + SPANS_US +
+                        machine->settings.torque_delay_ms * US_PER_MS;
+    unsigned fresh = fresh_axes(machine), full = torque->full | fresh;
+    for (unsigned ax = 0; ax < OUTPUT_COUNT; ax++) {
+        if ((fresh >> ax & 1) != 0)
+            torque->until_us[ax] = now_us + after_us;
+        else if ((int32_t)(now_us - torque->until_us[ax]) >= 0)
+            full &= ~(1u << ax);
+    }
+    if (full == torque->full)
+        return;
+    torque->full = (axis_mask_t)full;
+    torque_put_out(machine);
+}
+
+void torque_put_out(struct machine *machine) {
+    unsigned mask = torque_mask(machine);
+    hal_digital_set(machine->hal, (uint8_t)((machine->digital & ~mask) | (machine->torque.full & mask)));
+}

@@ -1,0 +1,156 @@
+/* SPDX-License-Identifier: MIT */
+#include "motion/joints.h"
+
+#include <math.h>
+#include <string.h>
+
+#define LEAST_PART 1e-9  /* of a line: no piece is shorter, whatever it bends */
+#define AT_ONCE    1e15f /* as fast as the joints can; its square still is a float */
+#define LOOK       1e-4  /* joints go so far to see how the tool follows */
+
+static bool is_cartesian(const struct joints *joints) {
+    return joints->kinematics.ops == &kinematics_cartesian;
+}
+
+void joints_stand(struct joints *joints, const struct motion *motion) {
+    joints->kinematics.ops->forward(&joints->kinematics, motion->plan.position_mm, joints->tool_mm);
+    joints->done = 0.0;
+    joints->part = 1.0;
+}
+
+void joints_tool_mm(const struct joints *joints, const struct motion *motion, const int32_t steps[AXIS_COUNT],
+                    double tool_mm[AXIS_COUNT]) {
+    double at[AXIS_COUNT];
+    kinematics_position_mm(steps, motion->plan.limits.steps_per_mm, at);
+    joints->kinematics.ops->forward(&joints->kinematics, at, tool_mm);
+}
+
+void joints_limit(struct joints *joints, struct motion_limits *limits) {
+    const struct kinematics *kinematics = &joints->kinematics;
+    joints->deviation_mm = limits->junction_deviation_mm;
+    double far[AXIS_COUNT] = {kinematics->travel_mm[0], kinematics->travel_mm[1]};
+    double worst = kinematics->ops->stretch(kinematics, far, far);
+    if (kinematics->curved != 0 && kinematics->travel_mm[0] <= 0.0)
+        limits->junction_deviation_mm = 0.0f; /* no end: each line brings its own */
+    else
+        limits->junction_deviation_mm = (float)((double)limits->junction_deviation_mm / worst);
+}
+
+static double linear_mm(const double from[AXIS_COUNT], const double to[AXIS_COUNT]) {
+    double x = to[AXIS_X] - from[AXIS_X], y = to[AXIS_Y] - from[AXIS_Y], z = to[AXIS_Z] - from[AXIS_Z];
+    return sqrt(x * x + y * y + z * z);
+}
+
+/* The line as one of the joints: the planner counts a feed along X Y Z of what it is given. */
+static struct motion_line of_joints(const struct joints *joints, const struct motion_line *line,
+                                    const double from_mm[AXIS_COUNT], const double to_mm[AXIS_COUNT],
+                                    const double from[AXIS_COUNT], const double to[AXIS_COUNT]) {
+    struct motion_line piece = *line;
+    double tool_way_mm = linear_mm(from_mm, to_mm), way = linear_mm(from, to);
+    double stretch = joints->kinematics.ops->stretch(&joints->kinematics, from, to);
+    memcpy(piece.target_mm, to, sizeof piece.target_mm);
+    if (tool_way_mm > 0.0)
+        piece.feed_mm_s = least_f((float)((double)line->feed_mm_s * (way / tool_way_mm)), AT_ONCE);
+    else if (way > 0.0)
+        piece.feed_mm_s = AT_ONCE;
+    piece.tolerance_mm = (float)((double)most_f(joints->deviation_mm, line->tolerance_mm) / stretch);
+    piece.spent_mm = (float)((double)line->spent_mm / stretch);
+    return piece;
+}
+
+/* The point of the line at a part of it. */
+static void point(const double from_mm[AXIS_COUNT], const double to_mm[AXIS_COUNT], double part,
+                  double at_mm[AXIS_COUNT]) {
+    for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
+        at_mm[ax] = part < 1.0 ? from_mm[ax] + part * (to_mm[ax] - from_mm[ax]) : to_mm[ax];
+}
+
+/* The longest piece from `done` on that bends no more than it may: half of it until it does.
+ * @return where it ends, part of the line */
+static double next_piece(struct joints *joints, const struct motion *motion, const struct motion_line *line,
+                         double bend_mm, double at_mm[AXIS_COUNT], double at[AXIS_COUNT]) {
+    const struct kinematics *kinematics = &joints->kinematics;
+    const double *from = motion->plan.position_mm;
+    for (;;) {
+        double end = joints->done + joints->part < 1.0 ? joints->done + joints->part : 1.0;
+        point(joints->tool_mm, line->target_mm, end, at_mm);
+        kinematics->ops->inverse(kinematics, at_mm, from, at);
+        if (kinematics->ops->bend_mm(kinematics, from, at) <= bend_mm || joints->part <= LEAST_PART)
+            return end;
+        joints->part *= 0.5;
+    }
+}
+
+static bool cut(struct joints *joints, struct motion *motion, const struct motion_line *line,
+                uint32_t now_us) {
+    double tolerance_mm = (double)most_f(joints->deviation_mm, line->tolerance_mm);
+    double bend_mm =
+        JOINTS_PART * tolerance_mm > JOINTS_LEAST_MM ? JOINTS_PART * tolerance_mm : JOINTS_LEAST_MM;
+    while (joints->done < 1.0) {
+        double from_mm[AXIS_COUNT], at_mm[AXIS_COUNT], at[AXIS_COUNT];
+        if (!motion_has_room(motion))
+            return false;
+        point(joints->tool_mm, line->target_mm, joints->done, from_mm);
+        double end = next_piece(joints, motion, line, bend_mm, at_mm, at);
+        struct motion_line piece = of_joints(joints, line, from_mm, at_mm, motion->plan.position_mm, at);
+        piece.spent_mm +=
+            (float)(bend_mm * (double)piece.tolerance_mm / (tolerance_mm > 0.0 ? tolerance_mm : 1.0));
+        piece.duration_s = (float)((double)line->duration_s * (end - joints->done));
+        if (end < 1.0)
+            piece.flags &= (uint8_t)~MOTION_FLAG_EXACT_STOP;
+        (void)motion_line(motion, &piece, now_us);
+        joints->done = end;
+        joints->part *= 2.0;
+    }
+    return true;
+}
+
+static bool whole(const struct joints *joints, struct motion *motion, const struct motion_line *line,
+                  uint32_t now_us) {
+    const struct kinematics *kinematics = &joints->kinematics;
+    const double *from = motion->plan.position_mm;
+    double at[AXIS_COUNT];
+    kinematics->ops->inverse(kinematics, line->target_mm, from, at);
+    struct motion_line piece = of_joints(joints, line, joints->tool_mm, line->target_mm, from, at);
+    return motion_line(motion, &piece, now_us);
+}
+
+bool joints_line(struct joints *joints, struct motion *motion, const struct motion_line *line,
+                 uint32_t now_us) {
+    bool taken;
+    if (is_cartesian(joints))
+        taken = motion_line(motion, line, now_us);
+    else if (joints->kinematics.ops->bend_mm == NULL)
+        taken = whole(joints, motion, line, now_us);
+    else
+        taken = cut(joints, motion, line, now_us);
+    if (!taken)
+        return false;
+    memcpy(joints->tool_mm, line->target_mm, sizeof joints->tool_mm);
+    joints->done = 0.0;
+    joints->part = 1.0;
+    return true;
+}
+
+bool joints_in_range(const struct joints *joints, const struct motion *motion,
+                     const double tool_mm[AXIS_COUNT]) {
+    double at[AXIS_COUNT];
+    joints->kinematics.ops->inverse(&joints->kinematics, tool_mm, motion->plan.position_mm, at);
+    return motion_in_range(motion, at);
+}
+
+float joints_tool_speed(const struct joints *joints, const struct motion *motion, float joints_mm_s) {
+    const struct path *path = &motion->plan.path;
+    double at[AXIS_COUNT], ahead[AXIS_COUNT], at_mm[AXIS_COUNT], ahead_mm[AXIS_COUNT];
+    float unit[AXIS_COUNT];
+    if (is_cartesian(joints) || path_count(path) == 0)
+        return joints_mm_s;
+    vec_store(path->pieces[path->tail & (PLAN_SIZE - 1)].unit, unit);
+    kinematics_position_mm(motion->emit.steps, motion->plan.limits.steps_per_mm, at);
+    for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
+        ahead[ax] = at[ax] + LOOK * (double)unit[ax];
+    joints->kinematics.ops->forward(&joints->kinematics, at, at_mm);
+    joints->kinematics.ops->forward(&joints->kinematics, ahead, ahead_mm);
+    double ratio = linear_mm(at_mm, ahead_mm) / LOOK;
+    return ratio > 0.0 ? (float)((double)joints_mm_s * ratio) : joints_mm_s;
+}

@@ -1,0 +1,26 @@
+/* SPDX-License-Identifier: MIT
+ * Joint positions <-> whole steps. */
+#include "motion/kinematics/kinematics.h"
+
+void kinematics_target_steps(const double target_mm[AXIS_COUNT], const float steps_per_mm[AXIS_COUNT],
+                             unsigned axis_count, int32_t steps[AXIS_COUNT]) {
+    for (unsigned ax = 0; ax < axis_count; ax++) {
+        double exact = target_mm[ax] * (double)steps_per_mm[ax];
+        steps[ax] = (int32_t)(exact < 0.0 ? exact - 0.5 : exact + 0.5);
+    }
+}
+
+void kinematics_position_mm(const int32_t steps[AXIS_COUNT], const float steps_per_mm[AXIS_COUNT],
+                            double position_mm[AXIS_COUNT]) {
+    for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
+        position_mm[ax] = (double)steps[ax] / (double)steps_per_mm[ax];
+}
+
+bool kinematics_in_range(const double target_mm[AXIS_COUNT], const float steps_per_mm[AXIS_COUNT]) {
+    for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
+        double exact = target_mm[ax] * (double)steps_per_mm[ax];
+        if (!(exact > -1073741824.0 && exact < 1073741824.0))
+            return false;
+    }
+    return true;
+}
