@@ -107,9 +107,9 @@ static void find_steps(const struct emit *emit, int64_t at[AXIS_COUNT]) {
     float rest_mm[AXIS_COUNT];
     travel_position(emit, rest_mm);
     for (unsigned ax = 0; ax < plan->limits.axis_count; ax++) {
-        double steps =
-            (emit->corner_mm[ax] + (double)rest_mm[ax]) * (double)plan->limits.steps_per_mm[ax] + 0.5;
-        at[ax] = (int64_t)floor(steps * (double)FILTER_STEP);
+        double steps = (emit->corner_mm[ax] + (double)rest_mm[ax]) * (double)plan->limits.steps_per_mm[ax];
+        double units = (steps + 0.5) * (double)FILTER_STEP;
+        at[ax] = (int64_t)(units + (units < 0.0 ? -0.5 : 0.5));
     }
 }
 
