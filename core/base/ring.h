@@ -35,9 +35,11 @@ static inline void ring_push(struct ring *ring) {
     __atomic_store_n(&ring->head, __atomic_load_n(&ring->head, __ATOMIC_RELAXED) + 1, __ATOMIC_RELEASE);
 }
 
-/** [consumer] Give the slot at tail back. */
-static inline void ring_pop(struct ring *ring) {
-    __atomic_store_n(&ring->tail, __atomic_load_n(&ring->tail, __ATOMIC_RELAXED) + 1, __ATOMIC_RELEASE);
+/** [consumer] Give the slot at tail back. @return slots held, as ring_held() */
+static inline uint32_t ring_pop(struct ring *ring) {
+    uint32_t tail = __atomic_load_n(&ring->tail, __ATOMIC_RELAXED) + 1;
+    __atomic_store_n(&ring->tail, tail, __ATOMIC_RELEASE);
+    return __atomic_load_n(&ring->head, __ATOMIC_ACQUIRE) - tail;
 }
 
 #endif

@@ -15,31 +15,27 @@ static HAL_INLINE uint32_t next_word(struct step *step, unsigned word) {
 }
 
 /* Advance all phases by one event; the axes that overflow are the step bits: of each word, bit 15 becomes the
- * lower one and bit 31 the upper one. */
+ * lower one and bit 31 the upper one. Above bit 7 is rubbish. */
 static HAL_INLINE axis_mask_t next_bits(struct step *step) {
     uint32_t xy = next_word(step, 0), za = next_word(step, 1);
     uint32_t carries = xy >> 2 | za;
-    uint32_t bits = carries >> 13 | carries >> 28; /* above bit 7 is rubbish */
-    if (step->wide) {
-        uint32_t bc = next_word(step, 2);
-        bits |= bc >> 11 | bc >> 26;
+    if (step->increment[2] != 0) { /* B or C moves */
+        carries = carries >> 2 | next_word(step, 2);
+        return (axis_mask_t)(carries >> 11 | carries >> 26);
     }
-    return (axis_mask_t)bits;
+    return (axis_mask_t)(carries >> 13 | carries >> 28);
 }
 
 static HAL_INLINE uint32_t next_ticks(struct step *step) {
     uint32_t sum = step->interval_q16 + step->fraction_q16;
     step->interval_q16 += (uint32_t)step->delta_q16;
-    step->fraction_q16 = sum & 0xFFFFu;
+    step->fraction_q16 = (uint16_t)sum;
     return sum >> 16;
 }
 
-static HAL_INLINE const struct span *tail_span(const struct step *step) {
-    return &step->ring.slots[step->ring.index.tail & (SPAN_RING_SIZE - 1)];
-}
-
-/* Make this span, at the tail, the current one. @return ticks to its first event. */
+/* Make this span, at the ring's tail, the current one. @return ticks to its first event. */
 static HAL_INLINE uint32_t load_span(struct step *step, const struct span *span) {
+    step->span = span;
     step->phase[0] = span->phase[0];
     step->phase[1] = span->phase[1];
     step->phase[2] = span->phase[2];
@@ -48,9 +44,7 @@ static HAL_INLINE uint32_t load_span(struct step *step, const struct span *span)
     step->increment[2] = span->increment[2];
     step->interval_q16 = span->interval_q16;
     step->delta_q16 = span->delta_q16;
-    step->wide = step->increment[2] != 0;
     step->events_left = span->events;
-    step->loaded = true;
     step->watch_probe = (span->flags & SEGMENT_PROBE) != 0 && !step->probe_hit;
     hal_step_span(step->hal, span->flags, span->line);
     step->next = next_bits(step);
@@ -60,12 +54,11 @@ static HAL_INLINE uint32_t load_span(struct step *step, const struct span *span)
 /* The current span is done: go on with the next, or rest. */
 HAL_ISR HAL_SELDOM static void next_span(struct step *step) {
     struct hal_step *hal = step->hal;
-    const struct span *span = tail_span(step);
+    const struct span *span = step->span;
     uint16_t flags = span->flags;
     step->spans_done++;
     step->ticks_done += span->ticks;
-    ring_pop(&step->ring.index);
-    if (ring_held(&step->ring.index) == 0) {
+    if (ring_pop(&step->ring.index) == 0) {
         hal_step_timer_stop(hal);
         step->active = false;
         step->loaded = false;
@@ -73,17 +66,17 @@ HAL_ISR HAL_SELDOM static void next_span(struct step *step) {
         hal_step_clear(hal);
         return;
     }
-    span = tail_span(step);
+    span = span == &step->ring.slots[SPAN_RING_SIZE - 1] ? step->ring.slots : span + 1;
     hal_step_timer_next(hal, load_span(step, span));
     hal_step_clear(hal);
     hal_step_direction(hal, span->negative);
 }
 
 /* Remember where the probe closes; the task slows the motion down. */
-HAL_ISR HAL_SELDOM static void look_at_probe(struct step *step) {
+static HAL_INLINE void look_at_probe(struct step *step) {
     if (!hal_step_probe(step->hal))
         return;
-    step->probe_span = *tail_span(step);
+    step->probe_span = *step->span;
     step->probe_left = step->events_left;
     step->watch_probe = false;
     step->probe_hit = true;
@@ -121,8 +114,9 @@ void step_start(struct step *step) {
     if (step->active || step->halted || ring_held(&step->ring.index) == 0)
         return;
     step->fraction_q16 = 0;
-    const struct span *span = tail_span(step);
+    const struct span *span = &step->ring.slots[step->ring.index.tail & (SPAN_RING_SIZE - 1)];
     uint32_t ticks = load_span(step, span);
+    step->loaded = true;
     hal_step_direction(step->hal, span->negative);
     step->active = true;
     hal_step_timer_start(step->hal, ticks);

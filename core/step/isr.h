@@ -22,12 +22,12 @@ struct step {
     uint32_t increment[SPAN_WORDS];
     uint32_t interval_q16;
     int32_t delta_q16;
-    uint32_t fraction_q16; /* of a tick, carried from interval to interval; below 1.0 */
-    uint32_t events_left;  /* of the current span, that have not been put out */
+    uint32_t events_left;    /* of the current span, that have not been put out */
+    const struct span *span; /* the current one, at the ring's tail; while loaded */
     struct hal_step *hal;
-    axis_mask_t next; /* step bits of the coming event */
+    uint16_t fraction_q16; /* of a tick, carried from interval to interval */
+    axis_mask_t next;      /* step bits of the coming event */
     bool watch_probe;
-    bool wide; /* the current span moves B or C */
     /* touched when a span ends */
     volatile bool active;   /* the timer runs; while false the ISR does not touch anything here */
     volatile bool halted;   /* step_halt() was called: step_start() waits for step_flush() */

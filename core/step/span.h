@@ -45,10 +45,10 @@ struct span {
     int32_t delta_q16;              /* change of the interval from event to event */
     uint32_t events;                /* > 0 */
     uint32_t ticks;                 /* duration, whole ticks */
-    int32_t position[AXIS_COUNT];   /* steps, before the first event */
-    uint32_t line;                  /* source line */
     uint16_t flags;                 /* enum span_flags */
     axis_mask_t negative;           /* axes that move in negative direction */
+    int32_t position[AXIS_COUNT];   /* steps, before the first event */
+    uint32_t line;                  /* source line */
 };
 
 /** Spans between prep (task) and the step ISR. */

@@ -19,7 +19,7 @@ STEP_VECTORS = ("_vector_step", "_vector_pulse_end")
 SAVING_VECTORS = ("_vector_edge", "_vector_uart_rx", "_vector_uart_tx", "_vector_tick")
 
 # What the step interrupt does only when a span ends, or the probe is watched.
-SELDOM = ("next_span", "look_at_probe")
+SELDOM = ("next_span", "put_probing_event")
 
 FLOAT = re.compile(r"^(c\.\w+\.\w+|\w+\.(s|d|w|l|ps)(\.\w+)?|[ls][wd]x?c1|m[ft]h?c1|c[ft]c1|bc1\w+|mov[ft])$")
 DIVISION = re.compile(r"^(div|divu|rem|remu)$")

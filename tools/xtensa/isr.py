@@ -18,7 +18,7 @@ from xtensa.toolchain import Toolchain
 ROOTS = ("on_timer", "on_edge")
 
 # What the step interrupt does only when a span ends, while it looks for the probe, or each time the counter wraps.
-SELDOM = ("next_span", "look_at_probe", "step_alarm_wraps")
+SELDOM = ("next_span", "put_probing_event", "step_alarm_wraps")
 
 # Outside of our code: in the chip's ROM, or in IRAM by ESP-IDF (esp_timer.c marks it so). Instructions of a call, for
 # the longest path: memcpy of a span's 72 bytes by words.
@@ -236,6 +236,6 @@ def step_interrupt(program: Program) -> dict[str, int]:
     """Instructions of the step interrupt's longest paths, by what happens."""
     return {
         "event": longest_path(program, "on_timer", SELDOM),
-        "event that ends a span": longest_path(program, "on_timer", ["look_at_probe", "step_alarm_wraps"]),
+        "event that ends a span": longest_path(program, "on_timer", ["put_probing_event", "step_alarm_wraps"]),
         "event that ends a span as the probe closes": longest_path(program, "on_timer"),
     }

@@ -46,7 +46,7 @@ struct hal_step {
     uint32_t dir_quiet_cycles;         /* the longer of both */
     uint32_t set_at;                   /* when the present pulse began */
     uint32_t quiet_at, quiet;          /* no pulse begins within `quiet` cycles of this moment */
-    axis_mask_t pulsing;               /* axes whose step line is active */
+    axis_mask_t axes;                  /* of the newest event */
     axis_mask_t negative;              /* axes whose direction line says so */
     const volatile uint32_t *probe_in; /* input register of the probe's bank */
     uint32_t probe_mask;               /* the probe's bit; 0 = no probe */
@@ -62,19 +62,18 @@ static HAL_INLINE void hal_step_set(struct hal_step *hal, axis_mask_t axes) {
     GPIO.out_w1ts = bits->bank[0];
     GPIO.out1_w1ts.val = bits->bank[1];
     hal->set_at = esp_cpu_get_cycle_count();
-    hal->pulsing = axes;
+    hal->axes = axes;
 }
 
 /* The pulse has been high while the ISR computed; only what is left of it is waited for. */
 static HAL_INLINE void hal_step_clear(struct hal_step *hal) {
-    if (hal->pulsing == 0)
+    if (hal->axes == 0)
         return;
     const struct gpio_bits *bits = &hal->pins.step[AXIS_MASKS - 1];
     while (esp_cpu_get_cycle_count() - hal->set_at < hal->pulse_cycles) {
     }
     GPIO.out_w1tc = bits->bank[0];
     GPIO.out1_w1tc.val = bits->bank[1];
-    hal->pulsing = 0;
     hal->quiet_at = esp_cpu_get_cycle_count();
     hal->quiet = hal->pulse_cycles;
 }
@@ -102,9 +101,10 @@ HAL_ISR HAL_SELDOM static void step_alarm_wraps(struct hal_step *hal) {
     TIMERG0.hw_timer[0].alarmhi.val = ++hal->alarm_high;
 }
 
+/* @param ticks  below 2^31 */
 static HAL_INLINE void hal_step_timer_next(struct hal_step *hal, uint32_t ticks) {
-    uint32_t alarm = hal->alarm_low + ticks;
-    if (alarm < ticks)
+    uint32_t before = hal->alarm_low, alarm = before + ticks;
+    if ((int32_t)alarm >= 0 && (int32_t)before < 0)
         step_alarm_wraps(hal);
     hal->alarm_low = alarm;
     TIMERG0.hw_timer[0].alarmlo.val = alarm;
