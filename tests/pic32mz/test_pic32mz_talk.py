@@ -33,8 +33,12 @@ def test_baud_rate(controller: Controller) -> None:
 
 
 def test_idle_processor_sleeps(controller: Controller) -> None:
-    """At rest it does nothing but tick."""
+    """At rest it does nothing but tick. Both ends of the second lie between two ticks, not on one."""
     controller.run(0.1)
+    ticks = controller.chip.vector(IRQ_CORE_TIMER).count
+    while controller.chip.vector(IRQ_CORE_TIMER).count == ticks:
+        controller.run(0.0001)
+    controller.run(0.0004)
     begin = controller.chip.instructions
     ticks = controller.chip.vector(IRQ_CORE_TIMER).count
     controller.run(1.0)

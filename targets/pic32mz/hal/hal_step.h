@@ -36,6 +36,7 @@ struct hal_step {
     /* CP0 Counts (10 ns). The lengths are changed at rest only */
     uint32_t pulse_counts;     /* to wait for in a step pulse, and in the pause behind it */
     uint32_t dir_setup_counts; /* from a change of direction to the next pulse */
+    uint32_t dir_quiet_counts; /* the longer of both */
     uint32_t pulse_ticks;      /* of timer 4, from its match to OC1's edge */
     uint32_t set_at;           /* when the present pulse began */
     uint32_t quiet_at, quiet;  /* no pulse begins within `quiet` of this moment */
@@ -80,7 +81,7 @@ static HAL_INLINE void step_turn(struct hal_step *hal) {
     dir_lines_invert(&hal->pins.dir[hal->negative ^ hal->negative_pins]);
     hal->negative_pins = hal->negative;
     hal->quiet_at = system_count();
-    hal->quiet = hal->pulse_counts > hal->dir_setup_counts ? hal->pulse_counts : hal->dir_setup_counts;
+    hal->quiet = hal->dir_quiet_counts;
 }
 
 /* [isr] The present pulse ends; the wait is for an interrupt that came late after one in time. */

@@ -54,6 +54,8 @@ void step_engine_attach(struct step *step) {
 void step_engine_set_pulse(struct hal_step *hal, uint32_t step_pulse_ns) {
     hal->pulse_counts = rounded_up(step_pulse_ns, COUNT_NS) - AFTER_WAIT_COUNTS;
     hal->pulse_ticks = rounded_up(step_pulse_ns, TICK_NS) + SET_LATER_TICKS;
+    hal->dir_quiet_counts =
+        hal->pulse_counts > hal->dir_setup_counts ? hal->pulse_counts : hal->dir_setup_counts;
 }
 
 void step_engine_invert(struct hal_step *hal, axis_mask_t step, axis_mask_t dir) {
