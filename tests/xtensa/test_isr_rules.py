@@ -80,6 +80,29 @@ def test_a_path_with_an_excluded_call_does_not_count() -> None:
     assert longest_path(program, "handler", ["seldom"]) == 4
 
 
+def test_a_shared_call_goes_where_each_way_came_from() -> None:
+    body = """entry\ta1, 32;beqz\ta2, .LBB0_2;l32r\ta8, .LCPI0_0;j\t.LBB0_3;
+.LBB0_2:;nop;l32r\ta8, .LCPI0_1;
+.LBB0_3:;callx8\ta8;retw.n"""
+    literals = "\t.literal .LCPI0_0, short\n\t.literal .LCPI0_1, long\n"
+    program = read(
+        function("handler", body, literals=literals),
+        function("short", "entry\ta1, 32;retw.n"),
+        function("long", "entry\ta1, 32;nop;nop;nop;retw.n"),
+    )
+    assert program.functions["handler"].calls == {"short", "long"}
+    assert longest_path(program, "handler") == 2 + 2 + 2 + 5
+    assert longest_path(program, "handler", ["long"]) == 2 + 2 + 2 + 2
+
+
+@pytest.mark.parametrize("last", ["addi\ta8, a8, 4", "call8\tother"])
+def test_a_register_that_was_overwritten_is_no_function_any_more(last: str) -> None:
+    body = f"entry\ta1, 32;l32r\ta8, .LCPI0_0;{last};callx8\ta8;retw.n"
+    caller = function("handler", body, literals="\t.literal .LCPI0_0, other\n")
+    other = function("other", "entry\ta1, 32;retw.n")
+    assert any("a pointer in a8" in fault for fault in faults(read(caller, other)))
+
+
 def test_linker_fragments_are_read() -> None:
     text = (
         "[mapping:x]\narchive: libx.a\nentries:\n    isr (noflash)\n    machine:place (noflash)\n    other (default)\n"

@@ -28,6 +28,23 @@ FLOAT = re.compile(r"^(\w+\.s|lsi|ssi|lsx|ssx|rfr|wfr)$")
 DIVISION = ("quos", "quou", "rems", "remu")
 BRANCH = re.compile(r"^(b\w+|j|loop\w*)$")
 ENDS = ("j", "jx", "ret", "ret.n", "retw", "retw.n")
+STORE = re.compile(r"^s(8|16|32)")  # the first operand is no target
+TAKEN_BY_CALLS = tuple(f"a{n}" for n in range(8, 16))  # the callee's window
+
+
+@dataclass(frozen=True)
+class Sets:
+    """A register gets a new value: a symbol's address, or "" for anything else."""
+
+    register: str
+    symbol: str
+
+
+@dataclass(frozen=True)
+class Call:
+    """A call of a function by name or by what a register holds."""
+
+    target: str
 
 
 @dataclass
@@ -35,8 +52,20 @@ class Block:
     """Instructions without a branch between them."""
 
     count: int = 0
-    calls: list[str] = field(default_factory=list)
+    steps: list[Sets | Call] = field(default_factory=list)
     next: set[str] = field(default_factory=set)
+
+    def calls(self, registers: dict[str, str]) -> tuple[list[str], dict[str, str]]:
+        """Whom it calls when it begins with these symbols in registers, and what they hold behind it."""
+        held, called = dict(registers), []
+        for step in self.steps:
+            if isinstance(step, Sets):
+                held[step.register] = step.symbol
+            else:
+                is_register = re.fullmatch(r"a\d+", step.target)
+                called.append(held.get(step.target) or f"a pointer in {step.target}" if is_register else step.target)
+                held = {name: symbol for name, symbol in held.items() if name not in TAKEN_BY_CALLS}
+        return called, {name: symbol for name, symbol in held.items() if symbol}
 
 
 @dataclass
@@ -52,7 +81,18 @@ class Function:
 
     @property
     def calls(self) -> set[str]:
-        return {name for block in self.blocks.values() for name in block.calls}
+        """All whom it may call, on any way through it."""
+        found: set[str] = set()
+        waiting: list[tuple[str, dict[str, str]]] = [(self.name, {})]
+        seen: set[tuple[str, frozenset[tuple[str, str]]]] = set()
+        while waiting:
+            label, registers = waiting.pop()
+            if label in self.blocks and (key := (label, frozenset(registers.items()))) not in seen:
+                seen.add(key)
+                called, held = self.blocks[label].calls(registers)
+                found |= set(called)
+                waiting += [(following, held) for following in self.blocks[label].next]
+        return found
 
 
 @dataclass
@@ -87,7 +127,6 @@ class _Reader:
         self.kinds: dict[str, str] = {}
         self.function: Function | None = None
         self.block = Block()
-        self.registers: dict[str, str] = {}
 
     def take(self, line: str) -> None:
         if match := re.match(r"\s*\.literal (\S+), (\S+)", line):
@@ -121,12 +160,12 @@ class _Reader:
         self.block.count += 1
         if mnemonic == "l32r":
             symbol = self.literals.get(operands[1], operands[1])
-            self.registers[operands[0]] = symbol
+            self.block.steps.append(Sets(operands[0], symbol))
             self.function.symbols.add(f"{self.file}:{symbol}" if symbol.startswith(".L") else symbol)
-        elif mnemonic.startswith("callx"):
-            self.block.calls.append(self.registers.get(operands[0], f"a pointer in {operands[0]}"))
         elif mnemonic.startswith("call"):
-            self.block.calls.append(operands[0])
+            self.block.steps.append(Call(operands[0]))
+        elif operands and not BRANCH.match(mnemonic) and not STORE.match(mnemonic):
+            self.block.steps.append(Sets(operands[0], ""))
         if BRANCH.match(mnemonic) or mnemonic in ENDS:
             self._end_block(mnemonic, operands)
 
@@ -211,25 +250,27 @@ def longest_path(program: Program, name: str, without: Iterable[str] = ()) -> in
         return ALLOWED_CALLS[name]
     function = program.functions[name]
     excluded = set(without)
-    memo: dict[str, int | None] = {}
+    memo: dict[tuple[str, frozenset[tuple[str, str]]], int | None] = {}
 
-    def way(label: str, passed: frozenset[str]) -> int | None:
+    def way(label: str, registers: dict[str, str], passed: frozenset[str]) -> int | None:
         if label in passed:
             return None
-        if label in memo:
-            return memo[label]
-        block = function.blocks[label]
-        if excluded & set(block.calls):
-            return None
-        own = block.count + sum(longest_path(program, callee, excluded) for callee in block.calls)
-        ways = [way(following, passed | {label}) for following in block.next if following in function.blocks]
-        onward = [length for length in ways if length is not None]
-        ends = not block.next
-        total = own if ends else (own + max(onward) if onward else None)
-        memo[label] = total
-        return total
+        key = label, frozenset(registers.items())
+        if key not in memo:
+            memo[key] = measured(label, registers, passed | {label})
+        return memo[key]
 
-    return way(name, frozenset()) or 0
+    def measured(label: str, registers: dict[str, str], passed: frozenset[str]) -> int | None:
+        block = function.blocks[label]
+        called, held = block.calls(registers)
+        if excluded & set(called):
+            return None
+        own = block.count + sum(longest_path(program, callee, excluded) for callee in called)
+        ways = [way(following, held, passed) for following in block.next if following in function.blocks]
+        onward = [length for length in ways if length is not None]
+        return own + max(onward, default=0) if onward or not block.next else None
+
+    return way(name, {}, frozenset()) or 0
 
 
 def step_interrupt(program: Program) -> dict[str, int]:
