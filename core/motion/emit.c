@@ -7,9 +7,8 @@
 #include <math.h>
 #include <string.h>
 
-#define SAMPLE_S       0.002f /* of a segment: a curve at 500 mm/s2 is 0.25 um beside its chord then */
-#define LINE_SAMPLE_S  0.004f /* on a straight part that goes on for longer */
-#define LEAST_SAMPLE_S 0.0002f
+#define LINE_SAMPLE_S  0.004f  /* of a segment, on a straight part that goes on for longer */
+#define LEAST_SAMPLE_S 0.0002f /* where the acceleration changes */
 #define ENOUGH_MM      0.5f  /* and a little more than the way to a stop: no more of the path is needed yet */
 #define SLACK_USED     1.01f /* of the way to a stop, for rounding */
 #define MAX_DWELL_NS   1000000000u /* of one dwell segment */
@@ -160,7 +159,7 @@ static bool is_other(const struct piece *a, const struct piece *b) {
 static float sample_s(const struct emit *emit, const struct piece *piece) {
     float left_mm = piece->length_mm - piece->tangent_mm - (float)emit->along_mm;
     float longest_mm = (emit->v_mm_s + piece->accel_mm_s2 * LINE_SAMPLE_S) * LINE_SAMPLE_S;
-    return !emit->on_blend && left_mm > 1.5f * longest_mm ? LINE_SAMPLE_S : SAMPLE_S;
+    return !emit->on_blend && left_mm > 1.5f * longest_mm ? LINE_SAMPLE_S : emit->plan->curve_s;
 }
 
 /* Travel for one sample, or to a stop, or to where another kind of motion begins. @return s */
@@ -179,7 +178,7 @@ static float travel_sample(struct emit *emit, const struct piece *piece) {
         if (!emit->on_blend && took_s < asked_s) { /* the acceleration changes here */
             if (time_s > LEAST_SAMPLE_S)
                 break;
-            most_s = SAMPLE_S;
+            most_s = emit->plan->curve_s;
         }
     }
     return time_s;

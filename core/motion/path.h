@@ -62,7 +62,6 @@ struct piece {
     float tangent_mm;  /* 0: no blend, the corner is passed at rest */
     float asked_sq;    /* (mm/s)^2 along the chord at 100 % */
     float limit_sq;    /* (mm/s)^2 along the chord that the axis rates allow */
-    float apex_sq;     /* the same in the middle of the blend, in y (motion/timing.h) */
     float accel_mm_s2; /* along the chord: every axis inside its limit */
     float enter_y;     /* greatest y at the start of the straight part (motion/timing.h) */
     float blend_y;     /* ... at its end, where the blend begins */

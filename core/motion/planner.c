@@ -12,6 +12,11 @@
 #define LEAST_TOLERANCE 0.5f   /* of the tolerance is left, however much of it an arc's chords take */
 #define JERK_PART       0.25f  /* ... and this for limited jerk */
 #define LEAST_FILTER_S  0.002f
+#define CURVE_PART                                                                                           \
+    0.045f /* of the tolerance is how far a segment may lie beside its curve, on top of it                   \
+            */
+#define CURVE_S         0.002f /* so long a segment does at 500 mm/s2 and 0.01 mm */
+#define SHORT_CURVE_S   0.0005f
 #define CUBE_ROOT_STEPS 48
 #define LEAST_CHORD_MM  2e-5f /* a shorter one has no direction in float32 */
 #define RAPID_MM_S      1e15f /* its square still is a float */
@@ -56,9 +61,20 @@ static void fit_filter(struct plan *plan) {
         limits->accel_mm_s2[ax] *= part;
 }
 
+/* The chord of a curve with the acceleration |A|, that of X, Y and Z at once, is up to |A| T^2 / 8 beside it.
+ */
+static float fit_curve(const struct motion_limits *limits) {
+    float sum = 0.0f;
+    for (unsigned ax = 0; ax <= AXIS_Z && ax < limits->axis_count; ax++)
+        sum += limits->accel_mm_s2[ax] * limits->accel_mm_s2[ax];
+    float time_s = sqrtf(8.0f * CURVE_PART * limits->junction_deviation_mm / sqrtf(sum));
+    return least_f(CURVE_S, most_f(time_s, SHORT_CURVE_S));
+}
+
 void plan_set_limits(struct plan *plan, const struct motion_limits *limits) {
     plan->limits = *limits;
     fit_filter(plan);
+    plan->curve_s = fit_curve(&plan->limits);
     path_set_limits(&plan->path, &plan->limits);
 }
 

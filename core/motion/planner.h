@@ -30,6 +30,7 @@ struct plan {
     struct motion_limits limits;
     float filter_s;                 /* limited jerk: motion/filter.h averages over this; 0: off */
     float filter_mm;                /* how far that takes the path off at most */
+    float curve_s;                  /* longest segment of a curve */
     double position_mm[AXIS_COUNT]; /* programmed end of the newest move, unrounded */
     struct motion_line newest;      /* the move that the open chord is made of */
     float tolerance_mm;             /* of that move */

@@ -208,12 +208,8 @@ static void blend(struct path *path, uint32_t index) {
                             .line = k->info.line,
                             .note = k->info.note,
                             .flags = k->info.flags};
-    if (k->stop) {
+    if (k->stop)
         piece->flags |= PIECE_STOP;
-    } else {
-        float apex = vec_limit_along(0.5f * (k->unit + after->unit), path->inverse_rate);
-        piece->apex_sq = apex * apex;
-    }
 }
 
 void smooth_knot(struct path *path, const vec *chord, float length_mm, const struct chord_info *info) {

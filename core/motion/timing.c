@@ -112,9 +112,8 @@ static bool find_blend(const struct path *path, struct piece *piece, const struc
     struct half half;
     strip_bounds(du - 2.0f * u0, 2.0f * u0 + du, bound, &half.start_most, &half.start_slope);
     strip_bounds(-2.0f * (u0 + du), 2.0f * u0 + 4.0f * du, bound, &half.end_most, &half.end_slope);
-    float apex_cap = least_f(least_f(cap, next_cap), piece->apex_sq);
     bool first_settled, second_settled;
-    piece->middle_y = greatest_start(&half, next->enter_y, apex_cap, &second_settled);
+    piece->middle_y = greatest_start(&half, next->enter_y, least_f(cap, next_cap), &second_settled);
     strip_bounds(2.0f * (du - u0), 2.0f * u0, bound, &half.start_most, &half.start_slope);
     strip_bounds(-(2.0f * u0 + du), 2.0f * u0 + 3.0f * du, bound, &half.end_most, &half.end_slope);
     piece->blend_y = greatest_start(&half, piece->middle_y, cap, &first_settled);

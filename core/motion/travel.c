@@ -25,7 +25,7 @@ bool travel_ends(const struct emit *emit) {
     return emit->hold || (is_newest(emit) && at_blend && piece->tangent_mm > 0.0f);
 }
 
-/* At constant acceleration over `way` (mm of a line, or of 4 d dt of a blend, which follow the same law) to
+/* At constant acceleration over `way` (mm of a line, or of 2 d dt of a blend, which follow the same law) to
  * y1, but no longer than time_s. @return part of the way done; *time_s becomes the time it took. */
 static float run(struct emit *emit, float way, float y1, float *time_s) {
     float v0 = sqrtf(emit->y), v1 = sqrtf(y1);
