@@ -17,8 +17,8 @@ LINES   ?= 1000000
 BOARDS ?=
 TAG    ?=
 
-.PHONY: help demo test lint fuzz bench bench-motion bench-serve stream-million pictures release docs format \
-    generate web clean distclean
+.PHONY: help demo test lint fuzz bench bench-chip bench-motion bench-serve stream-million pictures release \
+    docs format generate web clean distclean
 .DEFAULT_GOAL := help
 
 help:
@@ -28,6 +28,7 @@ help:
 	@echo 'make fuzz    look for inputs that break something: 60 s for each harness, or SECONDS=N'
 	@echo 'make bench   speed, instructions and memory, with the method'
 	@echo 'make bench-motion  time, acceleration, jerk and path error from step traces; FILES="a.nc b.nc" for others'
+	@echo 'make bench-chip  the virtual PIC32MZ and the interrupts of its real image'
 	@echo 'make bench-serve  a serving controller as senders see it; make stream-million: its first part'
 	@echo 'make release what people download, into dist/: of the boards that are built or can be built here'
 	@echo 'make docs    the documentation as a site, into build/site'
@@ -58,6 +59,9 @@ bench: $(VENV)/.ready-dev
 
 bench-motion: $(VENV)/.ready-dev
 	@cd tools && $(abspath $(PY)) -m bench.motion $(abspath $(FILES))
+
+bench-chip: $(VENV)/.ready-dev
+	@cd tools && $(abspath $(PY)) -m bench.chip
 
 bench-serve: $(VENV)/.ready-dev
 	@cd tools && $(abspath $(PY)) -m bench.serve --lines $(LINES) $(ONLY)

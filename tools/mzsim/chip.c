@@ -41,8 +41,10 @@ static bool allocate(struct chip *chip) {
     chip->ram = calloc(1, RAM_SIZE);
     chip->flash = malloc(MZ_FLASH_SIZE);
     chip->boot = malloc(BOOT_SIZE);
-    if (chip->ram == NULL || chip->flash == NULL || chip->boot == NULL)
+    chip->ops = calloc(MZ_FLASH_SIZE / 4 + 1, sizeof *chip->ops);
+    if (chip->ram == NULL || chip->flash == NULL || chip->boot == NULL || chip->ops == NULL)
         return false;
+    chip->ops[MZ_FLASH_SIZE / 4].kind = OP_LEAVE;
     memset(chip->flash, 0xFF, MZ_FLASH_SIZE);
     memset(chip->boot, 0xFF, BOOT_SIZE);
     return true;
@@ -71,6 +73,7 @@ void mz_destroy(struct chip *chip) {
     free(chip->ram);
     free(chip->flash);
     free(chip->boot);
+    free(chip->ops);
     free(chip->edges);
     free(chip->uart.in);
     free(chip->uart.out);
@@ -92,11 +95,19 @@ bool mz_program(struct chip *chip, uint32_t address, const uint8_t *bytes, size_
     if (at == NULL)
         return false;
     memcpy(at, bytes, count);
+    if (address - FLASH_BASE < MZ_FLASH_SIZE)
+        chip_flash_changed(chip, address - FLASH_BASE, count);
     return true;
 }
 
-uint8_t *mz_flash(struct chip *chip) {
-    return (uint8_t *)chip->flash;
+/* @param offset, count  of the bytes, both from the beginning of the flash */
+void chip_flash_changed(struct chip *chip, uint32_t offset, size_t count) {
+    for (size_t word = offset / 4; word < (offset + count + 3) / 4; word++)
+        chip->ops[word].kind = OP_UNKNOWN;
+}
+
+const uint8_t *mz_flash(const struct chip *chip) {
+    return (const uint8_t *)chip->flash;
 }
 
 static void reset(struct chip *chip, uint32_t why) {

@@ -1,7 +1,9 @@
 /* SPDX-License-Identifier: MIT
  * The inside of the virtual chip, for the files of this folder only.
  *
- *   cpu.c     instructions, exceptions            *.def are its tables
+ *   cpu.c     instructions            *.def are its tables
+ *   seldom.c  instructions that are seldom or long
+ *   exception.c  exceptions, interrupts, reset
  *   bus.c     addresses -> RAM, flash, registers
  *   sfr.c     the registers: SET, CLR, INV, what may be written when
  *   evic.c timer.c uart.c port.c nvm.c system.c   the peripherals
@@ -77,6 +79,13 @@ struct cpu {
     uint32_t status, cause, epc, error_epc, ebase, intctl, srsctl, config, compare, bad_address;
     uint64_t f[32];
     uint32_t set[REGISTER_SETS][32];
+};
+
+/* An instruction, decoded. Kinds are the main opcodes, or one for each of SPECIAL and REGIMM, or these. */
+enum { OP_UNKNOWN = 0, OP_LEAVE = 255 };
+struct op {
+    uint32_t word;
+    uint8_t kind, rs, rt, rd;
 };
 
 struct sfr {
@@ -163,6 +172,7 @@ struct chip {
     char fault[160];
     uint32_t resets;
     uint32_t *ram, *flash, *boot;
+    struct op *ops; /* of each word of flash; forgotten by chip_flash_changed() */
     /* registers */
     struct sfr sfr[SFR_MAX];
     unsigned sfr_count;
@@ -196,11 +206,13 @@ struct chip {
 /* chip.c */
 void chip_fault(struct chip *chip, const char *format, ...) __attribute__((format(printf, 2, 3)));
 void chip_look(struct chip *chip); /* after anything that may change who interrupts, or when */
+void chip_flash_changed(struct chip *chip, uint32_t offset, size_t count);
 void chip_restart(struct chip *chip, uint32_t why);
 bool chip_grow(void *array, size_t *room, size_t count, size_t size);
 
 /* cpu.c */
 void cpu_run(struct chip *chip);
+/* exception.c */
 void cpu_reset(struct chip *chip);
 void cpu_interrupt(struct chip *chip);
 void cpu_exception(struct chip *chip, enum exception_code code, uint32_t vector);

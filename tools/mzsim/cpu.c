@@ -1,63 +1,41 @@
 /* SPDX-License-Identifier: MIT
- * MIPS32 release 2, integer: one instruction after the other. The tables are main.def and special.def. */
-#include "chip.h"
+ * MIPS32 release 2: one instruction after the other. The tables are main.def, special.def and regimm.def.
+ *
+ * Flash is decoded once: `ops` has for each of its words which case of the loop it is and which registers.
+ * The loop keeps place and time in variables of its own, and a place is a distance in `ops`, so that an
+ * addition costs no fetch. What is not an addition or a load from RAM sees them in struct cpu and struct
+ * chip, and may change them there (SLOW). Code elsewhere is decoded each time and run alone. */
+#include "instruction.h"
 
 #include <string.h>
 
-#define RS           cpu->r[word >> 21 & 31]
-#define RT           cpu->r[word >> 16 & 31]
-#define RD           cpu->r[word >> 11 & 31]
-#define SHAMT        (word >> 6 & 31)
-#define SIMM         sign_extended(word)
-#define UIMM         (word & 0xFFFFu)
-#define ADDRESS      (RS + SIMM)
-#define GOOD         (!cpu->broken)
-#define ROTATE(x, n) ((n) == 0 ? (x) : (x) >> (n) | (x) << (32 - (n)))
+enum { OP_SPECIAL = 64, OP_REGIMM = 128 };
 
-#define INLINE static inline __attribute__((always_inline))
+/* Code with one decoded instruction for each of its words, and a last one that says OP_LEAVE. */
+struct code {
+    struct op *ops;
+    uint32_t base; /* address of the first word */
+    uint32_t size; /* bytes */
+};
 
-INLINE uint32_t sign_extended(uint32_t word) {
-    int32_t value = (int16_t)(word & 0xFFFFu);
-    return (uint32_t)value;
-}
+/* Instructions are 4 bytes, decoded ones OP_SIZE. */
+enum { OP_SIZE = sizeof(struct op), PLACES = OP_SIZE / 4 };
+_Static_assert(OP_SIZE == 8, "a place is found by a shift");
 
-/* ---- branches ---- */
-
-INLINE void jump(struct cpu *cpu, uint32_t to) {
-    cpu->next_pc = to;
-    cpu->slot = true;
-}
-
-INLINE void branch(struct cpu *cpu, uint32_t word, bool taken) {
-    if (taken)
-        cpu->next_pc = cpu->at + 4 + (SIMM << 2);
-    cpu->slot = true;
-}
-
-/* A likely branch that is not taken does not execute its slot. */
-INLINE void branch_likely(struct cpu *cpu, uint32_t word, bool taken) {
-    if (taken) {
-        branch(cpu, word, true);
-        return;
-    }
-    cpu->pc = cpu->next_pc;
-    cpu->next_pc += 4;
-}
-
-INLINE bool condition(const struct cpu *cpu, unsigned number) {
-    return cpu->fcsr >> (number == 0 ? 23 : 24 + number) & 1;
+static void decode(struct op *op, uint32_t word) {
+    unsigned main = word >> 26;
+    *op = (struct op){.word = word,
+                      .kind = (uint8_t)main,
+                      .rs = (uint8_t)FIELD_RS,
+                      .rt = (uint8_t)FIELD_RT,
+                      .rd = (uint8_t)FIELD_RD};
+    if (main == 0)
+        op->kind = (uint8_t)(OP_SPECIAL + (word & 63));
+    if (main == 1)
+        op->kind = (uint8_t)(OP_REGIMM + FIELD_RT);
 }
 
 /* ---- arithmetic ---- */
-
-INLINE void set_hilo(struct cpu *cpu, uint64_t value) {
-    cpu->hi = (uint32_t)(value >> 32);
-    cpu->lo = (uint32_t)value;
-}
-
-INLINE uint64_t hilo(const struct cpu *cpu) {
-    return (uint64_t)cpu->hi << 32 | cpu->lo;
-}
 
 /* By zero is undefined on the chip: compilers put a trap beside it. */
 INLINE void divide_unsigned(struct cpu *cpu, uint32_t n, uint32_t d) {
@@ -75,331 +53,183 @@ INLINE void divide_signed(struct cpu *cpu, int32_t n, int32_t d) {
     cpu->hi = (uint32_t)(n % d);
 }
 
-INLINE void add_trapping(struct chip *chip, unsigned to, uint32_t a, uint32_t b) {
-    int32_t sum;
-    if (__builtin_add_overflow((int32_t)a, (int32_t)b, &sum))
-        cpu_exception(chip, EXCEPTION_OVERFLOW, 0x180);
-    else
-        chip->cpu.r[to] = (uint32_t)sum;
+INLINE uint32_t rotated(uint32_t value, unsigned count) {
+    return count == 0 ? value : value >> count | value << (32 - count);
 }
 
-INLINE void subtract_trapping(struct chip *chip, unsigned to, uint32_t a, uint32_t b) {
-    int32_t rest;
-    if (__builtin_sub_overflow((int32_t)a, (int32_t)b, &rest))
-        cpu_exception(chip, EXCEPTION_OVERFLOW, 0x180);
-    else
-        chip->cpu.r[to] = (uint32_t)rest;
+INLINE bool condition(const struct cpu *cpu, unsigned number) {
+    return cpu->fcsr >> (number == 0 ? 23 : 24 + number) & 1;
 }
 
-INLINE void trap(struct chip *chip, bool met) {
-    if (met)
-        cpu_exception(chip, EXCEPTION_TRAP, 0x180);
-}
+/* ---- the words of the tables ---- */
 
-/* ---- memory ---- */
+#define RS      r[op->rs]
+#define RT      r[op->rt]
+#define RD      r[op->rd]
+#define SHIFT   (word >> 6 & 31)
+#define SIMM    sign_extended(word)
+#define UIMM    (word & 0xFFFFu)
+#define ADDRESS (RS + SIMM)
+#define TARGET  (((PC + 4) & 0xF0000000u) | (word & 0x3FFFFFFu) << 2)
+#define LINK    (PC + 8)
 
-INLINE bool is_ram(uint32_t address) {
-    return (address >> 30) == 2 && (address & 0x1FFFFFFFu) < RAM_SIZE;
-}
+/* Address <-> place; a place may lie anywhere, but only those in `code` are gone to. */
+#define AT_OF(place)      (code->base + (uint32_t)((place) / PLACES))
+#define PLACE_OF(address) ((int64_t)(int32_t)((address) - code->base) * PLACES)
+#define IS_INSIDE(place)  ((uint64_t)(place) < (uint64_t)code->size * PLACES && (place) % OP_SIZE == 0)
+#define PC                AT_OF(here)
 
-INLINE bool check_alignment(struct chip *chip, uint32_t address, unsigned size, enum exception_code code) {
-    if ((address & (size - 1)) == 0)
-        return true;
-    chip->cpu.bad_address = address;
-    cpu_exception(chip, code, 0x180);
-    return false;
-}
+#define PUT_BACK()                                                                                           \
+    (cpu->at = PC, cpu->in_slot = in_slot, cpu->pc = AT_OF(now), cpu->next_pc = AT_OF(next),                 \
+     cpu->slot = slot, chip->cycles = cycles)
+#define TAKE()                                                                                               \
+    do {                                                                                                     \
+        now = PLACE_OF(cpu->pc);                                                                             \
+        next = PLACE_OF(cpu->next_pc);                                                                       \
+        slot = cpu->slot;                                                                                    \
+        r = cpu->r;                                                                                          \
+        cpu->broken = false;                                                                                 \
+        limit = chip->limit < most ? chip->limit : most;                                                     \
+        if (!IS_INSIDE(now))                                                                                 \
+            limit = cycles;                                                                                  \
+        else if (!IS_INSIDE(next) && limit > cycles + 1)                                                     \
+            limit = cycles + 1;                                                                              \
+    } while (0)
+#define SLOW(...)                                                                                            \
+    do {                                                                                                     \
+        PUT_BACK();                                                                                          \
+        __VA_ARGS__;                                                                                         \
+        TAKE();                                                                                              \
+    } while (0)
+#define EXCEPTION(code) SLOW(cpu_exception(chip, code, 0x180))
+#define TRAP(met)                                                                                            \
+    if (met)                                                                                                 \
+    EXCEPTION(EXCEPTION_TRAP)
 
-INLINE uint32_t load(struct chip *chip, uint32_t address, unsigned size) {
-    if (!check_alignment(chip, address, size, EXCEPTION_ADDRESS_LOAD))
-        return 0;
-    if (is_ram(address)) {
-        uint32_t value = 0;
-        memcpy(&value, (const uint8_t *)chip->ram + (address & 0x1FFFFFFFu), size);
-        return value;
+/* Whoever leaves the code does it behind the slot. */
+#define GO_TO(place)                                                                                         \
+    do {                                                                                                     \
+        next = (place);                                                                                      \
+        if (__builtin_expect(!IS_INSIDE(next), 0) && limit > cycles + 1)                                     \
+            limit = cycles + 1;                                                                              \
+    } while (0)
+#define JUMP(to)                                                                                             \
+    do {                                                                                                     \
+        GO_TO(PLACE_OF(to));                                                                                 \
+        slot = true;                                                                                         \
+    } while (0)
+#define BRANCH(taken)                                                                                        \
+    do {                                                                                                     \
+        if (taken)                                                                                           \
+            GO_TO(here + OP_SIZE + (int64_t)(int32_t)SIMM * OP_SIZE);                                        \
+        slot = true;                                                                                         \
+    } while (0)
+/* One that is not taken does not execute its slot. */
+#define BRANCH_LIKELY(taken)                                                                                 \
+    do {                                                                                                     \
+        if (taken) {                                                                                         \
+            BRANCH(true);                                                                                    \
+        } else {                                                                                             \
+            now = next;                                                                                      \
+            next += OP_SIZE;                                                                                 \
+        }                                                                                                    \
+    } while (0)
+
+#define IS_FAST(address, size) (ram_offset(address) < RAM_SIZE && ((address) & ((size) - 1)) == 0)
+#define LOAD(size, type)                                                                                     \
+    uint32_t address = ADDRESS, value = 0;                                                                   \
+    if (IS_FAST(address, size)) {                                                                            \
+        memcpy(&value, ram + ram_offset(address), size);                                                     \
+        RT = (uint32_t)(type)value;                                                                          \
+    } else {                                                                                                 \
+        PUT_BACK();                                                                                          \
+        value = cpu_load(chip, address, size);                                                               \
+        if (!cpu->broken)                                                                                    \
+            RT = (uint32_t)(type)value;                                                                      \
+        TAKE();                                                                                              \
     }
-    return bus_load(chip, address, size);
-}
+#define STORE(size)                                                                                          \
+    uint32_t address = ADDRESS, value = RT;                                                                  \
+    if (IS_FAST(address, size))                                                                              \
+        memcpy(ram + ram_offset(address), &value, size);                                                     \
+    else                                                                                                     \
+        SLOW(cpu_store(chip, address, value, size))
 
-INLINE void store(struct chip *chip, uint32_t address, uint32_t value, unsigned size) {
-    if (!check_alignment(chip, address, size, EXCEPTION_ADDRESS_STORE))
-        return;
-    if (is_ram(address))
-        memcpy((uint8_t *)chip->ram + (address & 0x1FFFFFFFu), &value, size);
-    else
-        bus_store(chip, address, value, size);
-}
-
-/* Little-endian: the left part of a word is its high bytes, up to the one addressed. */
-static void load_left(struct chip *chip, uint32_t word) {
+/* From cpu.pc, which lies in the code, until it is left, or until this cycle. */
+static void run_in(struct chip *chip, const struct code *code, uint64_t most) {
     struct cpu *cpu = &chip->cpu;
-    uint32_t address = ADDRESS, shift = 8 * (3 - (address & 3));
-    uint32_t value = load(chip, address & ~3u, 4);
-    if (GOOD)
-        RT = value << shift | (RT & ((1u << shift) - 1));
-}
-
-static void load_right(struct chip *chip, uint32_t word) {
-    struct cpu *cpu = &chip->cpu;
-    uint32_t address = ADDRESS, shift = 8 * (address & 3);
-    uint32_t value = load(chip, address & ~3u, 4);
-    if (GOOD)
-        RT = shift == 0 ? value : value >> shift | (RT & ~(0xFFFFFFFFu >> shift));
-}
-
-static void store_left(struct chip *chip, uint32_t word) {
-    struct cpu *cpu = &chip->cpu;
-    uint32_t address = ADDRESS, count = (address & 3) + 1;
-    for (uint32_t i = 0; i < count; i++)
-        store(chip, (address & ~3u) + i, RT >> 8 * (4 - count + i) & 0xFF, 1);
-}
-
-static void store_right(struct chip *chip, uint32_t word) {
-    struct cpu *cpu = &chip->cpu;
-    uint32_t address = ADDRESS;
-    for (uint32_t i = 0; i < 4 - (address & 3); i++)
-        store(chip, address + i, RT >> 8 * i & 0xFF, 1);
-}
-
-static void load_float(struct chip *chip, uint32_t address, unsigned to, unsigned size) {
-    struct cpu *cpu = &chip->cpu;
-    if (!cpu_fpu_usable(chip) || !check_alignment(chip, address, size, EXCEPTION_ADDRESS_LOAD))
-        return;
-    uint32_t low = load(chip, address, 4), high = size == 8 ? load(chip, address + 4, 4) : 0;
-    if (GOOD)
-        cpu->f[to] = (size == 8 ? (uint64_t)high << 32 : cpu->f[to] & ~(uint64_t)0xFFFFFFFFu) | low;
-}
-
-static void store_float(struct chip *chip, uint32_t address, unsigned from, unsigned size) {
-    if (!cpu_fpu_usable(chip) || !check_alignment(chip, address, size, EXCEPTION_ADDRESS_STORE))
-        return;
-    store(chip, address, (uint32_t)chip->cpu.f[from], 4);
-    if (size == 8)
-        store(chip, address + 4, (uint32_t)(chip->cpu.f[from] >> 32), 4);
-}
-
-/* ---- groups ---- */
-
-static void reserved(struct chip *chip, uint32_t word) {
-    chip_fault(chip, "instruction %08x at %08x is not known here", word, chip->cpu.at);
-}
-
-INLINE void special(struct chip *chip, uint32_t word) {
-    struct cpu *cpu = &chip->cpu;
-    switch (word & 63) {
+    uint8_t *ram = (uint8_t *)chip->ram;
+    uint64_t cycles = chip->cycles, limit;
+    int64_t here = 0, now, next;
+    uint32_t *r;
+    bool slot, in_slot = false;
+    TAKE();
+    while (cycles < limit) {
+        here = now;
+        now = next;
+        next += OP_SIZE;
+        in_slot = slot;
+        slot = false;
+        cycles++;
+    again:;
+        struct op *op = (struct op *)((uint8_t *)code->ops + here);
+        const uint32_t word = op->word;
+        switch (op->kind) {
 #define OP(code, ...)                                                                                        \
     case code: {                                                                                             \
         __VA_ARGS__;                                                                                         \
     } break;
-#include "special.def"
-    default:
-        reserved(chip, word);
-    }
-}
-
-static void regimm(struct chip *chip, uint32_t word) {
-    struct cpu *cpu = &chip->cpu;
-    unsigned kind = word >> 16 & 31;
-    int32_t value = (int32_t)RS;
-    bool taken = (kind & 1) != 0 ? value >= 0 : value < 0;
-    if ((kind & 0x0C) != 0 || kind > 0x13) {
-        if (kind == 0x1F)
-            return; /* synci: there is no cache */
-        reserved(chip, word);
-        return;
-    }
-    if ((kind & 0x10) != 0)
-        cpu->r[31] = cpu->at + 8;
-    if ((kind & 2) != 0)
-        branch_likely(cpu, word, taken);
-    else
-        branch(cpu, word, taken);
-}
-
-static void special2(struct chip *chip, uint32_t word) {
-    struct cpu *cpu = &chip->cpu;
-    int64_t product = (int64_t)(int32_t)RS * (int32_t)RT;
-    uint64_t unsigned_product = (uint64_t)RS * RT;
-    switch (word & 63) {
-    case 0x00: /* madd */
-        set_hilo(cpu, hilo(cpu) + (uint64_t)product);
-        break;
-    case 0x01: /* maddu */
-        set_hilo(cpu, hilo(cpu) + unsigned_product);
-        break;
-    case 0x02: /* mul; HI and LO are then unpredictable, and stay here */
-        RD = (uint32_t)product;
-        break;
-    case 0x04: /* msub */
-        set_hilo(cpu, hilo(cpu) - (uint64_t)product);
-        break;
-    case 0x05: /* msubu */
-        set_hilo(cpu, hilo(cpu) - unsigned_product);
-        break;
-    case 0x20: /* clz */
-        RD = RS == 0 ? 32 : (uint32_t)__builtin_clz(RS);
-        break;
-    case 0x21: /* clo */
-        RD = ~RS == 0 ? 32 : (uint32_t)__builtin_clz(~RS);
-        break;
-    default:
-        reserved(chip, word);
-    }
-}
-
-static void byte_shuffle(struct chip *chip, uint32_t word) {
-    struct cpu *cpu = &chip->cpu;
-    uint32_t value = RT;
-    switch (word >> 6 & 31) {
-    case 0x02: /* wsbh */
-        RD = (value & 0x00FF00FFu) << 8 | (value >> 8 & 0x00FF00FFu);
-        break;
-    case 0x10: /* seb */
-        RD = (uint32_t)(int32_t)(int8_t)value;
-        break;
-    case 0x18: /* seh */
-        RD = (uint32_t)(int32_t)(int16_t)value;
-        break;
-    default:
-        reserved(chip, word);
-    }
-}
-
-static void special3(struct chip *chip, uint32_t word) {
-    struct cpu *cpu = &chip->cpu;
-    unsigned low = word >> 6 & 31, high = word >> 11 & 31;
-    switch (word & 63) {
-    case 0x00: /* ext: high is the size less 1 */
-        RT = RS >> low & (0xFFFFFFFFu >> (31 - high));
-        break;
-    case 0x04: { /* ins: high is the last bit */
-        uint32_t mask = (0xFFFFFFFFu >> (31 - (high - low))) << low;
-        RT = (RT & ~mask) | (RS << low & mask);
-        break;
-    }
-    case 0x20:
-        byte_shuffle(chip, word);
-        break;
-    default:
-        reserved(chip, word);
-    }
-}
-
-/* Indexed loads and stores of floating point. */
-static void cop1x(struct chip *chip, uint32_t word) {
-    struct cpu *cpu = &chip->cpu;
-    uint32_t address = RS + RT;
-    switch (word & 63) {
-    case 0x00:
-        load_float(chip, address, word >> 6 & 31, 4);
-        break;
-    case 0x01:
-        load_float(chip, address, word >> 6 & 31, 8);
-        break;
-    case 0x08:
-        store_float(chip, address, word >> 11 & 31, 4);
-        break;
-    case 0x09:
-        store_float(chip, address, word >> 11 & 31, 8);
-        break;
-    case 0x0F: /* prefx */
-        break;
-    default:
-        reserved(chip, word);
-    }
-}
-
-INLINE void execute(struct chip *chip, uint32_t word) {
-    struct cpu *cpu = &chip->cpu;
-    switch (word >> 26) {
 #include "main.def"
 #undef OP
-    default:
-        reserved(chip, word);
+#define OP(code, ...)                                                                                        \
+    case OP_SPECIAL + code: {                                                                                \
+        __VA_ARGS__;                                                                                         \
+    } break;
+#include "special.def"
+#undef OP
+#define OP(code, ...)                                                                                        \
+    case OP_REGIMM + code: {                                                                                 \
+        __VA_ARGS__;                                                                                         \
+    } break;
+#include "regimm.def"
+#undef OP
+        case OP_UNKNOWN:
+            decode(op, chip->flash[here / OP_SIZE]);
+            goto again;
+        case OP_LEAVE: /* the end of the flash */
+            next = now;
+            now = here;
+            slot = in_slot;
+            limit = --cycles;
+            break;
+        default:
+            SLOW(cpu_reserved(chip, word));
+        }
+        r[0] = 0;
     }
+    PUT_BACK();
 }
 
-/* KSEG0 and KSEG1 differ in one bit. */
-INLINE uint32_t fetch(struct chip *chip, uint32_t pc) {
-    uint32_t in_flash = (pc & 0xDFFFFFFFu) - (0x80000000u + FLASH_BASE);
-    if (__builtin_expect(in_flash < MZ_FLASH_SIZE && (pc & 3) == 0, 1))
-        return chip->flash[in_flash / 4];
-    return bus_fetch(chip, pc);
+/* One instruction, wherever it lies. */
+static void run_alone(struct chip *chip) {
+    struct op ops[2] = {{.kind = OP_LEAVE}, {.kind = OP_LEAVE}};
+    struct code here = {ops, chip->cpu.pc, 4};
+    chip->cpu.at = chip->cpu.pc;
+    uint32_t word = bus_fetch(chip, chip->cpu.pc);
+    if (chip->stop == MZ_FAULT)
+        return;
+    decode(&ops[0], word);
+    run_in(chip, &here, chip->cycles + 1);
 }
 
 void cpu_run(struct chip *chip) {
-    struct cpu *cpu = &chip->cpu;
+    struct code flash = {chip->ops, 0, MZ_FLASH_SIZE};
     while (chip->cycles < chip->limit) {
-        uint32_t at = cpu->pc, next = cpu->next_pc;
-        uint32_t word = fetch(chip, at);
-        cpu->at = at;
-        cpu->pc = next;
-        cpu->next_pc = next + 4;
-        cpu->in_slot = cpu->slot;
-        cpu->slot = false;
-        chip->cycles++;
-        if (__builtin_expect(!cpu->broken, 1))
-            execute(chip, word);
-        cpu->r[0] = 0;
-        if (__builtin_expect(cpu->broken, 0))
-            cpu->broken = false;
+        uint32_t pc = chip->cpu.pc;
+        flash.base = (pc & 0x20000000u) | 0x80000000u | FLASH_BASE; /* KSEG0 or KSEG1 */
+        if (pc - flash.base < MZ_FLASH_SIZE && (pc & 3) == 0)
+            run_in(chip, &flash, NEVER);
+        else
+            run_alone(chip);
     }
-}
-
-/* ---- exceptions ---- */
-
-static void enter(struct cpu *cpu, uint32_t return_to, bool in_slot) {
-    if ((cpu->status & STATUS_EXL) == 0) {
-        cpu->epc = in_slot ? return_to - 4 : return_to;
-        cpu->cause = (cpu->cause & 0x7FFFFFFFu) | (in_slot ? 0x80000000u : 0);
-    }
-    cpu->status |= STATUS_EXL;
-}
-
-static void go_to(struct cpu *cpu, uint32_t address) {
-    cpu->pc = address;
-    cpu->next_pc = address + 4;
-    cpu->slot = false;
-}
-
-static void use_set(struct cpu *cpu, unsigned set) {
-    cpu->srsctl = (cpu->srsctl & ~0x3CFu) | (cpu->srsctl & 15u) << 6 | set; /* PSS = CSS, CSS */
-    cpu->r = cpu->set[set];
-}
-
-void cpu_exception(struct chip *chip, enum exception_code code, uint32_t vector) {
-    struct cpu *cpu = &chip->cpu;
-    uint32_t base = (cpu->status & STATUS_BEV) != 0 ? 0xBFC00200u : cpu->ebase & 0xFFFFF000u;
-    if ((cpu->status & STATUS_BEV) != 0)
-        chip_fault(chip, "exception %u at %08x before there are vectors", (unsigned)code, cpu->at);
-    enter(cpu, cpu->at, cpu->in_slot);
-    cpu->cause = (cpu->cause & ~0x7Cu) | (uint32_t)code << 2;
-    use_set(cpu, cpu->srsctl >> 12 & 15); /* ESS */
-    go_to(cpu, base + vector);
-    cpu->broken = true;
-}
-
-/* The vector of the interrupt that evic.c has found. */
-void cpu_interrupt(struct chip *chip) {
-    struct cpu *cpu = &chip->cpu;
-    enter(cpu, cpu->pc, false);
-    cpu->cause = (cpu->cause & ~0x0003FC7Cu) | chip->level << 10;
-    use_set(cpu, chip->priss->value >> 4 * chip->level & 15u);
-    go_to(cpu, (cpu->ebase & 0xFFFFF000u) + chip->off[chip->irq]);
-    cpu->waits = false;
-    chip->running[chip->depth % REGISTER_SETS] = chip->irq;
-    chip->began[chip->depth % REGISTER_SETS] = chip->cycles - chip->asleep;
-    chip->depth++;
-}
-
-void cpu_reset(struct chip *chip) {
-    struct cpu *cpu = &chip->cpu;
-    memset(cpu, 0, sizeof *cpu);
-    cpu->r = cpu->set[0];
-    cpu->status = STATUS_BEV | STATUS_ERL;
-    cpu->srsctl = 7u << 26; /* HSS: seven shadow sets */
-    cpu->ebase = 0x80000000u;
-    cpu->config = 2; /* K0: not cached */
-    go_to(cpu, 0xBFC00000u);
-    chip->depth = 0;
 }

@@ -31,7 +31,7 @@ void mz_destroy(struct chip *chip);
 bool mz_program(struct chip *chip, uint32_t address, const uint8_t *bytes, size_t count);
 
 /** Program flash, MZ_FLASH_SIZE bytes, as it is now. For what must outlive a power cut, and to look at. */
-uint8_t *mz_flash(struct chip *chip);
+const uint8_t *mz_flash(const struct chip *chip);
 
 /** Power-on. RAM keeps its contents; time goes on. */
 void mz_reset(struct chip *chip);

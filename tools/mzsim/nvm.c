@@ -46,6 +46,7 @@ static void carry_out(struct chip *chip, bool torn) {
         tear(words, wanted, count);
     else
         memcpy(words, wanted, count * 4);
+    chip_flash_changed(chip, (uint32_t)((words - chip->flash) * 4), count * 4);
 }
 
 static void begin(struct chip *chip) {

@@ -139,7 +139,7 @@ def _unit(root: Path, directory: Path, source: Path) -> Unit:
 def _compiler_title(directory: Path, compiler: str) -> str:
     """Who it is; another compiler or other flags make every object stale."""
     stamp_file = directory / "compiler.json"
-    stamp = json.dumps([compiler_stamp((compiler,)), FLAGS, FAST, PREFIX_MAP, LINK])
+    stamp = json.dumps([compiler_stamp((compiler,)), FLAGS, FAST, LIBRARY, PREFIX_MAP, LINK])
     stored = json.loads(stamp_file.read_text()) if stamp_file.is_file() else {}
     if stored.get("stamp") == stamp:
         return str(stored["title"])

@@ -14,7 +14,7 @@ from wificnc.chip.image import Block
 from wificnc.errors import BuildError, UserError
 
 CPU_HZ = 200_000_000
-FLASH_SIZE = 2 << 20
+FLASH_BASE, FLASH_SIZE = 0x1D00_0000, 2 << 20
 NO_PIN = 255
 PORT_WIDTH = 16
 NEVER = (1 << 64) - 1
@@ -156,6 +156,7 @@ class VirtualChip:
         self._chip = library.mz_create()
         if not self._chip:
             raise MemoryError("mz_create")
+        self._heard = ctypes.create_string_buffer(ROOM)
         for block in image:
             if not library.mz_program(self._chip, block.address, block.data, len(block.data)):
                 self.close()
@@ -223,9 +224,9 @@ class VirtualChip:
 
     def read(self) -> bytes:
         """What was sent since the last call."""
-        said, buffer = b"", ctypes.create_string_buffer(ROOM)
-        while count := self._library.mz_uart_get(self._chip, buffer, ROOM):
-            said += buffer.raw[:count]
+        said = b""
+        while count := self._library.mz_uart_get(self._chip, self._heard, ROOM):
+            said += ctypes.string_at(self._heard, count)
         return said
 
     def serial_speed(self, factor: int) -> None:
@@ -290,7 +291,8 @@ class VirtualChip:
 
     def set_flash(self, offset: int, data: bytes) -> None:
         """Overwrite flash, as kept from an earlier run."""
-        ctypes.memmove(ctypes.addressof(self._library.mz_flash(self._chip).contents) + offset, data, len(data))
+        if not self._library.mz_program(self._chip, FLASH_BASE + offset, data, len(data)):
+            raise ValueError(f"{len(data)} bytes at {offset:#x} do not lie in the flash")
 
     def cut_power(self, nth: int, torn: Torn = Torn.BEFORE) -> None:
         """At the nth flash operation from now, 1 = the next; 0: never."""
