@@ -24,8 +24,10 @@ Interrupts: instructions from vector to eret, mean over that arc."""
 
 BOARD = "pic32mz2048efh100"
 BOOT = (0x3C199D00, 0x03200008, 0)  # lui t9, 0x9d00; jr t9; nop
-LOOP = (0x24420001, 0x00621821, 0x00832025, 0x2485FFFF)  # addiu, addu, or, addiu,
-LOOP += (0x00A42826, 0x30C600FF, 0x1000FFF9, 0x24E70001)  # xor, andi, b, addiu
+LOOP = (
+    *(0x24420001, 0x00621821, 0x00832025, 0x2485FFFF),  # addiu, addu, or, addiu
+    *(0x00A42826, 0x30C600FF, 0x1000FFF9, 0x24E70001),  # xor, andi, b, addiu
+)
 PLACES = {0x1FC00000: BOOT, 0x1D000000: LOOP}
 ARC = b"$110=6000\n$111=6000\nG91G2X40I20F3000\n"
 VECTORS = {"step interrupt": 19, "end of a step pulse": 7}
