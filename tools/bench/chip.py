@@ -18,8 +18,8 @@ from bench.__main__ import show
 from bench.measure import Figure
 
 METHOD = """
-Processor time of mz_run(), best of three, of a program in the virtual chip's flash: eight instructions that add, mask and
-jump, for ever; and of the board's real image during an arc of 20 mm radius at 3000 mm/min, all of its planning with it.
+Processor time of mz_run(), best of three, of a program in the virtual chip's flash, eight instructions that add, mask
+and jump, for ever; and of the board's real image during an arc of 20 mm radius at 3000 mm/min, with all its planning.
 Interrupts: instructions from vector to eret, mean over that arc."""
 
 BOARD = "pic32mz2048efh100"
