@@ -258,11 +258,15 @@ static uint64_t least_interval_q16(const struct prep *prep, axis_mask_t negative
 }
 
 /* After the last event: rest for what is left, or let the next segment's first event come so much later. A
- * long rest is waited here, all but a bit, so that the ISR is never without a span. */
+ * long rest is waited here, all but a bit, so that the ISR is never without a span. A coming to rest without
+ * an event of its own gets one, however short: its span tells the ISR that nothing need follow. */
 static void end_segment(struct prep *prep) {
     int64_t left_q16 = prep->duration_q16 - prep->spent_q16;
     bool at_rest = (prep->flags & SPAN_AT_REST) != 0;
-    int64_t keep_q16 = at_rest ? 0 : (int64_t)prep->timing.min_interval_ticks << 17;
+    int64_t least_q16 = (int64_t)prep->timing.min_interval_ticks << 16;
+    if (at_rest && prep->events == 0 && left_q16 < least_q16)
+        left_q16 = least_q16;
+    int64_t keep_q16 = at_rest ? 0 : 2 * least_q16;
     int64_t long_q16 = at_rest ? 65536 : (int64_t)(prep->timing.timer_hz / SHORT_REST_HZ) << 16;
     prep->loaded = left_q16 - keep_q16 >= long_q16;
     if (!prep->loaded)

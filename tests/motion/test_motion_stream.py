@@ -98,3 +98,10 @@ def test_jobs_one_after_another(host: Host) -> None:
     for n in range(1, 40):
         run = host.run("".join(f"G1F3000X{n + k / 10:.1f}Y{k % 2}\n" for k in range(8)))
         assert run.position[:2] == [round((n + 0.7) * 250), 250]
+
+
+def test_an_end_a_nanosecond_late_is_rest(host: Host) -> None:
+    """The last step of this program falls a rounding error before its stop, into a segment that is not the last one."""
+    host.settings(s110=5000, s111=5000, s112=5000, s122=500, s11=0.01)
+    lines = ["G1F40X0.6953Y0.03Z0.9", "X13.6022Y11.7787Z9.5518", "X14.7976Z4.1768", "Z4.1796", "G0X9.381Z8.7265"]
+    assert host.run("G64P0\n" + "\n".join(lines) + "\n").counters.underruns == 0
