@@ -51,7 +51,15 @@ def tree(tmp_path: Path) -> Path:
         (tmp_path / name).mkdir(parents=True)
     for name in ("pyproject.toml", ".clang-format"):
         shutil.copy(ROOT / name, tmp_path / name)
-    for package in ("cli/wificnc", "tools/lint", "tools/bench", "tools/motion", "tools/xtensa", "tools/mips", "tools/pages"):
+    for package in (
+        "cli/wificnc",
+        "tools/lint",
+        "tools/bench",
+        "tools/motion",
+        "tools/xtensa",
+        "tools/mips",
+        "tools/pages",
+    ):
         (tmp_path / package / "__init__.py").write_text('"""Doc."""\n')
     return tmp_path
 
