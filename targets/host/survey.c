@@ -10,9 +10,17 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define NEARLY 0.995f /* of its maximum rate: a motor runs at it */
+#define STRETCH_S 0.0015f /* shorter ones have no speed worth the name */
+#define NEARLY    0.995f  /* of its maximum rate: a motor runs at it */
 
 enum { MOST_ARCS = 1000 };
+
+/* What moved since a moment, long enough to have a speed: a segment's ends are known to 1/256 step only. */
+struct stretch {
+    uint32_t index; /* of the line */
+    float time_s;
+    double from_steps[AXIS_COUNT];
+};
 
 struct survey {
     struct host *host;
@@ -24,6 +32,7 @@ struct survey {
     size_t count;
     struct survey_arc arcs[MOST_ARCS];
     size_t arc_count;
+    struct stretch stretch;
 };
 
 static void watch(void *ctx, const struct host_segment *moved);
@@ -83,11 +92,12 @@ static double counted_mm(const double from_mm[AXIS_COUNT], const double to_mm[AX
     return sqrt(linear_sq > 0.0 ? linear_sq : rotary_sq);
 }
 
-static uint32_t at_rate(const struct motion_limits *limits, const struct host_segment *moved, float time_s) {
+static uint32_t at_rate(const struct motion_limits *limits, const struct stretch *stretch,
+                        const double to_steps[AXIS_COUNT]) {
     uint32_t motors = 0;
     for (unsigned ax = 0; ax < limits->axis_count; ax++) {
-        double mm = (moved->to_steps[ax] - moved->from_steps[ax]) / (double)limits->steps_per_mm[ax];
-        if (fabs(mm) >= (double)(NEARLY * limits->max_rate_mm_s[ax] * time_s))
+        double mm = (to_steps[ax] - stretch->from_steps[ax]) / (double)limits->steps_per_mm[ax];
+        if (fabs(mm) >= (double)(NEARLY * limits->max_rate_mm_s[ax] * stretch->time_s))
             motors |= 1u << ax;
     }
     return motors;
@@ -102,27 +112,45 @@ static void tool_mm(const struct survey *survey, const double steps[AXIS_COUNT],
     kinematics->ops->forward(kinematics, joints, mm);
 }
 
+/* The stretch up to here counts when it is long enough, or while it is all there is of its line. */
+static void judge(struct survey *survey, struct survey_line *row, const double to_steps[AXIS_COUNT],
+                  const double to_mm[AXIS_COUNT]) {
+    struct stretch *stretch = &survey->stretch;
+    bool is_all = row->time_s == stretch->time_s;
+    double from_mm[AXIS_COUNT];
+    if (stretch->time_s < STRETCH_S && !is_all)
+        return;
+    tool_mm(survey, stretch->from_steps, from_mm);
+    float mm_s = (float)counted_mm(from_mm, to_mm) / stretch->time_s;
+    row->reached_mm_s = is_all || mm_s > row->reached_mm_s ? mm_s : row->reached_mm_s;
+    row->at_rate |= at_rate(&host_machine(survey->host)->motion.plan.limits, stretch, to_steps);
+    if (stretch->time_s >= STRETCH_S)
+        stretch->time_s = 0.0f;
+}
+
 static void watch(void *ctx, const struct host_segment *moved) {
     struct survey *survey = ctx;
-    const struct motion_limits *limits = &host_machine(survey->host)->motion.plan.limits;
+    struct stretch *stretch = &survey->stretch;
     uint32_t index = moved->segment->line - survey->first;
     if ((moved->segment->flags & SEGMENT_DWELL) != 0 || index >= survey->text->line_count)
         return;
     struct survey_line *row = row_of(survey, survey->text->line_number[index]);
     if (row == NULL)
         return;
-    double from_mm[AXIS_COUNT], to_mm[AXIS_COUNT];
-    tool_mm(survey, moved->from_steps, from_mm);
+    double to_mm[AXIS_COUNT];
     tool_mm(survey, moved->to_steps, to_mm);
     for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
         survey->min_mm[ax] = fmin(survey->min_mm[ax], to_mm[ax]);
         survey->max_mm[ax] = fmax(survey->max_mm[ax], to_mm[ax]);
     }
+    if (stretch->time_s == 0.0f || stretch->index != index) {
+        *stretch = (struct stretch){.index = index};
+        memcpy(stretch->from_steps, moved->from_steps, sizeof stretch->from_steps);
+    }
     float time_s = (float)moved->segment->duration_ns * 1e-9f;
-    float mm_s = (float)counted_mm(from_mm, to_mm) / time_s;
-    row->reached_mm_s = mm_s > row->reached_mm_s ? mm_s : row->reached_mm_s;
+    stretch->time_s += time_s;
     row->time_s += time_s;
-    row->at_rate |= at_rate(limits, moved, time_s);
+    judge(survey, row, moved->to_steps, to_mm);
 }
 
 /* The points of a curve that the controller compares with the travel. */

@@ -15,7 +15,7 @@ struct survey_line {
     uint32_t rapid;   /* 1: has a rapid */
     uint32_t at_rate; /* bit n: motor n ran at its maximum rate */
     float asked_mm_s; /* greatest feed asked for; degrees/s when only A B C move; 0: none, or inverse time */
-    float reached_mm_s; /* greatest mean speed of a segment of it, counted as asked_mm_s is */
+    float reached_mm_s; /* greatest mean speed over 1.5 ms of it, or over all, counted as asked_mm_s is */
     float time_s;
     float min_mm[AXIS_COUNT], max_mm[AXIS_COUNT]; /* degrees of A B C */
 };
