@@ -1,71 +1,11 @@
-"""A release as `wificnc release` makes it in a fresh repository, with stand-ins for what only PlatformIO can build."""
+"""One repository and its release for all tests of this folder."""
 
 from __future__ import annotations
 
-import os
-import shutil
-import subprocess
-import sys
-from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
-from esp_images import make_build
-from wificnc.build.checkout import checkout_root
-from wificnc.release.package import tracked_files
-
-ROOT = checkout_root()
-ESP32_BOARDS = {"esp32s3-zero": "esp32s3", "esp32-wroom32": "esp32"}
-PIC32MZ_BOARD = "pic32mz2048efh100"
-PAGE = {"index.html": "<!doctype html><title>page</title>", "assets/page.js": "export {};"}
-COMMITTED = "2026-11-01T12:00:00+00:00"
-
-
-@dataclass(frozen=True)
-class Tree:
-    """A repository, and what may be built in it here."""
-
-    root: Path
-    revision: str
-
-    @property
-    def boards(self) -> list[str]:
-        return [*ESP32_BOARDS, *([PIC32MZ_BOARD] if shutil.which("mipsel-linux-gnu-gcc") else [])]
-
-    def release(self, *arguments: object, code: int = 0) -> subprocess.CompletedProcess[str]:
-        """`wificnc release` of this tree's own package."""
-        environment = {**os.environ, "PYTHONPATH": str(self.root / "cli"), "PYTHONDONTWRITEBYTECODE": "1"}
-        environment.pop("SOURCE_DATE_EPOCH", None)
-        command = [sys.executable, "-m", "wificnc", "release", *map(str, arguments)]
-        run = subprocess.run(
-            command, cwd=self.root, env=environment, capture_output=True, text=True, timeout=180, check=False
-        )
-        assert run.returncode == code, run.stdout + run.stderr
-        assert "Traceback" not in run.stderr
-        return run
-
-
-def make_tree(root: Path) -> Tree:
-    """What is tracked here, as the one commit of a new repository; the same commit wherever it is made."""
-    for name in tracked_files(ROOT):
-        if not name.startswith("tests/"):
-            (root / name).parent.mkdir(parents=True, exist_ok=True)
-            shutil.copyfile(ROOT / name, root / name)
-    who = ["-c", "user.name=test", "-c", "user.email=test@example.invalid", "-c", "commit.gpgsign=false"]
-    dates = {**os.environ, "GIT_AUTHOR_DATE": COMMITTED, "GIT_COMMITTER_DATE": COMMITTED}
-    for words in (["init", "-q"], ["add", "-A"], [*who, "commit", "-q", "-m", "all"]):
-        subprocess.run(["git", "-C", str(root), *words], env=dates, check=True)
-    describe = ["git", "-C", str(root), "describe", "--always", "--abbrev=12"]
-    return Tree(root, subprocess.run(describe, capture_output=True, text=True, check=True).stdout.strip())
-
-
-def build_boards(tree: Tree) -> None:
-    """What others have built: boards by PlatformIO, the page by Vite."""
-    for name, text in PAGE.items():
-        (tree.root / "web" / "dist" / name).parent.mkdir(parents=True, exist_ok=True)
-        (tree.root / "web" / "dist" / name).write_text(text)
-    for board, chip in ESP32_BOARDS.items():
-        make_build(tree.root / "build" / board, board, chip, tree.revision)
+from release_tree import Tree, build_boards, make_tree
 
 
 @pytest.fixture(scope="session")

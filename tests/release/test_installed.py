@@ -14,7 +14,7 @@ import pytest
 sys.path.insert(0, str(Path(__file__).parents[1] / "esp32"))
 
 from chip import mock_chip
-from conftest import ESP32_BOARDS, PAGE, PIC32MZ_BOARD, ROOT, Tree
+from release_tree import ESP32_BOARDS, PAGE, PIC32MZ_BOARD, ROOT, Tree
 from wificnc import __version__
 from wificnc.flash.device import open_device
 

@@ -14,7 +14,7 @@ import zipfile
 from pathlib import Path
 
 import pytest
-from conftest import ESP32_BOARDS, PAGE, PIC32MZ_BOARD, Tree, build_boards, make_tree
+from release_tree import ESP32_BOARDS, PAGE, PIC32MZ_BOARD, Tree, build_boards, make_tree
 from wificnc import __version__
 from wificnc.wmc3.layout import Jog
 from wificnc.wmc3.packet import build

@@ -7,8 +7,8 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from conftest import Tree
 from esp_images import TABLE_ROWS, elf, image, make_build, partition_table, write_record
+from release_tree import Tree
 from wificnc import __version__
 from wificnc.board.load import load_board
 from wificnc.checked import paths
