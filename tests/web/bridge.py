@@ -42,6 +42,8 @@ PORT_SCRIPT = """
           socket.onmessage = (event) => controller.enqueue(new Uint8Array(event.data));
           socket.onclose = () => {
             try { controller.error(new DOMException("The device has been lost.", "NetworkError")); } catch {}
+            this.lost = true;
+            this.dispatchEvent(new Event("disconnect"));
           };
         },
         cancel: () => this.makeReadable(),
@@ -61,9 +63,9 @@ PORT_SCRIPT = """
     }
     getInfo() { return { usbVendorId: 0x10c4, usbProductId: 0xea60 }; }
   }
-  const port = new Port();
+  let port = new Port();
   const serial = new EventTarget();
-  serial.requestPort = async () => port;
+  serial.requestPort = async () => (port.lost ? (port = new Port()) : port);
   serial.getPorts = async () => [port];
   Object.defineProperty(Navigator.prototype, "serial", { configurable: true, get: () => serial });
 })();

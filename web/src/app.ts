@@ -68,10 +68,19 @@ export async function attempt(work: () => Promise<unknown>): Promise<void> {
 }
 
 export async function connectSerial(): Promise<void> {
+  const picked = await thePort();
+  if (picked) await controller.connect(new SerialTransport(picked));
+}
+
+/** The port that was picked, unless it was unplugged since; else the user picks one. null: changed their mind. */
+async function thePort(): Promise<SerialPort | null> {
+  if (port.value) return port.value;
   const picked = await pickPort();
-  if (!picked) return;
+  picked?.addEventListener("disconnect", () => {
+    if (port.value === picked) port.value = null;
+  });
   port.value = picked;
-  await controller.connect(new SerialTransport(picked));
+  return picked;
 }
 
 export async function connectSocket(): Promise<void> {
@@ -80,15 +89,13 @@ export async function connectSocket(): Promise<void> {
 
 /** The link that was lost, once more. */
 export async function connectAgain(): Promise<void> {
-  if (port.value) await controller.connect(new SerialTransport(port.value));
-  else await connectSocket();
+  await (controller.isSerial ? connectSerial() : connectSocket());
 }
 
-/** A port for the loader: the console lets go of it first. Rejects with a LinkError; null: the user changed their mind. */
+/** A port for the loader: the console lets go of it first. Rejects with a LinkError; null: nobody picked one. */
 export async function portForLoader(): Promise<SerialPort | null> {
   await controller.disconnect();
-  port.value ??= await pickPort();
-  return port.value;
+  return thePort();
 }
 
 /** When a controller serves this page, connect to it. */

@@ -21,11 +21,19 @@ export type Log = (line: string) => void;
 export type Progress = (part: string, done: number, total: number) => void;
 
 export class BoardDevice {
+  /** Rejects when the board is unplugged: the loader itself would go on asking for minutes. */
+  private readonly lost: Promise<never>;
+
   private constructor(
     private readonly loader: ESPLoader,
     private readonly transport: Transport,
     readonly chip: Chip,
-  ) {}
+  ) {
+    this.lost = new Promise((_resolve, reject) => {
+      transport.device.addEventListener("disconnect", () => reject(new Error("the board is unplugged")), { once: true });
+    });
+    this.lost.catch(() => {}); // it may be lost while nobody waits
+  }
 
   /** Reset the board into its loader and ask what it is. Rejects with a FirmwareError. */
   static async open(port: SerialPort, log: Log): Promise<BoardDevice> {
@@ -73,7 +81,7 @@ export class BoardDevice {
     const { md5 } = await import("@noble/hashes/legacy.js");
     const { bytesToHex } = await import("@noble/hashes/utils.js");
     try {
-      await this.loader.writeFlash({
+      const writing = this.loader.writeFlash({
         fileArray: parts.map((part) => ({ data: part.data, address: part.offset })),
         flashSize: "keep",
         flashMode: "keep",
@@ -83,6 +91,7 @@ export class BoardDevice {
         reportProgress: (index, written, total) => progress(parts[index]?.name ?? "", written, total),
         calculateMD5Hash: (image) => bytesToHex(md5(image)),
       });
+      await this.unlessLost(writing);
     } catch (error) {
       throw new FirmwareError(
         `Writing has stopped: ${words(error)}`,
@@ -93,7 +102,7 @@ export class BoardDevice {
 
   async read(offset: number, size: number, progress: Progress): Promise<Uint8Array> {
     try {
-      return await this.loader.readFlash(offset, size, (_packet, done, total) => progress("", done, total));
+      return await this.unlessLost(this.loader.readFlash(offset, size, (_packet, done, total) => progress("", done, total)));
     } catch (error) {
       throw new FirmwareError(`Reading has stopped: ${words(error)}`, "Plug the board in again.");
     }
@@ -101,8 +110,13 @@ export class BoardDevice {
 
   /** Start what is installed, and give the port back. */
   async close(restart = true): Promise<void> {
-    if (restart) await this.loader.after().catch(() => {});
-    await this.transport.disconnect().catch(() => {});
+    if (restart) await this.unlessLost(this.loader.after()).catch(() => {});
+    await this.unlessLost(this.transport.disconnect()).catch(() => {}); // an unplugged port cannot be closed
+  }
+
+  private unlessLost<T>(work: Promise<T>): Promise<T> {
+    work.catch(() => {}); // what fails after the board is gone is no news
+    return Promise.race([work, this.lost]);
   }
 
   private checkMemory(board: Board): string[] {

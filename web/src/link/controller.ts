@@ -30,7 +30,9 @@ const FIRST_WORD_MS = 6000;
 const MOVING = new Set(["Run", "Jog", "Home"]);
 const OBSERVER = /^Observer: | commands$/;
 const NOBODY = /^Nobody commands/;
-const LOCKED = /^Password needed/;
+const LOCKED = /^(Password needed|Wrong password)/;
+/** After some alarms the controller answers nothing until it is reset. */
+const NEEDS_RESET = /^Reset to continue/;
 
 /** A line was refused, or nobody will answer it. */
 export class RefusedError extends Error {
@@ -56,6 +58,9 @@ export class Controller {
   readonly overrides = signal<[number, number, number]>([100, 100, 100]);
   readonly accessories = signal("");
   readonly alarm = signal<number | null>(null);
+  readonly needsReset = signal(false);
+  /** A homing line is under way: Grbl gives no reports then. */
+  readonly homing = signal(false);
   readonly settings = signal<ReadonlyMap<number, string>>(new Map());
   readonly offsets = signal<ReadonlyMap<string, string>>(new Map());
   readonly modes = signal("");
@@ -65,7 +70,11 @@ export class Controller {
 
   readonly connected = computed(() => this.link.value === "open");
   readonly commands = computed(() => this.connected.value && this.role.value !== "observer" && !this.locked.value);
-  readonly state = computed(() => this.status.value?.state ?? "");
+  /** As a report says it, or as it must be when there are none. */
+  readonly state = computed(() => {
+    if (this.alarm.value !== null) return "Alarm";
+    return this.homing.value ? "Home" : (this.status.value?.state ?? "");
+  });
   readonly axisCount = computed(() => this.machinePosition.value.length);
   readonly machinePosition = computed(() => {
     const status = this.status.value;
@@ -81,6 +90,9 @@ export class Controller {
   onRoom: () => void = () => {};
   /** The controller has started anew, or the link has ended: what was under way is void. */
   onBreak: (what: "reset" | "lost" | "closed") => void = () => {};
+
+  /** The link now, or the last one. */
+  isSerial = false;
 
   readonly queue = new LineQueue();
   private transport: Transport | null = null;
@@ -137,7 +149,13 @@ export class Controller {
   /** As send(), for whoever looks at the answer itself. */
   post(text: string, echo = true): Promise<Answer> {
     if (echo) this.note("me", text);
-    return new Promise((settle) => {
+    const homes = text.startsWith("$H");
+    if (homes) this.homing.value = true;
+    return new Promise((resolve) => {
+      const settle = (answer: Answer): void => {
+        if (homes) this.homing.value = false;
+        resolve(answer);
+      };
       this.queue.put({ text, settle });
       this.flush();
     });
@@ -177,11 +195,12 @@ export class Controller {
       this.linkName.value = transport.name;
       this.lostWhy.value = "";
       this.role.value = "nobody";
-      this.locked.value = this.silent.value = false;
+      this.locked.value = this.silent.value = this.needsReset.value = this.homing.value = false;
       this.status.value = this.alarm.value = null;
       this.settings.value = new Map();
       this.version.value = this.options.value = this.modes.value = "";
     });
+    this.isSerial = transport.isSerial;
     this.splitter = new LineSplitter();
     this.queue.forget();
     this.queue.capacity = SMALLEST_BUFFER;
@@ -203,7 +222,8 @@ export class Controller {
   private tick(): void {
     const now = performance.now();
     const every = MOVING.has(this.state.value) ? ASK_MOVING_MS : ASK_RESTING_MS;
-    this.silent.value = now - this.heardAt > SILENT_MS;
+    const mayBeSilent = this.homing.value || this.needsReset.value;
+    this.silent.value = !mayBeSilent && now - this.heardAt > SILENT_MS;
     if (now - this.askedAt < (this.waitsForReport ? SILENT_MS / 2 : every)) return;
     this.askedAt = now;
     this.waitsForReport = true;
@@ -262,6 +282,7 @@ export class Controller {
 
   private takeBanner(): void {
     this.alarm.value = null;
+    this.needsReset.value = false;
     this.queue.forget();
     this.onBreak("reset");
   }
@@ -288,7 +309,11 @@ export class Controller {
   }
 
   private takeMessage(body: string): void {
-    if (LOCKED.test(body)) this.locked.value = true;
+    if (NEEDS_RESET.test(body)) this.needsReset.value = true;
+    if (LOCKED.test(body)) {
+      this.locked.value = true;
+      this.queue.forget(); // what a locked-out client says is not answered
+    }
     if (NOBODY.test(body)) this.role.value = "nobody";
     if (!OBSERVER.test(body) || NOBODY.test(body)) return;
     this.role.value = "observer";

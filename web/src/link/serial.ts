@@ -27,6 +27,7 @@ export async function pickPort(): Promise<SerialPort | null> {
 
 export class SerialTransport implements Transport {
   readonly name = "USB serial port";
+  readonly isSerial = true;
   private reader: ReadableStreamDefaultReader<Uint8Array> | null = null;
   private writer: WritableStreamDefaultWriter<Uint8Array> | null = null;
   private closing = false;

@@ -14,6 +14,7 @@ export function ownAddress(): string {
 
 export class SocketTransport implements Transport {
   readonly name: string;
+  readonly isSerial = false;
   private socket: WebSocket | null = null;
 
   constructor(private readonly url: string) {

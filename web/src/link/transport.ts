@@ -2,6 +2,7 @@
 export interface Transport {
   /** For people: "USB serial port", "192.168.1.20". */
   readonly name: string;
+  readonly isSerial: boolean;
   /** Open it. Rejects with a LinkError that says what to do. */
   open(events: TransportEvents): Promise<void>;
   /** Send; resolves when the bytes were taken, rejects when the link is gone. */

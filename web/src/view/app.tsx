@@ -66,7 +66,8 @@ export function App(): JSX.Element {
   return (
     <div class="frame">
       <Header />
-      <nav class="nav" role="tablist" aria-label="Sections" aria-orientation="vertical" onKeyDown={onKey}>
+      <nav class="nav" aria-label="Sections">
+        <div class="tabs" role="tablist" aria-orientation="vertical" onKeyDown={onKey}>
         {TABS.map((tab) => (
           <button
             type="button"
@@ -83,6 +84,7 @@ export function App(): JSX.Element {
             {tab.title}
           </button>
         ))}
+        </div>
       </nav>
       <main class="main">
         <Notices />

@@ -1,7 +1,7 @@
 /** Where the machine is, and moving it by hand. */
 import { signal, useSignal } from "@preact/signals";
 import type { JSX } from "preact";
-import { useEffect } from "preact/hooks";
+import { useLayoutEffect } from "preact/hooks";
 import { attempt, controller, job } from "../app";
 import { Jogger, type Direction } from "../link/jog";
 import { AXES, type RealtimeName } from "../tables";
@@ -284,12 +284,12 @@ function JogButton({ jog }: { jog: JogKey }): JSX.Element {
 
 /** Keys jog while this is on and no field has the focus; a window that loses the focus lets go. */
 function useKeyboard(on: boolean): void {
-  useEffect(() => {
+  useLayoutEffect(() => {
     if (!on) return undefined;
     const down = (event: KeyboardEvent): void => {
       if (event.key === "Escape") controller.realtime("JOG_CANCEL");
       const key = PAD.find((entry) => entry?.key === event.key);
-      const typing = event.target instanceof HTMLElement && event.target.closest("input, select, textarea, [role=tab]");
+      const typing = event.target instanceof HTMLElement && event.target.closest("input:not([type=checkbox]), select, textarea, [role=tab]");
       if (!key || typing || event.ctrlKey || event.altKey || event.metaKey) return;
       event.preventDefault();
       if (!event.repeat) press(key.direction);

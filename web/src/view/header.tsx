@@ -23,7 +23,7 @@ export function Header(): JSX.Element {
     <header class="top">
       <div class="brand">
         <img src="./icon.svg" alt="" />
-        <span>WiFiCNC</span>
+        <h1>WiFiCNC</h1>
       </div>
       <StateChip />
       <div class="link row">
@@ -42,10 +42,11 @@ export function Header(): JSX.Element {
 function StateChip(): JSX.Element {
   const status = controller.status.value;
   if (!controller.connected.value || !status) return <span class="chip">Not connected</span>;
-  const kind = controller.silent.value ? "" : (STATE_KIND[status.state] ?? "");
+  const state = controller.state.value;
+  const kind = controller.silent.value ? "" : (STATE_KIND[state] ?? "");
   return (
-    <span class={`chip ${kind}`} role="status" data-test="state">
-      {controller.silent.value ? "Silent" : status.state}
+    <span class={`chip ${kind}`} role="status" data-test="state" data-substate={status.substate}>
+      {controller.silent.value ? "Silent" : state}
     </span>
   );
 }
@@ -159,8 +160,7 @@ function LockedNotice(): JSX.Element | null {
   const login = async (): Promise<void> => {
     const said = controller.post(`$LOGIN=${password.value}`, false);
     password.value = "";
-    const answer = await said;
-    if (answer.kind !== "ok" || answer.said.some((line) => line.startsWith("[MSG:Wrong"))) return;
+    if ((await said).kind !== "ok") return;
     controller.locked.value = false;
     await controller.getToKnow();
   };
@@ -210,6 +210,14 @@ function AlarmNotice(): JSX.Element | null {
   const code = controller.alarm.value;
   const homing = Number(controller.settings.value.get(22) ?? 0) > 0;
   const title = code === null ? "The machine is locked" : `Alarm ${code}: ${alarmWords(code)}`;
+  if (controller.needsReset.value)
+    return (
+      <Notice kind="bad" title={title} text="It answers nothing until it is reset. Look at the machine first.">
+        <Button size="small" kind="danger" disabled={!controller.commands.value} onClick={() => controller.reset()}>
+          Reset
+        </Button>
+      </Notice>
+    );
   const text = homing ? "Home it, or unlock it when you know where it stands." : "Unlock it when you know where it stands.";
   return (
     <Notice kind="bad" title={title} text={text}>

@@ -58,7 +58,7 @@ function BoardButton({ board: entry }: { board: Board }): JSX.Element {
     <button type="button" class="board" aria-pressed={entry.id === board.value.id} data-test={`board-${entry.id}`} onClick={() => chooseBoard(entry.id)}>
       <strong>{entry.name}</strong>
       <span class="small soft">{entry.summary}</span>
-      <span class="small faint">
+      <span class="small soft mono">
         {entry.chip_name}, {entry.axes.length} axes, {(entry.step_rate_hz / 1000).toFixed(0)} k steps/s
       </span>
     </button>

@@ -1,0 +1,347 @@
+"""The console as a machinist uses it: by the WebSocket of `wificnc serve --http`, and by a serial port."""
+
+from __future__ import annotations
+
+import re
+import socket
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+
+import pytest
+from bridge import Bridge
+from playwright.sync_api import Locator, Page, expect
+from web_fixture import Watched, serving
+from wificnc.link.settings import read_file
+from wificnc.serve.options import Address
+from wificnc.serve.page import About, PageServer
+from wificnc.serve.server import Server
+
+STATE_MS = 15_000
+ABOUT = About("WiFiCNC in a test", "0", "host", 6)
+
+
+class Console:
+    """A page that is connected, its controller, and the link between them."""
+
+    def __init__(self, page: Page, server: Server, cut: Callable[[], None], mend: Callable[[], None]) -> None:
+        self.page = page
+        self.server = server
+        self.cut = cut
+        self.mend = mend
+
+    def by(self, test_id: str) -> Locator:
+        return self.page.locator(f"[data-test='{test_id}']")
+
+    def tab(self, name: str) -> None:
+        self.page.click(f"#tab-{name}")
+
+    def is_in(self, state: str) -> None:
+        expect(self.by("state")).to_have_text(state, timeout=STATE_MS)
+
+    def position(self, axis: str) -> float:
+        return float(self.by(f"work-{axis}").inner_text())
+
+    def stands_at(self, **axes: float) -> None:
+        for axis, value in axes.items():
+            expect(self.by(f"work-{axis}")).to_have_text(f"{value:.3f}")
+
+    def hands(self, line: str) -> str:
+        """A line at the control door."""
+        host, _, port = (self.server.control or "").rpartition(":")
+        with socket.create_connection((host, int(port)), 5.0) as door:
+            door.sendall(f"{line}\n".encode())
+            with door.makefile() as answers:
+                return answers.readline().strip()
+
+
+@pytest.fixture(params=["socket", "serial"])
+def link(
+    request: pytest.FixtureRequest,
+    built_page: Path,
+    watched: Callable[..., Watched],
+    bridge: Bridge,
+    tmp_path: Path,
+) -> Iterator[Callable[..., Console]]:
+    """Start a controller and connect the page to it."""
+    with ExitStack() as stack:
+        make = _by_socket if request.param == "socket" else _by_serial
+
+        def start(**options: object) -> Console:
+            console = stack.enter_context(make(built_page, watched, bridge, tmp_path, **options))
+            console.is_in("Idle")
+            return console
+
+        yield start
+
+
+@pytest.fixture
+def socket_link(
+    built_page: Path, watched: Callable[..., Watched], bridge: Bridge, tmp_path: Path
+) -> Iterator[Callable[..., Console]]:
+    """As link, over the WebSocket alone: for what no link can change."""
+    with ExitStack() as stack:
+
+        def start(**options: object) -> Console:
+            console = stack.enter_context(_by_socket(built_page, watched, bridge, tmp_path, **options))
+            console.is_in("Idle")
+            return console
+
+        yield start
+
+
+@contextmanager
+def _by_socket(
+    built_page: Path, watched: Callable[..., Watched], _bridge: Bridge, tmp_path: Path, **options: object
+) -> Iterator[Console]:
+    with serving(tmp_path, **options) as server, ExitStack() as stack:  # type: ignore[arg-type]
+        first = stack.enter_context(PageServer(Address("127.0.0.1", 0), server.tcp, ABOUT, built_page))
+        again = Address("127.0.0.1", int(first.url.rstrip("/").rpartition(":")[2]))
+
+        def mend() -> None:
+            stack.enter_context(PageServer(again, server.tcp, ABOUT, built_page))
+
+        yield Console(watched().page(first.url), server, stack.close, mend)
+
+
+@contextmanager
+def _by_serial(
+    built_page: Path, watched: Callable[..., Watched], bridge: Bridge, tmp_path: Path, **options: object
+) -> Iterator[Console]:
+    with (
+        serving(tmp_path, pty=True, **options) as server,  # type: ignore[arg-type]
+        PageServer(Address("127.0.0.1", 0), None, ABOUT, built_page) as host,
+    ):
+        context = watched(bypass_csp=True)  # the stand-in's WebSocket is no part of the page
+        context.context.add_init_script(bridge.stand_in(tmp_path / "tty"))
+        page = context.page(host.url)
+        page.click("[data-test=connect]")
+        page.click("[data-test=connect-serial]")
+        yield Console(page, server, bridge.unplug, bridge.plug)
+
+
+def square(rounds: int, side: float = 1.0) -> str:
+    """A tenth of a second for each round, and four lines."""
+    corners = ((side, 0.0), (side, side), (0.0, side), (0.0, 0.0))
+    return "G21G90G0Z1\nM3S1000\nG1Z-1F1000\n" + "".join(
+        f"G1X{x:g}Y{y:g}F3000 (round {n})\n" for n in range(rounds) for x, y in corners
+    )
+
+
+def load(console: Console, text: str, name: str = "square.nc") -> None:
+    console.tab("job")
+    console.by("job-file").set_input_files({"name": name, "mimeType": "text/plain", "buffer": text.encode()})
+    expect(console.by("job-time")).to_be_visible()
+
+
+# ---- by hand ----
+
+
+def test_home_and_jog(link: Callable[..., Console]) -> None:
+    three = ("$46=0", "$47=0", "$48=0")  # A, B and C have no switches in this test
+    console = link(settings=("$22=1", "$25=3000", "$24=600", "$26=5", *three))
+    for axis in "xyz":
+        assert console.hands(f"travel {axis} -110 5") == "ok"
+    console.by("home").click()
+    console.is_in("Home")
+    console.is_in("Idle")
+    # Each switch was met at its own place, and is left by $27 = 1 mm; the machine's zero is the switch.
+    assert [console.position(axis) for axis in "XYZ"] == pytest.approx([-1.0] * 3, abs=0.02)
+    console.page.get_by_role("button", name="Zero all").click()
+    console.stands_at(X=0, Y=0, Z=0)
+    console.page.get_by_role("button", name="10", exact=True).first.click()
+    console.by("jog-X−").click()
+    console.stands_at(X=-10)
+    console.by("jog-Y−").click()
+    console.stands_at(X=-10, Y=-10)
+
+
+def test_jog_by_keyboard_and_while_held(link: Callable[..., Console]) -> None:
+    console = link()
+    console.page.get_by_label("Keyboard").check()
+    expect(console.page.get_by_text("Arrows move X and Y")).to_be_visible()
+    console.page.keyboard.press("ArrowRight")
+    console.stands_at(X=1)
+    console.page.keyboard.press("PageDown")
+    console.stands_at(X=1, Z=-1)
+    console.page.get_by_role("button", name="while held").click()
+    console.page.keyboard.down("ArrowUp")
+    console.is_in("Jog")
+    expect(console.by("work-Y")).not_to_have_text("0.000")
+    console.page.keyboard.up("ArrowUp")
+    console.is_in("Idle")
+    stopped = console.position("Y")
+    assert 0.0 < stopped < 60.0, "it moved, and it stopped soon after"
+    console.page.keyboard.press("Escape")
+    assert console.position("Y") == stopped
+
+
+def test_a_refused_jog_says_why(socket_link: Callable[..., Console]) -> None:
+    console = socket_link(settings=("$22=1", "$20=1"))
+    console.page.get_by_role("button", name="100", exact=True).first.click()
+    console.by("jog-X+").click()
+    expect(console.page.get_by_role("alert").filter(has_text="the jog would leave the travel")).to_be_visible()
+
+
+def test_overrides_and_alarm(socket_link: Callable[..., Console]) -> None:
+    console = socket_link(settings=("$21=1",))
+    console.page.get_by_label("Feed 10 % more").click()
+    console.page.get_by_label("Feed 1 % less").click()
+    console.page.get_by_label("Rapids 25 %").click()
+    expect(console.by("override-feed")).to_have_text("109 %")
+    assert console.hands("travel x -1 1000") == "ok"
+    console.page.get_by_role("button", name="10", exact=True).first.click()
+    console.by("jog-X−").click()
+    expect(console.page.get_by_text("Alarm 1: a limit switch was hit")).to_be_visible()
+    console.by("reset").click()
+    assert console.hands("travel x -1000 1000") == "ok"
+    console.by("unlock").click()
+    console.is_in("Idle")
+
+
+# ---- settings ----
+
+
+def test_settings_round_trip(link: Callable[..., Console], tmp_path: Path) -> None:
+    console = link()
+    console.tab("settings")
+    value = console.page.get_by_label("$110 max_rate_mm_min X")
+    expect(value).to_have_value("6000.000")
+    value.fill("-1")
+    expect(console.by("settings-apply")).to_be_disabled()
+    value.fill("4321.5")
+    console.page.get_by_label("$11 junction_deviation_mm").fill("0.05")
+    console.by("settings-apply").click()
+    console.by("settings-send").click()
+    expect(console.page.get_by_text("not sent yet")).to_have_count(0)
+    with console.page.expect_download() as download:
+        console.by("settings-export").click()
+    exported = tmp_path / "settings.toml"
+    download.value.save_as(exported)
+    values = read_file(exported)  # our own reader, of `wificnc settings import`
+    assert (float(values[110]), float(values[11])) == (4321.5, 0.05)
+    text = exported.read_text().replace("4321.5", "1234.5").replace("soft_limits = false", "soft_limits = true")
+    exported.write_text(text.replace("homing = false", "homing = true"))
+    console.by("settings-file").set_input_files(exported)
+    console.by("settings-apply").click()
+    console.by("settings-send").click()
+    expect(console.page.get_by_text("not sent yet")).to_have_count(0)
+    expect(value).to_have_value("1234.500")
+    # $20 asks for $22: both were taken, in the right order.
+    assert [console.page.locator(f"[data-test=setting-{n}] input").is_checked() for n in (20, 22)] == [True, True]
+
+
+def test_a_refused_setting_stays_an_edit(socket_link: Callable[..., Console]) -> None:
+    console = socket_link()
+    console.tab("settings")
+    console.page.locator("[data-test=setting-20] input").check()
+    console.by("settings-apply").click()
+    console.by("settings-send").click()
+    expect(console.page.get_by_role("alert").filter(has_text="soft limits need homing")).to_be_visible()
+    expect(console.page.get_by_text("One setting is changed here")).to_be_visible()
+
+
+# ---- jobs ----
+
+
+def test_a_whole_job_with_a_hold_in_the_middle(link: Callable[..., Console]) -> None:
+    console = link()
+    load(console, square(60))
+    expect(console.page.get_by_text("The core runs this job to its end")).to_be_visible()
+    console.by("job-start").click()
+    console.is_in("Run")
+    console.by("hold").click()
+    console.is_in("Hold")
+    expect(console.by("state")).to_have_attribute("data-substate", "0")  # 1: it is still slowing down
+    held = console.hands("state")
+    assert held == console.hands("state"), "nothing moves in a hold"
+    expect(console.by("job-lines")).not_to_have_text("243 of 243")
+    console.by("resume").click()
+    expect(console.page.get_by_text("All lines are sent and acknowledged")).to_be_visible()
+    console.is_in("Idle")
+    expect(console.by("job-lines")).to_have_text("243 of 243")
+    console.tab("control")
+    console.stands_at(X=0, Y=0, Z=-1)
+
+
+def test_a_refused_line_stops_the_job_and_keeps_the_position(socket_link: Callable[..., Console]) -> None:
+    console = socket_link()
+    load(console, square(1).replace(" (round 0)", " W7", 1))
+    expect(console.page.get_by_text(re.compile("Line 4: error 20"))).to_be_visible()
+    console.by("job-start").click()
+    expect(console.page.get_by_text("The job has ended with an error")).to_be_visible()
+    expect(console.page.get_by_text(re.compile(r"line 4 \(G1X1Y0F3000 W7\): error 20"))).to_be_visible()
+    console.is_in("Idle")  # no alarm: it was held before it was reset
+
+
+def test_stop(socket_link: Callable[..., Console]) -> None:
+    console = socket_link()
+    load(console, square(100))
+    console.by("job-start").click()
+    console.is_in("Run")
+    console.by("job-stop").click()
+    expect(console.page.get_by_text("The job was stopped")).to_be_visible()
+    console.is_in("Idle")
+
+
+def test_the_link_is_lost_and_the_job_resumed(link: Callable[..., Console]) -> None:
+    console = link()
+    load(console, square(60))
+    console.by("job-start").click()
+    console.is_in("Run")
+    console.cut()
+    expect(console.page.get_by_text("The link was lost while the job ran")).to_be_visible()
+    console.mend()
+    console.by("connect-again").click()
+    console.by("job-stop").wait_for(state="detached")
+    console.by("hold").click()  # what was sent goes on by itself: hold it, and forget it
+    console.is_in("Hold")
+    console.by("reset").click()
+    console.is_in("Idle")
+    line = int(console.by("resume-line").input_value())
+    console.by("resume-line").fill(str(max(4, line - 8)))
+    console.by("resume-line").blur()
+    console.by("resume-plan").click()
+    preamble = console.by("resume-preamble").inner_text().splitlines()
+    assert preamble[0] == "G21G90G94G17G54"
+    assert preamble[1] == "G0Z1", "up to the highest place of the job before anything else"
+    assert preamble[2:4] == ["M3S1000", "G4P4"]
+    console.by("resume-start").click()
+    expect(console.page.get_by_text("All lines are sent and acknowledged")).to_be_visible(timeout=60_000)
+    console.is_in("Idle")
+    console.tab("control")
+    console.stands_at(X=0, Y=0, Z=-1)
+
+
+# ---- several clients ----
+
+
+def test_a_second_page_watches_and_takes_over(
+    serve_page: Callable[..., tuple[Server, PageServer]], watched: Callable[..., Watched]
+) -> None:
+    _, served = serve_page()
+    context = watched()
+    first, second = context.page(served.url), context.page(served.url)
+    expect(second.get_by_text("You are watching")).to_be_visible()
+    expect(second.locator("[data-test=hold]")).to_be_disabled()
+    first.locator("[data-test='jog-X+']").click()
+    expect(second.locator("[data-test=work-X]")).to_have_text("1.000")
+    second.locator("[data-test=take]").click()
+    expect(first.get_by_text("You are watching")).to_be_visible()
+    expect(second.locator("[data-test=hold]")).to_be_enabled()
+
+
+def test_a_password_is_asked_for(
+    serve_page: Callable[..., tuple[Server, PageServer]], watched: Callable[..., Watched]
+) -> None:
+    _, served = serve_page(password="open sesame")
+    page = watched().page(served.url)
+    page.get_by_label("Password").fill("a guess")
+    page.get_by_role("button", name="Log in").click()
+    expect(page.locator("[data-test=hold]")).to_be_disabled()
+    page.wait_for_timeout(1100)  # a wrong one costs a second, of the wall clock
+    page.get_by_label("Password").fill("open sesame")
+    page.get_by_role("button", name="Log in").click()
+    expect(page.locator("[data-test=hold]")).to_be_enabled()
+    page.locator("[data-test='jog-X+']").click()
+    expect(page.locator("[data-test=work-X]")).to_have_text("1.000")

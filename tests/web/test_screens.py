@@ -1,0 +1,69 @@
+"""Every tab in light, in dark and on a phone: no rule of accessibility broken (axe-core), nothing too wide, a picture.
+
+The pictures lie in build/web/screens, to be looked at.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import Page, expect
+from web_fixture import DESKTOP, Watched
+from wificnc.serve.page import PageServer
+from wificnc.serve.server import Server
+
+ROOT = Path(__file__).resolve().parents[2]
+SCREENS = ROOT / "build" / "web" / "screens"
+AXE = ROOT / "web" / "node_modules" / "axe-core" / "axe.min.js"
+TABS = ("control", "job", "terminal", "settings", "pins", "network", "inout", "install")
+LOOKS = {
+    "light": {"viewport": DESKTOP, "color_scheme": "light"},
+    "dark": {"viewport": DESKTOP, "color_scheme": "dark"},
+    "phone": {"viewport": {"width": 390, "height": 844}, "color_scheme": "light", "has_touch": True},
+}
+
+
+def broken_rules(page: Page) -> list[str]:
+    """What axe-core finds, with the places."""
+    found = page.evaluate("axe.run({ resultTypes: ['violations'] })")
+    return [f"{rule['id']}: {node['html'][:160]}" for rule in found["violations"] for node in rule["nodes"]]
+
+
+@pytest.mark.parametrize("look", LOOKS)
+def test_every_tab(
+    serve_page: Callable[..., tuple[Server, PageServer]], watched: Callable[..., Watched], look: str
+) -> None:
+    SCREENS.mkdir(parents=True, exist_ok=True)
+    _, served = serve_page()
+    page = watched(reduced_motion="reduce", bypass_csp=True, **LOOKS[look]).page(served.url)  # axe is no part of it
+    expect(page.locator("[data-test=state]")).to_have_text("Idle")
+    page.add_script_tag(path=AXE)
+    page.click("#tab-job")
+    page.locator("[data-test=job-file]").set_input_files(ROOT / "examples" / "pcb_outline.nc")
+    expect(page.locator("[data-test=job-time]")).to_be_visible()
+    broken: list[str] = []
+    for tab in TABS:
+        page.click(f"#tab-{tab}")
+        if tab == "install":
+            page.click("[data-test=board-esp32s3-devkitc]")
+        page.screenshot(path=SCREENS / f"{tab}-{look}.png")
+        broken += [f"{tab}: {text}" for text in broken_rules(page)]
+        wide = page.evaluate("document.documentElement.scrollWidth - document.documentElement.clientWidth")
+        assert wide <= 0, f"{tab} is {wide} px wider than the screen"
+    assert not broken, "\n".join(broken)
+
+
+def test_the_path_in_three_dimensions(
+    serve_page: Callable[..., tuple[Server, PageServer]], watched: Callable[..., Watched]
+) -> None:
+    SCREENS.mkdir(parents=True, exist_ok=True)
+    _, served = serve_page()
+    page = watched(color_scheme="dark").page(served.url)
+    expect(page.locator("[data-test=state]")).to_have_text("Idle")
+    page.click("#tab-job")
+    page.locator("[data-test=job-file]").set_input_files(ROOT / "examples" / "inlay.nc")
+    page.get_by_role("button", name="3-D").click()
+    expect(page.get_by_role("img", name="Path of inlay.nc")).to_be_visible()
+    page.screenshot(path=SCREENS / "path-dark.png")
