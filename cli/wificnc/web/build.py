@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import shutil
 import subprocess
@@ -54,11 +55,12 @@ def install_packages(root: Path) -> None:
         stamp.touch()
 
 
-def run_npm(root: Path, *arguments: str) -> str:
-    """@return what it said. Raises BuildError."""
+def run_npm(root: Path, *arguments: str, **environment: str) -> str:
+    """@param environment  variables on top of ours. @return what it said. Raises BuildError."""
     npm = shutil.which("npm")
     assert npm is not None
-    run = subprocess.run([npm, *arguments], cwd=root / "web", capture_output=True, text=True)
+    variables = {**os.environ, **environment}
+    run = subprocess.run([npm, *arguments], cwd=root / "web", capture_output=True, text=True, env=variables)
     if run.returncode != 0:
         said = "\n".join((run.stdout + run.stderr).strip().splitlines()[-SAID_LINES:])
         raise BuildError(f"npm {' '.join(arguments)} failed:\n{said}")
