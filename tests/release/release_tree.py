@@ -31,13 +31,13 @@ class Tree:
     def boards(self) -> list[str]:
         return [*ESP32_BOARDS, *([PIC32MZ_BOARD] if shutil.which("mipsel-linux-gnu-gcc") else [])]
 
-    def release(self, *arguments: object, code: int = 0) -> subprocess.CompletedProcess[str]:
+    def release(self, *arguments: object, code: int = 0, cwd: Path | None = None) -> subprocess.CompletedProcess[str]:
         """`wificnc release` of this tree's own package."""
         environment = {**os.environ, "PYTHONPATH": str(self.root / "cli"), "PYTHONDONTWRITEBYTECODE": "1"}
         environment.pop("SOURCE_DATE_EPOCH", None)
         command = [sys.executable, "-m", "wificnc", "release", *map(str, arguments)]
         run = subprocess.run(
-            command, cwd=self.root, env=environment, capture_output=True, text=True, timeout=180, check=False
+            command, cwd=cwd or self.root, env=environment, capture_output=True, text=True, timeout=180, check=False
         )
         assert run.returncode == code, run.stdout + run.stderr
         assert "Traceback" not in run.stderr

@@ -227,14 +227,14 @@ def test_the_linuxcnc_component_needs_nothing_else(dist: Path, tmp_path: Path) -
 
 
 def test_the_same_commit_gives_the_same_bytes(dist: Path, tmp_path: Path) -> None:
-    """Another folder, other file times, another umask, another home for temporary files."""
+    """Another folder, other file times, another umask, called from elsewhere."""
     other = make_tree(tmp_path / "somewhere" / "quite" / "else")
     for path in (other.root / "core").rglob("*"):
         os.utime(path, (1_000_000_000, 1_000_000_000))
     build_boards(other)
     umask = os.umask(0o077)
     try:
-        other.release("-o", "dist")
+        other.release("-o", other.root / "dist", cwd=tmp_path)
     finally:
         os.umask(umask)
     ours = {path.relative_to(dist): path for path in dist.rglob("*") if path.is_file()}

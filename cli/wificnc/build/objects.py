@@ -28,12 +28,15 @@ class Unit:
         return self.object.with_suffix(".d")
 
 
-def compile_stale(command: Sequence[str], units: Sequence[Unit], title: str) -> tuple[int, str]:
-    """Compile what is stale. @return how many, and the compiler's warnings. Raises BuildError."""
+def compile_stale(
+    command: Sequence[str], units: Sequence[Unit], title: str, folder: Path | None = None
+) -> tuple[int, str]:
+    """Compile what is stale. @param folder  that the compiler runs in, which debug information names
+    @return how many, and the compiler's warnings. Raises BuildError."""
     times: dict[str, int] = {}
     stale = [unit for unit in units if _is_stale(unit, times)]
     with ThreadPoolExecutor(os.cpu_count()) as pool:
-        results = list(pool.map(lambda unit: _compile(command, unit), stale))
+        results = list(pool.map(lambda unit: _compile(command, unit, folder), stale))
     failed = [text for ok, text in results if not ok]
     if failed:
         raise failure(f"{len(failed)} of {len(units)} files did not compile ({title})", "\n".join(failed))
@@ -57,12 +60,12 @@ def failure(title: str, said: str) -> BuildError:
     return BuildError("\n".join([title + ":", *shown, *([f"... and {more} more lines"] if more > 0 else [])]))
 
 
-def _compile(command: Sequence[str], unit: Unit) -> tuple[bool, str]:
+def _compile(command: Sequence[str], unit: Unit, folder: Path | None) -> tuple[bool, str]:
     """@return whether it went well, and what the compiler said."""
     unit.object.parent.mkdir(parents=True, exist_ok=True)
     begin_ns = time.time_ns()
     argv = [*command, *unit.flags, "-MMD", "-MF", str(unit.depfile), "-c", str(unit.source), "-o", str(unit.object)]
-    run = subprocess.run(argv, capture_output=True, text=True, stdin=subprocess.DEVNULL)
+    run = subprocess.run(argv, cwd=folder, capture_output=True, text=True, stdin=subprocess.DEVNULL)
     if run.returncode != 0:
         unit.object.unlink(missing_ok=True)
         return False, run.stderr

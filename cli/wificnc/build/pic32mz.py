@@ -98,7 +98,7 @@ def build_pic32mz(board: Board, *, clean: bool = False, root: Path | None = None
         title = _compiler_title(directory, compiler)
         write_if_changed(directory / "pin_config.h", pin_header_text(board))
         units = [_unit(root, directory, source) for source in firmware_sources(root)]
-        compiled, _ = compile_stale(_compile_command(root, compiler, directory), units, title)
+        compiled, _ = compile_stale(_compile_command(root, compiler, directory), units, title, root)
         objects = [unit.object for unit in units]
         if compiled or is_older(elf, [*objects, root / LINKER_SCRIPT]) or is_older(hex_file, [elf]):
             _link(root, compiler, objects, elf, title)
@@ -150,9 +150,9 @@ def _compiler_title(directory: Path, compiler: str) -> str:
 
 
 def _link(root: Path, compiler: str, objects: Sequence[Path], elf: Path, title: str) -> None:
-    script = f"-Wl,-T,{root / LINKER_SCRIPT}"
-    command = [compiler, *MACHINE, *LINK, script, f"-Wl,-Map,{elf.with_suffix('.map')}", "-o", str(elf)]
-    run = subprocess.run([*command, *map(str, objects)], capture_output=True, text=True, stdin=subprocess.DEVNULL)
+    options = [PREFIX_MAP.format(root=root), f"-Wl,-T,{root / LINKER_SCRIPT}", f"-Wl,-Map,{elf.with_suffix('.map')}"]
+    command = [compiler, *MACHINE, *LINK, *options, "-o", str(elf), *map(str, objects)]
+    run = subprocess.run(command, cwd=root, capture_output=True, text=True, stdin=subprocess.DEVNULL)
     if run.returncode != 0:
         elf.unlink(missing_ok=True)
         raise failure(f"{elf.name} did not link ({title})", run.stderr)
