@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -12,6 +13,7 @@ import pytest
 from pio_standins import make_standins
 from wificnc.board.load import find_boards, load_board
 from wificnc.build.checkout import checkout_root
+from wificnc.build.pic32mz import COMPILER
 
 pytest.importorskip("platformio")
 ROOT = checkout_root()
@@ -38,16 +40,24 @@ def pio(environment: dict[str, str], *arguments: str) -> str:
     return run.stdout
 
 
-def test_there_is_an_environment_for_every_esp32_board(environment: dict[str, str]) -> None:
+def test_there_is_an_environment_for_every_board(environment: dict[str, str]) -> None:
     sections = dict(json.loads(pio(environment, "project", "config", "--json-output")))
     found = {name.removeprefix("env:"): dict(options) for name, options in sections.items() if name.startswith("env:")}
     boards = {path.stem: load_board(path) for path in find_boards()}
-    assert set(found) == {name for name, board in boards.items() if board.target == "esp32"} | {"native"}
+    assert set(found) == {name for name, board in boards.items() if board.target != "host"} | {"native"}
     for name, options in found.items():
-        if name != "native":
+        if name != "native" and boards[name].target == "esp32":
             assert f"-DWIFICNC_BOARD={name}" in options["board_build.cmake_extra_args"]
             assert ("s3" in options["board"]) == (boards[name].chip == "esp32s3")
             assert (ROOT / options["board_build.partitions"]).is_file()
+
+
+@pytest.mark.skipif(shutil.which(COMPILER) is None, reason=f"{COMPILER} is not on this machine")
+def test_the_pic32mz_is_built_by_our_own_build(environment: dict[str, str]) -> None:
+    image = ROOT / "build" / "pic32mz2048efh100" / "wificnc.hex"
+    image.unlink(missing_ok=True)
+    assert "1 succeeded" in pio(environment, "run", "-e", "pic32mz2048efh100")
+    assert image.read_text().startswith(":")
 
 
 def test_native_is_the_serving_controller(environment: dict[str, str]) -> None:
