@@ -19,6 +19,7 @@ PROGRAMS = {
     "two_sides": (),  # the machine with a motion side of its own: two real threads
     "io_parts": ("hal/step_pins.c", "io/debounce.c"),
     "gate": (),
+    "improv": ("link/improv.c",),
     "ota": ("net/ota.c",),
     "pin_map": ("io/pin_map.c",),
     "policies": ("app/boot_guard.c", "io/status_led.c", "net/link_policy.c", "net/wifi_policy.c"),

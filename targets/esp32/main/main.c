@@ -15,9 +15,11 @@
 #include "hal/esp32_hal.h"
 #include "hal/hal.h"
 #include "io/led_driver.h"
+#include "link/improv.h"
 #include "link/serial_stream.h"
 #include "net/network.h"
 #include "net/wifi.h"
+#include "pin_config.h"
 #include "store/nvs_flash_ops.h"
 #include "store/nvs_names.h"
 
@@ -133,12 +135,56 @@ static void start_hal(void) {
         tell("This board's step pins or timer are impossible, nothing moves");
 }
 
-static void start_ports(void) {
+/* ---- networks by a serial port ---- */
+
+/* Writing to flash stops the other core for milliseconds: not in motion. */
+static bool join_network(void *ctx, const char *network, const char *wifi_password) {
+    (void)ctx;
+    if (store.ops == NULL || !has_network || !machine_is_at_rest(&machine))
+        return false;
+    bool kept = nvs_flash_ops_set_text(&store, NVS_WIFI_SSID, network);
+    if (wifi_password[0] == '\0')
+        (void)store.ops->erase(store.ctx, NVS_WIFI_PASSWORD);
+    else
+        kept = kept && nvs_flash_ops_set_text(&store, NVS_WIFI_PASSWORD, wifi_password);
+    if (kept)
+        network_join_stored();
+    return kept;
+}
+
+static bool joined_network(void *ctx, char *text) {
+    uint32_t address = network_station_address();
+    (void)ctx;
+    snprintf(text, IMPROV_TEXT_MAX, "tcp://%u.%u.%u.%u:23", (unsigned)(address & 0xFF),
+             (unsigned)(address >> 8 & 0xFF), (unsigned)(address >> 16 & 0xFF), (unsigned)(address >> 24));
+    return address != 0;
+}
+
+static uint32_t port_time_us(void *ctx) {
+    (void)ctx;
+    return hal_time_us(&hal);
+}
+
+static void add_port(struct improv *improv, const struct net_stream *port, const char *name) {
+    static const struct improv_ops ops = {
+        .join = join_network, .joined = joined_network, .now_us = port_time_us};
+    static char version[16];
+    static struct improv_info info = {.firmware = "WiFiCNC", .version = version, .chip = BOARD_CHIP};
     struct net_stream stream;
-    if (serial_stream_uart(&stream))
-        controller_add_port(&controller, &stream, "UART");
-    if (serial_stream_usb(&stream))
-        controller_add_port(&controller, &stream, "USB");
+    snprintf(version, sizeof version, "%d.%d.%d", WIRE_FIRMWARE_VERSION >> 24,
+             WIRE_FIRMWARE_VERSION >> 16 & 0xFF, WIRE_FIRMWARE_VERSION & 0xFFFF);
+    info.name = network_name(); /* filled in later */
+    improv_init(improv, port, &info, &ops, &stream);
+    controller_add_port(&controller, &stream, name);
+}
+
+static void start_ports(void) {
+    static struct improv uart, usb;
+    struct net_stream port;
+    if (serial_stream_uart(&port))
+        add_port(&uart, &port, "UART");
+    if (serial_stream_usb(&port))
+        add_port(&usb, &port, "USB");
 }
 
 static void start_machine(enum nvs_start kept) {

@@ -21,7 +21,7 @@
 enum { POLL_MS = 100, EVENTS = 8, US_PER_MS = 1000 };
 enum { OWN_ADDRESS = 192 | 168 << 8 | 4 << 16 | 1 << 24 }; /* 192.168.4.1, ESP-IDF's own */
 
-enum change { ETHERNET_UP, ETHERNET_DOWN, STATION_UP, STATION_DOWN };
+enum change { ETHERNET_UP, ETHERNET_DOWN, STATION_UP, STATION_DOWN, STORED };
 
 /* From the events' task to ours. */
 struct news {
@@ -34,6 +34,7 @@ static struct {
     QueueHandle_t news;
     struct link_policy policy;
     bool has_wifi;
+    const struct nvs_store *store;
     uint32_t ethernet, station; /* addresses; 0: none */
     uint32_t address;
 } network;
@@ -46,6 +47,10 @@ uint32_t network_address(void) {
     return __atomic_load_n(&network.address, __ATOMIC_RELAXED);
 }
 
+uint32_t network_station_address(void) {
+    return __atomic_load_n(&network.station, __ATOMIC_RELAXED);
+}
+
 static uint32_t now_ms(void) {
     return (uint32_t)(esp_timer_get_time() / US_PER_MS);
 }
@@ -55,6 +60,11 @@ static uint32_t now_ms(void) {
 static void pass_on(enum change change, uint32_t address) {
     const struct news news = {change, address};
     (void)xQueueSend(network.news, &news, 0);
+}
+
+void network_join_stored(void) {
+    __atomic_store_n(&network.station, 0, __ATOMIC_RELAXED); /* of the network before */
+    pass_on(STORED, 0);
 }
 
 static void on_address(void *ctx, esp_event_base_t base, int32_t id, void *data) {
@@ -94,10 +104,14 @@ static void take(const struct news *news) {
         network.ethernet = news->address;
         link_policy_ethernet(&network.policy, news->change == ETHERNET_UP, now_ms());
         break;
+    case STORED:
+        if (network.has_wifi)
+            wifi_join_stored(network.store);
+        break;
     case STATION_UP:
     case STATION_DOWN:
     default:
-        network.station = news->address;
+        __atomic_store_n(&network.station, news->address, __ATOMIC_RELAXED);
         wifi_news(news->change == STATION_UP ? WIFI_NEWS_ADDRESS : WIFI_NEWS_LOST);
         break;
     }
@@ -110,7 +124,8 @@ static void run(void *unused) {
         if (xQueueReceive(network.news, &news, pdMS_TO_TICKS(POLL_MS)) == pdTRUE)
             take(&news);
         bool own = network.has_wifi && wifi_poll(link_policy_wifi(&network.policy, now_ms()));
-        uint32_t address = network.ethernet != 0 ? network.ethernet : network.station;
+        uint32_t station = network_station_address();
+        uint32_t address = network.ethernet != 0 ? network.ethernet : station;
         address = address == 0 && own ? (uint32_t)OWN_ADDRESS : address;
         __atomic_store_n(&network.address, address, __ATOMIC_RELAXED);
     }
@@ -120,6 +135,7 @@ bool network_start(const struct nvs_store *store) {
     uint8_t mac[6] = {0};
     (void)esp_read_mac(mac, ESP_MAC_WIFI_SOFTAP);
     snprintf(network.name, sizeof network.name, "WiFiCNC-%02X%02X", mac[4], mac[5]);
+    network.store = store;
     network.news = xQueueCreate(EVENTS, sizeof(struct news));
     if (network.news == NULL || esp_netif_init() != ESP_OK || esp_event_loop_create_default() != ESP_OK ||
         esp_event_handler_register(IP_EVENT, ESP_EVENT_ANY_ID, on_address, NULL) != ESP_OK ||

@@ -17,6 +17,12 @@ bool network_start(const struct nvs_store *store);
 /** "WiFiCNC-1A2B", the end of the chip's own MAC address. Empty before network_start(). */
 const char *network_name(void);
 
+/** [any task] A network was stored: join it, now. */
+void network_join_stored(void);
+
+/** [any task] Our address in the stored WiFi network, network order; 0: not connected. */
+uint32_t network_station_address(void);
+
 /** [any task] Our address, network order: Ethernet's, else WiFi's, else that of our own network; 0: none. */
 uint32_t network_address(void);
 

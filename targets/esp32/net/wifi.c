@@ -127,6 +127,16 @@ bool wifi_poll(bool on) {
     return wifi.own;
 }
 
+/* The driver's word that the old network was left comes later, and delays the new one by a second at most. */
+void wifi_join_stored(const struct nvs_store *store) {
+    bool has_network = set_network(store);
+    wifi.has_network = has_network;
+    if (!wifi.on)
+        return;
+    (void)esp_wifi_disconnect();
+    wifi_policy_init(&wifi.policy, has_network, now_ms());
+}
+
 void wifi_news(enum wifi_news news) {
     wifi_policy_event(&wifi.policy, news == WIFI_NEWS_ADDRESS ? WIFI_GOT_ADDRESS : WIFI_LOST, now_ms());
 }

@@ -29,6 +29,9 @@ const uint8_t *wifi_seed(void);
 /** Every 100 ms. @param on  whether WiFi is to be on @return our own network is up */
 bool wifi_poll(bool on);
 
+/** [the network task] Another network was stored: leave the one before, try the new one at once. */
+void wifi_join_stored(const struct nvs_store *store);
+
 /** [the network task] News of the driver's events. */
 void wifi_news(enum wifi_news news);
 
