@@ -1,7 +1,9 @@
 /** How the board joins networks, and what it asks of those who come. */
 import { signal } from "@preact/signals";
 import type { JSX } from "preact";
-import { board } from "../app";
+import { attempt, board, portForLoader } from "../app";
+import { joinNetwork, type Joined } from "../flash/provision";
+import { hasWebSerial } from "../link/serial";
 import { setValue, valueOf } from "../storage/board";
 import { TABLES, type StoredNumber, type StoredText } from "../tables";
 import { Card, Check, Field, Notice } from "./parts";
@@ -45,6 +47,7 @@ export function NetworkTab(): JSX.Element {
         </Card>
       </div>
       <div class="w5 stack">
+        <JoinCard />
         <HowCard />
       </div>
     </div>
@@ -86,6 +89,54 @@ function LinkLost({ row }: { row: StoredNumber }): JSX.Element {
         ))}
       </select>
     </Field>
+  );
+}
+
+const network = signal("");
+const password = signal("");
+const joining = signal(false);
+const joined = signal<Joined | null>(null);
+
+/** At once, while the board runs: no restart, and nothing else of what it has stored is touched. */
+function JoinCard(): JSX.Element {
+  const join = (): Promise<void> =>
+    attempt(async () => {
+      const port = await portForLoader();
+      if (!port) return;
+      joined.value = null;
+      joining.value = true;
+      try {
+        joined.value = await joinNetwork(port, network.value, password.value);
+        password.value = "";
+      } finally {
+        joining.value = false;
+      }
+    });
+  return (
+    <Card title="Join a WiFi network now">
+      <form
+        class="stack"
+        onSubmit={(event) => {
+          event.preventDefault();
+          void join();
+        }}
+      >
+        <Field label="Network" hint="The board is plugged in by USB, and its machine stands still.">
+          <input class="input" value={network.value} autocomplete="off" data-test="join-network" onInput={(event) => (network.value = event.currentTarget.value)} />
+        </Field>
+        <Field label="Password">
+          <input class="input" type="password" value={password.value} autocomplete="off" data-test="join-password" onInput={(event) => (password.value = event.currentTarget.value)} />
+        </Field>
+        <div class="row">
+          <button class="button primary" type="submit" disabled={joining.value || network.value === "" || !hasWebSerial()} data-test="join">
+            {joining.value ? "Joining" : "Join"}
+          </button>
+        </div>
+      </form>
+      {joined.value && (
+        <Notice kind="good" title={`${joined.value.name} is in this network`} text={`${joined.value.firmware}, ${joined.value.address}`} />
+      )}
+    </Card>
   );
 }
 
