@@ -44,9 +44,65 @@ def test_a_refused_setting(build: Pic32Build, job: Path, capsys: pytest.CaptureF
 
 def test_what_does_not_go_together(job: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert sim(job, "--on-chip", "--json", "-") == Exit.USAGE
-    assert "--on-chip goes with --machine and --set alone" in capsys.readouterr().err
+    assert "--on-chip goes with --machine, --set, --at and --trace alone" in capsys.readouterr().err
 
 
 def test_a_board_without_an_image(job: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert sim(job, "--on-chip", "--board", "host") == Exit.BUILD
     assert "board host has no image" in capsys.readouterr().err
+
+
+def test_the_pins_as_csv_are_the_steps(build: Pic32Build, job: Path, tmp_path: Path) -> None:
+    """Every pulse has its two edges, never nearer than the pulse, and X and Y come back to where they began."""
+    trace = tmp_path / "pins.csv"
+    assert sim(job, "--on-chip", "--trace", str(trace)) == Exit.OK
+    rows = [line.split(",") for line in trace.read_text().splitlines()[1:]]
+    edges = [(int(t), label, int(level)) for t, label, level in rows]
+    assert edges == sorted(edges, key=lambda edge: edge[0])
+    position = {"x": 0, "y": 0}
+    levels: dict[str, int] = {}
+    rose: dict[str, int] = {}
+    for t, label, level in edges:
+        assert levels.get(label) != level
+        levels[label] = level
+        kind, _, rest = label.partition("_")
+        axis = rest[:1]
+        if kind == "step" and level:
+            rose[axis] = t
+            direction = next((value for name, value in levels.items() if name.startswith(f"dir_{axis}")), 0)
+            position[axis] += -1 if direction else 1
+        elif kind == "step":
+            assert t - rose[axis] >= 1000
+    assert position == {"x": 0, "y": 0} and set(rose) == {"x", "y"}
+
+
+def test_the_pins_as_vcd_are_those_of_csv(build: Pic32Build, job: Path, tmp_path: Path) -> None:
+    assert sim(job, "--on-chip", "--trace", str(tmp_path / "a.csv")) == Exit.OK
+    assert sim(job, "--on-chip", "--trace", str(tmp_path / "a.vcd")) == Exit.OK
+    names, now, seen, begun = {}, 0, [], False
+    for line in (tmp_path / "a.vcd").read_text().splitlines():
+        words = line.split()
+        if words[0] == "$var":
+            names[words[3]] = words[4]
+        elif words[0].startswith("#"):
+            now = int(words[0][1:])
+        elif words[0] == "$end":
+            begun = True
+        elif begun and words[0][0] in "01":
+            seen.append(f"{now * 5},{names[words[0][1:]]},{words[0][0]}")
+    assert seen == (tmp_path / "a.csv").read_text().splitlines()[1:]
+
+
+def test_a_pin_is_driven_at_its_time(build: Pic32Build, job: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """The e-stop's input closes in the middle of the job, which ends there."""
+    job.write_text("G21G91\nG1X50F600\n")
+    assert sim(job, "--on-chip", "--at", "1s estop low") == Exit.JOB
+    assert "stopped the job" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("event", ["1s RX3 high", "1s RD3 up", "1s limit x", "RD3 high"])
+def test_an_event_that_is_none_is_explained(
+    build: Pic32Build, job: Path, capsys: pytest.CaptureFixture[str], event: str
+) -> None:
+    assert sim(job, "--on-chip", "--at", event) == Exit.USAGE
+    assert "--at" in capsys.readouterr().err

@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+import re
 import struct
 import tempfile
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
 from wificnc.board.model import Board
 from wificnc.chip.machine import board_image, wired_chip
+from wificnc.chip.pins import SUFFIXES, PinTrace, drive_pins, pin_labels
 from wificnc.chip.virtual import CPU_HZ, VirtualChip
 from wificnc.errors import JobError, UserError
 from wificnc.sim.job import read_job, split_lines
+from wificnc.sim.output import Output, check_suffix
 from wificnc.sim.run import SimOptions, simulate
 
 IN_FLIGHT = 1000  # bytes on their way to a receive buffer of 1024
@@ -20,8 +24,10 @@ SLICE_S = 0.002
 BOOT_S = 0.05
 PATIENCE_S = 3600.0  # of the chip's time without an answer
 STEP = struct.Struct("<QBB6x")
+ALARM = re.compile(r"ALARM:\d+(?=\r)")
 
 Progress = Callable[[int, int], None]
+Look = Callable[[], None]  # called as time passes
 
 
 @dataclass(frozen=True)
@@ -37,10 +43,11 @@ class ChipResult:
 
 
 def run_on_chip(board: Board, options: SimOptions, settings: list[str], progress: Progress | None = None) -> ChipResult:
-    """Stream the file at 115200 baud, until the machine rests.
+    """Stream the file at 115200 baud, until the machine rests. options.trace is every edge at the pins, options.at what
+    happens to them.
 
     Raises:
-        UserError: a setting is refused.
+        UserError: a setting or an event is refused, or the trace cannot be written.
         JobError: the file cannot be read, or a line is never answered.
         ChipFault: the image does what no chip may.
     """
@@ -49,12 +56,14 @@ def run_on_chip(board: Board, options: SimOptions, settings: list[str], progress
         chip.run(BOOT_S)
         chip.read()
         for line in settings:
-            (answer,) = _stream(chip, [line])
+            (answer,) = _stream(chip, [line], look=lambda: None)
             if answer != "ok":
                 raise UserError(f"the controller refuses {line}: {answer}")
         chip.steps()
-        answers = _stream(chip, lines, progress)
-        _rest(chip, len(board.axes))
+        drive_pins(chip, board, options.at)
+        with _tracing(chip, board, options.trace) as look:
+            answers = _stream(chip, lines, look, progress)
+            _rest(chip, len(board.axes), look)
         steps = list(STEP.iter_unpack(chip.steps()))
         position = tuple(chip.position(axis) for axis in range(len(board.axes)))
     errors = tuple(f"line {number}: {said}" for number, said in enumerate(answers, 1) if said != "ok")
@@ -62,11 +71,29 @@ def run_on_chip(board: Board, options: SimOptions, settings: list[str], progress
     return ChipResult(len(answers), errors, seconds, len(steps), position, _difference(options, steps))
 
 
-def _stream(chip: VirtualChip, lines: list[str], progress: Progress | None = None) -> list[str]:
+@contextmanager
+def _tracing(chip: VirtualChip, board: Board, path: Path | None) -> Iterator[Look]:
+    """Write the pins' edges there while time passes."""
+    if path is None:
+        yield lambda: None
+        return
+    check_suffix("--trace", path, SUFFIXES)
+    output = Output("--trace", path)
+    try:
+        with output.staged.open("w", encoding="ascii") as file:
+            trace = PinTrace(chip, file, pin_labels(board), path.suffix.lower())
+            yield trace.take
+            trace.take()
+        output.publish()
+    finally:
+        output.discard()
+
+
+def _stream(chip: VirtualChip, lines: list[str], look: Look, progress: Progress | None = None) -> list[str]:
     """By character counting. @return answers"""
     waiting: list[int] = []
     answers: list[str] = []
-    said = _answers(chip)
+    said = _answers(chip, look)
     for line in lines:
         while waiting and sum(waiting) + len(line) + 1 > IN_FLIGHT:
             answers.append(next(said))
@@ -78,11 +105,12 @@ def _stream(chip: VirtualChip, lines: list[str], progress: Progress | None = Non
     return answers + [next(said) for _ in waiting]
 
 
-def _answers(chip: VirtualChip) -> Iterator[str]:
+def _answers(chip: VirtualChip, look: Look) -> Iterator[str]:
     """Each ok and error, as they come. A pause of the program (M0) is resumed. Raises JobError."""
     rest, quiet_s = "", 0.0
     while quiet_s < PATIENCE_S:
         chip.run(SLICE_S)
+        look()
         quiet_s += SLICE_S
         *lines, rest = (rest + chip.read().decode("latin-1")).split("\r\n")
         for line in lines:
@@ -96,12 +124,17 @@ def _answers(chip: VirtualChip) -> Iterator[str]:
     raise JobError("the image has not answered a line for an hour")
 
 
-def _rest(chip: VirtualChip, axes: int) -> None:
-    """Until nothing has moved for a second."""
+def _rest(chip: VirtualChip, axes: int, look: Look) -> None:
+    """Until nothing has moved for a second. Raises JobError."""
     before: list[int] = []
+    said = ""
     while (now := [chip.position(axis) for axis in range(axes)]) != before:
         before = now
         chip.run(1.0)
+        look()
+        said += chip.read().decode("latin-1")
+        if alarm := ALARM.search(said):
+            raise JobError(f"{alarm[0]} stopped the job")
 
 
 def _difference(options: SimOptions, steps: list[tuple[int, int, int]]) -> int | None:

@@ -274,7 +274,7 @@ class VirtualChip:
         """Records of STEP_DTYPE since the last call."""
         found, buffer = b"", (Step * ROOM)()
         while count := self._library.mz_steps(self._chip, buffer, ROOM):
-            found += bytes(buffer)[: count * ctypes.sizeof(Step)]
+            found += ctypes.string_at(buffer, count * ctypes.sizeof(Step))
         return found
 
     def pulses(self) -> Pulses:

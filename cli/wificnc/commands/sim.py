@@ -46,8 +46,8 @@ def command(
     json_file = None if json_path is None or str(json_path) == "-" else json_path
     options = SimOptions(file, board, machine, settings, json_file, plot, trace, keep_going, at, max_lines)
     if on_chip:
-        if json_path or plot or trace or at or keep_going:
-            raise UserError("--on-chip goes with --machine and --set alone")
+        if json_path or plot or keep_going:
+            raise UserError("--on-chip goes with --machine, --set, --at and --trace alone")
         ctx.exit(Exit.OK if _run_on_chip(options) else Exit.JOB)
     with progress_bar(file.name) as on_progress:
         result = simulate(options, on_progress)
@@ -78,6 +78,8 @@ def _run_on_chip(options: SimOptions) -> bool:
     ui.data.print("the host    " + ("the same steps" if same else f"another one at event {result.first_difference:,}"))
     for error in result.errors[:ERRORS_SHOWN]:
         ui.talk.print(f"[bold red]{escape(error)}[/]", soft_wrap=True)
+    if options.trace:
+        ui.note(f"wrote {options.trace}")
     return same and not result.errors
 
 
