@@ -15,6 +15,7 @@ from pathlib import Path
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.server import Server, ServerConnection, serve
 
+CLOSE_S = 10.0
 PORT_SCRIPT = """
 (() => {
   class Port extends EventTarget {
@@ -78,6 +79,7 @@ class Bridge:
     def __init__(self) -> None:
         self._device: Path | None = None
         self._connections: set[ServerConnection] = set()
+        self._changed = threading.Condition()
         self._unplugged = threading.Event()
         self._server: Server = serve(self._handle, "127.0.0.1", 0, max_size=None)
         self._thread = threading.Thread(target=self._server.serve_forever, daemon=True)
@@ -98,10 +100,12 @@ class Bridge:
         return PORT_SCRIPT.replace("@URL@", f"ws://127.0.0.1:{port}/")
 
     def unplug(self) -> None:
-        """The port that is open is gone, and so is every one until plug()."""
+        """The port that is open is gone, and so is every one until plug(). Nobody reads the device any more then."""
         self._unplugged.set()
-        for connection in list(self._connections):
-            connection.close_socket()
+        with self._changed:
+            for connection in list(self._connections):
+                connection.close_socket()
+            assert self._changed.wait_for(lambda: not self._connections, CLOSE_S)
 
     def plug(self) -> None:
         self._unplugged.clear()
@@ -110,7 +114,8 @@ class Bridge:
         if self._unplugged.is_set() or self._device is None:
             connection.close(1011, "unplugged")
             return
-        self._connections.add(connection)
+        with self._changed:
+            self._connections.add(connection)
         fd = os.open(self._device, os.O_RDWR | os.O_NOCTTY)
         wake, waker = os.pipe()
         try:
@@ -127,7 +132,9 @@ class Bridge:
             reader.join()
             os.close(wake)
             os.close(fd)
-            self._connections.discard(connection)
+            with self._changed:
+                self._connections.discard(connection)
+                self._changed.notify_all()
 
 
 def _write(fd: int, data: bytes) -> None:

@@ -17,7 +17,6 @@ from wificnc.serve.options import Address
 from wificnc.serve.page import About, PageServer
 from wificnc.serve.server import Server
 
-STATE_MS = 15_000
 ABOUT = About("WiFiCNC in a test", "0", "host", 6)
 
 
@@ -37,7 +36,7 @@ class Console:
         self.page.click(f"#tab-{name}")
 
     def is_in(self, state: str) -> None:
-        expect(self.by("state")).to_have_text(state, timeout=STATE_MS)
+        expect(self.by("state")).to_have_text(state)
 
     def position(self, axis: str) -> float:
         return float(self.by(f"work-{axis}").inner_text())
@@ -171,7 +170,7 @@ def test_jog_by_keyboard_and_while_held(link: Callable[..., Console]) -> None:
     console.page.keyboard.up("ArrowUp")
     console.is_in("Idle")
     stopped = console.position("Y")
-    assert 0.0 < stopped < 60.0, "it moved, and it stopped soon after"
+    assert 0.0 < stopped < 200.0, "it moved, and it stopped when the key went up"
     console.page.keyboard.press("Escape")
     assert console.position("Y") == stopped
 
@@ -245,7 +244,7 @@ def test_a_refused_setting_stays_an_edit(socket_link: Callable[..., Console]) ->
 
 
 def test_a_whole_job_with_a_hold_in_the_middle(link: Callable[..., Console]) -> None:
-    console = link()
+    console = link(speed=2.0)
     load(console, square(60))
     expect(console.page.get_by_text("The core runs this job to its end")).to_be_visible()
     console.by("job-start").click()
@@ -285,8 +284,8 @@ def test_stop(socket_link: Callable[..., Console]) -> None:
 
 
 def test_the_link_is_lost_and_the_job_resumed(link: Callable[..., Console]) -> None:
-    console = link()
-    load(console, square(60))
+    console = link(speed=3.0)
+    load(console, square(120))
     console.by("job-start").click()
     console.is_in("Run")
     console.cut()

@@ -10,7 +10,7 @@ from urllib.parse import urlsplit
 
 import pytest
 from bridge import Bridge
-from playwright.sync_api import Browser, BrowserContext, Page, Request, sync_playwright
+from playwright.sync_api import Browser, BrowserContext, Page, Request, expect, sync_playwright
 from wificnc.board.load import load_board
 from wificnc.serve.options import Address, ServeOptions
 from wificnc.serve.page import About, PageServer
@@ -18,7 +18,8 @@ from wificnc.serve.server import Server
 from wificnc.web.build import build_page, missing_tools
 
 CHROMIUM = ("chromium", "chromium-browser", "google-chrome")
-TIMEOUT_MS = 15_000
+TIMEOUT_MS = 20_000  # of every wait: a computer may be busy
+expect.set_options(timeout=TIMEOUT_MS)
 DESKTOP = {"width": 1440, "height": 900}
 LOOPBACK = {"127.0.0.1", "localhost", "::1"}
 
