@@ -37,7 +37,7 @@ class Tree:
         environment.pop("SOURCE_DATE_EPOCH", None)
         command = [sys.executable, "-m", "wificnc", "release", *map(str, arguments)]
         run = subprocess.run(
-            command, cwd=cwd or self.root, env=environment, capture_output=True, text=True, timeout=180, check=False
+            command, cwd=cwd or self.root, env=environment, capture_output=True, text=True, timeout=300, check=False
         )
         assert run.returncode == code, run.stdout + run.stderr
         assert "Traceback" not in run.stderr
