@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import json
 import os
 import signal
 import socket
 import subprocess
 import sys
+import urllib.request
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -15,6 +17,8 @@ import pytest
 from serve_peer import DEADLINE_S, Peer
 from wificnc.errors import UserError
 from wificnc.serve.options import Address, parse_address, parse_speed
+
+ROOT = Path(__file__).resolve().parents[2]
 
 
 @contextmanager
@@ -56,6 +60,24 @@ def test_it_ends_cleanly_when_asked(tmp_path: Path, number: int) -> None:
         assert not link.is_symlink()
 
 
+def test_the_page_is_served_beside_the_stream(tmp_path: Path) -> None:
+    page = ROOT / "web" / "dist" / "index.html"
+    if not page.is_file():
+        pytest.skip("the page is not built: make web")
+    with serving("--http", "127.0.0.1:0") as process:
+        assert process.stdout
+        word, _, url = process.stdout.readline().strip().partition(" ")
+        assert word == "page"
+        with urllib.request.urlopen(f"{url.strip()}api/controller", timeout=DEADLINE_S) as answer:
+            assert json.load(answer)["axes"] == 6
+        with urllib.request.urlopen(url.strip(), timeout=DEADLINE_S) as answer:
+            assert answer.read() == page.read_bytes()
+        with Peer.tcp(address_of(process)) as peer:
+            assert peer.ask("G0X1") == ["ok"]
+        process.send_signal(signal.SIGINT)
+        assert process.wait(DEADLINE_S) == 0
+
+
 def test_controller_ends_with_the_command_that_started_it(tmp_path: Path) -> None:
     link = tmp_path / "tty"
     with serving("--pty", str(link)) as process, Peer.tcp(address_of(process)) as peer:
@@ -93,6 +115,7 @@ def test_link_left_over_from_a_crash_is_replaced(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("words", "message"),
     [
+        (("--http", "127.0.0.1:nowhere"), "--http '127.0.0.1:nowhere' is no address"),
         (("--tcp", "off"), "there is no way to connect"),
         (("--speed", "fast"), "--speed 'fast' is no speed"),
         (("--tcp", "here:port"), "--tcp 'here:port' is no address"),

@@ -16,4 +16,7 @@ it.each([["G1X1!"], ["G1X1?"], ["~"], ["G1X\u00e4"], ["G1X1\u0018"]])("refuses %
   expect(() => readProgram("a.nc", `G0X0\n${line}\n`)).toThrow(/line 2: characters/),
 );
 
+it("refuses O words, which the controller would, too", () =>
+  expect(() => readProgram("a.nc", "G0X0\no100 while [#1 LT 3]\n")).toThrow(/line 2: an O word/));
+
 it("refuses a file without code", () => expect(() => readProgram("a.nc", "(nothing)\n")).toThrow(ProgramError));

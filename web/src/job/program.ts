@@ -24,6 +24,8 @@ export class ProgramError extends Error {}
 
 const FAULTS_SHOWN = 5;
 const LONGEST_CODE = 79;
+/** A line with an O word: a stream cannot jump. */
+const O_LINE = /^(?:N\d+)?O/;
 const FORBIDDEN = /[^\x21-\x7e]|[!?~]/;
 
 /** The line without blanks and comments, upper case. */
@@ -49,7 +51,8 @@ export function readProgram(name: string, source: string): Program {
   all.forEach((text, i) => {
     const code = codeOf(text);
     if (code === "" || code.startsWith("%")) return;
-    if (FORBIDDEN.test(code)) faults.push(`line ${i + 1}: characters that a controller takes for commands`);
+    if (O_LINE.test(code)) faults.push(`line ${i + 1}: an O word, which a stream cannot obey: wificnc expand makes plain lines of it`);
+    else if (FORBIDDEN.test(code)) faults.push(`line ${i + 1}: characters that a controller takes for commands`);
     else if (code.length > LONGEST_CODE) faults.push(`line ${i + 1}: more than ${LONGEST_CODE} characters of code`);
     lines.push({ number: i + 1, text: text.trim(), code });
   });

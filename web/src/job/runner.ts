@@ -23,6 +23,8 @@ export class JobRunner {
 
   private readonly lines = signal<readonly JobLine[]>([]);
   private run = 0;
+  /** The report that was there when a `$` line came up: a newer one must say that nothing moves. */
+  private reportBefore: Status | null = null;
 
   constructor(private readonly controller: Controller) {
     const room = controller.onRoom;
@@ -87,7 +89,8 @@ export class JobRunner {
     const lines = this.lines.value;
     while (this.state.value === "running" && this.sent.value < lines.length) {
       const line = lines[this.sent.value]!;
-      if (!this.controller.queue.hasRoom(line.code.length)) return;
+      if (!this.mayGo(line)) return;
+      this.reportBefore = null;
       this.sent.value++;
       const run = this.run;
       void this.controller.post(line.code, false).then((answer) => {
@@ -97,6 +100,15 @@ export class JobRunner {
         else if (this.answered.value === lines.length && this.state.value === "running") this.finish("done", "");
       });
     }
+  }
+
+  /** `$` lines are refused while the machine moves, so they wait until all before them is made. */
+  private mayGo(line: JobLine): boolean {
+    const { queue, status } = this.controller;
+    if (!line.code.startsWith("$")) return queue.hasRoom(line.code.length);
+    if (!queue.idle) return false;
+    this.reportBefore ??= status.peek();
+    return status.peek() !== this.reportBefore && status.peek()?.state === "Idle";
   }
 
   private refuse(line: JobLine, code: number): void {

@@ -108,6 +108,7 @@ export class Controller {
   async connect(transport: Transport): Promise<void> {
     await this.disconnect();
     this.begin(transport);
+    const firstWord = this.hearFirstWord();
     try {
       await transport.open({ bytes: (data) => this.hear(data), lost: (why) => this.lose(why) });
     } catch (error) {
@@ -117,7 +118,7 @@ export class Controller {
     this.transport = transport;
     this.link.value = "open";
     this.timer = setInterval(() => this.tick(), ASK_MOVING_MS / 2);
-    if (!(await this.hearFirstWord())) {
+    if (!(await firstWord)) {
       await this.disconnect();
       throw new LinkError(
         "The port is open, but nothing answers",

@@ -11,6 +11,9 @@ import { Segments } from "./parts";
 /** Samples drawn; more cannot be told apart. */
 const POINTS_MAX = 60_000;
 const GRID_LINES = 10;
+/** Of a number at the left of the grid, and where it stands at the edge, px. */
+const LABEL_WIDTH = 26;
+const LABEL_EDGE = 3;
 const ZOOM_MIN = 0.3;
 const ZOOM_MAX = 60;
 
@@ -144,7 +147,7 @@ function drawGrid(context: CanvasRenderingContext2D, box: Box, project: Project,
     context.moveTo(...project(x0, y, z));
     context.lineTo(...project(x1, y, z));
     const [u, v] = project(x0, y, z);
-    if (y !== y0) context.fillText(label(y), u - 26, v + 4);
+    if (y !== y0) context.fillText(label(y), Math.max(LABEL_EDGE, u - LABEL_WIDTH), v - 3);
   }
   context.stroke();
 }
