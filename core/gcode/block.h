@@ -37,6 +37,7 @@ enum block_group {
     GROUP_PORT,
     GROUP_LATHE,
     GROUP_MODES,
+    GROUP_SPEED_MODE,
     GROUP_COUNT
 };
 
@@ -63,9 +64,11 @@ enum block_override { OVERRIDES_ON = 0, OVERRIDES_OFF = 16, OVERRIDES_BY_P = 32 
 /** Value of GROUP_PORT: bits. */
 enum block_port { OUTPUT_OFF = 0, OUTPUT_ON = 1, OUTPUT_SYNC = 2, OUTPUT_ANALOG = 4, INPUT_WAIT = 8 };
 
-/** Value of GROUP_MOTION: the motion in the low half; n of G38.n or the canned cycle in the high half. */
+/** Value of GROUP_MOTION: the motion in the low half; n of G38.n, the canned cycle or the kind of thread in
+ * the high half. */
 #define BLOCK_PROBE(n)      (MOTION_PROBE | (n) << 4)
 #define BLOCK_CYCLE(cycle)  (MOTION_CYCLE | (cycle) << 4)
+#define BLOCK_THREAD(kind)  (MOTION_THREAD | (kind) << 4)
 #define BLOCK_MOTION(value) ((enum gcode_motion)((value) & 15))
 #define BLOCK_KIND(value)   ((uint8_t)((value) >> 4))
 

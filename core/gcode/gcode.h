@@ -41,10 +41,11 @@ enum gcode_motion {
     MOTION_CYCLE,     /* G73 G81 .. G89, see gcode_modal.cycle */
     MOTION_CUBIC,     /* G5 */
     MOTION_QUADRATIC, /* G5.1 */
+    MOTION_THREAD,    /* G33 G33.1 G76, see gcode_modal.cycle */
 };
 enum gcode_plane { PLANE_XY, PLANE_ZX, PLANE_YZ };                       /* G17 G18 G19 */
 enum gcode_path { PATH_BLEND, PATH_EXACT, PATH_EXACT_STOP };             /* G64 G61 G61.1 */
-enum gcode_feed_mode { FEED_PER_MIN, FEED_INVERSE_TIME };                /* G94 G93 */
+enum gcode_feed_mode { FEED_PER_MIN, FEED_INVERSE_TIME, FEED_PER_REV };  /* G94 G93 G95 */
 enum gcode_spindle { SPINDLE_OFF, SPINDLE_CW, SPINDLE_CCW };             /* M5 M3 M4 */
 enum gcode_flow { FLOW_RUN, FLOW_PAUSE, FLOW_OPTIONAL_PAUSE, FLOW_END }; /* -, M0, M1, M2 and M30 */
 enum { COOLANT_MIST = 1, COOLANT_FLOOD = 2 };                            /* M7 M8; bits, M9 clears both */
@@ -58,6 +59,13 @@ enum gcode_cycle {
     CYCLE_BORE,       /* G85 out at feed */
     CYCLE_BORE_STOP,  /* G86 dwell, spindle stops, out as a rapid */
     CYCLE_BORE_DWELL, /* G89 dwell, out at feed */
+};
+
+/** Motion that follows the spindle. */
+enum gcode_thread_kind {
+    THREAD_LINE,  /* G33 */
+    THREAD_TAP,   /* G33.1 there and back */
+    THREAD_CYCLE, /* G76 many passes */
 };
 
 /** What M62 .. M68 switch, set or look at. */
@@ -99,12 +107,13 @@ struct gcode_modal {
     uint8_t coolant;         /* COOLANT_ bits */
     uint8_t wcs;             /* 0 = G54 */
     uint8_t probe;           /* 2..5 for G38.2 .. G38.5 while motion is MOTION_PROBE */
-    uint8_t cycle;           /* enum gcode_cycle while motion is MOTION_CYCLE */
+    uint8_t cycle;           /* enum gcode_cycle while motion is MOTION_CYCLE, gcode_thread_kind: _THREAD */
     bool retract_to_r;       /* G99 */
     uint8_t overrides;       /* OVERRIDE_ bits */
     int32_t tool;            /* T */
     int32_t tool_in_spindle; /* T at the last M6; 0 = none since the reset */
-    float feed_mm_s;         /* F in mm/s (G94); 0 = none yet. Inverse time is never modal: G93 clears it. */
+    float feed_mm_s;         /* F in mm/s (G94) or mm per revolution (G95); 0 = none yet. Inverse time is
+                              * never modal: G93 clears it. */
     float spindle_rpm;       /* S */
     float path_tolerance_mm; /* G64 P; 0 = $11 alone */
 };
@@ -120,11 +129,17 @@ struct gcode_offsets {
     float tool_mm[TOOL_COUNT];      /* tool table: length of T1.., on Z; exact to 0.01 um up to 100 mm */
 };
 
-/** How many of them this machine has, from number 0 on; digital outputs are always OUTPUT_COUNT. */
+/** How many of them this machine has, from number 0 on. */
 struct gcode_ports {
+    uint8_t digital_out;           /* 0 .. OUTPUT_COUNT */
     uint8_t digital_in;            /* 0 .. DIGITAL_INPUT_COUNT */
     uint8_t analog_in, analog_out; /* 0 .. ANALOG_COUNT */
+    bool encoder;                  /* of the spindle: G33, G33.1, G76 and G95 are possible */
 };
+
+/** All that can be: for who reads a program without its machine. */
+#define GCODE_PORTS_ALL                                                                                      \
+    ((struct gcode_ports){OUTPUT_COUNT, DIGITAL_INPUT_COUNT, ANALOG_COUNT, ANALOG_COUNT, true})
 
 /** Everything gcode_resolve() reads. */
 struct gcode_state {
@@ -153,11 +168,30 @@ struct gcode_drill {
 };
 enum { DRILL_REPEATS_MAX = 65535, DRILL_PECKS_MAX = 1000000 };
 
+/** A thread: motion as a function of the spindle's angle. All but the first two are G76's: passes from the
+ * drive line, which lies where the tool stood before and is parallel to Z. Depths count from the thread's
+ * peak, away from the drive line. */
+struct gcode_thread {
+    enum gcode_thread_kind kind;
+    float pitch_mm;     /* K; P of G76. > 0, along the way, per revolution */
+    float return_speed; /* I of G33.1, > 0: times the speed in */
+    float peak_mm;      /* I: where X of the thread's peak lies from the drive line; not 0 */
+    float first_mm;     /* J: depth of the first pass, > 0 */
+    float depth_mm;     /* K: full depth, > 0 */
+    float degression;   /* R >= 1: pass n is first * n^(1/R) deep */
+    float slide;        /* tangent of Q, >= 0: so far before its depth a pass begins, per depth left */
+    float taper_mm;     /* E: length of a taper from full depth to the peak */
+    uint16_t springs;   /* H: passes more at full depth */
+    bool entry, exit;   /* L: tapers there */
+};
+enum { THREAD_PASSES_MAX = 1000 };
+
 /** What one motion does. Targets are machine coordinates. For MOTION_NONE nothing else is filled in. */
 struct gcode_move {
     enum gcode_motion motion; /* MOTION_NONE: this line moves nothing */
     double target_mm[AXIS_COUNT];
-    float feed_mm_s;      /* along XYZ; degrees/s when none of XYZ moves; 0 for MOTION_RAPID and G93 */
+    float feed_mm_s;      /* along XYZ; degrees/s when none of XYZ moves; 0 for MOTION_RAPID and G93; in G95
+                           * at the speed that S asks for */
     float inverse_time_s; /* > 0: the move lasts this long (G93) */
     /* arcs only: all three are ready for arc_begin() */
     enum gcode_plane plane;
@@ -165,9 +199,11 @@ struct gcode_move {
     int32_t turns;             /* full turns in addition to the part turn; 0 today (P word later) */
     double control_mm[2][2];   /* MOTION_CUBIC, _QUADRATIC: control points of a cubic in XY */
     bool via;                  /* G28, G30 with axis words: go through via_mm first, as a rapid */
-    double via_mm[AXIS_COUNT]; /* filled in when via, and for MOTION_CYCLE */
+    double via_mm[AXIS_COUNT]; /* filled in when via, and for MOTION_CYCLE and _THREAD */
     uint8_t probe;             /* 2..5 for G38.2 .. G38.5, else 0 */
     struct gcode_drill drill; /* filled in for MOTION_CYCLE; plane and via_mm (bottom of the last hole) too */
+    struct gcode_thread thread; /* filled in for MOTION_THREAD; and via_mm, the end of the way that follows
+                                 * the spindle: target_mm is where the tool stands at last */
 };
 
 /** Which row of gcode_offsets a line replaces. */
@@ -185,24 +221,24 @@ enum gcode_store {
  *  tool change (motion has finished, spindle and coolant are off), spindle/coolant/override switches
  *  (synchronised with motion when sync is set), output, input, dwell, store, move, flow. */
 struct gcode_command {
-    struct gcode_modal next;     /* modal state after the line, see gcode_modal_apply() */
-    struct gcode_sticky sticky;  /* filled in for a move that is MOTION_CYCLE, _CUBIC or _QUADRATIC */
-    enum gcode_modes modes;      /* what becomes of gcode_state.saved; RESTORE is already in next */
-    enum gcode_spindle spindle;  /* for this line's dwell and move; next differs from these two */
-    uint8_t coolant;             /*   only at FLOW_END, which switches both off after the move */
-    bool tool_change;            /* M6: to next.tool */
-    bool sync;                   /* a change of spindle, coolant, override switches, or port_sync: let motion
-                                  * finish first */
-    bool port_sync;              /* the output waits for motion (M62, M63, M67) */
-    int8_t port;                 /* number of the input or output of M62 .. M68; -1 = none, and then ... */
-    enum gcode_port port_kind;   /* ... these five are not filled in */
-    bool port_on;                /* PORT_DIGITAL_OUT */
-    float port_pct;              /* PORT_ANALOG_OUT: 0 .. 100 */
-    enum gcode_wait wait;        /* PORT_DIGITAL_IN; inputs are looked at when motion has finished */
-    float wait_s;                /* > 0 unless WAIT_NOT: so long at most */
-    float dwell_s;               /* >= 0; < 0 means no dwell */
-    enum gcode_store store;      /* which row store_mm replaces, see gcode_offsets_apply() */
-    uint8_t store_wcs;           /* STORE_WCS: 0 = G54 */
+    struct gcode_modal next;    /* modal state after the line, see gcode_modal_apply() */
+    struct gcode_sticky sticky; /* filled in for a move that is MOTION_CYCLE, _CUBIC, _QUADRATIC or _THREAD */
+    enum gcode_modes modes;     /* what becomes of gcode_state.saved; RESTORE is already in next */
+    enum gcode_spindle spindle; /* for this line's dwell and move; next differs from these two */
+    uint8_t coolant;            /*   only at FLOW_END, which switches both off after the move */
+    bool tool_change;           /* M6: to next.tool */
+    bool sync;                  /* a change of spindle, coolant, override switches, to or from G95, or
+                                 * port_sync: let motion finish first */
+    bool port_sync;             /* the output waits for motion (M62, M63, M67) */
+    int8_t port;                /* number of the input or output of M62 .. M68; -1 = none, and then ... */
+    enum gcode_port port_kind;  /* ... these five are not filled in */
+    bool port_on;               /* PORT_DIGITAL_OUT */
+    float port_pct;             /* PORT_ANALOG_OUT: 0 .. 100 */
+    enum gcode_wait wait;       /* PORT_DIGITAL_IN; inputs are looked at when motion has finished */
+    float wait_s;               /* > 0 unless WAIT_NOT: so long at most */
+    float dwell_s;              /* >= 0; < 0 means no dwell */
+    enum gcode_store store;     /* which row store_mm replaces, see gcode_offsets_apply() */
+    uint8_t store_wcs;          /* STORE_WCS: 0 = G54 */
     double store_mm[AXIS_COUNT]; /* the whole new row; not filled in for STORE_NOTHING */
     uint8_t store_tool;          /* STORE_TOOL: 0 = T1; the length is store_tool_mm */
     float store_tool_mm;
@@ -219,7 +255,7 @@ static inline void gcode_modes_forget(struct gcode_state *state) {
     state->is_saved = false;
 }
 
-/** Default modal state: G0 G54 G17 G21 G90 G91.1 G94 G64 G98 G8 M5 M9 M48 M53, T0 F0 S0. */
+/** Default modal state: G0 G54 G17 G21 G90 G91.1 G94 G97 G64 G98 G8 M5 M9 M48 M53, T0 F0 S0. */
 void gcode_modal_init(struct gcode_modal *modal);
 
 /** Work coordinate offset of the state: WCS + G92 + tool length, per axis, mm. */

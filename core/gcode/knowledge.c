@@ -45,7 +45,8 @@ static bool loses_position(uint32_t unknown, const struct gcode_block *block,
                            const struct gcode_command *command) {
     const uint8_t nonmodal = block->value[GROUP_NONMODAL];
 
-    if (command->move.motion == MOTION_PROBE || command->move.motion == MOTION_CYCLE)
+    if (command->move.motion == MOTION_PROBE || command->move.motion == MOTION_CYCLE ||
+        command->move.motion == MOTION_THREAD)
         return true;
     return (unknown & NEEDS_OFFSETS) != 0 &&
            (block_has_group(block, GROUP_WCS) || block_has_group(block, GROUP_TOOL_LENGTH) ||

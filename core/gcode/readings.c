@@ -46,6 +46,7 @@ static double motion_x10(const struct gcode_modal *modal) {
         [CYCLE_CHIP] = 730, [CYCLE_DRILL] = 810,     [CYCLE_DWELL] = 820,      [CYCLE_PECK] = 830,
         [CYCLE_BORE] = 850, [CYCLE_BORE_STOP] = 860, [CYCLE_BORE_DWELL] = 890,
     };
+    static const double threads[] = {[THREAD_LINE] = 330, [THREAD_TAP] = 331, [THREAD_CYCLE] = 760};
 
     switch (modal->motion) {
     case MOTION_PROBE:
@@ -54,6 +55,8 @@ static double motion_x10(const struct gcode_modal *modal) {
         return 800.0;
     case MOTION_CYCLE:
         return cycles[modal->cycle];
+    case MOTION_THREAD:
+        return threads[modal->cycle];
     case MOTION_CUBIC:
         return 50.0;
     case MOTION_QUADRATIC:
@@ -61,6 +64,15 @@ static double motion_x10(const struct gcode_modal *modal) {
     default:
         return 10.0 * (double)modal->motion;
     }
+}
+
+/* F as it was written. */
+static double feed_word(const struct gcode_modal *modal, double unit_mm) {
+    float feed = modal->feed_mm_s;
+
+    if (modal->feed_mode != FEED_PER_REV)
+        feed *= 60.0f;
+    return (double)(feed / (float)unit_mm);
 }
 
 static enum status get_named(const struct param_context *context, const struct param_ref *ref,

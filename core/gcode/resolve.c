@@ -6,6 +6,13 @@ static inline bool only_motion(const struct gcode_block *block) {
     return (block->groups & ~(1u << GROUP_MOTION)) == 0;
 }
 
+/* F means something else on the other side of G95. */
+static void switch_feed_mode(struct gcode_modal *next, enum gcode_feed_mode mode) {
+    if ((next->feed_mode == FEED_PER_REV) != (mode == FEED_PER_REV))
+        next->feed_mm_s = 0.0f;
+    next->feed_mode = mode;
+}
+
 /* The codes of the line become its modes, before anything is checked against them. */
 static void apply_modes(const struct gcode_block *block, struct gcode_modal *next) {
     const uint8_t *value = block->value;
@@ -13,7 +20,9 @@ static void apply_modes(const struct gcode_block *block, struct gcode_modal *nex
     if (block_has_group(block, GROUP_MOTION)) {
         next->motion = BLOCK_MOTION(value[GROUP_MOTION]);
         next->probe = next->motion == MOTION_PROBE ? BLOCK_KIND(value[GROUP_MOTION]) : 0;
-        next->cycle = next->motion == MOTION_CYCLE ? BLOCK_KIND(value[GROUP_MOTION]) : 0;
+        next->cycle = next->motion == MOTION_CYCLE || next->motion == MOTION_THREAD
+                          ? BLOCK_KIND(value[GROUP_MOTION])
+                          : 0;
     }
     if (only_motion(block))
         return;
@@ -24,7 +33,7 @@ static void apply_modes(const struct gcode_block *block, struct gcode_modal *nex
     if (block_has_group(block, GROUP_ARC_DISTANCE))
         next->arc_absolute = value[GROUP_ARC_DISTANCE];
     if (block_has_group(block, GROUP_FEED_MODE))
-        next->feed_mode = (enum gcode_feed_mode)value[GROUP_FEED_MODE];
+        switch_feed_mode(next, (enum gcode_feed_mode)value[GROUP_FEED_MODE]);
     if (block_has_group(block, GROUP_UNITS))
         next->inches = value[GROUP_UNITS];
     if (block_has_group(block, GROUP_WCS))
@@ -80,14 +89,15 @@ static enum status resolve_values(struct resolver *r) {
         r->out->line_number = (uint32_t)number;
     }
     if (next->feed_mode == FEED_INVERSE_TIME) {
-        const bool moves_at_feed = next->motion != MOTION_RAPID && next->motion != MOTION_NONE;
+        const bool moves_at_feed =
+            next->motion != MOTION_RAPID && next->motion != MOTION_NONE && next->motion != MOTION_THREAD;
 
         next->feed_mm_s = 0.0f;
         if (r->axes == AXES_MOTION && moves_at_feed && !(r->unused & WORD_BIT('F')))
             return STATUS_NO_FEED;
         r->unused &= ~WORD_BIT('F');
     } else if (resolve_take(r, 'F', &number)) {
-        next->feed_mm_s = (float)(number * r->unit_mm / S_PER_MIN);
+        next->feed_mm_s = (float)(number * r->unit_mm / (next->feed_mode == FEED_PER_REV ? 1.0 : S_PER_MIN));
     }
     if (resolve_take(r, 'S', &number))
         next->spindle_rpm = (float)number;
@@ -127,7 +137,7 @@ static void resolve_flow(struct resolver *r) {
         next->motion = MOTION_LINEAR;
         next->plane = PLANE_XY;
         next->incremental = false;
-        next->feed_mode = FEED_PER_MIN;
+        switch_feed_mode(next, FEED_PER_MIN);
         next->overrides = OVERRIDE_ALL;
         next->wcs = 0;
         next->spindle = SPINDLE_OFF;
@@ -150,7 +160,8 @@ static enum status resolve_any(const struct gcode_state *state, const struct gco
 
     if ((r.axis_words & ~state->axes) != 0)
         return STATUS_UNSUPPORTED;
-    if ((block->words & WORD_BIT('E')) != 0 && !block_has_group(block, GROUP_PORT))
+    if ((block->words & WORD_BIT('E')) != 0 && !block_has_group(block, GROUP_PORT) &&
+        resolve_motion(state, block) != MOTION_THREAD)
         return STATUS_UNSUPPORTED; /* as a word that does not exist */
     if (r.axes == AXES_FREE && r.axis_words != 0)
         r.axes = AXES_MOTION;
@@ -164,6 +175,8 @@ static enum status resolve_any(const struct gcode_state *state, const struct gco
     r.wcs_mm = state->offsets.wcs_mm[command->next.wcs];
     r.tool_length_mm = command->store_tool_length ? command->tool_length_mm : state->offsets.tool_length_mm;
 
+    if (command->next.feed_mode == FEED_PER_REV && !state->ports.encoder)
+        return STATUS_NO_ENCODER;
     status = resolve_values(&r);
     if (status == STATUS_OK && !only_motion(block))
         resolve_switches(&r);

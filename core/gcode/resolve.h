@@ -8,6 +8,7 @@
  *   resolve_port.c   M62 .. M68
  *   resolve_move.c   G0 G1 G2 G3 G38 G28 G30 G53: targets, feed
  *   resolve_cycle.c  G73 G81 .. G89: levels, holes, sticky words
+ *   resolve_thread.c G33 G33.1 G76: ways and depths
  *   resolve_spline.c G5 G5.1: control points
  *   resolve_arc.c    the centre of an arc from I J K or R */
 #ifndef WIFICNC_GCODE_RESOLVE_H
@@ -80,6 +81,9 @@ enum status resolve_straight(const struct gcode_state *state, const struct gcode
 enum status resolve_stores(struct resolver *r);
 enum status resolve_move(struct resolver *r);
 
+/** Where the axis words lead, in machine coordinates; other axes stay. */
+enum status resolve_target(const struct resolver *r, double target_mm[AXIS_COUNT]);
+
 /** Inputs and outputs, M62 .. M68. */
 enum status resolve_port(struct resolver *r);
 /** M6, M48 .. M53. */
@@ -90,11 +94,21 @@ void resolve_outputs(struct resolver *r);
 /** A canned cycle into out->move. */
 enum status resolve_cycle(struct resolver *r);
 
+/** G33, G33.1 or G76 into out->move. */
+enum status resolve_thread(struct resolver *r);
+
 /** Control points of G5 and G5.1 into out->move.control_mm; the target is known. */
 enum status resolve_spline(struct resolver *r);
 
 /** Centre of the arc from the state's position to out->move.target_mm into out->move.center_mm. */
 enum status resolve_arc(struct resolver *r);
+
+/** F as a speed, mm/s; in G95 at the speed that S asks for. */
+static inline float resolve_feed_mm_s(const struct gcode_modal *modal) {
+    if (modal->feed_mode != FEED_PER_REV)
+        return modal->feed_mm_s;
+    return modal->feed_mm_s * (modal->spindle_rpm * (float)(1.0 / S_PER_MIN));
+}
 
 /** Take a word. @return false and *number unchanged if it is not there or was taken before */
 static inline bool resolve_take(struct resolver *r, char letter, double *number) {

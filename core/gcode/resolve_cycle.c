@@ -171,7 +171,7 @@ enum status resolve_cycle(struct resolver *r) {
     if (status != STATUS_OK)
         return status;
     move->plane = next->plane;
-    move->feed_mm_s = next->feed_mm_s;
+    move->feed_mm_s = resolve_feed_mm_s(next);
     move->target_mm[normal] = move->drill.clear_mm;
     memcpy(move->via_mm, move->target_mm, sizeof move->via_mm);
     move->via_mm[normal] = move->drill.bottom_mm;

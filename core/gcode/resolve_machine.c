@@ -38,5 +38,6 @@ void resolve_outputs(struct resolver *r) {
     out->coolant = out->next.coolant;
     out->sync = out->spindle != spindle || out->coolant != coolant ||
                 (out->spindle != SPINDLE_OFF && out->next.spindle_rpm != before->spindle_rpm) ||
-                out->next.overrides != before->overrides || out->port_sync;
+                out->next.overrides != before->overrides || out->port_sync ||
+                (out->next.feed_mode == FEED_PER_REV) != (before->feed_mode == FEED_PER_REV);
 }

@@ -3,8 +3,7 @@
 
 #include <string.h> // memcpy
 
-/* Where the axis words lead, in machine coordinates; other axes stay. */
-static enum status find_target(const struct resolver *r, double target_mm[AXIS_COUNT]) {
+enum status resolve_target(const struct resolver *r, double target_mm[AXIS_COUNT]) {
     const bool machine_coordinates = r->nonmodal == NONMODAL_MACHINE_COORDS;
     const bool incremental = r->out->next.incremental;
 
@@ -37,7 +36,7 @@ static enum status home_move(const struct resolver *r, const double home_mm[AXIS
     struct gcode_move *move = &r->out->move;
 
     if (r->axis_words != 0) {
-        const enum status status = find_target(r, move->via_mm);
+        const enum status status = resolve_target(r, move->via_mm);
 
         if (status != STATUS_OK)
             return status;
@@ -60,7 +59,7 @@ static void set_feed(const struct resolver *r) {
         move->inverse_time_s = (float)(S_PER_MIN / r->block->number[WORD('F')]);
         return;
     }
-    move->feed_mm_s = next->feed_mm_s;
+    move->feed_mm_s = resolve_feed_mm_s(next);
     /* F counts degrees when none of XYZ moves; degrees have no inches. A full circle moves. */
     if (next->inches && !is_arc && is_position(r, move->target_mm, AXIS_A))
         move->feed_mm_s = (float)(move->feed_mm_s / r->unit_mm);
@@ -82,12 +81,20 @@ static enum status feed_move(struct resolver *r) {
     case MOTION_QUADRATIC:
         return resolve_spline(r);
     case MOTION_CYCLE:
+    case MOTION_THREAD:
     case MOTION_LINEAR:
     case MOTION_RAPID:
     case MOTION_NONE:
         break;
     }
     return STATUS_OK;
+}
+
+/* In G95 a feed is nothing without a turning spindle. */
+static bool lacks_spindle(const struct resolver *r) {
+    const struct gcode_modal *next = &r->out->next;
+
+    return next->feed_mode == FEED_PER_REV && (next->spindle == SPINDLE_OFF || next->spindle_rpm <= 0.0f);
 }
 
 static bool has_feed(const struct resolver *r) {
@@ -110,15 +117,19 @@ enum status resolve_move(struct resolver *r) {
         return home_move(r, r->state->offsets.g30_mm);
     if (r->axes != AXES_MOTION)
         return STATUS_OK;
+    if (motion == MOTION_THREAD)
+        return resolve_thread(r);
     if (motion != MOTION_RAPID && !has_feed(r))
         return STATUS_NO_FEED;
+    if (motion != MOTION_RAPID && lacks_spindle(r))
+        return STATUS_SPINDLE_OFF;
     if (r->axis_words == 0)
         return motion == MOTION_RAPID || motion == MOTION_LINEAR ? STATUS_OK : STATUS_NO_AXIS_WORDS;
 
     move->motion = motion;
     if (motion == MOTION_CYCLE)
         return resolve_cycle(r);
-    status = find_target(r, move->target_mm);
+    status = resolve_target(r, move->target_mm);
     if (status == STATUS_OK && motion != MOTION_RAPID)
         status = feed_move(r);
     return status;

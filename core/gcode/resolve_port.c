@@ -21,7 +21,7 @@ static enum status take_port(struct resolver *r, char letter, unsigned count, en
 
 static enum status set_digital(struct resolver *r, unsigned value) {
     r->out->port_on = (value & OUTPUT_ON) != 0;
-    return take_port(r, 'P', OUTPUT_COUNT, PORT_DIGITAL_OUT);
+    return take_port(r, 'P', r->state->ports.digital_out, PORT_DIGITAL_OUT);
 }
 
 static enum status set_analog(struct resolver *r) {

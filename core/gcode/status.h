@@ -70,7 +70,14 @@
     X(132, WAIT_WORDS, "M66 has L0 to L4; with E only L0, and to wait it needs a Q above 0")                 \
     X(133, ANALOG_RANGE, "an analog output is set to 0 to 100 percent (Q)")                                  \
     X(134, SAVED_OVER, "a later M70, M71 or M73 took the place of what M73 saved here: there is one place")  \
-    X(140, UNREACHABLE, "the machine's arms cannot reach this point, or not on a straight line from here")
+    X(140, UNREACHABLE, "the machine's arms cannot reach this point, or not on a straight line from here")   \
+    X(150, NO_ENCODER, "this needs a spindle encoder: the board has none, or $88 is 0")                      \
+    X(151, SPINDLE_OFF, "this needs a turning spindle: M3 or M4, and an S above 0")                          \
+    X(152, THREAD_PLANE, "G76 needs the ZX plane (G18)")                                                     \
+    X(153, SPINDLE_TOO_FAST,                                                                                 \
+      "at this S the axes cannot keep up with this pitch: lower S or $110.. are too low")                    \
+    X(154, THREAD_KINEMATICS,                                                                                \
+      "motion that follows the spindle needs straight axes, and these are arms or polar ($80)")
 
 enum status {
 #define X(number, name, text) STATUS_##name = number,

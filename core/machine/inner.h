@@ -90,6 +90,8 @@ bool realtime_poll(struct machine *machine);
 /** Hold, door and jog cancel on their way. */
 bool suspend_poll(struct machine *machine);
 void suspend_open_door(struct machine *machine);
+/** A hold that waits comes now, unless it must wait on. */
+void realtime_release(struct machine *machine);
 /** M48 .. M53: OVERRIDE_ bits in force from now on; a hold that waited for M53 comes now. */
 void realtime_enable(struct machine *machine, uint8_t overrides);
 
@@ -145,6 +147,8 @@ void task_set_position(struct machine *machine, const double target_mm[AXIS_COUN
 /** The target lies within the travel, or soft limits are off. */
 bool task_in_travel(const struct machine *machine, const double target_mm[AXIS_COUNT]);
 bool task_rest_reached(struct machine *machine);
+/** The target lies outside the travel, and so everything comes to a controlled stop. */
+bool task_leaves_travel(struct machine *machine, const double target_mm[AXIS_COUNT]);
 /** One straight move of the current line. @return false: no room now */
 bool task_push_line(struct machine *machine, const double target_mm[AXIS_COUNT], bool rapid, float feed_mm_s,
                     float duration_s);
@@ -161,6 +165,25 @@ void await_poll(struct machine *machine);
 void drill_begin(struct machine *machine);
 /** @return TASK_NONE when the cycle is done */
 enum task_stage drill_poll(struct machine *machine);
+
+/* thread.c: motion that follows the spindle */
+/** The spindle can be followed at this speed: STATUS_OK or STATUS_SPINDLE_TOO_FAST. */
+enum status thread_check(const struct machine *machine, const struct gcode_command *command);
+void thread_start(struct machine *machine);
+/** @return TASK_NONE when the move is done */
+enum task_stage thread_poll(struct machine *machine);
+/** A motion of the current line begins: is its feed per revolution? */
+void thread_note_feed(struct machine *machine);
+/** $88 has changed. */
+void thread_set_encoder(struct machine *machine);
+/** G95: by how much feeds differ from the planned ones, else 1. */
+float thread_feed_factor(const struct machine *machine);
+/** Look at the encoder. */
+void thread_watch(struct machine *machine);
+/** A hold or an open door comes now: it must wait until the tool is out of the work. */
+bool thread_defers(struct machine *machine);
+/** What was under way is given up. */
+void thread_forget(struct machine *machine);
 
 /* jog.c */
 enum status jog_begin(struct machine *machine, const char *text);

@@ -86,8 +86,12 @@ static void list_motion(struct machine *machine) {
     static const char *const cycles[] = {
         [CYCLE_CHIP] = "G73", [CYCLE_DRILL] = "G81",     [CYCLE_DWELL] = "G82",     [CYCLE_PECK] = "G83",
         [CYCLE_BORE] = "G85", [CYCLE_BORE_STOP] = "G86", [CYCLE_BORE_DWELL] = "G89"};
-    bool drills = modal->motion == MOTION_CYCLE;
-    text_string(&machine->out, drills ? cycles[modal->cycle] : names[modal->motion]);
+    static const char *const threads[] = {
+        [THREAD_LINE] = "G33", [THREAD_TAP] = "G33.1", [THREAD_CYCLE] = "G76"};
+    const char *name = modal->motion == MOTION_CYCLE    ? cycles[modal->cycle]
+                       : modal->motion == MOTION_THREAD ? threads[modal->cycle]
+                                                        : names[modal->motion];
+    text_string(&machine->out, name);
     if (modal->motion == MOTION_PROBE)
         list_word(machine, ".", modal->probe);
 }
@@ -112,6 +116,8 @@ static void list_outputs(struct machine *machine) {
 }
 
 void list_modes(struct machine *machine) {
+    static const char *const feed_modes[] = {
+        [FEED_PER_MIN] = " G94", [FEED_INVERSE_TIME] = " G93", [FEED_PER_REV] = " G95"};
     const struct gcode_modal *modal = &machine->gcode.modal;
     text_string(&machine->out, "[GC:");
     list_motion(machine);
@@ -119,7 +125,7 @@ void list_modes(struct machine *machine) {
     list_word(machine, " G", 17 + (int32_t)modal->plane);
     text_string(&machine->out, modal->inches ? " G20" : " G21");
     text_string(&machine->out, modal->incremental ? " G91" : " G90");
-    text_string(&machine->out, modal->feed_mode == FEED_INVERSE_TIME ? " G93" : " G94");
+    text_string(&machine->out, feed_modes[modal->feed_mode]);
     if (modal->retract_to_r)
         text_string(&machine->out, " G99");
     if (modal->diameter)
@@ -127,7 +133,10 @@ void list_modes(struct machine *machine) {
     list_outputs(machine);
     list_word(machine, " T", modal->tool);
     text_string(&machine->out, " F");
-    report_rate(machine, (double)modal->feed_mm_s);
+    if (modal->feed_mode == FEED_PER_REV)
+        report_length(machine, (double)modal->feed_mm_s);
+    else
+        report_rate(machine, (double)modal->feed_mm_s);
     text_string(&machine->out, " S");
     text_fixed(&machine->out, (double)modal->spindle_rpm, 0);
     text_string(&machine->out, "]\r\n");

@@ -21,6 +21,7 @@ void machine_init(struct machine *machine, const struct machine_board *board, st
     machine->settings.step_pulse_us = machine_board_pulse_us(machine);
     machine->gcode.axes = (axis_mask_t)((1u << board->axis_count) - 1);
     machine->gcode.ports.digital_in = board->digital_inputs;
+    machine->gcode.ports.digital_out = board->digital_outputs;
     if (board->analog != NULL) {
         machine->gcode.ports.analog_in = board->analog->inputs;
         machine->gcode.ports.analog_out = board->analog->outputs;
@@ -157,7 +158,7 @@ uint8_t machine_feed_pct(const struct machine *machine) {
 void machine_apply_override(struct machine *machine) {
     bool plain =
         machine->state == MACHINE_JOG || machine->state == MACHINE_HOME || machine->stage == TASK_PROBING;
-    float feed = plain ? 1.0f : (float)machine_feed_pct(machine) * 0.01f;
+    float feed = plain ? 1.0f : (float)machine_feed_pct(machine) * 0.01f * thread_feed_factor(machine);
     float rapid = plain ? 1.0f : (float)machine->rapid_pct * 0.01f;
     motion_set_override(&machine->motion, feed, rapid);
 }
@@ -251,6 +252,7 @@ void machine_apply_settings(struct machine *machine) {
         limits.accel_mm_s2[ax] = settings->acceleration_mm_s2[ax];
     }
     machine->gcode.arc_radius_tolerance_mm = settings->arc_radius_tolerance_mm;
+    thread_set_encoder(machine);
     const float arm_mm[2] = {settings->arm_1_mm, settings->arm_2_mm};
     kinematics_init(&machine->joints.kinematics, (enum kinematics_kind)settings->kinematics, arm_mm,
                     settings->max_travel_mm);
@@ -268,6 +270,8 @@ void machine_apply_settings(struct machine *machine) {
 static void begin_gcode(struct machine *machine) {
     const struct gcode_command *command = &machine->command;
     enum status status = reach_move(machine, &command->move);
+    if (status == STATUS_OK)
+        status = thread_check(machine, command);
     if (command->port >= 0 && command->port_kind == PORT_DIGITAL_OUT &&
         (torque_mask(machine) >> command->port & 1) != 0)
         status = STATUS_NO_PORT; /* it is a torque line */
@@ -423,7 +427,12 @@ bool machine_poll_motion(struct machine *machine) {
     uint32_t poll = machine->motion_polls_done + 1;
     (void)__atomic_exchange_n(&machine->motion_polls_begun, poll,
                               __ATOMIC_ACQ_REL); /* before anything below */
+    bool rested = !machine->step.active;
     bool any = motors_poll(machine) && prep_poll(&machine->prep);
+    if (rested && machine->step.active) {
+        machine->motion_started_us = hal_time_us(machine->hal);
+        __atomic_store_n(&machine->motion_starts, machine->motion_starts + 1, __ATOMIC_RELEASE);
+    }
     __atomic_store_n(&machine->motion_polls_done, poll, __ATOMIC_RELEASE);
     return any;
 }
@@ -444,6 +453,7 @@ bool machine_poll(struct machine *machine) {
         any = true;
     }
     any |= suspend_poll(machine);
+    thread_watch(machine);
     any |= lines_poll(machine);
     outputs_poll(machine);
     if (machine->critical)

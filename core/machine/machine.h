@@ -15,6 +15,7 @@
 #include "gcode/gcode.h"
 #include "gcode/params.h"
 #include "gcode/spline.h"
+#include "gcode/thread.h"
 #include "hal/hal.h"
 #include "link/line_reader.h"
 #include "link/rx.h"
@@ -31,15 +32,17 @@ struct machine_board {
     uint32_t timer_hz;
     uint32_t step_pulse_ns; /* used unless $0 asks for another; $0 starts at this, in whole us */
     uint32_t dir_setup_ns;
-    uint32_t max_step_rate_hz;       /* of one axis */
-    uint8_t axis_count;              /* 1 .. AXIS_COUNT */
-    uint32_t motors_wake_us;         /* drivers need it from enabled to their first step */
-    bool relay_spindle;              /* no PWM output: a laser ($32) is error:17 */
-    uint8_t digital_inputs;          /* of M66, 0 .. DIGITAL_INPUT_COUNT */
-    const struct hal_analog *analog; /* NULL: no analog inputs and outputs */
-    const struct hal_servo *servo;   /* NULL: no servo output */
-    const struct hal_ganged *ganged; /* NULL: every axis has one motor */
-    const struct hal_store *store;   /* NULL: nothing is kept */
+    uint32_t max_step_rate_hz;         /* of one axis */
+    uint8_t axis_count;                /* 1 .. AXIS_COUNT */
+    uint32_t motors_wake_us;           /* drivers need it from enabled to their first step */
+    bool relay_spindle;                /* no PWM output: a laser ($32) is error:17 */
+    uint8_t digital_inputs;            /* of M66, 0 .. DIGITAL_INPUT_COUNT */
+    uint8_t digital_outputs;           /* of M62 .. M65, 0 .. OUTPUT_COUNT */
+    const struct hal_analog *analog;   /* NULL: no analog inputs and outputs */
+    const struct hal_servo *servo;     /* NULL: no servo output */
+    const struct hal_encoder *encoder; /* NULL: none of the spindle */
+    const struct hal_ganged *ganged;   /* NULL: every axis has one motor */
+    const struct hal_store *store;     /* NULL: nothing is kept */
     const void *store_ctx;
     const struct hal_motion_side *motion_side; /* NULL: the task that calls machine_poll() is it */
     const void *motion_side_ctx;
@@ -58,7 +61,7 @@ enum machine_state {
     MACHINE_STATE_COUNT
 };
 
-/** Alarm numbers: Grbl 1.1h's, and one of our own. */
+/** Alarm numbers: Grbl 1.1h's, and from 50 on our own. */
 enum alarm {
     ALARM_NONE = 0,
     ALARM_HARD_LIMIT = 1,
@@ -72,6 +75,8 @@ enum alarm {
     ALARM_HOMING_MISSED = 9,   /* the switch was not found */
     ALARM_SQUARING = 10,       /* the second motor's switch was not found near the first one's */
     ALARM_ESTOP = 50,
+    ALARM_SPINDLE = 51, /* it did not come to a steady speed, or stood still, while motion follows it */
+    ALARM_THREAD = 52,  /* the axes could not keep up with it */
 };
 
 /** Where the current line stands; each stage ends before the next begins. */
@@ -88,6 +93,7 @@ enum task_stage {
     TASK_MOVE,
     TASK_ARC, /* and splines */
     TASK_CYCLE,
+    TASK_THREAD, /* motion that follows the spindle */
     TASK_FLOW,   /* M0, M2, M30: wait for rest */
     TASK_PAUSED, /* M0: wait for ~ */
     TASK_JOG,    /* $J=: wait for room */
@@ -118,6 +124,31 @@ struct machine_outputs {
     bool suspended;       /* the door is open: everything is off */
     bool coolant_waits;   /* the door was closed: the spindle runs up first */
     float power;          /* laser: part of S that is put out, 0 .. 1 */
+};
+
+/** Where a pass that follows the spindle is; machine/thread.c. */
+enum thread_step {
+    THREAD_NEXT,     /* find the next thing to do */
+    THREAD_PASSING,  /* a pass is under way */
+    THREAD_OUT,      /* a tap: the spindle was told to turn back */
+    THREAD_TURNING,  /* it has come back and was told to turn as before */
+    THREAD_STANDING, /* its axes come to rest */
+    THREAD_BACK,     /* it returns to where it began */
+};
+
+/** Motion that follows the spindle, and feed per revolution. */
+struct machine_thread {
+    enum thread_step step;
+    struct thread cycle;         /* G76 */
+    struct thread_action action; /* of it, waits while action_pending */
+    bool action_pending;
+    bool cutting;     /* the tool is in the work: holds and the door wait */
+    bool door_waits;  /* 0x84 came meanwhile */
+    bool again;       /* a hold came before the pass had begun */
+    enum alarm fault; /* to be told when all stands */
+    struct machine_timer patience;
+    float per_rev_nominal; /* G95: revolutions/s that feeds were planned with; 0: G93, G94 */
+    float per_rev_factor;  /* real speed / that */
 };
 
 /** Power of the motors; of the motion side. */
@@ -216,6 +247,8 @@ struct machine {
     struct machine_torque torque;
     uint16_t servo_us;                              /* pulse put out; 0: none */
     uint32_t motion_polls_begun, motion_polls_done; /* of the motion side; differ while it works */
+    uint32_t motion_started_us; /* of the motion side: when the step timer was started last */
+    uint32_t motion_starts;     /* ... and how often; wraps */
 
     struct machine_host host;
 
@@ -259,6 +292,7 @@ struct machine {
     struct cycle cycle;
     struct cycle_action action; /* of the cycle, waits while action_pending */
     bool action_pending;
+    struct machine_thread thread;
     struct homing homing;
     int32_t shift_steps[AXIS_COUNT]; /* by which homing has moved the counters against the pulses */
     int32_t probe_steps[AXIS_COUNT];

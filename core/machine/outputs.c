@@ -50,6 +50,7 @@ void outputs_set(struct machine *machine, enum gcode_spindle spindle, float rpm,
     outputs->coolant = coolant;
     outputs->power = machine->settings.laser_mode ? 0.0f : 1.0f; /* outputs_poll() lights it */
     outputs_apply(machine);
+    spindle_disturb(&machine->motion.emit.spindle, hal_time_us(machine->hal));
     report_changed_override(machine);
 }
 

@@ -38,7 +38,9 @@ enum status reach_move(const struct machine *machine, const struct gcode_move *m
     enum status status = STATUS_OK;
     if (move->motion == MOTION_NONE)
         return STATUS_OK;
-    if (move->via || move->motion == MOTION_CYCLE) {
+    if (move->motion == MOTION_THREAD && machine->joints.kinematics.curved != 0)
+        return STATUS_THREAD_KINEMATICS;
+    if (move->via || move->motion == MOTION_CYCLE || move->motion == MOTION_THREAD) {
         status = reach(machine, from_mm, move->via_mm);
         from_mm = move->via_mm;
     }

@@ -10,20 +10,24 @@
 static void take_hold(struct machine *machine) {
     if (machine->state == MACHINE_JOG)
         jog_cancel(machine);
-    else if (machine->state == MACHINE_RUN && (machine->gcode.modal.overrides & OVERRIDE_HOLD) == 0)
+    else if (machine->state == MACHINE_RUN &&
+             ((machine->gcode.modal.overrides & OVERRIDE_HOLD) == 0 || thread_defers(machine)))
         machine->hold_waits = true;
     else if (machine_transition(machine, MACHINE_HOLDS))
         motion_hold(&machine->motion);
 }
 
-void realtime_enable(struct machine *machine, uint8_t overrides) {
-    bool waits = machine->hold_waits && (overrides & OVERRIDE_HOLD) != 0;
-    machine->gcode.modal.overrides = overrides;
-    machine_apply_override(machine);
-    if (!waits)
+void realtime_release(struct machine *machine) {
+    if (!machine->hold_waits || (machine->gcode.modal.overrides & OVERRIDE_HOLD) == 0)
         return;
     machine->hold_waits = false;
     take_hold(machine);
+}
+
+void realtime_enable(struct machine *machine, uint8_t overrides) {
+    machine->gcode.modal.overrides = overrides;
+    machine_apply_override(machine);
+    realtime_release(machine);
 }
 
 /* From hold or door back to what was. */
@@ -60,6 +64,10 @@ static void take_resume(struct machine *machine) {
 
 void suspend_open_door(struct machine *machine) {
     bool jogs = machine->state == MACHINE_JOG;
+    if (thread_defers(machine)) {
+        machine->thread.door_waits = true;
+        return;
+    }
     if (machine->state == MACHINE_HOME) {
         machine_reset(machine, ALARM_HOMING_DOOR);
         return;

@@ -16,6 +16,7 @@ static void stop(struct machine *machine) {
     machine_halt(machine);
     machine->cancelling = false;
     square_release(machine);
+    thread_forget(machine);
     machine->timer.on = false;
 }
 

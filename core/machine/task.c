@@ -14,7 +14,7 @@ bool task_rest_reached(struct machine *machine) {
 
 static uint8_t line_flags(const struct machine *machine, bool rapid) {
     uint8_t flags = rapid ? MOTION_FLAG_RAPID : 0;
-    if (machine->command.next.path != PATH_BLEND)
+    if (machine->command.next.path != PATH_BLEND || machine->stage == TASK_THREAD)
         flags |= MOTION_FLAG_EXACT_STOP;
     return flags;
 }
@@ -34,7 +34,7 @@ bool task_in_travel(const struct machine *machine, const double target_mm[AXIS_C
 }
 
 /* A line that leaves the travel brings everything to a controlled stop. */
-static bool leaves_travel(struct machine *machine, const double target_mm[AXIS_COUNT]) {
+bool task_leaves_travel(struct machine *machine, const double target_mm[AXIS_COUNT]) {
     if (task_in_travel(machine, target_mm))
         return false;
     motion_hold(&machine->motion);
@@ -99,7 +99,7 @@ static enum task_stage push_curve(struct machine *machine) {
     for (;;) {
         if (!machine->arc_pending && !next_point(machine))
             return TASK_NONE;
-        if (!machine->arc_pending && leaves_travel(machine, machine->arc_point_mm))
+        if (!machine->arc_pending && task_leaves_travel(machine, machine->arc_point_mm))
             return TASK_SOFT_LIMIT;
         machine->arc_pending =
             !task_push_line(machine, machine->arc_point_mm, false, machine->arc_feed_mm_s, 0.0f);
@@ -133,17 +133,22 @@ static enum task_stage stage_of_move(struct machine *machine) {
     if (move->motion == MOTION_NONE)
         return stage_after_move(machine);
     note_line(machine);
+    thread_note_feed(machine);
     if (move->via)
-        return leaves_travel(machine, move->via_mm) ? TASK_SOFT_LIMIT : TASK_VIA;
+        return task_leaves_travel(machine, move->via_mm) ? TASK_SOFT_LIMIT : TASK_VIA;
     if (is_arc(move) || is_spline(move)) {
         begin_curve(machine);
         return TASK_ARC;
     }
-    if (leaves_travel(machine, move->target_mm))
+    if (task_leaves_travel(machine, move->target_mm))
         return TASK_SOFT_LIMIT;
     if (move->motion == MOTION_CYCLE) { /* all of it lies between these two and where it starts */
         drill_begin(machine);
-        return leaves_travel(machine, move->via_mm) ? TASK_SOFT_LIMIT : TASK_CYCLE;
+        return task_leaves_travel(machine, move->via_mm) ? TASK_SOFT_LIMIT : TASK_CYCLE;
+    }
+    if (move->motion == MOTION_THREAD) {
+        thread_start(machine);
+        return task_leaves_travel(machine, move->via_mm) ? TASK_SOFT_LIMIT : TASK_THREAD;
     }
     if (move->motion != MOTION_PROBE)
         return TASK_MOVE;
@@ -168,7 +173,7 @@ static bool needs_stop(const struct machine *machine) {
     const struct gcode_modal *now = &machine->gcode.modal;
     return !machine->settings.laser_mode || command->spindle != now->spindle ||
            command->coolant != now->coolant || command->next.overrides != now->overrides ||
-           command->port_sync;
+           command->next.feed_mode != now->feed_mode || command->port_sync;
 }
 
 static void set_digital(struct machine *machine) {
@@ -285,7 +290,7 @@ static enum task_stage via(struct machine *machine) {
     if (!task_push_line(machine, move->via_mm, true, 0.0f, 0.0f))
         return TASK_VIA;
     task_set_position(machine, move->via_mm);
-    return leaves_travel(machine, move->target_mm) ? TASK_SOFT_LIMIT : TASK_MOVE;
+    return task_leaves_travel(machine, move->target_mm) ? TASK_SOFT_LIMIT : TASK_MOVE;
 }
 
 static enum task_stage finish_move(struct machine *machine) {
@@ -332,6 +337,9 @@ static enum task_stage next_stage(struct machine *machine) {
     case TASK_CYCLE:
         stage = drill_poll(machine);
         return stage == TASK_NONE ? finish_move(machine) : stage;
+    case TASK_THREAD:
+        stage = thread_poll(machine);
+        return stage == TASK_NONE ? finish_move(machine) : stage;
     case TASK_FLOW:
         return task_rest_reached(machine) ? end_flow(machine) : TASK_FLOW;
     case TASK_JOG:
@@ -374,7 +382,8 @@ void task_resume(struct machine *machine) {
 bool task_poll(struct machine *machine) {
     enum task_stage before = machine->stage;
     double dwell_before_s = machine->dwell_left_s;
-    uint8_t homing_before = machine->homing.step;
+    uint8_t homing_before = machine->homing.step, cycle_before = machine->thread.cycle.step;
+    enum thread_step thread_before = machine->thread.step;
     enum task_stage after = next_stage(machine);
     if (machine->restart) /* an alarm inside has reset everything */
         return true;
@@ -384,5 +393,6 @@ bool task_poll(struct machine *machine) {
     else if (after == TASK_NONE)
         finish(machine);
     return after != before || machine->dwell_left_s != dwell_before_s ||
-           machine->homing.step != homing_before;
+           machine->homing.step != homing_before || machine->thread.step != thread_before ||
+           machine->thread.cycle.step != cycle_before;
 }

@@ -9,6 +9,7 @@
 
 #define LINE_SAMPLE_S  0.004f  /* of a segment, on a straight part that goes on for longer */
 #define LEAST_SAMPLE_S 0.0002f /* where the acceleration changes */
+#define GEAR_SAMPLE_S  0.002f  /* of motion that follows the spindle */
 #define ENOUGH_MM      0.5f  /* and a little more than the way to a stop: no more of the path is needed yet */
 #define SLACK_USED     1.01f /* of the way to a stop, for rounding */
 #define MAX_DWELL_NS   1000000000u /* of one dwell segment */
@@ -32,6 +33,7 @@ static void stand_still(struct emit *emit) {
 void emit_reset(struct emit *emit, const int32_t position_steps[AXIS_COUNT]) {
     emit->entered = emit->on_blend = emit->flush = emit->hold = emit->late = emit->ran_dry = false;
     emit->settles = false;
+    emit->gear.phase = GEAR_OFF;
     emit->y = emit->v_mm_s = emit->t = 0.0f;
     emit->along_mm = 0.0;
     emit->dwell_left_ns = 0;
@@ -54,11 +56,12 @@ static bool is_behind(const struct emit *emit) {
 }
 
 bool emit_is_idle(const struct emit *emit) {
-    return plan_is_empty(emit->plan) && emit->dwell_left_ns == 0 && !is_behind(emit);
+    return plan_is_empty(emit->plan) && emit->dwell_left_ns == 0 && !is_behind(emit) &&
+           !gear_is_on(&emit->gear);
 }
 
 bool emit_is_held(const struct emit *emit) {
-    return emit->hold && emit->y == 0.0f && !is_behind(emit);
+    return emit->hold && emit->y == 0.0f && !is_behind(emit) && !gear_is_on(&emit->gear);
 }
 
 float emit_slack_mm(const struct emit *emit) {
@@ -77,6 +80,8 @@ float emit_slack_mm(const struct emit *emit) {
 
 uint32_t emit_line(const struct emit *emit) {
     const struct path *path = &emit->plan->path;
+    if (gear_is_on(&emit->gear))
+        return emit->gear.path.line;
     return emit->entered ? path->pieces[path->tail & (PLAN_SIZE - 1)].line : 0;
 }
 
@@ -100,16 +105,19 @@ bool emit_wants_more(const struct emit *emit) {
     return true;
 }
 
+/* A place of an axis, as exactly_on(). */
+static int64_t in_units(double place_mm, float steps_per_mm) {
+    double units = (place_mm * (double)steps_per_mm + 0.5) * (double)FILTER_STEP;
+    return (int64_t)(units + (units < 0.0 ? -0.5 : 0.5));
+}
+
 /* Where the path is, as exactly_on(). */
 static void find_steps(const struct emit *emit, int64_t at[AXIS_COUNT]) {
     const struct plan *plan = emit->plan;
     float rest_mm[AXIS_COUNT];
     travel_position(emit, rest_mm);
-    for (unsigned ax = 0; ax < plan->limits.axis_count; ax++) {
-        double steps = (emit->corner_mm[ax] + (double)rest_mm[ax]) * (double)plan->limits.steps_per_mm[ax];
-        double units = (steps + 0.5) * (double)FILTER_STEP;
-        at[ax] = (int64_t)(units + (units < 0.0 ? -0.5 : 0.5));
-    }
+    for (unsigned ax = 0; ax < plan->limits.axis_count; ax++)
+        at[ax] = in_units(emit->corner_mm[ax] + (double)rest_mm[ax], plan->limits.steps_per_mm[ax]);
 }
 
 /* The piece before tail has ended in a stop: take the exact target. */
@@ -281,6 +289,54 @@ static void emit_filtered(struct emit *emit) {
     push(emit, &segment, filter->sample_s);
 }
 
+void emit_gear(struct emit *emit, const struct gear_path *path) {
+    gear_begin(&emit->gear, path);
+    emit->gear.path.lag_s =
+        0.5f * (float)(emit->filter.count > 0 ? emit->filter.count - 1 : 0) * emit->filter.sample_s;
+}
+
+/* Where the follower is, as exactly_on(); at its end it rests on a step. */
+static void find_geared(const struct emit *emit, int64_t at[AXIS_COUNT]) {
+    const struct plan *plan = emit->plan;
+    double place_mm[AXIS_COUNT];
+    gear_position(&emit->gear, place_mm);
+    for (unsigned ax = 0; ax < plan->limits.axis_count; ax++) {
+        at[ax] = in_units(place_mm[ax], plan->limits.steps_per_mm[ax]);
+        if (emit->gear.phase == GEAR_DONE)
+            at[ax] = exactly_on((int32_t)(at[ax] >> 16));
+    }
+}
+
+/* The next sample of the follower. While it waits for its angle, time goes on and nothing moves. */
+static void emit_geared(struct emit *emit) {
+    struct gear *gear = &emit->gear;
+    struct filter *filter = &emit->filter;
+    bool filtered = filter->count > 0, waits = gear->phase == GEAR_WAITS;
+    float asked_s = filtered ? filter->sample_s : GEAR_SAMPLE_S, v0 = fabsf(gear->v_mm_s);
+    double time_s = gear_sample(gear, &emit->spindle, asked_s, filtered, emit->now_us);
+    struct segment segment = {.line = gear->path.line};
+    if (waits) {
+        segment.flags = SEGMENT_DWELL;
+        memset(segment.phase, SEGMENT_PHASE_HALF, sizeof segment.phase);
+        memset(segment.phase_end, SEGMENT_PHASE_HALF, sizeof segment.phase_end);
+    } else {
+        int64_t at[AXIS_COUNT] = {0};
+        memcpy(at, filter->in, sizeof at);
+        find_geared(emit, at);
+        emit->v_mm_s = fabsf(gear->v_mm_s);
+        if (filtered) {
+            filter_push(filter, at, (struct filter_tag){.line = gear->path.line});
+            for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
+                at[ax] = filter_out(filter, ax);
+        } else {
+            segment.ramp = ramp(v0, emit->v_mm_s);
+        }
+        set_axes(emit, &segment, at);
+    }
+    push(emit, &segment, (float)time_s);
+    gear->run_ns += segment.duration_ns;
+}
+
 static void emit_dwell_slice(struct emit *emit) {
     uint64_t ns = emit->dwell_left_ns < MAX_DWELL_NS ? emit->dwell_left_ns : MAX_DWELL_NS;
     struct segment segment = {.duration_ns = (uint32_t)ns, .id = emit->next_id++, .flags = SEGMENT_DWELL};
@@ -289,7 +345,7 @@ static void emit_dwell_slice(struct emit *emit) {
 }
 
 static bool has_next(const struct emit *emit) {
-    return emit->dwell_left_ns > 0 || is_behind(emit) || !travel_ends(emit);
+    return emit->dwell_left_ns > 0 || is_behind(emit) || !travel_ends(emit) || gear_is_on(&emit->gear);
 }
 
 bool emit_poll(struct emit *emit) {
@@ -298,7 +354,9 @@ bool emit_poll(struct emit *emit) {
         return false;
     while (ring_free(&emit->ring->index, SEGMENT_RING_SIZE) > 0 &&
            segment_ring_queued_us(emit->ring) < EMIT_AHEAD_US && has_next(emit)) {
-        if (travel_ends(emit) && !is_behind(emit))
+        if (gear_is_on(&emit->gear))
+            emit_geared(emit);
+        else if (travel_ends(emit) && !is_behind(emit))
             emit_dwell_slice(emit);
         else if (emit->filter.count > 0)
             emit_filtered(emit);

@@ -11,6 +11,7 @@
 #define WIFICNC_MOTION_EMIT_H
 
 #include "motion/filter.h"
+#include "motion/gear.h"
 #include "motion/planner.h"
 #include "segment/ring.h"
 
@@ -31,6 +32,9 @@ struct emit {
     int32_t steps[AXIS_COUNT];    /* where the last segment ended, to the nearest step below ... */
     uint8_t fraction[AXIS_COUNT]; /* ... plus this, in 1/256; 128 is exactly on a step */
     struct filter filter;         /* limited jerk */
+    struct gear gear;             /* motion that follows the spindle; nothing is planned meanwhile */
+    struct spindle spindle;       /* what it follows */
+    uint32_t now_us;              /* of this poll */
     bool settles;                 /* at an exact stop, until the filter has come there, too */
     uint8_t ended_flags;          /* of the piece that ended in the last stop; enum motion_flags */
     double time_ns;               /* fraction of a nanosecond carried from segment to segment */
@@ -57,6 +61,11 @@ bool emit_poll(struct emit *emit);
 
 /** Let a dwell follow the last move. Only when emit_is_idle(). @param seconds  0 .. 1e6 */
 void emit_dwell(struct emit *emit, double seconds);
+
+/** Follow the spindle along this path. Only when emit_is_idle(); the path begins where it stands. The machine
+ * keeps emit->spindle and the follower's clock up to date, and takes the position anew when all of it is done
+ * (motion_reset()). */
+void emit_gear(struct emit *emit, const struct gear_path *path);
 
 /** Nothing planned and nothing half emitted. (The ring may still hold motion.) */
 bool emit_is_idle(const struct emit *emit);

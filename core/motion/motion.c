@@ -42,6 +42,10 @@ void motion_dwell(struct motion *motion, double seconds) {
     emit_dwell(&motion->emit, seconds);
 }
 
+void motion_gear(struct motion *motion, const struct gear_path *path) {
+    emit_gear(&motion->emit, path);
+}
+
 void motion_flush(struct motion *motion) {
     motion->emit.flush = true;
     motion->emit.ran_dry = false;
@@ -59,6 +63,7 @@ static bool is_waiting(const struct motion *motion, bool paused, uint32_t now_us
 
 bool motion_poll(struct motion *motion, uint32_t now_us) {
     struct plan *plan = &motion->plan;
+    motion->emit.now_us = now_us;
     bool paused = now_us - motion->newest_us >= MOTION_START_DELAY_US;
     motion->waits = is_waiting(motion, paused, now_us);
     if (motion->waits)

@@ -45,6 +45,9 @@ bool motion_line(struct motion *motion, const struct motion_line *line, uint32_t
 /** Stand still for this long after the last move. Only when motion_is_planned_out(). */
 void motion_dwell(struct motion *motion, double seconds);
 
+/** Follow the spindle. Only when motion_is_planned_out(); see emit_gear(). */
+void motion_gear(struct motion *motion, const struct gear_path *path);
+
 /** Nothing follows for now: do not wait for more look-ahead. Cleared by the next motion_line(). */
 void motion_flush(struct motion *motion);
 

@@ -160,8 +160,7 @@ struct expand *expand_create(const char *text, size_t size, enum expand_start st
         run->out = out;
         run->unknown = start == EXPAND_ANYWHERE ? NEEDS_ALL : NEEDS_PROBE;
         run->gcode.axes = (axis_mask_t)((1u << AXIS_COUNT) - 1);
-        run->gcode.ports =
-            (struct gcode_ports){DIGITAL_INPUT_COUNT, ANALOG_COUNT, ANALOG_COUNT}; /* of any machine */
+        run->gcode.ports = GCODE_PORTS_ALL;
         run->params.numbered = run->numbered;
         run->params.numbered_room = NUMBERED_ROOM;
         run->params.named = run->named;

@@ -125,6 +125,33 @@ static const char *read_ramp(const struct host *host, const struct words *words,
     return NULL;
 }
 
+/* @return false: the line is no command and a number from least to most */
+static bool read_number(const struct words *words, double least, double most, double *out) {
+    char *end = NULL;
+    *out = words->count == 2 ? strtod(words->word[1], &end) : 0.0;
+    return end != NULL && end != words->word[1] && *end == '\0' && *out >= least && *out <= most;
+}
+
+static const char *read_load(const struct host *host, const struct words *words,
+                             struct hands_action *action) {
+    double percent;
+    (void)host;
+    action->kind = HANDS_LOAD;
+    bool good = read_number(words, -100.0, 100.0, &percent);
+    action->percent = (float)percent;
+    return good ? NULL : "load PERCENT, -100 to 100";
+}
+
+static const char *read_encoder(const struct host *host, const struct words *words,
+                                struct hands_action *action) {
+    double counts;
+    (void)host;
+    action->kind = HANDS_ENCODER;
+    bool good = read_number(words, 1.0, 65535.0, &counts);
+    action->counts = good ? (uint32_t)counts : 0;
+    return good ? NULL : "encoder COUNTS, 1 to 65535";
+}
+
 static const char *read_analog(const struct host *host, const struct words *words,
                                struct hands_action *action) {
     char *end = NULL;
@@ -171,7 +198,8 @@ const char *hands_read(const struct host *host, const char *line, struct hands_a
         const char *name;
         const char *(*read)(const struct host *host, const struct words *words, struct hands_action *action);
     } commands[] = {{"travel", read_travel}, {"surface", read_surface}, {"place", read_place},
-                    {"ramp", read_ramp},     {"skew", read_skew},       {"analog", read_analog}};
+                    {"ramp", read_ramp},     {"skew", read_skew},       {"analog", read_analog},
+                    {"load", read_load},     {"encoder", read_encoder}};
     struct words words;
     *action = (struct hands_action){0};
     split(&words, line);
@@ -224,6 +252,12 @@ void hands_do(struct host *host, const struct hands_action *action) {
         return;
     case HANDS_ANALOG:
         virtual_analog(host, action->analog, action->percent);
+        return;
+    case HANDS_LOAD:
+        virtual_spindle_load(host, action->percent);
+        return;
+    case HANDS_ENCODER:
+        virtual_spindle_encoder(host, action->counts);
         return;
     case HANDS_RAMP:
         virtual_spindle_ramp(host, action->rpm_s);

@@ -13,6 +13,8 @@
  *   skew AXIS MM          the second motor of this axis stands so far beyond the first, mm
  *   analog N PERCENT      level of an analog input (M66)
  *   ramp RPM              spindle's change of speed in a second; 0: at once
+ *   load PERCENT          the work brakes the spindle by so much; negative: it turns faster
+ *   encoder COUNTS        of the spindle's encoder in a revolution
  *
  * hands_read() only reads: a line that is wrong changes nothing. One thread, as the host. */
 #ifndef WIFICNC_HOST_HANDS_H
@@ -38,6 +40,8 @@ enum hands_kind {
     HANDS_PLACE,
     HANDS_SKEW,
     HANDS_RAMP,
+    HANDS_LOAD,
+    HANDS_ENCODER,
     HANDS_ANALOG,
 };
 
@@ -52,7 +56,8 @@ struct hands_action {
         steps[AXIS_COUNT]; /* HANDS_TRAVEL: low, high; HANDS_SURFACE: Z; HANDS_SKEW: by; HANDS_PLACE: all */
     float rpm_s;           /* HANDS_RAMP */
     unsigned analog;       /* HANDS_ANALOG: which input */
-    float percent;         /* HANDS_ANALOG */
+    float percent;         /* HANDS_ANALOG, HANDS_LOAD */
+    uint32_t counts;       /* HANDS_ENCODER */
 };
 
 /** Understand a line; millimetres become steps by the controller's present $100.. .

@@ -22,7 +22,8 @@ static void append_out(void *ctx, const char *bytes, size_t count) {
 static int board_is_possible(const struct host_board *board) {
     return board->timer_hz >= 1000000 && board->timer_hz <= 100000000 && board->axis_count >= 1 &&
            board->axis_count <= AXIS_COUNT && board->step_pulse_ns >= 1 && board->step_pulse_ns <= 255000 &&
-           board->max_step_rate_hz >= 1 && board->digital_inputs <= DIGITAL_INPUT_COUNT;
+           board->max_step_rate_hz >= 1 && board->digital_inputs <= DIGITAL_INPUT_COUNT &&
+           board->digital_outputs <= OUTPUT_COUNT;
 }
 
 struct host *host_create(const struct host_board *board) {
@@ -48,6 +49,8 @@ struct host *host_open(const struct host_board *board, const char *store_path) {
         .motors_wake_us = board->motors_wake_us,
         .relay_spindle = board->relay_spindle != 0,
         .digital_inputs = board->digital_inputs,
+        .digital_outputs = board->digital_outputs,
+        .encoder = board->encoder != 0 ? &host_encoder : NULL,
         .servo = &host_servo,
         .analog = board->analog != 0 ? &host_analog : NULL,
         .ganged = board->ganged != 0 ? &host->hal.ganged : NULL,
@@ -58,6 +61,7 @@ struct host *host_open(const struct host_board *board, const char *store_path) {
     host->input_follows = 1;
     host->hal.ganged = (struct hal_ganged){.axes = board->ganged, .hold = virtual_hold_motors};
     host->hal.virtual_machine.ganged = board->ganged;
+    host->hal.settings = &host->machine.settings;
     host->hal.step.write = host->trace.events;
     host->seen = host->trace.events;
     host->hal.timer_hz = board->timer_hz;

@@ -27,6 +27,8 @@ struct host_board {
     uint8_t digital_inputs;    /* of M66, 0 .. DIGITAL_INPUT_COUNT */
     uint8_t analog;            /* 1: analog inputs and outputs (M66 .. M68), four of each */
     uint16_t motors_wake_us;   /* from powered to the first step */
+    uint8_t digital_outputs;   /* of M62 .. M65, 0 .. OUTPUT_COUNT */
+    uint8_t encoder;           /* 1: of the spindle, with index */
 };
 
 struct host;

@@ -198,13 +198,43 @@ void virtual_analog(struct host *host, unsigned input, float percent) {
 }
 
 void virtual_spindle_ramp(struct host *host, float rpm_s) {
-    host->hal.virtual_machine.spindle_ramp_rpm_s = rpm_s;
+    struct hal *hal = &host->hal;
+    vspindle_note(&hal->virtual_machine.spindle, hal->step.now_ticks, hal->timer_hz);
+    hal->virtual_machine.spindle.ramp_rpm_s = (double)rpm_s;
+}
+
+void virtual_spindle_load(struct host *host, float percent) {
+    struct hal *hal = &host->hal;
+    vspindle_note(&hal->virtual_machine.spindle, hal->step.now_ticks, hal->timer_hz);
+    hal->virtual_machine.spindle.load = 0.01 * (double)percent;
+}
+
+void virtual_spindle_encoder(struct host *host, uint32_t counts_per_rev) {
+    host->hal.virtual_machine.spindle.counts_per_rev = counts_per_rev;
+}
+
+double virtual_spindle_angle(const struct host *host, uint64_t t_ticks) {
+    return vspindle_angle(&host->hal.virtual_machine.spindle, t_ticks, host->hal.timer_hz);
 }
 
 float virtual_spindle_rpm(const struct host *host) {
     const struct hal *hal = &host->hal;
-    return virtual_spindle_at(&hal->virtual_machine, hal->step.now_ticks, hal->timer_hz);
+    return (float)vspindle_rpm(&hal->virtual_machine.spindle, hal->step.now_ticks, hal->timer_hz);
 }
+
+static void encoder_read(const struct hal *hal, struct hal_encoder_state *out) {
+    struct virtual_spindle spindle = hal->virtual_machine.spindle;
+    struct vspindle_encoder encoder;
+    if (spindle.counts_per_rev == 0)
+        spindle.counts_per_rev = hal->settings->encoder_counts;
+    vspindle_read(&spindle, hal->step.now_ticks, hal->timer_hz, &encoder);
+    *out = (struct hal_encoder_state){.counts = (int32_t)encoder.counts,
+                                      .edge_us = (uint32_t)((encoder.edge_ticks << 8) / hal->timer_mhz_q8),
+                                      .index_counts = (int32_t)encoder.index_counts,
+                                      .index_seen = encoder.index_seen};
+}
+
+const struct hal_encoder host_encoder = {.has_index = true, .read = encoder_read};
 
 void virtual_outputs(const struct host *host, struct virtual_outputs *out) {
     *out = host->hal.virtual_machine.outputs;

@@ -15,7 +15,8 @@ struct hal {
     uint32_t timer_mhz_q8; /* ticks per us, 24.8 */
     struct virtual_machine virtual_machine;
     struct hal_ganged ganged;
-    bool probe_high; /* level that the step ISR watches for */
+    const struct settings *settings; /* $88: counts of the encoder, unless hands say otherwise */
+    bool probe_high;                 /* level that the step ISR watches for */
 };
 
 struct host {
@@ -36,6 +37,9 @@ struct host {
 
 /** Analog inputs and outputs of the virtual machine. */
 extern const struct hal_analog host_analog;
+
+/** The encoder of its spindle. */
+extern const struct hal_encoder host_encoder;
 
 /** Its servo output. */
 extern const struct hal_servo host_servo;

@@ -79,6 +79,13 @@ static bool read_number(const char *text, uint32_t *out) {
     return *text != '\0' && *end == '\0' && number <= UINT32_MAX;
 }
 
+static bool read_count(const char *value, uint8_t *out) {
+    uint32_t count = 0;
+    bool good = read_number(value, &count) && count <= UINT8_MAX;
+    *out = good ? (uint8_t)count : 0;
+    return good;
+}
+
 static bool take_board(struct host_board *board, const char *name, const char *value) {
     uint32_t axes = 0;
     if (strcmp(name, "--timer-hz") == 0)
@@ -102,10 +109,13 @@ static bool take_board(struct host_board *board, const char *name, const char *v
         board->analog = strcmp(value, "1") == 0;
         return true;
     }
-    if (strcmp(name, "--digital-inputs") == 0) {
-        bool good = read_number(value, &axes) && axes <= UINT8_MAX;
-        board->digital_inputs = good ? (uint8_t)axes : 0;
-        return good;
+    if (strcmp(name, "--digital-inputs") == 0)
+        return read_count(value, &board->digital_inputs);
+    if (strcmp(name, "--digital-outputs") == 0)
+        return read_count(value, &board->digital_outputs);
+    if (strcmp(name, "--encoder") == 0) {
+        board->encoder = strcmp(value, "1") == 0;
+        return true;
     }
     if (strcmp(name, "--axes") != 0 || !read_number(value, &axes) || axes > AXIS_COUNT)
         return false;

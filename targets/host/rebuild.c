@@ -26,6 +26,7 @@ struct rebuild *rebuild_create(uint8_t axis_count) {
         return NULL;
     rebuild->top_z_mm = NAN;
     rebuild->gcode.axes = (axis_mask_t)((1u << axis_count) - 1);
+    rebuild->gcode.ports = GCODE_PORTS_ALL;
     gcode_modal_init(&rebuild->gcode.modal);
     line_reader_reset(&rebuild->reader);
     return rebuild;
@@ -101,7 +102,10 @@ static int16_t motion_g10(const struct gcode_modal *modal) {
     static const int16_t cycle_g10[] = {[CYCLE_CHIP] = 730,      [CYCLE_DRILL] = 810, [CYCLE_DWELL] = 820,
                                         [CYCLE_PECK] = 830,      [CYCLE_BORE] = 850,  [CYCLE_BORE_STOP] = 860,
                                         [CYCLE_BORE_DWELL] = 890};
+    static const int16_t thread_g10[] = {[THREAD_LINE] = 330, [THREAD_TAP] = 331, [THREAD_CYCLE] = 760};
     switch (modal->motion) {
+    case MOTION_THREAD:
+        return thread_g10[modal->cycle];
     case MOTION_RAPID:
         return 0;
     case MOTION_LINEAR:
@@ -126,6 +130,7 @@ static int16_t motion_g10(const struct gcode_modal *modal) {
 
 void rebuild_state(const struct rebuild *rebuild, struct rebuild_state *out) {
     static const int16_t path_g10[] = {[PATH_BLEND] = 640, [PATH_EXACT] = 610, [PATH_EXACT_STOP] = 611};
+    static const uint8_t feed_mode_g[] = {[FEED_PER_MIN] = 94, [FEED_INVERSE_TIME] = 93, [FEED_PER_REV] = 95};
     static const uint8_t spindle_m[] = {[SPINDLE_OFF] = 5, [SPINDLE_CW] = 3, [SPINDLE_CCW] = 4};
     const struct gcode_modal *modal = &rebuild->gcode.modal;
     const struct gcode_offsets *offsets = &rebuild->gcode.offsets;
@@ -136,7 +141,7 @@ void rebuild_state(const struct rebuild *rebuild, struct rebuild_state *out) {
         .moved = rebuild->moved,
         .stored = rebuild->stored,
         .tool_length_mm = offsets->tool_length_mm,
-        .feed_mm_min = (double)modal->feed_mm_s * S_PER_MIN,
+        .feed_mm_min = (double)modal->feed_mm_s * (modal->feed_mode == FEED_PER_REV ? 1.0 : S_PER_MIN),
         .spindle_rpm = (double)modal->spindle_rpm,
         .path_tolerance_mm = (double)modal->path_tolerance_mm,
         .tool = modal->tool,
@@ -146,7 +151,7 @@ void rebuild_state(const struct rebuild *rebuild, struct rebuild_state *out) {
         .plane_g = (uint8_t)(17 + modal->plane),
         .units_g = modal->inches ? 20 : 21,
         .distance_g = modal->incremental ? 91 : 90,
-        .feed_mode_g = modal->feed_mode == FEED_INVERSE_TIME ? 93 : 94,
+        .feed_mode_g = feed_mode_g[modal->feed_mode],
         .spindle_m = spindle_m[modal->spindle],
         .coolant = modal->coolant,
         .arc_absolute = modal->arc_absolute,

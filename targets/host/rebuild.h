@@ -27,7 +27,7 @@ struct rebuild_state {
     int16_t motion_g10, path_g10; /* ten times the G code: 0 10 20 30 50 51 382.. 730 .. 890; 610 611 640 */
     int16_t wcs_g10;              /* 540 .. 593 */
     uint8_t plane_g, units_g;     /* 17 18 19; 20 21 */
-    uint8_t distance_g, feed_mode_g; /* 90 91; 93 94 */
+    uint8_t distance_g, feed_mode_g; /* 90 91; 93 94 95 */
     uint8_t spindle_m, coolant;      /* 3 4 5; bit 0 = M7, bit 1 = M8 */
     uint8_t arc_absolute;            /* 1 = G90.1 */
     axis_mask_t moved;               /* axes that some move took elsewhere */

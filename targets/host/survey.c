@@ -178,7 +178,7 @@ static void take_move(struct survey *survey, uint32_t line) {
         return;
     reach(row, line, move.target_mm);
     reach_curve(survey, row, line, &move);
-    if (move.via || move.motion == MOTION_CYCLE)
+    if (move.via || move.motion == MOTION_CYCLE || move.motion == MOTION_THREAD)
         reach(row, line, move.via_mm);
     row->rapid |= move.motion == MOTION_RAPID;
     row->asked_mm_s = move.feed_mm_s > row->asked_mm_s ? move.feed_mm_s : row->asked_mm_s;

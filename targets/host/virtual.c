@@ -80,23 +80,11 @@ void virtual_read(const struct virtual_machine *machine, struct hal_inputs *inpu
     };
 }
 
-float virtual_spindle_at(const struct virtual_machine *machine, uint64_t now_ticks, uint32_t timer_hz) {
-    float target = (float)machine->outputs.spindle_direction * machine->outputs.spindle_rpm;
-    float way = target - machine->spindle_from_rpm;
-    if (machine->spindle_ramp_rpm_s <= 0.0f)
-        return target;
-    float gone =
-        machine->spindle_ramp_rpm_s * (float)(now_ticks - machine->spindle_from_ticks) / (float)timer_hz;
-    if (gone >= (way < 0.0f ? -way : way))
-        return target;
-    return machine->spindle_from_rpm + (way < 0.0f ? -gone : gone);
-}
-
 void virtual_command(struct virtual_machine *machine, const struct virtual_outputs *outputs,
                      uint64_t now_ticks, uint32_t timer_hz) {
-    machine->spindle_from_rpm = virtual_spindle_at(machine, now_ticks, timer_hz);
-    machine->spindle_from_ticks = now_ticks;
     machine->outputs = *outputs;
+    vspindle_note(&machine->spindle, now_ticks, timer_hz);
+    machine->spindle.told_rpm = (double)outputs->spindle_direction * (double)outputs->spindle_rpm;
 }
 
 int virtual_input_number(const char *name) {

@@ -15,6 +15,7 @@
 
 #include "base/axis.h"
 #include "gcode/gcode.h"
+#include "virtual_spindle.h"
 
 #include <stdbool.h>
 #include <stdint.h>
@@ -79,9 +80,7 @@ struct virtual_machine {
     uint32_t event_count;
     struct virtual_outputs outputs;
     float analog_pct[ANALOG_COUNT]; /* analog inputs */
-    float spindle_ramp_rpm_s;       /* 0: at once */
-    float spindle_from_rpm;         /* signed speed when the last command came */
-    uint64_t spindle_from_ticks;
+    struct virtual_spindle spindle;
 };
 
 /** The machine behind a controller. It lives as long as the host. */
@@ -132,6 +131,17 @@ void virtual_analog(struct host *host, unsigned input, float percent);
 /** How fast the spindle changes its speed, rpm/s; 0 = at once (power-on state). */
 void virtual_spindle_ramp(struct host *host, float rpm_s);
 
+/** The work brakes the spindle to so much less than it is told to turn; negative: it turns faster. It changes
+ * its speed by the ramp. @param percent  -100 .. 100 */
+void virtual_spindle_load(struct host *host, float percent);
+
+/** Counts of its encoder in a revolution; 0: as many as $88 says (power-on). */
+void virtual_spindle_encoder(struct host *host, uint32_t counts_per_rev);
+
+/** Angle of the spindle at a time not before its last change, revolutions since power-on; where the encoder
+ * counts from 0. */
+double virtual_spindle_angle(const struct host *host, uint64_t t_ticks);
+
 /** Real spindle speed now, rpm, negative = counter-clockwise. */
 float virtual_spindle_rpm(const struct host *host);
 
@@ -159,9 +169,6 @@ void virtual_read(const struct virtual_machine *machine, struct hal_inputs *inpu
 /** The controller sets its outputs. */
 void virtual_command(struct virtual_machine *machine, const struct virtual_outputs *outputs,
                      uint64_t now_ticks, uint32_t timer_hz);
-
-/** Signed spindle speed at a time. */
-float virtual_spindle_at(const struct virtual_machine *machine, uint64_t now_ticks, uint32_t timer_hz);
 
 /** Levels anew from position, surface and forced inputs. @return true when one changed. */
 bool virtual_update(struct virtual_machine *machine);

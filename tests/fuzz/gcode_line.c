@@ -10,6 +10,7 @@
 #include "gcode/cycle.h"
 #include "gcode/gcode.h"
 #include "gcode/spline.h"
+#include "gcode/thread.h"
 
 #include <math.h>
 #include <string.h>
@@ -53,7 +54,7 @@ static void modal(struct input *input, struct gcode_modal *modal) {
 
 static void state_from(struct input *input, struct gcode_state *state) {
     state->axes = (axis_mask_t)((1u << (1 + input_byte(input) % AXIS_COUNT)) - 1);
-    state->ports = (struct gcode_ports){DIGITAL_INPUT_COUNT, ANALOG_COUNT, ANALOG_COUNT};
+    state->ports = GCODE_PORTS_ALL;
     modal(input, &state->modal);
     row(input, state->axes, state->position_mm);
     for (unsigned n = 0; n < WCS_COUNT; n++)
@@ -70,9 +71,9 @@ static void check_row(const double mm[AXIS_COUNT], const char *what) {
 }
 
 static void check_modal(const struct gcode_modal *modal) {
-    CLAIM(modal->motion <= MOTION_QUADRATIC && modal->plane <= PLANE_YZ && modal->path <= PATH_EXACT_STOP,
+    CLAIM(modal->motion <= MOTION_THREAD && modal->plane <= PLANE_YZ && modal->path <= PATH_EXACT_STOP,
           "no such mode");
-    CLAIM(modal->feed_mode <= FEED_INVERSE_TIME && modal->spindle <= SPINDLE_CCW && modal->coolant <= 3,
+    CLAIM(modal->feed_mode <= FEED_PER_REV && modal->spindle <= SPINDLE_CCW && modal->coolant <= 3,
           "no such mode");
     CLAIM(modal->wcs < WCS_COUNT && modal->tool >= 0 && modal->tool <= 255, "wcs %d, tool %ld", modal->wcs,
           (long)modal->tool);
@@ -153,8 +154,30 @@ static void check_spline(const struct gcode_state *state, const struct gcode_mov
         CLAIM(memcmp(point_mm, move->target_mm, sizeof point_mm) == 0, "a spline ends elsewhere");
 }
 
+static void check_thread(const struct gcode_state *state, const struct gcode_move *move) {
+    const struct gcode_thread *spec = &move->thread;
+    struct thread_action action = {.kind = THREAD_RAPID};
+    struct thread thread;
+    unsigned passes = 0;
+    CLAIM(spec->kind <= THREAD_CYCLE, "thread %d", spec->kind);
+    CLAIM(isfinite(spec->pitch_mm) && spec->pitch_mm > 0, "pitch %g", (double)spec->pitch_mm);
+    check_row(move->via_mm, "end of a thread");
+    if (spec->kind != THREAD_CYCLE)
+        return;
+    CLAIM(thread_pass_count(spec) <= THREAD_PASSES_MAX, "%lu passes", (unsigned long)thread_pass_count(spec));
+    thread_begin(&thread, state->position_mm, move);
+    while (thread_next(&thread, &action)) {
+        CLAIM(fabs(action.depth_mm) <= (double)spec->depth_mm * 1.000001, "depth %g", action.depth_mm);
+        passes += action.kind == THREAD_PASS;
+    }
+    CLAIM(passes == thread_pass_count(spec), "%u passes", passes);
+    for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
+        CLAIM(action.target_mm[ax] == move->target_mm[ax], "axis %u of a thread ends at %g, not at %g", ax,
+              action.target_mm[ax], move->target_mm[ax]);
+}
+
 static void check_move(const struct gcode_state *state, const struct gcode_move *move) {
-    CLAIM(move->motion <= MOTION_QUADRATIC, "motion %d", move->motion);
+    CLAIM(move->motion <= MOTION_THREAD, "motion %d", move->motion);
     if (move->motion == MOTION_NONE)
         return;
     check_row(move->target_mm, "target");
@@ -166,15 +189,18 @@ static void check_move(const struct gcode_state *state, const struct gcode_move 
     CLAIM(isfinite(move->feed_mm_s) && move->feed_mm_s >= 0, "feed %g", (double)move->feed_mm_s);
     CLAIM(isfinite(move->inverse_time_s) && move->inverse_time_s >= 0, "time %g",
           (double)move->inverse_time_s);
-    CLAIM(move->motion == MOTION_RAPID || move->feed_mm_s > 0 || move->inverse_time_s > 0,
+    CLAIM(move->motion == MOTION_RAPID || move->motion == MOTION_THREAD || move->feed_mm_s > 0 ||
+              move->inverse_time_s > 0,
           "a move that never ends");
     CLAIM((move->motion == MOTION_PROBE) == (move->probe != 0), "probe %d", move->probe);
     if (move->motion == MOTION_ARC_CW || move->motion == MOTION_ARC_CCW)
         check_arc(state, move);
     if (move->motion == MOTION_CYCLE)
         check_cycle(state, move);
-    if (move->motion >= MOTION_CUBIC)
+    if (move->motion == MOTION_CUBIC || move->motion == MOTION_QUADRATIC)
         check_spline(state, move);
+    if (move->motion == MOTION_THREAD)
+        check_thread(state, move);
 }
 
 static void check_port(const struct gcode_command *command) {

@@ -241,6 +241,8 @@ static void begin(struct session *session, uint8_t options) {
         .axis_count = (uint8_t)(1 + (options & 7) % AXIS_COUNT),
         .digital_inputs = DIGITAL_INPUT_COUNT,
         .analog = 1,
+        .digital_outputs = OUTPUT_COUNT,
+        .encoder = 1,
     };
     memset(session, 0, sizeof *session);
     session->host = host_create(&board);

@@ -17,6 +17,7 @@ from ctypes import (
     c_size_t,
     c_ssize_t,
     c_uint8,
+    c_uint16,
     c_uint32,
 )
 from pathlib import Path
@@ -117,7 +118,7 @@ class State(ctypes.Structure):
         ("offsets", Offsets),
         ("position_mm", Axes),
         ("axes", c_uint8),
-        ("ports", c_uint8 * 3),
+        ("ports", c_uint8 * 5),
         ("arc_radius_tolerance_mm", c_float),
     )
 
@@ -138,6 +139,25 @@ class Drill(ctypes.Structure):
     )
 
 
+class Thread(ctypes.Structure):
+    """struct gcode_thread."""
+
+    _fields_ = (
+        ("kind", c_int),
+        ("pitch_mm", c_float),
+        ("return_speed", c_float),
+        ("peak_mm", c_float),
+        ("first_mm", c_float),
+        ("depth_mm", c_float),
+        ("degression", c_float),
+        ("slide", c_float),
+        ("taper_mm", c_float),
+        ("springs", c_uint16),
+        ("entry", c_bool),
+        ("exit", c_bool),
+    )
+
+
 class Move(ctypes.Structure):
     """struct gcode_move."""
 
@@ -154,6 +174,7 @@ class Move(ctypes.Structure):
         ("via_mm", Axes),
         ("probe", c_uint8),
         ("drill", Drill),
+        ("thread", Thread),
     )
 
 
@@ -197,7 +218,7 @@ class Block(ctypes.Structure):
         ("words", c_uint32),
         ("groups", c_uint32),
         ("axes", c_uint8),
-        ("value", c_uint8 * 20),
+        ("value", c_uint8 * 21),
         ("number", c_double * 26),
     )
 
@@ -312,7 +333,7 @@ class Controller:
 
     def __init__(self, lib: ctypes.CDLL, axes: int = XYZ) -> None:
         self.lib = lib
-        self.state = State(axes=axes, ports=(4, 4, 4))
+        self.state = State(axes=axes, ports=(5, 4, 4, 4, 1))
         lib.gcode_modal_init(ctypes.byref(self.state.modal))
 
     def resolve(self, line: str | bytes) -> tuple[int, Command]:

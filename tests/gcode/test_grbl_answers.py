@@ -24,7 +24,7 @@ G_CODE_CHECKS = [
     ("`G1.5`: 23", ["G1.5"], 23),
     ("`G54.1`: 23", ["G54.1"], 23),
     ("`G21.5`: 23", ["G21.5"], 23),
-    *((f"`{code}`: 20", [code], 20) for code in ["G33", "M56"]),
+    *((f"`{code}`: 20", [code], 20) for code in ["G96", "M56"]),
     *((f"{word} word: 20", [f"G0{word}1"], 20) for word in "ABH"),
     ("`F0`, then `G1`: F0 ok", ["F0"], OK),
     ("`F0`, then `G1`: then 22", ["F0", "G1"], 22),

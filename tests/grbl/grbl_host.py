@@ -37,9 +37,22 @@ class Outputs(ctypes.Structure):
     )
 
 
+def _spindle(lib: ctypes.CDLL) -> None:
+    host = ctypes.c_void_p
+    for name in ("virtual_spindle_ramp", "virtual_spindle_load"):
+        getattr(lib, name).argtypes = (host, ctypes.c_float)
+        getattr(lib, name).restype = None
+    lib.virtual_spindle_encoder.argtypes = (host, ctypes.c_uint32)
+    lib.virtual_spindle_angle.argtypes = (host, ctypes.c_uint64)
+    lib.virtual_spindle_angle.restype = ctypes.c_double
+    lib.virtual_spindle_rpm.argtypes = (host,)
+    lib.virtual_spindle_rpm.restype = ctypes.c_float
+
+
 def _library() -> ctypes.CDLL:
     lib = ctypes.CDLL(str(ensure_host_library()))
     host, size, text = ctypes.c_void_p, ctypes.c_size_t, ctypes.c_char_p
+    _spindle(lib)
     lib.host_open.restype = host
     lib.host_open.argtypes = (ctypes.POINTER(HostBoard), text)
     lib.host_destroy.argtypes = (host,)
@@ -89,8 +102,11 @@ class Grbl:
         relay: bool = False,
         ports: bool = True,  # four inputs, and analog ones
         motors_wake_us: int = 0,
+        encoder: bool = False,
+        outputs: int = 5,
     ) -> None:
-        board = HostBoard(HZ, 1000, 500, 500_000, axes, ganged, relay, 4 * ports, ports, motors_wake_us)
+        timing = (HZ, 1000, 500, 500_000)
+        board = HostBoard(*timing, axes, ganged, relay, 4 * ports, ports, motors_wake_us, outputs, encoder)
         self._host = LIB.host_open(ctypes.byref(board), str(store).encode() if store else None)
         assert self._host
         LIB.host_input_follows(self._host, 0)
@@ -230,6 +246,22 @@ class Grbl:
         steps = Steps()
         LIB.virtual_second_position(self._host, steps)
         return list(steps)
+
+    def spindle_ramp(self, rpm_s: float) -> None:
+        LIB.virtual_spindle_ramp(self._host, rpm_s)
+
+    def spindle_load(self, percent: float) -> None:
+        LIB.virtual_spindle_load(self._host, percent)
+
+    def spindle_encoder(self, counts: int) -> None:
+        LIB.virtual_spindle_encoder(self._host, counts)
+
+    def spindle_angle(self) -> float:
+        """Revolutions since power-on, now."""
+        return float(LIB.virtual_spindle_angle(self._host, LIB.host_time_ticks(self._host)))
+
+    def spindle_rpm(self) -> float:
+        return float(LIB.virtual_spindle_rpm(self._host))
 
     def outputs(self) -> Outputs:
         outputs = Outputs()

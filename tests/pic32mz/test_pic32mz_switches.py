@@ -112,6 +112,21 @@ def test_spindle_and_coolant(controller: Controller) -> None:
     assert chip.edges() == [] and chip.level(pwm) == 0 and chip.level(flood) == 0
 
 
+def test_the_ports_of_this_board_and_no_others(controller: Controller) -> None:
+    """M66 P0 and P1 are SW1 and SW2, M64 P0 is LED2; what the board has not is error:131."""
+    controller.at(0.0, "misc_in_0", 1)
+    controller.at(0.0, "misc_in_1", 0)
+    controller.run(0.02)
+    controller.fine("M66P0", "G0X#5399")
+    controller.rest()
+    assert controller.position()[0] == 1
+    controller.fine("M66P1", "G0X#5399")
+    controller.rest()
+    assert controller.position()[0] == 0
+    answers = [controller.send(line) for line in ("M66P2", "M64P1", "M62P4", "M66E0", "M68E0Q1")]
+    assert answers == ["error:131\r\n"] * 5
+
+
 def test_digital_output(controller: Controller) -> None:
     """M64 P0 is RA9."""
     pin = controller.pin("misc_out_0")

@@ -298,6 +298,11 @@ class Board(BoardFile):
         return len(self.input.misc)
 
     @property
+    def digital_outputs(self) -> int:
+        """Of M62 .. M65."""
+        return len(self.output.misc)
+
+    @property
     def has_analog(self) -> bool:
         """Analog inputs and outputs of M66 .. M68: no chip's firmware has them, the PC's virtual machine has."""
         return self.target == "host"

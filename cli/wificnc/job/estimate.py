@@ -17,7 +17,9 @@ from wificnc.job.program import JobLine
 from wificnc.sim.native import HostBoard, Simulation
 
 EVENTS_PER_CALL = 20_000  # about a second of the job between two marks
-BOARD = HostBoard(20_000_000, 1000, 500, 200_000, 6)
+# The machine's inputs and outputs are not known here: let there be all of them.
+PARTS = {"digital_inputs": 8, "analog": 1, "digital_outputs": 5, "encoder": 1}
+BOARD = HostBoard(20_000_000, 1000, 500, 200_000, 6, **PARTS)
 FASTEST_HZ = 200_000
 
 
@@ -71,7 +73,8 @@ class Estimate:
 
     def _simulate(self) -> None:
         """What a simulation cannot do leaves the time unknown: it is a comfort, never a reason to stop a job."""
-        board = HostBoard(BOARD.timer_hz, BOARD.step_pulse_ns, BOARD.dir_setup_ns, FASTEST_HZ, self._axis_count)
+        timing = (BOARD.timer_hz, BOARD.step_pulse_ns, BOARD.dir_setup_ns, FASTEST_HZ)
+        board = HostBoard(*timing, self._axis_count, **PARTS)
         try:
             with Simulation(self._library, board) as sim:
                 for number, value in self._settings.items():

@@ -14,6 +14,8 @@ ALARMS: dict[int, str] = {
     9: "homing: no switch was found; check $23, $130.. and the wiring",
     10: "homing: the two motors of an axis did not find their switches together",
     50: "emergency stop; release it, then `wificnc unlock --reset` and home again",
+    51: "the spindle did not come to a steady speed or stood still; check it and its encoder ($88), reset to go on",
+    52: "the axes could not keep up with the spindle; the thread is not finished, reset to go on",
 }
 
 

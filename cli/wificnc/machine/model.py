@@ -129,6 +129,7 @@ class Spindle(_Table):
     max_rpm: Annotated[float | None, of("spindle_max_rpm")] = None
     min_rpm: Annotated[float | None, of("spindle_min_rpm")] = None
     laser: Annotated[bool | None, of("laser_mode")] = None
+    encoder_counts: Annotated[int | None, of("encoder_counts")] = None
 
 
 class Machine(_Table):

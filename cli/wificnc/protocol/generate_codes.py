@@ -29,6 +29,7 @@ GROUPS = {
     "DISTANCE": "Distance",
     "ARC_DISTANCE": "Distance of I J K",
     "FEED_MODE": "Feed",
+    "SPEED_MODE": "Spindle speed",
     "UNITS": "Units",
     "CUTTER": "Cutter compensation",
     "TOOL_LENGTH": "Tool length",

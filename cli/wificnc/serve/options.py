@@ -101,6 +101,8 @@ def board_numbers(board: Board) -> dict[str, int]:
         "ganged": board.ganged_axes,
         "relay_spindle": int(board.output.spindle_pwm is None),
         "digital_inputs": board.digital_inputs,
+        "digital_outputs": board.digital_outputs,
+        "encoder": int(board.encoder is not None),
         "analog": int(board.has_analog),
     }
 

@@ -47,6 +47,9 @@ class Timing:
     relay_spindle: bool = False  # no PWM output for the spindle
     digital_inputs: int = 0  # of M66
     analog: bool = False  # inputs and outputs of M66 .. M68
+    motors_wake_us: int = 0  # from powered to the first step
+    digital_outputs: int = 0  # of M62 .. M65
+    encoder: bool = False  # of the spindle
 
 
 @dataclass(frozen=True)

@@ -46,6 +46,8 @@ class HostBoard(Structure):
         ("digital_inputs", c_uint8),
         ("analog", c_uint8),
         ("motors_wake_us", c_uint16),
+        ("digital_outputs", c_uint8),
+        ("encoder", c_uint8),
     )
 
 

@@ -127,6 +127,8 @@ def board_timing(board: Board) -> Timing:
         board.output.spindle_pwm is None,
         board.digital_inputs,
         board.has_analog,
+        digital_outputs=board.digital_outputs,
+        encoder=board.encoder is not None,
     )
 
 

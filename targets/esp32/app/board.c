@@ -8,8 +8,8 @@
 
 enum { NAME_SIZE = 16 };
 
-static const char *const misc_inputs[DIGITAL_INPUT_COUNT] = {"misc_in_0", "misc_in_1", "misc_in_2",
-                                                             "misc_in_3"};
+static const char *const misc_inputs[DIGITAL_INPUT_COUNT] = {
+    "misc_in_0", "misc_in_1", "misc_in_2", "misc_in_3", "misc_in_4", "misc_in_5", "misc_in_6", "misc_in_7"};
 
 /* "limit_" with axis 2 and "_min": "limit_z_min". */
 static const struct pin_wire *axis_wire(const struct pin_map *map, const char *kind, unsigned axis,
@@ -77,6 +77,7 @@ struct machine_board board_machine(void) {
         BOARD_MISC_IN_COUNT < DIGITAL_INPUT_COUNT ? BOARD_MISC_IN_COUNT : DIGITAL_INPUT_COUNT;
     return (struct machine_board){
         .digital_inputs = inputs,
+        .digital_outputs = BOARD_MISC_OUT_COUNT,
         .motors_wake_us = 1000, /* what the slowest of common drivers want */
         .timer_hz = BOARD_TIMER_HZ,
         .step_pulse_ns = BOARD_STEP_PULSE_NS,

@@ -38,13 +38,15 @@ static struct input_wire input(uint8_t pin) {
 
 void board_inputs(struct input_wire wire[INPUT_COUNT]) {
     static const uint8_t one[] = BOARD_LIMIT_PINS, least[] = BOARD_LIMIT_MIN_PINS,
-                         most[] = BOARD_LIMIT_MAX_PINS;
+                         most[] = BOARD_LIMIT_MAX_PINS, misc[] = BOARD_MISC_IN_PINS;
     for (unsigned ax = 0; ax < AXIS_COUNT; ax++) { /* one line for both ends, or one for each */
         wire[INPUT_LIMIT_MIN + ax] = input(least[ax] != PIC_PIN_NONE ? least[ax] : one[ax]);
         wire[INPUT_LIMIT_MAX + ax] = input(most[ax] != PIC_PIN_NONE ? most[ax] : one[ax]);
     }
     wire[INPUT_PROBE] = input(PIN_PROBE);
     wire[INPUT_ESTOP] = input(PIN_ESTOP);
+    for (unsigned n = 0; n < DIGITAL_INPUT_COUNT; n++)
+        wire[INPUT_MISC + n] = input(misc[n]);
 }
 
 static uint8_t pin_of(unsigned output) {
@@ -91,5 +93,7 @@ struct machine_board board_machine(void) {
         .axis_count = BOARD_AXIS_COUNT,
         .motors_wake_us = 1000, /* what the slowest of common drivers want */
         .relay_spindle = PIN_SPINDLE_PWM == PIN_NONE,
+        .digital_inputs = BOARD_MISC_IN_COUNT,
+        .digital_outputs = BOARD_MISC_OUT_COUNT,
     };
 }

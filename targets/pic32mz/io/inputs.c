@@ -20,12 +20,33 @@ static uint32_t read_pins(const struct inputs *inputs) {
     uint32_t port[PORT_COUNT], high = 0;
     for (unsigned i = 0; i < PORT_COUNT; i++)
         port[i] = SFR(PORT_ADDRESS(i));
-    for (unsigned input = 0; input < INPUT_COUNT; input++) {
+    for (unsigned input = 0; input < INPUT_MISC; input++) {
         uint8_t pin = inputs->wire[input].pin;
         if (pin != PIC_PIN_NONE)
             high |= (port[pin_port(pin)] >> pin % PORT_WIDTH & 1u) << input;
     }
     return (high ^ inputs->active_low ^ inputs->inverted) & inputs->wired;
+}
+
+/* Levels of M66's inputs. */
+static uint8_t read_misc(const struct inputs *inputs) {
+    unsigned high = 0;
+    for (unsigned n = 0; n < DIGITAL_INPUT_COUNT; n++) {
+        uint8_t pin = inputs->wire[INPUT_MISC + n].pin;
+        if (pin != PIC_PIN_NONE)
+            high |= (SFR(PORT_ADDRESS(pin_port(pin))) >> pin % PORT_WIDTH & 1u) << n;
+    }
+    return (uint8_t)high;
+}
+
+static void sample_misc(struct inputs *inputs) {
+    uint8_t raw = read_misc(inputs);
+    uint32_t now = system_count();
+    if (raw != inputs->misc_raw)
+        inputs->misc_since_count = now;
+    inputs->misc_raw = raw;
+    if (now - inputs->misc_since_count >= OFF_COUNTS)
+        inputs->misc = raw;
 }
 
 /* Interrupts of this level are held off. */
@@ -55,10 +76,13 @@ void inputs_init(struct inputs *inputs, const struct input_wire wire[INPUT_COUNT
         inputs->wire[input] = wire[input];
         if (wire[input].pin == PIC_PIN_NONE)
             continue;
+        pin_make_input(wire[input].pin, wire[input].pull);
+        if (input >= INPUT_MISC)
+            continue;
         inputs->wired |= 1u << input;
         inputs->active_low |= (wire[input].active_high ? 0u : 1u) << input;
-        pin_make_input(wire[input].pin, wire[input].pull);
     }
+    inputs->misc = inputs->misc_raw = read_misc(inputs);
     inputs_set_levels(inputs, false, false);
 }
 
@@ -73,7 +97,7 @@ void inputs_set_levels(struct inputs *inputs, bool limit_invert, bool probe_inve
 void inputs_attach(struct inputs *inputs, struct machine *machine) {
     attached = inputs;
     inputs->machine = machine;
-    for (unsigned input = 0; input < INPUT_COUNT; input++) {
+    for (unsigned input = 0; input < INPUT_MISC; input++) {
         uint8_t pin = inputs->wire[input].pin;
         if (pin == PIC_PIN_NONE || (STOPPING >> input & 1) == 0)
             continue;
@@ -87,6 +111,7 @@ void inputs_attach(struct inputs *inputs, struct machine *machine) {
 
 /* Interrupts are held off only when there is something to do, for the steps' sake. */
 void inputs_sample(struct inputs *inputs) {
+    sample_misc(inputs);
     if (read_pins(inputs) == inputs->raw && inputs->stable == inputs->raw)
         return;
     uint32_t held = interrupts_hold();
@@ -103,5 +128,6 @@ void inputs_read(const struct inputs *inputs, struct hal_inputs *out) {
         .limit_max = (axis_mask_t)(high >> INPUT_LIMIT_MAX & AXES),
         .probe = touches == ((inputs->inverted & PROBE) != 0),
         .estop = (on >> INPUT_ESTOP & 1) != 0,
+        .digital = inputs->misc,
     };
 }

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT
- * Limits, probe and e-stop: edge interrupts, and a sample every ms that ends their bouncing.
+ * Limits, probe and e-stop: edge interrupts, and a sample every ms that ends their bouncing; the inputs of
+ * M66: the sample.
  *
  * A switch that stops the machine is on at its first edge, whatever noise follows, and off when all of them
  * have been quiet for 5 ms. The probe's level is only looked at between moves: the step interrupt reads the
@@ -8,6 +9,7 @@
 #define WIFICNC_PIC32MZ_INPUTS_H
 
 #include "base/axis.h"
+#include "gcode/gcode.h"
 #include "hal/hal.h"
 
 #include <stdbool.h>
@@ -19,7 +21,8 @@ enum {
     INPUT_LIMIT_MAX = INPUT_LIMIT_MIN + AXIS_COUNT,
     INPUT_PROBE = INPUT_LIMIT_MAX + AXIS_COUNT,
     INPUT_ESTOP,
-    INPUT_COUNT
+    INPUT_MISC, /* P0 of M66; these are only sampled, the ones above have edge interrupts as well */
+    INPUT_COUNT = INPUT_MISC + DIGITAL_INPUT_COUNT
 };
 
 struct machine;
@@ -34,11 +37,13 @@ struct input_wire {
 
 struct inputs {
     struct input_wire wire[INPUT_COUNT];
-    uint32_t wired;          /* bit n = input n */
-    uint32_t active_low;     /* inputs that are on while their pin is low */
-    uint32_t inverted;       /* of those, by $5 and $6 */
-    uint32_t raw, stable;    /* inputs that are on: at the last sample, without bouncing */
-    uint32_t since_count;    /* CP0 Count when raw changed last */
+    uint32_t wired;         /* bit n = input n */
+    uint32_t active_low;    /* inputs that are on while their pin is low */
+    uint32_t inverted;      /* of those, by $5 and $6 */
+    uint32_t raw, stable;   /* inputs that are on: at the last sample, without bouncing */
+    uint32_t since_count;   /* CP0 Count when raw changed last */
+    uint8_t misc_raw, misc; /* levels of M66's inputs, bit n = Pn: at the last sample, without bouncing */
+    uint32_t misc_since_count;
     struct machine *machine; /* is told of edges of limits and e-stop; NULL: nobody */
 };
 
