@@ -72,8 +72,9 @@ struct hal_servo {
 
 /** What a spindle's encoder says, all of one moment. Counts go up while the spindle turns clockwise (M3). */
 struct hal_encoder_state {
-    int32_t counts;       /* edges counted since power-on, signed; wraps */
-    uint32_t edge_us;     /* hal_time_us() of the newest of them; an edge means that a count begins there */
+    int32_t counts;   /* edges counted since power-on, signed; wraps */
+    uint32_t edge_us; /* hal_time_us() of the newest of them: a count begins there. Where the hardware stamps
+                       * no edges, of the read that has seen it first */
     int32_t index_counts; /* counts at the newest index pulse; filled in when index_seen */
     bool index_seen;      /* there was one since power-on */
 };
@@ -83,7 +84,7 @@ struct hal_encoder {
     bool has_index; /* a line that pulses once a revolution; without one the place at power-on serves */
     /** [task] At every machine_poll(); 10 us at most. The target counts and stamps the edges in hardware or
      * in an interrupt of its own, which may come while this reads: it reads until it has seen one moment. */
-    void (*read)(const struct hal *hal, struct hal_encoder_state *out);
+    void (*read)(struct hal *hal, struct hal_encoder_state *out);
 };
 
 /** Axes with two motors, one at each side of a gantry. Both make every step of their axis; the target's step

@@ -222,7 +222,8 @@ float virtual_spindle_rpm(const struct host *host) {
     return (float)vspindle_rpm(&hal->virtual_machine.spindle, hal->step.now_ticks, hal->timer_hz);
 }
 
-static void encoder_read(const struct hal *hal, struct hal_encoder_state *out) {
+/* cppcheck-suppress constParameterCallback ; the type of read() is fixed */
+static void encoder_read(struct hal *hal, struct hal_encoder_state *out) {
     struct virtual_spindle spindle = hal->virtual_machine.spindle;
     struct vspindle_encoder encoder;
     if (spindle.counts_per_rev == 0)

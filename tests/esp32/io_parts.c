@@ -2,6 +2,7 @@
  * Parts of the ESP32's input and output that need no register: bouncing inputs, tables of port bits. */
 #include "hal/step_pins.h"
 #include "io/debounce.h"
+#include "io/encoder.h"
 
 #include <stdio.h>
 #include <string.h>
@@ -84,7 +85,26 @@ static void a_pin_beyond_the_banks_changes_nothing(void) {
     check(memcmp(&pins, &before, sizeof pins) == 0, "a refused map has changed the tables");
 }
 
+/* The hardware starts at 0 again at either limit; the true count goes on. */
+static void an_encoder_is_counted_across_the_limits_of_the_hardware(void) {
+    static const int32_t ways[] = {1, 7, 15999, -1, -7, -15999, 9000, -12345};
+    int32_t truth = 0, counted = 0;
+    int raw = 0;
+    for (unsigned n = 0; n < 4000; n++) {
+        int32_t way = ways[n / 50 % (sizeof ways / sizeof ways[0])], left = way;
+        int before = raw;
+        for (; left != 0; left -= left > 0 ? 1 : -1) {
+            raw += left > 0 ? 1 : -1;
+            raw = raw == ENCODER_LIMIT || raw == -ENCODER_LIMIT ? 0 : raw;
+        }
+        truth += way;
+        counted += encoder_change(before, raw);
+    }
+    check(counted == truth, "counts are lost");
+}
+
 int main(void) {
+    an_encoder_is_counted_across_the_limits_of_the_hardware();
     a_switch_is_on_at_its_first_edge_and_off_when_it_is_quiet();
     a_button_must_be_held();
     inputs_do_not_disturb_each_other();

@@ -72,6 +72,14 @@ void board_outputs(const struct pin_map *map, struct output_wire wire[SWITCH_COU
     }
 }
 
+void board_encoder(const struct pin_map *map, struct encoder_wire wire[2]) {
+    static const char *const signal[2] = {"encoder_a", "encoder_b"};
+    for (unsigned n = 0; n < 2; n++) {
+        const struct pin_wire *found = pin_map_find(map, signal[n]);
+        wire[n] = (struct encoder_wire){.gpio = found->gpio, .active_high = found->active_high};
+    }
+}
+
 struct machine_board board_machine(void) {
     const uint8_t inputs =
         BOARD_MISC_IN_COUNT < DIGITAL_INPUT_COUNT ? BOARD_MISC_IN_COUNT : DIGITAL_INPUT_COUNT;

@@ -5,6 +5,7 @@
 #define WIFICNC_ESP32_BOARD_H
 
 #include "hal/step_engine.h"
+#include "io/encoder.h"
 #include "io/inputs.h"
 #include "io/outputs.h"
 #include "io/pin_map.h"
@@ -15,7 +16,10 @@ struct step_engine_board board_step_engine(const struct pin_map *map);
 void board_inputs(const struct pin_map *map, struct input_wire wire[INPUT_COUNT]);
 void board_outputs(const struct pin_map *map, struct output_wire wire[SWITCH_COUNT]);
 
-/** Without store and motion side. */
+/** A and B of the spindle's encoder. */
+void board_encoder(const struct pin_map *map, struct encoder_wire wire[2]);
+
+/** Without store, encoder and motion side. */
 struct machine_board board_machine(void);
 
 #endif

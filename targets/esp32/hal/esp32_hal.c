@@ -35,3 +35,9 @@ void hal_probe_watch(struct hal *hal, bool high) {
 HAL_ISR void hal_inputs_read(const struct hal *hal, struct hal_inputs *inputs) {
     inputs_read(&hal->inputs, inputs);
 }
+
+static void read_encoder(struct hal *hal, struct hal_encoder_state *out) {
+    encoder_read(&hal->encoder, hal_time_us(hal), out);
+}
+
+const struct hal_encoder esp32_encoder = {.has_index = false, .read = read_encoder};

@@ -5,6 +5,7 @@
 #define WIFICNC_ESP32_HAL_H
 
 #include "hal/hal_step.h"
+#include "io/encoder.h"
 #include "io/inputs.h"
 #include "io/outputs.h"
 
@@ -12,6 +13,10 @@ struct hal {
     struct hal_step step;
     struct inputs inputs;
     struct outputs outputs;
+    struct encoder encoder;
 };
+
+/** The spindle's encoder, when encoder_init() found one. */
+extern const struct hal_encoder esp32_encoder;
 
 #endif

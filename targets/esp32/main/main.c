@@ -121,6 +121,7 @@ static void start_hal(void) {
         .door = DOOR_INPUT_DEFAULT, .hold = HOLD_INPUT_DEFAULT, .start = START_INPUT_DEFAULT};
     struct input_wire inputs[INPUT_COUNT];
     struct output_wire outputs[SWITCH_COUNT];
+    struct encoder_wire encoder[2];
     board_inputs(&pins, inputs);
     board_outputs(&pins, outputs);
     step_pins = board_step_engine(&pins);
@@ -131,6 +132,10 @@ static void start_hal(void) {
     hal.inputs.locked = safe_mode;
     if (!outputs_init(&hal.outputs, outputs))
         tell("Spindle PWM did not start");
+    board_encoder(&pins, encoder);
+    bool wired = encoder[0].gpio != GPIO_NONE && encoder[1].gpio != GPIO_NONE;
+    if (wired && !encoder_init(&hal.encoder, &encoder[0], &encoder[1]))
+        tell("The spindle's encoder did not start");
     if (!step_engine_init(&hal.step, &step_pins))
         tell("This board's step pins or timer are impossible, nothing moves");
 }
@@ -192,6 +197,7 @@ static void start_machine(enum nvs_start kept) {
     const struct text_out out = controller_out(&controller);
     board.store = kept == NVS_START_FAILED ? NULL : &nvs_hal_store;
     board.store_ctx = &store;
+    board.encoder = hal.encoder.unit != NULL ? &esp32_encoder : NULL;
     machine_init(&machine, &board, &hal, &hal.step, &out);
     follow_init(&follow, &machine, &hal, &step_pins);
     if (kept == NVS_START_ERASED)
