@@ -3,22 +3,32 @@
 
 #include "base/power.h"
 
+#include <math.h>   // ceil
 #include <string.h> // memcpy
 
-/* Depth of a pass, and no more than the full one. */
-static double pass_depth_mm(const struct gcode_thread *thread, uint32_t pass) {
-    double depth_mm =
-        (double)thread->first_mm * power_raise((double)(pass + 1), 1.0 / (double)thread->degression);
-    return depth_mm < (double)thread->depth_mm ? depth_mm : (double)thread->depth_mm;
+#define ROUNDING 1e-6 /* of a number of cuts: sizes are floats */
+
+/* Passes that get deeper, from first * n^(1/R) >= depth; more than there may be: as many as that or more. */
+static uint32_t cut_count(const struct gcode_thread *thread) {
+    const double ratio = (double)thread->depth_mm / (double)thread->first_mm;
+    const double cuts = ratio > 1.0 ? power_raise(ratio, (double)thread->degression) : 1.0;
+
+    return cuts <= (double)THREAD_PASSES_MAX ? (uint32_t)ceil(cuts * (1.0 - ROUNDING))
+                                             : THREAD_PASSES_MAX + 1u;
 }
 
 uint32_t thread_pass_count(const struct gcode_thread *thread) {
-    uint32_t count = 0;
-
-    while (count <= THREAD_PASSES_MAX && pass_depth_mm(thread, count) < (double)thread->depth_mm)
-        count++;
-    count += 1u + thread->springs;
+    const uint32_t count = cut_count(thread) + thread->springs;
     return count <= THREAD_PASSES_MAX ? count : THREAD_PASSES_MAX + 1u;
+}
+
+/* The last cut takes what is left, and springs take nothing. */
+static double pass_depth_mm(const struct thread *thread) {
+    const struct gcode_thread *spec = &thread->thread;
+
+    if (thread->pass + 1u + spec->springs >= thread->passes)
+        return (double)spec->depth_mm;
+    return (double)spec->first_mm * power_raise((double)(thread->pass + 1u), 1.0 / (double)spec->degression);
 }
 
 void thread_begin(struct thread *thread, const double start_mm[AXIS_COUNT], const struct gcode_move *move) {
@@ -26,6 +36,7 @@ void thread_begin(struct thread *thread, const double start_mm[AXIS_COUNT], cons
     memcpy(thread->start_mm, start_mm, sizeof thread->start_mm);
     memcpy(thread->at_mm, start_mm, sizeof thread->at_mm);
     thread->end_z_mm = move->target_mm[AXIS_Z];
+    thread->passes = thread_pass_count(&move->thread);
     thread->pass = 0;
     thread->step = 1;
 }
@@ -38,13 +49,13 @@ static double before_mm(const struct thread *thread, double depth_mm) {
 
 bool thread_next(struct thread *thread, struct thread_action *action) {
     const struct gcode_thread *spec = &thread->thread;
-    const double depth_mm = pass_depth_mm(spec, thread->pass);
+    const double depth_mm = pass_depth_mm(thread);
     const double drive_x_mm = thread->start_mm[AXIS_X];
     const double deep_x_mm = drive_x_mm + thread_depth_x_mm(spec, depth_mm);
     const double peak_x_mm = drive_x_mm + (double)spec->peak_mm;
     double *at = thread->at_mm;
 
-    if (thread->step == 1 && thread->pass == thread_pass_count(spec))
+    if (thread->step == 1 && thread->pass == thread->passes)
         return false;
     action->kind = THREAD_RAPID;
     action->depth_mm = 0.0;

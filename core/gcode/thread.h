@@ -30,8 +30,8 @@ struct thread {
     double start_mm[AXIS_COUNT]; /* the drive line's */
     double end_z_mm;
     double at_mm[AXIS_COUNT];
-    uint32_t pass; /* from 0 */
-    uint8_t step;  /* of the pass: 1 .. 4 as above */
+    uint32_t passes, pass; /* of the cycle; the present one, from 0 */
+    uint8_t step;          /* of the pass: 1 .. 4 as above */
 };
 
 /** Passes of a cycle, springs too; THREAD_PASSES_MAX + 1: more than that. */

@@ -293,7 +293,8 @@ void thread_start(struct machine *machine) {
     thread->step = THREAD_NEXT;
     thread->action_pending = thread->again = false;
     thread->fault = ALARM_NONE;
-    thread_begin(&thread->cycle, machine->gcode.position_mm, &machine->command.move);
+    if (machine->command.move.thread.kind == THREAD_CYCLE)
+        thread_begin(&thread->cycle, machine->gcode.position_mm, &machine->command.move);
 }
 
 /* G76: rapids, and passes from rest. @return TASK_NONE when the cycle is done */
