@@ -103,6 +103,8 @@ export type HostField =
   | "ganged"
   | "relay_spindle"
   | "digital_inputs"
+  | "digital_outputs"
+  | "encoder"
   | "analog";
 
 export type RealtimeName = keyof typeof raw.realtime;

@@ -98,6 +98,8 @@ const BOARD_FIELDS: readonly HostField[] = [
   "ganged",
   "relay_spindle",
   "digital_inputs",
+  "digital_outputs",
+  "encoder",
   "analog",
 ];
 
