@@ -59,7 +59,7 @@ LINK = (
 )
 
 # What the chip has for us (targets/pic32mz/chip/pic32mz.ld), and what we allow ourselves of it.
-FLASH_BYTES, FLASH_BUDGET = 1024 * 1024, 128 * 1024
+FLASH_BYTES, FLASH_BUDGET = 1024 * 1024, 144 * 1024
 RAM_BYTES, RAM_BUDGET = 512 * 1024, 64 * 1024
 
 
