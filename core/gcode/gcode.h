@@ -176,10 +176,10 @@ struct gcode_thread {
     float pitch_mm;     /* K; P of G76. > 0, along the way, per revolution */
     float return_speed; /* I of G33.1, > 0: times the speed in */
     float peak_mm;      /* I: where X of the thread's peak lies from the drive line; not 0 */
-    float first_mm;     /* J: depth of the first pass, > 0 */
+    float first_mm;     /* J: depth of the first pass, > 0, less than the full one */
     float depth_mm;     /* K: full depth, > 0 */
     float degression;   /* R >= 1: pass n is first * n^(1/R) deep */
-    float slide;        /* tangent of Q, >= 0: so far before its depth a pass begins, per depth left */
+    float slide;        /* tangent of Q, >= 0: passes lie so much further ahead, per depth */
     float taper_mm;     /* E: length of a taper from full depth to the peak */
     uint16_t springs;   /* H: passes more at full depth */
     bool entry, exit;   /* L: tapers there */

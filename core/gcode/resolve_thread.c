@@ -63,6 +63,8 @@ static enum status take_sizes(struct resolver *r) {
         return status;
     if (!resolve_take(r, 'I', &peak) || (r->axis_words & 1u << AXIS_Z) == 0)
         return STATUS_VALUE_MISSING;
+    if (thread->first_mm >= thread->depth_mm)
+        return STATUS_BAD_NUMBER;
     thread->peak_mm = (float)(peak * depth_mm);
     return peak != 0.0 && resolve_in_range(peak * depth_mm) ? STATUS_OK : STATUS_BAD_NUMBER;
 }
@@ -105,6 +107,7 @@ static enum status take_tapers(struct resolver *r, double way_mm) {
 
 static enum status cycle(struct resolver *r) {
     struct gcode_move *move = &r->out->move;
+    double way_mm = 0.0;
     enum status status;
 
     if (r->out->next.plane != PLANE_ZX)
@@ -116,12 +119,16 @@ static enum status cycle(struct resolver *r) {
         status = resolve_target(r, move->target_mm);
     if (status == STATUS_OK)
         status = take_passes(r);
-    if (status == STATUS_OK)
-        status = take_tapers(r, fabs(move->target_mm[AXIS_Z] - r->state->position_mm[AXIS_Z]));
+    if (status == STATUS_OK) {
+        way_mm = fabs(move->target_mm[AXIS_Z] - r->state->position_mm[AXIS_Z]);
+        status = take_tapers(r, way_mm);
+    }
     if (status != STATUS_OK)
         return status;
-    if (move->target_mm[AXIS_Z] == r->state->position_mm[AXIS_Z])
+    if (way_mm == 0.0)
         return STATUS_BAD_TARGET;
+    if ((double)(move->thread.slide * move->thread.depth_mm) >= way_mm)
+        return STATUS_BAD_NUMBER;
     memcpy(move->via_mm, move->target_mm, sizeof move->via_mm);
     move->via_mm[AXIS_X] += thread_depth_x_mm(&move->thread, (double)move->thread.depth_mm);
     return resolve_in_range(move->via_mm[AXIS_X]) ? STATUS_OK : STATUS_BAD_TARGET;

@@ -41,18 +41,27 @@ void thread_begin(struct thread *thread, const double start_mm[AXIS_COUNT], cons
     thread->step = 1;
 }
 
-/* How far the pass lies before its place at full depth, along Z. */
-static double before_mm(const struct thread *thread, double depth_mm) {
+/* X of this depth, signed, from the drive line. */
+static double x_mm(const struct thread *thread, double depth_mm) {
+    return thread->start_mm[AXIS_X] + thread_depth_x_mm(&thread->thread, depth_mm);
+}
+
+/* Where the pass begins: ahead by depth * slide; and where it ends, which leaves the rest of that. */
+static double begin_z_mm(const struct thread *thread, double depth_mm) {
+    const double ahead_mm = depth_mm * (double)thread->thread.slide;
+    return thread->start_mm[AXIS_Z] + (thread->end_z_mm < thread->start_mm[AXIS_Z] ? -ahead_mm : ahead_mm);
+}
+
+static double end_z_mm(const struct thread *thread, double depth_mm) {
     const double left_mm = ((double)thread->thread.depth_mm - depth_mm) * (double)thread->thread.slide;
-    return thread->end_z_mm < thread->start_mm[AXIS_Z] ? left_mm : -left_mm;
+    return thread->end_z_mm + (thread->end_z_mm < thread->start_mm[AXIS_Z] ? left_mm : -left_mm);
 }
 
 bool thread_next(struct thread *thread, struct thread_action *action) {
     const struct gcode_thread *spec = &thread->thread;
     const double depth_mm = pass_depth_mm(thread);
-    const double drive_x_mm = thread->start_mm[AXIS_X];
-    const double deep_x_mm = drive_x_mm + thread_depth_x_mm(spec, depth_mm);
-    const double peak_x_mm = drive_x_mm + (double)spec->peak_mm;
+    const double deep_x_mm = x_mm(thread, depth_mm);
+    const double end_x_mm = x_mm(thread, depth_mm - (double)spec->depth_mm); /* of a taper */
     double *at = thread->at_mm;
 
     if (thread->step == 1 && thread->pass == thread->passes)
@@ -61,19 +70,19 @@ bool thread_next(struct thread *thread, struct thread_action *action) {
     action->depth_mm = 0.0;
     switch (thread->step) {
     case 1:
-        at[AXIS_Z] = thread->start_mm[AXIS_Z] + before_mm(thread, depth_mm);
+        at[AXIS_Z] = begin_z_mm(thread, depth_mm);
         break;
     case 2:
-        at[AXIS_X] = spec->entry ? peak_x_mm : deep_x_mm;
+        at[AXIS_X] = spec->entry ? end_x_mm : deep_x_mm;
         break;
     case 3:
         action->kind = THREAD_PASS;
-        action->depth_mm = deep_x_mm - peak_x_mm;
-        at[AXIS_Z] = thread->end_z_mm + before_mm(thread, depth_mm);
-        at[AXIS_X] = spec->exit ? peak_x_mm : deep_x_mm;
+        action->depth_mm = deep_x_mm - end_x_mm;
+        at[AXIS_Z] = end_z_mm(thread, depth_mm);
+        at[AXIS_X] = spec->exit ? end_x_mm : deep_x_mm;
         break;
     default:
-        at[AXIS_X] = drive_x_mm;
+        at[AXIS_X] = thread->start_mm[AXIS_X];
         thread->pass++;
         break;
     }

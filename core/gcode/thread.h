@@ -3,13 +3,15 @@
  * action when it has done the last.
  *
  *            X ^  drive line   1 ------------------------------ 4      1 -> 2  rapid to the depth of the pass
- *              |               |                                |             (to the peak, if it has a taper
- *              |          peak 2' . . . . . . . . . . . . . . .                at the entry: 2')
- *              |               2 ------------------------------ 3      2 -> 3  follows the spindle
- *              +--------------------------------------> Z              3 -> 4 -> 1  rapids
+ *              |                                                       2 -> 3  follows the spindle
+ *              |                                                       3 -> 4 -> 1  rapids
+ *              |               2 ------------------------------ 3
+ *              +--------------------------------------> Z
  *
- * Drawn for a thread inside. A pass that is not at full depth yet lies (depth left) * slide before, at both
- * ends, so that its tool works more with its leading edge. The last pass ends at 4, and there the tool stays.
+ * A pass begins depth * slide ahead of the start and ends (depth left) * slide before the end, so that its
+ * tool works more with its leading edge; the last one ends at the end of the drive line, and there the tool
+ * stays. A taper is as high as the full depth in every pass: one that is not at full depth yet begins or ends
+ * off the work by what is left.
  *
  * Pass n of the cycle is first * n^(1/R) deep: R = 1 all cuts equally deep, R = 2 equally large. */
 #ifndef WIFICNC_GCODE_THREAD_H
@@ -21,8 +23,8 @@ enum thread_action_kind { THREAD_RAPID, THREAD_PASS };
 
 struct thread_action {
     enum thread_action_kind kind;
-    double target_mm[AXIS_COUNT]; /* machine coordinates; of a pass with a taper at the exit: on the peak */
-    double depth_mm;              /* of a pass: signed along X, from the peak */
+    double target_mm[AXIS_COUNT]; /* machine coordinates */
+    double depth_mm;              /* of a pass: height of its tapers, signed along X */
 };
 
 struct thread {

@@ -178,8 +178,9 @@ enum status thread_check(const struct machine *machine, const struct gcode_comma
     bool cycle = move->thread.kind == THREAD_CYCLE; /* along the drive line */
     lay_path(machine, command, from_mm, cycle ? move->target_mm : move->via_mm, depth_mm, &path);
     float rev_s = asked_rpm(machine, command) * (1.0f / 60.0f);
+    float way_mm = path.way_mm - move->thread.slide * move->thread.depth_mm;
     bool fits =
-        !(path.entry || path.exit) || (float)(path.entry + path.exit) * gear_taper_mm(&path) <= path.way_mm;
+        !(path.entry || path.exit) || (float)(path.entry + path.exit) * gear_taper_mm(&path) <= way_mm;
     return rev_s * path.pitch_mm <= path.speed_mm_s && fits ? STATUS_OK : STATUS_SPINDLE_TOO_FAST;
 }
 
@@ -317,6 +318,8 @@ static enum task_stage next_action(struct machine *machine) {
                 begin_pass(machine, action->target_mm, action->depth_mm);
             return TASK_THREAD;
         }
+        if (task_leaves_travel(machine, action->target_mm))
+            return TASK_SOFT_LIMIT;
         if (!task_push_line(machine, action->target_mm, true, 0.0f, 0.0f))
             return TASK_THREAD;
         thread->action_pending = false;

@@ -63,6 +63,8 @@ def thread_of(cnc: Controller, line: str):  # type: ignore[no-untyped-def]
         ("G18" + G76 + "E-1L1", NEGATIVE),
         ("G18" + G76 + "Q81", BAD_NUMBER),
         ("G18G76P1Z-20I0J.2K1", BAD_NUMBER),
+        ("G18G76P1Z-20I-2J1K1", BAD_NUMBER),  # `K must be greater than J`
+        ("G18G76P1Z-1I-2J.2K1Q60", BAD_NUMBER),  # slides beyond its end
         ("G18G76P1Z0I-2J.2K1", BAD_TARGET),
         ("G18G76P1Z-20I-2J.001K2R1", BAD_NUMBER),  # 2000 passes
         ("G1X5E1", 20),  # E is a word of G76 and M66 .. M68 only
