@@ -74,10 +74,8 @@
     X(150, NO_ENCODER, "this needs a spindle encoder: the board has none, or $88 is 0")                      \
     X(151, SPINDLE_OFF, "this needs a turning spindle: M3 or M4, and an S above 0")                          \
     X(152, THREAD_PLANE, "G76 needs the ZX plane (G18)")                                                     \
-    X(153, SPINDLE_TOO_FAST,                                                                                 \
-      "at this S the axes cannot keep up with this pitch: lower S or $110.. are too low")                    \
-    X(154, THREAD_KINEMATICS,                                                                                \
-      "motion that follows the spindle needs straight axes, and these are arms or polar ($80)")
+    X(153, SPINDLE_TOO_FAST, "the axes cannot follow this pitch at this S, or the tapers do not fit")        \
+    X(154, THREAD_KINEMATICS, "only straight axes can follow the spindle ($80)")
 
 enum status {
 #define X(number, name, text) STATUS_##name = number,

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from wificnc.link.alarms import ALARMS, alarm_words
 from wificnc.link.client import error_words
-from wificnc.link.generate_words import OUTPUT, SOURCE, main, words_text
+from wificnc.link.generate_words import OUTPUT, SOURCE, main, read_rows, words_text
 from wificnc.link.words import ERRORS
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -41,6 +41,10 @@ def test_stale_copy_is_found_and_mended(tmp_path: Path, capsys: pytest.CaptureFi
     assert main([], tmp_path) == 0
     assert main(["--check"], tmp_path) == 0
     assert '7: "some \\"new\\" text"' in (tmp_path / OUTPUT).read_text()
+
+
+def test_a_row_over_two_lines_is_a_row() -> None:
+    assert read_rows('    X(1, A, "one") \\\n    X(2, B, \\\n      "two")') == [(1, '"one"'), (2, '"two"')]
 
 
 def test_no_table() -> None:

@@ -70,4 +70,6 @@ ERRORS: dict[int, str] = {
     150: "this needs a spindle encoder: the board has none, or $88 is 0",
     151: "this needs a turning spindle: M3 or M4, and an S above 0",
     152: "G76 needs the ZX plane (G18)",
+    153: "the axes cannot follow this pitch at this S, or the tapers do not fit",
+    154: "only straight axes can follow the spindle ($80)",
 }
