@@ -21,7 +21,7 @@ struct rebuild_state {
     double g92_mm[AXIS_COUNT];     /* G92 offset */
     double top_z_mm;       /* highest Z that a move ended at, machine coordinates; NaN = none moved Z */
     double tool_length_mm; /* on Z */
-    double feed_mm_min, spindle_rpm; /* F, S; 0 = none yet */
+    double feed_mm_min, spindle_rpm; /* F (in G95 mm a revolution), S; 0 = none yet */
     double path_tolerance_mm;        /* G64 P */
     int32_t tool;                    /* T */
     int16_t motion_g10, path_g10; /* ten times the G code: 0 10 20 30 50 51 382.. 730 .. 890; 610 611 640 */

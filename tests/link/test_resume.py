@@ -97,6 +97,30 @@ def test_state_at_the_end_is_the_whole_jobs(line: int, facts: MachineFacts) -> N
     assert_same(state_after(resume.lines, facts), state_after(program.lines, facts))
 
 
+LATHE = """G21G90G18
+M3S600
+G0X10Z5
+G95F.2
+G1Z0
+X5
+G33Z-5K1
+Z-9K1
+G0X10
+G20G95F.01
+G1X.1
+G94F9
+G1X.2
+G0Z1
+"""
+
+
+@pytest.mark.parametrize("line", range(4, len(LATHE.splitlines()) + 1))
+def test_feed_per_revolution_and_threads(line: int) -> None:
+    program = program_of(LATHE)
+    resume = plan_resume(LIBRARY, program, line, FACTS)
+    assert_same(state_after(resume.lines, FACTS), state_after(program.lines, FACTS))
+
+
 MM = st.integers(-500, 500).map(lambda value: f"{value / 8:g}")
 WORDS = st.one_of(
     st.builds("G0X{}Y{}".format, MM, MM),

@@ -29,7 +29,7 @@ CHECK_MM = 1e-4
 SOMEWHERE_MM = (-311.625, 247.375, -211.875, 97.625, -57.875, 33.375)
 ELSEWHERE_MM = (137.25, -91.5, 53.125, 31.75, -17.5, 71.25)
 
-MOTION_CODES = {0.0, 1.0, 2.0, 3.0, 5.0, 5.1, 33.0, 38.2, 38.3, 38.4, 38.5, 73.0, 76.0, *map(float, range(80, 90))}
+MOTION_CODES = {0.0, 1.0, 2.0, 3.0, 5.0, 5.1, 33.0, 33.1, 38.2, 38.3, 38.4, 38.5, 73.0, 76.0, *map(float, range(80, 90))}
 ROWS = {"G5", "G5.1", "G73", "G81", "G82", "G83", "G85", "G86", "G89"}  # words of one line hold for the next
 AXES_FOR_OTHERS = {10.0, 28.0, 28.1, 30.0, 30.1, 43.0, 43.1, 92.0, 92.1}
 
@@ -189,8 +189,9 @@ def _spindle(state: ModalState, facts: MachineFacts, approach: Approach) -> list
 
 
 def _modal_words(state: ModalState) -> list[str]:
-    """The modes of line N, where they differ from the preamble's. F is in mm/min, so it stands before G20."""
-    lines = [f"F{number(float(f'{state.feed_mm_min:.6g}'))}"]  # the core keeps it as a single-precision mm/s
+    """The modes of line N, where they differ from the preamble's. F is in mm, so it stands before G20."""
+    per_rev = "G95" if state.feed_mode == "G95" else ""
+    lines = [f"{per_rev}F{number(float(f'{state.feed_mm_min:.6g}'))}"]  # the core keeps it in single precision
     modes = [
         word for word, usual in ((state.plane, "G17"), (state.distance, "G90"), (state.units, "G21")) if word != usual
     ]
@@ -202,7 +203,7 @@ def _modal_words(state: ModalState) -> list[str]:
     lines += ["".join(modes)] if modes else []
     if _motion_stands_alone(state):
         lines.append(state.motion)
-    return lines + ([state.feed_mode] if state.feed_mode != "G94" else [])
+    return lines + ([state.feed_mode] if state.feed_mode not in ("G94", "G95") else [])
 
 
 def _motion_stands_alone(state: ModalState) -> bool:
