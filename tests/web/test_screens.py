@@ -17,6 +17,7 @@ from wificnc.serve.server import Server
 ROOT = Path(__file__).resolve().parents[2]
 SCREENS = ROOT / "build" / "web" / "screens"
 AXE = ROOT / "web" / "node_modules" / "axe-core" / "axe.min.js"
+FIRST_LOAD_BYTES = 100_000  # on the wire
 TABS = ("control", "job", "terminal", "settings", "pins", "network", "inout", "install")
 LOOKS = {
     "light": {"viewport": DESKTOP, "color_scheme": "light"},
@@ -67,3 +68,25 @@ def test_the_path_in_three_dimensions(
     page.get_by_role("button", name="3-D").click()
     expect(page.get_by_role("img", name="Path of inlay.nc")).to_be_visible()
     page.screenshot(path=SCREENS / "path-dark.png")
+
+
+def test_the_first_load_is_small(
+    serve_page: Callable[..., tuple[Server, PageServer]],
+    watched: Callable[..., Watched],
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    """What opens the page: no loader, no core, no pictures. The time that is printed is this computer's."""
+    _, served = serve_page()
+    page = watched().page(served.url)
+    expect(page.locator("[data-test=state]")).to_have_text("Idle")
+    loaded = page.evaluate(
+        """() => {
+            const [page] = performance.getEntriesByType("navigation");
+            const files = performance.getEntriesByType("resource").filter((file) => file.initiatorType !== "fetch");
+            const bytes = files.reduce((sum, file) => sum + file.transferSize, page.transferSize);
+            return { bytes, count: files.length + 1, ms: page.loadEventEnd };
+        }"""
+    )
+    with capsys.disabled():
+        print(f"\nthe page: {loaded['count']} files, {loaded['bytes']:,} bytes, loaded in {loaded['ms']:.0f} ms")
+    assert loaded["bytes"] < FIRST_LOAD_BYTES
