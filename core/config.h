@@ -10,8 +10,12 @@
 #define SPAN_RING_SIZE     32  /* spans between prep and the step ISR */
 #define FEED_SIZE          128 /* segments of a network host that wait */
 #define STARTUP_LINE_COUNT 2   /* $N0, $N1 */
-#define PARAMS_NUMBERED    64  /* parameters among #31..#5000 that may be set */
-#define PARAMS_NAMED       32  /* named parameters, local and global */
+/* Motion that follows the spindle's encoder, 10 KB of code: a target without an encoder builds with 0. */
+#ifndef WITH_ENCODER
+#define WITH_ENCODER 1
+#endif
+#define PARAMS_NUMBERED 64 /* parameters among #31..#5000 that may be set */
+#define PARAMS_NAMED    32 /* named parameters, local and global */
 
 _Static_assert((PLAN_SIZE & (PLAN_SIZE - 1)) == 0, "ring index is masked");
 _Static_assert((SEGMENT_RING_SIZE & (SEGMENT_RING_SIZE - 1)) == 0, "ring index is masked");

@@ -175,7 +175,7 @@ static enum status resolve_any(const struct gcode_state *state, const struct gco
     r.wcs_mm = state->offsets.wcs_mm[command->next.wcs];
     r.tool_length_mm = command->store_tool_length ? command->tool_length_mm : state->offsets.tool_length_mm;
 
-    if (command->next.feed_mode == FEED_PER_REV && !state->ports.encoder)
+    if (command->next.feed_mode == FEED_PER_REV && !(WITH_ENCODER && state->ports.encoder))
         return STATUS_NO_ENCODER;
     status = resolve_values(&r);
     if (status == STATUS_OK && !only_motion(block))

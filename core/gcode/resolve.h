@@ -14,6 +14,7 @@
 #ifndef WIFICNC_GCODE_RESOLVE_H
 #define WIFICNC_GCODE_RESOLVE_H
 
+#include "config.h"
 #include "gcode/block.h"
 #include "gcode/gcode.h"
 

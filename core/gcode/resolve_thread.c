@@ -138,7 +138,7 @@ enum status resolve_thread(struct resolver *r) {
     const struct gcode_modal *next = &r->out->next;
     struct gcode_move *move = &r->out->move;
 
-    if (!r->state->ports.encoder)
+    if (!WITH_ENCODER || !r->state->ports.encoder)
         return STATUS_NO_ENCODER;
     if (r->axis_words == 0)
         return STATUS_NO_AXIS_WORDS;

@@ -23,7 +23,8 @@
 void thread_set_encoder(struct machine *machine) {
     const struct settings *settings = &machine->settings;
     struct spindle *spindle = &machine->motion.emit.spindle;
-    machine->gcode.ports.encoder = machine->board.encoder != NULL && settings->encoder_counts > 0;
+    machine->gcode.ports.encoder =
+        WITH_ENCODER && machine->board.encoder != NULL && settings->encoder_counts > 0;
     float per_rev = machine->gcode.ports.encoder ? (float)settings->encoder_counts : 0.0f;
     if (spindle->per_rev != per_rev)
         spindle_reset(spindle, per_rev);
@@ -35,6 +36,8 @@ float thread_feed_factor(const struct machine *machine) {
 }
 
 void thread_note_feed(struct machine *machine) {
+    if (!WITH_ENCODER)
+        return;
     const struct gcode_modal *next = &machine->command.next;
     struct machine_thread *thread = &machine->thread;
     float nominal = next->feed_mode == FEED_PER_REV ? next->spindle_rpm * (1.0f / 60.0f) : 0.0f;
@@ -71,6 +74,8 @@ static void watch_feed(struct machine *machine, uint32_t now_us) {
 }
 
 void thread_watch(struct machine *machine) {
+    if (!WITH_ENCODER)
+        return;
     struct emit *emit = &machine->motion.emit;
     struct hal_encoder_state state;
     if (!machine->gcode.ports.encoder)
@@ -169,6 +174,8 @@ static void lay_path(const struct machine *machine, const struct gcode_command *
 }
 
 enum status thread_check(const struct machine *machine, const struct gcode_command *command) {
+    if (!WITH_ENCODER)
+        return STATUS_OK;
     const struct gcode_move *move = &command->move;
     const double *from_mm = machine->gcode.position_mm;
     struct gear_path path;
@@ -194,6 +201,8 @@ void thread_forget(struct machine *machine) {
 }
 
 bool thread_defers(struct machine *machine) {
+    if (!WITH_ENCODER)
+        return false;
     struct gear *gear = &machine->motion.emit.gear;
     struct machine_thread *thread = &machine->thread;
     if (gear->phase == GEAR_WAITS) {
@@ -290,6 +299,8 @@ static void watch_pass(struct machine *machine, uint32_t now_us) {
 /* ---- the line ---- */
 
 void thread_start(struct machine *machine) {
+    if (!WITH_ENCODER)
+        return;
     struct machine_thread *thread = &machine->thread;
     thread->step = THREAD_NEXT;
     thread->action_pending = thread->again = false;
@@ -355,6 +366,8 @@ static enum task_stage return_tap(struct machine *machine) {
 }
 
 enum task_stage thread_poll(struct machine *machine) {
+    if (!WITH_ENCODER)
+        return TASK_NONE;
     const struct gcode_move *move = &machine->command.move;
     const struct machine_thread *thread = &machine->thread;
     if (machine->state == MACHINE_CHECK)

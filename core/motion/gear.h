@@ -16,6 +16,7 @@
 #define WIFICNC_MOTION_GEAR_H
 
 #include "base/axis.h"
+#include "config.h"
 #include "motion/spindle.h"
 
 #include <stdbool.h>
@@ -98,7 +99,7 @@ float gear_taper_mm(const struct gear_path *path);
 
 /** It moves, or is about to. */
 static inline bool gear_is_on(const struct gear *gear) {
-    return gear->phase != GEAR_OFF && gear->phase != GEAR_DONE;
+    return WITH_ENCODER && gear->phase != GEAR_OFF && gear->phase != GEAR_DONE;
 }
 
 #endif

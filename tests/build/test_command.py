@@ -37,7 +37,7 @@ def test_build_pic32mz_says_what_it_made(capsys: pytest.CaptureFixture[str]) -> 
         main(["build", "pic32mz2048efh100"])
     said = capsys.readouterr()
     assert caught.value.code == Exit.OK and said.out == ""
-    for word in ("compiler", "sources", "of the budget of 147,456", "of the budget of 65,536", "wificnc.hex"):
+    for word in ("compiler", "sources", "of the budget of 131,072", "of the budget of 65,536", "wificnc.hex"):
         assert word in said.err
 
 

@@ -40,6 +40,7 @@ FLAGS = (
     *MACHINE,
     *("-std=c11", "-Os", "-flto", "-g"),
     *("-fno-math-errno", "-ffp-contract=off"),
+    "-DWITH_ENCODER=0",  # core/config.h; no board with this chip has one
     *("-fno-asynchronous-unwind-tables", "-fno-stack-protector"),
     *("-ffunction-sections", "-fdata-sections"),
     *("-Wall", "-Wextra", "-Wconversion", "-Wshadow", "-Werror"),
@@ -59,7 +60,7 @@ LINK = (
 )
 
 # What the chip has for us (targets/pic32mz/chip/pic32mz.ld), and what we allow ourselves of it.
-FLASH_BYTES, FLASH_BUDGET = 1024 * 1024, 144 * 1024
+FLASH_BYTES, FLASH_BUDGET = 1024 * 1024, 128 * 1024
 RAM_BYTES, RAM_BUDGET = 512 * 1024, 64 * 1024
 
 
