@@ -192,8 +192,9 @@ def test_overrides_and_alarm(socket_link: Callable[..., Console]) -> None:
     console.page.get_by_role("button", name="10", exact=True).first.click()
     console.by("jog-X−").click()
     expect(console.page.get_by_text("Alarm 1: a limit switch was hit")).to_be_visible()
-    console.by("reset").click()
+    expect(console.page.get_by_text("It answers nothing until it is reset")).to_be_visible()
     assert console.hands("travel x -1000 1000") == "ok"
+    console.by("reset").click()
     console.by("unlock").click()
     console.is_in("Idle")
 
@@ -284,7 +285,7 @@ def test_stop(socket_link: Callable[..., Console]) -> None:
 
 
 def test_the_link_is_lost_and_the_job_resumed(link: Callable[..., Console]) -> None:
-    console = link(speed=3.0)
+    console = link(speed=5.0)
     load(console, square(120))
     console.by("job-start").click()
     console.is_in("Run")

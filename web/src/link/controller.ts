@@ -283,7 +283,8 @@ export class Controller {
 
   private takeBanner(): void {
     this.alarm.value = null;
-    this.needsReset.value = false;
+    this.needsReset.value = this.waitsForReport = false;
+    this.askedAt = 0; // what was reported is old
     this.queue.forget();
     this.onBreak("reset");
   }
