@@ -101,6 +101,7 @@ def test_host_wires_every_kind_of_signal_but_the_buses() -> None:
         "spindle_dir",
         "coolant_mist",
         "charge_pump",
+        "servo",
         "misc_out_4",
         "encoder_index",
     } <= signals

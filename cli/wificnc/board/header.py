@@ -32,6 +32,7 @@ OUTPUT_SIGNALS = (
     "coolant_flood",
     "coolant_mist",
     "charge_pump",
+    "servo",
     "led",
 )
 INPUT_SIGNALS = ("probe", "estop", "encoder_a", "encoder_b", "encoder_index")

@@ -16,6 +16,7 @@ _WORDS = {
     "coolant_flood": "flood coolant",
     "coolant_mist": "mist coolant",
     "charge_pump": "charge pump",
+    "servo": "RC servo",
     "estop": "e-stop",
     "encoder_a": "encoder A",
     "encoder_b": "encoder B",

@@ -117,6 +117,7 @@ class Outputs(Strict):
     coolant_flood: OutputWire | None = None
     coolant_mist: OutputWire | None = None
     charge_pump: OutputWire | None = Field(default=None, description="square wave that keeps a safety relay closed")
+    servo: OutputWire | None = Field(default=None, description="pulses of 0.5 to 2.5 ms for an RC servo, $85 to $87")
     misc: Annotated[tuple[OutputWire, ...], LooseTuple] = Field(default=(), max_length=MISC_OUT_MAX)
 
 
@@ -232,6 +233,7 @@ class Role(Enum):
     SPINDLE = "spindle"
     COOLANT = "coolant"
     PUMP = "charge pump"
+    SERVO = "RC servo"
     MISC = "misc output"
     MISC_IN = "misc input"
     ENCODER = "encoder"
@@ -331,6 +333,7 @@ _OUTPUT_ROLES = {
     "coolant_flood": Role.COOLANT,
     "coolant_mist": Role.COOLANT,
     "charge_pump": Role.PUMP,
+    "servo": Role.SERVO,
 }
 _INPUT_ROLES = {"probe": Role.PROBE, "estop": Role.ESTOP}
 _GROUPS = (

@@ -30,6 +30,7 @@ ROLE_COLOURS = {
     Role.SPINDLE: "#ad2f86",
     Role.COOLANT: "#0b8f99",
     Role.PUMP: "#7a5548",
+    Role.SERVO: "#b0486b",
     Role.MISC: "#5c7c1d",
     Role.MISC_IN: "#8d7a16",
     Role.ENCODER: "#94523a",

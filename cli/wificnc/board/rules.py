@@ -202,6 +202,12 @@ def _second_switch(board: BoardFile, chip: Chip) -> Iterator[Finding]:
             )
 
 
+def _servo(board: BoardFile, chip: Chip) -> Iterator[Finding]:
+    if board.output.servo and board.target == "pic32mz":
+        reason = "the firmware of the PIC32MZ has no output for an RC servo"
+        yield Finding("servo", ("output", "servo"), reason, "leave it out")
+
+
 def _memory_mode(board: BoardFile, chip: Chip) -> Iterator[Finding]:
     if board.memory.mode not in chip.memory:
         known = "; ".join(f"{mode} = {what}" for mode, what in chip.memory.items())
@@ -264,6 +270,7 @@ BOARD_RULES: tuple[BoardRule, ...] = (
     _axes_contiguous,
     _one_kind_of_limit,
     _second_switch,
+    _servo,
     _memory_mode,
     _spi_host,
     _header_names,

@@ -62,9 +62,10 @@ void board_outputs(const struct pin_map *map, struct output_wire wire[SWITCH_COU
         [SWITCH_ENABLE] = "enable",           [SWITCH_SPINDLE_ENABLE] = "spindle_enable",
         [SWITCH_SPINDLE_DIR] = "spindle_dir", [SWITCH_SPINDLE_PWM] = "spindle_pwm",
         [SWITCH_FLOOD] = "coolant_flood",     [SWITCH_MIST] = "coolant_mist",
-        [SWITCH_CHARGE_PUMP] = "charge_pump", [SWITCH_DIGITAL] = "misc_out_0",
-        [SWITCH_DIGITAL + 1] = "misc_out_1",  [SWITCH_DIGITAL + 2] = "misc_out_2",
-        [SWITCH_DIGITAL + 3] = "misc_out_3",  [SWITCH_LAST_DIGITAL] = "misc_out_4",
+        [SWITCH_CHARGE_PUMP] = "charge_pump", [SWITCH_SERVO] = "servo",
+        [SWITCH_DIGITAL] = "misc_out_0",      [SWITCH_DIGITAL + 1] = "misc_out_1",
+        [SWITCH_DIGITAL + 2] = "misc_out_2",  [SWITCH_DIGITAL + 3] = "misc_out_3",
+        [SWITCH_LAST_DIGITAL] = "misc_out_4",
     };
     for (unsigned output = 0; output < SWITCH_COUNT; output++) {
         const struct pin_wire *found = pin_map_find(map, signal[output]);

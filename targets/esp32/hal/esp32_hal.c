@@ -40,4 +40,10 @@ static void read_encoder(struct hal *hal, struct hal_encoder_state *out) {
     encoder_read(&hal->encoder, hal_time_us(hal), out);
 }
 
+static void set_servo(struct hal *hal, uint16_t pulse_us) {
+    (void)hal;
+    outputs_servo(pulse_us);
+}
+
+const struct hal_servo esp32_servo = {.set = set_servo};
 const struct hal_encoder esp32_encoder = {.has_index = false, .read = read_encoder};

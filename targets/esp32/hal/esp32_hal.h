@@ -16,6 +16,8 @@ struct hal {
     struct encoder encoder;
 };
 
+/** The RC servo, when outputs_have_servo(). */
+extern const struct hal_servo esp32_servo;
 /** The spindle's encoder, when encoder_init() found one. */
 extern const struct hal_encoder esp32_encoder;
 

@@ -23,6 +23,7 @@ enum switch_output {
     SWITCH_FLOOD,
     SWITCH_MIST,
     SWITCH_CHARGE_PUMP,
+    SWITCH_SERVO,
     SWITCH_DIGITAL, /* P0 of M62 .. M65 */
     SWITCH_LAST_DIGITAL = SWITCH_DIGITAL + 4,
     SWITCH_COUNT
@@ -36,11 +37,17 @@ struct outputs {
 /** [start] Every output off, before anything else runs; also step and direction lines. */
 void outputs_make_safe(const struct pin_map *map);
 
-/** [task] @param wire  is copied @return false: no PWM channel could be set up */
+/** [task] @param wire  is copied @return false: a PWM channel could not be set up */
 bool outputs_init(struct outputs *outputs, const struct output_wire wire[SWITCH_COUNT]);
 
 /** Motor drivers on or off. @param invert  $4 */
 void outputs_motors(const struct outputs *outputs, bool on, bool invert);
+
+/** Is there a servo's output? */
+bool outputs_have_servo(const struct outputs *outputs);
+
+/** A pulse of this length every 20 ms, or none. Only with an output for it. @param pulse_us  0 .. 20000 */
+void outputs_servo(uint16_t pulse_us);
 
 /** @param direction -1, 0, 1 @param duty 0 .. HAL_DUTY_FULL */
 void outputs_spindle(struct outputs *outputs, int direction, uint16_t duty);

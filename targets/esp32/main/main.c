@@ -197,6 +197,7 @@ static void start_machine(enum nvs_start kept) {
     const struct text_out out = controller_out(&controller);
     board.store = kept == NVS_START_FAILED ? NULL : &nvs_hal_store;
     board.store_ctx = &store;
+    board.servo = outputs_have_servo(&hal.outputs) ? &esp32_servo : NULL;
     board.encoder = hal.encoder.unit != NULL ? &esp32_encoder : NULL;
     machine_init(&machine, &board, &hal, &hal.step, &out);
     follow_init(&follow, &machine, &hal, &step_pins);

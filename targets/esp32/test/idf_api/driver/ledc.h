@@ -12,9 +12,9 @@ typedef enum { LEDC_HIGH_SPEED_MODE, LEDC_LOW_SPEED_MODE } ledc_mode_t;
 #else
 typedef enum { LEDC_LOW_SPEED_MODE } ledc_mode_t;
 #endif
-typedef enum { LEDC_TIMER_0 } ledc_timer_t;
-typedef enum { LEDC_CHANNEL_0 } ledc_channel_t;
-typedef enum { LEDC_TIMER_13_BIT = 13 } ledc_timer_bit_t;
+typedef enum { LEDC_TIMER_0, LEDC_TIMER_1 } ledc_timer_t;
+typedef enum { LEDC_CHANNEL_0, LEDC_CHANNEL_1 } ledc_channel_t;
+typedef enum { LEDC_TIMER_13_BIT = 13, LEDC_TIMER_14_BIT = 14 } ledc_timer_bit_t;
 typedef enum { LEDC_AUTO_CLK } ledc_clk_cfg_t;
 
 typedef struct {
