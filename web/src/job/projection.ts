@@ -54,3 +54,13 @@ export function gridStep(span: number, count: number): number {
   const step = [1, 2, 5, 10].find((factor) => factor * ten >= rough)!;
   return step * ten;
 }
+
+/** The box, widened in X and Y to whole lines of a grid of about `count` lines. What is beyond a line by less than a hundredth
+ * of a cell, as rounding is, opens no new one. */
+export function gridOf(box: Box, count: number): { step: number; box: Box } {
+  const step = gridStep(Math.max(box.max[0] - box.min[0], box.max[1] - box.min[1]), count);
+  const low = (value: number): number => Math.floor(value / step + 0.01) * step;
+  const high = (value: number): number => Math.ceil(value / step - 0.01) * step;
+  const [min, max] = [box.min, box.max];
+  return { step, box: { min: [low(min[0]), low(min[1]), min[2]], max: [high(max[0]), high(max[1]), max[2]] } };
+}

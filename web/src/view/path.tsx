@@ -5,7 +5,7 @@ import { useEffect, useRef } from "preact/hooks";
 import { controller, job, preflight, theme } from "../app";
 import { SAMPLE_WORDS } from "../job/core";
 import { secondsAtLine, type Preflight } from "../job/preflight";
-import { gridStep, projection, SLANTED, TOP, type Box, type Project, type View } from "../job/projection";
+import { gridOf, projection, SLANTED, TOP, type Box, type Project, type View } from "../job/projection";
 import { Segments } from "./parts";
 
 /** Samples drawn; more cannot be told apart. */
@@ -117,18 +117,17 @@ function draw(canvas: HTMLCanvasElement, done: Preflight, seconds: number, tool:
   context.setTransform(scale, 0, 0, scale, 0, 0);
   context.clearRect(0, 0, width, height);
   context.lineJoin = context.lineCap = "round";
-  const box = boxOf(done);
-  const project = projection(view.value, box, width, height);
+  const grid = gridOf(boxOf(done), GRID_LINES);
+  const project = projection(view.value, grid.box, width, height);
   const ink = colours();
-  drawGrid(context, box, project, ink);
+  drawGrid(context, grid.step, grid.box, project, ink);
   drawPath(context, done, project, seconds, ink);
   if (tool) drawTool(context, project(tool[0] ?? 0, tool[1] ?? 0, tool[2] ?? 0), ink);
 }
 
-function drawGrid(context: CanvasRenderingContext2D, box: Box, project: Project, ink: Colours): void {
-  const step = gridStep(Math.max(box.max[0] - box.min[0], box.max[1] - box.min[1]), GRID_LINES);
-  const [x0, y0] = [box.min[0], box.min[1]].map((low) => Math.floor(low / step) * step) as [number, number];
-  const [x1, y1] = [box.max[0], box.max[1]].map((high) => Math.ceil(high / step) * step) as [number, number];
+function drawGrid(context: CanvasRenderingContext2D, step: number, box: Box, project: Project, ink: Colours): void {
+  const [x0, y0] = box.min;
+  const [x1, y1] = box.max;
   const z = box.min[2];
   context.strokeStyle = ink.grid;
   context.fillStyle = ink.text;
