@@ -34,32 +34,25 @@ CASES: list[tuple[Callable[[Path], list[Problem]], str, str, str, str]] = [
 ]
 
 
+PACKAGES = (
+    "cli/wificnc",
+    "tools/lint",
+    "tools/bench",
+    "tools/motion",
+    "tools/xtensa",
+    "tools/mips",
+    "tools/pages",
+)
+
+
 @pytest.fixture
 def tree(tmp_path: Path) -> Path:
     """An empty checkout with our configuration."""
-    for name in (
-        "cli/wificnc",
-        "tools/lint",
-        "tools/bench",
-        "tools/motion",
-        "tools/xtensa",
-        "tools/mips",
-        "tools/pages",
-        "core",
-        "targets/host",
-    ):
+    for name in (*PACKAGES, "core", "targets/host"):
         (tmp_path / name).mkdir(parents=True)
     for name in ("pyproject.toml", ".clang-format"):
         shutil.copy(ROOT / name, tmp_path / name)
-    for package in (
-        "cli/wificnc",
-        "tools/lint",
-        "tools/bench",
-        "tools/motion",
-        "tools/xtensa",
-        "tools/mips",
-        "tools/pages",
-    ):
+    for package in PACKAGES:
         (tmp_path / package / "__init__.py").write_text('"""Doc."""\n')
     return tmp_path
 
