@@ -25,7 +25,8 @@ CASES: list[tuple[Callable[[Path], list[Problem]], str, str, str, str]] = [
         external.check_mypy,
         "cli/wificnc/a.py",
         GOOD_PYTHON,
-        GOOD_PYTHON.replace("-> int", "-> str"),
+        # Not "str": mypy's cache takes a file of equal size and second for the one that it knows.
+        GOOD_PYTHON.replace("-> int", "-> bytes"),
         "return value type",
     ),
     (external.check_clang_format, "core/a.c", GOOD_C, GOOD_C.replace("{\n", "\n{\n"), "not formatted"),
