@@ -46,7 +46,7 @@ demo: $(VENV)/.ready
 
 test: $(VENV)/.ready-dev
 	@$(WIFICNC) build host
-	$(PY) -m pytest $(PYTEST)
+	$(PY) -m pytest -n auto --no-loadscope-reorder $(PYTEST)
 
 lint: $(VENV)/.ready-dev
 	@cd tools && $(abspath $(PY)) -m lint $(ONLY)
