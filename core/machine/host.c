@@ -182,8 +182,16 @@ uint32_t machine_host_done(const struct machine *machine) {
     return next != NULL ? next->line - 1 : machine->host.feed.tail;
 }
 
+static axis_mask_t home_switches(const struct machine *machine) {
+    unsigned own = machine->board.home_axes;
+    unsigned homes = inputs_homing(machine, &machine->inputs, FIRST_MOTOR) |
+                     inputs_homing(machine, &machine->inputs, SECOND_MOTOR);
+    return (axis_mask_t)((homes & own) | (inputs_limits(machine, &machine->inputs) & ~own));
+}
+
 void machine_host_inputs(const struct machine *machine, struct host_inputs *inputs) {
     *inputs = (struct host_inputs){.limits = inputs_limits(machine, &machine->inputs),
+                                   .home = home_switches(machine),
                                    .probe = inputs_probe(machine, &machine->inputs),
                                    .estop = machine->inputs.estop};
 }

@@ -70,6 +70,7 @@ bool machine_host_release(struct machine *machine);
 /** Inputs as they mean: 1 = hit, touches, pressed. */
 struct host_inputs {
     axis_mask_t limits;
+    axis_mask_t home; /* what homing looks for: home switches, or of axes without one the limits */
     bool probe, estop;
 };
 void machine_host_inputs(const struct machine *machine, struct host_inputs *inputs);

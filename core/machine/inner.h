@@ -101,7 +101,8 @@ bool inputs_poll(struct machine *machine);
 void inputs_look(struct machine *machine);
 /** Limit switches that are hit, by $5. */
 axis_mask_t inputs_limits(const struct machine *machine, const struct hal_inputs *inputs);
-/** Only those at the ends to which the axes home ($23). @param motor  FIRST_MOTOR or SECOND_MOTOR */
+/** Switches that homing looks for, when they are hit: the home lines, or of axes without one the limits at
+ * the ends to which they home ($23). @param motor  FIRST_MOTOR or SECOND_MOTOR */
 axis_mask_t inputs_homing(const struct machine *machine, const struct hal_inputs *inputs, unsigned motor);
 /** Axes with a second motor. */
 axis_mask_t inputs_ganged(const struct machine *machine);

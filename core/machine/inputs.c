@@ -20,7 +20,9 @@ axis_mask_t inputs_homing(const struct machine *machine, const struct hal_inputs
     unsigned to_min = machine->settings.homing_dir_mask;
     unsigned low = motor == FIRST_MOTOR ? inputs->limit_min : inputs->second_min;
     unsigned high = motor == FIRST_MOTOR ? inputs->limit_max : inputs->second_max;
-    unsigned level = (low & to_min) | (high & ~to_min);
+    unsigned limit = (low & to_min) | (high & ~to_min), own = machine->board.home_axes;
+    unsigned home = motor == FIRST_MOTOR ? inputs->home : inputs->second_home;
+    unsigned level = (home & own) | (limit & ~own);
     axis_mask_t axes = motor == FIRST_MOTOR ? machine->gcode.axes : inputs_ganged(machine);
     return (axis_mask_t)((machine->settings.limit_invert ? level : ~level) & axes);
 }
@@ -33,8 +35,11 @@ bool inputs_door_is_open(const struct machine *machine) {
     return machine->inputs.door;
 }
 
-static bool hard_limits_watch(const struct machine *machine) {
-    return machine->settings.hard_limits && machine->state != MACHINE_ALARM && machine->state != MACHINE_HOME;
+/* Limits that stop the machine. Homing runs onto those that it looks for, but not onto the others. */
+static axis_mask_t hard_limits(const struct machine *machine) {
+    if (!machine->settings.hard_limits || machine->state == MACHINE_ALARM)
+        return 0;
+    return machine->state == MACHINE_HOME ? machine->board.home_axes : machine->gcode.axes;
 }
 
 /* Remember where the switches come on that homing looks for. */
@@ -61,7 +66,7 @@ void machine_edge_isr(struct machine *machine) {
     edges->known = limits;
     if (inputs.estop)
         edges->estop = true;
-    if (fresh != 0 && hard_limits_watch(machine))
+    if ((fresh & hard_limits(machine)) != 0)
         edges->hard_limit = true;
     if (edges->estop || edges->hard_limit)
         step_halt(&machine->step);

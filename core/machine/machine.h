@@ -34,6 +34,7 @@ struct machine_board {
     uint32_t dir_setup_ns;
     uint32_t max_step_rate_hz;         /* of one axis */
     uint8_t axis_count;                /* 1 .. AXIS_COUNT */
+    axis_mask_t home_axes;             /* homing looks at switches of their own, not at the limits */
     uint32_t motors_wake_us;           /* drivers need it from enabled to their first step */
     bool relay_spindle;                /* no PWM output: a laser ($32) is error:17 */
     uint8_t digital_inputs;            /* of M66, 0 .. DIGITAL_INPUT_COUNT */
@@ -316,7 +317,7 @@ bool machine_poll(struct machine *machine);
  * was done. */
 bool machine_poll_motion(struct machine *machine);
 
-/** [isr or task] A limit or e-stop line has changed. Halts the step ISR when it must stop at once, and
+/** [isr or task] A limit, home or e-stop line has changed. Halts the step ISR when it must stop at once, and
  * remembers the exact step. On the ISR's core, never nested into it. */
 void machine_edge_isr(struct machine *machine);
 

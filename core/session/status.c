@@ -93,7 +93,7 @@ static size_t status_packet(struct session *session, uint8_t *packet) {
         .limits = inputs.limits,
         .probe = inputs.probe,
         .homing = machine->state == MACHINE_HOME ? machine->homing.axes : 0,
-        .home_switches = inputs.limits,
+        .home_switches = inputs.home,
         .estop = inputs.estop,
         .flags = flags_of(session),
         .segment_id = segment_id(machine),

@@ -48,8 +48,8 @@ static bool read_steps(const struct host *host, unsigned axis, const char *word,
 static const char *read_input(const struct host *host, const struct words *words,
                               struct hands_action *action) {
     char name[HANDS_LINE_SIZE];
-    bool apart =
-        words->count > 1 && (is(words->word[0], "limit") || is(words->word[0], "input")); /* "limit x" */
+    bool apart = words->count > 1 && (is(words->word[0], "limit") || is(words->word[0], "home") ||
+                                      is(words->word[0], "input")); /* "limit x" */
     int used = apart ? 2 : 1;
     (void)host;
     snprintf(name, sizeof name, "%s%s%s", words->word[0], apart ? "-" : "", apart ? words->word[1] : "");
@@ -71,15 +71,16 @@ static const char *read_travel(const struct host *host, const struct words *word
         words->count > 1 && words->word[1][0] != '\0' ? strchr(axis_names, words->word[1][0]) : NULL;
     if (name == NULL || words->word[1][1] != '\0')
         return "which axis?";
+    bool homing = is(words->word[0], "homing");
     action->axis = (unsigned)(name - axis_names);
     action->kind = HANDS_NO_TRAVEL;
-    if (words->count == 3 && is(words->word[2], "off"))
+    if (!homing && words->count == 3 && is(words->word[2], "off"))
         return NULL;
-    action->kind = HANDS_TRAVEL;
+    action->kind = homing ? HANDS_HOMING : HANDS_TRAVEL;
     if (words->count != 4 || !read_steps(host, action->axis, words->word[2], &action->steps[0]) ||
         !read_steps(host, action->axis, words->word[3], &action->steps[1]) ||
         action->steps[0] >= action->steps[1])
-        return "travel AXIS LOW HIGH, in mm";
+        return homing ? "homing AXIS LOW HIGH, in mm" : "travel AXIS LOW HIGH, in mm";
     return NULL;
 }
 
@@ -199,7 +200,7 @@ const char *hands_read(const struct host *host, const char *line, struct hands_a
         const char *(*read)(const struct host *host, const struct words *words, struct hands_action *action);
     } commands[] = {{"travel", read_travel}, {"surface", read_surface}, {"place", read_place},
                     {"ramp", read_ramp},     {"skew", read_skew},       {"analog", read_analog},
-                    {"load", read_load},     {"encoder", read_encoder}};
+                    {"load", read_load},     {"encoder", read_encoder}, {"homing", read_travel}};
     struct words words;
     *action = (struct hands_action){0};
     split(&words, line);
@@ -234,6 +235,9 @@ void hands_do(struct host *host, const struct hands_action *action) {
         return;
     case HANDS_TRAVEL:
         virtual_travel(host, action->axis, action->steps[0], action->steps[1]);
+        return;
+    case HANDS_HOMING:
+        virtual_home(host, action->axis, action->steps[0], action->steps[1]);
         return;
     case HANDS_NO_TRAVEL:
         virtual_no_travel(host, action->axis);

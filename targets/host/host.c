@@ -46,6 +46,7 @@ struct host *host_open(const struct host_board *board, const char *store_path) {
         .dir_setup_ns = board->dir_setup_ns,
         .max_step_rate_hz = board->max_step_rate_hz,
         .axis_count = board->axis_count,
+        .home_axes = board->home_axes,
         .motors_wake_us = board->motors_wake_us,
         .relay_spindle = board->relay_spindle != 0,
         .digital_inputs = board->digital_inputs,

@@ -29,6 +29,7 @@ struct host_board {
     uint16_t motors_wake_us;   /* from powered to the first step */
     uint8_t digital_outputs;   /* of M62 .. M65, 0 .. OUTPUT_COUNT */
     uint8_t encoder;           /* 1: of the spindle, with index */
+    axis_mask_t home_axes;     /* axes with home switches of their own */
 };
 
 struct host;

@@ -140,11 +140,20 @@ void virtual_travel(struct host *host, unsigned axis, int32_t low_steps, int32_t
     update(host);
 }
 
+void virtual_home(struct host *host, unsigned axis, int32_t low_steps, int32_t high_steps) {
+    struct virtual_machine *machine = follow(host);
+    machine->has_home |= (axis_mask_t)(1u << axis);
+    machine->home_low[axis] = low_steps;
+    machine->home_high[axis] = high_steps;
+    update(host);
+}
+
 void virtual_no_travel(struct host *host, unsigned axis) {
     struct virtual_machine *machine = follow(host);
     axis_mask_t bit = (axis_mask_t)(1u << axis);
     machine->has_low &= (axis_mask_t)~bit;
     machine->has_high &= (axis_mask_t)~bit;
+    machine->has_home &= (axis_mask_t)~bit;
     update(host);
 }
 

@@ -8,6 +8,7 @@
  *   failed STAGE ERRNO TEXT            it cannot; exit code 1
  *
  * Options, each with a value: --timer-hz --step-pulse-ns --dir-setup-ns --max-step-rate-hz --axes --ganged
+ * --home-axes
  * --relay-spindle
  * --speed (0: as fast as it can) --host --port --wmc3 --control --pty --store --set; and --parent: end when
  * stdin does. The password of network clients stands in WIFICNC_PASSWORD, because arguments can be read by
@@ -86,6 +87,13 @@ static bool read_count(const char *value, uint8_t *out) {
     return good;
 }
 
+static bool read_axes(const char *value, axis_mask_t *out) {
+    uint32_t axes = 0;
+    bool good = read_number(value, &axes) && axes < 1u << AXIS_COUNT;
+    *out = good ? (axis_mask_t)axes : 0;
+    return good;
+}
+
 static bool take_board(struct host_board *board, const char *name, const char *value) {
     uint32_t axes = 0;
     if (strcmp(name, "--timer-hz") == 0)
@@ -96,11 +104,10 @@ static bool take_board(struct host_board *board, const char *name, const char *v
         return read_number(value, &board->dir_setup_ns);
     if (strcmp(name, "--max-step-rate-hz") == 0)
         return read_number(value, &board->max_step_rate_hz);
-    if (strcmp(name, "--ganged") == 0) {
-        bool good = read_number(value, &axes) && axes < 1u << AXIS_COUNT;
-        board->ganged = good ? (axis_mask_t)axes : 0;
-        return good;
-    }
+    if (strcmp(name, "--ganged") == 0)
+        return read_axes(value, &board->ganged);
+    if (strcmp(name, "--home-axes") == 0)
+        return read_axes(value, &board->home_axes);
     if (strcmp(name, "--relay-spindle") == 0) {
         board->relay_spindle = strcmp(value, "1") == 0;
         return true;

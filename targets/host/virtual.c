@@ -17,20 +17,38 @@ static void axes_of(const struct virtual_machine *machine, const int32_t motors[
     axes[AXIS_Y] = (motors[0] - motors[1]) >> 1;
 }
 
+/* Limits and home switches that are hit where a motor of each axis stands: as those of the first motors. */
+static uint64_t switches_at(const struct virtual_machine *machine, const int32_t at[AXIS_COUNT]) {
+    uint64_t hit = 0;
+    for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
+        if ((machine->has_low >> ax & 1) != 0 && at[ax] <= machine->low[ax])
+            hit |= BIT(VIRTUAL_LIMIT_MIN + ax);
+        if ((machine->has_high >> ax & 1) != 0 && at[ax] >= machine->high[ax])
+            hit |= BIT(VIRTUAL_LIMIT_MAX + ax);
+        if ((machine->has_home >> ax & 1) != 0 &&
+            (at[ax] <= machine->home_low[ax] || at[ax] >= machine->home_high[ax]))
+            hit |= BIT(VIRTUAL_HOME + ax);
+    }
+    return hit;
+}
+
+static uint64_t of_second_motors(const struct virtual_machine *machine) {
+    static const uint8_t lines[][2] = {{VIRTUAL_LIMIT_MIN, VIRTUAL_SECOND_MIN},
+                                       {VIRTUAL_LIMIT_MAX, VIRTUAL_SECOND_MAX},
+                                       {VIRTUAL_HOME, VIRTUAL_SECOND_HOME}};
+    uint64_t hit = switches_at(machine, machine->second), levels = 0;
+    for (unsigned i = 0; i < sizeof lines / sizeof lines[0]; i++)
+        levels |= (hit >> lines[i][0] & machine->ganged) << lines[i][1];
+    return levels;
+}
+
 bool virtual_update(struct virtual_machine *machine) {
     uint64_t levels = machine->forced;
     int32_t at[AXIS_COUNT];
     axes_of(machine, machine->position, at);
-    for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
-        if ((machine->has_low >> ax & 1) != 0 && at[ax] <= machine->low[ax])
-            levels |= BIT(VIRTUAL_LIMIT_MIN + ax);
-        if ((machine->has_high >> ax & 1) != 0 && at[ax] >= machine->high[ax])
-            levels |= BIT(VIRTUAL_LIMIT_MAX + ax);
-        if ((machine->ganged & machine->has_low) >> ax & 1 && machine->second[ax] <= machine->low[ax])
-            levels |= BIT(VIRTUAL_SECOND_MIN + ax);
-        if ((machine->ganged & machine->has_high) >> ax & 1 && machine->second[ax] >= machine->high[ax])
-            levels |= BIT(VIRTUAL_SECOND_MAX + ax);
-    }
+    levels |= switches_at(machine, at);
+    if (machine->ganged != 0)
+        levels |= of_second_motors(machine);
     if (machine->has_surface && machine->position[AXIS_Z] <= machine->surface)
         levels |= BIT(VIRTUAL_PROBE);
     bool changed = levels != machine->levels;
@@ -70,6 +88,8 @@ void virtual_read(const struct virtual_machine *machine, struct hal_inputs *inpu
         .limit_max = (axis_mask_t)(~(levels >> VIRTUAL_LIMIT_MAX) & axes),
         .second_min = (axis_mask_t)(~(levels >> VIRTUAL_SECOND_MIN) & axes),
         .second_max = (axis_mask_t)(~(levels >> VIRTUAL_SECOND_MAX) & axes),
+        .home = (axis_mask_t)(~(levels >> VIRTUAL_HOME) & axes),
+        .second_home = (axis_mask_t)(~(levels >> VIRTUAL_SECOND_HOME) & axes),
         .probe = (levels & BIT(VIRTUAL_PROBE)) == 0,
         .door = (levels & BIT(VIRTUAL_DOOR)) != 0,
         .hold = (levels & BIT(VIRTUAL_HOLD)) != 0,
@@ -97,7 +117,9 @@ int virtual_input_number(const char *name) {
                   {"limit-max-", VIRTUAL_LIMIT_MAX},
                   {"limit-", VIRTUAL_LIMIT_MIN},
                   {"second-min-", VIRTUAL_SECOND_MIN},
-                  {"second-max-", VIRTUAL_SECOND_MAX}};
+                  {"second-max-", VIRTUAL_SECOND_MAX},
+                  {"second-home-", VIRTUAL_SECOND_HOME},
+                  {"home-", VIRTUAL_HOME}};
     for (int i = 0; i < (int)(sizeof others / sizeof others[0]); i++)
         if (strcmp(name, others[i]) == 0)
             return VIRTUAL_PROBE + i;

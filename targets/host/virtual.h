@@ -24,8 +24,8 @@ struct host;
 struct hal;
 struct hal_inputs;
 
-/** The input lines. Limits: VIRTUAL_LIMIT_MIN + axis, VIRTUAL_LIMIT_MAX + axis; VIRTUAL_SECOND_ of the second
- * motors. */
+/** The input lines. Limits: VIRTUAL_LIMIT_MIN + axis, VIRTUAL_LIMIT_MAX + axis; home switches: VIRTUAL_HOME +
+ * axis; VIRTUAL_SECOND_ of the second motors. */
 enum virtual_input {
     VIRTUAL_LIMIT_MIN = 0,
     VIRTUAL_LIMIT_MAX = VIRTUAL_LIMIT_MIN + AXIS_COUNT,
@@ -38,7 +38,9 @@ enum virtual_input {
     VIRTUAL_SECOND_MIN,
     VIRTUAL_SECOND_MAX = VIRTUAL_SECOND_MIN + AXIS_COUNT,
     VIRTUAL_DIGITAL = VIRTUAL_SECOND_MAX + AXIS_COUNT, /* P0 .. of M66; active: high */
-    VIRTUAL_INPUT_COUNT = VIRTUAL_DIGITAL + DIGITAL_INPUT_COUNT
+    VIRTUAL_HOME = VIRTUAL_DIGITAL + DIGITAL_INPUT_COUNT,
+    VIRTUAL_SECOND_HOME = VIRTUAL_HOME + AXIS_COUNT,
+    VIRTUAL_INPUT_COUNT = VIRTUAL_SECOND_HOME + AXIS_COUNT
 };
 
 enum { VIRTUAL_EVENTS_MAX = 256 };
@@ -69,6 +71,8 @@ struct virtual_machine {
     int32_t position[AXIS_COUNT];              /* true position, steps */
     int32_t low[AXIS_COUNT], high[AXIS_COUNT]; /* switches: active at or beyond */
     axis_mask_t has_low, has_high;
+    int32_t home_low[AXIS_COUNT], home_high[AXIS_COUNT]; /* home switches, likewise */
+    axis_mask_t has_home;
     axis_mask_t ganged;                    /* axes with a second motor */
     int32_t second[AXIS_COUNT];            /* true positions of the second motors, steps */
     axis_mask_t first_waits, second_waits; /* motors that make no steps now */
@@ -86,8 +90,9 @@ struct virtual_machine {
 /** The machine behind a controller. It lives as long as the host. */
 struct virtual_machine *host_virtual(struct host *host);
 
-/** Number of an input by name: "limit-min-x" .. "limit-max-c", "limit-x" (= min), "second-min-x" .., "probe",
- * "door", "estop", "hold", "start", "reset", "input-0" .. @return -1: there is none of that name. */
+/** Number of an input by name: "limit-min-x" .. "limit-max-c", "limit-x" (= min), "second-min-x" .., "home-x"
+ * .., "second-home-x" .., "probe", "door", "estop", "hold", "start", "reset", "input-0" .. @return -1: there
+ * is none of that name. */
 int virtual_input_number(const char *name);
 
 /** Now, before the controller goes on. The level is what is set here or what the position says, whichever is
@@ -101,7 +106,10 @@ bool virtual_at(struct host *host, uint64_t t_ticks, int input, bool active);
 /** Limit switches of an axis: active while position <= low and while position >= high, true steps. */
 void virtual_travel(struct host *host, unsigned axis, int32_t low_steps, int32_t high_steps);
 
-/** No switches on this axis (power-on state). */
+/** Home switch of an axis: active while position <= low and while position >= high, true steps. */
+void virtual_home(struct host *host, unsigned axis, int32_t low_steps, int32_t high_steps);
+
+/** No limit and no home switches on this axis (power-on state). */
 void virtual_no_travel(struct host *host, unsigned axis);
 
 /** The probe touches while Z <= z_steps, true steps. */

@@ -150,6 +150,18 @@ def test_second_motors_are_in_the_step_masks() -> None:
     assert "BOARD_GANGED_AXES          0x00u" in pin_header_text(load_board("esp32s3-zero"))
 
 
+def test_home_switches_are_an_axis_mask_and_inputs(tmp_path: Path) -> None:
+    text = (find_boards()[0].parent / "host.toml").read_text(encoding="utf-8")
+    text = text.replace('step = "P1"\n', 'step = "P1"\nhome = { pin = "P62", active = "high" }\n')
+    path = tmp_path / "homes.toml"
+    path.write_text(text.replace('step = "P5"\n', 'step = "P5"\nhome = "P63"\n'), encoding="utf-8")
+    board = load_board(path)
+    header = pin_header_text(board)
+    assert board.home_axes == 0b100010
+    assert "BOARD_HOME_AXES            0x22u" in header
+    assert 'X(PIN_HOME_Y, "home_y", 1, PIN_PULL_UP)' in header and 'X(PIN_HOME_C, "home_c", 0, PIN_PULL_UP)' in header
+
+
 def test_header_names_every_signal_a_board_can_wire() -> None:
     known = {signal for group in signal_groups() for signal in group}
     for path in find_boards():

@@ -75,6 +75,7 @@ def _library() -> ctypes.CDLL:
     lib.virtual_at.argtypes = (host, ctypes.c_uint64, ctypes.c_int, ctypes.c_bool)
     lib.virtual_at.restype = ctypes.c_bool
     lib.virtual_travel.argtypes = (host, ctypes.c_uint, ctypes.c_int32, ctypes.c_int32)
+    lib.virtual_home.argtypes = (host, ctypes.c_uint, ctypes.c_int32, ctypes.c_int32)
     lib.virtual_surface.argtypes = (host, ctypes.c_int32)
     lib.virtual_place.argtypes = (host, Steps)
     lib.virtual_position.argtypes = (host, Steps)
@@ -104,9 +105,10 @@ class Grbl:
         motors_wake_us: int = 0,
         encoder: bool = False,
         outputs: int = 5,
+        home: int = 0,  # axes with home switches of their own
     ) -> None:
         timing = (HZ, 1000, 500, 500_000)
-        board = HostBoard(*timing, axes, ganged, relay, 4 * ports, ports, motors_wake_us, outputs, encoder)
+        board = HostBoard(*timing, axes, ganged, relay, 4 * ports, ports, motors_wake_us, outputs, encoder, home)
         self._host = LIB.host_open(ctypes.byref(board), str(store).encode() if store else None)
         assert self._host
         LIB.host_input_follows(self._host, 0)
@@ -225,6 +227,9 @@ class Grbl:
 
     def travel(self, axis: int, low: int, high: int) -> None:
         LIB.virtual_travel(self._host, axis, low, high)
+
+    def homing(self, axis: int, low: int, high: int) -> None:
+        LIB.virtual_home(self._host, axis, low, high)
 
     def surface(self, steps: int) -> None:
         LIB.virtual_surface(self._host, steps)

@@ -105,7 +105,8 @@ export type HostField =
   | "digital_inputs"
   | "digital_outputs"
   | "encoder"
-  | "analog";
+  | "analog"
+  | "home_axes";
 
 export type RealtimeName = keyof typeof raw.realtime;
 

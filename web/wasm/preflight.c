@@ -77,7 +77,7 @@ static void add_number(const char *name, double number) {
 EXPORT(core_open)
 int core_open(uint32_t timer_hz, uint32_t step_pulse_ns, uint32_t dir_setup_ns, uint32_t max_step_rate_hz,
               uint32_t axes, uint32_t ganged, uint32_t relay_spindle, uint32_t digital_inputs,
-              uint32_t digital_outputs, uint32_t encoder, uint32_t analog) {
+              uint32_t digital_outputs, uint32_t encoder, uint32_t analog, uint32_t home_axes) {
     board = (struct host_board){.timer_hz = timer_hz,
                                 .step_pulse_ns = step_pulse_ns,
                                 .dir_setup_ns = dir_setup_ns,
@@ -88,7 +88,8 @@ int core_open(uint32_t timer_hz, uint32_t step_pulse_ns, uint32_t dir_setup_ns, 
                                 .digital_inputs = (uint8_t)digital_inputs,
                                 .digital_outputs = (uint8_t)digital_outputs,
                                 .encoder = (uint8_t)encoder,
-                                .analog = (uint8_t)analog};
+                                .analog = (uint8_t)analog,
+                                .home_axes = (axis_mask_t)home_axes};
     sim_destroy(sim);
     sim = sim_create(&board);
     return sim != NULL ? 0 : -1;

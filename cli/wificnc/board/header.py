@@ -22,7 +22,7 @@ NUMBERING = {
 }
 
 # Every signal a board can have, in the order of the header; tests compare it with what the model can wire.
-AXIS_SIGNALS = ("step_{}", "dir_{}", "enable_{}", "limit_{}", "limit_{}_min", "limit_{}_max")
+AXIS_SIGNALS = ("step_{}", "dir_{}", "enable_{}", "limit_{}", "limit_{}_min", "limit_{}_max", "home_{}")
 SECOND_SIGNALS = tuple(pattern.replace("{}", "{}2") for pattern in AXIS_SIGNALS)  # of an axis' second motor
 OUTPUT_SIGNALS = (
     "enable",

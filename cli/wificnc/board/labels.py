@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from wificnc.board.chip import ChipPin
 from wificnc.board.model import Board, Role, Use
 
-_AXIS_WORDS = {"step": "step", "dir": "direction", "enable": "enable", "limit": "limit"}
+_AXIS_WORDS = {"step": "step", "dir": "direction", "enable": "enable", "limit": "limit", "home": "home"}
 _WORDS = {
     "enable": "motor enable",
     "spindle_enable": "spindle on",

@@ -78,6 +78,7 @@ class Motor(Strict):
     limit: InputWire | None = None
     limit_min: InputWire | None = None
     limit_max: InputWire | None = None
+    home: InputWire | None = Field(default=None, description="switch for homing; without it homing looks at a limit")
 
 
 class Axis(Motor):
@@ -228,6 +229,7 @@ class Role(Enum):
     DIR = "direction"
     ENABLE = "motor enable"
     LIMIT = "limit"
+    HOME = "home switch"
     PROBE = "probe"
     ESTOP = "e-stop"
     SPINDLE = "spindle"
@@ -295,6 +297,12 @@ class Board(BoardFile):
         return sum(1 << AXIS_LETTERS.index(letter.upper()) for letter, axis in wired if axis.second)
 
     @property
+    def home_axes(self) -> int:
+        """Axes with home switches of their own, bit 0 = X."""
+        wired = self.axis.wired().items()
+        return sum(1 << AXIS_LETTERS.index(letter.upper()) for letter, axis in wired if axis.home)
+
+    @property
     def digital_inputs(self) -> int:
         """Of M66."""
         return len(self.input.misc)
@@ -324,6 +332,7 @@ _AXIS_ROLES = {
     "limit": Role.LIMIT,
     "limit_min": Role.LIMIT,
     "limit_max": Role.LIMIT,
+    "home": Role.HOME,
 }
 _OUTPUT_ROLES = {
     "enable": Role.ENABLE,

@@ -25,6 +25,7 @@ ROLE_COLOURS = {
     Role.DIR: "#4b9cd3",
     Role.ENABLE: "#6a4fb3",
     Role.LIMIT: "#d9820a",
+    Role.HOME: "#a8661f",
     Role.PROBE: "#2e8b57",
     Role.ESTOP: "#c62828",
     Role.SPINDLE: "#ad2f86",

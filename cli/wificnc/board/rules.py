@@ -8,7 +8,7 @@ from dataclasses import replace
 from math import ceil
 
 from wificnc.board.chip import Chip
-from wificnc.board.model import AXIS_LETTERS, BoardFile, OutputWire, Role, Use
+from wificnc.board.model import AXIS_LETTERS, BoardFile, Motor, OutputWire, Role, Use
 from wificnc.checked.problem import Finding, key_text
 from wificnc.checked.shape import closest
 
@@ -192,13 +192,17 @@ def _one_kind_of_limit(board: BoardFile, chip: Chip) -> Iterator[Finding]:
 
 def _second_switch(board: BoardFile, chip: Chip) -> Iterator[Finding]:
     for letter, axis in board.axis.wired().items():
-        motors = [axis, axis.second] if axis.second else []
-        if not all(motor.limit or motor.limit_min or motor.limit_max for motor in motors):
+        if axis.second is None:
+            continue
+        motors: tuple[Motor, Motor] = (axis, axis.second)
+        limits = all(motor.limit or motor.limit_min or motor.limit_max for motor in motors)
+        homes = [motor.home is not None for motor in motors]
+        if any(homes) != all(homes) or not (any(homes) or limits):
             yield Finding(
                 "second-switch",
                 ("axis", letter, "second"),
-                "is a second motor, but the two have not a limit switch each, so homing cannot square them",
-                "wire a limit to both motors, or both drivers to one pair of step and direction pins",
+                "is a second motor, but the two have not a limit or a home switch each, so homing cannot square them",
+                "wire a limit (or a home) to both motors, or both drivers to one pair of step and direction pins",
             )
 
 

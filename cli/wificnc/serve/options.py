@@ -99,6 +99,7 @@ def board_numbers(board: Board) -> dict[str, int]:
         "max_step_rate_hz": timing.max_step_rate_hz,
         "axes": len(board.axes),
         "ganged": board.ganged_axes,
+        "home_axes": board.home_axes,
         "relay_spindle": int(board.output.spindle_pwm is None),
         "digital_inputs": board.digital_inputs,
         "digital_outputs": board.digital_outputs,

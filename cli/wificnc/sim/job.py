@@ -50,6 +50,7 @@ class Timing:
     motors_wake_us: int = 0  # from powered to the first step
     digital_outputs: int = 0  # of M62 .. M65
     encoder: bool = False  # of the spindle
+    home_axes: int = 0  # axes with home switches of their own, bit 0 = X
 
 
 @dataclass(frozen=True)

@@ -48,6 +48,7 @@ class HostBoard(Structure):
         ("motors_wake_us", c_uint16),
         ("digital_outputs", c_uint8),
         ("encoder", c_uint8),
+        ("home_axes", c_uint8),
     )
 
 

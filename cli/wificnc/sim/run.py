@@ -129,6 +129,7 @@ def board_timing(board: Board) -> Timing:
         board.has_analog,
         digital_outputs=board.digital_outputs,
         encoder=board.encoder is not None,
+        home_axes=board.home_axes,
     )
 
 

@@ -50,6 +50,7 @@ void board_inputs(const struct pin_map *map, struct input_wire wire[INPUT_COUNT]
     for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
         wire[INPUT_LIMIT_MIN + ax] = limit(map, ax, "_min");
         wire[INPUT_LIMIT_MAX + ax] = limit(map, ax, "_max");
+        wire[INPUT_HOME + ax] = input(axis_wire(map, "home_", ax, ""));
     }
     wire[INPUT_PROBE] = input(pin_map_find(map, "probe"));
     wire[INPUT_ESTOP] = input(pin_map_find(map, "estop"));
@@ -93,5 +94,6 @@ struct machine_board board_machine(void) {
         .dir_setup_ns = BOARD_DIR_SETUP_NS,
         .max_step_rate_hz = BOARD_MAX_STEP_RATE_HZ,
         .axis_count = BOARD_AXIS_COUNT,
+        .home_axes = BOARD_HOME_AXES,
     };
 }

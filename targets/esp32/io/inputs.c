@@ -18,8 +18,10 @@ static const struct debounce_time stop_time = {.on_us = 0, .off_us = 5000};
 static const struct debounce_time probe_time = {.on_us = 2000, .off_us = 2000};
 static const struct debounce_time button_time = {.on_us = 10000, .off_us = 20000};
 
-#define LIMITS     (((1u << AXIS_COUNT) - 1) << INPUT_LIMIT_MIN | ((1u << AXIS_COUNT) - 1) << INPUT_LIMIT_MAX)
-#define STOPPING   (LIMITS | 1u << INPUT_ESTOP)
+#define AXES       ((1u << AXIS_COUNT) - 1)
+#define LIMITS     (AXES << INPUT_LIMIT_MIN | AXES << INPUT_LIMIT_MAX)
+#define HOME       (AXES << INPUT_HOME)
+#define STOPPING   (LIMITS | HOME | 1u << INPUT_ESTOP) /* their edges interrupt */
 #define BANK_WIDTH 32u
 
 static portMUX_TYPE lock = portMUX_INITIALIZER_UNLOCKED;
@@ -64,6 +66,8 @@ void inputs_init(struct inputs *inputs, const struct input_wire wire[INPUT_COUNT
     *inputs = (struct inputs){.roles = *roles};
     for (unsigned input = 0; input < INPUT_COUNT; input++) {
         inputs->wire[input] = wire[input];
+        if ((HOME >> input & 1) != 0 && wire[input].active_high)
+            inputs->home_high |= 1u << input;
         inputs->debounce.time[input] = *time_of(input, roles);
         if (wire[input].gpio == GPIO_NONE)
             continue;
@@ -80,7 +84,7 @@ void inputs_init(struct inputs *inputs, const struct input_wire wire[INPUT_COUNT
 }
 
 void inputs_set_levels(struct inputs *inputs, bool limit_invert, bool probe_invert) {
-    uint32_t active_low = limit_invert ? 0 : LIMITS;
+    uint32_t active_low = (limit_invert ? 0 : LIMITS | HOME) ^ inputs->home_high;
     active_low |= probe_invert ? 0 : 1u << INPUT_PROBE;
     for (unsigned input = INPUT_ESTOP; input < INPUT_COUNT; input++)
         active_low |= inputs->wire[input].active_high ? 0 : 1u << input;
@@ -116,10 +120,11 @@ static bool IRAM_ATTR misc_is_on(uint32_t on, uint8_t number) {
 void IRAM_ATTR inputs_read(const struct inputs *inputs, struct hal_inputs *out) {
     uint32_t on = __atomic_load_n(&inputs->debounce.stable, __ATOMIC_RELAXED);
     uint32_t high = on ^ inputs->active_low;
-    const uint32_t axes = (1u << AXIS_COUNT) - 1;
-    out->limit_min = (axis_mask_t)(high >> INPUT_LIMIT_MIN & axes);
-    out->limit_max = (axis_mask_t)(high >> INPUT_LIMIT_MAX & axes);
-    out->second_min = out->second_max = 0; /* no board of this target has a second motor on an axis */
+    out->limit_min = (axis_mask_t)(high >> INPUT_LIMIT_MIN & AXES);
+    out->limit_max = (axis_mask_t)(high >> INPUT_LIMIT_MAX & AXES);
+    out->home = (axis_mask_t)((high ^ inputs->home_high) >> INPUT_HOME & AXES);
+    /* no board of this target has a second motor on an axis */
+    out->second_min = out->second_max = out->second_home = 0;
     out->probe = (high >> INPUT_PROBE & 1) != 0;
     out->estop = (on >> INPUT_ESTOP & 1) != 0 || inputs->locked;
     out->door = misc_is_on(on, inputs->roles.door);

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
- * Limits, probe, e-stop and the misc inputs: edge interrupts on core 1, and a sample every ms that ends their
- * bouncing. Everything here runs on core 1, except inputs_read(), which any core may call. */
+ * Limits, home switches, probe, e-stop and the misc inputs: edge interrupts on core 1, and a sample every ms
+ * that ends their bouncing. Everything here runs on core 1, except inputs_read(), which any core may call. */
 #ifndef WIFICNC_ESP32_INPUTS_H
 #define WIFICNC_ESP32_INPUTS_H
 
@@ -16,7 +16,8 @@
 enum {
     INPUT_LIMIT_MIN = 0,
     INPUT_LIMIT_MAX = INPUT_LIMIT_MIN + AXIS_COUNT,
-    INPUT_PROBE = INPUT_LIMIT_MAX + AXIS_COUNT,
+    INPUT_HOME = INPUT_LIMIT_MAX + AXIS_COUNT,
+    INPUT_PROBE = INPUT_HOME + AXIS_COUNT,
     INPUT_ESTOP,
     INPUT_MISC, /* P0 of M66 */
     INPUT_COUNT = INPUT_MISC + DIGITAL_INPUT_COUNT
@@ -28,7 +29,7 @@ struct machine;
 /** A pin and what it needs. */
 struct input_wire {
     uint8_t gpio;     /* GPIO_NONE: not wired */
-    bool active_high; /* of e-stop and misc inputs; for the others settings say it */
+    bool active_high; /* of home, e-stop and misc inputs; limits and probe: settings say it */
     uint8_t pull;     /* PIN_PULL_ of pin_config.h */
 };
 
@@ -44,14 +45,16 @@ struct inputs {
     struct debounce debounce;
     volatile bool locked;    /* as if e-stop were pressed: an update, safe mode */
     uint32_t active_low;     /* inputs that are on while their line is low */
-    struct machine *machine; /* is told of edges of limits and e-stop; NULL: nobody */
+    uint32_t home_high;      /* home lines that the board calls active high */
+    struct machine *machine; /* is told of edges of limits, home and e-stop; NULL: nobody */
 };
 
 /** [task] Pins become inputs with their pulls. No interrupt yet. @param wire  is copied */
 void inputs_init(struct inputs *inputs, const struct input_wire wire[INPUT_COUNT],
                  const struct input_roles *roles);
 
-/** [motion side, or before inputs_attach()] $5 and $6: at which level limits and probe are on. */
+/** [motion side, or before inputs_attach()] $5 and $6: at which level limits, home switches (as the board
+ * calls them, or the other way round) and probe are on. */
 void inputs_set_levels(struct inputs *inputs, bool limit_invert, bool probe_invert);
 
 /** [task on core 1] From now on edges interrupt, and `machine` is told. @return false: no interrupt is free

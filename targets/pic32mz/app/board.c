@@ -38,10 +38,11 @@ static struct input_wire input(uint8_t pin) {
 
 void board_inputs(struct input_wire wire[INPUT_COUNT]) {
     static const uint8_t one[] = BOARD_LIMIT_PINS, least[] = BOARD_LIMIT_MIN_PINS,
-                         most[] = BOARD_LIMIT_MAX_PINS, misc[] = BOARD_MISC_IN_PINS;
+                         most[] = BOARD_LIMIT_MAX_PINS, home[] = BOARD_HOME_PINS, misc[] = BOARD_MISC_IN_PINS;
     for (unsigned ax = 0; ax < AXIS_COUNT; ax++) { /* one line for both ends, or one for each */
         wire[INPUT_LIMIT_MIN + ax] = input(least[ax] != PIC_PIN_NONE ? least[ax] : one[ax]);
         wire[INPUT_LIMIT_MAX + ax] = input(most[ax] != PIC_PIN_NONE ? most[ax] : one[ax]);
+        wire[INPUT_HOME + ax] = input(home[ax]);
     }
     wire[INPUT_PROBE] = input(PIN_PROBE);
     wire[INPUT_ESTOP] = input(PIN_ESTOP);
@@ -91,6 +92,7 @@ struct machine_board board_machine(void) {
         .dir_setup_ns = BOARD_DIR_SETUP_NS,
         .max_step_rate_hz = BOARD_MAX_STEP_RATE_HZ,
         .axis_count = BOARD_AXIS_COUNT,
+        .home_axes = BOARD_HOME_AXES,
         .motors_wake_us = 1000, /* what the slowest of common drivers want */
         .relay_spindle = PIN_SPINDLE_PWM == PIN_NONE,
         .digital_inputs = BOARD_MISC_IN_COUNT,

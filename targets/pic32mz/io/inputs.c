@@ -9,9 +9,9 @@
 
 #define OFF_COUNTS (CLOCK_COUNT_HZ / 200u) /* 5 ms */
 #define AXES       ((1u << AXIS_COUNT) - 1)
-#define LIMITS     (AXES << INPUT_LIMIT_MIN | AXES << INPUT_LIMIT_MAX)
+#define SWITCHES   (AXES << INPUT_LIMIT_MIN | AXES << INPUT_LIMIT_MAX | AXES << INPUT_HOME)
 #define PROBE      (1u << INPUT_PROBE)
-#define STOPPING   (LIMITS | 1u << INPUT_ESTOP)
+#define STOPPING   (SWITCHES | 1u << INPUT_ESTOP)
 
 static struct inputs *attached;
 
@@ -88,7 +88,7 @@ void inputs_init(struct inputs *inputs, const struct input_wire wire[INPUT_COUNT
 
 void inputs_set_levels(struct inputs *inputs, bool limit_invert, bool probe_invert) {
     uint32_t held = interrupts_hold();
-    inputs->inverted = (limit_invert ? LIMITS : 0) | (probe_invert ? PROBE : 0);
+    inputs->inverted = (limit_invert ? SWITCHES : 0) | (probe_invert ? PROBE : 0);
     inputs->raw = inputs->stable = read_pins(inputs);
     inputs->since_count = system_count();
     interrupts_restore(held);
@@ -121,11 +121,12 @@ void inputs_sample(struct inputs *inputs) {
 
 void inputs_read(const struct inputs *inputs, struct hal_inputs *out) {
     uint32_t on = __atomic_load_n(&inputs->stable, __ATOMIC_RELAXED);
-    uint32_t high = on ^ ((LIMITS | PROBE) & ~inputs->inverted);
+    uint32_t high = on ^ ((SWITCHES | PROBE) & ~inputs->inverted);
     bool touches = (__atomic_load_n(&inputs->raw, __ATOMIC_RELAXED) & PROBE) != 0;
     *out = (struct hal_inputs){
         .limit_min = (axis_mask_t)(high >> INPUT_LIMIT_MIN & AXES),
         .limit_max = (axis_mask_t)(high >> INPUT_LIMIT_MAX & AXES),
+        .home = (axis_mask_t)(high >> INPUT_HOME & AXES),
         .probe = touches == ((inputs->inverted & PROBE) != 0),
         .estop = (on >> INPUT_ESTOP & 1) != 0,
         .digital = inputs->misc,

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
- * Limits, probe and e-stop: edge interrupts, and a sample every ms that ends their bouncing; the inputs of
- * M66: the sample.
+ * Limits, home switches, probe and e-stop: edge interrupts, and a sample every ms that ends their bouncing;
+ * the inputs of M66: the sample.
  *
  * A switch that stops the machine is on at its first edge, whatever noise follows, and off when all of them
  * have been quiet for 5 ms. The probe's level is only looked at between moves: the step interrupt reads the
@@ -19,7 +19,8 @@
 enum {
     INPUT_LIMIT_MIN = 0,
     INPUT_LIMIT_MAX = INPUT_LIMIT_MIN + AXIS_COUNT,
-    INPUT_PROBE = INPUT_LIMIT_MAX + AXIS_COUNT,
+    INPUT_HOME = INPUT_LIMIT_MAX + AXIS_COUNT,
+    INPUT_PROBE = INPUT_HOME + AXIS_COUNT,
     INPUT_ESTOP,
     INPUT_MISC, /* P0 of M66; these are only sampled, the ones above have edge interrupts as well */
     INPUT_COUNT = INPUT_MISC + DIGITAL_INPUT_COUNT
@@ -44,13 +45,13 @@ struct inputs {
     uint32_t since_count;   /* CP0 Count when raw changed last */
     uint8_t misc_raw, misc; /* levels of M66's inputs, bit n = Pn: at the last sample, without bouncing */
     uint32_t misc_since_count;
-    struct machine *machine; /* is told of edges of limits and e-stop; NULL: nobody */
+    struct machine *machine; /* is told of edges of limits, home and e-stop; NULL: nobody */
 };
 
 /** [start] Pins become inputs with their pulls. No interrupt yet. @param wire  is copied */
 void inputs_init(struct inputs *inputs, const struct input_wire wire[INPUT_COUNT]);
 
-/** [task] $5 and $6: at which level limits and probe are on. */
+/** [task] $5 and $6: at which level limits, home switches and probe are on. */
 void inputs_set_levels(struct inputs *inputs, bool limit_invert, bool probe_invert);
 
 /** [start, interrupts off] From now on edges interrupt, and `machine` is told. */

@@ -101,6 +101,7 @@ const BOARD_FIELDS: readonly HostField[] = [
   "digital_outputs",
   "encoder",
   "analog",
+  "home_axes",
 ];
 
 /** WASI's "no such file": there are none, the core opens none and asks for no time. */
