@@ -1,6 +1,7 @@
-"""tools/ is no package of the product."""
+"""tools/ is no package of the product; tests/native has what every processor runs."""
 
 import sys
 from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "tools"))
+ROOT = Path(__file__).resolve().parents[2]
+sys.path[:0] = [str(ROOT / "tools"), str(ROOT / "tests" / "native")]

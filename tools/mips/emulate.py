@@ -1,0 +1,62 @@
+"""C programs as MIPS code in an emulator: Debian's cross compiler and C library, run by qemu-mipsel.
+
+The instructions are those of the firmware (MIPS32r2 with floating point), the operating system is this computer's.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+from wificnc.build.pic32mz import COMPILER
+
+QEMU = "qemu-mipsel"
+HEADER = Path("/usr/mipsel-linux-gnu/include/stdio.h")
+PACKAGES = "gcc-mipsel-linux-gnu libc6-dev-mipsel-cross qemu-user"
+PROCESSOR = "74Kf"  # MIPS32r2 with an FPU and Debian's kind of NaN
+FLAGS = ("-std=gnu11", "-O1", "-march=mips32r2", "-static", "-ffp-contract=off", "-fno-math-errno")
+
+
+def missing() -> str:
+    """What to install; "" when all is here."""
+    here = shutil.which(COMPILER) and shutil.which(QEMU) and HEADER.is_file()
+    return "" if here else f"apt-get install {PACKAGES}"
+
+
+def compile_files(root: Path, sources: Sequence[Path], output: Path) -> list[Path]:
+    """Objects for the emulator. Raises RuntimeError with what the compiler said."""
+    output.mkdir(parents=True, exist_ok=True)
+    includes = [f"-I{root / folder}" for folder in ("core", "targets/common", "targets/host")]
+
+    def compile_one(source: Path) -> Path:
+        made = output / f"{source.parent.name}_{source.name}.o"
+        _run([COMPILER, *FLAGS, *includes, "-c", str(source), "-o", str(made)])
+        return made
+
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        return list(pool.map(compile_one, sources))
+
+
+def link(objects: Sequence[Path], program: Path) -> Path:
+    """A program for run(). Raises RuntimeError with what the linker said."""
+    _run([COMPILER, *FLAGS, *map(str, objects), "-lm", "-o", str(program)])
+    return program
+
+
+def run(program: Path, stdin: bytes, seconds: float) -> str:
+    """What it says. Raises RuntimeError when it ends with an error, TimeoutExpired when it does not end."""
+    command = [QEMU, "-cpu", PROCESSOR, str(program)]
+    done = subprocess.run(command, input=stdin, capture_output=True, timeout=seconds, check=False)
+    if done.returncode != 0:
+        raise RuntimeError(f"exit code {done.returncode}: {(done.stdout + done.stderr).decode('utf-8', 'replace')}")
+    return done.stdout.decode()
+
+
+def _run(command: Sequence[str]) -> None:
+    done = subprocess.run(command, capture_output=True, text=True, stdin=subprocess.DEVNULL, check=False)
+    if done.returncode != 0:
+        raise RuntimeError(done.stderr)
