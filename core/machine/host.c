@@ -47,9 +47,17 @@ static enum host_answer take(struct machine *machine) {
     return HOST_DONE;
 }
 
+bool machine_host_has_job(const struct machine *machine) {
+    bool planned = machine->stage != TASK_NONE || !motion_is_planned_out(&machine->motion);
+    bool own = machine->host.jog.on || machine->host.jog.waits || machine->host.homing;
+    return machine->host.job.step != HOST_JOB_NONE || (planned && !own && !machine->cancelling);
+}
+
 bool machine_host_release(struct machine *machine) {
     struct machine_host *host = &machine->host;
     bool works = host->jog.on || host->jog.waits || host->homing || host->probing || machine->cancelling;
+    if (host->job.step != HOST_JOB_NONE)
+        return preempt_release(machine);
     if (works || !machine_is_at_rest(machine))
         return false;
     if (!host->owns)
@@ -66,6 +74,7 @@ void host_drop(struct machine *machine) {
     feed_clear(&host->feed);
     host->owns = host->end_known = host->probing = false;
     host->jog.on = host->jog.waits = false;
+    host->job.step = HOST_JOB_NONE;
 }
 
 bool host_is_quiet(const struct machine *machine) {
@@ -123,10 +132,10 @@ static void watch_probe(struct machine *machine, const struct feed_slot *slot) {
     machine->step.probe_hit = false;
 }
 
-/* Take all that follows without a gap. @return false: the one at the feed's head leaves the travel */
-static bool take_segments(struct machine *machine) {
+bool host_take_segments(struct machine *machine) {
     struct machine_host *host = &machine->host;
     const struct feed_slot *slot;
+    know_end(machine);
     while ((slot = feed_next(&host->feed)) != NULL) {
         int64_t end_steps[AXIS_COUNT];
         for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
@@ -149,13 +158,17 @@ enum host_answer machine_host_lay(struct machine *machine, uint32_t ahead, const
     };
     struct feed *feed = &machine->host.feed;
     enum host_answer answer = take(machine);
+    bool preempts = answer == HOST_TEXT && preempt_may(machine);
     *number = feed->head + ahead;
+    if (answer != HOST_DONE && !preempts)
+        return answer;
+    answer = answers[feed_lay(feed, ahead, segment)];
     if (answer != HOST_DONE)
         return answer;
-    know_end(machine);
-    answer = answers[feed_lay(feed, ahead, segment)];
-    if (answer != HOST_DONE || take_segments(machine))
-        return answer;
+    if (preempts)
+        preempt_begin(machine);
+    if (machine->host.job.step == HOST_JOB_BRAKES || host_take_segments(machine))
+        return HOST_DONE;
     *number = feed->head;
     feed_forget_ahead(feed);
     return HOST_OUT_OF_TRAVEL;
@@ -410,7 +423,7 @@ enum host_answer machine_host_outputs(struct machine *machine, enum gcode_spindl
     modal->coolant = coolant;
     outputs_set(machine, spindle, rpm, coolant);
     machine->digital = digital;
-    hal_digital_set(machine->hal, digital);
+    torque_put_out(machine);
     return HOST_DONE;
 }
 
@@ -425,7 +438,8 @@ bool machine_host_save(struct machine *machine) {
 }
 
 bool host_poll(struct machine *machine) {
-    bool any = follow_homing(machine);
+    bool any = preempt_poll(machine);
+    any |= follow_homing(machine);
     any |= follow_jog(machine);
     any |= follow_probe(machine);
     return feed_on(machine) || any;

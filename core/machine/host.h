@@ -2,7 +2,9 @@
  * The machine as a network host moves it: timed segments, jogs, homing, outputs. [task]
  *
  * While a host owns motion, lines of the text side wait; real-time bytes, switches and buttons act as ever. A
- * host gets motion when nothing else moves, and gives it back by machine_host_release(). Who may be that host
+ * host gets motion when nothing else moves; or its segments lie ready until the job of the text side has
+ * slowed down along its path, and that waits (machine/preempt.c). It gives motion back by
+ * machine_host_release(). Who may be that host
  * is the session's business (session/session.h). Everything here answers at once; what is refused changes
  * nothing. */
 #ifndef WIFICNC_MACHINE_HOST_H
@@ -16,7 +18,7 @@ enum host_answer {
     HOST_FULL,
     HOST_LOCKED, /* alarm, e-stop, or sleep */
     HOST_BUSY,   /* homing, jogging, held by somebody else */
-    HOST_TEXT,   /* a job of the text side is under way */
+    HOST_TEXT,   /* the text side does something that cannot be interrupted */
     HOST_NO_TIMING,
     HOST_TOO_FAST,
     HOST_OUT_OF_TRAVEL,
@@ -64,7 +66,11 @@ bool machine_host_unlock(struct machine *machine);
 enum host_answer machine_host_outputs(struct machine *machine, enum gcode_spindle spindle, float rpm,
                                       uint8_t coolant, uint8_t digital);
 
-/** Give motion back to the text side. @return false: something of the host still moves or waits */
+/** A job of the text side is under way, or waits until the host has given motion back. */
+bool machine_host_has_job(const struct machine *machine);
+
+/** Give motion back to the text side. A job that was interrupted is in a hold then; `~` brings the axes back
+ * to where it was left, and on. @return false: something of the host still moves or waits */
 bool machine_host_release(struct machine *machine);
 
 /** Inputs as they mean: 1 = hit, touches, pressed. */

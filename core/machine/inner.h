@@ -22,6 +22,9 @@ enum machine_event {
     MACHINE_EVENT_COUNT
 };
 
+/** Grbl's pause before a job goes on behind a closed door. */
+#define SPINDLE_RUN_UP_US 4000000u
+
 /* state.c */
 /** Go on to the next state. @return false: the event means nothing in this state, and nothing changed. */
 bool machine_transition(struct machine *machine, enum machine_event event);
@@ -214,6 +217,22 @@ void host_drop(struct machine *machine);
 void host_set_limits(struct machine *machine, const struct motion_limits *limits);
 /** Nothing of a host comes before a resume, or at all. (The ring may still hold motion.) */
 bool host_is_quiet(const struct machine *machine);
+/** Take all segments that follow without a gap.
+ * @return false: the one at the feed's head leaves the travel, and is not taken */
+bool host_take_segments(struct machine *machine);
+
+/* preempt.c: a host interrupts a job of the text side, and gives motion back */
+/** There is such a job, and a host may have motion: now, or when it has slowed down. */
+bool preempt_may(const struct machine *machine);
+/** preempt_may(): the job slows down; or motion is the host's again, because the job waits already. */
+void preempt_begin(struct machine *machine);
+/** The host lets go: the job waits for ~. @return false: something of the host still moves or waits */
+bool preempt_release(struct machine *machine);
+/** A hold was asked for. @return true: the job slows down already, and then the host's motion is held */
+bool preempt_hold(struct machine *machine);
+/** A hold or the door is over: the job goes on if it may, and what the planner has. */
+void preempt_resume(struct machine *machine);
+bool preempt_poll(struct machine *machine);
 
 /* command.c */
 /** $number=value, in force at once and not kept. */

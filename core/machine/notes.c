@@ -47,7 +47,7 @@ uint32_t notes_number(const struct line_notes *notes, uint32_t line) {
 
 uint32_t notes_line_now(const struct machine *machine) {
     const struct step *step = &machine->step;
-    if (!step->active) /* in a hold, a line may be half done */
+    if (!step->active || machine->motion.ring.owner == RING_OWNER_HOST) /* a line may be half done */
         return emit_line(&machine->motion.emit);
     return step->ring.slots[step->ring.index.tail & (SPAN_RING_SIZE - 1)].line;
 }

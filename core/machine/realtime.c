@@ -4,10 +4,11 @@
  */
 #include "machine/inner.h"
 
-#define SPINDLE_RUN_UP_US 4000000u /* Grbl's pauses before a job goes on behind a closed door */
-#define COOLANT_START_US  1000000u
+#define COOLANT_START_US 1000000u /* Grbl's, behind a closed door */
 
 static void take_hold(struct machine *machine) {
+    if (preempt_hold(machine))
+        return;
     if (machine->state == MACHINE_JOG)
         jog_cancel(machine);
     else if (machine->state == MACHINE_RUN &&
@@ -38,7 +39,7 @@ static void go_on(struct machine *machine) {
         outputs_apply(machine);
     }
     machine_transition(machine, MACHINE_RESUMES);
-    motion_resume(&machine->motion);
+    preempt_resume(machine);
     task_resume(machine);
 }
 

@@ -73,11 +73,11 @@ bool machine_is_idle_or_alarm(const struct machine *machine) {
 
 bool machine_reads(const struct machine *machine) {
     return traits[machine->state].reads && !machine->cancelling && !machine->reset_asked &&
-           !machine->host.owns;
+           !machine->host.owns && machine->host.job.step == HOST_JOB_NONE;
 }
 
 bool machine_works(const struct machine *machine) {
-    return traits[machine->state].works && !machine->cancelling;
+    return traits[machine->state].works && !machine->cancelling && machine->host.job.step == HOST_JOB_NONE;
 }
 
 bool machine_is_busy(const struct machine *machine) {

@@ -99,6 +99,13 @@ bool feed_has(const struct feed *feed, uint32_t ahead) {
     return (feed->present[place / 32] >> (place & 31) & 1) != 0;
 }
 
+uint32_t feed_laid(const struct feed *feed) {
+    uint32_t count = 0;
+    while (count < feed_free(feed) && feed_has(feed, count))
+        count++;
+    return count;
+}
+
 enum feed_result feed_lay(struct feed *feed, uint32_t ahead, const struct feed_segment *segment) {
     struct feed_slot slot;
     if (ahead >= feed_free(feed))

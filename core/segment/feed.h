@@ -92,6 +92,9 @@ static inline uint32_t feed_free(const struct feed *feed) {
 /** The segment that comes `ahead` places after head is there. @param ahead  0 .. FEED_SIZE - 1 */
 bool feed_has(const struct feed *feed, uint32_t ahead);
 
+/** Segments that lie from head on without a gap and are not taken. */
+uint32_t feed_laid(const struct feed *feed);
+
 /** Lay a segment `ahead` places after head. One that is there already stays.
  *  @return other than FEED_OK: nothing was changed */
 enum feed_result feed_lay(struct feed *feed, uint32_t ahead, const struct feed_segment *segment);

@@ -208,7 +208,8 @@ static enum wire_refusal push(struct session *session, const uint8_t *at) {
         .id = wire.id,
         .flags = wire.flags & (SEGMENT_RAPID | SEGMENT_LAST | SEGMENT_PROBE | SEGMENT_EXACT_STOP)};
     memcpy(segment.steps, wire.steps, sizeof segment.steps);
-    return session_refusal(machine_host_lay(session->machine, 0, &segment, &number));
+    uint32_t ahead = feed_laid(&session->machine->host.feed);
+    return session_refusal(machine_host_lay(session->machine, ahead, &segment, &number));
 }
 
 void session_motion(struct session *session, const uint8_t address[4], const struct wire_header *header,

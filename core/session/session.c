@@ -20,6 +20,7 @@ void session_init(struct session *session, struct machine *machine, const struct
     session->clock_us = hal_time_us(machine->hal);
     session->stream.client = -1;
     session->probes_done = machine->host.probes_done;
+    session->late_refusals = machine->host.late_refusals;
 }
 
 void session_tick(struct session *session) {
@@ -170,8 +171,22 @@ static void follow_owner(struct session *session) {
     owner->on = false;
 }
 
+/* Segments that lay ready until the text side's job stood, and lead out of the travel from there. */
+static void follow_late_refusals(struct session *session) {
+    const struct machine_host *host = &session->machine->host;
+    uint32_t count = host->late_refusals - session->late_refusals;
+    if (count == 0)
+        return;
+    session->late_refusals = host->late_refusals;
+    session->counts.refused_segments += count;
+    session->counts.last_refusal = WIRE_REFUSAL_TRAVEL;
+    session->stream.refused = host->late_refused - session->stream.base;
+    stream_close(session, WIRE_REFUSAL_TRAVEL);
+}
+
 void session_poll(struct session *session) {
     session_tick(session);
+    follow_late_refusals(session);
     stream_follow(session);
     forget_listeners(session);
     follow_owner(session);

@@ -99,6 +99,7 @@ struct session {
     bool outputs_known;
     axis_mask_t homing;                 /* home_complete is due for these */
     uint32_t probes_done;               /* probe results sent so far */
+    uint32_t late_refusals;             /* machine->host.late_refusals counted so far */
     int32_t position_steps[AXIS_COUNT]; /* of the last report: the rate */
 };
 

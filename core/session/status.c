@@ -59,6 +59,8 @@ static uint8_t flags_of(const struct session *session) {
         flags |= session->client[i].used ? WIRE_STATUS_FLAG_CLIENT : 0;
     flags |= is_moving(session) ? WIRE_STATUS_FLAG_MOVING : 0;
     flags |= session->machine->state == MACHINE_HOME ? WIRE_STATUS_FLAG_HOMING : 0;
+    flags |= session->machine->host.owns ? WIRE_STATUS_FLAG_HOST : 0;
+    flags |= machine_host_has_job(session->machine) ? WIRE_STATUS_FLAG_JOB : 0;
     return (uint8_t)flags;
 }
 
@@ -86,7 +88,7 @@ static size_t status_packet(struct session *session, uint8_t *packet) {
     struct host_inputs inputs;
     machine_host_inputs(machine, &inputs);
     struct wire_status status = {
-        .buffer_free = (uint16_t)feed_free(&machine->host.feed),
+        .buffer_free = (uint16_t)(feed_free(&machine->host.feed) - feed_laid(&machine->host.feed)),
         .buffer_total = FEED_SIZE,
         .state = session_state(session),
         .alarm = alarm_code(session, inputs.limits),

@@ -205,14 +205,13 @@ def test_motion_goes_back_by_itself(device: Device) -> None:
     assert device.position[0] == 200
 
 
-def test_a_job_of_the_text_side_is_not_disturbed(device: Device) -> None:
+def test_a_jog_does_not_disturb_a_job_of_the_text_side(device: Device) -> None:
+    """Segments do: test_preempt.py."""
     device.text("G1 X10 F1000\nG1 X0\n")
     device.run(0.3)
-    device.motion(segment(0, 500))
     device.send(Jog(1, 1, 500))
     device.run(3)
     assert device.pulses == [0] * 6 and len(device.edges(0)[0]) == 4000 and len(device.edges(1)[0]) == 0
-    assert statistics(device).last_refusal == Refusal.TEXT
 
 
 def test_a_reset_of_the_text_side_drops_what_the_host_has_queued(device: Device) -> None:

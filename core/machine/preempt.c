@@ -1,0 +1,229 @@
+/* SPDX-License-Identifier: MIT
+ * A network host interrupts a job of the text side, and gives motion back.
+ *
+ *   job runs -> brakes along its path -> waits: the host moves -> released: a hold
+ *        ^------ returns to where it was left <- outputs as they were <- ~ ----+
+ *
+ * Nothing of the job is lost: what was planned stays in the look-ahead, the current line stays as far as it
+ * was, offsets and modes are nobody else's. It goes on from the exact step at which it was left. */
+#include "machine/host.h"
+#include "machine/inner.h"
+
+#include "base/minmax.h"
+
+#define LEG_MOST_S 1000.0f /* a longer way back is gone in several */
+
+static bool goes(const struct machine *machine) {
+    return machine->state == MACHINE_IDLE || machine->state == MACHINE_RUN;
+}
+
+/* Stages of which nothing is lost when motion pauses and returns. */
+static bool can_pause(const struct machine *machine) {
+    switch (machine->stage) {
+    case TASK_THREAD:
+    case TASK_PAUSED:
+    case TASK_TOOL_WAIT:
+    case TASK_JOG:
+    case TASK_PROBE:
+    case TASK_PROBING:
+    case TASK_PROBED:
+    case TASK_ALARMED:
+    case TASK_SOFT_LIMIT:
+    case TASK_HOMING:
+    case TASK_LOCKED:
+        return false;
+    default:
+        return !machine->input_awaited && !machine->thread.cutting &&
+               (machine->gcode.modal.overrides & OVERRIDE_HOLD) != 0;
+    }
+}
+
+bool preempt_may(const struct machine *machine) {
+    const struct machine_host *host = &machine->host;
+    switch (host->job.step) {
+    case HOST_JOB_NONE:
+        return goes(machine) && !machine->restart && !machine->quiet.on && can_pause(machine);
+    case HOST_JOB_BRAKES:
+        return true;
+    case HOST_JOB_WAITS:
+        return machine->state == MACHINE_HOLD;
+    case HOST_JOB_RESTORES:
+    case HOST_JOB_RETURNS:
+    default:
+        return false;
+    }
+}
+
+void preempt_begin(struct machine *machine) {
+    struct machine_host *host = &machine->host;
+    if (host->job.step == HOST_JOB_NONE) {
+        host->job = (struct host_suspended){.step = HOST_JOB_BRAKES, .hold_asked = machine->hold_waits};
+        machine->hold_waits = false;
+        (void)machine_transition(machine, MACHINE_HOLDS);
+        motion_hold(&machine->motion);
+    } else if (host->job.step == HOST_JOB_WAITS && !host->owns) {
+        host->owns = true;
+        host->end_known = false;
+        if (host->job.by_release)
+            (void)machine_transition(machine, MACHINE_RESUMES);
+        report_message(machine, "Host commands motion: the job waits");
+    }
+}
+
+bool preempt_hold(struct machine *machine) {
+    struct host_suspended *job = &machine->host.job;
+    if (job->step != HOST_JOB_BRAKES)
+        return false;
+    job->hold_asked = true;
+    return true;
+}
+
+/* ---- to the host ---- */
+
+static void keep_outputs(struct machine *machine) {
+    struct host_suspended *job = &machine->host.job;
+    const struct machine_outputs *outputs = &machine->outputs;
+    const struct gcode_modal *modal = &machine->gcode.modal;
+    job->spindle = outputs->spindle;
+    job->rpm = outputs->rpm;
+    job->coolant = outputs->coolant;
+    job->modal_spindle = modal->spindle;
+    job->modal_rpm = modal->spindle_rpm;
+    job->modal_coolant = modal->coolant;
+    job->digital = machine->digital;
+    if (machine->settings.laser_mode && outputs->spindle != SPINDLE_OFF)
+        outputs_set(machine, SPINDLE_OFF, 0.0f, outputs->coolant); /* the host's moves are no cuts */
+}
+
+static void take_laid(struct machine *machine) {
+    struct machine_host *host = &machine->host;
+    if (host_take_segments(machine))
+        return;
+    host->late_refused = host->feed.head;
+    host->late_refusals += feed_laid(&host->feed);
+    machine_host_forget_ahead(machine);
+}
+
+/* The job stands: motion is the host's. */
+static bool hand_over(struct machine *machine) {
+    struct machine_host *host = &machine->host;
+    struct host_suspended *job = &host->job;
+    if (!machine_is_stopped(machine) || (machine->state != MACHINE_HOLD && !goes(machine)))
+        return false;
+    (void)machine_transition(machine, job->hold_asked ? MACHINE_HOLDS : MACHINE_RESUMES);
+    machine_position(machine, job->left_steps);
+    keep_outputs(machine);
+    host->owns = true;
+    host->end_known = false;
+    if (motion_is_planned_out(&machine->motion) && machine->stage == TASK_NONE) { /* it ended just now */
+        job->step = HOST_JOB_NONE;
+        machine->notes = (struct line_notes){0};
+        motion_resume(&machine->motion);
+        report_message(machine, "Host commands motion");
+    } else {
+        job->step = HOST_JOB_WAITS;
+        report_message(machine, "Host commands motion: the job waits");
+    }
+    take_laid(machine);
+    return true;
+}
+
+/* ---- and back ---- */
+
+bool preempt_release(struct machine *machine) {
+    struct machine_host *host = &machine->host;
+    struct host_suspended *job = &host->job;
+    bool quiet = feed_is_empty(&host->feed) && !host->probing && machine_is_standing(machine);
+    if (!host->owns) /* as long as the job slows down, segments wait for it */
+        return job->step != HOST_JOB_BRAKES;
+    if (!quiet)
+        return false;
+    host->owns = false;
+    job->by_release = machine_transition(machine, MACHINE_HOLDS);
+    report_message(machine, "Host gave motion back: ~ returns to the job");
+    return true;
+}
+
+static void restore_outputs(struct machine *machine) {
+    struct host_suspended *job = &machine->host.job;
+    struct gcode_modal *modal = &machine->gcode.modal;
+    bool starts = job->spindle != SPINDLE_OFF && job->spindle != machine->outputs.spindle;
+    outputs_set(machine, job->spindle, job->rpm, job->coolant);
+    modal->spindle = job->modal_spindle;
+    modal->spindle_rpm = job->modal_rpm;
+    modal->coolant = job->modal_coolant;
+    machine->digital = job->digital;
+    torque_put_out(machine);
+    machine_timer_start(machine, &machine->timer,
+                        starts && !machine->settings.laser_mode ? SPINDLE_RUN_UP_US : 0);
+    job->step = HOST_JOB_RESTORES;
+}
+
+void preempt_resume(struct machine *machine) {
+    struct machine_host *host = &machine->host;
+    if (host->job.step == HOST_JOB_NONE)
+        motion_resume(&machine->motion);
+    else if (host->job.step == HOST_JOB_BRAKES)
+        host->job.hold_asked = false;
+    else if (host->job.step == HOST_JOB_WAITS && !host->owns)
+        restore_outputs(machine);
+}
+
+/* Steps back to where the job was left, at most what takes LEG_MOST_S. */
+static int32_t way_back(const struct machine *machine, const int32_t position[AXIS_COUNT], unsigned axis) {
+    float rate = machine->host.feed.limits.rate_steps_s[axis];
+    int64_t most = (int64_t)least_f(rate * LEG_MOST_S, 1e9f) + 1;
+    int64_t way = (int64_t)machine->host.job.left_steps[axis] - position[axis];
+    return (int32_t)(way > most ? most : way < -most ? -most : way);
+}
+
+/* Up before the others, down behind them. @return false: it is there */
+static bool next_leg(const struct machine *machine, int32_t steps[AXIS_COUNT]) {
+    int32_t position[AXIS_COUNT];
+    bool others = false;
+    machine_position(machine, position);
+    for (unsigned ax = 0; ax < machine->board.axis_count; ax++) {
+        steps[ax] = way_back(machine, position, ax);
+        others |= ax != AXIS_Z && steps[ax] != 0;
+    }
+    if (steps[AXIS_Z] > 0) {
+        for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
+            steps[ax] = ax == AXIS_Z ? steps[ax] : 0;
+    } else if (others) {
+        steps[AXIS_Z] = 0;
+    }
+    return others || steps[AXIS_Z] != 0;
+}
+
+static bool go_leg(struct machine *machine) {
+    struct feed *feed = &machine->host.feed;
+    struct feed_segment leg = {.flags = SEGMENT_RAPID | SEGMENT_LAST};
+    float seconds = 0.0f;
+    if (!next_leg(machine, leg.steps))
+        return false;
+    for (unsigned ax = 0; ax < machine->board.axis_count; ax++) {
+        float steps = (float)(leg.steps[ax] < 0 ? -leg.steps[ax] : leg.steps[ax]);
+        seconds = most_f(seconds, steps / feed->limits.rate_steps_s[ax]);
+    }
+    leg.duration_us = (uint32_t)(1e6f * seconds * 100.0f / (float)machine->rapid_pct) + 1;
+    if (feed_lay(feed, 0, &leg) == FEED_OK)
+        feed_take(feed);
+    return true;
+}
+
+bool preempt_poll(struct machine *machine) {
+    struct host_suspended *job = &machine->host.job;
+    if (job->step == HOST_JOB_NONE || job->step == HOST_JOB_WAITS)
+        return false;
+    if (job->step == HOST_JOB_BRAKES)
+        return hand_over(machine);
+    if (!goes(machine) || machine_timer_runs(machine, &machine->timer) ||
+        !feed_is_empty(&machine->host.feed) || !machine_is_standing(machine))
+        return false;
+    job->step = HOST_JOB_RETURNS;
+    if (go_leg(machine))
+        return true;
+    job->step = HOST_JOB_NONE;
+    motion_resume(&machine->motion);
+    return true;
+}
