@@ -6,10 +6,6 @@
 
 #include <string.h>
 
-/* After a wrong proof none is looked at for so long, then twice as long ... : some 1500 guesses a day. */
-#define WRONG_PROOF_LEAST_US 1000000u
-#define WRONG_PROOF_MOST_US  60000000u
-
 /* A request under way. */
 struct request {
     struct session *session;
@@ -146,20 +142,17 @@ static enum wire_refusal authenticate(const struct request *request) {
     const char *password = session->options.password;
     struct wire_authenticate given;
     uint8_t right[SHA256_SIZE];
-    if (!client->has_nonce || session->now_us < session->locked_until_us)
+    uint64_t who = lockout_ipv4(client->address);
+    uint32_t now_us = (uint32_t)session->now_us;
+    if (!client->has_nonce || !lockout_may_try(&session->lockout, who, now_us))
         return WIRE_REFUSAL_AUTHENTICATION;
     client->has_nonce = false;
     wire_get_authenticate(request->payload, &given);
     sha256_hmac(password, strlen(password), client->nonce, sizeof client->nonce, right);
-    if (!sha256_is_equal(right, given.proof)) {
-        uint32_t twice_us = 2 * session->locked_us;
-        session->locked_us = twice_us < WRONG_PROOF_LEAST_US  ? WRONG_PROOF_LEAST_US
-                             : twice_us > WRONG_PROOF_MOST_US ? WRONG_PROOF_MOST_US
-                                                              : twice_us;
-        session->locked_until_us = session->now_us + session->locked_us;
+    bool good = sha256_is_equal(right, given.proof);
+    lockout_note(&session->lockout, who, good, now_us);
+    if (!good)
         return WIRE_REFUSAL_AUTHENTICATION;
-    }
-    session->locked_us = 0;
     client->authenticated = true;
     return WIRE_REFUSAL_NONE;
 }

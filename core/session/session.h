@@ -10,6 +10,7 @@
 #ifndef WIFICNC_SESSION_SESSION_H
 #define WIFICNC_SESSION_SESSION_H
 
+#include "base/lockout.h"
 #include "machine/host.h"
 #include "wire/packet.h"
 
@@ -84,10 +85,9 @@ struct session {
     struct session_options options;
     uint64_t now_us; /* does not wrap */
     uint32_t clock_us;
-    uint64_t status_us;       /* of the last round of reports */
-    uint64_t locked_until_us; /* no proof is looked at before */
-    uint32_t locked_us;       /* after the last wrong one; 0: none since a right one */
-    uint32_t sequence[3];     /* status, events and acks, replies */
+    uint64_t status_us;     /* of the last round of reports */
+    struct lockout lockout; /* of wrong proofs */
+    uint32_t sequence[3];   /* status, events and acks, replies */
     struct session_listener listener[SESSION_LISTENERS];
     struct session_client client[SESSION_CLIENTS];
     struct session_owner owner;

@@ -341,8 +341,9 @@ static void log_in(struct net_hub *hub, struct net_client *client) {
         net_queue_free(&client->in);
         return;
     }
-    enum net_gate_result result = hub->ops->login(hub->ctx, net_queue_head(&client->in) + LOGIN_LENGTH,
-                                                  client->in.count - LOGIN_LENGTH);
+    enum net_gate_result result =
+        hub->ops->login(hub->ctx, client->stream.peer, net_queue_head(&client->in) + LOGIN_LENGTH,
+                        client->in.count - LOGIN_LENGTH);
     net_queue_free(&client->in);
     hub->ops->event(hub->ctx, result == NET_GATE_GOOD ? "logged in" : "not logged in", client->name);
     if (result != NET_GATE_GOOD) {

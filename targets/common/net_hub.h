@@ -52,8 +52,8 @@ struct net_hub_ops {
     void (*event)(void *ctx, const char *what, const char *who);
     /** The owner's connection has ended; NULL: never mind. What it sent goes on. */
     void (*left)(void *ctx);
-    /** A client says its password. May be NULL where nothing locks */
-    enum net_gate_result (*login)(void *ctx, const char *password, size_t size);
+    /** A client says its password. May be NULL where nothing locks. @param who  its stream's peer */
+    enum net_gate_result (*login)(void *ctx, uint64_t who, const char *password, size_t size);
 };
 
 struct net_client {

@@ -6,6 +6,7 @@
 
 #include <stdbool.h>
 #include <stddef.h>
+#include <stdint.h>
 
 enum { NET_GONE = -1, NET_ENDED = -2 };
 
@@ -24,6 +25,7 @@ struct net_stream {
     const struct net_stream_ops *ops; /* NULL: no stream */
     void *ctx;                        /* the transport's own */
     int fd;                           /* for poll() */
+    uint64_t peer;                    /* tells addresses apart (base/lockout.h); 0: of no network */
     bool local;                       /* a wire or a file of this machine: needs no password */
     bool telnet;                      /* the other end may speak telnet: IAC sequences are negotiation */
 };

@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 #include "net_tcp.h"
 
+#include "base/lockout.h"
+
 #include <arpa/inet.h>
 #include <errno.h>
 #include <fcntl.h>
@@ -37,6 +39,30 @@ static void address_text(const struct sockaddr_storage *from, char out[NET_ADDRE
         (void)inet_ntop(AF_INET, &v4.sin_addr, host, sizeof host);
         snprintf(out, NET_ADDRESS_SIZE, "%s:%u", host, (unsigned)ntohs(v4.sin_port));
     }
+}
+
+/* Of an IPv6 address the network, for whoever has one has all its addresses; on the link, where there is only
+ * one network, the rest. */
+static uint64_t peer_of(const struct sockaddr_storage *from) {
+    static const uint8_t mapped[12] = {[10] = 0xFF, [11] = 0xFF}, link_local[2] = {0xFE, 0x80};
+    uint8_t bytes[16] = {0};
+    uint64_t peer = 0;
+    if (from->ss_family == AF_INET6) {
+        struct sockaddr_in6 v6;
+        memcpy(&v6, from, sizeof v6);
+        memcpy(bytes, &v6.sin6_addr, sizeof bytes);
+    } else {
+        struct sockaddr_in v4;
+        memcpy(&v4, from, sizeof v4);
+        memcpy(bytes, mapped, sizeof mapped);
+        memcpy(bytes + sizeof mapped, &v4.sin_addr, 4);
+    }
+    if (memcmp(bytes, mapped, sizeof mapped) == 0)
+        return lockout_ipv4(bytes + sizeof mapped);
+    const uint8_t *half = memcmp(bytes, link_local, sizeof link_local) == 0 ? bytes + 8 : bytes;
+    for (unsigned i = 0; i < 8; i++)
+        peer = peer << 8 | half[i];
+    return peer;
 }
 
 /* A socket that listens, or -1 and errno. */
@@ -110,6 +136,6 @@ bool net_tcp_accept(int listener, struct net_stream *stream, char name[NET_ADDRE
     }
     setsockopt(fd, IPPROTO_TCP, TCP_NODELAY, &on, sizeof on); /* an ok waits for nobody */
     address_text(&from, name);
-    *stream = (struct net_stream){.ops = &ops, .fd = fd, .telnet = true};
+    *stream = (struct net_stream){.ops = &ops, .fd = fd, .peer = peer_of(&from), .telnet = true};
     return true;
 }

@@ -81,9 +81,9 @@ static void act(void *ctx) {
     host_run_paced(serve->host, host_time_ticks(serve->host), 1);
 }
 
-static enum net_gate_result login(void *ctx, const char *password, size_t size) {
+static enum net_gate_result login(void *ctx, uint64_t who, const char *password, size_t size) {
     struct serve *serve = ctx;
-    return net_gate_try(&serve->gate, password, size, (uint32_t)(serve_clock_ns() / 1000));
+    return net_gate_try(&serve->gate, who, password, size, (uint32_t)(serve_clock_ns() / 1000));
 }
 
 static void event(void *ctx, const char *what, const char *who) {
@@ -337,6 +337,7 @@ static void ask_sometimes(struct serve *serve) {
     if (now_ns - serve->asked_ns < ASK_EVERY_MS * 1000000ull)
         return;
     serve->asked_ns = now_ns;
+    lockout_poll(&serve->gate.lockout, (uint32_t)(now_ns / 1000));
     net_hub_ask(&serve->hub);
 }
 

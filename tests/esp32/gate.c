@@ -41,8 +41,13 @@ static void digests_are_the_published_ones(void) {
     CHECK(is_hex(digest, "60e431591ee0b67f0d8a26aacbf5b77f8e0bc6213728c5140546040f0ee37f54"));
 }
 
+static enum net_gate_result try_as(struct net_gate *gate, uint64_t who, const char *password,
+                                   uint32_t now_us) {
+    return net_gate_try(gate, who, password, strlen(password), now_us);
+}
+
 static enum net_gate_result try_at(struct net_gate *gate, const char *password, uint32_t now_us) {
-    return net_gate_try(gate, password, strlen(password), now_us);
+    return try_as(gate, 1, password, now_us);
 }
 
 static void guessing_becomes_slower_and_slower(void) {
@@ -59,6 +64,56 @@ static void guessing_becomes_slower_and_slower(void) {
     CHECK(try_at(&gate, "correct horse", t_us) == NET_GATE_GOOD);
     CHECK(try_at(&gate, "Correct horse", t_us) == NET_GATE_WRONG);
     CHECK(try_at(&gate, "correct horse", t_us + 1000000) == NET_GATE_GOOD);
+}
+
+static void who_guesses_holds_nobody_else_up(void) {
+    struct net_gate gate;
+    net_gate_init(&gate, "correct horse");
+    for (uint64_t who = 1; who <= LOCKOUT_PLACES; who++)
+        CHECK(try_as(&gate, who, "wrong", 0) == NET_GATE_WRONG);
+    CHECK(try_as(&gate, 99, "correct horse", 0) == NET_GATE_GOOD);
+    CHECK(try_as(&gate, 1, "correct horse", 999999) == NET_GATE_WAIT);
+    CHECK(try_as(&gate, 1, "correct horse", 1000000) == NET_GATE_GOOD);
+}
+
+/* One try of each of ever new addresses, all the time: as many as so many single ones have, no more. */
+static void many_addresses_gain_no_more_than_the_table_has_places(void) {
+    struct net_gate gate;
+    uint64_t who = 1;
+    unsigned looked_at = 0;
+    net_gate_init(&gate, "correct horse");
+    const uint64_t day_us = 24ull * 3600 * 1000000;
+    for (uint64_t t_us = 0; t_us < day_us; t_us += 250000) {
+        lockout_poll(&gate.lockout, (uint32_t)t_us);
+        looked_at += try_as(&gate, who++, "wrong", (uint32_t)t_us) == NET_GATE_WRONG;
+    }
+    CHECK(looked_at <= (LOCKOUT_PLACES + 1) * 1500);
+}
+
+/* ... whatever the moments at which it tries: patient for as long as it takes to be forgotten. */
+static void patience_gains_nothing(void) {
+    struct net_gate gate;
+    unsigned looked_at = 0;
+    uint64_t t_us = 0;
+    net_gate_init(&gate, "correct horse");
+    for (unsigned burst = 0; t_us < 24ull * 3600 * 1000000; burst++) {
+        for (uint64_t wait_us = 1000000; wait_us <= 32000000; wait_us *= 2, looked_at++) {
+            CHECK(try_as(&gate, 1, "wrong", (uint32_t)t_us) == NET_GATE_WRONG);
+            t_us += wait_us;
+        }
+        t_us += 600000000;
+        lockout_poll(&gate.lockout, (uint32_t)t_us);
+    }
+    CHECK(looked_at < 1500);
+}
+
+static void after_hours_of_quiet_nobody_waits(void) {
+    struct net_gate gate;
+    net_gate_init(&gate, "correct horse");
+    CHECK(try_at(&gate, "wrong", 5) == NET_GATE_WRONG);
+    for (uint64_t t_us = 0; t_us <= 1ull << 32; t_us += 1ull << 29)
+        lockout_poll(&gate.lockout, (uint32_t)t_us);
+    CHECK(try_at(&gate, "correct horse", 6) == NET_GATE_GOOD); /* the clock has wrapped */
 }
 
 static void without_a_password_the_gate_is_open(void) {
@@ -131,9 +186,9 @@ static void left(void *ctx) {
     owners_left++;
 }
 
-static enum net_gate_result login(void *ctx, const char *password, size_t size) {
+static enum net_gate_result login(void *ctx, uint64_t who, const char *password, size_t size) {
     (void)ctx;
-    return net_gate_try(&gate, password, size, now_us);
+    return net_gate_try(&gate, who, password, size, now_us);
 }
 
 static struct net_hub hub;
@@ -155,8 +210,9 @@ static void start(const char *password) {
 
 static bool come(unsigned n, bool local) {
     static const struct net_stream_ops ops = {.read = wire_read, .write = wire_write, .close = wire_close};
-    return net_hub_connect(&hub, &(struct net_stream){.ops = &ops, .ctx = &wires[n], .local = local},
-                           "client");
+    return net_hub_connect(
+        &hub, &(struct net_stream){.ops = &ops, .ctx = &wires[n], .peer = n == 3 ? 1 : n + 1, .local = local},
+        "client");
 }
 
 static void round_trip(void) {
@@ -202,16 +258,19 @@ static void the_password_lets_in_and_may_have_real_time_characters(void) {
     CHECK(strcmp(got, "G0X1\n") == 0);
 }
 
-static void wrong_passwords_are_refused_and_slowed_down_for_all(void) {
+/* Clients 0 and 3 have one address. */
+static void wrong_passwords_are_refused_and_slow_down_their_address(void) {
     start("s3cret!?");
-    CHECK(come(0, false) && come(1, false));
+    CHECK(come(0, false) && come(1, false) && come(3, false));
     send(0, "$LOGIN=S3CRET!?\n");
     CHECK(strstr(wires[0].out, "Wrong password") != NULL);
+    send(3, "$LOGIN=s3cret!?\n");
+    CHECK(strstr(wires[3].out, "wait") != NULL && hub.client[2].locked);
     send(1, "$LOGIN=s3cret!?\n");
-    CHECK(strstr(wires[1].out, "wait") != NULL && hub.client[1].locked);
+    CHECK(!hub.client[1].locked);
     now_us = 1000000;
-    send(1, "$LOGIN=s3cret!?\n");
-    CHECK(!hub.client[1].locked && hub.client[0].locked);
+    send(3, "$LOGIN=s3cret!?\n");
+    CHECK(!hub.client[2].locked && hub.client[0].locked);
 }
 
 static void lines_of_any_length_cost_no_memory_before_the_login(void) {
@@ -257,10 +316,14 @@ static void the_owner_is_missed_when_it_has_gone(void) {
 int main(void) {
     digests_are_the_published_ones();
     guessing_becomes_slower_and_slower();
+    who_guesses_holds_nobody_else_up();
+    many_addresses_gain_no_more_than_the_table_has_places();
+    patience_gains_nothing();
+    after_hours_of_quiet_nobody_waits();
     without_a_password_the_gate_is_open();
     a_locked_client_can_ask_for_status_and_nothing_else();
     the_password_lets_in_and_may_have_real_time_characters();
-    wrong_passwords_are_refused_and_slowed_down_for_all();
+    wrong_passwords_are_refused_and_slow_down_their_address();
     lines_of_any_length_cost_no_memory_before_the_login();
     a_wire_needs_no_password();
     locked_clients_make_room();

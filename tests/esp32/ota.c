@@ -67,7 +67,7 @@ static void abort_it(void *ctx) {
     aborted++;
 }
 
-static struct net_gate gate;
+static struct lockout lockout;
 static struct ota ota;
 static uint32_t now_us;
 
@@ -84,8 +84,8 @@ static void connect_again(void) {
 static void start(void) {
     static const struct ota_ops ops = {.begin = begin, .write = write_flash, .end = end, .abort = abort_it};
     static const struct ota_image wanted = {.board = "esp32s3-devkitc", .chip_id = 9, .project = "wificnc"};
-    net_gate_init(&gate, "correct horse");
-    ota_init(&ota, &ops, NULL, &wanted, &gate, "correct horse");
+    memset(&lockout, 0, sizeof lockout);
+    ota_init(&ota, &ops, NULL, &wanted, &lockout, "correct horse");
     for (size_t i = 0; i < IMAGE_SIZE; i++)
         image[i] = (uint8_t)(i * 2654435761u >> 13);
     memset(image, 0, OTA_HEADER_SIZE);

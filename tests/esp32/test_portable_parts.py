@@ -18,6 +18,7 @@ ESP32 = checkout_root() / "targets" / "esp32"
 PROGRAMS = {
     "two_sides": (),  # the machine with a motion side of its own: two real threads
     "io_parts": ("hal/step_pins.c", "io/debounce.c"),
+    "access": ("net/access.c",),
     "gate": (),
     "improv": ("link/improv.c",),
     "ota": ("net/ota.c",),

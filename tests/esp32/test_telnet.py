@@ -30,8 +30,8 @@ def program() -> Path:
 class Client:
     """A connection, and what came over it."""
 
-    def __init__(self, port: int) -> None:
-        self.socket = socket.create_connection(("127.0.0.1", port), 10)
+    def __init__(self, port: int, here: str = "127.0.0.1") -> None:
+        self.socket = socket.create_connection(("127.0.0.1", port), 10, (here, 0))
         self.said = b""
 
     def send(self, data: bytes) -> None:
@@ -57,8 +57,8 @@ class Client:
 
 
 @contextmanager
-def serving(password: str = "", link_lost: str = FINISH) -> Iterator[Callable[[], Client]]:
-    """A controller; gives a function that connects."""
+def serving(password: str = "", link_lost: str = FINISH) -> Iterator[Callable[..., Client]]:
+    """A controller; gives a function that connects, from another loopback address where one is given."""
     process = subprocess.Popen(
         [program(), password, link_lost], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
     )
@@ -66,8 +66,8 @@ def serving(password: str = "", link_lost: str = FINISH) -> Iterator[Callable[[]
     port = int(process.stdout.readline())
     clients: list[Client] = []
 
-    def connect() -> Client:
-        clients.append(Client(port))
+    def connect(here: str = "127.0.0.1") -> Client:
+        clients.append(Client(port, here))
         return clients[-1]
 
     try:
@@ -152,6 +152,16 @@ def test_guessing_is_slowed_down_and_the_right_one_still_works() -> None:
             client.send(b"$LOGIN=correct horse\n")
             said = client.until(b"\r\n")
         assert b"ok\r\n" in said
+
+
+def test_a_guesser_holds_up_its_own_address_and_nobody_elses() -> None:
+    with serving("correct horse") as connect:
+        guesser = connect("127.0.0.2")
+        guesser.send(b"$LOGIN=a\n$LOGIN=correct horse\n")
+        guesser.until(b"wait, then again]")
+        client = connect("127.0.0.3")
+        client.send(b"$LOGIN=correct horse\n")
+        assert client.until(b"ok\r\n") == b"[MSG:Password needed: $LOGIN=...]\r\nok\r\n"
 
 
 def test_locked_clients_do_not_keep_others_out() -> None:

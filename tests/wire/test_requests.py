@@ -288,6 +288,14 @@ def test_guessing_becomes_slower(make_device: Callable[..., Device]) -> None:
     assert prove(device, client, "secret") == Refusal.NONE
 
 
+def test_a_guesser_holds_nobody_else_up(make_device: Callable[..., Device]) -> None:
+    device = make_device(password="secret")
+    guesser, other = device.connect("10.0.0.66"), device.connect("10.0.0.67")
+    assert prove(device, guesser, "wrong") == Refusal.AUTHENTICATION
+    assert prove(device, device.connect("10.0.0.66"), "secret") == Refusal.AUTHENTICATION, "another connection of it"
+    assert prove(device, other, "secret") == Refusal.NONE
+
+
 def test_a_wrong_password_and_a_replay(make_device: Callable[..., Device]) -> None:
     device = make_device(password="secret")
     client = device.connect()

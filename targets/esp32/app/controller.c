@@ -51,9 +51,9 @@ static void left(void *ctx) {
         (void)rx_put(&controller->machine->rx, '!');
 }
 
-static enum net_gate_result login(void *ctx, const char *password, size_t size) {
+static enum net_gate_result login(void *ctx, uint64_t who, const char *password, size_t size) {
     struct controller *controller = ctx;
-    return net_gate_try(&controller->gate, password, size, hal_time_us(controller->machine->hal));
+    return net_gate_try(&controller->gate, who, password, size, hal_time_us(controller->machine->hal));
 }
 
 /* An answer longer than the buffer goes to the hub in pieces. */
@@ -162,6 +162,7 @@ static void ask_sometimes(struct controller *controller) {
     if (now_us - controller->asked_us < ASK_EVERY_US)
         return;
     controller->asked_us = now_us;
+    lockout_poll(&controller->gate.lockout, now_us);
     net_hub_ask(&controller->hub);
 }
 

@@ -16,13 +16,15 @@ static void unlock(void *ctx) {
     (void)ctx;
 }
 
-void io_module_run(struct services *services, struct net_gate *gate, const char *password) {
+void io_module_run(struct services *services, struct lockout *lockout, const char *password) {
     static const struct ota_flash flash = {.lock = lock, .unlock = unlock};
-    services_start(services, gate, password, &flash);
+    services_start(services, lockout, password, &flash);
     (void)esp_task_wdt_add(NULL);
     for (;;) {
         (void)esp_task_wdt_reset();
-        if (!services_poll(services, (uint32_t)esp_timer_get_time()))
+        uint32_t now_us = (uint32_t)esp_timer_get_time();
+        lockout_poll(lockout, now_us);
+        if (!services_poll(services, now_us))
             vTaskDelay(1);
     }
 }

@@ -7,7 +7,7 @@
 
 #include "app/services.h"
 
-/** Never returns. @param gate  of all passwords  @param password  of network clients; "": none */
-void io_module_run(struct services *services, struct net_gate *gate, const char *password);
+/** Never returns. @param lockout  of all passwords  @param password  of network clients; "": none */
+void io_module_run(struct services *services, struct lockout *lockout, const char *password);
 
 #endif

@@ -21,7 +21,7 @@ enum { CHIP_ID = 0 };
 #endif
 enum { TELNET_PORT = 23, RESTART_US = 500000, CONFIRM_US = 30000000 };
 
-void services_start(struct services *services, struct net_gate *gate, const char *password,
+void services_start(struct services *services, struct lockout *lockout, const char *password,
                     const struct ota_flash *flash) {
     static const struct ota_image image = {.board = BOARD_ID, .chip_id = CHIP_ID, .project = "wificnc"};
     char address[NET_ADDRESS_SIZE], port[8];
@@ -29,9 +29,11 @@ void services_start(struct services *services, struct net_gate *gate, const char
     *services = (struct services){.flash = *flash, .mdns = {.port = TELNET_PORT}};
     snprintf(services->password, sizeof services->password, "%s",
              password[0] != '\0' ? password : wifi_own_password());
-    ota_init(&services->ota, &ota_flash_ops, &services->flash, &image, gate, services->password);
+    ota_init(&services->ota, &ota_flash_ops, &services->flash, &image, lockout, services->password);
     snprintf(port, sizeof port, "%d", OTA_PORT);
-    services->ota_listener = net_tcp_listen(NULL, port, address, &error);
+    /* without the radio there is neither a password of our own nor a nonce that nobody can foresee */
+    bool guarded = wifi_own_password()[0] != '\0';
+    services->ota_listener = guarded ? net_tcp_listen(NULL, port, address, &error) : -1;
     snprintf(services->mdns.name, sizeof services->mdns.name, "%s", network_name());
     snprintf(services->mdns.text, sizeof services->mdns.text, "wificnc=%s", BOARD_ID);
     services->mdns_socket = net_mdns_open("0.0.0.0", NET_MDNS_PORT);

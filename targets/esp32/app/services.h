@@ -22,9 +22,9 @@ struct services {
     bool confirmed;   /* the image that runs need not be taken back */
 };
 
-/** [start, behind network_start()] @param gate  of all passwords  @param password  of network clients; "":
+/** [start, behind network_start()] @param lockout  of all passwords  @param password  of network clients; "":
  * updates want that of our own network  @param flash  who is asked before flash is written; is copied */
-void services_start(struct services *services, struct net_gate *gate, const char *password,
+void services_start(struct services *services, struct lockout *lockout, const char *password,
                     const struct ota_flash *flash);
 
 /** One round. An image that gets here for half a minute has a network, and so can be updated again: it is

@@ -17,6 +17,7 @@
 #include "io/led_driver.h"
 #include "link/improv.h"
 #include "link/serial_stream.h"
+#include "net/access.h"
 #include "net/network.h"
 #include "net/wifi.h"
 #include "pin_config.h"
@@ -105,7 +106,6 @@ static void read_choices(void) {
     link_lost = LINK_LOST_DEFAULT;
     (void)read_u8(NULL, NVS_DEVICE_MODE, &device_mode);
     (void)read_u8(NULL, NVS_LINK_LOST, &link_lost);
-    (void)nvs_flash_ops_get_text(&store, NVS_ACCESS_PASSWORD, password, sizeof password);
 }
 
 static void start_pins(struct complaints *complaints) {
@@ -234,6 +234,19 @@ static void chip_random(void *ctx, uint8_t *bytes, size_t count) {
     esp_fill_random(bytes, count);
 }
 
+static enum nvs_text read_text(void *ctx, const char *key, char *text, size_t size) {
+    (void)ctx;
+    return nvs_flash_ops_find_text(&store, key, text, size);
+}
+
+/* Behind network_start(), which makes random numbers unpredictable. */
+static void load_access(void) {
+    static const struct access_ops ops = {.read = read_text, .random = chip_random};
+    if (access_load(password, &ops, NULL) == ACCESS_LOST)
+        tell("The password of network clients cannot be read: none gets in. Write the storage anew by USB: "
+             "wificnc nvs build, wificnc nvs flash");
+}
+
 /* Hosts that plan motion themselves. */
 static void start_wire(void) {
     static const struct session_ops ops = {.send = net_wire_send, .random = chip_random};
@@ -261,8 +274,9 @@ static void start_network(void) {
     }
     snprintf(text, sizeof text, "Own network: %s password: %s", network_name(), wifi_own_password());
     tell(text);
+    load_access();
     controller_set(&controller, &options);
-    services_start(&services, &controller.gate, password, &flash);
+    services_start(&services, &controller.gate.lockout, password, &flash);
     start_wire();
     if (!controller_listen(&controller, NULL, "23", &error)) {
         snprintf(text, sizeof text, "Telnet did not start, error %d", error);
@@ -327,8 +341,10 @@ static void run_controller(void *unused) {
 
 static void run_io_module(void *unused) {
     (void)unused;
-    if (network_start(&store))
-        io_module_run(&services, &controller.gate, password);
+    if (network_start(&store)) {
+        load_access();
+        io_module_run(&services, &controller.gate.lockout, password);
+    }
     vTaskDelete(NULL);
 }
 

@@ -8,8 +8,8 @@
 enum { IMAGE_MAGIC = 0xE9, CHIP_ID_AT = 12, NAME_AT = 80, NAME_SIZE = 32, PIECES_A_POLL = 4 };
 
 void ota_init(struct ota *ota, const struct ota_ops *ops, void *ctx, const struct ota_image *image,
-              struct net_gate *gate, const char *password) {
-    *ota = (struct ota){.ops = ops, .ctx = ctx, .image = *image, .gate = gate, .password = password};
+              struct lockout *lockout, const char *password) {
+    *ota = (struct ota){.ops = ops, .ctx = ctx, .image = *image, .lockout = lockout, .password = password};
 }
 
 /* ---- words ---- */
@@ -98,13 +98,13 @@ static const char *read_request(struct ota *ota, char *line, uint32_t now_us) {
     if (sscanf(line, "%10llu %n", &size, &digest_at) != 1 || mac_text == NULL || digest_at == 0 ||
         !get_hex(line + digest_at, ota->digest, SHA256_SIZE) || !get_hex(mac_text + 1, mac, SHA256_SIZE))
         return "expected SIZE SHA256 MAC";
-    if (!net_gate_may_try(ota->gate, now_us))
+    if (!lockout_may_try(ota->lockout, ota->stream.peer, now_us))
         return "wrong passwords came before: wait, then again";
     *mac_text = '\0';
     int length = snprintf(message, sizeof message, "%s %s", ota->nonce, line);
     sha256_hmac(ota->password, strlen(ota->password), message, (size_t)length, wanted);
     bool good = sha256_is_equal(mac, wanted);
-    net_gate_tried(ota->gate, good, now_us);
+    lockout_note(ota->lockout, ota->stream.peer, good, now_us);
     ota->size = (size_t)size;
     return good ? NULL : "wrong password";
 }

@@ -15,8 +15,8 @@
 #ifndef WIFICNC_ESP32_OTA_H
 #define WIFICNC_ESP32_OTA_H
 
+#include "base/lockout.h"
 #include "base/sha256.h"
-#include "net_gate.h"
 #include "net_stream.h"
 
 enum { OTA_PORT = 58430, OTA_NONCE_SIZE = 16, OTA_TOLD_EVERY = 65536, OTA_IDLE_US = 15000000 };
@@ -51,8 +51,8 @@ struct ota {
     const struct ota_ops *ops;
     void *ctx;
     struct ota_image image;
-    struct net_gate *gate; /* shared with all who guess passwords */
-    const char *password;  /* outlives this */
+    struct lockout *lockout; /* shared with all who guess passwords */
+    const char *password;    /* outlives this */
     enum ota_state state;
     bool done; /* a new firmware is there: restart */
     struct net_stream stream;
@@ -69,7 +69,7 @@ struct ota {
 };
 
 void ota_init(struct ota *ota, const struct ota_ops *ops, void *ctx, const struct ota_image *image,
-              struct net_gate *gate, const char *password);
+              struct lockout *lockout, const char *password);
 
 /** A connection. @param nonce  random @return false: another upload is under way; the stream was told so and
  *  closed */

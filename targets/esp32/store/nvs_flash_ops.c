@@ -4,6 +4,8 @@
 #include "nvs.h"
 #include "nvs_flash.h"
 
+#include <string.h>
+
 static nvs_handle_t handle;
 
 static bool get(void *ctx, const char *key, enum nvs_type type, uint32_t *value) {
@@ -74,10 +76,16 @@ enum nvs_start nvs_flash_ops_open(struct nvs_store *store) {
     return start;
 }
 
+enum nvs_text nvs_flash_ops_find_text(const struct nvs_store *store, const char *key, char *text,
+                                      size_t size) {
+    esp_err_t error = store->ops != NULL ? nvs_get_str(handle, key, text, &size) : ESP_FAIL;
+    if (error == ESP_OK)
+        return NVS_TEXT_GOOD;
+    return error == ESP_ERR_NVS_NOT_FOUND ? NVS_TEXT_NONE : NVS_TEXT_UNREADABLE;
+}
+
 size_t nvs_flash_ops_get_text(const struct nvs_store *store, const char *key, char *text, size_t size) {
-    if (store->ops == NULL || nvs_get_str(handle, key, text, &size) != ESP_OK)
-        return 0;
-    return size - 1;
+    return nvs_flash_ops_find_text(store, key, text, size) == NVS_TEXT_GOOD ? strlen(text) : 0;
 }
 
 bool nvs_flash_ops_set_text(const struct nvs_store *store, const char *key, const char *text) {

@@ -7,6 +7,8 @@
 
 #include <stddef.h>
 
+#define ESP_ERR_NVS_NOT_FOUND 0x1102
+
 typedef uint32_t nvs_handle_t;
 typedef enum { NVS_READONLY, NVS_READWRITE } nvs_open_mode_t;
 
