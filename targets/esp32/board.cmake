@@ -24,4 +24,9 @@ execute_process(
 if(failed)
     message(FATAL_ERROR "wificnc pins ${WIFICNC_BOARD} failed, see above")
 endif()
+# Interrupts have their time in debug builds, too
+set(wificnc_fast ${sources})
+list(FILTER wificnc_fast INCLUDE REGEX "/(step/(isr|position)|machine/inputs|hal/[a-z_]+|io/(inputs|debounce))[.]c$")
+set_source_files_properties(${wificnc_fast} PROPERTIES COMPILE_OPTIONS "-O2;-fno-stack-protector")
+
 target_include_directories(${COMPONENT_LIB} PRIVATE "${wificnc_pins}")

@@ -30,6 +30,33 @@ def test_other_board_is_honest(capsys: pytest.CaptureFixture[str]) -> None:
     assert "board host-gantry is this computer: there is no firmware for it" in capsys.readouterr().err
 
 
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("pic32mz2048efh100", "--debug"), "pic32mz2048efh100 has one kind of build: --debug means nothing for it"),
+        (("esp32s3-zero", "--variant", "asan"), "--variant is of the host, and esp32s3-zero is a board"),
+        (("host", "--release", "--variant", "debug"), "--release and --variant debug are two builds"),
+    ],
+)
+def test_kinds_that_mean_nothing_are_refused(
+    words: tuple[str, ...], said: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(SystemExit) as caught:
+        main(["build", *words])
+    assert caught.value.code == Exit.USAGE
+    assert said in " ".join(capsys.readouterr().err.split())
+
+
+def test_debug_of_the_host_is_its_variant(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[str] = []
+    monkeypatch.setattr("wificnc.commands.build.build_host", asked.append)
+    monkeypatch.setattr("wificnc.commands.build.show", lambda *_: None)
+    for words in (["--debug"], ["--release"], [], ["--variant", "asan"], ["--debug", "--variant", "debug"]):
+        with pytest.raises(SystemExit):
+            main(["build", "host", *words])
+    assert asked == ["debug", "release", "release", "asan", "debug"]
+
+
 def test_build_pic32mz_says_what_it_made(capsys: pytest.CaptureFixture[str]) -> None:
     if shutil.which(COMPILER) is None:
         pytest.skip(f"{COMPILER} is not on this machine")

@@ -5,18 +5,24 @@ from __future__ import annotations
 import hashlib
 import json
 import os
+import shutil
 import subprocess
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 from wificnc.board.load import load_board
 from wificnc.build.checkout import checkout_root
 from wificnc.build.esp32 import (
+    CONFIGURATION,
     PACKAGES,
     REACH_SECONDS,
+    Kind,
     collect,
+    configuration_lines,
+    configuration_without,
     find_platformio,
     missing_packages,
     plan_build,
@@ -56,6 +62,66 @@ def test_the_call_names_project_and_board() -> None:
     assert plan.argv == ("pio", "run", "-d", "/repo", "-e", "esp32s3-zero")
     assert plan.environment["WIFICNC_BOARD"] == "esp32s3-zero"
     assert plan_build(BOARD, Path("/repo"), clean=True).argv[-2:] == ("-t", "clean")
+
+
+def test_a_debug_build_has_an_environment_of_its_own() -> None:
+    plan = plan_build(BOARD, Path("/repo"), kind="debug")
+    assert plan.argv[-2:] == ("-e", "esp32s3-zero-debug")
+    assert plan.made == Path("/repo/.pio/build/esp32s3-zero-debug") and plan.output == Path("/repo/build/esp32s3-zero")
+
+
+@pytest.mark.parametrize("kind", ["release", "debug"])
+def test_the_kind_of_a_build_is_on_record(tmp_path: Path, kind: Kind) -> None:
+    plan = replace(plan_build(BOARD, tmp_path, pio=fake_pio(tmp_path)), kind=kind)
+    list(run_build(plan))
+    collect(plan, {})
+    assert json.loads((tmp_path / "build" / BOARD.id / "build.json").read_text())["kind"] == kind
+
+
+def test_the_two_kinds_differ_where_they_should() -> None:
+    release, debug = (configuration_lines(ROOT, "esp32s3", kind) for kind in ("release", "debug"))
+    assert {"CONFIG_COMPILER_OPTIMIZATION_PERF=y", "CONFIG_LOG_DEFAULT_LEVEL_NONE=y"} <= set(release) - set(debug)
+    assert {"CONFIG_COMPILER_OPTIMIZATION_DEBUG=y", "CONFIG_LOG_DEFAULT_LEVEL_INFO=y"} <= set(debug) - set(release)
+    for lines in (release, debug):
+        names = [line.partition("=")[0] for line in lines]
+        assert len(names) == len(set(names)), "an option stands twice"
+
+
+def test_a_configuration_of_an_earlier_build_is_noticed(tmp_path: Path) -> None:
+    shutil.copytree(
+        ROOT / CONFIGURATION, tmp_path / CONFIGURATION, ignore=lambda _, names: [n for n in names if "." not in n]
+    )
+    plan = plan_build(BOARD, tmp_path)
+    assert configuration_without(tmp_path, plan, BOARD.chip) == []  # there is none yet
+    made = configuration_lines(tmp_path, BOARD.chip, "release")
+    kept = tmp_path / "sdkconfig.esp32s3-zero"
+    kept.write_text("\n".join(["# CONFIG_X is not set", *made]).replace("partitions.csv", "elsewhere.csv"))
+    assert configuration_without(tmp_path, plan, BOARD.chip) == []
+    kept.write_text(kept.read_text().replace("CONFIG_FREERTOS_HZ=1000", "CONFIG_FREERTOS_HZ=100"))
+    assert configuration_without(tmp_path, plan, BOARD.chip) == ["CONFIG_FREERTOS_HZ=1000"]
+
+
+# What CMake is told, by a project.cmake that only repeats it.
+PROJECT = 'macro(project)\nmessage(STATUS "DEFAULTS ${SDKCONFIG_DEFAULTS}")\nendmacro()\n'
+
+
+@pytest.mark.skipif(shutil.which("cmake") is None, reason="cmake is not on this machine")
+@pytest.mark.parametrize("folder", [".", "targets/esp32"])
+@pytest.mark.parametrize(
+    ("arguments", "kind"), [([], "release"), (["-DWIFICNC_KIND=debug"], "debug"), (["-DWIFICNC_KIND=fast"], None)]
+)
+def test_cmake_takes_the_files_of_the_kind(tmp_path: Path, folder: str, arguments: list[str], kind: str | None) -> None:
+    (tmp_path / "tools/cmake").mkdir(parents=True)
+    (tmp_path / "tools/cmake/project.cmake").write_text(PROJECT)
+    command = ["cmake", "-S", str(ROOT / folder), "-B", str(tmp_path / "build"), *arguments]
+    environment = {**os.environ, "IDF_PATH": str(tmp_path)}
+    run = subprocess.run(command, capture_output=True, text=True, timeout=60, env=environment, check=False)
+    if kind is None:
+        assert run.returncode != 0 and "not release or debug" in run.stderr
+        return
+    (said,) = [line for line in run.stdout.splitlines() if line.startswith("-- DEFAULTS ")]
+    names = [Path(name).name for name in said.removeprefix("-- DEFAULTS ").split(";")]
+    assert names == ["sdkconfig.defaults", f"sdkconfig.{kind}", *(["sdkconfig.platformio"] if folder == "." else [])]
 
 
 def test_what_is_built_is_kept_with_its_sums(tmp_path: Path) -> None:

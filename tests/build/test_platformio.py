@@ -44,12 +44,17 @@ def test_there_is_an_environment_for_every_board(environment: dict[str, str]) ->
     sections = dict(json.loads(pio(environment, "project", "config", "--json-output")))
     found = {name.removeprefix("env:"): dict(options) for name, options in sections.items() if name.startswith("env:")}
     boards = {path.stem: load_board(path) for path in find_boards()}
-    assert set(found) == {name for name, board in boards.items() if board.target != "host"} | {"native"}
-    for name, options in found.items():
-        if name != "native" and boards[name].target == "esp32":
-            assert f"-DWIFICNC_BOARD={name}" in options["board_build.cmake_extra_args"]
-            assert ("s3" in options["board"]) == (boards[name].chip == "esp32s3")
-            assert (ROOT / options["board_build.partitions"]).is_file()
+    esp32 = {name for name, board in boards.items() if board.target == "esp32"}
+    debug = {f"{name}-debug" for name in esp32}
+    assert set(found) == {name for name, board in boards.items() if board.target != "host"} | debug | {"native"}
+    for name in esp32:
+        options, twin = found[name], found[f"{name}-debug"]
+        arguments = f"-DWIFICNC_BOARD={name}"
+        assert options.pop("board_build.cmake_extra_args") == arguments
+        assert twin.pop("board_build.cmake_extra_args") == f"{arguments} -DWIFICNC_KIND=debug"
+        assert {**twin, "extends": options["extends"]} == options
+        assert ("s3" in options["board"]) == (boards[name].chip == "esp32s3")
+        assert (ROOT / options["board_build.partitions"]).is_file()
 
 
 @pytest.mark.skipif(shutil.which(COMPILER) is None, reason=f"{COMPILER} is not on this machine")

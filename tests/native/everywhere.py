@@ -10,7 +10,9 @@ from wificnc.build.host import build_program
 
 ROOT = checkout_root()
 UNIT_TESTS = Path(__file__).parent / "test_core" / "test_core.c"
-TRACE_DIGEST = Path(__file__).parent / "trace_digest.c"
+TRACE_DIGEST = (
+    Path(__file__).parent / "digest" / "trace_digest.c"
+)  # a program of its own: beside test_core PlatformIO links it in
 
 # Everything that computes: arcs in all planes, splines, cycles, expressions, six axes, units, feed modes, holds.
 PROGRAMS = {

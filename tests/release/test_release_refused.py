@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 from collections.abc import Callable
 from pathlib import Path
 
@@ -155,6 +156,17 @@ def test_a_board_that_was_asked_for_must_be_there(tree: Tree) -> None:
     assert "esp32s3-devkitc: its compiler comes from Espressif's download servers" in said
     assert not (tree.root / "other").exists()
     assert "no board with firmware: esp32s9" in tree.release("--boards", "esp32s9", code=Exit.BUILD).stderr
+
+
+def test_a_debug_build_is_no_release(tree: Tree) -> None:
+    folder = make_build(tree.root / "build" / "esp32s3-devkitc", "esp32s3-devkitc", CHIP, tree.revision)
+    record = json.loads((folder / "build.json").read_text())
+    (folder / "build.json").write_text(json.dumps({**record, "kind": "debug"}))
+    try:
+        said = tree.release("--boards", "esp32s3-devkitc", code=Exit.BUILD).stderr
+    finally:
+        shutil.rmtree(folder)
+    assert "it is a debug build: `wificnc build esp32s3-devkitc`" in " ".join(said.split())
 
 
 def test_firmware_of_another_commit_is_none(tree: Tree) -> None:

@@ -7,8 +7,10 @@ import sys
 import time
 from pathlib import Path
 
+from wificnc.build.esp32 import Kind
+
 from xtensa.compile import compile_all, firmware_sources, static_ram_bytes
-from xtensa.headers import BOARDS, real_headers, small_headers, without_effect
+from xtensa.headers import BOARDS, configure, real_headers, small_headers, without_effect
 from xtensa.isr import firmware_in_ram, interrupt_program, step_interrupt, violations
 from xtensa.toolchain import NoToolchainError, Toolchain, find_toolchain
 
@@ -28,7 +30,7 @@ def main() -> int:
         output = ROOT / "build" / "xtensa" / ("idf" if idf else "small") / chip
         headers = real_headers(ROOT, Path(idf), chip, output) if idf else small_headers(ROOT, chip, output)
         if idf:
-            failed += _report_options(chip, output)
+            failed += _report_options(Path(idf), chip, output)
         begin = time.perf_counter()
         objects = compile_all(tools, ROOT, headers, firmware_sources(ROOT), output)
         bad = [made for made in objects if made.said]
@@ -44,12 +46,16 @@ def main() -> int:
     return 1 if failed else 0
 
 
-def _report_options(chip: str, output: Path) -> int:
-    """@return how many lines of sdkconfig.defaults do nothing."""
-    idle = without_effect(ROOT, chip, (output / "sdkconfig").read_text())
-    for line in idle:
-        print(f"{chip}: {line} of sdkconfig.defaults has no effect")
-    return len(idle)
+def _report_options(idf: Path, chip: str, output: Path) -> int:
+    """Of both kinds of build. @return how many lines of our sdkconfig files do nothing."""
+    configure(ROOT, idf, chip, debug := output / "debug", "debug")
+    kinds: tuple[tuple[Kind, Path], ...] = (("release", output), ("debug", debug))
+    idle = 0
+    for kind, folder in kinds:
+        for line in without_effect(ROOT, chip, kind, (folder / "sdkconfig").read_text()):
+            print(f"{chip}, {kind}: {line} of targets/esp32/sdkconfig.* has no effect")
+            idle += 1
+    return idle
 
 
 def _report_interrupts(tools: Toolchain, output: Path) -> int:

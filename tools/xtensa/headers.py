@@ -11,6 +11,7 @@ from pathlib import Path
 
 from wificnc.board.header import pin_header_text
 from wificnc.board.load import load_board
+from wificnc.build.esp32 import CONFIGURATION, Kind, configuration_lines
 
 from xtensa.toolchain import LIBC_HEADERS
 
@@ -84,15 +85,17 @@ def _generate_pins(chip: str, output: Path) -> Path:
     return output
 
 
-def configure(root: Path, idf: Path, chip: str, output: Path) -> str:
+def configure(root: Path, idf: Path, chip: str, output: Path, kind: Kind = "release") -> str:
     """sdkconfig.h by ESP-IDF's own kconfgen. @return what it said: unknown and renamed options of our defaults.
 
     Raises RuntimeError when it fails.
     """
+    output.mkdir(parents=True, exist_ok=True)
     environment = _kconfig_environment(idf, chip, output)
     (output / "env.json").write_text(json.dumps(environment))
     prepare = idf / "tools/kconfig_new/prepare_kconfig_files.py"
-    defaults = [root / "targets/esp32" / name for name in ("sdkconfig.defaults", f"sdkconfig.defaults.{chip}")]
+    names = ("sdkconfig.defaults", f"sdkconfig.defaults.{chip}", f"sdkconfig.{kind}")
+    defaults = [root / CONFIGURATION / name for name in names]
     (output / "sdkconfig").unlink(missing_ok=True)
     said = ""
     for command in (
@@ -112,13 +115,11 @@ def configure(root: Path, idf: Path, chip: str, output: Path) -> str:
     return said
 
 
-def without_effect(root: Path, chip: str, sdkconfig: str) -> list[str]:
-    """Lines of our sdkconfig.defaults that the configuration made of them does not have: an option that this ESP-IDF
+def without_effect(root: Path, chip: str, kind: Kind, sdkconfig: str) -> list[str]:
+    """Lines of our sdkconfig files that the configuration made of them does not have: an option that this ESP-IDF
     does not know, has renamed, or whose condition is not met."""
-    files = [root / "targets/esp32" / name for name in ("sdkconfig.defaults", f"sdkconfig.defaults.{chip}")]
-    wanted = [line for path in files for line in path.read_text().splitlines() if line.startswith("CONFIG_")]
     has = set(sdkconfig.splitlines())
-    return [line for line in wanted if line not in has]
+    return [line for line in configuration_lines(root, chip, kind) if line not in has]
 
 
 def _kconfig_environment(idf: Path, chip: str, output: Path) -> dict[str, str]:

@@ -13,6 +13,7 @@ import threading
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
+from typing import Literal
 
 from wificnc.board.model import Board
 from wificnc.errors import BuildError
@@ -22,6 +23,9 @@ REACH_SECONDS = 0.8  # an answer of the network, name look-up and all
 PACKAGES = ("framework-espidf", "toolchain-xtensa-esp-elf", "tool-cmake", "tool-ninja", "tool-scons")
 ARTEFACTS = ("firmware.bin", "firmware.elf", "bootloader.bin", "partitions.bin")
 SAID_LINES = 24  # of the build's last words in an error
+
+Kind = Literal["release", "debug"]
+CONFIGURATION = Path("targets/esp32")  # sdkconfig.* lie there
 
 STILL_WORKS = "without it: `wificnc build host` and all of `wificnc sim` and `wificnc serve`"
 
@@ -35,6 +39,7 @@ class Plan:
     environment: dict[str, str]  # beside the present one
     made: Path  # where PlatformIO leaves its files
     output: Path  # where ours go
+    kind: Kind = "release"
 
 
 @dataclass(frozen=True)
@@ -46,9 +51,13 @@ class Artefact:
     sha256: str
 
 
-def plan_build(board: Board, root: Path, *, clean: bool = False, pio: Sequence[str] = ("pio",)) -> Plan:
-    """How PlatformIO is called. Nothing is run."""
-    argv = [*pio, "run", "-d", str(root), "-e", board.id]
+def plan_build(
+    board: Board, root: Path, *, kind: Kind = "release", clean: bool = False, pio: Sequence[str] = ("pio",)
+) -> Plan:
+    """How PlatformIO is called: as anybody would. Each kind of build has an environment of its own in platformio.ini,
+    and so its own configuration and objects. Nothing is run."""
+    environment = board.id if kind == "release" else f"{board.id}-{kind}"
+    argv = [*pio, "run", "-d", str(root), "-e", environment]
     return Plan(
         board=board.id,
         argv=tuple([*argv, "-t", "clean"] if clean else argv),
@@ -58,8 +67,9 @@ def plan_build(board: Board, root: Path, *, clean: bool = False, pio: Sequence[s
             # CMake looks for `wificnc` there
             "PATH": os.pathsep.join([str(Path(sys.executable).parent), os.environ.get("PATH", "")]),
         },
-        made=root / ".pio" / "build" / board.id,
+        made=root / ".pio" / "build" / environment,
         output=root / "build" / board.id,
+        kind=kind,
     )
 
 
@@ -142,9 +152,34 @@ def collect(plan: Plan, facts: Mapping[str, str]) -> list[Artefact]:
         shutil.copyfile(made, plan.output / name)
         content = made.read_bytes()
         artefacts.append(Artefact(name, len(content), hashlib.sha256(content).hexdigest()))
-    record = {"board": plan.board, **facts, "artefacts": [asdict(artefact) for artefact in artefacts]}
+    record = {
+        "board": plan.board,
+        "kind": plan.kind,
+        **facts,
+        "artefacts": [asdict(artefact) for artefact in artefacts],
+    }
     (plan.output / "build.json").write_text(json.dumps(record, indent=2) + "\n")
     return artefacts
+
+
+def configuration_lines(root: Path, chip: str, kind: Kind) -> list[str]:
+    """What our sdkconfig files want of ESP-IDF: lines of an sdkconfig."""
+    folder = root / CONFIGURATION
+    files = [folder / name for name in ("sdkconfig.defaults", f"sdkconfig.defaults.{chip}", f"sdkconfig.{kind}")]
+    return [line for path in files for line in path.read_text().splitlines() if line.startswith("CONFIG_")]
+
+
+def configuration_without(root: Path, plan: Plan, chip: str) -> list[str]:
+    """Lines of our sdkconfig files that the configuration of this build does not have: it is kept from the first build
+    on, whatever becomes of the files it was made of. PlatformIO keeps one for each environment."""
+    kept = root / f"sdkconfig.{plan.made.name}"
+    if not kept.is_file():
+        return []
+    has = set(kept.read_text().splitlines())
+    platformio = (root / CONFIGURATION / "sdkconfig.platformio").read_text().splitlines()
+    replaced = {line.partition("=")[0] for line in platformio}
+    wanted = [line for line in configuration_lines(root, chip, plan.kind) if line.partition("=")[0] not in replaced]
+    return [line for line in wanted if line not in has]
 
 
 def git_revision(root: Path) -> str:

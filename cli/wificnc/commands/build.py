@@ -20,56 +20,83 @@ from wificnc.build.pic32mz import (
     Pic32Build,
     build_pic32mz,
 )
-from wificnc.errors import BuildError
+from wificnc.errors import BuildError, UserError
 
 RAM_BUDGET_BYTES = 32 * 1024
+PIC32MZ_DEBUG = "its ELF has debug information: gdb-multiarch build/BOARD/wificnc.elf"
 USED = re.compile(r"^(RAM|Flash):.*\((used .*)\)$")
 
 
 @click.command()
 @click.argument("board_ref", metavar="BOARD")
 @click.option(
-    "--variant",
-    type=click.Choice(list(VARIANTS)),
-    default="release",
-    help="Of the host: plain, with debug channels, or sanitized.",
+    "--release/--debug",
+    "release",
+    default=None,
+    help="What people run (the default), or what helps to find faults: of boards with an ESP32, and of the host.",
 )
+@click.option("--variant", type=click.Choice(list(VARIANTS)), help="Of the host: also with sanitizers.")
 @click.option("--clean", is_flag=True, help="Of a board: forget what was built before, then build all.")
 @click.option("-v", "--verbose", is_flag=True, help="Of a board: every line of the build.")
-def command(board_ref: str, variant: str, clean: bool, verbose: bool) -> None:
+def command(board_ref: str, release: bool | None, variant: str | None, clean: bool, verbose: bool) -> None:
     """Build the firmware of BOARD into build/BOARD. `host` is the controller on this computer, for `wificnc sim`."""
+    kind: esp32.Kind = "debug" if release is False else "release"
     if board_ref == "host":
+        variant = host_variant(release, variant)
         show(build_host(variant), variant)
         return
     board = load_board(board_ref)
+    if variant is not None:
+        raise UserError(f"--variant is of the host, and {board.id} is a board", hint="--debug is for boards")
     if board.target == "pic32mz":
+        if kind == "debug":
+            raise UserError(f"{board.id} has one kind of build: --debug means nothing for it", hint=PIC32MZ_DEBUG)
         show_pic32mz(build_pic32mz(board, clean=clean), board)
     elif board.target == "esp32":
-        build_board(board, clean, verbose)
+        build_board(board, kind, clean, verbose)
     else:
         raise BuildError(f"board {board.id} is this computer: there is no firmware for it", hint="wificnc build host")
 
 
-def build_board(board: Board, clean: bool, verbose: bool) -> None:
+def host_variant(release: bool | None, variant: str | None) -> str:
+    """Raises UserError when the two ask for different builds."""
+    asked = None if release is None else "release" if release else "debug"
+    if variant is not None and asked is not None and asked != variant:
+        raise UserError(f"--{asked} and --variant {variant} are two builds", hint="say one of them")
+    return variant or asked or "release"
+
+
+def build_board(board: Board, kind: esp32.Kind, clean: bool, verbose: bool) -> None:
     """By PlatformIO. Raises BuildError."""
     root = checkout_root()
     pio = esp32.find_platformio()
     esp32.require_packages(esp32.core_directory())
-    plan = esp32.plan_build(board, root, pio=pio)
+    plan = esp32.plan_build(board, root, kind=kind, pio=pio)
     lines: list[str] = []
     with ui.talk.status(f"building {board.id}") as status:
         if clean:
-            list(esp32.run_build(esp32.plan_build(board, root, clean=True, pio=pio)))
+            list(esp32.run_build(esp32.plan_build(board, root, kind=kind, clean=True, pio=pio)))
         for line in esp32.run_build(plan):
             lines.append(line)
             if verbose:
                 ui.note(line)
             else:
                 status.update(f"building {board.id}: {line[:80]}")
+    warn_of_old_configuration(esp32.configuration_without(root, plan, board.chip), plan)
     facts = {"revision": esp32.git_revision(root), "board_sha256": board.sha256, "wificnc": __version__}
     artefacts = esp32.collect(plan, facts)
     show_firmware(artefacts, lines, esp32.slot_bytes((root / "targets/esp32/partitions.csv").read_text()))
     ui.note(f"all of it  {plan.output}, flash it: wificnc flash {board.id}")
+
+
+def warn_of_old_configuration(missing: list[str], plan: esp32.Plan) -> None:
+    """Nobody's own changes are thrown away, and nothing of ours is left out in silence."""
+    if missing:
+        kept = f"sdkconfig.{plan.made.name}"
+        ui.warn(
+            f"{kept} is kept from an earlier build, and is not what targets/esp32/sdkconfig.* want:"
+            f" {', '.join(missing)}\nunless that is meant: delete {kept}, then build again with --clean"
+        )
 
 
 def show_pic32mz(build: Pic32Build, board: Board) -> None:

@@ -60,9 +60,12 @@ def _esp32_missing(record: Path, source: Source, board: Board) -> str | None:
     if not record.is_file():
         return NEEDS_WORKFLOW.format(board=board.id)
     try:
-        revision = json.loads(record.read_text()).get("revision", "unknown")
+        facts = json.loads(record.read_text())
+        revision, kind = facts.get("revision", "unknown"), facts.get("kind", "release")
     except (ValueError, AttributeError):
         return None
+    if kind != "release":
+        return f"it is a {kind} build: `wificnc build {board.id}`"
     if revision != source.revision:
         return f"it was built from {revision}, and this is {source.revision}: `wificnc build {board.id}`"
     return None

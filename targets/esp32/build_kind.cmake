@@ -1,0 +1,11 @@
+# Which kind of build this is: WIFICNC_KIND, of CMake or of the environment, release or debug. Before project().
+if(NOT WIFICNC_KIND)
+    set(WIFICNC_KIND "$ENV{WIFICNC_KIND}")
+endif()
+if(NOT WIFICNC_KIND)
+    set(WIFICNC_KIND release)
+endif()
+set(wificnc_kind_defaults "${CMAKE_CURRENT_LIST_DIR}/sdkconfig.${WIFICNC_KIND}")
+if(NOT WIFICNC_KIND MATCHES "^(release|debug)$")
+    message(FATAL_ERROR "WIFICNC_KIND is ${WIFICNC_KIND}, not release or debug")
+endif()
