@@ -1,4 +1,4 @@
-"""Tests on all cores (`make test`): each worker takes a folder at a time, so that what its session builds is built once."""
+"""Tests on all cores (`make test`): a worker takes whole folders, so that what its session builds is built once."""
 
 from __future__ import annotations
 

@@ -4,7 +4,13 @@ import { sizes } from "./build/sizes.ts";
 // Paths are relative: the page works from any folder of any web host, and from the controller.
 export default defineConfig({
   base: "./",
-  build: { target: "es2022", assetsInlineLimit: 0, modulePreload: { polyfill: false }, reportCompressedSize: false },
+  build: {
+    target: "es2022",
+    assetsInlineLimit: 0,
+    modulePreload: { polyfill: false },
+    reportCompressedSize: false,
+    manifest: "files.json", // which file loads which, for firmware that carries the page
+  },
   worker: { format: "es" },
   plugins: [sizes()],
   server: { fs: { allow: [".."] } },

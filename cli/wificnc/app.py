@@ -15,6 +15,7 @@ from wificnc.errors import Exit, UserError
 COMMANDS: dict[str, tuple[str, str]] = {
     "boards": ("boards", "List, show and check boards."),
     "pins": ("pins", "Generate pin_config.h of a board."),
+    "page": ("page", "Generate page_files.h, with which a firmware carries the page."),
     "build": ("build", "Build the firmware of a board, or the host controller."),
     "flash": ("flash", "Write the firmware to a board, by USB or over the network."),
     "nvs": ("nvs", "Make, write, read and compare what an ESP32 has stored."),

@@ -1,7 +1,7 @@
-# Options of all our own code, and pin_config.h of the board.
+# Options of all our own code, pin_config.h of the board, and page_files.h of the page that the firmware carries.
 #
-# The board is WIFICNC_BOARD (of CMake or of the environment); without one, the chip's first board. `wificnc pins`
-# writes the header into the build directory, and only when it changes.
+# The board is WIFICNC_BOARD (of CMake or of the environment); without one, the chip's first board. `wificnc pins` and
+# `wificnc page` write the headers into the build directory, and only when they change.
 set(wificnc_options -ffp-contract=off -fno-math-errno -fno-jump-tables)
 
 if(NOT WIFICNC_BOARD)
@@ -18,12 +18,16 @@ find_program(WIFICNC_COMMAND wificnc)
 if(NOT WIFICNC_COMMAND)
     message(FATAL_ERROR "wificnc is not on the PATH: run `pip install -e .` in the repository, then build again")
 endif()
-execute_process(
-    COMMAND "${WIFICNC_COMMAND}" pins "${WIFICNC_BOARD}" -o "${wificnc_pins}/pin_config.h"
-    RESULT_VARIABLE failed)
-if(failed)
-    message(FATAL_ERROR "wificnc pins ${WIFICNC_BOARD} failed, see above")
-endif()
+function(wificnc_generate)
+    execute_process(COMMAND "${WIFICNC_COMMAND}" ${ARGV} RESULT_VARIABLE failed)
+    if(failed)
+        list(JOIN ARGV " " said)
+        message(FATAL_ERROR "wificnc ${said} failed, see above")
+    endif()
+endfunction()
+wificnc_generate(pins "${WIFICNC_BOARD}" -o "${wificnc_pins}/pin_config.h")
+wificnc_generate(page -o "${wificnc_pins}/page_files.h")
+
 # Interrupts have their time in debug builds, too
 set(wificnc_fast ${sources})
 list(FILTER wificnc_fast INCLUDE REGEX "/(step/(isr|position)|machine/inputs|hal/[a-z_]+|io/(inputs|debounce))[.]c$")

@@ -1,9 +1,11 @@
 /* SPDX-License-Identifier: MIT
  * The ESP32's controller task over real sockets of this computer, with the host's pins behind it: says its
- * port on stdout, and ends with stdin. Time goes on by a ms a round. Usage: telnet_serve PASSWORD LINK_LOST
+ * ports on stdout, telnet's and the page's, and ends with stdin. Time goes on by a ms a round.
+ * Usage: telnet_serve PASSWORD LINK_LOST
  */
 #include "app/controller.h"
 #include "host_inner.h"
+#include "net/page.h"
 
 #include <fcntl.h>
 #include <netinet/in.h>
@@ -12,6 +14,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <sys/socket.h>
+#include <time.h>
 #include <unistd.h>
 
 enum { TICKS_A_ROUND = 20000, CLIENTS = 4 };
@@ -39,12 +42,24 @@ static bool stdin_is_open(void) {
     return read(STDIN_FILENO, &byte, 1) != 0;
 }
 
+/* The page's patience is with real clients; a fifth of the chip's is enough here. */
+static uint32_t page_time_us(void) {
+    struct timespec now;
+    (void)clock_gettime(CLOCK_MONOTONIC, &now);
+    return (uint32_t)((uint64_t)now.tv_sec * 5000000u + (uint64_t)now.tv_nsec / 200u);
+}
+
+/* @return 0: none */
+static unsigned port_of(int listener) {
+    struct sockaddr_in here;
+    socklen_t size = sizeof here;
+    return getsockname(listener, (struct sockaddr *)&here, &size) == 0 ? ntohs(here.sin_port) : 0;
+}
+
 int main(int argc, char **argv) {
     static const struct net_hub_sizes sizes = {.clients = CLIENTS, .in = 2048, .out = 16384, .left = 2048};
     static struct controller controller;
     struct host *host = host_create(&board);
-    struct sockaddr_in here;
-    socklen_t size = sizeof here;
     int error;
     if (argc != 3 || host == NULL)
         return 2;
@@ -54,12 +69,13 @@ int main(int argc, char **argv) {
     host->machine.out = controller_out(&controller);
     controller_set(&controller, &options);
     if (!controller_listen(&controller, "127.0.0.1", "0", &error) ||
-        getsockname(controller.listener, (struct sockaddr *)&here, &size) != 0)
+        !page_start(&controller.hub, "127.0.0.1", "WiFiCNC-1A2B", "0.1.0", "0", &error))
         return 1;
-    printf("%d\n", ntohs(here.sin_port));
+    printf("%u %u\n", port_of(controller.listener), port_of(page_listener()));
     fflush(stdout);
     (void)fcntl(STDIN_FILENO, F_SETFL, O_NONBLOCK);
     while (stdin_is_open()) {
+        (void)page_poll(page_time_us());
         (void)controller_round(&controller);
         pass_a_millisecond(host);
         sched_yield();

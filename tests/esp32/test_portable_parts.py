@@ -20,6 +20,7 @@ PROGRAMS = {
     "io_parts": ("hal/step_pins.c", "io/debounce.c"),
     "access": ("net/access.c",),
     "gate": (),
+    "websocket": (),
     "improv": ("link/improv.c",),
     "ota": ("net/ota.c",),
     "pin_map": ("io/pin_map.c",),

@@ -8,23 +8,11 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
-from functools import cache
-from pathlib import Path
 
 import pytest
-from wificnc.build.checkout import checkout_root
-from wificnc.build.host import build_program
+from esp32_serve import FINISH, HOLD, STOP, serving_esp32
 
-HERE = Path(__file__).parent
-ESP32 = checkout_root() / "targets" / "esp32"
-FINISH, HOLD, STOP = "0", "1", "2"
 PLACES = 4
-
-
-@cache
-def program() -> Path:
-    sources = [HERE / "telnet_serve.c", ESP32 / "app" / "controller.c"]
-    return build_program(sources, checkout_root() / "build" / "tests" / "telnet_serve", "release", [f"-I{ESP32}"])
 
 
 class Client:
@@ -59,25 +47,18 @@ class Client:
 @contextmanager
 def serving(password: str = "", link_lost: str = FINISH) -> Iterator[Callable[..., Client]]:
     """A controller; gives a function that connects, from another loopback address where one is given."""
-    process = subprocess.Popen(
-        [program(), password, link_lost], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
-    )
-    assert process.stdin and process.stdout
-    port = int(process.stdout.readline())
     clients: list[Client] = []
+    with serving_esp32(password, link_lost) as ports:
 
-    def connect(here: str = "127.0.0.1") -> Client:
-        clients.append(Client(port, here))
-        return clients[-1]
+        def connect(here: str = "127.0.0.1") -> Client:
+            clients.append(Client(ports.telnet, here))
+            return clients[-1]
 
-    try:
-        yield connect
-    finally:
-        for client in clients:
-            client.socket.close()
-        process.stdin.close()
-        assert process.wait(10) == 0
-        process.stdout.close()
+        try:
+            yield connect
+        finally:
+            for client in clients:
+                client.socket.close()
 
 
 def fields(client: Client) -> list[str]:

@@ -12,6 +12,7 @@ from pathlib import Path
 from wificnc.board.header import pin_header_text
 from wificnc.board.load import load_board
 from wificnc.build.esp32 import CONFIGURATION, Kind, configuration_lines
+from wificnc.web.embed import page_header_text
 
 from xtensa.toolchain import LIBC_HEADERS
 
@@ -58,7 +59,7 @@ class Headers:
 
 def small_headers(root: Path, chip: str, output: Path) -> Headers:
     """Our own declarations of what we use."""
-    generated = _generate_pins(chip, output)
+    generated = _generate(chip, output)
     lines = [f"#define CONFIG_IDF_TARGET_{chip.upper()} 1"]
     lines += [f"#define {name} {value}" for name, value in (("CONFIG_FREERTOS_HZ", 1000), _CPU)]
     (generated / "sdkconfig.h").write_text("\n".join([*lines, ""]))
@@ -70,7 +71,7 @@ _CPU = ("CONFIG_ESP_DEFAULT_CPU_FREQ_MHZ", 240)
 
 def real_headers(root: Path, idf: Path, chip: str, output: Path) -> Headers:
     """ESP-IDF's own headers, with the configuration that our sdkconfig.defaults leads to."""
-    generated = _generate_pins(chip, output)
+    generated = _generate(chip, output)
     configure(root, idf, chip, generated)
     (generated / "shim/sys").mkdir(parents=True, exist_ok=True)
     (generated / "shim/sys/reent.h").write_text(REENT_SHIM)
@@ -79,9 +80,11 @@ def real_headers(root: Path, idf: Path, chip: str, output: Path) -> Headers:
     return Headers(generated, system, ('-DIDF_VER="v5.5.3"', "-DSOC_MMU_PAGE_SIZE=CONFIG_MMU_PAGE_SIZE"))
 
 
-def _generate_pins(chip: str, output: Path) -> Path:
+def _generate(chip: str, output: Path) -> Path:
+    """What board.cmake has `wificnc` write. The page's files may be missing here, so they are none."""
     output.mkdir(parents=True, exist_ok=True)
     (output / "pin_config.h").write_text(pin_header_text(load_board(BOARDS[chip])))
+    (output / "page_files.h").write_text(page_header_text(()))
     return output
 
 

@@ -6,7 +6,7 @@ import type { Plugin } from "vite";
 
 /** Everything but WebAssembly, gzip, bytes. */
 const BUDGET = 400 * 1024;
-const TEXT = /\.(html|js|css|svg|json|wasm|webmanifest)$/;
+const TEXT = /\.(html|js|css|svg|wasm|webmanifest)$/;
 
 function files(folder: string): string[] {
   return readdirSync(folder, { withFileTypes: true }).flatMap((entry) => {

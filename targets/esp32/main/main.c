@@ -19,6 +19,7 @@
 #include "link/serial_stream.h"
 #include "net/access.h"
 #include "net/network.h"
+#include "net/page.h"
 #include "net/wifi.h"
 #include "pin_config.h"
 #include "store/nvs_flash_ops.h"
@@ -48,7 +49,7 @@ static struct nvs_store store;
 static struct follow follow;
 static struct pin_map pins;
 static struct step_engine_board step_pins;
-static char password[ACCESS_PASSWORD_MAX + 1];
+static char password[ACCESS_PASSWORD_MAX + 1], version[16];
 static uint8_t device_mode, link_lost;
 static bool safe_mode, has_network;
 
@@ -160,7 +161,7 @@ static bool join_network(void *ctx, const char *network, const char *wifi_passwo
 static bool joined_network(void *ctx, char *text) {
     uint32_t address = network_station_address();
     (void)ctx;
-    snprintf(text, IMPROV_TEXT_MAX, "tcp://%u.%u.%u.%u:23", (unsigned)(address & 0xFF),
+    snprintf(text, IMPROV_TEXT_MAX, "http://%u.%u.%u.%u/", (unsigned)(address & 0xFF),
              (unsigned)(address >> 8 & 0xFF), (unsigned)(address >> 16 & 0xFF), (unsigned)(address >> 24));
     return address != 0;
 }
@@ -173,11 +174,8 @@ static uint32_t port_time_us(void *ctx) {
 static void add_port(struct improv *improv, const struct net_stream *port, const char *name) {
     static const struct improv_ops ops = {
         .join = join_network, .joined = joined_network, .now_us = port_time_us};
-    static char version[16];
     static struct improv_info info = {.firmware = "WiFiCNC", .version = version, .chip = BOARD_CHIP};
     struct net_stream stream;
-    snprintf(version, sizeof version, "%d.%d.%d", WIRE_FIRMWARE_VERSION >> 24,
-             WIRE_FIRMWARE_VERSION >> 16 & 0xFF, WIRE_FIRMWARE_VERSION & 0xFFFF);
     info.name = network_name(); /* filled in later */
     improv_init(improv, port, &info, &ops, &stream);
     controller_add_port(&controller, &stream, name);
@@ -186,6 +184,8 @@ static void add_port(struct improv *improv, const struct net_stream *port, const
 static void start_ports(void) {
     static struct improv uart, usb;
     struct net_stream port;
+    snprintf(version, sizeof version, "%d.%d.%d", WIRE_FIRMWARE_VERSION >> 24,
+             WIRE_FIRMWARE_VERSION >> 16 & 0xFF, WIRE_FIRMWARE_VERSION & 0xFFFF);
     if (serial_stream_uart(&port))
         add_port(&uart, &port, "UART");
     if (serial_stream_usb(&port))
@@ -282,19 +282,23 @@ static void start_network(void) {
         snprintf(text, sizeof text, "Telnet did not start, error %d", error);
         tell(text);
     }
+    if (!page_start(&controller.hub, NULL, network_name(), version, "80", &error)) {
+        snprintf(text, sizeof text, "The page did not start, error %d", error);
+        tell(text);
+    }
 }
 
 /* Said at every change, so that whoever listens at a serial port knows where to connect. */
 static void tell_address(void) {
     static uint32_t told;
     uint32_t address = network_address();
-    char text[80];
+    char text[96];
     if (address == told)
         return;
     told = address;
-    snprintf(text, sizeof text, "Address %u.%u.%u.%u or %s.local, port 23", (unsigned)(address & 0xFF),
-             (unsigned)(address >> 8 & 0xFF), (unsigned)(address >> 16 & 0xFF), (unsigned)(address >> 24),
-             network_name());
+    snprintf(text, sizeof text, "Address %u.%u.%u.%u or %s.local: port 23, and a page for browsers",
+             (unsigned)(address & 0xFF), (unsigned)(address >> 8 & 0xFF), (unsigned)(address >> 16 & 0xFF),
+             (unsigned)(address >> 24), network_name());
     tell(address != 0 ? text : "No network");
 }
 
@@ -330,6 +334,7 @@ static void run_controller(void *unused) {
             led_driver_show(led_state(), now_us / US_PER_MS);
         }
         bool more = has_network && services_poll(&services, now_us);
+        more |= has_network && page_poll(now_us);
         if (has_network)
             tell_address();
         if (controller_round(&controller) && !safe_mode)

@@ -1,0 +1,149 @@
+/* SPDX-License-Identifier: MIT */
+#include "net_http_request.h"
+
+#include "net_websocket.h"
+
+#include <string.h>
+#include <strings.h>
+
+enum { NAME_MAX_SIZE = 64 };
+
+/* ---- pieces ---- */
+
+/* The text up to the separator, which becomes its end. *rest goes behind it. @return NULL: it does not come
+ */
+static char *cut(char **rest, const char *separator) {
+    char *text = *rest, *end = strstr(text, separator);
+    if (end == NULL)
+        return NULL;
+    *end = '\0';
+    *rest = end + strlen(separator);
+    return text;
+}
+
+static char *trim(char *text) {
+    text += strspn(text, " \t");
+    char *end = text + strlen(text);
+    while (end > text && (end[-1] == ' ' || end[-1] == '\t'))
+        *--end = '\0';
+    return text;
+}
+
+/* Whether a list of tokens, as of Connection, has this one. */
+static bool has_token(const char *list, const char *token) {
+    size_t size = strlen(token);
+    while (*list != '\0') {
+        list += strspn(list, ", \t");
+        size_t length = strcspn(list, ", \t;");
+        if (length == size && strncasecmp(list, token, size) == 0)
+            return true;
+        list += strcspn(list, ",");
+    }
+    return false;
+}
+
+/* ---- the request ---- */
+
+/* What headers say before they are judged together. */
+struct handshake {
+    const char *upgrade, *connection, *version;
+};
+
+static void take_header(const char *name, const char *value, struct net_http_request *request,
+                        struct handshake *handshake) {
+    const struct {
+        const char *name, **value;
+    } known[] = {{"Host", &request->host},
+                 {"Origin", &request->origin},
+                 {"If-None-Match", &request->tag},
+                 {"Sec-WebSocket-Key", &request->key},
+                 {"Sec-WebSocket-Version", &handshake->version},
+                 {"Upgrade", &handshake->upgrade},
+                 {"Connection", &handshake->connection}};
+    if (strcasecmp(name, "Accept-Encoding") == 0)
+        request->takes_gzip = has_token(value, "gzip") || has_token(value, "*");
+    for (unsigned i = 0; i < sizeof known / sizeof known[0]; i++)
+        if (strcasecmp(name, known[i].name) == 0)
+            *known[i].value = value;
+}
+
+static bool take_headers(char *rest, struct net_http_request *request, struct handshake *handshake) {
+    for (;;) {
+        char *line = cut(&rest, "\r\n"), *value = line;
+        if (line == NULL)
+            return false;
+        if (*line == '\0')
+            return true;
+        char *name = cut(&value, ":");
+        if (name == NULL || *name == '\0' || strpbrk(name, " \t") != NULL)
+            return false;
+        take_header(name, trim(value), request, handshake);
+    }
+}
+
+static enum net_http_parsed take_request_line(char *line, struct net_http_request *request) {
+    const char *method = cut(&line, " ");
+    char *path = method == NULL ? NULL : cut(&line, " ");
+    if (path == NULL || *path != '/' || strncmp(line, "HTTP/1.", 7) != 0)
+        return NET_HTTP_BAD;
+    path[strcspn(path, "?#")] = '\0';
+    request->path = path;
+    request->head_only = strcmp(method, "HEAD") == 0;
+    return request->head_only || strcmp(method, "GET") == 0 ? NET_HTTP_GOOD : NET_HTTP_METHOD;
+}
+
+/* 16 bytes in base64 (RFC 6455, 4.2.1). */
+static bool is_key(const char *key) {
+    static const char letters[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    return strspn(key, letters) == NET_WEBSOCKET_KEY_SIZE - 2 &&
+           strcmp(key + NET_WEBSOCKET_KEY_SIZE - 2, "==") == 0;
+}
+
+enum net_http_parsed net_http_parse(char *text, struct net_http_request *request) {
+    struct handshake handshake = {"", "", ""};
+    char *line = cut(&text, "\r\n");
+    *request = (struct net_http_request){
+        .path = "", .host = "", .origin = "", .key = "", .tag = "", .takes_gzip = true};
+    if (line == NULL)
+        return NET_HTTP_BAD;
+    enum net_http_parsed parsed = take_request_line(line, request);
+    if (parsed != NET_HTTP_BAD && !take_headers(text, request, &handshake))
+        return NET_HTTP_BAD;
+    request->upgrades = has_token(handshake.upgrade, "websocket") &&
+                        has_token(handshake.connection, "upgrade") && strcmp(handshake.version, "13") == 0 &&
+                        is_key(request->key) && !request->head_only;
+    return parsed;
+}
+
+/* ---- who may come ---- */
+
+/* The host without its port. @return false: that is none */
+static bool host_name(const char *host, char name[NAME_MAX_SIZE]) {
+    size_t size = *host == '[' ? strcspn(host, "]") : strcspn(host, ":");
+    if (size == 0 || size >= NAME_MAX_SIZE)
+        return false;
+    memcpy(name, host, size);
+    name[size] = '\0';
+    return true;
+}
+
+static bool ends_with(const char *text, const char *end) {
+    size_t size = strlen(text), length = strlen(end);
+    return size > length && strcasecmp(text + size - length, end) == 0;
+}
+
+/* IPv6 stands in brackets; a name of digits and dots alone is no name of a domain. */
+static bool is_address(const char *name) {
+    return *name == '[' || name[strspn(name, "0123456789.")] == '\0';
+}
+
+bool net_http_host_is_ours(const char *host, const char *name) {
+    char asked[NAME_MAX_SIZE];
+    return host_name(host, asked) && (is_address(asked) || ends_with(asked, ".local") ||
+                                      strcasecmp(asked, "localhost") == 0 || strcasecmp(asked, name) == 0);
+}
+
+bool net_http_origin_is_ours(const struct net_http_request *request) {
+    const char *scheme_end = strstr(request->origin, "://");
+    return *request->origin == '\0' || (scheme_end != NULL && strcasecmp(scheme_end + 3, request->host) == 0);
+}

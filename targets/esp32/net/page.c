@@ -1,0 +1,44 @@
+/* SPDX-License-Identifier: MIT */
+#include "net/page.h"
+
+#include "net_http.h"
+#include "page_files.h"
+#include "pin_config.h"
+
+/* The assembler takes the files as they are; constants of the program, they stay in flash. */
+#define EMBED(number, path, type, tag, file, size, forever)                                                  \
+    __asm__(".pushsection .rodata\npage_file_" #number ":\n.incbin \"" file "\"\n.popsection");              \
+    extern const uint8_t page_file_##number[];
+#define ROW(number, path, type, tag, file, size, forever)                                                    \
+    {path, type, tag, page_file_##number, size, forever},
+
+PAGE_FILES(EMBED)
+
+static const struct net_http_file files[PAGE_FILE_COUNT + 1] = {PAGE_FILES(ROW){0}};
+
+static struct net_http http = {.listener = -1};
+
+static void connect(void *ctx, const struct net_stream *stream, const char *who) {
+    (void)net_hub_connect(ctx, stream, who);
+}
+
+bool page_start(struct net_hub *hub, const char *host, const char *name, const char *version,
+                const char *port, int *error) {
+    static struct net_http_site site = {.files = files,
+                                        .count = PAGE_FILE_COUNT,
+                                        .board = BOARD_ID,
+                                        .axes = BOARD_AXIS_COUNT,
+                                        .connect = connect};
+    site.name = name;
+    site.version = version;
+    site.ctx = hub;
+    return net_http_open(&http, &site, host, port, error);
+}
+
+int page_listener(void) {
+    return http.listener;
+}
+
+bool page_poll(uint32_t now_us) {
+    return net_http_poll(&http, now_us);
+}

@@ -1,0 +1,24 @@
+/* SPDX-License-Identifier: MIT
+ * The page that the firmware carries, at port 80. [controller task] The files lie in flash as they were
+ * packed. */
+#ifndef WIFICNC_ESP32_PAGE_H
+#define WIFICNC_ESP32_PAGE_H
+
+#include "net_hub.h"
+
+/** Listen. @param hub  browsers become its clients
+ *  @param host  NULL: all networks
+ *  @param name  of the controller in its networks
+ *  @param version  of the firmware; both outlive the page
+ *  @param port  "80"
+ *  @return false: *error is an errno */
+bool page_start(struct net_hub *hub, const char *host, const char *name, const char *version,
+                const char *port, int *error);
+
+/** The socket that listens, -1: none. */
+int page_listener(void);
+
+/** A round. @return true: there is more to do at once */
+bool page_poll(uint32_t now_us);
+
+#endif

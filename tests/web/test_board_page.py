@@ -1,0 +1,48 @@
+"""The page as an ESP32 serves it: a browser, the firmware's own web server, and its controller task."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from esp32_serve import BOARD, serving_esp32
+from playwright.sync_api import Locator, expect
+from web_fixture import Watched
+from wificnc.web.embed import embedded_files
+
+FLASH_BYTES = 250 * 1024  # of an app image of 1.5 MB
+LINES = 20
+
+
+def test_the_page_is_small_enough_for_the_firmware(built_page: Path) -> None:
+    assert sum(file.size for file in embedded_files(built_page)) <= FLASH_BYTES
+
+
+@pytest.mark.parametrize("password", ["", "correct horse"])
+def test_a_browser_needs_nothing_but_the_board(
+    built_page: Path, watched: Callable[..., Watched], password: str
+) -> None:
+    with serving_esp32(password, files=embedded_files(built_page)) as ports:
+        page = watched().page(f"http://127.0.0.1:{ports.page}/")
+
+        def by(test_id: str) -> Locator:
+            return page.locator(f"[data-test='{test_id}']")
+
+        if password:
+            page.locator("input[type=password]").first.fill(password)
+            page.keyboard.press("Enter")
+        expect(by("state")).to_have_text("Idle")
+        page.get_by_role("button", name="1", exact=True).first.click()
+        by("jog-X−").click()
+        expect(by("work-X")).to_have_text("-1.000")
+        job = "G21G90\n" + "".join(f"G1X{n % 2}Y{n / 5:g}F3000\n" for n in range(LINES))
+        page.click("#tab-job")
+        by("job-file").set_input_files({"name": "job.nc", "mimeType": "text/plain", "buffer": job.encode()})
+        expect(by("job-time")).to_be_visible()  # the preflight, on the core as WebAssembly
+        by("job-start").click()
+        page.click("#tab-control")
+        expect(by("work-Y")).to_have_text(f"{(LINES - 1) / 5:.3f}")
+        expect(by("state")).to_have_text("Idle")
+        page.click("#tab-pins")
+        expect(page.get_by_label("Board")).to_have_value(BOARD)
