@@ -17,6 +17,7 @@ from pathlib import Path
 CHIP_IDS = {"esp32": 0, "esp32s3": 9}
 SIZES = {1: 0, 2: 1, 4: 2, 8: 3, 16: 4}
 START_S = 20.0
+os.environ["ESPTOOL_CFGFILE"] = str(Path(__file__).with_name("esptool.cfg"))  # esptool reads it when it is imported
 
 # The mock forgets its state three seconds after a write, also in the middle of what comes next over the same pty.
 RUN_MOCK = """\
