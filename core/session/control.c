@@ -124,6 +124,11 @@ static size_t statistics(const struct request *request) {
     return answer(request, WIRE_STATISTICS_RESPONSE, WIRE_STATISTICS_RESPONSE_SIZE);
 }
 
+static size_t last_probe(const struct request *request) {
+    session_put_probe(request->session, body(request));
+    return answer(request, WIRE_PROBE_RESULT, WIRE_PROBE_RESULT_SIZE);
+}
+
 static size_t challenge(const struct request *request) {
     struct session_client *client = request->client;
     struct wire_challenge_response response;
@@ -176,6 +181,7 @@ static int request_size(uint8_t type) {
         return WIRE_AUTHENTICATE_SIZE;
     case WIRE_CONFIG_SAVE:
     case WIRE_STATISTICS:
+    case WIRE_PROBE_LAST:
     case WIRE_CHALLENGE:
         return 0;
     default:
@@ -199,6 +205,8 @@ static size_t dispatch(const struct request *request) {
         return open_stream(request);
     case WIRE_STREAM_CLOSE:
         return judge(request, close_stream(request));
+    case WIRE_PROBE_LAST:
+        return last_probe(request);
     case WIRE_STATISTICS:
         return statistics(request);
     case WIRE_CHALLENGE:

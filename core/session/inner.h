@@ -28,6 +28,8 @@ void session_send_status(struct session *session, const uint8_t address[4]);
 /** The reports that are due. */
 void session_report(struct session *session);
 uint8_t session_state(const struct session *session);
+/** How the newest segments with the probe flag ended. @param payload  room for WIRE_PROBE_RESULT_SIZE */
+void session_put_probe(const struct session *session, uint8_t *payload);
 
 /* command.c */
 /** Whether this host may command now. */

@@ -141,15 +141,20 @@ static void report_homing(struct session *session) {
                 session_close(session, SEQUENCE_EVENT, packet, WIRE_HOME_COMPLETE, WIRE_HOME_COMPLETE_SIZE));
 }
 
+void session_put_probe(const struct session *session, uint8_t *payload) {
+    const struct machine_host *host = &session->machine->host;
+    struct wire_probe_result result = {.contact = host->probe_contact, .number = (uint16_t)host->probes_done};
+    memcpy(result.position_steps, host->probe_steps, sizeof result.position_steps);
+    wire_put_probe_result(payload, &result);
+}
+
 static void report_probe(struct session *session) {
     uint8_t packet[WIRE_PACKET_MOST] = {0};
     const struct machine_host *host = &session->machine->host;
     if (session->probes_done == host->probes_done)
         return;
-    struct wire_probe_result result = {.contact = host->probe_contact};
-    memcpy(result.position_steps, host->probe_steps, sizeof result.position_steps);
     session->probes_done = host->probes_done;
-    wire_put_probe_result(packet + WIRE_HEADER_SIZE, &result);
+    session_put_probe(session, packet + WIRE_HEADER_SIZE);
     send_to_all(session, packet,
                 session_close(session, SEQUENCE_EVENT, packet, WIRE_PROBE_RESULT, WIRE_PROBE_RESULT_SIZE));
 }

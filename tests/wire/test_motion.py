@@ -8,7 +8,7 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from wificnc.wmc3.layout import Estop, Hold, JogStop, Reset, Resume, Segment, SegmentFlag, State
+from wificnc.wmc3.layout import Estop, Hold, JogStop, ProbeLast, Reset, Resume, Segment, SegmentFlag, State
 from wire_device import ACCEL, RATE, TIMER_HZ, Device
 
 SLICE_S = 0.01
@@ -283,6 +283,7 @@ def test_a_probe_segment_stops_at_the_contact(device: Device) -> None:
     assert len(results) == 1
     result = results[0]
     assert result.contact == 1 and result.position_steps == (0, 0, -500, 0, 0, 0)  # type: ignore[attr-defined]
+    assert device.request(device.connect(), ProbeLast()).payload == result, "the datagram may be lost: ask"
     assert device.position[2] >= -520 and device.position[0] == 0, "slowed down, and the rest dropped"
 
 
