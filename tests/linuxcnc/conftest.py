@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import shutil
 import subprocess
+import sys
 import tempfile
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -12,6 +13,7 @@ from pathlib import Path
 import pytest
 from wificnc.build.checkout import checkout_root
 
+sys.path[:0] = [str(Path(__file__).parent), str(Path(__file__).parents[1] / "wire")]  # bench, wire_device
 PYTHON = "/usr/bin/python3"  # LinuxCNC's modules are the system's
 NOBODY = "65534"
 

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import ast
 import configparser
 import os
+import socket
 from collections.abc import Callable
 from pathlib import Path
 
@@ -15,23 +17,48 @@ from wificnc.errors import UserError
 from wificnc.linuxcnc.config import files
 from wificnc.machine import load_machine
 from wificnc.machine.load import find_machines
-from wificnc.machine.model import Axes
+from wificnc.machine.model import Machine
 from wificnc.serve.options import ServeOptions
 from wificnc.serve.server import Server
 from wificnc.wmc3.device import Device
 
 ADDRESS = f"127.60.{os.getpid() >> 8 & 0xFF}.{os.getpid() & 0xFF or 1}"  # the ports are fixed
-# what a user would do at the screen, and where it leads
+MACHINE = """schema = 1
+name = "small"
+[homing]
+enabled = true
+seek_mm_min = 1500.0
+feed_mm_min = 300.0
+debounce_ms = 25
+pull_off_mm = 1.0
+[axis.x]
+steps_per_mm = 800.0
+max_rate_mm_min = 3000.0
+acceleration_mm_s2 = 500.0
+travel_mm = 60.0
+home_at = "min"
+[axis.y]
+steps_per_mm = 800.0
+max_rate_mm_min = 3000.0
+acceleration_mm_s2 = 500.0
+travel_mm = 60.0
+home_at = "max"
+[axis.z]
+steps_per_mm = 800.0
+max_rate_mm_min = 3000.0
+acceleration_mm_s2 = 500.0
+travel_mm = 60.0
+home_at = "max"
+"""
+# what a user would do at the screen, and where it leads; what it says last is where the probe has touched
 PROGRAM = """#!/usr/bin/python3
-import linuxcnc, time
+import linuxcnc, pathlib, time
 command, status = linuxcnc.command(), linuxcnc.stat()
-def wait(what):
-    for _ in range(200):
-        status.poll()
-        if what():
-            return
-        time.sleep(0.05)
-    raise SystemExit("timeout")
+def wait(what, most_s=30):
+    end = time.monotonic() + most_s
+    while status.poll() or not what():
+        assert time.monotonic() < end, "timeout"
+        time.sleep(0.02)
 command.state(linuxcnc.STATE_ESTOP_RESET)
 wait(lambda: status.task_state == linuxcnc.STATE_ESTOP_RESET)
 command.state(linuxcnc.STATE_ON)
@@ -39,13 +66,20 @@ wait(lambda: status.task_state == linuxcnc.STATE_ON)
 command.mode(linuxcnc.MODE_MANUAL)
 command.wait_complete()
 command.home(-1)
-wait(lambda: all(status.homed[:3]))
+wait(lambda: all(status.homed[:3]) and status.inpos)
+homed = status.position[:3]
 command.mode(linuxcnc.MODE_MDI)
 command.wait_complete()
-for line in ("G21 G90 G0 X-10 Y-20", "G1 X-30.5 Z-4 F600", "G2 X-20.5 I5 F500", "G0 X-1.23 Y-4.56 Z-7.89"):
+for line in (
+    "G21 G90 G0 X-40 Y-20", "M62 P2", "M3 S700", "G1 X-30.5 Z-4 F600", "G38.2 Z-40 F300", "M5", "G0 Z-4",
+    "G2 X-20.5 I5 F500", "G0 X-31.23 Y-4.56 Z-7.89",
+):
     command.mdi(line)
     assert command.wait_complete(30) == linuxcnc.RCS_DONE, line
-time.sleep(1)
+    error = linuxcnc.error_channel().poll()
+    assert error is None, (line, error)
+wait(lambda: all(abs(a - b) < 0.002 for a, b in zip(status.actual_position, (-31.23, -4.56, -7.89))))
+pathlib.Path("said").write_text(repr((homed, status.probed_position[:3], status.probe_tripped)))
 """
 
 
@@ -80,15 +114,27 @@ def test_nothing_is_written_over(tmp_path: Path) -> None:
 
 def test_axes_with_a_gap_are_refused() -> None:
     axis = {"steps_per_mm": 80.0, "max_rate_mm_min": 3000.0, "acceleration_mm_s2": 200.0}
+    machine = Machine.model_validate({"schema": 1, "name": "gap", "axis": {"x": axis, "z": axis}})
     with pytest.raises(ValueError, match="without a gap"):
-        files("gap", ADDRESS, Axes.model_validate({"x": axis, "z": axis}))
+        files("gap", ADDRESS, machine)
+
+
+def test_home_is_where_the_controller_stands_when_it_has_homed(tmp_path: Path) -> None:
+    invoke("init", "diode_laser", "--home", "--to", "192.168.1.50", "--out", str(tmp_path))
+    ini = configparser.ConfigParser(strict=False)
+    ini.read(tmp_path / "diode_laser.ini")
+    assert [float(ini[f"JOINT_{n}"]["HOME"]) for n in range(3)] == [-397, -397, -47], "home at the low end, 3 mm off"
+    assert all(ini[f"JOINT_{n}"]["HOME_USE_INDEX"] == "YES" for n in range(3))
+    assert all(float(ini[f"JOINT_{n}"]["HOME_LATCH_VEL"]) > 0 for n in range(3))
 
 
 def test_linuxcnc_moves_a_machine_to_the_step(user_home: Path, as_user: Callable[..., str]) -> None:
-    """All of LinuxCNC 2.9 with the written configuration; only its screen is ours."""
-    profile = load_machine("router_3018")
-    invoke("init", "router_3018", "--to", ADDRESS, "--out", str(user_home / "config"))
-    ini = user_home / "config" / "router_3018.ini"
+    """All of LinuxCNC 2.9 with the written configuration; only its screen is ours. The machine stands 3 mm from its
+    switches, which are at machine X-60, Y0 and Z0, and its probe touches at true Z-15.2, 12.2 mm below home."""
+    (user_home / "small.toml").write_text(MACHINE)
+    profile = load_machine(str(user_home / "small.toml"))
+    invoke("init", str(user_home / "small.toml"), "--to", ADDRESS, "--out", str(user_home / "config"))
+    ini = user_home / "config" / "small.ini"
     text = ini.read_text().replace("DISPLAY = axis", "DISPLAY = ./screen.py")
     # LinuxCNC without real time, on a computer that is busy with tests, may be late by seconds
     ini.write_text("\n".join("MIN_FERROR = 900" if "FERROR" in line else line for line in text.splitlines()))
@@ -96,8 +142,26 @@ def test_linuxcnc_moves_a_machine_to_the_step(user_home: Path, as_user: Callable
     screen.write_text(PROGRAM)
     for path in (user_home / "config", *(user_home / "config").iterdir()):
         path.chmod(0o777)
-    with Server(ServeOptions(board=load_board("host"), wmc3=ADDRESS, settings=profile.settings_lines())):
+    options = ServeOptions(board=load_board("host"), wmc3=ADDRESS, control=0, settings=tuple(profile.settings_lines()))
+    with Server(options) as server:
+        hands(server, "travel x -3 90", "travel y -90 3", "travel z -90 3", "surface -15.2")
         as_user("linuxcnc", "-r", str(ini))
         with Device(ADDRESS) as device:
             status = list(device.reports(0.3))[-1]
-    assert status.position_steps[:3] == tuple(round(mm * 800) for mm in (-1.23, -4.56, -7.89))
+    assert status.position_steps[:3] == tuple(round(mm * 800) for mm in (-31.23, -4.56, -7.89))
+    homed, probed, tripped = ast.literal_eval((user_home / "config" / "said").read_text())
+    assert homed == pytest.approx((-59, -1, -1), abs=0.5 / 800)
+    # true Z 3 is the switch, machine Z 0
+    assert tripped and probed == pytest.approx((-30.5, -20, -18.2), abs=0.5 / 800)
+    assert status.misc_outputs == 0b100
+
+
+def hands(server: Server, *lines: str) -> None:
+    """What somebody does at the machine."""
+    assert server.control
+    host, _, port = server.control.rpartition(":")
+    with socket.create_connection((host, int(port)), 5) as door, door.makefile("rw") as words:
+        for line in lines:
+            words.write(f"{line}\n")
+            words.flush()
+            assert words.readline().strip() == "ok", line

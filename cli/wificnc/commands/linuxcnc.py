@@ -22,13 +22,16 @@ def command() -> None:
 @click.argument("machine")
 @click.option("--to", "address", envvar="WIFICNC_WMC3", show_envvar=True, required=True, help="IPv4 of the device.")
 @click.option("--out", type=click.Path(path_type=Path), help="Folder; default: ~/linuxcnc/configs/MACHINE.")
+@click.option(
+    "--home/--no-home", "homes", default=None, help="The controller homes to switches; default: what the profile says."
+)
 @click.option("--force", is_flag=True, help="Write over files that are there.")
-def init(machine: str, address: str, out: Path | None, force: bool) -> None:
+def init(machine: str, address: str, out: Path | None, homes: bool | None, force: bool) -> None:
     """Write a configuration (INI, HAL, tool table) for MACHINE, the name or file of a machine profile."""
     name = re.sub(r"\W", "_", Path(machine).stem)
     folder = out or Path.home() / "linuxcnc" / "configs" / name
     try:
-        texts = files(name, address, load_machine(machine).axis)
+        texts = files(name, address, load_machine(machine), homes)
     except ValueError as err:
         raise UserError(f"{machine}: {err}") from err
     there = [path for path in texts if (folder / path).exists()]

@@ -40,6 +40,13 @@ class Slicer:
         self.steps = list(steps)
         return Segment(duration_us=round(1e6 * self.level_s))
 
+    def check(self, positions: Sequence[float], seconds: float) -> None:
+        """Raises CommandError when a joint is further away than it goes in this time at top speed."""
+        for joint, (position, scale, rate) in enumerate(zip(positions, self.scales, self.rates, strict=False)):
+            if abs(self._steps_of(position, scale) - self.steps[joint]) > rate * seconds + 1:
+                at = self.position(joint, self.steps[joint])
+                raise CommandError(f"joint {joint} is commanded to {position:g} and stands at {at:g}: enable it anew")
+
     def slice(self, positions: Sequence[float], seconds: float, queued_s: float) -> Segment:
         """The way to these positions in the time since the last call.
 

@@ -41,7 +41,7 @@ def component_files(package: Path, root: Path, version: str) -> dict[str, bytes]
     """Path in the archive -> content. @param package  cli/wificnc. @param root  the repository"""
     texts = {"README.md": README.format(version=version), PROGRAM: LAUNCHER}
     for name, path in sorted(find_machines().items()):
-        for file, text in configuration(name, ADDRESS, load_machine(path).axis).items():
+        for file, text in configuration(name, ADDRESS, load_machine(path)).items():
             texts[f"configs/{name}/{file}"] = text.replace(f"python3 -m {ENTRY.removesuffix('.__main__')}", PROGRAM)
     files = {name: text.encode() for name, text in texts.items()}
     files |= {f"python/{path.relative_to(package.parent).as_posix()}": path.read_bytes() for path in modules(package)}

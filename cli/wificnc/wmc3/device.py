@@ -216,10 +216,13 @@ class Device:
         if not heard:
             raise LinkError(f"no status from {self.address}", hint=f"does a firewall block UDP port {STATUS_PORT}?")
 
-    def listen(self) -> socket.socket:
-        """Where its status reports come."""
+    def listen(self, alone: bool = True) -> socket.socket:
+        """Where its status reports come. alone: False when other programs of this computer may listen to other
+        devices; then only what it sends from its port for motion is heard, as our firmware does."""
         if self._status is None:
             self._status = status_socket(self._local or _own_address(self.address))
+            if not alone:
+                self._status.connect((self.address, UDP_PORT))
         return self._status
 
     # ---- motion ----
@@ -231,7 +234,7 @@ class Device:
             raise _refused(Type.STREAM_OPEN, opened.refusal)
         return StreamSender(opened.stream, opened.capacity)
 
-    def heard(self) -> Iterator[Layout]:
+    def heard(self) -> Iterator[Packet]:
         """What has come by UDP and was not looked at, without waiting."""
         for each in (self._udp, self._status):
             while each and select.select([each], [], [], 0)[0]:
@@ -241,7 +244,7 @@ class Device:
                     break
                 packet = parse(data)
                 if packet and address == self.address:
-                    yield packet.payload
+                    yield packet
 
     def stream(
         self, segments: Sequence[Segment], progress: Callable[[StreamSender], None] = lambda sender: None

@@ -1,0 +1,287 @@
+"""The component and a controller in virtual time: hand-over of probing and homing, e-stop, reconnection."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import numpy as np
+import pytest
+from bench import Bench, mover
+from wificnc.errors import UserError
+from wificnc.linuxcnc.link import Link
+from wificnc.linuxcnc.pins import PROBING
+from wificnc.wmc3.layout import Home, IoControl, State
+from wire_device import Device as VirtualDevice
+
+SCALE = 200.0
+
+
+@pytest.fixture
+def make_bench() -> Iterator[Callable[..., Bench]]:
+    made: list[VirtualDevice] = []
+
+    def make(settings: dict[int, float] | None = None, **arguments: Any) -> Bench:
+        made.append(VirtualDevice(settings={76: 10, **(settings or {})}))
+        return Bench(made[-1], **arguments)
+
+    yield make
+    for device in made:
+        device.close()
+
+
+@pytest.fixture
+def bench(make_bench: Callable[..., Bench]) -> Bench:
+    return make_bench()
+
+
+def test_it_follows_to_the_step(bench: Bench) -> None:
+    bench.enable()
+    moves = [mover(bench, joint, target, 50.0) for joint, target in enumerate((20.003, -7.5, 3.3333))]
+    bench.each_servo = lambda: [move() for move in moves] and None
+    bench.run(3)
+    assert bench.virtual.position[:3] == bench.virtual.pulses[:3] == [round(20.003 * 200), -1500, round(3.3333 * 200)]
+    assert bench.feedback == pytest.approx([20.003, -7.5, 3.3333], abs=0.5 / SCALE)
+    assert bench.pins["underruns"] == 0 and not bench.pins["fault"]
+
+
+# ---- probing ----
+
+
+class G38:
+    """What LinuxCNC does: it moves until its probe input rises, takes the feedback of that period, and slows down."""
+
+    def __init__(self, bench: Bench, target: float, speed: float, accel: float = 400.0) -> None:
+        self.bench, self.target, self.speed, self.accel = bench, target, speed, accel
+        self.v = 0.0
+        self.probed: list[float] | None = None
+        bench.pins["motion-type"] = PROBING
+        bench.each_servo = self.step
+
+    def step(self) -> None:
+        pins, dt = self.bench.pins, 0.001
+        if pins["probe"] and self.probed is None:
+            self.probed = self.bench.feedback
+        left = self.bench.command[2] - self.target
+        slows = self.probed is not None or left <= self.v * self.v / (2 * self.accel) + self.v * dt
+        self.v = max(0.0, self.v - self.accel * dt) if slows else min(self.speed, self.v + self.accel * dt)
+        self.bench.command[2] -= min(self.v * dt, max(left, 0.0))
+        if self.v == 0.0:
+            pins["motion-type"] = 0
+
+
+@pytest.mark.parametrize("surface", [-500, -1234, -3999])
+@pytest.mark.parametrize("speed", [1.0, 8.0])
+def test_g38_measures_the_contact_to_the_step(bench: Bench, surface: int, speed: float) -> None:
+    bench.virtual.lib.virtual_surface(bench.virtual.host, surface)
+    bench.enable()
+    probe = G38(bench, -25.0, speed)
+    bench.run_to(lambda: bench.pins["motion-type"] == 0)
+    assert probe.probed == [0.0, 0.0, surface / SCALE]
+    deepest = int(np.cumsum(bench.virtual.edges(2)[1]).min())
+    reaction_s = 0.007  # what has been emitted ahead is still gone, then it brakes
+    brakes = (speed * SCALE) ** 2 / (2 * 100_000) + reaction_s * speed * SCALE + 1
+    assert surface - deepest <= brakes, "it stops at the contact, not where LinuxCNC has been meanwhile"
+    assert bench.command[2] < deepest / SCALE, "which is behind it"
+    bench.run(1)
+    stands = bench.virtual.position
+    assert min(np.cumsum(bench.virtual.edges(2)[1])) == deepest, "nothing pushes it further"
+    assert not bench.pins["fault"] and bench.feedback[2] == stands[2] / SCALE
+    bench.each_servo = mover(bench, 2, 3.0, 20.0)
+    bench.run(3)
+    assert bench.virtual.position[:3] == [0, 0, 600], "the retreat ends where LinuxCNC believes it to"
+    assert min(np.cumsum(bench.virtual.edges(2)[1])) == deepest
+    assert bench.virtual.position == bench.virtual.pulses
+
+
+def test_behind_a_contact_sideways_motion_stays_at_its_height(bench: Bench) -> None:
+    bench.virtual.lib.virtual_surface(bench.virtual.host, -1000)
+    bench.enable()
+    G38(bench, -25.0, 8.0)
+    bench.run_to(lambda: bench.pins["motion-type"] == 0)
+    bench.run(0.5)
+    z = bench.virtual.position[2]
+    bench.each_servo = mover(bench, 0, 4.0, 20.0)
+    bench.run(2)
+    assert bench.virtual.position[:3] == [800, 0, z]
+    bench.each_servo = mover(bench, 2, 0.0, 20.0)
+    bench.run(2)
+    assert bench.virtual.position[:3] == [800, 0, 0]
+
+
+def test_two_touches_after_each_other(bench: Bench) -> None:
+    """Fast, a retreat, slowly: as everybody probes."""
+    bench.virtual.lib.virtual_surface(bench.virtual.host, -1000)
+    bench.enable()
+    for speed in (8.0, 1.0):
+        probe = G38(bench, -25.0, speed)
+        bench.run_to(lambda: bench.pins["motion-type"] == 0)
+        assert probe.probed == [0.0, 0.0, -5.0]
+        bench.each_servo = mover(bench, 2, -4.0, 20.0)
+        bench.run(2)
+        assert bench.virtual.position[2] == -800 and not bench.pins["probe"]
+
+
+def test_a_probe_that_meets_nothing_changes_nothing(bench: Bench) -> None:
+    bench.enable()
+    probe = G38(bench, -5.0, 8.0)
+    bench.run_to(lambda: bench.pins["motion-type"] == 0)
+    bench.run(1)
+    assert probe.probed is None and bench.virtual.position[2] == -1000 and not bench.pins["fault"]
+    bench.each_servo = mover(bench, 2, 0.0, 20.0)
+    bench.run(2)
+    assert bench.virtual.position[2] == 0
+
+
+def test_probing_away_from_a_contact_is_not_stopped_by_it(bench: Bench) -> None:
+    """G38.4: the probe touches, and it moves until it does not."""
+    bench.virtual.lib.virtual_surface(bench.virtual.host, -400)
+    bench.enable()
+    bench.each_servo = mover(bench, 2, -2.5, 20.0)
+    bench.run(1)
+    assert bench.pins["probe"]
+    bench.pins["motion-type"] = PROBING
+    bench.each_servo = mover(bench, 2, 0.0, 5.0)
+    bench.run(2)
+    assert bench.virtual.position[2] == 0 and not bench.pins["probe"] and not bench.pins["fault"]
+
+
+# ---- homing ----
+
+SWITCHES = {22: 1, 23: 63, 27: 1, 130: 20, 131: 20, 132: 20, 133: 0, 134: 0, 135: 0}
+
+
+def homing_bench(make_bench: Callable[..., Bench]) -> Bench:
+    bench = make_bench(settings=SWITCHES)
+    for axis, low in enumerate((-1000, -500, -800)):
+        bench.virtual.lib.virtual_travel(bench.virtual.host, axis, low, 9000)
+    bench.enable()
+    return bench
+
+
+class HomeByIndex:
+    """LinuxCNC's homing with HOME_USE_INDEX and no search: it creeps until index-enable falls, and then takes the
+    feedback as where the joint is."""
+
+    def __init__(self, bench: Bench, joints: list[int]) -> None:
+        self.bench, self.left = bench, joints
+        self.worst = 0.0
+        for joint in joints:
+            bench.pins[f"joint.{joint}.index-enable"] = True
+        bench.each_servo = self.step
+
+    def step(self) -> None:
+        for joint in list(self.left):
+            if not self.bench.pins[f"joint.{joint}.index-enable"]:
+                self.bench.command[joint] = self.bench.feedback[joint]
+                self.left.remove(joint)
+            else:
+                self.bench.command[joint] += 1e-6
+        errors = [abs(at - asked) for at, asked in zip(self.bench.feedback, self.bench.command, strict=True)]
+        self.worst = max(self.worst, *errors)
+
+
+@pytest.mark.parametrize("joints", [[0, 1, 2], [2], [0, 1]])
+def test_homing_is_the_controllers(make_bench: Callable[..., Bench], joints: list[int]) -> None:
+    bench = homing_bench(make_bench)
+    homing = HomeByIndex(bench, list(joints))
+    bench.run(1)
+    assert bench.pins["homing"] and bench.link.status and bench.link.status.state == State.HOMING
+    bench.run_to(lambda: not homing.left, 60)
+    # home is -20 mm with 1 mm pulled off
+    expected = [-19.0 if joint in joints else 0.0 for joint in range(3)]
+    assert bench.feedback == expected and bench.virtual.position[:3] == [round(mm * SCALE) for mm in expected]
+    assert homing.worst < 0.2, "no following error, wherever the machine went"
+    assert [order for order in bench.wire.requests if isinstance(order, Home)] == [Home(sum(1 << n for n in joints))]
+    bench.run(0.2)
+    bench.each_servo = mover(bench, joints[0], -10.0, 20.0)
+    bench.run(2)
+    assert bench.virtual.position[joints[0]] == -2000 and not bench.pins["fault"]
+
+
+def test_homing_that_finds_no_switch_is_a_fault(make_bench: Callable[..., Bench]) -> None:
+    bench = homing_bench(make_bench)
+    bench.virtual.lib.virtual_travel(bench.virtual.host, 0, -100_000, 100_000)
+    HomeByIndex(bench, [0])
+    bench.run_to(lambda: bool(bench.pins["fault"]), 60)
+    assert bench.pins["joint.0.index-enable"] and not bench.pins["ready"]
+
+
+# ---- the chain, the link ----
+
+
+def test_a_command_far_from_where_the_machine_stands_is_a_fault(
+    bench: Bench, capsys: pytest.CaptureFixture[str]
+) -> None:
+    bench.run(0.1)
+    bench.command[1] = 60.0
+    bench.pins["enable"] = True
+    bench.run(0.2)
+    assert bench.pins["fault"] and bench.virtual.position == [0] * 6
+    assert "joint 1 is commanded to 60 and stands at 0" in capsys.readouterr().err
+
+
+def test_the_estop_chain(bench: Bench) -> None:
+    bench.enable()
+    assert bench.pins["estop-ok"]
+    bench.each_servo = mover(bench, 0, 50.0, 50.0)
+    bench.run(0.5)
+    bench.pins["estop"] = True
+    bench.run(0.05)
+    assert bench.pins["estopped"] and not bench.pins["estop-ok"] and not bench.pins["ready"]
+    at = bench.virtual.position
+    bench.pins["estop"] = bench.pins["enable"] = False
+    bench.run(1)
+    assert bench.virtual.position == at == bench.virtual.pulses and bench.feedback[0] == at[0] / SCALE
+    bench.pins["reset"] = True
+    bench.run(0.1)
+    bench.pins["reset"] = False
+    bench.run(0.1)
+    assert bench.pins["estop-ok"] and bench.pins["ready"] and not bench.pins["fault"]
+    bench.command[0] = bench.feedback[0]  # LinuxCNC's command follows while it is off
+    bench.each_servo = lambda: None
+    bench.enable()
+    bench.each_servo = mover(bench, 0, 1.0, 50.0)
+    bench.run(2)
+    assert bench.virtual.position[0] == 200
+
+
+def test_an_estop_input_of_the_controller_reaches_linuxcnc(bench: Bench) -> None:
+    bench.enable()
+    bench.virtual.input("estop", True)
+    bench.run(0.05)
+    assert bench.pins["estopped"] and not bench.pins["estop-ok"]
+
+
+def test_a_link_that_is_lost_and_comes_back(bench: Bench) -> None:
+    bench.enable()
+    bench.each_servo = mover(bench, 0, 50.0, 20.0)
+    bench.run(0.5)
+    bench.wire.dead = True
+    with pytest.raises(UserError, match=r"silent|answer"):
+        bench.run(3)
+    bench.virtual.run(1)
+    stands = bench.virtual.position
+    assert 0 < stands[0] < 10_000 and stands == bench.virtual.pulses
+    bench.wire.dead = False
+    bench.pins["enable"] = False
+    bench.each_servo = lambda: None
+    bench.command[0] = stands[0] / SCALE
+    bench.link = Link(bench.pins, bench.wire, 0.1, clock=lambda: bench.virtual.now)  # type: ignore[arg-type]
+    bench.enable()
+    assert bench.feedback[0] == stands[0] / SCALE
+    bench.each_servo = mover(bench, 0, 5.0, 20.0)
+    bench.run(3)
+    assert bench.virtual.position[0] == 1000
+
+
+def test_outputs(bench: Bench) -> None:
+    bench.enable()
+    for pin in ("spindle-on", "spindle-reverse", "mist", "digital-out-03"):
+        bench.pins[pin] = True
+    bench.pins["spindle-rpm"] = 700.4
+    bench.run(0.1)
+    status = bench.link.status
+    assert status and (status.spindle, status.rpm, status.coolant, status.misc_outputs) == (2, 700, 2, 0b1000)
+    assert bench.pins["spindle-at-speed"] and bench.pins["spindle-speed-rps"] == pytest.approx(-700 / 60)
+    assert bench.pins.outputs() == IoControl(0b1000, 2, 700, 2)
