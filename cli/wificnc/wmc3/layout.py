@@ -157,7 +157,6 @@ class Header(Layout):
     """Before every payload, on UDP and TCP."""
 
     FORMAT: ClassVar[str] = "<IBBHIIH"
-
     magic: int = 0
     version: int = 0
     type: int = 0
@@ -172,7 +171,6 @@ class Segment(Layout):
     """Steps in a time."""
 
     FORMAT: ClassVar[str] = "<6iIIIIHB1x"
-
     steps: tuple[int, ...] = (0,) * 6
     duration_us: int = 0
     entry_speed_sq: int = 0
@@ -188,7 +186,6 @@ class Motion(Layout):
 
     TYPE: ClassVar[int] = 0x01
     FORMAT: ClassVar[str] = "<B3x"
-
     count: int = 0
 
 
@@ -198,7 +195,6 @@ class Jog(Layout):
 
     TYPE: ClassVar[int] = 0x02
     FORMAT: ClassVar[str] = "<Bb2xI"
-
     axis: int = 0
     direction: int = 0
     speed_steps_s: int = 0
@@ -210,7 +206,6 @@ class JogStop(Layout):
 
     TYPE: ClassVar[int] = 0x03
     FORMAT: ClassVar[str] = "<B3x"
-
     axis: int = 0
 
 
@@ -252,7 +247,6 @@ class Home(Layout):
 
     TYPE: ClassVar[int] = 0x08
     FORMAT: ClassVar[str] = "<B3x"
-
     axes: int = 0
 
 
@@ -262,7 +256,6 @@ class IoControl(Layout):
 
     TYPE: ClassVar[int] = 0x09
     FORMAT: ClassVar[str] = "<BBHB3x"
-
     misc_outputs: int = 0
     spindle: int = 0
     rpm: int = 0
@@ -275,7 +268,6 @@ class StreamSegments(Layout):
 
     TYPE: ClassVar[int] = 0x0A
     FORMAT: ClassVar[str] = "<IIB3x"
-
     stream: int = 0
     first: int = 0
     count: int = 0
@@ -287,7 +279,6 @@ class Status(Layout):
 
     TYPE: ClassVar[int] = 0x20
     FORMAT: ClassVar[str] = "<6iHHBBBBBBBBHIiBBBBHHIHH"
-
     position_steps: tuple[int, ...] = (0,) * 6
     buffer_free: int = 0
     buffer_total: int = 0
@@ -319,7 +310,6 @@ class HomeComplete(Layout):
 
     TYPE: ClassVar[int] = 0x22
     FORMAT: ClassVar[str] = "<BB2x"
-
     axes: int = 0
     success: int = 0
 
@@ -330,7 +320,6 @@ class ProbeResult(Layout):
 
     TYPE: ClassVar[int] = 0x23
     FORMAT: ClassVar[str] = "<6iB1xH"
-
     position_steps: tuple[int, ...] = (0,) * 6
     contact: int = 0
     number: int = 0
@@ -342,7 +331,6 @@ class StreamAck(Layout):
 
     TYPE: ClassVar[int] = 0x25
     FORMAT: ClassVar[str] = "<III16BHBBIIIB3x"
-
     stream: int = 0
     next: int = 0
     done: int = 0
@@ -362,7 +350,6 @@ class Ack(Layout):
 
     TYPE: ClassVar[int] = 0x24
     FORMAT: ClassVar[str] = "<IB3x"
-
     sequence: int = 0
     type: int = 0
 
@@ -373,7 +360,6 @@ class Refused(Layout):
 
     TYPE: ClassVar[int] = 0x26
     FORMAT: ClassVar[str] = "<IBB2x"
-
     sequence: int = 0
     type: int = 0
     reason: int = 0
@@ -385,7 +371,6 @@ class Handshake(Layout):
 
     TYPE: ClassVar[int] = 0x40
     FORMAT: ClassVar[str] = "<I32s"
-
     host_version: int = 0
     host_name: str = ""
 
@@ -396,7 +381,6 @@ class HandshakeResponse(Layout):
 
     TYPE: ClassVar[int] = 0x41
     FORMAT: ClassVar[str] = "<IBBHI32sBBBB"
-
     version: int = 0
     axes: int = 0
     capabilities: int = 0
@@ -415,7 +399,6 @@ class ConfigGet(Layout):
 
     TYPE: ClassVar[int] = 0x42
     FORMAT: ClassVar[str] = "<HH64B"
-
     key: int = 0
     value_type: int = 0
     value: bytes = bytes(64)
@@ -427,7 +410,6 @@ class ConfigSet(Layout):
 
     TYPE: ClassVar[int] = 0x43
     FORMAT: ClassVar[str] = "<HH64B"
-
     key: int = 0
     value_type: int = 0
     value: bytes = bytes(64)
@@ -439,7 +421,6 @@ class ConfigValue(Layout):
 
     TYPE: ClassVar[int] = 0x44
     FORMAT: ClassVar[str] = "<HH64B"
-
     key: int = 0
     value_type: int = 0
     value: bytes = bytes(64)
@@ -459,7 +440,6 @@ class Ping(Layout):
 
     TYPE: ClassVar[int] = 0x50
     FORMAT: ClassVar[str] = "<I"
-
     id: int = 0
 
 
@@ -469,7 +449,6 @@ class Pong(Layout):
 
     TYPE: ClassVar[int] = 0x51
     FORMAT: ClassVar[str] = "<I"
-
     id: int = 0
 
 
@@ -487,7 +466,6 @@ class StreamOpened(Layout):
 
     TYPE: ClassVar[int] = 0x61
     FORMAT: ClassVar[str] = "<IHB1x"
-
     stream: int = 0
     capacity: int = 0
     refusal: int = 0
@@ -499,7 +477,6 @@ class StreamClose(Layout):
 
     TYPE: ClassVar[int] = 0x62
     FORMAT: ClassVar[str] = "<I"
-
     stream: int = 0
 
 
@@ -517,7 +494,6 @@ class StatisticsResponse(Layout):
 
     TYPE: ClassVar[int] = 0x64
     FORMAT: ClassVar[str] = "<IIIIIIBB2xIIII4B"
-
     datagrams: int = 0
     malformed: int = 0
     duplicates: int = 0
@@ -555,7 +531,6 @@ class ChallengeResponse(Layout):
 
     TYPE: ClassVar[int] = 0x66
     FORMAT: ClassVar[str] = "<16B"
-
     nonce: bytes = bytes(16)
 
 
@@ -565,7 +540,6 @@ class Authenticate(Layout):
 
     TYPE: ClassVar[int] = 0x67
     FORMAT: ClassVar[str] = "<32B"
-
     proof: bytes = bytes(32)
 
 
