@@ -124,6 +124,8 @@ int session_command_size(uint8_t type) {
         return WIRE_HOME_SIZE;
     case WIRE_IO_CONTROL:
         return WIRE_IO_CONTROL_SIZE;
+    case WIRE_CHANNEL_OUTPUTS:
+        return WIRE_CHANNEL_OUTPUTS_SIZE;
     case WIRE_ESTOP:
     case WIRE_HOLD:
     case WIRE_RESUME:
@@ -149,6 +151,8 @@ static bool stops(struct session *session, uint8_t type) {
 
 enum wire_refusal session_command(struct session *session, const uint8_t address[4], uint8_t type,
                                   const uint8_t *payload) {
+    if (session_is_module(session))
+        return module_command(session, address, type, payload);
     if (stops(session, type))
         return WIRE_REFUSAL_NONE;
     enum wire_refusal refusal = session_may(session, address);
@@ -224,7 +228,8 @@ void session_motion(struct session *session, const uint8_t address[4], const str
         session->counts.duplicates++;
         return;
     }
-    enum wire_refusal refusal = session_may(session, address);
+    enum wire_refusal refusal =
+        session_is_module(session) ? WIRE_REFUSAL_IO_MODULE : session_may(session, address);
     if (refusal == WIRE_REFUSAL_NONE && session->stream.open)
         refusal = WIRE_REFUSAL_BUSY;
     if (refusal != WIRE_REFUSAL_NONE) {

@@ -19,7 +19,7 @@ static const struct session_key *row_of(uint16_t key) {
 
 static double steps_per_mm(const struct session *session, const struct session_key *row, uint16_t key) {
     unsigned axis = row->count > 1 ? (unsigned)(key - row->key) : 0;
-    return (double)session->machine->settings.steps_per_mm[axis < AXIS_COUNT ? axis : 0];
+    return (double)session->settings->steps_per_mm[axis < AXIS_COUNT ? axis : 0];
 }
 
 static double to_wire(const struct session *session, const struct session_key *row, uint16_t key,
@@ -40,7 +40,8 @@ static double to_wire(const struct session *session, const struct session_key *r
     case KEY_AS_STEPS_S:
         return value * steps / 60.0;
     case KEY_AS_DIR_SETUP:
-        return (double)((session->machine->board.dir_setup_ns + 999) / 1000);
+        return session_is_module(session) ? value
+                                          : (double)((session->machine->board.dir_setup_ns + 999) / 1000);
     case KEY_AS_VALUE:
     case KEY_AS_MAGNITUDE:
     default:
@@ -117,36 +118,79 @@ static bool decode(uint16_t type, const uint8_t bytes[64], double *value) {
     }
 }
 
-void config_get(const struct session *session, uint16_t key, struct wire_config_value *value) {
-    const struct session_key *row = row_of(key);
+static double value_of(const struct session *session, const struct session_key *row, uint16_t key) {
+    const struct channels *channels = session->options.channels;
+    unsigned axis = row->as == KEY_AS_MASK_NONE ? 0 : (unsigned)(key - row->key);
     uint8_t decimals;
-    double setting = 0.0;
-    value->key = key;
-    value->value_type = row != NULL ? row->type : WIRE_VALUE_TYPE_U32;
-    if (row != NULL && row->kind == KEY_SETTING) {
-        unsigned axis = row->as == KEY_AS_MASK_NONE ? 0 : (unsigned)(key - row->key);
-        (void)settings_get(&session->machine->settings, (uint16_t)(row->number + axis), AXIS_COUNT, &setting,
-                           &decimals);
-    } else if (row != NULL) {
-        setting = row->fallback;
-    }
-    encode(value->value_type, row != NULL ? to_wire(session, row, key, setting) : 0.0, value->value);
+    double value = row->fallback;
+    if (row->kind == KEY_SETTING)
+        (void)settings_get(session->settings, (uint16_t)(row->number + axis), AXIS_COUNT, &value, &decimals);
+    else if (row->kind == KEY_STORED && channels != NULL)
+        value = channels->config.value[channels_find(key)];
+    else if (row->kind == KEY_STATE && session_is_module(session))
+        value = channels->faults;
+    return to_wire(session, row, key, value);
 }
 
-enum wire_refusal config_set(struct session *session, const struct wire_config_set *set) {
+void config_get(const struct session *session, uint16_t key, struct wire_config_value *value) {
+    const struct session_key *row = row_of(key);
+    value->key = key;
+    value->value_type = row != NULL ? row->type : WIRE_VALUE_TYPE_U32;
+    encode(value->value_type, row != NULL ? value_of(session, row, key) : 0.0, value->value);
+}
+
+static enum wire_refusal set_stored(const struct session *session, uint16_t key, double value) {
+    struct channels *channels = session->options.channels;
+    if (channels == NULL)
+        return WIRE_REFUSAL_READ_ONLY;
+    if (!(value >= 0.0 && value <= (double)UINT16_MAX))
+        return WIRE_REFUSAL_RANGE;
+    bool good = channels_set_value(channels, channels_find(key), (uint32_t)value);
+    return good ? WIRE_REFUSAL_NONE : WIRE_REFUSAL_RANGE;
+}
+
+static enum status set_setting(const struct session *session, uint16_t number, double value) {
+    if (session_is_module(session))
+        return settings_set(&session->module->settings, number, value, session->module->axis_count);
+    return machine_host_set(session->machine, number, value);
+}
+
+enum wire_refusal config_set(const struct session *session, const struct wire_config_set *set) {
     const struct session_key *row = row_of(set->key);
     double value;
     if (row == NULL)
         return WIRE_REFUSAL_UNKNOWN_KEY;
-    if (row->kind != KEY_SETTING)
+    if (row->kind != KEY_SETTING && row->kind != KEY_STORED)
         return WIRE_REFUSAL_READ_ONLY;
     if (!decode(set->value_type, set->value, &value))
         return WIRE_REFUSAL_RANGE;
+    if (row->kind == KEY_STORED)
+        return set_stored(session, set->key, value);
     uint16_t number = (uint16_t)(row->number + (set->key - row->key));
-    enum status status = machine_host_set(session->machine, number, from_wire(session, row, set->key, value));
+    enum status status = set_setting(session, number, from_wire(session, row, set->key, value));
     if (status == STATUS_OK)
         return WIRE_REFUSAL_NONE;
     if (status == STATUS_UNKNOWN_COMMAND)
         return WIRE_REFUSAL_AXIS;
     return status == STATUS_NOT_IDLE ? WIRE_REFUSAL_BUSY : WIRE_REFUSAL_RANGE;
+}
+
+static bool save_settings(const struct session *session) {
+    if (!session_is_module(session))
+        return machine_host_save(session->machine);
+    const struct session_module *module = session->module;
+    return store_save_settings(&module->store, STORE_KEY_SETTINGS, STORE_VERSION, &module->settings);
+}
+
+/* A configuration of channels that cannot be is refused as a whole, and nothing is kept. */
+enum wire_refusal config_save(const struct session *session) {
+    struct channels *channels = session->options.channels;
+    if (channels != NULL && channels_faults(channels) != 0)
+        return WIRE_REFUSAL_PIN;
+    bool kept = save_settings(session);
+    if (channels != NULL)
+        kept = channels->ops->keep(channels->ctx, &channels->config) && kept;
+    if (session_is_module(session))
+        channels_apply(channels);
+    return kept ? WIRE_REFUSAL_NONE : WIRE_REFUSAL_NOT_STORED;
 }

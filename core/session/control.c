@@ -37,18 +37,31 @@ static size_t judge(const struct request *request, enum wire_refusal refusal) {
     return answer(request, WIRE_REFUSED, WIRE_REFUSED_SIZE);
 }
 
-static size_t handshake(const struct request *request) {
-    const struct session *session = request->session;
-    const struct machine_board *board = &session->machine->board;
-    bool locks = session->options.password[0] != '\0';
-    struct wire_handshake_response response = {
-        .version = session->options.version,
+static struct wire_handshake_response about_machine(const struct machine *machine) {
+    const struct machine_board *board = &machine->board;
+    return (struct wire_handshake_response){
         .axes = board->axis_count,
         .capabilities = (uint8_t)(WIRE_CAPABILITY_MISC_OUTPUTS | WIRE_CAPABILITY_STREAM |
-                                  (board->relay_spindle ? 0 : WIRE_CAPABILITY_SPINDLE_PWM) |
-                                  (locks ? WIRE_CAPABILITY_LOCKED : 0)),
+                                  (board->relay_spindle ? 0 : WIRE_CAPABILITY_SPINDLE_PWM)),
         .buffer_capacity = FEED_SIZE,
         .step_rate_hz = board->max_step_rate_hz};
+}
+
+static struct wire_handshake_response about_module(const struct channels *channels) {
+    return (struct wire_handshake_response){.capabilities = WIRE_CAPABILITY_IO_MODULE,
+                                            .device_mode = CHANNELS_MODE_MODULE,
+                                            .io_channels =
+                                                (uint8_t)channels->config.value[CHANNELS_IO_COUNT]};
+}
+
+static size_t handshake(const struct request *request) {
+    const struct session *session = request->session;
+    struct wire_handshake_response response = session_is_module(session)
+                                                  ? about_module(session->options.channels)
+                                                  : about_machine(session->machine);
+    response.version = session->options.version;
+    if (session->options.password[0] != '\0')
+        response.capabilities |= WIRE_CAPABILITY_LOCKED;
     for (size_t i = 0; i < sizeof response.device_name - 2 && session->options.name[i] != '\0'; i++)
         response.device_name[i] = session->options.name[i];
     wire_put_handshake_response(body(request), &response);
@@ -77,7 +90,7 @@ static enum wire_refusal save(const struct request *request) {
     enum wire_refusal refusal = session_may(request->session, request->client->address);
     if (refusal != WIRE_REFUSAL_NONE)
         return refusal;
-    return machine_host_save(request->session->machine) ? WIRE_REFUSAL_NONE : WIRE_REFUSAL_NOT_STORED;
+    return config_save(request->session);
 }
 
 static size_t pong(const struct request *request) {
@@ -90,7 +103,8 @@ static size_t pong(const struct request *request) {
 
 static size_t open_stream(const struct request *request) {
     struct session *session = request->session;
-    enum wire_refusal refusal = stream_open(session, request->place);
+    enum wire_refusal refusal =
+        session_is_module(session) ? WIRE_REFUSAL_IO_MODULE : stream_open(session, request->place);
     struct wire_stream_opened opened = {.stream = refusal == WIRE_REFUSAL_NONE ? session->stream.id : 0,
                                         .capacity = FEED_SIZE,
                                         .refusal = (uint8_t)refusal};
@@ -113,11 +127,13 @@ static size_t statistics(const struct request *request) {
     const struct session *session = request->session;
     const struct machine *machine = session->machine;
     struct wire_statistics_response counts = session->counts;
-    counts.homed = machine->trusted;
-    counts.stretched = machine->host.feed.stretched;
-    counts.underruns = machine->host.feed.underruns;
-    counts.segments = machine_host_taken(machine);
-    counts.done = machine_host_done(machine);
+    if (machine != NULL) {
+        counts.homed = machine->trusted;
+        counts.stretched = machine->host.feed.stretched;
+        counts.underruns = machine->host.feed.underruns;
+        counts.segments = machine_host_taken(machine);
+        counts.done = machine_host_done(machine);
+    }
     if (session->owner.on)
         memcpy(counts.owner, session->owner.address, sizeof counts.owner);
     wire_put_statistics_response(body(request), &counts);

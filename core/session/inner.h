@@ -12,6 +12,10 @@ static inline bool session_same(const uint8_t a[4], const uint8_t b[4]) {
     return a[0] == b[0] && a[1] == b[1] && a[2] == b[2] && a[3] == b[3];
 }
 
+static inline bool session_is_module(const struct session *session) {
+    return session->module != NULL;
+}
+
 /* session.c */
 /** The clock goes on. */
 void session_tick(struct session *session);
@@ -22,6 +26,10 @@ size_t session_close(struct session *session, unsigned counter, uint8_t *packet,
 void session_note_sequence(struct session *session, const uint8_t address[4], uint32_t sequence);
 /** This host lives. */
 void session_hear(struct session *session, const uint8_t address[4]);
+/** Until the next round of status reports. @return UINT32_MAX: nobody listens */
+uint32_t session_report_wait_us(const struct session *session);
+/** It has a TCP connection. */
+bool session_has_client(const struct session *session, const uint8_t address[4]);
 
 /* status.c */
 void session_send_status(struct session *session, const uint8_t address[4]);
@@ -53,8 +61,17 @@ void stream_close(struct session *session, enum wire_refusal refusal);
 void stream_segments(struct session *session, const struct session_peer *from,
                      const struct wire_header *header, const uint8_t *payload);
 
+/* module.c */
+/** As session_command(), of an I/O module. */
+enum wire_refusal module_command(struct session *session, const uint8_t address[4], uint8_t type,
+                                 const uint8_t *payload);
+/** Inputs, and outputs whose host is gone. */
+void module_poll(struct session *session);
+void module_status(const struct session *session, struct wire_status *status);
+
 /* config.c */
 void config_get(const struct session *session, uint16_t key, struct wire_config_value *value);
-enum wire_refusal config_set(struct session *session, const struct wire_config_set *set);
+enum wire_refusal config_set(const struct session *session, const struct wire_config_set *set);
+enum wire_refusal config_save(const struct session *session);
 
 #endif

@@ -6,7 +6,7 @@
 
 #include "wire/wire_gen.h"
 
-enum session_key_kind { KEY_SETTING, KEY_FIXED, KEY_TARGET };
+enum session_key_kind { KEY_SETTING, KEY_FIXED, KEY_TARGET, KEY_STORED, KEY_STATE };
 
 /** How a wire value w follows from a setting's value s. */
 enum session_key_as {

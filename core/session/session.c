@@ -6,25 +6,40 @@
 
 #define LISTENER_US    3600000000u /* a host that was not heard of for so long gets no more reports */
 #define CLIENT_IDLE_US 30000000u   /* its place may be given to another one */
+#define BOUNCES_US     1000u       /* inputs are looked at this often until they are quiet */
 
 /* A jump of the sequence by more than this is a sender that begins anew. */
 enum { SEQUENCE_JUMP = 1000 };
 
-void session_init(struct session *session, struct machine *machine, const struct session_options *options,
+static void begin(struct session *session, const struct hal *hal, const struct session_options *options,
                   const struct session_ops *ops, void *ctx) {
     memset(session, 0, sizeof *session);
-    session->machine = machine;
+    session->hal = hal;
     session->ops = ops;
     session->ctx = ctx;
     session->options = *options;
-    session->clock_us = hal_time_us(machine->hal);
+    session->clock_us = hal_time_us(hal);
     session->stream.client = -1;
+}
+
+void session_init(struct session *session, struct machine *machine, const struct session_options *options,
+                  const struct session_ops *ops, void *ctx) {
+    begin(session, machine->hal, options, ops, ctx);
+    session->machine = machine;
+    session->settings = &machine->settings;
     session->probes_done = machine->host.probes_done;
     session->late_refusals = machine->host.late_refusals;
 }
 
+void session_init_module(struct session *session, struct session_module *module,
+                         const struct session_options *options, const struct session_ops *ops, void *ctx) {
+    begin(session, module->hal, options, ops, ctx);
+    session->module = module;
+    session->settings = &module->settings;
+}
+
 void session_tick(struct session *session) {
-    uint32_t clock_us = hal_time_us(session->machine->hal);
+    uint32_t clock_us = hal_time_us(session->hal);
     session->now_us += clock_us - session->clock_us;
     session->clock_us = clock_us;
     lockout_poll(&session->lockout, (uint32_t)session->now_us);
@@ -58,6 +73,9 @@ void session_hear(struct session *session, const uint8_t address[4]) {
     listener->used = true;
     memcpy(listener->address, address, sizeof listener->address);
     listener->heard_us = session->now_us;
+    if (session_is_module(session) && session->owner.on && session_same(address, session->owner.address))
+        session->owner.heard_us =
+            session->now_us; /* it has no motion that would need more than a sign of life */
     if (!known)
         session_send_status(session, address);
 }
@@ -74,7 +92,7 @@ void session_note_sequence(struct session *session, const uint8_t address[4], ui
     }
     if (owner->sequence_known && ahead > 1 && ahead < SEQUENCE_JUMP) {
         session->counts.missing += (uint32_t)ahead - 1;
-        if (session->machine->settings.host_hold_on_gap)
+        if (session->settings->host_hold_on_gap && !session_is_module(session))
             machine_host_hold(session->machine);
     }
     owner->sequence = sequence;
@@ -94,7 +112,8 @@ void session_datagram(struct session *session, const struct session_peer *from, 
     session_hear(session, from->address);
     if (header.type == WIRE_MOTION && header.length >= WIRE_MOTION_SIZE) {
         session_motion(session, from->address, &header, payload);
-    } else if (header.type == WIRE_STREAM_SEGMENTS && header.length >= WIRE_STREAM_SEGMENTS_SIZE) {
+    } else if (header.type == WIRE_STREAM_SEGMENTS && !session_is_module(session) &&
+               header.length >= WIRE_STREAM_SEGMENTS_SIZE) {
         stream_segments(session, from, &header, payload);
     } else if (least >= 0 && header.length >= least) {
         (void)session_command(session, from->address, header.type, payload);
@@ -128,7 +147,7 @@ void session_connect(struct session *session, int place, const uint8_t address[4
     memcpy(client->address, address, sizeof client->address);
 }
 
-static bool has_client(const struct session *session, const uint8_t address[4]) {
+bool session_has_client(const struct session *session, const uint8_t address[4]) {
     for (unsigned i = 0; i < SESSION_CLIENTS; i++)
         if (session->client[i].used && session_same(session->client[i].address, address))
             return true;
@@ -143,7 +162,7 @@ void session_disconnect(struct session *session, int place, bool left) {
     if (session->stream.client == place)
         session->stream.client = -1;
     bool owned = owner->on && session_same(owner->address, client->address);
-    if (!left || !owned || has_client(session, client->address))
+    if (!left || !owned || session_is_module(session) || session_has_client(session, client->address))
         return;
     session->outputs_known = false; /* the next io_control acts, also when it says the same */
     session->outputs.spindle = session->outputs.coolant = 0;
@@ -161,7 +180,7 @@ static void forget_listeners(struct session *session) {
 /* Motion goes back to the text side, and the machine to any host, when the owner is silent and done. */
 static void follow_owner(struct session *session) {
     struct session_owner *owner = &session->owner;
-    uint64_t timeout_us = session->machine->settings.host_timeout_ms * 1000ull;
+    uint64_t timeout_us = session->settings->host_timeout_ms * 1000ull;
     bool streams = session->stream.open && session->stream.client >= 0;
     if (!owner->on || streams)
         return;
@@ -187,20 +206,30 @@ static void follow_late_refusals(struct session *session) {
 
 void session_poll(struct session *session) {
     session_tick(session);
-    follow_late_refusals(session);
-    stream_follow(session);
     forget_listeners(session);
-    follow_owner(session);
+    if (session_is_module(session)) {
+        module_poll(session);
+    } else {
+        follow_late_refusals(session);
+        stream_follow(session);
+        follow_owner(session);
+    }
     session_report(session);
 }
 
-uint32_t session_wait_us(const struct session *session) {
+uint32_t session_report_wait_us(const struct session *session) {
     bool listens = session->owner.on;
     for (unsigned i = 0; i < SESSION_LISTENERS; i++)
         listens |= session->listener[i].used;
     if (!listens)
         return UINT32_MAX;
-    uint64_t interval_us = session->machine->settings.status_interval_ms * 1000ull;
+    uint64_t interval_us = session->settings->status_interval_ms * 1000ull;
     uint64_t gone_us = session->now_us - session->status_us;
     return gone_us < interval_us ? (uint32_t)(interval_us - gone_us) : 0;
+}
+
+uint32_t session_wait_us(const struct session *session) {
+    uint32_t wait_us = session_report_wait_us(session);
+    bool bounces = session_is_module(session) && !channels_are_quiet(session->options.channels);
+    return bounces && wait_us > BOUNCES_US ? BOUNCES_US : wait_us;
 }

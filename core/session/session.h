@@ -11,7 +11,9 @@
 #define WIFICNC_SESSION_SESSION_H
 
 #include "base/lockout.h"
+#include "channels/channels.h"
 #include "machine/host.h"
+#include "settings/store.h"
 #include "wire/packet.h"
 
 enum { SESSION_CLIENTS = 4, SESSION_LISTENERS = 4, SESSION_RECENT = 32, SESSION_NONCE = 16 };
@@ -31,10 +33,19 @@ struct session_ops {
 
 /** What the target says. Strings live as long as the session. */
 struct session_options {
-    const char *name;     /* up to 31 characters */
-    const char *password; /* "": everybody may move */
-    uint32_t version;     /* major<<24 | minor<<16 | patch */
-    uint16_t status_port; /* WIRE_STATUS_PORT; tests have others */
+    const char *name;          /* up to 31 characters */
+    const char *password;      /* "": everybody may move */
+    uint32_t version;          /* major<<24 | minor<<16 | patch */
+    uint16_t status_port;      /* WIRE_STATUS_PORT; tests have others */
+    struct channels *channels; /* configuration of an I/O module; NULL: this target can be none */
+};
+
+/** What an I/O module has instead of a machine. */
+struct session_module {
+    const struct hal *hal;    /* its clock */
+    struct settings settings; /* the status interval; the others wait for a motion controller */
+    struct store store;       /* where they are kept */
+    uint8_t axis_count;       /* of the board */
 };
 
 /** A TCP connection. */
@@ -79,7 +90,10 @@ struct session_mark {
 };
 
 struct session {
-    struct machine *machine;
+    struct machine *machine;       /* NULL: an I/O module */
+    struct session_module *module; /* NULL: a motion controller */
+    const struct hal *hal;
+    struct settings *settings;
     const struct session_ops *ops;
     void *ctx;
     struct session_options options;
@@ -107,7 +121,12 @@ struct session {
 void session_init(struct session *session, struct machine *machine, const struct session_options *options,
                   const struct session_ops *ops, void *ctx);
 
-/** Call it after every machine_poll(): reports, events, time-outs. */
+/** As session_init(), of an I/O module: it moves nothing, hosts command options->channels, which are at work.
+ * @param module  lives as long as the session */
+void session_init_module(struct session *session, struct session_module *module,
+                         const struct session_options *options, const struct session_ops *ops, void *ctx);
+
+/** Call it after every machine_poll(), of a module every ms: channels, reports, events, time-outs. */
 void session_poll(struct session *session);
 
 /** Call session_poll() after this many us at the latest. @return UINT32_MAX: no need */

@@ -5,7 +5,7 @@
 #include <string.h>
 
 static bool is_moving(const struct session *session) {
-    return !machine_is_standing(session->machine);
+    return !session_is_module(session) && !machine_is_standing(session->machine);
 }
 
 uint8_t session_state(const struct session *session) {
@@ -58,6 +58,8 @@ static uint8_t flags_of(const struct session *session) {
     for (unsigned i = 0; i < SESSION_CLIENTS; i++)
         flags |= session->client[i].used ? WIRE_STATUS_FLAG_CLIENT : 0;
     flags |= is_moving(session) ? WIRE_STATUS_FLAG_MOVING : 0;
+    if (session_is_module(session))
+        return (uint8_t)flags;
     flags |= session->machine->state == MACHINE_HOME ? WIRE_STATUS_FLAG_HOMING : 0;
     flags |= session->machine->host.owns ? WIRE_STATUS_FLAG_HOST : 0;
     flags |= machine_host_has_job(session->machine) ? WIRE_STATUS_FLAG_JOB : 0;
@@ -82,12 +84,12 @@ static uint16_t segment_id(const struct machine *machine) {
     return done != feed->head ? feed->slots[done & (FEED_SIZE - 1)].id : 0;
 }
 
-static size_t status_packet(struct session *session, uint8_t *packet) {
+static void machine_status(const struct session *session, struct wire_status *status) {
     const struct machine *machine = session->machine;
     const struct machine_outputs *outputs = &machine->outputs;
     struct host_inputs inputs;
     machine_host_inputs(machine, &inputs);
-    struct wire_status status = {
+    *status = (struct wire_status){
         .buffer_free = (uint16_t)(feed_free(&machine->host.feed) - feed_laid(&machine->host.feed)),
         .buffer_total = FEED_SIZE,
         .state = session_state(session),
@@ -97,17 +99,25 @@ static size_t status_packet(struct session *session, uint8_t *packet) {
         .homing = machine->state == MACHINE_HOME ? machine->homing.axes : 0,
         .home_switches = inputs.home,
         .estop = inputs.estop,
-        .flags = flags_of(session),
         .segment_id = segment_id(machine),
-        .uptime_ms = (uint32_t)(session->now_us / 1000),
         .misc_outputs = machine->digital,
         .spindle = (uint8_t)outputs->spindle,
         .coolant = (uint8_t)(((outputs->coolant & COOLANT_FLOOD) != 0 ? 1 : 0) |
                              ((outputs->coolant & COOLANT_MIST) != 0 ? 2 : 0)),
         .rpm = outputs->spindle != SPINDLE_OFF && outputs->rpm < 65536.0f ? (uint16_t)outputs->rpm : 0,
     };
-    machine_position(machine, status.position_steps);
-    status.rate_steps_s = rate_of(session, status.position_steps);
+    machine_position(machine, status->position_steps);
+    status->rate_steps_s = rate_of(session, status->position_steps);
+}
+
+static size_t status_packet(struct session *session, uint8_t *packet) {
+    struct wire_status status;
+    if (session_is_module(session))
+        module_status(session, &status);
+    else
+        machine_status(session, &status);
+    status.flags = flags_of(session);
+    status.uptime_ms = (uint32_t)(session->now_us / 1000);
     wire_put_status(packet + WIRE_HEADER_SIZE, &status);
     return session_close(session, SEQUENCE_STATUS, packet, WIRE_STATUS, WIRE_STATUS_SIZE);
 }
@@ -115,6 +125,10 @@ static size_t status_packet(struct session *session, uint8_t *packet) {
 static void send_to(struct session *session, const uint8_t address[4], const uint8_t *packet, size_t size) {
     struct session_peer to = {.port = session->options.status_port};
     memcpy(to.address, address, sizeof to.address);
+    session->ops->send(session->ctx, &to, packet, size);
+    if (!session_is_module(session))
+        return;
+    to.port = (uint16_t)(to.port + WIRE_IO_STATUS_PORT - WIRE_STATUS_PORT);
     session->ops->send(session->ctx, &to, packet, size);
 }
 
@@ -161,11 +175,14 @@ static void report_probe(struct session *session) {
 
 void session_report(struct session *session) {
     uint8_t packet[WIRE_PACKET_MOST] = {0};
-    report_homing(session);
-    report_probe(session);
-    if (session_wait_us(session) != 0)
+    if (!session_is_module(session)) {
+        report_homing(session);
+        report_probe(session);
+    }
+    if (session_report_wait_us(session) != 0)
         return;
     send_to_all(session, packet, status_packet(session, packet));
     session->status_us = session->now_us;
-    machine_position(session->machine, session->position_steps);
+    if (!session_is_module(session))
+        machine_position(session->machine, session->position_steps);
 }

@@ -139,3 +139,17 @@ bool net_tcp_accept(int listener, struct net_stream *stream, char name[NET_ADDRE
     *stream = (struct net_stream){.ops = &ops, .fd = fd, .peer = peer_of(&from), .telnet = true};
     return true;
 }
+
+/* First asked after so many s of silence, then every so many s, and so often. */
+enum { KEEP_IDLE_S = 1, KEEP_EVERY_S = 1, KEEP_COUNT = 3 };
+
+void net_tcp_keep_alive(const struct net_stream *stream) {
+    const int on = 1;
+    setsockopt(stream->fd, SOL_SOCKET, SO_KEEPALIVE, &on, sizeof on);
+#ifdef TCP_KEEPIDLE /* not on every system */
+    const int idle_s = KEEP_IDLE_S, every_s = KEEP_EVERY_S, count = KEEP_COUNT;
+    setsockopt(stream->fd, IPPROTO_TCP, TCP_KEEPIDLE, &idle_s, sizeof idle_s);
+    setsockopt(stream->fd, IPPROTO_TCP, TCP_KEEPINTVL, &every_s, sizeof every_s);
+    setsockopt(stream->fd, IPPROTO_TCP, TCP_KEEPCNT, &count, sizeof count);
+#endif
+}

@@ -2,7 +2,7 @@
 #include "host_wire.h"
 
 #include "host_inner.h"
-#include "session/session.h"
+#include "host_module.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -20,6 +20,7 @@ struct sent {
 struct host_wire {
     struct host *host;
     struct session session;
+    struct host_module module;
     struct sent *first, **last;
     uint64_t seed;
     char password[64];
@@ -58,10 +59,28 @@ struct host_wire *host_wire_create(struct host *host, const char *password) {
     wire->host = host;
     wire->last = &wire->first;
     strncpy(wire->password, password, sizeof wire->password - 1);
-    const struct session_options options = {
-        .name = "WiFiCNC", .password = wire->password, .version = VERSION, .status_port = WIRE_STATUS_PORT};
-    session_init(&wire->session, &host->machine, &options, &ops, wire);
+    host_module_init(&wire->module, host);
+    const struct session_options options = {.name = "WiFiCNC",
+                                            .password = wire->password,
+                                            .version = VERSION,
+                                            .status_port = WIRE_STATUS_PORT,
+                                            .channels = &wire->module.channels};
+    if (!channels_are_chosen(&wire->module.channels)) {
+        session_init(&wire->session, &host->machine, &options, &ops, wire);
+        return wire;
+    }
+    host_module_start(&wire->module);
+    session_init_module(&wire->session, &wire->module.device, &options, &ops, wire);
     return wire;
+}
+
+bool host_wire_hold(struct host_wire *wire, unsigned pin, int hold) {
+    return host_module_hold(&wire->module, pin, (enum module_hold)hold);
+}
+
+uint64_t host_wire_levels(const struct host_wire *wire, uint64_t *driven) {
+    *driven = wire->module.driven;
+    return wire->module.level;
 }
 
 void host_wire_destroy(struct host_wire *wire) {

@@ -8,9 +8,16 @@
 
 struct host_wire;
 
-/** @param password  "": none @return NULL: no memory. The host must live longer. */
+/** A motion controller, or an I/O module where the host's store says so.
+ * @param password  "": none @return NULL: no memory. The host must live longer. */
 struct host_wire *host_wire_create(struct host *host, const char *password);
 void host_wire_destroy(struct host_wire *wire);
+
+/** Hold a pin of the I/O module from outside (host_module.h). @return false: no such pin */
+bool host_wire_hold(struct host_wire *wire, unsigned pin, int hold);
+
+/** Levels of the module's outputs, and which pins are outputs. */
+uint64_t host_wire_levels(const struct host_wire *wire, uint64_t *driven);
 
 /** A datagram has come. @param address  a.b.c.d as a<<24 | b<<16 | c<<8 | d */
 void host_wire_datagram(struct host_wire *wire, uint32_t address, uint16_t port, const uint8_t *bytes,

@@ -7,8 +7,8 @@
  *   client WHAT NAME                   a client was connected, became owner, ...
  *   failed STAGE ERRNO TEXT            it cannot; exit code 1
  *
- * Options, each with a value: --timer-hz --step-pulse-ns --dir-setup-ns --max-step-rate-hz --axes --ganged
- * --home-axes
+ * Options, each with a value but --io-module: --timer-hz --step-pulse-ns --dir-setup-ns --max-step-rate-hz
+ * --axes --ganged --home-axes
  * --relay-spindle
  * --speed (0: as fast as it can) --host --port --wmc3 --control --pty --store --set; and --parent: end when
  * stdin does. The password of network clients stands in WIFICNC_PASSWORD, because arguments can be read by
@@ -164,6 +164,10 @@ static bool read_options(int argc, char **argv, struct serve_options *options, c
     for (int i = 1; i < argc; i++) {
         if (strcmp(argv[i], "--parent") == 0) {
             options->stop_fd[1] = STDIN_FILENO;
+            continue;
+        }
+        if (strcmp(argv[i], "--io-module") == 0) {
+            options->io_module = true;
             continue;
         }
         if (i + 1 == argc || !take_option(options, settings, argv[i], argv[i + 1])) {

@@ -118,8 +118,8 @@ static bool apply_settings(struct host *host, const char *const *lines, struct s
     return true;
 }
 
-static bool open_doors(struct serve *serve, const struct serve_options *options,
-                       struct serve_failure *failure) {
+static bool open_text(struct serve *serve, const struct serve_options *options,
+                      struct serve_failure *failure) {
     char address[NET_ADDRESS_SIZE];
     if (options->tcp_host != NULL) {
         failure->stage = SERVE_TCP;
@@ -128,14 +128,6 @@ static bool open_doors(struct serve *serve, const struct serve_options *options,
             return false;
         serve->events.listens(serve->events.ctx, "tcp", address);
     }
-    if (options->control_port != NULL) {
-        failure->stage = SERVE_CONTROL;
-        serve->control.listener =
-            net_tcp_listen("127.0.0.1", options->control_port, address, &failure->error);
-        if (serve->control.listener < 0)
-            return false;
-        serve->events.listens(serve->events.ctx, "control", address);
-    }
     if (options->pty_link != NULL) {
         failure->stage = SERVE_PTY;
         failure->error = net_pty_open(&serve->pty, options->pty_link);
@@ -143,6 +135,26 @@ static bool open_doors(struct serve *serve, const struct serve_options *options,
         if (!serve->has_pty)
             return false;
         serve->events.listens(serve->events.ctx, "pty", serve->pty.slave);
+    }
+    return true;
+}
+
+static bool open_doors(struct serve *serve, const struct serve_options *options,
+                       struct serve_failure *failure) {
+    char address[NET_ADDRESS_SIZE];
+    bool module =
+        options->wire_address != NULL && serve_wire_choose(&serve->wire, serve->host, options->io_module);
+    if (module)
+        serve->control.module = &serve->wire.module;
+    else if (!open_text(serve, options, failure))
+        return false;
+    if (options->control_port != NULL) {
+        failure->stage = SERVE_CONTROL;
+        serve->control.listener =
+            net_tcp_listen("127.0.0.1", options->control_port, address, &failure->error);
+        if (serve->control.listener < 0)
+            return false;
+        serve->events.listens(serve->events.ctx, "control", address);
     }
     if (options->wire_address != NULL) {
         failure->stage = SERVE_WIRE;

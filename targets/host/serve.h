@@ -27,6 +27,7 @@ struct serve_options {
     const char *pty_link;     /* NULL: no pty */
     const char
         *wire_address;    /* IPv4 of the binary protocol, its ports are fixed; NULL: none. Needs speed > 0 */
+    bool io_module;       /* an I/O module, whatever the store says; then there is no text side */
     const char *password; /* of network clients, by any protocol; "": none */
     const char *store;    /* file that keeps settings; NULL: nothing is kept */
     const char *const *settings; /* lines like $110=5000, NULL-terminated; or NULL */

@@ -82,7 +82,8 @@ static void drop(struct control_client *client) {
 }
 
 /* An answer that does not fit into the connection ends it: nobody reads there. */
-static void take(struct control_client *client, char byte, struct host *host) {
+static void take(const struct serve_control *control, struct control_client *client, char byte,
+                 struct host *host) {
     char answer[CONTROL_ANSWER_SIZE];
     if (byte != '\n') {
         if (client->size < CONTROL_LINE_SIZE - 1)
@@ -91,18 +92,20 @@ static void take(struct control_client *client, char byte, struct host *host) {
     }
     client->line[client->size] = '\0';
     client->size = 0;
-    serve_control_line(host, client->line, answer);
+    if (control->module == NULL || !host_module_line(control->module, client->line, answer, sizeof answer))
+        serve_control_line(host, client->line, answer);
     if (client->stream.ops->write(&client->stream, answer, strlen(answer)) != (long)strlen(answer))
         drop(client);
 }
 
-static void read_client(struct control_client *client, struct host *host) {
+static void read_client(const struct serve_control *control, struct control_client *client,
+                        struct host *host) {
     char bytes[512];
     long count = client->stream.ops->read(&client->stream, bytes, sizeof bytes);
     if (count < 0)
         drop(client);
     for (long i = 0; i < count && client->stream.ops != NULL; i++)
-        take(client, bytes[i], host);
+        take(control, client, bytes[i], host);
 }
 
 static void accept_one(struct serve_control *control) {
@@ -131,7 +134,7 @@ void serve_control_read(struct serve_control *control, const struct pollfd polls
                         struct host *host) {
     for (size_t i = 0; i < CONTROL_CLIENTS; i++)
         if (polls[i].revents != 0 && control->client[i].stream.ops != NULL)
-            read_client(&control->client[i], host);
+            read_client(control, &control->client[i], host);
     if (polls[CONTROL_CLIENTS].revents != 0)
         accept_one(control);
 }

@@ -5,6 +5,9 @@
  *   what hands.h knows     done at once
  *   state                 where it stands, which inputs are active, what the outputs say
  *
+ *   pin N high|low|open   of an I/O module: what holds that line from outside
+ *   pins                  of an I/O module: which pins are outputs, and their levels
+ *
  *   counters              lines answered, blocks planned, times the look-ahead or the span ring ran dry
  *
  * Each line is answered by one line: `ok`, `error: why`, or what was asked for. */
@@ -12,6 +15,7 @@
 #define WIFICNC_HOST_SERVE_CONTROL_H
 
 #include "hands.h"
+#include "host_module.h"
 #include "net_stream.h"
 
 #include <poll.h>
@@ -32,7 +36,8 @@ struct control_client {
 };
 
 struct serve_control {
-    int listener; /* -1: no such door */
+    int listener;               /* -1: no such door */
+    struct host_module *module; /* NULL: it is none */
     struct control_client client[CONTROL_CLIENTS];
 };
 

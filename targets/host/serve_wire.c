@@ -16,11 +16,25 @@ static void system_random(void *ctx, uint8_t *bytes, size_t count) {
     fclose(file);
 }
 
+bool serve_wire_choose(struct serve_wire *wire, struct host *host, bool force) {
+    host_module_init(&wire->module, host);
+    wire->is_module = force || channels_are_chosen(&wire->module.channels);
+    if (wire->is_module)
+        host_module_start(&wire->module);
+    return wire->is_module;
+}
+
 int serve_wire_open(struct serve_wire *wire, struct host *host, const char *address, const char *password) {
     static const struct session_ops ops = {.send = net_wire_send, .random = system_random};
-    const struct session_options options = {
-        .name = "WiFiCNC", .password = password, .version = VERSION, .status_port = WIRE_STATUS_PORT};
-    session_init(&wire->session, &host->machine, &options, &ops, &wire->net);
+    const struct session_options options = {.name = "WiFiCNC",
+                                            .password = password,
+                                            .version = VERSION,
+                                            .status_port = WIRE_STATUS_PORT,
+                                            .channels = &wire->module.channels};
+    if (wire->is_module)
+        session_init_module(&wire->session, &wire->module.device, &options, &ops, &wire->net);
+    else
+        session_init(&wire->session, &host->machine, &options, &ops, &wire->net);
     int error = net_wire_open(&wire->net, address, &wire->session);
     wire->open = error == 0;
     return error;

@@ -3,6 +3,7 @@
 #ifndef WIFICNC_HOST_SERVE_WIRE_H
 #define WIFICNC_HOST_SERVE_WIRE_H
 
+#include "host_module.h"
 #include "net_wire.h"
 
 #include <poll.h>
@@ -12,10 +13,14 @@ struct host;
 enum { SERVE_WIRE_POLLS = 2 + SESSION_CLIENTS };
 
 struct serve_wire {
-    bool open;
+    bool open, is_module;
+    struct host_module module;
     struct session session;
     struct net_wire net;
 };
+
+/** Read what is stored of the I/O module. @param force  be one whatever is stored @return it is one */
+bool serve_wire_choose(struct serve_wire *wire, struct host *host, bool force);
 
 /** @param password  "": none; lives as long as this @return 0 or an errno */
 int serve_wire_open(struct serve_wire *wire, struct host *host, const char *address, const char *password);

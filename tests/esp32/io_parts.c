@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT
  * Parts of the ESP32's input and output that need no register: bouncing inputs, tables of port bits. */
+#include "base/debounce.h"
 #include "hal/step_pins.h"
-#include "io/debounce.h"
 #include "io/encoder.h"
 
 #include <stdio.h>

@@ -3,6 +3,7 @@
  */
 #include "store/nvs_store.h"
 #include "settings/store.h"
+#include "store/nvs_channels.h"
 
 #include <stdio.h>
 #include <string.h>
@@ -152,6 +153,48 @@ static bool cut_at(int cut, unsigned how_many) {
     return !saved;
 }
 
+/* ---- the channels of an I/O module ---- */
+
+static struct channels changed_channels(unsigned how_many) {
+    struct channels channels;
+    channels_init(&channels, NULL, NULL);
+    for (unsigned n = 0; n < how_many; n++)
+        (void)channels_set_value(&channels, CHANNELS_IO_PIN_0 + n, 10 + n);
+    return channels;
+}
+
+static bool same_channels(const struct channels *a, const struct channels *b) {
+    return memcmp(&a->config, &b->config, sizeof a->config) == 0;
+}
+
+/* @return false: it was kept, no cut came */
+static bool cut_channels_at(int cut, unsigned how_many) {
+    struct channels before = changed_channels(0), after = changed_channels(how_many);
+    start_empty();
+    (void)nvs_channels_keep(&nvs, &before.config);
+    writes_left = cut;
+    bool kept = nvs_channels_keep(&nvs, &after.config);
+    writes_left = NO_CUT;
+    for (int start = 0; start < 2; start++) {
+        struct channels found = changed_channels(0);
+        nvs_channels_load(&nvs, &found);
+        check(same_channels(&found, &after) || (!kept && same_channels(&found, &before)),
+              "a mix of old and new channels", cut);
+    }
+    check(entry_of("io_pending") == NULL, "the job is not finished", cut);
+    return !kept;
+}
+
+static void a_stored_channel_out_of_range_is_left_out(void) {
+    struct channels channels = changed_channels(0);
+    start_empty();
+    (void)set(NULL, "io_count", NVS_U8, 17);
+    (void)set(NULL, "io_dir", NVS_U16, 0xFF00);
+    nvs_channels_load(&nvs, &channels);
+    check(channels.config.value[CHANNELS_IO_COUNT] == 0, "taken", -1);
+    check(channels.config.value[CHANNELS_IO_DIRECTION] == 0xFF00, "not taken", -1);
+}
+
 static void what_is_not_stored_stays_as_the_board_brings_it(void) {
     struct settings settings = changed(0);
     start_empty();
@@ -187,6 +230,13 @@ int main(void) {
             cut++;
         check(cut == (how_many == 1 ? 1 : (int)how_many + 2), "not that many writes", cut);
     }
+    for (unsigned how_many = 1; how_many <= 3; how_many++) {
+        int cut = 0;
+        while (cut_channels_at(cut, how_many))
+            cut++;
+        check(cut == (how_many == 1 ? 1 : (int)how_many + 2), "not that many writes for channels", cut);
+    }
+    a_stored_channel_out_of_range_is_left_out();
     what_is_not_stored_stays_as_the_board_brings_it();
     a_value_out_of_range_is_damage();
     other_values_are_blobs();

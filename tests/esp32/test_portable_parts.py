@@ -17,7 +17,7 @@ ESP32 = checkout_root() / "targets" / "esp32"
 # program -> the firmware's files in it
 PROGRAMS = {
     "two_sides": (),  # the machine with a motion side of its own: two real threads
-    "io_parts": ("hal/step_pins.c", "io/debounce.c"),
+    "io_parts": ("hal/step_pins.c",),
     "access": ("net/access.c",),
     "gate": (),
     "websocket": (),
@@ -25,7 +25,8 @@ PROGRAMS = {
     "ota": ("net/ota.c",),
     "pin_map": ("io/pin_map.c",),
     "policies": ("app/boot_guard.c", "io/status_led.c", "net/link_policy.c", "net/wifi_policy.c"),
-    "nvs_store": ("store/nvs_keys.c", "store/nvs_store.c"),
+    "nvs_store": ("store/nvs_channels.c", "store/nvs_keys.c", "store/nvs_store.c"),
+    "lines": ("io/lines.c", "io/pin_map.c", "store/nvs_channels.c"),
 }
 
 
@@ -34,7 +35,8 @@ def test_program(name: str) -> None:
     sources = [HERE / f"{name}.c", *(ESP32 / source for source in PROGRAMS[name])]
     output = checkout_root() / "build" / "tests" / name
     write_if_changed(output.parent / "board" / "pin_config.h", pin_header_text(load_board("esp32s3-devkitc")))
-    program = build_program(sources, output, "release", ["-pthread", f"-I{ESP32}", f"-I{output.parent / 'board'}"])
+    folders = [f"-I{ESP32}", f"-I{output.parent / 'board'}", f"-idirafter{ESP32 / 'test' / 'idf_api'}"]
+    program = build_program(sources, output, "release", ["-pthread", *folders])
     done = subprocess.run([program], capture_output=True, text=True, timeout=120, check=False)
     assert done.returncode == 0, done.stdout + done.stderr
     assert "0 failures" in done.stdout

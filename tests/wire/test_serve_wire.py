@@ -90,7 +90,7 @@ def test_every_command(serve: Callable[..., Server], tmp_path: Path) -> None:
         "max_rate_mm_min.y": 10000
     }
     assert json.loads(invoke("config", "0x0011", "--json")) == {"max_rate_mm_min.y": 10000}
-    assert len(json.loads(invoke("config", "--json"))) == 106
+    assert len(json.loads(invoke("config", "--json"))) == 111
     assert json.loads(invoke("counters", "--json"))["done"] == 15
     invoke("jog", "--", "Z", "-1000", "0.2")
     with Device(ADDRESS) as device:
@@ -247,3 +247,49 @@ def test_a_host_that_never_reads_its_acks(serve: Callable[..., Server]) -> None:
             device.post(Motion(count=1), [Segment((20, 0, 0, 0, 0, 0), 10_000), *[Segment()] * 7])
             time.sleep(0.01)
         wait_for(lambda: position(device)[0] == 1000, "every step was made")
+
+
+def control(server: Server, line: str) -> str:
+    """What the hands at the module are told."""
+    assert server.control
+    host, port = server.control.rsplit(":", 1)
+    with socket.create_connection((host, int(port)), 5) as connection, connection.makefile("rw") as file:
+        file.write(line + "\n")
+        file.flush()
+        return file.readline().strip()
+
+
+def test_an_io_module(serve: Callable[..., Server]) -> None:
+    server = serve(io_module=True, control=0)
+    assert json.loads(invoke("handshake", "--json"))["io_channels"] == 16
+    made = json.loads(invoke("channel", "3", "--output", "--pin", "20", "--invert", "--json"))
+    assert made == {
+        "number": 3, "direction": "output", "pin": 20, "pull_up": True, "invert": True, "fault": False, "on": False,
+    }  # fmt: skip
+    with pytest.raises(RefusedError, match="config_save: pin"):
+        invoke("channel", "4", "--pin", "20")
+    assert json.loads(invoke("channel", "4", "--json"))["pin"] == 4, "as it was"
+    assert control(server, "pin 0 low") == "ok" and control(server, "pin 64 low").startswith("error")
+    assert control(server, "pins") == f"driven 0x{1 << 20:016x} level 0x{1 << 20:016x}"
+    invoke("config", "io_link_lost", "0")
+    invoke("output", "3", "on")
+    assert control(server, "pins").endswith("level 0x0000000000000000")
+    with Device(ADDRESS) as device:
+        wait_for(lambda: next(device.reports(1)).io_inputs == 0xFFF6, "channel 0 is low")
+    report = json.loads(invoke("status", "--json"))
+    assert [channel["number"] for channel in report["channels"] if channel["on"]] == [1, 2, *range(3, 16)]
+    assert "output" in invoke("status") and "channel" in invoke("channel", "3")
+    with pytest.raises(RefusedError, match="not_output"):
+        invoke("output", "0", "on")
+    with pytest.raises(RefusedError, match="io_module"):
+        invoke("motion", "X=10")
+    with pytest.raises(UserError, match="no channel 16"):
+        invoke("output", "16", "on")
+    assert server.tcp is None
+
+
+def test_a_stored_mode_is_that_of_the_next_start(serve: Callable[..., Server], tmp_path: Path) -> None:
+    with Server(ServeOptions(board=load_board("host"), wmc3=ADDRESS, store=tmp_path / "store")):
+        invoke("config", "device_mode", "1", "--save")
+    serve(store=tmp_path / "store", settings=())
+    assert json.loads(invoke("handshake", "--json"))["capabilities"] == ["io_module"]

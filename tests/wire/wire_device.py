@@ -53,6 +53,8 @@ def library() -> ctypes.CDLL:
         ("host_wire_disconnect", None, handle, ctypes.c_int),
         ("host_wire_request", size, handle, ctypes.c_int, data, size, data),
         ("host_wire_run", None, handle, ctypes.c_uint64),
+        ("host_wire_hold", ctypes.c_bool, handle, ctypes.c_uint, ctypes.c_int),
+        ("host_wire_levels", ctypes.c_uint64, handle, ctypes.POINTER(ctypes.c_uint64)),
     ):
         function = getattr(lib, name)
         function.restype, function.argtypes = result, arguments
@@ -206,8 +208,7 @@ class Device:
     @property
     def status(self) -> Status:
         """The newest report."""
-        newest = self.of_type(Type.STATUS)[-1]
-        assert newest.port == STATUS_PORT
+        newest = [sent for sent in self.of_type(Type.STATUS) if sent.port == STATUS_PORT][-1]
         status = newest.packet.payload
         assert isinstance(status, Status)
         return status

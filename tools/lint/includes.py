@@ -15,6 +15,7 @@ ALLOWED: dict[str, tuple[str, ...]] = {
     "base": (),
     "link": (),
     "wire": (),
+    "channels": (),
     "gcode": (),
     "motion": ("segment",),
     "segment": (),
@@ -22,7 +23,7 @@ ALLOWED: dict[str, tuple[str, ...]] = {
     "hal": (),
     "settings": ("gcode/status.h", "hal"),
     "machine": ("link", "gcode", "motion", "segment", "step", "hal", "settings"),
-    "session": ("wire", "machine", "segment", "settings", "gcode/status.h", "hal"),
+    "session": ("wire", "channels", "machine", "segment", "settings", "gcode/status.h", "hal"),
 }
 
 # The hot tier of the HAL: in targets/<target>/hal/, found by include path.

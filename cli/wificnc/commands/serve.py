@@ -36,6 +36,7 @@ NOWHERE = Address("127.0.0.1", 0)  # of the controller, when only the page is to
 @click.option("--http", metavar="HOST:PORT", help="The page for browsers: console, settings, jobs. docs/web.md.")
 @click.option("--pty", type=click.Path(path_type=Path), metavar="LINK", help="A serial port of this name, for senders.")
 @click.option("--wmc3", metavar="ADDRESS", help="IPv4 address for the binary protocol: docs/protocol.md.")
+@click.option("--io-module", is_flag=True, help="Be an I/O expansion module, by --wmc3 alone; hands: --control.")
 @click.option("--password", envvar="WIFICNC_PASSWORD", default="", help="Of network clients: $LOGIN=password.")
 @click.option("--control", type=click.IntRange(0, 65535), metavar="PORT", help="Hands at the machine: docs/senders.md.")
 @click.option("--speed", default="1", show_default=True, metavar="1|N|max", help="Times real time; max has no clock.")
@@ -48,6 +49,7 @@ def command(
     http: str | None,
     pty: Path | None,
     wmc3: str | None,
+    io_module: bool,
     password: str,
     control: int | None,
     speed: str,
@@ -68,19 +70,28 @@ def command(
     page = parse_address(http, "--http", DEFAULT_HTTP_PORT) if http else None
     options = ServeOptions(
         board=the_board,
-        tcp=parse_address(tcp) or (NOWHERE if page else None),
+        tcp=None if io_module else parse_address(tcp) or (NOWHERE if page else None),
         http=page,
         pty=pty,
         wmc3=parse_wmc3(wmc3, parse_speed(speed)) if wmc3 else None,
+        io_module=io_module,
         password=password,
         control=control,
         speed=parse_speed(speed),
         settings=settings,
         store=store,
     )
-    if options.tcp is None and pty is None and wmc3 is None:
-        raise UserError("there is no way to connect", hint="--pty LINK, or leave --tcp on")
+    _check_doors(options)
     _run(options, speed)
+
+
+def _check_doors(options: ServeOptions) -> None:
+    if options.io_module and (not options.wmc3 or options.http or options.pty):
+        raise UserError(
+            "--io-module is commanded by the binary protocol alone", hint="add --wmc3 127.0.0.1; no --http, no --pty"
+        )
+    if options.tcp is None and options.pty is None and options.wmc3 is None:
+        raise UserError("there is no way to connect", hint="--pty LINK, or leave --tcp on")
 
 
 def _run(options: ServeOptions, speed: str) -> None:
@@ -115,7 +126,11 @@ def _end(_number: int, _frame: object) -> NoReturn:
 def _print_doors(server: Server | ChipServer, speed: str, page: str) -> None:
     options = server.options
     pace = {"1": "in real time", "max": "as fast as it can"}.get(speed, f"at {speed} times real time")
-    ui.talk.print(f"A controller of {len(options.board.axes)} axes, {pace}. Ctrl-C ends it.")
+    is_module = bool(server.wmc3) and not server.tcp and not server.device
+    what = "An I/O module" if is_module else f"A controller of {len(options.board.axes)} axes"
+    ui.talk.print(f"{what}, {pace}. Ctrl-C ends it.")
+    if is_module and (options.tcp or options.pty):
+        ui.warn("the settings file says that this is an I/O module (device_mode): it has no text side")
     if page:
         ui.data.print(f"page    [bold]{escape(page)}[/]")
     if server.tcp:

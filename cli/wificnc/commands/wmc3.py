@@ -16,6 +16,16 @@ from rich.table import Table
 from wificnc import ui
 from wificnc.commands._target import json_option
 from wificnc.errors import UserError
+from wificnc.wmc3.channels import (
+    MODULE_MODE,
+    NO_PIN,
+    Change,
+    Channel,
+    check_number,
+    configure,
+    read_channels,
+    switch,
+)
 from wificnc.wmc3.device import Device, find_devices, find_key, pack_value
 from wificnc.wmc3.keys import KEYS, Key
 from wificnc.wmc3.layout import (
@@ -82,16 +92,13 @@ def handshake(device: Device, as_json: bool) -> None:
     if as_json:
         ui.emit_json({**asdict(hello), "version": version, "capabilities": names})
         return
-    _rows(
-        {
-            "device": hello.device_name,
-            "version": version,
-            "axes": hello.axes,
-            "queue": f"{hello.buffer_capacity} segments",
-            "step rate": f"{hello.step_rate_hz} steps/s",
-            "can": ", ".join(names),
-        }
-    )
+    motion = {
+        "axes": hello.axes,
+        "queue": f"{hello.buffer_capacity} segments",
+        "step rate": f"{hello.step_rate_hz} steps/s",
+    }
+    mode = {"channels": hello.io_channels} if hello.device_mode == MODULE_MODE else motion
+    _rows({"device": hello.device_name, "version": version, **mode, "can": ", ".join(names)})
 
 
 @command.command()
@@ -116,13 +123,84 @@ def discover(seconds: float, broadcast: str, as_json: bool) -> None:
 @click.argument("seconds", type=click.FloatRange(min=0.1), default=0.3)
 @json_option
 def status(device: Device, seconds: float, as_json: bool) -> None:
-    """Status reports of some seconds; the newest with --json."""
+    """Status reports of some seconds; the newest with --json. Of an I/O module: its channels."""
+    is_module = device.handshake().device_mode == MODULE_MODE
     report = None
     for report in device.reports(seconds):
-        if not as_json:
+        if not as_json and not is_module:
             ui.data.print(status_line(report))
-    if as_json and report:
-        ui.emit_json({**asdict(report), "state": State(report.state).name.lower(), "alarm": _alarm(report.alarm)})
+    if report is None:
+        return
+    channels = read_channels(device, report) if is_module else []
+    if as_json:
+        more = {"channels": [asdict(channel) for channel in channels]} if is_module else {}
+        state = {"state": State(report.state).name.lower(), "alarm": _alarm(report.alarm)}
+        ui.emit_json({**asdict(report), **state, **more})
+    elif is_module:
+        ui.data.print(f"{State(report.state).name.lower()}  up {report.uptime_ms / 1000:.1f} s")
+        _channel_table(channels)
+
+
+def _channel_table(channels: list[Channel]) -> None:
+    table = Table("channel", "", "pin", "pull-up", "inverted", "state", box=None, pad_edge=False, padding=(0, 2, 0, 0))
+    for channel in channels:
+        state = "left out: pin" if channel.fault else "on" if channel.on else "off"
+        pull_up = "yes" if channel.pull_up and channel.direction == "input" else ""
+        pin = "-" if channel.pin is None else str(channel.pin)
+        table.add_row(str(channel.number), channel.direction, pin, pull_up, "yes" if channel.invert else "", state)
+    ui.data.print(table)
+
+
+@command.command()
+@with_device
+@click.argument("number", type=int)
+@click.option("--input/--output", "is_input", default=None, help="Its direction.")
+@click.option("--pin", type=click.IntRange(0, NO_PIN), help="Its pin; 255: none.")
+@click.option("--pull-up/--no-pull-up", default=None, help="Of an input.")
+@click.option("--invert/--no-invert", default=None, help="On while its line is low.")
+@json_option
+def channel(
+    device: Device,
+    number: int,
+    is_input: bool | None,
+    pin: int | None,
+    pull_up: bool | None,
+    invert: bool | None,
+    as_json: bool,
+) -> None:
+    """Show channel NUMBER of an I/O module, or change it. A change is kept and acts at once."""
+    check_number(number)
+    output = None if is_input is None else not is_input
+    change = Change(output, pin, pull_up, invert)
+    if change != Change():
+        configure(device, number, change)
+    report = next(device.reports(1.0))
+    found = [each for each in read_channels(device, report) if each.number == number]
+    if not found:
+        raise UserError(
+            f"channel {number} is not in use", hint=f"wificnc wmc3 channel {number} --pin N takes it into use"
+        )
+    if as_json:
+        ui.emit_json(asdict(found[0]))
+    else:
+        _channel_table(found)
+
+
+@command.command()
+@with_device
+@click.argument("number", type=int)
+@click.argument("state", type=click.Choice(["on", "off"]))
+@click.option(
+    "--hold", "seconds", type=click.FloatRange(min=0), default=0.0, help="Stay connected for so many seconds."
+)
+def output(device: Device, number: int, state: str, seconds: float) -> None:
+    """Switch output NUMBER of an I/O module.
+
+    When this command ends, its host is gone for the module: after io_link_timeout_ms the outputs go to their safe
+    state, unless io_link_lost is 0. --hold keeps the connection.
+    """
+    switch(device, check_number(number), state == "on")
+    time.sleep(seconds)
 
 
 def status_line(report: Status) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import secrets
 import struct
 from collections.abc import Iterable, Mapping
@@ -67,13 +68,21 @@ def number_entry(text: str) -> Entry:
     """`dev_mode=1` or `p_sx=4`, a number or pin of protocol/nvs.toml. Raises UserError."""
     key, _, value = text.partition("=")
     table = load_nvs()
-    ranges = {row.key: (row.min, row.max) for row in table.number} | {row.key: (0, PIN_NONE) for row in table.pin}
-    if key not in ranges:
-        raise UserError(f"no such key: {key!r}", hint=f"keys: {', '.join(ranges)}")
-    low, high = ranges[key]
-    if not value.isdigit() or not low <= int(value) <= high:
+    known = {row.key: (row.type, row.min, row.max) for row in table.number}
+    known |= {row.key: ("u8", 0, PIN_NONE) for row in table.pin}
+    if key not in known:
+        raise UserError(f"no such key: {key!r}", hint=f"keys: {', '.join(known)}")
+    kind, low, high = known[key]
+    number = _whole_number(value)
+    if number is None or not low <= number <= high:
         raise UserError(f"{key}: {value!r} is no number from {low} to {high}")
-    return Entry(NAMESPACE, key, "u8", int(value))
+    return Entry(NAMESPACE, key, kind, number)
+
+
+def _whole_number(text: str) -> int | None:
+    """Decimal, or a mask as 0x00FF."""
+    digits, base = (text[2:], 16) if text[:2] in ("0x", "0X") else (text, 10)
+    return int(digits, base) if re.fullmatch("[0-9a-fA-F]+" if base == 16 else "[0-9]+", digits) else None
 
 
 def random_password() -> str:

@@ -10,6 +10,8 @@ from pathlib import Path
 
 from wificnc.protocol.generate import ROOT, environment, stale
 from wificnc.protocol.generate import SOURCE as SETTINGS_SOURCE
+from wificnc.protocol.generate_nvs import SOURCE as NVS_SOURCE
+from wificnc.protocol.nvs import parse_nvs
 from wificnc.protocol.table import parse_settings
 from wificnc.protocol.wire_table import WireField, parse_wire
 
@@ -63,14 +65,16 @@ def cell(text: str) -> str:
     return text.replace("|", "\\|")
 
 
-def render(source: str, settings_source: str) -> dict[str, str]:
-    """All generated files from the texts of both tables: path in the repository -> text."""
+def render(source: str, settings_source: str, nvs_source: str) -> dict[str, str]:
+    """All generated files from the texts of the tables: path in the repository -> text."""
     env = environment()
     env.filters.update({f.__name__: f for f in (c_declaration, c_comment, python_type, camel, first_sentence, cell)})
+    nvs = parse_nvs(nvs_source)
     values = {
+        "stored": {row.wire: row for row in nvs.channel},
         "source": SOURCE,
-        "sha256": hashlib.sha256((source + settings_source).encode()).hexdigest(),
-        "table": parse_wire(source, parse_settings(settings_source)),
+        "sha256": hashlib.sha256((source + settings_source + nvs_source).encode()).hexdigest(),
+        "table": parse_wire(source, parse_settings(settings_source), nvs),
     }
     return {path: env.get_template(template).render(values) for path, template in OUTPUTS.items()}
 
@@ -80,7 +84,7 @@ def main(argv: Sequence[str] | None = None, root: Path = ROOT) -> int:
     parser = argparse.ArgumentParser(prog="python -m wificnc.protocol.generate_wire", description=__doc__)
     parser.add_argument("--check", action="store_true", help="write nothing, fail when a generated file is stale")
     check: bool = parser.parse_args(argv).check
-    texts = render(*((root / path).read_text(encoding="utf-8") for path in (SOURCE, SETTINGS_SOURCE)))
+    texts = render(*((root / path).read_text(encoding="utf-8") for path in (SOURCE, SETTINGS_SOURCE, NVS_SOURCE)))
     for path in stale(texts, root):
         if check:
             print(f"{path} is stale: run python -m wificnc.protocol.generate_wire", file=sys.stderr)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 from functools import lru_cache
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
@@ -19,8 +19,8 @@ else:
 NVS_PATH = ROOT / "protocol" / "nvs.toml"
 
 Key = Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]*$", max_length=NVS_KEY_MAX)]
-Name = Annotated[str, Field(pattern=r"^[A-Z][A-Z_]*$")]
-Byte = Annotated[int, Field(ge=0, le=0xFF)]
+Name = Annotated[str, Field(pattern=r"^[A-Z][A-Z0-9_]*$")]
+Word = Annotated[int, Field(ge=0, le=0xFFFF)]
 
 PIN_NONE = 0xFF
 
@@ -41,14 +41,27 @@ class Text(_Strict):
 
 
 class Number(_Strict):
-    """A u8 key."""
+    """A u8 key, or a u16. `wire`: the binary protocol's number of it, 0: it has none."""
 
     key: Key
     name: Name
-    default: Byte
-    min: Byte
-    max: Byte
+    bits: Literal[8, 16] = 8
+    wire: Word = 0
+    default: Word
+    min: Word
+    max: Word
     help: Annotated[str, Field(min_length=1, max_length=95)]
+
+    @model_validator(mode="after")
+    def _sound(self) -> Number:
+        if not self.min <= self.default <= self.max < 1 << self.bits:
+            raise ValueError(f"{self.key}: min, default and max do not fit each other, or not {self.bits} bits")
+        return self
+
+    @property
+    def type(self) -> str:
+        """As NVS calls it."""
+        return f"u{self.bits}"
 
 
 class Pin(_Strict):
@@ -67,12 +80,40 @@ class NvsTable(_Strict):
     number: tuple[Number, ...] = Field(strict=False)
     pin: tuple[Pin, ...] = Field(strict=False)
 
+    @model_validator(mode="before")
+    @classmethod
+    def _expanded(cls, data: dict[str, Any]) -> dict[str, Any]:
+        """A row with `count` stands for so many rows."""
+        return {**data, "number": [each for row in data["number"] for each in _rows(row)]}
+
+    @property
+    def channel(self) -> tuple[Number, ...]:
+        """The numbers of an I/O module, in the order of their wire keys."""
+        return tuple(sorted((row for row in self.number if row.wire), key=lambda row: row.wire))
+
     @model_validator(mode="after")
     def _distinct(self) -> NvsTable:
         keys = [row.key for row in self.text] + [row.key for row in self.number] + [row.key for row in self.pin]
         if len(set(keys)) < len(keys):
             raise ValueError("two rows have the same key")
         return self
+
+
+def _rows(row: dict[str, Any]) -> list[dict[str, Any]]:
+    count = row.get("count", 1)
+    if count == 1:
+        return [row]
+    plain = {key: value for key, value in row.items() if key != "count"}
+    return [
+        {
+            **plain,
+            "key": f"{row['key']}{n}",
+            "name": f"{row['name']}_{n}",
+            "wire": row["wire"] + n,
+            "help": row["help"].replace("the channel", f"channel {n}"),
+        }
+        for n in range(count)
+    ]
 
 
 def parse_nvs(text: str) -> NvsTable:

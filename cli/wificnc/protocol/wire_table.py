@@ -9,6 +9,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
+from wificnc.protocol.nvs import NvsTable
 from wificnc.protocol.table import Convert, SettingsTable
 
 if sys.version_info >= (3, 11):
@@ -130,7 +131,7 @@ class Key(_Strict):
     count: Annotated[int, Field(ge=1, le=16)] = 1
     type: ValueType
     unit: str = ""
-    kind: Literal["setting", "fixed", "target"] = "setting"
+    kind: Literal["setting", "fixed", "target", "stored", "state"] = "setting"
     default: int | str = 0
     setting: str = ""
     convert: Annotated[Convert, Field(alias="as")] = "value"
@@ -164,12 +165,13 @@ class WireTable(_Strict):
         return self
 
 
-def parse_wire(text: str, settings: SettingsTable) -> WireTable:
+def parse_wire(text: str, settings: SettingsTable, nvs: NvsTable) -> WireTable:
     """The table from TOML text, with the keys of settings added, in ascending order of keys.
 
-    Raises ValueError when a table is wrong, or a key is there twice.
+    Raises ValueError when a table is wrong, a key is there twice, or a stored one is not in both tables.
     """
     table = WireTable.model_validate(tomllib.loads(text))
+    _check_stored(table.key, nvs)
     keys = [*_resolved(table.key, settings), *_of_settings(settings)]
     keys.sort(key=lambda key: key.key)
     for low, high in pairwise(keys):
@@ -181,6 +183,14 @@ def parse_wire(text: str, settings: SettingsTable) -> WireTable:
 def _resolved(keys: tuple[Key, ...], settings: SettingsTable) -> list[Key]:
     """Keys of this table that stand for a setting get its number."""
     return [key.model_copy(update={"number": settings[key.setting].number}) if key.setting else key for key in keys]
+
+
+def _check_stored(keys: tuple[Key, ...], nvs: NvsTable) -> None:
+    ours = {key.key + n: key.type for key in keys if key.kind == "stored" for n in range(key.count)}
+    theirs = {row.wire: row.type for row in nvs.channel}
+    for key in sorted({*ours, *theirs}):
+        if ours.get(key) != theirs.get(key):
+            raise ValueError(f"key 0x{key:04X}: {ours.get(key)} here, {theirs.get(key)} in protocol/nvs.toml")
 
 
 def _of_settings(settings: SettingsTable) -> list[Key]:

@@ -45,6 +45,7 @@ class ServeOptions:
     http: Address | None = None  # of the page; None: it is not served
     pty: Path | None = None
     wmc3: str | None = None  # IPv4 address of the binary protocol; its ports are fixed
+    io_module: bool = False  # of the binary protocol; there is no text side then
     password: str = ""  # of network clients, by any protocol
     control: int | None = None  # port of this computer for the hands at the virtual machine; 0: any free one
     speed: float = 1.0
@@ -120,4 +121,5 @@ def program_arguments(options: ServeOptions) -> list[str]:
         *([("--store", options.store)] if options.store else []),
         *(("--set", line) for line in options.settings),
     )
-    return ["--parent", *(str(word) for pair in pairs for word in pair)]
+    flags = ["--parent", *(["--io-module"] if options.io_module else [])]
+    return [*flags, *(str(word) for pair in pairs for word in pair)]

@@ -63,7 +63,7 @@ def _storage(partition: Partition) -> Json:
         "size": partition.size,
         "none": PIN_NONE,
         "text": [row.model_dump(exclude={"name"}) for row in table.text],
-        "number": [row.model_dump(exclude={"name"}) for row in table.number],
+        "number": [row.model_dump(exclude={"name", "wire"}) for row in table.number],
         "pin": [
             {"key": row.key, "signal": row.signal, "label": label(row.signal), "output": is_output(row.signal)}
             for row in table.pin

@@ -279,6 +279,9 @@ def _refused(kind: Type, reason: int) -> RefusedError:
         Refusal.AUTHENTICATION: "--password, or WIFICNC_PASSWORD",
         Refusal.LOCKED: "wificnc wmc3 reset",
         Refusal.OWNER: "another host commands it; it gives motion back when it is silent",
+        Refusal.IO_MODULE: "wificnc wmc3 channel and output are for it",
+        Refusal.PIN: "boards/ and docs/esp32.md say which pins are free, and which are inputs only",
+        Refusal.NOT_OUTPUT: "wificnc wmc3 channel N --output --pin P makes it one",
     }
     hint = hints.get(Refusal(reason)) if reason in set(Refusal) else None
     return RefusedError(

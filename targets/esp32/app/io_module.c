@@ -1,30 +1,33 @@
 /* SPDX-License-Identifier: MIT */
 #include "app/io_module.h"
 
-#include "esp_task_wdt.h"
-#include "esp_timer.h"
-#include "freertos/FreeRTOS.h"
-#include "freertos/task.h"
+#include "pin_config.h"
 
-/* Nothing moves here: an update may come at any time. */
-static const char *lock(void *ctx) {
-    (void)ctx;
-    return NULL;
+void io_module_start(struct io_module *module, const struct nvs_store *store,
+                     const struct session_options *options, const struct session_ops *ops) {
+    struct session_module *device = &module->device;
+    *device = (struct session_module){.axis_count = BOARD_AXIS_COUNT};
+    if (store->ops != NULL)
+        device->store = (struct store){.ops = &nvs_hal_store, .ctx = store};
+    settings_defaults(&device->settings);
+    (void)store_load_settings(&device->store, STORE_KEY_SETTINGS, STORE_VERSION, &device->settings,
+                              BOARD_AXIS_COUNT);
+    session_init_module(module->session, device, options, ops, module->wire);
+    module->has_wire = net_wire_open(module->wire, "0.0.0.0", module->session) == 0;
 }
 
-static void unlock(void *ctx) {
-    (void)ctx;
+void io_module_round(struct io_module *module) {
+    if (module->has_wire)
+        net_wire_round(module->wire);
+    session_poll(module->session);
 }
 
-void io_module_run(struct services *services, struct lockout *lockout, const char *password) {
-    static const struct ota_flash flash = {.lock = lock, .unlock = unlock};
-    services_start(services, lockout, password, &flash);
-    (void)esp_task_wdt_add(NULL);
-    for (;;) {
-        (void)esp_task_wdt_reset();
-        uint32_t now_us = (uint32_t)esp_timer_get_time();
-        lockout_poll(lockout, now_us);
-        if (!services_poll(services, now_us))
-            vTaskDelay(1);
-    }
+void io_module_lock(struct io_module *module) {
+    module->locked = module->channels->locked;
+    channels_safe(module->channels);
+    module->channels->locked = true;
+}
+
+void io_module_unlock(struct io_module *module) {
+    module->channels->locked = module->locked;
 }

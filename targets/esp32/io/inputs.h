@@ -5,9 +5,9 @@
 #define WIFICNC_ESP32_INPUTS_H
 
 #include "base/axis.h"
+#include "base/debounce.h"
 #include "gcode/gcode.h"
 #include "hal/hal.h"
-#include "io/debounce.h"
 
 #include <stdbool.h>
 #include <stdint.h>

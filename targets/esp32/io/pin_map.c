@@ -47,7 +47,7 @@ void pin_map_init(struct pin_map *map) {
                                                         .pull = rows[i].output ? PIN_PULL_NONE : PIN_PULL_UP};
 }
 
-static bool is_free(uint8_t gpio, bool output) {
+bool pin_map_is_free(uint8_t gpio, bool output) {
     static const uint8_t outputs[] = BOARD_FREE_OUTPUT_PINS, inputs[] = BOARD_FREE_INPUT_PINS;
     const uint8_t *pins = output ? outputs : inputs;
     size_t count = output ? sizeof outputs : sizeof inputs;
@@ -94,7 +94,7 @@ unsigned pin_map_move(struct pin_map *map, const struct pin_moves *moves) {
         if (!moves->read(moves->ctx, rows[i].key, &gpio) || gpio == wire->gpio)
             continue;
         wire->gpio = gpio;
-        if (!is_free(gpio, rows[i].output)) {
+        if (!pin_map_is_free(gpio, rows[i].output)) {
             refuse(wire, &rows[i], moves, "this board has it for something else, or the pin cannot");
             refused++;
         }

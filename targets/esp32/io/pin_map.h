@@ -40,6 +40,10 @@ void pin_map_init(struct pin_map *map);
  * it, and tell() says so. @return how many were refused */
 unsigned pin_map_move(struct pin_map *map, const struct pin_moves *moves);
 
+/** Whether signals may be moved to this pin, by the chip's pin table and what this board needs by itself;
+ * GPIO_NONE: always. */
+bool pin_map_is_free(uint8_t gpio, bool output);
+
 /** @return the signal's wire; one with GPIO_NONE for a signal that is not wired */
 const struct pin_wire *pin_map_find(const struct pin_map *map, const char *signal);
 

@@ -15,6 +15,7 @@
 #include "hal/esp32_hal.h"
 #include "hal/hal.h"
 #include "io/led_driver.h"
+#include "io/lines.h"
 #include "link/improv.h"
 #include "link/serial_stream.h"
 #include "net/access.h"
@@ -22,6 +23,7 @@
 #include "net/page.h"
 #include "net/wifi.h"
 #include "pin_config.h"
+#include "store/nvs_channels.h"
 #include "store/nvs_flash_ops.h"
 #include "store/nvs_names.h"
 
@@ -37,7 +39,6 @@
 
 enum { US_PER_MS = 1000, LED_EVERY_US = 50000 };
 enum { WIRE_FIRMWARE_VERSION = 0x00010000 }; /* 0.1.0 */
-enum device_mode { MODE_CONTROLLER, MODE_IO_MODULE };
 
 static RTC_NOINIT_ATTR struct boot_guard guard; /* a reset keeps it */
 
@@ -49,9 +50,12 @@ static struct nvs_store store;
 static struct follow follow;
 static struct pin_map pins;
 static struct step_engine_board step_pins;
+static struct lines lines;
+static struct channels channels;
+static struct io_module io_module; /* when this board is one */
 static char password[ACCESS_PASSWORD_MAX + 1], version[16];
-static uint8_t device_mode, link_lost;
-static bool safe_mode, has_network;
+static uint8_t link_lost;
+static bool safe_mode, is_module, has_network;
 
 /* A stage that fails is said on the serial ports; what needs it is left out. */
 static void tell(const char *text) {
@@ -103,17 +107,23 @@ static enum boot_cause cause_of_start(void) {
 }
 
 static void read_choices(void) {
-    device_mode = DEVICE_MODE_DEFAULT;
     link_lost = LINK_LOST_DEFAULT;
-    (void)read_u8(NULL, NVS_DEVICE_MODE, &device_mode);
     (void)read_u8(NULL, NVS_LINK_LOST, &link_lost);
+    lines_init(&lines, &pins, &store);
+    channels_init(&channels, &lines_ops, &lines);
+    nvs_channels_load(&store, &channels);
+    channels.locked = safe_mode;
+    is_module = channels_are_chosen(&channels);
 }
 
 static void start_pins(struct complaints *complaints) {
     const struct pin_moves moves = {.read = read_u8, .tell = note_complaint, .ctx = complaints};
     pin_map_init(&pins);
     (void)pin_map_move(&pins, &moves);
-    outputs_make_safe(&pins);
+    if (is_module)
+        channels_apply(&channels); /* its pins are channels: a motor's output would drive an input's line */
+    else
+        outputs_make_safe(&pins);
     (void)led_driver_init(pin_map_find(&pins, "led"));
 }
 
@@ -247,16 +257,22 @@ static void load_access(void) {
              "wificnc nvs build, wificnc nvs flash");
 }
 
+static const struct session_ops wire_ops = {.send = net_wire_send, .random = chip_random};
+
+static struct session_options wire_options(void) {
+    return (struct session_options){.name = network_name(),
+                                    .password = password,
+                                    .version = WIRE_FIRMWARE_VERSION,
+                                    .status_port = WIRE_STATUS_PORT,
+                                    .channels = &channels};
+}
+
 /* Hosts that plan motion themselves. */
 static void start_wire(void) {
-    static const struct session_ops ops = {.send = net_wire_send, .random = chip_random};
-    const struct session_options options = {.name = network_name(),
-                                            .password = password,
-                                            .version = WIRE_FIRMWARE_VERSION,
-                                            .status_port = WIRE_STATUS_PORT};
+    const struct session_options options = wire_options();
     char text[64];
     int error;
-    if (controller_serve_wire(&controller, &options, &ops, &error))
+    if (controller_serve_wire(&controller, &options, &wire_ops, &error))
         return;
     snprintf(text, sizeof text, "The binary protocol did not start, error %d", error);
     tell(text);
@@ -319,8 +335,15 @@ static void note_health(uint32_t now_us) {
     boot_guard_healthy(&guard);
 }
 
+static void show_led(enum led_state state, uint32_t now_us) {
+    static uint32_t shown_us;
+    if (now_us - shown_us < LED_EVERY_US)
+        return;
+    shown_us = now_us;
+    led_driver_show(state, now_us / US_PER_MS);
+}
+
 static void run_controller(void *unused) {
-    uint32_t shown_us = 0;
     (void)unused;
     (void)esp_task_wdt_add(NULL);
     start_network();
@@ -329,10 +352,7 @@ static void run_controller(void *unused) {
         (void)esp_task_wdt_reset();
         note_health(now_us);
         follow_poll(&follow);
-        if (now_us - shown_us >= LED_EVERY_US) {
-            shown_us = now_us;
-            led_driver_show(led_state(), now_us / US_PER_MS);
-        }
+        show_led(led_state(), now_us);
         bool more = has_network && services_poll(&services, now_us);
         more |= has_network && page_poll(now_us);
         if (has_network)
@@ -344,13 +364,51 @@ static void run_controller(void *unused) {
     }
 }
 
+/* ---- or the I/O module's task ---- */
+
+static const char *lock_outputs(void *ctx) {
+    io_module_lock(ctx);
+    return NULL;
+}
+
+static void unlock_outputs(void *ctx) {
+    io_module_unlock(ctx);
+}
+
+static void start_io_module(void) {
+    const struct ota_flash flash = {.lock = lock_outputs, .unlock = unlock_outputs, .ctx = &io_module};
+    has_network = network_start(&store);
+    if (!has_network)
+        return; /* nobody can command: the outputs stay safe */
+    load_access();
+    const struct session_options options = wire_options();
+    io_module =
+        (struct io_module){.channels = &channels, .session = &controller.session, .wire = &controller.wire};
+    io_module_start(&io_module, &store, &options, &wire_ops);
+    services_start(&services, &controller.gate.lockout, password, &flash);
+}
+
+static enum led_state io_module_led(void) {
+    if (channels.locked || channels.faults != 0)
+        return LED_ALARM;
+    return controller.session.owner.on ? LED_READY : LED_DISCONNECTED;
+}
+
 static void run_io_module(void *unused) {
     (void)unused;
-    if (network_start(&store)) {
-        load_access();
-        io_module_run(&services, &controller.gate.lockout, password);
+    (void)esp_task_wdt_add(NULL);
+    start_io_module();
+    for (;;) {
+        uint32_t now_us = hal_time_us(&hal);
+        (void)esp_task_wdt_reset();
+        note_health(now_us);
+        lockout_poll(&controller.gate.lockout, now_us);
+        show_led(io_module_led(), now_us);
+        if (has_network)
+            io_module_round(&io_module);
+        if (!has_network || !services_poll(&services, now_us))
+            vTaskDelay(pdMS_TO_TICKS(1));
     }
-    vTaskDelete(NULL);
 }
 
 void app_main(void) {
@@ -360,10 +418,10 @@ void app_main(void) {
     enum nvs_start kept = nvs_flash_ops_open(&store);
     safe_mode = boot_guard_begin(&guard, cause_of_start());
     controller_init(&controller, &machine, &sizes);
-    start_pins(&complaints);
     read_choices();
+    start_pins(&complaints);
     void (*run)(void *) = run_io_module;
-    if (device_mode != MODE_IO_MODULE) {
+    if (!is_module) {
         start_ports();
         tell_complaints(&complaints);
         start_hal();

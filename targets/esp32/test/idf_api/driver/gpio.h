@@ -22,6 +22,9 @@ typedef struct {
 } gpio_config_t;
 
 esp_err_t gpio_config(const gpio_config_t *config);
+esp_err_t gpio_reset_pin(gpio_num_t gpio);
+esp_err_t gpio_pullup_en(gpio_num_t gpio);
+int gpio_get_level(gpio_num_t gpio);
 esp_err_t gpio_set_level(gpio_num_t gpio, uint32_t level);
 esp_err_t gpio_set_direction(gpio_num_t gpio, gpio_mode_t mode);
 esp_err_t gpio_set_intr_type(gpio_num_t gpio, gpio_int_type_t type);

@@ -29,6 +29,7 @@ struct sockaddr_storage {
 #define SOCK_DGRAM   2
 #define SOL_SOCKET   0xfff
 #define SO_REUSEADDR 0x0004
+#define SO_KEEPALIVE 0x0008
 
 int socket(int domain, int type, int protocol);
 int bind(int fd, const struct sockaddr *address, socklen_t size);

@@ -1,19 +1,17 @@
 /* SPDX-License-Identifier: MIT */
-#include "io/debounce.h"
-
-#include "hal/in_ram.h"
+#include "base/debounce.h"
 
 void debounce_start(struct debounce *debounce, uint32_t raw) {
     debounce->raw = debounce->stable = raw;
 }
 
-static bool IN_RAM has_waited(const struct debounce *debounce, unsigned input, bool on, uint32_t now_us) {
+static bool has_waited(const struct debounce *debounce, unsigned input, bool on, uint32_t now_us) {
     const struct debounce_time *time = &debounce->time[input];
     return now_us - debounce->since_us[input] >= (on ? time->on_us : time->off_us);
 }
 
 /* What is not as it was counts from now; what is back before its time was a glitch. */
-static void IN_RAM take_edges(struct debounce *debounce, uint32_t raw, uint32_t now_us) {
+static void take_edges(struct debounce *debounce, uint32_t raw, uint32_t now_us) {
     uint32_t edges = raw ^ debounce->raw;
     debounce->raw = raw;
     for (unsigned input = 0; edges != 0; input++, edges >>= 1) {
@@ -24,7 +22,7 @@ static void IN_RAM take_edges(struct debounce *debounce, uint32_t raw, uint32_t 
     }
 }
 
-uint32_t IN_RAM debounce_sample(struct debounce *debounce, uint32_t raw, uint32_t now_us) {
+uint32_t debounce_sample(struct debounce *debounce, uint32_t raw, uint32_t now_us) {
     uint32_t changed = 0;
     take_edges(debounce, raw, now_us);
     uint32_t waiting = raw ^ debounce->stable;

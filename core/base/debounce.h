@@ -4,8 +4,8 @@
  * An input goes on at its first edge when `on_us` is 0 (switches that must stop the machine), or after it has
  * been on for that long (buttons); it goes off only after it has been off for `off_us` (contacts bounce,
  * cables catch noise). What was on or off for less than its time is a glitch, and is counted. */
-#ifndef WIFICNC_ESP32_DEBOUNCE_H
-#define WIFICNC_ESP32_DEBOUNCE_H
+#ifndef WIFICNC_BASE_DEBOUNCE_H
+#define WIFICNC_BASE_DEBOUNCE_H
 
 #include <stdbool.h>
 #include <stdint.h>
