@@ -81,6 +81,18 @@ def test_everything_lies_where_it_may(image: tuple[Block, ...]) -> None:
         assert block.end <= STORE or block.address >= 0x1FC00000
 
 
+def test_boot_flash_has_a_reset_vector_and_nothing_else(image: tuple[Block, ...]) -> None:
+    """16 bytes, which run wherever a bootloader puts them: they load an address and jump there."""
+    (vector,) = [block for block in image if 0x1FC00000 <= block.address < CONFIG]
+    lui, addiu, jump, nop = struct.unpack("<4I", vector.data)
+    assert vector.address == 0x1FC00000
+    assert (lui >> 26, addiu >> 26, jump & 0xFC1FFFFF, nop) == (0x0F, 0x09, 0x00000008, 0)
+    low = (addiu & 0xFFFF) - ((addiu & 0x8000) << 1)
+    target = ((lui & 0xFFFF) << 16) + low
+    assert target >> 29 == 5  # KSEG1, not cached
+    assert any(block.address <= target & 0x1FFFFFFF < block.end <= STORE for block in image)
+
+
 def test_hex_says_what_elf_says(build: Pic32Build, image: tuple[Block, ...]) -> None:
     flash = {}
     for block in read_elf(build.elf.read_bytes()):

@@ -13,6 +13,11 @@ static void route(unsigned irq, void (*vector)(void), unsigned level, unsigned o
     interrupt_clear(irq);
 }
 
+void interrupts_stop_all(void) {
+    for (unsigned word = 0; word < IRQ_WORDS; word++)
+        SFR(IEC_ADDRESS(word)) = 0;
+}
+
 void interrupts_init(void) {
     route(IRQ_T4, _vector_step, LEVEL_STEP, ORDER_STEP);
     route(IRQ_OC1, _vector_pulse_end, LEVEL_STEP, ORDER_PULSE_END);

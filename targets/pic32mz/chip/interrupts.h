@@ -15,6 +15,7 @@ enum {
     IRQ_CHANGE_A = 118, /* .. IRQ_CHANGE_A + 6: ports A to G */
     IRQ_U3_RX = 158,
     IRQ_U3_TX = 159,
+    IRQ_WORDS = 7, /* IEC0 .. IEC6 */
 };
 
 /* Level, and order within it. Steps and switches are one level, so that none of them comes between another's
@@ -22,6 +23,9 @@ enum {
  * pulse (hal_step.h relies on that). A level's shadow register set has its number. */
 enum { LEVEL_TICK = 1, LEVEL_UART = 3, LEVEL_STEP = 6 };
 enum { ORDER_PULSE_END = 1, ORDER_EDGE = 2, ORDER_STEP = 3 };
+
+/** [start] Disable every source: a bootloader that ran before may have left its own on. */
+void interrupts_stop_all(void);
 
 /** [start] Vectors, levels, shadow sets. All sources stay disabled; interrupts are on when this returns. */
 void interrupts_init(void);

@@ -25,12 +25,23 @@
     .set noreorder
     .set noat
 
-/* ---- reset ---- */
+/* ---- reset: all that lies in boot flash is 16 bytes that work at any address, because a bootloader keeps the boot
+ * flash for itself and has a place for no more than that (docs/pic32mz.md) ---- */
+
+#define KSEG1_BIT 0x20000000
 
     .section .reset, "ax", @progbits
     .globl _reset
     .ent _reset
 _reset:
+    la      $t0, _prepare + KSEG1_BIT /* not through caches that hold rubbish */
+    jr      $t0
+    nop
+    .end _reset
+
+    .section .text.start, "ax", @progbits
+    .ent _prepare
+_prepare:
     li      $t0, STATUS_START
     mtc0    $t0, STATUS
     ehb
@@ -60,9 +71,8 @@ _reset:
     la      $t0, _start
     jr      $t0
     nop
-    .end _reset
+    .end _prepare
 
-    .section .text.start, "ax", @progbits
     .globl _start
     .ent _start
 _start:

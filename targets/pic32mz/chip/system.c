@@ -37,6 +37,7 @@ static void lock(void) {
 }
 
 void system_init(void) {
+    interrupts_stop_all();
     uint32_t divider = PBDIV_ON | (CLOCK_BUS_DIVIDER - 1u);
     unlock();
     PB2DIV = divider;
