@@ -17,13 +17,14 @@ LINES   ?= 1000000
 BOARDS ?=
 TAG    ?=
 
-.PHONY: help demo test lint fuzz bench bench-chip bench-motion bench-serve stream-million pictures release \
+.PHONY: help demo test test-chip lint fuzz bench bench-chip bench-motion bench-serve stream-million pictures release \
     docs format generate web clean distclean
 .DEFAULT_GOAL := help
 
 help:
 	@echo 'make demo    run a real job through the real core and draw it (build/demo/)'
 	@echo 'make test    all tests'
+	@echo 'make test-chip  the Grbl checklist and the senders against the real image in the virtual PIC32MZ, all of them'
 	@echo 'make lint    formats, types, static analysis, include directions, house rules'
 	@echo 'make fuzz    look for inputs that break something: 60 s for each harness, or SECONDS=N'
 	@echo 'make bench   speed, instructions and memory, with the method'
@@ -47,6 +48,11 @@ demo: $(VENV)/.ready
 test: $(VENV)/.ready-dev
 	@$(WIFICNC) build host
 	$(PY) -m pytest -n auto --no-loadscope-reorder $(PYTEST)
+
+# A part of it is in `make test`.
+test-chip: $(VENV)/.ready-dev
+	@$(WIFICNC) build host
+	WIFICNC_ON_CHIP=all $(PY) -m pytest tests/grbl tests/senders -k chip $(PYTEST)
 
 lint: $(VENV)/.ready-dev
 	@cd tools && $(abspath $(PY)) -m lint $(ONLY)

@@ -1,4 +1,9 @@
-"""A controller that has said its banner: 3 axes, 250 steps/mm, 5000 mm/min, 500 mm/s2."""
+"""A controller that has said its banner: 3 axes, 250 steps/mm, 5000 mm/min, 500 mm/s2.
+
+Every test that takes `grbl` runs against the host's controller, and against the real image of the PIC32MZ board in the
+virtual chip: those of chip_differences.toml's `always` at any time, all of them with WIFICNC_ON_CHIP=all (make
+test-chip).
+"""
 
 from __future__ import annotations
 
@@ -9,16 +14,47 @@ from pathlib import Path
 import pytest
 
 sys.path.insert(0, str(Path(__file__).parent))
+sys.path.insert(0, str(Path(__file__).parents[1] / "pic32mz"))
 
-from grbl_host import Grbl
+from chip_declared import always, difference
+from chip_grbl import ChipGrbl
+from grbl_host import BANNER, Grbl
+from image_fixture import ALL_ON_CHIP, board, build, image
+
+__all__ = ["board", "build", "image"]
 
 FAST = {f"s{base + ax}": value for base, value in ((110, 5000), (120, 500)) for ax in range(3)}
+CHIP = pytest.param("chip", id="chip")
+
+
+def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
+    if "grbl" not in metafunc.fixturenames or hasattr(metafunc.module, "grbl"):
+        return  # a module with a fixture of its own wants another machine
+    name = f"{Path(metafunc.definition.path).name}::{metafunc.definition.name}"
+    on_chip = ALL_ON_CHIP or name in always()
+    metafunc.parametrize("grbl", ["host", *([CHIP] if on_chip else [])], indirect=True)
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    for item in items:
+        callspec = getattr(item, "callspec", None)
+        if callspec is None or callspec.params.get("grbl") != "chip":
+            continue
+        name = f"{item.path.name}::{item.name}"
+        if reason := difference(name):
+            item.add_marker(pytest.mark.xfail(reason=reason, strict=True))
 
 
 @pytest.fixture
-def grbl() -> Iterator[Grbl]:
-    controller = Grbl()
-    controller.send("")
+def grbl(request: pytest.FixtureRequest) -> Iterator[Grbl | ChipGrbl]:
+    controller: Grbl | ChipGrbl
+    if getattr(request, "param", "host") == "host":
+        controller = Grbl()
+        controller.send("")
+    else:
+        controller = ChipGrbl(request.getfixturevalue("board"), request.getfixturevalue("image"))
+        assert controller.after(0.02) == BANNER
+        controller.settings(s46=0)
     controller.settings(**FAST)
     yield controller
     controller.close()

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
+from step_accelerations import accelerations
 from wificnc.build.host import ensure_host_library
 from wificnc.sim.native import HostBoard
 
@@ -205,15 +206,16 @@ class Grbl:
     def accelerations(self, window_s: float = 0.01) -> NDArray[np.float64]:
         """Steps/s^2 per axis by box differences of the recorded positions."""
         events = np.concatenate(self._chunks)
-        bits = np.arange(AXES)
-        sense = 1 - 2 * (events["dir"][:, None] >> bits & 1).astype(np.int64)
-        path = np.cumsum((events["step"][:, None] >> bits & 1) * sense, axis=0)
-        t = events["t"] / HZ
-        grid = np.arange(t[0] - 3 * window_s, t[-1] + 3 * window_s, window_s / 10)
-        at = np.stack([np.interp(grid, t, path[:, axis]) for axis in range(AXES)], axis=1)
-        return (at[20:] - 2 * at[10:-10] + at[:-20]) / window_s**2
+        return accelerations(events["t"] / HZ, events["step"], events["dir"], window_s)
 
     # --- the machine behind it ---
+
+    input_delay_s = 0.0  # from a level to its being noticed
+
+    @property
+    def inputs(self) -> list[str]:
+        """Names for input(), of one of each kind that this board has."""
+        return ["door", "estop", "limit-x", "probe", "hold"]
 
     def input(self, name: str, active: bool) -> None:
         LIB.virtual_set(self._host, LIB.virtual_input_number(name.encode()), active)

@@ -92,8 +92,8 @@ def test_any_bytes(grbl: Grbl, seed: int) -> None:
         grbl.after(pick.random() * 0.1, line + "\n" * pick.randint(0, 2))
         grbl.after(pick.random() * 0.1, bytes(pick.randrange(256) for _ in range(3)).decode("latin-1"))
         if pick.random() < 0.1:
-            grbl.input(pick.choice(["door", "estop", "limit-x", "probe", "hold"]), pick.random() < 0.3)
-    for name in ("door", "estop", "limit-x", "probe", "hold"):
+            grbl.input(pick.choice(grbl.inputs), pick.random() < 0.3)
+    for name in grbl.inputs:
         grbl.input(name, False)
     grbl.send("\x18")
     grbl.send("$X\n")

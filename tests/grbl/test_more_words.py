@@ -39,7 +39,8 @@ def test_the_bottom_is_really_reached(grbl: Grbl) -> None:
     grbl.fine("F60", "G0Z3")
     grbl.surface(round(-2 * STEPS_MM))
     grbl.put("G81X1Z-2R1\n")
-    seen = [grbl.after(0.05, "?") for _ in range(200)]
+    grbl.after(2.8)  # 3 mm at 1 mm/s
+    seen = [grbl.after(0.002, "?") for _ in range(400)]
     touched = [report for report in seen if "Pn:P" in report]
     assert touched and all(",-2.000|" in report or ",-1.99" in report for report in touched[:1])
     assert "Idle" in seen[-1]

@@ -53,7 +53,7 @@ def test_waiting_for_an_input(
     grbl.input("input-0", begin)
     for when, level in changes:
         grbl.input_in(when, "input-0", level)
-    assert after <= seconds_of(grbl, f"M66P0L{mode}Q3") <= after + SLICE_S + 0.003
+    assert after <= seconds_of(grbl, f"M66P0L{mode}Q3") <= after + SLICE_S + 0.003 + grbl.input_delay_s
     assert result(grbl) == value
 
 

@@ -11,32 +11,11 @@ import pytest
 sys.path.insert(0, str(Path(__file__).parent))
 
 from chip_controller import Controller
-from wificnc.board.load import load_board
+from image_fixture import board, build, image
 from wificnc.board.model import Board
-from wificnc.build.pic32mz import COMPILER, Pic32Build, build_pic32mz, find_compiler
-from wificnc.chip.image import Block, read_hex
-from wificnc.errors import BuildError
+from wificnc.chip.image import Block
 
-BOARD = "pic32mz2048efh100"
-
-
-@pytest.fixture(scope="session")
-def board() -> Board:
-    return load_board(BOARD)
-
-
-@pytest.fixture(scope="session")
-def build(board: Board) -> Pic32Build:
-    try:
-        find_compiler()
-    except BuildError:
-        pytest.skip(f"{COMPILER} is not on this machine")
-    return build_pic32mz(board)
-
-
-@pytest.fixture(scope="session")
-def image(build: Pic32Build) -> tuple[Block, ...]:
-    return read_hex(build.hex.read_text())
+__all__ = ["board", "build", "image"]
 
 
 @pytest.fixture

@@ -1,4 +1,4 @@
-"""The image as a bootloader starts it: from the place that it keeps for a reset vector, with its own traces left behind."""
+"""The image as a bootloader starts it: from the place that it keeps for a reset vector, its own traces left behind."""
 
 from __future__ import annotations
 

@@ -1,22 +1,49 @@
-"""Real senders: installed by name from their registries into build/senders, and driven without hands."""
+"""Real senders: installed by name from their registries into build/senders, and driven without hands; against the
+host's controller, and against the PIC32MZ's real image in the virtual chip."""
 
 from __future__ import annotations
 
 import shutil
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack
 from pathlib import Path
 
 import pytest
 from wificnc.build.checkout import checkout_root
+from wificnc.serve.server import Server
 
 sys.path.insert(0, str(Path(__file__).parent))
 sys.path.insert(0, str(Path(__file__).parents[1] / "serve"))
+sys.path.insert(0, str(Path(__file__).parents[1] / "pic32mz"))
 
+from image_fixture import ALL_ON_CHIP, board, build, image
 from installed import install, missing
+from serve_chip import ChipProcess
 from serve_fixture import serve
 
-__all__ = ["serve"]
+__all__ = ["board", "build", "image", "serve"]
+
+SPEED = 2.0  # times real time: senders poll by the wall clock and must see the machine run
+ON_CHIP_ALWAYS = {"test_plain_character_counting", "test_grbl_streamer"}  # the others with make test-chip
+
+
+def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
+    if "server" in metafunc.fixturenames:
+        on_chip = ALL_ON_CHIP or metafunc.definition.name in ON_CHIP_ALWAYS
+        metafunc.parametrize("server", ["host", "chip"] if on_chip else ["host"], indirect=True)
+
+
+@pytest.fixture
+def server(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Server | ChipProcess]:
+    """250 steps/mm, 5000 mm/min, 500 mm/s2, at a pseudo-terminal and at TCP."""
+    if request.param == "host":
+        yield request.getfixturevalue("serve")(speed=SPEED, pty=True)
+        return
+    request.getfixturevalue("build")
+    with ExitStack() as stack:
+        yield stack.enter_context(ChipProcess(tmp_path / "tty", SPEED))
+
 
 Install = Callable[..., Path]
 

@@ -18,17 +18,11 @@ from typing import Any
 import pytest
 from installed import missing
 from job import write_job
-from serve_peer import Peer, Serve, stream
+from serve_peer import Peer, stream
 from wificnc.serve.server import Server
 
 HERE = Path(__file__).parent
-SPEED = 2.0  # times real time: senders poll by the wall clock and must see the machine run
 RUN_SECONDS = 60
-
-
-@pytest.fixture
-def server(serve: Serve) -> Server:
-    return serve(speed=SPEED, pty=True)
 
 
 def drive(argv: list[str], packages: Path | None = None) -> dict[str, Any]:

@@ -119,15 +119,22 @@ void inputs_sample(struct inputs *inputs) {
     interrupts_restore(held);
 }
 
+/* As the pin is now: a probe that closes between two samples is closed. */
+static bool probe_is_on(const struct inputs *inputs) {
+    uint8_t pin = inputs->wire[INPUT_PROBE].pin;
+    uint32_t high = pin == PIC_PIN_NONE ? 0 : SFR(PORT_ADDRESS(pin_port(pin))) & pin_bit(pin);
+    uint32_t on = (high != 0 ? PROBE : 0) ^ inputs->active_low ^ inputs->inverted;
+    return (on & inputs->wired & PROBE) != 0;
+}
+
 void inputs_read(const struct inputs *inputs, struct hal_inputs *out) {
     uint32_t on = __atomic_load_n(&inputs->stable, __ATOMIC_RELAXED);
     uint32_t high = on ^ ((SWITCHES | PROBE) & ~inputs->inverted);
-    bool touches = (__atomic_load_n(&inputs->raw, __ATOMIC_RELAXED) & PROBE) != 0;
     *out = (struct hal_inputs){
         .limit_min = (axis_mask_t)(high >> INPUT_LIMIT_MIN & AXES),
         .limit_max = (axis_mask_t)(high >> INPUT_LIMIT_MAX & AXES),
         .home = (axis_mask_t)(high >> INPUT_HOME & AXES),
-        .probe = touches == ((inputs->inverted & PROBE) != 0),
+        .probe = probe_is_on(inputs) == ((inputs->inverted & PROBE) != 0),
         .estop = (on >> INPUT_ESTOP & 1) != 0,
         .digital = inputs->misc,
     };

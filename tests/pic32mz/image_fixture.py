@@ -1,0 +1,38 @@
+"""The real image of the PIC32MZ board, built once, for whoever's tests run it.
+
+Tests of other folders that run against the host's controller run against the image as well, a few of them at any time,
+all with WIFICNC_ON_CHIP=all (make test-chip).
+"""
+
+from __future__ import annotations
+
+import os
+
+import pytest
+from wificnc.board.load import load_board
+from wificnc.board.model import Board
+from wificnc.build.pic32mz import COMPILER, Pic32Build, build_pic32mz, find_compiler
+from wificnc.chip.image import Block, read_hex
+from wificnc.errors import BuildError
+
+BOARD = "pic32mz2048efh100"
+ALL_ON_CHIP = os.environ.get("WIFICNC_ON_CHIP") == "all"
+
+
+@pytest.fixture(scope="session")
+def board() -> Board:
+    return load_board(BOARD)
+
+
+@pytest.fixture(scope="session")
+def build(board: Board) -> Pic32Build:
+    try:
+        find_compiler()
+    except BuildError:
+        pytest.skip(f"{COMPILER} is not on this machine")
+    return build_pic32mz(board)
+
+
+@pytest.fixture(scope="session")
+def image(build: Pic32Build) -> tuple[Block, ...]:
+    return read_hex(build.hex.read_text())
