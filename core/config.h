@@ -14,6 +14,11 @@
 #ifndef WITH_ENCODER
 #define WITH_ENCODER 1
 #endif
+/* A network host that moves the machine (session/), 8 KB of code: a target without a network builds with 0.
+ */
+#ifndef WITH_HOST
+#define WITH_HOST 1
+#endif
 #define PARAMS_NUMBERED 64 /* parameters among #31..#5000 that may be set */
 #define PARAMS_NAMED    32 /* named parameters, local and global */
 

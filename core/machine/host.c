@@ -69,6 +69,8 @@ bool machine_host_release(struct machine *machine) {
 }
 
 void host_drop(struct machine *machine) {
+    if (!WITH_HOST)
+        return;
     struct machine_host *host = &machine->host;
     host->dropped++;
     feed_clear(&host->feed);
@@ -78,10 +80,12 @@ void host_drop(struct machine *machine) {
 }
 
 bool host_is_quiet(const struct machine *machine) {
-    return feed_is_quiet(&machine->host.feed);
+    return !WITH_HOST || feed_is_quiet(&machine->host.feed);
 }
 
 void host_set_limits(struct machine *machine, const struct motion_limits *limits) {
+    if (!WITH_HOST)
+        return;
     struct feed_limits feed = {.axis_count = limits->axis_count};
     for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
         feed.rate_steps_s[ax] = limits->max_rate_mm_s[ax] * limits->steps_per_mm[ax];
@@ -210,6 +214,8 @@ void machine_host_inputs(const struct machine *machine, struct host_inputs *inpu
 }
 
 void host_note_done(struct machine *machine) {
+    if (!WITH_HOST)
+        return;
     machine->host.done_at_drop = machine_host_done(machine);
 }
 
@@ -438,6 +444,8 @@ bool machine_host_save(struct machine *machine) {
 }
 
 bool host_poll(struct machine *machine) {
+    if (!WITH_HOST)
+        return false;
     bool any = preempt_poll(machine);
     any |= follow_homing(machine);
     any |= follow_jog(machine);

@@ -72,7 +72,7 @@ void preempt_begin(struct machine *machine) {
 
 bool preempt_hold(struct machine *machine) {
     struct host_suspended *job = &machine->host.job;
-    if (job->step != HOST_JOB_BRAKES)
+    if (!WITH_HOST || job->step != HOST_JOB_BRAKES)
         return false;
     job->hold_asked = true;
     return true;
@@ -161,7 +161,7 @@ static void restore_outputs(struct machine *machine) {
 
 void preempt_resume(struct machine *machine) {
     struct machine_host *host = &machine->host;
-    if (host->job.step == HOST_JOB_NONE)
+    if (!WITH_HOST || host->job.step == HOST_JOB_NONE)
         motion_resume(&machine->motion);
     else if (host->job.step == HOST_JOB_BRAKES)
         host->job.hold_asked = false;

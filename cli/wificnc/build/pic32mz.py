@@ -41,6 +41,7 @@ FLAGS = (
     *("-std=c11", "-Os", "-flto", "-g"),
     *("-fno-math-errno", "-ffp-contract=off"),
     "-DWITH_ENCODER=0",  # core/config.h; no board with this chip has one
+    "-DWITH_HOST=0",  # nor a network
     *("-fno-asynchronous-unwind-tables", "-fno-stack-protector"),
     *("-ffunction-sections", "-fdata-sections"),
     *("-Wall", "-Wextra", "-Wconversion", "-Wshadow", "-Werror"),
