@@ -80,23 +80,40 @@ void session_hear(struct session *session, const uint8_t address[4]) {
         session_send_status(session, address);
 }
 
+/* Behind a newer one: it was counted as missing, unless it is here for the second time. */
+static void note_late(struct session *session, uint32_t behind) {
+    struct session_owner *owner = &session->owner;
+    uint64_t bit = behind < 64 ? (uint64_t)1 << behind : 0;
+    if ((owner->seen & bit) != 0)
+        return;
+    owner->seen |= bit;
+    session->counts.late++;
+    session->counts.missing -= bit != 0 && session->counts.missing > 0 ? 1 : 0;
+}
+
+static void note_newest(struct session *session, uint32_t sequence, uint32_t ahead) {
+    struct session_owner *owner = &session->owner;
+    owner->seen = (ahead < 64 ? owner->seen << ahead : 0) | 1;
+    owner->sequence = sequence;
+    owner->sequence_known = true;
+}
+
 void session_note_sequence(struct session *session, const uint8_t address[4], uint32_t sequence) {
     struct session_owner *owner = &session->owner;
     if (!owner->on || !session_same(owner->address, address))
         return;
     int32_t ahead = (int32_t)(sequence - owner->sequence);
     if (owner->sequence_known && ahead < 0 && ahead > -SEQUENCE_JUMP) {
-        session->counts.late++;
-        session->counts.missing -= session->counts.missing > 0 ? 1 : 0;
+        note_late(session, (uint32_t)-ahead);
         return;
     }
-    if (owner->sequence_known && ahead > 1 && ahead < SEQUENCE_JUMP) {
+    bool follows = owner->sequence_known && ahead >= 0 && ahead < SEQUENCE_JUMP;
+    if (follows && ahead > 1) {
         session->counts.missing += (uint32_t)ahead - 1;
         if (session->settings->host_hold_on_gap && !session_is_module(session))
             machine_host_hold(session->machine);
     }
-    owner->sequence = sequence;
-    owner->sequence_known = true;
+    note_newest(session, sequence, follows ? (uint32_t)ahead : 64);
 }
 
 void session_datagram(struct session *session, const struct session_peer *from, const uint8_t *bytes,
