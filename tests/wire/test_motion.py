@@ -86,6 +86,18 @@ def test_speed_and_acceleration_stay_inside_the_limits_whatever_the_host_asks(de
         assert (np.abs(np.diff(speed)) <= jump + 2 / 0.002).all(), change.max()
 
 
+def test_what_is_less_than_a_nanosecond_adds_up(device: Device) -> None:
+    """Seven steps in 10 ms: no step comes after a whole number of ns. 1000 segments still take exactly 10 s."""
+    for count in range(1000):
+        device.motion(segment(7))
+        if count > 20:
+            device.run(0.01)
+    device.run(1)
+    t, _ = device.edges(0)
+    assert len(t) == 7000
+    assert t[6500] - t[200] == pytest.approx(6300 / 700, abs=2 / TIMER_HZ)
+
+
 def test_a_host_that_keeps_the_limits_loses_no_time(device: Device) -> None:
     steps = profile(20_000, 15_000, ACCEL)
     todo = [segment(n, ident=k + 1) for k, n in enumerate(steps) if n]

@@ -160,6 +160,24 @@ def test_an_unknown_key_is_answered_with_nothing(device: Device) -> None:
     assert config(device, device.connect(), 0x1234) == (ValueType.U32, 0)
 
 
+@pytest.mark.parametrize("kind", [6, 255, 0xFFFF])
+def test_a_value_type_that_there_is_not_is_refused(device: Device, kind: int) -> None:
+    client = device.connect()
+    assert reason(device, client, ConfigSet(0x0103, kind, b"\x64".ljust(64, b"\0"))) == Refusal.RANGE
+    assert config(device, client, 0x0103) == (ValueType.U16, 50)
+
+
+def test_strings_without_an_end(device: Device) -> None:
+    """A name and a value of nothing but letters; a number that is said as text."""
+    client = device.connect()
+    hello = device.request(client, Handshake(0x01000000, "x" * 32)).payload
+    assert isinstance(hello, HandshakeResponse)
+    for key, why in ((0x0200, Refusal.READ_ONLY), (0x0103, Refusal.RANGE)):
+        before = config(device, client, key)
+        assert reason(device, client, ConfigSet(key, ValueType.STRING, b"y" * 64)) == why
+        assert config(device, client, key) == before
+
+
 def test_secrets_are_not_readable(device: Device) -> None:
     assert config(device, device.connect(), 0x0201) == (ValueType.STRING, b"")
 

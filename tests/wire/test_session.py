@@ -127,14 +127,42 @@ def test_variable_and_full_length_motion(device: Device, size: int) -> None:
         b"",
         b"3CMW",
         bytes(1400),
+        bytes([*build(Motion(count=1), 1, 1, [segment(10)])[:-3], 1, 0, 0]),
+        bytes([0, *build(Motion(count=1), 1, 1, [segment(10)])[1:]]),
+        b"".join([build(Motion(count=8), 1, 1, [segment(10)] * 8)[:6], b"\xff\xff", bytes(1392)]),
     ],
-    ids=["count-0", "count-9", "count-beyond", "cut", "version-2", "empty", "four-bytes", "zeros"],
+    ids=[
+        *("count-0", "count-9", "count-beyond", "cut", "version-2", "empty", "four-bytes", "zeros"),
+        *("wrong-checksum", "wrong-magic", "oversized"),
+    ],
 )
 def test_malformed_datagrams_move_nothing_and_are_counted(device: Device, data: bytes) -> None:
     device.raw(data)
     device.run(0.5)
     assert device.pulses == [0] * 6
     assert statistics(device).malformed == 1
+
+
+@pytest.mark.parametrize(
+    ("bad", "why"),
+    [
+        (segment(10**9), Refusal.TOO_FAST),
+        (segment(-(2**31), 2**31 - 1, us=2**32 - 1), Refusal.TOO_FAST),
+        (segment(10, us=0), Refusal.TIMING),
+        (segment(us=0), Refusal.TIMING),
+        (Segment(steps=(1, 0, 0, 0, 0, 0), entry_speed_sq=2**32 - 1, exit_speed_sq=2**32 - 1), Refusal.NONE),
+    ],
+    ids=["1e9-steps", "all-bits", "no-time", "nothing", "all-speed"],
+)
+def test_segments_that_cannot_be_move_nothing_and_say_why(device: Device, bad: Segment, why: Refusal) -> None:
+    device.motion(bad, segment(0, 5))
+    device.run(0.5)
+    counts = statistics(device)
+    if why == Refusal.NONE:
+        assert device.pulses[:2] == [1, 5] and counts.refused_segments == 0
+    else:
+        assert device.pulses == [0] * 6, "nor what comes behind it in the packet"
+        assert (counts.refused_segments, counts.last_refusal) == (2, why)
 
 
 # ---- owner and listeners ----
