@@ -71,8 +71,8 @@ homed = status.position[:3]
 command.mode(linuxcnc.MODE_MDI)
 command.wait_complete()
 for line in (
-    "G21 G90 G0 X-40 Y-20", "M62 P2", "M3 S700", "G1 X-30.5 Z-4 F600", "G38.2 Z-40 F300", "M5", "G0 Z-4",
-    "G2 X-20.5 I5 F500", "G0 X-31.23 Y-4.56 Z-7.89",
+    "G21 G90 G0 X-50 Y-10", "M62 P2", "M3 S700", "G1 X-40.5 Z-4 F1200", "G38.2 Z-30 F300", "M5", "G0 Z-4",
+    "G2 X-30.5 I5 F1200", "G0 X-31.23 Y-4.56 Z-7.89",
 ):
     command.mdi(line)
     assert command.wait_complete(30) == linuxcnc.RCS_DONE, line
@@ -104,6 +104,25 @@ def test_limits_are_those_of_the_profile(machine: str, tmp_path: Path) -> None:
     assert ini["WIFICNC"]["ADDRESS"] == "192.168.1.50"
 
 
+@pytest.mark.parametrize("found", [["192.168.1.7"], [], ["192.168.1.7", "192.168.1.8"]])
+def test_the_only_controller_is_taken(found: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("wificnc.commands.linuxcnc.find_devices", lambda _: [(address, None) for address in found])
+    arguments = ("init", "baseline", "--out", str(tmp_path))
+    if len(found) == 1:
+        invoke(*arguments)
+        assert "ADDRESS = 192.168.1.7" in (tmp_path / "baseline.ini").read_text()
+    else:
+        with pytest.raises(UserError, match=r"no controller answers|2 controllers answer: 192.168.1.7, 192.168.1.8"):
+            invoke(*arguments)
+        assert not list(tmp_path.iterdir())
+
+
+def test_an_address_that_is_none_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(UserError, match="'controller' is no IPv4 address"):
+        invoke("init", "baseline", "--to", "controller", "--out", str(tmp_path))
+    assert not list(tmp_path.iterdir())
+
+
 def test_nothing_is_written_over(tmp_path: Path) -> None:
     arguments = ("init", "baseline", "--to", "127.0.0.1", "--out", str(tmp_path))
     invoke(*arguments)
@@ -130,7 +149,7 @@ def test_home_is_where_the_controller_stands_when_it_has_homed(tmp_path: Path) -
 
 def test_linuxcnc_moves_a_machine_to_the_step(user_home: Path, as_user: Callable[..., str]) -> None:
     """All of LinuxCNC 2.9 with the written configuration; only its screen is ours. The machine stands 3 mm from its
-    switches, which are at machine X-60, Y0 and Z0, and its probe touches at true Z-15.2, 12.2 mm below home."""
+    switches, which are at machine X-60, Y0 and Z0, and its probe touches at true Z-6.2, 9.2 mm below its switch."""
     (user_home / "small.toml").write_text(MACHINE)
     profile = load_machine(str(user_home / "small.toml"))
     invoke("init", str(user_home / "small.toml"), "--to", ADDRESS, "--out", str(user_home / "config"))
@@ -144,7 +163,7 @@ def test_linuxcnc_moves_a_machine_to_the_step(user_home: Path, as_user: Callable
         path.chmod(0o777)
     options = ServeOptions(board=load_board("host"), wmc3=ADDRESS, control=0, settings=tuple(profile.settings_lines()))
     with Server(options) as server:
-        hands(server, "travel x -3 90", "travel y -90 3", "travel z -90 3", "surface -15.2")
+        hands(server, "travel x -3 90", "travel y -90 3", "travel z -90 3", "surface -6.2")
         as_user("linuxcnc", "-r", str(ini))
         with Device(ADDRESS) as device:
             status = list(device.reports(0.3))[-1]
@@ -152,7 +171,7 @@ def test_linuxcnc_moves_a_machine_to_the_step(user_home: Path, as_user: Callable
     homed, probed, tripped = ast.literal_eval((user_home / "config" / "said").read_text())
     assert homed == pytest.approx((-59, -1, -1), abs=0.5 / 800)
     # true Z 3 is the switch, machine Z 0
-    assert tripped and probed == pytest.approx((-30.5, -20, -18.2), abs=0.5 / 800)
+    assert tripped and probed == pytest.approx((-40.5, -10, -9.2), abs=0.5 / 800)
     assert status.misc_outputs == 0b100
 
 

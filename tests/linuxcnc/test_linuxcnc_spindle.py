@@ -31,10 +31,9 @@ class Shaft:
 
     def report(self) -> None:
         speed = self.speed_rps(self.t)
-        angle = round(self.turns % 1.0 * 65536) % 65536
-        status = Status(
-            spindle_angle=angle, rpm=round(abs(speed) * 60), spindle=0 if not speed else 1 if speed > 0 else 2
-        )
+        at = math.floor(self.turns * 65536)
+        turns = (at // 65536 - 5) % 2**32  # the counter wraps, too
+        status = Status(spindle_angle=at % 65536, spindle_turns=turns, rpm=round(abs(speed) * 60))
         late = self.now + random.uniform(0.001, 0.005)
         self.on_way.append((late, (BOOT_US + round(self.t * 1e6)) % 2**32, status))
 
@@ -101,7 +100,8 @@ def test_a_spindle_that_turns_back() -> None:
 def test_reports_that_are_lost_or_late() -> None:
     encoder = Encoder()
     for n in (0, 1, 2, 5, 4, 6, 6, 9):  # every 10 ms at 20 turns/s: a fifth of a turn each
-        encoder.take(10_000 * n, 0.01 * n, Status(spindle_angle=round((n * 0.2 % 1.0) * 65536), rpm=1200, spindle=1))
+        turns = n * 0.2 + 1e-9
+        encoder.take(10_000 * n, 0.01 * n, Status(spindle_angle=int(turns % 1.0 * 65536), spindle_turns=int(turns)))
     assert encoder.turns(0.09) == pytest.approx(1.8, abs=1e-4)
 
 

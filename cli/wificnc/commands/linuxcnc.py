@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ipaddress
 import re
 from pathlib import Path
 
@@ -11,6 +12,9 @@ from wificnc import ui
 from wificnc.errors import UserError
 from wificnc.linuxcnc.config import files
 from wificnc.machine import load_machine
+from wificnc.wmc3.device import find_devices
+
+FIND_S = 2.0
 
 
 @click.group()
@@ -20,18 +24,25 @@ def command() -> None:
 
 @command.command()
 @click.argument("machine")
-@click.option("--to", "address", envvar="WIFICNC_WMC3", show_envvar=True, required=True, help="IPv4 of the device.")
+@click.option(
+    "--to",
+    "address",
+    envvar="WIFICNC_WMC3",
+    show_envvar=True,
+    help="IPv4 of the device; default: the one that is found.",
+)
 @click.option("--out", type=click.Path(path_type=Path), help="Folder; default: ~/linuxcnc/configs/MACHINE.")
 @click.option(
     "--home/--no-home", "homes", default=None, help="The controller homes to switches; default: what the profile says."
 )
 @click.option("--force", is_flag=True, help="Write over files that are there.")
-def init(machine: str, address: str, out: Path | None, homes: bool | None, force: bool) -> None:
+def init(machine: str, address: str | None, out: Path | None, homes: bool | None, force: bool) -> None:
     """Write a configuration (INI, HAL, tool table) for MACHINE, the name or file of a machine profile."""
     name = re.sub(r"\W", "_", Path(machine).stem)
     folder = out or Path.home() / "linuxcnc" / "configs" / name
+    profile = load_machine(machine)
     try:
-        texts = files(name, address, load_machine(machine), homes)
+        texts = files(name, _address(address), profile, homes)
     except ValueError as err:
         raise UserError(f"{machine}: {err}") from err
     there = [path for path in texts if (folder / path).exists()]
@@ -42,3 +53,18 @@ def init(machine: str, address: str, out: Path | None, homes: bool | None, force
         (folder / path).write_text(text, encoding="utf-8")
     ui.data.print(f"{folder / name}.ini")
     ui.note(f"start it with: linuxcnc {folder / name}.ini")
+
+
+def _address(text: str | None) -> str:
+    """An IPv4 address, or that of the one device in the network. Raises UserError."""
+    if text is not None:
+        try:
+            return str(ipaddress.IPv4Address(text))
+        except ValueError:
+            raise UserError(f"--to {text!r} is no IPv4 address", hint="like 192.168.1.50") from None
+    ui.note("looking for the controller ...")
+    found = sorted(address for address, _ in find_devices(FIND_S))
+    if len(found) != 1:
+        said = f"{len(found)} controllers answer: {', '.join(found)}" if found else "no controller answers"
+        raise UserError(said, hint="say which: --to ADDRESS")
+    return found[0]

@@ -8,6 +8,7 @@ from collections import deque
 from wificnc.wmc3.layout import Status
 
 ANGLE_ONE = 65536  # of a report: one turn
+HALF = 1 << 31  # of the range of its whole turns
 SPEED_SPAN = 8  # reports over which the speed is the mean
 CLOCK_SPAN = 200  # ... and among which the fastest one says what the clocks differ by
 AHEAD_MOST_S = 0.1  # the position goes on for so long without a report
@@ -18,12 +19,13 @@ AT_SPEED = 0.05  # of the commanded speed
 class Encoder:
     """Reports of an angle, each with the device's time, become a position in turns at any time.
 
-    position is 0 at power-on; whole numbers of it lie at the index, also after index_enable, which sets it to 0 there.
+    Whole numbers of the position lie at the index, also after index_enable, which sets it to 0 there.
     """
 
     def __init__(self) -> None:
         self._reports: deque[tuple[float, float]] = deque(maxlen=SPEED_SPAN)  # device's time, s; turns
         self._lags: deque[float] = deque(maxlen=CLOCK_SPAN)
+        self._turns = self._whole = 0  # of the newest report; since the first one
         self._wraps = 0
         self._us: int | None = None
         self._zero = 0  # whole turns
@@ -42,25 +44,16 @@ class Encoder:
         """A report. device_us: the device's clock, 32 bits. Late ones are left out."""
         if self._us is not None:
             ahead = (device_us - self._us) & 0xFFFFFFFF
-            if ahead == 0 or ahead >= 1 << 31:
+            if ahead == 0 or ahead >= HALF:
                 return
             self._wraps += device_us < self._us
         self._us = device_us
         device_s = (device_us + (self._wraps << 32)) / 1e6
-        angle = status.spindle_angle / ANGLE_ONE
-        turns = angle
         if self._reports:
-            last_s, last = self._reports[-1]
-            way = (angle - last) % 1.0
-            turns = last + way + round(self._guess(status) * (device_s - last_s) - way)
-        self._reports.append((device_s, turns))
+            self._whole += (status.spindle_turns - self._turns + HALF) % (2 * HALF) - HALF
+        self._turns = status.spindle_turns
+        self._reports.append((device_s, self._whole + status.spindle_angle / ANGLE_ONE))
         self._lags.append(now_s - device_s)
-
-    def _guess(self, status: Status) -> float:
-        """The device's own speed has no direction: ours, as soon as it is known, else the commanded one."""
-        ours = self.speed_rps
-        back = ours < 0.0 if ours else status.spindle == 2
-        return -status.rpm / 60 if back else status.rpm / 60
 
     def turns(self, now_s: float) -> float:
         """Raw position: 0 at the index before the first report."""
