@@ -9,6 +9,7 @@ import json
 from dataclasses import asdict
 from pathlib import Path
 
+import numpy as np
 import pytest
 from wificnc.board.load import load_board
 from wificnc.build.host import ensure_host_library
@@ -18,8 +19,10 @@ from wificnc.job.program import Program, read_program
 from wificnc.job.resume import MachineFacts, plan_resume
 from wificnc.machine import load_machine
 from wificnc.serve.options import board_numbers
-from wificnc.sim.job import JobRequest, Timing, run_job
+from wificnc.sim.job import JobRequest, SimResult, Timing, run_job
+from wificnc.sim.look import ACCURACY_PARTS, SPEED_LEVELS
 from wificnc.sim.native import load_library
+from wificnc.sim.path import path_from_samples, simplify
 from wificnc.web.build import install_packages, missing_tools, run_npm
 from wificnc.web.wasm import build_wasm
 
@@ -80,7 +83,7 @@ def test_it_is_the_same_core(tmp_path: Path) -> None:
     cases.write_text(json.dumps({"jobs": [job_case(name, text) for name, text in sources.items()], "resumes": resumes}))
     said = run_npm(ROOT, "test", "--", "test/core.test.ts", "--reporter=json", WIFICNC_CORE_CASES=str(cases))
     result = json.loads(said[said.index("{") :])
-    assert result["success"] and result["numPassedTests"] == 3 + len(resumes)
+    assert result["success"] and result["numPassedTests"] == 2 * len(sources) + len(resumes)
 
 
 def job_case(name: str, text: str) -> dict[str, object]:
@@ -89,7 +92,7 @@ def job_case(name: str, text: str) -> dict[str, object]:
     timing = Timing(
         *(numbers[key] for key in ("timer_hz", "step_pulse_ns", "dir_setup_ns", "max_step_rate_hz", "axes"))
     )
-    request = JobRequest(file=name, text=text.encode(), timing=timing, settings=settings, keep_going=True)
+    request = JobRequest(file=name, text=text.encode(), timing=timing, settings=settings, keep_going=True, samples=True)
     result = run_job(load_library(ensure_host_library()), request)
     return {
         "name": name,
@@ -100,6 +103,20 @@ def job_case(name: str, text: str) -> dict[str, object]:
         "min_mm": result.box_min_mm,
         "max_mm": result.box_max_mm,
         "errors": [[error.line, error.code] for error in result.errors],
+        "drawn": drawn(result),
+    }
+
+
+def drawn(result: SimResult) -> dict[str, object]:
+    """What `wificnc sim --plot` draws of it."""
+    low, high = (np.array(box[:3]) for box in (result.box_min_mm, result.box_max_mm))
+    path = path_from_samples(result.samples)
+    kept = simplify(path, max(float((high - low).max()), 1e-3) / ACCURACY_PARTS)
+    levels = np.minimum((kept.speed_mm_min / path.top_speed_mm_min * SPEED_LEVELS).astype(int), SPEED_LEVELS)
+    return {
+        "top_mm_min": path.top_speed_mm_min,
+        "seconds": kept.t_s.tolist(),
+        "levels": np.where(kept.rapid, -1, levels).tolist(),
     }
 
 

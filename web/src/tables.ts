@@ -110,6 +110,22 @@ export type HostField =
 
 export type RealtimeName = keyof typeof raw.realtime;
 
+/** How a path is drawn: cli/wificnc/sim/look.py. */
+export interface Look {
+  speed: { light: string[]; dark: string[]; levels: number };
+  rapid: { light: string; dark: string; width: number; dashes: number[] };
+  extent: { light: string; dark: string; width: number };
+  start: string;
+  end: string;
+  /** [log10 of the segments, width]: from, to. */
+  cut_widths: number[][];
+  plunge_steepness: number;
+  sample_ms: number;
+  accuracy_parts: number;
+  /** Radians, as View's. */
+  isometric: { turn: number; tilt: number };
+}
+
 interface Tables {
   version: string;
   axes: string;
@@ -118,6 +134,7 @@ interface Tables {
   alarms: Record<string, string>;
   realtime: Record<RealtimeName, number>;
   storage: Storage;
+  look: Look;
   boards: Board[];
 }
 

@@ -3,8 +3,9 @@ import { readFileSync } from "node:fs";
 import { describe, expect, it } from "vitest";
 import { Core } from "../src/job/core";
 import { readProgram } from "../src/job/program";
+import { sceneOf } from "../src/job/scene";
 import { planResume, ResumeError, type MachineFacts } from "../src/job/resume";
-import type { HostField } from "../src/tables";
+import { TABLES, type HostField } from "../src/tables";
 
 interface Cases {
   jobs: {
@@ -16,6 +17,7 @@ interface Cases {
     min_mm: number[];
     max_mm: number[];
     errors: [number, number][];
+    drawn: { top_mm_min: number; seconds: number[]; levels: number[] };
   }[];
   resumes: { name: string; source: string; line: number; facts: MachineFacts; preamble: string[] | null; first: string | null }[];
 }
@@ -36,6 +38,18 @@ describe.skipIf(!given)("the core", () => {
     job.min_mm.forEach((low, i) => expect(report.min_mm[i]).toBeCloseTo(low, 4));
     job.max_mm.forEach((high, i) => expect(report.max_mm[i]).toBeCloseTo(high, 4));
     expect(report.errors.map((error) => [error.line, error.code])).toEqual(job.errors);
+  });
+
+  it.each(cases.jobs)("draws $name as `wificnc sim --plot` does", async (job) => {
+    const core = await load();
+    core.open(job.board);
+    for (const line of job.settings) core.command(line);
+    core.begin(job.source, TABLES.look.sample_ms);
+    while (core.run(1_000_000));
+    const scene = sceneOf(core.samples(), core.report());
+    expect(scene.topSpeed_mm_min).toBeCloseTo(job.drawn.top_mm_min, 2);
+    expect([...scene.seconds]).toEqual(job.drawn.seconds.map(Math.fround));
+    expect([...scene.levels]).toEqual(job.drawn.levels);
   });
 
   it.each(cases.resumes)("resumes $name at line $line as `wificnc send` does", async ({ name, source, line, facts, preamble, first }) => {

@@ -9,6 +9,7 @@ from pathlib import Path
 
 from wificnc.errors import JobError, UserError
 from wificnc.link.alarms import alarm_words
+from wificnc.sim.look import SAMPLE_MS
 from wificnc.sim.native import (
     AXES,
     ErrorKind,
@@ -23,7 +24,6 @@ from wificnc.sim.native import (
 from wificnc.sim.trace import TraceFile
 
 EVENTS_PER_CALL = 500_000  # a few tens of milliseconds of work between two looks at the progress
-SAMPLE_MS = 1.0
 ROUNDING_MM = 0.05  # a path may leave the programmed one by $11
 CHATTER = {"[MSG:Pgm End]"}  # said by every good program
 

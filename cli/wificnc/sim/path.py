@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from wificnc.sim.look import SPEED_LEVELS
 from wificnc.sim.native import SAMPLE_DTYPE
 
 Floats = NDArray[np.float64]
-SPEED_LEVELS = 64
 COLUMNS = 2400  # of the speed panel, more than it has pixels
 MAX_PASSES = 16
 
@@ -53,15 +53,15 @@ def simplify(path: Path, tolerance_mm: float) -> Path:
     Works on every second point at a time, so that a pass is one sweep of numpy over the whole path.
     """
     levels = np.minimum((path.speed_mm_min / path.top_speed_mm_min * SPEED_LEVELS).astype(int), SPEED_LEVELS)
-    look = np.where(path.rapid, -1, levels)
-    kept = np.arange(len(look))
+    kind = np.where(path.rapid, -1, levels)
+    kept = np.arange(len(kind))
     for round_ in range(MAX_PASSES):
         middle = np.arange(1 + round_ % 2, len(kept) - 1, 2)
         if middle.size == 0:
             break
         here, after = kept[middle], kept[middle + 1]
         offset_mm = _chord_distance(path.xyz_mm[kept[middle - 1]], path.xyz_mm[here], path.xyz_mm[after])
-        dropped = middle[(offset_mm < tolerance_mm) & (look[here] == look[after])]
+        dropped = middle[(offset_mm < tolerance_mm) & (kind[here] == kind[after])]
         kept = np.delete(kept, dropped)
     return path.take(kept)
 

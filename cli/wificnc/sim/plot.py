@@ -1,6 +1,6 @@
 """The picture of a job: top view, isometric view, speed over time. Needs matplotlib (extra `plot`).
 
-Rapids are thin grey dashes; cuts are coloured by speed, with one scale for all three panels.
+How it looks is in look.py, which the page for browsers goes by, too; one scale of speed serves all three panels.
 """
 
 from __future__ import annotations
@@ -14,20 +14,20 @@ import matplotlib
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import LineCollection
-from matplotlib.colors import Colormap, ListedColormap, Normalize
+from matplotlib.colors import Colormap, LinearSegmentedColormap, Normalize
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 from matplotlib.ticker import FuncFormatter, MaxNLocator, MultipleLocator
 
+from wificnc.sim import look
 from wificnc.sim.job import SimResult
 from wificnc.sim.path import Floats, Path, envelope, isometric, nearness, path_from_samples, runs, simplify
 from wificnc.sim.report import DWELL_SHOWN_S, duration, error_line
 
 INK, SOFT, FAINT = "#1f2933", "#66727f", "#dfe4ea"
-RAPID, BOX, TRAVEL, START, END = "#8b95a1", "#3b4754", "#c2410c", "#15803d", "#b91c1c"
+TRAVEL = "#c2410c"
 DPI = 150
 SIZE_IN = (14.0, 9.2)
-PIXELS_ACROSS = 900  # of a view, for the accuracy of the drawn path
 RASTER_ABOVE = 20_000  # segments: an SVG holds them as a picture
 MARGIN = 1.12  # of a view around what it shows
 TRAVEL_SHOWN = 2.0  # a travel larger than so many times the job is told, not drawn
@@ -99,7 +99,7 @@ def draw_job(result: SimResult, file_format: str) -> bytes:
 def _scene(result: SimResult) -> Scene:
     path = path_from_samples(result.samples)
     low, high = (np.array([*box, 0.0, 0.0][:3]) for box in (result.box_min_mm, result.box_max_mm))
-    tolerance_mm = max(float((high - low).max()), 1e-3) / PIXELS_ACROSS / 8.0
+    tolerance_mm = max(float((high - low).max()), 1e-3) / look.ACCURACY_PARTS
     x, y, z = result.travel_mm[:3]
     return Scene(
         result=result,
@@ -109,7 +109,7 @@ def _scene(result: SimResult) -> Scene:
         high_mm=high,
         travel_mm=(x, y, z or 0.0) if x and y else None,
         norm=Normalize(0.0, path.top_speed_mm_min),
-        colours=ListedColormap(matplotlib.colormaps["plasma"](np.linspace(0.0, 0.87, 256))),
+        colours=LinearSegmentedColormap.from_list("speed", look.SPEED_COLOURS),
     )
 
 
@@ -125,7 +125,7 @@ def _titles(figure: Figure, scene: Scene) -> None:
     if result.errors:
         more = f"  (and {len(result.errors) - 1} more)" if len(result.errors) > 1 else ""
         said = error_line(name, result.errors[0]) + more
-        figure.text(0.94, 0.955, _escape(said), fontsize=11, color=END, weight="bold", ha="right", va="center")
+        figure.text(0.94, 0.955, _escape(said), fontsize=11, color=look.END, weight="bold", ha="right", va="center")
     parts = [f"cutting {duration(result.cutting_time_s)}", f"rapids {duration(result.rapid_time_s)}"]
     if result.dwell_time_s >= DWELL_SHOWN_S:
         parts.append(f"dwell {duration(result.dwell_time_s)}")
@@ -148,7 +148,10 @@ def _draw_path(axes: Any, scene: Scene, points: Floats, path: Path, order: Float
     """points: the path in the plane of this view. order: segments with small numbers are drawn first."""
     dashes = [points[a:b] for a, b in runs(path.rapid)]
     axes.add_collection(
-        LineCollection(dashes, colors=RAPID, linewidths=0.7, linestyles=(0, (5, 3)), zorder=2), autolim=False
+        LineCollection(
+            dashes, colors=look.RAPID, linewidths=look.RAPID_WIDTH, linestyles=(0, look.RAPID_DASHES), zorder=2
+        ),
+        autolim=False,
     )
     cut = np.flatnonzero(~path.rapid[1:]) + 1
     if order is not None:
@@ -162,15 +165,15 @@ def _draw_path(axes: Any, scene: Scene, points: Floats, path: Path, order: Float
 
 
 def _line_width(segments: int) -> float:
-    """Dense jobs want finer lines."""
-    return float(np.interp(np.log10(max(segments, 1)), [2.5, 5.0], [1.7, 0.6]))
+    sizes, widths = np.array(look.CUT_WIDTHS).T
+    return float(np.interp(np.log10(max(segments, 1)), sizes, widths))
 
 
 def _mark_ends(axes: Any, points: Floats) -> None:
     if len(points) == 0:
         points = np.zeros((1, 2))
-    axes.plot(*points[0], "o", ms=8, mfc=START, mec="white", mew=1.2, zorder=7, label="start")
-    axes.plot(*points[-1], "s", ms=8, mfc=END, mec="white", mew=1.2, zorder=6, label="end")
+    axes.plot(*points[0], "o", ms=8, mfc=look.START, mec="white", mew=1.2, zorder=7, label="start")
+    axes.plot(*points[-1], "s", ms=8, mfc=look.END, mec="white", mew=1.2, zorder=6, label="end")
 
 
 def _frame(axes: Any, low: Floats, high: Floats) -> None:
@@ -192,7 +195,9 @@ def _frame(axes: Any, low: Floats, high: Floats) -> None:
 def _top_view(axes: Any, scene: Scene) -> None:
     low, high = scene.low_mm[:2], scene.high_mm[:2]
     _draw_path(axes, scene, scene.drawn.xyz_mm[:, :2], scene.drawn)
-    axes.add_patch(Rectangle((low[0], low[1]), *(high - low), fill=False, ec=BOX, lw=0.8, ls=":", zorder=4))
+    axes.add_patch(
+        Rectangle((low[0], low[1]), *(high - low), fill=False, ec=look.EXTENT, lw=look.EXTENT_WIDTH, ls=":", zorder=4)
+    )
     view_high = high
     if scene.travel_mm and scene.travel_fits_picture:
         travel = np.array(scene.travel_mm[:2])
@@ -217,15 +222,15 @@ def _plunges(axes: Any, scene: Scene) -> None:
     path = scene.drawn
     step = np.abs(np.diff(path.xyz_mm, axis=0))
     flat = np.hypot(step[:, 0], step[:, 1])
-    upright = np.flatnonzero((step[:, 2] > 20.0 * flat) & ~path.rapid[1:]) + 1
+    upright = np.flatnonzero((step[:, 2] > look.PLUNGE_STEEPNESS * flat) & ~path.rapid[1:]) + 1
     holes, first = np.unique(np.round(path.xyz_mm[upright, :2], 3), axis=0, return_index=True)
     speeds = path.speed_mm_min[upright[first]]
     axes.scatter(*holes.T, s=9.0, c=speeds, cmap=scene.colours, norm=scene.norm, lw=0, zorder=3)
 
 
 def _legend(axes: Any, scene: Scene) -> None:
-    axes.plot([], [], color=RAPID, lw=0.9, ls=(0, (5, 3)), label="rapid")
-    axes.plot([], [], color=BOX, lw=0.8, ls=":", label="extent")
+    axes.plot([], [], color=look.RAPID, lw=0.9, ls=(0, look.RAPID_DASHES), label="rapid")
+    axes.plot([], [], color=look.EXTENT, lw=look.EXTENT_WIDTH, ls=":", label="extent")
     if scene.travel_mm:
         travel = " × ".join(f"{mm:g}" for mm in scene.travel_mm[:2])
         shown = scene.travel_fits_picture
@@ -245,7 +250,13 @@ def _iso_view(axes: Any, scene: Scene) -> None:
     _draw_path(axes, scene, isometric(xyz), scene.drawn, nearness(xyz))
     corners = isometric(scene.low_mm + CORNERS * scene.size_mm)
     axes.add_collection(
-        LineCollection([corners[list(edge)] for edge in EDGES], colors=BOX, linewidths=0.7, linestyles=":", zorder=1),
+        LineCollection(
+            [corners[list(edge)] for edge in EDGES],
+            colors=look.EXTENT,
+            linewidths=look.EXTENT_WIDTH,
+            linestyles=":",
+            zorder=1,
+        ),
         autolim=False,
     )
     _mark_ends(axes, isometric(scene.path.xyz_mm[[0, -1]]) if scene.moves else np.zeros((0, 2)))
@@ -306,7 +317,7 @@ def _draw_speed(axes: Any, scene: Scene, points: Floats, path: Path) -> None:
     rapid = path.rapid.copy()
     rapid[1:] |= path.rapid[:-1]  # the way down from a rapid is grey too
     grey = [points[a:b] for a, b in runs(rapid)]
-    axes.add_collection(LineCollection(grey, colors=RAPID, linewidths=0.8, zorder=2), autolim=False)
+    axes.add_collection(LineCollection(grey, colors=look.RAPID, linewidths=0.8, zorder=2), autolim=False)
     cut = np.flatnonzero(~rapid[1:]) + 1
     lines = LineCollection(
         list(np.stack([points[cut - 1], points[cut]], axis=1)), cmap=scene.colours, norm=scene.norm, zorder=3

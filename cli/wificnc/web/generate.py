@@ -1,7 +1,7 @@
 """Write what the page is built with: `python -m wificnc.web.generate [--check]`.
 
-web/src/generated/tables.json comes from protocol/*.toml, boards/*.toml, targets/*/pins*.toml, core/gcode/status.h and
-targets/esp32/partitions.csv; edit those.
+web/src/generated/tables.json comes from protocol/*.toml, boards/*.toml, targets/*/pins*.toml, core/gcode/status.h,
+cli/wificnc/sim/look.py and targets/esp32/partitions.csv; edit those.
 """
 
 from __future__ import annotations

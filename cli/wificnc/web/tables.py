@@ -23,6 +23,7 @@ from wificnc.protocol import AXES, load_settings
 from wificnc.protocol.generate_nvs import is_output
 from wificnc.protocol.nvs import PIN_NONE, load_nvs
 from wificnc.serve.options import board_numbers
+from wificnc.sim.look import look_table
 
 Json = dict[str, Any]
 SETTING_KEYS = {
@@ -51,6 +52,7 @@ def page_tables(boards: list[Board], nvs_partition: Partition) -> Json:
         "alarms": {str(code): text for code, text in ALARMS.items()},
         "realtime": {name: value[0] for name, value in vars(realtime).items() if isinstance(value, bytes)},
         "storage": _storage(nvs_partition),
+        "look": look_table(),
         "boards": [_board(board) for board in boards],
     }
 

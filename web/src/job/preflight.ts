@@ -4,6 +4,7 @@ import wasmUrl from "../../../build/wasm/core.wasm?url";
 import type { Board } from "../tables";
 import { ErrorKind, type CoreError, type Report } from "./core";
 import type { JobLine, Program } from "./program";
+import type { Scene } from "./scene";
 import { ResumeError, type MachineFacts, type Resume } from "./resume";
 import type { PreflightRequest, ResumeRequest, Timeline, WorkerReply } from "./worker";
 import { alarmWords, errorWords } from "../tables";
@@ -11,8 +12,7 @@ import { alarmWords, errorWords } from "../tables";
 export interface Preflight {
   program: Program;
   report: Report;
-  /** SAMPLE_WORDS words a sample. */
-  samples: Float32Array;
+  scene: Scene;
   timeline: Timeline;
   /** Made with the connected machine's settings, not with defaults. */
   ofMachine: boolean;
@@ -42,8 +42,8 @@ export class PreflightRunner {
         this.progress.value = Math.min(1, linesDone / program.fileLines);
       });
       if (done?.kind !== "preflight") return;
-      const { report, samples, timeline } = done;
-      this.result.value = { program, report, samples, timeline, ofMachine: settings.size > 0 };
+      const { report, scene, timeline } = done;
+      this.result.value = { program, report, scene, timeline, ofMachine: settings.size > 0 };
       this.progress.value = null;
     } catch (error) {
       this.progress.value = null;

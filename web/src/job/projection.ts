@@ -1,5 +1,7 @@
 /** From millimetres to a picture: a parallel projection that turns, zooms and shifts. Pure. */
 
+import { TABLES } from "../tables";
+
 export interface View {
   /** About Z, and up from the horizon, radians. Straight down: 0 and pi/2. */
   turn: number;
@@ -17,7 +19,7 @@ export interface Box {
 }
 
 export const TOP: View = { turn: 0, tilt: Math.PI / 2, zoom: 1, shiftX: 0, shiftY: 0 };
-export const SLANTED: View = { turn: -Math.PI / 4, tilt: 0.62, zoom: 1, shiftX: 0, shiftY: 0 };
+export const SLANTED: View = { ...TABLES.look.isometric, zoom: 1, shiftX: 0, shiftY: 0 };
 
 const MARGIN = 0.86;
 

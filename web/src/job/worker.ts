@@ -1,6 +1,7 @@
 /** The core in a thread of its own: whole jobs are run there, and the page stays quick. */
 import { Core, type Report } from "./core";
-import type { HostField } from "../tables";
+import { sceneOf, type Scene } from "./scene";
+import { TABLES, type HostField } from "../tables";
 import { planResume, ResumeError, type MachineFacts, type Resume } from "./resume";
 import type { JobLine } from "./program";
 
@@ -28,13 +29,12 @@ export type Timeline = Float64Array<ArrayBuffer>;
 
 export type WorkerReply =
   | { kind: "progress"; id: number; linesDone: number; seconds: number }
-  | { kind: "preflight"; id: number; report: Report; samples: Float32Array<ArrayBuffer>; timeline: Timeline }
+  | { kind: "preflight"; id: number; report: Report; scene: Scene; timeline: Timeline }
   | { kind: "resume"; id: number; resume: Resume }
   | { kind: "failed"; id: number; why: string; hint: string };
 
 const EVENTS_A_TURN = 50_000;
 const TELL_MS = 100;
-const SAMPLE_MS = 10;
 
 function reply(message: WorkerReply, transfer: Transferable[] = []): void {
   (self as unknown as DedicatedWorkerGlobalScope).postMessage(message, transfer);
@@ -44,7 +44,7 @@ async function preflight(request: PreflightRequest): Promise<void> {
   const core = await Core.load(request.wasm);
   core.open(request.board);
   for (const line of request.settings) core.command(line);
-  core.begin(request.job, SAMPLE_MS);
+  core.begin(request.job, TABLES.look.sample_ms);
   const times: number[] = [];
   let told = performance.now();
   for (let more = true; more; ) {
@@ -55,9 +55,12 @@ async function preflight(request: PreflightRequest): Promise<void> {
       reply({ kind: "progress", id: request.id, linesDone: core.linesDone, seconds: core.seconds });
     }
   }
-  const samples = core.samples();
+  const report = core.report();
+  const scene = sceneOf(core.samples(), report);
   const timeline = Float64Array.from(times);
-  reply({ kind: "preflight", id: request.id, report: core.report(), samples, timeline }, [samples.buffer, timeline.buffer]);
+  const { seconds, points, levels, plunges } = scene;
+  const moved = [seconds, points, levels, plunges, timeline].map((array) => array.buffer as ArrayBuffer);
+  reply({ kind: "preflight", id: request.id, report, scene, timeline }, moved);
 }
 
 async function resume(request: ResumeRequest): Promise<void> {

@@ -1,0 +1,164 @@
+/** The picture of a path on a canvas: grid, extent, rapids, cuts coloured by their speed, ends, tool. */
+import { gridOf, projection, type Box, type Project, type View } from "../job/projection";
+import { cutWidth, levelColours, RAPID, type Scene } from "../job/scene";
+import { TABLES } from "../tables";
+
+const LOOK = TABLES.look;
+const GRID_LINES = 10;
+/** Of a number at the left of the grid, and where it stands at the edge, px. */
+const LABEL_WIDTH = 26;
+const LABEL_EDGE = 3;
+const MARK_PX = 5;
+const PLUNGE_PX = 1.6;
+const EXTENT_DASHES = [1, 2.5];
+/** Corners of a box, three bits each, and the pairs that differ in one of them. */
+const EDGES = [0, 1, 2, 3, 4, 5, 6, 7].flatMap((a) => [1, 2, 4].filter((bit) => !(a & bit)).map((bit) => [a, a | bit] as const));
+
+export interface Ink {
+  levels: string[];
+  rapid: string;
+  extent: string;
+  done: string;
+  grid: string;
+  text: string;
+  tool: string;
+}
+
+/** What is drawn: the part up to `seconds` is done; tool null: not connected. */
+export interface Picture {
+  scene: Scene;
+  box: Box;
+  view: View;
+  seconds: number;
+  tool: readonly number[] | null;
+}
+
+export function inkOf(theme: "light" | "dark"): Ink {
+  const style = getComputedStyle(document.documentElement);
+  const read = (name: string): string => style.getPropertyValue(name).trim();
+  return {
+    levels: levelColours(theme === "dark"),
+    rapid: LOOK.rapid[theme],
+    extent: LOOK.extent[theme],
+    done: read("--path-done"),
+    grid: read("--path-grid"),
+    text: read("--ink-faint"),
+    tool: read("--accent"),
+  };
+}
+
+export function draw(canvas: HTMLCanvasElement, picture: Picture, ink: Ink): void {
+  const scale = window.devicePixelRatio || 1;
+  const [width, height] = [canvas.clientWidth, canvas.clientHeight];
+  const context = canvas.getContext("2d");
+  if (!context || width === 0) return;
+  canvas.width = width * scale;
+  canvas.height = height * scale;
+  context.setTransform(scale, 0, 0, scale, 0, 0);
+  context.clearRect(0, 0, width, height);
+  context.lineJoin = context.lineCap = "round";
+  const grid = gridOf(picture.box, GRID_LINES);
+  const project = projection(picture.view, grid.box, width, height);
+  drawGrid(context, grid.step, grid.box, project, ink);
+  drawExtent(context, picture.box, project, ink);
+  drawPath(context, picture, project, ink);
+  if (picture.view.tilt >= Math.PI / 2) drawPlunges(context, picture, project, ink);
+  drawEnds(context, picture.scene.points, project);
+  const { tool } = picture;
+  if (tool) drawMark(context, project(tool[0] ?? 0, tool[1] ?? 0, tool[2] ?? 0), ink.tool, "round", MARK_PX + 1);
+}
+
+function drawGrid(context: CanvasRenderingContext2D, step: number, box: Box, project: Project, ink: Ink): void {
+  const [x0, y0] = box.min;
+  const [x1, y1] = box.max;
+  const z = box.min[2];
+  context.strokeStyle = ink.grid;
+  context.fillStyle = ink.text;
+  context.font = "11px system-ui, sans-serif";
+  context.lineWidth = 1;
+  context.beginPath();
+  const count = (low: number, high: number): number[] => Array.from({ length: Math.round((high - low) / step) + 1 }, (_, i) => low + i * step);
+  const label = (value: number): string => String(Number(value.toFixed(3)));
+  for (const x of count(x0, x1)) {
+    context.moveTo(...project(x, y0, z));
+    context.lineTo(...project(x, y1, z));
+    const [u, v] = project(x, y0, z);
+    context.fillText(label(x), u + 3, v + 12);
+  }
+  for (const y of count(y0, y1)) {
+    context.moveTo(...project(x0, y, z));
+    context.lineTo(...project(x1, y, z));
+    const [u, v] = project(x0, y, z);
+    if (y !== y0) context.fillText(label(y), Math.max(LABEL_EDGE, u - LABEL_WIDTH), v - 3);
+  }
+  context.stroke();
+}
+
+function drawExtent(context: CanvasRenderingContext2D, box: Box, project: Project, ink: Ink): void {
+  const corner = (bits: number): [number, number] =>
+    project(...(([0, 1, 2] as const).map((n) => (bits & (1 << n) ? box.max[n] : box.min[n])) as [number, number, number]));
+  context.strokeStyle = ink.extent;
+  context.lineWidth = LOOK.extent.width;
+  context.setLineDash(EXTENT_DASHES);
+  context.beginPath();
+  for (const [a, b] of EDGES) {
+    context.moveTo(...corner(a));
+    context.lineTo(...corner(b));
+  }
+  context.stroke();
+  context.setLineDash([]);
+}
+
+/** All segments of one colour are one stroke: rapids, cuts by their level, what is done. */
+function drawPath(context: CanvasRenderingContext2D, { scene, seconds }: Picture, project: Project, ink: Ink): void {
+  const { points, levels } = scene;
+  const [rapids, done] = [new Path2D(), new Path2D()];
+  const cuts = ink.levels.map(() => new Path2D());
+  let before: Path2D | null = null;
+  for (let i = 1; i < levels.length; i++) {
+    const line = scene.seconds[i]! <= seconds ? done : levels[i] === RAPID ? rapids : cuts[levels[i]!]!;
+    if (line !== before) line.moveTo(...project(points[i * 3 - 3]!, points[i * 3 - 2]!, points[i * 3 - 1]!));
+    line.lineTo(...project(points[i * 3]!, points[i * 3 + 1]!, points[i * 3 + 2]!));
+    before = line;
+  }
+  const stroke = (line: Path2D, colour: string, width: number): void => {
+    context.strokeStyle = colour;
+    context.lineWidth = width;
+    context.stroke(line);
+  };
+  context.setLineDash(LOOK.rapid.dashes);
+  stroke(rapids, ink.rapid, LOOK.rapid.width);
+  context.setLineDash([]);
+  const width = cutWidth(levels.length);
+  cuts.forEach((line, level) => stroke(line, ink.levels[level]!, width));
+  stroke(done, ink.done, width);
+}
+
+/** From above a hole is a point. */
+function drawPlunges(context: CanvasRenderingContext2D, { scene, seconds }: Picture, project: Project, ink: Ink): void {
+  for (const i of scene.plunges) {
+    const [u, v] = project(scene.points[i * 3]!, scene.points[i * 3 + 1]!, scene.points[i * 3 + 2]!);
+    context.fillStyle = scene.seconds[i]! <= seconds ? ink.done : ink.levels[scene.levels[i]!]!;
+    context.beginPath();
+    context.arc(u, v, PLUNGE_PX, 0, 2 * Math.PI);
+    context.fill();
+  }
+}
+
+function drawEnds(context: CanvasRenderingContext2D, points: Float32Array, project: Project): void {
+  if (points.length === 0) return;
+  const at = (i: number): [number, number] => project(points[i]!, points[i + 1]!, points[i + 2]!);
+  drawMark(context, at(points.length - 3), LOOK.end, "square", MARK_PX);
+  drawMark(context, at(0), LOOK.start, "round", MARK_PX);
+}
+
+function drawMark(context: CanvasRenderingContext2D, [u, v]: [number, number], colour: string, shape: "round" | "square", radius: number): void {
+  context.fillStyle = colour;
+  context.strokeStyle = "#ffffff";
+  context.lineWidth = 1.5;
+  context.beginPath();
+  if (shape === "round") context.arc(u, v, radius, 0, 2 * Math.PI);
+  else context.rect(u - radius, v - radius, 2 * radius, 2 * radius);
+  context.fill();
+  context.stroke();
+}
