@@ -6,6 +6,7 @@
 
 #include "base/minmax.h"
 
+#include <math.h>
 #include <string.h>
 
 #define JOG_LEAD_S      0.5f /* a jog is planned so far ahead, and the way to stop */
@@ -206,11 +207,33 @@ static axis_mask_t home_switches(const struct machine *machine) {
     return (axis_mask_t)((homes & own) | (inputs_limits(machine, &machine->inputs) & ~own));
 }
 
+static uint8_t low_bits(unsigned count) {
+    return (uint8_t)((1u << count) - 1);
+}
+
 void machine_host_inputs(const struct machine *machine, struct host_inputs *inputs) {
-    *inputs = (struct host_inputs){.limits = inputs_limits(machine, &machine->inputs),
-                                   .home = home_switches(machine),
-                                   .probe = inputs_probe(machine, &machine->inputs),
-                                   .estop = machine->inputs.estop};
+    *inputs =
+        (struct host_inputs){.limits = inputs_limits(machine, &machine->inputs),
+                             .home = home_switches(machine),
+                             .probe = inputs_probe(machine, &machine->inputs),
+                             .estop = machine->inputs.estop,
+                             .digital = machine->inputs.digital & low_bits(machine->board.digital_inputs)};
+}
+
+uint8_t machine_host_digital(const struct machine *machine) {
+    return machine->digital & low_bits(machine->board.digital_outputs);
+}
+
+bool machine_host_spindle(const struct machine *machine, struct host_spindle *spindle) {
+    const struct spindle *measured = &machine->motion.emit.spindle;
+    struct hal_encoder_state state;
+    if (!WITH_ENCODER || !machine->gcode.ports.encoder)
+        return false;
+    machine->board.encoder->read(machine->hal, &state);
+    uint32_t now_us = hal_time_us(machine->hal);
+    spindle->rpm = fabsf(spindle_rev_s(measured, now_us)) * 60.0f;
+    spindle->turns = spindle_turns(measured, state.index_seen ? state.index_counts : 0, now_us);
+    return true;
 }
 
 void host_note_done(struct machine *machine) {

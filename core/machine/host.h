@@ -78,8 +78,20 @@ struct host_inputs {
     axis_mask_t limits;
     axis_mask_t home; /* what homing looks for: home switches, or of axes without one the limits */
     bool probe, estop;
+    uint8_t digital; /* those of M66 that the board has: bit n = Pn, 1 = high */
 };
 void machine_host_inputs(const struct machine *machine, struct host_inputs *inputs);
+
+/** Digital outputs that the board has and that are on: bit n = Pn. */
+uint8_t machine_host_digital(const struct machine *machine);
+
+/** The spindle by its encoder. */
+struct host_spindle {
+    float rpm;    /* measured, >= 0 */
+    double turns; /* whole at the index pulse, or where there is no index line at the place of power-on */
+};
+/** @return false: there is no encoder, and nothing is written */
+bool machine_host_spindle(const struct machine *machine, struct host_spindle *spindle);
 
 /** $number=value without the text side. Nothing may move. Not kept before machine_host_save().
  *  @return as settings_set(), or STATUS_NOT_IDLE */

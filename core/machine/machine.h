@@ -37,6 +37,7 @@ struct machine_board {
     axis_mask_t home_axes;             /* homing looks at switches of their own, not at the limits */
     uint32_t motors_wake_us;           /* drivers need it from enabled to their first step */
     bool relay_spindle;                /* no PWM output: a laser ($32) is error:17 */
+    uint16_t charge_pump_hz;           /* of its square wave; 0: no such output */
     uint8_t digital_inputs;            /* of M66, 0 .. DIGITAL_INPUT_COUNT */
     uint8_t digital_outputs;           /* of M62 .. M65, 0 .. OUTPUT_COUNT */
     const struct hal_analog *analog;   /* NULL: no analog inputs and outputs */

@@ -75,11 +75,22 @@ float spindle_rev_s(const struct spindle *spindle, uint32_t now_us) {
     return fabsf(rev_s) < LEAST_REV_S ? 0.0f : rev_s;
 }
 
-double spindle_revs(const struct spindle *spindle, uint32_t at_us, uint32_t now_us) {
+/* Counts beyond `total`. */
+static double ahead_at(const struct spindle *spindle, uint32_t at_us, uint32_t now_us) {
     float since_s = (float)(int32_t)(at_us - spindle->edge_us) * 1e-6f;
-    double counts = (double)(spindle->total - spindle->zero) +
-                    (double)(spindle->ahead + rate_now(spindle, now_us) * since_s);
+    return (double)(spindle->ahead + rate_now(spindle, now_us) * since_s);
+}
+
+double spindle_revs(const struct spindle *spindle, uint32_t at_us, uint32_t now_us) {
+    double counts = (double)(spindle->total - spindle->zero) + ahead_at(spindle, at_us, now_us);
     return counts / (double)spindle->per_rev;
+}
+
+double spindle_turns(const struct spindle *spindle, int32_t index_counts, uint32_t now_us) {
+    const int64_t per_rev = (int64_t)spindle->per_rev;
+    int64_t index = spindle->total + (int32_t)((uint32_t)index_counts - (uint32_t)spindle->counts);
+    int64_t phase = (index % per_rev + per_rev) % per_rev;
+    return ((double)(spindle->total - phase) + ahead_at(spindle, now_us, now_us)) / (double)per_rev;
 }
 
 void spindle_disturb(struct spindle *spindle, uint32_t now_us) {

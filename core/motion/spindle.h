@@ -43,6 +43,11 @@ float spindle_rev_s(const struct spindle *spindle, uint32_t now_us);
 /** Angle at a time near now, revolutions from zero. */
 double spindle_revs(const struct spindle *spindle, uint32_t at_us, uint32_t now_us);
 
+/** Angle now, revolutions from the first index pulse after the reset on, or before it: whole at every index
+ * pulse.
+ * @param index_counts  what the encoder said at the newest one, less than 2^31 counts ago */
+double spindle_turns(const struct spindle *spindle, int32_t index_counts, uint32_t now_us);
+
 /** It has turned at one speed, within SPINDLE_STEADY_PART, for SPINDLE_STEADY_US. */
 bool spindle_is_steady(const struct spindle *spindle, uint32_t now_us);
 

@@ -5,6 +5,7 @@
 
 #include "wire/bytes.h"
 
+#include <math.h>
 #include <string.h>
 
 #define ALL_AXES   0x3Fu
@@ -42,6 +43,10 @@ static double to_wire(const struct session *session, const struct session_key *r
     case KEY_AS_DIR_SETUP:
         return session_is_module(session) ? value
                                           : (double)((session->machine->board.dir_setup_ns + 999) / 1000);
+    case KEY_AS_CHARGE_PUMP:
+        return session_is_module(session) ? value : (double)session->machine->board.charge_pump_hz;
+    case KEY_AS_QUARTER:
+        return floor(value / 4.0);
     case KEY_AS_VALUE:
     case KEY_AS_MAGNITUDE:
     default:
@@ -68,8 +73,11 @@ static double from_wire(const struct session *session, const struct session_key 
         return value / steps;
     case KEY_AS_STEPS_S:
         return value * 60.0 / steps;
+    case KEY_AS_QUARTER:
+        return value * 4.0;
     case KEY_AS_VALUE:
     case KEY_AS_DIR_SETUP:
+    case KEY_AS_CHARGE_PUMP:
     default:
         return value;
     }

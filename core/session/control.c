@@ -6,6 +6,8 @@
 
 #include <string.h>
 
+enum { COUNTS_A_PULSE = 4 }; /* of an encoder with two lines */
+
 /* A request under way. */
 struct request {
     struct session *session;
@@ -39,10 +41,17 @@ static size_t judge(const struct request *request, enum wire_refusal refusal) {
 
 static struct wire_handshake_response about_machine(const struct machine *machine) {
     const struct machine_board *board = &machine->board;
+    unsigned pulses = machine->gcode.ports.encoder ? machine->settings.encoder_counts / COUNTS_A_PULSE : 0u;
     return (struct wire_handshake_response){
         .axes = board->axis_count,
-        .capabilities = (uint8_t)(WIRE_CAPABILITY_MISC_OUTPUTS | WIRE_CAPABILITY_STREAM |
-                                  (board->relay_spindle ? 0 : WIRE_CAPABILITY_SPINDLE_PWM)),
+        .capabilities =
+            (uint8_t)(WIRE_CAPABILITY_STREAM | (board->charge_pump_hz > 0 ? WIRE_CAPABILITY_CHARGE_PUMP : 0) |
+                      (board->digital_outputs > 0 ? WIRE_CAPABILITY_MISC_OUTPUTS : 0) |
+                      (board->digital_inputs > 0 ? WIRE_CAPABILITY_MISC_INPUTS : 0) |
+                      (board->relay_spindle ? 0 : WIRE_CAPABILITY_SPINDLE_PWM) |
+                      (pulses > 0 ? WIRE_CAPABILITY_ENCODER : 0)),
+        .encoder_ppr_high = (uint8_t)(pulses >> 8),
+        .encoder_ppr_low = (uint8_t)pulses,
         .buffer_capacity = FEED_SIZE,
         .step_rate_hz = board->max_step_rate_hz};
 }

@@ -2,7 +2,10 @@
  * What hosts hear by themselves: status, the end of homing and probing. */
 #include "session/inner.h"
 
+#include <math.h>
 #include <string.h>
+
+#define ANGLE_ONE 65536.0 /* one turn */
 
 static bool is_moving(const struct session *session) {
     return !session_is_module(session) && !machine_is_standing(session->machine);
@@ -84,6 +87,17 @@ static uint16_t segment_id(const struct machine *machine) {
     return done != feed->head ? feed->slots[done & (FEED_SIZE - 1)].id : 0;
 }
 
+/* Measured, where there is an encoder. */
+static void add_spindle(const struct machine *machine, struct wire_status *status) {
+    struct host_spindle spindle;
+    if (!machine_host_spindle(machine, &spindle))
+        return;
+    double whole = floor(spindle.turns);
+    status->rpm = (uint16_t)(spindle.rpm < (float)UINT16_MAX ? spindle.rpm + 0.5f : (float)UINT16_MAX);
+    status->spindle_angle = (uint16_t)(uint32_t)((spindle.turns - whole) * ANGLE_ONE);
+    status->spindle_turns = (uint32_t)(int64_t)whole;
+}
+
 static void machine_status(const struct session *session, struct wire_status *status) {
     const struct machine *machine = session->machine;
     const struct machine_outputs *outputs = &machine->outputs;
@@ -100,12 +114,14 @@ static void machine_status(const struct session *session, struct wire_status *st
         .home_switches = inputs.home,
         .estop = inputs.estop,
         .segment_id = segment_id(machine),
-        .misc_outputs = machine->digital,
+        .misc_outputs = machine_host_digital(machine),
+        .misc_inputs = inputs.digital,
         .spindle = (uint8_t)outputs->spindle,
         .coolant = (uint8_t)(((outputs->coolant & COOLANT_FLOOD) != 0 ? 1 : 0) |
                              ((outputs->coolant & COOLANT_MIST) != 0 ? 2 : 0)),
         .rpm = outputs->spindle != SPINDLE_OFF && outputs->rpm < 65536.0f ? (uint16_t)outputs->rpm : 0,
     };
+    add_spindle(machine, status);
     machine_position(machine, status->position_steps);
     status->rate_steps_s = rate_of(session, status->position_steps);
 }

@@ -42,6 +42,8 @@ def library() -> ctypes.CDLL:
         ("host_state", data, handle),
         ("virtual_input_number", ctypes.c_int, data),
         ("virtual_set", None, handle, ctypes.c_int, ctypes.c_bool),
+        ("virtual_spindle_ramp", None, handle, ctypes.c_float),
+        ("virtual_spindle_angle", ctypes.c_double, handle, ctypes.c_uint64),
         ("virtual_surface", None, handle, ctypes.c_int32),
         ("virtual_travel", None, handle, ctypes.c_uint, ctypes.c_int32, ctypes.c_int32),
         ("trace_add", ctypes.c_int, handle, CONSUMER, handle),
@@ -85,10 +87,17 @@ class Device:
     """A controller and its network. Time stands still but in run()."""
 
     def __init__(
-        self, password: str = "", settings: dict[int, float] | None = None, store: str | None = None, axes: int = AXES
+        self,
+        password: str = "",
+        settings: dict[int, float] | None = None,
+        store: str | None = None,
+        axes: int = AXES,
+        **more: int,
     ) -> None:
+        """more: fields of HostBoard that are otherwise."""
         self.lib = library()
-        board = HostBoard(TIMER_HZ, 1000, 500, 500_000, axes, 0, 0)
+        inputs_outputs = {"digital_inputs": 4, "digital_outputs": 5, **more}
+        board = HostBoard(TIMER_HZ, 1000, 500, 500_000, axes, **inputs_outputs)
         self.host = self.lib.host_open(ctypes.byref(board), store.encode() if store else None)
         assert self.host
         self.wire = self.lib.host_wire_create(self.host, password.encode())

@@ -32,7 +32,18 @@ class _Strict(BaseModel):
 
 # How a wire value follows from a setting's: core/session/config.c has the arithmetic.
 Convert = Literal[
-    "value", "magnitude", "mask_any", "mask_none", "mask_flip", "idle_ms", "steps", "steps_s", "steps_s2", "dir_setup"
+    "value",
+    "magnitude",
+    "mask_any",
+    "mask_none",
+    "mask_flip",
+    "idle_ms",
+    "steps",
+    "steps_s",
+    "steps_s2",
+    "dir_setup",
+    "charge_pump",
+    "quarter",
 ]
 
 

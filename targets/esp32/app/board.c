@@ -82,10 +82,11 @@ void board_encoder(const struct pin_map *map, struct encoder_wire wire[2]) {
     }
 }
 
-struct machine_board board_machine(void) {
+struct machine_board board_machine(const struct pin_map *map) {
     const uint8_t inputs =
         BOARD_MISC_IN_COUNT < DIGITAL_INPUT_COUNT ? BOARD_MISC_IN_COUNT : DIGITAL_INPUT_COUNT;
     return (struct machine_board){
+        .charge_pump_hz = pin_map_find(map, "charge_pump")->gpio != GPIO_NONE ? PUMP_HZ : 0,
         .digital_inputs = inputs,
         .digital_outputs = BOARD_MISC_OUT_COUNT,
         .motors_wake_us = 1000, /* what the slowest of common drivers want */

@@ -20,6 +20,6 @@ void board_outputs(const struct pin_map *map, struct output_wire wire[SWITCH_COU
 void board_encoder(const struct pin_map *map, struct encoder_wire wire[2]);
 
 /** Without store, encoder and motion side. */
-struct machine_board board_machine(void);
+struct machine_board board_machine(const struct pin_map *map);
 
 #endif

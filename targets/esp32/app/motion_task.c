@@ -8,8 +8,6 @@
 #include "freertos/FreeRTOS.h"
 #include "freertos/task.h"
 
-#define US_PER_MS 1000u
-
 /* Work that another task wants done here, and who waits for it. */
 static struct {
     void (*work)(void *arg);
@@ -56,7 +54,7 @@ static void do_what_is_asked(void) {
 
 static void pump_poll(void) {
     uint32_t now_us = hal_time_us(motion.hal);
-    if (now_us - motion.pumped_us < US_PER_MS)
+    if (now_us - motion.pumped_us < PUMP_HALF_WAVE_US)
         return;
     motion.pumped_us = now_us;
     outputs_pump(&motion.hal->outputs);

@@ -29,6 +29,8 @@ enum switch_output {
     SWITCH_COUNT
 };
 
+enum { PUMP_HALF_WAVE_US = 1000, PUMP_HZ = 1000000 / (2 * PUMP_HALF_WAVE_US) };
+
 struct outputs {
     struct output_wire wire[SWITCH_COUNT];
     bool pump_level;
@@ -58,7 +60,8 @@ void outputs_coolant(struct outputs *outputs, uint8_t bits);
 /** @param bits  digital outputs of M62 .. M65, bit n = Pn */
 void outputs_digital(const struct outputs *outputs, uint8_t bits);
 
-/** [motion task, every ms] The charge pump's next half wave: it ends with the task that makes it. */
+/** [motion task, every PUMP_HALF_WAVE_US] The charge pump's next half wave: it ends with the task that makes
+ * it. */
 void outputs_pump(struct outputs *outputs);
 
 #endif

@@ -203,7 +203,7 @@ static void start_ports(void) {
 }
 
 static void start_machine(enum nvs_start kept) {
-    struct machine_board board = board_machine();
+    struct machine_board board = board_machine(&pins);
     const struct text_out out = controller_out(&controller);
     board.store = kept == NVS_START_FAILED ? NULL : &nvs_hal_store;
     board.store_ctx = &store;
