@@ -12,7 +12,7 @@ static struct {
     char in[1024], out[2048];
     size_t in_count, in_read, out_count, chunk, room;
     char network[64], password[80];
-    bool accepts, joined;
+    bool accepts, joined, scanned;
     unsigned joins;
     uint32_t now_us;
 } world;
@@ -57,6 +57,22 @@ static bool net_joined(void *ctx, char *address) {
     return world.joined;
 }
 
+static bool net_scan(void *ctx) {
+    (void)ctx;
+    return world.accepts;
+}
+
+static enum improv_scan net_scanned(void *ctx, size_t index, struct improv_network *network) {
+    static const struct improv_network found[] = {{"Kitchen", -41, true}, {"Guest room", -77, false}};
+    (void)ctx;
+    if (!world.scanned)
+        return IMPROV_SCANNING;
+    if (index >= sizeof found / sizeof found[0])
+        return IMPROV_NO_MORE;
+    *network = found[index];
+    return IMPROV_NETWORK;
+}
+
 static uint32_t clock_us(void *ctx) {
     (void)ctx;
     return world.now_us;
@@ -65,7 +81,8 @@ static uint32_t clock_us(void *ctx) {
 static void begin(size_t chunk) {
     static const struct net_stream_ops port_ops = {
         .read = port_read, .write = port_write, .close = port_close};
-    static const struct improv_ops ops = {.join = net_join, .joined = net_joined, .now_us = clock_us};
+    static const struct improv_ops ops = {
+        .join = net_join, .joined = net_joined, .scan = net_scan, .scanned = net_scanned, .now_us = clock_us};
     static const struct improv_info info = {"WiFiCNC", "1.0", "ESP32-S3", "WiFiCNC-1A2B"};
     memset(&world, 0, sizeof world);
     world.chunk = chunk;
@@ -164,6 +181,41 @@ static void a_network_that_is_not_there(void) {
     CHECK(says(2, "\x03", 1) && says(1, "\x02", 1));
 }
 
+static void turn(void) {
+    char text[64];
+    CHECK(stream.ops->read(&stream, text, sizeof text) == 0);
+}
+
+static void networks_are_listed_one_by_one_and_the_list_ends(void) {
+    begin(64);
+    send_packet(3, "\x04\0", 2);
+    (void)heard();
+    CHECK(world.out_count == 0);
+    world.scanned = true;
+    turn();
+    CHECK(says(4, "\x04\x10\x07Kitchen\x03-41\x03YES", 18));
+    turn();
+    CHECK(says(4, "\x04\x12\x0AGuest room\x03-77\x02NO", 20));
+    turn();
+    CHECK(says(4, "\x04\0", 2));
+    size_t all = world.out_count;
+    turn();
+    CHECK(world.out_count == all);
+}
+
+static void a_look_that_never_ends_is_given_up_and_one_that_may_not_begin_is_refused(void) {
+    begin(64);
+    send_packet(3, "\x04\0", 2);
+    (void)heard();
+    world.now_us += 15000000;
+    (void)heard();
+    CHECK(says(4, "\x04\0", 2));
+    world.accepts = false;
+    send_packet(3, "\x04\0", 2);
+    (void)heard();
+    CHECK(says(2, "\xFF", 1));
+}
+
 static void a_machine_that_moves_refuses(void) {
     begin(64);
     world.accepts = false;
@@ -237,6 +289,8 @@ int main(void) {
     a_packet_among_lines();
     a_network_is_joined();
     a_network_that_is_not_there();
+    networks_are_listed_one_by_one_and_the_list_ends();
+    a_look_that_never_ends_is_given_up_and_one_that_may_not_begin_is_refused();
     a_machine_that_moves_refuses();
     information();
     wrong_packets_change_nothing();

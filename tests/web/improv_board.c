@@ -48,13 +48,28 @@ static bool join(void *ctx, const char *name, const char *password) {
 
 static bool joined(void *ctx, char *address) {
     (void)ctx;
-    strcpy(address, "tcp://192.168.1.20:23");
+    strcpy(address, "http://192.168.1.20/");
     return strcmp(network, "Werkstatt") == 0 && now_us(NULL) - asked_us > JOIN_US;
+}
+
+static bool scan(void *ctx) {
+    (void)ctx;
+    return true;
+}
+
+static enum improv_scan scanned(void *ctx, size_t index, struct improv_network *found) {
+    static const struct improv_network networks[] = {{"Werkstatt", -48, true}, {"Freifunk", -80, false}};
+    (void)ctx;
+    if (index >= sizeof networks / sizeof networks[0])
+        return IMPROV_NO_MORE;
+    *found = networks[index];
+    return IMPROV_NETWORK;
 }
 
 int main(void) {
     static const struct net_stream_ops port = {.read = pty_read, .write = pty_write, .close = pty_close};
-    static const struct improv_ops ops = {.join = join, .joined = joined, .now_us = now_us};
+    static const struct improv_ops ops = {
+        .join = join, .joined = joined, .scan = scan, .scanned = scanned, .now_us = now_us};
     static const struct improv_info info = {"WiFiCNC", "1.0", "esp32s3", "WiFiCNC-1A2B"};
     static struct improv improv;
     struct net_stream stream;

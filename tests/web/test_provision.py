@@ -58,7 +58,14 @@ def join(page: Page, network: str, password: str) -> None:
 def test_a_network_is_joined(page: Page) -> None:
     join(page, "Werkstatt", "half past eight!")
     expect(page.get_by_text("WiFiCNC-1A2B is in this network")).to_be_visible()
-    expect(page.get_by_text("WiFiCNC 1.0, tcp://192.168.1.20:23")).to_be_visible()
+    expect(page.get_by_text("WiFiCNC 1.0, http://192.168.1.20/")).to_be_visible()
+
+
+def test_networks_are_looked_for_and_one_is_taken(page: Page) -> None:
+    page.click("[data-test=scan]")
+    expect(page.get_by_role("button", name="Freifunk")).to_be_visible()
+    page.get_by_role("button", name="Werkstatt").click()
+    expect(page.locator("[data-test=join-network]")).to_have_value("Werkstatt")
 
 
 @pytest.mark.parametrize(
@@ -66,7 +73,7 @@ def test_a_network_is_joined(page: Page) -> None:
     [
         ("Nowhere", "half past eight", "The board cannot connect to this network"),
         ("Werkstatt", "short", "The board refuses this name or password"),
-        ("moving", "half past eight", "The board cannot join a network now"),
+        ("moving", "half past eight", "The board cannot join or look for a network now"),
     ],
 )
 def test_a_refusal_in_words(page: Page, network: str, password: str, said: str) -> None:

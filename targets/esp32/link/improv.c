@@ -1,18 +1,17 @@
 /* SPDX-License-Identifier: MIT */
 #include "link/improv.h"
 
-#include "store/nvs_names.h"
-
+#include <stdio.h>
 #include <string.h>
 
 enum { VERSION = 1, NAME_SIZE = 6, TYPE_AT = 7, LENGTH_AT = 8 };
 enum type { TYPE_STATE = 1, TYPE_ERROR = 2, TYPE_RPC = 3, TYPE_RESULT = 4 };
 enum state { STATE_READY = 2, STATE_JOINING = 3, STATE_JOINED = 4 };
 enum error { ERROR_NONE = 0, ERROR_PACKET = 1, ERROR_COMMAND = 2, ERROR_CONNECT = 3, ERROR_OTHER = 0xFF };
-enum command { COMMAND_JOIN = 1, COMMAND_STATE = 2, COMMAND_INFO = 3 };
+enum command { COMMAND_JOIN = 1, COMMAND_STATE = 2, COMMAND_INFO = 3, COMMAND_SCAN = 4 };
 
 /* A packet that stops in the middle is forgotten, so that the port is not deaf for ever. */
-enum { PACKET_US = 500000, JOIN_US = 30000000 };
+enum { PACKET_US = 500000, JOIN_US = 30000000, SCAN_US = 15000000 };
 
 static const char name[] = "IMPROV";
 
@@ -132,6 +131,16 @@ static void tell_info(struct improv *improv) {
     say_result(improv, COMMAND_INFO, texts, sizeof texts / sizeof texts[0]);
 }
 
+static void scan(struct improv *improv) {
+    if (!improv->scanning && !improv->ops->scan(improv->ops->ctx)) {
+        say_error(improv, ERROR_OTHER);
+        return;
+    }
+    improv->scanning = true;
+    improv->scan_us = improv->ops->now_us(improv->ops->ctx);
+    improv->scan_told = 0;
+}
+
 static void obey(struct improv *improv) {
     const uint8_t *data = improv->packet + IMPROV_HEAD;
     size_t size = improv->packet[LENGTH_AT];
@@ -150,6 +159,9 @@ static void obey(struct improv *improv) {
     case COMMAND_INFO:
         tell_info(improv);
         return;
+    case COMMAND_SCAN:
+        scan(improv);
+        return;
     default:
         say_error(improv, ERROR_COMMAND);
     }
@@ -167,6 +179,28 @@ static void watch_join(struct improv *improv, uint32_t now_us) {
         improv->joining = false;
         say_error(improv, ERROR_CONNECT);
         say_state(improv, STATE_READY);
+    }
+}
+
+static void say_network(struct improv *improv, const struct improv_network *network) {
+    char rssi[12];
+    const char *const texts[] = {network->name, rssi, network->secured ? "YES" : "NO"};
+    snprintf(rssi, sizeof rssi, "%d", network->rssi_dbm);
+    say_result(improv, COMMAND_SCAN, texts, sizeof texts / sizeof texts[0]);
+}
+
+/* A network a time, when the one before is out; a result without texts is the end of the list. */
+static void watch_scan(struct improv *improv, uint32_t now_us) {
+    struct improv_network network;
+    if (!improv->scanning || improv->out_count > 0)
+        return;
+    enum improv_scan found = improv->ops->scanned(improv->ops->ctx, improv->scan_told, &network);
+    if (found == IMPROV_NETWORK) {
+        improv->scan_told++;
+        say_network(improv, &network);
+    } else if (found == IMPROV_NO_MORE || now_us - improv->scan_us >= SCAN_US) {
+        improv->scanning = false;
+        say_result(improv, COMMAND_SCAN, NULL, 0);
     }
 }
 
@@ -212,6 +246,7 @@ static long filter_read(const struct net_stream *stream, char *bytes, size_t siz
     uint32_t now_us = improv->ops->now_us(improv->ops->ctx);
     size_t most = size > IMPROV_HEAD ? size - IMPROV_HEAD : 0;
     watch_join(improv, now_us);
+    watch_scan(improv, now_us);
     flush(improv);
     long count = improv->inner.ops->read(&improv->inner, raw, most < sizeof raw ? most : sizeof raw);
     if (count <= 0)

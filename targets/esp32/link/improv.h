@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
  * Improv Wi-Fi over a serial port (improv-wifi.com/serial): a browser gives the board the name and password
- * of a network. [task] Plain C: no chip, no radio; tested on a computer.
+ * of a network, and sees which there are. [task] Plain C: no chip, no radio; tested on a computer.
  *
  * A filter between the port and the hub. Packets are taken out of what comes in, whatever bytes they hold, so
  * that a `!` in a password holds nothing; all else goes on to the hub. Answers go out between two lines of
@@ -11,12 +11,22 @@
 #define WIFICNC_ESP32_IMPROV_H
 
 #include "net_stream.h"
+#include "store/nvs_names.h"
 
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
 enum { IMPROV_DATA_MAX = 128, IMPROV_HEAD = 9, IMPROV_OUT = 256, IMPROV_TEXT_MAX = 40 };
+
+/** A network that the radio hears. */
+struct improv_network {
+    char name[WIFI_SSID_MAX + 1];
+    int rssi_dbm;
+    bool secured; /* it wants a password */
+};
+
+enum improv_scan { IMPROV_SCANNING, IMPROV_NETWORK, IMPROV_NO_MORE };
 
 /** What the board says of itself; static. */
 struct improv_info {
@@ -29,6 +39,11 @@ struct improv_ops {
     /** @param[out] address  where the board is found in that network, at most IMPROV_TEXT_MAX with its NUL
      *  @return false: not connected */
     bool (*joined)(void *ctx, char *address);
+    /** Look for networks. @return false: not now */
+    bool (*scan)(void *ctx);
+    /** What the last look has found. @param index  0 is the strongest
+     *  @param[out] network  of IMPROV_NETWORK */
+    enum improv_scan (*scanned)(void *ctx, size_t index, struct improv_network *network);
     /** Wraps. */
     uint32_t (*now_us)(void *ctx);
     void *ctx;
@@ -47,6 +62,9 @@ struct improv {
     bool mid_line; /* the hub's last byte was no line end */
     bool joining;
     uint32_t join_us; /* since when */
+    bool scanning;
+    uint32_t scan_us;
+    size_t scan_told; /* networks of this look */
 };
 
 /** [start] @param inner  the port, always open @param info, ops  outlive this

@@ -168,6 +168,23 @@ static bool join_network(void *ctx, const char *network, const char *wifi_passwo
     return kept;
 }
 
+/* The radio is elsewhere for two seconds. */
+static bool scan_networks(void *ctx) {
+    (void)ctx;
+    return has_network && machine_is_at_rest(&machine) && network_scan();
+}
+
+static enum improv_scan scanned_network(void *ctx, size_t index, struct improv_network *network) {
+    struct wifi_network found;
+    (void)ctx;
+    enum network_scan state = network_scanned(index, &found);
+    if (state != NETWORK_FOUND)
+        return state == NETWORK_SCANNING ? IMPROV_SCANNING : IMPROV_NO_MORE;
+    *network = (struct improv_network){.rssi_dbm = found.rssi_dbm, .secured = found.secured};
+    memcpy(network->name, found.name, sizeof network->name);
+    return IMPROV_NETWORK;
+}
+
 static bool joined_network(void *ctx, char *text) {
     uint32_t address = network_station_address();
     (void)ctx;
@@ -182,8 +199,11 @@ static uint32_t port_time_us(void *ctx) {
 }
 
 static void add_port(struct improv *improv, const struct net_stream *port, const char *name) {
-    static const struct improv_ops ops = {
-        .join = join_network, .joined = joined_network, .now_us = port_time_us};
+    static const struct improv_ops ops = {.join = join_network,
+                                          .joined = joined_network,
+                                          .scan = scan_networks,
+                                          .scanned = scanned_network,
+                                          .now_us = port_time_us};
     static struct improv_info info = {.firmware = "WiFiCNC", .version = version, .chip = BOARD_CHIP};
     struct net_stream stream;
     info.name = network_name(); /* filled in later */

@@ -18,10 +18,10 @@
 
 #include <stdio.h>
 
-enum { POLL_MS = 100, EVENTS = 8, US_PER_MS = 1000 };
+enum { POLL_MS = 100, SCAN_MS = 10000, EVENTS = 8, US_PER_MS = 1000 };
 enum { OWN_ADDRESS = 192 | 168 << 8 | 4 << 16 | 1 << 24 }; /* 192.168.4.1, ESP-IDF's own */
 
-enum change { ETHERNET_UP, ETHERNET_DOWN, STATION_UP, STATION_DOWN, STORED };
+enum change { ETHERNET_UP, ETHERNET_DOWN, STATION_UP, STATION_DOWN, STORED, SCAN, SCANNED };
 
 /* From the events' task to ours. */
 struct news {
@@ -37,6 +37,10 @@ static struct {
     const struct nvs_store *store;
     uint32_t ethernet, station; /* addresses; 0: none */
     uint32_t address;
+    uint32_t scan_ms; /* since when it looks */
+    bool scanning;    /* the network task alone writes `found` until it is false */
+    struct wifi_network found[WIFI_NETWORKS];
+    size_t found_count;
 } network;
 
 const char *network_name(void) {
@@ -57,14 +61,34 @@ static uint32_t now_ms(void) {
 
 /* ---- events ---- */
 
-static void pass_on(enum change change, uint32_t address) {
+static bool pass_on(enum change change, uint32_t address) {
     const struct news news = {change, address};
-    (void)xQueueSend(network.news, &news, 0);
+    return xQueueSend(network.news, &news, 0) == pdTRUE;
 }
 
 void network_join_stored(void) {
     __atomic_store_n(&network.station, 0, __ATOMIC_RELAXED); /* of the network before */
-    pass_on(STORED, 0);
+    (void)pass_on(STORED, 0);
+}
+
+bool network_scan(void) {
+    bool idle = false;
+    if (!network.has_wifi || !__atomic_compare_exchange_n(&network.scanning, &idle, true, false,
+                                                          __ATOMIC_ACQ_REL, __ATOMIC_RELAXED))
+        return false;
+    bool asked = pass_on(SCAN, 0);
+    if (!asked)
+        __atomic_store_n(&network.scanning, false, __ATOMIC_RELEASE);
+    return asked;
+}
+
+enum network_scan network_scanned(size_t index, struct wifi_network *found) {
+    if (__atomic_load_n(&network.scanning, __ATOMIC_ACQUIRE))
+        return NETWORK_SCANNING;
+    if (index >= network.found_count)
+        return NETWORK_NO_MORE;
+    *found = network.found[index];
+    return NETWORK_FOUND;
 }
 
 static void on_address(void *ctx, esp_event_base_t base, int32_t id, void *data) {
@@ -72,11 +96,11 @@ static void on_address(void *ctx, esp_event_base_t base, int32_t id, void *data)
     (void)ctx;
     (void)base;
     if (id == IP_EVENT_STA_GOT_IP)
-        pass_on(STATION_UP, got->ip_info.ip.addr);
+        (void)pass_on(STATION_UP, got->ip_info.ip.addr);
     else if (id == IP_EVENT_ETH_GOT_IP)
-        pass_on(ETHERNET_UP, got->ip_info.ip.addr);
+        (void)pass_on(ETHERNET_UP, got->ip_info.ip.addr);
     else if (id == IP_EVENT_ETH_LOST_IP)
-        pass_on(ETHERNET_DOWN, 0);
+        (void)pass_on(ETHERNET_DOWN, 0);
 }
 
 static void on_wifi(void *ctx, esp_event_base_t base, int32_t id, void *data) {
@@ -84,7 +108,9 @@ static void on_wifi(void *ctx, esp_event_base_t base, int32_t id, void *data) {
     (void)base;
     (void)data;
     if (id == WIFI_EVENT_STA_DISCONNECTED)
-        pass_on(STATION_DOWN, 0);
+        (void)pass_on(STATION_DOWN, 0);
+    else if (id == WIFI_EVENT_SCAN_DONE)
+        (void)pass_on(SCANNED, 0);
 }
 
 static void on_cable(void *ctx, esp_event_base_t base, int32_t id, void *data) {
@@ -92,10 +118,15 @@ static void on_cable(void *ctx, esp_event_base_t base, int32_t id, void *data) {
     (void)base;
     (void)data;
     if (id == ETHERNET_EVENT_DISCONNECTED)
-        pass_on(ETHERNET_DOWN, 0);
+        (void)pass_on(ETHERNET_DOWN, 0);
 }
 
 /* ---- the task ---- */
+
+static void end_scan(size_t found) {
+    network.found_count = found;
+    __atomic_store_n(&network.scanning, false, __ATOMIC_RELEASE);
+}
 
 static void take(const struct news *news) {
     switch (news->change) {
@@ -107,6 +138,15 @@ static void take(const struct news *news) {
     case STORED:
         if (network.has_wifi)
             wifi_join_stored(network.store);
+        break;
+    case SCAN:
+        network.scan_ms = now_ms();
+        if (!wifi_scan())
+            end_scan(0);
+        break;
+    case SCANNED:
+        if (__atomic_load_n(&network.scanning, __ATOMIC_RELAXED))
+            end_scan(wifi_scanned(network.found));
         break;
     case STATION_UP:
     case STATION_DOWN:
@@ -123,6 +163,8 @@ static void run(void *unused) {
         struct news news;
         if (xQueueReceive(network.news, &news, pdMS_TO_TICKS(POLL_MS)) == pdTRUE)
             take(&news);
+        if (__atomic_load_n(&network.scanning, __ATOMIC_RELAXED) && now_ms() - network.scan_ms >= SCAN_MS)
+            end_scan(0); /* the driver was switched off meanwhile, or its word was lost */
         bool own = network.has_wifi && wifi_poll(link_policy_wifi(&network.policy, now_ms()));
         uint32_t station = network_station_address();
         uint32_t address = network.ethernet != 0 ? network.ethernet : station;

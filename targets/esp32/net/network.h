@@ -4,6 +4,7 @@
 #ifndef WIFICNC_ESP32_NETWORK_H
 #define WIFICNC_ESP32_NETWORK_H
 
+#include "net/wifi.h"
 #include "store/nvs_store.h"
 
 #include <stdbool.h>
@@ -19,6 +20,14 @@ const char *network_name(void);
 
 /** [any task] A network was stored: join it, now. */
 void network_join_stored(void);
+
+/** [any task] Look for networks. @return false: one looks already, or there is no WiFi */
+bool network_scan(void);
+
+/** [any task, one at a time] What the last look has found. @param index  0 is the strongest
+ *  @param[out] found  of NETWORK_FOUND */
+enum network_scan { NETWORK_SCANNING, NETWORK_FOUND, NETWORK_NO_MORE };
+enum network_scan network_scanned(size_t index, struct wifi_network *found);
 
 /** [any task] Our address in the stored WiFi network, network order; 0: not connected. */
 uint32_t network_station_address(void);

@@ -137,6 +137,37 @@ void wifi_join_stored(const struct nvs_store *store) {
     wifi_policy_init(&wifi.policy, has_network, now_ms());
 }
 
+/* ---- what else is on the air ---- */
+
+/* While it connects the driver refuses; a hidden network has no name. */
+bool wifi_scan(void) {
+    return wifi.on && esp_wifi_scan_start(NULL, false) == ESP_OK;
+}
+
+static bool is_among(const struct wifi_network *found, size_t count, const char *name) {
+    for (size_t i = 0; i < count; i++)
+        if (strcmp(found[i].name, name) == 0)
+            return true;
+    return false;
+}
+
+/* One record at a time: all of them together are kilobytes of stack. */
+size_t wifi_scanned(struct wifi_network found[WIFI_NETWORKS]) {
+    wifi_ap_record_t record;
+    size_t count = 0;
+    while (count < WIFI_NETWORKS && esp_wifi_scan_get_ap_record(&record) == ESP_OK) {
+        const char *name = (const char *)record.ssid;
+        if (name[0] == '\0' || is_among(found, count, name))
+            continue;
+        found[count] =
+            (struct wifi_network){.rssi_dbm = record.rssi, .secured = record.authmode != WIFI_AUTH_OPEN};
+        memcpy(found[count].name, record.ssid, WIFI_SSID_MAX);
+        count++;
+    }
+    (void)esp_wifi_clear_ap_list();
+    return count;
+}
+
 void wifi_news(enum wifi_news news) {
     wifi_policy_event(&wifi.policy, news == WIFI_NEWS_ADDRESS ? WIFI_GOT_ADDRESS : WIFI_LOST, now_ms());
 }

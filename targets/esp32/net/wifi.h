@@ -9,6 +9,7 @@
 #include "store/nvs_store.h"
 
 #include <stdbool.h>
+#include <stddef.h>
 #include <stdint.h>
 
 /** What came in. */
@@ -25,6 +26,22 @@ const char *wifi_own_password(void);
  * was. */
 enum { WIFI_SEED_SIZE = 32 };
 const uint8_t *wifi_seed(void);
+
+/** A network that the radio hears. */
+struct wifi_network {
+    char name[WIFI_SSID_MAX + 1];
+    int8_t rssi_dbm;
+    bool secured;
+};
+
+enum { WIFI_NETWORKS = 16 };
+
+/** [the network task] Look for networks; WIFI_EVENT_SCAN_DONE says when it has. @return false: not now */
+bool wifi_scan(void);
+
+/** [the network task, behind that event] @param[out] found  the strongest first, each name once @return how
+ * many */
+size_t wifi_scanned(struct wifi_network found[WIFI_NETWORKS]);
 
 /** Every 100 ms. @param on  whether WiFi is to be on @return our own network is up */
 bool wifi_poll(bool on);

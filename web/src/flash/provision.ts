@@ -1,4 +1,5 @@
 /** Give a board that runs the name and password of a WiFi network, over its serial port: Improv Wi-Fi. */
+import type { ImprovSerial } from "improv-wifi-serial-sdk/dist/serial.js";
 import { BAUD } from "../link/serial";
 
 export interface Joined {
@@ -22,17 +23,41 @@ export class ProvisionError extends Error {
 const HELLO_MS = 6000;
 /** The board itself gives up after 30 seconds. */
 const JOIN_MS = 40_000;
+/** ... and here after 15. */
+const SCAN_MS = 20_000;
 
 const REASONS: Record<string, [string, string]> = {
   UNABLE_TO_CONNECT: ["The board cannot connect to this network", "Is the password right? The board knows 2.4 GHz only."],
   INVALID_RPC_PACKET: ["The board refuses this name or password", "A password has 8 to 63 characters, or none at all."],
-  UNKNOWN_ERROR: ["The board cannot join a network now", "The machine must stand still."],
+  UNKNOWN_ERROR: ["The board cannot join or look for a network now", "The machine must stand still, and WiFi be on."],
 };
 
 const quiet = { log: () => {}, error: () => {}, debug: () => {} };
 
 /** Join this network, which the board then keeps. Rejects with a ProvisionError. */
-export async function joinNetwork(port: SerialPort, network: string, password: string): Promise<Joined> {
+export function joinNetwork(port: SerialPort, network: string, password: string): Promise<Joined> {
+  return withBoard(port, async (board, info) => {
+    await board.provision(network, password, JOIN_MS);
+    return { name: info?.name ?? "", firmware: `${info?.firmware} ${info?.version}`, address: board.nextUrl ?? "" };
+  });
+}
+
+export interface Network {
+  name: string;
+  rssi_dbm: number;
+  secured: boolean;
+}
+
+/** The networks that the board hears, the strongest first. Rejects with a ProvisionError. */
+export function findNetworks(port: SerialPort): Promise<Network[]> {
+  return withBoard(port, async (board) => {
+    const found = await board.scan(SCAN_MS);
+    return found.map(({ name, rssi, secured }) => ({ name, rssi_dbm: rssi, secured })).sort((a, b) => b.rssi_dbm - a.rssi_dbm);
+  });
+}
+
+/** Talk with the board at this port, and close it whatever happens. */
+async function withBoard<T>(port: SerialPort, talk: (board: ImprovSerial, info: ImprovSerial["info"]) => Promise<T>): Promise<T> {
   const { ImprovSerial } = await import("improv-wifi-serial-sdk/dist/serial.js");
   try {
     await port.open({ baudRate: BAUD, bufferSize: 4096 });
@@ -44,8 +69,7 @@ export async function joinNetwork(port: SerialPort, network: string, password: s
     const info = await board.initialize(HELLO_MS).catch(() => {
       throw new ProvisionError("The board does not answer", "Is WiFiCNC installed on it? Press its reset button and try again.");
     });
-    await board.provision(network, password, JOIN_MS);
-    return { name: info?.name ?? "", firmware: `${info?.firmware} ${info?.version}`, address: board.nextUrl ?? "" };
+    return await talk(board, info);
   } catch (error) {
     if (error instanceof ProvisionError) throw error;
     const [title, hint] = REASONS[error instanceof Error ? error.message : String(error)] ?? [String(error), ""];

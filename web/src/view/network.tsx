@@ -2,11 +2,11 @@
 import { signal } from "@preact/signals";
 import type { JSX } from "preact";
 import { attempt, board, portForLoader } from "../app";
-import { joinNetwork, type Joined } from "../flash/provision";
+import { findNetworks, joinNetwork, type Joined, type Network } from "../flash/provision";
 import { hasWebSerial } from "../link/serial";
 import { setValue, valueOf } from "../storage/board";
 import { TABLES, type StoredNumber, type StoredText } from "../tables";
-import { Card, Check, Field, Notice } from "./parts";
+import { Button, Card, Check, Field, Notice } from "./parts";
 import { BoardChoice } from "./pins";
 import { StorageBar } from "./storage";
 
@@ -96,6 +96,8 @@ const network = signal("");
 const password = signal("");
 const joining = signal(false);
 const joined = signal<Joined | null>(null);
+const looking = signal(false);
+const found = signal<Network[] | null>(null);
 
 /** At once, while the board runs: no restart, and nothing else of what it has stored is touched. */
 function JoinCard(): JSX.Element {
@@ -112,6 +114,17 @@ function JoinCard(): JSX.Element {
         joining.value = false;
       }
     });
+  const look = (): Promise<void> =>
+    attempt(async () => {
+      const port = await portForLoader();
+      if (!port) return;
+      looking.value = true;
+      try {
+        found.value = await findNetworks(port);
+      } finally {
+        looking.value = false;
+      }
+    });
   return (
     <Card title="Join a WiFi network now">
       <form
@@ -124,6 +137,12 @@ function JoinCard(): JSX.Element {
         <Field label="Network" hint="The board is plugged in by USB, and its machine stands still.">
           <input class="input" value={network.value} autocomplete="off" data-test="join-network" onInput={(event) => (network.value = event.currentTarget.value)} />
         </Field>
+        <div class="row">
+          <Button icon="network" disabled={looking.value || joining.value || !hasWebSerial()} onClick={() => void look()} testId="scan">
+            {looking.value ? "Looking" : "Look for networks"}
+          </Button>
+        </div>
+        {found.value && <FoundNetworks found={found.value} />}
         <Field label="Password">
           <input class="input" type="password" value={password.value} autocomplete="off" data-test="join-password" onInput={(event) => (password.value = event.currentTarget.value)} />
         </Field>
@@ -137,6 +156,23 @@ function JoinCard(): JSX.Element {
         <Notice kind="good" title={`${joined.value.name} is in this network`} text={`${joined.value.firmware}, ${joined.value.address}`} />
       )}
     </Card>
+  );
+}
+
+/** To take one of them. */
+function FoundNetworks({ found }: { found: Network[] }): JSX.Element {
+  if (found.length === 0) return <p class="small faint">The board hears no network. It knows 2.4 GHz only.</p>;
+  return (
+    <ul class="stack bare" aria-label="Networks that the board hears">
+      {found.map(({ name, rssi_dbm, secured }) => (
+        <li key={name} class="row">
+          <Button onClick={() => (network.value = name)}>{name}</Button>
+          <span class="small faint">
+            {rssi_dbm} dBm{secured ? "" : ", without a password"}
+          </span>
+        </li>
+      ))}
+    </ul>
   );
 }
 

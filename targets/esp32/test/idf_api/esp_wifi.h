@@ -7,8 +7,10 @@
 #include "esp_event.h"
 #include "esp_netif.h"
 
+#include <stdbool.h>
+
 extern esp_event_base_t const WIFI_EVENT;
-typedef enum { WIFI_EVENT_STA_DISCONNECTED = 5 } wifi_event_t;
+typedef enum { WIFI_EVENT_SCAN_DONE = 1, WIFI_EVENT_STA_DISCONNECTED = 5 } wifi_event_t;
 
 typedef enum { WIFI_MODE_NULL, WIFI_MODE_STA, WIFI_MODE_AP, WIFI_MODE_APSTA } wifi_mode_t;
 typedef enum { WIFI_IF_STA, WIFI_IF_AP } wifi_interface_t;
@@ -36,6 +38,16 @@ typedef union {
 } wifi_config_t;
 
 typedef struct {
+    uint8_t ssid[33];
+    int8_t rssi;
+    wifi_auth_mode_t authmode;
+} wifi_ap_record_t;
+
+typedef struct {
+    uint8_t *ssid;
+} wifi_scan_config_t;
+
+typedef struct {
     int magic;
 } wifi_init_config_t;
 
@@ -50,5 +62,8 @@ esp_err_t esp_wifi_set_config(wifi_interface_t interface, wifi_config_t *config)
 esp_err_t esp_wifi_set_ps(wifi_ps_type_t type);
 esp_err_t esp_wifi_start(void);
 esp_err_t esp_wifi_stop(void);
+esp_err_t esp_wifi_scan_start(const wifi_scan_config_t *config, bool block);
+esp_err_t esp_wifi_scan_get_ap_record(wifi_ap_record_t *record);
+esp_err_t esp_wifi_clear_ap_list(void);
 esp_err_t esp_wifi_connect(void);
 esp_err_t esp_wifi_disconnect(void);
