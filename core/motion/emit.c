@@ -96,6 +96,8 @@ void emit_dwell(struct emit *emit, double seconds) {
 bool emit_wants_more(const struct emit *emit) {
     const struct path *path = &emit->plan->path;
     float ahead_mm = -ENOUGH_MM - (float)emit->along_mm;
+    if (travel_ends(emit) && !emit->hold) /* it may have started too near to the end to ask on its way */
+        return true;
     for (uint32_t i = path->tail; i != path->head; i++) {
         const struct piece *piece = &path->pieces[i & (PLAN_SIZE - 1)];
         ahead_mm += piece->length_mm;

@@ -334,3 +334,23 @@ def test_a_reset_or_an_estop_gives_the_job_up(device: Device, stop: str) -> None
     device.run(2)
     assert device.position == [at[0] + 200, *at[1:]] and device.status.state == State.IDLE
     assert flags(device) in (StatusFlag(0), StatusFlag.HOST)
+
+
+@pytest.mark.parametrize("how", ["hold", "host"])
+@pytest.mark.parametrize("at_ms", [20, 48, 62, 76, 104, 140])
+def test_a_stop_near_the_end_of_what_is_planned(device: Device, how: str, at_ms: int) -> None:
+    """The moves of a canned cycle fold into few pieces, and the first of them is still open where it stops: who starts
+    so near to its end asks for the rest only when it stands there."""
+    device.text("G90\nG98 G81 X2 Y2 Z-3 R1 F900\nX4\nX6 Y1\nG80\nG0 X0 Y0 Z0\n")
+    device.run(at_ms / 1000)
+    if how == "hold":
+        device.text("!")
+    else:
+        device.motion(segment(10, 10, 10))
+    device.run(0.5)
+    device.send(Reset())
+    device.run(0.05)
+    device.text("~")
+    device.run(12)
+    assert device.state == "Idle" and device.position[:3] == [0, 0, 0]
+    assert device.heard().count("ok\r\n") == 6
