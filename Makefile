@@ -17,8 +17,8 @@ LINES   ?= 1000000
 BOARDS ?=
 TAG    ?=
 
-.PHONY: help demo test test-chip lint fuzz bench bench-chip bench-motion bench-serve stream-million pictures release \
-    docs format generate web clean distclean
+.PHONY: help demo test test-chip lint fuzz bench bench-chip bench-motion bench-serve bench-wire stream-million \
+    pictures release docs format generate web clean distclean
 .DEFAULT_GOAL := help
 
 help:
@@ -31,6 +31,7 @@ help:
 	@echo 'make bench-motion  time, acceleration, jerk and path error from step traces; FILES="a.nc b.nc" for others'
 	@echo 'make bench-chip  the virtual PIC32MZ and the interrupts of its real image'
 	@echo 'make bench-serve  a serving controller as senders see it; make stream-million: its first part'
+	@echo 'make bench-wire  the binary protocol: round trip, and how evenly reports come'
 	@echo 'make release what people download, into dist/: of the boards that are built or can be built here'
 	@echo 'make docs    the documentation as a site, into build/site'
 	@echo 'make pictures  those of docs/motion.md, drawn from what the planner does'
@@ -71,6 +72,9 @@ bench-chip: $(VENV)/.ready-dev
 
 bench-serve: $(VENV)/.ready-dev
 	@cd tools && $(abspath $(PY)) -m bench.serve --lines $(LINES) $(ONLY)
+
+bench-wire: $(VENV)/.ready-dev
+	@cd tools && $(abspath $(PY)) -m bench.wire
 
 stream-million: ONLY = streams
 stream-million: bench-serve

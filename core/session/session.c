@@ -241,8 +241,9 @@ uint32_t session_report_wait_us(const struct session *session) {
     if (!listens)
         return UINT32_MAX;
     uint64_t interval_us = session->settings->status_interval_ms * 1000ull;
-    uint64_t gone_us = session->now_us - session->status_us;
-    return gone_us < interval_us ? (uint32_t)(interval_us - gone_us) : 0;
+    uint64_t due_us = session->status_us + interval_us; /* where the interval has just become shorter */
+    due_us = due_us < session->due_us ? due_us : session->due_us;
+    return session->now_us < due_us ? (uint32_t)(due_us - session->now_us) : 0;
 }
 
 uint32_t session_wait_us(const struct session *session) {

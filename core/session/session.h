@@ -101,6 +101,7 @@ struct session {
     uint64_t now_us; /* does not wrap */
     uint32_t clock_us;
     uint64_t status_us;     /* of the last round of reports */
+    uint64_t due_us;        /* the next one; however late one is, the others keep their pace */
     struct lockout lockout; /* of wrong proofs */
     uint32_t sequence[3];   /* status, events and acks, replies */
     struct session_listener listener[SESSION_LISTENERS];

@@ -191,14 +191,21 @@ static void report_probe(struct session *session) {
 
 void session_report(struct session *session) {
     uint8_t packet[WIRE_PACKET_MOST] = {0};
+    const uint64_t interval_us = session->settings->status_interval_ms * 1000ull;
     if (!session_is_module(session)) {
         report_homing(session);
         report_probe(session);
     }
-    if (session_report_wait_us(session) != 0)
+    uint32_t wait_us = session_report_wait_us(session);
+    if (wait_us == UINT32_MAX)
+        session->due_us = session->now_us; /* nobody listens: the pace begins with who comes next */
+    if (wait_us != 0)
         return;
     send_to_all(session, packet, status_packet(session, packet));
     session->status_us = session->now_us;
+    session->due_us += interval_us;
+    if (session->due_us <= session->now_us || session->due_us > session->now_us + interval_us)
+        session->due_us = session->now_us + interval_us;
     if (!session_is_module(session))
         machine_position(session->machine, session->position_steps);
 }

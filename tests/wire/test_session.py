@@ -370,3 +370,18 @@ def test_an_estop_input_is_reported(device: Device) -> None:
     device.send(Reset())
     device.run(0.2)
     assert (device.status.estop, device.status.state) == (0, State.IDLE)
+
+
+def test_reports_keep_their_pace_when_the_device_is_late(device: Device) -> None:
+    """It looks at the time when it can. What one report is late does not move the next ones."""
+    device.text("$76=10\n")
+    device.send(JogStop(0xFF))
+    device.run(0.05)
+    device.sent.clear()
+    begin = device.now
+    while device.now - begin < 5:
+        device.run(0.0037)
+    stamps = [sent.packet.header.timestamp_us for sent in device.of_type(Type.STATUS)]
+    late_us = [stamp - stamps[0] - 10_000 * n for n, stamp in enumerate(stamps)]
+    assert len(stamps) == pytest.approx(500, abs=1)
+    assert max(abs(us) for us in late_us) <= 1000

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import functools
-import statistics
 import time
 from collections.abc import Callable
 from dataclasses import asdict
@@ -36,8 +35,6 @@ from wificnc.wmc3.layout import (
     Home,
     Jog,
     JogStop,
-    Ping,
-    Pong,
     Reset,
     Resume,
     Segment,
@@ -46,6 +43,7 @@ from wificnc.wmc3.layout import (
     StatisticsResponse,
     Status,
 )  # fmt: skip
+from wificnc.wmc3.measure import measure_reports, measure_trips, method
 
 AXES = "XYZABC"
 SLICE_S = 0.01
@@ -338,29 +336,27 @@ def slices(steps: list[int], speed: float) -> list[Segment]:
 @command.command()
 @with_device
 @click.option("--requests", type=click.IntRange(10, 100_000), default=1000, show_default=True)
+@click.option("--seconds", type=click.FloatRange(0.5, 3600), default=3.0, show_default=True, help="Of reports.")
 @json_option
-def bench(device: Device, requests: int, as_json: bool) -> None:
+def bench(device: Device, requests: int, seconds: float, as_json: bool) -> None:
     """Measure the round trip of requests and the jitter of reports. Moves nothing."""
-    trips = []
-    for number in range(requests):
-        begin = time.perf_counter()
-        device.request(Ping(number), Pong)
-        trips.append(1e3 * (time.perf_counter() - begin))
-    came = []
-    for _ in device.reports(3.0):
-        came.append(time.perf_counter())
-    gaps = [1e3 * (b - a) for a, b in pairwise(came[1:])]
-    middle = statistics.median(gaps) if gaps else 0.0
+    trips = measure_trips(device, requests)
+    reports = measure_reports(device, seconds)
     result = {
-        "round_trip_median_ms": round(statistics.median(trips), 3),
-        "round_trip_p99_ms": round(statistics.quantiles(trips, n=100)[98], 3),
-        "status_interval_ms": round(middle, 3),
-        "status_jitter_ms": round(max((abs(gap - middle) for gap in gaps), default=0.0), 3),
+        "round_trip_median_ms": round(trips.median_ms, 3),
+        "round_trip_p99_ms": round(trips.p99_ms, 3),
+        "status_interval_ms": reports.interval_ms,
+        "status_mean_ms": round(reports.mean_ms, 3),
+        "status_jitter_median_ms": round(reports.median_jitter_ms, 3),
+        "status_jitter_p99_ms": round(reports.p99_jitter_ms, 3),
+        "status_jitter_most_ms": round(reports.most_jitter_ms, 3),
+        "method": method(trips, reports),
     }
     if as_json:
         ui.emit_json(result)
-    else:
-        _rows(result)
+        return
+    _rows({name: value for name, value in result.items() if name != "method"})
+    ui.note(str(result["method"]))
 
 
 def _rows(values: dict[str, Any]) -> None:
