@@ -17,7 +17,7 @@ LINES   ?= 1000000
 BOARDS ?=
 TAG    ?=
 
-.PHONY: help demo test test-chip lint fuzz bench bench-chip bench-motion bench-serve bench-wire stream-million \
+.PHONY: help demo test test-chip lint fuzz bench bench-chip bench-motion xtensa bench-serve bench-wire stream-million \
     pictures release docs format generate web clean distclean
 .DEFAULT_GOAL := help
 
@@ -30,6 +30,7 @@ help:
 	@echo 'make bench   speed, instructions and memory, with the method'
 	@echo 'make bench-motion  time, acceleration, jerk and path error from step traces; FILES="a.nc b.nc" for others'
 	@echo 'make bench-chip  the virtual PIC32MZ and the interrupts of its real image'
+	@echo 'make xtensa  the ESP32 firmware as Xtensa objects: interrupts, and static RAM of each board'
 	@echo 'make bench-serve  a serving controller as senders see it; make stream-million: its first part'
 	@echo 'make bench-wire  the binary protocol: round trip, and how evenly reports come'
 	@echo 'make release what people download, into dist/: of the boards that are built or can be built here'
@@ -69,6 +70,9 @@ bench-motion: $(VENV)/.ready-dev
 
 bench-chip: $(VENV)/.ready-dev
 	@cd tools && $(abspath $(PY)) -m bench.chip
+
+xtensa: $(VENV)/.ready-dev
+	@cd tools && $(abspath $(PY)) -m xtensa
 
 bench-serve: $(VENV)/.ready-dev
 	@cd tools && $(abspath $(PY)) -m bench.serve --lines $(LINES) $(ONLY)

@@ -237,7 +237,8 @@ void machine_apply_settings(struct machine *machine) {
                                    .jerk_mm_s3 = settings->jerk_mm_s3,
                                    .axis_count = board->axis_count};
     uint32_t pulse_ns = machine_step_pulse_ns(machine);
-    uint32_t pulse_rate_hz = 500000000u / pulse_ns; /* the pulse and a pause as long */
+    uint32_t step_ns = 2 * pulse_ns + board->step_spread_ns; /* the pulse and a pause as long */
+    uint32_t pulse_rate_hz = 1000000000u / step_ns;
     float rate_hz =
         (float)(pulse_rate_hz < board->max_step_rate_hz ? pulse_rate_hz : board->max_step_rate_hz);
     for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
@@ -261,7 +262,7 @@ void machine_apply_settings(struct machine *machine) {
     host_set_limits(machine, &limits);
     machine->prep.timing = (struct prep_timing){
         .timer_hz = board->timer_hz,
-        .min_interval_ticks = ticks_of(board, 2 * pulse_ns),
+        .min_interval_ticks = ticks_of(board, step_ns),
         .dir_setup_ticks = ticks_of(board, board->dir_setup_ns),
     };
 }

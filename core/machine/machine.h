@@ -32,6 +32,7 @@ struct machine_board {
     uint32_t timer_hz;
     uint32_t step_pulse_ns; /* used unless $0 asks for another; $0 starts at this, in whole us */
     uint32_t dir_setup_ns;
+    uint32_t step_spread_ns;           /* from step to step, beyond the pulse and a pause as long */
     uint32_t max_step_rate_hz;         /* of one axis */
     uint8_t axis_count;                /* 1 .. AXIS_COUNT */
     axis_mask_t home_axes;             /* homing looks at switches of their own, not at the limits */

@@ -8,8 +8,15 @@ from functools import cache
 from pathlib import Path
 
 import pytest
-from xtensa.compile import Object, compile_all, firmware_sources, static_ram_bytes
-from xtensa.headers import BOARDS, small_headers
+from xtensa.compile import (
+    Object,
+    board_sources,
+    compile_all,
+    firmware_sources,
+    static_ram_bytes,
+    static_ram_of_board,
+)
+from xtensa.headers import BOARDS, generate_pins, other_boards, rmt_board, small_headers, with_pins
 from xtensa.isr import Program, firmware_in_ram, interrupt_program, step_interrupt, violations
 from xtensa.toolchain import NoToolchainError, Toolchain, find_toolchain
 
@@ -56,6 +63,28 @@ def test_the_step_interrupt_keeps_its_budget(tools: Toolchain, chip: str) -> Non
 @pytest.mark.parametrize("chip", BOARDS)
 def test_static_ram_keeps_its_budget(tools: Toolchain, chip: str) -> None:
     assert 20_000 < static_ram_bytes(tools, objects_of(chip)) <= BUDGET["static RAM of core and target"]
+
+
+@pytest.mark.parametrize("chip", BOARDS)
+def test_static_ram_of_the_other_boards(tools: Toolchain, chip: str) -> None:
+    objects, output = objects_of(chip), ROOT / "build" / "xtensa" / "small" / chip
+    headers = small_headers(ROOT, chip, output)
+    for board in other_boards(chip):
+        generate_pins(board, output / board.id)
+        used = static_ram_of_board(tools, ROOT, with_pins(headers, output / board.id), objects, output / board.id)
+        assert 20_000 < used <= BUDGET["static RAM of core and target"], board.id
+
+
+@pytest.mark.parametrize("chip", BOARDS)
+def test_step_pulses_by_the_rmt_keep_rules_and_budget(tools: Toolchain, chip: str) -> None:
+    output = ROOT / "build" / "xtensa" / "small" / chip / "rmt"
+    headers = small_headers(ROOT, chip, output, rmt_board(chip, output))
+    objects = compile_all(tools, ROOT, headers, board_sources(ROOT), output)
+    assert not [(made.source.name, made.said) for made in objects if made.said]
+    program = interrupt_program(tools, ROOT, output, board_sources(ROOT))
+    assert violations(program, firmware_in_ram(ROOT), ["on_timer"]) == []
+    found = step_interrupt(program)
+    assert not {name: count for name, count in found.items() if not 0 < count <= BUDGET[name]}
 
 
 def test_headers_of_our_own_are_small() -> None:

@@ -9,8 +9,26 @@ from pathlib import Path
 
 from wificnc.build.esp32 import Kind
 
-from xtensa.compile import compile_all, firmware_sources, static_ram_bytes
-from xtensa.headers import BOARDS, configure, real_headers, small_headers, without_effect
+from xtensa.compile import (
+    Object,
+    board_sources,
+    compile_all,
+    firmware_sources,
+    static_ram_bytes,
+    static_ram_of_board,
+)
+from xtensa.headers import (
+    BOARDS,
+    Headers,
+    configure,
+    generate_pins,
+    other_boards,
+    real_headers,
+    rmt_board,
+    small_headers,
+    with_pins,
+    without_effect,
+)
 from xtensa.isr import firmware_in_ram, interrupt_program, step_interrupt, violations
 from xtensa.toolchain import NoToolchainError, Toolchain, find_toolchain
 
@@ -41,7 +59,8 @@ def main() -> int:
         seconds = time.perf_counter() - begin
         if not bad:
             failed += _report_interrupts(tools, output)
-            print(f"static RAM of core and target: {static_ram_bytes(tools, objects):,} bytes ({BOARDS[chip]})")
+            _report_ram(tools, chip, output, headers, objects)
+            failed += _report_rmt(tools, chip, Path(idf) if idf else None, output)
         print(f"{chip}: {len(objects) - len(bad)} of {len(objects)} files compile with {kind}, {seconds:.1f} s")
     return 1 if failed else 0
 
@@ -56,6 +75,32 @@ def _report_options(idf: Path, chip: str, output: Path) -> int:
             print(f"{chip}, {kind}: {line} of targets/esp32/sdkconfig.* has no effect")
             idle += 1
     return idle
+
+
+def _report_ram(tools: Toolchain, chip: str, output: Path, headers: Headers, objects: list[Object]) -> None:
+    print(f"static RAM of core and target: {static_ram_bytes(tools, objects):,} bytes ({BOARDS[chip]})")
+    for board in other_boards(chip):
+        folder = output / board.id
+        generate_pins(board, folder)
+        used = static_ram_of_board(tools, ROOT, with_pins(headers, folder), objects, folder)
+        print(f"static RAM of core and target: {used:,} bytes ({board.id})")
+
+
+def _report_rmt(tools: Toolchain, chip: str, idf: Path | None, output: Path) -> int:
+    """Step pulses by the RMT. @return how many files do not compile, or rules are broken."""
+    board = rmt_board(chip, folder := output / "rmt")
+    headers = real_headers(ROOT, idf, chip, folder, board) if idf else small_headers(ROOT, chip, folder, board)
+    sources = board_sources(ROOT)
+    bad = [made for made in compile_all(tools, ROOT, headers, sources, folder) if made.said]
+    for made in bad:
+        print(f"{made.source.relative_to(ROOT)}, RMT:\n{made.said}")
+    if bad:
+        return len(bad)
+    program = interrupt_program(tools, ROOT, folder, sources)
+    problems = violations(program, firmware_in_ram(ROOT), ["on_timer"])
+    print("\n".join(problems) or "with pulses by the RMT: the same rules are kept")
+    print("step interrupt, instructions:", ", ".join(f"{n} {what}" for what, n in step_interrupt(program).items()))
+    return len(problems)
 
 
 def _report_interrupts(tools: Toolchain, output: Path) -> int:

@@ -49,6 +49,9 @@ FOLDERS = ("core", "targets/common", "targets/esp32")
 EXCLUDED = ("targets/esp32/test/",)
 
 
+OF_THE_BOARD = re.compile(r'#include "(pin_config|hal/hal_step|hal/step_engine|hal/step_rmt|step/isr)\.h"')
+
+
 @dataclass(frozen=True)
 class Object:
     """A compiled file, or what the compiler said."""
@@ -62,6 +65,11 @@ def firmware_sources(root: Path) -> list[Path]:
     """Every C file of the firmware."""
     found = [path for folder in FOLDERS for path in (root / folder).rglob("*.c")]
     return sorted(path for path in found if not str(path.relative_to(root)).startswith(EXCLUDED))
+
+
+def board_sources(root: Path) -> list[Path]:
+    """The files that come out otherwise for each board, and what the step interrupt is made of."""
+    return [path for path in firmware_sources(root) if OF_THE_BOARD.search(path.read_text())]
 
 
 def compile_all(tools: Toolchain, root: Path, headers: Headers, sources: Sequence[Path], output: Path) -> list[Object]:
@@ -104,6 +112,18 @@ def _for_cpu(code: str) -> str:
     """Name the processor in every function's attributes: clang cannot be told."""
     code = re.sub(r'"target-cpu"="[^"]*"', "", code)
     return re.sub(r"^(attributes #\d+ = \{)", rf'\1 "target-cpu"="{CPU}"', code, flags=re.MULTILINE)
+
+
+def static_ram_of_board(tools: Toolchain, root: Path, headers: Headers, others: Sequence[Object], output: Path) -> int:
+    """Of another board with the same chip: only what differs is compiled. @param others  objects of the chip's board.
+
+    Raises RuntimeError when a file does not compile.
+    """
+    own = compile_all(tools, root, headers, board_sources(root), output)
+    if said := [made.said for made in own if made.said]:
+        raise RuntimeError("\n".join(said))
+    sources = {made.source for made in own}
+    return static_ram_bytes(tools, [*own, *(made for made in others if made.source not in sources)])
 
 
 RAM_SECTIONS = re.compile(r"^\s*\d+\s+\.(?:bss|data|dram1|noinit)\S*\s+([0-9a-f]+)", re.MULTILINE)

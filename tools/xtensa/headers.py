@@ -6,11 +6,12 @@ import json
 import os
 import subprocess
 import sys
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from wificnc.board.header import pin_header_text
-from wificnc.board.load import load_board
+from wificnc.board.load import find_boards, load_board
+from wificnc.board.model import Board
 from wificnc.build.esp32 import CONFIGURATION, Kind, configuration_lines
 from wificnc.web.embed import page_header_text
 
@@ -18,6 +19,8 @@ from xtensa.toolchain import LIBC_HEADERS
 
 # chip -> a board that has it
 BOARDS = {"esp32s3": "esp32s3-devkitc", "esp32": "esp32-wroom32"}
+# chip -> a board whose axes its RMT has channels for
+RMT_BOARDS = {"esp32s3": "esp32s3-zero", "esp32": "esp32-wroom32"}
 
 # fmt: off
 COMPONENT_FOLDERS = tuple("""
@@ -57,9 +60,24 @@ class Headers:
     flags: tuple[str, ...] = ()
 
 
-def small_headers(root: Path, chip: str, output: Path) -> Headers:
-    """Our own declarations of what we use."""
-    generated = _generate(chip, output)
+def rmt_board(chip: str, output: Path) -> Board:
+    """A board with step pulses by the RMT; none of ours asks for them."""
+    text = load_board(RMT_BOARDS[chip]).path.read_text()
+    text = text.replace("max_step_rate_hz = 250_000\n", 'max_step_rate_hz = 200_000\n\n[step]\nengine = "rmt"\n')
+    output.mkdir(parents=True, exist_ok=True)
+    (output / "rmt.toml").write_text(text)
+    return load_board(output / "rmt.toml")
+
+
+def other_boards(chip: str) -> list[Board]:
+    """Our boards with this chip, beside that of BOARDS."""
+    boards = [load_board(path) for path in find_boards()]
+    return [board for board in boards if board.chip == chip and board.id != BOARDS[chip]]
+
+
+def small_headers(root: Path, chip: str, output: Path, board: Board | None = None) -> Headers:
+    """Our own declarations of what we use. @param board  None: that of BOARDS"""
+    generated = generate_pins(board or load_board(BOARDS[chip]), output)
     lines = [f"#define CONFIG_IDF_TARGET_{chip.upper()} 1"]
     lines += [f"#define {name} {value}" for name, value in (("CONFIG_FREERTOS_HZ", 1000), _CPU)]
     (generated / "sdkconfig.h").write_text("\n".join([*lines, ""]))
@@ -69,9 +87,9 @@ def small_headers(root: Path, chip: str, output: Path) -> Headers:
 _CPU = ("CONFIG_ESP_DEFAULT_CPU_FREQ_MHZ", 240)
 
 
-def real_headers(root: Path, idf: Path, chip: str, output: Path) -> Headers:
+def real_headers(root: Path, idf: Path, chip: str, output: Path, board: Board | None = None) -> Headers:
     """ESP-IDF's own headers, with the configuration that our sdkconfig.defaults leads to."""
-    generated = _generate(chip, output)
+    generated = generate_pins(board or load_board(BOARDS[chip]), output)
     configure(root, idf, chip, generated)
     (generated / "shim/sys").mkdir(parents=True, exist_ok=True)
     (generated / "shim/sys/reent.h").write_text(REENT_SHIM)
@@ -80,10 +98,15 @@ def real_headers(root: Path, idf: Path, chip: str, output: Path) -> Headers:
     return Headers(generated, system, ('-DIDF_VER="v5.5.3"', "-DSOC_MMU_PAGE_SIZE=CONFIG_MMU_PAGE_SIZE"))
 
 
-def _generate(chip: str, output: Path) -> Path:
-    """What board.cmake has `wificnc` write. The page's files may be missing here, so they are none."""
+def with_pins(headers: Headers, generated: Path) -> Headers:
+    """The same for another board of the chip. @param generated  its pin_config.h, before that of `headers`"""
+    return replace(headers, generated=generated, system=(headers.generated, *headers.system))
+
+
+def generate_pins(board: Board, output: Path) -> Path:
+    """What board.cmake has `wificnc` write for a board. The page's files may be missing here, so they are none."""
     output.mkdir(parents=True, exist_ok=True)
-    (output / "pin_config.h").write_text(pin_header_text(load_board(BOARDS[chip])))
+    (output / "pin_config.h").write_text(pin_header_text(board))
     (output / "page_files.h").write_text(page_header_text(()))
     return output
 

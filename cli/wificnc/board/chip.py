@@ -97,6 +97,12 @@ class StepTimer(Strict):
         return divider in self.dividers if self.dividers else self.divider_min <= divider <= self.divider_max
 
 
+class Rmt(Strict):
+    """The remote control peripheral, which can make step pulses."""
+
+    tx_channels: int = Field(ge=1)
+
+
 class ChipFile(Strict):
     """The shape of targets/*/pins*.toml."""
 
@@ -111,6 +117,7 @@ class ChipFile(Strict):
     fast: FastPath
     timer: StepTimer
     spi_hosts: dict[str, int] = {}
+    rmt: Rmt | None = None
     pin: dict[str, ChipPin]
 
 

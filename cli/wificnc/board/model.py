@@ -69,6 +69,15 @@ class Timing(Strict):
     max_step_rate_hz: int = Field(ge=1_000, le=2_000_000, description="fastest steps of one axis")
 
 
+class Step(Strict):
+    """What makes the step pulses."""
+
+    engine: Literal["gpio", "rmt"] = Field(
+        default="gpio",
+        description="gpio: the step interrupt; rmt: that peripheral of an ESP32, started by the interrupt",
+    )
+
+
 class Motor(Strict):
     """One motor and its switches: one `limit`, or `limit_min` and `limit_max`."""
 
@@ -199,6 +208,7 @@ class BoardFile(Strict):
     source: Source
     memory: Memory
     timing: Timing
+    step: Step = Step()
     onboard: Annotated[tuple[str, ...], LooseTuple] = Field(default=(), description="pins wired on the board itself")
     axis: AxisSet
     output: Outputs = Outputs()

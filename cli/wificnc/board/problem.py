@@ -38,6 +38,7 @@ RULES = {
     "second-switch": "both motors of an axis have a limit switch, or a home switch, so that homing can square them",
     "servo": "the firmware has an output for the RC servo",
     "spi-host": "the chip has the SPI host for Ethernet",
+    "step-engine": "what makes the step pulses has a channel for every axis",
     "timer-hz": "the step timer can count at this rate",
     "timer-tick": "pulse times are whole timer ticks",
     "pulse-timing": "pulse, pause and direction set-up fit into the shortest step",

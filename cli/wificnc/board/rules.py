@@ -212,6 +212,29 @@ def _servo(board: BoardFile, chip: Chip) -> Iterator[Finding]:
         yield Finding("servo", ("output", "servo"), reason, "leave it out")
 
 
+RMT_PULSE_NS_MIN = 500  # a channel reads its end mark meanwhile
+RMT_SPREAD_NS = 1_000  # from before the first axis' start until the last one's line follows
+
+
+def _step_engine(board: BoardFile, chip: Chip) -> Iterator[Finding]:
+    if board.step.engine != "rmt":
+        return
+    path, hint = ("step", "engine"), 'leave it out: "gpio" makes the pulses of any board'
+    if chip.rmt is None:
+        yield Finding("step-engine", path, f"{chip.name} has no RMT", hint)
+        return
+    motors, led = len(board.axis.motors()), board.led is not None and board.led.kind == "ws2812"
+    if motors + led > (channels := chip.rmt.tx_channels):
+        light = " and the WS2812 another" if led else ""
+        reason = f"{chip.name} has {channels} RMT channels that send, and {motors} step lines want one each{light}"
+        yield Finding("step-engine", path, reason, hint)
+    elif len(board.axis.motors()) > len(board.axis.wired()):
+        yield Finding("step-engine", path, "has one channel an axis, and this board has a second motor", hint)
+    elif board.timing.step_pulse_ns < RMT_PULSE_NS_MIN:
+        reason = f"needs pulses of {RMT_PULSE_NS_MIN} ns, and timing.step_pulse_ns is {board.timing.step_pulse_ns}"
+        yield Finding("step-engine", path, reason, hint)
+
+
 def _memory_mode(board: BoardFile, chip: Chip) -> Iterator[Finding]:
     if board.memory.mode not in chip.memory:
         known = "; ".join(f"{mode} = {what}" for mode, what in chip.memory.items())
@@ -251,14 +274,16 @@ def _pulse_timing(board: BoardFile, chip: Chip) -> Iterator[Finding]:
     timing = board.timing
     period_ns = NS_PER_S / timing.max_step_rate_hz
     low_ns = max(timing.step_pulse_ns, timing.dir_setup_ns)
-    needed_ns = timing.step_pulse_ns + low_ns
+    spread_ns = RMT_SPREAD_NS if board.step.engine == "rmt" else 0
+    needed_ns = timing.step_pulse_ns + low_ns + spread_ns
     if needed_ns > period_ns:
         reason = (
             f"{timing.max_step_rate_hz} steps/s leave {period_ns:g} ns per step, but a pulse of "
             f"{timing.step_pulse_ns} ns and {low_ns} ns low (as long as the pulse, and the direction set up in it) "
-            f"take {needed_ns} ns"
+            f"take {needed_ns} ns" + (f", {spread_ns} of them until the RMT has started all axes" if spread_ns else "")
         )
-        hint = f"at most {NS_PER_S // needed_ns} steps/s with this pulse, or a pulse of at most {period_ns / 2:g} ns"
+        most_ns = (period_ns - spread_ns) / 2
+        hint = f"at most {NS_PER_S // needed_ns} steps/s with this pulse, or a pulse of at most {most_ns:g} ns"
         yield Finding("pulse-timing", ("timing", "max_step_rate_hz"), reason, hint)
 
 
@@ -275,6 +300,7 @@ BOARD_RULES: tuple[BoardRule, ...] = (
     _one_kind_of_limit,
     _second_switch,
     _servo,
+    _step_engine,
     _memory_mode,
     _spi_host,
     _header_names,

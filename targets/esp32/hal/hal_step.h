@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
- * Hot tier of the ESP32 and ESP32-S3: timer 0 of timer group 0 and the GPIO registers. Contract:
- * core/hal/README.md.
+ * Hot tier of the ESP32 and ESP32-S3: timer 0 of timer group 0, and the GPIO registers or the RMT peripheral
+ * for the step pulses, as the board chose (`[step] engine`). Contract: core/hal/README.md.
  *
  * Registers are written whole: one store each, no read-modify-write. The timer counts up from 0 at every
  * start and is compared with an absolute alarm, so intervals add up without drift; an alarm that has passed
@@ -12,6 +12,7 @@
 #include "base/axis.h"
 #include "hal/compiler.h"
 #include "hal/step_pins.h"
+#include "pin_config.h"
 
 #include "esp_attr.h"
 #include "esp_cpu.h"
@@ -41,55 +42,39 @@ struct hal_step {
     uint32_t timer_runs;  /* the same with RUN and ALARM */
     uint32_t alarm_low, alarm_high;
     /* CPU cycles. The lengths are changed at rest only */
-    uint32_t pulse_cycles;             /* of a step pulse, and of the pause behind it */
-    uint32_t dir_setup_cycles;         /* from a change of direction to the next pulse */
-    uint32_t dir_quiet_cycles;         /* the longer of both */
-    uint32_t set_at;                   /* when the present pulse began */
-    uint32_t quiet_at, quiet;          /* no pulse begins within `quiet` cycles of this moment */
-    axis_mask_t axes;                  /* of the newest event */
-    axis_mask_t negative;              /* axes whose direction line says so */
+    uint32_t pulse_cycles;         /* of a step pulse, and of the pause behind it */
+    uint32_t dir_setup_cycles;     /* from a change of direction to the next pulse */
+    uint32_t dir_quiet_cycles;     /* the longer of both */
+    uint32_t pulse_end_cycles;     /* RMT: from a start until the line is low again, at most */
+    uint32_t rmt_rewind, rmt_rest; /* RMT: a channel's configuration word, with and without rewinding it */
+    uint32_t set_at;               /* when the present pulse began */
+    uint32_t quiet_at, quiet;      /* no pulse begins within `quiet` cycles of this moment */
+    axis_mask_t axes;              /* of the newest event */
+    axis_mask_t negative;          /* axes whose direction line says so */
     const volatile uint32_t *probe_in; /* input register of the probe's bank */
     uint32_t probe_mask;               /* the probe's bit; 0 = no probe */
     uint32_t probe_level;              /* (*probe_in & probe_mask) while it touches */
     struct step_pins pins;
 };
 
-/* Prep leaves time enough between events. The wait is for an interrupt that came late after one in time. */
-static HAL_INLINE void hal_step_set(struct hal_step *hal, axis_mask_t axes) {
-    const struct gpio_bits *bits = &hal->pins.step[axes];
-    while (esp_cpu_get_cycle_count() - hal->quiet_at < hal->quiet) {
-    }
-    GPIO.out_w1ts = bits->bank[0];
-    GPIO.out1_w1ts.val = bits->bank[1];
-    hal->set_at = esp_cpu_get_cycle_count();
-    hal->axes = axes;
-}
-
-/* The pulse has been high while the ISR computed; only what is left of it is waited for. */
-static HAL_INLINE void hal_step_clear(struct hal_step *hal) {
-    if (hal->axes == 0)
-        return;
-    const struct gpio_bits *bits = &hal->pins.step[AXIS_MASKS - 1];
-    while (esp_cpu_get_cycle_count() - hal->set_at < hal->pulse_cycles) {
-    }
-    GPIO.out_w1tc = bits->bank[0];
-    GPIO.out1_w1tc.val = bits->bank[1];
-    hal->quiet_at = esp_cpu_get_cycle_count();
-    hal->quiet = hal->pulse_cycles;
-}
+#if BOARD_STEP_ENGINE == BOARD_STEP_ENGINE_RMT
+#include "hal/pulse_rmt.h"
+#else
+#include "hal/pulse_gpio.h"
+#endif
 
 static HAL_INLINE void hal_step_direction(struct hal_step *hal, axis_mask_t negative) {
     if (negative == hal->negative)
         return;
     const struct gpio_bits *set = &hal->pins.dir[negative];
     const struct gpio_bits *clear = &hal->pins.dir[~negative & (AXIS_MASKS - 1)];
+    step_pulse_wait(hal);
     GPIO.out_w1ts = set->bank[0];
     GPIO.out1_w1ts.val = set->bank[1];
     GPIO.out_w1tc = clear->bank[0];
     GPIO.out1_w1tc.val = clear->bank[1];
     hal->negative = negative;
-    hal->quiet_at = esp_cpu_get_cycle_count();
-    hal->quiet = hal->dir_quiet_cycles;
+    step_direction_done(hal);
 }
 
 static HAL_INLINE bool hal_step_probe(const struct hal_step *hal) {

@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 #include "hal/step_engine.h"
 
+#include "hal/step_rmt.h"
+
 #include "esp_intr_alloc.h"
 #include "esp_private/periph_ctrl.h"
 #include "esp_rom_gpio.h"
@@ -15,6 +17,7 @@
 #define CYCLES_PER_US  ((uint32_t)CONFIG_ESP_DEFAULT_CPU_FREQ_MHZ)
 #define DIVIDER_MOST   65536u /* TIMG_T0_DIVIDER */
 #define BANK_WIDTH     32u
+#define BY_RMT         (BOARD_STEP_ENGINE == BOARD_STEP_ENGINE_RMT)
 #define NO_PROBE_LEVEL 1u /* what (anything & 0) never is */
 
 static uint32_t cycles_of(uint32_t ns) {
@@ -37,6 +40,8 @@ bool step_engine_init(struct hal_step *hal, const struct step_engine_board *boar
     hal->timer_rests = STEP_TIMER_UP | STEP_TIMER_LEVEL_INT | STEP_TIMER_DIVIDE(divider & 0xFFFFu);
     hal->timer_runs = hal->timer_rests | STEP_TIMER_RUN | STEP_TIMER_ALARM;
     hal->dir_setup_cycles = cycles_of(board->dir_setup_ns);
+    if (BY_RMT && !step_rmt_init(hal, board->step_gpio))
+        return false;
     step_engine_set_pulse(hal, board->step_pulse_ns);
     set_probe(hal, board->probe_gpio);
     PERIPH_RCC_ACQUIRE_ATOMIC(PERIPH_TIMG0_MODULE, users) {
@@ -55,17 +60,20 @@ void step_engine_set_pulse(struct hal_step *hal, uint32_t step_pulse_ns) {
     hal->pulse_cycles = cycles_of(step_pulse_ns);
     hal->dir_quiet_cycles =
         hal->pulse_cycles > hal->dir_setup_cycles ? hal->pulse_cycles : hal->dir_setup_cycles;
+    if (BY_RMT)
+        step_rmt_set_pulse(hal, step_pulse_ns);
 }
 
-static void invert(uint8_t gpio, bool inverted) {
+static void invert(uint8_t gpio, unsigned signal, bool inverted) {
     if (gpio != GPIO_NONE)
-        esp_rom_gpio_connect_out_signal(gpio, SIG_GPIO_OUT_IDX, inverted, false);
+        esp_rom_gpio_connect_out_signal(gpio, signal, inverted, false);
 }
 
 void step_engine_invert(const struct step_engine_board *board, axis_mask_t step, axis_mask_t dir) {
     for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
-        invert(board->step_gpio[ax], (step >> ax & 1) != 0);
-        invert(board->dir_gpio[ax], (dir >> ax & 1) != 0);
+        invert(board->step_gpio[ax], BY_RMT ? RMT_SIG_OUT0_IDX + ax : SIG_GPIO_OUT_IDX,
+               (step >> ax & 1) != 0);
+        invert(board->dir_gpio[ax], SIG_GPIO_OUT_IDX, (dir >> ax & 1) != 0);
     }
 }
 

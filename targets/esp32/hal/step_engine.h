@@ -14,7 +14,8 @@ struct step_engine_board {
     uint32_t step_pulse_ns, dir_setup_ns;
 };
 
-/** [task] Tables, timer and probe; nothing runs yet. @return false: a pin or the clock is impossible */
+/** [start] Tables, timer, probe, and RMT channels where the board wants them: before the LED takes one.
+ * Nothing runs yet. @return false: a pin, the clock or a channel is impossible */
 bool step_engine_init(struct hal_step *hal, const struct step_engine_board *board);
 
 /** [task, at rest] Length of a step pulse, and of the pause behind it. */

@@ -116,15 +116,20 @@ static void read_choices(void) {
     is_module = channels_are_chosen(&channels);
 }
 
+static void start_led(void) {
+    (void)led_driver_init(pin_map_find(&pins, "led"));
+}
+
 static void start_pins(struct complaints *complaints) {
     const struct pin_moves moves = {.read = read_u8, .tell = note_complaint, .ctx = complaints};
     pin_map_init(&pins);
     (void)pin_map_move(&pins, &moves);
-    if (is_module)
+    if (is_module) {
         channels_apply(&channels); /* its pins are channels: a motor's output would drive an input's line */
-    else
+        start_led();
+    } else {
         outputs_make_safe(&pins);
-    (void)led_driver_init(pin_map_find(&pins, "led"));
+    }
 }
 
 static void start_hal(void) {
@@ -149,6 +154,7 @@ static void start_hal(void) {
         tell("The spindle's encoder did not start");
     if (!step_engine_init(&hal.step, &step_pins))
         tell("This board's step pins or timer are impossible, nothing moves");
+    start_led(); /* of the RMT's channels it gets what is left */
 }
 
 /* ---- networks by a serial port ---- */

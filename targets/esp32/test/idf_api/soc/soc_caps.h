@@ -5,8 +5,9 @@
 
 #include "sdkconfig.h"
 
-#define SOC_RMT_MEM_WORDS_PER_CHANNEL 48 /* 64 on the ESP32 */
-
 #if CONFIG_IDF_TARGET_ESP32S3
+#define SOC_RMT_MEM_WORDS_PER_CHANNEL 48
 #define SOC_USB_SERIAL_JTAG_SUPPORTED 1
+#else
+#define SOC_RMT_MEM_WORDS_PER_CHANNEL 64
 #endif

@@ -1,0 +1,41 @@
+"""Both step engines of the ESP32, with emulated registers: tests/esp32/pulses.c."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from wificnc.board.header import pin_header_text
+from wificnc.board.load import load_board
+from wificnc.build.checkout import checkout_root
+from wificnc.build.compiler import locate_compiler
+
+HERE = Path(__file__).parent
+ROOT = checkout_root()
+ESP32 = ROOT / "targets" / "esp32"
+SOURCES = (
+    *(ROOT / "core" / name for name in ("step/isr.c", "step/position.c", "step/prep.c", "segment/ring.c")),
+    *(ESP32 / "hal" / name for name in ("step_engine.c", "step_pins.c", "step_rmt.c")),
+)
+INCLUDES = (HERE / "registers", ESP32, ROOT / "core", ESP32 / "test" / "idf_api", HERE)
+FLAGS = ("-std=gnu11", "-O1", "-g", "-Wall", "-Wextra", "-Werror", "-ffp-contract=off")
+
+sys.path.insert(0, str(ROOT / "tools"))
+from xtensa.headers import rmt_board  # noqa: E402
+
+
+@pytest.mark.parametrize(("chip", "engine"), [("esp32", "gpio"), ("esp32", "rmt"), ("esp32s3", "rmt")])
+def test_pulses(chip: str, engine: str, tmp_path: Path) -> None:
+    board = rmt_board(chip, tmp_path) if engine == "rmt" else load_board("esp32-wroom32")
+    (tmp_path / "pin_config.h").write_text(pin_header_text(board))
+    target = f"#define CONFIG_IDF_TARGET_{chip.upper()} 1\n"
+    (tmp_path / "sdkconfig.h").write_text(f"{target}#define CONFIG_ESP_DEFAULT_CPU_FREQ_MHZ 240\n")
+    includes = [f"-I{path}" for path in (tmp_path, *INCLUDES)]
+    program = tmp_path / "pulses"
+    sources = [str(path) for path in (HERE / "pulses.c", *SOURCES)]
+    command = [*locate_compiler(), *FLAGS, *includes, *sources, "-o", str(program), "-lm"]
+    subprocess.run(command, check=True, timeout=60)
+    done = subprocess.run([program], capture_output=True, text=True, timeout=60, check=False)
+    assert done.returncode == 0, done.stdout[-2000:]
