@@ -95,6 +95,7 @@ pictures: $(VENV)/.ready-dev
 	@cd tools && $(abspath $(PY)) -m motion.pictures
 
 generate: $(VENV)/.ready-dev
+	$(PY) -m wificnc.build.generate_version
 	$(PY) -m wificnc.protocol.generate
 	$(PY) -m wificnc.protocol.generate_wire
 	$(PY) -m wificnc.board.generate

@@ -1,13 +1,14 @@
 /* SPDX-License-Identifier: MIT */
 #include "host_wire.h"
 
+#include "base/version.h"
 #include "host_inner.h"
 #include "host_module.h"
 
 #include <stdlib.h>
 #include <string.h>
 
-enum { VERSION = 0x00010000, EVENTS_A_ROUND = 1 << 20 };
+enum { EVENTS_A_ROUND = 1 << 20 };
 
 /* A datagram on its way out. */
 struct sent {
@@ -62,7 +63,7 @@ struct host_wire *host_wire_create(struct host *host, const char *password) {
     host_module_init(&wire->module, host);
     const struct session_options options = {.name = "WiFiCNC",
                                             .password = wire->password,
-                                            .version = VERSION,
+                                            .version = VERSION_WORD,
                                             .status_port = WIRE_STATUS_PORT,
                                             .channels = &wire->module.channels};
     if (!channels_are_chosen(&wire->module.channels)) {

@@ -1,12 +1,11 @@
 /* SPDX-License-Identifier: MIT */
 #include "serve_wire.h"
 
+#include "base/version.h"
 #include "host_inner.h"
 
 #include <stdio.h>
 #include <stdlib.h>
-
-enum { VERSION = 0x00010000 }; /* 0.1.0 */
 
 static void system_random(void *ctx, uint8_t *bytes, size_t count) {
     (void)ctx;
@@ -28,7 +27,7 @@ int serve_wire_open(struct serve_wire *wire, struct host *host, const char *addr
     static const struct session_ops ops = {.send = net_wire_send, .random = system_random};
     const struct session_options options = {.name = "WiFiCNC",
                                             .password = password,
-                                            .version = VERSION,
+                                            .version = VERSION_WORD,
                                             .status_port = WIRE_STATUS_PORT,
                                             .channels = &wire->module.channels};
     if (wire->is_module)

@@ -69,7 +69,7 @@ int main(int argc, char **argv) {
     host->machine.out = controller_out(&controller);
     controller_set(&controller, &options);
     if (!controller_listen(&controller, "127.0.0.1", "0", &error) ||
-        !page_start(&controller.hub, "127.0.0.1", "WiFiCNC-1A2B", "0.1.0", "0", &error))
+        !page_start(&controller.hub, "127.0.0.1", "WiFiCNC-1A2B", "0", &error))
         return 1;
     printf("%u %u\n", port_of(controller.listener), port_of(page_listener()));
     fflush(stdout);

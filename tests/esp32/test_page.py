@@ -17,6 +17,7 @@ import pytest
 from esp32_serve import serving_esp32
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import ClientConnection, connect
+from wificnc import __version__
 from wificnc.errors import UserError
 from wificnc.web.embed import EmbeddedFile, embedded_files
 
@@ -128,7 +129,7 @@ def test_the_page_learns_who_serves_it() -> None:
     with serving_esp32() as ports:
         status, headers, body = get(ports.page, "/api/controller")
         assert (status, headers["Content-Type"]) == (200, "application/json")
-        controller = {"name": "WiFiCNC-1A2B", "version": "0.1.0", "board": "esp32s3-devkitc", "axes": 6}
+        controller = {"name": "WiFiCNC-1A2B", "version": __version__, "board": "esp32s3-devkitc", "axes": 6}
         assert json.loads(body) == controller
 
 

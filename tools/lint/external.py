@@ -96,7 +96,7 @@ def generators(root: Path) -> list[str]:
     """Modules of the package that can say whether what they generate is fresh."""
     found = []
     for path in sorted((root / "cli" / "wificnc").rglob("generate*.py")):
-        if '"--check"' in path.read_text():
+        if "--check" in path.read_text():
             found.append(".".join(path.relative_to(root / "cli").with_suffix("").parts))
     return found
 

@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-import argparse
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 
+from wificnc import generated
 from wificnc.board import paths
 from wificnc.board.docs import docs_text, readme_text
-from wificnc.board.header import write_if_changed
 from wificnc.board.load import find_boards, load_board
 from wificnc.board.picture import draw, svg_text
 from wificnc.board.schema import board_schema_text
 from wificnc.board.start import start_texts
-from wificnc.checked.paths import shown
 
 
 def generated_files() -> dict[Path, str]:
@@ -29,27 +28,13 @@ def generated_files() -> dict[Path, str]:
     }
 
 
-def stale_files() -> list[Path]:
-    """Generated files that differ from what the board files say now."""
-    return [
-        path
-        for path, text in generated_files().items()
-        if not path.is_file() or path.read_text(encoding="utf-8") != text
-    ]
+def main(argv: Sequence[str] | None = None) -> int:
+    """Exit code: that of generated.run()."""
 
+    def make() -> dict[str, str]:
+        return {path.relative_to(generated.ROOT).as_posix(): text for path, text in generated_files().items()}
 
-def main(argv: list[str] | None = None) -> int:
-    parser = argparse.ArgumentParser(prog="python -m wificnc.board.generate", description=__doc__)
-    parser.add_argument("--check", action="store_true", help="write nothing; fail if something is stale")
-    if parser.parse_args(argv).check:
-        stale = stale_files()
-        for path in stale:
-            print(f"stale: {shown(path)}", file=sys.stderr)
-        return 1 if stale else 0
-    for path, text in generated_files().items():
-        if write_if_changed(path, text):
-            print(f"wrote {shown(path)}")
-    return 0
+    return generated.run("wificnc.board.generate", __doc__, make, argv)
 
 
 if __name__ == "__main__":

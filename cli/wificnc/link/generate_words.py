@@ -6,16 +6,16 @@ core/gcode/status.h is the one home of the errors' texts, link/alarms.py of the 
 
 from __future__ import annotations
 
-import argparse
 import json
 import re
 import sys
 from collections.abc import Sequence
 from pathlib import Path
 
+from wificnc import generated
+from wificnc.generated import ROOT
 from wificnc.link.alarms import ALARMS
 
-ROOT = Path(__file__).resolve().parents[3]
 SOURCE = "core/gcode/status.h"
 OUTPUT = "cli/wificnc/link/words.py"
 PAGE = "docs/errors.md"
@@ -75,22 +75,13 @@ def page_text(header: str) -> str:
 
 
 def main(argv: Sequence[str] | None = None, root: Path = ROOT) -> int:
-    """Exit code 0: the files are fresh (now); 1: --check found one stale."""
-    parser = argparse.ArgumentParser(prog="python -m wificnc.link.generate_words", description=__doc__)
-    parser.add_argument("--check", action="store_true", help="write nothing, fail when a file is stale")
-    check: bool = parser.parse_args(argv).check
-    header = (root / SOURCE).read_text(encoding="utf-8")
-    texts = {root / OUTPUT: words_text(header), root / PAGE: page_text(header)}
-    stale = [path for path, text in texts.items() if not path.exists() or path.read_text(encoding="utf-8") != text]
-    for path in stale:
-        name = path.relative_to(root).as_posix()
-        if check:
-            print(f"{name} is stale: run python -m wificnc.link.generate_words", file=sys.stderr)
-        else:
-            path.parent.mkdir(parents=True, exist_ok=True)
-            path.write_text(texts[path], encoding="utf-8", newline="\n")
-            print(f"wrote {name}", file=sys.stderr)
-    return 1 if check and stale else 0
+    """Exit code: that of generated.run()."""
+
+    def make() -> dict[str, str]:
+        header = (root / SOURCE).read_text(encoding="utf-8")
+        return {OUTPUT: words_text(header), PAGE: page_text(header)}
+
+    return generated.run("wificnc.link.generate_words", __doc__, make, argv, root)
 
 
 if __name__ == "__main__":

@@ -6,7 +6,6 @@ writes nothing and fails when one of them is stale.
 
 from __future__ import annotations
 
-import argparse
 import hashlib
 import sys
 from collections.abc import Sequence
@@ -14,9 +13,10 @@ from pathlib import Path
 
 import jinja2
 
+from wificnc import generated
+from wificnc.generated import ROOT
 from wificnc.protocol.table import AXES, Setting, parse_settings, status_codes
 
-ROOT = Path(__file__).resolve().parents[3]
 SOURCE = "protocol/settings.toml"
 STATUS_HEADER = "core/gcode/status.h"
 
@@ -88,29 +88,13 @@ def render(source: str, status_header: str) -> dict[str, str]:
     return {path: env.get_template(template).render(values) for path, template in OUTPUTS.items()}
 
 
-def stale(texts: dict[str, str], root: Path) -> list[str]:
-    """Files that are missing or differ from what they should be."""
-
-    def current(path: Path) -> str | None:
-        return path.read_text(encoding="utf-8") if path.exists() else None
-
-    return [path for path, text in texts.items() if current(root / path) != text]
-
-
 def main(argv: Sequence[str] | None = None, root: Path = ROOT) -> int:
-    """Exit code 0: everything is fresh (now); 1: --check found stale files."""
-    parser = argparse.ArgumentParser(prog="python -m wificnc.protocol.generate", description=__doc__)
-    parser.add_argument("--check", action="store_true", help="write nothing, fail when a generated file is stale")
-    check: bool = parser.parse_args(argv).check
-    texts = render(*((root / path).read_text(encoding="utf-8") for path in (SOURCE, STATUS_HEADER)))
-    for path in stale(texts, root):
-        if check:
-            print(f"{path} is stale: run python -m wificnc.protocol.generate", file=sys.stderr)
-            continue
-        (root / path).parent.mkdir(parents=True, exist_ok=True)
-        (root / path).write_text(texts[path], encoding="utf-8", newline="\n")
-        print(f"wrote {path}", file=sys.stderr)
-    return 1 if check and stale(texts, root) else 0
+    """Exit code: that of generated.run()."""
+
+    def make() -> dict[str, str]:
+        return render(*((root / path).read_text(encoding="utf-8") for path in (SOURCE, STATUS_HEADER)))
+
+    return generated.run("wificnc.protocol.generate", __doc__, make, argv, root)
 
 
 if __name__ == "__main__":

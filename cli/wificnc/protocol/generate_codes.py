@@ -5,14 +5,15 @@ core/gcode/codes.def is the one home of what the controller understands; the par
 
 from __future__ import annotations
 
-import argparse
 import re
 import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-ROOT = Path(__file__).resolve().parents[3]
+from wificnc import generated
+from wificnc.generated import ROOT
+
 SOURCE = "core/gcode/codes.def"
 OUTPUT = "docs/gcode.md"
 ROW = re.compile(
@@ -106,20 +107,12 @@ def document(table: str) -> str:
 
 
 def main(argv: Sequence[str] | None = None, root: Path = ROOT) -> int:
-    """Exit code 0: the document is fresh (now); 1: --check found it stale."""
-    parser = argparse.ArgumentParser(prog="python -m wificnc.protocol.generate_codes", description=__doc__)
-    parser.add_argument("--check", action="store_true", help="write nothing, fail when the file is stale")
-    check: bool = parser.parse_args(argv).check
-    text = document((root / SOURCE).read_text(encoding="utf-8"))
-    path = root / OUTPUT
-    if path.exists() and path.read_text(encoding="utf-8") == text:
-        return 0
-    if check:
-        print(f"{OUTPUT} is stale: run python -m wificnc.protocol.generate_codes", file=sys.stderr)
-        return 1
-    path.write_text(text, encoding="utf-8", newline="\n")
-    print(f"wrote {OUTPUT}", file=sys.stderr)
-    return 0
+    """Exit code: that of generated.run()."""
+
+    def make() -> dict[str, str]:
+        return {OUTPUT: document((root / SOURCE).read_text(encoding="utf-8"))}
+
+    return generated.run("wificnc.protocol.generate_codes", __doc__, make, argv, root)
 
 
 if __name__ == "__main__":

@@ -5,16 +5,15 @@
 
 from __future__ import annotations
 
-import argparse
 import sys
 from collections.abc import Sequence
 from pathlib import Path
 
+from wificnc import generated
 from wificnc.board.header import OUTPUT_SIGNALS, signal_groups
-from wificnc.protocol.generate import stale
+from wificnc.generated import ROOT
 from wificnc.protocol.nvs import NvsTable, parse_nvs
 
-ROOT = Path(__file__).resolve().parents[3]
 SOURCE = "protocol/nvs.toml"
 
 GENERATED = f"""/* SPDX-License-Identifier: MIT
@@ -124,19 +123,12 @@ def is_output(signal: str) -> bool:
 
 
 def main(argv: Sequence[str] | None = None, root: Path = ROOT) -> int:
-    """Exit code 0: the files are fresh (now); 1: --check found a stale one."""
-    parser = argparse.ArgumentParser(prog="python -m wificnc.protocol.generate_nvs", description=__doc__)
-    parser.add_argument("--check", action="store_true", help="write nothing, fail when a file is stale")
-    check: bool = parser.parse_args(argv).check
-    made = texts(parse_nvs((root / SOURCE).read_text(encoding="utf-8")))
-    old = stale(made, root)
-    for path in old:
-        if check:
-            print(f"{path} is stale: run python -m wificnc.protocol.generate_nvs", file=sys.stderr)
-            continue
-        (root / path).write_text(made[path], encoding="utf-8", newline="\n")
-        print(f"wrote {path}", file=sys.stderr)
-    return 1 if check and old else 0
+    """Exit code: that of generated.run()."""
+
+    def make() -> dict[str, str]:
+        return texts(parse_nvs((root / SOURCE).read_text(encoding="utf-8")))
+
+    return generated.run("wificnc.protocol.generate_nvs", __doc__, make, argv, root)
 
 
 if __name__ == "__main__":

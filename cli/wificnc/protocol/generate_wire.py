@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-import argparse
 import hashlib
 import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from wificnc.protocol.generate import ROOT, environment, stale
+from wificnc import generated
+from wificnc.generated import ROOT
 from wificnc.protocol.generate import SOURCE as SETTINGS_SOURCE
+from wificnc.protocol.generate import environment
 from wificnc.protocol.generate_nvs import SOURCE as NVS_SOURCE
 from wificnc.protocol.nvs import parse_nvs
 from wificnc.protocol.table import parse_settings
@@ -80,19 +81,12 @@ def render(source: str, settings_source: str, nvs_source: str) -> dict[str, str]
 
 
 def main(argv: Sequence[str] | None = None, root: Path = ROOT) -> int:
-    """Exit code 0: everything is fresh (now); 1: --check found stale files."""
-    parser = argparse.ArgumentParser(prog="python -m wificnc.protocol.generate_wire", description=__doc__)
-    parser.add_argument("--check", action="store_true", help="write nothing, fail when a generated file is stale")
-    check: bool = parser.parse_args(argv).check
-    texts = render(*((root / path).read_text(encoding="utf-8") for path in (SOURCE, SETTINGS_SOURCE, NVS_SOURCE)))
-    for path in stale(texts, root):
-        if check:
-            print(f"{path} is stale: run python -m wificnc.protocol.generate_wire", file=sys.stderr)
-            continue
-        (root / path).parent.mkdir(parents=True, exist_ok=True)
-        (root / path).write_text(texts[path], encoding="utf-8", newline="\n")
-        print(f"wrote {path}", file=sys.stderr)
-    return 1 if check and stale(texts, root) else 0
+    """Exit code: that of generated.run()."""
+
+    def make() -> dict[str, str]:
+        return render(*((root / path).read_text(encoding="utf-8") for path in (SOURCE, SETTINGS_SOURCE, NVS_SOURCE)))
+
+    return generated.run("wificnc.protocol.generate_wire", __doc__, make, argv, root)
 
 
 if __name__ == "__main__":

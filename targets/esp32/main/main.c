@@ -12,6 +12,7 @@
 #include "app/motion_task.h"
 #include "app/services.h"
 #include "app/task_map.h"
+#include "base/version.h"
 #include "hal/esp32_hal.h"
 #include "hal/hal.h"
 #include "io/led_driver.h"
@@ -38,7 +39,6 @@
 #include <string.h>
 
 enum { US_PER_MS = 1000, LED_EVERY_US = 50000 };
-enum { WIRE_FIRMWARE_VERSION = 0x00010000 }; /* 0.1.0 */
 
 static RTC_NOINIT_ATTR struct boot_guard guard; /* a reset keeps it */
 
@@ -53,7 +53,7 @@ static struct step_engine_board step_pins;
 static struct lines lines;
 static struct channels channels;
 static struct io_module io_module; /* when this board is one */
-static char password[ACCESS_PASSWORD_MAX + 1], version[16];
+static char password[ACCESS_PASSWORD_MAX + 1];
 static uint8_t link_lost;
 static bool safe_mode, is_module, has_network;
 
@@ -210,7 +210,7 @@ static void add_port(struct improv *improv, const struct net_stream *port, const
                                           .scan = scan_networks,
                                           .scanned = scanned_network,
                                           .now_us = port_time_us};
-    static struct improv_info info = {.firmware = "WiFiCNC", .version = version, .chip = BOARD_CHIP};
+    static struct improv_info info = {.firmware = "WiFiCNC", .version = VERSION_TEXT, .chip = BOARD_CHIP};
     struct net_stream stream;
     info.name = network_name(); /* filled in later */
     improv_init(improv, port, &info, &ops, &stream);
@@ -220,8 +220,6 @@ static void add_port(struct improv *improv, const struct net_stream *port, const
 static void start_ports(void) {
     static struct improv uart, usb;
     struct net_stream port;
-    snprintf(version, sizeof version, "%d.%d.%d", WIRE_FIRMWARE_VERSION >> 24,
-             WIRE_FIRMWARE_VERSION >> 16 & 0xFF, WIRE_FIRMWARE_VERSION & 0xFFFF);
     if (serial_stream_uart(&port))
         add_port(&uart, &port, "UART");
     if (serial_stream_usb(&port))
@@ -288,7 +286,7 @@ static const struct session_ops wire_ops = {.send = net_wire_send, .random = chi
 static struct session_options wire_options(void) {
     return (struct session_options){.name = network_name(),
                                     .password = password,
-                                    .version = WIRE_FIRMWARE_VERSION,
+                                    .version = VERSION_WORD,
                                     .status_port = WIRE_STATUS_PORT,
                                     .channels = &channels};
 }
@@ -324,7 +322,7 @@ static void start_network(void) {
         snprintf(text, sizeof text, "Telnet did not start, error %d", error);
         tell(text);
     }
-    if (!page_start(&controller.hub, NULL, network_name(), version, "80", &error)) {
+    if (!page_start(&controller.hub, NULL, network_name(), "80", &error)) {
         snprintf(text, sizeof text, "The page did not start, error %d", error);
         tell(text);
     }

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "net/page.h"
 
+#include "base/version.h"
 #include "net_http.h"
 #include "page_files.h"
 #include "pin_config.h"
@@ -26,11 +27,11 @@ bool page_start(struct net_hub *hub, const char *host, const char *name, const c
                 const char *port, int *error) {
     static struct net_http_site site = {.files = files,
                                         .count = PAGE_FILE_COUNT,
+                                        .version = VERSION_TEXT,
                                         .board = BOARD_ID,
                                         .axes = BOARD_AXIS_COUNT,
                                         .connect = connect};
     site.name = name;
-    site.version = version;
     site.ctx = hub;
     return net_http_open(&http, &site, host, port, error);
 }

@@ -8,8 +8,7 @@
 
 /** Listen. @param hub  browsers become its clients
  *  @param host  NULL: all networks
- *  @param name  of the controller in its networks
- *  @param version  of the firmware; both outlive the page
+ *  @param name  of the controller in its networks; outlives the page
  *  @param port  "80"
  *  @return false: *error is an errno */
 bool page_start(struct net_hub *hub, const char *host, const char *name, const char *version,
