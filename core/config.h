@@ -14,8 +14,7 @@
 #ifndef WITH_ENCODER
 #define WITH_ENCODER 1
 #endif
-/* A network host that moves the machine (session/), 8 KB of code: a target without a network builds with 0.
- */
+/* A network host that moves the machine, 8 KB of code: a target without a network builds with 0. */
 #ifndef WITH_HOST
 #define WITH_HOST 1
 #endif

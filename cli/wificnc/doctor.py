@@ -15,7 +15,7 @@ from typing import Literal
 from wificnc.build.checkout import copied_tree, find_checkout
 from wificnc.build.compiler import identify_compiler, locate_compiler
 from wificnc.build.esp32 import core_directory, find_platformio, missing_packages
-from wificnc.build.pic32mz import find_compiler
+from wificnc.build.mips import find_compiler
 from wificnc.checked import paths
 from wificnc.errors import BuildError
 from wificnc.flash.ports import Port, usb_ports
@@ -65,7 +65,9 @@ def compiler() -> Iterator[Finding]:
 
 def pic32mz_compiler() -> Iterator[Finding]:
     try:
-        yield Finding("PIC32MZ compiler", "good", identify_compiler((find_compiler(),)).title)
+        found = find_compiler()
+        note = "; its image is larger than gcc's" if found.name == "zig" else ""
+        yield Finding("PIC32MZ compiler", "good", identify_compiler(found.argv).title + note)
     except BuildError as err:
         yield Finding("PIC32MZ compiler", "missing", err.message, err.hint or "", "build of a PIC32MZ")
 

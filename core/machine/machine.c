@@ -3,6 +3,8 @@
 
 #include "base/debug.h"
 
+#include <string.h>
+
 uint16_t machine_board_pulse_us(const struct machine *machine) {
     return (uint16_t)((machine->board.step_pulse_ns + 999) / 1000);
 }
@@ -16,7 +18,10 @@ void machine_init(struct machine *machine, const struct machine_board *board, st
                   struct hal_step *hal_step, const struct text_out *out) {
     static const struct prep_timing no_timing = {1, 1, 1};
     static const struct motion_limits no_limits = {.steps_per_mm = {1, 1, 1, 1, 1, 1}};
-    *machine = (struct machine){.board = *board, .hal = hal, .out = *out};
+    memset(machine, 0, sizeof *machine); /* not an assignment: clang makes a second machine on the stack */
+    machine->board = *board;
+    machine->hal = hal;
+    machine->out = *out;
     settings_defaults(&machine->settings);
     machine->settings.step_pulse_us = machine_board_pulse_us(machine);
     machine->gcode.axes = (axis_mask_t)((1u << board->axis_count) - 1);

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import importlib.util
 import shutil
 import subprocess
 from pathlib import Path
 
 import pytest
 from wificnc.app import main
-from wificnc.build.pic32mz import COMPILER
+from wificnc.build.mips import COMPILER
 from wificnc.errors import Exit
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -72,10 +73,19 @@ def test_build_pic32mz_without_its_compiler(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
     monkeypatch.setenv("PATH", str(tmp_path))
+    monkeypatch.setattr(importlib.util, "find_spec", lambda *_: None)
     with pytest.raises(SystemExit) as caught:
         main(["build", "pic32mz2048efh100"])
     assert caught.value.code == Exit.BUILD
-    assert "apt-get install gcc-mipsel-linux-gnu" in capsys.readouterr().err
+    said = capsys.readouterr().err
+    assert "apt-get install gcc-mipsel-linux-gnu" in said and "pip install ziglang" in said
+
+
+@pytest.mark.parametrize("board", ["host", "esp32s3-devkitc"])
+def test_cc_is_of_a_pic32mz(board: str, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as caught:
+        main(["build", board, "--cc", "zig"])
+    assert caught.value.code == Exit.USAGE and "--cc is of a PIC32MZ" in capsys.readouterr().err
 
 
 @pytest.mark.skipif(shutil.which("make") is None, reason="make is not on this machine")

@@ -13,7 +13,7 @@ import pytest
 from pio_standins import make_standins
 from wificnc.board.load import find_boards, load_board
 from wificnc.build.checkout import checkout_root
-from wificnc.build.pic32mz import COMPILER
+from wificnc.build.mips import COMPILER
 
 pytest.importorskip("platformio")
 ROOT = checkout_root()

@@ -11,7 +11,8 @@ import os
 import pytest
 from wificnc.board.load import load_board
 from wificnc.board.model import Board
-from wificnc.build.pic32mz import COMPILER, Pic32Build, build_pic32mz, find_compiler
+from wificnc.build.mips import find_compiler
+from wificnc.build.pic32mz import Pic32Build, build_pic32mz
 from wificnc.chip.image import Block, read_hex
 from wificnc.errors import BuildError
 
@@ -27,10 +28,10 @@ def board() -> Board:
 @pytest.fixture(scope="session")
 def build(board: Board) -> Pic32Build:
     try:
-        find_compiler()
-    except BuildError:
-        pytest.skip(f"{COMPILER} is not on this machine")
-    return build_pic32mz(board)
+        find_compiler("gcc")
+    except BuildError as err:
+        pytest.skip(err.message)
+    return build_pic32mz(board, cc="gcc")
 
 
 @pytest.fixture(scope="session")

@@ -8,8 +8,8 @@ import sys
 import time
 
 from wificnc.board.load import load_board
+from wificnc.build.mips import COMPILER
 from wificnc.build.mzsim import ensure_mzsim_library
-from wificnc.build.pic32mz import COMPILER
 from wificnc.chip.image import Block
 from wificnc.chip.machine import board_image, wired_chip
 from wificnc.chip.virtual import VirtualChip, load_mzsim

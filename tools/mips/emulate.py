@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
-from wificnc.build.pic32mz import COMPILER
+from wificnc.build.mips import COMPILER
 
 QEMU = "qemu-mipsel"
 HEADER = Path("/usr/mipsel-linux-gnu/include/stdio.h")

@@ -1,7 +1,6 @@
 """The firmware of a PIC32MZ board: core and targets/pic32mz to ELF and Intel HEX, without a vendor's tools.
 
-The compiler is Debian's cross gcc for little-endian MIPS. It is built for Linux, and nothing of Linux is used:
-targets/pic32mz brings its own C library, start-up code and linker script.
+The compilers are those of build/mips.py.
 """
 
 from __future__ import annotations
@@ -19,46 +18,15 @@ from wificnc.board.model import Board
 from wificnc.build.checkout import checkout_root
 from wificnc.build.compiler import compiler_stamp, identify_compiler
 from wificnc.build.lock import build_lock
+from wificnc.build.mips import Choice, MipsCompiler, find_compiler, include_flags
 from wificnc.build.objects import Unit, compile_stale, failure, is_older
 from wificnc.chip.image import elf_symbols, read_elf, write_hex
-from wificnc.errors import BuildError
-
-COMPILER = "mipsel-linux-gnu-gcc"
-NO_COMPILER_HINT = "Debian, Ubuntu: apt-get install gcc-mipsel-linux-gnu"
 
 FOLDERS = ("core", "targets/pic32mz")  # sources, and where headers are looked for
 LINKER_SCRIPT = Path("targets/pic32mz/chip/pic32mz.ld")
-
-# The processor, and none of what a compiler for Linux takes for granted (docs/pic32mz.md). -ffp-contract=off: the same
-# bits as the host.
-MACHINE = (
-    *("-march=mips32r2", "-mhard-float", "-mfp64", "-EL"),
-    *("-mno-abicalls", "-fno-pic", "-fno-pie", "-G0"),
-    "-ffreestanding",
-)
-FLAGS = (
-    *MACHINE,
-    *("-std=c11", "-Os", "-flto", "-g"),
-    *("-fno-math-errno", "-ffp-contract=off"),
-    "-DWITH_ENCODER=0",  # core/config.h; no board with this chip has one
-    "-DWITH_HOST=0",  # nor a network
-    *("-fno-asynchronous-unwind-tables", "-fno-stack-protector"),
-    *("-ffunction-sections", "-fdata-sections"),
-    *("-Wall", "-Wextra", "-Wconversion", "-Wshadow", "-Werror"),
-)
 PREFIX_MAP = "-ffile-prefix-map={root}=."  # debug information is the same wherever the repository lies
-# -Os over all files at once fits the flash budget. What interrupts are made of is for speed, and each of its functions
-# stays the one that tools/mips looks at; calls into the C library arise when all is optimised already.
 FAST = ("core/step/isr", "core/step/position", "targets/pic32mz/hal/", "targets/pic32mz/chip/")
 LIBRARY = "targets/pic32mz/libc/"
-LINK = (
-    "-flto=auto",
-    "-nostdlib",
-    "-static",
-    "-no-pie",
-    "-Wl,--gc-sections,--build-id=none,--fatal-warnings",
-    "-Wl,-n,-z,noexecstack",
-)
 
 # What the chip has for us (targets/pic32mz/chip/pic32mz.ld), and what we allow ourselves of it.
 FLASH_BYTES, FLASH_BUDGET = 1024 * 1024, 128 * 1024
@@ -79,27 +47,27 @@ class Pic32Build:
     ram_bytes: int  # of data and stack
 
 
-def find_compiler() -> str:
-    """The compiler's path. Raises BuildError."""
-    path = shutil.which(COMPILER)
-    if path is None:
-        raise BuildError(f"there is no {COMPILER} on this machine", hint=NO_COMPILER_HINT)
-    return path
-
-
-def build_pic32mz(board: Board, *, clean: bool = False, root: Path | None = None) -> Pic32Build:
-    """Bring ELF and HEX of a board up to date. @param clean  forget what was built before. Raises BuildError."""
+def build_pic32mz(
+    board: Board,
+    *,
+    clean: bool = False,
+    root: Path | None = None,
+    cc: Choice | None = None,
+    output: Path | None = None,
+) -> Pic32Build:
+    """Bring ELF and HEX of a board up to date. @param clean  forget what was built before. cc  None: gcc, or zig where
+    there is none. output  the folder, else build/BOARD. Raises BuildError."""
     begin = time.perf_counter()
     root = root or checkout_root()
-    compiler = find_compiler()
-    directory = root / "build" / board.id
+    compiler = find_compiler(cc)
+    directory = output or root / "build" / board.id
     elf, hex_file = directory / "wificnc.elf", directory / "wificnc.hex"
     with build_lock(directory):
         if clean:
             shutil.rmtree(directory / "obj", ignore_errors=True)
         title = _compiler_title(directory, compiler)
         write_if_changed(directory / "pin_config.h", pin_header_text(board))
-        units = [_unit(root, directory, source) for source in firmware_sources(root)]
+        units = [_unit(root, directory, compiler, source) for source in firmware_sources(root)]
         compiled, _ = compile_stale(_compile_command(root, compiler, directory), units, title, root)
         objects = [unit.object for unit in units]
         if compiled or is_older(elf, [*objects, root / LINKER_SCRIPT]) or is_older(hex_file, [elf]):
@@ -116,44 +84,40 @@ def firmware_sources(root: Path) -> list[Path]:
     return sorted(path for folder in folders for pattern in ("*.c", "*.S") for path in folder.rglob(pattern))
 
 
-def own_headers(root: Path, compiler: str) -> list[str]:
-    """The compiler's own headers and our C library, and no others."""
-    run = subprocess.run([compiler, "-print-file-name=include"], capture_output=True, text=True, check=True)
-    return ["-nostdinc", "-isystem", run.stdout.strip(), "-isystem", str(root / "targets/pic32mz/libc")]
+def _compile_command(root: Path, compiler: MipsCompiler, directory: Path) -> list[str]:
+    includes = include_flags(compiler, root, [directory, *(root / folder for folder in FOLDERS)])
+    return [*compiler.argv, *compiler.flags, PREFIX_MAP.format(root=root), *includes]
 
 
-def _compile_command(root: Path, compiler: str, directory: Path) -> list[str]:
-    includes = [f"-I{path}" for path in (directory, *(root / folder for folder in FOLDERS))]
-    here = PREFIX_MAP.format(root=root)
-    return [compiler, *FLAGS, here, *own_headers(root, compiler), *includes]
-
-
-def _unit(root: Path, directory: Path, source: Path) -> Unit:
+def _unit(root: Path, directory: Path, compiler: MipsCompiler, source: Path) -> Unit:
     name = source.relative_to(root)
     flags: tuple[str, ...] = ()
     if name.as_posix().startswith(FAST):
-        flags = ("-O2", "-fno-schedule-insns", "-fno-lto")  # scheduled early, it runs out of free registers
+        flags = compiler.fast
     elif name.as_posix().startswith(LIBRARY):
-        flags = ("-fno-lto",)
+        flags = compiler.library
     return Unit(source, directory / "obj" / name.with_suffix(".o"), flags)
 
 
-def _compiler_title(directory: Path, compiler: str) -> str:
+def _compiler_title(directory: Path, compiler: MipsCompiler) -> str:
     """Who it is; another compiler or other flags make every object stale."""
     stamp_file = directory / "compiler.json"
-    stamp = json.dumps([compiler_stamp((compiler,)), FLAGS, FAST, LIBRARY, PREFIX_MAP, LINK])
+    flags = [compiler.flags, compiler.fast, compiler.library, compiler.link]
+    stamp = json.dumps([compiler_stamp(compiler.argv), flags, FAST, LIBRARY, PREFIX_MAP])
     stored = json.loads(stamp_file.read_text()) if stamp_file.is_file() else {}
     if stored.get("stamp") == stamp:
         return str(stored["title"])
-    title = identify_compiler((compiler,)).title
+    title = identify_compiler(compiler.argv).title
     shutil.rmtree(directory / "obj", ignore_errors=True)
     stamp_file.write_text(json.dumps({"stamp": stamp, "title": title}))
     return title
 
 
-def _link(root: Path, compiler: str, objects: Sequence[Path], elf: Path, title: str) -> None:
-    options = [PREFIX_MAP.format(root=root), f"-Wl,-T,{root / LINKER_SCRIPT}", f"-Wl,-Map,{elf.with_suffix('.map')}"]
-    command = [compiler, *MACHINE, *LINK, *options, "-o", str(elf), *map(str, objects)]
+def _link(root: Path, compiler: MipsCompiler, objects: Sequence[Path], elf: Path, title: str) -> None:
+    options = [PREFIX_MAP.format(root=root), f"-Wl,-T,{root / LINKER_SCRIPT}"]
+    if compiler.name == "gcc":  # zig writes none
+        options.append(f"-Wl,-Map,{elf.with_suffix('.map')}")
+    command = [*compiler.argv, *compiler.link, *options, "-o", str(elf), *map(str, objects)]
     run = subprocess.run(command, cwd=root, capture_output=True, text=True, stdin=subprocess.DEVNULL)
     if run.returncode != 0:
         elf.unlink(missing_ok=True)

@@ -12,6 +12,7 @@ from wificnc.board.model import Board
 from wificnc.build import esp32
 from wificnc.build.checkout import checkout_root
 from wificnc.build.host import VARIANTS, HostBuild, build_host, core_ram_bytes
+from wificnc.build.mips import Choice
 from wificnc.build.pic32mz import (
     FLASH_BUDGET,
     FLASH_BYTES,
@@ -36,11 +37,17 @@ USED = re.compile(r"^(RAM|Flash):.*\((used .*)\)$")
     help="What people run (the default), or what helps to find faults: of boards with an ESP32, and of the host.",
 )
 @click.option("--variant", type=click.Choice(list(VARIANTS)), help="Of the host: also with sanitizers.")
+@click.option("--cc", type=click.Choice(["gcc", "zig"]),
+              help="Of a PIC32MZ: the compiler. Without this, gcc where there is one.")  # fmt: skip
 @click.option("--clean", is_flag=True, help="Of a board: forget what was built before, then build all.")
 @click.option("-v", "--verbose", is_flag=True, help="Of a board: every line of the build.")
-def command(board_ref: str, release: bool | None, variant: str | None, clean: bool, verbose: bool) -> None:
+def command(
+    board_ref: str, release: bool | None, variant: str | None, cc: Choice | None, clean: bool, verbose: bool
+) -> None:
     """Build the firmware of BOARD into build/BOARD. `host` is the controller on this computer, for `wificnc sim`."""
     kind: esp32.Kind = "debug" if release is False else "release"
+    if cc is not None and (board_ref == "host" or load_board(board_ref).target != "pic32mz"):
+        raise UserError("--cc is of a PIC32MZ", hint="the host's compiler is what the variable CC names")
     if board_ref == "host":
         variant = host_variant(release, variant)
         show(build_host(variant), variant)
@@ -51,7 +58,7 @@ def command(board_ref: str, release: bool | None, variant: str | None, clean: bo
     if board.target == "pic32mz":
         if kind == "debug":
             raise UserError(f"{board.id} has one kind of build: --debug means nothing for it", hint=PIC32MZ_DEBUG)
-        show_pic32mz(build_pic32mz(board, clean=clean), board)
+        show_pic32mz(build_pic32mz(board, clean=clean, cc=cc), board)
     elif board.target == "esp32":
         build_board(board, kind, clean, verbose)
     else:
@@ -110,6 +117,10 @@ def show_pic32mz(build: Pic32Build, board: Board) -> None:
     ):
         share = f"{used / budget:.0%} of the budget of {budget:,}"
         ui.note(f"{name:<10} {used:,} bytes, {share}; the chip has {there:,}")
+        if used > budget:
+            ui.warn(
+                f"this is more {name} than our budget. It fits the chip and runs; gcc's image is smaller (--cc gcc)"
+            )
     ui.note(f"all of it  {build.hex}, flash it: wificnc flash {board.id}")
 
 

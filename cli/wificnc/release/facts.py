@@ -12,7 +12,7 @@ from wificnc import __version__
 from wificnc.board.load import find_boards, load_board
 from wificnc.board.model import Board
 from wificnc.build.esp32 import git_revision
-from wificnc.build.pic32mz import find_compiler
+from wificnc.build.mips import find_compiler
 from wificnc.errors import BuildError, ReleaseError
 from wificnc.release.plan import Source
 
@@ -49,7 +49,7 @@ def _why_missing(root: Path, source: Source, board: Board) -> str | None:
     if board.target == "esp32":
         return _esp32_missing(root / "build" / board.id / "build.json", source, board)
     try:
-        find_compiler()
+        find_compiler("gcc")
     except BuildError as err:
         return f"{err.message}; {err.hint}"
     return None

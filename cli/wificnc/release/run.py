@@ -153,7 +153,7 @@ def _esp32_assets(firmware: Esp32Firmware) -> dict[str, bytes]:
 
 
 def _pic32mz(work: _Work, board: Board) -> _Board:
-    build = build_pic32mz(board, root=work.root)
+    build = build_pic32mz(board, cc="gcc", root=work.root)
     image = build.hex.read_bytes()
     files = {f"{board.id}/wificnc.hex": image}
     return _Board(board, {".hex": image, ".elf": build.elf.read_bytes()}, files, files, tool=build.compiler)

@@ -22,6 +22,8 @@
 #define CAUSE_IV     0x00800000
 #define FCSR_FLUSH   0x01000000 /* FS: denormal results are 0, and no exception asks software for them */
 
+#define RDPGPR_SP_SP 0x415DE800 /* rdpgpr $sp, $sp: LLVM's assembler does not know it for MIPS32 */
+
     .set noreorder
     .set noat
 
@@ -136,7 +138,7 @@ _general_exception:
     .globl \name
     .ent \name
 \name:
-    rdpgpr  $sp, $sp
+    .word   RDPGPR_SP_SP
     jal     \handler
     addiu   $sp, $sp, -16
     ehb
@@ -149,7 +151,7 @@ _general_exception:
     .globl \name
     .ent \name
 \name:
-    rdpgpr  $sp, $sp
+    .word   RDPGPR_SP_SP
     mfhi    $k0
     mflo    $k1
     addiu   $sp, $sp, -24
@@ -170,7 +172,7 @@ _general_exception:
     .globl \name
     .ent \name
 \name:
-    rdpgpr  $sp, $sp
+    .word   RDPGPR_SP_SP
     mfc0    $k0, EPC
     mfc0    $k1, STATUS
     addiu   $sp, $sp, -40
