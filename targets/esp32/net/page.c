@@ -23,8 +23,7 @@ static void connect(void *ctx, const struct net_stream *stream, const char *who)
     (void)net_hub_connect(ctx, stream, who);
 }
 
-bool page_start(struct net_hub *hub, const char *host, const char *name, const char *version,
-                const char *port, int *error) {
+bool page_start(struct net_hub *hub, const char *host, const char *name, const char *port, int *error) {
     static struct net_http_site site = {.files = files,
                                         .count = PAGE_FILE_COUNT,
                                         .version = VERSION_TEXT,

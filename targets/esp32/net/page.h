@@ -11,8 +11,7 @@
  *  @param name  of the controller in its networks; outlives the page
  *  @param port  "80"
  *  @return false: *error is an errno */
-bool page_start(struct net_hub *hub, const char *host, const char *name, const char *version,
-                const char *port, int *error);
+bool page_start(struct net_hub *hub, const char *host, const char *name, const char *port, int *error);
 
 /** The socket that listens, -1: none. */
 int page_listener(void);
