@@ -52,7 +52,7 @@ static void repeatable(void *ctx, uint8_t *bytes, size_t count) {
     }
 }
 
-struct host_wire *host_wire_create(struct host *host, const char *password) {
+static struct host_wire *create(struct host *host, const char *password, bool is_module) {
     static const struct session_ops ops = {.send = keep_sent, .random = repeatable};
     struct host_wire *wire = calloc(1, sizeof *wire);
     if (wire == NULL)
@@ -66,13 +66,21 @@ struct host_wire *host_wire_create(struct host *host, const char *password) {
                                             .version = VERSION_WORD,
                                             .status_port = WIRE_STATUS_PORT,
                                             .channels = &wire->module.channels};
-    if (!channels_are_chosen(&wire->module.channels)) {
+    if (!is_module && !channels_are_chosen(&wire->module.channels)) {
         session_init(&wire->session, &host->machine, &options, &ops, wire);
         return wire;
     }
     host_module_start(&wire->module);
     session_init_module(&wire->session, &wire->module.device, &options, &ops, wire);
     return wire;
+}
+
+struct host_wire *host_wire_create(struct host *host, const char *password) {
+    return create(host, password, false);
+}
+
+struct host_wire *host_wire_create_module(struct host *host, const char *password) {
+    return create(host, password, true);
 }
 
 bool host_wire_hold(struct host_wire *wire, unsigned pin, int hold) {

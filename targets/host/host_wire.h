@@ -13,6 +13,9 @@ struct host_wire;
 struct host_wire *host_wire_create(struct host *host, const char *password);
 void host_wire_destroy(struct host_wire *wire);
 
+/** As host_wire_create(), but an I/O module, whatever the store says. */
+struct host_wire *host_wire_create_module(struct host *host, const char *password);
+
 /** Hold a pin of the I/O module from outside (host_module.h). @return false: no such pin */
 bool host_wire_hold(struct host_wire *wire, unsigned pin, int hold);
 

@@ -22,9 +22,9 @@ from wificnc.build.host import VARIANTS, build_program
 from wificnc.errors import BuildError
 
 HERE = Path(__file__).resolve().parent
-NAMES = ("line_reader", "gcode_line", "program", "machine", "wire")
+NAMES = ("line_reader", "gcode_line", "program", "machine", "wire", "module")
 SANITIZERS = "address,undefined"
-LENGTHS = {"line_reader": 1024, "gcode_line": 1024, "program": 1024, "machine": 2048, "wire": 1024}
+LENGTHS = {"line_reader": 1024, "gcode_line": 1024, "program": 1024, "machine": 2048, "wire": 1024, "module": 1024}
 CODE = re.compile(r"^CODE\((\w), *(\d+),", re.M)
 SLOWEST_S = 20  # one input
 SHOWN = 60  # of a crash

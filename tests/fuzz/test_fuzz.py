@@ -14,7 +14,7 @@ from wificnc.build.compiler import locate_compiler
 from wificnc.build.host import build_program
 
 HERE = Path(__file__).parent
-NAMES = ("line_reader", "gcode_line", "program", "machine", "wire")
+NAMES = ("line_reader", "gcode_line", "program", "machine", "wire", "module")
 SLOWEST_S = 120  # all inputs of one harness, on a busy machine
 
 

@@ -1,0 +1,253 @@
+/* SPDX-License-Identifier: MIT
+ * An I/O module, in virtual time. Whatever arrives:
+ *
+ *   - what it sends are packets, and every request of ours has at most one reply
+ *   - only pins that can be outputs are ever driven, and no channel is input and output at once
+ *   - nothing moves
+ *   - after a reset and a sound configuration an output does what it is told
+ *
+ * The input is a row of actions; the first byte says which, what it needs follows. */
+#include "fuzz.h"
+
+#include "host.h"
+#include "host_module.h"
+#include "host_wire.h"
+#include "wire/bytes.h"
+#include "wire/packet.h"
+
+#include <string.h>
+
+enum { HZ = 1000000, HOSTS = 3, ACTIONS = 9, SECONDS_MOST = 20 };
+
+struct device {
+    struct host *host;
+    struct host_wire *wire;
+    bool connected[SESSION_CLIENTS];
+    uint32_t sequence;
+};
+
+static uint32_t address_of(unsigned number) {
+    return 0x0A000002u + number % HOSTS;
+}
+
+static void check_status(const uint8_t *payload) {
+    struct wire_status status;
+    wire_get_status(payload, &status);
+    CLAIM((status.io_inputs & status.io_outputs) == 0, "0x%04X in and 0x%04X out", status.io_inputs,
+          status.io_outputs);
+    CLAIM(status.state == WIRE_STATE_IDLE || status.state == WIRE_STATE_ESTOP, "state %u", status.state);
+}
+
+static void take_sent(struct device *device) {
+    uint8_t packet[WIRE_PACKET_MOST];
+    struct wire_header header;
+    uint32_t address;
+    uint16_t port;
+    size_t size;
+    while ((size = host_wire_sent(device->wire, &address, &port, packet, sizeof packet)) > 0) {
+        CLAIM(wire_open(packet, size, &header) && size == (size_t)WIRE_HEADER_SIZE + header.length,
+              "what it sends is no packet");
+        if (header.type == WIRE_STATUS)
+            check_status(packet + WIRE_HEADER_SIZE);
+    }
+}
+
+static void check_pins(const struct device *device) {
+    uint64_t driven, level = host_wire_levels(device->wire, &driven);
+    CLAIM(driven >> MODULE_INPUT_PINS == 0, "an input's pin is driven: 0x%llx", (unsigned long long)driven);
+    CLAIM((level & ~driven) == 0, "levels of what is not driven: 0x%llx", (unsigned long long)level);
+}
+
+static void run(struct device *device, uint32_t ms) {
+    host_wire_run(device->wire, host_time_ticks(device->host) + (uint64_t)ms * (HZ / 1000));
+    take_sent(device);
+}
+
+/* ---- packets ---- */
+
+static int client_of(struct device *device, unsigned host) {
+    int client = host_wire_connect(device->wire, address_of(host));
+    client = client < 0 ? 0 : client;
+    device->connected[client] = true;
+    return client;
+}
+
+static void leave(struct device *device, int client) {
+    if (device->connected[client])
+        host_wire_disconnect(device->wire, client);
+    device->connected[client] = false;
+}
+
+/* @return type of the reply, 0: none */
+static uint8_t request(struct device *device, int client, const uint8_t *packet, size_t size) {
+    uint8_t reply[WIRE_PACKET_MOST];
+    struct wire_header header;
+    size_t replied = host_wire_request(device->wire, client, packet, size, reply);
+    if (replied == 0)
+        return 0;
+    CLAIM(wire_open(reply, replied, &header) && replied <= 104, "the reply is no packet");
+    return header.type;
+}
+
+static uint8_t ask(struct device *device, int client, uint8_t *packet, uint8_t type, size_t payload_size) {
+    size_t size = wire_close(packet, type, payload_size, ++device->sequence, 0);
+    uint8_t answer = request(device, client, packet, size);
+    CLAIM(answer != 0, "a good request has a reply");
+    return answer;
+}
+
+static size_t raw_packet(struct device *device, struct input *input, uint8_t *packet, bool good) {
+    uint8_t type = input_byte(input);
+    size_t size = input_byte(input);
+    for (size_t i = 0; i < size; i++)
+        packet[WIRE_HEADER_SIZE + i] = input_byte(input);
+    if (good)
+        return wire_close(packet, type, size, ++device->sequence, 0);
+    packet[0] = type;
+    return size;
+}
+
+static void send_datagram(struct device *device, struct input *input, bool good) {
+    uint8_t packet[WIRE_PACKET_MOST] = {0};
+    unsigned host = input_byte(input);
+    size_t size = raw_packet(device, input, packet, good);
+    host_wire_datagram(device->wire, address_of(host), 4000, packet, size);
+}
+
+static void send_request(struct device *device, struct input *input, bool good) {
+    uint8_t packet[WIRE_PACKET_MOST] = {0};
+    int client = client_of(device, input_byte(input));
+    size_t size = raw_packet(device, input, packet, good);
+    uint8_t answer = request(device, client, packet, size);
+    CLAIM(!good || answer != 0, "a good request has a reply");
+    if (input_byte(input) < 128)
+        leave(device, client);
+}
+
+static uint8_t set(struct device *device, int client, uint16_t key, uint16_t value) {
+    uint8_t packet[WIRE_PACKET_MOST] = {0};
+    struct wire_config_set config = {.key = key, .value_type = WIRE_VALUE_TYPE_U16};
+    put_u16(config.value, value);
+    wire_put_config_set(packet + WIRE_HEADER_SIZE, &config);
+    return ask(device, client, packet, WIRE_CONFIG_SET, WIRE_CONFIG_SET_SIZE);
+}
+
+static uint8_t plain(struct device *device, int client, uint8_t type) {
+    uint8_t packet[WIRE_PACKET_MOST] = {0};
+    return ask(device, client, packet, type, 0);
+}
+
+static uint8_t switch_outputs(struct device *device, int client, uint16_t channels, uint16_t on) {
+    uint8_t packet[WIRE_PACKET_MOST] = {0};
+    wire_put_channel_outputs(packet + WIRE_HEADER_SIZE,
+                             &(struct wire_channel_outputs){.channels = channels, .on = on});
+    return ask(device, client, packet, WIRE_CHANNEL_OUTPUTS, WIRE_CHANNEL_OUTPUTS_SIZE);
+}
+
+/* ---- actions ---- */
+
+static uint16_t input_word(struct input *input) {
+    unsigned high = input_byte(input);
+    return (uint16_t)(high << 8 | input_byte(input));
+}
+
+static void act_at_the_channels(struct device *device, struct input *input, unsigned what) {
+    int client = client_of(device, input_byte(input));
+    uint16_t one = input_word(input), other = input_word(input);
+    if (what == 4)
+        (void)set(device, client, (uint16_t)(0x0600 + one % 0x30), other);
+    else if (what == 5)
+        (void)switch_outputs(device, client, one, other);
+    else
+        (void)plain(device, client,
+                    (one & 1) != 0   ? WIRE_CONFIG_SAVE
+                    : (one & 2) != 0 ? WIRE_ESTOP
+                                     : WIRE_RESET);
+    if (other < 128)
+        leave(device, client);
+}
+
+static void act(struct device *device, struct input *input) {
+    unsigned what = input_byte(input) % ACTIONS;
+    switch (what) {
+    case 0:
+    case 1:
+        send_datagram(device, input, what == 1);
+        break;
+    case 2:
+    case 3:
+        send_request(device, input, what == 3);
+        break;
+    case 4:
+    case 5:
+    case 6:
+        act_at_the_channels(device, input, what);
+        break;
+    case 7:
+        run(device, input_byte(input));
+        break;
+    default:
+        (void)host_wire_hold(device->wire, input_byte(input), input_byte(input) % 3);
+        break;
+    }
+    take_sent(device);
+    check_pins(device);
+}
+
+/* ---- at the end ---- */
+
+/* Whoever commands is gone after 100 ms. */
+static void release(struct device *device) {
+    for (int client = 0; client < SESSION_CLIENTS; client++)
+        leave(device, client);
+    for (unsigned host = 0; host < HOSTS; host++) {
+        int client = client_of(device, host);
+        (void)set(device, client, 0x0616, 100);
+        leave(device, client);
+    }
+    run(device, 200);
+}
+
+static void check_it_still_works(struct device *device) {
+    static const struct {
+        uint16_t key, value;
+    } config[] = {{0x0610, 16}, {0x0611, 0xFF00}, {0x0613, 0x0100}, {0x0617, 0}};
+    uint64_t driven;
+    release(device);
+    int client = client_of(device, 0);
+    for (size_t i = 0; i < sizeof config / sizeof config[0]; i++)
+        CLAIM(set(device, client, config[i].key, config[i].value) == WIRE_ACK, "key 0x%04X", config[i].key);
+    for (uint16_t n = 0; n < CHANNELS_MOST; n++)
+        CLAIM(set(device, client, (uint16_t)(0x0620 + n), n) == WIRE_ACK, "pin %u", n);
+    CLAIM(plain(device, client, WIRE_CONFIG_SAVE) == WIRE_ACK, "a sound configuration");
+    CLAIM(plain(device, client, WIRE_RESET) == WIRE_ACK, "a reset");
+    CLAIM(switch_outputs(device, client, 0xFF00, 0x0300) == WIRE_ACK, "outputs");
+    uint64_t level = host_wire_levels(device->wire, &driven);
+    CLAIM(driven == 0xFF00 && level == 0x0200, "0x%llx, levels 0x%llx", (unsigned long long)driven,
+          (unsigned long long)level);
+}
+
+static void count_steps(void *ctx, const struct trace_event *events, size_t count) {
+    (void)ctx;
+    for (size_t n = 0; n < count; n++)
+        CLAIM(events[n].step_mask == 0, "a step of 0x%02X", events[n].step_mask);
+}
+
+int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
+    const struct host_board board = {.timer_hz = HZ,
+                                     .step_pulse_ns = 5000,
+                                     .dir_setup_ns = 5000,
+                                     .max_step_rate_hz = 20000,
+                                     .axis_count = 3};
+    struct input input = {data, data + size};
+    struct device device = {.host = host_create(&board)};
+    device.wire = host_wire_create_module(device.host, "");
+    (void)trace_add(host_trace(device.host), count_steps, NULL);
+    while (input_left(&input) > 0 && host_time_ticks(device.host) < (uint64_t)SECONDS_MOST * HZ)
+        act(&device, &input);
+    run(&device, 10);
+    check_it_still_works(&device);
+    host_wire_destroy(device.wire);
+    host_destroy(device.host);
+    return 0;
+}
