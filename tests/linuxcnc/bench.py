@@ -92,6 +92,7 @@ class Bench:
         self.virtual = virtual
         self.wire = Wire(virtual)
         self.pins = Pins(FakeHal, "wificnc", joints)
+        self.periods = 0
         self.command: list[float] = [0.0] * joints
         self.each_servo: Callable[[], None] = lambda: None
         for joint in range(joints):
@@ -100,9 +101,11 @@ class Bench:
 
     def run(self, seconds: float) -> None:
         """Servo periods, and a tick of the component every tenth."""
-        for count in range(round(seconds / SERVO_S)):
+        for _ in range(round(seconds / SERVO_S)):
             self.servo()
-            if count % 10 == 9:
+            self.link.follow_spindle()
+            self.periods += 1
+            if self.periods % 10 == 0:
                 self.link.tick()
 
     def run_to(self, condition: Callable[[], bool], most_s: float = 30.0) -> None:

@@ -25,6 +25,9 @@ from wificnc.wmc3.device import Device
 ADDRESS = f"127.60.{os.getpid() >> 8 & 0xFF}.{os.getpid() & 0xFF or 1}"  # the ports are fixed
 MACHINE = """schema = 1
 name = "small"
+[spindle]
+encoder_counts = 4096
+max_rpm = 10000.0
 [homing]
 enabled = true
 seek_mm_min = 1500.0
@@ -71,15 +74,15 @@ homed = status.position[:3]
 command.mode(linuxcnc.MODE_MDI)
 command.wait_complete()
 for line in (
-    "G21 G90 G0 X-50 Y-10", "M62 P2", "M3 S700", "G1 X-40.5 Z-4 F1200", "G38.2 Z-30 F300", "M5", "G0 Z-4",
-    "G2 X-30.5 I5 F1200", "G0 X-31.23 Y-4.56 Z-7.89",
+    "G21 G90 G0 X-50 Y-10", "M62 P2", "M3 S700", "G1 X-40.5 Z-4 F1200", "G38.2 Z-30 F300", "G0 Z-4",
+    "G33 Z-6 K0.5", "M66 P1 L0", "M5", "G2 X-30.5 I5 F1200", "G0 X-31.23 Y-4.56 Z-7.89",
 ):
     command.mdi(line)
     assert command.wait_complete(30) == linuxcnc.RCS_DONE, line
     error = linuxcnc.error_channel().poll()
     assert error is None, (line, error)
 wait(lambda: all(abs(a - b) < 0.002 for a, b in zip(status.actual_position, (-31.23, -4.56, -7.89))))
-pathlib.Path("said").write_text(repr((homed, status.probed_position[:3], status.probe_tripped)))
+pathlib.Path("said").write_text(repr((homed, status.probed_position[:3], status.probe_tripped, list(status.din[:4]))))
 """
 
 
@@ -148,8 +151,11 @@ def test_home_is_where_the_controller_stands_when_it_has_homed(tmp_path: Path) -
 
 
 def test_linuxcnc_moves_a_machine_to_the_step(user_home: Path, as_user: Callable[..., str]) -> None:
-    """All of LinuxCNC 2.9 with the written configuration; only its screen is ours. The machine stands 3 mm from its
-    switches, which are at machine X-60, Y0 and Z0, and its probe touches at true Z-6.2, 9.2 mm below its switch."""
+    """All of LinuxCNC 2.9 with the written configuration, only its screen is ours: homing, probing, a thread, an input.
+
+    The machine stands 3 mm from its switches, which are at machine X-60, Y0 and Z0; the probe touches 9.2 mm below that
+    of Z. Without pulses of an encoder and its index G33 would wait for ever.
+    """
     (user_home / "small.toml").write_text(MACHINE)
     profile = load_machine(str(user_home / "small.toml"))
     invoke("init", str(user_home / "small.toml"), "--to", ADDRESS, "--out", str(user_home / "config"))
@@ -163,16 +169,16 @@ def test_linuxcnc_moves_a_machine_to_the_step(user_home: Path, as_user: Callable
         path.chmod(0o777)
     options = ServeOptions(board=load_board("host"), wmc3=ADDRESS, control=0, settings=tuple(profile.settings_lines()))
     with Server(options) as server:
-        hands(server, "travel x -3 90", "travel y -90 3", "travel z -90 3", "surface -6.2")
+        hands(server, "travel x -3 90", "travel y -90 3", "travel z -90 3", "surface -6.2", "input 2 on")
         as_user("linuxcnc", "-r", str(ini))
         with Device(ADDRESS) as device:
             status = list(device.reports(0.3))[-1]
     assert status.position_steps[:3] == tuple(round(mm * 800) for mm in (-31.23, -4.56, -7.89))
-    homed, probed, tripped = ast.literal_eval((user_home / "config" / "said").read_text())
+    homed, probed, tripped, inputs = ast.literal_eval((user_home / "config" / "said").read_text())
     assert homed == pytest.approx((-59, -1, -1), abs=0.5 / 800)
     # true Z 3 is the switch, machine Z 0
     assert tripped and probed == pytest.approx((-40.5, -10, -9.2), abs=0.5 / 800)
-    assert status.misc_outputs == 0b100
+    assert status.misc_outputs == 0b100 and inputs == [0, 0, 1, 0]
 
 
 def hands(server: Server, *lines: str) -> None:

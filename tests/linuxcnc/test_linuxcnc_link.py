@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator
-from typing import Any
 
 import numpy as np
 import pytest
@@ -12,6 +12,7 @@ from wificnc.errors import UserError
 from wificnc.linuxcnc.link import Link
 from wificnc.linuxcnc.pins import PROBING
 from wificnc.wmc3.layout import Home, IoControl, State
+from wire_device import TIMER_HZ
 from wire_device import Device as VirtualDevice
 
 SCALE = 200.0
@@ -21,9 +22,9 @@ SCALE = 200.0
 def make_bench() -> Iterator[Callable[..., Bench]]:
     made: list[VirtualDevice] = []
 
-    def make(settings: dict[int, float] | None = None, **arguments: Any) -> Bench:
-        made.append(VirtualDevice(settings={76: 10, **(settings or {})}))
-        return Bench(made[-1], **arguments)
+    def make(settings: dict[int, float] | None = None, **board: int) -> Bench:
+        made.append(VirtualDevice(settings={76: 10, **(settings or {})}, **board))
+        return Bench(made[-1])
 
     yield make
     for device in made:
@@ -285,3 +286,85 @@ def test_outputs(bench: Bench) -> None:
     assert status and (status.spindle, status.rpm, status.coolant, status.misc_outputs) == (2, 700, 2, 0b1000)
     assert bench.pins["spindle-at-speed"] and bench.pins["spindle-speed-rps"] == pytest.approx(-700 / 60)
     assert bench.pins.outputs() == IoControl(0b1000, 2, 700, 2)
+
+
+def test_inputs(bench: Bench) -> None:
+    bench.virtual.input("input-2", True)
+    bench.run(0.1)
+    assert [bench.pins[f"digital-in-{n:02}"] for n in range(4)] == [False, False, True, False]
+    assert [bench.pins[f"digital-in-{n:02}-not"] for n in range(4)] == [True, True, False, True]
+
+
+# ---- the spindle's encoder ----
+
+ENCODER = {88: 4096, 30: 20_000}
+INDEX_REV = 0.375  # where the virtual spindle has its index: targets/host/virtual_spindle.c
+
+
+def true_turns(bench: Bench) -> float:
+    """From the index."""
+    ticks = round(bench.virtual.now * TIMER_HZ)
+    return float(bench.virtual.lib.virtual_spindle_angle(bench.virtual.host, ticks)) - INDEX_REV
+
+
+def start_spindle(bench: Bench, rpm: float) -> None:
+    bench.enable()
+    bench.pins["spindle-on"], bench.pins["spindle-rpm"] = True, rpm
+    bench.run(0.05)
+    bench.run_to(lambda: bool(bench.pins["spindle-at-speed"]))
+
+
+def test_encoder_pins_are_where_the_spindle_is(make_bench: Callable[..., Bench]) -> None:
+    bench = make_bench(settings=ENCODER, encoder=1)
+    start_spindle(bench, 1200)
+    assert bench.pins["spindle-speed-rps"] == pytest.approx(20.0, rel=0.01)
+    away = []
+    for _ in range(200):
+        bench.run(0.001)
+        away.append(bench.pins["spindle-revs"] - true_turns(bench))
+    assert max(away) - min(away) <= 0.02, "a fiftieth of a turn at 1200 rpm is a ms"
+    assert round(away[-1]) == pytest.approx(away[-1], abs=0.25), "0 is at the index, 10 ms late at most"
+
+
+def test_index_enable_of_the_spindle(make_bench: Callable[..., Bench]) -> None:
+    bench = make_bench(settings=ENCODER, encoder=1)
+    start_spindle(bench, 300)
+    bench.pins["spindle-index-enable"] = True
+    before = true_turns(bench)
+    bench.run_to(lambda: not bench.pins["spindle-index-enable"], 1)
+    assert true_turns(bench) - math.ceil(before) == pytest.approx(0.05, abs=0.06), "the next index"
+    assert bench.pins["spindle-revs"] - (true_turns(bench) - math.ceil(before)) == pytest.approx(0.0, abs=0.06)
+
+
+def cut(bench: Bench, pitch: float, length: float) -> float:
+    """A pass of G33 as LinuxCNC makes it. @return by how many turns of the spindle the axis is behind, modulo 1"""
+    z0 = bench.command[2]
+    bench.pins["spindle-index-enable"] = True
+    behind = []
+
+    def follow() -> None:
+        if not bench.pins["spindle-index-enable"] and bench.command[2] - z0 < length:
+            bench.command[2] = z0 + pitch * bench.pins["spindle-revs"]
+
+    bench.each_servo = follow
+    end = bench.virtual.now + 10
+    while bench.command[2] - z0 < length:
+        bench.run(0.001)
+        assert bench.virtual.now < end
+        at = bench.virtual.position[2] / SCALE - z0
+        if 0.5 * length < at < length - pitch:
+            behind.append(true_turns(bench) - at / pitch)
+    assert max(behind) - min(behind) <= 2 / SCALE / pitch + 0.02, "along the pass it is one helix: two steps"
+    bench.run(1)
+    return behind[-1] % 1.0
+
+
+def test_two_passes_of_g33_are_one_thread(make_bench: Callable[..., Bench]) -> None:
+    bench = make_bench(settings=ENCODER, encoder=1)
+    start_spindle(bench, 120)
+    first = cut(bench, 0.5, 4.0)
+    bench.each_servo = mover(bench, 2, 0.0, 20.0)
+    bench.run(1.37)
+    second = cut(bench, 0.5, 4.0)
+    away = (second - first + 0.5) % 1.0 - 0.5
+    assert abs(away) * 0.5 <= 2 / SCALE, "to two steps"
