@@ -197,6 +197,38 @@ def test_pins_and_network_are_changed_in_a_file(
     assert old.entries.keys() <= new.entries.keys()
 
 
+def test_channels_of_a_module_are_changed_in_a_file(
+    built_page: Path, watched: Callable[..., Watched], tmp_path: Path
+) -> None:
+    before = tmp_path / "nvs.bin"
+    before.write_bytes(stored_image())
+    with PageServer(Address("127.0.0.1", 0), None, About("", "", "", 0), built_page) as host:
+        page = watched().page(host.url)
+        page.click("#tab-inout")
+        page.get_by_label("Board", exact=True).select_option("esp32s3-zero")
+        page.set_input_files("[data-test=storage-file]", before)
+        page.get_by_label("This board is an I/O expansion module").check()
+        page.fill("[data-test=io_count]", "2")
+        page.keyboard.press("Tab")
+        page.locator("[data-test=pin-io_p0]").select_option("4")
+        page.get_by_label("Direction of channel 1").select_option("1")
+        expect(page.locator("[data-test=pin-io_p1] option", has_text="GPIO19")).to_have_count(0)
+        expect(page.locator("[data-test=pin-io_p1] option[value='4']")).to_have_count(0)
+        page.locator("[data-test=pin-io_p1]").select_option("11")
+        page.get_by_label("Inversion of channel 1").check()
+        page.get_by_label("Pull-up of channel 0").uncheck()
+        with page.expect_download() as download:
+            page.click("[data-test=storage-save]")
+        download.value.save_as(tmp_path / "after.bin")
+    old, new = read_image(before.read_bytes()), read_image((tmp_path / "after.bin").read_bytes())
+    changed = {key[1]: (entry.type, entry.value) for key, entry in new.entries.items() if old.entries.get(key) != entry}
+    assert new.damaged == []
+    assert changed == {
+        "dev_mode": ("u8", 1), "io_count": ("u8", 2), "io_p0": ("u8", 4), "io_p1": ("u8", 11),
+        "io_dir": ("u16", 2), "io_invert": ("u16", 2), "io_pull": ("u16", 0xFFFE),
+    }  # fmt: skip
+
+
 def test_pins_are_read_from_a_board_and_written_back(bench: Callable[..., object], tmp_path: Path) -> None:
     firmware = firmware_of(tmp_path, "esp32s3-zero", "esp32s3")
     with bench("esp32s3", {"esp32s3-zero": firmware}) as table:  # type: ignore[attr-defined]

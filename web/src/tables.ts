@@ -32,6 +32,7 @@ export interface StoredText {
 
 export interface StoredNumber {
   key: string;
+  bits: 8 | 16;
   default: number;
   min: number;
   max: number;

@@ -21,6 +21,14 @@ it("keeps numbers and texts", () => {
   expect(back.damaged).toEqual([]);
 });
 
+it("keeps numbers of 16 bits as such", () => {
+  const image = NvsImage.blank(SIZE);
+  image.set("wificnc", "io_dir", 0xff0a, 16);
+  expect(again(image).get("wificnc", "io_dir")).toBe(0xff0a);
+  const entry = 64 + 32; // behind the entry of the namespace
+  expect([...image.data.slice(entry + 1, entry + 2), ...image.data.slice(entry + 24, entry + 26)]).toEqual([0x02, 0x0a, 0xff]);
+});
+
 it("has the newest value only, over as many writes as fit, and says when they do not", () => {
   const image = NvsImage.blank(SIZE);
   let n = 0;

@@ -53,7 +53,7 @@ export function changedImage(): NvsImage {
   const next = image.value ? new NvsImage(image.value.data) : NvsImage.blank(size);
   for (const [key, value] of changes.value) {
     if (value === null) next.remove(namespace, key);
-    else next.set(namespace, key, value);
+    else next.set(namespace, key, value, TABLES.storage.number.find((row) => row.key === key)?.bits);
   }
   return next;
 }

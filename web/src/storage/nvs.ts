@@ -21,6 +21,7 @@ const STATE_FULL = 0xfffffffc;
 const WRITTEN = 0b10;
 const ERASED = 0b00;
 const TYPE_U8 = 0x01;
+const TYPE_U16 = 0x02;
 const TYPE_TEXT = 0x21;
 const ANY_CHUNK = 0xff;
 /** The namespace of the names of namespaces. */
@@ -81,13 +82,13 @@ export class NvsImage {
     return place && this.value(place);
   }
 
-  /** Store a text, or a number as u8. Throws NvsError when there is no room. */
-  set(namespace: string, key: string, value: StoredValue): void {
+  /** Store a text, or a number of so many bits. Throws NvsError when there is no room. */
+  set(namespace: string, key: string, value: StoredValue, bits: 8 | 16 = 8): void {
     if (key.length > 15) throw new NvsError(`${key} is longer than 15 characters`);
     if (this.get(namespace, key) === value) return;
     const number = this.namespaceNumber(namespace) ?? this.addNamespace(namespace);
     const old = this.find(namespace, key);
-    this.append(number, key, value);
+    this.append(number, key, value, bits);
     if (old) this.erase(old);
   }
 
@@ -177,19 +178,22 @@ export class NvsImage {
 
   // ---- writing ----
 
-  private append(namespace: number, key: string, value: StoredValue): void {
+  private append(namespace: number, key: string, value: StoredValue, bits: 8 | 16): void {
     const text = typeof value === "string" ? new TextEncoder().encode(`${value}\0`) : new Uint8Array();
     const span = 1 + Math.ceil(text.length / ENTRY);
     const { page, index } = this.room(span);
     const at = this.at(page, index);
     this.bytes.fill(0xff, at, at + span * ENTRY);
-    this.bytes.set([namespace, typeof value === "string" ? TYPE_TEXT : TYPE_U8, span, ANY_CHUNK], at);
+    const type = typeof value === "string" ? TYPE_TEXT : bits === 16 ? TYPE_U16 : TYPE_U8;
+    this.bytes.set([namespace, type, span, ANY_CHUNK], at);
     this.bytes.fill(0, at + 8, at + 24);
     this.bytes.set(new TextEncoder().encode(key), at + 8);
     if (typeof value === "string") {
       this.view.setUint16(at + 24, text.length, true);
       this.view.setUint32(at + 28, crc32(text), true);
       this.bytes.set(text, at + ENTRY);
+    } else if (bits === 16) {
+      this.view.setUint16(at + 24, value, true);
     } else {
       this.bytes[at + 24] = value;
     }
@@ -203,7 +207,7 @@ export class NvsImage {
       .filter((place) => place.namespace === NAMESPACES)
       .map((place) => this.bytes[this.at(place.page, place.index) + 24]!);
     const number = Math.max(0, ...taken) + 1;
-    this.append(NAMESPACES, name, number);
+    this.append(NAMESPACES, name, number, 8);
     return number;
   }
 

@@ -3,7 +3,9 @@ import { signal } from "@preact/signals";
 import type { JSX } from "preact";
 import { attempt, board, controller } from "../app";
 import { setValue, valueOf } from "../storage/board";
-import { TABLES, type StoredNumber } from "../tables";
+import { isModule, moduleFaults, storedNumber } from "../storage/module";
+import type { StoredNumber } from "../tables";
+import { ModuleCard } from "./module";
 import { Button, Card, Check, Field, Notice } from "./parts";
 import { BoardChoice } from "./pins";
 import { StorageBar } from "./storage";
@@ -22,6 +24,7 @@ export function InOutTab(): JSX.Element {
       </div>
       <div class="w6 stack">
         <RoleCard />
+        <ModuleCard />
       </div>
     </div>
   );
@@ -91,10 +94,6 @@ async function toggle(output: number): Promise<void> {
   switched.value = next;
 }
 
-function number(key: string): StoredNumber {
-  return TABLES.storage.number.find((row) => row.key === key)!;
-}
-
 function RoleCard(): JSX.Element {
   if (board.value.target !== "esp32")
     return (
@@ -105,11 +104,11 @@ function RoleCard(): JSX.Element {
   const inputs = board.value.uses.filter((use) => use.signal.startsWith("misc_in_"));
   return (
     <Card title="Inputs and mode" tools={<BoardChoice />}>
-      <StorageBar />
+      <StorageBar problem={moduleFaults(board.value).join("; ")} />
       {["in_door", "in_hold", "in_start"].map((key) => (
-        <InputRole key={key} row={number(key)} inputs={inputs.length} />
+        <InputRole key={key} row={storedNumber(key)} inputs={inputs.length} />
       ))}
-      <ModuleMode row={number("dev_mode")} />
+      <ModuleMode row={storedNumber("dev_mode")} />
     </Card>
   );
 }
@@ -130,11 +129,10 @@ function InputRole({ row, inputs }: { row: StoredNumber; inputs: number }): JSX.
 }
 
 function ModuleMode({ row }: { row: StoredNumber }): JSX.Element {
-  const isModule = Number(valueOf(row.key) ?? row.default) === 1;
   return (
     <>
-      <Check label="This board is an I/O expansion module" checked={isModule} onChange={(on) => setValue(row.key, on ? 1 : 0)} />
-      {isModule && <Notice kind="warn" title="A module starts without motion" text="Its channels are not in the firmware yet." />}
+      <Check label="This board is an I/O expansion module" checked={isModule()} onChange={(on) => setValue(row.key, on ? 1 : 0)} />
+      {isModule() && <Notice kind="warn" title="A module starts without motion" text="It has no G-code and no page: hosts of the binary protocol command it." />}
     </>
   );
 }

@@ -1,0 +1,114 @@
+/** The channels of an I/O module: what they are. How they stand only a host of the binary protocol is told. */
+import type { JSX } from "preact";
+import { board } from "../app";
+import { channelRefusal, channels, isModule, moduleFaults, numberOf, setFlag, setNumber, setPin, storedNumber, type Channel } from "../storage/module";
+import type { Board } from "../tables";
+import { Card, Check, Field, Notice } from "./parts";
+
+export function ModuleCard(): JSX.Element | null {
+  if (board.value.target !== "esp32" || !isModule()) return null;
+  const faults = moduleFaults(board.value);
+  return (
+    <Card title="Channels of the I/O module">
+      <div class="row">
+        <NumberField label="Channels" name="io_count" />
+        <NumberField label="Debouncing, ms" name="io_debounce" />
+      </div>
+      {faults.length > 0 && <Notice kind="bad" title="The firmware would leave these out" text={faults.join("; ")} />}
+      <div class="scroll">
+        <table>
+          <thead>
+            <tr>
+              <th>Channel</th>
+              <th>Direction</th>
+              <th>Pin</th>
+              <th>Pull-up</th>
+              <th>Inverted</th>
+              <th>Safe state</th>
+            </tr>
+          </thead>
+          <tbody>
+            {channels().map((channel) => (
+              <ChannelLine key={channel.number} board={board.value} channel={channel} />
+            ))}
+          </tbody>
+        </table>
+      </div>
+      <Check
+        label="Outputs go to their safe state when who commands is gone"
+        checked={numberOf("io_lost") === 1}
+        onChange={(on) => setNumber("io_lost", on ? 1 : 0)}
+      />
+      <p class="small soft">
+        A channel is on while its line is high, or, inverted, low. How inputs and outputs stand is shown by <code>wificnc wmc3 status</code>: a module speaks
+        the binary protocol only, and browsers cannot.
+      </p>
+    </Card>
+  );
+}
+
+function NumberField({ label, name }: { label: string; name: string }): JSX.Element {
+  const { min, max } = storedNumber(name);
+  return (
+    <Field label={label}>
+      <input
+        class="input short mono"
+        type="number"
+        min={min}
+        max={max}
+        data-test={name}
+        value={numberOf(name)}
+        onChange={(event) => setNumber(name, Number(event.currentTarget.value))}
+      />
+    </Field>
+  );
+}
+
+function ChannelLine({ board: wired, channel }: { board: Board; channel: Channel }): JSX.Element {
+  const n = channel.number;
+  const flag = (name: "pullUp" | "invert" | "safe", label: string): JSX.Element => (
+    <input
+      type="checkbox"
+      aria-label={`${label} of channel ${n}`}
+      checked={channel[name]}
+      onChange={(event) => setFlag(n, name, event.currentTarget.checked)}
+    />
+  );
+  return (
+    <tr>
+      <td>{n}</td>
+      <td>
+        <select
+          class="input"
+          aria-label={`Direction of channel ${n}`}
+          value={channel.output ? 1 : 0}
+          onChange={(event) => setFlag(n, "output", event.currentTarget.value === "1")}
+        >
+          <option value={0}>input</option>
+          <option value={1}>output</option>
+        </select>
+      </td>
+      <td>
+        <select
+          class="input"
+          aria-label={`Pin of channel ${n}`}
+          data-test={`pin-io_p${n}`}
+          value={channel.pin ?? -1}
+          onChange={(event) => setPin(n, Number(event.currentTarget.value) < 0 ? null : Number(event.currentTarget.value))}
+        >
+          <option value={-1}>none</option>
+          {wired.pins
+            .filter((pin) => pin.number === channel.pin || channelRefusal(wired, channel, pin.number) === "")
+            .map((pin) => (
+              <option key={pin.number} value={pin.number}>
+                {pin.name}
+              </option>
+            ))}
+        </select>
+      </td>
+      <td>{channel.output ? "" : flag("pullUp", "Pull-up")}</td>
+      <td>{flag("invert", "Inversion")}</td>
+      <td>{channel.output ? flag("safe", "Safe state") : ""}</td>
+    </tr>
+  );
+}
