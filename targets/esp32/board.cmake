@@ -30,7 +30,7 @@ wificnc_generate(page -o "${wificnc_pins}/page_files.h")
 
 # Interrupts have their time in debug builds, too
 set(wificnc_fast ${sources})
-list(FILTER wificnc_fast INCLUDE REGEX "/(step/(isr|position)|machine/inputs|hal/[a-z_]+|io/(inputs|debounce))[.]c$")
+list(FILTER wificnc_fast INCLUDE REGEX "/(step/(isr|position)|machine/inputs|base/debounce|hal/[a-z_]+|io/(inputs|encoder))[.]c$")
 set_source_files_properties(${wificnc_fast} PROPERTIES COMPILE_OPTIONS "-O2;-fno-stack-protector")
 
 target_include_directories(${COMPONENT_LIB} PRIVATE "${wificnc_pins}")

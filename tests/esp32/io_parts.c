@@ -2,7 +2,7 @@
  * Parts of the ESP32's input and output that need no register: bouncing inputs, tables of port bits. */
 #include "base/debounce.h"
 #include "hal/step_pins.h"
-#include "io/encoder.h"
+#include "io/encoder_counts.h"
 
 #include <stdio.h>
 #include <string.h>
@@ -103,7 +103,39 @@ static void an_encoder_is_counted_across_the_limits_of_the_hardware(void) {
     check(counted == truth, "counts are lost");
 }
 
+/* A wheel of 400 counts that turns either way: the counter wraps, reads come at any time, and the index comes
+ * on at every 400th count going up, and a count beside it going down. */
+static void the_index_is_where_the_counter_was(void) {
+    struct encoder_counts counts = {.raw = 0};
+    int32_t truth = 0, newest = 0;
+    uint32_t word = 0, now_us = 0;
+    int raw = 0;
+    bool seen = false;
+    for (unsigned n = 0; n < 300000; n++) {
+        int way = n / 70000 % 2 == 0 ? 1 : -1;
+        raw += way;
+        raw = raw == ENCODER_LIMIT || raw == -ENCODER_LIMIT ? 0 : raw;
+        truth += way;
+        if ((truth - (way < 0 ? 1 : 0)) % 400 == 77) {
+            word = encoder_index_word(word, raw);
+            newest = truth;
+            seen = true;
+        }
+        if (n % 37 == 0) {
+            encoder_counts_take(&counts, raw, word, ++now_us);
+            check(counts.state.counts == truth && counts.state.edge_us == now_us, "counts");
+            check(counts.state.index_seen == seen, "an index out of nothing");
+            check(!seen || counts.state.index_counts == newest, "the index is elsewhere");
+        }
+    }
+    check(seen && newest % 400 != 0, "no index");
+    encoder_counts_take(&counts, raw, word, ++now_us);
+    encoder_counts_take(&counts, raw, word, ++now_us);
+    check(counts.state.edge_us < now_us, "an edge out of nothing");
+}
+
 int main(void) {
+    the_index_is_where_the_counter_was();
     an_encoder_is_counted_across_the_limits_of_the_hardware();
     a_switch_is_on_at_its_first_edge_and_off_when_it_is_quiet();
     a_button_must_be_held();

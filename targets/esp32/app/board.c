@@ -74,11 +74,13 @@ void board_outputs(const struct pin_map *map, struct output_wire wire[SWITCH_COU
     }
 }
 
-void board_encoder(const struct pin_map *map, struct encoder_wire wire[2]) {
-    static const char *const signal[2] = {"encoder_a", "encoder_b"};
-    for (unsigned n = 0; n < 2; n++) {
+void board_encoder(const struct pin_map *map, struct encoder_wire wire[ENCODER_LINES]) {
+    static const char *const signal[ENCODER_LINES] = {
+        [ENCODER_A] = "encoder_a", [ENCODER_B] = "encoder_b", [ENCODER_INDEX] = "encoder_index"};
+    for (unsigned n = 0; n < ENCODER_LINES; n++) {
         const struct pin_wire *found = pin_map_find(map, signal[n]);
-        wire[n] = (struct encoder_wire){.gpio = found->gpio, .active_high = found->active_high};
+        wire[n] = (struct encoder_wire){
+            .gpio = found->gpio, .active_high = found->active_high, .pull = found->pull};
     }
 }
 

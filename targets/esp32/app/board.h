@@ -16,8 +16,8 @@ struct step_engine_board board_step_engine(const struct pin_map *map);
 void board_inputs(const struct pin_map *map, struct input_wire wire[INPUT_COUNT]);
 void board_outputs(const struct pin_map *map, struct output_wire wire[SWITCH_COUNT]);
 
-/** A and B of the spindle's encoder. */
-void board_encoder(const struct pin_map *map, struct encoder_wire wire[2]);
+/** Lines of the spindle's encoder. */
+void board_encoder(const struct pin_map *map, struct encoder_wire wire[ENCODER_LINES]);
 
 /** Without store, encoder and motion side. */
 struct machine_board board_machine(const struct pin_map *map);

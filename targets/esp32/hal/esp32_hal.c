@@ -47,3 +47,4 @@ static void set_servo(struct hal *hal, uint16_t pulse_us) {
 
 const struct hal_servo esp32_servo = {.set = set_servo};
 const struct hal_encoder esp32_encoder = {.has_index = false, .read = read_encoder};
+const struct hal_encoder esp32_indexed_encoder = {.has_index = true, .read = read_encoder};

@@ -1,9 +1,13 @@
 /* SPDX-License-Identifier: MIT */
 #include "io/encoder.h"
 
-#include "driver/pulse_cnt.h"
 #include "hal/step_pins.h"
 
+#include "driver/pulse_cnt.h"
+#include "esp_attr.h"
+#include "hal/pcnt_ll.h"
+
+#define UNIT      0u  /* the first that ESP-IDF's driver gives, and nobody else asks for one */
 #define GLITCH_NS 500 /* shorter pulses are noise: 1 MHz of counts are left */
 
 /* Both edges of one line; the other line says which way. */
@@ -30,26 +34,28 @@ static bool start(pcnt_unit_handle_t unit, const struct encoder_wire *a, const s
            pcnt_unit_clear_count(unit) == ESP_OK && pcnt_unit_start(unit) == ESP_OK;
 }
 
-bool encoder_init(struct encoder *encoder, const struct encoder_wire *a, const struct encoder_wire *b) {
+bool encoder_init(struct encoder *encoder, const struct encoder_wire wire[ENCODER_LINES]) {
     const pcnt_unit_config_t config = {.low_limit = -ENCODER_LIMIT, .high_limit = ENCODER_LIMIT};
+    const struct encoder_wire *a = &wire[ENCODER_A], *b = &wire[ENCODER_B];
     pcnt_unit_handle_t unit;
     *encoder = (struct encoder){.unit = NULL};
     if (a->gpio == GPIO_NONE || b->gpio == GPIO_NONE || pcnt_new_unit(&config, &unit) != ESP_OK)
         return false;
-    if (!start(unit, a, b))
+    if (!start(unit, a, b) || pcnt_ll_get_high_limit_value(&PCNT, UNIT) != ENCODER_LIMIT)
         return false;
     encoder->unit = unit;
     return true;
 }
 
 void encoder_read(struct encoder *encoder, uint32_t now_us, struct hal_encoder_state *out) {
-    int raw = encoder->raw;
+    int raw = encoder->counts.raw;
     (void)pcnt_unit_get_count(encoder->unit, &raw);
-    int32_t change = encoder_change(encoder->raw, raw);
-    encoder->raw = raw;
-    if (change != 0) {
-        encoder->state.counts = (int32_t)((uint32_t)encoder->state.counts + (uint32_t)change);
-        encoder->state.edge_us = now_us;
-    }
-    *out = encoder->state;
+    uint32_t index = __atomic_load_n(&encoder->index, __ATOMIC_ACQUIRE);
+    encoder_counts_take(&encoder->counts, raw, index, now_us);
+    *out = encoder->counts.state;
+}
+
+void IRAM_ATTR encoder_index_isr(struct encoder *encoder) {
+    int raw = pcnt_ll_get_count(&PCNT, UNIT);
+    __atomic_store_n(&encoder->index, encoder_index_word(encoder->index, raw), __ATOMIC_RELEASE);
 }

@@ -49,9 +49,14 @@ static void IRAM_ATTR take_sample(struct inputs *inputs) {
 }
 
 static void IRAM_ATTR on_edge(void *arg) {
-    GPIO.status_w1tc = GPIO.status;
-    GPIO.status1_w1tc.val = GPIO.status1.val;
-    take_sample(arg);
+    struct inputs *inputs = arg;
+    const uint32_t status[GPIO_BANKS] = {GPIO.status, GPIO.status1.val};
+    GPIO.status_w1tc = status[0];
+    GPIO.status1_w1tc.val = status[1];
+    uint8_t index = inputs->index_gpio;
+    if (inputs->encoder != NULL && (status[index / BANK_WIDTH] >> index % BANK_WIDTH & 1) != 0)
+        encoder_index_isr(inputs->encoder);
+    take_sample(inputs);
 }
 
 static const struct debounce_time *time_of(unsigned input, const struct input_roles *roles) {
@@ -59,6 +64,16 @@ static const struct debounce_time *time_of(unsigned input, const struct input_ro
         return &probe_time;
     bool stops = input < INPUT_MISC || input - INPUT_MISC == roles->door || input - INPUT_MISC == roles->hold;
     return stops ? &stop_time : &button_time;
+}
+
+static gpio_config_t make_config(uint8_t gpio, uint8_t pull) {
+    return (gpio_config_t){
+        .pin_bit_mask = 1ull << gpio,
+        .mode = GPIO_MODE_INPUT,
+        .pull_up_en = pull == PIN_PULL_UP ? GPIO_PULLUP_ENABLE : GPIO_PULLUP_DISABLE,
+        .pull_down_en = pull == PIN_PULL_DOWN ? GPIO_PULLDOWN_ENABLE : GPIO_PULLDOWN_DISABLE,
+        .intr_type = GPIO_INTR_DISABLE,
+    };
 }
 
 void inputs_init(struct inputs *inputs, const struct input_wire wire[INPUT_COUNT],
@@ -71,13 +86,7 @@ void inputs_init(struct inputs *inputs, const struct input_wire wire[INPUT_COUNT
         inputs->debounce.time[input] = *time_of(input, roles);
         if (wire[input].gpio == GPIO_NONE)
             continue;
-        const gpio_config_t config = {
-            .pin_bit_mask = 1ull << wire[input].gpio,
-            .mode = GPIO_MODE_INPUT,
-            .pull_up_en = wire[input].pull == PIN_PULL_UP ? GPIO_PULLUP_ENABLE : GPIO_PULLUP_DISABLE,
-            .pull_down_en = wire[input].pull == PIN_PULL_DOWN ? GPIO_PULLDOWN_ENABLE : GPIO_PULLDOWN_DISABLE,
-            .intr_type = GPIO_INTR_DISABLE,
-        };
+        const gpio_config_t config = make_config(wire[input].gpio, wire[input].pull);
         ESP_ERROR_CHECK(gpio_config(&config));
     }
     inputs_set_levels(inputs, false, false);
@@ -92,6 +101,15 @@ void inputs_set_levels(struct inputs *inputs, bool limit_invert, bool probe_inve
     debounce_start(&inputs->debounce, read_pins(inputs));
 }
 
+void inputs_add_index(struct inputs *inputs, struct encoder *encoder, const struct encoder_wire *wire) {
+    const gpio_config_t config = make_config(wire->gpio, wire->pull);
+    ESP_ERROR_CHECK(gpio_config(&config));
+    ESP_ERROR_CHECK(gpio_set_intr_type((gpio_num_t)wire->gpio,
+                                       wire->active_high ? GPIO_INTR_POSEDGE : GPIO_INTR_NEGEDGE));
+    inputs->encoder = encoder;
+    inputs->index_gpio = wire->gpio;
+}
+
 bool inputs_attach(struct inputs *inputs, struct machine *machine) {
     const int flags = ESP_INTR_FLAG_IRAM | ESP_INTR_FLAG_LEVEL3; /* as the step timer's: they never nest */
     if (gpio_isr_register(on_edge, inputs, flags, NULL) != ESP_OK)
@@ -104,6 +122,8 @@ bool inputs_attach(struct inputs *inputs, struct machine *machine) {
         ESP_ERROR_CHECK(gpio_set_intr_type(gpio, GPIO_INTR_ANYEDGE));
         ESP_ERROR_CHECK(gpio_intr_enable(gpio));
     }
+    if (inputs->encoder != NULL)
+        ESP_ERROR_CHECK(gpio_intr_enable((gpio_num_t)inputs->index_gpio));
     return true;
 }
 

@@ -8,6 +8,7 @@
 #include "base/debounce.h"
 #include "gcode/gcode.h"
 #include "hal/hal.h"
+#include "io/encoder.h"
 
 #include <stdbool.h>
 #include <stdint.h>
@@ -46,6 +47,8 @@ struct inputs {
     volatile bool locked;    /* as if e-stop were pressed: an update, safe mode */
     uint32_t active_low;     /* inputs that are on while their line is low */
     uint32_t home_high;      /* home lines that the board calls active high */
+    struct encoder *encoder; /* of the index line; NULL: none is wired */
+    uint8_t index_gpio;
     struct machine *machine; /* is told of edges of limits, home and e-stop; NULL: nobody */
 };
 
@@ -56,6 +59,9 @@ void inputs_init(struct inputs *inputs, const struct input_wire wire[INPUT_COUNT
 /** [motion side, or before inputs_attach()] $5 and $6: at which level limits, home switches (as the board
  * calls them, or the other way round) and probe are on. */
 void inputs_set_levels(struct inputs *inputs, bool limit_invert, bool probe_invert);
+
+/** [start] The index line of the spindle's encoder: inputs_attach() has it interrupt, too. */
+void inputs_add_index(struct inputs *inputs, struct encoder *encoder, const struct encoder_wire *wire);
 
 /** [task on core 1] From now on edges interrupt, and `machine` is told. @return false: no interrupt is free
  */

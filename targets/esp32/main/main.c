@@ -132,12 +132,23 @@ static void start_pins(struct complaints *complaints) {
     }
 }
 
+/* Behind inputs_init(). */
+static void start_encoder(void) {
+    struct encoder_wire wire[ENCODER_LINES];
+    board_encoder(&pins, wire);
+    if (wire[ENCODER_A].gpio == GPIO_NONE || wire[ENCODER_B].gpio == GPIO_NONE)
+        return;
+    if (!encoder_init(&hal.encoder, wire))
+        tell("The spindle's encoder did not start");
+    else if (wire[ENCODER_INDEX].gpio != GPIO_NONE)
+        inputs_add_index(&hal.inputs, &hal.encoder, &wire[ENCODER_INDEX]);
+}
+
 static void start_hal(void) {
     struct input_roles roles = {
         .door = DOOR_INPUT_DEFAULT, .hold = HOLD_INPUT_DEFAULT, .start = START_INPUT_DEFAULT};
     struct input_wire inputs[INPUT_COUNT];
     struct output_wire outputs[SWITCH_COUNT];
-    struct encoder_wire encoder[2];
     board_inputs(&pins, inputs);
     board_outputs(&pins, outputs);
     step_pins = board_step_engine(&pins);
@@ -148,10 +159,7 @@ static void start_hal(void) {
     hal.inputs.locked = safe_mode;
     if (!outputs_init(&hal.outputs, outputs))
         tell("Spindle PWM did not start");
-    board_encoder(&pins, encoder);
-    bool wired = encoder[0].gpio != GPIO_NONE && encoder[1].gpio != GPIO_NONE;
-    if (wired && !encoder_init(&hal.encoder, &encoder[0], &encoder[1]))
-        tell("The spindle's encoder did not start");
+    start_encoder();
     if (!step_engine_init(&hal.step, &step_pins))
         tell("This board's step pins or timer are impossible, nothing moves");
     start_led(); /* of the RMT's channels it gets what is left */
@@ -232,7 +240,8 @@ static void start_machine(enum nvs_start kept) {
     board.store = kept == NVS_START_FAILED ? NULL : &nvs_hal_store;
     board.store_ctx = &store;
     board.servo = outputs_have_servo(&hal.outputs) ? &esp32_servo : NULL;
-    board.encoder = hal.encoder.unit != NULL ? &esp32_encoder : NULL;
+    const struct hal_encoder *encoder = hal.inputs.encoder != NULL ? &esp32_indexed_encoder : &esp32_encoder;
+    board.encoder = hal.encoder.unit != NULL ? encoder : NULL;
     machine_init(&machine, &board, &hal, &hal.step, &out);
     follow_init(&follow, &machine, &hal, &step_pins);
     if (kept == NVS_START_ERASED)

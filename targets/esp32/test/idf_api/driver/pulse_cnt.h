@@ -12,8 +12,7 @@ typedef struct pcnt_chan_t *pcnt_channel_handle_t;
 
 typedef enum {
     PCNT_CHANNEL_LEVEL_ACTION_KEEP,
-    PCNT_CHANNEL_LEVEL_ACTION_INVERSE,
-    PCNT_CHANNEL_LEVEL_ACTION_HOLD,
+    PCNT_CHANNEL_LEVEL_ACTION_INVERSE
 } pcnt_channel_level_action_t;
 
 typedef enum {
