@@ -89,7 +89,11 @@ def platformio(environment: Mapping[str, str] = os.environ) -> Iterator[Finding]
 
 
 def packages() -> Iterator[Finding]:
-    for name, used_by in (("esptool", "flash, wifi, nvs read"), ("esp-idf-nvs-partition-gen", "nvs build, wifi set")):
+    for name, used_by in (
+        ("esptool", "flash, wifi, nvs read"),
+        ("esp-idf-nvs-partition-gen", "nvs build, wifi set"),
+        ("hidapi", "flash of a PIC32MZ by its USB bootloader"),
+    ):
         try:
             yield Finding(name, "good", importlib.metadata.version(name))
         except importlib.metadata.PackageNotFoundError:

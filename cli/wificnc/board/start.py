@@ -107,8 +107,8 @@ wificnc flash {board.id}
 ```
 
 The package of a release carries the HEX; from a checkout, `apt-get install gcc-mipsel-linux-gnu` and
-`wificnc build {board.id}` come first. It is written by a program of somebody else: mikro_hb for the board's
-own USB bootloader, pic32prog or MPLAB IPE for a programmer.
+`wificnc build {board.id}` come first. It is written by the board's own USB bootloader, ourselves
+(`pip install hidapi`, `--tool uhb`) or by mikro_hb; or by a programmer, with pic32prog or MPLAB IPE.
 
 The serial port is UART 3 (TX {tx}, RX {rx}) at 115200 baud. `wificnc monitor --to {console}` shows what the
 controller says: `Grbl 1.1h ['$' for help]`. (Windows: `serial://COM5`.)

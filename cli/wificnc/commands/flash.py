@@ -14,12 +14,13 @@ from wificnc import ui
 from wificnc.board import paths
 from wificnc.board.load import load_board
 from wificnc.board.model import Board
+from wificnc.chip.image import read_hex
 from wificnc.commands._port import connected, port_option, progress_bars
 from wificnc.errors import BuildError, FlashError
 from wificnc.flash.find import firmware_folder
 from wificnc.flash.ota import PORT as OTA_PORT
 from wificnc.flash.ota import Upload
-from wificnc.flash.pic32mz import RUNNERS, plan_flash, run_flash
+from wificnc.flash.pic32mz import OWN, RUNNERS, is_own, plan_flash, require_image, run_flash
 from wificnc.flash.plan import (
     Chip,
     Partition,
@@ -29,6 +30,8 @@ from wificnc.flash.plan import (
     load_regions,
     read_partitions,
 )
+from wificnc.flash.uhb import HidWire, Page, describe, plan_pages
+from wificnc.flash.uhb import flash as write_by_usb
 
 FASTEST_BAUD = 460800
 BANNER_S = 8.0  # its start, and WiFi's
@@ -49,8 +52,8 @@ BANNER_S = 8.0  # its start, and WiFi's
 @click.option("--ota", "ota_host", metavar="HOST[:PORT]", help="Update over the network instead.")
 @click.option("--password", envvar="WIFICNC_PASSWORD", show_envvar=True,
               help="For --ota: of network clients, else of its own network. Asked for when not given.")  # fmt: skip
-@click.option("--tool", type=click.Choice([runner.name for runner in RUNNERS]),
-              help="Of a PIC32MZ: which of the installed programs writes it.")  # fmt: skip
+@click.option("--tool", type=click.Choice([*(runner.name for runner in RUNNERS), OWN]),
+              help="Of a PIC32MZ: what writes it; uhb is ours, by the board's USB bootloader.")  # fmt: skip
 def command(
     board_ref: str,
     port: str | None,
@@ -121,11 +124,28 @@ def write(
 
 
 def flash_pic32mz(board: Board, folder: Path, tool: str | None, dry_run: bool) -> None:
-    """By the program of somebody else. Raises FlashError."""
-    command = plan_flash(board, folder / "wificnc.hex", tool)
+    """By the program of somebody else, or ourselves by the board's USB bootloader. Raises FlashError."""
+    image = folder / "wificnc.hex"
+    if is_own(tool):
+        require_image(board, image)
+        flash_by_usb(plan_pages(read_hex(image.read_text())), dry_run)
+        return
+    command = plan_flash(board, image, tool)
     click.echo(shlex.join(command))
     if not dry_run:
         run_flash(command, tool)
+
+
+def flash_by_usb(pages: list[Page], dry_run: bool) -> None:
+    """Raises FlashError."""
+    if dry_run:
+        for line in describe(pages):
+            click.echo(line)
+        return
+    with HidWire() as wire, progress_bars() as show:
+        record = write_by_usb(wire, pages, show)
+    ui.note(f"written   by {record.name}, bootloader {record.version >> 8:x}.{record.version & 0xFF:02x}")
+    ui.warn("the bootloader cannot read back: each page was acknowledged, and none compared")
 
 
 def esp32_board(board_ref: str) -> Board:

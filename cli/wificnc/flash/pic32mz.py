@@ -1,4 +1,5 @@
-"""Writing a PIC32MZ: the programs of others that can, each as a class. What they are told is pure; none is guessed at.
+"""Writing a PIC32MZ: the programs of others that can, each as a class, and our own end of the board's bootloader
+(uhb.py). What they are told is pure; none is guessed at.
 
 A programmer (pic32prog, MPLAB IPE) writes everything, the configuration words too. A bootloader (mikro_hb) writes the
 program, keeps its own start and configuration words, and must be started on the board within its first seconds.
@@ -6,6 +7,7 @@ program, keeps its own start and configuration words, and must be started on the
 
 from __future__ import annotations
 
+import importlib.util
 import shutil
 import subprocess
 from abc import ABC, abstractmethod
@@ -69,6 +71,17 @@ class MplabIpe(Runner):
         return [program, "-TPPK4", f"-P{part}", "-M", f"-F{image}", "-OL"]
 
 
+OWN = "uhb"  # flash/uhb.py
+
+
+def is_own(wanted: str | None, which: Which = shutil.which, has_hid: Callable[[], bool] | None = None) -> bool:
+    """Whether uhb.py writes: it was asked for, or nothing else can."""
+    if wanted is not None:
+        return wanted == OWN
+    found = has_hid or (lambda: importlib.util.find_spec("hid") is not None)
+    return not any(runner.find(which) for runner in RUNNERS) and found()
+
+
 RUNNERS: tuple[Runner, ...] = (MikroBootloader(), Pic32Prog(), MplabIpe())
 
 
@@ -81,13 +94,19 @@ def choose_runner(wanted: str | None, which: Which = shutil.which) -> tuple[Runn
             return runner, program
     if wanted is not None and candidates:
         raise FlashError(f"{wanted} is not on this machine", hint=f"one of these can write it: {names}")
-    raise FlashError("no program that writes this chip is on this machine", hint=f"install one of: {names}")
+    hint = f"pip install hidapi, for the board's own USB bootloader; or install one of: {names}"
+    raise FlashError("no program that writes this chip is on this machine", hint=hint)
+
+
+def require_image(board: Board, image: Path) -> None:
+    """Raises FlashError."""
+    if not image.is_file():
+        raise FlashError(f"there is no build of {board.id}", hint=f"wificnc build {board.id}")
 
 
 def plan_flash(board: Board, image: Path, wanted: str | None = None, which: Which = shutil.which) -> list[str]:
     """The exact command. Raises FlashError."""
-    if not image.is_file():
-        raise FlashError(f"there is no build of {board.id}", hint=f"wificnc build {board.id}")
+    require_image(board, image)
     runner, program = choose_runner(wanted, which)
     return runner.argv(program, image, board)
 
