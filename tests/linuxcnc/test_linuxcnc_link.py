@@ -328,6 +328,7 @@ def test_encoder_pins_are_where_the_spindle_is(make_bench: Callable[..., Bench])
 def test_index_enable_of_the_spindle(make_bench: Callable[..., Bench]) -> None:
     bench = make_bench(settings=ENCODER, encoder=1)
     start_spindle(bench, 300)
+    bench.run(0.25)  # until it has turned once the index is not known
     bench.pins["spindle-index-enable"] = True
     before = true_turns(bench)
     bench.run_to(lambda: not bench.pins["spindle-index-enable"], 1)

@@ -21,6 +21,7 @@ class Shaft:
         random.seed(5)
         self.encoder = Encoder()
         self.speed_rps, self.report_s = speed_rps, report_s
+        self.before_index = 0.0  # so much more is said until the first index pulse
         self.t = self.turns = 0.0
         self.due = 0.0
         self.on_way: list[tuple[float, int, Status]] = []
@@ -31,7 +32,8 @@ class Shaft:
 
     def report(self) -> None:
         speed = self.speed_rps(self.t)
-        at = math.floor(self.turns * 65536)
+        more = self.before_index if math.floor(self.turns) == 0 else 0.0
+        at = math.floor((self.turns + more) * 65536)
         turns = (at // 65536 - 5) % 2**32  # the counter wraps, too
         status = Status(spindle_angle=at % 65536, spindle_turns=turns, rpm=round(abs(speed) * 60))
         late = self.now + random.uniform(0.001, 0.005)
@@ -80,6 +82,22 @@ def test_the_index_sets_the_position_to_zero_and_clears_index_enable(speed: floa
     index = math.ceil(before) if speed > 0 else math.floor(before)
     errors, again = shaft.run(0.5)
     assert all(error == pytest.approx(-index, abs=0.04) for error in errors) and not again
+
+
+@pytest.mark.parametrize("before_index", [0.375, 0.6, 0.96])
+@pytest.mark.parametrize("speed", [5.0, -5.0])
+def test_the_first_index_after_power_on(speed: float, before_index: float) -> None:
+    """The device has counted from where the spindle stood, and what was whole there is no index. Its speed goes on."""
+    shaft = Shaft(lambda _: speed, 0.01)
+    shaft.before_index = before_index
+    shaft.turns = 0.35 if speed > 0 else 0.65
+    shaft.run(0.05)
+    armed, turned = True, shaft.turns
+    while armed:
+        errors, armed = shaft.run(0.005, armed)
+        assert shaft.encoder.speed_rps == pytest.approx(speed, rel=0.01)
+    assert errors[-1] == pytest.approx(round(errors[-1]), abs=0.06), "0 is at an index"
+    assert abs(shaft.turns - turned) <= 2.1
 
 
 def test_a_standing_spindle_has_no_index() -> None:

@@ -13,6 +13,8 @@ SPEED_SPAN = 8  # reports over which the speed is the mean
 CLOCK_SPAN = 200  # ... and among which the fastest one says what the clocks differ by
 AHEAD_MOST_S = 0.1  # the position goes on for so long without a report
 STANDING_RPS = 0.01
+JUMP_LEAST, JUMP_PART = 0.03, 0.3  # turns; part of the way by the device's own speed
+BACKWARDS = 2  # Status.spindle
 AT_SPEED = 0.05  # of the commanded speed
 
 
@@ -25,6 +27,7 @@ class Encoder:
     def __init__(self) -> None:
         self._reports: deque[tuple[float, float]] = deque(maxlen=SPEED_SPAN)  # device's time, s; turns
         self._lags: deque[float] = deque(maxlen=CLOCK_SPAN)
+        self._turned = 0.0  # since the first report: after a turn the index is known
         self._turns = self._whole = 0  # of the newest report; since the first one
         self._wraps = 0
         self._us: int | None = None
@@ -52,8 +55,25 @@ class Encoder:
         if self._reports:
             self._whole += (status.spindle_turns - self._turns + HALF) % (2 * HALF) - HALF
         self._turns = status.spindle_turns
-        self._reports.append((device_s, self._whole + status.spindle_angle / ANGLE_ONE))
+        turns = self._whole + status.spindle_angle / ANGLE_ONE
+        self._follow_index(turns, device_s, status)
+        self._reports.append((device_s, turns))
         self._lags.append(now_s - device_s)
+
+    def _follow_index(self, turns: float, device_s: float, status: Status) -> None:
+        """Before its first index pulse the device counts from anywhere. A jump that is no motion is that pulse."""
+        if not self._reports:
+            return
+        last_s, last = self._reports[-1]
+        expected = status.rpm / 60 * (device_s - last_s)
+        self._turned += expected
+        if abs(abs(turns - last) - expected) <= JUMP_LEAST + JUMP_PART * expected:
+            return
+        back = self.speed_rps < 0.0 if self.speed_rps else status.spindle == BACKWARDS
+        jump = turns - last - (-expected if back else expected)
+        self._reports = deque(((at_s, at + jump) for at_s, at in self._reports), SPEED_SPAN)
+        if self._armed is not None:
+            self._armed += jump
 
     def turns(self, now_s: float) -> float:
         """Raw position: 0 at the index before the first report."""
@@ -73,7 +93,9 @@ class Encoder:
         if self._armed is None:
             self._armed = raw
         passed = math.floor(raw) - math.floor(self._armed)
-        if passed and self.speed_rps:
+        if self._turned < 1.0:
+            self._armed = raw
+        elif passed and self.speed_rps:
             self._zero = math.floor(raw) if passed > 0 else math.floor(raw) + 1
             self._armed = None
             return raw - self._zero, False
