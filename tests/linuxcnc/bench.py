@@ -9,7 +9,7 @@ from typing import TypeVar
 from wificnc.errors import LinkError, RefusedError
 from wificnc.linuxcnc.link import Link
 from wificnc.linuxcnc.pins import Pins
-from wificnc.wmc3.layout import Ack, Handshake, HandshakeResponse, Refused, Segment, StreamOpen, StreamOpened
+from wificnc.wmc3.layout import Ack, Handshake, HandshakeResponse, Refused, Segment, StreamOpen, StreamOpened, Type
 from wificnc.wmc3.packet import Packet
 from wificnc.wmc3.packing import Layout
 from wificnc.wmc3.stream import StreamSender
@@ -46,6 +46,7 @@ class Wire:
         self.client = virtual.connect()
         self.dead = False
         self.requests: list[Layout] = []
+        self.status_late_s = 0.0  # status reports take so long, all else no time
 
     def handshake(self) -> HandshakeResponse:
         return self.request(Handshake(0x01000000, "test"), HandshakeResponse)
@@ -82,7 +83,10 @@ class Wire:
     def heard(self) -> Iterator[Packet]:
         sent, self.virtual.sent = self.virtual.sent, []
         for each in sent if not self.dead else ():
-            yield each.packet
+            if each.data[5] == Type.STATUS and each.time_s + self.status_late_s > self.virtual.now:
+                self.virtual.sent.append(each)
+            else:
+                yield each.packet
 
 
 class Bench:

@@ -109,8 +109,10 @@ def test_behind_a_contact_sideways_motion_stays_at_its_height(bench: Bench) -> N
     assert bench.virtual.position[:3] == [800, 0, 0]
 
 
-def test_two_touches_after_each_other(bench: Bench) -> None:
-    """Fast, a retreat, slowly: as everybody probes."""
+@pytest.mark.parametrize("late_s", [0.0, 0.15])
+def test_two_touches_after_each_other(bench: Bench, late_s: float) -> None:
+    """Fast, a retreat, slowly: as everybody probes. Reports of the time before the contact may come long after it."""
+    bench.wire.status_late_s = late_s
     bench.virtual.lib.virtual_surface(bench.virtual.host, -1000)
     bench.enable()
     for speed in (8.0, 1.0):

@@ -101,27 +101,42 @@ class Touched:
 
     def __init__(self, contact: tuple[int, ...]) -> None:
         self.contact = contact
-        self.away = -1.0  # of the command from the contact
+        self.clearance: Clearance | None = None
+        self.into: list[float] = []  # the way of LinuxCNC's command behind the contact; its length is 1
+        self.deepest = 0.0
 
     def follow(self, link: Link) -> bool:
-        if self.away < 0.0:
-            link.pins.show_positions(self.contact)
-            link.pins["probe"] = True
-            link.settle()
-            self.away = 0.0
+        if self.clearance is None:
+            self.clearance = self._begin(link)
             return False
         if not link.is_settled:
             return False
-        command = link.pins.sample()[1]
-        away = math.dist(command, link.pins.positions(self.contact))
-        goes_on, self.away = away > self.away, away
+        touched, command = link.pins.positions(self.contact), link.pins.sample()[1]
         link.settle()
-        if goes_on or not link.stands:
+        depth = sum((asked - at) * way for asked, at, way in zip(command, touched, self.into, strict=True))
+        if depth > self.deepest:
+            self.deepest = depth
+            self.clearance.begin(touched, command)
+            return False
+        self.clearance.follow(command)
+        if not link.stands:
             return False
         assert link.status
         link.begin()
-        link.clearance.begin(link.pins.positions(link.status.position_steps), command)
+        self.clearance.shift(touched, link.pins.positions(link.status.position_steps))
+        link.clearance = self.clearance
         return True
+
+    def _begin(self, link: Link) -> Clearance:
+        link.pins.show_positions(self.contact)
+        link.pins["probe"] = True
+        link.settle()
+        touched, command = link.pins.positions(self.contact), link.pins.sample()[1]
+        self.deepest = math.dist(command, touched)
+        self.into = [(asked - at) / (self.deepest or 1.0) for asked, at in zip(command, touched, strict=True)]
+        clearance = Clearance(len(command))
+        clearance.begin(touched, command)
+        return clearance
 
 
 class Link:

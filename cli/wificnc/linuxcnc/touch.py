@@ -23,6 +23,12 @@ class Clearance:
         self.offset = [at - asked for at, asked in zip(stands, command, strict=True)]
         self._command = list(command)
 
+    def shift(self, believed: Sequence[float], stands: Sequence[float]) -> None:
+        """The machine stands there, and not where it was believed to; as long as it keeps a distance."""
+        if any(self.offset):
+            ways = zip(self.offset, believed, stands, strict=True)
+            self.offset = [way + at - thought for way, thought, at in ways]
+
     def follow(self, command: Sequence[float]) -> list[float]:
         """Where the machine shall be."""
         size = math.hypot(*self.offset)
