@@ -5,15 +5,18 @@ from __future__ import annotations
 import gzip
 import http.client
 import json
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from urllib.parse import urlsplit
 
 import pytest
-from web_fixture import serving
+from playwright.sync_api import expect
+from web_fixture import Watched, serving
 from websockets.exceptions import InvalidStatus
 from websockets.sync.client import ClientConnection, connect
+from wificnc.errors import LinkError
+from wificnc.link.discover import Found
 from wificnc.serve.options import Address
 from wificnc.serve.page import About, PageServer, is_our_host, stream_bytes
 from wificnc.serve.server import Server
@@ -111,6 +114,27 @@ def test_the_page_learns_who_serves_it(tmp_path: Path, folder: Path) -> None:
         status, headers, body = get(page, "/api/controller")
         assert (status, headers["Content-Type"]) == (200, "application/json")
         assert json.loads(body) == {"name": "a test", "version": "1", "board": "host", "axes": 6}
+
+
+def test_other_controllers_are_found_for_the_browser(tmp_path: Path, folder: Path) -> None:
+    mill = Found("wificnc-1a2b", "192.168.1.20", 23, {"wificnc": "esp32s3-zero"})
+    with serving(tmp_path) as server:
+        about, address = About("a test", "1", "host", 6), Address("127.0.0.1", 0)
+        with PageServer(address, server.tcp, about, folder, find=lambda: [mill]) as page:
+            status, headers, body = get(page, "/api/discover")
+    assert (status, headers["Content-Type"]) == (200, "application/json")
+    assert json.loads(body) == [{"name": "wificnc-1a2b", "address": "192.168.1.20", "board": "esp32s3-zero"}]
+
+
+def test_no_network_to_look_in_is_said(tmp_path: Path, folder: Path) -> None:
+    def find() -> list[Found]:
+        raise LinkError("cannot ask this network: unreachable", hint="is this computer connected?")
+
+    with serving(tmp_path) as server:
+        about, address = About("a test", "1", "host", 6), Address("127.0.0.1", 0)
+        with PageServer(address, server.tcp, about, folder, find=find) as page:
+            status, _, body = get(page, "/api/discover")
+    assert status == 503 and b"is this computer connected?" in body
 
 
 # ---- who may come ----
@@ -232,3 +256,14 @@ def test_the_browser_is_told_when_the_controller_ends(tmp_path: Path, folder: Pa
         with pytest.raises(Exception, match="1001"):
             while True:
                 own.line()
+
+
+def test_the_page_lists_other_controllers(built_page: Path, watched: Callable[..., Watched], tmp_path: Path) -> None:
+    mill = Found("wificnc-1a2b", "192.168.1.20", 23, {"wificnc": "esp32s3-zero"})
+    with serving(tmp_path) as server:
+        about, address = About("a test", "1", "host", 6), Address("127.0.0.1", 0)
+        with PageServer(address, server.tcp, about, built_page, find=lambda: [mill]) as host:
+            page = watched().page(host.url)
+            page.click("#tab-network")
+            page.click("[data-test=discover]")
+            expect(page.get_by_role("link", name="wificnc-1a2b")).to_have_attribute("href", "http://192.168.1.20/")

@@ -2,6 +2,7 @@
 
     browser ── GET /, /assets/... ────── files of the built page, gzip where there is a .gz beside
             ── GET /api/controller ───── who serves, as JSON
+            ── GET /api/discover ─────── controllers in this network, as JSON; a browser cannot look itself
             ── WebSocket /grbl ───────── one TCP connection to the controller each, byte for byte
 
 The controller itself keeps the rules of owner, observers and password, as for every other client. What is ours is who
@@ -16,7 +17,7 @@ import json
 import mimetypes
 import socket
 import threading
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import asdict, dataclass
 from http import HTTPStatus
@@ -29,11 +30,14 @@ from websockets.exceptions import ConnectionClosed
 from websockets.http11 import Request, Response
 
 from wificnc.build.checkout import checkout_root
-from wificnc.errors import ServeError, UserError
+from wificnc.errors import LinkError, ServeError, UserError
+from wificnc.link.discover import Found, discover
 from wificnc.serve.options import Address
 
 STREAM = "/grbl"
 ABOUT = "/api/controller"
+DISCOVER = "/api/discover"
+DISCOVER_S = 2.0  # how long is listened
 READ_SIZE = 4096
 MESSAGE_MAX = 1 << 16  # bytes of a message from the browser
 REALTIME_FIRST, REALTIME_LAST = 0x80, 0xA1  # real-time bytes beyond ASCII (core/link/rx.h)
@@ -71,12 +75,20 @@ class PageServer:
         ServeError: on entry, when the address cannot be had.
     """
 
-    def __init__(self, address: Address, controller: str | None, about: About, folder: Path) -> None:
+    def __init__(
+        self,
+        address: Address,
+        controller: str | None,
+        about: About,
+        folder: Path,
+        find: Callable[[], list[Found]] = lambda: discover(DISCOVER_S),
+    ) -> None:
         """controller: host:port of its TCP stream; None: only the files, as any web host has them."""
         self.url = ""
         self._address = address
         self._controller = controller
         self._about = about
+        self._find = find
         self._files = Files(folder)
         self._loop = asyncio.new_event_loop()
         self._thread = threading.Thread(target=self._run, name="page", daemon=True)
@@ -125,7 +137,7 @@ class PageServer:
 
     # ---- one request ----
 
-    def _answer(self, connection: ServerConnection, request: Request) -> Response | None:
+    async def _answer(self, connection: ServerConnection, request: Request) -> Response | None:
         """None: it goes on as a WebSocket."""
         host = request.headers.get("Host", "")
         if not is_our_host(host):
@@ -138,7 +150,17 @@ class PageServer:
             return None
         if path == ABOUT and self._controller is not None:
             return _response(HTTPStatus.OK, "application/json", json.dumps(asdict(self._about)).encode())
+        if path == DISCOVER and self._controller is not None:
+            return await self._discover()
         return self._files.get(path, "gzip" in request.headers.get("Accept-Encoding", ""))
+
+    async def _discover(self) -> Response:
+        try:
+            found = await asyncio.to_thread(self._find)
+        except LinkError as error:
+            return _refuse(HTTPStatus.SERVICE_UNAVAILABLE, f"{error}: {error.hint}")
+        rows = [{"name": one.name, "address": one.address, "board": one.text.get("wificnc", "")} for one in found]
+        return _response(HTTPStatus.OK, "application/json", json.dumps(rows).encode())
 
     async def _handle(self, browser: ServerConnection) -> None:
         assert self._controller is not None

@@ -4,6 +4,7 @@ import type { JSX } from "preact";
 import { attempt, board, portForLoader } from "../app";
 import { findNetworks, joinNetwork, type Joined, type Network } from "../flash/provision";
 import { hasWebSerial } from "../link/serial";
+import { LinkError } from "../link/transport";
 import { setValue, valueOf } from "../storage/board";
 import { TABLES, type StoredNumber, type StoredText } from "../tables";
 import { Button, Card, Check, Field, Notice } from "./parts";
@@ -48,6 +49,7 @@ export function NetworkTab(): JSX.Element {
       </div>
       <div class="w5 stack">
         <JoinCard />
+        <NeighboursCard />
         <HowCard />
       </div>
     </div>
@@ -190,4 +192,55 @@ function HowCard(): JSX.Element {
       <Notice kind="info" title="Its name in every network" text="WiFiCNC-XXXX.local; wificnc discover finds it." />
     </Card>
   );
+}
+
+interface Neighbour {
+  name: string;
+  address: string;
+  board: string;
+}
+
+const neighbours = signal<Neighbour[] | null>(null);
+const searching = signal(false);
+
+/** A browser cannot ask a network who is there: `wificnc serve --http` does it for the page. */
+function NeighboursCard(): JSX.Element {
+  const search = (): Promise<void> =>
+    attempt(async () => {
+      searching.value = true;
+      try {
+        neighbours.value = await findNeighbours();
+      } finally {
+        searching.value = false;
+      }
+    });
+  return (
+    <Card title="Controllers in this network">
+      <div class="row">
+        <Button icon="network" disabled={searching.value} onClick={() => void search()} testId="discover">
+          {searching.value ? "Looking" : "Look for controllers"}
+        </Button>
+      </div>
+      {neighbours.value?.length === 0 && <p class="small faint">None has answered. One in another network cannot.</p>}
+      <ul class="stack bare" aria-label="Controllers that have answered">
+        {neighbours.value?.map(({ name, address, board: id }) => (
+          <li key={name} class="row">
+            <a href={`http://${address}/`} target="_blank" rel="noreferrer">
+              {name}
+            </a>
+            <span class="small faint">
+              {address}, {id}
+            </span>
+          </li>
+        ))}
+      </ul>
+    </Card>
+  );
+}
+
+async function findNeighbours(): Promise<Neighbour[]> {
+  const answer = await fetch(new URL("./api/discover", document.baseURI));
+  if (answer.status === 404) throw new LinkError("This page cannot look for controllers", "wificnc discover does, and wificnc serve --http for the page.");
+  if (!answer.ok) throw new LinkError("This network cannot be asked", await answer.text());
+  return (await answer.json()) as Neighbour[];
 }
