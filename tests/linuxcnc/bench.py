@@ -46,6 +46,7 @@ class Wire:
         self.client = virtual.connect()
         self.dead = False
         self.requests: list[Layout] = []
+        self.loses_status = False
         self.status_late_s = 0.0  # status reports take so long, all else no time
 
     def handshake(self) -> HandshakeResponse:
@@ -83,6 +84,8 @@ class Wire:
     def heard(self) -> Iterator[Packet]:
         sent, self.virtual.sent = self.virtual.sent, []
         for each in sent if not self.dead else ():
+            if each.data[5] == Type.STATUS and self.loses_status:
+                continue
             if each.data[5] == Type.STATUS and each.time_s + self.status_late_s > self.virtual.now:
                 self.virtual.sent.append(each)
             else:

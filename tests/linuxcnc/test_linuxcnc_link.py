@@ -124,6 +124,22 @@ def test_two_touches_after_each_other(bench: Bench, late_s: float) -> None:
         assert bench.virtual.position[2] == -800 and not bench.pins["probe"]
 
 
+def test_a_report_from_before_the_motion_is_not_where_it_ended(bench: Bench) -> None:
+    """All reports of the motion are lost; the newest that is known says that the machine stands, where it began."""
+    bench.virtual.lib.virtual_surface(bench.virtual.host, -400)
+    bench.run(0.1)
+    bench.wire.loses_status = True
+    bench.pins["enable"] = True
+    bench.run(0.05)
+    probe = G38(bench, -25.0, 8.0)
+    bench.run(0.6)
+    assert probe.probed == [0.0, 0.0, -2.0] and bench.link.sender is None
+    bench.wire.loses_status = False
+    bench.each_servo = mover(bench, 2, 1.0, 20.0)
+    bench.run(2)
+    assert bench.virtual.position[2] == 200 and not bench.pins["fault"]
+
+
 def test_a_probe_that_meets_nothing_changes_nothing(bench: Bench) -> None:
     bench.enable()
     probe = G38(bench, -5.0, 8.0)
