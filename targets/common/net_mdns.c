@@ -65,6 +65,8 @@ static unsigned records_for(const struct net_mdns *mdns, const char *dotted, uns
     const unsigned pointer = type == TYPE_PTR || type == TYPE_ANY;
     if (is(dotted, mdns->name, ".local"))
         return type == TYPE_A || type == TYPE_ANY ? HOST : 0;
+    if (mdns->port == 0)
+        return 0;
     if (is(dotted, "", service))
         return pointer ? OURS : 0;
     if (is(dotted, "", services))
@@ -226,6 +228,6 @@ size_t net_mdns_announce(const struct net_mdns *mdns, uint8_t packet[NET_MDNS_PA
     if (!has_address(mdns))
         return 0;
     put_header(&out, 0, 0);
-    put_records(&out, mdns, OURS);
+    put_records(&out, mdns, mdns->port != 0 ? OURS : HOST);
     return finish(&out);
 }

@@ -20,7 +20,7 @@ struct net_mdns {
     char name[NET_MDNS_NAME];
     char text[NET_MDNS_TEXT]; /* of TXT: "board=esp32s3-devkitc" */
     uint8_t address[4];       /* 0.0.0.0: we have none, and are silent */
-    uint16_t port;
+    uint16_t port;            /* of telnet; 0: there is none, and nobody is told of that service */
 };
 
 /** The answer to a packet. @param legacy  it comes from another port than 5353: a simple resolver

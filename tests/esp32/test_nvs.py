@@ -146,6 +146,22 @@ def test_wrong_numbers_and_keys_are_refused(text: str) -> None:
         number_entry(text)
 
 
+@pytest.mark.parametrize(
+    "text", ["io_dir=0x10000", "io_dir=0x", "io_dir=FF", "io_count=17", "io_p16=1", "io_lost_ms=99"]
+)
+def test_wrong_channels_are_refused(text: str) -> None:
+    with pytest.raises(UserError):
+        number_entry(text)
+
+
+def test_channels_of_an_io_module_are_kept_with_their_width() -> None:
+    entries = [number_entry(text) for text in ("io_dir=0xFF00", "io_lost_ms=60000", "io_count=16", "io_p15=4")]
+    assert [(entry.key, entry.type, entry.value) for entry in entries] == [
+        ("io_dir", "u16", 0xFF00), ("io_lost_ms", "u16", 60000), ("io_count", "u8", 16), ("io_p15", "u8", 4),
+    ]  # fmt: skip
+    assert image_of(*entries).get(NAMESPACE, "io_dir") == 0xFF00
+
+
 def test_secrets_are_masked_unless_asked_for() -> None:
     image = image_of(text_entry("wifi_ssid", "Werkstatt"), text_entry("wifi_pass", "12345678"))
     assert {row.key: row.value for row in rows(image, False)} == {"wifi_ssid": "Werkstatt", "wifi_pass": HIDDEN}

@@ -32,12 +32,12 @@ class Mdns(ctypes.Structure):
 class Responder:
     """net_mdns.c by ctypes."""
 
-    def __init__(self, address: str = "192.168.4.7") -> None:
+    def __init__(self, address: str = "192.168.4.7", port: int = 23) -> None:
         self.library = ctypes.CDLL(str(ensure_host_library()))
         self.library.net_mdns_answer.restype = ctypes.c_size_t
         self.library.net_mdns_announce.restype = ctypes.c_size_t
         quads = (ctypes.c_uint8 * 4)(*map(int, address.split(".")))
-        self.me = Mdns(b"WiFiCNC-1A2B", b"wificnc=esp32s3-zero", quads, 23)
+        self.me = Mdns(b"WiFiCNC-1A2B", b"wificnc=esp32s3-zero", quads, port)
         self.unicast = False
 
     def answer(self, query: bytes, legacy: bool = False) -> bytes:
@@ -99,6 +99,14 @@ def test_a_question_for_the_service_gets_all_that_a_client_needs() -> None:
 def test_each_question_gets_its_records_and_others_silence(name: str, kind: int, types: set[int]) -> None:
     packet = Responder().answer(zeroconf_question((name, kind)))
     assert ({key[1] for key in records(packet)} if packet else set()) == types
+
+
+def test_an_io_module_has_a_name_and_no_telnet() -> None:
+    module = Responder(port=0)
+    assert {key[1] for key in records(module.answer(zeroconf_question(("wificnc-1a2b.local", A))))} == {A}
+    for name in (SERVICE, "_services._dns-sd._udp.local", "wificnc-1a2b._telnet._tcp.local"):
+        assert module.answer(zeroconf_question((name, ANY))) == b""
+    assert {key[1] for key in records(module.announce())} == {A}
 
 
 def test_several_questions_with_compressed_names() -> None:

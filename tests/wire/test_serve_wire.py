@@ -288,6 +288,22 @@ def test_an_io_module(serve: Callable[..., Server]) -> None:
     assert server.tcp is None
 
 
+def keep_alive_timers(port: int) -> list[bool]:
+    """Of the connections of this device: does the kernel ask for signs of life?"""
+    address = bytes(reversed(socket.inet_aton(ADDRESS))).hex().upper()
+    rows = [line.split() for line in Path("/proc/net/tcp").read_text().splitlines()[1:]]
+    return [row[5].startswith("02") for row in rows if row[1] == f"{address}:{port:04X}" and row[3] == "01"]
+
+
+@pytest.mark.skipif(not Path("/proc/net/tcp").exists(), reason="Linux tells it there")
+@pytest.mark.parametrize("io_module", [True, False])
+def test_a_module_notices_a_host_that_went_without_a_word(serve: Callable[..., Server], io_module: bool) -> None:
+    serve(io_module=io_module)
+    with Device(ADDRESS) as device:
+        device.handshake()
+        assert keep_alive_timers(CONTROL_PORT) == [io_module]
+
+
 def test_a_stored_mode_is_that_of_the_next_start(serve: Callable[..., Server], tmp_path: Path) -> None:
     with Server(ServeOptions(board=load_board("host"), wmc3=ADDRESS, store=tmp_path / "store")):
         invoke("config", "device_mode", "1", "--save")

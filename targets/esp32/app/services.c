@@ -19,14 +19,14 @@ enum { CHIP_ID = 9 };
 #else
 enum { CHIP_ID = 0 };
 #endif
-enum { TELNET_PORT = 23, RESTART_US = 500000, CONFIRM_US = 30000000 };
+enum { RESTART_US = 500000, CONFIRM_US = 30000000 };
 
 void services_start(struct services *services, struct lockout *lockout, const char *password,
-                    const struct ota_flash *flash) {
+                    const struct ota_flash *flash, uint16_t telnet_port) {
     static const struct ota_image image = {.board = BOARD_ID, .chip_id = CHIP_ID, .project = "wificnc"};
     char address[NET_ADDRESS_SIZE], port[8];
     int error;
-    *services = (struct services){.flash = *flash, .mdns = {.port = TELNET_PORT}};
+    *services = (struct services){.flash = *flash, .mdns = {.port = telnet_port}};
     snprintf(services->password, sizeof services->password, "%s",
              password[0] != '\0' ? password : wifi_own_password());
     ota_init(&services->ota, &ota_flash_ops, &services->flash, &image, lockout, services->password);

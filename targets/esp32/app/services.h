@@ -23,9 +23,10 @@ struct services {
 };
 
 /** [start, behind network_start()] @param lockout  of all passwords  @param password  of network clients; "":
- * updates want that of our own network  @param flash  who is asked before flash is written; is copied */
+ * updates want that of our own network  @param flash  who is asked before flash is written; is copied
+ * @param telnet_port  that the network is told of; 0: there is no telnet */
 void services_start(struct services *services, struct lockout *lockout, const char *password,
-                    const struct ota_flash *flash);
+                    const struct ota_flash *flash, uint16_t telnet_port);
 
 /** One round. An image that gets here for half a minute has a network, and so can be updated again: it is
  * confirmed. Restarts the chip when a new firmware is complete. @return true: there is more to do at once */

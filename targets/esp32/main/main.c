@@ -38,7 +38,7 @@
 #include <stdio.h>
 #include <string.h>
 
-enum { US_PER_MS = 1000, LED_EVERY_US = 50000 };
+enum { US_PER_MS = 1000, LED_EVERY_US = 50000, TELNET_PORT = 23 };
 
 static RTC_NOINIT_ATTR struct boot_guard guard; /* a reset keeps it */
 
@@ -325,7 +325,7 @@ static void start_network(void) {
     tell(text);
     load_access();
     controller_set(&controller, &options);
-    services_start(&services, &controller.gate.lockout, password, &flash);
+    services_start(&services, &controller.gate.lockout, password, &flash, TELNET_PORT);
     start_wire();
     if (!controller_listen(&controller, NULL, "23", &error)) {
         snprintf(text, sizeof text, "Telnet did not start, error %d", error);
@@ -418,7 +418,7 @@ static void start_io_module(void) {
     io_module =
         (struct io_module){.channels = &channels, .session = &controller.session, .wire = &controller.wire};
     io_module_start(&io_module, &store, &options, &wire_ops);
-    services_start(&services, &controller.gate.lockout, password, &flash);
+    services_start(&services, &controller.gate.lockout, password, &flash, 0);
 }
 
 static enum led_state io_module_led(void) {
