@@ -13,11 +13,13 @@ DEMO_PICTURE ?= build/demo/$(DEMO).png
 SECONDS ?= 60
 SEED    ?= 0
 LINES   ?= 1000000
+WIRE    ?= 1
+CPU     ?= 1
 
 BOARDS ?=
 TAG    ?=
 
-.PHONY: help demo test test-chip lint fuzz bench bench-chip bench-motion xtensa bench-serve bench-wire stream-million \
+.PHONY: help demo test test-chip chip-traces lint fuzz bench bench-chip bench-motion xtensa bench-serve bench-wire stream-million \
     pictures release docs format generate web clean distclean
 .DEFAULT_GOAL := help
 
@@ -29,6 +31,7 @@ help:
 	@echo 'make fuzz    look for inputs that break something: 60 s for each harness, or SECONDS=N'
 	@echo 'make bench   speed, instructions and memory, with the method'
 	@echo 'make bench-motion  time, acceleration, jerk and path error from step traces; FILES="a.nc b.nc" for others'
+	@echo 'make chip-traces  whole jobs in the real image, each step compared with the host; FILES="a.nc b.nc" WIRE=20 CPU=4'
 	@echo 'make bench-chip  the virtual PIC32MZ and the interrupts of its real image'
 	@echo 'make xtensa  the ESP32 firmware as Xtensa objects: interrupts, and static RAM of each board'
 	@echo 'make bench-serve  a serving controller as senders see it; make stream-million: its first part'
@@ -73,6 +76,9 @@ bench-chip: $(VENV)/.ready-dev
 
 xtensa: $(VENV)/.ready-dev
 	@cd tools && $(abspath $(PY)) -m xtensa
+
+chip-traces: $(VENV)/.ready-dev
+	@cd tools && $(abspath $(PY)) -m bench.traces --wire $(WIRE) --cpu $(CPU) $(abspath $(FILES))
 
 bench-serve: $(VENV)/.ready-dev
 	@cd tools && $(abspath $(PY)) -m bench.serve --lines $(LINES) $(ONLY)

@@ -171,6 +171,16 @@ def test_prescaler(ready: VirtualChip, code: int, divider: int) -> None:
     assert ready.read_register(TMR4) == 100
 
 
+def test_a_faster_cpu_leaves_the_timers_alone(ready: VirtualChip) -> None:
+    """No chip has it: four times the instructions in a tick of the same timer, and in one of CP0 Count."""
+    ready.cpu_speed(4)
+    ready.write_register(PR4, 0xFFFF)
+    ready.write_register(T4CON, ON)
+    begin, spun = ready.cycles, ready.instructions
+    ready.run(1e-6)
+    assert ready.read_register(TMR4) == 50 and ready.cycles - begin == ready.instructions - spun == 4 * 200
+
+
 def test_continuous_pulses(ready: VirtualChip) -> None:
     """16.3.2.4: OC rises where the timer equals OCxR, falls where it equals OCxRS, and there the interrupt comes."""
     ready.write_register(RPD5R, 12)

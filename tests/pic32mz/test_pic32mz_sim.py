@@ -6,8 +6,11 @@ from pathlib import Path
 
 import pytest
 from wificnc.app import main
+from wificnc.board.model import Board
 from wificnc.build.pic32mz import Pic32Build
+from wificnc.chip.job import Pace, difference, paths, run_on_chip
 from wificnc.errors import Exit
+from wificnc.sim.run import SimOptions
 
 JOB = "G21G90\nG1X5F1500\nM0\nG2X8Y3I0J3\nG1X0Y0\n"
 
@@ -29,6 +32,26 @@ def test_a_job_makes_the_hosts_steps(build: Pic32Build, job: Path, capsys: pytes
     assert sim(job, "--on-chip", "--set", "$110=3000", "--set", "$111=3000") == Exit.OK
     said = capsys.readouterr().out
     assert "the same steps" in said and "stands at   0, 0, 0, 0 steps" in said and "0 refused" in said
+
+
+def test_a_faster_wire_and_a_faster_cpu_make_the_same_steps(board: Board, job: Path) -> None:
+    """Nothing in this job waits for either: the same steps, in the same time."""
+    job.write_text("G21G90\nG1X2F1500\nG2X4Y2I0J2\nG1X0Y0\n")
+    usual, faster = (run_on_chip(board, SimOptions(job, board.id), [], pace=pace) for pace in (None, Pace(16, 4)))
+    assert usual.first_difference is faster.first_difference is None and usual.same_path and faster.same_path
+    assert faster.events == usual.events > 1000 and faster.seconds == pytest.approx(usual.seconds, abs=1e-6)
+
+
+def test_the_same_path_at_other_moments() -> None:
+    """An axis that steps an event later changes the trace and not the path; a step more changes both."""
+    trace = [(1, 0), (3, 2), (1, 0), (2, 2)]
+    for other, event, same_path in (
+        (trace, None, True),
+        ([(3, 2), (1, 0), (1, 0), (2, 2)], 0, True),
+        ([*trace, (1, 0)], 4, False),
+        ([(1, 1), *trace[1:]], 0, False),
+    ):
+        assert difference(trace, other) == event and (paths(trace, 2) == paths(other, 2)) is same_path
 
 
 def test_a_refused_line_is_named(build: Pic32Build, job: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -41,7 +41,8 @@ static void follow(struct chip *chip, unsigned axis) {
 static void note_step(struct chip *chip, unsigned axis, bool dir_high) {
     struct bench *bench = &chip->bench;
     struct mz_step *last = bench->count > 0 ? &bench->steps[bench->count - 1] : NULL;
-    if (last == NULL || chip->cycles - last->cycle > SAME_EVENT || (last->step >> axis & 1) != 0) {
+    if (last == NULL || chip->cycles - last->cycle > SAME_EVENT * chip->speed ||
+        (last->step >> axis & 1) != 0) {
         if (!chip_grow(&bench->steps, &bench->room, bench->count + 1, sizeof *bench->steps))
             return;
         last = &bench->steps[bench->count++];

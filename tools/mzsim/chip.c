@@ -56,6 +56,7 @@ struct chip *mz_create(void) {
         mz_destroy(chip);
         return NULL;
     }
+    chip->speed = 1;
     evic_create(chip);
     system_create(chip);
     timers_create(chip);

@@ -167,6 +167,7 @@ struct chip {
     uint64_t cycles, asleep; /* asleep: cycles without an instruction */
     uint64_t limit;          /* the CPU runs up to here without looking around */
     uint64_t next_event;
+    uint32_t speed; /* mz_cpu_speed() */
     enum mz_stop stop;
     bool look; /* interrupts or events may have changed */
     char fault[160];
@@ -262,7 +263,8 @@ void system_reset(struct chip *chip);
 void system_event(struct chip *chip);
 uint64_t system_next(const struct chip *chip);
 void system_set_compare(struct chip *chip, uint32_t value);
-unsigned system_divider(const struct sfr *pbdiv);
+uint32_t system_bus_cycles(const struct chip *chip, const struct sfr *pbdiv); /* in a tick of a bus */
+uint32_t system_count(const struct chip *chip);                               /* CP0 Count */
 
 /* bench.c */
 void bench_create(struct chip *chip);

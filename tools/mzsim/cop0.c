@@ -2,10 +2,6 @@
  * Coprocessor 0: status, exceptions, the core timer, shadow register sets. */
 #include "chip.h"
 
-static uint32_t count_now(const struct chip *chip) {
-    return (uint32_t)(chip->cycles / 2);
-}
-
 /* The registers by 8 * number + select. */
 static uint32_t *plain_register(struct cpu *cpu, unsigned number) {
     switch (number) {
@@ -40,7 +36,7 @@ static void move_from(struct chip *chip, uint32_t word) {
     const uint32_t *from = plain_register(cpu, number);
     uint32_t *to = &cpu->r[word >> 16 & 31];
     if (number == 8 * 9)
-        *to = count_now(chip);
+        *to = system_count(chip);
     else if (from != NULL)
         *to = *from;
     else

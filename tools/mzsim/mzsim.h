@@ -40,6 +40,10 @@ void mz_reset(struct chip *chip);
 uint64_t mz_cycles(const struct chip *chip);
 uint64_t mz_instructions(const struct chip *chip);
 
+/** The CPU alone is so many times as fast, and what it takes of time is less; no chip is. A cycle lasts
+ * 5 ns / factor from now on. [before the first mz_run()] @param factor  1 .. 100 */
+void mz_cpu_speed(struct chip *chip, uint32_t factor);
+
 /** Let it work until this time. */
 enum mz_stop mz_run(struct chip *chip, uint64_t until_cycle);
 

@@ -65,7 +65,8 @@ static void begin(struct chip *chip) {
             if (words[i] != 0xFFFFFFFFu)
                 chip_fault(chip, "flash at %08x is programmed twice", nvm->addr->value);
         nvm->operations++;
-        nvm->done_at = chip->cycles + (operation == ERASE ? ERASE_CYCLES : PROGRAM_CYCLES);
+        nvm->done_at =
+            chip->cycles + (operation == ERASE ? ERASE_CYCLES : PROGRAM_CYCLES) * (uint64_t)chip->speed;
     }
     if (chip->stop == MZ_TIME && is_cut(chip)) {
         if (nvm->torn != 0)

@@ -16,8 +16,16 @@ static void written_syskey(struct chip *chip, struct sfr *sfr, uint32_t before) 
         chip->syskey = sfr->value == 0x556699AAu && chip->syskey == 1 ? 2 : 0;
 }
 
-unsigned system_divider(const struct sfr *pbdiv) {
-    return (pbdiv->value & 0x7F) + 1;
+uint32_t system_bus_cycles(const struct chip *chip, const struct sfr *pbdiv) {
+    return ((pbdiv->value & 0x7F) + 1) * chip->speed;
+}
+
+uint32_t system_count(const struct chip *chip) {
+    return (uint32_t)(chip->cycles / (2 * chip->speed));
+}
+
+void mz_cpu_speed(struct chip *chip, uint32_t factor) {
+    chip->speed = factor;
 }
 
 static uint32_t read_pbdiv(struct chip *chip, struct sfr *sfr) {
@@ -37,15 +45,16 @@ static void written_wdtcon(struct chip *chip, struct sfr *sfr, uint32_t before) 
     if ((sfr->value & WDT_ON) == 0)
         chip->wdt_at = NEVER;
     else if (sfr->value >> 16 == WDT_CLEAR || chip->wdt_at == NEVER)
-        chip->wdt_at = chip->cycles + WDT_CYCLES;
+        chip->wdt_at = chip->cycles + WDT_CYCLES * chip->speed;
     sfr->value &= 0xFFFFu;
 }
 
 void system_set_compare(struct chip *chip, uint32_t value) {
-    uint32_t left = value - (uint32_t)(chip->cycles / 2);
+    uint64_t tick = 2 * chip->speed;
+    uint32_t left = value - system_count(chip);
     chip->cpu.compare = value;
     chip->cpu.cause &= ~0x40000000u;
-    chip->core_timer_at = (chip->cycles / 2 + (left == 0 ? (uint64_t)1 << 32 : left)) * 2;
+    chip->core_timer_at = (chip->cycles / tick + (left == 0 ? (uint64_t)1 << 32 : left)) * tick;
 }
 
 void system_create(struct chip *chip) {

@@ -14,7 +14,7 @@ static const uint8_t timer_irq[TIMERS] = {0, 0, 9, 14, 19, 24, 28, 32, 36, 40};
 static const uint8_t compare_irq[COMPARES] = {0, 7, 12, 17, 22, 27, 31, 35, 39, 43};
 
 static uint64_t cycles_a_tick(const struct chip *chip, const struct timer *timer) {
-    return (uint64_t)prescalers[timer->con->value >> 4 & 7] * system_divider(chip->pb3div);
+    return (uint64_t)prescalers[timer->con->value >> 4 & 7] * system_bus_cycles(chip, chip->pb3div);
 }
 
 static bool runs(const struct timer *timer) {

@@ -12,7 +12,7 @@ enum { OERR = 1 << 1, URXDA = 1 << 0, STA_WRITABLE = 0x0000FC62 };
 static uint64_t byte_cycles(const struct chip *chip) {
     const struct uart *uart = &chip->uart;
     uint64_t clocks = (uart->mode->value & BRGH) != 0 ? 4 : 16;
-    return 10 * clocks * (uart->brg->value + 1) * system_divider(chip->pb2div);
+    return 10 * clocks * (uart->brg->value + 1) * system_bus_cycles(chip, chip->pb2div);
 }
 
 static bool receives(const struct uart *uart) {

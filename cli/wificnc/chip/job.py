@@ -31,6 +31,14 @@ Look = Callable[[], None]  # called as time passes
 
 
 @dataclass(frozen=True)
+class Pace:
+    """How many times as fast as the chip's the serial port and the CPU are: to see what of a trace is theirs."""
+
+    wire: int = 1
+    cpu: int = 1
+
+
+@dataclass(frozen=True)
 class ChipResult:
     """What the image made of a job."""
 
@@ -40,9 +48,12 @@ class ChipResult:
     events: int
     position_steps: tuple[int, ...]  # where the motors stand
     first_difference: int | None  # step event at which the host's simulation does another; None: all are the same
+    same_path: bool  # each axis makes the host's steps in the host's order, whenever that is
 
 
-def run_on_chip(board: Board, options: SimOptions, settings: list[str], progress: Progress | None = None) -> ChipResult:
+def run_on_chip(
+    board: Board, options: SimOptions, settings: list[str], progress: Progress | None = None, pace: Pace | None = None
+) -> ChipResult:
     """Stream the file at 115200 baud, until the machine rests. options.trace is every edge at the pins, options.at what
     happens to them.
 
@@ -52,7 +63,10 @@ def run_on_chip(board: Board, options: SimOptions, settings: list[str], progress
         ChipFault: the image does what no chip may.
     """
     lines = [line.decode("latin-1") for line in split_lines(read_job(options.file))]
+    pace = pace or Pace()
     with wired_chip(board, board_image(board)) as chip:
+        chip.cpu_speed(pace.cpu)
+        chip.serial_speed(pace.wire)
         chip.run(BOOT_S)
         chip.read()
         for line in settings:
@@ -67,8 +81,11 @@ def run_on_chip(board: Board, options: SimOptions, settings: list[str], progress
         steps = list(STEP.iter_unpack(chip.steps()))
         position = tuple(chip.position(axis) for axis in range(len(board.axes)))
     errors = tuple(f"line {number}: {said}" for number, said in enumerate(answers, 1) if said != "ok")
-    seconds = (steps[-1][0] - steps[0][0]) / CPU_HZ if steps else 0.0
-    return ChipResult(len(answers), errors, seconds, len(steps), position, _difference(options, steps))
+    seconds = (steps[-1][0] - steps[0][0]) / (CPU_HZ * pace.cpu) if steps else 0.0
+    host = _host_steps(options)
+    made = [(mask, direction) for _, mask, direction in steps]
+    same_path = paths(made, len(position)) == paths(host, len(position))
+    return ChipResult(len(answers), errors, seconds, len(steps), position, difference(host, made), same_path)
 
 
 @contextmanager
@@ -137,13 +154,23 @@ def _rest(chip: VirtualChip, axes: int, look: Look) -> None:
             raise JobError(f"{alarm[0]} stopped the job")
 
 
-def _difference(options: SimOptions, steps: list[tuple[int, int, int]]) -> int | None:
-    """The first event whose axes or directions are not the host's."""
+def _host_steps(options: SimOptions) -> list[tuple[int, int]]:
+    """(axes, directions) of each step event of the host's simulation."""
     with tempfile.TemporaryDirectory() as folder:
         trace = Path(folder) / "host.csv"
         simulate(SimOptions(options.file, options.board, options.machine, options.settings, trace=trace))
-        host = [line.split(",")[1:] for line in trace.read_text().splitlines()[1:]]
-    for event, ((_, mask, direction), (host_mask, host_direction)) in enumerate(zip(steps, host, strict=False)):
-        if mask != int(host_mask) or (direction ^ int(host_direction)) & mask:
+        rows = (line.split(",") for line in trace.read_text().splitlines()[1:])
+        return [(int(mask), int(direction)) for _, mask, direction in rows]
+
+
+def difference(host: list[tuple[int, int]], made: list[tuple[int, int]]) -> int | None:
+    """The first event whose axes or directions are not the host's."""
+    for event, ((mask, direction), (host_mask, host_direction)) in enumerate(zip(made, host, strict=False)):
+        if mask != host_mask or (direction ^ host_direction) & mask:
             return event
-    return None if len(steps) == len(host) else min(len(steps), len(host))
+    return None if len(made) == len(host) else min(len(made), len(host))
+
+
+def paths(steps: list[tuple[int, int]], axes: int) -> list[bytes]:
+    """The directions of each axis' steps, one after the other."""
+    return [bytes(direction >> axis & 1 for mask, direction in steps if mask >> axis & 1) for axis in range(axes)]

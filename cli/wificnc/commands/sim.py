@@ -10,7 +10,7 @@ from rich.table import Table
 
 from wificnc import ui
 from wificnc.board.load import load_board
-from wificnc.chip.job import run_on_chip
+from wificnc.chip.job import ChipResult, run_on_chip
 from wificnc.commands._program import max_lines_option, progress_bar
 from wificnc.errors import Exit, UserError
 from wificnc.machine import load_machine
@@ -75,12 +75,20 @@ def _run_on_chip(options: SimOptions) -> bool:
     ui.data.print(f"step events {result.events:,} in {result.seconds:.3f} s")
     ui.data.print(f"stands at   {', '.join(map(str, result.position_steps))} steps")
     same = result.first_difference is None
-    ui.data.print("the host    " + ("the same steps" if same else f"another one at event {result.first_difference:,}"))
+    ui.data.print(f"the host    {compared(result)}")
     for error in result.errors[:ERRORS_SHOWN]:
         ui.talk.print(f"[bold red]{escape(error)}[/]", soft_wrap=True)
     if options.trace:
         ui.note(f"wrote {options.trace}")
     return same and not result.errors
+
+
+def compared(result: ChipResult) -> str:
+    """What the chip's steps are beside the host's."""
+    if result.first_difference is None:
+        return "the same steps"
+    where = ", on the same path" if result.same_path else ""
+    return f"another one at event {result.first_difference:,}{where}"
 
 
 def _print_result(result: SimResult) -> None:
