@@ -144,13 +144,22 @@ void session_datagram(struct session *session, const struct session_peer *from, 
 
 /* ---- TCP clients ---- */
 
+/* Something ends with this connection: a stream, or what a module's outputs do. */
+static bool is_needed(const struct session *session, int place) {
+    const struct session_owner *owner = &session->owner;
+    if (session->stream.open && session->stream.client == place)
+        return true;
+    return session_is_module(session) && owner->on &&
+           session_same(owner->address, session->client[place].address);
+}
+
 int session_place(const struct session *session) {
     int oldest = -1;
     for (int i = 0; i < SESSION_CLIENTS; i++) {
         const struct session_client *client = &session->client[i];
         if (!client->used)
             return i;
-        if (session->now_us - client->heard_us >= CLIENT_IDLE_US &&
+        if (!is_needed(session, i) && session->now_us - client->heard_us >= CLIENT_IDLE_US &&
             (oldest < 0 || client->heard_us < session->client[oldest].heard_us))
             oldest = i;
     }

@@ -270,6 +270,17 @@ def test_a_connection_is_a_sign_of_life(make: Make) -> None:
     assert module.levels == 0
 
 
+def test_the_connection_that_keeps_outputs_is_taken_from_nobody(make: Make) -> None:
+    """A fifth client may take a place that was silent for 30 s; LinuxCNC's is always silent."""
+    module = make({**CONFIG, LOST_MS: 300})
+    module.connect()
+    module.outputs(0x0100, 0x0100)
+    module.run(31)
+    assert [module.connect(OTHER) for _ in range(4)] == [1, 2, 3, -1]
+    module.run(1)
+    assert module.levels == 0x0100
+
+
 def test_outputs_may_be_told_to_stay(make: Make) -> None:
     module = make({**CONFIG, LOST: 0})
     module.outputs(0x0100, 0x0100)

@@ -283,6 +283,15 @@ def test_an_idle_stream_keeps_motion_until_its_connection_ends(device: Device) -
     assert "[MSG:Host gave motion back]" in device.heard()
 
 
+def test_the_connection_of_an_open_stream_is_taken_from_nobody(device: Device) -> None:
+    """A fifth client may take a place that was silent for 30 s; a stream's is, its segments come by UDP."""
+    sender = open_stream(device, device.connect())
+    device.run(31)
+    assert [device.connect(OTHER) for _ in range(4)] == [1, 2, 3, -1]
+    device.run(3)
+    assert ack_of(device, sender, segment(100)).next == 1
+
+
 def test_the_handshake_announces_streams(device: Device) -> None:
     client = device.connect()
     response = device.request(client, Handshake(0x01000000, "test")).payload
