@@ -140,7 +140,9 @@ def status(device: Device, seconds: float, as_json: bool) -> None:
 
 
 def _channel_table(channels: list[Channel]) -> None:
-    table = Table("channel", "", "pin", "pull-up", "inverted", "state", box=None, pad_edge=False, padding=(0, 2, 0, 0))
+    table = Table(
+        "channel", "direction", "pin", "pull-up", "inverted", "state", box=None, pad_edge=False, padding=(0, 2, 0, 0)
+    )
     for channel in channels:
         state = "left out: pin" if channel.fault else "on" if channel.on else "off"
         pull_up = "yes" if channel.pull_up and channel.direction == "input" else ""
