@@ -13,11 +13,13 @@ from xtensa.compile import (
     board_sources,
     compile_all,
     firmware_sources,
+    image_bytes,
     static_ram_bytes,
     static_ram_of_board,
 )
 from xtensa.headers import BOARDS, generate_pins, other_boards, rmt_board, small_headers, with_pins
 from xtensa.isr import Program, firmware_in_ram, interrupt_program, step_interrupt, violations
+from xtensa.stack import RESERVE, task_stacks
 from xtensa.toolchain import NoToolchainError, Toolchain, find_toolchain
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -66,6 +68,11 @@ def test_static_ram_keeps_its_budget(tools: Toolchain, chip: str) -> None:
 
 
 @pytest.mark.parametrize("chip", BOARDS)
+def test_our_own_part_of_the_image_keeps_its_budget(tools: Toolchain, chip: str) -> None:
+    assert 200_000 < image_bytes(tools, objects_of(chip)) <= BUDGET["code and constants of core and target"]
+
+
+@pytest.mark.parametrize("chip", BOARDS)
 def test_static_ram_of_the_other_boards(tools: Toolchain, chip: str) -> None:
     objects, output = objects_of(chip), ROOT / "build" / "xtensa" / "small" / chip
     headers = small_headers(ROOT, chip, output)
@@ -85,6 +92,14 @@ def test_step_pulses_by_the_rmt_keep_rules_and_budget(tools: Toolchain, chip: st
     assert violations(program, firmware_in_ram(ROOT), ["on_timer"]) == []
     found = step_interrupt(program)
     assert not {name: count for name, count in found.items() if not 0 < count <= BUDGET[name]}
+
+
+@pytest.mark.parametrize("chip", BOARDS)
+def test_tasks_have_stack_enough(tools: Toolchain, chip: str) -> None:
+    short = {
+        task: way for task, (way, size) in task_stacks(program_of(chip), ROOT).items() if way.bytes + RESERVE > size
+    }
+    assert not short
 
 
 def test_headers_of_our_own_are_small() -> None:

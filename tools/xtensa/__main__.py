@@ -14,6 +14,7 @@ from xtensa.compile import (
     board_sources,
     compile_all,
     firmware_sources,
+    image_bytes,
     static_ram_bytes,
     static_ram_of_board,
 )
@@ -30,6 +31,7 @@ from xtensa.headers import (
     without_effect,
 )
 from xtensa.isr import firmware_in_ram, interrupt_program, step_interrupt, violations
+from xtensa.stack import task_stacks
 from xtensa.toolchain import NoToolchainError, Toolchain, find_toolchain
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -79,6 +81,7 @@ def _report_options(idf: Path, chip: str, output: Path) -> int:
 
 def _report_ram(tools: Toolchain, chip: str, output: Path, headers: Headers, objects: list[Object]) -> None:
     print(f"static RAM of core and target: {static_ram_bytes(tools, objects):,} bytes ({BOARDS[chip]})")
+    print(f"code and constants of core and target: {image_bytes(tools, objects):,} bytes, before a linker drops any")
     for board in other_boards(chip):
         folder = output / board.id
         generate_pins(board, folder)
@@ -109,6 +112,8 @@ def _report_interrupts(tools: Toolchain, output: Path) -> int:
     problems = violations(program, firmware_in_ram(ROOT))
     print("\n".join(problems) or "interrupt handlers: all in RAM, no call outside the list, no float, no division")
     print("step interrupt, instructions:", ", ".join(f"{n} {what}" for what, n in step_interrupt(program).items()))
+    for task, (way, size) in task_stacks(program, ROOT).items():
+        print(f"stack of the {task} task: {way.bytes:,} of {size:,} bytes, by {' '.join(way.functions)}")
     return len(problems)
 
 

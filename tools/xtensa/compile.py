@@ -129,8 +129,20 @@ def static_ram_of_board(tools: Toolchain, root: Path, headers: Headers, others: 
 RAM_SECTIONS = re.compile(r"^\s*\d+\s+\.(?:bss|data|dram1|noinit)\S*\s+([0-9a-f]+)", re.MULTILINE)
 
 
+IMAGE_SECTIONS = re.compile(r"^\s*\d+\s+\.(?:text|rodata|iram1|data|dram1)\S*\s+([0-9a-f]+)", re.MULTILINE)
+
+
 def static_ram_bytes(tools: Toolchain, objects: Sequence[Object]) -> int:
     """RAM that our own objects take before anything runs, code in RAM not counted."""
+    return _section_bytes(tools, objects, RAM_SECTIONS)
+
+
+def image_bytes(tools: Toolchain, objects: Sequence[Object]) -> int:
+    """Code and constants of our own objects, before a linker leaves out what nobody calls. The page is not in it."""
+    return _section_bytes(tools, objects, IMAGE_SECTIONS)
+
+
+def _section_bytes(tools: Toolchain, objects: Sequence[Object], sections: re.Pattern[str]) -> int:
     command = [tools.objdump, "-h", *(str(made.path) for made in objects)]
     said = subprocess.run(command, capture_output=True, text=True, check=True).stdout
-    return sum(int(size, 16) for size in RAM_SECTIONS.findall(said))
+    return sum(int(size, 16) for size in sections.findall(said))

@@ -75,6 +75,7 @@ class Function:
     name: str
     file: str  # of the source, within the repository
     section: str
+    frame: int = 0  # bytes of stack
     blocks: dict[str, Block] = field(default_factory=dict)
     mnemonics: set[str] = field(default_factory=set)
     symbols: set[str] = field(default_factory=set)  # data and functions that its literals name
@@ -101,6 +102,8 @@ class Program:
 
     functions: dict[str, Function] = field(default_factory=dict)
     data: dict[str, str] = field(default_factory=dict)
+    every: list[Function] = field(default_factory=list)  # also those of one name in several files
+    tables: dict[str, set[str]] = field(default_factory=dict)  # data symbol -> functions and data that it names
 
 
 def assembly(tools: Toolchain, code: Path) -> str:
@@ -127,6 +130,7 @@ class _Reader:
         self.kinds: dict[str, str] = {}
         self.function: Function | None = None
         self.block = Block()
+        self.table = ""
 
     def take(self, line: str) -> None:
         if match := re.match(r"\s*\.literal (\S+), (\S+)", line):
@@ -137,6 +141,8 @@ class _Reader:
             self.kinds[match[1]] = match[2]
         elif match := re.match(r"([\w.$]+):", line):
             self._label(match[1])
+        elif match := re.match(r"\s*\.(?:word|long|4byte)\s+([A-Za-z_.][\w.]*)", line):
+            self.program.tables.setdefault(self.table, set()).add(match[1])
         elif self.function and re.match(r"\t[a-z]", line):
             self._instruction(line.split())
 
@@ -144,6 +150,7 @@ class _Reader:
         if self.kinds.get(name) == "function":
             self.function = Function(name, self.file, self.section)
             self.program.functions[name] = self.function
+            self.program.every.append(self.function)
             self.block = self.function.blocks[name] = Block()
         elif name.startswith(".Lfunc_end"):
             self.function = None
@@ -151,13 +158,16 @@ class _Reader:
             self.block.next.add(name)
             self.block = self.function.blocks[name] = Block()
         elif self.kinds.get(name) == "object":
-            self.program.data[f"{self.file}:{name}" if name.startswith(".L") else name] = self.section
+            self.table = f"{self.file}:{name}" if name.startswith(".L") else name
+            self.program.data[self.table] = self.section
 
     def _instruction(self, words: list[str]) -> None:
         assert self.function
         mnemonic, operands = words[0], [word.rstrip(",") for word in words[1:]]
         self.function.mnemonics.add(mnemonic)
         self.block.count += 1
+        if mnemonic == "entry":
+            self.function.frame = int(operands[1])
         if mnemonic == "l32r":
             symbol = self.literals.get(operands[1], operands[1])
             self.block.steps.append(Sets(operands[0], symbol))
