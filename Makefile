@@ -57,7 +57,7 @@ test: $(VENV)/.ready-dev
 # A part of it is in `make test`.
 test-chip: $(VENV)/.ready-dev
 	@$(WIFICNC) build host
-	WIFICNC_ON_CHIP=all $(PY) -m pytest tests/grbl tests/senders -k chip $(PYTEST)
+	WIFICNC_ON_CHIP=all $(PY) -m pytest tests/grbl tests/senders tests/pic32mz/test_pic32mz_zig.py -k "chip or zig" $(PYTEST)
 
 lint: $(VENV)/.ready-dev
 	@cd tools && $(abspath $(PY)) -m lint $(ONLY)

@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from chip_controller import BANNER, Controller
+from image_fixture import ALL_ON_CHIP
 from mips.isr import disassemble, read_disassembly, violations
 from test_pic32mz_libc import Caller, bits, halves, long_result, signed
 from test_pic32mz_motion import LINES, chip_trace, host_trace
@@ -24,7 +25,10 @@ from wificnc.errors import BuildError
 
 MOST_FLASH_BYTES = 152 * 1024  # clang has no -flto here that keeps the ABI, and its code for MIPS is larger
 
-needs_zig = pytest.mark.skipif(importlib.util.find_spec("ziglang") is None, reason="PyPI's ziglang is not here")
+HAS_ZIG = importlib.util.find_spec("ziglang") is not None
+needs_zig = pytest.mark.skipif(
+    not (HAS_ZIG and ALL_ON_CHIP), reason="a build of all files by PyPI's ziglang: make test-chip"
+)
 
 
 @pytest.fixture(scope="module")
