@@ -206,6 +206,16 @@ def _second_switch(board: BoardFile, chip: Chip) -> Iterator[Finding]:
             )
 
 
+def _second_motor(board: BoardFile, chip: Chip) -> Iterator[Finding]:
+    for letter, axis in board.axis.wired().items():
+        if axis.second and board.target != "host":
+            reason = (
+                f"the firmware of the {chip.name} makes no steps for a second motor; only the simulated machine does"
+            )
+            hint = "wire both drivers to one pair of step and direction pins"
+            yield Finding("second-motor", ("axis", letter, "second"), reason, hint)
+
+
 def _servo(board: BoardFile, chip: Chip) -> Iterator[Finding]:
     if board.output.servo and board.target == "pic32mz":
         reason = "the firmware of the PIC32MZ has no output for an RC servo"
@@ -228,8 +238,6 @@ def _step_engine(board: BoardFile, chip: Chip) -> Iterator[Finding]:
         light = " and the WS2812 another" if led else ""
         reason = f"{chip.name} has {channels} RMT channels that send, and {motors} step lines want one each{light}"
         yield Finding("step-engine", path, reason, hint)
-    elif len(board.axis.motors()) > len(board.axis.wired()):
-        yield Finding("step-engine", path, "has one channel an axis, and this board has a second motor", hint)
     elif board.timing.step_pulse_ns < RMT_PULSE_NS_MIN:
         reason = f"needs pulses of {RMT_PULSE_NS_MIN} ns, and timing.step_pulse_ns is {board.timing.step_pulse_ns}"
         yield Finding("step-engine", path, reason, hint)
@@ -299,6 +307,7 @@ BOARD_RULES: tuple[BoardRule, ...] = (
     _axes_contiguous,
     _one_kind_of_limit,
     _second_switch,
+    _second_motor,
     _servo,
     _step_engine,
     _memory_mode,
