@@ -159,7 +159,7 @@ def test_a_flood_is_answered_line_by_line_and_loses_nothing() -> None:
     with serving() as connect:
         client = connect()
         client.socket.setblocking(False)
-        rest, answers = memoryview(b"G1X0.01F100\nG1X0\n" * (lines // 2)), 0
+        rest, answers = memoryview(b"G1X0F100\nG1Y0\n" * (lines // 2)), 0
         deadline = time.monotonic() + 60
         while answers < lines:
             assert time.monotonic() < deadline, f"{answers} answers"

@@ -36,9 +36,9 @@ def as_user(user_home: Path) -> Callable[..., str]:
         pytest.skip("LinuxCNC's Python module is not here")
 
     def run(*argv: str) -> str:
-        if os.geteuid() == 0:  # -i keeps HAL's shared memory apart
+        if os.geteuid() == 0:  # a LinuxCNC of its own: neither HAL's shared memory nor processes of another one
             user = ("--reuid", NOBODY, "--regid", NOBODY, "--clear-groups")
-            argv = ("unshare", "-i", "setpriv", *user, *argv)
+            argv = ("unshare", "--ipc", "--pid", "--fork", "--kill-child", "--mount-proc", "setpriv", *user, *argv)
         environment = {
             **os.environ,
             "HOME": str(user_home),

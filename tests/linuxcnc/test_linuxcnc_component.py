@@ -11,7 +11,7 @@ from contextlib import suppress
 from typing import Any
 
 import pytest
-from bench import FakeHal
+from link_bench import FakeHal
 from wificnc.board.load import load_board
 from wificnc.linuxcnc import component, link
 from wificnc.linuxcnc.pins import Pins

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 import pytest
-from bench import Bench, mover
+from link_bench import Bench, mover
 from wificnc.errors import UserError
 from wificnc.linuxcnc.link import Link
 from wificnc.linuxcnc.pins import PROBING
