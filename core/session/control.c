@@ -150,6 +150,8 @@ static size_t statistics(const struct request *request) {
 }
 
 static size_t last_probe(const struct request *request) {
+    if (session_is_module(request->session))
+        return judge(request, WIRE_REFUSAL_IO_MODULE);
     session_put_probe(request->session, body(request));
     return answer(request, WIRE_PROBE_RESULT, WIRE_PROBE_RESULT_SIZE);
 }

@@ -26,6 +26,7 @@ from wificnc.wmc3.layout import (
     Jog,
     JogStop,
     Motion,
+    ProbeLast,
     Refusal,
     Reset,
     State,
@@ -331,6 +332,11 @@ def test_it_moves_nothing(make: Make, payload: Jog | Home | Hold) -> None:
     module.run(0.2)
     assert (module.status.state, module.pulses) == (State.IDLE, [0] * 6)
     assert not module.of_type(Type.HOME_COMPLETE)
+
+
+def test_it_has_no_probe(make: Make) -> None:
+    module = make()
+    assert reason(module, module.connect(), ProbeLast()) == Refusal.IO_MODULE
 
 
 def test_it_takes_no_motion(make: Make) -> None:
