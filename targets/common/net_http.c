@@ -34,9 +34,9 @@ static void answer(struct net_http_place *place, const char *status, const char 
     place->body_left = size;
 }
 
-/* @param body  outlives the answer */
-static void refuse(struct net_http_place *place, const char *status, const char *body) {
-    answer(place, status, "text/plain; charset=utf-8", "", body, strlen(body));
+/* @param more  as of answer() @param body  outlives the answer */
+static void refuse(struct net_http_place *place, const char *status, const char *more, const char *body) {
+    answer(place, status, "text/plain; charset=utf-8", more, body, strlen(body));
 }
 
 static void answer_file(struct net_http_place *place, const struct net_http_file *file,
@@ -77,10 +77,10 @@ static void answer_upgrade(struct net_http_place *place, const struct net_http_r
 
 static void answer_stream(struct net_http_place *place, const struct net_http_request *request) {
     if (!request->upgrades)
-        answer(place, "426 Upgrade Required", "text/plain; charset=utf-8",
-               "Upgrade: websocket\r\nSec-WebSocket-Version: 13\r\n", "This is a WebSocket.\n", 21);
+        refuse(place, "426 Upgrade Required", "Upgrade: websocket\r\nSec-WebSocket-Version: 13\r\n",
+               "This is a WebSocket.\n");
     else if (!net_http_origin_is_ours(request))
-        refuse(place, "403 Forbidden", "A page from elsewhere may not command this controller.\n");
+        refuse(place, "403 Forbidden", "", "A page from elsewhere may not command this controller.\n");
     else
         answer_upgrade(place, request);
 }
@@ -96,11 +96,11 @@ static void answer_page(struct net_http_place *place, const struct net_http_site
                         const struct net_http_request *request) {
     const struct net_http_file *file = find_file(site, request->path);
     if (site->count == 0)
-        refuse(place, "404 Not Found", no_page);
+        refuse(place, "404 Not Found", "", no_page);
     else if (file == NULL)
-        refuse(place, "404 Not Found", "There is no such file here.\n");
+        refuse(place, "404 Not Found", "", "There is no such file here.\n");
     else if (!request->takes_gzip)
-        refuse(place, "406 Not Acceptable", "The page is here as gzip only.\n");
+        refuse(place, "406 Not Acceptable", "", "The page is here as gzip only.\n");
     else
         answer_file(place, file, request->tag);
 }
@@ -109,18 +109,19 @@ static void answer_request(struct net_http_place *place, const struct net_http_s
     struct net_http_request request;
     switch (net_http_parse(place->head, &request)) {
     case NET_HTTP_BAD:
-        refuse(place, "400 Bad Request", "This is no request of HTTP/1.1.\n");
+        refuse(place, "400 Bad Request", "", "This is no request of HTTP/1.1.\n");
         return;
     case NET_HTTP_METHOD:
-        answer(place, "405 Method Not Allowed", "text/plain; charset=utf-8", "Allow: GET, HEAD\r\n",
-               "Only GET and HEAD are possible here.\n", 37);
+        refuse(place, "405 Method Not Allowed", "Allow: GET, HEAD\r\n",
+               "Only GET and HEAD are possible here.\n");
         return;
     case NET_HTTP_GOOD:
         break;
     }
     bool head_only = request.head_only;
     if (!net_http_host_is_ours(request.host, site->name))
-        refuse(place, "421 Misdirected Request", "That is no name of this controller: use its address.\n");
+        refuse(place, "421 Misdirected Request", "",
+               "That is no name of this controller: use its address.\n");
     else if (strcmp(request.path, stream_path) == 0)
         answer_stream(place, &request);
     else if (strcmp(request.path, about_path) == 0)
@@ -195,7 +196,7 @@ static void read_request(struct net_http_place *place, const struct net_http_sit
     if (strstr(place->head, "\r\n\r\n") != NULL)
         answer_request(place, site);
     else if (place->count == NET_HTTP_HEAD - 1)
-        refuse(place, "431 Request Header Fields Too Large", "The request is too long.\n");
+        refuse(place, "431 Request Header Fields Too Large", "", "The request is too long.\n");
 }
 
 static void let_in(struct net_http *http, uint32_t now_us) {

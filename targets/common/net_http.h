@@ -19,7 +19,7 @@
 #include <stdint.h>
 
 /** NET_HTTP_HEAD: bytes of a request; Chromium's have some 500. */
-enum { NET_HTTP_PLACES = 4, NET_HTTP_HEAD = 1536, NET_HTTP_ABOUT = 160 };
+enum { NET_HTTP_PLACES = 4, NET_HTTP_HEAD = 1536, NET_HTTP_ABOUT = 160, NET_HTTP_NAMES = 96 };
 
 struct net_http_file {
     const char *path;     /* "/index.html" */
@@ -34,7 +34,8 @@ struct net_http_file {
 struct net_http_site {
     const struct net_http_file *files;
     size_t count;
-    const char *name, *version, *board; /* ASCII without quotes; the name without .local */
+    /** ASCII without quotes, together at most NET_HTTP_NAMES bytes; the name without .local */
+    const char *name, *version, *board;
     unsigned axes;
     /** A browser has opened the stream; the callee owns it now */
     void (*connect)(void *ctx, const struct net_stream *stream, const char *who);

@@ -12,6 +12,7 @@ import time
 from dataclasses import replace
 from pathlib import Path
 
+import cmake
 import pytest
 from wificnc.board.load import load_board
 from wificnc.build.checkout import checkout_root
@@ -105,7 +106,6 @@ def test_a_configuration_of_an_earlier_build_is_noticed(tmp_path: Path) -> None:
 PROJECT = 'macro(project)\nmessage(STATUS "DEFAULTS ${SDKCONFIG_DEFAULTS}")\nendmacro()\n'
 
 
-@pytest.mark.skipif(shutil.which("cmake") is None, reason="cmake is not on this machine")
 @pytest.mark.parametrize("folder", [".", "targets/esp32"])
 @pytest.mark.parametrize(
     ("arguments", "kind"), [([], "release"), (["-DWIFICNC_KIND=debug"], "debug"), (["-DWIFICNC_KIND=fast"], None)]
@@ -113,7 +113,7 @@ PROJECT = 'macro(project)\nmessage(STATUS "DEFAULTS ${SDKCONFIG_DEFAULTS}")\nend
 def test_cmake_takes_the_files_of_the_kind(tmp_path: Path, folder: str, arguments: list[str], kind: str | None) -> None:
     (tmp_path / "tools/cmake").mkdir(parents=True)
     (tmp_path / "tools/cmake/project.cmake").write_text(PROJECT)
-    command = ["cmake", "-S", str(ROOT / folder), "-B", str(tmp_path / "build"), *arguments]
+    command = [Path(cmake.CMAKE_BIN_DIR) / "cmake", "-S", str(ROOT / folder), "-B", str(tmp_path / "build"), *arguments]
     environment = {**os.environ, "IDF_PATH": str(tmp_path)}
     run = subprocess.run(command, capture_output=True, text=True, timeout=60, env=environment, check=False)
     if kind is None:

@@ -2,6 +2,7 @@
 #include "net/page.h"
 
 #include "base/version.h"
+#include "net/network.h"
 #include "net_http.h"
 #include "page_files.h"
 #include "pin_config.h"
@@ -12,6 +13,9 @@
     extern const uint8_t page_file_##number[];
 #define ROW(number, path, type, tag, file, size, forever)                                                    \
     {path, type, tag, page_file_##number, size, forever},
+
+_Static_assert(sizeof BOARD_ID + sizeof VERSION_TEXT + NETWORK_NAME_SIZE <= NET_HTTP_NAMES,
+               "the board's id, which is its file's name, is too long");
 
 PAGE_FILES(EMBED)
 

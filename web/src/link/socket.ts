@@ -2,7 +2,7 @@
 import { LinkError, type Transport, type TransportEvents } from "./transport";
 
 const OPEN_MS = 5000;
-/** WebSocket close codes of the server (cli/wificnc/serve/http.py). */
+/** WebSocket close codes of the server (cli/wificnc/serve/page.py). */
 const CLOSED_BY_POLICY = 1008;
 
 /** Where the server of this page has its stream. */
