@@ -187,17 +187,35 @@ uint32_t machine_host_taken(const struct machine *machine) {
     return machine->host.feed.head;
 }
 
-/* The first segment that is not over lies in one of these, in this order. Its line is its number and 1. */
-uint32_t machine_host_done(const struct machine *machine) {
+/* The first slice that is not over lies in one of these, in this order. @return false: there is none */
+static bool find_line(const struct machine *machine, uint32_t *line) {
     const struct span_ring *spans = &machine->step.ring;
     const struct segment *next = segment_ring_peek(&machine->motion.ring);
     if (machine->motion.ring.owner != RING_OWNER_HOST)
-        return machine->host.feed.tail;
+        return false;
     if (ring_held(&spans->index) > 0)
-        return spans->slots[spans->index.tail & (SPAN_RING_SIZE - 1)].line - 1;
-    if (machine->prep.loaded)
-        return machine->prep.line - 1;
-    return next != NULL ? next->line - 1 : machine->host.feed.tail;
+        *line = spans->slots[spans->index.tail & (SPAN_RING_SIZE - 1)].line;
+    else if (machine->prep.loaded)
+        *line = machine->prep.line;
+    else if (next != NULL)
+        *line = next->line;
+    else
+        return false;
+    return true;
+}
+
+uint32_t machine_host_done(const struct machine *machine) {
+    const struct feed *feed = &machine->host.feed;
+    uint32_t line;
+    return find_line(machine, &line) ? feed_line_number(feed, line) : feed->tail;
+}
+
+uint16_t machine_host_id(const struct machine *machine) {
+    const struct feed *feed = &machine->host.feed;
+    uint32_t line;
+    if (find_line(machine, &line))
+        return feed_line_id(line);
+    return feed_is_empty(feed) ? 0 : feed->slots[feed->tail & (FEED_SIZE - 1)].id;
 }
 
 static axis_mask_t home_switches(const struct machine *machine) {

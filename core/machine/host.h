@@ -39,6 +39,9 @@ uint32_t machine_host_taken(const struct machine *machine);
  * were some, and done_at_drop what this was just before. */
 uint32_t machine_host_done(const struct machine *machine);
 
+/** The host's own number of the segment that runs, or is about to. 0: none does */
+uint16_t machine_host_id(const struct machine *machine);
+
 /** Forget what was laid beyond a gap. */
 void machine_host_forget_ahead(struct machine *machine);
 

@@ -183,7 +183,7 @@ static uint32_t whole_ns(struct feed *feed, double ns) {
 static void push_wait(struct feed *feed, const struct feed_slot *slot, double ns) {
     struct segment segment = {.duration_ns = whole_ns(feed, ns),
                               .id = slot->id,
-                              .line = feed->tail + 1,
+                              .line = feed_line(feed->tail, slot->id),
                               .flags = (uint8_t)(slot->flags | SEGMENT_DWELL)};
     memset(segment.phase, SEGMENT_PHASE_HALF, sizeof segment.phase);
     memset(segment.phase_end, SEGMENT_PHASE_HALF, sizeof segment.phase_end);
@@ -192,7 +192,8 @@ static void push_wait(struct feed *feed, const struct feed_slot *slot, double ns
 
 static void push_steps(struct feed *feed, const struct feed_slot *slot, uint32_t count, double ns,
                        float pace_end) {
-    struct segment segment = {.duration_ns = whole_ns(feed, ns), .id = slot->id, .line = feed->tail + 1};
+    struct segment segment = {
+        .duration_ns = whole_ns(feed, ns), .id = slot->id, .line = feed_line(feed->tail, slot->id)};
     float pace = sqrtf(feed->pace_sq), sum = pace + pace_end;
     if (sum > 0.0f)
         segment.ramp = (int16_t)((float)SEGMENT_RAMP_ONE * (pace_end - pace) / sum);

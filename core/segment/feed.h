@@ -112,6 +112,18 @@ void feed_forget_ahead(struct feed *feed);
  *  @return true when any was put. Never blocks. */
 bool feed_poll(struct feed *feed);
 
+/** The line of a slice: whose it is, also when the segment's place has been given to another one. */
+static inline uint32_t feed_line(uint32_t number, uint16_t id) {
+    return (uint32_t)id << 16 | (number & 0xFFFFu);
+}
+static inline uint16_t feed_line_id(uint32_t line) {
+    return (uint16_t)(line >> 16);
+}
+/** Number of the segment as head and tail count. @param line  of a slice that is not over */
+static inline uint32_t feed_line_number(const struct feed *feed, uint32_t line) {
+    return feed->tail - (uint16_t)(feed->tail - line);
+}
+
 /** Nothing is queued. (The ring may still hold motion.) */
 static inline bool feed_is_empty(const struct feed *feed) {
     return feed->head == feed->tail;

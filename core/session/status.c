@@ -81,12 +81,6 @@ static int32_t rate_of(const struct session *session, const int32_t position[AXI
     return us > 0 && is_moving(session) ? (int32_t)((uint64_t)most * 1000000u / us) : 0;
 }
 
-static uint16_t segment_id(const struct machine *machine) {
-    uint32_t done = machine_host_done(machine);
-    const struct feed *feed = &machine->host.feed;
-    return done != feed->head ? feed->slots[done & (FEED_SIZE - 1)].id : 0;
-}
-
 /* Measured, where there is an encoder. */
 static void add_spindle(const struct machine *machine, struct wire_status *status) {
     struct host_spindle spindle;
@@ -113,7 +107,7 @@ static void machine_status(const struct session *session, struct wire_status *st
         .homing = machine->state == MACHINE_HOME ? machine->homing.axes : 0,
         .home_switches = inputs.home,
         .estop = inputs.estop,
-        .segment_id = segment_id(machine),
+        .segment_id = machine_host_id(machine),
         .misc_outputs = machine_host_digital(machine),
         .misc_inputs = inputs.digital,
         .spindle = (uint8_t)outputs->spindle,

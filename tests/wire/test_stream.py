@@ -183,6 +183,21 @@ def test_what_has_no_room_is_not_taken_and_not_lost(device: Device) -> None:
     assert ack_of(device, sender, segment(100), first=128).next == 129
 
 
+def test_the_segment_that_runs_is_named_also_when_its_place_is_another_ones(make_device: Callable[..., Device]) -> None:
+    """A place in the queue is free before the last step of its segment is made."""
+    device = make_device(settings={76: 10})
+    sender = open_stream(device)
+    seen = []
+    while device.position[0] < 800:
+        while (ack := ack_of(device, sender)).free > 0 and ack.next < 800:
+            ack_of(device, sender, segment(1, us=1000, ident=ack.next + 1), first=ack.next)
+        device.run(0.001)
+        seen.append((device.status.segment_id, device.status.position_steps[0]))
+    running = [(ident, steps) for ident, steps in seen if ident]
+    assert len(running) > 50
+    assert [ident for ident, steps in running if not steps <= ident <= steps + 1] == []
+
+
 @pytest.mark.parametrize(
     ("bad", "reason"),
     [
