@@ -91,13 +91,6 @@ static void note_late(struct session *session, uint32_t behind) {
     session->counts.missing -= bit != 0 && session->counts.missing > 0 ? 1 : 0;
 }
 
-static void note_newest(struct session *session, uint32_t sequence, uint32_t ahead) {
-    struct session_owner *owner = &session->owner;
-    owner->seen = (ahead < 64 ? owner->seen << ahead : 0) | 1;
-    owner->sequence = sequence;
-    owner->sequence_known = true;
-}
-
 void session_note_sequence(struct session *session, const uint8_t address[4], uint32_t sequence) {
     struct session_owner *owner = &session->owner;
     if (!owner->on || !session_same(owner->address, address))
@@ -113,7 +106,9 @@ void session_note_sequence(struct session *session, const uint8_t address[4], ui
         if (session->settings->host_hold_on_gap && !session_is_module(session))
             machine_host_hold(session->machine);
     }
-    note_newest(session, sequence, follows ? (uint32_t)ahead : 64);
+    owner->seen = !follows ? UINT64_MAX : (ahead < 64 ? owner->seen << ahead : 0) | 1;
+    owner->sequence = sequence;
+    owner->sequence_known = true;
 }
 
 void session_datagram(struct session *session, const struct session_peer *from, const uint8_t *bytes,

@@ -70,7 +70,7 @@ struct session_owner {
     uint64_t heard_us;  /* something that needs it to be the owner */
     uint64_t motion_us; /* motion */
     uint32_t sequence;  /* the newest */
-    uint64_t seen;      /* bit n: the one n before it has come */
+    uint64_t seen;      /* bit n: the one n before it has come, or was before the first */
 };
 
 struct session_stream {

@@ -83,6 +83,17 @@ def test_gaps_and_late_datagrams_are_counted(device: Device) -> None:
     assert device.status.state == State.IDLE
 
 
+@pytest.mark.parametrize("begin", [3, 10_000], ids=["first", "anew"])
+def test_a_late_begin_hides_no_gap(device: Device, begin: int) -> None:
+    """The first datagram overtakes the two before it. They were not missing; a number behind it is, and stays so."""
+    if begin > 1000:
+        device.raw(build(Motion(count=1), 1, 1, [segment(10)]))
+    for sequence in (begin, begin + 2, begin - 1, begin - 2):
+        device.raw(build(Motion(count=1), sequence, sequence, [segment(10)]))
+    device.sequence = begin + 3
+    assert statistics(device).missing == 1
+
+
 def test_hold_on_gap(make_device: Callable[..., Device]) -> None:
     device = make_device(settings={78: 1})
     device.raw(build(Motion(count=8), 1, 1, [segment(100)] * 8))
