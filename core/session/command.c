@@ -48,7 +48,8 @@ void session_own(struct session *session, const uint8_t address[4]) {
         *owner = (struct session_owner){.on = true};
         memcpy(owner->address, address, sizeof owner->address);
     }
-    owner->heard_us = session->now_us;
+    owner->heard_us = owner->alive_us = session->now_us;
+    owner->left = false;
 }
 
 /* ---- commands ---- */

@@ -259,6 +259,7 @@ size_t session_request(struct session *session, int place, const uint8_t *messag
         session->counts.malformed++;
         return 0;
     }
+    session_note_alive(session, request.client->address);
     session_note_sequence(session, request.client->address, request.header.sequence);
     int least = request_size(request.header.type);
     if (least < 0)

@@ -24,7 +24,9 @@ size_t session_close(struct session *session, unsigned counter, uint8_t *packet,
                      size_t payload_size);
 /** A sequence number of this host: gaps are counted. */
 void session_note_sequence(struct session *session, const uint8_t address[4], uint32_t sequence);
-/** This host lives. */
+/** This host lives, whatever it says. */
+void session_note_alive(struct session *session, const uint8_t address[4]);
+/** As session_note_alive(), and it gets reports from now on. */
 void session_hear(struct session *session, const uint8_t address[4]);
 /** Until the next round of status reports. @return UINT32_MAX: nobody listens */
 uint32_t session_report_wait_us(const struct session *session);

@@ -67,15 +67,22 @@ static struct session_listener *listener_of(struct session *session, const uint8
     return found;
 }
 
+void session_note_alive(struct session *session, const uint8_t address[4]) {
+    struct session_owner *owner = &session->owner;
+    if (!owner->on || !session_same(owner->address, address))
+        return;
+    owner->alive_us = session->now_us;
+    if (session_is_module(session))
+        owner->heard_us = session->now_us; /* it has no motion that would need more than a sign of life */
+}
+
 void session_hear(struct session *session, const uint8_t address[4]) {
     struct session_listener *listener = listener_of(session, address);
     bool known = listener->used && session_same(listener->address, address);
     listener->used = true;
     memcpy(listener->address, address, sizeof listener->address);
     listener->heard_us = session->now_us;
-    if (session_is_module(session) && session->owner.on && session_same(address, session->owner.address))
-        session->owner.heard_us =
-            session->now_us; /* it has no motion that would need more than a sign of life */
+    session_note_alive(session, address);
     if (!known)
         session_send_status(session, address);
 }
@@ -166,6 +173,8 @@ void session_connect(struct session *session, int place, const uint8_t address[4
     session_tick(session);
     *client = (struct session_client){.used = true, .heard_us = session->now_us};
     memcpy(client->address, address, sizeof client->address);
+    if (session_same(session->owner.address, address))
+        session->owner.left = false;
 }
 
 bool session_has_client(const struct session *session, const uint8_t address[4]) {
@@ -183,11 +192,7 @@ void session_disconnect(struct session *session, int place, bool left) {
     if (session->stream.client == place)
         session->stream.client = -1;
     bool owned = owner->on && session_same(owner->address, client->address);
-    if (!left || !owned || session_is_module(session) || session_has_client(session, client->address))
-        return;
-    session->outputs_known = false; /* the next io_control acts, also when it says the same */
-    session->outputs.spindle = session->outputs.coolant = 0;
-    (void)machine_host_outputs(session->machine, SPINDLE_OFF, 0.0f, 0, session->machine->digital);
+    owner->left |= left && owned && !session_has_client(session, client->address);
 }
 
 /* ---- time ---- */
@@ -198,15 +203,46 @@ static void forget_listeners(struct session *session) {
             session->listener[i].used = false;
 }
 
+/* A host with a connection may be silent. */
+static bool is_owner_gone(const struct session *session) {
+    const struct session_owner *owner = &session->owner;
+    uint64_t timeout_us = session->settings->host_timeout_ms * 1000ull;
+    return !session_has_client(session, owner->address) &&
+           (owner->left || session->now_us - owner->alive_us >= timeout_us);
+}
+
+/* Spindle or coolant are on because the owner said so. A job of the text side has its own. */
+static bool drives_owner(const struct session *session) {
+    const struct machine *machine = session->machine;
+    bool commanded = session->outputs.spindle != 0 || session->outputs.coolant != 0;
+    bool driven = machine->outputs.spindle != SPINDLE_OFF || machine->outputs.coolant != 0;
+    return commanded && driven && (machine->host.owns || !machine_host_has_job(machine));
+}
+
+/* Nothing of a host that is gone goes on for ever; but what is queued is cut by a cutter that turns. */
+static void follow_gone(struct session *session) {
+    struct machine *machine = session->machine;
+    machine_host_jog_stop(machine);
+    if (!drives_owner(session) || !machine_is_at_rest(machine) || !feed_is_empty(&machine->host.feed))
+        return;
+    session->outputs_known = false; /* the next io_control acts, also when it says the same */
+    session->outputs.spindle = session->outputs.coolant = 0;
+    (void)machine_host_outputs(machine, SPINDLE_OFF, 0.0f, 0, machine->digital);
+}
+
 /* Motion goes back to the text side, and the machine to any host, when the owner is silent and done. */
 static void follow_owner(struct session *session) {
     struct session_owner *owner = &session->owner;
     uint64_t timeout_us = session->settings->host_timeout_ms * 1000ull;
     bool streams = session->stream.open && session->stream.client >= 0;
-    if (!owner->on || streams)
+    if (!owner->on)
+        return;
+    if (is_owner_gone(session))
+        follow_gone(session);
+    if (streams)
         return;
     bool idle = session->now_us - owner->motion_us >= timeout_us && machine_host_release(session->machine);
-    if (!idle || session->now_us - owner->heard_us < timeout_us)
+    if (!idle || session->now_us - owner->heard_us < timeout_us || drives_owner(session))
         return;
     stream_close(session, WIRE_REFUSAL_STREAM_CLOSED);
     owner->on = false;

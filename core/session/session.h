@@ -66,8 +66,10 @@ struct session_listener {
 /** The host that commands; there is one at a time. */
 struct session_owner {
     bool on, sequence_known;
+    bool left; /* its last connection has ended at its own end */
     uint8_t address[4];
     uint64_t heard_us;  /* something that needs it to be the owner */
+    uint64_t alive_us;  /* anything */
     uint64_t motion_us; /* motion */
     uint32_t sequence;  /* the newest */
     uint64_t seen;      /* bit n: the one n before it has come, or was before the first */
@@ -145,7 +147,8 @@ int session_place(const struct session *session);
 
 void session_connect(struct session *session, int place, const uint8_t address[4]);
 
-/** @param left  the other end has gone, not we: the outputs that it commanded are switched off */
+/** @param left  the other end has gone, not we. With its last connection the owner is gone: its jog ends, and
+ * when nothing of it moves any more the spindle and coolant that it has switched on go off */
 void session_disconnect(struct session *session, int place, bool left);
 
 /** A message from a TCP client, without its length. @param[out] reply  room for WIRE_PACKET_MOST
