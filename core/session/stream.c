@@ -18,6 +18,8 @@ static uint32_t done_of(const struct session *session) {
     bool dropped = session->machine->host.dropped != stream->dropped;
     if (dropped)
         return stream->done;
+    if (done > UINT32_MAX / 2)
+        return 0; /* what was queued before this stream still runs */
     return done - stream->next < UINT32_MAX / 2 && !stream->open ? stream->next : done;
 }
 

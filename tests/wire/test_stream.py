@@ -172,6 +172,21 @@ def test_what_is_taken_out_of_order_is_told_and_waits(device: Device) -> None:
     assert device.pulses[0] == 40 and ack_of(device, sender).done == 4
 
 
+def test_a_stream_behind_another_has_executed_nothing_while_that_one_runs(device: Device) -> None:
+    client = device.connect()
+    streams = [device.request(client, StreamOpen()).payload.stream]
+    device.send(StreamSegments(streams[0], 0, 4), (Segment((100, 0, 0, 0, 0, 0), 100_000),) * 4)
+    device.run(0.15)
+    streams.append(device.request(client, StreamOpen()).payload.stream)
+    done = []
+    for _ in range(6):
+        device.send(StreamSegments(streams[1], 0, 1), (Segment((100, 0, 0, 0, 0, 0), 100_000),))
+        done.append(device.of_type(Type.STREAM_ACK)[-1].packet.payload.done)
+        device.run(0.1)
+    assert done == [0, 0, 0, 0, 1, 1], "the first one takes 0.4 s"
+    assert device.position[0] == device.pulses[0] == 500
+
+
 def test_what_has_no_room_is_not_taken_and_not_lost(device: Device) -> None:
     sender = open_stream(device)
     for first in range(0, 128, 8):
