@@ -223,7 +223,7 @@ static bool drives_owner(const struct session *session) {
 static void follow_gone(struct session *session) {
     struct machine *machine = session->machine;
     machine_host_jog_stop(machine);
-    if (!drives_owner(session) || !machine_is_at_rest(machine) || !feed_is_empty(&machine->host.feed))
+    if (!drives_owner(session) || !machine_is_standing(machine) || !feed_is_empty(&machine->host.feed))
         return;
     session->outputs_known = false; /* the next io_control acts, also when it says the same */
     session->outputs.spindle = session->outputs.coolant = 0;

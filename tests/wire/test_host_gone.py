@@ -8,7 +8,7 @@ import pytest
 from test_motion import segment
 from test_session import reason
 from test_stream import ack_of, open_stream
-from wificnc.wmc3.layout import Estop, IoControl, Jog, JogStop, Ping, Refusal, Reset, Status, Type
+from wificnc.wmc3.layout import Estop, IoControl, Jog, JogStop, Ping, Refusal, Reset, Status, StatusFlag, Type
 from wire_device import OTHER, Device
 
 REGISTER = JogStop(axis=0xFF)
@@ -130,6 +130,19 @@ def test_the_spindle_of_the_text_side_is_not_the_hosts(device: Device) -> None:
     device.disconnect(client)
     device.run(1)
     assert (driven(device)[0], device.state) == (1, "Run")
+
+
+def test_the_hosts_spindle_stops_also_while_a_job_waits(device: Device) -> None:
+    client = device.connect()
+    device.text("G1 X40 F600\n")
+    device.run(1)
+    device.motion(segment(1000, us=500_000))
+    device.run(1.5)
+    assert device.status.flags & StatusFlag.JOB and not device.status.flags & StatusFlag.MOVING, "it waits"
+    assert reason(device, client, SPINDLE) == Refusal.NONE
+    device.disconnect(client)
+    device.run(0.2)
+    assert driven(device) == (0, 0, 1)
 
 
 def test_after_an_estop_only_a_new_command_starts_the_spindle(device: Device) -> None:
