@@ -28,12 +28,17 @@ static bool is_free(const struct machine *machine) {
             (machine->state == MACHINE_HOLD && machine_is_at_rest(machine)));
 }
 
+bool machine_host_is_busy(const struct machine *machine) {
+    const struct machine_host *host = &machine->host;
+    return machine->state == MACHINE_HOME || machine->cancelling || host->jog.on || host->jog.waits;
+}
+
 /* Make motion the host's. Its own is under way, or nothing moves. */
 static enum host_answer take(struct machine *machine) {
     struct machine_host *host = &machine->host;
     if (is_locked(machine))
         return HOST_LOCKED;
-    if (machine->state == MACHINE_HOME || machine->cancelling || host->jog.on || host->jog.waits)
+    if (machine_host_is_busy(machine))
         return HOST_BUSY;
     if (host->owns)
         return HOST_DONE;

@@ -32,6 +32,9 @@ enum host_answer {
 enum host_answer machine_host_lay(struct machine *machine, uint32_t ahead, const struct feed_segment *segment,
                                   uint32_t *number);
 
+/** It homes or jogs: segments are refused until that is over. */
+bool machine_host_is_busy(const struct machine *machine);
+
 /** Segments ever taken without a gap; wraps. */
 uint32_t machine_host_taken(const struct machine *machine);
 

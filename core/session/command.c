@@ -99,8 +99,12 @@ static enum wire_refusal io_control(struct session *session, const uint8_t *payl
     return session_refusal(answer);
 }
 
-/* Unlocks; or gives motion back, when nothing of the host moves. */
+/* Unlocks, unless the e-stop is still pressed; or gives motion back, when nothing of the host moves. */
 static enum wire_refusal reset(struct session *session) {
+    struct host_inputs inputs;
+    machine_host_inputs(session->machine, &inputs);
+    if (inputs.estop && session_state(session) == WIRE_STATE_ESTOP)
+        return WIRE_REFUSAL_LOCKED;
     if (machine_host_unlock(session->machine))
         return WIRE_REFUSAL_NONE;
     if (session->stream.open || !machine_host_release(session->machine))

@@ -51,6 +51,8 @@ enum wire_refusal stream_open(struct session *session, int place) {
     enum wire_refusal refusal = session_may(session, address);
     if (refusal == WIRE_REFUSAL_NONE && session_state(session) >= WIRE_STATE_ALARM)
         refusal = WIRE_REFUSAL_LOCKED;
+    if (refusal == WIRE_REFUSAL_NONE && machine_host_is_busy(session->machine))
+        refusal = WIRE_REFUSAL_BUSY;
     if (refusal != WIRE_REFUSAL_NONE)
         return refusal;
     stream_close(session, WIRE_REFUSAL_STREAM_CLOSED);

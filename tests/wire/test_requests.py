@@ -330,3 +330,26 @@ def test_a_wrong_password_and_a_replay(make_device: Callable[..., Device]) -> No
     again = device.request(client, Challenge()).payload
     assert isinstance(again, ChallengeResponse) and again.nonce != nonce.nonce
     assert reason(device, client, proof) == Refusal.AUTHENTICATION, "and for no other challenge"
+
+
+# ---- what an ack may not say ----
+
+
+def test_a_reset_is_refused_while_the_estop_is_pressed(device: Device) -> None:
+    client = device.connect()
+    device.input("estop", True)
+    device.run(0.1)
+    assert reason(device, client, Reset()) == Refusal.LOCKED
+    device.input("estop", False)
+    device.run(0.1)
+    assert reason(device, client, Reset()) == Refusal.NONE
+
+
+@pytest.mark.parametrize("doing", [Jog(0, 1, 1000), Home(1)])
+def test_no_stream_is_opened_that_could_take_nothing(make_device: Callable[..., Device], doing: Jog | Home) -> None:
+    device = make_device(settings={22: 1, 130: 500})
+    client = device.connect()
+    assert reason(device, client, doing) == Refusal.NONE
+    device.run(0.1)
+    opened = device.request(client, StreamOpen()).payload
+    assert isinstance(opened, StreamOpened) and (opened.stream, opened.refusal) == (0, Refusal.BUSY)
