@@ -101,8 +101,8 @@ static enum wire_refusal io_control(struct session *session, const uint8_t *payl
 
 /* Unlocks, unless the e-stop is still pressed; or gives motion back, when nothing of the host moves. */
 static enum wire_refusal reset(struct session *session) {
-    struct host_inputs inputs;
-    machine_host_inputs(session->machine, &inputs);
+    struct hal_inputs inputs;
+    hal_inputs_read(session->hal, &inputs);
     if (inputs.estop && session_state(session) == WIRE_STATE_ESTOP)
         return WIRE_REFUSAL_LOCKED;
     if (machine_host_unlock(session->machine))
