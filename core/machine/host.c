@@ -159,6 +159,17 @@ bool host_take_segments(struct machine *machine) {
     return true;
 }
 
+/* From rest it would be pushed on, once for each segment that comes before its host has heard of the contact.
+ */
+static bool is_pushed_on(const struct machine *machine, const struct feed_segment *segment) {
+    struct hal_inputs inputs;
+    if ((segment->flags & SEGMENT_PROBE) == 0 || !feed_is_empty(&machine->host.feed) ||
+        !machine_is_standing(machine))
+        return false;
+    hal_inputs_read(machine->hal, &inputs);
+    return inputs_probe(machine, &inputs);
+}
+
 enum host_answer machine_host_lay(struct machine *machine, uint32_t ahead, const struct feed_segment *segment,
                                   uint32_t *number) {
     static const enum host_answer answers[] = {
@@ -172,6 +183,8 @@ enum host_answer machine_host_lay(struct machine *machine, uint32_t ahead, const
     *number = feed->head + ahead;
     if (answer != HOST_DONE && !preempts)
         return answer;
+    if (ahead == 0 && is_pushed_on(machine, segment))
+        return HOST_TOUCHES;
     answer = answers[feed_lay(feed, ahead, segment)];
     if (answer != HOST_DONE)
         return answer;

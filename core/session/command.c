@@ -17,6 +17,7 @@ enum wire_refusal session_refusal(enum host_answer answer) {
         [HOST_OUT_OF_TRAVEL] = WIRE_REFUSAL_TRAVEL,
         [HOST_NO_AXIS] = WIRE_REFUSAL_AXIS,
         [HOST_NO_HOMING] = WIRE_REFUSAL_NO_HOMING,
+        [HOST_TOUCHES] = WIRE_REFUSAL_TOUCHES,
     };
     return (enum wire_refusal)refusals[answer];
 }

@@ -21,6 +21,7 @@ from wificnc.wmc3.layout import (
     Reset,
     Resume,
     Segment,
+    SegmentFlag,
     State,
     Statistics,
     StatisticsResponse,
@@ -396,3 +397,22 @@ def test_reports_keep_their_pace_when_the_device_is_late(device: Device) -> None
     late_us = [stamp - stamps[0] - 10_000 * n for n, stamp in enumerate(stamps)]
     assert len(stamps) == pytest.approx(500, abs=1)
     assert max(abs(us) for us in late_us) <= 1000
+
+
+# ---- probing ----
+
+
+def test_a_probe_that_touches_is_not_pushed_on(device: Device) -> None:
+    """A host without a stream goes on sending until it hears of the contact."""
+    device.lib.virtual_surface(device.host, -500)
+    down = segment(0, 0, -20, us=10_000, flags=SegmentFlag.PROBE)
+    for _ in range(100):
+        device.motion(down)
+        device.run(0.01)
+    assert [sent.packet.payload.contact for sent in device.sent if sent.data[5] == 0x23] == [1]  # type: ignore[attr-defined]
+    assert device.position[2] >= -540, "the ramp, and nothing of what came later"
+    counts = statistics(device)
+    assert counts.refused_segments > 50 and counts.last_refusal == Refusal.TOUCHES
+    device.motion(segment(0, 0, 100), segment(0, 0, -200, us=100_000, flags=SegmentFlag.PROBE))
+    device.run(1)
+    assert len([sent for sent in device.sent if sent.data[5] == 0x23]) == 2, "away from it, and again"

@@ -18,6 +18,7 @@ from wificnc.wmc3.layout import (
     Refusal,
     Reset,
     Segment,
+    SegmentFlag,
     State,
     StreamAck,
     StreamClose,
@@ -297,6 +298,16 @@ def test_another_host_gets_no_stream_while_one_is_open(device: Device) -> None:
     device.run(0.5)
     assert device.pulses[0] == 0, "the right number from the wrong host"
     assert ack.next == 0
+
+
+def test_a_stream_that_begins_with_a_probe_that_touches_moves_nothing(device: Device) -> None:
+    device.lib.virtual_surface(device.host, 0)
+    device.run(0.1)
+    sender = open_stream(device)
+    ack = ack_of(device, sender, segment(0, 0, -100, flags=SegmentFlag.PROBE))
+    device.run(0.5)
+    assert (ack.refusal, ack.refused, ack.next) == (Refusal.TOUCHES, 0, 0)
+    assert device.position[2] == 0
 
 
 def test_an_idle_stream_keeps_motion_until_its_connection_ends(device: Device) -> None:
