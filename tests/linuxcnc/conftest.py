@@ -18,6 +18,14 @@ PYTHON = "/usr/bin/python3"  # LinuxCNC's modules are the system's
 NOBODY = "65534"
 
 
+@pytest.fixture(scope="session", autouse=True)
+def _component() -> None:
+    """Compile it before anything is timed."""
+    from component_library import library
+
+    library()
+
+
 @pytest.fixture
 def user_home() -> Iterator[Path]:
     """A folder that the user may write; pytest's own are not for others."""

@@ -2,118 +2,162 @@
 
 from __future__ import annotations
 
+import ctypes
 import math
-from collections.abc import Callable, Iterator
-from typing import TypeVar
+import random
+from collections.abc import Callable
+from typing import Any
 
-from wificnc.errors import LinkError, RefusedError
-from wificnc.linuxcnc.link import Link
-from wificnc.linuxcnc.pins import Pins
-from wificnc.wmc3.layout import Ack, Handshake, HandshakeResponse, Refused, Segment, StreamOpen, StreamOpened, Type
-from wificnc.wmc3.packet import Packet
-from wificnc.wmc3.packing import Layout
-from wificnc.wmc3.stream import StreamSender
+from component_library import AWAIT, MAKE_PIN, SAY, SEND, Options, Sample, World, library
+from wificnc.wmc3.layout import Status, Type
+from wificnc.wmc3.packet import Packet, parse
 from wire_device import HOST
 from wire_device import Device as VirtualDevice
 
-LayoutT = TypeVar("LayoutT", bound=Layout)
 SERVO_S = 0.001
+PIN_TYPES = (ctypes.c_bool, ctypes.c_double, ctypes.c_uint32)
 
 
-class FakeHal:
-    """As much of LinuxCNC's module hal as Pins needs."""
+class Pins:
+    """The component's pins in memory of ours, by name."""
 
-    HAL_BIT = HAL_FLOAT = HAL_S32 = HAL_U32 = HAL_IN = HAL_OUT = HAL_IO = 0
+    def __init__(self, joints: int) -> None:
+        self.joints = range(joints)
+        self.rows: dict[str, tuple[int, int]] = {}  # name -> type and direction, as in linuxcnc/pins.h
+        self._values: dict[str, Any] = {}
+        self.handle = library().component_pins(joints)
+        assert library().pins_make(self.handle, MAKE_PIN(self._make), None) == 0
 
-    class component(dict):
-        def __init__(self, name: str) -> None:
-            super().__init__()
-            self.is_ready = False
+    def _make(self, _ctx: object, name: bytes, kind: int, direction: int, at: Any) -> int:
+        assert name.decode() not in self.rows
+        self.rows[name.decode()] = kind, direction
+        value = self._values[name.decode()] = PIN_TYPES[kind]()
+        at[0] = ctypes.addressof(value)
+        return 0
 
-        def newpin(self, name: str, *_: object) -> None:
-            assert name not in self
-            self[name] = 0
+    def __getitem__(self, name: str) -> Any:
+        return self._values[name].value
 
-        def ready(self) -> None:
-            self.is_ready = True
+    def __setitem__(self, name: str, value: float) -> None:
+        self._values[name].value = value
 
 
 class Wire:
-    """wificnc.wmc3.device.Device, over the virtual device's queue instead of sockets."""
+    """The network between both: the component's sockets, over the virtual device's queue."""
 
     def __init__(self, virtual: VirtualDevice) -> None:
         self.virtual = virtual
         self.client = virtual.connect()
         self.dead = False
-        self.requests: list[Layout] = []
+        self.requests: list[Packet] = []
         self.loses_status = False
         self.status_late_s = 0.0  # status reports take so long, all else no time
+        self.answers: list[bytes] = []
+        self.loss = 0.0  # part of all datagrams, both ways; so many come twice, too
+        self._dice = random.Random(1)
 
-    def handshake(self) -> HandshakeResponse:
-        return self.request(Handshake(0x01000000, "test"), HandshakeResponse)
+    def _copies(self) -> int:
+        """Of a datagram that get there."""
+        return (self._dice.random() >= self.loss) * (1 + (self._dice.random() < self.loss))
 
-    def listen(self, alone: bool = True) -> None:
-        assert not alone, "another component may listen to another device"
+    def datagram(self, _ctx: object, data: Any, size: int) -> None:
+        for _ in range(self._copies() if not self.dead else 0):
+            self.virtual.raw(bytes(data[:size]), HOST)
 
-    def post(self, payload: Layout, segments: tuple[Segment, ...] = ()) -> None:
-        if not self.dead:
-            self.virtual.send(payload, tuple(segments), HOST)
-
-    def request(self, payload: Layout, reply: type[LayoutT]) -> LayoutT:
+    def control(self, _ctx: object, data: Any, size: int) -> None:
+        """One message: the component asks for nothing in pieces."""
+        message = bytes(data[:size])
+        assert int.from_bytes(message[:2], "little") == size - 2
+        packet = parse(message[2:])
+        assert packet
+        self.requests.append(packet)
         if self.dead:
-            raise LinkError("it does not answer")
-        self.requests.append(payload)
-        answer = self.virtual.request(self.client, payload).payload
-        if isinstance(answer, Refused):
-            raise RefusedError(f"refused: {answer.reason}")
-        assert isinstance(answer, reply)
-        return answer
+            return
+        reply = ctypes.create_string_buffer(512)
+        count = self.virtual.lib.host_wire_request(self.virtual.wire, self.client, message[2:], size - 2, reply)
+        self.virtual.fetch()
+        self.answers.append(count.to_bytes(2, "little") + reply.raw[:count])
 
-    def command(self, payload: Layout) -> None:
-        self.request(payload, Ack)
-
-    def get(self, key: int) -> int:
-        return 20_000
-
-    def open_stream(self) -> StreamSender:
-        opened = self.request(StreamOpen(), StreamOpened)
-        if opened.refusal:
-            raise RefusedError(f"refused: {opened.refusal}")
-        return StreamSender(opened.stream, opened.capacity)
-
-    def heard(self) -> Iterator[Packet]:
+    def heard(self) -> list[bytes]:
+        """Datagrams that come now."""
         sent, self.virtual.sent = self.virtual.sent, []
+        come = []
         for each in sent if not self.dead else ():
-            if each.data[5] == Type.STATUS and self.loses_status:
+            is_status = each.data[5] == Type.STATUS
+            if is_status and self.loses_status:
                 continue
-            if each.data[5] == Type.STATUS and each.time_s + self.status_late_s > self.virtual.now:
+            if is_status and each.time_s + self.status_late_s > self.virtual.now:
                 self.virtual.sent.append(each)
             else:
-                yield each.packet
+                come += [each.data] * self._copies()
+        return come
 
 
 class Bench:
     """Time goes on by run(); `command` says what LinuxCNC commands at a time."""
 
-    def __init__(self, virtual: VirtualDevice, joints: int = 3, scale: float = 200.0, level_s: float = 0.1) -> None:
+    def __init__(
+        self, virtual: VirtualDevice, joints: int = 3, scale: float = 200.0, level_s: float = 0.1, password: str = ""
+    ) -> None:
+        self.lib = library()
         self.virtual = virtual
         self.wire = Wire(virtual)
-        self.pins = Pins(FakeHal, "wificnc", joints)
+        self.pins = Pins(joints)
+        self.options = Options(joints, level_s, 0.0, password.encode())
+        self.said: list[str] = []
+        self.lost: str | None = None
+        self.status: Status | None = None  # the newest that came
         self.periods = 0
+        self.is_held_up = False  # the component does not get its turn
+        self.is_probing = False
+        self.samples_come = True
+        self.servo_s = 1000.0
         self.command: list[float] = [0.0] * joints
         self.each_servo: Callable[[], None] = lambda: None
+        self._samples: list[Sample] = []
+        self._world = World(
+            None, SEND(self.wire.datagram), SEND(self.wire.control), AWAIT(lambda _: None), SAY(self._say)
+        )
+        self.link: int = self.lib.component_link()
         for joint in range(joints):
             self.pins[f"joint.{joint}.scale"] = scale
-        self.link = Link(self.pins, self.wire, level_s, clock=lambda: virtual.now)  # type: ignore[arg-type]
+        self.connect()
+
+    def _say(self, _ctx: object, text: bytes) -> None:
+        self.said.append(text.decode())
+
+    def connect(self) -> None:
+        """A new connection, as after one that was lost."""
+        self.lost = None
+        self.lib.link_begin(self.link, self.pins.handle, self._world, self.options, self.virtual.now)
 
     def run(self, seconds: float) -> None:
         """Servo periods, and a tick of the component every tenth."""
         for _ in range(round(seconds / SERVO_S)):
             self.servo()
-            self.link.follow_spindle()
             self.periods += 1
-            if self.periods % 10 == 0:
-                self.link.tick()
+            if not self.is_held_up and self.lost is None:
+                self._component()
+
+    def _component(self) -> None:
+        now = self.virtual.now
+        for data in self.wire.heard():
+            packet = parse(data)
+            if packet and isinstance(packet.payload, Status):
+                self.status = packet.payload
+            self.lib.link_hear_udp(self.link, data, len(data), now)
+        answers, self.wire.answers = self.wire.answers, []
+        for data in answers:
+            self.lib.link_hear_tcp(self.link, data, len(data), now)
+        self.lib.link_follow_spindle(self.link, now)
+        if self.periods % 10:
+            return
+        samples, self._samples = self._samples, []
+        for sample in samples:
+            self.lib.link_sample(self.link, sample, now)
+        if lost := self.lib.link_tick(self.link, now):
+            self.lost = lost.decode()
+            self.lib.link_lose(self.pins.handle)
 
     def run_to(self, condition: Callable[[], bool], most_s: float = 30.0) -> None:
         end = self.virtual.now + most_s
@@ -124,15 +168,22 @@ class Bench:
     def servo(self) -> None:
         self.virtual.run(SERVO_S)
         self.each_servo()
-        for joint, position in enumerate(self.command):
-            self.pins[f"joint.{joint}.position-cmd"] = position
-        self.pins["servo-time"] += SERVO_S
+        self.servo_s += SERVO_S
+        command = (*self.command, *[0.0] * (6 - len(self.command)))
+        if self.samples_come:
+            self._samples.append(Sample(command, self.servo_s, self.is_probing))
 
     def enable(self) -> None:
         self.run(0.1)
         self.pins["enable"] = True
+        self.run_to(lambda: self.is_open or self.pins["fault"], 1)
         self.run(0.05)
-        assert self.link.sender and not self.pins["fault"]
+        assert self.is_open and not self.pins["fault"]
+
+    @property
+    def is_open(self) -> bool:
+        """It has a stream."""
+        return bool(self.lib.component_is_open(self.link))
 
     @property
     def feedback(self) -> list[float]:
@@ -142,14 +193,14 @@ class Bench:
 def mover(bench: Bench, joint: int, target: float, speed: float, accel: float = 400.0) -> Callable[[], None]:
     """A trapezoid of one joint, one servo period a call."""
     start = bench.command[joint]
-    way, begun = target - start, bench.pins["servo-time"]
+    way, begun = target - start, bench.servo_s
     size = abs(way)
     speed = min(speed, math.sqrt(size * accel))
     up_s = speed / accel
     total_s = size / speed + up_s
 
     def step() -> None:
-        t = min(bench.pins["servo-time"] - begun, total_s)
+        t = min(bench.servo_s - begun, total_s)
         if t < up_s:
             done = accel * t * t / 2
         elif t > total_s - up_s:

@@ -2,16 +2,43 @@
 
 from __future__ import annotations
 
+import ctypes
 import math
 import random
 from collections.abc import Callable
 
 import pytest
-from wificnc.linuxcnc.spindle import AtSpeed, Encoder
-from wificnc.wmc3.layout import Status
+from component_library import AtSpeed, IoControl, Status, library
 
 REPORT_S = 0.05
 BOOT_US = 2**32 - 1_500_000  # the device's clock wraps in the middle of it
+
+
+class Encoder:
+    """linuxcnc/encoder.c"""
+
+    def __init__(self) -> None:
+        self.handle: int = library().component_encoder()
+
+    def take(self, device_us: int, now_s: float, status: Status) -> None:
+        library().encoder_take(self.handle, device_us, now_s, status)
+
+    def update(self, now_s: float, index_enable: bool) -> tuple[float, bool]:
+        armed = ctypes.c_bool(index_enable)
+        position: float = library().encoder_update(self.handle, now_s, armed)
+        return position, armed.value
+
+    def turns(self, now_s: float) -> float:
+        return self.update(now_s, False)[0]
+
+    @property
+    def speed_rps(self) -> float:
+        return float(library().encoder_speed_rps(self.handle))
+
+
+def is_at_speed(at: AtSpeed, now_s: float, wanted: tuple[int, int], status: Status, encoder: Encoder | None) -> bool:
+    said = IoControl(0, *wanted, 0)
+    return bool(library().at_speed_update(at, now_s, said, status, encoder.handle if encoder else None))
 
 
 class Shaft:
@@ -131,20 +158,20 @@ def test_the_position_does_not_run_away_without_reports() -> None:
 
 def test_at_speed_with_an_encoder() -> None:
     shaft = Shaft(lambda t: min(10.0, 5.0 * t), 0.01)
-    at_speed, wanted = AtSpeed(0.0), (1, 600)
+    at_speed, wanted = AtSpeed(), (1, 600)
     seen = []
     for _ in range(300):
         shaft.run(0.01)
-        seen.append(at_speed.update(shaft.now, wanted, Status(spindle=1, rpm=600), shaft.encoder))
+        seen.append(is_at_speed(at_speed, shaft.now, wanted, Status(spindle=1, rpm=600), shaft.encoder))
     first = seen.index(True) * 0.01
     assert 1.9 <= first <= 2.0, "5 turns/s2: 95 % after 1.9 s; the speed is a mean over 70 ms"
     assert all(seen[seen.index(True) :])
-    assert at_speed.update(shaft.now, (0, 0), Status(), shaft.encoder), "nothing waits for a spindle that is off"
+    assert is_at_speed(at_speed, shaft.now, (0, 0), Status(), shaft.encoder), "nothing waits for a spindle that is off"
 
 
 def test_at_speed_without_an_encoder() -> None:
     at_speed = AtSpeed(3.0)
-    assert not at_speed.update(0.0, (1, 600), Status(spindle=0), None), "not even switched"
-    assert not at_speed.update(2.9, (1, 600), Status(spindle=1, rpm=600), None)
-    assert at_speed.update(3.0, (1, 600), Status(spindle=1, rpm=600), None)
-    assert not at_speed.update(3.1, (1, 900), Status(spindle=1, rpm=600), None), "another speed: it runs up again"
+    assert not is_at_speed(at_speed, 0.0, (1, 600), Status(spindle=0), None), "not even switched"
+    assert not is_at_speed(at_speed, 2.9, (1, 600), Status(spindle=1, rpm=600), None)
+    assert is_at_speed(at_speed, 3.0, (1, 600), Status(spindle=1, rpm=600), None)
+    assert not is_at_speed(at_speed, 3.1, (1, 900), Status(spindle=1, rpm=600), None), "another speed: it runs up again"

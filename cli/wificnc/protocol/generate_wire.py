@@ -23,6 +23,7 @@ OUTPUTS = {
     "core/wire/wire_gen.h": "wire_gen.h.j2",
     "core/wire/wire_gen.c": "wire_gen.c.j2",
     "core/session/keys_gen.c": "wire_keys.c.j2",
+    "linuxcnc/words_gen.h": "wire_words.h.j2",
     "cli/wificnc/wmc3/layout.py": "wire_layout.py.j2",
     "cli/wificnc/wmc3/keys.py": "wire_keys.py.j2",
     "docs/protocol.md": "protocol.md.j2",

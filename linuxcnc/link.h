@@ -1,0 +1,136 @@
+/* SPDX-License-Identifier: MIT
+ * One controller: LinuxCNC's pins and the controller are kept together. No socket, no HAL, no clock: the
+ * caller gives what came and the time, s of any clock that never goes back. Nothing here waits, but for the
+ * servo thread. */
+#ifndef WIFICNC_LINUXCNC_LINK_H
+#define WIFICNC_LINUXCNC_LINK_H
+
+#include "clearance.h"
+#include "control.h"
+#include "encoder.h"
+#include "pins.h"
+#include "sender.h"
+#include "slicer.h"
+
+/** How long the caller may wait between two calls of link_tick, and of link_follow_spindle while
+ * link_has_encoder. */
+#define LINK_TICK_S    0.01
+#define LINK_SPINDLE_S 0.001
+
+/** What the servo thread has seen in one period. */
+struct sample {
+    double command[PIN_JOINTS]; /* commanded positions, units */
+    double servo_s;             /* its own time: only differences count */
+    bool is_probing;            /* LinuxCNC executes G38 */
+};
+
+/** The world. `ctx` is handed back. */
+struct link_world {
+    void *ctx;
+    void (*send_udp)(void *ctx, const uint8_t *packet, size_t size); /* it may be lost */
+    void (*send_tcp)(void *ctx, const uint8_t *bytes, size_t size);
+    void (*await_servo)(void *ctx); /* return when the servo thread has just run, or after some 10 ms */
+    void (*say)(void *ctx, const char *text); /* a line for the operator */
+};
+
+struct link_options {
+    unsigned joints;      /* 1 .. PIN_JOINTS; joint n is the controller's axis n */
+    double level_s;       /* motion that shall wait in the controller's queue */
+    double run_up_s;      /* of a spindle without an encoder */
+    const char *password; /* "": none */
+};
+
+enum link_phase {
+    LINK_OFF,       /* LinuxCNC has not switched on, or motion has ended */
+    LINK_OPENING,   /* a stream is asked for */
+    LINK_FOLLOWING, /* commands become segments */
+    LINK_ENDING,    /* switched off: what is queued is executed */
+    LINK_DRAINING,  /* the same, and then the controller homes */
+    LINK_HOMING,    /* it does */
+    LINK_HOMED,     /* it is asked whether it has found its switches */
+    LINK_CONTACT,   /* the stream was ended: it is asked whether the probe has touched */
+    LINK_TOUCHED,   /* it has: LinuxCNC's own motion comes to its end */
+};
+
+struct link {
+    struct pins *pins;
+    struct link_world world;
+    struct link_options options;
+    double now_s;
+    const char *lost; /* why the connection is worth nothing any more; NULL: it is fine */
+    struct control control;
+    bool is_up;    /* it has answered to our first questions */
+    bool is_known; /* `status` is one */
+    struct wire_status status;
+    uint32_t status_us; /* the controller's clock */
+    double heard_s, pinged_s;
+    struct encoder encoder;
+    bool has_encoder;
+    struct at_speed at_speed;
+    struct wire_io_control said;
+    double said_s;
+    bool was_estop, was_reset,
+        wanted; /* the pins, when last looked at; wanted: motion was asked for, or had */
+
+    enum link_phase phase,
+        opens_for; /* opens_for: LINK_OFF, LINK_HOMED or LINK_TOUCHED was before LINK_OPENING */
+    bool is_open;
+    struct sender sender;
+    double queued_s;    /* motion that waits in the controller */
+    bool is_closed;     /* a stream was ended by the controller ... */
+    uint32_t closed_us; /* ... at this time of its clock */
+    struct slicer slicer;
+    struct clearance clearance;
+    struct sample sample;     /* the newest */
+    double sampled_s;         /* servo time up to which there are segments */
+    double settled_s;         /* servo time from which on the servo thread has seen our pins */
+    double moved_s;           /* when the newest sample came */
+    bool begins;              /* there is no segment yet */
+    bool probes, was_probing; /* in a sample since the newest segment; in the segment before */
+    bool watches;             /* a contact is to come, and exactly */
+    uint32_t watched;         /* end of the segments that watch for it */
+    uint8_t homes;            /* mask of joints */
+    bool is_homing_seen;
+    double homing_s;  /* when it was asked for */
+    uint16_t results; /* probe results of the controller so far */
+    int32_t contact_steps[PIN_JOINTS];
+    bool is_deep;            /* `into` and `deepest` are set */
+    double into[PIN_JOINTS]; /* way of LinuxCNC's command behind the contact; its length is 1 */
+    double deepest;
+};
+
+/** A TCP connection is there: ask the controller who it is. All else is forgotten, but for the pins. */
+void link_begin(struct link *link, struct pins *pins, const struct link_world *world,
+                const struct link_options *options, double now_s);
+/** A datagram of the controller. */
+void link_hear_udp(struct link *link, const uint8_t *packet, size_t size, double now_s);
+/** Bytes that came by TCP. */
+void link_hear_tcp(struct link *link, const uint8_t *bytes, size_t count, double now_s);
+/** What the servo thread has seen in one period; each of them, oldest first. */
+void link_sample(struct link *link, const struct sample *sample, double now_s);
+/** Every LINK_TICK_S. @return why the controller is gone, NULL: it is not */
+const char *link_tick(struct link *link, double now_s);
+/** The spindle's pins; may be called more often than link_tick. */
+void link_follow_spindle(struct link *link, double now_s);
+/** The controller is gone: pins say so. */
+void link_lose(struct pins *pins);
+
+/* ---- between link.c and motion.c ---- */
+
+/** A request; what it is answered comes later. */
+void link_ask(struct link *link, uint8_t type, const void *payload, size_t size);
+/** A datagram. */
+void link_post(struct link *link, uint8_t type, const void *payload, size_t size);
+/** Motion has ended by itself: the operator resets and switches on anew. printf's format. */
+__attribute__((format(printf, 2, 3))) void link_fault(struct link *link, const char *format, ...);
+/** The newest report is newer than the end of the last stream, and nothing moves. */
+bool link_stands(const struct link *link);
+/** The feedback is held while the controller moves by itself. */
+bool link_is_holding_feedback(const struct link *link);
+/** What motion does in a tick. */
+void motion_tick(struct link *link);
+/** Answers that motion has asked for. */
+void motion_answer(struct link *link, const struct control_answer *answer);
+void motion_ack(struct link *link, const struct wire_stream_ack *ack, uint32_t at_us);
+
+#endif

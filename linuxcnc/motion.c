@@ -1,0 +1,381 @@
+/* SPDX-License-Identifier: MIT
+ * What becomes of LinuxCNC's commands: a stream of segments; or the controller homes, or its probe has
+ * stopped it. */
+#include "link.h"
+#include "wire/bytes.h"
+#include "words_gen.h"
+
+#include <math.h>
+#include <string.h>
+
+static const double SLICE_S = 0.01;        /* of servo time, in a segment */
+static const double NEARLY = 0.999;        /* of it: the servo thread's time is a sum of rounded periods */
+static const double SEEN_S = 0.005;        /* of servo time: the servo thread has run and seen the pins */
+static const double STILL_S = 1.0;         /* no sample for so long: the servo thread does not run */
+static const double HOMING_BEGINS_S = 1.0; /* after it was asked for */
+static const double FAR_S = 0.25;          /* so much time at top speed away, and the command is a mistake */
+static const char NO_SAMPLES[] =
+    "the servo thread gives no samples: load sampler, and addf it, as docs/linuxcnc.md shows";
+enum { LAST_US = 1000 }; /* a dwell behind the last motion */
+
+bool link_is_holding_feedback(const struct link *link) {
+    return link->phase >= LINK_DRAINING || (link->phase == LINK_OPENING && link->opens_for != LINK_OFF);
+}
+
+static const char *refusal_word(unsigned refusal) {
+    enum { COUNT = sizeof word_of_refusal / sizeof *word_of_refusal };
+    return refusal < COUNT && word_of_refusal[refusal] != NULL ? word_of_refusal[refusal] : "unknown";
+}
+
+// ---- streams ----
+
+static void put(struct link *link, const struct wire_segment *segment) {
+    if (!sender_put(&link->sender, segment))
+        link_fault(link,
+                   "the controller does not take motion as fast as it comes: is the network good enough?");
+}
+
+/* Nothing more comes for now: it stands behind this, and that is no underrun. */
+static void finish(struct link *link) {
+    put(link, &(struct wire_segment){.duration_us = LAST_US, .flags = WIRE_SEGMENT_FLAG_LAST});
+}
+
+static void close_stream(struct link *link, uint32_t stream) {
+    uint8_t payload[WIRE_STREAM_CLOSE_SIZE];
+    wire_put_stream_close(payload, &(struct wire_stream_close){.stream = stream});
+    link_ask(link, WIRE_STREAM_CLOSE, payload, sizeof payload);
+    link->is_open = link->watches = false;
+}
+
+/* Top speeds, and a stream; both are answered in this order. */
+static void open_stream(struct link *link, enum link_phase opens_for) {
+    uint8_t payload[WIRE_CONFIG_GET_SIZE];
+    for (unsigned joint = 0; joint < link->options.joints; joint++) {
+        wire_put_config_get(payload, &(struct wire_config_get){.key = (uint16_t)(KEY_MAX_RATE + joint)});
+        link_ask(link, WIRE_CONFIG_GET, payload, sizeof payload);
+    }
+    put_zero(payload, WIRE_STREAM_OPEN_SIZE);
+    link_ask(link, WIRE_STREAM_OPEN, payload, WIRE_STREAM_OPEN_SIZE);
+    link->phase = LINK_OPENING;
+    link->opens_for = opens_for;
+}
+
+static void take_rate(struct link *link, const uint8_t *payload) {
+    struct wire_config_value value;
+    wire_get_config_value(payload, &value);
+    unsigned joint = value.key - KEY_MAX_RATE;
+    if (joint < link->options.joints)
+        link->slicer.rate[joint] = get_u32(value.value);
+}
+
+/* @return false: a scale that is none */
+static bool begin_slices(struct link *link) {
+    struct slicer *slicer = &link->slicer;
+    slicer->joints = link->options.joints;
+    slicer->level_s = link->options.level_s;
+    memcpy(slicer->steps, link->status.position_steps, sizeof slicer->steps);
+    for (unsigned joint = 0; joint < slicer->joints; joint++) {
+        slicer->scale[joint] = pins_scale(link->pins, joint);
+        if (!isfinite(slicer->scale[joint])) {
+            link_fault(link, "joint.%u.scale is no number of steps per unit", joint);
+            return false;
+        }
+    }
+    return true;
+}
+
+/* A stream from where the machine stands. It begins with standing still for as long as shall wait in the
+ * queue. */
+static void begin(struct link *link, const struct wire_stream_opened *opened) {
+    sender_begin(&link->sender, opened->stream, opened->capacity);
+    link->is_open = true;
+    link->queued_s = link->options.level_s;
+    link->phase = LINK_FOLLOWING;
+    link->sampled_s = link->sample.servo_s;
+    link->moved_s = link->now_s;
+    link->begins = true;
+    link->probes = false;
+    if (begin_slices(link))
+        put(link, &(struct wire_segment){.duration_us = (uint32_t)(1e6 * link->options.level_s)});
+}
+
+// ---- what the servo thread sees of the pins ----
+
+static void settle(struct link *link) {
+    link->settled_s = link->sample.servo_s + SEEN_S;
+}
+
+static bool is_settled(const struct link *link) {
+    return link->sample.servo_s >= link->settled_s;
+}
+
+static void units_of(const struct link *link, const int32_t steps[PIN_JOINTS], double *units) {
+    for (unsigned joint = 0; joint < link->options.joints; joint++)
+        units[joint] = steps[joint] / pins_scale(link->pins, joint);
+}
+
+// ---- homing ----
+
+/* The controller looks for its own switches. LinuxCNC believes that it waits for an index pulse; when that
+ * comes, it takes position-fb as where the joints are. */
+static void drain(struct link *link) {
+    if (!sender_is_executed(&link->sender) || !link_stands(link))
+        return;
+    close_stream(link, link->sender.stream);
+    uint8_t payload[WIRE_HOME_SIZE];
+    wire_put_home(payload, &(struct wire_home){.axes = link->homes});
+    link_ask(link, WIRE_HOME, payload, sizeof payload);
+    link->phase = LINK_HOMING;
+    link->homing_s = link->now_s;
+    link->is_homing_seen = false;
+}
+
+static void await_homing(struct link *link) {
+    bool homes = link->status.state == WIRE_STATE_HOMING;
+    link->is_homing_seen |= homes;
+    bool begins = !link->is_homing_seen && link->now_s - link->homing_s < HOMING_BEGINS_S;
+    if (homes || begins || !link_stands(link))
+        return;
+    link_ask(link, WIRE_STATISTICS, NULL, 0);
+    link->phase = LINK_HOMED;
+}
+
+static void take_homed(struct link *link, const uint8_t *payload) {
+    struct wire_statistics_response statistics;
+    wire_get_statistics_response(payload, &statistics);
+    if ((statistics.homed & link->homes) != link->homes)
+        link_fault(link, "the controller has not found its switches");
+    else
+        open_stream(link, LINK_HOMED);
+}
+
+/* The servo thread is to see both at once. */
+static void show_homed(struct link *link) {
+    link->world.await_servo(link->world.ctx);
+    pins_show_position(link->pins, link->status.position_steps);
+    for (unsigned joint = 0; joint < link->options.joints; joint++)
+        *link->pins->joint[joint].index_enable = false;
+    settle(link);
+}
+
+// ---- probing ----
+
+/* Where the probe has touched in this G38. */
+static void take_contact(struct link *link, const uint8_t *payload) {
+    struct wire_probe_result result;
+    wire_get_probe_result(payload, &result);
+    bool is_new = result.contact != 0 && result.number != link->results;
+    link->results = result.number;
+    if (link->phase != LINK_CONTACT)
+        return;
+    if (!is_new) {
+        link_fault(link, "the controller has ended motion: %s", refusal_word(WIRE_REFUSAL_STREAM_CLOSED));
+        return;
+    }
+    memcpy(link->contact_steps, result.position_steps, sizeof link->contact_steps);
+    pins_show_position(link->pins, link->contact_steps);
+    *link->pins->probe = true;
+    link->phase = LINK_TOUCHED;
+    link->is_deep = false;
+    settle(link);
+}
+
+/* How far behind the contact LinuxCNC's command is. */
+static double depth_of(struct link *link, const double *touched) {
+    double distance = 0.0, depth = 0.0;
+    unsigned joints = link->options.joints;
+    for (unsigned joint = 0; joint < joints; joint++)
+        distance = hypot(distance, link->sample.command[joint] - touched[joint]);
+    for (unsigned joint = 0; joint < joints; joint++) {
+        double way = link->sample.command[joint] - touched[joint];
+        if (!link->is_deep)
+            link->into[joint] = distance > 0.0 ? way / distance : 0.0;
+        depth += way * link->into[joint];
+    }
+    return depth;
+}
+
+/* LinuxCNC has taken the feedback at which its probe input rose: that is the contact, exact to the step. When
+ * its own motion has ended, too, commands are followed again. */
+static void retreat(struct link *link) {
+    double touched[PIN_JOINTS], wanted[PIN_JOINTS];
+    if (!is_settled(link))
+        return;
+    settle(link);
+    units_of(link, link->contact_steps, touched);
+    double depth = depth_of(link, touched);
+    if (!link->is_deep || depth > link->deepest) {
+        link->is_deep = true;
+        link->deepest = depth;
+        clearance_begin(&link->clearance, touched, link->sample.command);
+        return;
+    }
+    clearance_follow(&link->clearance, link->sample.command, wanted);
+    if (link_stands(link))
+        open_stream(link, LINK_TOUCHED);
+}
+
+static void shift_to_where_it_stands(struct link *link) {
+    double touched[PIN_JOINTS], stands[PIN_JOINTS];
+    units_of(link, link->contact_steps, touched);
+    units_of(link, link->status.position_steps, stands);
+    clearance_shift(&link->clearance, touched, stands);
+}
+
+// ---- answers ----
+
+static void opened(struct link *link, const uint8_t *payload) {
+    struct wire_stream_opened opened;
+    wire_get_stream_opened(payload, &opened);
+    if (link->phase != LINK_OPENING) {
+        if (opened.stream != 0)
+            close_stream(link, opened.stream);
+        return;
+    }
+    if (opened.refusal != WIRE_REFUSAL_NONE) {
+        link_fault(link, "the controller refuses motion: %s", refusal_word(opened.refusal));
+        return;
+    }
+    begin(link, &opened);
+    if (link->opens_for != LINK_TOUCHED)
+        clearance_clear(&link->clearance, link->options.joints);
+    if (link->opens_for == LINK_TOUCHED)
+        shift_to_where_it_stands(link);
+    if (link->opens_for == LINK_HOMED)
+        show_homed(link);
+}
+
+void motion_answer(struct link *link, const struct control_answer *answer) {
+    if (answer->type == WIRE_REFUSED) {
+        struct wire_refused refused;
+        wire_get_refused(answer->payload, &refused);
+        if (answer->request == WIRE_HOME || answer->request == WIRE_STREAM_OPEN)
+            link_fault(link, "the controller refuses %s: %s",
+                       answer->request == WIRE_HOME ? "to home" : "motion", refusal_word(refused.reason));
+    } else if (answer->request == WIRE_CONFIG_GET) {
+        take_rate(link, answer->payload);
+    } else if (answer->request == WIRE_STREAM_OPEN) {
+        opened(link, answer->payload);
+    } else if (answer->request == WIRE_STATISTICS && link->phase == LINK_HOMED) {
+        take_homed(link, answer->payload);
+    } else if (answer->request == WIRE_PROBE_LAST) {
+        take_contact(link, answer->payload);
+    }
+}
+
+void motion_ack(struct link *link, const struct wire_stream_ack *ack, uint32_t at_us) {
+    if (!link->is_open || !sender_take(&link->sender, ack))
+        return;
+    link->queued_s = ack->queued_us / 1e6;
+    if (ack->refusal == WIRE_REFUSAL_NONE)
+        return;
+    link->is_closed = true;
+    link->closed_us = at_us;
+    link->is_open = link->watches = false;
+    if (ack->refusal == WIRE_REFUSAL_STREAM_CLOSED) {
+        link_ask(link, WIRE_PROBE_LAST, NULL, 0);
+        link->phase = LINK_CONTACT;
+    } else {
+        link_fault(link, "the controller takes no more motion, segment %u: %s; %u of %u were executed",
+                   (unsigned)ack->refused, refusal_word(ack->refusal), (unsigned)link->sender.done,
+                   (unsigned)link->sender.end);
+    }
+}
+
+// ---- commands ----
+
+static void look_for_probing(struct link *link) {
+    if (link->probes && !link->was_probing) {
+        link->watches = link->status.probe == 0; /* G38.4, G38.5 look for the opposite */
+        link->watched = link->sender.end;
+    }
+    link->was_probing = link->probes;
+    link->watches = link->watches && (link->probes || link->sender.done < link->watched);
+}
+
+static void slice(struct link *link) {
+    double wanted[PIN_JOINTS];
+    struct wire_segment segment;
+    const struct sample *sample = &link->sample;
+    clearance_follow(&link->clearance, sample->command, wanted);
+    int wrong = link->begins ? slicer_far(&link->slicer, wanted, FAR_S) : -1;
+    if (wrong < 0)
+        wrong =
+            slicer_slice(&link->slicer, wanted, sample->servo_s - link->sampled_s, link->queued_s, &segment);
+    if (wrong >= 0) {
+        link_fault(link, "joint %d is commanded to %g and stands at %g: switch on anew", wrong, wanted[wrong],
+                   link->slicer.steps[wrong] / link->slicer.scale[wrong]);
+        return;
+    }
+    look_for_probing(link);
+    if (link->watches && link->probes) {
+        segment.flags = WIRE_SEGMENT_FLAG_PROBE;
+        link->watched = link->sender.end + 1;
+    }
+    put(link, &segment);
+    link->begins = link->probes = false;
+    link->sampled_s = sample->servo_s;
+}
+
+void link_sample(struct link *link, const struct sample *sample, double now_s) {
+    link->now_s = link->moved_s = now_s;
+    link->sample = *sample;
+    link->probes |= sample->is_probing;
+    if (link->phase == LINK_FOLLOWING && is_settled(link) &&
+        sample->servo_s - link->sampled_s >= NEARLY * SLICE_S)
+        slice(link);
+}
+
+static void look_for_homing(struct link *link) {
+    uint8_t homes = 0;
+    for (unsigned joint = 0; joint < link->options.joints; joint++)
+        homes |= (uint8_t)(*link->pins->joint[joint].index_enable << joint);
+    if (homes == 0)
+        return;
+    link->homes = homes;
+    finish(link);
+    if (link->is_open)
+        link->phase = LINK_DRAINING;
+}
+
+static void follow(struct link *link) {
+    link->watches = link->watches && (link->was_probing || link->sender.done < link->watched);
+    if (link->now_s - link->moved_s > STILL_S)
+        link_fault(link, NO_SAMPLES);
+    else
+        look_for_homing(link);
+}
+
+static void switched_off(struct link *link) {
+    if (link->phase == LINK_FOLLOWING) {
+        link->phase = LINK_ENDING;
+    } else if (link->phase != LINK_ENDING) {
+        if (link->is_open)
+            close_stream(link, link->sender.stream);
+        link->phase = LINK_OFF;
+    }
+}
+
+void motion_tick(struct link *link) {
+    bool wants = *link->pins->enable && *link->pins->ready;
+    bool asks = wants && !link->wanted;
+    if (!wants && *link->pins->enable && link_is_holding_feedback(link))
+        link_fault(link, "the controller has stopped by itself: %s; alarm %u",
+                   word_of_state[link->status.state & 7], link->status.alarm);
+    if (!wants)
+        switched_off(link);
+    if (link->phase == LINK_OFF && asks && link_stands(link))
+        open_stream(link, LINK_OFF);
+    else if (link->phase == LINK_FOLLOWING)
+        follow(link);
+    else if (link->phase == LINK_ENDING && sender_is_executed(&link->sender)) {
+        close_stream(link, link->sender.stream);
+        link->phase = LINK_OFF;
+    } else if (link->phase == LINK_DRAINING)
+        drain(link);
+    else if (link->phase == LINK_HOMING)
+        await_homing(link);
+    else if (link->phase == LINK_TOUCHED)
+        retreat(link);
+    link->wanted = wants && (link->wanted || (link->phase != LINK_OFF && link->phase != LINK_ENDING));
+}

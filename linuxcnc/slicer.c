@@ -1,0 +1,56 @@
+/* SPDX-License-Identifier: MIT */
+#include "slicer.h"
+
+#include <math.h>
+#include <string.h>
+
+static const double CLOCK_PULL = 0.01; /* of a duration, when the queue is empty or twice as long as wanted */
+static const double CATCH_UP_MOST = 0.2; /* ... when it is much too long, because this program was held up */
+static const double SHORTEST_S = 0.001, LONGEST_S = 0.5; /* of a slice */
+static const double STEPS_MOST = 2147483647.0;
+
+bool slicer_steps(const struct slicer *slicer, unsigned joint, double position, int32_t *steps) {
+    double exact = position * slicer->scale[joint];
+    if (!(fabs(exact) < STEPS_MOST))
+        return false;
+    *steps = (int32_t)lrint(exact);
+    return true;
+}
+
+int slicer_far(const struct slicer *slicer, const double *position, double seconds) {
+    for (unsigned joint = 0; joint < slicer->joints; joint++) {
+        int32_t steps;
+        if (!slicer_steps(slicer, joint, position[joint], &steps) ||
+            fabs((double)steps - slicer->steps[joint]) > slicer->rate[joint] * seconds + 1.0)
+            return (int)joint;
+    }
+    return -1;
+}
+
+/* The part by which a duration is changed. */
+static double pull(const struct slicer *slicer, double queued_s) {
+    double missing = (slicer->level_s - queued_s) / slicer->level_s;
+    return missing >= -1.0 ? CLOCK_PULL * missing : -fmin(CLOCK_PULL * missing * missing, CATCH_UP_MOST);
+}
+
+int slicer_slice(struct slicer *slicer, const double *position, double seconds, double queued_s,
+                 struct wire_segment *segment) {
+    int32_t wanted[SLICER_JOINTS];
+    double least_s = 0.0;
+    memset(segment, 0, sizeof *segment);
+    for (unsigned joint = 0; joint < slicer->joints; joint++) {
+        if (!slicer_steps(slicer, joint, position[joint], &wanted[joint]))
+            return (int)joint;
+        int64_t way = (int64_t)wanted[joint] - slicer->steps[joint];
+        if (way > INT32_MAX || way < -INT32_MAX)
+            return (int)joint;
+        segment->steps[joint] = (int32_t)way;
+        if (slicer->rate[joint] > 0.0)
+            least_s = fmax(least_s, fabs((double)way) / slicer->rate[joint]);
+    }
+    memcpy(slicer->steps, wanted, slicer->joints * sizeof *wanted);
+    seconds = fmin(fmax(seconds, SHORTEST_S), LONGEST_S);
+    double us = 1e6 * fmax(seconds * (1.0 + pull(slicer, queued_s)), least_s);
+    segment->duration_us = us < (double)UINT32_MAX ? (uint32_t)ceil(us) : UINT32_MAX;
+    return -1;
+}

@@ -1,0 +1,39 @@
+/* SPDX-License-Identifier: MIT
+ * Joint positions over time as timed segments. Pure: no HAL, no network, no clock.
+ *
+ * Steps are counted from absolute positions, so no fraction is lost. The controller has another clock than
+ * we: durations are pulled by some 1 % towards the wanted level of its queue, so that it neither runs dry nor
+ * fills up. A servo thread that was held up and now catches up is no way to go faster than the axes can: such
+ * a slice takes longer. */
+#ifndef WIFICNC_LINUXCNC_SLICER_H
+#define WIFICNC_LINUXCNC_SLICER_H
+
+#include "wire/wire_gen.h"
+
+#include <stdbool.h>
+
+enum { SLICER_JOINTS = 6 };
+
+struct slicer {
+    unsigned joints;
+    double scale[SLICER_JOINTS];  /* steps per unit, finite and not 0 */
+    double rate[SLICER_JOINTS];   /* top speed, steps/s; 0: the controller sees to it */
+    double level_s;               /* motion that shall wait in the controller's queue */
+    int32_t steps[SLICER_JOINTS]; /* where the segments made so far lead */
+};
+
+/** Steps of a joint at this position, to the nearest. @return false: no number, or too large to be counted */
+bool slicer_steps(const struct slicer *slicer, unsigned joint, double position, int32_t *steps);
+
+/** The first joint that is further away than it goes in this time at top speed, or nowhere.
+ *  @return -1: none */
+int slicer_far(const struct slicer *slicer, const double *position, double seconds);
+
+/** The way to these positions as a segment.
+ *  @param seconds   since the last one
+ *  @param queued_s  motion that waits in the controller
+ *  @return -1, or the first joint whose position is none; nothing was changed then */
+int slicer_slice(struct slicer *slicer, const double *position, double seconds, double queued_s,
+                 struct wire_segment *segment);
+
+#endif
