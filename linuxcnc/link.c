@@ -258,7 +258,7 @@ static void say_outputs(struct link *link) {
         io.misc_outputs |= (uint8_t)(*pins->digital_out[number] << number);
     if (*pins->spindle_on)
         io.spindle = *pins->spindle_reverse ? 2 : 1;
-    io.coolant = (uint8_t)(*pins->flood | *pins->mist << 1);
+    io.coolant = (uint8_t)((*pins->flood ? 1 : 0) | (*pins->mist ? 2 : 0));
     if (is_same(&io, &link->said) && link->now_s - link->said_s < OUTPUTS_S)
         return;
     uint8_t payload[WIRE_IO_CONTROL_SIZE];

@@ -10,6 +10,10 @@ void sender_begin(struct sender *sender, uint32_t stream, uint32_t capacity) {
     *sender = (struct sender){.stream = stream, .limit = capacity, .last_s = -INFINITY};
 }
 
+static uint32_t greater(uint32_t a, uint32_t b) {
+    return a > b ? a : b;
+}
+
 static struct sender_place *place_of(struct sender *sender, uint32_t number) {
     return &sender->place[number % SENDER_SIZE];
 }
@@ -45,18 +49,15 @@ size_t sender_poll(struct sender *sender, double now_s, uint8_t payload[SENDER_P
     }
     if (head.count == 0 && (sender_is_executed(sender) || now_s - sender->last_s < ASK_S))
         return 0;
+    sender->posted = greater(sender->posted, first);
     wire_put_stream_segments(payload, &head);
     sender->last_s = now_s;
     sender->sent++;
     return (size_t)(at - payload);
 }
 
-static uint32_t greater(uint32_t a, uint32_t b) {
-    return a > b ? a : b;
-}
-
 bool sender_take(struct sender *sender, const struct wire_stream_ack *ack) {
-    if (ack->stream != sender->stream || ack->next > sender->end || ack->done > ack->next)
+    if (ack->stream != sender->stream || ack->next > sender->posted || ack->done > ack->next)
         return false;
     sender->next = greater(sender->next, ack->next);
     sender->done = greater(sender->done, ack->done);
@@ -64,7 +65,7 @@ bool sender_take(struct sender *sender, const struct wire_stream_ack *ack) {
     sender->limit = greater(sender->limit, ack->next + ack->free);
     for (uint32_t bit = 0; bit < WIRE_STREAM_WINDOW; bit++) {
         uint32_t number = ack->next + bit;
-        if ((ack->taken[bit / 8] >> bit % 8 & 1) != 0 && number >= sender->next && number < sender->end)
+        if ((ack->taken[bit / 8] >> bit % 8 & 1) != 0 && number >= sender->next && number < sender->posted)
             place_of(sender, number)->taken = true;
     }
     return true;

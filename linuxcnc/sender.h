@@ -18,6 +18,7 @@ struct sender {
     uint32_t stream;
     uint32_t next;      /* all segments before it are with the controller */
     uint32_t done;      /* all before it are executed */
+    uint32_t posted;    /* all before it were sent once at least */
     uint32_t end;       /* segments put so far */
     uint32_t limit;     /* segments before it have room there */
     uint32_t underruns; /* as the controller counts them */

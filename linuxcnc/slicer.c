@@ -35,7 +35,7 @@ static double pull(const struct slicer *slicer, double queued_s) {
 
 int slicer_slice(struct slicer *slicer, const double *position, double seconds, double queued_s,
                  struct wire_segment *segment) {
-    int32_t wanted[SLICER_JOINTS];
+    int32_t wanted[SLICER_JOINTS] = {0};
     double least_s = 0.0;
     memset(segment, 0, sizeof *segment);
     for (unsigned joint = 0; joint < slicer->joints; joint++) {

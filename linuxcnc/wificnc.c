@@ -56,6 +56,7 @@ static double now_s(void) {
 
 // ---- HAL ----
 
+// cppcheck-suppress constParameterCallback
 static int make_pin(void *ctx, const char *name, enum pin_type type, enum pin_direction direction,
                     void **at) {
     static const hal_type_t types[] = {[PIN_BIT] = HAL_BIT, [PIN_FLOAT] = HAL_FLOAT, [PIN_U32] = HAL_U32};
@@ -107,6 +108,7 @@ static bool read_sample(struct program *program, struct sample *sample) {
 
 // ---- the link's world ----
 
+// cppcheck-suppress constParameterCallback
 static void send_udp(void *ctx, const uint8_t *packet, size_t size) {
     const struct program *program = ctx;
     network_send_udp(&program->network, packet, size);
@@ -123,10 +125,11 @@ static void await_servo(void *ctx) {
     struct program *program = ctx;
     int before = hal_stream_depth(&program->samples);
     double end_s = now_s() + SERVO_MOST_S;
-    while (hal_stream_depth(&program->samples) == before && now_s() < end_s)
-        continue;
+    while (hal_stream_depth(&program->samples) == before && now_s() < end_s) {
+    }
 }
 
+// cppcheck-suppress constParameterCallback
 static void say(void *ctx, const char *text) {
     const struct program *program = ctx;
     fprintf(stderr, "%s: %s\n", program->name, text);
@@ -147,8 +150,8 @@ static void hear_tcp(void *ctx, const uint8_t *bytes, size_t count) {
 /* The servo thread does not stop while there is no controller, and old samples are none of its. */
 static void drop_samples(struct program *program) {
     struct sample sample;
-    for (unsigned i = 0; i < SAMPLES_MOST && read_sample(program, &sample); i++)
-        continue;
+    for (unsigned i = 0; i < SAMPLES_MOST && read_sample(program, &sample); i++) {
+    }
 }
 
 static void be_ready(struct program *program) {
@@ -264,9 +267,9 @@ static void show_help(FILE *to) {
 
 /* @return false: no number from `least` to `most` */
 static bool number_of(const char *option, const char *text, double least, double most, double *number) {
-    char *rest;
-    *number = strtod(text, &rest);
-    if (*text != '\0' && *rest == '\0' && *number >= least && *number <= most)
+    char *after;
+    *number = strtod(text, &after);
+    if (*text != '\0' && *after == '\0' && *number >= least && *number <= most)
         return true;
     fprintf(stderr, "wificnc-hal: --%s %s: it is a number from %g to %g\n", option, text, least, most);
     return false;

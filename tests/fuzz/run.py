@@ -17,14 +17,12 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
+from harnesses import HERE, LENGTHS, NAMES, build_harness
 from wificnc.build.checkout import checkout_root
-from wificnc.build.host import VARIANTS, build_program
+from wificnc.build.host import VARIANTS
 from wificnc.errors import BuildError
 
-HERE = Path(__file__).resolve().parent
-NAMES = ("line_reader", "gcode_line", "program", "machine", "wire", "module")
 SANITIZERS = "address,undefined"
-LENGTHS = {"line_reader": 1024, "gcode_line": 1024, "program": 1024, "machine": 2048, "wire": 1024, "module": 1024}
 CODE = re.compile(r"^CODE\((\w), *(\d+),", re.M)
 SLOWEST_S = 20  # one input
 SHOWN = 60  # of a crash
@@ -78,7 +76,7 @@ def build(name: str) -> Path:
         (*common, f"-fsanitize=fuzzer-no-link,{SANITIZERS}"),
         (f"-fsanitize=fuzzer,{SANITIZERS}",),
     )
-    return build_program([HERE / f"{name}.c"], checkout_root() / "build" / "fuzz" / name, "fuzz", [f"-I{HERE}"])
+    return build_harness(name, checkout_root() / "build" / "fuzz" / name, "fuzz")
 
 
 def dictionary(folder: Path) -> Path:

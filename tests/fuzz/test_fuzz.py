@@ -9,12 +9,11 @@ import sys
 from pathlib import Path
 
 import pytest
+from harnesses import HERE, NAMES, build_harness
 from wificnc.build.checkout import checkout_root
 from wificnc.build.compiler import locate_compiler
 from wificnc.build.host import build_program
 
-HERE = Path(__file__).parent
-NAMES = ("line_reader", "gcode_line", "program", "machine", "wire", "module")
 SLOWEST_S = 120  # all inputs of one harness, on a busy machine
 
 
@@ -30,8 +29,7 @@ def folder() -> Path:
 
 def replayed(folder: Path, name: str, files: list[Path]) -> subprocess.CompletedProcess[str]:
     """Plain checks always; what sanitizers see is seen by make fuzz, and where the compiler is gcc or clang here."""
-    sources = [HERE / f"{name}.c", HERE / "replay.c"]
-    program = build_program(sources, folder / name, variant(), [f"-I{HERE}"])
+    program = build_harness(name, folder / name, variant(), HERE / "replay.c")
     return subprocess.run([program, *files], capture_output=True, text=True, timeout=SLOWEST_S)
 
 

@@ -46,7 +46,7 @@ def check_code(path: Path, text: str) -> list[Problem]:
         return [*problems, *_long_functions(path, _python_functions(text), MAX_PYTHON_FUNCTION_LINES)]
     problems += _matches(path, lines, DISABLED, "disabled code: delete it, git remembers")
     problems += _long_functions(path, _c_functions(lines), MAX_C_FUNCTION_LINES)
-    if path.parts[0] in ("core", "targets"):
+    if path.parts[0] in ("core", "targets", "linuxcnc"):
         problems += _check_head(path, lines)
     return problems
 

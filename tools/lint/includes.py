@@ -26,6 +26,9 @@ ALLOWED: dict[str, tuple[str, ...]] = {
     "session": ("wire", "channels", "machine", "segment", "settings", "gcode/status.h", "hal"),
 }
 
+# What linuxcnc/ may include of the core.
+COMPONENT = ("wire/wire_gen.h", "wire/packet.h", "wire/bytes.h", "base/sha256.h", "base/version.h")
+
 # The hot tier of the HAL: in targets/<target>/hal/, found by include path.
 HOT_HAL = "hal/hal_step.h"
 
@@ -49,6 +52,20 @@ def check_includes(root: Path) -> list[Problem]:
     for path in source_files(root, ".c", ".h", ".def"):
         if path.parts[0] == "core" and len(path.parts) > 2:
             problems += _check_file(root, path)
+        elif path.parts[0] == "linuxcnc":
+            problems += _check_component(root, path)
+    return problems
+
+
+def _check_component(root: Path, path: Path) -> list[Problem]:
+    """The LinuxCNC component becomes one file: its own folder, and what COMPONENT says of the core."""
+    problems = []
+    for number, line in enumerate((root / path).read_text().splitlines(), 1):
+        match = INCLUDE.match(line)
+        if match and match[1] and match[1] not in COMPONENT and not (root / path.parent / match[1]).is_file():
+            allowed = ", ".join(COMPONENT)
+            message = f'"{match[1]}" is not in linuxcnc/, and of the core it may include: {allowed}'
+            problems.append(Problem(path, number, message))
     return problems
 
 

@@ -1,0 +1,31 @@
+"""The harnesses, how long an input of each is at most, and what each is built from."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from wificnc.build.checkout import checkout_root
+from wificnc.build.host import build_program
+
+HERE = Path(__file__).resolve().parent
+LENGTHS = {
+    "line_reader": 1024,
+    "gcode_line": 1024,
+    "program": 1024,
+    "machine": 2048,
+    "wire": 1024,
+    "module": 1024,
+    "component": 1024,
+}
+NAMES = tuple(LENGTHS)
+NOT_PORTABLE = ("wificnc.c", "network.c")  # of linuxcnc: they need HAL and sockets
+
+
+def build_harness(name: str, output: Path, variant: str, *more: Path) -> Path:
+    """One harness with everything it drives. Raises BuildError."""
+    sources, flags = [HERE / f"{name}.c", *more], [f"-I{HERE}"]
+    if name == "component":
+        folder = checkout_root() / "linuxcnc"
+        sources += [path for path in sorted(folder.glob("*.c")) if path.name not in NOT_PORTABLE]
+        flags.append(f"-I{folder}")
+    return build_program(sources, output, variant, flags)
