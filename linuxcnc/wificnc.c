@@ -56,7 +56,7 @@ static double now_s(void) {
 
 // ---- HAL ----
 
-// cppcheck-suppress constParameterCallback
+/* cppcheck-suppress constParameterCallback ; the type is fixed */
 static int make_pin(void *ctx, const char *name, enum pin_type type, enum pin_direction direction,
                     void **at) {
     static const hal_type_t types[] = {[PIN_BIT] = HAL_BIT, [PIN_FLOAT] = HAL_FLOAT, [PIN_U32] = HAL_U32};
@@ -108,7 +108,7 @@ static bool read_sample(struct program *program, struct sample *sample) {
 
 // ---- the link's world ----
 
-// cppcheck-suppress constParameterCallback
+/* cppcheck-suppress constParameterCallback ; the type is fixed */
 static void send_udp(void *ctx, const uint8_t *packet, size_t size) {
     const struct program *program = ctx;
     network_send_udp(&program->network, packet, size);
@@ -129,7 +129,7 @@ static void await_servo(void *ctx) {
     }
 }
 
-// cppcheck-suppress constParameterCallback
+/* cppcheck-suppress constParameterCallback ; the type is fixed */
 static void say(void *ctx, const char *text) {
     const struct program *program = ctx;
     fprintf(stderr, "%s: %s\n", program->name, text);
