@@ -15,6 +15,7 @@ CARRIED = (
     "core",
     "examples/machines",
     "firmware",
+    "linuxcnc",
     "platformio.ini",
     "protocol",
     "targets",

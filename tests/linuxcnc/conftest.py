@@ -1,4 +1,4 @@
-"""LinuxCNC's programs as an ordinary user: they refuse to run as root."""
+"""The component as halcompile builds it, and LinuxCNC's programs as an ordinary user: they refuse to run as root."""
 
 from __future__ import annotations
 
@@ -12,10 +12,34 @@ from pathlib import Path
 
 import pytest
 from wificnc.build.checkout import checkout_root
+from wificnc.linuxcnc.source import FILE_NAME, build_command, component_source
 
 sys.path[:0] = [str(Path(__file__).parent), str(Path(__file__).parents[1] / "wire")]  # bench, wire_device
 PYTHON = "/usr/bin/python3"  # LinuxCNC's modules are the system's
 NOBODY = "65534"
+BUILD_S = 120
+
+
+def open_folder() -> Path:
+    """A folder for every user; pytest's own are not for others."""
+    folder = Path(tempfile.mkdtemp())
+    folder.chmod(0o777)
+    return folder
+
+
+@pytest.fixture(scope="session")
+def hal_program() -> Iterator[Path]:
+    """The component's program, from the one file that users get, with no warning."""
+    if not shutil.which("halcompile"):
+        pytest.skip("LinuxCNC's halcompile is not here: apt-get install linuxcnc-uspace-dev")
+    folder = open_folder()
+    source = folder / FILE_NAME
+    source.write_text(component_source(checkout_root()), encoding="utf-8")
+    argv = build_command("compile", str(source), "--extra-compile-args=-Wall -Wextra")
+    done = subprocess.run(argv, capture_output=True, text=True, timeout=BUILD_S, check=False)
+    assert done.returncode == 0 and "warning" not in done.stderr, done.stdout + done.stderr
+    yield source.with_suffix("")
+    shutil.rmtree(folder)
 
 
 @pytest.fixture(scope="session", autouse=True)
@@ -28,16 +52,15 @@ def _component() -> None:
 
 @pytest.fixture
 def user_home() -> Iterator[Path]:
-    """A folder that the user may write; pytest's own are not for others."""
-    home = Path(tempfile.mkdtemp())
-    home.chmod(0o777)
+    """A folder that the user may write."""
+    home = open_folder()
     yield home
     shutil.rmtree(home)
 
 
 @pytest.fixture
-def as_user(user_home: Path) -> Callable[..., str]:
-    """Run a program; what it said on stdout."""
+def as_user(user_home: Path, hal_program: Path) -> Callable[..., str]:
+    """Run a program that finds the component as one of the system's; what it said on stdout."""
     if not shutil.which("halrun") or not shutil.which("unshare") or not shutil.which("setpriv"):
         pytest.skip("LinuxCNC is not here: apt-get install linuxcnc-uspace")
     if subprocess.run([PYTHON, "-c", "import hal"], capture_output=True).returncode != 0:
@@ -50,8 +73,7 @@ def as_user(user_home: Path) -> Callable[..., str]:
         environment = {
             **os.environ,
             "HOME": str(user_home),
-            "PYTHONPATH": str(checkout_root() / "cli"),
-            "PYTHONDONTWRITEBYTECODE": "1",
+            "PATH": f"{hal_program.parent}{os.pathsep}{os.environ['PATH']}",
         }
         done = subprocess.run(argv, capture_output=True, text=True, timeout=120, env=environment)
         assert done.returncode == 0, done.stdout + done.stderr

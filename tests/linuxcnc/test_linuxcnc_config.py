@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import configparser
 import os
+import re
 import socket
 from collections.abc import Callable
 from pathlib import Path
@@ -105,6 +106,32 @@ def test_limits_are_those_of_the_profile(machine: str, tmp_path: Path) -> None:
         assert float(section["MAX_VELOCITY"]) == pytest.approx(float(values["max_rate_mm_min"]) / 60, rel=1e-5)
         assert float(section["SCALE"]) == pytest.approx(float(values["steps_per_mm"]), rel=1e-5)
     assert ini["WIFICNC"]["ADDRESS"] == "192.168.1.50"
+
+
+@pytest.mark.parametrize("machine", find_machines())
+def test_every_pin_of_the_sampler_is_connected_once(machine: str) -> None:
+    """Commanded positions joint by joint, the thread's time, the kind of motion: in this order the component reads."""
+    joints = len(list(load_machine(machine).axis.present()))
+    hal = files("test", ADDRESS, load_machine(machine))["test.hal"]
+    assert re.findall(r"loadrt sampler .* cfg=(\w+)$", hal, re.MULTILINE) == ["f" * joints + "fs"]
+    sources = dict(re.findall(r"^net \S+ (\S+) => sampler\.0\.pin\.(\d+)$", hal, re.MULTILINE))
+    assert sources == {f"joint.{n}.motor-pos-cmd": str(n) for n in range(joints)} | {
+        "integ.0.out": str(joints),
+        "motion.motion-type": str(joints + 1),
+    }
+    order = [hal.index(f"addf {name}") for name in ("motion-controller", "integ.0", "sampler.0")]
+    assert order == sorted(order), "what it samples is of the same period"
+
+
+def test_a_missing_component_is_no_error(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("PATH", str(tmp_path))
+    said = invoke("init", "baseline", "--to", "127.0.0.1", "--out", str(tmp_path / "config"))
+    assert "wificnc linuxcnc component --install" in said
+    (tmp_path / "wificnc-hal").write_text("#!/bin/sh\n")
+    (tmp_path / "wificnc-hal").chmod(0o755)
+    assert "component --install" not in invoke(
+        "init", "baseline", "--to", "127.0.0.1", "--out", str(tmp_path / "config"), "--force"
+    )
 
 
 @pytest.mark.parametrize("found", [["192.168.1.7"], [], ["192.168.1.7", "192.168.1.8"]])

@@ -20,6 +20,7 @@ from release_tree import ESP32_BOARDS, PAGE, PIC32MZ_BOARD, ROOT, Tree
 from wificnc import __version__
 from wificnc.flash.device import open_device
 from wificnc.flash.plan import Region
+from wificnc.linuxcnc.source import FILE_NAME, component_source
 
 INSTALL_S, BUILD_S = 240, 300
 
@@ -70,6 +71,11 @@ def test_boards_sim_and_flash_need_no_checkout(installed: Path, tmp_path: Path, 
     report = json.loads(wificnc(installed, tmp_path, "sim", "part.nc", "--machine", "shapeoko3", "--json", "-"))
     ends = {axis: report["final_position_mm"][axis] for axis in "XYZ"}
     assert ends == pytest.approx({"X": 20, "Y": 5, "Z": -1}, abs=0.02)
+
+
+def test_the_linuxcnc_component_comes_with_it(installed: Path, tmp_path: Path, tree: Tree) -> None:
+    wificnc(installed, tmp_path, "linuxcnc", "component")
+    assert (tmp_path / FILE_NAME).read_text() == component_source(tree.root)
 
 
 def test_a_pic32mz_is_written_from_the_package(installed: Path, tmp_path: Path, tree: Tree) -> None:

@@ -1,16 +1,21 @@
-"""`wificnc linuxcnc`: configurations for LinuxCNC."""
+"""`wificnc linuxcnc`: the HAL component, and configurations with it."""
 
 from __future__ import annotations
 
 import ipaddress
 import re
+import shlex
+import shutil
 from pathlib import Path
 
 import rich_click as click
 
 from wificnc import ui
+from wificnc.checked import paths
 from wificnc.errors import UserError
+from wificnc.linuxcnc import halcompile
 from wificnc.linuxcnc.config import files
+from wificnc.linuxcnc.source import FILE_NAME, PROGRAM, build_command, component_source, is_component
 from wificnc.machine import load_machine
 from wificnc.wmc3.device import find_devices
 
@@ -20,6 +25,36 @@ FIND_S = 2.0
 @click.group()
 def command() -> None:
     """LinuxCNC on a controller: docs/linuxcnc.md."""
+
+
+@command.command()
+@click.option("--out", type=click.Path(path_type=Path), help=f"File, or the folder of it; default: {FILE_NAME}, here.")
+@click.option("--install", is_flag=True, help="Build it by LinuxCNC's halcompile and put it where LinuxCNC looks.")
+@click.option("--sudo", is_flag=True, help="With --install: as root, by sudo.")
+def component(out: Path | None, install: bool, sudo: bool) -> None:
+    """Write the HAL component as one C file for halcompile, or install it."""
+    if sudo and not install:
+        raise UserError("--sudo means nothing without --install", hint="--install --sudo")
+    source = component_source(paths.ROOT)
+    if out or not install:
+        file = _write_source(out or Path(FILE_NAME), source)
+        if not install:
+            ui.note(f"build it with: sudo {shlex.join(build_command('install', str(file)))}")
+    if install:
+        ui.data.print(f"{halcompile.install(source, sudo=sudo)}")
+
+
+def _write_source(out: Path, source: str) -> Path:
+    """Raises UserError: something else is there."""
+    file = out / FILE_NAME if out.is_dir() else out
+    if file.exists() and not (file.is_file() and is_component(file.read_bytes())):
+        raise UserError(f"{file} is there, and is no component of ours", hint="--out FILE, another one")
+    try:
+        file.write_text(source, encoding="utf-8")
+    except OSError as err:
+        raise UserError(f"{file} cannot be written: {err.strerror or err}", hint="--out FILE, elsewhere") from err
+    ui.data.print(f"{file}")
+    return file
 
 
 @command.command()
@@ -52,6 +87,8 @@ def init(machine: str, address: str | None, out: Path | None, homes: bool | None
     for path, text in texts.items():
         (folder / path).write_text(text, encoding="utf-8")
     ui.data.print(f"{folder / name}.ini")
+    if not shutil.which(PROGRAM):
+        ui.note(f"{PROGRAM} is not on this computer: `wificnc linuxcnc component --install` where LinuxCNC runs")
     ui.note(f"start it with: linuxcnc {folder / name}.ini")
 
 

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
-from wificnc.linuxcnc.pins import INPUT_COUNT, OUTPUT_COUNT
+from wificnc.linuxcnc.source import PROGRAM
 from wificnc.machine.model import LinearAxis, Machine, RotaryAxis, Value
 from wificnc.protocol import AXES, load_settings
+
+OUTPUT_COUNT, INPUT_COUNT = 5, 4  # digital pins of the component (linuxcnc/pins.h)
+SAMPLES = 1000  # servo periods that wait for the component, should it not get its turn
 
 # The controller runs behind by its queue, and its reports by their interval: so much of a second.
 LAG_S = 0.5
@@ -101,25 +104,29 @@ loadrt [KINS]KINEMATICS
 loadrt [EMCMOT]EMCMOT servo_period_nsec=[EMCMOT]SERVO_PERIOD num_joints=[KINS]JOINTS num_dio={outputs}
 loadrt not count=1
 loadrt integ count=1
-loadusr -Wn wificnc python3 -m wificnc.linuxcnc --address [WIFICNC]ADDRESS --joints {count} \\
+loadrt sampler depth={samples} cfg={kinds}
+loadusr -Wn wificnc {program} --address [WIFICNC]ADDRESS --joints {count} \\
     --queue-ms [WIFICNC]QUEUE_MS --run-up-s [WIFICNC]RUN_UP_S
 addf motion-command-handler servo-thread
 addf motion-controller servo-thread
 addf integ.0 servo-thread
+addf sampler.0 servo-thread
 addf not.0 servo-thread
 """
 
 HAL_JOINT = """
 setp wificnc.joint.{joint}.scale [JOINT_{joint}]SCALE
-net cmd-{joint} joint.{joint}.motor-pos-cmd => wificnc.joint.{joint}.position-cmd
+net cmd-{joint} joint.{joint}.motor-pos-cmd => sampler.0.pin.{joint}
 net fb-{joint} wificnc.joint.{joint}.position-fb => joint.{joint}.motor-pos-fb
 net home-{joint} joint.{joint}.index-enable <=> wificnc.joint.{joint}.index-enable
 """
 
 HAL_TAIL = """
-# the servo thread's own time, s: positions and time then fit, however late the component gets its turn
+# the sampler keeps each servo period for the component: commanded positions, the thread's own time in s, and whether it
+# is one of G38
 setp integ.0.in 1
-net servo-time integ.0.out => wificnc.servo-time
+net servo-time integ.0.out => sampler.0.pin.{count}
+net motion-type motion.motion-type => sampler.0.pin.{type_pin}
 
 # switched on by the first joint's amplifier; a fault of the link switches all of them off
 net machine-on joint.0.amp-enable-out => wificnc.enable
@@ -139,7 +146,6 @@ net mist iocontrol.0.coolant-mist => wificnc.mist
 
 # G38 stops at the controller's own contact, and measures it to the step
 net probe wificnc.probe => motion.probe-input
-net motion-type motion.motion-type => wificnc.motion-type
 
 # e-stop: ours stops the controller; the controller's, and a lost link, stop us; leaving it resets the controller
 net user-enable iocontrol.0.user-enable-out => not.0.in
@@ -166,8 +172,10 @@ def files(name: str, address: str, machine: Machine, homes: bool | None = None) 
     values = {"name": name, "address": address, "letters": letters, "count": len(joints), "fastest": fastest}
     ini = INI.format(**values, slow=fastest / 4) + "".join(JOINT_INI.format(**joint) for joint in joints)
     faults = " ".join(f"joint.{n}.amp-fault-in" for n in range(len(joints)))
-    hal = HAL_HEAD.format(**values, outputs=OUTPUT_COUNT)
-    hal += "".join(HAL_JOINT.format(**joint) for joint in joints) + HAL_TAIL.format(faults=faults, digital=_digital())
+    sampler = {"samples": SAMPLES, "kinds": "f" * len(joints) + "fs", "program": PROGRAM}
+    hal = HAL_HEAD.format(**values, **sampler, outputs=OUTPUT_COUNT)
+    hal += "".join(HAL_JOINT.format(**joint) for joint in joints)
+    hal += HAL_TAIL.format(faults=faults, digital=_digital(), count=len(joints), type_pin=len(joints) + 1)
     return {f"{name}.ini": ini, f"{name}.hal": hal, f"{name}.tbl": "T1 P1 D0 Z0 ;\n"}
 
 

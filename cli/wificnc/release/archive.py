@@ -7,11 +7,11 @@ import io
 import tarfile
 from collections.abc import Mapping
 
-FILE_MODE, PROGRAM_MODE = 0o644, 0o755
+FILE_MODE = 0o644
 
 
-def tar_gz(files: Mapping[str, bytes], epoch_s: int, programs: frozenset[str] = frozenset()) -> bytes:
-    """A .tar.gz, sorted by name, owned by nobody. @param epoch_s  every time in it. @param programs  may be executed"""
+def tar_gz(files: Mapping[str, bytes], epoch_s: int) -> bytes:
+    """A .tar.gz, sorted by name, owned by nobody. @param epoch_s  every time in it"""
     packed = io.BytesIO()
     with (
         gzip.GzipFile(fileobj=packed, mode="wb", compresslevel=9, mtime=epoch_s, filename="") as zipped,
@@ -20,6 +20,6 @@ def tar_gz(files: Mapping[str, bytes], epoch_s: int, programs: frozenset[str] = 
         for name in sorted(files):
             row = tarfile.TarInfo(name)
             row.size, row.mtime = len(files[name]), epoch_s
-            row.mode = PROGRAM_MODE if name in programs else FILE_MODE
+            row.mode = FILE_MODE
             archive.addfile(row, io.BytesIO(files[name]))
     return packed.getvalue()

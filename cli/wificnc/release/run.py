@@ -178,9 +178,8 @@ def _write_page(work: _Work) -> None:
 
 def _write_component(work: _Work) -> None:
     source = work.plan.source
-    files = linuxcnc.component_files(work.root / "cli" / "wificnc", work.root, source.version)
-    programs = frozenset(name for name in files if name.endswith(f"/{linuxcnc.PROGRAM}"))
-    work.write("-linuxcnc.tar.gz", tar_gz(files, source.epoch_s, programs))
+    files = linuxcnc.component_files(work.root, source.version)
+    work.write("-linuxcnc.tar.gz", tar_gz(files, source.epoch_s))
 
 
 def _write_records(work: _Work, body: str) -> None:
