@@ -1,5 +1,4 @@
-"""LinuxCNC on a WiFiCNC controller: docs/linuxcnc.md.
+"""LinuxCNC on a WiFiCNC controller: docs/linuxcnc.md. The HAL component itself is C, in linuxcnc/.
 
-slices: joint positions over time -> timed segments; pure. component: the HAL component around it,
-`loadusr -Wn wificnc python3 -m wificnc.linuxcnc --address ADDRESS`.
+source: that as one file. halcompile: LinuxCNC's builder. config: a configuration from a machine profile.
 """
