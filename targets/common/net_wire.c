@@ -119,9 +119,7 @@ static void accept_clients(struct net_wire *wire) {
             drop(wire, place, false);
         uint8_t address[4];
         memcpy(address, &peer.sin_addr, sizeof address);
-        if (wire->session->module !=
-            NULL) /* outputs must not stay because nobody says that the host has gone */
-            net_tcp_keep_alive(&stream);
+        net_tcp_keep_alive(&stream); /* nothing may go on because nobody says that the host has gone */
         wire->client[place] = (struct net_wire_client){.stream = stream};
         session_connect(wire->session, place, address);
     }
