@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack
 from dataclasses import dataclass
 from itertools import islice, pairwise
@@ -23,7 +24,8 @@ from wificnc.wmc3.layout import Segment, State, Status
 
 OWN = f"{os.getpid() >> 8 & 0xFF}.{os.getpid() & 0xFF or 1}"  # the ports are fixed
 ADDRESS, OTHER, LOCAL = f"127.61.{OWN}", f"127.62.{OWN}", f"127.63.{OWN}"
-SETTINGS = tuple(f"${base + ax}={value}" for base, value in ((100, 200), (110, 6000), (120, 500)) for ax in range(3))
+RATES = ((100, 200), (110, 6000), (120, 500))
+SETTINGS = (*(f"${base + ax}={value}" for base, value in RATES for ax in range(3)), "$76=10")
 # until pins of a component are: "pin value ..."; 1- is any value but 0
 WAIT = """#!/bin/sh
 name=$1
@@ -174,6 +176,46 @@ def test_a_network_that_loses_doubles_and_reorders(user_home: Path, as_user: Cal
         assert stands(ADDRESS).position_steps[:3] == (1554, -666, 200) == rig.steps(targets[-1])
     for way in ways:
         assert min(way.lost, way.doubled, way.overtaken) > 20, "the network was bad"
+
+
+# joint 0 and then joint 1 move while the component does not get its turn
+HELD_UP = """#!/bin/sh
+set -e
+component=$(halcmd -s show comp wificnc | awk '$3 == "wificnc" { print $4 }')
+kill -STOP "$component"
+for joint in 0 1; do
+    halcmd setp limit3.$joint.in 1.5
+    until [ "$(halcmd getp limit3.$joint.out)" = 1.5 ]; do sleep 0.02; done
+    sleep 0.02
+done
+kill -CONT "$component"
+"""
+
+
+def test_a_component_that_is_late_cuts_no_corner(
+    user_home: Path, as_user: Callable[..., str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It is stopped for some tenths of a second, around a corner: the sampler has kept every period of that."""
+    monkeypatch.setattr("wificnc.wmc3.device._local_address", lambda device: LOCAL)
+    held_up = user_home / "held_up.sh"
+    held_up.write_text(HELD_UP)
+    held_up.chmod(0o755)
+    rig = Rig("wificnc", ADDRESS, (200, 200), ((0.005, 0.005),))
+    corner = Rig("wificnc", ADDRESS, (200, 200), ((1.5, 1.5),))
+    then = f"loadusr -w {held_up}\nloadusr -w {{wait}} wificnc {corner.feedback((1.5, 1.5))}\n"
+    with serve(ADDRESS), Device(ADDRESS) as device, ThreadPoolExecutor(1) as pool:
+        device.listen(alone=False)
+        script = hal_file(user_home, rig, then=then)
+        run = pool.submit(as_user, "halrun", "-f", script)
+        places = []
+        while not run.done():
+            places += [report.position_steps[:2] for report in device.reports(0.2)]
+        run.result()
+    on_the_way = [place for place in places if place != (1, 1)]
+    assert places[-1] == (300, 300)
+    assert [(x, y) for x, y in on_the_way if x > 1 and y > 1 and x < 300] == [], "first one joint, and then the other"
+    for joint in (0, 1):
+        assert len({place[joint] for place in on_the_way} - {0, 1, 300}) > 3, "it was looked at"
 
 
 def test_two_controllers_two_components(user_home: Path, as_user: Callable[..., str]) -> None:
