@@ -75,13 +75,18 @@ static bool open_tcp(struct network *network, struct in_addr device, struct in_a
            (connect_to(network->tcp, device, WIRE_CONTROL_PORT) || errno == EINPROGRESS);
 }
 
+bool network_is_address(const char *address) {
+    struct in_addr device;
+    return inet_pton(AF_INET, address, &device) == 1;
+}
+
 const char *network_open(struct network *network, const char *address) {
     struct in_addr device, own;
     const char *wrong = NULL;
     *network = (struct network){-1, -1, -1};
     if (inet_pton(AF_INET, address, &device) != 1)
-        return "--address is no IPv4 address";
-    if (!own_address(device, &own))
+        wrong = "this is no IPv4 address";
+    else if (!own_address(device, &own))
         wrong = why("no way to the controller");
     else if (!open_status(network, device, own))
         wrong = why("cannot listen for status reports");

@@ -14,8 +14,10 @@ struct network {
 /** Take what comes: a whole datagram, or some bytes of TCP. */
 typedef void (*network_taker)(void *ctx, const uint8_t *bytes, size_t count);
 
+/** Whether this is an IPv4 address, as text. */
+bool network_is_address(const char *address);
 /** Open all of them; TCP begins to connect.
- *  @param address  IPv4, as text
+ *  @param address  one of these
  *  @return NULL, or what is wrong; nothing is open then */
 const char *network_open(struct network *network, const char *address);
 /** Whether TCP is connected. @param[out] wrong  why it never will be; else untouched */

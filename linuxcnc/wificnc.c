@@ -266,12 +266,15 @@ static void show_help(FILE *to) {
 }
 
 /* @return false: no number from `least` to `most` */
-static bool number_of(const char *option, const char *text, double least, double most, double *number) {
+static bool number_of(const char *option, const char *text, bool is_whole, double least, double most,
+                      double *number) {
     char *after;
     *number = strtod(text, &after);
-    if (*text != '\0' && *after == '\0' && *number >= least && *number <= most)
+    bool is_number = *text != '\0' && *after == '\0' && *number >= least && *number <= most;
+    if (is_number && (!is_whole || *number == floor(*number)))
         return true;
-    fprintf(stderr, "wificnc-hal: --%s %s: it is a number from %g to %g\n", option, text, least, most);
+    fprintf(stderr, "wificnc-hal: --%s %s: it is a %snumber from %g to %g\n", option, text,
+            is_whole ? "whole " : "", least, most);
     return false;
 }
 
@@ -281,6 +284,9 @@ static bool take_option(struct program *program, int option, const char *name, c
     switch (option) {
     case 'a':
         program->address = text;
+        fine = network_is_address(text);
+        if (!fine)
+            fprintf(stderr, "wificnc-hal: --address %s: it is an IPv4 address, like 192.168.1.50\n", text);
         break;
     case 'n':
         program->name = text;
@@ -289,19 +295,19 @@ static bool take_option(struct program *program, int option, const char *name, c
         program->options.password = text;
         break;
     case 'j':
-        fine = number_of(name, text, 1, PIN_JOINTS, &number);
+        fine = number_of(name, text, true, 1, PIN_JOINTS, &number);
         program->options.joints = (unsigned)number;
         break;
     case 'q':
-        fine = number_of(name, text, 10, 1000, &number);
+        fine = number_of(name, text, false, 10, 1000, &number);
         program->options.level_s = number / 1e3;
         break;
     case 'r':
-        fine = number_of(name, text, 0, 3600, &number);
+        fine = number_of(name, text, false, 0, 3600, &number);
         program->options.run_up_s = number;
         break;
     default:
-        fine = number_of(name, text, 0, 7, &number);
+        fine = number_of(name, text, true, 0, 7, &number);
         program->sampler = (int)number;
     }
     return fine;
@@ -326,7 +332,10 @@ static bool parse(struct program *program, int argc, char **argv) {
     }
     if (program->address != NULL && optind == argc)
         return true;
-    fprintf(stderr, "wificnc-hal: %s\n", program->address == NULL ? "--address is missing" : argv[optind]);
+    if (program->address == NULL)
+        fprintf(stderr, "wificnc-hal: --address is missing\n");
+    else
+        fprintf(stderr, "wificnc-hal: %s is behind the options, where nothing belongs\n", argv[optind]);
     return false;
 }
 

@@ -60,13 +60,13 @@ def user_home() -> Iterator[Path]:
 
 @pytest.fixture
 def as_user(user_home: Path, hal_program: Path) -> Callable[..., str]:
-    """Run a program that finds the component as one of the system's; what it said on stdout."""
+    """Run a program that finds the component as one of the system's; what it said, and when it fails all of that."""
     if not shutil.which("halrun") or not shutil.which("unshare") or not shutil.which("setpriv"):
         pytest.skip("LinuxCNC is not here: apt-get install linuxcnc-uspace")
     if subprocess.run([PYTHON, "-c", "import hal"], capture_output=True).returncode != 0:
         pytest.skip("LinuxCNC's Python module is not here")
 
-    def run(*argv: str) -> str:
+    def run(*argv: str, code: int = 0) -> str:
         if os.geteuid() == 0:  # a LinuxCNC of its own: neither HAL's shared memory nor processes of another one
             user = ("--reuid", NOBODY, "--regid", NOBODY, "--clear-groups")
             argv = ("unshare", "--ipc", "--pid", "--fork", "--kill-child", "--mount-proc", "setpriv", *user, *argv)
@@ -76,7 +76,7 @@ def as_user(user_home: Path, hal_program: Path) -> Callable[..., str]:
             "PATH": f"{hal_program.parent}{os.pathsep}{os.environ['PATH']}",
         }
         done = subprocess.run(argv, capture_output=True, text=True, timeout=120, env=environment)
-        assert done.returncode == 0, done.stdout + done.stderr
-        return done.stdout
+        assert done.returncode == code, done.stdout + done.stderr
+        return done.stdout + (done.stderr if code else "")
 
     return run

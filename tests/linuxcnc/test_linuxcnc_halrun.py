@@ -7,122 +7,19 @@ import re
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack
-from dataclasses import dataclass
-from itertools import islice, pairwise
+from itertools import islice
 from pathlib import Path
 
 import pytest
+from halrun_file import Rig, hal_file, serve, stands
 from lossy import Lossy
-from wificnc.board.load import load_board
 from wificnc.build.checkout import checkout_root
 from wificnc.linuxcnc.config import INPUT_COUNT, OUTPUT_COUNT
-from wificnc.linuxcnc.source import PROGRAM
-from wificnc.serve.options import ServeOptions
-from wificnc.serve.server import Server
 from wificnc.wmc3.device import Device
-from wificnc.wmc3.layout import Segment, State, Status
+from wificnc.wmc3.layout import Segment, Status
 
 OWN = f"{os.getpid() >> 8 & 0xFF}.{os.getpid() & 0xFF or 1}"  # the ports are fixed
 ADDRESS, OTHER, LOCAL = f"127.61.{OWN}", f"127.62.{OWN}", f"127.63.{OWN}"
-RATES = ((100, 200), (110, 6000), (120, 500))
-SETTINGS = (*(f"${base + ax}={value}" for base, value in RATES for ax in range(3)), "$76=10")
-# until pins of a component are: "pin value ..."; 1- is any value but 0
-WAIT = """#!/bin/sh
-name=$1
-shift
-for try in $(seq 300); do
-    missing=
-    for word; do
-        case $pin in
-        "") pin=$word; continue ;;
-        esac
-        value=$(halcmd getp $name.$pin)
-        case $word in
-        1-) [ "$value" != 0 ] || missing="$pin is $value" ;;
-        *) [ "$value" = "$word" ] || missing="$pin is $value, not $word" ;;
-        esac
-        pin=
-    done
-    [ -n "$missing" ] || exit 0
-    sleep 0.05
-done
-echo "$name: $missing" >&2
-exit 1
-"""
-HEAD = """loadrt limit3 count={limits}
-loadrt integ count=1
-loadrt sampler depth={depths} cfg={kinds}
-loadrt threads name1=servo period1=1000000
-addf integ.0 servo
-setp integ.0.in 1
-"""
-# limit3 keeps 50 units/s and 400 units/s2
-JOINT = """addf limit3.{limit} servo
-setp limit3.{limit}.maxv 50
-setp limit3.{limit}.maxa 400
-setp {name}.joint.{n}.scale {scale}
-net cmd{limit} limit3.{limit}.out => sampler.{sampler}.pin.{n}
-"""
-
-
-@dataclass(frozen=True)
-class Rig:
-    """A component and the machine that it moves."""
-
-    name: str
-    address: str
-    scales: tuple[float, ...]  # steps per unit of each joint
-    targets: tuple[tuple[float, ...], ...]  # one after the other, units
-    options: str = ""
-
-    def steps(self, target: tuple[float, ...]) -> tuple[int, ...]:
-        return tuple(round(at * scale) for at, scale in zip(target, self.scales, strict=True))
-
-    def feedback(self, target: tuple[float, ...]) -> str:
-        """What halcmd says of position-fb there, as WAIT wants it."""
-        shown = (steps / scale for steps, scale in zip(self.steps(target), self.scales, strict=True))
-        return " ".join(f"joint.{n}.position-fb {at:.7g}" for n, at in enumerate(shown))
-
-
-def hal_file(folder: Path, *rigs: Rig, then: str = "") -> str:
-    """A file for halrun that moves them; its path. They move at the same time, each target when all are there."""
-    wait = folder / "wait.sh"
-    wait.write_text(WAIT)
-    wait.chmod(0o755)
-    kinds = ["f" * len(rig.scales) + "fs" for rig in rigs]
-    limits = [sum(len(rig.scales) for rig in rigs[:n]) for n in range(len(rigs) + 1)]
-    text = HEAD.format(limits=limits[-1], depths=",".join("1000" for _ in rigs), kinds=",".join(kinds))
-    for sampler, rig in enumerate(rigs):
-        text += f"loadusr -Wn {rig.name} {PROGRAM} --name {rig.name} --address {rig.address} "
-        text += f"--joints {len(rig.scales)} --sampler {sampler} {rig.options}\n"
-        for n, scale in enumerate(rig.scales):
-            text += JOINT.format(limit=limits[sampler] + n, n=n, scale=scale, name=rig.name, sampler=sampler)
-        text += f"net time integ.0.out => sampler.{sampler}.pin.{len(rig.scales)}\naddf sampler.{sampler} servo\n"
-    text += "start\n" + "".join(f"loadusr -w {wait} {rig.name} ready TRUE\n" for rig in rigs)
-    text += "".join(f"setp {rig.name}.enable 1\n" for rig in rigs)
-    text += "".join(f"loadusr -w {wait} {rig.name} queue-ms 1-\n" for rig in rigs)
-    for turn in range(len(rigs[0].targets)):
-        for sampler, rig in enumerate(rigs):
-            text += "".join(f"setp limit3.{limits[sampler] + n}.in {at}\n" for n, at in enumerate(rig.targets[turn]))
-        text += "".join(f"loadusr -w {wait} {rig.name} {rig.feedback(rig.targets[turn])}\n" for rig in rigs)
-    script = folder / "test.hal"
-    script.write_text(text + then.format(wait=wait))
-    return str(script)
-
-
-def serve(address: str) -> Server:
-    return Server(ServeOptions(board=load_board("host"), wmc3=address, settings=SETTINGS))
-
-
-def stands(address: str) -> Status:
-    """Its report when it does not move any more."""
-    with Device(address) as device:
-        for before, after in pairwise(device.reports(5)):
-            if before.position_steps == after.position_steps and after.state == State.IDLE:
-                return after
-    raise AssertionError("it does not stand")
-
-
 END = """getp wificnc.connected
 getp wificnc.fault
 getp wificnc.underruns
