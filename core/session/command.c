@@ -4,6 +4,8 @@
 
 #include <string.h>
 
+#define DOUBLED_US 2000000u /* the network delivers both within this time */
+
 enum wire_refusal session_refusal(enum host_answer answer) {
     static const uint8_t refusals[HOST_ANSWER_COUNT] = {
         [HOST_DONE] = WIRE_REFUSAL_NONE,
@@ -45,10 +47,12 @@ enum wire_refusal session_may(const struct session *session, const uint8_t addre
 
 void session_own(struct session *session, const uint8_t address[4]) {
     struct session_owner *owner = &session->owner;
-    if (!owner->on) {
+    if (!session_same(owner->address, address)) {
         *owner = (struct session_owner){.on = true};
         memcpy(owner->address, address, sizeof owner->address);
+        session->recents = 0;
     }
+    owner->on = true;
     owner->heard_us = owner->alive_us = session->now_us;
     owner->left = false;
 }
@@ -183,8 +187,8 @@ enum wire_refusal session_command(struct session *session, const uint8_t address
 
 /* ---- motion datagrams ---- */
 
-/* The very same datagram once more: the network has doubled it. A sender that numbers nothing is not judged.
- */
+/* The very same datagram of the owner once more, soon after: the network has doubled it. A sender that
+ * numbers nothing is not judged. */
 static bool is_duplicate(struct session *session, const struct wire_header *header) {
     struct session_mark mark = {.sequence = header->sequence,
                                 .timestamp_us = header->timestamp_us,
@@ -192,6 +196,8 @@ static bool is_duplicate(struct session *session, const struct wire_header *head
                                 .length = header->length};
     if (mark.sequence == 0 && mark.timestamp_us == 0)
         return false;
+    if (session->now_us - session->owner.motion_us >= DOUBLED_US) /* may be a program that begins anew */
+        session->recents = 0;
     for (unsigned i = 0; i < SESSION_RECENT && i < session->recents; i++) {
         const struct session_mark *old = &session->recent[i];
         if (old->sequence == mark.sequence && old->timestamp_us == mark.timestamp_us &&
@@ -230,10 +236,6 @@ void session_motion(struct session *session, const uint8_t address[4], const str
         session->counts.malformed++;
         return;
     }
-    if (is_duplicate(session, header)) {
-        session->counts.duplicates++;
-        return;
-    }
     enum wire_refusal refusal =
         session_is_module(session) ? WIRE_REFUSAL_IO_MODULE : session_may(session, address);
     if (refusal == WIRE_REFUSAL_NONE && session->stream.open)
@@ -243,6 +245,10 @@ void session_motion(struct session *session, const uint8_t address[4], const str
         return;
     }
     session_own(session, address);
+    if (is_duplicate(session, header)) {
+        session->counts.duplicates++;
+        return;
+    }
     session->owner.motion_us = session->now_us;
     for (uint32_t k = 0; k < motion.count; k++) {
         refusal = push(session, payload + WIRE_MOTION_SIZE + (size_t)k * WIRE_SEGMENT_SIZE);

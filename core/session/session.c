@@ -8,8 +8,11 @@
 #define CLIENT_IDLE_US 30000000u   /* its place may be given to another one */
 #define BOUNCES_US     1000u       /* inputs are looked at this often until they are quiet */
 
-/* A jump of the sequence by more than this is a sender that begins anew. */
-enum { SEQUENCE_JUMP = 1000 };
+/* A sender whose number is behind by more, or later, or ahead by more than it can have sent since, begins
+ * anew. */
+#define LATE_US         1000000u
+#define SILENCE_MOST_US 60000000u
+enum { SEQUENCE_JUMP = 1000, NUMBERS_A_MS = 2 };
 
 static void begin(struct session *session, const struct hal *hal, const struct session_options *options,
                   const struct session_ops *ops, void *ctx) {
@@ -98,23 +101,35 @@ static void note_late(struct session *session, uint32_t behind) {
     session->counts.missing -= bit != 0 && session->counts.missing > 0 ? 1 : 0;
 }
 
+/* Numbers that a sender may have used in this time. */
+static int32_t most_ahead(uint64_t silent_us) {
+    uint64_t us = silent_us < SILENCE_MOST_US ? silent_us : SILENCE_MOST_US;
+    return SEQUENCE_JUMP + (int32_t)(us * NUMBERS_A_MS / 1000);
+}
+
+/* Some are missing. Where a stream is open, what was lost is sent again. */
+static void note_gap(struct session *session, uint32_t count) {
+    session->counts.missing += count;
+    if (session->settings->host_hold_on_gap && !session_is_module(session) && !session->stream.open)
+        machine_host_hold(session->machine);
+}
+
 void session_note_sequence(struct session *session, const uint8_t address[4], uint32_t sequence) {
     struct session_owner *owner = &session->owner;
     if (!owner->on || !session_same(owner->address, address))
         return;
     int32_t ahead = (int32_t)(sequence - owner->sequence);
-    if (owner->sequence_known && ahead < 0 && ahead > -SEQUENCE_JUMP) {
+    uint64_t silent_us = session->now_us - owner->numbered_us;
+    if (owner->sequence_known && ahead < 0 && ahead > -SEQUENCE_JUMP && silent_us < LATE_US) {
         note_late(session, (uint32_t)-ahead);
         return;
     }
-    bool follows = owner->sequence_known && ahead >= 0 && ahead < SEQUENCE_JUMP;
-    if (follows && ahead > 1) {
-        session->counts.missing += (uint32_t)ahead - 1;
-        if (session->settings->host_hold_on_gap && !session_is_module(session))
-            machine_host_hold(session->machine);
-    }
+    bool follows = owner->sequence_known && ahead >= 0 && ahead < most_ahead(silent_us);
+    if (follows && ahead > 1)
+        note_gap(session, (uint32_t)ahead - 1);
     owner->seen = !follows ? UINT64_MAX : (ahead < 64 ? owner->seen << ahead : 0) | 1;
     owner->sequence = sequence;
+    owner->numbered_us = session->now_us;
     owner->sequence_known = true;
 }
 

@@ -63,16 +63,18 @@ struct session_listener {
     uint64_t heard_us;
 };
 
-/** The host that commands; there is one at a time. */
+/** The host that commands; there is one at a time. When it has ceased to (!on) and nobody else has commanded
+ * since, its numbers go on: a network that was gone for longer is a gap, too. */
 struct session_owner {
     bool on, sequence_known;
     bool left; /* its last connection has ended at its own end */
     uint8_t address[4];
-    uint64_t heard_us;  /* something that needs it to be the owner */
-    uint64_t alive_us;  /* anything */
-    uint64_t motion_us; /* motion */
-    uint32_t sequence;  /* the newest */
-    uint64_t seen;      /* bit n: the one n before it has come, or was before the first */
+    uint64_t heard_us;    /* something that needs it to be the owner */
+    uint64_t alive_us;    /* anything */
+    uint64_t motion_us;   /* motion */
+    uint32_t sequence;    /* the newest */
+    uint64_t numbered_us; /* when that came */
+    uint64_t seen;        /* bit n: the one n before it has come, or was before the first */
 };
 
 struct session_stream {

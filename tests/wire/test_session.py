@@ -95,6 +95,81 @@ def test_a_late_begin_hides_no_gap(device: Device, begin: int) -> None:
     assert statistics(device).missing == 1
 
 
+@pytest.mark.parametrize(("seconds", "lost"), [(1.5, 1500), (5, 500), (30, 30_000)])
+def test_a_gap_is_one_however_long(make_device: Callable[..., Device], seconds: float, lost: int) -> None:
+    """The network was gone, the host went on: also when it lost motion by its silence ($77 is 2 s)."""
+    device = make_device(settings={78: 1})
+    device.raw(build(Motion(count=1), 1, 1, [segment(100)]))
+    device.run(seconds)
+    device.raw(build(Motion(count=1), lost + 2, 1, [segment(100)]))
+    device.run(1)
+    device.sequence = lost + 3
+    assert (device.status.state, device.pulses[0]) == (State.HOLD, 100)
+    assert statistics(device).missing == lost
+
+
+@pytest.mark.parametrize("begin", [1, 400, 1_000_000], ids=["small", "near", "random"])
+def test_a_program_that_begins_anew_left_no_gap(make_device: Callable[..., Device], begin: int) -> None:
+    device = make_device(settings={78: 1})
+    device.raw(build(Motion(count=1), 500, 1, [segment(100)]))
+    device.run(3)
+    device.raw(build(Motion(count=1), begin, 1, [segment(100)]))
+    device.run(1)
+    device.raw(build(Motion(count=1), begin + 2, 1, [segment(100)]))
+    device.run(1)
+    device.sequence = begin + 3
+    assert (device.status.state, device.pulses[0]) == (State.HOLD, 200), "but a gap of its own is one"
+    counts = statistics(device)
+    assert (counts.missing, counts.late) == (1, 0)
+
+
+def test_a_host_after_another_one_left_no_gap(device: Device) -> None:
+    device.raw(build(Motion(count=1), 1, 1, [segment(10)]))
+    device.run(3)
+    device.raw(build(Motion(count=1), 30, 1, [segment(10)]), OTHER)
+    device.run(3)
+    device.raw(build(Motion(count=1), 50, 1, [segment(10)]))
+    device.sequence = 51
+    assert statistics(device).missing == 0
+
+
+def test_the_same_datagram_from_a_program_that_begins_anew_is_another_order(device: Device) -> None:
+    """It numbers from 1 and has no clock, so its first datagram may be the same byte for byte."""
+    data = build(Motion(count=1), 1, 0, [segment(100)])
+    for _ in range(2):
+        device.raw(data)
+        device.raw(data)
+        device.run(3)
+    assert device.pulses[0] == 200
+    assert statistics(device).duplicates == 2, "those that came at once"
+
+
+def test_what_another_host_sends_makes_nothing_a_duplicate(device: Device) -> None:
+    data = build(Motion(count=1), 2, 0, [segment(100)])
+    device.raw(build(Motion(count=1), 1, 0, [segment(0, 10)]))
+    device.raw(data, OTHER)
+    device.raw(data)
+    device.run(1)
+    assert device.pulses[:2] == [100, 10]
+    counts = statistics(device)
+    assert (counts.duplicates, counts.refused_segments, counts.last_refusal) == (0, 1, Refusal.OWNER)
+
+
+def test_hold_on_gap_leaves_what_is_behind_the_gap(make_device: Callable[..., Device]) -> None:
+    """However short the queue is, it stands before that."""
+    device = make_device(settings={78: 1})
+    for length in (1, 3, 8):
+        device.motion(*[segment(100)] * length)
+        device.run(0.025)
+        device.sequence += 1  # lost
+        device.motion(*[segment(0, 50)] * 8)
+        device.run(1)
+        assert device.status.state == State.HOLD and device.pulses[1] % 400 == 0
+        device.send(Resume())
+        device.run(1)
+    assert device.pulses[:2] == [1200, 1200]
+
+
 def test_hold_on_gap(make_device: Callable[..., Device]) -> None:
     device = make_device(settings={78: 1})
     device.raw(build(Motion(count=8), 1, 1, [segment(100)] * 8))

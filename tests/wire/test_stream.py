@@ -114,6 +114,16 @@ def test_no_step_is_lost_or_made_twice(make_device: Callable[..., Device], seed:
         assert (np.abs(np.diff(speed)) <= 2 * ACCEL * 0.005 + 2 / 0.005).all(), "slower, never a jump"
 
 
+def test_a_stream_is_not_held_on_gaps(make_device: Callable[..., Device]) -> None:
+    """What is missing is sent again: $78 is for hosts without a stream."""
+    device = make_device(settings={78: 1})
+    sender = open_stream(device)
+    network = Network(device, 1, loss=0.3, double=0.2, delay_s=(0.001, 0.04))
+    sender.put([segment(100)] * 200, last=True)
+    run_all(network, sender, 10)
+    assert device.pulses[0] == 20_000 and device.state == "Idle"
+
+
 def test_the_pace_is_full_while_the_queue_lasts(device: Device) -> None:
     """A lossy network costs nothing once the queue is filled: no underrun, and the time of the segments."""
     sender = open_stream(device)
