@@ -475,19 +475,38 @@ bool machine_host_unlock(struct machine *machine) {
     return true;
 }
 
-enum host_answer machine_host_outputs(struct machine *machine, enum gcode_spindle spindle, float rpm,
-                                      uint8_t coolant, uint8_t digital) {
-    struct gcode_modal *modal = &machine->gcode.modal;
-    bool off = spindle == SPINDLE_OFF && coolant == 0;
-    if (is_locked(machine) && !off)
-        return HOST_LOCKED;
-    if (!machine->host.owns && !off && (machine->stage != TASK_NONE || machine->state != MACHINE_IDLE))
-        return HOST_TEXT;
-    modal->spindle = spindle;
-    modal->spindle_rpm = rpm;
+static void set_coolant(struct machine *machine, uint8_t coolant) {
+    if (machine->outputs.coolant == coolant)
+        return;
+    machine->outputs.coolant = coolant;
+    outputs_apply(machine);
+    report_changed_override(machine);
+}
+
+static void know_outputs(struct gcode_modal *modal, const struct host_outputs *to, uint8_t coolant) {
     modal->coolant = coolant;
-    outputs_set(machine, spindle, rpm, coolant);
-    machine->digital = digital;
+    if (!to->turns)
+        return;
+    modal->spindle = to->spindle;
+    modal->spindle_rpm = to->rpm;
+}
+
+enum host_answer machine_host_outputs(struct machine *machine, const struct host_outputs *to) {
+    uint8_t coolant =
+        (uint8_t)((machine->outputs.coolant & ~to->coolant_mask) | (to->coolant & to->coolant_mask));
+    bool starts = (to->turns && to->spindle != SPINDLE_OFF) || (to->coolant & to->coolant_mask) != 0;
+    if (is_locked(machine) && starts)
+        return HOST_LOCKED;
+    if (!machine->host.owns && starts && (machine->stage != TASK_NONE || machine->state != MACHINE_IDLE))
+        return HOST_TEXT;
+    know_outputs(&machine->gcode.modal, to, coolant);
+    if (!machine->host.owns) /* the line under way; that of a job that waits is not concerned */
+        know_outputs(&machine->command.next, to, coolant);
+    if (to->turns)
+        outputs_set(machine, to->spindle, to->rpm, coolant);
+    else
+        set_coolant(machine, coolant);
+    machine->digital = (uint8_t)((machine->digital & ~to->digital_mask) | (to->digital & to->digital_mask));
     torque_put_out(machine);
     return HOST_DONE;
 }

@@ -69,9 +69,16 @@ void machine_host_resume(struct machine *machine);
 /** Leave alarm and e-stop, position kept. @return false: the machine was not locked, nothing was changed */
 bool machine_host_unlock(struct machine *machine);
 
-/** All outputs. @param digital  bit n = Pn of M62 .. M65 */
-enum host_answer machine_host_outputs(struct machine *machine, enum gcode_spindle spindle, float rpm,
-                                      uint8_t coolant, uint8_t digital);
+/** Outputs that a host switches. What is not meant stays as it is. */
+struct host_outputs {
+    bool turns; /* spindle and rpm are meant */
+    enum gcode_spindle spindle;
+    float rpm;
+    uint8_t coolant, coolant_mask; /* the bits that are meant */
+    uint8_t digital, digital_mask; /* bit n = Pn of M62 .. M65 */
+};
+/** Spindle and coolant can be switched off at any time, on when nothing of the text side is under way. */
+enum host_answer machine_host_outputs(struct machine *machine, const struct host_outputs *to);
 
 /** A job of the text side is under way, or waits until the host has given motion back. */
 bool machine_host_has_job(const struct machine *machine);

@@ -4,6 +4,8 @@
 
 #include <string.h>
 
+enum { MISC_OUTPUTS = 0x1F, ALL_BITS = 0xFF }; /* of io_control */
+
 #define DOUBLED_US 2000000u /* the network delivers both within this time */
 
 enum wire_refusal session_refusal(enum host_answer answer) {
@@ -80,28 +82,60 @@ static enum wire_refusal home(struct session *session, const uint8_t *payload) {
     return session_refusal(answer);
 }
 
+static uint8_t coolant_bits(uint8_t wire) {
+    return (uint8_t)(((wire & 1) != 0 ? COOLANT_FLOOD : 0) | ((wire & 2) != 0 ? COOLANT_MIST : 0));
+}
+
+/* What is meant: with motion of its own a host says how all outputs shall be, else only what has changed. */
+static struct host_outputs outputs_meant(const struct wire_io_control *io,
+                                         const struct wire_io_control *known, bool all) {
+    bool turns = io->spindle != known->spindle || (io->spindle != SPINDLE_OFF && io->rpm != known->rpm);
+    unsigned coolant = all ? ALL_BITS : (unsigned)(io->coolant ^ known->coolant);
+    unsigned digital = all ? ALL_BITS : (unsigned)(io->misc_outputs ^ known->misc_outputs);
+    return (struct host_outputs){.turns = turns || all,
+                                 .spindle = (enum gcode_spindle)io->spindle,
+                                 .rpm = (float)io->rpm,
+                                 .coolant = coolant_bits(io->coolant),
+                                 .coolant_mask = coolant_bits((uint8_t)coolant),
+                                 .digital = io->misc_outputs,
+                                 .digital_mask = (uint8_t)(digital & MISC_OUTPUTS)};
+}
+
 /* Repeated a hundred times a second by some hosts: only a change acts, and what the text side has switched
  * stays until there is one. */
 static enum wire_refusal io_control(struct session *session, const uint8_t *payload) {
     struct wire_io_control io;
     wire_get_io_control(payload, &io);
-    const struct wire_io_control *known = &session->outputs;
-    bool same = session->outputs_known && io.misc_outputs == known->misc_outputs &&
-                io.spindle == known->spindle && io.rpm == known->rpm && io.coolant == known->coolant;
-    bool off = !session->outputs_known && io.misc_outputs == 0 && io.spindle == 0 && io.coolant == 0;
+    struct host_outputs to = outputs_meant(&io, &session->outputs, false);
     if (io.spindle > SPINDLE_CCW)
         return WIRE_REFUSAL_MALFORMED;
-    if (same || off)
+    if (!to.turns && to.coolant_mask == 0 && to.digital_mask == 0)
         return WIRE_REFUSAL_NONE;
-    uint8_t coolant =
-        (uint8_t)(((io.coolant & 1) != 0 ? COOLANT_FLOOD : 0) | ((io.coolant & 2) != 0 ? COOLANT_MIST : 0));
-    enum host_answer answer = machine_host_outputs(session->machine, (enum gcode_spindle)io.spindle,
-                                                   (float)io.rpm, coolant, (uint8_t)(io.misc_outputs & 0x1F));
-    if (answer == HOST_DONE) {
+    to = outputs_meant(&io, &session->outputs, session->machine->host.owns);
+    enum host_answer answer = machine_host_outputs(session->machine, &to);
+    if (answer == HOST_DONE)
         session->outputs = io;
-        session->outputs_known = true;
-    }
     return session_refusal(answer);
+}
+
+/* To switch off what the host has switched on and nobody else has since. */
+static struct host_outputs own_outputs(const struct session *session) {
+    const struct machine *machine = session->machine;
+    const struct wire_io_control *known = &session->outputs;
+    bool turns = known->spindle != SPINDLE_OFF && known->spindle == machine->outputs.spindle;
+    return (struct host_outputs){.turns = turns && (float)known->rpm == machine->gcode.modal.spindle_rpm,
+                                 .coolant_mask = coolant_bits(known->coolant) & machine->outputs.coolant};
+}
+
+bool session_runs_outputs(const struct session *session) {
+    struct host_outputs own = own_outputs(session);
+    return own.turns || own.coolant_mask != 0;
+}
+
+void session_switch_off(struct session *session) {
+    struct host_outputs own = own_outputs(session);
+    session->outputs.spindle = session->outputs.coolant = 0;
+    (void)machine_host_outputs(session->machine, &own);
 }
 
 /* Unlocks, unless the e-stop is still pressed; or gives motion back, when nothing of the host moves. */

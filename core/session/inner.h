@@ -50,6 +50,10 @@ enum wire_refusal session_refusal(enum host_answer answer);
 /** Everything that hosts may send by UDP or TCP. @param payload  at least as long as the type needs */
 enum wire_refusal session_command(struct session *session, const uint8_t address[4], uint8_t type,
                                   const uint8_t *payload);
+/** Spindle or coolant run because the host has said so. */
+bool session_runs_outputs(const struct session *session);
+/** Those go off. */
+void session_switch_off(struct session *session);
 /** Least payload of a command. @return -1: no such command */
 int session_command_size(uint8_t type);
 void session_motion(struct session *session, const uint8_t address[4], const struct wire_header *header,

@@ -229,9 +229,7 @@ static bool is_owner_gone(const struct session *session) {
 /* Spindle or coolant are on because the owner said so. A job of the text side has its own. */
 static bool drives_owner(const struct session *session) {
     const struct machine *machine = session->machine;
-    bool commanded = session->outputs.spindle != 0 || session->outputs.coolant != 0;
-    bool driven = machine->outputs.spindle != SPINDLE_OFF || machine->outputs.coolant != 0;
-    return commanded && driven && (machine->host.owns || !machine_host_has_job(machine));
+    return session_runs_outputs(session) && (machine->host.owns || !machine_host_has_job(machine));
 }
 
 /* Nothing of a host that is gone goes on for ever; but what is queued is cut by a cutter that turns. */
@@ -240,9 +238,7 @@ static void follow_gone(struct session *session) {
     machine_host_jog_stop(machine);
     if (!drives_owner(session) || !machine_is_standing(machine) || !feed_is_empty(&machine->host.feed))
         return;
-    session->outputs_known = false; /* the next io_control acts, also when it says the same */
-    session->outputs.spindle = session->outputs.coolant = 0;
-    (void)machine_host_outputs(machine, SPINDLE_OFF, 0.0f, 0, machine->digital);
+    session_switch_off(session);
 }
 
 /* Motion goes back to the text side, and the machine to any host, when the owner is silent and done. */

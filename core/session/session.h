@@ -115,8 +115,7 @@ struct session {
     struct session_mark recent[SESSION_RECENT];
     uint32_t recents;
     struct wire_statistics_response counts;
-    struct wire_io_control outputs; /* as last commanded */
-    bool outputs_known;
+    struct wire_io_control outputs;     /* as last commanded */
     axis_mask_t homing;                 /* home_complete is due for these */
     uint32_t probes_done;               /* probe results sent so far */
     uint32_t late_refusals;             /* machine->host.late_refusals counted so far */

@@ -111,3 +111,49 @@ def test_a_board_without_a_charge_pump_says_so(device: Device) -> None:
     assert config(device, client, 0x0400) == (ValueType.U16, 0)
     assert configure(device, client, 0x0400, ValueType.U16, 10_000) == Refusal.READ_ONLY
     assert not hello(device).capabilities & Capability.CHARGE_PUMP
+
+
+def test_a_host_that_leaves_stops_no_spindle_of_a_job(device: Device) -> None:
+    """It has commanded (outputs that are off, over and over), but nothing that runs is its own."""
+    client = device.connect()
+    device.send(IoControl())
+    device.text("M3 S700 M8\nG1 X-20 F600\n")
+    for _ in range(20):
+        device.send(IoControl())
+        device.run(0.05)
+    assert (device.status.spindle, device.status.coolant) == (1, 1)
+    device.disconnect(client)
+    device.run(0.2)
+    assert (device.status.spindle, device.status.coolant) == (1, 1)
+
+
+def test_what_the_text_side_has_switched_since_is_not_the_hosts(device: Device) -> None:
+    client = device.connect()
+    device.send(IoControl(spindle=2, rpm=500, coolant=1))
+    device.run(0.1)
+    device.text("M3 S700\nG1 X-20 F600\n")
+    device.run(0.5)
+    device.send(IoControl(spindle=2, rpm=500, coolant=1))
+    device.disconnect(client)
+    device.run(0.2)
+    assert (device.status.spindle, device.status.coolant) == (1, 1), "a job's are left alone"
+    device.run(10)
+    assert (device.status.spindle, device.status.coolant) == (1, 0), "then its own goes off, the spindle is not"
+
+
+def test_only_what_changes_acts(device: Device) -> None:
+    """A host switches a misc output, or its own coolant off, while a job of the text side runs."""
+    device.send(IoControl(coolant=2))
+    device.run(0.1)
+    device.text("M3 S700 M8\nG1 X-20 F600\n")
+    device.run(0.5)
+    device.send(IoControl(misc_outputs=1, coolant=2))
+    device.run(0.1)
+    status = device.status
+    assert (status.misc_outputs, status.spindle, status.rpm, status.coolant) == (1, 1, 700, 0b11)
+    device.send(IoControl(misc_outputs=1))
+    device.run(0.1)
+    assert (device.status.spindle, device.status.coolant) == (1, 1), "off is asked for, and done at any time"
+    device.send(IoControl(misc_outputs=1, spindle=1, rpm=300))
+    device.run(0.1)
+    assert (device.status.spindle, device.status.rpm) == (1, 700), "on is refused while a job runs"
