@@ -161,13 +161,13 @@ void session_datagram(struct session *session, const struct session_peer *from, 
 
 /* ---- TCP clients ---- */
 
-/* Something ends with this connection: a stream, or what a module's outputs do. */
+/* Something ends with this connection: a stream, or what outputs do. */
 static bool is_needed(const struct session *session, int place) {
     const struct session_owner *owner = &session->owner;
     if (session->stream.open && session->stream.client == place)
         return true;
-    return session_is_module(session) && owner->on &&
-           session_same(owner->address, session->client[place].address);
+    return session_same(owner->address, session->client[place].address) &&
+           (session_is_module(session) ? owner->on : session_runs_outputs(session));
 }
 
 int session_place(const struct session *session) {

@@ -142,8 +142,8 @@ void session_datagram(struct session *session, const struct session_peer *from, 
                       size_t size);
 
 /** Where a new TCP client may go: a free place, or that of one that was silent for 30 s (but not one that
- * keeps a stream or a module's outputs), whose connection the caller then ends with session_disconnect()
- * first. @return 0 .. SESSION_CLIENTS - 1, or -1: none */
+ * keeps a stream, a spindle, coolant or a module's outputs), whose connection the caller then ends with
+ * session_disconnect() first. @return 0 .. SESSION_CLIENTS - 1, or -1: none */
 int session_place(const struct session *session);
 
 void session_connect(struct session *session, int place, const uint8_t address[4]);

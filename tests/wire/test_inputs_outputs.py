@@ -8,7 +8,7 @@ from collections.abc import Callable
 import pytest
 from test_requests import config, configure
 from wificnc.wmc3.layout import Capability, Handshake, HandshakeResponse, IoControl, JogStop, Refusal, Status, ValueType
-from wire_device import TIMER_HZ, Device, Sent
+from wire_device import OTHER, TIMER_HZ, Device, Sent
 
 Make = Callable[..., Device]
 ENCODER = {88: 4096, 76: 10}
@@ -125,6 +125,29 @@ def test_a_host_that_leaves_stops_no_spindle_of_a_job(device: Device) -> None:
     device.disconnect(client)
     device.run(0.2)
     assert (device.status.spindle, device.status.coolant) == (1, 1)
+
+
+def test_a_host_that_leaves_takes_its_spindle_with_it_also_after_long_silence(device: Device) -> None:
+    """It said so once, and lost command by its silence ($77 is 2 s)."""
+    client = device.connect()
+    device.send(IoControl(spindle=1, rpm=500, coolant=1))
+    device.run(10)
+    assert (device.status.spindle, device.status.coolant) == (1, 1)
+    device.disconnect(client)
+    device.run(0.1)
+    assert (device.status.spindle, device.status.coolant) == (0, 0)
+
+
+def test_the_connection_that_a_spindle_depends_on_is_taken_from_nobody(device: Device) -> None:
+    """A fifth client may take a place that was silent for 30 s."""
+    assert device.connect() == 0
+    device.send(IoControl(spindle=1, rpm=500))
+    device.run(31)
+    assert [device.connect(OTHER) for _ in range(4)] == [1, 2, 3, -1]
+    assert device.status.spindle == 1
+    device.send(IoControl())
+    device.run(31)
+    assert device.connect(OTHER) == 0, "it does not run any more"
 
 
 def test_what_the_text_side_has_switched_since_is_not_the_hosts(device: Device) -> None:
