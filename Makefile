@@ -19,8 +19,8 @@ CPU     ?= 1
 BOARDS ?=
 TAG    ?=
 
-.PHONY: help demo test test-chip chip-traces lint fuzz bench bench-chip bench-motion xtensa bench-serve bench-wire stream-million \
-    pictures release docs format generate web clean distclean
+.PHONY: help demo test test-chip chip-traces lint fuzz bench bench-chip bench-motion xtensa bench-serve bench-wire bench-linuxcnc \
+    stream-million pictures release docs format generate web clean distclean
 .DEFAULT_GOAL := help
 
 help:
@@ -36,6 +36,7 @@ help:
 	@echo 'make xtensa  the ESP32 firmware as Xtensa objects: interrupts, and static RAM of each board'
 	@echo 'make bench-serve  a serving controller as senders see it; make stream-million: its first part'
 	@echo 'make bench-wire  the binary protocol: round trip, and how evenly reports come'
+	@echo 'make bench-linuxcnc  what the component of LinuxCNC takes of the processor, and how far the feedback is behind'
 	@echo 'make release what people download, into dist/: of the boards that are built or can be built here'
 	@echo 'make docs    the documentation as a site, into build/site'
 	@echo 'make pictures  those of docs/motion.md, drawn from what the planner does'
@@ -85,6 +86,9 @@ bench-serve: $(VENV)/.ready-dev
 
 bench-wire: $(VENV)/.ready-dev
 	@cd tools && $(abspath $(PY)) -m bench.wire
+
+bench-linuxcnc: $(VENV)/.ready-dev
+	@cd tools && $(abspath $(PY)) -m bench.linuxcnc
 
 stream-million: ONLY = streams
 stream-million: bench-serve

@@ -11,12 +11,12 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
+from bench.halrun import isolated
 from wificnc.build.checkout import checkout_root
 from wificnc.linuxcnc.source import FILE_NAME, build_command, component_source
 
 sys.path[:0] = [str(Path(__file__).parent), str(Path(__file__).parents[1] / "wire")]  # bench, wire_device
 PYTHON = "/usr/bin/python3"  # LinuxCNC's modules are the system's
-NOBODY = "65534"
 BUILD_S = 120
 
 
@@ -67,15 +67,12 @@ def as_user(user_home: Path, hal_program: Path) -> Callable[..., str]:
         pytest.skip("LinuxCNC's Python module is not here")
 
     def run(*argv: str, code: int = 0) -> str:
-        if os.geteuid() == 0:  # a LinuxCNC of its own: neither HAL's shared memory nor processes of another one
-            user = ("--reuid", NOBODY, "--regid", NOBODY, "--clear-groups")
-            argv = ("unshare", "--ipc", "--pid", "--fork", "--kill-child", "--mount-proc", "setpriv", *user, *argv)
         environment = {
             **os.environ,
             "HOME": str(user_home),
             "PATH": f"{hal_program.parent}{os.pathsep}{os.environ['PATH']}",
         }
-        done = subprocess.run(argv, capture_output=True, text=True, timeout=120, env=environment)
+        done = subprocess.run(isolated(*argv), capture_output=True, text=True, timeout=120, env=environment)
         assert done.returncode == code, done.stdout + done.stderr
         return done.stdout + (done.stderr if code else "")
 

@@ -12,7 +12,7 @@ from pathlib import Path
 from wificnc.errors import BuildError
 from wificnc.linuxcnc.source import FILE_NAME, PROGRAM, build_command
 
-GET = "apt install linuxcnc-uspace-dev (Debian, Ubuntu), or linuxcnc-dev of linuxcnc.org"
+GET = "apt install linuxcnc-uspace-dev build-essential"
 SAID_LINES = 30
 
 

@@ -17,7 +17,7 @@ README = f"""\
 `{FILE_NAME}` is the HAL component, in C. docs/linuxcnc.md has its pins and options.
 `configs` has a configuration for each machine profile that comes with WiFiCNC.
 
-1. sudo apt install linuxcnc-uspace-dev
+1. sudo apt install linuxcnc-uspace-dev build-essential
 2. sudo {" ".join(build_command("install", FILE_NAME))}
 3. Put the folder of a machine into ~/linuxcnc/configs, and the controller's address into its .ini file.
 4. linuxcnc ~/linuxcnc/configs/MACHINE/MACHINE.ini
