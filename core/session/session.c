@@ -4,9 +4,10 @@
 
 #include <string.h>
 
-#define LISTENER_US    3600000000u /* a host that was not heard of for so long gets no more reports */
-#define CLIENT_IDLE_US 30000000u   /* its place may be given to another one */
-#define BOUNCES_US     1000u       /* inputs are looked at this often until they are quiet */
+#define LISTENER_US                                                                                          \
+    (WIRE_LISTENER_S * 1000000ull) /* a host that was not heard of for so long gets no more reports */
+#define CLIENT_IDLE_US (WIRE_CLIENT_IDLE_S * 1000000ull) /* its place may be given to another one */
+#define BOUNCES_US     1000u /* inputs are looked at this often until they are quiet */
 
 /* A sender whose number is behind by more, or later, or ahead by more than it can have sent since, begins
  * anew. */

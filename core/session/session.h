@@ -16,7 +16,12 @@
 #include "settings/store.h"
 #include "wire/packet.h"
 
-enum { SESSION_CLIENTS = 4, SESSION_LISTENERS = 4, SESSION_RECENT = 32, SESSION_NONCE = 16 };
+enum {
+    SESSION_CLIENTS = WIRE_CLIENTS_MOST,
+    SESSION_LISTENERS = WIRE_LISTENERS_MOST,
+    SESSION_RECENT = 32,
+    SESSION_NONCE = 16
+};
 
 /** An address and port, IPv4; port in host order. */
 struct session_peer {

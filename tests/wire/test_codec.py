@@ -31,8 +31,10 @@ def fields_of(vector: dict[str, Any]) -> dict[str, Any]:
     fields = {
         name: tuple(value) if isinstance(value, list) else value for name, value in vector.get("fields", {}).items()
     }
-    if "value_hex" in fields:
-        fields["value"] = bytes.fromhex(fields.pop("value_hex")).ljust(64, b"\0")
+    for name in [name for name in fields if name.endswith("_hex")]:
+        whole = bytes.fromhex(fields.pop(name))
+        kept = name.removesuffix("_hex")
+        fields[kept] = whole.ljust(len(getattr(BY_NAME[vector["name"]], kept)), b"\0")
     return fields
 
 

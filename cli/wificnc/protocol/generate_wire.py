@@ -9,6 +9,7 @@ from pathlib import Path
 
 from wificnc import generated
 from wificnc.generated import ROOT
+from wificnc.protocol.examples import framed, parse_examples
 from wificnc.protocol.generate import SOURCE as SETTINGS_SOURCE
 from wificnc.protocol.generate import environment
 from wificnc.protocol.generate_nvs import SOURCE as NVS_SOURCE
@@ -17,6 +18,7 @@ from wificnc.protocol.table import parse_settings
 from wificnc.protocol.wire_table import WireField, parse_wire
 
 SOURCE = "protocol/wmc3.toml"
+VECTORS = "protocol/vectors/packets.toml"
 
 # generated file -> template
 OUTPUTS = {
@@ -26,6 +28,7 @@ OUTPUTS = {
     "linuxcnc/words_gen.h": "wire_words.h.j2",
     "cli/wificnc/wmc3/layout.py": "wire_layout.py.j2",
     "cli/wificnc/wmc3/keys.py": "wire_keys.py.j2",
+    "cli/wificnc/wmc3/remedies.py": "wire_remedies.py.j2",
     "docs/protocol.md": "protocol.md.j2",
 }
 C_TYPES = {"u8": "uint8_t", "u16": "uint16_t", "u32": "uint32_t", "i8": "int8_t", "i32": "int32_t", "char": "char"}
@@ -67,16 +70,26 @@ def cell(text: str) -> str:
     return text.replace("|", "\\|")
 
 
-def render(source: str, settings_source: str, nvs_source: str) -> dict[str, str]:
+def bare(text: str) -> str:
+    """Without Markdown's marks for code."""
+    return text.replace("`", "")
+
+
+def render(source: str, settings_source: str, nvs_source: str, vectors: str) -> dict[str, str]:
     """All generated files from the texts of the tables: path in the repository -> text."""
     env = environment()
-    env.filters.update({f.__name__: f for f in (c_declaration, c_comment, python_type, camel, first_sentence, cell)})
-    nvs = parse_nvs(nvs_source)
+    filters = (c_declaration, c_comment, python_type, camel, first_sentence, cell, bare, framed)
+    env.filters.update({f.__name__: f for f in filters})
+    settings, nvs = parse_settings(settings_source), parse_nvs(nvs_source)
+    table = parse_wire(source, settings, nvs)
     values = {
         "stored": {row.wire: row for row in nvs.channel},
         "source": SOURCE,
         "sha256": hashlib.sha256((source + settings_source + nvs_source).encode()).hexdigest(),
-        "table": parse_wire(source, parse_settings(settings_source), nvs),
+        "table": table,
+        "examples": parse_examples(vectors, table),
+        "setting": {row.name: row for row in settings.setting},
+        "refusals": next(enum for enum in table.enum if enum.name == "refusal").values,
     }
     return {path: env.get_template(template).render(values) for path, template in OUTPUTS.items()}
 
@@ -85,7 +98,9 @@ def main(argv: Sequence[str] | None = None, root: Path = ROOT) -> int:
     """Exit code: that of generated.run()."""
 
     def make() -> dict[str, str]:
-        return render(*((root / path).read_text(encoding="utf-8") for path in (SOURCE, SETTINGS_SOURCE, NVS_SOURCE)))
+        return render(
+            *((root / path).read_text(encoding="utf-8") for path in (SOURCE, SETTINGS_SOURCE, NVS_SOURCE, VECTORS))
+        )
 
     return generated.run("wificnc.protocol.generate_wire", __doc__, make, argv, root)
 

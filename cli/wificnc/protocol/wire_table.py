@@ -30,7 +30,8 @@ class _Strict(BaseModel):
 class EnumValue(_Strict):
     name: str
     value: int
-    help: str
+    help: Annotated[str, Field(min_length=1)]
+    remedy: str = ""  # of a refusal: what a host does then
 
 
 class Enum(_Strict):
@@ -44,7 +45,7 @@ class Enum(_Strict):
     @model_validator(mode="before")
     @classmethod
     def _rows(cls, data: dict[str, Any]) -> dict[str, Any]:
-        rows = [dict(zip(("name", "value", "help"), row, strict=True)) for row in data["values"]]
+        rows = [dict(zip(("name", "value", "help", "remedy")[: len(row)], row, strict=True)) for row in data["values"]]
         return {**data, "values": rows}
 
 

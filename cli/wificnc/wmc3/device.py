@@ -19,6 +19,7 @@ from wificnc.errors import LinkError, ProtocolError, RefusedError
 from wificnc.wmc3.keys import KEYS, Key
 from wificnc.wmc3.layout import (
     CONTROL_PORT,
+    REPLY_TIMEOUT_MS,
     STATUS_PORT,
     UDP_PORT,
     Ack,
@@ -45,9 +46,10 @@ from wificnc.wmc3.layout import (
 )
 from wificnc.wmc3.packet import Packet, build, parse
 from wificnc.wmc3.packing import Layout
+from wificnc.wmc3.remedies import REMEDIES
 from wificnc.wmc3.stream import StreamSender
 
-TIMEOUT_S = 3.0
+TIMEOUT_S = REPLY_TIMEOUT_MS / 1000
 TURN_S = 0.001  # a stream looks around this often
 LOST_S = 3.0  # a device that acknowledges nothing for so long is gone
 LayoutT = TypeVar("LayoutT", bound=Layout)
@@ -283,7 +285,7 @@ def _refused(kind: Type, reason: int) -> RefusedError:
         Refusal.PIN: "boards/ and docs/esp32.md say which pins are free, and which are inputs only",
         Refusal.NOT_OUTPUT: "wificnc wmc3 channel N --output --pin P makes it one",
     }
-    hint = hints.get(Refusal(reason)) if reason in set(Refusal) else None
+    hint = hints.get(Refusal(reason), REMEDIES.get(Refusal(reason))) if reason in set(Refusal) else None
     return RefusedError(
         f"the device refuses {kind.name.lower()}: {why}", hint=hint or "docs/protocol.md lists the reasons"
     )

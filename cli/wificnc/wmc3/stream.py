@@ -7,10 +7,19 @@ from dataclasses import replace
 from itertools import groupby
 
 from wificnc.errors import RefusedError
-from wificnc.wmc3.layout import MOTION_SEGMENTS_MOST, Refusal, Segment, SegmentFlag, StreamAck, StreamSegments
+from wificnc.wmc3.layout import (
+    ASK_MS,
+    MOTION_SEGMENTS_MOST,
+    RESEND_MS,
+    Refusal,
+    Segment,
+    SegmentFlag,
+    StreamAck,
+    StreamSegments,
+)  # fmt: skip
 
-RESEND_S = 0.03  # a segment that was not acknowledged in this time is sent again
-ASK_S = 0.02  # nothing to send: ask how far it is
+RESEND_S = RESEND_MS / 1000  # a segment that was not acknowledged in this time is sent again
+ASK_S = ASK_MS / 1000  # nothing to send: ask how far it is
 
 
 class StreamSender:
