@@ -1,69 +1,10 @@
 /* SPDX-License-Identifier: MIT */
 #include "link.h"
 
-#include "base/sha256.h"
-#include "base/version.h"
-#include "wire/bytes.h"
-#include "words_gen.h"
-
 #include <stdarg.h>
 #include <stdio.h>
-#include <string.h>
 
 static const double OUTPUTS_S = 0.1; /* outputs are said again this often: a datagram may be lost */
-static const double PING_S = 5.0;
-static const double SILENT_S = 1.0; /* without a report or an answer for so long the controller is gone */
-enum { ALL_AXES = 0xFF, ESTOP_TIMES = 3, WORDS_MOST = 200 };
-
-static bool is_locked(const struct wire_status *status) {
-    return status->state == WIRE_STATE_ALARM || status->state == WIRE_STATE_ESTOP;
-}
-
-/* Of a clock that wraps. */
-static bool is_later(uint32_t one_us, uint32_t other_us) {
-    return one_us != other_us && one_us - other_us <= INT32_MAX;
-}
-
-// ---- to the controller ----
-
-void link_ask(struct link *link, uint8_t type, const void *payload, size_t size) {
-    uint8_t message[CONTROL_MESSAGE_MOST];
-    size_t count = control_ask(&link->control, message, type, payload, size, link->now_s);
-    if (count == 0)
-        link->lost = "the controller answers nothing";
-    else
-        link->world.send_tcp(link->world.ctx, message, count);
-}
-
-void link_post(struct link *link, uint8_t type, const void *payload, size_t size) {
-    uint8_t packet[WIRE_PACKET_MOST];
-    size_t count = control_pack(&link->control, packet, type, payload, size, link->now_s);
-    link->world.send_udp(link->world.ctx, packet, count);
-}
-
-static void say_hello(struct link *link) {
-    uint8_t payload[WIRE_HANDSHAKE_SIZE];
-    struct wire_handshake hello = {.host_version = VERSION_WORD, .host_name = "wificnc-hal"};
-    wire_put_handshake(payload, &hello);
-    link_ask(link, WIRE_HANDSHAKE, payload, sizeof payload);
-    link_ask(link, WIRE_PROBE_LAST, NULL, 0);
-}
-
-void link_begin(struct link *link, struct pins *pins, const struct link_world *world,
-                const struct link_options *options, double now_s) {
-    uint32_t sequence = (uint32_t)(uint64_t)(1e6 * now_s); /* not that of the host program before */
-    *link = (struct link){.pins = pins, .world = *world, .options = *options, .now_s = now_s};
-    link->control.sequence = sequence;
-    link->heard_s = link->pinged_s = now_s;
-    link->said_s = now_s - OUTPUTS_S;
-    link->at_speed.run_up_s = options->run_up_s;
-    link->at_speed.since_s = now_s;
-    clearance_clear(&link->clearance, options->joints);
-    if (options->password[0] != '\0')
-        link_ask(link, WIRE_CHALLENGE, NULL, 0);
-    else
-        say_hello(link);
-}
 
 // ---- to LinuxCNC ----
 
@@ -80,7 +21,7 @@ static void show_inputs(const struct pins *pins, const struct wire_status *statu
 
 static void show(struct link *link) {
     const struct pins *pins = link->pins;
-    const struct wire_status *status = &link->status;
+    const struct wire_status *status = &link->peer.status;
     bool holds = link_is_holding_feedback(link);
     show_inputs(pins, status);
     if (!holds)
@@ -89,9 +30,9 @@ static void show(struct link *link) {
         *pins->probe = status->probe != 0;
     *pins->connected = true;
     *pins->homing = link->phase == LINK_HOMING || link->phase == LINK_HOMED;
-    *pins->estopped = is_locked(status);
-    *pins->estop_ok = !is_locked(status);
-    *pins->ready = !is_locked(status) && !*pins->fault;
+    *pins->estopped = peer_is_locked(&link->peer);
+    *pins->estop_ok = !peer_is_locked(&link->peer);
+    *pins->ready = !peer_is_locked(&link->peer) && !*pins->fault;
     *pins->queue_ms = link->is_open ? 1e3 * link->queued_s : 0.0;
     if (link->is_open) {
         *pins->underruns = link->sender.underruns;
@@ -99,107 +40,56 @@ static void show(struct link *link) {
     }
 }
 
-// ---- from the controller ----
+// ---- the controller ----
 
-static void authenticate(struct link *link, const uint8_t *nonce) {
-    uint8_t proof[SHA256_SIZE];
-    const char *password = link->options.password;
-    sha256_hmac(password, strlen(password), nonce, WIRE_CHALLENGE_RESPONSE_SIZE, proof);
-    link_ask(link, WIRE_AUTHENTICATE, proof, sizeof proof);
+static const char *greet(void *owner, const struct wire_handshake_response *hello) {
+    struct link *link = owner;
+    link->has_encoder = (hello->capabilities & WIRE_CAPABILITY_ENCODER) != 0;
+    if ((hello->capabilities & WIRE_CAPABILITY_IO_MODULE) != 0)
+        return "this is an I/O module: --io-module";
+    if ((hello->capabilities & WIRE_CAPABILITY_STREAM) == 0)
+        return "the controller takes no streams: is it WiFiCNC?";
+    if (hello->axes < link->options.joints)
+        return "the controller has fewer axes than --joints says";
+    peer_ask(&link->peer, WIRE_PROBE_LAST, NULL, 0);
+    return NULL;
 }
 
-/* Its reports come to whoever has sent it a datagram. */
-static void register_for_reports(struct link *link) {
-    uint8_t payload[WIRE_JOG_STOP_SIZE];
-    wire_put_jog_stop(payload, &(struct wire_jog_stop){.axis = ALL_AXES});
-    link_post(link, WIRE_JOG_STOP, payload, sizeof payload);
-}
-
-static void greet(struct link *link, const struct control_answer *answer) {
-    if (answer->type == WIRE_REFUSED) {
-        link->lost = answer->request == WIRE_AUTHENTICATE ? "the controller refuses the password: --password"
-                                                          : "the controller does not know this protocol";
-    } else if (answer->request == WIRE_CHALLENGE) {
-        authenticate(link, answer->payload);
-    } else if (answer->request == WIRE_AUTHENTICATE) {
-        say_hello(link);
-    } else if (answer->request == WIRE_HANDSHAKE) {
-        struct wire_handshake_response hello;
-        wire_get_handshake_response(answer->payload, &hello);
-        link->has_encoder = (hello.capabilities & WIRE_CAPABILITY_ENCODER) != 0;
-        if ((hello.capabilities & WIRE_CAPABILITY_STREAM) == 0)
-            link->lost = "the controller takes no streams: is it WiFiCNC, and no I/O module?";
-        else if (hello.axes < link->options.joints)
-            link->lost = "the controller has fewer axes than --joints says";
-        else if ((hello.capabilities & WIRE_CAPABILITY_LOCKED) != 0 && link->options.password[0] == '\0')
-            link->lost = "the controller wants a password: --password";
-    } else if (answer->request == WIRE_PROBE_LAST) {
-        struct wire_probe_result result;
-        wire_get_probe_result(answer->payload, &result);
-        link->results = result.number;
-        link->is_up = true;
-        register_for_reports(link);
-    }
-}
-
-static void answered(struct link *link, const struct control_answer *answer) {
-    if (!link->is_up) {
-        greet(link, answer);
-    } else if (answer->request == WIRE_RESET && answer->type == WIRE_REFUSED) {
-        char text[WORDS_MOST];
-        unsigned reason = get_u8(answer->payload + 5);
-        snprintf(text, sizeof text, "the controller refuses to be reset: reason %u", reason);
-        link->world.say(link->world.ctx, text);
-    } else {
-        motion_answer(link, answer);
-    }
-}
-
-void link_hear_tcp(struct link *link, const uint8_t *bytes, size_t count, double now_s) {
-    struct control_answer answer;
-    enum control_heard heard = CONTROL_ANSWER;
-    link->now_s = now_s;
-    while (link->lost == NULL &&
-           (heard = control_hear(&link->control, &bytes, &count, &answer)) == CONTROL_ANSWER)
-        answered(link, &answer);
-    if (heard == CONTROL_NONSENSE)
-        link->lost = "the controller answers something else than it was asked";
-}
-
-static void hear_status(struct link *link, const uint8_t *payload, uint32_t at_us) {
-    struct wire_status status;
-    wire_get_status(payload, &status);
-    link->heard_s = link->now_s;
-    if (!link->is_known || is_later(at_us, link->status_us)) {
-        link->status = status;
-        link->status_us = at_us;
-        link->is_known = true;
-    }
+static void report(void *owner) {
+    struct link *link = owner;
     if (link->has_encoder)
-        encoder_take(&link->encoder, at_us, link->now_s, &status);
+        encoder_take(&link->encoder, link->peer.status_us, link->peer.now_s, &link->peer.status);
     show(link);
 }
 
-void link_hear_udp(struct link *link, const uint8_t *packet, size_t size, double now_s) {
-    struct wire_header header;
-    link->now_s = now_s;
-    if (!link->is_up || !wire_open(packet, size, &header))
+static void answer(void *owner, const struct control_answer *answer) {
+    motion_answer(owner, answer);
+}
+
+static void datagram(void *owner, const struct wire_header *header, const uint8_t *payload) {
+    struct wire_stream_ack ack;
+    if (header->type != WIRE_STREAM_ACK || header->length < WIRE_STREAM_ACK_SIZE)
         return;
-    const uint8_t *payload = packet + WIRE_HEADER_SIZE;
-    if (header.type == WIRE_STATUS && header.length >= WIRE_STATUS_SIZE) {
-        hear_status(link, payload, header.timestamp_us);
-    } else if (header.type == WIRE_STREAM_ACK && header.length >= WIRE_STREAM_ACK_SIZE) {
-        struct wire_stream_ack ack;
-        wire_get_stream_ack(payload, &ack);
-        motion_ack(link, &ack, header.timestamp_us);
-    }
+    wire_get_stream_ack(payload, &ack);
+    motion_ack(owner, &ack, header->timestamp_us);
+}
+
+void link_begin(struct link *link, struct pins *pins, const struct peer_world *world,
+                const struct link_options *options, double now_s) {
+    const struct peer_owner owner = {link, greet, answer, report, datagram};
+    *link = (struct link){.pins = pins, .options = *options};
+    link->said_s = now_s - OUTPUTS_S;
+    link->at_speed.run_up_s = options->run_up_s;
+    link->at_speed.since_s = now_s;
+    clearance_clear(&link->clearance, options->joints);
+    peer_begin(&link->peer, world, &owner, options->password, now_s);
 }
 
 bool link_stands(const struct link *link) {
-    if (!link->is_known || (link->is_closed && !is_later(link->status_us, link->closed_us)))
+    if (!link->peer.is_known || (link->is_closed && !peer_is_later(link->peer.status_us, link->closed_us)))
         return false;
-    return (link->status.flags & WIRE_STATUS_FLAG_MOVING) == 0 && link->status.state != WIRE_STATE_RUN &&
-           link->status.state != WIRE_STATE_PROBING;
+    return (link->peer.status.flags & WIRE_STATUS_FLAG_MOVING) == 0 &&
+           link->peer.status.state != WIRE_STATE_RUN && link->peer.status.state != WIRE_STATE_PROBING;
 }
 
 void link_lose(struct pins *pins) {
@@ -209,37 +99,23 @@ void link_lose(struct pins *pins) {
 }
 
 void link_fault(struct link *link, const char *format, ...) {
-    char text[WORDS_MOST];
+    char text[PEER_WORDS_MOST];
     va_list values;
     va_start(values, format);
     vsnprintf(text, sizeof text, format, values);
     va_end(values);
-    link->world.say(link->world.ctx, text);
+    peer_say(&link->peer, "%s", text);
     *link->pins->fault = true;
     if (link->is_open) {
         uint8_t payload[WIRE_STREAM_CLOSE_SIZE];
         wire_put_stream_close(payload, &(struct wire_stream_close){.stream = link->sender.stream});
-        link_ask(link, WIRE_STREAM_CLOSE, payload, sizeof payload);
+        peer_ask(&link->peer, WIRE_STREAM_CLOSE, payload, sizeof payload);
     }
     link->is_open = link->watches = false;
     link->phase = LINK_OFF;
 }
 
 // ---- from LinuxCNC ----
-
-static void stop_and_reset(struct link *link) {
-    bool estop = *link->pins->estop, reset = *link->pins->reset;
-    unsigned times = !estop ? 0 : link->was_estop ? 1 : ESTOP_TIMES; /* and every tick as long as it is */
-    for (; times > 0; times--)
-        link_post(link, WIRE_ESTOP, NULL, 0);
-    if (reset && !link->was_reset) {
-        *link->pins->fault = false;
-        if (link->is_known && is_locked(&link->status))
-            link_ask(link, WIRE_RESET, NULL, 0);
-    }
-    link->was_estop = estop;
-    link->was_reset = reset;
-}
 
 static uint16_t whole_rpm(double rpm) {
     double size = rpm < 0.0 ? -rpm : rpm;
@@ -259,18 +135,18 @@ static void say_outputs(struct link *link) {
     if (*pins->spindle_on)
         io.spindle = *pins->spindle_reverse ? 2 : 1;
     io.coolant = (uint8_t)((*pins->flood ? 1 : 0) | (*pins->mist ? 2 : 0));
-    if (is_same(&io, &link->said) && link->now_s - link->said_s < OUTPUTS_S)
+    if (is_same(&io, &link->said) && link->peer.now_s - link->said_s < OUTPUTS_S)
         return;
     uint8_t payload[WIRE_IO_CONTROL_SIZE];
     wire_put_io_control(payload, &io);
-    link_post(link, WIRE_IO_CONTROL, payload, sizeof payload);
+    peer_post(&link->peer, WIRE_IO_CONTROL, payload, sizeof payload);
     link->said = io;
-    link->said_s = link->now_s;
+    link->said_s = link->peer.now_s;
 }
 
 void link_follow_spindle(struct link *link, double now_s) {
     const struct pins *pins = link->pins;
-    if (!link->is_known)
+    if (!link->peer.is_known)
         return;
     if (link->has_encoder) {
         bool armed = *pins->spindle_index_enable;
@@ -280,46 +156,33 @@ void link_follow_spindle(struct link *link, double now_s) {
         if (was_armed && !armed)
             *pins->spindle_index_enable = false;
     } else {
-        *pins->spindle_speed_rps = (link->status.spindle == 2 ? -1 : 1) * link->status.rpm / 60.0;
+        *pins->spindle_speed_rps = (link->peer.status.spindle == 2 ? -1 : 1) * link->peer.status.rpm / 60.0;
     }
-    *pins->spindle_at_speed = at_speed_update(&link->at_speed, now_s, &link->said, &link->status,
+    *pins->spindle_at_speed = at_speed_update(&link->at_speed, now_s, &link->said, &link->peer.status,
                                               link->has_encoder ? &link->encoder : NULL);
 }
 
 // ---- the tick ----
 
-static void ping(struct link *link) {
-    if (link->now_s - link->pinged_s < PING_S)
-        return;
-    uint8_t payload[WIRE_PING_SIZE];
-    wire_put_ping(payload, &(struct wire_ping){.id = link->control.sequence});
-    link_ask(link, WIRE_PING, payload, sizeof payload);
-    link->pinged_s = link->now_s;
-}
-
 static void post_segments(struct link *link) {
     uint8_t payload[SENDER_PAYLOAD_MOST];
     size_t size;
-    while (link->is_open && (size = sender_poll(&link->sender, link->now_s, payload)) > 0)
-        link_post(link, WIRE_STREAM_SEGMENTS, payload, size);
+    while (link->is_open && (size = sender_poll(&link->sender, link->peer.now_s, payload)) > 0)
+        peer_post(&link->peer, WIRE_STREAM_SEGMENTS, payload, size);
 }
 
 const char *link_tick(struct link *link, double now_s) {
-    link->now_s = now_s;
-    if (now_s - link->heard_s > SILENT_S)
-        link->lost = "the controller is silent";
-    else if (control_silence_s(&link->control, now_s) > SILENT_S)
-        link->lost = "the controller does not answer";
-    if (link->lost != NULL || !link->is_up)
-        return link->lost;
-    if (link->is_known)
+    const struct pins *pins = link->pins;
+    if (!peer_tick(&link->peer, now_s))
+        return link->peer.lost;
+    if (link->peer.is_known)
         show(link);
-    stop_and_reset(link);
-    if (link->is_known)
+    if (peer_stop_and_reset(&link->peer, *pins->estop, *pins->reset))
+        *pins->fault = false;
+    if (link->peer.is_known)
         motion_tick(link);
     post_segments(link);
     link_follow_spindle(link, now_s);
     say_outputs(link);
-    ping(link);
-    return link->lost;
+    return link->peer.lost;
 }

@@ -6,8 +6,8 @@
 #define WIFICNC_LINUXCNC_LINK_H
 
 #include "clearance.h"
-#include "control.h"
 #include "encoder.h"
+#include "peer.h"
 #include "pins.h"
 #include "sender.h"
 #include "slicer.h"
@@ -22,15 +22,6 @@ struct sample {
     double command[PIN_JOINTS]; /* commanded positions, units */
     double servo_s;             /* its own time: only differences count */
     bool is_probing;            /* LinuxCNC executes G38 */
-};
-
-/** The world. `ctx` is handed back. */
-struct link_world {
-    void *ctx;
-    void (*send_udp)(void *ctx, const uint8_t *packet, size_t size); /* it may be lost */
-    void (*send_tcp)(void *ctx, const uint8_t *bytes, size_t size);
-    void (*await_servo)(void *ctx); /* return when the servo thread has just run, or after some 10 ms */
-    void (*say)(void *ctx, const char *text); /* a line for the operator */
 };
 
 struct link_options {
@@ -54,26 +45,17 @@ enum link_phase {
 
 struct link {
     struct pins *pins;
-    struct link_world world;
     struct link_options options;
-    double now_s;
-    const char *lost; /* why the connection is worth nothing any more; NULL: it is fine */
-    struct control control;
-    bool is_up;    /* it has answered to our first questions */
-    bool is_known; /* `status` is one */
-    struct wire_status status;
-    uint32_t status_us; /* the controller's clock */
-    double heard_s, pinged_s;
+    struct peer peer;
     struct encoder encoder;
     bool has_encoder;
     struct at_speed at_speed;
     struct wire_io_control said;
     double said_s;
-    bool was_estop, was_reset,
-        wanted; /* the pins, when last looked at; wanted: motion was asked for, or had */
+    bool wanted; /* motion was asked for, or had, when the pins were last looked at */
 
-    enum link_phase phase,
-        opens_for; /* opens_for: LINK_OFF, LINK_HOMED or LINK_TOUCHED was before LINK_OPENING */
+    enum link_phase phase;
+    enum link_phase opens_for; /* LINK_OFF, LINK_HOMED or LINK_TOUCHED: the one before LINK_OPENING */
     bool is_open;
     struct sender sender;
     double queued_s;    /* motion that waits in the controller */
@@ -99,13 +81,10 @@ struct link {
     double deepest;
 };
 
-/** A TCP connection is there: ask the controller who it is. All else is forgotten, but for the pins. */
-void link_begin(struct link *link, struct pins *pins, const struct link_world *world,
+/** A TCP connection is there: ask the controller who it is. All else is forgotten, but for the pins. What
+ * comes is given to link->peer. */
+void link_begin(struct link *link, struct pins *pins, const struct peer_world *world,
                 const struct link_options *options, double now_s);
-/** A datagram of the controller. */
-void link_hear_udp(struct link *link, const uint8_t *packet, size_t size, double now_s);
-/** Bytes that came by TCP. */
-void link_hear_tcp(struct link *link, const uint8_t *bytes, size_t count, double now_s);
 /** What the servo thread has seen in one period; each of them, oldest first. */
 void link_sample(struct link *link, const struct sample *sample, double now_s);
 /** Every LINK_TICK_S. @return why the controller is gone, NULL: it is not */
@@ -117,10 +96,6 @@ void link_lose(struct pins *pins);
 
 /* ---- between link.c and motion.c ---- */
 
-/** A request; what it is answered comes later. */
-void link_ask(struct link *link, uint8_t type, const void *payload, size_t size);
-/** A datagram. */
-void link_post(struct link *link, uint8_t type, const void *payload, size_t size);
 /** Motion has ended by itself: the operator resets and switches on anew. printf's format. */
 __attribute__((format(printf, 2, 3))) void link_fault(struct link *link, const char *format, ...);
 /** The newest report is newer than the end of the last stream, and nothing moves. */

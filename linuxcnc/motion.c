@@ -22,11 +22,6 @@ bool link_is_holding_feedback(const struct link *link) {
     return link->phase >= LINK_DRAINING || (link->phase == LINK_OPENING && link->opens_for != LINK_OFF);
 }
 
-static const char *refusal_word(unsigned refusal) {
-    enum { COUNT = sizeof word_of_refusal / sizeof *word_of_refusal };
-    return refusal < COUNT && word_of_refusal[refusal] != NULL ? word_of_refusal[refusal] : "unknown";
-}
-
 // ---- streams ----
 
 static void put(struct link *link, const struct wire_segment *segment) {
@@ -43,7 +38,7 @@ static void finish(struct link *link) {
 static void close_stream(struct link *link, uint32_t stream) {
     uint8_t payload[WIRE_STREAM_CLOSE_SIZE];
     wire_put_stream_close(payload, &(struct wire_stream_close){.stream = stream});
-    link_ask(link, WIRE_STREAM_CLOSE, payload, sizeof payload);
+    peer_ask(&link->peer, WIRE_STREAM_CLOSE, payload, sizeof payload);
     link->is_open = link->watches = false;
 }
 
@@ -52,10 +47,10 @@ static void open_stream(struct link *link, enum link_phase opens_for) {
     uint8_t payload[WIRE_CONFIG_GET_SIZE];
     for (unsigned joint = 0; joint < link->options.joints; joint++) {
         wire_put_config_get(payload, &(struct wire_config_get){.key = (uint16_t)(KEY_MAX_RATE + joint)});
-        link_ask(link, WIRE_CONFIG_GET, payload, sizeof payload);
+        peer_ask(&link->peer, WIRE_CONFIG_GET, payload, sizeof payload);
     }
     put_zero(payload, WIRE_STREAM_OPEN_SIZE);
-    link_ask(link, WIRE_STREAM_OPEN, payload, WIRE_STREAM_OPEN_SIZE);
+    peer_ask(&link->peer, WIRE_STREAM_OPEN, payload, WIRE_STREAM_OPEN_SIZE);
     link->phase = LINK_OPENING;
     link->opens_for = opens_for;
 }
@@ -73,7 +68,7 @@ static bool begin_slices(struct link *link) {
     struct slicer *slicer = &link->slicer;
     slicer->joints = link->options.joints;
     slicer->level_s = link->options.level_s;
-    memcpy(slicer->steps, link->status.position_steps, sizeof slicer->steps);
+    memcpy(slicer->steps, link->peer.status.position_steps, sizeof slicer->steps);
     for (unsigned joint = 0; joint < slicer->joints; joint++) {
         slicer->scale[joint] = pins_scale(link->pins, joint);
         if (!isfinite(slicer->scale[joint])) {
@@ -92,7 +87,7 @@ static void begin(struct link *link, const struct wire_stream_opened *opened) {
     link->queued_s = link->options.level_s;
     link->phase = LINK_FOLLOWING;
     link->sampled_s = link->sample.servo_s;
-    link->moved_s = link->now_s;
+    link->moved_s = link->peer.now_s;
     link->begins = true;
     link->probes = false;
     if (begin_slices(link))
@@ -124,19 +119,19 @@ static void drain(struct link *link) {
     close_stream(link, link->sender.stream);
     uint8_t payload[WIRE_HOME_SIZE];
     wire_put_home(payload, &(struct wire_home){.axes = link->homes});
-    link_ask(link, WIRE_HOME, payload, sizeof payload);
+    peer_ask(&link->peer, WIRE_HOME, payload, sizeof payload);
     link->phase = LINK_HOMING;
-    link->homing_s = link->now_s;
+    link->homing_s = link->peer.now_s;
     link->is_homing_seen = false;
 }
 
 static void await_homing(struct link *link) {
-    bool homes = link->status.state == WIRE_STATE_HOMING;
+    bool homes = link->peer.status.state == WIRE_STATE_HOMING;
     link->is_homing_seen |= homes;
-    bool begins = !link->is_homing_seen && link->now_s - link->homing_s < HOMING_BEGINS_S;
+    bool begins = !link->is_homing_seen && link->peer.now_s - link->homing_s < HOMING_BEGINS_S;
     if (homes || begins || !link_stands(link))
         return;
-    link_ask(link, WIRE_STATISTICS, NULL, 0);
+    peer_ask(&link->peer, WIRE_STATISTICS, NULL, 0);
     link->phase = LINK_HOMED;
 }
 
@@ -151,8 +146,8 @@ static void take_homed(struct link *link, const uint8_t *payload) {
 
 /* The servo thread is to see both at once. */
 static void show_homed(struct link *link) {
-    link->world.await_servo(link->world.ctx);
-    pins_show_position(link->pins, link->status.position_steps);
+    link->peer.world.await_servo(link->peer.world.ctx);
+    pins_show_position(link->pins, link->peer.status.position_steps);
     for (unsigned joint = 0; joint < link->options.joints; joint++)
         *link->pins->joint[joint].index_enable = false;
     settle(link);
@@ -169,7 +164,7 @@ static void take_contact(struct link *link, const uint8_t *payload) {
     if (link->phase != LINK_CONTACT)
         return;
     if (!is_new) {
-        link_fault(link, "the controller has ended motion: %s", refusal_word(WIRE_REFUSAL_STREAM_CLOSED));
+        link_fault(link, "the controller has ended motion: %s", peer_refusal(WIRE_REFUSAL_STREAM_CLOSED));
         return;
     }
     memcpy(link->contact_steps, result.position_steps, sizeof link->contact_steps);
@@ -218,7 +213,7 @@ static void retreat(struct link *link) {
 static void shift_to_where_it_stands(struct link *link) {
     double touched[PIN_JOINTS], stands[PIN_JOINTS];
     units_of(link, link->contact_steps, touched);
-    units_of(link, link->status.position_steps, stands);
+    units_of(link, link->peer.status.position_steps, stands);
     clearance_shift(&link->clearance, touched, stands);
 }
 
@@ -233,7 +228,7 @@ static void opened(struct link *link, const uint8_t *payload) {
         return;
     }
     if (opened.refusal != WIRE_REFUSAL_NONE) {
-        link_fault(link, "the controller refuses motion: %s", refusal_word(opened.refusal));
+        link_fault(link, "the controller refuses motion: %s", peer_refusal(opened.refusal));
         return;
     }
     begin(link, &opened);
@@ -251,7 +246,7 @@ void motion_answer(struct link *link, const struct control_answer *answer) {
         wire_get_refused(answer->payload, &refused);
         if (answer->request == WIRE_HOME || answer->request == WIRE_STREAM_OPEN)
             link_fault(link, "the controller refuses %s: %s",
-                       answer->request == WIRE_HOME ? "to home" : "motion", refusal_word(refused.reason));
+                       answer->request == WIRE_HOME ? "to home" : "motion", peer_refusal(refused.reason));
     } else if (answer->request == WIRE_CONFIG_GET) {
         take_rate(link, answer->payload);
     } else if (answer->request == WIRE_STREAM_OPEN) {
@@ -273,11 +268,11 @@ void motion_ack(struct link *link, const struct wire_stream_ack *ack, uint32_t a
     link->closed_us = at_us;
     link->is_open = link->watches = false;
     if (ack->refusal == WIRE_REFUSAL_STREAM_CLOSED) {
-        link_ask(link, WIRE_PROBE_LAST, NULL, 0);
+        peer_ask(&link->peer, WIRE_PROBE_LAST, NULL, 0);
         link->phase = LINK_CONTACT;
     } else {
         link_fault(link, "the controller takes no more motion, segment %u: %s; %u of %u were executed",
-                   (unsigned)ack->refused, refusal_word(ack->refusal), (unsigned)link->sender.done,
+                   (unsigned)ack->refused, peer_refusal(ack->refusal), (unsigned)link->sender.done,
                    (unsigned)link->sender.end);
     }
 }
@@ -286,7 +281,7 @@ void motion_ack(struct link *link, const struct wire_stream_ack *ack, uint32_t a
 
 static void look_for_probing(struct link *link) {
     if (link->probes && !link->was_probing) {
-        link->watches = link->status.probe == 0; /* G38.4, G38.5 look for the opposite */
+        link->watches = link->peer.status.probe == 0; /* G38.4, G38.5 look for the opposite */
         link->watched = link->sender.end;
     }
     link->was_probing = link->probes;
@@ -318,7 +313,7 @@ static void slice(struct link *link) {
 }
 
 void link_sample(struct link *link, const struct sample *sample, double now_s) {
-    link->now_s = link->moved_s = now_s;
+    link->peer.now_s = link->moved_s = now_s;
     link->sample = *sample;
     link->probes |= sample->is_probing;
     if (link->phase == LINK_FOLLOWING && is_settled(link) &&
@@ -340,7 +335,7 @@ static void look_for_homing(struct link *link) {
 
 static void follow(struct link *link) {
     link->watches = link->watches && (link->was_probing || link->sender.done < link->watched);
-    if (link->now_s - link->moved_s > STILL_S)
+    if (link->peer.now_s - link->moved_s > STILL_S)
         link_fault(link, NO_SAMPLES);
     else
         look_for_homing(link);
@@ -361,7 +356,7 @@ void motion_tick(struct link *link) {
     bool asks = wants && !link->wanted;
     if (!wants && *link->pins->enable && link_is_holding_feedback(link))
         link_fault(link, "the controller has stopped by itself: %s; alarm %u",
-                   word_of_state[link->status.state & 7], link->status.alarm);
+                   word_of_state[link->peer.status.state & 7], link->peer.status.alarm);
     if (!wants)
         switched_off(link);
     if (link->phase == LINK_OFF && asks && link_stands(link))

@@ -137,12 +137,12 @@ static void say(void *ctx, const char *text) {
 
 static void hear_udp(void *ctx, const uint8_t *packet, size_t size) {
     struct program *program = ctx;
-    link_hear_udp(&program->link, packet, size, now_s());
+    peer_hear_udp(&program->link.peer, packet, size, now_s());
 }
 
 static void hear_tcp(void *ctx, const uint8_t *bytes, size_t count) {
     struct program *program = ctx;
-    link_hear_tcp(&program->link, bytes, count, now_s());
+    peer_hear_tcp(&program->link.peer, bytes, count, now_s());
 }
 
 // ---- the loop ----
@@ -182,7 +182,7 @@ static const char *tick(struct program *program) {
     for (unsigned i = 0; i < SAMPLES_MOST && read_sample(program, &sample); i++)
         link_sample(&program->link, &sample, now_s());
     wrong = link_tick(&program->link, now_s());
-    if (wrong == NULL && program->link.is_known)
+    if (wrong == NULL && program->link.peer.is_known)
         be_ready(program);
     return wrong != NULL ? wrong : program->broken;
 }
@@ -201,7 +201,7 @@ static const char *rest(struct program *program, double due_s) {
 
 /* Until the controller is gone. @return why */
 static const char *serve(struct program *program) {
-    const struct link_world world = {program, send_udp, send_tcp, await_servo, say};
+    const struct peer_world world = {program, send_udp, send_tcp, await_servo, say};
     const char *wrong = NULL;
     double due_s = now_s();
     program->broken = NULL;
@@ -219,10 +219,10 @@ static const char *serve(struct program *program) {
 /* @param wrong  said once, until there is a controller again */
 static void lose(struct program *program, const char *wrong, double begun_s) {
     link_lose(program->pins);
-    if (!program->is_lost || program->link.is_known)
+    if (!program->is_lost || program->link.peer.is_known)
         say(program, wrong);
     program->is_lost = true;
-    program->link.is_known = false;
+    program->link.peer.is_known = false;
     if (now_s() - begun_s >= FIRST_S)
         be_ready(program);
 }

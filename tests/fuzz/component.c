@@ -59,7 +59,7 @@ static void take_segments(struct bench *bench, const uint8_t *payload, size_t si
     if (head.stream != bench->stream || bench->segments == 0) {
         bench->stream = head.stream;
         bench->segments = 0;
-        memcpy(bench->begun, bench->link.status.position_steps, sizeof bench->begun);
+        memcpy(bench->begun, bench->link.peer.status.position_steps, sizeof bench->begun);
     }
     for (uint32_t n = head.first; n < head.first + head.count && n < STREAM_MOST; n++) {
         struct wire_segment segment;
@@ -99,7 +99,7 @@ static void say(void *ctx, const char *text) {
 }
 
 static void connect(struct bench *bench) {
-    const struct link_world world = {bench, send_udp, send_tcp, await_servo, say};
+    const struct peer_world world = {bench, send_udp, send_tcp, await_servo, say};
     const struct link_options options = {.joints = 3, .level_s = 0.1, .password = ""};
     link_begin(&bench->link, &bench->pins, &world, &options, bench->now_s);
     bench->was_lost = false;
@@ -146,7 +146,7 @@ static size_t packet_of(struct bench *bench, struct input *input, uint8_t *packe
 
 static void answer(struct bench *bench, uint8_t *message, size_t size) {
     put_u16(message, (uint16_t)size);
-    link_hear_tcp(&bench->link, message, CONTROL_SIZE_BYTES + size, bench->now_s);
+    peer_hear_tcp(&bench->link.peer, message, CONTROL_SIZE_BYTES + size, bench->now_s);
 }
 
 /* What a controller would say to the newest request. */
@@ -208,28 +208,28 @@ static void acknowledge(struct bench *bench, struct input *input) {
     wire_put_stream_ack(packet + WIRE_HEADER_SIZE, &ack);
     size_t size =
         wire_close(packet, WIRE_STREAM_ACK, WIRE_STREAM_ACK_SIZE, 1, (uint32_t)(1e6 * bench->now_s));
-    link_hear_udp(&bench->link, packet, size, bench->now_s);
+    peer_hear_udp(&bench->link.peer, packet, size, bench->now_s);
 }
 
 static void stand(struct bench *bench) {
     uint8_t packet[WIRE_PACKET_MOST];
-    struct wire_status status = bench->link.status;
+    struct wire_status status = bench->link.peer.status;
     status.state = WIRE_STATE_IDLE;
     status.flags = 0;
     wire_put_status(packet + WIRE_HEADER_SIZE, &status);
     size_t size = wire_close(packet, WIRE_STATUS, WIRE_STATUS_SIZE, 1, (uint32_t)(1e6 * bench->now_s));
-    link_hear_udp(&bench->link, packet, size, bench->now_s);
+    peer_hear_udp(&bench->link.peer, packet, size, bench->now_s);
 }
 
 static void act(struct bench *bench, struct input *input) {
     uint8_t message[CONTROL_MESSAGE_MOST];
     uint8_t action = input_byte(input) % ACTIONS;
     if (action == 0)
-        link_hear_udp(&bench->link, message, fill(input, message, input_byte(input)), bench->now_s);
+        peer_hear_udp(&bench->link.peer, message, fill(input, message, input_byte(input)), bench->now_s);
     else if (action == 1)
-        link_hear_tcp(&bench->link, message, fill(input, message, input_byte(input)), bench->now_s);
+        peer_hear_tcp(&bench->link.peer, message, fill(input, message, input_byte(input)), bench->now_s);
     else if (action == 2)
-        link_hear_udp(&bench->link, message, packet_of(bench, input, message, input_byte(input)),
+        peer_hear_udp(&bench->link.peer, message, packet_of(bench, input, message, input_byte(input)),
                       bench->now_s);
     else if (action == 3)
         answer(bench, message, packet_of(bench, input, message + CONTROL_SIZE_BYTES, input_byte(input)));

@@ -8,6 +8,10 @@ struct link *component_link(void) {
     return calloc(1, sizeof(struct link));
 }
 
+struct peer *component_peer(struct link *link) {
+    return &link->peer;
+}
+
 struct pins *component_pins(unsigned joints) {
     struct pins *pins = calloc(1, sizeof *pins);
     if (pins != NULL)

@@ -32,7 +32,7 @@ class Sample(ctypes.Structure):
 
 
 class World(ctypes.Structure):
-    """struct link_world"""
+    """struct peer_world"""
 
     _fields_ = [("ctx", HANDLE), ("send_udp", SEND), ("send_tcp", SEND), ("await_servo", AWAIT), ("say", SAY)]
 
@@ -125,13 +125,14 @@ def _declare(lib: ctypes.CDLL) -> ctypes.CDLL:
     position, pointer = DOUBLE * AXES, ctypes.POINTER
     for name, result, *arguments in (
         ("component_link", HANDLE),
+        ("component_peer", HANDLE, HANDLE),
         ("component_pins", HANDLE, ctypes.c_uint),
         ("component_is_open", ctypes.c_bool, HANDLE),
         ("component_encoder", HANDLE),
         ("pins_make", ctypes.c_int, HANDLE, MAKE_PIN, HANDLE),
         ("link_begin", None, HANDLE, HANDLE, pointer(World), pointer(Options), DOUBLE),
-        ("link_hear_udp", None, HANDLE, DATA, SIZE, DOUBLE),
-        ("link_hear_tcp", None, HANDLE, DATA, SIZE, DOUBLE),
+        ("peer_hear_udp", None, HANDLE, DATA, SIZE, DOUBLE),
+        ("peer_hear_tcp", None, HANDLE, DATA, SIZE, DOUBLE),
         ("link_sample", None, HANDLE, pointer(Sample), DOUBLE),
         ("link_tick", DATA, HANDLE, DOUBLE),
         ("link_follow_spindle", None, HANDLE, DOUBLE),

@@ -140,15 +140,15 @@ class Bench:
                 self._component()
 
     def _component(self) -> None:
-        now = self.virtual.now
+        now, peer = self.virtual.now, self.lib.component_peer(self.link)
         for data in self.wire.heard():
             packet = parse(data)
             if packet and isinstance(packet.payload, Status):
                 self.status = packet.payload
-            self.lib.link_hear_udp(self.link, data, len(data), now)
+            self.lib.peer_hear_udp(peer, data, len(data), now)
         answers, self.wire.answers = self.wire.answers, []
         for data in answers:
-            self.lib.link_hear_tcp(self.link, data, len(data), now)
+            self.lib.peer_hear_tcp(peer, data, len(data), now)
         self.lib.link_follow_spindle(self.link, now)
         if self.periods % 10:
             return

@@ -1,0 +1,184 @@
+/* SPDX-License-Identifier: MIT */
+#include "peer.h"
+
+#include "base/sha256.h"
+#include "base/version.h"
+#include "words_gen.h"
+
+#include <stdarg.h>
+#include <stdio.h>
+#include <string.h>
+
+static const double PING_S = 5.0;
+static const double SILENT_S = 1.0; /* without a report or an answer for so long it is gone */
+enum { ALL_AXES = 0xFF, ESTOP_TIMES = 3 };
+
+bool peer_is_later(uint32_t one_us, uint32_t other_us) {
+    return one_us != other_us && one_us - other_us <= INT32_MAX;
+}
+
+bool peer_is_locked(const struct peer *peer) {
+    return peer->status.state == WIRE_STATE_ALARM || peer->status.state == WIRE_STATE_ESTOP;
+}
+
+const char *peer_refusal(unsigned refusal) {
+    enum { COUNT = sizeof word_of_refusal / sizeof *word_of_refusal };
+    return refusal < COUNT && word_of_refusal[refusal] != NULL ? word_of_refusal[refusal] : "unknown";
+}
+
+void peer_say(const struct peer *peer, const char *format, ...) {
+    char text[PEER_WORDS_MOST];
+    va_list values;
+    va_start(values, format);
+    vsnprintf(text, sizeof text, format, values);
+    va_end(values);
+    peer->world.say(peer->world.ctx, text);
+}
+
+// ---- to it ----
+
+void peer_ask(struct peer *peer, uint8_t type, const void *payload, size_t size) {
+    uint8_t message[CONTROL_MESSAGE_MOST];
+    size_t count = control_ask(&peer->control, message, type, payload, size, peer->now_s);
+    if (count == 0)
+        peer->lost = "the controller answers nothing";
+    else
+        peer->world.send_tcp(peer->world.ctx, message, count);
+}
+
+void peer_post(struct peer *peer, uint8_t type, const void *payload, size_t size) {
+    uint8_t packet[WIRE_PACKET_MOST];
+    size_t count = control_pack(&peer->control, packet, type, payload, size, peer->now_s);
+    peer->world.send_udp(peer->world.ctx, packet, count);
+}
+
+static void say_hello(struct peer *peer) {
+    uint8_t payload[WIRE_HANDSHAKE_SIZE];
+    struct wire_handshake hello = {.host_version = VERSION_WORD, .host_name = "wificnc-hal"};
+    wire_put_handshake(payload, &hello);
+    peer_ask(peer, WIRE_HANDSHAKE, payload, sizeof payload);
+}
+
+void peer_begin(struct peer *peer, const struct peer_world *world, const struct peer_owner *owner,
+                const char *password, double now_s) {
+    *peer = (struct peer){.world = *world, .owner = *owner, .password = password, .now_s = now_s};
+    peer->control.sequence = (uint32_t)(uint64_t)(1e6 * now_s); /* not that of the host program before */
+    peer->heard_s = peer->pinged_s = now_s;
+    if (password[0] != '\0')
+        peer_ask(peer, WIRE_CHALLENGE, NULL, 0);
+    else
+        say_hello(peer);
+}
+
+bool peer_stop_and_reset(struct peer *peer, bool estop, bool reset) {
+    unsigned times = !estop ? 0 : peer->was_estop ? 1 : ESTOP_TIMES; /* and every tick as long as it is */
+    bool begins = reset && !peer->was_reset;
+    for (; times > 0; times--)
+        peer_post(peer, WIRE_ESTOP, NULL, 0);
+    if (begins && peer->is_known && peer_is_locked(peer))
+        peer_ask(peer, WIRE_RESET, NULL, 0);
+    peer->was_estop = estop;
+    peer->was_reset = reset;
+    return begins;
+}
+
+static void ping(struct peer *peer) {
+    uint8_t payload[WIRE_PING_SIZE];
+    if (peer->now_s - peer->pinged_s < PING_S)
+        return;
+    wire_put_ping(payload, &(struct wire_ping){.id = peer->control.sequence});
+    peer_ask(peer, WIRE_PING, payload, sizeof payload);
+    peer->pinged_s = peer->now_s;
+}
+
+bool peer_tick(struct peer *peer, double now_s) {
+    peer->now_s = now_s;
+    if (now_s - peer->heard_s > SILENT_S)
+        peer->lost = "the controller is silent";
+    else if (control_silence_s(&peer->control, now_s) > SILENT_S)
+        peer->lost = "the controller does not answer";
+    if (peer->lost == NULL && peer->is_up)
+        ping(peer);
+    return peer->lost == NULL && peer->is_up;
+}
+
+// ---- from it ----
+
+static void authenticate(struct peer *peer, const uint8_t *nonce) {
+    uint8_t proof[SHA256_SIZE];
+    sha256_hmac(peer->password, strlen(peer->password), nonce, WIRE_CHALLENGE_RESPONSE_SIZE, proof);
+    peer_ask(peer, WIRE_AUTHENTICATE, proof, sizeof proof);
+}
+
+static void take_hello(struct peer *peer, const uint8_t *payload) {
+    struct wire_handshake_response hello;
+    uint8_t jog_stop[WIRE_JOG_STOP_SIZE];
+    wire_get_handshake_response(payload, &hello);
+    if ((hello.capabilities & WIRE_CAPABILITY_LOCKED) != 0 && peer->password[0] == '\0')
+        peer->lost = "the controller wants a password: --password";
+    else
+        peer->lost = peer->owner.greet(peer->owner.owner, &hello);
+    peer->is_up = peer->lost == NULL;
+    wire_put_jog_stop(jog_stop, &(struct wire_jog_stop){.axis = ALL_AXES});
+    if (peer->is_up) /* its reports come to whoever has sent it a datagram */
+        peer_post(peer, WIRE_JOG_STOP, jog_stop, sizeof jog_stop);
+}
+
+static void begin_answered(struct peer *peer, const struct control_answer *answer) {
+    if (answer->type == WIRE_REFUSED)
+        peer->lost = answer->request == WIRE_AUTHENTICATE ? "the controller refuses the password: --password"
+                                                          : "the controller does not know this protocol";
+    else if (answer->request == WIRE_CHALLENGE)
+        authenticate(peer, answer->payload);
+    else if (answer->request == WIRE_AUTHENTICATE)
+        say_hello(peer);
+    else
+        take_hello(peer, answer->payload);
+}
+
+static void answered(struct peer *peer, const struct control_answer *answer) {
+    struct wire_refused refused;
+    if (!peer->is_up) {
+        begin_answered(peer, answer);
+    } else if (answer->request == WIRE_RESET && answer->type == WIRE_REFUSED) {
+        wire_get_refused(answer->payload, &refused);
+        peer_say(peer, "the controller refuses to be reset: %s", peer_refusal(refused.reason));
+    } else {
+        peer->owner.answer(peer->owner.owner, answer);
+    }
+}
+
+void peer_hear_tcp(struct peer *peer, const uint8_t *bytes, size_t count, double now_s) {
+    struct control_answer answer;
+    enum control_heard heard = CONTROL_ANSWER;
+    peer->now_s = now_s;
+    while (peer->lost == NULL &&
+           (heard = control_hear(&peer->control, &bytes, &count, &answer)) == CONTROL_ANSWER)
+        answered(peer, &answer);
+    if (heard == CONTROL_NONSENSE)
+        peer->lost = "the controller answers something else than it was asked";
+}
+
+static void take_status(struct peer *peer, const uint8_t *payload, uint32_t at_us) {
+    struct wire_status status;
+    wire_get_status(payload, &status);
+    peer->heard_s = peer->now_s;
+    if (!peer->is_known || peer_is_later(at_us, peer->status_us)) {
+        peer->status = status;
+        peer->status_us = at_us;
+        peer->is_known = true;
+        peer->owner.report(peer->owner.owner);
+    }
+}
+
+void peer_hear_udp(struct peer *peer, const uint8_t *packet, size_t size, double now_s) {
+    struct wire_header header;
+    peer->now_s = now_s;
+    if (!peer->is_up || !wire_open(packet, size, &header))
+        return;
+    const uint8_t *payload = packet + WIRE_HEADER_SIZE;
+    if (header.type != WIRE_STATUS)
+        peer->owner.datagram(peer->owner.owner, &header, payload);
+    else if (header.length >= WIRE_STATUS_SIZE)
+        take_status(peer, payload, header.timestamp_us);
+}
