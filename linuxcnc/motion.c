@@ -46,7 +46,8 @@ static void close_stream(struct link *link, uint32_t stream) {
 static void open_stream(struct link *link, enum link_phase opens_for) {
     uint8_t payload[WIRE_CONFIG_GET_SIZE];
     for (unsigned joint = 0; joint < link->options.joints; joint++) {
-        wire_put_config_get(payload, &(struct wire_config_get){.key = (uint16_t)(KEY_MAX_RATE + joint)});
+        wire_put_config_get(payload,
+                            &(struct wire_config_get){.key = (uint16_t)(KEY_MAX_RATE_MM_MIN + joint)});
         peer_ask(&link->peer, WIRE_CONFIG_GET, payload, sizeof payload);
     }
     put_zero(payload, WIRE_STREAM_OPEN_SIZE);
@@ -58,7 +59,7 @@ static void open_stream(struct link *link, enum link_phase opens_for) {
 static void take_rate(struct link *link, const uint8_t *payload) {
     struct wire_config_value value;
     wire_get_config_value(payload, &value);
-    unsigned joint = value.key - KEY_MAX_RATE;
+    unsigned joint = value.key - KEY_MAX_RATE_MM_MIN;
     if (joint < link->options.joints)
         link->slicer.rate[joint] = get_u32(value.value);
 }

@@ -10,7 +10,8 @@
 #include <string.h>
 
 static const double PING_S = 5.0;
-static const double SILENT_S = 1.0; /* without a report or an answer for so long it is gone */
+static const double REGISTER_S = 0.1, STAY_S = 1.0; /* for reports: until there is one, and from then on */
+static const double SILENT_S = 1.0;                 /* without a report or an answer for so long it is gone */
 enum { ALL_AXES = 0xFF, ESTOP_TIMES = 3 };
 
 bool peer_is_later(uint32_t one_us, uint32_t other_us) {
@@ -64,6 +65,7 @@ void peer_begin(struct peer *peer, const struct peer_world *world, const struct 
     *peer = (struct peer){.world = *world, .owner = *owner, .password = password, .now_s = now_s};
     peer->control.sequence = (uint32_t)(uint64_t)(1e6 * now_s); /* not that of the host program before */
     peer->heard_s = peer->pinged_s = now_s;
+    peer->registered_s = now_s - REGISTER_S;
     if (password[0] != '\0')
         peer_ask(peer, WIRE_CHALLENGE, NULL, 0);
     else
@@ -82,6 +84,16 @@ bool peer_stop_and_reset(struct peer *peer, bool estop, bool reset) {
     return begins;
 }
 
+/* Its reports come to whoever has sent it a datagram, not long ago. */
+static void register_for_reports(struct peer *peer) {
+    uint8_t payload[WIRE_JOG_STOP_SIZE];
+    if (peer->now_s - peer->registered_s < (peer->is_known ? STAY_S : REGISTER_S))
+        return;
+    wire_put_jog_stop(payload, &(struct wire_jog_stop){.axis = ALL_AXES});
+    peer_post(peer, WIRE_JOG_STOP, payload, sizeof payload);
+    peer->registered_s = peer->now_s;
+}
+
 static void ping(struct peer *peer) {
     uint8_t payload[WIRE_PING_SIZE];
     if (peer->now_s - peer->pinged_s < PING_S)
@@ -97,9 +109,11 @@ bool peer_tick(struct peer *peer, double now_s) {
         peer->lost = "the controller is silent";
     else if (control_silence_s(&peer->control, now_s) > SILENT_S)
         peer->lost = "the controller does not answer";
-    if (peer->lost == NULL && peer->is_up)
-        ping(peer);
-    return peer->lost == NULL && peer->is_up;
+    if (peer->lost != NULL || !peer->is_up)
+        return false;
+    register_for_reports(peer);
+    ping(peer);
+    return peer->lost == NULL;
 }
 
 // ---- from it ----
@@ -112,16 +126,12 @@ static void authenticate(struct peer *peer, const uint8_t *nonce) {
 
 static void take_hello(struct peer *peer, const uint8_t *payload) {
     struct wire_handshake_response hello;
-    uint8_t jog_stop[WIRE_JOG_STOP_SIZE];
     wire_get_handshake_response(payload, &hello);
     if ((hello.capabilities & WIRE_CAPABILITY_LOCKED) != 0 && peer->password[0] == '\0')
         peer->lost = "the controller wants a password: --password";
     else
         peer->lost = peer->owner.greet(peer->owner.owner, &hello);
     peer->is_up = peer->lost == NULL;
-    wire_put_jog_stop(jog_stop, &(struct wire_jog_stop){.axis = ALL_AXES});
-    if (peer->is_up) /* its reports come to whoever has sent it a datagram */
-        peer_post(peer, WIRE_JOG_STOP, jog_stop, sizeof jog_stop);
 }
 
 static void begin_answered(struct peer *peer, const struct control_answer *answer) {

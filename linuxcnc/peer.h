@@ -39,7 +39,7 @@ struct peer {
     bool is_known; /* `status` is one */
     struct wire_status status;
     uint32_t status_us; /* its clock, of that status */
-    double heard_s, pinged_s;
+    double heard_s, pinged_s, registered_s;
     bool was_estop, was_reset; /* as last wanted */
 };
 

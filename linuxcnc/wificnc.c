@@ -4,6 +4,7 @@
  * and pins. */
 #define _GNU_SOURCE
 #include "link.h"
+#include "module.h"
 #include "network.h"
 
 #include "base/version.h"
@@ -37,7 +38,11 @@ struct program {
     struct pins *pins; /* in HAL's memory */
     struct network network;
     struct link_options options;
+    struct peer *peer; /* of one of these two */
     struct link link;
+    bool is_module; /* `module` and its pins instead of `link` and its */
+    struct module_pins *module_pins;
+    struct module module;
     const char *broken; /* what the sockets say */
 };
 
@@ -70,17 +75,20 @@ static int make_pin(void *ctx, const char *name, enum pin_type type, enum pin_di
 
 /* The pointers to pins are HAL's: it moves them when pins are linked. */
 static int make_pins(struct program *program) {
-    struct pins *pins = hal_malloc(sizeof *pins);
-    if (pins == NULL)
+    program->pins = hal_malloc(sizeof *program->pins);
+    program->module_pins = hal_malloc(sizeof *program->module_pins);
+    if (program->pins == NULL || program->module_pins == NULL)
         return -ENOMEM;
-    *pins = (struct pins){.joints = program->options.joints};
-    int wrong = pins_make(pins, make_pin, program);
-    program->pins = pins;
-    return wrong;
+    if (program->is_module)
+        return module_make_pins(program->module_pins, make_pin, program);
+    *program->pins = (struct pins){.joints = program->options.joints};
+    return pins_make(program->pins, make_pin, program);
 }
 
 /* What each record of the sampler is: positions, servo time, motion type. */
 static int attach_samples(struct program *program) {
+    if (program->is_module)
+        return 0;
     char types[PIN_JOINTS + 3] = "";
     memset(types, 'f', program->options.joints + 1);
     types[program->options.joints + 1] = 's';
@@ -97,7 +105,7 @@ static bool read_sample(struct program *program, struct sample *sample) {
     enum { PROBING = 5 }; /* motion.motion-type of G38 */
     union hal_stream_data data[PIN_JOINTS + 2];
     unsigned joints = program->options.joints, number;
-    if (hal_stream_read(&program->samples, data, &number) < 0)
+    if (program->is_module || hal_stream_read(&program->samples, data, &number) < 0)
         return false;
     for (unsigned joint = 0; joint < joints; joint++)
         sample->command[joint] = data[joint].f;
@@ -137,12 +145,12 @@ static void say(void *ctx, const char *text) {
 
 static void hear_udp(void *ctx, const uint8_t *packet, size_t size) {
     struct program *program = ctx;
-    peer_hear_udp(&program->link.peer, packet, size, now_s());
+    peer_hear_udp(program->peer, packet, size, now_s());
 }
 
 static void hear_tcp(void *ctx, const uint8_t *bytes, size_t count) {
     struct program *program = ctx;
-    peer_hear_tcp(&program->link.peer, bytes, count, now_s());
+    peer_hear_tcp(program->peer, bytes, count, now_s());
 }
 
 // ---- the loop ----
@@ -181,8 +189,8 @@ static const char *tick(struct program *program) {
         return wrong;
     for (unsigned i = 0; i < SAMPLES_MOST && read_sample(program, &sample); i++)
         link_sample(&program->link, &sample, now_s());
-    wrong = link_tick(&program->link, now_s());
-    if (wrong == NULL && program->link.peer.is_known)
+    wrong = program->is_module ? module_tick(&program->module, now_s()) : link_tick(&program->link, now_s());
+    if (wrong == NULL && program->peer->is_known)
         be_ready(program);
     return wrong != NULL ? wrong : program->broken;
 }
@@ -194,7 +202,8 @@ static const char *rest(struct program *program, double due_s) {
         bool often = program->link.has_encoder;
         network_wait(&program->network, often ? fmin(left_s, LINK_SPINDLE_S) : left_s);
         wrong = network_receive(&program->network, hear_udp, hear_tcp, program);
-        link_follow_spindle(&program->link, now_s());
+        if (!program->is_module)
+            link_follow_spindle(&program->link, now_s());
     }
     return wrong;
 }
@@ -206,7 +215,10 @@ static const char *serve(struct program *program) {
     double due_s = now_s();
     program->broken = NULL;
     drop_samples(program);
-    link_begin(&program->link, program->pins, &world, &program->options, now_s());
+    if (program->is_module)
+        module_begin(&program->module, program->module_pins, &world, program->options.password, now_s());
+    else
+        link_begin(&program->link, program->pins, &world, &program->options, now_s());
     while (!ends && (wrong = tick(program)) == NULL) {
         due_s = fmax(due_s + LINK_TICK_S, now_s());
         wrong = rest(program, due_s);
@@ -218,11 +230,14 @@ static const char *serve(struct program *program) {
 
 /* @param wrong  said once, until there is a controller again */
 static void lose(struct program *program, const char *wrong, double begun_s) {
-    link_lose(program->pins);
-    if (!program->is_lost || program->link.peer.is_known)
+    if (program->is_module)
+        module_lose(program->module_pins);
+    else
+        link_lose(program->pins);
+    if (!program->is_lost || program->peer->is_known)
         say(program, wrong);
     program->is_lost = true;
-    program->link.peer.is_known = false;
+    program->peer->is_known = false;
     if (now_s() - begun_s >= FIRST_S)
         be_ready(program);
 }
@@ -249,18 +264,18 @@ static void run(struct program *program) {
 // ---- the command line ----
 
 static void show_help(FILE *to) {
-    fputs("usage: wificnc-hal --address IPV4 --joints N [option ...]\n"
+    fputs("usage: wificnc-hal --address IPV4 [option ...]\n"
           "The HAL component of WiFiCNC " VERSION_TEXT ": LinuxCNC plans, the controller steps.\n\n"
           "  --address IPV4    of the controller\n"
           "  --joints N        1 to 6, 3 if not said; joint n is the controller's axis n\n"
           "  --name NAME       of the component, before its pins; wificnc if not said\n"
-          "  --password WORD   where the controller wants one; others see it in the list of processes, but "
-          "not\n"
-          "                    what the environment variable WIFICNC_PASSWORD says\n"
+          "  --password WORD   where the controller wants one; others see it in the list of processes,\n"
+          "                    but not what the environment variable WIFICNC_PASSWORD says\n"
           "  --queue-ms MS     motion that waits in the controller, 10 to 1000; 100 if not said\n"
           "  --run-up-s S      of a spindle without an encoder, until it is said to be at speed; 0 if not "
           "said\n"
-          "  --sampler N       which of sampler's records to read; 0 if not said\n\n"
+          "  --sampler N       which of sampler's records to read; 0 if not said\n"
+          "  --io-module       it is an I/O module: its channels, and no motion\n\n"
           "docs/linuxcnc.md describes its pins and the HAL file around it.\n",
           to);
 }
@@ -287,6 +302,9 @@ static bool take_option(struct program *program, int option, const char *name, c
         fine = network_is_address(text);
         if (!fine)
             fprintf(stderr, "wificnc-hal: --address %s: it is an IPv4 address, like 192.168.1.50\n", text);
+        break;
+    case 'm':
+        program->is_module = true;
         break;
     case 'n':
         program->name = text;
@@ -315,11 +333,17 @@ static bool take_option(struct program *program, int option, const char *name, c
 
 static bool parse(struct program *program, int argc, char **argv) {
     static const struct option options[] = {
-        {"address", required_argument, NULL, 'a'},  {"name", required_argument, NULL, 'n'},
-        {"password", required_argument, NULL, 'p'}, {"joints", required_argument, NULL, 'j'},
-        {"queue-ms", required_argument, NULL, 'q'}, {"run-up-s", required_argument, NULL, 'r'},
-        {"sampler", required_argument, NULL, 's'},  {"help", no_argument, NULL, 'h'},
-        {"version", no_argument, NULL, 'v'},        {NULL, 0, NULL, 0},
+        {"address", required_argument, NULL, 'a'},
+        {"name", required_argument, NULL, 'n'},
+        {"password", required_argument, NULL, 'p'},
+        {"joints", required_argument, NULL, 'j'},
+        {"queue-ms", required_argument, NULL, 'q'},
+        {"run-up-s", required_argument, NULL, 'r'},
+        {"sampler", required_argument, NULL, 's'},
+        {"help", no_argument, NULL, 'h'},
+        {"version", no_argument, NULL, 'v'},
+        {"io-module", no_argument, NULL, 'm'},
+        {NULL, 0, NULL, 0},
     };
     int which = 0;
     for (int option; (option = getopt_long(argc, argv, "", options, &which)) != -1;) {
@@ -360,6 +384,7 @@ int main(int argc, char **argv) {
         fprintf(stderr, "%s: hal_init: %s\n", program.name, strerror(-program.component));
         return EXIT_FAILURE;
     }
+    program.peer = program.is_module ? &program.module.peer : &program.link.peer;
     int wrong = attach_samples(&program);
     if (wrong == 0 && (wrong = make_pins(&program)) != 0)
         fprintf(stderr, "%s: cannot make its pins: %s\n", program.name, strerror(-wrong));

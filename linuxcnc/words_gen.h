@@ -44,7 +44,12 @@ static const char *const word_of_refusal[] = {
     [22] = "a segment is to stop at the probe's contact, and the probe touches already",
 };
 
-enum { KEY_MAX_RATE = 0x0010 }; /* top speed of X, steps/s; the other axes' follow */
+enum {
+    KEY_MAX_RATE_MM_MIN = 0x0010, /* of the first of 6 */
+    KEY_IO_DIRECTION_MASK = 0x0611,
+    KEY_IO_FAULT_MASK = 0x0618,
+    KEY_IO_PIN = 0x0620, /* of the first of 16 */
+};
 /* clang-format on */
 
 #endif

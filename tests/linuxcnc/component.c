@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT
  * What tests need of the component's insides, for Python's ctypes. */
 #include "link.h"
+#include "module.h"
 
 #include <stdlib.h>
 
@@ -25,4 +26,16 @@ bool component_is_open(const struct link *link) {
 
 struct encoder *component_encoder(void) {
     return calloc(1, sizeof(struct encoder));
+}
+
+struct module *component_module(void) {
+    return calloc(1, sizeof(struct module));
+}
+
+struct module_pins *component_module_pins(void) {
+    return calloc(1, sizeof(struct module_pins));
+}
+
+struct peer *component_module_peer(struct module *module) {
+    return &module->peer;
 }

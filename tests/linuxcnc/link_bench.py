@@ -19,18 +19,16 @@ PIN_TYPES = (ctypes.c_bool, ctypes.c_double, ctypes.c_uint32)
 
 
 class Pins:
-    """The component's pins in memory of ours, by name."""
+    """Pins in memory of ours, by name."""
 
-    def __init__(self, joints: int) -> None:
-        self.joints = range(joints)
-        self.rows: dict[str, tuple[int, int]] = {}  # name -> type and direction, as in linuxcnc/pins.h
+    def __init__(self, handle: int, make: Callable[..., int]) -> None:
+        """make: a function of the component that makes the pins of handle."""
+        self.handle = handle
         self._values: dict[str, Any] = {}
-        self.handle = library().component_pins(joints)
-        assert library().pins_make(self.handle, MAKE_PIN(self._make), None) == 0
+        assert make(handle, MAKE_PIN(self._make), None) == 0
 
-    def _make(self, _ctx: object, name: bytes, kind: int, direction: int, at: Any) -> int:
-        assert name.decode() not in self.rows
-        self.rows[name.decode()] = kind, direction
+    def _make(self, _ctx: object, name: bytes, kind: int, _direction: int, at: Any) -> int:
+        assert name.decode() not in self._values
         value = self._values[name.decode()] = PIN_TYPES[kind]()
         at[0] = ctypes.addressof(value)
         return 0
@@ -102,7 +100,8 @@ class Bench:
         self.lib = library()
         self.virtual = virtual
         self.wire = Wire(virtual)
-        self.pins = Pins(joints)
+        self.joints = range(joints)
+        self.pins = Pins(self.lib.component_pins(joints), self.lib.pins_make)
         self.options = Options(joints, level_s, 0.0, password.encode())
         self.said: list[str] = []
         self.lost: str | None = None
@@ -187,7 +186,7 @@ class Bench:
 
     @property
     def feedback(self) -> list[float]:
-        return [self.pins[f"joint.{joint}.position-fb"] for joint in self.pins.joints]
+        return [self.pins[f"joint.{joint}.position-fb"] for joint in self.joints]
 
 
 def mover(bench: Bench, joint: int, target: float, speed: float, accel: float = 400.0) -> Callable[[], None]:

@@ -50,6 +50,7 @@ def check_pins(said: str) -> None:
     families = {re.sub(r"\d\d", "NN", name.replace("joint.0", "joint.N")) for name in pins if "joint.1" not in name}
     families = {name for name in families if "joint.2" not in name}
     text = (checkout_root() / "docs" / "linuxcnc.md").read_text(encoding="utf-8")
+    text = text[text.index("\n## The component") + 1 :].split("\n## ")[0]
     table = re.findall(r"^\| (`.+`) \| (bit|float|s32|u32) \| (in|out|io) \|", text, re.MULTILINE)
     documented = {name: (kind, way) for names, kind, way in table for name in re.findall(r"`([^`]+)`", names)}
     assert documented == {
