@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import json
 import os
+import resource
 import socket
 import struct
 import time
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from pathlib import Path
 from typing import Any
 
@@ -34,11 +35,15 @@ from wificnc.wmc3.layout import (
     Pong,
     Segment,
     State,
+    Statistics,
+    StatisticsResponse,
+    StreamOpen,
 )
 from wificnc.wmc3.packet import build, parse
 
 # the ports are fixed: every run of the tests has an address of its own
 ADDRESS = f"127.58.{os.getpid() >> 8 & 0xFF}.{os.getpid() & 0xFF or 1}"
+FILES = 4096
 SETTINGS = tuple(f"${base + ax}={value}" for base, value in ((100, 200), (110, 6000), (120, 500)) for ax in range(3))
 
 try:
@@ -174,23 +179,84 @@ def is_ended(client: socket.socket) -> bool:
 
 
 def test_misbehaving_clients_hold_nobody_up(serve: Callable[..., Server]) -> None:
-    """Half messages, sizes that cannot be, clients that never read, hundreds of connections: others are served."""
+    """Half messages, sizes that cannot be, clients that never read: others are served."""
     serve("asan")
-    with connection() as half, connection() as deaf, ExitStack() as stack:
+    with connection() as half, connection() as deaf:
         half.sendall(b"\x20")
         deaf.setblocking(False)
         request = framed(build(ConfigGet(key=1)))
         with pytest.raises(BlockingIOError):
             for _ in range(100_000):
                 deaf.sendall(request * 10)
-        for _ in range(300):
-            stack.enter_context(connection())
     for size in (0, 257, 65535):
         with connection() as wrong:
             wrong.sendall(struct.pack("<H", size) + bytes(300))
             assert is_ended(wrong)
     with Device(ADDRESS) as device:
         wait_for(lambda: _answers(device), "a good client is served")
+
+
+@pytest.fixture
+def many_files() -> Iterator[None]:
+    """More than a thousand sockets at once in this process, where the system lets it."""
+    before, most = resource.getrlimit(resource.RLIMIT_NOFILE)
+    if before != resource.RLIM_INFINITY and before < FILES:
+        if most != resource.RLIM_INFINITY and most < FILES:
+            pytest.skip(f"no more than {most} open files here")
+        resource.setrlimit(resource.RLIMIT_NOFILE, (FILES, most))
+    yield
+    resource.setrlimit(resource.RLIMIT_NOFILE, (before, most))
+
+
+def misbehave(client: socket.socket, way: int) -> None:
+    """One way of many. All places are taken, so the server may have closed it before."""
+    request = framed(build(ConfigGet(key=1)))
+    client.setblocking(False)
+    with suppress(BlockingIOError, ConnectionError):
+        if way == 1:
+            client.send(request[:1])  # half a size
+        elif way == 2:
+            client.send(request[:-1])  # half a message
+        elif way == 3:
+            client.send(request * 1000)  # and it never reads
+        elif way == 4:
+            client.send(b"GET / HTTP/1.1\r\n\r\n")
+        elif way == 5:
+            client.shutdown(socket.SHUT_WR)  # half-open
+        elif way == 6:
+            client.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
+            client.close()  # reset
+        elif way == 7:
+            client.send(framed(build(StreamOpen())))
+
+
+def resources(server: Server) -> tuple[int, int]:
+    """Memory of the server, KiB, and its open files."""
+    status = Path(f"/proc/{server.pid}/status").read_text()
+    return int(status.split("VmRSS:")[1].split()[0]), len(list(Path(f"/proc/{server.pid}/fd").iterdir()))
+
+
+@pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="Linux tells it there")
+def test_a_thousand_connections(serve: Callable[..., Server], many_files: None) -> None:
+    """Beyond four they are closed at once, whatever they do: the four are served, nothing is kept, nothing moves."""
+    server = serve("asan")
+    with ExitStack() as stack:
+        four = [stack.enter_context(Device(ADDRESS)) for _ in range(4)]
+        for device in four:
+            device.handshake()
+        memory, files = resources(server)
+        for number in range(1000):
+            misbehave(stack.enter_context(connection()), number % 8)
+            if number % 100 == 99:
+                assert [device.request(Ping(number), Pong) for device in four] == [Pong(number)] * 4
+        wait_for(lambda: resources(server)[1] == files, "all of them are closed")
+        assert [device.request(Ping(1), Pong) for device in four] == [Pong(1)] * 4
+        assert resources(server)[0] < memory + 1024, "KiB"
+        counts = four[0].request(Statistics(), StatisticsResponse)
+        assert (counts.segments, counts.owner) == (0, bytes(4))
+        assert position(four[0]) == (0,) * 6
+    with Device(ADDRESS) as device:
+        wait_for(lambda: _answers(device), "there is room again")
 
 
 def _answers(device: Device) -> bool:
