@@ -26,27 +26,6 @@ enum wire_refusal session_refusal(enum host_answer answer) {
     return (enum wire_refusal)refusals[answer];
 }
 
-/* ---- who may ---- */
-
-static bool is_authenticated(const struct session *session, const uint8_t address[4]) {
-    if (session->options.password[0] == '\0')
-        return true;
-    for (unsigned i = 0; i < SESSION_CLIENTS; i++) {
-        const struct session_client *client = &session->client[i];
-        if (client->used && client->authenticated && session_same(client->address, address))
-            return true;
-    }
-    return false;
-}
-
-enum wire_refusal session_may(const struct session *session, const uint8_t address[4]) {
-    if (!is_authenticated(session, address))
-        return WIRE_REFUSAL_AUTHENTICATION;
-    if (session->owner.on && !session_same(session->owner.address, address))
-        return WIRE_REFUSAL_OWNER;
-    return WIRE_REFUSAL_NONE;
-}
-
 void session_own(struct session *session, const uint8_t address[4]) {
     struct session_owner *owner = &session->owner;
     if (!session_same(owner->address, address)) {
@@ -158,64 +137,34 @@ static enum wire_refusal resume(struct session *session) {
     return WIRE_REFUSAL_NONE;
 }
 
-int session_command_size(uint8_t type) {
-    switch (type) {
-    case WIRE_JOG:
-        return WIRE_JOG_SIZE;
-    case WIRE_JOG_STOP:
-        return WIRE_JOG_STOP_SIZE;
-    case WIRE_HOME:
-        return WIRE_HOME_SIZE;
-    case WIRE_IO_CONTROL:
-        return WIRE_IO_CONTROL_SIZE;
-    case WIRE_CHANNEL_OUTPUTS:
-        return WIRE_CHANNEL_OUTPUTS_SIZE;
-    case WIRE_ESTOP:
-    case WIRE_HOLD:
-    case WIRE_RESUME:
-    case WIRE_RESET:
-        return 0;
-    default:
-        return -1;
-    }
-}
-
-/* Those that only stop: from anybody, at any time. @return false: it is none of them */
-static bool stops(struct session *session, uint8_t type) {
-    if (type == WIRE_ESTOP)
-        machine_host_estop(session->machine);
-    else if (type == WIRE_HOLD)
-        machine_host_hold(session->machine);
-    else if (type == WIRE_JOG_STOP)
-        machine_host_jog_stop(session->machine);
-    else
-        return false;
-    return true;
+static enum wire_refusal command(struct session *session, const uint8_t address[4], uint8_t type,
+                                 const uint8_t *payload) {
+    session_own(session, address);
+    if (type == WIRE_JOG)
+        return jog(session, payload);
+    return type == WIRE_HOME ? home(session, payload) : io_control(session, payload);
 }
 
 enum wire_refusal session_command(struct session *session, const uint8_t address[4], uint8_t type,
                                   const uint8_t *payload) {
     if (session_is_module(session))
         return module_command(session, address, type, payload);
-    if (stops(session, type))
-        return WIRE_REFUSAL_NONE;
-    enum wire_refusal refusal = session_may(session, address);
-    if (refusal != WIRE_REFUSAL_NONE)
-        return refusal;
-    if (type == WIRE_RESET)
-        return reset(session);
-    if (type == WIRE_RESUME)
-        return resume(session);
-    session_own(session, address);
     switch (type) {
-    case WIRE_JOG:
-        return jog(session, payload);
-    case WIRE_HOME:
-        return home(session, payload);
-    case WIRE_IO_CONTROL:
-        return io_control(session, payload);
+    case WIRE_ESTOP:
+        machine_host_estop(session->machine);
+        return WIRE_REFUSAL_NONE;
+    case WIRE_HOLD:
+        machine_host_hold(session->machine);
+        return WIRE_REFUSAL_NONE;
+    case WIRE_JOG_STOP:
+        machine_host_jog_stop(session->machine);
+        return WIRE_REFUSAL_NONE;
+    case WIRE_RESET:
+        return reset(session);
+    case WIRE_RESUME:
+        return resume(session);
     default:
-        return WIRE_REFUSAL_UNKNOWN_TYPE;
+        return command(session, address, type, payload);
     }
 }
 
@@ -263,15 +212,13 @@ static enum wire_refusal push(struct session *session, const uint8_t *at) {
 }
 
 void session_motion(struct session *session, const uint8_t address[4], const struct wire_header *header,
-                    const uint8_t *payload) {
+                    const uint8_t *payload, enum wire_refusal refusal) {
     struct wire_motion motion;
     wire_get_motion(payload, &motion);
     if (!wire_has_segments(header, WIRE_MOTION_SIZE, motion.count, 1)) {
         session->counts.malformed++;
         return;
     }
-    enum wire_refusal refusal =
-        session_is_module(session) ? WIRE_REFUSAL_IO_MODULE : session_may(session, address);
     if (refusal == WIRE_REFUSAL_NONE && session->stream.open)
         refusal = WIRE_REFUSAL_BUSY;
     if (refusal != WIRE_REFUSAL_NONE) {

@@ -88,18 +88,8 @@ static size_t get_key(const struct request *request) {
 
 static enum wire_refusal set_key(const struct request *request) {
     struct wire_config_set set;
-    enum wire_refusal refusal = session_may(request->session, request->client->address);
-    if (refusal != WIRE_REFUSAL_NONE)
-        return refusal;
     wire_get_config_set(request->payload, &set);
     return config_set(request->session, &set);
-}
-
-static enum wire_refusal save(const struct request *request) {
-    enum wire_refusal refusal = session_may(request->session, request->client->address);
-    if (refusal != WIRE_REFUSAL_NONE)
-        return refusal;
-    return config_save(request->session);
 }
 
 static size_t pong(const struct request *request) {
@@ -110,10 +100,11 @@ static size_t pong(const struct request *request) {
     return answer(request, WIRE_PONG, WIRE_PONG_SIZE);
 }
 
-static size_t open_stream(const struct request *request) {
+/* Also why not is said in its own reply. */
+static size_t open_stream(const struct request *request, enum wire_refusal refusal) {
     struct session *session = request->session;
-    enum wire_refusal refusal =
-        session_is_module(session) ? WIRE_REFUSAL_IO_MODULE : stream_open(session, request->place);
+    if (refusal == WIRE_REFUSAL_NONE)
+        refusal = stream_open(session, request->place);
     struct wire_stream_opened opened = {.stream = refusal == WIRE_REFUSAL_NONE ? session->stream.id : 0,
                                         .capacity = FEED_SIZE,
                                         .refusal = (uint8_t)refusal};
@@ -150,8 +141,6 @@ static size_t statistics(const struct request *request) {
 }
 
 static size_t last_probe(const struct request *request) {
-    if (session_is_module(request->session))
-        return judge(request, WIRE_REFUSAL_IO_MODULE);
     session_put_probe(request->session, body(request));
     return answer(request, WIRE_PROBE_RESULT, WIRE_PROBE_RESULT_SIZE);
 }
@@ -189,33 +178,7 @@ static enum wire_refusal authenticate(const struct request *request) {
     return WIRE_REFUSAL_NONE;
 }
 
-/* Least payload of a request. @return -1: there is none of this type */
-static int request_size(uint8_t type) {
-    switch (type) {
-    case WIRE_HANDSHAKE:
-        return WIRE_HANDSHAKE_SIZE;
-    case WIRE_CONFIG_GET:
-        return WIRE_CONFIG_GET_SIZE;
-    case WIRE_CONFIG_SET:
-        return WIRE_CONFIG_SET_SIZE;
-    case WIRE_PING:
-        return WIRE_PING_SIZE;
-    case WIRE_STREAM_OPEN:
-        return WIRE_STREAM_OPEN_SIZE;
-    case WIRE_STREAM_CLOSE:
-        return WIRE_STREAM_CLOSE_SIZE;
-    case WIRE_AUTHENTICATE:
-        return WIRE_AUTHENTICATE_SIZE;
-    case WIRE_CONFIG_SAVE:
-    case WIRE_STATISTICS:
-    case WIRE_PROBE_LAST:
-    case WIRE_CHALLENGE:
-        return 0;
-    default:
-        return session_command_size(type);
-    }
-}
-
+/* What rules.c lets through. */
 static size_t dispatch(const struct request *request) {
     switch (request->header.type) {
     case WIRE_HANDSHAKE:
@@ -225,11 +188,9 @@ static size_t dispatch(const struct request *request) {
     case WIRE_CONFIG_SET:
         return judge(request, set_key(request));
     case WIRE_CONFIG_SAVE:
-        return judge(request, save(request));
+        return judge(request, config_save(request->session));
     case WIRE_PING:
         return pong(request);
-    case WIRE_STREAM_OPEN:
-        return open_stream(request);
     case WIRE_STREAM_CLOSE:
         return judge(request, close_stream(request));
     case WIRE_PROBE_LAST:
@@ -261,10 +222,9 @@ size_t session_request(struct session *session, int place, const uint8_t *messag
     }
     session_note_alive(session, request.client->address);
     session_note_sequence(session, request.client->address, request.header.sequence);
-    int least = request_size(request.header.type);
-    if (least < 0)
-        return judge(&request, WIRE_REFUSAL_UNKNOWN_TYPE);
-    if (request.header.length < least)
-        return judge(&request, WIRE_REFUSAL_MALFORMED);
-    return dispatch(&request);
+    enum wire_refusal refusal = session_check_request(session, request.client, &request.header);
+    bool understood = refusal != WIRE_REFUSAL_UNKNOWN_TYPE && refusal != WIRE_REFUSAL_MALFORMED;
+    if (request.header.type == WIRE_STREAM_OPEN && understood)
+        return open_stream(&request, refusal);
+    return refusal == WIRE_REFUSAL_NONE ? dispatch(&request) : judge(&request, refusal);
 }

@@ -41,31 +41,38 @@ uint8_t session_state(const struct session *session);
 /** How the newest segments with the probe flag ended. @param payload  room for WIRE_PROBE_RESULT_SIZE */
 void session_put_probe(const struct session *session, uint8_t *payload);
 
+/* rules.c */
+/** Whether a datagram, or a message of a TCP client, may be looked into: it is known on its channel, long
+ * enough, this device has what it is for, and this host may do that now. */
+enum wire_refusal session_check_datagram(const struct session *session, const uint8_t address[4],
+                                         const struct wire_header *header);
+enum wire_refusal session_check_request(const struct session *session, const struct session_client *client,
+                                        const struct wire_header *header);
+
 /* command.c */
-/** Whether this host may command now. */
-enum wire_refusal session_may(const struct session *session, const uint8_t address[4]);
-/** It does. */
+/** This host commands. */
 void session_own(struct session *session, const uint8_t address[4]);
 enum wire_refusal session_refusal(enum host_answer answer);
-/** Everything that hosts may send by UDP or TCP. @param payload  at least as long as the type needs */
+/** What hosts may send by UDP and TCP. It was checked. */
 enum wire_refusal session_command(struct session *session, const uint8_t address[4], uint8_t type,
                                   const uint8_t *payload);
 /** Spindle or coolant run because the host has said so. */
 bool session_runs_outputs(const struct session *session);
 /** Those go off. */
 void session_switch_off(struct session *session);
-/** Least payload of a command. @return -1: no such command */
-int session_command_size(uint8_t type);
+/** @param refusal  of session_check_datagram(): refused segments are counted */
 void session_motion(struct session *session, const uint8_t address[4], const struct wire_header *header,
-                    const uint8_t *payload);
+                    const uint8_t *payload, enum wire_refusal refusal);
 
 /* stream.c */
 /** Notice that the machine has given up what was queued. */
 void stream_follow(struct session *session);
 enum wire_refusal stream_open(struct session *session, int place);
 void stream_close(struct session *session, enum wire_refusal refusal);
+/** @param refusal  of session_check_datagram(): nothing is taken then, but how far the stream is is answered
+ */
 void stream_segments(struct session *session, const struct session_peer *from,
-                     const struct wire_header *header, const uint8_t *payload);
+                     const struct wire_header *header, const uint8_t *payload, enum wire_refusal refusal);
 
 /* module.c */
 /** As session_command(), of an I/O module. */

@@ -40,15 +40,10 @@ static enum wire_refusal reset(struct session *session) {
 
 enum wire_refusal module_command(struct session *session, const uint8_t address[4], uint8_t type,
                                  const uint8_t *payload) {
+    if (type == WIRE_JOG_STOP)
+        return WIRE_REFUSAL_NONE;
     if (type == WIRE_ESTOP)
         return stop(session);
-    if (type == WIRE_JOG_STOP) /* hosts register and find devices with it */
-        return WIRE_REFUSAL_NONE;
-    if (type != WIRE_RESET && type != WIRE_IO_CONTROL && type != WIRE_CHANNEL_OUTPUTS)
-        return WIRE_REFUSAL_IO_MODULE;
-    enum wire_refusal refusal = session_may(session, address);
-    if (refusal != WIRE_REFUSAL_NONE)
-        return refusal;
     if (type == WIRE_RESET)
         return reset(session);
     if (session->options.channels->locked)

@@ -143,19 +143,18 @@ void session_datagram(struct session *session, const struct session_peer *from, 
         return;
     }
     const uint8_t *payload = bytes + WIRE_HEADER_SIZE;
-    int least = session_command_size(header.type);
+    enum wire_refusal refusal = session_check_datagram(session, from->address, &header);
     session_hear(session, from->address);
-    if (header.type == WIRE_MOTION && header.length >= WIRE_MOTION_SIZE) {
-        session_motion(session, from->address, &header, payload);
-    } else if (header.type == WIRE_STREAM_SEGMENTS && !session_is_module(session) &&
-               header.length >= WIRE_STREAM_SEGMENTS_SIZE) {
-        stream_segments(session, from, &header, payload);
-    } else if (least >= 0 && header.length >= least) {
-        (void)session_command(session, from->address, header.type, payload);
-    } else {
+    if (refusal == WIRE_REFUSAL_UNKNOWN_TYPE || refusal == WIRE_REFUSAL_MALFORMED) {
         session->counts.malformed++;
         return;
     }
+    if (header.type == WIRE_MOTION)
+        session_motion(session, from->address, &header, payload, refusal);
+    else if (header.type == WIRE_STREAM_SEGMENTS && refusal != WIRE_REFUSAL_IO_MODULE)
+        stream_segments(session, from, &header, payload, refusal);
+    else if (refusal == WIRE_REFUSAL_NONE)
+        (void)session_command(session, from->address, header.type, payload);
     session_note_sequence(session, from->address, header.sequence);
     session->counts.datagrams++;
 }

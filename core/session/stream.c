@@ -47,14 +47,10 @@ void stream_follow(struct session *session) {
 
 enum wire_refusal stream_open(struct session *session, int place) {
     struct session_stream *stream = &session->stream;
-    const uint8_t *address = session->client[place].address;
-    enum wire_refusal refusal = session_may(session, address);
-    if (refusal == WIRE_REFUSAL_NONE && session_state(session) >= WIRE_STATE_ALARM)
-        refusal = WIRE_REFUSAL_LOCKED;
-    if (refusal == WIRE_REFUSAL_NONE && machine_host_is_busy(session->machine))
-        refusal = WIRE_REFUSAL_BUSY;
-    if (refusal != WIRE_REFUSAL_NONE)
-        return refusal;
+    if (session_state(session) >= WIRE_STATE_ALARM)
+        return WIRE_REFUSAL_LOCKED;
+    if (machine_host_is_busy(session->machine))
+        return WIRE_REFUSAL_BUSY;
     stream_close(session, WIRE_REFUSAL_STREAM_CLOSED);
     uint32_t step = 2 + ((uint32_t)session->now_us & 0xFFFE);        /* not what a late datagram says */
     *stream = (struct session_stream){.id = (stream->id + step) | 1, /* never 0 */
@@ -63,7 +59,7 @@ enum wire_refusal stream_open(struct session *session, int place) {
                                       .base = machine_host_taken(session->machine),
                                       .dropped = session->machine->host.dropped,
                                       .done = UINT32_MAX};
-    session_own(session, address);
+    session_own(session, session->client[place].address);
     session->owner.motion_us = session->now_us;
     return WIRE_REFUSAL_NONE;
 }
@@ -121,7 +117,7 @@ static void send_ack(struct session *session, const struct session_peer *to, uin
 }
 
 void stream_segments(struct session *session, const struct session_peer *from,
-                     const struct wire_header *header, const uint8_t *payload) {
+                     const struct wire_header *header, const uint8_t *payload, enum wire_refusal refusal) {
     const struct session_stream *stream = &session->stream;
     struct wire_stream_segments segments;
     wire_get_stream_segments(payload, &segments);
@@ -130,7 +126,7 @@ void stream_segments(struct session *session, const struct session_peer *from,
         return;
     }
     stream_follow(session);
-    bool own = session_may(session, from->address) == WIRE_REFUSAL_NONE && segments.stream == stream->id;
+    bool own = refusal == WIRE_REFUSAL_NONE && segments.stream == stream->id;
     if (own) {
         session_own(session, from->address);
         session->owner.motion_us = session->now_us;

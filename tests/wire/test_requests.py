@@ -18,6 +18,7 @@ from wificnc.wmc3.layout import (
     Authenticate,
     Challenge,
     ChallengeResponse,
+    ChannelOutputs,
     ConfigGet,
     ConfigSave,
     ConfigSet,
@@ -312,6 +313,28 @@ def test_a_guesser_holds_nobody_else_up(make_device: Callable[..., Device]) -> N
     assert prove(device, guesser, "wrong") == Refusal.AUTHENTICATION
     assert prove(device, device.connect("10.0.0.66"), "secret") == Refusal.AUTHENTICATION, "another connection of it"
     assert prove(device, other, "secret") == Refusal.NONE
+
+
+def test_a_connection_authenticates_for_itself(make_device: Callable[..., Device]) -> None:
+    """Another program of the same computer, or behind the same router, does not know the password."""
+    device = make_device(password="secret")
+    good, other = device.connect(), device.connect()
+    assert prove(device, good, "secret") == Refusal.NONE
+    assert configure(device, other, 0x0103, ValueType.U16, 100) == Refusal.AUTHENTICATION
+    assert reason(device, other, Jog(0, 1, 1000)) == Refusal.AUTHENTICATION
+    opened = device.request(other, StreamOpen()).payload
+    assert isinstance(opened, StreamOpened) and opened.refusal == Refusal.AUTHENTICATION
+    assert configure(device, good, 0x0103, ValueType.U16, 100) == Refusal.NONE
+    device.run(0.5)
+    assert device.pulses == [0] * 6
+
+
+def test_what_a_machine_has_not_takes_no_command(device: Device) -> None:
+    """channel_outputs is for I/O modules: it was refused, and its sender commanded the machine all the same."""
+    client = device.connect()
+    assert reason(device, client, ChannelOutputs(1, 1)) == Refusal.UNKNOWN_TYPE
+    device.send(ChannelOutputs(1, 1))
+    assert reason(device, device.connect(OTHER), Jog(0, 1, 1000)) == Refusal.NONE
 
 
 def test_a_wrong_password_and_a_replay(make_device: Callable[..., Device]) -> None:
