@@ -7,119 +7,67 @@
  *   - after a reset and a sound configuration an output does what it is told
  *
  * The input is a row of actions; the first byte says which, what it needs follows. */
-#include "fuzz.h"
+#include "peers.h"
 
-#include "host.h"
 #include "host_module.h"
-#include "host_wire.h"
 #include "wire/bytes.h"
-#include "wire/packet.h"
 
-#include <string.h>
-
-enum { HZ = 1000000, HOSTS = 3, ACTIONS = 9, SECONDS_MOST = 20 };
+enum { ACTIONS = 9 };
 
 struct device {
-    struct host *host;
-    struct host_wire *wire;
+    struct peers peers;
     bool connected[SESSION_CLIENTS];
-    uint32_t sequence;
 };
 
-static uint32_t address_of(unsigned number) {
-    return 0x0A000002u + number % HOSTS;
-}
-
-static void check_status(const uint8_t *payload) {
+static void check_status(const struct wire_header *header, const uint8_t *payload) {
     struct wire_status status;
+    if (header->type != WIRE_STATUS)
+        return;
     wire_get_status(payload, &status);
     CLAIM((status.io_inputs & status.io_outputs) == 0, "0x%04X in and 0x%04X out", status.io_inputs,
           status.io_outputs);
     CLAIM(status.state == WIRE_STATE_IDLE || status.state == WIRE_STATE_ESTOP, "state %u", status.state);
 }
 
-static void take_sent(struct device *device) {
-    uint8_t packet[WIRE_PACKET_MOST];
-    struct wire_header header;
-    uint32_t address;
-    uint16_t port;
-    size_t size;
-    while ((size = host_wire_sent(device->wire, &address, &port, packet, sizeof packet)) > 0) {
-        CLAIM(wire_open(packet, size, &header) && size == (size_t)WIRE_HEADER_SIZE + header.length,
-              "what it sends is no packet");
-        if (header.type == WIRE_STATUS)
-            check_status(packet + WIRE_HEADER_SIZE);
-    }
-}
-
 static void check_pins(const struct device *device) {
-    uint64_t driven, level = host_wire_levels(device->wire, &driven);
+    uint64_t driven, level = host_wire_levels(device->peers.wire, &driven);
     CLAIM(driven >> MODULE_INPUT_PINS == 0, "an input's pin is driven: 0x%llx", (unsigned long long)driven);
     CLAIM((level & ~driven) == 0, "levels of what is not driven: 0x%llx", (unsigned long long)level);
-}
-
-static void run(struct device *device, uint32_t ms) {
-    host_wire_run(device->wire, host_time_ticks(device->host) + (uint64_t)ms * (HZ / 1000));
-    take_sent(device);
 }
 
 /* ---- packets ---- */
 
 static int client_of(struct device *device, unsigned host) {
-    int client = host_wire_connect(device->wire, address_of(host));
-    client = client < 0 ? 0 : client;
+    int client = peers_connect(&device->peers, host);
     device->connected[client] = true;
     return client;
 }
 
 static void leave(struct device *device, int client) {
     if (device->connected[client])
-        host_wire_disconnect(device->wire, client);
+        host_wire_disconnect(device->peers.wire, client);
     device->connected[client] = false;
 }
 
-/* @return type of the reply, 0: none */
-static uint8_t request(struct device *device, int client, const uint8_t *packet, size_t size) {
-    uint8_t reply[WIRE_PACKET_MOST];
-    struct wire_header header;
-    size_t replied = host_wire_request(device->wire, client, packet, size, reply);
-    if (replied == 0)
-        return 0;
-    CLAIM(wire_open(reply, replied, &header) && replied <= 104, "the reply is no packet");
-    return header.type;
-}
-
+/* @return type of the reply */
 static uint8_t ask(struct device *device, int client, uint8_t *packet, uint8_t type, size_t payload_size) {
-    size_t size = wire_close(packet, type, payload_size, ++device->sequence, 0);
-    uint8_t answer = request(device, client, packet, size);
-    CLAIM(answer != 0, "a good request has a reply");
-    return answer;
-}
-
-static size_t raw_packet(struct device *device, struct input *input, uint8_t *packet, bool good) {
-    uint8_t type = input_byte(input);
-    size_t size = input_byte(input);
-    for (size_t i = 0; i < size; i++)
-        packet[WIRE_HEADER_SIZE + i] = input_byte(input);
-    if (good)
-        return wire_close(packet, type, size, ++device->sequence, 0);
-    packet[0] = type;
-    return size;
+    uint8_t reply[WIRE_PACKET_MOST];
+    size_t size = peers_close(&device->peers, packet, type, payload_size);
+    return peers_ask(&device->peers, client, packet, size, true, reply);
 }
 
 static void send_datagram(struct device *device, struct input *input, bool good) {
     uint8_t packet[WIRE_PACKET_MOST] = {0};
     unsigned host = input_byte(input);
-    size_t size = raw_packet(device, input, packet, good);
-    host_wire_datagram(device->wire, address_of(host), 4000, packet, size);
+    size_t size = peers_packet(&device->peers, input, packet, good);
+    peers_send(&device->peers, host, packet, size);
 }
 
 static void send_request(struct device *device, struct input *input, bool good) {
-    uint8_t packet[WIRE_PACKET_MOST] = {0};
+    uint8_t packet[WIRE_PACKET_MOST] = {0}, reply[WIRE_PACKET_MOST];
     int client = client_of(device, input_byte(input));
-    size_t size = raw_packet(device, input, packet, good);
-    uint8_t answer = request(device, client, packet, size);
-    CLAIM(!good || answer != 0, "a good request has a reply");
+    size_t size = peers_packet(&device->peers, input, packet, good);
+    (void)peers_ask(&device->peers, client, packet, size, good, reply);
     if (input_byte(input) < 128)
         leave(device, client);
 }
@@ -184,13 +132,13 @@ static void act(struct device *device, struct input *input) {
         act_at_the_channels(device, input, what);
         break;
     case 7:
-        run(device, input_byte(input));
+        peers_run(&device->peers, input_byte(input));
         break;
     default:
-        (void)host_wire_hold(device->wire, input_byte(input), input_byte(input) % 3);
+        (void)host_wire_hold(device->peers.wire, input_byte(input), input_byte(input) % 3);
         break;
     }
-    take_sent(device);
+    peers_take(&device->peers);
     check_pins(device);
 }
 
@@ -205,7 +153,7 @@ static void release(struct device *device) {
         (void)set(device, client, 0x0616, 100);
         leave(device, client);
     }
-    run(device, 200);
+    peers_run(&device->peers, 200);
 }
 
 static void check_it_still_works(struct device *device) {
@@ -222,7 +170,7 @@ static void check_it_still_works(struct device *device) {
     CLAIM(plain(device, client, WIRE_CONFIG_SAVE) == WIRE_ACK, "a sound configuration");
     CLAIM(plain(device, client, WIRE_RESET) == WIRE_ACK, "a reset");
     CLAIM(switch_outputs(device, client, 0xFF00, 0x0300) == WIRE_ACK, "outputs");
-    uint64_t level = host_wire_levels(device->wire, &driven);
+    uint64_t level = host_wire_levels(device->peers.wire, &driven);
     CLAIM(driven == 0xFF00 && level == 0x0200, "0x%llx, levels 0x%llx", (unsigned long long)driven,
           (unsigned long long)level);
 }
@@ -234,20 +182,16 @@ static void count_steps(void *ctx, const struct trace_event *events, size_t coun
 }
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
-    const struct host_board board = {.timer_hz = HZ,
-                                     .step_pulse_ns = 5000,
-                                     .dir_setup_ns = 5000,
-                                     .max_step_rate_hz = 20000,
-                                     .axis_count = 3};
     struct input input = {data, data + size};
-    struct device device = {.host = host_create(&board)};
-    device.wire = host_wire_create_module(device.host, "");
-    (void)trace_add(host_trace(device.host), count_steps, NULL);
-    while (input_left(&input) > 0 && host_time_ticks(device.host) < (uint64_t)SECONDS_MOST * HZ)
+    struct host *host = host_create(&peers_board);
+    struct device device = {
+        .peers = {.host = host, .wire = host_wire_create_module(host, ""), .heard = check_status}};
+    (void)trace_add(host_trace(host), count_steps, NULL);
+    while (peers_go_on(&device.peers, &input))
         act(&device, &input);
-    run(&device, 10);
+    peers_run(&device.peers, 10);
     check_it_still_works(&device);
-    host_wire_destroy(device.wire);
-    host_destroy(device.host);
+    host_wire_destroy(device.peers.wire);
+    host_destroy(host);
     return 0;
 }

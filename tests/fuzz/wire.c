@@ -8,26 +8,19 @@
  * again
  *
  * The input is a row of actions; the first byte says which, what it needs follows. */
-#include "fuzz.h"
+#include "peers.h"
 
-#include "host.h"
-#include "host_wire.h"
 #include "virtual.h"
 #include "wire/bytes.h"
-#include "wire/packet.h"
 
-#include <string.h>
-
-enum { HZ = 1000000, STEP_RATE_HZ = 20000, HOSTS = 3, ACTIONS = 9, SECONDS_MOST = 20 };
+enum { ACTIONS = 9, TYPE_AT = 5 /* in a packet */ };
 
 struct device {
-    struct host *host;
-    struct host_wire *wire;
+    struct peers peers;
     int32_t pulses[AXIS_COUNT];
     uint64_t last_ticks[AXIS_COUNT];
     bool homed;      /* the counter may be set anew */
     uint32_t stream; /* of the last stream_opened */
-    uint32_t sequence;
 };
 
 static void count_pulses(void *ctx, const struct trace_event *events, size_t count) {
@@ -45,37 +38,9 @@ static void count_pulses(void *ctx, const struct trace_event *events, size_t cou
     }
 }
 
-static uint32_t address_of(unsigned number) {
-    return 0x0A000002u + number % HOSTS;
-}
-
-static void take_sent(struct device *device) {
-    uint8_t packet[WIRE_PACKET_MOST];
-    struct wire_header header;
-    uint32_t address;
-    uint16_t port;
-    size_t size;
-    while ((size = host_wire_sent(device->wire, &address, &port, packet, sizeof packet)) > 0)
-        CLAIM(wire_open(packet, size, &header) && size == (size_t)WIRE_HEADER_SIZE + header.length,
-              "what it sends is no packet");
-}
-
-static void run(struct device *device, uint32_t ms) {
-    host_wire_run(device->wire, host_time_ticks(device->host) + (uint64_t)ms * (HZ / 1000));
-    take_sent(device);
-}
-
-/* A payload of the input in a good packet; or the bytes as they are. @return its size */
 static size_t packet_of(struct device *device, struct input *input, uint8_t *packet, bool good) {
-    uint8_t type = input_byte(input);
-    size_t size = input_byte(input);
-    for (size_t i = 0; i < size; i++)
-        packet[WIRE_HEADER_SIZE + i] = input_byte(input);
-    if (type == WIRE_HOME)
-        device->homed = true;
-    if (good)
-        return wire_close(packet, type, size, ++device->sequence, 0);
-    packet[0] = type;
+    size_t size = peers_packet(&device->peers, input, packet, good);
+    device->homed |= good && packet[TYPE_AT] == WIRE_HOME;
     return size;
 }
 
@@ -83,25 +48,18 @@ static void send_datagram(struct device *device, struct input *input, bool good)
     uint8_t packet[WIRE_PACKET_MOST] = {0};
     unsigned host = input_byte(input);
     size_t size = packet_of(device, input, packet, good);
-    host_wire_datagram(device->wire, address_of(host), 4000, packet, size);
+    peers_send(&device->peers, host, packet, size);
 }
 
 static void send_request(struct device *device, struct input *input, bool good) {
     uint8_t packet[WIRE_PACKET_MOST] = {0}, reply[WIRE_PACKET_MOST];
-    struct wire_header header;
-    int client = host_wire_connect(device->wire, address_of(input_byte(input)));
+    int client = peers_connect(&device->peers, input_byte(input));
     size_t size = packet_of(device, input, packet, good);
-    if (client < 0)
-        client = 0;
-    size_t replied = host_wire_request(device->wire, client, packet, size, reply);
-    if (good)
-        CLAIM(replied > 0, "a good request has a reply");
-    if (replied > 0)
-        CLAIM(wire_open(reply, replied, &header) && replied <= 104, "the reply is no packet");
-    if (replied > 0 && header.type == WIRE_STREAM_OPENED && get_u32(reply + WIRE_HEADER_SIZE) != 0)
+    uint8_t type = peers_ask(&device->peers, client, packet, size, good, reply);
+    if (type == WIRE_STREAM_OPENED && get_u32(reply + WIRE_HEADER_SIZE) != 0)
         device->stream = get_u32(reply + WIRE_HEADER_SIZE);
     if (input_byte(input) < 128)
-        host_wire_disconnect(device->wire, client);
+        host_wire_disconnect(device->peers.wire, client);
 }
 
 /* Segments that are not far from what a machine can do. */
@@ -129,15 +87,15 @@ static void send_segments(struct device *device, struct input *input, bool strea
     else
         wire_put_motion(payload, &(struct wire_motion){.count = count});
     size_t size = head + put_segments(input, payload + head, count);
-    size = wire_close(packet, stream ? WIRE_STREAM_SEGMENTS : WIRE_MOTION, size, ++device->sequence, 0);
-    host_wire_datagram(device->wire, address_of(host), 4000, packet, size);
+    size = peers_close(&device->peers, packet, stream ? WIRE_STREAM_SEGMENTS : WIRE_MOTION, size);
+    peers_send(&device->peers, host, packet, size);
 }
 
 static void say(struct device *device, struct input *input) {
     char byte = (char)input_byte(input);
     if (byte == 'H')
         device->homed = true; /* of $H */
-    (void)host_write(device->host, &byte, 1);
+    (void)host_write(device->peers.host, &byte, 1);
 }
 
 static void act(struct device *device, struct input *input) {
@@ -161,22 +119,22 @@ static void act(struct device *device, struct input *input) {
         send_request(device, input, true);
         break;
     case 6:
-        run(device, input_byte(input));
+        peers_run(&device->peers, input_byte(input));
         break;
     case 7:
         say(device, input);
         break;
     default:
-        virtual_set(device->host, input_byte(input) % VIRTUAL_INPUT_COUNT, input_byte(input) < 128);
+        virtual_set(device->peers.host, input_byte(input) % VIRTUAL_INPUT_COUNT, input_byte(input) < 128);
         break;
     }
-    take_sent(device);
+    peers_take(&device->peers);
 }
 
 static void check_position(const struct device *device) {
     int32_t position[AXIS_COUNT], shift[AXIS_COUNT];
-    host_position_steps(device->host, position);
-    host_shift_steps(device->host, shift);
+    host_position_steps(device->peers.host, position);
+    host_shift_steps(device->peers.host, shift);
     for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
         CLAIM(device->homed || position[ax] - shift[ax] == device->pulses[ax], "axis %u: %d of %d", ax,
               (int)position[ax], (int)device->pulses[ax]);
@@ -184,8 +142,8 @@ static void check_position(const struct device *device) {
 
 static void send_plain(struct device *device, uint8_t type) {
     uint8_t packet[WIRE_PACKET_MOST] = {0};
-    size_t size = wire_close(packet, type, 0, ++device->sequence, 0);
-    host_wire_datagram(device->wire, address_of(0), 4000, packet, size);
+    size_t size = peers_close(&device->peers, packet, type, 0);
+    peers_send(&device->peers, 0, packet, size);
 }
 
 /* After all of that: e-stop, a reset, and ten steps. */
@@ -193,45 +151,39 @@ static void check_it_still_works(struct device *device) {
     uint8_t packet[WIRE_PACKET_MOST] = {0}, *payload = packet + WIRE_HEADER_SIZE;
     struct wire_segment segment = {.steps = {10}, .duration_us = 100000};
     for (int input = 0; input < VIRTUAL_INPUT_COUNT; input++)
-        virtual_set(device->host, input, false);
-    (void)host_write(device->host, "\x18", 1); /* out of sleep and homing */
-    run(device, 700);
-    (void)host_write(device->host, "\n$77=100\n", 9); /* whoever commanded is silent for long enough */
-    run(device, 200);
+        virtual_set(device->peers.host, input, false);
+    (void)host_write(device->peers.host, "\x18", 1); /* out of sleep and homing */
+    peers_run(&device->peers, 700);
+    (void)host_write(device->peers.host, "\n$77=100\n", 9); /* whoever commanded is silent for long enough */
+    peers_run(&device->peers, 200);
     send_plain(device, WIRE_ESTOP);
-    run(device, 700);
+    peers_run(&device->peers, 700);
     send_plain(device, WIRE_RESET);
-    run(device, 300);
-    (void)host_write(device->host, "\n$X\n$20=0\n$110=500\n$100=250\n$120=10\n", 37);
-    run(device, 200);
+    peers_run(&device->peers, 300);
+    (void)host_write(device->peers.host, "\n$X\n$20=0\n$110=500\n$100=250\n$120=10\n", 37);
+    peers_run(&device->peers, 200);
     check_position(device);
     int32_t before = device->pulses[0];
     wire_put_motion(payload, &(struct wire_motion){.count = 1});
     wire_put_segment(payload + WIRE_MOTION_SIZE, &segment);
-    size_t size =
-        wire_close(packet, WIRE_MOTION, WIRE_MOTION_SIZE + WIRE_SEGMENT_SIZE, ++device->sequence, 0);
-    host_wire_datagram(device->wire, address_of(0), 4000, packet, size);
-    run(device, 1500);
+    size_t size = peers_close(&device->peers, packet, WIRE_MOTION, WIRE_MOTION_SIZE + WIRE_SEGMENT_SIZE);
+    peers_send(&device->peers, 0, packet, size);
+    peers_run(&device->peers, 1500);
     CLAIM(device->pulses[0] - before == 10, "%d steps of 10, state %s", (int)(device->pulses[0] - before),
-          host_state(device->host));
+          host_state(device->peers.host));
 }
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
-    const struct host_board board = {.timer_hz = HZ,
-                                     .step_pulse_ns = 5000,
-                                     .dir_setup_ns = 5000,
-                                     .max_step_rate_hz = STEP_RATE_HZ,
-                                     .axis_count = 3};
     struct input input = {data, data + size};
-    struct device device = {.host = host_create(&board)};
-    device.wire = host_wire_create(device.host, "");
-    (void)trace_add(host_trace(device.host), count_pulses, &device);
-    while (input_left(&input) > 0 && host_time_ticks(device.host) < (uint64_t)SECONDS_MOST * HZ)
+    struct host *host = host_create(&peers_board);
+    struct device device = {.peers = {.host = host, .wire = host_wire_create(host, "")}};
+    (void)trace_add(host_trace(host), count_pulses, &device);
+    while (peers_go_on(&device.peers, &input))
         act(&device, &input);
-    run(&device, 10);
+    peers_run(&device.peers, 10);
     check_position(&device);
     check_it_still_works(&device);
-    host_wire_destroy(device.wire);
-    host_destroy(device.host);
+    host_wire_destroy(device.peers.wire);
+    host_destroy(host);
     return 0;
 }
