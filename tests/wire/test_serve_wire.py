@@ -152,9 +152,10 @@ def test_addresses_and_speeds_that_cannot_be() -> None:
         parse_wmc3("127.0.0.1", 0.0)
 
 
-def test_an_address_that_is_none() -> None:
-    with pytest.raises(LinkError, match="is no address"):
-        Device("controller")
+@pytest.mark.parametrize("address", ["controller", "::1", ""])
+def test_an_address_that_is_none(address: str) -> None:
+    with pytest.raises(LinkError, match="is no IPv4 address"):
+        Device(address)
 
 
 def test_nobody_there() -> None:

@@ -25,7 +25,7 @@ from wificnc.wmc3.channels import (
     read_channels,
     switch,
 )
-from wificnc.wmc3.device import Device, find_devices, find_key, pack_value
+from wificnc.wmc3.device import Device, find_devices, find_key, pack_value, value_hint
 from wificnc.wmc3.keys import KEYS, Key
 from wificnc.wmc3.layout import (
     Alarm,
@@ -35,6 +35,7 @@ from wificnc.wmc3.layout import (
     Home,
     Jog,
     JogStop,
+    Refusal,
     Reset,
     Resume,
     Segment,
@@ -42,11 +43,14 @@ from wificnc.wmc3.layout import (
     Statistics,
     StatisticsResponse,
     Status,
+    StatusFlag,
 )  # fmt: skip
 from wificnc.wmc3.measure import measure_reports, measure_trips, method
 
 AXES = "XYZABC"
 SLICE_S = 0.01
+SLICES_MOST = 100_000
+STEPS_MOST = 0x7FFFFFFF
 
 device_option = click.option(
     "--to",
@@ -104,7 +108,7 @@ def handshake(device: Device, as_json: bool) -> None:
 @click.option("--broadcast", default="255.255.255.255", show_default=True, help="Where to ask; also a single address.")
 @json_option
 def discover(seconds: float, broadcast: str, as_json: bool) -> None:
-    """Find devices by broadcast, also those of other makers. Takes nothing from anybody."""
+    """Find devices by broadcast, also those of other makers. Takes nothing from anybody. Exit code 1: there is none."""
     found = []
     for address, first in find_devices(seconds, broadcast):
         found.append({"address": address, "state": State(first.state).name.lower()})
@@ -112,8 +116,9 @@ def discover(seconds: float, broadcast: str, as_json: bool) -> None:
             ui.data.print(f"{address}  {found[-1]['state']}")
     if as_json:
         ui.emit_json(found)
-    elif not found:
-        ui.note("nobody answered")
+    if not found:
+        ui.note("no device has answered; broadcasts end at the router: --broadcast ADDRESS asks a single one")
+    raise SystemExit(0 if found else 1)
 
 
 @command.command()
@@ -132,7 +137,8 @@ def status(device: Device, seconds: float, as_json: bool) -> None:
     channels = read_channels(device, report) if is_module else []
     if as_json:
         more = {"channels": [asdict(channel) for channel in channels]} if is_module else {}
-        state = {"state": State(report.state).name.lower(), "alarm": _alarm(report.alarm)}
+        flags = [bit.name.lower() for bit in StatusFlag if report.flags & bit and bit.name]
+        state = {"state": State(report.state).name.lower(), "alarm": _alarm(report.alarm), "flags": flags}
         ui.emit_json({**asdict(report), **state, **more})
     elif is_module:
         ui.data.print(f"{State(report.state).name.lower()}  up {report.uptime_ms / 1000:.1f} s")
@@ -221,6 +227,7 @@ def counters(device: Device, as_json: bool) -> None:
     """What the device has counted: lost and doubled datagrams, refusals, underruns."""
     counts = asdict(device.request(Statistics(), StatisticsResponse))
     counts["owner"] = ".".join(map(str, counts["owner"]))
+    counts["last_refusal"] = Refusal(counts["last_refusal"]).name.lower()
     if as_json:
         ui.emit_json(counts)
     else:
@@ -237,7 +244,8 @@ def config(device: Device, name: str | None, value: str | None, save: bool, as_j
     """Configuration keys: all of them, one of them, or set one: `config max_rate_mm_min.x 10000 --save`."""
     if name and value is not None:
         key, row = find_key(name)
-        device.set(key, *pack_value(row, value))
+        kind, data = pack_value(row, value)
+        device.set(key, kind, data, f"{_key_name(key, row)} = {value}", value_hint(row))
         if save:
             device.save()
     rows = [find_key(name)] if name else [(row.key + n, row) for row in KEYS for n in range(row.count)]
@@ -267,6 +275,8 @@ def _axis(letter: str) -> int:
 @click.argument("seconds", type=click.FloatRange(0, 600))
 def jog(device: Device, axis: str, speed: int, seconds: float) -> None:
     """Move an AXIS at SPEED steps/s (negative: the other way: `-- X -500 2`) for some SECONDS."""
+    if speed == 0:
+        raise UserError("a jog at 0 steps/s does not move", hint="above 0, or below it for the other way")
     device.command(Jog(_axis(axis), 1 if speed > 0 else -1, abs(speed)))
     try:
         time.sleep(seconds)
@@ -308,14 +318,7 @@ _simple("reset", Reset, "Leave alarm or e-stop; or give motion back to the text 
 @json_option
 def motion(device: Device, moves: tuple[str, ...], speed: float, as_json: bool) -> None:
     """Move some axes by steps, as a stream: every step arrives. `motion X=1000 Y=-500`"""
-    steps = [0] * len(AXES)
-    for move in moves:
-        letter, _, count = move.partition("=")
-        try:
-            steps[_axis(letter)] += int(count)
-        except ValueError:
-            raise UserError(f"{move!r} is no move", hint="like X=1000") from None
-    sender = device.stream(slices(steps, speed))
+    sender = device.stream(slices(parse_moves(moves), speed))
     result = {"segments": sender.end, "executed": sender.done, "underruns": sender.underruns, "datagrams": sender.sent}
     if as_json:
         ui.emit_json(result)
@@ -323,10 +326,27 @@ def motion(device: Device, moves: tuple[str, ...], speed: float, as_json: bool) 
         ui.note(f"{sender.done} segments executed, {sender.underruns} underruns")
 
 
+def parse_moves(moves: tuple[str, ...]) -> list[int]:
+    """Steps of every axis from `X=1000 Y=-500`. Raises UserError."""
+    steps: dict[int, int] = {}
+    for move in moves:
+        letter, _, count = move.partition("=")
+        try:
+            axis, number = _axis(letter), int(count)
+        except ValueError:
+            raise UserError(f"{move!r} is no move", hint="like X=1000") from None
+        if axis in steps:
+            raise UserError(f"{letter.upper()} is there twice", hint="one move of each axis")
+        if abs(number) > STEPS_MOST:
+            raise UserError(f"{move} is too far", hint=f"a position has at most {STEPS_MOST} steps")
+        steps[axis] = number
+    return [steps.get(axis, 0) for axis in range(len(AXES))]
+
+
 def slices(steps: list[int], speed: float) -> list[Segment]:
-    """A straight move in slices of 10 ms; the device sees to ramps and limits."""
+    """A straight move in slices of 10 ms, of a long one in longer ones; the device sees to ramps and limits."""
     most = max(abs(count) for count in steps)
-    count = max(1, round(most / speed / SLICE_S))
+    count = min(SLICES_MOST, max(1, round(most / speed / SLICE_S)))
     duration_us = max(1, round(most / speed / count * 1e6))
     places = [[round(axis * n / count) for axis in steps] for n in range(count + 1)]
     return [

@@ -137,6 +137,8 @@ class Key(_Strict):
     setting: str = ""
     convert: Annotated[Convert, Field(alias="as")] = "value"
     number: int = 0
+    least: float | None = None  # where a value goes as it is: the range of the setting, or of the stored one
+    most: float | None = None
     help: str
 
 
@@ -173,7 +175,7 @@ def parse_wire(text: str, settings: SettingsTable, nvs: NvsTable) -> WireTable:
     """
     table = WireTable.model_validate(tomllib.loads(text))
     _check_stored(table.key, nvs)
-    keys = [*_resolved(table.key, settings), *_of_settings(settings)]
+    keys = [*_resolved(_with_ranges(table.key, nvs), settings), *_of_settings(settings)]
     keys.sort(key=lambda key: key.key)
     for low, high in pairwise(keys):
         if high.key < low.key + low.count:
@@ -184,6 +186,12 @@ def parse_wire(text: str, settings: SettingsTable, nvs: NvsTable) -> WireTable:
 def _resolved(keys: tuple[Key, ...], settings: SettingsTable) -> list[Key]:
     """Keys of this table that stand for a setting get its number."""
     return [key.model_copy(update={"number": settings[key.setting].number}) if key.setting else key for key in keys]
+
+
+def _with_ranges(keys: tuple[Key, ...], nvs: NvsTable) -> tuple[Key, ...]:
+    """Stored keys get theirs."""
+    stored = {row.wire: {"least": row.min, "most": row.max} for row in nvs.channel}
+    return tuple(key.model_copy(update=stored.get(key.key, {})) for key in keys)
 
 
 def _check_stored(keys: tuple[Key, ...], nvs: NvsTable) -> None:
@@ -201,6 +209,7 @@ def _of_settings(settings: SettingsTable) -> list[Key]:
                 "key": row.wire.key, "name": row.name, "count": row.count, "type": row.wire.type,
                 "unit": row.wire.unit or row.unit, "setting": row.name, "as": row.wire.convert,
                 "number": row.number, "help": row.help,
+                **({"least": row.min, "most": row.max} if row.wire.convert == "value" and row.type != "bool" else {}),
             }
         )
         for row in settings.setting

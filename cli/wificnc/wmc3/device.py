@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 import hashlib
 import hmac
 import ipaddress
@@ -10,7 +11,7 @@ import select
 import socket
 import struct
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from types import TracebackType
 from typing import TypeVar
 
@@ -46,7 +47,7 @@ from wificnc.wmc3.layout import (
 )
 from wificnc.wmc3.packet import Packet, build, parse
 from wificnc.wmc3.packing import Layout
-from wificnc.wmc3.remedies import REMEDIES
+from wificnc.wmc3.refused import refused_error
 from wificnc.wmc3.stream import StreamSender
 
 TIMEOUT_S = REPLY_TIMEOUT_MS / 1000
@@ -58,16 +59,39 @@ CODES = {ValueType.U8: "<B", ValueType.U16: "<H", ValueType.U32: "<I", ValueType
 
 def find_key(name: str) -> tuple[int, Key]:
     """A key by name (`max_rate_mm_min.x` or `step_pin.3` where there are several) or number. Raises RefusedError."""
-    base, _, which = name.partition(".")
+    base, dot, which = name.partition(".")
     for row in KEYS:
-        index = int(which) if which.isdecimal() else "xyzabc".find(which.lower())  # of "" it is 0
-        if row.name == base and 0 <= index < row.count:
-            return row.key + index, row
-        if base.lower().startswith("0x") and not which:
-            number = int(base, 16)
+        if base.lower().startswith("0x") and not dot:
+            number = _number(base)
             if row.key <= number < row.key + row.count:
                 return number, row
-    raise RefusedError(f"there is no key {name!r}", hint="wificnc wmc3 config lists all; axes as max_rate_mm_min.x")
+        if row.name == base:
+            return row.key + _index(row, name, which), row
+    names = [row.name for row in KEYS]
+    near = difflib.get_close_matches(base, names, 1)
+    hint = f"did you mean {near[0]}?" if near else "wificnc wmc3 config lists all"
+    raise RefusedError(f"there is no key {name!r}", hint=hint)
+
+
+def _number(text: str) -> int:
+    try:
+        return int(text, 16)
+    except ValueError:
+        return -1
+
+
+def _index(row: Key, name: str, which: str) -> int:
+    """Of several keys: the one that is meant."""
+    letters = "xyzabc"[: row.count] if row.count == len("xyzabc") else ""
+    index = int(which) if which.isdecimal() else letters.find(which.lower()) if which else -1 if row.count > 1 else 0
+    if 0 <= index < row.count and (row.count > 1 or not which):
+        return index
+    last = letters[-1:] or str(row.count - 1)
+    several = f"{row.name}.{letters[:1] or 0} to {row.name}.{last}"
+    raise RefusedError(
+        f"{name!r} is not one key" if not which else f"there is no key {name!r}",
+        hint=several if row.count > 1 else row.name,
+    )
 
 
 def pack_value(row: Key, text: str) -> tuple[ValueType, bytes]:
@@ -78,8 +102,16 @@ def pack_value(row: Key, text: str) -> tuple[ValueType, bytes]:
             return kind, text.encode()[:63].ljust(64, b"\0")
         value = float(text) if kind == ValueType.FLOAT else int(text, 0)
         return kind, struct.pack(CODES[kind], value).ljust(64, b"\0")
-    except (ValueError, struct.error):
-        raise RefusedError(f"{text!r} is no value of {row.name}", hint=f"it is a {row.type}") from None
+    except (ValueError, struct.error, OverflowError):
+        raise RefusedError(f"{text!r} is no value of {row.name}", hint=value_hint(row)) from None
+
+
+def value_hint(row: Key) -> str:
+    """What a key takes."""
+    kind = {"float": "a number", "string": "text"}.get(row.type, f"a whole number ({row.type})")
+    unit = f" {row.unit}" if row.unit else ""
+    limits = f", {row.least:g} to {row.most:g}" if row.least is not None and row.most is not None else ""
+    return f"it is {kind}{limits}{unit}"
 
 
 def unpack_value(value: ConfigValue) -> int | float | str:
@@ -171,11 +203,13 @@ class Device:
             data += part
         return data
 
-    def request(self, payload: Layout, reply: type[LayoutT]) -> LayoutT:
-        """A request and its reply."""
+    def request(
+        self, payload: Layout, reply: type[LayoutT], what: str = "", hints: Mapping[Refusal, str] | None = None
+    ) -> LayoutT:
+        """A request and its reply. @param what, hints: of refused_error()"""
         packet = self._exchange(payload)
         if isinstance(packet.payload, Refused):
-            raise _refused(Type(payload.TYPE), packet.payload.reason)
+            raise refused_error(Type(payload.TYPE), packet.payload.reason, what, hints)
         if not isinstance(packet.payload, reply):
             raise ProtocolError(f"{self.address} answers {type(packet.payload).__name__} to {type(payload).__name__}")
         return packet.payload
@@ -193,8 +227,10 @@ class Device:
     def get(self, key: int) -> int | float | str:
         return unpack_value(self.request(ConfigGet(key=key), ConfigValue))
 
-    def set(self, key: int, kind: ValueType, value: bytes) -> None:
-        self.command(ConfigSet(key, kind, value))
+    def set(self, key: int, kind: ValueType, value: bytes, what: str = "", limits: str = "") -> None:
+        """@param what: the key and value as the user has said them. @param limits: what the key takes"""
+        hints = {Refusal.RANGE: limits} if limits else {}
+        self.request(ConfigSet(key, kind, value), Ack, what or f"0x{key:04X}", hints)
 
     def save(self) -> None:
         self.command(ConfigSave())
@@ -233,7 +269,7 @@ class Device:
         """A stream whose datagrams the caller posts."""
         opened = self.request(StreamOpen(), StreamOpened)
         if opened.refusal != Refusal.NONE:
-            raise _refused(Type.STREAM_OPEN, opened.refusal)
+            raise refused_error(Type.STREAM_OPEN, opened.refusal)
         return StreamSender(opened.stream, opened.capacity)
 
     def heard(self) -> Iterator[Packet]:
@@ -275,29 +311,15 @@ class Device:
         return packet.payload if packet and isinstance(packet.payload, StreamAck) else None
 
 
-def _refused(kind: Type, reason: int) -> RefusedError:
-    why = Refusal(reason).name.lower() if reason in set(Refusal) else str(reason)
-    hints = {
-        Refusal.AUTHENTICATION: "--password, or WIFICNC_PASSWORD",
-        Refusal.LOCKED: "wificnc wmc3 reset",
-        Refusal.OWNER: "another host commands it; it gives motion back when it is silent",
-        Refusal.IO_MODULE: "wificnc wmc3 channel and output are for it",
-        Refusal.PIN: "boards/ and docs/esp32.md say which pins are free, and which are inputs only",
-        Refusal.NOT_OUTPUT: "wificnc wmc3 channel N --output --pin P makes it one",
-    }
-    hint = hints.get(Refusal(reason), REMEDIES.get(Refusal(reason))) if reason in set(Refusal) else None
-    return RefusedError(
-        f"the device refuses {kind.name.lower()}: {why}", hint=hint or "docs/protocol.md lists the reasons"
-    )
-
-
 def _local_address(device: str) -> str:
     """Where to speak from: to a device on this computer from its own address, so that many of them, each with its
     hosts, fit on one computer; else from anywhere."""
     try:
-        return device if ipaddress.ip_address(device).is_loopback else ""
+        return device if ipaddress.IPv4Address(device).is_loopback else ""
     except ValueError:
-        raise LinkError(f"{device!r} is no address", hint="like 192.168.1.50") from None
+        raise LinkError(
+            f"{device!r} is no IPv4 address", hint="like 192.168.1.50; wificnc wmc3 discover finds it"
+        ) from None
 
 
 def _own_address(to: str) -> str:

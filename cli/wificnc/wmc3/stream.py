@@ -17,6 +17,7 @@ from wificnc.wmc3.layout import (
     StreamAck,
     StreamSegments,
 )  # fmt: skip
+from wificnc.wmc3.remedies import REMEDIES
 
 RESEND_S = RESEND_MS / 1000  # a segment that was not acknowledged in this time is sent again
 ASK_S = ASK_MS / 1000  # nothing to send: ask how far it is
@@ -94,7 +95,7 @@ class StreamSender:
             raise RefusedError(
                 f"the device takes no more: {Refusal(ack.refusal).name.lower()}, segment {ack.refused}; "
                 f"{self.done} of {self.end} were executed",
-                hint="docs/protocol.md says what the reasons mean",
+                hint=REMEDIES[Refusal(ack.refusal)],
             )
 
 
