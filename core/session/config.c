@@ -163,6 +163,12 @@ static enum status set_setting(const struct session *session, uint16_t number, d
     return machine_host_set(session->machine, number, value);
 }
 
+/* Speeds and ways are whole on the wire only: they are kept in mm, with their fractions. */
+static bool loses_fraction(const struct session_key *row, double value) {
+    bool in_steps = row->as == KEY_AS_STEPS || row->as == KEY_AS_STEPS_S || row->as == KEY_AS_STEPS_S2;
+    return row->type != WIRE_VALUE_TYPE_FLOAT && !in_steps && value != floor(value);
+}
+
 enum wire_refusal config_set(const struct session *session, const struct wire_config_set *set) {
     const struct session_key *row = row_of(set->key);
     double value;
@@ -170,7 +176,7 @@ enum wire_refusal config_set(const struct session *session, const struct wire_co
         return WIRE_REFUSAL_UNKNOWN_KEY;
     if (row->kind != KEY_SETTING && row->kind != KEY_STORED)
         return WIRE_REFUSAL_READ_ONLY;
-    if (!decode(set->value_type, set->value, &value))
+    if (!decode(set->value_type, set->value, &value) || loses_fraction(row, value))
         return WIRE_REFUSAL_RANGE;
     if (row->kind == KEY_STORED)
         return set_stored(session, set->key, value);

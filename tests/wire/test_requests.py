@@ -376,3 +376,15 @@ def test_no_stream_is_opened_that_could_take_nothing(make_device: Callable[..., 
     device.run(0.1)
     opened = device.request(client, StreamOpen()).payload
     assert isinstance(opened, StreamOpened) and (opened.stream, opened.refusal) == (0, Refusal.BUSY)
+
+
+@pytest.mark.parametrize(("key", "float_value"), [(0x0103, 12.7), (0x0300, 0.5), (0x0614, 3.25)])
+def test_a_fraction_of_a_whole_number_is_refused(device: Device, key: int, float_value: float) -> None:
+    """It was cut off in silence."""
+    client = device.connect()
+    before = device.request(client, ConfigGet(key=key)).payload
+    data = struct.pack("<f", float_value).ljust(64, b"\0")
+    assert reason(device, client, ConfigSet(key, ValueType.FLOAT, data)) == Refusal.RANGE
+    assert device.request(client, ConfigGet(key=key)).payload == before
+    whole = struct.pack("<f", 20.0).ljust(64, b"\0")
+    assert reason(device, client, ConfigSet(0x0103, ValueType.FLOAT, whole)) == Refusal.NONE
