@@ -165,7 +165,8 @@ static void take_contact(struct link *link, const uint8_t *payload) {
     if (link->phase != LINK_CONTACT)
         return;
     if (!is_new) {
-        link_fault(link, "the controller has ended motion: %s", peer_refusal(WIRE_REFUSAL_STREAM_CLOSED));
+        link_fault(link,
+                   "the controller has ended motion: it was reset, or its text side or another host has it");
         return;
     }
     memcpy(link->contact_steps, result.position_steps, sizeof link->contact_steps);

@@ -48,6 +48,7 @@ class Wire:
         self.client = virtual.connect()
         self.dead = False
         self.requests: list[Packet] = []
+        self.is_mute = False  # requests are done and not answered
         self.loses_status = False
         self.status_late_s = 0.0  # status reports take so long, all else no time
         self.answers: list[bytes] = []
@@ -74,6 +75,8 @@ class Wire:
         reply = ctypes.create_string_buffer(512)
         count = self.virtual.lib.host_wire_request(self.virtual.wire, self.client, message[2:], size - 2, reply)
         self.virtual.fetch()
+        if self.is_mute:
+            return
         self.answers.append(count.to_bytes(2, "little") + reply.raw[:count])
 
     def heard(self) -> list[bytes]:

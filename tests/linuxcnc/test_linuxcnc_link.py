@@ -8,7 +8,8 @@ from collections.abc import Callable, Iterator
 import numpy as np
 import pytest
 from link_bench import Bench, mover
-from wificnc.wmc3.layout import Home, State
+from wificnc.wmc3.layout import Ack, HandshakeResponse, Home, State, Type
+from wificnc.wmc3.packet import HEADER_SIZE, build, crc16
 from wire_device import TIMER_HZ
 from wire_device import Device as VirtualDevice
 
@@ -19,9 +20,9 @@ SCALE = 200.0
 def make_bench() -> Iterator[Callable[..., Bench]]:
     made: list[VirtualDevice] = []
 
-    def make(settings: dict[int, float] | None = None, password: str = "", **board: int) -> Bench:
+    def make(settings: dict[int, float] | None = None, password: str = "", joints: int = 3, **board: int) -> Bench:
         made.append(VirtualDevice(password, settings={76: 10, **(settings or {})}, **board))
-        return Bench(made[-1], password=password)
+        return Bench(made[-1], joints, password=password)
 
     yield make
     for device in made:
@@ -140,11 +141,61 @@ def test_a_controller_with_too_few_axes() -> None:
     device.close()
 
 
-def test_an_answer_that_is_none_ends_the_connection(bench: Bench) -> None:
+def message(packet: bytes) -> bytes:
+    return len(packet).to_bytes(2, "little") + packet
+
+
+@pytest.mark.parametrize(
+    "said",
+    [
+        message(bytes(18)),
+        message(build(Ack())),  # a good one, and nothing was asked
+        b"\xff\xff",  # longer than any
+    ],
+)
+def test_an_answer_that_is_none_ends_the_connection(bench: Bench, said: bytes) -> None:
     bench.run(0.1)
-    bench.wire.answers.append(b"\x12\x00" + bytes(18))
+    bench.wire.answers.append(said)
     bench.run(0.02)
     assert bench.lost == "the controller answers something else than it was asked"
+
+
+def test_an_answer_that_is_too_short_ends_the_connection(bench: Bench) -> None:
+    """Three bytes where a handshake's response has 48; only the header says how many there are."""
+    packet = bytearray(build(HandshakeResponse(axes=3)))[: HEADER_SIZE + 3]
+    packet[6:8] = (3).to_bytes(2, "little")
+    packet[16:18] = bytes(2)
+    packet[16:18] = crc16(bytes(packet)).to_bytes(2, "little")
+    bench.wire.answers[:] = [message(bytes(packet))]
+    bench.run(0.02)
+    assert bench.lost == "the controller answers something else than it was asked"
+
+
+def test_a_controller_that_reports_and_does_not_answer(bench: Bench) -> None:
+    bench.enable()
+    bench.wire.is_mute = True
+    bench.run(7)
+    assert bench.lost == "the controller does not answer"
+
+
+def test_reports_out_of_order(bench: Bench) -> None:
+    """One that comes late is older than what is known."""
+    bench.enable()
+    bench.virtual.run(0.05)
+    old = bench.virtual.of_type(Type.STATUS)[0].data
+    bench.each_servo = mover(bench, 0, 1.0, 20.0)
+    bench.run(1)
+    peer = bench.lib.component_peer(bench.link)
+    bench.lib.peer_hear_udp(peer, old, len(old), bench.virtual.now)
+    assert bench.feedback[0] == 1.0
+
+
+def test_a_scale_of_0_is_1(bench: Bench) -> None:
+    bench.pins["joint.0.scale"] = 0.0
+    bench.enable()
+    bench.each_servo = mover(bench, 0, 30.0, 50.0)
+    bench.run(2)
+    assert bench.virtual.position[0] == 30 and bench.feedback[0] == 30.0
 
 
 # ---- probing ----
@@ -266,6 +317,35 @@ def test_probing_away_from_a_contact_is_not_stopped_by_it(bench: Bench) -> None:
     assert bench.virtual.position[2] == 0 and not bench.pins["probe"] and not bench.pins["fault"]
 
 
+def test_a_reset_long_after_a_contact_is_no_contact(bench: Bench) -> None:
+    """The stream ends as it does at a contact; the newest result is the old one."""
+    bench.virtual.lib.virtual_surface(bench.virtual.host, -400)
+    bench.enable()
+    G38(bench, -25.0, 8.0)
+    bench.run_to(lambda: not bench.is_probing)
+    bench.each_servo = mover(bench, 2, 1.0, 20.0)
+    bench.run(2)
+    assert bench.is_open and not bench.pins["probe"]
+    raised: list[bool] = []
+    bench.each_servo = lambda: raised.append(bench.pins["probe"])
+    bench.virtual.text("\x18")
+    bench.run(0.3)
+    assert bench.pins["fault"] and not bench.is_open and not any(raised)
+
+
+def test_behind_a_contact_deeper_is_deeper(bench: Bench) -> None:
+    """What LinuxCNC commands further into the workpiece is its will: the distance stays, it does not grow."""
+    bench.virtual.lib.virtual_surface(bench.virtual.host, -1000)
+    bench.enable()
+    G38(bench, -25.0, 8.0)
+    bench.run_to(lambda: not bench.is_probing)
+    bench.run(0.5)
+    z = bench.virtual.position[2]
+    bench.each_servo = mover(bench, 2, bench.command[2] - 1.0, 5.0)
+    bench.run(2)
+    assert bench.virtual.position[2] == z - 200
+
+
 # ---- homing ----
 
 SWITCHES = {22: 1, 23: 63, 27: 1, 130: 20, 131: 20, 132: 20, 133: 0, 134: 0, 135: 0}
@@ -326,6 +406,17 @@ def test_homing_that_finds_no_switch_is_a_fault(make_bench: Callable[..., Bench]
     HomeByIndex(bench, [0])
     bench.run_to(lambda: bool(bench.pins["fault"]), 60)
     assert bench.pins["joint.0.index-enable"] and not bench.pins["ready"]
+
+
+def test_a_joint_that_has_no_switch_is_not_homed(make_bench: Callable[..., Bench]) -> None:
+    """The controller leaves it out and says that it is done. LinuxCNC must not believe that this joint is homed."""
+    bench = make_bench(settings=SWITCHES, joints=4)
+    bench.virtual.lib.virtual_travel(bench.virtual.host, 0, -1000, 9000)
+    bench.enable()
+    HomeByIndex(bench, [0, 3])
+    bench.run_to(lambda: bool(bench.pins["fault"]), 60)
+    assert bench.said == ["the controller has not found its switches"]
+    assert bench.pins["joint.0.index-enable"] and bench.pins["joint.3.index-enable"]
 
 
 # ---- the chain, the link ----
