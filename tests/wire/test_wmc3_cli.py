@@ -121,6 +121,13 @@ def test_nobody_there_is_told_with_the_address(command: list[str]) -> None:
     assert NOBODY in message and "wificnc wmc3 discover" in hint
 
 
+@pytest.mark.usefixtures("controller")
+def test_a_password_that_nobody_wants_does_no_harm() -> None:
+    """WIFICNC_PASSWORD is that of another device. A proof that is asked of nobody would be wrong, and hold the next up."""
+    for _ in range(2):
+        assert json.loads(invoke("handshake", "--password", "of another device", "--json"))["device_name"] == "WiFiCNC"
+
+
 def test_a_wrong_password_says_that_the_next_has_to_wait() -> None:
     error = refused_error(Type.AUTHENTICATE, Refusal.AUTHENTICATION)
     assert "wrong password" in str(error) and "wait" in (error.hint or "")

@@ -25,6 +25,7 @@ from wificnc.wmc3.layout import (
     UDP_PORT,
     Ack,
     Authenticate,
+    Capability,
     Challenge,
     ChallengeResponse,
     ConfigGet,
@@ -170,7 +171,7 @@ class Device:
                     hint="is it on? `wificnc wmc3 discover` finds it",
                 ) from err
             self._tcp.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-            if self._password:
+            if self._password and self.handshake().capabilities & Capability.LOCKED:
                 self._authenticate()
         return self._tcp
 
