@@ -296,6 +296,12 @@ def test_everybody_may_still_stop(make_device: Callable[..., Device]) -> None:
     assert device.status.state == State.ESTOP
 
 
+def test_where_no_password_is_set_any_is_right(device: Device) -> None:
+    client = device.connect()
+    for _ in range(3):
+        assert prove(device, client, "of another device") == Refusal.NONE
+
+
 def test_guessing_becomes_slower(make_device: Callable[..., Device]) -> None:
     device = make_device(password="secret")
     client = device.connect()

@@ -123,7 +123,7 @@ def test_nobody_there_is_told_with_the_address(command: list[str]) -> None:
 
 @pytest.mark.usefixtures("controller")
 def test_a_password_that_nobody_wants_does_no_harm() -> None:
-    """WIFICNC_PASSWORD is that of another device. A proof that is asked of nobody would be wrong, and hold the next up."""
+    """WIFICNC_PASSWORD is that of another device."""
     for _ in range(2):
         assert json.loads(invoke("handshake", "--password", "of another device", "--json"))["device_name"] == "WiFiCNC"
 
