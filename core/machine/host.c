@@ -33,9 +33,9 @@ bool machine_host_is_busy(const struct machine *machine) {
     return machine->state == MACHINE_HOME || machine->cancelling || host->jog.on || host->jog.waits;
 }
 
-/* Make motion the host's. Its own is under way, or nothing moves. */
-static enum host_answer take(struct machine *machine) {
-    struct machine_host *host = &machine->host;
+/* Whether motion can be the host's: its own is under way, or nothing moves. */
+static enum host_answer may_own(const struct machine *machine) {
+    const struct machine_host *host = &machine->host;
     if (is_locked(machine))
         return HOST_LOCKED;
     if (machine_host_is_busy(machine))
@@ -44,13 +44,16 @@ static enum host_answer take(struct machine *machine) {
         return HOST_DONE;
     if (machine->state == MACHINE_DOOR)
         return HOST_BUSY;
-    if (!is_free(machine))
-        return HOST_TEXT;
-    host->owns = true;
-    host->end_known = false;
+    return is_free(machine) ? HOST_DONE : HOST_TEXT;
+}
+
+/* Motion is the host's from now on. */
+static void take_over(struct machine *machine) {
+    if (machine->host.owns)
+        return;
+    machine->host.owns = true;
     machine->notes = (struct line_notes){0};
     report_message(machine, "Host commands motion");
-    return HOST_DONE;
 }
 
 bool machine_host_has_job(const struct machine *machine) {
@@ -178,7 +181,7 @@ enum host_answer machine_host_lay(struct machine *machine, uint32_t ahead, const
         [FEED_TOO_FAST] = HOST_TOO_FAST,
     };
     struct feed *feed = &machine->host.feed;
-    enum host_answer answer = take(machine);
+    enum host_answer answer = may_own(machine);
     bool preempts = answer == HOST_TEXT && preempt_may(machine);
     *number = feed->head + ahead;
     if (answer != HOST_DONE && !preempts)
@@ -190,7 +193,12 @@ enum host_answer machine_host_lay(struct machine *machine, uint32_t ahead, const
         return answer;
     if (preempts)
         preempt_begin(machine);
-    if (machine->host.job.step == HOST_JOB_BRAKES || host_take_segments(machine))
+    else if (!machine->host.owns)
+        machine->host.end_known = false;
+    bool taken = machine->host.job.step == HOST_JOB_BRAKES || host_take_segments(machine);
+    if (!preempts && (taken || !feed_is_empty(feed)))
+        take_over(machine);
+    if (taken)
         return HOST_DONE;
     *number = feed->head;
     feed_forget_ahead(feed);
@@ -387,11 +395,12 @@ enum host_answer machine_host_jog(struct machine *machine, unsigned axis, int di
     if (host->jog.on && same)
         return HOST_DONE;
     bool replaces = host->jog.on || host->jog.waits;
-    enum host_answer answer = replaces ? HOST_DONE : take(machine);
+    enum host_answer answer = replaces ? HOST_DONE : may_own(machine);
     if (answer != HOST_DONE)
         return answer;
     if (!replaces && (machine->state != MACHINE_IDLE || !is_free(machine)))
         return HOST_BUSY;
+    take_over(machine);
     if (host->jog.on)
         jog_cancel(machine);
     host->jog = jog;
@@ -431,7 +440,7 @@ enum host_answer machine_host_home(struct machine *machine, axis_mask_t axes) {
         return HOST_NO_HOMING;
     if (machine->critical || machine->restart || machine->state == MACHINE_SLEEP)
         return HOST_LOCKED;
-    enum host_answer answer = machine->state == MACHINE_ALARM ? HOST_DONE : take(machine);
+    enum host_answer answer = machine->state == MACHINE_ALARM ? HOST_DONE : may_own(machine);
     if (answer != HOST_DONE)
         return answer;
     if (!is_free(machine) || machine->state == MACHINE_HOLD || inputs_door_is_open(machine))
@@ -439,7 +448,8 @@ enum host_answer machine_host_home(struct machine *machine, axis_mask_t axes) {
     machine_drop_motion(machine); /* the planner goes on from where the host stands */
     if (homing_begin(machine, letters) != STATUS_OK)
         return HOST_NO_HOMING;
-    host->owns = host->homing = true;
+    take_over(machine);
+    host->homing = true;
     host->homed_ok = host->end_known = false;
     return HOST_DONE;
 }

@@ -5,6 +5,9 @@
 
 #include "session/session.h"
 
+/** A sender whose number is behind by more begins anew. */
+enum { SEQUENCE_JUMP = 1000 };
+
 /** Sequence counters. */
 enum { SEQUENCE_STATUS, SEQUENCE_EVENT, SEQUENCE_REPLY };
 
@@ -43,10 +46,10 @@ void session_put_probe(const struct session *session, uint8_t *payload);
 
 /* rules.c */
 /** Whether a datagram, or a message of a TCP client, may be looked into: it is known on its channel, long
- * enough, this device has what it is for, and this host may do that now. */
-enum wire_refusal session_check_datagram(const struct session *session, const uint8_t address[4],
+ * enough, this device has what it is for, this host may do that now, and no later order of it came before. */
+enum wire_refusal session_check_datagram(struct session *session, const uint8_t address[4],
                                          const struct wire_header *header);
-enum wire_refusal session_check_request(const struct session *session, const struct session_client *client,
+enum wire_refusal session_check_request(struct session *session, const struct session_client *client,
                                         const struct wire_header *header);
 
 /* command.c */

@@ -9,11 +9,10 @@
 #define CLIENT_IDLE_US (WIRE_CLIENT_IDLE_S * 1000000ull) /* its place may be given to another one */
 #define BOUNCES_US     1000u /* inputs are looked at this often until they are quiet */
 
-/* A sender whose number is behind by more, or later, or ahead by more than it can have sent since, begins
- * anew. */
+/* A sender whose number is behind later, or ahead by more than it can have sent since, begins anew, too. */
 #define LATE_US         1000000u
 #define SILENCE_MOST_US 60000000u
-enum { SEQUENCE_JUMP = 1000, NUMBERS_A_MS = 2 };
+enum { NUMBERS_A_MS = 2 };
 
 static void begin(struct session *session, const struct hal *hal, const struct session_options *options,
                   const struct session_ops *ops, void *ctx) {

@@ -82,6 +82,20 @@ struct session_owner {
     uint64_t seen;        /* bit n: the one n before it has come, or was before the first */
 };
 
+/** Orders whose newest is remembered, so that what it has overtaken does nothing. */
+enum {
+    SESSION_ORDER_JOG,
+    SESSION_ORDER_JOG_STOP,
+    SESSION_ORDER_HOLD,
+    SESSION_ORDER_ESTOP,
+    SESSION_ORDER_OUTPUTS,
+    SESSION_ORDERS
+};
+struct session_order {
+    uint8_t address[4]; /* of its sender; 0.0.0.0: there was none */
+    uint32_t sequence, timestamp_us;
+};
+
 struct session_stream {
     uint32_t id;         /* 0: there was none */
     bool open;           /* takes segments */
@@ -117,6 +131,7 @@ struct session {
     struct session_client client[SESSION_CLIENTS];
     struct session_owner owner;
     struct session_stream stream;
+    struct session_order order[SESSION_ORDERS];
     struct session_mark recent[SESSION_RECENT];
     uint32_t recents;
     struct wire_statistics_response counts;

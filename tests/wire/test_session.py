@@ -339,6 +339,22 @@ def test_a_reset_of_the_text_side_drops_what_the_host_has_queued(device: Device)
     assert device.status.state == State.ALARM and device.status.alarm != 0, "stopped in motion"
 
 
+def test_what_is_refused_takes_no_motion(device: Device) -> None:
+    """A hold of the text side; segments and jogs that cannot be: lines of the text side wait for nobody."""
+    client = device.connect()
+    device.text("!")
+    device.run(0.1)
+    assert device.state.startswith("Hold")
+    assert reason(device, client, Jog(0, 1, 1000)) == Refusal.BUSY
+    device.text("~")
+    device.run(0.1)
+    device.motion(segment(10**9))
+    device.motion(segment(10, us=0))
+    device.text("G0 X1\n")
+    device.run(0.5)
+    assert device.position[0] == 200 and device.heard() == "ok\r\n"
+
+
 # ---- jog, home, outputs ----
 
 
