@@ -235,6 +235,7 @@ void session_motion(struct session *session, const uint8_t address[4], const str
         refusal = push(session, payload + WIRE_MOTION_SIZE + (size_t)k * WIRE_SEGMENT_SIZE);
         if (refusal != WIRE_REFUSAL_NONE) {
             refuse(session, refusal, motion.count - k);
+            session_note_lost(session);
             return;
         }
     }

@@ -27,6 +27,9 @@ size_t session_close(struct session *session, unsigned counter, uint8_t *packet,
                      size_t payload_size);
 /** A sequence number of this host: gaps are counted. */
 void session_note_sequence(struct session *session, const uint8_t address[4], uint32_t sequence);
+/** Motion of a host has not come, or was not taken: a hold where $78 asks for it, unless a stream is open,
+ * which sends again what was lost. */
+void session_note_lost(struct session *session);
 /** This host lives, whatever it says. */
 void session_note_alive(struct session *session, const uint8_t address[4]);
 /** As session_note_alive(), and it gets reports from now on. */

@@ -107,9 +107,7 @@ static int32_t most_ahead(uint64_t silent_us) {
     return SEQUENCE_JUMP + (int32_t)(us * NUMBERS_A_MS / 1000);
 }
 
-/* Some are missing. Where a stream is open, what was lost is sent again. */
-static void note_gap(struct session *session, uint32_t count) {
-    session->counts.missing += count;
+void session_note_lost(struct session *session) {
     if (session->settings->host_hold_on_gap && !session_is_module(session) && !session->stream.open)
         machine_host_hold(session->machine);
 }
@@ -125,8 +123,10 @@ void session_note_sequence(struct session *session, const uint8_t address[4], ui
         return;
     }
     bool follows = owner->sequence_known && ahead >= 0 && ahead < most_ahead(silent_us);
-    if (follows && ahead > 1)
-        note_gap(session, (uint32_t)ahead - 1);
+    if (follows && ahead > 1) {
+        session->counts.missing += (uint32_t)ahead - 1;
+        session_note_lost(session);
+    }
     owner->seen = !follows ? UINT64_MAX : (ahead < 64 ? owner->seen << ahead : 0) | 1;
     owner->sequence = sequence;
     owner->numbered_us = session->now_us;

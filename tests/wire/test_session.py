@@ -182,6 +182,37 @@ def test_hold_on_gap(make_device: Callable[..., Device]) -> None:
     assert device.pulses[0] == 1600
 
 
+@pytest.mark.parametrize("bad", [[segment(100)] * 200, [segment(100), segment(10**9)]], ids=["full", "too-fast"])
+def test_hold_on_gap_holds_also_where_segments_are_refused(
+    make_device: Callable[..., Device], bad: list[Segment]
+) -> None:
+    """Their steps are as lost as those of a datagram that never came."""
+    device = make_device(settings={78: 1})
+    for first in range(0, len(bad), 8):
+        device.motion(*bad[first : first + 8])
+    device.run(2)
+    assert device.status.state == State.HOLD
+    assert statistics(device).refused_segments > 0
+    device.motion(segment(0, 100), address=OTHER)
+    device.send(Resume())
+    device.run(3)
+    assert device.status.state == State.IDLE, "another host's are refused, and hold nobody up"
+
+
+def test_motion_that_is_refused_in_an_estop_leaves_no_hold_behind(make_device: Callable[..., Device]) -> None:
+    device = make_device(settings={78: 1})
+    device.send(Estop())
+    device.run(0.6)
+    device.motion(segment(100))
+    device.run(0.1)
+    device.send(Reset())
+    device.run(0.2)
+    assert device.status.state == State.IDLE
+    device.motion(segment(100))
+    device.run(0.5)
+    assert device.pulses[0] == 100
+
+
 def test_a_full_queue_is_counted(device: Device) -> None:
     device.send(Hold())
     device.run(0.01)
