@@ -59,6 +59,7 @@ static void report(void *owner) {
     struct link *link = owner;
     if (link->has_encoder)
         encoder_take(&link->encoder, link->peer.status_us, link->peer.now_s, &link->peer.status);
+    link_date_report(link);
     show(link);
 }
 
@@ -82,14 +83,23 @@ void link_begin(struct link *link, struct pins *pins, const struct peer_world *w
     link->at_speed.run_up_s = options->run_up_s;
     link->at_speed.since_s = now_s;
     clearance_clear(&link->clearance, options->joints);
+    link->was_enabled = true; /* motion begins when somebody switches on, and not because there is a link */
     peer_begin(&link->peer, world, &owner, options->password, now_s);
+    link->peer.was_reset = *pins->reset;
+}
+
+void link_date_report(struct link *link) {
+    bool is_newer = link->peer.is_known && peer_is_later(link->peer.status_us, link->stale_us);
+    link->is_stale = link->is_stale && !is_newer;
 }
 
 bool link_stands(const struct link *link) {
-    if (!link->peer.is_known || (link->is_closed && !peer_is_later(link->peer.status_us, link->closed_us)))
+    const struct wire_status *status = &link->peer.status;
+    if (!link->peer.is_known || link->is_stale || link->stream_asks > 0)
         return false;
-    return (link->peer.status.flags & WIRE_STATUS_FLAG_MOVING) == 0 &&
-           link->peer.status.state != WIRE_STATE_RUN && link->peer.status.state != WIRE_STATE_PROBING;
+    return (status->flags & WIRE_STATUS_FLAG_MOVING) == 0 && status->buffer_free == status->buffer_total &&
+           status->state != WIRE_STATE_RUN && status->state != WIRE_STATE_PROBING &&
+           status->state != WIRE_STATE_JOG && status->state != WIRE_STATE_HOMING;
 }
 
 void link_lose(struct pins *pins) {
@@ -106,12 +116,8 @@ void link_fault(struct link *link, const char *format, ...) {
     va_end(values);
     peer_say(&link->peer, "%s", text);
     *link->pins->fault = true;
-    if (link->is_open) {
-        uint8_t payload[WIRE_STREAM_CLOSE_SIZE];
-        wire_put_stream_close(payload, &(struct wire_stream_close){.stream = link->sender.stream});
-        peer_ask(&link->peer, WIRE_STREAM_CLOSE, payload, sizeof payload);
-    }
-    link->is_open = link->watches = false;
+    if (link->is_open)
+        motion_close(link, link->sender.stream);
     link->phase = LINK_OFF;
 }
 

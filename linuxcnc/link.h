@@ -35,8 +35,7 @@ enum link_phase {
     LINK_OFF,       /* LinuxCNC has not switched on, or motion has ended */
     LINK_OPENING,   /* a stream is asked for */
     LINK_FOLLOWING, /* commands become segments */
-    LINK_ENDING,    /* switched off: what is queued is executed */
-    LINK_DRAINING,  /* the same, and then the controller homes */
+    LINK_DRAINING,  /* what is queued is executed, and then the controller homes */
     LINK_HOMING,    /* it does */
     LINK_HOMED,     /* it is asked whether it has found its switches */
     LINK_CONTACT,   /* the stream was ended: it is asked whether the probe has touched */
@@ -52,15 +51,19 @@ struct link {
     struct at_speed at_speed;
     struct wire_io_control said;
     double said_s;
-    bool wanted; /* motion was asked for, or had, when the pins were last looked at */
+    bool was_enabled;              /* when the pins were last looked at */
+    bool is_asked;                 /* switched on, and there is no motion yet ... */
+    double asked_s;                /* ... since then */
+    int32_t off_steps[PIN_JOINTS]; /* where the machine was when LinuxCNC was last off, and followed it */
 
     enum link_phase phase;
     enum link_phase opens_for; /* LINK_OFF, LINK_HOMED or LINK_TOUCHED: the one before LINK_OPENING */
     bool is_open;
     struct sender sender;
-    double queued_s;    /* motion that waits in the controller */
-    bool is_closed;     /* a stream was ended by the controller ... */
-    uint32_t closed_us; /* ... at this time of its clock */
+    double queued_s;      /* motion that waits in the controller */
+    unsigned stream_asks; /* requests for a stream and for its end that are not answered */
+    bool is_stale;        /* the newest report is older than what is known of a stream ... */
+    uint32_t stale_us;    /* ... which is of this time of the controller's clock */
     struct slicer slicer;
     struct clearance clearance;
     struct sample sample;     /* the newest */
@@ -68,6 +71,7 @@ struct link {
     double settled_s;         /* servo time from which on the servo thread has seen our pins */
     double moved_s;           /* when the newest sample came */
     bool begins;              /* there is no segment yet */
+    bool probe_begins;        /* a G38 has begun since the newest segment */
     bool probes, was_probing; /* in a sample since the newest segment; in the segment before */
     bool watches;             /* a contact is to come, and exactly */
     uint32_t watched;         /* end of the segments that watch for it */
@@ -98,10 +102,14 @@ void link_lose(struct pins *pins);
 
 /** Motion has ended by itself: the operator resets and switches on anew. printf's format. */
 __attribute__((format(printf, 2, 3))) void link_fault(struct link *link, const char *format, ...);
-/** The newest report is newer than the end of the last stream, and nothing moves. */
+/** A report is newer than what is known of a stream, or the other way round. */
+void link_date_report(struct link *link);
+/** Nothing moves or waits, by a report that is newer than anything of a stream. */
 bool link_stands(const struct link *link);
 /** The feedback is held while the controller moves by itself. */
 bool link_is_holding_feedback(const struct link *link);
+/** No more of this stream; what is queued in the controller is executed. */
+void motion_close(struct link *link, uint32_t stream);
 /** What motion does in a tick. */
 void motion_tick(struct link *link);
 /** Answers that motion has asked for. */

@@ -141,6 +141,7 @@ void module_begin(struct module *module, struct module_pins *pins, const struct 
     const struct peer_owner owner = {module, greet_module, answer_module, report_module, datagram_module};
     *module = (struct module){.pins = pins, .said_s = now_s - AGAIN_S};
     peer_begin(&module->peer, world, &owner, password, now_s);
+    module->peer.was_reset = *pins->reset;
 }
 
 const char *module_tick(struct module *module, double now_s) {

@@ -14,6 +14,8 @@ static const double SEEN_S = 0.005;        /* of servo time: the servo thread ha
 static const double STILL_S = 1.0;         /* no sample for so long: the servo thread does not run */
 static const double HOMING_BEGINS_S = 1.0; /* after it was asked for */
 static const double FAR_S = 0.25;          /* so much time at top speed away, and the command is a mistake */
+static const double STANDS_S =
+    1.0; /* so long it may take after switching on until the machine is known to stand */
 static const char NO_SAMPLES[] =
     "the servo thread gives no samples: load sampler, and addf it, as docs/linuxcnc.md shows";
 enum { LAST_US = 1000 }; /* a dwell behind the last motion */
@@ -35,11 +37,20 @@ static void finish(struct link *link) {
     put(link, &(struct wire_segment){.duration_us = LAST_US, .flags = WIRE_SEGMENT_FLAG_LAST});
 }
 
-static void close_stream(struct link *link, uint32_t stream) {
+void motion_close(struct link *link, uint32_t stream) {
     uint8_t payload[WIRE_STREAM_CLOSE_SIZE];
     wire_put_stream_close(payload, &(struct wire_stream_close){.stream = stream});
     peer_ask(&link->peer, WIRE_STREAM_CLOSE, payload, sizeof payload);
+    link->stream_asks++;
     link->is_open = link->watches = false;
+}
+
+/* The controller has said something of a stream, at this time of its clock. */
+static void date_stream(struct link *link, uint32_t at_us) {
+    if (!link->is_stale || peer_is_later(at_us, link->stale_us))
+        link->stale_us = at_us;
+    link->is_stale = true;
+    link_date_report(link);
 }
 
 /* Top speeds, and a stream; both are answered in this order. */
@@ -52,6 +63,7 @@ static void open_stream(struct link *link, enum link_phase opens_for) {
     }
     put_zero(payload, WIRE_STREAM_OPEN_SIZE);
     peer_ask(&link->peer, WIRE_STREAM_OPEN, payload, WIRE_STREAM_OPEN_SIZE);
+    link->stream_asks++;
     link->phase = LINK_OPENING;
     link->opens_for = opens_for;
 }
@@ -91,6 +103,7 @@ static void begin(struct link *link, const struct wire_stream_opened *opened) {
     link->moved_s = link->peer.now_s;
     link->begins = true;
     link->probes = false;
+    link->probe_begins = link->sample.is_probing && link->opens_for != LINK_TOUCHED;
     if (begin_slices(link))
         put(link, &(struct wire_segment){.duration_us = (uint32_t)(1e6 * link->options.level_s)});
 }
@@ -112,12 +125,36 @@ static void units_of(const struct link *link, const int32_t steps[PIN_JOINTS], d
 
 // ---- homing ----
 
+static const char GIVEN_UP[] = "LinuxCNC has given up homing";
+
+static uint8_t homing_asked(const struct link *link) {
+    uint8_t homes = 0;
+    for (unsigned joint = 0; joint < link->options.joints; joint++)
+        homes |= (uint8_t)(*link->pins->joint[joint].index_enable << joint);
+    return homes;
+}
+
+static bool is_given_up(const struct link *link) {
+    return (link->homes & ~homing_asked(link)) != 0;
+}
+
+static void look_for_homing(struct link *link) {
+    if (homing_asked(link) == 0)
+        return;
+    finish(link);
+    if (link->is_open)
+        link->phase = LINK_DRAINING;
+}
+
 /* The controller looks for its own switches. LinuxCNC believes that it waits for an index pulse; when that
  * comes, it takes position-fb as where the joints are. */
 static void drain(struct link *link) {
-    if (!sender_is_executed(&link->sender) || !link_stands(link))
+    link->homes = homing_asked(link);
+    if (link->homes == 0)
+        link->phase = LINK_FOLLOWING;
+    if (link->homes == 0 || !sender_is_executed(&link->sender) || !link_stands(link))
         return;
-    close_stream(link, link->sender.stream);
+    motion_close(link, link->sender.stream);
     uint8_t payload[WIRE_HOME_SIZE];
     wire_put_home(payload, &(struct wire_home){.axes = link->homes});
     peer_ask(&link->peer, WIRE_HOME, payload, sizeof payload);
@@ -126,10 +163,21 @@ static void drain(struct link *link) {
     link->is_homing_seen = false;
 }
 
+/* Only an e-stop ends the controller's homing. */
+static void stop_homing(struct link *link) {
+    peer_post(&link->peer, WIRE_ESTOP, NULL, 0);
+    peer_ask(&link->peer, WIRE_ESTOP, NULL, 0);
+    link_fault(link, "%s: the controller is stopped", GIVEN_UP);
+}
+
 static void await_homing(struct link *link) {
     bool homes = link->peer.status.state == WIRE_STATE_HOMING;
     link->is_homing_seen |= homes;
     bool begins = !link->is_homing_seen && link->peer.now_s - link->homing_s < HOMING_BEGINS_S;
+    if (is_given_up(link)) {
+        stop_homing(link);
+        return;
+    }
     if (homes || begins || !link_stands(link))
         return;
     peer_ask(&link->peer, WIRE_STATISTICS, NULL, 0);
@@ -145,12 +193,18 @@ static void take_homed(struct link *link, const uint8_t *payload) {
         open_stream(link, LINK_HOMED);
 }
 
-/* The servo thread is to see both at once. */
+/* The servo thread is to see both at once. Joints that have asked meanwhile are homed next. */
 static void show_homed(struct link *link) {
+    if (is_given_up(link)) {
+        link_fault(link, "%s", GIVEN_UP);
+        return;
+    }
     link->peer.world.await_servo(link->peer.world.ctx);
     pins_show_position(link->pins, link->peer.status.position_steps);
-    for (unsigned joint = 0; joint < link->options.joints; joint++)
-        *link->pins->joint[joint].index_enable = false;
+    for (unsigned joint = 0; joint < link->options.joints; joint++) {
+        if ((link->homes >> joint & 1) != 0)
+            *link->pins->joint[joint].index_enable = false;
+    }
     settle(link);
 }
 
@@ -226,7 +280,7 @@ static void opened(struct link *link, const uint8_t *payload) {
     wire_get_stream_opened(payload, &opened);
     if (link->phase != LINK_OPENING) {
         if (opened.stream != 0)
-            close_stream(link, opened.stream);
+            motion_close(link, opened.stream);
         return;
     }
     if (opened.refusal != WIRE_REFUSAL_NONE) {
@@ -243,6 +297,10 @@ static void opened(struct link *link, const uint8_t *payload) {
 }
 
 void motion_answer(struct link *link, const struct control_answer *answer) {
+    if (answer->request == WIRE_STREAM_OPEN || answer->request == WIRE_STREAM_CLOSE) {
+        link->stream_asks--;
+        date_stream(link, answer->header.timestamp_us);
+    }
     if (answer->type == WIRE_REFUSED) {
         struct wire_refused refused;
         wire_get_refused(answer->payload, &refused);
@@ -264,10 +322,9 @@ void motion_ack(struct link *link, const struct wire_stream_ack *ack, uint32_t a
     if (!link->is_open || !sender_take(&link->sender, ack))
         return;
     link->queued_s = ack->queued_us / 1e6;
+    date_stream(link, at_us);
     if (ack->refusal == WIRE_REFUSAL_NONE)
         return;
-    link->is_closed = true;
-    link->closed_us = at_us;
     link->is_open = link->watches = false;
     if (ack->refusal == WIRE_REFUSAL_STREAM_CLOSED) {
         peer_ask(&link->peer, WIRE_PROBE_LAST, NULL, 0);
@@ -282,11 +339,12 @@ void motion_ack(struct link *link, const struct wire_stream_ack *ack, uint32_t a
 // ---- commands ----
 
 static void look_for_probing(struct link *link) {
-    if (link->probes && !link->was_probing) {
+    if (link->probe_begins) {
         link->watches = link->peer.status.probe == 0; /* G38.4, G38.5 look for the opposite */
         link->watched = link->sender.end;
     }
     link->was_probing = link->probes;
+    link->probe_begins = false;
     link->watches = link->watches && (link->probes || link->sender.done < link->watched);
 }
 
@@ -314,25 +372,17 @@ static void slice(struct link *link) {
     link->sampled_s = sample->servo_s;
 }
 
+/* While a joint asks for homing, LinuxCNC's command is none to be followed. */
 void link_sample(struct link *link, const struct sample *sample, double now_s) {
-    link->peer.now_s = link->moved_s = now_s;
+    link->peer.now_s = now_s;
+    if (sample->servo_s > link->sample.servo_s)
+        link->moved_s = now_s;
+    link->probe_begins |= sample->is_probing && !link->sample.is_probing;
     link->sample = *sample;
     link->probes |= sample->is_probing;
-    if (link->phase == LINK_FOLLOWING && is_settled(link) &&
+    if (link->phase == LINK_FOLLOWING && is_settled(link) && homing_asked(link) == 0 &&
         sample->servo_s - link->sampled_s >= NEARLY * SLICE_S)
         slice(link);
-}
-
-static void look_for_homing(struct link *link) {
-    uint8_t homes = 0;
-    for (unsigned joint = 0; joint < link->options.joints; joint++)
-        homes |= (uint8_t)(*link->pins->joint[joint].index_enable << joint);
-    if (homes == 0)
-        return;
-    link->homes = homes;
-    finish(link);
-    if (link->is_open)
-        link->phase = LINK_DRAINING;
 }
 
 static void follow(struct link *link) {
@@ -343,36 +393,58 @@ static void follow(struct link *link) {
         look_for_homing(link);
 }
 
-static void switched_off(struct link *link) {
-    if (link->phase == LINK_FOLLOWING) {
-        link->phase = LINK_ENDING;
-    } else if (link->phase != LINK_ENDING) {
-        if (link->is_open)
-            close_stream(link, link->sender.stream);
-        link->phase = LINK_OFF;
+// ---- on and off ----
+
+/* What has not got to the controller yet is not wanted any more: it may be seconds, after a network that was
+ * gone. */
+static void switch_off(struct link *link) {
+    if (link->phase == LINK_HOMING && !peer_is_locked(&link->peer)) {
+        stop_homing(link);
+        return;
     }
+    if (link->is_open)
+        motion_close(link, link->sender.stream);
+    link->phase = LINK_OFF;
+}
+
+/* LinuxCNC's command was the feedback until it was switched on. If the machine has moved since, it is not to
+ * go back there. */
+static void switch_on(struct link *link) {
+    const struct wire_status *status = &link->peer.status;
+    if (memcmp(link->off_steps, status->position_steps, link->options.joints * sizeof *link->off_steps) != 0)
+        link_fault(link, "the machine has moved since it was switched on: switch on anew when it stands");
+    else if (link_stands(link))
+        open_stream(link, LINK_OFF);
+    else if (link->peer.now_s - link->asked_s > STANDS_S)
+        link_fault(link, "the controller is at something else, and takes no motion: %s",
+                   word_of_state[status->state & 7]);
+}
+
+static void look_at_switch(struct link *link) {
+    bool enable = *link->pins->enable, wants = enable && *link->pins->ready;
+    if (!wants && enable && link->phase != LINK_OFF)
+        link_fault(link, "the controller has stopped: %s; alarm %u",
+                   word_of_state[link->peer.status.state & 7], link->peer.status.alarm);
+    if (!wants)
+        switch_off(link);
+    if (wants && !link->was_enabled)
+        link->asked_s = link->peer.now_s;
+    link->is_asked = wants && link->phase == LINK_OFF && (link->is_asked || !link->was_enabled);
+    link->was_enabled = enable;
+    if (!enable)
+        memcpy(link->off_steps, link->peer.status.position_steps, sizeof link->off_steps);
 }
 
 void motion_tick(struct link *link) {
-    bool wants = *link->pins->enable && *link->pins->ready;
-    bool asks = wants && !link->wanted;
-    if (!wants && *link->pins->enable && link_is_holding_feedback(link))
-        link_fault(link, "the controller has stopped by itself: %s; alarm %u",
-                   word_of_state[link->peer.status.state & 7], link->peer.status.alarm);
-    if (!wants)
-        switched_off(link);
-    if (link->phase == LINK_OFF && asks && link_stands(link))
-        open_stream(link, LINK_OFF);
+    look_at_switch(link);
+    if (link->is_asked)
+        switch_on(link);
     else if (link->phase == LINK_FOLLOWING)
         follow(link);
-    else if (link->phase == LINK_ENDING && sender_is_executed(&link->sender)) {
-        close_stream(link, link->sender.stream);
-        link->phase = LINK_OFF;
-    } else if (link->phase == LINK_DRAINING)
+    else if (link->phase == LINK_DRAINING)
         drain(link);
     else if (link->phase == LINK_HOMING)
         await_homing(link);
     else if (link->phase == LINK_TOUCHED)
         retreat(link);
-    link->wanted = wants && (link->wanted || (link->phase != LINK_OFF && link->phase != LINK_ENDING));
 }

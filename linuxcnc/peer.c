@@ -11,8 +11,14 @@
 
 static const double PING_S = 5.0;
 static const double REGISTER_S = 0.1, STAY_S = 1.0; /* for reports: until there is one, and from then on */
-static const double SILENT_S = 1.0;                 /* without a report or an answer for so long it is gone */
-enum { ALL_AXES = 0xFF, ESTOP_TIMES = 3 };
+static const double ESTOP_WAY_S = 0.05; /* an e-stop by UDP may be so much longer on its way than a reset */
+static const double RESET_MOST_S = 0.5; /* a reset waits so long for the end of an e-stop */
+static const double SILENT_S = 1.0;     /* without a report or an answer for so long it is gone */
+enum {
+    ALL_AXES = 0xFF,
+    ESTOP_TIMES = 3,
+    LATE_MOST_MS = 1000, /* a report that is older by more is of a controller that has started anew */
+};
 
 bool peer_is_later(uint32_t one_us, uint32_t other_us) {
     return one_us != other_us && one_us - other_us <= INT32_MAX;
@@ -65,6 +71,7 @@ void peer_begin(struct peer *peer, const struct peer_world *world, const struct 
     *peer = (struct peer){.world = *world, .owner = *owner, .password = password, .now_s = now_s};
     peer->control.sequence = (uint32_t)(uint64_t)(1e6 * now_s); /* not that of the host program before */
     peer->heard_s = peer->pinged_s = now_s;
+    peer->estop_s = now_s - ESTOP_WAY_S;
     peer->registered_s = now_s - REGISTER_S;
     if (password[0] != '\0')
         peer_ask(peer, WIRE_CHALLENGE, NULL, 0);
@@ -72,16 +79,32 @@ void peer_begin(struct peer *peer, const struct peer_world *world, const struct 
         say_hello(peer);
 }
 
+/* LinuxCNC leaves its e-stop and asks for the reset at once, but its threads bring us the one later than the
+ * other. An e-stop that stays is not reset when it ends. */
+static bool is_reset_due(struct peer *peer, bool estop, bool reset) {
+    if (reset && !peer->was_reset) {
+        peer->resets = true;
+        peer->reset_s = peer->now_s;
+    }
+    if (!peer->resets || (!estop && peer->now_s - peer->estop_s >= ESTOP_WAY_S))
+        return peer->resets;
+    peer->resets = peer->now_s - peer->reset_s < RESET_MOST_S;
+    return false;
+}
+
 bool peer_stop_and_reset(struct peer *peer, bool estop, bool reset) {
     unsigned times = !estop ? 0 : peer->was_estop ? 1 : ESTOP_TIMES; /* and every tick as long as it is */
-    bool begins = reset && !peer->was_reset;
     for (; times > 0; times--)
         peer_post(peer, WIRE_ESTOP, NULL, 0);
-    if (begins && peer->is_known && peer_is_locked(peer))
+    if (estop)
+        peer->estop_s = peer->now_s;
+    bool is_due = is_reset_due(peer, estop, reset);
+    if (is_due && peer->is_known && peer_is_locked(peer))
         peer_ask(peer, WIRE_RESET, NULL, 0);
+    peer->resets = peer->resets && !is_due;
     peer->was_estop = estop;
     peer->was_reset = reset;
-    return begins;
+    return is_due;
 }
 
 /* Its reports come to whoever has sent it a datagram, not long ago. */
@@ -169,11 +192,18 @@ void peer_hear_tcp(struct peer *peer, const uint8_t *bytes, size_t count, double
         peer->lost = "the controller answers something else than it was asked";
 }
 
+static bool has_started_anew(const struct peer *peer, const struct wire_status *status) {
+    uint32_t back_ms = peer->status.uptime_ms - status->uptime_ms;
+    return peer->is_known && back_ms > LATE_MOST_MS && back_ms <= INT32_MAX;
+}
+
 static void take_status(struct peer *peer, const uint8_t *payload, uint32_t at_us) {
     struct wire_status status;
     wire_get_status(payload, &status);
     peer->heard_s = peer->now_s;
-    if (!peer->is_known || peer_is_later(at_us, peer->status_us)) {
+    if (has_started_anew(peer, &status))
+        peer->lost = "the controller has started anew";
+    else if (!peer->is_known || peer_is_later(at_us, peer->status_us)) {
         peer->status = status;
         peer->status_us = at_us;
         peer->is_known = true;

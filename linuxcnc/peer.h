@@ -40,7 +40,9 @@ struct peer {
     struct wire_status status;
     uint32_t status_us; /* its clock, of that status */
     double heard_s, pinged_s, registered_s;
-    bool was_estop, was_reset; /* as last wanted */
+    bool was_estop, was_reset; /* as last wanted; what was pressed before the connection is no reset */
+    bool resets;               /* a reset is to come, when the e-stop is over */
+    double reset_s, estop_s;   /* when it began to be wanted; when the e-stop was last */
 };
 
 /** A TCP connection is there: ask who it is. */
@@ -58,7 +60,8 @@ void peer_ask(struct peer *peer, uint8_t type, const void *payload, size_t size)
 void peer_post(struct peer *peer, uint8_t type, const void *payload, size_t size);
 /** Say a line to the operator. printf's format. */
 __attribute__((format(printf, 2, 3))) void peer_say(const struct peer *peer, const char *format, ...);
-/** E-stop as long as it is wanted; a reset when that begins to be wanted. @return true: such a reset */
+/** E-stop as long as it is wanted; a reset when that begins to be wanted, and the e-stop is over at once or
+ * already. @return true: such a reset */
 bool peer_stop_and_reset(struct peer *peer, bool estop, bool reset);
 /** In alarm or e-stop. */
 bool peer_is_locked(const struct peer *peer);

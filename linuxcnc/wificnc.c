@@ -228,12 +228,16 @@ static const char *serve(struct program *program) {
     return wrong;
 }
 
-/* @param wrong  said once, until there is a controller again */
-static void lose(struct program *program, const char *wrong, double begun_s) {
+static void lose_pins(const struct program *program) {
     if (program->is_module)
         module_lose(program->module_pins);
     else
         link_lose(program->pins);
+}
+
+/* @param wrong  said once, until there is a controller again */
+static void lose(struct program *program, const char *wrong, double begun_s) {
+    lose_pins(program);
     if (!program->is_lost || program->peer->is_known)
         say(program, wrong);
     program->is_lost = true;
@@ -259,6 +263,7 @@ static void run(struct program *program) {
             drop_samples(program);
         }
     }
+    lose_pins(program); /* LinuxCNC may go on without us; signals keep what was said last */
 }
 
 // ---- the command line ----

@@ -35,8 +35,9 @@ struct bench {
     bool probes;
     uint8_t asked; /* type of the newest request */
     bool was_lost;
-    uint32_t stream;
-    int32_t begun[PIN_JOINTS]; /* where the stream began */
+    bool is_open;
+    uint32_t stream;           /* that is, or was */
+    int32_t begun[PIN_JOINTS]; /* where it began */
     uint32_t segments;         /* known ones of it */
     int32_t steps[STREAM_MOST][PIN_JOINTS];
 };
@@ -56,11 +57,7 @@ static void take_segments(struct bench *bench, const uint8_t *payload, size_t si
     wire_get_stream_segments(payload, &head);
     CLAIM(head.count <= WIRE_MOTION_SEGMENTS_MOST, "%u segments", head.count);
     CLAIM(size == WIRE_STREAM_SEGMENTS_SIZE + head.count * (size_t)WIRE_SEGMENT_SIZE, "%zu bytes", size);
-    if (head.stream != bench->stream || bench->segments == 0) {
-        bench->stream = head.stream;
-        bench->segments = 0;
-        memcpy(bench->begun, bench->link.peer.status.position_steps, sizeof bench->begun);
-    }
+    CLAIM(bench->is_open && head.stream == bench->stream, "segments of stream %u", (unsigned)head.stream);
     for (uint32_t n = head.first; n < head.first + head.count && n < STREAM_MOST; n++) {
         struct wire_segment segment;
         wire_get_segment(payload + WIRE_STREAM_SEGMENTS_SIZE + (n - head.first) * WIRE_SEGMENT_SIZE,
@@ -104,6 +101,18 @@ static void connect(struct bench *bench) {
     link_begin(&bench->link, &bench->pins, &world, &options, bench->now_s);
     bench->was_lost = false;
     bench->segments = 0;
+}
+
+/* A stream begins where the machine stands by the report that is the newest just then. */
+static void note_stream(struct bench *bench) {
+    const struct link *link = &bench->link;
+    bool begins = link->is_open && (!bench->is_open || link->sender.stream != bench->stream);
+    bench->is_open = link->is_open;
+    if (!begins)
+        return;
+    bench->stream = link->sender.stream;
+    bench->segments = 0;
+    memcpy(bench->begun, link->peer.status.position_steps, sizeof bench->begun);
 }
 
 static void tick(struct bench *bench) {
@@ -255,7 +264,9 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     bench.now_s = 100.0;
     CLAIM(pins_make(&bench.pins, make_pin, &bench) == 0, "pins");
     connect(&bench);
-    for (unsigned n = 0; n < TICKS_MOST && input_left(&input) > 0; n++)
+    for (unsigned n = 0; n < TICKS_MOST && input_left(&input) > 0; n++) {
         act(&bench, &input);
+        note_stream(&bench);
+    }
     return 0;
 }

@@ -9,11 +9,15 @@ import sys
 import tempfile
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import pytest
 from bench.halrun import isolated
 from wificnc.build.checkout import checkout_root
 from wificnc.linuxcnc.source import FILE_NAME, build_command, component_source
+
+if TYPE_CHECKING:
+    from link_bench import Bench
 
 sys.path[:0] = [str(Path(__file__).parent), str(Path(__file__).parents[1] / "wire")]  # bench, wire_device
 PYTHON = "/usr/bin/python3"  # LinuxCNC's modules are the system's
@@ -48,6 +52,28 @@ def _component() -> None:
     from component_library import library
 
     library()
+
+
+@pytest.fixture
+def make_bench() -> Iterator[Callable[..., Bench]]:
+    """Benches with a controller of 200 steps/mm that reports every 10 ms."""
+    from link_bench import Bench
+    from wire_device import Device
+
+    made: list[Device] = []
+
+    def make(settings: dict[int, float] | None = None, password: str = "", joints: int = 3, **board: int) -> Bench:
+        made.append(Device(password, settings={76: 10, **(settings or {})}, **board))
+        return Bench(made[-1], joints, password=password)
+
+    yield make
+    for device in made:
+        device.close()
+
+
+@pytest.fixture
+def bench(make_bench: Callable[..., Bench]) -> Bench:
+    return make_bench()
 
 
 @pytest.fixture

@@ -10,11 +10,13 @@ from typing import Any
 
 from component_library import AWAIT, MAKE_PIN, SAY, SEND, Options, Sample, World, library
 from wificnc.wmc3.layout import Status, Type
-from wificnc.wmc3.packet import Packet, parse
+from wificnc.wmc3.packet import Packet, crc16, parse
 from wire_device import HOST
 from wire_device import Device as VirtualDevice
 
 SERVO_S = 0.001
+SCALE = 200.0
+SWITCHES = {22: 1, 23: 63, 27: 1, 130: 20, 131: 20, 132: 20, 133: 0, 134: 0, 135: 0}
 PIN_TYPES = (ctypes.c_bool, ctypes.c_double, ctypes.c_uint32)
 
 
@@ -48,6 +50,9 @@ class Wire:
         self.client = virtual.connect()
         self.dead = False
         self.requests: list[Packet] = []
+        self.registration = b""  # the newest datagram that asks for reports
+        self.is_slow = False  # answers wait until it is not
+        self.clock_us = 0  # of the controller, later than it is
         self.is_mute = False  # requests are done and not answered
         self.loses_status = False
         self.status_late_s = 0.0  # status reports take so long, all else no time
@@ -55,11 +60,24 @@ class Wire:
         self.loss = 0.0  # part of all datagrams, both ways; so many come twice, too
         self._dice = random.Random(1)
 
+    def _shifted(self, packet: bytes) -> bytes:
+        """With the time stamp of a controller that was switched on earlier."""
+        if not self.clock_us or not packet:
+            return packet
+        changed = bytearray(packet)
+        at_us = int.from_bytes(packet[12:16], "little") + self.clock_us
+        changed[12:16] = (at_us % 2**32).to_bytes(4, "little")
+        changed[16:18] = bytes(2)
+        changed[16:18] = crc16(bytes(changed)).to_bytes(2, "little")
+        return bytes(changed)
+
     def _copies(self) -> int:
         """Of a datagram that get there."""
         return (self._dice.random() >= self.loss) * (1 + (self._dice.random() < self.loss))
 
     def datagram(self, _ctx: object, data: Any, size: int) -> None:
+        if data[5] == Type.JOG_STOP:
+            self.registration = bytes(data[:size])
         for _ in range(self._copies() if not self.dead else 0):
             self.virtual.raw(bytes(data[:size]), HOST)
 
@@ -77,7 +95,7 @@ class Wire:
         self.virtual.fetch()
         if self.is_mute:
             return
-        self.answers.append(count.to_bytes(2, "little") + reply.raw[:count])
+        self.answers.append(count.to_bytes(2, "little") + self._shifted(reply.raw[:count]))
 
     def heard(self) -> list[bytes]:
         """Datagrams that come now."""
@@ -90,7 +108,7 @@ class Wire:
             if is_status and each.time_s + self.status_late_s > self.virtual.now:
                 self.virtual.sent.append(each)
             else:
-                come += [each.data] * self._copies()
+                come += [self._shifted(each.data)] * self._copies()
         return come
 
 
@@ -98,7 +116,7 @@ class Bench:
     """Time goes on by run(); `command` says what LinuxCNC commands at a time."""
 
     def __init__(
-        self, virtual: VirtualDevice, joints: int = 3, scale: float = 200.0, level_s: float = 0.1, password: str = ""
+        self, virtual: VirtualDevice, joints: int = 3, scale: float = SCALE, level_s: float = 0.1, password: str = ""
     ) -> None:
         self.lib = library()
         self.virtual = virtual
@@ -148,7 +166,9 @@ class Bench:
             if packet and isinstance(packet.payload, Status):
                 self.status = packet.payload
             self.lib.peer_hear_udp(peer, data, len(data), now)
-        answers, self.wire.answers = self.wire.answers, []
+        answers: list[bytes] = []
+        if not self.wire.is_slow:
+            answers, self.wire.answers = self.wire.answers, []
         for data in answers:
             self.lib.peer_hear_tcp(peer, data, len(data), now)
         self.lib.link_follow_spindle(self.link, now)
@@ -177,6 +197,7 @@ class Bench:
 
     def enable(self) -> None:
         self.run(0.1)
+        self.run_to(lambda: self.pins["connected"], 1)
         self.pins["enable"] = True
         self.run_to(lambda: self.is_open or self.pins["fault"], 1)
         self.run(0.05)
@@ -212,3 +233,55 @@ def mover(bench: Bench, joint: int, target: float, speed: float, accel: float = 
         bench.command[joint] = start + math.copysign(done, way)
 
     return step
+
+
+class G38:
+    """What LinuxCNC does: it moves until its probe input rises, takes the feedback of that period, and slows down."""
+
+    def __init__(self, bench: Bench, target: float, speed: float, accel: float = 400.0) -> None:
+        self.bench, self.target, self.speed, self.accel = bench, target, speed, accel
+        self.v = 0.0
+        self.probed: list[float] | None = None
+        bench.is_probing = True
+        bench.each_servo = self.step
+
+    def step(self) -> None:
+        pins, dt = self.bench.pins, 0.001
+        if pins["probe"] and self.probed is None:
+            self.probed = self.bench.feedback
+        left = self.bench.command[2] - self.target
+        slows = self.probed is not None or left <= self.v * self.v / (2 * self.accel) + self.v * dt
+        self.v = max(0.0, self.v - self.accel * dt) if slows else min(self.speed, self.v + self.accel * dt)
+        self.bench.command[2] -= min(self.v * dt, max(left, 0.0))
+        if self.v == 0.0:
+            self.bench.is_probing = False
+
+
+def homing_bench(make_bench: Callable[..., Bench]) -> Bench:
+    bench = make_bench(settings=SWITCHES)
+    for axis, low in enumerate((-1000, -500, -800)):
+        bench.virtual.lib.virtual_travel(bench.virtual.host, axis, low, 9000)
+    bench.enable()
+    return bench
+
+
+class HomeByIndex:
+    """LinuxCNC's homing with HOME_USE_INDEX and no search: it creeps until index-enable falls, and then takes the
+    feedback as where the joint is."""
+
+    def __init__(self, bench: Bench, joints: list[int]) -> None:
+        self.bench, self.left = bench, joints
+        self.worst = 0.0
+        for joint in joints:
+            bench.pins[f"joint.{joint}.index-enable"] = True
+        bench.each_servo = self.step
+
+    def step(self) -> None:
+        for joint in list(self.left):
+            if not self.bench.pins[f"joint.{joint}.index-enable"]:
+                self.bench.command[joint] = self.bench.feedback[joint]
+                self.left.remove(joint)
+            else:
+                self.bench.command[joint] += 1e-6
+        errors = [abs(at - asked) for at, asked in zip(self.bench.feedback, self.bench.command, strict=True)]
+        self.worst = max(self.worst, *errors)

@@ -3,35 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 
 import numpy as np
 import pytest
-from link_bench import Bench, mover
+from link_bench import G38, SCALE, SWITCHES, Bench, HomeByIndex, homing_bench, mover
 from wificnc.wmc3.layout import Ack, HandshakeResponse, Home, State, Type
 from wificnc.wmc3.packet import HEADER_SIZE, build, crc16
 from wire_device import TIMER_HZ
 from wire_device import Device as VirtualDevice
-
-SCALE = 200.0
-
-
-@pytest.fixture
-def make_bench() -> Iterator[Callable[..., Bench]]:
-    made: list[VirtualDevice] = []
-
-    def make(settings: dict[int, float] | None = None, password: str = "", joints: int = 3, **board: int) -> Bench:
-        made.append(VirtualDevice(password, settings={76: 10, **(settings or {})}, **board))
-        return Bench(made[-1], joints, password=password)
-
-    yield make
-    for device in made:
-        device.close()
-
-
-@pytest.fixture
-def bench(make_bench: Callable[..., Bench]) -> Bench:
-    return make_bench()
 
 
 def test_it_follows_to_the_step(bench: Bench) -> None:
@@ -74,23 +54,6 @@ def test_a_component_that_gets_its_turn_late_cuts_no_corner(bench: Bench) -> Non
     late_s = times[0][-1] - times[1][0]  # X still moves while Y does
     assert late_s <= 0.0101, "at most one slice of 10 ms has both"
     assert bench.pins["underruns"] == 0 and not bench.pins["fault"]
-
-
-def test_switched_off_and_on_while_it_moves(bench: Bench) -> None:
-    """What is queued is executed; LinuxCNC then takes the feedback, and goes on from there."""
-    bench.enable()
-    bench.each_servo = mover(bench, 0, 50.0, 20.0)
-    bench.run(0.5)
-    bench.pins["enable"] = False
-    bench.run(0.02)
-    bench.pins["enable"] = True  # at once
-    bench.each_servo = lambda: bench.command.__setitem__(0, bench.feedback[0]) if not bench.is_open else None
-    bench.run(1)
-    assert bench.is_open and not bench.pins["fault"]
-    assert bench.feedback[0] * SCALE == pytest.approx(bench.virtual.position[0])
-    bench.each_servo = mover(bench, 0, 1.0, 20.0)
-    bench.run(2)
-    assert bench.virtual.position[0] == 200 == bench.virtual.pulses[0]
 
 
 def test_no_samples_is_a_fault(bench: Bench) -> None:
@@ -199,28 +162,6 @@ def test_a_scale_of_0_is_1(bench: Bench) -> None:
 
 
 # ---- probing ----
-
-
-class G38:
-    """What LinuxCNC does: it moves until its probe input rises, takes the feedback of that period, and slows down."""
-
-    def __init__(self, bench: Bench, target: float, speed: float, accel: float = 400.0) -> None:
-        self.bench, self.target, self.speed, self.accel = bench, target, speed, accel
-        self.v = 0.0
-        self.probed: list[float] | None = None
-        bench.is_probing = True
-        bench.each_servo = self.step
-
-    def step(self) -> None:
-        pins, dt = self.bench.pins, 0.001
-        if pins["probe"] and self.probed is None:
-            self.probed = self.bench.feedback
-        left = self.bench.command[2] - self.target
-        slows = self.probed is not None or left <= self.v * self.v / (2 * self.accel) + self.v * dt
-        self.v = max(0.0, self.v - self.accel * dt) if slows else min(self.speed, self.v + self.accel * dt)
-        self.bench.command[2] -= min(self.v * dt, max(left, 0.0))
-        if self.v == 0.0:
-            self.bench.is_probing = False
 
 
 @pytest.mark.parametrize("surface", [-500, -1234, -3999])
@@ -347,38 +288,6 @@ def test_behind_a_contact_deeper_is_deeper(bench: Bench) -> None:
 
 
 # ---- homing ----
-
-SWITCHES = {22: 1, 23: 63, 27: 1, 130: 20, 131: 20, 132: 20, 133: 0, 134: 0, 135: 0}
-
-
-def homing_bench(make_bench: Callable[..., Bench]) -> Bench:
-    bench = make_bench(settings=SWITCHES)
-    for axis, low in enumerate((-1000, -500, -800)):
-        bench.virtual.lib.virtual_travel(bench.virtual.host, axis, low, 9000)
-    bench.enable()
-    return bench
-
-
-class HomeByIndex:
-    """LinuxCNC's homing with HOME_USE_INDEX and no search: it creeps until index-enable falls, and then takes the
-    feedback as where the joint is."""
-
-    def __init__(self, bench: Bench, joints: list[int]) -> None:
-        self.bench, self.left = bench, joints
-        self.worst = 0.0
-        for joint in joints:
-            bench.pins[f"joint.{joint}.index-enable"] = True
-        bench.each_servo = self.step
-
-    def step(self) -> None:
-        for joint in list(self.left):
-            if not self.bench.pins[f"joint.{joint}.index-enable"]:
-                self.bench.command[joint] = self.bench.feedback[joint]
-                self.left.remove(joint)
-            else:
-                self.bench.command[joint] += 1e-6
-        errors = [abs(at - asked) for at, asked in zip(self.bench.feedback, self.bench.command, strict=True)]
-        self.worst = max(self.worst, *errors)
 
 
 @pytest.mark.parametrize("joints", [[0, 1, 2], [2], [0, 1]])
