@@ -81,6 +81,7 @@ static bool begin_slices(struct link *link) {
     struct slicer *slicer = &link->slicer;
     slicer->joints = link->options.joints;
     slicer->level_s = link->options.level_s;
+    slicer->stands = 0;
     memcpy(slicer->steps, link->peer.status.position_steps, sizeof slicer->steps);
     for (unsigned joint = 0; joint < slicer->joints; joint++) {
         slicer->scale[joint] = pins_scale(link->pins, joint);

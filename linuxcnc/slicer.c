@@ -6,6 +6,7 @@
 
 static const double CLOCK_PULL = 0.01; /* of a duration, when the queue is empty or twice as long as wanted */
 static const double CATCH_UP_MOST = 0.2; /* ... when it is much too long, because this program was held up */
+enum { STANDS_LEAST = 10 };              /* segments without a step: it stands, and is not just slow */
 static const double SHORTEST_S = 0.001, LONGEST_S = 0.5; /* of a slice */
 static const double STEPS_MOST = 2147483647.0;
 
@@ -27,9 +28,11 @@ int slicer_far(const struct slicer *slicer, const double *position, double secon
     return -1;
 }
 
-/* The part by which a duration is changed. */
+/* The part by which a duration is changed. While the machine stands there is nothing to be late for. */
 static double pull(const struct slicer *slicer, double queued_s) {
     double missing = (slicer->level_s - queued_s) / slicer->level_s;
+    if (missing < -1.0 && slicer->stands >= STANDS_LEAST)
+        return -1.0;
     return missing >= -1.0 ? CLOCK_PULL * missing : -fmin(CLOCK_PULL * missing * missing, CATCH_UP_MOST);
 }
 
@@ -48,9 +51,11 @@ int slicer_slice(struct slicer *slicer, const double *position, double seconds, 
         if (slicer->rate[joint] > 0.0)
             least_s = fmax(least_s, fabs((double)way) / slicer->rate[joint]);
     }
+    bool moves = memcmp(slicer->steps, wanted, slicer->joints * sizeof *wanted) != 0;
+    slicer->stands = moves ? 0 : slicer->stands < STANDS_LEAST ? slicer->stands + 1 : STANDS_LEAST;
     memcpy(slicer->steps, wanted, slicer->joints * sizeof *wanted);
     seconds = fmin(fmax(seconds, SHORTEST_S), LONGEST_S);
-    double us = 1e6 * fmax(seconds * (1.0 + pull(slicer, queued_s)), least_s);
+    double us = 1e6 * fmax(fmax(seconds * (1.0 + pull(slicer, queued_s)), SHORTEST_S), least_s);
     segment->duration_us = us < (double)UINT32_MAX ? (uint32_t)ceil(us) : UINT32_MAX;
     return -1;
 }

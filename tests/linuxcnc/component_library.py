@@ -66,6 +66,7 @@ class Slicer(ctypes.Structure):
         ("rate", DOUBLE * AXES),
         ("level_s", DOUBLE),
         ("steps", ctypes.c_int32 * AXES),
+        ("stands", ctypes.c_uint),
     ]
 
 

@@ -98,6 +98,20 @@ def test_after_a_halt_the_queue_is_soon_back_at_its_level() -> None:
     assert 0.1 < queued < 0.21
 
 
+def test_while_it_stands_a_long_queue_is_gone_at_once() -> None:
+    """What is queued would still run after LinuxCNC has switched off. Nothing is cut faster by it."""
+    slicer = Slicer([200.0])
+    queued = 0.9
+    for _ in range(100):  # 1 s
+        segment = slicer.slice([0.0], TICK_S, queued)
+        assert isinstance(segment, Slice)
+        queued += segment.duration_us / 1e6 - TICK_S
+    assert 0.15 < queued < 0.25
+    for tick in range(1, 40):  # a step now and then is no standing
+        segment = slicer.slice([tick // 8 / 200], TICK_S, 0.9)
+        assert isinstance(segment, Slice) and (segment.duration_us >= 8000 or tick < 8)
+
+
 @pytest.mark.parametrize(
     ("seconds", "command", "expected_us"),
     [
