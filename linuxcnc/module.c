@@ -92,12 +92,13 @@ static void say_channels(struct module *module) {
     module->is_said =
         module->is_said && !peer_is_locked(&module->peer); /* its outputs are safe now, and not ours */
     bool again = !module->is_said && module->peer.now_s - module->said_s >= AGAIN_S;
-    if (module->asks > 0 || module->outputs == 0 || peer_is_locked(&module->peer) ||
+    if (module->asks > 0 || module->is_asked || module->outputs == 0 || peer_is_locked(&module->peer) ||
         (on == module->said && !again))
         return;
     uint8_t payload[WIRE_CHANNEL_OUTPUTS_SIZE];
     wire_put_channel_outputs(payload, &(struct wire_channel_outputs){.channels = module->outputs, .on = on});
     peer_ask(&module->peer, WIRE_CHANNEL_OUTPUTS, payload, sizeof payload);
+    module->is_asked = true; /* one at a time: what changes meanwhile is said behind its answer */
     module->said = on;
     module->said_s = module->peer.now_s;
 }
@@ -110,6 +111,7 @@ static void answer_module(void *owner, const struct control_answer *answer) {
         struct wire_refused refused = {.reason = WIRE_REFUSAL_NONE};
         if (answer->type == WIRE_REFUSED)
             wire_get_refused(answer->payload, &refused);
+        module->is_asked = false;
         refuse(module, refused.reason);
     }
 }

@@ -23,6 +23,7 @@ struct module {
     unsigned asks;    /* questions about the channels that are not answered */
     uint16_t said;    /* as last told */
     bool is_said;     /* it was told, and has not refused it */
+    bool is_asked;    /* that is not answered */
     double said_s;
     uint8_t refusal; /* of what it was told last */
 };

@@ -53,8 +53,8 @@ class Bench:
             now, peer = self.virtual.now, self.lib.component_module_peer(self.module)
             for data in self.wire.heard():
                 self.lib.peer_hear_udp(peer, data, len(data), now)
-            answers, self.wire.answers = self.wire.answers, []
-            for data in answers:
+            while self.wire.answers and not self.wire.is_slow:
+                data = self.wire.answers.pop(0)
                 self.lib.peer_hear_tcp(peer, data, len(data), now)
             if self.lost is None and (lost := self.lib.module_tick(self.module, now)):
                 self.lost = lost.decode()
@@ -131,6 +131,19 @@ def test_what_it_said_is_not_said_again(make: Callable[..., Bench]) -> None:
     bench.run(3)
     assert sum(isinstance(packet.payload, ChannelOutputs) for packet in bench.wire.requests) == 1
     assert bench.pins["connected"], "and its reports still come"
+
+
+def test_an_output_that_changes_often_does_not_end_a_slow_connection(make: Callable[..., Bench]) -> None:
+    """Every 10 ms, while the network keeps answers back for 0.5 s. Then the newest state counts."""
+    bench = make()
+    bench.run(0.2)
+    bench.wire.is_slow = True
+    for n in range(50):
+        bench.switch(out_08=n % 2 == 0, out_09=True)
+        bench.run(TICK_S)
+    bench.wire.is_slow = False
+    bench.run(0.1)
+    assert bench.lost is None and bench.virtual.levels == 1 << 9
 
 
 def test_estop_makes_outputs_safe_and_a_reset_gives_them_back(make: Callable[..., Bench]) -> None:
