@@ -98,13 +98,14 @@ bool peer_stop_and_reset(struct peer *peer, bool estop, bool reset) {
         peer_post(peer, WIRE_ESTOP, NULL, 0);
     if (estop)
         peer->estop_s = peer->now_s;
+    bool begins = reset && !peer->was_reset;
     bool is_due = is_reset_due(peer, estop, reset);
     if (is_due && peer->is_known && peer_is_locked(peer))
         peer_ask(peer, WIRE_RESET, NULL, 0);
     peer->resets = peer->resets && !is_due;
     peer->was_estop = estop;
     peer->was_reset = reset;
-    return is_due;
+    return begins;
 }
 
 /* Its reports come to whoever has sent it a datagram, not long ago. */

@@ -60,8 +60,8 @@ void peer_ask(struct peer *peer, uint8_t type, const void *payload, size_t size)
 void peer_post(struct peer *peer, uint8_t type, const void *payload, size_t size);
 /** Say a line to the operator. printf's format. */
 __attribute__((format(printf, 2, 3))) void peer_say(const struct peer *peer, const char *format, ...);
-/** E-stop as long as it is wanted; a reset when that begins to be wanted, and the e-stop is over at once or
- * already. @return true: such a reset */
+/** E-stop as long as it is wanted; a reset when that begins to be wanted, as soon as the e-stop is over.
+ * @return true: it begins to be wanted */
 bool peer_stop_and_reset(struct peer *peer, bool estop, bool reset);
 /** In alarm or e-stop. */
 bool peer_is_locked(const struct peer *peer);
