@@ -7,6 +7,7 @@
 #include <stdio.h>
 
 static const double AGAIN_S = 0.5; /* what was refused is said again */
+static const double STAY_S = 60.0; /* requests keep no reports coming; and there is no jog to end */
 enum { NO_PIN = 0xFF };
 
 int module_make_pins(struct module_pins *pins, pin_maker make, void *ctx) {
@@ -151,6 +152,8 @@ const char *module_tick(struct module *module, double now_s) {
         return module->peer.lost;
     peer_stop_and_reset(&module->peer, *module->pins->estop, *module->pins->reset);
     say_channels(module);
+    if (now_s - module->peer.registered_s >= STAY_S)
+        peer_register(&module->peer);
     return module->peer.lost;
 }
 

@@ -10,7 +10,7 @@
 #include <string.h>
 
 static const double PING_S = 5.0;
-static const double REGISTER_S = 0.1, STAY_S = 1.0; /* for reports: until there is one, and from then on */
+static const double REGISTER_S = 0.1;   /* again, until there is a report */
 static const double ESTOP_WAY_S = 0.05; /* an e-stop by UDP may be so much longer on its way than a reset */
 static const double RESET_MOST_S = 0.5; /* a reset waits so long for the end of an e-stop */
 static const double SILENT_S = 1.0;     /* without a report or an answer for so long it is gone */
@@ -108,11 +108,8 @@ bool peer_stop_and_reset(struct peer *peer, bool estop, bool reset) {
     return begins;
 }
 
-/* Its reports come to whoever has sent it a datagram, not long ago. */
-static void register_for_reports(struct peer *peer) {
+void peer_register(struct peer *peer) {
     uint8_t payload[WIRE_JOG_STOP_SIZE];
-    if (peer->now_s - peer->registered_s < (peer->is_known ? STAY_S : REGISTER_S))
-        return;
     wire_put_jog_stop(payload, &(struct wire_jog_stop){.axis = ALL_AXES});
     peer_post(peer, WIRE_JOG_STOP, payload, sizeof payload);
     peer->registered_s = peer->now_s;
@@ -135,7 +132,8 @@ bool peer_tick(struct peer *peer, double now_s) {
         peer->lost = "the controller does not answer";
     if (peer->lost != NULL || !peer->is_up)
         return false;
-    register_for_reports(peer);
+    if (!peer->is_known && now_s - peer->registered_s >= REGISTER_S)
+        peer_register(peer);
     ping(peer);
     return peer->lost == NULL;
 }

@@ -58,6 +58,9 @@ bool peer_tick(struct peer *peer, double now_s);
 void peer_ask(struct peer *peer, uint8_t type, const void *payload, size_t size);
 /** A datagram. */
 void peer_post(struct peer *peer, uint8_t type, const void *payload, size_t size);
+/** Have its reports come here: they go to whoever has sent it a datagram in the last hour. Ends any jog;
+ * peer_tick() does it until there is a report. */
+void peer_register(struct peer *peer);
 /** Say a line to the operator. printf's format. */
 __attribute__((format(printf, 2, 3))) void peer_say(const struct peer *peer, const char *format, ...);
 /** E-stop as long as it is wanted; a reset when that begins to be wanted, as soon as the e-stop is over.

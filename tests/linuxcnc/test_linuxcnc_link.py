@@ -73,6 +73,16 @@ def test_a_scale_that_is_none(bench: Bench) -> None:
     assert bench.pins["fault"] and bench.said == ["joint.2.scale is no number of steps per unit"]
 
 
+def test_switched_off_it_leaves_the_text_side_alone(bench: Bench) -> None:
+    """What it sends to stay in touch ends no jog."""
+    bench.run(0.5)
+    bench.virtual.text("$J=G91X20F300\n")
+    bench.run(3)
+    assert bench.virtual.state == "Jog"
+    bench.run(2)
+    assert bench.virtual.position[0] == 4000 and bench.feedback[0] == 20.0
+
+
 # ---- who it is ----
 
 

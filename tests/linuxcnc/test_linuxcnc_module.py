@@ -17,8 +17,8 @@ from wificnc.linuxcnc.source import PROGRAM
 from wificnc.serve.options import ServeOptions
 from wificnc.serve.server import Server
 from wificnc.wmc3.channels import Change, configure
-from wificnc.wmc3.device import Device
-from wificnc.wmc3.layout import ChannelOutputs
+from wificnc.wmc3.device import Device, find_key, pack_value
+from wificnc.wmc3.layout import LISTENER_S, ChannelOutputs, ConfigSet
 from wire_device import OTHER
 from wire_device import Device as VirtualDevice
 
@@ -47,9 +47,9 @@ class Bench:
         self.lost = None
         self.lib.module_begin(self.module, self.pins.handle, self._world, self.password, self.virtual.now)
 
-    def run(self, seconds: float) -> None:
-        for _ in range(round(seconds / TICK_S)):
-            self.virtual.run(TICK_S)
+    def run(self, seconds: float, tick_s: float = TICK_S) -> None:
+        for _ in range(round(seconds / tick_s)):
+            self.virtual.run(tick_s)
             now, peer = self.virtual.now, self.lib.component_module_peer(self.module)
             for data in self.wire.heard():
                 self.lib.peer_hear_udp(peer, data, len(data), now)
@@ -144,6 +144,16 @@ def test_an_output_that_changes_often_does_not_end_a_slow_connection(make: Calla
     bench.wire.is_slow = False
     bench.run(0.1)
     assert bench.lost is None and bench.virtual.levels == 1 << 9
+
+
+def test_reports_still_come_after_an_hour(make: Callable[..., Bench]) -> None:
+    """The module forgets who has sent no datagram for so long; requests are none."""
+    bench = make()
+    client = bench.virtual.connect()
+    key, row = find_key("status_interval_ms")
+    bench.virtual.request(client, ConfigSet(key, *pack_value(row, "900")))
+    bench.run(LISTENER_S + 100, tick_s=0.9)
+    assert bench.pins["connected"] and bench.lost is None
 
 
 def test_estop_makes_outputs_safe_and_a_reset_gives_them_back(make: Callable[..., Bench]) -> None:
