@@ -60,6 +60,7 @@ static void report(void *owner) {
     if (link->has_encoder)
         encoder_take(&link->encoder, link->peer.status_us, link->peer.now_s, &link->peer.status);
     link_date_report(link);
+    motion_note_off(link);
     show(link);
 }
 
@@ -83,7 +84,7 @@ void link_begin(struct link *link, struct pins *pins, const struct peer_world *w
     link->at_speed.run_up_s = options->run_up_s;
     link->at_speed.since_s = now_s;
     clearance_clear(&link->clearance, options->joints);
-    link->was_enabled = true; /* motion begins when somebody switches on, and not because there is a link */
+    link->was_enabled = *pins->enable; /* motion begins by switching on, not because there is a link */
     peer_begin(&link->peer, world, &owner, options->password, now_s);
     link->peer.was_reset = *pins->reset;
 }
@@ -179,6 +180,8 @@ static void post_segments(struct link *link) {
 
 const char *link_tick(struct link *link, double now_s) {
     const struct pins *pins = link->pins;
+    if (!link->peer.is_known)
+        link->was_enabled = *pins->enable;
     if (!peer_tick(&link->peer, now_s))
         return link->peer.lost;
     if (link->peer.is_known)

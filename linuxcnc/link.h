@@ -110,6 +110,8 @@ bool link_stands(const struct link *link);
 bool link_is_holding_feedback(const struct link *link);
 /** No more of this stream; what is queued in the controller is executed. */
 void motion_close(struct link *link, uint32_t stream);
+/** While it is switched off, the machine is where the newest report says. */
+void motion_note_off(struct link *link);
 /** What motion does in a tick. */
 void motion_tick(struct link *link);
 /** Answers that motion has asked for. */

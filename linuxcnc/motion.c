@@ -421,6 +421,11 @@ static void switch_on(struct link *link) {
                    word_of_state[status->state & 7]);
 }
 
+void motion_note_off(struct link *link) {
+    if (!*link->pins->enable)
+        memcpy(link->off_steps, link->peer.status.position_steps, sizeof link->off_steps);
+}
+
 static void look_at_switch(struct link *link) {
     bool enable = *link->pins->enable, wants = enable && *link->pins->ready;
     if (!wants && enable && link->phase != LINK_OFF)
@@ -432,8 +437,7 @@ static void look_at_switch(struct link *link) {
         link->asked_s = link->peer.now_s;
     link->is_asked = wants && link->phase == LINK_OFF && (link->is_asked || !link->was_enabled);
     link->was_enabled = enable;
-    if (!enable)
-        memcpy(link->off_steps, link->peer.status.position_steps, sizeof link->off_steps);
+    motion_note_off(link);
 }
 
 void motion_tick(struct link *link) {

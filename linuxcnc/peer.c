@@ -93,14 +93,19 @@ static bool is_reset_due(struct peer *peer, bool estop, bool reset) {
 }
 
 bool peer_stop_and_reset(struct peer *peer, bool estop, bool reset) {
-    unsigned times = !estop ? 0 : peer->was_estop ? 1 : ESTOP_TIMES; /* and every tick as long as it is */
+    bool stops = estop && !peer->was_estop;
+    bool is_stopped = peer->is_known && peer->status.state == WIRE_STATE_ESTOP;
+    unsigned times = stops ? ESTOP_TIMES : estop && !is_stopped ? 1 : 0; /* none may come after the reset */
     for (; times > 0; times--)
         peer_post(peer, WIRE_ESTOP, NULL, 0);
+    if (stops)
+        peer_ask(peer, WIRE_ESTOP, NULL, 0);
+    peer->stop_is_unseen |= stops;
     if (estop)
         peer->estop_s = peer->now_s;
     bool begins = reset && !peer->was_reset;
     bool is_due = is_reset_due(peer, estop, reset);
-    if (is_due && peer->is_known && peer_is_locked(peer))
+    if (is_due && (peer->stop_is_unseen || (peer->is_known && peer_is_locked(peer))))
         peer_ask(peer, WIRE_RESET, NULL, 0);
     peer->resets = peer->resets && !is_due;
     peer->was_estop = estop;
@@ -206,6 +211,7 @@ static void take_status(struct peer *peer, const uint8_t *payload, uint32_t at_u
         peer->status = status;
         peer->status_us = at_us;
         peer->is_known = true;
+        peer->stop_is_unseen &= status.state != WIRE_STATE_ESTOP;
         peer->owner.report(peer->owner.owner);
     }
 }

@@ -41,6 +41,7 @@ struct peer {
     uint32_t status_us; /* its clock, of that status */
     double heard_s, pinged_s, registered_s;
     bool was_estop, was_reset; /* as last wanted; what was pressed before the connection is no reset */
+    bool stop_is_unseen;       /* no report has said since that it is in e-stop */
     bool resets;               /* a reset is to come, when the e-stop is over */
     double reset_s, estop_s;   /* when it began to be wanted; when the e-stop was last */
 };
@@ -63,8 +64,8 @@ void peer_post(struct peer *peer, uint8_t type, const void *payload, size_t size
 void peer_register(struct peer *peer);
 /** Say a line to the operator. printf's format. */
 __attribute__((format(printf, 2, 3))) void peer_say(const struct peer *peer, const char *format, ...);
-/** E-stop as long as it is wanted; a reset when that begins to be wanted, as soon as the e-stop is over.
- * @return true: it begins to be wanted */
+/** E-stop as long as it is wanted: by datagrams until a report says so, and by a request; a reset when that
+ *  begins to be wanted, as soon as the e-stop is over. @return true: it begins to be wanted */
 bool peer_stop_and_reset(struct peer *peer, bool estop, bool reset);
 /** In alarm or e-stop. */
 bool peer_is_locked(const struct peer *peer);

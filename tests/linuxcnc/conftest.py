@@ -58,8 +58,7 @@ def _component() -> None:
 
 @pytest.fixture(scope="module", autouse=True)
 def _before_others() -> Iterator[None]:
-    """LinuxCNC gives up when its servo thread, which is no real-time one here, does not run for a second. Other tests do
-    not mind to wait."""
+    """LinuxCNC gives up when its servo thread, which is no real-time one here, does not run for a second."""
     usual = os.getpriority(os.PRIO_PROCESS, 0)
     with suppress(PermissionError):
         os.setpriority(os.PRIO_PROCESS, 0, NICE)  # and what is started from here on

@@ -8,9 +8,9 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 from link_bench import G38, SCALE, SWITCHES, Bench, HomeByIndex, homing_bench, mover
-from wificnc.wmc3.layout import Ack, HandshakeResponse, Home, State, Type
+from wificnc.wmc3.layout import Ack, Estop, HandshakeResponse, Home, Reset, State, Type
 from wificnc.wmc3.packet import HEADER_SIZE, build, crc16
-from wire_device import TIMER_HZ
+from wire_device import OTHER, TIMER_HZ
 from wire_device import Device as VirtualDevice
 
 
@@ -373,6 +373,31 @@ def test_the_estop_chain(bench: Bench) -> None:
     bench.each_servo = mover(bench, 0, 1.0, 50.0)
     bench.run(2)
     assert bench.virtual.position[0] == 200
+
+
+def test_an_estop_that_another_host_resets(bench: Bench) -> None:
+    """As long as LinuxCNC's is pressed, it is."""
+    bench.run(0.2)
+    bench.pins["estop"] = True
+    bench.run(0.2)
+    assert bench.pins["estopped"]
+    bench.virtual.send(Reset(), address=OTHER)
+    bench.run(0.2)
+    assert bench.pins["estopped"]
+    assert any(isinstance(packet.payload, Estop) for packet in bench.wire.requests), "also where no datagram gets"
+
+
+def test_a_reset_before_the_estop_is_reported(bench: Bench) -> None:
+    """As when LinuxCNC starts: its e-stop is pressed, and somebody leaves it at once. Reports may be a second apart."""
+    bench.run(0.2)
+    bench.wire.loses_status = True
+    bench.pins["estop"] = True
+    bench.run(0.05)
+    bench.pins["estop"], bench.pins["reset"] = False, True
+    bench.run(0.15)
+    bench.wire.loses_status = False
+    bench.run(0.3)
+    assert bench.virtual.state == "Idle" and bench.pins["estop-ok"]
 
 
 def test_an_estop_input_of_the_controller_reaches_linuxcnc(bench: Bench) -> None:

@@ -120,6 +120,20 @@ def test_only_switching_on_begins_motion(bench: Bench) -> None:
     assert bench.is_open
 
 
+def test_switched_on_as_soon_as_it_is_connected(bench: Bench) -> None:
+    """Somebody waits for that pin, and the machine is not at 0. Nothing is missed within the first tick."""
+    bench.virtual.text("G1X1F1000\n")
+    bench.run(2)
+    bench.virtual.run(0.004)  # reports come between ticks
+    bench.lib.link_lose(bench.pins.handle)
+    bench.connect()
+    for _ in range(200):
+        bench.run(0.001 if not bench.pins["ready"] else 0)
+    switch_on_as_linuxcnc(bench)
+    bench.run(0.3)
+    assert bench.is_open and not bench.pins["fault"]
+
+
 def test_an_answer_to_the_switching_on_before(bench: Bench) -> None:
     """The network holds answers back while LinuxCNC is switched on, off and on."""
     bench.run(0.1)
