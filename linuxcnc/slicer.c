@@ -5,8 +5,8 @@
 #include <string.h>
 
 static const double CLOCK_PULL = 0.01; /* of a duration, when the queue is empty or twice as long as wanted */
-static const double CATCH_UP_MOST = 0.2; /* ... when it is much too long, because this program was held up */
-enum { STANDS_LEAST = 10 };              /* segments without a step: it stands, and is not just slow */
+static const double CATCH_UP_MOST = 0.05; /* ... when it is much too long: a cutter feels no more than that */
+enum { STANDS_LEAST = 10 };               /* segments without a step: it stands, and is not just slow */
 static const double SHORTEST_S = 0.001, LONGEST_S = 0.5; /* of a slice */
 static const double STEPS_MOST = 2147483647.0;
 

@@ -112,6 +112,13 @@ def test_while_it_stands_a_long_queue_is_gone_at_once() -> None:
         assert isinstance(segment, Slice) and (segment.duration_us >= 8000 or tick < 8)
 
 
+@pytest.mark.parametrize("queued_s", [0.0, 0.1, 0.3, 1.0, 60.0])
+def test_a_cutter_feels_nothing_of_a_queue_that_is_too_long(queued_s: float) -> None:
+    """Motion is at most 5 % faster or 1 % slower than LinuxCNC commands it, whatever waits."""
+    segment = Slicer([200.0]).slice([0.5], TICK_S, queued_s)
+    assert isinstance(segment, Slice) and 10_000 / 1.053 <= segment.duration_us <= 10_100
+
+
 @pytest.mark.parametrize(
     ("seconds", "command", "expected_us"),
     [
