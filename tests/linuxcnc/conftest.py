@@ -56,17 +56,6 @@ def _component() -> None:
     library()
 
 
-@pytest.fixture(scope="module", autouse=True)
-def _before_others() -> Iterator[None]:
-    """LinuxCNC gives up when its servo thread, which is no real-time one here, does not run for a second."""
-    usual = os.getpriority(os.PRIO_PROCESS, 0)
-    with suppress(PermissionError):
-        os.setpriority(os.PRIO_PROCESS, 0, NICE)  # and what is started from here on
-    yield
-    with suppress(PermissionError):
-        os.setpriority(os.PRIO_PROCESS, 0, usual)
-
-
 @pytest.fixture
 def make_bench() -> Iterator[Callable[..., Bench]]:
     """Benches with a controller of 200 steps/mm that reports every 10 ms."""
@@ -98,7 +87,18 @@ def user_home() -> Iterator[Path]:
 
 
 @pytest.fixture
-def as_user(user_home: Path, hal_program: Path) -> Callable[..., str]:
+def before_others() -> Iterator[None]:
+    """LinuxCNC gives up when its servo thread, which is no real-time one here, does not run for a second."""
+    usual = os.getpriority(os.PRIO_PROCESS, 0)
+    with suppress(PermissionError):
+        os.setpriority(os.PRIO_PROCESS, 0, NICE)  # and what is started from here on
+    yield
+    with suppress(PermissionError):
+        os.setpriority(os.PRIO_PROCESS, 0, usual)
+
+
+@pytest.fixture
+def as_user(user_home: Path, hal_program: Path, before_others: None) -> Callable[..., str]:
     """Run a program that finds the component as one of the system's; what it said, and when it fails all of that."""
     if not shutil.which("halrun") or not shutil.which("unshare") or not shutil.which("setpriv"):
         pytest.skip("LinuxCNC is not here: apt-get install linuxcnc-uspace")
