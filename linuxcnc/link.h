@@ -12,8 +12,8 @@
 #include "sender.h"
 #include "slicer.h"
 
-/** How long the caller may wait between two calls of link_tick, and of link_follow_spindle while
- * link_has_encoder. */
+/** How long the caller may wait between two calls of link_tick, and of link_follow_spindle while there is an
+ * encoder; s. */
 #define LINK_TICK_S    0.01
 #define LINK_SPINDLE_S 0.001
 

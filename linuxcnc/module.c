@@ -53,8 +53,7 @@ static const char *greet_module(void *owner, const struct wire_handshake_respons
     unsigned count = hello->io_channels < MODULE_CHANNELS ? hello->io_channels : MODULE_CHANNELS;
     if ((hello->capabilities & WIRE_CAPABILITY_IO_MODULE) == 0)
         return "this is a motion controller, no I/O module: leave --io-module out";
-    module->used = (uint16_t)((1u << count) - 1);
-    module->outputs = module->used;
+    module->outputs = (uint16_t)((1u << count) - 1);
     ask_key(module, KEY_IO_DIRECTION_MASK);
     ask_key(module, KEY_IO_FAULT_MASK);
     for (unsigned number = 0; number < count; number++)
@@ -78,7 +77,7 @@ static void take_key(struct module *module, const uint8_t *payload) {
 // ---- outputs ----
 
 static void refuse(struct module *module, uint8_t reason) {
-    if (module->refusal != reason)
+    if (reason != WIRE_REFUSAL_NONE && module->refusal != reason)
         peer_say(&module->peer, "the module refuses to switch its outputs: %s", peer_refusal(reason));
     module->refusal = reason;
     module->is_said = reason == WIRE_REFUSAL_NONE;

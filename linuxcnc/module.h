@@ -18,8 +18,7 @@ struct module_pins {
 struct module {
     struct peer peer;
     struct module_pins *pins;
-    uint16_t used;    /* mask of channels in use */
-    uint16_t outputs; /* ... and of those that may be switched */
+    uint16_t outputs; /* mask of the channels that may be switched */
     unsigned asks;    /* questions about the channels that are not answered */
     uint16_t said;    /* as last told */
     bool is_said;     /* it was told, and has not refused it */

@@ -14,8 +14,7 @@ static const double SEEN_S = 0.005;        /* of servo time: the servo thread ha
 static const double STILL_S = 1.0;         /* no sample for so long: the servo thread does not run */
 static const double HOMING_BEGINS_S = 1.0; /* after it was asked for */
 static const double FAR_S = 0.25;          /* so much time at top speed away, and the command is a mistake */
-static const double STANDS_S =
-    1.0; /* so long it may take after switching on until the machine is known to stand */
+static const double STANDS_S = 1.0;        /* after switching on the machine is to stand within this time */
 static const char NO_SAMPLES[] =
     "the servo thread gives no samples: load sampler, and addf it, as docs/linuxcnc.md shows";
 enum { LAST_US = 1000 }; /* a dwell behind the last motion */

@@ -185,6 +185,7 @@ def test_another_host_commands(make: Callable[..., Bench]) -> None:
     bench.virtual.disconnect(other)
     bench.run(6)
     assert not bench.pins["fault"] and bench.virtual.levels & 1 << 8, "it has tried again"
+    assert len(bench.said) == 1, "that it is done is no refusal"
 
 
 def test_a_module_that_goes_and_comes_back(make: Callable[..., Bench]) -> None:
