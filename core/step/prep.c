@@ -320,11 +320,27 @@ static bool push_span(struct prep *prep) {
     return true;
 }
 
+/* Time from the last event to the end of the spans made, never more than there is: the event that comes next
+ * may be due now. The ISR may end the span between two reads; then we look again. */
+static uint32_t ticks_ahead(const struct prep *prep) {
+    const struct step *step = prep->step;
+    uint32_t done, left, ahead;
+    do {
+        done = __atomic_load_n(&step->spans_done, __ATOMIC_ACQUIRE);
+        ahead = prep->ticks_made - __atomic_load_n(&step->ticks_done, __ATOMIC_ACQUIRE);
+        if (!__atomic_load_n(&step->active, __ATOMIC_ACQUIRE))
+            return ahead;
+        const struct span *span = __atomic_load_n(&step->span, __ATOMIC_ACQUIRE);
+        left = __atomic_load_n(&step->events_left, __ATOMIC_ACQUIRE);
+        ahead -= span->ticks - span->ticks / span->events * (left - 1);
+    } while (__atomic_load_n(&step->spans_done, __ATOMIC_ACQUIRE) != done || left == 0);
+    return ahead;
+}
+
 bool prep_poll(struct prep *prep) {
     bool made = false;
     uint32_t ahead_ticks = (uint32_t)((uint64_t)prep->timing.timer_hz * PREP_AHEAD_US / 1000000u);
-    while (ring_held(&prep->step->ring.index) < 2 ||
-           prep->ticks_made - prep->step->ticks_done < ahead_ticks) {
+    while (ring_held(&prep->step->ring.index) < 2 || ticks_ahead(prep) < ahead_ticks) {
         if (!prep->loaded) {
             const struct segment *segment = segment_ring_peek(prep->in);
             if (segment == 0)

@@ -24,3 +24,7 @@ def test_segments_cross_the_ring_whole_and_in_order_under_thread_sanitizer() -> 
 
 def test_random_segments_make_their_exact_steps_in_their_exact_time() -> None:
     assert "0 failures" in run("segments_exact", "release")
+
+
+def test_the_span_ring_lasts_from_one_tick_of_the_motion_task_to_the_next() -> None:
+    assert "0 of" in run("motion_ticks", "release")
