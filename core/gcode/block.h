@@ -109,6 +109,11 @@ static inline bool block_has_group(const struct gcode_block *block, enum block_g
     return (block->groups >> group & 1u) != 0;
 }
 
+/** A lone `%`, `O1000` or `:1000`, with or without an N word: the ends of a tape and the number of a program,
+ * which CAM programs write around the G-code. They ask for nothing.
+ *  @param line  filtered, upper case, NUL-terminated */
+bool gcode_is_program_mark(const char *line);
+
 /** Parse one filtered, NUL-terminated line of any length. Errors 1, 2, 4, 20, 21, 23, 24, 25, 38: the first
  * from the left. */
 enum status gcode_parse(const char *line, struct gcode_block *block);

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "gcode/oword.h"
 
+#include "gcode/block.h"
 #include "gcode/expression.h"
 #include "gcode/number.h"
 
@@ -128,6 +129,8 @@ enum status oword_read(const struct param_context *context, const char *line, st
     bool computed;
 
     out->kind = OWORD_NONE;
+    if (gcode_is_program_mark(line))
+        return STATUS_OK; /* the number of the program */
     if (*line == 'N') {
         for (line++; number_digit(*line) <= 9; line++)
             ;

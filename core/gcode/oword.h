@@ -6,7 +6,7 @@
 #include "gcode/program.h"
 
 enum oword_kind {
-    OWORD_NONE, /* the line has no O word */
+    OWORD_NONE, /* the line has no O word, or but the number of the program */
     OWORD_SUB,
     OWORD_ENDSUB,
     OWORD_CALL,

@@ -132,6 +132,12 @@ static COLD enum status word_status(const struct gcode_block *block, uint32_t wo
     return STATUS_OK;
 }
 
+static const char *skip_digits(const char *text) {
+    while (number_digit(*text) <= 9)
+        text++;
+    return text;
+}
+
 /* Words up to the first character that is none. @param blanks  spaces may stand behind a word */
 static HOT enum status parse_words(const char **text, bool blanks, struct gcode_block *block) {
     const char *line = *text;
@@ -173,12 +179,33 @@ static HOT enum status parse_words(const char **text, bool blanks, struct gcode_
     return STATUS_OK;
 }
 
+bool gcode_is_program_mark(const char *line) {
+    if (*line == 'N')
+        line = skip_digits(line + 1);
+    if (*line == '%')
+        return line[1] == '\0';
+    if ((*line != 'O' && *line != ':') || number_digit(line[1]) > 9)
+        return false;
+    return *skip_digits(line + 1) == '\0';
+}
+
+/* A mark asks for nothing: its block is empty. @param status  what else is wrong with the line */
+static COLD enum status parse_mark(const char *line, enum status status, struct gcode_block *block) {
+    if (!gcode_is_program_mark(line))
+        return status;
+    block->words = block->groups = 0;
+    block->axes = AXES_FREE;
+    block->value[GROUP_NONMODAL] = NONMODAL_NONE;
+    return STATUS_OK;
+}
+
 enum status gcode_parse(const char *line, struct gcode_block *block) {
+    const char *const start = line;
     const enum status status = parse_words(&line, false, block);
 
     if (status != STATUS_OK)
-        return status;
-    return *line == '\0' ? STATUS_OK : STATUS_EXPECTED_LETTER;
+        return parse_mark(start, status, block);
+    return *line == '\0' ? STATUS_OK : parse_mark(start, STATUS_EXPECTED_LETTER, block);
 }
 
 const char *gcode_parse_plain(const char *line, struct gcode_block *block) {

@@ -3,6 +3,7 @@
  * the O line with the same label, so that no table of jumps is needed, however long the file. */
 #include "gcode/program.h"
 
+#include "gcode/block.h"
 #include "gcode/oword.h"
 #include "gcode/program_text.h"
 
@@ -427,7 +428,7 @@ static enum status take_line(struct program *program, struct params *params, str
     status = oword_read(&context, program->text, &oword);
     if (status != STATUS_OK)
         return status;
-    *plain = oword.kind == OWORD_NONE && program->text[0] != '\0';
+    *plain = oword.kind == OWORD_NONE && program->text[0] != '\0' && !gcode_is_program_mark(program->text);
     return take_oword(&step);
 }
 

@@ -245,7 +245,12 @@ const char *host_state(const struct host *host) {
 }
 
 bool host_is_paused(const struct host *host) {
-    return host->machine.stage == TASK_PAUSED;
+    return host->machine.stage == TASK_PAUSED || host->machine.stage == TASK_TOOL_WAIT;
+}
+
+bool host_awaits_tool(const struct host *host, int32_t *tool) {
+    *tool = host->machine.command.next.tool;
+    return host->machine.stage == TASK_TOOL_WAIT;
 }
 
 void host_position_steps(const struct host *host, int32_t steps[AXIS_COUNT]) {

@@ -88,8 +88,11 @@ uint64_t host_time_ticks(const struct host *host);
 /** State as the status report shows it: "Idle", "Hold:0", ... */
 const char *host_state(const struct host *host);
 
-/** The program waits at M0. */
+/** The program waits for ~, at M0 or M6. */
 bool host_is_paused(const struct host *host);
+
+/** The program waits for a tool at M6. @param tool  its number */
+bool host_awaits_tool(const struct host *host, int32_t *tool);
 
 /** Step counters: exactly the pulses that left the pins, signed, and host_shift_steps(). */
 void host_position_steps(const struct host *host, int32_t steps[AXIS_COUNT]);

@@ -50,8 +50,9 @@ struct sim {
     int command_answer;
     char answer[ANSWER_SIZE];
     size_t answer_size;
-    struct list errors;   /* struct sim_error */
-    struct list messages; /* char * */
+    struct list errors;       /* struct sim_error */
+    struct list tool_changes; /* struct sim_tool_change */
+    struct list messages;     /* char * */
 };
 
 /* ---- making and unmaking ---- */
@@ -102,6 +103,7 @@ void sim_destroy(struct sim *sim) {
         free(((char **)sim->messages.items)[i]);
     free(sim->messages.items);
     free(sim->errors.items);
+    free(sim->tool_changes.items);
     free(sim);
 }
 
@@ -339,11 +341,29 @@ static bool is_held(const struct sim *sim) {
     return begins(state, "Hold") || begins(state, "Door");
 }
 
+/* As an operator does, who has changed the tool. */
+static void end_pause(struct sim *sim) {
+    int32_t tool;
+    if (!host_awaits_tool(sim->host, &tool)) {
+        sim->pauses += host_write(sim->host, "~", 1);
+        return;
+    }
+    if (host_write(sim->host, "~", 1) == 0)
+        return;
+    struct sim_tool_change *change = list_add(&sim->tool_changes, sizeof *change);
+    if (change != NULL)
+        *change = (struct sim_tool_change){
+            .t_s = (double)(host_time_ticks(sim->host) - sim->begin_ticks) / sim->board.timer_hz,
+            .line = file_line(sim, sim->answered),
+            .tool = tool,
+        };
+}
+
 /* Nothing happens by itself any more. A program pause waits for the operator, and what is stopped or held for
  * an event; anything else is a controller that is stuck. */
 static void prod(struct sim *sim) {
     if (host_is_paused(sim->host)) {
-        sim->pauses += host_write(sim->host, "~", 1);
+        end_pause(sim);
         return;
     }
     if (script_next_ticks(&sim->script) != UINT64_MAX) {
@@ -405,6 +425,11 @@ size_t sim_event_count(const struct sim *sim) {
 
 struct script_event sim_event_at(const struct sim *sim, size_t index) {
     return index < sim->script.count ? sim->script.items[index].event : (struct script_event){0};
+}
+
+size_t sim_tool_changes(const struct sim *sim, const struct sim_tool_change **out) {
+    *out = sim->tool_changes.items;
+    return sim->tool_changes.count;
 }
 
 size_t sim_message_count(const struct sim *sim) {

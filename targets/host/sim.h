@@ -51,7 +51,8 @@ const char *sim_at(struct sim *sim, double t_s, const char *line);
 size_t sim_event_count(const struct sim *sim);
 struct script_event sim_event_at(const struct sim *sim, size_t index);
 
-/** Work for about max_events step events. A pause of the program (M0) is ended at once, as by an operator.
+/** Work for about max_events step events. A pause of the program (M0) and a tool change (M6) end immediately, as
+ * by an operator.
  *  A controller that rests although it owes an answer ends the job with SIM_NO_ANSWER.
  *  @return 1 while there is more, 0 when done. */
 int sim_run(struct sim *sim, uint64_t max_events);
@@ -78,6 +79,14 @@ struct sim_error {
 };
 size_t sim_error_count(const struct sim *sim);
 struct sim_error sim_error_at(const struct sim *sim, size_t index);
+
+/** Tool changes (M6) so far, in the order of their times; a line that runs several times comes several times. */
+struct sim_tool_change {
+    double t_s;    /* since sim_load() */
+    uint32_t line; /* 1-based in the file */
+    int32_t tool;  /* T */
+};
+size_t sim_tool_changes(const struct sim *sim, const struct sim_tool_change **out);
 
 /** What the controller said by the way: its [MSG:...] lines, in order, since sim_create(). At most 1000 are
  * kept. */

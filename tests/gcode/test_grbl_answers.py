@@ -53,7 +53,8 @@ G_CODE_CHECKS = [
 
 CHARACTERS_AND_NUMBERS = [
     ("An empty line answers `ok`", [""], OK),
-    ("`%` is not special in Grbl: error:1", ["%"], 1),
+    ("`%` is not special in Grbl: error:1; ours takes a lone % as the mark of a program's ends", ["%"], OK),
+    ("`%` is not special in Grbl: error:1, with words after it", ["%G0"], 1),
     ("`X+1` ok", ["X+1"], OK),
     ("`X--1` error:2", ["X--1"], 2),
     ("one decimal point (`X1.2.3` error:1)", ["X1.2.3"], 1),

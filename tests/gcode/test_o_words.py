@@ -89,6 +89,14 @@ def test_later_conditions_are_not_evaluated(bench: Bench) -> None:
     assert lines(bench, "o1 if [1]\nX1\no1 elseif [1/0]\nX2\no1 endif\nX3") == ["X1", "X3"]
 
 
+@pytest.mark.parametrize("first", ["O1000", "%\nO1000 (NAME)", "N5 O0001", ":1000"])
+def test_number_of_the_program(bench: Bench, first: str) -> None:
+    """An O word with nothing behind its number is the program's number, and no part of it that could jump."""
+    text = f"{first}\no1 sub\nX#1\no1 endsub\nO2\no1 call [5]\n%"
+    assert lines(bench, text) == ["X5"]
+    assert failure(bench, f"{first} X1\nG0")[0] == ("O_WORD_SYNTAX" if "O" in first else "EXPECTED_LETTER")
+
+
 def test_repeat(bench: Bench) -> None:
     """repeat will execute the statements inside ... the specified number of times. rs274: rounded."""
     for count, times in (("5", 5), ("2.6", 3), ("2.4", 2), ("0.4", 0), ("0", 0), ("-3", 0)):
@@ -297,7 +305,6 @@ def test_an_empty_program(bench: Bench) -> None:
 @pytest.mark.parametrize(
     ("text", "error", "line"),
     [
-        ("o1", "O_WORD_SYNTAX", 1),
         ("X1\no1 foo", "O_WORD_SYNTAX", 2),
         ("o1 if [1] X1\no1 endif", "O_WORD_SYNTAX", 1),
         ("o1 if\no1 endif", "O_WORD_SYNTAX", 1),

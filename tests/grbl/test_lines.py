@@ -102,7 +102,7 @@ def test_the_stored_length(grbl: Grbl) -> None:
 @pytest.mark.parametrize(
     ("line", "answer"),
     [
-        ("%", "error:1"),
+        ("%G0", "error:1"),
         ("X+1", "ok"),
         ("X--1", "error:2"),
         ("X1.2.3", "error:1"),
@@ -115,8 +115,27 @@ def test_the_stored_length(grbl: Grbl) -> None:
     ],
 )
 def test_characters_and_numbers(grbl: Grbl, line: str, answer: str) -> None:
-    """`%`: error:1. Number grammar. `N`: > 10,000,000 error:27, negative error:4; alone is ok. `*` `#` `[` error:1."""
+    """`%`: error:1, in ours only with words after it. Number grammar. `N`: > 10,000,000 error:27, negative error:4; alone is ok. `*` `#` `[` error:1."""
     assert grbl.send(line + "\n") == answer + "\r\n"
+
+
+@pytest.mark.parametrize("line", ["%", " % ", "N1%", "O1000", "o0001 (BRACKET)", "N10 O7", ":1000", "O123456789012"])
+def test_marks_of_a_program(grbl: Grbl, line: str) -> None:
+    """`%`, `O1000`, `:1000` alone in a line: ok, nothing happens: some senders pass on what CAM programs write."""
+    grbl.fine("G0X1")
+    assert grbl.send(line + "\n") == "ok\r\n"
+    assert grbl.send("$G\n").startswith("[GC:G0 ")
+    assert grbl.send(line + "\nG0X2\n") == "ok\r\n" * 2
+
+
+@pytest.mark.parametrize(
+    ("line", "answer"),
+    [("O100 sub", 120), ("o100 call", 120), ("O100 G0 X1", 120), ("O", 120), ("O1.5", 120), ("o<name>", 120),
+     (":", 1), (":12X1", 1), ("%%", 1), ("G0O100", 20), ("$J=O100", 22)],
+)  # fmt: skip
+def test_no_marks_of_a_program(grbl: Grbl, line: str, answer: int) -> None:
+    """Only a lone number is the program's: an O word that jumps, or words after the number, are never dropped."""
+    assert grbl.send(line + "\n") == f"error:{answer}\r\n"
 
 
 def test_digits_of_a_number(grbl: Grbl) -> None:

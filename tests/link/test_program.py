@@ -18,8 +18,15 @@ def test_lines_keep_their_numbers() -> None:
     text = "%\r\n(head)\r\n\r\ng1 x 1 ; there\r\nG0 (and) Y2 (back\r\n%\r\n"
     assert sent(text) == [(4, "G1X1"), (5, "G0Y2")]
     program = read_program("job.nc", text.encode())
-    assert (program.file_lines, program.percent_lines) == (6, 2)
+    assert (program.file_lines, program.mark_lines) == (6, 2)
     assert program.lines[1].title == "line 5 (G0 (and) Y2 (back)"
+
+
+@pytest.mark.parametrize("mark", ["O1000", "o0001 (BRACKET)", "N1 O7", ":1000", "N9%"])
+def test_marks_of_the_program_stay_here(mark: str) -> None:
+    """Another Grbl controller would refuse them; O words that jump are expanded, and never left out."""
+    assert sent(f"{mark}\nG0 X1\n") == [(2, "G0X1")]
+    assert sent(f"{mark} G0\nG0 X1\n")[0][0] == 1
 
 
 @pytest.mark.parametrize("end", ["\n", "\r", "\r\n"])

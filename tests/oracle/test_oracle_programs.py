@@ -30,6 +30,7 @@ PROGRAMS = {
     "|G18X[#<_plane>/10]Y#<_coord_system>|G55X[#5220]Y#<_coord_system>|G59.3X#5220Y#<_coord_system>|S500X#<_rpm>Y#<_feed>"
     "|M3X#<_spindle_on>Y#<_spindle_cw>|M8X#<_mist>Y#<_flood>|G90.1X#<_ijk_absolute_mode>|T4X#<_selected_tool>",
     "retract": "G98|X#<_retract_old_z>Y#<_retract_r_plane>|G99|X#<_retract_old_z>Y#<_retract_r_plane>",
+    "number of the program": "O1000|X3|N5 o0007|X4",
     "while": "#1=0|o1 while [#1 LT 4]|G1X#1|#1=[#1+1]|o2 if [#1 EQ 2]|o1 continue|o2 endif|Y#1|o1 endwhile|X0",
     "do": "#1=0|o1 do|G1X#1|#1=[#1+1]|o2 if [#1 EQ 3]|o1 break|o2 endif|Y#1|o1 while [#1 LT 9]|X0",
     "repeat": "G91|o1 repeat [2.6]|X1|o2 repeat [0]|Y1|o2 endrepeat|o3 repeat [2]|Z1|o3 endrepeat|o1 endrepeat",

@@ -15,7 +15,7 @@ from wificnc.app import main
 KEYS = [
     "file", "lines", "blocks", "segments", "steps_per_axis", "final_position_mm", "final_position_steps",
     "bounding_box_mm", "job_time_s", "cutting_time_s", "rapid_time_s", "max_speed_mm_s", "max_accel_mm_s2",
-    "max_step_rate_hz", "lookahead_starved", "errors", "warnings", "events",
+    "max_step_rate_hz", "lookahead_starved", "tool_changes", "errors", "warnings", "events",
 ]  # fmt: skip
 
 
@@ -53,6 +53,21 @@ def test_machine_board_and_set_reach_the_controller(cli, job):
     assert report["max_speed_mm_s"]["X"] == pytest.approx(10.0, rel=0.02)
     _, out, _ = cli(path, "--json", "-", "--board", "esp32-wroom32", "--machine", "baseline")
     assert json.loads(out)["final_position_steps"]["X"] == 2500
+
+
+def test_tool_changes_are_listed_and_passed(cli, job):
+    """What nearly every CAM program begins with."""
+    path = job("%\nO1000 (BRACKET)\nT1 M6\nS1000 M3\nG1X5F600\nM0\nT12M6\nG1X10\nM30\n%\n")
+    code, out, err = cli(path, "--json", "-")
+    report = json.loads(out)
+    assert code == 0 and report["errors"] == [] and report["final_position_mm"]["X"] == 10.0
+    assert [(change["line"], change["tool"]) for change in report["tool_changes"]] == [(3, 1), (7, 12)]
+    # $120 = 10 mm/s2: 5 mm are a triangle of speed, and the change itself takes no time.
+    times = [change["time_s"] for change in report["tool_changes"]]
+    assert times[0] == pytest.approx(0.0, abs=0.1) and times[1] == pytest.approx(2 * math.sqrt(5 / 10), abs=0.1)
+    assert "1 program pause (M0) ended at once" in err and "Tool change" not in err
+    code, out, err = cli(path)
+    assert code == 0 and "T1 in line 3, T12 in line 7" in out
 
 
 def test_the_table_is_for_people(cli, job):

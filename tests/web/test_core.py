@@ -64,6 +64,7 @@ G0 Z5
 G92 X0
 G0 X0 Y0
 """
+CAM = "%\nO1000 (BRACKET)\nT1 M6\nG21G90G1X5F300\nM0\nT2\nM6\nG1X9\nM30\n%\n"
 BROKEN = "G21G90\nG1X5F300\nG1X6Q\nG99\nG1X300F6000\n"
 
 
@@ -72,7 +73,7 @@ def test_it_is_the_same_core(tmp_path: Path) -> None:
         pytest.skip(why)
     install_packages(ROOT)
     build_wasm(ROOT)
-    sources = {name: (ROOT / "examples" / name).read_text() for name in EXAMPLES} | {"broken.nc": BROKEN}
+    sources = {name: (ROOT / "examples" / name).read_text() for name in EXAMPLES} | {"broken.nc": BROKEN, "cam.nc": CAM}
     resumes = [
         case
         for name, text in {"modes.nc": MODES, EXAMPLES[0]: sources[EXAMPLES[0]]}.items()
@@ -103,6 +104,7 @@ def job_case(name: str, text: str) -> dict[str, object]:
         "min_mm": result.box_min_mm,
         "max_mm": result.box_max_mm,
         "errors": [[error.line, error.code] for error in result.errors],
+        "tool_changes": [{"line": change.line, "tool": change.tool} for change in result.tool_changes],
         "drawn": drawn(result),
     }
 

@@ -17,6 +17,7 @@ interface Cases {
     min_mm: number[];
     max_mm: number[];
     errors: [number, number][];
+    tool_changes: { line: number; tool: number }[];
     drawn: { top_mm_min: number; seconds: number[]; levels: number[] };
   }[];
   resumes: { name: string; source: string; line: number; facts: MachineFacts; preamble: string[] | null; first: string | null }[];
@@ -38,6 +39,8 @@ describe.skipIf(!given)("the core", () => {
     job.min_mm.forEach((low, i) => expect(report.min_mm[i]).toBeCloseTo(low, 4));
     job.max_mm.forEach((high, i) => expect(report.max_mm[i]).toBeCloseTo(high, 4));
     expect(report.errors.map((error) => [error.line, error.code])).toEqual(job.errors);
+    expect(report.tool_changes).toEqual(job.tool_changes);
+    expect(report.tool_change_count).toBe(job.tool_changes.length);
   });
 
   it.each(cases.jobs)("draws $name as `wificnc sim --plot` does", async (job) => {

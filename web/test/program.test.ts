@@ -19,4 +19,8 @@ it.each([["G1X1!"], ["G1X1?"], ["~"], ["G1X\u00e4"], ["G1X1\u0018"]])("refuses %
 it("refuses O words, which the controller would, too", () =>
   expect(() => readProgram("a.nc", "G0X0\no100 while [#1 LT 3]\n")).toThrow(/line 2: an O word/));
 
+it.each([["O1000"], ["o0001 (BRACKET)"], ["N1 O7"], [":1000"], ["N9%"]])("keeps %j here: it marks the program", (mark) =>
+  expect(readProgram("a.nc", `${mark}\nG0X1\n`).lines.map((line) => line.code)).toEqual(["G0X1"]),
+);
+
 it("refuses a file without code", () => expect(() => readProgram("a.nc", "(nothing)\n")).toThrow(ProgramError));

@@ -14,7 +14,7 @@
 
 #define EXPORT(name) __attribute__((export_name(#name)))
 
-enum { REPORT_SIZE = 1 << 16, ERRORS_SHOWN = 50, MESSAGES_SHOWN = 50 };
+enum { REPORT_SIZE = 1 << 16, ERRORS_SHOWN = 50, MESSAGES_SHOWN = 50, TOOL_CHANGES_SHOWN = 100 };
 
 static struct sim *sim;
 static struct host_board board;
@@ -152,6 +152,15 @@ static void add_errors(void) {
     add("]");
 }
 
+static void add_tool_changes(void) {
+    const struct sim_tool_change *changes;
+    size_t count = sim_tool_changes(sim, &changes);
+    add(",\"tool_change_count\":%u,\"tool_changes\":[", (unsigned)count);
+    for (size_t i = 0; i < count && i < TOOL_CHANGES_SHOWN; i++)
+        add("%s{\"line\":%u,\"tool\":%d}", i > 0 ? "," : "", (unsigned)changes[i].line, (int)changes[i].tool);
+    add("]");
+}
+
 /** What the job came to: Report of core.ts. */
 EXPORT(core_report) const char *core_report(void) {
     struct sim_result result;
@@ -173,6 +182,7 @@ EXPORT(core_report) const char *core_report(void) {
     add_numbers("max_accel_mm_s2", result.max_accel_mm_s2);
     add_number("max_step_rate_hz", result.max_step_rate_hz);
     add_errors();
+    add_tool_changes();
     add("}");
     return report;
 }

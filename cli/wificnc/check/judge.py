@@ -9,7 +9,7 @@ from itertools import groupby
 
 from wificnc.check.arcs import arc_hint
 from wificnc.check.finding import Finding, Severity
-from wificnc.sim.job import LineError
+from wificnc.sim.job import LineError, ToolChange
 from wificnc.sim.native import AXES, SurveyArc, SurveyLine
 
 REACHED = 0.98  # of the feed asked for: nobody misses the rest
@@ -144,6 +144,12 @@ def remarks(warnings: Iterable[str]) -> Iterator[Finding]:
             yield Finding("step-rate", Severity.WARNING, 0, 0, text, "less microstepping, or a board with more steps/s")
         else:
             yield Finding("message", Severity.NOTE, 0, 0, text)
+
+
+def tool_changes(changes: Iterable[ToolChange]) -> Iterator[Finding]:
+    """Where the machine waits for an operator."""
+    for change in changes:
+        yield Finding("tool-change", Severity.NOTE, change.line, change.line, f"tool change: T{change.tool}")
 
 
 def machine_moves(text: bytes) -> Iterator[Finding]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from typing import Any
 
 from wificnc.check.finding import Finding, Severity
@@ -25,6 +26,7 @@ def report_json(report: CheckReport) -> dict[str, Any]:
         "step_rate_limit_hz": report.step_rate_limit_hz,
         "work_zero_known": report.work_zero,
         "extent": {extent.axis: _extent_json(extent, report.work_zero) for extent in report.extents},
+        "tool_changes": [asdict(change) for change in result.tool_changes],
         "findings": [_finding_json(finding) for finding in report.findings],
     }
 

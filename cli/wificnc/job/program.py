@@ -15,6 +15,8 @@ from wificnc.errors import JobError
 
 WORD = re.compile(r"([A-Z])([-+]?[0-9]*\.?[0-9]*)")
 CODE_CHARACTERS = frozenset(range(0x21, 0x7F)) - set(b"!?~")
+# The ends of a tape and the number of the program (core/gcode/parse.c): not every controller takes them.
+MARK = re.compile(rb"%.*|N[0-9]+%|(?:N[0-9]+)?[O:][0-9]+", re.DOTALL)
 O_LINE = re.compile(r"(?:N[0-9]+)?O")  # may be one with an O word
 OWN_NUMBER = re.compile(r"(?:^|(?<=[0-9.]))N[0-9.]+")
 LONGEST_CODE = 79  # characters that every controller takes
@@ -51,7 +53,7 @@ class Program:
 
     lines: tuple[JobLine, ...]
     file_lines: int
-    percent_lines: int
+    mark_lines: int  # % and program numbers: not sent
     expanded: bool = False  # a line of the file may come several times, and others not at all
 
     @property
@@ -112,12 +114,12 @@ def read_program(name: str, data: bytes) -> Program:
     """
     lines: list[JobLine] = []
     faults: list[str] = []
-    percent = 0
+    marks = 0
     raw_lines = split_lines(data)
     for number, raw in enumerate(raw_lines, 1):
         code = code_of(raw)
-        if code.startswith(b"%"):
-            percent += 1
+        if MARK.fullmatch(code):
+            marks += 1
         elif bad := [byte for byte in code if byte not in CODE_CHARACTERS]:
             faults.append(f"{name}:{number}: {_byte_name(bad[0])} is no G-code: {printable(raw)}")
         elif code:
@@ -127,7 +129,7 @@ def read_program(name: str, data: bytes) -> Program:
         raise JobError("\n".join([*faults[:FAULTS_SHOWN], *more]), hint="nothing was sent; mend the file first")
     if not lines:
         raise JobError(f"{name} holds no G-code")
-    return Program(tuple(lines), len(raw_lines), percent)
+    return Program(tuple(lines), len(raw_lines), marks)
 
 
 def expanded_program(name: str, source: Program, text: bytes, numbers: Sequence[int]) -> Program:

@@ -25,7 +25,7 @@ from wificnc.sim.trace import TraceFile
 
 EVENTS_PER_CALL = 500_000  # a few tens of milliseconds of work between two looks at the progress
 ROUNDING_MM = 0.05  # a path may leave the programmed one by $11
-CHATTER = {"[MSG:Pgm End]"}  # said by every good program
+CHATTER = ("[MSG:Pgm End]", "[MSG:Tool change: ")  # every good program says the first; SimResult lists the changes
 
 EVENT_HINT = (
     "like: limit x, probe off, door, estop, hold, resume, reset, feed +10, travel x -200 0; see docs/simulation.md"
@@ -107,6 +107,20 @@ class LineError:
 
 
 @dataclass(frozen=True)
+class ToolChange:
+    """M6: here the operator changes the tool. The simulation continues immediately."""
+
+    time_s: float
+    line: int
+    tool: int
+
+    @property
+    def title(self) -> str:
+        """T2 in line 17"""
+        return f"T{self.tool} in line {self.line}"
+
+
+@dataclass(frozen=True)
 class SimResult:
     """All figures of a run. Per-axis values are in the order of `axes`."""
 
@@ -132,6 +146,7 @@ class SimResult:
     warnings: tuple[str, ...]
     travel_mm: tuple[float | None, ...]
     samples: bytes  # records of native.SAMPLE_DTYPE
+    tool_changes: tuple[ToolChange, ...] = ()
     events: tuple[SimEvent, ...] = ()
     survey_lines: tuple[SurveyLine, ...] = ()  # when the request asks for a survey
     survey_arcs: tuple[SurveyArc, ...] = ()
@@ -224,6 +239,7 @@ def _result(sim: Simulation, request: JobRequest) -> SimResult:
         warnings=(*_remarks(sim, native), *_travel_warnings(axes, min_mm, max_mm, request.travel_mm)),
         travel_mm=request.travel_mm,
         samples=sim.samples(),
+        tool_changes=tuple(ToolChange(change.t_s, change.line, change.tool) for change in sim.tool_changes()),
         survey_lines=tuple(sim.survey_lines()),
         survey_arcs=tuple(sim.survey_arcs()),
         events=tuple(_event(event, native, len(axes)) for event in sim.events()),
@@ -277,7 +293,7 @@ def printable(text: bytes) -> str:
 
 
 def _remarks(sim: Simulation, native: NativeResult) -> list[str]:
-    found = [message[5:-1] for message in sim.messages() if message not in CHATTER]
+    found = [message[5:-1] for message in sim.messages() if not message.startswith(CHATTER)]
     if native.percent_lines:
         found.append(f"{_count(native.percent_lines, 'line')} with % skipped: they are marks for the sender")
     if native.pauses:

@@ -139,6 +139,12 @@ class PathSample(Structure):
     )
 
 
+class NativeToolChange(Structure):
+    """struct sim_tool_change"""
+
+    _fields_ = (("t_s", c_double), ("line", c_uint32), ("tool", c_int32))
+
+
 class SurveyLine(Structure):
     """struct survey_line"""
 
@@ -190,6 +196,7 @@ _PROTOTYPES: dict[str, tuple[Any, tuple[Any, ...]]] = {
     "sim_event_at": (NativeEvent, (_SIM, c_size_t)),
     "sim_error_count": (c_size_t, (_SIM,)),
     "sim_error_at": (NativeError, (_SIM, c_size_t)),
+    "sim_tool_changes": (c_size_t, (_SIM, POINTER(POINTER(NativeToolChange)))),
     "sim_message_count": (c_size_t, (_SIM,)),
     "sim_message_at": (c_char_p, (_SIM, c_size_t)),
     "sim_result": (None, (_SIM, POINTER(NativeResult))),
@@ -272,6 +279,12 @@ class Simulation:
 
     def errors(self) -> list[NativeError]:
         return [self._library.sim_error_at(self._sim, i) for i in range(self._library.sim_error_count(self._sim))]
+
+    def tool_changes(self) -> list[NativeToolChange]:
+        """Copies."""
+        first = POINTER(NativeToolChange)()
+        count = self._library.sim_tool_changes(self._sim, ctypes.byref(first))
+        return [NativeToolChange.from_buffer_copy(first[i]) for i in range(count)]
 
     def messages(self) -> list[str]:
         """The controller's [MSG:...] lines."""

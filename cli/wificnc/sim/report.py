@@ -6,8 +6,9 @@ from collections.abc import Sequence
 from dataclasses import asdict
 from typing import Any
 
-from wificnc.sim.job import LineError, SimResult
+from wificnc.sim.job import LineError, SimResult, ToolChange
 
+TOOL_CHANGES_SHOWN = 8
 DWELL_SHOWN_S = 0.01  # a shorter part of the job is not worth a word
 
 
@@ -33,6 +34,7 @@ def report_json(result: SimResult) -> dict[str, Any]:
         "max_accel_mm_s2": by_axis(result.max_accel_mm_s2),
         "max_step_rate_hz": result.max_step_rate_hz,
         "lookahead_starved": result.lookahead_starved,
+        "tool_changes": [asdict(change) for change in result.tool_changes],
         "errors": [asdict(error) for error in result.errors],
         "warnings": list(result.warnings),
         "events": [
@@ -60,10 +62,19 @@ def summary_rows(result: SimResult) -> list[tuple[str, str]]:
     ]
     if result.lookahead_starved:
         rows.append(("look-ahead", f"ran out {result.lookahead_starved:,} times"))
+    if result.tool_changes:
+        rows.append(("tools", _tool_changes(result.tool_changes)))
     rows += [
         (f"at {duration(event.time_s)}", f"{event.action}: {event.state}") for event in result.events if event.done
     ]
     return rows
+
+
+def _tool_changes(changes: Sequence[ToolChange]) -> str:
+    """T1 in line 3, T2 in line 57 and 4 more changes"""
+    shown = ", ".join(change.title for change in changes[:TOOL_CHANGES_SHOWN])
+    more = len(changes) - TOOL_CHANGES_SHOWN
+    return shown + (f" and {more} more change{'s' * (more != 1)}" if more > 0 else "")
 
 
 AXIS_COLUMNS = ("axis", "from mm", "to mm", "ends at mm", "pulses", "max mm/min", "max mm/s²")

@@ -17,6 +17,9 @@ export interface Report {
   max_step_rate_hz: number;
   errors: CoreError[];
   error_count: number;
+  /** M6, the first of them: where the machine waits for another tool. */
+  tool_changes: { line: number; tool: number }[];
+  tool_change_count: number;
   /** [MSG:...] of the controller. */
   messages: string[];
 }

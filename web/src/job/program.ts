@@ -24,6 +24,8 @@ export class ProgramError extends Error {}
 
 const FAULTS_SHOWN = 5;
 const LONGEST_CODE = 79;
+/** The ends of a tape and the number of the program (core/gcode/parse.c): they say nothing to a controller. */
+const MARK = /^(?:%.*|N\d+%|(?:N\d+)?[O:]\d+)$/;
 /** A line with an O word: a stream cannot jump. */
 const O_LINE = /^(?:N\d+)?O/;
 const FORBIDDEN = /[^\x21-\x7e]|[!?~]/;
@@ -50,7 +52,7 @@ export function readProgram(name: string, source: string): Program {
   const lines: JobLine[] = [];
   all.forEach((text, i) => {
     const code = codeOf(text);
-    if (code === "" || code.startsWith("%")) return;
+    if (code === "" || MARK.test(code)) return;
     if (O_LINE.test(code)) faults.push(`line ${i + 1}: an O word, which a stream cannot obey: wificnc expand makes plain lines of it`);
     else if (FORBIDDEN.test(code)) faults.push(`line ${i + 1}: characters that a controller takes for commands`);
     else if (code.length > LONGEST_CODE) faults.push(`line ${i + 1}: more than ${LONGEST_CODE} characters of code`);

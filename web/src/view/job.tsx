@@ -3,6 +3,7 @@ import { useSignal } from "@preact/signals";
 import type { JSX } from "preact";
 import { attempt, board, controller, fail, job, preflight } from "../app";
 import { describe, secondsAtLine, type Preflight } from "../job/preflight";
+import type { Report } from "../job/core";
 import { readProgram } from "../job/program";
 import { type MachineFacts, type Resume } from "../job/resume";
 import { AXES, findBoard, TABLES } from "../tables";
@@ -134,11 +135,31 @@ function CheckCard(): JSX.Element | null {
           ))}
         </ul>
       )}
+      <ToolChanges report={report} />
       <Figures done={done} />
       <p class="small faint">
         {done.ofMachine ? "With the settings of the connected machine." : "With default settings: connect for your machine's own."}
       </p>
     </Card>
+  );
+}
+
+function ToolChanges({ report }: { report: Report }): JSX.Element | null {
+  const shown = report.tool_changes.slice(0, FINDINGS_SHOWN);
+  const more = report.tool_change_count - shown.length;
+  if (shown.length === 0) return null;
+  return (
+    <div class="small" data-test="tool-changes">
+      The machine stops for a tool change (M6), until Resume:
+      <ul>
+        {shown.map(({ line, tool }, i) => (
+          <li key={i}>
+            Line {line}: T{tool}
+          </li>
+        ))}
+        {more > 0 && <li>and {more} more</li>}
+      </ul>
+    </div>
   );
 }
 
