@@ -61,6 +61,14 @@ bool machine_is_at_rest(const struct machine *machine) {
            machine_is_standing(machine);
 }
 
+bool machine_has_motion(const struct machine *machine) {
+    return !motion_is_planned_out(&machine->motion) || !feed_is_empty(&machine->host.feed) ||
+           segment_ring_peek(&machine->motion.ring) != NULL ||
+           __atomic_load_n(&machine->prep.loaded, __ATOMIC_RELAXED) ||
+           ring_held(&machine->step.ring.index) > 0 ||
+           __atomic_load_n(&machine->step.active, __ATOMIC_RELAXED);
+}
+
 /* The motion side and the step ISR may work on meanwhile, but they get nothing new. So looking where the
  * steps come from first, and then where they go, misses nothing; except what is in prep's hands while it
  * works. Each load is an acquire, so that they stay in this order. */
@@ -393,9 +401,10 @@ static bool take_line(struct machine *machine) {
 }
 
 static bool update_state(struct machine *machine) {
+    if (machine->state == MACHINE_IDLE)
+        return (machine->stage != TASK_NONE || machine_has_motion(machine)) &&
+               machine_transition(machine, MACHINE_STARTS);
     bool works = !machine_is_at_rest(machine) || machine->stage != TASK_NONE;
-    if (machine->state == MACHINE_IDLE && works)
-        return machine_transition(machine, MACHINE_STARTS);
     if (works || machine->cancelling || machine->state == MACHINE_HOME)
         return false;
     bool jogged = machine->state == MACHINE_JOG;

@@ -31,7 +31,8 @@ void realtime_enable(struct machine *machine, uint8_t overrides) {
     realtime_release(machine);
 }
 
-/* From hold or door back to what was. */
+/* From hold or door back to what was. With anything under way it is a program that runs, from this moment on:
+ * a line that waited must not find an idle machine in between. */
 static void go_on(struct machine *machine) {
     if (machine->outputs.spindle_stopped) {
         machine->outputs.spindle_stopped = false;
@@ -41,6 +42,8 @@ static void go_on(struct machine *machine) {
     machine_transition(machine, MACHINE_RESUMES);
     preempt_resume(machine);
     task_resume(machine);
+    if (machine->stage != TASK_NONE || !machine_is_at_rest(machine))
+        machine_transition(machine, MACHINE_STARTS);
 }
 
 /* A laser needs no time to run up, and shines only when the motion goes on (outputs_poll()). */
