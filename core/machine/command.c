@@ -216,10 +216,21 @@ static enum status jog(struct machine *machine, const char *text) {
     return jog_begin(machine, text + 1);
 }
 
+/* What a critical alarm leaves: only questions. */
+static bool is_question(const char *text) {
+    static const char *const questions[] = {"", "$", "#", "G", "I", "I+", "N"};
+    for (unsigned i = 0; i < sizeof questions / sizeof questions[0]; i++)
+        if (strcmp(text, questions[i]) == 0)
+            return true;
+    return false;
+}
+
 void command_line(struct machine *machine, const char *line) {
     const char *text = line + 1;
     enum status status;
-    if (text[0] == '\0') {
+    if (machine->critical && !is_question(text)) {
+        status = STATUS_LOCKED;
+    } else if (text[0] == '\0') {
         status = help(machine);
     } else if (text[0] == 'J') {
         status = jog(machine, text + 1);

@@ -417,7 +417,7 @@ static bool update_state(struct machine *machine) {
 
 static bool lines_poll(struct machine *machine) {
     bool any = false;
-    while (!machine->restart && !machine->critical && !machine->quiet.on) {
+    while (!machine->restart && !machine->quiet.on) {
         bool further = false;
         if (machine->stage != TASK_NONE)
             further = machine_works(machine) && task_poll(machine);
@@ -452,14 +452,22 @@ bool machine_poll_motion(struct machine *machine) {
     return any;
 }
 
+/* What leads out of a critical alarm. While the e-stop is pressed a reset only leads into the next one, and
+ * programs that reset at this message would go on so for ever. */
+static void tell_way_out(struct machine *machine) {
+    bool pressed = machine->alarm == ALARM_ESTOP && machine->inputs.estop;
+    if (!machine->critical_untold || (pressed && machine->release_told))
+        return;
+    machine->release_told = pressed;
+    machine->critical_untold = pressed;
+    report_message(machine, pressed ? "Release the emergency stop" : "Reset to continue");
+}
+
 bool machine_poll(struct machine *machine) {
     bool any = inputs_poll(machine);
     if (is_quiet(machine))
         return any;
-    if (machine->critical_untold) {
-        machine->critical_untold = false;
-        report_message(machine, "Reset to continue");
-    }
+    tell_way_out(machine);
     any |= realtime_poll(machine);
     if (is_quiet(machine))
         return any;

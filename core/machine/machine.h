@@ -106,7 +106,7 @@ enum task_stage {
     TASK_ALARMED,    /* answer when the quiet time is over */
     TASK_SOFT_LIMIT, /* wait for the stop, then alarm 2 */
     TASK_HOMING,
-    TASK_LOCKED, /* a critical alarm came; answered at the reset */
+    TASK_LOCKED, /* a critical alarm has ended the line; answered when its quiet time is over */
 };
 
 /** Whose line the current one is. */
@@ -281,6 +281,7 @@ struct machine {
     axis_mask_t trusted;  /* axes that were homed, and not stopped without a ramp since */
     bool critical;        /* after alarm 1, 2 or e-stop: only a reset helps */
     bool critical_untold; /* ... and that was not said yet */
+    bool release_told;    /* ... but that the e-stop must be released first */
     bool restart;         /* the banner is due */
     bool reset_asked;     /* by a $ command */
     bool restoring;       /* the door was closed, spindle and coolant start again */

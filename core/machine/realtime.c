@@ -185,7 +185,7 @@ bool realtime_poll(struct machine *machine) {
         return true;
     }
     if (machine->critical)
-        return false;
+        bits &= REALTIME_STATUS;
     bool later = machine->state == MACHINE_HOME || !text_has_room(&machine->out);
     if (later && (bits & REALTIME_STATUS) != 0) { /* answered when homing is done, or there is room */
         bits &= ~(uint32_t)REALTIME_STATUS;
@@ -194,7 +194,7 @@ bool realtime_poll(struct machine *machine) {
     take_bits(machine, bits);
     bool any = bits != 0;
     for (int byte; (byte = rx_take_override(&machine->rx)) >= 0; any = true)
-        if (machine->state != MACHINE_SLEEP)
+        if (machine->state != MACHINE_SLEEP && !machine->critical)
             take_override(machine, byte);
     if ((bits & REALTIME_STATUS) != 0) /* after what came with it: `!?` is answered by a machine that holds */
         report_status(machine);

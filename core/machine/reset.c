@@ -25,6 +25,8 @@ void machine_alarm_critical(struct machine *machine, enum alarm alarm) {
     outputs_off(machine);
     machine->stage = machine->line_open ? TASK_LOCKED : TASK_NONE;
     machine->critical = machine->critical_untold = true;
+    machine->release_told = false;
+    machine->startup = STARTUP_LINE_COUNT;
     machine_alarm(machine, alarm);
 }
 
