@@ -27,6 +27,7 @@ static enum status unlock(struct machine *machine) {
     if (inputs_door_is_open(machine))
         return STATUS_DOOR_OPEN;
     report_message(machine, "Caution: Unlocked");
+    report_not_homed(machine);
     machine_transition(machine, MACHINE_UNLOCKS);
     return STATUS_OK;
 }
@@ -65,6 +66,8 @@ static enum status restore(struct machine *machine, const char *what) {
     if (!settings && !offsets)
         return STATUS_UNKNOWN_COMMAND;
     keep_defaults(machine, settings, offsets, all);
+    if (settings)
+        machine->trusted = 0; /* steps of another size */
     report_message(machine, "Restoring defaults");
     machine->reset_asked = true;
     return STATUS_OK;
@@ -112,8 +115,10 @@ enum status command_set(struct machine *machine, uint16_t number, double value) 
     machine_apply_settings(machine);
     bool places = (number >= STEPS_PER_MM && number < STEPS_PER_MM + AXIS_COUNT) ||
                   (number >= KINEMATICS && number <= ARMS);
-    if (places)
-        machine_drop_motion(machine); /* the steps stay, so the machine is at another place in mm */
+    if (places) { /* the steps stay, so the machine is at another place in mm */
+        machine->trusted = 0;
+        machine_drop_motion(machine);
+    }
     outputs_apply(machine);
     torque_put_out(machine);
     return STATUS_OK;

@@ -206,6 +206,8 @@ enum task_stage probe_poll(struct machine *machine);
 /** @param letters  axes behind $H, "" = all of them */
 enum status homing_begin(struct machine *machine, const char *letters);
 enum task_stage homing_poll(struct machine *machine);
+/** Axes that $H would home and whose position is not trusted. */
+axis_mask_t homing_unknown(const struct machine *machine);
 /** 1, or -1 where $23 says that the axis homes towards its negative end. */
 double homing_direction(const struct machine *machine, unsigned axis);
 
@@ -257,6 +259,8 @@ void keep_defaults(struct machine *machine, bool settings, bool offsets, bool li
 void report_banner(struct machine *machine);
 void report_status(struct machine *machine);
 void report_message(struct machine *machine, const char *text);
+/** Axes that homing could find and has not. Nothing when there is none. */
+void report_not_homed(struct machine *machine);
 void report_tool_change(struct machine *machine);
 void report_alarm(struct machine *machine, enum alarm alarm);
 void report_changed_offset(struct machine *machine);

@@ -190,6 +190,7 @@ enum { FIRST_MOTOR, SECOND_MOTOR, MOTOR_COUNT };
 struct homing {
     uint8_t step, next;                     /* within the cycle; the next cycle */
     bool all;                               /* $H without letters */
+    bool locked;                            /* it began in an alarm */
     axis_mask_t asked, done;                /* of $H; of the cycles so far */
     axis_mask_t axes, left;                 /* of this cycle; of these still looking for their switch */
     axis_mask_t found[MOTOR_COUNT];         /* motors whose switch is found */

@@ -14,6 +14,7 @@ void machine_alarm(struct machine *machine, enum alarm alarm) {
 
 static void stop(struct machine *machine) {
     machine_halt(machine);
+    report_changed_offset(machine); /* with it comes which axes are trusted */
     machine->cancelling = false;
     square_release(machine);
     thread_forget(machine);
