@@ -27,6 +27,7 @@ static enum status unlock(struct machine *machine) {
     if (inputs_door_is_open(machine))
         return STATUS_DOOR_OPEN;
     report_message(machine, "Caution: Unlocked");
+    report_not_homed(machine);
     machine_transition(machine, MACHINE_UNLOCKS);
     return STATUS_OK;
 }
@@ -37,7 +38,7 @@ static enum status check(struct machine *machine) {
         machine->reset_asked = true;
         return STATUS_OK;
     }
-    if (!machine_transition(machine, MACHINE_CHECKS))
+    if (machine_has_motion(machine) || !machine_transition(machine, MACHINE_CHECKS))
         return STATUS_NOT_IDLE;
     report_message(machine, "Enabled");
     return STATUS_OK;
@@ -65,6 +66,8 @@ static enum status restore(struct machine *machine, const char *what) {
     if (!settings && !offsets)
         return STATUS_UNKNOWN_COMMAND;
     keep_defaults(machine, settings, offsets, all);
+    if (settings)
+        machine->trusted = 0; /* steps of another size */
     report_message(machine, "Restoring defaults");
     machine->reset_asked = true;
     return STATUS_OK;
@@ -112,8 +115,10 @@ enum status command_set(struct machine *machine, uint16_t number, double value) 
     machine_apply_settings(machine);
     bool places = (number >= STEPS_PER_MM && number < STEPS_PER_MM + AXIS_COUNT) ||
                   (number >= KINEMATICS && number <= ARMS);
-    if (places)
-        machine_drop_motion(machine); /* the steps stay, so the machine is at another place in mm */
+    if (places) { /* the steps stay, so the machine is at another place in mm */
+        machine->trusted = 0;
+        machine_drop_motion(machine);
+    }
     outputs_apply(machine);
     torque_put_out(machine);
     return STATUS_OK;
@@ -183,7 +188,7 @@ static void sleep(struct machine *machine) {
 /* Commands that need Idle or Alarm. @return false: answered already, or a task */
 static bool at_rest(struct machine *machine, const char *text, enum status *status) {
     *status = STATUS_NOT_IDLE;
-    if (!machine_is_idle_or_alarm(machine))
+    if (!machine_is_idle_or_alarm(machine) || machine_has_motion(machine))
         return true;
     *status = STATUS_UNKNOWN_COMMAND;
     if (strcmp(text, "#") == 0) {
@@ -208,17 +213,29 @@ static bool at_rest(struct machine *machine, const char *text, enum status *stat
 }
 
 static enum status jog(struct machine *machine, const char *text) {
-    if (machine->state != MACHINE_IDLE && machine->state != MACHINE_JOG)
+    bool may_begin = machine->state == MACHINE_IDLE && !machine_has_motion(machine);
+    if (!may_begin && machine->state != MACHINE_JOG) /* in Jog all that is queued are jogs */
         return STATUS_NOT_IDLE;
     if (text[0] != '=')
         return STATUS_UNKNOWN_COMMAND;
     return jog_begin(machine, text + 1);
 }
 
+/* What a critical alarm leaves: only questions. */
+static bool is_question(const char *text) {
+    static const char *const questions[] = {"", "$", "#", "G", "I", "I+", "N"};
+    for (unsigned i = 0; i < sizeof questions / sizeof questions[0]; i++)
+        if (strcmp(text, questions[i]) == 0)
+            return true;
+    return false;
+}
+
 void command_line(struct machine *machine, const char *line) {
     const char *text = line + 1;
     enum status status;
-    if (text[0] == '\0') {
+    if (machine->critical && !is_question(text)) {
+        status = STATUS_LOCKED;
+    } else if (text[0] == '\0') {
         status = help(machine);
     } else if (text[0] == 'J') {
         status = jog(machine, text + 1);

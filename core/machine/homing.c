@@ -162,6 +162,19 @@ static bool begin_cycle(struct machine *machine) {
     return false;
 }
 
+axis_mask_t homing_unknown(const struct machine *machine) {
+    return axes_with_ends(machine) & axes_in_cycles(machine) & (axis_mask_t)~machine->trusted;
+}
+
+/* An axis would back off from its switch into its other end. */
+static bool is_pull_off_long(const struct machine *machine, unsigned axes) {
+    const struct settings *settings = &machine->settings;
+    for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
+        if ((axes >> ax & 1) != 0 && settings->homing_pull_off_mm >= settings->max_travel_mm[ax])
+            return true;
+    return false;
+}
+
 enum status homing_begin(struct machine *machine, const char *letters) {
     struct homing *homing = &machine->homing;
     unsigned asked = 0;
@@ -178,8 +191,12 @@ enum status homing_begin(struct machine *machine, const char *letters) {
         asked = axes_with_ends(machine) & axes_in_cycles(machine);
     if (asked == 0)
         return STATUS_HOMING_DISABLED;
+    if (is_pull_off_long(machine, asked))
+        return STATUS_PULL_OFF;
     square_release(machine);
-    *homing = (struct homing){.asked = (axis_mask_t)asked, .all = all};
+    *homing = (struct homing){
+        .asked = (axis_mask_t)asked, .all = all, .locked = machine->state == MACHINE_ALARM};
+    machine->trusted &= (axis_mask_t)~asked;
     machine_transition(machine, MACHINE_HOMES);
     machine_apply_override(machine);
     machine->stage = TASK_HOMING;
@@ -236,9 +253,12 @@ static enum task_stage end_back_off(struct machine *machine) {
     set_machine_position(machine);
     if (begin_cycle(machine))
         return TASK_HOMING;
-    machine_transition(machine, MACHINE_RESTS);
+    bool stays_locked = machine->homing.locked && homing_unknown(machine) != 0;
+    machine_transition(machine, stays_locked ? MACHINE_ALARMS : MACHINE_RESTS);
+    if (stays_locked)
+        report_not_homed(machine);
     machine_apply_override(machine);
-    machine->startup = machine->homing.all ? 0 : STARTUP_LINE_COUNT;
+    machine->startup = machine->homing.all && !stays_locked ? 0 : STARTUP_LINE_COUNT;
     return TASK_NONE;
 }
 

@@ -459,7 +459,8 @@ static bool follow_homing(struct machine *machine) {
     if (!host->homing || machine->stage == TASK_HOMING)
         return false;
     host->homing = machine->homed_line = false; /* no line waits for an answer */
-    host->homed_ok = !is_locked(machine);
+    const axis_mask_t asked = machine->homing.asked;
+    host->homed_ok = !machine->critical && !machine->restart && (machine->trusted & asked) == asked;
     return true;
 }
 

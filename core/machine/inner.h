@@ -42,6 +42,9 @@ void machine_apply_settings(struct machine *machine);
 void machine_answer(struct machine *machine, enum status status);
 /** Nothing moves and nothing will before a resume: at rest, or held. */
 bool machine_is_stopped(const struct machine *machine);
+/** Something is planned, queued or being stepped. After rest it is true as soon as something new is; that the
+ * last of it is done says machine_is_at_rest(). */
+bool machine_has_motion(const struct machine *machine);
 /** Have work(arg) done where the step ISR is started and stopped. */
 void machine_on_motion_side(struct machine *machine, void (*work)(void *arg), void *arg);
 /** Stop at once, forget all that was planned and stand where the pins have brought us. */
@@ -203,6 +206,8 @@ enum task_stage probe_poll(struct machine *machine);
 /** @param letters  axes behind $H, "" = all of them */
 enum status homing_begin(struct machine *machine, const char *letters);
 enum task_stage homing_poll(struct machine *machine);
+/** Axes that $H would home and whose position is not trusted. */
+axis_mask_t homing_unknown(const struct machine *machine);
 /** 1, or -1 where $23 says that the axis homes towards its negative end. */
 double homing_direction(const struct machine *machine, unsigned axis);
 
@@ -254,6 +259,8 @@ void keep_defaults(struct machine *machine, bool settings, bool offsets, bool li
 void report_banner(struct machine *machine);
 void report_status(struct machine *machine);
 void report_message(struct machine *machine, const char *text);
+/** Axes that homing could find and has not. Nothing when there is none. */
+void report_not_homed(struct machine *machine);
 void report_tool_change(struct machine *machine);
 void report_alarm(struct machine *machine, enum alarm alarm);
 void report_changed_offset(struct machine *machine);

@@ -61,6 +61,14 @@ bool machine_is_at_rest(const struct machine *machine) {
            machine_is_standing(machine);
 }
 
+bool machine_has_motion(const struct machine *machine) {
+    return !motion_is_planned_out(&machine->motion) || !feed_is_empty(&machine->host.feed) ||
+           segment_ring_peek(&machine->motion.ring) != NULL ||
+           __atomic_load_n(&machine->prep.loaded, __ATOMIC_RELAXED) ||
+           ring_held(&machine->step.ring.index) > 0 ||
+           __atomic_load_n(&machine->step.active, __ATOMIC_RELAXED);
+}
+
 /* The motion side and the step ISR may work on meanwhile, but they get nothing new. So looking where the
  * steps come from first, and then where they go, misses nothing; except what is in prep's hands while it
  * works. Each load is an acquire, so that they stay in this order. */
@@ -393,9 +401,10 @@ static bool take_line(struct machine *machine) {
 }
 
 static bool update_state(struct machine *machine) {
+    if (machine->state == MACHINE_IDLE)
+        return (machine->stage != TASK_NONE || machine_has_motion(machine)) &&
+               machine_transition(machine, MACHINE_STARTS);
     bool works = !machine_is_at_rest(machine) || machine->stage != TASK_NONE;
-    if (machine->state == MACHINE_IDLE && works)
-        return machine_transition(machine, MACHINE_STARTS);
     if (works || machine->cancelling || machine->state == MACHINE_HOME)
         return false;
     bool jogged = machine->state == MACHINE_JOG;
@@ -408,7 +417,7 @@ static bool update_state(struct machine *machine) {
 
 static bool lines_poll(struct machine *machine) {
     bool any = false;
-    while (!machine->restart && !machine->critical && !machine->quiet.on) {
+    while (!machine->restart && !machine->quiet.on) {
         bool further = false;
         if (machine->stage != TASK_NONE)
             further = machine_works(machine) && task_poll(machine);
@@ -443,14 +452,22 @@ bool machine_poll_motion(struct machine *machine) {
     return any;
 }
 
+/* What leads out of a critical alarm. While the e-stop is pressed a reset only leads into the next one, and
+ * programs that reset at this message would go on so for ever. */
+static void tell_way_out(struct machine *machine) {
+    bool pressed = machine->alarm == ALARM_ESTOP && machine->inputs.estop;
+    if (!machine->critical_untold || (pressed && machine->release_told))
+        return;
+    machine->release_told = pressed;
+    machine->critical_untold = pressed;
+    report_message(machine, pressed ? "Release the emergency stop" : "Reset to continue");
+}
+
 bool machine_poll(struct machine *machine) {
     bool any = inputs_poll(machine);
     if (is_quiet(machine))
         return any;
-    if (machine->critical_untold) {
-        machine->critical_untold = false;
-        report_message(machine, "Reset to continue");
-    }
+    tell_way_out(machine);
     any |= realtime_poll(machine);
     if (is_quiet(machine))
         return any;

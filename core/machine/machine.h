@@ -106,7 +106,7 @@ enum task_stage {
     TASK_ALARMED,    /* answer when the quiet time is over */
     TASK_SOFT_LIMIT, /* wait for the stop, then alarm 2 */
     TASK_HOMING,
-    TASK_LOCKED, /* a critical alarm came; answered at the reset */
+    TASK_LOCKED, /* a critical alarm has ended the line; answered when its quiet time is over */
 };
 
 /** Whose line the current one is. */
@@ -190,6 +190,7 @@ enum { FIRST_MOTOR, SECOND_MOTOR, MOTOR_COUNT };
 struct homing {
     uint8_t step, next;                     /* within the cycle; the next cycle */
     bool all;                               /* $H without letters */
+    bool locked;                            /* it began in an alarm */
     axis_mask_t asked, done;                /* of $H; of the cycles so far */
     axis_mask_t axes, left;                 /* of this cycle; of these still looking for their switch */
     axis_mask_t found[MOTOR_COUNT];         /* motors whose switch is found */
@@ -281,6 +282,7 @@ struct machine {
     axis_mask_t trusted;  /* axes that were homed, and not stopped without a ramp since */
     bool critical;        /* after alarm 1, 2 or e-stop: only a reset helps */
     bool critical_untold; /* ... and that was not said yet */
+    bool release_told;    /* ... but that the e-stop must be released first */
     bool restart;         /* the banner is due */
     bool reset_asked;     /* by a $ command */
     bool restoring;       /* the door was closed, spindle and coolant start again */

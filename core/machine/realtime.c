@@ -31,7 +31,8 @@ void realtime_enable(struct machine *machine, uint8_t overrides) {
     realtime_release(machine);
 }
 
-/* From hold or door back to what was. */
+/* From hold or door back to what was. With anything under way it is a program that runs, from this moment on:
+ * a line that waited must not find an idle machine in between. */
 static void go_on(struct machine *machine) {
     if (machine->outputs.spindle_stopped) {
         machine->outputs.spindle_stopped = false;
@@ -41,6 +42,8 @@ static void go_on(struct machine *machine) {
     machine_transition(machine, MACHINE_RESUMES);
     preempt_resume(machine);
     task_resume(machine);
+    if (machine->stage != TASK_NONE || !machine_is_at_rest(machine))
+        machine_transition(machine, MACHINE_STARTS);
 }
 
 /* A laser needs no time to run up, and shines only when the motion goes on (outputs_poll()). */
@@ -182,7 +185,7 @@ bool realtime_poll(struct machine *machine) {
         return true;
     }
     if (machine->critical)
-        return false;
+        bits &= REALTIME_STATUS;
     bool later = machine->state == MACHINE_HOME || !text_has_room(&machine->out);
     if (later && (bits & REALTIME_STATUS) != 0) { /* answered when homing is done, or there is room */
         bits &= ~(uint32_t)REALTIME_STATUS;
@@ -191,7 +194,7 @@ bool realtime_poll(struct machine *machine) {
     take_bits(machine, bits);
     bool any = bits != 0;
     for (int byte; (byte = rx_take_override(&machine->rx)) >= 0; any = true)
-        if (machine->state != MACHINE_SLEEP)
+        if (machine->state != MACHINE_SLEEP && !machine->critical)
             take_override(machine, byte);
     if ((bits & REALTIME_STATUS) != 0) /* after what came with it: `!?` is answered by a machine that holds */
         report_status(machine);

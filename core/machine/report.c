@@ -13,6 +13,20 @@ void report_message(struct machine *machine, const char *text) {
     text_string(&machine->out, "]\r\n");
 }
 
+void report_not_homed(struct machine *machine) {
+    axis_mask_t axes = machine->settings.homing ? homing_unknown(machine) : 0;
+    char letters[AXIS_COUNT + 1], *at = letters;
+    for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
+        if ((axes >> ax & 1) != 0)
+            *at++ = AXIS_LETTERS[ax];
+    *at = '\0';
+    if (axes == 0)
+        return;
+    text_string(&machine->out, "[MSG:Not homed: ");
+    text_string(&machine->out, letters);
+    text_string(&machine->out, "]\r\n");
+}
+
 void report_tool_change(struct machine *machine) {
     text_string(&machine->out, "[MSG:Tool change: T");
     text_int(&machine->out, machine->command.next.tool);
@@ -140,6 +154,16 @@ static void report_overrides(const struct machine *machine) {
         text_string(out, "M");
 }
 
+/* As grblHAL: 1, or 0 and a mask of the axes that are. */
+static void report_homed(struct machine *machine) {
+    bool all = homing_unknown(machine) == 0;
+    if (!machine->settings.homing)
+        return;
+    text_string(&machine->out, all ? "|H:1" : "|H:0,");
+    if (!all)
+        text_int(&machine->out, machine->trusted);
+}
+
 /* Work offset and overrides come now and then, and soon after a change; never both in one report. */
 static void report_now_and_then(struct machine *machine, const double offset_mm[AXIS_COUNT]) {
     bool busy = machine_is_busy(machine);
@@ -149,6 +173,7 @@ static void report_now_and_then(struct machine *machine, const double offset_mm[
             machine->ov_wait = 1;
         text_string(&machine->out, "|WCO:");
         report_axes(machine, offset_mm);
+        report_homed(machine);
     } else if (machine->ov_wait == 0) {
         machine->ov_wait = busy ? OV_BUSY : OV_IDLE;
         report_overrides(machine);

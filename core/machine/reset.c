@@ -14,6 +14,7 @@ void machine_alarm(struct machine *machine, enum alarm alarm) {
 
 static void stop(struct machine *machine) {
     machine_halt(machine);
+    report_changed_offset(machine); /* with it comes which axes are trusted */
     machine->cancelling = false;
     square_release(machine);
     thread_forget(machine);
@@ -25,6 +26,8 @@ void machine_alarm_critical(struct machine *machine, enum alarm alarm) {
     outputs_off(machine);
     machine->stage = machine->line_open ? TASK_LOCKED : TASK_NONE;
     machine->critical = machine->critical_untold = true;
+    machine->release_told = false;
+    machine->startup = STARTUP_LINE_COUNT;
     machine_alarm(machine, alarm);
 }
 

@@ -359,7 +359,6 @@ static enum task_stage next_stage(struct machine *machine) {
         return homing_poll(machine);
     case TASK_TOOL_WAIT:
     case TASK_PAUSED:
-    case TASK_LOCKED:
     case TASK_NONE:
     default:
         return machine->stage;
@@ -380,6 +379,11 @@ void task_resume(struct machine *machine) {
 }
 
 bool task_poll(struct machine *machine) {
+    if (machine->stage == TASK_LOCKED) {
+        machine->stage = TASK_NONE;
+        machine_answer(machine, STATUS_LOCKED);
+        return true;
+    }
     enum task_stage before = machine->stage;
     double dwell_before_s = machine->dwell_left_s;
     uint8_t homing_before = machine->homing.step, cycle_before = machine->thread.cycle.step;

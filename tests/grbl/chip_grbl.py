@@ -6,7 +6,6 @@ What it tells apart from the host's controller, for the tests to be the same:
 - The wire takes time. It is 16 times as fast as 115200 baud, 5 us a byte, so that a test's moments are its own.
 - An output is what the pins show: there are a PWM for the spindle and a flood line, no direction, no mist, no servo.
 - A switch is off when it has been quiet for 5 ms; letting one go takes 10 ms here.
-- A is in no homing cycle ($46=0): it has no switches here.
 - Inputs that the board has no pin for raise NotOnThisBoard. So does what only a simulation of time can tell.
 
 Which tests do not hold here stands in chip_differences.toml, each with its reason.

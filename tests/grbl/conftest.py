@@ -54,7 +54,6 @@ def grbl(request: pytest.FixtureRequest) -> Iterator[Grbl | ChipGrbl]:
     else:
         controller = ChipGrbl(request.getfixturevalue("board"), request.getfixturevalue("image"))
         assert controller.after(0.02) == BANNER
-        controller.settings(s46=0)
     controller.settings(**FAST)
     yield controller
     controller.close()

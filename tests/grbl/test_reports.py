@@ -212,13 +212,13 @@ def test_one_answer_to_a_burst_of_questions(grbl: Grbl) -> None:
 
 
 def test_soft_limit(grbl: Grbl) -> None:
-    """Soft limit: `ALARM:2`, then `[MSG:Reset to continue]`, then only 0x18 works; position kept."""
+    """Soft limit: `ALARM:2`, then `[MSG:Reset to continue]`, then only 0x18 works; position kept. (And reports.)"""
     grbl.fine("$22=1", "$20=1")
     said = grbl.send("G1F3000X-30\nX-20\nX-201\n")
-    assert said == "ok\r\nok\r\nALARM:2\r\n[MSG:Reset to continue]\r\n"
+    assert said == "ok\r\nok\r\nALARM:2\r\n[MSG:Reset to continue]\r\nerror:9\r\n"
     held = grbl.position()
-    assert grbl.send("?$X\nG0X0\n~!") == ""
-    assert grbl.send("\x18") == "ok\r\n" + BANNER + LOCKED
+    assert grbl.send("$X\nG0X0\n~!") == "error:9\r\n" * 2 and grbl.state() == "Alarm"
+    assert grbl.send("\x18") == BANNER + LOCKED
     assert grbl.position() == held == grbl.stands()
 
 

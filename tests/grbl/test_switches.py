@@ -6,6 +6,7 @@ import pytest
 from grbl_host import BANNER, LOCKED, Grbl
 
 RESET = "[MSG:Reset to continue]\r\n"
+RELEASE = "[MSG:Release the emergency stop]\r\n"
 
 
 def steps(*mm: float) -> list[int]:
@@ -95,12 +96,12 @@ def test_reset_while_probing(grbl: Grbl) -> None:
 
 
 def test_hard_limit_stops_at_once(grbl: Grbl) -> None:
-    """Alarm 1 hard limit: not one step after the switch closed; `?` prints nothing; only 0x18 works."""
+    """Alarm 1 hard limit: not one step after the switch closed; only 0x18 works."""
     grbl.travel(0, -5000, 1000)
     grbl.fine("$21=1")
     assert grbl.send("G1X20F3000\nG0X0\n") == "ok\r\nok\r\nALARM:1\r\n" + RESET
     assert grbl.stands()[0] == grbl.position()[0] == 1000
-    assert grbl.send("?$X\nG0X1\n") == ""
+    assert grbl.send("$X\nG0X1\n") == "error:9\r\n" * 2 and grbl.state() == "Alarm"
     assert grbl.send("\x18") == BANNER + "[MSG:Check Limits]\r\n" + LOCKED
     grbl.send("$X\n")
     assert grbl.send("G0X0\n") == "ok\r\n" and grbl.stands()[0] == 0
@@ -122,10 +123,11 @@ def test_estop(grbl: Grbl, delay: float) -> None:
     said = grbl.after(delay + 1 / 20e6)
     at = grbl.stands()
     said += grbl.send("")
-    assert said == "ALARM:50\r\n" + RESET and grbl.stands() == at == grbl.position()
+    assert said.replace("error:9\r\n", "") == "ALARM:50\r\n" + RELEASE and grbl.stands() == at == grbl.position()
     assert grbl.outputs().direction == 0 and grbl.outputs().coolant == 0
-    assert grbl.send("\x18") == BANNER + LOCKED + "ALARM:50\r\n" + RESET  # still pressed
+    assert grbl.send("\x18") == BANNER + LOCKED + "ALARM:50\r\n" + RELEASE  # still pressed
     grbl.input("estop", False)
+    assert grbl.send("") == RESET
     assert grbl.send("\x18") == BANNER + LOCKED
     grbl.send("$X\n")
     assert grbl.send("G0X0Y0\n") == "ok\r\n" and grbl.stands() == [0] * 6
@@ -330,7 +332,7 @@ def test_estop_while_homing(grbl: Grbl) -> None:
     grbl.after(0.3, "$H\n")
     grbl.input("estop", True)
     at = grbl.stands()
-    assert grbl.send("") == "ALARM:50\r\n" + RESET and grbl.stands() == at
+    assert grbl.send("") == "ALARM:50\r\n" + RELEASE + "error:9\r\n" and grbl.stands() == at
 
 
 def test_jog_beyond_travel(grbl: Grbl) -> None:

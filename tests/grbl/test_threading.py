@@ -198,7 +198,7 @@ def test_a_spindle_that_does_not_start_is_an_alarm(lathe: Lathe) -> None:
     lathe.spindle_load(100)
     lathe.put("M3S600\nG33Z-10K1\n")
     said = lathe.after(12)
-    assert said == "ok\r\nALARM:51\r\n[MSG:Reset to continue]\r\n" and lathe.stands() == [0] * 6
+    assert said == "ok\r\nALARM:51\r\n[MSG:Reset to continue]\r\nerror:9\r\n" and lathe.stands() == [0] * 6
     assert lathe.outputs().direction == 0, "a spindle that may be stuck is switched off"
     lathe.spindle_load(0)
     lathe.send("\x18")
@@ -215,7 +215,7 @@ def test_a_spindle_that_stalls_takes_the_tool_along(lathe: Lathe) -> None:
     lathe.spindle_load(100)
     lathe.after(0.8)
     stood, rev = lathe.stands()[2] * STEP_MM, lathe.spindle_angle()
-    assert lathe.after(2) == "ALARM:51\r\n[MSG:Reset to continue]\r\n" and lathe.stands()[2] * STEP_MM == stood
+    assert lathe.after(2) == "ALARM:51\r\n[MSG:Reset to continue]\r\nerror:9\r\n" and lathe.stands()[2] * STEP_MM == stood
     off = (-stood - (rev - INDEX_REV) + 0.5) % 1 - 0.5
     assert -29 < stood < -5 and abs(off) <= 0.02 and lathe.limits_kept()
 
@@ -227,7 +227,7 @@ def test_a_spindle_too_fast_for_the_axes_is_an_alarm(lathe: Lathe) -> None:
     lathe.after(1.0)
     lathe.spindle_load(-90)  # 114 mm/s; the axis can 83
     said = lathe.after(3)
-    assert said == "ALARM:52\r\n[MSG:Reset to continue]\r\n" and lathe.limits_kept()
+    assert said == "ALARM:52\r\n[MSG:Reset to continue]\r\nerror:9\r\n" and lathe.limits_kept()
     assert -60 / STEP_MM < lathe.stands()[2] < 0
 
 
@@ -346,7 +346,7 @@ def test_a_spindle_that_does_not_turn_back_is_an_alarm(lathe: Lathe) -> None:
     lathe.put("G33.1Z-8K.1\n")
     lathe.spindle_ramp(5)
     said = lathe.after(60)
-    assert said == "ALARM:51\r\n[MSG:Reset to continue]\r\n"
+    assert said == "ALARM:51\r\n[MSG:Reset to continue]\r\nerror:9\r\n"
 
 
 # --- G76 ---

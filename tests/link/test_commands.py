@@ -223,7 +223,23 @@ def test_something_else_answers(monkeypatch: pytest.MonkeyPatch) -> None:
     assert error.value.exit_code == Exit.PROTOCOL
 
 
-def test_alarm_that_only_a_reset_ends() -> None:
+def test_an_alarm_that_only_a_reset_ends(target: Bridge, tmp_path: Path) -> None:
+    """The controller answers, and each command says what leads on."""
+    job = tmp_path / "job.nc"
+    job.write_text("G0 X1\n")
+    run("settings", "set", "homing=on", "soft_limits=on")
+    assert run("monitor", stdin="G0X500\n").stdout.splitlines()[-1] == "error:9"
+    assert json.loads(run("status", "--json").stdout)["state"] == "Alarm"
+    for command in ("unlock", "home"):
+        with pytest.raises(RefusedError, match="only a reset ends") as error:
+            run(command)
+        assert error.value.hint and "unlock --reset" in error.value.hint
+    with pytest.raises(LinkError, match="state Alarm"):
+        run("send", str(job))
+    assert "unlocked: Idle" in run("unlock", "--reset").stderr
+
+
+def test_an_alarm_in_which_grbl_itself_is_mute() -> None:
     with stranger(b"[MSG:Reset to continue]\r\n") as target, pytest.raises(LinkError) as error:
         run("status", "--to", target)
     assert error.value.hint

@@ -70,7 +70,8 @@ laser = false
 
 FULL_LINES = """
 $22=1 $0=5 $1=255 $2=4 $3=1 $4=1 $5=1 $6=0 $11=0.0125000 $12=0.002 $20=1 $21=0 $23=1 $24=50.000 $25=800.000
-$26=25 $27=1.500 $30=24000.000 $31=6000.000 $32=0 $40=100000.000 $41=0.250 $100=100.000 $102=314.96063 $103=8.8888889
+$26=25 $27=1.500 $30=24000.000 $31=6000.000 $32=0 $40=100000.000 $41=0.250 $44=4 $45=1 $46=0
+$47=0 $48=0 $49=0 $100=100.000 $102=314.96063 $103=8.8888889
 $110=5000.500 $112=1000.000 $113=7200.000 $120=400.000 $122=50.000 $123=360.000 $130=300.000 $132=80.000 $133=0.000
 """
 
@@ -90,6 +91,20 @@ def test_every_key_becomes_its_setting_and_homing_comes_first(tmp_path: Path) ->
 
 def test_what_a_profile_leaves_out_is_not_set(tmp_path: Path) -> None:
     assert load(tmp_path, SMALL).settings_lines() == ["$100=80.000", "$110=6000.000", "$120=500.000"]
+
+
+@pytest.mark.parametrize(
+    ("profile", "cycles"), [("shapeoko3", [4, 3, 0, 0, 0, 0]), ("sherline_5400", [4, 3, 0, 0, 0, 0])]
+)
+def test_homing_seeks_the_axes_of_the_profile(profile: str, cycles: list[int]) -> None:
+    """A board may have more axes than the machine: `$H` seeks no switch that is not there."""
+    settings = load_machine(profile).settings()
+    assert [settings[number] for number in range(44, 50)] == cycles
+
+
+def test_a_rotary_axis_with_a_switch_has_a_cycle(tmp_path: Path) -> None:
+    text = FULL.replace("[axis.a]\n", '[axis.a]\ntravel_deg = 180\nhome_at = "max"\n')
+    assert load(tmp_path, text).settings()[46] == 8
 
 
 @pytest.mark.parametrize(

@@ -7,10 +7,9 @@ import rich_click as click
 from wificnc import ui
 from wificnc.commands._target import controller_option, json_option
 from wificnc.commands.status import status_json
-from wificnc.errors import RefusedError
 from wificnc.keyboard import Keyboard
 from wificnc.link import realtime
-from wificnc.link.client import Client, Target, connected, error_words, expect_state
+from wificnc.link.client import Client, Target, connected, expect_state
 from wificnc.live import place
 
 HOMING_S = 60.0  # of silence: Grbl says nothing at all while it homes
@@ -43,5 +42,4 @@ def home(client: Client, line: str) -> None:
                 client.send(realtime.RESET)
 
         answer = client.command(line, HOMING_S, keys.fds(), stop_on_ctrl_c)
-    if answer.code:
-        raise RefusedError(f"{line}: {error_words(answer.code)}")
+    client.leave_alarm(line, answer)

@@ -27,7 +27,7 @@ def command(target: Target, reset: bool) -> None:
             ui.note(f"not locked: {client.now().state}")
             return
         client.synchronise()
-        client.must("$X")
+        client.leave_alarm("$X", client.command("$X"))
         ui.note(f"unlocked: {client.look().state}")
 
 

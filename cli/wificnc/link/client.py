@@ -37,9 +37,11 @@ FALLBACK_RX_BYTES = 120  # a controller that does not say: Grbl's 128, less a re
 
 # What stops half a line of somebody who vanished from being run together with ours: an error in every position.
 BREAK_HALF_LINE = b")$\n"
+LOCKED_ERROR = 9  # locked by an alarm
 LOCKED = "Password needed"  # what a controller with a password says to who has not said it
 OBSERVER = "Observer:"  # what a server of several clients says to all but one
 TAKE_OVER = b"$TAKE\n"
+RESET_HINT = "make sure that nothing can move into harm, then `wificnc unlock --reset`"
 ECHO_REQUEST = b"$\n"  # answered with [HLP:…] and ok in every state
 
 
@@ -177,12 +179,10 @@ class Client:
             if isinstance(message, Status):
                 return self.now()
             said.append(message)
-            if isinstance(message, Bracket) and message.body == "Reset to continue":
-                raise LinkError(
-                    f"{self.transport.name} is in an alarm that only a reset ends",
-                    hint="see that nothing can move into harm, then `wificnc unlock --reset`",
-                )
         name = self.transport.name
+        if any(isinstance(message, Bracket) and message.body == "Reset to continue" for message in said):
+            # Grbl itself answers nothing more; WiFiCNC does.
+            raise LinkError(f"{name} is in an alarm that only a reset ends", hint=RESET_HINT)
         if not said:
             raise LinkError(f"{name} does not answer", hint="is it a controller, and is the baud rate right?")
         raise ProtocolError(f"{name} answers, but not as a Grbl controller: {said[0]}")
@@ -278,6 +278,20 @@ class Client:
         if answer.code:
             raise RefusedError(f"the controller refuses {line!r}: {error_words(answer.code)}")
         return answer
+
+    def leave_alarm(self, line: str, answer: Answer) -> None:
+        """Check the answer to `$X` or `$H`, which are locked only by an alarm that needs a reset.
+
+        Raises:
+            RefusedError: the line was refused.
+        """
+        if answer.code == LOCKED_ERROR:
+            raise RefusedError(
+                f"{self.transport.name} is in an alarm that only a reset ends (limit, soft limit or emergency stop)",
+                hint=RESET_HINT,
+            )
+        if answer.code:
+            raise RefusedError(f"{line}: {error_words(answer.code)}")
 
     # ---- questions ----
 

@@ -38,7 +38,8 @@ so are those of alarms below 50.
 
 ## error: an answer to a line
 
-The line had no effect at all.
+The line had no effect at all. (After alarms 1, 2, 50, 51 and 52 error:9 is also the answer to the line under way, which
+the alarm has ended.)
 
 | error | it means |
 | ---: | --- |
@@ -47,7 +48,7 @@ ALARMS_HEAD = """
 ## ALARM: the machine has stopped
 
 Nothing moves until it is left: `$X` unlocks, `$H` homes, and after 1, 2, 50, 51 and 52 only a reset helps
-(Ctrl-X, `wificnc unlock --reset`).
+(Ctrl-X, `wificnc unlock --reset`); until then the controller answers questions and refuses everything else with error:9.
 
 | ALARM | it means |
 | ---: | --- |

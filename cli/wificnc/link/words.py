@@ -67,6 +67,7 @@ ERRORS: dict[int, str] = {
     133: "an analog output is set to 0 to 100 percent (Q)",
     134: "a later M70, M71 or M73 took the place of what M73 saved here: there is one place",
     140: "the machine's arms cannot reach this point, or not on a straight line from here",
+    141: "homing would back off further ($27) than an axis can travel ($130 and following)",
     150: "this needs a spindle encoder: the board has none, or $88 is 0",
     151: "this needs a turning spindle: M3 or M4, and an S above 0",
     152: "G76 needs the ZX plane (G18)",

@@ -68,6 +68,9 @@ MASKS: dict[str, Callable[[_Axis], bool | None]] = {
 }
 
 
+HOMING_ORDER = ("Z", "XY", "A", "B", "C", "")  # of the cycles, as Grbl: the tool goes up first
+
+
 class Axes(_Table):
     x: LinearAxis | None = None
     y: LinearAxis | None = None
@@ -175,7 +178,17 @@ class Machine(_Table):
             bits = {index: bit_of(axis) for index, axis in self.axis.present()}
             if any(bit is not None for bit in bits.values()):
                 values[table[name].number] = sum(1 << index for index, bit in bits.items() if bit)
+        if self.homing != Homing():
+            cycles = self._homing_cycles()
+            values.update((table[f"homing_cycle_{cycle}_mask"].number, mask) for cycle, mask in cycles)
         return values
+
+    def _homing_cycles(self) -> Iterator[tuple[int, int]]:
+        """What `$H` seeks, and in which order: axes that the machine does not have are in no cycle. A rotary axis has
+        a switch only where the profile says at which end."""
+        homed = {index for index, axis in self.axis.present() if isinstance(axis, LinearAxis) or axis.home_at}
+        for cycle, axes in enumerate(HOMING_ORDER, start=1):
+            yield cycle, sum(1 << AXES.index(letter) for letter in axes if AXES.index(letter) in homed)
 
     def settings_lines(self) -> list[str]:
         """The lines that bring a controller to this profile, in an order it accepts: homing before soft limits."""
