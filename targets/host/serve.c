@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "serve.h"
 
+#include "host_store.h"
 #include "net_hub.h"
 #include "net_pty.h"
 #include "net_tcp.h"
@@ -52,6 +53,7 @@ struct serve {
     bool busy;          /* the last round left something to do at once */
     bool poured;        /* a client sends faster than this round has read */
     int listener, stop_fd[2];
+    int claim; /* of the file that keeps settings; -1: none */
     struct serve_control control;
     struct serve_wire wire;
     double speed;
@@ -166,6 +168,14 @@ static bool open_doors(struct serve *serve, const struct serve_options *options,
     return true;
 }
 
+static bool claim_store(struct serve *serve, const char *path, struct serve_failure *failure) {
+    if (path == NULL)
+        return true;
+    failure->stage = SERVE_STORE;
+    serve->claim = host_store_claim(path, &failure->error);
+    return serve->claim >= 0;
+}
+
 static struct host *make_host(const struct serve_options *options, struct serve_failure *failure) {
     char banner[256];
     failure->stage = SERVE_BOARD;
@@ -176,8 +186,10 @@ static struct host *make_host(const struct serve_options *options, struct serve_
     while (host_read(host, banner, sizeof banner) == sizeof banner) {
         /* nobody is there yet to hear it */
     }
-    if (apply_settings(host, options->settings, failure))
+    if (apply_settings(host, options->settings, failure)) {
+        host_lock(host);
         return host;
+    }
     host_destroy(host);
     return NULL;
 }
@@ -196,11 +208,12 @@ struct serve *serve_create(const struct serve_options *options, struct serve_fai
     serve->speed = options->speed;
     serve->full_speed = !(options->speed > 0.0);
     memcpy(serve->stop_fd, options->stop_fd, sizeof serve->stop_fd);
-    serve->listener = serve->control.listener = -1;
+    serve->listener = serve->control.listener = serve->claim = -1;
     net_hub_init(&serve->hub, &sizes, &ops, serve);
     net_gate_init(&serve->gate, options->password);
     serve->hub.locks = serve->gate.shut;
-    serve->host = make_host(options, failure);
+    if (claim_store(serve, options->store, failure))
+        serve->host = make_host(options, failure);
     if (serve->host == NULL || !open_doors(serve, options, failure)) {
         serve_destroy(serve);
         return NULL;
@@ -222,6 +235,7 @@ void serve_destroy(struct serve *serve) {
     if (serve->has_pty)
         net_pty_close(&serve->pty);
     host_destroy(serve->host);
+    host_store_release(serve->claim);
     free(serve);
 }
 
