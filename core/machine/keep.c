@@ -172,30 +172,60 @@ bool keep_is_damaged(const struct machine *machine) {
     return machine->kept.damaged != 0;
 }
 
-static void list_lost(const struct machine *machine) {
-    const struct store_lost *lost = &machine->kept.lost;
+static void list_lost(const struct store_lost *lost, const struct text_out *out) {
     for (unsigned i = 0; i < lost->count && i < STORE_LOST_MAX; i++) {
-        text_string(&machine->out, " $");
-        text_int(&machine->out, lost->number[i]);
+        text_string(out, " $");
+        text_int(out, lost->number[i]);
     }
     if (lost->count > STORE_LOST_MAX)
-        text_string(&machine->out, " and more");
+        text_string(out, " and more");
 }
 
-void keep_report(struct machine *machine) {
-    const char *before = "[MSG:Stored data is damaged: ";
-    if (!keep_is_damaged(machine))
-        return;
+/* Without the frame of a message. */
+static void describe(const struct machine *machine, const struct text_out *out) {
+    const char *before = "Stored data is damaged: ";
     for (unsigned key = 0; key < KEY_COUNT; key++) {
         if ((machine->kept.damaged >> key & 1) == 0)
             continue;
-        text_string(&machine->out, before);
-        text_string(&machine->out, names[key]);
+        text_string(out, before);
+        text_string(out, names[key]);
         if (key == KEY_SETTINGS)
-            list_lost(machine);
+            list_lost(&machine->kept.lost, out);
         before = ", ";
     }
-    text_string(&machine->out, ". Check $$ $# $N, then $ACK]\r\n");
+    text_string(out, ". Check $$ $# $N, then $ACK");
+}
+
+void keep_report(struct machine *machine) {
+    if (!keep_is_damaged(machine))
+        return;
+    text_string(&machine->out, "[MSG:");
+    describe(machine, &machine->out);
+    text_string(&machine->out, "]\r\n");
+}
+
+/* A text of limited size. */
+struct notice {
+    char *text;
+    size_t size, count;
+};
+
+static void add_to_notice(void *ctx, const char *bytes, size_t count) {
+    struct notice *notice = ctx;
+    size_t room = notice->size - 1 - notice->count;
+    count = count < room ? count : room;
+    memcpy(notice->text + notice->count, bytes, count);
+    notice->count += count;
+    notice->text[notice->count] = '\0';
+}
+
+bool machine_notice(const struct machine *machine, char *text, size_t size) {
+    struct notice notice = {.text = text, .size = size};
+    const struct text_out out = {.write = add_to_notice, .ctx = &notice};
+    text[0] = '\0';
+    if (keep_is_damaged(machine))
+        describe(machine, &out);
+    return text[0] != '\0';
 }
 
 /* What is stored now is damaged, but it is the only copy: the copy comes first. */

@@ -363,6 +363,10 @@ bool machine_is_standing(const struct machine *machine);
 /** No motion planned, queued or being stepped. */
 bool machine_is_at_rest(const struct machine *machine);
 
+/** What a client that connects now must know, for a [MSG:]; stored data that is damaged.
+ * @return false: nothing, and text is empty */
+bool machine_notice(const struct machine *machine, char *text, size_t size);
+
 /** State as reports show it, with its sub-state: "Idle", "Hold:1", "Door:0". */
 const char *machine_state_text(const struct machine *machine);
 

@@ -2,6 +2,7 @@
 #include "serve.h"
 
 #include "host_store.h"
+#include "machine/machine.h"
 #include "net_hub.h"
 #include "net_pty.h"
 #include "net_tcp.h"
@@ -81,6 +82,11 @@ static size_t hear(void *ctx, char *bytes, size_t size) {
 static void act(void *ctx) {
     struct serve *serve = ctx;
     host_run_paced(serve->host, host_time_ticks(serve->host), 1);
+}
+
+static bool notice(void *ctx, char *text, size_t size) {
+    const struct serve *serve = ctx;
+    return machine_notice(host_machine(serve->host), text, size);
 }
 
 static enum net_gate_result login(void *ctx, uint64_t who, const char *password, size_t size) {
@@ -196,7 +202,7 @@ static struct host *make_host(const struct serve_options *options, struct serve_
 
 struct serve *serve_create(const struct serve_options *options, struct serve_failure *failure) {
     static const struct net_hub_ops ops = {
-        .put = put, .hear = hear, .act = act, .event = event, .login = login};
+        .put = put, .hear = hear, .act = act, .event = event, .login = login, .notice = notice};
     /* Real-time bytes act when they are read: room for what a sender pours without counting. */
     static const struct net_hub_sizes sizes = {
         .clients = NET_CLIENTS, .in = 16 << 20, .out = 256 * 1024, .left = 32 << 20};
