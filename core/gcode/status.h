@@ -13,7 +13,7 @@
     X(4, NEGATIVE, "the value must not be negative")                                                         \
     X(5, HOMING_DISABLED, "homing is not enabled ($22)")                                                     \
     X(6, STEP_PULSE_SHORT, "a step pulse must be 3 us or longer")                                            \
-    X(7, SETTINGS_READ, "stored settings were damaged, defaults are used")                                   \
+    X(7, STORE_DAMAGED, "stored data is damaged: check $$ $# $N, then acknowledge with $ACK")                \
     X(8, NOT_IDLE, "only possible while idle")                                                               \
     X(9, LOCKED, "locked by an alarm or a jog")                                                              \
     X(10, SOFT_LIMIT_NEEDS_HOMING, "soft limits need homing ($22)")                                          \

@@ -109,12 +109,17 @@ struct hal_motion_side {
 };
 
 /** Keeps values over a power cut. A power cut at any moment leaves the old or the new value of a key, never a
- * mix. Chosen at run time; a machine without one forgets. */
+ * mix; and a value that was stored and cannot be read any more is never taken for one that was not, nor for
+ * an older one. Chosen at run time; a machine without one forgets. */
 struct hal_store {
-    /** [task] @return bytes copied, at most size; 0 = the key has no value */
+    /** [task] @return bytes copied, at most size; 0 = the key has no value. A damaged value may be copied as
+     * it is (the core checks it); one byte stands for a value that is lost. */
     size_t (*load)(const void *ctx, uint8_t key, void *bytes, size_t size);
     /** [task] May take some ms. @return false: the old value is still there */
     bool (*save)(const void *ctx, uint8_t key, const void *bytes, size_t count);
+    /** [task] Put a copy of all that is stored, damaged as it is, where no save touches it; it takes the place
+     * of an older copy. @return false: there is no such copy now */
+    bool (*set_aside)(const void *ctx);
 };
 
 #endif

@@ -18,12 +18,21 @@ static enum status show_settings(struct machine *machine) {
     if (machine->state == MACHINE_RUN || machine->state == MACHINE_HOLD)
         return STATUS_NOT_IDLE;
     list_settings(machine);
+    keep_report(machine);
     return STATUS_OK;
+}
+
+/* With settings that are not the machine's it would move wrongly, and what is stored would be overwritten. */
+static enum status refuse_damaged(struct machine *machine) {
+    keep_report(machine);
+    return STATUS_STORE_DAMAGED;
 }
 
 static enum status unlock(struct machine *machine) {
     if (machine->state != MACHINE_ALARM)
         return STATUS_OK;
+    if (keep_is_damaged(machine))
+        return refuse_damaged(machine);
     if (inputs_door_is_open(machine))
         return STATUS_DOOR_OPEN;
     report_message(machine, "Caution: Unlocked");
@@ -59,6 +68,14 @@ static enum status single(struct machine *machine, char letter) {
     }
 }
 
+static enum status acknowledge(struct machine *machine) {
+    if (!keep_is_damaged(machine))
+        return STATUS_OK;
+    keep_acknowledge(machine);
+    report_message(machine, "'$H'|'$X' to unlock");
+    return STATUS_OK;
+}
+
 static enum status restore(struct machine *machine, const char *what) {
     bool all = strcmp(what, "*") == 0;
     bool settings = all || strcmp(what, "$") == 0;
@@ -78,10 +95,13 @@ static enum status build_info(struct machine *machine, const char *text) {
         list_build(machine);
         if (text[0] == '+')
             list_codes(machine);
+        keep_report(machine);
         return STATUS_OK;
     }
     if (text[0] != '=')
         return STATUS_UNKNOWN_COMMAND;
+    if (keep_is_damaged(machine))
+        return refuse_damaged(machine);
     memcpy(machine->info, text + 1, strlen(text)); /* with its NUL; shorter than LINE_SIZE as the line was */
     keep_info(machine);
     return STATUS_OK;
@@ -135,7 +155,8 @@ static enum status set(struct machine *machine, const char *text) {
         return STATUS_BAD_NUMBER;
     if (*end != '\0' || number == INT32_MAX)
         return STATUS_UNKNOWN_COMMAND;
-    status = command_set(machine, (uint16_t)number, value);
+    status = keep_is_damaged(machine) ? refuse_damaged(machine)
+                                      : command_set(machine, (uint16_t)number, value);
     if (status != STATUS_OK)
         return status;
     report_changed_offset(machine); /* $10 and $13 change how it reads */
@@ -171,6 +192,8 @@ static bool startup_line(struct machine *machine, const char *text, enum status 
 }
 
 static enum status home(struct machine *machine, const char *axes) {
+    if (keep_is_damaged(machine))
+        return refuse_damaged(machine);
     if (!machine->settings.homing)
         return STATUS_HOMING_DISABLED;
     if (inputs_door_is_open(machine))
@@ -197,6 +220,8 @@ static bool at_rest(struct machine *machine, const char *text, enum status *stat
     } else if (text[0] == 'H') {
         *status = home(machine, text + 1);
         return *status != STATUS_OK;
+    } else if (strcmp(text, "ACK") == 0) {
+        *status = acknowledge(machine);
     } else if (strcmp(text, "SLP") == 0) {
         sleep(machine);
         return false;

@@ -438,7 +438,7 @@ enum host_answer machine_host_home(struct machine *machine, axis_mask_t axes) {
     letters[count] = '\0';
     if (!machine->settings.homing || count == 0)
         return HOST_NO_HOMING;
-    if (machine->critical || machine->restart || machine->state == MACHINE_SLEEP)
+    if (machine->critical || machine->restart || machine->state == MACHINE_SLEEP || keep_is_damaged(machine))
         return HOST_LOCKED;
     enum host_answer answer = machine->state == MACHINE_ALARM ? HOST_DONE : may_own(machine);
     if (answer != HOST_DONE)
@@ -479,6 +479,8 @@ void machine_host_resume(struct machine *machine) {
 
 bool machine_host_unlock(struct machine *machine) {
     if (!machine->critical && machine->state != MACHINE_ALARM)
+        return false;
+    if (keep_is_damaged(machine))
         return false;
     machine_reset(machine, ALARM_NONE);
     machine->quiet.on = false;
@@ -525,6 +527,8 @@ enum host_answer machine_host_outputs(struct machine *machine, const struct host
 enum status machine_host_set(struct machine *machine, uint16_t number, double value) {
     if (!is_free(machine) || machine->state == MACHINE_HOLD)
         return STATUS_NOT_IDLE;
+    if (keep_is_damaged(machine))
+        return STATUS_STORE_DAMAGED;
     return command_set(machine, number, value);
 }
 

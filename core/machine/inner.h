@@ -245,14 +245,21 @@ enum status command_set(struct machine *machine, uint16_t number, double value);
 /** A $ line (without line end). Answers it, unless it became a task. */
 void command_line(struct machine *machine, const char *line);
 
-/* keep.c: what survives a power cut */
+/* keep.c: what survives a power cut. While stored data is damaged nothing is stored. */
 void keep_load(struct machine *machine);
+/** Something stored could not be read, and the user has not acknowledged that: nothing moves. */
+bool keep_is_damaged(const struct machine *machine);
+/** Print what is damaged, and what to do, if something is. */
+void keep_report(struct machine *machine);
+/** The user has seen it: what is in force now is stored in place of the damaged data. */
+void keep_acknowledge(struct machine *machine);
 /** @return false: not stored, and the text side was told */
 bool keep_settings(struct machine *machine);
 void keep_offsets(struct machine *machine);
 void keep_tools(struct machine *machine);
 void keep_startup(struct machine *machine);
 void keep_info(struct machine *machine);
+/** Also acknowledges damage. */
 void keep_defaults(struct machine *machine, bool settings, bool offsets, bool lines);
 
 /* report.c */

@@ -17,6 +17,12 @@ enum {
 };
 enum { VERSION = STORE_VERSION };
 
+/* What the user calls the values, by key. */
+static const char *const names[] = {[KEY_SETTINGS] = "settings",    [KEY_OFFSETS] = "work offsets",
+                                    [KEY_STARTUP] = "startup lines", [KEY_INFO] = "$I text",
+                                    [KEY_WCS_MORE] = "G59.1 to G59.3", [KEY_TOOLS] = "tool table"};
+enum { KEY_COUNT = sizeof names / sizeof names[0] };
+
 /* G54 .. G59, G28, G30; and G59.1 .. G59.3 under a key of their own. */
 enum { WCS_GRBL = 6, WCS_MORE = WCS_COUNT - WCS_GRBL };
 struct kept_offsets {
@@ -32,18 +38,20 @@ static enum store_result load(const struct machine *machine, uint8_t key, void *
     return store_load(&store, key, VERSION, bytes, size);
 }
 
+static bool told(struct machine *machine, bool stored) {
+    if (!stored)
+        report_message(machine, "Not stored");
+    return stored;
+}
+
 static void save(struct machine *machine, uint8_t key, const void *bytes, size_t size) {
     struct store store = store_of(machine);
-    if (!store_save(&store, key, VERSION, bytes, size))
-        report_message(machine, "Not stored");
+    (void)told(machine, !keep_is_damaged(machine) && store_save(&store, key, VERSION, bytes, size));
 }
 
 bool keep_settings(struct machine *machine) {
     struct store store = store_of(machine);
-    if (store_save_settings(&store, KEY_SETTINGS, VERSION, &machine->settings))
-        return true;
-    report_message(machine, "Not stored");
-    return false;
+    return told(machine, !keep_is_damaged(machine) && store_save_settings(&store, &machine->settings));
 }
 
 void keep_offsets(struct machine *machine) {
@@ -60,12 +68,16 @@ void keep_tools(struct machine *machine) {
     save(machine, KEY_TOOLS, machine->gcode.offsets.tool_mm, sizeof machine->gcode.offsets.tool_mm);
 }
 
+static void keep_lines(struct machine *machine) {
+    save(machine, KEY_STARTUP, machine->startup_lines, sizeof machine->startup_lines);
+}
+
 void keep_startup(struct machine *machine) {
     const char *text = strchr(machine->reader.text, '=');
     char *line = machine->startup_lines[machine->store_as];
     if (text != NULL)
         memcpy(line, text + 1, strlen(text));
-    save(machine, KEY_STARTUP, machine->startup_lines, sizeof machine->startup_lines);
+    keep_lines(machine);
 }
 
 void keep_info(struct machine *machine) {
@@ -130,23 +142,123 @@ static bool load_lines(const struct machine *machine, uint8_t key, char (*lines)
     return result != STORE_DAMAGED;
 }
 
-void keep_load(struct machine *machine) {
+static bool load_settings(struct machine *machine) {
     struct store store = store_of(machine);
-    enum store_result settings =
-        store_load_settings(&store, KEY_SETTINGS, VERSION, &machine->settings, machine->board.axis_count);
-    bool good = settings != STORE_DAMAGED;
-    good &= load_offsets(machine);
-    good &= load_more_offsets(machine);
-    good &= load_tools(machine);
-    good &= load_lines(machine, KEY_STARTUP, machine->startup_lines, STARTUP_LINE_COUNT);
-    good &= load_lines(machine, KEY_INFO, &machine->info, 1);
-    if (good)
+    return store_load_settings(&store, &machine->settings, machine->board.axis_count, &machine->kept.lost) !=
+           STORE_DAMAGED;
+}
+
+void keep_load(struct machine *machine) {
+    bool good[KEY_COUNT];
+    good[0] = true;
+    good[KEY_SETTINGS] = load_settings(machine);
+    good[KEY_OFFSETS] = load_offsets(machine);
+    good[KEY_WCS_MORE] = load_more_offsets(machine);
+    good[KEY_TOOLS] = load_tools(machine);
+    good[KEY_STARTUP] = load_lines(machine, KEY_STARTUP, machine->startup_lines, STARTUP_LINE_COUNT);
+    good[KEY_INFO] = load_lines(machine, KEY_INFO, &machine->info, 1);
+    for (unsigned key = 0; key < KEY_COUNT; key++)
+        if (!good[key])
+            machine->kept.damaged |= (uint16_t)(1u << key);
+    if (!keep_is_damaged(machine))
         return;
     text_string(&machine->out, "error:7\r\n");
     list_settings(machine);
 }
 
+/* ---- damage ---- */
+
+bool keep_is_damaged(const struct machine *machine) {
+    return machine->kept.damaged != 0;
+}
+
+static void list_lost(const struct store_lost *lost, const struct text_out *out) {
+    for (unsigned i = 0; i < lost->count && i < STORE_LOST_MAX; i++) {
+        text_string(out, " $");
+        text_int(out, lost->number[i]);
+    }
+    if (lost->count > STORE_LOST_MAX)
+        text_string(out, " and more");
+}
+
+/* Without the frame of a message. */
+static void describe(const struct machine *machine, const struct text_out *out) {
+    const char *before = "Stored data is damaged: ";
+    for (unsigned key = 0; key < KEY_COUNT; key++) {
+        if ((machine->kept.damaged >> key & 1) == 0)
+            continue;
+        text_string(out, before);
+        text_string(out, names[key]);
+        if (key == KEY_SETTINGS)
+            list_lost(&machine->kept.lost, out);
+        before = ", ";
+    }
+    text_string(out, ". Check $$ $# $N, then $ACK");
+}
+
+void keep_report(struct machine *machine) {
+    if (!keep_is_damaged(machine))
+        return;
+    text_string(&machine->out, "[MSG:");
+    describe(machine, &machine->out);
+    text_string(&machine->out, "]\r\n");
+}
+
+/* A text of limited size. */
+struct notice {
+    char *text;
+    size_t size, count;
+};
+
+static void add_to_notice(void *ctx, const char *bytes, size_t count) {
+    struct notice *notice = ctx;
+    size_t room = notice->size - 1 - notice->count;
+    count = count < room ? count : room;
+    memcpy(notice->text + notice->count, bytes, count);
+    notice->count += count;
+    notice->text[notice->count] = '\0';
+}
+
+bool machine_notice(const struct machine *machine, char *text, size_t size) {
+    struct notice notice = {.text = text, .size = size};
+    const struct text_out out = {.write = add_to_notice, .ctx = &notice};
+    text[0] = '\0';
+    if (keep_is_damaged(machine))
+        describe(machine, &out);
+    return text[0] != '\0';
+}
+
+/* What is stored now is damaged, but it is the only copy: the copy comes first. */
+static void set_aside(struct machine *machine) {
+    struct store store = store_of(machine);
+    if (keep_is_damaged(machine))
+        report_message(machine, store.ops->set_aside(store.ctx) ? "A copy of the damaged data is kept"
+                                                                : "No copy of the damaged data could be kept");
+}
+
+static void acknowledged(struct machine *machine) {
+    machine->kept = (struct machine_kept){.damaged = 0};
+    machine->alarm = ALARM_NONE;
+}
+
+void keep_acknowledge(struct machine *machine) {
+    unsigned damaged = machine->kept.damaged;
+    set_aside(machine);
+    acknowledged(machine);
+    if ((damaged >> KEY_SETTINGS & 1) != 0)
+        (void)keep_settings(machine);
+    if ((damaged & (1u << KEY_OFFSETS | 1u << KEY_WCS_MORE)) != 0)
+        keep_offsets(machine);
+    if ((damaged >> KEY_TOOLS & 1) != 0)
+        keep_tools(machine);
+    if ((damaged >> KEY_STARTUP & 1) != 0)
+        keep_lines(machine);
+    if ((damaged >> KEY_INFO & 1) != 0)
+        keep_info(machine);
+}
+
 void keep_defaults(struct machine *machine, bool settings, bool offsets, bool lines) {
+    keep_acknowledge(machine);
     if (settings) {
         settings_defaults(&machine->settings);
         machine->settings.step_pulse_us = machine_board_pulse_us(machine);
@@ -161,7 +273,7 @@ void keep_defaults(struct machine *machine, bool settings, bool offsets, bool li
     if (lines) {
         memset(machine->startup_lines, 0, sizeof machine->startup_lines);
         memset(machine->info, 0, sizeof machine->info);
-        save(machine, KEY_STARTUP, machine->startup_lines, sizeof machine->startup_lines);
+        keep_lines(machine);
         keep_info(machine);
     }
 }

@@ -20,6 +20,7 @@
 #include "link/line_reader.h"
 #include "link/rx.h"
 #include "link/text.h"
+#include "machine/keep.h"
 #include "motion/joints.h"
 #include "motion/motion.h"
 #include "segment/feed.h"
@@ -80,6 +81,7 @@ enum alarm {
     ALARM_ESTOP = 50,
     ALARM_SPINDLE = 51, /* it did not come to a steady speed, or stood still, while motion follows it */
     ALARM_THREAD = 52,  /* the axes could not keep up with it */
+    ALARM_STORE = 53,   /* stored data is damaged; locked until $ACK. Never sent as ALARM:53 */
 };
 
 /** Where the current line stands; each stage ends before the next begins. */
@@ -327,12 +329,16 @@ struct machine {
     uint32_t lines; /* lines taken */
     char startup_lines[STARTUP_LINE_COUNT][LINE_SIZE];
     char info[LINE_SIZE]; /* $I= */
+    struct machine_kept kept;
 };
 
 /** Power-on: what was kept or defaults, position 0, banner. `out`, `hal` and the store must live as long as
  * the machine. */
 void machine_init(struct machine *machine, const struct machine_board *board, struct hal *hal,
                   struct hal_step *hal_step, const struct text_out *out);
+
+/** Settings that came after machine_init() count as stored ones: lock the machine if $22 asks for homing. */
+void machine_lock(struct machine *machine);
 
 /** Carry everything on as far as it goes now. @return true when anything was done. */
 bool machine_poll(struct machine *machine);
@@ -358,6 +364,10 @@ bool machine_is_standing(const struct machine *machine);
 
 /** No motion planned, queued or being stepped. */
 bool machine_is_at_rest(const struct machine *machine);
+
+/** What a client that connects now must know, for a [MSG:]; stored data that is damaged.
+ * @return false: nothing, and text is empty */
+bool machine_notice(const struct machine *machine, char *text, size_t size);
 
 /** State as reports show it, with its sub-state: "Idle", "Hold:1", "Door:0". */
 const char *machine_state_text(const struct machine *machine);

@@ -12,6 +12,11 @@ void machine_alarm(struct machine *machine, enum alarm alarm) {
     machine_timer_start(machine, &machine->quiet, QUIET_US);
 }
 
+void machine_lock(struct machine *machine) {
+    if (machine->settings.homing)
+        machine_transition(machine, MACHINE_ALARMS);
+}
+
 static void stop(struct machine *machine) {
     machine_halt(machine);
     report_changed_offset(machine); /* with it comes which axes are trusted */
@@ -87,6 +92,10 @@ void machine_restart(struct machine *machine) {
         report_message(machine, "Check Limits");
     }
     machine->startup = machine->state == MACHINE_ALARM ? STARTUP_LINE_COUNT : 0;
-    if (machine->state == MACHINE_ALARM)
+    if (keep_is_damaged(machine)) {
+        machine->alarm = ALARM_STORE;
+        keep_report(machine);
+    } else if (machine->state == MACHINE_ALARM) {
         report_message(machine, "'$H'|'$X' to unlock");
+    }
 }

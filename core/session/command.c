@@ -123,6 +123,8 @@ static enum wire_refusal reset(struct session *session) {
     hal_inputs_read(session->hal, &inputs);
     if (inputs.estop && session_state(session) == WIRE_STATE_ESTOP)
         return WIRE_REFUSAL_LOCKED;
+    if (session->machine->alarm == ALARM_STORE)
+        return WIRE_REFUSAL_LOCKED;
     if (machine_host_unlock(session->machine))
         return WIRE_REFUSAL_NONE;
     if (session->stream.open || !machine_host_release(session->machine))

@@ -186,6 +186,8 @@ enum wire_refusal config_set(const struct session *session, const struct wire_co
         return WIRE_REFUSAL_NONE;
     if (status == STATUS_UNKNOWN_COMMAND)
         return WIRE_REFUSAL_AXIS;
+    if (status == STATUS_STORE_DAMAGED)
+        return WIRE_REFUSAL_LOCKED;
     return status == STATUS_NOT_IDLE ? WIRE_REFUSAL_BUSY : WIRE_REFUSAL_RANGE;
 }
 
@@ -193,7 +195,7 @@ static bool save_settings(const struct session *session) {
     if (!session_is_module(session))
         return machine_host_save(session->machine);
     const struct session_module *module = session->module;
-    return store_save_settings(&module->store, STORE_KEY_SETTINGS, STORE_VERSION, &module->settings);
+    return store_save_settings(&module->store, &module->settings);
 }
 
 /* A configuration of channels that cannot be is refused as a whole, and nothing is kept. */

@@ -6,9 +6,7 @@
  * This file knows numbers, ranges and the rules between settings. What a board can do (step rate, PWM for
  * laser mode) is checked by the machine.
  *
- * Keeping settings over a power cut will be the job of settings/store.h: an image with version and CRC,
- * loaded by settings_defaults() and then settings_set() for each number in it ($22 before $20). So no image,
- * however old or damaged, brings in a value that a user could not have typed. */
+ * settings/store.h keeps them over a power cut. */
 #ifndef WIFICNC_SETTINGS_SETTINGS_H
 #define WIFICNC_SETTINGS_SETTINGS_H
 

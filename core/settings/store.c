@@ -19,10 +19,6 @@ struct value {
 
 _Static_assert(sizeof(struct value) == STORE_IMAGE_MAX, "head and payload lie close together");
 
-/* 6 bytes: number, then the bits of the value. */
-enum { PAIR_SIZE = 6 };
-_Static_assert(SETTINGS_COUNT *PAIR_SIZE <= STORE_SIZE_MAX, "all settings fit one value");
-
 /* CRC-32 of IEEE 802.3, bit by bit: it runs when something is stored, not in motion. */
 static uint32_t crc32(const uint8_t *bytes, size_t count) {
     uint32_t crc = 0xFFFFFFFFu;
@@ -50,29 +46,38 @@ static void seal(struct value *value, uint8_t version, size_t payload_size) {
     value->head.crc = value_crc(value);
 }
 
-/* @return STORE_FOUND and a payload of value->head.count bytes */
-static enum store_result load(const struct store *store, uint8_t key, uint8_t version, struct value *value) {
-    if (store->ops == NULL)
+/* What is there, sound or not. @param[out] count  bytes of value->payload */
+static enum store_result load(const struct store *store, uint8_t key, uint8_t version, struct value *value,
+                              size_t *count) {
+    size_t size = store->ops == NULL ? 0 : store->ops->load(store->ctx, key, value, sizeof *value);
+    *count = size > sizeof value->head ? size - sizeof value->head : 0;
+    if (size == 0)
         return STORE_EMPTY;
-    size_t count = store->ops->load(store->ctx, key, value, sizeof *value);
-    if (count == 0)
-        return STORE_EMPTY;
-    return is_sound(value, count, version) ? STORE_FOUND : STORE_DAMAGED;
+    return is_sound(value, size, version) ? STORE_FOUND : STORE_DAMAGED;
+}
+
+static bool is_stored(const struct store *store, uint8_t key, const struct value *value, size_t size) {
+    struct value present;
+    size_t count;
+    (void)load(store, key, (uint8_t)value->head.version, &present, &count);
+    return count == size && memcmp(&present, value, sizeof value->head + size) == 0;
 }
 
 /* The payload is there. */
 static bool save(const struct store *store, uint8_t key, uint8_t version, struct value *value, size_t size) {
     seal(value, version, size);
-    return store->ops == NULL || store->ops->save(store->ctx, key, value, sizeof value->head + size);
+    return store->ops == NULL || is_stored(store, key, value, size) ||
+           store->ops->save(store->ctx, key, value, sizeof value->head + size);
 }
 
 enum store_result store_load(const struct store *store, uint8_t key, uint8_t version, void *bytes,
                              size_t size) {
     struct value value;
-    enum store_result result = load(store, key, version, &value);
+    size_t count;
+    enum store_result result = load(store, key, version, &value, &count);
     if (result != STORE_FOUND)
         return result;
-    if (value.head.count != size)
+    if (count != size)
         return STORE_DAMAGED;
     memcpy(bytes, value.payload, size);
     return STORE_FOUND;
@@ -86,73 +91,118 @@ bool store_save(const struct store *store, uint8_t key, uint8_t version, const v
     return save(store, key, version, &value, size);
 }
 
-static struct store_pair pair_at(const struct value *value, size_t index) {
-    struct store_pair pair;
-    const uint8_t *at = value->payload + index * PAIR_SIZE;
-    memcpy(&pair.number, at, sizeof pair.number);
-    memcpy(&pair.value, at + sizeof pair.number, sizeof pair.value);
-    return pair;
+/* ---- settings ---- */
+
+/* As it lies there: number, bits of the value, and a check of both. */
+struct pair_image {
+    uint16_t number, check;
+    float value;
+};
+_Static_assert(sizeof(struct pair_image) == STORE_PAIR_SIZE, "no padding");
+
+static uint16_t check_of(const struct pair_image *image) {
+    struct pair_image unchecked = *image;
+    unchecked.check = 0;
+    return (uint16_t)crc32((const uint8_t *)&unchecked, sizeof unchecked);
+}
+
+/* @return false: it is damaged */
+static bool pair_at(const struct value *value, size_t index, struct store_pair *pair) {
+    struct pair_image image;
+    memcpy(&image, value->payload + index * sizeof image, sizeof image);
+    *pair = (struct store_pair){.number = image.number, .value = image.value};
+    return image.check == check_of(&image);
 }
 
 static size_t put_pairs(struct value *value, const struct store_pair *pairs, size_t count) {
-    uint8_t *at = value->payload;
-    for (const struct store_pair *pair = pairs; pair < pairs + count; pair++, at += PAIR_SIZE) {
-        memcpy(at, &pair->number, sizeof pair->number);
-        memcpy(at + sizeof pair->number, &pair->value, sizeof pair->value);
+    for (size_t i = 0; i < count; i++) {
+        struct pair_image image = {.number = pairs[i].number, .value = pairs[i].value};
+        image.check = check_of(&image);
+        memcpy(value->payload + i * sizeof image, &image, sizeof image);
     }
-    return count * PAIR_SIZE;
+    return count * sizeof(struct pair_image);
 }
 
-size_t store_pack(uint8_t *image, uint8_t version, const struct store_pair *pairs, size_t count) {
+size_t store_pack(uint8_t *image, const struct store_pair *pairs, size_t count) {
     struct value value;
-    seal(&value, version, put_pairs(&value, pairs, count));
+    seal(&value, STORE_SETTINGS_VERSION, put_pairs(&value, pairs, count));
     memcpy(image, &value, sizeof value.head + value.head.count);
     return sizeof value.head + value.head.count;
 }
 
-size_t store_unpack(const uint8_t *image, size_t size, uint8_t version, struct store_pair *pairs) {
+size_t store_unpack(const uint8_t *image, size_t size, struct store_pair *pairs) {
     struct value value;
     if (size > sizeof value)
         return 0;
     memcpy(&value, image, size);
-    if (!is_sound(&value, size, version) || value.head.count > SETTINGS_COUNT * PAIR_SIZE)
+    if (!is_sound(&value, size, STORE_SETTINGS_VERSION) || value.head.count > STORE_SETTINGS_SIZE)
         return 0;
-    for (size_t index = 0; index < value.head.count / PAIR_SIZE; index++)
-        pairs[index] = pair_at(&value, index);
-    return value.head.count / PAIR_SIZE;
+    size_t count = value.head.count / STORE_PAIR_SIZE;
+    for (size_t index = 0; index < count; index++)
+        if (!pair_at(&value, index, &pairs[index]))
+            return 0;
+    return count;
 }
 
-/* One pass over the pairs. @param homing  only $22, or all but $22 */
-static bool take_pairs(const struct value *value, bool homing, struct settings *settings,
-                       uint8_t axis_count) {
-    for (size_t index = 0; index < value->head.count / PAIR_SIZE; index++) {
-        struct store_pair pair = pair_at(value, index);
-        double present;
-        uint8_t decimals;
-        bool known = settings_get(settings, pair.number, axis_count, &present, &decimals);
-        if (!known || (pair.number == HOMING_NUMBER) != homing || present == (double)pair.value)
-            continue; /* a board may begin with a value that nobody can type */
-        if (settings_set(settings, pair.number, (double)pair.value, axis_count) != STATUS_OK)
-            return false;
+/* An image of settings on its way into the settings. */
+struct intake {
+    const struct value *value;
+    size_t count; /* bytes of the payload */
+    bool sound;
+    struct settings *settings;
+    uint8_t axis_count;
+    struct store_lost *lost;
+};
+
+static void note_lost(struct store_lost *lost, uint16_t number) {
+    if (lost->count < STORE_LOST_MAX)
+        lost->number[lost->count] = number;
+    lost->count++;
+}
+
+static bool find_pair(const struct intake *intake, uint16_t number, struct store_pair *pair) {
+    for (size_t index = 0; index < intake->count / STORE_PAIR_SIZE; index++)
+        if (pair_at(intake->value, index, pair) && pair->number == number)
+            return true;
+    return false;
+}
+
+static void take_setting(const struct intake *intake, uint16_t number) {
+    struct store_pair pair;
+    double present;
+    uint8_t decimals;
+    if (!find_pair(intake, number, &pair)) {
+        if (!intake->sound)
+            note_lost(intake->lost, number);
+        return;
     }
-    return true;
+    (void)settings_get(intake->settings, number, intake->axis_count, &present, &decimals);
+    if (present == (double)pair.value)
+        return; /* a board may begin with a value that nobody can type */
+    if (settings_set(intake->settings, number, (double)pair.value, intake->axis_count) != STATUS_OK)
+        note_lost(intake->lost, number);
 }
 
-enum store_result store_load_settings(const struct store *store, uint8_t key, uint8_t version,
-                                      struct settings *settings, uint8_t axis_count) {
+enum store_result store_load_settings(const struct store *store, struct settings *settings,
+                                      uint8_t axis_count, struct store_lost *lost) {
     struct value value;
-    struct settings next = *settings;
-    enum store_result result = load(store, key, version, &value);
-    if (result != STORE_FOUND)
+    struct intake intake = {
+        .value = &value, .settings = settings, .axis_count = axis_count, .lost = lost};
+    enum store_result result =
+        load(store, STORE_KEY_SETTINGS, STORE_SETTINGS_VERSION, &value, &intake.count);
+    *lost = (struct store_lost){.count = 0};
+    if (result == STORE_EMPTY)
         return result;
-    if (!take_pairs(&value, true, &next, axis_count) || !take_pairs(&value, false, &next, axis_count))
-        return STORE_DAMAGED;
-    *settings = next;
-    return STORE_FOUND;
+    intake.sound = result == STORE_FOUND;
+    take_setting(&intake, HOMING_NUMBER);
+    uint16_t number = SETTINGS_BEGIN;
+    while (settings_next(&number, axis_count))
+        if (number != HOMING_NUMBER)
+            take_setting(&intake, number);
+    return lost->count > 0 ? STORE_DAMAGED : result;
 }
 
-bool store_save_settings(const struct store *store, uint8_t key, uint8_t version,
-                         const struct settings *settings) {
+bool store_save_settings(const struct store *store, const struct settings *settings) {
     struct value value;
     struct store_pair pairs[SETTINGS_COUNT];
     size_t count = 0;
@@ -163,5 +213,5 @@ bool store_save_settings(const struct store *store, uint8_t key, uint8_t version
         if (settings_get(settings, number, AXIS_COUNT, &read, &decimals))
             pairs[count++] = (struct store_pair){.number = number, .value = (float)read};
     }
-    return save(store, key, version, &value, put_pairs(&value, pairs, count));
+    return save(store, STORE_KEY_SETTINGS, STORE_SETTINGS_VERSION, &value, put_pairs(&value, pairs, count));
 }

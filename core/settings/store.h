@@ -4,8 +4,11 @@
  *   value = { crc32 of the rest | version | count } payload        little-endian
  *
  * The HAL keeps one value of a key atomically (struct hal_store); this file notices when it did not. Settings
- * are kept by number, as { number, value } pairs, and go through settings_set() when they are loaded: so no
- * image, however old or damaged, brings in a value that a user could not have typed. */
+ * are kept by number, as { number, value, check } each, and go through settings_set() when they are loaded:
+ * so no image, however old or damaged, brings in a value that a user could not have typed, and a damaged
+ * setting does not take the others along.
+ *
+ * What is stored already is not written again: flash wears. */
 #ifndef WIFICNC_SETTINGS_STORE_H
 #define WIFICNC_SETTINGS_STORE_H
 
@@ -14,12 +17,19 @@
 
 #include <stddef.h>
 
-/** The key of the settings' value; those of the others are the machine's. And the layout version of all
- * values: a value of another one counts as damaged. */
-enum { STORE_KEY_SETTINGS = 1, STORE_VERSION = 1 };
+/** The key of the settings' value; those of the others are the machine's. And the layout versions: a value of
+ * another one counts as damaged. */
+enum { STORE_KEY_SETTINGS = 1, STORE_VERSION = 1, STORE_SETTINGS_VERSION = 2 };
 
-/** Longest payload and longest image, bytes. */
-enum { STORE_SIZE_MAX = 400, STORE_IMAGE_MAX = 8 + STORE_SIZE_MAX };
+/** Longest payload and longest image, bytes: all settings, or the longest of the machine's other values. */
+enum {
+    STORE_PAIR_SIZE = 8,
+    STORE_SETTINGS_SIZE = SETTINGS_COUNT * STORE_PAIR_SIZE,
+    STORE_OTHERS_SIZE = 400,
+    STORE_SIZE_MAX = (int)STORE_SETTINGS_SIZE > (int)STORE_OTHERS_SIZE ? (int)STORE_SETTINGS_SIZE
+                                                                       : (int)STORE_OTHERS_SIZE,
+    STORE_IMAGE_MAX = 8 + STORE_SIZE_MAX
+};
 
 /** Where values are kept. ops may be NULL: nothing is kept, nothing is found, and saving is no error. */
 struct store {
@@ -33,6 +43,13 @@ enum store_result {
     STORE_DAMAGED, /* CRC, version or size is wrong */
 };
 
+/** Settings that could not be read, the first of them by number. */
+enum { STORE_LOST_MAX = 4 };
+struct store_lost {
+    uint16_t count;
+    uint16_t number[STORE_LOST_MAX];
+};
+
 /** @param size  of the payload, at most STORE_SIZE_MAX; what is kept must have it exactly
  *  @return other than STORE_FOUND: bytes are undefined. */
 enum store_result store_load(const struct store *store, uint8_t key, uint8_t version, void *bytes,
@@ -42,12 +59,12 @@ enum store_result store_load(const struct store *store, uint8_t key, uint8_t ver
 bool store_save(const struct store *store, uint8_t key, uint8_t version, const void *bytes, size_t size);
 
 /** Settings that are not kept, or are of another machine, stay as they are.
- *  @return STORE_DAMAGED: a value was refused, or the image is damaged; *settings is unchanged then. */
-enum store_result store_load_settings(const struct store *store, uint8_t key, uint8_t version,
-                                      struct settings *settings, uint8_t axis_count);
+ *  @param[out] lost  settings of a damaged image that stay as they are, too
+ *  @return STORE_DAMAGED: a value was refused, or the image is damaged; what could be read of it was taken. */
+enum store_result store_load_settings(const struct store *store, struct settings *settings,
+                                      uint8_t axis_count, struct store_lost *lost);
 
-bool store_save_settings(const struct store *store, uint8_t key, uint8_t version,
-                         const struct settings *settings);
+bool store_save_settings(const struct store *store, const struct settings *settings);
 
 /** A setting as it is kept. All of them fit a float exactly. */
 struct store_pair {
@@ -55,11 +72,12 @@ struct store_pair {
     float value;
 };
 
-/** For targets that keep settings one by one: the image of settings, and what is in it.
+/** For targets that keep settings one by one: the image of settings, and what is in it. A setting that was
+ * kept and is lost is a pair whose value is NaN.
  *  @param count  at most SETTINGS_COUNT @return bytes of the image, at most STORE_IMAGE_MAX */
-size_t store_pack(uint8_t *image, uint8_t version, const struct store_pair *pairs, size_t count);
+size_t store_pack(uint8_t *image, const struct store_pair *pairs, size_t count);
 
 /** @param[out] pairs  room for SETTINGS_COUNT @return how many there are; 0: none, or the image is damaged */
-size_t store_unpack(const uint8_t *image, size_t size, uint8_t version, struct store_pair *pairs);
+size_t store_unpack(const uint8_t *image, size_t size, struct store_pair *pairs);
 
 #endif

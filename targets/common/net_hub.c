@@ -38,7 +38,7 @@ static void say(struct net_hub *hub, struct net_client *client, const char *byte
 }
 
 static void say_message(struct net_hub *hub, struct net_client *client, const char *text) {
-    char line[NET_NAME_SIZE + 128];
+    char line[NET_MESSAGE_SIZE + sizeof "[MSG:]\r\n"];
     int size = snprintf(line, sizeof line, "[MSG:%s]\r\n", text);
     say(hub, client, line, (size_t)size);
 }
@@ -149,6 +149,14 @@ static struct net_client *free_place(struct net_hub *hub) {
     return locked;
 }
 
+static void greet(struct net_hub *hub, struct net_client *client) {
+    char text[NET_MESSAGE_SIZE];
+    if (hub->owner != NULL)
+        explain(hub, client);
+    if (hub->ops->notice != NULL && hub->ops->notice(hub->ctx, text, sizeof text))
+        say_message(hub, client, text);
+}
+
 bool net_hub_connect(struct net_hub *hub, const struct net_stream *stream, const char *name) {
     static const char full[] = "[MSG:Full, all places are taken]\r\n";
     struct net_client *client = free_place(hub);
@@ -163,8 +171,8 @@ bool net_hub_connect(struct net_hub *hub, const struct net_stream *stream, const
     hub->ops->event(hub->ctx, "connected", name);
     if (client->locked)
         say_message(hub, client, locked_out);
-    else if (hub->owner != NULL)
-        explain(hub, client);
+    else
+        greet(hub, client);
     return true;
 }
 
@@ -352,8 +360,7 @@ static void log_in(struct net_hub *hub, struct net_client *client) {
     }
     client->locked = false;
     say(hub, client, "ok\r\n", 4);
-    if (hub->owner != NULL)
-        explain(hub, client);
+    greet(hub, client);
 }
 
 /* In a password real-time characters are letters like others. A line that is too long is none. */

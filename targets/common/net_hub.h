@@ -30,7 +30,7 @@
 #include <stdint.h>
 
 /** NET_ANSWER_MAX: the controller's longest answer to one line; all settings are half of it. */
-enum { NET_NAME_SIZE = 64, NET_LINE_SIZE = 512, NET_ANSWER_MAX = 4096 };
+enum { NET_NAME_SIZE = 64, NET_MESSAGE_SIZE = 192, NET_LINE_SIZE = 512, NET_ANSWER_MAX = 4096 };
 
 /** How much may wait in the hub, bytes. A controller with little RAM takes small ones. */
 struct net_hub_sizes {
@@ -52,6 +52,8 @@ struct net_hub_ops {
     void (*event)(void *ctx, const char *what, const char *who);
     /** The owner's connection has ended; NULL: never mind. What it sent goes on. */
     void (*left)(void *ctx);
+    /** What a new client must know, as the text of a message. @return false: nothing. NULL: nothing ever */
+    bool (*notice)(void *ctx, char *text, size_t size);
     /** A client says its password. May be NULL where nothing locks. @param who  its stream's peer */
     enum net_gate_result (*login)(void *ctx, uint64_t who, const char *password, size_t size);
 };

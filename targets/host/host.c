@@ -308,6 +308,10 @@ void host_steps_per_mm(const struct host *host, float out[AXIS_COUNT]) {
     memcpy(out, host->machine.settings.steps_per_mm, sizeof host->machine.settings.steps_per_mm);
 }
 
+void host_lock(struct host *host) {
+    machine_lock(&host->machine);
+}
+
 size_t host_core_ram_bytes(void) {
     return sizeof(struct machine);
 }

@@ -146,6 +146,9 @@ float host_feed_mm_s(const struct host *host);
 /** Steps per mm now in force, per axis ($100..). */
 void host_steps_per_mm(const struct host *host, float out[AXIS_COUNT]);
 
+/** The settings in force are taken for those of a power-on: with $22=1 it is locked. */
+void host_lock(struct host *host);
+
 /** Static RAM of one controller in bytes: struct machine with all its buffers. */
 size_t host_core_ram_bytes(void);
 

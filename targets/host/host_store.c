@@ -1,12 +1,22 @@
 /* SPDX-License-Identifier: MIT */
 #include "host_store.h"
 
+#include <errno.h>
+#include <fcntl.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
-enum { FILE_MAX = 4096, HEAD = 4, PATH_MAX_LENGTH = 4096 }; /* key, ~key, count (2 bytes) */
+enum { FILE_MAX = 4096, HEAD = 4, PATH_MAX_LENGTH = 4096 }; /* head: key, ~key, count (2 bytes) */
+
+/* The last value lists the keys of the others, bit = key, and its complement. */
+enum { KEYS_KEY = 0xFF, KEYS_SIZE = 4, KEYS_MAX = 16, ALL_KEYS = 0xFFFF };
+
+static bool extend(char name[PATH_MAX_LENGTH], const char *path, const char *ending) {
+    int length = snprintf(name, PATH_MAX_LENGTH, "%s%s", path, ending);
+    return length >= 0 && length < PATH_MAX_LENGTH;
+}
 
 static size_t read_file(const char *path, uint8_t bytes[FILE_MAX]) {
     FILE *file = fopen(path, "rb");
@@ -35,24 +45,35 @@ static size_t find(const uint8_t *bytes, size_t count, uint8_t key) {
     return at;
 }
 
-/* What cannot be read is given to the core as one byte, which no sound value is: it sees the damage. */
+/* Keys of the file by its own word, or all of them where that is damaged or missing. */
+static unsigned keys_of(const uint8_t *bytes, size_t count) {
+    size_t at = find(bytes, count, KEYS_KEY);
+    if (at == count || !is_sound(bytes, at, count) || value_count(bytes + at) != KEYS_SIZE)
+        return count > 0 ? ALL_KEYS : 0;
+    const uint8_t *keys = bytes + at + HEAD;
+    bool good = (keys[0] ^ keys[2]) == 0xFF && (keys[1] ^ keys[3]) == 0xFF;
+    return good ? keys[0] | (unsigned)keys[1] << 8 : ALL_KEYS;
+}
+
 static size_t load(const void *ctx, uint8_t key, void *bytes, size_t size) {
     uint8_t file[FILE_MAX];
     size_t count = read_file(ctx, file);
     size_t at = find(file, count, key);
-    if (at == count)
+    if (at < count && is_sound(file, at, count)) {
+        size_t value = value_count(file + at) < size ? value_count(file + at) : size;
+        memcpy(bytes, file + at + HEAD, value);
+        return value;
+    }
+    if ((keys_of(file, count) >> key & 1) == 0)
         return 0;
-    size_t value = is_sound(file, at, count) ? value_count(file + at) : 1;
-    value = value < size ? value : size;
-    memcpy(bytes, is_sound(file, at, count) ? file + at + HEAD : file + at, value);
-    return value;
+    *(uint8_t *)bytes = 0;
+    return 1;
 }
 
-/* Beside the file, then over it: whoever reads sees the old or the new one. */
+/* Next to the file, then over it: a reader sees the old or the new one. */
 static bool replace(const char *path, const uint8_t *bytes, size_t count) {
     char fresh[PATH_MAX_LENGTH];
-    int length = snprintf(fresh, sizeof fresh, "%s.new", path);
-    if (length < 0 || (size_t)length >= sizeof fresh)
+    if (!extend(fresh, path, ".new"))
         return false;
     FILE *file = fopen(fresh, "wb");
     if (file == NULL)
@@ -64,24 +85,71 @@ static bool replace(const char *path, const uint8_t *bytes, size_t count) {
     return good && rename(fresh, path) == 0;
 }
 
+/* @return where the next value goes */
+static size_t put(uint8_t *file, size_t at, uint8_t key, const void *bytes, size_t count) {
+    const uint8_t head[HEAD] = {key, (uint8_t)~key, (uint8_t)count, (uint8_t)(count >> 8)};
+    memcpy(file + at, head, HEAD);
+    memcpy(file + at + HEAD, bytes, count);
+    return at + HEAD + count;
+}
+
+/* A value that is lost stays so: the list of keys goes on to name it. */
 static bool save(const void *ctx, uint8_t key, const void *bytes, size_t count) {
     uint8_t old[FILE_MAX], fresh[FILE_MAX];
     size_t held = read_file(ctx, old), used = 0;
-    if (count > UINT16_MAX || HEAD + count > FILE_MAX)
+    unsigned keys = keys_of(old, held);
+    if (key >= KEYS_MAX || count > UINT16_MAX || count > FILE_MAX - 2 * HEAD - KEYS_SIZE)
         return false;
     for (size_t at = 0; is_sound(old, at, held); at += HEAD + value_count(old + at)) {
         size_t whole = HEAD + value_count(old + at);
-        if (old[at] == key || used + whole > FILE_MAX - HEAD - count)
+        if (old[at] == key || old[at] == KEYS_KEY)
             continue;
+        if (used + whole > FILE_MAX - 2 * HEAD - KEYS_SIZE - count)
+            return false;
         memcpy(fresh + used, old + at, whole);
         used += whole;
     }
-    fresh[used] = key;
-    fresh[used + 1] = (uint8_t)~key;
-    fresh[used + 2] = (uint8_t)count;
-    fresh[used + 3] = (uint8_t)(count >> 8);
-    memcpy(fresh + used + HEAD, bytes, count);
-    return replace(ctx, fresh, used + HEAD + count);
+    keys |= 1u << key;
+    const uint8_t list[KEYS_SIZE] = {(uint8_t)keys, (uint8_t)(keys >> 8), (uint8_t)~keys,
+                                     (uint8_t)(~keys >> 8)};
+    used = put(fresh, used, key, bytes, count);
+    used = put(fresh, used, KEYS_KEY, list, sizeof list);
+    return replace(ctx, fresh, used);
 }
 
-const struct hal_store host_store = {.load = load, .save = save};
+static bool set_aside(const void *ctx) {
+    uint8_t file[FILE_MAX];
+    char aside[PATH_MAX_LENGTH];
+    size_t count = read_file(ctx, file);
+    return extend(aside, ctx, ".damaged") && replace(aside, file, count);
+}
+
+const struct hal_store host_store = {.load = load, .save = save, .set_aside = set_aside};
+
+/* ---- who has it ---- */
+
+int host_store_claim(const char *path, int *error) {
+    char name[PATH_MAX_LENGTH];
+    struct flock whole = {.l_type = F_WRLCK, .l_whence = SEEK_SET};
+    struct stat status;
+    if (stat(path, &status) == 0 && !S_ISREG(status.st_mode)) {
+        *error = S_ISDIR(status.st_mode) ? EISDIR : EINVAL;
+        return -1;
+    }
+    if (!extend(name, path, ".lock")) {
+        *error = ENAMETOOLONG;
+        return -1;
+    }
+    int lock = open(name, O_RDWR | O_CREAT | O_CLOEXEC, 0666);
+    if (lock >= 0 && fcntl(lock, F_SETLK, &whole) == 0)
+        return lock;
+    *error = errno == EACCES && lock >= 0 ? EAGAIN : errno; /* POSIX allows both for a lock that is taken */
+    if (lock >= 0)
+        close(lock);
+    return -1;
+}
+
+void host_store_release(int claim) {
+    if (claim >= 0)
+        close(claim);
+}

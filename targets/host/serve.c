@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 #include "serve.h"
 
+#include "host_store.h"
+#include "machine/machine.h"
 #include "net_hub.h"
 #include "net_pty.h"
 #include "net_tcp.h"
@@ -52,6 +54,7 @@ struct serve {
     bool busy;          /* the last round left something to do at once */
     bool poured;        /* a client sends faster than this round has read */
     int listener, stop_fd[2];
+    int claim; /* of the file that keeps settings; -1: none */
     struct serve_control control;
     struct serve_wire wire;
     double speed;
@@ -79,6 +82,11 @@ static size_t hear(void *ctx, char *bytes, size_t size) {
 static void act(void *ctx) {
     struct serve *serve = ctx;
     host_run_paced(serve->host, host_time_ticks(serve->host), 1);
+}
+
+static bool notice(void *ctx, char *text, size_t size) {
+    const struct serve *serve = ctx;
+    return machine_notice(host_machine(serve->host), text, size);
 }
 
 static enum net_gate_result login(void *ctx, uint64_t who, const char *password, size_t size) {
@@ -166,6 +174,14 @@ static bool open_doors(struct serve *serve, const struct serve_options *options,
     return true;
 }
 
+static bool claim_store(struct serve *serve, const char *path, struct serve_failure *failure) {
+    if (path == NULL)
+        return true;
+    failure->stage = SERVE_STORE;
+    serve->claim = host_store_claim(path, &failure->error);
+    return serve->claim >= 0;
+}
+
 static struct host *make_host(const struct serve_options *options, struct serve_failure *failure) {
     char banner[256];
     failure->stage = SERVE_BOARD;
@@ -176,15 +192,17 @@ static struct host *make_host(const struct serve_options *options, struct serve_
     while (host_read(host, banner, sizeof banner) == sizeof banner) {
         /* nobody is there yet to hear it */
     }
-    if (apply_settings(host, options->settings, failure))
+    if (apply_settings(host, options->settings, failure)) {
+        host_lock(host);
         return host;
+    }
     host_destroy(host);
     return NULL;
 }
 
 struct serve *serve_create(const struct serve_options *options, struct serve_failure *failure) {
     static const struct net_hub_ops ops = {
-        .put = put, .hear = hear, .act = act, .event = event, .login = login};
+        .put = put, .hear = hear, .act = act, .event = event, .login = login, .notice = notice};
     /* Real-time bytes act when they are read: room for what a sender pours without counting. */
     static const struct net_hub_sizes sizes = {
         .clients = NET_CLIENTS, .in = 16 << 20, .out = 256 * 1024, .left = 32 << 20};
@@ -196,11 +214,12 @@ struct serve *serve_create(const struct serve_options *options, struct serve_fai
     serve->speed = options->speed;
     serve->full_speed = !(options->speed > 0.0);
     memcpy(serve->stop_fd, options->stop_fd, sizeof serve->stop_fd);
-    serve->listener = serve->control.listener = -1;
+    serve->listener = serve->control.listener = serve->claim = -1;
     net_hub_init(&serve->hub, &sizes, &ops, serve);
     net_gate_init(&serve->gate, options->password);
     serve->hub.locks = serve->gate.shut;
-    serve->host = make_host(options, failure);
+    if (claim_store(serve, options->store, failure))
+        serve->host = make_host(options, failure);
     if (serve->host == NULL || !open_doors(serve, options, failure)) {
         serve_destroy(serve);
         return NULL;
@@ -222,6 +241,7 @@ void serve_destroy(struct serve *serve) {
     if (serve->has_pty)
         net_pty_close(&serve->pty);
     host_destroy(serve->host);
+    host_store_release(serve->claim);
     free(serve);
 }
 

@@ -39,6 +39,7 @@ struct serve_options {
 enum serve_stage {
     SERVE_MEMORY,
     SERVE_BOARD,
+    SERVE_STORE,
     SERVE_SETTING,
     SERVE_TCP,
     SERVE_CONTROL,

@@ -8,7 +8,7 @@
 #include <stdio.h>
 #include <string.h>
 
-enum { ENTRIES = 80, BLOB_MAX = 512, NO_CUT = 1000 };
+enum { ENTRIES = 90, BLOB_MAX = STORE_IMAGE_MAX, NO_CUT = 1000 };
 
 struct entry {
     char key[16];
@@ -21,6 +21,7 @@ struct entry {
 static struct entry entries[ENTRIES];
 static int writes_left;
 static unsigned failures;
+static struct store_lost lost;
 
 static struct entry *entry_of(const char *key) {
     for (int i = 0; i < ENTRIES; i++)
@@ -132,7 +133,7 @@ static bool same(const struct settings *a, const struct settings *b) {
 static struct settings kept(int cut) {
     struct settings settings;
     settings_defaults(&settings);
-    enum store_result result = store_load_settings(&store, STORE_KEY_SETTINGS, STORE_VERSION, &settings, 6);
+    enum store_result result = store_load_settings(&store, &settings, 6, &lost);
     check(result != STORE_DAMAGED, "damaged", cut);
     return settings;
 }
@@ -141,9 +142,9 @@ static struct settings kept(int cut) {
 static bool cut_at(int cut, unsigned how_many) {
     struct settings before = changed(0), after = changed(how_many);
     start_empty();
-    (void)store_save_settings(&store, STORE_KEY_SETTINGS, STORE_VERSION, &before);
+    (void)store_save_settings(&store, &before);
     writes_left = cut;
-    bool saved = store_save_settings(&store, STORE_KEY_SETTINGS, STORE_VERSION, &after);
+    bool saved = store_save_settings(&store, &after);
     writes_left = NO_CUT;
     struct settings found = kept(cut);
     check(same(&found, &after) || (!saved && same(&found, &before)), "a mix of old and new", cut);
@@ -200,7 +201,7 @@ static void what_is_not_stored_stays_as_the_board_brings_it(void) {
     start_empty();
     settings.step_pulse_us = 2;
     (void)set(NULL, "spm_x", NVS_FLOAT, 0x42A00000); /* 80.0 */
-    (void)store_load_settings(&store, STORE_KEY_SETTINGS, STORE_VERSION, &settings, 6);
+    (void)store_load_settings(&store, &settings, 6, &lost);
     check(settings.steps_per_mm[0] == 80.0f && settings.step_pulse_us == 2, "not only what is stored", -1);
 }
 
@@ -208,9 +209,64 @@ static void a_value_out_of_range_is_damage(void) {
     struct settings settings = changed(0), before = settings;
     start_empty();
     (void)set(NULL, "spm_x", NVS_FLOAT, 0xC2A00000); /* -80.0 */
-    check(store_load_settings(&store, STORE_KEY_SETTINGS, STORE_VERSION, &settings, 6) == STORE_DAMAGED &&
+    check(store_load_settings(&store, &settings, 6, &lost) == STORE_DAMAGED &&
               same(&settings, &before),
           "taken", -1);
+}
+
+/* NVS drops an entry whose check fails. Whichever it is, its value is said to be lost, and the others stay. */
+static void a_setting_that_nvs_has_dropped_is_damage(void) {
+    struct settings all = changed(6);
+    start_empty();
+    check(store_save_settings(&store, &all), "not saved", -1);
+    for (unsigned i = 0; i < SETTINGS_COUNT; i++) {
+        struct settings found = changed(0);
+        struct entry *entry = entry_of(nvs_keys[i].key);
+        int type = entry->type;
+        entry->type = -2;
+        check(store_load_settings(&store, &found, 6, &lost) == STORE_DAMAGED && lost.count >= 1,
+              "a lost setting is not noticed", (int)i);
+        check(lost.number[0] == nvs_keys[i].number || nvs_keys[i].number == 22, "another is said to be lost",
+              (int)i);
+        entry->type = type;
+        found = changed(0);
+        check(store_load_settings(&store, &found, 6, &lost) == STORE_FOUND && same(&found, &all), "not as saved",
+              (int)i);
+    }
+}
+
+static void a_value_that_nvs_has_dropped_is_damage(void) {
+    const uint8_t bytes[] = {1, 2, 3};
+    uint8_t read[sizeof bytes];
+    for (uint8_t key = 2; key <= 6; key++) {
+        start_empty();
+        check(store_save(&store, key, STORE_VERSION, bytes, sizeof bytes), "not saved", key);
+        entry_of((char[]){'k', 'e', 'p', 't', '0', '0', (char)('0' + key), '\0'})->type = -2;
+        check(store_load(&store, key, STORE_VERSION, read, sizeof read) == STORE_DAMAGED, "not noticed", key);
+        check(store_save(&store, key, STORE_VERSION, bytes, sizeof bytes), "not saved again", key);
+        check(store_load(&store, key, STORE_VERSION, read, sizeof read) == STORE_FOUND, "not made good", key);
+    }
+}
+
+/* A firmware with one more setting finds it missing, and it was never stored. */
+static void a_list_that_is_lost_is_no_damage(void) {
+    struct settings all = changed(6), found = changed(0);
+    start_empty();
+    check(store_save_settings(&store, &all), "not saved", -1);
+    entry_of("stored")->type = -2;
+    check(store_load_settings(&store, &found, 6, &lost) == STORE_FOUND && same(&found, &all), "not as saved", -1);
+    check(nvs_hal_store.set_aside(&nvs) && entry_of("aside") != NULL, "no copy", -1);
+}
+
+static void what_is_stored_is_not_written_again(void) {
+    struct settings all = changed(6);
+    const uint8_t bytes[] = {1, 2, 3};
+    start_empty();
+    check(store_save_settings(&store, &all) && store_save(&store, 2, STORE_VERSION, bytes, sizeof bytes),
+          "not saved", -1);
+    writes_left = 0;
+    check(store_save_settings(&store, &all) && store_save(&store, 2, STORE_VERSION, bytes, sizeof bytes),
+          "written again", -1);
 }
 
 static void other_values_are_blobs(void) {
@@ -240,6 +296,10 @@ int main(void) {
     what_is_not_stored_stays_as_the_board_brings_it();
     a_value_out_of_range_is_damage();
     other_values_are_blobs();
+    a_setting_that_nvs_has_dropped_is_damage();
+    a_value_that_nvs_has_dropped_is_damage();
+    a_list_that_is_lost_is_no_damage();
+    what_is_stored_is_not_written_again();
     printf("%u failures\n", failures);
     return failures == 0 ? 0 : 1;
 }

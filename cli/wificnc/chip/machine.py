@@ -11,7 +11,7 @@ from wificnc.chip.image import Block, read_hex
 from wificnc.chip.virtual import NO_PIN, AxisWire, VirtualChip, load_mzsim, pin_number
 from wificnc.errors import BuildError, UserError
 
-STORE_OFFSET, STORE_SIZE = 0x180000, 0x8000  # of program flash: the settings' two pages (pic32mz.ld)
+STORE_OFFSET, STORE_SIZE = 0x180000, 0xC000  # of program flash: the settings' three pages (pic32mz.ld)
 
 
 def board_image(board: Board) -> tuple[Block, ...]:
@@ -58,7 +58,6 @@ def load_store(chip: VirtualChip, path: Path | None) -> None:
     chip.set_flash(STORE_OFFSET, pages)
 
 
-def save_store(chip: VirtualChip, path: Path | None) -> None:
+def save_store(chip: VirtualChip, path: Path) -> None:
     """Keep the settings' pages."""
-    if path is not None:
-        path.write_bytes(chip.flash()[STORE_OFFSET : STORE_OFFSET + STORE_SIZE])
+    path.write_bytes(chip.flash()[STORE_OFFSET : STORE_OFFSET + STORE_SIZE])

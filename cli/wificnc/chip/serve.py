@@ -23,6 +23,7 @@ from wificnc.chip.virtual import CPU_HZ
 from wificnc.errors import ServeError
 from wificnc.serve.options import Address, ServeOptions
 from wificnc.serve.server import ClientEvent
+from wificnc.serve.store_file import claim_store
 
 SLICE_S = 0.001  # of the chip's time between two looks at the clients
 BEHIND_S = 0.1  # more than this behind the clock is given up
@@ -63,15 +64,21 @@ class ChipServer:
         self._selector = selectors.DefaultSelector()
         self._listener: socket.socket | None = None
         self._doors: list[Door] = []
+        self._claim: int | None = None
+        self._loaded = False  # a file that could not be read is not written either
 
     def __enter__(self) -> ChipServer:
         self._chip = wired_chip(self.options.board, self._image)
         try:
+            if self.options.store:
+                self._claim = claim_store(self.options.store)
             load_store(self._chip, self.options.store)
-            self._chip.power_on()
-            self._chip.run(BOOT_S)
+            self._loaded = True
+            self._start()
             for line in self.options.settings:
                 self._set(line)
+            if self.options.settings:  # they are stored: with $22=1 it starts locked
+                self._start()
             self._open_tcp(self.options.tcp)
             self._open_pty(self.options.pty)
         except BaseException:
@@ -79,12 +86,21 @@ class ChipServer:
             raise
         return self
 
+    def _start(self) -> None:
+        self._chip.power_on()
+        self._chip.run(BOOT_S)
+
     def __exit__(self, *_: object) -> None:
         self.stop()
 
     def stop(self) -> int:
         """Close all doors and keep what is stored; its exit code."""
-        save_store(self._chip, self.options.store)
+        if self._loaded and self.options.store:
+            save_store(self._chip, self.options.store)
+        self._loaded = False
+        if self._claim is not None:
+            os.close(self._claim)
+            self._claim = None
         for door in self._doors:
             door.close()
         self._doors = []

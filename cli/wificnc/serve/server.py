@@ -16,6 +16,7 @@ from wificnc.build.checkout import checkout_root
 from wificnc.build.host import build_program, ensure_host_library, variant_directory
 from wificnc.errors import ServeError
 from wificnc.serve.options import ServeOptions, program_arguments
+from wificnc.serve.store_file import store_failure
 
 END_SECONDS = 5.0
 PASSWORD_VARIABLE = "WIFICNC_PASSWORD"
@@ -129,6 +130,8 @@ def _failure(options: ServeOptions, stage: str, error: int, text: str) -> ServeE
     if stage == "setting":
         said = f"error:{error} {status_text(error)}" if error > 0 else "no answer"
         return ServeError(f"the controller refuses {text}: {said}")
+    if stage == "store":
+        return store_failure(options.store or Path(), error)
     return ServeError(f"the controller cannot be served: {stage}: {text}")
 
 

@@ -51,6 +51,11 @@ static void left(void *ctx) {
         (void)rx_put(&controller->machine->rx, '!');
 }
 
+static bool notice(void *ctx, char *text, size_t size) {
+    const struct controller *controller = ctx;
+    return machine_notice(controller->machine, text, size);
+}
+
 static enum net_gate_result login(void *ctx, uint64_t who, const char *password, size_t size) {
     struct controller *controller = ctx;
     return net_gate_try(&controller->gate, who, password, size, hal_time_us(controller->machine->hal));
@@ -76,7 +81,7 @@ static void say(void *ctx, const char *bytes, size_t count) {
 void controller_init(struct controller *controller, struct machine *machine,
                      const struct net_hub_sizes *sizes) {
     static const struct net_hub_ops ops = {
-        .put = put, .hear = hear, .act = act, .event = forget_event, .left = left, .login = login};
+        .put = put, .hear = hear, .act = act, .event = forget_event, .left = left, .login = login, .notice = notice};
     *controller = (struct controller){.machine = machine, .listener = -1};
     net_hub_init(&controller->hub, sizes, &ops, controller);
 }

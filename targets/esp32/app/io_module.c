@@ -10,8 +10,8 @@ void io_module_start(struct io_module *module, const struct nvs_store *store,
     if (store->ops != NULL)
         device->store = (struct store){.ops = &nvs_hal_store, .ctx = store};
     settings_defaults(&device->settings);
-    (void)store_load_settings(&device->store, STORE_KEY_SETTINGS, STORE_VERSION, &device->settings,
-                              BOARD_AXIS_COUNT);
+    struct store_lost lost; /* a module does not move; what could be read is in force */
+    (void)store_load_settings(&device->store, &device->settings, BOARD_AXIS_COUNT, &lost);
     session_init_module(module->session, device, options, ops, module->wire);
     module->has_wire = net_wire_open(module->wire, "0.0.0.0", module->session) == 0;
 }

@@ -3,9 +3,16 @@
 
 #include "settings/store.h"
 
+#include <math.h>
 #include <string.h>
 
-static const char pending[] = "pending";
+static const char pending[] = "pending", stored[] = "stored";
+
+/* Key "stored": keys of the core, and settings by number, one bit each. */
+enum { CORE_KEYS = 16, NUMBERS = 256 };
+struct stored_list {
+    uint8_t core[CORE_KEYS / 8], settings[NUMBERS / 8];
+};
 
 /* "kept002" and so on. */
 struct blob_key {
@@ -18,6 +25,43 @@ static struct blob_key blob_key(uint8_t key) {
     name.text[5] = (char)('0' + key / 10 % 10);
     name.text[6] = (char)('0' + key % 10);
     return name;
+}
+
+/* ---- what is stored ---- */
+
+static struct stored_list read_list(const struct nvs_store *store) {
+    struct stored_list list = {{0}, {0}};
+    if (store->ops->get_blob(store->ctx, stored, &list, sizeof list) == 0)
+        list = (struct stored_list){{0}, {0}};
+    return list;
+}
+
+static bool is_listed(const uint8_t *bits, size_t index) {
+    return (bits[index / 8] >> index % 8 & 1) != 0;
+}
+
+static void list(uint8_t *bits, size_t index) {
+    bits[index / 8] |= (uint8_t)(1u << index % 8);
+}
+
+static bool write_list(const struct nvs_store *store, const struct stored_list *fresh) {
+    struct stored_list before = read_list(store);
+    return memcmp(&before, fresh, sizeof before) == 0 ||
+           store->ops->set_blob(store->ctx, stored, fresh, sizeof *fresh);
+}
+
+static bool list_core_key(const struct nvs_store *store, uint8_t key) {
+    struct stored_list fresh = read_list(store);
+    list(fresh.core, key);
+    return write_list(store, &fresh);
+}
+
+/* All settings are kept at once. */
+static bool list_settings(const struct nvs_store *store) {
+    struct stored_list fresh = read_list(store);
+    for (size_t i = 0; i < SETTINGS_COUNT; i++)
+        list(fresh.settings, nvs_keys[i].number);
+    return write_list(store, &fresh);
 }
 
 /* ---- one setting ---- */
@@ -78,14 +122,14 @@ static size_t changes(const struct nvs_store *store, const struct store_pair *pa
 
 static bool save_settings(const struct nvs_store *store, const void *image, size_t size) {
     struct store_pair pairs[SETTINGS_COUNT];
-    size_t count = store_unpack(image, size, STORE_VERSION, pairs);
+    size_t count = store_unpack(image, size, pairs);
     size_t changed = changes(store, pairs, count);
     if (count == 0)
         return false;
     if (changed <= 1)
-        return put_all(store, pairs, count);
+        return put_all(store, pairs, count) && list_settings(store);
     return store->ops->set_blob(store->ctx, pending, image, size) && put_all(store, pairs, count) &&
-           store->ops->erase(store->ctx, pending);
+           list_settings(store) && store->ops->erase(store->ctx, pending);
 }
 
 /* A power cut came between: what was to be saved is known whole. */
@@ -95,8 +139,8 @@ static void finish_pending(const struct nvs_store *store) {
     size_t size = store->ops->get_blob(store->ctx, pending, image, sizeof image);
     if (size == 0)
         return;
-    size_t count = store_unpack(image, size, STORE_VERSION, pairs);
-    if (put_all(store, pairs, count))
+    size_t count = store_unpack(image, size, pairs);
+    if (count == 0 || (put_all(store, pairs, count) && list_settings(store)))
         store->ops->erase(store->ctx, pending);
 }
 
@@ -105,15 +149,18 @@ static size_t load_settings(const struct nvs_store *store, void *bytes, size_t s
     struct store_pair pairs[SETTINGS_COUNT];
     size_t count = 0;
     finish_pending(store);
+    const struct stored_list listed = read_list(store);
     for (size_t i = 0; i < SETTINGS_COUNT; i++) {
         const struct nvs_key *row = &nvs_keys[i];
         uint32_t bits;
         if (store->ops->get(store->ctx, row->key, (enum nvs_type)row->type, &bits))
             pairs[count++] = (struct store_pair){.number = row->number, .value = value_of(row, bits)};
+        else if (is_listed(listed.settings, row->number))
+            pairs[count++] = (struct store_pair){.number = row->number, .value = NAN};
     }
     if (count == 0)
         return 0;
-    size_t made = store_pack(image, STORE_VERSION, pairs, count);
+    size_t made = store_pack(image, pairs, count);
     made = made < size ? made : size;
     memcpy(bytes, image, made);
     return made;
@@ -125,14 +172,30 @@ static size_t load(const void *ctx, uint8_t key, void *bytes, size_t size) {
     const struct nvs_store *store = ctx;
     if (key == STORE_KEY_SETTINGS)
         return load_settings(store, bytes, size);
-    return store->ops->get_blob(store->ctx, blob_key(key).text, bytes, size);
+    size_t count = store->ops->get_blob(store->ctx, blob_key(key).text, bytes, size);
+    if (count == 0 && is_listed(read_list(store).core, key)) {
+        *(uint8_t *)bytes = 0;
+        return 1;
+    }
+    if (count > 0)
+        (void)list_core_key(store, key); /* of a firmware that had no list, or a power cut came before it */
+    return count;
 }
 
 static bool save(const void *ctx, uint8_t key, const void *bytes, size_t count) {
     const struct nvs_store *store = ctx;
     if (key == STORE_KEY_SETTINGS)
         return save_settings(store, bytes, count);
-    return store->ops->set_blob(store->ctx, blob_key(key).text, bytes, count);
+    return store->ops->set_blob(store->ctx, blob_key(key).text, bytes, count) && list_core_key(store, key);
 }
 
-const struct hal_store nvs_hal_store = {.load = load, .save = save};
+/* NVS has dropped what is damaged. What is left of the settings is copied as one image; the other values are
+ * replaced only by the user, one by one. */
+static bool set_aside(const void *ctx) {
+    const struct nvs_store *store = ctx;
+    uint8_t image[STORE_IMAGE_MAX];
+    size_t size = load_settings(store, image, sizeof image);
+    return size > 0 && store->ops->set_blob(store->ctx, "aside", image, size);
+}
+
+const struct hal_store nvs_hal_store = {.load = load, .save = save, .set_aside = set_aside};

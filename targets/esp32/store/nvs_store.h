@@ -4,7 +4,10 @@
  *
  * NVS keeps each key atomically, not several. When more than one setting changes, their whole image first
  * goes under PENDING; a start that finds it there finishes the job. So a power cut leaves all old or all new
- * values. */
+ * values.
+ *
+ * NVS checks each entry and drops a damaged one, which then looks as if it had never been stored. So STORED
+ * lists what is: a listed value that is missing is lost, and the core is told so. */
 #ifndef WIFICNC_ESP32_NVS_STORE_H
 #define WIFICNC_ESP32_NVS_STORE_H
 

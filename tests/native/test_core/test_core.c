@@ -83,12 +83,12 @@ static void a_damaged_image_of_settings_is_refused(void) {
     const struct store_pair pairs[] = {{100, 80.0F}, {110, 5000.0F}, {132, 200.5F}};
     struct store_pair back[SETTINGS_COUNT];
     uint8_t image[STORE_IMAGE_MAX];
-    size_t size = store_pack(image, STORE_VERSION, pairs, 3);
-    check(store_unpack(image, size, STORE_VERSION, back) == 3 && back[2].value == 200.5F,
+    size_t size = store_pack(image, pairs, 3);
+    check(store_unpack(image, size, back) == 3 && back[2].value == 200.5F,
           "packed is not unpacked");
     for (size_t bit = 0; bit < 8 * size; bit++) {
         image[bit / 8] ^= (uint8_t)(1u << bit % 8);
-        check(store_unpack(image, size, STORE_VERSION, back) == 0, "a damaged image is taken");
+        check(store_unpack(image, size, back) == 0, "a damaged image is taken");
         image[bit / 8] ^= (uint8_t)(1u << bit % 8);
     }
 }

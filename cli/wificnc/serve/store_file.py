@@ -1,0 +1,51 @@
+"""The file that keeps settings: one server at a time, and errors in words."""
+
+from __future__ import annotations
+
+import errno
+import fcntl
+import os
+from pathlib import Path
+
+from wificnc.errors import ServeError
+
+
+def store_failure(path: Path, error: int) -> ServeError:
+    """Why `--settings path` cannot be used."""
+    name = f"--settings {path}"
+    if error == errno.EISDIR:
+        return ServeError(f"{name} is a folder", hint=f"name a file, like {path / 'settings.bin'}")
+    if error == errno.EINVAL:
+        return ServeError(f"{name} is not an ordinary file", hint="choose another name")
+    if error == errno.ENOENT:
+        return ServeError(f"{name}: there is no folder {path.parent}", hint=f"mkdir -p {path.parent}")
+    if error in (errno.EAGAIN, errno.EACCES) and _is_writable(path):
+        return ServeError(
+            f"{name} is in use by another server, and each would drop what the other stores",
+            hint="end that one, or choose another file",
+        )
+    return ServeError(f"{name}: {os.strerror(error)}", hint="may you write to its folder?")
+
+
+def _is_writable(path: Path) -> bool:
+    return os.access(path.parent, os.W_OK | os.X_OK)
+
+
+def claim_store(path: Path) -> int:
+    """Lock the file for this process, as targets/host/host_store.c does; os.close() releases it.
+
+    Raises:
+        ServeError: it cannot be used, or another server has it.
+    """
+    if path.exists() and not path.is_file():
+        raise store_failure(path, errno.EISDIR if path.is_dir() else errno.EINVAL)
+    try:
+        lock = os.open(f"{path}.lock", os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o666)
+    except OSError as err:
+        raise store_failure(path, err.errno or 0) from err
+    try:
+        fcntl.lockf(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError as err:
+        os.close(lock)
+        raise store_failure(path, errno.EAGAIN) from err
+    return lock
