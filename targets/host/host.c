@@ -73,6 +73,7 @@ struct host *host_open(const struct host_board *board, const char *store_path) {
 
 void host_destroy(struct host *host) {
     if (host != NULL) {
+        output_log_free(&host->hal.output_log);
         free(host->out);
         free(host->store_path);
     }
@@ -183,6 +184,7 @@ static enum host_wait run(struct host *host, uint64_t max_events, uint64_t until
     while (budget != 0) {
         bool any = host_follow_edges(host);
         any |= machine_poll(machine);
+        outputs_follow(&host->hal);
         show_segments(host);
         bool all_read = !host->paced && rx_free(&machine->rx) == RX_SIZE && machine->stage == TASK_NONE;
         if (all_read && !host->input_follows)
@@ -192,6 +194,7 @@ static enum host_wait run(struct host *host, uint64_t max_events, uint64_t until
         if (hal->now_ticks >= until_ticks)
             return HOST_TIME;
         uint64_t next = virtual_next_ticks(&host->hal.virtual_machine);
+        next = earlier(next, outputs_next_ticks(&host->hal, machine->step.active));
         if (machine->step.active) {
             run_events(host, &budget, earlier(next, until_ticks));
             continue;
@@ -233,7 +236,8 @@ enum host_wait host_run_paced(struct host *host, uint64_t t_ticks, uint64_t max_
 uint64_t host_next_ticks(const struct host *host) {
     if (host->machine.step.active)
         return host->hal.step.now_ticks;
-    return earlier(wake_ticks(host), virtual_next_ticks(&host->hal.virtual_machine));
+    uint64_t next = earlier(wake_ticks(host), outputs_next_ticks(&host->hal, 0));
+    return earlier(next, virtual_next_ticks(&host->hal.virtual_machine));
 }
 
 uint64_t host_time_ticks(const struct host *host) {
