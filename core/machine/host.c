@@ -188,7 +188,10 @@ enum host_answer machine_host_lay(struct machine *machine, uint32_t ahead, const
         return answer;
     if (ahead == 0 && is_pushed_on(machine, segment))
         return HOST_TOUCHES;
-    answer = answers[feed_lay(feed, ahead, segment)];
+    struct feed_segment laid = *segment;
+    if ((laid.flags & (SEGMENT_RAPID | SEGMENT_PROBE)) == 0)
+        laid.flags |= SEGMENT_CUT; /* docs/protocol.md: a host marks what is no cut */
+    answer = answers[feed_lay(feed, ahead, &laid)];
     if (answer != HOST_DONE)
         return answer;
     if (preempts)

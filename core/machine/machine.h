@@ -121,12 +121,13 @@ struct machine_timer {
 /** Spindle and coolant: what the program wants and what is kept from it. */
 struct machine_outputs {
     enum gcode_spindle spindle;
-    float rpm; /* S */
+    float rpm;  /* S */
+    bool laser; /* switched on as a laser ($32) */
     uint8_t coolant;
     bool spindle_stopped; /* 0x9E in a hold */
     bool suspended;       /* the door is open: everything is off */
     bool coolant_waits;   /* the door was closed: the spindle runs up first */
-    float power;          /* laser: part of S that is put out, 0 .. 1 */
+    float shown_rpm;      /* on the pins: with override, limits and the laser's power */
 };
 
 /** Where a pass that follows the spindle is; machine/thread.c. */
