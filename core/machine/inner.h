@@ -120,7 +120,7 @@ void outputs_off(struct machine *machine);
 /** Spindle speed that is put out now, rpm; 0 = off. */
 float outputs_rpm(const struct machine *machine);
 /** Coolant that is put out now, COOLANT_ bits. */
-uint8_t outputs_coolant(const struct machine *machine);
+uint8_t outputs_coolant_bits(const struct machine *machine);
 /** The laser's power follows the motion; and a change of $32 switches the spindle off. */
 void outputs_poll(struct machine *machine);
 

@@ -209,7 +209,10 @@ uint32_t machine_wait_us(const struct machine *machine) {
     uint32_t quiet = timer_left_us(machine, &machine->quiet);
     uint32_t timer = timer_left_us(machine, &machine->timer);
     uint32_t least = quiet < timer ? quiet : timer;
+    uint32_t aim = timer_left_us(machine, &machine->outputs.aim);
     uint32_t motors = motors_wait_us(machine);
+    if (aim < least)
+        least = aim;
     if (motors > 0 && motors < least)
         least = motors;
     if (machine->motion.waits && !machine->critical && least > MOTION_START_DELAY_US)

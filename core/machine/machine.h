@@ -128,6 +128,7 @@ struct machine_outputs {
     bool suspended;       /* the door is open: everything is off */
     bool coolant_waits;   /* the door was closed: the spindle runs up first */
     float shown_rpm;      /* on the pins: with override, limits and the laser's power */
+    struct machine_timer aim; /* the aiming beam of a laser at rest; laser.c */
 };
 
 /** Where a pass that follows the spindle is; machine/thread.c. */

@@ -15,8 +15,8 @@ static float limited_rpm(const struct machine *machine) {
     bool enabled = (machine->gcode.modal.overrides & OVERRIDE_SPINDLE) != 0;
     if (!spindle_is_on(machine))
         return 0.0f;
-    float rpm = settings->laser_mode ? laser_rpm(machine) : machine->outputs.rpm;
-    rpm *= enabled ? (float)machine->spindle_pct * 0.01f : 1.0f;
+    float factor = enabled ? (float)machine->spindle_pct * 0.01f : 1.0f;
+    float rpm = settings->laser_mode ? laser_rpm(machine, factor) : machine->outputs.rpm * factor;
     if (rpm <= 0.0f)
         return 0.0f;
     if (settings->spindle_max_rpm <= settings->spindle_min_rpm) /* on or off, nothing between */
@@ -48,14 +48,14 @@ float outputs_rpm(const struct machine *machine) {
     return machine->outputs.shown_rpm;
 }
 
-uint8_t outputs_coolant(const struct machine *machine) {
+uint8_t outputs_coolant_bits(const struct machine *machine) {
     const struct machine_outputs *outputs = &machine->outputs;
     return outputs->suspended || outputs->coolant_waits ? 0 : outputs->coolant;
 }
 
 void outputs_apply(struct machine *machine) {
     put_spindle(machine, limited_rpm(machine));
-    hal_coolant_set(machine->hal, outputs_coolant(machine));
+    hal_coolant_set(machine->hal, outputs_coolant_bits(machine));
 }
 
 void outputs_set(struct machine *machine, enum gcode_spindle spindle, float rpm, uint8_t coolant) {
@@ -64,6 +64,7 @@ void outputs_set(struct machine *machine, enum gcode_spindle spindle, float rpm,
     outputs->rpm = rpm;
     outputs->coolant = coolant;
     outputs->laser = machine->settings.laser_mode;
+    outputs->aim.on = false;
     outputs_apply(machine);
     spindle_disturb(&machine->motion.emit.spindle, hal_time_us(machine->hal));
     report_changed_override(machine);
@@ -87,6 +88,7 @@ void outputs_poll(struct machine *machine) {
         leave_mode(machine);
     if (!machine->settings.laser_mode || outputs->spindle == SPINDLE_OFF)
         return;
+    laser_poll(machine);
     if (machine->motion.ring.owner != RING_OWNER_HOST)
         outputs->rpm = machine->gcode.modal.spindle_rpm; /* reports: S comes with its line, without M3 */
     float rpm = limited_rpm(machine);

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT
  * The stages of one accepted G-code line. */
 #include "machine/inner.h"
+#include "machine/laser.h"
 
 #include <math.h>
 
@@ -68,8 +69,10 @@ void task_set_position(struct machine *machine, const double target_mm[AXIS_COUN
 }
 
 void task_set_outputs(struct machine *machine, enum gcode_spindle spindle, uint8_t coolant) {
-    if (machine->state != MACHINE_CHECK)
-        outputs_set(machine, spindle, machine->command.next.spindle_rpm, coolant);
+    if (machine->state == MACHINE_CHECK)
+        return;
+    outputs_set(machine, spindle, machine->command.next.spindle_rpm, coolant);
+    laser_aim(machine);
 }
 
 static bool is_arc(const struct gcode_move *move) {
@@ -223,6 +226,8 @@ static void switch_outputs(struct machine *machine) {
 static enum task_stage stage_of_outputs(struct machine *machine) {
     if (machine->command.sync && needs_stop(machine))
         return TASK_OUTPUTS;
+    if (machine->command.sync)
+        laser_aim(machine);
     set_port(machine);
     return stage_after_outputs(machine);
 }

@@ -19,7 +19,7 @@
 enum { STORE_KEY_SETTINGS = 1, STORE_VERSION = 1 };
 
 /** Longest payload and longest image, bytes. */
-enum { STORE_SIZE_MAX = 400, STORE_IMAGE_MAX = 8 + STORE_SIZE_MAX };
+enum { STORE_SIZE_MAX = 480, STORE_IMAGE_MAX = 8 + STORE_SIZE_MAX };
 
 /** Where values are kept. ops may be NULL: nothing is kept, nothing is found, and saving is no error. */
 struct store {
