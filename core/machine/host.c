@@ -504,10 +504,21 @@ static void know_outputs(struct gcode_modal *modal, const struct host_outputs *t
     modal->spindle_rpm = to->rpm;
 }
 
+/* The spindle can do what is asked for on this board. */
+static bool can_turn(const struct machine *machine, const struct host_outputs *to) {
+    const struct gcode_ports *ports = &machine->gcode.ports;
+    if (!to->turns || to->spindle == SPINDLE_OFF)
+        return true;
+    return !ports->no_spindle && (!ports->no_reverse || to->spindle == SPINDLE_CW);
+}
+
 enum host_answer machine_host_outputs(struct machine *machine, const struct host_outputs *to) {
     uint8_t coolant =
         (uint8_t)((machine->outputs.coolant & ~to->coolant_mask) | (to->coolant & to->coolant_mask));
+    coolant &= (uint8_t)~machine->gcode.ports.no_coolant; /* the status shows what is on */
     bool starts = (to->turns && to->spindle != SPINDLE_OFF) || (to->coolant & to->coolant_mask) != 0;
+    if (!can_turn(machine, to))
+        return HOST_MALFORMED;
     if (is_locked(machine) && starts)
         return HOST_LOCKED;
     if (!machine->host.owns && starts && (machine->stage != TASK_NONE || machine->state != MACHINE_IDLE))

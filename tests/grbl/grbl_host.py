@@ -108,15 +108,16 @@ class Grbl:
         axes: int = 3,
         store: Path | None = None,
         ganged: int = 0,
-        relay: bool = False,
+        lacks: int = 0,  # BOARD_OUTPUT_ bits of core/machine/machine.h
         ports: bool = True,  # four inputs, and analog ones
         motors_wake_us: int = 0,
         encoder: bool = False,
         outputs: int = 5,
         home: int = 0,  # axes with home switches of their own
+        board: HostBoard | None = None,  # this one instead of all that
     ) -> None:
         timing = (HZ, 1000, 500, 500_000)
-        board = HostBoard(*timing, axes, ganged, relay, 4 * ports, ports, motors_wake_us, outputs, encoder, home)
+        board = board or HostBoard(*timing, axes, ganged, lacks, 4 * ports, ports, motors_wake_us, outputs, encoder, home)
         self._host = LIB.host_open(ctypes.byref(board), str(store).encode() if store else None)
         assert self._host
         LIB.host_input_follows(self._host, 0)

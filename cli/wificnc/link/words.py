@@ -66,6 +66,7 @@ ERRORS: dict[int, str] = {
     132: "M66 has L0 to L4; with E only L0, and to wait it needs a Q above 0",
     133: "an analog output is set to 0 to 100 percent (Q)",
     134: "a later M70, M71 or M73 took the place of what M73 saved here: there is one place",
+    135: "the board has no output for this (wificnc boards show; $91=1 lets M7 and M8 pass)",
     140: "the machine's arms cannot reach this point, or not on a straight line from here",
     150: "this needs a spindle encoder: the board has none, or $88 is 0",
     151: "this needs a turning spindle: M3 or M4, and an S above 0",
