@@ -135,11 +135,18 @@ struct gcode_ports {
     uint8_t digital_in;            /* 0 .. DIGITAL_INPUT_COUNT */
     uint8_t analog_in, analog_out; /* 0 .. ANALOG_COUNT */
     bool encoder;                  /* of the spindle: G33, G33.1, G76 and G95 are possible */
+    bool no_spindle, no_reverse;   /* no output for it, or none for its direction: M3 and M4, or M4 */
+    uint8_t no_coolant;            /* COOLANT_ bits without an output: M7, M8 */
+    bool coolant_passes;           /* $91: they are taken all the same, and stay off */
 };
 
 /** All that can be: for who reads a program without its machine. */
 #define GCODE_PORTS_ALL                                                                                      \
-    ((struct gcode_ports){OUTPUT_COUNT, DIGITAL_INPUT_COUNT, ANALOG_COUNT, ANALOG_COUNT, true})
+    ((struct gcode_ports){.digital_out = OUTPUT_COUNT,                                                       \
+                          .digital_in = DIGITAL_INPUT_COUNT,                                                 \
+                          .analog_in = ANALOG_COUNT,                                                         \
+                          .analog_out = ANALOG_COUNT,                                                        \
+                          .encoder = true})
 
 /** Everything gcode_resolve() reads. */
 struct gcode_state {
@@ -226,6 +233,7 @@ struct gcode_command {
     enum gcode_modes modes;     /* what becomes of gcode_state.saved; RESTORE is already in next */
     enum gcode_spindle spindle; /* for this line's dwell and move; next differs from these two */
     uint8_t coolant;            /*   only at FLOW_END, which switches both off after the move */
+    uint8_t coolant_passed;     /* COOLANT_ bits of its M7 and M8 that stay off for want of an output */
     bool tool_change;           /* M6: to next.tool */
     bool sync;                  /* a change of spindle, coolant, override switches, to or from G95, or
                                  * port_sync: let motion finish first */

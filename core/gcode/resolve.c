@@ -145,6 +145,21 @@ static void resolve_flow(struct resolver *r) {
     }
 }
 
+/* M3, M4, M7 and M8 need their outputs. */
+static enum status resolve_wiring(struct resolver *r) {
+    const struct gcode_ports *ports = &r->state->ports;
+    const uint8_t *value = r->block->value;
+    const bool turns = block_has_group(r->block, GROUP_SPINDLE) && value[GROUP_SPINDLE] != SPINDLE_OFF;
+
+    if (turns && (ports->no_spindle || (ports->no_reverse && value[GROUP_SPINDLE] == SPINDLE_CCW)))
+        return STATUS_NO_OUTPUT;
+    if (!block_has_group(r->block, GROUP_COOLANT))
+        return STATUS_OK;
+    r->out->coolant_passed = value[GROUP_COOLANT] & ports->no_coolant;
+    r->out->next.coolant &= (uint8_t)~ports->no_coolant;
+    return r->out->coolant_passed != 0 && !ports->coolant_passes ? STATUS_NO_OUTPUT : STATUS_OK;
+}
+
 static enum status resolve_any(const struct gcode_state *state, const struct gcode_block *block,
                                struct gcode_command *command) {
     struct resolver r = {
@@ -178,6 +193,8 @@ static enum status resolve_any(const struct gcode_state *state, const struct gco
     if (command->next.feed_mode == FEED_PER_REV && !(WITH_ENCODER && state->ports.encoder))
         return STATUS_NO_ENCODER;
     status = resolve_values(&r);
+    if (status == STATUS_OK && !only_motion(block))
+        status = resolve_wiring(&r);
     if (status == STATUS_OK && !only_motion(block))
         resolve_switches(&r);
     if (status == STATUS_OK && block_has_group(block, GROUP_PORT))

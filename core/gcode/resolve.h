@@ -47,6 +47,7 @@ struct resolver {
 static inline void resolve_nothing(struct gcode_command *command) {
     command->tool_change = command->sync = command->port_sync = false;
     command->port = -1;
+    command->coolant_passed = 0;
     command->dwell_s = -1.0f;
     command->store = STORE_NOTHING;
     command->store_tool_length = command->tool_table_used = false;

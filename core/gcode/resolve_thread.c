@@ -146,6 +146,8 @@ enum status resolve_thread(struct resolver *r) {
         return STATUS_AXIS_WORDS_UNUSED;
     if (next->spindle == SPINDLE_OFF || next->spindle_rpm <= 0.0f)
         return STATUS_SPINDLE_OFF;
+    if (next->cycle == THREAD_TAP && r->state->ports.no_reverse)
+        return STATUS_NO_OUTPUT; /* the spindle could not turn back */
     r->out->sticky = r->state->sticky;
     move->motion = MOTION_THREAD;
     move->thread = (struct gcode_thread){.kind = (enum gcode_thread_kind)next->cycle};

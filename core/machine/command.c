@@ -1,12 +1,13 @@
 /* SPDX-License-Identifier: MIT
  * $ lines: what each needs, and in which states it is possible. Order of the checks as in Grbl. */
 #include "machine/inner.h"
+#include "machine/wiring.h"
 
 #include "gcode/number.h"
 
 #include <string.h>
 
-enum { LASER_MODE = 32, STEPS_PER_MM = 100, KINEMATICS = 80, ARMS = 82 }; /* $32, $100 .., $80 .. */
+enum { STEPS_PER_MM = 100, KINEMATICS = 80, ARMS = 82 }; /* $100 .., $80 .. */
 
 static enum status help(struct machine *machine) {
     text_string(&machine->out,
@@ -127,9 +128,10 @@ static bool is_pulse_short(const struct machine *machine, int32_t number, double
 enum status command_set(struct machine *machine, uint16_t number, double value) {
     if (is_pulse_short(machine, number, value))
         return STATUS_STEP_PULSE_SHORT;
-    if (number == LASER_MODE && value >= 1.0 && machine->board.relay_spindle)
-        return STATUS_LASER_NEEDS_PWM;
-    enum status status = settings_set(&machine->settings, number, value, machine->board.axis_count);
+    enum status status = wiring_check(machine, number, value);
+    if (status != STATUS_OK)
+        return status;
+    status = settings_set(&machine->settings, number, value, machine->board.axis_count);
     if (status != STATUS_OK)
         return status;
     machine_apply_settings(machine);

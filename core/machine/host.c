@@ -188,7 +188,10 @@ enum host_answer machine_host_lay(struct machine *machine, uint32_t ahead, const
         return answer;
     if (ahead == 0 && is_pushed_on(machine, segment))
         return HOST_TOUCHES;
-    answer = answers[feed_lay(feed, ahead, segment)];
+    struct feed_segment laid = *segment;
+    if ((laid.flags & (SEGMENT_RAPID | SEGMENT_PROBE)) == 0)
+        laid.flags |= SEGMENT_CUT; /* docs/protocol.md: a host marks what is no cut */
+    answer = answers[feed_lay(feed, ahead, &laid)];
     if (answer != HOST_DONE)
         return answer;
     if (preempts)
@@ -504,10 +507,21 @@ static void know_outputs(struct gcode_modal *modal, const struct host_outputs *t
     modal->spindle_rpm = to->rpm;
 }
 
+/* The spindle can do what is asked for on this board. */
+static bool can_turn(const struct machine *machine, const struct host_outputs *to) {
+    const struct gcode_ports *ports = &machine->gcode.ports;
+    if (!to->turns || to->spindle == SPINDLE_OFF)
+        return true;
+    return !ports->no_spindle && (!ports->no_reverse || to->spindle == SPINDLE_CW);
+}
+
 enum host_answer machine_host_outputs(struct machine *machine, const struct host_outputs *to) {
     uint8_t coolant =
         (uint8_t)((machine->outputs.coolant & ~to->coolant_mask) | (to->coolant & to->coolant_mask));
+    coolant &= (uint8_t)~machine->gcode.ports.no_coolant; /* the status shows what is on */
     bool starts = (to->turns && to->spindle != SPINDLE_OFF) || (to->coolant & to->coolant_mask) != 0;
+    if (!can_turn(machine, to))
+        return HOST_MALFORMED;
     if (is_locked(machine) && starts)
         return HOST_LOCKED;
     if (!machine->host.owns && starts && (machine->stage != TASK_NONE || machine->state != MACHINE_IDLE))

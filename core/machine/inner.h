@@ -122,7 +122,9 @@ void outputs_apply(struct machine *machine);
 void outputs_off(struct machine *machine);
 /** Spindle speed that is put out now, rpm; 0 = off. */
 float outputs_rpm(const struct machine *machine);
-/** Laser mode: power of the line on the pins, at its speed. */
+/** Coolant that is put out now, COOLANT_ bits. */
+uint8_t outputs_coolant_bits(const struct machine *machine);
+/** The laser's power follows the motion; and a change of $32 switches the spindle off. */
 void outputs_poll(struct machine *machine);
 
 /* motors.c */

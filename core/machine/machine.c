@@ -2,6 +2,7 @@
 #include "machine/inner.h"
 
 #include "base/debug.h"
+#include "machine/wiring.h"
 
 #include <string.h>
 
@@ -45,6 +46,7 @@ void machine_init(struct machine *machine, const struct machine_board *board, st
     prep_init(&machine->prep, &machine->motion.ring, &machine->step, &no_timing);
     machine->feed_pct = machine->rapid_pct = machine->spindle_pct = 100;
     keep_load(machine);
+    wiring_fit(machine);
     machine->state =
         machine->settings.homing || keep_is_damaged(machine) ? MACHINE_ALARM : MACHINE_IDLE;
     hal_inputs_read(hal, &machine->inputs);
@@ -218,7 +220,10 @@ uint32_t machine_wait_us(const struct machine *machine) {
     uint32_t quiet = timer_left_us(machine, &machine->quiet);
     uint32_t timer = timer_left_us(machine, &machine->timer);
     uint32_t least = quiet < timer ? quiet : timer;
+    uint32_t aim = timer_left_us(machine, &machine->outputs.aim);
     uint32_t motors = motors_wait_us(machine);
+    if (aim < least)
+        least = aim;
     if (motors > 0 && motors < least)
         least = motors;
     if (machine->motion.waits && !machine->critical && least > MOTION_START_DELAY_US)
@@ -268,6 +273,7 @@ void machine_apply_settings(struct machine *machine) {
     }
     machine->gcode.arc_radius_tolerance_mm = settings->arc_radius_tolerance_mm;
     thread_set_encoder(machine);
+    wiring_apply(machine);
     const float arm_mm[2] = {settings->arm_1_mm, settings->arm_2_mm};
     kinematics_init(&machine->joints.kinematics, (enum kinematics_kind)settings->kinematics, arm_mm,
                     settings->max_travel_mm);
@@ -290,10 +296,12 @@ static void begin_gcode(struct machine *machine) {
     if (command->port >= 0 && command->port_kind == PORT_DIGITAL_OUT &&
         (torque_mask(machine) >> command->port & 1) != 0)
         status = STATUS_NO_PORT; /* it is a torque line */
-    if (status == STATUS_OK)
+    if (status == STATUS_OK) {
+        wiring_report_coolant(machine);
         task_begin(machine);
-    else
+    } else {
         machine_answer(machine, status);
+    }
 }
 
 static void take_gcode(struct machine *machine, const char *line) {

@@ -28,6 +28,17 @@
 #include "step/isr.h"
 #include "step/prep.h"
 
+/** Outputs that not every board has: bits of machine_board.outputs. */
+enum board_output {
+    BOARD_OUTPUT_SPINDLE = 1, /* anything that starts it: an enable line or PWM */
+    BOARD_OUTPUT_PWM = 2,     /* of the spindle; a laser ($32) needs it */
+    BOARD_OUTPUT_REVERSE = 4, /* its direction: M4 without $32 */
+    BOARD_OUTPUT_FLOOD = 8,
+    BOARD_OUTPUT_MIST = 16,
+    BOARD_OUTPUT_SERVO = 32,
+    BOARD_OUTPUTS_ALL = 63
+};
+
 /** What the board fixes. */
 struct machine_board {
     uint32_t timer_hz;
@@ -38,7 +49,7 @@ struct machine_board {
     uint8_t axis_count;                /* 1 .. AXIS_COUNT */
     axis_mask_t home_axes;             /* homing looks at switches of their own, not at the limits */
     uint32_t motors_wake_us;           /* drivers need it from enabled to their first step */
-    bool relay_spindle;                /* no PWM output: a laser ($32) is error:17 */
+    uint8_t outputs;                   /* BOARD_OUTPUT_ bits of what is wired */
     uint16_t charge_pump_hz;           /* of its square wave; 0: no such output */
     uint8_t digital_inputs;            /* of M66, 0 .. DIGITAL_INPUT_COUNT */
     uint8_t digital_outputs;           /* of M62 .. M65, 0 .. OUTPUT_COUNT */
@@ -123,12 +134,14 @@ struct machine_timer {
 /** Spindle and coolant: what the program wants and what is kept from it. */
 struct machine_outputs {
     enum gcode_spindle spindle;
-    float rpm; /* S */
+    float rpm;  /* S */
+    bool laser; /* switched on as a laser ($32) */
     uint8_t coolant;
     bool spindle_stopped; /* 0x9E in a hold */
     bool suspended;       /* the door is open: everything is off */
     bool coolant_waits;   /* the door was closed: the spindle runs up first */
-    float power;          /* laser: part of S that is put out, 0 .. 1 */
+    float shown_rpm;      /* on the pins: with override, limits and the laser's power */
+    struct machine_timer aim; /* the aiming beam of a laser at rest; laser.c */
 };
 
 /** Where a pass that follows the spindle is; machine/thread.c. */
@@ -300,6 +313,7 @@ struct machine {
     struct machine_edges edges;
     struct hal_inputs inputs; /* at the last poll */
     struct machine_outputs outputs;
+    uint8_t coolant_told; /* COOLANT_ bits of which wiring_report_coolant() has spoken */
     uint8_t digital; /* outputs of M62 .. M65: bit n = Pn; a reset leaves them */
     bool hold_waits; /* ! while M53 P0 is in force */
 

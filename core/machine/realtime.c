@@ -133,6 +133,10 @@ static void toggle_spindle_stop(struct machine *machine) {
 
 static void toggle_coolant(struct machine *machine, uint8_t bit) {
     enum machine_state state = machine->state;
+    if ((machine->gcode.ports.no_coolant & bit) != 0) {
+        report_message(machine, "This board has no output for that coolant");
+        return;
+    }
     if (state != MACHINE_IDLE && state != MACHINE_RUN && state != MACHINE_HOLD)
         return;
     machine->outputs.coolant ^= bit;

@@ -136,7 +136,7 @@ static void report_overrides(const struct machine *machine) {
     const struct text_out *out = &machine->out;
     const struct machine_outputs *outputs = &machine->outputs;
     bool spindle = outputs->spindle != SPINDLE_OFF && !outputs->spindle_stopped && !outputs->suspended;
-    uint8_t coolant = outputs->suspended || outputs->coolant_waits ? 0 : outputs->coolant;
+    uint8_t coolant = outputs_coolant_bits(machine);
     text_string(out, "|Ov:");
     text_int(out, machine->feed_pct);
     text_string(out, ",");

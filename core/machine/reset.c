@@ -61,6 +61,7 @@ void machine_reset(struct machine *machine, enum alarm alarm) {
     machine->stage = TASK_NONE;
     machine->startup = STARTUP_LINE_COUNT;
     machine->arc_pending = machine->critical = machine->critical_untold = machine->flushing = false;
+    machine->coolant_told = 0;
     machine->hold_waits = machine->input_awaited = false;
     machine->reset_asked = machine->homed_line = machine->restoring = false;
     machine->restart = true;

@@ -1,6 +1,9 @@
 /* SPDX-License-Identifier: MIT
  * The stages of one accepted G-code line. */
 #include "machine/inner.h"
+#include "machine/laser.h"
+
+#include <math.h>
 
 #define DWELL_SLICE_S 0.02  /* a hold stops a dwell within this */
 #define AWAIT_SLICE_S 0.005 /* so do the inputs of M66 */
@@ -14,6 +17,8 @@ bool task_rest_reached(struct machine *machine) {
 
 static uint8_t line_flags(const struct machine *machine, bool rapid) {
     uint8_t flags = rapid ? MOTION_FLAG_RAPID : 0;
+    if (!rapid && (machine->stage == TASK_MOVE || machine->stage == TASK_ARC))
+        flags |= MOTION_FLAG_CUT;
     if (machine->command.next.path != PATH_BLEND || machine->stage == TASK_THREAD)
         flags |= MOTION_FLAG_EXACT_STOP;
     return flags;
@@ -64,8 +69,10 @@ void task_set_position(struct machine *machine, const double target_mm[AXIS_COUN
 }
 
 void task_set_outputs(struct machine *machine, enum gcode_spindle spindle, uint8_t coolant) {
-    if (machine->state != MACHINE_CHECK)
-        outputs_set(machine, spindle, machine->command.next.spindle_rpm, coolant);
+    if (machine->state == MACHINE_CHECK)
+        return;
+    outputs_set(machine, spindle, machine->command.next.spindle_rpm, coolant);
+    laser_aim(machine);
 }
 
 static bool is_arc(const struct gcode_move *move) {
@@ -119,27 +126,42 @@ static enum task_stage stage_after_move(const struct machine *machine) {
     return machine->command.flow == FLOW_RUN ? TASK_NONE : TASK_FLOW;
 }
 
+/* The feed that the line asks for, mm/s; of a curve after begin_curve(). */
+static float asked_feed_mm_s(const struct machine *machine) {
+    const struct gcode_move *move = &machine->command.move;
+    if (move->inverse_time_s <= 0.0f)
+        return move->feed_mm_s;
+    if (is_arc(move) || is_spline(move))
+        return machine->arc_feed_mm_s;
+    double sum = 0.0;
+    for (unsigned ax = 0; ax <= AXIS_Z; ax++) {
+        double way_mm = move->target_mm[ax] - machine->gcode.position_mm[ax];
+        sum += way_mm * way_mm;
+    }
+    return (float)sqrt(sum) / move->inverse_time_s;
+}
+
 static void note_line(struct machine *machine) {
     const struct gcode_command *command = &machine->command;
     bool laser = machine->settings.laser_mode && command->spindle != SPINDLE_OFF;
     notes_add(&machine->notes, &(struct line_note){.line = machine->lines,
                                                    .number = command->line_number,
                                                    .rpm = laser ? command->next.spindle_rpm : 0.0f,
-                                                   .feed_mm_s = laser ? command->move.feed_mm_s : 0.0f});
+                                                   .feed_mm_s = laser ? asked_feed_mm_s(machine) : 0.0f});
 }
 
 static enum task_stage stage_of_move(struct machine *machine) {
     const struct gcode_move *move = &machine->command.move;
     if (move->motion == MOTION_NONE)
         return stage_after_move(machine);
+    if (is_arc(move) || is_spline(move))
+        begin_curve(machine);
     note_line(machine);
     thread_note_feed(machine);
     if (move->via)
         return task_leaves_travel(machine, move->via_mm) ? TASK_SOFT_LIMIT : TASK_VIA;
-    if (is_arc(move) || is_spline(move)) {
-        begin_curve(machine);
+    if (is_arc(move) || is_spline(move))
         return TASK_ARC;
-    }
     if (task_leaves_travel(machine, move->target_mm))
         return TASK_SOFT_LIMIT;
     if (move->motion == MOTION_CYCLE) { /* all of it lies between these two and where it starts */
@@ -204,6 +226,8 @@ static void switch_outputs(struct machine *machine) {
 static enum task_stage stage_of_outputs(struct machine *machine) {
     if (machine->command.sync && needs_stop(machine))
         return TASK_OUTPUTS;
+    if (machine->command.sync)
+        laser_aim(machine);
     set_port(machine);
     return stage_after_outputs(machine);
 }

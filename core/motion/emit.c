@@ -158,6 +158,7 @@ static uint8_t segment_flags(uint8_t motion_flags) {
     flags |= (motion_flags & MOTION_FLAG_RAPID) != 0 ? SEGMENT_RAPID : 0;
     flags |= (motion_flags & MOTION_FLAG_PROBE) != 0 ? SEGMENT_PROBE : 0;
     flags |= (motion_flags & MOTION_FLAG_JOG) != 0 ? SEGMENT_JOG : 0;
+    flags |= (motion_flags & MOTION_FLAG_CUT) != 0 ? SEGMENT_CUT : 0;
     return flags;
 }
 

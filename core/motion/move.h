@@ -23,6 +23,7 @@ enum motion_flags {
     MOTION_FLAG_EXACT_STOP = 0x02, /* rest at the end (G61, G61.1, probing) */
     MOTION_FLAG_PROBE = 0x04,
     MOTION_FLAG_JOG = 0x08,
+    MOTION_FLAG_CUT = 0x10, /* G1 to G3 and splines of a program: what a laser burns */
 };
 
 /** One straight move. */

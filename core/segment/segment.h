@@ -27,6 +27,7 @@ enum segment_flags {
     SEGMENT_EXACT_STOP = 0x08, /* ends at rest because the program asked for it */
     SEGMENT_DWELL = 0x10,      /* no steps, only time */
     SEGMENT_JOG = 0x20,
+    SEGMENT_CUT = 0x40, /* a laser burns here; without it the beam is dark (machine/laser.c) */
 };
 
 enum {

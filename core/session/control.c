@@ -48,7 +48,7 @@ static struct wire_handshake_response about_machine(const struct machine *machin
             (uint8_t)(WIRE_CAPABILITY_STREAM | (board->charge_pump_hz > 0 ? WIRE_CAPABILITY_CHARGE_PUMP : 0) |
                       (board->digital_outputs > 0 ? WIRE_CAPABILITY_MISC_OUTPUTS : 0) |
                       (board->digital_inputs > 0 ? WIRE_CAPABILITY_MISC_INPUTS : 0) |
-                      (board->relay_spindle ? 0 : WIRE_CAPABILITY_SPINDLE_PWM) |
+                      ((board->outputs & BOARD_OUTPUT_PWM) != 0 ? WIRE_CAPABILITY_SPINDLE_PWM : 0) |
                       (pulses > 0 ? WIRE_CAPABILITY_ENCODER : 0)),
         .encoder_ppr_high = (uint8_t)(pulses >> 8),
         .encoder_ppr_low = (uint8_t)pulses,

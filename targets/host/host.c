@@ -48,11 +48,11 @@ struct host *host_open(const struct host_board *board, const char *store_path) {
         .axis_count = board->axis_count,
         .home_axes = board->home_axes,
         .motors_wake_us = board->motors_wake_us,
-        .relay_spindle = board->relay_spindle != 0,
+        .outputs = (uint8_t)(BOARD_OUTPUTS_ALL & ~board->missing_outputs),
         .digital_inputs = board->digital_inputs,
         .digital_outputs = board->digital_outputs,
         .encoder = board->encoder != 0 ? &host_encoder : NULL,
-        .servo = &host_servo,
+        .servo = (board->missing_outputs & BOARD_OUTPUT_SERVO) == 0 ? &host_servo : NULL,
         .analog = board->analog != 0 ? &host_analog : NULL,
         .ganged = board->ganged != 0 ? &host->hal.ganged : NULL,
         .store = store_path != NULL ? &host_store : NULL,
@@ -73,6 +73,7 @@ struct host *host_open(const struct host_board *board, const char *store_path) {
 
 void host_destroy(struct host *host) {
     if (host != NULL) {
+        output_log_free(&host->hal.output_log);
         free(host->out);
         free(host->store_path);
     }
@@ -183,6 +184,7 @@ static enum host_wait run(struct host *host, uint64_t max_events, uint64_t until
     while (budget != 0) {
         bool any = host_follow_edges(host);
         any |= machine_poll(machine);
+        outputs_follow(&host->hal);
         show_segments(host);
         bool all_read = !host->paced && rx_free(&machine->rx) == RX_SIZE && machine->stage == TASK_NONE;
         if (all_read && !host->input_follows)
@@ -192,6 +194,7 @@ static enum host_wait run(struct host *host, uint64_t max_events, uint64_t until
         if (hal->now_ticks >= until_ticks)
             return HOST_TIME;
         uint64_t next = virtual_next_ticks(&host->hal.virtual_machine);
+        next = earlier(next, outputs_next_ticks(&host->hal, machine->step.active));
         if (machine->step.active) {
             run_events(host, &budget, earlier(next, until_ticks));
             continue;
@@ -233,7 +236,8 @@ enum host_wait host_run_paced(struct host *host, uint64_t t_ticks, uint64_t max_
 uint64_t host_next_ticks(const struct host *host) {
     if (host->machine.step.active)
         return host->hal.step.now_ticks;
-    return earlier(wake_ticks(host), virtual_next_ticks(&host->hal.virtual_machine));
+    uint64_t next = earlier(wake_ticks(host), outputs_next_ticks(&host->hal, 0));
+    return earlier(next, virtual_next_ticks(&host->hal.virtual_machine));
 }
 
 uint64_t host_time_ticks(const struct host *host) {

@@ -23,7 +23,7 @@ struct host_board {
     uint32_t max_step_rate_hz; /* of one axis; rates above are clamped and reported */
     uint8_t axis_count;        /* 1 .. AXIS_COUNT, in the order XYZABC */
     axis_mask_t ganged;        /* axes with a second motor */
-    uint8_t relay_spindle;     /* 1: no PWM output for the spindle */
+    uint8_t missing_outputs;   /* BOARD_OUTPUT_ bits of machine/machine.h that it lacks */
     uint8_t digital_inputs;    /* of M66, 0 .. DIGITAL_INPUT_COUNT */
     uint8_t analog;            /* 1: analog inputs and outputs (M66 .. M68), four of each */
     uint16_t motors_wake_us;   /* from powered to the first step */

@@ -12,14 +12,16 @@ uint32_t hal_time_us(const struct hal *hal) {
     return (uint32_t)((hal->step.now_ticks << 8) / hal->timer_mhz_q8);
 }
 
+static void put_out(struct hal *hal) {
+    if (hal->output_period_ticks == 0)
+        outputs_commit(hal);
+}
+
 void hal_spindle_set(struct hal *hal, const struct hal_spindle *spindle) {
-    struct virtual_outputs outputs = hal->virtual_machine.outputs;
-    if (outputs.spindle_direction == spindle->direction && outputs.spindle_rpm == spindle->rpm)
-        return;
-    outputs.spindle_direction = spindle->direction;
-    outputs.spindle_rpm = spindle->rpm;
-    outputs.spindle_duty = spindle->duty;
-    virtual_command(&hal->virtual_machine, &outputs, hal->step.now_ticks, hal->timer_hz);
+    hal->outputs_set.spindle_direction = spindle->direction;
+    hal->outputs_set.spindle_rpm = spindle->rpm;
+    hal->outputs_set.spindle_duty = spindle->duty;
+    put_out(hal);
 }
 
 static void set_probe(struct hal *hal) {
@@ -33,7 +35,8 @@ void hal_probe_watch(struct hal *hal, bool high) {
 }
 
 void hal_coolant_set(struct hal *hal, uint8_t bits) {
-    hal->virtual_machine.outputs.coolant = bits;
+    hal->outputs_set.coolant = bits;
+    put_out(hal);
 }
 
 void hal_digital_set(struct hal *hal, uint8_t bits) {

@@ -7,6 +7,7 @@
 #include "hal/hal_step.h"
 #include "host.h"
 #include "machine/machine.h"
+#include "output_log.h"
 #include "virtual.h"
 
 struct hal {
@@ -14,6 +15,9 @@ struct hal {
     uint32_t timer_hz;
     uint32_t timer_mhz_q8; /* ticks per us, 24.8 */
     struct virtual_machine virtual_machine;
+    struct virtual_outputs outputs_set; /* spindle and coolant as the controller wants them */
+    struct output_log output_log;
+    uint64_t output_period_ticks, outputs_due_ticks; /* 0: the pins follow at once; when they follow next */
     struct hal_ganged ganged;
     const struct settings *settings; /* $88: counts of the encoder, unless hands say otherwise */
     bool probe_high;                 /* level that the step ISR watches for */

@@ -9,7 +9,7 @@
  *
  * Options, each with a value but --io-module: --timer-hz --step-pulse-ns --dir-setup-ns --max-step-rate-hz
  * --axes --ganged --home-axes
- * --relay-spindle
+ * --missing-outputs
  * --speed (0: as fast as it can) --host --port --wmc3 --control --pty --store --set; and --parent: end when
  * stdin does. The password of network clients stands in WIFICNC_PASSWORD, because arguments can be read by
  * everybody. */
@@ -109,10 +109,8 @@ static bool take_board(struct host_board *board, const char *name, const char *v
         return read_axes(value, &board->ganged);
     if (strcmp(name, "--home-axes") == 0)
         return read_axes(value, &board->home_axes);
-    if (strcmp(name, "--relay-spindle") == 0) {
-        board->relay_spindle = strcmp(value, "1") == 0;
-        return true;
-    }
+    if (strcmp(name, "--missing-outputs") == 0)
+        return read_count(value, &board->missing_outputs);
     if (strcmp(name, "--analog") == 0) {
         board->analog = strcmp(value, "1") == 0;
         return true;

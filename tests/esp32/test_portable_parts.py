@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 from wificnc.board.header import pin_header_text, write_if_changed
-from wificnc.board.load import load_board
+from wificnc.board.load import find_boards, load_board
 from wificnc.build.checkout import checkout_root
 from wificnc.build.host import build_program
 
@@ -40,3 +40,18 @@ def test_program(name: str) -> None:
     done = subprocess.run([program], capture_output=True, text=True, timeout=120, check=False)
     assert done.returncode == 0, done.stdout + done.stderr
     assert "0 failures" in done.stdout
+
+
+@pytest.mark.parametrize("board_id", [path.stem for path in find_boards() if load_board(path).target == "esp32"])
+def test_outputs_are_those_of_the_board_file(board_id: str) -> None:
+    """What a board lacks is refused by the core; the firmware learns it from the pin map, moved pins included."""
+    board = load_board(board_id)
+    output = checkout_root() / "build" / "tests" / f"wired-{board_id}"
+    folder = output.parent / f"board-{board_id}"
+    write_if_changed(folder / "pin_config.h", pin_header_text(board))
+    sources = [HERE / "wired.c", ESP32 / "app/wired.c", ESP32 / "io/pin_map.c"]
+    folders = [f"-I{ESP32}", f"-I{folder}", f"-idirafter{ESP32 / 'test' / 'idf_api'}"]
+    program = build_program(sources, output, "release", folders)
+    done = subprocess.run([program], capture_output=True, text=True, timeout=120, check=True)
+    without_enable = 3 if board.output.spindle_pwm else 0
+    assert [int(word) for word in done.stdout.split()] == [63 & ~board.missing_outputs, without_enable]

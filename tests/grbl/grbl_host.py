@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from step_accelerations import accelerations
 from wificnc.build.host import ensure_host_library
-from wificnc.sim.native import HostBoard
+from wificnc.sim.native import HostBoard, HostCounters
 
 AXES = 6
 HZ = 20_000_000
@@ -19,6 +19,7 @@ BANNER = "\r\nGrbl 1.1h ['$' for help]\r\n"
 LOCKED = "[MSG:'$H'|'$X' to unlock]\r\n"
 Steps = ctypes.c_int32 * AXES
 EVENT = np.dtype([("t", "<u8"), ("step", "u1"), ("dir", "u1"), ("flags", "u1"), ("more", "u1"), ("line", "<u4")])
+OUTPUT_CHANGE = np.dtype([("t", "<u8"), ("rpm", "<f4"), ("duty", "<u2"), ("direction", "i1"), ("coolant", "u1")])
 CONSUMER = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_size_t)
 
 
@@ -84,6 +85,12 @@ def _library() -> ctypes.CDLL:
     lib.virtual_skew.argtypes = (host, ctypes.c_uint, ctypes.c_int32)
     lib.virtual_second_position.argtypes = (host, Steps)
     lib.virtual_outputs.argtypes = (host, ctypes.POINTER(Outputs))
+    lib.host_counters.argtypes = (host, ctypes.POINTER(HostCounters))
+    lib.host_counters.restype = None
+    lib.host_record_outputs.argtypes = (host,)
+    lib.host_output_changes.argtypes = (host, ctypes.POINTER(ctypes.c_void_p))
+    lib.host_output_changes.restype = size
+    lib.host_set_output_period.argtypes = (host, ctypes.c_uint32)
     lib.host_trace.argtypes = (host,)
     lib.host_trace.restype = host
     lib.trace_add.argtypes = (host, CONSUMER, host)
@@ -101,15 +108,16 @@ class Grbl:
         axes: int = 3,
         store: Path | None = None,
         ganged: int = 0,
-        relay: bool = False,
+        lacks: int = 0,  # BOARD_OUTPUT_ bits of core/machine/machine.h
         ports: bool = True,  # four inputs, and analog ones
         motors_wake_us: int = 0,
         encoder: bool = False,
         outputs: int = 5,
         home: int = 0,  # axes with home switches of their own
+        board: HostBoard | None = None,  # this one instead of all that
     ) -> None:
         timing = (HZ, 1000, 500, 500_000)
-        board = HostBoard(*timing, axes, ganged, relay, 4 * ports, ports, motors_wake_us, outputs, encoder, home)
+        board = board or HostBoard(*timing, axes, ganged, lacks, 4 * ports, ports, motors_wake_us, outputs, encoder, home)
         self._host = LIB.host_open(ctypes.byref(board), str(store).encode() if store else None)
         assert self._host
         LIB.host_input_follows(self._host, 0)
@@ -177,6 +185,12 @@ class Grbl:
         """The answer to ?, alone; no time passes."""
         return self.after(0, "?")
 
+    def lines(self) -> int:
+        """Lines taken so far; step edges name the line that they are of by this count."""
+        counters = HostCounters()
+        LIB.host_counters(self._host, ctypes.byref(counters))
+        return int(counters.lines)
+
     def state(self) -> str:
         return self.status()[1:].split("|")[0]
 
@@ -198,6 +212,24 @@ class Grbl:
             )
         )
         assert LIB.trace_add(LIB.host_trace(self._host), self._consumer, None)
+
+    def step_events(self) -> NDArray[np.void]:
+        """All step edges since record()."""
+        return np.concatenate(self._chunks) if self._chunks else np.empty(0, EVENT)
+
+    def output_period(self, microseconds: int) -> None:
+        """Spindle and coolant pins follow the controller only this often; 0: at once."""
+        LIB.host_set_output_period(self._host, microseconds)
+
+    def record_outputs(self) -> None:
+        """Keep all changes of the spindle and coolant pins from now on."""
+        LIB.host_record_outputs(self._host)
+
+    def output_changes(self) -> NDArray[np.void]:
+        """What the pins were from which time (ticks) on, since record_outputs()."""
+        changes = ctypes.c_void_p()
+        count = LIB.host_output_changes(self._host, ctypes.byref(changes))
+        return np.frombuffer(ctypes.string_at(changes, count * OUTPUT_CHANGE.itemsize), dtype=OUTPUT_CHANGE)
 
     def first_step_s(self) -> float:
         """Time of the first step edge since record()."""

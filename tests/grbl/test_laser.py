@@ -42,9 +42,8 @@ def test_laser_power_comes_with_its_line(grbl: Grbl) -> None:
     assert wrong == 0
     grbl.send("")
     assert grbl.time() - before < 8 / 20 + 0.1  # no stop between the lines
-    assert grbl.outputs().rpm == 800  # M3 stays on in G1
-    grbl.fine("G0")
-    assert grbl.outputs().rpm == 0
+    assert grbl.outputs().rpm == 0  # at rest it is dark, M3 too
+    assert "M3" in grbl.send("$G\n") and "S800" in grbl.send("$G\n")
 
 
 @pytest.mark.parametrize("stop", ["!", "\x84", "M0\n"])
@@ -96,10 +95,14 @@ def test_no_run_up_behind_the_door(laser: Grbl) -> None:
     assert laser.state() == "Run"
 
 
-@pytest.mark.parametrize("line", ["$J=G91X-5F600", "$SLP", "G38.3Z-1F100"])
+@pytest.mark.parametrize("line", ["$J=G91X-5F600", "$SLP", "G38.3Z-1F100", "G4P1", "G0X-5", "$C"])
 def test_constant_power_only_cuts(laser: Grbl, line: str) -> None:
-    """M3 is lit at rest in G1, as Grbl; not in a jog, nor asleep."""
-    laser.fine("G1")
+    """M3 is dark at rest, where Grbl is lit in G1; and in what is no cut of a program."""
+    laser.after(0.5, "G1X-20\n")
     assert laser.outputs().duty == 65535
+    laser.send("")
+    assert laser.outputs().duty == 0 and "M3" in laser.send("$G\n")
     laser.after(0.2, line + "\n")
+    assert laser.outputs().duty == 0
+    laser.send("")
     assert laser.outputs().duty == 0

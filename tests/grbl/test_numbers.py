@@ -66,9 +66,12 @@ UNUSED = """12 step rate setting too high (build option): a rate is clamped and 
 14 stored line too long: no line that is read is longer than what is stored."""
 
 
+PWM = 2  # BOARD_OUTPUT_PWM
+
+
 def test_a_laser_on_a_relay() -> None:
     """17 laser needs PWM: a board that only switches the spindle refuses $32, and has it off."""
-    grbl = Grbl(relay=True)
+    grbl = Grbl(lacks=PWM)
     grbl.send("")
     assert grbl.send("$32=1\n") == "error:17\r\n" and grbl.send("$32=0\n") == "ok\r\n"
     assert "$32=0\r\n" in grbl.send("$$\n")

@@ -98,7 +98,7 @@ def job_case(name: str, text: str) -> dict[str, object]:
     return {
         "name": name,
         "source": text,
-        "board": {**numbers, "ganged": 0, "relay_spindle": 0, "digital_inputs": 0, "analog": 0, "home_axes": 0},
+        "board": {**numbers, "ganged": 0, "missing_outputs": 0, "digital_inputs": 0, "analog": 0, "home_axes": 0},
         "settings": settings,
         "seconds": result.job_time_s,
         "min_mm": result.box_min_mm,

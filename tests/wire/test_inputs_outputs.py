@@ -24,7 +24,7 @@ def hello(device: Device) -> HandshakeResponse:
 def test_capabilities_are_those_of_the_board(make_device: Make) -> None:
     every = Capability.MISC_OUTPUTS | Capability.MISC_INPUTS | Capability.SPINDLE_PWM | Capability.STREAM
     assert hello(make_device()).capabilities == every
-    poor = make_device(digital_inputs=0, digital_outputs=0, relay_spindle=1)
+    poor = make_device(digital_inputs=0, digital_outputs=0, missing_outputs=2)
     assert hello(poor).capabilities == Capability.STREAM
     encoder = hello(make_device(encoder=1, settings=ENCODER))
     assert encoder.capabilities == every | Capability.ENCODER

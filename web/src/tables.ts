@@ -102,7 +102,7 @@ export type HostField =
   | "max_step_rate_hz"
   | "axes"
   | "ganged"
-  | "relay_spindle"
+  | "missing_outputs"
   | "digital_inputs"
   | "digital_outputs"
   | "encoder"

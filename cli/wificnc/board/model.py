@@ -313,6 +313,20 @@ class Board(BoardFile):
         return sum(1 << AXIS_LETTERS.index(letter.upper()) for letter, axis in wired if axis.home)
 
     @property
+    def missing_outputs(self) -> int:
+        """BOARD_OUTPUT_ bits (core/machine/machine.h) of outputs that are not wired."""
+        out = self.output
+        wired = (
+            out.spindle_enable or out.spindle_pwm,
+            out.spindle_pwm,
+            out.spindle_dir,
+            out.coolant_flood,
+            out.coolant_mist,
+            out.servo,
+        )
+        return sum(1 << bit for bit, wire in enumerate(wired) if wire is None)
+
+    @property
     def digital_inputs(self) -> int:
         """Of M66."""
         return len(self.input.misc)

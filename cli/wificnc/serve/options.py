@@ -101,7 +101,7 @@ def board_numbers(board: Board) -> dict[str, int]:
         "axes": len(board.axes),
         "ganged": board.ganged_axes,
         "home_axes": board.home_axes,
-        "relay_spindle": int(board.output.spindle_pwm is None),
+        "missing_outputs": board.missing_outputs,
         "digital_inputs": board.digital_inputs,
         "digital_outputs": board.digital_outputs,
         "encoder": int(board.encoder is not None),

@@ -42,7 +42,7 @@ class HostBoard(Structure):
         ("max_step_rate_hz", c_uint32),
         ("axis_count", c_uint8),
         ("ganged", c_uint8),
-        ("relay_spindle", c_uint8),
+        ("missing_outputs", c_uint8),
         ("digital_inputs", c_uint8),
         ("analog", c_uint8),
         ("motors_wake_us", c_uint16),

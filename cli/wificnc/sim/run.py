@@ -124,7 +124,7 @@ def board_timing(board: Board) -> Timing:
         *rates,
         len(board.axes),
         board.ganged_axes,
-        board.output.spindle_pwm is None,
+        board.missing_outputs,
         board.digital_inputs,
         board.has_analog,
         digital_outputs=board.digital_outputs,

@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 #include "app/board.h"
 
+#include "app/wired.h"
+
 #include "pin_config.h"
 
 #include <stddef.h>
@@ -89,6 +91,7 @@ struct machine_board board_machine(const struct pin_map *map) {
         BOARD_MISC_IN_COUNT < DIGITAL_INPUT_COUNT ? BOARD_MISC_IN_COUNT : DIGITAL_INPUT_COUNT;
     return (struct machine_board){
         .charge_pump_hz = pin_map_find(map, "charge_pump")->gpio != GPIO_NONE ? PUMP_HZ : 0,
+        .outputs = wired_outputs(map),
         .digital_inputs = inputs,
         .digital_outputs = BOARD_MISC_OUT_COUNT,
         .motors_wake_us = 1000, /* what the slowest of common drivers want */

@@ -85,6 +85,15 @@ void board_outputs(struct output_wire wire[SWITCH_COUNT]) {
     }
 }
 
+static uint8_t outputs_wired(void) {
+    const bool pwm = PIN_SPINDLE_PWM != PIN_NONE;
+    return (uint8_t)((pwm || PIN_SPINDLE_ENABLE != PIN_NONE ? BOARD_OUTPUT_SPINDLE : 0) |
+                     (pwm ? BOARD_OUTPUT_PWM : 0) |
+                     (PIN_SPINDLE_DIR != PIN_NONE ? BOARD_OUTPUT_REVERSE : 0) |
+                     (PIN_COOLANT_FLOOD != PIN_NONE ? BOARD_OUTPUT_FLOOD : 0) |
+                     (PIN_COOLANT_MIST != PIN_NONE ? BOARD_OUTPUT_MIST : 0));
+}
+
 struct machine_board board_machine(void) {
     return (struct machine_board){
         .timer_hz = BOARD_TIMER_HZ,
@@ -94,7 +103,7 @@ struct machine_board board_machine(void) {
         .axis_count = BOARD_AXIS_COUNT,
         .home_axes = BOARD_HOME_AXES,
         .motors_wake_us = 1000, /* what the slowest of common drivers want */
-        .relay_spindle = PIN_SPINDLE_PWM == PIN_NONE,
+        .outputs = outputs_wired(),
         .digital_inputs = BOARD_MISC_IN_COUNT,
         .digital_outputs = BOARD_MISC_OUT_COUNT,
     };

@@ -99,7 +99,7 @@ const BOARD_FIELDS: readonly HostField[] = [
   "max_step_rate_hz",
   "axes",
   "ganged",
-  "relay_spindle",
+  "missing_outputs",
   "digital_inputs",
   "digital_outputs",
   "encoder",

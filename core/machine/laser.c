@@ -1,0 +1,87 @@
+/* SPDX-License-Identifier: MIT
+ * The beam rule. Whatever is not named here is dark: the beam needs the state Run, M3 or M4, and a span of
+ * cutting motion (SEGMENT_CUT) that the step interrupt executes at this moment. The one exception is off by
+ * default: the aiming beam, weak, at rest in Idle, for some seconds after an M3 or S that asked for it. */
+#include "machine/laser.h"
+
+#include "machine/inner.h"
+
+#include <stddef.h>
+
+#define LOAD(field) __atomic_load_n(&(field), __ATOMIC_ACQUIRE)
+
+/* The span that the step interrupt executes. It may end between two reads; then the ring's tail has moved, and
+ * we look again. @return false: nothing is executed, or it is no cut */
+static bool is_cutting(const struct step *step, uint32_t *line) {
+    for (;;) {
+        if (!LOAD(step->active))
+            return false;
+        uint32_t tail = LOAD(step->ring.index.tail);
+        const struct span *span = &step->ring.slots[tail & (SPAN_RING_SIZE - 1)];
+        uint16_t flags = LOAD(span->flags);
+        *line = LOAD(span->line);
+        if (LOAD(step->ring.index.tail) == tail)
+            return (flags & (SEGMENT_CUT | SEGMENT_DWELL)) == SEGMENT_CUT;
+    }
+}
+
+/* M4: part of the power that the speed asks for, so that corners are not burnt. The speed is that of the
+ * motion emitted last, a few ms ahead of the pins. */
+static float part_at_speed(const struct machine *machine, float feed_mm_s) {
+    float asked_mm_s = feed_mm_s * (float)machine_feed_pct(machine) * 0.01f;
+    float part = asked_mm_s > 0.0f ? machine_speed_mm_s(machine) / asked_mm_s : 0.0f;
+    return part > 1.0f ? 1.0f : part;
+}
+
+/* As in Grbl, only where the next axis word would be a cut. */
+static bool is_aiming(const struct machine *machine) {
+    enum gcode_motion motion = machine->gcode.modal.motion;
+    return machine->outputs.aim.on && machine->state == MACHINE_IDLE && machine->stage == TASK_NONE &&
+           motion >= MOTION_LINEAR && motion <= MOTION_ARC_CCW;
+}
+
+static float aim_rpm(const struct machine *machine, float factor) {
+    float most_rpm = machine->settings.spindle_max_rpm * (float)machine->settings.aim_power_pct * 0.01f;
+    float rpm = machine->outputs.rpm * factor;
+    return rpm < most_rpm ? rpm : most_rpm;
+}
+
+void laser_aim(struct machine *machine) {
+    const struct settings *settings = &machine->settings;
+    struct machine_outputs *outputs = &machine->outputs;
+    bool can_be_weak = settings->spindle_max_rpm > settings->spindle_min_rpm; /* else it is on or off */
+    bool asks = settings->laser_mode && settings->aim_power_pct > 0 && can_be_weak &&
+                outputs->spindle == SPINDLE_CW && machine->command.move.motion == MOTION_NONE &&
+                !machine->host.owns;
+    if (asks && machine_is_at_rest(machine) && machine->state != MACHINE_CHECK)
+        machine_timer_start(machine, &outputs->aim, settings->aim_time_s * 1000000u);
+}
+
+void laser_poll(struct machine *machine) {
+    struct machine_timer *aim = &machine->outputs.aim;
+    bool may = machine->state == MACHINE_IDLE || machine->state == MACHINE_RUN;
+    if (!aim->on || (may && machine_is_at_rest(machine) && machine_timer_runs(machine, aim)))
+        return;
+    if (may && machine_is_at_rest(machine))
+        report_message(machine, "Aiming beam off: $90");
+    aim->on = false;
+}
+
+/* Of the line on the pins. */
+static float cut_rpm(const struct machine *machine) {
+    uint32_t line;
+    if (machine->state != MACHINE_RUN || machine->outputs.spindle == SPINDLE_OFF ||
+        !is_cutting(&machine->step, &line))
+        return 0.0f;
+    if (machine->motion.ring.owner == RING_OWNER_HOST) /* it plans the speed, so it scales S by it */
+        return machine->outputs.rpm;
+    const struct line_note *note = notes_find(&machine->notes, line);
+    if (note == NULL)
+        return 0.0f;
+    return machine->outputs.spindle == SPINDLE_CW ? note->rpm
+                                                  : note->rpm * part_at_speed(machine, note->feed_mm_s);
+}
+
+float laser_rpm(const struct machine *machine, float factor) {
+    return is_aiming(machine) ? aim_rpm(machine, factor) : cut_rpm(machine) * factor;
+}

@@ -1,0 +1,75 @@
+/* SPDX-License-Identifier: MIT */
+#include "machine/wiring.h"
+
+#include "machine/inner.h"
+
+#include <stddef.h>
+
+enum { LASER_MODE = 32, TORQUE_MASK = 83, SERVO_AXIS = 85, ENCODER_COUNTS = 88 };
+
+static const uint8_t needs_wiring[] = {LASER_MODE, TORQUE_MASK, SERVO_AXIS, ENCODER_COUNTS};
+
+static bool has(const struct machine *machine, enum board_output output) {
+    return (machine->board.outputs & output) != 0;
+}
+
+static uint8_t missing_coolant(const struct machine *machine) {
+    return (uint8_t)((has(machine, BOARD_OUTPUT_FLOOD) ? 0 : COOLANT_FLOOD) |
+                     (has(machine, BOARD_OUTPUT_MIST) ? 0 : COOLANT_MIST));
+}
+
+void wiring_apply(struct machine *machine) {
+    const struct settings *settings = &machine->settings;
+    struct gcode_ports *ports = &machine->gcode.ports;
+    ports->no_spindle = !has(machine, BOARD_OUTPUT_SPINDLE);
+    ports->no_reverse = !has(machine, BOARD_OUTPUT_REVERSE) && !settings->laser_mode; /* M4 is a kind of power */
+    ports->no_coolant = missing_coolant(machine);
+    ports->coolant_passes = settings->coolant_passes;
+}
+
+enum status wiring_check(const struct machine *machine, uint16_t number, double value) {
+    const struct machine_board *board = &machine->board;
+    if (value < 1.0)
+        return STATUS_OK;
+    switch (number) {
+    case LASER_MODE:
+        return has(machine, BOARD_OUTPUT_PWM) ? STATUS_OK : STATUS_LASER_NEEDS_PWM;
+    case TORQUE_MASK:
+        return value < (double)(1u << board->digital_outputs) ? STATUS_OK : STATUS_NO_OUTPUT;
+    case SERVO_AXIS:
+        return has(machine, BOARD_OUTPUT_SERVO) ? STATUS_OK : STATUS_NO_OUTPUT;
+    case ENCODER_COUNTS:
+        return board->encoder != NULL ? STATUS_OK : STATUS_NO_ENCODER;
+    default:
+        return STATUS_OK;
+    }
+}
+
+static void report_off(const struct machine *machine, uint16_t number) {
+    text_string(&machine->out, "[MSG:$");
+    text_int(&machine->out, number);
+    text_string(&machine->out, "=0: this board has no pin for it]\r\n");
+}
+
+void wiring_fit(struct machine *machine) {
+    const uint8_t axes = machine->board.axis_count;
+    for (size_t i = 0; i < sizeof needs_wiring; i++) {
+        double value;
+        uint8_t decimals;
+        uint16_t number = needs_wiring[i];
+        (void)settings_get(&machine->settings, number, axes, &value, &decimals);
+        if (wiring_check(machine, number, value) == STATUS_OK)
+            continue;
+        (void)settings_set(&machine->settings, number, 0.0, axes);
+        report_off(machine, number);
+    }
+}
+
+void wiring_report_coolant(struct machine *machine) {
+    const uint8_t passed = machine->command.coolant_passed;
+    if ((passed & ~machine->coolant_told) == 0)
+        return;
+    machine->coolant_told |= passed;
+    report_message(machine, (passed & COOLANT_FLOOD) != 0 ? "M8: this board has no output for flood coolant"
+                                                          : "M7: this board has no output for mist coolant");
+}
