@@ -499,9 +499,11 @@ void machine_host_resume(struct machine *machine) {
 bool machine_host_unlock(struct machine *machine) {
     if (!machine->critical && machine->state != MACHINE_ALARM)
         return false;
+    bool stays_locked = machine->locks_again;
     machine_reset(machine, ALARM_NONE);
     machine->quiet.on = false;
-    (void)machine_transition(machine, MACHINE_UNLOCKS);
+    if (!stays_locked)
+        (void)machine_transition(machine, MACHINE_UNLOCKS);
     return true;
 }
 

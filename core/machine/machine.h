@@ -281,6 +281,7 @@ struct machine {
     enum alarm alarm;     /* the newest; ALARM_NONE after a reset */
     axis_mask_t trusted;  /* axes that were homed, and not stopped without a ramp since */
     uint8_t position_losses; /* times that motion was stopped without a ramp; wraps */
+    bool locks_again;     /* the e-stop came while the machine was locked: it is locked after it, too */
     bool critical;        /* after alarm 1, 2 or e-stop: only a reset helps */
     bool critical_untold; /* ... and that was not said yet */
     bool restart;         /* the banner is due */

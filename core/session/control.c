@@ -123,12 +123,13 @@ static enum wire_refusal close_stream(const struct request *request) {
     return WIRE_REFUSAL_NONE;
 }
 
-/* Also after it was closed: what is queued may wait in a hold. */
+/* Also after it was closed, or by a new connection of its host: what is queued may wait in a hold. */
 static enum wire_refusal drop_stream(const struct request *request) {
     struct session *session = request->session;
     struct wire_stream_drop drop;
     wire_get_stream_drop(request->payload, &drop);
-    if (drop.stream == 0 || drop.stream != session->stream.id || session->stream.client != request->place)
+    if (drop.stream == 0 || drop.stream != session->stream.id ||
+        !session_same(session->owner.address, request->client->address))
         return WIRE_REFUSAL_STREAM_CLOSED;
     stream_close(session, WIRE_REFUSAL_STREAM_CLOSED);
     machine_host_discard(session->machine);

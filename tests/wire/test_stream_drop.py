@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pytest
 from test_stream import Network, open_stream
 from wificnc.wmc3.layout import (
     Estop,
@@ -122,4 +123,60 @@ def test_position_losses_count_stops_without_a_ramp() -> None:
     assert statistics(device, client).position_losses == 1
     device.request(client, Reset())
     assert CRUISE <= RATE and statistics(device, client).position_losses == 1
+    device.close()
+
+
+def test_a_new_connection_of_the_same_host_drops_it() -> None:
+    """The network was gone, and the connection with it."""
+    device = Device()
+    client = device.connect(HOST)
+    sender = moving(device, client, 0.2)
+    device.text("!")
+    device.run(0.5)
+    held = device.position
+    device.request(device.connect(HOST), StreamDrop(sender.stream))
+    device.text("~")
+    device.run(1)
+    assert device.position == held == device.pulses
+    device.close()
+
+
+def test_what_a_gone_host_has_left_in_a_hold_never_runs() -> None:
+    device = Device()
+    client = device.connect(HOST)
+    moving(device, client, 0.2)
+    device.text("!")
+    device.run(0.5)
+    held = device.position
+    device.disconnect(client)
+    device.run(0.1)
+    assert device.state == "Hold:0"
+    device.text("~")
+    device.run(1)
+    assert device.position == held == device.pulses
+    device.close()
+
+
+@pytest.mark.parametrize("was_locked", [True, False])
+def test_an_estop_does_not_end_a_lock(was_locked: bool) -> None:
+    """Power-on with homing asked for; a host sends its e-stop, and later leaves it."""
+    device = Device(settings={22: 1})
+    client = device.connect(HOST)
+    if was_locked:
+        device.text("\x18")
+        device.run(0.1)
+        device.text("$SLP\n")
+        device.run(0.1)
+        device.text("\x18")
+        device.run(0.1)
+        assert device.state == "Alarm"
+    for _ in range(3):
+        device.request(client, Estop())
+        device.run(0.05)
+    device.request(client, Reset())
+    device.run(0.1)
+    assert device.state == ("Alarm" if was_locked else "Idle")
+    device.request(client, Reset())
+    device.run(0.1)
+    assert device.state == "Idle"
     device.close()
