@@ -30,7 +30,8 @@ static bool is_free(const struct machine *machine) {
 
 bool machine_host_is_busy(const struct machine *machine) {
     const struct machine_host *host = &machine->host;
-    return machine->state == MACHINE_HOME || machine->cancelling || host->jog.on || host->jog.waits;
+    return machine->state == MACHINE_HOME || machine->cancelling || host->jog.on || host->jog.waits ||
+           host->discards;
 }
 
 /* Whether motion can be the host's: its own is under way, or nothing moves. */
@@ -84,7 +85,7 @@ void host_drop(struct machine *machine) {
     host->dropped++;
     feed_clear(&host->feed);
     host->owns = host->end_known = host->probing = false;
-    host->jog.on = host->jog.waits = false;
+    host->jog.on = host->jog.waits = host->discards = false;
     host->job.step = HOST_JOB_NONE;
 }
 
@@ -289,6 +290,15 @@ void host_note_done(struct machine *machine) {
     machine->host.done_at_drop = machine_host_done(machine);
 }
 
+/* The machine stands, and continues from there. */
+static void discard_queue(struct machine *machine) {
+    struct machine_host *host = &machine->host;
+    host_note_done(machine);
+    host->dropped++;
+    feed_clear(&host->feed);
+    host->end_known = false;
+}
+
 /* Contact, or the last of the segments that look for it is done. */
 static bool follow_probe(struct machine *machine) {
     struct machine_host *host = &machine->host;
@@ -305,19 +315,29 @@ static bool follow_probe(struct machine *machine) {
     host->probe_contact = hit;
     host->probes_done++;
     host->probing = machine->step.probe_hit = false;
-    if (hit) {
-        host_note_done(machine);
-        host->dropped++;
-        feed_clear(feed);
-        host->end_known = false;
-    }
+    if (hit)
+        discard_queue(machine);
+    return true;
+}
+
+void machine_host_discard(struct machine *machine) {
+    struct machine_host *host = &machine->host;
+    host->discards = host->owns || !feed_is_empty(&host->feed);
+}
+
+static bool follow_discard(struct machine *machine) {
+    struct machine_host *host = &machine->host;
+    if (!host->discards || !machine_is_stopped(machine))
+        return false;
+    discard_queue(machine);
+    host->discards = false;
     return true;
 }
 
 static bool feed_on(struct machine *machine) {
     struct feed *feed = &machine->host.feed;
     bool goes = machine->state == MACHINE_IDLE || machine->state == MACHINE_RUN;
-    feed->hold = !goes || (machine->host.probing && machine->step.probe_hit);
+    feed->hold = !goes || machine->host.discards || (machine->host.probing && machine->step.probe_hit);
     if (feed_is_quiet(feed) || !segment_ring_claim(&machine->motion.ring, RING_OWNER_HOST))
         return false;
     return feed_poll(feed);
@@ -485,9 +505,11 @@ bool machine_host_unlock(struct machine *machine) {
         return false;
     if (keep_is_damaged(machine))
         return false;
+    bool stays_locked = machine->locks_again;
     machine_reset(machine, ALARM_NONE);
     machine->quiet.on = false;
-    (void)machine_transition(machine, MACHINE_UNLOCKS);
+    if (!stays_locked)
+        (void)machine_transition(machine, MACHINE_UNLOCKS);
     return true;
 }
 
@@ -557,5 +579,6 @@ bool host_poll(struct machine *machine) {
     any |= follow_homing(machine);
     any |= follow_jog(machine);
     any |= follow_probe(machine);
+    any |= follow_discard(machine);
     return feed_on(machine) || any;
 }

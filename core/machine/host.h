@@ -33,7 +33,7 @@ enum host_answer {
 enum host_answer machine_host_lay(struct machine *machine, uint32_t ahead, const struct feed_segment *segment,
                                   uint32_t *number);
 
-/** It homes or jogs: segments are refused until that is over. */
+/** It homes, jogs or discards its queue: segments are refused until that is over. */
 bool machine_host_is_busy(const struct machine *machine);
 
 /** Segments ever taken without a gap; wraps. */
@@ -42,6 +42,10 @@ uint32_t machine_host_taken(const struct machine *machine);
 /** Segments ever executed to their end; wraps. Dropped ones count, too: machine->host.dropped says that there
  * were some, and done_at_drop what this was just before. */
 uint32_t machine_host_done(const struct machine *machine);
+
+/** Slow down along the path, stop, and discard what is queued. Segments are refused until then. A feed hold
+ * stays. */
+void machine_host_discard(struct machine *machine);
 
 /** The host's own number of the segment that runs, or is about to. 0: none does */
 uint16_t machine_host_id(const struct machine *machine);
@@ -66,7 +70,7 @@ void machine_host_estop(struct machine *machine);
 void machine_host_hold(struct machine *machine);
 void machine_host_resume(struct machine *machine);
 
-/** Leave alarm and e-stop, position kept. @return false: the machine was not locked, nothing was changed */
+/** Leave alarm and e-stop, position kept. A lock that was there before the e-stop is there again. @return false: the machine was not locked, nothing was changed */
 bool machine_host_unlock(struct machine *machine);
 
 /** Outputs that a host switches. What is not meant stays as it is. */

@@ -151,8 +151,10 @@ static void halt(void *arg) {
 }
 
 void machine_halt(struct machine *machine) {
-    if (!machine_is_standing(machine))
-        machine->trusted = 0; /* motors may have missed steps */
+    if (!machine_is_standing(machine)) { /* motors may have missed steps */
+        machine->trusted = 0;
+        machine->position_losses++;
+    }
     machine_on_motion_side(machine, halt, machine);
     take_planned_position(machine);
 }

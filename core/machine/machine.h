@@ -263,6 +263,7 @@ struct machine_host {
     uint32_t late_refused;         /* number of the first of them, as machine_host_taken() counts */
     struct host_jog jog;
     bool homing, homed_ok;       /* it homes; the last time went well */
+    bool discards;               /* its motion slows down; then what is queued is discarded */
     bool probing, probe_contact; /* segments with SEGMENT_PROBE are queued; how the last of them ended */
     uint32_t probes_done;        /* wraps */
     int32_t probe_steps[AXIS_COUNT];
@@ -295,6 +296,8 @@ struct machine {
     enum machine_state state;
     enum alarm alarm;     /* the newest; ALARM_NONE after a reset */
     axis_mask_t trusted;  /* axes that were homed, and not stopped without a ramp since */
+    uint8_t position_losses; /* times that motion was stopped without a ramp; wraps */
+    bool locks_again;     /* the e-stop came while the machine was locked: it is locked after it, too */
     bool critical;        /* after alarm 1, 2 or e-stop: only a reset helps */
     bool critical_untold; /* ... and that was not said yet */
     bool release_told;    /* ... but that the e-stop must be released first */

@@ -27,6 +27,7 @@ static void stop(struct machine *machine) {
 }
 
 void machine_alarm_critical(struct machine *machine, enum alarm alarm) {
+    machine->locks_again = machine->state == MACHINE_ALARM && (!machine->critical || machine->locks_again);
     stop(machine);
     outputs_off(machine);
     machine->stage = machine->line_open ? TASK_LOCKED : TASK_NONE;
@@ -63,6 +64,7 @@ void machine_reset(struct machine *machine, enum alarm alarm) {
     machine->arc_pending = machine->critical = machine->critical_untold = machine->flushing = false;
     machine->coolant_told = 0;
     machine->hold_waits = machine->input_awaited = false;
+    machine->locks_again = false;
     machine->reset_asked = machine->homed_line = machine->restoring = false;
     machine->restart = true;
     machine->alarm = ALARM_NONE;

@@ -123,12 +123,26 @@ static enum wire_refusal close_stream(const struct request *request) {
     return WIRE_REFUSAL_NONE;
 }
 
+/* Also after it was closed, or by a new connection of its host: what is queued may wait in a hold. */
+static enum wire_refusal drop_stream(const struct request *request) {
+    struct session *session = request->session;
+    struct wire_stream_drop drop;
+    wire_get_stream_drop(request->payload, &drop);
+    if (drop.stream == 0 || drop.stream != session->stream.id ||
+        !session_same(session->owner.address, request->client->address))
+        return WIRE_REFUSAL_STREAM_CLOSED;
+    stream_close(session, WIRE_REFUSAL_STREAM_CLOSED);
+    machine_host_discard(session->machine);
+    return WIRE_REFUSAL_NONE;
+}
+
 static size_t statistics(const struct request *request) {
     const struct session *session = request->session;
     const struct machine *machine = session->machine;
     struct wire_statistics_response counts = session->counts;
     if (machine != NULL) {
         counts.homed = machine->trusted;
+        counts.position_losses = machine->position_losses;
         counts.stretched = machine->host.feed.stretched;
         counts.underruns = machine->host.feed.underruns;
         counts.segments = machine_host_taken(machine);
@@ -195,6 +209,8 @@ static size_t dispatch(const struct request *request) {
         return pong(request);
     case WIRE_STREAM_CLOSE:
         return judge(request, close_stream(request));
+    case WIRE_STREAM_DROP:
+        return judge(request, drop_stream(request));
     case WIRE_PROBE_LAST:
         return last_probe(request);
     case WIRE_STATISTICS:

@@ -231,10 +231,13 @@ static bool drives_owner(const struct session *session) {
     return session_runs_outputs(session) && (machine->host.owns || !machine_host_has_job(machine));
 }
 
-/* Nothing of a host that is gone goes on for ever; but what is queued is cut by a cutter that turns. */
+/* Nothing of a host that is gone goes on for ever; but what is queued is cut by a cutter that turns. What a
+ * hold has stopped does not move hours later. */
 static void follow_gone(struct session *session) {
     struct machine *machine = session->machine;
     machine_host_jog_stop(machine);
+    if (machine->state == MACHINE_HOLD || machine->state == MACHINE_DOOR)
+        machine_host_discard(machine);
     if (!drives_owner(session) || !machine_is_standing(machine) || !feed_is_empty(&machine->host.feed))
         return;
     session_switch_off(session);
