@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 #include "link.h"
+#include "words_gen.h"
 
 #include <math.h>
 #include <stdarg.h>
@@ -122,10 +123,21 @@ static void take_trust(struct link *link, const struct wire_stream_ack *ack, uin
     motion_take_trust(link, at_us);
 }
 
+static pin_BIT message_of_stop(const struct link *link) {
+    const struct wire_status *status = &link->peer.status;
+    if (status->state == WIRE_STATE_ESTOP)
+        return link->pins->message_estop;
+    bool is_limit = status->alarm >= WIRE_ALARM_LIMIT_X && status->alarm < WIRE_ALARM_LIMIT_X + PIN_JOINTS;
+    return is_limit ? link->pins->message_limit : link->pins->message_alarm;
+}
+
 /* What has stopped the controller may have cost steps: until it has said, nothing is fine. */
 static void look_for_lock(struct link *link) {
     bool is_locked = peer_is_locked(&link->peer);
     if (is_locked && !link->was_locked) {
+        if (link->phase != LINK_OFF && !link->peer.was_estop)
+            link_fault(link, message_of_stop(link), "the controller has stopped: %s; alarm %u",
+                       word_of_state[link->peer.status.state & 7], link->peer.status.alarm);
         reference_forget(&link->reference);
         link->trust_is_dated = true;
         link->trust_us = link->peer.status_us;

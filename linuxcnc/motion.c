@@ -529,19 +529,8 @@ void motion_note_off(struct link *link) {
         memcpy(link->off_steps, link->peer.status.position_steps, sizeof link->off_steps);
 }
 
-static pin_BIT message_of_stop(const struct link *link) {
-    const struct wire_status *status = &link->peer.status;
-    if (status->state == WIRE_STATE_ESTOP)
-        return link->pins->message_estop;
-    bool is_limit = status->alarm >= WIRE_ALARM_LIMIT_X && status->alarm < WIRE_ALARM_LIMIT_X + PIN_JOINTS;
-    return is_limit ? link->pins->message_limit : link->pins->message_alarm;
-}
-
 static void look_at_switch(struct link *link) {
     bool enable = *link->pins->enable, wants = enable && *link->pins->ready;
-    if (!wants && enable && link->phase != LINK_OFF)
-        link_fault(link, message_of_stop(link), "the controller has stopped: %s; alarm %u",
-                   word_of_state[link->peer.status.state & 7], link->peer.status.alarm);
     if (!wants)
         switch_off(link);
     if (wants && !link->was_enabled)

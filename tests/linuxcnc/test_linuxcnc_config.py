@@ -76,7 +76,7 @@ command.mode(linuxcnc.MODE_MDI)
 command.wait_complete()
 for line in (
     "G21 G90 G0 X-50 Y-10", "M62 P2", "M3 S700", "G1 X-40.5 Z-4 F1200", "G38.2 Z-30 F300", "G0 Z-4",
-    "G33 Z-6 K0.5", "M66 P1 L0", "M5", "G2 X-30.5 I5 F1200", "G0 X-31.23 Y-4.56 Z-7.89",
+    "G33 Z-6 K0.5", "M66 P1 L0", "M5", "T1 M6", "G2 X-30.5 I5 F1200", "G0 X-31.23 Y-4.56 Z-7.89",
 ):
     command.mdi(line)
     assert command.wait_complete(30) == linuxcnc.RCS_DONE, line
@@ -84,6 +84,22 @@ for line in (
     assert error is None, (line, error)
 wait(lambda: all(abs(a - b) < 0.002 for a, b in zip(status.actual_position, (-31.23, -4.56, -7.89))))
 pathlib.Path("said").write_text(repr((homed, status.probed_position[:3], status.probe_tripped, list(status.din[:4]))))
+"""
+
+
+# instead of the one that needs a screen: its operator presses Continue at once
+TOOL_CHANGE = """#!/usr/bin/python3
+import hal, pathlib, time
+change = hal.component("hal_manualtoolchange")
+change.newpin("number", hal.HAL_S32, hal.HAL_IN)
+change.newpin("change", hal.HAL_BIT, hal.HAL_IN)
+change.newpin("changed", hal.HAL_BIT, hal.HAL_OUT)
+change.ready()
+while True:
+    if change["change"] and not change["changed"]:
+        pathlib.Path("tool").write_text(str(change["number"]))
+    change["changed"] = change["change"]
+    time.sleep(0.02)
 """
 
 
@@ -192,6 +208,7 @@ def test_linuxcnc_moves_a_machine_to_the_step(user_home: Path, as_user: Callable
     ini.write_text("\n".join("MIN_FERROR = 900" if "FERROR" in line else line for line in text.splitlines()))
     screen = user_home / "config" / "screen.py"
     screen.write_text(PROGRAM)
+    fake_tool_change(user_home / "config")
     for path in (user_home / "config", *(user_home / "config").iterdir()):
         path.chmod(0o777)
     options = ServeOptions(board=load_board("host"), wmc3=ADDRESS, control=0, settings=tuple(profile.settings_lines()))
@@ -206,6 +223,15 @@ def test_linuxcnc_moves_a_machine_to_the_step(user_home: Path, as_user: Callable
     # true Z 3 is the switch, machine Z 0
     assert tripped and probed == pytest.approx((-40.5, -10, -9.2), abs=0.5 / 800)
     assert status.misc_outputs == 0b100 and inputs == [0, 0, 1, 0]
+    assert (user_home / "config" / "tool").read_text() == "1", "M6 asks the operator"
+
+
+def fake_tool_change(config: Path) -> None:
+    (config / "tool_change.py").write_text(TOOL_CHANGE)
+    hal = config / "small.hal"
+    usual = "loadusr -W hal_manualtoolchange"
+    assert usual in hal.read_text()
+    hal.write_text(hal.read_text().replace(usual, f"loadusr -Wn hal_manualtoolchange {config}/tool_change.py"))
 
 
 def hands(server: Server, *lines: str) -> None:
