@@ -13,6 +13,7 @@ enum { NO_STREAM = 2 }; /* the controller's have odd numbers: a question about n
 static const double UNHOME_S = 0.25;    /* halui sees a pulse that is so long */
 static const double RESET_SHOWN_S = 3.0; /* so long after it was asked for a reset may show success */
 static const double RESET_LEAST_S = 0.5; /* the end of LinuxCNC's e-stop comes so much later */
+static const double STOPPED_S = 2.0; /* a report comes within it */
 static const double RESET_DONE_S = 0.1;
 
 // ---- to LinuxCNC ----
@@ -135,7 +136,8 @@ static pin_BIT message_of_stop(const struct link *link) {
 static void look_for_lock(struct link *link) {
     bool is_locked = peer_is_locked(&link->peer);
     if (is_locked && !link->was_locked) {
-        if (link->phase != LINK_OFF && !link->peer.was_estop)
+        bool has_moved = link->was_stopped && link->peer.now_s - link->stopped_s < STOPPED_S;
+        if ((link->phase != LINK_OFF && !link->peer.was_estop) || has_moved)
             link_fault(link, message_of_stop(link), "the controller has stopped: %s; alarm %u",
                        word_of_state[link->peer.status.state & 7], link->peer.status.alarm);
         reference_forget(&link->reference);

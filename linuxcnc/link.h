@@ -59,6 +59,8 @@ struct link {
     bool trust_is_dated;        /* only answers later than ... */
     uint32_t trust_us;          /* ... this time of its clock count */
     bool was_locked;            /* by the report before */
+    bool was_stopped;           /* an ack has said that motion has ended by that, at ... */
+    double stopped_s;           /* ... this time; the report that says why is to come */
     uint8_t state;              /* the controller's, the newest of reports and acks ... */
     uint32_t state_us;          /* ... which is of this time of its clock */
     bool is_held;               /* ... and that is a hold */
@@ -86,7 +88,8 @@ struct link {
     struct clearance clearance;
     struct sample sample;     /* the newest */
     double sampled_s;         /* servo time up to which there are segments */
-    double settled_s;         /* servo time from which on the servo thread has seen our pins */
+    double settled_s;         /* servo time from which on the servo thread has seen our pins ... */
+    bool settles;             /* ... which is known at the next tick */
     double moved_s;           /* when the newest sample came */
     bool has_samples;         /* the servo thread has run */
     double commanded_s;       /* when LinuxCNC last commanded motion */

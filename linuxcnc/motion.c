@@ -131,12 +131,19 @@ static void begin(struct link *link, const struct wire_stream_opened *opened) {
 
 // ---- what the servo thread sees of the pins ----
 
+/* Samples that were taken before the pins changed may still wait in the sampler; at the next tick they have
+ * been read. */
 static void settle(struct link *link) {
+    link->settles = true;
+}
+
+static void settle_from_here(struct link *link) {
     link->settled_s = link->sample.servo_s + SEEN_S;
+    link->settles = false;
 }
 
 static bool is_settled(const struct link *link) {
-    return link->sample.servo_s >= link->settled_s;
+    return !link->settles && link->sample.servo_s >= link->settled_s;
 }
 
 static void units_of(const struct link *link, const int32_t steps[PIN_JOINTS], double *units) {
@@ -242,6 +249,11 @@ static void show_homed(struct link *link) {
 
 // ---- probing ----
 
+static void fault_ended(struct link *link) {
+    link_fault(link, link->pins->message_ended,
+               "the controller has ended motion: it was reset, or its text side or another host has it");
+}
+
 /* Where the probe has touched in this G38. */
 static void take_contact(struct link *link, const uint8_t *payload) {
     struct wire_probe_result result;
@@ -250,9 +262,12 @@ static void take_contact(struct link *link, const uint8_t *payload) {
     link->results = result.number;
     if (link->phase != LINK_CONTACT)
         return;
+    if (!is_new && link->state == WIRE_STATE_ALARM && !peer_awaits_homing(&link->peer))
+        return; /* a report is about to say why */
+    if (!is_new && link->state == WIRE_STATE_ESTOP)
+        return;
     if (!is_new) {
-        link_fault(link, link->pins->message_ended,
-                   "the controller has ended motion: it was reset, or its text side or another host has it");
+        fault_ended(link);
         return;
     }
     memcpy(link->contact_steps, result.position_steps, sizeof link->contact_steps);
@@ -284,7 +299,7 @@ static void retreat(struct link *link) {
     double touched[PIN_JOINTS], wanted[PIN_JOINTS];
     if (!is_settled(link))
         return;
-    settle(link);
+    settle_from_here(link);
     units_of(link, link->contact_steps, touched);
     double depth = depth_of(link, touched);
     if (!link->is_deep || depth > link->deepest) {
@@ -363,6 +378,8 @@ void motion_ack(struct link *link, const struct wire_stream_ack *ack, uint32_t a
     if (ack->refusal == WIRE_REFUSAL_NONE)
         return;
     link->is_open = link->watches = false;
+    link->was_stopped = ack->state >= WIRE_STATE_ALARM && !link->peer.was_estop;
+    link->stopped_s = link->peer.now_s;
     if (ack->refusal == WIRE_REFUSAL_STREAM_CLOSED) {
         peer_ask(&link->peer, WIRE_PROBE_LAST, NULL, 0);
         link->phase = LINK_CONTACT;
@@ -541,6 +558,8 @@ static void look_at_switch(struct link *link) {
 }
 
 void motion_tick(struct link *link) {
+    if (link->settles)
+        settle_from_here(link);
     look_at_switch(link);
     if (link->is_asked)
         switch_on(link);
@@ -548,6 +567,8 @@ void motion_tick(struct link *link) {
         follow_lock(link);
     else if (link->phase == LINK_FOLLOWING)
         follow(link);
+    else if (link->phase == LINK_CONTACT && peer_awaits_homing(&link->peer))
+        fault_ended(link);
     else if (link->phase == LINK_DRAINING)
         drain(link);
     else if (link->phase == LINK_HOMING)

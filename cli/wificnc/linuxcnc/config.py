@@ -118,7 +118,7 @@ HAL_HEAD = """\
 # HAL of {name}, written by `wificnc linuxcnc init`. docs/linuxcnc.md describes the pins of wificnc.
 loadrt [KINS]KINEMATICS
 loadrt [EMCMOT]EMCMOT servo_period_nsec=[EMCMOT]SERVO_PERIOD num_joints=[KINS]JOINTS num_dio={outputs}
-loadrt not count=1
+loadrt not count=2
 loadrt integ count=1
 loadrt estop_latch count=1
 loadrt sampler depth={samples} cfg={kinds}
@@ -131,6 +131,7 @@ addf motion-controller servo-thread
 addf integ.0 servo-thread
 addf sampler.0 servo-thread
 addf not.0 servo-thread
+addf not.1 servo-thread
 addf estop-latch.0 servo-thread
 """
 
@@ -156,7 +157,8 @@ net motion-type motion.motion-type => sampler.0.pin.{type_pin}
 
 # Machine on starts motion. A fault of the component switches the machine off.
 net machine-on joint.0.amp-enable-out => wificnc.enable
-net link-fault wificnc.fault => {faults}
+net fault wificnc.fault => not.1.in
+net no-fault not.1.out => motion.enable
 
 # Programs wait while the controller is in a feed hold or its door is open, or while the network is too slow
 net feed-inhibit wificnc.feed-inhibit => motion.feed-inhibit
@@ -210,13 +212,12 @@ def files(name: str, address: str, machine: Machine, homes: bool | None = None) 
     letters = "".join(str(joint["letter"]) for joint in joints)
     values = {"name": name, "address": address, "letters": letters, "count": len(joints), "fastest": fastest}
     ini = INI.format(**values, slow=fastest / 4, **_lags()) + "".join(JOINT_INI.format(**joint) for joint in joints)
-    faults = " ".join(f"joint.{n}.amp-fault-in" for n in range(len(joints)))
     texts = messages()
     sampler = {"samples": SAMPLES, "kinds": "f" * len(joints) + "fs", "program": PROGRAM}
     shown = {"names": ",".join(f"say-{name}" for name in texts), "texts": ",".join(texts.values())}
     hal = HAL_HEAD.format(**values, **sampler, **shown, outputs=OUTPUT_COUNT)
     hal += "".join(HAL_JOINT.format(**joint) for joint in joints)
-    hal += HAL_TAIL.format(faults=faults, digital=_digital(), count=len(joints), type_pin=len(joints) + 1)
+    hal += HAL_TAIL.format(digital=_digital(), count=len(joints), type_pin=len(joints) + 1)
     hal += "".join(HAL_MESSAGE.format(name=name) for name in texts)
     return {f"{name}.ini": ini, f"{name}.hal": hal, f"{name}.tbl": "T1 P1 D0 Z0 ;\n"}
 
