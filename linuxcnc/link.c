@@ -135,8 +135,12 @@ static pin_BIT message_of_stop(const struct link *link) {
 /* What has stopped the controller may have cost steps: until it has said, nothing is fine. */
 static void look_for_lock(struct link *link) {
     bool is_locked = peer_is_locked(&link->peer);
+    bool has_moved = link->was_stopped && link->peer.now_s - link->stopped_s < STOPPED_S;
+    if (has_moved && peer_awaits_homing(&link->peer)) {
+        link->was_stopped = false;
+        motion_fault_ended(link);
+    }
     if (is_locked && !link->was_locked) {
-        bool has_moved = link->was_stopped && link->peer.now_s - link->stopped_s < STOPPED_S;
         if ((link->phase != LINK_OFF && !link->peer.was_estop) || has_moved)
             link_fault(link, message_of_stop(link), "the controller has stopped: %s; alarm %u",
                        word_of_state[link->peer.status.state & 7], link->peer.status.alarm);

@@ -145,6 +145,8 @@ bool link_is_holding_feedback(const struct link *link);
 void motion_close(struct link *link, uint32_t stream);
 /** No more of this stream; the controller slows down, and discards what is queued. */
 void motion_drop(struct link *link, uint32_t stream);
+/** Motion has ended, and not by us. */
+void motion_fault_ended(struct link *link);
 /** The machine must be where it was sent, when it has come to rest. */
 void motion_check_position(struct link *link);
 /** While it is switched off, the machine is where the newest report says. */

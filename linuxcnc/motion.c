@@ -249,7 +249,7 @@ static void show_homed(struct link *link) {
 
 // ---- probing ----
 
-static void fault_ended(struct link *link) {
+void motion_fault_ended(struct link *link) {
     link_fault(link, link->pins->message_ended,
                "the controller has ended motion: it was reset, or its text side or another host has it");
 }
@@ -262,12 +262,10 @@ static void take_contact(struct link *link, const uint8_t *payload) {
     link->results = result.number;
     if (link->phase != LINK_CONTACT)
         return;
-    if (!is_new && link->state == WIRE_STATE_ALARM && !peer_awaits_homing(&link->peer))
+    if (!is_new && link->state >= WIRE_STATE_ALARM)
         return; /* a report is about to say why */
-    if (!is_new && link->state == WIRE_STATE_ESTOP)
-        return;
     if (!is_new) {
-        fault_ended(link);
+        motion_fault_ended(link);
         return;
     }
     memcpy(link->contact_steps, result.position_steps, sizeof link->contact_steps);
@@ -567,8 +565,6 @@ void motion_tick(struct link *link) {
         follow_lock(link);
     else if (link->phase == LINK_FOLLOWING)
         follow(link);
-    else if (link->phase == LINK_CONTACT && peer_awaits_homing(&link->peer))
-        fault_ended(link);
     else if (link->phase == LINK_DRAINING)
         drain(link);
     else if (link->phase == LINK_HOMING)

@@ -388,7 +388,10 @@ int main(int argc, char **argv) {
     sigaction(SIGTERM, &action, NULL);
     program.component = hal_init(program.name);
     if (program.component < 0) {
-        fprintf(stderr, "%s: hal_init: %s\n", program.name, strerror(-program.component));
+        fprintf(stderr,
+                "%s: hal_init: %s. Is there a component of this name already? Restart LinuxCNC, or choose "
+                "another --name\n",
+                program.name, strerror(-program.component));
         return EXIT_FAILURE;
     }
     program.peer = program.is_module ? &program.module.peer : &program.link.peer;

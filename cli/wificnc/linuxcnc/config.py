@@ -119,6 +119,7 @@ HAL_HEAD = """\
 loadrt [KINS]KINEMATICS
 loadrt [EMCMOT]EMCMOT servo_period_nsec=[EMCMOT]SERVO_PERIOD num_joints=[KINS]JOINTS num_dio={outputs}
 loadrt not count=2
+loadrt or2 count=1
 loadrt integ count=1
 loadrt estop_latch count=1
 loadrt sampler depth={samples} cfg={kinds}
@@ -131,6 +132,7 @@ addf motion-controller servo-thread
 addf integ.0 servo-thread
 addf sampler.0 servo-thread
 addf not.0 servo-thread
+addf or2.0 servo-thread
 addf not.1 servo-thread
 addf estop-latch.0 servo-thread
 """
@@ -155,9 +157,12 @@ setp integ.0.in 1
 net servo-time integ.0.out => sampler.0.pin.{count}
 net motion-type motion.motion-type => sampler.0.pin.{type_pin}
 
-# Machine on starts motion. A fault of the component switches the machine off.
+# Machine on starts motion. A fault of the component switches the machine off, and so does a component that has ended:
+# then nobody reads the sampler, and it is full after 1 s
 net machine-on joint.0.amp-enable-out => wificnc.enable
-net fault wificnc.fault => not.1.in
+net fault wificnc.fault => or2.0.in0
+net sampler-full sampler.0.full => or2.0.in1
+net stops or2.0.out => not.1.in
 net no-fault not.1.out => motion.enable
 
 # Programs wait while the controller is in a feed hold or its door is open, or while the network is too slow
