@@ -77,6 +77,18 @@ def test_a_hard_stop_in_motion(make_bench: Callable[..., Bench], line: str) -> N
     assert bench.pins["estop-ok"] and not bench.pins[message] and stands(bench)
 
 
+def test_linuxcncs_own_estop_in_motion(bench: Bench) -> None:
+    """It asks for that: no fault, no message but that joints are to be homed."""
+    moving(bench)
+    bench.pins["estop"], bench.pins["enable"] = True, False
+    bench.run(0.3)
+    assert not bench.pins["fault"] and not bench.pins["message.estop"] and bench.pins["message.unhomed"]
+    for joint in bench.joints:
+        bench.pins[f"joint.{joint}.homed"] = False
+    bench.press_reset()
+    assert bench.pins["estop-ok"] and stands(bench)
+
+
 def test_an_estop_button_says_so(bench: Bench) -> None:
     moving(bench)
     bench.virtual.input("estop", True)

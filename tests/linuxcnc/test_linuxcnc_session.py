@@ -19,7 +19,7 @@ from wificnc.serve.server import Server
 ADDRESS = f"127.68.{os.getpid() >> 8 & 0xFF}.{os.getpid() & 0xFF or 1}"  # the ports are fixed
 # LinuxCNC's side: it asks us to do something at the controller by a file, and goes on when that is gone
 SCREEN = """#!/usr/bin/python3
-import linuxcnc, pathlib, subprocess, time
+import linuxcnc, os, pathlib, signal, subprocess, time
 command, status, errors = linuxcnc.command(), linuxcnc.stat(), linuxcnc.error_channel()
 seen, shown = {}, []
 def pin(name):
@@ -101,6 +101,15 @@ home()
 seen["homed"] = (pin("wificnc.locked"), [round(at, 3) for at in status.actual_position[:3]])
 mdi("G53 G1 X-30 F900")
 wait(lambda: is_at(-30))
+mdi("G53 G1 X-50 F900")
+wait(lambda: status.actual_position[0] < -33)
+process = subprocess.run(["halcmd", "-s", "show", "comp", "wificnc"], capture_output=True, text=True).stdout.split()
+os.kill(int(process[process.index("wificnc") + 1]), signal.SIGKILL)
+wait(lambda: status.task_state != linuxcnc.STATE_ON)
+command.state(linuxcnc.STATE_ON)
+time.sleep(1)
+status.poll()
+seen["killed"] = status.task_state != linuxcnc.STATE_ON
 pathlib.Path("said").write_text(repr((seen, shown)))
 """
 
@@ -178,6 +187,7 @@ def test_a_controller_that_is_held_and_loses_its_power(user_home: Path, as_user:
         "locked": "TRUE",
         "refused": True,
         "homed": ("FALSE", [-59.0, -1.0, -1.0]),
+        "killed": True,
     }
     for words in ("Feed hold", "No connection", "lost its position", "locked until"):
         assert any(words in text for text in shown), (words, shown)

@@ -252,12 +252,14 @@ def following_error(velocity: float, acceleration: float) -> tuple[float, float]
     """FERROR and MIN_FERROR of a joint. LinuxCNC allows FERROR v / velocity at speed v, at least MIN_FERROR.
 
     While the command slows down to speed v, a feedback that is late by T is behind by at most v T + `rest`, where `rest`
-    is the way of the last T before the stop. So MIN_FERROR is what that is where both lines meet."""
+    is the way of the last T before the stop, and never by more than at top speed. So MIN_FERROR is what that is where it
+    meets LinuxCNC's line."""
     lag_s = _lag_s()
     stop_s = min(lag_s, velocity / acceleration)
     rest = acceleration * stop_s * (lag_s - stop_s / 2)
     most = velocity * (lag_s + WAIT_S) + velocity**2 / (2 * acceleration)
-    return most + MARGIN, rest / (1 - velocity * lag_s / most) + MARGIN
+    least = min(rest / (1 - velocity * lag_s / most), velocity * lag_s)
+    return most + MARGIN, least + MARGIN
 
 
 def _digital() -> str:
