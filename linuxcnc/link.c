@@ -6,14 +6,14 @@
 #include <stdarg.h>
 #include <stdio.h>
 
-static const double OUTPUTS_S = 0.1;    /* outputs are said again this often: a datagram may be lost */
-static const double TRUST_S = 0.2;      /* and whether the position is trusted is asked again */
+static const double OUTPUTS_S = 0.1; /* outputs are said again this often: a datagram may be lost */
+static const double TRUST_S = 0.2;   /* and whether the position is trusted is asked again */
 static const double TRUST_SOON_S = 0.02;
 enum { NO_STREAM = 2 }; /* the controller's have odd numbers: a question about none is answered, too */
-static const double UNHOME_S = 0.25;    /* halui sees a pulse that is so long */
+static const double UNHOME_S = 0.25;     /* halui sees a pulse that is so long */
 static const double RESET_SHOWN_S = 3.0; /* so long after it was asked for a reset may show success */
 static const double RESET_LEAST_S = 0.5; /* the end of LinuxCNC's e-stop comes so much later */
-static const double STOPPED_S = 2.0; /* a report comes within it */
+static const double STOPPED_S = 2.0;     /* a report comes within it */
 static const double RESET_DONE_S = 0.1;
 
 // ---- to LinuxCNC ----

@@ -86,26 +86,26 @@ struct link {
     uint32_t stale_us;    /* ... which is of this time of the controller's clock */
     struct slicer slicer;
     struct clearance clearance;
-    struct sample sample;     /* the newest */
-    double sampled_s;         /* servo time up to which there are segments */
-    double settled_s;         /* servo time from which on the servo thread has seen our pins ... */
-    bool settles;             /* ... which is known at the next tick */
-    double moved_s;           /* when the newest sample came */
-    bool has_samples;         /* the servo thread has run */
-    double commanded_s;       /* when LinuxCNC last commanded motion */
-    uint32_t moving_end;      /* end of the segments with steps */
-    bool is_unlocking;        /* every joint is homed: the controller is asked to unlock */
+    struct sample sample;         /* the newest */
+    double sampled_s;             /* servo time up to which there are segments */
+    double settled_s;             /* servo time from which on the servo thread has seen our pins ... */
+    bool settles;                 /* ... which is known at the next tick */
+    double moved_s;               /* when the newest sample came */
+    bool has_samples;             /* the servo thread has run */
+    double commanded_s;           /* when LinuxCNC last commanded motion */
+    uint32_t moving_end;          /* end of the segments with steps */
+    bool is_unlocking;            /* every joint is homed: the controller is asked to unlock */
     double locked_at[PIN_JOINTS]; /* commanded, in LINK_LOCKED */
-    bool begins;              /* there is no segment yet */
-    bool probe_begins;        /* a G38 has begun since the newest segment */
-    bool probes, was_probing; /* in a sample since the newest segment; in the segment before */
-    bool watches;             /* a contact is to come, and exactly */
-    uint32_t watched;         /* end of the segments that watch for it */
-    uint8_t homes;            /* mask of joints */
+    bool begins;                  /* there is no segment yet */
+    bool probe_begins;            /* a G38 has begun since the newest segment */
+    bool probes, was_probing;     /* in a sample since the newest segment; in the segment before */
+    bool watches;                 /* a contact is to come, and exactly */
+    uint32_t watched;             /* end of the segments that watch for it */
+    uint8_t homes;                /* mask of joints */
     bool is_homing_seen;
     double homing_s;    /* when it was asked for */
     uint32_t homing_us; /* of the report that shows its end */
-    uint16_t results; /* probe results of the controller so far */
+    uint16_t results;   /* probe results of the controller so far */
     int32_t contact_steps[PIN_JOINTS];
     bool is_deep;            /* `into` and `deepest` are set */
     double into[PIN_JOINTS]; /* way of LinuxCNC's command behind the contact; its length is 1 */

@@ -21,12 +21,12 @@ static const double SPARE_S = 0.1;         /* a queue may be longer by so much, 
 static const double HOMING_WAY = 0.1;      /* units that a joint creeps when it is homed */
 static const char NO_SAMPLES[] =
     "the servo thread gives no samples: load sampler, and addf it, as docs/linuxcnc.md shows";
-static const char NO_MORE_SAMPLES[] =
-    "LinuxCNC's servo thread has stopped for more than 1 s: this computer was too busy or asleep, or LinuxCNC "
-    "ends";
-static const char HELD_MOVES[] =
-    "the controller is in a feed hold, and LinuxCNC moves on: a jog, or feed override is disabled (M48, M50); "
-    "resume the controller first";
+static const char NO_MORE_SAMPLES[] = "LinuxCNC's servo thread has stopped for more than 1 s: this computer "
+                                      "was too busy or asleep, or LinuxCNC "
+                                      "ends";
+static const char HELD_MOVES[] = "the controller is in a feed hold, and LinuxCNC moves on: a jog, or feed "
+                                 "override is disabled (M48, M50); "
+                                 "resume the controller first";
 enum { LAST_US = 1000 }; /* a dwell behind the last motion */
 
 static void ask_stream(struct link *link, uint8_t type, uint32_t stream) {
@@ -103,7 +103,8 @@ static bool begin_slices(struct link *link) {
     for (unsigned joint = 0; joint < slicer->joints; joint++) {
         slicer->scale[joint] = pins_scale(link->pins, joint);
         if (!isfinite(slicer->scale[joint])) {
-            link_fault(link, link->pins->message_refused, "joint.%u.scale is no number of steps per unit", joint);
+            link_fault(link, link->pins->message_refused, "joint.%u.scale is no number of steps per unit",
+                       joint);
             return false;
         }
     }
@@ -334,7 +335,8 @@ static void opened(struct link *link, const uint8_t *payload) {
         return;
     }
     if (opened.refusal != WIRE_REFUSAL_NONE) {
-        link_fault(link, link->pins->message_refused, "the controller refuses motion: %s", peer_refusal(opened.refusal));
+        link_fault(link, link->pins->message_refused, "the controller refuses motion: %s",
+                   peer_refusal(opened.refusal));
         return;
     }
     begin(link, &opened);
@@ -382,7 +384,8 @@ void motion_ack(struct link *link, const struct wire_stream_ack *ack, uint32_t a
         peer_ask(&link->peer, WIRE_PROBE_LAST, NULL, 0);
         link->phase = LINK_CONTACT;
     } else {
-        link_fault(link, link->pins->message_refused, "the controller takes no more motion, segment %u: %s; %u of %u were executed",
+        link_fault(link, link->pins->message_refused,
+                   "the controller takes no more motion, segment %u: %s; %u of %u were executed",
                    (unsigned)ack->refused, peer_refusal(ack->refusal), (unsigned)link->sender.done,
                    (unsigned)link->sender.end);
     }
@@ -415,7 +418,8 @@ static void slice(struct link *link) {
         wrong =
             slicer_slice(&link->slicer, wanted, sample->servo_s - link->sampled_s, link->queued_s, &segment);
     if (wrong >= 0) {
-        link_fault(link, link->pins->message_moved, "joint %d is commanded to %g and stands at %g: switch on anew", wrong, wanted[wrong],
+        link_fault(link, link->pins->message_moved,
+                   "joint %d is commanded to %g and stands at %g: switch on anew", wrong, wanted[wrong],
                    link->slicer.steps[wrong] / link->slicer.scale[wrong]);
         return;
     }
@@ -468,8 +472,8 @@ void motion_check_position(struct link *link) {
     while (joint < link->options.joints && at[joint] == link->slicer.steps[joint])
         joint++;
     if (joint < link->options.joints)
-        link_fault(link, link->pins->message_moved, "joint %u stands at step %d and was sent to step %d", joint,
-                   (int)at[joint], (int)link->slicer.steps[joint]);
+        link_fault(link, link->pins->message_moved, "joint %u stands at step %d and was sent to step %d",
+                   joint, (int)at[joint], (int)link->slicer.steps[joint]);
 }
 
 static void follow(struct link *link) {
@@ -529,13 +533,15 @@ static void switch_off(struct link *link) {
 static void switch_on(struct link *link) {
     const struct wire_status *status = &link->peer.status;
     if (memcmp(link->off_steps, status->position_steps, link->options.joints * sizeof *link->off_steps) != 0)
-        link_fault(link, link->pins->message_moved, "the machine has moved since it was switched on: switch on anew when it stands");
+        link_fault(link, link->pins->message_moved,
+                   "the machine has moved since it was switched on: switch on anew when it stands");
     else if (peer_awaits_homing(&link->peer))
         lock(link);
     else if (link_stands(link))
         open_stream(link, LINK_OFF);
     else if (link->peer.now_s - link->asked_s > STANDS_S)
-        link_fault(link, link->pins->message_refused, "the controller is at something else, and takes no motion: %s",
+        link_fault(link, link->pins->message_refused,
+                   "the controller is at something else, and takes no motion: %s",
                    word_of_state[status->state & 7]);
 }
 

@@ -3,7 +3,7 @@
 
 #include <math.h>
 
-static const double UPTIME_OFF_S = 1.0;    /* reports are late by less */
+static const double UPTIME_OFF_S = 1.0;     /* reports are late by less */
 static const double UPTIME_OFF_PART = 1e-3; /* clocks differ by less */
 
 void reference_begin(struct reference *reference, uint8_t homed) {

@@ -278,18 +278,18 @@ struct machine {
     struct machine_host host;
 
     enum machine_state state;
-    enum alarm alarm;     /* the newest; ALARM_NONE after a reset */
-    axis_mask_t trusted;  /* axes that were homed, and not stopped without a ramp since */
+    enum alarm alarm;        /* the newest; ALARM_NONE after a reset */
+    axis_mask_t trusted;     /* axes that were homed, and not stopped without a ramp since */
     uint8_t position_losses; /* times that motion was stopped without a ramp; wraps */
-    bool locks_again;     /* the e-stop came while the machine was locked: it is locked after it, too */
-    bool critical;        /* after alarm 1, 2 or e-stop: only a reset helps */
-    bool critical_untold; /* ... and that was not said yet */
-    bool restart;         /* the banner is due */
-    bool reset_asked;     /* by a $ command */
-    bool restoring;       /* the door was closed, spindle and coolant start again */
-    bool cancelling;      /* a jog is being cancelled */
-    bool line_open;       /* the current line is not answered yet */
-    uint32_t flush_until; /* $J= lines put before this many bytes are dropped, while flushing */
+    bool locks_again;        /* the e-stop came while the machine was locked: it is locked after it, too */
+    bool critical;           /* after alarm 1, 2 or e-stop: only a reset helps */
+    bool critical_untold;    /* ... and that was not said yet */
+    bool restart;            /* the banner is due */
+    bool reset_asked;        /* by a $ command */
+    bool restoring;          /* the door was closed, spindle and coolant start again */
+    bool cancelling;         /* a jog is being cancelled */
+    bool line_open;          /* the current line is not answered yet */
+    uint32_t flush_until;    /* $J= lines put before this many bytes are dropped, while flushing */
     bool flushing;
     uint32_t line_from;         /* bytes taken before the present line */
     struct machine_timer quiet; /* after an alarm */

@@ -125,8 +125,8 @@ def test_limits_are_those_of_the_profile(machine: str, tmp_path: Path) -> None:
 
 
 def worst_ratio(velocity: float, acceleration: float, most: float, least: float, late_s: float) -> float:
-    """Up to top speed, on, and back to rest; the feedback is the command of late_s ago. Following error by its limit, as
-    LinuxCNC computes that from the commanded speed."""
+    """Up to top speed, on, and back to rest; the feedback is the command of late_s ago. The following error by its
+    limit, as LinuxCNC computes that from the commanded speed."""
     up_s, dt = velocity / acceleration, 0.001
     total_s = 2 * up_s + 2 * late_s
 

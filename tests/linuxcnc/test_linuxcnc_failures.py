@@ -40,7 +40,7 @@ def stands(bench: Bench) -> bool:
 
 @pytest.mark.parametrize("how", ["killed", "stopped", "network"])
 def test_without_its_host_the_controller_stops_within_its_limits(bench: Bench, how: str) -> None:
-    """The component or all of LinuxCNC is killed (its connection ends), its process does not run, the network is gone."""
+    """The component or LinuxCNC is killed (its connection ends), its process does not run, the network is gone."""
     moving(bench)
     at = bench.virtual.position[0]
     bench.wire.dead = True

@@ -61,9 +61,11 @@ def test_a_sampler_that_was_never_added_is_a_fault(bench: Bench) -> None:
     bench.run(0.2)
     bench.pins["enable"] = True
     bench.run(1.5)
-    assert bench.pins["fault"] and bench.pins["message.servo"] and bench.said == [
-        "the servo thread gives no samples: load sampler, and addf it, as docs/linuxcnc.md shows"
-    ]
+    assert (
+        bench.pins["fault"]
+        and bench.pins["message.servo"]
+        and bench.said == ["the servo thread gives no samples: load sampler, and addf it, as docs/linuxcnc.md shows"]
+    )
 
 
 def test_a_servo_thread_that_stops_is_another_fault(bench: Bench) -> None:

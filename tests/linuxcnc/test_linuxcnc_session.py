@@ -166,7 +166,9 @@ def test_a_controller_that_is_held_and_loses_its_power(user_home: Path, as_user:
     invoke("init", str(user_home / "small.toml"), "--to", ADDRESS, "--out", str(config))
     text = (config / "small.ini").read_text().replace("DISPLAY = axis", "DISPLAY = ./screen.py")
     # LinuxCNC without real time, on a computer that is busy with tests, may be late by seconds
-    text = "\n".join("MIN_FERROR = 900" if line.startswith(("FERROR", "MIN_FERROR")) else line for line in text.split("\n"))
+    text = "\n".join(
+        "MIN_FERROR = 900" if line.startswith(("FERROR", "MIN_FERROR")) else line for line in text.split("\n")
+    )
     (config / "small.ini").write_text(text)
     (config / "screen.py").write_text(SCREEN)
     fake_tool_change(config)

@@ -64,13 +64,13 @@ QUEUE_MS = {queue_ms}
 # run-up time of a spindle without an encoder
 RUN_UP_S = 3
 
-# Following error. The feedback is late by QUEUE_MS, a status report ($76 of the controller, {report_ms} ms) and the network
-# ({network_ms} ms): {lag_s:g} s in all. LinuxCNC allows FERROR at top speed, less when it is slower, and never less than
-# MIN_FERROR:
-#   FERROR      {lag_s:g} s of top speed, {wait_s:g} s more before LinuxCNC waits for a slow network, and the way to stop
+# Following error. The feedback is late by QUEUE_MS, a status report ($76 of the controller, {report_ms} ms) and the
+# network ({network_ms} ms): {lag_s:g} s in all. LinuxCNC allows FERROR at top speed, in proportion less at lower speed,
+# and never less than MIN_FERROR:
+#   FERROR      {lag_s:g} s of top speed, {wait_s:g} s more before LinuxCNC waits for a network, and the way to stop
 #   MIN_FERROR  the way that the machine still has to go when the command has just stopped
-# At rest the component compares command and position itself, to the step. If you make QUEUE_MS or $76 larger, make both
-# larger in proportion.
+# At rest the component compares command and position itself, to the step. If you make QUEUE_MS or $76 larger,
+# make both larger in proportion.
 
 [KINS]
 KINEMATICS = trivkins coordinates={letters}
@@ -152,7 +152,7 @@ net unhome-{joint} wificnc.joint.{joint}.unhome => halui.joint.{joint}.unhome
 """
 
 HAL_TAIL = """
-# The sampler hands every servo period to the component: commanded positions, the time in s, and the kind of motion (G38)
+# The sampler hands every servo period to the component: commanded positions, time in s, and the kind of motion (G38)
 setp integ.0.in 1
 net servo-time integ.0.out => sampler.0.pin.{count}
 net motion-type motion.motion-type => sampler.0.pin.{type_pin}
@@ -251,9 +251,9 @@ def _lags() -> dict[str, float]:
 def following_error(velocity: float, acceleration: float) -> tuple[float, float]:
     """FERROR and MIN_FERROR of a joint. LinuxCNC allows FERROR v / velocity at speed v, at least MIN_FERROR.
 
-    While the command slows down to speed v, a feedback that is late by T is behind by at most v T + `rest`, where `rest`
-    is the way of the last T before the stop, and never by more than at top speed. So MIN_FERROR is what that is where it
-    meets LinuxCNC's line."""
+    While the command slows down to speed v, a feedback that is late by T is behind by at most v T + `rest`, where
+    `rest` is the way of the last T before the stop, and never by more than at top speed. So MIN_FERROR is what that is
+    where it meets LinuxCNC's line."""
     lag_s = _lag_s()
     stop_s = min(lag_s, velocity / acceleration)
     rest = acceleration * stop_s * (lag_s - stop_s / 2)
