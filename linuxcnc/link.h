@@ -9,6 +9,7 @@
 #include "encoder.h"
 #include "peer.h"
 #include "pins.h"
+#include "reference.h"
 #include "sender.h"
 #include "slicer.h"
 
@@ -33,6 +34,7 @@ struct link_options {
 
 enum link_phase {
     LINK_OFF,       /* LinuxCNC has not switched on, or motion has ended */
+    LINK_LOCKED,    /* LinuxCNC is on, and the controller locked: only homing leads on */
     LINK_OPENING,   /* a stream is asked for */
     LINK_FOLLOWING, /* commands become segments */
     LINK_DRAINING,  /* what is queued is executed, and then the controller homes */
@@ -51,6 +53,24 @@ struct link {
     struct at_speed at_speed;
     struct wire_io_control said;
     double said_s;
+    struct reference reference; /* stays, as `stream` does, from one connection to the next */
+    uint32_t stream;            /* the newest, whose queue may still be there; 0: none */
+    double trust_s;             /* when it was asked last whether its position is trusted */
+    bool trust_is_dated;        /* only answers later than ... */
+    uint32_t trust_us;          /* ... this time of its clock count */
+    bool was_locked;            /* by the report before */
+    bool was_stopped;           /* an ack has said that motion has ended by that, at ... */
+    double stopped_s;           /* ... this time; the report that says why is to come */
+    uint8_t state;              /* the controller's, the newest of reports and acks ... */
+    uint32_t state_us;          /* ... which is of this time of its clock */
+    bool is_held;               /* ... and that is a hold */
+    double held_s;              /* since then */
+    bool is_late;               /* more waits than should */
+    bool resets;                /* the operator has asked for a reset ... */
+    double resets_s;            /* ... then */
+    double reset_done_s;        /* when reset-done rose */
+    uint32_t samples_lost;
+
     bool was_enabled;              /* when the pins were last looked at */
     bool is_asked;                 /* switched on, and there is no motion yet ... */
     double asked_s;                /* ... since then */
@@ -66,19 +86,26 @@ struct link {
     uint32_t stale_us;    /* ... which is of this time of the controller's clock */
     struct slicer slicer;
     struct clearance clearance;
-    struct sample sample;     /* the newest */
-    double sampled_s;         /* servo time up to which there are segments */
-    double settled_s;         /* servo time from which on the servo thread has seen our pins */
-    double moved_s;           /* when the newest sample came */
-    bool begins;              /* there is no segment yet */
-    bool probe_begins;        /* a G38 has begun since the newest segment */
-    bool probes, was_probing; /* in a sample since the newest segment; in the segment before */
-    bool watches;             /* a contact is to come, and exactly */
-    uint32_t watched;         /* end of the segments that watch for it */
-    uint8_t homes;            /* mask of joints */
+    struct sample sample;         /* the newest */
+    double sampled_s;             /* servo time up to which there are segments */
+    double settled_s;             /* servo time from which on the servo thread has seen our pins ... */
+    bool settles;                 /* ... which is known at the next tick */
+    double moved_s;               /* when the newest sample came */
+    bool has_samples;             /* the servo thread has run */
+    double commanded_s;           /* when LinuxCNC last commanded motion */
+    uint32_t moving_end;          /* end of the segments with steps */
+    bool is_unlocking;            /* every joint is homed: the controller is asked to unlock */
+    double locked_at[PIN_JOINTS]; /* commanded, in LINK_LOCKED */
+    bool begins;                  /* there is no segment yet */
+    bool probe_begins;            /* a G38 has begun since the newest segment */
+    bool probes, was_probing;     /* in a sample since the newest segment; in the segment before */
+    bool watches;                 /* a contact is to come, and exactly */
+    uint32_t watched;             /* end of the segments that watch for it */
+    uint8_t homes;                /* mask of joints */
     bool is_homing_seen;
-    double homing_s;  /* when it was asked for */
-    uint16_t results; /* probe results of the controller so far */
+    double homing_s;    /* when it was asked for */
+    uint32_t homing_us; /* of the report that shows its end */
+    uint16_t results;   /* probe results of the controller so far */
     int32_t contact_steps[PIN_JOINTS];
     bool is_deep;            /* `into` and `deepest` are set */
     double into[PIN_JOINTS]; /* way of LinuxCNC's command behind the contact; its length is 1 */
@@ -91,6 +118,8 @@ void link_begin(struct link *link, struct pins *pins, const struct peer_world *w
                 const struct link_options *options, double now_s);
 /** What the servo thread has seen in one period; each of them, oldest first. */
 void link_sample(struct link *link, const struct sample *sample, double now_s);
+/** How many periods the sampler could not keep since it was loaded. */
+void link_note_lost_samples(struct link *link, uint32_t lost);
 /** Every LINK_TICK_S. @return why the controller is gone, NULL: it is not */
 const char *link_tick(struct link *link, double now_s);
 /** The spindle's pins; may be called more often than link_tick. */
@@ -100,8 +129,12 @@ void link_lose(struct pins *pins);
 
 /* ---- between link.c and motion.c ---- */
 
-/** Motion has ended by itself: the operator resets and switches on anew. printf's format. */
-__attribute__((format(printf, 2, 3))) void link_fault(struct link *link, const char *format, ...);
+/** Motion has ended by itself: the operator resets and switches on again.
+ *  @param message  the pin that shows it. printf's format for the terminal */
+__attribute__((format(printf, 3, 4))) void link_fault(struct link *link, pin_BIT message, const char *format,
+                                                      ...);
+/** What the controller does, at this time of its clock. */
+void link_note_state(struct link *link, uint8_t state, uint32_t at_us);
 /** A report is newer than what is known of a stream, or the other way round. */
 void link_date_report(struct link *link);
 /** Nothing moves or waits, by a report that is newer than anything of a stream. */
@@ -110,6 +143,12 @@ bool link_stands(const struct link *link);
 bool link_is_holding_feedback(const struct link *link);
 /** No more of this stream; what is queued in the controller is executed. */
 void motion_close(struct link *link, uint32_t stream);
+/** No more of this stream; the controller slows down, and discards what is queued. */
+void motion_drop(struct link *link, uint32_t stream);
+/** Motion has ended, and not by us. */
+void motion_fault_ended(struct link *link);
+/** The machine must be where it was sent, when it has come to rest. */
+void motion_check_position(struct link *link);
 /** While it is switched off, the machine is where the newest report says. */
 void motion_note_off(struct link *link);
 /** What motion does in a tick. */
@@ -117,5 +156,7 @@ void motion_tick(struct link *link);
 /** Answers that motion has asked for. */
 void motion_answer(struct link *link, const struct control_answer *answer);
 void motion_ack(struct link *link, const struct wire_stream_ack *ack, uint32_t at_us);
+/** What the controller trusts is known as of this time of its clock. */
+void motion_take_trust(struct link *link, uint32_t at_us);
 
 #endif

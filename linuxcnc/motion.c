@@ -15,9 +15,27 @@ static const double STILL_S = 1.0;         /* no sample for so long: the servo t
 static const double HOMING_BEGINS_S = 1.0; /* after it was asked for */
 static const double FAR_S = 0.25;          /* so much time at top speed away, and the command is a mistake */
 static const double STANDS_S = 1.0;        /* after switching on the machine is to stand within this time */
+static const double HELD_S = 2.0;          /* LinuxCNC has seen a hold, and slowed down */
+static const double MOVING_S = 0.1;        /* it commands motion as long as it did so in this time */
+static const double SPARE_S = 0.1;         /* a queue may be longer by so much, or twice as long */
+static const double HOMING_WAY = 0.1;      /* units that a joint creeps when it is homed */
 static const char NO_SAMPLES[] =
     "the servo thread gives no samples: load sampler, and addf it, as docs/linuxcnc.md shows";
+static const char NO_MORE_SAMPLES[] = "LinuxCNC's servo thread has stopped for more than 1 s: this computer "
+                                      "was too busy or asleep, or LinuxCNC "
+                                      "ends";
+static const char HELD_MOVES[] = "the controller is in a feed hold, and LinuxCNC moves on: a jog, or feed "
+                                 "override is disabled (M48, M50); "
+                                 "resume the controller first";
 enum { LAST_US = 1000 }; /* a dwell behind the last motion */
+
+static void ask_stream(struct link *link, uint8_t type, uint32_t stream) {
+    uint8_t payload[WIRE_STREAM_CLOSE_SIZE];
+    wire_put_stream_close(payload, &(struct wire_stream_close){.stream = stream}); /* both are the same */
+    peer_ask(&link->peer, type, payload, sizeof payload);
+    link->stream_asks++;
+    link->is_open = link->watches = false;
+}
 
 bool link_is_holding_feedback(const struct link *link) {
     return link->phase >= LINK_DRAINING || (link->phase == LINK_OPENING && link->opens_for != LINK_OFF);
@@ -27,7 +45,7 @@ bool link_is_holding_feedback(const struct link *link) {
 
 static void put(struct link *link, const struct wire_segment *segment) {
     if (!sender_put(&link->sender, segment))
-        link_fault(link,
+        link_fault(link, link->pins->message_late,
                    "the controller does not take motion as fast as it comes: is the network good enough?");
 }
 
@@ -37,11 +55,11 @@ static void finish(struct link *link) {
 }
 
 void motion_close(struct link *link, uint32_t stream) {
-    uint8_t payload[WIRE_STREAM_CLOSE_SIZE];
-    wire_put_stream_close(payload, &(struct wire_stream_close){.stream = stream});
-    peer_ask(&link->peer, WIRE_STREAM_CLOSE, payload, sizeof payload);
-    link->stream_asks++;
-    link->is_open = link->watches = false;
+    ask_stream(link, WIRE_STREAM_CLOSE, stream);
+}
+
+void motion_drop(struct link *link, uint32_t stream) {
+    ask_stream(link, WIRE_STREAM_DROP, stream);
 }
 
 /* The controller has said something of a stream, at this time of its clock. */
@@ -85,7 +103,8 @@ static bool begin_slices(struct link *link) {
     for (unsigned joint = 0; joint < slicer->joints; joint++) {
         slicer->scale[joint] = pins_scale(link->pins, joint);
         if (!isfinite(slicer->scale[joint])) {
-            link_fault(link, "joint.%u.scale is no number of steps per unit", joint);
+            link_fault(link, link->pins->message_refused, "joint.%u.scale is no number of steps per unit",
+                       joint);
             return false;
         }
     }
@@ -96,7 +115,10 @@ static bool begin_slices(struct link *link) {
  * queue. */
 static void begin(struct link *link, const struct wire_stream_opened *opened) {
     sender_begin(&link->sender, opened->stream, opened->capacity);
+    link->stream = opened->stream;
     link->is_open = true;
+    link->is_late = false;
+    link->moving_end = 0;
     link->queued_s = link->options.level_s;
     link->phase = LINK_FOLLOWING;
     link->sampled_s = link->sample.servo_s;
@@ -110,12 +132,19 @@ static void begin(struct link *link, const struct wire_stream_opened *opened) {
 
 // ---- what the servo thread sees of the pins ----
 
+/* Samples that were taken before the pins changed may still wait in the sampler; at the next tick they have
+ * been read. */
 static void settle(struct link *link) {
+    link->settles = true;
+}
+
+static void settle_from_here(struct link *link) {
     link->settled_s = link->sample.servo_s + SEEN_S;
+    link->settles = false;
 }
 
 static bool is_settled(const struct link *link) {
-    return link->sample.servo_s >= link->settled_s;
+    return !link->settles && link->sample.servo_s >= link->settled_s;
 }
 
 static void units_of(const struct link *link, const int32_t steps[PIN_JOINTS], double *units) {
@@ -124,6 +153,12 @@ static void units_of(const struct link *link, const int32_t steps[PIN_JOINTS], d
 }
 
 // ---- homing ----
+
+static void lock(struct link *link) {
+    link->phase = LINK_LOCKED;
+    link->is_unlocking = false;
+    memcpy(link->locked_at, link->sample.command, sizeof link->locked_at);
+}
 
 static const char GIVEN_UP[] = "LinuxCNC has given up homing";
 
@@ -148,13 +183,7 @@ static void look_for_homing(struct link *link) {
 
 /* The controller looks for its own switches. LinuxCNC believes that it waits for an index pulse; when that
  * comes, it takes position-fb as where the joints are. */
-static void drain(struct link *link) {
-    link->homes = homing_asked(link);
-    if (link->homes == 0)
-        link->phase = LINK_FOLLOWING;
-    if (link->homes == 0 || !sender_is_executed(&link->sender) || !link_stands(link))
-        return;
-    motion_close(link, link->sender.stream);
+static void begin_homing(struct link *link) {
     uint8_t payload[WIRE_HOME_SIZE];
     wire_put_home(payload, &(struct wire_home){.axes = link->homes});
     peer_ask(&link->peer, WIRE_HOME, payload, sizeof payload);
@@ -163,11 +192,21 @@ static void drain(struct link *link) {
     link->is_homing_seen = false;
 }
 
+static void drain(struct link *link) {
+    link->homes = homing_asked(link);
+    if (link->homes == 0)
+        link->phase = LINK_FOLLOWING;
+    if (link->homes == 0 || !sender_is_executed(&link->sender) || !link_stands(link))
+        return;
+    motion_close(link, link->sender.stream);
+    begin_homing(link);
+}
+
 /* Only an e-stop ends the controller's homing. */
 static void stop_homing(struct link *link) {
     peer_post(&link->peer, WIRE_ESTOP, NULL, 0);
     peer_ask(&link->peer, WIRE_ESTOP, NULL, 0);
-    link_fault(link, "%s: the controller is stopped", GIVEN_UP);
+    link_fault(link, link->pins->message_homing, "%s: the controller is stopped", GIVEN_UP);
 }
 
 static void await_homing(struct link *link) {
@@ -180,15 +219,15 @@ static void await_homing(struct link *link) {
     }
     if (homes || begins || !link_stands(link))
         return;
-    peer_ask(&link->peer, WIRE_STATISTICS, NULL, 0);
+    link->homing_us = link->peer.status_us;
     link->phase = LINK_HOMED;
 }
 
-static void take_homed(struct link *link, const uint8_t *payload) {
-    struct wire_statistics_response statistics;
-    wire_get_statistics_response(payload, &statistics);
-    if ((statistics.homed & link->homes) != link->homes)
-        link_fault(link, "the controller has not found its switches");
+void motion_take_trust(struct link *link, uint32_t at_us) {
+    if (link->phase != LINK_HOMED || !peer_is_later(at_us, link->homing_us))
+        return;
+    if ((link->reference.trusted & link->homes) != link->homes)
+        link_fault(link, link->pins->message_homing, "the controller has not found its switches");
     else
         open_stream(link, LINK_HOMED);
 }
@@ -196,9 +235,10 @@ static void take_homed(struct link *link, const uint8_t *payload) {
 /* The servo thread is to see both at once. Joints that have asked meanwhile are homed next. */
 static void show_homed(struct link *link) {
     if (is_given_up(link)) {
-        link_fault(link, "%s", GIVEN_UP);
+        link_fault(link, link->pins->message_homing, "%s", GIVEN_UP);
         return;
     }
+    reference_note_switches(&link->reference, link->homes);
     link->peer.world.await_servo(link->peer.world.ctx);
     pins_show_position(link->pins, link->peer.status.position_steps);
     for (unsigned joint = 0; joint < link->options.joints; joint++) {
@@ -210,6 +250,11 @@ static void show_homed(struct link *link) {
 
 // ---- probing ----
 
+void motion_fault_ended(struct link *link) {
+    link_fault(link, link->pins->message_ended,
+               "the controller has ended motion: it was reset, or its text side or another host has it");
+}
+
 /* Where the probe has touched in this G38. */
 static void take_contact(struct link *link, const uint8_t *payload) {
     struct wire_probe_result result;
@@ -218,9 +263,10 @@ static void take_contact(struct link *link, const uint8_t *payload) {
     link->results = result.number;
     if (link->phase != LINK_CONTACT)
         return;
+    if (!is_new && link->state >= WIRE_STATE_ALARM)
+        return; /* a report is about to say why */
     if (!is_new) {
-        link_fault(link,
-                   "the controller has ended motion: it was reset, or its text side or another host has it");
+        motion_fault_ended(link);
         return;
     }
     memcpy(link->contact_steps, result.position_steps, sizeof link->contact_steps);
@@ -252,7 +298,7 @@ static void retreat(struct link *link) {
     double touched[PIN_JOINTS], wanted[PIN_JOINTS];
     if (!is_settled(link))
         return;
-    settle(link);
+    settle_from_here(link);
     units_of(link, link->contact_steps, touched);
     double depth = depth_of(link, touched);
     if (!link->is_deep || depth > link->deepest) {
@@ -283,8 +329,14 @@ static void opened(struct link *link, const uint8_t *payload) {
             motion_close(link, opened.stream);
         return;
     }
+    if (link->opens_for == LINK_HOMED && opened.refusal == WIRE_REFUSAL_LOCKED) {
+        lock(link); /* other axes are to be homed, too */
+        show_homed(link);
+        return;
+    }
     if (opened.refusal != WIRE_REFUSAL_NONE) {
-        link_fault(link, "the controller refuses motion: %s", peer_refusal(opened.refusal));
+        link_fault(link, link->pins->message_refused, "the controller refuses motion: %s",
+                   peer_refusal(opened.refusal));
         return;
     }
     begin(link, &opened);
@@ -297,7 +349,8 @@ static void opened(struct link *link, const uint8_t *payload) {
 }
 
 void motion_answer(struct link *link, const struct control_answer *answer) {
-    if (answer->request == WIRE_STREAM_OPEN || answer->request == WIRE_STREAM_CLOSE) {
+    if (answer->request == WIRE_STREAM_OPEN || answer->request == WIRE_STREAM_CLOSE ||
+        answer->request == WIRE_STREAM_DROP) {
         link->stream_asks--;
         date_stream(link, answer->header.timestamp_us);
     }
@@ -305,14 +358,12 @@ void motion_answer(struct link *link, const struct control_answer *answer) {
         struct wire_refused refused;
         wire_get_refused(answer->payload, &refused);
         if (answer->request == WIRE_HOME || answer->request == WIRE_STREAM_OPEN)
-            link_fault(link, "the controller refuses %s: %s",
+            link_fault(link, link->pins->message_refused, "the controller refuses %s: %s",
                        answer->request == WIRE_HOME ? "to home" : "motion", peer_refusal(refused.reason));
     } else if (answer->request == WIRE_CONFIG_GET) {
         take_rate(link, answer->payload);
     } else if (answer->request == WIRE_STREAM_OPEN) {
         opened(link, answer->payload);
-    } else if (answer->request == WIRE_STATISTICS && link->phase == LINK_HOMED) {
-        take_homed(link, answer->payload);
     } else if (answer->request == WIRE_PROBE_LAST) {
         take_contact(link, answer->payload);
     }
@@ -322,15 +373,19 @@ void motion_ack(struct link *link, const struct wire_stream_ack *ack, uint32_t a
     if (!link->is_open || !sender_take(&link->sender, ack))
         return;
     link->queued_s = ack->queued_us / 1e6;
+    link_note_state(link, ack->state, at_us);
     date_stream(link, at_us);
     if (ack->refusal == WIRE_REFUSAL_NONE)
         return;
     link->is_open = link->watches = false;
+    link->was_stopped = ack->state >= WIRE_STATE_ALARM && !link->peer.was_estop;
+    link->stopped_s = link->peer.now_s;
     if (ack->refusal == WIRE_REFUSAL_STREAM_CLOSED) {
         peer_ask(&link->peer, WIRE_PROBE_LAST, NULL, 0);
         link->phase = LINK_CONTACT;
     } else {
-        link_fault(link, "the controller takes no more motion, segment %u: %s; %u of %u were executed",
+        link_fault(link, link->pins->message_refused,
+                   "the controller takes no more motion, segment %u: %s; %u of %u were executed",
                    (unsigned)ack->refused, peer_refusal(ack->refusal), (unsigned)link->sender.done,
                    (unsigned)link->sender.end);
     }
@@ -354,11 +409,17 @@ static void slice(struct link *link) {
     const struct sample *sample = &link->sample;
     clearance_follow(&link->clearance, sample->command, wanted);
     int wrong = link->begins ? slicer_far(&link->slicer, wanted, FAR_S) : -1;
+    bool stands = slicer_is_there(&link->slicer, wanted);
+    if (wrong < 0 && stands && (link->is_held || link->is_late)) { /* nothing more is queued */
+        link->sampled_s = sample->servo_s;
+        return;
+    }
     if (wrong < 0)
         wrong =
             slicer_slice(&link->slicer, wanted, sample->servo_s - link->sampled_s, link->queued_s, &segment);
     if (wrong >= 0) {
-        link_fault(link, "joint %d is commanded to %g and stands at %g: switch on anew", wrong, wanted[wrong],
+        link_fault(link, link->pins->message_moved,
+                   "joint %d is commanded to %g and stands at %g: switch on anew", wrong, wanted[wrong],
                    link->slicer.steps[wrong] / link->slicer.scale[wrong]);
         return;
     }
@@ -368,6 +429,10 @@ static void slice(struct link *link) {
         link->watched = link->sender.end + 1;
     }
     put(link, &segment);
+    if (!stands) {
+        link->moving_end = link->sender.end;
+        link->commanded_s = link->peer.now_s;
+    }
     link->begins = link->probes = false;
     link->sampled_s = sample->servo_s;
 }
@@ -375,8 +440,10 @@ static void slice(struct link *link) {
 /* While a joint asks for homing, LinuxCNC's command is none to be followed. */
 void link_sample(struct link *link, const struct sample *sample, double now_s) {
     link->peer.now_s = now_s;
-    if (sample->servo_s > link->sample.servo_s)
+    if (sample->servo_s > link->sample.servo_s) {
+        link->has_samples = link->moved_s > 0.0;
         link->moved_s = now_s;
+    }
     link->probe_begins |= sample->is_probing && !link->sample.is_probing;
     link->sample = *sample;
     link->probes |= sample->is_probing;
@@ -385,15 +452,68 @@ void link_sample(struct link *link, const struct sample *sample, double now_s) {
         slice(link);
 }
 
+/* With hysteresis, so that LinuxCNC does not stutter. */
+static void look_for_delay(struct link *link) {
+    double level_s = link->options.level_s, spare_s = fmax(level_s, SPARE_S);
+    double waiting_s = SLICE_S * (link->sender.end - link->sender.done);
+    link->is_late = waiting_s > level_s + spare_s * (link->is_late ? 0.5 : 1.5);
+}
+
+static bool moves_while_held(const struct link *link) {
+    double now_s = link->peer.now_s;
+    return link->is_held && now_s - link->held_s > HELD_S && now_s - link->commanded_s < MOVING_S;
+}
+
+void motion_check_position(struct link *link) {
+    const int32_t *at = link->peer.status.position_steps;
+    unsigned joint = 0;
+    if (link->phase != LINK_FOLLOWING || link->is_stale || link->sender.done < link->moving_end)
+        return;
+    while (joint < link->options.joints && at[joint] == link->slicer.steps[joint])
+        joint++;
+    if (joint < link->options.joints)
+        link_fault(link, link->pins->message_moved, "joint %u stands at step %d and was sent to step %d",
+                   joint, (int)at[joint], (int)link->slicer.steps[joint]);
+}
+
 static void follow(struct link *link) {
+    look_for_delay(link);
     link->watches = link->watches && (link->was_probing || link->sender.done < link->watched);
     if (link->peer.now_s - link->moved_s > STILL_S)
-        link_fault(link, NO_SAMPLES);
+        link_fault(link, link->pins->message_servo, "%s", link->has_samples ? NO_MORE_SAMPLES : NO_SAMPLES);
+    else if (moves_while_held(link))
+        link_fault(link, link->pins->message_held, "%s", HELD_MOVES);
     else
         look_for_homing(link);
 }
 
 // ---- on and off ----
+
+/* LinuxCNC is on; the lock stays until all is homed. */
+static void follow_lock(struct link *link) {
+    unsigned joints = link->options.joints;
+    link->homes = homing_asked(link);
+    if (!peer_awaits_homing(&link->peer)) {
+        if (link_stands(link))
+            open_stream(link, LINK_OFF);
+        return;
+    }
+    if (link->homes != 0) {
+        begin_homing(link);
+        return;
+    }
+    for (unsigned joint = 0; joint < joints; joint++) {
+        if (fabs(link->sample.command[joint] - link->locked_at[joint]) > HOMING_WAY) {
+            link_fault(link, link->pins->message_home_first,
+                       "the controller is locked until all axes are homed: only homing moves it");
+            return;
+        }
+    }
+    if (link->reference.homed == (1u << joints) - 1 && !link->is_unlocking) {
+        link->is_unlocking = true;
+        peer_ask(&link->peer, WIRE_RESET, NULL, 0);
+    }
+}
 
 /* What has not got to the controller yet is not wanted any more: it may be seconds, after a network that was
  * gone. */
@@ -403,8 +523,9 @@ static void switch_off(struct link *link) {
         return;
     }
     if (link->is_open)
-        motion_close(link, link->sender.stream);
+        motion_drop(link, link->sender.stream);
     link->phase = LINK_OFF;
+    link->is_late = false;
 }
 
 /* LinuxCNC's command was the feedback until it was switched on. If the machine has moved since, it is not to
@@ -412,11 +533,15 @@ static void switch_off(struct link *link) {
 static void switch_on(struct link *link) {
     const struct wire_status *status = &link->peer.status;
     if (memcmp(link->off_steps, status->position_steps, link->options.joints * sizeof *link->off_steps) != 0)
-        link_fault(link, "the machine has moved since it was switched on: switch on anew when it stands");
+        link_fault(link, link->pins->message_moved,
+                   "the machine has moved since it was switched on: switch on anew when it stands");
+    else if (peer_awaits_homing(&link->peer))
+        lock(link);
     else if (link_stands(link))
         open_stream(link, LINK_OFF);
     else if (link->peer.now_s - link->asked_s > STANDS_S)
-        link_fault(link, "the controller is at something else, and takes no motion: %s",
+        link_fault(link, link->pins->message_refused,
+                   "the controller is at something else, and takes no motion: %s",
                    word_of_state[status->state & 7]);
 }
 
@@ -427,9 +552,6 @@ void motion_note_off(struct link *link) {
 
 static void look_at_switch(struct link *link) {
     bool enable = *link->pins->enable, wants = enable && *link->pins->ready;
-    if (!wants && enable && link->phase != LINK_OFF)
-        link_fault(link, "the controller has stopped: %s; alarm %u",
-                   word_of_state[link->peer.status.state & 7], link->peer.status.alarm);
     if (!wants)
         switch_off(link);
     if (wants && !link->was_enabled)
@@ -440,9 +562,13 @@ static void look_at_switch(struct link *link) {
 }
 
 void motion_tick(struct link *link) {
+    if (link->settles)
+        settle_from_here(link);
     look_at_switch(link);
     if (link->is_asked)
         switch_on(link);
+    else if (link->phase == LINK_LOCKED)
+        follow_lock(link);
     else if (link->phase == LINK_FOLLOWING)
         follow(link);
     else if (link->phase == LINK_DRAINING)

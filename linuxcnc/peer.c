@@ -24,8 +24,13 @@ bool peer_is_later(uint32_t one_us, uint32_t other_us) {
     return one_us != other_us && one_us - other_us <= INT32_MAX;
 }
 
+bool peer_awaits_homing(const struct peer *peer) {
+    return peer->status.state == WIRE_STATE_ALARM && peer->status.alarm == WIRE_ALARM_LOCKED;
+}
+
 bool peer_is_locked(const struct peer *peer) {
-    return peer->status.state == WIRE_STATE_ALARM || peer->status.state == WIRE_STATE_ESTOP;
+    return peer->status.state == WIRE_STATE_ESTOP ||
+           (peer->status.state == WIRE_STATE_ALARM && !peer_awaits_homing(peer));
 }
 
 const char *peer_refusal(unsigned refusal) {

@@ -67,8 +67,10 @@ __attribute__((format(printf, 2, 3))) void peer_say(const struct peer *peer, con
 /** E-stop as long as it is wanted: by datagrams until a report says so, and by a request; a reset when that
  *  begins to be wanted, as soon as the e-stop is over. @return true: it begins to be wanted */
 bool peer_stop_and_reset(struct peer *peer, bool estop, bool reset);
-/** In alarm or e-stop. */
+/** In an e-stop, or an alarm that a reset ends. */
 bool peer_is_locked(const struct peer *peer);
+/** Locked since power-on or a reset in motion: its position is not known, and it is to be homed. */
+bool peer_awaits_homing(const struct peer *peer);
 /** Why something was refused, in words. */
 const char *peer_refusal(unsigned refusal);
 /** Of a clock that wraps. */

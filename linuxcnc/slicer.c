@@ -28,6 +28,15 @@ int slicer_far(const struct slicer *slicer, const double *position, double secon
     return -1;
 }
 
+bool slicer_is_there(const struct slicer *slicer, const double *position) {
+    for (unsigned joint = 0; joint < slicer->joints; joint++) {
+        int32_t steps;
+        if (!slicer_steps(slicer, joint, position[joint], &steps) || steps != slicer->steps[joint])
+            return false;
+    }
+    return true;
+}
+
 /* The part by which a duration is changed. While the machine stands there is nothing to be late for. */
 static double pull(const struct slicer *slicer, double queued_s) {
     double missing = (slicer->level_s - queued_s) / slicer->level_s;

@@ -31,6 +31,9 @@ bool slicer_steps(const struct slicer *slicer, unsigned joint, double position, 
  *  @return -1: none */
 int slicer_far(const struct slicer *slicer, const double *position, double seconds);
 
+/** Whether the segments made so far lead to these positions. */
+bool slicer_is_there(const struct slicer *slicer, const double *position);
+
 /** The way to these positions as a segment.
  *  @param seconds   since the last one
  *  @param queued_s  motion that waits in the controller

@@ -189,6 +189,8 @@ static const char *tick(struct program *program) {
         return wrong;
     for (unsigned i = 0; i < SAMPLES_MOST && read_sample(program, &sample); i++)
         link_sample(&program->link, &sample, now_s());
+    if (!program->is_module)
+        link_note_lost_samples(&program->link, (uint32_t)hal_stream_num_overruns(&program->samples));
     wrong = program->is_module ? module_tick(&program->module, now_s()) : link_tick(&program->link, now_s());
     if (wrong == NULL && program->peer->is_known)
         be_ready(program);
@@ -386,7 +388,10 @@ int main(int argc, char **argv) {
     sigaction(SIGTERM, &action, NULL);
     program.component = hal_init(program.name);
     if (program.component < 0) {
-        fprintf(stderr, "%s: hal_init: %s\n", program.name, strerror(-program.component));
+        fprintf(stderr,
+                "%s: hal_init: %s. Is there a component of this name already? Restart LinuxCNC, or choose "
+                "another --name\n",
+                program.name, strerror(-program.component));
         return EXIT_FAILURE;
     }
     program.peer = program.is_module ? &program.module.peer : &program.link.peer;

@@ -70,7 +70,8 @@ void machine_host_estop(struct machine *machine);
 void machine_host_hold(struct machine *machine);
 void machine_host_resume(struct machine *machine);
 
-/** Leave alarm and e-stop, position kept. A lock that was there before the e-stop is there again. @return false: the machine was not locked, nothing was changed */
+/** Leave alarm and e-stop, position kept. A lock that was there before the e-stop is there again. @return
+ * false: the machine was not locked, nothing was changed */
 bool machine_host_unlock(struct machine *machine);
 
 /** Outputs that a host switches. What is not meant stays as it is. */

@@ -137,10 +137,18 @@ void machine_stand_at(struct machine *machine, const int32_t position[AXIS_COUNT
     take_planned_position(machine);
 }
 
+/* What machine_halt() does on the motion side. */
+struct halt {
+    struct machine *machine;
+    bool only_waited;
+};
+
 static void halt(void *arg) {
-    struct machine *machine = arg;
+    struct halt *at = arg;
+    struct machine *machine = at->machine;
     int32_t position[AXIS_COUNT];
     step_halt(&machine->step);
+    at->only_waited = step_only_waits(&machine->step);
     host_note_done(machine);
     machine_position(machine, position);
     step_flush(&machine->step);
@@ -151,11 +159,13 @@ static void halt(void *arg) {
 }
 
 void machine_halt(struct machine *machine) {
-    if (!machine_is_standing(machine)) { /* motors may have missed steps */
+    struct halt at = {.machine = machine};
+    bool works = !machine_is_standing(machine);
+    machine_on_motion_side(machine, halt, &at);
+    if (works && !at.only_waited) { /* motors may have missed steps */
         machine->trusted = 0;
         machine->position_losses++;
     }
-    machine_on_motion_side(machine, halt, machine);
     take_planned_position(machine);
 }
 

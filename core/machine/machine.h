@@ -137,10 +137,10 @@ struct machine_outputs {
     float rpm;  /* S */
     bool laser; /* switched on as a laser ($32) */
     uint8_t coolant;
-    bool spindle_stopped; /* 0x9E in a hold */
-    bool suspended;       /* the door is open: everything is off */
-    bool coolant_waits;   /* the door was closed: the spindle runs up first */
-    float shown_rpm;      /* on the pins: with override, limits and the laser's power */
+    bool spindle_stopped;     /* 0x9E in a hold */
+    bool suspended;           /* the door is open: everything is off */
+    bool coolant_waits;       /* the door was closed: the spindle runs up first */
+    float shown_rpm;          /* on the pins: with override, limits and the laser's power */
     struct machine_timer aim; /* the aiming beam of a laser at rest; laser.c */
 };
 
@@ -294,19 +294,19 @@ struct machine {
     struct machine_host host;
 
     enum machine_state state;
-    enum alarm alarm;     /* the newest; ALARM_NONE after a reset */
-    axis_mask_t trusted;  /* axes that were homed, and not stopped without a ramp since */
+    enum alarm alarm;        /* the newest; ALARM_NONE after a reset */
+    axis_mask_t trusted;     /* axes that were homed, and not stopped without a ramp since */
     uint8_t position_losses; /* times that motion was stopped without a ramp; wraps */
-    bool locks_again;     /* the e-stop came while the machine was locked: it is locked after it, too */
-    bool critical;        /* after alarm 1, 2 or e-stop: only a reset helps */
-    bool critical_untold; /* ... and that was not said yet */
-    bool release_told;    /* ... but that the e-stop must be released first */
-    bool restart;         /* the banner is due */
-    bool reset_asked;     /* by a $ command */
-    bool restoring;       /* the door was closed, spindle and coolant start again */
-    bool cancelling;      /* a jog is being cancelled */
-    bool line_open;       /* the current line is not answered yet */
-    uint32_t flush_until; /* $J= lines put before this many bytes are dropped, while flushing */
+    bool locks_again;        /* the e-stop came while the machine was locked: it is locked after it, too */
+    bool critical;           /* after alarm 1, 2 or e-stop: only a reset helps */
+    bool critical_untold;    /* ... and that was not said yet */
+    bool release_told;       /* ... but that the e-stop must be released first */
+    bool restart;            /* the banner is due */
+    bool reset_asked;        /* by a $ command */
+    bool restoring;          /* the door was closed, spindle and coolant start again */
+    bool cancelling;         /* a jog is being cancelled */
+    bool line_open;          /* the current line is not answered yet */
+    uint32_t flush_until;    /* $J= lines put before this many bytes are dropped, while flushing */
     bool flushing;
     uint32_t line_from;         /* bytes taken before the present line */
     struct machine_timer quiet; /* after an alarm */
@@ -317,8 +317,8 @@ struct machine {
     struct hal_inputs inputs; /* at the last poll */
     struct machine_outputs outputs;
     uint8_t coolant_told; /* COOLANT_ bits of which wiring_report_coolant() has spoken */
-    uint8_t digital; /* outputs of M62 .. M65: bit n = Pn; a reset leaves them */
-    bool hold_waits; /* ! while M53 P0 is in force */
+    uint8_t digital;      /* outputs of M62 .. M65: bit n = Pn; a reset leaves them */
+    bool hold_waits;      /* ! while M53 P0 is in force */
 
     enum task_stage stage;
     enum line_source source;

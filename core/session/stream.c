@@ -98,7 +98,8 @@ static void send_ack(struct session *session, const struct session_peer *to, uin
                                   .state = session_state(session),
                                   .underruns = host->feed.underruns,
                                   .queued_us = (uint32_t)(host->feed.queued_ns / 1000),
-                                  .homed = session->machine->trusted};
+                                  .homed = session->machine->trusted,
+                                  .position_losses = session->machine->position_losses};
     if (known) {
         ack.next = next_of(session);
         ack.done = done_of(session);

@@ -128,6 +128,16 @@ void step_halt(struct step *step) {
     step->active = false;
 }
 
+bool step_only_waits(const struct step *step) {
+    uint32_t tail = step->ring.index.tail;
+    uint32_t any = 0;
+    for (uint32_t at = tail; at != step->ring.index.head; at++) {
+        for (unsigned word = 0; word < SPAN_WORDS; word++)
+            any |= step->ring.slots[at & (SPAN_RING_SIZE - 1)].increment[word];
+    }
+    return tail != step->ring.index.head && any == 0;
+}
+
 void step_flush(struct step *step) {
     step->halted = false;
     step->loaded = false;

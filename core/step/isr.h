@@ -55,6 +55,10 @@ void step_start(struct step *step);
  * for step_position(). */
 void step_halt(struct step *step);
 
+/** [task] There are spans, and none of them has a step: the motors stand, and time passes. Only while not
+ * active. */
+bool step_only_waits(const struct step *step);
+
 /** [task] Forget all spans. Only while not active; take step_position() before. */
 void step_flush(struct step *step);
 

@@ -17,7 +17,7 @@
 #include <math.h>
 #include <string.h>
 
-enum { ACTIONS = 10, PINS_MOST = 96, TICKS_MOST = 2000, STREAM_MOST = 4096, TICK_SAMPLES = 10 };
+enum { ACTIONS = 10, PINS_MOST = 128, TICKS_MOST = 2000, STREAM_MOST = 4096, TICK_SAMPLES = 10 };
 
 union value {
     bool bit;
@@ -57,6 +57,8 @@ static void take_segments(struct bench *bench, const uint8_t *payload, size_t si
     wire_get_stream_segments(payload, &head);
     CLAIM(head.count <= WIRE_MOTION_SEGMENTS_MOST, "%u segments", head.count);
     CLAIM(size == WIRE_STREAM_SEGMENTS_SIZE + head.count * (size_t)WIRE_SEGMENT_SIZE, "%zu bytes", size);
+    if (head.count == 0 && head.stream % 2 == 0) /* a question about no stream */
+        return;
     CLAIM(bench->is_open && head.stream == bench->stream, "segments of stream %u", (unsigned)head.stream);
     for (uint32_t n = head.first; n < head.first + head.count && n < STREAM_MOST; n++) {
         struct wire_segment segment;

@@ -142,6 +142,7 @@ def _declare(lib: ctypes.CDLL) -> ctypes.CDLL:
         ("peer_hear_udp", None, HANDLE, DATA, SIZE, DOUBLE),
         ("peer_hear_tcp", None, HANDLE, DATA, SIZE, DOUBLE),
         ("link_sample", None, HANDLE, pointer(Sample), DOUBLE),
+        ("link_note_lost_samples", None, HANDLE, ctypes.c_uint32),
         ("link_tick", DATA, HANDLE, DOUBLE),
         ("link_follow_spindle", None, HANDLE, DOUBLE),
         ("link_lose", None, HANDLE),

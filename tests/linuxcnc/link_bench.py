@@ -6,11 +6,12 @@ import ctypes
 import math
 import random
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 from component_library import AWAIT, MAKE_PIN, SAY, SEND, Options, Sample, World, library
 from wificnc.wmc3.layout import Status, Type
-from wificnc.wmc3.packet import Packet, crc16, parse
+from wificnc.wmc3.packet import Packet, build, crc16, parse
 from wire_device import HOST
 from wire_device import Device as VirtualDevice
 
@@ -55,6 +56,7 @@ class Wire:
         self.clock_us = 0  # of the controller, later than it is
         self.is_mute = False  # requests are done and not answered
         self.loses_status = False
+        self.shift_steps = 0  # by which reports are wrong on the first axis
         self.status_late_s = 0.0  # status reports take so long, all else no time
         self.answers: list[bytes] = []
         self.loss = 0.0  # part of all datagrams, both ways; so many come twice, too
@@ -105,6 +107,13 @@ class Wire:
             is_status = each.data[5] == Type.STATUS
             if is_status and self.loses_status:
                 continue
+            if is_status and self.shift_steps:
+                status = each.packet.payload
+                assert isinstance(status, Status)
+                wrong = (status.position_steps[0] + self.shift_steps, *status.position_steps[1:])
+                data = build(replace(status, position_steps=wrong), 0, each.packet.header.timestamp_us)
+                come.append(data)
+                continue
             if is_status and each.time_s + self.status_late_s > self.virtual.now:
                 self.virtual.sent.append(each)
             else:
@@ -138,6 +147,7 @@ class Bench:
         self._world = World(
             None, SEND(self.wire.datagram), SEND(self.wire.control), AWAIT(lambda _: None), SAY(self._say)
         )
+        self.offset_s = 0.0  # of our clock against that of the controller
         self.link: int = self.lib.component_link()
         for joint in range(joints):
             self.pins[f"joint.{joint}.scale"] = scale
@@ -149,7 +159,36 @@ class Bench:
     def connect(self) -> None:
         """A new connection, as after one that was lost."""
         self.lost = None
-        self.lib.link_begin(self.link, self.pins.handle, self._world, self.options, self.virtual.now)
+        self.lib.link_begin(self.link, self.pins.handle, self._world, self.options, self.now)
+
+    @property
+    def now(self) -> float:
+        """The component's clock, s."""
+        return self.virtual.now + self.offset_s
+
+    def power_cycle(self, virtual: VirtualDevice, off_s: float = 1.0) -> None:
+        """The controller was without power so long; this is it afterwards, and the component finds it."""
+        self.lib.link_lose(self.pins.handle)
+        self.offset_s = self.now + off_s - virtual.now
+        self.virtual = self.wire.virtual = virtual
+        self.wire.client = virtual.connect()
+        self.wire.answers.clear()
+        self.connect()
+
+    def press_reset(self) -> None:
+        """As LinuxCNC's button: it leaves its e-stop, which ends faults."""
+        self.pins["enable"] = False
+        self.pins["estop"] = False
+        self.pins["reset"] = True
+        self.run(0.1)
+        self.pins["reset"] = False
+        self.run(0.1)
+
+    def switch_on(self) -> None:
+        """As LinuxCNC: its command is what the feedback was while it was off, and from now on its own."""
+        self.command[:] = self.feedback
+        self.each_servo = lambda: None
+        self.pins["enable"] = True
 
     def run(self, seconds: float) -> None:
         """Servo periods, and a tick of the component every tenth."""
@@ -160,7 +199,7 @@ class Bench:
                 self._component()
 
     def _component(self) -> None:
-        now, peer = self.virtual.now, self.lib.component_peer(self.link)
+        now, peer = self.now, self.lib.component_peer(self.link)
         for data in self.wire.heard():
             packet = parse(data)
             if packet and isinstance(packet.payload, Status):
@@ -182,9 +221,9 @@ class Bench:
             self.lib.link_lose(self.pins.handle)
 
     def run_to(self, condition: Callable[[], bool], most_s: float = 30.0) -> None:
-        end = self.virtual.now + most_s
+        end = self.now + most_s
         while not condition():
-            assert self.virtual.now < end, "it takes too long"
+            assert self.now < end, "it takes too long"
             self.run(0.01)
 
     def servo(self) -> None:
@@ -211,6 +250,24 @@ class Bench:
     @property
     def feedback(self) -> list[float]:
         return [self.pins[f"joint.{joint}.position-fb"] for joint in self.joints]
+
+
+class Feed:
+    """A joint that LinuxCNC's program moves: it slows down and waits while feed-inhibit is true."""
+
+    def __init__(self, bench: Bench, joint: int, target: float, speed: float, accel: float = 400.0) -> None:
+        self.bench, self.joint, self.target, self.speed, self.accel = bench, joint, target, speed, accel
+        self.v = 0.0
+        bench.each_servo = self.step
+
+    def step(self) -> None:
+        left = self.target - self.bench.command[self.joint]
+        slows = self.bench.pins["feed-inhibit"] or abs(left) <= self.v * self.v / (2 * self.accel) + self.v * SERVO_S
+        self.v = max(0.0, self.v - self.accel * SERVO_S) if slows else min(self.speed, self.v + self.accel * SERVO_S)
+        if abs(left) < 0.01 and not self.bench.pins["feed-inhibit"]:
+            self.bench.command[self.joint], self.v = self.target, 0.0
+        else:
+            self.bench.command[self.joint] += math.copysign(min(self.v * SERVO_S, abs(left)), left)
 
 
 def mover(bench: Bench, joint: int, target: float, speed: float, accel: float = 400.0) -> Callable[[], None]:

@@ -15,7 +15,7 @@ from click.testing import CliRunner
 from wificnc.app import root
 from wificnc.board.load import load_board
 from wificnc.errors import UserError
-from wificnc.linuxcnc.config import files
+from wificnc.linuxcnc.config import files, following_error, messages
 from wificnc.machine import load_machine
 from wificnc.machine.load import find_machines
 from wificnc.machine.model import Machine
@@ -76,7 +76,7 @@ command.mode(linuxcnc.MODE_MDI)
 command.wait_complete()
 for line in (
     "G21 G90 G0 X-50 Y-10", "M62 P2", "M3 S700", "G1 X-40.5 Z-4 F1200", "G38.2 Z-30 F300", "G0 Z-4",
-    "G33 Z-6 K0.5", "M66 P1 L0", "M5", "G2 X-30.5 I5 F1200", "G0 X-31.23 Y-4.56 Z-7.89",
+    "G33 Z-6 K0.5", "M66 P1 L0", "M5", "T1 M6", "G2 X-30.5 I5 F1200", "G0 X-31.23 Y-4.56 Z-7.89",
 ):
     command.mdi(line)
     assert command.wait_complete(30) == linuxcnc.RCS_DONE, line
@@ -84,6 +84,22 @@ for line in (
     assert error is None, (line, error)
 wait(lambda: all(abs(a - b) < 0.002 for a, b in zip(status.actual_position, (-31.23, -4.56, -7.89))))
 pathlib.Path("said").write_text(repr((homed, status.probed_position[:3], status.probe_tripped, list(status.din[:4]))))
+"""
+
+
+# instead of the one that needs a screen: its operator presses Continue at once
+TOOL_CHANGE = """#!/usr/bin/python3
+import hal, pathlib, time
+change = hal.component("hal_manualtoolchange")
+change.newpin("number", hal.HAL_S32, hal.HAL_IN)
+change.newpin("change", hal.HAL_BIT, hal.HAL_IN)
+change.newpin("changed", hal.HAL_BIT, hal.HAL_OUT)
+change.ready()
+while True:
+    if change["change"] and not change["changed"]:
+        pathlib.Path("tool").write_text(str(change["number"]))
+    change["changed"] = change["change"]
+    time.sleep(0.02)
 """
 
 
@@ -106,6 +122,55 @@ def test_limits_are_those_of_the_profile(machine: str, tmp_path: Path) -> None:
         assert float(section["MAX_VELOCITY"]) == pytest.approx(float(values["max_rate_mm_min"]) / 60, rel=1e-5)
         assert float(section["SCALE"]) == pytest.approx(float(values["steps_per_mm"]), rel=1e-5)
     assert ini["WIFICNC"]["ADDRESS"] == "192.168.1.50"
+
+
+def worst_ratio(velocity: float, acceleration: float, most: float, least: float, late_s: float) -> float:
+    """Up to top speed, on, and back to rest; the feedback is the command of late_s ago. The following error by its
+    limit, as LinuxCNC computes that from the commanded speed."""
+    up_s, dt = velocity / acceleration, 0.001
+    total_s = 2 * up_s + 2 * late_s
+
+    def speed(t: float) -> float:
+        return max(0.0, min(velocity, acceleration * t, acceleration * (total_s - t)))
+
+    places = [0.0]
+    for n in range(round((total_s + late_s) / dt)):
+        places.append(places[-1] + speed(n * dt) * dt)
+    late = round(late_s / dt)
+    errors = [at - places[max(0, n - late)] for n, at in enumerate(places)]
+    return max(error / max(least, most * speed(n * dt) / velocity) for n, error in enumerate(errors))
+
+
+@pytest.mark.parametrize("velocity", [0.5, 10, 50, 83.3, 200, 500])
+@pytest.mark.parametrize("acceleration", [10, 100, 400, 3000])
+def test_following_error_allows_the_lag_and_little_more(velocity: float, acceleration: float) -> None:
+    """Queue 0.1 s, report 0.05 s, network 0.05 s."""
+    most, least = following_error(velocity, acceleration)
+    assert worst_ratio(velocity, acceleration, most, least, 0.2) <= 1
+    assert worst_ratio(velocity, acceleration, most, least, 0.5) > 1 or velocity < 2, "half a second is not hidden"
+    assert least <= 0.2 * velocity + 0.5 and least <= most
+
+
+@pytest.mark.parametrize("machine", find_machines())
+def test_the_hal_file_has_an_estop_latch_and_asks_for_tools(machine: str) -> None:
+    hal = files("test", ADDRESS, load_machine(machine))["test.hal"]
+    nets = {line.split()[1]: line.split()[2:] for line in hal.splitlines() if line.startswith("net ")}
+    assert "iocontrol.0.emc-enable-in" in nets["estop-ok"] and "estop-latch.0.ok-out" in nets["estop-ok"]
+    assert "motion.feed-inhibit" in nets["feed-inhibit"] and "wificnc.feed-inhibit" in nets["feed-inhibit"]
+    assert not any({"iocontrol.0.tool-change", "iocontrol.0.tool-changed"} <= set(net) for net in nets.values())
+    for joint in range(len(list(load_machine(machine).axis.present()))):
+        assert f"halui.joint.{joint}.unhome" in nets[f"unhome-{joint}"]
+        assert f"wificnc.joint.{joint}.homed" in nets[f"homed-{joint}"]
+
+
+def test_messages_fit_into_a_hal_file() -> None:
+    """Each pin of the component has its text; a comma would begin the next one."""
+    texts = messages()
+    hal = files("test", ADDRESS, load_machine("shapeoko3"))["test.hal"]
+    assert len(texts) > 10 and set(texts) == set(re.findall(r"wificnc\.message\.([\w-]+)", hal))
+    assert not any(character in text for text in texts.values() for character in ',"$[]')
+    [names, words] = re.findall(r'^loadrt message names=(\S+) messages="([^"]*)"$', hal, re.MULTILINE)[0]
+    assert len(names.split(",")) == len(words.split(",")) == len(texts)
 
 
 @pytest.mark.parametrize("machine", find_machines())
@@ -192,6 +257,7 @@ def test_linuxcnc_moves_a_machine_to_the_step(user_home: Path, as_user: Callable
     ini.write_text("\n".join("MIN_FERROR = 900" if "FERROR" in line else line for line in text.splitlines()))
     screen = user_home / "config" / "screen.py"
     screen.write_text(PROGRAM)
+    fake_tool_change(user_home / "config")
     for path in (user_home / "config", *(user_home / "config").iterdir()):
         path.chmod(0o777)
     options = ServeOptions(board=load_board("host"), wmc3=ADDRESS, control=0, settings=tuple(profile.settings_lines()))
@@ -206,6 +272,15 @@ def test_linuxcnc_moves_a_machine_to_the_step(user_home: Path, as_user: Callable
     # true Z 3 is the switch, machine Z 0
     assert tripped and probed == pytest.approx((-40.5, -10, -9.2), abs=0.5 / 800)
     assert status.misc_outputs == 0b100 and inputs == [0, 0, 1, 0]
+    assert (user_home / "config" / "tool").read_text() == "1", "M6 asks the operator"
+
+
+def fake_tool_change(config: Path) -> None:
+    (config / "tool_change.py").write_text(TOOL_CHANGE)
+    hal = config / "small.hal"
+    usual = "loadusr -W hal_manualtoolchange"
+    assert usual in hal.read_text()
+    hal.write_text(hal.read_text().replace(usual, f"loadusr -Wn hal_manualtoolchange {config}/tool_change.py"))
 
 
 def hands(server: Server, *lines: str) -> None:

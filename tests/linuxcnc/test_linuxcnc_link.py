@@ -56,13 +56,41 @@ def test_a_component_that_gets_its_turn_late_cuts_no_corner(bench: Bench) -> Non
     assert bench.pins["underruns"] == 0 and not bench.pins["fault"]
 
 
-def test_no_samples_is_a_fault(bench: Bench) -> None:
+def test_a_sampler_that_was_never_added_is_a_fault(bench: Bench) -> None:
+    bench.samples_come = False
+    bench.run(0.2)
+    bench.pins["enable"] = True
+    bench.run(1.5)
+    assert (
+        bench.pins["fault"]
+        and bench.pins["message.servo"]
+        and bench.said == ["the servo thread gives no samples: load sampler, and addf it, as docs/linuxcnc.md shows"]
+    )
+
+
+def test_a_servo_thread_that_stops_is_another_fault(bench: Bench) -> None:
+    """It has run: nothing is missing in the HAL file."""
     bench.enable()
     bench.samples_come = False
     bench.run(1.2)
-    assert bench.pins["fault"] and bench.said == [
-        "the servo thread gives no samples: load sampler, and addf it, as docs/linuxcnc.md shows"
-    ]
+    assert bench.pins["fault"] and bench.pins["message.servo"] and len(bench.said) == 1
+    assert "has stopped for more than 1 s" in bench.said[0] and "addf" not in bench.said[0]
+
+
+def test_samples_that_the_sampler_could_not_keep_are_a_fault(bench: Bench) -> None:
+    """What was commanded in those periods is not known: the machine stops, instead of cutting the corner."""
+    bench.lib.link_note_lost_samples(bench.link, 3)
+    bench.enable()
+    bench.lib.link_note_lost_samples(bench.link, 3)
+    bench.each_servo = mover(bench, 0, 50.0, 20.0)
+    bench.run(0.5)
+    assert not bench.pins["fault"], "those of before mean nothing"
+    bench.lib.link_note_lost_samples(bench.link, 45)
+    at = bench.virtual.position[0]
+    bench.run(1)
+    assert bench.pins["fault"] and bench.pins["message.servo"] and bench.pins["samples-lost"] == 45
+    assert "42 servo periods" in bench.said[0]
+    assert bench.virtual.position[0] - at < 0.05 * 20.0 * 200, "a ramp, not the queue"
 
 
 def test_a_scale_that_is_none(bench: Bench) -> None:

@@ -85,22 +85,25 @@ def test_a_report_from_before_the_motion_is_not_where_it_stands(bench: Bench) ->
     assert bench.virtual.position[0] == bench.virtual.pulses[0] == 400
 
 
-def test_a_controller_on_hold_gets_no_second_stream(bench: Bench) -> None:
-    """It would begin where it stands now, and what is held would still run before it."""
+def test_on_again_in_a_hold_nothing_old_runs(bench: Bench) -> None:
+    """What was queued before LinuxCNC was off is not what it wants now."""
     bench.enable()
     bench.each_servo = mover(bench, 0, 500.0, SPEED)
     bench.run(0.5)
     bench.virtual.text("!")
     bench.run(0.5)
     bench.pins["enable"] = False
-    bench.run(0.1)
+    bench.run(0.2)
+    held = bench.virtual.position
     switch_on_as_linuxcnc(bench)
-    bench.run(1.5)
-    assert bench.pins["fault"] and not bench.is_open
-    assert bench.said == [
-        "the controller is at something else, and takes no motion: slows down or stands because of a hold, or the "
-        "door is open"
-    ]
+    bench.run(0.5)
+    assert bench.is_open and bench.pins["held"] and not bench.pins["fault"]
+    bench.virtual.text("~")
+    bench.run(1)
+    assert bench.virtual.position == held
+    bench.each_servo = mover(bench, 0, bench.command[0] + 2.0, SPEED)
+    bench.run(1)
+    assert bench.virtual.position[0] == held[0] + 400 and not bench.pins["fault"]
 
 
 def test_only_switching_on_begins_motion(bench: Bench) -> None:

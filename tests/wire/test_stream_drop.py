@@ -118,6 +118,15 @@ def test_position_losses_count_stops_without_a_ramp() -> None:
     device.request(client, Reset())
     device.run(0.1)
     assert statistics(device, client).position_losses == 0
+    sender = open_stream(device, client)
+    sender.put([Segment((0, 0, 0, 0, 0, 0), SLICE_US)] * 50)
+    network = Network(device, 1, 0.0, 0.0, (0.0, 0.0))
+    for _ in range(100):
+        network.step(sender)
+    device.request(client, Estop())
+    device.request(client, Reset())
+    device.run(0.1)
+    assert statistics(device, client).position_losses == 0, "its stream has no steps: nothing moves"
     moving(device, client, 0.2)
     device.request(client, Estop())
     assert statistics(device, client).position_losses == 1

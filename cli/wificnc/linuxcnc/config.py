@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import re
+
+from wificnc.checked import paths
 from wificnc.linuxcnc.source import PROGRAM
 from wificnc.machine.model import LinearAxis, Machine, RotaryAxis, Value
 from wificnc.protocol import AXES, load_settings
@@ -9,12 +12,15 @@ from wificnc.protocol import AXES, load_settings
 OUTPUT_COUNT, INPUT_COUNT = 5, 4  # digital pins of the component (linuxcnc/pins.h)
 SAMPLES = 1000  # servo periods that wait for the component, should it not get its turn
 
-# The controller runs behind by its queue, and its reports by their interval: so much of a second.
-LAG_S = 0.5
+QUEUE_MS = 100
+NETWORK_S = 0.05  # a report may be so much longer on its way
+WAIT_S = 0.15  # with a queue of QUEUE_MS the component has LinuxCNC wait when so much more is not executed (motion.c)
+MARGIN = 0.5  # units
 ENDLESS = 1e9
+MESSAGE = re.compile(r'^MESSAGE\((\w+), "([\w-]+)", "([^"]+)"\)$', re.MULTILINE)
 
 INI = """\
-# LinuxCNC configuration for {name}, written by `wificnc linuxcnc init`. docs/linuxcnc.md says what is what.
+# LinuxCNC configuration for {name}, written by `wificnc linuxcnc init`. docs/linuxcnc.md explains it.
 [EMC]
 VERSION = 1.1
 MACHINE = {name}
@@ -47,13 +53,24 @@ CYCLE_TIME = 0.100
 TOOL_TABLE = {name}.tbl
 
 [HAL]
+# halui unhomes joints when the controller has lost its position
+HALUI = halui
 HALFILE = {name}.hal
 
 [WIFICNC]
 ADDRESS = {address}
-QUEUE_MS = 100
-# of a spindle without an encoder
+# motion that waits in the controller, so that a late packet does not stop the machine
+QUEUE_MS = {queue_ms}
+# run-up time of a spindle without an encoder
 RUN_UP_S = 3
+
+# Following error. The feedback is late by QUEUE_MS, a status report ($76 of the controller, {report_ms} ms) and the
+# network ({network_ms} ms): {lag_s:g} s in all. LinuxCNC allows FERROR at top speed, in proportion less at lower speed,
+# and never less than MIN_FERROR:
+#   FERROR      {lag_s:g} s of top speed, {wait_s:g} s more before LinuxCNC waits for a network, and the way to stop
+#   MIN_FERROR  the way that the machine still has to go when the command has just stopped
+# At rest the component compares command and position itself, to the step. If you make QUEUE_MS or $76 larger,
+# make both larger in proportion.
 
 [KINS]
 KINEMATICS = trivkins coordinates={letters}
@@ -81,9 +98,8 @@ MAX_LIMIT = {high:g}
 MAX_VELOCITY = {velocity:g}
 MAX_ACCELERATION = {acceleration:g}
 SCALE = {scale:g}
-# what the controller's queue and reports are behind at full speed
-FERROR = {ferror:g}
-MIN_FERROR = {ferror:g}
+FERROR = {ferror:.4g}
+MIN_FERROR = {min_ferror:.4g}
 # {home_comment}
 HOME = {home:g}
 HOME_OFFSET = 0
@@ -93,18 +109,22 @@ HOME_USE_INDEX = {index}
 HOME_SEQUENCE = 0
 """
 HOME_COMMENTS = {
-    True: "the controller homes to its own switches, while LinuxCNC believes to wait for an index pulse",
-    False: "homed where it stands",
+    True: "Homing: the controller finds its own switches; to LinuxCNC the end of that looks like an index pulse.",
+    False: "Homing: no switch. Home takes the present position as HOME: move the axis to its zero first.",
 }
 LATCH_SPEED = 0.001  # units/s: LinuxCNC's command meanwhile hardly moves, and nothing follows it
 
 HAL_HEAD = """\
-# HAL of {name}, written by `wificnc linuxcnc init`.
+# HAL of {name}, written by `wificnc linuxcnc init`. docs/linuxcnc.md describes the pins of wificnc.
 loadrt [KINS]KINEMATICS
 loadrt [EMCMOT]EMCMOT servo_period_nsec=[EMCMOT]SERVO_PERIOD num_joints=[KINS]JOINTS num_dio={outputs}
-loadrt not count=1
+loadrt not count=2
+loadrt or2 count=1
 loadrt integ count=1
+loadrt estop_latch count=1
 loadrt sampler depth={samples} cfg={kinds}
+# what LinuxCNC's screen shows when the controller has a problem; one text for each name
+loadrt message names={names} messages="{texts}"
 loadusr -Wn wificnc {program} --address [WIFICNC]ADDRESS --joints {count} \\
     --queue-ms [WIFICNC]QUEUE_MS --run-up-s [WIFICNC]RUN_UP_S
 addf motion-command-handler servo-thread
@@ -112,6 +132,14 @@ addf motion-controller servo-thread
 addf integ.0 servo-thread
 addf sampler.0 servo-thread
 addf not.0 servo-thread
+addf or2.0 servo-thread
+addf not.1 servo-thread
+addf estop-latch.0 servo-thread
+"""
+
+HAL_MESSAGE = """\
+addf say-{name} servo-thread
+net say-{name} wificnc.message.{name} => say-{name}.trigger
 """
 
 HAL_JOINT = """
@@ -119,23 +147,31 @@ setp wificnc.joint.{joint}.scale [JOINT_{joint}]SCALE
 net cmd-{joint} joint.{joint}.motor-pos-cmd => sampler.0.pin.{joint}
 net fb-{joint} wificnc.joint.{joint}.position-fb => joint.{joint}.motor-pos-fb
 net home-{joint} joint.{joint}.index-enable <=> wificnc.joint.{joint}.index-enable
+net homed-{joint} joint.{joint}.homed => wificnc.joint.{joint}.homed
+net unhome-{joint} wificnc.joint.{joint}.unhome => halui.joint.{joint}.unhome
 """
 
 HAL_TAIL = """
-# the sampler keeps each servo period for the component: commanded positions, the thread's own time in s, and whether it
-# is one of G38
+# The sampler hands every servo period to the component: commanded positions, time in s, and the kind of motion (G38)
 setp integ.0.in 1
 net servo-time integ.0.out => sampler.0.pin.{count}
 net motion-type motion.motion-type => sampler.0.pin.{type_pin}
 
-# switched on by the first joint's amplifier; a fault of the link switches all of them off
+# Machine on starts motion. A fault of the component switches the machine off, and so does a component that has ended:
+# then nobody reads the sampler, and it is full after 1 s
 net machine-on joint.0.amp-enable-out => wificnc.enable
-net link-fault wificnc.fault => {faults}
+net fault wificnc.fault => or2.0.in0
+net sampler-full sampler.0.full => or2.0.in1
+net stops or2.0.out => not.1.in
+net no-fault not.1.out => motion.enable
+
+# Programs wait while the controller is in a feed hold or its door is open, or while the network is too slow
+net feed-inhibit wificnc.feed-inhibit => motion.feed-inhibit
 
 net spindle-on spindle.0.on => wificnc.spindle-on
 net spindle-reverse spindle.0.reverse => wificnc.spindle-reverse
 net spindle-rpm spindle.0.speed-out-abs => wificnc.spindle-rpm
-# the encoder, where the controller has one: G33, G33.1, G76; and feed moves wait until the spindle has its speed
+# G1 waits until the spindle is at speed. G33, G33.1 and G76 need an encoder at the controller
 net spindle-at-speed wificnc.spindle-at-speed => spindle.0.at-speed
 net spindle-speed wificnc.spindle-speed-rps => spindle.0.speed-in
 net spindle-revs wificnc.spindle-revs => spindle.0.revs
@@ -144,17 +180,27 @@ net flood iocontrol.0.coolant-flood => wificnc.flood
 net mist iocontrol.0.coolant-mist => wificnc.mist
 {digital}
 
-# G38 stops at the controller's own contact, and measures it to the step
+# G38: the controller stops at the contact by itself and measures it to the step
 net probe wificnc.probe => motion.probe-input
 
-# e-stop: ours stops the controller; the controller's, and a lost link, stop us; leaving it resets the controller
+# E-stop (F1). LinuxCNC's stops the controller. The controller's e-stop, an alarm, a lost connection or a lost position
+# open the latch, and only F1 closes it again: it resets the controller first.
+# This is software. Wire an e-stop that cuts the power of the drives.
 net user-enable iocontrol.0.user-enable-out => not.0.in
-net user-estop not.0.out => wificnc.estop
-net user-request iocontrol.0.user-request-enable => wificnc.reset
-net device-fine wificnc.estop-ok => iocontrol.0.emc-enable-in
+net user-estop not.0.out => wificnc.estop estop-latch.0.fault-in
+net controller-ok wificnc.estop-ok => estop-latch.0.ok-in
+net reset-request iocontrol.0.user-request-enable => wificnc.reset
+net reset-done wificnc.reset-done => estop-latch.0.reset
+net estop-ok estop-latch.0.ok-out => iocontrol.0.emc-enable-in
 
-net tool-change iocontrol.0.tool-change => iocontrol.0.tool-changed
+# M6 asks for the tool, and waits until Continue is pressed. With a tool changer connect it here instead
+loadusr -W hal_manualtoolchange
+net tool-change iocontrol.0.tool-change => hal_manualtoolchange.change
+net tool-changed hal_manualtoolchange.changed => iocontrol.0.tool-changed
+net tool-number iocontrol.0.tool-prep-number => hal_manualtoolchange.number
 net tool-prepare iocontrol.0.tool-prepare => iocontrol.0.tool-prepared
+
+# Messages on the screen
 """
 
 
@@ -170,13 +216,50 @@ def files(name: str, address: str, machine: Machine, homes: bool | None = None) 
     fastest = max(float(joint["velocity"]) for joint in joints)
     letters = "".join(str(joint["letter"]) for joint in joints)
     values = {"name": name, "address": address, "letters": letters, "count": len(joints), "fastest": fastest}
-    ini = INI.format(**values, slow=fastest / 4) + "".join(JOINT_INI.format(**joint) for joint in joints)
-    faults = " ".join(f"joint.{n}.amp-fault-in" for n in range(len(joints)))
+    ini = INI.format(**values, slow=fastest / 4, **_lags()) + "".join(JOINT_INI.format(**joint) for joint in joints)
+    texts = messages()
     sampler = {"samples": SAMPLES, "kinds": "f" * len(joints) + "fs", "program": PROGRAM}
-    hal = HAL_HEAD.format(**values, **sampler, outputs=OUTPUT_COUNT)
+    shown = {"names": ",".join(f"say-{name}" for name in texts), "texts": ",".join(texts.values())}
+    hal = HAL_HEAD.format(**values, **sampler, **shown, outputs=OUTPUT_COUNT)
     hal += "".join(HAL_JOINT.format(**joint) for joint in joints)
-    hal += HAL_TAIL.format(faults=faults, digital=_digital(), count=len(joints), type_pin=len(joints) + 1)
+    hal += HAL_TAIL.format(digital=_digital(), count=len(joints), type_pin=len(joints) + 1)
+    hal += "".join(HAL_MESSAGE.format(name=name) for name in texts)
     return {f"{name}.ini": ini, f"{name}.hal": hal, f"{name}.tbl": "T1 P1 D0 Z0 ;\n"}
+
+
+def messages() -> dict[str, str]:
+    """What the component shows to the operator: names of its pins behind `message.`, and texts."""
+    table = (paths.ROOT / "linuxcnc" / "messages.def").read_text(encoding="utf-8")
+    return {name: text for _, name, text in MESSAGE.findall(table)}
+
+
+def _report_s() -> float:
+    return float(load_settings()["status_interval_ms"].default) / 1000
+
+
+def _lag_s() -> float:
+    """By so much the feedback is behind the command."""
+    return QUEUE_MS / 1000 + _report_s() + NETWORK_S
+
+
+def _lags() -> dict[str, float]:
+    """For the comment that explains it."""
+    times = {"report_ms": round(_report_s() * 1000), "network_ms": round(NETWORK_S * 1000)}
+    return {**times, "lag_s": _lag_s(), "wait_s": WAIT_S, "queue_ms": QUEUE_MS}
+
+
+def following_error(velocity: float, acceleration: float) -> tuple[float, float]:
+    """FERROR and MIN_FERROR of a joint. LinuxCNC allows FERROR v / velocity at speed v, at least MIN_FERROR.
+
+    While the command slows down to speed v, a feedback that is late by T is behind by at most v T + `rest`, where
+    `rest` is the way of the last T before the stop, and never by more than at top speed. So MIN_FERROR is what that is
+    where it meets LinuxCNC's line."""
+    lag_s = _lag_s()
+    stop_s = min(lag_s, velocity / acceleration)
+    rest = acceleration * stop_s * (lag_s - stop_s / 2)
+    most = velocity * (lag_s + WAIT_S) + velocity**2 / (2 * acceleration)
+    least = min(rest / (1 - velocity * lag_s / most), velocity * lag_s)
+    return most + MARGIN, least + MARGIN
 
 
 def _digital() -> str:
@@ -211,7 +294,8 @@ def _joint(index: int, axis: LinearAxis | RotaryAxis) -> dict[str, Value | str]:
     """Velocities in units/s, as LinuxCNC has them."""
     values = {name: float(value) for name, value in axis.assigned()}
     travel = _travel(axis)
-    velocity = values["max_rate_mm_min"] / 60
+    velocity, acceleration = values["max_rate_mm_min"] / 60, values["acceleration_mm_s2"]
+    most, least = following_error(velocity, acceleration)
     return {
         "joint": index,
         "letter": AXES[index],
@@ -219,7 +303,8 @@ def _joint(index: int, axis: LinearAxis | RotaryAxis) -> dict[str, Value | str]:
         "low": -travel if travel else -ENDLESS,
         "high": 0.0 if travel else ENDLESS,
         "velocity": velocity,
-        "acceleration": values["acceleration_mm_s2"],
+        "acceleration": acceleration,
         "scale": values["steps_per_mm"],
-        "ferror": velocity * LAG_S + 1.0,
+        "ferror": most,
+        "min_ferror": least,
     }
