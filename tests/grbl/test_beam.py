@@ -291,6 +291,16 @@ def test_dynamic_power_where_the_feed_is_never_reached(grbl: Grbl) -> None:
     assert grbl.output_changes()["rpm"].max() <= 800
 
 
+def test_dynamic_power_is_never_above_s(grbl: Grbl) -> None:
+    """M4: while the machine slows down from 200 to 100 % feed it is faster than asked."""
+    grbl.fine("M4S500F2400")
+    grbl.after(0.1, "\x91" * 10)
+    grbl.record_outputs()
+    grbl.after(0.5, "G1X-60\n")
+    grbl.after(0.5, "\x90")
+    assert grbl.output_changes()["rpm"].max() == 500
+
+
 def edge_errors_mm(record: BeamRecord, edges_mm: list[float]) -> list[float]:
     """How far from each edge (X falls) the beam is switched, mm."""
     times, steps = record.positions(0)
