@@ -11,7 +11,7 @@ struct machine;
  * @param factor  spindle override */
 float laser_rpm(const struct machine *machine, float factor);
 
-/** M3 or S was commanded: at rest the aiming beam ($89) comes on for $90. */
+/** M3 or S was commanded: the aiming beam ($89) comes on for $90, unless something moves. */
 void laser_aim(struct machine *machine);
 
 /** The aiming beam ends with its time, and with whatever else happens. */

@@ -135,10 +135,10 @@ struct machine_outputs {
     float rpm;  /* S */
     bool laser; /* switched on as a laser ($32) */
     uint8_t coolant;
-    bool spindle_stopped; /* 0x9E in a hold */
-    bool suspended;       /* the door is open: everything is off */
-    bool coolant_waits;   /* the door was closed: the spindle runs up first */
-    float shown_rpm;      /* on the pins: with override, limits and the laser's power */
+    bool spindle_stopped;     /* 0x9E in a hold */
+    bool suspended;           /* the door is open: everything is off */
+    bool coolant_waits;       /* the door was closed: the spindle runs up first */
+    float shown_rpm;          /* on the pins: with override, limits and the laser's power */
     struct machine_timer aim; /* the aiming beam of a laser at rest; laser.c */
 };
 
@@ -310,8 +310,8 @@ struct machine {
     struct hal_inputs inputs; /* at the last poll */
     struct machine_outputs outputs;
     uint8_t coolant_told; /* COOLANT_ bits of which wiring_report_coolant() has spoken */
-    uint8_t digital; /* outputs of M62 .. M65: bit n = Pn; a reset leaves them */
-    bool hold_waits; /* ! while M53 P0 is in force */
+    uint8_t digital;      /* outputs of M62 .. M65: bit n = Pn; a reset leaves them */
+    bool hold_waits;      /* ! while M53 P0 is in force */
 
     enum task_stage stage;
     enum line_source source;

@@ -220,9 +220,7 @@ def lines_taken(grbl: Grbl) -> int:
 @pytest.mark.parametrize("period_us", PERIODS_US)
 @pytest.mark.parametrize("mode", MODES)
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.__name__)
-def test_no_beam_where_nothing_cuts(
-    grbl: Grbl, case: Callable[[Grbl], list[int]], mode: str, period_us: int
-) -> None:
+def test_no_beam_where_nothing_cuts(grbl: Grbl, case: Callable[[Grbl], list[int]], mode: str, period_us: int) -> None:
     """Lit only while the cutting lines move, and for one period of the output task after it at most."""
     grbl.fine(f"{mode}S1000F1200")
     record = BeamRecord(grbl, period_us)

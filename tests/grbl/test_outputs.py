@@ -34,7 +34,10 @@ def pins(grbl: Grbl) -> tuple[int, int, int]:
 
 def changes(grbl: Grbl) -> list[tuple[float, int, int]]:
     """(s, spindle, coolant) for each change of one of the two since the record began."""
-    at = {int(row["t"]): (float(row["t"]) / HZ, int(row["direction"]), int(row["coolant"])) for row in grbl.output_changes()}
+    at = {
+        int(row["t"]): (float(row["t"]) / HZ, int(row["direction"]), int(row["coolant"]))
+        for row in grbl.output_changes()
+    }
     rows = list(at.values())  # of one moment: the last
     return rows[:1] + [row for before, row in pairwise(rows) if row[1:] != before[1:]]
 

@@ -134,8 +134,8 @@ OUT.svg`. How to add a board: [boards/README.md](../boards/README.md).
 ## Outputs and inputs of each board
 
 A code or a setting that needs a pin which the board does not have is refused, and nothing changes. M5 and M9 are always
-possible. CAM programs with M7 or M8 run on a board without coolant outputs after `$91=1`: the controller prints a message
-once in a job, and nothing is switched.
+possible. CAM programs with M7 or M8 run on a board without coolant outputs after `$91=1`: the controller prints a
+message once in a job, and nothing is switched.
 
 {abilities}
 """
