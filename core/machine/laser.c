@@ -67,13 +67,12 @@ void laser_poll(struct machine *machine) {
 /* Of the line on the pins. */
 static float cut_rpm(const struct machine *machine) {
     uint32_t line;
-    if (machine->state != MACHINE_RUN || machine->outputs.spindle == SPINDLE_OFF ||
-        !is_cutting(&machine->step, &line))
+    if (machine->state != MACHINE_RUN || !is_cutting(&machine->step, &line))
         return 0.0f;
     if (machine->motion.ring.owner == RING_OWNER_HOST) /* it plans the speed, so it scales S by it */
         return machine->outputs.rpm;
     const struct line_note *note = notes_find(&machine->notes, line);
-    if (note == NULL)
+    if (note == NULL) /* every cut has one, as there are more notes than pieces */
         return 0.0f;
     return machine->outputs.spindle == SPINDLE_CW ? note->rpm
                                                   : note->rpm * part_at_speed(machine, note->feed_mm_s);

@@ -8,6 +8,7 @@
 struct machine;
 
 /** S that the laser output has to show now, before $30 and $31; 0: dark. The only place that lights the beam.
+ * Only with M3 or M4 in force.
  * @param factor  spindle override */
 float laser_rpm(const struct machine *machine, float factor);
 

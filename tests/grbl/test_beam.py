@@ -263,6 +263,22 @@ def test_dynamic_power_in_inverse_time(grbl: Grbl, line: str) -> None:
     assert rpm_in_the_middle(grbl, line) > 950
 
 
+@pytest.mark.parametrize("period_us", PERIODS_US)
+@pytest.mark.parametrize("mode", MODES)
+@pytest.mark.parametrize("stop", ["!", "\x84", "\x18", "door", "estop", "hold"])
+def test_dark_from_the_moment_of_a_stop(grbl: Grbl, stop: str, mode: str, period_us: int) -> None:
+    """Not when the machine stands: what burns must stop burning, also while it brakes."""
+    grbl.fine(f"{mode}S1000F1200")
+    record = BeamRecord(grbl, period_us)
+    grbl.after(0.5, "G1X-20\n")
+    assert grbl.outputs().duty == 65535
+    if len(stop) > 1:
+        grbl.input(stop, True)
+    stopped_s = grbl.time()
+    grbl.after(0.5, stop if len(stop) == 1 else "")
+    assert record.lit()[-1][1] - stopped_s <= record.period_s + SLACK_S
+
+
 def rpm_in_the_middle(grbl: Grbl, line: str) -> float:
     """S on the pins half way through the line's motion."""
     record = BeamRecord(grbl)
