@@ -10,8 +10,8 @@
 
 #define LOAD(field) __atomic_load_n(&(field), __ATOMIC_ACQUIRE)
 
-/* The span that the step interrupt executes. It may end between two reads; then the ring's tail has moved, and
- * we look again. @return false: nothing is executed, or it is no cut */
+/* The span that the step interrupt executes. It may end between two reads; then the ring's tail has moved,
+ * and we look again. @return false: nothing is executed, or it is no cut */
 static bool is_cutting(const struct step *step, uint32_t *line) {
     for (;;) {
         if (!LOAD(step->active))
@@ -36,8 +36,8 @@ static float part_at_speed(const struct machine *machine, float feed_mm_s) {
 /* As in Grbl, only where the next axis word would be a cut. */
 static bool is_aiming(const struct machine *machine) {
     enum gcode_motion motion = machine->gcode.modal.motion;
-    return machine->outputs.aim.on && machine->state == MACHINE_IDLE && machine->stage == TASK_NONE &&
-           motion >= MOTION_LINEAR && motion <= MOTION_ARC_CCW;
+    return machine->outputs.aim.on && machine->state == MACHINE_IDLE && motion >= MOTION_LINEAR &&
+           motion <= MOTION_ARC_CCW;
 }
 
 static float aim_rpm(const struct machine *machine, float factor) {
@@ -48,13 +48,10 @@ static float aim_rpm(const struct machine *machine, float factor) {
 
 void laser_aim(struct machine *machine) {
     const struct settings *settings = &machine->settings;
-    struct machine_outputs *outputs = &machine->outputs;
     bool can_be_weak = settings->spindle_max_rpm > settings->spindle_min_rpm; /* else it is on or off */
-    bool asks = settings->laser_mode && settings->aim_power_pct > 0 && can_be_weak &&
-                outputs->spindle == SPINDLE_CW && machine->command.move.motion == MOTION_NONE &&
-                !machine->host.owns;
-    if (asks && machine_is_at_rest(machine) && machine->state != MACHINE_CHECK)
-        machine_timer_start(machine, &outputs->aim, settings->aim_time_s * 1000000u);
+    if (settings->laser_mode && settings->aim_power_pct > 0 && can_be_weak &&
+        machine->outputs.spindle == SPINDLE_CW)
+        machine_timer_start(machine, &machine->outputs.aim, settings->aim_time_s * 1000000u);
 }
 
 void laser_poll(struct machine *machine) {
@@ -70,13 +67,12 @@ void laser_poll(struct machine *machine) {
 /* Of the line on the pins. */
 static float cut_rpm(const struct machine *machine) {
     uint32_t line;
-    if (machine->state != MACHINE_RUN || machine->outputs.spindle == SPINDLE_OFF ||
-        !is_cutting(&machine->step, &line))
+    if (machine->state != MACHINE_RUN || !is_cutting(&machine->step, &line))
         return 0.0f;
     if (machine->motion.ring.owner == RING_OWNER_HOST) /* it plans the speed, so it scales S by it */
         return machine->outputs.rpm;
     const struct line_note *note = notes_find(&machine->notes, line);
-    if (note == NULL)
+    if (note == NULL) /* every cut has one, as there are more notes than pieces */
         return 0.0f;
     return machine->outputs.spindle == SPINDLE_CW ? note->rpm
                                                   : note->rpm * part_at_speed(machine, note->feed_mm_s);

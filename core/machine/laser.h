@@ -8,10 +8,11 @@
 struct machine;
 
 /** S that the laser output has to show now, before $30 and $31; 0: dark. The only place that lights the beam.
+ * Only with M3 or M4 in force.
  * @param factor  spindle override */
 float laser_rpm(const struct machine *machine, float factor);
 
-/** M3 or S was commanded: at rest the aiming beam ($89) comes on for $90. */
+/** M3 or S was commanded: the aiming beam ($89) comes on for $90, unless something moves. */
 void laser_aim(struct machine *machine);
 
 /** The aiming beam ends with its time, and with whatever else happens. */

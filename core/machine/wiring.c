@@ -22,7 +22,8 @@ void wiring_apply(struct machine *machine) {
     const struct settings *settings = &machine->settings;
     struct gcode_ports *ports = &machine->gcode.ports;
     ports->no_spindle = !has(machine, BOARD_OUTPUT_SPINDLE);
-    ports->no_reverse = !has(machine, BOARD_OUTPUT_REVERSE) && !settings->laser_mode; /* M4 is a kind of power */
+    ports->no_reverse =
+        !has(machine, BOARD_OUTPUT_REVERSE) && !settings->laser_mode; /* M4 is a kind of power */
     ports->no_coolant = missing_coolant(machine);
     ports->coolant_passes = settings->coolant_passes;
 }

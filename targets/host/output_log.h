@@ -2,8 +2,9 @@
  * Outputs of the virtual machine over time: every change with its moment, and the period at which the pins
  * follow the controller.
  *
- * The controller runs after every span on the PC, so its outputs follow the motion at once. On a chip the task
- * that sets them comes round every few milliseconds. With a period the pins change at its multiples only. */
+ * The controller runs after every span on the PC, so its outputs follow the motion at once. On a chip the
+ * task that sets them comes round every few milliseconds. With a period the pins change at its multiples
+ * only. */
 #ifndef WIFICNC_HOST_OUTPUT_LOG_H
 #define WIFICNC_HOST_OUTPUT_LOG_H
 

@@ -47,6 +47,16 @@ def test_show_tells_pins_risks_and_deviations() -> None:
     assert "output.spindle_enable: published GPIO5, here GPIO17: " in result.stdout
 
 
+def test_show_lists_what_the_board_lacks() -> None:
+    """With the answer that a program gets; the table of all boards is in docs/boards.md."""
+    shown = run("boards", "show", "esp32-wroom32").stdout
+    assert "laser ($32=1): error:17" in shown and "mist coolant (M7, 0xA1): error:135" in shown
+    lacking = {row["what"] for row in json.loads(run("boards", "show", "esp32s3-zero", "--json").stdout)["lacks"]}
+    assert {"spindle direction", "flood coolant", "mist coolant"} <= lacking
+    assert not lacking & {"laser", "spindle speed", "spindle encoder", "digital outputs"}
+    assert json.loads(run("boards", "show", "host", "--json").stdout)["lacks"] == []
+
+
 def test_show_json_of_a_file() -> None:
     shown = json.loads(run("boards", "show", str(paths.BOARDS / "pic32mz2048efh100.toml"), "--json").stdout)
     pins = {pin["signal"]: pin for pin in shown["pins"]}

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT
- * Prints which outputs the board of pin_config.h has, and which are left when the spindle's enable is taken off. */
+ * Prints which outputs the board of pin_config.h has, and which are left when the spindle's enable is taken
+ * off. */
 #include "app/wired.h"
 
 #include <stdio.h>

@@ -118,7 +118,7 @@ class State(ctypes.Structure):
         ("offsets", Offsets),
         ("position_mm", Axes),
         ("axes", c_uint8),
-        ("ports", c_uint8 * 5),
+        ("ports", c_uint8 * 9),
         ("arc_radius_tolerance_mm", c_float),
     )
 
@@ -187,6 +187,7 @@ class Command(ctypes.Structure):
         ("modes", c_int),
         ("spindle", c_int),
         ("coolant", c_uint8),
+        ("coolant_passed", c_uint8),
         ("tool_change", c_bool),
         ("sync", c_bool),
         ("port_sync", c_bool),

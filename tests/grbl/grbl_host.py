@@ -51,10 +51,20 @@ def _spindle(lib: ctypes.CDLL) -> None:
     lib.virtual_spindle_rpm.restype = ctypes.c_float
 
 
+def _outputs(lib: ctypes.CDLL) -> None:
+    host = ctypes.c_void_p
+    lib.virtual_outputs.argtypes = (host, ctypes.POINTER(Outputs))
+    lib.host_record_outputs.argtypes = (host,)
+    lib.host_output_changes.argtypes = (host, ctypes.POINTER(ctypes.c_void_p))
+    lib.host_output_changes.restype = ctypes.c_size_t
+    lib.host_set_output_period.argtypes = (host, ctypes.c_uint32)
+
+
 def _library() -> ctypes.CDLL:
     lib = ctypes.CDLL(str(ensure_host_library()))
     host, size, text = ctypes.c_void_p, ctypes.c_size_t, ctypes.c_char_p
     _spindle(lib)
+    _outputs(lib)
     lib.host_open.restype = host
     lib.host_open.argtypes = (ctypes.POINTER(HostBoard), text)
     lib.host_destroy.argtypes = (host,)
@@ -84,13 +94,8 @@ def _library() -> ctypes.CDLL:
     lib.virtual_analog.argtypes = (host, ctypes.c_uint, ctypes.c_float)
     lib.virtual_skew.argtypes = (host, ctypes.c_uint, ctypes.c_int32)
     lib.virtual_second_position.argtypes = (host, Steps)
-    lib.virtual_outputs.argtypes = (host, ctypes.POINTER(Outputs))
     lib.host_counters.argtypes = (host, ctypes.POINTER(HostCounters))
     lib.host_counters.restype = None
-    lib.host_record_outputs.argtypes = (host,)
-    lib.host_output_changes.argtypes = (host, ctypes.POINTER(ctypes.c_void_p))
-    lib.host_output_changes.restype = size
-    lib.host_set_output_period.argtypes = (host, ctypes.c_uint32)
     lib.host_trace.argtypes = (host,)
     lib.host_trace.restype = host
     lib.trace_add.argtypes = (host, CONSUMER, host)
@@ -117,7 +122,9 @@ class Grbl:
         board: HostBoard | None = None,  # this one instead of all that
     ) -> None:
         timing = (HZ, 1000, 500, 500_000)
-        board = board or HostBoard(*timing, axes, ganged, lacks, 4 * ports, ports, motors_wake_us, outputs, encoder, home)
+        board = board or HostBoard(
+            *timing, axes, ganged, lacks, 4 * ports, ports, motors_wake_us, outputs, encoder, home
+        )
         self._host = LIB.host_open(ctypes.byref(board), str(store).encode() if store else None)
         assert self._host
         LIB.host_input_follows(self._host, 0)

@@ -32,6 +32,23 @@ def test_lit_at_rest_when_asked(grbl: Grbl, lines: list[str]) -> None:
     assert grbl.outputs().duty == 0
 
 
+def test_arcs_are_cuts_too(grbl: Grbl) -> None:
+    """As in Grbl: after a G2 or G3 the next axis word would be one."""
+    for line in ("G3X-2I-1F1000", "M3S10"):
+        grbl.after(1.0, line + "\n")
+    assert grbl.outputs().rpm == 10
+
+
+def test_a_spindle_does_not_aim() -> None:
+    """$32=0: M3 is a spindle at its speed, and nothing waits for $90."""
+    grbl = Grbl()
+    grbl.send("")
+    grbl.fine("$89=5", "G1F1000")
+    grbl.after(0.1, "M3S500\n")
+    assert grbl.outputs().rpm == 500 and grbl.sleeps()
+    grbl.close()
+
+
 def test_off_by_default() -> None:
     grbl = Grbl()
     grbl.send("")
@@ -72,13 +89,15 @@ def test_nothing_else_wakes_the_controller(grbl: Grbl) -> None:
     assert grbl.sleeps()
 
 
-@pytest.mark.parametrize("line", ["M4S10", "M3S0", "M3S10G0", "M3S10G4P2", "$J=G91X-0.01F100", "$C", "$SLP", "M3S10\nG80"])
+@pytest.mark.parametrize(
+    "line", ["M4S10", "M3S0", "M3S10G0", "M3S10G4P2", "$J=G91X-0.01F100", "$C", "$SLP", "M3S10\nG80"]
+)
 def test_dark_in_all_else(grbl: Grbl, line: str) -> None:
     """M4 is dark at rest, G0 and G80 are no cut, a dwell is none, and so on."""
-    grbl.fine("G1F1000")
+    grbl.after(0.1, "G1F1000\n")
     grbl.after(0.2, line + "\n")
-    grbl.send("?")
-    grbl.after(0.5)
+    assert grbl.outputs().duty == 0
+    grbl.after(2.5)
     assert grbl.outputs().duty == 0
 
 
@@ -87,7 +106,7 @@ def test_motion_and_stops_end_it(grbl: Grbl, event: str) -> None:
     """It does not come back when they are over: only M3 or S asks for it."""
     grbl.after(0.1, "G1F1000\nM3S10\n")
     assert grbl.outputs().duty > 0
-    grbl.after(1.0, event)
+    assert "Aiming" not in grbl.after(1.0, event)  # that is said of $90 alone
     assert grbl.outputs().duty == 0
     if event in "!\x84":
         grbl.after(6.0, "~")

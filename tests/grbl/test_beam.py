@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 
 import pytest
 from beam_record import BeamRecord, Spans, longest, without
-from grbl_host import Grbl
+from grbl_host import HZ, Grbl
 
 PERIODS_US = [0, 1000, 5000, 20_000]
 SLACK_S = 0.0005  # between two looks of the PC's controller at its own motion
@@ -220,9 +220,7 @@ def lines_taken(grbl: Grbl) -> int:
 @pytest.mark.parametrize("period_us", PERIODS_US)
 @pytest.mark.parametrize("mode", MODES)
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.__name__)
-def test_no_beam_where_nothing_cuts(
-    grbl: Grbl, case: Callable[[Grbl], list[int]], mode: str, period_us: int
-) -> None:
+def test_no_beam_where_nothing_cuts(grbl: Grbl, case: Callable[[Grbl], list[int]], mode: str, period_us: int) -> None:
     """Lit only while the cutting lines move, and for one period of the output task after it at most."""
     grbl.fine(f"{mode}S1000F1200")
     record = BeamRecord(grbl, period_us)
@@ -262,14 +260,59 @@ def test_dynamic_power_in_inverse_time(grbl: Grbl, line: str) -> None:
     """M4 in G93: the feed asked for is the way by the time, 10 mm or 5 pi mm a second; at 70 mm/s^2 an arc of 5 mm
     keeps its speed, so that the middle burns with all of S."""
     grbl.fine("M4S1000", "$120=5000", "$121=5000")
+    assert rpm_in_the_middle(grbl, line) > 950
+
+
+@pytest.mark.parametrize("period_us", PERIODS_US)
+@pytest.mark.parametrize("mode", MODES)
+@pytest.mark.parametrize("stop", ["!", "\x84", "\x18", "door", "estop", "hold"])
+def test_dark_from_the_moment_of_a_stop(grbl: Grbl, stop: str, mode: str, period_us: int) -> None:
+    """Not when the machine stands: what burns must stop burning, also while it brakes."""
+    grbl.fine(f"{mode}S1000F1200")
+    record = BeamRecord(grbl, period_us)
+    grbl.after(0.5, "G1X-20\n")
+    assert grbl.outputs().duty == 65535
+    if len(stop) > 1:
+        grbl.input(stop, True)
+    stopped_s = grbl.time()
+    grbl.after(0.5, stop if len(stop) == 1 else "")
+    assert record.lit()[-1][1] - stopped_s <= record.period_s + SLACK_S
+
+
+def rpm_in_the_middle(grbl: Grbl, line: str) -> float:
+    """S on the pins half way through the line's motion."""
     record = BeamRecord(grbl)
     first = lines_taken(grbl)
     grbl.send(line + "\n")
-    middle = record.motion([first])[0]
-    middle_s = (middle[0] + middle[1]) / 2
+    start_s, end_s = record.motion([first])[0]
     changes = grbl.output_changes()
-    at = int(changes["t"].searchsorted(middle_s * 20e6)) - 1
-    assert changes["rpm"][at] > 950
+    return float(changes["rpm"][int(changes["t"].searchsorted((start_s + end_s) / 2 * HZ)) - 1])
+
+
+@pytest.mark.parametrize("override", ["", "\x92" * 5, "\x91" * 5])
+def test_dynamic_power_belongs_to_the_feed_in_force(grbl: Grbl, override: str) -> None:
+    """M4 at 50 and 150 % feed: the material gets the power that S asks for, in proportion to the feed in force."""
+    grbl.fine("M4S800F1200")
+    grbl.after(0.1, override)
+    assert rpm_in_the_middle(grbl, "G1X-20") == pytest.approx(800, rel=0.01)
+
+
+def test_dynamic_power_where_the_feed_is_never_reached(grbl: Grbl) -> None:
+    """M4: 10 mm at 500 mm/s^2 reach 70.7 mm/s in their middle; of F6000 that is 71 % of S, and never more than S."""
+    grbl.settings(s110=10_000)
+    grbl.fine("M4S800F6000")
+    assert rpm_in_the_middle(grbl, "G1X-10") == pytest.approx(800 * 0.707, rel=0.03)
+    assert grbl.output_changes()["rpm"].max() <= 800
+
+
+def test_dynamic_power_is_never_above_s(grbl: Grbl) -> None:
+    """M4: while the machine slows down from 200 to 100 % feed it is faster than asked."""
+    grbl.fine("M4S500F2400")
+    grbl.after(0.1, "\x91" * 10)
+    grbl.record_outputs()
+    grbl.after(0.5, "G1X-60\n")
+    grbl.after(0.5, "\x90")
+    assert grbl.output_changes()["rpm"].max() == 500
 
 
 def edge_errors_mm(record: BeamRecord, edges_mm: list[float]) -> list[float]:

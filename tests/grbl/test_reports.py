@@ -181,6 +181,12 @@ def test_parameters(grbl: Grbl) -> None:
 def test_modes(grbl: Grbl) -> None:
     """`$G`: `[GC:G0 G54 G17 G21 G90 G94 M5 M9 T0 F0 S0]`; M7 and M8 both if on."""
     assert grbl.send("$G\n") == "[GC:G0 G54 G17 G21 G90 G94 M5 M9 T0 F0 S0]\r\nok\r\n"
+    grbl.fine("M8")
+    assert " M5 M8 T0 " in grbl.send("$G\n")
+
+
+def test_modes_with_both_coolants(grbl: Grbl) -> None:
+    """`$G`: M7 and M8 both if on."""
     grbl.fine("M7", "M8")
     assert " M7 M8 " in grbl.send("$G\n")
 

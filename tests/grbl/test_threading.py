@@ -171,7 +171,7 @@ def test_arms_and_polar_axes_cannot(lathe: Lathe, kinematics: int) -> None:
 
 @pytest.mark.parametrize("line", ["G33Z-1K1", "G33.1Z-1K1", "G18G76P1Z-5I-1J.1K.5", "G95", "G95F1"])
 def test_no_encoder(line: str) -> None:
-    for encoder, counts in ((False, 4096), (True, 0)):
+    for encoder, counts in ((False, 0), (True, 0)):
         lathe = Lathe(counts, encoder)
         try:
             assert lathe.send(f"M3S600\n{line}\n") == "ok\r\nerror:150\r\n"

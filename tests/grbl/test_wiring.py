@@ -5,11 +5,13 @@ Every shipped board, from its own file; docs/boards.md has the same as a table.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
 from grbl_host import BANNER, Grbl
+from wificnc.board.abilities import ABILITIES
 from wificnc.board.load import find_boards, load_board
 from wificnc.board.model import Board
 from wificnc.serve.options import board_numbers
@@ -76,6 +78,35 @@ def test_what_a_board_lacks_is_refused(board: Board, grbl: Grbl, line: str, need
     if error:
         after = (grbl.send("$G\n"), grbl.send("$$\n"), grbl.position())
         assert after == (modes, settings, [0] * 6)
+
+
+# of each ability of docs/boards.md, a line that needs it
+TRIED = {
+    "spindle on and off": "M3S1",
+    "laser": "$32=1",
+    "spindle direction": "M4S1",
+    "flood coolant": "M8",
+    "mist coolant": "M7",
+    "digital outputs": "M64P0",
+    "digital inputs": "M66P0L0",
+    "analog inputs and outputs": "M67E0Q1",
+    "RC servo": "$85=1",
+    "spindle encoder": "$88=400",
+}
+
+
+def test_the_table_of_boards_is_what_the_controller_answers(board: Board, grbl: Grbl) -> None:
+    """docs/boards.md and `wificnc boards show`. S needs nothing: a relay has one speed."""
+    assert {*TRIED} == {ability.name for ability in ABILITIES} - {"spindle speed"}
+    grbl.fine("S100")
+    for ability in ABILITIES:
+        if ability.name not in TRIED:
+            continue
+        grbl.fine("M5")
+        said = grbl.send(TRIED[ability.name] + "\n").strip()
+        assert (said == "ok") == ability.has(board), ability.name
+        assert said == "ok" or re.match(r"error:\d+", ability.without)[0] == said, ability.name
+        grbl.send("M5\n$32=0\n")
 
 
 def test_laser_power_needs_no_direction(board: Board, grbl: Grbl) -> None:

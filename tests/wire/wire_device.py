@@ -26,6 +26,18 @@ SETTINGS = {base + ax: value for base, value in ((100, 200), (110, 6000), (120, 
 RATE, ACCEL = 20_000, 100_000
 
 
+class Outputs(ctypes.Structure):
+    """The first fields of struct virtual_outputs."""
+
+    _fields_ = (
+        ("direction", ctypes.c_int),
+        ("rpm", ctypes.c_float),
+        ("duty", ctypes.c_uint16),
+        ("coolant", ctypes.c_uint8),
+        ("others", ctypes.c_uint8 * 32),
+    )
+
+
 def library() -> ctypes.CDLL:
     lib = ctypes.CDLL(str(ensure_host_library()))
     handle, size, data = ctypes.c_void_p, ctypes.c_size_t, ctypes.c_char_p
@@ -46,6 +58,7 @@ def library() -> ctypes.CDLL:
         ("virtual_spindle_angle", ctypes.c_double, handle, ctypes.c_uint64),
         ("virtual_surface", None, handle, ctypes.c_int32),
         ("virtual_travel", None, handle, ctypes.c_uint, ctypes.c_int32, ctypes.c_int32),
+        ("virtual_outputs", None, handle, ctypes.POINTER(Outputs)),
         ("trace_add", ctypes.c_int, handle, CONSUMER, handle),
         ("host_wire_create", handle, handle, data),
         ("host_wire_destroy", None, handle),
@@ -165,6 +178,15 @@ class Device:
         steps = (ctypes.c_int32 * AXES)()
         self.lib.host_position_steps(self.host, steps)
         return list(steps)
+
+    def outputs(self) -> Outputs:
+        outputs = Outputs()
+        self.lib.virtual_outputs(self.host, ctypes.byref(outputs))
+        return outputs
+
+    def duty(self) -> int:
+        """PWM of the spindle or laser, 0 .. 65535."""
+        return int(self.outputs().duty)
 
     # ---- steps ----
 

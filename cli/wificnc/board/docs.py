@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 
+from wificnc.board.abilities import ability_rows
 from wificnc.board.labels import PinRow, notes, pin_rows
 from wificnc.board.model import Board
 from wificnc.board.problem import RULES
@@ -15,7 +16,7 @@ _PICTURES = "pinout"
 
 def docs_text(boards: Sequence[Board]) -> str:
     """docs/boards.md: every board with its picture, pins, risks and deviations."""
-    parts = [_INTRO.format(generated=GENERATED, table=_overview(boards, link="#{id}"))]
+    parts = [_INTRO.format(generated=GENERATED, table=_overview(boards, link="#{id}"), abilities=_abilities(boards))]
     parts += [_board_section(board) for board in boards]
     return "\n".join(parts)
 
@@ -45,6 +46,10 @@ def _overview(boards: Iterable[Board], link: str) -> str:
         for board in boards
     ]
     return table_text(["board", "name", "axes", "steps/s", "Ethernet", "what for"], rows)
+
+
+def _abilities(boards: Sequence[Board]) -> str:
+    return table_text(["", "codes", *(board.id for board in boards), "without it"], ability_rows(boards))
 
 
 def table_text(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
@@ -125,6 +130,14 @@ The same from the command line: `wificnc boards list`, `wificnc boards show BOAR
 OUT.svg`. How to add a board: [boards/README.md](../boards/README.md).
 
 {table}
+
+## Outputs and inputs of each board
+
+A code or a setting that needs a pin which the board does not have is refused, and nothing changes. M5 and M9 are always
+possible. CAM programs with M7 or M8 run on a board without coolant outputs after `$91=1`: the controller prints a
+message once in a job, and nothing is switched.
+
+{abilities}
 """
 
 _README = """{generated}

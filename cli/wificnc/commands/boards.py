@@ -10,6 +10,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from wificnc import ui
+from wificnc.board.abilities import lack_lines, lacks
 from wificnc.board.labels import PinRow, notes, pin_rows
 from wificnc.board.load import check_board, find_boards, load_board
 from wificnc.board.model import Board
@@ -101,6 +102,7 @@ def _details(board: Board) -> dict[str, Any]:
     return {
         **_summary(board),
         "notes": notes(board),
+        "lacks": [{"what": row.name, "codes": row.codes, "answer": row.without} for row in lacks(board)],
         "pins": [
             {
                 "signal": use.signal,
@@ -132,6 +134,7 @@ def _print_board(board: Board) -> None:
     published = "published {0.published}, here {1}: {0.why}"
     deviations = [(item, board.value_of(item.key)) for item in board.deviation]
     _print_list("deviations", [f"{item.key}: {published.format(item, here)}" for item, here in deviations])
+    _print_list("not on this board, and the answer to it", lack_lines(board))
     _print_list("before wiring", notes(board))
 
 

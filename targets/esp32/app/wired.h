@@ -5,8 +5,8 @@
 
 #include "io/pin_map.h"
 
-/** @return BOARD_OUTPUT_ bits of machine/machine.h, as the pins are now: a signal may have been moved or taken
- * off at run time */
+/** @return BOARD_OUTPUT_ bits of machine/machine.h, as the pins are now: a signal may have been moved or
+ * taken off at run time */
 uint8_t wired_outputs(const struct pin_map *map);
 
 #endif

@@ -88,8 +88,7 @@ void board_outputs(struct output_wire wire[SWITCH_COUNT]) {
 static uint8_t outputs_wired(void) {
     const bool pwm = PIN_SPINDLE_PWM != PIN_NONE;
     return (uint8_t)((pwm || PIN_SPINDLE_ENABLE != PIN_NONE ? BOARD_OUTPUT_SPINDLE : 0) |
-                     (pwm ? BOARD_OUTPUT_PWM : 0) |
-                     (PIN_SPINDLE_DIR != PIN_NONE ? BOARD_OUTPUT_REVERSE : 0) |
+                     (pwm ? BOARD_OUTPUT_PWM : 0) | (PIN_SPINDLE_DIR != PIN_NONE ? BOARD_OUTPUT_REVERSE : 0) |
                      (PIN_COOLANT_FLOOD != PIN_NONE ? BOARD_OUTPUT_FLOOD : 0) |
                      (PIN_COOLANT_MIST != PIN_NONE ? BOARD_OUTPUT_MIST : 0));
 }
