@@ -158,9 +158,9 @@ function LockedNotice(): JSX.Element | null {
   const password = useSignal("");
   if (!controller.connected.value || !controller.locked.value) return null;
   const login = async (): Promise<void> => {
-    const said = controller.post(`$LOGIN=${password.value}`, false);
+    const said = controller.login(password.value);
     password.value = "";
-    if ((await said).kind !== "ok") return;
+    if (!(await said)) return;
     controller.locked.value = false;
     await controller.getToKnow();
   };
