@@ -46,10 +46,19 @@ static int prepare_slave(struct net_pty *pty) {
     return error;
 }
 
-static int make_link(const struct net_pty *pty) {
+/* A link to a terminal that is gone is one of ours, left over by a server that was killed. Any other stays. */
+static bool is_left_over(const char *link) {
+    static const char terminals[] = "/dev/";
+    char target[NET_PTY_NAME_SIZE + 1];
     struct stat status;
-    if (lstat(pty->link, &status) == 0 && S_ISLNK(status.st_mode) && stat(pty->link, &status) != 0)
-        unlink(pty->link); /* leads nowhere */
+    ssize_t size = readlink(link, target, sizeof target);
+    return size >= (ssize_t)sizeof terminals - 1 && memcmp(target, terminals, sizeof terminals - 1) == 0 &&
+           stat(link, &status) != 0;
+}
+
+static int make_link(const struct net_pty *pty) {
+    if (is_left_over(pty->link))
+        unlink(pty->link);
     return symlink(pty->slave, pty->link) == 0 ? 0 : errno;
 }
 

@@ -77,7 +77,7 @@ def test_order_of_the_fields(grbl: Grbl) -> None:
 
 
 def test_the_line_that_is_named_has_begun_and_those_before_it_are_made(grbl: Grbl) -> None:
-    """N words are reported as `Ln:`. Also of points in a row, which are one move to the planner: a job is resumed there."""
+    """N words are reported as `Ln:`. A job is resumed there, also where points in a row are one move to the planner."""
     grbl.fine("$110=6000", "$120=500")
     points_mm = [0.0, 3.0, 4.0, 9.0, 9.5, 20.0, 21.0]
     grbl.put("".join(f"N{n}G1X{x}F1200\n" for n, x in enumerate(points_mm) if n))
