@@ -95,14 +95,14 @@ def test_port_in_use() -> None:
     assert "--tcp 127.0.0.1:0 takes any free port" in said
 
 
-@pytest.mark.parametrize("kind", ["file", "empty file", "folder", "link to a file", "link to nothing"])
+@pytest.mark.parametrize("kind", ["file", "empty file", "folder", "link to a file", "link to nothing", "link to USB"])
 def test_what_is_there_is_not_replaced(tmp_path: Path, kind: str) -> None:
     """Nor does anything say that it should be deleted: it is somebody's."""
     name, target = tmp_path / "ok.nc", tmp_path / "target"
     if kind == "folder":
         name.mkdir()
     elif kind.startswith("link"):
-        name.symlink_to(target)
+        name.symlink_to("/dev/ttyUSB99" if kind == "link to USB" else target)
         if kind == "link to a file":
             target.write_text("mine")
     else:
@@ -121,10 +121,10 @@ def test_what_is_there_is_not_replaced(tmp_path: Path, kind: str) -> None:
 
 def test_link_left_over_from_a_crash_is_replaced(tmp_path: Path) -> None:
     link = tmp_path / "tty"
-    link.symlink_to("/dev/pts/gone")
+    link.symlink_to("/dev/pts/999999")
     with serving("--pty", str(link)) as process:
         address_of(process)
-        assert os.readlink(link) != "/dev/pts/gone"
+        assert os.readlink(link) != "/dev/pts/999999"
 
 
 @pytest.mark.parametrize(
