@@ -28,11 +28,13 @@ const LOG_LINES = 500;
 /** A board that starts when its port is opened says something within this time. */
 const FIRST_WORD_MS = 6000;
 
+const HELD = new Set(["Hold", "Door"]);
 const MOVING = new Set(["Run", "Jog", "Home"]);
 const OBSERVER = /^Observer: | commands$/;
 const NOBODY = /^Nobody commands/;
 const LOCKED = /^(Password needed|Wrong password)/;
 /** After some alarms the controller answers nothing until it is reset. */
+const TOOL_CHANGE = /^Tool change: T(\d+)/;
 const NEEDS_RESET = /^Reset to continue/;
 
 const HOMING_CYCLES = [44, 45, 46, 47, 48, 49];
@@ -64,6 +66,8 @@ export class Controller {
   readonly accessories = signal("");
   readonly alarm = signal<number | null>(null);
   readonly needsReset = signal(false);
+  /** The program waits for this tool (M6); null: for none. */
+  readonly awaitedTool = signal<number | null>(null);
   /** A homing line is under way: Grbl gives no reports then. */
   readonly homing = signal(false);
   /** Axes that this page has seen homed, and nothing since that could have moved them unseen. */
@@ -246,7 +250,7 @@ export class Controller {
       this.lostWhy.value = "";
       this.role.value = "nobody";
       this.locked.value = this.silent.value = this.needsReset.value = this.homing.value = false;
-      this.status.value = this.alarm.value = null;
+      this.status.value = this.alarm.value = this.awaitedTool.value = null;
       this.settings.value = new Map();
       this.homed.value = "";
       this.version.value = this.options.value = this.modes.value = "";
@@ -336,7 +340,7 @@ export class Controller {
   private takeBanner(): void {
     if (!this.resetAsked) this.homed.value = ""; // it may have been without power
     this.resetAsked = false;
-    this.alarm.value = null;
+    this.alarm.value = this.awaitedTool.value = null;
     this.needsReset.value = this.waitsForReport = false;
     this.askedAt = 0; // what was reported is old
     this.queue.forget();
@@ -346,6 +350,7 @@ export class Controller {
   private takeStatus(status: Status): void {
     this.waitsForReport = false;
     this.status.value = status;
+    if (!HELD.has(status.state)) this.awaitedTool.value = null;
     if (status.wco) this.wco.value = status.wco;
     if (status.overrides) {
       this.overrides.value = status.overrides;
@@ -368,6 +373,8 @@ export class Controller {
 
   private takeMessage(body: string): void {
     if (NEEDS_RESET.test(body)) this.needsReset.value = true;
+    const tool = TOOL_CHANGE.exec(body)?.[1];
+    if (tool) this.awaitedTool.value = Number(tool);
     if (LOCKED.test(body)) {
       this.locked.value = true;
       this.queue.forget(); // what a locked-out client says is not answered

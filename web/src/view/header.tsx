@@ -139,6 +139,7 @@ export function Notices(): JSX.Element {
       <LockedNotice />
       <ObserverNotice />
       <AlarmNotice />
+      <ToolNotice />
     </div>
   );
 }
@@ -203,6 +204,12 @@ function ObserverNotice(): JSX.Element | null {
 async function takeOver(): Promise<void> {
   await controller.send("$TAKE");
   await controller.getToKnow();
+}
+
+function ToolNotice(): JSX.Element | null {
+  const tool = controller.awaitedTool.value;
+  if (tool === null) return null;
+  return <Notice kind="info" title={`Change to tool T${tool}, then press Resume`} text="The spindle is off. The program waits at M6." />;
 }
 
 function AlarmNotice(): JSX.Element | null {
