@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import os
 import sys
 from typing import Any
 
@@ -63,7 +64,9 @@ def root() -> None:
 
 
 def main(argv: list[str] | None = None) -> Any:
-    """Console entry. A UserError prints its message and hint and ends with its exit code."""
+    """Console entry. A UserError prints its message and hint and ends with its exit code; so does a file that cannot be
+    read or written. Any other error is a bug, and shows where."""
+    ui.use_plain_characters()
     try:
         return root.main(args=argv, prog_name="wificnc", standalone_mode=True)
     except UserError as err:
@@ -71,3 +74,8 @@ def main(argv: list[str] | None = None) -> Any:
         sys.exit(err.exit_code)
     except BrokenPipeError:
         sys.exit(Exit.OK)
+    except OSError as err:
+        if err.filename is None:
+            raise
+        ui.error(UserError(f"{os.fsdecode(err.filename)}: {err.strerror}"))
+        sys.exit(Exit.USAGE)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import codecs
+import io
 import json
 import sys
 from typing import Any
@@ -13,6 +15,33 @@ from wificnc.errors import UserError
 
 talk = Console(stderr=True, highlight=False)
 data = Console(highlight=False, soft_wrap=True)
+
+
+# What a terminal without UTF-8 gets for the characters that we use; ? for all others.
+PLAIN = {
+    "²": "2", "³": "3", "µ": "u", "°": " deg", "±": "+-", "×": "x", "·": "*", "…": "...", "–": "-", "—": "-", "→": "->",
+    "←": "<-", "≤": "<=", "≥": ">=", "■": "#", "●": "*", "✓": "ok", "✗": "x", "−": "-", "\u00a0": " ",
+    "“": '"', "”": '"',
+}  # fmt: skip
+PLAIN_HANDLER = "wificnc.plain"
+
+
+def use_plain_characters() -> None:
+    """A locale without UTF-8 is no reason to stop: what it cannot show is written in ASCII."""
+    codecs.register_error(PLAIN_HANDLER, _plain)
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper) and not _is_utf8(stream.encoding):
+            stream.reconfigure(errors=PLAIN_HANDLER)
+
+
+def _plain(err: UnicodeError) -> tuple[str, int]:
+    if not isinstance(err, UnicodeEncodeError):
+        raise err
+    return "".join(PLAIN.get(character, "?") for character in err.object[err.start : err.end]), err.end
+
+
+def _is_utf8(encoding: str) -> bool:
+    return encoding.lower().replace("-", "").replace("_", "") == "utf8"
 
 
 def error(err: UserError) -> None:
@@ -32,5 +61,5 @@ def note(message: str) -> None:
 
 def emit_json(value: Any) -> None:
     """One JSON document on stdout, for scripts."""
-    json.dump(value, sys.stdout, indent=2, ensure_ascii=False)
+    json.dump(value, sys.stdout, indent=2, ensure_ascii=not _is_utf8(sys.stdout.encoding))
     sys.stdout.write("\n")

@@ -116,7 +116,7 @@ void plan_close(struct plan *plan) {
     struct chord_info info = {.asked_mm_s = asked_mm_s(&plan->newest, &reduce->chord, length_mm),
                               .tube_mm = plan->tolerance_mm -
                                          (reduce->merged ? reduce_mm(plan->tolerance_mm) : 0.0f),
-                              .line = plan->newest.line,
+                              .line = plan->first_line,
                               .note = plan->newest.note,
                               .flags = plan->newest.flags};
     reduce_close(reduce);
@@ -142,11 +142,15 @@ static void add_line(struct plan *plan, const struct motion_line *line) {
     tolerance_mm = most_f(tolerance_mm, 0.0f);
     tolerance_mm = most_f(tolerance_mm - line->spent_mm, LEAST_TOLERANCE * tolerance_mm);
     float left_out_mm = reduce_mm(tolerance_mm);
+    bool begins = !plan->reduce.open;
     if (!is_alike(&plan->newest, line) || !reduce_accepts(&plan->reduce, line->target_mm, left_out_mm)) {
         plan_close(plan);
+        begins = true;
         plan->tolerance_mm = tolerance_mm;
         (void)reduce_accepts(&plan->reduce, line->target_mm, left_out_mm);
     }
+    if (begins)
+        plan->first_line = line->line;
     plan->newest = *line;
     plan->tolerance_mm = tolerance_mm;
     memcpy(plan->position_mm, line->target_mm, sizeof plan->position_mm);

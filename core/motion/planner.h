@@ -33,6 +33,7 @@ struct plan {
     float curve_s;                  /* longest segment of a curve */
     double position_mm[AXIS_COUNT]; /* programmed end of the newest move, unrounded */
     struct motion_line newest;      /* the move that the open chord is made of */
+    uint32_t first_line;            /* of the moves in the open chord: reports name it until all are made */
     float tolerance_mm;             /* of that move */
     struct reduce reduce;
     struct path path;

@@ -257,6 +257,10 @@ bool host_awaits_tool(const struct host *host, int32_t *tool) {
     return host->machine.stage == TASK_TOOL_WAIT;
 }
 
+uint32_t host_line_now(const struct host *host) {
+    return emit_line(&host->machine.motion.emit);
+}
+
 void host_position_steps(const struct host *host, int32_t steps[AXIS_COUNT]) {
     machine_position(&host->machine, steps);
 }

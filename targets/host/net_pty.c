@@ -6,6 +6,7 @@
 #include <errno.h>
 #include <fcntl.h>
 #include <poll.h>
+#include <stdbool.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
@@ -46,10 +47,20 @@ static int prepare_slave(struct net_pty *pty) {
     return error;
 }
 
-static int make_link(const struct net_pty *pty) {
+/* A link to a terminal that is gone is one of ours, left over by a server that was killed. Any other stays:
+ * one to an adapter that was unplugged (/dev/ttyUSB0) is somebody's. */
+static bool is_left_over(const struct net_pty *pty) {
+    char target[NET_PTY_NAME_SIZE + 1] = "";
+    size_t same = strcspn(pty->slave, "0123456789"); /* /dev/pts/ */
     struct stat status;
-    if (lstat(pty->link, &status) == 0 && S_ISLNK(status.st_mode) && stat(pty->link, &status) != 0)
-        unlink(pty->link); /* leads nowhere */
+    if (readlink(pty->link, target, sizeof target - 1) <= (ssize_t)same || strncmp(target, pty->slave, same) != 0)
+        return false;
+    return target[same + strspn(target + same, "0123456789")] == '\0' && stat(pty->link, &status) != 0;
+}
+
+static int make_link(const struct net_pty *pty) {
+    if (is_left_over(pty))
+        unlink(pty->link);
     return symlink(pty->slave, pty->link) == 0 ? 0 : errno;
 }
 

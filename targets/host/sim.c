@@ -37,6 +37,7 @@ struct sim {
     uint64_t sent_lines; /* whole lines among them, and the one under way */
     bool at_line_start;  /* the next byte begins a line */
     uint64_t answered;   /* lines answered */
+    uint32_t lines_before; /* that the controller had taken when the job began */
     bool keep_going, stopped, told_end, finished, closed;
     unsigned idle_rounds;
     uint64_t begin_ticks, end_ticks, pauses;
@@ -294,6 +295,7 @@ int sim_load(struct sim *sim, const char *text, size_t size, int keep_going) {
         sim->surveys = true; /* for the box: motors do not say where the tool was */
     if (sim->surveys && (sim->survey = survey_create(sim->host, &sim->text)) == NULL)
         return ENOMEM;
+    sim->lines_before = host_machine(sim->host)->lines;
     trace_flush(host_trace(sim->host));
     sim->begin_ticks = sim->end_ticks = host_time_ticks(sim->host);
     measure_begin(sim->measure, sim->begin_ticks, sim->steps_per_mm);
@@ -409,6 +411,13 @@ int sim_run(struct sim *sim, uint64_t max_events) {
 void sim_progress(const struct sim *sim, uint64_t *lines_done, uint64_t *lines_total) {
     *lines_done = sim->expanded ? sim->answered : sim->answered > 0 ? file_line(sim, sim->answered - 1) : 0;
     *lines_total = sim->expanded ? sim->text.line_count : sim->text.file_lines;
+}
+
+uint32_t sim_line_now(const struct sim *sim) {
+    uint32_t moved = host_line_now(sim->host) - sim->lines_before;
+    if (sim->finished)
+        return sim->answered > 0 ? file_line(sim, sim->answered - 1) : 0;
+    return moved >= 1 && moved <= sim->sent_lines ? file_line(sim, moved - 1) : 0;
 }
 
 size_t sim_error_count(const struct sim *sim) {

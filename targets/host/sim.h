@@ -61,6 +61,9 @@ int sim_run(struct sim *sim, uint64_t max_events);
  * that it executes. */
 void sim_progress(const struct sim *sim, uint64_t *lines_done, uint64_t *lines_total);
 
+/** The line of the file (1-based) whose motion is being made; 0 before the first one. After the end, the last line. */
+uint32_t sim_line_now(const struct sim *sim);
+
 /** What went wrong with a line. */
 enum sim_error_kind {
     SIM_ERROR,     /* error:code */

@@ -19,7 +19,10 @@ def test_tool_changes_are_notes_and_nothing_is_refused(check, kinds):
     code, report = check("%\nO1000\nT3 M6\nG0X10\nT4M6\nG0X30\nM2\n%\n")
     assert code == 0 and report["ok"] and report["extent"]["X"]["max_mm"] == 30
     assert [(change["line"], change["tool"]) for change in report["tool_changes"]] == [(3, 3), (5, 4)]
-    assert [kind for kind in kinds(report) if kind[0] == "tool-change"] == [("tool-change", 3, 3), ("tool-change", 5, 5)]
+    assert [kind for kind in kinds(report) if kind[0] == "tool-change"] == [
+        ("tool-change", 3, 3),
+        ("tool-change", 5, 5),
+    ]
 
 
 def test_the_time_is_that_of_a_trapezoid(check):

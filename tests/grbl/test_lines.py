@@ -115,7 +115,8 @@ def test_the_stored_length(grbl: Grbl) -> None:
     ],
 )
 def test_characters_and_numbers(grbl: Grbl, line: str, answer: str) -> None:
-    """`%`: error:1, in ours only with words after it. Number grammar. `N`: > 10,000,000 error:27, negative error:4; alone is ok. `*` `#` `[` error:1."""
+    """`%`: error:1 (alone: see test_marks_of_a_program). Number grammar. `N`: > 10,000,000 error:27, negative error:4;
+    alone is ok. `*` `#` `[` error:1."""
     assert grbl.send(line + "\n") == answer + "\r\n"
 
 

@@ -76,6 +76,24 @@ def test_order_of_the_fields(grbl: Grbl) -> None:
     assert grbl.status().startswith("<Idle|WPos:3.000,0.000,0.000|FS:0,0|")
 
 
+def test_the_line_that_is_named_has_begun_and_those_before_it_are_made(grbl: Grbl) -> None:
+    """N words are reported as `Ln:`. A job is resumed there, also where points in a row are one move to the planner."""
+    grbl.fine("$110=6000", "$120=500")
+    points_mm = [0.0, 3.0, 4.0, 9.0, 9.5, 20.0, 21.0]
+    grbl.put("".join(f"N{n}G1X{x}F1200\n" for n, x in enumerate(points_mm) if n))
+    named = set()
+    for _ in range(60):
+        grbl.after(0.02)
+        status = grbl.status()
+        found = re.search(r"\|MPos:([\d.]+),.*\|Ln:(\d+)", status)
+        if not found:
+            continue
+        x_mm, line = float(found[1]), int(found[2])
+        named.add(line)
+        assert points_mm[line - 1] <= x_mm + 0.05, status
+    assert named and "Idle" in grbl.status()
+
+
 def test_buffers_are_reported_truthfully(grbl: Grbl) -> None:
     """Never report more than is free: `Bf:` counts free blocks and free bytes, `[OPT:]` all of them."""
     grbl.fine("$10=3")

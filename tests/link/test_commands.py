@@ -113,6 +113,25 @@ def test_monitor_of_a_script(target: Bridge) -> None:
     assert result.stdout.splitlines()[-2:] == ["ok", "error:2"]
 
 
+@pytest.mark.parametrize("value", ["1!", "\u00e4", "1?", "~", "1\x18"])
+def test_a_value_that_would_act_as_a_command_is_refused(target: Bridge, value: str) -> None:
+    before = run("settings", "get", "$100").stdout
+    with pytest.raises(UserError, match="nothing was sent"):
+        run("settings", "set", f"$100={value}")
+    assert json.loads(run("status", "--json").stdout)["state"] == "Idle"
+    assert run("settings", "get", "$100").stdout == before
+
+
+def test_monitor_keeps_comments_and_refuses_what_would_act(target: Bridge) -> None:
+    """The bytes of an umlaut are real-time commands, and so is an exclamation mark."""
+    assert run("monitor", stdin="G0X1 (wow! \u00c4 ~\u0085)\n(\u00c4)\n$G ; \u00fc?\n").stdout.count("ok") == 3
+    assert json.loads(run("status", "--json").stdout)["state"] == "Idle"
+    for line in ("G0X2\u00c4", "G0X2!"):
+        with pytest.raises(UserError, match="nothing was sent"):
+            run("monitor", stdin=f"{line}\n")
+    assert json.loads(run("status", "--json").stdout)["work_position"]["X"] == 1.0
+
+
 def test_unlock(target: Bridge) -> None:
     assert "not locked: Idle" in run("unlock").stderr
     run("unlock", "--reset")

@@ -143,7 +143,7 @@ def test_a_file_of_somebody_else_stays(tmp_path: Path) -> None:
     with pytest.raises(UserError, match=r"mine\.c is there"):
         invoke("--out", file)
     assert file.read_text() == "int mine;\n"
-    with pytest.raises(UserError, match="cannot be written"):
+    with pytest.raises(UserError, match="cannot write"):
         invoke("--out", tmp_path / "nowhere" / "hal.c")
 
 

@@ -95,21 +95,36 @@ def test_port_in_use() -> None:
     assert "--tcp 127.0.0.1:0 takes any free port" in said
 
 
-def test_link_exists(tmp_path: Path) -> None:
-    link = tmp_path / "tty"
-    link.write_text("mine")
-    code, said = refused("--tcp", "off", "--pty", str(link))
+@pytest.mark.parametrize("kind", ["file", "empty file", "folder", "link to a file", "link to nothing", "link to USB"])
+def test_what_is_there_is_not_replaced(tmp_path: Path, kind: str) -> None:
+    """Nor does anything say that it should be deleted: it is somebody's."""
+    name, target = tmp_path / "ok.nc", tmp_path / "target"
+    if kind == "folder":
+        name.mkdir()
+    elif kind.startswith("link"):
+        name.symlink_to("/dev/ttyUSB99" if kind == "link to USB" else target)
+        if kind == "link to a file":
+            target.write_text("mine")
+    else:
+        name.write_text("mine" if kind == "file" else "")
+
+    def look() -> tuple[object, ...]:
+        return name.is_symlink(), name.is_dir(), name.read_text() if name.is_file() else None
+
+    before = look()
+    code, said = refused("--tcp", "off", "--pty", str(name))
     assert code == 4
-    assert "there is something already" in said
-    assert link.read_text() == "mine"
+    assert "something of this name is there already, and it is not replaced" in said
+    assert "choose a name that is not there yet" in said and "rm " not in said
+    assert look() == before
 
 
 def test_link_left_over_from_a_crash_is_replaced(tmp_path: Path) -> None:
     link = tmp_path / "tty"
-    link.symlink_to(tmp_path / "gone")
+    link.symlink_to("/dev/pts/999999")
     with serving("--pty", str(link)) as process:
         address_of(process)
-        assert os.readlink(link) != str(tmp_path / "gone")
+        assert os.readlink(link) != "/dev/pts/999999"
 
 
 @pytest.mark.parametrize(

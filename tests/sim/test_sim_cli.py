@@ -98,7 +98,7 @@ def test_errors_are_in_the_json_too(cli, job):
         (None, 1, "no file"),
         (b"", 1, "is empty"),
         ("G0X1".encode("utf-16"), 1, "UTF-16"),
-        (b"\x7fELF\x00\x01\xff", 1, ":1:"),
+        (b"\x7fELF\x00\x01\xff", 1, "is no text file"),
     ],
 )
 def test_files_that_are_no_jobs(cli, job, tmp_path, content, code, said):

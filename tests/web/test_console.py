@@ -257,7 +257,7 @@ def test_a_whole_job_with_a_hold_in_the_middle(link: Callable[..., Console]) -> 
     assert held == console.hands("state"), "nothing moves in a hold"
     expect(console.by("job-lines")).not_to_have_text("243 of 243")
     console.by("resume").click()
-    expect(console.page.get_by_text("All lines are sent and acknowledged")).to_be_visible()
+    expect(console.page.get_by_text("The job is finished")).to_be_visible()
     console.is_in("Idle")
     expect(console.by("job-lines")).to_have_text("243 of 243")
     console.tab("control")
@@ -307,10 +307,192 @@ def test_the_link_is_lost_and_the_job_resumed(link: Callable[..., Console]) -> N
     assert preamble[1] == "G0Z1", "up to the highest place of the job before anything else"
     assert preamble[2:4] == ["M3S1000", "G4P4"]
     console.by("resume-start").click()
-    expect(console.page.get_by_text("All lines are sent and acknowledged")).to_be_visible(timeout=60_000)
+    expect(console.page.get_by_text("The job is finished")).to_be_visible(timeout=60_000)
     console.is_in("Idle")
     console.tab("control")
     console.stands_at(X=0, Y=0, Z=-1)
+
+
+# Four seconds of cutting in three lines: all are acknowledged before the first one is cut.
+SLOW = "G21G90\nG1X20F300\nG1X21\nG1X22\n"
+
+
+def test_done_is_what_was_cut_and_not_what_was_acknowledged(socket_link: Callable[..., Console]) -> None:
+    console = socket_link()
+    load(console, SLOW)
+    console.by("job-start").click()
+    console.is_in("Run")
+    expect(console.page.get_by_label("Lines of the job")).to_contain_text("▸     2  G1X20F300")
+    console.tab("terminal")
+    expect(console.by("terminal")).not_to_contain_text("ok")
+    console.tab("job")
+    expect(console.by("job-lines")).to_have_text("1 of 4")  # four are answered, the second one is being cut
+    expect(console.by("job-stop")).to_be_enabled()
+    console.by("job-stop").click()
+    expect(console.page.get_by_text("The job was stopped")).to_be_visible()
+    expect(console.by("resume-line")).to_have_value("2")
+    console.tab("control")
+    assert 0.0 < console.position("X") < 20.0
+
+
+def test_a_job_runs_until_the_machine_rests(socket_link: Callable[..., Console]) -> None:
+    console = socket_link(speed=4.0)
+    load(console, SLOW)
+    console.by("job-start").click()
+    expect(console.page.get_by_text("The job is finished")).to_be_visible()
+    console.is_in("Idle")
+    expect(console.by("job-lines")).to_have_text("4 of 4")
+    console.tab("control")
+    console.stands_at(X=22)
+
+
+WRITERS = ("Home", "Zero all", "Go to zero", "Zero X", "Zero Y", "Zero Z")
+
+
+def writers(console: Console) -> list[Locator]:
+    """Whatever puts a line between those of a job, on the tab Control."""
+    buttons = [console.page.get_by_role("button", name=name, exact=True) for name in WRITERS]
+    return [*buttons, console.page.get_by_label("Work system")]
+
+
+def nothing_can_be_written(console: Console, why: str) -> None:
+    console.tab("control")
+    for writer in writers(console):
+        expect(writer).to_be_disabled()
+        expect(writer).to_have_accessible_description(why)
+    expect(console.by("why-not")).to_have_text(why)
+    for jog in ("jog-X−", "jog-Z−"):
+        expect(console.by(jog)).to_be_disabled()
+    console.tab("terminal")
+    expect(console.by("terminal-line")).to_be_disabled()
+    expect(console.by("terminal-line")).to_have_accessible_description(why)
+    expect(console.page.get_by_role("button", name="Send")).to_be_disabled()
+    console.tab("inout")
+    expect(console.page.get_by_role("button", name="Flood")).to_be_disabled()
+    console.tab("settings")
+    expect(console.page.get_by_role("button", name="Restore defaults")).to_be_disabled()
+
+
+def test_nothing_is_written_between_the_lines_of_a_job(socket_link: Callable[..., Console]) -> None:
+    console = socket_link()
+    load(console, SLOW)
+    console.by("job-start").click()
+    console.is_in("Run")
+    nothing_can_be_written(console, "A job runs: stop it, or wait until it is finished.")
+    console.by("hold").click()
+    console.is_in("Hold")
+    nothing_can_be_written(console, "A job runs: stop it, or wait until it is finished.")
+    for byte in ("hold", "resume", "reset"):
+        expect(console.by(byte)).to_be_enabled()
+    console.tab("job")
+    console.by("job-stop").click()
+    expect(console.page.get_by_text("The job was stopped")).to_be_visible()
+    console.tab("control")
+    for writer in writers(console):
+        expect(writer).to_be_enabled()
+
+
+def test_nothing_is_written_into_a_hold(socket_link: Callable[..., Console]) -> None:
+    """It would wait there, and be carried out in the middle of what comes after."""
+    console = socket_link()
+    console.tab("terminal")
+    console.by("terminal-line").fill("G1X20F300")
+    console.by("terminal-line").press("Enter")
+    console.is_in("Run")
+    console.by("hold").click()
+    console.is_in("Hold")
+    nothing_can_be_written(console, "The machine is held: Resume it, or Reset to give up what is left.")
+
+
+# ---- the terminal ----
+
+
+def typed(console: Console, line: str) -> None:
+    console.tab("terminal")
+    console.by("terminal-line").fill(line)
+    console.by("terminal-line").press("Enter")
+
+
+def test_a_comment_in_any_language_opens_no_door(link: Callable[..., Console]) -> None:
+    console = link()
+    typed(console, "G0 X1 (Ä ß ! ~ \u0085)")
+    console.tab("control")
+    console.stands_at(X=1)
+    console.is_in("Idle")
+    typed(console, "G0 X2Ä")
+    expect(console.page.get_by_role("alert").filter(has_text='"Ä" is not ASCII')).to_be_visible()
+    typed(console, "G0 X2!")
+    expect(console.page.get_by_role("alert").filter(has_text='the command "feed hold"')).to_be_visible()
+    console.is_in("Idle")
+    console.tab("control")
+    console.stands_at(X=1)
+    typed(console, "G1X20F300")
+    console.is_in("Run")
+    typed(console, "!")
+    console.is_in("Hold")
+
+
+# ---- go to zero ----
+
+SWITCHES = ("$22=1", "$21=1", "$25=3000", "$24=600", "$26=5", "$27=2", "$46=0", "$47=0", "$48=0")
+
+
+def home(console: Console) -> None:
+    """The machine's zero is where the switches are, and it stands 2 mm ($27) away from them."""
+    for axis in "xyz":
+        assert console.hands(f"travel {axis} -290 0.5") == "ok"
+    console.by("home").click()
+    console.is_in("Home")
+    console.is_in("Idle")
+
+
+def jog(console: Console, distance: str, *buttons: str, **axes: float) -> None:
+    console.tab("control")
+    console.page.get_by_role("button", name=distance, exact=True).first.click()
+    for button in buttons:
+        console.by(f"jog-{button}").click()
+    console.stands_at(**axes)
+    console.is_in("Idle")
+
+
+def test_go_to_zero_of_a_homed_machine_stays_off_the_switches(socket_link: Callable[..., Console]) -> None:
+    console = socket_link(settings=SWITCHES, speed=4.0)
+    home(console)
+    jog(console, "100", "X−", "Y−", X=-102, Y=-102)
+    jog(console, "10", "Z−", "Z−", Z=-22)
+    console.page.get_by_role("button", name="Zero all").click()
+    console.stands_at(X=0, Y=0, Z=0)
+    jog(console, "10", "X−", "Y+", "Z−", X=-10, Y=10, Z=-10)
+    console.by("go-to-zero").click()
+    console.stands_at(X=0, Y=0, Z=20)
+    console.is_in("Idle")  # $21 is on: a touch of the switch would be an alarm
+
+
+def test_go_to_zero_refuses_what_is_outside(socket_link: Callable[..., Console]) -> None:
+    console = socket_link(settings=SWITCHES, speed=4.0)
+    home(console)
+    jog(console, "10", "X−", "Z−", X=-12, Z=-12)
+    typed(console, "G10L20P0X-50")
+    console.tab("control")
+    console.stands_at(X=-50)
+    console.by("go-to-zero").click()
+    expect(console.page.get_by_role("alert").filter(has_text="Work zero of X is at 38.000 mm")).to_be_visible()
+    console.stands_at(X=-50, Z=-12)
+
+
+def test_go_to_zero_without_homing_asks_and_never_goes_down(socket_link: Callable[..., Console]) -> None:
+    console = socket_link(speed=4.0)
+    jog(console, "10", "X+", "Z+", "Z+", X=10, Z=20)  # 20 above: the machine's own zero would be down
+    console.by("go-to-zero").click()
+    console.page.get_by_role("button", name="Stay here").click()
+    console.stands_at(X=10, Z=20)
+    console.by("go-to-zero").click()
+    console.by("lift").fill("-3")
+    expect(console.by("lift-go")).to_be_disabled()
+    console.by("lift").fill("5")
+    console.by("lift-go").click()
+    console.stands_at(X=0, Y=0, Z=25)
+    console.is_in("Idle")
 
 
 # ---- several clients ----

@@ -56,6 +56,43 @@ def test_every_tab(
     assert not broken, "\n".join(broken)
 
 
+CAM = "%\nO1000 (BRACKET)\nT1 M6\nG21G90G0Z1\nG1X20Y10F300\nY0\nT2 M6\nG0X0\nM30\n%\n"
+
+
+@pytest.mark.parametrize("look", LOOKS)
+def test_what_a_job_forbids(
+    serve_page: Callable[..., tuple[Server, PageServer]], watched: Callable[..., Watched], look: str
+) -> None:
+    """The question before a lift; a job that waits for its tool, and what cannot be pressed meanwhile."""
+    SCREENS.mkdir(parents=True, exist_ok=True)
+    _, served = serve_page()
+    page = watched(reduced_motion="reduce", bypass_csp=True, **LOOKS[look]).page(served.url)
+    expect(page.locator("[data-test=state]")).to_have_text("Idle")
+    page.add_script_tag(path=AXE)
+    page.click("[data-test=go-to-zero]")
+    expect(page.locator("[data-test=lift]")).to_be_visible()
+    page.screenshot(path=SCREENS / f"lift-{look}.png")
+    broken = broken_rules(page)
+    page.get_by_role("button", name="Stay here").click()
+    page.click("#tab-job")
+    file = {"name": "bracket.nc", "mimeType": "text/plain", "buffer": CAM.encode()}
+    page.locator("[data-test=job-file]").set_input_files(file)
+    expect(page.locator("[data-test=tool-changes] li")).to_have_text(["Line 3: T1", "Line 7: T2"])
+    page.click("[data-test=job-start]")
+    expect(page.locator("[data-test=state]")).to_have_text("Hold")
+    expect(page.get_by_text("Change to tool T1, then press Resume")).to_be_visible()
+    for tab in ("job", "control", "terminal", "inout", "settings"):
+        page.click(f"#tab-{tab}")
+        page.screenshot(path=SCREENS / f"busy-{tab}-{look}.png", full_page=True)
+        broken += [f"{tab}: {text}" for text in broken_rules(page)]
+        wide = page.evaluate("document.documentElement.scrollWidth - document.documentElement.clientWidth")
+        assert wide <= 0, f"{tab} is {wide} px wider than the screen"
+    assert not broken, "\n".join(broken)
+    page.click("[data-test=resume]")
+    expect(page.locator("[data-test=state]")).to_have_text("Run")
+    expect(page.get_by_text("Change to tool T1")).to_have_count(0)
+
+
 def test_the_path_in_three_dimensions(
     serve_page: Callable[..., tuple[Server, PageServer]], watched: Callable[..., Watched]
 ) -> None:

@@ -1,5 +1,5 @@
 /** What the page has one of: the controller, its job, the board that is set up. */
-import { effect, signal } from "@preact/signals";
+import { computed, effect, signal } from "@preact/signals";
 import { JobRunner } from "./job/runner";
 import { PreflightRunner } from "./job/preflight";
 import { Controller } from "./link/controller";
@@ -9,10 +9,30 @@ import { findBoard, TABLES, type Board } from "./tables";
 
 const THEME_KEY = "wificnc.theme";
 const BOARD_KEY = "wificnc.board";
+const HELD = new Set(["Hold", "Door"]);
 
 export const controller = new Controller();
 export const job = new JobRunner(controller);
 export const preflight = new PreflightRunner();
+
+/** Why no line may be sent now; "": one may. Hold, Resume, Reset and the overrides are bytes, and always go. */
+export const noLines = computed(() => {
+  if (!controller.connected.value) return "Connect to a controller first.";
+  if (controller.locked.value) return "This controller wants a password first.";
+  if (!controller.commands.value) return "Another client commands this controller.";
+  if (job.active.value) return "A job runs: stop it, or wait until it is finished.";
+  if (HELD.has(controller.state.value)) return "The machine is held: Resume it, or Reset to give up what is left.";
+  return "";
+});
+/** The same of what needs a machine at rest: also one in an alarm, and an idle one only. */
+export const noHoming = computed(() => noLines.value || unlessIn("Idle", "Alarm"));
+export const noMotion = computed(() => noLines.value || unlessIn("Idle"));
+
+function unlessIn(...states: string[]): string {
+  const state = controller.state.value;
+  if (states.includes(state)) return "";
+  return state === "Alarm" ? "The machine is locked: unlock or home it first." : "The machine is busy: wait until it is idle.";
+}
 
 export type Theme = "light" | "dark";
 

@@ -1,5 +1,5 @@
 import { expect, it } from "vitest";
-import { codeOf, ProgramError, readProgram } from "../src/job/program";
+import { codeOf, numbered, ProgramError, readProgram } from "../src/job/program";
 
 it("drops comments and blanks, and keeps the file's line numbers", () => {
   const program = readProgram("a.nc", "%\r\n(start ! of ~ it)\r\ng1 x1.5 (ü) f 100 ; end?\rG0X0\n\n%\n");
@@ -15,6 +15,15 @@ it("takes an open comment to the end of its line", () => expect(codeOf("G0 (x G1
 it.each([["G1X1!"], ["G1X1?"], ["~"], ["G1X\u00e4"], ["G1X1\u0018"]])("refuses %j, which would act as a command", (line) =>
   expect(() => readProgram("a.nc", `G0X0\n${line}\n`)).toThrow(/line 2: characters/),
 );
+
+it.each([
+  [7, "G1X1", "N7G1X1"],
+  [7, "N100G1X1N5", "N7G1X1"],
+  [0, "G1X1", "G1X1"],
+  [7, "$H", "$H"],
+  [7, `G1X${"0".repeat(76)}`, `G1X${"0".repeat(76)}`],
+  [10_000_001, "G1", "G1"],
+])("numbers line %i, %j, for reports", (number, code, wire) => expect(numbered({ number, text: code, code })).toBe(wire));
 
 it("refuses O words, which the controller would, too", () =>
   expect(() => readProgram("a.nc", "G0X0\no100 while [#1 LT 3]\n")).toThrow(/line 2: an O word/));

@@ -3,6 +3,7 @@ import { expect, it } from "vitest";
 import { readProgram } from "../src/job/program";
 import { JobRunner } from "../src/job/runner";
 import { Controller } from "../src/link/controller";
+import { LineError } from "../src/link/line";
 import type { Transport, TransportEvents } from "../src/link/transport";
 
 class Board implements Transport {
@@ -51,7 +52,7 @@ async function connected(): Promise<{ board: Board; controller: Controller; job:
 /** Whatever waits for what was said goes on. */
 const turn = (): Promise<void> => new Promise((resolve) => setTimeout(resolve, 0));
 
-it("streams within the buffer, and is done when every line is answered", async () => {
+it("streams within the buffer, and is done when the machine rests after the last line", async () => {
   const { board, controller, job } = await connected();
   job.load(readProgram("a.nc", "G1X1F1000\nG1X2\nG1X3\nG1X4\nG1X5\nG1X6\nG1X7\n"));
   job.start();
@@ -63,7 +64,16 @@ it("streams within the buffer, and is done when every line is answered", async (
     await turn();
     flight += board.heard();
   }
-  expect(job.state.value).toBe("done");
+  expect([job.state.value, job.executed.value]).toEqual(["running", 0]);
+  board.says("<Run|MPos:3.000,0.000,0.000|Ln:4>");
+  await turn();
+  expect([job.state.value, job.executed.value, job.currentLine.value]).toEqual(["running", 3, 4]);
+  board.says("<Idle|MPos:7.000,0.000,0.000|Ln:7>");
+  await turn();
+  expect(job.state.value).toBe("running"); // one report may be from before the last motion began
+  board.says("<Idle|MPos:7.000,0.000,0.000|Ln:7>");
+  await turn();
+  expect([job.state.value, job.executed.value, job.currentLine.value]).toEqual(["done", 7, 7]);
   await controller.disconnect();
 });
 
@@ -90,7 +100,7 @@ it("keeps a $ line until everything before it is made", async () => {
   const { board, controller, job } = await connected();
   job.load(readProgram("a.nc", "G1X1F1000\n$H\nG1X2\n"));
   job.start();
-  expect(board.heard()).toBe("G1X1F1000\n");
+  expect(board.heard()).toBe("N1G1X1F1000\n");
   board.says("ok");
   await turn();
   expect(board.heard()).toBe("");
@@ -103,13 +113,88 @@ it("keeps a $ line until everything before it is made", async () => {
   await controller.disconnect();
 });
 
-it("knows the last acknowledged line when the link is lost", async () => {
+it("knows the line that was being executed when the link is lost, not the one that was acknowledged", async () => {
   const { board, job } = await connected();
   job.load(readProgram("a.nc", "(head)\nG1X1F1000\n\nG1X2\nG1X3\n"));
   job.start();
-  board.says("ok", "ok");
+  board.says("ok", "ok", "<Run|MPos:0.500,0.000,0.000|Ln:2>");
   await turn();
   board.lose();
-  expect([job.state.value, job.lastAnsweredLine.value]).toEqual(["lost", 4]);
-  expect(job.why.value).toBe("unplugged; line 4 was the last one acknowledged");
+  expect([job.state.value, job.answered.value, job.currentLine.value]).toEqual(["lost", 2, 2]);
+  expect(job.why.value).toBe("unplugged; line 2 was being executed");
+});
+
+it("takes no line of the job before for one of its own", async () => {
+  const { board, controller, job } = await connected();
+  board.says("<Idle|MPos:0.000,0.000,0.000|Ln:3>");
+  job.load(readProgram("a.nc", "M3\nG1X1F1000\nG1X2\nG1X3\n"));
+  job.start();
+  board.says("ok", "ok", "ok", "ok", "<Run|MPos:0.000,0.000,0.000|Ln:3>");
+  await turn();
+  expect([job.executed.value, job.currentLine.value]).toEqual([0, 0]);
+  board.says("<Run|MPos:0.500,0.000,0.000|Ln:2>", "<Run|MPos:1.500,0.000,0.000|Ln:3>");
+  await turn();
+  expect([job.executed.value, job.currentLine.value]).toEqual([2, 3]);
+  board.says("<Run|MPos:1.600,0.000,0.000|Ln:99>", "<Run|MPos:1.600,0.000,0.000>");
+  await turn();
+  expect([job.executed.value, job.currentLine.value]).toEqual([2, 3]);
+  await controller.disconnect();
+});
+
+it("can be stopped while the last acknowledged lines are cut", async () => {
+  const { board, controller, job } = await connected();
+  job.load(readProgram("a.nc", "G1X1F1000\nG1X2\n"));
+  job.start();
+  board.heard();
+  board.says("ok", "ok", "<Run|MPos:0.500,0.000,0.000|Ln:1>");
+  await turn();
+  expect(job.active.value).toBe(true);
+  job.stop();
+  expect(board.heard()).toBe("!");
+  board.says("<Hold:0|MPos:0.600,0.000,0.000|Ln:1>");
+  await turn();
+  expect(board.heard()).toBe("\x18");
+  board.says("Grbl 1.1h ['$' for help]");
+  expect([job.state.value, job.currentLine.value]).toEqual(["stopped", 1]);
+  await controller.disconnect();
+});
+
+it("has failed when an alarm ends it, whatever was acknowledged", async () => {
+  const { board, controller, job } = await connected();
+  job.load(readProgram("a.nc", "G1X1F1000\nG1X2\n"));
+  job.start();
+  board.says("ok", "ok", "<Run|MPos:0.500,0.000,0.000|Ln:1>", "ALARM:1");
+  await turn();
+  expect(job.state.value).toBe("failed");
+  expect(job.why.value).toMatch(/^alarm 1, .*; line 1 was being executed$/);
+  await controller.disconnect();
+});
+
+it("sends nothing that a controller would take for a real-time command", async () => {
+  const { board, controller } = await connected();
+  for (const line of ["(\u00c4)", "G0X1!", "G0\u0085"]) await expect(controller.post(line)).rejects.toThrow(LineError);
+  expect(board.heard()).toBe("");
+  await controller.disconnect();
+});
+
+it("knows what was homed, until something may have moved it", async () => {
+  const { board, controller } = await connected();
+  const home = async (line: string): Promise<void> => {
+    const homed = controller.send(line);
+    board.says("ok");
+    await homed;
+  };
+  board.says("$44=4", "$45=3", "$46=0");
+  await home("$H");
+  expect(controller.homed.value).toBe("XYZ");
+  controller.reset();
+  board.says("Grbl 1.1h ['$' for help]", "<Idle|MPos:0.000,0.000,0.000>");
+  expect(controller.homed.value).toBe("XYZ"); // at rest, a reset moves nothing
+  board.says("Grbl 1.1h ['$' for help]"); // but nobody asked for this one
+  expect(controller.homed.value).toBe("");
+  await home("$HXZ");
+  expect(controller.homed.value).toBe("XZ");
+  board.says("ALARM:1");
+  expect(controller.homed.value).toBe("");
+  await controller.disconnect();
 });

@@ -118,6 +118,11 @@ EXPORT(core_lines_done) double core_lines_done(void) {
     return (double)done;
 }
 
+/** The line in the file that is being moved. */
+EXPORT(core_line_now) uint32_t core_line_now(void) {
+    return sim_line_now(sim);
+}
+
 EXPORT(core_seconds) double core_seconds(void) {
     struct sim_result result;
     sim_result(sim, &result);

@@ -72,7 +72,14 @@ def compiler_stamp(argv: tuple[str, ...]) -> list[object]:
 
 def identify_compiler(argv: tuple[str, ...]) -> Compiler:
     """Ask the compiler who it is."""
-    run = subprocess.run([*argv, "--version"], capture_output=True, text=True, stdin=subprocess.DEVNULL)
+    run = subprocess.run(
+        [*argv, "--version"],
+        capture_output=True,
+        text=True,
+        encoding="utf-8",
+        errors="replace",
+        stdin=subprocess.DEVNULL,
+    )
     if run.returncode != 0:
         raise BuildError(f"{shlex.join(argv)} --version failed:\n{run.stderr.strip()}", hint=NO_COMPILER_HINT)
     return parse_version(argv, run.stdout)

@@ -131,6 +131,8 @@ def run_build(plan: Plan) -> Iterator[str]:
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
         text=True,
+        encoding="utf-8",
+        errors="replace",
         env={**os.environ, **plan.environment},
     ) as process:
         assert process.stdout is not None
@@ -188,6 +190,8 @@ def git_revision(root: Path) -> str:
         ["git", "-C", str(root), "describe", "--always", "--dirty=+", "--abbrev=12", "--exclude=*"],
         capture_output=True,
         text=True,
+        encoding="utf-8",
+        errors="replace",
         check=False,
     )
     return run.stdout.strip() or "unknown"

@@ -168,7 +168,7 @@ def _listed(directory: Path) -> object:
 
 def _load_json(path: Path) -> object:
     try:
-        return json.loads(path.read_text())
+        return json.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError):
         return None
 
@@ -177,7 +177,9 @@ def _link(compiler: Compiler, options: Sequence[str], objects: Sequence[Path], o
     """Link beside the output, then move it there: whoever has the old file loaded keeps it."""
     fresh = output.with_name(f".{output.name}.new")
     command = [*compiler.argv, *options, *map(str, objects), "-o", str(fresh), "-lm"]
-    run = subprocess.run(command, capture_output=True, text=True, stdin=subprocess.DEVNULL)
+    run = subprocess.run(
+        command, capture_output=True, text=True, encoding="utf-8", errors="replace", stdin=subprocess.DEVNULL
+    )
     if run.returncode != 0:
         raise failure(f"{output.name} did not link ({compiler.title})", run.stderr)
     os.replace(fresh, output)

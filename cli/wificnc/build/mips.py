@@ -50,7 +50,14 @@ class MipsCompiler:
         """The compiler's own headers, and none of an operating system."""
         if self.name == "zig":
             return []  # it has no others for a computer without one
-        run = subprocess.run([*self.argv, "-print-file-name=include"], capture_output=True, text=True, check=True)
+        run = subprocess.run(
+            [*self.argv, "-print-file-name=include"],
+            capture_output=True,
+            text=True,
+            encoding="utf-8",
+            errors="replace",
+            check=True,
+        )
         return ["-nostdinc", "-isystem", run.stdout.strip()]
 
 

@@ -53,7 +53,9 @@ def _link(compiler: Compiler, objects: list[Path], library: Path) -> None:
     fresh = library.with_name(f".{library.name}.new")
     own_names_first = ["-Wl,-Bsymbolic"] if sys.platform == "linux" else []
     command = [*compiler.argv, "-shared", *own_names_first, *map(str, objects), "-o", str(fresh), "-lm"]
-    run = subprocess.run(command, capture_output=True, text=True, stdin=subprocess.DEVNULL)
+    run = subprocess.run(
+        command, capture_output=True, text=True, encoding="utf-8", errors="replace", stdin=subprocess.DEVNULL
+    )
     if run.returncode != 0:
         raise failure(f"{library.name} did not link ({compiler.title})", run.stderr)
     os.replace(fresh, library)

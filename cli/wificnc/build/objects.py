@@ -65,7 +65,9 @@ def _compile(command: Sequence[str], unit: Unit, folder: Path | None) -> tuple[b
     unit.object.parent.mkdir(parents=True, exist_ok=True)
     begin_ns = time.time_ns()
     argv = [*command, *unit.flags, "-MMD", "-MF", str(unit.depfile), "-c", str(unit.source), "-o", str(unit.object)]
-    run = subprocess.run(argv, cwd=folder, capture_output=True, text=True, stdin=subprocess.DEVNULL)
+    run = subprocess.run(
+        argv, cwd=folder, capture_output=True, text=True, encoding="utf-8", errors="replace", stdin=subprocess.DEVNULL
+    )
     if run.returncode != 0:
         unit.object.unlink(missing_ok=True)
         return False, run.stderr

@@ -118,7 +118,9 @@ def _link(root: Path, compiler: MipsCompiler, objects: Sequence[Path], elf: Path
     if compiler.name == "gcc":  # zig writes none
         options.append(f"-Wl,-Map,{elf.with_suffix('.map')}")
     command = [*compiler.argv, *compiler.link, *options, "-o", str(elf), *map(str, objects)]
-    run = subprocess.run(command, cwd=root, capture_output=True, text=True, stdin=subprocess.DEVNULL)
+    run = subprocess.run(
+        command, cwd=root, capture_output=True, text=True, encoding="utf-8", errors="replace", stdin=subprocess.DEVNULL
+    )
     if run.returncode != 0:
         elf.unlink(missing_ok=True)
         raise failure(f"{elf.name} did not link ({title})", run.stderr)

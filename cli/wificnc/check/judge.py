@@ -96,20 +96,23 @@ def slow(rows: Iterable[SurveyLine]) -> Iterator[Finding]:
 
 @dataclass(frozen=True)
 class _Run:
-    """A line, and those before it that the planner has made one chord with it: the last line stands for all."""
+    """A line, and those after it that the planner has made one chord with it: the first line stands for all."""
 
-    first_line: int
     row: SurveyLine
+    last_line: int
 
 
 def _with_merged(rows: Iterable[SurveyLine]) -> Iterator[_Run]:
-    first_line, asked = 0, 0.0
+    run: _Run | None = None
     for row in rows:
-        if row.asked_mm_s <= 0 or row.asked_mm_s != asked:
-            first_line, asked = row.line, row.asked_mm_s
-        if row.asked_mm_s > 0 and row.time_s > 0:
-            yield _Run(first_line, row)
-            asked = 0.0
+        if run and row.time_s == 0 and row.asked_mm_s == run.row.asked_mm_s:
+            run = replace(run, last_line=row.line)
+            continue
+        if run:
+            yield run
+        run = _Run(row, row.line) if row.asked_mm_s > 0 and row.time_s > 0 else None
+    if run:
+        yield run
 
 
 def _cause(row: SurveyLine) -> tuple[bool, float, int]:
@@ -122,7 +125,7 @@ def _slow(runs: list[_Run], asked_mm_s: float, motors: int) -> Finding:
     reached_mm_s = max(row.reached_mm_s for row in rows)
     names = " and ".join(axis for bit, axis in enumerate(AXES) if motors >> bit & 1)
     message = f"F{60 * asked_mm_s:.0f} is never reached; at most {60 * reached_mm_s:.0f}: "
-    where = (runs[0].first_line, rows[-1].line)
+    where = (rows[0].line, runs[-1].last_line)
     if motors:
         many = " and " in names
         message += f"{names} {'run at their' if many else 'runs at its'} maximum rate"

@@ -15,8 +15,8 @@ from wificnc.chip.machine import board_image, wired_chip
 from wificnc.chip.pins import SUFFIXES, PinTrace, drive_pins, pin_labels
 from wificnc.chip.virtual import CPU_HZ, VirtualChip
 from wificnc.errors import JobError, UserError
+from wificnc.output import Output, check_suffix
 from wificnc.sim.job import read_job, split_lines
-from wificnc.sim.output import Output, check_suffix
 from wificnc.sim.run import SimOptions, simulate
 
 IN_FLIGHT = 1000  # bytes on their way to a receive buffer of 1024

@@ -16,6 +16,7 @@ from wificnc.board.load import check_board, find_boards, load_board
 from wificnc.board.model import Board
 from wificnc.board.picture import ROLE_COLOURS, save_picture
 from wificnc.checked.problem import Problem
+from wificnc.commands._output import OutputFile
 from wificnc.errors import Exit
 
 
@@ -43,7 +44,7 @@ def list_boards(as_json: bool) -> None:
 @command.command("show")
 @click.argument("board_ref", metavar="BOARD")
 @click.option("--json", "as_json", is_flag=True, help="Write JSON.")
-@click.option("--picture", type=click.Path(path_type=Path), help="Draw the pin-out as .svg or .png.")
+@click.option("--picture", type=OutputFile(stdout=False), help="Draw the pin-out as .svg or .png.")
 def show_board(board_ref: str, as_json: bool, picture: Path | None) -> None:
     """Show what a board wires."""
     board = load_board(board_ref)

@@ -8,16 +8,17 @@ import rich_click as click
 
 from wificnc import ui
 from wificnc.build.host import ensure_host_library
+from wificnc.commands._output import OutputFile
 from wificnc.commands._program import max_lines_option
 from wificnc.job.expand import Expanded, Start, expand, load_expand
 from wificnc.job.program import LONGEST_CODE
+from wificnc.output import STDOUT, write_output
 from wificnc.sim.job import read_job
-from wificnc.sim.output import Output
 
 
 @click.command()
 @click.argument("file", type=click.Path(path_type=Path))
-@click.option("-o", "--output", type=click.Path(path_type=Path), required=True, metavar="OUT",
+@click.option("-o", "--output", type=OutputFile(), required=True, metavar="OUT",
               help="Write the lines here; - is stdout.")  # fmt: skip
 @click.option("--at-zero", is_flag=True,
               help="The machine stands at 0, without offsets, in the modes after power-on.")  # fmt: skip
@@ -33,15 +34,9 @@ def command(file: Path, output: Path, at_zero: bool, number: bool, max_lines: in
     library = load_expand(ensure_host_library())
     expanded = expand(library, file.name, read_job(file), start, max_lines)
     text = numbered_text(expanded) if number else expanded.text
-    if str(output) == "-":
-        click.echo(text, nl=False)
-        return
-    staged = Output("--output", output)
-    try:
-        staged.write(text)
-    finally:
-        staged.discard()
-    ui.note(f"wrote {output}: {len(expanded.numbers):,} lines")
+    write_output("--output", output, text)
+    if output != STDOUT:
+        ui.note(f"wrote {output}: {len(expanded.numbers):,} lines")
 
 
 def numbered_text(expanded: Expanded) -> bytes:

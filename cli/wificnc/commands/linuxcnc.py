@@ -12,11 +12,13 @@ import rich_click as click
 
 from wificnc import ui
 from wificnc.checked import paths
+from wificnc.commands._output import OutputFolder
 from wificnc.errors import UserError
 from wificnc.linuxcnc import halcompile
 from wificnc.linuxcnc.config import files
 from wificnc.linuxcnc.source import FILE_NAME, PROGRAM, build_command, component_source, is_component
 from wificnc.machine import load_machine
+from wificnc.output import STDOUT, why_not_writable, write_stdout
 from wificnc.wmc3.device import find_devices
 
 FIND_S = 2.0
@@ -28,7 +30,8 @@ def command() -> None:
 
 
 @command.command()
-@click.option("--out", type=click.Path(path_type=Path), help=f"File, or the folder of it; default: {FILE_NAME}, here.")
+@click.option("--out", type=click.Path(path_type=Path),
+              help=f"File, or the folder of it; default: {FILE_NAME}, here; - is stdout.")  # fmt: skip
 @click.option("--install", is_flag=True, help="Build it by LinuxCNC's halcompile and put it where LinuxCNC looks.")
 @click.option("--sudo", is_flag=True, help="With --install: as root, by sudo.")
 def component(out: Path | None, install: bool, sudo: bool) -> None:
@@ -36,6 +39,11 @@ def component(out: Path | None, install: bool, sudo: bool) -> None:
     if sudo and not install:
         raise UserError("--sudo means nothing without --install", hint="--install --sudo")
     source = component_source(paths.ROOT)
+    if out == STDOUT:
+        if install:
+            raise UserError("--out - is stdout, and --install prints there, too", hint="one after the other")
+        write_stdout(source.encode())
+        return
     if out or not install:
         file = _write_source(out or Path(FILE_NAME), source)
         if not install:
@@ -45,8 +53,10 @@ def component(out: Path | None, install: bool, sudo: bool) -> None:
 
 
 def _write_source(out: Path, source: str) -> Path:
-    """Raises UserError: something else is there."""
+    """Raises UserError: something else is there, or nothing can be written there."""
     file = out / FILE_NAME if out.is_dir() else out
+    if why := why_not_writable(file):
+        raise UserError(f"--out: cannot write {file}: {why}", hint="--out FILE, elsewhere")
     if file.exists() and not (file.is_file() and is_component(file.read_bytes())):
         raise UserError(f"{file} is there, and is no component of ours", hint="--out FILE, another one")
     try:
@@ -66,7 +76,7 @@ def _write_source(out: Path, source: str) -> Path:
     show_envvar=True,
     help="IPv4 of the device; default: the one that is found.",
 )
-@click.option("--out", type=click.Path(path_type=Path), help="Folder; default: ~/linuxcnc/configs/MACHINE.")
+@click.option("--out", type=OutputFolder(), help="Folder; default: ~/linuxcnc/configs/MACHINE.")
 @click.option(
     "--home/--no-home", "homes", default=None, help="The controller homes to switches; default: what the profile says."
 )

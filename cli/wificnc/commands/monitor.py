@@ -15,11 +15,12 @@ import rich_click as click
 from wificnc import ui
 from wificnc.build.esp32 import core_directory
 from wificnc.commands._target import target_option
-from wificnc.errors import LinkError
+from wificnc.errors import LinkError, UserError
 from wificnc.link.backtrace import Decoder, find_tool
 from wificnc.link.client import ANSWER_S
 from wificnc.link.protocol import Error, LineSplitter, Ok, parse
 from wificnc.link.transport import Transport, open_transport
+from wificnc.link.typed import typed_line
 
 REALTIME = frozenset("!~?\x18")
 END_KEYS = frozenset("\x03\x04\x1d")  # Ctrl-C, Ctrl-D, Ctrl-]
@@ -70,7 +71,7 @@ def feed_lines(transport: Transport, lines: list[str], stamps: bool, decoder: De
     """Each line after the answer to the one before. Raises LinkError when one is not answered."""
     splitter = LineSplitter()
     for line in lines:
-        transport.send(line.encode() if _is_realtime(line) else in_ascii(line) + b"\n")
+        transport.send(line.encode() if _is_realtime(line) else typed_line(line))
         deadline = time.monotonic() + (READ_EVERY_S if _is_realtime(line) else ANSWER_S)
         answered = False
         while not answered and time.monotonic() < deadline:
@@ -81,11 +82,6 @@ def feed_lines(transport: Transport, lines: list[str], stamps: bool, decoder: De
                 answered = answered or isinstance(parse(said), (Ok, Error))
         if not answered and not _is_realtime(line):
             raise LinkError(f"{transport.name} has not answered {line!r}")
-
-
-def in_ascii(line: str) -> bytes:
-    """Bytes above 0x7F would be real-time commands: no letter may become one."""
-    return line.encode("ascii", "ignore")
 
 
 def _is_realtime(line: str) -> bool:
@@ -137,9 +133,13 @@ class Typing:
         if key in REALTIME:
             self.transport.send(key.encode())
         elif key in "\r\n":
-            self.transport.send(in_ascii(self.typed) + b"\n")
             line, self.typed = self.typed, ""
-            self._show(stamped(f"> {line}", self.stamps))
+            try:
+                self.transport.send(typed_line(line))
+            except UserError as err:
+                self._show(stamped(err.message, self.stamps))
+            else:
+                self._show(stamped(f"> {line}", self.stamps))
         elif key in ERASE_KEYS:
             self.typed = self.typed[:-1]
             self._show(None)

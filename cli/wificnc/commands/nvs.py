@@ -8,6 +8,7 @@ import rich_click as click
 from rich.table import Table
 
 from wificnc import ui
+from wificnc.commands._output import OutputFile
 from wificnc.commands._port import connected, port_option, progress_bars
 from wificnc.commands.flash import esp32_board, esp32_partitions
 from wificnc.errors import FlashError
@@ -23,6 +24,7 @@ from wificnc.nvs.values import (
     rows,
     text_entry,
 )
+from wificnc.output import STDOUT, write_output
 
 secrets_option = click.option("--show-secrets", is_flag=True, help="Passwords in clear.")
 json_option = click.option("--json", "as_json", is_flag=True, help="One JSON document on stdout.")
@@ -35,8 +37,8 @@ def command() -> None:
 
 @command.command("build")
 @click.argument("machine", metavar="MACHINE.toml")
-@click.option("-o", "--output", type=click.Path(path_type=Path, dir_okay=False), default=Path("nvs.bin"),
-              show_default=True)  # fmt: skip
+@click.option("-o", "--output", type=OutputFile(), default=Path("nvs.bin"), show_default=True,
+              help="- is stdout.")  # fmt: skip
 @click.option("--board", "board_ref", metavar="BOARD", help="Check that the machine fits this board.")
 @click.option("--ssid", help="Name of the WiFi network to join.")
 @click.option("--wifi-password", help="Its password.")
@@ -59,7 +61,7 @@ def build(
     texts = {"wifi_ssid": ssid, "wifi_pass": wifi_password, "access_pass": access_password, "ap_pass": own}
     entries = [*machine_entries(profile), *map(number_entry, numbers)]
     entries += [text_entry(key, value) for key, value in texts.items() if value is not None]
-    output.write_bytes(build_image(entries))
+    write_output("--output", output, build_image(entries))
     ui.note(f"wrote {output}: {len(entries)} keys")
     ui.note(f"password of the controller's own network: {own}")
 
@@ -67,7 +69,7 @@ def build(
 @command.command("read")
 @click.argument("file", type=click.Path(path_type=Path, dir_okay=False, exists=True), required=False)
 @port_option
-@click.option("-o", "--output", type=click.Path(path_type=Path, dir_okay=False), help="Keep the image, too.")
+@click.option("-o", "--output", type=OutputFile(), help="Keep the image, too; - is stdout, then without the table.")
 @secrets_option
 @json_option
 def read(file: Path | None, port: str | None, output: Path | None, show_secrets: bool, as_json: bool) -> None:
@@ -75,8 +77,10 @@ def read(file: Path | None, port: str | None, output: Path | None, show_secrets:
     data = file.read_bytes() if file is not None else read_board(port)
     image = read_image(data)
     if output is not None:
-        output.write_bytes(data)
+        write_output("--output", output, data)
     warn_of_damage(image)
+    if output == STDOUT:
+        return
     shown = rows(image, show_secrets)
     if as_json:
         ui.emit_json({row.key: row.value for row in shown})

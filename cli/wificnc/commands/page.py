@@ -8,12 +8,15 @@ import rich_click as click
 
 from wificnc import ui
 from wificnc.board.header import write_if_changed
+from wificnc.commands._output import OutputFile
 from wificnc.errors import UserError
+from wificnc.output import STDOUT, write_stdout
 from wificnc.web.embed import EmbeddedFile, embedded_files, page_header_text
 
 
 @click.command()
-@click.option("-o", "--output", type=click.Path(path_type=Path), required=True, help="Written only if it changes.")
+@click.option("-o", "--output", type=OutputFile(makes_folders=True), required=True,
+              help="Written only if it changes; - is stdout.")  # fmt: skip
 def command(output: Path) -> None:
     """Generate page_files.h, with which a firmware carries the built page (`make web`) and serves it at port 80.
 
@@ -24,6 +27,10 @@ def command(output: Path) -> None:
         files = embedded_files()
     except UserError as error:
         ui.warn(f"{error}: the firmware will serve none ({error.hint})")
-    wrote = write_if_changed(output, page_header_text(files))
+    text = page_header_text(files)
+    if output == STDOUT:
+        write_stdout(text.encode())
+        return
+    wrote = write_if_changed(output, text)
     kilobytes = sum(file.size for file in files) / 1024
     ui.note(f"{'wrote' if wrote else 'unchanged:'} {output}: {len(files)} files, {kilobytes:.0f} KB of flash")

@@ -8,6 +8,7 @@ import rich_click as click
 
 from wificnc import ui
 from wificnc.build.checkout import find_checkout
+from wificnc.commands._output import OutputFolder
 from wificnc.errors import ReleaseError
 from wificnc.release.facts import firmware_boards, look, read_source
 from wificnc.release.plan import Plan, plan_release
@@ -19,7 +20,7 @@ ALL = "all"
 @click.command()
 @click.option("--boards", "names", metavar="BOARD,...", default="",
               help="These boards, or `all`; a missing one is an error. Default: what is here.")  # fmt: skip
-@click.option("-o", "--output", type=click.Path(path_type=Path), default=Path("dist"), show_default=True,
+@click.option("-o", "--output", type=OutputFolder(), default=Path("dist"), show_default=True,
               help="Folder; an older release in it is replaced.")  # fmt: skip
 @click.option("--tag", default="", metavar="vVERSION",
               help="A final release: all boards, the page, a clean tree, a dated changelog.")  # fmt: skip

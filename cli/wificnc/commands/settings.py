@@ -12,6 +12,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from wificnc import ui
+from wificnc.commands._output import OutputFile
 from wificnc.commands._target import controller_option, json_option
 from wificnc.errors import Exit, JobError, RefusedError, UserError
 from wificnc.link.client import Client, Target, connected, error_words, expect_state
@@ -27,6 +28,7 @@ from wificnc.link.settings import (
     read_file,
     sending_order,
 )
+from wificnc.output import STDOUT, write_output
 
 CONTROLLER = "controller"
 WIDE = 140  # columns of a terminal that has room for what a setting does
@@ -77,21 +79,19 @@ def set(assignments: tuple[str, ...], target: Target) -> None:
 
 
 @command.command()
-@click.argument("file", type=click.Path(path_type=Path), required=False)
+@click.argument("file", type=OutputFile(), default=STDOUT)
 @controller_option
 @json_option
-def export(file: Path | None, target: Target, as_json: bool) -> None:
-    """Write all settings as TOML, with names, units and what they do, to FILE or to stdout."""
+def export(file: Path, target: Target, as_json: bool) -> None:
+    """Write all settings as TOML, with names, units and what they do, to FILE, or to stdout (-)."""
     values = read_controller(target)
     if as_json:
         ui.emit_json({name_of(number): json_value(number, text) for number, text in values.items()})
         return
     text = export_text(values, target.url)
-    if file is None:
-        sys.stdout.write(text)
-        return
-    file.write_text(text, encoding="utf-8")
-    ui.note(f"wrote {file}: {len(values)} settings")
+    write_output("FILE", file, text.encode())
+    if file != STDOUT:
+        ui.note(f"wrote {file}: {len(values)} settings")
 
 
 @command.command(name="import")

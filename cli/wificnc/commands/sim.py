@@ -11,9 +11,11 @@ from rich.table import Table
 from wificnc import ui
 from wificnc.board.load import load_board
 from wificnc.chip.job import ChipResult, run_on_chip
+from wificnc.commands._output import OutputFile
 from wificnc.commands._program import max_lines_option, progress_bar
 from wificnc.errors import Exit, UserError
 from wificnc.machine import load_machine
+from wificnc.output import STDOUT
 from wificnc.sim.job import SimResult
 from wificnc.sim.report import AXIS_COLUMNS, axis_rows, error_line, report_json, summary_rows
 from wificnc.sim.run import SimOptions, check_axes, parse_setting, simulate
@@ -26,9 +28,9 @@ ERRORS_SHOWN = 20
 @click.option("--board", default="host", show_default=True, help="Board id or TOML file: axes, timer, pulse timing.")
 @click.option("--machine", help="Machine profile, name or TOML file: steps/mm, rates, accelerations, travel.")
 @click.option("--set", "settings", multiple=True, metavar="'$N=VALUE'", help="A setting on top of that; repeatable.")
-@click.option("--json", "json_path", type=click.Path(path_type=Path), help="Write the figures; - is stdout.")
-@click.option("--plot", type=click.Path(path_type=Path), help="Draw the path and its speed: .png or .svg.")
-@click.option("--trace", type=click.Path(path_type=Path), help="Write every step event: .csv, .vcd or .npz.")
+@click.option("--json", "json_path", type=OutputFile(), help="Write the figures; - is stdout.")
+@click.option("--plot", type=OutputFile(stdout=False), help="Draw the path and its speed: .png or .svg.")
+@click.option("--trace", type=OutputFile(stdout=False), help="Write every step event: .csv, .vcd or .npz.")
 @click.option("--at", multiple=True, metavar="'TIME WHAT'", help="At the machine, '2.5s limit x'; repeatable.")
 @click.option("--keep-going", is_flag=True, help="Go on after an error, collect all.")
 @click.option("--on-chip", is_flag=True, help="Run a PIC32MZ's real image in the virtual chip, and compare.")
@@ -43,7 +45,7 @@ def command(
 
     The motion that the controller would make, measured from its step edges: times, speeds, extent, step counts.
     """
-    json_file = None if json_path is None or str(json_path) == "-" else json_path
+    json_file = None if json_path == STDOUT else json_path
     options = SimOptions(file, board, machine, settings, json_file, plot, trace, keep_going, at, max_lines)
     if on_chip:
         if json_path or plot or keep_going:

@@ -44,7 +44,9 @@ class Decoder:
         if not found:
             return []
         words = [hex(address if index == 0 else address - 1) for index, address in enumerate(found)]
-        run = subprocess.run([*self._command, *words], capture_output=True, text=True, check=False)
+        run = subprocess.run(
+            [*self._command, *words], capture_output=True, text=True, encoding="utf-8", errors="replace", check=False
+        )
         said = run.stdout.splitlines()
         if run.returncode != 0 or len(said) != 2 * len(found):
             return [f"  0x{address:08x}" for address in found]

@@ -26,6 +26,7 @@ from wificnc.link.protocol import (
     parse_options,
 )
 from wificnc.link.transport import Transport, open_transport
+from wificnc.link.typed import wire_line
 from wificnc.link.words import ERRORS
 
 CONNECT_S = 5.0  # a board that resets when its port is opened needs two of them
@@ -248,8 +249,9 @@ class Client:
         Raises:
             LinkError: no answer. ControllerReset: a reset instead of one.
             RefusedError: an alarm instead of one.
+            UserError: the line holds what would act as a real-time command; nothing was sent.
         """
-        self.send(line.encode("ascii") + b"\n")
+        self.send(wire_line(line))
         messages: list[Message] = []
         ask_at = self.heard = self.clock()
         while self.clock() - self.heard < patience_s:

@@ -41,7 +41,7 @@ def install(source: str, *, sudo: bool = False) -> Path:
         file = Path(scratch) / FILE_NAME
         file.write_text(source, encoding="utf-8")
         argv = [*(["sudo"] if sudo else []), found, *build_command("install", str(file))[1:]]
-        run = subprocess.run(argv, capture_output=True, text=True, check=False)
+        run = subprocess.run(argv, capture_output=True, text=True, encoding="utf-8", errors="replace", check=False)
     if run.returncode != 0:
         said = (run.stdout + run.stderr).strip().splitlines()[-SAID_LINES:]
         raise BuildError("\n".join(["halcompile could not build the component:", *said]))

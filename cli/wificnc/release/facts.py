@@ -60,7 +60,7 @@ def _esp32_missing(record: Path, source: Source, board: Board) -> str | None:
     if not record.is_file():
         return NEEDS_WORKFLOW.format(board=board.id)
     try:
-        facts = json.loads(record.read_text())
+        facts = json.loads(record.read_text(encoding="utf-8"))
         revision, kind = facts.get("revision", "unknown"), facts.get("kind", "release")
     except (ValueError, AttributeError):
         return None

@@ -158,7 +158,8 @@ def _wmc3_failure(options: ServeOptions, error: int) -> ServeError:
 def _pty_failure(options: ServeOptions, error: int) -> ServeError:
     if error == errno.EEXIST:
         return ServeError(
-            f"--pty {options.pty}: there is something already", hint=f"rm {options.pty}, or choose another name"
+            f"--pty {options.pty}: something of this name is there already, and it is not replaced",
+            hint="choose a name that is not there yet, like --pty /tmp/ttyWiFiCNC",
         )
     return ServeError(
         f"--pty {options.pty}: {os.strerror(error)}", hint="is the directory there, and may you write to it?"

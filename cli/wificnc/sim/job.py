@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import re
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import astuple, dataclass
 from pathlib import Path
@@ -26,6 +27,8 @@ from wificnc.sim.trace import TraceFile
 EVENTS_PER_CALL = 500_000  # a few tens of milliseconds of work between two looks at the progress
 ROUNDING_MM = 0.05  # a path may leave the programmed one by $11
 CHATTER = ("[MSG:Pgm End]", "[MSG:Tool change: ")  # every good program says the first; SimResult lists the changes
+
+CODE = re.compile(rb"(?:^|[\r\n])(?:[^\S\r\n]|\([^)\r\n]*\))*[^\s%;(]")  # something that is no comment and no mark
 
 EVENT_HINT = (
     "like: limit x, probe off, door, estop, hold, resume, reset, feed +10, travel x -200 0; see docs/simulation.md"
@@ -333,6 +336,12 @@ def read_job(path: Path) -> bytes:
         raise JobError(f"cannot read {path}: {err.strerror}") from err
     if text.startswith((b"\xff\xfe", b"\xfe\xff")):
         raise JobError(f"{path} is written in UTF-16", hint="save it as plain text (UTF-8 or ASCII)")
+    text = text.strip(b"\0\x1a")  # the leader of a tape, and the end of a file under CP/M
     if not text.strip():
         raise JobError(f"{path} is empty")
+    if b"\0" in text:
+        hint = "is it the G-code, or the project of a CAM program?"
+        raise JobError(f"{path} is no text file: it has bytes 0x00", hint=hint)
+    if not CODE.search(text.removeprefix(b"\xef\xbb\xbf")):
+        raise JobError(f"{path} holds no G-code", hint="it has comments and lines with % alone")
     return text

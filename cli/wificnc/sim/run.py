@@ -16,9 +16,9 @@ from wificnc.build.host import ensure_host_library
 from wificnc.errors import JobError, UserError
 from wificnc.machine import load_machine
 from wificnc.machine.model import Machine
+from wificnc.output import Output, check_suffix
 from wificnc.sim.job import At, JobRequest, Progress, SimResult, Timing, read_job, run_job
 from wificnc.sim.native import AXES, load_library
-from wificnc.sim.output import Output, check_suffix
 from wificnc.sim.report import report_json
 from wificnc.sim.trace import TRACE_SUFFIXES, TraceFile, signal_names
 

@@ -39,7 +39,9 @@ def missing_tools() -> str:
     node = shutil.which("node")
     if node is None or shutil.which("npm") is None:
         return "Node.js or npm is not installed"
-    said = subprocess.run([node, "--version"], capture_output=True, text=True).stdout
+    said = subprocess.run(
+        [node, "--version"], capture_output=True, text=True, encoding="utf-8", errors="replace"
+    ).stdout
     version = tuple(int(part) for part in re.findall(r"\d+", said)[:2])
     if version < NODE_OLDEST:
         return f"Node.js {said.strip()} is too old: {'.'.join(map(str, NODE_OLDEST))} or newer is needed"
@@ -60,7 +62,15 @@ def run_npm(root: Path, *arguments: str, **environment: str) -> str:
     npm = shutil.which("npm")
     assert npm is not None
     variables = {**os.environ, **environment}
-    run = subprocess.run([npm, *arguments], cwd=root / "web", capture_output=True, text=True, env=variables)
+    run = subprocess.run(
+        [npm, *arguments],
+        cwd=root / "web",
+        capture_output=True,
+        text=True,
+        encoding="utf-8",
+        errors="replace",
+        env=variables,
+    )
     if run.returncode != 0:
         said = "\n".join((run.stdout + run.stderr).strip().splitlines()[-SAID_LINES:])
         raise BuildError(f"npm {' '.join(arguments)} failed:\n{said}")

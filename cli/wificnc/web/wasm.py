@@ -58,7 +58,13 @@ def _sources(root: Path) -> list[Path]:
 
 
 def _link(command: list[str], objects: list[Path], output: Path) -> None:
-    run = subprocess.run([*command, *map(str, objects), "-o", str(output), "-lm"], capture_output=True, text=True)
+    run = subprocess.run(
+        [*command, *map(str, objects), "-o", str(output), "-lm"],
+        capture_output=True,
+        text=True,
+        encoding="utf-8",
+        errors="replace",
+    )
     if run.returncode != 0:
         raise failure(f"{output.name} did not link (zig)", run.stderr)
 

@@ -82,6 +82,7 @@ interface Exports {
   core_load(text: Address, size: number, sample_ms: number): number;
   core_run(maxEvents: number): number;
   core_lines_done(): number;
+  core_line_now(): number;
   core_seconds(): number;
   core_sample_count(): number;
   core_samples(): Address;
@@ -146,6 +147,11 @@ export class Core {
 
   get linesDone(): number {
     return this.c.core_lines_done();
+  }
+
+  /** The line in the file that is being moved; 0: none yet. */
+  get lineNow(): number {
+    return this.c.core_line_now();
   }
 
   get seconds(): number {

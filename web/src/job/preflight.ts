@@ -102,13 +102,17 @@ export function describe(error: CoreError): string {
   }
 }
 
-/** Seconds of the job when this line (1-based in the file) was answered. */
+/** Seconds of the job when this line (1-based in the file) began to move. */
 export function secondsAtLine(timeline: Timeline, line: number): number {
-  for (let i = 0; i < timeline.length; i += 2) {
-    if (timeline[i]! < line) continue;
-    const [before, since] = i >= 2 ? [timeline[i - 2]!, timeline[i - 1]!] : [0, 0];
-    const share = timeline[i]! > before ? (line - before) / (timeline[i]! - before) : 1;
-    return since + share * (timeline[i + 1]! - since);
+  let [low, high] = [0, timeline.length / 2]; // the first entry of this line or a later one
+  while (low < high) {
+    const middle = (low + high) >> 1;
+    if (timeline[middle * 2]! < line) low = middle + 1;
+    else high = middle;
   }
-  return timeline[timeline.length - 1] ?? 0;
+  if (low === timeline.length / 2) return timeline.at(-1) ?? 0;
+  const [at, since] = [timeline[low * 2]!, timeline[low * 2 + 1]!];
+  const [before, from] = low > 0 ? [timeline[low * 2 - 2]!, timeline[low * 2 - 1]!] : [0, 0];
+  const share = at > before ? (line - before) / (at - before) : 1;
+  return from + share * (since - from);
 }

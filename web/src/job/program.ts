@@ -38,6 +38,18 @@ export function codeOf(line: string): string {
     .toUpperCase();
 }
 
+const OWN_NUMBER = /^N[0-9.]+|(?<=[0-9.])N[0-9.]+/g;
+/** N words above this are an error of the controller's. */
+const LAST_NUMBER = 10_000_000;
+
+/** The line with its number in the file as its N word, so that reports name it (`Ln:`) while it is moved. A `$` line, one
+ * that would become too long and one that is not of the file go as they are. */
+export function numbered(line: JobLine): string {
+  if (line.code.startsWith("$") || line.number === 0 || line.number > LAST_NUMBER) return line.code;
+  const code = `N${line.number}${line.code.replace(OWN_NUMBER, "")}`;
+  return code.length <= LONGEST_CODE ? code : line.code.replace(OWN_NUMBER, "");
+}
+
 /** LF, CR and CR LF end a line, and nothing else does. */
 export function splitLines(text: string): string[] {
   const lines = text.replace(/^\ufeff/, "").split(/\r\n|\r|\n/);

@@ -1,30 +1,43 @@
-/** A job on its way through a controller: what was sent, what was answered, where it stands. */
+/**
+ * A job on its way through a controller. An answer says that a line was taken into the look-ahead, seconds before it is
+ * cut: how far the job is, is what reports name as being moved (`Ln:`), and it is done when the machine rests after that.
+ */
 import { computed, signal } from "@preact/signals";
 import type { Controller } from "../link/controller";
 import type { Status } from "../link/messages";
-import { errorWords } from "../tables";
-import type { JobLine, Program } from "./program";
+import { alarmWords, errorWords } from "../tables";
+import { numbered, type JobLine, type Program } from "./program";
 
 export type JobState = "none" | "ready" | "running" | "stopping" | "done" | "stopped" | "failed" | "lost";
+
+const AT_REST = new Set(["Idle", "Check"]);
+/** Reports in a row from one place, after which the machine stands. */
+const RESTING_REPORTS = 2;
 
 export class JobRunner {
   readonly program = signal<Program | null>(null);
   readonly state = signal<JobState>("none");
-  /** Lines of the program, of those with code: sent, and answered. */
+  /** Lines of the program, of those with code: sent, answered, and moved to their end. */
   readonly sent = signal(0);
   readonly answered = signal(0);
+  readonly executed = signal(0);
+  /** The line in the file that is being moved, or was when it was last heard of; 0: none yet. */
+  readonly currentLine = signal(0);
   /** Why it failed or stopped. */
   readonly why = signal("");
   readonly startedAt = signal(0);
   readonly endedAt = signal(0);
   readonly active = computed(() => this.state.value === "running" || this.state.value === "stopping");
-  /** The line in the file that was answered last; 0: none. */
-  readonly lastAnsweredLine = computed(() => this.lines.value[this.answered.value - 1]?.number ?? 0);
 
   private readonly lines = signal<readonly JobLine[]>([]);
+  private indexOf: ReadonlyMap<number, number> = new Map();
   private run = 0;
   /** The report that was there when a `$` line came up: a newer one must say that nothing moves. */
   private reportBefore: Status | null = null;
+  /** The line that reports still name from before this run; null: they name this run's. */
+  private staleLine: number | null = null;
+  private restingReports = 0;
+  private restingPlace = "";
 
   constructor(private readonly controller: Controller) {
     const room = controller.onRoom;
@@ -37,13 +50,13 @@ export class JobRunner {
       broken(what);
       this.breakOff(what);
     };
+    controller.onReport = (status) => this.hear(status);
+    controller.onAlarm = (code) => this.hearAlarm(code);
   }
 
   load(program: Program): void {
     this.program.value = program;
-    this.lines.value = program.lines;
-    this.sent.value = this.answered.value = 0;
-    this.why.value = "";
+    this.take(program.lines);
     this.state.value = "ready";
   }
 
@@ -52,9 +65,8 @@ export class JobRunner {
     const program = this.program.value;
     if (!program || this.active.value) return;
     this.run++;
-    this.lines.value = lines ?? program.lines;
-    this.sent.value = this.answered.value = 0;
-    this.why.value = "";
+    this.take(lines ?? program.lines);
+    this.staleLine = this.controller.status.peek()?.line ?? null;
     this.startedAt.value = Date.now();
     this.state.value = "running";
     this.feed();
@@ -73,6 +85,14 @@ export class JobRunner {
     this.resetAtRest(this.controller.status.peek());
   }
 
+  private take(lines: readonly JobLine[]): void {
+    this.lines.value = lines;
+    this.indexOf = new Map(lines.map((line, i) => [line.number, i]));
+    this.sent.value = this.answered.value = this.executed.value = this.currentLine.value = 0;
+    this.restingReports = 0;
+    this.why.value = "";
+  }
+
   /** The report that is there was made before the hold: wait for a newer one that says that nothing moves. */
   private resetAtRest(old: Status | null): void {
     const end = this.controller.status.subscribe((status) => {
@@ -89,26 +109,52 @@ export class JobRunner {
     const lines = this.lines.value;
     while (this.state.value === "running" && this.sent.value < lines.length) {
       const line = lines[this.sent.value]!;
-      if (!this.mayGo(line)) return;
+      const wire = numbered(line);
+      if (!this.mayGo(wire)) return;
       this.reportBefore = null;
       this.sent.value++;
       const run = this.run;
-      void this.controller.post(line.code, false).then((answer) => {
+      void this.controller.post(wire, false).then((answer) => {
         if (run !== this.run || answer.kind === "lost") return;
         this.answered.value++;
+        this.restingReports = 0;
         if (answer.kind === "error") this.refuse(line, answer.code);
-        else if (this.answered.value === lines.length && this.state.value === "running") this.finish("done", "");
       });
     }
   }
 
   /** `$` lines are refused while the machine moves, so they wait until all before them is made. */
-  private mayGo(line: JobLine): boolean {
+  private mayGo(wire: string): boolean {
     const { queue, status } = this.controller;
-    if (!line.code.startsWith("$")) return queue.hasRoom(line.code.length);
+    if (!wire.startsWith("$")) return queue.hasRoom(wire.length);
     if (!queue.idle) return false;
     this.reportBefore ??= status.peek();
     return status.peek() !== this.reportBefore && status.peek()?.state === "Idle";
+  }
+
+  private hear(status: Status): void {
+    if (!this.active.peek()) return;
+    this.hearLine(status.line);
+    if (status.state === "Alarm") this.finish("failed", `the machine is locked; ${this.where()}`);
+    const place = `${status.state} ${String(status.mpos ?? status.wpos)}`;
+    this.restingReports = place === this.restingPlace ? this.restingReports + 1 : 1;
+    this.restingPlace = place;
+    const all = this.answered.peek() === this.lines.peek().length && this.state.peek() === "running";
+    if (all && AT_REST.has(status.state) && this.restingReports >= RESTING_REPORTS) this.finish("done", "");
+  }
+
+  /** Lines before the one that is named are made. Without names (no `Ln:`), nothing is known before the end. */
+  private hearLine(line: number | null): void {
+    if (line === this.staleLine) return;
+    this.staleLine = null;
+    const index = line === null ? undefined : this.indexOf.get(line);
+    if (line === null || index === undefined || index >= this.sent.peek() || index < this.executed.peek()) return;
+    this.executed.value = index;
+    this.currentLine.value = line;
+  }
+
+  private hearAlarm(code: number): void {
+    if (this.active.peek()) this.finish("failed", `alarm ${code}, ${alarmWords(code)}; ${this.where()}`);
   }
 
   private refuse(line: JobLine, code: number): void {
@@ -119,18 +165,25 @@ export class JobRunner {
 
   private breakOff(what: "reset" | "lost" | "closed"): void {
     if (!this.active.value) return;
-    const at = this.lastAnsweredLine.value;
-    const where = at ? `line ${at} was the last one acknowledged` : "no line was acknowledged";
-    if (what !== "reset") this.finish("lost", `${this.controller.lostWhy.value || "the link has ended"}; ${where}`);
+    if (what !== "reset") this.finish("lost", `${this.controller.lostWhy.value || "the link has ended"}; ${this.where()}`);
     else if (this.state.value === "stopping")
       this.finish(this.why.value === "stopped by hand" ? "stopped" : "failed", this.why.value);
-    else this.finish("failed", `the controller was reset; ${where}`);
+    else this.finish("failed", `the controller was reset; ${this.where()}`);
+  }
+
+  private where(): string {
+    const line = this.currentLine.peek();
+    return line ? `line ${line} was being executed` : "no line was seen being executed";
   }
 
   private finish(state: JobState, why: string): void {
     this.run++;
     this.why.value = why;
     this.endedAt.value = Date.now();
+    if (state === "done") {
+      this.executed.value = this.lines.peek().length;
+      this.currentLine.value = this.lines.peek().at(-1)?.number ?? 0;
+    }
     this.state.value = state;
   }
 }

@@ -24,7 +24,7 @@ export interface ResumeRequest {
   facts: MachineFacts;
 }
 
-/** When the controller has answered a line, in seconds of the job: line, second, line, second ... */
+/** When the motion of a line begins, in seconds of the job: line, second, line, second ... */
 export type Timeline = Float64Array<ArrayBuffer>;
 
 export type WorkerReply =
@@ -33,7 +33,8 @@ export type WorkerReply =
   | { kind: "resume"; id: number; resume: Resume }
   | { kind: "failed"; id: number; why: string; hint: string };
 
-const EVENTS_A_TURN = 50_000;
+/** Step events: a moment of the job, so that lines are told apart. */
+const EVENTS_A_TURN = 2_000;
 const TELL_MS = 100;
 
 function reply(message: WorkerReply, transfer: Transferable[] = []): void {
@@ -49,7 +50,7 @@ async function preflight(request: PreflightRequest): Promise<void> {
   let told = performance.now();
   for (let more = true; more; ) {
     more = core.run(EVENTS_A_TURN);
-    times.push(core.linesDone, core.seconds);
+    times.push(core.lineNow, core.seconds);
     if (performance.now() - told > TELL_MS) {
       told = performance.now();
       reply({ kind: "progress", id: request.id, linesDone: core.linesDone, seconds: core.seconds });

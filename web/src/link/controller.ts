@@ -2,8 +2,9 @@
  * One controller and what is known of it. Everything that the page shows of the machine is a signal here; everything
  * that it says to the machine goes through send() or realtime().
  */
-import { batch, computed, signal } from "@preact/signals";
-import { TABLES, alarmWords, errorWords, type RealtimeName } from "../tables";
+import { batch, computed, effect, signal } from "@preact/signals";
+import { AXES, TABLES, alarmWords, errorWords, type RealtimeName } from "../tables";
+import { checkLine } from "./line";
 import { LineSplitter, parse, receiveBuffer, type Message, type Status } from "./messages";
 import { LineQueue, SMALLEST_BUFFER, type Answer } from "./queue";
 import { LinkError, type Transport } from "./transport";
@@ -27,12 +28,18 @@ const LOG_LINES = 500;
 /** A board that starts when its port is opened says something within this time. */
 const FIRST_WORD_MS = 6000;
 
+const HELD = new Set(["Hold", "Door"]);
 const MOVING = new Set(["Run", "Jog", "Home"]);
 const OBSERVER = /^Observer: | commands$/;
 const NOBODY = /^Nobody commands/;
 const LOCKED = /^(Password needed|Wrong password)/;
 /** After some alarms the controller answers nothing until it is reset. */
+const TOOL_CHANGE = /^Tool change: T(\d+)/;
 const NEEDS_RESET = /^Reset to continue/;
+
+const HOMING_CYCLES = [44, 45, 46, 47, 48, 49];
+/** Another scale or another zero; motors without power. */
+const FORGETS_HOME = /^\$(?:(?:2[237]|8\d|10\d|13\d)=|RST|SLP|X)/i;
 
 /** A line was refused, or nobody will answer it. */
 export class RefusedError extends Error {
@@ -59,8 +66,12 @@ export class Controller {
   readonly accessories = signal("");
   readonly alarm = signal<number | null>(null);
   readonly needsReset = signal(false);
+  /** The program waits for this tool (M6); null: for none. */
+  readonly awaitedTool = signal<number | null>(null);
   /** A homing line is under way: Grbl gives no reports then. */
   readonly homing = signal(false);
+  /** Axes that this page has seen homed, and nothing since that could have moved them unseen. */
+  readonly homed = signal("");
   readonly settings = signal<ReadonlyMap<number, string>>(new Map());
   readonly offsets = signal<ReadonlyMap<string, string>>(new Map());
   readonly modes = signal("");
@@ -88,6 +99,9 @@ export class Controller {
 
   /** Called when lines may go again: whoever streams a job puts the next ones. */
   onRoom: () => void = () => {};
+  /** Every report, and every alarm, in the order in which they came: signals show the last one of a burst. */
+  onReport: (status: Status) => void = () => {};
+  onAlarm: (code: number) => void = () => {};
   /** The controller has started anew, or the link has ended: what was under way is void. */
   onBreak: (what: "reset" | "lost" | "closed") => void = () => {};
 
@@ -102,6 +116,7 @@ export class Controller {
   private heardAt = 0;
   private waitsForReport = false;
   private entries = 0;
+  private resetAsked = false;
   private firstWord: (() => void) | null = null;
 
   /** Open a link and get to know the controller. Rejects with a LinkError. */
@@ -147,19 +162,56 @@ export class Controller {
     throw new RefusedError(text, answer.kind === "error" ? answer.code : null);
   }
 
-  /** As send(), for whoever looks at the answer itself. */
-  post(text: string, echo = true): Promise<Answer> {
+  /** As send(), for whoever looks at the answer itself. Rejects with a LineError: nothing was sent. */
+  async post(text: string, echo = true): Promise<Answer> {
+    checkLine(text);
     if (echo) this.note("me", text);
     const homes = text.startsWith("$H");
     if (homes) this.homing.value = true;
+    if (FORGETS_HOME.test(text)) this.homed.value = "";
+    const answer = await this.ask(text);
+    if (homes) this.homing.value = false;
+    if (homes && answer.kind === "ok") this.homed.value += this.homesAxes(text);
+    return answer;
+  }
+
+  /** A password is bytes for the network's door, which takes them before the controller sees any. */
+  async login(password: string): Promise<boolean> {
+    return (await this.ask(`$LOGIN=${password}`)).kind === "ok";
+  }
+
+  /** The machine has come to rest: two reports in a row from one place. Rejects when it is held, locked or gone. */
+  rest(): Promise<void> {
+    return new Promise((resolve, reject) => {
+      const asked = this.status.peek();
+      let place = "";
+      const stop = effect(() => {
+        const [status, link] = [this.status.value, this.link.value];
+        const end = (how: () => void): void => queueMicrotask(() => (stop(), how()));
+        if (link !== "open") return end(() => reject(new Error("The link ended while the machine moved")));
+        if (status === asked || status === null || MOVING.has(status.state)) return undefined;
+        if (status.state !== "Idle") return end(() => reject(new Error(`The machine did not come to rest: ${status.state}`)));
+        const now = String(status.mpos ?? status.wpos);
+        if (now === place) return end(resolve);
+        place = now;
+        return undefined;
+      });
+    });
+  }
+
+  private ask(text: string): Promise<Answer> {
     return new Promise((resolve) => {
-      const settle = (answer: Answer): void => {
-        if (homes) this.homing.value = false;
-        resolve(answer);
-      };
-      this.queue.put({ text, settle });
+      this.queue.put({ text, settle: resolve });
       this.flush();
     });
+  }
+
+  /** `$HXZ`: these; `$H`: those of its cycles. */
+  private homesAxes(line: string): string {
+    if (line.length > 2) return line.slice(2).toUpperCase();
+    const cycles = HOMING_CYCLES.map((n) => Number(this.settings.value.get(n) ?? 0));
+    const mask = cycles.reduce((all, cycle) => all | cycle, 0);
+    return [...AXES].filter((_, i) => (mask >> i) & 1).join("");
   }
 
   /** A byte that acts at once, by its name. */
@@ -168,6 +220,7 @@ export class Controller {
   }
 
   reset(): void {
+    this.resetAsked = true;
     this.realtime("RESET");
   }
 
@@ -197,8 +250,9 @@ export class Controller {
       this.lostWhy.value = "";
       this.role.value = "nobody";
       this.locked.value = this.silent.value = this.needsReset.value = this.homing.value = false;
-      this.status.value = this.alarm.value = null;
+      this.status.value = this.alarm.value = this.awaitedTool.value = null;
       this.settings.value = new Map();
+      this.homed.value = "";
       this.version.value = this.options.value = this.modes.value = "";
     });
     this.isSerial = transport.isSerial;
@@ -271,6 +325,8 @@ export class Controller {
     }
     if (message.kind === "alarm") {
       this.alarm.value = message.code;
+      this.homed.value = "";
+      this.onAlarm(message.code);
       this.note("controller", `${text}  ${alarmWords(message.code)}`, true);
       return;
     }
@@ -282,7 +338,9 @@ export class Controller {
   }
 
   private takeBanner(): void {
-    this.alarm.value = null;
+    if (!this.resetAsked) this.homed.value = ""; // it may have been without power
+    this.resetAsked = false;
+    this.alarm.value = this.awaitedTool.value = null;
     this.needsReset.value = this.waitsForReport = false;
     this.askedAt = 0; // what was reported is old
     this.queue.forget();
@@ -292,12 +350,15 @@ export class Controller {
   private takeStatus(status: Status): void {
     this.waitsForReport = false;
     this.status.value = status;
+    if (!HELD.has(status.state)) this.awaitedTool.value = null;
     if (status.wco) this.wco.value = status.wco;
     if (status.overrides) {
       this.overrides.value = status.overrides;
       this.accessories.value = status.accessories ?? "";
     }
+    if (status.state === "Alarm" || status.state === "Sleep") this.homed.value = "";
     if (status.state !== "Alarm") this.alarm.value = null;
+    this.onReport(status);
   }
 
   private takeBracket(key: string, body: string): void {
@@ -312,6 +373,8 @@ export class Controller {
 
   private takeMessage(body: string): void {
     if (NEEDS_RESET.test(body)) this.needsReset.value = true;
+    const tool = TOOL_CHANGE.exec(body)?.[1];
+    if (tool) this.awaitedTool.value = Number(tool);
     if (LOCKED.test(body)) {
       this.locked.value = true;
       this.queue.forget(); // what a locked-out client says is not answered
@@ -319,6 +382,7 @@ export class Controller {
     if (NOBODY.test(body)) this.role.value = "nobody";
     if (!OBSERVER.test(body) || NOBODY.test(body)) return;
     this.role.value = "observer";
+    this.homed.value = "";
     this.queue.forget();
     this.onBreak("lost");
   }

@@ -2,10 +2,11 @@
 import { signal, useSignal } from "@preact/signals";
 import type { JSX } from "preact";
 import { useLayoutEffect } from "preact/hooks";
-import { attempt, controller, job } from "../app";
+import { attempt, controller, job, noHoming, noLines, noMotion } from "../app";
 import { Jogger, type Direction } from "../link/jog";
+import { planZero, type ZeroFacts } from "../link/zero";
 import { AXES, type RealtimeName } from "../tables";
-import { Button, Card, Check, Icon, Progress, Segments, type IconName } from "./parts";
+import { Button, Card, Check, Dialog, Field, Icon, Progress, Segments, type IconName } from "./parts";
 
 const jogger = new Jogger(controller);
 const STEPS = [0.01, 0.1, 1, 10, 100] as const;
@@ -37,7 +38,8 @@ export function ControlTab(): JSX.Element {
 
 function PositionCard(): JSX.Element {
   const axes = [...AXES.slice(0, controller.axisCount.value || 3)];
-  const on = controller.commands.value;
+  const asks = useSignal(false);
+  const zeroAll = `G10L20P0${axes.map((axis) => `${axis}0`).join("")}`;
   return (
     <Card title="Position" tools={<WorkSystem />}>
       <div class="dro">
@@ -46,24 +48,89 @@ function PositionCard(): JSX.Element {
         ))}
       </div>
       <div class="row">
-        <Button icon="home" disabled={!on} onClick={() => void attempt(() => controller.send("$H"))} testId="home">
+        <Button icon="home" why={noHoming.value} onClick={() => void attempt(() => controller.send("$H"))} testId="home">
           Home
         </Button>
-        <Button disabled={!on} onClick={() => void attempt(() => controller.send(`G10L20P0${axes.map((axis) => `${axis}0`).join("")}`))}>
+        <Button why={noMotion.value} onClick={() => void attempt(() => controller.send(zeroAll))}>
           Zero all
         </Button>
-        <Button disabled={!on} title="Z first to machine zero, then X and Y to work zero" onClick={() => void attempt(goToZero)}>
+        <Button
+          why={noMotion.value}
+          title="Z up first, then X and Y to work zero"
+          onClick={() => void attempt(async () => (asks.value = await goToZero(null)))}
+          testId="go-to-zero"
+        >
           Go to zero
         </Button>
       </div>
+      {controller.connected.value && noMotion.value && (
+        <p class="small soft" data-test="why-not">
+          {noMotion.value}
+        </p>
+      )}
+      {asks.value && <LiftDialog onClose={() => (asks.value = false)} />}
       <Lamps />
     </Card>
   );
 }
 
-async function goToZero(): Promise<void> {
-  if (controller.axisCount.value > 2) await controller.send("G53G0Z0");
-  await controller.send("G90G0X0Y0");
+const MM_PER_INCH = 25.4;
+const REPORTS_IN_INCHES = 13;
+const SAME_HEIGHT_MM = 0.05;
+
+function zeroFacts(): ZeroFacts {
+  const unit_mm = Number(controller.settings.value.get(REPORTS_IN_INCHES) ?? 0) ? MM_PER_INCH : 1;
+  const inMm = (values: readonly number[]): number[] => values.map((value, i) => (i < 3 ? value * unit_mm : value));
+  return {
+    axisCount: controller.axisCount.value,
+    homed: controller.homed.value,
+    machine_mm: inMm(controller.machinePosition.value),
+    offset_mm: inMm(controller.wco.value),
+    settings: controller.settings.value,
+  };
+}
+
+/** Each line when the one before has been moved to its end. @returns whether somebody has to say first how far Z lifts */
+async function goToZero(lift_mm: number | null): Promise<boolean> {
+  const plan = planZero(zeroFacts(), lift_mm);
+  if (plan.kind === "ask") return true;
+  if (plan.kind === "refuse") throw new Error(plan.why);
+  for (const [i, line] of plan.lines.entries()) {
+    if (i > 0 && plan.z_mm !== null && Math.abs(zeroFacts().machine_mm[2]! - plan.z_mm) > SAME_HEIGHT_MM)
+      throw new Error("Z did not come up to its height, so X and Y stay where they are.");
+    await controller.send(line);
+    await controller.rest();
+  }
+  return false;
+}
+
+const LIFT_USUAL_MM = 5;
+
+/** A machine that was not homed: nobody but who stands in front of it can say how far Z can go up. */
+function LiftDialog({ onClose }: { onClose: () => void }): JSX.Element {
+  const lift = useSignal(String(LIFT_USUAL_MM));
+  const lift_mm = lift.value.trim() === "" ? NaN : Number(lift.value);
+  const go = (): void => {
+    onClose();
+    void attempt(() => goToZero(lift_mm));
+  };
+  return (
+    <Dialog title="How far may Z lift?" onClose={onClose}>
+      <p class="soft">
+        This page has not seen the machine being homed, so it does not know how much room Z has above it. Z lifts by this much from
+        where it is now, then X and Y move straight to work zero at that height.
+      </p>
+      <Field label="Lift Z by, mm" hint="0 leaves Z where it is.">
+        <input class="input short mono" type="number" min={0} step={1} value={lift.value} onInput={(event) => (lift.value = event.currentTarget.value)} data-test="lift" />
+      </Field>
+      <div class="row">
+        <Button kind="primary" why={noMotion.value} disabled={!(lift_mm >= 0)} onClick={go} testId="lift-go">
+          Lift and go
+        </Button>
+        <Button onClick={onClose}>Stay here</Button>
+      </div>
+    </Dialog>
+  );
 }
 
 function Axis({ axis, index }: { axis: string; index: number }): JSX.Element {
@@ -81,7 +148,7 @@ function Axis({ axis, index }: { axis: string; index: number }): JSX.Element {
       <Button
         size="small"
         label={`Zero ${axis}`}
-        disabled={!controller.commands.value}
+        why={noMotion.value}
         onClick={() => void attempt(() => controller.send(`G10L20P0${axis}0`))}
       >
         Zero
@@ -102,7 +169,8 @@ function WorkSystem(): JSX.Element {
       <select
         class="input short"
         value={current}
-        disabled={!controller.commands.value}
+        disabled={noMotion.value !== ""}
+        title={noMotion.value || undefined}
         onChange={(event) => {
           const chosen = event.currentTarget.value;
           void attempt(async () => {
@@ -163,12 +231,12 @@ function Lamps(): JSX.Element {
 function JobCard(): JSX.Element | null {
   const program = job.program.value;
   if (!program) return null;
-  const share = job.total ? job.answered.value / job.total : 0;
+  const share = job.total ? job.executed.value / job.total : 0;
   return (
     <Card title={`Job: ${program.name}`}>
       <Progress value={share} label="Job" />
       <p class="soft small">
-        {job.state.value}, {job.answered.value} of {job.total} lines
+        {job.state.value}, {job.executed.value} of {job.total} lines
       </p>
     </Card>
   );
@@ -205,7 +273,7 @@ const TURNING: readonly JogKey[] = ["A", "B", "C"].flatMap((axis) => [
 ]);
 
 function canJog(): boolean {
-  return controller.commands.value && ["Idle", "Jog"].includes(controller.state.value);
+  return noLines.value === "" && ["Idle", "Jog"].includes(controller.state.value);
 }
 
 function press(direction: Direction): void {
@@ -262,6 +330,7 @@ function JogButton({ jog }: { jog: JogKey }): JSX.Element {
       aria-label={`Jog ${jog.label}`}
       data-test={`jog-${jog.label}`}
       disabled={!canJog()}
+      title={canJog() ? undefined : noLines.value || noMotion.value}
       onPointerDown={(event) => {
         event.currentTarget.setPointerCapture(event.pointerId);
         press(jog.direction);

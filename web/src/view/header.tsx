@@ -139,6 +139,7 @@ export function Notices(): JSX.Element {
       <LockedNotice />
       <ObserverNotice />
       <AlarmNotice />
+      <ToolNotice />
     </div>
   );
 }
@@ -158,9 +159,9 @@ function LockedNotice(): JSX.Element | null {
   const password = useSignal("");
   if (!controller.connected.value || !controller.locked.value) return null;
   const login = async (): Promise<void> => {
-    const said = controller.post(`$LOGIN=${password.value}`, false);
+    const said = controller.login(password.value);
     password.value = "";
-    if ((await said).kind !== "ok") return;
+    if (!(await said)) return;
     controller.locked.value = false;
     await controller.getToKnow();
   };
@@ -203,6 +204,12 @@ function ObserverNotice(): JSX.Element | null {
 async function takeOver(): Promise<void> {
   await controller.send("$TAKE");
   await controller.getToKnow();
+}
+
+function ToolNotice(): JSX.Element | null {
+  const tool = controller.awaitedTool.value;
+  if (tool === null) return null;
+  return <Notice kind="info" title={`Change to tool T${tool}, then press Resume`} text="The spindle is off. The program waits at M6." />;
 }
 
 function AlarmNotice(): JSX.Element | null {

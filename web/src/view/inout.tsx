@@ -1,7 +1,7 @@
 /** Outputs by hand, inputs as they are, and what the board's spare inputs and its mode are for. */
 import { signal } from "@preact/signals";
 import type { JSX } from "preact";
-import { attempt, board, controller } from "../app";
+import { attempt, board, controller, noLines } from "../app";
 import { setValue, valueOf } from "../storage/board";
 import { isModule, moduleFaults, storedNumber } from "../storage/module";
 import type { StoredNumber } from "../tables";
@@ -35,7 +35,7 @@ function say(line: string): void {
 }
 
 function OutputCard(): JSX.Element {
-  const on = controller.commands.value;
+  const why = noLines.value;
   const lamps = controller.accessories.value;
   return (
     <Card title="Outputs by hand">
@@ -51,32 +51,32 @@ function OutputCard(): JSX.Element {
           onChange={(event) => (rpm.value = Math.max(0, Number(event.currentTarget.value)))}
         />
         <span class="small soft">rpm</span>
-        <Button disabled={!on} pressed={lamps.includes("S")} onClick={() => say(`M3S${rpm.value}`)}>
+        <Button why={why} pressed={lamps.includes("S")} onClick={() => say(`M3S${rpm.value}`)}>
           Clockwise
         </Button>
-        <Button disabled={!on} pressed={lamps.includes("C")} onClick={() => say(`M4S${rpm.value}`)}>
+        <Button why={why} pressed={lamps.includes("C")} onClick={() => say(`M4S${rpm.value}`)}>
           Counter-clockwise
         </Button>
-        <Button disabled={!on} kind="warn" onClick={() => say("M5")}>
+        <Button why={why} kind="warn" onClick={() => say("M5")}>
           Off
         </Button>
       </div>
       <h3>Coolant</h3>
       <div class="row">
-        <Button disabled={!on} pressed={lamps.includes("F")} onClick={() => say("M8")}>
+        <Button why={why} pressed={lamps.includes("F")} onClick={() => say("M8")}>
           Flood
         </Button>
-        <Button disabled={!on} pressed={lamps.includes("M")} onClick={() => say("M7")}>
+        <Button why={why} pressed={lamps.includes("M")} onClick={() => say("M7")}>
           Mist
         </Button>
-        <Button disabled={!on} kind="warn" onClick={() => say("M9")}>
+        <Button why={why} kind="warn" onClick={() => say("M9")}>
           Off
         </Button>
       </div>
       <h3>Outputs of M62 to M65</h3>
       <div class="row">
         {Array.from({ length: OUTPUTS }, (_, i) => (
-          <Button key={i} disabled={!on} pressed={switched.value.has(i)} onClick={() => void attempt(() => toggle(i))}>
+          <Button key={i} why={why} pressed={switched.value.has(i)} onClick={() => void attempt(() => toggle(i))}>
             {`Output ${i}`}
           </Button>
         ))}

@@ -106,11 +106,11 @@ const AROUND = 3;
 /** The lines at which the job is. */
 function CodeAround(): JSX.Element {
   const program = job.program.value!;
-  const at = Math.max(0, program.lines.findIndex((line) => line.number > job.lastAnsweredLine.value) - 1);
+  const at = Math.max(0, program.lines.findIndex((line) => line.number >= job.currentLine.value));
   const shown = program.lines.slice(Math.max(0, at - AROUND), at + AROUND + 1);
   return (
     <pre class="code" aria-label="Lines of the job">
-      {shown.map((line) => `${line.number === job.lastAnsweredLine.value ? "▸" : " "} ${String(line.number).padStart(5)}  ${line.text}\n`)}
+      {shown.map((line) => `${line.number === job.currentLine.value ? "▸" : " "} ${String(line.number).padStart(5)}  ${line.text}\n`)}
     </pre>
   );
 }
@@ -206,7 +206,7 @@ function Figures({ done }: { done: Preflight }): JSX.Element {
 // ---- sending ----
 
 const RESULT: Record<string, { kind: "good" | "warn" | "bad"; title: string }> = {
-  done: { kind: "good", title: "All lines are sent and acknowledged" },
+  done: { kind: "good", title: "The job is finished" },
   stopped: { kind: "warn", title: "The job was stopped" },
   failed: { kind: "bad", title: "The job has ended with an error" },
   lost: { kind: "bad", title: "The link was lost while the job ran" },
@@ -232,11 +232,11 @@ function RunCard(): JSX.Element {
         {!controller.connected.value && <span class="small soft">Connect first.</span>}
         {controller.connected.value && !ready && !job.active.value && <span class="small soft">The machine must be idle.</span>}
       </div>
-      <Progress value={total ? job.answered.value / total : 0} label="Lines acknowledged" />
+      <Progress value={total ? job.executed.value / total : 0} label="Lines executed" />
       <dl class="facts">
         <dt>Lines</dt>
         <dd data-test="job-lines">
-          {job.answered.value} of {total}
+          {job.executed.value} of {total}
         </dd>
         <dt>Time left</dt>
         <dd>{timeLeft()}</dd>
@@ -251,7 +251,8 @@ function RunCard(): JSX.Element {
 function timeLeft(): string {
   const done = preflight.result.value;
   if (!done) return "–";
-  const spent = job.answered.value > 0 ? secondsAtLine(done.timeline, job.lastAnsweredLine.value) : 0;
+  const over = job.state.value === "done";
+  const spent = over ? done.report.seconds : job.currentLine.value > 0 ? secondsAtLine(done.timeline, job.currentLine.value) : 0;
   return duration(Math.max(0, done.report.seconds - spent));
 }
 
@@ -261,7 +262,7 @@ function ResumeBar(): JSX.Element | null {
   const plan = useSignal<Resume | null>(null);
   const ended = ["lost", "stopped", "failed"].includes(job.state.value);
   if (!ended) return null;
-  const suggested = Math.max(1, job.lastAnsweredLine.value);
+  const suggested = Math.max(1, job.currentLine.value);
   const make = (): Promise<void> =>
     attempt(async () => {
       plan.value = await preflight.plan(job.program.value!.lines, line.value > 1 ? line.value : suggested, facts());
@@ -269,7 +270,7 @@ function ResumeBar(): JSX.Element | null {
   return (
     <>
       <div class="row">
-        <Field label="Go on from line" hint="Lines that were acknowledged may not have been cut: go back a little.">
+        <Field label="Go on from line" hint="The line that was being executed when the controller was last heard of.">
           <input
             class="input short mono"
             type="number"

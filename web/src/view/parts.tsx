@@ -45,6 +45,8 @@ export interface ButtonProps {
   /** For whoever does not see the icon; needed without children. */
   label?: string;
   disabled?: boolean;
+  /** Why it cannot be pressed now, for the eye and for screen readers; "": it can. */
+  why?: string;
   title?: string;
   pressed?: boolean;
   testId?: string;
@@ -58,8 +60,8 @@ export function Button(props: ButtonProps): JSX.Element {
       type="button"
       class={`button ${kind} ${size} ${bare ? "icon" : ""}`}
       onClick={props.onClick}
-      disabled={props.disabled}
-      title={props.title ?? (bare ? label : undefined)}
+      disabled={props.disabled || Boolean(props.why)}
+      title={props.why || (props.title ?? (bare ? label : undefined))}
       aria-label={label}
       aria-pressed={props.pressed}
       data-test={props.testId}

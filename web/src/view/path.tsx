@@ -72,7 +72,7 @@ function Legend({ scene }: { scene: Scene }): JSX.Element {
 /** Draw again when the machine moves, the view turns or the colours change. */
 function useDrawing(ref: { current: HTMLCanvasElement | null }, done: Preflight): void {
   const tool = toolPosition();
-  const seconds = job.answered.value > 0 ? secondsAtLine(done.timeline, job.lastAnsweredLine.value) : 0;
+  const seconds = secondsDone(done);
   const dependencies = [done, view.value, theme.value, tool?.join(), seconds];
   useEffect(() => {
     const canvas = ref.current;
@@ -82,6 +82,12 @@ function useDrawing(ref: { current: HTMLCanvasElement | null }, done: Preflight)
     observer.observe(canvas);
     return () => observer.disconnect();
   }, dependencies);
+}
+
+/** Of the simulated time: to the begin of the line that is being moved, or all of it. */
+function secondsDone(done: Preflight): number {
+  if (job.state.value === "done") return done.report.seconds;
+  return job.currentLine.value > 0 ? secondsAtLine(done.timeline, job.currentLine.value) : 0;
 }
 
 function boxOf(done: Preflight): Box {

@@ -1,7 +1,7 @@
 /** All settings by name, unit and range: changed here, compared, and only then sent. */
 import { computed, signal } from "@preact/signals";
 import type { JSX } from "preact";
-import { attempt, controller } from "../app";
+import { attempt, controller, noHoming } from "../app";
 import { RefusedError } from "../link/controller";
 import { defaultsText, exportText, importText, same, sendingOrder } from "../link/settingsfile";
 import { findSetting, settingProblem, settingsOf, type Setting } from "../tables";
@@ -68,7 +68,7 @@ function Tools(): JSX.Element {
       <FileButton size="small" accept=".toml" onFile={(file) => void attempt(() => importFile(file))} testId="settings-file">
         Import
       </FileButton>
-      <Button size="small" disabled={!controller.commands.value} onClick={() => (asks.value = "restore")}>
+      <Button size="small" why={noHoming.value} onClick={() => (asks.value = "restore")}>
         Restore defaults
       </Button>
     </>
@@ -91,7 +91,7 @@ function ChangeBar(): JSX.Element | null {
       title={count === 1 ? "One setting is changed here and not sent yet" : `${count} settings are changed here and not sent yet`}
       text={wrong ? `${wrong} out of range` : ""}
     >
-      <Button size="small" kind="primary" disabled={wrong > 0 || !controller.commands.value} onClick={() => (asks.value = "apply")} testId="settings-apply">
+      <Button size="small" kind="primary" disabled={wrong > 0} why={noHoming.value} onClick={() => (asks.value = "apply")} testId="settings-apply">
         Look and send
       </Button>
       <Button size="small" onClick={() => (edits.value = new Map())}>
@@ -217,7 +217,7 @@ function ApplyDialog(): JSX.Element {
         </table>
       </div>
       <div class="row">
-        <Button kind="primary" onClick={() => void apply(rows)} testId="settings-send">
+        <Button kind="primary" why={noHoming.value} onClick={() => void apply(rows)} testId="settings-send">
           Send
         </Button>
         <Button onClick={() => (asks.value = null)}>Not yet</Button>
@@ -261,7 +261,7 @@ function RestoreDialog(): JSX.Element {
     <Dialog title="Restore all defaults?" onClose={() => (asks.value = null)}>
       <p>Every setting goes back to its default. Export them first when you may want them again.</p>
       <div class="row">
-        <Button kind="danger" onClick={() => void restore()}>
+        <Button kind="danger" why={noHoming.value} onClick={() => void restore()}>
           Restore
         </Button>
         <Button onClick={() => (asks.value = null)}>Keep them</Button>

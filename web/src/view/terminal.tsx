@@ -2,10 +2,25 @@
 import { useSignal } from "@preact/signals";
 import type { JSX } from "preact";
 import { useEffect, useRef } from "preact/hooks";
-import { controller } from "../app";
+import { attempt, controller, noLines } from "../app";
+import { realtimeOf, typedLine } from "../link/line";
 import { Button, Card } from "./parts";
 
 const REMEMBERED = 50;
+
+/** Comments stay here; a real-time command alone on its line goes as its byte. */
+async function say(text: string): Promise<void> {
+  const command = realtimeOf(text);
+  if (command) {
+    controller.note("me", text);
+    controller.realtime(command);
+    return;
+  }
+  const line = typedLine(text);
+  controller.note("me", text);
+  const answer = await controller.post(line, false);
+  if (answer.kind === "ok") controller.note("controller", "ok");
+}
 
 export function TerminalTab(): JSX.Element {
   const list = useRef<HTMLDivElement>(null);
@@ -24,9 +39,7 @@ export function TerminalTab(): JSX.Element {
     history.value = [...history.value.slice(1 - REMEMBERED), line];
     at.value = history.value.length;
     text.value = "";
-    void controller.post(line).then((answer) => {
-      if (answer.kind === "ok") controller.note("controller", "ok");
-    });
+    void attempt(() => say(line));
   };
   const onKey = (event: KeyboardEvent): void => {
     const step = { ArrowUp: -1, ArrowDown: 1 }[event.key];
@@ -61,13 +74,15 @@ export function TerminalTab(): JSX.Element {
           value={text.value}
           onInput={(event) => (text.value = event.currentTarget.value)}
           onKeyDown={onKey}
-          disabled={!controller.commands.value}
+          disabled={noLines.value !== ""}
+          title={noLines.value || undefined}
           data-test="terminal-line"
         />
-        <button class="button primary" type="submit" disabled={!controller.commands.value}>
+        <button class="button primary" type="submit" disabled={noLines.value !== ""} title={noLines.value || undefined}>
           Send
         </button>
       </form>
+      {controller.connected.value && noLines.value && <p class="small soft">{noLines.value}</p>}
     </Card>
   );
 }

@@ -1,19 +1,57 @@
-"""Output files: known to be writable before the run, whole or not there after it."""
+"""Output files: known to be writable before the work, whole or not there after it. `-` is stdout."""
 
 from __future__ import annotations
 
 import os
+import sys
 import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
 from wificnc.errors import UserError
 
+STDOUT = Path("-")
+
 
 def check_suffix(option: str, path: Path, known: Sequence[str]) -> None:
     """Raises UserError when the suffix does not say what to write."""
     if path.suffix.lower() not in known:
         raise UserError(f"{option} {path}: I can write {', '.join(known[:-1])} and {known[-1]}")
+
+
+def why_not_writable(path: Path, makes_folders: bool = False) -> str:
+    """Why no file can be written there, before anything is done; "" when it looks good."""
+    if path.is_dir():
+        return "it is a folder"
+    if path.exists():
+        return "" if os.access(path, os.W_OK) else "it is write-protected"
+    folder = path.parent
+    while makes_folders and not folder.exists() and folder != folder.parent:
+        folder = folder.parent
+    if not folder.exists():
+        return f"there is no folder {folder}"
+    if not folder.is_dir():
+        return f"{folder} is no folder"
+    return "" if os.access(folder, os.W_OK) else f"the folder {folder} is write-protected"
+
+
+def write_output(option: str, path: Path, content: bytes) -> None:
+    """All of it to the file, or to stdout. Raises UserError."""
+    if path == STDOUT:
+        write_stdout(content)
+        return
+    output = Output(option, path)
+    try:
+        output.write(content)
+    finally:
+        output.discard()
+
+
+def write_stdout(content: bytes) -> None:
+    """Bytes as they are, whatever the locale is."""
+    sys.stdout.flush()
+    sys.stdout.buffer.write(content)
+    sys.stdout.buffer.flush()
 
 
 class Output:
@@ -26,11 +64,9 @@ class Output:
         self.staged = path if path.exists() and not path.is_file() and not path.is_dir() else self._stage()
 
     def _stage(self) -> Path:
+        if why := why_not_writable(self.path):
+            raise UserError(f"{self._option}: cannot write {self.path}: {why}")
         try:
-            if self.path.is_dir():
-                raise IsADirectoryError(21, "it is a folder")
-            if self.path.exists() and not os.access(self.path, os.W_OK):
-                raise PermissionError(13, "it is write-protected")
             handle, name = tempfile.mkstemp(prefix=f".{self.path.stem}.", suffix=self.path.suffix, dir=self.path.parent)
             os.close(handle)
         except OSError as err:

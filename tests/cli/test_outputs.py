@@ -1,0 +1,154 @@
+"""Every option that names a file to be written: what cannot be written is said before anything is done."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+import rich_click as click
+from wificnc.app import root
+from wificnc.commands._output import OutputFile, OutputFolder
+
+Cli = Callable[..., tuple[int, str, str]]
+
+# The words before the name of the file; {job} is a G-code file, {dead} a controller that is not there.
+FILES = {
+    "pins": ("pins", "host", "-o"),
+    "page": ("page", "-o"),
+    "expand": ("expand", "{job}", "-o"),
+    "sim --json": ("sim", "{job}", "--json"),
+    "sim --plot": ("sim", "{job}", "--plot"),
+    "sim --trace": ("sim", "{job}", "--trace"),
+    "boards show --picture": ("boards", "show", "host", "--picture"),
+    "nvs build": ("nvs", "build", "baseline", "-o"),
+    "nvs read": ("nvs", "read", "{job}", "-o"),
+    "settings export": ("settings", "export", "--to", "tcp://127.0.0.1:1"),
+    "linuxcnc component": ("linuxcnc", "component", "--out"),
+}
+FOLDERS = {
+    "release": ("release", "--dry-run", "-o"),
+    "linuxcnc init": ("linuxcnc", "init", "baseline", "--to", "192.0.2.1", "--out"),
+}
+MAKES_FOLDERS = {"pins", "page"}  # build tools call them
+SUFFIX = {"sim --plot": ".svg", "sim --trace": ".csv", "boards show --picture": ".svg"}
+TO_STDOUT = ("pins", "page", "expand", "sim --json", "nvs build", "linuxcnc component")
+NOT_TO_STDOUT = ("sim --plot", "sim --trace", "boards show --picture", *FOLDERS)
+
+
+@pytest.fixture
+def words(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[[str], list[str]]:
+    """Of a case; the present folder is an empty one but for the job."""
+    monkeypatch.chdir(tmp_path)
+    job = tmp_path / "job.nc"
+    job.write_text("G0X1\n")
+    return lambda case: [word.format(job=job) for word in {**FILES, **FOLDERS}[case]]
+
+
+def parameters(group: click.Command, name: str = "") -> Iterator[tuple[str, click.Parameter]]:
+    """All commands with all their parameters."""
+    context = click.Context(group)
+    if isinstance(group, click.Group):
+        for child in group.list_commands(context):
+            command = group.get_command(context, child)
+            assert command
+            yield from parameters(command, f"{name} {child}".strip())
+    for parameter in group.params:
+        yield name, parameter
+
+
+def test_no_output_is_left_out_here() -> None:
+    kinds = [(name, type(parameter.type)) for name, parameter in parameters(root)]
+    files = [name for name, kind in kinds if kind is OutputFile]
+    folders = [name for name, kind in kinds if kind is OutputFolder]
+    assert len(files) == len(FILES) - 1  # linuxcnc component takes a file or its folder
+    assert len(folders) == len(FOLDERS)
+    named = {("-o", "--output"), ("--out",), ("--json", "--plot"), ("--picture",)}
+    plain = [
+        (name, parameter.opts)
+        for name, parameter in parameters(root)
+        if type(parameter.type) is click.Path and tuple(parameter.opts) in named
+    ]
+    assert plain == [("linuxcnc component", ["--out"])], "an output without its type"
+
+
+@pytest.mark.parametrize("case", [case for case in FILES if case != "linuxcnc component"])
+def test_a_folder_is_no_file(cli: Cli, words: Callable[[str], list[str]], case: str) -> None:
+    folder = Path(f"folder{SUFFIX.get(case, '')}")
+    folder.mkdir()
+    code, out, err = cli(*words(case), folder)
+    assert (code, out) == (2, "")
+    assert "it is a folder" in " ".join(err.split())
+    assert list(folder.iterdir()) == []
+
+
+@pytest.mark.parametrize("case", FILES)
+def test_a_missing_folder(cli: Cli, words: Callable[[str], list[str]], case: str) -> None:
+    path = Path("missing") / "deeper" / f"file{SUFFIX.get(case, '')}"
+    code, _, err = cli(*words(case), path)
+    if case in MAKES_FOLDERS:
+        assert code == 0 and path.is_file()
+        return
+    assert code == 2 and "there is no folder missing/deeper" in " ".join(err.replace("│", " ").split())
+    assert not Path("missing").exists()
+
+
+@pytest.mark.parametrize("case", [*FILES, *FOLDERS])
+def test_a_file_in_place_of_the_folder(cli: Cli, words: Callable[[str], list[str]], case: str) -> None:
+    Path("user.txt").write_text("mine")
+    code, _, err = cli(*words(case), Path("user.txt") / f"file{SUFFIX.get(case, '')}")
+    assert code == 2 and "user.txt is no folder" in " ".join(err.replace("│", " ").split())
+    assert Path("user.txt").read_text() == "mine"
+
+
+@pytest.mark.parametrize("case", FILES)
+def test_write_protected(
+    cli: Cli, words: Callable[[str], list[str]], case: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder = Path("protected")
+    folder.mkdir(mode=0o500)
+    if os.geteuid() == 0:  # who may write everywhere
+        may = os.access
+        monkeypatch.setattr(os, "access", lambda path, mode: mode != os.W_OK and may(path, mode))
+    code, _, err = cli(*words(case), folder / f"file{SUFFIX.get(case, '')}")
+    assert code == 2 and "write-protected" in err
+
+
+@pytest.mark.parametrize("case", FILES)
+def test_a_file_system_that_refuses(cli: Cli, words: Callable[[str], list[str]], case: str) -> None:
+    """What cannot be known before: nothing can be made in /proc, not even by root."""
+    if not Path("/proc/self").is_dir():
+        pytest.skip("there is no /proc")
+    before = set(Path().iterdir())
+    code, _, err = cli(*words(case), f"/proc/wificnc{SUFFIX.get(case, '')}")
+    assert code in (1, 2, 4, 6) and "Traceback" not in err and len(err) < 1000
+    assert set(Path().iterdir()) == before
+
+
+@pytest.mark.parametrize("case", TO_STDOUT)
+def test_a_dash_is_stdout(cli: Cli, words: Callable[[str], list[str]], case: str, tmp_path: Path) -> None:
+    if case == "nvs build":
+        pytest.importorskip("esp_idf_nvs_partition_gen")
+    code, out, _ = cli(*words(case), "-")
+    assert code == 0 and out != ""
+    assert not Path("-").exists()
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["job.nc"]
+
+
+def test_what_goes_to_stdout_is_what_goes_to_a_file(cli: Cli, words: Callable[[str], list[str]]) -> None:
+    for case in ("pins", "expand", "linuxcnc component"):
+        _, out, _ = cli(*words(case), "-")
+        cli(*words(case), "file.txt")
+        assert out == Path("file.txt").read_text() != ""
+        Path("file.txt").unlink()
+    _, out, _ = cli(*words("sim --json"), "-")
+    assert json.loads(out)["lines"] == 1
+
+
+@pytest.mark.parametrize("case", NOT_TO_STDOUT)
+def test_what_cannot_go_to_stdout(cli: Cli, words: Callable[[str], list[str]], case: str, tmp_path: Path) -> None:
+    code, out, err = cli(*words(case), "-")
+    assert (code, out) == (2, "") and "- is stdout" in " ".join(err.replace("│", " ").split())
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["job.nc"]

@@ -1,0 +1,42 @@
+/**
+ * Lines that people type. Every byte from 0x80 on, and `!`, `?`, `~`, is a real-time command wherever it stands in a
+ * line: the UTF-8 of one `Ä` in a comment would open the safety door. Pure.
+ */
+import type { RealtimeName } from "../tables";
+
+/** A line that may not be sent as it stands. */
+export class LineError extends Error {}
+
+const COMMENT = /\([^)]*\)|\(.*$|;.*$/g;
+const NOT_PRINTABLE = /[^\x20-\x7e]/;
+const REALTIME: Readonly<Record<string, { name: RealtimeName; title: string }>> = {
+  "!": { name: "HOLD", title: "feed hold" },
+  "~": { name: "RESUME", title: "resume" },
+  "?": { name: "STATUS", title: "status report" },
+};
+
+/** The real-time command that this line is, alone on it; null: it is none. */
+export function realtimeOf(text: string): RealtimeName | null {
+  return REALTIME[text.trim()]?.name ?? null;
+}
+
+/** The line without its comments. Throws LineError when the rest holds what would act as a command. */
+export function typedLine(text: string): string {
+  const line = text.replace(COMMENT, "").trim();
+  checkLine(line);
+  return line;
+}
+
+/** Throws LineError when a line holds anything but printable ASCII, or a real-time command. */
+export function checkLine(line: string): void {
+  const strange = NOT_PRINTABLE.exec(line)?.[0];
+  if (strange !== undefined)
+    throw new LineError(`${name(strange)} is not ASCII, and a controller takes its bytes for commands. Use it in comments only.`);
+  const command = [...line].find((character) => character in REALTIME);
+  if (command !== undefined)
+    throw new LineError(`${command} is the command "${REALTIME[command]!.title}" wherever it stands in a line. Send it alone.`);
+}
+
+function name(character: string): string {
+  return character < " " || character === "\x7f" ? `The control character 0x${character.charCodeAt(0).toString(16)}` : `"${character}"`;
+}

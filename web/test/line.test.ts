@@ -1,0 +1,19 @@
+import { expect, it } from "vitest";
+import { checkLine, LineError, realtimeOf, typedLine } from "../src/link/line";
+
+it.each([
+  ["(Ä) G0 X1", "G0 X1"],
+  ["G0 X1 ; über!", "G0 X1"],
+  ["G0 (what?", "G0"],
+  ["(only ~)", ""],
+  ["$J=X1F100", "$J=X1F100"],
+])("takes %j without its comment", (text, line) => expect(typedLine(text)).toBe(line));
+
+it.each(["G0Ä", "é", "G0\u0085", "G0\tX1", "G1X1!", "X?", "~~", "\u{1f600}", "G0\x18"])("refuses %j", (text) => {
+  expect(() => typedLine(text)).toThrow(LineError);
+  expect(() => checkLine(text)).toThrow(LineError);
+});
+
+it("knows a real-time command that is alone on its line", () => {
+  expect(["!", " ~ ", "?", "!!", "G0"].map(realtimeOf)).toEqual(["HOLD", "RESUME", "STATUS", null, null]);
+});
