@@ -7,7 +7,10 @@
 #include "hal/hal_step.h"
 #include "host.h"
 #include "machine/machine.h"
+#include "tasks.h"
 #include "virtual.h"
+
+enum { WAITING_SIZE = 16 * RX_SIZE };
 
 struct hal {
     struct hal_step step;
@@ -23,6 +26,9 @@ struct host {
     struct machine machine;
     struct hal hal;
     struct trace trace;
+    struct tasks tasks;
+    char waiting[WAITING_SIZE]; /* bytes that arrived while the reader was stalled */
+    size_t waiting_count;
     const struct trace_event *seen; /* the true position counts every edge before this one */
     uint64_t timer_events;
     int input_follows;

@@ -75,10 +75,9 @@ static size_t hear(void *ctx, char *bytes, size_t size) {
     return host_read(serve->host, bytes, size);
 }
 
-/* No time passes, no step is made: it only takes its input in. */
 static void act(void *ctx) {
     struct serve *serve = ctx;
-    host_run_paced(serve->host, host_time_ticks(serve->host), 1);
+    host_act(serve->host);
 }
 
 static enum net_gate_result login(void *ctx, uint64_t who, const char *password, size_t size) {

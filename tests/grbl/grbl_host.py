@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from pathlib import Path
 
 import numpy as np
+import stalls
 from numpy.typing import NDArray
 from step_accelerations import accelerations
 from wificnc.build.host import ensure_host_library
-from wificnc.sim.native import HostBoard
+from wificnc.sim.native import HostBoard, Tasks
 
 AXES = 6
 HZ = 20_000_000
@@ -87,6 +88,7 @@ def _library() -> ctypes.CDLL:
     lib.host_trace.argtypes = (host,)
     lib.host_trace.restype = host
     lib.trace_add.argtypes = (host, CONSUMER, host)
+    stalls.bind(lib)
     return lib
 
 
@@ -107,9 +109,10 @@ class Grbl:
         encoder: bool = False,
         outputs: int = 5,
         home: int = 0,  # axes with home switches of their own
+        tasks: Tasks = Tasks.FREE,
     ) -> None:
         timing = (HZ, 1000, 500, 500_000)
-        board = HostBoard(*timing, axes, ganged, relay, 4 * ports, ports, motors_wake_us, outputs, encoder, home)
+        board = HostBoard(*timing, axes, ganged, relay, 4 * ports, ports, motors_wake_us, outputs, encoder, home, tasks)
         self._host = LIB.host_open(ctypes.byref(board), str(store).encode() if store else None)
         assert self._host
         LIB.host_input_follows(self._host, 0)
@@ -207,6 +210,15 @@ class Grbl:
         """Steps/s^2 per axis by box differences of the recorded positions."""
         events = np.concatenate(self._chunks)
         return accelerations(events["t"] / HZ, events["step"], events["dir"], window_s)
+
+    # --- stalls ---
+
+    def stall(self, side: stalls.Side, after_s: float, for_s: float) -> None:
+        """Keep a side of the firmware from working; step interrupts and edges of inputs go on."""
+        stalls.stall(LIB, self._host, side, after_s, for_s, HZ)
+
+    def stall_randomly(self, seed: int, sides: Collection[stalls.Side] = stalls.SIDES, **how: int) -> None:
+        stalls.stall_randomly(LIB, self._host, seed, sides, **how)
 
     # --- the machine behind it ---
 
