@@ -11,6 +11,8 @@ static uint64_t earlier(uint64_t a, uint64_t b) {
 
 static void append_out(void *ctx, const char *bytes, size_t count) {
     struct host *host = ctx;
+    if (host->observer.said != NULL)
+        host->observer.said(host->observer.ctx, bytes, count);
     if (host->out_count + count > host->out_size) {
         size_t size = 2 * (host->out_count + count);
         char *out = realloc(host->out, size);
@@ -119,12 +121,23 @@ static bool reader_stalls(struct host *host) {
     return tasks_stalled_until(&host->tasks, HOST_READER, now) > now;
 }
 
+/* @return false: no room, the byte must come again */
+static bool put_byte(struct host *host, uint8_t byte, bool lossy) {
+    if (lossy)
+        rx_put_or_lose(&host->machine.rx, byte);
+    else if (!rx_put(&host->machine.rx, byte))
+        return false;
+    if (host->observer.put != NULL)
+        host->observer.put(host->observer.ctx, byte, lossy);
+    return true;
+}
+
 /* What arrived while the reader was stalled. */
 static void read_waiting(struct host *host) {
     if (host->waiting_count == 0 || reader_stalls(host))
         return;
     for (size_t n = 0; n < host->waiting_count; n++)
-        rx_put_or_lose(&host->machine.rx, (uint8_t)host->waiting[n]);
+        (void)put_byte(host, (uint8_t)host->waiting[n], rx_free(&host->machine.rx) == 0);
     host->waiting_count = 0;
     tasks_wake(&host->tasks, host->hal.step.now_ticks);
 }
@@ -144,7 +157,7 @@ size_t host_write(struct host *host, const char *bytes, size_t count) {
     tasks_wake(&host->tasks, host->hal.step.now_ticks);
     if (reader_stalls(host))
         return keep_waiting(host, bytes, count, rx_free(&host->machine.rx));
-    while (taken < count && rx_put(&host->machine.rx, (uint8_t)bytes[taken]))
+    while (taken < count && put_byte(host, (uint8_t)bytes[taken], false))
         taken++;
     return taken;
 }
@@ -156,7 +169,7 @@ void host_write_or_lose(struct host *host, const char *bytes, size_t count) {
         (void)keep_waiting(host, bytes, count, WAITING_SIZE);
     else
         while (count-- > 0)
-            rx_put_or_lose(&host->machine.rx, (uint8_t)*bytes++);
+            (void)put_byte(host, (uint8_t)*bytes++, true);
 }
 
 size_t host_read(struct host *host, char *bytes, size_t size) {
@@ -266,6 +279,8 @@ static bool look(struct host *host, bool *any) {
         *any |= done;
     }
     show_segments(host);
+    if (host->observer.looked != NULL)
+        host->observer.looked(host->observer.ctx);
     return looks;
 }
 
@@ -356,6 +371,8 @@ void host_act(struct host *host) {
     if (tasks_stalled_until(&host->tasks, HOST_CONTROLLER, now) == now)
         tasks_looked(&host->tasks, HOST_CONTROLLER, machine_poll(&host->machine), now);
     show_segments(host);
+    if (host->observer.looked != NULL)
+        host->observer.looked(host->observer.ctx);
 }
 
 bool host_stall(struct host *host, enum host_side side, uint64_t from_ticks, uint64_t ticks) {

@@ -22,8 +22,17 @@ struct hal {
     bool probe_high;                 /* level that the step ISR watches for */
 };
 
+/** Who looks on; NULL functions: nobody. */
+struct host_observer {
+    void *ctx;
+    void (*looked)(void *ctx);                                /* the tasks that were due have looked */
+    void (*put)(void *ctx, uint8_t byte, bool lossy);         /* the controller has got a byte, or lost it */
+    void (*said)(void *ctx, const char *bytes, size_t count); /* it said this */
+};
+
 struct host {
     struct machine machine;
+    struct host_observer observer;
     struct hal hal;
     struct trace trace;
     struct tasks tasks;

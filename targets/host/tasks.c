@@ -86,6 +86,13 @@ uint64_t tasks_stalled_until(struct tasks *tasks, enum host_side side, uint64_t 
     return until;
 }
 
+uint64_t tasks_stalls_end(const struct tasks *tasks) {
+    uint64_t end = 0;
+    for (uint32_t n = 0; n < tasks->stall_count; n++)
+        end = tasks->stall[n].until_ticks > end ? tasks->stall[n].until_ticks : end;
+    return end;
+}
+
 /* ---- periods ---- */
 
 /* Its next look is at a tick, a tick being a multiple of its period, or later by chance. */

@@ -47,6 +47,9 @@ void tasks_stall_randomly(struct tasks *tasks, const struct host_random_stalls *
 /** @return when this side may look again; now_ticks: it may now */
 uint64_t tasks_stalled_until(struct tasks *tasks, enum host_side side, uint64_t now_ticks);
 
+/** @return when the last stall that is known now ends, or 0 */
+uint64_t tasks_stalls_end(const struct tasks *tasks);
+
 /** This side looks now. */
 bool tasks_is_due(struct tasks *tasks, enum host_side side, uint64_t now_ticks);
 

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import stalls
+from monitor import CHECKS, Checks, Monitor, bind
 from numpy.typing import NDArray
 from step_accelerations import accelerations
 from wificnc.build.host import ensure_host_library
@@ -89,6 +90,7 @@ def _library() -> ctypes.CDLL:
     lib.host_trace.restype = host
     lib.trace_add.argtypes = (host, CONSUMER, host)
     stalls.bind(lib)
+    bind(lib)
     return lib
 
 
@@ -110,15 +112,20 @@ class Grbl:
         outputs: int = 5,
         home: int = 0,  # axes with home switches of their own
         tasks: Tasks = Tasks.FREE,
+        checks: Checks = CHECKS,
     ) -> None:
         timing = (HZ, 1000, 500, 500_000)
         board = HostBoard(*timing, axes, ganged, relay, 4 * ports, ports, motors_wake_us, outputs, encoder, home, tasks)
         self._host = LIB.host_open(ctypes.byref(board), str(store).encode() if store else None)
         assert self._host
+        self.monitor = Monitor(LIB, self._host, checks)
         LIB.host_input_follows(self._host, 0)
 
     def close(self) -> None:
-        LIB.host_destroy(self._host)
+        try:
+            self.monitor.close()
+        finally:
+            LIB.host_destroy(self._host)
 
     # --- the stream ---
 
@@ -137,6 +144,7 @@ class Grbl:
         said, buffer = b"", ctypes.create_string_buffer(65536)
         while count := LIB.host_read(self._host, buffer, len(buffer)):
             said += buffer.raw[:count]
+        self.monitor.check()
         return said.decode("latin-1")
 
     def send(self, data: str) -> str:

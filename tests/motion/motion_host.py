@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 import stalls
+from monitor import CHECKS, Checks, Monitor, bind
 from numpy.typing import NDArray
 from wificnc.build.host import ensure_host_library
 from wificnc.sim.native import HostBoard, Tasks
@@ -57,6 +58,7 @@ def _library() -> ctypes.CDLL:
     lib.host_counters.argtypes = (ctypes.c_void_p, ctypes.POINTER(Counters))
     lib.trace_add.argtypes = (ctypes.c_void_p, CONSUMER, ctypes.c_void_p)
     stalls.bind(lib)
+    bind(lib)
     return lib
 
 
@@ -101,11 +103,13 @@ class Host:
         rate_hz: int = 500_000,
         axes: int = 6,
         tasks: Tasks = Tasks.FREE,
+        checks: Checks = CHECKS,
     ) -> None:
         self.timer_hz = timer_hz
         board = HostBoard(timer_hz, pulse_ns, setup_ns, rate_hz, axes, tasks=tasks)
         self._host = LIB.host_create(ctypes.byref(board))
         assert self._host
+        self.monitor = Monitor(LIB, self._host, checks)
         self._chunks: list[NDArray[np.void]] = []
         self._said = b""
         self._started = False
@@ -113,7 +117,10 @@ class Host:
         assert LIB.trace_add(LIB.host_trace(self._host), self._consumer, None)
 
     def close(self) -> None:
-        LIB.host_destroy(self._host)
+        try:
+            self.monitor.close()
+        finally:
+            LIB.host_destroy(self._host)
 
     def _consume(self, _ctx: int | None, events: int, count: int) -> None:
         raw = ctypes.string_at(events, count * EVENT.itemsize)
@@ -123,6 +130,7 @@ class Host:
         buffer = ctypes.create_string_buffer(65536)
         while count := LIB.host_read(self._host, buffer, len(buffer)):
             self._said += buffer.raw[:count]
+        self.monitor.check()
 
     def settings(self, **values: float) -> None:
         """`s110=5000` sends $110=5000; every one must be taken."""
