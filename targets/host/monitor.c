@@ -19,7 +19,7 @@ enum { SAID_SIZE = 160, FOUND_SIZE = 240, AHEAD_MAX = 1 << 12 };
 #define ANSWER_S      0.1
 #define ACCEL_FACTOR  1.2
 #define RATE_FACTOR   1.01
-#define GRAIN_STEPS   2.5 /* of a difference of three rounded positions, and the DDA of a minor axis */
+#define GRAIN_STEPS   4.0 /* of a second difference of rounded positions, of an axis that steps with another */
 
 enum answer { ANSWER_ANY, ANSWER_OK, ANSWER_TOO_LONG };
 
@@ -311,6 +311,10 @@ void monitor_destroy(struct monitor *monitor) {
 const char *monitor_found(struct monitor *monitor) {
     take_events(monitor);
     return monitor->found[0] != '\0' ? monitor->found : NULL;
+}
+
+uint32_t monitor_open_lines(const struct monitor *monitor) {
+    return monitor->sent - monitor->answered;
 }
 
 static void release_all(struct monitor *monitor) {

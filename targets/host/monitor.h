@@ -38,6 +38,9 @@ void monitor_destroy(struct monitor *monitor);
 /** @return NULL: nothing was found; or what, and when */
 const char *monitor_found(struct monitor *monitor);
 
+/** Lines put that wait for their answer. */
+uint32_t monitor_open_lines(const struct monitor *monitor);
+
 /** After whatever was: with all inputs released and stalls ended a reset leads to a banner, and then a ? is
  * answered within 100 ms. Changes the controller. @return as monitor_found() */
 const char *monitor_end(struct monitor *monitor);
