@@ -5,8 +5,14 @@
 #include <stdlib.h>
 #include <string.h>
 
+static uint64_t earlier(uint64_t a, uint64_t b) {
+    return a < b ? a : b;
+}
+
 static void append_out(void *ctx, const char *bytes, size_t count) {
     struct host *host = ctx;
+    if (host->observer.said != NULL)
+        host->observer.said(host->observer.ctx, bytes, count);
     if (host->out_count + count > host->out_size) {
         size_t size = 2 * (host->out_count + count);
         char *out = realloc(host->out, size);
@@ -23,7 +29,33 @@ static int board_is_possible(const struct host_board *board) {
     return board->timer_hz >= 1000000 && board->timer_hz <= 100000000 && board->axis_count >= 1 &&
            board->axis_count <= AXIS_COUNT && board->step_pulse_ns >= 1 && board->step_pulse_ns <= 255000 &&
            board->max_step_rate_hz >= 1 && board->digital_inputs <= DIGITAL_INPUT_COUNT &&
-           board->digital_outputs <= OUTPUT_COUNT;
+           board->digital_outputs <= OUTPUT_COUNT && board->tasks <= HOST_TASKS_PIC32MZ;
+}
+
+static void run_events(struct host *host, uint64_t *budget, uint64_t until_ticks, bool refills);
+
+/* What the task side wants done between two looks of the motion side: it waits until that one looks. */
+static void call_motion(const void *ctx, void (*work)(void *arg), void *arg) {
+    struct host *host = (struct host *)(uintptr_t)ctx;
+    struct hal_step *hal = &host->hal.step;
+    uint64_t end, budget = UINT64_MAX;
+    while ((end = tasks_stalled_until(&host->tasks, HOST_MOTION, hal->now_ticks)) > hal->now_ticks) {
+        end = earlier(end, virtual_next_ticks(&host->hal.virtual_machine));
+        if (host->machine.step.active)
+            run_events(host, &budget, end, false);
+        else
+            hal->now_ticks = end;
+        (void)host_follow_edges(host);
+    }
+    work(arg);
+}
+
+static const struct hal_motion_side motion_side = {.call = call_motion};
+
+static void own_motion_side(struct host *host) {
+    host->tasks.own_motion = true;
+    host->machine.board.motion_side = &motion_side;
+    host->machine.board.motion_side_ctx = host;
 }
 
 struct host *host_create(const struct host_board *board) {
@@ -68,6 +100,9 @@ struct host *host_open(const struct host_board *board, const char *store_path) {
     host->hal.timer_hz = board->timer_hz;
     host->hal.timer_mhz_q8 = (uint32_t)(((uint64_t)board->timer_hz << 8) / 1000000);
     machine_init(&host->machine, &machine_board, &host->hal, &host->hal.step, &out);
+    tasks_init(&host->tasks, board->tasks, board->timer_hz);
+    if (host->tasks.own_motion)
+        own_motion_side(host);
     return host;
 }
 
@@ -80,16 +115,62 @@ void host_destroy(struct host *host) {
     free(host);
 }
 
+/* ---- bytes in ---- */
+
+static bool reader_stalls(struct host *host) {
+    uint64_t now = host->hal.step.now_ticks;
+    return tasks_stalled_until(&host->tasks, HOST_READER, now) > now;
+}
+
+/* @return false: no room, the byte must come again */
+static bool put_byte(struct host *host, uint8_t byte, bool lossy) {
+    if (lossy)
+        rx_put_or_lose(&host->machine.rx, byte);
+    else if (!rx_put(&host->machine.rx, byte))
+        return false;
+    if (host->observer.put != NULL)
+        host->observer.put(host->observer.ctx, byte, lossy);
+    return true;
+}
+
+/* What arrived while the reader was stalled. */
+static void read_waiting(struct host *host) {
+    if (host->waiting_count == 0 || reader_stalls(host))
+        return;
+    for (size_t n = 0; n < host->waiting_count; n++)
+        (void)put_byte(host, (uint8_t)host->waiting[n], rx_free(&host->machine.rx) == 0);
+    host->waiting_count = 0;
+    tasks_wake(&host->tasks, host->hal.step.now_ticks);
+}
+
+/* @param room  for this and what waits already */
+static size_t keep_waiting(struct host *host, const char *bytes, size_t count, size_t room) {
+    room = room > host->waiting_count ? room - host->waiting_count : 0;
+    count = count < room ? count : room;
+    memcpy(host->waiting + host->waiting_count, bytes, count);
+    host->waiting_count += count;
+    return count;
+}
+
 size_t host_write(struct host *host, const char *bytes, size_t count) {
     size_t taken = 0;
-    while (taken < count && rx_put(&host->machine.rx, (uint8_t)bytes[taken]))
+    read_waiting(host);
+    tasks_wake(&host->tasks, host->hal.step.now_ticks);
+    if (reader_stalls(host))
+        return keep_waiting(host, bytes, count, rx_free(&host->machine.rx));
+    while (taken < count && put_byte(host, (uint8_t)bytes[taken], false))
         taken++;
     return taken;
 }
 
 void host_write_or_lose(struct host *host, const char *bytes, size_t count) {
-    while (count-- > 0)
-        rx_put_or_lose(&host->machine.rx, (uint8_t)*bytes++);
+    read_waiting(host);
+    tasks_wake(&host->tasks, host->hal.step.now_ticks);
+    if (reader_stalls(host))
+        (void)keep_waiting(host, bytes, count, WAITING_SIZE);
+    else
+        while (count-- > 0)
+            (void)put_byte(host, (uint8_t)*bytes++, true);
 }
 
 size_t host_read(struct host *host, char *bytes, size_t size) {
@@ -108,14 +189,16 @@ static void flush_trace(struct host *host) {
     host->seen = host->trace.events;
 }
 
-/* Step events until half of the spans are used up, so that prep refills in batches; a time is reached; or an
- * input changes. */
-static void run_events(struct host *host, uint64_t *budget, uint64_t until_ticks) {
+/* Step events until a time is reached; an input changes; or half of the spans are used up, so that prep
+ * refills in batches. @param refills  prep may look then, and not only at its time */
+static void run_events(struct host *host, uint64_t *budget, uint64_t until_ticks, bool refills) {
     struct step *step = &host->machine.step;
     struct hal_step *hal = &host->hal.step;
     const bool follows = host->hal.virtual_machine.follows;
     uint32_t held = ring_held(&step->ring.index);
     uint32_t enough = held > 2 ? held / 2 : held - 1; /* more may come behind the last span but one */
+    if (!refills)
+        enough = 0;
     do {
         if (hal->alarm_ticks > until_ticks) {
             hal->now_ticks = until_ticks;
@@ -172,39 +255,90 @@ static uint64_t wake_ticks(const struct host *host) {
     return host->hal.step.now_ticks + (us * host->hal.timer_mhz_q8 >> 8) + 1;
 }
 
-static uint64_t earlier(uint64_t a, uint64_t b) {
-    return a < b ? a : b;
+/* Whoever asked can put more input: nothing of what it has put waits, and there is room for motion. */
+static bool wants_input(const struct host *host) {
+    const struct machine *machine = &host->machine;
+    return !host->paced && host->waiting_count == 0 && rx_free(&machine->rx) == RX_SIZE &&
+           machine->stage == TASK_NONE;
+}
+
+/* The tasks that are due look. @return the controller looked, and why it may wait, or -1; *any: something was
+ * done */
+static bool look(struct host *host, bool *any) {
+    struct tasks *tasks = &host->tasks;
+    struct machine *machine = &host->machine;
+    uint64_t now = host->hal.step.now_ticks;
+    bool looks = tasks_is_due(tasks, HOST_CONTROLLER, now);
+    if (looks && machine_poll(machine)) {
+        *any = true;
+        now = host->hal.step.now_ticks; /* it may have waited for the motion side */
+        tasks_looked(tasks, HOST_CONTROLLER, true, now);
+    }
+    if (tasks->own_motion && tasks_is_due(tasks, HOST_MOTION, now)) {
+        bool done = machine_poll_motion(machine);
+        tasks_looked(tasks, HOST_MOTION, done, now);
+        *any |= done;
+    }
+    show_segments(host);
+    if (host->observer.looked != NULL)
+        host->observer.looked(host->observer.ctx);
+    return looks;
+}
+
+/* When something happens by itself at rest, or UINT64_MAX. */
+static uint64_t next_cause_ticks(struct host *host) {
+    uint64_t next = earlier(virtual_next_ticks(&host->hal.virtual_machine), wake_ticks(host));
+    next = earlier(next, outputs_next_ticks(&host->hal, false));
+    if (host->waiting_count > 0)
+        next = earlier(next, tasks_stalled_until(&host->tasks, HOST_READER, host->hal.step.now_ticks));
+    return next;
+}
+
+/* At rest time goes to the next thing that happens, or to a task's next look. @return false: nothing does */
+static bool skip_rest(struct host *host, uint64_t until_ticks, bool waits) {
+    struct hal_step *hal = &host->hal.step;
+    uint64_t cause = next_cause_ticks(host);
+    uint64_t next = earlier(cause, tasks_next_ticks(&host->tasks, false, hal->now_ticks));
+    if (next == UINT64_MAX && !waits)
+        return false;
+    hal->now_ticks = earlier(next, until_ticks);
+    if (hal->now_ticks == cause)
+        tasks_wake(&host->tasks, cause);
+    return true;
 }
 
 /* @param waits  also with nothing to do, time goes on to its end */
 static enum host_wait run(struct host *host, uint64_t max_events, uint64_t until_ticks, bool waits) {
     struct machine *machine = &host->machine;
+    struct tasks *tasks = &host->tasks;
     struct hal_step *hal = &host->hal.step;
     uint64_t budget = max_events;
     while (budget != 0) {
         bool any = host_follow_edges(host);
-        any |= machine_poll(machine);
+        read_waiting(host);
+        bool worked = false, looked = look(host, &worked);
         outputs_follow(&host->hal);
-        show_segments(host);
-        bool all_read = !host->paced && rx_free(&machine->rx) == RX_SIZE && machine->stage == TASK_NONE;
-        if (all_read && !host->input_follows)
-            machine_input_pause(machine);
-        if (all_read && host->input_follows && motion_has_room(&machine->motion))
-            return machine->step.active ? HOST_ROOM : HOST_IDLE;
+        if (looked && wants_input(host)) {
+            if (!host->input_follows)
+                machine_input_pause(machine);
+            else if (motion_has_room(&machine->motion))
+                return machine->step.active ? HOST_ROOM : HOST_IDLE;
+        }
+        if (looked && !worked)
+            tasks_looked(tasks, HOST_CONTROLLER, false, hal->now_ticks);
         if (hal->now_ticks >= until_ticks)
             return HOST_TIME;
-        uint64_t next = virtual_next_ticks(&host->hal.virtual_machine);
-        next = earlier(next, outputs_next_ticks(&host->hal, machine->step.active));
+        if (worked && (tasks_sleep(tasks) || ring_held(&machine->step.ring.index) < 2))
+            continue; /* all there is to do, at this instant: then they sleep, or the next span is there */
         if (machine->step.active) {
-            run_events(host, &budget, earlier(next, until_ticks));
-            continue;
-        }
-        if (any)
-            continue;
-        next = earlier(next, wake_ticks(host));
-        if (next == UINT64_MAX && !waits)
+            uint64_t next = earlier(until_ticks, virtual_next_ticks(&host->hal.virtual_machine));
+            next = earlier(next, tasks_next_ticks(tasks, true, hal->now_ticks));
+            next = earlier(next, outputs_next_ticks(&host->hal, true));
+            run_events(host, &budget, next, tasks_refill(tasks, hal->now_ticks));
+            tasks_stepped(tasks, hal->now_ticks);
+        } else if (!any && !worked && !skip_rest(host, until_ticks, waits)) {
             return HOST_IDLE;
-        hal->now_ticks = earlier(next, until_ticks);
+        }
     }
     return HOST_BUDGET;
 }
@@ -220,12 +354,14 @@ enum host_wait host_run_before(struct host *host, uint64_t max_events, uint64_t 
 }
 
 enum host_wait host_run_until(struct host *host, uint64_t t_ticks) {
+    tasks_wake(&host->tasks, host->hal.step.now_ticks);
     enum host_wait wait = run(host, UINT64_MAX, t_ticks, true);
     flush_trace(host);
     return wait;
 }
 
 enum host_wait host_run_paced(struct host *host, uint64_t t_ticks, uint64_t max_events) {
+    tasks_wake(&host->tasks, host->hal.step.now_ticks); /* a network host may have asked for something */
     host->paced = true;
     enum host_wait wait = run(host, max_events, t_ticks, true);
     host->paced = false;
@@ -233,11 +369,37 @@ enum host_wait host_run_paced(struct host *host, uint64_t t_ticks, uint64_t max_
     return wait;
 }
 
-uint64_t host_next_ticks(const struct host *host) {
+void host_act(struct host *host) {
+    uint64_t now = host->hal.step.now_ticks;
+    read_waiting(host);
+    if (tasks_stalled_until(&host->tasks, HOST_CONTROLLER, now) == now)
+        tasks_looked(&host->tasks, HOST_CONTROLLER, machine_poll(&host->machine), now);
+    show_segments(host);
+    if (host->observer.looked != NULL)
+        host->observer.looked(host->observer.ctx);
+}
+
+bool host_stall(struct host *host, enum host_side side, uint64_t from_ticks, uint64_t ticks) {
+    const struct task_stall stall = {from_ticks, from_ticks + ticks, (uint8_t)side};
+    if ((unsigned)side >= HOST_SIDES)
+        return false;
+    if (side == HOST_MOTION && !host->tasks.one_loop)
+        own_motion_side(host);
+    return tasks_stall(&host->tasks, &stall, host->hal.step.now_ticks);
+}
+
+void host_stall_randomly(struct host *host, const struct host_random_stalls *stalls) {
+    if ((stalls->sides >> HOST_MOTION & 1) != 0 && !host->tasks.one_loop)
+        own_motion_side(host);
+    tasks_stall_randomly(&host->tasks, stalls, host->hal.step.now_ticks);
+}
+
+uint64_t host_next_ticks(struct host *host) {
+    struct tasks *tasks = &host->tasks;
+    uint64_t now = host->hal.step.now_ticks;
     if (host->machine.step.active)
-        return host->hal.step.now_ticks;
-    uint64_t next = earlier(wake_ticks(host), outputs_next_ticks(&host->hal, 0));
-    return earlier(next, virtual_next_ticks(&host->hal.virtual_machine));
+        return now;
+    return earlier(next_cause_ticks(host), tasks_next_ticks(tasks, false, now));
 }
 
 uint64_t host_time_ticks(const struct host *host) {
@@ -287,6 +449,8 @@ bool host_take_move(struct host *host, struct gcode_move *out) {
 }
 
 void host_input_follows(struct host *host, int follows) {
+    if (host->input_follows != follows)
+        tasks_wake(&host->tasks, host->hal.step.now_ticks);
     host->input_follows = follows;
 }
 

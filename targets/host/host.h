@@ -15,6 +15,13 @@
 #include <stddef.h>
 #include <stdint.h>
 
+/** In whose time the controller works (targets/common/task_periods.h). */
+enum host_tasks_of {
+    HOST_TASKS_FREE, /* everything is looked at all the time */
+    HOST_TASKS_ESP32,
+    HOST_TASKS_PIC32MZ,
+};
+
 /** What a board fixes. */
 struct host_board {
     uint32_t timer_hz;         /* step timer, 1 MHz .. 100 MHz */
@@ -30,6 +37,7 @@ struct host_board {
     uint8_t digital_outputs;   /* of M62 .. M65, 0 .. OUTPUT_COUNT */
     uint8_t encoder;           /* 1: of the spindle, with index */
     axis_mask_t home_axes;     /* axes with home switches of their own */
+    uint8_t tasks;             /* enum host_tasks_of */
 };
 
 struct host;
@@ -79,8 +87,32 @@ enum host_wait host_run_until(struct host *host, uint64_t t_ticks);
  * @return HOST_TIME, or HOST_BUDGET: max_events step-timer events were run and it is not t_ticks yet */
 enum host_wait host_run_paced(struct host *host, uint64_t t_ticks, uint64_t max_events);
 
+/** Take input in: no time passes, no step is made. */
+void host_act(struct host *host);
+
+/** Parts of a firmware that can be kept from working while step interrupts and edges of inputs go on. */
+enum host_side {
+    HOST_CONTROLLER, /* the task of machine_poll(): lines, planning, states */
+    HOST_MOTION,     /* the task that feeds the step interrupt; with one loop (PIC32MZ) the same as above */
+    HOST_READER,     /* bytes that arrive wait outside of the controller */
+    HOST_SIDES
+};
+
+/** Keep a side from working from a virtual time on (the past means now) for so long.
+ * @return false: there is no such side, or too many stalls wait */
+bool host_stall(struct host *host, enum host_side side, uint64_t from_ticks, uint64_t ticks);
+
+/** Stalls at random times, one at a time, the same ones for the same seed. */
+struct host_random_stalls {
+    uint64_t seed;
+    uint32_t sides;      /* bit = enum host_side; 0: no further stall */
+    uint32_t gap_ms;     /* between two of them on average */
+    uint32_t longest_ms; /* > 0 */
+};
+void host_stall_randomly(struct host *host, const struct host_random_stalls *stalls);
+
 /** When it will go on by itself, now at the earliest; UINT64_MAX: never without input. */
-uint64_t host_next_ticks(const struct host *host);
+uint64_t host_next_ticks(struct host *host);
 
 /** Virtual time, ticks of the board's timer from power-on. */
 uint64_t host_time_ticks(const struct host *host);

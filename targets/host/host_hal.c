@@ -77,6 +77,7 @@ void hal_debug(enum debug_channel channel, const char *what, int32_t first, int3
 
 static void levels_changed(struct host *host) {
     set_probe(&host->hal);
+    tasks_wake(&host->tasks, host->hal.step.now_ticks);
     machine_edge_isr(&host->machine);
 }
 

@@ -8,7 +8,10 @@
 #include "host.h"
 #include "machine/machine.h"
 #include "output_log.h"
+#include "tasks.h"
 #include "virtual.h"
+
+enum { WAITING_SIZE = 16 * RX_SIZE };
 
 struct hal {
     struct hal_step step;
@@ -23,10 +26,22 @@ struct hal {
     bool probe_high;                 /* level that the step ISR watches for */
 };
 
+/** Who looks on; NULL functions: nobody. */
+struct host_observer {
+    void *ctx;
+    void (*looked)(void *ctx);                                /* the tasks that were due have looked */
+    void (*put)(void *ctx, uint8_t byte, bool lossy);         /* the controller has got a byte, or lost it */
+    void (*said)(void *ctx, const char *bytes, size_t count); /* it said this */
+};
+
 struct host {
     struct machine machine;
+    struct host_observer observer;
     struct hal hal;
     struct trace trace;
+    struct tasks tasks;
+    char waiting[WAITING_SIZE]; /* bytes that arrived while the reader was stalled */
+    size_t waiting_count;
     const struct trace_event *seen; /* the true position counts every edge before this one */
     uint64_t timer_events;
     int input_follows;

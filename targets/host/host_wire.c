@@ -152,6 +152,10 @@ void host_wire_run(struct host_wire *wire, uint64_t t_ticks) {
         uint64_t until = now + ms_ticks < t_ticks ? now + ms_ticks : t_ticks;
         while (host_time_ticks(host) < until)
             (void)host_run_paced(host, until, EVENTS_A_ROUND);
+        now = host_time_ticks(host);
+        if (tasks_stalled_until(&host->tasks, HOST_CONTROLLER, now) > now)
+            continue; /* it is the controller's task that does this */
         session_poll(&wire->session);
+        tasks_wake(&host->tasks, now);
     }
 }

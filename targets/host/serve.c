@@ -78,10 +78,9 @@ static size_t hear(void *ctx, char *bytes, size_t size) {
     return host_read(serve->host, bytes, size);
 }
 
-/* No time passes, no step is made: it only takes its input in. */
 static void act(void *ctx) {
     struct serve *serve = ctx;
-    host_run_paced(serve->host, host_time_ticks(serve->host), 1);
+    host_act(serve->host);
 }
 
 static bool notice(void *ctx, char *text, size_t size) {

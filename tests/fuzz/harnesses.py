@@ -16,6 +16,7 @@ LENGTHS = {
     "wire": 1024,
     "module": 1024,
     "component": 1024,
+    "interleave": 512,
 }
 NAMES = tuple(LENGTHS)
 NOT_PORTABLE = ("wificnc.c", "network.c")  # of linuxcnc: they need HAL and sockets

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from pathlib import Path
 
 import numpy as np
+import stalls
+from monitor import CHECKS, Checks, Monitor, bind
 from numpy.typing import NDArray
 from step_accelerations import accelerations
 from wificnc.build.host import ensure_host_library
-from wificnc.sim.native import HostBoard, HostCounters
+from wificnc.sim.native import HostBoard, HostCounters, Tasks
 
 AXES = 6
 HZ = 20_000_000
@@ -99,6 +101,8 @@ def _library() -> ctypes.CDLL:
     lib.host_trace.argtypes = (host,)
     lib.host_trace.restype = host
     lib.trace_add.argtypes = (host, CONSUMER, host)
+    stalls.bind(lib)
+    bind(lib)
     return lib
 
 
@@ -120,17 +124,23 @@ class Grbl:
         outputs: int = 5,
         home: int = 0,  # axes with home switches of their own
         board: HostBoard | None = None,  # this one instead of all that
+        tasks: Tasks = Tasks.FREE,
+        checks: Checks = CHECKS,
     ) -> None:
         timing = (HZ, 1000, 500, 500_000)
         board = board or HostBoard(
-            *timing, axes, ganged, lacks, 4 * ports, ports, motors_wake_us, outputs, encoder, home
+            *timing, axes, ganged, lacks, 4 * ports, ports, motors_wake_us, outputs, encoder, home, tasks
         )
         self._host = LIB.host_open(ctypes.byref(board), str(store).encode() if store else None)
         assert self._host
+        self.monitor = Monitor(LIB, self._host, checks)
         LIB.host_input_follows(self._host, 0)
 
     def close(self) -> None:
-        LIB.host_destroy(self._host)
+        try:
+            self.monitor.close()
+        finally:
+            LIB.host_destroy(self._host)
 
     # --- the stream ---
 
@@ -149,6 +159,7 @@ class Grbl:
         said, buffer = b"", ctypes.create_string_buffer(65536)
         while count := LIB.host_read(self._host, buffer, len(buffer)):
             said += buffer.raw[:count]
+        self.monitor.check()
         return said.decode("latin-1")
 
     def send(self, data: str) -> str:
@@ -246,6 +257,15 @@ class Grbl:
         """Steps/s^2 per axis by box differences of the recorded positions."""
         events = np.concatenate(self._chunks)
         return accelerations(events["t"] / HZ, events["step"], events["dir"], window_s)
+
+    # --- stalls ---
+
+    def stall(self, side: stalls.Side, after_s: float, for_s: float) -> None:
+        """Keep a side of the firmware from working; step interrupts and edges of inputs go on."""
+        stalls.stall(LIB, self._host, side, after_s, for_s, HZ)
+
+    def stall_randomly(self, seed: int, sides: Collection[stalls.Side] = stalls.SIDES, **how: int) -> None:
+        stalls.stall_randomly(LIB, self._host, seed, sides, **how)
 
     # --- the machine behind it ---
 

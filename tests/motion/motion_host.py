@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import ctypes
+from collections.abc import Collection
 from dataclasses import dataclass, field
 
 import numpy as np
+import stalls
+from monitor import CHECKS, Checks, Monitor, bind
 from numpy.typing import NDArray
 from wificnc.build.host import ensure_host_library
-from wificnc.sim.native import HostBoard
+from wificnc.sim.native import HostBoard, Tasks
 
 AXES = 6
 # The measuring settings: 250 steps/mm, 5000 mm/min, 500 mm/s2.
@@ -54,6 +57,8 @@ def _library() -> ctypes.CDLL:
     lib.host_input_follows.argtypes = (ctypes.c_void_p, ctypes.c_int)
     lib.host_counters.argtypes = (ctypes.c_void_p, ctypes.POINTER(Counters))
     lib.trace_add.argtypes = (ctypes.c_void_p, CONSUMER, ctypes.c_void_p)
+    stalls.bind(lib)
+    bind(lib)
     return lib
 
 
@@ -97,11 +102,14 @@ class Host:
         setup_ns: int = 500,
         rate_hz: int = 500_000,
         axes: int = 6,
+        tasks: Tasks = Tasks.FREE,
+        checks: Checks = CHECKS,
     ) -> None:
         self.timer_hz = timer_hz
-        board = HostBoard(timer_hz, pulse_ns, setup_ns, rate_hz, axes)
+        board = HostBoard(timer_hz, pulse_ns, setup_ns, rate_hz, axes, tasks=tasks)
         self._host = LIB.host_create(ctypes.byref(board))
         assert self._host
+        self.monitor = Monitor(LIB, self._host, checks)
         self._chunks: list[NDArray[np.void]] = []
         self._said = b""
         self._started = False
@@ -109,7 +117,10 @@ class Host:
         assert LIB.trace_add(LIB.host_trace(self._host), self._consumer, None)
 
     def close(self) -> None:
-        LIB.host_destroy(self._host)
+        try:
+            self.monitor.close()
+        finally:
+            LIB.host_destroy(self._host)
 
     def _consume(self, _ctx: int | None, events: int, count: int) -> None:
         raw = ctypes.string_at(events, count * EVENT.itemsize)
@@ -119,6 +130,7 @@ class Host:
         buffer = ctypes.create_string_buffer(65536)
         while count := LIB.host_read(self._host, buffer, len(buffer)):
             self._said += buffer.raw[:count]
+        self.monitor.check()
 
     def settings(self, **values: float) -> None:
         """`s110=5000` sends $110=5000; every one must be taken."""
@@ -145,6 +157,13 @@ class Host:
     def press(self, name: str, active: bool) -> None:
         """An input of the machine: probe, estop, door ..."""
         LIB.virtual_set(self._host, LIB.virtual_input_number(name.encode()), active)
+
+    def stall(self, side: stalls.Side, after_s: float, for_s: float) -> None:
+        """Keep a side of the firmware from working; step interrupts go on."""
+        stalls.stall(LIB, self._host, side, after_s, for_s, self.timer_hz)
+
+    def stall_randomly(self, seed: int, sides: Collection[stalls.Side] = stalls.SIDES, **how: int) -> None:
+        stalls.stall_randomly(LIB, self._host, seed, sides, **how)
 
     def counters(self) -> Counters:
         counters = Counters()

@@ -22,7 +22,8 @@ from wificnc.build.mips import Choice, MipsCompiler, find_compiler, include_flag
 from wificnc.build.objects import Unit, compile_stale, failure, is_older
 from wificnc.chip.image import elf_symbols, read_elf, write_hex
 
-FOLDERS = ("core", "targets/pic32mz")  # sources, and where headers are looked for
+FOLDERS = ("core", "targets/pic32mz")  # sources
+HEADERS = (*FOLDERS, "targets/common")  # of the last one nothing is compiled: it needs sockets
 LINKER_SCRIPT = Path("targets/pic32mz/chip/pic32mz.ld")
 PREFIX_MAP = "-ffile-prefix-map={root}=."  # debug information is the same wherever the repository lies
 FAST = ("core/step/isr", "core/step/position", "targets/pic32mz/hal/", "targets/pic32mz/chip/")
@@ -85,7 +86,7 @@ def firmware_sources(root: Path) -> list[Path]:
 
 
 def _compile_command(root: Path, compiler: MipsCompiler, directory: Path) -> list[str]:
-    includes = include_flags(compiler, root, [directory, *(root / folder for folder in FOLDERS)])
+    includes = include_flags(compiler, root, [directory, *(root / folder for folder in HEADERS)])
     return [*compiler.argv, *compiler.flags, PREFIX_MAP.format(root=root), *includes]
 
 

@@ -11,6 +11,7 @@ from pathlib import Path
 from wificnc.board.model import Board
 from wificnc.errors import UserError
 from wificnc.link.port import DEFAULT_PORT
+from wificnc.sim.native import Tasks
 
 DEFAULT_HTTP_PORT = 8080
 DEFAULT_TCP = f"127.0.0.1:{DEFAULT_PORT}"
@@ -113,6 +114,7 @@ def program_arguments(options: ServeOptions) -> list[str]:
     """Arguments of the C program (targets/host/main.c)."""
     pairs: Sequence[tuple[str, object]] = (
         *((f"--{name.replace('_', '-')}", number) for name, number in board_numbers(options.board).items()),
+        ("--tasks", int(Tasks.of(options.board.target))),
         ("--speed", options.speed),
         *([("--host", options.tcp.host), ("--port", options.tcp.port)] if options.tcp else []),
         *([("--wmc3", options.wmc3)] if options.wmc3 else []),

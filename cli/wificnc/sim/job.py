@@ -54,6 +54,7 @@ class Timing:
     digital_outputs: int = 0  # of M62 .. M65
     encoder: bool = False  # of the spindle
     home_axes: int = 0  # axes with home switches of their own, bit 0 = X
+    tasks: int = 0  # native.Tasks: whose task periods
 
 
 @dataclass(frozen=True)
@@ -145,6 +146,7 @@ class SimResult:
     max_accel_mm_s2: tuple[float, ...]
     max_step_rate_hz: float
     lookahead_starved: int
+    underruns: int
     errors: tuple[LineError, ...]
     warnings: tuple[str, ...]
     travel_mm: tuple[float | None, ...]
@@ -238,6 +240,7 @@ def _result(sim: Simulation, request: JobRequest) -> SimResult:
         max_accel_mm_s2=tuple(native.max_accel_mm_s2[: len(axes)]),
         max_step_rate_hz=native.max_step_rate_hz,
         lookahead_starved=native.counters.lookahead_starved,
+        underruns=native.counters.underruns,
         errors=_line_errors(sim, request.text),
         warnings=(*_remarks(sim, native), *_travel_warnings(axes, min_mm, max_mm, request.travel_mm)),
         travel_mm=request.travel_mm,

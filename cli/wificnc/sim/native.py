@@ -49,7 +49,21 @@ class HostBoard(Structure):
         ("digital_outputs", c_uint8),
         ("encoder", c_uint8),
         ("home_axes", c_uint8),
+        ("tasks", c_uint8),
     )
+
+
+class Tasks(IntEnum):
+    """enum host_tasks_of: in whose time the controller works"""
+
+    FREE = 0
+    ESP32 = 1
+    PIC32MZ = 2
+
+    @classmethod
+    def of(cls, target: str) -> Tasks:
+        """Those of a board's target."""
+        return {"esp32": cls.ESP32, "pic32mz": cls.PIC32MZ}.get(target, cls.FREE)
 
 
 class HostCounters(Structure):

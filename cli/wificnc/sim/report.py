@@ -34,6 +34,7 @@ def report_json(result: SimResult) -> dict[str, Any]:
         "max_accel_mm_s2": by_axis(result.max_accel_mm_s2),
         "max_step_rate_hz": result.max_step_rate_hz,
         "lookahead_starved": result.lookahead_starved,
+        "underruns": result.underruns,
         "tool_changes": [asdict(change) for change in result.tool_changes],
         "errors": [asdict(error) for error in result.errors],
         "warnings": list(result.warnings),
@@ -64,6 +65,8 @@ def summary_rows(result: SimResult) -> list[tuple[str, str]]:
         rows.append(("look-ahead", f"ran out {result.lookahead_starved:,} times"))
     if result.tool_changes:
         rows.append(("tools", _tool_changes(result.tool_changes)))
+    if result.underruns:
+        rows.append(("step buffer", f"ran empty in motion {result.underruns:,} times (underruns)"))
     rows += [
         (f"at {duration(event.time_s)}", f"{event.action}: {event.state}") for event in result.events if event.done
     ]

@@ -18,7 +18,7 @@ from wificnc.machine import load_machine
 from wificnc.machine.model import Machine
 from wificnc.output import Output, check_suffix
 from wificnc.sim.job import At, JobRequest, Progress, SimResult, Timing, read_job, run_job
-from wificnc.sim.native import AXES, load_library
+from wificnc.sim.native import AXES, Tasks, load_library
 from wificnc.sim.report import report_json
 from wificnc.sim.trace import TRACE_SUFFIXES, TraceFile, signal_names
 
@@ -130,6 +130,7 @@ def board_timing(board: Board) -> Timing:
         digital_outputs=board.digital_outputs,
         encoder=board.encoder is not None,
         home_axes=board.home_axes,
+        tasks=Tasks.of(board.target),
     )
 
 

@@ -3,6 +3,7 @@
 
 #include "app/task_map.h"
 #include "hal/step_engine.h"
+#include "task_periods.h"
 
 #include "esp_task_wdt.h"
 #include "freertos/FreeRTOS.h"
@@ -74,7 +75,7 @@ static void run(void *unused) {
         (void)machine_poll_motion(motion.machine);
         pump_poll();
         (void)esp_task_wdt_reset();
-        (void)ulTaskNotifyTake(pdTRUE, pdMS_TO_TICKS(1));
+        (void)ulTaskNotifyTake(pdTRUE, pdMS_TO_TICKS(ESP32_MOTION_PERIOD_US / 1000));
     }
     vTaskDelete(NULL);
 }

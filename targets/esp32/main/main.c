@@ -27,6 +27,7 @@
 #include "store/nvs_channels.h"
 #include "store/nvs_flash_ops.h"
 #include "store/nvs_names.h"
+#include "task_periods.h"
 
 #include "esp_attr.h"
 #include "esp_random.h"
@@ -393,7 +394,7 @@ static void run_controller(void *unused) {
         if (controller_round(&controller) && !safe_mode)
             motion_task_wake();
         else if (!more)
-            vTaskDelay(pdMS_TO_TICKS(1));
+            vTaskDelay(pdMS_TO_TICKS(ESP32_CONTROLLER_PERIOD_US / 1000));
     }
 }
 

@@ -4,8 +4,9 @@
 #include "chip/clock.h"
 #include "chip/interrupts.h"
 #include "chip/sfr.h"
+#include "task_periods.h"
 
-#define COUNTS_IN_TICK (CLOCK_COUNT_HZ / 1000u)
+#define COUNTS_IN_TICK (PIC32MZ_LOOP_PERIOD_US * CLOCK_COUNTS_IN_US)
 #define FLASH_WAITS    2u /* Table 37-13: above 140 MHz */
 #define FAULT_MARK     0xFA017E1Du
 #define KSEG1_BIT      0x20000000u
