@@ -15,7 +15,7 @@ from wificnc.app import main
 KEYS = [
     "file", "lines", "blocks", "segments", "steps_per_axis", "final_position_mm", "final_position_steps",
     "bounding_box_mm", "job_time_s", "cutting_time_s", "rapid_time_s", "max_speed_mm_s", "max_accel_mm_s2",
-    "max_step_rate_hz", "lookahead_starved", "errors", "warnings", "events",
+    "max_step_rate_hz", "lookahead_starved", "plan_unmet", "errors", "warnings", "events",
 ]  # fmt: skip
 
 

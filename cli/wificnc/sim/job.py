@@ -128,6 +128,7 @@ class SimResult:
     max_accel_mm_s2: tuple[float, ...]
     max_step_rate_hz: float
     lookahead_starved: int
+    plan_unmet: int
     errors: tuple[LineError, ...]
     warnings: tuple[str, ...]
     travel_mm: tuple[float | None, ...]
@@ -220,6 +221,7 @@ def _result(sim: Simulation, request: JobRequest) -> SimResult:
         max_accel_mm_s2=tuple(native.max_accel_mm_s2[: len(axes)]),
         max_step_rate_hz=native.max_step_rate_hz,
         lookahead_starved=native.counters.lookahead_starved,
+        plan_unmet=native.counters.plan_unmet,
         errors=_line_errors(sim, request.text),
         warnings=(*_remarks(sim, native), *_travel_warnings(axes, min_mm, max_mm, request.travel_mm)),
         travel_mm=request.travel_mm,

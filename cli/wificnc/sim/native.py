@@ -66,6 +66,7 @@ class HostCounters(Structure):
             "lines",
             "lookahead_starved",
             "underruns",
+            "plan_unmet",
         )
     )
 

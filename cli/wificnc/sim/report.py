@@ -33,6 +33,7 @@ def report_json(result: SimResult) -> dict[str, Any]:
         "max_accel_mm_s2": by_axis(result.max_accel_mm_s2),
         "max_step_rate_hz": result.max_step_rate_hz,
         "lookahead_starved": result.lookahead_starved,
+        "plan_unmet": result.plan_unmet,
         "errors": [asdict(error) for error in result.errors],
         "warnings": list(result.warnings),
         "events": [
@@ -60,6 +61,8 @@ def summary_rows(result: SimResult) -> list[tuple[str, str]]:
     ]
     if result.lookahead_starved:
         rows.append(("look-ahead", f"ran out {result.lookahead_starved:,} times"))
+    if result.plan_unmet:
+        rows.append(("planner", f"could not keep its plan within the limits {result.plan_unmet:,} times: please report"))
     rows += [
         (f"at {duration(event.time_s)}", f"{event.action}: {event.state}") for event in result.events if event.done
     ]
