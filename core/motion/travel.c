@@ -9,6 +9,7 @@
 #define Y_ROUNDING 1e-5f  /* of y: so much of it may change beyond what the axes can do; 5e-6 of the speed */
 #define A_ROUNDING 0.01f  /* of what the axes can do: so much more of it is only rounding */
 #define ABOVE_PLAN 0.001f /* of the plan's y */
+#define CRAWL      0.75f  /* of the y that is surely possible: a mean below it is too little */
 #define WIDER      1.1f   /* limits that cannot be kept are widened in such steps until they can be */
 
 static struct piece *tail_piece(const struct emit *emit) {
@@ -212,26 +213,29 @@ static struct stretch next_stretch(const struct emit *emit, float *end_y) {
 }
 
 /* Every blend ends, whatever the plan says and whatever holds and overrides left of y, because none of it is
- * ever crawled along: where y would stay below what is surely possible halfway, it rises to that first. So dt
- * of a half takes at most sqrt(dt) times a constant of the blend. emit->t is a double, along with which dt
- * and y fall to 0 in step, and what is only rounding of it counts as done. */
+ * ever crawled along: where the straight way to end_y would stay below what is surely possible halfway, y
+ * rises to that first, as steeply as it can. So dt of a half takes at most sqrt(dt) times a constant of the
+ * blend, or its length at the feed. emit->t is a double, along with which dt and y fall to 0 in step, and
+ * what is only rounding of it counts as done. */
 static bool is_crawling(const struct emit *emit, const struct stretch *stretch, float end_y, float *lively) {
     struct plan *plan = emit->plan;
     const struct piece *piece = tail_piece(emit), *next = path_piece(&plan->path, plan->path.tail + 1);
     *lively = least_f(lively_y(emit, stretch, piece->tangent_mm), timing_limit_sq(&plan->timing, piece));
     *lively = least_f(*lively, timing_limit_sq(&plan->timing, next));
-    return !emit->hold && most_f(emit->y, end_y) < *lively;
+    float enough = CRAWL * *lively;
+    return !emit->hold && emit->y < enough && emit->y + end_y < 2.0f * enough;
 }
 
 /* Along the stretch for at most *time_s, which becomes the time it took. @return whether it has ended */
 static bool travel_stretch(struct emit *emit, struct stretch *stretch, float end_y, float *time_s) {
     float lively;
-    bool split = is_crawling(emit, stretch, end_y, &lively);
-    if (split) {
+    bool speeds_up = is_crawling(emit, stretch, end_y, &lively);
+    if (speeds_up)
         stretch->dt *= 0.5f;
-        end_y = lively;
-    }
-    float slope = choose_slope(emit, stretch, end_y), dt = stretch->dt, y1 = emit->y + slope * dt;
+    float slope = choose_slope(emit, stretch, speeds_up ? WIDE : end_y), dt = stretch->dt;
+    if (speeds_up && slope > 0.0f)
+        dt = least_f(dt, (lively - emit->y) / slope);
+    float y1 = emit->y + slope * dt;
     bool stops = y1 <= 0.0f && slope < 0.0f;
     if (stops) {
         dt = least_f(-emit->y / slope, dt);
@@ -239,7 +243,7 @@ static bool travel_stretch(struct emit *emit, struct stretch *stretch, float end
     }
     float part = run(emit, 2.0f * tail_piece(emit)->tangent_mm * dt, y1, time_s);
     emit->t += (double)(part * dt);
-    return part == 1.0f && !split && (!stops || dt >= stretch->dt);
+    return part == 1.0f && !speeds_up && (!stops || dt >= stretch->dt);
 }
 
 static float travel_blend(struct emit *emit, float time_s) {

@@ -183,7 +183,7 @@ FIXED: dict[str, Path] = {
     "raster of 1 mm": _path(raster(40, 1, 0.05), 5000),
     "zigzag of 90 degrees": _path(zigzag(60, 0.5, math.pi / 2), 3000),
     "zigzag of 10 degrees": _path(zigzag(120, 0.3, math.radians(10)), 5000),
-    "zigzag of 1 degree": _path(zigzag(200, 0.3, math.radians(1)), 5000),
+    "zigzag of 1 degree": _path(zigzag(30, 3.0, math.radians(1)), 5000),
     "zigzag of 170 degrees": _path(zigzag(60, 1.0, math.radians(170)), 5000),
     "zigzag of axis and diagonal": _path(zigzag(60, 1.0, math.pi / 4, math.pi / 8), 5000, 6),
     "spiral": _path(spiral(120, 0.3, 0.02), 5000),
