@@ -1,8 +1,8 @@
 """What must hold for a motion, whatever was programmed, taken from its step edges alone.
 
-Speed and acceleration are box differences over a window W of positions that are interpolated between edges, so a step
-that is early or late counts as 1/(n W^2) of acceleration, n steps/mm: with 2000 steps/mm and 10 ms that is 5 mm/s2, and
-what is left of a figure is motion, not grain.
+Speed and acceleration are box differences over a window W of positions that are interpolated between edges, so single
+steps that are early or late count as up to 2/(n W^2) of acceleration, n steps/mm: with 2000 steps/mm and 10 ms that is
+10 mm/s2, and what is left of a figure is motion, not grain.
 """
 
 from __future__ import annotations
@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 
 FINE_PER_MM = 2000.0
 WINDOWS_S = (0.005, 0.010, 0.020)
-# Of the limit, beyond the grain. A segment of up to 4 ms is a chord with one ramp for all axes, so within one each axis
-# may be off by some A T/4 of speed: less than a tenth of A in 5 ms, and less the longer the window.
-ALLOWED = (1.12, 1.04, 1.02)
+# Of the limit, beyond the grain: 1.2 over 10 ms was asked, this is kept. A segment of up to 4 ms is a chord with one ramp
+# for all axes, and the speeds of a turning path jump where two of them meet: seen over 5 ms, hardly over 20 ms.
+ALLOWED = (1.15, 1.05, 1.02)
 Floats = NDArray[np.float64]
 
 
@@ -61,11 +61,11 @@ def derivatives(t_s: Floats, at_steps: NDArray[np.int64], machine: Machine, wind
 
 
 def accelerations(t_s: Floats, at_steps: NDArray[np.int64], machine: Machine) -> list[float]:
-    """Greatest of any axis over windows of 5, 10 and 20 ms, as a multiple of its limit, beyond one step's grain."""
+    """Greatest of any axis over windows of 5, 10 and 20 ms, as a multiple of its limit, without the grain of two steps."""
     found = []
     for window_s in WINDOWS_S:
         _, accel = derivatives(t_s, at_steps, machine, window_s)
-        grain = 1.0 / (np.array(machine.steps_per_mm) * window_s**2)
+        grain = 2.0 / (np.array(machine.steps_per_mm) * window_s**2)
         found.append(float(((np.abs(accel) - grain) / machine.accel_mm_s2).max()))
     return found
 
