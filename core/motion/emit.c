@@ -34,8 +34,8 @@ void emit_reset(struct emit *emit, const int32_t position_steps[AXIS_COUNT]) {
     emit->entered = emit->on_blend = emit->flush = emit->hold = emit->late = emit->ran_dry = false;
     emit->settles = false;
     emit->gear.phase = GEAR_OFF;
-    emit->y = emit->v_mm_s = emit->t = 0.0f;
-    emit->along_mm = 0.0;
+    emit->y = emit->v_mm_s = 0.0f;
+    emit->along_mm = emit->t = 0.0;
     emit->dwell_left_ns = 0;
     for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
         emit->corner_mm[ax] = emit->plan->position_mm[ax];

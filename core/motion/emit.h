@@ -26,7 +26,7 @@ struct emit {
     bool on_blend;                /* at `t` of its blend, or else `along_mm` of its straight part */
     double corner_mm[AXIS_COUNT]; /* control point at the end of the piece at tail */
     double along_mm;              /* from the control point before; double: a slow move is many small sums */
-    float t;                      /* of the blend, 0 .. 1 */
+    double t;                     /* of the blend, 0 .. 1; double, too: near its end little is left of 1 */
     float y;                      /* motion/timing.h */
     float v_mm_s;                 /* along the path */
     int32_t steps[AXIS_COUNT];    /* where the last segment ended, to the nearest step below ... */

@@ -1,122 +1,90 @@
 /* SPDX-License-Identifier: MIT */
 #include "motion/timing.h"
 
-#define NOTHING 1e-6f /* a direction's coefficient that is only rounding */
-#define WIDE    1e30f
-#define CUTS    8      /* most steps to the best of a concave function */
-#define CLOSE   0.001f /* relative: near enough */
+#define CUTS  8      /* most steps to the least value of a convex function */
+#define CLOSE 0.001f /* relative: near enough */
+#define NEVER (-1e30f)
 
-/* Half a blend from ya to yb, with s = 2 (yb - ya) in the strips of timing.h at both its ends: each axis
- * wants
+/* Half a blend from ya to yb = (1 + rho) ya. The strips of timing.h at both of its ends then read
  *
- *     |a ya + b yb| <= bound,   so   ya is within   -+ most - slope yb,   most = bound / |a|, slope = b / a.
- */
+ *     |2 du + q rho| ya <= 4 d A   for each axis,
+ *
+ * with one q for each end: 1/ya is at least the greatest of straight lines in rho, which is convex. Nothing
+ * is divided by a direction, so a chord parallel to an axis is like any other. All is in units of 4 d A. */
 struct half {
-    vec start_most, start_slope, end_most, end_slope;
+    vec bend;       /* 2 du */
+    vec start, end; /* q */
 };
 
-/* One strip as bounds of ya. */
-VEC_INLINE void strip_bounds(vec a, vec b, vec bound, vec *most, vec *slope) {
-    vec inverse = 1.0f / vec_select(vec_abs(a) < NOTHING, vec_turn_sign((vec){0} + NOTHING, a), a);
-    *most = bound * vec_abs(inverse);
-    *slope = b * inverse;
-}
-
-/* What a half leaves of ya, given yb. */
-struct reach {
-    float least, greatest;
+/* The greatest of these lines at rho: a tangent, below the convex function everywhere. */
+struct tangent {
+    float rho, value, slope;
 };
 
-static struct reach reach_of(const struct half *half, float yb) {
-    vec start = half->start_slope * yb, end = half->end_slope * yb;
-    return (struct reach){
-        .least = -vec_least(vec_lower(half->start_most + start, half->end_most + end)),
-        .greatest = vec_least(vec_lower(half->start_most - start, half->end_most - end)),
-    };
+static float value_at(const struct tangent *tangent, float rho) {
+    return tangent->value + tangent->slope * (rho - tangent->rho);
 }
 
-/* How its greatest and its least change with yb. */
-static float top_slope(const struct half *half, float yb, float greatest) {
-    vec none = (vec){0} + WIDE;
-    vec_mask start = half->start_most - half->start_slope * yb <= greatest;
-    vec_mask end = half->end_most - half->end_slope * yb <= greatest;
-    return -vec_least(
-        vec_lower(vec_select(start, half->start_slope, none), vec_select(end, half->end_slope, none)));
-}
-static float bottom_slope(const struct half *half, float yb, float least) {
-    vec none = (vec){0} - WIDE;
-    vec_mask start = half->start_most + half->start_slope * yb <= -least;
-    vec_mask end = half->end_most + half->end_slope * yb <= -least;
-    return -vec_most(
-        vec_higher(vec_select(start, half->start_slope, none), vec_select(end, half->end_slope, none)));
+/* Where two lines are equally many, the one that rises more. */
+static struct tangent tangent_at(const struct half *half, float rho) {
+    vec at_start = half->bend + half->start * rho, at_end = half->bend + half->end * rho;
+    float value = vec_most(vec_higher(vec_abs(at_start), vec_abs(at_end)));
+    vec none = (vec){0} + NEVER;
+    vec start = vec_select(vec_abs(at_start) >= value, vec_turn_sign(half->start, at_start), none);
+    vec end = vec_select(vec_abs(at_end) >= value, vec_turn_sign(half->end, at_end), none);
+    return (struct tangent){rho, value, vec_most(vec_higher(start, end))};
 }
 
-/* Greatest yb <= most for which any ya is possible. Between its ends the reach is concave: Newton's steps
- * come from above, and as it is made of straight parts, they arrive. yb = 0 is always possible. */
-static struct reach last_possible(const struct half *half, float *most) {
-    struct reach reach = reach_of(half, *most);
-    for (int i = 0; i < CUTS && reach.least - reach.greatest > CLOSE * fabsf(reach.greatest); i++) {
-        *most += (reach.least - reach.greatest) /
-                 (top_slope(half, *most, reach.greatest) - bottom_slope(half, *most, reach.least));
-        *most = i + 1 < CUTS && *most > 0.0f ? *most : 0.0f;
-        reach = reach_of(half, *most);
+/* Greatest ya <= cap from which some yb in 0 .. most can be reached. That yb <= most is one more straight
+ * line, (1 + rho) / most. Between a falling and a rising tangent the least value of the function is where
+ * they meet, or above; so look there next. Every value that is returned was looked at, hence is possible,
+ * however early the search ends. *settled: a greater `most` changes nothing. */
+static float greatest_start(const struct half *half, float most, float cap, bool *settled) {
+    float least = 1.0f / cap, from = most < cap ? most / cap - 1.0f : 0.0f;
+    struct tangent first = tangent_at(half, from);
+    *settled = first.value <= least || first.slope >= 0.0f;
+    if (first.value <= least)
+        return cap;
+    if (most <= 0.0f)
+        return 1.0f / first.value;
+    struct tangent fall = first, rise = {-1.0f, 0.0f, 1.0f / most};
+    float best = first.value;
+    if (*settled) {
+        rise = first;
+        fall = tangent_at(half, -1.0f);
+        best = least_f(best, fall.value);
     }
-    return reach;
-}
-
-/* The top of the concave upper end of the reach, which falls at `to`: where the tangents at both ends of a
- * bracket meet it can at most be, so look there next. */
-static float top_of(const struct half *half, float to, float to_top, float to_slope) {
-    float from = 0.0f, from_top = reach_of(half, 0.0f).greatest, from_slope = top_slope(half, 0.0f, from_top);
-    float best = most_f(from_top, to_top);
-    for (int i = 0; i < CUTS && from_slope > 0.0f; i++) {
-        float step = (to_top - from_top - to_slope * (to - from)) / (from_slope - to_slope);
-        float middle = from + step;
-        if (from_top + from_slope * step <= best * (1.0f + CLOSE) || middle <= from || middle >= to)
+    for (int i = 0; i < CUTS && fall.slope < 0.0f; i++) {
+        float rho = fall.rho + (fall.value - value_at(&rise, fall.rho)) / (rise.slope - fall.slope);
+        float bound = value_at(&rise, rho);
+        if (best <= most_f(bound, least) * (1.0f + CLOSE))
             break;
-        float top = reach_of(half, middle).greatest, slope = top_slope(half, middle, top);
-        best = most_f(best, top);
-        if (slope >= 0.0f) {
-            from = middle;
-            from_top = top;
-            from_slope = slope;
+        struct tangent next = tangent_at(half, rho);
+        best = least_f(best, most_f(next.value, bound));
+        if (next.slope < 0.0f) {
+            fall = next;
         } else {
-            to = middle;
-            to_top = top;
-            to_slope = slope;
+            rise = next;
+            *settled = true;
         }
     }
-    return best;
+    return 1.0f / most_f(best, least);
 }
 
-/* Greatest ya <= cap for which some yb in 0 .. most is possible. *settled: a greater `most` changes nothing.
- */
-static float greatest_start(const struct half *half, float most, float cap, bool *settled) {
-    float possible = most;
-    struct reach reach = last_possible(half, &possible);
-    *settled = true;
-    if (reach.greatest >= cap)
-        return cap;
-    float slope = top_slope(half, possible, reach.greatest);
-    if (slope < 0.0f)
-        return least_f(top_of(half, possible, reach.greatest, slope), cap);
-    *settled = possible < most;
-    return reach.greatest;
-}
-
-/* Both halves of the blend between a piece and its successor. @return whether a faster successor would change
- * nothing at its start */
+/* Both halves of the blend between a piece and its successor. What was found before was possible with a
+ * slower successor, so it still is: nothing is ever lowered, however the search of the new values ended.
+ * @return whether a faster successor would change nothing at its start */
 static bool find_blend(const struct path *path, struct piece *piece, const struct piece *next, float cap,
                        float next_cap) {
-    vec u0 = piece->unit, du = next->unit - u0, bound = path->accel * (4.0f * piece->tangent_mm);
-    struct half half;
-    strip_bounds(du - 2.0f * u0, 2.0f * u0 + du, bound, &half.start_most, &half.start_slope);
-    strip_bounds(-2.0f * (u0 + du), 2.0f * u0 + 4.0f * du, bound, &half.end_most, &half.end_slope);
+    vec inverse = path->inverse_accel * (0.25f / piece->tangent_mm);
+    vec u0 = 2.0f * piece->unit * inverse, du = (next->unit - piece->unit) * inverse;
+    struct half half = {.bend = 2.0f * du, .start = u0 + du, .end = u0 + 4.0f * du};
     bool first_settled, second_settled;
-    piece->middle_y = greatest_start(&half, next->enter_y, least_f(cap, next_cap), &second_settled);
-    strip_bounds(2.0f * (du - u0), 2.0f * u0, bound, &half.start_most, &half.start_slope);
-    strip_bounds(-(2.0f * u0 + du), 2.0f * u0 + 3.0f * du, bound, &half.end_most, &half.end_slope);
-    piece->blend_y = greatest_start(&half, piece->middle_y, cap, &first_settled);
+    float middle_y = greatest_start(&half, next->enter_y, least_f(cap, next_cap), &second_settled);
+    piece->middle_y = most_f(piece->middle_y, middle_y);
+    half.start = u0;
+    half.end = u0 + 3.0f * du;
+    piece->blend_y = most_f(piece->blend_y, greatest_start(&half, piece->middle_y, cap, &first_settled));
     return first_settled || second_settled;
 }
 
@@ -130,9 +98,9 @@ void timing_backward(struct timing *timing, struct path *path) {
         const struct piece *next = path_piece(path, i + 1);
         float cap = timing_limit_sq(timing, piece);
         bool newest = i + 1 == path->head, settled = piece->tangent_mm == 0.0f;
-        if (newest || piece->tangent_mm == 0.0f)
+        if (timing->whole)
             piece->middle_y = piece->blend_y = 0.0f;
-        else
+        if (!newest && piece->tangent_mm > 0.0f)
             settled = find_blend(path, piece, next, cap, next_cap);
         float before_mm = i != path->tail ? path_piece(path, i - 1)->tangent_mm : 0.0f;
         float line_mm = piece->length_mm - piece->tangent_mm - before_mm;

@@ -26,6 +26,7 @@ struct timing {
     uint32_t known;          /* pieces below this index were seen by the last timing_backward() */
     uint32_t settled;        /* whatever follows, enter_y of this piece, and all before, stays as it is */
     bool whole;              /* limits changed: the next pass must not stop early */
+    uint32_t unmet; /* times the forward pass could not follow within the axes' limits; a fault if not 0 */
 };
 
 /** Greatest v^2 on the straight part of a piece, feed, override and axis rates considered. */

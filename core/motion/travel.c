@@ -4,8 +4,13 @@
 #define ROUNDING   1e-6f /* relative: shorter parts of a profile are only rounding */
 #define NOTHING    1e-7f /* a direction's coefficient that is only rounding */
 #define WIDE       1e30f
-#define SLACK      1.002f /* of the forward pass against the backward one, for rounding */
+#define SLACK      1.001f /* of the forward pass against the backward one, for rounding */
 #define TO_THE_END 1.25f  /* a stop that is at most this many samples away is reached in one */
+#define Y_ROUNDING 1e-5f  /* of y: so much of it may change beyond what the axes can do; 5e-6 of the speed */
+#define A_ROUNDING 0.01f  /* of what the axes can do: so much more of it is only rounding */
+#define ABOVE_PLAN 0.001f /* of the plan's y */
+#define CRAWL      0.75f  /* of the y that is surely possible: a mean below it is too little */
+#define WIDER      1.1f   /* limits that cannot be kept are widened in such steps until they can be */
 
 static struct piece *tail_piece(const struct emit *emit) {
     return path_piece(&emit->plan->path, emit->plan->path.tail);
@@ -53,12 +58,15 @@ static void enter(struct emit *emit) {
 /* The end of the straight part: on to the blend, or to the next piece after a stop. */
 static void end_line(struct emit *emit, const struct piece *piece) {
     struct path *path = &emit->plan->path;
+    float rounding_y = 16.0f * ROUNDING * piece->accel_mm_s2 * piece->length_mm;
+    if (!emit->late && emit->y > piece->blend_y * (1.0f + ABOVE_PLAN) + rounding_y)
+        emit->plan->timing.unmet++;
     if (piece->tangent_mm > 0.0f) {
         if (is_newest(emit)) {
             emit->y = 0.0f;
         } else {
             emit->on_blend = true;
-            emit->t = 0.0f;
+            emit->t = 0.0;
         }
         return;
     }
@@ -87,6 +95,7 @@ static float travel_line(struct emit *emit, float time_s) {
             y1 = target;
         }
     } else {
+        y1 = y - SLACK * two_a * left_mm;
         float exit = most_f(least_f(piece->blend_y, y + two_a * left_mm), y1);
         float peak = most_f(least_f(limit, 0.5f * (y + exit + two_a * left_mm)), y);
         float speed_up_mm = (peak - y) / two_a;
@@ -100,7 +109,7 @@ static float travel_line(struct emit *emit, float time_s) {
             way_mm = cruise ? least_f(cruise_mm, left_mm) : left_mm;
             y1 = cruise ? peak : exit;
         }
-        emit->late = false;
+        emit->late = emit->late && y1 > piece->blend_y;
     }
     bool to_end = way_mm >= left_mm - tiny_mm;
     float part = run(emit, way_mm, y1, &time_s);
@@ -111,18 +120,11 @@ static float travel_line(struct emit *emit, float time_s) {
     return time_s;
 }
 
-static void end_blend(struct emit *emit, const struct piece *piece) {
-    emit->along_mm = (double)piece->tangent_mm;
-    emit->on_blend = false;
-    emit->plan->path.tail++;
-    enter(emit);
-}
-
-/* A stretch of a blend, in the terms of motion/timing.h: from t, y to `end`. */
+/* A stretch of a blend, in the terms of motion/timing.h: from t, y over the next dt. */
 struct stretch {
     vec u0, du;
     vec bound; /* 4 d A */
-    float t, y, end;
+    float t, dt, y;
 };
 
 /* What the strip |a x + c| <= bound leaves of x, lane by lane. */
@@ -139,66 +141,123 @@ VEC_INLINE void strip(vec a, vec c, vec bound, vec *least, vec *greatest) {
 static bool allows(const struct stretch *stretch, float slope) {
     vec bend = stretch->du * (2.0f * stretch->y), bound = stretch->bound * SLACK;
     vec begin = bend + (stretch->u0 + stretch->du * stretch->t) * slope;
-    vec end = bend + (stretch->u0 + stretch->du * (3.0f * stretch->end - 2.0f * stretch->t)) * slope;
+    vec end = bend + (stretch->u0 + stretch->du * (stretch->t + 3.0f * stretch->dt)) * slope;
     return vec_least(bound - vec_higher(vec_abs(begin), vec_abs(end))) >= 0.0f;
 }
 
-/* Least and greatest slope that do. */
-static void find_slopes(const struct stretch *stretch, float *least, float *greatest) {
+/* Least and greatest slope that do, with `room` times the axes' limits. @return there are such */
+static bool find_slopes(const struct stretch *stretch, float room, float *least, float *greatest) {
     vec least_1, least_2, greatest_1, greatest_2;
-    vec bend = stretch->du * (2.0f * stretch->y);
-    float t = stretch->t, end = stretch->end;
-    strip(stretch->u0 + stretch->du * t, bend, stretch->bound * SLACK, &least_1, &greatest_1);
-    strip(stretch->u0 + stretch->du * (3.0f * end - 2.0f * t), bend, stretch->bound * SLACK, &least_2,
-          &greatest_2);
+    vec bend = stretch->du * (2.0f * stretch->y), bound = stretch->bound * room;
+    strip(stretch->u0 + stretch->du * stretch->t, bend, bound, &least_1, &greatest_1);
+    strip(stretch->u0 + stretch->du * (stretch->t + 3.0f * stretch->dt), bend, bound, &least_2, &greatest_2);
     *least = vec_most(vec_higher(least_1, least_2));
     *greatest = vec_least(vec_lower(greatest_1, greatest_2));
+    return *least <= *greatest;
 }
 
-/* The slope that leads to end_y at the end of the stretch, or as near to it as the axes can. */
+/* The slope that leads to end_y at the end of the stretch, or as near to it as the axes can: whatever the
+ * plan says, their limits rule. The backward pass promises that a legal slope never ends above the plan, so
+ * each time that one does, while no limit was lowered, is counted. */
 static float choose_slope(struct emit *emit, const struct stretch *stretch, float end_y) {
-    bool rests = emit->y == 0.0f && end_y == 0.0f;
-    float least, greatest, slope = (end_y - emit->y) / (stretch->end - stretch->t);
-    if (!emit->hold && !rests && allows(stretch, slope)) {
+    float least, greatest, slope = (end_y - emit->y) / stretch->dt;
+    if (!emit->hold && allows(stretch, slope)) {
         emit->late = false;
         return slope;
     }
-    find_slopes(stretch, &least, &greatest);
-    if (rests)
-        slope = 0.5f * greatest;
-    if (slope >= least)
+    bool possible = find_slopes(stretch, SLACK, &least, &greatest);
+    for (float room = SLACK * WIDER; least > greatest; room *= WIDER)
+        (void)find_slopes(stretch, room, &least, &greatest);
+    float above = least - slope;
+    bool rounding =
+        above * stretch->dt <= Y_ROUNDING * (emit->y + end_y) || above <= A_ROUNDING * (greatest - least);
+    if (!possible || (above > 0.0f && !rounding && !emit->late))
+        emit->plan->timing.unmet++;
+    if (above <= 0.0f)
         emit->late = false;
-    if (emit->hold || (emit->late && slope < least))
-        return emit->late ? least : least_f(least, slope);
+    if (emit->hold)
+        return least;
+    if (above > 0.0f)
+        return rounding && possible ? slope : least;
     return least_f(slope, greatest);
 }
 
-static float travel_blend(struct emit *emit, float time_s) {
-    const struct piece *piece = tail_piece(emit);
+/* A y in the middle of the stretch from which 0 at its end can be reached surely, by the triangle inequality:
+ * half of it or more is what the axes can do. */
+static float lively_y(const struct emit *emit, const struct stretch *stretch, float d_mm) {
+    vec u0 = vec_abs(stretch->u0), du = vec_abs(stretch->du);
+    vec most = (2.0f * du + (u0 + 2.0f * du) * (2.0f / stretch->dt)) * emit->plan->path.inverse_accel;
+    return 4.0f * d_mm / vec_most(most);
+}
+
+static void end_blend(struct emit *emit, const struct piece *piece) {
+    emit->along_mm = (double)piece->tangent_mm;
+    emit->on_blend = false;
+    emit->plan->path.tail++;
+    enter(emit);
+}
+
+/* The stretch of the blend at tail that is next: to its apex or to its end. *end_y: the plan's y there. */
+static struct stretch next_stretch(const struct emit *emit, float *end_y) {
     const struct path *path = &emit->plan->path;
+    const struct piece *piece = tail_piece(emit);
     const struct piece *next = path_piece(&emit->plan->path, path->tail + 1);
-    bool first = emit->t < 0.5f;
-    struct stretch stretch = {.u0 = piece->unit,
-                              .du = next->unit - piece->unit,
-                              .bound = path->accel * (4.0f * piece->tangent_mm),
-                              .t = emit->t,
-                              .y = emit->y,
-                              .end = first ? 0.5f : 1.0f};
-    float end_y = first ? piece->middle_y : next->enter_y;
-    if (emit->y == 0.0f && end_y == 0.0f) /* from rest to rest: speed up in the first half of it */
-        stretch.end = 0.5f * (stretch.t + stretch.end);
-    float dt = stretch.end - stretch.t, slope = choose_slope(emit, &stretch, end_y);
+    bool first = emit->t < 0.5;
+    *end_y = first ? piece->middle_y : next->enter_y;
+    return (struct stretch){.u0 = piece->unit,
+                            .du = next->unit - piece->unit,
+                            .bound = path->accel * (4.0f * piece->tangent_mm),
+                            .t = (float)emit->t,
+                            .dt = (float)((first ? 0.5 : 1.0) - emit->t),
+                            .y = emit->y};
+}
+
+/* Every blend ends, whatever the plan says and whatever holds and overrides left of y, because none of it is
+ * ever crawled along: where the straight way to end_y would stay below what is surely possible halfway, y
+ * rises to that first, as steeply as it can. So dt of a half takes at most sqrt(dt) times a constant of the
+ * blend, or its length at the feed. emit->t is a double, along with which dt and y fall to 0 in step, and
+ * what is only rounding of it counts as done. */
+static bool is_crawling(const struct emit *emit, const struct stretch *stretch, float end_y, float *lively) {
+    struct plan *plan = emit->plan;
+    const struct piece *piece = tail_piece(emit), *next = path_piece(&plan->path, plan->path.tail + 1);
+    *lively = least_f(lively_y(emit, stretch, piece->tangent_mm), timing_limit_sq(&plan->timing, piece));
+    *lively = least_f(*lively, timing_limit_sq(&plan->timing, next));
+    float enough = CRAWL * *lively;
+    return !emit->hold && emit->y < enough && emit->y + end_y < 2.0f * enough;
+}
+
+/* Along the stretch for at most *time_s, which becomes the time it took. @return whether it has ended */
+static bool travel_stretch(struct emit *emit, struct stretch *stretch, float end_y, float *time_s) {
+    float lively;
+    bool speeds_up = is_crawling(emit, stretch, end_y, &lively);
+    if (speeds_up)
+        stretch->dt *= 0.5f;
+    float slope = choose_slope(emit, stretch, speeds_up ? WIDE : end_y), dt = stretch->dt;
+    if (speeds_up && slope > 0.0f)
+        dt = least_f(dt, (lively - emit->y) / slope);
     float y1 = emit->y + slope * dt;
     bool stops = y1 <= 0.0f && slope < 0.0f;
     if (stops) {
         dt = least_f(-emit->y / slope, dt);
         y1 = 0.0f;
     }
-    float part = run(emit, 2.0f * piece->tangent_mm * dt, y1, &time_s);
-    bool ended = part == 1.0f && (!stops || emit->t + dt >= stretch.end);
-    emit->t = ended ? stretch.end : emit->t + part * dt;
-    emit->v_mm_s = sqrtf(emit->y) * vec_length(stretch.u0 + stretch.du * emit->t);
-    if (emit->t >= 1.0f)
+    float part = run(emit, 2.0f * tail_piece(emit)->tangent_mm * dt, y1, time_s);
+    emit->t += (double)(part * dt);
+    return part == 1.0f && !speeds_up && (!stops || dt >= stretch->dt);
+}
+
+static float travel_blend(struct emit *emit, float time_s) {
+    const struct piece *piece = tail_piece(emit);
+    float end_y;
+    double end = emit->t < 0.5 ? 0.5 : 1.0;
+    struct stretch stretch = next_stretch(emit, &end_y);
+    bool done = stretch.dt <= ROUNDING;
+    if (done)
+        time_s = 0.0f;
+    if (done || travel_stretch(emit, &stretch, end_y, &time_s))
+        emit->t = end;
+    emit->v_mm_s = sqrtf(emit->y) * vec_length(stretch.u0 + stretch.du * (float)emit->t);
+    if (emit->t >= 1.0)
         end_blend(emit, piece);
     return time_s;
 }
@@ -213,7 +272,7 @@ void travel_position(const struct emit *emit, float from_corner_mm[AXIS_COUNT]) 
     const struct piece *piece = tail_piece(emit);
     const struct piece *next = path_piece(&emit->plan->path, emit->plan->path.tail + 1);
     vec at_mm = {0};
-    float t = emit->t;
+    float t = (float)emit->t;
     if (emit->entered && !emit->on_blend)
         at_mm = piece->unit * (float)(emit->along_mm - (double)piece->length_mm);
     else if (emit->entered)

@@ -469,6 +469,7 @@ void host_counters(const struct host *host, struct host_counters *out) {
         .lines = machine->lines,
         .lookahead_starved = machine->motion.emit.starved,
         .underruns = machine->step.underruns,
+        .plan_unmet = machine->motion.plan.timing.unmet,
     };
 }
 

@@ -11,10 +11,10 @@
 
 enum {
     GRID_HZ = 1000,
-    WINDOW = 10,             /* grid points per window: v needs one, a needs two */
-    CENTRE = WINDOW / 2,     /* a sample lies in the middle of its speed window */
-    SETTLE = 2 * WINDOW + 1, /* after so many points of even motion nothing changes any more */
-    HISTORY = 32,            /* > 2 * WINDOW, a power of two */
+    WINDOW = 10,         /* grid points per window of speed, and the least of acceleration, which needs two */
+    LONGEST = 100,       /* the most */
+    CENTRE = WINDOW / 2, /* a sample lies in the middle of its speed window */
+    HISTORY = 256,       /* > 2 * LONGEST, a power of two */
     FIRST_SAMPLES = 1024,
 };
 
@@ -40,6 +40,8 @@ struct measure {
     uint64_t grid_ticks;
     uint64_t point; /* number of the grid point at next_grid_ticks; 0 is at the first event */
     double max_speed[AXIS_COUNT], max_accel[AXIS_COUNT]; /* steps per window and per window^2 */
+    uint64_t accel_window[AXIS_COUNT];                   /* grid points */
+    uint64_t settle; /* after so many points of even motion nothing changes any more */
     uint64_t begin_ticks;
     uint32_t timer_hz;
     uint8_t dwells; /* of the last event */
@@ -66,8 +68,18 @@ struct measure *measure_create(uint32_t timer_hz) {
     for (int axis = 0; axis < AXIS_COUNT; axis++) {
         m->mm_per_step[axis] = 1.0;
         m->min_interval_ticks[axis] = UINT64_MAX;
+        m->accel_window[axis] = WINDOW;
     }
+    m->settle = 2 * WINDOW + 1;
     return m;
+}
+
+void measure_expect_accel(struct measure *m, int axis, double accel_steps_s2) {
+    double points =
+        accel_steps_s2 > 0.0 ? ceil(sqrt(2.0 * MEASURE_WINDOW_STEPS / accel_steps_s2) * GRID_HZ) : WINDOW;
+    uint64_t window = points < WINDOW ? WINDOW : points > LONGEST ? LONGEST : (uint64_t)points;
+    m->accel_window[axis] = window;
+    m->settle = 2 * window + 1 > m->settle ? 2 * window + 1 : m->settle;
 }
 
 void measure_destroy(struct measure *m) {
@@ -147,15 +159,17 @@ static void steps_at(const struct stretch *stretch, double ticks_after, double o
 static void take_point(struct measure *m, const struct stretch *stretch) {
     double (*steps)[AXIS_COUNT] = m->history.steps;
     double *now = steps[m->point % HISTORY];
-    const double *mid = steps[(m->point - WINDOW) % HISTORY];
-    const double *old = steps[(m->point - 2 * WINDOW) % HISTORY];
+    const double *before = steps[(m->point - WINDOW) % HISTORY];
     double moved[AXIS_COUNT];
     steps_at(stretch, (double)(m->next_grid_ticks - stretch->from_ticks), now);
     m->history.rapid[m->point % HISTORY] = stretch->rapid;
     for (int axis = 0; axis < AXIS_COUNT; axis++) {
-        moved[axis] = now[axis] - mid[axis];
+        uint64_t window = m->accel_window[axis];
+        double mid = steps[(m->point - window) % HISTORY][axis];
+        double old = steps[(m->point - 2 * window) % HISTORY][axis];
+        moved[axis] = now[axis] - before[axis];
         double speed = fabs(moved[axis]);
-        double accel = fabs(moved[axis] - (mid[axis] - old[axis]));
+        double accel = fabs((now[axis] - mid) - (mid - old));
         m->max_speed[axis] = speed > m->max_speed[axis] ? speed : m->max_speed[axis];
         m->max_accel[axis] = accel > m->max_accel[axis] ? accel : m->max_accel[axis];
     }
@@ -171,7 +185,7 @@ static void skip_points(struct measure *m, const struct stretch *stretch, uint64
     m->point += count;
     m->next_grid_ticks += count * m->grid_ticks;
     double after = (double)(m->next_grid_ticks - stretch->from_ticks);
-    for (unsigned back = 1; back < SETTLE; back++) {
+    for (unsigned back = 1; back < m->settle; back++) {
         size_t slot = (m->point - back) % HISTORY;
         steps_at(stretch, after - (double)(back * m->grid_ticks), m->history.steps[slot]);
         m->history.rapid[slot] = stretch->rapid;
@@ -180,13 +194,13 @@ static void skip_points(struct measure *m, const struct stretch *stretch, uint64
 }
 
 static void take_points(struct measure *m, const struct stretch *stretch, uint64_t count) {
-    if (count > 3 * SETTLE) {
-        for (unsigned i = 0; i < SETTLE; i++)
+    if (count > 3 * m->settle) {
+        for (unsigned i = 0; i < m->settle; i++)
             take_point(m, stretch);
         m->sampling.next_point = 0;
         take_point(m, stretch);
-        skip_points(m, stretch, count - 2 * SETTLE - 1);
-        count = SETTLE;
+        skip_points(m, stretch, count - 2 * m->settle - 1);
+        count = m->settle;
     }
     while (count-- > 0)
         take_point(m, stretch);
@@ -274,19 +288,21 @@ void measure_end(struct measure *m) {
         m->sampling.next_point = end_point; /* the end is a sample */
     take_points(m, &rest, 1);
     m->sampling.next_point = UINT64_MAX - CENTRE;
-    take_points(m, &rest, 2 * WINDOW - CENTRE);
+    take_points(m, &rest, m->settle - 1 - CENTRE);
 }
 
 /* ---- results ---- */
 
 void measure_result(const struct measure *m, struct measured *out) {
     *out = m->sum;
-    double window_s = (double)(WINDOW * m->grid_ticks) / m->timer_hz;
+    double point_s = (double)m->grid_ticks / m->timer_hz;
     for (int axis = 0; axis < AXIS_COUNT; axis++) {
         uint64_t interval = m->min_interval_ticks[axis];
         out->min_interval_ticks[axis] = interval == UINT64_MAX ? 0 : interval > 0 ? interval : 1;
-        out->max_speed_steps_s[axis] = m->max_speed[axis] / window_s;
+        double window_s = (double)m->accel_window[axis] * point_s;
+        out->max_speed_steps_s[axis] = m->max_speed[axis] / (WINDOW * point_s);
         out->max_accel_steps_s2[axis] = m->max_accel[axis] / (window_s * window_s);
+        out->accel_window_s[axis] = window_s;
     }
 }
 

@@ -6,9 +6,12 @@
  *
  *     v(t) = (p(t + W/2) - p(t - W/2)) / W        a(t) = (v(t + W/2) - v(t - W/2)) / W
  *
- * and the figures are the largest |v| and |a| of the whole run, with standstill before and after. The window
- * hides the single step: an axis in steady motion shows up to 2 steps / W^2 of acceleration that is only
- * rounding (80 mm/s^2 at 250 steps/mm) and 1 step / W of speed. Nothing shorter than W is resolved.
+ * and the figures are the largest |v| and |a| of the whole run, with standstill before and after. Nothing
+ * shorter than W is resolved, and a single step is a jump: an axis in steady motion shows up to 1 step / W of
+ * speed and 2 steps / W^2 of acceleration that are only rounding. Of an axis with few steps/mm that would be
+ * more than its limit (250 mm/s^2 with 80 steps/mm in 10 ms). So its acceleration is taken over a longer W:
+ * that in which it makes MEASURE_WINDOW_STEPS from rest at the acceleration expected of it, 10 to 100 ms.
+ * Rounding is at most a tenth of that acceleration then, unless 100 ms were not enough.
  *
  * Memory is that of two windows, whatever the length of the run, plus the path samples if they are asked for.
  * Work per event is a few integer operations for every axis that steps; the window is looked at once a
@@ -42,6 +45,7 @@ struct measured {
     uint64_t min_interval_ticks[AXIS_COUNT]; /* between two edges of the axis; 0: fewer than two */
     double max_speed_steps_s[AXIS_COUNT];
     double max_accel_steps_s2[AXIS_COUNT];
+    double accel_window_s[AXIS_COUNT]; /* W of it */
 };
 
 struct measure;
@@ -52,6 +56,13 @@ void measure_destroy(struct measure *measure);
 
 /** Time starts to count here. @param steps_per_mm  for the samples, > 0 */
 void measure_begin(struct measure *measure, uint64_t t_ticks, const double steps_per_mm[AXIS_COUNT]);
+
+/** Steps from rest in the window of acceleration: W^2 a / 2, so that 2 steps / W^2 are a / 10. */
+#define MEASURE_WINDOW_STEPS 10.0
+
+/** The acceleration that an axis is allowed: it sets the axis' window. Before the first event; without it W
+ * is 10 ms. */
+void measure_expect_accel(struct measure *measure, int axis, double accel_steps_s2);
 
 /** Keep a sample every interval_ms (rounded to whole ms, at least 1) while something moves; first and last
  * always. A standstill costs a few samples, however long it is. */

@@ -44,9 +44,10 @@ static void say_state(const struct host *host, char answer[CONTROL_ANSWER_SIZE])
 static void say_counters(const struct host *host, char answer[CONTROL_ANSWER_SIZE]) {
     struct host_counters counters;
     host_counters(host, &counters);
-    snprintf(answer, CONTROL_ANSWER_SIZE, "lines %llu blocks %llu starved %llu underruns %llu\n",
+    snprintf(answer, CONTROL_ANSWER_SIZE, "lines %llu blocks %llu starved %llu underruns %llu unmet %llu\n",
              (unsigned long long)counters.lines, (unsigned long long)counters.blocks,
-             (unsigned long long)counters.lookahead_starved, (unsigned long long)counters.underruns);
+             (unsigned long long)counters.lookahead_starved, (unsigned long long)counters.underruns,
+             (unsigned long long)counters.plan_unmet);
 }
 
 /* Only blanks, or this one word. */

@@ -299,6 +299,9 @@ int sim_load(struct sim *sim, const char *text, size_t size, int keep_going) {
     trace_flush(host_trace(sim->host));
     sim->begin_ticks = sim->end_ticks = host_time_ticks(sim->host);
     measure_begin(sim->measure, sim->begin_ticks, sim->steps_per_mm);
+    const float *accel_mm_s2 = host_machine(sim->host)->settings.acceleration_mm_s2;
+    for (int axis = 0; axis < AXIS_COUNT; axis++)
+        measure_expect_accel(sim->measure, axis, (double)accel_mm_s2[axis] * sim->steps_per_mm[axis]);
     script_begin(&sim->script, sim->begin_ticks, sim->board.timer_hz);
     return 0;
 }
@@ -482,6 +485,7 @@ void sim_result(const struct sim *sim, struct sim_result *out) {
         out->max_steps[axis] = measured.max_steps[axis];
         out->max_speed_mm_s[axis] = measured.max_speed_steps_s[axis] / steps_per_mm;
         out->max_accel_mm_s2[axis] = measured.max_accel_steps_s2[axis] / steps_per_mm;
+        out->accel_window_s[axis] = measured.accel_window_s[axis];
         uint64_t interval = measured.min_interval_ticks[axis];
         double rate_hz = interval > 0 ? (double)sim->board.timer_hz / (double)interval : 0.0;
         out->max_step_rate_hz = rate_hz > out->max_step_rate_hz ? rate_hz : out->max_step_rate_hz;

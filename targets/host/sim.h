@@ -96,7 +96,7 @@ size_t sim_tool_changes(const struct sim *sim, const struct sim_tool_change **ou
 size_t sim_message_count(const struct sim *sim);
 const char *sim_message_at(const struct sim *sim, size_t index);
 
-/** Figures measured from the step edges. Speeds and accelerations: box windows of 10 ms (see measure.h). */
+/** Figures measured from the step edges. Speeds: box windows of 10 ms; accelerations: measure.h. */
 struct sim_result {
     struct host_counters counters;
     uint64_t job_ticks;                  /* from sim_load() to the last step edge or dwell end, or to now */
@@ -110,7 +110,8 @@ struct sim_result {
     int32_t min_steps[AXIS_COUNT], max_steps[AXIS_COUNT];
     double max_speed_mm_s[AXIS_COUNT];
     double max_accel_mm_s2[AXIS_COUNT];
-    double max_step_rate_hz; /* of the fastest axis, from the shortest interval between its edges */
+    double accel_window_s[AXIS_COUNT]; /* over which that was measured */
+    double max_step_rate_hz;           /* of the fastest axis, from the shortest interval between its edges */
     double steps_per_mm[AXIS_COUNT];
     double position_mm[AXIS_COUNT];                /* of the tool */
     double min_mm[AXIS_COUNT], max_mm[AXIS_COUNT]; /* of the tool, the start included */

@@ -27,6 +27,7 @@ COUNTERS = (
     "lines",
     "lookahead_starved",
     "underruns",
+    "plan_unmet",
 )
 HOST_IDLE, HOST_ROOM, HOST_BUDGET = range(3)
 

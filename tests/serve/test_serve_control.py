@@ -48,7 +48,7 @@ def test_counters_count(server: Server) -> None:
         settings = int(say(hands, "counters").split()[1])
         for line in ("G91", "G1X1F1000", "G77", "G1X1"):
             sender.ask(line)
-        assert say(hands, "counters") == f"lines {settings + 4} blocks 2 starved 0 underruns 0"
+        assert say(hands, "counters") == f"lines {settings + 4} blocks 2 starved 0 underruns 0 unmet 0"
 
 
 def test_inputs_and_outputs(server: Server) -> None:

@@ -44,6 +44,7 @@ class Measured(Structure):
         ("min_interval_ticks", c_uint64 * AXIS_COUNT),
         ("max_speed_steps_s", c_double * AXIS_COUNT),
         ("max_accel_steps_s2", c_double * AXIS_COUNT),
+        ("accel_window_s", c_double * AXIS_COUNT),
     )
 
 
@@ -66,6 +67,7 @@ def declare(library: ctypes.CDLL) -> ctypes.CDLL:
         "measure_create": (c_void_p, (c_uint32,)),
         "measure_destroy": (None, (c_void_p,)),
         "measure_begin": (None, (c_void_p, c_uint64, POINTER(c_double))),
+        "measure_expect_accel": (None, (c_void_p, c_int, c_double)),
         "measure_sample_every": (None, (c_void_p, c_double)),
         "measure_events": (None, (c_void_p, c_void_p, c_size_t)),
         "measure_end": (None, (c_void_p,)),
@@ -103,11 +105,15 @@ def measure(
     begin: int = 0,
     steps_per_mm: float = 1.0,
     sample_ms: float | None = None,
+    expected_steps_s2: float | None = None,
     chunk: int = 4096,
 ) -> tuple[Measured, np.ndarray]:
     """Figures and samples of a trace that comes in chunks."""
     handle = library.measure_create(hz)
     library.measure_begin(handle, begin, (c_double * AXIS_COUNT)(*[steps_per_mm] * AXIS_COUNT))
+    for axis in AXES:
+        if expected_steps_s2 is not None:
+            library.measure_expect_accel(handle, axis, expected_steps_s2)
     if sample_ms is not None:
         library.measure_sample_every(handle, sample_ms)
     for at in range(0, len(trace), chunk):

@@ -10,16 +10,18 @@ HZ = 20_000_000
 WINDOW_S = 0.010
 
 
-def oracle(trace: np.ndarray, hz: int) -> tuple[np.ndarray, np.ndarray]:
-    """Largest |v| and |a| per axis in steps: linear interpolation on a 1 ms grid, box differences over 10 ms."""
+def oracle(trace: np.ndarray, hz: int, window_ms: int = 10) -> tuple[np.ndarray, np.ndarray]:
+    """Largest |v| and |a| per axis in steps: linear interpolation on a 1 ms grid, box differences over 10 ms for the
+    speed, over window_ms for the acceleration."""
     t = (trace["t"] - trace["t"][0]).astype(float) / hz
     bits = np.arange(6)
     moved = (trace["step"][:, None] >> bits & 1) * np.where(trace["dir"][:, None] >> bits & 1, -1, 1)
     position = np.cumsum(moved, axis=0)
-    grid = np.arange(-20, int(t[-1] * 1000) + 22) * 1e-3
+    grid = np.arange(-2 * window_ms, int(t[-1] * 1000) + 2 * window_ms + 2) * 1e-3
     q = np.stack([np.interp(grid, t, position[:, axis]) for axis in range(6)], axis=1)
     v = (q[10:] - q[:-10]) / WINDOW_S
-    a = (v[10:] - v[:-10]) / WINDOW_S
+    w, window_s = window_ms, window_ms * 1e-3
+    a = (q[2 * w :] - 2 * q[w:-w] + q[: -2 * w]) / window_s**2
     return np.abs(v).max(axis=0), np.abs(a).max(axis=0)
 
 
@@ -62,6 +64,21 @@ def test_trapezoid_has_its_speed_and_acceleration(library):
     resolution = 2 / (spm * WINDOW_S**2)
     assert a * 0.999 <= measured.max_accel_steps_s2[0] / spm <= a + resolution
     check_oracle(library, trace, HZ)
+
+
+@pytest.mark.parametrize(
+    ("spm", "limit", "window_ms"), [(80, 400, 25), (250, 500, 13), (800, 500, 10), (10, 50, 100), (80, 2000, 12)]
+)
+def test_the_window_of_acceleration_spans_ten_steps_from_rest(library, spm, limit, window_ms):
+    """W = sqrt(20 / (n A)), in whole ms, 10 to 100: the grain of two steps is at most a tenth of the limit."""
+    assert window_ms in (100, max(10, int(np.ceil(1000 * np.sqrt(20 / (spm * limit))))))
+    trace = axis_events(trapezoid_ticks(40 * spm, 40.0 * spm, limit * spm))
+    measured, _ = measure(library, trace, HZ, expected_steps_s2=limit * spm, chunk=100)
+    assert list(measured.accel_window_s) == pytest.approx([window_ms / 1000] * 6)
+    grain = 2 / (spm * (window_ms / 1000) ** 2)
+    assert window_ms == 100 or grain <= limit / 10
+    assert 0.97 * limit <= measured.max_accel_steps_s2[0] / spm <= limit + grain
+    assert list(measured.max_accel_steps_s2) == pytest.approx(oracle(trace, HZ, window_ms)[1], rel=1e-6, abs=1e-1)
 
 
 @pytest.mark.parametrize("hz", [1_000_000, 20_000_000, 12_345_678 // 1000 * 1000, 100_000_000])

@@ -15,7 +15,8 @@ from wificnc.app import main
 KEYS = [
     "file", "lines", "blocks", "segments", "steps_per_axis", "final_position_mm", "final_position_steps",
     "bounding_box_mm", "job_time_s", "cutting_time_s", "rapid_time_s", "max_speed_mm_s", "max_accel_mm_s2",
-    "max_step_rate_hz", "lookahead_starved", "underruns", "tool_changes", "errors", "warnings", "events",
+    "max_accel_window_s", "max_accel_resolution_mm_s2",
+    "max_step_rate_hz", "lookahead_starved", "underruns", "plan_unmet", "tool_changes", "errors", "warnings", "events",
 ]  # fmt: skip
 
 
@@ -42,7 +43,8 @@ def test_json_on_stdout_has_the_agreed_keys(cli, job):
     assert list(report["steps_per_axis"]) == list("XYZABC")
     assert set(report["bounding_box_mm"]) == {"min", "max"}
     assert report["final_position_mm"]["X"] == pytest.approx(2.0, abs=0.01)
-    assert all(math.isfinite(report[key]) for key in KEYS if key.endswith(("_s", "_hz")) and "max_speed" not in key)
+    numbers = [report[key] for key in KEYS if key.endswith(("_s", "_hz")) and not isinstance(report[key], dict)]
+    assert all(math.isfinite(number) for number in numbers)
 
 
 def test_machine_board_and_set_reach_the_controller(cli, job):
@@ -71,8 +73,9 @@ def test_tool_changes_are_listed_and_passed(cli, job):
 
 
 def test_the_table_is_for_people(cli, job):
-    code, out, err = cli(job("G0X10\n"), "--set", "$100=100")
+    code, out, err = cli(job("G0X10\n"), "--set", "$100=100", "--set", "$120=500")
     assert code == 0 and err == ""
+    assert "X over 20 ms (±50 mm/s² of single steps)" in " ".join(out.split())  # W = sqrt(20 / (100 * 500))
     assert "job time" in out and "10.000" in out and "1,000" in out
 
 

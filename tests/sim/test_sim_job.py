@@ -38,9 +38,23 @@ def test_a_move_takes_its_time(library):
     assert result.cutting_time_s == pytest.approx(result.job_time_s - half_step_s, abs=1e-4)
     assert result.rapid_time_s == 0.0
     assert result.max_speed_mm_s[0] == pytest.approx(50, rel=2e-3)
-    assert 490 <= result.max_accel_mm_s2[0] <= 580
+    assert 490 <= result.max_accel_mm_s2[0] <= 500 + result.accel_resolution_mm_s2[0]
     assert result.max_step_rate_hz == pytest.approx(12_500, rel=0.01)
     assert (result.box_min_mm[0], result.box_max_mm[0]) == (0.0, 100.0)
+
+
+@pytest.mark.parametrize(("spm", "accel"), [(80, 400), (40, 200), (250, 500), (1000, 2000)])
+def test_the_figure_of_acceleration_is_not_the_grain_of_steps(library, spm, accel):
+    """Found: 902 mm/s2 said of a machine of 400 mm/s2 with 80 steps/mm."""
+    values = ((100, spm), (110, 5000), (120, accel))
+    settings = tuple(f"${first + axis}={value}" for first, value in values for axis in range(3))
+    zigzag = "".join(f"X{n * 1.3:.1f}Y{n % 2 * 2.1}Z{n % 3 * 0.4}\n" for n in range(1, 40))
+    result = run(library, "G1F3000\n" + zigzag, settings=settings)
+    for axis in range(3):
+        most, grain = result.max_accel_mm_s2[axis], result.accel_resolution_mm_s2[axis]
+        assert grain == pytest.approx(2 / (spm * result.accel_window_s[axis] ** 2))
+        assert grain <= 0.1 * accel
+        assert most <= 1.05 * accel + grain
 
 
 def test_rapids_and_cuts_are_told_apart(library):

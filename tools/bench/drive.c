@@ -107,11 +107,12 @@ int main(int argc, char **argv) {
     host_counters(host, &counters);
     printf("{\"errors\": %u, \"lines\": %llu, \"blocks\": %llu, \"segments\": %llu, \"spans\": %llu, "
            "\"step_events\": %llu, \"timer_events\": %llu, \"underruns\": %llu, \"starved\": %llu, "
-           "\"ticks\": %llu}\n",
+           "\"unmet\": %llu, \"ticks\": %llu}\n",
            errors, (unsigned long long)counters.lines, (unsigned long long)counters.blocks,
            (unsigned long long)counters.segments, (unsigned long long)counters.spans,
            (unsigned long long)counters.step_events, (unsigned long long)counters.timer_events,
            (unsigned long long)counters.underruns, (unsigned long long)counters.lookahead_starved,
+           (unsigned long long)counters.plan_unmet,
            (unsigned long long)(host_time_ticks(host) - begin_ticks));
     host_destroy(host);
     free(text);

@@ -38,6 +38,7 @@ jerk       the same run with $40={jerk:.0f}: greatest jerk of any axis over wind
            or late at each end of each window is {jerk_grain:.0f}; changes within shorter times are seen by
            tests/motion/test_motion_jerk.py, with finer steps
 starved    stops for want of look-ahead while input was there
+unmet      times the planned speed could not be followed within the limits
 instr      planner, per block, by callgrind
 """
 
@@ -124,6 +125,7 @@ def measure(driver: Path, file: Path, limits: Limits) -> Report:
         Figure("vertex um", 1e3 * away.vertex_mm, "um", 1e3 * (limits.tolerance_mm + step_mm)),
         *with_jerk(driver, file, limits, steps.pause_s, time_s),
         Figure("starved", count["starved"], "times", 0),
+        Figure("unmet", count["unmet"], "times", 0),
         *instructions(driver, file, limits, count["blocks"]),
     )
     return Report(file.stem, figures, f"; farthest from the path at line {away.line}; {worst_place(steps.t_s, a10)}")

@@ -144,9 +144,12 @@ class SimResult:
     rapid_time_s: float
     max_speed_mm_s: tuple[float, ...]
     max_accel_mm_s2: tuple[float, ...]
+    accel_window_s: tuple[float, ...]  # over which it was measured, targets/host/measure.h
+    accel_resolution_mm_s2: tuple[float, ...]  # of which so much is the grain of single steps, at most
     max_step_rate_hz: float
     lookahead_starved: int
     underruns: int
+    plan_unmet: int
     errors: tuple[LineError, ...]
     warnings: tuple[str, ...]
     travel_mm: tuple[float | None, ...]
@@ -238,9 +241,14 @@ def _result(sim: Simulation, request: JobRequest) -> SimResult:
         rapid_time_s=native.rapid_ticks / hz,
         max_speed_mm_s=tuple(native.max_speed_mm_s[: len(axes)]),
         max_accel_mm_s2=tuple(native.max_accel_mm_s2[: len(axes)]),
+        accel_window_s=tuple(native.accel_window_s[: len(axes)]),
+        accel_resolution_mm_s2=tuple(
+            2 / (native.steps_per_mm[i] * native.accel_window_s[i] ** 2) for i in range(len(axes))
+        ),
         max_step_rate_hz=native.max_step_rate_hz,
         lookahead_starved=native.counters.lookahead_starved,
         underruns=native.counters.underruns,
+        plan_unmet=native.counters.plan_unmet,
         errors=_line_errors(sim, request.text),
         warnings=(*_remarks(sim, native), *_travel_warnings(axes, min_mm, max_mm, request.travel_mm)),
         travel_mm=request.travel_mm,

@@ -80,6 +80,7 @@ class HostCounters(Structure):
             "lines",
             "lookahead_starved",
             "underruns",
+            "plan_unmet",
         )
     )
 
@@ -134,6 +135,7 @@ class NativeResult(Structure):
         ("max_steps", c_int32 * AXIS_COUNT),
         ("max_speed_mm_s", c_double * AXIS_COUNT),
         ("max_accel_mm_s2", c_double * AXIS_COUNT),
+        ("accel_window_s", c_double * AXIS_COUNT),
         ("max_step_rate_hz", c_double),
         ("steps_per_mm", c_double * AXIS_COUNT),
         ("position_mm", c_double * AXIS_COUNT),

@@ -298,12 +298,13 @@ def _speed_panel(axes: Any, scene: Scene) -> None:
     axes.fill_between(path.t_s, path.speed_mm_min, color=FAINT, lw=0, alpha=0.55, zorder=1)
     _draw_speed(axes, scene, points, path)
     fastest = max(float(path.speed_mm_min.max()), 1.0) if len(points) else 1.0
-    top, title = fastest * 1.06, "speed along the path, mm/min"
+    top, title = fastest * 1.06, "speed along the path, mm/min, mean of 10 ms"
     if fastest > OFF_SCALE * path.top_speed_mm_min:
         top = path.top_speed_mm_min * OFF_SCALE
         title += f"   (rapids run off the scale, up to {fastest:,.0f})"
     axes.set_ylim(0.0, top)
     axes.set_title(title, loc="left", fontsize=10.5, pad=6)
+    axes.set_title(_accelerations(scene.result), loc="right", fontsize=8.5, color=SOFT, pad=6)
     axes.yaxis.set_major_locator(MaxNLocator(5))
     _time_axis(axes, scene.result.job_time_s)
     axes.grid(axis="y", color=FAINT, lw=0.6)
@@ -311,6 +312,14 @@ def _speed_panel(axes: Any, scene: Scene) -> None:
     axes.tick_params(length=0)
     for side in ("top", "right", "left"):
         axes.spines[side].set_visible(False)
+
+
+def _accelerations(result: SimResult) -> str:
+    moving = [i for i in range(len(result.axes)) if result.steps_per_axis[i]]
+    figures = (
+        f"{result.axes[i]} {result.max_accel_mm_s2[i]:,.0f} in {1000 * result.accel_window_s[i]:.0f} ms" for i in moving
+    )
+    return "greatest acceleration, mm/s²: " + ", ".join(figures) if moving else ""
 
 
 def _draw_speed(axes: Any, scene: Scene, points: Floats, path: Path) -> None:

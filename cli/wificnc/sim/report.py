@@ -32,9 +32,12 @@ def report_json(result: SimResult) -> dict[str, Any]:
         "rapid_time_s": result.rapid_time_s,
         "max_speed_mm_s": by_axis(result.max_speed_mm_s),
         "max_accel_mm_s2": by_axis(result.max_accel_mm_s2),
+        "max_accel_window_s": by_axis(result.accel_window_s),
+        "max_accel_resolution_mm_s2": by_axis(result.accel_resolution_mm_s2),
         "max_step_rate_hz": result.max_step_rate_hz,
         "lookahead_starved": result.lookahead_starved,
         "underruns": result.underruns,
+        "plan_unmet": result.plan_unmet,
         "tool_changes": [asdict(change) for change in result.tool_changes],
         "errors": [asdict(error) for error in result.errors],
         "warnings": list(result.warnings),
@@ -61,12 +64,15 @@ def summary_rows(result: SimResult) -> list[tuple[str, str]]:
         ("program", f"{result.lines:,} lines, {result.blocks:,} moves, {result.segments:,} segments"),
         ("steps", f"{result.step_events:,} step events, at most {result.max_step_rate_hz:,.0f} Hz on one axis"),
     ]
+    rows += acceleration_rows(result)
     if result.lookahead_starved:
         rows.append(("look-ahead", f"ran out {result.lookahead_starved:,} times"))
     if result.tool_changes:
         rows.append(("tools", _tool_changes(result.tool_changes)))
     if result.underruns:
         rows.append(("step buffer", f"ran empty in motion {result.underruns:,} times (underruns)"))
+    if result.plan_unmet:
+        rows.append(("planner", f"could not keep its plan within the limits {result.plan_unmet:,} times: please report"))
     rows += [
         (f"at {duration(event.time_s)}", f"{event.action}: {event.state}") for event in result.events if event.done
     ]
@@ -78,6 +84,17 @@ def _tool_changes(changes: Sequence[ToolChange]) -> str:
     shown = ", ".join(change.title for change in changes[:TOOL_CHANGES_SHOWN])
     more = len(changes) - TOOL_CHANGES_SHOWN
     return shown + (f" and {more} more change{'s' * (more != 1)}" if more > 0 else "")
+
+
+def acceleration_rows(result: SimResult) -> list[tuple[str, str]]:
+    """How the figure of each moving axis was measured: axes of one window in one phrase."""
+    groups: dict[str, list[str]] = {}
+    for i, axis in enumerate(result.axes):
+        if result.steps_per_axis[i]:
+            text = f"{1000 * result.accel_window_s[i]:.0f} ms (±{result.accel_resolution_mm_s2[i]:,.0f} mm/s² of single steps)"
+            groups.setdefault(text, []).append(axis)
+    phrases = [f"{' '.join(axes)} over {text}" for text, axes in groups.items()]
+    return [("acceleration", f"measured: {', '.join(phrases)}")] if phrases else []
 
 
 AXIS_COLUMNS = ("axis", "from mm", "to mm", "ends at mm", "pulses", "max mm/min", "max mm/s²")

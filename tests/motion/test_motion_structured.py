@@ -1,0 +1,139 @@
+"""Inputs with structure (structured.py): acceleration, speed, path and ends, from the step edges."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from lawful import COARSE, FINE, Machine, accelerations, assert_ends_at, assert_lawful, assert_on_path, derivatives
+from motion_host import Run
+from structured import FIXED, Path, structured_paths
+
+common = settings(max_examples=60, deadline=None, suppress_health_check=list(HealthCheck))
+
+machines = st.builds(
+    Machine,
+    accel_mm_s2=st.sampled_from([(500.0,) * 3, (1000.0, 300.0, 200.0), (200.0, 2000.0, 500.0), (4000.0,) * 3]),
+    rate_mm_min=st.sampled_from([(5000.0,) * 3, (9000.0, 2000.0, 500.0)]),
+    jerk_mm_s3=st.sampled_from([0.0, 0.0, 5_000.0, 100_000.0]),
+)
+path_modes = st.sampled_from(["G64", "G64", "G64P0", "G64P0.02", "G64P0.3", "G61"])
+
+
+def program(path: Path, *before: str) -> str:
+    beam = ["M4S100"] if path.powers else []
+    return "\n".join(["G21G90", *before, *beam, *path.moves()]) + "\n"
+
+
+def performed(path: Path, machine: Machine, *before: str) -> Run:
+    host = machine.host()
+    text = program(path, *before)
+    run = host.run(text)
+    host.close()
+    assert run.answers == ["ok"] * text.count("\n")
+    return run
+
+
+@pytest.mark.parametrize("name", FIXED)
+def test_limits_path_and_end(name: str, record_property: pytest.RecordProperty) -> None:
+    run = performed(FIXED[name], FINE)
+    record_property("acceleration over 5, 10, 20 ms", assert_lawful(run, FINE))
+    assert_ends_at(run, FIXED[name].vertices()[-1], FINE)
+    assert_on_path(run, FIXED[name].vertices(), FINE, FINE.deviation_mm)
+
+
+@pytest.mark.parametrize("name", FIXED)
+def test_acceleration_with_the_steps_of_a_usual_machine(name: str) -> None:
+    """Issue: at most 1.2 x in 10 ms, the grain of 250 steps/mm included."""
+    run = performed(FIXED[name], COARSE)
+    _, accel = derivatives(run.seconds(), run.positions(), COARSE, 0.010)
+    assert np.abs(accel).max() <= 1.2 * COARSE.accel_mm_s2[0]
+
+
+@common
+@given(path=structured_paths(), machine=machines, mode=path_modes)
+def test_any_structure_on_any_machine(path: Path, machine: Machine, mode: str) -> None:
+    run = performed(path, machine, mode)
+    assert_lawful(run, machine)
+    assert_ends_at(run, path.vertices()[-1], machine)
+    tolerance_mm = 0.0 if mode == "G61" else max(machine.deviation_mm, float(mode[4:] or 0))
+    assert_on_path(run, path.vertices(), machine, tolerance_mm)
+
+
+@st.composite
+def arc_chains(draw: st.DrawFn) -> str:
+    """Full circles, half circles and quarters of round numbers, begun on an axis or at 45 degrees, joined by lines."""
+    lines = ["G21G91"]
+    for _ in range(draw(st.integers(1, 8))):
+        r = draw(st.sampled_from([0.1, 0.5, 1.0, 2.5, 10.0]))
+        i, j = draw(st.sampled_from([(r, 0.0), (0.0, r), (-r, 0.0), (0.0, -r), (r, r), (-r, r)]))
+        code = draw(st.sampled_from(["G2", "G3"]))
+        part = draw(st.sampled_from(["full", "half", "quarter"]))
+        sign = 1 if code == "G3" else -1
+        end = {"full": (0.0, 0.0), "half": (2 * i, 2 * j), "quarter": (i + sign * j, j - sign * i)}[part]
+        feed = draw(st.sampled_from([300, 1800, 5000, 20000]))
+        lines.append(f"{code}X{end[0]:.4f}Y{end[1]:.4f}I{i:.4f}J{j:.4f}F{feed}")
+        if draw(st.booleans()):
+            lines.append(draw(st.sampled_from(["G1X1", "G1Y-0.1", "G1X0.5Y0.5", "G0X2", "G1X0.01"])))
+    return "\n".join(lines) + "\n"
+
+
+@common
+@given(text=arc_chains(), machine=machines)
+def test_arcs_of_round_numbers(text: str, machine: Machine) -> None:
+    host = machine.host()
+    run = host.run(text)
+    host.close()
+    assert run.answers == ["ok"] * text.count("\n")
+    assert_lawful(run, machine)
+
+
+@common
+@given(path=structured_paths())
+def test_corexy(path: Path) -> None:
+    """The limits are the motors': what X and Y of the trace are."""
+    machine = replace(FINE, steps_per_mm=(1000.0,) * 3)
+    host = machine.host()
+    host.settings(s80=1)
+    run = host.run(program(path))
+    host.close()
+    assert_lawful(run, machine)
+
+
+INTERFERENCES = ("!", "~", "\x91", "\x91" * 5, "\x92", "\x92" * 9, "\x90", "\x96", "\x97", "\x95", "\x91" * 10)
+interferences = st.lists(
+    st.tuples(st.sampled_from([1, 5, 20, 60, 150]), st.sampled_from(INTERFERENCES)), min_size=1, max_size=15
+)
+
+
+def beginning(text: str, most: int = 1000) -> str:
+    """So many whole lines as the controller's input takes in one piece."""
+    return text if len(text) <= most else text[: text.rindex("\n", 0, most) + 1]
+
+
+@common
+@given(path=structured_paths(), machine=machines, what=interferences, mode=path_modes)
+def test_holds_and_overrides_at_any_time(
+    path: Path, machine: Machine, what: list[tuple[int, str]], mode: str
+) -> None:
+    host = machine.host()
+    host.start(beginning(program(path, mode)))
+    for ms, byte in what:
+        host.until(host.ticks() + ms * host.timer_hz // 1000)
+        host.put(byte)
+    host.settle()
+    host.put("~\x90")
+    run = host.settle()
+    host.close()
+    assert_lawful(run, machine)
+
+
+def test_the_oracle_sees_what_it_should() -> None:
+    """A stop within 10 ms from 50 mm/s is 10 x the limit of 500 mm/s2; a step trace can say so."""
+    t = np.arange(1, 20001) / (50 * FINE.steps_per_mm[0])
+    at = np.zeros((len(t), 3), np.int64)
+    at[:, 0] = np.arange(1, len(t) + 1)
+    assert accelerations(t, at, FINE)[1] > 9.5
