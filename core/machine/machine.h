@@ -253,6 +253,14 @@ struct machine_host {
     int32_t probe_steps[AXIS_COUNT];
 };
 
+/** The sender that commands the text side; machine/sender.c. */
+enum machine_sender {
+    SENDER_THERE, /* as far as anybody can know */
+    SENDER_LOST,
+    SENDER_LOST_WITH_LINES, /* and lines of it have not come here yet */
+    SENDER_HELD,            /* its program waits for `~`, with spindle and coolant off */
+};
+
 struct machine {
     struct machine_board board;
     struct hal *hal;
@@ -300,6 +308,8 @@ struct machine {
     struct machine_outputs outputs;
     uint8_t digital; /* outputs of M62 .. M65: bit n = Pn; a reset leaves them */
     bool hold_waits; /* ! while M53 P0 is in force */
+    enum machine_sender sender;
+    bool homing_lost; /* homing was stopped because its sender was lost; not said yet */
 
     enum task_stage stage;
     enum line_source source;
@@ -348,6 +358,15 @@ void machine_edge_isr(struct machine *machine);
 
 /** Poll again after this many us at the latest, even if nothing happens. @return UINT32_MAX: no need */
 uint32_t machine_wait_us(const struct machine *machine);
+
+/** The connection of the sender that commands the text side has ended, in whatever way: a jog is cancelled, a
+ * program is held, spindle and coolant stop. Lines of others are read as ever after `~` or a reset. To be
+ * called by every target that can see the end of a connection.
+ *  @param lines_wait  whole lines of it are still on their way to the machine */
+void machine_sender_lost(struct machine *machine, bool lines_wait);
+
+/** What a client that connects must know first, without [MSG: ]; NULL: nothing. */
+const char *machine_notice(const struct machine *machine);
 
 /** Nothing more comes for now: planned moves start without waiting for look-ahead. */
 void machine_input_pause(struct machine *machine);

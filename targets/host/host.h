@@ -82,6 +82,15 @@ enum host_wait host_run_paced(struct host *host, uint64_t t_ticks, uint64_t max_
 /** When it will go on by itself, now at the earliest; UINT64_MAX: never without input. */
 uint64_t host_next_ticks(const struct host *host);
 
+/** The sender's connection has ended: machine_sender_lost(). */
+void host_sender_lost(struct host *host, bool lines_wait);
+
+/** machine_notice(). */
+const char *host_notice(const struct host *host);
+
+/** A line or motion is under way. */
+bool host_is_busy(const struct host *host);
+
 /** Virtual time, ticks of the board's timer from power-on. */
 uint64_t host_time_ticks(const struct host *host);
 

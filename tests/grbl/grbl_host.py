@@ -50,10 +50,18 @@ def _spindle(lib: ctypes.CDLL) -> None:
     lib.virtual_spindle_rpm.restype = ctypes.c_float
 
 
+def _sender(lib: ctypes.CDLL) -> None:
+    lib.host_sender_lost.argtypes = (ctypes.c_void_p, ctypes.c_bool)
+    lib.host_sender_lost.restype = None
+    lib.host_notice.argtypes = (ctypes.c_void_p,)
+    lib.host_notice.restype = ctypes.c_char_p
+
+
 def _library() -> ctypes.CDLL:
     lib = ctypes.CDLL(str(ensure_host_library()))
     host, size, text = ctypes.c_void_p, ctypes.c_size_t, ctypes.c_char_p
     _spindle(lib)
+    _sender(lib)
     lib.host_open.restype = host
     lib.host_open.argtypes = (ctypes.POINTER(HostBoard), text)
     lib.host_destroy.argtypes = (host,)
@@ -172,6 +180,15 @@ class Grbl:
     def sleeps(self) -> bool:
         """Nothing happens until somebody says or does something."""
         return LIB.host_next_ticks(self._host) == 2**64 - 1
+
+    def lose_sender(self, waits: bool = False) -> None:
+        """The connection of who commands ends. @param waits  lines of it have not come to the controller yet"""
+        LIB.host_sender_lost(self._host, waits)
+
+    def notice(self) -> str | None:
+        """What the next client is told."""
+        said = LIB.host_notice(self._host)
+        return said.decode() if said else None
 
     def status(self) -> str:
         """The answer to ?, alone; no time passes."""
