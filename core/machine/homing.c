@@ -194,8 +194,8 @@ enum status homing_begin(struct machine *machine, const char *letters) {
     if (is_pull_off_long(machine, asked))
         return STATUS_PULL_OFF;
     square_release(machine);
-    *homing = (struct homing){
-        .asked = (axis_mask_t)asked, .all = all, .locked = machine->state == MACHINE_ALARM};
+    *homing =
+        (struct homing){.asked = (axis_mask_t)asked, .all = all, .locked = machine->state == MACHINE_ALARM};
     machine->trusted &= (axis_mask_t)~asked;
     machine_transition(machine, MACHINE_HOMES);
     machine_apply_override(machine);

@@ -101,6 +101,14 @@ void realtime_release(struct machine *machine);
 /** M48 .. M53: OVERRIDE_ bits in force from now on; a hold that waited for M53 comes now. */
 void realtime_enable(struct machine *machine, uint8_t overrides);
 
+/** As `!`. */
+void realtime_hold(struct machine *machine);
+
+/* sender.c */
+bool sender_poll(struct machine *machine);
+/** What a client that connects must know, without [MSG: ]; NULL: nothing. */
+const char *sender_notice(const struct machine *machine);
+
 /* inputs.c */
 bool inputs_poll(struct machine *machine);
 /** Take the switches as they are now, as if an edge had come. */

@@ -219,12 +219,15 @@ static void add_to_notice(void *ctx, const char *bytes, size_t count) {
     notice->text[notice->count] = '\0';
 }
 
-bool machine_notice(const struct machine *machine, char *text, size_t size) {
+bool machine_notice(const struct machine *machine, unsigned number, char *text, size_t size) {
     struct notice notice = {.text = text, .size = size};
     const struct text_out out = {.write = add_to_notice, .ctx = &notice};
+    const char *sender = sender_notice(machine);
     text[0] = '\0';
-    if (keep_is_damaged(machine))
+    if (keep_is_damaged(machine) && number-- == 0)
         describe(machine, &out);
+    else if (sender != NULL && number == 0)
+        text_string(&out, sender);
     return text[0] != '\0';
 }
 

@@ -497,6 +497,7 @@ bool machine_poll(struct machine *machine) {
         any = true;
     }
     any |= suspend_poll(machine);
+    any |= sender_poll(machine);
     thread_watch(machine);
     any |= lines_poll(machine);
     outputs_poll(machine);

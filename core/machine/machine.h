@@ -269,6 +269,14 @@ struct machine_host {
     int32_t probe_steps[AXIS_COUNT];
 };
 
+/** The sender that commands the text side; machine/sender.c. */
+enum machine_sender {
+    SENDER_THERE, /* as far as anybody can know */
+    SENDER_LOST,
+    SENDER_LOST_WITH_LINES, /* and lines of it have not come here yet */
+    SENDER_HELD,            /* its program waits for `~`, with spindle and coolant off */
+};
+
 struct machine {
     struct machine_board board;
     struct hal *hal;
@@ -319,6 +327,8 @@ struct machine {
     uint8_t coolant_told; /* COOLANT_ bits of which wiring_report_coolant() has spoken */
     uint8_t digital;      /* outputs of M62 .. M65: bit n = Pn; a reset leaves them */
     bool hold_waits;      /* ! while M53 P0 is in force */
+    enum machine_sender sender;
+    bool homing_lost; /* homing was stopped because its sender was lost; not said yet */
 
     enum task_stage stage;
     enum line_source source;
@@ -372,6 +382,12 @@ void machine_edge_isr(struct machine *machine);
 /** Poll again after this many us at the latest, even if nothing happens. @return UINT32_MAX: no need */
 uint32_t machine_wait_us(const struct machine *machine);
 
+/** The connection of the sender that commands the text side has ended, in whatever way: a jog is cancelled, a
+ * program is held, spindle and coolant stop. Lines of others are read as ever after `~` or a reset. To be
+ * called by every target that can see the end of a connection.
+ *  @param lines_wait  whole lines of it are still on their way to the machine */
+void machine_sender_lost(struct machine *machine, bool lines_wait);
+
 /** Nothing more comes for now: planned moves start without waiting for look-ahead. */
 void machine_input_pause(struct machine *machine);
 
@@ -382,9 +398,9 @@ bool machine_is_standing(const struct machine *machine);
 /** No motion planned, queued or being stepped. */
 bool machine_is_at_rest(const struct machine *machine);
 
-/** What a client that connects now must know, for a [MSG:]; stored data that is damaged.
- * @return false: nothing, and text is empty */
-bool machine_notice(const struct machine *machine, char *text, size_t size);
+/** What a client that connects must know, each for a [MSG:]: stored data that is damaged, a job that is held
+ * because its sender was lost. @param number  0, 1, .. until it returns false: nothing more, and text is empty */
+bool machine_notice(const struct machine *machine, unsigned number, char *text, size_t size);
 
 /** State as reports show it, with its sub-state: "Idle", "Hold:1", "Door:0". */
 const char *machine_state_text(const struct machine *machine);

@@ -6,9 +6,11 @@
 
 #define COOLANT_START_US 1000000u /* Grbl's, behind a closed door */
 
-static void take_hold(struct machine *machine) {
+void realtime_hold(struct machine *machine) {
     if (preempt_hold(machine))
         return;
+    if (machine->state == MACHINE_HOLD)
+        machine->restoring = false; /* sender.c */
     if (machine->state == MACHINE_JOG)
         jog_cancel(machine);
     else if (machine->state == MACHINE_RUN &&
@@ -22,7 +24,7 @@ void realtime_release(struct machine *machine) {
     if (!machine->hold_waits || (machine->gcode.modal.overrides & OVERRIDE_HOLD) == 0)
         return;
     machine->hold_waits = false;
-    take_hold(machine);
+    realtime_hold(machine);
 }
 
 void realtime_enable(struct machine *machine, uint8_t overrides) {
@@ -39,6 +41,7 @@ static void go_on(struct machine *machine) {
         report_message(machine, "Restoring spindle");
         outputs_apply(machine);
     }
+    machine->sender = SENDER_THERE;
     machine_transition(machine, MACHINE_RESUMES);
     preempt_resume(machine);
     task_resume(machine);
@@ -58,11 +61,13 @@ static void restore_outputs(struct machine *machine) {
 }
 
 static void take_resume(struct machine *machine) {
+    bool door = machine->state == MACHINE_DOOR, suspended = machine->outputs.suspended;
     machine->hold_waits = false;
-    if (machine->state == MACHINE_HOLD)
+    if ((!door && machine->state != MACHINE_HOLD) || machine->restoring)
+        return;
+    if (!door && !suspended)
         go_on(machine);
-    else if (machine->state == MACHINE_DOOR && machine->outputs.suspended && !machine->restoring &&
-             !inputs_door_is_open(machine))
+    else if (suspended && !(door && inputs_door_is_open(machine)))
         restore_outputs(machine);
 }
 
@@ -86,17 +91,9 @@ void suspend_open_door(struct machine *machine) {
         motion_hold(&machine->motion);
 }
 
-/* @return true when it came further */
-static bool door_poll(struct machine *machine) {
+/* Spindle, then coolant, then the motion. @return true when it came further */
+static bool restore_poll(struct machine *machine) {
     struct machine_outputs *outputs = &machine->outputs;
-    if (!machine_is_stopped(machine))
-        return false;
-    if (!outputs->suspended && (!machine->restoring || inputs_door_is_open(machine))) {
-        machine->restoring = false;
-        outputs->suspended = true;
-        outputs_apply(machine);
-        return true;
-    }
     if (!machine->restoring || machine_timer_runs(machine, &machine->timer))
         return false;
     if (outputs->coolant_waits) {
@@ -110,11 +107,27 @@ static bool door_poll(struct machine *machine) {
     return true;
 }
 
+/* @return true when it came further */
+static bool door_poll(struct machine *machine) {
+    struct machine_outputs *outputs = &machine->outputs;
+    if (!machine_is_stopped(machine))
+        return false;
+    if (!outputs->suspended && (!machine->restoring || inputs_door_is_open(machine))) {
+        machine->restoring = false;
+        outputs->suspended = true;
+        outputs_apply(machine);
+        return true;
+    }
+    return restore_poll(machine);
+}
+
 bool suspend_poll(struct machine *machine) {
     bool any = machine->cancelling && machine_is_stopped(machine);
     if (any)
         jog_end_cancel(machine);
-    return (machine->state == MACHINE_DOOR && door_poll(machine)) || any;
+    if (machine->state == MACHINE_DOOR)
+        return door_poll(machine) || any;
+    return (machine->state == MACHINE_HOLD && restore_poll(machine)) || any;
 }
 
 static uint8_t change(uint8_t percent, int by) {
@@ -177,7 +190,7 @@ static void take_bits(struct machine *machine, uint32_t bits) {
     if ((bits & REALTIME_DOOR) != 0)
         suspend_open_door(machine);
     if ((bits & REALTIME_HOLD) != 0)
-        take_hold(machine);
+        realtime_hold(machine);
     if ((bits & REALTIME_RESUME) != 0)
         take_resume(machine);
 }

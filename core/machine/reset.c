@@ -21,6 +21,7 @@ static void stop(struct machine *machine) {
     machine_halt(machine);
     report_changed_offset(machine); /* with it comes which axes are trusted */
     machine->cancelling = false;
+    machine->sender = SENDER_THERE;
     square_release(machine);
     thread_forget(machine);
     machine->timer.on = false;
@@ -101,4 +102,7 @@ void machine_restart(struct machine *machine) {
     } else if (machine->state == MACHINE_ALARM) {
         report_message(machine, "'$H'|'$X' to unlock");
     }
+    if (machine->homing_lost)
+        report_message(machine, "Sender lost: homing stopped");
+    machine->homing_lost = false;
 }

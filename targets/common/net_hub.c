@@ -65,6 +65,52 @@ static void explain(struct net_hub *hub, struct net_client *observer) {
     say_message(hub, observer, text);
 }
 
+/* What a client must know that may command from now on. */
+static void greet(struct net_hub *hub, struct net_client *client) {
+    char text[NET_MESSAGE_SIZE];
+    for (unsigned n = 0; hub->ops->notice != NULL && hub->ops->notice(hub->ctx, n, text, sizeof text); n++)
+        say_message(hub, client, text);
+    if (hub->owner != NULL)
+        explain(hub, client);
+}
+
+/* ---- jogs that are called off ---- */
+
+static uint8_t upper(char character) {
+    return (uint8_t)(character >= 'a' && character <= 'z' ? character - 'a' + 'A' : character);
+}
+
+static bool is_jog(const char *line, size_t size) {
+    static const char jog[] = "$J=";
+    size_t at = 0;
+    for (size_t i = 0; i < size && jog[at] != '\0'; i++)
+        if (line[i] > ' ' && upper(line[i]) != (uint8_t)jog[at++])
+            return false;
+    return jog[at] == '\0';
+}
+
+/* Jogs that still wait when they are called off must not run behind that: they become empty lines, so that
+ * each has its answer; a half one when its rest has come. The controller does the same with those that it
+ * has. */
+static void call_off_jogs(struct net_client *client) {
+    size_t to = 0, from = 0, whole = client->whole;
+    client->called_off = client->in.count > whole;
+    if (whole == 0)
+        return;
+    char *bytes = client->in.bytes + client->in.begin;
+    while (from < whole) {
+        const char *end = memchr(bytes + from, '\n', whole - from);
+        size_t size = end == NULL ? whole - from : (size_t)(end + 1 - (bytes + from));
+        bool jog = is_jog(bytes + from, size);
+        memmove(bytes + to, jog ? "\n" : bytes + from, jog ? 1 : size);
+        to += jog ? 1 : size;
+        from += size;
+    }
+    memmove(bytes + to, bytes + whole, client->in.count - whole);
+    client->whole = to;
+    net_queue_cut(&client->in, client->in.count - (whole - to));
+}
+
 /* ---- ownership ---- */
 
 /* What the owner has sent stays in force: whole lines go to `left`. A half line is forgotten; if the
@@ -102,6 +148,7 @@ static void set_owner(struct net_hub *hub, struct net_client *client) {
         return;
     }
     client->letters = 0;
+    hub->sender = client;
     hub->ops->event(hub->ctx, "owner", client->name);
     snprintf(text, sizeof text, "%s commands", client->name);
     tell_observers(hub, text);
@@ -118,16 +165,20 @@ bool net_hub_is_full(const struct net_hub *hub) {
     return true;
 }
 
-static void lose_owner(struct net_hub *hub) {
-    set_owner(hub, NULL);
+static void lose_sender(struct net_hub *hub) {
+    hub->sender = NULL;
     if (hub->ops->left != NULL)
-        hub->ops->left(hub->ctx);
+        hub->ops->left(hub->ctx, hub->left.count > 0);
 }
 
 static void remove_client(struct net_hub *hub, struct net_client *client) {
+    if (client == hub->owner) {
+        call_off_jogs(client);
+        set_owner(hub, NULL);
+    }
+    if (client == hub->sender)
+        lose_sender(hub);
     struct net_client removed = *client;
-    if (client == hub->owner)
-        lose_owner(hub);
     net_queue_free(&client->in);
     net_queue_free(&client->out);
     *client = (struct net_client){0};
@@ -147,14 +198,6 @@ static struct net_client *free_place(struct net_hub *hub) {
     if (locked != NULL)
         remove_client(hub, locked);
     return locked;
-}
-
-static void greet(struct net_hub *hub, struct net_client *client) {
-    char text[NET_MESSAGE_SIZE];
-    if (hub->owner != NULL)
-        explain(hub, client);
-    if (hub->ops->notice != NULL && hub->ops->notice(hub->ctx, text, sizeof text))
-        say_message(hub, client, text);
 }
 
 bool net_hub_connect(struct net_hub *hub, const struct net_stream *stream, const char *name) {
@@ -183,15 +226,31 @@ void net_hub_close(struct net_hub *hub) {
     net_queue_free(&hub->left);
 }
 
-/* No more comes from it, but it may still want to hear the answers to what it sent (`nc`). */
+static bool is_busy(const struct net_hub *hub) {
+    return hub->ops->busy != NULL && hub->ops->busy(hub->ctx);
+}
+
+/* No more comes from it, but it may still want to hear the answers to what it sent (`nc`). One that has
+ * closed its connection altogether looks the same, until something is written to it. */
 static void end_client(struct net_hub *hub, struct net_client *client) {
     client->ended = true;
-    if (client == hub->owner)
-        lose_owner(hub);
+    if (client != hub->owner)
+        return;
+    set_owner(hub, NULL);
+    if (is_busy(hub) || hub->left.count > 0)
+        say_message(hub, client, "Input has ended, what was sent runs on");
 }
 
 static bool has_heard_all(const struct net_hub *hub, const struct net_client *client) {
-    return client->ended && hub->inside_left == 0 && hub->left.count == 0 && client->out.count == 0;
+    bool waits = client == hub->sender && is_busy(hub);
+    return client->ended && hub->inside_left == 0 && hub->left.count == 0 && client->out.count == 0 && !waits;
+}
+
+/* A transport may tell only a reader that the other end is gone. */
+static void look_after(struct net_client *client) {
+    char byte;
+    if (client->ended && client->stream.ops->read(&client->stream, &byte, 1) == NET_GONE)
+        client->gone = true;
 }
 
 /* ---- real-time bytes ---- */
@@ -214,41 +273,6 @@ void net_hub_reset(struct net_hub *hub) {
     hub->ops->put(hub->ctx, &reset, 1);
     hub->ops->act(hub->ctx);
     net_hub_hear(hub);
-}
-
-static uint8_t upper(char character) {
-    return (uint8_t)(character >= 'a' && character <= 'z' ? character - 'a' + 'A' : character);
-}
-
-static bool is_jog(const char *line, size_t size) {
-    static const char jog[] = "$J=";
-    size_t at = 0;
-    for (size_t i = 0; i < size && jog[at] != '\0'; i++)
-        if (line[i] > ' ' && upper(line[i]) != (uint8_t)jog[at++])
-            return false;
-    return jog[at] == '\0';
-}
-
-/* Jogs that still wait when they are called off must not run behind that: they become empty lines, so that
- * each has its answer; a half one when its rest has come. The controller does the same with those that it
- * has. */
-static void call_off_jogs(struct net_client *client) {
-    size_t to = 0, from = 0, whole = client->whole;
-    client->called_off = client->in.count > whole;
-    if (whole == 0)
-        return;
-    char *bytes = client->in.bytes + client->in.begin;
-    while (from < whole) {
-        const char *end = memchr(bytes + from, '\n', whole - from);
-        size_t size = end == NULL ? whole - from : (size_t)(end + 1 - (bytes + from));
-        bool jog = is_jog(bytes + from, size);
-        memmove(bytes + to, jog ? "\n" : bytes + from, jog ? 1 : size);
-        to += jog ? 1 : size;
-        from += size;
-    }
-    memmove(bytes + to, bytes + whole, client->in.count - whole);
-    client->whole = to;
-    net_queue_cut(&client->in, client->in.count - (whole - to));
 }
 
 static bool may_ask(const struct net_hub *hub) {
@@ -562,6 +586,7 @@ void net_hub_flush(struct net_hub *hub) {
     for (struct net_client *client = hub->client; client < hub->client + NET_CLIENTS; client++) {
         if (client->stream.ops == NULL)
             continue;
+        look_after(client);
         if (!client->gone)
             write_out(client);
         if (client->gone || has_heard_all(hub, client))

@@ -10,6 +10,10 @@
  * answers to those lines are for everybody but the new owner, whose own lines are answered once each, in
  * order.
  *
+ * The sender is the owner, or the client that was it last and has only ended its half of the connection: it
+ * still hears answers, so what it sent runs on (`nc` ends so). When it is gone for good, the controller is
+ * told (ops->left), and holds what nobody looks after.
+ *
  * Where there is a password (hub.locks), a client from elsewhere is locked out at first: its `?` is answered,
  * it sees nothing but reports, and `$LOGIN=password` lets it in. When all places are taken, such a client has
  * to go for a new one.
@@ -50,10 +54,14 @@ struct net_hub_ops {
     void (*act)(void *ctx);
     /** Something happened to a client, for a log: "connected", "owner", ... */
     void (*event)(void *ctx, const char *what, const char *who);
-    /** The owner's connection has ended; NULL: never mind. What it sent goes on. */
-    void (*left)(void *ctx);
-    /** What a new client must know, as the text of a message. @return false: nothing. NULL: nothing ever */
-    bool (*notice)(void *ctx, char *text, size_t size);
+    /** The sender's connection has ended; NULL: never mind. @param lines_wait  the controller has not got all
+     *  its lines yet */
+    void (*left)(void *ctx, bool lines_wait);
+    /** What a new client must know, each as the text of a message. @param number  0, 1, .. until it returns
+     *  false: nothing more. NULL: nothing ever */
+    bool (*notice)(void *ctx, unsigned number, char *text, size_t size);
+    /** Lines or motion are under way: who only listens stays that long. May be NULL */
+    bool (*busy)(void *ctx);
     /** A client says its password. May be NULL where nothing locks. @param who  its stream's peer */
     enum net_gate_result (*login)(void *ctx, uint64_t who, const char *password, size_t size);
 };
@@ -82,11 +90,12 @@ struct net_hub {
     struct net_hub_sizes sizes;
     bool locks; /* new clients from elsewhere are locked out until they log in; set by whoever owns the hub */
     struct net_client client[NET_CLIENTS];
-    struct net_client *owner; /* NULL: nobody */
-    struct net_queue left;    /* whole lines of former owners that the controller has not got yet */
-    uint32_t inside;          /* lines the controller has got and not answered */
-    uint32_t inside_left;     /* the oldest of these are former owners' */
-    char line[NET_LINE_SIZE]; /* of what the controller says, as far as heard */
+    struct net_client *owner;  /* NULL: nobody */
+    struct net_client *sender; /* it answers for what runs; NULL: nobody does */
+    struct net_queue left;     /* whole lines of former owners that the controller has not got yet */
+    uint32_t inside;           /* lines the controller has got and not answered */
+    uint32_t inside_left;      /* the oldest of these are former owners' */
+    char line[NET_LINE_SIZE];  /* of what the controller says, as far as heard */
     size_t line_size;
 };
 

@@ -437,6 +437,18 @@ void host_watch_segments(struct host *host, host_segment_watcher *watch, void *c
     host->watched = host->machine.motion.ring.index.head;
 }
 
+void host_sender_lost(struct host *host, bool lines_wait) {
+    machine_sender_lost(&host->machine, lines_wait);
+}
+
+bool host_notice(const struct host *host, unsigned number, char *text, size_t size) {
+    return machine_notice(&host->machine, number, text, size);
+}
+
+bool host_is_busy(const struct host *host) {
+    return host->machine.stage != TASK_NONE || !machine_is_at_rest(&host->machine);
+}
+
 const struct machine *host_machine(const struct host *host) {
     return &host->machine;
 }

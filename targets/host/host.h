@@ -114,6 +114,15 @@ void host_stall_randomly(struct host *host, const struct host_random_stalls *sta
 /** When it will go on by itself, now at the earliest; UINT64_MAX: never without input. */
 uint64_t host_next_ticks(struct host *host);
 
+/** The sender's connection has ended: machine_sender_lost(). */
+void host_sender_lost(struct host *host, bool lines_wait);
+
+/** machine_notice(). */
+bool host_notice(const struct host *host, unsigned number, char *text, size_t size);
+
+/** A line or motion is under way. */
+bool host_is_busy(const struct host *host);
+
 /** Virtual time, ticks of the board's timer from power-on. */
 uint64_t host_time_ticks(const struct host *host);
 

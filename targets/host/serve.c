@@ -83,14 +83,24 @@ static void act(void *ctx) {
     host_act(serve->host);
 }
 
-static bool notice(void *ctx, char *text, size_t size) {
+static bool notice(void *ctx, unsigned number, char *text, size_t size) {
     const struct serve *serve = ctx;
-    return machine_notice(host_machine(serve->host), text, size);
+    return host_notice(serve->host, number, text, size);
 }
 
 static enum net_gate_result login(void *ctx, uint64_t who, const char *password, size_t size) {
     struct serve *serve = ctx;
     return net_gate_try(&serve->gate, who, password, size, (uint32_t)(serve_clock_ns() / 1000));
+}
+
+static void left(void *ctx, bool lines_wait) {
+    const struct serve *serve = ctx;
+    host_sender_lost(serve->host, lines_wait);
+}
+
+static bool busy(void *ctx) {
+    const struct serve *serve = ctx;
+    return host_is_busy(serve->host);
 }
 
 static void event(void *ctx, const char *what, const char *who) {
@@ -200,8 +210,14 @@ static struct host *make_host(const struct serve_options *options, struct serve_
 }
 
 struct serve *serve_create(const struct serve_options *options, struct serve_failure *failure) {
-    static const struct net_hub_ops ops = {
-        .put = put, .hear = hear, .act = act, .event = event, .login = login, .notice = notice};
+    static const struct net_hub_ops ops = {.put = put,
+                                           .hear = hear,
+                                           .act = act,
+                                           .event = event,
+                                           .left = left,
+                                           .notice = notice,
+                                           .busy = busy,
+                                           .login = login};
     /* Real-time bytes act when they are read: room for what a sender pours without counting. */
     static const struct net_hub_sizes sizes = {
         .clients = NET_CLIENTS, .in = 16 << 20, .out = 256 * 1024, .left = 32 << 20};
@@ -344,6 +360,7 @@ static void accept_all(struct serve *serve) {
     if ((serve->poll[POLL_LISTENER].revents & POLLIN) != 0) {
         char name[NET_ADDRESS_SIZE];
         while (accepts(serve) && net_tcp_accept(serve->listener, &stream, name)) {
+            net_tcp_keep_alive(&stream);
             net_hub_connect(&serve->hub, &stream, name);
             note_fullness(serve);
         }

@@ -175,6 +175,12 @@ class ChipGrbl:
         steps = self._steps()
         return accelerations(steps["cycle"] / CPU_HZ, steps["step"], steps["dir"], window_s)
 
+    def lose_sender(self, waits: bool = False) -> None:
+        raise NotOnThisBoard("a UART has no connection that could end")
+
+    def notice(self) -> str | None:
+        raise NotOnThisBoard("there is no second client")
+
     # --- the machine behind it ---
 
     input_delay_s = 0.005 + LOOK_S  # an input of M66 counts when it has been quiet for 5 ms

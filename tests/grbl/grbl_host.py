@@ -62,11 +62,19 @@ def _outputs(lib: ctypes.CDLL) -> None:
     lib.host_set_output_period.argtypes = (host, ctypes.c_uint32)
 
 
+def _sender(lib: ctypes.CDLL) -> None:
+    lib.host_sender_lost.argtypes = (ctypes.c_void_p, ctypes.c_bool)
+    lib.host_sender_lost.restype = None
+    lib.host_notice.argtypes = (ctypes.c_void_p, ctypes.c_uint, ctypes.c_char_p, ctypes.c_size_t)
+    lib.host_notice.restype = ctypes.c_bool
+
+
 def _library() -> ctypes.CDLL:
     lib = ctypes.CDLL(str(ensure_host_library()))
     host, size, text = ctypes.c_void_p, ctypes.c_size_t, ctypes.c_char_p
     _spindle(lib)
     _outputs(lib)
+    _sender(lib)
     lib.host_open.restype = host
     lib.host_open.argtypes = (ctypes.POINTER(HostBoard), text)
     lib.host_destroy.argtypes = (host,)
@@ -198,6 +206,15 @@ class Grbl:
     def sleeps(self) -> bool:
         """Nothing happens until somebody says or does something."""
         return LIB.host_next_ticks(self._host) == 2**64 - 1
+
+    def lose_sender(self, waits: bool = False) -> None:
+        """The connection of who commands ends. @param waits  lines of it have not come to the controller yet"""
+        LIB.host_sender_lost(self._host, waits)
+
+    def notice(self) -> str | None:
+        """What the next client is told."""
+        text = ctypes.create_string_buffer(128)
+        return text.value.decode() if LIB.host_notice(self._host, 0, text, len(text)) else None
 
     def status(self) -> str:
         """The answer to ?, alone; no time passes."""

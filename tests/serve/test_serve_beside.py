@@ -187,7 +187,7 @@ def test_the_job_goes_on(serve: Serve, fault: Fault, variant: str, speed: float)
 
 
 def test_an_owner_that_is_cut_off(serve: Serve) -> None:
-    """Its whole lines are run, its half line is not, and the next one finds a sane controller."""
+    """Its whole lines are run at `~`, its half line is not, and the next one finds a sane controller."""
     server = serve(variant="asan")
     with connect(server) as watcher:
         owner = connect(server)
@@ -196,5 +196,6 @@ def test_an_owner_that_is_cut_off(serve: Serve) -> None:
         watcher.until("^ok$")
         vanish(owner)
         watcher.until("Nobody commands")
+        watcher.send("~")
         assert watcher.ask("G0Y3")[-1] == "ok"
         assert watcher.idle_position_mm()[:2] == [1.0, 3.0]

@@ -99,12 +99,13 @@ def test_connections_in_quick_succession(server: Server) -> None:
 
 
 def test_owners_in_quick_succession(server: Server) -> None:
-    """Each commands for the blink of an eye; whole lines are run, and the last one finds a sane controller."""
+    """Each commands for the blink of an eye; whole lines are held, and the last one finds a sane controller."""
     for n in range(60):
         with connect(server) as owner:
             owner.send(f"G0Y{n % 5}\nG0X")
     with connect(server) as owner:
-        assert owner.ask("$TAKE")[-1] == "ok"
+        owner.send("$TAKE\n~")
+        owner.until("^ok$")
         run_job(owner)
 
 
@@ -155,9 +156,9 @@ def test_pty_closed_in_the_middle(server: Server) -> None:
     with connect(server) as watcher:
         for n in range(5):
             with Peer.serial(link) as serial:
-                serial.send(f"G0X{n + 1}\nG0Y")
+                serial.send(f"~G0X{n + 1}\nG0Y")
                 serial.until("^ok$")
             watcher.until("Half a line was dropped")
-        watcher.send("G0Y3\n")
+        watcher.send("~G0Y3\n")
         watcher.until("^ok$")
         assert watcher.idle_position_mm()[:2] == [5.0, 3.0]

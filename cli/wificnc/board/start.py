@@ -159,6 +159,7 @@ wificnc jog X1 --feed 100                     # the wrong way: $3
 1. A switch that shows while it is open: `$5=1`. One that never shows: [troubleshooting](../troubleshooting.md).
 2. An axis that moves twice as far: its steps/mm. One that whines and does not turn: less speed and acceleration.
 3. Then the limits: `$21=1`; homing: `$22=1`, `$23` for axes that home towards their negative end, and
-   `wificnc home` with a hand at the switch.
+   `wificnc home` with a hand at the switch. It homes Z, then X and Y. A switch on A, B or C needs a homing cycle:
+   `$46=8`, `$47=16`, `$48=32`.
 4. `wificnc send part.nc --dry-run`, then without it; other senders: [sender-setup.md](../sender-setup.md).
 """

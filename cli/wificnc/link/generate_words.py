@@ -48,7 +48,8 @@ ALARMS_HEAD = """
 ## ALARM: the machine has stopped
 
 Nothing moves until it is left: `$X` unlocks, `$H` homes, and after 1, 2, 50, 51 and 52 only a reset helps
-(Ctrl-X, `wificnc unlock --reset`); until then the controller answers questions and refuses everything else with error:9.
+(Ctrl-X, `wificnc unlock --reset`); until then the controller answers questions and refuses everything else with
+error:9.
 
 | ALARM | it means |
 | ---: | --- |

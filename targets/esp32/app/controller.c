@@ -8,7 +8,7 @@
 
 #define ASK_EVERY_US 50000u /* observers' status requests */
 
-enum { FEEDS_A_ROUND = 4 };
+enum { FEEDS_A_ROUND = 4, JOG_CANCEL = 0x85 };
 
 /* ---- the machine as the hub sees it ---- */
 
@@ -40,20 +40,26 @@ static void forget_event(void *ctx, const char *what, const char *who) {
     (void)who;
 }
 
-/* The sender has gone. At rest there is nothing to be stopped. */
-static void left(void *ctx) {
+/* The sender has gone. A reset at rest would only forget offsets. */
+static void left(void *ctx, bool lines_wait) {
     struct controller *controller = ctx;
-    if (controller->link_lost == LINK_LOST_FINISH || machine_is_at_rest(controller->machine))
-        return;
-    if (controller->link_lost == LINK_LOST_STOP)
+    bool stops = controller->link_lost == LINK_LOST_STOP && !machine_is_at_rest(controller->machine);
+    if (stops)
         net_hub_reset(&controller->hub);
+    else if (controller->link_lost == LINK_LOST_FINISH)
+        (void)rx_put(&controller->machine->rx, JOG_CANCEL); /* what was sent is finished, but no jog */
     else
-        (void)rx_put(&controller->machine->rx, '!');
+        machine_sender_lost(controller->machine, lines_wait);
 }
 
-static bool notice(void *ctx, char *text, size_t size) {
+static bool busy(void *ctx) {
     const struct controller *controller = ctx;
-    return machine_notice(controller->machine, text, size);
+    return controller->machine->stage != TASK_NONE || !machine_is_at_rest(controller->machine);
+}
+
+static bool notice(void *ctx, unsigned number, char *text, size_t size) {
+    const struct controller *controller = ctx;
+    return machine_notice(controller->machine, number, text, size);
 }
 
 static enum net_gate_result login(void *ctx, uint64_t who, const char *password, size_t size) {
@@ -80,8 +86,14 @@ static void say(void *ctx, const char *bytes, size_t count) {
 
 void controller_init(struct controller *controller, struct machine *machine,
                      const struct net_hub_sizes *sizes) {
-    static const struct net_hub_ops ops = {
-        .put = put, .hear = hear, .act = act, .event = forget_event, .left = left, .login = login, .notice = notice};
+    static const struct net_hub_ops ops = {.put = put,
+                                           .hear = hear,
+                                           .act = act,
+                                           .event = forget_event,
+                                           .left = left,
+                                           .notice = notice,
+                                           .busy = busy,
+                                           .login = login};
     *controller = (struct controller){.machine = machine, .listener = -1};
     net_hub_init(&controller->hub, sizes, &ops, controller);
 }
@@ -150,8 +162,10 @@ bool controller_serve_wire(struct controller *controller, const struct session_o
 static void let_in(struct controller *controller) {
     struct net_stream stream;
     char name[NET_ADDRESS_SIZE];
-    while (controller->listener >= 0 && net_tcp_accept(controller->listener, &stream, name))
+    while (controller->listener >= 0 && net_tcp_accept(controller->listener, &stream, name)) {
+        net_tcp_keep_alive(&stream);
         (void)net_hub_connect(&controller->hub, &stream, name);
+    }
     for (size_t i = 0; i < CONTROLLER_PORTS; i++)
         attach(controller, &controller->port[i]);
 }

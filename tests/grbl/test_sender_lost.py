@@ -1,0 +1,187 @@
+"""The connection of the sender that commands has ended: nothing moves, burns or turns on unattended."""
+
+from __future__ import annotations
+
+import pytest
+from grbl_host import BANNER, LOCKED, Grbl
+from test_switches import make_homing
+
+HELD = "[MSG:Sender lost: feed hold]\r\n"
+NOTICE = "Sender lost: feed hold"
+RUN_UP_S, COOLANT_S = 4.0, 1.0
+
+
+def test_a_jog_is_cancelled(grbl: Grbl) -> None:
+    """As by 0x85; jogs that wait do not run."""
+    grbl.after(0.3, "$J=G91X-100F3000\n" + "$J=G91Y-5F3000\n" * 40)
+    at = grbl.position()[0]
+    grbl.lose_sender()
+    said = grbl.send("")
+    assert grbl.state() == "Idle" and grbl.notice() is None and "Hold" not in said
+    assert said.endswith("[MSG:Sender lost: jog cancelled]\r\n" + "ok\r\n" * said.count("ok\r\n"))
+    assert 0 < at - grbl.position()[0] < 250 * 5 and grbl.position()[1] == 0 and grbl.position() == grbl.stands()
+
+
+def test_a_program_is_held_and_its_tools_stop(grbl: Grbl) -> None:
+    """What was accepted stays; spindle and coolant stop after the motion; `~` restores them as after the door."""
+    grbl.fine("M3S500M8")
+    grbl.after(0.3, "G1X-30F1000\nY-5\n")
+    grbl.lose_sender()
+    assert grbl.after(0.001) == HELD and grbl.state() == "Hold:1"
+    assert grbl.outputs().direction == 1, "the cutter turns while it is in the work and moves"
+    assert grbl.after(1) == "" and grbl.state() == "Hold:0"
+    assert (grbl.outputs().direction, grbl.outputs().coolant) == (0, 0)
+    held = grbl.position()
+    grbl.after(3600)
+    assert grbl.position() == held and grbl.state() == "Hold:0" and grbl.notice() == NOTICE
+    grbl.after(RUN_UP_S - 0.1, "~")
+    assert (grbl.outputs().direction, grbl.outputs().coolant) == (1, 0) and grbl.position() == held
+    grbl.after(0.2)
+    assert grbl.outputs().coolant == 2 and grbl.position() == held
+    grbl.send("")
+    assert grbl.position()[:2] == [-7500, -1250] and grbl.state() == "Idle" and grbl.notice() is None
+    assert " M3 M8 " in grbl.send("$G\n")
+
+
+@pytest.mark.parametrize("job", ["M3S500\n", "M8\n", "M7\n", "M3S500\nG1X-1F3000\n"])
+def test_outputs_do_not_stay_on_at_rest(grbl: Grbl, job: str) -> None:
+    grbl.send(job)
+    assert grbl.state() == "Idle"
+    grbl.lose_sender()
+    assert grbl.send("") == HELD and grbl.state() == "Hold:0"
+    assert (grbl.outputs().direction, grbl.outputs().coolant) == (0, 0)
+    grbl.send("~")
+    assert grbl.state() == "Idle" and (grbl.outputs().direction, grbl.outputs().coolant) != (0, 0)
+
+
+def test_at_rest_with_nothing_on_nothing_happens(grbl: Grbl) -> None:
+    """Clients come, ask and go."""
+    grbl.lose_sender()
+    assert grbl.send("") == "" and grbl.state() == "Idle" and grbl.notice() is None
+
+
+def test_lines_that_wait_do_not_run(grbl: Grbl) -> None:
+    """In the controller's buffer, or still before it."""
+    grbl.put("G0X-1\nG0X-2\n")
+    grbl.lose_sender()
+    assert HELD in grbl.send("") and grbl.state().startswith("Hold") and grbl.position()[0] == 0
+    grbl.send("~")
+    assert grbl.position()[0] == -500
+    grbl.lose_sender(waits=True)
+    assert grbl.send("") == HELD and grbl.state() == "Hold:0"
+
+
+@pytest.mark.parametrize("line", ["G4P5\n", "M0\n", "G38.2Z-20F600\n"])
+def test_a_line_under_way_is_held(grbl: Grbl, line: str) -> None:
+    """A dwell and a probe go on with `~`, as after any hold; a pause stays one, without its spindle."""
+    grbl.surface(-2000)
+    grbl.fine("M3S500")
+    grbl.after(0.3, line)
+    grbl.lose_sender()
+    said = grbl.after(1)
+    assert said == HELD and grbl.state() == "Hold:0" and grbl.outputs().direction == 0
+    assert grbl.send("~").endswith("ok\r\n") and grbl.state() == "Idle" and grbl.outputs().direction == 1
+
+
+def test_homing_ends_in_an_alarm_that_says_so(grbl: Grbl) -> None:
+    make_homing(grbl)
+    grbl.after(0.3, "$H\n")
+    grbl.lose_sender()
+    assert grbl.send("") == "ALARM:6\r\nok\r\n" + BANNER + LOCKED + "[MSG:Sender lost: homing stopped]\r\n"
+    assert grbl.state() == "Alarm" and grbl.position() == grbl.stands()
+
+
+@pytest.mark.parametrize("stop", ["!", "\x84"])
+def test_in_a_hold_the_tools_stop(grbl: Grbl, stop: str) -> None:
+    """A hold that the operator made turns the spindle on; now there is no operator."""
+    grbl.fine("M3S500")
+    grbl.after(0.3, "G1X-30F1000\n")
+    grbl.after(1, stop)
+    grbl.lose_sender()
+    grbl.after(0.1)
+    assert grbl.outputs().direction == 0 and grbl.notice() == NOTICE
+    assert grbl.state() == ("Hold:0" if stop == "!" else "Door:0")
+    grbl.send("~")
+    assert grbl.position()[0] == -7500 and grbl.outputs().direction == 1 and grbl.notice() is None
+
+
+def test_in_an_alarm_the_tools_stop(grbl: Grbl) -> None:
+    """Alarm 5 leaves the spindle on, as in Grbl, for the operator to look."""
+    grbl.fine("M3S500")
+    grbl.send("G38.2Z-1F600\n")
+    assert grbl.outputs().direction == 1
+    grbl.lose_sender()
+    assert grbl.send("") == "" and grbl.state() == "Alarm" and grbl.outputs().direction == 0
+    assert " M5 " in grbl.send("$G\n")
+
+
+@pytest.mark.parametrize("enter", ["$C\n", "$SLP\n"])
+def test_check_mode_and_sleep_stay(grbl: Grbl, enter: str) -> None:
+    grbl.send(enter)
+    state = grbl.state()
+    grbl.lose_sender()
+    assert grbl.send("") == "" and grbl.state() == state and grbl.notice() is None
+
+
+def test_a_hold_that_must_wait_comes_later(grbl: Grbl) -> None:
+    """M53 P0 keeps holds away from what must not be interrupted; when that has come to its end, so does it."""
+    grbl.fine("M53P0", "M3S500")
+    grbl.after(0.3, "G1X-10F1000\n")
+    grbl.lose_sender()
+    grbl.after(0.05)
+    assert grbl.state() == "Run"
+    grbl.send("")
+    assert grbl.state() == "Hold:0" and grbl.position()[0] == -2500 and grbl.outputs().direction == 0
+
+
+def test_resuming_can_be_interrupted(grbl: Grbl) -> None:
+    """`!` while the spindle runs up again; then `~` begins anew. A reset ends it all."""
+    grbl.fine("M3S500")
+    grbl.after(0.3, "G1X-30F1000\n")
+    grbl.lose_sender()
+    grbl.after(1)
+    held = grbl.position()
+    grbl.after(1, "~")
+    assert grbl.outputs().direction == 1
+    grbl.after(10, "!")
+    assert grbl.outputs().direction == 0 and grbl.position() == held
+    grbl.after(1, "~")
+    assert grbl.outputs().direction == 1
+    assert grbl.send("\x18").endswith(BANNER) and grbl.state() == "Idle"
+    assert grbl.outputs().direction == 0 and grbl.notice() is None and grbl.position() == held
+
+
+def test_resuming_at_once(grbl: Grbl) -> None:
+    """Somebody else is there before it stands: nothing was switched off yet."""
+    grbl.fine("M3S500")
+    grbl.after(0.3, "G1X-30F1000\n")
+    grbl.lose_sender()
+    grbl.after(0.001)
+    assert grbl.state() == "Hold:1"
+    grbl.after(0.01, "~")
+    assert grbl.state() == "Run" and grbl.outputs().direction == 1 and grbl.notice() is None
+    grbl.send("")
+    assert grbl.position()[0] == -7500
+
+
+def test_the_door_while_resuming(grbl: Grbl) -> None:
+    grbl.fine("M3S500")
+    grbl.after(0.3, "G1X-30F1000\n")
+    grbl.lose_sender()
+    grbl.after(1)
+    held = grbl.position()
+    grbl.after(1, "~")
+    grbl.after(10, "\x84")
+    assert grbl.state() == "Door:0" and grbl.outputs().direction == 0 and grbl.position() == held
+    grbl.send("~")
+    assert grbl.position()[0] == -7500 and grbl.notice() is None
+
+
+def test_a_laser_is_dark(grbl: Grbl) -> None:
+    grbl.fine("$32=1", "M3S500")
+    grbl.after(0.3, "G1X-30F1000\n")
+    grbl.lose_sender()
+    grbl.after(1)
+    assert grbl.outputs().duty == 0 and grbl.state() == "Hold:0"
+    grbl.after(0.2, "~")
+    assert grbl.outputs().duty > 0, "it needs no run-up"
