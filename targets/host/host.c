@@ -66,6 +66,7 @@ struct host *host_open(const struct host_board *board, const char *store_path) {
     host->hal.step.write = host->trace.events;
     host->seen = host->trace.events;
     host->hal.timer_hz = board->timer_hz;
+    host->hal.switch_ticks = UINT64_MAX;
     host->hal.timer_mhz_q8 = (uint32_t)(((uint64_t)board->timer_hz << 8) / 1000000);
     machine_init(&host->machine, &machine_board, &host->hal, &host->hal.step, &out);
     return host;
@@ -191,7 +192,7 @@ static enum host_wait run(struct host *host, uint64_t max_events, uint64_t until
             return machine->step.active ? HOST_ROOM : HOST_IDLE;
         if (hal->now_ticks >= until_ticks)
             return HOST_TIME;
-        uint64_t next = virtual_next_ticks(&host->hal.virtual_machine);
+        uint64_t next = host_next_edge_ticks(host);
         if (machine->step.active) {
             run_events(host, &budget, earlier(next, until_ticks));
             continue;
@@ -233,7 +234,7 @@ enum host_wait host_run_paced(struct host *host, uint64_t t_ticks, uint64_t max_
 uint64_t host_next_ticks(const struct host *host) {
     if (host->machine.step.active)
         return host->hal.step.now_ticks;
-    return earlier(wake_ticks(host), virtual_next_ticks(&host->hal.virtual_machine));
+    return earlier(wake_ticks(host), host_next_edge_ticks(host));
 }
 
 uint64_t host_time_ticks(const struct host *host) {

@@ -16,6 +16,7 @@ struct hal {
     struct virtual_machine virtual_machine;
     struct hal_ganged ganged;
     const struct settings *settings; /* $88: counts of the encoder, unless hands say otherwise */
+    uint64_t switch_ticks;           /* when the switch timer's time is over; UINT64_MAX: it rests */
     bool probe_high;                 /* level that the step ISR watches for */
 };
 
@@ -43,6 +44,9 @@ extern const struct hal_encoder host_encoder;
 
 /** Its servo output. */
 extern const struct hal_servo host_servo;
+
+/** When inputs change or the switch timer's time is over, without a step; or UINT64_MAX. */
+uint64_t host_next_edge_ticks(const struct host *host);
 
 /** Let the true position and the inputs follow the edges since the last call.
  *  @return true when a level changed: the controller must look before time goes on. */

@@ -9,7 +9,7 @@ ERRORS: dict[int, str] = {
     4: "the value must not be negative",
     5: "homing is not enabled ($22)",
     6: "a step pulse must be 3 us or longer",
-    7: "stored settings were damaged, defaults are used",
+    7: "stored data is damaged: check $$ $# $N, then acknowledge with $ACK",
     8: "only possible while idle",
     9: "locked by an alarm or a jog",
     10: "soft limits need homing ($22)",

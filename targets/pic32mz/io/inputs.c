@@ -52,13 +52,15 @@ static void sample_misc(struct inputs *inputs) {
 /* Interrupts of this level are held off. */
 static void take_sample(struct inputs *inputs) {
     uint32_t raw = read_pins(inputs), now = system_count(), before = inputs->stable;
+    uint32_t changed = raw ^ inputs->raw;
     if (raw != inputs->raw)
         inputs->since_count = now;
     inputs->raw = raw;
     inputs->stable |= raw;
     if (now - inputs->since_count >= OFF_COUNTS)
         inputs->stable = raw;
-    if (((inputs->stable ^ before) & STOPPING) != 0 && inputs->machine != NULL)
+    changed |= inputs->stable ^ before;
+    if ((changed & STOPPING) != 0 && inputs->machine != NULL)
         machine_edge_isr(inputs->machine);
 }
 
@@ -127,13 +129,21 @@ static bool probe_is_on(const struct inputs *inputs) {
     return (on & inputs->wired & PROBE) != 0;
 }
 
-void inputs_read(const struct inputs *inputs, struct hal_inputs *out) {
-    uint32_t on = __atomic_load_n(&inputs->stable, __ATOMIC_RELAXED);
-    uint32_t high = on ^ ((SWITCHES | PROBE) & ~inputs->inverted);
-    *out = (struct hal_inputs){
+/* Levels as $5 has them; no board of this target has a second motor on an axis. */
+static struct hal_switches levels_of(const struct inputs *inputs, uint32_t on) {
+    uint32_t high = on ^ (SWITCHES & ~inputs->inverted);
+    return (struct hal_switches){
         .limit_min = (axis_mask_t)(high >> INPUT_LIMIT_MIN & AXES),
         .limit_max = (axis_mask_t)(high >> INPUT_LIMIT_MAX & AXES),
         .home = (axis_mask_t)(high >> INPUT_HOME & AXES),
+    };
+}
+
+void inputs_read(const struct inputs *inputs, struct hal_inputs *out) {
+    uint32_t on = __atomic_load_n(&inputs->stable, __ATOMIC_RELAXED);
+    *out = (struct hal_inputs){
+        .switches = levels_of(inputs, on),
+        .pins = levels_of(inputs, read_pins(inputs)),
         .probe = probe_is_on(inputs) == ((inputs->inverted & PROBE) != 0),
         .estop = (on >> INPUT_ESTOP & 1) != 0,
         .digital = inputs->misc,
