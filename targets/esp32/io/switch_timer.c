@@ -2,7 +2,6 @@
 #include "io/switch_timer.h"
 
 #include "hal/hal_step.h"
-#include "machine/machine.h"
 
 #include "esp_intr_alloc.h"
 #include "hal/timer_ll.h"
@@ -24,19 +23,17 @@ HAL_ISR void switch_timer_start(uint32_t us) {
     TIMERG0.hw_timer[1].config.val = RUNS;
 }
 
-static void IRAM_ATTR on_switch_timer(void *arg) {
+HAL_ISR void switch_timer_stop(void) {
     TIMERG0.hw_timer[1].config.val = RESTS;
     TIMERG0.int_clr_timers.val = INTERRUPT;
-    machine_switch_timer_isr(arg);
 }
 
-bool switch_timer_attach(struct machine *machine) {
+bool switch_timer_init(void (*handler)(void *arg), void *arg) {
     const int flags = ESP_INTR_FLAG_IRAM | ESP_INTR_FLAG_LEVEL3; /* as the step timer's: they never nest */
     timer_ll_enable_clock(0, 1, true);
     timer_ll_set_clock_source(0, 1, GPTIMER_CLK_SRC_APB);
-    TIMERG0.hw_timer[1].config.val = RESTS;
-    TIMERG0.int_clr_timers.val = INTERRUPT;
-    if (esp_intr_alloc(ETS_TG0_T1_LEVEL_INTR_SOURCE, flags, on_switch_timer, machine, NULL) != ESP_OK)
+    switch_timer_stop();
+    if (esp_intr_alloc(ETS_TG0_T1_LEVEL_INTR_SOURCE, flags, handler, arg, NULL) != ESP_OK)
         return false;
     timer_ll_enable_intr(&TIMERG0, TIMER_LL_EVENT_ALARM(1), true);
     return true;

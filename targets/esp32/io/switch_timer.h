@@ -7,13 +7,14 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-struct machine;
-
-/** [task on core 1] From now on `machine` is told when the time is over. @return false: no interrupt is free
+/** [task on core 1] From now on handler(arg) comes when the time is over. @return false: no interrupt is free
  */
-bool switch_timer_attach(struct machine *machine);
+bool switch_timer_init(void (*handler)(void *arg), void *arg);
 
 /** [isr, or in a critical section on core 1] @param us  1 .. 1000 */
 void switch_timer_start(uint32_t us);
+
+/** [isr] Its time is over. */
+void switch_timer_stop(void);
 
 #endif

@@ -6,7 +6,6 @@
 #include "chip/interrupts.h"
 #include "chip/system.h"
 #include "hal/pic32mz_hal.h"
-#include "io/switch_timer.h"
 #include "link/uart3.h"
 #include "store/nvm.h"
 
@@ -72,7 +71,6 @@ static void start_machine(void) {
     follow_init(&follow, &machine, &hal);
     uart_init(&machine.rx);
     step_engine_attach(&machine.step);
-    switch_timer_attach(&machine);
     inputs_attach(&hal.inputs, &machine);
 }
 

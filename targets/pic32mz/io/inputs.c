@@ -5,6 +5,7 @@
 #include "chip/interrupts.h"
 #include "chip/system.h"
 #include "io/pin.h"
+#include "io/switch_timer.h"
 #include "machine/machine.h"
 
 #define OFF_COUNTS (CLOCK_COUNT_HZ / 200u) /* 5 ms */
@@ -49,8 +50,8 @@ static void sample_misc(struct inputs *inputs) {
         inputs->misc = raw;
 }
 
-/* Interrupts of this level are held off. */
-static void take_sample(struct inputs *inputs) {
+/* Interrupts of this level are held off. @return inputs that have changed, by their pins or for good */
+static uint32_t take_levels(struct inputs *inputs) {
     uint32_t raw = read_pins(inputs), now = system_count(), before = inputs->stable;
     uint32_t changed = raw ^ inputs->raw;
     if (raw != inputs->raw)
@@ -59,8 +60,11 @@ static void take_sample(struct inputs *inputs) {
     inputs->stable |= raw;
     if (now - inputs->since_count >= OFF_COUNTS)
         inputs->stable = raw;
-    changed |= inputs->stable ^ before;
-    if ((changed & STOPPING) != 0 && inputs->machine != NULL)
+    return changed | (inputs->stable ^ before);
+}
+
+static void take_sample(struct inputs *inputs) {
+    if ((take_levels(inputs) & STOPPING) != 0 && inputs->machine != NULL)
         machine_edge_isr(inputs->machine);
 }
 
@@ -70,6 +74,12 @@ void on_edge(void) {
         interrupt_clear(IRQ_CHANGE_A + port);
     }
     take_sample(attached);
+}
+
+void on_switch_timer(void) {
+    switch_timer_stop();
+    (void)take_levels(attached);
+    machine_switch_timer_isr(attached->machine);
 }
 
 void inputs_init(struct inputs *inputs, const struct input_wire wire[INPUT_COUNT]) {
@@ -99,6 +109,7 @@ void inputs_set_levels(struct inputs *inputs, bool limit_invert, bool probe_inve
 void inputs_attach(struct inputs *inputs, struct machine *machine) {
     attached = inputs;
     inputs->machine = machine;
+    switch_timer_init();
     for (unsigned input = 0; input < INPUT_MISC; input++) {
         uint8_t pin = inputs->wire[input].pin;
         if (pin == PIC_PIN_NONE || (STOPPING >> input & 1) == 0)
@@ -143,7 +154,7 @@ void inputs_read(const struct inputs *inputs, struct hal_inputs *out) {
     uint32_t on = __atomic_load_n(&inputs->stable, __ATOMIC_RELAXED);
     *out = (struct hal_inputs){
         .switches = levels_of(inputs, on),
-        .pins = levels_of(inputs, read_pins(inputs)),
+        .pins = levels_of(inputs, inputs->raw),
         .probe = probe_is_on(inputs) == ((inputs->inverted & PROBE) != 0),
         .estop = (on >> INPUT_ESTOP & 1) != 0,
         .digital = inputs->misc,

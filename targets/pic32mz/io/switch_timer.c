@@ -3,7 +3,6 @@
 
 #include "chip/clock.h"
 #include "chip/interrupts.h"
-#include "machine/machine.h"
 
 /* PBCLK3 by 8: 160 ns. */
 #define PRESCALER_8  (3u << 4)
@@ -11,10 +10,7 @@
 _Static_assert(TICKS_IN_4US * 250000u * 8u == CLOCK_BUS_HZ, "whole ticks");
 _Static_assert(1000u * TICKS_IN_4US / 4u <= UINT16_MAX, "the longest time fits the timer");
 
-static struct machine *attached;
-
-void switch_timer_attach(struct machine *machine) {
-    attached = machine;
+void switch_timer_init(void) {
     T8CON = PRESCALER_8;
     interrupt_clear(IRQ_T8);
     interrupt_enable(IRQ_T8);
@@ -28,8 +24,7 @@ void switch_timer_start(uint32_t us) {
     T8CON = PRESCALER_8 | TCON_ON;
 }
 
-void on_switch_timer(void) {
+void switch_timer_stop(void) {
     T8CON = PRESCALER_8;
     interrupt_clear(IRQ_T8);
-    machine_switch_timer_isr(attached);
 }

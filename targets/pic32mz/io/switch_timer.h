@@ -5,15 +5,13 @@
 
 #include <stdint.h>
 
-struct machine;
-
-/** [start, interrupts off] From now on `machine` is told when the time is over. */
-void switch_timer_attach(struct machine *machine);
+/** [start, interrupts off] From now on on_switch_timer() of inputs.h comes when the time is over. */
+void switch_timer_init(void);
 
 /** [isr, or interrupts held off] @param us  1 .. 1000 */
 void switch_timer_start(uint32_t us);
 
-/** From startup.S. [isr] */
-void on_switch_timer(void);
+/** [isr] Its time is over. */
+void switch_timer_stop(void);
 
 #endif
