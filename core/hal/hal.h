@@ -126,8 +126,8 @@ struct hal_store {
     size_t (*load)(const void *ctx, uint8_t key, void *bytes, size_t size);
     /** [task] May take some ms. @return false: the old value is still there */
     bool (*save)(const void *ctx, uint8_t key, const void *bytes, size_t count);
-    /** [task] Put a copy of all that is stored, damaged as it is, where no save touches it; it takes the place
-     * of an older copy. @return false: there is no such copy now */
+    /** [task] Put a copy of all that is stored, damaged as it is, where no save touches it; it takes the
+     * place of an older copy. @return false: there is no such copy now */
     bool (*set_aside)(const void *ctx);
 };
 

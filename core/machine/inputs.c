@@ -47,7 +47,7 @@ static axis_mask_t hard_limits(const struct machine *machine) {
 }
 
 /* Where lines have closed that homing looks for: it counts if they stay closed. */
-static void mark(struct machine *machine, struct switch_lines fresh) {
+static void mark_edges(struct machine *machine, struct switch_lines fresh) {
     struct machine_edges *edges = &machine->edges;
     int32_t position[AXIS_COUNT];
     unsigned axes[MOTOR_COUNT], any = 0;
@@ -81,7 +81,7 @@ static void latch_switches(struct machine *machine, unsigned motor, axis_mask_t 
 }
 
 /* Take the switches that are closed for good. @param waited  those of them that had to wait for it */
-static void act(struct machine *machine, struct switch_lines waited) {
+static void take_switches(struct machine *machine, struct switch_lines waited) {
     struct machine_edges *edges = &machine->edges;
     axis_mask_t limits = inputs_limits(machine);
     axis_mask_t fresh = limits & (axis_mask_t)~edges->known;
@@ -95,31 +95,31 @@ static void act(struct machine *machine, struct switch_lines waited) {
             latch_switches(machine, motor, homing_of(machine, waited, motor));
 }
 
-static void take_edge(struct machine *machine) {
+static void see_switches(struct machine *machine) {
     struct hal_inputs inputs;
     const bool high = machine->settings.limit_invert, filters = machine->settings.switch_filter_us != 0;
     hal_inputs_read(machine->hal, &inputs);
     if (inputs.estop)
         machine->edges.estop = true;
-    mark(machine, switches_edge(&machine->edges.switches, switch_lines_of(&inputs.switches, high),
-                                switch_lines_of(&inputs.pins, high), filters));
+    mark_edges(machine, switches_edge(&machine->edges.switches, switch_lines_of(&inputs.switches, high),
+                                      switch_lines_of(&inputs.pins, high), filters));
 }
 
-static void go_on(struct machine *machine) {
+static void time_switches(struct machine *machine) {
     if (switches_start_timer(&machine->edges.switches))
         hal_switch_timer_start(machine->hal, machine->settings.switch_filter_us);
 }
 
 void machine_edge_isr(struct machine *machine) {
-    take_edge(machine);
-    act(machine, (struct switch_lines){0, 0});
-    go_on(machine);
+    see_switches(machine);
+    take_switches(machine, (struct switch_lines){0, 0});
+    time_switches(machine);
 }
 
 void machine_switch_timer_isr(struct machine *machine) {
-    take_edge(machine);
-    act(machine, switches_time(&machine->edges.switches));
-    go_on(machine);
+    see_switches(machine);
+    take_switches(machine, switches_time(&machine->edges.switches));
+    time_switches(machine);
 }
 
 void inputs_begin(struct machine *machine) {

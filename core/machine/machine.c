@@ -45,8 +45,7 @@ void machine_init(struct machine *machine, const struct machine_board *board, st
     prep_init(&machine->prep, &machine->motion.ring, &machine->step, &no_timing);
     machine->feed_pct = machine->rapid_pct = machine->spindle_pct = 100;
     keep_load(machine);
-    machine->state =
-        machine->settings.homing || keep_is_damaged(machine) ? MACHINE_ALARM : MACHINE_IDLE;
+    machine->state = machine->settings.homing || keep_is_damaged(machine) ? MACHINE_ALARM : MACHINE_IDLE;
     inputs_begin(machine);
     outputs_off(machine);
     motors_init(machine);

@@ -82,7 +82,7 @@ enum alarm {
     ALARM_ESTOP = 50,
     ALARM_SPINDLE = 51, /* it did not come to a steady speed, or stood still, while motion follows it */
     ALARM_THREAD = 52,  /* the axes could not keep up with it */
-    ALARM_STORE = 53,   /* stored data is damaged; locked until $ACK. Never sent as ALARM:53 */
+    ALARM_STORE = 53,   /* stored data is damaged; locked until $ACK. No line ALARM:53 */
 };
 
 /** Where the current line stands; each stage ends before the next begins. */
@@ -209,7 +209,7 @@ struct machine_edges {
     volatile axis_mask_t latched[MOTOR_COUNT];
     int32_t mark[MOTOR_COUNT][AXIS_COUNT]; /* steps, where the line closed that waits */
     int32_t at[MOTOR_COUNT][AXIS_COUNT];   /* steps, where latched */
-    volatile bool hard_limit, estop;     /* seen, motion is halted */
+    volatile bool hard_limit, estop;       /* seen, motion is halted */
 };
 
 /** A jog of a network host: it goes on until it is stopped, so its end moves on before it. */

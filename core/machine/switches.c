@@ -1,15 +1,15 @@
 /* SPDX-License-Identifier: MIT */
 #include "machine/switches.h"
 
-static struct switch_lines both(struct switch_lines a, struct switch_lines b) {
+static struct switch_lines lines_both(struct switch_lines a, struct switch_lines b) {
     return (struct switch_lines){.limits = a.limits & b.limits, .homes = a.homes & b.homes};
 }
 
-static struct switch_lines either(struct switch_lines a, struct switch_lines b) {
+static struct switch_lines lines_either(struct switch_lines a, struct switch_lines b) {
     return (struct switch_lines){.limits = a.limits | b.limits, .homes = a.homes | b.homes};
 }
 
-static struct switch_lines without(struct switch_lines a, struct switch_lines b) {
+static struct switch_lines lines_without(struct switch_lines a, struct switch_lines b) {
     return (struct switch_lines){.limits = a.limits & ~b.limits, .homes = a.homes & ~b.homes};
 }
 
@@ -27,26 +27,26 @@ void switches_begin(struct switches *switches, struct switch_lines stable) {
     *switches = (struct switches){.closed = stable};
 }
 
-struct switch_lines switches_edge(struct switches *switches, struct switch_lines stable, struct switch_lines pins,
-                                  bool filters) {
+struct switch_lines switches_edge(struct switches *switches, struct switch_lines stable,
+                                  struct switch_lines pins, bool filters) {
     if (!filters) {
         switches->closed = stable;
         switches->waiting = switches->due = (struct switch_lines){0, 0};
         return switches->waiting;
     }
-    switches->closed = both(switches->closed, either(stable, pins));
-    struct switch_lines waiting = without(pins, switches->closed);
-    struct switch_lines fresh = without(waiting, switches->waiting);
+    switches->closed = lines_both(switches->closed, lines_either(stable, pins));
+    struct switch_lines waiting = lines_without(pins, switches->closed);
+    struct switch_lines fresh = lines_without(waiting, switches->waiting);
     switches->waiting = waiting;
-    switches->due = both(switches->due, waiting); /* one that was open in between begins again */
+    switches->due = lines_both(switches->due, waiting); /* one that was open in between begins again */
     return fresh;
 }
 
 struct switch_lines switches_time(struct switches *switches) {
     const struct switch_lines closed = switches->due;
     switches->timed = false;
-    switches->closed = either(switches->closed, closed);
-    switches->waiting = without(switches->waiting, closed);
+    switches->closed = lines_either(switches->closed, closed);
+    switches->waiting = lines_without(switches->waiting, closed);
     switches->due = (struct switch_lines){0, 0};
     return closed;
 }

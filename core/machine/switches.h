@@ -2,8 +2,8 @@
  * Limit and home switches without glitches, $89: a switch is closed when its line has been closed for that
  * long. [isr and motion side] No clock: the target's switch timer says when the time is over.
  *
- * The position that homing measures is that of the edge, not that of the end of the time: so it does not depend
- * on $89. */
+ * The position that homing measures is that of the edge, not that of the end of the time: so it does not
+ * depend on $89. */
 #ifndef WIFICNC_MACHINE_SWITCHES_H
 #define WIFICNC_MACHINE_SWITCHES_H
 
@@ -32,8 +32,8 @@ void switches_begin(struct switches *switches, struct switch_lines stable);
 
 /** A line has changed. @param stable  debounced by the target: on at the first edge
  *  @param pins  at this moment @param filters  $89 is not 0 @return lines that were open and wait now */
-struct switch_lines switches_edge(struct switches *switches, struct switch_lines stable, struct switch_lines pins,
-                                  bool filters);
+struct switch_lines switches_edge(struct switches *switches, struct switch_lines stable,
+                                  struct switch_lines pins, bool filters);
 
 /** The timer's time is over, and switches_edge() has seen the pins. @return lines that are closed now */
 struct switch_lines switches_time(struct switches *switches);

@@ -187,10 +187,8 @@ static void take_setting(const struct intake *intake, uint16_t number) {
 enum store_result store_load_settings(const struct store *store, struct settings *settings,
                                       uint8_t axis_count, struct store_lost *lost) {
     struct value value;
-    struct intake intake = {
-        .value = &value, .settings = settings, .axis_count = axis_count, .lost = lost};
-    enum store_result result =
-        load(store, STORE_KEY_SETTINGS, STORE_SETTINGS_VERSION, &value, &intake.count);
+    struct intake intake = {.value = &value, .settings = settings, .axis_count = axis_count, .lost = lost};
+    enum store_result result = load(store, STORE_KEY_SETTINGS, STORE_SETTINGS_VERSION, &value, &intake.count);
     *lost = (struct store_lost){.count = 0};
     if (result == STORE_EMPTY)
         return result;

@@ -84,6 +84,7 @@ static void act(void *ctx) {
     host_run_paced(serve->host, host_time_ticks(serve->host), 1);
 }
 
+/* cppcheck-suppress constParameterCallback ; the type of notice() is fixed */
 static bool notice(void *ctx, char *text, size_t size) {
     const struct serve *serve = ctx;
     return machine_notice(host_machine(serve->host), text, size);

@@ -147,7 +147,12 @@ def test_nothing_but_questions_before_that(store: Path, line: str) -> None:
         shown = values(controller)
         assert controller.send(line + "\n").endswith("error:7\r\n")
         assert "<Alarm|" in controller.send("?") and values(controller) == shown
-        for other, answer in (("G0X1", "error:9"), ("$J=G91X1F100", "error:8"), ("$C", "error:8"), ("$N0=G20", "error:8")):
+        for other, answer in (
+            ("G0X1", "error:9"),
+            ("$J=G91X1F100", "error:8"),
+            ("$C", "error:8"),
+            ("$N0=G20", "error:8"),
+        ):
             assert controller.send(other + "\n") == answer + "\r\n"
         assert controller.send("$G\n").endswith("ok\r\n") and controller.send("\n") == "ok\r\n"
         assert controller.send("$SLP\n\x18").endswith(ACKNOWLEDGE)
@@ -207,7 +212,9 @@ def test_a_value_of_another_size_is_damage(store: Path, key: int, fault: str) ->
         assert DAMAGED in said
 
 
-@pytest.mark.parametrize("line", ["$100=640", "$110=1234.5", "G10L2P3X1.5Y-2", "G10L1P5Z-3", "$N0=G21", "$I=SHOP", "G28.1"])
+@pytest.mark.parametrize(
+    "line", ["$100=640", "$110=1234.5", "G10L2P3X1.5Y-2", "G10L1P5Z-3", "$N0=G21", "$I=SHOP", "G28.1"]
+)
 def test_what_is_stored_already_is_not_written_again(store: Path, line: str) -> None:
     with started(store) as (controller, _):
         controller.send("$X\nG28.1\n")

@@ -80,8 +80,13 @@ static void say(void *ctx, const char *bytes, size_t count) {
 
 void controller_init(struct controller *controller, struct machine *machine,
                      const struct net_hub_sizes *sizes) {
-    static const struct net_hub_ops ops = {
-        .put = put, .hear = hear, .act = act, .event = forget_event, .left = left, .login = login, .notice = notice};
+    static const struct net_hub_ops ops = {.put = put,
+                                           .hear = hear,
+                                           .act = act,
+                                           .event = forget_event,
+                                           .left = left,
+                                           .login = login,
+                                           .notice = notice};
     *controller = (struct controller){.machine = machine, .listener = -1};
     net_hub_init(&controller->hub, sizes, &ops, controller);
 }

@@ -7,6 +7,8 @@
 #include "hal/timer_ll.h"
 #include "soc/interrupts.h"
 
+#include <stddef.h>
+
 #define APB_MHZ   80u
 #define RESTS     (STEP_TIMER_UP | STEP_TIMER_LEVEL_INT | STEP_TIMER_DIVIDE(APB_MHZ))
 #define RUNS      (RESTS | STEP_TIMER_RUN | STEP_TIMER_ALARM)
