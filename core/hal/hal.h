@@ -37,14 +37,19 @@ void hal_digital_set(struct hal *hal, uint8_t bits);
 /** [motion side] Power of all motors, $1; at once. @param invert  $4: the enable line has the other level */
 void hal_motors_set(struct hal *hal, bool on, bool invert);
 
-/** Inputs, debounced. limit_*, home and probe: level of the line, 1 = high ($5 and $6 say what it means; a
- * home line that the board file calls active high comes the other way round, so that $5 fits both kinds). The
- * others: 1 = asks for its action; the board file knows their polarity. */
+/** Limit and home switches: level of the line, 1 = high ($5 says what it means; a home line that the board
+ * file calls active high comes the other way round, so that $5 fits both kinds). */
+struct hal_switches {
+    axis_mask_t limit_min, limit_max;   /* a board with one line an axis reports it in both */
+    axis_mask_t second_min, second_max; /* of the second motors; only hal_ganged.axes are looked at */
+    axis_mask_t home, second_home;      /* only axes of machine_board.home_axes are looked at */
+};
+
+/** Inputs, debounced: a switch is closed from its first edge until it has been open for some ms. probe: level
+ * of the line, 1 = high ($6). The others: 1 = asks for its action; the board file knows their polarity. */
 struct hal_inputs {
-    axis_mask_t limit_min, limit_max; /* a board with one line an axis reports it in both */
-    axis_mask_t second_min,
-        second_max;                /* the same of the second motors; only hal_ganged.axes are looked at */
-    axis_mask_t home, second_home; /* only axes of machine_board.home_axes are looked at */
+    struct hal_switches switches;
+    struct hal_switches pins; /* the same at this moment, not debounced */
     bool probe;
     bool door, hold, start, reset, estop;
     uint8_t digital; /* of M66: bit n = Pn, 1 = high */
@@ -53,6 +58,10 @@ struct hal_inputs {
 /** [task or isr] Levels now. The target calls machine_edge_isr() at every edge of a limit, home or
  * e-stop line. */
 void hal_inputs_read(const struct hal *hal, struct hal_inputs *inputs);
+
+/** [isr, or where its interrupts are held off] Once, so many us from now or little later, the target calls
+ * machine_switch_timer_isr(). Not while one is under way. @param us  1 .. 1000 */
+void hal_switch_timer_start(struct hal *hal, uint32_t us);
 
 /** [task] From now on hal_step_probe() is true while the level of the probe line is this. */
 void hal_probe_watch(struct hal *hal, bool high);
@@ -117,8 +126,8 @@ struct hal_store {
     size_t (*load)(const void *ctx, uint8_t key, void *bytes, size_t size);
     /** [task] May take some ms. @return false: the old value is still there */
     bool (*save)(const void *ctx, uint8_t key, const void *bytes, size_t count);
-    /** [task] Put a copy of all that is stored, damaged as it is, where no save touches it; it takes the place
-     * of an older copy. @return false: there is no such copy now */
+    /** [task] Put a copy of all that is stored, damaged as it is, where no save touches it; it takes the
+     * place of an older copy. @return false: there is no such copy now */
     bool (*set_aside)(const void *ctx);
 };
 

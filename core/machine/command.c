@@ -157,8 +157,8 @@ static enum status set(struct machine *machine, const char *text) {
         return STATUS_BAD_NUMBER;
     if (*end != '\0' || number == INT32_MAX)
         return STATUS_UNKNOWN_COMMAND;
-    status = keep_is_damaged(machine) ? refuse_damaged(machine)
-                                      : command_set(machine, (uint16_t)number, value);
+    status =
+        keep_is_damaged(machine) ? refuse_damaged(machine) : command_set(machine, (uint16_t)number, value);
     if (status != STATUS_OK)
         return status;
     report_changed_offset(machine); /* $10 and $13 change how it reads */

@@ -242,8 +242,7 @@ static enum task_stage fail(struct machine *machine, enum alarm alarm) {
 }
 
 static enum task_stage end_back_off(struct machine *machine) {
-    unsigned closed = inputs_homing(machine, &machine->inputs, FIRST_MOTOR) |
-                      inputs_homing(machine, &machine->inputs, SECOND_MOTOR);
+    unsigned closed = inputs_homing(machine, FIRST_MOTOR) | inputs_homing(machine, SECOND_MOTOR);
     if ((closed & machine->homing.axes) != 0)
         return fail(machine, ALARM_HOMING_PULL_OFF);
     if (machine->homing.step == BACK_OFF) {

@@ -250,9 +250,8 @@ uint16_t machine_host_id(const struct machine *machine) {
 
 static axis_mask_t home_switches(const struct machine *machine) {
     unsigned own = machine->board.home_axes;
-    unsigned homes = inputs_homing(machine, &machine->inputs, FIRST_MOTOR) |
-                     inputs_homing(machine, &machine->inputs, SECOND_MOTOR);
-    return (axis_mask_t)((homes & own) | (inputs_limits(machine, &machine->inputs) & ~own));
+    unsigned homes = inputs_homing(machine, FIRST_MOTOR) | inputs_homing(machine, SECOND_MOTOR);
+    return (axis_mask_t)((homes & own) | (inputs_limits(machine) & ~own));
 }
 
 static uint8_t low_bits(unsigned count) {
@@ -261,7 +260,7 @@ static uint8_t low_bits(unsigned count) {
 
 void machine_host_inputs(const struct machine *machine, struct host_inputs *inputs) {
     *inputs =
-        (struct host_inputs){.limits = inputs_limits(machine, &machine->inputs),
+        (struct host_inputs){.limits = inputs_limits(machine),
                              .home = home_switches(machine),
                              .probe = inputs_probe(machine, &machine->inputs),
                              .estop = machine->inputs.estop,

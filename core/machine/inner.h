@@ -113,11 +113,13 @@ const char *sender_notice(const struct machine *machine);
 bool inputs_poll(struct machine *machine);
 /** Take the switches as they are now, as if an edge had come. */
 void inputs_look(struct machine *machine);
-/** Limit switches that are hit, by $5. */
-axis_mask_t inputs_limits(const struct machine *machine, const struct hal_inputs *inputs);
+/** Limit switches that are hit. */
+axis_mask_t inputs_limits(const struct machine *machine);
 /** Switches that homing looks for, when they are hit: the home lines, or of axes without one the limits at
  * the ends to which they home ($23). @param motor  FIRST_MOTOR or SECOND_MOTOR */
-axis_mask_t inputs_homing(const struct machine *machine, const struct hal_inputs *inputs, unsigned motor);
+axis_mask_t inputs_homing(const struct machine *machine, unsigned motor);
+/** The switches are taken as they are, without an edge; at power-on. */
+void inputs_begin(struct machine *machine);
 /** Axes with a second motor. */
 axis_mask_t inputs_ganged(const struct machine *machine);
 /** The probe touches, by $6. */

@@ -9,22 +9,26 @@ axis_mask_t inputs_ganged(const struct machine *machine) {
     return ganged != NULL ? (axis_mask_t)(ganged->axes & machine->gcode.axes) : 0;
 }
 
-axis_mask_t inputs_limits(const struct machine *machine, const struct hal_inputs *inputs) {
-    unsigned flip = machine->settings.limit_invert ? 0 : ~0u;
-    unsigned first = (inputs->limit_min ^ flip) | (inputs->limit_max ^ flip);
-    unsigned second = (inputs->second_min ^ flip) | (inputs->second_max ^ flip);
+static axis_mask_t limits_of(const struct machine *machine, struct switch_lines lines) {
+    uint32_t first = lines.limits | lines.limits >> 8, second = lines.limits >> 16 | lines.limits >> 24;
     return (axis_mask_t)((first | (second & inputs_ganged(machine))) & machine->gcode.axes);
 }
 
-axis_mask_t inputs_homing(const struct machine *machine, const struct hal_inputs *inputs, unsigned motor) {
-    unsigned to_min = machine->settings.homing_dir_mask;
-    unsigned low = motor == FIRST_MOTOR ? inputs->limit_min : inputs->second_min;
-    unsigned high = motor == FIRST_MOTOR ? inputs->limit_max : inputs->second_max;
-    unsigned limit = (low & to_min) | (high & ~to_min), own = machine->board.home_axes;
-    unsigned home = motor == FIRST_MOTOR ? inputs->home : inputs->second_home;
-    unsigned level = (home & own) | (limit & ~own);
+axis_mask_t inputs_limits(const struct machine *machine) {
+    return limits_of(machine, machine->edges.switches.closed);
+}
+
+static axis_mask_t homing_of(const struct machine *machine, struct switch_lines lines, unsigned motor) {
+    uint32_t limits = motor == FIRST_MOTOR ? lines.limits : lines.limits >> 16;
+    uint32_t home = motor == FIRST_MOTOR ? lines.homes : lines.homes >> 8;
+    uint32_t to_min = machine->settings.homing_dir_mask, own = machine->board.home_axes;
+    uint32_t limit = (limits & to_min) | (limits >> 8 & ~to_min);
     axis_mask_t axes = motor == FIRST_MOTOR ? machine->gcode.axes : inputs_ganged(machine);
-    return (axis_mask_t)((machine->settings.limit_invert ? level : ~level) & axes);
+    return (axis_mask_t)(((home & own) | (limit & ~own)) & axes);
+}
+
+axis_mask_t inputs_homing(const struct machine *machine, unsigned motor) {
+    return homing_of(machine, machine->edges.switches.closed, motor);
 }
 
 bool inputs_probe(const struct machine *machine, const struct hal_inputs *inputs) {
@@ -42,10 +46,29 @@ static axis_mask_t hard_limits(const struct machine *machine) {
     return machine->state == MACHINE_HOME ? machine->board.home_axes : machine->gcode.axes;
 }
 
-/* Remember where the switches come on that homing looks for. */
-static void latch_switches(struct machine *machine, const struct hal_inputs *inputs, unsigned motor) {
+/* Where lines have closed that homing looks for: it counts if they stay closed. */
+static void mark_edges(struct machine *machine, struct switch_lines fresh) {
     struct machine_edges *edges = &machine->edges;
-    axis_mask_t latch = inputs_homing(machine, inputs, motor) & edges->latch[motor];
+    int32_t position[AXIS_COUNT];
+    unsigned axes[MOTOR_COUNT], any = 0;
+    for (unsigned motor = 0; motor < MOTOR_COUNT; motor++) {
+        axes[motor] = edges->latch[motor] == 0 ? 0 : homing_of(machine, fresh, motor);
+        any |= axes[motor];
+    }
+    if (any == 0)
+        return;
+    machine_axis_steps(machine, position);
+    for (unsigned motor = 0; motor < MOTOR_COUNT; motor++)
+        for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
+            if ((axes[motor] >> ax & 1) != 0)
+                edges->mark[motor][ax] = position[ax];
+}
+
+/* Remember where the switches come on that homing looks for. @param marked  they have waited, and were
+ * marked at their edge */
+static void latch_switches(struct machine *machine, unsigned motor, axis_mask_t marked) {
+    struct machine_edges *edges = &machine->edges;
+    axis_mask_t latch = inputs_homing(machine, motor) & edges->latch[motor];
     latch &= (axis_mask_t)~edges->latched[motor];
     int32_t position[AXIS_COUNT];
     if (latch == 0)
@@ -53,26 +76,57 @@ static void latch_switches(struct machine *machine, const struct hal_inputs *inp
     machine_axis_steps(machine, position);
     for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
         if ((latch >> ax & 1) != 0)
-            edges->at[motor][ax] = position[ax];
+            edges->at[motor][ax] = (marked >> ax & 1) != 0 ? edges->mark[motor][ax] : position[ax];
     edges->latched[motor] |= latch;
 }
 
-void machine_edge_isr(struct machine *machine) {
+/* Take the switches that are closed for good. @param waited  those of them that had to wait for it */
+static void take_switches(struct machine *machine, struct switch_lines waited) {
     struct machine_edges *edges = &machine->edges;
-    struct hal_inputs inputs;
-    hal_inputs_read(machine->hal, &inputs);
-    axis_mask_t limits = inputs_limits(machine, &inputs);
+    axis_mask_t limits = inputs_limits(machine);
     axis_mask_t fresh = limits & (axis_mask_t)~edges->known;
     edges->known = limits;
-    if (inputs.estop)
-        edges->estop = true;
     if ((fresh & hard_limits(machine)) != 0)
         edges->hard_limit = true;
     if (edges->estop || edges->hard_limit)
         step_halt(&machine->step);
     for (unsigned motor = 0; motor < MOTOR_COUNT; motor++)
         if (edges->latch[motor] != 0)
-            latch_switches(machine, &inputs, motor);
+            latch_switches(machine, motor, homing_of(machine, waited, motor));
+}
+
+static void see_switches(struct machine *machine) {
+    struct hal_inputs inputs;
+    const bool high = machine->settings.limit_invert, filters = machine->settings.switch_filter_us != 0;
+    hal_inputs_read(machine->hal, &inputs);
+    if (inputs.estop)
+        machine->edges.estop = true;
+    mark_edges(machine, switches_edge(&machine->edges.switches, switch_lines_of(&inputs.switches, high),
+                                      switch_lines_of(&inputs.pins, high), filters));
+}
+
+static void time_switches(struct machine *machine) {
+    if (switches_start_timer(&machine->edges.switches))
+        hal_switch_timer_start(machine->hal, machine->settings.switch_filter_us);
+}
+
+void machine_edge_isr(struct machine *machine) {
+    see_switches(machine);
+    take_switches(machine, (struct switch_lines){0, 0});
+    time_switches(machine);
+}
+
+void machine_switch_timer_isr(struct machine *machine) {
+    see_switches(machine);
+    take_switches(machine, switches_time(&machine->edges.switches));
+    time_switches(machine);
+}
+
+void inputs_begin(struct machine *machine) {
+    hal_inputs_read(machine->hal, &machine->inputs);
+    switches_begin(&machine->edges.switches,
+                   switch_lines_of(&machine->inputs.switches, machine->settings.limit_invert));
+    machine->edges.known = inputs_limits(machine);
 }
 
 static uint32_t pressed(const struct hal_inputs *now, const struct hal_inputs *before) {
@@ -91,11 +145,19 @@ void inputs_look(struct machine *machine) {
     machine_on_motion_side(machine, look, machine);
 }
 
+/* The switches are not as they were at the last edge. */
+static bool are_news(const struct machine *machine, const struct hal_inputs *now) {
+    struct switch_lines lines = switch_lines_of(&now->switches, machine->settings.limit_invert);
+    const struct switches *known = &machine->edges.switches;
+    return ((lines.limits ^ known->closed.limits) & ~known->waiting.limits) != 0 ||
+           ((lines.homes ^ known->closed.homes) & ~known->waiting.homes) != 0;
+}
+
 bool inputs_poll(struct machine *machine) {
     struct hal_inputs before = machine->inputs;
     hal_inputs_read(machine->hal, &machine->inputs);
     const struct hal_inputs *now = &machine->inputs;
-    if (machine->edges.known != inputs_limits(machine, now)) /* a board without edge interrupts for them */
+    if (are_news(machine, now)) /* the end of debouncing; or a board without edge interrupts for them */
         inputs_look(machine);
     if ((now->estop || machine->edges.estop) && !machine->critical && !machine->restart) {
         machine_alarm_critical(machine, ALARM_ESTOP);

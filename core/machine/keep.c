@@ -18,8 +18,8 @@ enum {
 enum { VERSION = STORE_VERSION };
 
 /* What the user calls the values, by key. */
-static const char *const names[] = {[KEY_SETTINGS] = "settings",    [KEY_OFFSETS] = "work offsets",
-                                    [KEY_STARTUP] = "startup lines", [KEY_INFO] = "$I text",
+static const char *const names[] = {[KEY_SETTINGS] = "settings",       [KEY_OFFSETS] = "work offsets",
+                                    [KEY_STARTUP] = "startup lines",   [KEY_INFO] = "$I text",
                                     [KEY_WCS_MORE] = "G59.1 to G59.3", [KEY_TOOLS] = "tool table"};
 enum { KEY_COUNT = sizeof names / sizeof names[0] };
 
@@ -235,8 +235,9 @@ bool machine_notice(const struct machine *machine, unsigned number, char *text, 
 static void set_aside(struct machine *machine) {
     struct store store = store_of(machine);
     if (keep_is_damaged(machine))
-        report_message(machine, store.ops->set_aside(store.ctx) ? "A copy of the damaged data is kept"
-                                                                : "No copy of the damaged data could be kept");
+        report_message(machine, store.ops->set_aside(store.ctx)
+                                    ? "A copy of the damaged data is kept"
+                                    : "No copy of the damaged data could be kept");
 }
 
 static void acknowledged(struct machine *machine) {

@@ -49,8 +49,7 @@ void machine_init(struct machine *machine, const struct machine_board *board, st
     wiring_fit(machine);
     machine->state =
         machine->settings.homing || keep_is_damaged(machine) ? MACHINE_ALARM : MACHINE_IDLE;
-    hal_inputs_read(hal, &machine->inputs);
-    machine->edges.known = inputs_limits(machine, &machine->inputs);
+    inputs_begin(machine);
     outputs_off(machine);
     motors_init(machine);
     torque_put_out(machine);

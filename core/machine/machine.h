@@ -21,6 +21,7 @@
 #include "link/rx.h"
 #include "link/text.h"
 #include "machine/keep.h"
+#include "machine/switches.h"
 #include "motion/joints.h"
 #include "motion/motion.h"
 #include "segment/feed.h"
@@ -92,7 +93,7 @@ enum alarm {
     ALARM_ESTOP = 50,
     ALARM_SPINDLE = 51, /* it did not come to a steady speed, or stood still, while motion follows it */
     ALARM_THREAD = 52,  /* the axes could not keep up with it */
-    ALARM_STORE = 53,   /* stored data is damaged; locked until $ACK. Never sent as ALARM:53 */
+    ALARM_STORE = 53,   /* stored data is damaged; locked until $ACK. No line ALARM:53 */
 };
 
 /** Where the current line stands; each stage ends before the next begins. */
@@ -216,11 +217,13 @@ struct homing {
 
 /** Written by machine_edge_isr() too. */
 struct machine_edges {
+    struct switches switches;
     axis_mask_t known;              /* limits active at the last edge */
     axis_mask_t latch[MOTOR_COUNT]; /* homing: remember where the switches of these motors come on */
     volatile axis_mask_t latched[MOTOR_COUNT];
-    int32_t at[MOTOR_COUNT][AXIS_COUNT]; /* steps, where latched */
-    volatile bool hard_limit, estop;     /* seen, motion is halted */
+    int32_t mark[MOTOR_COUNT][AXIS_COUNT]; /* steps, where the line closed that waits */
+    int32_t at[MOTOR_COUNT][AXIS_COUNT];   /* steps, where latched */
+    volatile bool hard_limit, estop;       /* seen, motion is halted */
 };
 
 /** A jog of a network host: it goes on until it is stopped, so its end moves on before it. */
@@ -378,6 +381,9 @@ bool machine_poll_motion(struct machine *machine);
 /** [isr or task] A limit, home or e-stop line has changed. Halts the step ISR when it must stop at once, and
  * remembers the exact step. On the ISR's core, never nested into it. */
 void machine_edge_isr(struct machine *machine);
+
+/** [isr] The time of hal_switch_timer_start() is over. As machine_edge_isr(). */
+void machine_switch_timer_isr(struct machine *machine);
 
 /** Poll again after this many us at the latest, even if nothing happens. @return UINT32_MAX: no need */
 uint32_t machine_wait_us(const struct machine *machine);

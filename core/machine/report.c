@@ -110,7 +110,7 @@ static void report_line(const struct machine *machine) {
 static void report_pins(const struct machine *machine) {
     struct hal_inputs inputs;
     hal_inputs_read(machine->hal, &inputs);
-    axis_mask_t limits = inputs_limits(machine, &inputs);
+    axis_mask_t limits = inputs_limits(machine);
     char pins[AXIS_COUNT + 6], *at = pins;
     if (inputs_probe(machine, &inputs))
         *at++ = 'P';

@@ -83,15 +83,13 @@ static void forget_input(struct machine *machine) {
 }
 
 void machine_restart(struct machine *machine) {
-    struct hal_inputs inputs;
-    hal_inputs_read(machine->hal, &inputs);
     forget_input(machine);
     if (machine->line_open && machine->source != LINE_STARTUP) /* as in Grbl: the line was taken after all */
         text_string(&machine->out, "ok\r\n");
     machine->line_open = machine->restart = false;
     machine->wco_wait = machine->ov_wait = 0;
     report_banner(machine);
-    if (machine->settings.hard_limits && inputs_limits(machine, &inputs) != 0) {
+    if (machine->settings.hard_limits && inputs_limits(machine) != 0) {
         machine_transition(machine, MACHINE_ALARMS);
         report_message(machine, "Check Limits");
     }

@@ -51,6 +51,7 @@ void square_search(struct machine *machine) {
     square_release(machine);
     homing->left = homing->axes;
     for (unsigned motor = 0; motor < MOTOR_COUNT; motor++) {
+        machine_axis_steps(machine, edges->mark[motor]); /* of one that closes just now */
         edges->latch[motor] = 0;
         edges->latched[motor] = 0;
         homing->found[motor] = 0;

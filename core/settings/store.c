@@ -15,9 +15,10 @@ struct head {
 struct value {
     struct head head;
     uint8_t payload[STORE_SIZE_MAX];
+    uint8_t beyond[4]; /* one that is too long does not look like one that fits */
 };
 
-_Static_assert(sizeof(struct value) == STORE_IMAGE_MAX, "head and payload lie close together");
+_Static_assert(offsetof(struct value, beyond) == STORE_IMAGE_MAX, "head and payload lie close together");
 
 /* CRC-32 of IEEE 802.3, bit by bit: it runs when something is stored, not in motion. */
 static uint32_t crc32(const uint8_t *bytes, size_t count) {
@@ -132,7 +133,7 @@ size_t store_pack(uint8_t *image, const struct store_pair *pairs, size_t count) 
 
 size_t store_unpack(const uint8_t *image, size_t size, struct store_pair *pairs) {
     struct value value;
-    if (size > sizeof value)
+    if (size > STORE_IMAGE_MAX)
         return 0;
     memcpy(&value, image, size);
     if (!is_sound(&value, size, STORE_SETTINGS_VERSION) || value.head.count > STORE_SETTINGS_SIZE)
@@ -186,20 +187,18 @@ static void take_setting(const struct intake *intake, uint16_t number) {
 enum store_result store_load_settings(const struct store *store, struct settings *settings,
                                       uint8_t axis_count, struct store_lost *lost) {
     struct value value;
-    struct intake intake = {
-        .value = &value, .settings = settings, .axis_count = axis_count, .lost = lost};
-    enum store_result result =
-        load(store, STORE_KEY_SETTINGS, STORE_SETTINGS_VERSION, &value, &intake.count);
+    struct intake intake = {.value = &value, .settings = settings, .axis_count = axis_count, .lost = lost};
+    enum store_result result = load(store, STORE_KEY_SETTINGS, STORE_SETTINGS_VERSION, &value, &intake.count);
     *lost = (struct store_lost){.count = 0};
     if (result == STORE_EMPTY)
         return result;
-    intake.sound = result == STORE_FOUND;
+    intake.sound = result == STORE_FOUND && intake.count % STORE_PAIR_SIZE == 0;
     take_setting(&intake, HOMING_NUMBER);
     uint16_t number = SETTINGS_BEGIN;
     while (settings_next(&number, axis_count))
         if (number != HOMING_NUMBER)
             take_setting(&intake, number);
-    return lost->count > 0 ? STORE_DAMAGED : result;
+    return intake.sound && lost->count == 0 ? STORE_FOUND : STORE_DAMAGED;
 }
 
 bool store_save_settings(const struct store *store, const struct settings *settings) {

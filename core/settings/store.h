@@ -60,7 +60,8 @@ bool store_save(const struct store *store, uint8_t key, uint8_t version, const v
 
 /** Settings that are not kept, or are of another machine, stay as they are.
  *  @param[out] lost  settings of a damaged image that stay as they are, too
- *  @return STORE_DAMAGED: a value was refused, or the image is damaged; what could be read of it was taken. */
+ *  @return STORE_DAMAGED: a value was refused, or the image is damaged; what could be read of it was taken.
+ */
 enum store_result store_load_settings(const struct store *store, struct settings *settings,
                                       uint8_t axis_count, struct store_lost *lost);
 

@@ -40,7 +40,7 @@ static void call_motion(const void *ctx, void (*work)(void *arg), void *arg) {
     struct hal_step *hal = &host->hal.step;
     uint64_t end, budget = UINT64_MAX;
     while ((end = tasks_stalled_until(&host->tasks, HOST_MOTION, hal->now_ticks)) > hal->now_ticks) {
-        end = earlier(end, virtual_next_ticks(&host->hal.virtual_machine));
+        end = earlier(end, host_next_edge_ticks(host));
         if (host->machine.step.active)
             run_events(host, &budget, end, false);
         else
@@ -98,6 +98,7 @@ struct host *host_open(const struct host_board *board, const char *store_path) {
     host->hal.step.write = host->trace.events;
     host->seen = host->trace.events;
     host->hal.timer_hz = board->timer_hz;
+    host->hal.switch_ticks = UINT64_MAX;
     host->hal.timer_mhz_q8 = (uint32_t)(((uint64_t)board->timer_hz << 8) / 1000000);
     machine_init(&host->machine, &machine_board, &host->hal, &host->hal.step, &out);
     tasks_init(&host->tasks, board->tasks, board->timer_hz);
@@ -287,7 +288,7 @@ static bool look(struct host *host, bool *any) {
 
 /* When something happens by itself at rest, or UINT64_MAX. */
 static uint64_t next_cause_ticks(struct host *host) {
-    uint64_t next = earlier(virtual_next_ticks(&host->hal.virtual_machine), wake_ticks(host));
+    uint64_t next = earlier(host_next_edge_ticks(host), wake_ticks(host));
     next = earlier(next, outputs_next_ticks(&host->hal, false));
     if (host->waiting_count > 0)
         next = earlier(next, tasks_stalled_until(&host->tasks, HOST_READER, host->hal.step.now_ticks));
@@ -331,7 +332,7 @@ static enum host_wait run(struct host *host, uint64_t max_events, uint64_t until
         if (worked && (tasks_sleep(tasks) || ring_held(&machine->step.ring.index) < 2))
             continue; /* all there is to do, at this instant: then they sleep, or the next span is there */
         if (machine->step.active) {
-            uint64_t next = earlier(until_ticks, virtual_next_ticks(&host->hal.virtual_machine));
+            uint64_t next = earlier(until_ticks, host_next_edge_ticks(host));
             next = earlier(next, tasks_next_ticks(tasks, true, hal->now_ticks));
             next = earlier(next, outputs_next_ticks(&host->hal, true));
             run_events(host, &budget, next, tasks_refill(tasks, hal->now_ticks));

@@ -81,6 +81,26 @@ static void levels_changed(struct host *host) {
     machine_edge_isr(&host->machine);
 }
 
+void hal_switch_timer_start(struct hal *hal, uint32_t us) {
+    hal->switch_ticks = hal->step.now_ticks + ((uint64_t)us * hal->timer_mhz_q8 >> 8);
+}
+
+uint64_t host_next_edge_ticks(const struct host *host) {
+    uint64_t next = virtual_next_ticks(&host->hal.virtual_machine);
+    return next < host->hal.switch_ticks ? next : host->hal.switch_ticks;
+}
+
+/* Behind the edges of the same moment. @return true when it has come */
+static bool end_switch_time(struct host *host) {
+    struct hal *hal = &host->hal;
+    if (hal->switch_ticks > hal->step.now_ticks ||
+        virtual_next_ticks(&hal->virtual_machine) <= hal->step.now_ticks)
+        return false;
+    hal->switch_ticks = UINT64_MAX;
+    machine_switch_timer_isr(&host->machine);
+    return true;
+}
+
 bool host_follow_edges(struct host *host) {
     bool changed = false;
     struct virtual_machine *machine = &host->hal.virtual_machine;
@@ -89,7 +109,7 @@ bool host_follow_edges(struct host *host) {
     changed |= virtual_events(machine, host->hal.step.now_ticks);
     if (changed)
         levels_changed(host);
-    return changed;
+    return end_switch_time(host) || changed;
 }
 
 /* From now on every edge counts. Until now the controller's own counter was true. */

@@ -23,6 +23,7 @@ struct hal {
     uint64_t output_period_ticks, outputs_due_ticks; /* 0: the pins follow at once; when they follow next */
     struct hal_ganged ganged;
     const struct settings *settings; /* $88: counts of the encoder, unless hands say otherwise */
+    uint64_t switch_ticks;           /* when the switch timer's time is over; UINT64_MAX: it rests */
     bool probe_high;                 /* level that the step ISR watches for */
 };
 
@@ -62,6 +63,9 @@ extern const struct hal_encoder host_encoder;
 
 /** Its servo output. */
 extern const struct hal_servo host_servo;
+
+/** When inputs change or the switch timer's time is over, without a step; or UINT64_MAX. */
+uint64_t host_next_edge_ticks(const struct host *host);
 
 /** Let the true position and the inputs follow the edges since the last call.
  *  @return true when a level changed: the controller must look before time goes on. */

@@ -62,11 +62,10 @@ static void say_client(void *ctx, const char *what, const char *who) {
 }
 
 static int say_failure(const struct serve_failure *failure) {
-    static const char *const stages[] = {[SERVE_MEMORY] = "memory",   [SERVE_BOARD] = "board",
-                                         [SERVE_STORE] = "store",     [SERVE_SETTING] = "setting",
-                                         [SERVE_TCP] = "tcp",
-                                         [SERVE_CONTROL] = "control", [SERVE_PTY] = "pty",
-                                         [SERVE_WIRE] = "wmc3"};
+    static const char *const stages[] = {[SERVE_MEMORY] = "memory", [SERVE_BOARD] = "board",
+                                         [SERVE_STORE] = "store",   [SERVE_SETTING] = "setting",
+                                         [SERVE_TCP] = "tcp",       [SERVE_CONTROL] = "control",
+                                         [SERVE_PTY] = "pty",       [SERVE_WIRE] = "wmc3"};
     const char *text = failure->detail != NULL ? failure->detail : strerror(failure->error);
     say("failed\t%s\t%d\t%s\n", stages[failure->stage], failure->error, text);
     return 1;

@@ -83,6 +83,7 @@ static void act(void *ctx) {
     host_act(serve->host);
 }
 
+/* cppcheck-suppress constParameterCallback ; the type of notice() is fixed */
 static bool notice(void *ctx, unsigned number, char *text, size_t size) {
     const struct serve *serve = ctx;
     return host_notice(serve->host, number, text, size);

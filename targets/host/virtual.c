@@ -83,13 +83,17 @@ uint64_t virtual_next_ticks(const struct virtual_machine *machine) {
 void virtual_read(const struct virtual_machine *machine, struct hal_inputs *inputs) {
     const uint64_t axes = (1u << AXIS_COUNT) - 1;
     uint64_t levels = machine->levels;
-    *inputs = (struct hal_inputs){
+    const struct hal_switches switches = {
         .limit_min = (axis_mask_t)(~(levels >> VIRTUAL_LIMIT_MIN) & axes),
         .limit_max = (axis_mask_t)(~(levels >> VIRTUAL_LIMIT_MAX) & axes),
         .second_min = (axis_mask_t)(~(levels >> VIRTUAL_SECOND_MIN) & axes),
         .second_max = (axis_mask_t)(~(levels >> VIRTUAL_SECOND_MAX) & axes),
         .home = (axis_mask_t)(~(levels >> VIRTUAL_HOME) & axes),
         .second_home = (axis_mask_t)(~(levels >> VIRTUAL_SECOND_HOME) & axes),
+    };
+    *inputs = (struct hal_inputs){
+        .switches = switches,
+        .pins = switches,
         .probe = (levels & BIT(VIRTUAL_PROBE)) == 0,
         .door = (levels & BIT(VIRTUAL_DOOR)) != 0,
         .hold = (levels & BIT(VIRTUAL_HOLD)) != 0,

@@ -209,12 +209,12 @@ static void a_value_out_of_range_is_damage(void) {
     struct settings settings = changed(0), before = settings;
     start_empty();
     (void)set(NULL, "spm_x", NVS_FLOAT, 0xC2A00000); /* -80.0 */
-    check(store_load_settings(&store, &settings, 6, &lost) == STORE_DAMAGED &&
-              same(&settings, &before),
+    check(store_load_settings(&store, &settings, 6, &lost) == STORE_DAMAGED && same(&settings, &before),
           "taken", -1);
 }
 
-/* NVS drops an entry whose check fails. Whichever it is, its value is said to be lost, and the others stay. */
+/* NVS drops an entry whose check fails. Whichever it is, its value is said to be lost, and the others stay.
+ */
 static void a_setting_that_nvs_has_dropped_is_damage(void) {
     struct settings all = changed(6);
     start_empty();
@@ -230,8 +230,8 @@ static void a_setting_that_nvs_has_dropped_is_damage(void) {
               (int)i);
         entry->type = type;
         found = changed(0);
-        check(store_load_settings(&store, &found, 6, &lost) == STORE_FOUND && same(&found, &all), "not as saved",
-              (int)i);
+        check(store_load_settings(&store, &found, 6, &lost) == STORE_FOUND && same(&found, &all),
+              "not as saved", (int)i);
     }
 }
 
@@ -254,7 +254,8 @@ static void a_list_that_is_lost_is_no_damage(void) {
     start_empty();
     check(store_save_settings(&store, &all), "not saved", -1);
     entry_of("stored")->type = -2;
-    check(store_load_settings(&store, &found, 6, &lost) == STORE_FOUND && same(&found, &all), "not as saved", -1);
+    check(store_load_settings(&store, &found, 6, &lost) == STORE_FOUND && same(&found, &all), "not as saved",
+          -1);
     check(nvs_hal_store.set_aside(&nvs) && entry_of("aside") != NULL, "no copy", -1);
 }
 

@@ -156,6 +156,7 @@ def test_pins(grbl: Grbl) -> None:
     assert "Pn:" not in grbl.status()
     for name in ("start", "limit-max-z", "probe", "limit-min-x", "limit-y", "hold"):
         grbl.input(name, True)
+    grbl.after(10e-6)  # $92
     assert "|Pn:PXYZHS" in grbl.status()
     grbl.input("reset", True)
     grbl.send("")

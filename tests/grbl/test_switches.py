@@ -136,7 +136,7 @@ def test_estop(grbl: Grbl, delay: float) -> None:
 @pytest.mark.parametrize(("name", "alarm"), [("estop", 50), ("limit-max-y", 1)])
 def test_a_short_pulse_is_not_missed(grbl: Grbl, name: str, alarm: int) -> None:
     """Invariant 7: the edge counts, even when the switch is open again before anybody looks."""
-    grbl.fine("$21=1")
+    grbl.fine("$21=1", "$92=0")
     grbl.after(0.2, "G1X-20F1000\n")
     grbl.input(name, True)
     grbl.input(name, False)

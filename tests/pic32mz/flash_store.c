@@ -208,7 +208,8 @@ static void the_copy_is_that_of_the_page_in_force(void) {
     check(memcmp(flash.words, copy, FLASH_PAGE_SIZE) == 0, "another copy", 0);
     for (uint8_t key = 0; key < KEYS; key++)
         (void)save(key, &kept[key]);
-    check(memcmp(copy, flash.words + FLASH_ASIDE * WORDS, FLASH_PAGE_SIZE) == 0, "the copy was written to", 0);
+    check(memcmp(copy, flash.words + FLASH_ASIDE * WORDS, FLASH_PAGE_SIZE) == 0, "the copy was written to",
+          0);
 }
 
 static void a_value_that_is_too_long_is_refused(void) {

@@ -1,7 +1,9 @@
-"""The power goes at every single flash operation of a change: afterwards all old or all new values are there."""
+"""The power goes at every single flash operation of a change: afterwards all old or all new values are there. And
+bits flip in the flash: afterwards the values are there, or the machine is locked and says so."""
 
 from __future__ import annotations
 
+import random
 import re
 
 import pytest
@@ -99,3 +101,32 @@ def test_nothing_but_the_two_pages_is_written(board: Board, image: tuple[Block, 
 
 def pages_out(flash: bytes) -> bytes:
     return flash[:STORE_OFFSET] + flash[STORE_OFFSET + STORE_SIZE :]
+
+
+def shown(controller: Controller) -> str:
+    return "".join(controller.send(line) for line in ("$$", "$#", "$N")).split("[TLO")[0]
+
+
+def test_no_flipped_bit_is_silent(board: Board, image: tuple[Block, ...], full_page: bytes) -> None:
+    """Of the pages as they are after a change of page, so that older values are there to come back."""
+    with prepared(board, image, full_page) as controller:
+        controller.fine("$100=640", "$110=1234", "G10L2P3X1.5", "$N0=G21", "$100=641")
+        whole, right = pages(controller), shown(controller)
+    written = [at for at, byte in enumerate(whole) if byte != 0xFF]
+    chance, damaged = random.Random(14), 0
+    for _ in range(60):
+        flipped = bytearray(whole)
+        flipped[chance.choice(written)] ^= 1 << chance.randrange(8)
+        with Controller(board, image) as controller:
+            controller.chip.set_flash(STORE_OFFSET, bytes(flipped))
+            controller.chip.power_on()
+            said = controller.run(0.3)
+            if "[MSG:Stored data is damaged: " in said:
+                damaged += 1
+                assert controller.state() == "Alarm" and controller.send("$X").endswith("error:7\r\n")
+                assert controller.send("$ACK").endswith("ok\r\n")
+                assert pages(controller)[-len(whole) // 3 :].rstrip(b"\xff") in bytes(flipped)
+                assert controller.send("$X").endswith("ok\r\n")
+            else:
+                assert shown(controller) == right
+    assert damaged > 0

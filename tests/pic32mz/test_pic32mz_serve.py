@@ -112,7 +112,7 @@ def test_settings_are_kept_in_a_file(build: Pic32Build, tmp_path: Path) -> None:
             wire.write(line + "\n$$\n")
             said = wire.until(b"ok\r\n") + wire.until(b"ok\r\n")
             assert wanted in said
-    assert store.stat().st_size == 0x8000
+    assert store.stat().st_size == 0xC000
 
 
 @pytest.mark.parametrize(

@@ -6,6 +6,7 @@ from itertools import pairwise
 
 import pytest
 from chip_controller import BANNER, Controller
+from wificnc.chip.virtual import CPU_HZ
 
 TRAVEL = 10_000  # steps between the switches, 40 mm
 
@@ -55,7 +56,39 @@ def test_far_switch_is_active_high_near_one_low(machine: Controller) -> None:
         assert (pins[1].split("|")[0].rstrip(">") if len(pins) > 1 else "") == reported
 
 
-def test_a_glitch_counts_and_bouncing_does_not_twice(machine: Controller) -> None:
+GLITCHES = [(0, 4, True), (5, 5, False), (5, 11, True), (100, 100, False), (100, 106, True), (1000, 999, False)]
+
+
+@pytest.mark.parametrize(("filter_us", "length_us", "stops"), GLITCHES)
+def test_a_glitch_stops_nothing(machine: Controller, filter_us: int, length_us: float, stops: bool) -> None:
+    """$92, and up to 5 us more that the interrupts take. 0 counts what the edge's interrupt still sees."""
+    machine.fine("$21=1", f"$92={filter_us}")
+    machine.send("$X")
+    machine.fine("G91G1Y10F600")
+    machine.run(0.3)
+    machine.at(0.001, "limit_y_min", 0)
+    machine.at(0.001 + length_us * 1e-6, "limit_y_min", 1)
+    machine.run(0.1)
+    assert ("ALARM:1" in machine.heard) == stops
+    assert stops or machine.state() == "Run"
+
+
+@pytest.mark.parametrize("filter_us", [0, 5, 100, 1000])
+def test_a_switch_that_closes_stops_in_time(machine: Controller, filter_us: int) -> None:
+    """No step leaves the pins later than the time, and the 3 us that interrupts take, after the one that met it."""
+    machine.switches(1, None, 2000)
+    machine.fine("$21=1", f"$92={filter_us}", "$111=5000", "$121=500")
+    machine.send("$X")
+    machine.fine("G91G1Y15F5000")
+    machine.run(1.0)
+    assert "ALARM:1" in machine.heard
+    cycles = [int(step["cycle"]) for step in machine.steps() if step["step"] & 2]
+    assert len(cycles) == machine.stands()[1] >= 2000
+    late_s = (cycles[-1] - cycles[1999]) / CPU_HZ
+    assert filter_us * 1e-6 - 100e-6 < late_s <= filter_us * 1e-6 + 3e-6
+
+
+def test_bouncing_does_not_count_twice(machine: Controller) -> None:
     machine.fine("$21=1")
     machine.send("$X")
     for edge in range(10):

@@ -19,7 +19,7 @@ from wificnc.flash.pic32mz import is_own
 from wificnc.flash.uhb import HidWire, flash, plan_pages
 
 PLACE = 0x1D1F3FF0
-STORE = slice(0x180000, 0x188000)
+STORE = slice(0x180000, 0x18C000)
 VECTOR = Block(0x1FC00000, bytes(range(16)))
 SMALL = (Block(0x1D000180, b"program" * 3000), VECTOR, Block(0x1FC0FFC0, bytes(48)))
 PACKETS = 2 * PAGE // 64 + 30
@@ -33,7 +33,7 @@ def used_board() -> FakeBootloader:
     """With an old program, its settings, and its bootloader."""
     board = FakeBootloader()
     board.flash[:0x8000] = b"\x12" * 0x8000
-    board.flash[STORE] = b"\xa5" * 0x8000
+    board.flash[STORE] = b"\xa5" * 0xC000
     board.flash[0x1F0000:0x1F4000] = b"\x34" * 0x4000
     board.flash[0x1F4000:] = b"\x77" * 0xC000
     board.boot_flash[:] = b"\x99" * 0x10000
@@ -41,7 +41,7 @@ def used_board() -> FakeBootloader:
 
 
 def check_kept(board: FakeBootloader) -> None:
-    assert board.flash[STORE] == b"\xa5" * 0x8000 and board.flash[0x1F4000:] == b"\x77" * 0xC000
+    assert board.flash[STORE] == b"\xa5" * 0xC000 and board.flash[0x1F4000:] == b"\x77" * 0xC000
     assert board.boot_flash == b"\x99" * 0x10000 and board.refused == [] and board.twice == []
 
 
@@ -59,7 +59,7 @@ def test_an_image_is_written_and_the_rest_is_kept() -> None:
 def test_what_was_written_runs(board: Board, image: tuple[Block, ...]) -> None:
     """The real image by the fake bootloader into the virtual chip, started as the bootloader starts it."""
     written = used_board()
-    written.flash[STORE] = b"\xff" * 0x8000
+    written.flash[STORE] = b"\xff" * 0xC000
     flash(written, plan_pages(image), nothing)
     to_the_place = struct.pack("<4I", 0x3C08BD1F, 0x35083FF0, 0x01000008, 0)
     with Controller(board, (Block(FLASH, bytes(written.flash)), Block(0x1FC00000, to_the_place))) as controller:

@@ -13,7 +13,6 @@ from wificnc.errors import ServeError
 from wificnc.serve.options import Address, ServeOptions
 from wificnc.serve.server import Server
 
-
 CHIP = "pic32mz2048efh100"
 
 

@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import re
 import struct
+import sys
 import zlib
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "grbl"))
+
 from grbl_host import BANNER, Grbl
 
 VALUES = ["$100=640", "$110=1234.5", "$22=1", "$20=1", "G10L2P3X1.5Y-2", "G10L1P5Z-3", "$N0=G21", "$I=SHOP"]
@@ -56,9 +60,9 @@ def file_of(values: dict[int, bytes]) -> bytes:
     return b"".join(struct.pack("<BBH", key, key ^ 0xFF, len(value)) + value for key, value in values.items())
 
 
-def sealed(payload: bytes, version: int = 1, count: int | None = None) -> bytes:
+def sealed(payload: bytes, version: int = 1) -> bytes:
     """A value as core/settings/store.c writes it."""
-    rest = struct.pack("<HH", version, len(payload) if count is None else count) + payload
+    rest = struct.pack("<HH", version, len(payload)) + payload
     return struct.pack("<I", zlib.crc32(rest)) + rest
 
 
@@ -143,7 +147,12 @@ def test_nothing_but_questions_before_that(store: Path, line: str) -> None:
         shown = values(controller)
         assert controller.send(line + "\n").endswith("error:7\r\n")
         assert "<Alarm|" in controller.send("?") and values(controller) == shown
-        for other, answer in (("G0X1", "error:9"), ("$J=G91X1F100", "error:8"), ("$C", "error:8"), ("$N0=G20", "error:8")):
+        for other, answer in (
+            ("G0X1", "error:9"),
+            ("$J=G91X1F100", "error:8"),
+            ("$C", "error:8"),
+            ("$N0=G20", "error:8"),
+        ):
             assert controller.send(other + "\n") == answer + "\r\n"
         assert controller.send("$G\n").endswith("ok\r\n") and controller.send("\n") == "ok\r\n"
         assert controller.send("$SLP\n\x18").endswith(ACKNOWLEDGE)
@@ -187,23 +196,25 @@ def test_a_stored_tool_out_of_range_is_damage(store: Path) -> None:
         assert DAMAGED + "tool table" in said
 
 
-@pytest.mark.parametrize("key", [OFFSETS, STARTUP, TOOLS])
+@pytest.mark.parametrize("key", [SETTINGS, OFFSETS, STARTUP, TOOLS])
 @pytest.mark.parametrize("fault", ["longer", "count", "version", "size"])
 def test_a_value_of_another_size_is_damage(store: Path, key: int, fault: str) -> None:
     kept = records(store.read_bytes())
-    payload = kept[key][8:]
+    payload, version = kept[key][8:], kept[key][4]
     wrong = {
         "longer": kept[key] + b"\0",
-        "count": sealed(payload, count=len(payload) - 8),
+        "count": sealed(payload[:-8], version) + payload[-8:],
         "version": sealed(payload, version=7),
-        "size": sealed(payload + bytes(8)),
+        "size": sealed(payload + bytes(3), version),
     }
     store.write_bytes(file_of({**kept, key: wrong[fault]}))
     with started(store) as (_, said):
         assert DAMAGED in said
 
 
-@pytest.mark.parametrize("line", ["$100=640", "$110=1234.5", "G10L2P3X1.5Y-2", "G10L1P5Z-3", "$N0=G21", "$I=SHOP", "G28.1"])
+@pytest.mark.parametrize(
+    "line", ["$100=640", "$110=1234.5", "G10L2P3X1.5Y-2", "G10L1P5Z-3", "$N0=G21", "$I=SHOP", "G28.1"]
+)
 def test_what_is_stored_already_is_not_written_again(store: Path, line: str) -> None:
     with started(store) as (controller, _):
         controller.send("$X\nG28.1\n")

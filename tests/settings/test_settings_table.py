@@ -159,13 +159,5 @@ def test_a_counter_of_32_bits_holds_every_position() -> None:
 def test_all_of_grbl_and_six_axes_are_there() -> None:
     grbl = {*range(7), *range(10, 14), *range(20, 28), *range(30, 33)}
     axes = {base + index for base in (100, 110, 120, 130) for index in range(6)}
-    ours = {
-        40,
-        41,
-        *range(44, 50),
-        76,
-        77,
-        78,
-        *range(80, 92),
-    }  # ... hosts, kinematics, torque, servo, encoder, aiming, coolant
+    ours = {40, 41, *range(44, 50), 76, 77, 78, *range(80, 93)}  # ... hosts, kinematics, ..., aiming, coolant, glitches
     assert {item.number for item in NUMBERS} == grbl | axes | ours

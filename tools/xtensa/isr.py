@@ -15,7 +15,7 @@ from pathlib import Path
 from xtensa.compile import CPU
 from xtensa.toolchain import Toolchain
 
-ROOTS = ("on_timer", "on_edge")
+ROOTS = ("on_timer", "on_edge", "on_switch_timer")
 
 # What the step interrupt does only when a span ends, while it looks for the probe, or each time the counter wraps.
 SELDOM = ("next_span", "put_probing_event", "step_alarm_wraps")

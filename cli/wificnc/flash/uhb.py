@@ -38,7 +38,7 @@ BOOTLOADER = 0x1D1F_4000
 VECTOR_SIZE = 16
 VECTOR_PLACE = BOOTLOADER - VECTOR_SIZE
 RESET_VECTOR, CONFIG_WORDS = 0x1FC0_0000, 0x1FC0_FFC0
-STORE, STORE_END = 0x1D18_0000, 0x1D18_8000  # the settings' two pages (targets/pic32mz/chip/pic32mz.ld)
+STORE, STORE_END = 0x1D18_0000, 0x1D18_C000  # the settings' three pages (targets/pic32mz/chip/pic32mz.ld)
 
 RETRY_HINT = "the board has no program now and starts none: reset it and run the same command again, it starts over"
 START_HINT = "connect the board by USB and reset it: the bootloader waits a few seconds for us"

@@ -3,6 +3,7 @@
 #include "hal/esp32_hal.h"
 
 #include "hal/hal.h"
+#include "io/switch_timer.h"
 
 #include "esp_timer.h"
 
@@ -30,6 +31,11 @@ void hal_motors_set(struct hal *hal, bool on, bool invert) {
 void hal_probe_watch(struct hal *hal, bool high) {
     if (hal->step.probe_mask != 0)
         hal->step.probe_level = high ? hal->step.probe_mask : 0;
+}
+
+HAL_ISR void hal_switch_timer_start(struct hal *hal, uint32_t us) {
+    (void)hal;
+    switch_timer_start(us);
 }
 
 HAL_ISR void hal_inputs_read(const struct hal *hal, struct hal_inputs *inputs) {

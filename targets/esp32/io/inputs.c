@@ -2,6 +2,7 @@
 #include "io/inputs.h"
 
 #include "hal/step_pins.h"
+#include "io/switch_timer.h"
 #include "machine/machine.h"
 #include "pin_config.h"
 
@@ -40,12 +41,25 @@ static uint32_t IRAM_ATTR read_pins(const struct inputs *inputs) {
     return (high ^ inputs->active_low) & wired;
 }
 
-/* On core 1, with its interrupts off: as an interrupt or in a critical section. */
-static void IRAM_ATTR take_sample(struct inputs *inputs) {
+/* On core 1, with its interrupts off: as an interrupt or in a critical section.
+ * @return inputs that have changed, by their pins or for good */
+static uint32_t IRAM_ATTR take_levels(struct inputs *inputs) {
     uint32_t now_us = (uint32_t)esp_timer_get_time();
+    uint32_t before = inputs->debounce.raw;
     uint32_t changed = debounce_sample(&inputs->debounce, read_pins(inputs), now_us);
-    if ((changed & STOPPING) != 0 && inputs->machine != NULL)
+    return changed | (before ^ inputs->debounce.raw);
+}
+
+static void IRAM_ATTR take_sample(struct inputs *inputs) {
+    if ((take_levels(inputs) & STOPPING) != 0 && inputs->machine != NULL)
         machine_edge_isr(inputs->machine);
+}
+
+static void IRAM_ATTR on_switch_timer(void *arg) {
+    struct inputs *inputs = arg;
+    switch_timer_stop();
+    (void)take_levels(inputs);
+    machine_switch_timer_isr(inputs->machine);
 }
 
 static void IRAM_ATTR on_edge(void *arg) {
@@ -115,6 +129,8 @@ bool inputs_attach(struct inputs *inputs, struct machine *machine) {
     if (gpio_isr_register(on_edge, inputs, flags, NULL) != ESP_OK)
         return false;
     inputs->machine = machine;
+    if (!switch_timer_init(on_switch_timer, inputs))
+        return false;
     for (unsigned input = 0; input < INPUT_COUNT; input++) {
         gpio_num_t gpio = (gpio_num_t)inputs->wire[input].gpio;
         if (inputs->wire[input].gpio == GPIO_NONE || (STOPPING >> input & 1) == 0)
@@ -137,14 +153,19 @@ static bool IRAM_ATTR misc_is_on(uint32_t on, uint8_t number) {
     return number < DIGITAL_INPUT_COUNT && (on >> (INPUT_MISC + number) & 1) != 0;
 }
 
-void IRAM_ATTR inputs_read(const struct inputs *inputs, struct hal_inputs *out) {
-    uint32_t on = __atomic_load_n(&inputs->debounce.stable, __ATOMIC_RELAXED);
-    uint32_t high = on ^ inputs->active_low;
+static void IRAM_ATTR read_switches(const struct inputs *inputs, uint32_t high, struct hal_switches *out) {
     out->limit_min = (axis_mask_t)(high >> INPUT_LIMIT_MIN & AXES);
     out->limit_max = (axis_mask_t)(high >> INPUT_LIMIT_MAX & AXES);
     out->home = (axis_mask_t)((high ^ inputs->home_high) >> INPUT_HOME & AXES);
     /* no board of this target has a second motor on an axis */
     out->second_min = out->second_max = out->second_home = 0;
+}
+
+void IRAM_ATTR inputs_read(const struct inputs *inputs, struct hal_inputs *out) {
+    uint32_t on = __atomic_load_n(&inputs->debounce.stable, __ATOMIC_RELAXED);
+    uint32_t high = on ^ inputs->active_low;
+    read_switches(inputs, high, &out->switches);
+    read_switches(inputs, inputs->debounce.raw ^ inputs->active_low, &out->pins);
     out->probe = (high >> INPUT_PROBE & 1) != 0;
     out->estop = (on >> INPUT_ESTOP & 1) != 0 || inputs->locked;
     out->door = misc_is_on(on, inputs->roles.door);

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "chip/interrupts.h"
 
-extern void _vector_step(void), _vector_pulse_end(void), _vector_edge(void);
+extern void _vector_step(void), _vector_pulse_end(void), _vector_edge(void), _vector_switch_timer(void);
 extern void _vector_uart_rx(void), _vector_uart_tx(void), _vector_tick(void);
 extern const char _exception_base[];
 
@@ -23,6 +23,7 @@ void interrupts_init(void) {
     route(IRQ_OC1, _vector_pulse_end, LEVEL_STEP, ORDER_PULSE_END);
     for (unsigned port = 0; port < PORT_COUNT; port++)
         route(IRQ_CHANGE_A + port, _vector_edge, LEVEL_STEP, ORDER_EDGE);
+    route(IRQ_T8, _vector_switch_timer, LEVEL_STEP, ORDER_EDGE);
     route(IRQ_U3_RX, _vector_uart_rx, LEVEL_UART, 1);
     route(IRQ_U3_TX, _vector_uart_tx, LEVEL_UART, 0);
     route(IRQ_CORE_TIMER, _vector_tick, LEVEL_TICK, 0);

@@ -12,6 +12,7 @@ enum {
     IRQ_CORE_TIMER = 0,
     IRQ_OC1 = 7,
     IRQ_T4 = 19,
+    IRQ_T8 = 36,
     IRQ_CHANGE_A = 118, /* .. IRQ_CHANGE_A + 6: ports A to G */
     IRQ_U3_RX = 158,
     IRQ_U3_TX = 159,

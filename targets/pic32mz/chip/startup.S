@@ -212,6 +212,7 @@ _general_exception:
     VECTOR_TOP _vector_step, on_step_timer
     VECTOR_TOP _vector_pulse_end, on_pulse_end
     VECTOR_TOP_MULTIPLIES _vector_edge, on_edge
+    VECTOR_TOP_MULTIPLIES _vector_switch_timer, on_switch_timer
     VECTOR_LOW _vector_uart_rx, on_uart_rx
     VECTOR_LOW _vector_uart_tx, on_uart_tx
     VECTOR_LOW _vector_tick, on_tick

@@ -3,6 +3,7 @@
 #include "hal/pic32mz_hal.h"
 
 #include "hal/hal.h"
+#include "io/switch_timer.h"
 
 uint32_t hal_time_us(const struct hal *hal) {
     (void)hal;
@@ -29,6 +30,11 @@ void hal_probe_watch(struct hal *hal, bool high) {
     bool pin_high = high != hal->inputs.wire[INPUT_PROBE].active_high;
     if (hal->step.probe_mask != 0)
         hal->step.probe_level = pin_high ? hal->step.probe_mask : 0;
+}
+
+void hal_switch_timer_start(struct hal *hal, uint32_t us) {
+    (void)hal;
+    switch_timer_start(us);
 }
 
 void hal_inputs_read(const struct hal *hal, struct hal_inputs *inputs) {

@@ -5,6 +5,7 @@
 #include "chip/interrupts.h"
 #include "chip/system.h"
 #include "io/pin.h"
+#include "io/switch_timer.h"
 #include "machine/machine.h"
 
 #define OFF_COUNTS (CLOCK_COUNT_HZ / 200u) /* 5 ms */
@@ -49,16 +50,21 @@ static void sample_misc(struct inputs *inputs) {
         inputs->misc = raw;
 }
 
-/* Interrupts of this level are held off. */
-static void take_sample(struct inputs *inputs) {
+/* Interrupts of this level are held off. @return inputs that have changed, by their pins or for good */
+static uint32_t take_levels(struct inputs *inputs) {
     uint32_t raw = read_pins(inputs), now = system_count(), before = inputs->stable;
+    uint32_t changed = raw ^ inputs->raw;
     if (raw != inputs->raw)
         inputs->since_count = now;
     inputs->raw = raw;
     inputs->stable |= raw;
     if (now - inputs->since_count >= OFF_COUNTS)
         inputs->stable = raw;
-    if (((inputs->stable ^ before) & STOPPING) != 0 && inputs->machine != NULL)
+    return changed | (inputs->stable ^ before);
+}
+
+static void take_sample(struct inputs *inputs) {
+    if ((take_levels(inputs) & STOPPING) != 0 && inputs->machine != NULL)
         machine_edge_isr(inputs->machine);
 }
 
@@ -68,6 +74,12 @@ void on_edge(void) {
         interrupt_clear(IRQ_CHANGE_A + port);
     }
     take_sample(attached);
+}
+
+void on_switch_timer(void) {
+    switch_timer_stop();
+    (void)take_levels(attached);
+    machine_switch_timer_isr(attached->machine);
 }
 
 void inputs_init(struct inputs *inputs, const struct input_wire wire[INPUT_COUNT]) {
@@ -97,6 +109,7 @@ void inputs_set_levels(struct inputs *inputs, bool limit_invert, bool probe_inve
 void inputs_attach(struct inputs *inputs, struct machine *machine) {
     attached = inputs;
     inputs->machine = machine;
+    switch_timer_init();
     for (unsigned input = 0; input < INPUT_MISC; input++) {
         uint8_t pin = inputs->wire[input].pin;
         if (pin == PIC_PIN_NONE || (STOPPING >> input & 1) == 0)
@@ -127,13 +140,21 @@ static bool probe_is_on(const struct inputs *inputs) {
     return (on & inputs->wired & PROBE) != 0;
 }
 
-void inputs_read(const struct inputs *inputs, struct hal_inputs *out) {
-    uint32_t on = __atomic_load_n(&inputs->stable, __ATOMIC_RELAXED);
-    uint32_t high = on ^ ((SWITCHES | PROBE) & ~inputs->inverted);
-    *out = (struct hal_inputs){
+/* Levels as $5 has them; no board of this target has a second motor on an axis. */
+static struct hal_switches levels_of(const struct inputs *inputs, uint32_t on) {
+    uint32_t high = on ^ (SWITCHES & ~inputs->inverted);
+    return (struct hal_switches){
         .limit_min = (axis_mask_t)(high >> INPUT_LIMIT_MIN & AXES),
         .limit_max = (axis_mask_t)(high >> INPUT_LIMIT_MAX & AXES),
         .home = (axis_mask_t)(high >> INPUT_HOME & AXES),
+    };
+}
+
+void inputs_read(const struct inputs *inputs, struct hal_inputs *out) {
+    uint32_t on = __atomic_load_n(&inputs->stable, __ATOMIC_RELAXED);
+    *out = (struct hal_inputs){
+        .switches = levels_of(inputs, on),
+        .pins = levels_of(inputs, inputs->raw),
         .probe = probe_is_on(inputs) == ((inputs->inverted & PROBE) != 0),
         .estop = (on >> INPUT_ESTOP & 1) != 0,
         .digital = inputs->misc,

@@ -65,5 +65,6 @@ void inputs_read(const struct inputs *inputs, struct hal_inputs *out);
 
 /** From startup.S. [isr] */
 void on_edge(void);
+void on_switch_timer(void);
 
 #endif

@@ -109,8 +109,8 @@ static bool read_label(const struct flash_store *store, unsigned page, unsigned 
                        struct label *label) {
     if (unit >= FLASH_UNITS)
         return false;
-    *label = (struct label){.key = word_at(store, page, unit, 0) & 0xFFu,
-                            .count = word_at(store, page, unit, 1)};
+    *label =
+        (struct label){.key = word_at(store, page, unit, 0) & 0xFFu, .count = word_at(store, page, unit, 1)};
     return word_at(store, page, unit, 0) == (magic | label->key) && label->count <= VALUE_MAX &&
            word_at(store, page, unit, 2) == label_check(magic, label);
 }

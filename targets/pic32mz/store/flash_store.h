@@ -13,9 +13,10 @@
  * new value.
  *
  * Whatever must be understood is there twice, so that one damaged unit is either made good by its twin, or is
- * part of a value, whose key is known and whose CRC is the core's. A power cut can only leave an unfinished record behind all others; what
- * follows it goes to the other page. So anything else that cannot be read is damage, and is never passed over
- * in favour of an older value. A third page holds a copy of a damaged one (set_aside). */
+ * part of a value, whose key is known and whose CRC is the core's. A power cut can only leave an unfinished
+ * record behind all others; what follows it goes to the other page. So anything else that cannot be read is
+ * damage, and is never passed over in favour of an older value. A third page holds a copy of a damaged one
+ * (set_aside). */
 #ifndef WIFICNC_PIC32MZ_FLASH_STORE_H
 #define WIFICNC_PIC32MZ_FLASH_STORE_H
 

@@ -84,8 +84,7 @@ static void a_damaged_image_of_settings_is_refused(void) {
     struct store_pair back[SETTINGS_COUNT];
     uint8_t image[STORE_IMAGE_MAX];
     size_t size = store_pack(image, pairs, 3);
-    check(store_unpack(image, size, back) == 3 && back[2].value == 200.5F,
-          "packed is not unpacked");
+    check(store_unpack(image, size, back) == 3 && back[2].value == 200.5F, "packed is not unpacked");
     for (size_t bit = 0; bit < 8 * size; bit++) {
         image[bit / 8] ^= (uint8_t)(1u << bit % 8);
         check(store_unpack(image, size, back) == 0, "a damaged image is taken");

@@ -3,4 +3,4 @@
  * the real one by tools/xtensa with IDF_PATH set. */
 #pragma once
 
-enum { ETS_TG0_T0_LEVEL_INTR_SOURCE = 14 };
+enum { ETS_TG0_T0_LEVEL_INTR_SOURCE = 14, ETS_TG0_T1_LEVEL_INTR_SOURCE = 15 };
