@@ -93,7 +93,7 @@ enum alarm {
     ALARM_ESTOP = 50,
     ALARM_SPINDLE = 51, /* it did not come to a steady speed, or stood still, while motion follows it */
     ALARM_THREAD = 52,  /* the axes could not keep up with it */
-    ALARM_STORE = 53,   /* stored data is damaged; locked until $ACK. No line ALARM:53 */
+    ALARM_STORE = 55,   /* stored data is damaged; locked until $ACK. No line ALARM:53 */
 };
 
 /** Where the current line stands; each stage ends before the next begins. */

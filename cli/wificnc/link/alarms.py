@@ -16,7 +16,7 @@ ALARMS: dict[int, str] = {
     50: "emergency stop; release it, then `wificnc unlock --reset` and home again",
     51: "the spindle did not come to a steady speed or stood still; check it and its encoder ($88), reset to go on",
     52: "the axes could not keep up with the spindle; the thread is not finished, reset to go on",
-    53: "stored data is damaged; check $$ $# $N, then send $ACK",
+    55: "stored data is damaged; check $$ $# $N, then send $ACK",
 }
 
 
