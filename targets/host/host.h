@@ -135,7 +135,8 @@ bool host_is_paused(const struct host *host);
 /** The program waits for a tool at M6. @param tool  its number */
 bool host_awaits_tool(const struct host *host, int32_t *tool);
 
-/** The line that is being moved, counted from power-on (struct machine, lines); any older one before the first motion. */
+/** The line that is being moved, counted from power-on (struct machine, lines); any older one before the
+ * first motion. */
 uint32_t host_line_now(const struct host *host);
 
 /** Step counters: exactly the pulses that left the pins, signed, and host_shift_steps(). */

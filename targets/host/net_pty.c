@@ -53,7 +53,8 @@ static bool is_left_over(const struct net_pty *pty) {
     char target[NET_PTY_NAME_SIZE + 1] = "";
     size_t same = strcspn(pty->slave, "0123456789"); /* /dev/pts/ */
     struct stat status;
-    if (readlink(pty->link, target, sizeof target - 1) <= (ssize_t)same || strncmp(target, pty->slave, same) != 0)
+    if (readlink(pty->link, target, sizeof target - 1) <= (ssize_t)same ||
+        strncmp(target, pty->slave, same) != 0)
         return false;
     return target[same + strspn(target + same, "0123456789")] == '\0' && stat(pty->link, &status) != 0;
 }

@@ -31,12 +31,12 @@ struct sim {
     size_t writer_count;
 
     struct sim_text text;
-    bool expanded;       /* one line of the file may come several times */
-    uint32_t lines_max;  /* of a program */
-    size_t sent;         /* bytes of text.bytes the controller took */
-    uint64_t sent_lines; /* whole lines among them, and the one under way */
-    bool at_line_start;  /* the next byte begins a line */
-    uint64_t answered;   /* lines answered */
+    bool expanded;         /* one line of the file may come several times */
+    uint32_t lines_max;    /* of a program */
+    size_t sent;           /* bytes of text.bytes the controller took */
+    uint64_t sent_lines;   /* whole lines among them, and the one under way */
+    bool at_line_start;    /* the next byte begins a line */
+    uint64_t answered;     /* lines answered */
     uint32_t lines_before; /* that the controller had taken when the job began */
     bool keep_going, stopped, told_end, finished, closed;
     unsigned idle_rounds;

@@ -51,9 +51,8 @@ const char *sim_at(struct sim *sim, double t_s, const char *line);
 size_t sim_event_count(const struct sim *sim);
 struct script_event sim_event_at(const struct sim *sim, size_t index);
 
-/** Work for about max_events step events. A pause of the program (M0) and a tool change (M6) end immediately, as
- * by an operator.
- *  A controller that rests although it owes an answer ends the job with SIM_NO_ANSWER.
+/** Work for about max_events step events. A pause of the program (M0) and a tool change (M6) end immediately,
+ * as by an operator. A controller that rests although it owes an answer ends the job with SIM_NO_ANSWER.
  *  @return 1 while there is more, 0 when done. */
 int sim_run(struct sim *sim, uint64_t max_events);
 
@@ -61,7 +60,8 @@ int sim_run(struct sim *sim, uint64_t max_events);
  * that it executes. */
 void sim_progress(const struct sim *sim, uint64_t *lines_done, uint64_t *lines_total);
 
-/** The line of the file (1-based) whose motion is being made; 0 before the first one. After the end, the last line. */
+/** The line of the file (1-based) whose motion is being made; 0 before the first one. After the end, the last
+ * line. */
 uint32_t sim_line_now(const struct sim *sim);
 
 /** What went wrong with a line. */
@@ -83,7 +83,8 @@ struct sim_error {
 size_t sim_error_count(const struct sim *sim);
 struct sim_error sim_error_at(const struct sim *sim, size_t index);
 
-/** Tool changes (M6) so far, in the order of their times; a line that runs several times comes several times. */
+/** Tool changes (M6) so far, in the order of their times; a line that runs several times comes several times.
+ */
 struct sim_tool_change {
     double t_s;    /* since sim_load() */
     uint32_t line; /* 1-based in the file */

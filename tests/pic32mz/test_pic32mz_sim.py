@@ -34,6 +34,14 @@ def test_a_job_makes_the_hosts_steps(build: Pic32Build, job: Path, capsys: pytes
     assert "the same steps" in said and "stands at   0, 0, 0, 0 steps" in said and "0 refused" in said
 
 
+def test_what_cam_programs_write_around_a_job(build: Pic32Build, job: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Marks, the program's number, a tool change, and a comment whose bytes would open the safety door."""
+    job.write_text("%\nO1000 (STRA\u00c4E! ~)\nT1 M6\nG21G90\nG1X2F1500 ; wow!\nM30\n%\n", encoding="utf-8")
+    assert sim(job, "--on-chip") == Exit.OK
+    said = capsys.readouterr().out
+    assert "the same steps" in said and "0 refused" in said
+
+
 def test_a_faster_wire_and_a_faster_cpu_make_the_same_steps(board: Board, job: Path) -> None:
     """Nothing in this job waits for either: the same steps, in the same time."""
     job.write_text("G21G90\nG1X2F1500\nG2X4Y2I0J2\nG1X0Y0\n")

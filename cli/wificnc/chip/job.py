@@ -15,6 +15,7 @@ from wificnc.chip.machine import board_image, wired_chip
 from wificnc.chip.pins import SUFFIXES, PinTrace, drive_pins, pin_labels
 from wificnc.chip.virtual import CPU_HZ, VirtualChip
 from wificnc.errors import JobError, UserError
+from wificnc.job.program import CODE_CHARACTERS, MARK, code_of
 from wificnc.output import Output, check_suffix
 from wificnc.sim.job import read_job, split_lines
 from wificnc.sim.run import SimOptions, simulate
@@ -62,7 +63,7 @@ def run_on_chip(
         JobError: the file cannot be read, or a line is never answered.
         ChipFault: the image does what no chip may.
     """
-    lines = [line.decode("latin-1") for line in split_lines(read_job(options.file))]
+    lines = [_wire(line) for line in split_lines(read_job(options.file))]
     pace = pace or Pace()
     with wired_chip(board, board_image(board)) as chip:
         chip.cpu_speed(pace.cpu)
@@ -104,6 +105,15 @@ def _tracing(chip: VirtualChip, board: Board, path: Path | None) -> Iterator[Loo
         output.publish()
     finally:
         output.discard()
+
+
+def _wire(line: bytes) -> str:
+    """A line of the file for the wire, as the host's simulation has it (targets/host/sim_text.c): no comment, no mark,
+    and what would act as a real-time command is what no controller takes."""
+    code = code_of(line)
+    if MARK.fullmatch(code):
+        return ""
+    return "".join(chr(byte) if byte in CODE_CHARACTERS else '"' for byte in code)
 
 
 def _stream(chip: VirtualChip, lines: list[str], look: Look, progress: Progress | None = None) -> list[str]:

@@ -159,7 +159,7 @@ def _pty_failure(options: ServeOptions, error: int) -> ServeError:
     if error == errno.EEXIST:
         return ServeError(
             f"--pty {options.pty}: something of this name is there already, and it is not replaced",
-            hint="choose a name that is not there yet, like --pty /tmp/ttyWiFiCNC",
+            hint="choose a name that is not there yet, like --pty ttyWiFiCNC",
         )
     return ServeError(
         f"--pty {options.pty}: {os.strerror(error)}", hint="is the directory there, and may you write to it?"
