@@ -168,14 +168,18 @@ static void check_state(struct monitor *monitor, bool stepped) {
     if (stepped && (dead || monitor->critical || monitor->estop))
         found(monitor, "a step%s", monitor->estop ? " with the e-stop pressed" : " where nothing may move");
     bool off = machine->critical || machine->state == MACHINE_SLEEP;
-    if (off && !machine->restart && !is_off(&monitor->host->hal.virtual_machine.outputs))
+    if (off && !machine->restart && !is_off(&monitor->host->hal.outputs_set))
         found(monitor, "spindle or coolant is on");
 }
 
 static void check_beam(struct monitor *monitor) {
     const struct machine *machine = &monitor->host->machine;
     const unsigned dark = SEGMENT_RAPID | SEGMENT_JOG | SEGMENT_DWELL | SEGMENT_PROBE;
-    if (!machine->settings.laser_mode || monitor->host->hal.virtual_machine.outputs.spindle_duty == 0)
+    const struct virtual_outputs *set = &monitor->host->hal.outputs_set;
+    if (!machine->settings.laser_mode || set->spindle_duty == 0)
+        return;
+    float aim_rpm = machine->settings.spindle_max_rpm * (float)machine->settings.aim_power_pct * 0.01f;
+    if (machine->state == MACHINE_IDLE && set->spindle_rpm <= aim_rpm)
         return;
     if (machine->state != MACHINE_RUN)
         found(monitor, "the beam is on");
