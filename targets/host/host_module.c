@@ -7,7 +7,7 @@
 #include <stdio.h>
 #include <string.h>
 
-enum { KEY_CHANNELS = 64, CHANNELS_VERSION = 1 }; /* the machine's keys are small numbers */
+enum { KEY_CHANNELS = HOST_STORE_KEYS - 1, CHANNELS_VERSION = 1 }; /* the machine's keys are small numbers */
 
 /* ---- virtual pins ---- */
 

@@ -11,7 +11,7 @@
 enum { FILE_MAX = 4096, HEAD = 4, PATH_MAX_LENGTH = 4096 }; /* head: key, ~key, count (2 bytes) */
 
 /* The last value lists the keys of the others, bit = key, and its complement. */
-enum { KEYS_KEY = 0xFF, KEYS_SIZE = 4, KEYS_MAX = 16, ALL_KEYS = 0xFFFF };
+enum { KEYS_KEY = 0xFF, KEYS_SIZE = 4, ALL_KEYS = 0xFFFF };
 
 static bool extend(char name[PATH_MAX_LENGTH], const char *path, const char *ending) {
     int length = snprintf(name, PATH_MAX_LENGTH, "%s%s", path, ending);
@@ -98,7 +98,7 @@ static bool save(const void *ctx, uint8_t key, const void *bytes, size_t count) 
     uint8_t old[FILE_MAX], fresh[FILE_MAX];
     size_t held = read_file(ctx, old), used = 0;
     unsigned keys = keys_of(old, held);
-    if (key >= KEYS_MAX || count > UINT16_MAX || count > FILE_MAX - 2 * HEAD - KEYS_SIZE)
+    if (key >= HOST_STORE_KEYS || count > UINT16_MAX || count > FILE_MAX - 2 * HEAD - KEYS_SIZE)
         return false;
     for (size_t at = 0; is_sound(old, at, held); at += HEAD + value_count(old + at)) {
         size_t whole = HEAD + value_count(old + at);

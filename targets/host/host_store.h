@@ -7,6 +7,9 @@
 
 #include "hal/hal.h"
 
+/** Keys are 0 .. 15. */
+enum { HOST_STORE_KEYS = 16 };
+
 /** ctx is the file's path, a NUL-terminated string. A file that is not there is empty; one that cannot be
  * written makes save() return false. */
 extern const struct hal_store host_store;
