@@ -87,6 +87,8 @@ def test_it_goes_out_by_itself(grbl: Grbl) -> None:
     assert (said, grbl.outputs().duty > 0) == ("", True)
     assert grbl.after(0.3) == "[MSG:Aiming beam off: $90]\r\n"
     assert grbl.outputs().duty == 0
+    grbl.after(0.1, "G1F500\nG1S10\n")  # nothing new of M3 or S
+    assert grbl.outputs().duty == 0
     grbl.after(0.1, "S12\n")  # asked for again
     assert grbl.outputs().rpm == 12
 

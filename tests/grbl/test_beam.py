@@ -250,9 +250,10 @@ def test_a_spindle_that_turns_becomes_no_beam(mode: str) -> None:
     assert grbl.outputs().duty == 65535
     assert grbl.send("$32=1\n") == SWITCHED
     assert (grbl.outputs().duty, grbl.outputs().direction) == (0, 0)
-    grbl.fine("M3S1000")
+    grbl.fine("M3S1000M8")
     grbl.record_outputs()
     assert grbl.send("$32=0\n") == SWITCHED
+    assert grbl.outputs().coolant == 2, "coolant is no part of it"
     assert grbl.output_changes()["duty"].max() == 0, "not for a moment"
     grbl.fine("$32=1", "X-5", "$32=0")  # nothing turns, so nothing is said
     assert grbl.outputs().direction == 0
