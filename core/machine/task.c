@@ -263,6 +263,7 @@ static enum task_stage end_flow(struct machine *machine) {
         reset_overrides(machine);
         task_set_outputs(machine, machine->command.next.spindle, machine->command.next.coolant);
         report_message(machine, "Pgm End");
+        machine->coolant_told = 0;
         report_changed_offset(machine);
         return TASK_NONE;
     }

@@ -20,7 +20,7 @@ enum status wiring_check(const struct machine *machine, uint16_t number, double 
 /** Power-on: settings stored by firmware for another board go back to off, with a message. */
 void wiring_fit(struct machine *machine);
 
-/** M7 or M8 of the present line are taken without their output ($91): say so, once until a reset. */
+/** M7 or M8 of the present line are taken without their output ($91): say so, once in a job. */
 void wiring_report_coolant(struct machine *machine);
 
 #endif

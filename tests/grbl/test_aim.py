@@ -49,6 +49,15 @@ def test_a_spindle_does_not_aim() -> None:
     grbl.close()
 
 
+@pytest.mark.parametrize("line", ["M5", "M4S10", "M4"])
+def test_another_spindle_word_ends_it(grbl: Grbl, line: str) -> None:
+    """And nothing is left that waits for $90."""
+    grbl.after(0.1, "G1F1000\nM3S10\n")
+    assert grbl.outputs().duty > 0
+    grbl.after(0.1, line + "\n")
+    assert grbl.outputs().duty == 0 and grbl.sleeps()
+
+
 def test_off_by_default() -> None:
     grbl = Grbl()
     grbl.send("")
@@ -77,6 +86,8 @@ def test_it_goes_out_by_itself(grbl: Grbl) -> None:
     said = grbl.after(9.8)
     assert (said, grbl.outputs().duty > 0) == ("", True)
     assert grbl.after(0.3) == "[MSG:Aiming beam off: $90]\r\n"
+    assert grbl.outputs().duty == 0
+    grbl.after(0.1, "G1F500\nG1S10\n")  # nothing new of M3 or S
     assert grbl.outputs().duty == 0
     grbl.after(0.1, "S12\n")  # asked for again
     assert grbl.outputs().rpm == 12

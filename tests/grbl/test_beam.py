@@ -250,7 +250,12 @@ def test_a_spindle_that_turns_becomes_no_beam(mode: str) -> None:
     assert grbl.outputs().duty == 65535
     assert grbl.send("$32=1\n") == SWITCHED
     assert (grbl.outputs().duty, grbl.outputs().direction) == (0, 0)
-    grbl.fine("X-5", "$32=0")  # nothing turns, so nothing is said
+    grbl.fine("M3S1000M8")
+    grbl.record_outputs()
+    assert grbl.send("$32=0\n") == SWITCHED
+    assert grbl.outputs().coolant == 2, "coolant is no part of it"
+    assert grbl.output_changes()["duty"].max() == 0, "not for a moment"
+    grbl.fine("$32=1", "X-5", "$32=0")  # nothing turns, so nothing is said
     assert grbl.outputs().direction == 0
     grbl.close()
 
@@ -287,6 +292,13 @@ def rpm_in_the_middle(grbl: Grbl, line: str) -> float:
     start_s, end_s = record.motion([first])[0]
     changes = grbl.output_changes()
     return float(changes["rpm"][int(changes["t"].searchsorted((start_s + end_s) / 2 * HZ)) - 1])
+
+
+@pytest.mark.parametrize("mode", MODES)
+def test_the_spindle_override_is_one_of_power(grbl: Grbl, mode: str) -> None:
+    grbl.fine(f"{mode}S800F1200")
+    grbl.after(0.1, "\x9b" * 5)
+    assert rpm_in_the_middle(grbl, "G1X-20") == pytest.approx(400, rel=0.01)
 
 
 @pytest.mark.parametrize("override", ["", "\x92" * 5, "\x91" * 5])

@@ -145,6 +145,17 @@ def test_cam_files_run_without_coolant_when_asked_to(board: Board, grbl: Grbl) -
     assert ("M8" in modes, "M7" in modes) == (bool(on & 2), bool(on & 1))
 
 
+@pytest.mark.parametrize("end", ["\x18", "M2\n", "M30\n"])
+def test_the_next_job_is_told_again(end: str) -> None:
+    grbl = Grbl(lacks=8)
+    grbl.send("")
+    grbl.fine("$91=1")
+    assert FLOOD in grbl.send("M8\n") and FLOOD not in grbl.send("M8\n")
+    grbl.send(end)
+    assert FLOOD in grbl.send("M8\n")
+    grbl.close()
+
+
 @pytest.mark.parametrize(("byte", "bit", "lacks"), [("\xa0", 2, 8), ("\xa1", 1, 16)])
 def test_real_time_coolant(byte: str, bit: int, lacks: int) -> None:
     """0xA0 and 0xA1 switch what is there, and say so where it is not."""

@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 import pytest
 from test_motion import segment
-from wificnc.wmc3.layout import Estop, Hold, IoControl, Jog, JogStop, Refusal, SegmentFlag, Type
+from wificnc.wmc3.layout import Estop, Hold, IoControl, Jog, JogStop, Refusal, Reset, SegmentFlag, Type
 from wire_device import Device
 
 Make = Callable[..., Device]
@@ -109,3 +109,19 @@ def test_a_spindle_that_the_board_cannot_turn_is_refused(
     if refused:
         assert reply.payload.reason == Refusal.MALFORMED  # type: ignore[union-attr]
     assert device.outputs().direction == (0 if refused else {1: 1, 2: -1}[spindle])
+
+
+def test_a_host_that_interrupts_a_cut_burns_nothing(make_device: Make) -> None:
+    """The job's M3 is not the host's: its moves are dark until it lets go, and `~` lights the rest of the cut."""
+    device = make_device(settings={32: 1, 30: 1000})
+    device.text("G21 G90 M3 S1000\nG1 X20 F3000\n")
+    device.run(0.3)
+    assert device.duty() == 65535
+    device.motion(*[segment(SLOW)] * 8)
+    device.run(0.15)
+    assert duties(device, 0.3) == {0}
+    device.send(Reset())
+    device.run(0.5)
+    assert device.state == "Hold:0" and device.duty() == 0
+    device.text("~")
+    assert 65535 in duties(device, 1.0)
