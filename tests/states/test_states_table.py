@@ -30,7 +30,7 @@ def missing_states(table: Table, header: str) -> set[str]:
 
 def missing_bytes(table: Table) -> set[int]:
     """Bytes that are in no input, or in two."""
-    counts = {byte: 0 for byte in BYTES}
+    counts = dict.fromkeys(BYTES, 0)
     for entry in table.input:
         for byte in entry.all_bytes():
             counts[byte] = counts.get(byte, 0) + 1
@@ -116,6 +116,6 @@ def test_a_new_command_is_found() -> None:
     [('state = "parked"', "unknown state parked"), ('state = "idle"\ninput = "kick"', "unknown input kick")],
 )
 def test_a_wrong_name_is_found(wrong: str, message: str) -> None:
-    rule = f'{TEXT}\n[[rule]]\n{wrong}\n' + ("" if "input" in wrong else 'input = "*"\n') + 'source = "grbl"\n'
+    rule = f"{TEXT}\n[[rule]]\n{wrong}\n" + ("" if "input" in wrong else 'input = "*"\n') + 'source = "grbl"\n'
     with pytest.raises(ValueError, match=message):
         parse_states(rule).cell("idle", "move")

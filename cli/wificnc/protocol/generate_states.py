@@ -23,11 +23,11 @@ every pair of inputs from every state. The G-code and `$` lines themselves are i
 [grbl-compatibility.md](grbl-compatibility.md).
 
 A line *waits* when it is not read before the state changes: it then finds the new state. *Later*: the line is answered
-when it is done. *Kept*: what was planned continues with `~`. *Forgotten*: it is gone, and the position is where the axes
-stand. An input that is not listed for a state does nothing there. *Ours*: different from Grbl 1.1h on purpose.
+when it is done. *Kept*: what was planned continues with `~`. *Forgotten*: it is gone, and the position is where the
+axes stand. An input that is not listed for a state does nothing there. *Ours*: different from Grbl 1.1h on purpose.
 
-Each state that can hold something keeps it across the others: a dwell that is held and then behind a door is a dwell again
-at `~`.
+Each state that can hold something keeps it across the others: a dwell that is held and then behind a door is a dwell
+again at `~`.
 
 | state | report | |
 |---|---|---|

@@ -15,7 +15,7 @@ from wificnc.generated import ROOT
 if sys.version_info >= (3, 11):
     import tomllib
 else:
-    import tomli as tomllib
+    import tomli as tomllib  # type: ignore[import-not-found, unused-ignore]
 
 PATH = ROOT / "protocol" / "states.toml"
 BYTES = (0x18, ord("?"), ord("!"), ord("~"), *range(0x80, 0x100))  # taken out of the stream wherever they come
