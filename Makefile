@@ -58,7 +58,7 @@ test: $(VENV)/.ready-dev
 # A part of it is in `make test`.
 test-chip: $(VENV)/.ready-dev
 	@$(WIFICNC) build host
-	WIFICNC_ON_CHIP=all $(PY) -m pytest tests/grbl tests/senders tests/pic32mz/test_pic32mz_zig.py -k "chip or zig" $(PYTEST)
+	WIFICNC_ON_CHIP=all $(PY) -m pytest tests/grbl tests/states tests/senders tests/pic32mz/test_pic32mz_zig.py -k "chip or zig" $(PYTEST)
 
 lint: $(VENV)/.ready-dev
 	@cd tools && $(abspath $(PY)) -m lint $(ONLY)
@@ -110,6 +110,7 @@ generate: $(VENV)/.ready-dev
 	$(PY) -m wificnc.protocol.generate_wire
 	$(PY) -m wificnc.board.generate
 	$(PY) -m wificnc.protocol.generate_codes
+	$(PY) -m wificnc.protocol.generate_states
 	$(PY) -m wificnc.protocol.generate_nvs
 	$(PY) -m wificnc.link.generate_words
 	$(PY) -m wificnc.web.generate

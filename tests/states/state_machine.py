@@ -1,0 +1,147 @@
+"""A real controller beside the model: the same inputs, and what can be seen compared after each."""
+
+from __future__ import annotations
+
+import ctypes
+import re
+from collections.abc import Sequence
+
+from grbl_host import LIB, Grbl
+from state_model import Model
+from wificnc.protocol.states import Table
+
+SETTLED_S = 7.0  # quiet after an alarm 0.5 s, a door's restoring 5 s
+PULSE_S = 0.02
+PER_AXIS = tuple(f"${base + axis}={value}" for base, value in ((100, 10), (120, 500), (130, 9000)) for axis in range(3))
+LINES = (*PER_AXIS, "$22=1", "$21=1", "$24=600", "$25=600")
+
+LIB.host_state.argtypes = (ctypes.c_void_p,)
+LIB.host_state.restype = ctypes.c_char_p
+
+# How each state is reached from an idle machine with spindle and coolant on, with what may be under way in it.
+SITUATIONS: dict[str, list[str]] = {
+    "idle": [],
+    "idle, outputs off": ["spindle_off"],
+    "run": ["move"],
+    "run, dwell": ["dwell"],
+    "run, probe": ["probe"],
+    "run, line open": ["move", "spindle_off"],
+    "hold, nothing": ["hold_byte"],
+    "hold, move": ["move", "hold_byte"],
+    "hold, dwell": ["dwell", "hold_byte"],
+    "hold, probe": ["probe", "hold_byte"],
+    "hold, M0": ["pause"],
+    "hold, M6": ["tool_change"],
+    "lost, nothing": ["sender_lost"],
+    "lost, move": ["move", "sender_lost"],
+    "lost, M0": ["pause", "sender_lost"],
+    "door_open, nothing": ["door_opens"],
+    "door_open, move": ["move", "door_opens"],
+    "door_open, M0": ["pause", "door_opens"],
+    "door_closed, nothing": ["door_byte"],
+    "door_closed, move": ["move", "door_byte"],
+    "door_closed, dwell": ["dwell", "door_byte"],
+    "door_closed, probe": ["probe", "door_byte"],
+    "jog": ["jog_line"],
+    "jog, outputs off": ["spindle_off", "jog_line"],
+    "check": ["check_line"],
+    "home": ["home_line"],
+    "alarm": ["sleep_line", "reset_byte"],
+    "alarm, door open": ["sleep_line", "door_opens", "reset_byte"],
+    "critical": ["limit"],
+    "estop": ["estop_pressed"],
+    "sleep": ["sleep_line"],
+}
+
+
+class Pair:
+    """Controller and model, side by side."""
+
+    settled_s = SETTLED_S
+
+    def __init__(self, table: Table) -> None:
+        self.table = table
+        self.grbl = self.start()
+        self.grbl.fine(*LINES, "M3S500M8")
+        self.model = Model(table, spindle=True, coolant=2)
+        self.path: list[str] = []
+
+    def start(self) -> Grbl:
+        """A controller that has said its banner."""
+        grbl = Grbl()
+        grbl.send("")
+        return grbl
+
+    def shown(self) -> str:
+        """Its state, without asking it."""
+        return str(LIB.host_state(self.grbl._host).decode())
+
+    def outputs(self) -> tuple[bool, int]:
+        """Spindle and coolant, as the pins are."""
+        outputs = self.grbl.outputs()
+        return outputs.direction != 0, outputs.coolant
+
+    def close(self) -> None:
+        self.grbl.close()
+
+    def reach(self, situation: str) -> None:
+        for name in SITUATIONS[situation]:
+            self.step(name)
+
+    def step(self, name: str) -> None:
+        """One input, and everything compared when it has settled. Raises AssertionError."""
+        self.path.append(name)
+        state = self.model.state
+        expected = self.model.apply(name)
+        said = self.drive(name) + self.grbl.after(self.settled_s)
+        where = f"{' > '.join(self.path)} (from {state}): said {said!r}"
+        assert answers(said) == expected.answers, f"{where}, not {expected.answers}"
+        assert in_order(said, expected.says), f"{where}, not {expected.says}"
+        assert len(re.findall("^<", said, re.M)) >= expected.reports, where
+        self.compare(where)
+
+    def drive(self, name: str) -> str:
+        """Make it happen. Returns what was said meanwhile."""
+        entry, grbl = self.table.inputs[name], self.grbl
+        if entry.line is not None:
+            grbl.put(entry.line + "\n")
+        elif entry.bytes:
+            grbl.put(chr(next(entry.all_bytes())))
+        elif entry.event:
+            grbl.lose_sender()
+        elif entry.level is not None:
+            grbl.input(entry.pin, entry.level)
+        else:
+            grbl.input(entry.pin, True)
+            said = grbl.after(PULSE_S)
+            grbl.input(entry.pin, False)
+            return said
+        return ""
+
+    def compare(self, where: str) -> None:
+        """State, motion and outputs, as they can be seen from outside."""
+        grbl, model = self.grbl, self.model
+        shown = self.shown()
+        assert shown == model.report, f"{where}: {shown}, not {model.report}"
+        before = grbl.stands()
+        unasked = grbl.after(0.15)
+        assert unasked == "", f"{where}, and then {unasked!r}"
+        assert (grbl.stands() != before) == model.moves, f"{where}: motion is not {model.activity!r} in {model.state}"
+        if not model.moves:
+            assert grbl.position() == grbl.stands(), where
+        outputs = self.outputs()
+        assert outputs == (model.spindle_turns, model.coolant_flows), f"{where}: spindle and coolant {outputs}"
+
+
+def answers(said: str) -> list[str]:
+    return re.findall(r"^(ok|error:\d+)\r$", said, re.M)
+
+
+def in_order(said: str, texts: Sequence[str]) -> bool:
+    at = 0
+    for text in texts:
+        at = said.find(text, at)
+        if at < 0:
+            return False
+        at += len(text)
+    return True

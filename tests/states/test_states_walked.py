@@ -1,0 +1,49 @@
+"""Every cell of the table of states in a real controller, every pair of inputs from every state, and random triples."""
+
+from __future__ import annotations
+
+import os
+from itertools import product
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from state_machine import SITUATIONS, Pair
+from wificnc.protocol.states import load_states
+
+TABLE = load_states()
+INPUTS = sorted(TABLE.inputs)
+SHARDS = 12  # of the pairs; one runs at any time, all with WIFICNC_STATES=all
+ALL = os.environ.get("WIFICNC_STATES") == "all"
+
+
+@pytest.mark.parametrize("name", INPUTS)
+@pytest.mark.parametrize("situation", SITUATIONS)
+def test_every_cell(situation: str, name: str) -> None:
+    pair = Pair(TABLE)
+    pair.reach(situation)
+    pair.step(name)
+    pair.close()
+
+
+def walk(situation: str, names: tuple[str, ...]) -> None:
+    pair = Pair(TABLE)
+    pair.reach(situation)
+    for name in names:
+        pair.step(name)
+    pair.close()
+
+
+@pytest.mark.parametrize("shard", range(SHARDS) if ALL else [0])
+@pytest.mark.parametrize("situation", SITUATIONS)
+def test_every_pair(situation: str, shard: int) -> None:
+    """Each shard has every first and every second input of a state, in other combinations."""
+    for number, (first, second) in enumerate(product(INPUTS, INPUTS)):
+        if (number // len(INPUTS) + number) % SHARDS == shard:
+            walk(situation, (first, second))
+
+
+@settings(max_examples=2000 if ALL else 60, deadline=None)
+@given(st.sampled_from(sorted(SITUATIONS)), st.lists(st.sampled_from(INPUTS), min_size=3, max_size=5))
+def test_longer_ways(situation: str, names: list[str]) -> None:
+    walk(situation, tuple(names))
