@@ -19,8 +19,9 @@ enum { SAID_SIZE = 160, FOUND_SIZE = 240, AHEAD_MAX = 1 << 12 };
 #define ANSWER_S      0.1
 #define ACCEL_FACTOR  1.2
 #define RATE_FACTOR   1.01
-#define GRAIN_STEPS   4.0 /* of a second difference of rounded positions, of an axis that steps with another \
-                           */
+#define GRAIN_STEPS                                                                                          \
+    4.0 /* of a second difference of rounded positions, of an axis that steps with another                   \
+         */
 
 enum answer { ANSWER_ANY, ANSWER_OK, ANSWER_TOO_LONG };
 

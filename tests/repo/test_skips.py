@@ -32,7 +32,17 @@ def outcome(folder: Path, text: str, value: str) -> tuple[int, str]:
     (folder / "conftest.py").write_text((TESTS / "conftest.py").read_text())
     (folder / "test_one.py").write_text(text)
     environment = {**os.environ, VARIABLE: value, "PYTHONPATH": str(TESTS / "support")}
-    argv = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "-c", os.devnull, str(folder / "test_one.py")]
+    argv = [
+        sys.executable,
+        "-m",
+        "pytest",
+        "-q",
+        "-p",
+        "no:cacheprovider",
+        "-c",
+        os.devnull,
+        str(folder / "test_one.py"),
+    ]
     run = subprocess.run(argv, cwd=folder, env=environment, capture_output=True, text=True)
     return run.returncode, run.stdout
 

@@ -8,8 +8,8 @@ import struct
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from monitor import Monitor, bind
+from numpy.typing import NDArray
 from wificnc.build.host import ensure_host_library
 from wificnc.sim.native import HostBoard
 from wificnc.wmc3.layout import STATUS_PORT, Motion, Segment, Status, Type
