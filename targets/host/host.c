@@ -263,21 +263,19 @@ static bool wants_input(const struct host *host) {
            machine->stage == TASK_NONE;
 }
 
-/* The tasks that are due look. @return the controller looked, and why it may wait, or -1; *any: something was
- * done */
+/* The tasks that are due look. @return the controller was one of them; *any: something was done */
 static bool look(struct host *host, bool *any) {
     struct tasks *tasks = &host->tasks;
     struct machine *machine = &host->machine;
-    uint64_t now = host->hal.step.now_ticks;
-    bool looks = tasks_is_due(tasks, HOST_CONTROLLER, now);
+    const struct hal_step *hal = &host->hal.step; /* its time goes on when the controller waits for motion */
+    bool looks = tasks_is_due(tasks, HOST_CONTROLLER, hal->now_ticks);
     if (looks && machine_poll(machine)) {
         *any = true;
-        now = host->hal.step.now_ticks; /* it may have waited for the motion side */
-        tasks_looked(tasks, HOST_CONTROLLER, true, now);
+        tasks_looked(tasks, HOST_CONTROLLER, true, hal->now_ticks);
     }
-    if (tasks->own_motion && tasks_is_due(tasks, HOST_MOTION, now)) {
+    if (tasks->own_motion && tasks_is_due(tasks, HOST_MOTION, hal->now_ticks)) {
         bool done = machine_poll_motion(machine);
-        tasks_looked(tasks, HOST_MOTION, done, now);
+        tasks_looked(tasks, HOST_MOTION, done, hal->now_ticks);
         *any |= done;
     }
     show_segments(host);
@@ -312,7 +310,7 @@ static bool skip_rest(struct host *host, uint64_t until_ticks, bool waits) {
 static enum host_wait run(struct host *host, uint64_t max_events, uint64_t until_ticks, bool waits) {
     struct machine *machine = &host->machine;
     struct tasks *tasks = &host->tasks;
-    struct hal_step *hal = &host->hal.step;
+    const struct hal_step *hal = &host->hal.step;
     uint64_t budget = max_events;
     while (budget != 0) {
         bool any = host_follow_edges(host);

@@ -19,7 +19,9 @@ enum { SAID_SIZE = 160, FOUND_SIZE = 240, AHEAD_MAX = 1 << 12 };
 #define ANSWER_S      0.1
 #define ACCEL_FACTOR  1.2
 #define RATE_FACTOR   1.01
-#define GRAIN_STEPS   4.0 /* of a second difference of rounded positions, of an axis that steps with another */
+#define GRAIN_STEPS                                                                                          \
+    4.0 /* of a second difference of rounded positions, of an axis that steps with another                   \
+         */
 
 enum answer { ANSWER_ANY, ANSWER_OK, ANSWER_TOO_LONG };
 
@@ -64,7 +66,8 @@ static void found(struct monitor *monitor, const char *format, ...) {
     vsnprintf(text, sizeof text, format, arguments);
     va_end(arguments);
     double t_s = (double)monitor->host->hal.step.now_ticks / monitor->host->hal.timer_hz;
-    snprintf(monitor->found, sizeof monitor->found, "at %.6f s in %s: %s", t_s, host_state(monitor->host), text);
+    snprintf(monitor->found, sizeof monitor->found, "at %.6f s in %s: %s", t_s, host_state(monitor->host),
+             text);
 }
 
 /* ---- limits ---- */
@@ -89,7 +92,8 @@ static void check_axis(struct monitor *monitor, unsigned ax) {
     if (fabs(way) > most_way * RATE_FACTOR + GRAIN_STEPS)
         found(monitor, "axis %u makes %.0f steps in 10 ms, its rate allows %.1f", ax, fabs(way), most_way);
     if (fabs(way - before) > most_change * ACCEL_FACTOR + GRAIN_STEPS)
-        found(monitor, "axis %u changes its speed by %.0f steps per 10 ms in 10 ms, its acceleration allows %.1f", ax,
+        found(monitor,
+              "axis %u changes its speed by %.0f steps per 10 ms in 10 ms, its acceleration allows %.1f", ax,
               fabs(way - before), most_change);
 }
 
@@ -164,7 +168,8 @@ static bool is_off(const struct virtual_outputs *outputs) {
 
 static void check_state(struct monitor *monitor, bool stepped) {
     const struct machine *machine = &monitor->host->machine;
-    bool dead = monitor->state == MACHINE_ALARM || monitor->state == MACHINE_SLEEP || monitor->state == MACHINE_CHECK;
+    bool dead =
+        monitor->state == MACHINE_ALARM || monitor->state == MACHINE_SLEEP || monitor->state == MACHINE_CHECK;
     if (stepped && (dead || monitor->critical || monitor->estop))
         found(monitor, "a step%s", monitor->estop ? " with the e-stop pressed" : " where nothing may move");
     bool off = machine->critical || machine->state == MACHINE_SLEEP;
@@ -190,9 +195,10 @@ static void check_beam(struct monitor *monitor) {
 /* What waits for something with a name: a person, a time, an input. */
 static bool waits_by_name(const struct machine *machine) {
     return machine->critical || machine->state == MACHINE_HOLD || machine->state == MACHINE_DOOR ||
-           machine->state == MACHINE_ALARM || machine->state == MACHINE_SLEEP || machine->stage == TASK_PAUSED ||
-           machine->stage == TASK_TOOL_WAIT || machine->stage == TASK_DWELLING || machine->stage == TASK_DWELL ||
-           machine->stage == TASK_THREAD || machine->timer.on || machine->host.owns;
+           machine->state == MACHINE_ALARM || machine->state == MACHINE_SLEEP ||
+           machine->stage == TASK_PAUSED || machine->stage == TASK_TOOL_WAIT ||
+           machine->stage == TASK_DWELLING || machine->stage == TASK_DWELL || machine->stage == TASK_THREAD ||
+           machine->timer.on || machine->host.owns;
 }
 
 static void check_liveness(struct monitor *monitor) {
@@ -334,7 +340,8 @@ static void release_all(struct monitor *monitor) {
 
 static bool pass_until(struct monitor *monitor, const uint32_t *count, uint32_t want, double seconds) {
     struct host *host = monitor->host;
-    uint64_t slice = host->hal.timer_hz / 1000, end = host_time_ticks(host) + (uint64_t)(seconds * host->hal.timer_hz);
+    uint64_t slice = host->hal.timer_hz / 1000,
+             end = host_time_ticks(host) + (uint64_t)(seconds * host->hal.timer_hz);
     while (*count < want && host_time_ticks(host) < end)
         (void)host_run_until(host, host_time_ticks(host) + slice);
     return *count >= want;

@@ -40,7 +40,7 @@ static void next_random_stall(struct tasks *tasks, uint64_t after_ticks) {
     uint8_t side = (uint8_t)random_below(tasks, HOST_SIDES);
     while ((stalls->sides >> side & 1) == 0)
         side = (uint8_t)((side + 1) % HOST_SIDES);
-    uint64_t longest_us = stalls->longest_ms * 1000u;
+    uint64_t longest_us = stalls->longest_ms * 1000ull;
     while (longest_us > 2000 && random_below(tasks, 2) != 0)
         longest_us /= 2;
     uint64_t gap_us = random_below(tasks, 2000ull * stalls->gap_ms);

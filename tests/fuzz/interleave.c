@@ -3,8 +3,8 @@
  * as judge. Where machine.c puts any bytes, this puts lines that mean something, so that it comes deep into
  * the states of the machine.
  *
- * The first byte chooses task periods, laser mode, hard limits, and whether sides stall. Then two bytes make one thing that happens:
- * what, and how. WIFICNC_FUZZ_SHOW=1 prints them as they happen. */
+ * The first byte chooses task periods, laser mode, hard limits, and whether sides stall. Then two bytes make
+ * one thing that happens: what, and how. WIFICNC_FUZZ_SHOW=1 prints them as they happen. */
 #include "fuzz.h"
 
 #include "host.h"
@@ -19,8 +19,8 @@ enum { HZ = 2000000, LINE_MAX = 96, THINGS_MAX = 400 };
  * jogs; limits, where sides stall, because a stalled task side stops the machine dead. */
 #define CHECKS (MONITOR_COUNTER | MONITOR_ANSWERS | MONITOR_STATE | MONITOR_LIVENESS)
 
-/* 0: $ lines that change something are sent at rest only. In a hold they wait, and at ~ they act in the middle of
- * the job: 1 as soon as that is mended. */
+/* 0: $ lines that change something are sent at rest only. In a hold they wait, and at ~ they act in the
+ * middle of the job: 1 as soon as that is mended. */
 #ifndef DOLLARS_ANYWHERE
 #define DOLLARS_ANYWHERE 0
 #endif
@@ -29,28 +29,117 @@ enum options { OPTION_LASER = 0x10, OPTION_HARD_LIMITS = 0x20, OPTION_NO_STALLS 
 
 /* %d: 0 .. 63 from the second byte. */
 static const char *const lines[] = {
-    "G0X%d",          "G1X%dF1200",  "G1Y-%dF600",     "G1X%dY%dZ-1F2000", "G2X%dY0I5F900",   "G3X0Y%dR50",
-    "G1Z-%dF300",     "G4P0.%d",     "M3S%d",          "M4S1%d",           "M5",              "M8",
-    "M9",             "M0",          "M1",             "M6T%d",            "M2",              "M30",
-    "G91G1X0.%dF400", "G90",         "G28",            "G30",              "G92X%d",          "G92.1",
-    "G10L20P1X%d",    "G54",         "G55",            "G38.2Z-%dF100",    "G38.3Z-%dF200",   "G38.4Z%dF100",
-    "G81X%dZ-2R1F90", "G61",         "G64P0.%d",       "M62P0",            "M63P0",           "M66P0L3Q1",
-    "M66P1L0",        "G20",         "G21",            "F",                "X",               "G1",
-    "",               "(%d)",        "N%dG1X1F50",     "#1=%d",            "G1X#1F500",       "S%d",
-    "G93G1X%dF2",     "G94",         "M48",            "M49",              "M53P0",           "M53P1",
-    "G43.1Z%d",       "G49",         "G53G0X%d",       "G1A%dF300",        "o100 if [1]",     "G5X9I1J1P1Q1F90",
+    "G0X%d",
+    "G1X%dF1200",
+    "G1Y-%dF600",
+    "G1X%dY%dZ-1F2000",
+    "G2X%dY0I5F900",
+    "G3X0Y%dR50",
+    "G1Z-%dF300",
+    "G4P0.%d",
+    "M3S%d",
+    "M4S1%d",
+    "M5",
+    "M8",
+    "M9",
+    "M0",
+    "M1",
+    "M6T%d",
+    "M2",
+    "M30",
+    "G91G1X0.%dF400",
+    "G90",
+    "G28",
+    "G30",
+    "G92X%d",
+    "G92.1",
+    "G10L20P1X%d",
+    "G54",
+    "G55",
+    "G38.2Z-%dF100",
+    "G38.3Z-%dF200",
+    "G38.4Z%dF100",
+    "G81X%dZ-2R1F90",
+    "G61",
+    "G64P0.%d",
+    "M62P0",
+    "M63P0",
+    "M66P0L3Q1",
+    "M66P1L0",
+    "G20",
+    "G21",
+    "F",
+    "X",
+    "G1",
+    "",
+    "(%d)",
+    "N%dG1X1F50",
+    "#1=%d",
+    "G1X#1F500",
+    "S%d",
+    "G93G1X%dF2",
+    "G94",
+    "M48",
+    "M49",
+    "M53P0",
+    "M53P1",
+    "G43.1Z%d",
+    "G49",
+    "G53G0X%d",
+    "G1A%dF300",
+    "o100 if [1]",
+    "G5X9I1J1P1Q1F90",
 };
 static const char *const dollars[] = {
-    "$X",     "$H",    "$C",        "$SLP",    "$",           "$$",          "$#",     "$G",    "$I",
-    "$N",     "$HX",   "$HZ",       "$J=X%d",  "$J=G91X%dF900", "$J=G91Y-%dF300", "$J=F1", "$J=G53X0F1500",
-    "$20=1",  "$20=0", "$21=1",     "$21=0",   "$22=1",       "$22=0",       "$32=1",  "$32=0", "$120=2%d",
-    "$110=3%d0", "$100=4%d", "$0=5", "$1=255", "$1=25",       "$10=3",       "$13=0",  "$N0=G21", "$N0=",
-    "$RST=#", "$RST=$", "$I=me",    "$27=%d",  "$130=%d0",    "$5=0",        "$6=0",   "$T",    "$999=1",
+    "$X",
+    "$H",
+    "$C",
+    "$SLP",
+    "$",
+    "$$",
+    "$#",
+    "$G",
+    "$I",
+    "$N",
+    "$HX",
+    "$HZ",
+    "$J=X%d",
+    "$J=G91X%dF900",
+    "$J=G91Y-%dF300",
+    "$J=F1",
+    "$J=G53X0F1500",
+    "$20=1",
+    "$20=0",
+    "$21=1",
+    "$21=0",
+    "$22=1",
+    "$22=0",
+    "$32=1",
+    "$32=0",
+    "$120=2%d",
+    "$110=3%d0",
+    "$100=4%d",
+    "$0=5",
+    "$1=255",
+    "$1=25",
+    "$10=3",
+    "$13=0",
+    "$N0=G21",
+    "$N0=",
+    "$RST=#",
+    "$RST=$",
+    "$I=me",
+    "$27=%d",
+    "$130=%d0",
+    "$5=0",
+    "$6=0",
+    "$T",
+    "$999=1",
 };
 static const uint8_t bytes[] = {'?',  '!',  '~',  0x18, 0x84, 0x85, 0x90, 0x91, 0x92, 0x93,
                                 0x94, 0x95, 0x96, 0x97, 0x99, 0x9A, 0x9B, 0x9E, 0xA0, 0xA1};
-static const int inputs[] = {VIRTUAL_LIMIT_MIN, VIRTUAL_LIMIT_MAX + 1, VIRTUAL_PROBE,   VIRTUAL_DOOR,
-                             VIRTUAL_ESTOP,     VIRTUAL_HOLD,          VIRTUAL_START,   VIRTUAL_RESET,
+static const int inputs[] = {VIRTUAL_LIMIT_MIN, VIRTUAL_LIMIT_MAX + 1, VIRTUAL_PROBE,        VIRTUAL_DOOR,
+                             VIRTUAL_ESTOP,     VIRTUAL_HOLD,          VIRTUAL_START,        VIRTUAL_RESET,
                              VIRTUAL_DIGITAL,   VIRTUAL_DIGITAL + 1,   VIRTUAL_LIMIT_MIN + 2};
 #define COUNT(table) (sizeof(table) / sizeof((table)[0]))
 
@@ -156,7 +245,8 @@ static void stall(struct scene *scene, uint8_t how) {
     uint64_t ms = lengths_ms[how >> 2 & 7], after_us = (how >> 5) * 700u, now = host_time_ticks(scene->host);
     enum host_side side = (enum host_side)(how % 3);
     if (scene->shows)
-        fprintf(stderr, "side %d stalls for %lu ms in %lu us\n", (int)side, (unsigned long)ms, (unsigned long)after_us);
+        fprintf(stderr, "side %d stalls for %lu ms in %lu us\n", (int)side, (unsigned long)ms,
+                (unsigned long)after_us);
     (void)host_stall(scene->host, side, now + after_us * (HZ / 1000000), ms * (HZ / 1000));
 }
 
@@ -197,7 +287,9 @@ static void begin(struct scene *scene, uint8_t options) {
     };
     scene->host = host_create(&board);
     scene->stalls = (options & OPTION_NO_STALLS) == 0;
-    scene->monitor = scene->host != NULL ? monitor_create(scene->host, scene->stalls ? CHECKS : CHECKS | MONITOR_LIMITS) : NULL;
+    scene->monitor = scene->host != NULL
+                         ? monitor_create(scene->host, scene->stalls ? CHECKS : CHECKS | MONITOR_LIMITS)
+                         : NULL;
     if (scene->monitor == NULL)
         abort();
     scene->shows = getenv("WIFICNC_FUZZ_SHOW") != NULL;

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
- * Random inputs of one harness from seeds, with any compiler: seeds FIRST SECONDS FOLDER. Each runs in a process
- * of its own; what ends badly is written to FOLDER/seed-N, for replay, and the next seed follows. */
+ * Random inputs of one harness from seeds, with any compiler: seeds FIRST SECONDS FOLDER. Each runs in a
+ * process of its own; what ends badly is written to FOLDER/seed-N, for replay, and the next seed follows. */
 #include "fuzz.h"
 
 #include <sys/wait.h>

@@ -32,7 +32,8 @@ def main() -> int:
     running = [
         subprocess.Popen([program, str(asked.seed + n * APART), str(asked.seconds), folder]) for n in range(asked.jobs)
     ]
-    return 1 if any([process.wait() for process in running]) else 0
+    codes = [process.wait() for process in running]
+    return 1 if any(codes) else 0
 
 
 if __name__ == "__main__":

@@ -14,6 +14,7 @@ from collections import deque
 from collections.abc import Callable
 from types import TracebackType
 
+from monitor import Monitor, bind
 from wificnc.build.host import ensure_host_library
 from wificnc.sim.native import HostBoard
 
@@ -25,6 +26,7 @@ FAST = "$110=20000\n$111=20000\n$112=20000\n$120=2000\n$121=2000\n$122=2000\n"
 
 def _library() -> ctypes.CDLL:
     lib = ctypes.CDLL(str(ensure_host_library()))
+    bind(lib)
     lib.host_create.restype = ctypes.c_void_p
     lib.host_create.argtypes = (ctypes.POINTER(HostBoard),)
     lib.host_destroy.argtypes = (ctypes.c_void_p,)
@@ -47,6 +49,7 @@ class Bridge:
         board = HostBoard(20_000_000, 1000, 500, 500_000, axes)
         self._host = self._lib.host_create(ctypes.byref(board))
         assert self._host
+        self._monitor = Monitor(self._lib, self._host)
         self._said = said or {}  # lines that the bridge answers in the controller's place
         self._server = socket.create_server(("127.0.0.1", 0))
         self._connection: socket.socket | None = None
@@ -80,7 +83,10 @@ class Bridge:
         assert not self._thread.is_alive()
         self._drop()
         self._server.close()
-        self._lib.host_destroy(self._host)
+        try:
+            self._monitor.close()
+        finally:
+            self._lib.host_destroy(self._host)
 
     # ---- the machine ----
 

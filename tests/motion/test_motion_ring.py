@@ -28,3 +28,7 @@ def test_random_segments_make_their_exact_steps_in_their_exact_time() -> None:
 
 def test_the_span_ring_lasts_from_one_tick_of_the_motion_task_to_the_next() -> None:
     assert "0 of" in run("motion_ticks", "release")
+
+
+def test_the_monitor_finds_each_fault_and_nothing_else() -> None:
+    assert "0 failures" in run("monitor_finds", "release")

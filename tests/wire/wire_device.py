@@ -8,6 +8,7 @@ import struct
 from dataclasses import dataclass
 
 import numpy as np
+from monitor import Monitor, bind
 from numpy.typing import NDArray
 from wificnc.build.host import ensure_host_library
 from wificnc.sim.native import HostBoard
@@ -73,6 +74,7 @@ def library() -> ctypes.CDLL:
     ):
         function = getattr(lib, name)
         function.restype, function.argtypes = result, arguments
+    bind(lib)
     return lib
 
 
@@ -113,6 +115,7 @@ class Device:
         board = HostBoard(TIMER_HZ, 1000, 500, 500_000, axes, **inputs_outputs)
         self.host = self.lib.host_open(ctypes.byref(board), store.encode() if store else None)
         assert self.host
+        self.monitor = Monitor(self.lib, self.host)
         self.wire = self.lib.host_wire_create(self.host, password.encode())
         self.sequence = 0
         self.sent: list[Sent] = []
@@ -130,8 +133,11 @@ class Device:
         self._events.append(np.frombuffer(raw, EVENT).copy())
 
     def close(self) -> None:
-        self.lib.host_wire_destroy(self.wire)
-        self.lib.host_destroy(self.host)
+        try:
+            self.monitor.close()
+        finally:
+            self.lib.host_wire_destroy(self.wire)
+            self.lib.host_destroy(self.host)
 
     # ---- time, text, machine ----
 
