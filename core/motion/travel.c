@@ -220,10 +220,13 @@ static struct stretch next_stretch(const struct emit *emit, float *end_y) {
 static bool is_crawling(const struct emit *emit, const struct stretch *stretch, float end_y, float *lively) {
     struct plan *plan = emit->plan;
     const struct piece *piece = tail_piece(emit), *next = path_piece(&plan->path, plan->path.tail + 1);
-    *lively = least_f(lively_y(emit, stretch, piece->tangent_mm), timing_limit_sq(&plan->timing, piece));
-    *lively = least_f(*lively, timing_limit_sq(&plan->timing, next));
+    float limit = least_f(timing_limit_sq(&plan->timing, piece), timing_limit_sq(&plan->timing, next));
+    *lively = limit;
+    if (emit->hold || emit->y >= CRAWL * limit)
+        return false;
+    *lively = least_f(lively_y(emit, stretch, piece->tangent_mm), limit);
     float enough = CRAWL * *lively;
-    return !emit->hold && emit->y < enough && emit->y + end_y < 2.0f * enough;
+    return emit->y < enough && emit->y + end_y < 2.0f * enough;
 }
 
 /* Along the stretch for at most *time_s, which becomes the time it took. @return whether it has ended */

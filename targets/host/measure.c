@@ -75,11 +75,14 @@ struct measure *measure_create(uint32_t timer_hz) {
 }
 
 void measure_expect_accel(struct measure *m, int axis, double accel_steps_s2) {
-    double points =
-        accel_steps_s2 > 0.0 ? ceil(sqrt(2.0 * MEASURE_WINDOW_STEPS / accel_steps_s2) * GRID_HZ) : WINDOW;
-    uint64_t window = points < WINDOW ? WINDOW : points > LONGEST ? LONGEST : (uint64_t)points;
-    m->accel_window[axis] = window;
-    m->settle = 2 * window + 1 > m->settle ? 2 * window + 1 : m->settle;
+    uint64_t window = WINDOW;
+    if (accel_steps_s2 > 0.0) {
+        double points = ceil(sqrt(2.0 * MEASURE_WINDOW_STEPS / accel_steps_s2) * (double)GRID_HZ);
+        window = points < (double)LONGEST ? (uint64_t)points : LONGEST;
+    }
+    m->accel_window[axis] = window > WINDOW ? window : WINDOW;
+    uint64_t settle = 2 * m->accel_window[axis] + 1;
+    m->settle = settle > m->settle ? settle : m->settle;
 }
 
 void measure_destroy(struct measure *m) {
@@ -300,7 +303,7 @@ void measure_result(const struct measure *m, struct measured *out) {
         uint64_t interval = m->min_interval_ticks[axis];
         out->min_interval_ticks[axis] = interval == UINT64_MAX ? 0 : interval > 0 ? interval : 1;
         double window_s = (double)m->accel_window[axis] * point_s;
-        out->max_speed_steps_s[axis] = m->max_speed[axis] / (WINDOW * point_s);
+        out->max_speed_steps_s[axis] = m->max_speed[axis] / ((double)WINDOW * point_s);
         out->max_accel_steps_s2[axis] = m->max_accel[axis] / (window_s * window_s);
         out->accel_window_s[axis] = window_s;
     }

@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 
 FINE_PER_MM = 2000.0
 WINDOWS_S = (0.005, 0.010, 0.020)
-# Of the limit, beyond the grain: 1.2 over 10 ms was asked, this is kept. A segment of up to 4 ms is a chord with one ramp
-# for all axes, and the speeds of a turning path jump where two of them meet: seen over 5 ms, hardly over 20 ms.
+# Of the limit, beyond the grain: 1.2 over 10 ms was asked, this is kept. A segment of up to 4 ms is a chord with one
+# ramp for all axes, and the speeds of a turning path jump where two of them meet: seen over 5 ms, hardly over 20 ms.
 ALLOWED = (1.15, 1.05, 1.02)
 Floats = NDArray[np.float64]
 
@@ -61,7 +61,7 @@ def derivatives(t_s: Floats, at_steps: NDArray[np.int64], machine: Machine, wind
 
 
 def accelerations(t_s: Floats, at_steps: NDArray[np.int64], machine: Machine) -> list[float]:
-    """Greatest of any axis over windows of 5, 10 and 20 ms, as a multiple of its limit, without the grain of two steps."""
+    """Greatest of any axis over windows of 5, 10 and 20 ms, in its limit, without the grain of two steps."""
     found = []
     for window_s in WINDOWS_S:
         _, accel = derivatives(t_s, at_steps, machine, window_s)

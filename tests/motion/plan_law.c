@@ -16,8 +16,11 @@
 
 #define SLACK 1.0005 /* float32 against double */
 
-static struct host_board board = {
-    .timer_hz = 20000000, .step_pulse_ns = 500, .dir_setup_ns = 500, .max_step_rate_hz = 900000, .axis_count = 3};
+static struct host_board board = {.timer_hz = 20000000,
+                                  .step_pulse_ns = 500,
+                                  .dir_setup_ns = 500,
+                                  .max_step_rate_hz = 900000,
+                                  .axis_count = 3};
 static unsigned checked, wrong, lowered;
 static uint32_t lowered_to; /* pieces below it had their turn */
 static double least_part;
@@ -38,7 +41,8 @@ static bool is_possible(const struct piece *piece, const struct piece *next, con
         for (int end = 0; end < 2; end++) {
             double u0 = (double)piece->unit[ax], du = (double)next->unit[ax] - u0;
             double bound = 4.0 * (double)piece->tangent_mm * (double)(*accel)[ax] * SLACK;
-            double bend = 2.0 * du * ya, gain = q[end][0] * u0 + q[end][1] * du, rounding = 1e-6 * ya * fabs(gain);
+            double bend = 2.0 * du * ya, gain = q[end][0] * u0 + q[end][1] * du,
+                   rounding = 1e-6 * ya * fabs(gain);
             bound += rounding;
             if (gain == 0.0) {
                 greatest = fabs(bend) > bound ? -1.0 : greatest;
@@ -73,7 +77,8 @@ static void check_plan(struct path *path, const struct timing *timing) {
         }
         double blend_y = (double)piece->blend_y, middle_y = (double)piece->middle_y;
         check(is_possible(piece, next, &path->accel, blend_y, middle_y, FIRST), "first half", i);
-        check(is_possible(piece, next, &path->accel, middle_y, (double)next->enter_y, SECOND), "second half", i);
+        check(is_possible(piece, next, &path->accel, middle_y, (double)next->enter_y, SECOND), "second half",
+              i);
     }
 }
 
@@ -138,9 +143,9 @@ int main(int argc, char **argv) {
     int32_t position[AXIS_COUNT];
     host_counters(host, &counters);
     host_position_steps(host, position);
-    printf("{\"checked\": %u, \"wrong\": %u, \"lowered\": %u, \"unmet\": %llu, \"position\": [%d, %d, %d]}\n", checked,
-           wrong, lowered, (unsigned long long)counters.plan_unmet, (int)position[0], (int)position[1],
-           (int)position[2]);
+    printf("{\"checked\": %u, \"wrong\": %u, \"lowered\": %u, \"unmet\": %llu, \"position\": [%d, %d, %d]}\n",
+           checked, wrong, lowered, (unsigned long long)counters.plan_unmet, (int)position[0],
+           (int)position[1], (int)position[2]);
     host_destroy(host);
     return fclose(trace);
 }

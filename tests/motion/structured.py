@@ -174,7 +174,9 @@ FIXED: dict[str, Path] = {
     **_polygons(),
     "36-gon that braked at 2.1 x": _path(polygon(36, 1.2, math.pi / 36, laps=4), 1800, 6),
     "square of integers": _path([(0, 0), (10, 0), (10, 10), (0, 10), (0, 0)], 5000, 0),
-    "integers": _path([(0, 0), (3, 0), (3, 4), (0, 4), (4, 1), (4, 2), (5, 2), (5, 5), (2, 2), (2, 0), (0, 0)], 5000, 0),
+    "integers": _path(
+        [(0, 0), (3, 0), (3, 4), (0, 4), (4, 1), (4, 2), (5, 2), (5, 5), (2, 2), (2, 0), (0, 0)], 5000, 0
+    ),
     "stairs of 1 mm": _path(stairs(60, 1, 1), 5000),
     "stairs of 0.1 mm": _path(stairs(300, 0.1, 0.1), 3000),
     "stairs of 0.01 mm": _path(stairs(600, 0.01, 0.01), 3000),
@@ -187,7 +189,9 @@ FIXED: dict[str, Path] = {
     "zigzag of 170 degrees": _path(zigzag(60, 1.0, math.radians(170)), 5000),
     "zigzag of axis and diagonal": _path(zigzag(60, 1.0, math.pi / 4, math.pi / 8), 5000, 6),
     "spiral": _path(spiral(120, 0.3, 0.02), 5000),
-    "compass of 8": _path(compass([0, 1, 2, 2, 1, 0, 7, 6, 6, 5, 4, 3, 2, 1, 1, 0, 0, 0, 1, 3, 5, 7] * 3, 0.7), 5000, 6),
+    "compass of 8": _path(
+        compass([0, 1, 2, 2, 1, 0, 7, 6, 6, 5, 4, 3, 2, 1, 1, 0, 0, 0, 1, 3, 5, 7] * 3, 0.7), 5000, 6
+    ),
     "compass of 4": _path(compass([0, 1, 0, 3, 0, 0, 1, 1, 2, 1, 0, 0, 3, 3] * 3, 0.4, 4), 5000),
     "chessboard": _path(chessboard([0, 1, 2, 3, 4, 5, 6, 7, 0, 0, 1, 1, 2, 2, 1, 0, 7, 0] * 3, 0.5), 5000),
     "tiny chord at each corner": _path(long_and_tiny(60, 3.0, 0.01, math.pi / 2), 5000),
@@ -225,7 +229,10 @@ def _polygon_points(draw: st.DrawFn) -> list[Point]:
 
 
 def _families() -> st.SearchStrategy[list[Point]]:
-    count, angle = st.integers(4, 80), st.sampled_from([math.radians(a) for a in (1, 5, 15, 30, 45, 60, 90, 120, 135, 170)])
+    count, angle = (
+        st.integers(4, 80),
+        st.sampled_from([math.radians(a) for a in (1, 5, 15, 30, 45, 60, 90, 120, 135, 170)]),
+    )
     return st.one_of(
         _polygon_points(),
         _polygon_points(),

@@ -91,7 +91,9 @@ def status(host: Host) -> str:
     return host._said[before:].decode("latin-1")
 
 
-@pytest.mark.parametrize("case", SWEPT, ids=lambda c: f"P{c.tolerance_mm}, {c.first[0] - c.second[0]:.2f}, F{c.feed_mm_min}")
+@pytest.mark.parametrize(
+    "case", SWEPT, ids=lambda c: f"P{c.tolerance_mm}, {c.first[0] - c.second[0]:.2f}, F{c.feed_mm_min}"
+)
 def test_a_blend_that_ends_at_rest_ends(case: Case) -> None:
     host = case.host()
     host.start(case.program())

@@ -72,7 +72,9 @@ def test_every_speed_of_any_plan_can_be_kept(tmp_path_factory: pytest.TempPathFa
 
 
 @pytest.mark.parametrize("part", [0.05, 0.5, 0.9])
-@pytest.mark.parametrize("name", ["wave", "24-gon, edge first", "spiral", "compass of 8", "power every 0.1 mm of a circle"])
+@pytest.mark.parametrize(
+    "name", ["wave", "24-gon, edge first", "spiral", "compass of 8", "power every 0.1 mm of a circle"]
+)
 def test_a_plan_that_asks_for_too_much_braking_is_not_obeyed(name: str, part: float, tmp_path: File) -> None:
     """The limits are kept, the end is exact, and what could not be followed is counted."""
     path = FIXED[name]

@@ -116,9 +116,7 @@ def beginning(text: str, most: int = 1000) -> str:
 
 @common
 @given(path=structured_paths(), machine=machines, what=interferences, mode=path_modes)
-def test_holds_and_overrides_at_any_time(
-    path: Path, machine: Machine, what: list[tuple[int, str]], mode: str
-) -> None:
+def test_holds_and_overrides_at_any_time(path: Path, machine: Machine, what: list[tuple[int, str]], mode: str) -> None:
     host = machine.host()
     host.start(beginning(program(path, mode)))
     for ms, byte in what:

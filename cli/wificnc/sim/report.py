@@ -72,7 +72,9 @@ def summary_rows(result: SimResult) -> list[tuple[str, str]]:
     if result.underruns:
         rows.append(("step buffer", f"ran empty in motion {result.underruns:,} times (underruns)"))
     if result.plan_unmet:
-        rows.append(("planner", f"could not keep its plan within the limits {result.plan_unmet:,} times: please report"))
+        rows.append(
+            ("planner", f"could not keep its plan within the limits {result.plan_unmet:,} times: please report")
+        )
     rows += [
         (f"at {duration(event.time_s)}", f"{event.action}: {event.state}") for event in result.events if event.done
     ]
@@ -91,8 +93,8 @@ def acceleration_rows(result: SimResult) -> list[tuple[str, str]]:
     groups: dict[str, list[str]] = {}
     for i, axis in enumerate(result.axes):
         if result.steps_per_axis[i]:
-            text = f"{1000 * result.accel_window_s[i]:.0f} ms (±{result.accel_resolution_mm_s2[i]:,.0f} mm/s² of single steps)"
-            groups.setdefault(text, []).append(axis)
+            grain = f"±{result.accel_resolution_mm_s2[i]:,.0f} mm/s² of single steps"
+            groups.setdefault(f"{1000 * result.accel_window_s[i]:.0f} ms ({grain})", []).append(axis)
     phrases = [f"{' '.join(axes)} over {text}" for text, axes in groups.items()]
     return [("acceleration", f"measured: {', '.join(phrases)}")] if phrases else []
 
