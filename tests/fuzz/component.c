@@ -35,6 +35,7 @@ struct bench {
     bool probes;
     uint8_t asked; /* type of the newest request */
     bool was_lost;
+    bool is_trust_asked; /* a question about no stream: whether the position is trusted */
     bool is_open;
     uint32_t stream;           /* that is, or was */
     int32_t begun[PIN_JOINTS]; /* where it began */
@@ -57,8 +58,10 @@ static void take_segments(struct bench *bench, const uint8_t *payload, size_t si
     wire_get_stream_segments(payload, &head);
     CLAIM(head.count <= WIRE_MOTION_SEGMENTS_MOST, "%u segments", head.count);
     CLAIM(size == WIRE_STREAM_SEGMENTS_SIZE + head.count * (size_t)WIRE_SEGMENT_SIZE, "%zu bytes", size);
-    if (head.count == 0 && head.stream % 2 == 0) /* a question about no stream */
+    if (head.count == 0 && head.stream % 2 == 0) {
+        bench->is_trust_asked = true;
         return;
+    }
     CLAIM(bench->is_open && head.stream == bench->stream, "segments of stream %u", (unsigned)head.stream);
     for (uint32_t n = head.first; n < head.first + head.count && n < STREAM_MOST; n++) {
         struct wire_segment segment;
@@ -117,6 +120,16 @@ static void note_stream(struct bench *bench) {
     memcpy(bench->begun, link->peer.status.position_steps, sizeof bench->begun);
 }
 
+static void answer_trust(struct bench *bench) {
+    uint8_t packet[WIRE_PACKET_MOST];
+    struct wire_stream_ack ack = {.refusal = WIRE_REFUSAL_STREAM_CLOSED};
+    bench->is_trust_asked = false;
+    wire_put_stream_ack(packet + WIRE_HEADER_SIZE, &ack);
+    size_t size =
+        wire_close(packet, WIRE_STREAM_ACK, WIRE_STREAM_ACK_SIZE, 1, (uint32_t)(1e6 * bench->now_s));
+    peer_hear_udp(&bench->link.peer, packet, size, bench->now_s);
+}
+
 static void tick(struct bench *bench) {
     for (unsigned n = 0; n < TICK_SAMPLES; n++) {
         struct sample sample = {.servo_s = bench->servo_s += 0.001, .is_probing = bench->probes};
@@ -126,6 +139,8 @@ static void tick(struct bench *bench) {
     bench->now_s += LINK_TICK_S;
     bool lost = link_tick(&bench->link, bench->now_s) != NULL;
     CLAIM(lost || !bench->was_lost, "lost, and found without a connection");
+    if (bench->is_trust_asked)
+        answer_trust(bench);
     bench->was_lost = lost;
     const struct link *link = &bench->link;
     if (!link->is_open || link->sender.stream != bench->stream || bench->segments != link->sender.end)
@@ -178,7 +193,7 @@ static void answer_well(struct bench *bench) {
             wire_put_config_value(payload, &rate);
             answer(bench, message, wire_close(packet, WIRE_CONFIG_VALUE, WIRE_CONFIG_VALUE_SIZE, 1, 0));
         }
-        struct wire_stream_opened opened = {.stream = bench->stream + 2, .capacity = 100};
+        struct wire_stream_opened opened = {.stream = (bench->stream + 2) | 1, .capacity = 100};
         wire_put_stream_opened(payload, &opened);
         answer(bench, message, wire_close(packet, WIRE_STREAM_OPENED, WIRE_STREAM_OPENED_SIZE, 4, 0));
     } else {
