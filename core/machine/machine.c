@@ -47,8 +47,7 @@ void machine_init(struct machine *machine, const struct machine_board *board, st
     machine->feed_pct = machine->rapid_pct = machine->spindle_pct = 100;
     keep_load(machine);
     wiring_fit(machine);
-    machine->state =
-        machine->settings.homing || keep_is_damaged(machine) ? MACHINE_ALARM : MACHINE_IDLE;
+    machine->state = machine->settings.homing || keep_is_damaged(machine) ? MACHINE_ALARM : MACHINE_IDLE;
     inputs_begin(machine);
     outputs_off(machine);
     motors_init(machine);

@@ -405,7 +405,8 @@ bool machine_is_standing(const struct machine *machine);
 bool machine_is_at_rest(const struct machine *machine);
 
 /** What a client that connects must know, each for a [MSG:]: stored data that is damaged, a job that is held
- * because its sender was lost. @param number  0, 1, .. until it returns false: nothing more, and text is empty */
+ * because its sender was lost. @param number  0, 1, .. until it returns false: nothing more, and text is
+ * empty */
 bool machine_notice(const struct machine *machine, unsigned number, char *text, size_t size);
 
 /** State as reports show it, with its sub-state: "Idle", "Hold:1", "Door:0". */

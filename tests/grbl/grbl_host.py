@@ -69,6 +69,22 @@ def _sender(lib: ctypes.CDLL) -> None:
     lib.host_notice.restype = ctypes.c_bool
 
 
+def _virtual(lib: ctypes.CDLL) -> None:
+    host = ctypes.c_void_p
+    lib.virtual_input_number.argtypes = (ctypes.c_char_p,)
+    lib.virtual_set.argtypes = (host, ctypes.c_int, ctypes.c_bool)
+    lib.virtual_at.argtypes = (host, ctypes.c_uint64, ctypes.c_int, ctypes.c_bool)
+    lib.virtual_at.restype = ctypes.c_bool
+    lib.virtual_travel.argtypes = (host, ctypes.c_uint, ctypes.c_int32, ctypes.c_int32)
+    lib.virtual_home.argtypes = (host, ctypes.c_uint, ctypes.c_int32, ctypes.c_int32)
+    lib.virtual_surface.argtypes = (host, ctypes.c_int32)
+    lib.virtual_place.argtypes = (host, Steps)
+    lib.virtual_position.argtypes = (host, Steps)
+    lib.virtual_analog.argtypes = (host, ctypes.c_uint, ctypes.c_float)
+    lib.virtual_skew.argtypes = (host, ctypes.c_uint, ctypes.c_int32)
+    lib.virtual_second_position.argtypes = (host, Steps)
+
+
 def _library() -> ctypes.CDLL:
     lib = ctypes.CDLL(str(ensure_host_library()))
     host, size, text = ctypes.c_void_p, ctypes.c_size_t, ctypes.c_char_p
@@ -92,18 +108,7 @@ def _library() -> ctypes.CDLL:
     lib.host_next_ticks.restype = ctypes.c_uint64
     lib.host_input_follows.argtypes = (host, ctypes.c_int)
     lib.host_position_steps.argtypes = (host, Steps)
-    lib.virtual_input_number.argtypes = (text,)
-    lib.virtual_set.argtypes = (host, ctypes.c_int, ctypes.c_bool)
-    lib.virtual_at.argtypes = (host, ctypes.c_uint64, ctypes.c_int, ctypes.c_bool)
-    lib.virtual_at.restype = ctypes.c_bool
-    lib.virtual_travel.argtypes = (host, ctypes.c_uint, ctypes.c_int32, ctypes.c_int32)
-    lib.virtual_home.argtypes = (host, ctypes.c_uint, ctypes.c_int32, ctypes.c_int32)
-    lib.virtual_surface.argtypes = (host, ctypes.c_int32)
-    lib.virtual_place.argtypes = (host, Steps)
-    lib.virtual_position.argtypes = (host, Steps)
-    lib.virtual_analog.argtypes = (host, ctypes.c_uint, ctypes.c_float)
-    lib.virtual_skew.argtypes = (host, ctypes.c_uint, ctypes.c_int32)
-    lib.virtual_second_position.argtypes = (host, Steps)
+    _virtual(lib)
     lib.host_counters.argtypes = (host, ctypes.POINTER(HostCounters))
     lib.host_counters.restype = None
     lib.host_trace.argtypes = (host,)

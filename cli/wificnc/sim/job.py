@@ -242,9 +242,7 @@ def _result(sim: Simulation, request: JobRequest) -> SimResult:
         max_speed_mm_s=tuple(native.max_speed_mm_s[: len(axes)]),
         max_accel_mm_s2=tuple(native.max_accel_mm_s2[: len(axes)]),
         accel_window_s=tuple(native.accel_window_s[: len(axes)]),
-        accel_resolution_mm_s2=tuple(
-            2 / (native.steps_per_mm[i] * native.accel_window_s[i] ** 2) for i in range(len(axes))
-        ),
+        accel_resolution_mm_s2=tuple(_accel_resolution_mm_s2(native, i) for i in range(len(axes))),
         max_step_rate_hz=native.max_step_rate_hz,
         lookahead_starved=native.counters.lookahead_starved,
         underruns=native.counters.underruns,
@@ -258,6 +256,11 @@ def _result(sim: Simulation, request: JobRequest) -> SimResult:
         survey_arcs=tuple(sim.survey_arcs()),
         events=tuple(_event(event, native, len(axes)) for event in sim.events()),
     )
+
+
+def _accel_resolution_mm_s2(native: NativeResult, axis: int) -> float:
+    """Two steps in the window: what of the measured acceleration may be the grain of single steps."""
+    return 2.0 / float(native.steps_per_mm[axis] * native.accel_window_s[axis] ** 2)
 
 
 def _event(event: NativeEvent, native: NativeResult, axes: int) -> SimEvent:

@@ -43,10 +43,7 @@ def report_json(result: SimResult) -> dict[str, Any]:
         "warnings": list(result.warnings),
         "events": [
             {
-                "time_s": event.time_s,
-                "action": event.action,
-                "done": event.done,
-                "state": event.state,
+                **{key: getattr(event, key) for key in ("time_s", "action", "done", "state")},
                 "position_mm": by_axis(event.position_mm),
                 "position_steps": by_axis(event.position_steps),
             }
