@@ -15,15 +15,9 @@
 
 enum { HZ = 2000000, LINE_MAX = 96, THINGS_MAX = 400 };
 
-/* Checks that wait for a fix elsewhere (tests/support/monitor.py has the same list): the beam at rest and in
- * jogs; limits, where sides stall, because a stalled task side stops the machine dead. */
-#define CHECKS (MONITOR_COUNTER | MONITOR_ANSWERS | MONITOR_STATE | MONITOR_LIVENESS)
-
-/* 0: $ lines that change something are sent at rest only. In a hold they wait, and at ~ they act in the
- * middle of the job: 1 as soon as that is mended. */
-#ifndef DOLLARS_ANYWHERE
-#define DOLLARS_ANYWHERE 0
-#endif
+/* Limits wait for a fix elsewhere where sides stall (tests/support/monitor.py says the same), because a
+ * stalled task side stops the machine dead. */
+#define CHECKS (MONITOR_COUNTER | MONITOR_ANSWERS | MONITOR_STATE | MONITOR_BEAM | MONITOR_LIVENESS)
 
 enum options { OPTION_LASER = 0x10, OPTION_HARD_LIMITS = 0x20, OPTION_NO_STALLS = 0x40 };
 
@@ -191,14 +185,6 @@ static void send_line(struct scene *scene, const char *format, uint8_t how) {
         pass(scene, 1000);
 }
 
-static void send_dollar(struct scene *scene, const char *format, uint8_t how) {
-    pass(scene, 100);
-    const char *state = host_state(scene->host);
-    bool rests = strcmp(state, "Idle") == 0 || strcmp(state, "Alarm") == 0 || strcmp(state, "Check") == 0;
-    if (DOLLARS_ANYWHERE || (rests && monitor_open_lines(scene->monitor) == 0))
-        send_line(scene, format, how | 0x80);
-}
-
 static void send_byte(struct scene *scene, uint8_t how) {
     const char byte = (char)bytes[how % COUNT(bytes)];
     if (scene->shows)
@@ -254,7 +240,7 @@ static void happen(struct scene *scene, uint8_t what, uint8_t how) {
     if (what < 96)
         send_line(scene, lines[what % COUNT(lines)], how);
     else if (what < 144)
-        send_dollar(scene, dollars[(what - 96) % COUNT(dollars)], how);
+        send_line(scene, dollars[(what - 96) % COUNT(dollars)], how | 0x80);
     else if (what < 176)
         send_byte(scene, how);
     else if (what < 192)
