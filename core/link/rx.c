@@ -118,6 +118,10 @@ uint32_t rx_take_realtime(struct rx *rx) {
     return __atomic_exchange_n(&rx->realtime, 0, __ATOMIC_ACQUIRE);
 }
 
+void rx_withdraw(struct rx *rx, uint32_t bits) {
+    __atomic_fetch_and(&rx->realtime, ~bits, __ATOMIC_ACQ_REL);
+}
+
 int rx_take_override(struct rx *rx) {
     if (ring_held(&rx->override_index) == 0)
         return -1;

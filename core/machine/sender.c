@@ -27,6 +27,7 @@ static void switch_off(struct machine *machine) {
 }
 
 static void hold(struct machine *machine) {
+    machine->restoring = false; /* behind the door: spindle and coolant stop again */
     if (machine->state == MACHINE_IDLE || machine->state == MACHINE_RUN)
         realtime_hold(machine);
     if (machine->state == MACHINE_RUN)
@@ -46,6 +47,22 @@ static void settle(struct machine *machine) {
     }
 }
 
+/* What waits would home the machine, or unlock it and go on; no hold keeps it back. */
+static void drop_lines(struct machine *machine) {
+    report_message(machine, "Sender lost: waiting lines dropped");
+    machine_reset(machine, ALARM_NONE);
+}
+
+/* Nothing moves. A critical alarm refuses all that comes before a reset. */
+static void leave_alarm(struct machine *machine) {
+    bool lines = has_lines(machine) || machine->sender == SENDER_LOST_WITH_LINES;
+    machine->sender = SENDER_THERE;
+    if (lines && !machine->critical && !machine->restart)
+        drop_lines(machine);
+    else if (is_anything_on(machine))
+        switch_off(machine);
+}
+
 static void stop_homing(struct machine *machine) {
     machine->sender = SENDER_THERE;
     machine_reset(machine, ALARM_HOMING_RESET);
@@ -57,6 +74,7 @@ void machine_sender_lost(struct machine *machine, bool lines_wait) {
         return; /* the text side has no motion, or does not get it without a ~ */
     machine->sender = lines_wait ? SENDER_LOST_WITH_LINES : SENDER_LOST;
     flush_jogs(machine);
+    rx_withdraw(&machine->rx, REALTIME_RESUME); /* its own, not yet seen */
     if (machine->state == MACHINE_JOG)
         report_message(machine, "Sender lost: jog cancelled");
     (void)sender_poll(machine); /* now: a `~` that comes next is somebody else's */
@@ -102,12 +120,12 @@ bool sender_poll(struct machine *machine) {
         stop_homing(machine);
         break;
     case MACHINE_ALARM:
+        leave_alarm(machine);
+        break;
+    default: /* check mode and sleep do nothing that could go on, but check mode keeps what was on */
         machine->sender = SENDER_THERE;
         if (is_anything_on(machine))
             switch_off(machine);
-        break;
-    default: /* check mode and sleep do nothing that could go on */
-        machine->sender = SENDER_THERE;
         break;
     }
     return true;

@@ -280,7 +280,7 @@ static bool look(struct host *host, bool *any) {
     }
     show_segments(host);
     if (host->observer.looked != NULL)
-        host->observer.looked(host->observer.ctx);
+        host->observer.looked(host->observer.ctx, looks);
     return looks;
 }
 
@@ -371,11 +371,12 @@ enum host_wait host_run_paced(struct host *host, uint64_t t_ticks, uint64_t max_
 void host_act(struct host *host) {
     uint64_t now = host->hal.step.now_ticks;
     read_waiting(host);
-    if (tasks_stalled_until(&host->tasks, HOST_CONTROLLER, now) == now)
+    bool looks = tasks_stalled_until(&host->tasks, HOST_CONTROLLER, now) == now;
+    if (looks)
         tasks_looked(&host->tasks, HOST_CONTROLLER, machine_poll(&host->machine), now);
     show_segments(host);
     if (host->observer.looked != NULL)
-        host->observer.looked(host->observer.ctx);
+        host->observer.looked(host->observer.ctx, looks);
 }
 
 bool host_stall(struct host *host, enum host_side side, uint64_t from_ticks, uint64_t ticks) {

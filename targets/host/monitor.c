@@ -177,18 +177,19 @@ static void check_state(struct monitor *monitor, bool stepped) {
         found(monitor, "spindle or coolant is on");
 }
 
+/* Of what the controller commands when it has looked: power is late by one period of its task (docs/laser.md). */
 static void check_beam(struct monitor *monitor) {
     const struct machine *machine = &monitor->host->machine;
-    const unsigned dark = SEGMENT_RAPID | SEGMENT_JOG | SEGMENT_DWELL | SEGMENT_PROBE;
+    const unsigned cut = SEGMENT_CUT, kinds = cut | SEGMENT_DWELL;
     const struct virtual_outputs *set = &monitor->host->hal.outputs_set;
     if (!machine->settings.laser_mode || set->spindle_duty == 0)
         return;
-    float aim_rpm = machine->settings.spindle_max_rpm * (float)machine->settings.aim_power_pct * 0.01f;
-    if (machine->state == MACHINE_IDLE && set->spindle_rpm <= aim_rpm)
+    unsigned aim_pct = machine->settings.aim_power_pct;
+    if (machine->state == MACHINE_IDLE && aim_pct > 0 && set->spindle_duty <= HAL_DUTY_FULL * aim_pct / 100 + 1)
         return;
     if (machine->state != MACHINE_RUN)
         found(monitor, "the beam is on");
-    else if (!machine->step.active || (monitor->host->hal.step.tag >> 16 & dark) != 0)
+    else if (!machine->step.active || (monitor->host->hal.step.tag >> 16 & kinds) != cut)
         found(monitor, "the beam is on and nothing is cut");
 }
 
@@ -215,7 +216,7 @@ static void check_liveness(struct monitor *monitor) {
               (unsigned long)(monitor->sent - monitor->answered));
 }
 
-static void looked(void *ctx) {
+static void looked(void *ctx, bool controller) {
     struct monitor *monitor = ctx;
     const struct machine *machine = &monitor->host->machine;
     take_events(monitor);
@@ -224,7 +225,7 @@ static void looked(void *ctx) {
     monitor->looked_steps = monitor->steps;
     if ((monitor->checks & MONITOR_COUNTER) != 0)
         check_counter(monitor);
-    if ((monitor->checks & MONITOR_BEAM) != 0)
+    if (controller && (monitor->checks & MONITOR_BEAM) != 0)
         check_beam(monitor);
     if ((monitor->checks & MONITOR_LIVENESS) != 0)
         check_liveness(monitor);

@@ -12,6 +12,7 @@
 
 #define STRETCH_S 0.0015f /* shorter ones have no speed worth the name */
 #define NEARLY    0.995f  /* of its maximum rate: a motor runs at it */
+#define GRAIN_STEPS (1.0 / 256.0) /* how exactly the way between two ends of segments is known */
 
 enum { MOST_ARCS = 1000 };
 
@@ -103,6 +104,21 @@ static uint32_t at_rate(const struct motion_limits *limits, const struct stretch
     return motors;
 }
 
+/* The part of the measured speed that is sure. By the grain of the ends a motor at its maximum rate seems
+ * faster than that; what is more than the grain stays, because it would be true. */
+static float sure_part(const struct motion_limits *limits, const struct stretch *stretch,
+                       const double to_steps[AXIS_COUNT]) {
+    double part = 1.0;
+    for (unsigned ax = 0; ax < limits->axis_count; ax++) {
+        double way_steps = fabs(to_steps[ax] - stretch->from_steps[ax]);
+        double most_steps =
+            (double)(limits->max_rate_mm_s[ax] * limits->steps_per_mm[ax]) * (double)stretch->time_s;
+        if (way_steps > most_steps && way_steps <= most_steps + GRAIN_STEPS)
+            part = fmin(part, most_steps / way_steps);
+    }
+    return (float)part;
+}
+
 static void tool_mm(const struct survey *survey, const double steps[AXIS_COUNT], double mm[AXIS_COUNT]) {
     const struct machine *machine = host_machine(survey->host);
     const struct kinematics *kinematics = &machine->joints.kinematics;
@@ -121,9 +137,10 @@ static void judge(struct survey *survey, struct survey_line *row, const double t
     if (stretch->time_s < STRETCH_S && !is_all)
         return;
     tool_mm(survey, stretch->from_steps, from_mm);
-    float mm_s = (float)counted_mm(from_mm, to_mm) / stretch->time_s;
+    const struct motion_limits *limits = &host_machine(survey->host)->motion.plan.limits;
+    float mm_s = (float)counted_mm(from_mm, to_mm) / stretch->time_s * sure_part(limits, stretch, to_steps);
     row->reached_mm_s = is_all || mm_s > row->reached_mm_s ? mm_s : row->reached_mm_s;
-    row->at_rate |= at_rate(&host_machine(survey->host)->motion.plan.limits, stretch, to_steps);
+    row->at_rate |= at_rate(limits, stretch, to_steps);
     if (stretch->time_s >= STRETCH_S)
         stretch->time_s = 0.0f;
 }

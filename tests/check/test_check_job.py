@@ -114,7 +114,7 @@ def test_a_feed_that_an_axis_cannot_keep_names_lines_and_axis(check, kinds):
     assert kinds(report) == [("feed-rate", 2, 3)]
     found = report["findings"][0]
     assert "Z runs at its maximum rate" in found["message"] and "$112" in found["hint"]
-    assert re.search(r"at most (59\d|600)\b", found["message"])
+    assert re.search(r"at most 600\b", found["message"])  # not 601 by the grain of the measurement
     assert code == 0 and check("G1 Z-20 F3000\n", "--strict")[0] == 1
 
 

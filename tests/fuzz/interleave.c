@@ -8,6 +8,7 @@
 #include "fuzz.h"
 
 #include "host.h"
+#include "machine/machine.h"
 #include "monitor.h"
 #include "virtual.h"
 
@@ -15,15 +16,12 @@
 
 enum { HZ = 2000000, LINE_MAX = 96, THINGS_MAX = 400 };
 
-/* Checks that wait for a fix elsewhere (tests/support/monitor.py has the same list): the beam at rest and in
- * jogs; limits, where sides stall, because a stalled task side stops the machine dead. */
-#define CHECKS (MONITOR_COUNTER | MONITOR_ANSWERS | MONITOR_STATE | MONITOR_LIVENESS)
+/* Longer than the longest stall and the slowest stop that the lines below ask for. */
+enum { UNATTENDED_MS = 6000 };
 
-/* 0: $ lines that change something are sent at rest only. In a hold they wait, and at ~ they act in the
- * middle of the job: 1 as soon as that is mended. */
-#ifndef DOLLARS_ANYWHERE
-#define DOLLARS_ANYWHERE 0
-#endif
+/* Limits wait for a fix elsewhere where sides stall (tests/support/monitor.py says the same), because a
+ * stalled task side stops the machine dead. */
+#define CHECKS (MONITOR_COUNTER | MONITOR_ANSWERS | MONITOR_STATE | MONITOR_BEAM | MONITOR_LIVENESS)
 
 enum options { OPTION_LASER = 0x10, OPTION_HARD_LIMITS = 0x20, OPTION_NO_STALLS = 0x40 };
 
@@ -191,14 +189,6 @@ static void send_line(struct scene *scene, const char *format, uint8_t how) {
         pass(scene, 1000);
 }
 
-static void send_dollar(struct scene *scene, const char *format, uint8_t how) {
-    pass(scene, 100);
-    const char *state = host_state(scene->host);
-    bool rests = strcmp(state, "Idle") == 0 || strcmp(state, "Alarm") == 0 || strcmp(state, "Check") == 0;
-    if (DOLLARS_ANYWHERE || (rests && monitor_open_lines(scene->monitor) == 0))
-        send_line(scene, format, how | 0x80);
-}
-
 static void send_byte(struct scene *scene, uint8_t how) {
     const char byte = (char)bytes[how % COUNT(bytes)];
     if (scene->shows)
@@ -250,11 +240,59 @@ static void stall(struct scene *scene, uint8_t how) {
     (void)host_stall(scene->host, side, now + after_us * (HZ / 1000000), ms * (HZ / 1000));
 }
 
+/* M53 P0 puts a hold off. */
+static bool may_hold(const struct machine *machine) {
+    return (machine->gcode.modal.overrides & OVERRIDE_HOLD) != 0 && !machine->hold_waits;
+}
+
+/* A while after its sender has gone, and with nobody else, a machine stands still, dark, and off. */
+static void claim_unattended(struct scene *scene) {
+    int32_t before[AXIS_COUNT], after[AXIS_COUNT];
+    struct virtual_outputs outputs;
+    pass(scene, UNATTENDED_MS * 1000);
+    if (!may_hold(host_machine(scene->host)))
+        return;
+    virtual_outputs(scene->host, &outputs);
+    virtual_position(scene->host, before);
+    pass(scene, 1000000);
+    virtual_position(scene->host, after);
+    CLAIM(memcmp(before, after, sizeof before) == 0, "%s moves with nobody there", host_state(scene->host));
+    CLAIM(outputs.spindle_direction == 0 && outputs.spindle_duty == 0 && outputs.coolant == 0,
+          "spindle or coolant of %s is on with nobody there", host_state(scene->host));
+}
+
+/* The connection ends, at times with a last line still on its way. */
+static void lose_sender(struct scene *scene, uint8_t how) {
+    bool lines_wait = (how & 1) != 0;
+    if (scene->shows)
+        fprintf(stderr, "sender lost%s\n", lines_wait ? ", a line still comes" : "");
+    if ((how & 2) != 0)
+        release(scene);
+    host_sender_lost(scene->host, lines_wait);
+    if (lines_wait)
+        send_line(scene, lines[how % COUNT(lines)], how & 0x3F);
+    if ((how & 2) != 0)
+        claim_unattended(scene);
+}
+
+/* What everybody who connects gets, and asks. */
+static void welcome(struct scene *scene) {
+    char text[128];
+    unsigned number = 0;
+    for (bool more = true; more; number++) {
+        more = host_notice(scene->host, number, text, sizeof text);
+        if (scene->shows)
+            fprintf(stderr, "notice %u: %s\n", number, text);
+        CLAIM(memchr(text, '\0', sizeof text) != NULL && (text[0] != '\0') == more, "notice %u", number);
+    }
+    send(scene, "?", 1);
+}
+
 static void happen(struct scene *scene, uint8_t what, uint8_t how) {
     if (what < 96)
         send_line(scene, lines[what % COUNT(lines)], how);
     else if (what < 144)
-        send_dollar(scene, dollars[(what - 96) % COUNT(dollars)], how);
+        send_line(scene, dollars[(what - 96) % COUNT(dollars)], how | 0x80);
     else if (what < 176)
         send_byte(scene, how);
     else if (what < 192)
@@ -267,6 +305,10 @@ static void happen(struct scene *scene, uint8_t what, uint8_t how) {
         recover(scene);
     else if (what < 216 && scene->stalls)
         stall(scene, how);
+    else if (what >= 254)
+        welcome(scene);
+    else if (what >= 251)
+        lose_sender(scene, how);
     else
         pass(scene, (uint64_t)how * ((what & 1) != 0 ? 150 : 4000));
 }

@@ -185,3 +185,56 @@ def test_a_laser_is_dark(grbl: Grbl) -> None:
     assert grbl.outputs().duty == 0 and grbl.state() == "Hold:0"
     grbl.after(0.2, "~")
     assert grbl.outputs().duty > 0, "it needs no run-up"
+
+
+@pytest.mark.parametrize("stop", ["!", "\x84"])
+def test_its_last_resume_counts_no_more(grbl: Grbl, stop: str) -> None:
+    """`~` that the controller has not seen yet when the connection ends: who sent it does not see the machine move."""
+    grbl.after(0.3, "G1X-30F1000\n")
+    grbl.after(1, stop)
+    held = grbl.position()
+    grbl.put("~")
+    grbl.lose_sender()
+    grbl.after(5)
+    assert grbl.position() == held and grbl.notice() == NOTICE
+    grbl.send("~")
+    assert grbl.position()[0] == -7500
+
+
+def test_while_the_door_restores(grbl: Grbl) -> None:
+    """The spindle runs up behind the closed door: it stops again, and the program does not go on."""
+    grbl.fine("M3S500")
+    grbl.after(0.3, "G1X-30F1000\n")
+    grbl.after(1, "\x84")
+    held = grbl.position()
+    grbl.after(1, "~")
+    assert grbl.state() == "Door:3" and grbl.outputs().direction == 1
+    grbl.lose_sender()
+    grbl.after(10)
+    assert grbl.state() == "Door:0" and grbl.outputs().direction == 0
+    assert grbl.position() == held and grbl.notice() == NOTICE
+    grbl.send("~")
+    assert grbl.position()[0] == -7500 and grbl.outputs().direction == 1
+
+
+def test_in_check_mode_the_tools_stop(grbl: Grbl) -> None:
+    """$C leaves the spindle on that was on."""
+    grbl.fine("M3S500", "M8")
+    grbl.send("$C\n")
+    assert grbl.outputs().direction == 1
+    grbl.lose_sender()
+    assert grbl.send("") == "" and grbl.state() == "Check"
+    assert (grbl.outputs().direction, grbl.outputs().coolant) == (0, 0)
+
+
+@pytest.mark.parametrize("line", ["$H\n", "$X\nG1X-5F1000\n"])
+def test_in_an_alarm_its_lines_do_not_run(grbl: Grbl, line: str) -> None:
+    """What waits would home the machine, or unlock it and move."""
+    make_homing(grbl)
+    grbl.after(0.3, "$H\n")
+    assert grbl.send("\x18").endswith(BANNER + LOCKED) and grbl.state() == "Alarm"
+    at = grbl.position()
+    grbl.put(line)
+    grbl.lose_sender()
+    assert grbl.send("") == "[MSG:Sender lost: waiting lines dropped]\r\n" + BANNER + LOCKED
+    assert grbl.state() == "Alarm" and grbl.position() == at

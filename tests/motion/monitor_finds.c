@@ -66,7 +66,14 @@ static void brakes_too_hard(struct host *host) {
 static void beam_at_rest(struct host *host) {
     pass(host, 5000);
     host->machine.settings.laser_mode = true;
-    host->hal.virtual_machine.outputs.spindle_duty = 100;
+    host->hal.outputs_set.spindle_duty = 100; /* what the controller commands, not what the pins show */
+}
+
+static void beam_in_a_rapid(struct host *host) {
+    pass(host, 5000);
+    send(host, "$32=1\nG0X0Y0\n");
+    pass(host, 100);
+    host->hal.outputs_set.spindle_duty = 100;
 }
 
 static void expect(void (*fault)(struct host *host), const char *words) {
@@ -102,6 +109,7 @@ int main(void) {
     expect(steps_in_alarm, "a step where nothing may move");
     expect(brakes_too_hard, "changes its speed");
     expect(beam_at_rest, "the beam is on");
+    expect(beam_in_a_rapid, "nothing is cut");
     printf("%u failures\n", failures);
     return failures == 0 ? 0 : 1;
 }

@@ -17,9 +17,7 @@ class Checks(IntFlag):
     LIVENESS = 0x20
 
 
-BEAM_RULE = False  # the laser is lit at rest and in jogs: on as soon as that is mended
-ALWAYS = Checks.COUNTER | Checks.ANSWERS | Checks.STATE | Checks.LIMITS | Checks.LIVENESS
-CHECKS = ALWAYS | Checks.BEAM if BEAM_RULE else ALWAYS
+CHECKS = Checks.COUNTER | Checks.ANSWERS | Checks.STATE | Checks.LIMITS | Checks.BEAM | Checks.LIVENESS
 
 STALLS_STOP_LEGALLY = False  # a stalled task side still stops the machine dead: on as soon as that is mended
 STALLED = CHECKS if STALLS_STOP_LEGALLY else CHECKS & ~Checks.LIMITS  # for tests that stall a side
