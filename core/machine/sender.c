@@ -81,7 +81,7 @@ void machine_sender_lost(struct machine *machine, bool lines_wait) {
     flush_jogs(machine);
     if (machine->state == MACHINE_JOG)
         report_message(machine, "Sender lost: jog cancelled");
-    (void)sender_poll(machine); /* now: a `~` that comes next is somebody else's */
+    (void)sender_lost_poll(machine); /* now: a `~` that comes next is somebody else's */
 }
 
 const char *sender_notice(const struct machine *machine) {
@@ -100,7 +100,7 @@ static bool stop_outputs(struct machine *machine) {
     return true;
 }
 
-bool sender_poll(struct machine *machine) {
+bool sender_lost_poll(struct machine *machine) {
     if (machine->sender == SENDER_THERE)
         return false;
     if (machine->sender == SENDER_HELD)
