@@ -118,8 +118,9 @@ uint32_t rx_take_realtime(struct rx *rx) {
     return __atomic_exchange_n(&rx->realtime, 0, __ATOMIC_ACQUIRE);
 }
 
-void rx_withdraw(struct rx *rx, uint32_t bits) {
-    __atomic_fetch_and(&rx->realtime, ~bits, __ATOMIC_ACQ_REL);
+void rx_withdraw(struct rx *rx) {
+    __atomic_fetch_and(&rx->realtime, ~(uint32_t)REALTIME_RESUME, __ATOMIC_ACQ_REL);
+    __atomic_store_n(&rx->override_index.tail, rx->override_index.head, __ATOMIC_RELEASE);
 }
 
 int rx_take_override(struct rx *rx) {

@@ -76,8 +76,8 @@ uint32_t rx_take_lost(struct rx *rx);
 /** [task] Real-time requests since the last call. */
 uint32_t rx_take_realtime(struct rx *rx);
 
-/** [task] As if these real-time bytes had not come, if they were not taken yet. @param bits  enum realtime */
-void rx_withdraw(struct rx *rx, uint32_t bits);
+/** [task] Forget what would start or change something and was not taken yet: ~ and overrides. */
+void rx_withdraw(struct rx *rx);
 
 /** [task] As if these real-time bytes had come now: buttons. @param bits  enum realtime */
 void rx_request(struct rx *rx, uint32_t bits);

@@ -105,7 +105,7 @@ void realtime_enable(struct machine *machine, uint8_t overrides);
 void realtime_hold(struct machine *machine);
 
 /* sender.c */
-bool sender_poll(struct machine *machine);
+bool sender_lost_poll(struct machine *machine);
 /** What a client that connects must know, without [MSG: ]; NULL: nothing. */
 const char *sender_notice(const struct machine *machine);
 

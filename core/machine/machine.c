@@ -495,7 +495,7 @@ bool machine_poll(struct machine *machine) {
         any = true;
     }
     any |= suspend_poll(machine);
-    any |= sender_poll(machine);
+    any |= sender_lost_poll(machine);
     thread_watch(machine);
     any |= lines_poll(machine);
     outputs_poll(machine);

@@ -70,14 +70,18 @@ static void stop_homing(struct machine *machine) {
 }
 
 void machine_sender_lost(struct machine *machine, bool lines_wait) {
-    if (machine->host.owns || machine->host.job.step != HOST_JOB_NONE || machine->sender == SENDER_HELD)
-        return; /* the text side has no motion, or does not get it without a ~ */
+    rx_withdraw(&machine->rx); /* its own, not yet seen */
+    if (machine->host.owns || machine->host.job.step != HOST_JOB_NONE)
+        return; /* the text side has no motion, and does not get it without a ~ */
+    if (machine->sender == SENDER_HELD) {
+        machine->restoring = false;
+        return;
+    }
     machine->sender = lines_wait ? SENDER_LOST_WITH_LINES : SENDER_LOST;
     flush_jogs(machine);
-    rx_withdraw(&machine->rx, REALTIME_RESUME); /* its own, not yet seen */
     if (machine->state == MACHINE_JOG)
         report_message(machine, "Sender lost: jog cancelled");
-    (void)sender_poll(machine); /* now: a `~` that comes next is somebody else's */
+    (void)sender_lost_poll(machine); /* now: a `~` that comes next is somebody else's */
 }
 
 const char *sender_notice(const struct machine *machine) {
@@ -96,7 +100,7 @@ static bool stop_outputs(struct machine *machine) {
     return true;
 }
 
-bool sender_poll(struct machine *machine) {
+bool sender_lost_poll(struct machine *machine) {
     if (machine->sender == SENDER_THERE)
         return false;
     if (machine->sender == SENDER_HELD)

@@ -177,7 +177,8 @@ static void check_state(struct monitor *monitor, bool stepped) {
         found(monitor, "spindle or coolant is on");
 }
 
-/* Of what the controller commands when it has looked: power is late by one period of its task (docs/laser.md). */
+/* Of what the controller commands when it has looked: power is late by one period of its task
+ * (docs/laser.md). */
 static void check_beam(struct monitor *monitor) {
     const struct machine *machine = &monitor->host->machine;
     const unsigned cut = SEGMENT_CUT, kinds = cut | SEGMENT_DWELL;
@@ -185,7 +186,8 @@ static void check_beam(struct monitor *monitor) {
     if (!machine->settings.laser_mode || set->spindle_duty == 0)
         return;
     unsigned aim_pct = machine->settings.aim_power_pct;
-    if (machine->state == MACHINE_IDLE && aim_pct > 0 && set->spindle_duty <= HAL_DUTY_FULL * aim_pct / 100 + 1)
+    if (machine->state == MACHINE_IDLE && aim_pct > 0 &&
+        set->spindle_duty <= HAL_DUTY_FULL * aim_pct / 100 + 1)
         return;
     if (machine->state != MACHINE_RUN)
         found(monitor, "the beam is on");

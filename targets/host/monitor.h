@@ -5,10 +5,15 @@
  *   counter   the position counter is the pulses that left the pins, and the shift of homing
  *   answers   every line gets one answer, in order; a reset drops those that wait
  *   state     no step in Alarm, Sleep, Check, or with the e-stop pressed; there, but in Check and in alarms
- * that only lock, spindle and coolant are off limits    no axis exceeds its rate, nor its acceleration by
- * more than a fifth, in windows of 10 ms; unless motion was cut off (alarm, reset), follows the spindle, or
- * comes from a network host beam      with $32=1 there is power only while a cut is executed in Run liveness
- * what moves or owes an answer gets further, or waits for something that has a name
+ *             that only lock, spindle and coolant are off
+ *
+ *   limits    no axis exceeds its rate, nor its acceleration by more than a fifth, in windows of 10 ms;
+ *             unless motion was cut off (alarm, reset), follows the spindle, or comes from a network host
+ *
+ *   beam      with $32=1 the controller leaves power on only while a cut is executed in Run, or to aim
+ *             in Idle
+ *
+ *   liveness  what moves or owes an answer gets further, or waits for something that has a name
  *
  * The first thing found is kept in words. */
 #ifndef WIFICNC_HOST_MONITOR_H

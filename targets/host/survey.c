@@ -10,8 +10,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define STRETCH_S 0.0015f /* shorter ones have no speed worth the name */
-#define NEARLY    0.995f  /* of its maximum rate: a motor runs at it */
+#define STRETCH_S   0.0015f       /* shorter ones have no speed worth the name */
+#define NEARLY      0.995f        /* of its maximum rate: a motor runs at it */
 #define GRAIN_STEPS (1.0 / 256.0) /* how exactly the way between two ends of segments is known */
 
 enum { MOST_ARCS = 1000 };

@@ -7,8 +7,7 @@
  * one thing that happens: what, and how. WIFICNC_FUZZ_SHOW=1 prints them as they happen. */
 #include "fuzz.h"
 
-#include "host.h"
-#include "machine/machine.h"
+#include "host_inner.h"
 #include "monitor.h"
 #include "virtual.h"
 
@@ -268,6 +267,8 @@ static void lose_sender(struct scene *scene, uint8_t how) {
         fprintf(stderr, "sender lost%s\n", lines_wait ? ", a line still comes" : "");
     if ((how & 2) != 0)
         release(scene);
+    while (scene->host->waiting_count > 0) /* the end comes behind the last byte */
+        pass(scene, 1000);
     host_sender_lost(scene->host, lines_wait);
     if (lines_wait)
         send_line(scene, lines[how % COUNT(lines)], how & 0x3F);

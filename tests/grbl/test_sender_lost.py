@@ -238,3 +238,30 @@ def test_in_an_alarm_its_lines_do_not_run(grbl: Grbl, line: str) -> None:
     grbl.lose_sender()
     assert grbl.send("") == "[MSG:Sender lost: waiting lines dropped]\r\n" + BANNER + LOCKED
     assert grbl.state() == "Alarm" and grbl.position() == at
+
+
+def test_lost_again_while_the_next_one_resumes(grbl: Grbl) -> None:
+    """Whoever resumed is gone before the spindle is up: nobody sees the program go on."""
+    grbl.fine("M3S500")
+    grbl.after(0.3, "G1X-30F1000\n")
+    grbl.lose_sender()
+    grbl.after(1)
+    held = grbl.position()
+    grbl.after(1, "~")
+    assert grbl.outputs().direction == 1
+    grbl.lose_sender()
+    assert grbl.after(10) == "" and grbl.notice() == NOTICE
+    assert grbl.position() == held and grbl.outputs().direction == 0
+    grbl.put("~")
+    grbl.lose_sender()
+    grbl.after(10)
+    assert grbl.position() == held and grbl.state() == "Hold:0"
+    grbl.send("~")
+    assert grbl.position()[0] == -7500 and grbl.notice() is None
+
+
+def test_its_last_coolant_toggle_counts_no_more(grbl: Grbl) -> None:
+    """0xA0 that the controller has not seen yet."""
+    grbl.put("\xa0")
+    grbl.lose_sender()
+    assert grbl.send("") == "" and grbl.state() == "Idle" and grbl.outputs().coolant == 0
