@@ -154,10 +154,14 @@ static void units_of(const struct link *link, const int32_t steps[PIN_JOINTS], d
 
 // ---- homing ----
 
+static void stay_here(struct link *link) {
+    memcpy(link->locked_at, link->sample.command, sizeof link->locked_at);
+}
+
 static void lock(struct link *link) {
     link->phase = LINK_LOCKED;
     link->is_unlocking = false;
-    memcpy(link->locked_at, link->sample.command, sizeof link->locked_at);
+    stay_here(link);
 }
 
 static const char GIVEN_UP[] = "LinuxCNC has given up homing";
@@ -500,6 +504,10 @@ static void follow_lock(struct link *link) {
     }
     if (link->homes != 0) {
         begin_homing(link);
+        return;
+    }
+    if (!is_settled(link)) {
+        stay_here(link); /* joints that were just homed are about to be commanded to where they stand */
         return;
     }
     for (unsigned joint = 0; joint < joints; joint++) {
