@@ -69,6 +69,9 @@ command.state(linuxcnc.STATE_ON)
 wait(lambda: status.task_state == linuxcnc.STATE_ON)
 command.mode(linuxcnc.MODE_MANUAL)
 command.wait_complete()
+errors, said = linuxcnc.error_channel(), []
+wait(lambda: said.extend(errors.poll() or ()) or said)
+assert said[1].strip() == "The controller is locked until all axes are homed.", said
 command.home(-1)
 wait(lambda: all(status.homed[:3]) and status.inpos)
 homed = status.position[:3]
@@ -80,7 +83,7 @@ for line in (
 ):
     command.mdi(line)
     assert command.wait_complete(30) == linuxcnc.RCS_DONE, line
-    error = linuxcnc.error_channel().poll()
+    error = errors.poll()
     assert error is None, (line, error)
 wait(lambda: all(abs(a - b) < 0.002 for a, b in zip(status.actual_position, (-31.23, -4.56, -7.89))))
 pathlib.Path("said").write_text(repr((homed, status.probed_position[:3], status.probe_tripped, list(status.din[:4]))))
@@ -245,8 +248,9 @@ def test_home_is_where_the_controller_stands_when_it_has_homed(tmp_path: Path) -
 def test_linuxcnc_moves_a_machine_to_the_step(user_home: Path, as_user: Callable[..., str]) -> None:
     """All of LinuxCNC 2.9 with the written configuration, only its screen is ours: homing, probing, a thread, an input.
 
-    The machine stands 3 mm from its switches, which are at machine X-60, Y0 and Z0; the probe touches 9.2 mm below that
-    of Z. Without pulses of an encoder and its index G33 would wait for ever.
+    The controller is locked, as at power-on, and LinuxCNC's operator is told so, once. The machine stands 3 mm from its
+    switches, which are at machine X-60, Y0 and Z0; the probe touches 9.2 mm below that of Z. Without pulses of an
+    encoder and its index G33 would wait for ever.
     """
     (user_home / "small.toml").write_text(MACHINE)
     profile = load_machine(str(user_home / "small.toml"))
