@@ -181,8 +181,9 @@ static void event(void *ctx, const char *what, const char *who) {
     (void)who;
 }
 
-static void left(void *ctx) {
+static void left(void *ctx, bool lines_wait) {
     (void)ctx;
+    (void)lines_wait;
     owners_left++;
 }
 
