@@ -211,7 +211,8 @@ def test_g38_measures_the_contact_to_the_step(bench: Bench, surface: int, speed:
     bench.run_to(lambda: not bench.is_probing)
     assert probe.probed == [0.0, 0.0, surface / SCALE]
     deepest = int(np.cumsum(bench.virtual.edges(2)[1]).min())
-    reaction_s = 0.007  # what has been emitted ahead is still gone, then it brakes
+    # what is emitted ahead is still gone, then it brakes: slices of 3 ms, two with prep and up to two in the ring
+    reaction_s = 4 * 0.003
     brakes = (speed * SCALE) ** 2 / (2 * 100_000) + reaction_s * speed * SCALE + 1
     assert surface - deepest <= brakes, "it stops at the contact, not where LinuxCNC has been meanwhile"
     assert bench.command[2] < deepest / SCALE, "which is behind it"

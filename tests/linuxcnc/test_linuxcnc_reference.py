@@ -122,6 +122,23 @@ def test_an_axis_at_a_time(make_controller: Callable[..., Device]) -> None:
     assert bench.virtual.position[:3] == [-3800] * 3 and bench.is_open
 
 
+def test_a_homed_axis_of_a_locked_controller_does_not_move(make_controller: Callable[..., Device]) -> None:
+    make_controller(SWITCHES)
+    bench = Bench(make_controller(SWITCHES))
+    bench.run(0.3)
+    bench.switch_on()
+    bench.run(0.1)
+    homing = HomeByIndex(bench, [0])
+    bench.run_to(lambda: not homing.left, 60)
+    bench.pins["joint.0.homed"] = True
+    bench.run(0.3)
+    assert not bench.pins["fault"] and bench.pins["locked"]
+    bench.each_servo = mover(bench, 0, -15.0, SPEED)
+    bench.run(0.5)
+    assert bench.pins["fault"] and "only homing" in bench.said[-1]
+    assert bench.virtual.position[0] == -3800 and bench.virtual.state == "Alarm"
+
+
 def test_linuxcncs_estop_does_not_unlock(make_controller: Callable[..., Device]) -> None:
     """It is pressed when LinuxCNC starts, and left by the operator."""
     make_controller(SWITCHES)
