@@ -33,7 +33,7 @@ const MOVING = new Set(["Run", "Jog", "Home"]);
 const OBSERVER = /^Observer: | commands$/;
 const NOBODY = /^Nobody commands/;
 const LOCKED = /^(Password needed|Wrong password)/;
-/** After some alarms the controller answers nothing until it is reset. */
+/** After some alarms the controller takes no commands until it is reset. */
 const TOOL_CHANGE = /^Tool change: T(\d+)/;
 const NEEDS_RESET = /^Reset to continue/;
 

@@ -219,7 +219,7 @@ function AlarmNotice(): JSX.Element | null {
   const title = code === null ? "The machine is locked" : `Alarm ${code}: ${alarmWords(code)}`;
   if (controller.needsReset.value)
     return (
-      <Notice kind="bad" title={title} text="It answers nothing until it is reset. Look at the machine first.">
+      <Notice kind="bad" title={title} text="It takes no commands until it is reset. Look at the machine first.">
         <Button size="small" kind="danger" disabled={!controller.commands.value} onClick={() => controller.reset()}>
           Reset
         </Button>
