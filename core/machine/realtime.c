@@ -10,7 +10,7 @@ void realtime_hold(struct machine *machine) {
     if (preempt_hold(machine))
         return;
     if (machine->state == MACHINE_HOLD)
-        machine->restoring = false; /* sender.c */
+        machine->restoring = false; /* after a lost sender: sender.c stops the tools again */
     if (machine->state == MACHINE_JOG)
         jog_cancel(machine);
     else if (machine->state == MACHINE_RUN &&

@@ -265,3 +265,16 @@ def test_its_last_coolant_toggle_counts_no_more(grbl: Grbl) -> None:
     grbl.put("\xa0")
     grbl.lose_sender()
     assert grbl.send("") == "" and grbl.state() == "Idle" and grbl.outputs().coolant == 0
+
+
+def test_a_hold_while_spindle_and_coolant_return_loses_neither(grbl: Grbl) -> None:
+    grbl.fine("M3S1000", "M8")
+    grbl.lose_sender()
+    grbl.after(0.1)
+    assert grbl.outputs().direction == 0 and grbl.outputs().coolant == 0
+    grbl.after(0.1, "~")
+    assert grbl.outputs().direction == 1 and grbl.outputs().coolant == 0  # it runs up first
+    grbl.after(0.1, "!")
+    assert grbl.outputs().direction == 0
+    grbl.after(10.0, "~")
+    assert grbl.outputs().direction == 1 and grbl.outputs().coolant != 0 and grbl.state() == "Idle"
