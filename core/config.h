@@ -5,9 +5,10 @@
 
 #define LINE_SIZE 80   /* characters of a stored line and its NUL; the 80th stored character is error:11 */
 #define RX_SIZE   1024 /* bytes a character-counting sender may keep in flight */
-#define PLAN_SIZE 64   /* pieces of path that the look-ahead holds */
-#define SEGMENT_RING_SIZE  64  /* segments between planner or host and prep */
-#define SPAN_RING_SIZE     32  /* spans between prep and the step ISR */
+#define PLAN_SIZE 128  /* pieces of path: look-ahead, and what may have to be planned again */
+#define SEGMENT_QUEUE_SIZE 192 /* segments of a batch of motion with its stop */
+#define SPAN_POOL_SIZE                                                                                       \
+    448 /* spans of the motion before the step ISR, and of the batch that replaces its end */
 #define FEED_SIZE          128 /* segments of a network host that wait */
 #define STARTUP_LINE_COUNT 2   /* $N0, $N1 */
 /* Motion that follows the spindle's encoder, 10 KB of code: a target without an encoder builds with 0. */
@@ -22,8 +23,7 @@
 #define PARAMS_NAMED    32 /* named parameters, local and global */
 
 _Static_assert((PLAN_SIZE & (PLAN_SIZE - 1)) == 0, "ring index is masked");
-_Static_assert((SEGMENT_RING_SIZE & (SEGMENT_RING_SIZE - 1)) == 0, "ring index is masked");
-_Static_assert((SPAN_RING_SIZE & (SPAN_RING_SIZE - 1)) == 0, "ring index is masked");
+_Static_assert(SPAN_POOL_SIZE < 65536, "an index is a half word of step.at");
 _Static_assert((FEED_SIZE & (FEED_SIZE - 1)) == 0 && FEED_SIZE >= 32, "ring index is masked");
 _Static_assert((RX_SIZE & (RX_SIZE - 1)) == 0, "ring index is masked");
 

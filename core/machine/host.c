@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT
- * Motion of a network host. Segments go by the feed into the segment ring; jogs and homing use the planner,
+ * Motion of a network host. Segments go by the feed into the segment queue; jogs and homing use the planner,
  * so that they have its ramps and limits. */
 #include "machine/host.h"
 #include "machine/inner.h"
@@ -217,21 +217,16 @@ uint32_t machine_host_taken(const struct machine *machine) {
     return machine->host.feed.head;
 }
 
-/* The first slice that is not over lies in one of these, in this order. @return false: there is none */
+/* The line of the first slice that is not over. @return false: there is none */
 static bool find_line(const struct machine *machine, uint32_t *line) {
-    const struct span_ring *spans = &machine->step.ring;
-    const struct segment *next = segment_ring_peek(&machine->motion.ring);
-    if (machine->motion.ring.owner != RING_OWNER_HOST)
+    const struct segment_queue *queue = &machine->motion.queue;
+    struct step_now now;
+    if (machine->motion.ahead.owner != AHEAD_HOST)
         return false;
-    if (ring_held(&spans->index) > 0)
-        *line = spans->slots[spans->index.tail & (SPAN_RING_SIZE - 1)].line;
-    else if (machine->prep.loaded)
-        *line = machine->prep.line;
-    else if (next != NULL)
-        *line = next->line;
-    else
-        return false;
-    return true;
+    bool waits = segment_queue_is_pending(queue), active = machine->step.active;
+    step_look(&machine->step, &now);
+    *line = active || now.left > 0 ? now.line : queue->slots[0].line;
+    return active || now.left > 0 || waits;
 }
 
 uint32_t machine_host_done(const struct machine *machine) {
@@ -336,9 +331,7 @@ static bool follow_discard(struct machine *machine) {
 static bool feed_on(struct machine *machine) {
     struct feed *feed = &machine->host.feed;
     bool goes = machine->state == MACHINE_IDLE || machine->state == MACHINE_RUN;
-    feed->hold = !goes || machine->host.discards || (machine->host.probing && machine->step.probe_hit);
-    if (feed_is_quiet(feed) || !segment_ring_claim(&machine->motion.ring, RING_OWNER_HOST))
-        return false;
+    feed_hold(feed, !goes || machine->host.discards || (machine->host.probing && machine->step.probe_hit));
     return feed_poll(feed);
 }
 

@@ -64,8 +64,6 @@ bool machine_timer_runs(const struct machine *machine, const struct machine_time
 
 /** Machine position of the tool, mm. */
 void machine_tool_mm(const struct machine *machine, const int32_t steps[AXIS_COUNT], double mm[AXIS_COUNT]);
-/** Speed of the tool at the end of what was emitted, mm/s. */
-float machine_speed_mm_s(const struct machine *machine);
 /** Where the axes stand that have switches, steps: the tool's where the joints are coupled. [any] */
 void machine_axis_steps(const struct machine *machine, int32_t steps[AXIS_COUNT]);
 
@@ -280,6 +278,8 @@ void report_status(struct machine *machine);
 void report_message(struct machine *machine, const char *text);
 /** Axes that homing could find and has not. Nothing when there is none. */
 void report_not_homed(struct machine *machine);
+/** `[MSG:` and how often motion slowed down because a task was late. */
+void report_underruns(struct machine *machine);
 void report_tool_change(struct machine *machine);
 void report_alarm(struct machine *machine, enum alarm alarm);
 void report_changed_offset(struct machine *machine);

@@ -8,25 +8,17 @@
 
 #include <stddef.h>
 
-#define LOAD(field) __atomic_load_n(&(field), __ATOMIC_ACQUIRE)
-
-/* The span that the step interrupt executes. It may end between two reads; then the ring's tail has moved,
- * and we look again. @return false: nothing is executed, or it is no cut */
+/* The span that the step interrupt executes. @return false: nothing is executed, or it is no cut */
 static bool is_cutting(const struct step *step, uint32_t *line) {
-    for (;;) {
-        if (!LOAD(step->active))
-            return false;
-        uint32_t tail = LOAD(step->ring.index.tail);
-        const struct span *span = &step->ring.slots[tail & (SPAN_RING_SIZE - 1)];
-        uint16_t flags = LOAD(span->flags);
-        *line = LOAD(span->line);
-        if (LOAD(step->ring.index.tail) == tail)
-            return (flags & (SEGMENT_CUT | SEGMENT_DWELL)) == SEGMENT_CUT;
-    }
+    struct step_now now;
+    if (!step->active)
+        return false;
+    step_look(step, &now);
+    *line = now.line;
+    return (now.flags & (SEGMENT_CUT | SEGMENT_DWELL)) == SEGMENT_CUT;
 }
 
-/* M4: part of the power that the speed asks for, so that corners are not burnt. The speed is that of the
- * motion emitted last, a few ms ahead of the pins. */
+/* M4: part of the power that the speed asks for, so that corners are not burnt. */
 static float part_at_speed(const struct machine *machine, float feed_mm_s) {
     float asked_mm_s = feed_mm_s * (float)machine_feed_pct(machine) * 0.01f;
     float part = asked_mm_s > 0.0f ? machine_speed_mm_s(machine) / asked_mm_s : 0.0f;
@@ -69,7 +61,7 @@ static float cut_rpm(const struct machine *machine) {
     uint32_t line;
     if (machine->state != MACHINE_RUN || !is_cutting(&machine->step, &line))
         return 0.0f;
-    if (machine->motion.ring.owner == RING_OWNER_HOST) /* it plans the speed, so it scales S by it */
+    if (machine->motion.ahead.owner == AHEAD_HOST) /* it plans the speed, so it scales S by it */
         return machine->outputs.rpm;
     const struct line_note *note = notes_find(&machine->notes, line);
     if (note == NULL) /* every cut has one, as there are more notes than pieces */

@@ -151,6 +151,8 @@ void list_build(struct machine *machine) {
     text_string(&machine->out, ",");
     text_int(&machine->out, RX_SIZE);
     text_string(&machine->out, "]\r\n");
+    if (machine->motion.ahead.late > 0)
+        report_underruns(machine);
 }
 
 /* All codes of the table, as [CAPS:G0,G1,..,G38.2,..]. */

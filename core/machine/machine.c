@@ -6,6 +6,8 @@
 
 #include <string.h>
 
+#define LATE_QUIET_US 1000000u /* from one report of underruns to the next */
+
 uint16_t machine_board_pulse_us(const struct machine *machine) {
     return (uint16_t)((machine->board.step_pulse_ns + 999) / 1000);
 }
@@ -41,9 +43,9 @@ void machine_init(struct machine *machine, const struct machine_board *board, st
     line_reader_reset(&machine->reader);
     machine->joints.kinematics.ops = &kinematics_cartesian; /* until the settings are there */
     motion_init(&machine->motion, &no_limits);
-    feed_init(&machine->host.feed, &machine->motion.ring);
+    feed_init(&machine->host.feed, &machine->motion.ahead);
     step_init(&machine->step, hal_step);
-    prep_init(&machine->prep, &machine->motion.ring, &machine->step, &no_timing);
+    prep_init(&machine->prep, &machine->motion.queue, &machine->step, &no_timing);
     machine->feed_pct = machine->rapid_pct = machine->spindle_pct = 100;
     keep_load(machine);
     wiring_fit(machine);
@@ -64,22 +66,15 @@ bool machine_is_at_rest(const struct machine *machine) {
 
 bool machine_has_motion(const struct machine *machine) {
     return !motion_is_planned_out(&machine->motion) || !feed_is_empty(&machine->host.feed) ||
-           segment_ring_peek(&machine->motion.ring) != NULL ||
-           __atomic_load_n(&machine->prep.loaded, __ATOMIC_RELAXED) ||
-           ring_held(&machine->step.ring.index) > 0 ||
-           __atomic_load_n(&machine->step.active, __ATOMIC_RELAXED);
+           segment_queue_is_pending(&machine->motion.queue) ||
+           __atomic_load_n(&machine->step.active, __ATOMIC_ACQUIRE);
 }
 
-/* The motion side and the step ISR may work on meanwhile, but they get nothing new. So looking where the
- * steps come from first, and then where they go, misses nothing; except what is in prep's hands while it
- * works. Each load is an acquire, so that they stay in this order. */
+/* The motion side answers a batch after it has started the step timer for it. So looking for a batch first,
+ * and then at the timer, misses nothing; each load is an acquire, so that they stay in this order. */
 bool machine_is_standing(const struct machine *machine) {
-    uint32_t done = __atomic_load_n(&machine->motion_polls_done, __ATOMIC_ACQUIRE);
-    return segment_ring_peek(&machine->motion.ring) == NULL &&
-           !__atomic_load_n(&machine->prep.loaded, __ATOMIC_ACQUIRE) &&
-           ring_held(&machine->step.ring.index) == 0 &&
-           !__atomic_load_n(&machine->step.active, __ATOMIC_ACQUIRE) &&
-           __atomic_load_n(&machine->motion_polls_begun, __ATOMIC_RELAXED) == done;
+    return !segment_queue_is_pending(&machine->motion.queue) &&
+           !__atomic_load_n(&machine->step.active, __ATOMIC_ACQUIRE);
 }
 
 bool machine_is_stopped(const struct machine *machine) {
@@ -88,7 +83,7 @@ bool machine_is_stopped(const struct machine *machine) {
 }
 
 void machine_position(const struct machine *machine, int32_t steps[AXIS_COUNT]) {
-    step_position(&machine->step, machine->prep.position, steps);
+    step_position(&machine->step, steps);
 }
 
 void machine_axis_steps(const struct machine *machine, int32_t steps[AXIS_COUNT]) {
@@ -101,7 +96,17 @@ void machine_tool_mm(const struct machine *machine, const int32_t steps[AXIS_COU
 }
 
 float machine_speed_mm_s(const struct machine *machine) {
-    return joints_tool_speed(&machine->joints, &machine->motion, emit_speed_mm_s(&machine->motion.emit));
+    struct step_now now;
+    int32_t way_steps[AXIS_COUNT];
+    step_look(&machine->step, &now);
+    if (!machine->step.active)
+        return 0.0f;
+    for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
+        int32_t way = (int32_t)(now.increment[span_word(ax)] >> span_shift(ax) & 0xFFFFu);
+        way_steps[ax] = (now.negative >> ax & 1) != 0 ? -way : way;
+    }
+    return joints_tool_speed(&machine->joints, &machine->motion, now.position, way_steps,
+                             (float)now.v_um_s * 1e-3f);
 }
 
 void machine_on_motion_side(struct machine *machine, void (*work)(void *arg), void *arg) {
@@ -149,7 +154,6 @@ static void halt(void *arg) {
     at->only_waited = step_only_waits(&machine->step);
     host_note_done(machine);
     machine_position(machine, position);
-    step_flush(&machine->step);
     reset_motion(machine, position);
     machine->edges.latch[FIRST_MOTOR] = machine->edges.latch[SECOND_MOTOR] = 0;
     machine->edges.hard_limit = machine->edges.estop = false;
@@ -458,16 +462,12 @@ static bool is_quiet(struct machine *machine) {
 }
 
 bool machine_poll_motion(struct machine *machine) {
-    uint32_t poll = machine->motion_polls_done + 1;
-    (void)__atomic_exchange_n(&machine->motion_polls_begun, poll,
-                              __ATOMIC_ACQ_REL); /* before anything below */
     bool rested = !machine->step.active;
     bool any = motors_poll(machine) && prep_poll(&machine->prep);
     if (rested && machine->step.active) {
         machine->motion_started_us = hal_time_us(machine->hal);
         __atomic_store_n(&machine->motion_starts, machine->motion_starts + 1, __ATOMIC_RELEASE);
     }
-    __atomic_store_n(&machine->motion_polls_done, poll, __ATOMIC_RELEASE);
     return any;
 }
 
@@ -480,6 +480,16 @@ static void tell_way_out(struct machine *machine) {
     machine->release_told = pressed;
     machine->critical_untold = pressed;
     report_message(machine, pressed ? "Release the emergency stop" : "Reset to continue");
+}
+
+/* Underruns, not more often than once in LATE_QUIET_US. */
+static void tell_late(struct machine *machine) {
+    machine->late_quiet.on = machine_timer_runs(machine, &machine->late_quiet); /* before the clock wraps */
+    if (machine->late_told == machine->motion.ahead.late || machine->late_quiet.on)
+        return;
+    machine->late_told = machine->motion.ahead.late;
+    report_underruns(machine);
+    machine_timer_start(machine, &machine->late_quiet, LATE_QUIET_US);
 }
 
 bool machine_poll(struct machine *machine) {
@@ -503,6 +513,7 @@ bool machine_poll(struct machine *machine) {
         return any;
     any |= host_poll(machine);
     any |= motion_poll(&machine->motion, hal_time_us(machine->hal));
+    tell_late(machine);
     torque_poll(machine);
     servo_poll(machine);
     if (machine->board.motion_side == NULL)

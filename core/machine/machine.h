@@ -295,10 +295,11 @@ struct machine {
     struct motion motion;
     struct prep prep;
     struct step step;
+    uint32_t late_told;              /* underruns that were reported */
+    struct machine_timer late_quiet; /* ... and none are until this is over */
     struct machine_motors motors;
     struct machine_torque torque;
-    uint16_t servo_us;                              /* pulse put out; 0: none */
-    uint32_t motion_polls_begun, motion_polls_done; /* of the motion side; differ while it works */
+    uint16_t servo_us;          /* pulse put out; 0: none */
     uint32_t motion_started_us; /* of the motion side: when the step timer was started last */
     uint32_t motion_starts;     /* ... and how often; wraps */
 
@@ -396,6 +397,9 @@ void machine_sender_lost(struct machine *machine, bool lines_wait);
 
 /** Nothing more comes for now: planned moves start without waiting for look-ahead. */
 void machine_input_pause(struct machine *machine);
+
+/** Speed of the tool, of the motion that is on the pins now. */
+float machine_speed_mm_s(const struct machine *machine);
 
 /** No pulse is on its way to the pins; moves may be planned, as in a hold. While a motion side of its own is
  * at work, also false when it only looks around: ask again. */

@@ -8,8 +8,8 @@
 #define US_PER_MS         1000u
 
 static bool moves(const struct machine *machine) {
-    return __atomic_load_n(&machine->step.active, __ATOMIC_ACQUIRE) ||
-           segment_ring_peek(&machine->motion.ring) != NULL || machine->prep.loaded;
+    return segment_queue_is_pending(&machine->motion.queue) ||
+           __atomic_load_n(&machine->step.active, __ATOMIC_ACQUIRE);
 }
 
 /* They hold what homing has found so far, and in sleep nothing. */

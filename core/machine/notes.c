@@ -46,8 +46,9 @@ uint32_t notes_number(const struct line_notes *notes, uint32_t line) {
 }
 
 uint32_t notes_line_now(const struct machine *machine) {
-    const struct step *step = &machine->step;
-    if (!step->active || machine->motion.ring.owner == RING_OWNER_HOST) /* a line may be half done */
+    struct step_now now;
+    if (!machine->step.active || machine->motion.ahead.owner == AHEAD_HOST) /* a line may be half done */
         return emit_line(&machine->motion.emit);
-    return step->ring.slots[step->ring.index.tail & (SPAN_RING_SIZE - 1)].line;
+    step_look(&machine->step, &now);
+    return now.line;
 }

@@ -89,7 +89,7 @@ void outputs_poll(struct machine *machine) {
     if (!machine->settings.laser_mode || outputs->spindle == SPINDLE_OFF)
         return;
     laser_poll(machine);
-    if (machine->motion.ring.owner != RING_OWNER_HOST)
+    if (machine->motion.ahead.owner != AHEAD_HOST)
         outputs->rpm = machine->gcode.modal.spindle_rpm; /* reports: S comes with its line, without M3 */
     float rpm = limited_rpm(machine);
     if (rpm != outputs->shown_rpm)

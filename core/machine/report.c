@@ -27,6 +27,12 @@ void report_not_homed(struct machine *machine) {
     text_string(&machine->out, "]\r\n");
 }
 
+void report_underruns(struct machine *machine) {
+    text_string(&machine->out, "[MSG:Motion slowed down because the controller was busy: ");
+    text_int(&machine->out, (int32_t)machine->motion.ahead.late);
+    text_string(&machine->out, machine->motion.ahead.late == 1 ? " time]\r\n" : " times]\r\n");
+}
+
 void report_tool_change(struct machine *machine) {
     text_string(&machine->out, "[MSG:Tool change: T");
     text_int(&machine->out, machine->command.next.tool);

@@ -4,7 +4,7 @@
 #include "machine/inner.h"
 
 #define US_PER_MS 1000u
-#define SPANS_US  20000u /* what has left the segment ring may take so long until it is on the pins */
+#define SPANS_US  20000u /* so much later than planned a step may be on the pins */
 
 static axis_mask_t moved_axes(const struct segment *segment) {
     unsigned axes = 0;
@@ -13,13 +13,16 @@ static axis_mask_t moved_axes(const struct segment *segment) {
     return (axis_mask_t)axes;
 }
 
-/* Axes that move in the segments put into the ring since the last look. */
+/* Axes that move in the batches published since the last look. */
 static axis_mask_t fresh_axes(struct machine *machine) {
-    const struct segment_ring *ring = &machine->motion.ring;
+    const struct segment_queue *queue = &machine->motion.queue;
     struct machine_torque *torque = &machine->torque;
     unsigned axes = 0;
-    for (; torque->seen != ring->index.head; torque->seen++)
-        axes |= moved_axes(&ring->slots[torque->seen & (SEGMENT_RING_SIZE - 1)]);
+    if (torque->seen == queue->published)
+        return 0;
+    torque->seen = queue->published; /* the next one is published after the next look */
+    for (uint32_t i = 0; i < queue->count; i++)
+        axes |= moved_axes(&queue->slots[i]);
     return (axis_mask_t)axes;
 }
 
@@ -30,8 +33,8 @@ axis_mask_t torque_mask(const struct machine *machine) {
 void torque_poll(struct machine *machine) {
     struct machine_torque *torque = &machine->torque;
     uint32_t now_us = hal_time_us(machine->hal);
-    uint32_t after_us = segment_ring_queued_us(&machine->motion.ring) + SPANS_US +
-                        machine->settings.torque_delay_ms * US_PER_MS;
+    uint32_t after_us =
+        ahead_queued_us(&machine->motion.ahead) + SPANS_US + machine->settings.torque_delay_ms * US_PER_MS;
     unsigned fresh = fresh_axes(machine), full = torque->full | fresh;
     for (unsigned ax = 0; ax < OUTPUT_COUNT; ax++) {
         if ((fresh >> ax & 1) != 0)

@@ -12,10 +12,14 @@
 #define GEAR_SAMPLE_S  0.002f  /* of motion that follows the spindle */
 #define ENOUGH_MM      0.5f  /* and a little more than the way to a stop: no more of the path is needed yet */
 #define SLACK_USED     1.01f /* of the way to a stop, for rounding */
-#define MAX_DWELL_NS   1000000000u /* of one dwell segment */
+#define MAX_DWELL_NS   20000000u /* of one dwell segment */
+#define STOP_FINE      16u       /* samples of a stop until they become twice as long, and so on */
+#define STOP_SAMPLE_S  0.03f     /* but no longer than this: SEGMENT_MAX_STEPS */
+#define END_S          0.05f     /* and so much: the end of the path is the stop */
+#define STOP_LONGER    7         /* times LINE_SAMPLE_S: on a straight part */
 
-void emit_init(struct emit *emit, struct plan *plan, struct segment_ring *ring) {
-    *emit = (struct emit){.plan = plan, .ring = ring};
+void emit_init(struct emit *emit, struct plan *plan, struct ahead *ahead) {
+    *emit = (struct emit){.plan = plan, .ahead = ahead};
 }
 
 /* In 1/65536 step; a half is added, so that rounding down is to the nearest step. */
@@ -31,12 +35,14 @@ static void stand_still(struct emit *emit) {
 }
 
 void emit_reset(struct emit *emit, const int32_t position_steps[AXIS_COUNT]) {
-    emit->entered = emit->on_blend = emit->flush = emit->hold = emit->late = emit->ran_dry = false;
-    emit->settles = false;
+    emit->entered = emit->on_blend = emit->flush = emit->hold = emit->hold_asked = emit->late =
+        emit->ran_dry = false;
+    emit->settles = emit->waits = false;
     emit->gear.phase = GEAR_OFF;
     emit->y = emit->v_mm_s = 0.0f;
     emit->along_mm = emit->t = 0.0;
-    emit->dwell_left_ns = 0;
+    emit->dwell_ns = emit->dwelt_ns = 0;
+    emit->stop_samples = 0;
     for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
         emit->corner_mm[ax] = emit->plan->position_mm[ax];
         emit->steps[ax] = position_steps[ax];
@@ -55,9 +61,12 @@ static bool is_behind(const struct emit *emit) {
     return emit->filter.moving != 0;
 }
 
+static bool dwells(const struct emit *emit) {
+    return emit->dwell_ns != emit->dwelt_ns;
+}
+
 bool emit_is_idle(const struct emit *emit) {
-    return plan_is_empty(emit->plan) && emit->dwell_left_ns == 0 && !is_behind(emit) &&
-           !gear_is_on(&emit->gear);
+    return plan_is_empty(emit->plan) && !dwells(emit) && !is_behind(emit) && !gear_is_on(&emit->gear);
 }
 
 bool emit_is_held(const struct emit *emit) {
@@ -85,26 +94,46 @@ uint32_t emit_line(const struct emit *emit) {
     return emit->entered ? path->pieces[path->tail & (PLAN_SIZE - 1)].line : 0;
 }
 
-float emit_speed_mm_s(const struct emit *emit) {
-    return emit->v_mm_s;
-}
-
 void emit_dwell(struct emit *emit, double seconds) {
-    emit->dwell_left_ns = (uint64_t)(seconds * 1e9 + 0.5);
+    emit->dwell_ns += (uint64_t)(seconds * 1e9 + 0.5);
 }
 
-bool emit_wants_more(const struct emit *emit) {
+static void change(struct emit *emit) {
+    if (emit->ahead->owner == AHEAD_PLANNER)
+        ahead_change(emit->ahead);
+}
+
+void emit_hold(struct emit *emit, bool on) {
+    if (emit->hold_asked == on)
+        return;
+    emit->hold = emit->hold_asked = on;
+    change(emit);
+}
+
+void emit_change_limits(struct emit *emit) {
+    emit->late = true;
+    emit->limits++;
+    change(emit);
+}
+
+/* From here to the end of the pieces it is `times` the way to a stop and `more_mm`, or less. */
+static bool is_near_end(const struct emit *emit, float times, float more_mm) {
     const struct path *path = &emit->plan->path;
-    float ahead_mm = -ENOUGH_MM - (float)emit->along_mm;
-    if (travel_ends(emit) && !emit->hold) /* it may have started too near to the end to ask on its way */
-        return true;
+    float bound = 0.5f * times * emit->y;
+    float ahead_mm = -more_mm - (float)emit->along_mm;
     for (uint32_t i = path->tail; i != path->head; i++) {
         const struct piece *piece = &path->pieces[i & (PLAN_SIZE - 1)];
         ahead_mm += piece->length_mm;
-        if (ahead_mm * piece->accel_mm_s2 > emit->y) /* twice the way to a stop: some of it bends */
+        if (ahead_mm * piece->accel_mm_s2 > bound)
             return false;
     }
     return true;
+}
+
+bool emit_wants_more(const struct emit *emit) {
+    if (travel_ends(emit) && !emit->hold) /* it may have started too near to the end to ask on its way */
+        return true;
+    return is_near_end(emit, 2.0f, ENOUGH_MM); /* some of it bends */
 }
 
 /* A place of an axis, as exactly_on(). */
@@ -167,10 +196,21 @@ static bool is_other(const struct piece *a, const struct piece *b) {
     return a->flags != b->flags || a->note != b->note;
 }
 
+/* A stop that only a late task needs is made of fewer segments: on a straight part one may be long, and in a
+ * curve they become longer as it becomes slower. */
+static float longer(const struct emit *emit, float time_s) {
+    for (uint32_t made = emit->stop_samples; made > STOP_FINE && time_s < STOP_SAMPLE_S; made -= STOP_FINE)
+        time_s *= 2.0f;
+    return least_f(time_s, STOP_SAMPLE_S);
+}
+
 static float sample_s(const struct emit *emit, const struct piece *piece) {
+    float line_s = LINE_SAMPLE_S * (float)(emit->stop_samples > 0 ? STOP_LONGER : 1);
     float left_mm = piece->length_mm - piece->tangent_mm - (float)emit->along_mm;
-    float longest_mm = (emit->v_mm_s + piece->accel_mm_s2 * LINE_SAMPLE_S) * LINE_SAMPLE_S;
-    return !emit->on_blend && left_mm > 1.5f * longest_mm ? LINE_SAMPLE_S : emit->plan->curve_s;
+    float longest_mm = (emit->v_mm_s + piece->accel_mm_s2 * line_s) * line_s;
+    if (!emit->on_blend && left_mm > 1.5f * longest_mm)
+        return line_s;
+    return longer(emit, emit->plan->curve_s);
 }
 
 /* Travel for one sample, or to a stop, or to where another kind of motion begins. @return s */
@@ -226,7 +266,8 @@ static const struct piece *find_place(struct emit *emit, int64_t at[AXIS_COUNT])
     return last;
 }
 
-static void push(struct emit *emit, struct segment *segment, float time_s) {
+/* What every segment says. */
+static void finish(struct emit *emit, struct segment *segment, float time_s) {
     if (emit->v_mm_s == 0.0f) {
         if ((emit->ended_flags & MOTION_FLAG_EXACT_STOP) != 0 && !emit->entered)
             segment->flags |= SEGMENT_EXACT_STOP;
@@ -235,23 +276,23 @@ static void push(struct emit *emit, struct segment *segment, float time_s) {
     }
     segment->id = emit->next_id++;
     segment->duration_ns = duration_ns(emit, time_s);
+    segment->v_mm_s = emit->v_mm_s;
     DEBUG(DEBUG_MOTION, "segment: line, ns", segment->line, segment->duration_ns);
-    (void)segment_ring_push(emit->ring, RING_OWNER_PLANNER, segment);
 }
 
 static int16_t ramp(float v0, float v1) {
     return (int16_t)(v0 + v1 > 0.0f ? (v1 - v0) / (v0 + v1) * (float)SEGMENT_RAMP_ONE : 0.0f);
 }
 
-static void emit_sample(struct emit *emit) {
+static void make_sample(struct emit *emit, struct segment *segment) {
     const struct piece *piece = path_piece(&emit->plan->path, emit->plan->path.tail);
     float v0 = emit->v_mm_s, time_s = travel_sample(emit, piece);
     int64_t at[AXIS_COUNT] = {0};
-    struct segment segment = {.flags = segment_flags(piece->flags)};
-    segment.line = find_place(emit, at)->line;
-    segment.ramp = ramp(v0, emit->v_mm_s);
-    set_axes(emit, &segment, at);
-    push(emit, &segment, time_s);
+    segment->flags = segment_flags(piece->flags);
+    segment->line = find_place(emit, at)->line;
+    segment->ramp = ramp(v0, emit->v_mm_s);
+    set_axes(emit, segment, at);
+    finish(emit, segment, time_s);
 }
 
 /* Speed of the filtered motion during the newest sample, along the path. */
@@ -265,13 +306,12 @@ static float filtered_mm_s(const struct emit *emit) {
     return sqrtf(sum);
 }
 
-/* The path goes on for a sample, or stands; the axes go to the mean of the last ones. */
-static void emit_filtered(struct emit *emit) {
+/* The path goes on for a sample, or stands. */
+static void travel_filtered(struct emit *emit) {
     struct filter *filter = &emit->filter;
     struct filter_tag tag = filter->tags[filter->at];
     int64_t at[AXIS_COUNT];
     memcpy(at, filter->in, sizeof at);
-    float v0 = emit->v_mm_s;
     if (!emit->settles && !travel_ends(emit)) {
         uint8_t flags = path_piece(&emit->plan->path, emit->plan->path.tail)->flags;
         travel_time(emit, filter->sample_s);
@@ -280,16 +320,28 @@ static void emit_filtered(struct emit *emit) {
     }
     filter_push(filter, at, tag);
     emit->settles = emit->settles && is_behind(emit);
+}
+
+/* The axes go to the mean of the last samples of the path: one sample further, or some in a long stop. */
+static void make_filtered(struct emit *emit, struct segment *segment) {
+    const struct filter *filter = &emit->filter;
+    int64_t at[AXIS_COUNT];
+    float v0 = emit->v_mm_s, wanted_s = longer(emit, filter->sample_s), time_s = 0.0f;
+    do {
+        travel_filtered(emit);
+        time_s += filter->sample_s;
+    } while (is_behind(emit) && time_s + 0.5f * filter->sample_s < wanted_s);
     for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
         at[ax] = filter_out(filter, ax);
     float v = filtered_mm_s(emit);
-    tag = filter_tag(filter);
-    struct segment segment = {.line = tag.line, .flags = segment_flags(tag.flags)};
-    segment.ramp =
+    struct filter_tag tag = filter_tag(filter);
+    segment->line = tag.line;
+    segment->flags = segment_flags(tag.flags);
+    segment->ramp =
         is_behind(emit) ? ramp(v0, 2.0f * v - v0 > 0.0f ? 2.0f * v - v0 : 0.0f) : -SEGMENT_RAMP_ONE;
     emit->v_mm_s = is_behind(emit) ? v : 0.0f;
-    set_axes(emit, &segment, at);
-    push(emit, &segment, filter->sample_s);
+    set_axes(emit, segment, at);
+    finish(emit, segment, time_s);
 }
 
 void emit_gear(struct emit *emit, const struct gear_path *path) {
@@ -311,17 +363,17 @@ static void find_geared(const struct emit *emit, int64_t at[AXIS_COUNT]) {
 }
 
 /* The next sample of the follower. While it waits for its angle, time goes on and nothing moves. */
-static void emit_geared(struct emit *emit) {
+static void make_geared(struct emit *emit, struct segment *segment) {
     struct gear *gear = &emit->gear;
     struct filter *filter = &emit->filter;
     bool filtered = filter->count > 0, waits = gear->phase == GEAR_WAITS;
-    float asked_s = filtered ? filter->sample_s : GEAR_SAMPLE_S, v0 = fabsf(gear->v_mm_s);
+    float asked_s = filtered ? filter->sample_s : longer(emit, GEAR_SAMPLE_S), v0 = fabsf(gear->v_mm_s);
     double time_s = gear_sample(gear, &emit->spindle, asked_s, filtered, emit->now_us);
-    struct segment segment = {.line = gear->path.line};
+    segment->line = gear->path.line;
     if (waits) {
-        segment.flags = SEGMENT_DWELL;
-        memset(segment.phase, SEGMENT_PHASE_HALF, sizeof segment.phase);
-        memset(segment.phase_end, SEGMENT_PHASE_HALF, sizeof segment.phase_end);
+        segment->flags = SEGMENT_DWELL;
+        memset(segment->phase, SEGMENT_PHASE_HALF, sizeof segment->phase);
+        memset(segment->phase_end, SEGMENT_PHASE_HALF, sizeof segment->phase_end);
     } else {
         int64_t at[AXIS_COUNT] = {0};
         memcpy(at, filter->in, sizeof at);
@@ -332,40 +384,150 @@ static void emit_geared(struct emit *emit) {
             for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
                 at[ax] = filter_out(filter, ax);
         } else {
-            segment.ramp = ramp(v0, emit->v_mm_s);
+            segment->ramp = ramp(v0, emit->v_mm_s);
         }
-        set_axes(emit, &segment, at);
+        set_axes(emit, segment, at);
     }
-    push(emit, &segment, (float)time_s);
-    gear->run_ns += segment.duration_ns;
+    finish(emit, segment, (float)time_s);
+    gear->run_ns += segment->duration_ns;
 }
 
-static void emit_dwell_slice(struct emit *emit) {
-    uint64_t ns = emit->dwell_left_ns < MAX_DWELL_NS ? emit->dwell_left_ns : MAX_DWELL_NS;
-    struct segment segment = {.duration_ns = (uint32_t)ns, .id = emit->next_id++, .flags = SEGMENT_DWELL};
-    (void)segment_ring_push(emit->ring, RING_OWNER_PLANNER, &segment);
-    emit->dwell_left_ns -= ns;
+static void make_dwell(struct emit *emit, struct segment *segment) {
+    uint64_t left_ns = emit->dwell_ns - emit->dwelt_ns;
+    segment->duration_ns = (uint32_t)(left_ns < MAX_DWELL_NS ? left_ns : MAX_DWELL_NS);
+    segment->id = emit->next_id++;
+    segment->flags = SEGMENT_DWELL;
+    emit->dwelt_ns += segment->duration_ns;
 }
 
-static bool has_next(const struct emit *emit) {
-    return emit->dwell_left_ns > 0 || is_behind(emit) || !travel_ends(emit) || gear_is_on(&emit->gear);
-}
+/* ---- as a source of segments ---- */
 
-bool emit_poll(struct emit *emit) {
-    bool any = false;
-    if (emit_is_idle(emit) || emit_is_held(emit) || !segment_ring_claim(emit->ring, RING_OWNER_PLANNER))
+static bool make(void *ctx, struct segment *segment) {
+    struct emit *emit = ctx;
+    if (emit->waits || emit_is_idle(emit) || emit_is_held(emit))
         return false;
-    while (ring_free(&emit->ring->index, SEGMENT_RING_SIZE) > 0 &&
-           segment_ring_queued_us(emit->ring) < EMIT_AHEAD_US && has_next(emit)) {
-        if (gear_is_on(&emit->gear))
-            emit_geared(emit);
-        else if (travel_ends(emit) && !is_behind(emit))
-            emit_dwell_slice(emit);
-        else if (emit->filter.count > 0)
-            emit_filtered(emit);
-        else
-            emit_sample(emit);
-        any = true;
-    }
-    return any;
+    if (gear_is_on(&emit->gear))
+        make_geared(emit, segment);
+    else if (travel_ends(emit) && !is_behind(emit) && !dwells(emit))
+        return false;
+    else if (travel_ends(emit) && !is_behind(emit))
+        make_dwell(emit, segment);
+    else if (emit->filter.count > 0)
+        make_filtered(emit, segment);
+    else
+        make_sample(emit, segment);
+    emit->stop_samples += emit->stop_samples > 0;
+    return true;
+}
+
+static bool rests(const void *ctx) {
+    const struct emit *emit = ctx;
+    bool geared = gear_is_on(&emit->gear) && emit->gear.phase != GEAR_WAITS;
+    return emit->y == 0.0f && !is_behind(emit) && !geared;
+}
+
+/* Whether the newest piece ends in a stop that stays one. */
+static bool path_is_closed(const struct path *path) {
+    return path->knots[path->newest & (KNOT_RING - 1)].stop && !path->may_go_on && path_pending(path) == 0;
+}
+
+static bool is_firm(const void *ctx) {
+    const struct emit *emit = ctx;
+    const struct plan *plan = emit->plan;
+    if (gear_is_on(&emit->gear) || (dwells(emit) && travel_ends(emit)))
+        return false;
+    if (emit->hold || path_count(&plan->path) == 0 || (path_is_closed(&plan->path) && !plan->reduce.open))
+        return true;
+    return (int32_t)(plan->timing.settled - plan->path.tail) > 0 || !emit_wants_more(emit);
+}
+
+static uint32_t news(const void *ctx) {
+    const struct emit *emit = ctx;
+    return emit->plan->moves_total;
+}
+
+static bool stop(void *ctx, enum ahead_stop how) {
+    struct emit *emit = ctx;
+    emit->stop_samples = how != AHEAD_GO ? 1u : 0u;
+    emit->hold = how == AHEAD_STOP || emit->hold_asked;
+    if (how == AHEAD_STOP)
+        gear_brake(&emit->gear);
+    return how != AHEAD_END || (!gear_is_on(&emit->gear) && is_near_end(emit, 3.0f, END_S * emit->v_mm_s));
+}
+
+static void save(void *ctx, uint32_t at) {
+    struct emit *emit = ctx;
+    struct emit_place *place = &emit->places[at];
+    place->entered = emit->entered;
+    place->on_blend = emit->on_blend;
+    place->settles = emit->settles;
+    place->late = emit->late;
+    place->ran_dry = emit->ran_dry;
+    place->ended_flags = emit->ended_flags;
+    place->next_id = emit->next_id;
+    place->t = emit->t;
+    place->y = emit->y;
+    place->v_mm_s = emit->v_mm_s;
+    place->along_mm = emit->along_mm;
+    place->time_ns = emit->time_ns;
+    memcpy(place->corner_mm, emit->corner_mm, sizeof place->corner_mm);
+    memcpy(place->steps, emit->steps, sizeof place->steps);
+    memcpy(place->fraction, emit->fraction, sizeof place->fraction);
+    place->tail = emit->plan->path.tail;
+    place->stop_tail = emit->plan->path.stop_tail;
+    place->limits = emit->limits;
+    place->dwelt_ns = emit->dwelt_ns;
+    place->known = emit->plan->timing.known;
+    if (emit->filter.count > 0)
+        place->filter = emit->filter;
+    gear_save(&emit->gear, &place->gear);
+}
+
+/* A backward pass since then has not seen the pieces before the tail of its time. */
+static void return_path(struct emit *emit, const struct emit_place *place) {
+    struct path *path = &emit->plan->path;
+    struct timing *timing = &emit->plan->timing;
+    if (path->tail != place->tail && timing->known != place->known)
+        timing->whole = true;
+    if (place->limits != emit->limits)
+        timing->whole = emit->late = true;
+    path->tail = place->tail;
+    path->stop_tail = place->stop_tail;
+    emit->ran_dry = place->ran_dry && plan_is_empty(emit->plan);
+}
+
+static void load(void *ctx, uint32_t at, enum ahead_return why) {
+    struct emit *emit = ctx;
+    const struct emit_place *place = &emit->places[at];
+    emit->entered = place->entered;
+    emit->on_blend = place->on_blend;
+    emit->settles = place->settles;
+    emit->late = place->late;
+    emit->ended_flags = place->ended_flags;
+    emit->next_id = place->next_id;
+    emit->t = place->t;
+    emit->y = place->y;
+    emit->v_mm_s = place->v_mm_s;
+    emit->along_mm = place->along_mm;
+    emit->time_ns = place->time_ns;
+    memcpy(emit->corner_mm, place->corner_mm, sizeof emit->corner_mm);
+    memcpy(emit->steps, place->steps, sizeof emit->steps);
+    memcpy(emit->fraction, place->fraction, sizeof emit->fraction);
+    return_path(emit, place);
+    emit->dwelt_ns = place->dwelt_ns;
+    if (emit->filter.count > 0)
+        emit->filter = place->filter;
+    gear_load(&emit->gear, &place->gear, why == AHEAD_STOPPED);
+}
+
+/* cppcheck-suppress constParameterCallback ; the type of release() is fixed */
+static void release(void *ctx, uint32_t at) {
+    const struct emit *emit = ctx;
+    emit->plan->path.kept = emit->places[at].tail;
+    emit->plan->path.stop_kept = emit->places[at].stop_tail;
+}
+
+bool emit_claim(struct emit *emit) {
+    static const struct ahead_source source = {make, rests, is_firm, news, stop, save, load, release};
+    return ahead_claim(emit->ahead, AHEAD_PLANNER, &source, emit);
 }

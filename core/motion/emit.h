@@ -13,15 +13,31 @@
 #include "motion/filter.h"
 #include "motion/gear.h"
 #include "motion/planner.h"
-#include "segment/ring.h"
+#include "segment/ahead.h"
 
-/** How far emission runs ahead of prep. Nothing is decided earlier than it must be: what is not in the ring
- * can still be planned better, held, overridden or cancelled. */
-#define EMIT_AHEAD_US 3000u
+/** State that is kept at a mark: what making segments changes. What others change (the plan, hold, overrides,
+ * the spindle) is not part of it. */
+struct emit_place {
+    bool entered, on_blend, settles, late, ran_dry;
+    uint8_t ended_flags;
+    uint16_t next_id;
+    double t;
+    float y, v_mm_s;
+    double along_mm, time_ns;
+    double corner_mm[AXIS_COUNT];
+    int32_t steps[AXIS_COUNT];
+    uint8_t fraction[AXIS_COUNT];
+    uint32_t tail, stop_tail; /* of the path */
+    uint32_t limits;          /* emit.limits then */
+    uint32_t known;           /* timing.known then */
+    uint64_t dwelt_ns;
+    struct filter filter;
+    struct gear_place gear;
+};
 
 struct emit {
     struct plan *plan;
-    struct segment_ring *ring;
+    struct ahead *ahead;
     bool entered;                 /* the piece at tail has begun */
     bool on_blend;                /* at `t` of its blend, or else `along_mm` of its straight part */
     double corner_mm[AXIS_COUNT]; /* control point at the end of the piece at tail */
@@ -39,15 +55,19 @@ struct emit {
     uint8_t ended_flags;          /* of the piece that ended in the last stop; enum motion_flags */
     double time_ns;               /* fraction of a nanosecond carried from segment to segment */
     bool flush;                   /* nothing follows: coming to rest is no starving */
-    bool hold;                    /* slow down along the path and stand */
+    bool hold, hold_asked;        /* slow down along the path and stand; asked: not only to make a stop */
+    bool waits;                   /* at rest, for more moves: nothing is made */
     bool late;                    /* limits were lowered; not yet down to them */
-    bool ran_dry;                 /* came to rest for want of a next move */
-    uint32_t starved;             /* times a next move came after that */
+    uint32_t limits;              /* counts changes of them */
+    uint32_t stop_samples; /* made of a stop that only a late task needs; 0: of motion that is wanted */
+    bool ran_dry;          /* came to rest for want of a next move */
+    uint32_t starved;      /* times a next move came after that */
     uint16_t next_id;
-    uint64_t dwell_left_ns;
+    uint64_t dwell_ns, dwelt_ns; /* asked for and made, since the last reset */
+    struct emit_place places[QUEUE_MARKS];
 };
 
-void emit_init(struct emit *emit, struct plan *plan, struct segment_ring *ring);
+void emit_init(struct emit *emit, struct plan *plan, struct ahead *ahead);
 
 /** Stand still at the plan's position; the piece being emitted is forgotten. After plan_reset(). */
 void emit_reset(struct emit *emit, const int32_t position_steps[AXIS_COUNT]);
@@ -55,9 +75,14 @@ void emit_reset(struct emit *emit, const int32_t position_steps[AXIS_COUNT]);
 /** Limit the jerk by averaging over this time; 0: not at all. At rest. */
 void emit_set_filter(struct emit *emit, float time_s);
 
-/** Put segments into the ring until EMIT_AHEAD_US is reached. @return true when any was put. Never blocks.
- */
-bool emit_poll(struct emit *emit);
+/** Motion becomes the planner's, when that of another source has come to rest. */
+bool emit_claim(struct emit *emit);
+
+/** Slow down along the path and stand; or go on. */
+void emit_hold(struct emit *emit, bool on);
+
+/** The limits of what is planned were changed by an override. */
+void emit_change_limits(struct emit *emit);
 
 /** Let a dwell follow the last move. Only when emit_is_idle(). @param seconds  0 .. 1e6 */
 void emit_dwell(struct emit *emit, double seconds);
@@ -67,11 +92,10 @@ void emit_dwell(struct emit *emit, double seconds);
  * (motion_reset()). */
 void emit_gear(struct emit *emit, const struct gear_path *path);
 
-/** Nothing planned and nothing half emitted. (The ring may still hold motion.) */
+/** Nothing planned and nothing half emitted. (It may not be stepped yet.) */
 bool emit_is_idle(const struct emit *emit);
 
-/** Standing still because of a hold: nothing more comes until it is lifted. (The ring may still hold motion.)
- */
+/** Standing still because of a hold: nothing more comes until it is lifted. (It may not be stepped yet.) */
 bool emit_is_held(const struct emit *emit);
 
 /** The stop at the end of the pieces is so near that more of the path would be needed now to keep the speed.
@@ -83,8 +107,5 @@ float emit_slack_mm(const struct emit *emit);
 
 /** Source line that the newest segment is of, while there is more of that piece; else 0. */
 uint32_t emit_line(const struct emit *emit);
-
-/** Path speed at the end of what was emitted, mm/s. */
-float emit_speed_mm_s(const struct emit *emit);
 
 #endif

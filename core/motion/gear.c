@@ -17,10 +17,43 @@ void gear_begin(struct gear *gear, const struct gear_path *path) {
 }
 
 void gear_stop(struct gear *gear) {
+    gear->must_stop = true;
     if (gear->phase == GEAR_WAITS)
         gear->phase = GEAR_DONE;
     else if (gear->phase == GEAR_RUNS)
         gear->phase = GEAR_STOPS;
+}
+
+void gear_brake(struct gear *gear) {
+    if (gear->phase == GEAR_RUNS)
+        gear->phase = GEAR_STOPS;
+}
+
+void gear_save(const struct gear *gear, struct gear_place *place) {
+    *place = (struct gear_place){.phase = gear->phase,
+                                 .at_mm = gear->at_mm,
+                                 .zero_rev = gear->zero_rev,
+                                 .v_mm_s = gear->v_mm_s,
+                                 .locked = gear->locked,
+                                 .ends = gear->ends,
+                                 .lost = gear->lost,
+                                 .run_ns = gear->run_ns};
+}
+
+void gear_load(struct gear *gear, const struct gear_place *place, bool stopped) {
+    bool at_end = !gear->path.reverses && place->at_mm >= (double)gear->path.way_mm;
+    gear->phase = place->phase;
+    gear->at_mm = place->at_mm;
+    gear->zero_rev = place->zero_rev;
+    gear->v_mm_s = place->v_mm_s;
+    gear->locked = place->locked;
+    gear->ends = place->ends;
+    gear->lost = place->lost;
+    gear->run_ns = place->run_ns;
+    if (stopped && (gear->phase == GEAR_STOPS || gear->phase == GEAR_DONE) && !at_end)
+        gear->phase = GEAR_RUNS;
+    if (gear->must_stop)
+        gear_stop(gear);
 }
 
 void gear_clock(struct gear *gear, uint32_t now_us, bool standing, uint32_t started_us, uint32_t starts) {

@@ -49,10 +49,20 @@ enum gear_phase {
     GEAR_DONE,  /* at rest */
 };
 
+/** State that is kept at a mark (segment/ahead.h). */
+struct gear_place {
+    enum gear_phase phase;
+    double at_mm, zero_rev;
+    float v_mm_s;
+    bool locked, ends, lost;
+    uint64_t run_ns;
+};
+
 struct gear {
     struct gear_path path;
     enum gear_phase phase;
     bool may_start;    /* the spindle is ready */
+    bool must_stop;    /* gear_stop() */
     double at_mm;      /* along the drive line */
     float v_mm_s;      /* signed */
     double zero_rev;   /* angle at which the line is at 0 */
@@ -75,6 +85,14 @@ static inline void gear_start(struct gear *gear) {
 
 /** Come to rest now, on the path. */
 void gear_stop(struct gear *gear);
+
+/** The same, for a stop that only a late task needs: gear_load() takes it back. */
+void gear_brake(struct gear *gear);
+
+void gear_save(const struct gear *gear, struct gear_place *place);
+
+/** @param stopped  motion came there in a stop of gear_brake(): it follows on, as far behind as it is */
+void gear_load(struct gear *gear, const struct gear_place *place, bool stopped);
 
 /** Where the clock is: before gear_sample(), at every poll.
  *  @param standing  nothing is on its way to the pins

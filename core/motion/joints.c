@@ -139,16 +139,28 @@ bool joints_in_range(const struct joints *joints, const struct motion *motion,
     return motion_in_range(motion, at);
 }
 
-float joints_tool_speed(const struct joints *joints, const struct motion *motion, float joints_mm_s) {
-    const struct path *path = &motion->plan.path;
-    double at[AXIS_COUNT], ahead[AXIS_COUNT], at_mm[AXIS_COUNT], ahead_mm[AXIS_COUNT];
-    float unit[AXIS_COUNT];
-    if (is_cartesian(joints) || path_count(path) == 0)
+/* The way as a unit vector, mm. @return false: there is none */
+static bool direction(const struct motion *motion, const int32_t way_steps[AXIS_COUNT],
+                      double unit[AXIS_COUNT]) {
+    double square = 0.0;
+    for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
+        unit[ax] = (double)way_steps[ax] / (double)motion->plan.limits.steps_per_mm[ax];
+        square += unit[ax] * unit[ax];
+    }
+    for (unsigned ax = 0; ax < AXIS_COUNT && square > 0.0; ax++)
+        unit[ax] /= sqrt(square);
+    return square > 0.0;
+}
+
+float joints_tool_speed(const struct joints *joints, const struct motion *motion,
+                        const int32_t at_steps[AXIS_COUNT], const int32_t way_steps[AXIS_COUNT],
+                        float joints_mm_s) {
+    double at[AXIS_COUNT], ahead[AXIS_COUNT], at_mm[AXIS_COUNT], ahead_mm[AXIS_COUNT], unit[AXIS_COUNT];
+    if (is_cartesian(joints) || !direction(motion, way_steps, unit))
         return joints_mm_s;
-    vec_store(path->pieces[path->tail & (PLAN_SIZE - 1)].unit, unit);
-    kinematics_position_mm(motion->emit.steps, motion->plan.limits.steps_per_mm, at);
+    kinematics_position_mm(at_steps, motion->plan.limits.steps_per_mm, at);
     for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
-        ahead[ax] = at[ax] + LOOK * (double)unit[ax];
+        ahead[ax] = at[ax] + LOOK * unit[ax];
     joints->kinematics.ops->forward(&joints->kinematics, at, at_mm);
     joints->kinematics.ops->forward(&joints->kinematics, ahead, ahead_mm);
     double ratio = linear_mm(at_mm, ahead_mm) / LOOK;

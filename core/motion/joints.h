@@ -45,7 +45,10 @@ bool joints_line(struct joints *joints, struct motion *motion, const struct moti
 bool joints_in_range(const struct joints *joints, const struct motion *motion,
                      const double tool_mm[AXIS_COUNT]);
 
-/** Speed of the tool when the joints go at this speed along the path now under way, mm/s. */
-float joints_tool_speed(const struct joints *joints, const struct motion *motion, float joints_mm_s);
+/** Speed of the tool at this place, when the joints move at this speed in the direction of way_steps, mm/s.
+ */
+float joints_tool_speed(const struct joints *joints, const struct motion *motion,
+                        const int32_t at_steps[AXIS_COUNT], const int32_t way_steps[AXIS_COUNT],
+                        float joints_mm_s);
 
 #endif

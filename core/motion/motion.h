@@ -1,13 +1,13 @@
 /* SPDX-License-Identifier: MIT
  * The motion room's door: moves in, segments out. [task]
  *
- *   motion_line() -> planner (smooth path, look-ahead) -> emit (just in time) -> segment ring */
+ *   motion_line() -> planner (smooth path, look-ahead) -> emit (just in time) -> segment queue */
 #ifndef WIFICNC_MOTION_MOTION_H
 #define WIFICNC_MOTION_MOTION_H
 
 #include "motion/emit.h"
 #include "motion/planner.h"
-#include "segment/ring.h"
+#include "segment/ahead.h"
 
 /** Wait this long for more moves before starting from rest, and before the newest move is taken for the last
  * one, so that short moves have look-ahead. */
@@ -19,10 +19,11 @@
 struct motion {
     struct plan plan;
     struct emit emit;
-    struct segment_ring ring;
-    uint32_t newest_us; /* when the newest move came */
-    uint32_t oldest_us; /* when the first move came to an empty plan */
-    bool waits;         /* at rest, with moves that wait for more: ask again within MOTION_START_DELAY_US */
+    struct segment_queue queue; /* to the motion side */
+    struct ahead ahead;         /* of the planner or of a network host */
+    uint32_t newest_us;         /* when the newest move came */
+    uint32_t oldest_us;         /* when the first move came to an empty plan */
+    bool waits; /* at rest, with moves that wait for more: ask again within MOTION_START_DELAY_US */
 };
 
 /** At rest at step position 0. */
@@ -34,9 +35,11 @@ void motion_set_limits(struct motion *motion, const struct motion_limits *limits
 /** True when the target's steps fit the counters; a move beyond is an error, not a wrap. */
 bool motion_in_range(const struct motion *motion, const double target_mm[AXIS_COUNT]);
 
-/** Room for one more move; only motion_line() takes it away. */
+/** Room for one more move. Whether a move can still be joined to the last one at speed is known when the
+ * motion side has answered; until then there is none. */
 static inline bool motion_has_room(const struct motion *motion) {
-    return plan_free(&motion->plan) != 0;
+    return plan_free(&motion->plan) != 0 &&
+           !(motion->plan.path.may_go_on && ahead_is_pending(&motion->ahead));
 }
 
 /** Append a straight move. @return false: no room in the look-ahead, try again later; nothing was changed. */
@@ -51,26 +54,27 @@ void motion_gear(struct motion *motion, const struct gear_path *path);
 /** Nothing follows for now: do not wait for more look-ahead. Cleared by the next motion_line(). */
 void motion_flush(struct motion *motion);
 
-/** Fill the segment ring. @return true when anything was put. Never blocks. */
+/** Publish motion. @return true when anything was. Never blocks. */
 bool motion_poll(struct motion *motion, uint32_t now_us);
 
-/** All moves and dwells are in the ring or done. */
+/** All moves and dwells are published or done. */
 bool motion_is_planned_out(const struct motion *motion);
 
-/** Feed hold: slow down along the path as hard as the limits allow, and stand. Acts on everything not yet
- * emitted. */
+/** Feed hold: slow down along the path as hard as the limits allow, and stand. Acts a few
+ * ms ahead of the pins. */
 void motion_hold(struct motion *motion);
 
 /** Lift a hold; also one that has not yet come to rest. */
 void motion_resume(struct motion *motion);
 
-/** A hold has come to its end: what is in the ring is the last. */
+/** A hold has come to its end: what is published is the last. */
 bool motion_is_held(const struct motion *motion);
 
 /** Overrides: 1 = 100 %. @param feed 0.1 .. 2; @param rapid 0.25 .. 1 */
 void motion_set_override(struct motion *motion, float feed, float rapid);
 
-/** Drop everything not yet in steps and stand at this position. The motion side is halted. */
+/** Drop everything not yet in steps and stand at this position. The motion side is halted, and prep was
+ * reset. */
 void motion_reset(struct motion *motion, const int32_t position_steps[AXIS_COUNT]);
 
 #endif

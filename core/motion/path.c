@@ -24,7 +24,7 @@ void path_set_limits(struct path *path, const struct motion_limits *limits) {
 
 void path_reset(struct path *path) {
     path->newest = path->placed = path->blended = 0;
-    path->head = path->tail = path->stop_head = path->stop_tail = 0;
+    path->head = path->tail = path->kept = path->stop_head = path->stop_tail = path->stop_kept = 0;
     path->waits = path->may_go_on = path->reopened = false;
     path->before_mm = 0.0f;
     memset(path->lost_mm, 0, sizeof path->lost_mm);

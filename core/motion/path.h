@@ -25,7 +25,7 @@
 #define PATH_LAG  (4u + 2u * PATH_SWEEPS)
 #define KNOT_RING 16u
 /** Stops ahead; a power of two. More of them wait for room. */
-#define PATH_STOPS 16u
+#define PATH_STOPS 32u
 _Static_assert((KNOT_RING & (KNOT_RING - 1)) == 0 && KNOT_RING >= PATH_LAG + 3, "blend looks one knot back");
 
 /** Most knots that one path_chord() and one path_end() can make. */
@@ -90,10 +90,10 @@ struct path {
     double lost_mm[AXIS_COUNT];       /* what rounding of the pieces' chords left for the next one */
     struct knot knots[KNOT_RING];
     /* pieces */
-    uint32_t head, tail;
+    uint32_t head, tail, kept; /* kept: from here on a part may have to be travelled again (emit.h) */
     struct piece pieces[PLAN_SIZE];
     int32_t stop_steps[PATH_STOPS][AXIS_COUNT]; /* exact positions of the coming stops */
-    uint32_t stop_head, stop_tail;
+    uint32_t stop_head, stop_tail, stop_kept;
     /* a last stop that is there only because nothing followed */
     bool may_go_on; /* so is the newest one, and the next chord may pass it at speed */
     bool reopened;  /* that chord came: the stop's piece gets a blend, if there still is room for it */

@@ -81,8 +81,8 @@ void plan_set_limits(struct plan *plan, const struct motion_limits *limits) {
 uint32_t plan_free(const struct plan *plan) {
     const struct path *path = &plan->path;
     uint32_t chords = (plan->reduce.open ? 2u : 1u) + (path->waits ? 1u : 0u);
-    uint32_t used = path_count(path) + path->newest - path->blended + PLAN_BURST * chords;
-    if (used >= PLAN_SIZE || path->stop_head - path->stop_tail >= PATH_STOPS - 1)
+    uint32_t used = path->head - path->kept + path->newest - path->blended + PLAN_BURST * chords;
+    if (used >= PLAN_SIZE || path->stop_head - path->stop_kept >= PATH_STOPS - 1)
         return 0;
     return PLAN_SIZE - used;
 }

@@ -13,9 +13,9 @@
 #define CHANGE_MOST   1e9f      /* of a dwell */
 #define PHASES        256u      /* of a step */
 
-void feed_init(struct feed *feed, struct segment_ring *ring) {
+void feed_init(struct feed *feed, struct ahead *ahead) {
     memset(feed, 0, sizeof *feed);
-    feed->ring = ring;
+    feed->ahead = ahead;
 }
 
 void feed_set_limits(struct feed *feed, const struct feed_limits *limits) {
@@ -27,12 +27,12 @@ void feed_forget_ahead(struct feed *feed) {
 }
 
 void feed_clear(struct feed *feed) {
-    feed->tail = feed->head;
+    feed->tail = feed->kept = feed->head;
     feed->queued_ns = 0;
     feed->pace_sq = 0.0f;
     feed->done = 0;
     feed->dwelt_ns = feed->waited_ns = 0.0;
-    feed->hold = feed->ran_dry = false;
+    feed->hold = feed->hold_asked = feed->ran_dry = false;
     feed_forget_ahead(feed);
 }
 
@@ -180,33 +180,32 @@ static uint32_t whole_ns(struct feed *feed, double ns) {
     return whole < 1 ? 1 : whole;
 }
 
-static void push_wait(struct feed *feed, const struct feed_slot *slot, double ns) {
-    struct segment segment = {.duration_ns = whole_ns(feed, ns),
-                              .id = slot->id,
-                              .line = feed_line(feed->tail, slot->id),
-                              .flags = (uint8_t)(slot->flags | SEGMENT_DWELL)};
-    memset(segment.phase, SEGMENT_PHASE_HALF, sizeof segment.phase);
-    memset(segment.phase_end, SEGMENT_PHASE_HALF, sizeof segment.phase_end);
-    (void)segment_ring_push(feed->ring, RING_OWNER_HOST, &segment);
+static void make_wait(struct feed *feed, struct segment *segment, const struct feed_slot *slot, double ns) {
+    segment->duration_ns = whole_ns(feed, ns);
+    segment->id = slot->id;
+    segment->line = feed_line(feed->tail, slot->id);
+    segment->flags = (uint8_t)(slot->flags | SEGMENT_DWELL);
+    memset(segment->phase, SEGMENT_PHASE_HALF, sizeof segment->phase);
+    memset(segment->phase_end, SEGMENT_PHASE_HALF, sizeof segment->phase_end);
 }
 
-static void push_steps(struct feed *feed, const struct feed_slot *slot, uint32_t count, double ns,
-                       float pace_end) {
-    struct segment segment = {
-        .duration_ns = whole_ns(feed, ns), .id = slot->id, .line = feed_line(feed->tail, slot->id)};
+static void make_steps(struct feed *feed, struct segment *segment, const struct feed_slot *slot,
+                       uint32_t count, double ns, float pace_end) {
+    segment->duration_ns = whole_ns(feed, ns);
+    segment->id = slot->id;
+    segment->line = feed_line(feed->tail, slot->id);
     float pace = sqrtf(feed->pace_sq), sum = pace + pace_end;
     if (sum > 0.0f)
-        segment.ramp = (int16_t)((float)SEGMENT_RAMP_ONE * (pace_end - pace) / sum);
+        segment->ramp = (int16_t)((float)SEGMENT_RAMP_ONE * (pace_end - pace) / sum);
     for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
-        uint32_t from = steps_after(slot, ax, feed->done, &segment.phase[ax]);
-        uint32_t to = steps_after(slot, ax, feed->done + count, &segment.phase_end[ax]);
+        uint32_t from = steps_after(slot, ax, feed->done, &segment->phase[ax]);
+        uint32_t to = steps_after(slot, ax, feed->done + count, &segment->phase_end[ax]);
         int32_t way = (int32_t)(to - from); /* <= SEGMENT_MAX_STEPS */
-        segment.steps[ax] = (int16_t)(slot->steps[ax] < 0 ? -way : way);
+        segment->steps[ax] = (int16_t)(slot->steps[ax] < 0 ? -way : way);
     }
     bool last = feed->tail + 1 == feed->head && feed->done + count == slot->dominant;
-    segment.flags = (uint8_t)(slot->flags & ~(unsigned)SEGMENT_LAST);
-    segment.flags = (uint8_t)(segment.flags | (last && pace_end == 0.0f ? SEGMENT_LAST : 0));
-    (void)segment_ring_push(feed->ring, RING_OWNER_HOST, &segment);
+    segment->flags = (uint8_t)(slot->flags & ~(unsigned)SEGMENT_LAST);
+    segment->flags = (uint8_t)(segment->flags | (last && pace_end == 0.0f ? SEGMENT_LAST : 0));
 }
 
 static void finish_segment(struct feed *feed, const struct feed_slot *slot) {
@@ -221,20 +220,21 @@ static void finish_segment(struct feed *feed, const struct feed_slot *slot) {
 }
 
 /* A dwell has no speed: the pace may change at once. */
-static void dwell_slice(struct feed *feed, const struct feed_slot *slot) {
+static bool dwell_slice(struct feed *feed, struct segment *segment, const struct feed_slot *slot) {
     if (feed->hold) {
         feed->pace_sq = 0.0f;
-        return;
+        return false;
     }
     double left_ns = (double)slot->duration_ns - feed->dwelt_ns;
     double slice_ns = left_ns < 2.0 * WAIT_NS ? left_ns : WAIT_NS;
-    push_wait(feed, slot, slice_ns);
+    make_wait(feed, segment, slot, slice_ns);
     feed->dwelt_ns += slice_ns;
     if (slice_ns < left_ns)
-        return;
+        return true;
     finish_segment(feed, slot);
     if (!feed_is_empty(feed))
         feed->pace_sq = slot_at(feed, feed->tail)->entry_sq;
+    return true;
 }
 
 /* Greatest s^2 at the end of the segment at tail. */
@@ -278,14 +278,14 @@ static bool stands_now(const struct feed *feed, float change, float step_s) {
     return feed->hold && feed->pace_sq <= 2.0f * change * step_s;
 }
 
-static void move_slice(struct feed *feed, const struct feed_slot *slot) {
+static bool move_slice(struct feed *feed, struct segment *segment, const struct feed_slot *slot) {
     double step_ns = (double)slot->duration_ns / (double)slot->dominant;
     float step_s = (float)(step_ns * 1e-9), end = end_sq(feed);
     uint32_t left = slot->dominant - feed->done;
     float left_s = (float)left * step_s;
     if (stands_now(feed, slot->change, step_s)) {
         feed->pace_sq = 0.0f;
-        return;
+        return false;
     }
     float wanted = slice_length_s(feed, slot->change, left_s, end) / step_s;
     uint32_t most = left < SEGMENT_MAX_STEPS ? left : SEGMENT_MAX_STEPS;
@@ -296,28 +296,106 @@ static void move_slice(struct feed *feed, const struct feed_slot *slot) {
     if (feed->pace_sq < 1.0f || after_sq < 1.0f)
         ns = 1e9 * (double)stretch_s(feed->pace_sq, after_sq, (float)count * step_s, slot->change);
     if (count == 1 && ns - feed->waited_ns > 2.0 * WAIT_NS) {
-        push_wait(feed, slot, WAIT_NS);
+        make_wait(feed, segment, slot, WAIT_NS);
         feed->waited_ns += WAIT_NS;
-        return;
+        return true;
     }
-    push_steps(feed, slot, count, ns > feed->waited_ns ? ns - feed->waited_ns : 0.0, sqrtf(after_sq));
+    make_steps(feed, segment, slot, count, ns > feed->waited_ns ? ns - feed->waited_ns : 0.0,
+               sqrtf(after_sq));
     feed->waited_ns = 0.0;
     feed->pace_sq = after_sq;
     feed->done += count;
     if (feed->done == slot->dominant)
         finish_segment(feed, slot);
+    return true;
+}
+
+/* ---- as a source of segments ---- */
+
+static bool make(void *ctx, struct segment *segment) {
+    struct feed *feed = ctx;
+    if (feed_is_quiet(feed))
+        return false;
+    const struct feed_slot *slot = slot_at(feed, feed->tail);
+    return slot->dominant == 0 ? dwell_slice(feed, segment, slot) : move_slice(feed, segment, slot);
+}
+
+static bool rests(const void *ctx) {
+    const struct feed *feed = ctx;
+    const struct feed_slot *slot = &feed->slots[feed->tail & (FEED_SIZE - 1)];
+    return feed->pace_sq == 0.0f || feed_is_empty(feed) || slot->dominant == 0;
+}
+
+/* The end of the queue is further than twice the way to a stop, or it is the end. */
+static bool is_firm(const void *ctx) {
+    const struct feed *feed = ctx;
+    if (feed_is_empty(feed))
+        return true;
+    const struct feed_slot *slot = &feed->slots[feed->tail & (FEED_SIZE - 1)];
+    const struct feed_slot *newest = &feed->slots[(feed->head - 1) & (FEED_SIZE - 1)];
+    if (feed->hold || (newest->flags & SEGMENT_LAST) != 0)
+        return slot->dominant > 0 || feed->hold;
+    float part = slot->dominant > 0 ? (float)feed->done / (float)slot->dominant : 0.0f;
+    float left_s = ((float)feed->queued_ns - part * (float)slot->duration_ns) * 1e-9f;
+    return slot->dominant > 0 && left_s * slot->change > feed->pace_sq;
+}
+
+static uint32_t news(const void *ctx) {
+    const struct feed *feed = ctx;
+    return feed->head;
+}
+
+static bool stop(void *ctx, enum ahead_stop how) {
+    struct feed *feed = ctx;
+    feed->hold = how == AHEAD_STOP || feed->hold_asked;
+    return how != AHEAD_END;
+}
+
+static void save(void *ctx, uint32_t at) {
+    struct feed *feed = ctx;
+    feed->places[at] = (struct feed_place){.tail = feed->tail,
+                                           .done = feed->done,
+                                           .pace_sq = feed->pace_sq,
+                                           .ran_dry = feed->ran_dry,
+                                           .dwelt_ns = feed->dwelt_ns,
+                                           .waited_ns = feed->waited_ns,
+                                           .time_ns = feed->time_ns,
+                                           .queued_ns = feed->queued_ns,
+                                           .head = feed->head};
+}
+
+static void load(void *ctx, uint32_t at, enum ahead_return why) {
+    struct feed *feed = ctx;
+    const struct feed_place *place = &feed->places[at];
+    (void)why;
+    feed->tail = place->tail;
+    feed->done = place->done;
+    feed->pace_sq = place->pace_sq;
+    feed->dwelt_ns = place->dwelt_ns;
+    feed->waited_ns = place->waited_ns;
+    feed->time_ns = place->time_ns;
+    feed->queued_ns = place->queued_ns;
+    for (uint32_t number = place->head; number != feed->head; number++)
+        feed->queued_ns += slot_at(feed, number)->duration_ns;
+    feed->ran_dry = place->ran_dry && feed_is_empty(feed);
+}
+
+static void release(void *ctx, uint32_t at) {
+    struct feed *feed = ctx;
+    feed->kept = feed->places[at].tail;
+}
+
+void feed_hold(struct feed *feed, bool on) {
+    if (feed->hold_asked == on)
+        return;
+    feed->hold = feed->hold_asked = on;
+    if (feed->ahead->owner == AHEAD_HOST)
+        ahead_change(feed->ahead);
 }
 
 bool feed_poll(struct feed *feed) {
-    bool any = false;
-    while (!feed_is_quiet(feed) && ring_free(&feed->ring->index, SEGMENT_RING_SIZE) > 0 &&
-           segment_ring_queued_us(feed->ring) < FEED_AHEAD_US) {
-        const struct feed_slot *slot = slot_at(feed, feed->tail);
-        if (slot->dominant == 0)
-            dwell_slice(feed, slot);
-        else
-            move_slice(feed, slot);
-        any = true;
-    }
-    return any;
+    static const struct ahead_source source = {make, rests, is_firm, news, stop, save, load, release};
+    if (feed->ahead->owner != AHEAD_HOST && feed_is_quiet(feed))
+        return false;
+    return ahead_claim(feed->ahead, AHEAD_HOST, &source, feed) && ahead_poll(feed->ahead);
 }

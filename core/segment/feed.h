@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT
- * Timed segments of a network host -> slices in the segment ring, just in time. [task]
+ * Timed segments of a network host -> slices in the segment queue, just in time. [task]
  *
  * A host plans the motion: steps of each axis in a time. The feed changes neither path nor steps, but it may
  * stretch time: at pace s (0 .. 1) a segment of T seconds takes T/s. So it starts, holds, brakes before the
@@ -18,10 +18,7 @@
 #define WIFICNC_SEGMENT_FEED_H
 
 #include "config.h"
-#include "segment/ring.h"
-
-/** How far slices run ahead of prep. */
-#define FEED_AHEAD_US 3000u
+#include "segment/ahead.h"
 
 /** What a host asks for. */
 struct feed_segment {
@@ -60,12 +57,23 @@ struct feed_slot {
     uint8_t flags;
 };
 
+/** State that is kept at a mark (segment/ahead.h). */
+struct feed_place {
+    uint32_t tail, done;
+    float pace_sq;
+    bool ran_dry;
+    double dwelt_ns, waited_ns, time_ns;
+    uint64_t queued_ns; /* of the segments from tail to head then */
+    uint32_t head;
+};
+
 struct feed {
-    struct segment_ring *ring;
+    struct ahead *ahead;
     struct feed_limits limits;
     uint32_t head, tail;                 /* segments ever taken in order, and ever finished here; wrap */
+    uint32_t kept;                       /* from here on they may have to be made again */
     uint32_t present[FEED_SIZE / 32];    /* places from head on that are filled already */
-    bool hold;                           /* slow down along the path and stand */
+    bool hold, hold_asked;               /* slow down along the path and stand; asked: not only for a stop */
     bool ran_dry;                        /* came to its end, and that was not said to be the last */
     float pace_sq;                       /* s^2 now */
     uint32_t done;                       /* dominant steps of the segment at tail */
@@ -73,10 +81,11 @@ struct feed {
     uint64_t queued_ns;                  /* of all segments taken and not finished, at full pace */
     uint32_t underruns, stretched;
     struct feed_slot slots[FEED_SIZE];
+    struct feed_place places[QUEUE_MARKS];
 };
 
 /** Empty; counters at zero. */
-void feed_init(struct feed *feed, struct segment_ring *ring);
+void feed_init(struct feed *feed, struct ahead *ahead);
 
 /** For segments put from now on. */
 void feed_set_limits(struct feed *feed, const struct feed_limits *limits);
@@ -86,7 +95,7 @@ void feed_clear(struct feed *feed);
 
 /** Places from head on. */
 static inline uint32_t feed_free(const struct feed *feed) {
-    return FEED_SIZE - (feed->head - feed->tail);
+    return FEED_SIZE - (feed->head - feed->kept);
 }
 
 /** The segment that comes `ahead` places after head is there. @param ahead  0 .. FEED_SIZE - 1 */
@@ -108,8 +117,11 @@ void feed_take(struct feed *feed);
 /** Forget what lies beyond head. */
 void feed_forget_ahead(struct feed *feed);
 
-/** Put slices into the ring up to FEED_AHEAD_US. The ring belongs to RING_OWNER_HOST.
- *  @return true when any was put. Never blocks. */
+/** Slow down along the path and stand; or go on. */
+void feed_hold(struct feed *feed, bool on);
+
+/** Publish slices, once motion is the host's.
+ *  @return true when any was. Never blocks. */
 bool feed_poll(struct feed *feed);
 
 /** The line of a slice: whose it is, also when the segment's place has been given to another one. */
@@ -119,17 +131,19 @@ static inline uint32_t feed_line(uint32_t number, uint16_t id) {
 static inline uint16_t feed_line_id(uint32_t line) {
     return (uint16_t)(line >> 16);
 }
-/** Number of the segment as head and tail count. @param line  of a slice that is not over */
+/** Number of the segment as head and tail count. @param line  of a slice that is not over; one of a stop may
+ * be beyond tail */
 static inline uint32_t feed_line_number(const struct feed *feed, uint32_t line) {
-    return feed->tail - (uint16_t)(feed->tail - line);
+    int16_t beyond = (int16_t)(uint16_t)(line - feed->tail);
+    return (uint32_t)((int32_t)feed->tail + beyond);
 }
 
-/** Nothing is queued. (The ring may still hold motion.) */
+/** Nothing is queued. (It may not be stepped yet.) */
 static inline bool feed_is_empty(const struct feed *feed) {
     return feed->head == feed->tail;
 }
 
-/** Nothing comes before the hold is lifted, or at all. (The ring may still hold motion.) */
+/** Nothing comes before the hold is lifted, or at all. (It may not be stepped yet.) */
 static inline bool feed_is_quiet(const struct feed *feed) {
     return feed_is_empty(feed) || (feed->hold && feed->pace_sq == 0.0f);
 }

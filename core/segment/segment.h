@@ -36,7 +36,7 @@ enum {
     SEGMENT_MAX_STEPS = 16383, /* of the dominant axis; longer moves are cut */
 };
 
-/** 40 bytes. Phases: 1/256 step already travelled towards the next step, in the direction of travel. */
+/** 48 bytes. Phases: 1/256 step already travelled towards the next step, in the direction of travel. */
 struct segment {
     int16_t steps[AXIS_COUNT];     /* signed, |steps| <= SEGMENT_MAX_STEPS */
     uint8_t phase[AXIS_COUNT];     /* at the start */
@@ -46,6 +46,9 @@ struct segment {
     uint16_t id;                   /* counts up; a host's own number for host segments */
     uint32_t line;                 /* source line, 0 = unknown */
     uint8_t flags;                 /* enum segment_flags */
+    uint16_t mark;                 /* motion may branch off after it: place of the mark + 1; 0: it may not */
+    uint32_t end_us;               /* motion time at its end (segment/queue.h) */
+    float v_mm_s;                  /* path speed at its end */
 };
 
 #endif

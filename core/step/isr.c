@@ -33,8 +33,9 @@ static HAL_INLINE uint32_t next_ticks(struct step *step) {
     return sum >> 16;
 }
 
-/* Make this span, at the ring's tail, the current one. @return ticks to its first event. */
-static HAL_INLINE uint32_t load_span(struct step *step, const struct span *span) {
+/* Make this span the current one. The word `at` is stored last, with release: whoever reads it finds the span
+ * complete, and the span before is given back by it. @return ticks to its first event. */
+static HAL_INLINE uint32_t load_span(struct step *step, struct span *span) {
     step->span = span;
     step->phase[0] = span->phase[0];
     step->phase[1] = span->phase[1];
@@ -44,29 +45,25 @@ static HAL_INLINE uint32_t load_span(struct step *step, const struct span *span)
     step->increment[2] = span->increment[2];
     step->interval_q16 = span->interval_q16;
     step->delta_q16 = span->delta_q16;
-    step->events_left = span->events;
     step->watch_probe = (span->flags & SEGMENT_PROBE) != 0 && !step->probe_hit;
+    __atomic_store_n(&step->at, span->at, __ATOMIC_RELEASE);
     hal_step_span(step->hal, span->flags, span->line);
     step->next = next_bits(step);
     return next_ticks(step);
 }
 
-/* The current span is done: go on with the next, or rest. */
+/* The current span is done: go on with the next, or rest. From the exchange on prep cannot change any more
+ * what follows this span. */
 HAL_ISR HAL_SELDOM static void next_span(struct step *step) {
     struct hal_step *hal = step->hal;
-    const struct span *span = step->span;
-    uint16_t flags = span->flags;
-    step->spans_done++;
-    step->ticks_done += span->ticks;
-    if (ring_pop(&step->ring.index) == 0) {
+    __atomic_store_n(&step->spans_done, step->spans_done + 1, __ATOMIC_RELEASE);
+    struct span *span = __atomic_exchange_n(&step->span->next, step->span, __ATOMIC_ACQ_REL);
+    if (span == 0) {
         hal_step_timer_stop(hal);
         step->active = false;
-        step->loaded = false;
-        step->underruns += (flags & SPAN_AT_REST) == 0;
         hal_step_clear(hal);
         return;
     }
-    span = span == &step->ring.slots[SPAN_RING_SIZE - 1] ? step->ring.slots : span + 1;
     hal_step_timer_next(hal, load_span(step, span));
     hal_step_clear(hal);
     hal_step_direction(hal, span->negative);
@@ -77,7 +74,7 @@ static HAL_INLINE void look_at_probe(struct step *step) {
     if (!hal_step_probe(step->hal))
         return;
     step->probe_span = *step->span;
-    step->probe_left = step->events_left;
+    step->probe_done = step->span->events - span_left(step->at);
     step->watch_probe = false;
     step->probe_hit = true;
 }
@@ -85,7 +82,10 @@ static HAL_INLINE void look_at_probe(struct step *step) {
 static HAL_INLINE void put_event(struct step *step) {
     struct hal_step *hal = step->hal;
     hal_step_set(hal, step->next);
-    if (--step->events_left == 0) {
+    uint32_t at;
+    bool ends = __builtin_add_overflow(step->at, STEP_AT_EVENT, &at);
+    __atomic_store_n(&step->at, at, __ATOMIC_RELAXED);
+    if (ends) {
         next_span(step);
         return;
     }
@@ -108,15 +108,15 @@ HAL_ISR void step_isr(struct step *step) {
 
 void step_init(struct step *step, struct hal_step *hal) {
     *step = (struct step){.hal = hal};
+    for (uint32_t i = 0; i < SPAN_POOL_SIZE; i++)
+        step->pool[i].at = i;
+    step->pool[0].next = &step->pool[0];
+    step->span = &step->pool[0];
 }
 
-void step_start(struct step *step) {
-    if (step->active || step->halted || ring_held(&step->ring.index) == 0)
-        return;
+void step_start(struct step *step, struct span *span) {
     step->fraction_q16 = 0;
-    const struct span *span = &step->ring.slots[step->ring.index.tail & (SPAN_RING_SIZE - 1)];
     uint32_t ticks = load_span(step, span);
-    step->loaded = true;
     hal_step_direction(step->hal, span->negative);
     step->active = true;
     hal_step_timer_start(step->hal, ticks);
@@ -129,18 +129,19 @@ void step_halt(struct step *step) {
 }
 
 bool step_only_waits(const struct step *step) {
-    uint32_t tail = step->ring.index.tail;
+    const struct span *span = step->span;
+    if (span->next == span) /* it was left: nothing follows */
+        return false;
     uint32_t any = 0;
-    for (uint32_t at = tail; at != step->ring.index.head; at++) {
+    for (; span != 0; span = span->next)
         for (unsigned word = 0; word < SPAN_WORDS; word++)
-            any |= step->ring.slots[at & (SPAN_RING_SIZE - 1)].increment[word];
-    }
-    return tail != step->ring.index.head && any == 0;
+            any |= span->increment[word];
+    return any == 0;
 }
 
-void step_flush(struct step *step) {
+void step_stand(struct step *step, struct span *span) {
+    step->span = span;
+    __atomic_store_n(&step->spans_done, step->spans_done + 1, __ATOMIC_RELEASE);
+    __atomic_store_n(&step->at, span->at, __ATOMIC_RELEASE);
     step->halted = false;
-    step->loaded = false;
-    while (step->ring.index.tail != step->ring.index.head)
-        step->ticks_done += step->ring.slots[step->ring.index.tail++ & (SPAN_RING_SIZE - 1)].ticks;
 }

@@ -16,57 +16,75 @@
 
 struct hal_step;
 
+/** One event in step.at. */
+#define STEP_AT_EVENT 0x10000u
+
 struct step {
     /* touched at every event */
     uint32_t phase[SPAN_WORDS];
     uint32_t increment[SPAN_WORDS];
     uint32_t interval_q16;
     int32_t delta_q16;
-    uint32_t events_left;    /* of the current span, that have not been put out */
-    const struct span *span; /* the current one, at the ring's tail; while loaded */
+    uint32_t at;       /* low half: index of the current span; high half: minus its events not yet put out.
+                          One word, so that every reader on every core sees both of the same moment */
+    struct span *span; /* the current span, or the last one while nothing moves; never NULL */
     struct hal_step *hal;
     uint16_t fraction_q16; /* of a tick, carried from interval to interval */
     axis_mask_t next;      /* step bits of the coming event */
     bool watch_probe;
     /* touched when a span ends */
     volatile bool active;   /* the timer runs; while false the ISR does not touch anything here */
-    volatile bool halted;   /* step_halt() was called: step_start() waits for step_flush() */
-    bool loaded;            /* the span at the ring's tail is the current one */
+    volatile bool halted;   /* step_halt() was called: step_start() waits for step_stand() */
     bool probe_hit;         /* a watched probe closed; cleared by the task that waits for it */
-    uint32_t probe_left;    /* events_left of probe_span when it closed */
+    uint32_t probe_done;    /* events of probe_span that were put out when it closed */
     struct span probe_span; /* the span in which it closed */
-    uint32_t underruns;     /* the span ring ran dry in motion */
-    uint32_t spans_done;
-    uint32_t ticks_done; /* duration of all spans done, wraps */
-    struct span_ring ring;
+    uint32_t spans_done;    /* wraps */
+    struct span pool[SPAN_POOL_SIZE];
 };
 
-/** [task] Not active, position zero. */
+/** What the step ISR is doing, of one moment. */
+struct step_now {
+    int32_t position[AXIS_COUNT]; /* steps that have left the pins */
+    uint32_t left;                /* events of the current span that have not been put out */
+    uint16_t flags;               /* of the current span: enum span_flags */
+    uint32_t line;
+    uint32_t v_um_s; /* along the path */
+    uint32_t increment[SPAN_WORDS];
+    axis_mask_t negative;
+};
+
+/** [motion] Not active, position zero: the first span of the pool is where it stands. */
 void step_init(struct step *step, struct hal_step *hal);
 
 /** [isr] One event of the step timer. */
 void step_isr(struct step *step);
 
-/** [task] Begin with the span at the ring's tail if the timer stands still and there is one. The caller runs
- * on the core of the ISR, or nothing else can start the timer. */
-void step_start(struct step *step);
+/** [motion] Nothing moves and the last span was left: begin with this one. */
+void step_start(struct step *step, struct span *span);
 
-/** [task or isr] Stop at once: no further pulse leaves the pins, until step_flush(). Spans stay in the ring
- * for step_position(). */
+/** [task or isr] Stop at once: no further pulse leaves the pins, until step_stand(). */
 void step_halt(struct step *step);
 
 /** [task] There are spans, and none of them has a step: the motors stand, and time passes. Only while not
  * active. */
 bool step_only_waits(const struct step *step);
 
-/** [task] Forget all spans. Only while not active; take step_position() before. */
-void step_flush(struct step *step);
+/** [motion] Nothing moves: this span, which has no events, says where the machine stands from now on. */
+void step_stand(struct step *step, struct span *span);
 
 /** [task] Where the probe closed, exact to the step. Only after probe_hit. */
 void step_probe_position(const struct step *step, int32_t out[AXIS_COUNT]);
 
-/** [task] Steps that have left the pins, exact at every instant, also while the ISR runs.
- *  @param rest  position to report when no span is loaded (prep's end position) */
-void step_position(const struct step *step, const int32_t rest[AXIS_COUNT], int32_t out[AXIS_COUNT]);
+/** [task or isr] Steps that have left the pins, exact at every instant, also while the ISR runs or is
+ * interrupted in the middle of its work. */
+void step_position(const struct step *step, int32_t out[AXIS_COUNT]);
+
+/** [task or isr] The same and what the current span says of itself. */
+void step_look(const struct step *step, struct step_now *now);
+
+/** [motion] Index of the current span in the pool. */
+static inline uint32_t step_index(const struct step *step) {
+    return __atomic_load_n(&step->at, __ATOMIC_ACQUIRE) & 0xFFFFu;
+}
 
 #endif

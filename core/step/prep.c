@@ -17,21 +17,88 @@
 
 #define SPEED_RATIO_SQ (1.125f * 1.125f)
 
-void prep_init(struct prep *prep, struct segment_ring *in, struct step *step,
+void prep_init(struct prep *prep, struct segment_queue *in, struct step *step,
                const struct prep_timing *timing) {
+    static const int32_t zero[AXIS_COUNT];
     *prep = (struct prep){.in = in, .step = step, .timing = *timing};
+    prep_reset(prep, zero);
+}
+
+/* ---- spans and marks ---- */
+
+static void give_back(struct prep *prep, struct span *span) {
+    span->made = 0;
+    span->after = prep->free;
+    prep->free = span;
+}
+
+static void give_chain_back(struct prep *prep, struct span *span) {
+    while (span != 0) {
+        struct span *after = span->after;
+        give_back(prep, span);
+        span = after;
+    }
+}
+
+static void keep_mark(struct prep *prep, uint32_t place) {
+    struct span *span = prep->newest != 0 ? prep->newest : prep->base;
+    prep->marks[place] = (struct prep_mark){.carry = prep->carry, .span = span, .made = span->made};
+}
+
+#define STORE(to, value) __atomic_store_n(&(to), (value), __ATOMIC_RELEASE)
+
+/* Readers of the position may still look at what the span was before (step/position.c): who sees any of this
+ * sees that the ISR has left it. */
+static void fill_span(struct prep *prep, struct span *span, const struct span *from) {
+    for (unsigned word = 0; word < SPAN_WORDS; word++) {
+        STORE(span->phase[word], from->phase[word]);
+        STORE(span->increment[word], from->increment[word]);
+    }
+    for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
+        STORE(span->position[ax], from->position[ax]);
+    STORE(span->events, from->events);
+    STORE(span->flags, from->flags);
+    STORE(span->negative, from->negative);
+    STORE(span->line, from->line);
+    STORE(span->v_um_s, from->v_um_s);
+    span->interval_q16 = from->interval_q16;
+    span->delta_q16 = from->delta_q16;
+    span->end_us = from->end_us;
+    span->at = (span->at & 0xFFFFu) | (0u - from->events) << 16;
+    span->after = 0;
+    STORE(span->next, (struct span *)0);
+    span->made = ++prep->made != 0 ? prep->made : ++prep->made;
+}
+
+/* A span without events, which the ISR has left: only its position counts. */
+static void put_stand(struct prep *prep, struct span *span) {
+    struct span from = {.negative = prep->carry.last_negative};
+    memcpy(from.position, prep->carry.position, sizeof from.position);
+    fill_span(prep, span, &from);
+    STORE(span->next, span);
 }
 
 void prep_reset(struct prep *prep, const int32_t position[AXIS_COUNT]) {
-    prep->loaded = prep->waited = false;
-    prep->duration_q16 = prep->spent_q16 = 0;
-    prep->tick_remainder = 0;
-    memcpy(prep->position, position, sizeof prep->position);
+    struct span *pool = prep->step->pool;
+    /* a reader may still look at the present span */
+    struct span *stand = step_index(prep->step) == 0 ? &pool[1] : &pool[0];
+    prep->free = 0;
+    for (struct span *span = &pool[SPAN_POOL_SIZE]; span-- != pool;)
+        if (span != stand)
+            give_back(prep, span);
+    prep->carry = (struct prep_carry){.last_negative = prep->carry.last_negative};
+    memcpy(prep->carry.position, position, sizeof prep->carry.position);
+    put_stand(prep, stand);
+    prep->base = prep->oldest = stand;
+    prep->first = prep->newest = 0;
+    keep_mark(prep, QUEUE_RESET_MARK);
+    step_stand(prep->step, stand);
+    prep->in->now_us = 0;
+    if (segment_queue_is_pending(prep->in))
+        segment_queue_answer(prep->in, QUEUE_PASSED);
 }
 
-bool prep_is_empty(const struct prep *prep) {
-    return !prep->loaded && segment_ring_peek(prep->in) == 0;
-}
+/* ---- segments -> spans ---- */
 
 /* What one axis does in a segment. */
 struct travel {
@@ -80,7 +147,7 @@ static unsigned oversample(const struct prep *prep, uint32_t dominant, bool diag
 static unsigned read_axes(struct prep *prep, const struct segment *segment, struct travel axes[AXIS_COUNT],
                           bool *diagonal) {
     unsigned dominant = 0, moving = 0;
-    prep->negative = prep->last_negative;
+    prep->negative = prep->carry.last_negative;
     for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
         int32_t steps = segment->steps[ax];
         struct travel *axis = &axes[ax];
@@ -113,7 +180,7 @@ static void load_motion(struct prep *prep, const struct segment *segment, uint64
     uint32_t travel = axes[dominant].travel << shift; /* in 1/256 event, as all this */
     uint32_t past = axes[dominant].phase << shift & 255u;
     prep->events = (past + travel) >> 8;
-    prep->first = (float)(256u - past) * (1.0f / 256.0f);
+    prep->first_event = (float)(256u - past) * (1.0f / 256.0f);
     float one = (float)SPAN_PHASE_ONE / (float)travel;
     for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
         if (axes[ax].steps == 0)
@@ -134,18 +201,19 @@ static void load_motion(struct prep *prep, const struct segment *segment, uint64
 
 static void load_segment(struct prep *prep, const struct segment *segment) {
     /* whole ticks, the rest carried: durations never drift */
-    uint64_t scaled = (uint64_t)segment->duration_ns * prep->timing.timer_hz + prep->tick_remainder;
+    uint64_t scaled = (uint64_t)segment->duration_ns * prep->timing.timer_hz + prep->carry.tick_remainder;
     uint64_t ticks = scaled / 1000000000u;
-    prep->tick_remainder = scaled % 1000000000u;
-    prep->spent_q16 -= prep->duration_q16;
-    prep->duration_q16 = (int64_t)(ticks << 16);
+    prep->carry.tick_remainder = scaled % 1000000000u;
+    prep->carry.spent_q16 -= prep->carry.duration_q16;
+    prep->carry.duration_q16 = (int64_t)(ticks << 16);
     load_motion(prep, segment, ticks);
     prep->flags = segment->flags;
     prep->line = segment->line;
-    if (segment->ramp == -SEGMENT_RAMP_ONE || (segment->flags & (SEGMENT_LAST | SEGMENT_DWELL)) != 0)
+    prep->end_us = segment->end_us;
+    prep->v_um_s = (uint32_t)(segment->v_mm_s * 1e3f);
+    bool last = prep->cut + 1 == prep->in->count;
+    if (last || segment->ramp == -SEGMENT_RAMP_ONE || (segment->flags & (SEGMENT_LAST | SEGMENT_DWELL)) != 0)
         prep->flags |= SPAN_AT_REST;
-    prep->loaded = true;
-    prep->segments++;
     DEBUG(DEBUG_STEP, "segment: id, events", segment->id, prep->events);
 }
 
@@ -157,7 +225,7 @@ static float speed_at(const struct prep *prep, float distance) {
 
 /* Distance of the last event that was put into a span. */
 static float distance_done(const struct prep *prep) {
-    return prep->done > 0 ? prep->first + (float)(prep->done - 1) : 0.0f;
+    return prep->done > 0 ? prep->first_event + (float)(prep->done - 1) : 0.0f;
 }
 
 /* Events of the next stretch: until the speed has changed by 9/8, and at most what the segment has left. */
@@ -166,40 +234,48 @@ static uint32_t stretch_events(const struct prep *prep) {
     float slope = prep->v_sq_slope, from = distance_done(prep);
     float v_sq = prep->v * prep->v + slope * from;
     float change = slope > 0.0f ? v_sq * (SPEED_RATIO_SQ - 1.0f) : v_sq * (1.0f / SPEED_RATIO_SQ - 1.0f);
-    float to_last = prep->first + (float)(prep->events - 1) - from;
+    float to_last = prep->first_event + (float)(prep->events - 1) - from;
     if (slope == 0.0f || change / slope >= to_last)
         return left;
-    float count = from + change / slope - prep->first - (float)prep->done + 1.0f;
+    float count = from + change / slope - prep->first_event - (float)prep->done + 1.0f;
     return count < 1.0f ? 1u : (uint32_t)count;
 }
 
-static struct span *span_slot(struct prep *prep) {
-    struct span_ring *ring = &prep->step->ring;
-    if (ring_free(&ring->index, SPAN_RING_SIZE) == 0)
-        return 0;
-    struct span *span = &ring->slots[ring->index.head & (SPAN_RING_SIZE - 1)];
-    memcpy(span->phase, prep->phase, sizeof span->phase);
-    memcpy(span->position, prep->position, sizeof span->position);
-    span->line = prep->line;
-    span->flags = prep->flags;
-    span->negative = prep->negative;
-    prep->last_negative = prep->negative;
+/* What all spans of a segment have in common. */
+static struct span new_span(struct prep *prep) {
+    struct span span = {.line = prep->line,
+                        .flags = prep->flags,
+                        .negative = prep->negative,
+                        .end_us = prep->end_us,
+                        .v_um_s = prep->v_um_s};
+    memcpy(span.phase, prep->phase, sizeof span.phase);
+    memcpy(span.position, prep->carry.position, sizeof span.position);
+    prep->carry.last_negative = prep->negative;
     return span;
 }
 
+/* Append to the batch's chain; prep->free is not NULL. */
+static void append(struct prep *prep, const struct span *from) {
+    struct span *span = prep->free;
+    prep->free = span->after;
+    fill_span(prep, span, from);
+    if (prep->newest == 0) {
+        prep->first = span;
+    } else {
+        prep->newest->after = span;
+        __atomic_store_n(&prep->newest->next, span, __ATOMIC_RELEASE);
+    }
+    prep->newest = span;
+}
+
 /* Time without steps, in events that no axis answers. */
-static void push_wait(struct prep *prep, struct span *span, uint64_t ticks_q16) {
-    uint32_t events = (uint32_t)(ticks_q16 / (SPAN_MAX_INTERVAL_TICKS << 16)) + 1;
-    memset(span->increment, 0, sizeof span->increment);
-    span->events = events;
-    span->interval_q16 = (uint32_t)(ticks_q16 / events);
-    span->delta_q16 = 0;
-    uint64_t used_q16 = (uint64_t)span->interval_q16 * events;
-    prep->spent_q16 += (int64_t)used_q16;
-    prep->waited = true;
-    span->ticks = (uint32_t)(used_q16 >> 16);
-    prep->ticks_made += span->ticks;
-    ring_push(&prep->step->ring.index);
+static void push_wait(struct prep *prep, uint64_t ticks_q16) {
+    struct span span = new_span(prep);
+    span.events = (uint32_t)(ticks_q16 / (SPAN_MAX_INTERVAL_TICKS << 16)) + 1;
+    span.interval_q16 = (uint32_t)(ticks_q16 / span.events);
+    prep->carry.spent_q16 += (int64_t)((uint64_t)span.interval_q16 * span.events);
+    prep->carry.waited = true;
+    append(prep, &span);
 }
 
 /* Carry phases and position over the events of a span. */
@@ -209,7 +285,7 @@ static void advance(struct prep *prep, uint32_t events) {
         uint32_t phase = prep->phase[word] >> shift & 0xFFFFu;
         uint32_t sum = phase + events * (prep->increment[word] >> shift & 0xFFFFu);
         int32_t steps = (int32_t)(sum >> SPAN_PHASE_BITS);
-        prep->position[ax] += prep->negative >> ax & 1 ? -steps : steps;
+        prep->carry.position[ax] += prep->negative >> ax & 1 ? -steps : steps;
         prep->phase[word] += ((sum & (SPAN_PHASE_ONE - 1)) - phase) << shift;
     }
     prep->done += events;
@@ -241,11 +317,12 @@ static bool shape_span(struct span *span, uint32_t events, uint64_t time_q16, fl
 
 /* Time of the next `events` events, and the speed at the last of them. */
 static uint64_t stretch_time_q16(const struct prep *prep, uint32_t events, float *v_after) {
-    float distance = prep->first + (float)(prep->done + events - 1);
+    float distance = prep->first_event + (float)(prep->done + events - 1);
     *v_after = speed_at(prep, distance);
     float time_q16 = 65536.0f * 2.0f * distance / (prep->v + *v_after);
-    int64_t at_q16 = time_q16 < (float)prep->duration_q16 ? (int64_t)time_q16 : prep->duration_q16;
-    return at_q16 > prep->spent_q16 ? (uint64_t)(at_q16 - prep->spent_q16) : 0;
+    int64_t at_q16 =
+        time_q16 < (float)prep->carry.duration_q16 ? (int64_t)time_q16 : prep->carry.duration_q16;
+    return at_q16 > prep->carry.spent_q16 ? (uint64_t)(at_q16 - prep->carry.spent_q16) : 0;
 }
 
 /* Earliest time of the next event after the one before: pulse times, and direction set-up where a line
@@ -258,33 +335,28 @@ static uint64_t least_interval_q16(const struct prep *prep, axis_mask_t negative
 }
 
 /* After the last event: rest for what is left, or let the next segment's first event come so much later. A
- * long rest is waited here, all but a bit, so that the ISR is never without a span. A coming to rest without
- * an event of its own gets one, however short: its span tells the ISR that nothing need follow. */
-static void end_segment(struct prep *prep) {
-    int64_t left_q16 = prep->duration_q16 - prep->spent_q16;
+ * long rest is waited here, all but a bit. A coming to rest without an event of its own gets one, however
+ * short: so a batch has a span at its end. @return false: no span is free */
+static bool end_segment(struct prep *prep) {
+    int64_t left_q16 = prep->carry.duration_q16 - prep->carry.spent_q16;
     bool at_rest = (prep->flags & SPAN_AT_REST) != 0;
     int64_t least_q16 = (int64_t)prep->timing.min_interval_ticks << 16;
     if (at_rest && prep->events == 0 && left_q16 < least_q16)
         left_q16 = least_q16;
     int64_t keep_q16 = at_rest ? 0 : 2 * least_q16;
     int64_t long_q16 = at_rest ? 65536 : (int64_t)(prep->timing.timer_hz / SHORT_REST_HZ) << 16;
-    prep->loaded = left_q16 - keep_q16 >= long_q16;
-    if (!prep->loaded)
-        return;
-    struct span *span = span_slot(prep);
-    if (span == 0)
-        return;
-    push_wait(prep, span, (uint64_t)(left_q16 - keep_q16));
-    prep->loaded = false;
+    if (left_q16 - keep_q16 >= long_q16) {
+        if (prep->free == 0)
+            return false;
+        push_wait(prep, (uint64_t)(left_q16 - keep_q16));
+    }
+    return true;
 }
 
-/* The next stretch of the segment. @return false: no slot free */
-static bool push_stretch(struct prep *prep) {
-    axis_mask_t negative_before = prep->last_negative;
-    struct span *span = span_slot(prep);
-    if (span == 0)
-        return false;
-    uint32_t events = prep->waited ? 1u : stretch_events(prep);
+/* The next stretch of the segment; a span is free. */
+static void push_stretch(struct prep *prep) {
+    axis_mask_t negative_before = prep->carry.last_negative;
+    uint32_t events = prep->carry.waited ? 1u : stretch_events(prep);
     float v_before = speed_at(prep, distance_done(prep)), v_after;
     uint64_t time_q16 = stretch_time_q16(prep, events, &v_after);
     if (time_q16 / events > (uint64_t)SPAN_MAX_INTERVAL_TICKS << 16 && events > 1) {
@@ -292,66 +364,108 @@ static bool push_stretch(struct prep *prep) {
         time_q16 = stretch_time_q16(prep, events, &v_after);
     }
     if (time_q16 / events > (uint64_t)SPAN_MAX_INTERVAL_TICKS << 16) {
-        push_wait(prep, span, time_q16 - ((uint64_t)SPAN_MAX_INTERVAL_TICKS << 15));
+        push_wait(prep, time_q16 - ((uint64_t)SPAN_MAX_INTERVAL_TICKS << 15));
+        return;
+    }
+    struct span span = new_span(prep);
+    prep->clamped +=
+        shape_span(&span, events, time_q16, v_before, v_after, least_interval_q16(prep, negative_before));
+    memcpy(span.increment, prep->increment, sizeof span.increment);
+    prep->carry.spent_q16 += (int64_t)span.interval_q16 * events +
+                             (int64_t)span.delta_q16 * (int64_t)((uint64_t)events * (events - 1) / 2);
+    prep->carry.waited = false;
+    append(prep, &span);
+    advance(prep, events);
+}
+
+/* Cut the loaded segment. @return false: no span is free */
+static bool cut_segment(struct prep *prep) {
+    while (prep->done < prep->events) {
+        if (prep->free == 0)
+            return false;
+        push_stretch(prep);
+    }
+    return end_segment(prep);
+}
+
+/* ---- batches ---- */
+
+/* @return true when the ISR has left any */
+static bool reclaim(struct prep *prep) {
+    const struct span *current = &prep->step->pool[step_index(prep->step)];
+    bool any = prep->oldest != current;
+    while (prep->oldest != current) {
+        struct span *left = prep->oldest;
+        prep->oldest = left->after;
+        prep->segments += prep->oldest->end_us != left->end_us;
+        give_back(prep, left);
+    }
+    __atomic_store_n(&prep->in->now_us, current->end_us, __ATOMIC_RELAXED);
+    return any;
+}
+
+/* @return false: the ISR has left the mark's span, and it is free */
+static bool begin_batch(struct prep *prep) {
+    const struct prep_mark *mark = &prep->marks[prep->in->from];
+    if (mark->span->made != mark->made)
+        return false;
+    prep->carry = mark->carry;
+    prep->base = mark->span;
+    prep->first = prep->newest = 0;
+    prep->cut = 0;
+    return true;
+}
+
+static void refuse(struct prep *prep, enum queue_answer answer) {
+    give_chain_back(prep, prep->first);
+    segment_queue_answer(prep->in, answer);
+}
+
+/* The whole chain is there: swap it in, or start it from rest. @return false: the ISR has gone on */
+static bool join(struct prep *prep) {
+    struct span *base = prep->base, *old = base->after, *expected = old;
+    if (__atomic_compare_exchange_n(&base->next, &expected, prep->first, false, __ATOMIC_ACQ_REL,
+                                    __ATOMIC_ACQUIRE)) {
+        base->after = prep->first;
+        give_chain_back(prep, old);
         return true;
     }
-    prep->clamped +=
-        shape_span(span, events, time_q16, v_before, v_after, least_interval_q16(prep, negative_before));
-    memcpy(span->increment, prep->increment, sizeof span->increment);
-    int64_t used_q16 = (int64_t)span->interval_q16 * events +
-                       (int64_t)span->delta_q16 * (int64_t)((uint64_t)events * (events - 1) / 2);
-    prep->spent_q16 += used_q16;
-    prep->waited = false;
-    span->ticks = (uint32_t)(used_q16 >> 16);
-    prep->ticks_made += span->ticks;
-    advance(prep, events);
-    ring_push(&prep->step->ring.index);
+    if (old != 0 || prep->step->active)
+        return false;
+    base->after = prep->first;
+    step_start(prep->step, prep->first);
     return true;
 }
 
-/* One span of the loaded segment into the ring. @return false: no slot free. */
-static bool push_span(struct prep *prep) {
-    if (ring_free(&prep->step->ring.index, SPAN_RING_SIZE) == 0)
-        return false;
-    if (prep->done < prep->events && !push_stretch(prep))
-        return false;
-    if (prep->done == prep->events)
-        end_segment(prep);
-    return true;
-}
-
-/* Time from the last event to the end of the spans made, never more than there is: the event that comes next
- * may be due now. The ISR may end the span between two reads; then we look again. */
-static uint32_t ticks_ahead(const struct prep *prep) {
-    const struct step *step = prep->step;
-    uint32_t done, left, ahead;
-    do {
-        done = __atomic_load_n(&step->spans_done, __ATOMIC_ACQUIRE);
-        ahead = prep->ticks_made - __atomic_load_n(&step->ticks_done, __ATOMIC_ACQUIRE);
-        if (!__atomic_load_n(&step->active, __ATOMIC_ACQUIRE))
-            return ahead;
-        const struct span *span = __atomic_load_n(&step->span, __ATOMIC_ACQUIRE);
-        left = __atomic_load_n(&step->events_left, __ATOMIC_ACQUIRE);
-        ahead -= span->ticks - span->ticks / span->events * (left - 1);
-    } while (__atomic_load_n(&step->spans_done, __ATOMIC_ACQUIRE) != done || left == 0);
-    return ahead;
+static void cut_batch(struct prep *prep) {
+    const struct segment_queue *in = prep->in;
+    while (prep->cut < in->count) {
+        const struct segment *segment = &in->slots[prep->cut];
+        load_segment(prep, segment);
+        if (!cut_segment(prep)) {
+            refuse(prep, QUEUE_LARGE);
+            return;
+        }
+        if (segment->mark != 0)
+            keep_mark(prep, segment->mark - 1u);
+        prep->cut++;
+    }
+    if (!join(prep)) {
+        refuse(prep, QUEUE_PASSED);
+        return;
+    }
+    segment_queue_answer(prep->in, QUEUE_TAKEN);
 }
 
 bool prep_poll(struct prep *prep) {
-    bool made = false;
-    uint32_t ahead_ticks = (uint32_t)((uint64_t)prep->timing.timer_hz * PREP_AHEAD_US / 1000000u);
-    while (ring_held(&prep->step->ring.index) < 2 || ticks_ahead(prep) < ahead_ticks) {
-        if (!prep->loaded) {
-            const struct segment *segment = segment_ring_peek(prep->in);
-            if (segment == 0)
-                break;
-            load_segment(prep, segment);
-            segment_ring_pop(prep->in);
-        }
-        if (!push_span(prep))
-            break;
-        made = true;
-    }
-    step_start(prep->step);
-    return made;
+    if (prep->step->halted)
+        return false;
+    bool any = reclaim(prep);
+    if (!segment_queue_is_pending(prep->in))
+        return any;
+    if (begin_batch(prep))
+        cut_batch(prep);
+    else
+        segment_queue_answer(prep->in, QUEUE_PASSED);
+    return true;
 }

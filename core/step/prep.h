@@ -7,15 +7,26 @@
  * so steps keep their pace across segments. A span makes its intervals linear in the event count. Over a
  * stretch whose speed changes by the ratio q that is wrong by less than ((q-1)/(q+1))^2 / 10 of the stretch's
  * time, so prep cuts the segment where q passes 9/8: below 0.04 %, and the cut points themselves and the end
- * are exact. */
+ * are exact.
+ *
+ * A batch (segment/queue.h) is cut whole, its stop included, into a chain of its own, and then joined to the
+ * span at its mark by one compare-and-swap of that span's `next`:
+ *
+ *     a -> b -> c -> d -> e(rest)          the ISR is in a; the batch continues after b
+ *          '--> f -> g -> h -> i(rest)     built here; swap b.next from c to f
+ *
+ * Either it succeeds: the ISR has not left b, will find f, and c d e are free. Or it fails, because the ISR
+ * has taken c out before: the new chain is free, and the batch is refused. There is no third case, so the ISR
+ * runs one of two chains that both end at rest, even when no task ever runs again. Of its own state (phases,
+ * fractions of a tick, position) prep keeps a copy at each mark.
+ *
+ * Spans are this side's. The ISR reads those of the chain and writes only `next`. One that it has left is
+ * free, but not before step.at says so. */
 #ifndef WIFICNC_STEP_PREP_H
 #define WIFICNC_STEP_PREP_H
 
-#include "segment/ring.h"
+#include "segment/queue.h"
 #include "step/isr.h"
-
-/** How far prep runs ahead of the step ISR; two spans at least. */
-#define PREP_AHEAD_US 2000u
 
 /** What the board fixes, in ticks of its step timer. */
 struct prep_timing {
@@ -24,42 +35,59 @@ struct prep_timing {
     uint32_t dir_setup_ticks;    /* added where a direction line changes */
 };
 
-struct prep {
-    struct segment_ring *in;
-    struct step *step;
-    struct prep_timing timing;
+/** What is carried from one segment to the next. */
+struct prep_carry {
     int32_t position[AXIS_COUNT]; /* steps at the end of all spans made so far */
     uint64_t tick_remainder;      /* of the last segment, in 1/1e9 tick */
-    /* the segment being cut; ticks in Q16.16, distances in events */
-    bool loaded;
-    uint16_t flags;
-    uint32_t line;
-    axis_mask_t negative, last_negative;
-    uint32_t phase[SPAN_WORDS], increment[SPAN_WORDS];
-    uint32_t events, done; /* of the segment */
-    float first;           /* from the start of the segment to its first event, 0 .. 1 */
-    float v, v_sq_slope;   /* events per tick at the start; change of its square per event */
-    bool waited;           /* the newest span is a wait: the event after it comes alone */
-    int64_t duration_q16;
-    int64_t
-        spent_q16; /* from the start of the segment to the end of the spans made; < 0: they end before it */
-    uint32_t ticks_made; /* duration of all spans ever made, wraps */
-    uint32_t segments;   /* ever taken */
-    uint32_t clamped;    /* intervals stretched to min_interval_ticks */
+    int64_t duration_q16;         /* of the segment being cut, ticks in Q16.16 */
+    int64_t spent_q16;            /* from its start to the end of the spans made; < 0: they end before it */
+    axis_mask_t last_negative;
+    bool waited; /* the newest span is a wait: the event after it comes alone */
 };
 
-void prep_init(struct prep *prep, struct segment_ring *in, struct step *step,
+struct prep_mark {
+    struct prep_carry carry;
+    struct span *span; /* motion may branch off at the end of this one ... */
+    uint32_t made;     /* ... while it is this one */
+};
+
+struct prep {
+    struct segment_queue *in;
+    struct step *step;
+    struct prep_timing timing;
+    struct prep_carry carry;
+    /* the batch */
+    struct span *base;           /* it continues after this span */
+    struct span *first, *newest; /* of its chain; NULL: none yet */
+    uint32_t cut;                /* segments of it */
+    /* the segment being cut; distances in events */
+    uint16_t flags;
+    uint32_t line, end_us;
+    uint32_t v_um_s;
+    axis_mask_t negative;
+    uint32_t phase[SPAN_WORDS], increment[SPAN_WORDS];
+    uint32_t events, done; /* of the segment */
+    float first_event;     /* from the start of the segment to its first event, 0 .. 1 */
+    float v, v_sq_slope;   /* events per tick at the start; change of its square per event */
+    /* spans */
+    struct span *free;   /* linked by `after` */
+    struct span *oldest; /* of the chain: the ISR's or one that it has left */
+    uint32_t made;       /* spans ever */
+    struct prep_mark marks[QUEUE_MARKS];
+    uint32_t segments; /* ever stepped */
+    uint32_t clamped;  /* intervals stretched to min_interval_ticks */
+};
+
+/** After step_init(). */
+void prep_init(struct prep *prep, struct segment_queue *in, struct step *step,
                const struct prep_timing *timing);
 
-/** Cut segments into spans until PREP_AHEAD_US is reached or the segment ring is empty, and start the timer
- * if it rests.
- *  @return true when spans were made. Never blocks. */
+/** Free the spans that the step ISR has left; cut the batch that waits and join it to the chain when
+ * it is whole; start the timer if it rests.
+ *  @return true when something was done. Never blocks. */
 bool prep_poll(struct prep *prep);
 
-/** Forget the segment being cut and stand at this position. Only while the step ISR is not active. */
+/** Forget all motion and stand at this position. Only while the step ISR is not active. */
 void prep_reset(struct prep *prep, const int32_t position[AXIS_COUNT]);
-
-/** True when no segment is being cut and none waits. */
-bool prep_is_empty(const struct prep *prep);
 
 #endif

@@ -110,6 +110,7 @@ struct host *host_open(const struct host_board *board, const char *store_path) {
 void host_destroy(struct host *host) {
     if (host != NULL) {
         output_log_free(&host->hal.output_log);
+        free(host->planned);
         free(host->out);
         free(host->store_path);
     }
@@ -182,6 +183,12 @@ size_t host_read(struct host *host, char *bytes, size_t size) {
     return count;
 }
 
+#define POLL_US 1000 /* while the step ISR works, the sides are polled as often */
+
+static uint64_t ticks_of_us(const struct host *host, uint64_t us) {
+    return us * host->hal.timer_mhz_q8 >> 8;
+}
+
 /* Hand the events on that the ISR has written since. */
 static void flush_trace(struct host *host) {
     host->trace.count = (size_t)(host->hal.step.write - host->trace.events);
@@ -190,16 +197,14 @@ static void flush_trace(struct host *host) {
     host->seen = host->trace.events;
 }
 
-/* Step events until a time is reached; an input changes; or half of the spans are used up, so that prep
- * refills in batches. @param refills  prep may look then, and not only at its time */
-static void run_events(struct host *host, uint64_t *budget, uint64_t until_ticks, bool refills) {
+/* Step events until a time is reached, or an input changes. @param polls  what feeds the step interrupt may look
+ * all the time: then for the time between two polls at most */
+static void run_events(struct host *host, uint64_t *budget, uint64_t until_ticks, bool polls) {
     struct step *step = &host->machine.step;
     struct hal_step *hal = &host->hal.step;
     const bool follows = host->hal.virtual_machine.follows;
-    uint32_t held = ring_held(&step->ring.index);
-    uint32_t enough = held > 2 ? held / 2 : held - 1; /* more may come behind the last span but one */
-    if (!refills)
-        enough = 0;
+    if (polls)
+        until_ticks = earlier(until_ticks, hal->now_ticks + ticks_of_us(host, POLL_US));
     do {
         if (hal->alarm_ticks > until_ticks) {
             hal->now_ticks = until_ticks;
@@ -215,37 +220,7 @@ static void run_events(struct host *host, uint64_t *budget, uint64_t until_ticks
             --*budget;
             return;
         }
-    } while (--*budget != 0 && step->active && ring_held(&step->ring.index) > enough);
-}
-
-/* Where the planner's newest segment ends. A fraction of 1/2 is exactly on a step. */
-static void planned_steps(const struct emit *emit, double steps[AXIS_COUNT]) {
-    for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
-        steps[ax] = emit->steps[ax] + emit->fraction[ax] / 256.0 - 0.5;
-}
-
-static double way_steps(const struct segment *segment, unsigned ax) {
-    double phases = (segment->phase_end[ax] - segment->phase[ax]) / 256.0;
-    return segment->steps[ax] < 0 ? segment->steps[ax] - phases : segment->steps[ax] + phases;
-}
-
-/* The segments that the last poll has put into the ring; what was stepped meanwhile is still in its slot. */
-static void show_segments(struct host *host) {
-    const struct segment_ring *ring = &host->machine.motion.ring;
-    struct host_segment moved;
-    if (host->watch == NULL || host->watched == ring->index.head)
-        return;
-    planned_steps(&host->machine.motion.emit, moved.from_steps);
-    for (uint32_t i = host->watched; i != ring->index.head; i++)
-        for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
-            moved.from_steps[ax] -= way_steps(&ring->slots[i & (SEGMENT_RING_SIZE - 1)], ax);
-    for (; host->watched != ring->index.head; host->watched++) {
-        moved.segment = &ring->slots[host->watched & (SEGMENT_RING_SIZE - 1)];
-        for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
-            moved.to_steps[ax] = moved.from_steps[ax] + way_steps(moved.segment, ax);
-        host->watch(host->watch_ctx, &moved);
-        memcpy(moved.from_steps, moved.to_steps, sizeof moved.from_steps);
-    }
+    } while (--*budget != 0 && step->active);
 }
 
 /* When the controller wants to be polled although nothing happens, or UINT64_MAX. */
@@ -253,7 +228,7 @@ static uint64_t wake_ticks(const struct host *host) {
     uint64_t us = machine_wait_us(&host->machine);
     if (us == UINT32_MAX)
         return UINT64_MAX;
-    return host->hal.step.now_ticks + (us * host->hal.timer_mhz_q8 >> 8) + 1;
+    return host->hal.step.now_ticks + ticks_of_us(host, us) + 1;
 }
 
 /* Whoever asked can put more input: nothing of what it has put waits, and there is room for motion. */
@@ -278,7 +253,7 @@ static bool look(struct host *host, bool *any) {
         tasks_looked(tasks, HOST_MOTION, done, hal->now_ticks);
         *any |= done;
     }
-    show_segments(host);
+    host_show_segments(host);
     if (host->observer.looked != NULL)
         host->observer.looked(host->observer.ctx, looks);
     return looks;
@@ -327,8 +302,8 @@ static enum host_wait run(struct host *host, uint64_t max_events, uint64_t until
             tasks_looked(tasks, HOST_CONTROLLER, false, hal->now_ticks);
         if (hal->now_ticks >= until_ticks)
             return HOST_TIME;
-        if (worked && (tasks_sleep(tasks) || ring_held(&machine->step.ring.index) < 2))
-            continue; /* all there is to do, at this instant: then they sleep, or the next span is there */
+        if (worked && tasks_sleep(tasks))
+            continue; /* all there is to do, at this instant: then they sleep */
         if (machine->step.active) {
             uint64_t next = earlier(until_ticks, host_next_edge_ticks(host));
             next = earlier(next, tasks_next_ticks(tasks, true, hal->now_ticks));
@@ -374,7 +349,7 @@ void host_act(struct host *host) {
     bool looks = tasks_stalled_until(&host->tasks, HOST_CONTROLLER, now) == now;
     if (looks)
         tasks_looked(&host->tasks, HOST_CONTROLLER, machine_poll(&host->machine), now);
-    show_segments(host);
+    host_show_segments(host);
     if (host->observer.looked != NULL)
         host->observer.looked(host->observer.ctx, looks);
 }
@@ -434,7 +409,7 @@ void host_shift_steps(const struct host *host, int32_t steps[AXIS_COUNT]) {
 void host_watch_segments(struct host *host, host_segment_watcher *watch, void *ctx) {
     host->watch = watch;
     host->watch_ctx = ctx;
-    host->watched = host->machine.motion.ring.index.head;
+    host->watched = host->machine.motion.queue.published;
 }
 
 void host_sender_lost(struct host *host, bool lines_wait) {
@@ -480,13 +455,13 @@ void host_counters(const struct host *host, struct host_counters *out) {
         .blocks = machine->motion.plan.moves_total,
         .lines = machine->lines,
         .lookahead_starved = machine->motion.emit.starved,
-        .underruns = machine->step.underruns,
+        .underruns = machine->motion.ahead.late,
         .plan_unmet = machine->motion.plan.timing.unmet,
     };
 }
 
 float host_feed_mm_s(const struct host *host) {
-    return emit_speed_mm_s(&host->machine.motion.emit);
+    return machine_speed_mm_s(&host->machine);
 }
 
 void host_steps_per_mm(const struct host *host, float out[AXIS_COUNT]) {

@@ -181,7 +181,7 @@ struct host_counters {
     uint64_t blocks;            /* planner blocks */
     uint64_t lines;             /* lines answered */
     uint64_t lookahead_starved; /* motion had to stop for want of look-ahead although more moves came */
-    uint64_t underruns;         /* the span ring ran dry while segments waited */
+    uint64_t underruns;         /* motion had to slow down because a side of the controller was late */
     uint64_t plan_unmet;        /* struct timing, unmet: a fault of the planner if not 0 */
 };
 void host_counters(const struct host *host, struct host_counters *out);

@@ -48,12 +48,17 @@ struct host {
     int input_follows;
     host_segment_watcher *watch; /* NULL: nobody looks */
     void *watch_ctx;
-    uint32_t watched; /* segments shown so far */
+    uint32_t watched;               /* batches of segments seen so far */
+    struct host_published *planned; /* segments that may still be replaced; host_watch.c */
+    uint32_t planned_count, planned_size;
     bool paced;       /* the wall clock leads */
     char *store_path; /* NULL: nothing is kept */
     char *out;        /* what the controller said and nobody has read yet */
     size_t out_count, out_size;
 };
+
+/** Look at what the last poll has published, and show what is stepped. */
+void host_show_segments(struct host *host);
 
 /** Analog inputs and outputs of the virtual machine. */
 extern const struct hal_analog host_analog;

@@ -155,6 +155,12 @@ class Host:
         """Go on to this time."""
         LIB.host_run_until(self._host, ticks)
 
+    def stall_sides(self, sides: int, from_s: float, for_s: float) -> None:
+        """The task side (1), the motion side (2) or both (3) do nothing in this time; the step ISR works on."""
+        for bit, side in ((1, stalls.Side.CONTROLLER), (2, stalls.Side.MOTION)):
+            if sides & bit:
+                assert LIB.host_stall(self._host, side, round(from_s * self.timer_hz), round(for_s * self.timer_hz))
+
     def press(self, name: str, active: bool) -> None:
         """An input of the machine: probe, estop, door ..."""
         LIB.virtual_set(self._host, LIB.virtual_input_number(name.encode()), active)

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT
  * Random segments through prep and the step ISR: steps exact, time exact, position true at every event. */
 #include "hal/hal_step.h"
-#include "segment/ring.h"
+#include "segment/queue.h"
 #include "step/isr.h"
 #include "step/prep.h"
 
@@ -14,7 +14,7 @@ enum { ROUNDS = 20000, TIMER_HZ = 20000000 };
 static struct trace_event events[SEGMENT_MAX_STEPS * 8];
 static struct hal_step hal;
 static struct step step;
-static struct segment_ring ring;
+static struct segment_queue queue;
 static struct prep prep;
 static unsigned failures;
 
@@ -63,7 +63,7 @@ static void run_until_rest(unsigned round, int32_t counted[AXIS_COUNT]) {
                     counted[ax] += events[0].dir_mask >> ax & 1 ? -1 : 1;
         (void)prep_poll(&prep);
         if (random_u32() % 64 == 0) {
-            step_position(&step, prep.position, position);
+            step_position(&step, position);
             check(memcmp(position, counted, sizeof position) == 0, "position is not the pulses", round);
         }
     } while (step.active);
@@ -74,21 +74,25 @@ static void one_motion(unsigned round) {
     int32_t counted[AXIS_COUNT], wanted[AXIS_COUNT];
     uint64_t begin = hal.now_ticks, ideal_ns = 0;
     uint32_t clamped = prep.clamped;
-    memcpy(counted, prep.position, sizeof counted);
-    memcpy(wanted, prep.position, sizeof wanted);
+    memcpy(counted, prep.carry.position, sizeof counted);
+    memcpy(wanted, prep.carry.position, sizeof wanted);
+    queue.from = round == 1 ? QUEUE_RESET_MARK : 1 + round % 2;
+    queue.count = 0;
     for (unsigned left = 1 + random_u32() % 4; left != 0; left--) {
         struct segment segment = random_segment();
         segment.flags = left == 1 ? SEGMENT_LAST : 0;
         for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
             wanted[ax] += segment.steps[ax];
         ideal_ns += segment.duration_ns;
-        check(segment_ring_push(&ring, RING_OWNER_PLANNER, &segment), "the ring does not take a segment",
-              round);
+        segment.mark = left == 1 ? (uint16_t)(2 + (round + 1) % 2) : 0;
+        queue.slots[queue.count++] = segment;
     }
+    segment_queue_publish(&queue);
     (void)prep_poll(&prep);
+    check(!segment_queue_is_pending(&queue) && queue.answer == QUEUE_TAKEN, "the batch is not taken", round);
     run_until_rest(round, counted);
     check(memcmp(counted, wanted, sizeof counted) == 0, "not the segment's steps", round);
-    check(memcmp(prep.position, wanted, sizeof wanted) == 0, "prep lost the position", round);
+    check(memcmp(prep.carry.position, wanted, sizeof wanted) == 0, "prep lost the position", round);
     if (prep.clamped == clamped) {
         int64_t off = (int64_t)(hal.now_ticks - begin) - (int64_t)(ideal_ns * 2 / 100);
         check(off >= -1 && off <= 1, "not the segment's duration", round);
@@ -96,22 +100,24 @@ static void one_motion(unsigned round) {
 }
 
 static void position_before_the_first_event(void) {
-    struct span span = {.events = 5, .increment = {SPAN_PHASE_ONE}, .position = {7, 8, 9, 10, 11, 12}};
+    struct span span = {.at = (0u - 5u) << 16 | 3u,
+                        .events = 5,
+                        .interval_q16 = 100u << 16,
+                        .increment = {SPAN_PHASE_ONE},
+                        .position = {7, 8, 9, 10, 11, 12}};
     int32_t position[AXIS_COUNT];
     step_init(&step, &hal);
-    step.ring.slots[0] = span;
-    ring_push(&step.ring.index);
-    step_position(&step, prep.position, position);
+    step.pool[3] = span;
+    step_start(&step, &step.pool[3]);
+    step_position(&step, position);
     check(memcmp(position, span.position, sizeof position) == 0, "a span that waits counts already", 0);
 }
 
 int main(void) {
     const struct prep_timing timing = {.timer_hz = TIMER_HZ, .min_interval_ticks = 20, .dir_setup_ticks = 10};
     position_before_the_first_event();
-    segment_ring_init(&ring);
-    (void)segment_ring_claim(&ring, RING_OWNER_PLANNER);
     step_init(&step, &hal);
-    prep_init(&prep, &ring, &step, &timing);
+    prep_init(&prep, &queue, &step, &timing);
     for (unsigned round = 1; round <= ROUNDS; round++)
         one_motion(round);
     printf("%u failures, %u intervals clamped\n", failures, prep.clamped);

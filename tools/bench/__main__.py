@@ -25,7 +25,7 @@ def main() -> int:
     build_driver()
     print(f"compiler     {build.compiler.title}, -O2, {platform.machine()}")
     print(f"real job     {JOB.relative_to(ROOT)}; settings {' '.join(FAST)}")
-    figures = [Figure("static RAM of one controller", core_ram_bytes(build.library), "bytes", 32 * 1024)]
+    figures = [Figure("static RAM of one controller", core_ram_bytes(build.library), "bytes", 128 * 1024)]
     print("\nMemory: sizeof struct machine, which holds every buffer of the core.")
     show(figures)
     if has_valgrind():

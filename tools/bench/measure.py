@@ -131,9 +131,9 @@ def instructions(job: Path) -> list[Figure]:
     six_events = counters(driver, six, fast, axes=6)["timer_events"]
     six_isr = profile_job(driver, six, fast, axes=6).inclusive("step_isr") / six_events
     figures = [
-        Figure("step ISR per step event, 3 axes, full rate", profile.inclusive("step_isr") / events, "instr", 45),
+        Figure("step ISR per step event, 3 axes, full rate", profile.inclusive("step_isr") / events, "instr", 48),
         Figure("the same with 6 axes", six_isr, "instr", 70),
-        Figure("span preparation per step event", profile.room("core/step/prep.c") / events, "instr", 15),
+        Figure("span preparation per step event", profile.room("core/step/prep.c") / events, "instr", 32),
     ]
     count = counters(driver, job, FAST)
     profile = profile_job(driver, job, FAST)
@@ -145,7 +145,7 @@ def instructions(job: Path) -> list[Figure]:
     moves = profile.room("core/motion/motion.c", "core/motion/kinematics/")
     return [
         *figures,
-        Figure("planner per block, 3-D with few points to leave out", planning(profile) / blocks, "instr", 4000),
+        Figure("planner per block, 3-D with few points to leave out", planning(profile) / blocks, "instr", 4500),
         Figure("planner per block, finely chopped curves", planning(dense) / dense_blocks, "instr", 600),
         Figure("moves and kinematics per block", moves / blocks, "instr"),
         Figure("line reading and parsing per line", reading(profile) / lines, "instr", 460),

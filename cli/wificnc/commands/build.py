@@ -23,7 +23,7 @@ from wificnc.build.pic32mz import (
 )
 from wificnc.errors import BuildError, UserError
 
-RAM_BUDGET_BYTES = 32 * 1024
+RAM_BUDGET_BYTES = 128 * 1024
 PIC32MZ_DEBUG = "its ELF has debug information: gdb-multiarch build/BOARD/wificnc.elf"
 USED = re.compile(r"^(RAM|Flash):.*\((used .*)\)$")
 

@@ -67,7 +67,7 @@ def summary_rows(result: SimResult) -> list[tuple[str, str]]:
     if result.tool_changes:
         rows.append(("tools", _tool_changes(result.tool_changes)))
     if result.underruns:
-        rows.append(("step buffer", f"ran empty in motion {result.underruns:,} times (underruns)"))
+        rows.append(("underruns", f"motion slowed down {result.underruns:,} times because the controller was busy"))
     if result.plan_unmet:
         rows.append(
             ("planner", f"could not keep its plan within the limits {result.plan_unmet:,} times: please report")

@@ -1,4 +1,4 @@
-"""C programs on the core's parts: the ring between two real threads, and segments through prep and the step ISR."""
+"""C programs on the core's parts: hand-over between real threads, and segments through prep and the step ISR."""
 
 from __future__ import annotations
 
@@ -18,16 +18,12 @@ def run(name: str, variant: str, *flags: str) -> str:
     return done.stdout
 
 
-def test_segments_cross_the_ring_whole_and_in_order_under_thread_sanitizer() -> None:
-    assert "0 wrong" in run("ring_threads", "tsan", "-pthread")
+def test_batches_and_positions_cross_threads_whole_under_thread_sanitizer() -> None:
+    assert "0 wrong" in run("step_threads", "tsan", "-pthread")
 
 
 def test_random_segments_make_their_exact_steps_in_their_exact_time() -> None:
     assert "0 failures" in run("segments_exact", "release")
-
-
-def test_the_span_ring_lasts_from_one_tick_of_the_motion_task_to_the_next() -> None:
-    assert "0 of" in run("motion_ticks", "release")
 
 
 def test_the_monitor_finds_each_fault_and_nothing_else() -> None:

@@ -1,0 +1,336 @@
+/* SPDX-License-Identifier: MIT */
+#include "segment/ahead.h"
+
+#include <stddef.h>
+
+#define MARK_US      4000u   /* between marks of committed motion */
+#define STOP_MARK_US 20000u  /* from the beginning of a stop to its first mark; the next ones twice as far */
+#define SPARE_MARKS  5u      /* places for the marks that must be, of this batch and the next one */
+#define COMMIT_MOST  80u     /* segments; the others are for the stop */
+#define LEAST_US     6000u   /* of committed motion, however few spans there are */
+#define HURRY_US     1000    /* the committed part is continued if so much of it is left */
+#define END_MOST_US  600000u /* of the stop at the end of what is planned, and segments of it */
+#define END_MOST     48u
+#define REST_NS      100000u
+
+static uint32_t now_us(const struct ahead *ahead) {
+    return segment_queue_now_us(ahead->queue);
+}
+
+static int32_t after_now_us(const struct ahead *ahead, uint32_t at_us) {
+    return (int32_t)(at_us - now_us(ahead));
+}
+
+int32_t ahead_left_us(const struct ahead *ahead) {
+    return after_now_us(ahead, ahead->marks[ahead->commit].us);
+}
+
+uint32_t ahead_queued_us(const struct ahead *ahead) {
+    int32_t left_us = after_now_us(ahead, ahead->end_us);
+    return left_us > 0 ? (uint32_t)left_us : 0u;
+}
+
+void ahead_init(struct ahead *ahead, struct segment_queue *queue) {
+    *ahead = (struct ahead){.queue = queue};
+    ahead_reset(ahead);
+}
+
+static void forget_marks(struct ahead *ahead) {
+    for (uint32_t place = 0; place < QUEUE_MARKS; place++)
+        ahead->marks[place].used = false;
+}
+
+void ahead_reset(struct ahead *ahead) {
+    forget_marks(ahead);
+    ahead->marks[QUEUE_RESET_MARK] = (struct ahead_mark){.used = true};
+    ahead->branch = ahead->commit = QUEUE_RESET_MARK;
+    ahead->end_us = 0;
+    ahead->full_us = AHEAD_FULL_US;
+    ahead->pending = ahead->changed = ahead->changing = ahead->soft = false;
+    ahead->noted = ahead->spare = false;
+    ahead->owner = AHEAD_NOBODY;
+    ahead->source = NULL;
+}
+
+static bool rests_at_commit(const struct ahead *ahead) {
+    return ahead->end_us == ahead->marks[ahead->commit].us;
+}
+
+bool ahead_claim(struct ahead *ahead, enum ahead_owner owner, const struct ahead_source *source, void *ctx) {
+    if (ahead->owner == owner)
+        return true;
+    if (segment_queue_is_pending(ahead->queue) || ahead->pending || !rests_at_commit(ahead))
+        return false;
+    struct ahead_mark at = ahead->marks[ahead->commit];
+    forget_marks(ahead);
+    ahead->marks[ahead->commit] = at;
+    ahead->owner = owner;
+    ahead->source = source;
+    ahead->ctx = ctx;
+    ahead->changed = ahead->soft = false;
+    source->save(ctx, ahead->commit);
+    return true;
+}
+
+/* ---- marks ---- */
+
+static uint32_t free_places(const struct ahead *ahead, uint32_t *place) {
+    uint32_t count = 0;
+    for (uint32_t i = 0; i < QUEUE_MARKS; i++) {
+        if (ahead->marks[i].used)
+            continue;
+        *place = i;
+        count++;
+    }
+    return count;
+}
+
+/* The segment made last ends in a mark. @return its place; QUEUE_MARKS: there is none for one that need not
+ * be
+ */
+static uint32_t put_mark(struct ahead *ahead, uint32_t at_us, bool must, bool stops) {
+    struct segment_queue *queue = ahead->queue;
+    uint32_t place = QUEUE_MARKS;
+    uint32_t count = free_places(ahead, &place);
+    if (count == 0 || (!must && count <= SPARE_MARKS))
+        return QUEUE_MARKS;
+    ahead->marks[place] = (struct ahead_mark){.us = at_us, .used = true, .fresh = true, .stops = stops};
+    queue->slots[queue->count - 1].mark = (uint16_t)(place + 1);
+    ahead->source->save(ahead->ctx, place);
+    return place;
+}
+
+/* The first mark in force that is this far ahead, or else the last one of all. */
+static uint32_t mark_ahead(const struct ahead *ahead, int32_t ahead_us) {
+    uint32_t best = QUEUE_MARKS, last = ahead->commit;
+    for (uint32_t i = 0; i < QUEUE_MARKS; i++) {
+        const struct ahead_mark *mark = &ahead->marks[i];
+        if (!mark->used)
+            continue;
+        if ((int32_t)(mark->us - ahead->marks[last].us) > 0)
+            last = i;
+        if (after_now_us(ahead, mark->us) >= ahead_us &&
+            (best == QUEUE_MARKS || (int32_t)(ahead->marks[best].us - mark->us) > 0))
+            best = i;
+    }
+    return best < QUEUE_MARKS ? best : last;
+}
+
+/* Those that the step interrupt has passed; what only they needed is released. */
+static void forget_passed(struct ahead *ahead) {
+    uint32_t oldest = ahead->commit;
+    for (uint32_t i = 0; i < QUEUE_MARKS; i++) {
+        struct ahead_mark *mark = &ahead->marks[i];
+        if (!mark->used)
+            continue;
+        if (after_now_us(ahead, mark->us) < 0 && i != ahead->commit && mark->us != ahead->end_us)
+            mark->used = false;
+        else if ((int32_t)(mark->us - ahead->marks[oldest].us) < 0)
+            oldest = i;
+    }
+    ahead->source->release(ahead->ctx, oldest);
+}
+
+/* ---- answers ---- */
+
+/* The newest batch does not count: what was in force before it still is. */
+static void withdraw(struct ahead *ahead, enum queue_answer answer) {
+    for (uint32_t i = 0; i < QUEUE_MARKS; i++) {
+        ahead->marks[i].used = ahead->marks[i].used && !ahead->marks[i].fresh;
+        ahead->marks[i].fresh = false;
+    }
+    ahead->commit = ahead->commit_before;
+    ahead->end_us = ahead->end_us_before;
+    ahead->changed = ahead->changed || ahead->changing;
+    ahead->source->load(ahead->ctx, ahead->commit, AHEAD_UNDO);
+    if (answer == QUEUE_LARGE && ahead->spare && ahead->full_us > LEAST_US)
+        ahead->full_us /= 2;
+    ahead->spare = ahead->spare || answer == QUEUE_LARGE;
+}
+
+/* The marks before it after its branch do not count any more. */
+static void take(struct ahead *ahead) {
+    uint32_t branch_us = ahead->marks[ahead->branch].us;
+    for (uint32_t i = 0; i < QUEUE_MARKS; i++) {
+        struct ahead_mark *mark = &ahead->marks[i];
+        if (!mark->fresh && i != ahead->branch && (int32_t)(mark->us - branch_us) >= 0)
+            mark->used = false;
+        mark->fresh = false;
+    }
+    ahead->noted = ahead->spare = false;
+    if (ahead->full_us < AHEAD_FULL_US)
+        ahead->full_us += LEAST_US;
+}
+
+/* ---- batches ---- */
+
+static struct segment *next_slot(struct ahead *ahead) {
+    struct segment *segment = &ahead->queue->slots[ahead->queue->count];
+    *segment = (struct segment){.flags = 0};
+    return segment;
+}
+
+/* @return false: nothing comes now */
+static bool put_segment(struct ahead *ahead, uint32_t *at_us) {
+    struct segment *segment = next_slot(ahead);
+    if (!ahead->source->make(ahead->ctx, segment))
+        return false;
+    *at_us += (segment->duration_ns + 999u) / 1000u;
+    segment->end_us = *at_us;
+    ahead->queue->count++;
+    return true;
+}
+
+/* @return motion time at the end */
+static uint32_t put_committed(struct ahead *ahead, uint32_t at_us) {
+    uint32_t marked_us = at_us;
+    ahead->soft = false;
+    while (ahead->queue->count < COMMIT_MOST && after_now_us(ahead, at_us) < (int32_t)ahead->full_us) {
+        if (!ahead->source->is_firm(ahead->ctx) && after_now_us(ahead, at_us) >= (int32_t)AHEAD_NEAR_US) {
+            ahead->soft = true;
+            break;
+        }
+        if (!put_segment(ahead, &at_us))
+            break;
+        if (at_us - marked_us >= MARK_US && put_mark(ahead, at_us, false, false) < QUEUE_MARKS)
+            marked_us = at_us;
+    }
+    return at_us;
+}
+
+/* Segments until the source rests, no longer than this and no more of them in the batch.
+ * @return false: it does not fit */
+static bool put_until_rest(struct ahead *ahead, uint32_t at_us, uint32_t most_us, uint32_t most_count) {
+    uint32_t begin_us = at_us, marked_us = at_us, every_us = STOP_MARK_US;
+    while (!ahead->source->rests(ahead->ctx) && ahead->queue->count < most_count &&
+           at_us - begin_us < most_us && put_segment(ahead, &at_us)) {
+        if (at_us - marked_us < every_us || ahead->source->rests(ahead->ctx))
+            continue;
+        (void)put_mark(ahead, at_us, false, true);
+        marked_us = at_us;
+        every_us *= 2;
+    }
+    bool rests = ahead->source->rests(ahead->ctx);
+    if (rests && at_us != begin_us)
+        (void)put_mark(ahead, at_us, true, true);
+    ahead->end_us = at_us;
+    return rests;
+}
+
+static void drop_stop(struct ahead *ahead, uint32_t count) {
+    for (uint32_t i = 0; i < QUEUE_MARKS; i++)
+        ahead->marks[i].used = ahead->marks[i].used && !(ahead->marks[i].fresh && ahead->marks[i].stops);
+    ahead->queue->count = count;
+}
+
+/* The stop after the committed part: the end of what is planned, if that is near, or the shortest one.
+ * @return false: it does not fit */
+static bool put_stop(struct ahead *ahead, uint32_t at_us) {
+    const struct ahead_source *source = ahead->source;
+    uint32_t count = ahead->queue->count;
+    bool rests = !ahead->spare && source->stop(ahead->ctx, AHEAD_END) &&
+                 put_until_rest(ahead, at_us, END_MOST_US, count + END_MOST);
+    if (!rests) {
+        drop_stop(ahead, count);
+        source->load(ahead->ctx, ahead->commit, AHEAD_UNDO);
+        (void)source->stop(ahead->ctx, AHEAD_STOP);
+        rests = put_until_rest(ahead, at_us, UINT32_MAX, SEGMENT_QUEUE_SIZE);
+    }
+    (void)source->stop(ahead->ctx, AHEAD_GO);
+    source->load(ahead->ctx, ahead->commit, AHEAD_UNDO);
+    return rests;
+}
+
+/* Nothing follows the branch, but something did. */
+static void put_rest(struct ahead *ahead, uint32_t *at_us) {
+    struct segment *segment = next_slot(ahead);
+    segment->duration_ns = REST_NS;
+    segment->flags = SEGMENT_DWELL | SEGMENT_LAST;
+    *at_us += REST_NS / 1000u;
+    segment->end_us = *at_us;
+    ahead->queue->count++;
+}
+
+/* The state that the source has now is that at the end of the committed part. */
+static uint32_t commit_mark(struct ahead *ahead, uint32_t at_us) {
+    const struct segment_queue *queue = ahead->queue;
+    uint32_t mark = queue->count > 0 ? queue->slots[queue->count - 1].mark : 0u;
+    if (queue->count == 0)
+        return ahead->branch;
+    return mark != 0 ? mark - 1u : put_mark(ahead, at_us, true, false);
+}
+
+/* From the branch, where the source's state is. @return false: nothing comes */
+static bool publish(struct ahead *ahead) {
+    struct segment_queue *queue = ahead->queue;
+    uint32_t at_us = ahead->marks[ahead->branch].us;
+    bool ends_there = at_us == ahead->end_us;
+    ahead->commit_before = ahead->commit;
+    ahead->end_us_before = ahead->end_us;
+    ahead->news = ahead->source->news(ahead->ctx);
+    ahead->changing = ahead->changed;
+    ahead->changed = false;
+    queue->count = 0;
+    queue->from = ahead->branch;
+    at_us = put_committed(ahead, at_us);
+    bool rests = ahead->source->rests(ahead->ctx);
+    if (queue->count == 0 && rests && !ends_there)
+        put_rest(ahead, &at_us);
+    ahead->commit = commit_mark(ahead, at_us);
+    ahead->end_us = at_us;
+    if (!rests && !put_stop(ahead, at_us)) {
+        withdraw(ahead, QUEUE_LARGE);
+        return false;
+    }
+    ahead->pending = queue->count > 0;
+    if (ahead->pending)
+        segment_queue_publish(queue);
+    return ahead->pending;
+}
+
+/* The step interrupt has entered the stop: motion goes on from a mark in it. It does not matter where motion
+ * would have braked anyway, for want of more moves. */
+static void note_late(struct ahead *ahead) {
+    if (!ahead->noted && (!ahead->soft || ahead->source->news(ahead->ctx) != ahead->news))
+        ahead->late++;
+    ahead->noted = true;
+}
+
+/* Where to change what is published: not so late that the motion side cannot do it in time. A stop is left no
+ * earlier than it must be. */
+static uint32_t choose_branch(const struct ahead *ahead) {
+    uint32_t place = mark_ahead(ahead, (int32_t)AHEAD_BRANCH_US);
+    return ahead->marks[place].stops && ahead_left_us(ahead) >= HURRY_US ? ahead->commit : place;
+}
+
+bool ahead_take_answer(struct ahead *ahead) {
+    if (!ahead->pending || segment_queue_is_pending(ahead->queue))
+        return false;
+    ahead->pending = false;
+    if (ahead->queue->answer == QUEUE_TAKEN)
+        take(ahead);
+    else
+        withdraw(ahead, ahead->queue->answer);
+    return true;
+}
+
+bool ahead_poll(struct ahead *ahead) {
+    if (ahead->source == NULL || segment_queue_is_pending(ahead->queue))
+        return false;
+    bool answered = ahead_take_answer(ahead);
+    forget_passed(ahead);
+    int32_t left_us = ahead_left_us(ahead);
+    bool stops = left_us < 0 && !rests_at_commit(ahead);
+    bool firm = ahead->source->is_firm(ahead->ctx);
+    if (!stops && !ahead->changed && left_us >= (int32_t)(firm ? ahead->full_us / 2 : AHEAD_NEAR_LOW_US))
+        return answered;
+    if (stops)
+        note_late(ahead);
+    ahead->branch = stops || ahead->changed ? choose_branch(ahead) : ahead->commit;
+    if (ahead->branch == ahead->commit)
+        ahead->source->save(ahead->ctx, ahead->branch);
+    else
+        ahead->source->load(ahead->ctx, ahead->branch,
+                            ahead->marks[ahead->branch].stops ? AHEAD_STOPPED : AHEAD_UNDO);
+    return publish(ahead) || answered;
+}

@@ -1,0 +1,120 @@
+/* SPDX-License-Identifier: MIT
+ * Keeps motion ahead of the step interrupt, always with a legal stop at its end. [task]
+ *
+ * Whatever plans segments (the emitter of the planner, the queue of a network host) is a source. From it come
+ * batches (segment/queue.h): committed motion, then the stop after it along the same path. To make the stop,
+ * the source keeps its state at the end of the committed part, is told to stop, is asked for segments until
+ * it rests, and takes the state back. When the step interrupt enters the stop after all, because some task
+ * was late, the source takes the state that it had there, and motion goes on from there, or from rest: along
+ * the same path, because segments are differences of absolute places.
+ *
+ *        branch                 commit             end
+ *     ---M-------M-------M-------M  s  s  M  s  s  R        M: mark, a state that the source has kept
+ *     ^ now      '-> a new batch, when what was planned beyond this mark is to be changed
+ *
+ * How far ahead: FULL where later moves cannot change anything; NEAR where they can (the planner brakes for
+ * the end of the path that it knows), because what is published would have to be planned again. */
+#ifndef WIFICNC_SEGMENT_AHEAD_H
+#define WIFICNC_SEGMENT_AHEAD_H
+
+#include "segment/queue.h"
+
+/** Committed motion; more is published when only LOW of it is left. */
+#define AHEAD_FULL_US 50000u
+#define AHEAD_LOW_US  25000u
+/** The same where more moves may change it. */
+#define AHEAD_NEAR_US     8000u
+#define AHEAD_NEAR_LOW_US 4000u
+/** A batch that changes what is published branches off so far ahead, to arrive before the ISR does. */
+#define AHEAD_BRANCH_US 3000u
+
+enum ahead_owner { AHEAD_NOBODY, AHEAD_PLANNER, AHEAD_HOST };
+
+/** A mark's state is taken back: */
+enum ahead_return {
+    AHEAD_UNDO,   /* what was made after it has not happened */
+    AHEAD_STOPPED /* motion came by it in a stop that nobody asked for */
+};
+
+enum ahead_stop {
+    AHEAD_GO,  /* not at all */
+    AHEAD_END, /* at the end of what is planned */
+    AHEAD_STOP /* as soon as the limits allow */
+};
+
+struct ahead_source {
+    /** The next segment; flags, steps, phases, duration, ramp, line, speed. @return false: none now */
+    bool (*make)(void *ctx, struct segment *segment);
+    /** At rest after what was made. */
+    bool (*rests)(const void *ctx);
+    /** What comes next cannot be changed by moves that are not known yet. */
+    bool (*is_firm)(const void *ctx);
+    /** Moves known so far; changes with each. */
+    uint32_t (*news)(const void *ctx);
+    /** How to come to rest on the path. @return false: AHEAD_END is not near */
+    bool (*stop)(void *ctx, enum ahead_stop how);
+    /** Keep the state in this place (below QUEUE_MARKS), or take it back. */
+    void (*save)(void *ctx, uint32_t place);
+    void (*load)(void *ctx, uint32_t place, enum ahead_return why);
+    /** The states in other places than from this one on are not needed any more. */
+    void (*release)(void *ctx, uint32_t place);
+};
+
+struct ahead_mark {
+    uint32_t us;      /* motion time */
+    bool used, fresh; /* fresh: of the batch that is pending */
+    bool stops;       /* in a stop, which nobody asked for */
+};
+
+struct ahead {
+    struct segment_queue *queue;
+    enum ahead_owner owner;
+    const struct ahead_source *source;
+    void *ctx;
+    struct ahead_mark marks[QUEUE_MARKS];
+    uint32_t branch, commit; /* places: where the newest batch begins; the state the source has now */
+    uint32_t commit_before, end_us_before; /* of what is in force while a batch is pending */
+    uint32_t end_us;                       /* of all that is published, its stop included */
+    uint32_t full_us;                      /* AHEAD_FULL_US, or less while spans do not suffice */
+    uint32_t news;                         /* of the source, when the newest batch was made */
+    bool pending;
+    bool changed, changing; /* branch off: asked for, and done by the batch that is pending */
+    bool soft;              /* the committed part ends where more moves may change what follows */
+    bool spare;             /* spans did not suffice: the shortest stop, and then less motion */
+    bool noted;             /* that the step interrupt is in the stop */
+    uint32_t late;          /* times motion slowed down because tasks were late */
+};
+
+/** Nobody's, at rest at time 0. */
+void ahead_init(struct ahead *ahead, struct segment_queue *queue);
+
+/** Motion was reset to stand (prep_reset()); the source's state was, too. */
+void ahead_reset(struct ahead *ahead);
+
+/** Take motion, to begin from rest. @return false: another owner's motion is not at rest yet */
+bool ahead_claim(struct ahead *ahead, enum ahead_owner owner, const struct ahead_source *source, void *ctx);
+
+/** What is published is to be planned again, as near to the pins as possible: hold, override, jog cancel. */
+static inline void ahead_change(struct ahead *ahead) {
+    ahead->changed = true;
+}
+
+/** The newest batch has no answer yet: what was published before may stay in force. */
+static inline bool ahead_is_pending(const struct ahead *ahead) {
+    return ahead->pending && segment_queue_is_pending(ahead->queue);
+}
+
+/** Take the answer to the newest batch, if it is there. @return true when it was */
+bool ahead_take_answer(struct ahead *ahead);
+
+/** Take the answer, note what the step interrupt has done, publish more. @return true when anything changed.
+ * Never blocks. */
+bool ahead_poll(struct ahead *ahead);
+
+/** Committed motion that is left, us; less than 0: the step interrupt is in the stop after it. */
+int32_t ahead_left_us(const struct ahead *ahead);
+
+/** All motion that is published, us. */
+uint32_t ahead_queued_us(const struct ahead *ahead);
+
+#endif

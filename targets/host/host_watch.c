@@ -1,0 +1,86 @@
+/* SPDX-License-Identifier: MIT
+ * Shows the segments that are stepped. What is published may still be replaced, so they wait until they are.
+ */
+#include "host_inner.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+struct host_published {
+    struct segment segment;
+    double to_steps[AXIS_COUNT];
+};
+
+static double way_steps(const struct segment *segment, unsigned ax) {
+    double phases = (segment->phase_end[ax] - segment->phase[ax]) / 256.0;
+    return segment->steps[ax] < 0 ? segment->steps[ax] - phases : segment->steps[ax] + phases;
+}
+
+/* Segments of the batch up to where the planner's state is now. */
+static uint32_t committed(const struct machine *machine) {
+    const struct segment_queue *queue = &machine->motion.queue;
+    for (uint32_t i = 0; i < queue->count; i++)
+        if (queue->slots[i].mark == machine->motion.ahead.commit + 1)
+            return i + 1;
+    return 0;
+}
+
+/* Where the committed part ends. A fraction of 1/2 is exactly on a step. */
+static void commit_steps(const struct emit *emit, double steps[AXIS_COUNT]) {
+    for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
+        steps[ax] = emit->steps[ax] + emit->fraction[ax] / 256.0 - 0.5;
+}
+
+static void append(struct host *host, const struct segment *segment, double at_steps[AXIS_COUNT]) {
+    if (host->planned_count == host->planned_size) {
+        host->planned_size = 2 * host->planned_size + SEGMENT_QUEUE_SIZE;
+        host->planned = realloc(host->planned, host->planned_size * sizeof *host->planned);
+        if (host->planned == NULL)
+            abort(); /* no memory for what the machine does */
+    }
+    struct host_published *published = &host->planned[host->planned_count++];
+    published->segment = *segment;
+    for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
+        published->to_steps[ax] = at_steps[ax] += way_steps(segment, ax);
+}
+
+/* The batch that was published last: it continues within what was before. */
+static void take_batch(struct host *host) {
+    const struct segment_queue *queue = &host->machine.motion.queue;
+    double at_steps[AXIS_COUNT];
+    uint32_t branch_us = queue->slots[0].end_us - (queue->slots[0].duration_ns + 999u) / 1000u;
+    while (host->planned_count > 0 &&
+           (int32_t)(host->planned[host->planned_count - 1].segment.end_us - branch_us) > 0)
+        host->planned_count--;
+    commit_steps(&host->machine.motion.emit, at_steps);
+    for (uint32_t i = 0; i < committed(&host->machine); i++)
+        for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
+            at_steps[ax] -= way_steps(&queue->slots[i], ax);
+    for (uint32_t i = 0; i < queue->count; i++)
+        append(host, &queue->slots[i], at_steps);
+}
+
+static void show(struct host *host, const struct host_published *published) {
+    struct host_segment moved = {.segment = &published->segment};
+    for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
+        moved.to_steps[ax] = published->to_steps[ax];
+        moved.from_steps[ax] = moved.to_steps[ax] - way_steps(&published->segment, ax);
+    }
+    host->watch(host->watch_ctx, &moved);
+}
+
+void host_show_segments(struct host *host) {
+    const struct segment_queue *queue = &host->machine.motion.queue;
+    if (host->watch == NULL)
+        return;
+    if (host->watched != queue->published && !segment_queue_is_pending(queue)) {
+        host->watched = queue->published;
+        if (queue->answer == QUEUE_TAKEN)
+            take_batch(host);
+    }
+    uint32_t shown = 0, now_us = segment_queue_now_us(queue);
+    while (shown < host->planned_count && (int32_t)(host->planned[shown].segment.end_us - now_us) <= 0)
+        show(host, &host->planned[shown++]);
+    host->planned_count -= shown;
+    memmove(host->planned, host->planned + shown, host->planned_count * sizeof *host->planned);
+}
