@@ -446,13 +446,19 @@ static uint32_t news(const void *ctx) {
     return emit->plan->moves_total;
 }
 
+/* An end that may still be passed at speed is none: the shortest stop leaves alone what emit_slack_mm() says. */
+static bool ends_soon(const struct emit *emit) {
+    return !gear_is_on(&emit->gear) && !emit->plan->path.may_go_on &&
+           is_near_end(emit, 3.0f, END_S * emit->v_mm_s);
+}
+
 static bool stop(void *ctx, enum ahead_stop how) {
     struct emit *emit = ctx;
     emit->stop_samples = how != AHEAD_GO ? 1u : 0u;
     emit->hold = how == AHEAD_STOP || emit->hold_asked;
     if (how == AHEAD_STOP)
         gear_brake(&emit->gear);
-    return how != AHEAD_END || (!gear_is_on(&emit->gear) && is_near_end(emit, 3.0f, END_S * emit->v_mm_s));
+    return how != AHEAD_END || ends_soon(emit);
 }
 
 static void save(void *ctx, uint32_t at) {

@@ -27,6 +27,7 @@ void path_reset(struct path *path) {
     path->head = path->tail = path->kept = path->stop_head = path->stop_tail = path->stop_kept = 0;
     path->waits = path->may_go_on = path->reopened = false;
     path->before_mm = 0.0f;
+    path_piece(path, path->head - 1)->tangent_mm = 0.0f; /* it begins at rest */
     memset(path->lost_mm, 0, sizeof path->lost_mm);
     path->knots[0] = (struct knot){.stop = true};
 }

@@ -62,6 +62,7 @@ struct piece {
     float tangent_mm;  /* 0: no blend, the corner is passed at rest */
     float asked_sq;    /* (mm/s)^2 along the chord at 100 % */
     float limit_sq;    /* (mm/s)^2 along the chord that the axis rates allow */
+    float bend_sq;     /* the same in the middle of the blend */
     float accel_mm_s2; /* along the chord: every axis inside its limit */
     float enter_y;     /* greatest y at the start of the straight part (motion/timing.h) */
     float blend_y;     /* ... at its end, where the blend begins */
@@ -91,7 +92,7 @@ struct path {
     struct knot knots[KNOT_RING];
     /* pieces */
     uint32_t head, tail, kept; /* kept: from here on a part may have to be travelled again (emit.h) */
-    struct piece pieces[PLAN_SIZE];
+    struct piece pieces[PLAN_SIZE]; /* the one before `kept` is there, too: its blend ends in that piece */
     int32_t stop_steps[PATH_STOPS][AXIS_COUNT]; /* exact positions of the coming stops */
     uint32_t stop_head, stop_tail, stop_kept;
     /* a last stop that is there only because nothing followed */

@@ -198,12 +198,14 @@ static void blend(struct path *path, uint32_t index) {
     }
     if (k->tangent_mm < LEAST_TANGENT_MM)
         k->tangent_mm = 0.0f;
+    float bend_mm_s = vec_limit_along(k->unit + 0.5f * k->turn, path->inverse_rate);
     struct piece *piece = path_piece(path, path->head++);
     *piece = (struct piece){.unit = k->unit,
                             .length_mm = k->length_mm,
                             .tangent_mm = k->tangent_mm,
                             .asked_sq = k->info.asked_mm_s * k->info.asked_mm_s,
                             .limit_sq = limit_mm_s * limit_mm_s,
+                            .bend_sq = bend_mm_s * bend_mm_s,
                             .accel_mm_s2 = vec_limit_along(k->unit, path->inverse_accel),
                             .line = k->info.line,
                             .note = k->info.note,

@@ -84,7 +84,8 @@ static bool find_blend(const struct path *path, struct piece *piece, const struc
     piece->middle_y = most_f(piece->middle_y, middle_y);
     half.start = u0;
     half.end = u0 + 3.0f * du;
-    piece->blend_y = most_f(piece->blend_y, greatest_start(&half, piece->middle_y, cap, &first_settled));
+    float blend_y = greatest_start(&half, piece->middle_y, least_f(cap, piece->bend_sq), &first_settled);
+    piece->blend_y = most_f(piece->blend_y, blend_y);
     return first_settled || second_settled;
 }
 
@@ -102,14 +103,15 @@ void timing_backward(struct timing *timing, struct path *path) {
             piece->middle_y = piece->blend_y = 0.0f;
         if (!newest && piece->tangent_mm > 0.0f)
             settled = find_blend(path, piece, next, cap, next_cap);
-        float before_mm = i != path->tail ? path_piece(path, i - 1)->tangent_mm : 0.0f;
-        float line_mm = piece->length_mm - piece->tangent_mm - before_mm;
+        const struct piece *before = path_piece(path, i - 1);
+        float line_mm = piece->length_mm - piece->tangent_mm - before->tangent_mm;
         float enter_y = piece->blend_y + 2.0f * piece->accel_mm_s2 * most_f(line_mm, 0.0f);
-        if (!found && (settled || enter_y >= cap)) {
+        float enter_cap = before->tangent_mm > 0.0f ? least_f(cap, before->bend_sq) : cap;
+        if (!found && (settled || enter_y >= enter_cap)) {
             found = true;
             timing->settled = i;
         }
-        enter_y = least_f(enter_y, cap);
+        enter_y = least_f(enter_y, enter_cap);
         bool seen = !timing->whole && timing->known - i - 1 < path_count(path) && i + 1 != timing->known;
         if (seen && enter_y <= piece->enter_y * (1.0f + CLOSE))
             break;

@@ -327,10 +327,11 @@ bool ahead_poll(struct ahead *ahead) {
     if (stops)
         note_late(ahead);
     ahead->branch = stops || ahead->changed ? choose_branch(ahead) : ahead->commit;
-    if (ahead->branch == ahead->commit)
-        ahead->source->save(ahead->ctx, ahead->branch);
-    else
+    bool returns = ahead->branch != ahead->commit; /* which may be all: the stop was the end of the job */
+    if (returns)
         ahead->source->load(ahead->ctx, ahead->branch,
                             ahead->marks[ahead->branch].stops ? AHEAD_STOPPED : AHEAD_UNDO);
-    return publish(ahead) || answered;
+    else
+        ahead->source->save(ahead->ctx, ahead->branch);
+    return publish(ahead) || returns || answered;
 }

@@ -23,8 +23,8 @@
 #define AHEAD_FULL_US 50000u
 #define AHEAD_LOW_US  25000u
 /** The same where more moves may change it. */
-#define AHEAD_NEAR_US     8000u
-#define AHEAD_NEAR_LOW_US 4000u
+#define AHEAD_NEAR_US     16000u
+#define AHEAD_NEAR_LOW_US 8000u
 /** A batch that changes what is published branches off so far ahead, to arrive before the ISR does. */
 #define AHEAD_BRANCH_US 3000u
 

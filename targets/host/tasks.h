@@ -9,7 +9,7 @@
 
 #include "host.h"
 
-enum { TASKS_STALLS_MAX = 64 };
+enum { TASKS_STALLS_MAX = 1024 };
 
 struct task {
     uint64_t period_ticks, late_ticks; /* period 0: it looks all the time */

@@ -33,7 +33,8 @@ static void no_fault(struct host *host) {
 
 static void counter_moves(struct host *host) {
     pass(host, 5000);
-    host->machine.prep.position[1]++;
+    struct step *step = &host->machine.step;
+    step->pool[step_index(step)].position[1]++;
 }
 
 static void answers_twice(struct host *host) {

@@ -67,7 +67,7 @@ static void check(bool good, const char *what, uint32_t piece) {
 static void check_plan(struct path *path, const struct timing *timing) {
     for (uint32_t i = path->tail; i + 1 < path->head && i + 1 < timing->known; i++) {
         const struct piece *piece = path_piece(path, i), *next = path_piece(path, i + 1);
-        double before_mm = i == path->tail ? 0.0 : (double)path_piece(path, i - 1)->tangent_mm;
+        double before_mm = (double)path_piece(path, i - 1)->tangent_mm;
         double line_mm = fmax((double)piece->length_mm - (double)piece->tangent_mm - before_mm, 0.0);
         double reach = (double)piece->blend_y + 2.0 * (double)piece->accel_mm_s2 * line_mm;
         check((double)piece->enter_y <= reach * SLACK, "starts faster than it can slow down", i);

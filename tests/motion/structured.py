@@ -48,7 +48,7 @@ class Path:
         """Of all axes, the start included."""
         found = np.zeros((len(self.points) + 1, AXES))
         for n, point in enumerate(self.points, 1):
-            found[n, : len(point)] = np.round(point, self.decimals)
+            found[n, : len(point)] = [float(f"{value:.{self.decimals}f}") for value in point]
             found[n, len(point) :] = found[n - 1, len(point) :]
         return found
 

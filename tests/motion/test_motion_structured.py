@@ -53,6 +53,20 @@ def test_acceleration_with_the_steps_of_a_usual_machine(name: str) -> None:
     assert np.abs(accel).max() <= 1.2 * COARSE.accel_mm_s2[0]
 
 
+@pytest.mark.parametrize("turn_deg", range(30, 180, 30))
+@pytest.mark.parametrize("first_deg", [-20, 0, 20, 45, 70])
+def test_a_slow_axis_keeps_its_rate_in_a_bend(first_deg: int, turn_deg: int) -> None:
+    """At both ends of a bend the tool may be fast where the slow axis has no part in it; in between it has."""
+    slow = replace(FINE, accel_mm_s2=(4000.0,) * 3, rate_mm_min=(9000.0, 9000.0, 500.0))
+    at, points = np.zeros(2), []
+    for angle in np.radians([first_deg, first_deg + turn_deg, first_deg]):
+        at = at + 3 * np.array([np.cos(angle), np.sin(angle)])
+        points.append((float(at[0]), 0.0, float(at[1])))
+    run = performed(Path(tuple(points), feed=9000), slow, "G64P0.5")
+    speed, _ = derivatives(run.seconds(), run.positions(), slow, 0.010)
+    assert np.abs(speed[:, 2]).max() <= 500 / 60 * 1.002 + 1 / (slow.steps_per_mm[2] * 0.010)
+
+
 @common
 @given(path=structured_paths(), machine=machines, mode=path_modes)
 def test_any_structure_on_any_machine(path: Path, machine: Machine, mode: str) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from monitor import CHECKS, STALLED, Checks
+from monitor import CHECKS, Checks
 from motion_host import BASELINE, Host
 from stalls import SIDES, Side
 from wificnc.sim.native import Tasks
@@ -57,7 +57,7 @@ def test_a_board_makes_the_steps_of_a_controller_that_always_looks(tasks: Tasks)
 @pytest.mark.parametrize("tasks", [Tasks.FREE, *BOARDS])
 @pytest.mark.parametrize("side", SIDES)
 def test_a_stall_loses_no_step_and_no_line(tasks: Tasks, side: Side) -> None:
-    host = controller(tasks, STALLED)
+    host = controller(tasks, CHECKS)
     host.stall(side, 0.05, 0.4)
     host.stall(side, 0.6, 1.0)
     run = host.run("G1 X3 F1200\nY2\nX0 Y0\n" * 4)
@@ -67,7 +67,7 @@ def test_a_stall_loses_no_step_and_no_line(tasks: Tasks, side: Side) -> None:
 
 
 def test_the_step_interrupt_goes_on_while_the_task_is_stalled() -> None:
-    host = controller(Tasks.ESP32, STALLED)
+    host = controller(Tasks.ESP32, CHECKS)
     host.start("G1 X10 F600\n")
     host.until(host.ticks() + 2_000_000)
     steps, ticks = host.counters().step_events, host.ticks()
@@ -94,7 +94,7 @@ def test_a_stalled_controller_answers_when_it_is_back() -> None:
 def test_random_stalls_lose_nothing_and_are_repeatable(tasks: Tasks, seed: int) -> None:
     runs = []
     for _ in range(2):
-        host = controller(tasks, STALLED)
+        host = controller(tasks, CHECKS)
         host.stall_randomly(seed, gap_ms=60, longest_ms=200)
         runs.append(host.run("G1 X3 F1200\nY2\nG4 P0.01\nX0 Y0\n" * 8))
         host.close()

@@ -19,9 +19,6 @@ class Checks(IntFlag):
 
 CHECKS = Checks.COUNTER | Checks.ANSWERS | Checks.STATE | Checks.LIMITS | Checks.BEAM | Checks.LIVENESS
 
-STALLS_STOP_LEGALLY = False  # a stalled task side still stops the machine dead: on as soon as that is mended
-STALLED = CHECKS if STALLS_STOP_LEGALLY else CHECKS & ~Checks.LIMITS  # for tests that stall a side
-
 
 def bind(lib: ctypes.CDLL) -> None:
     """Tell ctypes the types of the functions used here."""
