@@ -374,9 +374,9 @@ static bool extend_jog(struct machine *machine) {
         line.target_mm[ax] = machine->motion.plan.position_mm[ax];
     double target_mm = in_travel(machine, jog->axis, jog->target_mm + jog->direction * lead_mm);
     line.target_mm[jog->axis] = target_mm;
-    if (target_mm == jog->target_mm || !may_stand(machine, line.target_mm))
+    if (target_mm == jog->target_mm || !may_stand(machine, line.target_mm) ||
+        !motion_line(&machine->motion, &line, hal_time_us(machine->hal)))
         return false;
-    (void)motion_line(&machine->motion, &line, hal_time_us(machine->hal));
     motion_flush(&machine->motion);
     jog->target_mm = target_mm;
     return true;

@@ -446,10 +446,11 @@ static uint32_t news(const void *ctx) {
     return emit->plan->moves_total;
 }
 
-/* An end that may still be passed at speed is none: the shortest stop leaves alone what emit_slack_mm() says. */
+/* An end that is about to be passed at speed is none: the shortest stop leaves alone what emit_slack_mm() says. */
 static bool ends_soon(const struct emit *emit) {
-    return !gear_is_on(&emit->gear) && !emit->plan->path.may_go_on &&
-           is_near_end(emit, 3.0f, END_S * emit->v_mm_s);
+    const struct plan *plan = emit->plan;
+    bool goes_on = plan->path.may_go_on && plan_is_pending(plan);
+    return !gear_is_on(&emit->gear) && !goes_on && is_near_end(emit, 3.0f, END_S * emit->v_mm_s);
 }
 
 static bool stop(void *ctx, enum ahead_stop how) {

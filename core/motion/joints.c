@@ -98,7 +98,8 @@ static bool cut(struct joints *joints, struct motion *motion, const struct motio
         piece.duration_s = (float)((double)line->duration_s * (end - joints->done));
         if (end < 1.0)
             piece.flags &= (uint8_t)~MOTION_FLAG_EXACT_STOP;
-        (void)motion_line(motion, &piece, now_us);
+        if (!motion_line(motion, &piece, now_us))
+            return false;
         joints->done = end;
         joints->part *= 2.0;
     }

@@ -26,16 +26,17 @@ bool motion_in_range(const struct motion *motion, const double target_mm[AXIS_CO
 }
 
 /* What of the last piece may still be changed. While a batch is pending nothing may: should it be refused,
- * motion goes on as before. */
+ * motion goes on as before. And nothing may while that end is the stop that the step interrupt may enter. */
 static float slack_mm(struct motion *motion) {
     (void)ahead_take_answer(&motion->ahead);
-    return motion->ahead.pending ? 0.0f : emit_slack_mm(&motion->emit);
+    return motion->ahead.pending || motion->ahead.ends ? 0.0f : emit_slack_mm(&motion->emit);
 }
 
 bool motion_line(struct motion *motion, const struct motion_line *line, uint32_t now_us) {
     struct emit *emit = &motion->emit;
-    if (!motion_has_room(motion))
+    if (!motion_has_room(motion) || (motion->plan.path.may_go_on && !ahead_open(&motion->ahead)))
         return false;
+    ahead_close(&motion->ahead);
     if (plan_is_empty(&motion->plan))
         motion->oldest_us = now_us;
     motion->plan.path.slack_mm = slack_mm(motion);

@@ -47,7 +47,7 @@ void ahead_reset(struct ahead *ahead) {
     ahead->end_us = 0;
     ahead->full_us = AHEAD_FULL_US;
     ahead->pending = ahead->changed = ahead->changing = ahead->soft = false;
-    ahead->noted = ahead->spare = false;
+    ahead->noted = ahead->spare = ahead->ends = ahead->open = false;
     ahead->owner = AHEAD_NOBODY;
     ahead->source = NULL;
 }
@@ -141,6 +141,7 @@ static void withdraw(struct ahead *ahead, enum queue_answer answer) {
     }
     ahead->commit = ahead->commit_before;
     ahead->end_us = ahead->end_us_before;
+    ahead->ends = ahead->ends_before;
     ahead->changed = ahead->changed || ahead->changing;
     ahead->source->load(ahead->ctx, ahead->commit, AHEAD_UNDO);
     if (answer == QUEUE_LARGE && ahead->spare && ahead->full_us > LEAST_US)
@@ -228,8 +229,9 @@ static void drop_stop(struct ahead *ahead, uint32_t count) {
 static bool put_stop(struct ahead *ahead, uint32_t at_us) {
     const struct ahead_source *source = ahead->source;
     uint32_t count = ahead->queue->count;
-    bool rests = !ahead->spare && source->stop(ahead->ctx, AHEAD_END) &&
+    bool rests = !ahead->spare && !ahead->open && source->stop(ahead->ctx, AHEAD_END) &&
                  put_until_rest(ahead, at_us, END_MOST_US, count + END_MOST);
+    ahead->ends = rests;
     if (!rests) {
         drop_stop(ahead, count);
         source->load(ahead->ctx, ahead->commit, AHEAD_UNDO);
@@ -267,6 +269,8 @@ static bool publish(struct ahead *ahead) {
     bool ends_there = at_us == ahead->end_us;
     ahead->commit_before = ahead->commit;
     ahead->end_us_before = ahead->end_us;
+    ahead->ends_before = ahead->ends;
+    ahead->ends = false;
     ahead->news = ahead->source->news(ahead->ctx);
     ahead->changing = ahead->changed;
     ahead->changed = false;
@@ -301,6 +305,14 @@ static void note_late(struct ahead *ahead) {
 static uint32_t choose_branch(const struct ahead *ahead) {
     uint32_t place = mark_ahead(ahead, (int32_t)AHEAD_BRANCH_US);
     return ahead->marks[place].stops && ahead_left_us(ahead) >= HURRY_US ? ahead->commit : place;
+}
+
+bool ahead_open(struct ahead *ahead) {
+    if (!ahead->ends)
+        return true;
+    ahead->changed = ahead->changed || !ahead->open;
+    ahead->open = true;
+    return false;
 }
 
 bool ahead_take_answer(struct ahead *ahead) {

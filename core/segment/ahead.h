@@ -81,6 +81,8 @@ struct ahead {
     bool changed, changing; /* branch off: asked for, and done by the batch that is pending */
     bool soft;              /* the committed part ends where more moves may change what follows */
     bool spare;             /* spans did not suffice: the shortest stop, and then less motion */
+    bool ends, ends_before; /* the stop is the end of what is planned; before, of what is in force meanwhile */
+    bool open;              /* it must not be, because that end is about to change */
     bool noted;             /* that the step interrupt is in the stop */
     uint32_t late;          /* times motion slowed down because tasks were late */
 };
@@ -97,6 +99,15 @@ bool ahead_claim(struct ahead *ahead, enum ahead_owner owner, const struct ahead
 /** What is published is to be planned again, as near to the pins as possible: hold, override, jog cancel. */
 static inline void ahead_change(struct ahead *ahead) {
     ahead->changed = true;
+}
+
+/** The end of what is planned is about to change: the stop must not be that end. @return false: it is, and
+ * motion is not at rest there; try again later */
+bool ahead_open(struct ahead *ahead);
+
+/** That has happened. */
+static inline void ahead_close(struct ahead *ahead) {
+    ahead->open = false;
 }
 
 /** The newest batch has no answer yet: what was published before may stay in force. */

@@ -7,9 +7,11 @@
 #include <string.h>
 
 /* Below this event rate minor axes of a diagonal would jitter visibly: events are doubled up to
- * 2^MAX_OVERSAMPLE. */
+ * 2^MAX_OVERSAMPLE. So they are where intervals come near the longest one of a span, because a slow step by
+ * itself needs two spans, one of them to wait. */
 #define SMOOTH_EVENT_HZ 8000u
 #define MAX_OVERSAMPLE  4u
+#define SLOW_TICKS      (SPAN_MAX_INTERVAL_TICKS / 8u)
 #define MAX_EVENTS      16383u
 
 /* A rest after the last event of a segment that is shorter than this is left to the next segment. */
@@ -131,14 +133,13 @@ static void set_axis(struct prep *prep, unsigned axis, uint32_t steps, int32_t p
     prep->increment[span_word(axis)] |= (uint32_t)step << span_shift(axis);
 }
 
-/* Power of two by which events are multiplied, so that the steps of minor axes lie evenly. */
-static unsigned oversample(const struct prep *prep, uint32_t dominant, bool diagonal, uint64_t ticks) {
+/* Power of two by which events are multiplied: of the speed alone, so that the events of a steady motion are
+ * evenly spaced across segments. */
+static unsigned oversample(const struct prep *prep, uint32_t travel, bool diagonal, uint64_t ticks) {
     unsigned shift = 0;
-    if (!diagonal)
-        return 0;
-    uint64_t enough = ticks * SMOOTH_EVENT_HZ / prep->timing.timer_hz;
-    while (shift < MAX_OVERSAMPLE && ((uint64_t)dominant << shift) < enough &&
-           (dominant << (shift + 1)) <= MAX_EVENTS)
+    uint64_t enough = diagonal ? ticks * SMOOTH_EVENT_HZ / prep->timing.timer_hz : ticks / SLOW_TICKS;
+    while (shift < MAX_OVERSAMPLE && (uint64_t)travel << shift < enough << 8 &&
+           travel << (shift + 1) <= MAX_EVENTS << 8)
         shift++;
     return shift;
 }
@@ -176,7 +177,9 @@ static void load_motion(struct prep *prep, const struct segment *segment, uint64
     prep->events = prep->done = 0;
     if (axes[dominant].steps == 0)
         return;
-    unsigned shift = oversample(prep, axes[dominant].steps, diagonal, ticks);
+    unsigned shift = oversample(prep, axes[dominant].travel, diagonal, ticks);
+    prep->carry.alone |= shift != prep->carry.shift;
+    prep->carry.shift = (uint8_t)shift;
     uint32_t travel = axes[dominant].travel << shift; /* in 1/256 event, as all this */
     uint32_t past = axes[dominant].phase << shift & 255u;
     prep->events = (past + travel) >> 8;
@@ -274,7 +277,7 @@ static void push_wait(struct prep *prep, uint64_t ticks_q16) {
     span.events = (uint32_t)(ticks_q16 / (SPAN_MAX_INTERVAL_TICKS << 16)) + 1;
     span.interval_q16 = (uint32_t)(ticks_q16 / span.events);
     prep->carry.spent_q16 += (int64_t)((uint64_t)span.interval_q16 * span.events);
-    prep->carry.waited = true;
+    prep->carry.alone = true;
     append(prep, &span);
 }
 
@@ -356,7 +359,7 @@ static bool end_segment(struct prep *prep) {
 /* The next stretch of the segment; a span is free. */
 static void push_stretch(struct prep *prep) {
     axis_mask_t negative_before = prep->carry.last_negative;
-    uint32_t events = prep->carry.waited ? 1u : stretch_events(prep);
+    uint32_t events = prep->carry.alone ? 1u : stretch_events(prep);
     float v_before = speed_at(prep, distance_done(prep)), v_after;
     uint64_t time_q16 = stretch_time_q16(prep, events, &v_after);
     if (time_q16 / events > (uint64_t)SPAN_MAX_INTERVAL_TICKS << 16 && events > 1) {
@@ -373,7 +376,7 @@ static void push_stretch(struct prep *prep) {
     memcpy(span.increment, prep->increment, sizeof span.increment);
     prep->carry.spent_q16 += (int64_t)span.interval_q16 * events +
                              (int64_t)span.delta_q16 * (int64_t)((uint64_t)events * (events - 1) / 2);
-    prep->carry.waited = false;
+    prep->carry.alone = false;
     append(prep, &span);
     advance(prep, events);
 }

@@ -42,7 +42,8 @@ struct prep_carry {
     int64_t duration_q16;         /* of the segment being cut, ticks in Q16.16 */
     int64_t spent_q16;            /* from its start to the end of the spans made; < 0: they end before it */
     axis_mask_t last_negative;
-    bool waited; /* the newest span is a wait: the event after it comes alone */
+    uint8_t shift; /* events of the last segment's steps were multiplied by 2^shift */
+    bool alone;    /* the next event is in a span of its own: the interval before it is of another kind */
 };
 
 struct prep_mark {

@@ -7,7 +7,7 @@ import re
 import pytest
 from grbl_host import BANNER, LOCKED, Grbl
 
-PLAN_MOVES, RX_SIZE = 61, 1024
+PLAN_MOVES, RX_SIZE = 125, 1024
 
 
 def test_ok_means_taken_by_the_planner(grbl: Grbl) -> None:

@@ -97,11 +97,11 @@ def test_the_line_that_is_named_has_begun_and_those_before_it_are_made(grbl: Grb
 def test_buffers_are_reported_truthfully(grbl: Grbl) -> None:
     """Never report more than is free: `Bf:` counts free blocks and free bytes, `[OPT:]` all of them."""
     grbl.fine("$10=3")
-    assert "|Bf:61,1024|" in grbl.status()
-    assert re.search(r"\[OPT:\w+,61,1024\]", grbl.send("$I\n"))
+    assert "|Bf:125,1024|" in grbl.status()
+    assert re.search(r"\[OPT:\w+,125,1024\]", grbl.send("$I\n"))
     grbl.after(0.05, "G1X-10F100\nY-11\nX-12\nM5\nM3\nG0X1Y1\n")
     blocks, free = map(int, re.search(r"Bf:(\d+),(\d+)", grbl.status()).groups())
-    assert 61 - 3 * 3 <= blocks <= 61 - 3  # a move becomes three pieces of path at most
+    assert 125 - 3 * 3 <= blocks <= 125 - 3  # a move becomes three pieces of path at most
     assert free == 1024 - len("G0X1Y1\n")
 
 
@@ -213,7 +213,7 @@ def test_modes_with_both_coolants(grbl: Grbl) -> None:
 def test_build_info(grbl: Grbl) -> None:
     """`$I`: `[VER:1.1h.20190830:STRING]`, `[OPT:...]`, ok; `$I=text` is stored upper-cased, blanks stripped."""
     grbl.fine("$I=hello world")
-    assert re.fullmatch(r"\[VER:1\.1h\.20190830:HELLOWORLD\]\r\n\[OPT:V\w*,61,1024\]\r\nok\r\n", grbl.send("$I\n"))
+    assert re.fullmatch(r"\[VER:1\.1h\.20190830:HELLOWORLD\]\r\n\[OPT:V\w*,125,1024\]\r\nok\r\n", grbl.send("$I\n"))
 
 
 def test_a_report_in_every_state(grbl: Grbl) -> None:
