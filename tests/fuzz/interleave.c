@@ -18,9 +18,8 @@ enum { HZ = 2000000, LINE_MAX = 96, THINGS_MAX = 400 };
 /* Longer than the longest stall and the slowest stop that the lines below ask for. */
 enum { UNATTENDED_MS = 6000 };
 
-/* Limits wait for a fix elsewhere where sides stall (tests/support/monitor.py says the same), because a
- * stalled task side stops the machine dead. */
-#define CHECKS (MONITOR_COUNTER | MONITOR_ANSWERS | MONITOR_STATE | MONITOR_BEAM | MONITOR_LIVENESS)
+#define CHECKS                                                                                               \
+    (MONITOR_COUNTER | MONITOR_ANSWERS | MONITOR_STATE | MONITOR_LIMITS | MONITOR_BEAM | MONITOR_LIVENESS)
 
 enum options { OPTION_LASER = 0x10, OPTION_HARD_LIMITS = 0x20, OPTION_NO_STALLS = 0x40 };
 
@@ -330,9 +329,7 @@ static void begin(struct scene *scene, uint8_t options) {
     };
     scene->host = host_create(&board);
     scene->stalls = (options & OPTION_NO_STALLS) == 0;
-    scene->monitor = scene->host != NULL
-                         ? monitor_create(scene->host, scene->stalls ? CHECKS : CHECKS | MONITOR_LIMITS)
-                         : NULL;
+    scene->monitor = scene->host != NULL ? monitor_create(scene->host, CHECKS) : NULL;
     if (scene->monitor == NULL)
         abort();
     scene->shows = getenv("WIFICNC_FUZZ_SHOW") != NULL;

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import zlib
 from dataclasses import replace
 
 import numpy as np
@@ -51,6 +52,22 @@ def test_acceleration_with_the_steps_of_a_usual_machine(name: str) -> None:
     run = performed(FIXED[name], COARSE)
     _, accel = derivatives(run.seconds(), run.positions(), COARSE, 0.010)
     assert np.abs(accel).max() <= 1.2 * COARSE.accel_mm_s2[0]
+
+
+@pytest.mark.parametrize("name", FIXED)
+def test_acceleration_with_stalls(name: str) -> None:
+    """Whatever the task side, the motion side and the reader fail to do for up to a second: 1.2 x in 10 ms, and the same
+    place at the end."""
+    text = program(FIXED[name])
+    for seed, longest_ms in enumerate((10, 50, 250, 1000), zlib.crc32(name.encode())):
+        host = COARSE.host()
+        host.stall_randomly(seed, gap_ms=2 * longest_ms, longest_ms=longest_ms)
+        run = host.run(text)
+        host.close()
+        _, accel = derivatives(run.seconds(), run.positions(), COARSE, 0.010)
+        assert np.abs(accel).max() <= 1.2 * COARSE.accel_mm_s2[0]
+        assert run.answers == ["ok"] * text.count("\n") and run.counted() == run.position
+        assert_ends_at(run, FIXED[name].vertices()[-1], COARSE)
 
 
 @pytest.mark.parametrize("turn_deg", range(30, 180, 30))

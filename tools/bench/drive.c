@@ -2,8 +2,8 @@
  * Runs one G-code file through the host controller with nothing else around it, for callgrind and for the
  * clock.
  *
- * Usage: drive [-t TRACE] AXES FILE [SETTING...]    prints the work counters as JSON; TRACE gets every step
- * event of the file as a struct trace_event */
+ * Usage: drive [-t TRACE] [-s SEED] AXES FILE [SETTING...]    prints the work counters as JSON; TRACE gets every
+ * step event of the file as a struct trace_event; with SEED each side of the firmware stalls at random times */
 #include "host.h"
 
 #include <stdio.h>
@@ -81,10 +81,24 @@ static unsigned finish(struct host *host) {
     return errors;
 }
 
+/* The value of an option that comes next, or NULL; *at moves behind it. */
+static const char *option(char **argv, int *at, const char *name) {
+    if (argv[*at] == NULL || argv[*at + 1] == NULL || strcmp(argv[*at], name) != 0)
+        return NULL;
+    *at += 2;
+    return argv[*at - 1];
+}
+
+static void stall(struct host *host, const char *seed) {
+    struct host_random_stalls stalls = {
+        .seed = strtoull(seed, NULL, 10), .sides = (1u << HOST_SIDES) - 1u, .gap_ms = 100, .longest_ms = 200};
+    host_stall_randomly(host, &stalls);
+}
+
 int main(int argc, char **argv) {
-    bool traced = argc > 2 && strcmp(argv[1], "-t") == 0;
-    int first = traced ? 4 : 2;
-    if (argc <= first)
+    int first = 1;
+    const char *trace_name = option(argv, &first, "-t"), *seed = option(argv, &first, "-s");
+    if (argc <= ++first)
         return 2;
     size_t size;
     char *text = read_file(argv[first], &size);
@@ -95,14 +109,16 @@ int main(int argc, char **argv) {
         errors += feed(host, argv[n], strlen(argv[n]));
         errors += feed(host, "\n", 1);
     }
-    FILE *trace = traced ? checked(fopen(argv[2], "wb"), argv[2]) : NULL;
-    if (traced)
+    FILE *trace = trace_name != NULL ? checked(fopen(trace_name, "wb"), trace_name) : NULL;
+    if (trace != NULL)
         (void)trace_add(host_trace(host), write_events, trace);
+    if (seed != NULL)
+        stall(host, seed);
     uint64_t begin_ticks = host_time_ticks(host);
     errors += feed(host, text, size);
     errors += finish(host);
-    if (traced && fclose(trace) != 0)
-        perror(argv[2]), errors++;
+    if (trace != NULL && fclose(trace) != 0)
+        perror(trace_name), errors++;
     struct host_counters counters;
     host_counters(host, &counters);
     printf("{\"errors\": %u, \"lines\": %llu, \"blocks\": %llu, \"segments\": %llu, \"spans\": %llu, "

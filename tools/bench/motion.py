@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import hashlib
 import sys
+import zlib
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -37,6 +38,8 @@ path       greatest distance of any step from the programmed path, and of any pr
 jerk       the same run with $40={jerk:.0f}: greatest jerk of any axis over windows of 20 ms, of which one step early
            or late at each end of each window is {jerk_grain:.0f}; changes within shorter times are seen by
            tests/motion/test_motion_jerk.py, with finer steps
+stalls     the same run with a stall of the task side, the motion side or the reader each 100 ms on average, 1 to 200 ms
+           long: a10 and path again
 starved    stops for want of look-ahead while input was there
 unmet      times the planned speed could not be followed within the limits
 instr      planner, per block, by callgrind
@@ -123,6 +126,7 @@ def measure(driver: Path, file: Path, limits: Limits) -> Report:
         Figure("a20 99.9 %", float(np.quantile(a20, 0.999)), "x", 1.03),
         Figure("path um", 1e3 * away.path_mm, "um", 1e3 * (limits.tolerance_mm + step_mm)),
         Figure("vertex um", 1e3 * away.vertex_mm, "um", 1e3 * (limits.tolerance_mm + step_mm)),
+        *with_stalls(driver, file, program, limits),
         *with_jerk(driver, file, limits, steps.pause_s, time_s),
         Figure("starved", count["starved"], "times", 0),
         Figure("unmet", count["unmet"], "times", 0),
@@ -133,6 +137,19 @@ def measure(driver: Path, file: Path, limits: Limits) -> Report:
 
 def worst_place(t_s: Floats, accel: Floats) -> str:
     return f"greatest acceleration at {int(np.argmax(accel)) * 0.001 - 0.020:.3f} s of {t_s[-1] - t_s[0]:.3f} s"
+
+
+def with_stalls(driver: Path, file: Path, program: Programmed, limits: Limits) -> tuple[Figure, ...]:
+    trace = BUILD / f"{file.stem}.trace"
+    counters(driver, file, limits.settings, trace=trace, seed=zlib.crc32(file.name.encode()))
+    steps = read_steps(trace, TIMER_HZ, np.full(3, limits.steps_per_mm), len(limits.settings))
+    trace.unlink()
+    a10 = derivative(steps, 2, 0.010) / limits.accel_mm_s2
+    away, step_mm = deviation(steps, program), 1.0 / limits.steps_per_mm
+    return (
+        Figure("stalls a10", float(a10.max()), "x", 1.2),
+        Figure("stalls um", 1e3 * max(away.path_mm, away.vertex_mm), "um", 1e3 * (limits.tolerance_mm + step_mm)),
+    )
 
 
 def with_jerk(driver: Path, file: Path, limits: Limits, pause_s: float, plain_s: float) -> tuple[Figure, ...]:
