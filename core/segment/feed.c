@@ -11,6 +11,8 @@
 #define WAIT_NS       20000000u /* of one slice of a dwell, or before a very slow step */
 #define SAMPLE_MOST_S 0.02f     /* a host's slices are at most so long; a longer segment is a move */
 #define CHANGE_MOST   1e9f      /* of a dwell */
+#define GRADE_NS      10000000u /* of segments before and after a place tell how fast the host changes speed there */
+#define OWN_MOST      0.8f      /* so much of the acceleration is left to the host */
 #define PHASES        256u      /* of a step */
 
 void feed_init(struct feed *feed, struct ahead *ahead) {
@@ -70,7 +72,7 @@ static float speed(const struct feed_slot *slot, unsigned axis) {
 }
 
 static enum feed_result fill(struct feed *feed, struct feed_slot *slot, const struct feed_segment *segment) {
-    *slot = (struct feed_slot){.id = segment->id, .flags = segment->flags, .change = CHANGE_MOST};
+    *slot = (struct feed_slot){.id = segment->id, .flags = segment->flags, .change_most = CHANGE_MOST};
     for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
         uint32_t steps = size_of(segment->steps[ax]);
         if (steps != 0 && ax >= feed->limits.axis_count)
@@ -90,7 +92,9 @@ static enum feed_result fill(struct feed *feed, struct feed_slot *slot, const st
     slot->duration_ns = (uint64_t)(needed_ns > asked_ns ? needed_ns : asked_ns);
     for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
         if (slot->steps[ax] != 0)
-            slot->change = least_f(slot->change, feed->limits.accel_steps_s2[ax] / fabsf(speed(slot, ax)));
+            slot->change_most =
+                least_f(slot->change_most, feed->limits.accel_steps_s2[ax] / fabsf(speed(slot, ax)));
+    slot->change = (1.0f - OWN_MOST) * slot->change_most;
     return FEED_OK;
 }
 
@@ -141,22 +145,94 @@ static float jump_sq(const struct feed *feed, const struct feed_slot *before, co
     return least * least;
 }
 
+/* ---- what the host's own acceleration leaves ---- */
+
+/* Segments from a place on, forward or backward, until they tell something. */
+struct stretch {
+    int32_t steps[AXIS_COUNT];
+    uint64_t ns;
+};
+
+static struct stretch stretch_before(struct feed *feed, uint32_t number) {
+    struct stretch stretch = {.ns = 0};
+    while (number != feed->first && stretch.ns < GRADE_NS) {
+        const struct feed_slot *slot = slot_at(feed, --number);
+        stretch.ns += slot->duration_ns;
+        for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
+            stretch.steps[ax] += slot->steps[ax];
+    }
+    return stretch;
+}
+
+/* @return false: too little has come, and more will */
+static bool stretch_after(struct feed *feed, uint32_t number, struct stretch *stretch) {
+    bool ends = false;
+    *stretch = (struct stretch){.ns = 0};
+    for (; number != feed->head && stretch->ns < GRADE_NS; number++) {
+        const struct feed_slot *slot = slot_at(feed, number);
+        stretch->ns += slot->duration_ns;
+        ends = (slot->flags & SEGMENT_LAST) != 0;
+        for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
+            stretch->steps[ax] += slot->steps[ax];
+    }
+    return stretch->ns >= GRADE_NS || ends;
+}
+
+/* The host's part of the acceleration where two stretches meet; a step at the end of each is rounding. */
+static float own_part(const struct feed *feed, const struct stretch *before, const struct stretch *after) {
+    if (before->ns == 0 || after->ns == 0)
+        return 0.0f;
+    float before_s = (float)before->ns * 1e-9f, after_s = (float)after->ns * 1e-9f;
+    float rounding = 1.0f / before_s + 1.0f / after_s, part = 0.0f;
+    for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
+        float by = fabsf((float)after->steps[ax] / after_s - (float)before->steps[ax] / before_s) - rounding;
+        if (by > 0.0f)
+            part = most_f(part, by / (0.5f * (before_s + after_s) * feed->limits.accel_steps_s2[ax]));
+    }
+    return least_f(part, OWN_MOST);
+}
+
+/* Of all segments after which enough has come. c only grows, so what was promised is kept. */
+static void grade(struct feed *feed) {
+    for (; feed->graded != feed->head; feed->graded++) {
+        struct feed_slot *slot = slot_at(feed, feed->graded);
+        struct stretch before = stretch_before(feed, feed->graded + 1), after;
+        if (!stretch_after(feed, feed->graded + 1, &after) && (slot->flags & SEGMENT_LAST) == 0)
+            return;
+        float own = own_part(feed, &before, &after);
+        slot->change = (1.0f - most_f(own, feed->own)) * slot->change_most;
+        feed->own = own;
+    }
+}
+
+/* Where the queue was empty the host begins from rest. */
+static void begin(struct feed *feed, struct feed_slot *slot) {
+    feed->first = feed->graded = feed->head;
+    feed->own = 0.0f;
+    slot->jump_sq = 1.0f;
+}
+
 void feed_take(struct feed *feed) {
     uint32_t number = feed->head, place = number & (FEED_SIZE - 1);
     struct feed_slot *slot = slot_at(feed, number);
-    slot->jump_sq = feed_is_empty(feed) ? 1.0f : jump_sq(feed, slot_at(feed, number - 1), slot);
+    if (feed_is_empty(feed))
+        begin(feed, slot);
+    else
+        slot->jump_sq = jump_sq(feed, slot_at(feed, number - 1), slot);
     feed->present[place / 32] &= ~((uint32_t)1 << (place & 31));
     feed->underruns += feed->ran_dry ? 1 : 0;
     feed->ran_dry = false;
     feed->queued_ns += slot->duration_ns;
     feed->head++;
+    uint32_t changed = feed->graded;
+    grade(feed);
     for (float end_sq = 0.0f;; number--) {
         slot = slot_at(feed, number);
         float braked = end_sq + 2.0f * slot->change * (float)slot->duration_ns * 1e-9f;
         end_sq = least_f(slot->jump_sq, braked);
         bool same = end_sq == slot->entry_sq && number + 1 != feed->head;
         slot->entry_sq = end_sq;
-        if (same || number == feed->tail)
+        if ((same && (int32_t)(number - changed) < 0) || number == feed->tail)
             return;
     }
 }

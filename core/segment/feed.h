@@ -10,6 +10,10 @@
  *       |     /             \      axes, because d(s v)/dt = v ds/dt must not exceed a
  *       +--------------------> T   on the way up, s^2 rises by 2 c per second of segment time
  *
+ * The host's own acceleration a' comes on top, d(s v)/dt = v ds/dt + s^2 a', so c is the part of a that a' leaves.
+ * It is known when enough has come after the segment to tell it from rounding to whole steps; until then, and
+ * where little is left, c is a fifth of a/v.
+ *
  * With enough in the queue the pace is 1 and durations are exact, the fractions of a nanosecond carried.
  *
  * Segments may be put before others that are to come earlier (a lossy network): they lie at their places
@@ -50,7 +54,8 @@ struct feed_slot {
     int32_t steps[AXIS_COUNT];
     uint32_t dominant;    /* of the axis with most steps; 0: a dwell */
     uint64_t duration_ns; /* > 0; at full pace */
-    float change;         /* c */
+    float change;         /* c, as far as it is known */
+    float change_most;    /* the same of a host whose speed is even */
     float jump_sq;        /* greatest s^2 at which it may follow the one before */
     float entry_sq;       /* greatest s^2 at its begin */
     uint16_t id;
@@ -72,6 +77,9 @@ struct feed {
     struct feed_limits limits;
     uint32_t head, tail;                 /* segments ever taken in order, and ever finished here; wrap */
     uint32_t kept;                       /* from here on they may have to be made again */
+    uint32_t first;                      /* came after a rest */
+    uint32_t graded;                     /* from here on c is not known yet */
+    float own;                           /* the host's part of the acceleration where that one begins */
     uint32_t present[FEED_SIZE / 32];    /* places from head on that are filled already */
     bool hold, hold_asked;               /* slow down along the path and stand; asked: not only for a stop */
     bool ran_dry;                        /* came to its end, and that was not said to be the last */

@@ -8,6 +8,7 @@ import struct
 from dataclasses import dataclass
 
 import numpy as np
+import stalls
 from monitor import Monitor, bind
 from numpy.typing import NDArray
 from wificnc.build.host import ensure_host_library
@@ -75,6 +76,7 @@ def library() -> ctypes.CDLL:
         function = getattr(lib, name)
         function.restype, function.argtypes = result, arguments
     bind(lib)
+    stalls.bind(lib)
     return lib
 
 
