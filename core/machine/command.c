@@ -48,7 +48,7 @@ static enum status check(struct machine *machine) {
         machine->reset_asked = true;
         return STATUS_OK;
     }
-    if (machine_has_motion(machine) || !machine_transition(machine, MACHINE_CHECKS))
+    if (!machine_is_at_rest(machine) || !machine_transition(machine, MACHINE_CHECKS))
         return STATUS_NOT_IDLE;
     report_message(machine, "Enabled");
     return STATUS_OK;
@@ -213,7 +213,7 @@ static void sleep(struct machine *machine) {
 /* Commands that need Idle or Alarm. @return false: answered already, or a task */
 static bool at_rest(struct machine *machine, const char *text, enum status *status) {
     *status = STATUS_NOT_IDLE;
-    if (!machine_is_idle_or_alarm(machine) || machine_has_motion(machine))
+    if (!machine_is_idle_or_alarm(machine) || !machine_is_at_rest(machine))
         return true;
     *status = STATUS_UNKNOWN_COMMAND;
     if (strcmp(text, "#") == 0) {
@@ -240,7 +240,7 @@ static bool at_rest(struct machine *machine, const char *text, enum status *stat
 }
 
 static enum status jog(struct machine *machine, const char *text) {
-    bool may_begin = machine->state == MACHINE_IDLE && !machine_has_motion(machine);
+    bool may_begin = machine->state == MACHINE_IDLE && machine_is_at_rest(machine);
     if (!may_begin && machine->state != MACHINE_JOG) /* in Jog all that is queued are jogs */
         return STATUS_NOT_IDLE;
     if (text[0] != '=')

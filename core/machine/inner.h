@@ -42,9 +42,6 @@ void machine_apply_settings(struct machine *machine);
 void machine_answer(struct machine *machine, enum status status);
 /** Nothing moves and nothing will before a resume: at rest, or held. */
 bool machine_is_stopped(const struct machine *machine);
-/** Something is planned, queued or being stepped. After rest it is true as soon as something new is; that the
- * last of it is done says machine_is_at_rest(). */
-bool machine_has_motion(const struct machine *machine);
 /** Have work(arg) done where the step ISR is started and stopped. */
 void machine_on_motion_side(struct machine *machine, void (*work)(void *arg), void *arg);
 /** Stop at once, forget all that was planned and stand where the pins have brought us. */

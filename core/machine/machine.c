@@ -64,17 +64,10 @@ bool machine_is_at_rest(const struct machine *machine) {
            machine_is_standing(machine);
 }
 
-bool machine_has_motion(const struct machine *machine) {
-    return !motion_is_planned_out(&machine->motion) || !feed_is_empty(&machine->host.feed) ||
-           segment_queue_is_pending(&machine->motion.queue) ||
-           __atomic_load_n(&machine->step.active, __ATOMIC_ACQUIRE);
-}
-
 /* The motion side answers a batch after it has started the step timer for it. So looking for a batch first,
  * and then at the timer, misses nothing; each load is an acquire, so that they stay in this order. */
 bool machine_is_standing(const struct machine *machine) {
-    return !segment_queue_is_pending(&machine->motion.queue) &&
-           !__atomic_load_n(&machine->step.active, __ATOMIC_ACQUIRE);
+    return !segment_queue_is_pending(&machine->motion.queue) && step_is_resting(&machine->step);
 }
 
 bool machine_is_stopped(const struct machine *machine) {
@@ -425,7 +418,7 @@ static bool take_line(struct machine *machine) {
 
 static bool update_state(struct machine *machine) {
     if (machine->state == MACHINE_IDLE)
-        return (machine->stage != TASK_NONE || machine_has_motion(machine)) &&
+        return (machine->stage != TASK_NONE || !machine_is_at_rest(machine)) &&
                machine_transition(machine, MACHINE_STARTS);
     bool works = !machine_is_at_rest(machine) || machine->stage != TASK_NONE;
     if (works || machine->cancelling || machine->state == MACHINE_HOME)

@@ -7,11 +7,6 @@
 #define MOTORS_STAY_ON_MS 255u /* $1: as in Grbl */
 #define US_PER_MS         1000u
 
-static bool moves(const struct machine *machine) {
-    return segment_queue_is_pending(&machine->motion.queue) ||
-           __atomic_load_n(&machine->step.active, __ATOMIC_ACQUIRE);
-}
-
 /* They hold what homing has found so far, and in sleep nothing. */
 static bool stay_on(const struct machine *machine) {
     return machine->state == MACHINE_HOME ||
@@ -20,7 +15,7 @@ static bool stay_on(const struct machine *machine) {
 
 static bool wanted(const struct machine *machine, uint32_t now_us) {
     const struct machine_motors *motors = &machine->motors;
-    if (moves(machine) || stay_on(machine))
+    if (!machine_is_standing(machine) || stay_on(machine))
         return true;
     return motors->on && machine->state != MACHINE_SLEEP &&
            now_us - motors->moved_us < machine->settings.idle_delay_ms * US_PER_MS;
@@ -41,7 +36,7 @@ bool motors_poll(struct machine *machine) {
         motors->awake = false;
         motors->woken_us = now_us;
     }
-    if (moves(machine))
+    if (!machine_is_standing(machine))
         motors->moved_us = now_us;
     if (on != motors->on || machine->settings.enable_invert != motors->inverted)
         put_out(machine, on);

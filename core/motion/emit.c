@@ -431,14 +431,21 @@ static bool path_is_closed(const struct path *path) {
     return path->knots[path->newest & (KNOT_RING - 1)].stop && !path->may_go_on && path_pending(path) == 0;
 }
 
-static bool is_firm(const void *ctx) {
-    const struct emit *emit = ctx;
+/* Later moves cannot change what comes next. */
+static bool is_firm(const struct emit *emit) {
     const struct plan *plan = emit->plan;
-    if (gear_is_on(&emit->gear) || (dwells(emit) && travel_ends(emit)))
+    if (dwells(emit) && travel_ends(emit))
         return false;
     if (emit->hold || path_count(&plan->path) == 0 || (path_is_closed(&plan->path) && !plan->reduce.open))
         return true;
     return (int32_t)(plan->timing.settled - plan->path.tail) > 0 || !emit_wants_more(emit);
+}
+
+static uint32_t reach_us(const void *ctx) {
+    const struct emit *emit = ctx;
+    if (gear_is_on(&emit->gear))
+        return AHEAD_SOON_US;
+    return is_firm(emit) ? AHEAD_FULL_US : AHEAD_NEAR_US;
 }
 
 static uint32_t news(const void *ctx) {
@@ -535,6 +542,6 @@ static void release(void *ctx, uint32_t at) {
 }
 
 bool emit_claim(struct emit *emit) {
-    static const struct ahead_source source = {make, rests, is_firm, news, stop, save, load, release};
+    static const struct ahead_source source = {make, rests, reach_us, news, stop, save, load, release};
     return ahead_claim(emit->ahead, AHEAD_PLANNER, &source, emit);
 }

@@ -66,7 +66,7 @@ void motion_flush(struct motion *motion) {
 static bool is_waiting(const struct motion *motion, bool paused, uint32_t now_us) {
     const struct emit *emit = &motion->emit;
     bool resting = emit->v_mm_s == 0.0f && !emit->entered && !motion->ahead.pending &&
-                   ahead_left_us(&motion->ahead) < (int32_t)AHEAD_NEAR_LOW_US;
+                   ahead_left_us(&motion->ahead) < (int32_t)(AHEAD_NEAR_US / 2);
     return resting && !paused && !emit->flush && !plan_is_empty(&motion->plan) && motion_has_room(motion) &&
            now_us - motion->oldest_us < MOTION_START_MOST_US;
 }
@@ -74,7 +74,7 @@ static bool is_waiting(const struct motion *motion, bool paused, uint32_t now_us
 /* Near the end of what is planned, moves that wait for others become pieces. */
 static void plan_more(struct motion *motion, bool paused) {
     struct plan *plan = &motion->plan;
-    if (!plan_is_pending(plan) || ahead_left_us(&motion->ahead) >= (int32_t)AHEAD_NEAR_LOW_US ||
+    if (!plan_is_pending(plan) || ahead_left_us(&motion->ahead) >= (int32_t)(AHEAD_NEAR_US / 2) ||
         !emit_wants_more(&motion->emit) || !motion_has_room(motion))
         return;
     plan->path.slack_mm = slack_mm(motion);

@@ -187,8 +187,9 @@ static uint32_t put_committed(struct ahead *ahead, uint32_t at_us) {
     uint32_t marked_us = at_us;
     ahead->soft = false;
     while (ahead->queue->count < COMMIT_MOST && after_now_us(ahead, at_us) < (int32_t)ahead->full_us) {
-        if (!ahead->source->is_firm(ahead->ctx) && after_now_us(ahead, at_us) >= (int32_t)AHEAD_NEAR_US) {
-            ahead->soft = true;
+        uint32_t reach_us = ahead->source->reach_us(ahead->ctx);
+        if (after_now_us(ahead, at_us) >= (int32_t)reach_us) {
+            ahead->soft = reach_us < AHEAD_FULL_US;
             break;
         }
         if (!put_segment(ahead, &at_us))
@@ -333,8 +334,9 @@ bool ahead_poll(struct ahead *ahead) {
     forget_passed(ahead);
     int32_t left_us = ahead_left_us(ahead);
     bool stops = left_us < 0 && !rests_at_commit(ahead);
-    bool firm = ahead->source->is_firm(ahead->ctx);
-    if (!stops && !ahead->changed && left_us >= (int32_t)(firm ? ahead->full_us / 2 : AHEAD_NEAR_LOW_US))
+    uint32_t reach_us = ahead->source->reach_us(ahead->ctx);
+    uint32_t most_us = reach_us < ahead->full_us ? reach_us : ahead->full_us;
+    if (!stops && !ahead->changed && left_us >= (int32_t)(most_us / 2))
         return answered;
     if (stops)
         note_late(ahead);

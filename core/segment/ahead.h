@@ -12,19 +12,19 @@
  *     ---M-------M-------M-------M  s  s  M  s  s  R        M: mark, a state that the source has kept
  *     ^ now      '-> a new batch, when what was planned beyond this mark is to be changed
  *
- * How far ahead: FULL where later moves cannot change anything; NEAR where they can (the planner brakes for
- * the end of the path that it knows), because what is published would have to be planned again. */
+ * How far ahead the source says: FULL where later moves cannot change anything; NEAR where they can (the planner
+ * brakes for the end of the path that it knows), because what is published would have to be planned again; SOON
+ * what follows something that moves by itself. */
 #ifndef WIFICNC_SEGMENT_AHEAD_H
 #define WIFICNC_SEGMENT_AHEAD_H
 
 #include "segment/queue.h"
 
-/** Committed motion; more is published when only LOW of it is left. */
+/** Committed motion, us; more is published when only half of it is left. NEAR: half of it is as long as the slowest
+ * task of any board may sleep and be late, twice (targets/common/task_periods.h); SOON: once. */
 #define AHEAD_FULL_US 50000u
-#define AHEAD_LOW_US  25000u
-/** The same where more moves may change it. */
-#define AHEAD_NEAR_US     16000u
-#define AHEAD_NEAR_LOW_US 8000u
+#define AHEAD_NEAR_US 16000u
+#define AHEAD_SOON_US 10000u
 /** A batch that changes what is published branches off so far ahead, to arrive before the ISR does. */
 #define AHEAD_BRANCH_US 3000u
 
@@ -47,8 +47,8 @@ struct ahead_source {
     bool (*make)(void *ctx, struct segment *segment);
     /** At rest after what was made. */
     bool (*rests)(const void *ctx);
-    /** What comes next cannot be changed by moves that are not known yet. */
-    bool (*is_firm)(const void *ctx);
+    /** How far ahead to publish: AHEAD_FULL_US or less. */
+    uint32_t (*reach_us)(const void *ctx);
     /** Moves known so far; changes with each. */
     uint32_t (*news)(const void *ctx);
     /** How to come to rest on the path. @return false: AHEAD_END is not near */

@@ -403,8 +403,7 @@ static bool rests(const void *ctx) {
 }
 
 /* The end of the queue is further than twice the way to a stop, or it is the end. */
-static bool is_firm(const void *ctx) {
-    const struct feed *feed = ctx;
+static bool is_firm(const struct feed *feed) {
     if (feed_is_empty(feed))
         return true;
     const struct feed_slot *slot = &feed->slots[feed->tail & (FEED_SIZE - 1)];
@@ -414,6 +413,10 @@ static bool is_firm(const void *ctx) {
     float part = slot->dominant > 0 ? (float)feed->done / (float)slot->dominant : 0.0f;
     float left_s = ((float)feed->queued_ns - part * (float)slot->duration_ns) * 1e-9f;
     return slot->dominant > 0 && left_s * slot->change > feed->pace_sq;
+}
+
+static uint32_t reach_us(const void *ctx) {
+    return is_firm(ctx) ? AHEAD_FULL_US : AHEAD_NEAR_US;
 }
 
 static uint32_t news(const void *ctx) {
@@ -470,7 +473,7 @@ void feed_hold(struct feed *feed, bool on) {
 }
 
 bool feed_poll(struct feed *feed) {
-    static const struct ahead_source source = {make, rests, is_firm, news, stop, save, load, release};
+    static const struct ahead_source source = {make, rests, reach_us, news, stop, save, load, release};
     if (feed->ahead->owner != AHEAD_HOST && feed_is_quiet(feed))
         return false;
     return ahead_claim(feed->ahead, AHEAD_HOST, &source, feed) && ahead_poll(feed->ahead);

@@ -56,6 +56,22 @@ def test_reports_name_the_homed_axes(grbl: Grbl) -> None:
     assert homed(grbl) == "0,0"
 
 
+@pytest.mark.parametrize("name", ["estop", "limit-max-x"])
+@pytest.mark.parametrize("moves", [True, False])
+def test_a_switch_that_stops_motion_takes_the_trust(grbl: Grbl, name: str, moves: bool) -> None:
+    """The interrupt of the switch halts the steps by itself, before the controller looks."""
+    make_homing(grbl)
+    grbl.fine("$21=1")
+    grbl.send("$H\n")
+    if moves:
+        grbl.after(0.3, "G1X-20F1000\n")
+    grbl.input(name, True)
+    grbl.after(0.1, "")
+    grbl.input(name, False)
+    grbl.after(1.0, "\x18")
+    assert homed(grbl) == ("0,0" if moves else "1")
+
+
 def test_failed_homing_leaves_its_axis_untrusted(grbl: Grbl) -> None:
     """It has moved against a counter that it was about to replace."""
     make_homing(grbl)

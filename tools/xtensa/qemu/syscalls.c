@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT
  * What picolibc asks of its surroundings, by qemu's simcall (target/xtensa/xtensa-semi.c): files of this
  * computer, read only; output; the end. */
+#include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <sys/types.h>
@@ -94,6 +95,18 @@ unsigned __atomic_exchange_4(volatile void *at, unsigned value, int order) {
     (void)order;
     *word = value;
     return before;
+}
+
+bool __atomic_compare_exchange_4(volatile void *at, void *expected, unsigned value, bool weak, int success,
+                                 int failure) {
+    volatile unsigned *word = at;
+    unsigned *wanted = expected, before = *word;
+    (void)weak, (void)success, (void)failure;
+    if (before == *wanted)
+        *word = value;
+    else
+        *wanted = before;
+    return before == *wanted;
 }
 
 static int put(char character, FILE *file) {
