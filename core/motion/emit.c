@@ -453,7 +453,8 @@ static uint32_t news(const void *ctx) {
     return emit->plan->moves_total;
 }
 
-/* An end that is about to be passed at speed is none: the shortest stop leaves alone what emit_slack_mm() says. */
+/* An end that is about to be passed at speed is none: the shortest stop leaves alone what emit_slack_mm()
+ * says. */
 static bool ends_soon(const struct emit *emit) {
     const struct plan *plan = emit->plan;
     bool goes_on = plan->path.may_go_on && plan_is_pending(plan);

@@ -42,8 +42,8 @@ static inline bool motion_has_room(const struct motion *motion) {
            !(motion->plan.path.may_go_on && ahead_is_pending(&motion->ahead));
 }
 
-/** Append a straight move. @return false: no room in the look-ahead, or the end of the last move must be taken
- * back first; try again later, after motion_poll(). Nothing was changed. */
+/** Append a straight move. @return false: no room in the look-ahead, or the end of the last move must be
+ * taken back first; try again later, after motion_poll(). Nothing was changed. */
 bool motion_line(struct motion *motion, const struct motion_line *line, uint32_t now_us);
 
 /** Stand still for this long after the last move. Only when motion_is_planned_out(). */

@@ -91,7 +91,7 @@ struct path {
     double lost_mm[AXIS_COUNT];       /* what rounding of the pieces' chords left for the next one */
     struct knot knots[KNOT_RING];
     /* pieces */
-    uint32_t head, tail, kept; /* kept: from here on a part may have to be travelled again (emit.h) */
+    uint32_t head, tail, kept;      /* kept: from here on a part may have to be travelled again (emit.h) */
     struct piece pieces[PLAN_SIZE]; /* the one before `kept` is there, too: its blend ends in that piece */
     int32_t stop_steps[PATH_STOPS][AXIS_COUNT]; /* exact positions of the coming stops */
     uint32_t stop_head, stop_tail, stop_kept;

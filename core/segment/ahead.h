@@ -12,16 +12,16 @@
  *     ---M-------M-------M-------M  s  s  M  s  s  R        M: mark, a state that the source has kept
  *     ^ now      '-> a new batch, when what was planned beyond this mark is to be changed
  *
- * How far ahead the source says: FULL where later moves cannot change anything; NEAR where they can (the planner
- * brakes for the end of the path that it knows), because what is published would have to be planned again; SOON
- * what follows something that moves by itself. */
+ * How far ahead the source says: FULL where later moves cannot change anything; NEAR where they can (the
+ * planner brakes for the end of the path that it knows), because what is published would have to be planned
+ * again; SOON what follows something that moves by itself. */
 #ifndef WIFICNC_SEGMENT_AHEAD_H
 #define WIFICNC_SEGMENT_AHEAD_H
 
 #include "segment/queue.h"
 
-/** Committed motion, us; more is published when only half of it is left. NEAR: half of it is as long as the slowest
- * task of any board may sleep and be late, twice (targets/common/task_periods.h); SOON: once. */
+/** Committed motion, us; more is published when only half of it is left. NEAR: half of it is as long as the
+ * slowest task of any board may sleep and be late, twice (targets/common/task_periods.h); SOON: once. */
 #define AHEAD_FULL_US 50000u
 #define AHEAD_NEAR_US 16000u
 #define AHEAD_SOON_US 10000u
@@ -81,10 +81,11 @@ struct ahead {
     bool changed, changing; /* branch off: asked for, and done by the batch that is pending */
     bool soft;              /* the committed part ends where more moves may change what follows */
     bool spare;             /* spans did not suffice: the shortest stop, and then less motion */
-    bool ends, ends_before; /* the stop is the end of what is planned; before, of what is in force meanwhile */
-    bool open;              /* it must not be, because that end is about to change */
-    bool noted;             /* that the step interrupt is in the stop */
-    uint32_t late;          /* times motion slowed down because tasks were late */
+    bool ends,
+        ends_before; /* the stop is the end of what is planned; before, of what is in force meanwhile */
+    bool open;       /* it must not be, because that end is about to change */
+    bool noted;      /* that the step interrupt is in the stop */
+    uint32_t late;   /* times motion slowed down because tasks were late */
 };
 
 /** Nobody's, at rest at time 0. */

@@ -11,9 +11,10 @@
 #define WAIT_NS       20000000u /* of one slice of a dwell, or before a very slow step */
 #define SAMPLE_MOST_S 0.02f     /* a host's slices are at most so long; a longer segment is a move */
 #define CHANGE_MOST   1e9f      /* of a dwell */
-#define GRADE_NS      10000000u /* of segments before and after a place tell how fast the host changes speed there */
-#define OWN_MOST      0.8f      /* so much of the acceleration is left to the host */
-#define PHASES        256u      /* of a step */
+#define GRADE_NS                                                                                             \
+    10000000u         /* of segments before and after a place tell how fast the host changes speed there */
+#define OWN_MOST 0.8f /* so much of the acceleration is left to the host */
+#define PHASES   256u /* of a step */
 
 void feed_init(struct feed *feed, struct ahead *ahead) {
     memset(feed, 0, sizeof *feed);

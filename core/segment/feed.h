@@ -10,9 +10,9 @@
  *       |     /             \      axes, because d(s v)/dt = v ds/dt must not exceed a
  *       +--------------------> T   on the way up, s^2 rises by 2 c per second of segment time
  *
- * The host's own acceleration a' comes on top, d(s v)/dt = v ds/dt + s^2 a', so c is the part of a that a' leaves.
- * It is known when enough has come after the segment to tell it from rounding to whole steps; until then, and
- * where little is left, c is a fifth of a/v.
+ * The host's own acceleration a' comes on top, d(s v)/dt = v ds/dt + s^2 a', so c is the part of a that a'
+ * leaves. It is known when enough has come after the segment to tell it from rounding to whole steps; until
+ * then, and where little is left, c is a fifth of a/v.
  *
  * With enough in the queue the pace is 1 and durations are exact, the fractions of a nanosecond carried.
  *

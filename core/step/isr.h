@@ -82,7 +82,8 @@ void step_position(const struct step *step, int32_t out[AXIS_COUNT]);
 /** [task or isr] The same and what the current span says of itself. */
 void step_look(const struct step *step, struct step_now *now);
 
-/** [task or isr] All motion has been made, to its end. Not so when step_halt() cut it off, until step_stand(). */
+/** [task or isr] All motion has been made, to its end. Not so when step_halt() cut it off, until
+ * step_stand(). */
 static inline bool step_is_resting(const struct step *step) {
     if (__atomic_load_n(&step->active, __ATOMIC_ACQUIRE))
         return false;

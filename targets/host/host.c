@@ -197,8 +197,8 @@ static void flush_trace(struct host *host) {
     host->seen = host->trace.events;
 }
 
-/* Step events until a time is reached, or an input changes. @param polls  what feeds the step interrupt may look
- * all the time: then for the time between two polls at most */
+/* Step events until a time is reached, or an input changes. @param polls  what feeds the step interrupt may
+ * look all the time: then for the time between two polls at most */
 static void run_events(struct host *host, uint64_t *budget, uint64_t until_ticks, bool polls) {
     struct step *step = &host->machine.step;
     struct hal_step *hal = &host->hal.step;

@@ -56,8 +56,7 @@ def test_acceleration_with_the_steps_of_a_usual_machine(name: str) -> None:
 
 @pytest.mark.parametrize("name", FIXED)
 def test_acceleration_with_stalls(name: str) -> None:
-    """Whatever the task side, the motion side and the reader fail to do for up to a second: 1.2 x in 10 ms, and the same
-    place at the end."""
+    """Whatever each side of the firmware fails to do for up to a second: 1.2 x in 10 ms, and the end is exact."""
     text = program(FIXED[name])
     for seed, longest_ms in enumerate((10, 50, 250, 1000), zlib.crc32(name.encode())):
         host = COARSE.host()

@@ -2,8 +2,9 @@
  * Runs one G-code file through the host controller with nothing else around it, for callgrind and for the
  * clock.
  *
- * Usage: drive [-t TRACE] [-s SEED] AXES FILE [SETTING...]    prints the work counters as JSON; TRACE gets every
- * step event of the file as a struct trace_event; with SEED each side of the firmware stalls at random times */
+ * Usage: drive [-t TRACE] [-s SEED] AXES FILE [SETTING...]    prints the work counters as JSON; TRACE gets
+ * every step event of the file as a struct trace_event; with SEED each side of the firmware stalls at random
+ * times */
 #include "host.h"
 
 #include <stdio.h>

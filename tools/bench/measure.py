@@ -100,8 +100,9 @@ def write_long(job: Path, lines: int = 40_000) -> Path:
 def counters(
     driver: Path, job: Path, settings: Sequence[str], axes: int = 3, trace: Path | None = None, seed: int | None = None
 ) -> dict[str, int]:
-    """The driver's work counters, and all step events if wanted; with a seed, with stalls. Raises CalledProcessError when
-    the job has errors."""
+    """The driver's work counters, and all step events if wanted; with a seed, the same with stalls.
+
+    Raises CalledProcessError when the job has errors."""
     options = [*(["-t", str(trace)] if trace else []), *(["-s", str(seed)] if seed is not None else [])]
     argv = [str(driver), *options, str(axes), str(job), *settings]
     run = subprocess.run(argv, capture_output=True, text=True, check=True)

@@ -260,7 +260,7 @@ def _result(sim: Simulation, request: JobRequest) -> SimResult:
 
 def _accel_resolution_mm_s2(native: NativeResult, axis: int) -> float:
     """Two steps in the window: what of the measured acceleration may be the grain of single steps."""
-    return 2 / (native.steps_per_mm[axis] * native.accel_window_s[axis] ** 2)
+    return float(2 / (native.steps_per_mm[axis] * native.accel_window_s[axis] ** 2))
 
 
 def _event(event: NativeEvent, native: NativeResult, axes: int) -> SimEvent:

@@ -97,16 +97,16 @@ unsigned __atomic_exchange_4(volatile void *at, unsigned value, int order) {
     return before;
 }
 
-bool __atomic_compare_exchange_4(volatile void *at, void *expected, unsigned value, bool weak, int success,
+bool __atomic_compare_exchange_4(volatile void *at, void *expected, unsigned value, int success,
                                  int failure) {
     volatile unsigned *word = at;
     unsigned *wanted = expected, before = *word;
-    (void)weak, (void)success, (void)failure;
-    if (before == *wanted)
+    bool same = before == *wanted;
+    (void)success, (void)failure;
+    *wanted = before;
+    if (same)
         *word = value;
-    else
-        *wanted = before;
-    return before == *wanted;
+    return same;
 }
 
 static int put(char character, FILE *file) {
