@@ -235,7 +235,7 @@ static bool drives_owner(const struct session *session) {
  * hold has stopped does not move hours later. */
 static void follow_gone(struct session *session) {
     struct machine *machine = session->machine;
-    machine_host_jog_stop(machine);
+    machine_host_gone(machine);
     if (session->owner.left && (machine->state == MACHINE_HOLD || machine->state == MACHINE_DOOR))
         machine_host_discard(machine);
     if (!drives_owner(session) || !machine_is_standing(machine) || !feed_is_empty(&machine->host.feed))
