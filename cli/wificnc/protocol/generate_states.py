@@ -30,6 +30,9 @@ A *remote host* commands by the binary protocol (WMC3, [protocol.md](protocol.md
 with a reply, or with the name of a refusal. A second text client changes nothing in any state: who commands among
 text clients is settled before the controller ([senders.md](senders.md)).
 
+Two inputs within a few ms may act as if the second one had come first, but a hold that comes after a resume always
+holds.
+
 Each state that can hold something keeps it across the others: a dwell that is held and then behind a door is a dwell
 again at `~`.
 
