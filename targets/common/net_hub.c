@@ -127,7 +127,7 @@ static void leave_lines(struct net_hub *hub, struct net_client *client) {
         net_hub_tell(hub, "Lines of a former owner were dropped, too many wait");
     else if (half)
         tell_observers(hub, "Half a line was dropped, its sender has left");
-    client->skips = half;
+    client->skips |= half;
     client->in_long = client->called_off = false;
     client->whole = 0;
     net_queue_free(&client->in);
@@ -323,6 +323,10 @@ static void end_line(struct net_client *owner) {
 }
 
 static void take_owners(struct net_hub *hub, struct net_client *client, char character, bool line_ends) {
+    if (client->skips) {
+        client->skips = !line_ends;
+        return;
+    }
     if (line_ends) {
         end_line(client);
         character = '\n';
@@ -534,12 +538,29 @@ static bool is_news(const char *line, size_t size) {
            begins(line, size, "Grbl ");
 }
 
+/* The controller has reset, by itself, by a button, or because a line said so: as it forgets all that it has
+ * got, what waits here would be the rest of something. Senders begin anew when they see the banner. */
+static void forget_lines(struct net_hub *hub) {
+    struct net_client *owner = hub->owner;
+    bool any = hub->left.count > 0 || (owner != NULL && owner->in.count > 0);
+    net_queue_drop(&hub->left, hub->left.count);
+    if (owner != NULL) {
+        owner->skips |= owner->in.count > owner->whole || owner->in_long;
+        net_queue_drop(&owner->in, owner->in.count);
+        owner->whole = 0;
+        owner->in_long = owner->called_off = false;
+    }
+    hub->inside = hub->inside_left = 0; /* what was inside is not answered any more */
+    if (any)
+        net_hub_tell(hub, "Lines that waited were dropped by the reset");
+}
+
 /* Count answers; keep those to former owners' lines from whom they would confuse. */
 static void say_line(struct net_hub *hub, const char *line, size_t size) {
     bool answer = begins(line, size, "ok\r") || begins(line, size, "error:");
     bool of_left = hub->inside_left > 0 && !is_news(line, size);
     if (begins(line, size, "Grbl "))
-        hub->inside = hub->inside_left = 0; /* a reset: what was inside is not answered any more */
+        forget_lines(hub);
     hub->inside -= answer && hub->inside > 0;
     hub->inside_left -= answer && of_left;
     bool report = begins(line, size, "<");
