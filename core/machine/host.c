@@ -532,6 +532,12 @@ static void know_outputs(struct gcode_modal *modal, const struct host_outputs *t
     modal->spindle_rpm = to->rpm;
 }
 
+/* Coolant that the board lacks is asked for, and $91 does not pass it. */
+static bool lacks_coolant(const struct machine *machine, const struct host_outputs *to) {
+    const struct gcode_ports *ports = &machine->gcode.ports;
+    return !ports->coolant_passes && (to->coolant & to->coolant_mask & ports->no_coolant) != 0;
+}
+
 /* The spindle can do what is asked for on this board. */
 static bool can_turn(const struct machine *machine, const struct host_outputs *to) {
     const struct gcode_ports *ports = &machine->gcode.ports;
@@ -545,8 +551,8 @@ enum host_answer machine_host_outputs(struct machine *machine, const struct host
         (uint8_t)((machine->outputs.coolant & ~to->coolant_mask) | (to->coolant & to->coolant_mask));
     coolant &= (uint8_t)~machine->gcode.ports.no_coolant; /* the status shows what is on */
     bool starts = (to->turns && to->spindle != SPINDLE_OFF) || (to->coolant & to->coolant_mask) != 0;
-    if (!can_turn(machine, to))
-        return HOST_MALFORMED;
+    if (!can_turn(machine, to) || lacks_coolant(machine, to))
+        return HOST_NO_OUTPUT;
     if (is_locked(machine) && starts)
         return HOST_LOCKED;
     if (!machine->host.owns && starts && (machine->stage != TASK_NONE || machine->state != MACHINE_IDLE))

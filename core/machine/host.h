@@ -24,7 +24,8 @@ enum host_answer {
     HOST_OUT_OF_TRAVEL,
     HOST_NO_AXIS,
     HOST_NO_HOMING,
-    HOST_TOUCHES, /* the contact that it is to stop at is there already */
+    HOST_NO_OUTPUT, /* the board lacks it */
+    HOST_TOUCHES,   /* the contact that it is to stop at is there already */
     HOST_ANSWER_COUNT
 };
 
