@@ -22,7 +22,7 @@
 struct sample {
     double command[PIN_JOINTS]; /* commanded positions, units */
     double servo_s;             /* its own time: only differences count */
-    bool is_probing;            /* LinuxCNC executes G38 */
+    int32_t motion_type;        /* motion.motion-type: what LinuxCNC executes */
 };
 
 struct link_options {
@@ -98,6 +98,7 @@ struct link {
     double locked_at[PIN_JOINTS]; /* commanded, in LINK_LOCKED */
     bool begins;                  /* there is no segment yet */
     bool probe_begins;            /* a G38 has begun since the newest segment */
+    bool no_cut;                  /* a sample since the newest segment is of no G1, G2 or G3 */
     bool probes, was_probing;     /* in a sample since the newest segment; in the segment before */
     bool watches;                 /* a contact is to come, and exactly */
     uint32_t watched;             /* end of the segments that watch for it */
