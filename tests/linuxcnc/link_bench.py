@@ -6,8 +6,8 @@ import ctypes
 import math
 import random
 from collections.abc import Callable
-from enum import IntEnum
 from dataclasses import replace
+from enum import IntEnum
 from typing import Any
 
 from component_library import AWAIT, MAKE_PIN, SAY, SEND, Options, Sample, World, library

@@ -619,6 +619,8 @@ def test_a_spindle_or_coolant_that_the_board_lacks_is_reported(make_bench: Calla
     assert any("no output" in text for text in bench.said)
     bench.pins["flood"], bench.pins["enable"] = False, False
     bench.run(0.5)
+    bench.press_reset()
+    bench.run(1)
     bench.switch_on()
     bench.run(1)
     assert bench.is_open and not bench.pins["fault"], "it is given up, and switched on anew"
