@@ -143,7 +143,7 @@ void machine_stand_at(struct machine *machine, const int32_t position[AXIS_COUNT
 /* What machine_halt() does on the motion side. */
 struct halt {
     struct machine *machine;
-    bool only_waited;
+    bool only_waited, was_cut;
 };
 
 static void halt(void *arg) {
@@ -152,6 +152,7 @@ static void halt(void *arg) {
     int32_t position[AXIS_COUNT];
     step_halt(&machine->step);
     at->only_waited = step_only_waits(&machine->step);
+    at->was_cut = step_is_cut(&machine->step) && !at->only_waited; /* also by the edge of a switch */
     host_note_done(machine);
     machine_position(machine, position);
     reset_motion(machine, position);
@@ -164,7 +165,7 @@ void machine_halt(struct machine *machine) {
     struct halt at = {.machine = machine};
     bool works = !machine_is_standing(machine);
     machine_on_motion_side(machine, halt, &at);
-    if (works && !at.only_waited) { /* motors may have missed steps */
+    if ((works && !at.only_waited) || at.was_cut) { /* motors may have missed steps */
         machine->trusted = 0;
         machine->position_losses++;
     }

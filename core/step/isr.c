@@ -139,6 +139,10 @@ bool step_only_waits(const struct step *step) {
     return any == 0;
 }
 
+bool step_is_cut(const struct step *step) {
+    return step->halted && step->span->next != step->span;
+}
+
 void step_stand(struct step *step, struct span *span) {
     step->span = span;
     __atomic_store_n(&step->spans_done, step->spans_done + 1, __ATOMIC_RELEASE);

@@ -69,6 +69,9 @@ void step_halt(struct step *step);
  * active. */
 bool step_only_waits(const struct step *step);
 
+/** [task] step_halt() came before the last span had ended. Until step_stand(). */
+bool step_is_cut(const struct step *step);
+
 /** [motion] Nothing moves: this span, which has no events, says where the machine stands from now on. */
 void step_stand(struct step *step, struct span *span);
 
