@@ -25,6 +25,17 @@ struct sample {
     int32_t motion_type;        /* motion.motion-type: what LinuxCNC executes */
 };
 
+/* motion.motion-type, motion(9). A rapid, a jog, a tool change are no cuts: a laser is dark then. */
+enum { LINUXCNC_LINEAR_FEED = 2, LINUXCNC_ARC_FEED = 3, LINUXCNC_PROBING = 5 };
+
+static inline bool sample_probes(const struct sample *sample) {
+    return sample->motion_type == LINUXCNC_PROBING;
+}
+
+static inline bool sample_cuts(const struct sample *sample) {
+    return sample->motion_type == LINUXCNC_LINEAR_FEED || sample->motion_type == LINUXCNC_ARC_FEED;
+}
+
 struct link_options {
     unsigned joints;      /* 1 .. PIN_JOINTS; joint n is the controller's axis n */
     double level_s;       /* motion that shall wait in the controller's queue */

@@ -29,17 +29,6 @@ static const char HELD_MOVES[] = "the controller is in a feed hold, and LinuxCNC
                                  "resume the controller first";
 enum { LAST_US = 1000 }; /* a dwell behind the last motion */
 
-/* motion.motion-type, motion(9). A rapid, a jog, a tool change are no cuts: a laser is dark then. */
-enum { LINEAR_FEED = 2, ARC_FEED = 3, PROBING = 5 };
-
-static bool is_probing(const struct sample *sample) {
-    return sample->motion_type == PROBING;
-}
-
-static bool is_cutting(const struct sample *sample) {
-    return sample->motion_type == LINEAR_FEED || sample->motion_type == ARC_FEED;
-}
-
 static void ask_stream(struct link *link, uint8_t type, uint32_t stream) {
     uint8_t payload[WIRE_STREAM_CLOSE_SIZE];
     wire_put_stream_close(payload, &(struct wire_stream_close){.stream = stream}); /* both are the same */
@@ -136,7 +125,7 @@ static void begin(struct link *link, const struct wire_stream_opened *opened) {
     link->moved_s = link->peer.now_s;
     link->begins = true;
     link->probes = link->no_cut = false;
-    link->probe_begins = is_probing(&link->sample) && link->opens_for != LINK_TOUCHED;
+    link->probe_begins = sample_probes(&link->sample) && link->opens_for != LINK_TOUCHED;
     if (begin_slices(link))
         put(link, &(struct wire_segment){.duration_us = (uint32_t)(1e6 * link->options.level_s)});
 }
@@ -464,10 +453,10 @@ void link_sample(struct link *link, const struct sample *sample, double now_s) {
         link->has_samples = link->moved_s > 0.0;
         link->moved_s = now_s;
     }
-    link->probe_begins |= is_probing(sample) && !is_probing(&link->sample);
+    link->probe_begins |= sample_probes(sample) && !sample_probes(&link->sample);
     link->sample = *sample;
-    link->probes |= is_probing(sample);
-    link->no_cut |= !is_cutting(sample);
+    link->probes |= sample_probes(sample);
+    link->no_cut |= !sample_cuts(sample);
     if (link->phase == LINK_FOLLOWING && is_settled(link) && homing_asked(link) == 0 &&
         sample->servo_s - link->sampled_s >= NEARLY * SLICE_S)
         slice(link);

@@ -13,7 +13,7 @@ STEPS_PER_MM = 250
 
 @pytest.mark.parametrize("feed_mm_min", [5999.3, 4321.7, 3777.1, 2999.3, 1234.5])
 def test_the_fractions_of_a_tick_add_up_to_the_feed(grbl: Grbl, feed_mm_min: float) -> None:
-    """In the cruise of a long move the mean step interval is that of F within 10 ppm; a tick of 50 ns is 60 ppm and more."""
+    """In the cruise of a long move the mean step interval is that of F within 10 ppm; half a tick is more."""
     grbl.fine("$110=9000", "$120=500")
     grbl.record()
     grbl.send(f"G91G1X60F{feed_mm_min}\n")
