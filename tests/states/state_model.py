@@ -100,7 +100,7 @@ class Model:
         return frozenset(found | self._host_conditions())
 
     def _host_conditions(self) -> set[str]:
-        found = {"stream known" if self.stream_known else "stream unknown"}
+        found = {"stream known"} if self.stream_known else set()
         found |= {"stream open"} if self.stream_open else set()
         found |= {"something kept"} if self.activity or self.open_line else set()
         found |= {"job waits"} if self.job else set()

@@ -27,7 +27,8 @@ when it is done. *Kept*: what was planned continues with `~`. *Forgotten*: it is
 axes stand. An input that is not listed for a state does nothing there. *Ours*: different from Grbl 1.1h on purpose.
 
 A *remote host* commands by the binary protocol (WMC3, [protocol.md](protocol.md)). Its packets are answered `done`,
-with a reply, or with the name of a refusal. A second text client changes nothing in any state: who commands among
+with a reply, or with the name of a refusal; *motion* has no answer, and is counted in the statistics where it is
+refused. A second text client changes nothing in any state: who commands among
 text clients is settled before the controller ([senders.md](senders.md)).
 
 Two inputs within a few ms may act as if the second one had come first, but a hold that comes after a resume always
@@ -70,7 +71,6 @@ CONDITIONS = {
     "job waits": "while a job waits",
     "stream open": "with an open stream",
     "stream known": "with a stream, open or closed",
-    "stream unknown": "without a stream since power-on",
     "host commands": "while another host commands",
     "host's outputs on": "with spindle or flood on because of the host",
     "locked before": "which were in alarm before",

@@ -36,7 +36,6 @@ Condition = Literal[
     "host's outputs on",
     "locked before",
     "stream known",
-    "stream unknown",
 ]
 Motion = Literal["unchanged", "starts", "held", "dropped", "halted", "resumes"]
 Outputs = Literal["unchanged", "stopped", "off", "restored", "toggled", "as programmed", "as commanded", "host's off"]
@@ -139,7 +138,8 @@ class Table(_Part):
         found: list[Rule] = []
         for rule in reversed(self.rule):
             states, inputs = self.names(rule)
-            if state in states and entry in inputs:
+            covered = any(set(other.conditions) <= set(rule.conditions) for other in found)
+            if state in states and entry in inputs and not covered:
                 found.append(rule)
                 if not rule.conditions:
                     break
