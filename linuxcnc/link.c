@@ -266,6 +266,8 @@ static void say_outputs(struct link *link) {
     uint8_t payload[WIRE_IO_CONTROL_SIZE];
     wire_put_io_control(payload, &io);
     peer_post(&link->peer, WIRE_IO_CONTROL, payload, sizeof payload);
+    if (io.spindle != link->said.spindle || io.coolant != link->said.coolant) /* this one is answered */
+        peer_ask(&link->peer, WIRE_IO_CONTROL, payload, sizeof payload);
     link->said = io;
     link->said_s = link->peer.now_s;
 }

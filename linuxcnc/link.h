@@ -22,8 +22,19 @@
 struct sample {
     double command[PIN_JOINTS]; /* commanded positions, units */
     double servo_s;             /* its own time: only differences count */
-    bool is_probing;            /* LinuxCNC executes G38 */
+    int32_t motion_type;        /* motion.motion-type: what LinuxCNC executes */
 };
+
+/* motion.motion-type, motion(9). A rapid, a jog, a tool change are no cuts: a laser is dark then. */
+enum { LINUXCNC_LINEAR_FEED = 2, LINUXCNC_ARC_FEED = 3, LINUXCNC_PROBING = 5 };
+
+static inline bool sample_probes(const struct sample *sample) {
+    return sample->motion_type == LINUXCNC_PROBING;
+}
+
+static inline bool sample_cuts(const struct sample *sample) {
+    return sample->motion_type == LINUXCNC_LINEAR_FEED || sample->motion_type == LINUXCNC_ARC_FEED;
+}
 
 struct link_options {
     unsigned joints;      /* 1 .. PIN_JOINTS; joint n is the controller's axis n */
@@ -98,6 +109,7 @@ struct link {
     double locked_at[PIN_JOINTS]; /* commanded, in LINK_LOCKED */
     bool begins;                  /* there is no segment yet */
     bool probe_begins;            /* a G38 has begun since the newest segment */
+    bool no_cut;                  /* a sample since the newest segment is of no G1, G2 or G3 */
     bool probes, was_probing;     /* in a sample since the newest segment; in the segment before */
     bool watches;                 /* a contact is to come, and exactly */
     uint32_t watched;             /* end of the segments that watch for it */

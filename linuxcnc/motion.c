@@ -124,8 +124,8 @@ static void begin(struct link *link, const struct wire_stream_opened *opened) {
     link->sampled_s = link->sample.servo_s;
     link->moved_s = link->peer.now_s;
     link->begins = true;
-    link->probes = false;
-    link->probe_begins = link->sample.is_probing && link->opens_for != LINK_TOUCHED;
+    link->probes = link->no_cut = false;
+    link->probe_begins = sample_probes(&link->sample) && link->opens_for != LINK_TOUCHED;
     if (begin_slices(link))
         put(link, &(struct wire_segment){.duration_us = (uint32_t)(1e6 * link->options.level_s)});
 }
@@ -364,6 +364,9 @@ void motion_answer(struct link *link, const struct control_answer *answer) {
         if (answer->request == WIRE_HOME || answer->request == WIRE_STREAM_OPEN)
             link_fault(link, link->pins->message_refused, "the controller refuses %s: %s",
                        answer->request == WIRE_HOME ? "to home" : "motion", peer_refusal(refused.reason));
+        else if (answer->request == WIRE_IO_CONTROL && refused.reason == WIRE_REFUSAL_NO_OUTPUT)
+            link_fault(link, link->pins->message_refused, "the controller refuses spindle and coolant: %s",
+                       peer_refusal(refused.reason));
     } else if (answer->request == WIRE_CONFIG_GET) {
         take_rate(link, answer->payload);
     } else if (answer->request == WIRE_STREAM_OPEN) {
@@ -428,6 +431,8 @@ static void slice(struct link *link) {
         return;
     }
     look_for_probing(link);
+    if (link->no_cut)
+        segment.flags = WIRE_SEGMENT_FLAG_RAPID;
     if (link->watches && link->probes) {
         segment.flags = WIRE_SEGMENT_FLAG_PROBE;
         link->watched = link->sender.end + 1;
@@ -437,7 +442,7 @@ static void slice(struct link *link) {
         link->moving_end = link->sender.end;
         link->commanded_s = link->peer.now_s;
     }
-    link->begins = link->probes = false;
+    link->begins = link->probes = link->no_cut = false;
     link->sampled_s = sample->servo_s;
 }
 
@@ -448,9 +453,10 @@ void link_sample(struct link *link, const struct sample *sample, double now_s) {
         link->has_samples = link->moved_s > 0.0;
         link->moved_s = now_s;
     }
-    link->probe_begins |= sample->is_probing && !link->sample.is_probing;
+    link->probe_begins |= sample_probes(sample) && !sample_probes(&link->sample);
     link->sample = *sample;
-    link->probes |= sample->is_probing;
+    link->probes |= sample_probes(sample);
+    link->no_cut |= !sample_cuts(sample);
     if (link->phase == LINK_FOLLOWING && is_settled(link) && homing_asked(link) == 0 &&
         sample->servo_s - link->sampled_s >= NEARLY * SLICE_S)
         slice(link);

@@ -102,7 +102,6 @@ static int attach_samples(struct program *program) {
 }
 
 static bool read_sample(struct program *program, struct sample *sample) {
-    enum { PROBING = 5 }; /* motion.motion-type of G38 */
     union hal_stream_data data[PIN_JOINTS + 2];
     unsigned joints = program->options.joints, number;
     if (program->is_module || hal_stream_read(&program->samples, data, &number) < 0)
@@ -110,7 +109,7 @@ static bool read_sample(struct program *program, struct sample *sample) {
     for (unsigned joint = 0; joint < joints; joint++)
         sample->command[joint] = data[joint].f;
     sample->servo_s = data[joints].f;
-    sample->is_probing = data[joints + 1].s == PROBING;
+    sample->motion_type = data[joints + 1].s;
     return true;
 }
 

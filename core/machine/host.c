@@ -43,6 +43,8 @@ static enum host_answer may_own(const struct machine *machine) {
         return HOST_BUSY;
     if (host->owns)
         return HOST_DONE;
+    if (machine->sender == SENDER_HELD && machine->state == MACHINE_HOLD) /* the next client must see it */
+        return HOST_TEXT;
     if (machine->state == MACHINE_DOOR)
         return HOST_BUSY;
     return is_free(machine) ? HOST_DONE : HOST_TEXT;
@@ -68,10 +70,12 @@ bool machine_host_release(struct machine *machine) {
     bool works = host->jog.on || host->jog.waits || host->homing || host->probing || machine->cancelling;
     if (host->job.step != HOST_JOB_NONE)
         return preempt_release(machine);
-    if (works || !machine_is_at_rest(machine))
+    if (works)
         return false;
     if (!host->owns)
         return true;
+    if (!machine_is_at_rest(machine))
+        return false;
     machine_drop_motion(machine); /* the planner goes on from where the host stands */
     host->owns = false;
     report_message(machine, "Host gave motion back");
@@ -430,6 +434,12 @@ void machine_host_jog_stop(struct machine *machine) {
         jog_cancel(machine);
 }
 
+void machine_host_gone(struct machine *machine) {
+    machine_host_jog_stop(machine);
+    if (machine->host.homing && machine->state == MACHINE_HOME)
+        sender_stop_homing(machine);
+}
+
 static bool follow_jog(struct machine *machine) {
     struct host_jog *jog = &machine->host.jog;
     if (jog->on && (machine->state != MACHINE_JOG || machine->cancelling))
@@ -493,11 +503,12 @@ void machine_host_resume(struct machine *machine) {
 }
 
 bool machine_host_unlock(struct machine *machine) {
-    if (!machine->critical && machine->state != MACHINE_ALARM)
+    bool sleeps = machine->state == MACHINE_SLEEP; /* motors without current may have moved */
+    if (!machine->critical && machine->state != MACHINE_ALARM && !sleeps)
         return false;
     if (keep_is_damaged(machine))
         return false;
-    bool stays_locked = machine->locks_again;
+    bool stays_locked = machine->locks_again || sleeps;
     machine_reset(machine, ALARM_NONE);
     machine->quiet.on = false;
     if (!stays_locked)
@@ -521,6 +532,12 @@ static void know_outputs(struct gcode_modal *modal, const struct host_outputs *t
     modal->spindle_rpm = to->rpm;
 }
 
+/* Coolant that the board lacks is asked for, and $91 does not pass it. */
+static bool lacks_coolant(const struct machine *machine, const struct host_outputs *to) {
+    const struct gcode_ports *ports = &machine->gcode.ports;
+    return !ports->coolant_passes && (to->coolant & to->coolant_mask & ports->no_coolant) != 0;
+}
+
 /* The spindle can do what is asked for on this board. */
 static bool can_turn(const struct machine *machine, const struct host_outputs *to) {
     const struct gcode_ports *ports = &machine->gcode.ports;
@@ -534,8 +551,8 @@ enum host_answer machine_host_outputs(struct machine *machine, const struct host
         (uint8_t)((machine->outputs.coolant & ~to->coolant_mask) | (to->coolant & to->coolant_mask));
     coolant &= (uint8_t)~machine->gcode.ports.no_coolant; /* the status shows what is on */
     bool starts = (to->turns && to->spindle != SPINDLE_OFF) || (to->coolant & to->coolant_mask) != 0;
-    if (!can_turn(machine, to))
-        return HOST_MALFORMED;
+    if (!can_turn(machine, to) || lacks_coolant(machine, to))
+        return HOST_NO_OUTPUT;
     if (is_locked(machine) && starts)
         return HOST_LOCKED;
     if (!machine->host.owns && starts && (machine->stage != TASK_NONE || machine->state != MACHINE_IDLE))
@@ -555,6 +572,8 @@ enum host_answer machine_host_outputs(struct machine *machine, const struct host
 enum status machine_host_set(struct machine *machine, uint16_t number, double value) {
     if (!is_free(machine) || machine->state == MACHINE_HOLD)
         return STATUS_NOT_IDLE;
+    if (machine->critical)
+        return STATUS_LOCKED;
     if (keep_is_damaged(machine))
         return STATUS_STORE_DAMAGED;
     return command_set(machine, number, value);

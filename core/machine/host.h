@@ -24,7 +24,8 @@ enum host_answer {
     HOST_OUT_OF_TRAVEL,
     HOST_NO_AXIS,
     HOST_NO_HOMING,
-    HOST_TOUCHES, /* the contact that it is to stop at is there already */
+    HOST_NO_OUTPUT, /* the board lacks it */
+    HOST_TOUCHES,   /* the contact that it is to stop at is there already */
     HOST_ANSWER_COUNT
 };
 
@@ -60,6 +61,9 @@ enum host_answer machine_host_jog(struct machine *machine, unsigned axis, int di
 /** End a jog of the host, if there is one. */
 void machine_host_jog_stop(struct machine *machine);
 
+/** The host is gone: its jog ends, its homing ends in alarm 6. What is queued still runs. */
+void machine_host_gone(struct machine *machine);
+
 /** Home these axes, those with an end. machine->host.homed_ok says how it ended when homing is over. */
 enum host_answer machine_host_home(struct machine *machine, axis_mask_t axes);
 
@@ -70,8 +74,8 @@ void machine_host_estop(struct machine *machine);
 void machine_host_hold(struct machine *machine);
 void machine_host_resume(struct machine *machine);
 
-/** Leave alarm and e-stop, position kept. A lock that was there before the e-stop is there again. @return
- * false: the machine was not locked, nothing was changed */
+/** Leave alarm and e-stop, position kept. A lock that was there before the e-stop is there again; sleep ends
+ * locked, too. @return false: the machine was not locked, nothing was changed */
 bool machine_host_unlock(struct machine *machine);
 
 /** Outputs that a host switches. What is not meant stays as it is. */
@@ -113,7 +117,7 @@ struct host_spindle {
 bool machine_host_spindle(const struct machine *machine, struct host_spindle *spindle);
 
 /** $number=value without the text side. Nothing may move. Not kept before machine_host_save().
- *  @return as settings_set(), or STATUS_NOT_IDLE */
+ *  @return as settings_set(), STATUS_NOT_IDLE, STATUS_LOCKED (only a reset helps) or STATUS_STORE_DAMAGED */
 enum status machine_host_set(struct machine *machine, uint16_t number, double value);
 
 /** Keep all settings over a power cut. @return false: the storage has failed */

@@ -101,6 +101,8 @@ void realtime_hold(struct machine *machine);
 
 /* sender.c */
 bool sender_lost_poll(struct machine *machine);
+/** Nobody sees the axes move any more: alarm 6, and the banner says why. */
+void sender_stop_homing(struct machine *machine);
 /** What a client that connects must know, without [MSG: ]; NULL: nothing. */
 const char *sender_notice(const struct machine *machine);
 

@@ -137,6 +137,12 @@ static uint32_t pressed(const struct hal_inputs *now, const struct hal_inputs *b
     return bits;
 }
 
+/* Which of a hold and the start button came first is not known when both are new: the hold counts. */
+static uint32_t without_doubt(const struct rx *rx, uint32_t bits) {
+    bool holds = ((bits | __atomic_load_n(&rx->realtime, __ATOMIC_RELAXED)) & REALTIME_HOLD) != 0;
+    return holds ? bits & ~(uint32_t)REALTIME_RESUME : bits;
+}
+
 static void look(void *arg) {
     machine_edge_isr(arg);
 }
@@ -167,7 +173,7 @@ bool inputs_poll(struct machine *machine) {
         machine_alarm_critical(machine, ALARM_HARD_LIMIT);
         return true;
     }
-    rx_request(&machine->rx, pressed(now, &before));
+    rx_request(&machine->rx, without_doubt(&machine->rx, pressed(now, &before)));
     if (now->door && !machine->critical && !machine->restart && machine->state != MACHINE_DOOR) {
         enum machine_state state = machine->state;
         suspend_open_door(machine);

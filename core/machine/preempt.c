@@ -46,7 +46,7 @@ bool preempt_may(const struct machine *machine) {
     case HOST_JOB_BRAKES:
         return true;
     case HOST_JOB_WAITS:
-        return machine->state == MACHINE_HOLD;
+        return machine->state == MACHINE_HOLD && machine->sender != SENDER_HELD;
     case HOST_JOB_RESTORES:
     case HOST_JOB_RETURNS:
     default:

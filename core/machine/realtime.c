@@ -9,8 +9,9 @@
 void realtime_hold(struct machine *machine) {
     if (preempt_hold(machine))
         return;
-    if (machine->state == MACHINE_HOLD)
-        machine->restoring = false; /* after a lost sender: sender.c stops the tools again */
+    if (machine->state == MACHINE_HOLD || machine->state == MACHINE_DOOR)
+        machine->restoring =
+            false; /* sender.c or door_poll() stops the tools again, and `~` is asked for again */
     if (machine->state == MACHINE_JOG)
         jog_cancel(machine);
     else if (machine->state == MACHINE_RUN &&

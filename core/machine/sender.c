@@ -63,21 +63,26 @@ static void leave_alarm(struct machine *machine) {
         switch_off(machine);
 }
 
-static void stop_homing(struct machine *machine) {
+void sender_stop_homing(struct machine *machine) {
     machine->sender = SENDER_THERE;
     machine_reset(machine, ALARM_HOMING_RESET);
     machine->homing_lost = true;
 }
 
+/* A remote host has motion, or gets it as soon as the job has slowed down. */
+static bool is_hosts(const struct machine *machine) {
+    return machine->host.owns || machine->host.job.step == HOST_JOB_BRAKES;
+}
+
 void machine_sender_lost(struct machine *machine, bool lines_wait) {
     rx_withdraw(&machine->rx); /* its own, not yet seen */
-    if (machine->host.owns || machine->host.job.step != HOST_JOB_NONE)
-        return; /* the text side has no motion, and does not get it without a ~ */
     if (machine->sender == SENDER_HELD) {
         machine->restoring = false;
         return;
     }
     machine->sender = lines_wait ? SENDER_LOST_WITH_LINES : SENDER_LOST;
+    if (is_hosts(machine))
+        return; /* it sees what moves; what the text side has left is held when it gives motion back */
     flush_jogs(machine);
     if (machine->state == MACHINE_JOG)
         report_message(machine, "Sender lost: jog cancelled");
@@ -101,7 +106,7 @@ static bool stop_outputs(struct machine *machine) {
 }
 
 bool sender_lost_poll(struct machine *machine) {
-    if (machine->sender == SENDER_THERE)
+    if (machine->sender == SENDER_THERE || is_hosts(machine))
         return false;
     if (machine->sender == SENDER_HELD)
         return stop_outputs(machine);
@@ -121,7 +126,7 @@ bool sender_lost_poll(struct machine *machine) {
         hold(machine);
         break;
     case MACHINE_HOME:
-        stop_homing(machine);
+        sender_stop_homing(machine);
         break;
     case MACHINE_ALARM:
         leave_alarm(machine);

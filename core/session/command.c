@@ -21,6 +21,7 @@ enum wire_refusal session_refusal(enum host_answer answer) {
         [HOST_OUT_OF_TRAVEL] = WIRE_REFUSAL_TRAVEL,
         [HOST_NO_AXIS] = WIRE_REFUSAL_AXIS,
         [HOST_NO_HOMING] = WIRE_REFUSAL_NO_HOMING,
+        [HOST_NO_OUTPUT] = WIRE_REFUSAL_NO_OUTPUT,
         [HOST_TOUCHES] = WIRE_REFUSAL_TOUCHES,
     };
     return (enum wire_refusal)refusals[answer];

@@ -186,7 +186,7 @@ enum wire_refusal config_set(const struct session *session, const struct wire_co
         return WIRE_REFUSAL_NONE;
     if (status == STATUS_UNKNOWN_COMMAND)
         return WIRE_REFUSAL_AXIS;
-    if (status == STATUS_STORE_DAMAGED)
+    if (status == STATUS_STORE_DAMAGED || status == STATUS_LOCKED)
         return WIRE_REFUSAL_LOCKED;
     return status == STATUS_NOT_IDLE ? WIRE_REFUSAL_BUSY : WIRE_REFUSAL_RANGE;
 }

@@ -148,13 +148,17 @@ void session_datagram(struct session *session, const struct session_peer *from, 
         session->counts.malformed++;
         return;
     }
+    bool resumes = header.type == WIRE_RESUME; /* a gap is older than it, and holds before it */
+    if (resumes)
+        session_note_sequence(session, from->address, header.sequence);
     if (header.type == WIRE_MOTION)
         session_motion(session, from->address, &header, payload, refusal);
     else if (header.type == WIRE_STREAM_SEGMENTS && refusal != WIRE_REFUSAL_IO_MODULE)
         stream_segments(session, from, &header, payload, refusal);
     else if (refusal == WIRE_REFUSAL_NONE)
         (void)session_command(session, from->address, header.type, payload);
-    session_note_sequence(session, from->address, header.sequence);
+    if (!resumes)
+        session_note_sequence(session, from->address, header.sequence);
     session->counts.datagrams++;
 }
 
@@ -235,7 +239,7 @@ static bool drives_owner(const struct session *session) {
  * hold has stopped does not move hours later. */
 static void follow_gone(struct session *session) {
     struct machine *machine = session->machine;
-    machine_host_jog_stop(machine);
+    machine_host_gone(machine);
     if (session->owner.left && (machine->state == MACHINE_HOLD || machine->state == MACHINE_DOOR))
         machine_host_discard(machine);
     if (!drives_owner(session) || !machine_is_standing(machine) || !feed_is_empty(&machine->host.feed))

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 #include "net_hub.h"
+#include "net_words.h"
 
 #include <stdio.h>
 #include <string.h>
@@ -76,19 +77,6 @@ static void greet(struct net_hub *hub, struct net_client *client) {
 
 /* ---- jogs that are called off ---- */
 
-static uint8_t upper(char character) {
-    return (uint8_t)(character >= 'a' && character <= 'z' ? character - 'a' + 'A' : character);
-}
-
-static bool is_jog(const char *line, size_t size) {
-    static const char jog[] = "$J=";
-    size_t at = 0;
-    for (size_t i = 0; i < size && jog[at] != '\0'; i++)
-        if (line[i] > ' ' && upper(line[i]) != (uint8_t)jog[at++])
-            return false;
-    return jog[at] == '\0';
-}
-
 /* Jogs that still wait when they are called off must not run behind that: they become empty lines, so that
  * each has its answer; a half one when its rest has come. The controller does the same with those that it
  * has. */
@@ -101,7 +89,7 @@ static void call_off_jogs(struct net_client *client) {
     while (from < whole) {
         const char *end = memchr(bytes + from, '\n', whole - from);
         size_t size = end == NULL ? whole - from : (size_t)(end + 1 - (bytes + from));
-        bool jog = is_jog(bytes + from, size);
+        bool jog = net_words_is_jog(bytes + from, size);
         memmove(bytes + to, jog ? "\n" : bytes + from, jog ? 1 : size);
         to += jog ? 1 : size;
         from += size;
@@ -127,7 +115,7 @@ static void leave_lines(struct net_hub *hub, struct net_client *client) {
         net_hub_tell(hub, "Lines of a former owner were dropped, too many wait");
     else if (half)
         tell_observers(hub, "Half a line was dropped, its sender has left");
-    client->skips = half;
+    client->skips |= half;
     client->in_long = client->called_off = false;
     client->whole = 0;
     net_queue_free(&client->in);
@@ -307,7 +295,7 @@ void net_hub_ask(struct net_hub *hub) {
 
 static bool is_take(const char *line, size_t size) {
     size_t same = 0;
-    while (same < size && same < TAKE_LENGTH && upper(line[same]) == (uint8_t)take_line[same])
+    while (same < size && same < TAKE_LENGTH && net_words_upper(line[same]) == (uint8_t)take_line[same])
         same++;
     return size == TAKE_LENGTH && same == size;
 }
@@ -317,12 +305,16 @@ static bool is_take(const char *line, size_t size) {
 static void end_line(struct net_client *owner) {
     const char *line = net_queue_head(&owner->in) + owner->whole;
     size_t size = owner->in.count - owner->whole;
-    if (is_take(line, size) || (owner->called_off && is_jog(line, size)))
+    if (is_take(line, size) || (owner->called_off && net_words_is_jog(line, size)))
         net_queue_cut(&owner->in, owner->whole);
     owner->called_off = false;
 }
 
 static void take_owners(struct net_hub *hub, struct net_client *client, char character, bool line_ends) {
+    if (client->skips) {
+        client->skips = !line_ends;
+        return;
+    }
     if (line_ends) {
         end_line(client);
         character = '\n';
@@ -339,7 +331,8 @@ static void take_owners(struct net_hub *hub, struct net_client *client, char cha
 /* Observers' lines are read for $TAKE only. */
 static void take_observers(struct net_hub *hub, struct net_client *client, char character, bool line_ends) {
     if (!line_ends) {
-        bool fits = client->letters < TAKE_LENGTH && upper(character) == (uint8_t)take_line[client->letters];
+        bool fits = client->letters < TAKE_LENGTH &&
+                    net_words_upper(character) == (uint8_t)take_line[client->letters];
         client->letters = fits && !client->skips ? (uint8_t)(client->letters + 1) : UINT8_MAX;
         return;
     }
@@ -360,7 +353,7 @@ static bool is_login(const struct net_client *client) {
     if (client->in.count < LOGIN_LENGTH)
         return false;
     for (size_t i = 0; i < LOGIN_LENGTH; i++)
-        if (upper(line[i]) != (uint8_t)login_line[i])
+        if (net_words_upper(line[i]) != (uint8_t)login_line[i])
             return false;
     return true;
 }
@@ -523,26 +516,32 @@ bool net_hub_feed(struct net_hub *hub) {
 
 /* ---- what the controller says ---- */
 
-static bool begins(const char *line, size_t size, const char *with) {
-    size_t length = strlen(with);
-    return size >= length && memcmp(line, with, length) == 0;
-}
-
-/* Said by the controller of its own accord, or to `?`: not a part of a line's answer. */
-static bool is_news(const char *line, size_t size) {
-    return begins(line, size, "<") || begins(line, size, "[MSG:") || begins(line, size, "ALARM:") ||
-           begins(line, size, "Grbl ");
+/* The controller has reset, by itself, by a button, or because a line said so: as it forgets all that it has
+ * got, what waits here would be the rest of something. Senders begin anew when they see the banner. */
+static void forget_lines(struct net_hub *hub) {
+    struct net_client *owner = hub->owner;
+    bool any = hub->left.count > 0 || (owner != NULL && owner->in.count > 0);
+    net_queue_drop(&hub->left, hub->left.count);
+    if (owner != NULL) {
+        owner->skips |= owner->in.count > owner->whole || owner->in_long;
+        net_queue_drop(&owner->in, owner->in.count);
+        owner->whole = 0;
+        owner->in_long = owner->called_off = false;
+    }
+    hub->inside = hub->inside_left = 0; /* what was inside is not answered any more */
+    if (any)
+        net_hub_tell(hub, "Lines that waited were dropped by the reset");
 }
 
 /* Count answers; keep those to former owners' lines from whom they would confuse. */
 static void say_line(struct net_hub *hub, const char *line, size_t size) {
-    bool answer = begins(line, size, "ok\r") || begins(line, size, "error:");
-    bool of_left = hub->inside_left > 0 && !is_news(line, size);
-    if (begins(line, size, "Grbl "))
-        hub->inside = hub->inside_left = 0; /* a reset: what was inside is not answered any more */
+    bool answer = net_words_begins(line, size, "ok\r") || net_words_begins(line, size, "error:");
+    bool of_left = hub->inside_left > 0 && !net_words_is_news(line, size);
+    if (net_words_begins(line, size, "Grbl "))
+        forget_lines(hub);
     hub->inside -= answer && hub->inside > 0;
     hub->inside_left -= answer && of_left;
-    bool report = begins(line, size, "<");
+    bool report = net_words_begins(line, size, "<");
     for (struct net_client *client = hub->client; client < hub->client + NET_CLIENTS; client++)
         if (client->stream.ops != NULL && (report || !client->locked) && (!of_left || client->hears_left))
             say(hub, client, line, size);

@@ -14,6 +14,9 @@
  * still hears answers, so what it sent runs on (`nc` ends so). When it is gone for good, the controller is
  * told (ops->left), and holds what nobody looks after.
  *
+ * A reset of the controller, whoever asked for it, forgets every line that waits here: with the banner
+ * senders begin anew.
+ *
  * Where there is a password (hub.locks), a client from elsewhere is locked out at first: its `?` is answered,
  * it sees nothing but reports, and `$LOGIN=password` lets it in. When all places are taken, such a client has
  * to go for a new one.
@@ -75,7 +78,7 @@ struct net_client {
     bool after_cr;   /* an LF would be the second half of a line end */
     bool in_long;    /* the controller has got the begin of the line that goes on in `in` */
     bool called_off; /* ... or that line began before a jog cancel: a jog must not run */
-    bool skips;      /* not the owner, and in the middle of a line */
+    bool skips;      /* in the middle of a line that nobody takes */
     bool asks;       /* a ? that waits */
     bool ended;      /* sends no more; stays until it has heard the answers */
     bool gone;       /* to be removed */

@@ -134,6 +134,7 @@ static struct net_gate gate;
 static char got[1024], says[512];
 static size_t got_count;
 static unsigned owners_left;
+static bool full, waited;
 static uint32_t now_us;
 
 static long wire_read(const struct net_stream *stream, char *bytes, size_t size) {
@@ -157,6 +158,8 @@ static void wire_close(const struct net_stream *stream) {
 
 static size_t put(void *ctx, const char *bytes, size_t count) {
     (void)ctx;
+    if (full)
+        return 0;
     memcpy(got + got_count, bytes, count);
     got[got_count += count] = '\0';
     return count;
@@ -183,8 +186,8 @@ static void event(void *ctx, const char *what, const char *who) {
 
 static void left(void *ctx, bool lines_wait) {
     (void)ctx;
-    (void)lines_wait;
     owners_left++;
+    waited = lines_wait;
 }
 
 static enum net_gate_result login(void *ctx, uint64_t who, const char *password, size_t size) {
@@ -203,6 +206,7 @@ static void start(const char *password) {
     net_gate_init(&gate, password);
     memset(wires, 0, sizeof wires);
     got_count = owners_left = 0;
+    full = waited = false;
     got[0] = '\0';
     now_us = 0;
     net_hub_init(&hub, &sizes, &ops, NULL);
@@ -314,6 +318,61 @@ static void the_owner_is_missed_when_it_has_gone(void) {
     CHECK(owners_left == 1 && hub.owner == NULL);
 }
 
+/* Client 0 sends what the controller has no room for, and vanishes; client 1 looks on. */
+static void lose_lines(void) {
+    start("");
+    CHECK(come(0, false) && come(1, false));
+    full = true;
+    send(0, "G0X1\nG0X2\n");
+    wires[0].closed = true;
+    round_trip();
+    CHECK(owners_left == 1 && waited && got_count == 0);
+    full = false;
+}
+
+static void a_banner(void) {
+    strcpy(says, "ALARM:6\r\n\r\nGrbl 1.1h ['$' for help]\r\n");
+    wires[1].out_count = 0;
+    wires[1].out[0] = '\0';
+    net_hub_hear(&hub);
+    net_hub_flush(&hub);
+}
+
+static void a_reset_of_the_controller_forgets_what_a_lost_sender_has_sent(void) {
+    lose_lines();
+    a_banner();
+    round_trip();
+    CHECK(got_count == 0);
+    CHECK(strstr(wires[1].out, "[MSG:Lines that waited were dropped by the reset]") != NULL);
+    send(1, "G0X3\n");
+    CHECK(strcmp(got, "G0X3\n") == 0);
+}
+
+/* Without a reset they wait for the next client's `~`, as what the controller has got. */
+static void what_a_lost_sender_has_sent_waits_in_order(void) {
+    lose_lines();
+    send(1, "G0X3\n");
+    round_trip();
+    CHECK(strcmp(got, "G0X1\nG0X2\nG0X3\n") == 0);
+}
+
+/* As the controller does with what it has got: all before the banner is gone, a file's rest, too. */
+static void a_reset_of_the_controller_forgets_what_its_owner_has_sent(void) {
+    start("");
+    CHECK(come(0, false) && come(1, false));
+    full = true;
+    send(0, "G0X1\nG0X2\nG0X");
+    full = false;
+    a_banner();
+    round_trip();
+    CHECK(got_count == 0);
+    CHECK(strstr(wires[0].out, "[MSG:Lines that waited were dropped by the reset]") != NULL);
+    send(0, "9\nG0X4\n");
+    CHECK(strcmp(got, "G0X4\n") == 0); /* the rest of a half line is no line */
+    a_banner();
+    CHECK(strstr(wires[1].out, "dropped by the reset") == NULL); /* nothing waited */
+}
+
 int main(void) {
     digests_are_the_published_ones();
     guessing_becomes_slower_and_slower();
@@ -329,6 +388,9 @@ int main(void) {
     a_wire_needs_no_password();
     locked_clients_make_room();
     the_owner_is_missed_when_it_has_gone();
+    a_reset_of_the_controller_forgets_what_a_lost_sender_has_sent();
+    what_a_lost_sender_has_sent_waits_in_order();
+    a_reset_of_the_controller_forgets_what_its_owner_has_sent();
     net_hub_close(&hub);
     return report();
 }

@@ -132,7 +132,8 @@ static void answer_trust(struct bench *bench) {
 
 static void tick(struct bench *bench) {
     for (unsigned n = 0; n < TICK_SAMPLES; n++) {
-        struct sample sample = {.servo_s = bench->servo_s += 0.001, .is_probing = bench->probes};
+        struct sample sample = {.servo_s = bench->servo_s += 0.001,
+                                .motion_type = bench->probes ? LINUXCNC_PROBING : LINUXCNC_LINEAR_FEED};
         memcpy(sample.command, bench->command, sizeof sample.command);
         link_sample(&bench->link, &sample, bench->now_s);
     }

@@ -96,3 +96,13 @@ def test_a_reset_is_asked_for_only_when_it_helps(grbl: Grbl) -> None:
     grbl.input("estop", False)
     assert grbl.after(1) == RESET
     assert grbl.send("\x18") == BANNER + LOCKED
+
+
+@pytest.mark.parametrize("byte", ["!", "\x85"])
+def test_a_cancel_in_it_hides_no_answer(grbl: Grbl, byte: str) -> None:
+    """Real-time bytes mean nothing here: a jog that came with them is refused, and not passed as one called off."""
+    grbl.input("estop", True)
+    grbl.after(1)
+    grbl.input("estop", False)
+    grbl.after(1)
+    assert grbl.send(f"$J=G91X-1F100\n{byte}") == "error:9\r\n"

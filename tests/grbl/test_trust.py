@@ -56,22 +56,6 @@ def test_reports_name_the_homed_axes(grbl: Grbl) -> None:
     assert homed(grbl) == "0,0"
 
 
-@pytest.mark.parametrize("name", ["estop", "limit-max-x"])
-@pytest.mark.parametrize("moves", [True, False])
-def test_a_switch_that_stops_motion_takes_the_trust(grbl: Grbl, name: str, moves: bool) -> None:
-    """The interrupt of the switch halts the steps by itself, before the controller looks."""
-    make_homing(grbl)
-    grbl.fine("$21=1")
-    grbl.send("$H\n")
-    if moves:
-        grbl.after(0.3, "G1X-20F1000\n")
-    grbl.input(name, True)
-    grbl.after(0.1, "")
-    grbl.input(name, False)
-    grbl.after(1.0, "\x18")
-    assert homed(grbl) == ("0,0" if moves else "1")
-
-
 def test_failed_homing_leaves_its_axis_untrusted(grbl: Grbl) -> None:
     """It has moved against a counter that it was about to replace."""
     make_homing(grbl)
@@ -130,3 +114,33 @@ def test_axes_of_no_cycle_are_not_sought() -> None:
     assert grbl.send("$H\n") == "ok\r\n" and grbl.stands()[3:] == [0, 0, 0]
     assert grbl.state() == "Idle" and homed(grbl) == "1"
     grbl.close()
+
+
+@pytest.mark.parametrize(("switch", "setting"), [("estop", "$21=0"), ("limit-max-y", "$21=1")])
+@pytest.mark.parametrize("delay_s", [0.0005, 0.013, 0.2, 0.4003])
+def test_a_stop_by_the_edge_of_a_switch_loses_the_position(
+    grbl: Grbl, switch: str, setting: str, delay_s: float
+) -> None:
+    """The interrupt of the switch stops the steps before the controller looks: that motors moved is not forgotten."""
+    make_homing(grbl)
+    grbl.send("$H\n")
+    grbl.fine(setting)
+    assert homed(grbl) == "1"
+    grbl.after(0.1, "G91G1X-30F3000\n")
+    at = grbl.position()
+    grbl.input_in(delay_s, switch, True)
+    grbl.after(1)
+    assert grbl.position() != at
+    grbl.input(switch, False)
+    grbl.send("\x18")
+    assert homed(grbl) == "0,0"
+
+
+def test_a_stop_at_rest_loses_nothing(grbl: Grbl) -> None:
+    make_homing(grbl)
+    grbl.send("$H\n")
+    grbl.input("estop", True)
+    grbl.after(1)
+    grbl.input("estop", False)
+    grbl.send("\x18")
+    assert homed(grbl) == "1"

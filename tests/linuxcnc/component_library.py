@@ -28,7 +28,7 @@ MAKE_PIN = ctypes.CFUNCTYPE(ctypes.c_int, HANDLE, DATA, ctypes.c_int, ctypes.c_i
 class Sample(ctypes.Structure):
     """struct sample"""
 
-    _fields_ = [("command", DOUBLE * AXES), ("servo_s", DOUBLE), ("is_probing", ctypes.c_bool)]
+    _fields_ = [("command", DOUBLE * AXES), ("servo_s", DOUBLE), ("motion_type", ctypes.c_int32)]
 
 
 class World(ctypes.Structure):

@@ -7,6 +7,7 @@ import math
 import random
 from collections.abc import Callable
 from dataclasses import replace
+from enum import IntEnum
 from typing import Any
 
 from component_library import AWAIT, MAKE_PIN, SAY, SEND, Options, Sample, World, library
@@ -19,6 +20,18 @@ SERVO_S = 0.001
 SCALE = 200.0
 SWITCHES = {22: 1, 23: 63, 27: 1, 130: 20, 131: 20, 132: 20, 133: 0, 134: 0, 135: 0}
 PIN_TYPES = (ctypes.c_bool, ctypes.c_double, ctypes.c_uint32)
+
+
+class MotionType(IntEnum):
+    """motion.motion-type of LinuxCNC, motion(9)."""
+
+    NONE = 0
+    TRAVERSE = 1
+    FEED = 2
+    ARC = 3
+    TOOL_CHANGE = 4
+    PROBING = 5
+    ROTARY_UNLOCK = 6
 
 
 class Pins:
@@ -138,7 +151,7 @@ class Bench:
         self.status: Status | None = None  # the newest that came
         self.periods = 0
         self.is_held_up = False  # the component does not get its turn
-        self.is_probing = False
+        self.motion_type = MotionType.FEED
         self.samples_come = True
         self.servo_s = 1000.0
         self.command: list[float] = [0.0] * joints
@@ -152,6 +165,14 @@ class Bench:
         for joint in range(joints):
             self.pins[f"joint.{joint}.scale"] = scale
         self.connect()
+
+    @property
+    def is_probing(self) -> bool:
+        return self.motion_type == MotionType.PROBING
+
+    @is_probing.setter
+    def is_probing(self, probes: bool) -> None:
+        self.motion_type = MotionType.PROBING if probes else MotionType.NONE
 
     def _say(self, _ctx: object, text: bytes) -> None:
         self.said.append(text.decode())
@@ -232,7 +253,7 @@ class Bench:
         self.servo_s += SERVO_S
         command = (*self.command, *[0.0] * (6 - len(self.command)))
         if self.samples_come:
-            self._samples.append(Sample(command, self.servo_s, self.is_probing))
+            self._samples.append(Sample(command, self.servo_s, self.motion_type))
 
     def enable(self) -> None:
         self.run(0.1)

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import ctypes
 import re
 from collections.abc import Sequence
 
-from grbl_host import LIB, Grbl
+from grbl_host import Grbl
+from remote_host import RemoteHosts
 from state_model import Model
 from wificnc.protocol.states import Table
 
@@ -14,9 +14,6 @@ SETTLED_S = 7.0  # quiet after an alarm 0.5 s, a door's restoring 5 s
 PULSE_S = 0.02
 PER_AXIS = tuple(f"${base + axis}={value}" for base, value in ((100, 10), (120, 500), (130, 9000)) for axis in range(3))
 LINES = (*PER_AXIS, "$22=1", "$21=1", "$24=600", "$25=600")
-
-LIB.host_state.argtypes = (ctypes.c_void_p,)
-LIB.host_state.restype = ctypes.c_char_p
 
 # How each state is reached from an idle machine with spindle and coolant on, with what may be under way in it.
 SITUATIONS: dict[str, list[str]] = {
@@ -48,6 +45,21 @@ SITUATIONS: dict[str, list[str]] = {
     "home": ["home_line"],
     "alarm": ["sleep_line", "reset_byte"],
     "alarm, door open": ["sleep_line", "door_opens", "reset_byte"],
+    "idle, stream": ["host_opens"],
+    "idle, host's outputs": ["spindle_off", "host_outputs"],
+    "run, stream": ["move", "host_opens"],
+    "hold, stream": ["hold_byte", "host_opens"],
+    "host_run": ["host_opens", "host_segments"],
+    "host_run, host's outputs": ["host_outputs", "host_opens", "host_segments"],
+    "host_run, job waits": ["move", "host_opens", "host_segments"],
+    "host_hold": ["host_opens", "host_segments", "hold_byte"],
+    "host_hold, job waits": ["move", "host_opens", "host_segments", "host_hold"],
+    "host_door_open": ["host_opens", "host_segments", "door_opens"],
+    "host_door_closed": ["host_opens", "host_segments", "door_byte"],
+    "host_door_closed, job waits": ["move", "host_opens", "host_segments", "door_byte"],
+    "host_jog": ["host_jog"],
+    "host_home": ["host_home"],
+    "returned": ["move", "host_motion"],
     "critical": ["limit"],
     "estop": ["estop_pressed"],
     "sleep": ["sleep_line"],
@@ -65,16 +77,22 @@ class Pair:
         self.grbl.fine(*LINES, "M3S500M8")
         self.model = Model(table, spindle=True, coolant=2)
         self.path: list[str] = []
+        self.replied = ""  # to a packet of a remote host
 
     def start(self) -> Grbl:
         """A controller that has said its banner."""
-        grbl = Grbl()
+        grbl = RemoteHosts()
         grbl.send("")
         return grbl
 
+    @property
+    def hosts(self) -> RemoteHosts:
+        assert isinstance(self.grbl, RemoteHosts)
+        return self.grbl
+
     def shown(self) -> str:
         """Its state, without asking it."""
-        return str(LIB.host_state(self.grbl._host).decode())
+        return self.grbl.state()
 
     def outputs(self) -> tuple[bool, int]:
         """Spindle and coolant, as the pins are."""
@@ -93,8 +111,10 @@ class Pair:
         self.path.append(name)
         state = self.model.state
         expected = self.model.apply(name)
+        self.replied = ""
         said = self.drive(name) + self.grbl.after(self.settled_s)
         where = f"{' > '.join(self.path)} (from {state}): said {said!r}"
+        assert self.replied == expected.reply, f"{where} and replied {self.replied!r}, not {expected.reply!r}"
         assert answers(said) == expected.answers, f"{where}, not {expected.answers}"
         assert in_order(said, expected.says), f"{where}, not {expected.says}"
         assert len(re.findall("^<", said, re.M)) >= expected.reports, where
@@ -107,6 +127,10 @@ class Pair:
             grbl.put(entry.line + "\n")
         elif entry.bytes:
             grbl.put(chr(next(entry.all_bytes())))
+        elif entry.packets:
+            self.replied = self.hosts.packet(entry)
+        elif entry.event == "host_lost":
+            self.hosts.lose_host()
         elif entry.event:
             grbl.lose_sender()
         elif entry.level is not None:
@@ -140,6 +164,7 @@ def answers(said: str) -> list[str]:
 def in_order(said: str, texts: Sequence[str]) -> bool:
     at = 0
     for text in texts:
+        text = text.removesuffix("…")
         at = said.find(text, at)
         if at < 0:
             return False

@@ -10,8 +10,10 @@ from wificnc.protocol.states import Input, Rule, Table
 BANNER = "Grbl 1.1h"
 MOVING = {"move", "probe", "jog", "home"}
 PAUSES = {"pause", "tool_change"}
-DOOR_ACTS = {"idle", "run", "hold", "lost", "jog"}
+DOOR_ACTS = {"idle", "run", "hold", "lost", "jog", "returned", "host_run", "host_hold", "host_jog"}
 LOST = "[MSG:Sender lost: feed hold]"
+HOST_RPM, TEXT_RPM = 900, 500
+HELD_BACK = ("hold", "lost", "door_open", "door_closed", "returned", "host_hold", "host_door_open", "host_door_closed")
 
 
 @dataclass
@@ -21,6 +23,7 @@ class Said:
     answers: list[str] = field(default_factory=list)
     says: list[str] = field(default_factory=list)
     reports: int = 0
+    reply: str = ""  # to a packet
 
 
 @dataclass
@@ -31,12 +34,21 @@ class Model:
     state: str = "idle"
     activity: str = ""  # what moves, dwells, or is kept
     open_line: bool = False  # a line is not answered yet
+    opened: str = ""  # the newest such line
     spindle: bool = False
     coolant: int = 0
     spindle_stopped: bool = False
     sender_held: bool = False
     pins: dict[str, bool] = field(default_factory=lambda: {"door": False, "estop": False})
     waiting: list[str] = field(default_factory=list)
+    rpm: int = TEXT_RPM
+    segments: bool = False  # of a remote host are queued
+    job: bool = False  # it has interrupted what `activity` says
+    stream_open: bool = False
+    stream_known: bool = False
+    host_on: bool = False  # what it asked for last: spindle and flood on
+    locked_before: bool = False
+    sender_gone: bool = False  # while a host commanded
 
     # ---- what can be seen ----
 
@@ -46,7 +58,9 @@ class Model:
 
     @property
     def moves(self) -> bool:
-        return self.state in ("run", "jog", "home") and self.activity in MOVING
+        if self.state == "host_run":
+            return self.segments
+        return self.state in ("run", "jog", "home", "host_jog", "host_home") and self.activity in MOVING
 
     @property
     def spindle_turns(self) -> bool:
@@ -77,13 +91,42 @@ class Model:
     def _conditions(self, name: str) -> frozenset[str]:
         found = {self.activity} & {"dwell", "probe"}
         found |= {"line open"} if self.open_line else set()
+        found |= {"probe line open"} if self.open_line and self.opened == "probe" else set()
         found |= {"door open"} if self.pins["door"] else set()
         same = name in ("spindle_line", "spindle_off") and self._programmed(name) == (self.spindle, self.coolant)
+        same |= name in ("host_outputs", "host_outputs_off") and (name == "host_outputs") == self.host_on
         found |= {"no change"} if same else set()
-        return frozenset(found | ({"outputs on"} if self.spindle or self.coolant else set()))
+        found |= {"outputs on"} if self.spindle or self.coolant else set()
+        return frozenset(found | self._host_conditions())
+
+    def _host_conditions(self) -> set[str]:
+        found = {"stream known"} if self.stream_known else set()
+        found |= {"stream open"} if self.stream_open else set()
+        found |= {"something kept"} if self.activity or self.open_line else set()
+        found |= {"job waits"} if self.job else set()
+        found |= {"locked before"} if self.locked_before else set()
+        found |= {"host's outputs on"} if self._drives else set()
+        return found | ({"host commands"} if self._commands else set())
+
+    @property
+    def _owned(self) -> bool:
+        return self.table.states[self.state].owned
+
+    @property
+    def _drives(self) -> bool:
+        """Spindle or flood are on because the host has said so, and are not a job's."""
+        own = self.host_on and ((self.spindle and self.rpm == HOST_RPM) or bool(self.coolant & 2))
+        return own and (self._owned or not (self.activity or self.open_line))
+
+    @property
+    def _commands(self) -> bool:
+        return self._owned or self.stream_open or self._drives
 
     def _take(self, entry: Input, said: Said) -> None:
         if entry.name == "sender_lost" and self.sender_held:
+            return
+        if entry.name == "sender_lost" and self._owned:
+            self.sender_gone = True
             return
         rule = self.table.cell(self.state, entry.name, self._conditions(entry.name))
         if rule.answer == "waits":
@@ -91,10 +134,36 @@ class Model:
             return
         said.says += [text for text in rule.says if text != "ok"]
         said.reports += rule.answer == "report"
+        said.reply = rule.answer if entry.packets else said.reply
+        locked = self.state == "alarm" or (self.state in ("critical", "estop") and self.locked_before)
         self._end_open_line(rule, said)
         self._answer(entry, rule, said)
         self._switch(entry, rule)
         self._go(entry, rule, said)
+        self._follow_host(entry, rule)
+        if rule.next in ("critical", "estop"):
+            self.locked_before = locked
+
+    def _follow_host(self, entry: Input, rule: Rule) -> None:
+        """Streams, and what is queued of them."""
+        done = entry.packets and rule.answer == "done"
+        if rule.motion in ("dropped", "halted"):
+            self.segments = False
+        if entry.name == "host_segments":
+            self.segments |= bool(done)
+            self.stream_open &= bool(done)
+        elif done and entry.name == "host_opens":
+            self.stream_open = self.stream_known = True
+        elif (
+            rule.motion == "halted"
+            or entry.name == "host_lost"
+            or (done and entry.name in ("host_closes", "host_drops"))
+        ):
+            self.stream_open = False
+        if entry.name == "host_lost" and rule.outputs == "host's off":
+            self.host_on = False
+        elif done and entry.name in ("host_outputs", "host_outputs_off"):
+            self.host_on = entry.name == "host_outputs"
 
     def _end_open_line(self, rule: Rule, said: Said) -> None:
         """A reset and a critical alarm end the line under way; so does the end of a probe."""
@@ -104,48 +173,83 @@ class Model:
             self.open_line = False
         if BANNER in rule.says:
             self.waiting.clear()
+            self.sender_gone = False
 
     def _answer(self, entry: Input, rule: Rule, said: Said) -> None:
         if entry.line is None or not rule.answer:
             return
         if rule.answer == "later":
-            self.open_line = True
+            self.open_line, self.opened = True, entry.name
         else:
             said.answers.append("ok" if rule.answer == "list" else rule.answer)
 
     def _switch(self, entry: Input, rule: Rule) -> None:
         if rule.outputs == "off":
             self.spindle, self.coolant, self.spindle_stopped = False, 0, False
+        elif rule.outputs == "as commanded":
+            self._switch_for_host(entry.name == "host_outputs")
+        elif rule.outputs == "host's off":
+            self.spindle &= self.rpm != HOST_RPM
+            self.coolant &= ~2
         elif rule.outputs == "as programmed":
             self.spindle, self.coolant = self._programmed(entry.name)
+            self.rpm = TEXT_RPM if self.spindle else self.rpm
         elif rule.outputs == "toggled":
             self.coolant ^= {"flood_byte": 2, "mist_byte": 1}.get(entry.name, 0)
             if entry.name == "spindle_stop_byte" and self.spindle:
                 self.spindle_stopped = not self.spindle_stopped
+
+    def _switch_for_host(self, on: bool) -> None:
+        """With motion of its own it commands all, else what has changed."""
+        self.spindle, self.rpm = on, HOST_RPM if on else 0
+        kept = 0 if self._owned else self.coolant & 1
+        self.coolant = kept | (2 if on else 0)
 
     def _programmed(self, name: str) -> tuple[bool, int]:
         """M3 M8 leaves the mist as it is; M5 M9 ends all."""
         return (True, self.coolant | 2) if name == "spindle_line" else (False, 0)
 
     def _go(self, entry: Input, rule: Rule, said: Said) -> None:
-        if rule.motion in ("dropped", "halted"):
-            self.activity = ""
+        if rule.motion == "halted" or (rule.motion == "dropped" and not self.job):
+            self.activity, self.job = "", False
+        if rule.next in ("host_run", "returned") and self.state == "run":
+            self.job = True
         if entry.starts and rule.next != "unchanged" and not self.activity:
             self.activity = entry.starts
         self.sender_held |= LOST in rule.says
         if rule.next == "resume":
             self._resume(said)
+        elif rule.next == "release":
+            self.state = self._released()
         elif rule.next != "unchanged":
             self.state = rule.next
-        if self.state not in ("hold", "lost", "door_open", "door_closed"):
+        if self.state not in HELD_BACK:
             self.sender_held = False
+        if self.state not in HELD_BACK:
+            self.spindle_stopped = False
+
+    def _released(self) -> str:
+        """The state after the host has given motion back."""
+        if self.state in ("host_run", "host_jog"):
+            return "returned" if self.job else "idle"
+        behind = {"host_hold": "returned" if self.job else "hold"}
+        return behind.get(self.state, self.state.removeprefix("host_"))
 
     def _resume(self, said: Said) -> None:
-        self.spindle_stopped = False
+        self.spindle_stopped = self.job = False
         if self.activity in PAUSES:
             self.activity, self.open_line = "", False
             said.answers.append("ok")
         self.state = "run" if self.activity else "idle"
+
+    def _lose_late(self, said: Said) -> None:
+        """The host has given motion back, and the sender was lost meanwhile: what would continue is held."""
+        self.sender_gone = False
+        if self.state == "idle" and self.waiting and not (self.spindle or self.coolant):
+            self.state, self.sender_held = "lost", True
+            said.says.append(LOST)
+        else:
+            self._take(self.table.inputs["sender_lost"], said)
 
     def _follow(self, said: Said) -> None:
         """Pins that still say the same, then lines that have waited."""
@@ -153,6 +257,8 @@ class Model:
             self._take(self.table.inputs["estop_pressed"], said)
         if self.pins["door"] and self.state in DOOR_ACTS:
             self._take(self.table.inputs["door_opens"], said)
+        if self.sender_gone and not self._owned:
+            self._lose_late(said)
         while self.waiting:
             rule = self.table.cell(self.state, self.waiting[0], self._conditions(self.waiting[0]))
             if rule.answer == "waits":

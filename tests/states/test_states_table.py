@@ -9,10 +9,15 @@ from pathlib import Path
 import pytest
 from state_machine import SITUATIONS
 from wificnc.protocol.generate_states import OUTPUT, document
+from wificnc.protocol.nvs import load_nvs
 from wificnc.protocol.states import BYTES, PATH, Table, load_states, parse_states
+from wificnc.protocol.table import load_settings
+from wificnc.protocol.wire_table import WireTable, parse_wire
+from wificnc.wmc3.layout import Refusal
 
 ROOT = Path(__file__).parents[2]
 TABLE = load_states()
+WIRE = parse_wire((ROOT / "protocol/wmc3.toml").read_text(encoding="utf-8"), load_settings(), load_nvs())
 TEXT = PATH.read_text(encoding="utf-8")
 
 
@@ -59,6 +64,22 @@ def test_every_command_of_the_help_has_an_input() -> None:
     assert missing_commands(TABLE, source("machine/command.c")) == set()
 
 
+def missing_packets(table: Table, wire: WireTable) -> set[str]:
+    """Packets that a host may send and that are in no input, and such that do not exist."""
+    sent = {packet.name for packet in wire.packet if packet.sender == "host"}
+    return sent ^ {name for entry in table.packets for name in entry.packets}
+
+
+def test_every_packet_of_a_host_has_an_input() -> None:
+    assert missing_packets(TABLE, WIRE) == set()
+
+
+def test_every_answer_to_a_packet_exists() -> None:
+    names = {"done", "reply"} | {refusal.name.lower() for refusal in Refusal}
+    for state, entry in product(TABLE.states, TABLE.packets):
+        assert {rule.answer for rule in TABLE.variants(state, entry.name)} <= names, (state, entry.name)
+
+
 def test_every_input_line_has_an_input() -> None:
     """struct hal_inputs: what a board may have wired."""
     body = source("hal/hal.h").split("struct hal_inputs {")[1].split("};")[0]
@@ -70,7 +91,8 @@ def test_every_input_line_has_an_input() -> None:
 def test_every_cell_is_decided() -> None:
     for state, entry in product(TABLE.states, TABLE.inputs):
         rule = TABLE.cell(state, entry)
-        assert TABLE.inputs[entry].line is None or rule.answer, f"{entry} in {state} has no answer"
+        answered = TABLE.inputs[entry].line is not None or TABLE.inputs[entry].packets
+        assert rule.answer or not answered, f"{entry} in {state} has no answer"
 
 
 def test_no_rule_is_covered_by_others() -> None:
@@ -105,6 +127,11 @@ def test_a_new_state_is_found() -> None:
 def test_a_byte_without_an_input_is_found() -> None:
     text = TEXT.replace('bytes = ["0xA1"]', 'bytes = ["0xA0"]')
     assert missing_bytes(parse_states(text)) == {0xA0, 0xA1}
+
+
+def test_a_new_packet_is_found() -> None:
+    text = TEXT.replace('packets = ["reset"]', 'packets = ["jog"]')
+    assert missing_packets(parse_states(text), WIRE) == {"reset"}
 
 
 def test_a_new_command_is_found() -> None:

@@ -13,7 +13,7 @@ from wificnc.protocol.states import load_states
 
 TABLE = load_states()
 INPUTS = sorted(TABLE.inputs)
-SHARDS = 12  # of the pairs; one runs at any time, all with WIFICNC_STATES=all
+SHARDS = 40  # of the pairs; one runs at any time, all with WIFICNC_STATES=all
 ALL = os.environ.get("WIFICNC_STATES") == "all"
 
 

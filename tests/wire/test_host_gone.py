@@ -8,7 +8,20 @@ import pytest
 from test_motion import segment
 from test_session import reason
 from test_stream import ack_of, open_stream
-from wificnc.wmc3.layout import Estop, IoControl, Jog, JogStop, Ping, Refusal, Reset, Status, StatusFlag, Type
+from wificnc.wmc3.layout import (
+    Estop,
+    Home,
+    HomeComplete,
+    IoControl,
+    Jog,
+    JogStop,
+    Ping,
+    Refusal,
+    Reset,
+    Status,
+    StatusFlag,
+    Type,
+)
 from wire_device import OTHER, Device
 
 REGISTER = JogStop(axis=0xFF)
@@ -165,3 +178,62 @@ def test_the_time_is_that_of_setting_77(make_device: Callable[..., Device], time
     assert device.state == "Jog"
     device.run(0.3)
     assert device.state == "Idle"
+
+
+def homing(make_device: Callable[..., Device]) -> Device:
+    device = make_device(settings={22: 1, 24: 600, 25: 600, 130: 300})
+    device.send(REGISTER, address=OTHER)
+    device.text("$X\n")
+    device.run(0.1)
+    return device
+
+
+@pytest.mark.parametrize("connected", [True, False])
+def test_homing_of_a_host_that_is_gone_ends_in_alarm_6(make_device: Callable[..., Device], connected: bool) -> None:
+    """By the end of its last connection, or by its silence."""
+    device = homing(make_device)
+    if connected:
+        client = device.connect()
+    device.send(Home(axes=1))
+    device.run(0.5)
+    assert device.state == "Home"
+    if connected:
+        device.run(2 * TIMEOUT_S)
+        assert device.state == "Home", "a connection that lives needs to say nothing"
+        device.heard()
+        device.disconnect(client)
+        device.run(0.1)
+    else:
+        device.run(TIMEOUT_S)
+    assert device.state == "Alarm"
+    at = device.position
+    device.run(2)
+    assert device.position == at == device.pulses
+    said = device.heard()
+    assert "ALARM:6" in said and "[MSG:Sender lost: homing stopped]" in said
+    done = [sent.packet.payload for sent in device.of_type(Type.HOME_COMPLETE, OTHER)]
+    assert done == [HomeComplete(1, 0)]
+
+
+def test_the_text_sides_homing_is_not_the_hosts(make_device: Callable[..., Device]) -> None:
+    device = homing(make_device)
+    client = device.connect()
+    assert reason(device, client, Jog(0, 1, 1000)) == Refusal.NONE
+    device.send(REGISTER)
+    device.run(TIMEOUT_S + 1)
+    device.text("$HX\n")
+    device.run(0.5)
+    device.disconnect(client)
+    device.run(1)
+    assert device.state == "Home"
+
+
+def test_a_refused_host_keeps_nobody_else_out(device: Device) -> None:
+    """A jog beside a job is refused; that host then commands no more, however long the job runs."""
+    client, other = device.connect(), device.connect(OTHER)
+    device.text("G1 X40 F100\n")
+    device.run(0.5)
+    assert reason(device, client, Jog(0, 1, 1000)) == Refusal.TEXT
+    assert reason(device, other, Jog(0, 1, 1000)) == Refusal.OWNER
+    device.run(TIMEOUT_S + 0.1)
+    assert reason(device, other, Jog(0, 1, 1000)) == Refusal.TEXT

@@ -7,6 +7,7 @@ from collections.abc import Callable
 
 import pytest
 from test_motion import segment
+from test_session import reason
 from wificnc.wmc3.layout import Estop, Hold, IoControl, Jog, JogStop, Refusal, Reset, SegmentFlag, Type
 from wire_device import Device
 
@@ -88,14 +89,29 @@ def test_dark_when_it_is_gone(lit: Device) -> None:
     assert duties(lit, 3.0) == {0}
 
 
-@pytest.mark.parametrize(("missing", "flood", "mist"), [(0, 1, 1), (8, 0, 1), (16, 1, 0), (24, 0, 0)])
-def test_coolant_that_the_board_lacks_stays_off(make_device: Make, missing: int, flood: int, mist: int) -> None:
-    """The status shows what is on. missing: BOARD_OUTPUT_ bits; packets have flood as bit 0, the core as bit 1."""
+@pytest.mark.parametrize(("missing", "coolant", "refused"), [(0, 3, 0), (8, 2, 0), (8, 1, 1), (16, 1, 0), (16, 3, 1)])
+def test_coolant_that_the_board_lacks_is_refused(make_device: Make, missing: int, coolant: int, refused: int) -> None:
+    """As a whole. missing: BOARD_OUTPUT_ bits; packets have flood as bit 0, the core as bit 1."""
     device = make_device(missing_outputs=missing)
-    device.send(IoControl(coolant=3))
+    client = device.connect()
+    answer = reason(device, client, IoControl(misc_outputs=1, spindle=1, rpm=500, coolant=coolant))
+    assert answer == (Refusal.NO_OUTPUT if refused else Refusal.NONE)
+    device.send(JogStop(0xFF))
     device.run(0.06)
-    assert device.status.coolant == flood | mist << 1
-    assert device.outputs().coolant == flood << 1 | mist
+    assert device.status.coolant == (0 if refused else coolant)
+    assert device.outputs().coolant == (0 if refused else {1: 2, 2: 1, 3: 3}[coolant])
+    assert (device.outputs().direction, device.status.misc_outputs) == ((0, 0) if refused else (1, 1))
+    assert reason(device, client, IoControl()) == Refusal.NONE
+
+
+def test_coolant_that_the_board_lacks_is_passed_where_the_setting_says_so(make_device: Make) -> None:
+    """$91, as at the text side: taken, and stays off; the status shows what is on."""
+    device = make_device(missing_outputs=8, settings={91: 1})
+    client = device.connect()
+    assert reason(device, client, IoControl(spindle=1, rpm=500, coolant=3)) == Refusal.NONE
+    device.send(JogStop(0xFF))
+    device.run(0.06)
+    assert device.status.coolant == 2 and device.outputs().direction == 1
 
 
 @pytest.mark.parametrize(("missing", "spindle", "refused"), [(0, 2, False), (4, 2, True), (4, 1, False), (1, 1, True)])
@@ -107,7 +123,7 @@ def test_a_spindle_that_the_board_cannot_turn_is_refused(
     reply = device.request(client, IoControl(spindle=spindle, rpm=500))
     assert (reply.header.type == Type.REFUSED) == refused
     if refused:
-        assert reply.payload.reason == Refusal.MALFORMED  # type: ignore[union-attr]
+        assert reply.payload.reason == Refusal.NO_OUTPUT  # type: ignore[union-attr]
     assert device.outputs().direction == (0 if refused else {1: 1, 2: -1}[spindle])
 
 

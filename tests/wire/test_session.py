@@ -443,6 +443,7 @@ def test_homing_leaves_out_what_has_no_end_and_reports(make_device: Callable[...
     device = make_device(settings={22: 1, 23: 63, 27: 1, 130: 20, 131: 20, 132: 0, 133: 0, 134: 0, 135: 0})
     device.lib.virtual_travel(device.host, 0, -1000, 5000)
     device.lib.virtual_travel(device.host, 1, -500, 5000)
+    device.connect()  # a host without one would have to be heard of all the time
     device.send(Home(axes=0x3F))
     device.run(0.5)
     assert device.status.state == State.HOMING and device.status.homing == 0b11

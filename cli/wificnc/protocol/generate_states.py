@@ -26,6 +26,14 @@ A line *waits* when it is not read before the state changes: it then finds the n
 when it is done. *Kept*: what was planned continues with `~`. *Forgotten*: it is gone, and the position is where the
 axes stand. An input that is not listed for a state does nothing there. *Ours*: different from Grbl 1.1h on purpose.
 
+A *remote host* commands by the binary protocol (WMC3, [protocol.md](protocol.md)). Its packets are answered `done`,
+with a reply, or with the name of a refusal; *motion* has no answer, and is counted in the statistics where it is
+refused. A second text client changes nothing in any state: who commands among
+text clients is settled before the controller ([senders.md](senders.md)).
+
+Two inputs within a few ms may act as if the second one had come first, but a hold that comes after a resume always
+holds.
+
 Each state that can hold something keeps it across the others: a dwell that is held and then behind a door is a dwell
 again at `~`.
 
@@ -48,14 +56,24 @@ OUTPUTS = {
     "restored": "spindle and coolant restored",
     "toggled": "toggled",
     "as programmed": "as programmed",
+    "as commanded": "as commanded",
+    "host's off": "those that the host has switched on go off",
 }
 CONDITIONS = {
     "dwell": "in a dwell",
     "probe": "while probing",
     "line open": "while a line waits for rest",
+    "probe line open": "while a probe is under way or waits for rest",
     "no change": "as they are already",
     "door open": "with the door open",
     "outputs on": "with spindle or coolant on",
+    "something kept": "while something waits to continue",
+    "job waits": "while a job waits",
+    "stream open": "with an open stream",
+    "stream known": "with a stream, open or closed",
+    "host commands": "while another host commands",
+    "host's outputs on": "with spindle or flood on because of the host",
+    "locked before": "which were in alarm before",
 }
 
 
@@ -90,11 +108,11 @@ def _row(entries: list[Input], rule: Rule, lines: int) -> str:
     names = ", ".join(dict.fromkeys(entry.help for entry in entries))
     if len(entries) == lines:
         names = "any line"
-    if rule.with_:
-        names += f", {CONDITIONS[rule.with_]}"
+    if rule.conditions:
+        names += ", " + " and ".join(CONDITIONS[condition] for condition in rule.conditions)
     says = ", ".join(f"`{text}`" for text in rule.says)
     answer = ", then ".join(part for part in (rule.answer if rule.answer != "list" else "its lines, ok", says) if part)
-    following = {"unchanged": "", "resume": "run, or idle"}.get(rule.next, rule.next)
+    following = {"unchanged": "", "resume": "run, or idle", "release": "as before the host"}.get(rule.next, rule.next)
     source = ("ours: " if rule.source == "ours" else "") + rule.why
     columns = (names, answer, following, MOTION[rule.motion], OUTPUTS[rule.outputs], source.removesuffix(": "))
     return "| " + " | ".join(column.replace("|", "\\|") for column in columns).replace("  ", " ") + " |\n"

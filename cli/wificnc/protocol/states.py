@@ -21,9 +21,24 @@ PATH = ROOT / "protocol" / "states.toml"
 BYTES = (0x18, ord("?"), ord("!"), ord("~"), *range(0x80, 0x100))  # taken out of the stream wherever they come
 GCODE = ("move", "dwell", "probe", "spindle_line", "spindle_off", "pause", "tool_change", "program_end", "wrong_line")
 
-Condition = Literal["dwell", "probe", "line open", "no change", "door open", "outputs on"]
+Condition = Literal[
+    "dwell",
+    "probe",
+    "line open",
+    "probe line open",
+    "no change",
+    "door open",
+    "outputs on",
+    "something kept",
+    "job waits",
+    "stream open",
+    "host commands",
+    "host's outputs on",
+    "locked before",
+    "stream known",
+]
 Motion = Literal["unchanged", "starts", "held", "dropped", "halted", "resumes"]
-Outputs = Literal["unchanged", "stopped", "off", "restored", "toggled", "as programmed"]
+Outputs = Literal["unchanged", "stopped", "off", "restored", "toggled", "as programmed", "as commanded", "host's off"]
 
 
 class _Part(BaseModel):
@@ -38,6 +53,7 @@ class State(_Part):
     report: str
     outputs: Literal["as programmed", "stopped"] = "as programmed"
     silent: bool = False  # `?` is answered later
+    owned: bool = False  # a remote host commands motion
     help: str
 
 
@@ -51,6 +67,8 @@ class Input(_Part):
     pin: str = ""
     level: bool | None = None  # None: on and off again
     event: str = ""
+    packets: tuple[str, ...] = ()  # of protocol/wmc3.toml; the first one is sent to try it
+    other_host: bool = False  # not of the host that commands
     help: str
 
     def all_bytes(self) -> Iterator[int]:
@@ -68,7 +86,7 @@ class Rule(_Part):
 
     state: str | tuple[str, ...]
     input: str | tuple[str, ...]
-    with_: Condition | None = Field(None, alias="with")
+    with_: Condition | tuple[Condition, ...] = Field((), alias="with")
     answer: str = ""
     says: tuple[str, ...] = ()
     next: str = "unchanged"
@@ -76,6 +94,11 @@ class Rule(_Part):
     outputs: Outputs = "unchanged"
     source: Literal["grbl", "ours"]
     why: str = ""
+
+    @property
+    def conditions(self) -> tuple[Condition, ...]:
+        """All of them must be met."""
+        return (self.with_,) if isinstance(self.with_, str) else self.with_
 
 
 class Table(_Part):
@@ -95,6 +118,10 @@ class Table(_Part):
         return [entry for entry in self.input if entry.line is not None]
 
     @property
+    def packets(self) -> list[Input]:
+        return [entry for entry in self.input if entry.packets]
+
+    @property
     def inputs(self) -> dict[str, Input]:
         return {entry.name: entry for entry in self.input}
 
@@ -111,9 +138,10 @@ class Table(_Part):
         found: list[Rule] = []
         for rule in reversed(self.rule):
             states, inputs = self.names(rule)
-            if state in states and entry in inputs:
+            covered = any(set(other.conditions) <= set(rule.conditions) for other in found)
+            if state in states and entry in inputs and not covered:
                 found.append(rule)
-                if rule.with_ is None:
+                if not rule.conditions:
                     break
         return found
 
@@ -142,6 +170,8 @@ def _group(name: str, inputs: dict[str, Input]) -> set[str]:
         return set(inputs)
     if name == "lines":
         return {entry.name for entry in inputs.values() if entry.line is not None}
+    if name == "packets":
+        return {entry.name for entry in inputs.values() if entry.packets}
     return set(GCODE) if name == "gcode" else {name}
 
 
@@ -156,7 +186,7 @@ class _Index:
         if key not in self._found:
             state, entry, conditions = key
             variants = self._table.variants(state, entry)
-            fitting = [rule for rule in variants if rule.with_ is None or rule.with_ in conditions]
+            fitting = [rule for rule in variants if conditions.issuperset(rule.conditions)]
             if not fitting:
                 raise ValueError(f"protocol/states.toml: no rule for {entry} in {state}")
             self._found[key] = fitting[0]
