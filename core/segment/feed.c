@@ -12,9 +12,10 @@
 #define SAMPLE_MOST_S 0.02f     /* a host's slices are at most so long; a longer segment is a move */
 #define CHANGE_MOST   1e9f      /* of a dwell */
 #define GRADE_NS                                                                                             \
-    10000000u         /* of segments before and after a place tell how fast the host changes speed there */
-#define OWN_MOST 0.8f /* so much of the acceleration is left to the host */
-#define PHASES   256u /* of a step */
+    10000000u          /* of segments before and after a place tell how fast the host changes speed there */
+#define OWN_MOST  0.8f /* so much of the acceleration is left to the host */
+#define OWN_LEGAL 1.2f /* of a host that keeps the limits, measured roughly */
+#define PHASES    256u /* of a step */
 
 void feed_init(struct feed *feed, struct ahead *ahead) {
     memset(feed, 0, sizeof *feed);
@@ -179,7 +180,8 @@ static bool stretch_after(struct feed *feed, uint32_t number, struct stretch *st
     return stretch->ns >= GRADE_NS || ends;
 }
 
-/* The host's part of the acceleration where two stretches meet; a step at the end of each is rounding. */
+/* The host's part of the acceleration where two stretches meet; a step at the end of each is rounding. What
+ * is beyond the limits is slowed down by jump_sq(), and most of it is not there at that pace. */
 static float own_part(const struct feed *feed, const struct stretch *before, const struct stretch *after) {
     if (before->ns == 0 || after->ns == 0)
         return 0.0f;
@@ -190,7 +192,7 @@ static float own_part(const struct feed *feed, const struct stretch *before, con
         if (by > 0.0f)
             part = most_f(part, by / (0.5f * (before_s + after_s) * feed->limits.accel_steps_s2[ax]));
     }
-    return least_f(part, OWN_MOST);
+    return part > OWN_LEGAL ? 0.0f : least_f(part, OWN_MOST);
 }
 
 /* Of all segments after which enough has come. c only grows, so what was promised is kept. */

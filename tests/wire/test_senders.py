@@ -76,7 +76,7 @@ def test_a_lossy_network_without_a_stream(make_device: Callable[..., Device], se
         device.raw(packet(n, sent[n], 66 if n % 2 else 374))
         if count >= LEAD:
             device.run(SLICE_S)
-    device.run(10)
+    device.run(3)
     expected = [sum(steps[axis] for n, steps in sent.items() if n not in lost) for axis in (0, 1)]
     assert device.pulses[:2] == device.position[:2] == expected
     counts = statistics(device)
