@@ -8,6 +8,7 @@
 #include "hal/rmt_registers.h"
 #include "hal/step_engine.h"
 #include "hal/step_rmt.h"
+#include "hal/step_vector.h"
 #include "segment/queue.h"
 #include "step/prep.h"
 
@@ -156,8 +157,7 @@ rmt_dev_t *emulated_rmt(void) {
 
 /* ---- ESP-IDF ---- */
 
-static intr_handler_t handler;
-static void *handler_arg;
+struct step *step_vector_argument;
 static unsigned channels;
 static struct {
     uint32_t signal;
@@ -166,10 +166,8 @@ static struct {
 
 esp_err_t esp_intr_alloc(int source, int flags, intr_handler_t to, void *arg, intr_handle_t *handle) {
     (void)source;
-    (void)flags;
     (void)handle;
-    handler = to;
-    handler_arg = arg;
+    CHECK(flags == (ESP_INTR_FLAG_LEVEL5 | ESP_INTR_FLAG_IRAM) && to == NULL && arg == NULL);
     return ESP_OK;
 }
 
@@ -283,7 +281,7 @@ static void interrupt(void) {
     unsigned late = (unsigned)rand() % 60 + (rand() % 50 == 0 ? (unsigned)rand() % 1500 : 0);
     TIMERG0.hw_timer[0].config.val &= ~STEP_TIMER_ALARM;
     now = (due > now ? due : now) + late;
-    handler(handler_arg);
+    step_interrupt(step_vector_argument);
     pass(0);
 }
 
@@ -392,7 +390,7 @@ static void a_halt_at_any_event_leaves_counter_and_pulses_alike(void) {
         step_halt(&step);
         unsigned pulses = lines[0].pulses;
         CHECK(!is_armed());
-        handler(handler_arg); /* one that was on its way */
+        step_interrupt(step_vector_argument); /* one that was on its way */
         pass(1000000);
         CHECK(lines[0].pulses == pulses && !lines[0].high);
         compare(NULL);

@@ -16,8 +16,8 @@ HERE = Path(__file__).parent
 ROOT = checkout_root()
 ESP32 = ROOT / "targets" / "esp32"
 SOURCES = (
-    *(ROOT / "core" / name for name in ("step/isr.c", "step/position.c", "step/prep.c")),
-    *(ESP32 / "hal" / name for name in ("step_engine.c", "step_pins.c", "step_rmt.c")),
+    *(ROOT / "core" / name for name in ("step/control.c", "step/isr.c", "step/position.c", "step/prep.c")),
+    *(ESP32 / "hal" / name for name in ("step_engine.c", "step_interrupt.c", "step_pins.c", "step_rmt.c")),
 )
 INCLUDES = (HERE / "registers", ESP32, ROOT / "core", ESP32 / "test" / "idf_api", HERE)
 FLAGS = ("-std=gnu11", "-O1", "-g", "-Wall", "-Wextra", "-Werror", "-ffp-contract=off")

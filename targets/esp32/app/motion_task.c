@@ -44,7 +44,7 @@ static void do_what_is_asked(void) {
     void (*work)(void *arg) = __atomic_load_n(&asked.work, __ATOMIC_ACQUIRE);
     if (work == NULL)
         return;
-    portENTER_CRITICAL(&lock); /* holds the step timer and the inputs off, too */
+    portENTER_CRITICAL(&lock); /* holds the inputs off, not the step timer: work() halts it first */
     work(asked.arg);
     portEXIT_CRITICAL(&lock);
     __atomic_store_n(&asked.work, NULL, __ATOMIC_RELEASE);
