@@ -19,7 +19,8 @@
 #define DIVIDER_MOST   65536u /* TIMG_T0_DIVIDER */
 #define BANK_WIDTH     32u
 #define BY_RMT         (BOARD_STEP_ENGINE == BOARD_STEP_ENGINE_RMT)
-#define NO_PROBE_LEVEL 1u /* what (anything & 0) never is */
+#define BUS_CYCLES     16u /* that a write waits for the other core's, at most */
+#define NO_PROBE_LEVEL 1u  /* what (anything & 0) never is */
 
 static uint32_t cycles_of(uint32_t ns) {
     return (ns * CYCLES_PER_US + 999u) / 1000u;
@@ -58,7 +59,7 @@ bool step_engine_init(struct hal_step *hal, const struct step_engine_board *boar
 }
 
 void step_engine_set_pulse(struct hal_step *hal, uint32_t step_pulse_ns) {
-    hal->pulse_cycles = cycles_of(step_pulse_ns);
+    hal->pulse_cycles = cycles_of(step_pulse_ns) + (BY_RMT ? 0 : BUS_CYCLES);
     hal->dir_quiet_cycles =
         hal->pulse_cycles > hal->dir_setup_cycles ? hal->pulse_cycles : hal->dir_setup_cycles;
     if (BY_RMT)

@@ -7,7 +7,8 @@ _Static_assert(__atomic_always_lock_free(sizeof(uint32_t), 0),
 
 /* A halted timer's last interrupt may still be on its way: it finds the step side not active. */
 HAL_ISR void step_interrupt(struct step *step) {
-    TIMERG0.int_clr_timers.val = STEP_TIMER_INTERRUPT;
     if (step->active)
         step_isr(step);
+    else
+        step_alarm_seen();
 }
