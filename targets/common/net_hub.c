@@ -322,17 +322,20 @@ static void end_line(struct net_client *owner) {
     owner->called_off = false;
 }
 
+static bool add_owners(struct net_hub *hub, struct net_client *client, const char *bytes, size_t count) {
+    if (net_queue_add(&client->in, bytes, count))
+        return true;
+    client->gone = true;
+    hub->ops->event(hub->ctx, "dropped, no memory", client->name);
+    return false;
+}
+
 static void take_owners(struct net_hub *hub, struct net_client *client, char character, bool line_ends) {
     if (line_ends) {
         end_line(client);
         character = '\n';
     }
-    if (!net_queue_add(&client->in, &character, 1)) {
-        client->gone = true;
-        hub->ops->event(hub->ctx, "dropped, no memory", client->name);
-        return;
-    }
-    if (line_ends)
+    if (add_owners(hub, client, &character, 1) && line_ends)
         client->whole = client->in.count;
 }
 
@@ -428,10 +431,32 @@ static void take_byte(struct net_hub *hub, struct net_client *client, uint8_t by
     (client == hub->owner ? take_owners : take_observers)(hub, client, (char)byte, line_ends);
 }
 
+/* Bytes of a line, up to one that ends it or acts at once. */
+static size_t plain_run(const char *bytes, size_t count) {
+    size_t run = 0;
+    while (run < count && bytes[run] >= ' ' && bytes[run] < '~' && bytes[run] != '?' && bytes[run] != '!')
+        run++;
+    return run;
+}
+
+/* The owner's bytes within a line, all in one go. @return how many; 0: this one takes the long way */
+static size_t take_run(struct net_hub *hub, struct net_client *client, const char *bytes, size_t count) {
+    if (client != hub->owner || client->locked || client->stream.telnet)
+        return 0;
+    const size_t run = plain_run(bytes, count);
+    if (run == 0 || !add_owners(hub, client, bytes, run))
+        return 0;
+    client->after_cr = false;
+    return run;
+}
+
 static void take_bytes(struct net_hub *hub, struct net_client *client, const char *bytes, size_t count) {
     char reply[NET_TELNET_REPLY];
     size_t reply_count = 0;
     for (size_t i = 0; i < count && is_open(client); i++) {
+        i += take_run(hub, client, bytes + i, count - i);
+        if (i == count || !is_open(client))
+            return;
         uint8_t byte = (uint8_t)bytes[i];
         bool is_data =
             !client->stream.telnet || net_telnet_take(&client->telnet, byte, reply, &reply_count) != 0;
