@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 #include "net_hub.h"
 
+#include "net_line.h"
+
 #include <stdio.h>
 #include <string.h>
 
@@ -76,19 +78,6 @@ static void greet(struct net_hub *hub, struct net_client *client) {
 
 /* ---- jogs that are called off ---- */
 
-static uint8_t upper(char character) {
-    return (uint8_t)(character >= 'a' && character <= 'z' ? character - 'a' + 'A' : character);
-}
-
-static bool is_jog(const char *line, size_t size) {
-    static const char jog[] = "$J=";
-    size_t at = 0;
-    for (size_t i = 0; i < size && jog[at] != '\0'; i++)
-        if (line[i] > ' ' && upper(line[i]) != (uint8_t)jog[at++])
-            return false;
-    return jog[at] == '\0';
-}
-
 /* Jogs that still wait when they are called off must not run behind that: they become empty lines, so that
  * each has its answer; a half one when its rest has come. The controller does the same with those that it
  * has. */
@@ -101,7 +90,7 @@ static void call_off_jogs(struct net_client *client) {
     while (from < whole) {
         const char *end = memchr(bytes + from, '\n', whole - from);
         size_t size = end == NULL ? whole - from : (size_t)(end + 1 - (bytes + from));
-        bool jog = is_jog(bytes + from, size);
+        bool jog = net_line_is_jog(bytes + from, size);
         memmove(bytes + to, jog ? "\n" : bytes + from, jog ? 1 : size);
         to += jog ? 1 : size;
         from += size;
@@ -255,11 +244,6 @@ static void look_after(struct net_client *client) {
 
 /* ---- real-time bytes ---- */
 
-/* As core/link/rx.h: these never wait in a line. */
-static bool is_realtime(uint8_t byte) {
-    return byte >= 0x80 || byte == '?' || byte == '!' || byte == '~' || byte == 0x18;
-}
-
 /* A reset forgets every line on its way; what comes behind it is new. */
 void net_hub_reset(struct net_hub *hub) {
     static const char reset = 0x18;
@@ -307,7 +291,7 @@ void net_hub_ask(struct net_hub *hub) {
 
 static bool is_take(const char *line, size_t size) {
     size_t same = 0;
-    while (same < size && same < TAKE_LENGTH && upper(line[same]) == (uint8_t)take_line[same])
+    while (same < size && same < TAKE_LENGTH && net_line_upper(line[same]) == (uint8_t)take_line[same])
         same++;
     return size == TAKE_LENGTH && same == size;
 }
@@ -317,7 +301,7 @@ static bool is_take(const char *line, size_t size) {
 static void end_line(struct net_client *owner) {
     const char *line = net_queue_head(&owner->in) + owner->whole;
     size_t size = owner->in.count - owner->whole;
-    if (is_take(line, size) || (owner->called_off && is_jog(line, size)))
+    if (is_take(line, size) || (owner->called_off && net_line_is_jog(line, size)))
         net_queue_cut(&owner->in, owner->whole);
     owner->called_off = false;
 }
@@ -342,7 +326,8 @@ static void take_owners(struct net_hub *hub, struct net_client *client, char cha
 /* Observers' lines are read for $TAKE only. */
 static void take_observers(struct net_hub *hub, struct net_client *client, char character, bool line_ends) {
     if (!line_ends) {
-        bool fits = client->letters < TAKE_LENGTH && upper(character) == (uint8_t)take_line[client->letters];
+        bool fits =
+            client->letters < TAKE_LENGTH && net_line_upper(character) == (uint8_t)take_line[client->letters];
         client->letters = fits && !client->skips ? (uint8_t)(client->letters + 1) : UINT8_MAX;
         return;
     }
@@ -363,7 +348,7 @@ static bool is_login(const struct net_client *client) {
     if (client->in.count < LOGIN_LENGTH)
         return false;
     for (size_t i = 0; i < LOGIN_LENGTH; i++)
-        if (upper(line[i]) != (uint8_t)login_line[i])
+        if (net_line_upper(line[i]) != (uint8_t)login_line[i])
             return false;
     return true;
 }
@@ -398,7 +383,7 @@ static void take_locked(struct net_hub *hub, struct net_client *client, uint8_t 
             log_in(hub, client);
         return;
     }
-    if (is_realtime(byte) && !is_login(client)) {
+    if (net_line_is_realtime(byte) && !is_login(client)) {
         client->asks |= byte == '?';
         return;
     }
@@ -418,7 +403,7 @@ static void take_byte(struct net_hub *hub, struct net_client *client, uint8_t by
     }
     if (hub->owner == NULL && !mid_line)
         set_owner(hub, client);
-    if (is_realtime(byte)) {
+    if (net_line_is_realtime(byte)) {
         if (client == hub->owner)
             put_realtime(hub, client, byte);
         return;
@@ -431,19 +416,11 @@ static void take_byte(struct net_hub *hub, struct net_client *client, uint8_t by
     (client == hub->owner ? take_owners : take_observers)(hub, client, (char)byte, line_ends);
 }
 
-/* Bytes of a line, up to one that ends it or acts at once. */
-static size_t plain_run(const char *bytes, size_t count) {
-    size_t run = 0;
-    while (run < count && bytes[run] >= ' ' && bytes[run] < '~' && bytes[run] != '?' && bytes[run] != '!')
-        run++;
-    return run;
-}
-
 /* The owner's bytes within a line, all in one go. @return how many; 0: this one takes the long way */
 static size_t take_run(struct net_hub *hub, struct net_client *client, const char *bytes, size_t count) {
     if (client != hub->owner || client->locked || client->stream.telnet)
         return 0;
-    const size_t run = plain_run(bytes, count);
+    const size_t run = net_line_plain_run(bytes, count);
     if (run == 0 || !add_owners(hub, client, bytes, run))
         return 0;
     client->after_cr = false;

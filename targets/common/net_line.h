@@ -1,0 +1,20 @@
+/* SPDX-License-Identifier: MIT
+ * What the bytes of a client's lines mean to the hub. */
+#ifndef WIFICNC_COMMON_NET_LINE_H
+#define WIFICNC_COMMON_NET_LINE_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+uint8_t net_line_upper(char character);
+
+/** As core/link/rx.h: these never wait in a line. */
+bool net_line_is_realtime(uint8_t byte);
+
+bool net_line_is_jog(const char *line, size_t size);
+
+/** @return bytes of a line before one that ends it or acts immediately */
+size_t net_line_plain_run(const char *bytes, size_t count);
+
+#endif
