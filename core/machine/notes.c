@@ -29,12 +29,16 @@ void notes_add(struct line_notes *notes, const struct line_note *note) {
 }
 
 const struct line_note *notes_find(const struct line_notes *notes, uint32_t line) {
-    for (uint32_t back = 1; back <= LINE_NOTES && back <= notes->count; back++) {
-        const struct line_note *note = &notes->slots[(notes->count - back) % LINE_NOTES];
-        if ((int32_t)(line - note->line) >= 0)
-            return note;
+    const uint32_t oldest = notes->count < LINE_NOTES ? notes->count : LINE_NOTES;
+    uint32_t newer = 0, back = oldest + 1; /* notes `newer` back are of later lines, `back` back are not */
+    while (back - newer > 1) {
+        const uint32_t middle = (newer + back) / 2;
+        if ((int32_t)(line - notes->slots[(notes->count - middle) % LINE_NOTES].line) >= 0)
+            back = middle;
+        else
+            newer = middle;
     }
-    return NULL;
+    return back > oldest ? NULL : &notes->slots[(notes->count - back) % LINE_NOTES];
 }
 
 uint32_t notes_number(const struct line_notes *notes, uint32_t line) {

@@ -1,56 +1,8 @@
 /* SPDX-License-Identifier: MIT
- * Spans -> step edges. Additions, masks and compares only: no division, no float, no loop over axes. */
-#include "step/isr.h"
-
-#include "hal/hal_step.h"
-
-#define PHASE_MASK 0x7FFF7FFFu
-#define CARRY_MASK 0x80008000u
-
-/* Advance two axes by one event. */
-static HAL_INLINE uint32_t next_word(struct step *step, unsigned word) {
-    uint32_t sum = (step->phase[word] & PHASE_MASK) + step->increment[word];
-    step->phase[word] = sum;
-    return sum & CARRY_MASK;
-}
-
-/* Advance all phases by one event; the axes that overflow are the step bits: of each word, bit 15 becomes the
- * lower one and bit 31 the upper one. Above bit 7 is rubbish. */
-static HAL_INLINE axis_mask_t next_bits(struct step *step) {
-    uint32_t xy = next_word(step, 0), za = next_word(step, 1);
-    uint32_t carries = xy >> 2 | za;
-    if (step->increment[2] != 0) { /* B or C moves */
-        carries = carries >> 2 | next_word(step, 2);
-        return (axis_mask_t)(carries >> 11 | carries >> 26);
-    }
-    return (axis_mask_t)(carries >> 13 | carries >> 28);
-}
-
-static HAL_INLINE uint32_t next_ticks(struct step *step) {
-    uint32_t sum = step->interval_q16 + step->fraction_q16;
-    step->interval_q16 += (uint32_t)step->delta_q16;
-    step->fraction_q16 = (uint16_t)sum;
-    return sum >> 16;
-}
-
-/* Make this span the current one. The word `at` is stored last, with release: whoever reads it finds the span
- * complete, and the span before is given back by it. @return ticks to its first event. */
-static HAL_INLINE uint32_t load_span(struct step *step, struct span *span) {
-    step->span = span;
-    step->phase[0] = span->phase[0];
-    step->phase[1] = span->phase[1];
-    step->phase[2] = span->phase[2];
-    step->increment[0] = span->increment[0];
-    step->increment[1] = span->increment[1];
-    step->increment[2] = span->increment[2];
-    step->interval_q16 = span->interval_q16;
-    step->delta_q16 = span->delta_q16;
-    step->watch_probe = (span->flags & SEGMENT_PROBE) != 0 && !step->probe_hit;
-    __atomic_store_n(&step->at, span->at, __ATOMIC_RELEASE);
-    hal_step_span(step->hal, span->flags, span->line);
-    step->next = next_bits(step);
-    return next_ticks(step);
-}
+ * Spans -> step edges. Additions, masks and compares only: no division, no float, no loop over axes, and no
+ * call of another file: where the ISR has a calling convention of its own (ESP32), this file alone is
+ * compiled for it. */
+#include "step/load.h"
 
 /* The current span is done: go on with the next, or rest. From the exchange on prep cannot change any more
  * what follows this span. */
@@ -69,11 +21,30 @@ HAL_ISR HAL_SELDOM static void next_span(struct step *step) {
     hal_step_direction(hal, span->negative);
 }
 
+_Static_assert(SPAN_WORDS == 3 && AXIS_COUNT == 6, "keep_span() copies each of them");
+
+/* What step_probe_position() needs of a span, word by word: a copy of the structure is a call of memcpy(). */
+static HAL_INLINE void keep_span(struct span *to, const struct span *from) {
+    to->phase[0] = from->phase[0];
+    to->phase[1] = from->phase[1];
+    to->phase[2] = from->phase[2];
+    to->increment[0] = from->increment[0];
+    to->increment[1] = from->increment[1];
+    to->increment[2] = from->increment[2];
+    to->position[0] = from->position[0];
+    to->position[1] = from->position[1];
+    to->position[2] = from->position[2];
+    to->position[3] = from->position[3];
+    to->position[4] = from->position[4];
+    to->position[5] = from->position[5];
+    to->negative = from->negative;
+}
+
 /* Remember where the probe closes; the task slows the motion down. */
 static HAL_INLINE void look_at_probe(struct step *step) {
     if (!hal_step_probe(step->hal))
         return;
-    step->probe_span = *step->span;
+    keep_span(&step->probe_span, step->span);
     step->probe_done = step->span->events - span_left(step->at);
     step->watch_probe = false;
     step->probe_hit = true;
@@ -104,44 +75,4 @@ HAL_ISR void step_isr(struct step *step) {
         put_probing_event(step);
     else
         put_event(step);
-}
-
-void step_init(struct step *step, struct hal_step *hal) {
-    *step = (struct step){.hal = hal};
-    for (uint32_t i = 0; i < SPAN_POOL_SIZE; i++)
-        step->pool[i].at = i;
-    step->pool[0].next = &step->pool[0];
-    step->span = &step->pool[0];
-}
-
-void step_start(struct step *step, struct span *span) {
-    step->fraction_q16 = 0;
-    uint32_t ticks = load_span(step, span);
-    hal_step_direction(step->hal, span->negative);
-    step->active = true;
-    hal_step_timer_start(step->hal, ticks);
-}
-
-void step_halt(struct step *step) {
-    step->halted = true;
-    hal_step_timer_stop(step->hal);
-    step->active = false;
-}
-
-bool step_only_waits(const struct step *step) {
-    const struct span *span = step->span;
-    if (span->next == span) /* it was left: nothing follows */
-        return false;
-    uint32_t any = 0;
-    for (; span != 0; span = span->next)
-        for (unsigned word = 0; word < SPAN_WORDS; word++)
-            any |= span->increment[word];
-    return any == 0;
-}
-
-void step_stand(struct step *step, struct span *span) {
-    step->span = span;
-    __atomic_store_n(&step->spans_done, step->spans_done + 1, __ATOMIC_RELEASE);
-    __atomic_store_n(&step->at, span->at, __ATOMIC_RELEASE);
-    step->halted = false;
 }

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "net_hub.h"
-#include "net_words.h"
+
+#include "net_line.h"
 
 #include <stdio.h>
 #include <string.h>
@@ -89,7 +90,7 @@ static void call_off_jogs(struct net_client *client) {
     while (from < whole) {
         const char *end = memchr(bytes + from, '\n', whole - from);
         size_t size = end == NULL ? whole - from : (size_t)(end + 1 - (bytes + from));
-        bool jog = net_words_is_jog(bytes + from, size);
+        bool jog = net_line_is_jog(bytes + from, size);
         memmove(bytes + to, jog ? "\n" : bytes + from, jog ? 1 : size);
         to += jog ? 1 : size;
         from += size;
@@ -243,11 +244,6 @@ static void look_after(struct net_client *client) {
 
 /* ---- real-time bytes ---- */
 
-/* As core/link/rx.h: these never wait in a line. */
-static bool is_realtime(uint8_t byte) {
-    return byte >= 0x80 || byte == '?' || byte == '!' || byte == '~' || byte == 0x18;
-}
-
 /* A reset forgets every line on its way; what comes behind it is new. */
 void net_hub_reset(struct net_hub *hub) {
     static const char reset = 0x18;
@@ -295,7 +291,7 @@ void net_hub_ask(struct net_hub *hub) {
 
 static bool is_take(const char *line, size_t size) {
     size_t same = 0;
-    while (same < size && same < TAKE_LENGTH && net_words_upper(line[same]) == (uint8_t)take_line[same])
+    while (same < size && same < TAKE_LENGTH && net_line_upper(line[same]) == (uint8_t)take_line[same])
         same++;
     return size == TAKE_LENGTH && same == size;
 }
@@ -305,9 +301,17 @@ static bool is_take(const char *line, size_t size) {
 static void end_line(struct net_client *owner) {
     const char *line = net_queue_head(&owner->in) + owner->whole;
     size_t size = owner->in.count - owner->whole;
-    if (is_take(line, size) || (owner->called_off && net_words_is_jog(line, size)))
+    if (is_take(line, size) || (owner->called_off && net_line_is_jog(line, size)))
         net_queue_cut(&owner->in, owner->whole);
     owner->called_off = false;
+}
+
+static bool add_owners(struct net_hub *hub, struct net_client *client, const char *bytes, size_t count) {
+    if (net_queue_add(&client->in, bytes, count))
+        return true;
+    client->gone = true;
+    hub->ops->event(hub->ctx, "dropped, no memory", client->name);
+    return false;
 }
 
 static void take_owners(struct net_hub *hub, struct net_client *client, char character, bool line_ends) {
@@ -319,20 +323,15 @@ static void take_owners(struct net_hub *hub, struct net_client *client, char cha
         end_line(client);
         character = '\n';
     }
-    if (!net_queue_add(&client->in, &character, 1)) {
-        client->gone = true;
-        hub->ops->event(hub->ctx, "dropped, no memory", client->name);
-        return;
-    }
-    if (line_ends)
+    if (add_owners(hub, client, &character, 1) && line_ends)
         client->whole = client->in.count;
 }
 
 /* Observers' lines are read for $TAKE only. */
 static void take_observers(struct net_hub *hub, struct net_client *client, char character, bool line_ends) {
     if (!line_ends) {
-        bool fits = client->letters < TAKE_LENGTH &&
-                    net_words_upper(character) == (uint8_t)take_line[client->letters];
+        bool fits =
+            client->letters < TAKE_LENGTH && net_line_upper(character) == (uint8_t)take_line[client->letters];
         client->letters = fits && !client->skips ? (uint8_t)(client->letters + 1) : UINT8_MAX;
         return;
     }
@@ -353,7 +352,7 @@ static bool is_login(const struct net_client *client) {
     if (client->in.count < LOGIN_LENGTH)
         return false;
     for (size_t i = 0; i < LOGIN_LENGTH; i++)
-        if (net_words_upper(line[i]) != (uint8_t)login_line[i])
+        if (net_line_upper(line[i]) != (uint8_t)login_line[i])
             return false;
     return true;
 }
@@ -388,7 +387,7 @@ static void take_locked(struct net_hub *hub, struct net_client *client, uint8_t 
             log_in(hub, client);
         return;
     }
-    if (is_realtime(byte) && !is_login(client)) {
+    if (net_line_is_realtime(byte) && !is_login(client)) {
         client->asks |= byte == '?';
         return;
     }
@@ -408,7 +407,7 @@ static void take_byte(struct net_hub *hub, struct net_client *client, uint8_t by
     }
     if (hub->owner == NULL && !mid_line)
         set_owner(hub, client);
-    if (is_realtime(byte)) {
+    if (net_line_is_realtime(byte)) {
         if (client == hub->owner)
             put_realtime(hub, client, byte);
         return;
@@ -421,10 +420,24 @@ static void take_byte(struct net_hub *hub, struct net_client *client, uint8_t by
     (client == hub->owner ? take_owners : take_observers)(hub, client, (char)byte, line_ends);
 }
 
+/* The owner's bytes within a line, all in one go. @return how many; 0: this one takes the long way */
+static size_t take_run(struct net_hub *hub, struct net_client *client, const char *bytes, size_t count) {
+    if (client != hub->owner || client->locked || client->stream.telnet)
+        return 0;
+    const size_t run = net_line_plain_run(bytes, count);
+    if (run == 0 || !add_owners(hub, client, bytes, run))
+        return 0;
+    client->after_cr = false;
+    return run;
+}
+
 static void take_bytes(struct net_hub *hub, struct net_client *client, const char *bytes, size_t count) {
     char reply[NET_TELNET_REPLY];
     size_t reply_count = 0;
     for (size_t i = 0; i < count && is_open(client); i++) {
+        i += take_run(hub, client, bytes + i, count - i);
+        if (i == count || !is_open(client))
+            return;
         uint8_t byte = (uint8_t)bytes[i];
         bool is_data =
             !client->stream.telnet || net_telnet_take(&client->telnet, byte, reply, &reply_count) != 0;
@@ -535,13 +548,13 @@ static void forget_lines(struct net_hub *hub) {
 
 /* Count answers; keep those to former owners' lines from whom they would confuse. */
 static void say_line(struct net_hub *hub, const char *line, size_t size) {
-    bool answer = net_words_begins(line, size, "ok\r") || net_words_begins(line, size, "error:");
-    bool of_left = hub->inside_left > 0 && !net_words_is_news(line, size);
-    if (net_words_begins(line, size, "Grbl "))
+    bool answer = net_line_begins(line, size, "ok\r") || net_line_begins(line, size, "error:");
+    bool of_left = hub->inside_left > 0 && !net_line_is_news(line, size);
+    if (net_line_begins(line, size, "Grbl "))
         forget_lines(hub);
     hub->inside -= answer && hub->inside > 0;
     hub->inside_left -= answer && of_left;
-    bool report = net_words_begins(line, size, "<");
+    bool report = net_line_begins(line, size, "<");
     for (struct net_client *client = hub->client; client < hub->client + NET_CLIENTS; client++)
         if (client->stream.ops != NULL && (report || !client->locked) && (!of_left || client->hears_left))
             say(hub, client, line, size);

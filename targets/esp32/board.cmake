@@ -30,7 +30,14 @@ wificnc_generate(page -o "${wificnc_pins}/page_files.h")
 
 # Interrupts have their time in debug builds, too
 set(wificnc_fast ${sources})
-list(FILTER wificnc_fast INCLUDE REGEX "/(step/(isr|position)|machine/inputs|base/debounce|hal/[a-z_]+|io/(inputs|encoder))[.]c$")
+list(FILTER wificnc_fast INCLUDE REGEX "/(step/(control|isr|position)|machine/inputs|base/debounce|hal/[a-z_]+|io/(inputs|encoder))[.]c$")
 set_source_files_properties(${wificnc_fast} PROPERTIES COMPILE_OPTIONS "-O2;-fno-stack-protector")
+
+# What hal/step_vector.S calls has the call0 ABI, and no loop registers. The assembler's note of it would have the linker
+# warn of two ABIs in one image
+set(wificnc_call0 ${sources})
+list(FILTER wificnc_call0 INCLUDE REGEX "/(step/isr|hal/step_interrupt)[.]c$")
+set_source_files_properties(${wificnc_call0} PROPERTIES COMPILE_OPTIONS
+    "-O2;-fno-stack-protector;-mabi=call0;-fno-branch-count-reg;-Wa,--abi-windowed")
 
 target_include_directories(${COMPONENT_LIB} PRIVATE "${wificnc_pins}")

@@ -35,7 +35,7 @@ def test_list_json() -> None:
     listed = json.loads(run("boards", "list", "--json").stdout)
     zero = next(board for board in listed if board["id"] == "esp32s3-zero")
     assert zero["axes"] == ["X", "Y", "Z"]
-    assert zero["timing"]["step_pulse_ns"] == 2000
+    assert zero["timing"]["step_pulse_ns"] == 1800
     assert zero["memory"] == {"mode": "quad", "flash_mb": [4], "psram_mb": [2]}
 
 

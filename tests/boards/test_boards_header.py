@@ -124,8 +124,8 @@ def test_masks_hold_each_pin_exactly_once(board_id: str, tmp_path: Path) -> None
     [
         ("BOARD_STEP_MASK_0          0x00000006u", "BOARD_STEP_MASK_0          0x00000002u"),
         ("PIN_DIR_X                  3u", "PIN_DIR_X                  1u"),
-        ("BOARD_STEP_PULSE_TICKS     40u", "BOARD_STEP_PULSE_TICKS     41u"),
-        ("BOARD_DIR_SETUP_TICKS      40u", "BOARD_DIR_SETUP_TICKS      41u"),
+        ("BOARD_STEP_PULSE_TICKS     36u", "BOARD_STEP_PULSE_TICKS     37u"),
+        ("BOARD_DIR_SETUP_TICKS      38u", "BOARD_DIR_SETUP_TICKS      39u"),
         ("BOARD_AXIS_COUNT           6", "BOARD_AXIS_COUNT           7"),
     ],
 )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import subprocess
 from pathlib import Path
 
@@ -26,6 +27,7 @@ PROGRAMS = {
     "pin_map": ("io/pin_map.c",),
     "policies": ("app/boot_guard.c", "io/status_led.c", "net/link_policy.c", "net/wifi_policy.c"),
     "nvs_store": ("store/nvs_channels.c", "store/nvs_keys.c", "store/nvs_store.c"),
+    "serial": ("link/serial_stream.c",),
     "lines": ("io/lines.c", "io/pin_map.c", "store/nvs_channels.c"),
 }
 
@@ -35,9 +37,11 @@ def test_program(name: str) -> None:
     sources = [HERE / f"{name}.c", *(ESP32 / source for source in PROGRAMS[name])]
     output = checkout_root() / "build" / "tests" / name
     write_if_changed(output.parent / "board" / "pin_config.h", pin_header_text(load_board("esp32s3-devkitc")))
+    write_if_changed(output.parent / "board" / "sdkconfig.h", "")
     folders = [f"-I{ESP32}", f"-I{output.parent / 'board'}", f"-idirafter{ESP32 / 'test' / 'idf_api'}"]
     program = build_program(sources, output, "release", ["-pthread", *folders])
-    done = subprocess.run([program], capture_output=True, text=True, timeout=120, check=False)
+    options = re.findall(r"^(CONFIG_UART_\w+)=y$", (ESP32 / "sdkconfig.defaults").read_text(), re.MULTILINE)
+    done = subprocess.run([program, *options], capture_output=True, text=True, timeout=120, check=False)
     assert done.returncode == 0, done.stdout + done.stderr
     assert "0 failures" in done.stdout
 

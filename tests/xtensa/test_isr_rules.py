@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from xtensa.isr import Program, longest_path, placed_in_ram, violations
+from xtensa.isr import STEP, Program, longest_path, placed_in_ram, violations
 
 
 def read(*functions: str, file: str = "targets/esp32/x.c") -> Program:
@@ -47,6 +47,29 @@ def test_a_missing_handler_is_noticed() -> None:
 def test_float_division_and_pointers_are_refused(body: str, said: str) -> None:
     (fault,) = faults(read(function("handler", body)))
     assert said in fault
+
+
+def step_faults(body: str, *others: str) -> list[str]:
+    return violations(read(function(STEP, body), *others), (), [STEP])
+
+
+@pytest.mark.parametrize("word", ["entry\ta1, 32", "call8\tstep", "loopnez\ta2, .LBB0_1", "mula.aa.ll\ta2, a3"])
+def test_what_the_vector_calls_uses_only_what_it_saves(word: str) -> None:
+    assert step_faults("addi\ta1, a1, -16;ret") == []
+    assert any("which the vector does not save" in fault for fault in step_faults(f"{word};ret"))
+
+
+def test_what_the_vector_calls_is_called_by_nobody_else() -> None:
+    isr = function("isr", "addi\ta2, a2, 1;ret")
+    assert step_faults("call0\tisr;ret", isr) == []
+    other = function("task", "entry\ta1, 32;call8\tisr;retw.n")
+    (fault,) = step_faults("call0\tisr;ret", isr, other)
+    assert "isr() is called by task()" in fault
+
+
+def test_what_the_vector_calls_calls_no_library() -> None:
+    (fault,) = step_faults("call0\tmemcpy;ret")
+    assert "memcpy, which is not allowed" in fault
 
 
 def test_a_call_through_a_literal_is_followed() -> None:

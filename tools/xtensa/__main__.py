@@ -30,7 +30,7 @@ from xtensa.headers import (
     with_pins,
     without_effect,
 )
-from xtensa.isr import firmware_in_ram, interrupt_program, step_interrupt, violations
+from xtensa.isr import STEP, firmware_in_ram, interrupt_program, step_interrupt, violations
 from xtensa.stack import task_stacks
 from xtensa.toolchain import NoToolchainError, Toolchain, find_toolchain
 
@@ -100,9 +100,11 @@ def _report_rmt(tools: Toolchain, chip: str, idf: Path | None, output: Path) -> 
     if bad:
         return len(bad)
     program = interrupt_program(tools, ROOT, folder, sources)
-    problems = violations(program, firmware_in_ram(ROOT), ["on_timer"])
+    problems = violations(program, firmware_in_ram(ROOT), [STEP])
     print("\n".join(problems) or "with pulses by the RMT: the same rules are kept")
-    print("step interrupt, instructions:", ", ".join(f"{n} {what}" for what, n in step_interrupt(program).items()))
+    print(
+        "step interrupt, instructions:", ", ".join(f"{n} {what}" for what, n in step_interrupt(program, ROOT).items())
+    )
     return len(problems)
 
 
@@ -111,7 +113,9 @@ def _report_interrupts(tools: Toolchain, output: Path) -> int:
     program = interrupt_program(tools, ROOT, output, firmware_sources(ROOT))
     problems = violations(program, firmware_in_ram(ROOT))
     print("\n".join(problems) or "interrupt handlers: all in RAM, no call outside the list, no float, no division")
-    print("step interrupt, instructions:", ", ".join(f"{n} {what}" for what, n in step_interrupt(program).items()))
+    print(
+        "step interrupt, instructions:", ", ".join(f"{n} {what}" for what, n in step_interrupt(program, ROOT).items())
+    )
     for task, (way, size) in task_stacks(program, ROOT).items():
         print(f"stack of the {task} task: {way.bytes:,} of {size:,} bytes, by {' '.join(way.functions)}")
     return len(problems)

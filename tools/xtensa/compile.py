@@ -49,7 +49,9 @@ FOLDERS = ("core", "targets/common", "targets/esp32")
 EXCLUDED = ("targets/esp32/test/",)
 
 
-OF_THE_BOARD = re.compile(r'#include "(pin_config|hal/hal_step|hal/step_engine|hal/step_rmt|step/isr)\.h"')
+OF_THE_BOARD = re.compile(
+    r'#include "(pin_config|hal/hal_step|hal/step_engine|hal/step_rmt|hal/step_vector|step/isr|step/load)\.h"'
+)
 
 
 @dataclass(frozen=True)
@@ -72,6 +74,16 @@ def board_sources(root: Path) -> list[Path]:
     return [path for path in firmware_sources(root) if OF_THE_BOARD.search(path.read_text())]
 
 
+CALL0 = re.compile(r'wificnc_call0 INCLUDE REGEX "(.+)"')
+
+
+def has_call0_abi(root: Path, source: Path) -> bool:
+    """Whether board.cmake compiles this file for the step interrupt's vector."""
+    found = CALL0.search((root / "targets/esp32/board.cmake").read_text())
+    assert found
+    return re.search(found[1], str(source)) is not None
+
+
 def compile_all(tools: Toolchain, root: Path, headers: Headers, sources: Sequence[Path], output: Path) -> list[Object]:
     """Compile each source; a failed one has `said`."""
     includes = [f"-I{path}" for path in (headers.generated, *(root / folder for folder in FOLDERS))]
@@ -88,18 +100,19 @@ def _compile(tools: Toolchain, argv: Sequence[str], root: Path, source: Path, ou
     clang = [*argv, "-emit-llvm", "-S", "-o", str(code), str(source)]
     llc = [tools.llc, f"-mcpu={CPU}", "-O2", "--function-sections", "--data-sections", "-filetype=obj"]
     llc += [str(code), "-o", str(made.path)]
-    said = _translate(clang, llc, code)
+    call0 = has_call0_abi(root, source)
+    said = _translate(clang, llc, code, call0)
     if LLC_GAP in said:
-        said = _translate([*clang, "-O0"], llc, code)
+        said = _translate([*clang, "-O0"], llc, code, call0)
     return Object(source, made.path, said)
 
 
-def _translate(clang: Sequence[str], llc: Sequence[str], code: Path) -> str:
+def _translate(clang: Sequence[str], llc: Sequence[str], code: Path, call0: bool) -> str:
     """@return what clang or llc complain about."""
     run = _run(clang)
     if run.returncode != 0 or run.stderr:
         return run.stderr or f"clang failed with {run.returncode}"
-    code.write_text(_for_cpu(code.read_text()))
+    code.write_text(_for_cpu(code.read_text(), call0))
     run = _run(llc)
     return run.stderr or (f"llc failed with {run.returncode}" if run.returncode != 0 else "")
 
@@ -108,10 +121,11 @@ def _run(command: Sequence[str]) -> subprocess.CompletedProcess[str]:
     return subprocess.run(command, capture_output=True, text=True, stdin=subprocess.DEVNULL, check=False)
 
 
-def _for_cpu(code: str) -> str:
-    """Name the processor in every function's attributes: clang cannot be told."""
-    code = re.sub(r'"target-cpu"="[^"]*"', "", code)
-    return re.sub(r"^(attributes #\d+ = \{)", rf'\1 "target-cpu"="{CPU}"', code, flags=re.MULTILINE)
+def _for_cpu(code: str, call0: bool) -> str:
+    """Name the processor and the ABI in every function's attributes: clang cannot be told."""
+    code = re.sub(r'"target-(?:cpu|features)"="[^"]*"', "", code)
+    cpu = f'"target-cpu"="{CPU}"' + (' "target-features"="-windowed"' if call0 else "")
+    return re.sub(r"^(attributes #\d+ = \{)", rf"\1 {cpu}", code, flags=re.MULTILINE)
 
 
 def static_ram_of_board(tools: Toolchain, root: Path, headers: Headers, others: Sequence[Object], output: Path) -> int:

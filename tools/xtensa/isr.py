@@ -15,7 +15,11 @@ from pathlib import Path
 from xtensa.compile import CPU
 from xtensa.toolchain import Toolchain
 
-ROOTS = ("on_timer", "on_edge", "on_switch_timer")
+# What the vector of the step timer's level calls (targets/esp32/hal/step_vector.S), and what ESP-IDF calls.
+STEP = "step_interrupt"
+ROOTS = (STEP, "on_edge", "on_switch_timer")
+VECTOR = Path("targets/esp32/hal/step_vector.S")
+BEFORE_VECTOR = 2  # instructions in ESP-IDF's own: a0 to EXCSAVE_5, and the call
 
 # What the step interrupt does only when a span ends, while it looks for the probe, or each time the counter wraps.
 SELDOM = ("next_span", "put_probing_event", "step_alarm_wraps")
@@ -24,6 +28,8 @@ SELDOM = ("next_span", "put_probing_event", "step_alarm_wraps")
 # the longest path: memcpy of a span's 72 bytes by words.
 ALLOWED_CALLS = {"memcpy": 60, "memset": 60, "esp_timer_get_time": 60}
 
+# What the vector does not save, and so what it calls must not touch: the window, loop registers, the accumulator.
+UNSAVED = re.compile(r"^(entry|retw(\.n)?|callx?(4|8|12)|movsp|rotw|loop\w*|mul[as]\b.*|mul[as]\.\S+|umul\.\S+)$")
 FLOAT = re.compile(r"^(\w+\.s|lsi|ssi|lsx|ssx|rfr|wfr)$")
 DIVISION = ("quos", "quou", "rems", "remu")
 BRANCH = re.compile(r"^(b\w+|j|loop\w*)$")
@@ -168,6 +174,8 @@ class _Reader:
         self.block.count += 1
         if mnemonic == "entry":
             self.function.frame = int(operands[1])
+        elif mnemonic == "addi" and operands[1] == "a1" and operands[2].startswith("-"):  # of the call0 ABI
+            self.function.frame = -int(operands[2])
         if mnemonic == "l32r":
             symbol = self.literals.get(operands[1], operands[1])
             self.block.steps.append(Sets(operands[0], symbol))
@@ -215,12 +223,33 @@ def violations(program: Program, in_ram: Iterable[str], roots: Iterable[str] = R
     """What breaks the rules of interrupt handlers. @param in_ram  placed_in_ram() of every linker.lf"""
     placed = set(in_ram)
     problems = [f"there is no handler {root}()" for root in roots if root not in program.functions]
-    for name in sorted(reachable(program, roots)):
-        problems += [f"{program.functions[name].file}: {name}() {what}" for what in _faults(program, name, placed)]
+    of_step, of_others = reachable(program, {STEP} & set(roots)), reachable(program, set(roots) - {STEP})
+    for name in sorted(of_step | of_others):
+        allowed = () if name in of_step else ALLOWED_CALLS
+        faults = _faults(program, name, placed, allowed)
+        if name in of_step:
+            faults += _faults_above_windows(program, name)
+        problems += [f"{program.functions[name].file}: {name}() {what}" for what in faults]
     return problems
 
 
-def _faults(program: Program, name: str, placed: set[str]) -> list[str]:
+def _faults_above_windows(program: Program, name: str) -> list[str]:
+    """What breaks the rules of code that the vector calls."""
+    faults = [
+        f"uses {word}, which the vector does not save"
+        for word in sorted(program.functions[name].mnemonics)
+        if UNSAVED.match(word)
+    ]
+    own_files = {other.file for other in program.every if other.name == name} - {program.functions[name].file}
+    callers = {
+        other.name
+        for other in program.every
+        if name in other.calls and other.file not in own_files and "entry" in other.mnemonics
+    }
+    return faults + [f"is called by {caller}(), which has another ABI" for caller in sorted(callers)]
+
+
+def _faults(program: Program, name: str, placed: set[str], allowed: Iterable[str]) -> list[str]:
     function = program.functions[name]
     faults = []
     folder, object_name = function.file.split("/")[0], Path(function.file).stem
@@ -229,7 +258,7 @@ def _faults(program: Program, name: str, placed: set[str]) -> list[str]:
     if not function.section.startswith(".iram1") and not is_placed:
         faults.append(f"lies in flash ({function.section})")
     for callee in sorted(function.calls):
-        if callee not in program.functions and callee not in ALLOWED_CALLS:
+        if callee not in program.functions and callee not in allowed:
             faults.append(f"calls {callee}, which is not allowed")
     for symbol in sorted(function.symbols):
         if program.data.get(symbol, "").startswith(".rodata") and not object_is_placed:
@@ -283,10 +312,17 @@ def longest_path(program: Program, name: str, without: Iterable[str] = ()) -> in
     return way(name, {}, frozenset()) or 0
 
 
-def step_interrupt(program: Program) -> dict[str, int]:
-    """Instructions of the step interrupt's longest paths, by what happens."""
+def vector_instructions(root: Path) -> int:
+    """Of entry and exit: ESP-IDF's vector, and ours around the call of step_interrupt()."""
+    text = (root / VECTOR).read_text().partition("xt_highint5:\n")[2]
+    return BEFORE_VECTOR + len(re.findall(r"^    [a-z]", text, re.MULTILINE))
+
+
+def step_interrupt(program: Program, root: Path) -> dict[str, int]:
+    """Instructions of the step interrupt's longest paths, by what happens: all from the vector to the return."""
+    vector = vector_instructions(root)
     return {
-        "event": longest_path(program, "on_timer", SELDOM),
-        "event that ends a span": longest_path(program, "on_timer", ["put_probing_event", "step_alarm_wraps"]),
-        "event that ends a span as the probe closes": longest_path(program, "on_timer"),
+        "event": vector + longest_path(program, STEP, SELDOM),
+        "event that ends a span": vector + longest_path(program, STEP, ["put_probing_event", "step_alarm_wraps"]),
+        "event that ends a span as the probe closes": vector + longest_path(program, STEP),
     }

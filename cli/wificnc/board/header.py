@@ -11,7 +11,7 @@ from pathlib import Path
 from jinja2 import Environment, FileSystemLoader, StrictUndefined, Template
 
 from wificnc.board.model import AXES_MAX, AXIS_LETTERS, MISC_IN_MAX, MISC_OUT_MAX, Board, Role, Use
-from wificnc.board.rules import NS_PER_S, RMT_SPREAD_NS
+from wificnc.board.rules import NS_PER_S, step_spread_ns
 
 NAME_COLUMN = 26
 LED_KINDS = {"plain": "BOARD_LED_PLAIN", "ws2812": "BOARD_LED_WS2812"}
@@ -62,7 +62,7 @@ def pin_header_text(board: Board) -> str:
         board=board,
         axes_max=AXES_MAX,
         ticks=_ticks(board),
-        rmt_spread_ns=RMT_SPREAD_NS,
+        step_spread_ns=step_spread_ns(board),
         numbering=NUMBERING[board.target],
         groups=[[_pin(board, signal) for signal in group] for group in signal_groups()],
         arrays=list(_arrays()),

@@ -223,7 +223,14 @@ def _servo(board: BoardFile, chip: Chip) -> Iterator[Finding]:
 
 
 RMT_PULSE_NS_MIN = 500  # a channel reads its end mark meanwhile
-RMT_SPREAD_NS = 1_000  # from before the first axis' start until the last one's line follows
+# What a step takes beside its pulse and its pause, on an ESP32: with the RMT until the last axis has been started, else
+# until the interrupt has seen that the time is over (tests/esp32/pulses.c).
+SPREAD_NS = {"gpio": 250, "rmt": 1_000}
+
+
+def step_spread_ns(board: BoardFile) -> int:
+    """What a step takes beside its pulse and its pause."""
+    return SPREAD_NS[board.step.engine] if board.target == "esp32" else 0
 
 
 def _step_engine(board: BoardFile, chip: Chip) -> Iterator[Finding]:
@@ -282,13 +289,13 @@ def _pulse_timing(board: BoardFile, chip: Chip) -> Iterator[Finding]:
     timing = board.timing
     period_ns = NS_PER_S / timing.max_step_rate_hz
     low_ns = max(timing.step_pulse_ns, timing.dir_setup_ns)
-    spread_ns = RMT_SPREAD_NS if board.step.engine == "rmt" else 0
+    spread_ns = step_spread_ns(board)
     needed_ns = timing.step_pulse_ns + low_ns + spread_ns
     if needed_ns > period_ns:
         reason = (
             f"{timing.max_step_rate_hz} steps/s leave {period_ns:g} ns per step, but a pulse of "
             f"{timing.step_pulse_ns} ns and {low_ns} ns low (as long as the pulse, and the direction set up in it) "
-            f"take {needed_ns} ns" + (f", {spread_ns} of them until the RMT has started all axes" if spread_ns else "")
+            f"take {needed_ns} ns" + (f", {spread_ns} of them for the engine's own work" if spread_ns else "")
         )
         most_ns = (period_ns - spread_ns) / 2
         hint = f"at most {NS_PER_S // needed_ns} steps/s with this pulse, or a pulse of at most {most_ns:g} ns"

@@ -18,8 +18,9 @@ void kinematics_position_mm(const int32_t steps[AXIS_COUNT], const float steps_p
 
 bool kinematics_in_range(const double target_mm[AXIS_COUNT], const float steps_per_mm[AXIS_COUNT]) {
     for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
-        double exact = target_mm[ax] * (double)steps_per_mm[ax];
-        if (!(exact > -1073741824.0 && exact < 1073741824.0))
+        /* single: the bound need not be exact, and double is software on most chips */
+        const float near = (float)target_mm[ax] * steps_per_mm[ax];
+        if (!(near > -1073741824.0f && near < 1073741824.0f))
             return false;
     }
     return true;

@@ -98,7 +98,7 @@ struct machine_board board_machine(const struct pin_map *map) {
         .timer_hz = BOARD_TIMER_HZ,
         .step_pulse_ns = BOARD_STEP_PULSE_NS,
         .dir_setup_ns = BOARD_DIR_SETUP_NS,
-        .step_spread_ns = BOARD_STEP_ENGINE == BOARD_STEP_ENGINE_RMT ? BOARD_RMT_SPREAD_NS : 0,
+        .step_spread_ns = BOARD_STEP_SPREAD_NS,
         .max_step_rate_hz = BOARD_MAX_STEP_RATE_HZ,
         .axis_count = BOARD_AXIS_COUNT,
         .home_axes = BOARD_HOME_AXES,

@@ -5,6 +5,7 @@
 #include "hal/step_engine.h"
 #include "task_periods.h"
 
+#include "esp_attr.h"
 #include "esp_task_wdt.h"
 #include "freertos/FreeRTOS.h"
 #include "freertos/task.h"
@@ -40,11 +41,11 @@ static void call(const void *ctx, void (*work)(void *arg), void *arg) {
 
 const struct hal_motion_side motion_task_side = {.call = call};
 
-static void do_what_is_asked(void) {
+static void IRAM_ATTR do_what_is_asked(void) {
     void (*work)(void *arg) = __atomic_load_n(&asked.work, __ATOMIC_ACQUIRE);
     if (work == NULL)
         return;
-    portENTER_CRITICAL(&lock); /* holds the step timer and the inputs off, too */
+    portENTER_CRITICAL(&lock); /* holds the inputs off, not the step timer: work() halts it first */
     work(asked.arg);
     portEXIT_CRITICAL(&lock);
     __atomic_store_n(&asked.work, NULL, __ATOMIC_RELEASE);
@@ -53,7 +54,7 @@ static void do_what_is_asked(void) {
 
 /* ---- the charge pump ---- */
 
-static void pump_poll(void) {
+static void IRAM_ATTR pump_poll(void) {
     uint32_t now_us = hal_time_us(motion.hal);
     if (now_us - motion.pumped_us < PUMP_HALF_WAVE_US)
         return;
@@ -63,7 +64,7 @@ static void pump_poll(void) {
 
 /* ---- the task ---- */
 
-static void run(void *unused) {
+static void IRAM_ATTR run(void *unused) {
     (void)unused;
     motion.good =
         step_engine_attach(&motion.machine->step) && inputs_attach(&motion.hal->inputs, motion.machine);

@@ -42,7 +42,7 @@ struct hal_step {
     uint32_t timer_runs;  /* the same with RUN and ALARM */
     uint32_t alarm_low, alarm_high;
     /* CPU cycles. The lengths are changed at rest only */
-    uint32_t pulse_cycles;         /* of a step pulse, and of the pause behind it */
+    uint32_t pulse_cycles;         /* from write to write: a step pulse, and the pause behind it */
     uint32_t dir_setup_cycles;     /* from a change of direction to the next pulse */
     uint32_t dir_quiet_cycles;     /* the longer of both */
     uint32_t pulse_end_cycles;     /* RMT: from a start until the line is low again, at most */
@@ -56,6 +56,11 @@ struct hal_step {
     uint32_t probe_level;              /* (*probe_in & probe_mask) while it touches */
     struct step_pins pins;
 };
+
+/* The interrupt's cause ends. Behind the step lines, so that nothing is on the bus before them. */
+static HAL_INLINE void step_alarm_seen(void) {
+    TIMERG0.int_clr_timers.val = STEP_TIMER_INTERRUPT;
+}
 
 #if BOARD_STEP_ENGINE == BOARD_STEP_ENGINE_RMT
 #include "hal/pulse_rmt.h"
@@ -98,7 +103,7 @@ static HAL_INLINE void hal_step_timer_next(struct hal_step *hal, uint32_t ticks)
 
 static HAL_INLINE void hal_step_timer_stop(struct hal_step *hal) {
     TIMERG0.hw_timer[0].config.val = hal->timer_rests;
-    TIMERG0.int_clr_timers.val = STEP_TIMER_INTERRUPT;
+    step_alarm_seen();
 }
 
 static HAL_INLINE void hal_step_timer_start(struct hal_step *hal, uint32_t ticks) {

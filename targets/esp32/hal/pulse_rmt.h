@@ -51,7 +51,7 @@
 
 /* A channel that is still at work must not be started. Prep leaves time enough between events; the wait is
  * for an interrupt that came late after one in time. It counts from before the first start, so it has
- * BOARD_RMT_SPREAD_NS in it. */
+ * BOARD_STEP_SPREAD_NS in it. */
 static HAL_INLINE void hal_step_set(struct hal_step *hal, axis_mask_t axes) {
     const uint32_t rewind = hal->rmt_rewind, rest = hal->rmt_rest, bits = axes;
     uint32_t now;
@@ -63,6 +63,7 @@ static HAL_INLINE void hal_step_set(struct hal_step *hal, axis_mask_t axes) {
 #define START(channel)  STEP_RMT_START_ONE(channel, rest, bits)
     STEP_RMT_AXES(REWIND);
     STEP_RMT_AXES(START);
+    step_alarm_seen();
 #undef REWIND
 #undef START
 }

@@ -2,6 +2,7 @@
 #include "hal/step_engine.h"
 
 #include "hal/step_rmt.h"
+#include "hal/step_vector.h"
 
 #include "esp_intr_alloc.h"
 #include "esp_private/periph_ctrl.h"
@@ -18,7 +19,8 @@
 #define DIVIDER_MOST   65536u /* TIMG_T0_DIVIDER */
 #define BANK_WIDTH     32u
 #define BY_RMT         (BOARD_STEP_ENGINE == BOARD_STEP_ENGINE_RMT)
-#define NO_PROBE_LEVEL 1u /* what (anything & 0) never is */
+#define BUS_CYCLES     16u /* that a write waits for the other core's, at most */
+#define NO_PROBE_LEVEL 1u  /* what (anything & 0) never is */
 
 static uint32_t cycles_of(uint32_t ns) {
     return (ns * CYCLES_PER_US + 999u) / 1000u;
@@ -57,7 +59,7 @@ bool step_engine_init(struct hal_step *hal, const struct step_engine_board *boar
 }
 
 void step_engine_set_pulse(struct hal_step *hal, uint32_t step_pulse_ns) {
-    hal->pulse_cycles = cycles_of(step_pulse_ns);
+    hal->pulse_cycles = cycles_of(step_pulse_ns) + (BY_RMT ? 0 : BUS_CYCLES);
     hal->dir_quiet_cycles =
         hal->pulse_cycles > hal->dir_setup_cycles ? hal->pulse_cycles : hal->dir_setup_cycles;
     if (BY_RMT)
@@ -77,17 +79,10 @@ void step_engine_invert(const struct step_engine_board *board, axis_mask_t step,
     }
 }
 
-/* A halted timer's last interrupt may still be on its way: it finds the step side not active. */
-static void IRAM_ATTR on_timer(void *arg) {
-    struct step *step = arg;
-    TIMERG0.int_clr_timers.val = STEP_TIMER_INTERRUPT;
-    if (step->active)
-        step_isr(step);
-}
-
 bool step_engine_attach(struct step *step) {
-    const int flags = ESP_INTR_FLAG_IRAM | ESP_INTR_FLAG_LEVEL3;
-    if (esp_intr_alloc(ETS_TG0_T0_LEVEL_INTR_SOURCE, flags, on_timer, step, NULL) != ESP_OK)
+    const int flags = ESP_INTR_FLAG_IRAM | ESP_INTR_FLAG_LEVEL5; /* no handler: the level's vector is ours */
+    step_vector_argument = step;
+    if (esp_intr_alloc(ETS_TG0_T0_LEVEL_INTR_SOURCE, flags, NULL, NULL, NULL) != ESP_OK)
         return false;
     timer_ll_enable_intr(&TIMERG0, TIMER_LL_EVENT_ALARM(0), true);
     return true;

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT
- * The step timer's interrupt: prepared once, then it calls step_isr() of one machine. Core 1. */
+ * The step timer's interrupt: prepared once, then it calls step_isr() of one machine (hal/step_vector.S).
+ * Core 1. */
 #ifndef WIFICNC_ESP32_STEP_ENGINE_H
 #define WIFICNC_ESP32_STEP_ENGINE_H
 
@@ -24,7 +25,8 @@ void step_engine_set_pulse(struct hal_step *hal, uint32_t step_pulse_ns);
 /** [task, at rest] Active-low step and direction lines, bit n = axis n: the GPIO matrix inverts them. */
 void step_engine_invert(const struct step_engine_board *board, axis_mask_t step, axis_mask_t dir);
 
-/** [task on core 1] Route the timer's interrupt to `step`. @return false: no interrupt is free */
+/** [task on core 1] Route the timer's interrupt, of level 5, to `step`. @return false: no interrupt is free
+ */
 bool step_engine_attach(struct step *step);
 
 #endif

@@ -15,6 +15,9 @@
  * RMT, "Period"); less than the shortest pause. */
 enum { RESOLUTION_HZ = 80000000, TICKS_PER_US = 80, END_TICKS = 16 };
 
+/* Of the spread: until the interrupt has seen that the time is over. */
+enum { SEEN_CYCLES = 24 };
+
 /* What a channel plays: high for some ticks, low for some, end. */
 #define PULSE_WORD(ticks) ((uint32_t)(ticks) | 1u << 15 | (uint32_t)END_TICKS << 16)
 #define END_WORD          0u
@@ -54,12 +57,12 @@ bool step_rmt_init(struct hal_step *hal, const uint8_t step_gpio[AXIS_COUNT]) {
 
 void step_rmt_set_pulse(struct hal_step *hal, uint32_t ns) {
     uint32_t ticks = (ns * TICKS_PER_US + 999u) / 1000u;
-    const uint32_t spread_cycles = BOARD_RMT_SPREAD_NS * CONFIG_ESP_DEFAULT_CPU_FREQ_MHZ / 1000u;
+    const uint32_t spread_cycles = BOARD_STEP_SPREAD_NS * CONFIG_ESP_DEFAULT_CPU_FREQ_MHZ / 1000u;
     for (unsigned ax = 0; ax < BOARD_AXIS_COUNT; ax++) {
         RMTMEM[ax][0] = PULSE_WORD(ticks);
         RMTMEM[ax][1] = END_WORD;
     }
-    const uint32_t step_cycles = 2 * hal->pulse_cycles + spread_cycles;
+    const uint32_t step_cycles = 2 * hal->pulse_cycles + spread_cycles - SEEN_CYCLES;
     hal->quiet = step_cycles > hal->dir_setup_cycles ? step_cycles : hal->dir_setup_cycles;
     hal->pulse_end_cycles = hal->pulse_cycles + spread_cycles;
 }

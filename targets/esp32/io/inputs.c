@@ -125,7 +125,7 @@ void inputs_add_index(struct inputs *inputs, struct encoder *encoder, const stru
 }
 
 bool inputs_attach(struct inputs *inputs, struct machine *machine) {
-    const int flags = ESP_INTR_FLAG_IRAM | ESP_INTR_FLAG_LEVEL3; /* as the step timer's: they never nest */
+    const int flags = ESP_INTR_FLAG_IRAM | ESP_INTR_FLAG_LEVEL3; /* as the switch timer's: they never nest */
     if (gpio_isr_register(on_edge, inputs, flags, NULL) != ESP_OK)
         return false;
     inputs->machine = machine;

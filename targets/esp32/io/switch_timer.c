@@ -31,7 +31,7 @@ HAL_ISR void switch_timer_stop(void) {
 }
 
 bool switch_timer_init(void (*handler)(void *arg), void *arg) {
-    const int flags = ESP_INTR_FLAG_IRAM | ESP_INTR_FLAG_LEVEL3; /* as the step timer's: they never nest */
+    const int flags = ESP_INTR_FLAG_IRAM | ESP_INTR_FLAG_LEVEL3; /* as the inputs': they never nest */
     timer_ll_enable_clock(0, 1, true);
     timer_ll_set_clock_source(0, 1, GPTIMER_CLK_SRC_APB);
     switch_timer_stop();

@@ -255,8 +255,12 @@ static long filter_read(const struct net_stream *stream, char *bytes, size_t siz
         improv->count = 0;
     improv->heard_us = now_us;
     size_t given = 0;
-    for (long i = 0; i < count; i++)
-        given += take(improv, (uint8_t)raw[i], bytes + given);
+    for (long i = 0; i < count; i++) {
+        if (improv->count == 0 && raw[i] != name[0])
+            bytes[given++] = raw[i]; /* nearly all of them */
+        else
+            given += take(improv, (uint8_t)raw[i], bytes + given);
+    }
     flush(improv);
     return (long)given;
 }

@@ -2,14 +2,16 @@
 #include "link/serial_stream.h"
 
 #include "driver/uart.h"
+#include "esp_intr_alloc.h"
 #include "sdkconfig.h"
 #include "soc/soc_caps.h"
 #if SOC_USB_SERIAL_JTAG_SUPPORTED
 #include "driver/usb_serial_jtag.h"
 #endif
 
-/* USB_MOST: the driver takes a piece whole or not at all. */
-enum { UART = UART_NUM_0, NO_FD = -1, USB_MOST = 512 };
+/* USB_MOST: the driver takes a piece whole or not at all. UART_RX_FULL, UART_RX_IDLE: bytes in the receiver,
+ * and character times without one, after which the driver gets them: a realtime byte waits for no more. */
+enum { UART = UART_NUM_0, NO_FD = -1, USB_MOST = 512, UART_RX_FULL = 16, UART_RX_IDLE = 2 };
 
 static void close_nothing(const struct net_stream *stream) {
     (void)stream;
@@ -41,8 +43,11 @@ bool serial_stream_uart(struct net_stream *stream) {
                                   .stop_bits = UART_STOP_BITS_1,
                                   .flow_ctrl = UART_HW_FLOWCTRL_DISABLE,
                                   .source_clk = UART_SCLK_DEFAULT};
-    if (uart_driver_install((uart_port_t)UART, SERIAL_RX_SIZE, SERIAL_TX_SIZE, 0, NULL, 0) != ESP_OK ||
-        uart_param_config((uart_port_t)UART, &config) != ESP_OK)
+    const uart_port_t port = (uart_port_t)UART;
+    if (uart_driver_install(port, UART_RX_SIZE, SERIAL_TX_SIZE, 0, NULL, ESP_INTR_FLAG_IRAM) != ESP_OK ||
+        uart_param_config(port, &config) != ESP_OK ||
+        uart_set_rx_full_threshold(port, UART_RX_FULL) != ESP_OK ||
+        uart_set_rx_timeout(port, UART_RX_IDLE) != ESP_OK)
         return false;
     *stream = (struct net_stream){.ops = &ops, .fd = NO_FD, .local = true};
     return true;

@@ -6,6 +6,7 @@
 #include "esp_err.h"
 
 #define ESP_INTR_FLAG_LEVEL3 (1 << 3)
+#define ESP_INTR_FLAG_LEVEL5 (1 << 5)
 #define ESP_INTR_FLAG_IRAM   (1 << 10)
 
 typedef void (*intr_handler_t)(void *arg);

@@ -8,6 +8,7 @@
 #include "freertos/queue.h"
 
 #include <stddef.h>
+#include <stdint.h>
 
 typedef enum { UART_NUM_0 } uart_port_t;
 typedef enum { UART_DATA_8_BITS = 3 } uart_word_length_t;
@@ -28,6 +29,8 @@ typedef struct {
 esp_err_t uart_driver_install(uart_port_t port, int rx_size, int tx_size, int queue_size,
                               QueueHandle_t *queue, int flags);
 esp_err_t uart_param_config(uart_port_t port, const uart_config_t *config);
+esp_err_t uart_set_rx_full_threshold(uart_port_t port, int threshold);
+esp_err_t uart_set_rx_timeout(uart_port_t port, uint8_t symbols);
 esp_err_t uart_get_tx_buffer_free_size(uart_port_t port, size_t *size);
 int uart_read_bytes(uart_port_t port, void *bytes, uint32_t length, TickType_t ticks);
 int uart_write_bytes(uart_port_t port, const void *bytes, size_t size);

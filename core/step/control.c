@@ -1,0 +1,43 @@
+/* SPDX-License-Identifier: MIT
+ * Start and stop of the step ISR. */
+#include "step/load.h"
+
+void step_init(struct step *step, struct hal_step *hal) {
+    *step = (struct step){.hal = hal};
+    for (uint32_t i = 0; i < SPAN_POOL_SIZE; i++)
+        step->pool[i].at = i;
+    step->pool[0].next = &step->pool[0];
+    step->span = &step->pool[0];
+}
+
+void step_start(struct step *step, struct span *span) {
+    step->fraction_q16 = 0;
+    uint32_t ticks = load_span(step, span);
+    hal_step_direction(step->hal, span->negative);
+    step->active = true;
+    hal_step_timer_start(step->hal, ticks);
+}
+
+void step_halt(struct step *step) {
+    step->halted = true;
+    step->active = false; /* first: an ISR that comes in between does not start the timer again */
+    hal_step_timer_stop(step->hal);
+}
+
+bool step_only_waits(const struct step *step) {
+    const struct span *span = step->span;
+    if (span->next == span) /* it was left: nothing follows */
+        return false;
+    uint32_t any = 0;
+    for (; span != 0; span = span->next)
+        for (unsigned word = 0; word < SPAN_WORDS; word++)
+            any |= span->increment[word];
+    return any == 0;
+}
+
+void step_stand(struct step *step, struct span *span) {
+    step->span = span;
+    __atomic_store_n(&step->spans_done, step->spans_done + 1, __ATOMIC_RELEASE);
+    __atomic_store_n(&step->at, span->at, __ATOMIC_RELEASE);
+    step->halted = false;
+}

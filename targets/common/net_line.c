@@ -1,0 +1,38 @@
+/* SPDX-License-Identifier: MIT */
+#include "net_line.h"
+
+#include <string.h>
+
+uint8_t net_line_upper(char character) {
+    return (uint8_t)(character >= 'a' && character <= 'z' ? character - 'a' + 'A' : character);
+}
+
+bool net_line_is_realtime(uint8_t byte) {
+    return byte >= 0x80 || byte == '?' || byte == '!' || byte == '~' || byte == 0x18;
+}
+
+bool net_line_is_jog(const char *line, size_t size) {
+    static const char jog[] = "$J=";
+    size_t at = 0;
+    for (size_t i = 0; i < size && jog[at] != '\0'; i++)
+        if (line[i] > ' ' && net_line_upper(line[i]) != (uint8_t)jog[at++])
+            return false;
+    return jog[at] == '\0';
+}
+
+size_t net_line_plain_run(const char *bytes, size_t count) {
+    size_t run = 0;
+    while (run < count && bytes[run] >= ' ' && bytes[run] < '~' && bytes[run] != '?' && bytes[run] != '!')
+        run++;
+    return run;
+}
+
+bool net_line_begins(const char *line, size_t size, const char *with) {
+    size_t length = strlen(with);
+    return size >= length && memcmp(line, with, length) == 0;
+}
+
+bool net_line_is_news(const char *line, size_t size) {
+    return net_line_begins(line, size, "<") || net_line_begins(line, size, "[MSG:") ||
+           net_line_begins(line, size, "ALARM:") || net_line_begins(line, size, "Grbl ");
+}

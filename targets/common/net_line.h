@@ -1,0 +1,27 @@
+/* SPDX-License-Identifier: MIT
+ * What the bytes of a client's lines mean to the hub. */
+#ifndef WIFICNC_COMMON_NET_LINE_H
+#define WIFICNC_COMMON_NET_LINE_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+/** A letter of a command, whatever its case. */
+uint8_t net_line_upper(char character);
+
+/** As core/link/rx.h: these never wait in a line. */
+bool net_line_is_realtime(uint8_t byte);
+
+/** `$J=`, with or without spaces. */
+bool net_line_is_jog(const char *line, size_t size);
+
+bool net_line_begins(const char *line, size_t size, const char *with);
+
+/** Said by the controller on its own, or as a reply to `?`: no part of a line's answer. */
+bool net_line_is_news(const char *line, size_t size);
+
+/** @return bytes of a line before one that ends it or acts immediately */
+size_t net_line_plain_run(const char *bytes, size_t count);
+
+#endif
