@@ -210,7 +210,12 @@ void machine_answer(struct machine *machine, enum status status) {
         text_string(&machine->out, machine->startup_lines[machine->startup - 1]);
         text_string(&machine->out, ":");
     } else if (machine->source == LINE_STORED && status == STATUS_OK) {
+        machine->source = LINE_STREAM;
         keep_startup(machine);
+    }
+    if (keep_is_busy(machine)) { /* ok comes when it is stored */
+        machine->kept.answers = true;
+        return;
     }
     machine->line_open = false;
     print_answer(machine, status);
@@ -440,7 +445,7 @@ static bool update_state(struct machine *machine) {
 
 static bool lines_poll(struct machine *machine) {
     bool any = false;
-    while (!machine->restart && !machine->quiet.on) {
+    while (!machine->restart && !machine->quiet.on && !keep_is_busy(machine)) {
         bool further = false;
         if (machine->stage != TASK_NONE)
             further = machine_works(machine) && task_poll(machine);
@@ -500,7 +505,8 @@ bool machine_poll(struct machine *machine) {
     any |= realtime_poll(machine);
     if (is_quiet(machine))
         return any;
-    if (machine->restart) {
+    any |= keep_poll(machine);
+    if (machine->restart && !keep_is_busy(machine)) {
         machine_restart(machine);
         any = true;
     }

@@ -65,10 +65,33 @@ static bool is_stored(const struct store *store, uint8_t key, const struct value
 }
 
 /* The payload is there. */
+static void add(struct store_batch *batch, const struct store *store, uint8_t key, uint8_t version,
+                struct value *value, size_t size) {
+    seal(value, version, size);
+    size_t count = sizeof value->head + size;
+    if (store->ops == NULL || is_stored(store, key, value, size) || batch->count == STORE_BATCH_VALUES ||
+        count > STORE_BATCH_SIZE - batch->used)
+        return;
+    uint8_t *bytes = batch->bytes + batch->used;
+    memcpy(bytes, value, count);
+    batch->values[batch->count++] = (struct hal_store_value){.key = key, .bytes = bytes, .count = count};
+    batch->used += count;
+}
+
+/* The payload is there. */
 static bool save(const struct store *store, uint8_t key, uint8_t version, struct value *value, size_t size) {
     seal(value, version, size);
+    const struct hal_store_value one = {.key = key, .bytes = value, .count = sizeof value->head + size};
     return store->ops == NULL || is_stored(store, key, value, size) ||
-           store->ops->save(store->ctx, key, value, sizeof value->head + size);
+           store->ops->save(store->ctx, &one, 1) == HAL_STORE_DONE;
+}
+
+enum hal_store_state store_write(const struct store *store, const struct store_batch *batch) {
+    return batch->count == 0 ? HAL_STORE_DONE : store->ops->save(store->ctx, batch->values, batch->count);
+}
+
+enum hal_store_state store_state(const struct store *store) {
+    return store->ops == NULL || store->ops->state == NULL ? HAL_STORE_DONE : store->ops->state(store->ctx);
 }
 
 enum store_result store_load(const struct store *store, uint8_t key, uint8_t version, void *bytes,
@@ -90,6 +113,15 @@ bool store_save(const struct store *store, uint8_t key, uint8_t version, const v
         return false;
     memcpy(value.payload, bytes, size);
     return save(store, key, version, &value, size);
+}
+
+void store_add(struct store_batch *batch, const struct store *store, uint8_t key, uint8_t version,
+               const void *bytes, size_t size) {
+    struct value value;
+    if (size > STORE_SIZE_MAX)
+        return;
+    memcpy(value.payload, bytes, size);
+    add(batch, store, key, version, &value, size);
 }
 
 /* ---- settings ---- */
@@ -201,8 +233,8 @@ enum store_result store_load_settings(const struct store *store, struct settings
     return intake.sound && lost->count == 0 ? STORE_FOUND : STORE_DAMAGED;
 }
 
-bool store_save_settings(const struct store *store, const struct settings *settings) {
-    struct value value;
+/* @return bytes of the payload */
+static size_t put_settings(struct value *value, const struct settings *settings) {
     struct store_pair pairs[SETTINGS_COUNT];
     size_t count = 0;
     uint16_t number = SETTINGS_BEGIN;
@@ -212,5 +244,18 @@ bool store_save_settings(const struct store *store, const struct settings *setti
         if (settings_get(settings, number, AXIS_COUNT, &read, &decimals))
             pairs[count++] = (struct store_pair){.number = number, .value = (float)read};
     }
-    return save(store, STORE_KEY_SETTINGS, STORE_SETTINGS_VERSION, &value, put_pairs(&value, pairs, count));
+    return put_pairs(value, pairs, count);
+}
+
+void store_add_settings(struct store_batch *batch, const struct store *store,
+                        const struct settings *settings) {
+    struct value value;
+    size_t size = put_settings(&value, settings);
+    add(batch, store, STORE_KEY_SETTINGS, STORE_SETTINGS_VERSION, &value, size);
+}
+
+bool store_save_settings(const struct store *store, const struct settings *settings) {
+    struct value value;
+    size_t size = put_settings(&value, settings);
+    return save(store, STORE_KEY_SETTINGS, STORE_SETTINGS_VERSION, &value, size);
 }

@@ -93,35 +93,54 @@ static size_t put(uint8_t *file, size_t at, uint8_t key, const void *bytes, size
     return at + HEAD + count;
 }
 
-/* A value that is lost stays so: the list of keys goes on to name it. */
-static bool save(const void *ctx, uint8_t key, const void *bytes, size_t count) {
-    uint8_t old[FILE_MAX], fresh[FILE_MAX];
-    size_t held = read_file(ctx, old), used = 0;
-    unsigned keys = keys_of(old, held);
-    if (key >= HOST_STORE_KEYS || count > UINT16_MAX || count > FILE_MAX - 2 * HEAD - KEYS_SIZE)
-        return false;
+static bool is_among(uint8_t key, const struct hal_store_value *values, size_t count) {
+    for (size_t i = 0; i < count; i++)
+        if (values[i].key == key)
+            return true;
+    return false;
+}
+
+/* What of the old file stays. @return bytes */
+static size_t copy_others(uint8_t *fresh, const uint8_t *old, size_t held,
+                          const struct hal_store_value *values, size_t count) {
+    size_t used = 0;
     for (size_t at = 0; is_sound(old, at, held); at += HEAD + value_count(old + at)) {
         size_t whole = HEAD + value_count(old + at);
-        if (old[at] == key || old[at] == KEYS_KEY)
+        if (old[at] == KEYS_KEY || is_among(old[at], values, count))
             continue;
-        if (used + whole > FILE_MAX - 2 * HEAD - KEYS_SIZE - count)
-            return false;
         memcpy(fresh + used, old + at, whole);
         used += whole;
     }
-    keys |= 1u << key;
-    const uint8_t list[KEYS_SIZE] = {(uint8_t)keys, (uint8_t)(keys >> 8), (uint8_t)~keys,
-                                     (uint8_t)(~keys >> 8)};
-    used = put(fresh, used, key, bytes, count);
-    used = put(fresh, used, KEYS_KEY, list, sizeof list);
-    return replace(ctx, fresh, used);
+    return used;
 }
 
-static bool set_aside(const void *ctx) {
+/* A value that is lost stays so: the list of keys goes on to name it. */
+static enum hal_store_state save(const void *ctx, const struct hal_store_value *values, size_t count) {
+    uint8_t old[FILE_MAX], fresh[FILE_MAX];
+    size_t held = read_file(ctx, old);
+    unsigned keys = keys_of(old, held);
+    size_t used = copy_others(fresh, old, held, values, count);
+    for (size_t i = 0; i < count; i++) {
+        if (values[i].key >= HOST_STORE_KEYS || values[i].count > UINT16_MAX ||
+            values[i].count + 2 * HEAD + KEYS_SIZE > FILE_MAX - used)
+            return HAL_STORE_FAILED;
+        keys |= 1u << values[i].key;
+        used = put(fresh, used, values[i].key, values[i].bytes, values[i].count);
+    }
+    const uint8_t list[KEYS_SIZE] = {(uint8_t)keys, (uint8_t)(keys >> 8), (uint8_t)~keys,
+                                     (uint8_t)(~keys >> 8)};
+    if (used + HEAD + KEYS_SIZE > FILE_MAX)
+        return HAL_STORE_FAILED;
+    used = put(fresh, used, KEYS_KEY, list, sizeof list);
+    return replace(ctx, fresh, used) ? HAL_STORE_DONE : HAL_STORE_FAILED;
+}
+
+static enum hal_store_state set_aside(const void *ctx) {
     uint8_t file[FILE_MAX];
     char aside[PATH_MAX_LENGTH];
     size_t count = read_file(ctx, file);
-    return extend(aside, ctx, ".damaged") && replace(aside, file, count);
+    bool copied = extend(aside, ctx, ".damaged") && replace(aside, file, count);
+    return copied ? HAL_STORE_DONE : HAL_STORE_FAILED;
 }
 
 const struct hal_store host_store = {.load = load, .save = save, .set_aside = set_aside};
