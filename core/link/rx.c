@@ -1,10 +1,12 @@
 /* SPDX-License-Identifier: MIT */
 #include "link/rx.h"
 
+#include "link/line_reader.h" // LINE_GAP
+
 void rx_init(struct rx *rx) {
     rx->index = rx->override_index = (struct ring){0, 0};
     rx->realtime = rx->cancel_at = rx->lost_lines = 0;
-    rx->flushes = rx->flushes_seen = 0;
+    rx->flushes = rx->flushes_seen = rx->gaps = 0;
     rx->lost_byte = 0;
 }
 
@@ -95,6 +97,13 @@ void rx_put_or_lose(struct rx *rx, uint8_t byte) {
     rx->lost_byte = byte == 0 ? ' ' : byte;
     if (!pair && (byte == '\n' || byte == '\r'))
         __atomic_fetch_add(&rx->lost_lines, 1, __ATOMIC_RELEASE);
+}
+
+void rx_gap(struct rx *rx) {
+    __atomic_fetch_add(&rx->gaps, 1, __ATOMIC_RELAXED);
+    forget_loss(rx);
+    if (rx->lost_byte != 0 || !store(rx, LINE_GAP))
+        rx->lost_byte = ' '; /* the next end of a line ends one that is lost */
 }
 
 size_t rx_peek(const struct rx *rx, const uint8_t **bytes) {

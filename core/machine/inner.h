@@ -291,6 +291,8 @@ void report_message(struct machine *machine, const char *text);
 void report_not_homed(struct machine *machine);
 /** `[MSG:` and how often motion slowed down because a task was late. */
 void report_underruns(struct machine *machine);
+/** `[MSG:` and how often the serial port has lost bytes. */
+void report_gaps(struct machine *machine);
 void report_tool_change(struct machine *machine);
 void report_alarm(struct machine *machine, enum alarm alarm);
 void report_changed_offset(struct machine *machine);

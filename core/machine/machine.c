@@ -373,7 +373,9 @@ static void open_line(struct machine *machine) {
 static void take_text(struct machine *machine, enum line_result result) {
     const char *line = machine->reader.text;
     open_line(machine);
-    if (result == LINE_OVERFLOW)
+    if (result == LINE_BROKEN)
+        report_gaps(machine);
+    if (result == LINE_OVERFLOW || result == LINE_BROKEN)
         machine_answer(machine, STATUS_LINE_TOO_LONG);
     else if (line[0] == '\0' || is_flushed(machine, line))
         machine_answer(machine, STATUS_OK);

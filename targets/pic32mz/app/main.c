@@ -16,7 +16,7 @@ static struct machine machine;
 static struct hal hal;
 static struct follow follow;
 static struct flash_work store_work;
-static const struct flash_store store = {.ops = &nvm_flash_ops, .work = &store_work};
+static struct flash_store store = {.ops = &nvm_flash_ops, .work = &store_work};
 
 static void say(void *ctx, const char *bytes, size_t count) {
     (void)ctx;
