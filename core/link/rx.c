@@ -117,10 +117,11 @@ void rx_drop(struct rx *rx, size_t count) {
     __atomic_store_n(&rx->index.tail, rx->index.tail + (uint32_t)count, __ATOMIC_RELEASE);
 }
 
-uint32_t rx_take_lost(struct rx *rx) {
+bool rx_take_lost(struct rx *rx) {
     if (__atomic_load_n(&rx->lost_lines, __ATOMIC_ACQUIRE) == 0)
-        return 0;
-    return __atomic_exchange_n(&rx->lost_lines, 0, __ATOMIC_ACQ_REL);
+        return false;
+    __atomic_fetch_sub(&rx->lost_lines, 1, __ATOMIC_ACQ_REL);
+    return true;
 }
 
 uint32_t rx_take_realtime(struct rx *rx) {

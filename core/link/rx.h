@@ -81,9 +81,8 @@ static inline uint32_t rx_taken(const struct rx *rx) {
     return rx->index.tail;
 }
 
-/** [task] Lines lost since the last call. When no byte waits they are the next lines: answer them, and forget
- * a half line. */
-uint32_t rx_take_lost(struct rx *rx);
+/** [task] A lost line. When no byte waits it is the next line: answer it, and forget a half line. */
+bool rx_take_lost(struct rx *rx);
 
 /** [task] Real-time requests since the last call. */
 uint32_t rx_take_realtime(struct rx *rx);

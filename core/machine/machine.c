@@ -385,15 +385,16 @@ static void take_text(struct machine *machine, enum line_result result) {
         take_gcode(machine, line);
 }
 
-/* Lines that found no room in the receive buffer: their places in the row of answers. */
+/* A line that found no room in the receive buffer: its place in the row of answers. One at a time, as there
+ * is room for answers: a thousand of them would hold everything up. */
 static bool answer_lost(struct machine *machine) {
-    uint32_t lost = rx_take_lost(&machine->rx);
-    if (lost == 0)
+    if (!rx_take_lost(&machine->rx))
         return false;
     line_reader_reset(&machine->reader);
-    report_message(machine, "Receive buffer overflow");
-    for (; lost > 0; lost--)
-        take_text(machine, LINE_OVERFLOW);
+    if (!machine->overflow_told)
+        report_message(machine, "Receive buffer overflow");
+    machine->overflow_told = true;
+    take_text(machine, LINE_OVERFLOW);
     return true;
 }
 
@@ -419,6 +420,7 @@ static bool take_line(struct machine *machine) {
         size_t count = rx_peek(&machine->rx, &bytes);
         if (count == 0)
             return answer_lost(machine);
+        machine->overflow_told = false;
         size_t plain = take_plain(machine, bytes, count);
         rx_drop(&machine->rx, plain > 0 ? plain : line_reader_take(&machine->reader, bytes, count, &result));
         if (plain == 0 && result == LINE_NONE)

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import re
 
+import numpy as np
+
 from chip_controller import Controller
+from wificnc.chip.virtual import CPU_HZ
 
 LOST = re.compile(r"\[MSG:The serial port lost bytes: (\d+) times?\]\r\nerror:11\r\n")
 TOO_FAST = 2000  # times the baud rate: nine bytes come within an interrupt
@@ -47,11 +50,25 @@ def test_lines_before_and_after_a_loss_are_executed_whole(controller: Controller
 
 
 def test_nothing_is_lost_at_the_ports_own_speed(controller: Controller) -> None:
-    """400 000 events a second, reports and lines at 115200 baud without a pause."""
+    """Four axes at full rate, reports and lines at 115200 baud without a pause."""
     for axis in range(4):
-        controller.fine(f"$10{axis}=4000", f"$11{axis}=6000", f"$12{axis}=8000")
-    controller.fine("G91G1X400Y399Z398A397F12000")
+        controller.fine(f"$11{axis}=4500", f"$10{axis}=4000", f"$12{axis}=8000")
+    controller.fine("G91G1X400Y399Z398A397F20000")
     controller.run(1.0)
     controller.chip.write(b"?\n" * 5000)
     controller.run(1.2)
     assert "error" not in controller.heard and "lost bytes" not in controller.heard
+
+
+def test_a_thousand_lines_too_many_do_not_slow_the_motion_down(controller: Controller) -> None:
+    """Their answers are longer than the transmit buffer: they wait for room, and nothing else waits for them."""
+    controller.fine("G91G1X60F2400")
+    controller.run(0.3)
+    controller.steps()
+    controller.chip.write(b"\n" * 1000 + b"G1X0.001\n" * 600 + b"\n" * 3000)
+    controller.run(1.0)
+    gaps = [int(gap) for gap in np.diff(controller.steps()["cycle"].astype(np.int64))]
+    assert max(gaps) - min(gaps) <= 0.4e-6 * CPU_HZ
+    controller.run(2.0)
+    assert controller.heard.count("[MSG:Receive buffer overflow]") >= 1
+    assert "slowed down" not in controller.heard
