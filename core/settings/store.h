@@ -18,7 +18,7 @@
 #include <stddef.h>
 
 /** The key of the settings' value; those of the others are the machine's. And the layout versions: a value of
- * another one counts as damaged. */
+ * another one counts as damaged, but settings of layout 1, which are read, and written in this one. */
 enum { STORE_KEY_SETTINGS = 1, STORE_VERSION = 1, STORE_SETTINGS_VERSION = 2 };
 
 /** Longest payload and longest image, bytes: all settings, or the longest of the machine's other values. */

@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 #include "host_store.h"
 
+#include "settings/store.h"
+
 #include <errno.h>
 #include <fcntl.h>
 #include <stdio.h>
@@ -12,6 +14,9 @@ enum { FILE_MAX = 4096, HEAD = 4, PATH_MAX_LENGTH = 4096 }; /* head: key, ~key, 
 
 /* The last value lists the keys of the others, bit = key, and its complement. */
 enum { KEYS_KEY = 0xFF, KEYS_SIZE = 4, ALL_KEYS = 0xFFFF };
+
+/* Where core/settings/store.c has the layout's version in a value. */
+enum { VERSION_AT = 4 };
 
 static bool extend(char name[PATH_MAX_LENGTH], const char *path, const char *ending) {
     int length = snprintf(name, PATH_MAX_LENGTH, "%s%s", path, ending);
@@ -45,8 +50,23 @@ static size_t find(const uint8_t *bytes, size_t count, uint8_t key) {
     return at;
 }
 
+/* Files of firmware up to November 2026 have no list. They are told from one that was cut off by their
+ * settings, which are of layout 1. @return the keys of such a file, 0: it is none */
+static unsigned keys_without_list(const uint8_t *bytes, size_t count) {
+    size_t settings = find(bytes, count, STORE_KEY_SETTINGS), at = 0;
+    unsigned keys = 0;
+    for (; is_sound(bytes, at, count); at += HEAD + value_count(bytes + at))
+        keys |= bytes[at] < HOST_STORE_KEYS ? 1u << bytes[at] : 0;
+    bool is_old = at == count && settings < count && value_count(bytes + settings) > VERSION_AT + 1 &&
+                  bytes[settings + HEAD + VERSION_AT] == 1 && bytes[settings + HEAD + VERSION_AT + 1] == 0;
+    return is_old ? keys : 0;
+}
+
 /* Keys of the file by its own word, or all of them where that is damaged or missing. */
 static unsigned keys_of(const uint8_t *bytes, size_t count) {
+    unsigned old_keys = keys_without_list(bytes, count);
+    if (old_keys != 0 && find(bytes, count, KEYS_KEY) == count)
+        return old_keys;
     size_t at = find(bytes, count, KEYS_KEY);
     if (at == count || !is_sound(bytes, at, count) || value_count(bytes + at) != KEYS_SIZE)
         return count > 0 ? ALL_KEYS : 0;
