@@ -15,7 +15,7 @@ PIC32MZ = checkout_root() / "targets" / "pic32mz"
 STORE = ("store/flash_store.c", "store/flash_page.c", "store/flash_layout_1.c")
 
 # program -> the firmware's files in it
-PROGRAMS = {"flash_store": STORE}
+PROGRAMS = {"flash_store": STORE, "store_flips": STORE}
 
 
 @pytest.mark.parametrize("name", PROGRAMS)
