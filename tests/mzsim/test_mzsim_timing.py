@@ -5,9 +5,9 @@ from __future__ import annotations
 import struct
 
 import pytest
+from wificnc.build.mzsim import ensure_mzsim_library
 from wificnc.chip.image import Block
 from wificnc.chip.virtual import Cpu, Timing, VirtualChip, load_mzsim
-from wificnc.build.mzsim import ensure_mzsim_library
 
 FLASH, RAM = 0x9D000000, 0x80001000
 NOP, BACK = 0x00000000, 0x1000FFFF

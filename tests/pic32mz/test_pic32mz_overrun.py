@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 
 import numpy as np
-
 from chip_controller import Controller
 from wificnc.chip.virtual import CPU_HZ
 

@@ -1,4 +1,4 @@
-"""The promised step rate holds on a slower processor than mzsim's one cycle an instruction, with the serial port busy."""
+"""The promised step rate holds with more than a cycle an instruction, and with the serial port busy."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ GAP_US = 1.0  # a step may come so much later or earlier after the one before th
 
 @pytest.mark.parametrize("timing", TIMINGS.values(), ids=TIMINGS.keys())
 def test_the_promised_rate_holds(board: Board, image: tuple[Block, ...], timing: Timing) -> None:
-    """Four axes at the board's rate, requests and lines at 115200 baud without a pause: no gap, no loss, no underrun."""
+    """Four axes at the board's rate, requests and lines without a pause: no gap, no loss, no underrun."""
     rate = board.timing.max_step_rate_hz
     with Controller(board, image) as controller:
         controller.chip.timing(timing)

@@ -10,8 +10,7 @@ from pathlib import Path
 
 import pytest
 
-HERE = Path(__file__).resolve().parent
-sys.path.insert(0, str(HERE.parent / "grbl"))
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "grbl"))
 
 from grbl_host import Grbl
 from wificnc.build.checkout import checkout_root
@@ -43,7 +42,9 @@ def shim() -> Path:
         pytest.skip("LD_PRELOAD and a C compiler are needed")
     library = checkout_root() / "build" / "tests" / "settings" / "cut_shim.so"
     library.parent.mkdir(parents=True, exist_ok=True)
-    subprocess.run([compiler, "-shared", "-fPIC", "-O1", HERE / "cut_shim.c", "-o", library, "-ldl"], check=True)
+    subprocess.run(
+        [compiler, "-shared", "-fPIC", "-O1", Path(__file__).with_name("cut_shim.c"), "-o", library, "-ldl"], check=True
+    )
     return library
 
 

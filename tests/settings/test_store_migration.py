@@ -1,6 +1,6 @@
 """Stores of older firmware: values come along one by one, and what cannot be kept is named.
 
-old_stores/ holds what the firmware before `9ea60c7` (November 2026: layout 1 of the settings, of the PC's file and of the
+old_stores/ holds what the firmware before `9ea60c7` (November 2026: layout 1 of the settings, of the PC's file, of the
 PIC32MZ's pages) has written for LINES: never edit it.
 """
 
@@ -13,20 +13,21 @@ from pathlib import Path
 
 import pytest
 
-HERE = Path(__file__).resolve().parent
-sys.path[:0] = [str(HERE.parent / "grbl"), str(HERE.parent / "pic32mz")]
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "grbl"))
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "pic32mz"))
 
-from chip_controller import Controller
+from chip_controller import Controller, PowerIsOff
 from grbl_host import Grbl
 from image_fixture import board, build, image
 from test_damaged_store import DAMAGED, SETTINGS, STARTUP, file_of, records, sealed
 from wificnc.board.model import Board
 from wificnc.chip.image import Block
-from wificnc.chip.machine import STORE_OFFSET
+from wificnc.chip.machine import STORE_OFFSET, load_store
+from wificnc.chip.virtual import Torn
 
 __all__ = ["board", "build", "image"]
 
-OLD = HERE / "old_stores"
+OLD = Path(__file__).resolve().parent / "old_stores"
 LINES = ("$100=640", "$101=77.5", "$110=1234.5", "$10=3", "$22=1", "$23=5", "$20=1", "G10L2P3X1.5Y-2", "G10L2P9X3")
 LINES += ("G10L1P5Z-3", "G28.1", "$N0=G21", "$N1=G90", "$I=SHOP")
 KEPT = ("$100=640.000", "$101=77.500", "$110=1234.500", "$10=3", "$22=1", "$23=5", "$20=1", "[G56:1.500,-2.000,0.000")
@@ -79,7 +80,7 @@ def test_one_value_out_of_a_narrower_range_does_not_take_the_others_along(tmp_pa
     store = tmp_path / "kept"
     store.write_bytes((OLD / "pc_layout_1.bin").read_bytes())
     whole = records(store.read_bytes())
-    pairs = {number: value for number, value in struct.iter_unpack("<Hf", whole[SETTINGS][8:])}
+    pairs = dict(struct.iter_unpack("<Hf", whole[SETTINGS][8:]))
     pairs[76], pairs[24] = 5000.0, 0.0
     if layout == 1:
         payload = b"".join(struct.pack("<Hf", *pair) for pair in pairs.items())
@@ -120,9 +121,6 @@ def test_pic32mz_pages_of_layout_1(board: Board, image: tuple[Block, ...], name:
 
 def test_power_cuts_while_pic32mz_pages_are_migrated(board: Board, image: tuple[Block, ...]) -> None:
     """At every operation of the first write: all values are the old ones, or the new one is there as well."""
-    from chip_controller import PowerIsOff
-    from wificnc.chip.virtual import Torn
-
     pages = (OLD / "pic32mz_layout_1_second_page.bin").read_bytes()
     for nth in range(1, 400):
         with Controller(board, image) as controller:
@@ -145,8 +143,6 @@ def test_power_cuts_while_pic32mz_pages_are_migrated(board: Board, image: tuple[
 
 def test_pages_of_a_virtual_chip_of_before(tmp_path: Path, board: Board, image: tuple[Block, ...]) -> None:
     """`wificnc serve --settings FILE`: two pages, where there are three now."""
-    from wificnc.chip.machine import load_store
-
     with Controller(board, image) as controller:
         load_store(controller.chip, OLD / "pic32mz_layout_1.bin")
         controller.chip.power_on()

@@ -17,11 +17,12 @@ from wificnc.chip.virtual import ESTIMATE, VirtualChip, pin_number
 from wificnc.sim.run import SimOptions, simulate
 
 METHOD = """
-PIC32MZ: the board's image in the virtual chip with the model of caches and buses (docs/pic32mz.md), 20 moments each, spread
-over 10 ms; X at 250 steps/mm and 6000 mm/min, M3 S full, so that the output stays high. Quiet: one long move. Busy: arcs of
-3 mm whose lines fill the buffers, and status requests at 115200 baud without a pause. A byte counts from the end
-of its stop bit, the e-stop from the edge of its pin. Deceleration begins with the first of ten steps whose mean interval is
-1 % longer than before. PC: the simulator in virtual time (`wificnc sim --at`), where a byte has no line to travel."""
+PIC32MZ: the board's image in the virtual chip with the model of caches and buses (docs/pic32mz.md), 20 moments each,
+spread over 10 ms; X at 250 steps/mm and 6000 mm/min, M3 S full, so that the output stays high. Quiet: one long move.
+Busy: arcs of 3 mm whose lines fill the buffers, and status requests at 115200 baud without a pause. A byte counts from
+the end of its stop bit, the e-stop from the edge of its pin. Deceleration begins with the first of ten steps whose mean
+interval is 1 % longer than before. PC: the simulator in virtual time (`wificnc sim --at`), where a byte has no line to
+travel."""
 
 BOARD = "pic32mz2048efh100"
 TRIALS = 20
@@ -84,7 +85,8 @@ class Bench:
     def dark_at(self) -> float:
         """When the spindle's output went low for good."""
         pin = self.pin("spindle_pwm")
-        return [cycle for cycle, number, level in self.chip.edges() if number == pin and level == 0][-1] / self.chip.cpu_hz
+        falls = [cycle for cycle, number, level in self.chip.edges() if number == pin and level == 0]
+        return falls[-1] / self.chip.cpu_hz
 
 
 def after_byte(bench: Bench, byte: bytes, phase_s: float, busy: bool) -> float:
@@ -144,7 +146,8 @@ def pc_steps_s(folder: Path, at: str) -> NDArray[np.float64]:
 
 
 def pc_rows() -> list[Row]:
-    hold, last = [], {"estop": [], "reset": []}
+    hold: list[float] = []
+    last: dict[str, list[float]] = {"estop": [], "reset": []}
     with tempfile.TemporaryDirectory() as name:
         for trial in range(TRIALS):
             event_s = 1.0 + 0.01 * trial / TRIALS

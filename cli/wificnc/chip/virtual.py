@@ -57,8 +57,8 @@ class Timing:
 
 
 # 200 MHz, flash with two wait states of 16 bytes behind the prefetch, buses of peripherals at 50 MHz: a load waits for
-# two to three of their clocks and the way there and back, a store for its place in the write buffer. 1.25: a load that is
-# used at once, a jump, a multiplication. Not measured on silicon.
+# two to three of their clocks and the way there and back, a store for its place in the write buffer. 1.25: a load that
+# is used immediately, a jump, a multiplication. Not measured on silicon.
 ESTIMATE = Timing(
     instruction=1.25, fetch_miss=12, fetch_next=4, data_miss=12, uncached=20, sfr_load=20, sfr_store=8, interrupt=10
 )
@@ -243,7 +243,7 @@ class VirtualChip:
         self.cpu_hz = CPU_HZ * factor
 
     def timing(self, timing: Timing) -> None:
-        """Count time like this, before the first run(); not with cpu_speed(). A cycle is a quarter of the CPU's then."""
+        """Count time like this, before the first run(); not with cpu_speed(). A cycle is a quarter then."""
         instruction, *others = astuple(timing)
         cost = _Timing(round(instruction * TIMING_UNITS), *others)
         self._library.mz_set_timing(self._chip, ctypes.byref(cost))
