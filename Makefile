@@ -19,7 +19,7 @@ CPU     ?= 1
 BOARDS ?=
 TAG    ?=
 
-.PHONY: help demo test test-chip chip-traces lint fuzz bench bench-chip bench-motion xtensa bench-serve bench-wire bench-linuxcnc \
+.PHONY: help demo test test-chip chip-traces lint fuzz bench bench-chip bench-motion bench-latency xtensa bench-serve bench-wire bench-linuxcnc \
     stream-million pictures release docs format generate web clean distclean
 .DEFAULT_GOAL := help
 
@@ -34,6 +34,7 @@ help:
 	@echo 'make chip-traces  whole jobs in the real image, each step compared with the host; FILES="a.nc b.nc" WIRE=20 CPU=4'
 	@echo 'make bench-chip  the virtual PIC32MZ and the interrupts of its real image'
 	@echo 'make xtensa  the ESP32 firmware as Xtensa objects: interrupts, and static RAM of each board'
+	@echo 'make bench-latency  from a byte or the e-stop to the last pulse and the beam, PIC32MZ and PC'
 	@echo 'make bench-serve  a serving controller as senders see it; make stream-million: its first part'
 	@echo 'make bench-wire  the binary protocol: round trip, and how evenly reports come'
 	@echo 'make bench-linuxcnc  what the component of LinuxCNC takes of the processor, and how far the feedback is behind'
@@ -80,6 +81,9 @@ xtensa: $(VENV)/.ready-dev
 
 chip-traces: $(VENV)/.ready-dev
 	@cd tools && $(abspath $(PY)) -m bench.traces --wire $(WIRE) --cpu $(CPU) $(abspath $(FILES))
+
+bench-latency: $(VENV)/.ready-dev
+	@cd tools && $(abspath $(PY)) -m bench.latency
 
 bench-serve: $(VENV)/.ready-dev
 	@cd tools && $(abspath $(PY)) -m bench.serve --lines $(LINES) $(ONLY)

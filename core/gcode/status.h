@@ -17,7 +17,7 @@
     X(8, NOT_IDLE, "only possible while idle")                                                               \
     X(9, LOCKED, "locked by an alarm or a jog")                                                              \
     X(10, SOFT_LIMIT_NEEDS_HOMING, "soft limits need homing ($22)")                                          \
-    X(11, LINE_TOO_LONG, "the line has more than 79 characters")                                             \
+    X(11, LINE_TOO_LONG, "the line has more than 79 characters, or bytes of it were lost on the way")        \
     X(12, STEP_RATE, "the step rate is higher than this board can make")                                     \
     X(13, DOOR_OPEN, "the safety door is open")                                                              \
     X(14, STORED_LINE_TOO_LONG, "the line is too long to be stored")                                         \

@@ -117,18 +117,38 @@ struct hal_motion_side {
     void (*call)(const void *ctx, void (*work)(void *arg), void *arg);
 };
 
-/** Keeps values over a power cut. A power cut at any moment leaves the old or the new value of a key, never a
- * mix; and a value that was stored and cannot be read any more is never taken for one that was not, nor for
- * an older one. Chosen at run time; a machine without one forgets. */
+/** A value on its way into the store. */
+struct hal_store_value {
+    uint8_t key;
+    const void *bytes;
+    size_t count;
+};
+
+/** How a write of the store stands. */
+enum hal_store_state {
+    HAL_STORE_DONE,
+    HAL_STORE_BUSY,
+    HAL_STORE_FAILED, /* the old values are still there */
+};
+
+/** Keeps values over a power cut. A power cut at any moment leaves all values of a save() as they were, or
+ * all as they are to be, never a mix; and a value that was stored and cannot be read any more is never taken
+ * for one that was not, nor for an older one. Chosen at run time; a machine without one forgets.
+ *
+ * Where the hardware can write while the program runs, save() and set_aside() begin and return
+ * HAL_STORE_BUSY; nothing of this is called again until state() reports another state. Others wait, and
+ * return how it ended. */
 struct hal_store {
     /** [task] @return bytes copied, at most size; 0 = the key has no value. A damaged value may be copied as
      * it is (the core checks it); one byte stands for a value that is lost. */
     size_t (*load)(const void *ctx, uint8_t key, void *bytes, size_t size);
-    /** [task] May take some ms. @return false: the old value is still there */
-    bool (*save)(const void *ctx, uint8_t key, const void *bytes, size_t count);
+    /** [task] Store these values, each key at most once; the bytes are copied before it returns. */
+    enum hal_store_state (*save)(const void *ctx, const struct hal_store_value *values, size_t count);
     /** [task] Put a copy of all that is stored, damaged as it is, where no save touches it; it takes the
-     * place of an older copy. @return false: there is no such copy now */
-    bool (*set_aside)(const void *ctx);
+     * place of an older copy. HAL_STORE_FAILED: there is no such copy now */
+    enum hal_store_state (*set_aside)(const void *ctx);
+    /** [task] The last save() or set_aside(). NULL: none is ever busy */
+    enum hal_store_state (*state)(const void *ctx);
 };
 
 #endif

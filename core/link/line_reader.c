@@ -4,13 +4,15 @@
 #include <stdbool.h>
 #include <string.h> // memchr
 
-/* Why characters are not simply stored right now. At most one of the first three at a time, as in Grbl. */
+/* Why characters are not simply stored right now. At most one of BROKEN and the first three at a time, as in
+ * Grbl. */
 enum {
     IN_PARENTHESES = 1,
     AFTER_SEMICOLON = 2,
     OVERFLOWED = 4,
     LINE_DONE = 8, /* text is the caller's until the next byte */
     AFTER_CR = 16, /* only with LINE_DONE */
+    BROKEN = 32,
 };
 
 enum { LENGTH_MAX = LINE_SIZE - 1 };
@@ -21,7 +23,7 @@ enum { DROP = 0, LOOK = 1 };
 /* clang-format off */
 static const uint8_t stored_as[256] = {
     DROP, DROP, DROP, DROP, DROP, DROP, DROP, DROP, DROP, DROP, LOOK, DROP, DROP, LOOK, DROP, DROP,
-    DROP, DROP, DROP, DROP, DROP, DROP, DROP, DROP, DROP, DROP, DROP, DROP, DROP, DROP, DROP, DROP,
+    DROP, DROP, DROP, DROP, DROP, DROP, DROP, DROP, LOOK, DROP, DROP, DROP, DROP, DROP, DROP, DROP,
     DROP, '!',  '"',  '#',  '$',  '%',  '&',  '\'', LOOK, ')',  '*',  '+',  ',',  '-',  '.',  LOOK,
     '0',  '1',  '2',  '3',  '4',  '5',  '6',  '7',  '8',  '9',  ':',  LOOK, '<',  '=',  '>',  '?',
     '@',  'A',  'B',  'C',  'D',  'E',  'F',  'G',  'H',  'I',  'J',  'K',  'L',  'M',  'N',  'O',
@@ -42,11 +44,13 @@ void line_reader_reset(struct line_reader *reader) {
 }
 
 static enum line_result end_line(struct line_reader *reader, uint8_t byte) {
-    const bool overflowed = reader->flags == OVERFLOWED;
+    const uint8_t flags = reader->flags;
 
     reader->text[reader->length] = '\0';
     reader->flags = byte == '\r' ? LINE_DONE | AFTER_CR : LINE_DONE;
-    return overflowed ? LINE_OVERFLOW : LINE_READY;
+    if (flags == BROKEN)
+        return LINE_BROKEN;
+    return flags == OVERFLOWED ? LINE_OVERFLOW : LINE_READY;
 }
 
 /* The first byte after a line. @return true if it was the LF of a CR LF */
@@ -77,7 +81,9 @@ static enum line_result put(struct line_reader *reader, uint8_t byte) {
 
     if (byte == '\n' || byte == '\r')
         return end_line(reader, byte);
-    if (reader->flags != 0) {
+    if (byte == LINE_GAP) {
+        reader->flags = BROKEN; /* the lost bytes may have ended a comment */
+    } else if (reader->flags != 0) {
         if (byte == ')' && reader->flags == IN_PARENTHESES)
             reader->flags = 0;
     } else if (byte == '/') {

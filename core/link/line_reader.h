@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: MIT
  * Bytes -> filtered lines, with Grbl's character rules. [task] One reader per stream; no allocation.
  *
- * Stored: printable characters above space, upper-cased. Dropped: characters <= space, everything in ( ) and
- * everything after ';', bytes >= 0x80, and '/' unless the line has a '[' or '#' before it (there it divides).
- * Real-time bytes never get here: link/realtime.h takes them out first. A line ends at LF or CR; CR LF is one
- * end. An empty line is a line (it is answered with ok). */
+ * Stored: printable characters above space, upper-cased. Dropped: characters <= space but LINE_GAP,
+ * everything in ( ) and everything after ';', bytes >= 0x80, and '/' unless the line has a '[' or '#' before
+ * it (there it divides). Real-time bytes never get here: link/realtime.h takes them out first. A line ends at
+ * LF or CR; CR LF is one end. An empty line is a line (it is answered with ok). */
 #ifndef WIFICNC_LINK_LINE_READER_H
 #define WIFICNC_LINK_LINE_READER_H
 
@@ -17,7 +17,13 @@ enum line_result {
     LINE_NONE,     /* no line yet */
     LINE_READY,    /* reader->text holds a line; it stays until the next byte is taken */
     LINE_OVERFLOW, /* a line ended that had LINE_SIZE or more stored characters: answer error:11 */
+    LINE_BROKEN,   /* a line ended of which bytes were lost on the way (LINE_GAP): answer error:11 */
 };
+
+/** In the place of bytes that were lost on the way. No stream brings it: it is Ctrl-X, which rx_put() takes
+ * out.
+ */
+enum { LINE_GAP = 0x18 };
 
 struct line_reader {
     char text[LINE_SIZE]; /* NUL-terminated when LINE_READY */

@@ -1,10 +1,12 @@
 /* SPDX-License-Identifier: MIT */
 #include "link/rx.h"
 
+#include "link/line_reader.h" // LINE_GAP
+
 void rx_init(struct rx *rx) {
     rx->index = rx->override_index = (struct ring){0, 0};
     rx->realtime = rx->cancel_at = rx->lost_lines = 0;
-    rx->flushes = rx->flushes_seen = 0;
+    rx->flushes = rx->flushes_seen = rx->gaps = 0;
     rx->lost_byte = 0;
 }
 
@@ -99,6 +101,13 @@ void rx_put_or_lose(struct rx *rx, uint8_t byte) {
         __atomic_fetch_add(&rx->lost_lines, 1, __ATOMIC_RELEASE);
 }
 
+void rx_gap(struct rx *rx) {
+    __atomic_fetch_add(&rx->gaps, 1, __ATOMIC_RELAXED);
+    forget_loss(rx);
+    if (rx->lost_byte != 0 || !store(rx, LINE_GAP))
+        rx->lost_byte = ' '; /* the next end of a line ends one that is lost */
+}
+
 size_t rx_peek(const struct rx *rx, const uint8_t **bytes) {
     uint32_t held = ring_held(&rx->index);
     uint32_t from = rx->index.tail & (RX_SIZE - 1);
@@ -110,10 +119,11 @@ void rx_drop(struct rx *rx, size_t count) {
     __atomic_store_n(&rx->index.tail, rx->index.tail + (uint32_t)count, __ATOMIC_RELEASE);
 }
 
-uint32_t rx_take_lost(struct rx *rx) {
+bool rx_take_lost(struct rx *rx) {
     if (__atomic_load_n(&rx->lost_lines, __ATOMIC_ACQUIRE) == 0)
-        return 0;
-    return __atomic_exchange_n(&rx->lost_lines, 0, __ATOMIC_ACQ_REL);
+        return false;
+    __atomic_fetch_sub(&rx->lost_lines, 1, __ATOMIC_ACQ_REL);
+    return true;
 }
 
 uint32_t rx_take_realtime(struct rx *rx) {

@@ -5,7 +5,9 @@
  * removed from the stream: known ones act, unknown ones vanish.
  *
  * Bytes that find no room are either refused (rx_put: the sender waits, as TCP does) or lost (rx_put_or_lose:
- * a UART cannot wait). Lost lines are counted, so that each of them is still answered, in its place. */
+ * a UART cannot wait). Lost lines are counted, so that each of them is still answered, in its place.
+ *
+ * Bytes that the hardware has lost before they came here (rx_gap) spoil the line that they belong to. */
 #ifndef WIFICNC_LINK_RX_H
 #define WIFICNC_LINK_RX_H
 
@@ -35,6 +37,7 @@ struct rx {
     uint32_t realtime;     /* enum realtime bits; atomic */
     uint32_t cancel_at;    /* bytes put when the newest ! or 0x85 came; atomic */
     uint32_t lost_lines;   /* ends of lines that found no room; atomic */
+    uint32_t gaps;         /* calls of rx_gap(), wraps; atomic */
     uint32_t flushes;      /* rx_flush() was called, wraps; atomic */
     uint32_t flushes_seen; /* [isr] of these, the ones that the losing end knows of */
     uint8_t lost_byte;     /* [isr] the newest byte that was lost, 0 = nothing is being lost */
@@ -51,6 +54,15 @@ bool rx_put(struct rx *rx, uint8_t byte);
 /** [isr or task] Take one byte of a stream that cannot wait. Without room it is lost, and so is the rest of
  * its line and every line until the waiting ones are read; rx_take_lost() counts them. */
 void rx_put_or_lose(struct rx *rx, uint8_t byte);
+
+/** [isr] An unknown number of bytes was lost before the next one: an overrun of the UART. The line is not
+ * executed. If its end is among them, the next line is part of it, and one answer is missing. */
+void rx_gap(struct rx *rx);
+
+/** [task] Gaps since rx_init(). */
+static inline uint32_t rx_gaps(const struct rx *rx) {
+    return __atomic_load_n(&rx->gaps, __ATOMIC_RELAXED);
+}
 
 /** [task] The waiting bytes in one piece, or the first piece of two. @return how many, 0 = none */
 size_t rx_peek(const struct rx *rx, const uint8_t **bytes);
@@ -69,9 +81,8 @@ static inline uint32_t rx_taken(const struct rx *rx) {
     return rx->index.tail;
 }
 
-/** [task] Lines lost since the last call. When no byte waits they are the next lines: answer them, and forget
- * a half line. */
-uint32_t rx_take_lost(struct rx *rx);
+/** [task] A lost line. When no byte waits it is the next line: answer it, and forget a half line. */
+bool rx_take_lost(struct rx *rx);
 
 /** [task] Real-time requests since the last call. */
 uint32_t rx_take_realtime(struct rx *rx);

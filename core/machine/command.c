@@ -73,21 +73,25 @@ static enum status acknowledge(struct machine *machine) {
     if (!keep_is_damaged(machine))
         return STATUS_OK;
     keep_acknowledge(machine);
-    report_message(machine, "'$H'|'$X' to unlock");
     return STATUS_OK;
 }
 
 static enum status restore(struct machine *machine, const char *what) {
-    bool all = strcmp(what, "*") == 0;
-    bool settings = all || strcmp(what, "$") == 0;
-    bool offsets = all || strcmp(what, "#") == 0;
-    if (!settings && !offsets)
+    const unsigned settings = KEEP_BIT(KEEP_SETTINGS);
+    const unsigned offsets = KEEP_ALL_OFFSETS | KEEP_BIT(KEEP_TOOLS);
+    const unsigned lines = KEEP_BIT(KEEP_STARTUP) | KEEP_BIT(KEEP_INFO);
+    unsigned keys = 0;
+    if (strcmp(what, "*") == 0)
+        keys = settings | offsets | lines;
+    else if (strcmp(what, "$") == 0)
+        keys = settings;
+    else if (strcmp(what, "#") == 0)
+        keys = offsets;
+    if (keys == 0)
         return STATUS_UNKNOWN_COMMAND;
-    keep_defaults(machine, settings, offsets, all);
-    if (settings)
+    if ((keys & settings) != 0)
         machine->trusted = 0; /* steps of another size */
-    report_message(machine, "Restoring defaults");
-    machine->reset_asked = true;
+    keep_defaults(machine, keys);
     return STATUS_OK;
 }
 
@@ -104,7 +108,7 @@ static enum status build_info(struct machine *machine, const char *text) {
     if (keep_is_damaged(machine))
         return refuse_damaged(machine);
     memcpy(machine->info, text + 1, strlen(text)); /* with its NUL; shorter than LINE_SIZE as the line was */
-    keep_info(machine);
+    (void)keep_save(machine, KEEP_BIT(KEEP_INFO));
     return STATUS_OK;
 }
 
@@ -162,7 +166,7 @@ static enum status set(struct machine *machine, const char *text) {
     if (status != STATUS_OK)
         return status;
     report_changed_offset(machine); /* $10 and $13 change how it reads */
-    (void)keep_settings(machine);
+    (void)keep_save(machine, KEEP_BIT(KEEP_SETTINGS));
     return STATUS_OK;
 }
 

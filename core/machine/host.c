@@ -580,7 +580,7 @@ enum status machine_host_set(struct machine *machine, uint16_t number, double va
 }
 
 bool machine_host_save(struct machine *machine) {
-    return keep_settings(machine);
+    return keep_save(machine, KEEP_BIT(KEEP_SETTINGS));
 }
 
 bool host_poll(struct machine *machine) {

@@ -120,7 +120,8 @@ bool machine_host_spindle(const struct machine *machine, struct host_spindle *sp
  *  @return as settings_set(), STATUS_NOT_IDLE, STATUS_LOCKED (only a reset helps) or STATUS_STORE_DAMAGED */
 enum status machine_host_set(struct machine *machine, uint16_t number, double value);
 
-/** Keep all settings over a power cut. @return false: the storage has failed */
+/** Keep all settings over a power cut. @return false: the storage has failed. (The store of a target with the
+ * binary protocol is never busy.) */
 bool machine_host_save(struct machine *machine);
 
 #endif

@@ -255,21 +255,32 @@ enum status command_set(struct machine *machine, uint16_t number, double value);
 void command_line(struct machine *machine, const char *line);
 
 /* keep.c: what survives a power cut. While stored data is damaged nothing is stored. */
+/** G54 .. G59, G28, G30 as they are stored; G59.1 .. G59.3 have their own key. */
+enum { KEPT_WCS = 6, KEPT_WCS_MORE = WCS_COUNT - KEPT_WCS };
+struct kept_offsets {
+    double row_mm[KEPT_WCS + 2][AXIS_COUNT];
+};
 void keep_load(struct machine *machine);
 /** Something stored could not be read, and the user has not acknowledged that: nothing moves. */
 bool keep_is_damaged(const struct machine *machine);
 /** Print what is damaged, and what to do, if something is. */
 void keep_report(struct machine *machine);
-/** The user has seen it: what is in force now is stored in place of the damaged data. */
-void keep_acknowledge(struct machine *machine);
-/** @return false: not stored, and the text side was told */
-bool keep_settings(struct machine *machine);
-void keep_offsets(struct machine *machine);
-void keep_tools(struct machine *machine);
+
+/* keep_write.c: each of these begins to store, or has stored already when it returns; keep_is_busy() */
+struct store keep_store(const struct machine *machine);
+/** A write is under way: no further line may begin, and nothing else may be stored. */
+bool keep_is_busy(const struct machine *machine);
+/** @return true when a write has come further */
+bool keep_poll(struct machine *machine);
+/** What is in force now. @param keys  KEEP_BIT()s; they are stored together
+ * @return false: not stored, and the text side was told */
+bool keep_save(struct machine *machine, unsigned keys);
+/** The line of $Nx= that was just executed. */
 void keep_startup(struct machine *machine);
-void keep_info(struct machine *machine);
-/** Also acknowledges damage. */
-void keep_defaults(struct machine *machine, bool settings, bool offsets, bool lines);
+/** The user has seen what is damaged: what is in force now is stored in place of it. */
+void keep_acknowledge(struct machine *machine);
+/** Also acknowledges damage; a reset follows. */
+void keep_defaults(struct machine *machine, unsigned keys);
 
 /* report.c */
 void report_banner(struct machine *machine);
@@ -279,6 +290,8 @@ void report_message(struct machine *machine, const char *text);
 void report_not_homed(struct machine *machine);
 /** `[MSG:` and how often motion slowed down because a task was late. */
 void report_underruns(struct machine *machine);
+/** `[MSG:` and how often the serial port has lost bytes. */
+void report_gaps(struct machine *machine);
 void report_tool_change(struct machine *machine);
 void report_alarm(struct machine *machine, enum alarm alarm);
 void report_changed_offset(struct machine *machine);

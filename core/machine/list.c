@@ -153,6 +153,8 @@ void list_build(struct machine *machine) {
     text_string(&machine->out, "]\r\n");
     if (machine->motion.ahead.late > 0)
         report_underruns(machine);
+    if (rx_gaps(&machine->rx) > 0)
+        report_gaps(machine);
 }
 
 /* All codes of the table, as [CAPS:G0,G1,..,G38.2,..]. */

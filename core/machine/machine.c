@@ -203,7 +203,12 @@ void machine_answer(struct machine *machine, enum status status) {
         text_string(&machine->out, machine->startup_lines[machine->startup - 1]);
         text_string(&machine->out, ":");
     } else if (machine->source == LINE_STORED && status == STATUS_OK) {
+        machine->source = LINE_STREAM;
         keep_startup(machine);
+    }
+    if (keep_is_busy(machine)) { /* ok comes when it is stored */
+        machine->kept.answers = true;
+        return;
     }
     machine->line_open = false;
     print_answer(machine, status);
@@ -361,7 +366,9 @@ static void open_line(struct machine *machine) {
 static void take_text(struct machine *machine, enum line_result result) {
     const char *line = machine->reader.text;
     open_line(machine);
-    if (result == LINE_OVERFLOW)
+    if (result == LINE_BROKEN)
+        report_gaps(machine);
+    if (result == LINE_OVERFLOW || result == LINE_BROKEN)
         machine_answer(machine, STATUS_LINE_TOO_LONG);
     else if (line[0] == '\0' || is_flushed(machine, line))
         machine_answer(machine, STATUS_OK);
@@ -371,15 +378,16 @@ static void take_text(struct machine *machine, enum line_result result) {
         take_gcode(machine, line);
 }
 
-/* Lines that found no room in the receive buffer: their places in the row of answers. */
+/* A line that found no room in the receive buffer: its place in the row of answers. One at a time, as there
+ * is room for answers: a thousand of them would hold everything up. */
 static bool answer_lost(struct machine *machine) {
-    uint32_t lost = rx_take_lost(&machine->rx);
-    if (lost == 0)
+    if (!rx_take_lost(&machine->rx))
         return false;
     line_reader_reset(&machine->reader);
-    report_message(machine, "Receive buffer overflow");
-    for (; lost > 0; lost--)
-        take_text(machine, LINE_OVERFLOW);
+    if (!machine->overflow_told)
+        report_message(machine, "Receive buffer overflow");
+    machine->overflow_told = true;
+    take_text(machine, LINE_OVERFLOW);
     return true;
 }
 
@@ -405,6 +413,7 @@ static bool take_line(struct machine *machine) {
         size_t count = rx_peek(&machine->rx, &bytes);
         if (count == 0)
             return answer_lost(machine);
+        machine->overflow_told = false;
         size_t plain = take_plain(machine, bytes, count);
         rx_drop(&machine->rx, plain > 0 ? plain : line_reader_take(&machine->reader, bytes, count, &result));
         if (plain == 0 && result == LINE_NONE)
@@ -433,7 +442,7 @@ static bool update_state(struct machine *machine) {
 
 static bool lines_poll(struct machine *machine) {
     bool any = false;
-    while (!machine->restart && !machine->quiet.on) {
+    while (!machine->restart && !machine->quiet.on && !keep_is_busy(machine)) {
         bool further = false;
         if (machine->stage != TASK_NONE)
             further = machine_works(machine) && task_poll(machine);
@@ -493,7 +502,8 @@ bool machine_poll(struct machine *machine) {
     any |= realtime_poll(machine);
     if (is_quiet(machine))
         return any;
-    if (machine->restart) {
+    any |= keep_poll(machine);
+    if (machine->restart && !keep_is_busy(machine)) {
         machine_restart(machine);
         any = true;
     }

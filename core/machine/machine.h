@@ -318,6 +318,7 @@ struct machine {
     bool restoring;          /* the door was closed, spindle and coolant start again */
     bool cancelling;         /* a jog is being cancelled */
     bool line_open;          /* the current line is not answered yet */
+    bool overflow_told;      /* that the lines that were just lost are */
     uint32_t flush_until;    /* $J= lines put before this many bytes are dropped, while flushing */
     bool flushing;
     uint32_t line_from;         /* bytes taken before the present line */

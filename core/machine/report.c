@@ -33,6 +33,13 @@ void report_underruns(struct machine *machine) {
     text_string(&machine->out, machine->motion.ahead.late == 1 ? " time]\r\n" : " times]\r\n");
 }
 
+void report_gaps(struct machine *machine) {
+    uint32_t gaps = rx_gaps(&machine->rx);
+    text_string(&machine->out, "[MSG:The serial port lost bytes: ");
+    text_int(&machine->out, (int32_t)gaps);
+    text_string(&machine->out, gaps == 1 ? " time]\r\n" : " times]\r\n");
+}
+
 void report_tool_change(struct machine *machine) {
     text_string(&machine->out, "[MSG:Tool change: T");
     text_int(&machine->out, machine->command.next.tool);

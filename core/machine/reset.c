@@ -31,7 +31,7 @@ void machine_alarm_critical(struct machine *machine, enum alarm alarm) {
     machine->locks_again = machine->state == MACHINE_ALARM && (!machine->critical || machine->locks_again);
     stop(machine);
     outputs_off(machine);
-    machine->stage = machine->line_open ? TASK_LOCKED : TASK_NONE;
+    machine->stage = machine->line_open && !machine->kept.answers ? TASK_LOCKED : TASK_NONE;
     machine->critical = machine->critical_untold = true;
     machine->release_told = false;
     machine->startup = STARTUP_LINE_COUNT;

@@ -274,18 +274,33 @@ static enum task_stage end_flow(struct machine *machine) {
     return TASK_PAUSED;
 }
 
+/* KEEP_BIT()s of what the line changes and what is stored. */
+static unsigned keys_of(const struct gcode_command *command) {
+    switch (command->store) {
+    case STORE_NOTHING:
+    case STORE_G92:
+    case STORE_G92_ALONE:
+        return 0;
+    case STORE_TOOL:
+        return KEEP_BIT(KEEP_TOOLS);
+    default:
+        return KEEP_ALL_OFFSETS;
+    }
+}
+
+/* As in Grbl, a line that is stored waits for rest: what moves still has the offsets of its line. */
 static enum task_stage store(struct machine *machine) {
     const struct gcode_command *command = &machine->command;
     const bool stores = command->store != STORE_NOTHING || command->store_tool_length;
+    const unsigned keys = keys_of(command);
+    if (keys != 0 && !task_rest_reached(machine))
+        return TASK_STORE;
     if (stores)
         gcode_offsets_apply(&machine->gcode.offsets, command);
     if (stores || command->next.wcs != machine->gcode.modal.wcs)
         report_changed_offset(machine);
-    if (command->store == STORE_TOOL)
-        keep_tools(machine);
-    else if (command->store != STORE_NOTHING && command->store != STORE_G92 &&
-             command->store != STORE_G92_ALONE)
-        keep_offsets(machine);
+    if (keys != 0)
+        (void)keep_save(machine, keys);
     return stage_of_move(machine);
 }
 

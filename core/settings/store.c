@@ -47,7 +47,7 @@ static void seal(struct value *value, uint8_t version, size_t payload_size) {
     value->head.crc = value_crc(value);
 }
 
-/* What is there, sound or not. @param[out] count  bytes of value->payload */
+/* What is there, sound or not; another version is not sound. @param[out] count  bytes of value->payload */
 static enum store_result load(const struct store *store, uint8_t key, uint8_t version, struct value *value,
                               size_t *count) {
     size_t size = store->ops == NULL ? 0 : store->ops->load(store->ctx, key, value, sizeof *value);
@@ -65,10 +65,33 @@ static bool is_stored(const struct store *store, uint8_t key, const struct value
 }
 
 /* The payload is there. */
+static void add(struct store_batch *batch, const struct store *store, uint8_t key, uint8_t version,
+                struct value *value, size_t size) {
+    seal(value, version, size);
+    size_t count = sizeof value->head + size;
+    if (store->ops == NULL || is_stored(store, key, value, size) || batch->count == STORE_BATCH_VALUES ||
+        count > STORE_BATCH_SIZE - batch->used)
+        return;
+    uint8_t *bytes = batch->bytes + batch->used;
+    memcpy(bytes, value, count);
+    batch->values[batch->count++] = (struct hal_store_value){.key = key, .bytes = bytes, .count = count};
+    batch->used += count;
+}
+
+/* The payload is there. */
 static bool save(const struct store *store, uint8_t key, uint8_t version, struct value *value, size_t size) {
     seal(value, version, size);
+    const struct hal_store_value one = {.key = key, .bytes = value, .count = sizeof value->head + size};
     return store->ops == NULL || is_stored(store, key, value, size) ||
-           store->ops->save(store->ctx, key, value, sizeof value->head + size);
+           store->ops->save(store->ctx, &one, 1) == HAL_STORE_DONE;
+}
+
+enum hal_store_state store_write(const struct store *store, const struct store_batch *batch) {
+    return batch->count == 0 ? HAL_STORE_DONE : store->ops->save(store->ctx, batch->values, batch->count);
+}
+
+enum hal_store_state store_state(const struct store *store) {
+    return store->ops == NULL || store->ops->state == NULL ? HAL_STORE_DONE : store->ops->state(store->ctx);
 }
 
 enum store_result store_load(const struct store *store, uint8_t key, uint8_t version, void *bytes,
@@ -92,6 +115,15 @@ bool store_save(const struct store *store, uint8_t key, uint8_t version, const v
     return save(store, key, version, &value, size);
 }
 
+void store_add(struct store_batch *batch, const struct store *store, uint8_t key, uint8_t version,
+               const void *bytes, size_t size) {
+    struct value value;
+    if (size > STORE_SIZE_MAX)
+        return;
+    memcpy(value.payload, bytes, size);
+    add(batch, store, key, version, &value, size);
+}
+
 /* ---- settings ---- */
 
 /* As it lies there: number, bits of the value, and a check of both. */
@@ -107,9 +139,26 @@ static uint16_t check_of(const struct pair_image *image) {
     return (uint16_t)crc32((const uint8_t *)&unchecked, sizeof unchecked);
 }
 
+/* Layout 1 of the settings, of firmware up to November 2026: pairs of number and value, without a check. */
+enum { OLD_SETTINGS_VERSION = 1, OLD_PAIR_SIZE = 6 };
+
+static size_t pair_size(const struct value *value) {
+    return value->head.version == OLD_SETTINGS_VERSION ? OLD_PAIR_SIZE : STORE_PAIR_SIZE;
+}
+
+static void old_pair_at(const struct value *value, size_t index, struct store_pair *pair) {
+    const uint8_t *at = value->payload + index * OLD_PAIR_SIZE;
+    memcpy(&pair->number, at, sizeof pair->number);
+    memcpy(&pair->value, at + sizeof pair->number, sizeof pair->value);
+}
+
 /* @return false: it is damaged */
 static bool pair_at(const struct value *value, size_t index, struct store_pair *pair) {
     struct pair_image image;
+    if (value->head.version == OLD_SETTINGS_VERSION) {
+        old_pair_at(value, index, pair);
+        return true;
+    }
     memcpy(&image, value->payload + index * sizeof image, sizeof image);
     *pair = (struct store_pair){.number = image.number, .value = image.value};
     return image.check == check_of(&image);
@@ -155,14 +204,19 @@ struct intake {
     struct store_lost *lost;
 };
 
+/* The first ones by number; $22 comes out of order. */
 static void note_lost(struct store_lost *lost, uint16_t number) {
-    if (lost->count < STORE_LOST_MAX)
-        lost->number[lost->count] = number;
+    unsigned at = lost->count < STORE_LOST_MAX ? lost->count : STORE_LOST_MAX;
     lost->count++;
+    for (; at > 0 && lost->number[at - 1] > number; at--)
+        if (at < STORE_LOST_MAX)
+            lost->number[at] = lost->number[at - 1];
+    if (at < STORE_LOST_MAX)
+        lost->number[at] = number;
 }
 
 static bool find_pair(const struct intake *intake, uint16_t number, struct store_pair *pair) {
-    for (size_t index = 0; index < intake->count / STORE_PAIR_SIZE; index++)
+    for (size_t index = 0; index < intake->count / pair_size(intake->value); index++)
         if (pair_at(intake->value, index, pair) && pair->number == number)
             return true;
     return false;
@@ -184,15 +238,25 @@ static void take_setting(const struct intake *intake, uint16_t number) {
         note_lost(intake->lost, number);
 }
 
+/* Of the present layout, or of layout 1 and whole: its pairs have no checks. */
+static enum store_result load_settings(const struct store *store, struct value *value, size_t *count) {
+    enum store_result result = load(store, STORE_KEY_SETTINGS, OLD_SETTINGS_VERSION, value, count);
+    if (result == STORE_FOUND)
+        return result;
+    result = load(store, STORE_KEY_SETTINGS, STORE_SETTINGS_VERSION, value, count);
+    value->head.version = STORE_SETTINGS_VERSION; /* whatever damage has made of it */
+    return result;
+}
+
 enum store_result store_load_settings(const struct store *store, struct settings *settings,
                                       uint8_t axis_count, struct store_lost *lost) {
     struct value value;
     struct intake intake = {.value = &value, .settings = settings, .axis_count = axis_count, .lost = lost};
-    enum store_result result = load(store, STORE_KEY_SETTINGS, STORE_SETTINGS_VERSION, &value, &intake.count);
+    enum store_result result = load_settings(store, &value, &intake.count);
     *lost = (struct store_lost){.count = 0};
     if (result == STORE_EMPTY)
         return result;
-    intake.sound = result == STORE_FOUND && intake.count % STORE_PAIR_SIZE == 0;
+    intake.sound = result == STORE_FOUND && intake.count % pair_size(&value) == 0;
     take_setting(&intake, HOMING_NUMBER);
     uint16_t number = SETTINGS_BEGIN;
     while (settings_next(&number, axis_count))
@@ -201,8 +265,8 @@ enum store_result store_load_settings(const struct store *store, struct settings
     return intake.sound && lost->count == 0 ? STORE_FOUND : STORE_DAMAGED;
 }
 
-bool store_save_settings(const struct store *store, const struct settings *settings) {
-    struct value value;
+/* @return bytes of the payload */
+static size_t put_settings(struct value *value, const struct settings *settings) {
     struct store_pair pairs[SETTINGS_COUNT];
     size_t count = 0;
     uint16_t number = SETTINGS_BEGIN;
@@ -212,5 +276,18 @@ bool store_save_settings(const struct store *store, const struct settings *setti
         if (settings_get(settings, number, AXIS_COUNT, &read, &decimals))
             pairs[count++] = (struct store_pair){.number = number, .value = (float)read};
     }
-    return save(store, STORE_KEY_SETTINGS, STORE_SETTINGS_VERSION, &value, put_pairs(&value, pairs, count));
+    return put_pairs(value, pairs, count);
+}
+
+void store_add_settings(struct store_batch *batch, const struct store *store,
+                        const struct settings *settings) {
+    struct value value;
+    size_t size = put_settings(&value, settings);
+    add(batch, store, STORE_KEY_SETTINGS, STORE_SETTINGS_VERSION, &value, size);
+}
+
+bool store_save_settings(const struct store *store, const struct settings *settings) {
+    struct value value;
+    size_t size = put_settings(&value, settings);
+    return save(store, STORE_KEY_SETTINGS, STORE_SETTINGS_VERSION, &value, size);
 }

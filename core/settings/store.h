@@ -18,7 +18,7 @@
 #include <stddef.h>
 
 /** The key of the settings' value; those of the others are the machine's. And the layout versions: a value of
- * another one counts as damaged. */
+ * another one counts as damaged, but settings of layout 1, which are read, and written in this one. */
 enum { STORE_KEY_SETTINGS = 1, STORE_VERSION = 1, STORE_SETTINGS_VERSION = 2 };
 
 /** Longest payload and longest image, bytes: all settings, or the longest of the machine's other values. */
@@ -55,7 +55,27 @@ struct store_lost {
 enum store_result store_load(const struct store *store, uint8_t key, uint8_t version, void *bytes,
                              size_t size);
 
-/** @return false: not kept; the value before is still there. */
+/** Values that are stored together: after a power cut all of them are there, or none. */
+enum { STORE_BATCH_VALUES = 6, STORE_BATCH_SIZE = 2048 };
+struct store_batch {
+    struct hal_store_value values[STORE_BATCH_VALUES];
+    size_t count, used; /* values; of bytes */
+    uint8_t bytes[STORE_BATCH_SIZE];
+};
+
+/** Add a value; what is stored already is left out. A batch has room for each value of the machine once. */
+void store_add(struct store_batch *batch, const struct store *store, uint8_t key, uint8_t version,
+               const void *bytes, size_t size);
+void store_add_settings(struct store_batch *batch, const struct store *store,
+                        const struct settings *settings);
+
+/** Begin to store the batch. @return HAL_STORE_BUSY: store_state() reports how it ends */
+enum hal_store_state store_write(const struct store *store, const struct store_batch *batch);
+
+/** How the newest store_write() or set_aside() stands. */
+enum hal_store_state store_state(const struct store *store);
+
+/** One value, on a store that is never busy. @return false: not kept; the value before is still there. */
 bool store_save(const struct store *store, uint8_t key, uint8_t version, const void *bytes, size_t size);
 
 /** Settings that are not kept, or are of another machine, stay as they are.

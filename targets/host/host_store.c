@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 #include "host_store.h"
 
+#include "settings/store.h"
+
 #include <errno.h>
 #include <fcntl.h>
 #include <stdio.h>
@@ -12,6 +14,9 @@ enum { FILE_MAX = 4096, HEAD = 4, PATH_MAX_LENGTH = 4096 }; /* head: key, ~key, 
 
 /* The last value lists the keys of the others, bit = key, and its complement. */
 enum { KEYS_KEY = 0xFF, KEYS_SIZE = 4, ALL_KEYS = 0xFFFF };
+
+/* Where core/settings/store.c has the layout's version in a value. */
+enum { VERSION_AT = 4 };
 
 static bool extend(char name[PATH_MAX_LENGTH], const char *path, const char *ending) {
     int length = snprintf(name, PATH_MAX_LENGTH, "%s%s", path, ending);
@@ -45,8 +50,23 @@ static size_t find(const uint8_t *bytes, size_t count, uint8_t key) {
     return at;
 }
 
+/* Files of firmware up to November 2026 have no list. They are told from one that was cut off by their
+ * settings, which are of layout 1. @return the keys of such a file, 0: it is none */
+static unsigned keys_without_list(const uint8_t *bytes, size_t count) {
+    size_t settings = find(bytes, count, STORE_KEY_SETTINGS), at = 0;
+    unsigned keys = 0;
+    for (; is_sound(bytes, at, count); at += HEAD + value_count(bytes + at))
+        keys |= bytes[at] < HOST_STORE_KEYS ? 1u << bytes[at] : 0;
+    bool is_old = at == count && settings < count && value_count(bytes + settings) > VERSION_AT + 1 &&
+                  bytes[settings + HEAD + VERSION_AT] == 1 && bytes[settings + HEAD + VERSION_AT + 1] == 0;
+    return is_old ? keys : 0;
+}
+
 /* Keys of the file by its own word, or all of them where that is damaged or missing. */
 static unsigned keys_of(const uint8_t *bytes, size_t count) {
+    unsigned old_keys = keys_without_list(bytes, count);
+    if (old_keys != 0 && find(bytes, count, KEYS_KEY) == count)
+        return old_keys;
     size_t at = find(bytes, count, KEYS_KEY);
     if (at == count || !is_sound(bytes, at, count) || value_count(bytes + at) != KEYS_SIZE)
         return count > 0 ? ALL_KEYS : 0;
@@ -93,35 +113,54 @@ static size_t put(uint8_t *file, size_t at, uint8_t key, const void *bytes, size
     return at + HEAD + count;
 }
 
-/* A value that is lost stays so: the list of keys goes on to name it. */
-static bool save(const void *ctx, uint8_t key, const void *bytes, size_t count) {
-    uint8_t old[FILE_MAX], fresh[FILE_MAX];
-    size_t held = read_file(ctx, old), used = 0;
-    unsigned keys = keys_of(old, held);
-    if (key >= HOST_STORE_KEYS || count > UINT16_MAX || count > FILE_MAX - 2 * HEAD - KEYS_SIZE)
-        return false;
+static bool is_among(uint8_t key, const struct hal_store_value *values, size_t count) {
+    for (size_t i = 0; i < count; i++)
+        if (values[i].key == key)
+            return true;
+    return false;
+}
+
+/* What of the old file stays. @return bytes */
+static size_t copy_others(uint8_t *fresh, const uint8_t *old, size_t held,
+                          const struct hal_store_value *values, size_t count) {
+    size_t used = 0;
     for (size_t at = 0; is_sound(old, at, held); at += HEAD + value_count(old + at)) {
         size_t whole = HEAD + value_count(old + at);
-        if (old[at] == key || old[at] == KEYS_KEY)
+        if (old[at] == KEYS_KEY || is_among(old[at], values, count))
             continue;
-        if (used + whole > FILE_MAX - 2 * HEAD - KEYS_SIZE - count)
-            return false;
         memcpy(fresh + used, old + at, whole);
         used += whole;
     }
-    keys |= 1u << key;
-    const uint8_t list[KEYS_SIZE] = {(uint8_t)keys, (uint8_t)(keys >> 8), (uint8_t)~keys,
-                                     (uint8_t)(~keys >> 8)};
-    used = put(fresh, used, key, bytes, count);
-    used = put(fresh, used, KEYS_KEY, list, sizeof list);
-    return replace(ctx, fresh, used);
+    return used;
 }
 
-static bool set_aside(const void *ctx) {
+/* A value that is lost stays so: the list of keys goes on to name it. */
+static enum hal_store_state save(const void *ctx, const struct hal_store_value *values, size_t count) {
+    uint8_t old[FILE_MAX], fresh[FILE_MAX];
+    size_t held = read_file(ctx, old);
+    unsigned keys = keys_of(old, held);
+    size_t used = copy_others(fresh, old, held, values, count);
+    for (size_t i = 0; i < count; i++) {
+        if (values[i].key >= HOST_STORE_KEYS || values[i].count > UINT16_MAX ||
+            values[i].count + 2 * HEAD + KEYS_SIZE > FILE_MAX - used)
+            return HAL_STORE_FAILED;
+        keys |= 1u << values[i].key;
+        used = put(fresh, used, values[i].key, values[i].bytes, values[i].count);
+    }
+    const uint8_t list[KEYS_SIZE] = {(uint8_t)keys, (uint8_t)(keys >> 8), (uint8_t)~keys,
+                                     (uint8_t)(~keys >> 8)};
+    if (used + HEAD + KEYS_SIZE > FILE_MAX)
+        return HAL_STORE_FAILED;
+    used = put(fresh, used, KEYS_KEY, list, sizeof list);
+    return replace(ctx, fresh, used) ? HAL_STORE_DONE : HAL_STORE_FAILED;
+}
+
+static enum hal_store_state set_aside(const void *ctx) {
     uint8_t file[FILE_MAX];
     char aside[PATH_MAX_LENGTH];
     size_t count = read_file(ctx, file);
-    return extend(aside, ctx, ".damaged") && replace(aside, file, count);
+    bool copied = extend(aside, ctx, ".damaged") && replace(aside, file, count);
+    return copied ? HAL_STORE_DONE : HAL_STORE_FAILED;
 }
 
 const struct hal_store host_store = {.load = load, .save = save, .set_aside = set_aside};

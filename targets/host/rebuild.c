@@ -88,7 +88,7 @@ int rebuild_line(struct rebuild *rebuild, const char *line, size_t size) {
     for (size_t i = 0; i < size; i++)
         line_reader_put(&rebuild->reader, (uint8_t)line[i]);
     result = line_reader_put(&rebuild->reader, '\n');
-    if (result == LINE_OVERFLOW)
+    if (result == LINE_OVERFLOW || result == LINE_BROKEN)
         return STATUS_LINE_TOO_LONG;
     if (rebuild->reader.text[0] == '\0' || rebuild->reader.text[0] == '$')
         return STATUS_OK;

@@ -68,7 +68,7 @@ def test_axes_timing_and_names_as_other_modules_read_them() -> None:
         ("esp32s3-devkitc", 20_000_000, 250_000, "XYZABC"),
         ("esp32s3-devkitc-quad", 20_000_000, 250_000, "XYZABC"),
         ("esp32-wroom32", 20_000_000, 250_000, "XYZABC"),
-        ("pic32mz2048efh100", 50_000_000, 400_000, "XYZA"),
+        ("pic32mz2048efh100", 50_000_000, 300_000, "XYZA"),
         ("host", 20_000_000, 1_000_000, "XYZABC"),
     ],
 )

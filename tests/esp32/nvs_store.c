@@ -8,7 +8,7 @@
 #include <stdio.h>
 #include <string.h>
 
-enum { ENTRIES = 90, BLOB_MAX = STORE_IMAGE_MAX, NO_CUT = 1000 };
+enum { ENTRIES = 90, BLOB_MAX = STORE_BATCH_SIZE + 64, NO_CUT = 1000 };
 
 struct entry {
     char key[16];
@@ -150,7 +150,37 @@ static bool cut_at(int cut, unsigned how_many) {
     check(same(&found, &after) || (!saved && same(&found, &before)), "a mix of old and new", cut);
     found = kept(cut);
     check(same(&found, &after) || (!saved && same(&found, &before)), "a mix at the second start", cut);
-    check(entry_of("pending") == NULL, "the job is not finished", cut);
+    check(entry_of("journal") == NULL, "the job is not finished", cut);
+    return !saved;
+}
+
+/* Settings and other values at once, as $RST=* stores them. @return false: it went through, no cut came */
+static bool cut_batch_at(int cut) {
+    struct settings before = changed(0), after = changed(4);
+    uint8_t bytes[2][200], read[200];
+    struct store_batch batch = {.count = 0};
+    start_empty();
+    (void)store_save_settings(&store, &before);
+    for (uint8_t which = 0; which < 2; which++)
+        memset(bytes[which], 5 + which, sizeof bytes[which]);
+    for (uint8_t key = 2; key <= 6; key++)
+        (void)store_save(&store, key, STORE_VERSION, bytes[0], sizeof bytes[0]);
+    store_add_settings(&batch, &store, &after);
+    for (uint8_t key = 2; key <= 6; key++)
+        store_add(&batch, &store, key, STORE_VERSION, bytes[1], sizeof bytes[1]);
+    writes_left = cut;
+    bool saved = store_write(&store, &batch) == HAL_STORE_DONE;
+    writes_left = NO_CUT;
+    for (int start = 0; start < 2; start++) {
+        struct settings found = kept(cut);
+        bool is_new = same(&found, &after);
+        check(is_new || (!saved && same(&found, &before)), "a mix within the settings", cut);
+        for (uint8_t key = 2; key <= 6; key++)
+            check(store_load(&store, key, STORE_VERSION, read, sizeof read) == STORE_FOUND &&
+                      memcmp(read, bytes[is_new], sizeof read) == 0,
+                  "a mix of old and new values", cut);
+    }
+    check(entry_of("journal") == NULL, "the job is not finished", cut);
     return !saved;
 }
 
@@ -256,7 +286,7 @@ static void a_list_that_is_lost_is_no_damage(void) {
     entry_of("stored")->type = -2;
     check(store_load_settings(&store, &found, 6, &lost) == STORE_FOUND && same(&found, &all), "not as saved",
           -1);
-    check(nvs_hal_store.set_aside(&nvs) && entry_of("aside") != NULL, "no copy", -1);
+    check(nvs_hal_store.set_aside(&nvs) == HAL_STORE_DONE && entry_of("aside") != NULL, "no copy", -1);
 }
 
 static void what_is_stored_is_not_written_again(void) {
@@ -287,6 +317,10 @@ int main(void) {
             cut++;
         check(cut == (how_many == 1 ? 1 : (int)how_many + 2), "not that many writes", cut);
     }
+    int writes = 0;
+    while (cut_batch_at(writes))
+        writes++;
+    check(writes == 4 + 5 + 2, "not that many writes for a batch", writes);
     for (unsigned how_many = 1; how_many <= 3; how_many++) {
         int cut = 0;
         while (cut_channels_at(cut, how_many))

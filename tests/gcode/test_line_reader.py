@@ -6,13 +6,14 @@ import re
 from ctypes import CDLL, byref, c_int
 
 import pytest
-from gcode_core import LINE_NONE, LINE_OVERFLOW, LINE_READY, LineReader
+from gcode_core import LINE_BROKEN, LINE_NONE, LINE_OVERFLOW, LINE_READY, LineReader
 from hypothesis import given
 from hypothesis import strategies as st
 
 COMMENT = re.compile(rb"\([^)]*(\)|$)|;.*", re.DOTALL)
 MAX = 79
-OVERFLOW = None
+OVERFLOW = BROKEN = None  # both are answered error:11
+GAP = 0x18  # bytes were lost here
 
 SPICY = st.lists(
     st.sampled_from(
@@ -33,6 +34,7 @@ SPICY = st.lists(
             b"\0",
             b"\x7f",
             b"\x80",
+            b"\x18",
             b"q" * 30,
         ]
     )
@@ -42,11 +44,13 @@ SPICY = st.lists(
 
 
 def model(stream: bytes) -> list[bytes | None]:
-    """The finished lines of a stream; OVERFLOW for one that is too long."""
+    """The finished lines of a stream; OVERFLOW for one that is too long, BROKEN for one of which bytes were lost."""
     return [_filtered(line) for line in re.split(rb"\r\n|\r|\n", stream)[:-1]]
 
 
 def _filtered(line: bytes) -> bytes | None:
+    if GAP in line:
+        return BROKEN
     bare = COMMENT.sub(b"", line)
     kept = bytes(byte for byte in bare.upper() if 0x20 < byte < 0x80)
     plain = re.match(rb"[^\[#]*", kept)[0]  # behind the first [ or # a slash divides
@@ -80,7 +84,7 @@ def take_all(lib: CDLL, chunks: list[bytes]) -> list[bytes | None]:
 def _line(reader: LineReader, result: int) -> list[bytes | None]:
     if result == LINE_NONE:
         return []
-    if result == LINE_OVERFLOW:
+    if result in (LINE_OVERFLOW, LINE_BROKEN):
         return [OVERFLOW]
     assert result == LINE_READY
     assert reader.length == len(reader.text)

@@ -197,6 +197,15 @@ def test_continuous_pulses(ready: VirtualChip) -> None:
     assert ready.edges()[:4] == wanted
 
 
+def test_a_register_written_at_the_very_moment_of_a_compare_loses_nothing(ready: VirtualChip) -> None:
+    """What is due happens before the access, however long the instruction has taken."""
+    begin = ready.cycles
+    pulses(ready, period=99, rise=10, fall=35)
+    ready.run_until(begin + 35 * TICK)
+    ready.write_register(PR4, 120)
+    assert flag(ready, IRQ_OC1) == 1
+
+
 def test_output_compare_1_is_on_timer_2_without_ocaclk(ready: VirtualChip) -> None:
     """Table 18-1: timer 4 drives OC1 only while CFGCON.OCACLK is set."""
     unlock(ready)

@@ -34,10 +34,11 @@ class Controller:
 
     def run(self, seconds: float) -> str:
         """Let time pass; what was said meanwhile."""
-        if self.chip.run(seconds) == Stop.DARK:
-            raise PowerIsOff
+        stop = self.chip.run(seconds)
         said = self.chip.read().decode("latin-1")
         self.heard += said
+        if stop == Stop.DARK:
+            raise PowerIsOff
         return said
 
     def boot(self) -> str:

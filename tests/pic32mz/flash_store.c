@@ -12,6 +12,7 @@ enum { KEYS = 4, LONGEST = 408, TORN_BEFORE, TORN_AMID, TORN_BEHIND };
 struct flash {
     uint32_t words[FLASH_PAGES * FLASH_PAGE_SIZE / 4];
     unsigned operations, cut_at; /* 0: never */
+    unsigned looks;
     int torn;
     unsigned programmed_twice;
 };
@@ -43,25 +44,42 @@ static void operate(uint32_t *words, const uint32_t *wanted, size_t count) {
         longjmp(dark, 1);
 }
 
-static bool erase(void *ctx, unsigned page) {
+static void erase(void *ctx, unsigned page) {
     static uint32_t blank[FLASH_PAGE_SIZE / 4];
     struct flash *own = ctx;
     memset(blank, 0xFF, sizeof blank);
     operate(own->words + page * FLASH_PAGE_SIZE / 4, blank, FLASH_PAGE_SIZE / 4);
-    return true;
 }
 
-static bool program(void *ctx, unsigned page, unsigned unit, const uint32_t words[FLASH_UNIT_WORDS]) {
+static void program(void *ctx, unsigned page, unsigned unit, const uint32_t words[FLASH_UNIT_WORDS]) {
     struct flash *own = ctx;
     uint32_t *at = own->words + (page * FLASH_UNITS + unit) * FLASH_UNIT_WORDS;
     for (unsigned i = 0; i < FLASH_UNIT_WORDS; i++)
         own->programmed_twice += at[i] != UINT32_MAX;
     operate(at, words, FLASH_UNIT_WORDS);
-    return true;
 }
 
-static const struct flash_ops ops = {.words = flash.words, .erase = erase, .program = program};
-static const struct flash_store store = {.ops = &ops, .ctx = &flash};
+/* Each operation is seen busy twice. */
+static enum hal_store_state state(void *ctx) {
+    struct flash *own = ctx;
+    return ++own->looks % 3 != 0 ? HAL_STORE_BUSY : HAL_STORE_DONE;
+}
+
+static struct flash_work work;
+static const struct flash_ops ops = {
+    .words = flash.words, .erase = erase, .program = program, .state = state};
+static const struct flash_store store = {.ops = &ops, .ctx = &flash, .work = &work};
+
+/* @return true: it ended well */
+static bool finish(void) {
+    while (flash_store_poll(&store)) {
+    }
+    return flash_hal_store.state(&store) == HAL_STORE_DONE;
+}
+
+static bool save_values(const struct hal_store_value *values, size_t count) {
+    return flash_hal_store.save(&store, values, count) == HAL_STORE_BUSY && finish();
+}
 
 /* ---- what must be there ---- */
 
@@ -84,7 +102,8 @@ static bool is_stored(uint8_t key, const struct value *value) {
 }
 
 static bool save(uint8_t key, const struct value *value) {
-    return flash_hal_store.save(&store, key, value->bytes, value->count);
+    const struct hal_store_value one = {.key = key, .bytes = value->bytes, .count = value->count};
+    return save_values(&one, 1);
 }
 
 static void values_are_kept_however_many_there_were(void) {
@@ -116,11 +135,39 @@ static void a_power_cut_leaves_the_old_or_the_new_value(void) {
         if (setjmp(dark) == 0)
             check(save(key, &fresh), "not saved", round);
         flash.cut_at = 0;
+        memset(&work, 0, sizeof work);
         bool is_new = is_stored(key, &fresh);
         check(is_new || is_stored(key, &kept[key]), "neither old nor new", round);
         kept[key] = is_new ? fresh : kept[key];
         for (uint8_t other = 0; other < KEYS; other++)
             check(is_stored(other, &kept[other]), "another key has changed", round);
+    }
+}
+
+/* Several values at once: all old or all new, wherever the power goes. */
+static void several_values_are_one(void) {
+    static struct value kept[KEYS], fresh[KEYS];
+    memset(&flash, 0xFF, sizeof flash.words);
+    memset(kept, 0, sizeof kept);
+    for (volatile unsigned round = 0; round < 5000; round++) {
+        struct hal_store_value values[KEYS];
+        for (uint8_t key = 0; key < KEYS; key++) {
+            fresh[key] = random_value();
+            values[key] =
+                (struct hal_store_value){.key = key, .bytes = fresh[key].bytes, .count = fresh[key].count};
+        }
+        flash.operations = 0;
+        flash.cut_at = 1 + random_below(120);
+        flash.torn = TORN_BEFORE + (int)random_below(3);
+        if (setjmp(dark) == 0)
+            check(save_values(values, KEYS), "not saved", round);
+        flash.cut_at = 0;
+        memset(&work, 0, sizeof work);
+        bool is_new = is_stored(0, &fresh[0]);
+        if (is_new)
+            memcpy(kept, fresh, sizeof kept);
+        for (uint8_t key = 0; key < KEYS; key++)
+            check(is_stored(key, &kept[key]), "a mix of old and new", round);
     }
 }
 
@@ -203,7 +250,7 @@ static void the_copy_is_that_of_the_page_in_force(void) {
     static uint32_t copy[WORDS];
     fill(kept, 8);
     flash.words[40] ^= 4;
-    check(flash_hal_store.set_aside(&store), "no copy", 0);
+    check(flash_hal_store.set_aside(&store) == HAL_STORE_BUSY && finish(), "no copy", 0);
     memcpy(copy, flash.words + FLASH_ASIDE * WORDS, FLASH_PAGE_SIZE);
     check(memcmp(flash.words, copy, FLASH_PAGE_SIZE) == 0, "another copy", 0);
     for (uint8_t key = 0; key < KEYS; key++)
@@ -214,13 +261,16 @@ static void the_copy_is_that_of_the_page_in_force(void) {
 
 static void a_value_that_is_too_long_is_refused(void) {
     static const uint8_t bytes[FLASH_PAGE_SIZE];
-    check(!flash_hal_store.save(&store, 1, bytes, FLASH_PAGE_SIZE / 4 + 1), "too long, but saved", 0);
-    check(!flash_hal_store.save(&store, FLASH_KEYS, bytes, 4), "a key too high, but saved", 0);
+    const struct hal_store_value long_one = {.key = 1, .bytes = bytes, .count = FLASH_PAGE_SIZE / 4 + 1};
+    const struct hal_store_value high = {.key = FLASH_KEYS, .bytes = bytes, .count = 4};
+    check(!save_values(&long_one, 1), "too long, but saved", 0);
+    check(!save_values(&high, 1), "a key too high, but saved", 0);
 }
 
 int main(void) {
     values_are_kept_however_many_there_were();
     a_power_cut_leaves_the_old_or_the_new_value();
+    several_values_are_one();
     rubbish_is_no_value();
     no_flipped_bit_brings_back_an_older_value(6);
     no_flipped_bit_brings_back_an_older_value(60);

@@ -76,7 +76,7 @@ def test_a_real_job_makes_the_same_steps(controller: Controller, tmp_path: Path,
 def test_pulses_and_pauses(controller: Controller) -> None:
     """High and low at least step_pulse_ns, a direction stable dir_setup_ns before and a pulse long behind a step."""
     timing = controller.board.timing
-    controller.fine("$100=2000", "$110=12000", "$120=5000")
+    controller.fine("$100=2000", "$110=9000", "$120=5000")
     controller.stream(["G91"] + ["G1X1.5Y.4Z.3A.2F12000", "X-1.5Y-.4Z-.3A-.2"] * 10)
     controller.rest()
     pulses = controller.chip.pulses()
@@ -93,11 +93,12 @@ def test_pulse_length_follows_setting_0(controller: Controller) -> None:
 
 
 def test_the_greatest_step_rate(controller: Controller) -> None:
-    """400 000 events a second on four axes, exact to the last step, in less than 60 % of the processor's time."""
+    """The board's events a second on four axes, exact to the last step, in less than 30 % of the processor's time."""
+    rate = controller.board.timing.max_step_rate_hz
     for axis in range(4):
-        controller.fine(f"$10{axis}=4000", f"$11{axis}=6000", f"$12{axis}=8000")
+        controller.fine(f"$11{axis}=4500", f"$10{axis}=4000", f"$12{axis}=8000")
     controller.steps()
-    controller.fine("G91G1X400Y399Z398A397F12000")
+    controller.fine("G91G1X400Y399Z398A397F20000")
     controller.run(1.0)
     begin, taken = controller.chip.cycles, in_interrupts(controller)
     controller.run(1.0)
@@ -105,8 +106,8 @@ def test_the_greatest_step_rate(controller: Controller) -> None:
     controller.rest()
     assert controller.stands() == [1_600_000, 1_596_000, 1_592_000, 1_588_000]
     gaps = np.diff(controller.steps()["cycle"].astype(np.int64))
-    assert CPU_HZ / np.median(gaps) == pytest.approx(400_000, rel=0.001)
-    assert load < 0.6
+    assert CPU_HZ / np.median(gaps) == pytest.approx(rate, rel=0.002)
+    assert load < 0.3
     assert controller.chip.pulses().low * NS_PER_CYCLE >= controller.board.timing.step_pulse_ns
 
 
@@ -114,7 +115,7 @@ def test_noise_at_a_switch_delays_steps_and_loses_none(controller: Controller) -
     """Edges every 7 us hold the step interrupt off again and again at full rate: every pulse and pause is still whole,
     and each motor stands where it should."""
     for axis in range(4):
-        controller.fine(f"$10{axis}=4000", f"$11{axis}=6000", f"$12{axis}=8000")
+        controller.fine(f"$11{axis}=4500", f"$10{axis}=4000", f"$12{axis}=8000")
     controller.fine("G91G1X40Y39Z38A37F12000")
     controller.run(0.3)
     for _ in range(20):

@@ -12,8 +12,10 @@ from wificnc.build.host import build_program
 HERE = Path(__file__).parent
 PIC32MZ = checkout_root() / "targets" / "pic32mz"
 
+STORE = ("store/flash_store.c", "store/flash_page.c", "store/flash_layout_1.c")
+
 # program -> the firmware's files in it
-PROGRAMS = {"flash_store": ("store/flash_store.c",)}
+PROGRAMS = {"flash_store": STORE, "store_flips": STORE}
 
 
 @pytest.mark.parametrize("name", PROGRAMS)

@@ -8,10 +8,13 @@ import re
 
 import pytest
 from chip_controller import Controller, PowerIsOff
+from store_pages import full_page, pages, prepared
 from wificnc.board.model import Board
 from wificnc.chip.image import Block
 from wificnc.chip.machine import STORE_OFFSET, STORE_SIZE
 from wificnc.chip.virtual import FLASH_SIZE, Torn
+
+__all__ = ["full_page"]
 
 
 def stored(controller: Controller) -> tuple[str, str]:
@@ -20,39 +23,6 @@ def stored(controller: Controller) -> tuple[str, str]:
     controller.boot()
     said = controller.send("$$")
     return tuple(re.findall(r"\$10[01]=([\d.]+)", said))  # type: ignore[return-value]
-
-
-def prepared(board: Board, image: tuple[Block, ...], pages: bytes) -> Controller:
-    controller = Controller(board, image)
-    controller.chip.set_flash(STORE_OFFSET, pages)
-    controller.chip.power_on()
-    controller.boot()
-    return controller
-
-
-@pytest.fixture(scope="module")
-def full_page(board: Board, image: tuple[Block, ...]) -> bytes:
-    """The settings' pages, so full that the next change of $100 goes to the other page; $101 = 77."""
-    with Controller(board, image) as controller:
-        controller.boot()
-        controller.fine("$101=77", "$100=100")
-        usual = cost(controller, "$100=101")
-        for value in range(102, 300):
-            before = pages(controller)
-            if cost(controller, f"$100={value}") > usual:
-                return before
-    raise AssertionError("a page holds more than there is room for")
-
-
-def cost(controller: Controller, line: str) -> int:
-    """Flash operations that a line makes."""
-    before = controller.chip.flash_operations
-    controller.fine(line)
-    return controller.chip.flash_operations - before
-
-
-def pages(controller: Controller) -> bytes:
-    return controller.chip.flash()[STORE_OFFSET : STORE_OFFSET + STORE_SIZE]
 
 
 def cut_everywhere(board: Board, image: tuple[Block, ...], before: bytes, torn: Torn) -> set[tuple[str, str]]:

@@ -27,8 +27,12 @@ uint32_t bus_load(struct chip *chip, uint32_t address, unsigned size) {
     uint32_t physical = address & 0x1FFFFFFFu, value = 0;
     if (!is_mapped(chip, address, "load"))
         return 0;
-    if (physical - SFR_BASE < 0x100000u)
+    if (physical - SFR_BASE < 0x100000u) {
+        timing_register(chip, false);
+        chip_catch_up(chip);
         return sfr_load(chip, physical, size);
+    }
+    chip->cycles += timing_data(chip, address, false);
     const uint8_t *at = memory(chip, physical);
     if (at == NULL)
         chip_fault(chip, "load from %08x, where nothing is, by the instruction at %08x", address,
@@ -45,9 +49,11 @@ void bus_store(struct chip *chip, uint32_t address, uint32_t value, unsigned siz
     uint32_t physical = address & 0x1FFFFFFFu;
     if (!is_mapped(chip, address, "store"))
         return;
-    if (physical - SFR_BASE < 0x100000u)
+    if (physical - SFR_BASE < 0x100000u) {
+        chip_catch_up(chip);
         sfr_store(chip, physical, value, size);
-    else if (physical < RAM_SIZE)
+        timing_register(chip, true);
+    } else if (physical < RAM_SIZE)
         memcpy((uint8_t *)chip->ram + physical, &value, size);
     else
         chip_fault(chip, "store to %08x, which cannot be stored to, by the instruction at %08x", address,

@@ -179,6 +179,15 @@ static void events(struct chip *chip) {
     chip->look = true;
 }
 
+/* An access to a register sees all that was before it: an instruction may have taken longer than the next
+ * event was away. */
+void chip_catch_up(struct chip *chip) {
+    if (chip->cycles < chip->next_event)
+        return;
+    events(chip);
+    chip_look(chip);
+}
+
 static void look_around(struct chip *chip) {
     evic_update(chip);
     chip->next_event = soonest(soonest(timers_next(chip), uart_next(chip)), system_next(chip));

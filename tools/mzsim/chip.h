@@ -162,8 +162,26 @@ struct bench {
     size_t count, room;
 };
 
+/* Lines of 16 bytes, four in a set: 16 KB of code, 4 KB of data. */
+enum { CACHE_WAYS = 4, CODE_SETS = 256, DATA_SETS = 64 };
+struct cache_line {
+    uint32_t tag; /* 1 + number of the line; 0: empty */
+    bool dirty;
+};
+struct cache {
+    unsigned sets;
+    struct cache_line line[CODE_SETS][CACHE_WAYS]; /* the newest of a set first */
+};
+struct timing {
+    bool on;
+    struct mz_timing cost;
+    uint32_t fetched; /* line that missed last */
+    struct cache code, data;
+};
+
 struct chip {
     struct cpu cpu;
+    struct timing timing;
     uint64_t cycles, asleep; /* asleep: cycles without an instruction */
     uint64_t limit;          /* the CPU runs up to here without looking around */
     uint64_t next_event;
@@ -206,7 +224,8 @@ struct chip {
 
 /* chip.c */
 void chip_fault(struct chip *chip, const char *format, ...) __attribute__((format(printf, 2, 3)));
-void chip_look(struct chip *chip); /* after anything that may change who interrupts, or when */
+void chip_look(struct chip *chip);     /* after anything that may change who interrupts, or when */
+void chip_catch_up(struct chip *chip); /* let happen what is due */
 void chip_flash_changed(struct chip *chip, uint32_t offset, size_t count);
 void chip_restart(struct chip *chip, uint32_t why);
 bool chip_grow(void *array, size_t *room, size_t count, size_t size);
@@ -265,6 +284,12 @@ uint64_t system_next(const struct chip *chip);
 void system_set_compare(struct chip *chip, uint32_t value);
 uint32_t system_bus_cycles(const struct chip *chip, const struct sfr *pbdiv); /* in a tick of a bus */
 uint32_t system_count(const struct chip *chip);                               /* CP0 Count */
+
+/* timing.c: what an access costs, in units of chip->cycles */
+uint64_t timing_fetch(struct chip *chip, uint32_t address);
+uint64_t timing_data(struct chip *chip, uint32_t address, bool writes);
+void timing_register(struct chip *chip, bool writes);
+void timing_interrupt(struct chip *chip);
 
 /* bench.c */
 void bench_create(struct chip *chip);

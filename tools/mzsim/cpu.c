@@ -88,6 +88,8 @@ INLINE bool condition(const struct cpu *cpu, unsigned number) {
         next = PLACE_OF(cpu->next_pc);                                                                       \
         slot = cpu->slot;                                                                                    \
         r = cpu->r;                                                                                          \
+        if (timed)                                                                                           \
+            cycles = chip->cycles;                                                                           \
         cpu->broken = false;                                                                                 \
         limit = chip->limit < most ? chip->limit : most;                                                     \
         if (!IS_INSIDE(now))                                                                                 \
@@ -139,6 +141,8 @@ INLINE bool condition(const struct cpu *cpu, unsigned number) {
 #define LOAD(size, type)                                                                                     \
     uint32_t address = ADDRESS, value = 0;                                                                   \
     if (IS_FAST(address, size)) {                                                                            \
+        if (timed)                                                                                           \
+            cycles += timing_data(chip, address, false);                                                     \
         memcpy(&value, ram + ram_offset(address), size);                                                     \
         RT = (uint32_t)(type)value;                                                                          \
     } else {                                                                                                 \
@@ -150,17 +154,29 @@ INLINE bool condition(const struct cpu *cpu, unsigned number) {
     }
 #define STORE(size)                                                                                          \
     uint32_t address = ADDRESS, value = RT;                                                                  \
-    if (IS_FAST(address, size))                                                                              \
+    if (IS_FAST(address, size)) {                                                                            \
         memcpy(ram + ram_offset(address), &value, size);                                                     \
-    else                                                                                                     \
+        if (timed)                                                                                           \
+            cycles += timing_data(chip, address, true);                                                      \
+    } else                                                                                                   \
         SLOW(cpu_store(chip, address, value, size))
 
+/* What an instruction takes, and where its line of the cache begins. */
+#define LINE_OF(place) ((place) / (4 * OP_SIZE))
+#define COUNT_TIME()                                                                                         \
+    do {                                                                                                     \
+        cycles += chip->timing.cost.instruction;                                                             \
+        if (LINE_OF(here) != line)                                                                           \
+            cycles += timing_fetch(chip, PC);                                                                \
+        line = LINE_OF(here);                                                                                \
+    } while (0)
+
 /* From cpu.pc, which lies in the code, until it is left, or until this cycle. */
-static void run_in(struct chip *chip, const struct code *code, uint64_t most) {
+INLINE void run_in(struct chip *chip, const struct code *code, uint64_t most, const bool timed) {
     struct cpu *cpu = &chip->cpu;
     uint8_t *ram = (uint8_t *)chip->ram;
     uint64_t cycles = chip->cycles, limit;
-    int64_t here = 0, now, next;
+    int64_t here = 0, now, next, line = -1;
     uint32_t *r;
     bool slot, in_slot = false;
     TAKE();
@@ -170,7 +186,10 @@ static void run_in(struct chip *chip, const struct code *code, uint64_t most) {
         next += OP_SIZE;
         in_slot = slot;
         slot = false;
-        cycles++;
+        if (timed)
+            COUNT_TIME();
+        else
+            cycles++;
     again:;
         struct op *op = (struct op *)((uint8_t *)code->ops + here);
         const uint32_t word = op->word;
@@ -200,7 +219,8 @@ static void run_in(struct chip *chip, const struct code *code, uint64_t most) {
             next = now;
             now = here;
             slot = in_slot;
-            limit = --cycles;
+            cycles -= timed ? chip->timing.cost.instruction : 1;
+            limit = cycles;
             break;
         default:
             SLOW(cpu_reserved(chip, word));
@@ -208,6 +228,21 @@ static void run_in(struct chip *chip, const struct code *code, uint64_t most) {
         r[0] = 0;
     }
     PUT_BACK();
+}
+
+static void run_fast(struct chip *chip, const struct code *code, uint64_t most) {
+    run_in(chip, code, most, false);
+}
+
+static void run_timed(struct chip *chip, const struct code *code, uint64_t most) {
+    run_in(chip, code, most, true);
+}
+
+static void run(struct chip *chip, const struct code *code, uint64_t most) {
+    if (chip->timing.on)
+        run_timed(chip, code, most);
+    else
+        run_fast(chip, code, most);
 }
 
 /* One instruction, wherever it lies. */
@@ -219,7 +254,7 @@ static void run_alone(struct chip *chip) {
     if (chip->stop == MZ_FAULT)
         return;
     decode(&ops[0], word);
-    run_in(chip, &here, chip->cycles + 1);
+    run(chip, &here, chip->cycles + 1);
 }
 
 void cpu_run(struct chip *chip) {
@@ -228,7 +263,7 @@ void cpu_run(struct chip *chip) {
         uint32_t pc = chip->cpu.pc;
         flash.base = (pc & 0x20000000u) | 0x80000000u | FLASH_BASE; /* KSEG0 or KSEG1 */
         if (pc - flash.base < MZ_FLASH_SIZE && (pc & 3) == 0)
-            run_in(chip, &flash, NEVER);
+            run(chip, &flash, NEVER);
         else
             run_alone(chip);
     }

@@ -38,6 +38,7 @@ void cpu_exception(struct chip *chip, enum exception_code code, uint32_t vector)
 /* The vector of the interrupt that evic.c has found. */
 void cpu_interrupt(struct chip *chip) {
     struct cpu *cpu = &chip->cpu;
+    timing_interrupt(chip);
     enter(cpu, cpu->pc, false);
     cpu->cause = (cpu->cause & ~0x0003FC7Cu) | chip->level << 10;
     use_set(cpu, chip->priss->value >> 4 * chip->level & 15u);

@@ -44,6 +44,22 @@ uint64_t mz_instructions(const struct chip *chip);
  * 5 ns / factor from now on. [before the first mz_run()] @param factor  1 .. 100 */
 void mz_cpu_speed(struct chip *chip, uint32_t factor);
 
+/** What time costs, in cycles of the CPU, beyond mzsim's one cycle an instruction. */
+enum { MZ_TIMING_UNITS = 4 };
+struct mz_timing {
+    uint32_t instruction; /* quarters of a cycle, 4 or more: each instruction */
+    uint32_t fetch_miss;  /* a line of code that is not in the instruction cache */
+    uint32_t fetch_next;  /* ... when it follows the line fetched before: prefetched */
+    uint32_t data_miss;   /* a line of data that is not in the data cache; twice when it evicts a dirty one */
+    uint32_t uncached;    /* a load or store of memory past the caches */
+    uint32_t sfr_load, sfr_store; /* a register of a peripheral */
+    uint32_t interrupt;           /* from a request to the first instruction of its vector */
+};
+
+/** Count time like this. A cycle of mz_cycles() and all others is a quarter of the CPU's from now on, and
+ * instructions of vectors are such times. [before the first mz_run(); not with mz_cpu_speed()] */
+void mz_set_timing(struct chip *chip, const struct mz_timing *cost);
+
 /** Let it work until this time. */
 enum mz_stop mz_run(struct chip *chip, uint64_t until_cycle);
 

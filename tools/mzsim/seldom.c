@@ -24,6 +24,7 @@ uint32_t cpu_load(struct chip *chip, uint32_t address, unsigned size) {
     if (ram_offset(address) < RAM_SIZE) {
         uint32_t value = 0;
         memcpy(&value, (const uint8_t *)chip->ram + ram_offset(address), size);
+        chip->cycles += timing_data(chip, address, false);
         return value;
     }
     return bus_load(chip, address, size);
@@ -32,10 +33,12 @@ uint32_t cpu_load(struct chip *chip, uint32_t address, unsigned size) {
 void cpu_store(struct chip *chip, uint32_t address, uint32_t value, unsigned size) {
     if (!check_alignment(chip, address, size, EXCEPTION_ADDRESS_STORE))
         return;
-    if (ram_offset(address) < RAM_SIZE)
+    if (ram_offset(address) < RAM_SIZE) {
         memcpy((uint8_t *)chip->ram + ram_offset(address), &value, size);
-    else
+        chip->cycles += timing_data(chip, address, true);
+    } else {
         bus_store(chip, address, value, size);
+    }
 }
 
 /* Little-endian: the left part of a word is its high bytes, up to the one addressed. */

@@ -31,7 +31,7 @@ LIBRARY = "targets/pic32mz/libc/"
 
 # What the chip has for us (targets/pic32mz/chip/pic32mz.ld), and what we allow ourselves of it.
 FLASH_BYTES, FLASH_BUDGET = 1024 * 1024, 512 * 1024
-RAM_BYTES, RAM_BUDGET = 512 * 1024, 160 * 1024
+RAM_BYTES, RAM_BUDGET = 512 * 1024, 256 * 1024
 
 
 @dataclass(frozen=True)

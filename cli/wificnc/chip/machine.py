@@ -12,6 +12,7 @@ from wificnc.chip.virtual import NO_PIN, AxisWire, VirtualChip, load_mzsim, pin_
 from wificnc.errors import BuildError, UserError
 
 STORE_OFFSET, STORE_SIZE = 0x180000, 0xC000  # of program flash: the settings' three pages (pic32mz.ld)
+OLD_STORE_SIZE = 0x8000  # without the page for a copy: firmware up to November 2026
 
 
 def board_image(board: Board) -> tuple[Block, ...]:
@@ -53,7 +54,7 @@ def load_store(chip: VirtualChip, path: Path | None) -> None:
     if path is None or not path.exists():
         return
     pages = path.read_bytes()
-    if len(pages) != STORE_SIZE:
+    if len(pages) not in (STORE_SIZE, OLD_STORE_SIZE):
         raise UserError(f"{path} has {len(pages)} bytes, not the {STORE_SIZE} of the settings' pages")
     chip.set_flash(STORE_OFFSET, pages)
 

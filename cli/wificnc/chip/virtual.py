@@ -6,6 +6,7 @@ import ctypes
 from collections.abc import Iterable
 from ctypes import POINTER, Structure, c_bool, c_char_p, c_int, c_int32, c_size_t, c_uint, c_uint8, c_uint32, c_uint64
 from ctypes import c_void_p as _CHIP
+from dataclasses import astuple, dataclass, fields
 from enum import IntEnum
 from pathlib import Path
 from typing import Any
@@ -18,6 +19,7 @@ FLASH_BASE, FLASH_SIZE = 0x1D00_0000, 2 << 20
 NO_PIN = 255
 PORT_WIDTH = 16
 NEVER = (1 << 64) - 1
+TIMING_UNITS = 4  # MZ_TIMING_UNITS: parts of a cycle
 
 
 class Stop(IntEnum):
@@ -38,6 +40,34 @@ class Torn(IntEnum):
 
 class ChipFault(UserError):
     """The image did what a chip would silently get wrong, or what the virtual one does not know."""
+
+
+@dataclass(frozen=True)
+class Timing:
+    """What time costs, cycles of the CPU (struct mz_timing). The caches are the chip's; the costs are estimates."""
+
+    instruction: float  # each; of these quarters count
+    fetch_miss: int = 0  # a line of code that is not in the cache
+    fetch_next: int = 0  # ... when it follows the one before: prefetched
+    data_miss: int = 0
+    uncached: int = 0
+    sfr_load: int = 0
+    sfr_store: int = 0
+    interrupt: int = 0  # from request to vector
+
+
+# 200 MHz, flash with two wait states of 16 bytes behind the prefetch, buses of peripherals at 50 MHz: a load waits for
+# two to three of their clocks and the way there and back, a store for its place in the write buffer. 1.25: a load that
+# is used immediately, a jump, a multiplication. Not measured on silicon.
+ESTIMATE = Timing(
+    instruction=1.25, fetch_miss=12, fetch_next=4, data_miss=12, uncached=20, sfr_load=20, sfr_store=8, interrupt=10
+)
+
+
+class _Timing(Structure):
+    """struct mz_timing"""
+
+    _fields_ = tuple((field.name, c_uint32) for field in fields(Timing))
 
 
 class Edge(Structure):
@@ -101,6 +131,7 @@ _PROTOTYPES: dict[str, tuple[Any, tuple[Any, ...]]] = {
     "mz_fault": (c_char_p, (_CHIP,)),
     "mz_resets": (c_uint32, (_CHIP,)),
     "mz_cpu_speed": (None, (_CHIP, c_uint32)),
+    "mz_set_timing": (None, (_CHIP, POINTER(_Timing))),
     "mz_uart_put": (c_size_t, (_CHIP, c_char_p, c_size_t)),
     "mz_uart_speed": (None, (_CHIP, c_uint32)),
     "mz_uart_waiting": (c_size_t, (_CHIP,)),
@@ -210,6 +241,13 @@ class VirtualChip:
         trace is the program's and what its processor's."""
         self._library.mz_cpu_speed(self._chip, factor)
         self.cpu_hz = CPU_HZ * factor
+
+    def timing(self, timing: Timing) -> None:
+        """Count time like this, before the first run(); not with cpu_speed(). A cycle is a quarter then."""
+        instruction, *others = astuple(timing)
+        cost = _Timing(round(instruction * TIMING_UNITS), *others)
+        self._library.mz_set_timing(self._chip, ctypes.byref(cost))
+        self.cpu_hz = CPU_HZ * TIMING_UNITS
 
     def step(self) -> Stop:
         """One instruction; a fault is returned, not raised."""

@@ -8,7 +8,7 @@ enum { NETWORK_CORE = 0, MOTION_CORE = 1 };
 
 /* name            priority                        stack */
 enum { MOTION_TASK_PRIORITY = 20, MOTION_TASK_STACK = 4096 };
-enum { CONTROLLER_TASK_PRIORITY = 8, CONTROLLER_TASK_STACK = 9216 };
+enum { CONTROLLER_TASK_PRIORITY = 8, CONTROLLER_TASK_STACK = 13312 };
 enum { NETWORK_TASK_PRIORITY = 5, NETWORK_TASK_STACK = 4096 };
 
 #endif

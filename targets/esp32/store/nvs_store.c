@@ -6,13 +6,20 @@
 #include <math.h>
 #include <string.h>
 
-static const char pending[] = "pending", stored[] = "stored";
+static const char journal[] = "journal", stored[] = "stored";
 
 /* Key "stored": keys of the core, and settings by number, one bit each. */
 enum { CORE_KEYS = 16, NUMBERS = 256 };
 struct stored_list {
     uint8_t core[CORE_KEYS / 8], settings[NUMBERS / 8];
 };
+
+/* Before each value in the journal. */
+struct journal_head {
+    uint8_t key, none;
+    uint16_t count;
+};
+enum { JOURNAL_SIZE = STORE_BATCH_SIZE + STORE_BATCH_VALUES * (int)sizeof(struct journal_head) };
 
 /* "kept002" and so on. */
 struct blob_key {
@@ -120,35 +127,71 @@ static size_t changes(const struct nvs_store *store, const struct store_pair *pa
     return changed;
 }
 
-static bool save_settings(const struct nvs_store *store, const void *image, size_t size) {
+static bool put_settings(const struct nvs_store *store, const void *image, size_t size) {
     struct store_pair pairs[SETTINGS_COUNT];
     size_t count = store_unpack(image, size, pairs);
-    size_t changed = changes(store, pairs, count);
-    if (count == 0)
-        return false;
-    if (changed <= 1)
-        return put_all(store, pairs, count) && list_settings(store);
-    return store->ops->set_blob(store->ctx, pending, image, size) && put_all(store, pairs, count) &&
-           list_settings(store) && store->ops->erase(store->ctx, pending);
+    return count > 0 && put_all(store, pairs, count) && list_settings(store);
+}
+
+/* ---- several entries at once ---- */
+
+static bool put_value(const struct nvs_store *store, const struct hal_store_value *value) {
+    if (value->key == STORE_KEY_SETTINGS)
+        return put_settings(store, value->bytes, value->count);
+    return store->ops->set_blob(store->ctx, blob_key(value->key).text, value->bytes, value->count) &&
+           list_core_key(store, value->key);
+}
+
+/* What NVS keeps atomically by itself. */
+static bool is_one_entry(const struct nvs_store *store, const struct hal_store_value *values, size_t count) {
+    struct store_pair pairs[SETTINGS_COUNT];
+    if (count != 1 || values->key != STORE_KEY_SETTINGS)
+        return count == 1;
+    return changes(store, pairs, store_unpack(values->bytes, values->count, pairs)) <= 1;
+}
+
+static bool write_journal(const struct nvs_store *store, const struct hal_store_value *values, size_t count) {
+    uint8_t bytes[JOURNAL_SIZE];
+    size_t used = 0;
+    for (size_t i = 0; i < count; i++) {
+        const struct journal_head head = {.key = values[i].key, .count = (uint16_t)values[i].count};
+        if (values[i].count > sizeof bytes - sizeof head ||
+            used > sizeof bytes - sizeof head - values[i].count)
+            return false;
+        memcpy(bytes + used, &head, sizeof head);
+        memcpy(bytes + used + sizeof head, values[i].bytes, values[i].count);
+        used += sizeof head + values[i].count;
+    }
+    return store->ops->set_blob(store->ctx, journal, bytes, used);
+}
+
+/* All that the journal has, in place. @return false: something could not be written */
+static bool carry_out(const struct nvs_store *store, const uint8_t *bytes, size_t size) {
+    struct journal_head head;
+    for (size_t at = 0; size - at > sizeof head; at += sizeof head + head.count) {
+        memcpy(&head, bytes + at, sizeof head);
+        if (head.count > size - at - sizeof head)
+            return true; /* not by us: NVS checks its entries */
+        const struct hal_store_value value = {
+            .key = head.key, .bytes = bytes + at + sizeof head, .count = head.count};
+        if (!put_value(store, &value))
+            return false;
+    }
+    return true;
 }
 
 /* A power cut came between: what was to be saved is known whole. */
-static void finish_pending(const struct nvs_store *store) {
-    uint8_t image[STORE_IMAGE_MAX];
-    struct store_pair pairs[SETTINGS_COUNT];
-    size_t size = store->ops->get_blob(store->ctx, pending, image, sizeof image);
-    if (size == 0)
-        return;
-    size_t count = store_unpack(image, size, pairs);
-    if (count == 0 || (put_all(store, pairs, count) && list_settings(store)))
-        store->ops->erase(store->ctx, pending);
+static void finish_journal(const struct nvs_store *store) {
+    uint8_t bytes[JOURNAL_SIZE];
+    size_t size = store->ops->get_blob(store->ctx, journal, bytes, sizeof bytes);
+    if (size > 0 && carry_out(store, bytes, size))
+        store->ops->erase(store->ctx, journal);
 }
 
 static size_t load_settings(const struct nvs_store *store, void *bytes, size_t size) {
     uint8_t image[STORE_IMAGE_MAX];
     struct store_pair pairs[SETTINGS_COUNT];
     size_t count = 0;
-    finish_pending(store);
     const struct stored_list listed = read_list(store);
     for (size_t i = 0; i < SETTINGS_COUNT; i++) {
         const struct nvs_key *row = &nvs_keys[i];
@@ -170,6 +213,7 @@ static size_t load_settings(const struct nvs_store *store, void *bytes, size_t s
 
 static size_t load(const void *ctx, uint8_t key, void *bytes, size_t size) {
     const struct nvs_store *store = ctx;
+    finish_journal(store);
     if (key == STORE_KEY_SETTINGS)
         return load_settings(store, bytes, size);
     size_t count = store->ops->get_blob(store->ctx, blob_key(key).text, bytes, size);
@@ -182,20 +226,28 @@ static size_t load(const void *ctx, uint8_t key, void *bytes, size_t size) {
     return count;
 }
 
-static bool save(const void *ctx, uint8_t key, const void *bytes, size_t count) {
+static enum hal_store_state save(const void *ctx, const struct hal_store_value *values, size_t count) {
     const struct nvs_store *store = ctx;
-    if (key == STORE_KEY_SETTINGS)
-        return save_settings(store, bytes, count);
-    return store->ops->set_blob(store->ctx, blob_key(key).text, bytes, count) && list_core_key(store, key);
+    bool good;
+    if (is_one_entry(store, values, count)) {
+        good = put_value(store, values);
+    } else {
+        good = write_journal(store, values, count);
+        for (size_t i = 0; i < count; i++)
+            good = good && put_value(store, &values[i]);
+        good = good && store->ops->erase(store->ctx, journal);
+    }
+    return good ? HAL_STORE_DONE : HAL_STORE_FAILED;
 }
 
 /* NVS has dropped what is damaged. What is left of the settings is copied as one image; the other values are
  * replaced only by the user, one by one. */
-static bool set_aside(const void *ctx) {
+static enum hal_store_state set_aside(const void *ctx) {
     const struct nvs_store *store = ctx;
     uint8_t image[STORE_IMAGE_MAX];
     size_t size = load_settings(store, image, sizeof image);
-    return size > 0 && store->ops->set_blob(store->ctx, "aside", image, size);
+    bool copied = size > 0 && store->ops->set_blob(store->ctx, "aside", image, size);
+    return copied ? HAL_STORE_DONE : HAL_STORE_FAILED;
 }
 
 const struct hal_store nvs_hal_store = {.load = load, .save = save, .set_aside = set_aside};

@@ -2,9 +2,9 @@
  * What the core keeps (hal_store), in NVS: settings one by one under their own keys, so that `wificnc nvs`
  * and older firmware find them, the rest as blobs. [task] No NVS call here: the store is ops.
  *
- * NVS keeps each key atomically, not several. When more than one setting changes, their whole image first
- * goes under PENDING; a start that finds it there finishes the job. So a power cut leaves all old or all new
- * values.
+ * NVS keeps each key atomically, not several. When more than one changes, all values of the write first go
+ * into one blob, JOURNAL; a start that finds it there finishes the job. So a power cut leaves all old or all
+ * new values.
  *
  * NVS checks each entry and drops a damaged one, which then looks as if it had never been stored. So STORED
  * lists what is: a listed value that is missing is lost, and the core is told so. */

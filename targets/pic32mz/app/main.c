@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT
- * The firmware: a start in stages, and one loop that never blocks. What can hurt is made safe before anything
+ * The firmware: a start in stages, and one loop that never waits. What can hurt is made safe before anything
  * else can go wrong; there is nobody who could command the machine before it stands. */
 #include "app/board.h"
 #include "app/follow.h"
@@ -15,7 +15,8 @@
 static struct machine machine;
 static struct hal hal;
 static struct follow follow;
-static struct flash_store store = {.ops = &nvm_flash_ops};
+static struct flash_work store_work;
+static struct flash_store store = {.ops = &nvm_flash_ops, .work = &store_work};
 
 static void say(void *ctx, const char *bytes, size_t count) {
     (void)ctx;
@@ -64,6 +65,7 @@ static void start_hal(void) {
 
 static void start_machine(void) {
     struct machine_board board = board_machine();
+    nvm_wait();
     board.store = &flash_hal_store;
     board.store_ctx = &store;
     board.motion_side = &motion_side;
@@ -102,6 +104,7 @@ int main(void) {
         bool any = machine_poll(&machine);
         follow_poll(&follow);
         any |= machine_poll_motion(&machine);
+        any |= flash_store_poll(&store);
         if (!any)
             system_wait();
     }

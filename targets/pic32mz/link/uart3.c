@@ -22,7 +22,6 @@ _Static_assert(PIN_SERIAL_TX == PIN_RA14 && PIN_SERIAL_RX == PIN_RF5, "other pin
 static struct {
     struct rx *rx;
     struct ring index; /* the task fills, the transmit interrupt empties */
-    volatile uint32_t overruns;
     uint8_t out[UART_OUT_SIZE];
 } uart;
 
@@ -38,13 +37,14 @@ void uart_init(struct rx *rx) {
     interrupt_enable(IRQ_U3_RX);
 }
 
-/* The flag stands as long as bytes wait, so it is cleared behind them. */
+/* The flag stands as long as bytes wait, so it is cleared after them. An overrun has lost what came after the
+ * eight bytes of the FIFO. */
 void on_uart_rx(void) {
     while ((U3STA & USTA_URXDA) != 0)
         rx_put_or_lose(uart.rx, (uint8_t)U3RXREG);
     if ((U3STA & USTA_OERR) != 0) {
         SFR_CLR(U3STA_ADDRESS) = USTA_OERR;
-        uart.overruns = uart.overruns + 1;
+        rx_gap(uart.rx);
     }
     interrupt_clear(IRQ_U3_RX);
 }
@@ -73,8 +73,4 @@ void uart_write(const char *bytes, size_t count) {
 
 uint32_t uart_room(void) {
     return ring_free(&uart.index, UART_OUT_SIZE);
-}
-
-uint32_t uart_overruns(void) {
-    return uart.overruns;
 }

@@ -20,9 +20,6 @@ void uart_write(const char *bytes, size_t count);
 /** [task] Bytes that uart_write() takes without waiting; grows at any moment. */
 uint32_t uart_room(void);
 
-/** [task] Bytes that have been lost on the wire's side: the interrupt came too late for the FIFO. */
-uint32_t uart_overruns(void);
-
 /** From startup.S. [isr] */
 void on_uart_rx(void);
 void on_uart_tx(void);

@@ -1,0 +1,123 @@
+"""Every command that stores, with the power cut at every flash operation: all of it is old, or all of it is new."""
+
+from __future__ import annotations
+
+import pytest
+from chip_controller import Controller, PowerIsOff
+from image_fixture import ALL_ON_CHIP
+from store_pages import full_page, pages, prepared
+from wificnc.board.model import Board
+from wificnc.chip.image import Block
+from wificnc.chip.machine import STORE_OFFSET
+from wificnc.chip.virtual import Torn
+
+__all__ = ["full_page"]
+
+# Something of each kind, so that each command has something to change and nothing else may.
+BEFORE = ("$100=640", "$110=1234.5", "G10L2P3X1.5Y-2", "G10L2P9Z4", "G10L1P5Z-3", "$N0=G21", "$N1=G90", "$I=SHOP")
+COMMANDS = ("$100=77", "$22=1", "G10L2P1X5", "G10L2P8Y6", "G10L20P2X1Z2", "G10L1P7Z1", "G28.1", "G30.1", "$N0=G20")
+COMMANDS += ("$N1=", "$I=MILL", "$RST=$", "$RST=#", "$RST=*")
+QUESTIONS = ("$$", "$#", "$N", "$I", "G43H5", "$#", "G43H7", "$#")
+MOST = 600  # operations of a command
+
+
+def shown(controller: Controller) -> str:
+    """All that is stored, as a user sees it after a power-on."""
+    controller.chip.power_on()
+    said = controller.run(0.05)
+    assert "damaged" not in said, said
+    controller.send("$X")
+    return "".join(controller.send(line) for line in QUESTIONS)
+
+
+@pytest.fixture(scope="module", params=["room", "full"])
+def before(request: pytest.FixtureRequest, board: Board, image: tuple[Block, ...], full_page: bytes) -> bytes:
+    """Pages with BEFORE: what comes next goes after the others, or to the other page."""
+    start = full_page if request.param == "full" else b"\xff" * len(full_page)
+    with prepared(board, image, start) as controller:
+        controller.fine("G91G1X2F5000")
+        controller.rest()
+        controller.fine(*BEFORE)
+        for value in range(900, 1100 if request.param == "full" else 900):
+            at, now = pages(controller), controller.chip.flash_operations
+            controller.fine(f"$102={value}")
+            if controller.chip.flash_operations - now > 100:
+                return at
+        assert request.param == "room"
+        return pages(controller)
+
+
+def started(board: Board, image: tuple[Block, ...], start: bytes) -> Controller:
+    controller = Controller(board, image)
+    controller.chip.set_flash(STORE_OFFSET, start)
+    controller.chip.power_on()
+    controller.run(0.05)
+    return controller
+
+
+def begin(board: Board, image: tuple[Block, ...], start: bytes) -> Controller:
+    """Away from zero, so that G28.1 and G30.1 have something to store."""
+    controller = started(board, image, start)
+    controller.send("G91G1X0.5Y0.2F5000")
+    controller.rest()
+    return controller
+
+
+def torn_at(nth: int) -> list[Torn]:
+    return list(Torn) if ALL_ON_CHIP else [Torn(nth % 3)]
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_old_or_new(board: Board, image: tuple[Block, ...], before: bytes, command: str) -> None:
+    with begin(board, image, before) as controller:
+        operations = controller.chip.flash_operations
+        controller.send(command)
+        operations = controller.chip.flash_operations - operations
+        after = pages(controller)
+        new = shown(controller)
+    with begin(board, image, before) as controller:
+        old = shown(controller)
+    assert old != new and 3 <= operations <= MOST and before != after
+    found = set()
+    step = 1 if ALL_ON_CHIP or operations < 60 else 4
+    for nth in [*range(1, operations, step), operations]:
+        for torn in torn_at(nth):
+            with begin(board, image, before) as controller:
+                controller.chip.cut_power(nth, torn)
+                controller.heard = ""
+                with pytest.raises(PowerIsOff):
+                    controller.send(command)
+                answered = "ok\r\n" in controller.heard
+                now = shown(controller)
+                assert now == new if answered else now in (old, new), f"operation {nth}, torn {torn.name}"
+                found.add(now)
+    assert old in found
+
+
+def test_acknowledging_damage_is_one_transaction_too(board: Board, image: tuple[Block, ...], before: bytes) -> None:
+    """Before it is done the damage is still reported; then the damaged value is the one that was in force."""
+    damaged = bytearray(before)
+    at = before.index(b"SHOP")
+    damaged[at] ^= 1
+    with started_damaged(board, image, bytes(damaged)) as controller:
+        operations = controller.chip.flash_operations
+        controller.send("$ACK")
+        operations = controller.chip.flash_operations - operations
+        new = shown(controller)
+    step = 1 if ALL_ON_CHIP else 13
+    for nth in [*range(1, operations, step), operations]:
+        with started_damaged(board, image, bytes(damaged)) as controller:
+            controller.chip.cut_power(nth, Torn(nth % 3))
+            with pytest.raises(PowerIsOff):
+                controller.send("$ACK")
+            controller.chip.power_on()
+            if "Stored data is damaged: $I text" in controller.run(0.25):
+                assert controller.send("$ACK").endswith("ok\r\n")
+            assert shown(controller) == new, f"operation {nth} of {operations}"
+
+
+def started_damaged(board: Board, image: tuple[Block, ...], start: bytes) -> Controller:
+    controller = started(board, image, start)
+    controller.run(0.2)
+    assert "Stored data is damaged: $I text" in controller.heard
+    return controller
