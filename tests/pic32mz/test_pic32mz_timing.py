@@ -42,7 +42,6 @@ def test_the_promised_rate_holds(board: Board, image: tuple[Block, ...], timing:
         assert min(pulses.high, pulses.low) / controller.chip.cpu_hz >= board.timing.step_pulse_ns * 1e-9
 
 
-@pytest.mark.xfail(strict=True, reason="known fault: after the last move the axes run on to 393.216 mm at full rate")
 def test_short_moves_after_a_long_one_end_where_they_should(board: Board, image: tuple[Block, ...]) -> None:
     """From two cycles an instruction on, whatever is in the store and at the serial port."""
     with Controller(board, image) as controller:
