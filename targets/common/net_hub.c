@@ -290,10 +290,7 @@ void net_hub_ask(struct net_hub *hub) {
 /* ---- bytes of the owner and of observers ---- */
 
 static bool is_take(const char *line, size_t size) {
-    size_t same = 0;
-    while (same < size && same < TAKE_LENGTH && net_line_upper(line[same]) == (uint8_t)take_line[same])
-        same++;
-    return size == TAKE_LENGTH && same == size;
+    return size == TAKE_LENGTH && net_line_commands(line, size, take_line);
 }
 
 /* The owner's `$TAKE` is an empty line: like any line it is answered once, and it is true already. So is a
@@ -348,13 +345,7 @@ static void take_observers(struct net_hub *hub, struct net_client *client, char 
 }
 
 static bool is_login(const struct net_client *client) {
-    const char *line = net_queue_head(&client->in);
-    if (client->in.count < LOGIN_LENGTH)
-        return false;
-    for (size_t i = 0; i < LOGIN_LENGTH; i++)
-        if (net_line_upper(line[i]) != (uint8_t)login_line[i])
-            return false;
-    return true;
+    return net_line_commands(net_queue_head(&client->in), client->in.count, login_line);
 }
 
 static void log_in(struct net_hub *hub, struct net_client *client) {
@@ -422,7 +413,7 @@ static void take_byte(struct net_hub *hub, struct net_client *client, uint8_t by
 
 /* The owner's bytes within a line, all in one go. @return how many; 0: this one takes the long way */
 static size_t take_run(struct net_hub *hub, struct net_client *client, const char *bytes, size_t count) {
-    if (client != hub->owner || client->locked || client->stream.telnet)
+    if (client != hub->owner || client->locked || client->skips || client->stream.telnet)
         return 0;
     const size_t run = net_line_plain_run(bytes, count);
     if (run == 0 || !add_owners(hub, client, bytes, run))

@@ -27,6 +27,13 @@ size_t net_line_plain_run(const char *bytes, size_t count) {
     return run;
 }
 
+bool net_line_commands(const char *line, size_t size, const char *command) {
+    size_t same = 0;
+    while (same < size && command[same] != '\0' && net_line_upper(line[same]) == (uint8_t)command[same])
+        same++;
+    return command[same] == '\0';
+}
+
 bool net_line_begins(const char *line, size_t size, const char *with) {
     size_t length = strlen(with);
     return size >= length && memcmp(line, with, length) == 0;

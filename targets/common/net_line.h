@@ -16,6 +16,9 @@ bool net_line_is_realtime(uint8_t byte);
 /** `$J=`, with or without spaces. */
 bool net_line_is_jog(const char *line, size_t size);
 
+/** Begins with this command, in letters of any case. */
+bool net_line_commands(const char *line, size_t size, const char *command);
+
 bool net_line_begins(const char *line, size_t size, const char *with);
 
 /** Said by the controller on its own, or as a reply to `?`: no part of a line's answer. */

@@ -40,8 +40,8 @@ def missing() -> str:
 
 def controller_sources(root: Path) -> list[Path]:
     """The core, and of the host's controller what needs no operating system."""
-    host = ("host", "host_hal", "host_store", "host_watch", "hands", "output_log", "tasks", "trace")
-    host += ("virtual", "virtual_spindle")
+    host = ["host", "host_hal", "host_store", "host_watch", "hands", "output_log", "tasks", "trace"]
+    host += ["virtual", "virtual_spindle"]
     return [*sorted((root / "core").rglob("*.c")), *(root / "targets" / "host" / f"{name}.c" for name in host)]
 
 
