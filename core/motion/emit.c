@@ -14,9 +14,10 @@
 #define SLACK_USED     1.01f /* of the way to a stop, for rounding */
 #define MAX_DWELL_NS   20000000u /* of one dwell segment */
 #define STOP_FINE      16u       /* samples of a stop until they become twice as long, and so on */
-#define STOP_SAMPLE_S  0.03f     /* but no longer than this: SEGMENT_MAX_STEPS */
+#define STOP_SAMPLE_S  0.03f     /* but no longer than this, unless the stop takes long */
+#define STOP_SAMPLES   48.0f     /* about so many of the longest, and so many of the first ones: */
+#define STOP_FIRST     256.0f    /* both together fit into a batch */
 #define END_S          0.05f     /* and so much: the end of the path is the stop */
-#define STOP_LONGER    7         /* times LINE_SAMPLE_S: on a straight part */
 
 void emit_init(struct emit *emit, struct plan *plan, struct ahead *ahead) {
     *emit = (struct emit){.plan = plan, .ahead = ahead};
@@ -199,15 +200,20 @@ static bool is_other(const struct piece *a, const struct piece *b) {
 /* A stop that only a late task needs is made of fewer segments: on a straight part one may be long, and in a
  * curve they become longer as it becomes slower. */
 static float longer(const struct emit *emit, float time_s) {
-    for (uint32_t made = emit->stop_samples; made > STOP_FINE && time_s < STOP_SAMPLE_S; made -= STOP_FINE)
+    if (emit->stop_samples == 0)
+        return time_s;
+    time_s = most_f(time_s, emit->stop_first_s);
+    for (uint32_t made = emit->stop_samples; made > STOP_FINE && time_s < emit->stop_most_s;
+         made -= STOP_FINE)
         time_s *= 2.0f;
-    return least_f(time_s, STOP_SAMPLE_S);
+    return least_f(time_s, emit->stop_most_s);
 }
 
 static float sample_s(const struct emit *emit, const struct piece *piece) {
-    float line_s = LINE_SAMPLE_S * (float)(emit->stop_samples > 0 ? STOP_LONGER : 1);
+    bool stops = emit->stop_samples > 0;
+    float line_s = stops ? emit->stop_most_s : LINE_SAMPLE_S;
     float left_mm = piece->length_mm - piece->tangent_mm - (float)emit->along_mm;
-    float longest_mm = (emit->v_mm_s + piece->accel_mm_s2 * line_s) * line_s;
+    float longest_mm = (emit->v_mm_s + (stops ? 0.0f : piece->accel_mm_s2 * line_s)) * line_s;
     if (!emit->on_blend && left_mm > 1.5f * longest_mm)
         return line_s;
     return longer(emit, emit->plan->curve_s);
@@ -227,9 +233,10 @@ static float travel_sample(struct emit *emit, const struct piece *piece) {
         if (path->tail != tail && is_other(piece, path_piece(path, path->tail)))
             break;
         if (!emit->on_blend && took_s < asked_s) { /* the acceleration changes here */
-            if (time_s > LEAST_SAMPLE_S)
+            bool stops = emit->stop_samples > 0;
+            if (time_s > (stops ? 0.5f * most_s : LEAST_SAMPLE_S))
                 break;
-            most_s = emit->plan->curve_s;
+            most_s = stops ? most_s : emit->plan->curve_s;
         }
     }
     return time_s;
@@ -333,12 +340,11 @@ static void make_filtered(struct emit *emit, struct segment *segment) {
     } while (is_behind(emit) && time_s + 0.5f * filter->sample_s < wanted_s);
     for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
         at[ax] = filter_out(filter, ax);
-    float v = filtered_mm_s(emit);
+    float v = filtered_mm_s(emit), end = time_s > 1.5f * filter->sample_s ? v : most_f(2.0f * v - v0, 0.0f);
     struct filter_tag tag = filter_tag(filter);
     segment->line = tag.line;
     segment->flags = segment_flags(tag.flags);
-    segment->ramp =
-        is_behind(emit) ? ramp(v0, 2.0f * v - v0 > 0.0f ? 2.0f * v - v0 : 0.0f) : -SEGMENT_RAMP_ONE;
+    segment->ramp = is_behind(emit) ? ramp(v0, end) : -SEGMENT_RAMP_ONE;
     emit->v_mm_s = is_behind(emit) ? v : 0.0f;
     set_axes(emit, segment, at);
     finish(emit, segment, time_s);
@@ -461,8 +467,22 @@ static bool ends_soon(const struct emit *emit) {
     return !gear_is_on(&emit->gear) && !goes_on && is_near_end(emit, 3.0f, END_S * emit->v_mm_s);
 }
 
+/* How long segments of the stop from the present speed are: SEGMENT_MAX_STEPS is the end of it. */
+static void fit_stop(struct emit *emit) {
+    struct plan *plan = emit->plan;
+    float v_mm_s = most_f(emit->v_mm_s, 1e-3f), steps_per_mm = 1.0f, stop_s = plan->filter_s;
+    for (unsigned ax = 0; ax < plan->limits.axis_count; ax++)
+        steps_per_mm = most_f(steps_per_mm, plan->limits.steps_per_mm[ax]);
+    if (path_count(&plan->path) > 0)
+        stop_s += v_mm_s / path_piece(&plan->path, plan->path.tail)->accel_mm_s2;
+    float most_s = 0.9f * (float)SEGMENT_MAX_STEPS / (v_mm_s * steps_per_mm);
+    emit->stop_first_s = least_f(stop_s / STOP_FIRST, most_s);
+    emit->stop_most_s = least_f(most_f(STOP_SAMPLE_S, stop_s / STOP_SAMPLES), most_s);
+}
+
 static bool stop(void *ctx, enum ahead_stop how) {
     struct emit *emit = ctx;
+    fit_stop(emit);
     emit->stop_samples = how != AHEAD_GO ? 1u : 0u;
     emit->hold = how == AHEAD_STOP || emit->hold_asked;
     if (how == AHEAD_STOP)

@@ -60,8 +60,9 @@ struct emit {
     bool late;                    /* limits were lowered; not yet down to them */
     uint32_t limits;              /* counts changes of them */
     uint32_t stop_samples; /* made of a stop that only a late task needs; 0: of motion that is wanted */
-    bool ran_dry;          /* came to rest for want of a next move */
-    uint32_t starved;      /* times a next move came after that */
+    float stop_first_s, stop_most_s; /* of its segments: the first ones, and all */
+    bool ran_dry;                    /* came to rest for want of a next move */
+    uint32_t starved;                /* times a next move came after that */
     uint16_t next_id;
     uint64_t dwell_ns, dwelt_ns; /* asked for and made, since the last reset */
     struct emit_place places[QUEUE_MARKS];

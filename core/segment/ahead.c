@@ -263,7 +263,7 @@ static uint32_t commit_mark(struct ahead *ahead, uint32_t at_us) {
     return mark != 0 ? mark - 1u : put_mark(ahead, at_us, true, false);
 }
 
-/* From the branch, where the source's state is. @return false: nothing comes */
+/* From the branch, where the source's state is. @return false: it does not fit, and nothing has happened */
 static bool publish(struct ahead *ahead) {
     struct segment_queue *queue = ahead->queue;
     uint32_t at_us = ahead->marks[ahead->branch].us;
@@ -290,7 +290,7 @@ static bool publish(struct ahead *ahead) {
     ahead->pending = queue->count > 0;
     if (ahead->pending)
         segment_queue_publish(queue);
-    return ahead->pending;
+    return true;
 }
 
 /* The step interrupt has entered the stop: motion goes on from a mark in it. It does not matter where motion
@@ -347,5 +347,6 @@ bool ahead_poll(struct ahead *ahead) {
                             ahead->marks[ahead->branch].stops ? AHEAD_STOPPED : AHEAD_UNDO);
     else
         ahead->source->save(ahead->ctx, ahead->branch);
-    return publish(ahead) || returns || answered;
+    bool fits = publish(ahead);
+    return (fits && (returns || ahead->pending)) || answered;
 }

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from motion_host import BASELINE, Host, Run
 from numpy.typing import NDArray
+from wificnc.sim.native import Tasks
 
 ACCEL_MM_S2 = 500.0
 STEPS_PER_MM = 250.0
@@ -126,6 +127,39 @@ def test_ordinary_stalls_do_not_even_slow_the_job(name: str, side: str, stall_s:
     assert run.counters.underruns == 0
     took_s, plain_s = (float(np.ptp(r.seconds())) for r in (run, plain))
     assert took_s <= plain_s + 0.03
+
+
+@pytest.mark.parametrize("tasks", [Tasks.FREE, Tasks.ESP32, Tasks.PIC32MZ])
+@pytest.mark.parametrize(("accel", "feed", "jerk"), [(10, 5000, 0), (2, 600, 0), (1, 600, 0), (500, 3000, 100)])
+def test_a_stop_that_takes_long_is_ready_too(accel: float, feed: float, jerk: float, tasks: Tasks) -> None:
+    """10 mm/s² is Grbl's default: 8 s to a stop. Nothing is late here, so nothing slows the job down."""
+    host = Host(axes=3, tasks=tasks)
+    host.settings(s100=250, s110=6000, s120=accel, s121=accel, s122=accel, s40=jerk)
+    way_mm = 2.2 * (feed / 60) ** 2 / accel + (150 if jerk else 0)
+    host.start(f"G1X{way_mm:.1f}F{feed}\n")
+    host.until(host.ticks() + 40 * host.timer_hz)
+    run = host.settle()
+    host.close()
+    assert run.counters.underruns == 0 and "[MSG:" not in run.said
+    assert run.counted() == run.position == [round(way_mm, 1) * 250, 0, 0, 0, 0, 0]
+    t = run.seconds()
+    top = 250 / (t[250:] - t[:-250]).min() / 250
+    assert jerk or top == pytest.approx(feed / 60, rel=0.02)
+
+
+@pytest.mark.parametrize(("accel", "jerk"), [(20, 500_000), (50, 50_000), (50, 500_000), (500, 30_000)])
+def test_a_stop_with_limited_jerk_keeps_the_acceleration(accel: float, jerk: float) -> None:
+    for line in ("G1X40F900\n", "G2X20Y0I10J0F900\n"):
+        host = Host(axes=3)
+        host.settings(s100=1000, s101=1000, s110=6000, s111=6000, s120=accel, s121=accel, s40=jerk)
+        host.stall_sides(BOTH, host.ticks() / host.timer_hz + 1.5, 3.0)
+        run = host.run(line)
+        host.close()
+        t, at = run.seconds(), run.positions()[:, :2] / 1000
+        grid = np.arange(t[0] - 0.03, t[-1] + 0.03, 0.001)
+        place = np.stack([np.interp(grid, t, at[:, ax]) for ax in range(2)], 1)
+        second = (place[20:] - 2 * place[10:-10] + place[:-20]) / WINDOW_S**2
+        assert np.abs(second).max() <= 1.2 * accel + 2 / 1000 / WINDOW_S**2
 
 
 def test_a_stop_for_lack_of_data_is_counted_and_said_once() -> None:
