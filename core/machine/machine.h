@@ -286,6 +286,7 @@ struct machine {
     struct text_out out;
     struct settings settings;
     struct gcode_state gcode;
+    struct gcode_offsets offsets_unchecked; /* in check mode: those that come back after it */
     struct params params;
     struct param_numbered params_numbered[PARAMS_NUMBERED];
     struct param_named params_named[PARAMS_NAMED];

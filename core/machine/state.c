@@ -63,6 +63,11 @@ bool machine_transition(struct machine *machine, enum machine_event event) {
     uint8_t to = next[machine->state][event];
     if (to == 0)
         return false;
+    bool checks = to - 1 == MACHINE_CHECK;
+    if (checks)
+        machine->offsets_unchecked = machine->gcode.offsets;
+    else if (machine->state == MACHINE_CHECK) /* what a program did to them was not meant */
+        machine->gcode.offsets = machine->offsets_unchecked;
     machine->state = (enum machine_state)(to - 1);
     return true;
 }

@@ -299,7 +299,7 @@ static enum task_stage store(struct machine *machine) {
         gcode_offsets_apply(&machine->gcode.offsets, command);
     if (stores || command->next.wcs != machine->gcode.modal.wcs)
         report_changed_offset(machine);
-    if (keys != 0)
+    if (keys != 0 && machine->state != MACHINE_CHECK)
         (void)keep_save(machine, keys);
     return stage_of_move(machine);
 }
