@@ -191,7 +191,15 @@ def test_text_of_a_value_keeps_what_the_controller_keeps(value: float) -> None:
 
 @pytest.mark.parametrize(
     ("value", "text"),
-    [(250.0, "250.000"), (0.0, "0.000"), (314.960629921, "314.96063"), (0.0125, "0.0125000"), (True, "1"), (7, "7")],
+    [
+        (250.0, "250.000"),
+        (0.0, "0.000"),
+        (314.960629921, "314.96063"),
+        (0.0125, "0.0125000"),
+        (0.01953125, "0.0195312500"),
+        (True, "1"),
+        (7, "7"),
+    ],
 )
 def test_text_of_a_value(value: float, text: str) -> None:
     assert _text(value) == text

@@ -6,6 +6,7 @@ A key that a profile leaves out leaves the controller's setting as it is.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator
 from typing import Annotated, Any, Literal
 
@@ -15,6 +16,7 @@ from wificnc.protocol import AXES, load_settings
 
 Value = bool | int | float
 
+ROUNDING = 1e-6  # what a value may lose in its text
 SIGNIFICANT_DIGITS = 8  # what Grbl's number reader keeps
 
 
@@ -204,5 +206,6 @@ def _text(value: Value) -> str:
     usual = f"{value:.3f}"
     if float(usual) == value:
         return usual
-    decimals = SIGNIFICANT_DIGITS - len(str(int(value)))
-    return f"{value:.{max(decimals, 3)}f}"
+    decimals = max(SIGNIFICANT_DIGITS - len(str(int(value))), 3)
+    text = f"{value:.{decimals}f}"
+    return text if math.isclose(float(text), value, rel_tol=ROUNDING) else f"{value:.{decimals + 3}f}"

@@ -89,6 +89,18 @@ unsigned __atomic_fetch_add_4(volatile void *at, unsigned value, int order) {
     return before;
 }
 
+unsigned __atomic_fetch_sub_4(volatile void *at, unsigned value, int order) {
+    return __atomic_fetch_add_4(at, 0u - value, order);
+}
+
+unsigned __atomic_fetch_and_4(volatile void *at, unsigned value, int order) {
+    volatile unsigned *word = at;
+    unsigned before = *word;
+    (void)order;
+    *word = before & value;
+    return before;
+}
+
 unsigned __atomic_exchange_4(volatile void *at, unsigned value, int order) {
     volatile unsigned *word = at;
     unsigned before = *word;
