@@ -17,7 +17,8 @@
 #define STOP_SAMPLE_S  0.03f     /* but no longer than this, unless the stop takes long */
 #define STOP_SAMPLES   48.0f     /* about so many of the longest, and so many of the first ones: */
 #define STOP_FIRST     256.0f    /* both together fit into a batch */
-#define END_S          0.05f     /* and so much: the end of the path is the stop */
+#define STOP_COARSE    64u   /* samples of a stop until it is cut no more wherever the acceleration changes */
+#define END_S          0.05f /* and so much: the end of the path is the stop */
 
 void emit_init(struct emit *emit, struct plan *plan, struct ahead *ahead) {
     *emit = (struct emit){.plan = plan, .ahead = ahead};
@@ -233,10 +234,10 @@ static float travel_sample(struct emit *emit, const struct piece *piece) {
         if (path->tail != tail && is_other(piece, path_piece(path, path->tail)))
             break;
         if (!emit->on_blend && took_s < asked_s) { /* the acceleration changes here */
-            bool stops = emit->stop_samples > 0;
-            if (time_s > (stops ? 0.5f * most_s : LEAST_SAMPLE_S))
+            bool coarse = emit->stop_samples > STOP_COARSE;
+            if (time_s > (coarse ? 0.5f * most_s : LEAST_SAMPLE_S))
                 break;
-            most_s = stops ? most_s : emit->plan->curve_s;
+            most_s = coarse ? most_s : emit->plan->curve_s;
         }
     }
     return time_s;

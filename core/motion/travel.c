@@ -60,7 +60,7 @@ static void end_line(struct emit *emit, const struct piece *piece) {
     struct path *path = &emit->plan->path;
     float rounding_y = 16.0f * ROUNDING * piece->accel_mm_s2 * piece->length_mm;
     if (!emit->late && emit->y > piece->blend_y * (1.0f + ABOVE_PLAN) + rounding_y)
-        emit->plan->timing.unmet++;
+        emit->plan->timing.unmet += emit->stop_samples == 0; /* what is not executed is none */
     if (piece->tangent_mm > 0.0f) {
         if (is_newest(emit)) {
             emit->y = 0.0f;
@@ -172,7 +172,7 @@ static float choose_slope(struct emit *emit, const struct stretch *stretch, floa
     bool rounding =
         above * stretch->dt <= Y_ROUNDING * (emit->y + end_y) || above <= A_ROUNDING * (greatest - least);
     if (!possible || (above > 0.0f && !rounding && !emit->late))
-        emit->plan->timing.unmet++;
+        emit->plan->timing.unmet += emit->stop_samples == 0; /* what is not executed is none */
     if (above <= 0.0f)
         emit->late = false;
     if (emit->hold)
