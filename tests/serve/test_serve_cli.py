@@ -145,6 +145,15 @@ def test_what_cannot_be_is_explained(words: tuple[str, ...], message: str) -> No
     assert "Traceback" not in said
 
 
+def test_a_profile_does_not_undo_what_the_file_keeps(tmp_path: Path) -> None:
+    """The profile is for a new file: what a machinist has calibrated since then stays."""
+    words = ("--settings", str(tmp_path / "settings.bin"), "--machine", "shapeoko3", "--speed", "max")
+    with serving(*words) as process, Peer.tcp(address_of(process)) as peer:
+        assert peer.ask("$100=50") == peer.ask("$110=4321") == ["ok"]
+    with serving(*words) as process, Peer.tcp(address_of(process)) as peer:
+        assert {"$100=50.000", "$110=4321.000", "$120=400.000"} <= set(peer.ask("$$"))
+
+
 def test_settings_are_kept_in_a_file(tmp_path: Path) -> None:
     store = str(tmp_path / "settings.bin")
     for kept in (None, 1234, 77):

@@ -14,7 +14,7 @@ from wificnc import __version__, ui
 from wificnc.board.load import load_board
 from wificnc.chip.serve import ChipServer
 from wificnc.errors import ServeError, UserError
-from wificnc.machine import load_machine
+from wificnc.machine import Machine, load_machine
 from wificnc.serve.options import (
     DEFAULT_HTTP_PORT,
     DEFAULT_TCP,
@@ -66,7 +66,7 @@ def command(
     the_board = load_board(board)
     profile = load_machine(machine) if machine else None
     check_axes(the_board, profile)
-    settings = (*(profile.settings_lines() if profile else ()), *(parse_setting(line) for line in lines))
+    settings = (*_of_profile(profile, store), *(parse_setting(line) for line in lines))
     page = parse_address(http, "--http", DEFAULT_HTTP_PORT) if http else None
     options = ServeOptions(
         board=the_board,
@@ -83,6 +83,16 @@ def command(
     )
     _check_doors(options)
     _run(options, speed)
+
+
+def _of_profile(profile: Machine | None, store: Path | None) -> list[str]:
+    """The profile's settings are those of a new file: what a file keeps already was meant by somebody."""
+    if profile is None:
+        return []
+    if store is not None and store.is_file() and store.stat().st_size > 0:
+        ui.talk.print(f"The settings are those of {store}; --machine {profile.name} sets those of a new file.")
+        return []
+    return profile.settings_lines()
 
 
 def _check_doors(options: ServeOptions) -> None:
