@@ -26,6 +26,13 @@ class Said:
     reply: str = ""  # to a packet
 
 
+def ordered(entry: Input, rule: Rule) -> list[str]:
+    """The messages in their order, with the answer of a line at its place."""
+    if entry.line is None or not rule.says:
+        return [text for text in rule.says if text != "ok"]
+    return ["ok\r" if text == "ok" else text for text in rule.order if text != "later"]
+
+
 @dataclass
 class Model:
     """State, and what the table's conditions ask for."""
@@ -132,11 +139,11 @@ class Model:
         if rule.answer == "waits":
             self.waiting.append(entry.name)
             return
-        said.says += [text for text in rule.says if text != "ok"]
+        said.says += ordered(entry, rule)
         said.reports += rule.answer == "report"
         said.reply = rule.answer if entry.packets else said.reply
         locked = self.state == "alarm" or (self.state in ("critical", "estop") and self.locked_before)
-        self._end_open_line(rule, said)
+        self._end_open_line(entry, rule, said)
         self._answer(entry, rule, said)
         self._switch(entry, rule)
         self._go(entry, rule, said)
@@ -165,9 +172,9 @@ class Model:
         elif done and entry.name in ("host_outputs", "host_outputs_off"):
             self.host_on = entry.name == "host_outputs"
 
-    def _end_open_line(self, rule: Rule, said: Said) -> None:
+    def _end_open_line(self, entry: Input, rule: Rule, said: Said) -> None:
         """A reset and a critical alarm end the line under way; so does the end of a probe."""
-        ends = BANNER in rule.says or rule.next in ("critical", "estop") or "ok" in rule.says
+        ends = BANNER in rule.says or rule.next in ("critical", "estop") or (entry.line is None and "ok" in rule.says)
         if ends and self.open_line:
             said.answers.append("error:9" if rule.next in ("critical", "estop") else "ok")
             self.open_line = False

@@ -110,12 +110,19 @@ def _row(entries: list[Input], rule: Rule, lines: int) -> str:
         names = "any line"
     if rule.conditions:
         names += ", " + " and ".join(CONDITIONS[condition] for condition in rule.conditions)
-    says = ", ".join(f"`{text}`" for text in rule.says)
-    answer = ", then ".join(part for part in (rule.answer if rule.answer != "list" else "its lines, ok", says) if part)
     following = {"unchanged": "", "resume": "run, or idle", "release": "as before the host"}.get(rule.next, rule.next)
     source = ("ours: " if rule.source == "ours" else "") + rule.why
-    columns = (names, answer, following, MOTION[rule.motion], OUTPUTS[rule.outputs], source.removesuffix(": "))
+    columns = (names, _answer(rule), following, MOTION[rule.motion], OUTPUTS[rule.outputs], source.removesuffix(": "))
     return "| " + " | ".join(column.replace("|", "\\|") for column in columns).replace("  ", " ") + " |\n"
+
+
+def _answer(rule: Rule) -> str:
+    """The answer, and the messages in quotes, in the order in which they come."""
+    parts = []
+    for is_answer, texts in groupby(rule.order, key=lambda text: bool(rule.answer) and text == rule.answer):
+        answer = "its lines, ok" if rule.answer == "list" else rule.answer
+        parts.append(answer if is_answer else ", ".join(f"`{text}`" for text in texts))
+    return ", then ".join(parts)
 
 
 def main(argv: Sequence[str] | None = None, root: Path = ROOT) -> int:

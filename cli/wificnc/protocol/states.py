@@ -100,6 +100,11 @@ class Rule(_Part):
         """All of them must be met."""
         return (self.with_,) if isinstance(self.with_, str) else self.with_
 
+    @property
+    def order(self) -> tuple[str, ...]:
+        """The answer and the messages as they come: the answer first, unless `says` names its place."""
+        return self.says if not self.answer or self.answer in self.says else (self.answer, *self.says)
+
 
 class Table(_Part):
     """All of it. Rules that come later are exceptions to those before them."""
