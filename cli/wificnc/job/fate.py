@@ -29,7 +29,7 @@ def _acknowledged(outcome: Outcome) -> str:
     if outcome.running:
         text += f" When last heard of, the machine was in {outcome.running.title}."
     if outcome.end is End.LINK_LOST:
-        return f"{text} It goes on with what it has."
+        return f"{text} It holds if it has seen that; behind a plain serial port it goes on with what it has."
     if outcome.running:
         return text
     ahead = f"the last {outcome.planner_blocks} moves of" if outcome.planner_blocks else "the last moves of"
