@@ -20,6 +20,7 @@
 #define CUBE_ROOT_STEPS 48
 #define LEAST_CHORD_MM  2e-5f /* a shorter one has no direction in float32 */
 #define RAPID_MM_S      1e15f /* its square still is a float */
+#define LEAST_MERGE_MM  1.0f
 
 void plan_reset(struct plan *plan, const int32_t position_steps[AXIS_COUNT]) {
     kinematics_position_mm(position_steps, plan->limits.steps_per_mm, plan->position_mm);
@@ -71,10 +72,22 @@ static float fit_curve(const struct motion_limits *limits) {
     return least_f(CURVE_S, most_f(time_s, SHORT_CURVE_S));
 }
 
+/* Points are left out so that the look-ahead reaches far enough, and no farther: a report names the first
+ * move of a chord, and a job is resumed there. With half of the pieces it reaches to where every axis can
+ * stop. */
+static float fit_merge(const struct motion_limits *limits) {
+    float way_mm = 0.0f;
+    for (unsigned ax = 0; ax < limits->axis_count; ax++)
+        way_mm = most_f(way_mm, limits->max_rate_mm_s[ax] * limits->max_rate_mm_s[ax] /
+                                    (2.0f * limits->accel_mm_s2[ax]));
+    return most_f(LEAST_MERGE_MM, way_mm * (2.0f / (float)PLAN_SIZE));
+}
+
 void plan_set_limits(struct plan *plan, const struct motion_limits *limits) {
     plan->limits = *limits;
     fit_filter(plan);
     plan->curve_s = fit_curve(&plan->limits);
+    plan->merge_mm = fit_merge(&plan->limits);
     path_set_limits(&plan->path, &plan->limits);
 }
 
@@ -143,11 +156,12 @@ static void add_line(struct plan *plan, const struct motion_line *line) {
     tolerance_mm = most_f(tolerance_mm - line->spent_mm, LEAST_TOLERANCE * tolerance_mm);
     float left_out_mm = reduce_mm(tolerance_mm);
     bool begins = !plan->reduce.open;
-    if (!is_alike(&plan->newest, line) || !reduce_accepts(&plan->reduce, line->target_mm, left_out_mm)) {
+    if (!is_alike(&plan->newest, line) ||
+        !reduce_accepts(&plan->reduce, line->target_mm, left_out_mm, plan->merge_mm)) {
         plan_close(plan);
         begins = true;
         plan->tolerance_mm = tolerance_mm;
-        (void)reduce_accepts(&plan->reduce, line->target_mm, left_out_mm);
+        (void)reduce_accepts(&plan->reduce, line->target_mm, left_out_mm, plan->merge_mm);
     }
     if (begins)
         plan->first_line = line->line;

@@ -31,10 +31,11 @@ struct plan {
     float filter_s;                 /* limited jerk: motion/filter.h averages over this; 0: off */
     float filter_mm;                /* how far that takes the path off at most */
     float curve_s;                  /* longest segment of a curve */
+    float merge_mm;                 /* longest chord of several moves */
     double position_mm[AXIS_COUNT]; /* programmed end of the newest move, unrounded */
     struct motion_line newest;      /* the move that the open chord is made of */
-    uint32_t first_line;            /* of the moves in the open chord: reports name it until all are made */
-    float tolerance_mm;             /* of that move */
+    uint32_t first_line; /* of the moves in the open chord: reports name it until merge_mm are made */
+    float tolerance_mm;  /* of that move */
     struct reduce reduce;
     struct path path;
     struct timing timing;

@@ -27,9 +27,12 @@ VEC_INLINE void narrow(struct reduce *reduce, vec off, float apart, float radius
     }
 }
 
-bool reduce_accepts(struct reduce *reduce, const double point_mm[AXIS_COUNT], float tolerance_mm) {
+bool reduce_accepts(struct reduce *reduce, const double point_mm[AXIS_COUNT], float tolerance_mm,
+                    float longest_mm) {
     vec chord = from_anchor(reduce, point_mm);
     float distance_mm = vec_length(chord);
+    if (reduce->open && distance_mm > longest_mm)
+        return false;
     if (distance_mm <= tolerance_mm) {
         if (reduce->aimed) /* back at the start */
             return false;

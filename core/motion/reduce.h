@@ -30,8 +30,10 @@ struct reduce {
 void reduce_reset(struct reduce *reduce, const double position_mm[AXIS_COUNT]);
 
 /** Take a point into the chord if the chord may end there.
+ *  @param longest_mm  of a chord of several points; one of a single point has any length
  *  @return false: it may not; nothing was changed, reduce_close() and ask again */
-bool reduce_accepts(struct reduce *reduce, const double point_mm[AXIS_COUNT], float tolerance_mm);
+bool reduce_accepts(struct reduce *reduce, const double point_mm[AXIS_COUNT], float tolerance_mm,
+                    float longest_mm);
 
 /** End the chord at the newest accepted point, which becomes the anchor. */
 void reduce_close(struct reduce *reduce);

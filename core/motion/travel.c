@@ -9,8 +9,11 @@
 #define Y_ROUNDING 1e-5f  /* of y: so much of it may change beyond what the axes can do; 5e-6 of the speed */
 #define A_ROUNDING 0.01f  /* of what the axes can do: so much more of it is only rounding */
 #define ABOVE_PLAN 0.001f /* of the plan's y */
-#define CRAWL      0.75f  /* of the y that is surely possible: a mean below it is too little */
-#define WIDER      1.1f   /* limits that cannot be kept are widened in such steps until they can be */
+#define AT_PLAN_S                                                                                            \
+    1e-4f           /* a speed above the plan that the axes can take away in this time is only rounding      \
+                     */
+#define CRAWL 0.75f /* of the y that is surely possible: a mean below it is too little */
+#define WIDER 1.1f  /* limits that cannot be kept are widened in such steps until they can be */
 
 static struct piece *tail_piece(const struct emit *emit) {
     return path_piece(&emit->plan->path, emit->plan->path.tail);
@@ -55,6 +58,14 @@ static void enter(struct emit *emit) {
     emit->entered = true;
 }
 
+/* Braking from a high speed to a low one leaves few digits of y: a blend that asks for all of the
+ * acceleration begins with the y that it was planned for. */
+static void meet_plan(struct emit *emit, const struct piece *piece) {
+    float most = sqrtf(piece->blend_y) + piece->accel_mm_s2 * AT_PLAN_S;
+    if (!emit->late && emit->y > piece->blend_y && emit->y <= most * most)
+        emit->y = piece->blend_y;
+}
+
 /* The end of the straight part: on to the blend, or to the next piece after a stop. */
 static void end_line(struct emit *emit, const struct piece *piece) {
     struct path *path = &emit->plan->path;
@@ -65,6 +76,7 @@ static void end_line(struct emit *emit, const struct piece *piece) {
         if (is_newest(emit)) {
             emit->y = 0.0f;
         } else {
+            meet_plan(emit, piece);
             emit->on_blend = true;
             emit->t = 0.0;
         }

@@ -254,12 +254,16 @@ static void put_rest(struct ahead *ahead, uint32_t *at_us) {
     ahead->queue->count++;
 }
 
-/* The state that the source has now is that at the end of the committed part. */
+/* The state that the source has now is that at the end of the committed part. When nothing was committed,
+ * that is the branch; if it lies in a stop, its state was that of a source that stops, and now is of one that
+ * goes on. */
 static uint32_t commit_mark(struct ahead *ahead, uint32_t at_us) {
     const struct segment_queue *queue = ahead->queue;
     uint32_t mark = queue->count > 0 ? queue->slots[queue->count - 1].mark : 0u;
-    if (queue->count == 0)
+    if (queue->count == 0) {
+        ahead->source->save(ahead->ctx, ahead->branch);
         return ahead->branch;
+    }
     return mark != 0 ? mark - 1u : put_mark(ahead, at_us, true, false);
 }
 

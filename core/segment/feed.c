@@ -11,11 +11,13 @@
 #define WAIT_NS       20000000u /* of one slice of a dwell, or before a very slow step */
 #define SAMPLE_MOST_S 0.02f     /* a host's slices are at most so long; a longer segment is a move */
 #define CHANGE_MOST   1e9f      /* of a dwell */
-#define GRADE_NS                                                                                             \
-    10000000u          /* of segments before and after a place tell how fast the host changes speed there */
-#define OWN_MOST  0.8f /* so much of the acceleration is left to the host */
-#define OWN_LEGAL 1.2f /* of a host that keeps the limits, measured roughly */
-#define PHASES    256u /* of a step */
+#define GRADE_S       0.01f /* so much before and after a place tells how fast the host changes speed there */
+#define GRADE_NS      ((uint64_t)(GRADE_S * 1e9f))
+#define GRADE_MOST    (FEED_SIZE / 2u) /* segments that do */
+#define OWN_MOST      0.8f             /* so much of the acceleration is left to the host */
+#define OWN_LEGAL     1.2f /* of a host that keeps the limits, measured roughly; and of all together */
+#define CHANGE_LEAP   0.4f /* so much of it is for the pace where the host is far beyond the limits */
+#define PHASES        256u /* of a step */
 
 void feed_init(struct feed *feed, struct ahead *ahead) {
     memset(feed, 0, sizeof *feed);
@@ -131,35 +133,22 @@ const struct feed_slot *feed_next(const struct feed *feed) {
     return feed_has(feed, 0) ? &feed->slots[feed->head & (FEED_SIZE - 1)] : NULL;
 }
 
-/* Where two segments meet, the speed of every axis jumps by no more than it could change in the time of one
- * of a host's slices, and two steps in a slice, because a host rounds to whole steps. */
-static float jump_sq(const struct feed *feed, const struct feed_slot *before, const struct feed_slot *slot) {
-    float shorter_ns = least_f((float)before->duration_ns, (float)slot->duration_ns);
-    float mean_s = 0.5e-9f * (float)(before->duration_ns + slot->duration_ns);
-    float sample_s = least_f(mean_s, SAMPLE_MOST_S), quantum_s = least_f(shorter_ns * 1e-9f, SAMPLE_MOST_S);
-    float least = 1.0f;
-    for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
-        float jump = fabsf(speed(slot, ax) - speed(before, ax));
-        float allowed = feed->limits.accel_steps_s2[ax] * sample_s + 2.0f / quantum_s;
-        if (jump > allowed)
-            least = least_f(least, allowed / jump);
-    }
-    return least * least;
-}
-
 /* ---- what the host's own acceleration leaves ---- */
 
 /* Segments from a place on, forward or backward, until they tell something. */
 struct stretch {
     int32_t steps[AXIS_COUNT];
     uint64_t ns;
+    uint32_t count;
 };
 
 static struct stretch stretch_before(struct feed *feed, uint32_t number) {
     struct stretch stretch = {.ns = 0};
-    while (number != feed->first && stretch.ns < GRADE_NS) {
+    uint32_t last = number - GRADE_MOST;
+    while (number != feed->first && number != last && stretch.ns < GRADE_NS) {
         const struct feed_slot *slot = slot_at(feed, --number);
         stretch.ns += slot->duration_ns;
+        stretch.count++;
         for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
             stretch.steps[ax] += slot->steps[ax];
     }
@@ -180,8 +169,7 @@ static bool stretch_after(struct feed *feed, uint32_t number, struct stretch *st
     return stretch->ns >= GRADE_NS || ends;
 }
 
-/* The host's part of the acceleration where two stretches meet; a step at the end of each is rounding. What
- * is beyond the limits is slowed down by jump_sq(), and most of it is not there at that pace. */
+/* The host's part of the acceleration where two stretches meet; a step at the end of each is rounding. */
 static float own_part(const struct feed *feed, const struct stretch *before, const struct stretch *after) {
     if (before->ns == 0 || after->ns == 0)
         return 0.0f;
@@ -192,7 +180,43 @@ static float own_part(const struct feed *feed, const struct stretch *before, con
         if (by > 0.0f)
             part = most_f(part, by / (0.5f * (before_s + after_s) * feed->limits.accel_steps_s2[ax]));
     }
-    return part > OWN_LEGAL ? 0.0f : least_f(part, OWN_MOST);
+    return part;
+}
+
+/* What is left for the pace. Beyond the limits the pace is so low that little of the host's part is there. */
+static float left_part(float own) {
+    if (own <= OWN_LEGAL)
+        return 1.0f - least_f(own, OWN_MOST);
+    return least_f(1.0f - OWN_MOST + 0.5f * (own - OWN_LEGAL), CHANGE_LEAP);
+}
+
+/* Where two segments meet, the speed of every axis jumps by no more than it could change in the time of one
+ * of a host's slices, and two steps in a slice, because a host rounds to whole steps. One that jumps further
+ * leaves room for the change of the pace. */
+static float jump_sq(const struct feed *feed, const struct feed_slot *before, const struct feed_slot *slot) {
+    float shorter_ns = least_f((float)before->duration_ns, (float)slot->duration_ns);
+    float mean_s = 0.5e-9f * (float)(before->duration_ns + slot->duration_ns);
+    float sample_s = least_f(mean_s, SAMPLE_MOST_S), quantum_s = least_f(shorter_ns * 1e-9f, SAMPLE_MOST_S);
+    float least = 1.0f;
+    for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
+        float jump = fabsf(speed(slot, ax) - speed(before, ax)), rounding = 2.0f / quantum_s;
+        float accel = feed->limits.accel_steps_s2[ax], allowed = accel * sample_s + rounding;
+        if (jump <= allowed)
+            continue;
+        float part = OWN_LEGAL - left_part(OWN_LEGAL * jump / allowed);
+        allowed = most_f(part * accel * sample_s, least_f(allowed, part * accel * GRADE_S));
+        least = least_f(least, allowed / jump);
+    }
+    return least * least;
+}
+
+/* Slices shorter than a stretch show only together what the host does: at pace s the acceleration of the host
+ * is s^2 of what it was. @return greatest s^2 at the begin of the segment at head */
+static float steep_sq(struct feed *feed) {
+    struct stretch after = stretch_before(feed, feed->head + 1);
+    struct stretch before = stretch_before(feed, feed->head + 1 - after.count);
+    float own = own_part(feed, &before, &after);
+    return own > OWN_LEGAL ? (OWN_LEGAL - left_part(own)) / own : 1.0f;
 }
 
 /* Of all segments after which enough has come. c only grows, so what was promised is kept. */
@@ -203,7 +227,7 @@ static void grade(struct feed *feed) {
         if (!stretch_after(feed, feed->graded + 1, &after) && (slot->flags & SEGMENT_LAST) == 0)
             return;
         float own = own_part(feed, &before, &after);
-        slot->change = (1.0f - most_f(own, feed->own)) * slot->change_most;
+        slot->change = least_f(left_part(own), left_part(feed->own)) * slot->change_most;
         feed->own = own;
     }
 }
@@ -221,7 +245,7 @@ void feed_take(struct feed *feed) {
     if (feed_is_empty(feed))
         begin(feed, slot);
     else
-        slot->jump_sq = jump_sq(feed, slot_at(feed, number - 1), slot);
+        slot->jump_sq = least_f(jump_sq(feed, slot_at(feed, number - 1), slot), steep_sq(feed));
     feed->present[place / 32] &= ~((uint32_t)1 << (place & 31));
     feed->underruns += feed->ran_dry ? 1 : 0;
     feed->ran_dry = false;

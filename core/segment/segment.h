@@ -20,6 +20,7 @@
 
 #include <stdint.h>
 
+/** The low four are those of the wire, too (protocol/wmc3.toml); core/session/segment.c asserts that. */
 enum segment_flags {
     SEGMENT_RAPID = 0x01,      /* G0 */
     SEGMENT_LAST = 0x02,       /* ends at rest, and nothing is known to follow */

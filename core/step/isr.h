@@ -72,6 +72,11 @@ bool step_only_waits(const struct step *step);
 /** [motion] Nothing moves: this span, which has no events, says where the machine stands from now on. */
 void step_stand(struct step *step, struct span *span);
 
+/** [task] Look for a contact from now on, or for the next one. */
+static inline void step_watch_probe(struct step *step) {
+    step->probe_hit = false;
+}
+
 /** [task] Where the probe closed, exact to the step. Only after probe_hit. */
 void step_probe_position(const struct step *step, int32_t out[AXIS_COUNT]);
 
