@@ -37,7 +37,7 @@ struct channels_ops {
     uint16_t (*read)(void *ctx);
     /** Levels of the outputs, 1 = high. Takes effect at once. */
     void (*write)(void *ctx, uint16_t levels);
-    /** Keep it over a power cut. @return false: not kept */
+    /** Also store the value. @return false: not kept */
     bool (*keep)(void *ctx, const struct channels_config *config);
 };
 

@@ -13,7 +13,7 @@ enum {
     CHANNELS_IO_COUNT, /* I/O module: channels in use, from channel 0 on. */
     CHANNELS_IO_DIRECTION, /* I/O module: bit n = 1: channel n is an output. */
     CHANNELS_IO_PULL_UP, /* I/O module: bit n = 1: input n is pulled up. */
-    CHANNELS_IO_INVERT, /* I/O module: bit n = 1: channel n is on while its line is low. */
+    CHANNELS_IO_INVERT, /* I/O module: bit n = 1: channel n is on while its pin is low. */
     CHANNELS_IO_DEBOUNCE, /* I/O module: an input counts after it has stood for so many ms. */
     CHANNELS_IO_LINK_LOST, /* I/O module: when who commands is gone: 0 outputs stay, 1 they go to io_safe. */
     CHANNELS_IO_LINK_TIMEOUT, /* I/O module: a host without a connection is gone when it was silent for so many ms. */
@@ -38,7 +38,7 @@ enum {
 };
 /* clang-format on */
 
-/** Whole numbers; what they mean is said in protocol/wmc3.toml. */
+/** Whole numbers; their meaning is in protocol/wmc3.toml. */
 struct channels_config {
     uint16_t value[CHANNELS_VALUES];
 };

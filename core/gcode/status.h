@@ -17,64 +17,65 @@
     X(8, NOT_IDLE, "only possible while idle")                                                               \
     X(9, LOCKED, "locked by an alarm or a jog")                                                              \
     X(10, SOFT_LIMIT_NEEDS_HOMING, "soft limits need homing ($22)")                                          \
-    X(11, LINE_TOO_LONG, "the line has more than 79 characters, or bytes of it were lost on the way")        \
-    X(12, STEP_RATE, "the step rate is higher than this board can make")                                     \
+    X(11, LINE_TOO_LONG, "the line has more than 79 characters, or bytes of it were lost in transfer")       \
+    X(12, STEP_RATE, "the step rate is higher than this board supports")                                     \
     X(13, DOOR_OPEN, "the safety door is open")                                                              \
     X(14, STORED_LINE_TOO_LONG, "the line is too long to be stored")                                         \
-    X(15, JOG_TRAVEL, "the jog would leave the travel")                                                      \
-    X(16, JOG_WORD, "a jog has no such word, or lacks its =")                                                \
+    X(15, JOG_TRAVEL, "the jog target is outside the travel")                                                \
+    X(16, JOG_WORD, "invalid jog: a word that $J= does not allow, or the = is missing")                      \
     X(17, LASER_NEEDS_PWM, "laser mode needs a PWM spindle output")                                          \
     X(20, UNSUPPORTED, "unsupported code or word")                                                           \
-    X(21, MODAL_GROUP, "two codes of one modal group")                                                       \
-    X(22, NO_FEED, "a feed rate is missing (F)")                                                             \
+    X(21, MODAL_GROUP, "two codes of one modal group in this line")                                          \
+    X(22, NO_FEED, "the feed rate is missing (F)")                                                           \
     X(23, NOT_INTEGER, "a whole number was expected")                                                        \
-    X(24, AXIS_COMMANDS, "two commands of this line want the axis words")                                    \
-    X(25, WORD_REPEATED, "a word stands twice in this line")                                                 \
+    X(24, AXIS_COMMANDS, "two commands in this line use axis words")                                         \
+    X(25, WORD_REPEATED, "a word occurs twice in this line")                                                 \
     X(26, NO_AXIS_WORDS, "axis words are missing")                                                           \
     X(27, LINE_NUMBER, "the line number is not between 0 and 10000000")                                      \
     X(28, VALUE_MISSING, "a word that this code needs is missing")                                           \
-    X(29, WCS_NUMBER, "there is no such work coordinate system")                                             \
+    X(29, WCS_NUMBER, "the work coordinate system does not exist")                                           \
     X(30, G53_MOTION, "G53 needs G0 or G1")                                                                  \
-    X(31, AXIS_WORDS_UNUSED, "axis words without a use")                                                     \
+    X(31, AXIS_WORDS_UNUSED, "the line has axis words that no command uses")                                 \
     X(32, ARC_NO_PLANE_AXIS, "an arc needs an axis of its plane")                                            \
-    X(33, BAD_TARGET, "the target cannot be reached this way")                                               \
+    X(33, BAD_TARGET, "the target of the motion is invalid")                                                 \
     X(34, ARC_RADIUS, "the arc's radius cannot reach the target")                                            \
     X(35, ARC_NO_OFFSET, "an arc needs I, J or K of its plane")                                              \
-    X(36, WORDS_UNUSED, "words without a use")                                                               \
-    X(37, TOOL_LENGTH_AXIS, "the tool length offset goes with Z only")                                       \
+    X(36, WORDS_UNUSED, "the line has words that no command uses")                                           \
+    X(37, TOOL_LENGTH_AXIS, "the tool length offset applies to Z only")                                      \
     X(38, TOOL_NUMBER, "the tool number is too large")                                                       \
     X(100, EXPRESSION_OPERATOR, "an expression has an operator or a function that does not exist")           \
     X(101, EXPRESSION_BRACKET, "a bracket of an expression is missing")                                      \
     X(102, EXPRESSION_DIVISION, "an expression divides by zero")                                             \
     X(103, EXPRESSION_RANGE, "a function of an expression is not defined for this number")                   \
-    X(104, EXPRESSION_RESULT, "an expression gives too large a number")                                      \
+    X(104, EXPRESSION_RESULT, "the result of an expression is too large")                                    \
     X(105, EXPRESSION_DEPTH, "an expression is nested deeper than 16")                                       \
-    X(110, PARAMETER_NUMBER, "there is no parameter of this number")                                         \
+    X(110, PARAMETER_NUMBER, "the parameter number does not exist")                                          \
     X(111, PARAMETER_NAME, "a parameter's name must have 1 to 31 characters and end with >")                 \
     X(112, PARAMETER_UNSET, "this named parameter has no value yet")                                         \
-    X(113, PARAMETER_READ_ONLY, "this parameter can only be read")                                           \
-    X(114, PARAMETER_ROOM, "there is no room for another parameter")                                         \
+    X(113, PARAMETER_READ_ONLY, "this parameter is read-only")                                               \
+    X(114, PARAMETER_ROOM, "no memory for another parameter")                                                \
     X(115, PARAMETER_ASSIGNMENT, "a parameter at the beginning of a word needs =value")                      \
-    X(120, O_WORD, "O words jump, and a stream cannot: send or expand the file with wificnc")                \
+    X(120, O_WORD, "O words cannot run in a stream: send or expand the file with wificnc")                   \
     X(121, O_WORD_SYNTAX, "an O line is malformed: one label, one keyword, its [values] and nothing else")   \
-    X(122, O_WORD_UNMATCHED, "the other half of this O word is missing")                                     \
-    X(123, SUB_UNKNOWN, "there is no subroutine of this name in the file")                                   \
-    X(124, SUB_REPEATED, "a subroutine of this name stands earlier in the file")                             \
+    X(122, O_WORD_UNMATCHED, "the matching O word is missing")                                               \
+    X(123, SUB_UNKNOWN, "the file has no subroutine of this name")                                           \
+    X(124, SUB_REPEATED, "a subroutine of this name is already defined in the file")                         \
     X(125, SUB_ROOM, "the file has more than 64 subroutines")                                                \
     X(126, PROGRAM_DEPTH, "calls are nested deeper than 10, or loops and ifs deeper than 32")                \
-    X(127, PROGRAM_ENDLESS, "the program went on for more lines than allowed: is a loop endless?")           \
+    X(127, PROGRAM_ENDLESS, "the program executed more lines than allowed: check for an endless loop")       \
     X(128, PROGRAM_READ, "the program could not be read")                                                    \
-    X(129, MACHINE_ONLY, "only the machine knows this position, offset, mode, input or probe result")        \
+    X(129, MACHINE_ONLY,                                                                                     \
+      "this position, offset, mode, input or probe result is available on the machine only")                 \
     X(130, NOTHING_SAVED, "no modes were saved by M70 since the reset or M71")                               \
     X(131, NO_PORT, "this machine has no input or output of this number")                                    \
-    X(132, WAIT_WORDS, "M66 has L0 to L4; with E only L0, and to wait it needs a Q above 0")                 \
-    X(133, ANALOG_RANGE, "an analog output is set to 0 to 100 percent (Q)")                                  \
-    X(134, SAVED_OVER, "a later M70, M71 or M73 took the place of what M73 saved here: there is one place")  \
+    X(132, WAIT_WORDS, "M66 takes L0 to L4; with E only L0, and a wait needs Q above 0")                     \
+    X(133, ANALOG_RANGE, "an analog output takes 0 to 100 percent (Q)")                                      \
+    X(134, SAVED_OVER, "a later M70, M71 or M73 replaced the modes that M73 saved here: one set is stored")  \
     X(135, NO_OUTPUT, "the board has no output for this (wificnc boards show; $91=1 lets M7 and M8 pass)")   \
     X(140, UNREACHABLE, "the machine's arms cannot reach this point, or not on a straight line from here")   \
-    X(141, PULL_OFF, "homing would back off further ($27) than an axis can travel ($130 and following)")     \
+    X(141, PULL_OFF, "the homing pull-off ($27) is longer than the travel of an axis ($130 and following)")  \
     X(150, NO_ENCODER, "this needs a spindle encoder: the board has none, or $88 is 0")                      \
-    X(151, SPINDLE_OFF, "this needs a turning spindle: M3 or M4, and an S above 0")                          \
+    X(151, SPINDLE_OFF, "this needs a running spindle: M3 or M4, and S above 0")                             \
     X(152, THREAD_PLANE, "G76 needs the ZX plane (G18)")                                                     \
     X(153, SPINDLE_TOO_FAST, "the axes cannot follow this pitch at this S, or the tapers do not fit")        \
     X(154, THREAD_KINEMATICS, "only straight axes can follow the spindle ($80)")

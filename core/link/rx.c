@@ -6,7 +6,10 @@
 void rx_init(struct rx *rx) {
     rx->index = rx->override_index = (struct ring){0, 0};
     rx->realtime = rx->cancel_at = rx->lost_lines = 0;
-    rx->flushes = rx->flushes_seen = rx->gaps = 0;
+    rx->flushes = rx->flushes_seen = 0;
+    for (unsigned loss = 0; loss < RX_LOSSES; loss++)
+        rx->gaps[loss] = 0;
+    rx->gap_at = rx->index.head - 1;
     rx->lost_byte = 0;
 }
 
@@ -66,6 +69,30 @@ bool rx_put(struct rx *rx, uint8_t byte) {
     return take_out(rx, byte) || store(rx, byte);
 }
 
+/* Whether take_out() takes a byte: a bit for each, from 0 on. */
+static const uint32_t acts[8] = {0x01000000, 0x80000002, 0, 0x40000000, ~0u, ~0u, ~0u, ~0u};
+
+/* Bytes of the stream, up to one that acts or the end of the room in one piece. */
+static size_t store_run(struct rx *rx, const uint8_t *bytes, size_t count) {
+    const uint32_t head = rx->index.head, from = head & (RX_SIZE - 1), room = rx_free(rx);
+    size_t most = room < RX_SIZE - from ? room : RX_SIZE - from, run = 0;
+    for (most = most < count ? most : count; run < most; run++) {
+        const uint8_t byte = bytes[run];
+        if ((acts[byte >> 5] >> (byte & 31) & 1) != 0)
+            break;
+        rx->bytes[from + run] = byte;
+    }
+    __atomic_store_n(&rx->index.head, head + (uint32_t)run, __ATOMIC_RELEASE);
+    return run;
+}
+
+size_t rx_put_all(struct rx *rx, const uint8_t *bytes, size_t count) {
+    size_t taken = 0;
+    while ((taken += store_run(rx, bytes + taken, count - taken)) < count && rx_put(rx, bytes[taken]))
+        taken++;
+    return taken;
+}
+
 /* Back to normal between two lines, once all lost ones were answered. */
 static bool may_go_on(const struct rx *rx) {
     return (rx->lost_byte == '\n' || rx->lost_byte == '\r') && rx_free(rx) == RX_SIZE &&
@@ -81,8 +108,10 @@ static bool is_second_half(const struct rx *rx, uint8_t byte) {
 /* A loss from before the last rx_flush() is over. */
 static void forget_loss(struct rx *rx) {
     uint32_t flushes = __atomic_load_n(&rx->flushes, __ATOMIC_ACQUIRE);
-    if (flushes != rx->flushes_seen)
+    if (flushes != rx->flushes_seen) {
         rx->lost_byte = 0;
+        rx->gap_at = rx->index.head - 1;
+    }
     rx->flushes_seen = flushes;
 }
 
@@ -101,11 +130,23 @@ void rx_put_or_lose(struct rx *rx, uint8_t byte) {
         __atomic_fetch_add(&rx->lost_lines, 1, __ATOMIC_RELEASE);
 }
 
-void rx_gap(struct rx *rx) {
-    __atomic_fetch_add(&rx->gaps, 1, __ATOMIC_RELAXED);
+void rx_spoil(struct rx *rx) {
     forget_loss(rx);
-    if (rx->lost_byte != 0 || !store(rx, LINE_GAP))
+    if (rx->lost_byte == 0 && rx->gap_at == rx->index.head)
+        return; /* the line is spoiled already */
+    if (rx->lost_byte == 0 && store(rx, LINE_GAP))
+        rx->gap_at = rx->index.head;
+    else
         rx->lost_byte = ' '; /* the next end of a line ends one that is lost */
+}
+
+void rx_count(struct rx *rx, enum rx_loss loss) {
+    __atomic_fetch_add(&rx->gaps[loss], 1, __ATOMIC_RELAXED);
+}
+
+void rx_gap(struct rx *rx, enum rx_loss loss) {
+    rx_count(rx, loss);
+    rx_spoil(rx);
 }
 
 size_t rx_peek(const struct rx *rx, const uint8_t **bytes) {

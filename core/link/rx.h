@@ -7,7 +7,7 @@
  * Bytes that find no room are either refused (rx_put: the sender waits, as TCP does) or lost (rx_put_or_lose:
  * a UART cannot wait). Lost lines are counted, so that each of them is still answered, in its place.
  *
- * Bytes that the hardware has lost before they came here (rx_gap) spoil the line that they belong to. */
+ * Bytes that were lost or damaged on their way here (rx_gap) spoil the line that they belong to. */
 #ifndef WIFICNC_LINK_RX_H
 #define WIFICNC_LINK_RX_H
 
@@ -31,16 +31,24 @@ enum realtime {
 /** Override bytes 0x90 .. 0xA1 are kept in order: two of them count twice. */
 enum { RX_OVERRIDES = 64, RX_OVERRIDE_FIRST = 0x90, RX_OVERRIDE_LAST = 0xA1 };
 
+/** What became of bytes on their way here. */
+enum rx_loss {
+    RX_OVERRUN,  /* an unknown number was lost, because nobody took them in time */
+    RX_UNFRAMED, /* one came without its stop bit: noise, a break, another baud rate */
+    RX_LOSSES,
+};
+
 struct rx {
     struct ring index;
     struct ring override_index;
-    uint32_t realtime;     /* enum realtime bits; atomic */
-    uint32_t cancel_at;    /* bytes put when the newest ! or 0x85 came; atomic */
-    uint32_t lost_lines;   /* ends of lines that found no room; atomic */
-    uint32_t gaps;         /* calls of rx_gap(), wraps; atomic */
-    uint32_t flushes;      /* rx_flush() was called, wraps; atomic */
-    uint32_t flushes_seen; /* [isr] of these, the ones that the losing end knows of */
-    uint8_t lost_byte;     /* [isr] the newest byte that was lost, 0 = nothing is being lost */
+    uint32_t realtime;        /* enum realtime bits; atomic */
+    uint32_t cancel_at;       /* bytes put when the newest ! or 0x85 came; atomic */
+    uint32_t lost_lines;      /* ends of lines that found no room; atomic */
+    uint32_t gaps[RX_LOSSES]; /* counted, wrap; atomic */
+    uint32_t gap_at;          /* [isr] bytes put when the newest LINE_GAP was the last of them */
+    uint32_t flushes;         /* rx_flush() was called, wraps; atomic */
+    uint32_t flushes_seen;    /* [isr] of these, the ones that the losing end knows of */
+    uint8_t lost_byte;        /* [isr] the newest byte that was lost, 0 = nothing is being lost */
     uint8_t overrides[RX_OVERRIDES];
     uint8_t bytes[RX_SIZE];
 };
@@ -51,17 +59,25 @@ void rx_init(struct rx *rx);
  * again. */
 bool rx_put(struct rx *rx, uint8_t byte);
 
+/** [isr or task] rx_put() for a buffer, at a fraction of its cost. @return bytes taken: fewer when it is full
+ */
+size_t rx_put_all(struct rx *rx, const uint8_t *bytes, size_t count);
+
 /** [isr or task] Take one byte of a stream that cannot wait. Without room it is lost, and so is the rest of
  * its line and every line until the waiting ones are read; rx_take_lost() counts them. */
 void rx_put_or_lose(struct rx *rx, uint8_t byte);
 
-/** [isr] An unknown number of bytes was lost before the next one: an overrun of the UART. The line is not
- * executed. If its end is among them, the next line is part of it, and one answer is missing. */
-void rx_gap(struct rx *rx);
+/** [isr or task, as rx_put] Bytes were lost before the next one. The line is not executed. If its end is
+ * among them, the next line is part of it, and one answer is missing. */
+void rx_gap(struct rx *rx, enum rx_loss loss);
+
+/** [as rx_gap] Its two halves: count, and have the line refused that comes next or has begun. */
+void rx_count(struct rx *rx, enum rx_loss loss);
+void rx_spoil(struct rx *rx);
 
 /** [task] Gaps since rx_init(). */
-static inline uint32_t rx_gaps(const struct rx *rx) {
-    return __atomic_load_n(&rx->gaps, __ATOMIC_RELAXED);
+static inline uint32_t rx_gaps(const struct rx *rx, enum rx_loss loss) {
+    return __atomic_load_n(&rx->gaps[loss], __ATOMIC_RELAXED);
 }
 
 /** [task] The waiting bytes in one piece, or the first piece of two. @return how many, 0 = none */

@@ -1,28 +1,31 @@
 /* SPDX-License-Identifier: MIT
  * M66: a dwell that an input can end. What it found is #5399. */
-#include "machine/inner.h"
+#include "machine/await.h"
+
+#include "machine/parts.h"
 
 static bool level_now(const struct machine *machine) {
-    return (machine->inputs.digital >> machine->command.port & 1u) != 0;
+    return (machine->inputs.digital >> machine->task.command.port & 1u) != 0;
 }
 
 enum task_stage await_begin(struct machine *machine, enum task_stage next) {
-    const struct gcode_command *command = &machine->command;
-    if (machine->state == MACHINE_CHECK)
+    const struct gcode_command *command = &machine->task.command;
+    if (machine->life.state == MACHINE_CHECK)
         return next;
     if (command->port_kind == PORT_ANALOG_IN) {
-        machine->params.input = (double)machine->board.analog->read(machine->hal, (unsigned)command->port);
+        machine->interp.params.input =
+            (double)machine->board.analog->read(machine->hal, (unsigned)command->port);
         return next;
     }
     if (command->wait == WAIT_NOT) {
-        machine->params.input = level_now(machine);
+        machine->interp.params.input = level_now(machine);
         return next;
     }
-    machine->params.input = -1.0; /* as long as it has not come */
-    machine->input_awaited = true;
-    machine->input_before = level_now(machine);
-    machine->dwell_left_s = (double)command->wait_s;
-    machine->after_dwell = next;
+    machine->interp.params.input = -1.0; /* as long as it has not come */
+    machine->task.input_awaited = true;
+    machine->task.input_before = level_now(machine);
+    machine->task.dwell_left_s = (double)command->wait_s;
+    machine->task.after_dwell = next;
     return TASK_DWELLING;
 }
 
@@ -43,13 +46,13 @@ static bool has_come(enum gcode_wait wait, bool before, bool now) {
 }
 
 void await_poll(struct machine *machine) {
-    if (!machine->input_awaited)
+    if (!machine->task.input_awaited)
         return;
     const bool now = level_now(machine);
-    if (has_come(machine->command.wait, machine->input_before, now)) {
-        machine->params.input = now;
-        machine->input_awaited = false;
-        machine->dwell_left_s = 0.0;
+    if (has_come(machine->task.command.wait, machine->task.input_before, now)) {
+        machine->interp.params.input = now;
+        machine->task.input_awaited = false;
+        machine->task.dwell_left_s = 0.0;
     }
-    machine->input_before = now;
+    machine->task.input_before = now;
 }

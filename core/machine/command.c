@@ -1,13 +1,27 @@
 /* SPDX-License-Identifier: MIT
  * $ lines: what each needs, and in which states it is possible. Order of the checks as in Grbl. */
-#include "machine/inner.h"
+#include "machine/command.h"
+
+#include "machine/answer.h"
+#include "machine/compute.h"
+#include "machine/configure.h"
+#include "machine/homing.h"
+#include "machine/inputs.h"
+#include "machine/jog.h"
+#include "machine/keep.h"
+#include "machine/keep_write.h"
+#include "machine/list.h"
+#include "machine/notice.h"
+#include "machine/outputs.h"
+#include "machine/parts.h"
+#include "machine/report.h"
+#include "machine/state.h"
+#include "machine/task.h"
 #include "machine/wiring.h"
 
 #include "gcode/number.h"
 
 #include <string.h>
-
-enum { STEPS_PER_MM = 100, KINEMATICS = 80, ARMS = 82 }; /* $100 .., $80 .. */
 
 static enum status help(struct machine *machine) {
     text_string(&machine->out,
@@ -16,7 +30,7 @@ static enum status help(struct machine *machine) {
 }
 
 static enum status show_settings(struct machine *machine) {
-    if (machine->state == MACHINE_RUN || machine->state == MACHINE_HOLD)
+    if (machine->life.state == MACHINE_RUN || machine->life.state == MACHINE_HOLD)
         return STATUS_NOT_IDLE;
     list_settings(machine);
     keep_report(machine);
@@ -30,7 +44,7 @@ static enum status refuse_damaged(struct machine *machine) {
 }
 
 static enum status unlock(struct machine *machine) {
-    if (machine->state != MACHINE_ALARM)
+    if (machine->life.state != MACHINE_ALARM)
         return STATUS_OK;
     if (keep_is_damaged(machine))
         return refuse_damaged(machine);
@@ -38,17 +52,17 @@ static enum status unlock(struct machine *machine) {
         return STATUS_DOOR_OPEN;
     report_message(machine, "Caution: Unlocked");
     report_not_homed(machine);
-    machine_transition(machine, MACHINE_UNLOCKS);
+    state_go(machine, MACHINE_UNLOCKS);
     return STATUS_OK;
 }
 
 static enum status check(struct machine *machine) {
-    if (machine->state == MACHINE_CHECK) {
+    if (machine->life.state == MACHINE_CHECK) {
         report_message(machine, "Disabled");
-        machine->reset_asked = true;
+        state_ask_reset(&machine->life, true);
         return STATUS_OK;
     }
-    if (!machine_is_at_rest(machine) || !machine_transition(machine, MACHINE_CHECKS))
+    if (!machine_is_at_rest(machine) || !state_go(machine, MACHINE_CHECKS))
         return STATUS_NOT_IDLE;
     report_message(machine, "Enabled");
     return STATUS_OK;
@@ -90,7 +104,7 @@ static enum status restore(struct machine *machine, const char *what) {
     if (keys == 0)
         return STATUS_UNKNOWN_COMMAND;
     if ((keys & settings) != 0)
-        machine->trusted = 0; /* steps of another size */
+        trust_lose(&machine->trust, machine->trust.axes); /* steps of another size */
     keep_defaults(machine, keys);
     return STATUS_OK;
 }
@@ -100,14 +114,15 @@ static enum status build_info(struct machine *machine, const char *text) {
         list_build(machine);
         if (text[0] == '+')
             list_codes(machine);
-        keep_report(machine);
+        notice_report(machine);
         return STATUS_OK;
     }
     if (text[0] != '=')
         return STATUS_UNKNOWN_COMMAND;
     if (keep_is_damaged(machine))
         return refuse_damaged(machine);
-    memcpy(machine->info, text + 1, strlen(text)); /* with its NUL; shorter than LINE_SIZE as the line was */
+    memcpy(machine->lines.info, text + 1,
+           strlen(text)); /* with its NUL; shorter than LINE_SIZE as the line was */
     (void)keep_save(machine, KEEP_BIT(KEEP_INFO));
     return STATUS_OK;
 }
@@ -124,32 +139,6 @@ static int32_t left_side(const char **text, enum status *status) {
                                                                                     : INT32_MAX;
 }
 
-/* Grbl refuses $0 below 3; a board whose own pulse is shorter takes just that one back. */
-static bool is_pulse_short(const struct machine *machine, int32_t number, double value) {
-    return number == 0 && value >= 0.0 && value < 3.0 && value != (double)machine_board_pulse_us(machine);
-}
-
-enum status command_set(struct machine *machine, uint16_t number, double value) {
-    if (is_pulse_short(machine, number, value))
-        return STATUS_STEP_PULSE_SHORT;
-    enum status status = wiring_check(machine, number, value);
-    if (status != STATUS_OK)
-        return status;
-    status = settings_set(&machine->settings, number, value, machine->board.axis_count);
-    if (status != STATUS_OK)
-        return status;
-    machine_apply_settings(machine);
-    bool places = (number >= STEPS_PER_MM && number < STEPS_PER_MM + AXIS_COUNT) ||
-                  (number >= KINEMATICS && number <= ARMS);
-    if (places) { /* the steps stay, so the machine is at another place in mm */
-        machine->trusted = 0;
-        machine_drop_motion(machine);
-    }
-    outputs_apply(machine);
-    torque_put_out(machine);
-    return STATUS_OK;
-}
-
 static enum status set(struct machine *machine, const char *text) {
     enum status status;
     double value;
@@ -162,7 +151,7 @@ static enum status set(struct machine *machine, const char *text) {
     if (*end != '\0' || number == INT32_MAX)
         return STATUS_UNKNOWN_COMMAND;
     status =
-        keep_is_damaged(machine) ? refuse_damaged(machine) : command_set(machine, (uint16_t)number, value);
+        keep_is_damaged(machine) ? refuse_damaged(machine) : configure_set(machine, (uint16_t)number, value);
     if (status != STATUS_OK)
         return status;
     report_changed_offset(machine); /* $10 and $13 change how it reads */
@@ -170,7 +159,7 @@ static enum status set(struct machine *machine, const char *text) {
     return STATUS_OK;
 }
 
-/* $N and $Nx=line: the line is executed first, and stored if that went well (machine_answer()).
+/* $N and $Nx=line: the line is executed first, and stored if that went well (answer_line()).
  * @return false: it became a task */
 static bool startup_line(struct machine *machine, const char *text, enum status *status) {
     *status = STATUS_OK;
@@ -179,20 +168,19 @@ static bool startup_line(struct machine *machine, const char *text, enum status 
         return true;
     }
     *status = STATUS_NOT_IDLE;
-    if (machine->state != MACHINE_IDLE)
+    if (machine->life.state != MACHINE_IDLE)
         return true;
     int32_t index = left_side(&text, status);
     if (index >= STARTUP_LINE_COUNT)
         *status = STATUS_UNKNOWN_COMMAND;
     if (index < 0 || index >= STARTUP_LINE_COUNT)
         return true;
-    *status = gcode_line(&machine->gcode, text, &machine->command);
+    *status = gcode_line(&machine->interp.gcode, text, &machine->task.command);
     if (*status != STATUS_OK)
         *status = compute_line(machine, text, *status);
     if (*status != STATUS_OK)
         return true;
-    machine->source = LINE_STORED;
-    machine->store_as = (uint8_t)index;
+    lines_store_as(&machine->lines, (unsigned)index);
     task_begin(machine);
     return false;
 }
@@ -208,8 +196,8 @@ static enum status home(struct machine *machine, const char *axes) {
 }
 
 static void sleep(struct machine *machine) {
-    machine_answer(machine, STATUS_OK);
-    machine_transition(machine, MACHINE_SLEEPS);
+    answer_line(machine, STATUS_OK);
+    state_go(machine, MACHINE_SLEEPS);
     outputs_off(machine);
     report_message(machine, "Sleeping");
 }
@@ -217,7 +205,7 @@ static void sleep(struct machine *machine) {
 /* Commands that need Idle or Alarm. @return false: answered already, or a task */
 static bool at_rest(struct machine *machine, const char *text, enum status *status) {
     *status = STATUS_NOT_IDLE;
-    if (!machine_is_idle_or_alarm(machine) || !machine_is_at_rest(machine))
+    if (!state_is_idle_or_alarm(machine) || !machine_is_at_rest(machine))
         return true;
     *status = STATUS_UNKNOWN_COMMAND;
     if (strcmp(text, "#") == 0) {
@@ -244,8 +232,8 @@ static bool at_rest(struct machine *machine, const char *text, enum status *stat
 }
 
 static enum status jog(struct machine *machine, const char *text) {
-    bool may_begin = machine->state == MACHINE_IDLE && machine_is_at_rest(machine);
-    if (!may_begin && machine->state != MACHINE_JOG) /* in Jog all that is queued are jogs */
+    bool may_begin = machine->life.state == MACHINE_IDLE && machine_is_at_rest(machine);
+    if (!may_begin && machine->life.state != MACHINE_JOG) /* in Jog all that is queued are jogs */
         return STATUS_NOT_IDLE;
     if (text[0] != '=')
         return STATUS_UNKNOWN_COMMAND;
@@ -264,7 +252,7 @@ static bool is_question(const char *text) {
 void command_line(struct machine *machine, const char *line) {
     const char *text = line + 1;
     enum status status;
-    if (machine->critical && !is_question(text)) {
+    if (machine->life.critical && !is_question(text)) {
         status = STATUS_LOCKED;
     } else if (text[0] == '\0') {
         status = help(machine);
@@ -277,5 +265,5 @@ void command_line(struct machine *machine, const char *line) {
     } else if (!at_rest(machine, text, &status)) {
         return;
     }
-    machine_answer(machine, status);
+    answer_line(machine, status);
 }

@@ -7,8 +7,19 @@
  * Unlike Grbl the axes slow down within their limits when a switch closes: machine_edge_isr() has kept the
  * exact step at which it did, and everything is measured from there. When one of two axes has found its
  * switch, the other goes on alone; so does one of two motors of an axis (square.h). */
-#include "machine/inner.h"
+#include "machine/homing.h"
+
+#include "machine/axes.h"
+#include "machine/drive.h"
+#include "machine/inputs.h"
+#include "machine/motors.h"
+#include "machine/overrides.h"
+#include "machine/parts.h"
+#include "machine/report.h"
+#include "machine/reset.h"
 #include "machine/square.h"
+#include "machine/state.h"
+#include "machine/timer.h"
 
 #include <string.h>
 
@@ -17,53 +28,23 @@
 
 enum { SEEK, SEEK_SETTLE, LEVEL, BACK_OFF, APPROACH, APPROACH_SETTLE, LAST_LEVEL, LAST_BACK_OFF };
 
-enum { CYCLE_COUNT = 6 };
-
-/* What is homed in a cycle, $44 .. $49. */
-static axis_mask_t cycle_axes(const struct machine *machine, unsigned cycle) {
-    const struct settings *settings = &machine->settings;
-    const uint8_t masks[CYCLE_COUNT] = {settings->homing_cycle_1_mask, settings->homing_cycle_2_mask,
-                                        settings->homing_cycle_3_mask, settings->homing_cycle_4_mask,
-                                        settings->homing_cycle_5_mask, settings->homing_cycle_6_mask};
-    return masks[cycle];
-}
-
-static axis_mask_t axes_in_cycles(const struct machine *machine) {
-    unsigned axes = 0;
-    for (unsigned cycle = 0; cycle < CYCLE_COUNT; cycle++)
-        axes |= cycle_axes(machine, cycle);
-    return (axis_mask_t)axes;
-}
-
-/* Axes with an end: an endless one has nothing to find. */
-static axis_mask_t axes_with_ends(const struct machine *machine) {
-    unsigned axes = 0;
-    for (unsigned ax = 0; ax < machine->board.axis_count; ax++)
-        axes |= machine->settings.max_travel_mm[ax] > 0.0f ? 1u << ax : 0;
-    return (axis_mask_t)axes;
-}
-
-double homing_direction(const struct machine *machine, unsigned axis) {
-    return (machine->settings.homing_dir_mask >> axis & 1) != 0 ? -1.0 : 1.0;
-}
-
 /* Where the homing axes are planned to: the tool's where its switches are not those of the joints. */
 static void axes_mm(const struct machine *machine, double mm[AXIS_COUNT]) {
-    const struct kinematics *kinematics = &machine->joints.kinematics;
+    const struct kinematics *kinematics = &machine->drive.joints.kinematics;
     if (kinematics->coupled)
-        kinematics->ops->forward(kinematics, machine->motion.plan.position_mm, mm);
+        kinematics->ops->forward(kinematics, machine->drive.motion.plan.position_mm, mm);
     else
-        memcpy(mm, machine->motion.plan.position_mm, AXIS_COUNT * sizeof mm[0]);
+        memcpy(mm, machine->drive.motion.plan.position_mm, AXIS_COUNT * sizeof mm[0]);
 }
 
 static void push(struct machine *machine, const struct motion_line *line) {
-    if (machine->joints.kinematics.coupled) {
-        joints_stand(&machine->joints, &machine->motion);
-        (void)joints_line(&machine->joints, &machine->motion, line, hal_time_us(machine->hal));
+    if (machine->drive.joints.kinematics.coupled) {
+        joints_stand(&machine->drive.joints, &machine->drive.motion);
+        (void)joints_line(&machine->drive.joints, &machine->drive.motion, line, hal_time_us(machine->hal));
     } else {
-        (void)motion_line(&machine->motion, line, hal_time_us(machine->hal));
+        (void)motion_line(&machine->drive.motion, line, hal_time_us(machine->hal));
     }
-    motion_flush(&machine->motion);
+    motion_flush(&machine->drive.motion);
 }
 
 /* One straight move of some axes by a signed distance each, each of them at the rate. */
@@ -74,7 +55,7 @@ static void move(struct machine *machine, axis_mask_t axes, const double target_
         linear += axes >> ax & 1;
     static const float root[] = {1.0f, 1.0f, 1.41421356f, 1.73205081f};
     struct motion_line line = {.feed_mm_s = rate_mm_min / 60.0f * root[linear],
-                               .line = machine->lines,
+                               .line = machine->lines.count,
                                .flags = MOTION_FLAG_EXACT_STOP};
     axes_mm(machine, line.target_mm);
     for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
@@ -97,7 +78,7 @@ static void look(struct machine *machine) {
     axes_mm(machine, from_mm);
     for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
         double reach_mm = square_is_half(machine, ax) ? square_reach_mm(machine, ax) : way_mm;
-        target_mm[ax] = from_mm[ax] + homing_direction(machine, ax) * reach_mm;
+        target_mm[ax] = from_mm[ax] + axes_direction(machine, ax) * reach_mm;
     }
     move(machine, homing->left, target_mm,
          seek ? settings->homing_seek_mm_min : settings->homing_feed_mm_min);
@@ -132,7 +113,7 @@ static void begin_step(struct machine *machine, uint8_t step) {
         return;
     case SEEK_SETTLE:
     case APPROACH_SETTLE:
-        machine_timer_start(machine, &machine->timer, machine->settings.homing_debounce_ms * 1000u);
+        timer_start(machine, &machine->clock.timer, machine->settings.homing_debounce_ms * 1000u);
         return;
     case LEVEL:
     case LAST_LEVEL:
@@ -150,7 +131,7 @@ static bool begin_cycle(struct machine *machine) {
     struct homing *homing = &machine->homing;
     while (homing->next <= CYCLE_COUNT) {
         unsigned cycle = homing->next++;
-        axis_mask_t axes = cycle < CYCLE_COUNT ? cycle_axes(machine, cycle) : homing->asked;
+        axis_mask_t axes = cycle < CYCLE_COUNT ? axes_of_cycle(machine, cycle) : homing->asked;
         homing->axes = axes & homing->asked & (axis_mask_t)~homing->done;
         homing->done |= homing->axes;
         if (homing->axes == 0)
@@ -160,10 +141,6 @@ static bool begin_cycle(struct machine *machine) {
         return true;
     }
     return false;
-}
-
-axis_mask_t homing_unknown(const struct machine *machine) {
-    return axes_with_ends(machine) & axes_in_cycles(machine) & (axis_mask_t)~machine->trusted;
 }
 
 /* An axis would back off from its switch into its other end. */
@@ -193,13 +170,13 @@ enum status homing_begin(struct machine *machine, const char *letters) {
         return STATUS_HOMING_DISABLED;
     if (is_pull_off_long(machine, asked))
         return STATUS_PULL_OFF;
-    square_release(machine);
-    *homing =
-        (struct homing){.asked = (axis_mask_t)asked, .all = all, .locked = machine->state == MACHINE_ALARM};
-    machine->trusted &= (axis_mask_t)~asked;
-    machine_transition(machine, MACHINE_HOMES);
-    machine_apply_override(machine);
-    machine->stage = TASK_HOMING;
+    motors_release(machine);
+    *homing = (struct homing){
+        .asked = (axis_mask_t)asked, .all = all, .locked = machine->life.state == MACHINE_ALARM};
+    trust_lose(&machine->trust, (axis_mask_t)asked);
+    state_go(machine, MACHINE_HOMES);
+    overrides_apply(machine);
+    task_enter(&machine->task, TASK_HOMING);
     (void)begin_cycle(machine);
     return STATUS_OK;
 }
@@ -207,17 +184,17 @@ enum status homing_begin(struct machine *machine, const char *letters) {
 /* Where an axis stands, a pull-off before the switch at the end of its travel, steps. */
 static int32_t homed_steps(const struct machine *machine, unsigned ax) {
     const struct settings *settings = &machine->settings;
-    bool positive = homing_direction(machine, ax) > 0.0;
+    bool positive = axes_direction(machine, ax) > 0.0;
     double end_mm =
-        kinematics_end(&machine->joints.kinematics, ax, positive, (double)settings->max_travel_mm[ax]);
-    double mm = end_mm - homing_direction(machine, ax) * (double)settings->homing_pull_off_mm;
+        kinematics_end(&machine->drive.joints.kinematics, ax, positive, (double)settings->max_travel_mm[ax]);
+    double mm = end_mm - axes_direction(machine, ax) * (double)settings->homing_pull_off_mm;
     double steps = mm * (double)settings->steps_per_mm[ax];
     return (int32_t)(steps < 0.0 ? steps - 0.5 : steps + 0.5);
 }
 
 /* What was found is the end of the travel: the counters get there without a pulse. */
 static void set_machine_position(struct machine *machine) {
-    const struct kinematics *kinematics = &machine->joints.kinematics;
+    const struct kinematics *kinematics = &machine->drive.joints.kinematics;
     const axis_mask_t axes = machine->homing.axes;
     struct kinematics mixed = *kinematics;
     int32_t position[AXIS_COUNT], before[AXIS_COUNT];
@@ -230,14 +207,14 @@ static void set_machine_position(struct machine *machine) {
             position[ax] = homed_steps(machine, ax);
     kinematics_joint_steps(&mixed, position);
     for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
-        machine->shift_steps[ax] += position[ax] - before[ax];
-    machine->trusted |= axes;
-    machine_stand_at(machine, position);
+        machine->trust.shift_steps[ax] += position[ax] - before[ax];
+    machine->trust.axes |= axes;
+    drive_stand_at(machine, position);
     report_changed_offset(machine);
 }
 
 static enum task_stage fail(struct machine *machine, enum alarm alarm) {
-    machine_reset(machine, alarm);
+    reset_machine(machine, alarm);
     return TASK_NONE;
 }
 
@@ -252,12 +229,12 @@ static enum task_stage end_back_off(struct machine *machine) {
     set_machine_position(machine);
     if (begin_cycle(machine))
         return TASK_HOMING;
-    bool stays_locked = machine->homing.locked && homing_unknown(machine) != 0;
-    machine_transition(machine, stays_locked ? MACHINE_ALARMS : MACHINE_RESTS);
+    bool stays_locked = machine->homing.locked && axes_not_homed(machine) != 0;
+    state_go(machine, stays_locked ? MACHINE_ALARMS : MACHINE_RESTS);
     if (stays_locked)
         report_not_homed(machine);
-    machine_apply_override(machine);
-    machine->startup = machine->homing.all && !stays_locked ? 0 : STARTUP_LINE_COUNT;
+    overrides_apply(machine);
+    lines_run_startup(&machine->lines, machine->homing.all && !stays_locked);
     return TASK_NONE;
 }
 
@@ -273,7 +250,7 @@ static enum alarm alarm_missed(const struct machine *machine) {
 /* Standing: some switch was found, or none within reach. */
 static enum task_stage end_search(struct machine *machine) {
     const struct homing *homing = &machine->homing;
-    machine_drop_motion(machine);
+    drive_drop(machine);
     if (!square_take(machine) && homing->left != 0)
         return fail(machine, alarm_missed(machine));
     if (homing->left != 0)
@@ -287,8 +264,8 @@ enum task_stage homing_poll(struct machine *machine) {
     const struct homing *homing = &machine->homing;
     bool searches = homing->step == SEEK || homing->step == APPROACH;
     if (searches && square_has_news(machine))
-        motion_hold(&machine->motion);
-    if (machine_timer_runs(machine, &machine->timer) || !machine_is_stopped(machine))
+        motion_hold(&machine->drive.motion);
+    if (timer_runs(machine, &machine->clock.timer) || !drive_is_stopped(machine))
         return TASK_HOMING;
     if (searches)
         return end_search(machine);

@@ -2,12 +2,28 @@
  * Motion of a network host. Segments go by the feed into the segment queue; jogs and homing use the planner,
  * so that they have its ramps and limits. */
 #include "machine/host.h"
-#include "machine/inner.h"
+
+#include "machine/configure.h"
+#include "machine/drive.h"
+#include "machine/homing.h"
+#include "machine/host_queue.h"
+#include "machine/inputs.h"
+#include "machine/jog.h"
+#include "machine/keep.h"
+#include "machine/keep_write.h"
+#include "machine/outputs.h"
+#include "machine/overrides.h"
+#include "machine/parts.h"
+#include "machine/preempt.h"
+#include "machine/report.h"
+#include "machine/reset.h"
+#include "machine/sender.h"
+#include "machine/state.h"
+#include "machine/torque.h"
 
 #include "base/minmax.h"
 
 #include <math.h>
-#include <string.h>
 
 #define JOG_LEAD_S      0.5f /* a jog is planned so far ahead, and the way to stop */
 #define JOG_LEAST_STEPS 4.0f
@@ -15,23 +31,23 @@
 /* ---- who moves ---- */
 
 static bool is_locked(const struct machine *machine) {
-    return machine->critical || machine->restart || machine->state == MACHINE_ALARM ||
-           machine->state == MACHINE_SLEEP;
+    return machine->life.critical || machine->life.restart || machine->life.state == MACHINE_ALARM ||
+           machine->life.state == MACHINE_SLEEP;
 }
 
 /* Nothing of anybody is under way. Between two polls the state says whether something moves; asking the
  * motion side would also find it busy when it only looks around. */
 static bool is_free(const struct machine *machine) {
-    return machine->stage == TASK_NONE && feed_is_empty(&machine->host.feed) &&
-           motion_is_planned_out(&machine->motion) &&
-           (machine->state == MACHINE_IDLE || machine->state == MACHINE_ALARM ||
-            (machine->state == MACHINE_HOLD && machine_is_at_rest(machine)));
+    return machine->task.stage == TASK_NONE && feed_is_empty(&machine->host.feed) &&
+           motion_is_planned_out(&machine->drive.motion) &&
+           (machine->life.state == MACHINE_IDLE || machine->life.state == MACHINE_ALARM ||
+            (machine->life.state == MACHINE_HOLD && machine_is_at_rest(machine)));
 }
 
 bool machine_host_is_busy(const struct machine *machine) {
     const struct machine_host *host = &machine->host;
-    return machine->state == MACHINE_HOME || machine->cancelling || host->jog.on || host->jog.waits ||
-           host->discards;
+    return machine->life.state == MACHINE_HOME || machine->suspend.cancels || host->jog.on ||
+           host->jog.waits || host->discards;
 }
 
 /* Whether motion can be the host's: its own is under way, or nothing moves. */
@@ -43,9 +59,10 @@ static enum host_answer may_own(const struct machine *machine) {
         return HOST_BUSY;
     if (host->owns)
         return HOST_DONE;
-    if (machine->sender == SENDER_HELD && machine->state == MACHINE_HOLD) /* the next client must see it */
+    if (machine->client.sender == SENDER_HELD &&
+        machine->life.state == MACHINE_HOLD) /* the next client must see it */
         return HOST_TEXT;
-    if (machine->state == MACHINE_DOOR)
+    if (machine->life.state == MACHINE_DOOR)
         return HOST_BUSY;
     return is_free(machine) ? HOST_DONE : HOST_TEXT;
 }
@@ -55,19 +72,19 @@ static void take_over(struct machine *machine) {
     if (machine->host.owns)
         return;
     machine->host.owns = true;
-    machine->notes = (struct line_notes){0};
-    report_message(machine, "Host commands motion");
+    notes_forget(&machine->notes);
+    report_message(machine, "Remote host controls motion");
 }
 
 bool machine_host_has_job(const struct machine *machine) {
-    bool planned = machine->stage != TASK_NONE || !motion_is_planned_out(&machine->motion);
+    bool planned = machine->task.stage != TASK_NONE || !motion_is_planned_out(&machine->drive.motion);
     bool own = machine->host.jog.on || machine->host.jog.waits || machine->host.homing;
-    return machine->host.job.step != HOST_JOB_NONE || (planned && !own && !machine->cancelling);
+    return machine->host.job.step != HOST_JOB_NONE || (planned && !own && !machine->suspend.cancels);
 }
 
 bool machine_host_release(struct machine *machine) {
     struct machine_host *host = &machine->host;
-    bool works = host->jog.on || host->jog.waits || host->homing || host->probing || machine->cancelling;
+    bool works = host->jog.on || host->jog.waits || host->homing || host->probing || machine->suspend.cancels;
     if (host->job.step != HOST_JOB_NONE)
         return preempt_release(machine);
     if (works)
@@ -76,96 +93,13 @@ bool machine_host_release(struct machine *machine) {
         return true;
     if (!machine_is_at_rest(machine))
         return false;
-    machine_drop_motion(machine); /* the planner goes on from where the host stands */
+    drive_drop(machine); /* the planner goes on from where the host stands */
     host->owns = false;
-    report_message(machine, "Host gave motion back");
+    report_message(machine, "Remote host released motion");
     return true;
-}
-
-void host_drop(struct machine *machine) {
-    if (!WITH_HOST)
-        return;
-    struct machine_host *host = &machine->host;
-    host->dropped++;
-    feed_clear(&host->feed);
-    host->owns = host->end_known = host->probing = false;
-    host->jog.on = host->jog.waits = host->discards = false;
-    host->job.step = HOST_JOB_NONE;
-}
-
-bool host_is_quiet(const struct machine *machine) {
-    return !WITH_HOST || feed_is_quiet(&machine->host.feed);
-}
-
-void host_set_limits(struct machine *machine, const struct motion_limits *limits) {
-    if (!WITH_HOST)
-        return;
-    struct feed_limits feed = {.axis_count = limits->axis_count};
-    for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
-        feed.rate_steps_s[ax] = limits->max_rate_mm_s[ax] * limits->steps_per_mm[ax];
-        feed.accel_steps_s2[ax] = limits->accel_mm_s2[ax] * limits->steps_per_mm[ax];
-    }
-    feed_set_limits(&machine->host.feed, &feed);
 }
 
 /* ---- segments ---- */
-
-static void know_end(struct machine *machine) {
-    struct machine_host *host = &machine->host;
-    int32_t position[AXIS_COUNT];
-    if (host->end_known)
-        return;
-    machine_position(machine, position);
-    for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
-        host->end_steps[ax] = position[ax];
-    host->end_known = true;
-}
-
-/* The tool may be where the joints are then. */
-static bool is_in_travel(const struct machine *machine, const int32_t steps[AXIS_COUNT]) {
-    double tool_mm[AXIS_COUNT];
-    machine_tool_mm(machine, steps, tool_mm);
-    return task_in_travel(machine, tool_mm) &&
-           (!machine->settings.soft_limits ||
-            kinematics_reaches(&machine->joints.kinematics, tool_mm, tool_mm));
-}
-
-/* Where the segment leads can be counted and lies within the travel. */
-static bool is_reachable(const struct machine *machine, const int64_t end_steps[AXIS_COUNT]) {
-    int32_t steps[AXIS_COUNT];
-    for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
-        if (end_steps[ax] > INT32_MAX || end_steps[ax] < -INT32_MAX)
-            return false;
-        steps[ax] = (int32_t)end_steps[ax];
-    }
-    return is_in_travel(machine, steps);
-}
-
-static void watch_probe(struct machine *machine, const struct feed_slot *slot) {
-    struct machine_host *host = &machine->host;
-    if ((slot->flags & SEGMENT_PROBE) == 0 || host->probing)
-        return;
-    host->probing = true;
-    hal_probe_watch(machine->hal, machine->settings.probe_invert);
-    machine->step.probe_hit = false;
-}
-
-bool host_take_segments(struct machine *machine) {
-    struct machine_host *host = &machine->host;
-    const struct feed_slot *slot;
-    know_end(machine);
-    while ((slot = feed_next(&host->feed)) != NULL) {
-        int64_t end_steps[AXIS_COUNT];
-        for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
-            end_steps[ax] = host->end_steps[ax] + slot->steps[ax];
-        if (!is_reachable(machine, end_steps))
-            return false;
-        memcpy(host->end_steps, end_steps, sizeof end_steps);
-        watch_probe(machine, slot);
-        feed_take(&host->feed);
-    }
-    return true;
-}
 
 /* From rest it would be pushed on, once for each segment that comes before its host has heard of the contact.
  */
@@ -213,40 +147,6 @@ enum host_answer machine_host_lay(struct machine *machine, uint32_t ahead, const
     return HOST_OUT_OF_TRAVEL;
 }
 
-void machine_host_forget_ahead(struct machine *machine) {
-    feed_forget_ahead(&machine->host.feed);
-}
-
-uint32_t machine_host_taken(const struct machine *machine) {
-    return machine->host.feed.head;
-}
-
-/* The line of the first slice that is not over. @return false: there is none */
-static bool find_line(const struct machine *machine, uint32_t *line) {
-    const struct segment_queue *queue = &machine->motion.queue;
-    struct step_now now;
-    if (machine->motion.ahead.owner != AHEAD_HOST)
-        return false;
-    bool waits = segment_queue_is_pending(queue), active = machine->step.active;
-    step_look(&machine->step, &now);
-    *line = active || now.left > 0 ? now.line : queue->slots[0].line;
-    return active || now.left > 0 || waits;
-}
-
-uint32_t machine_host_done(const struct machine *machine) {
-    const struct feed *feed = &machine->host.feed;
-    uint32_t line;
-    return find_line(machine, &line) ? feed_line_number(feed, line) : feed->tail;
-}
-
-uint16_t machine_host_id(const struct machine *machine) {
-    const struct feed *feed = &machine->host.feed;
-    uint32_t line;
-    if (find_line(machine, &line))
-        return feed_line_id(line);
-    return feed_is_empty(feed) ? 0 : feed->slots[feed->tail & (FEED_SIZE - 1)].id;
-}
-
 static axis_mask_t home_switches(const struct machine *machine) {
     unsigned own = machine->board.home_axes;
     unsigned homes = inputs_homing(machine, FIRST_MOTOR) | inputs_homing(machine, SECOND_MOTOR);
@@ -267,13 +167,13 @@ void machine_host_inputs(const struct machine *machine, struct host_inputs *inpu
 }
 
 uint8_t machine_host_digital(const struct machine *machine) {
-    return machine->digital & low_bits(machine->board.digital_outputs);
+    return machine->ports.digital & low_bits(machine->board.digital_outputs);
 }
 
 bool machine_host_spindle(const struct machine *machine, struct host_spindle *spindle) {
-    const struct spindle *measured = &machine->motion.emit.spindle;
+    const struct spindle *measured = &machine->drive.motion.emit.spindle;
     struct hal_encoder_state state;
-    if (!WITH_ENCODER || !machine->gcode.ports.encoder)
+    if (!WITH_ENCODER || !machine->interp.gcode.ports.encoder)
         return false;
     machine->board.encoder->read(machine->hal, &state);
     uint32_t now_us = hal_time_us(machine->hal);
@@ -282,39 +182,25 @@ bool machine_host_spindle(const struct machine *machine, struct host_spindle *sp
     return true;
 }
 
-void host_note_done(struct machine *machine) {
-    if (!WITH_HOST)
-        return;
-    machine->host.done_at_drop = machine_host_done(machine);
-}
-
-/* The machine stands, and continues from there. */
-static void discard_queue(struct machine *machine) {
-    struct machine_host *host = &machine->host;
-    host_note_done(machine);
-    host->dropped++;
-    feed_clear(&host->feed);
-    host->end_known = false;
-}
-
 /* Contact, or the last of the segments that look for it is done. */
 static bool follow_probe(struct machine *machine) {
     struct machine_host *host = &machine->host;
     struct feed *feed = &host->feed;
-    bool hit = machine->step.probe_hit;
+    bool hit = machine->drive.step.probe_hit;
     bool more =
         !feed_is_empty(feed) && (feed->slots[feed->tail & (FEED_SIZE - 1)].flags & SEGMENT_PROBE) != 0;
-    if (!host->probing || (hit ? !machine_is_stopped(machine) : more || !machine_is_standing(machine)))
+    if (!host->probing || (hit ? !drive_is_stopped(machine) : more || !machine_is_standing(machine)))
         return false;
     if (hit)
-        step_probe_position(&machine->step, host->probe_steps);
+        step_probe_position(&machine->drive.step, host->probe_steps);
     else
         machine_position(machine, host->probe_steps);
     host->probe_contact = hit;
     host->probes_done++;
-    host->probing = machine->step.probe_hit = false;
+    host->probing = false;
+    step_watch_probe(&machine->drive.step);
     if (hit)
-        discard_queue(machine);
+        host_discard_queue(machine);
     return true;
 }
 
@@ -325,17 +211,18 @@ void machine_host_discard(struct machine *machine) {
 
 static bool follow_discard(struct machine *machine) {
     struct machine_host *host = &machine->host;
-    if (!host->discards || !machine_is_stopped(machine))
+    if (!host->discards || !drive_is_stopped(machine))
         return false;
-    discard_queue(machine);
+    host_discard_queue(machine);
     host->discards = false;
     return true;
 }
 
 static bool feed_on(struct machine *machine) {
     struct feed *feed = &machine->host.feed;
-    bool goes = machine->state == MACHINE_IDLE || machine->state == MACHINE_RUN;
-    feed_hold(feed, !goes || machine->host.discards || (machine->host.probing && machine->step.probe_hit));
+    bool goes = machine->life.state == MACHINE_IDLE || machine->life.state == MACHINE_RUN;
+    feed_hold(feed,
+              !goes || machine->host.discards || (machine->host.probing && machine->drive.step.probe_hit));
     return feed_poll(feed);
 }
 
@@ -355,10 +242,10 @@ static double in_travel(const struct machine *machine, unsigned axis, double mm)
 /* The joints can be counted there; and where they are not the tool's axes, the tool is in its travel. */
 static bool may_stand(const struct machine *machine, const double joints[AXIS_COUNT]) {
     int32_t steps[AXIS_COUNT] = {0};
-    if (!motion_in_range(&machine->motion, joints))
+    if (!motion_in_range(&machine->drive.motion, joints))
         return false;
     kinematics_target_steps(joints, machine->settings.steps_per_mm, machine->board.axis_count, steps);
-    return machine->settings.kinematics == KINEMATICS_CARTESIAN || is_in_travel(machine, steps);
+    return machine->settings.kinematics == KINEMATICS_CARTESIAN || host_in_travel(machine, steps);
 }
 
 /* The end of the planned way moves on before the machine. The host's axes are joints. */
@@ -371,17 +258,17 @@ static bool extend_jog(struct machine *machine) {
     double lead_mm = (double)most_f(stop_mm + jog->speed_mm_s * JOG_LEAD_S, JOG_LEAST_STEPS / steps_per_mm);
     machine_position(machine, position);
     double at_mm = (double)position[jog->axis] / (double)steps_per_mm;
-    if (jog->direction * (jog->target_mm - at_mm) > lead_mm || !motion_has_room(&machine->motion))
+    if (jog->direction * (jog->target_mm - at_mm) > lead_mm || !motion_has_room(&machine->drive.motion))
         return false;
     struct motion_line line = {.feed_mm_s = jog->speed_mm_s, .flags = MOTION_FLAG_JOG};
     for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
-        line.target_mm[ax] = machine->motion.plan.position_mm[ax];
+        line.target_mm[ax] = machine->drive.motion.plan.position_mm[ax];
     double target_mm = in_travel(machine, jog->axis, jog->target_mm + jog->direction * lead_mm);
     line.target_mm[jog->axis] = target_mm;
     if (target_mm == jog->target_mm || !may_stand(machine, line.target_mm) ||
-        !motion_line(&machine->motion, &line, hal_time_us(machine->hal)))
+        !motion_line(&machine->drive.motion, &line, hal_time_us(machine->hal)))
         return false;
-    motion_flush(&machine->motion);
+    motion_flush(&machine->drive.motion);
     jog->target_mm = target_mm;
     return true;
 }
@@ -389,13 +276,13 @@ static bool extend_jog(struct machine *machine) {
 static void begin_jog(struct machine *machine) {
     struct host_jog *jog = &machine->host.jog;
     jog->waits = false;
-    if (!machine_transition(machine, MACHINE_JOGS))
+    if (!state_go(machine, MACHINE_JOGS))
         return;
-    machine_drop_motion(machine); /* the planner goes on from where the host stands */
+    drive_drop(machine); /* the planner goes on from where the host stands */
     machine->host.end_known = false;
-    machine_apply_override(machine);
+    overrides_apply(machine);
     jog->on = true;
-    jog->target_mm = machine->motion.plan.position_mm[jog->axis];
+    jog->target_mm = machine->drive.motion.plan.position_mm[jog->axis];
     (void)extend_jog(machine);
 }
 
@@ -407,7 +294,7 @@ enum host_answer machine_host_jog(struct machine *machine, unsigned axis, int di
         return HOST_MALFORMED;
     if (axis >= machine->board.axis_count)
         return HOST_NO_AXIS;
-    float most_mm_s = machine->motion.plan.limits.max_rate_mm_s[axis];
+    float most_mm_s = machine->drive.motion.plan.limits.max_rate_mm_s[axis];
     jog.speed_mm_s = least_f((float)speed_steps_s / machine->settings.steps_per_mm[axis], most_mm_s);
     bool same =
         host->jog.axis == axis && host->jog.direction == direction && host->jog.speed_mm_s == jog.speed_mm_s;
@@ -417,7 +304,7 @@ enum host_answer machine_host_jog(struct machine *machine, unsigned axis, int di
     enum host_answer answer = replaces ? HOST_DONE : may_own(machine);
     if (answer != HOST_DONE)
         return answer;
-    if (!replaces && (machine->state != MACHINE_IDLE || !is_free(machine)))
+    if (!replaces && (machine->life.state != MACHINE_IDLE || !is_free(machine)))
         return HOST_BUSY;
     take_over(machine);
     if (host->jog.on)
@@ -430,21 +317,21 @@ enum host_answer machine_host_jog(struct machine *machine, unsigned axis, int di
 void machine_host_jog_stop(struct machine *machine) {
     struct host_jog *jog = &machine->host.jog;
     jog->waits = false;
-    if (jog->on && machine->state == MACHINE_JOG && !machine->cancelling)
+    if (jog->on && machine->life.state == MACHINE_JOG && !machine->suspend.cancels)
         jog_cancel(machine);
 }
 
 void machine_host_gone(struct machine *machine) {
     machine_host_jog_stop(machine);
-    if (machine->host.homing && machine->state == MACHINE_HOME)
+    if (machine->host.homing && machine->life.state == MACHINE_HOME)
         sender_stop_homing(machine);
 }
 
 static bool follow_jog(struct machine *machine) {
     struct host_jog *jog = &machine->host.jog;
-    if (jog->on && (machine->state != MACHINE_JOG || machine->cancelling))
+    if (jog->on && (machine->life.state != MACHINE_JOG || machine->suspend.cancels))
         jog->on = false;
-    if (jog->waits && machine->state == MACHINE_IDLE && machine_is_at_rest(machine)) {
+    if (jog->waits && machine->life.state == MACHINE_IDLE && machine_is_at_rest(machine)) {
         begin_jog(machine);
         return true;
     }
@@ -463,14 +350,15 @@ enum host_answer machine_host_home(struct machine *machine, axis_mask_t axes) {
     letters[count] = '\0';
     if (!machine->settings.homing || count == 0)
         return HOST_NO_HOMING;
-    if (machine->critical || machine->restart || machine->state == MACHINE_SLEEP || keep_is_damaged(machine))
+    if (machine->life.critical || machine->life.restart || machine->life.state == MACHINE_SLEEP ||
+        keep_is_damaged(machine))
         return HOST_LOCKED;
-    enum host_answer answer = machine->state == MACHINE_ALARM ? HOST_DONE : may_own(machine);
+    enum host_answer answer = machine->life.state == MACHINE_ALARM ? HOST_DONE : may_own(machine);
     if (answer != HOST_DONE)
         return answer;
-    if (!is_free(machine) || machine->state == MACHINE_HOLD || inputs_door_is_open(machine))
+    if (!is_free(machine) || machine->life.state == MACHINE_HOLD || inputs_door_is_open(machine))
         return HOST_BUSY;
-    machine_drop_motion(machine); /* the planner goes on from where the host stands */
+    drive_drop(machine); /* the planner goes on from where the host stands */
     if (homing_begin(machine, letters) != STATUS_OK)
         return HOST_NO_HOMING;
     take_over(machine);
@@ -481,45 +369,47 @@ enum host_answer machine_host_home(struct machine *machine, axis_mask_t axes) {
 
 static bool follow_homing(struct machine *machine) {
     struct machine_host *host = &machine->host;
-    if (!host->homing || machine->stage == TASK_HOMING)
+    if (!host->homing || machine->task.stage == TASK_HOMING)
         return false;
-    host->homing = machine->homed_line = false; /* no line waits for an answer */
+    host->homing = false;
+    lines_answer_homing(&machine->lines, false); /* no line waits for it */
     const axis_mask_t asked = machine->homing.asked;
-    host->homed_ok = !machine->critical && !machine->restart && (machine->trusted & asked) == asked;
+    host->homed_ok =
+        !machine->life.critical && !machine->life.restart && (machine->trust.axes & asked) == asked;
     return true;
 }
 
 void machine_host_estop(struct machine *machine) {
-    if (!machine->critical)
-        machine_alarm_critical(machine, ALARM_ESTOP);
+    if (!machine->life.critical)
+        reset_alarm(machine, ALARM_ESTOP);
 }
 
 void machine_host_hold(struct machine *machine) {
-    rx_request(&machine->rx, REALTIME_HOLD);
+    rx_request(&machine->lines.rx, REALTIME_HOLD);
 }
 
 void machine_host_resume(struct machine *machine) {
-    rx_request(&machine->rx, REALTIME_RESUME);
+    rx_request(&machine->lines.rx, REALTIME_RESUME);
 }
 
 bool machine_host_unlock(struct machine *machine) {
-    bool sleeps = machine->state == MACHINE_SLEEP; /* motors without current may have moved */
-    if (!machine->critical && machine->state != MACHINE_ALARM && !sleeps)
+    bool sleeps = machine->life.state == MACHINE_SLEEP; /* motors without current may have moved */
+    if (!machine->life.critical && machine->life.state != MACHINE_ALARM && !sleeps)
         return false;
     if (keep_is_damaged(machine))
         return false;
-    bool stays_locked = machine->locks_again || sleeps;
-    machine_reset(machine, ALARM_NONE);
-    machine->quiet.on = false;
+    bool stays_locked = machine->life.locks_again || sleeps;
+    reset_machine(machine, ALARM_NONE);
+    timer_end_quiet(&machine->clock);
     if (!stays_locked)
-        (void)machine_transition(machine, MACHINE_UNLOCKS);
+        (void)state_go(machine, MACHINE_UNLOCKS);
     return true;
 }
 
 static void set_coolant(struct machine *machine, uint8_t coolant) {
     if (machine->outputs.coolant == coolant)
         return;
-    machine->outputs.coolant = coolant;
+    outputs_ask_coolant(&machine->outputs, coolant);
     outputs_apply(machine);
     report_changed_override(machine);
 }
@@ -534,13 +424,13 @@ static void know_outputs(struct gcode_modal *modal, const struct host_outputs *t
 
 /* Coolant that the board lacks is asked for, and $91 does not pass it. */
 static bool lacks_coolant(const struct machine *machine, const struct host_outputs *to) {
-    const struct gcode_ports *ports = &machine->gcode.ports;
+    const struct gcode_ports *ports = &machine->interp.gcode.ports;
     return !ports->coolant_passes && (to->coolant & to->coolant_mask & ports->no_coolant) != 0;
 }
 
 /* The spindle can do what is asked for on this board. */
 static bool can_turn(const struct machine *machine, const struct host_outputs *to) {
-    const struct gcode_ports *ports = &machine->gcode.ports;
+    const struct gcode_ports *ports = &machine->interp.gcode.ports;
     if (!to->turns || to->spindle == SPINDLE_OFF)
         return true;
     return !ports->no_spindle && (!ports->no_reverse || to->spindle == SPINDLE_CW);
@@ -549,34 +439,35 @@ static bool can_turn(const struct machine *machine, const struct host_outputs *t
 enum host_answer machine_host_outputs(struct machine *machine, const struct host_outputs *to) {
     uint8_t coolant =
         (uint8_t)((machine->outputs.coolant & ~to->coolant_mask) | (to->coolant & to->coolant_mask));
-    coolant &= (uint8_t)~machine->gcode.ports.no_coolant; /* the status shows what is on */
+    coolant &= (uint8_t)~machine->interp.gcode.ports.no_coolant; /* the status shows what is on */
     bool starts = (to->turns && to->spindle != SPINDLE_OFF) || (to->coolant & to->coolant_mask) != 0;
     if (!can_turn(machine, to) || lacks_coolant(machine, to))
         return HOST_NO_OUTPUT;
     if (is_locked(machine) && starts)
         return HOST_LOCKED;
-    if (!machine->host.owns && starts && (machine->stage != TASK_NONE || machine->state != MACHINE_IDLE))
+    if (!machine->host.owns && starts &&
+        (machine->task.stage != TASK_NONE || machine->life.state != MACHINE_IDLE))
         return HOST_TEXT;
-    know_outputs(&machine->gcode.modal, to, coolant);
+    know_outputs(&machine->interp.gcode.modal, to, coolant);
     if (!machine->host.owns) /* the line under way; that of a job that waits is not concerned */
-        know_outputs(&machine->command.next, to, coolant);
+        know_outputs(&machine->task.command.next, to, coolant);
     if (to->turns)
         outputs_set(machine, to->spindle, to->rpm, coolant);
     else
         set_coolant(machine, coolant);
-    machine->digital = (uint8_t)((machine->digital & ~to->digital_mask) | (to->digital & to->digital_mask));
-    torque_put_out(machine);
+    torque_set_digital(machine,
+                       (machine->ports.digital & ~to->digital_mask) | (to->digital & to->digital_mask));
     return HOST_DONE;
 }
 
 enum status machine_host_set(struct machine *machine, uint16_t number, double value) {
-    if (!is_free(machine) || machine->state == MACHINE_HOLD)
+    if (!is_free(machine) || machine->life.state == MACHINE_HOLD)
         return STATUS_NOT_IDLE;
-    if (machine->critical)
+    if (machine->life.critical)
         return STATUS_LOCKED;
     if (keep_is_damaged(machine))
         return STATUS_STORE_DAMAGED;
-    return command_set(machine, number, value);
+    return configure_set(machine, number, value);
 }
 
 bool machine_host_save(struct machine *machine) {

@@ -10,7 +10,56 @@
 #ifndef WIFICNC_MACHINE_HOST_H
 #define WIFICNC_MACHINE_HOST_H
 
+#include "gcode/gcode.h"
+#include "hal/hal.h"
 #include "machine/machine.h"
+#include "segment/feed.h"
+
+/** A jog of a network host: it goes on until it is stopped, so its end moves on before it. */
+struct host_jog {
+    bool on, waits; /* waits: for the one before to stand */
+    uint8_t axis;
+    int8_t direction;
+    float speed_mm_s;
+    double target_mm; /* planned so far */
+};
+
+/** A job of the text side that a network host has interrupted; machine/preempt.c. */
+enum host_job {
+    HOST_JOB_NONE,
+    HOST_JOB_BRAKES,   /* it slows down along its path; the host's segments lie ready */
+    HOST_JOB_WAITS,    /* it stands with all that was planned, until the host has let go and ~ comes */
+    HOST_JOB_RESTORES, /* spindle and outputs are again as the job had them */
+    HOST_JOB_RETURNS,  /* the axes go back to where it was left */
+};
+struct host_suspended {
+    enum host_job step;
+    bool hold_asked; /* ! came while it slowed down: the host's motion begins held */
+    bool by_release; /* the hold is that of the host's letting go, nobody else has asked for it */
+    int32_t left_steps[AXIS_COUNT];
+    enum gcode_spindle spindle, modal_spindle; /* as they were put out, and as the program had set them */
+    float rpm, modal_rpm;
+    uint8_t coolant, modal_coolant, digital;
+};
+
+/** Motion of a network host; machine/host.h. */
+struct machine_host {
+    struct feed feed;
+    struct host_suspended job;
+    bool owns;                     /* motion is a host's: lines of the text side wait */
+    bool end_known;                /* end_steps is right */
+    int64_t end_steps[AXIS_COUNT]; /* where the segments taken so far end */
+    uint32_t dropped;              /* times that queued motion was given up: e-stop, reset, contact; wraps */
+    uint32_t done_at_drop;         /* segments executed to their end before that */
+    uint32_t late_refusals;        /* segments that waited for a job to stand and then left the travel */
+    uint32_t late_refused;         /* number of the first of them, as machine_host_taken() counts */
+    struct host_jog jog;
+    bool homing, homed_ok;       /* it homes; the last time went well */
+    bool discards;               /* its motion slows down; then what is queued is discarded */
+    bool probing, probe_contact; /* segments with SEGMENT_PROBE are queued; how the last of them ended */
+    uint32_t probes_done;        /* wraps */
+    int32_t probe_steps[AXIS_COUNT];
+};
 
 enum host_answer {
     HOST_DONE,
@@ -123,5 +172,11 @@ enum status machine_host_set(struct machine *machine, uint16_t number, double va
 /** Keep all settings over a power cut. @return false: the storage has failed. (The store of a target with the
  * binary protocol is never busy.) */
 bool machine_host_save(struct machine *machine);
+
+/** Motion of a network host goes on. @return true when anything was done */
+bool host_poll(struct machine *machine);
+
+/** How far motion of hosts is. */
+const struct machine_host *machine_host(const struct machine *machine);
 
 #endif

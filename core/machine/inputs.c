@@ -1,17 +1,22 @@
 /* SPDX-License-Identifier: MIT
  * Switches and buttons. */
-#include "machine/inner.h"
+#include "machine/inputs.h"
+
+#include "machine/drive.h"
+#include "machine/parts.h"
+#include "machine/place.h"
+#include "machine/switches.h"
 
 #include <stddef.h>
 
 axis_mask_t inputs_ganged(const struct machine *machine) {
     const struct hal_ganged *ganged = machine->board.ganged;
-    return ganged != NULL ? (axis_mask_t)(ganged->axes & machine->gcode.axes) : 0;
+    return ganged != NULL ? (axis_mask_t)(ganged->axes & machine->interp.gcode.axes) : 0;
 }
 
 static axis_mask_t limits_of(const struct machine *machine, struct switch_lines lines) {
     uint32_t first = lines.limits | lines.limits >> 8, second = lines.limits >> 16 | lines.limits >> 24;
-    return (axis_mask_t)((first | (second & inputs_ganged(machine))) & machine->gcode.axes);
+    return (axis_mask_t)((first | (second & inputs_ganged(machine))) & machine->interp.gcode.axes);
 }
 
 axis_mask_t inputs_limits(const struct machine *machine) {
@@ -23,7 +28,7 @@ static axis_mask_t homing_of(const struct machine *machine, struct switch_lines 
     uint32_t home = motor == FIRST_MOTOR ? lines.homes : lines.homes >> 8;
     uint32_t to_min = machine->settings.homing_dir_mask, own = machine->board.home_axes;
     uint32_t limit = (limits & to_min) | (limits >> 8 & ~to_min);
-    axis_mask_t axes = motor == FIRST_MOTOR ? machine->gcode.axes : inputs_ganged(machine);
+    axis_mask_t axes = motor == FIRST_MOTOR ? machine->interp.gcode.axes : inputs_ganged(machine);
     return (axis_mask_t)(((home & own) | (limit & ~own)) & axes);
 }
 
@@ -41,9 +46,9 @@ bool inputs_door_is_open(const struct machine *machine) {
 
 /* Limits that stop the machine. Homing runs onto those that it looks for, but not onto the others. */
 static axis_mask_t hard_limits(const struct machine *machine) {
-    if (!machine->settings.hard_limits || machine->state == MACHINE_ALARM)
+    if (!machine->settings.hard_limits || machine->life.state == MACHINE_ALARM)
         return 0;
-    return machine->state == MACHINE_HOME ? machine->board.home_axes : machine->gcode.axes;
+    return machine->life.state == MACHINE_HOME ? machine->board.home_axes : machine->interp.gcode.axes;
 }
 
 /* Where lines have closed that homing looks for: it counts if they stay closed. */
@@ -57,7 +62,7 @@ static void mark_edges(struct machine *machine, struct switch_lines fresh) {
     }
     if (any == 0)
         return;
-    machine_axis_steps(machine, position);
+    place_axis_steps(machine, position);
     for (unsigned motor = 0; motor < MOTOR_COUNT; motor++)
         for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
             if ((axes[motor] >> ax & 1) != 0)
@@ -73,7 +78,7 @@ static void latch_switches(struct machine *machine, unsigned motor, axis_mask_t 
     int32_t position[AXIS_COUNT];
     if (latch == 0)
         return;
-    machine_axis_steps(machine, position);
+    place_axis_steps(machine, position);
     for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
         if ((latch >> ax & 1) != 0)
             edges->at[motor][ax] = (marked >> ax & 1) != 0 ? edges->mark[motor][ax] : position[ax];
@@ -89,7 +94,7 @@ static void take_switches(struct machine *machine, struct switch_lines waited) {
     if ((fresh & hard_limits(machine)) != 0)
         edges->hard_limit = true;
     if (edges->estop || edges->hard_limit)
-        step_halt(&machine->step);
+        step_halt(&machine->drive.step);
     for (unsigned motor = 0; motor < MOTOR_COUNT; motor++)
         if (edges->latch[motor] != 0)
             latch_switches(machine, motor, homing_of(machine, waited, motor));
@@ -129,55 +134,10 @@ void inputs_begin(struct machine *machine) {
     machine->edges.known = inputs_limits(machine);
 }
 
-static uint32_t pressed(const struct hal_inputs *now, const struct hal_inputs *before) {
-    uint32_t bits = 0;
-    bits |= now->hold && !before->hold ? REALTIME_HOLD : 0;
-    bits |= now->start && !before->start ? REALTIME_RESUME : 0;
-    bits |= now->reset && !before->reset ? REALTIME_RESET : 0;
-    return bits;
-}
-
-/* Which of a hold and the start button came first is not known when both are new: the hold counts. */
-static uint32_t without_doubt(const struct rx *rx, uint32_t bits) {
-    bool holds = ((bits | __atomic_load_n(&rx->realtime, __ATOMIC_RELAXED)) & REALTIME_HOLD) != 0;
-    return holds ? bits & ~(uint32_t)REALTIME_RESUME : bits;
-}
-
 static void look(void *arg) {
     machine_edge_isr(arg);
 }
 
 void inputs_look(struct machine *machine) {
-    machine_on_motion_side(machine, look, machine);
-}
-
-/* The switches are not as they were at the last edge. */
-static bool are_news(const struct machine *machine, const struct hal_inputs *now) {
-    struct switch_lines lines = switch_lines_of(&now->switches, machine->settings.limit_invert);
-    const struct switches *known = &machine->edges.switches;
-    return ((lines.limits ^ known->closed.limits) & ~known->waiting.limits) != 0 ||
-           ((lines.homes ^ known->closed.homes) & ~known->waiting.homes) != 0;
-}
-
-bool inputs_poll(struct machine *machine) {
-    struct hal_inputs before = machine->inputs;
-    hal_inputs_read(machine->hal, &machine->inputs);
-    const struct hal_inputs *now = &machine->inputs;
-    if (are_news(machine, now)) /* the end of debouncing; or a board without edge interrupts for them */
-        inputs_look(machine);
-    if ((now->estop || machine->edges.estop) && !machine->critical && !machine->restart) {
-        machine_alarm_critical(machine, ALARM_ESTOP);
-        return true;
-    }
-    if (machine->edges.hard_limit) {
-        machine_alarm_critical(machine, ALARM_HARD_LIMIT);
-        return true;
-    }
-    rx_request(&machine->rx, without_doubt(&machine->rx, pressed(now, &before)));
-    if (now->door && !machine->critical && !machine->restart && machine->state != MACHINE_DOOR) {
-        enum machine_state state = machine->state;
-        suspend_open_door(machine);
-        return machine->state != state;
-    }
-    return false;
+    drive_on_motion_side(machine, look, machine);
 }

@@ -1,51 +1,60 @@
 /* SPDX-License-Identifier: MIT
  * $J=: moves that can be called off. */
-#include "machine/inner.h"
+#include "machine/jog.h"
+
+#include "machine/answer.h"
+#include "machine/drive.h"
+#include "machine/notes.h"
+#include "machine/overrides.h"
+#include "machine/parts.h"
+#include "machine/place.h"
+#include "machine/reach.h"
+#include "machine/state.h"
 
 enum status jog_begin(struct machine *machine, const char *text) {
-    struct gcode_command *command = &machine->command;
-    enum status status = gcode_jog(&machine->gcode, text, command);
+    struct gcode_command *command = &machine->task.command;
+    enum status status = gcode_jog(&machine->interp.gcode, text, command);
     if (status != STATUS_OK)
         return status;
     status = reach_move(machine, &command->move);
     if (status != STATUS_OK)
         return status;
-    if (!task_in_travel(machine, command->move.target_mm))
+    if (!reach_in_travel(machine, command->move.target_mm))
         return STATUS_JOG_TRAVEL;
-    machine_transition(machine, MACHINE_JOGS);
-    machine_apply_override(machine);
-    machine->stage = TASK_JOG;
+    state_go(machine, MACHINE_JOGS);
+    overrides_apply(machine);
+    task_enter(&machine->task, TASK_JOG);
     return STATUS_OK;
 }
 
 enum task_stage jog_poll(struct machine *machine) {
-    const struct gcode_move *move = &machine->command.move;
+    const struct gcode_move *move = &machine->task.command.move;
     notes_add(&machine->notes,
-              &(struct line_note){.line = machine->lines, .number = machine->command.line_number});
+              &(struct line_note){.line = machine->lines.count, .number = machine->task.command.line_number});
     struct motion_line line = {.feed_mm_s = move->feed_mm_s,
-                               .line = machine->lines,
+                               .line = machine->lines.count,
                                .note = machine->notes.count,
                                .flags = MOTION_FLAG_JOG};
     for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
         line.target_mm[ax] = move->target_mm[ax];
-    if (!joints_line(&machine->joints, &machine->motion, &line, hal_time_us(machine->hal)))
+    if (!joints_line(&machine->drive.joints, &machine->drive.motion, &line, hal_time_us(machine->hal)))
         return TASK_JOG;
-    task_set_position(machine, move->target_mm);
+    place_set_program(machine, move->target_mm);
     return TASK_NONE;
 }
 
 void jog_cancel(struct machine *machine) {
-    machine->cancelling = true;
-    motion_hold(&machine->motion);
-    if (machine->stage != TASK_JOG)
+    suspend_cancel(&machine->suspend, true);
+    motion_hold(&machine->drive.motion);
+    if (machine->task.stage != TASK_JOG)
         return;
-    machine->stage = TASK_NONE; /* the jog that waited for room */
-    machine_answer(machine, STATUS_OK);
+    task_enter(&machine->task, TASK_NONE); /* the jog that waited for room */
+    answer_line(machine, STATUS_OK);
 }
 
 void jog_end_cancel(struct machine *machine) {
-    machine->cancelling = false;
-    machine_drop_motion(machine);
-    machine_transition(machine, MACHINE_RESTS); /* a door that cancelled it stays open */
-    machine_apply_override(machine);
+    suspend_cancel(&machine->suspend, false);
+    drive_drop(machine);
+    state_go(machine, MACHINE_RESTS); /* a door that cancelled it stays open */
+    overrides_apply(machine);
 }

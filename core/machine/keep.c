@@ -1,7 +1,10 @@
 /* SPDX-License-Identifier: MIT
  * What survives a power cut: settings, offsets, startup lines and the text of $I, read at power-on. What
  * could not be read is reported until the user acknowledges it. Writing: keep_write.c. */
-#include "machine/inner.h"
+#include "machine/keep.h"
+
+#include "machine/list.h"
+#include "machine/parts.h"
 
 #include "settings/store.h"
 
@@ -29,7 +32,7 @@ static bool are_coordinates(const double *mm, unsigned count) {
 }
 
 static bool load_offsets(struct machine *machine) {
-    struct gcode_offsets *offsets = &machine->gcode.offsets;
+    struct gcode_offsets *offsets = &machine->interp.gcode.offsets;
     struct kept_offsets kept;
     enum store_result result = load(machine, KEEP_OFFSETS, &kept, sizeof kept);
     if (result != STORE_FOUND)
@@ -43,7 +46,7 @@ static bool load_offsets(struct machine *machine) {
 }
 
 static bool load_more_offsets(struct machine *machine) {
-    struct gcode_offsets *offsets = &machine->gcode.offsets;
+    struct gcode_offsets *offsets = &machine->interp.gcode.offsets;
     double row_mm[KEPT_WCS_MORE][AXIS_COUNT];
     enum store_result result = load(machine, KEEP_WCS_MORE, row_mm, sizeof row_mm);
     if (result != STORE_FOUND)
@@ -62,7 +65,7 @@ static bool load_tools(struct machine *machine) {
     for (unsigned tool = 0; tool < TOOL_COUNT; tool++)
         if (!is_coordinate((double)tool_mm[tool]))
             return false;
-    memcpy(machine->gcode.offsets.tool_mm, tool_mm, sizeof tool_mm);
+    memcpy(machine->interp.gcode.offsets.tool_mm, tool_mm, sizeof tool_mm);
     return true;
 }
 
@@ -88,8 +91,8 @@ void keep_load(struct machine *machine) {
     good[KEEP_OFFSETS] = load_offsets(machine);
     good[KEEP_WCS_MORE] = load_more_offsets(machine);
     good[KEEP_TOOLS] = load_tools(machine);
-    good[KEEP_STARTUP] = load_lines(machine, KEEP_STARTUP, machine->startup_lines, STARTUP_LINE_COUNT);
-    good[KEEP_INFO] = load_lines(machine, KEEP_INFO, &machine->info, 1);
+    good[KEEP_STARTUP] = load_lines(machine, KEEP_STARTUP, machine->lines.startup_text, STARTUP_LINE_COUNT);
+    good[KEEP_INFO] = load_lines(machine, KEEP_INFO, &machine->lines.info, 1);
     for (unsigned key = 0; key < KEEP_KEYS; key++)
         if (!good[key])
             machine->kept.damaged |= (uint16_t)(1u << key);
@@ -114,8 +117,9 @@ static void list_lost(const struct store_lost *lost, const struct text_out *out)
         text_string(out, " and more");
 }
 
-/* Without the frame of a message. */
-static void describe(const struct machine *machine, const struct text_out *out) {
+void keep_describe(const struct machine *machine, const struct text_out *out) {
+    if (!keep_is_damaged(machine))
+        return;
     const char *before = "Stored data is damaged: ";
     for (unsigned key = 0; key < KEEP_KEYS; key++) {
         if ((machine->kept.damaged >> key & 1) == 0)
@@ -133,33 +137,10 @@ void keep_report(struct machine *machine) {
     if (!keep_is_damaged(machine))
         return;
     text_string(&machine->out, "[MSG:");
-    describe(machine, &machine->out);
+    keep_describe(machine, &machine->out);
     text_string(&machine->out, "]\r\n");
 }
 
-/* A text of limited size. */
-struct notice {
-    char *text;
-    size_t size, count;
-};
-
-static void add_to_notice(void *ctx, const char *bytes, size_t count) {
-    struct notice *notice = ctx;
-    size_t room = notice->size - 1 - notice->count;
-    count = count < room ? count : room;
-    memcpy(notice->text + notice->count, bytes, count);
-    notice->count += count;
-    notice->text[notice->count] = '\0';
-}
-
-bool machine_notice(const struct machine *machine, unsigned number, char *text, size_t size) {
-    struct notice notice = {.text = text, .size = size};
-    const struct text_out out = {.write = add_to_notice, .ctx = &notice};
-    const char *sender = sender_notice(machine);
-    text[0] = '\0';
-    if (keep_is_damaged(machine) && number-- == 0)
-        describe(machine, &out);
-    else if (sender != NULL && number == 0)
-        text_string(&out, sender);
-    return text[0] != '\0';
+struct store keep_store(const struct machine *machine) {
+    return (struct store){.ops = machine->board.store, .ctx = machine->board.store_ctx};
 }

@@ -43,4 +43,30 @@ struct machine_kept {
     struct store_batch batch;
 };
 
+struct machine;
+struct text_out;
+
+#include "gcode/gcode.h"
+
+/** G54 .. G59, G28, G30 as they are stored; G59.1 .. G59.3 have their own key. */
+enum { KEPT_WCS = 6, KEPT_WCS_MORE = WCS_COUNT - KEPT_WCS };
+struct kept_offsets {
+    double row_mm[KEPT_WCS + 2][AXIS_COUNT];
+};
+
+/** Power-on: read all that is stored, and keep in mind what could not be read. */
+void keep_load(struct machine *machine);
+
+/** Something stored could not be read, and the user has not acknowledged that: nothing moves. */
+bool keep_is_damaged(const struct machine *machine);
+
+/** Print what is damaged, and what to do, if something is. */
+void keep_report(struct machine *machine);
+
+/** The same without `[MSG:`. */
+void keep_describe(const struct machine *machine, const struct text_out *out);
+
+/** The board's store. */
+struct store keep_store(const struct machine *machine);
+
 #endif

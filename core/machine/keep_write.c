@@ -6,13 +6,15 @@
  *
  * The store of a chip may take 50 ms and writes while the program runs: keep_poll() looks how far it is. As
  * long as it is busy no further line begins; real-time bytes, switches and motion are served as ever. */
-#include "machine/inner.h"
+#include "machine/keep_write.h"
+
+#include "machine/answer.h"
+#include "machine/configure.h"
+#include "machine/keep.h"
+#include "machine/parts.h"
+#include "machine/report.h"
 
 #include <string.h>
-
-struct store keep_store(const struct machine *machine) {
-    return (struct store){.ops = machine->board.store, .ctx = machine->board.store_ctx};
-}
 
 bool keep_is_busy(const struct machine *machine) {
     return machine->kept.step != KEEP_RESTS;
@@ -24,6 +26,23 @@ static bool is_meant(const struct machine *machine, enum keep_key key) {
     return (machine->kept.keys & KEEP_BIT(key)) != 0;
 }
 
+enum {
+    OFFSETS_SIZE = sizeof(struct kept_offsets),
+    WCS_MORE_SIZE = sizeof(double[KEPT_WCS_MORE][AXIS_COUNT]),
+    TOOLS_SIZE = sizeof((struct gcode_offsets *)0)->tool_mm,
+    STARTUP_SIZE = sizeof((struct machine_lines *)0)->startup_text,
+    INFO_SIZE = sizeof((struct machine_lines *)0)->info,
+    OTHERS_COUNT = KEEP_KEYS - KEEP_OFFSETS,
+    OTHERS_SUM = OFFSETS_SIZE + WCS_MORE_SIZE + TOOLS_SIZE + STARTUP_SIZE + INFO_SIZE
+};
+_Static_assert((int)OFFSETS_SIZE <= (int)STORE_OTHERS_SIZE && (int)WCS_MORE_SIZE <= (int)STORE_OTHERS_SIZE &&
+                   (int)TOOLS_SIZE <= (int)STORE_OTHERS_SIZE && (int)STARTUP_SIZE <= (int)STORE_OTHERS_SIZE &&
+                   (int)INFO_SIZE <= (int)STORE_OTHERS_SIZE,
+               "each value can be stored: STORE_OTHERS_SIZE");
+_Static_assert((int)OTHERS_COUNT + 1 == (int)STORE_BATCH_VALUES, "the settings and the others");
+_Static_assert((int)OTHERS_SUM + OTHERS_COUNT * (int)STORE_HEAD_SIZE <= (int)STORE_OTHERS_ROOM,
+               "a batch has room for each value once: STORE_OTHERS_ROOM");
+
 static void add(struct machine *machine, enum keep_key key, const void *bytes, size_t size) {
     struct store store = keep_store(machine);
     if (is_meant(machine, key))
@@ -31,13 +50,13 @@ static void add(struct machine *machine, enum keep_key key, const void *bytes, s
 }
 
 static void add_offsets(struct machine *machine) {
-    const struct gcode_offsets *offsets = &machine->gcode.offsets;
+    const struct gcode_offsets *offsets = &machine->interp.gcode.offsets;
     struct kept_offsets kept;
     memcpy(kept.row_mm, offsets->wcs_mm, KEPT_WCS * sizeof offsets->wcs_mm[0]);
     memcpy(kept.row_mm[KEPT_WCS], offsets->g28_mm, sizeof offsets->g28_mm);
     memcpy(kept.row_mm[KEPT_WCS + 1], offsets->g30_mm, sizeof offsets->g30_mm);
-    add(machine, KEEP_OFFSETS, &kept, sizeof kept);
-    add(machine, KEEP_WCS_MORE, offsets->wcs_mm[KEPT_WCS], KEPT_WCS_MORE * sizeof offsets->wcs_mm[0]);
+    add(machine, KEEP_OFFSETS, &kept, OFFSETS_SIZE);
+    add(machine, KEEP_WCS_MORE, offsets->wcs_mm[KEPT_WCS], WCS_MORE_SIZE);
 }
 
 static void fill_batch(struct machine *machine) {
@@ -47,9 +66,9 @@ static void fill_batch(struct machine *machine) {
     if (is_meant(machine, KEEP_SETTINGS))
         store_add_settings(batch, &store, &machine->settings);
     add_offsets(machine);
-    add(machine, KEEP_TOOLS, machine->gcode.offsets.tool_mm, sizeof machine->gcode.offsets.tool_mm);
-    add(machine, KEEP_STARTUP, machine->startup_lines, sizeof machine->startup_lines);
-    add(machine, KEEP_INFO, machine->info, sizeof machine->info);
+    add(machine, KEEP_TOOLS, machine->interp.gcode.offsets.tool_mm, TOOLS_SIZE);
+    add(machine, KEEP_STARTUP, machine->lines.startup_text, STARTUP_SIZE);
+    add(machine, KEEP_INFO, machine->lines.info, INFO_SIZE);
 }
 
 /* ---- one step after the other ---- */
@@ -65,10 +84,10 @@ static void finish(struct machine *machine) {
         report_message(machine, "'$H'|'$X' to unlock");
     if (follow == KEEP_FOLLOW_RESET) {
         report_message(machine, "Restoring defaults");
-        machine->reset_asked = !machine->restart;
+        state_ask_reset(&machine->life, !machine->life.restart);
     }
     if (answers)
-        machine_answer(machine, STATUS_OK);
+        answer_line(machine, STATUS_OK);
 }
 
 /* @return false: not stored */
@@ -91,8 +110,8 @@ static bool begin_write(struct machine *machine) {
 static void take_copied(struct machine *machine, enum hal_store_state state) {
     if (state == HAL_STORE_BUSY)
         return;
-    report_message(machine, state == HAL_STORE_DONE ? "A copy of the damaged data is kept"
-                                                    : "No copy of the damaged data could be kept");
+    report_message(machine, state == HAL_STORE_DONE ? "Saved a copy of the damaged data"
+                                                    : "Cannot save a copy of the damaged data");
     (void)begin_write(machine);
 }
 
@@ -102,7 +121,7 @@ static void begin_copy(struct machine *machine) {
     machine->kept.keys |= machine->kept.damaged;
     machine->kept.damaged = 0;
     machine->kept.step = KEEP_COPIES;
-    machine->alarm = ALARM_NONE;
+    state_show_alarm(&machine->life, ALARM_NONE);
     take_copied(machine, store.ops->set_aside(store.ctx));
 }
 
@@ -130,8 +149,8 @@ bool keep_save(struct machine *machine, unsigned keys) {
 }
 
 void keep_startup(struct machine *machine) {
-    const char *text = strchr(machine->reader.text, '=');
-    char *line = machine->startup_lines[machine->store_as];
+    const char *text = strchr(machine->lines.reader.text, '=');
+    char *line = machine->lines.startup_text[machine->lines.store_as];
     if (text != NULL)
         memcpy(line, text + 1, strlen(text));
     (void)keep_save(machine, KEEP_BIT(KEEP_STARTUP));
@@ -146,15 +165,15 @@ void keep_acknowledge(struct machine *machine) {
 static void set_defaults(struct machine *machine, unsigned keys) {
     if ((keys & KEEP_BIT(KEEP_SETTINGS)) != 0) {
         settings_defaults(&machine->settings);
-        machine->settings.step_pulse_us = machine_board_pulse_us(machine);
-        machine_apply_settings(machine);
+        machine->settings.step_pulse_us = configure_default_pulse_us(machine);
+        configure_apply(machine);
     }
     if ((keys & KEEP_ALL_OFFSETS) != 0)
-        memset(&machine->gcode.offsets, 0, sizeof machine->gcode.offsets);
+        memset(&machine->interp.gcode.offsets, 0, sizeof machine->interp.gcode.offsets);
     if ((keys & KEEP_BIT(KEEP_STARTUP)) != 0)
-        memset(machine->startup_lines, 0, sizeof machine->startup_lines);
+        memset(machine->lines.startup_text, 0, sizeof machine->lines.startup_text);
     if ((keys & KEEP_BIT(KEEP_INFO)) != 0)
-        memset(machine->info, 0, sizeof machine->info);
+        memset(machine->lines.info, 0, sizeof machine->lines.info);
 }
 
 void keep_defaults(struct machine *machine, unsigned keys) {

@@ -1,6 +1,9 @@
 /* SPDX-License-Identifier: MIT
  * Answers of several lines: $$ $# $G $I $N. */
-#include "machine/inner.h"
+#include "machine/list.h"
+
+#include "machine/parts.h"
+#include "machine/report.h"
 
 void list_settings(struct machine *machine) {
     uint16_t number = SETTINGS_BEGIN;
@@ -27,8 +30,8 @@ static void list_row(struct machine *machine, const char *name, const double mm[
 
 void list_probe(struct machine *machine) {
     text_string(&machine->out, "[PRB:");
-    report_axes_steps(machine, machine->probe_steps);
-    text_string(&machine->out, machine->probe_ok ? ":1]\r\n" : ":0]\r\n");
+    report_axes_steps(machine, machine->probe.steps);
+    text_string(&machine->out, machine->probe.ok ? ":1]\r\n" : ":0]\r\n");
 }
 
 /* What Grbl does not have is listed only where it was set: a sender that reads just Grbl's rows sees those.
@@ -36,16 +39,16 @@ void list_probe(struct machine *machine) {
 static void list_more_rows(struct machine *machine) {
     char name[] = "G59.1";
     for (unsigned row = 6; row < WCS_COUNT; row++, name[4]++) {
-        bool is_set = machine->gcode.modal.wcs == row;
+        bool is_set = machine->interp.gcode.modal.wcs == row;
         for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
-            is_set |= machine->gcode.offsets.wcs_mm[row][ax] != 0.0;
+            is_set |= machine->interp.gcode.offsets.wcs_mm[row][ax] != 0.0;
         if (is_set)
-            list_row(machine, name, machine->gcode.offsets.wcs_mm[row]);
+            list_row(machine, name, machine->interp.gcode.offsets.wcs_mm[row]);
     }
 }
 
 static void list_tools(struct machine *machine) {
-    const struct gcode_offsets *offsets = &machine->gcode.offsets;
+    const struct gcode_offsets *offsets = &machine->interp.gcode.offsets;
     for (int32_t tool = 1; tool <= TOOL_COUNT; tool++) {
         if (offsets->tool_mm[tool - 1] == 0.0f)
             continue;
@@ -58,7 +61,7 @@ static void list_tools(struct machine *machine) {
 }
 
 void list_offsets(struct machine *machine) {
-    const struct gcode_offsets *offsets = &machine->gcode.offsets;
+    const struct gcode_offsets *offsets = &machine->interp.gcode.offsets;
     char name[] = "G54";
     for (unsigned row = 0; row < 6; row++, name[2]++)
         list_row(machine, name, offsets->wcs_mm[row]);
@@ -79,7 +82,7 @@ static void list_word(struct machine *machine, const char *letter, int32_t numbe
 }
 
 static void list_motion(struct machine *machine) {
-    const struct gcode_modal *modal = &machine->gcode.modal;
+    const struct gcode_modal *modal = &machine->interp.gcode.modal;
     static const char *const names[] = {
         [MOTION_RAPID] = "G0",  [MOTION_LINEAR] = "G1", [MOTION_ARC_CW] = "G2", [MOTION_ARC_CCW] = "G3",
         [MOTION_PROBE] = "G38", [MOTION_NONE] = "G80",  [MOTION_CUBIC] = "G5",  [MOTION_QUADRATIC] = "G5.1"};
@@ -97,14 +100,14 @@ static void list_motion(struct machine *machine) {
 }
 
 static void list_wcs(struct machine *machine) {
-    int32_t wcs = machine->gcode.modal.wcs;
+    int32_t wcs = machine->interp.gcode.modal.wcs;
     list_word(machine, " G", wcs < 6 ? 54 + wcs : 59);
     if (wcs >= 6)
         list_word(machine, ".", wcs - 5);
 }
 
 static void list_outputs(struct machine *machine) {
-    const struct gcode_modal *modal = &machine->gcode.modal;
+    const struct gcode_modal *modal = &machine->interp.gcode.modal;
     static const char *const spindle[] = {[SPINDLE_OFF] = " M5", [SPINDLE_CW] = " M3", [SPINDLE_CCW] = " M4"};
     text_string(&machine->out, spindle[modal->spindle]);
     if ((modal->coolant & COOLANT_MIST) != 0)
@@ -118,7 +121,7 @@ static void list_outputs(struct machine *machine) {
 void list_modes(struct machine *machine) {
     static const char *const feed_modes[] = {
         [FEED_PER_MIN] = " G94", [FEED_INVERSE_TIME] = " G93", [FEED_PER_REV] = " G95"};
-    const struct gcode_modal *modal = &machine->gcode.modal;
+    const struct gcode_modal *modal = &machine->interp.gcode.modal;
     text_string(&machine->out, "[GC:");
     list_motion(machine);
     list_wcs(machine);
@@ -145,16 +148,15 @@ void list_modes(struct machine *machine) {
 /* V variable spindle, N line numbers, M mist coolant, H homing of single axes. */
 void list_build(struct machine *machine) {
     text_string(&machine->out, "[VER:1.1h.20190830:");
-    text_string(&machine->out, machine->info);
+    text_string(&machine->out, machine->lines.info);
     text_string(&machine->out, "]\r\n[OPT:VNMH,");
     text_int(&machine->out, PLAN_MOVES);
     text_string(&machine->out, ",");
     text_int(&machine->out, RX_SIZE);
     text_string(&machine->out, "]\r\n");
-    if (machine->motion.ahead.late > 0)
+    if (machine->drive.motion.ahead.late > 0)
         report_underruns(machine);
-    if (rx_gaps(&machine->rx) > 0)
-        report_gaps(machine);
+    report_gaps(machine);
 }
 
 /* All codes of the table, as [CAPS:G0,G1,..,G38.2,..]. */
@@ -181,7 +183,7 @@ void list_startup(struct machine *machine) {
     for (int32_t line = 0; line < STARTUP_LINE_COUNT; line++) {
         list_word(machine, "$N", line);
         text_string(&machine->out, "=");
-        text_string(&machine->out, machine->startup_lines[line]);
+        text_string(&machine->out, machine->lines.startup_text[line]);
         text_string(&machine->out, "\r\n");
     }
 }

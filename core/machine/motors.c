@@ -1,23 +1,28 @@
 /* SPDX-License-Identifier: MIT
  * Power of the motors: on before the first step, off when $1 has passed since the last one. [motion side] */
-#include "machine/inner.h"
+#include "machine/motors.h"
 
-#include <stddef.h>
+#include "machine/parts.h"
 
 #define MOTORS_STAY_ON_MS 255u /* $1: as in Grbl */
 #define US_PER_MS         1000u
 
 /* They hold what homing has found so far, and in sleep nothing. */
 static bool stay_on(const struct machine *machine) {
-    return machine->state == MACHINE_HOME ||
-           (machine->settings.idle_delay_ms == MOTORS_STAY_ON_MS && machine->state != MACHINE_SLEEP);
+    return machine->life.state == MACHINE_HOME ||
+           (machine->settings.idle_delay_ms == MOTORS_STAY_ON_MS && machine->life.state != MACHINE_SLEEP);
+}
+
+/* As machine_is_standing(), but of what the motion side itself knows: the answer to a batch is the task's. */
+static bool stands(const struct machine *machine) {
+    return !segment_queue_is_pending(&machine->drive.motion.queue) && step_is_resting(&machine->drive.step);
 }
 
 static bool wanted(const struct machine *machine, uint32_t now_us) {
     const struct machine_motors *motors = &machine->motors;
-    if (!machine_is_standing(machine) || stay_on(machine))
+    if (!stands(machine) || stay_on(machine))
         return true;
-    return motors->on && machine->state != MACHINE_SLEEP &&
+    return motors->on && machine->life.state != MACHINE_SLEEP &&
            now_us - motors->moved_us < machine->settings.idle_delay_ms * US_PER_MS;
 }
 
@@ -36,7 +41,7 @@ bool motors_poll(struct machine *machine) {
         motors->awake = false;
         motors->woken_us = now_us;
     }
-    if (!machine_is_standing(machine))
+    if (!stands(machine))
         motors->moved_us = now_us;
     if (on != motors->on || machine->settings.enable_invert != motors->inverted)
         put_out(machine, on);
@@ -54,4 +59,17 @@ uint32_t motors_wait_us(const struct machine *machine) {
 
 void motors_init(struct machine *machine) {
     put_out(machine, false);
+}
+
+void motors_hold(struct machine *machine, axis_mask_t first, axis_mask_t second) {
+    axis_mask_t *held = machine->motors.held;
+    if (first == held[FIRST_MOTOR] && second == held[SECOND_MOTOR])
+        return;
+    held[FIRST_MOTOR] = first;
+    held[SECOND_MOTOR] = second;
+    machine->board.ganged->hold(machine->hal, first, second);
+}
+
+void motors_release(struct machine *machine) {
+    motors_hold(machine, 0, 0);
 }

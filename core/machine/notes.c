@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: MIT
  * Notes on motion lines under way. */
-#include "machine/inner.h"
+#include "machine/notes.h"
+
+#include "machine/parts.h"
 
 #include <stddef.h>
 
@@ -51,8 +53,9 @@ uint32_t notes_number(const struct line_notes *notes, uint32_t line) {
 
 uint32_t notes_line_now(const struct machine *machine) {
     struct step_now now;
-    if (!machine->step.active || machine->motion.ahead.owner == AHEAD_HOST) /* a line may be half done */
-        return emit_line(&machine->motion.emit);
-    step_look(&machine->step, &now);
+    if (!machine->drive.step.active ||
+        machine->drive.motion.ahead.owner == AHEAD_HOST) /* a line may be half done */
+        return emit_line(&machine->drive.motion.emit);
+    step_look(&machine->drive.step, &now);
     return now.line;
 }

@@ -1,7 +1,10 @@
 /* SPDX-License-Identifier: MIT
  * Spindle (or laser) and coolant: from what was asked for to what the pins show. */
-#include "machine/inner.h"
+#include "machine/outputs.h"
+
 #include "machine/laser.h"
+#include "machine/parts.h"
+#include "machine/report.h"
 
 static bool spindle_is_on(const struct machine *machine) {
     const struct machine_outputs *outputs = &machine->outputs;
@@ -12,10 +15,10 @@ static bool spindle_is_on(const struct machine *machine) {
 /* S with override and laser power, between $31 and $30. 0 stays 0. */
 static float limited_rpm(const struct machine *machine) {
     const struct settings *settings = &machine->settings;
-    bool enabled = (machine->gcode.modal.overrides & OVERRIDE_SPINDLE) != 0;
+    bool enabled = (machine->interp.gcode.modal.overrides & OVERRIDE_SPINDLE) != 0;
     if (!spindle_is_on(machine))
         return 0.0f;
-    float factor = enabled ? (float)machine->spindle_pct * 0.01f : 1.0f;
+    float factor = enabled ? (float)machine->overrides.spindle_pct * 0.01f : 1.0f;
     float rpm = settings->laser_mode ? laser_rpm(machine, factor) : machine->outputs.rpm * factor;
     if (rpm <= 0.0f)
         return 0.0f;
@@ -66,7 +69,7 @@ void outputs_set(struct machine *machine, enum gcode_spindle spindle, float rpm,
     outputs->laser = machine->settings.laser_mode;
     outputs->aim.on = false;
     outputs_apply(machine);
-    spindle_disturb(&machine->motion.emit.spindle, hal_time_us(machine->hal));
+    spindle_disturb(&machine->drive.motion.emit.spindle, hal_time_us(machine->hal));
     report_changed_override(machine);
 }
 
@@ -77,7 +80,8 @@ void outputs_off(struct machine *machine) {
 
 /* A spindle that turns becomes no beam at rest, and a beam no spindle at full speed: M5 first. */
 static void leave_mode(struct machine *machine) {
-    machine->gcode.modal.spindle = machine->command.next.spindle = machine->command.spindle = SPINDLE_OFF;
+    interp_know_spindle(machine, SPINDLE_OFF);
+    machine->task.command.spindle = SPINDLE_OFF;
     outputs_set(machine, SPINDLE_OFF, machine->outputs.rpm, machine->outputs.coolant);
     report_message(machine, "Spindle off: $32 changed");
 }
@@ -89,9 +93,17 @@ void outputs_poll(struct machine *machine) {
     if (!machine->settings.laser_mode || outputs->spindle == SPINDLE_OFF)
         return;
     laser_poll(machine);
-    if (machine->motion.ahead.owner != AHEAD_HOST)
-        outputs->rpm = machine->gcode.modal.spindle_rpm; /* reports: S comes with its line, without M3 */
+    if (machine->drive.motion.ahead.owner != AHEAD_HOST)
+        outputs->rpm =
+            machine->interp.gcode.modal.spindle_rpm; /* reports: S comes with its line, without M3 */
     float rpm = limited_rpm(machine);
     if (rpm != outputs->shown_rpm)
         put_spindle(machine, rpm);
+}
+
+void outputs_program(struct machine *machine, enum gcode_spindle spindle, uint8_t coolant) {
+    if (machine->life.state == MACHINE_CHECK)
+        return;
+    outputs_set(machine, spindle, machine->task.command.next.spindle_rpm, coolant);
+    laser_aim(machine);
 }

@@ -6,20 +6,30 @@
  *
  * Nothing of the job is lost: what was planned stays in the look-ahead, the current line stays as far as it
  * was, offsets and modes are nobody else's. It goes on from the exact step at which it was left. */
+#include "machine/preempt.h"
+
+#include "machine/drive.h"
 #include "machine/host.h"
-#include "machine/inner.h"
+#include "machine/host_queue.h"
+#include "machine/outputs.h"
+#include "machine/parts.h"
+#include "machine/report.h"
+#include "machine/state.h"
+#include "machine/suspend.h"
+#include "machine/timer.h"
+#include "machine/torque.h"
 
 #include "base/minmax.h"
 
 #define LEG_MOST_S 1000.0f /* a longer way back is gone in several */
 
 static bool goes(const struct machine *machine) {
-    return machine->state == MACHINE_IDLE || machine->state == MACHINE_RUN;
+    return machine->life.state == MACHINE_IDLE || machine->life.state == MACHINE_RUN;
 }
 
 /* Stages of which nothing is lost when motion pauses and returns. */
 static bool can_pause(const struct machine *machine) {
-    switch (machine->stage) {
+    switch (machine->task.stage) {
     case TASK_THREAD:
     case TASK_PAUSED:
     case TASK_TOOL_WAIT:
@@ -33,8 +43,8 @@ static bool can_pause(const struct machine *machine) {
     case TASK_LOCKED:
         return false;
     default:
-        return !machine->input_awaited && !machine->thread.cutting &&
-               (machine->gcode.modal.overrides & OVERRIDE_HOLD) != 0;
+        return !machine->task.input_awaited && !machine->thread.cutting &&
+               (machine->interp.gcode.modal.overrides & OVERRIDE_HOLD) != 0;
     }
 }
 
@@ -42,11 +52,11 @@ bool preempt_may(const struct machine *machine) {
     const struct machine_host *host = &machine->host;
     switch (host->job.step) {
     case HOST_JOB_NONE:
-        return goes(machine) && !machine->restart && !machine->quiet.on && can_pause(machine);
+        return goes(machine) && !machine->life.restart && !machine->clock.quiet.on && can_pause(machine);
     case HOST_JOB_BRAKES:
         return true;
     case HOST_JOB_WAITS:
-        return machine->state == MACHINE_HOLD && machine->sender != SENDER_HELD;
+        return machine->life.state == MACHINE_HOLD && machine->client.sender != SENDER_HELD;
     case HOST_JOB_RESTORES:
     case HOST_JOB_RETURNS:
     default:
@@ -57,16 +67,16 @@ bool preempt_may(const struct machine *machine) {
 void preempt_begin(struct machine *machine) {
     struct machine_host *host = &machine->host;
     if (host->job.step == HOST_JOB_NONE) {
-        host->job = (struct host_suspended){.step = HOST_JOB_BRAKES, .hold_asked = machine->hold_waits};
-        machine->hold_waits = false;
-        (void)machine_transition(machine, MACHINE_HOLDS);
-        motion_hold(&machine->motion);
+        host->job = (struct host_suspended){.step = HOST_JOB_BRAKES,
+                                            .hold_asked = suspend_take_hold(&machine->suspend)};
+        (void)state_go(machine, MACHINE_HOLDS);
+        motion_hold(&machine->drive.motion);
     } else if (host->job.step == HOST_JOB_WAITS && !host->owns) {
         host->owns = true;
         host->end_known = false;
         if (host->job.by_release)
-            (void)machine_transition(machine, MACHINE_RESUMES);
-        report_message(machine, "Host commands motion: the job waits");
+            (void)state_go(machine, MACHINE_RESUMES);
+        report_message(machine, "Remote host controls motion: job paused");
     }
 }
 
@@ -83,14 +93,14 @@ bool preempt_hold(struct machine *machine) {
 static void keep_outputs(struct machine *machine) {
     struct host_suspended *job = &machine->host.job;
     const struct machine_outputs *outputs = &machine->outputs;
-    const struct gcode_modal *modal = &machine->gcode.modal;
+    const struct gcode_modal *modal = &machine->interp.gcode.modal;
     job->spindle = outputs->spindle;
     job->rpm = outputs->rpm;
     job->coolant = outputs->coolant;
     job->modal_spindle = modal->spindle;
     job->modal_rpm = modal->spindle_rpm;
     job->modal_coolant = modal->coolant;
-    job->digital = machine->digital;
+    job->digital = machine->ports.digital;
     if (machine->settings.laser_mode && outputs->spindle != SPINDLE_OFF)
         outputs_set(machine, SPINDLE_OFF, 0.0f, outputs->coolant); /* the host's moves are no cuts */
 }
@@ -108,21 +118,22 @@ static void take_laid(struct machine *machine) {
 static bool hand_over(struct machine *machine) {
     struct machine_host *host = &machine->host;
     struct host_suspended *job = &host->job;
-    if (!machine_is_stopped(machine) || (machine->state != MACHINE_HOLD && !goes(machine)))
+    if (!drive_is_stopped(machine) || (machine->life.state != MACHINE_HOLD && !goes(machine)))
         return false;
-    (void)machine_transition(machine, job->hold_asked ? MACHINE_HOLDS : MACHINE_RESUMES);
+    (void)state_go(machine, job->hold_asked ? MACHINE_HOLDS : MACHINE_RESUMES);
     machine_position(machine, job->left_steps);
     keep_outputs(machine);
     host->owns = true;
     host->end_known = false;
-    if (motion_is_planned_out(&machine->motion) && machine->stage == TASK_NONE) { /* it ended just now */
+    if (motion_is_planned_out(&machine->drive.motion) &&
+        machine->task.stage == TASK_NONE) { /* it ended just now */
         job->step = HOST_JOB_NONE;
-        machine->notes = (struct line_notes){0};
-        motion_resume(&machine->motion);
-        report_message(machine, "Host commands motion");
+        notes_forget(&machine->notes);
+        motion_resume(&machine->drive.motion);
+        report_message(machine, "Remote host controls motion");
     } else {
         job->step = HOST_JOB_WAITS;
-        report_message(machine, "Host commands motion: the job waits");
+        report_message(machine, "Remote host controls motion: job paused");
     }
     take_laid(machine);
     return true;
@@ -139,30 +150,26 @@ bool preempt_release(struct machine *machine) {
     if (!quiet)
         return false;
     host->owns = false;
-    job->by_release = machine_transition(machine, MACHINE_HOLDS);
-    report_message(machine, "Host gave motion back: ~ returns to the job");
+    job->by_release = state_go(machine, MACHINE_HOLDS);
+    report_message(machine, "Remote host released motion: ~ resumes the job");
     return true;
 }
 
 static void restore_outputs(struct machine *machine) {
     struct host_suspended *job = &machine->host.job;
-    struct gcode_modal *modal = &machine->gcode.modal;
     bool starts = job->spindle != SPINDLE_OFF && job->spindle != machine->outputs.spindle;
     outputs_set(machine, job->spindle, job->rpm, job->coolant);
-    modal->spindle = job->modal_spindle;
-    modal->spindle_rpm = job->modal_rpm;
-    modal->coolant = job->modal_coolant;
-    machine->digital = job->digital;
-    torque_put_out(machine);
-    machine_timer_start(machine, &machine->timer,
-                        starts && !machine->settings.laser_mode ? SPINDLE_RUN_UP_US : 0);
+    interp_set_tools(&machine->interp, job->modal_spindle, job->modal_rpm, job->modal_coolant);
+    torque_set_digital(machine, job->digital);
+    timer_start(machine, &machine->clock.timer,
+                starts && !machine->settings.laser_mode ? SPINDLE_RUN_UP_US : 0);
     job->step = HOST_JOB_RESTORES;
 }
 
 void preempt_resume(struct machine *machine) {
     struct machine_host *host = &machine->host;
     if (!WITH_HOST || host->job.step == HOST_JOB_NONE)
-        motion_resume(&machine->motion);
+        motion_resume(&machine->drive.motion);
     else if (host->job.step == HOST_JOB_BRAKES)
         host->job.hold_asked = false;
     else if (host->job.step == HOST_JOB_WAITS && !host->owns)
@@ -205,7 +212,7 @@ static bool go_leg(struct machine *machine) {
         float steps = (float)(leg.steps[ax] < 0 ? -leg.steps[ax] : leg.steps[ax]);
         seconds = most_f(seconds, steps / feed->limits.rate_steps_s[ax]);
     }
-    leg.duration_us = (uint32_t)(1e6f * seconds * 100.0f / (float)machine->rapid_pct) + 1;
+    leg.duration_us = (uint32_t)(1e6f * seconds * 100.0f / (float)machine->overrides.rapid_pct) + 1;
     if (feed_lay(feed, 0, &leg) == FEED_OK)
         feed_take(feed);
     return true;
@@ -217,13 +224,13 @@ bool preempt_poll(struct machine *machine) {
         return false;
     if (job->step == HOST_JOB_BRAKES)
         return hand_over(machine);
-    if (!goes(machine) || machine_timer_runs(machine, &machine->timer) ||
-        !feed_is_empty(&machine->host.feed) || !machine_is_standing(machine))
+    if (!goes(machine) || timer_runs(machine, &machine->clock.timer) || !feed_is_empty(&machine->host.feed) ||
+        !machine_is_standing(machine))
         return false;
     job->step = HOST_JOB_RETURNS;
     if (go_leg(machine))
         return true;
     job->step = HOST_JOB_NONE;
-    motion_resume(&machine->motion);
+    motion_resume(&machine->drive.motion);
     return true;
 }

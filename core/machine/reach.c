@@ -1,18 +1,21 @@
 /* SPDX-License-Identifier: MIT
  * Whether the machine can go where a line wants it to: asked before anything of the line is done. */
-#include "machine/inner.h"
+#include "machine/reach.h"
+
+#include "machine/parts.h"
 
 static enum status reach(const struct machine *machine, const double from_mm[AXIS_COUNT],
                          const double to_mm[AXIS_COUNT]) {
-    if (!kinematics_reaches(&machine->joints.kinematics, from_mm, to_mm))
+    if (!kinematics_reaches(&machine->drive.joints.kinematics, from_mm, to_mm))
         return STATUS_UNREACHABLE;
-    return joints_in_range(&machine->joints, &machine->motion, to_mm) ? STATUS_OK : STATUS_BAD_TARGET;
+    return joints_in_range(&machine->drive.joints, &machine->drive.motion, to_mm) ? STATUS_OK
+                                                                                  : STATUS_BAD_TARGET;
 }
 
 /* Every point of a curve that will be planned. */
 static enum status reach_curve(const struct machine *machine, const struct gcode_move *move) {
     double tolerance_mm = (double)machine->settings.arc_tolerance_mm, point_mm[AXIS_COUNT];
-    const double *from_mm = machine->gcode.position_mm;
+    const double *from_mm = machine->interp.gcode.position_mm;
     bool splines = move->motion == MOTION_CUBIC || move->motion == MOTION_QUADRATIC;
     union {
         struct arc arc;
@@ -23,7 +26,7 @@ static enum status reach_curve(const struct machine *machine, const struct gcode
     else
         arc_begin(&curve.arc, from_mm, move, tolerance_mm);
     while (splines ? spline_next(&curve.spline, point_mm) : arc_next(&curve.arc, point_mm))
-        if (!kinematics_reaches(&machine->joints.kinematics, point_mm, point_mm))
+        if (!kinematics_reaches(&machine->drive.joints.kinematics, point_mm, point_mm))
             return STATUS_UNREACHABLE;
     return STATUS_OK;
 }
@@ -34,19 +37,41 @@ static bool is_curve(const struct gcode_move *move) {
 }
 
 enum status reach_move(const struct machine *machine, const struct gcode_move *move) {
-    const double *from_mm = machine->gcode.position_mm;
+    const double *from_mm = machine->interp.gcode.position_mm;
     enum status status = STATUS_OK;
     if (move->motion == MOTION_NONE)
         return STATUS_OK;
-    if (move->motion == MOTION_THREAD && machine->joints.kinematics.curved != 0)
+    if (move->motion == MOTION_THREAD && machine->drive.joints.kinematics.curved != 0)
         return STATUS_THREAD_KINEMATICS;
     if (move->via || move->motion == MOTION_CYCLE || move->motion == MOTION_THREAD) {
         status = reach(machine, from_mm, move->via_mm);
         from_mm = move->via_mm;
     }
-    if (status == STATUS_OK && machine->joints.kinematics.curved != 0 && is_curve(move)) {
+    if (status == STATUS_OK && machine->drive.joints.kinematics.curved != 0 && is_curve(move)) {
         status = reach_curve(machine, move);
         from_mm = move->target_mm;
     }
     return status == STATUS_OK ? reach(machine, from_mm, move->target_mm) : status;
+}
+
+bool reach_in_travel(const struct machine *machine, const double target_mm[AXIS_COUNT]) {
+    const struct settings *settings = &machine->settings;
+    if (!settings->soft_limits)
+        return true;
+    for (unsigned ax = 0; ax < machine->board.axis_count; ax++) {
+        double travel_mm = (double)settings->max_travel_mm[ax];
+        if ((machine->drive.joints.kinematics.curved >> ax & 1) != 0)
+            continue; /* reach.c */
+        if (travel_mm > 0.0 && (target_mm[ax] > 0.0 || target_mm[ax] < -travel_mm))
+            return false;
+    }
+    return true;
+}
+
+/* A line that leaves the travel brings everything to a controlled stop. */
+bool reach_leaves_travel(struct machine *machine, const double target_mm[AXIS_COUNT]) {
+    if (reach_in_travel(machine, target_mm))
+        return false;
+    motion_hold(&machine->drive.motion);
+    return true;
 }

@@ -5,7 +5,11 @@
  *     -travel .. 0 mm of the axis $85  ->  $86 .. $87 us, 50 times a second
  *
  * The axis moves, is limited and counts as if its motor were there. */
-#include "machine/inner.h"
+#include "machine/servo.h"
+
+#include "machine/parts.h"
+
+#include "base/minmax.h"
 
 #include <stddef.h>
 
@@ -28,8 +32,8 @@ void servo_poll(struct machine *machine) {
     if (servo == NULL)
         return;
     uint16_t us = pulse_us(machine);
-    if (us == machine->servo_us)
+    if (us == machine->ports.servo_us)
         return;
-    machine->servo_us = us;
+    machine->ports.servo_us = us;
     servo->set(machine->hal, us);
 }

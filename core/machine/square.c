@@ -1,7 +1,11 @@
 /* SPDX-License-Identifier: MIT */
 #include "machine/square.h"
 
-#include "machine/inner.h"
+#include "machine/axes.h"
+#include "machine/inputs.h"
+#include "machine/motors.h"
+#include "machine/parts.h"
+#include "machine/place.h"
 
 /* How crooked a gantry may be: Grbl's part of the travel and its bounds. */
 #define CROOKED_TRAVEL 0.05
@@ -12,23 +16,10 @@ static bool has(axis_mask_t mask, unsigned axis) {
     return (mask >> axis & 1) != 0;
 }
 
-static void hold(struct machine *machine, axis_mask_t first, axis_mask_t second) {
-    struct homing *homing = &machine->homing;
-    if (first == homing->held[FIRST_MOTOR] && second == homing->held[SECOND_MOTOR])
-        return;
-    homing->held[FIRST_MOTOR] = first;
-    homing->held[SECOND_MOTOR] = second;
-    machine->board.ganged->hold(machine->hal, first, second);
-}
-
-void square_release(struct machine *machine) {
-    hold(machine, 0, 0);
-}
-
 void square_begin(struct machine *machine) {
     struct homing *homing = &machine->homing;
-    square_release(machine);
-    machine_axis_steps(machine, homing->from);
+    motors_release(machine);
+    place_axis_steps(machine, homing->from);
     for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
         homing->motor[FIRST_MOTOR][ax] = homing->motor[SECOND_MOTOR][ax] = homing->from[ax];
 }
@@ -36,10 +27,10 @@ void square_begin(struct machine *machine) {
 void square_stand(struct machine *machine) {
     struct homing *homing = &machine->homing;
     int32_t now[AXIS_COUNT];
-    machine_axis_steps(machine, now);
+    place_axis_steps(machine, now);
     for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
         for (unsigned motor = 0; motor < MOTOR_COUNT; motor++)
-            if (!has(homing->held[motor], ax))
+            if (!has(machine->motors.held[motor], ax))
                 homing->motor[motor][ax] += now[ax] - homing->from[ax];
         homing->from[ax] = now[ax];
     }
@@ -48,10 +39,10 @@ void square_stand(struct machine *machine) {
 void square_search(struct machine *machine) {
     struct homing *homing = &machine->homing;
     struct machine_edges *edges = &machine->edges;
-    square_release(machine);
+    motors_release(machine);
     homing->left = homing->axes;
     for (unsigned motor = 0; motor < MOTOR_COUNT; motor++) {
-        machine_axis_steps(machine, edges->mark[motor]); /* of one that closes just now */
+        place_axis_steps(machine, edges->mark[motor]); /* of one that closes just now */
         edges->latch[motor] = 0;
         edges->latched[motor] = 0;
         homing->found[motor] = 0;
@@ -86,13 +77,13 @@ bool square_take(struct machine *machine) {
     unsigned second = homing->found[SECOND_MOTOR];
     homing->left = (axis_mask_t)(homing->axes & ~(first & (second | ~ganged)));
     unsigned half = (first ^ second) & homing->axes & ganged;
-    hold(machine, (axis_mask_t)(first & half), (axis_mask_t)(second & half));
+    motors_hold(machine, (axis_mask_t)(first & half), (axis_mask_t)(second & half));
     return news;
 }
 
 bool square_is_half(const struct machine *machine, unsigned axis) {
     const struct homing *homing = &machine->homing;
-    return has((homing->held[FIRST_MOTOR] | homing->held[SECOND_MOTOR]) & homing->left, axis);
+    return has((machine->motors.held[FIRST_MOTOR] | machine->motors.held[SECOND_MOTOR]) & homing->left, axis);
 }
 
 double square_reach_mm(const struct machine *machine, unsigned axis) {
@@ -101,9 +92,9 @@ double square_reach_mm(const struct machine *machine, unsigned axis) {
     double most_mm = CROOKED_TRAVEL * (double)settings->max_travel_mm[axis];
     most_mm = most_mm < CROOKED_MIN_MM ? CROOKED_MIN_MM : most_mm > CROOKED_MAX_MM ? CROOKED_MAX_MM : most_mm;
     int32_t ahead = homing->motor[SECOND_MOTOR][axis] - homing->motor[FIRST_MOTOR][axis];
-    if (has(homing->held[SECOND_MOTOR], axis))
+    if (has(machine->motors.held[SECOND_MOTOR], axis))
         ahead = -ahead;
-    double gone_mm = (double)ahead / (double)settings->steps_per_mm[axis] * homing_direction(machine, axis);
+    double gone_mm = (double)ahead / (double)settings->steps_per_mm[axis] * axes_direction(machine, axis);
     return gone_mm < most_mm ? most_mm - gone_mm : 0.0;
 }
 
@@ -112,7 +103,7 @@ static int32_t way_back(const struct machine *machine, unsigned motor, unsigned 
     const struct settings *settings = &machine->settings;
     double pull_off_steps = (double)settings->homing_pull_off_mm * (double)settings->steps_per_mm[axis] + 0.5;
     int32_t pull_off =
-        homing_direction(machine, axis) > 0.0 ? -(int32_t)pull_off_steps : (int32_t)pull_off_steps;
+        axes_direction(machine, axis) > 0.0 ? -(int32_t)pull_off_steps : (int32_t)pull_off_steps;
     return machine->edges.at[motor][axis] + pull_off - machine->homing.motor[motor][axis];
 }
 
@@ -124,15 +115,15 @@ void square_level(struct machine *machine, int32_t steps[AXIS_COUNT]) {
         if (!has(ganged, ax))
             continue;
         int32_t first = way_back(machine, FIRST_MOTOR, ax), second = way_back(machine, SECOND_MOTOR, ax);
-        bool second_goes = homing_direction(machine, ax) > 0.0 ? second < first : second > first;
+        bool second_goes = axes_direction(machine, ax) > 0.0 ? second < first : second > first;
         steps[ax] = second_goes ? second - first : first - second;
         wait[second_goes ? FIRST_MOTOR : SECOND_MOTOR] |= 1u << ax;
     }
-    hold(machine, (axis_mask_t)wait[FIRST_MOTOR], (axis_mask_t)wait[SECOND_MOTOR]);
+    motors_hold(machine, (axis_mask_t)wait[FIRST_MOTOR], (axis_mask_t)wait[SECOND_MOTOR]);
 }
 
 void square_back_off(struct machine *machine, int32_t steps[AXIS_COUNT]) {
-    square_release(machine);
+    motors_release(machine);
     machine->edges.latch[FIRST_MOTOR] = machine->edges.latch[SECOND_MOTOR] = 0;
     for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
         steps[ax] = has(machine->homing.axes, ax) ? way_back(machine, FIRST_MOTOR, ax) : 0;

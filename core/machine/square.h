@@ -43,7 +43,4 @@ void square_level(struct machine *machine, int32_t steps[AXIS_COUNT]);
 /** Both motors: signed way to a pull-off before their switches, the same for both after square_level(). */
 void square_back_off(struct machine *machine, int32_t steps[AXIS_COUNT]);
 
-/** Nobody waits any more. Only while nothing moves. */
-void square_release(struct machine *machine);
-
 #endif

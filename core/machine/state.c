@@ -1,7 +1,11 @@
 /* SPDX-License-Identifier: MIT
  * The states of the machine and what leads from one to the next. Sub-states (Hold:1, Door:2) are not states:
  * they are seen from motion and inputs when a report asks. */
-#include "machine/inner.h"
+#include "machine/state.h"
+
+#include "machine/drive.h"
+#include "machine/inputs.h"
+#include "machine/parts.h"
 
 /* An event without an entry means nothing in that state. */
 #define TO(state) ((uint8_t)((state) + 1))
@@ -59,45 +63,48 @@ static const struct {
     [MACHINE_SLEEP] = {.name = "Sleep"},
 };
 
-bool machine_transition(struct machine *machine, enum machine_event event) {
-    uint8_t to = next[machine->state][event];
+bool state_go(struct machine *machine, enum machine_event event) {
+    uint8_t to = next[machine->life.state][event];
     if (to == 0)
         return false;
-    bool checks = to - 1 == MACHINE_CHECK;
-    if (checks)
-        machine->offsets_unchecked = machine->gcode.offsets;
-    else if (machine->state == MACHINE_CHECK) /* what a program did to them was not meant */
-        machine->gcode.offsets = machine->offsets_unchecked;
-    machine->state = (enum machine_state)(to - 1);
+    const bool begins = to - 1 == MACHINE_CHECK;
+    if (begins || machine->life.state == MACHINE_CHECK)
+        interp_check(&machine->interp, begins);
+    machine->life.state = (enum machine_state)(to - 1);
     return true;
 }
 
-bool machine_is_idle_or_alarm(const struct machine *machine) {
-    return machine->state == MACHINE_IDLE || machine->state == MACHINE_ALARM;
+bool state_is_idle_or_alarm(const struct machine *machine) {
+    return machine->life.state == MACHINE_IDLE || machine->life.state == MACHINE_ALARM;
 }
 
-bool machine_reads(const struct machine *machine) {
-    return traits[machine->state].reads && !machine->cancelling && !machine->reset_asked &&
+bool state_reads(const struct machine *machine) {
+    return traits[machine->life.state].reads && !machine->suspend.cancels && !machine->life.reset_asked &&
            !machine->host.owns && machine->host.job.step == HOST_JOB_NONE;
 }
 
-bool machine_works(const struct machine *machine) {
-    return traits[machine->state].works && !machine->cancelling && machine->host.job.step == HOST_JOB_NONE;
+bool state_works(const struct machine *machine) {
+    return traits[machine->life.state].works && !machine->suspend.cancels &&
+           machine->host.job.step == HOST_JOB_NONE;
 }
 
-bool machine_is_busy(const struct machine *machine) {
-    return traits[machine->state].busy;
+bool state_is_busy(const struct machine *machine) {
+    return traits[machine->life.state].busy;
 }
 
 const char *machine_state_text(const struct machine *machine) {
-    bool stopped = machine_is_stopped(machine);
-    if (machine->state == MACHINE_HOLD)
+    bool stopped = drive_is_stopped(machine);
+    if (machine->life.state == MACHINE_HOLD)
         return stopped ? "Hold:0" : "Hold:1";
-    if (machine->state != MACHINE_DOOR)
-        return traits[machine->state].name;
-    if (machine->restoring)
+    if (machine->life.state != MACHINE_DOOR)
+        return traits[machine->life.state].name;
+    if (machine->suspend.restores)
         return "Door:3";
     if (!stopped)
         return "Door:2";
     return inputs_door_is_open(machine) ? "Door:1" : "Door:0";
+}
+
+void state_begin(struct machine *machine, bool locked) {
+    machine->life.state = locked ? MACHINE_ALARM : MACHINE_IDLE;
 }

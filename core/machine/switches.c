@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 #include "machine/switches.h"
 
+#include "machine/parts.h"
+
 static struct switch_lines lines_both(struct switch_lines a, struct switch_lines b) {
     return (struct switch_lines){.limits = a.limits & b.limits, .homes = a.homes & b.homes};
 }

@@ -2,12 +2,22 @@
  * Motion that follows the spindle: G33, G33.1 and the passes of G76 (motion/gear.h), and feed per
  * revolution, G95. A hold or an open door waits until the tool is out of the work; what cannot wait (e-stop,
  * reset) does not. A spindle that does not do as it was told is an alarm, never a wait without end. */
-#include "machine/inner.h"
+#include "machine/thread.h"
+
+#include "machine/drive.h"
+#include "machine/moves.h"
+#include "machine/outputs.h"
+#include "machine/overrides.h"
+#include "machine/parts.h"
+#include "machine/reach.h"
+#include "machine/reset.h"
+#include "machine/state.h"
+#include "machine/suspend.h"
+#include "machine/timer.h"
 
 #include "base/minmax.h"
 
 #include <math.h>
-#include <stddef.h>
 #include <string.h>
 
 #define PATIENCE_US   10000000u /* for a spindle to come to speed, or to turn back */
@@ -20,77 +30,62 @@
 
 /* ---- the encoder ---- */
 
-void thread_set_encoder(struct machine *machine) {
-    const struct settings *settings = &machine->settings;
-    struct spindle *spindle = &machine->motion.emit.spindle;
-    machine->gcode.ports.encoder =
-        WITH_ENCODER && machine->board.encoder != NULL && settings->encoder_counts > 0;
-    float per_rev = machine->gcode.ports.encoder ? (float)settings->encoder_counts : 0.0f;
-    if (spindle->per_rev != per_rev)
-        spindle_reset(spindle, per_rev);
-}
-
-float thread_feed_factor(const struct machine *machine) {
-    const struct machine_thread *thread = &machine->thread;
-    return thread->per_rev_nominal > 0.0f ? thread->per_rev_factor : 1.0f;
-}
-
 void thread_note_feed(struct machine *machine) {
     if (!WITH_ENCODER)
         return;
-    const struct gcode_modal *next = &machine->command.next;
+    const struct gcode_modal *next = &machine->task.command.next;
     struct machine_thread *thread = &machine->thread;
     float nominal = next->feed_mode == FEED_PER_REV ? next->spindle_rpm * (1.0f / 60.0f) : 0.0f;
     if (machine_is_at_rest(machine))
-        machine_timer_start(machine, &thread->patience, PATIENCE_US);
+        timer_start(machine, &thread->patience, PATIENCE_US);
     if (nominal == thread->per_rev_nominal)
         return;
     thread->per_rev_nominal = nominal;
     thread->per_rev_factor = LEAST_FACTOR;
-    machine_apply_override(machine);
+    overrides_apply(machine);
 }
 
 /* Nothing may go on, and when all stands the alarm is told. */
 static void fail(struct machine *machine, enum alarm alarm) {
     machine->thread.fault = alarm;
-    gear_stop(&machine->motion.emit.gear);
-    motion_hold(&machine->motion);
+    gear_stop(&machine->drive.motion.emit.gear);
+    motion_hold(&machine->drive.motion);
 }
 
 /* Feeds follow the speed of the spindle; with one that stands they creep, and not for long. */
 static void watch_feed(struct machine *machine, uint32_t now_us) {
     struct machine_thread *thread = &machine->thread;
-    float rev_s = fabsf(spindle_rev_s(&machine->motion.emit.spindle, now_us));
+    float rev_s = fabsf(spindle_rev_s(&machine->drive.motion.emit.spindle, now_us));
     float factor = rev_s / thread->per_rev_nominal;
     factor = factor < LEAST_FACTOR ? LEAST_FACTOR : factor > MOST_FACTOR ? MOST_FACTOR : factor;
     if (fabsf(factor - thread->per_rev_factor) > FACTOR_CHANGE * thread->per_rev_factor) {
         thread->per_rev_factor = factor;
-        machine_apply_override(machine);
+        overrides_apply(machine);
     }
-    if (rev_s > 0.0f || machine->state != MACHINE_RUN || motion_is_planned_out(&machine->motion))
-        machine_timer_start(machine, &thread->patience, PATIENCE_US);
-    else if (thread->fault == ALARM_NONE && !machine_timer_runs(machine, &thread->patience))
+    if (rev_s > 0.0f || machine->life.state != MACHINE_RUN || motion_is_planned_out(&machine->drive.motion))
+        timer_start(machine, &thread->patience, PATIENCE_US);
+    else if (thread->fault == ALARM_NONE && !timer_runs(machine, &thread->patience))
         fail(machine, ALARM_SPINDLE);
 }
 
 void thread_watch(struct machine *machine) {
     if (!WITH_ENCODER)
         return;
-    struct emit *emit = &machine->motion.emit;
+    struct emit *emit = &machine->drive.motion.emit;
     struct hal_encoder_state state;
-    if (!machine->gcode.ports.encoder)
+    if (!machine->interp.gcode.ports.encoder)
         return;
     machine->board.encoder->read(machine->hal, &state);
     uint32_t now_us = hal_time_us(machine->hal);
     spindle_take(&emit->spindle, state.counts, state.edge_us, now_us);
     if (gear_is_on(&emit->gear)) {
-        uint32_t starts = __atomic_load_n(&machine->motion_starts, __ATOMIC_ACQUIRE);
-        gear_clock(&emit->gear, now_us, machine_is_standing(machine), machine->motion_started_us, starts);
-    } else if (machine->thread.per_rev_nominal > 0.0f && machine->stage != TASK_THREAD) {
+        uint32_t starts = __atomic_load_n(&machine->drive.starts, __ATOMIC_ACQUIRE);
+        gear_clock(&emit->gear, now_us, machine_is_standing(machine), machine->drive.started_us, starts);
+    } else if (machine->thread.per_rev_nominal > 0.0f && machine->task.stage != TASK_THREAD) {
         watch_feed(machine, now_us);
     }
-    if (machine->thread.fault != ALARM_NONE && machine_is_stopped(machine))
-        machine_alarm_critical(machine, machine->thread.fault);
+    if (machine->thread.fault != ALARM_NONE && drive_is_stopped(machine))
+        reset_alarm(machine, machine->thread.fault);
 }
 
 /* ---- the path of a pass ---- */
@@ -98,8 +93,8 @@ void thread_watch(struct machine *machine) {
 /* From here to there, joints. */
 static void joint_way(const struct machine *machine, const double from_mm[AXIS_COUNT],
                       const double way_mm[AXIS_COUNT], double out_mm[AXIS_COUNT]) {
-    const struct kinematics *kinematics = &machine->joints.kinematics;
-    const double *now = machine->motion.plan.position_mm;
+    const struct kinematics *kinematics = &machine->drive.joints.kinematics;
+    const double *now = machine->drive.motion.plan.position_mm;
     double to_mm[AXIS_COUNT], from[AXIS_COUNT];
     for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
         to_mm[ax] = from_mm[ax] + way_mm[ax];
@@ -111,7 +106,7 @@ static void joint_way(const struct machine *machine, const double from_mm[AXIS_C
 
 /* How fast all joints may go along the drive line; tapers take their part of it. */
 static void limit(const struct machine *machine, float rpm, struct gear_path *path) {
-    const struct motion_limits *limits = &machine->motion.plan.limits;
+    const struct motion_limits *limits = &machine->drive.motion.plan.limits;
     bool tapers = path->depth_mm > 0.0f;
     path->speed_mm_s = path->accel_mm_s2 = path->bend_mm = 1e9f;
     for (unsigned ax = 0; ax < limits->axis_count; ax++) {
@@ -153,7 +148,7 @@ static void lay_path(const struct machine *machine, const struct gcode_command *
                                .exit = thread->exit,
                                .reverses = thread->kind == THREAD_TAP,
                                .sense = command->spindle == SPINDLE_CCW ? -1 : 1,
-                               .line = machine->lines};
+                               .line = machine->lines.count};
     bool tapers = thread->entry || thread->exit;
     memcpy(begin_mm, from_mm, sizeof begin_mm);
     if (tapers) {
@@ -166,8 +161,8 @@ static void lay_path(const struct machine *machine, const struct gcode_command *
         square += way_mm[ax] * way_mm[ax];
     }
     path->way_mm = (float)sqrt(square);
-    machine->joints.kinematics.ops->inverse(&machine->joints.kinematics, begin_mm,
-                                            machine->motion.plan.position_mm, path->from_mm);
+    machine->drive.joints.kinematics.ops->inverse(&machine->drive.joints.kinematics, begin_mm,
+                                                  machine->drive.motion.plan.position_mm, path->from_mm);
     joint_way(machine, begin_mm, way_mm, path->drive_mm);
     joint_way(machine, begin_mm, into_mm, path->into_mm);
     limit(machine, asked_rpm(machine, command), path);
@@ -177,7 +172,7 @@ enum status thread_check(const struct machine *machine, const struct gcode_comma
     if (!WITH_ENCODER)
         return STATUS_OK;
     const struct gcode_move *move = &command->move;
-    const double *from_mm = machine->gcode.position_mm;
+    const double *from_mm = machine->interp.gcode.position_mm;
     struct gear_path path;
     if (move->motion != MOTION_THREAD)
         return STATUS_OK;
@@ -193,17 +188,10 @@ enum status thread_check(const struct machine *machine, const struct gcode_comma
 
 /* ---- a pass ---- */
 
-void thread_forget(struct machine *machine) {
-    struct machine_thread *thread = &machine->thread;
-    thread->cutting = thread->door_waits = thread->action_pending = thread->again = false;
-    thread->per_rev_nominal = 0.0f;
-    thread->fault = ALARM_NONE;
-}
-
 bool thread_defers(struct machine *machine) {
     if (!WITH_ENCODER)
         return false;
-    struct gear *gear = &machine->motion.emit.gear;
+    struct gear *gear = &machine->drive.motion.emit.gear;
     struct machine_thread *thread = &machine->thread;
     if (gear->phase == GEAR_WAITS) {
         gear_stop(gear);
@@ -220,16 +208,16 @@ static void come_out(struct machine *machine) {
     thread->cutting = thread->door_waits = false;
     if (door)
         suspend_open_door(machine);
-    realtime_release(machine);
+    suspend_release(machine);
 }
 
 static void begin_pass(struct machine *machine, const double to_mm[AXIS_COUNT], double depth_mm) {
     struct machine_thread *thread = &machine->thread;
     struct gear_path path;
-    lay_path(machine, &machine->command, machine->joints.tool_mm, to_mm, depth_mm, &path);
-    motion_gear(&machine->motion, &path);
-    gear_clock(&machine->motion.emit.gear, hal_time_us(machine->hal), true, 0, machine->motion_starts);
-    machine_timer_start(machine, &thread->patience, PATIENCE_US);
+    lay_path(machine, &machine->task.command, machine->drive.joints.tool_mm, to_mm, depth_mm, &path);
+    motion_gear(&machine->drive.motion, &path);
+    gear_clock(&machine->drive.motion.emit.gear, hal_time_us(machine->hal), true, 0, machine->drive.starts);
+    timer_start(machine, &thread->patience, PATIENCE_US);
     thread->cutting = true;
     thread->again = false;
     thread->step = THREAD_PASSING;
@@ -237,7 +225,7 @@ static void begin_pass(struct machine *machine, const double to_mm[AXIS_COUNT], 
 
 /* The spindle is steady and turns the right way, and it is known where: the pass may start. */
 static void await_spindle(struct machine *machine, uint32_t now_us) {
-    struct emit *emit = &machine->motion.emit;
+    struct emit *emit = &machine->drive.motion.emit;
     struct hal_encoder_state state;
     machine->board.encoder->read(machine->hal, &state);
     float rev_s = spindle_rev_s(&emit->spindle, now_us) * (float)emit->gear.path.sense;
@@ -250,17 +238,17 @@ static void await_spindle(struct machine *machine, uint32_t now_us) {
 }
 
 static void turn_spindle(struct machine *machine, bool back) {
-    const struct gcode_command *command = &machine->command;
+    const struct gcode_command *command = &machine->task.command;
     enum gcode_spindle other = command->spindle == SPINDLE_CW ? SPINDLE_CCW : SPINDLE_CW;
     float times = back ? command->move.thread.return_speed : 1.0f;
     outputs_set(machine, back ? other : command->spindle, command->next.spindle_rpm * times,
                 command->coolant);
-    machine_timer_start(machine, &machine->thread.patience, PATIENCE_US);
+    timer_start(machine, &machine->thread.patience, PATIENCE_US);
 }
 
 /* A tap: in, back out beyond the start, and the spindle turns as before. */
 static void tap(struct machine *machine, uint32_t now_us) {
-    struct emit *emit = &machine->motion.emit;
+    struct emit *emit = &machine->drive.motion.emit;
     struct machine_thread *thread = &machine->thread;
     double line_mm = gear_line_mm(&emit->gear, &emit->spindle, now_us);
     float rev_s = spindle_rev_s(&emit->spindle, now_us) * (float)emit->gear.path.sense;
@@ -277,13 +265,13 @@ static void tap(struct machine *machine, uint32_t now_us) {
 }
 
 static void watch_pass(struct machine *machine, uint32_t now_us) {
-    struct emit *emit = &machine->motion.emit;
+    struct emit *emit = &machine->drive.motion.emit;
     struct machine_thread *thread = &machine->thread;
     float rev_s = spindle_rev_s(&emit->spindle, now_us) * (float)emit->gear.path.sense;
     bool waits = emit->gear.phase == GEAR_WAITS;
     if (!waits &&
         (thread->step == THREAD_OUT ? rev_s < 0.0f : thread->step == THREAD_PASSING && rev_s > 0.0f))
-        machine_timer_start(machine, &thread->patience, STANDING_US);
+        timer_start(machine, &thread->patience, STANDING_US);
     if (waits)
         await_spindle(machine, now_us);
     else if (emit->gear.path.reverses)
@@ -292,7 +280,7 @@ static void watch_pass(struct machine *machine, uint32_t now_us) {
         return;
     if (emit->gear.lost)
         fail(machine, ALARM_THREAD);
-    else if (!machine_timer_runs(machine, &thread->patience))
+    else if (!timer_runs(machine, &thread->patience))
         fail(machine, ALARM_SPINDLE);
 }
 
@@ -305,8 +293,8 @@ void thread_start(struct machine *machine) {
     thread->step = THREAD_NEXT;
     thread->action_pending = thread->again = false;
     thread->fault = ALARM_NONE;
-    if (machine->command.move.thread.kind == THREAD_CYCLE)
-        thread_begin(&thread->cycle, machine->gcode.position_mm, &machine->command.move);
+    if (machine->task.command.move.thread.kind == THREAD_CYCLE)
+        thread_begin(&thread->cycle, machine->interp.gcode.position_mm, &machine->task.command.move);
 }
 
 /* G76: rapids, and passes from rest. @return TASK_NONE when the cycle is done */
@@ -315,23 +303,23 @@ static enum task_stage next_action(struct machine *machine) {
     for (;;) {
         const struct thread_action *action = &thread->action;
         if (thread->cutting && !thread_withdraws(&thread->cycle) && !thread->action_pending) {
-            if (!task_rest_reached(machine))
+            if (!drive_rest_reached(machine))
                 return TASK_THREAD;
             come_out(machine);
-            if (!machine_works(machine))
+            if (!state_works(machine))
                 return TASK_THREAD;
         }
         if (!thread->action_pending && !thread_next(&thread->cycle, &thread->action))
             return TASK_NONE;
         thread->action_pending = true;
         if (action->kind == THREAD_PASS) {
-            if (task_rest_reached(machine))
+            if (drive_rest_reached(machine))
                 begin_pass(machine, action->target_mm, action->depth_mm);
             return TASK_THREAD;
         }
-        if (task_leaves_travel(machine, action->target_mm))
+        if (reach_leaves_travel(machine, action->target_mm))
             return TASK_SOFT_LIMIT;
-        if (!task_push_line(machine, action->target_mm, true, 0.0f, 0.0f))
+        if (!moves_push(machine, action->target_mm, true, 0.0f, 0.0f))
             return TASK_THREAD;
         thread->action_pending = false;
     }
@@ -340,14 +328,14 @@ static enum task_stage next_action(struct machine *machine) {
 /* What follows when the axes rest after a pass. */
 static enum task_stage end_pass(struct machine *machine) {
     struct machine_thread *thread = &machine->thread;
-    machine_drop_motion(machine);
+    drive_drop(machine);
     thread->step = THREAD_NEXT;
     if (thread->again)
         return TASK_THREAD;
     thread->action_pending = false;
-    if (machine->command.move.thread.kind == THREAD_CYCLE)
+    if (machine->task.command.move.thread.kind == THREAD_CYCLE)
         return TASK_THREAD;
-    if (machine->command.move.thread.kind == THREAD_TAP) {
+    if (machine->task.command.move.thread.kind == THREAD_TAP) {
         thread->step = THREAD_BACK;
         return TASK_THREAD;
     }
@@ -358,8 +346,8 @@ static enum task_stage end_pass(struct machine *machine) {
 static enum task_stage return_tap(struct machine *machine) {
     struct machine_thread *thread = &machine->thread;
     if (!thread->action_pending)
-        thread->action_pending = task_push_line(machine, machine->command.move.target_mm, true, 0.0f, 0.0f);
-    if (!thread->action_pending || !task_rest_reached(machine))
+        thread->action_pending = moves_push(machine, machine->task.command.move.target_mm, true, 0.0f, 0.0f);
+    if (!thread->action_pending || !drive_rest_reached(machine))
         return TASK_THREAD;
     come_out(machine);
     return TASK_NONE;
@@ -368,9 +356,9 @@ static enum task_stage return_tap(struct machine *machine) {
 enum task_stage thread_poll(struct machine *machine) {
     if (!WITH_ENCODER)
         return TASK_NONE;
-    const struct gcode_move *move = &machine->command.move;
+    const struct gcode_move *move = &machine->task.command.move;
     const struct machine_thread *thread = &machine->thread;
-    if (machine->state == MACHINE_CHECK)
+    if (machine->life.state == MACHINE_CHECK)
         return TASK_NONE;
     if (thread->fault != ALARM_NONE)
         return TASK_THREAD; /* thread_watch() tells it */
@@ -379,11 +367,11 @@ enum task_stage thread_poll(struct machine *machine) {
     if (thread->step == THREAD_NEXT && move->thread.kind == THREAD_CYCLE)
         return next_action(machine);
     if (thread->step == THREAD_NEXT) {
-        if (task_rest_reached(machine))
+        if (drive_rest_reached(machine))
             begin_pass(machine, move->via_mm, 0.0);
         return TASK_THREAD;
     }
-    if (!gear_is_on(&machine->motion.emit.gear))
+    if (!gear_is_on(&machine->drive.motion.emit.gear))
         return machine_is_at_rest(machine) ? end_pass(machine) : TASK_THREAD;
     watch_pass(machine, hal_time_us(machine->hal));
     return TASK_THREAD;

@@ -1,7 +1,9 @@
 /* SPDX-License-Identifier: MIT
  * Full current only while a motor works: each digital output of $83 is the torque line of an axis. It is on
  * from the moment that a step of its axis is planned until $84 has passed since the last one. [task] */
-#include "machine/inner.h"
+#include "machine/torque.h"
+
+#include "machine/parts.h"
 
 #define US_PER_MS 1000u
 #define SPANS_US  20000u /* so much later than planned a step may be on the pins */
@@ -15,7 +17,7 @@ static axis_mask_t moved_axes(const struct segment *segment) {
 
 /* Axes that move in the batches published since the last look. */
 static axis_mask_t fresh_axes(struct machine *machine) {
-    const struct segment_queue *queue = &machine->motion.queue;
+    const struct segment_queue *queue = &machine->drive.motion.queue;
     struct machine_torque *torque = &machine->torque;
     unsigned axes = 0;
     if (torque->seen == queue->published)
@@ -33,8 +35,8 @@ axis_mask_t torque_mask(const struct machine *machine) {
 void torque_poll(struct machine *machine) {
     struct machine_torque *torque = &machine->torque;
     uint32_t now_us = hal_time_us(machine->hal);
-    uint32_t after_us =
-        ahead_queued_us(&machine->motion.ahead) + SPANS_US + machine->settings.torque_delay_ms * US_PER_MS;
+    uint32_t after_us = ahead_queued_us(&machine->drive.motion.ahead) + SPANS_US +
+                        machine->settings.torque_delay_ms * US_PER_MS;
     unsigned fresh = fresh_axes(machine), full = torque->full | fresh;
     for (unsigned ax = 0; ax < OUTPUT_COUNT; ax++) {
         if ((fresh >> ax & 1) != 0)
@@ -50,5 +52,11 @@ void torque_poll(struct machine *machine) {
 
 void torque_put_out(struct machine *machine) {
     unsigned mask = torque_mask(machine);
-    hal_digital_set(machine->hal, (uint8_t)((machine->digital & ~mask) | (machine->torque.full & mask)));
+    hal_digital_set(machine->hal,
+                    (uint8_t)((machine->ports.digital & ~mask) | (machine->torque.full & mask)));
+}
+
+void torque_set_digital(struct machine *machine, unsigned digital) {
+    machine->ports.digital = (uint8_t)digital;
+    torque_put_out(machine);
 }

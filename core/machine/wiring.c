@@ -1,13 +1,13 @@
 /* SPDX-License-Identifier: MIT */
 #include "machine/wiring.h"
 
-#include "machine/inner.h"
+#include "machine/parts.h"
+#include "machine/report.h"
 
 #include <stddef.h>
 
-enum { LASER_MODE = 32, TORQUE_MASK = 83, SERVO_AXIS = 85, ENCODER_COUNTS = 88 };
-
-static const uint8_t needs_wiring[] = {LASER_MODE, TORQUE_MASK, SERVO_AXIS, ENCODER_COUNTS};
+static const uint8_t needs_wiring[] = {SETTING_LASER_MODE, SETTING_TORQUE_MASK, SETTING_SERVO_AXIS,
+                                       SETTING_ENCODER_COUNTS};
 
 static bool has(const struct machine *machine, enum board_output output) {
     return (machine->board.outputs & output) != 0;
@@ -20,7 +20,7 @@ static uint8_t missing_coolant(const struct machine *machine) {
 
 void wiring_apply(struct machine *machine) {
     const struct settings *settings = &machine->settings;
-    struct gcode_ports *ports = &machine->gcode.ports;
+    struct gcode_ports *ports = &machine->interp.gcode.ports;
     ports->no_spindle = !has(machine, BOARD_OUTPUT_SPINDLE);
     ports->no_reverse =
         !has(machine, BOARD_OUTPUT_REVERSE) && !settings->laser_mode; /* M4 is a kind of power */
@@ -33,13 +33,13 @@ enum status wiring_check(const struct machine *machine, uint16_t number, double 
     if (value < 1.0)
         return STATUS_OK;
     switch (number) {
-    case LASER_MODE:
+    case SETTING_LASER_MODE:
         return has(machine, BOARD_OUTPUT_PWM) ? STATUS_OK : STATUS_LASER_NEEDS_PWM;
-    case TORQUE_MASK:
+    case SETTING_TORQUE_MASK:
         return value < (double)(1u << board->digital_outputs) ? STATUS_OK : STATUS_NO_OUTPUT;
-    case SERVO_AXIS:
+    case SETTING_SERVO_AXIS:
         return has(machine, BOARD_OUTPUT_SERVO) ? STATUS_OK : STATUS_NO_OUTPUT;
-    case ENCODER_COUNTS:
+    case SETTING_ENCODER_COUNTS:
         return board->encoder != NULL ? STATUS_OK : STATUS_NO_ENCODER;
     default:
         return STATUS_OK;
@@ -67,10 +67,10 @@ void wiring_fit(struct machine *machine) {
 }
 
 void wiring_report_coolant(struct machine *machine) {
-    const uint8_t passed = machine->command.coolant_passed;
-    if ((passed & ~machine->coolant_told) == 0)
+    const uint8_t passed = machine->task.command.coolant_passed;
+    if ((passed & ~machine->reports.coolant_told) == 0)
         return;
-    machine->coolant_told |= passed;
+    machine->reports.coolant_told |= passed;
     report_message(machine, (passed & COOLANT_FLOOD) != 0 ? "M8: this board has no output for flood coolant"
                                                           : "M7: this board has no output for mist coolant");
 }

@@ -2,42 +2,9 @@
  * Motion and commands of hosts, by UDP or TCP. */
 #include "session/inner.h"
 
-#include <string.h>
-
 enum { MISC_OUTPUTS = 0x1F, ALL_BITS = 0xFF }; /* of io_control */
 
 #define DOUBLED_US 2000000u /* the network delivers both within this time */
-
-enum wire_refusal session_refusal(enum host_answer answer) {
-    static const uint8_t refusals[HOST_ANSWER_COUNT] = {
-        [HOST_DONE] = WIRE_REFUSAL_NONE,
-        [HOST_MALFORMED] = WIRE_REFUSAL_MALFORMED,
-        [HOST_FULL] = WIRE_REFUSAL_FULL,
-        [HOST_LOCKED] = WIRE_REFUSAL_LOCKED,
-        [HOST_BUSY] = WIRE_REFUSAL_BUSY,
-        [HOST_TEXT] = WIRE_REFUSAL_TEXT,
-        [HOST_NO_TIMING] = WIRE_REFUSAL_TIMING,
-        [HOST_TOO_FAST] = WIRE_REFUSAL_TOO_FAST,
-        [HOST_OUT_OF_TRAVEL] = WIRE_REFUSAL_TRAVEL,
-        [HOST_NO_AXIS] = WIRE_REFUSAL_AXIS,
-        [HOST_NO_HOMING] = WIRE_REFUSAL_NO_HOMING,
-        [HOST_NO_OUTPUT] = WIRE_REFUSAL_NO_OUTPUT,
-        [HOST_TOUCHES] = WIRE_REFUSAL_TOUCHES,
-    };
-    return (enum wire_refusal)refusals[answer];
-}
-
-void session_own(struct session *session, const uint8_t address[4]) {
-    struct session_owner *owner = &session->owner;
-    if (!session_same(owner->address, address)) {
-        *owner = (struct session_owner){.on = true};
-        memcpy(owner->address, address, sizeof owner->address);
-        session->recents = 0;
-    }
-    owner->on = true;
-    owner->heard_us = owner->alive_us = session->now_us;
-    owner->left = false;
-}
 
 /* ---- commands ---- */
 
@@ -91,7 +58,7 @@ static enum wire_refusal io_control(struct session *session, const uint8_t *payl
         return WIRE_REFUSAL_MALFORMED;
     if (!to.turns && to.coolant_mask == 0 && to.digital_mask == 0)
         return WIRE_REFUSAL_NONE;
-    to = outputs_meant(&io, &session->outputs, session->machine->host.owns);
+    to = outputs_meant(&io, &session->outputs, machine_host(session->machine)->owns);
     enum host_answer answer = machine_host_outputs(session->machine, &to);
     if (answer == HOST_DONE)
         session->outputs = io;
@@ -102,9 +69,10 @@ static enum wire_refusal io_control(struct session *session, const uint8_t *payl
 static struct host_outputs own_outputs(const struct session *session) {
     const struct machine *machine = session->machine;
     const struct wire_io_control *known = &session->outputs;
-    bool turns = known->spindle != SPINDLE_OFF && known->spindle == machine->outputs.spindle;
-    return (struct host_outputs){.turns = turns && (float)known->rpm == machine->gcode.modal.spindle_rpm,
-                                 .coolant_mask = coolant_bits(known->coolant) & machine->outputs.coolant};
+    bool turns = known->spindle != SPINDLE_OFF && known->spindle == machine_outputs(machine)->spindle;
+    return (struct host_outputs){.turns = turns && (float)known->rpm == machine_program_rpm(machine),
+                                 .coolant_mask =
+                                     coolant_bits(known->coolant) & machine_outputs(machine)->coolant};
 }
 
 bool session_runs_outputs(const struct session *session) {
@@ -124,7 +92,7 @@ static enum wire_refusal reset(struct session *session) {
     hal_inputs_read(session->hal, &inputs);
     if (inputs.estop && session_state(session) == WIRE_STATE_ESTOP)
         return WIRE_REFUSAL_LOCKED;
-    if (session->machine->alarm == ALARM_STORE)
+    if (machine_alarm(session->machine) == ALARM_STORE)
         return WIRE_REFUSAL_LOCKED;
     if (machine_host_unlock(session->machine))
         return WIRE_REFUSAL_NONE;
@@ -134,7 +102,7 @@ static enum wire_refusal reset(struct session *session) {
 }
 
 static enum wire_refusal resume(struct session *session) {
-    if (session->machine->state != MACHINE_HOLD)
+    if (machine_state(session->machine) != MACHINE_HOLD)
         return WIRE_REFUSAL_BUSY;
     machine_host_resume(session->machine);
     return WIRE_REFUSAL_NONE;
@@ -200,17 +168,9 @@ static void refuse(struct session *session, enum wire_refusal refusal, uint32_t 
 }
 
 static enum wire_refusal push(struct session *session, const uint8_t *at) {
-    struct wire_segment wire;
     uint32_t number;
-    wire_get_segment(at, &wire);
-    struct feed_segment segment = {
-        .duration_us = wire.duration_us,
-        .entry_speed_sq = wire.entry_speed_sq,
-        .exit_speed_sq = wire.exit_speed_sq,
-        .id = wire.id,
-        .flags = wire.flags & (SEGMENT_RAPID | SEGMENT_LAST | SEGMENT_PROBE | SEGMENT_EXACT_STOP)};
-    memcpy(segment.steps, wire.steps, sizeof segment.steps);
-    uint32_t ahead = feed_laid(&session->machine->host.feed);
+    const struct feed_segment segment = session_segment(at);
+    uint32_t ahead = feed_laid(&machine_host(session->machine)->feed);
     return session_refusal(machine_host_lay(session->machine, ahead, &segment, &number));
 }
 

@@ -41,10 +41,11 @@ static double to_wire(const struct session *session, const struct session_key *r
     case KEY_AS_STEPS_S:
         return value * steps / 60.0;
     case KEY_AS_DIR_SETUP:
-        return session_is_module(session) ? value
-                                          : (double)((session->machine->board.dir_setup_ns + 999) / 1000);
+        return session_is_module(session)
+                   ? value
+                   : (double)((machine_board(session->machine)->dir_setup_ns + 999) / 1000);
     case KEY_AS_CHARGE_PUMP:
-        return session_is_module(session) ? value : (double)session->machine->board.charge_pump_hz;
+        return session_is_module(session) ? value : (double)machine_board(session->machine)->charge_pump_hz;
     case KEY_AS_QUARTER:
         return floor(value / 4.0);
     case KEY_AS_VALUE:

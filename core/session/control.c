@@ -40,8 +40,9 @@ static size_t judge(const struct request *request, enum wire_refusal refusal) {
 }
 
 static struct wire_handshake_response about_machine(const struct machine *machine) {
-    const struct machine_board *board = &machine->board;
-    unsigned pulses = machine->gcode.ports.encoder ? machine->settings.encoder_counts / COUNTS_A_PULSE : 0u;
+    const struct machine_board *board = machine_board(machine);
+    unsigned pulses =
+        machine_has_encoder(machine) ? machine_settings(machine)->encoder_counts / COUNTS_A_PULSE : 0u;
     return (struct wire_handshake_response){
         .axes = board->axis_count,
         .capabilities =
@@ -141,10 +142,10 @@ static size_t statistics(const struct request *request) {
     const struct machine *machine = session->machine;
     struct wire_statistics_response counts = session->counts;
     if (machine != NULL) {
-        counts.homed = machine->trusted;
-        counts.position_losses = machine->position_losses;
-        counts.stretched = machine->host.feed.stretched;
-        counts.underruns = machine->host.feed.underruns;
+        counts.homed = machine_homed(machine);
+        counts.position_losses = machine_position_losses(machine);
+        counts.stretched = machine_host(machine)->feed.stretched;
+        counts.underruns = machine_host(machine)->feed.underruns;
         counts.segments = machine_host_taken(machine);
         counts.done = machine_host_done(machine);
     }

@@ -3,6 +3,8 @@
 #ifndef WIFICNC_SESSION_INNER_H
 #define WIFICNC_SESSION_INNER_H
 
+#include "machine/host.h"
+#include "machine/outputs.h"
 #include "session/session.h"
 
 /** A sender whose number is behind by more begins anew. */
@@ -19,31 +21,39 @@ static inline bool session_is_module(const struct session *session) {
     return session->module != NULL;
 }
 
-/* session.c */
+/* hosts.c */
 /** The clock goes on. */
 void session_tick(struct session *session);
 /** @return size of the packet whose payload is in place */
 size_t session_close(struct session *session, unsigned counter, uint8_t *packet, enum wire_type type,
                      size_t payload_size);
-/** A sequence number of this host: gaps are counted. */
-void session_note_sequence(struct session *session, const uint8_t address[4], uint32_t sequence);
+uint8_t session_state(const struct session *session);
+/** Until the next round of status reports. @return UINT32_MAX: nobody listens */
+uint32_t session_report_wait_us(const struct session *session);
+/** This host commands. */
+void session_own(struct session *session, const uint8_t address[4]);
+/** It has a TCP connection. */
+bool session_has_client(const struct session *session, const uint8_t address[4]);
+/** This host lives, whatever it says. */
+void session_note_alive(struct session *session, const uint8_t address[4]);
 /** Motion of a host has not come, or was not taken: a hold where $78 asks for it, unless a stream is open,
  * which sends again what was lost. */
 void session_note_lost(struct session *session);
-/** This host lives, whatever it says. */
-void session_note_alive(struct session *session, const uint8_t address[4]);
+/** A sequence number of this host: gaps are counted. */
+void session_note_sequence(struct session *session, const uint8_t address[4], uint32_t sequence);
+
+/* segment.c */
+/** A segment of the wire, its reserved flags left out. @param at  WIRE_SEGMENT_SIZE bytes */
+struct feed_segment session_segment(const uint8_t *at);
+
+/* session.c */
 /** As session_note_alive(), and it gets reports from now on. */
 void session_hear(struct session *session, const uint8_t address[4]);
-/** Until the next round of status reports. @return UINT32_MAX: nobody listens */
-uint32_t session_report_wait_us(const struct session *session);
-/** It has a TCP connection. */
-bool session_has_client(const struct session *session, const uint8_t address[4]);
 
 /* status.c */
 void session_send_status(struct session *session, const uint8_t address[4]);
 /** The reports that are due. */
 void session_report(struct session *session);
-uint8_t session_state(const struct session *session);
 /** How the newest segments with the probe flag ended. @param payload  room for WIRE_PROBE_RESULT_SIZE */
 void session_put_probe(const struct session *session, uint8_t *payload);
 
@@ -55,10 +65,10 @@ enum wire_refusal session_check_datagram(struct session *session, const uint8_t 
 enum wire_refusal session_check_request(struct session *session, const struct session_client *client,
                                         const struct wire_header *header);
 
-/* command.c */
-/** This host commands. */
-void session_own(struct session *session, const uint8_t address[4]);
+/** What the binary protocol says of it. */
 enum wire_refusal session_refusal(enum host_answer answer);
+
+/* command.c */
 /** What hosts may send by UDP and TCP. It was checked. */
 enum wire_refusal session_command(struct session *session, const uint8_t address[4], uint8_t type,
                                   const uint8_t *payload);

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT
- * Who is there: hosts that listen, the one that commands, TCP clients. */
+ * Datagrams and connections come in; the time that a host may be silent runs out. */
 #include "session/inner.h"
 
 #include <string.h>
@@ -8,11 +8,6 @@
     (WIRE_LISTENER_S * 1000000ull) /* a host that was not heard of for so long gets no more reports */
 #define CLIENT_IDLE_US (WIRE_CLIENT_IDLE_S * 1000000ull) /* its place may be given to another one */
 #define BOUNCES_US     1000u /* inputs are looked at this often until they are quiet */
-
-/* A sender whose number is behind later, or ahead by more than it can have sent since, begins anew, too. */
-#define LATE_US         1000000u
-#define SILENCE_MOST_US 60000000u
-enum { NUMBERS_A_MS = 2 };
 
 static void begin(struct session *session, const struct hal *hal, const struct session_options *options,
                   const struct session_ops *ops, void *ctx) {
@@ -27,11 +22,11 @@ static void begin(struct session *session, const struct hal *hal, const struct s
 
 void session_init(struct session *session, struct machine *machine, const struct session_options *options,
                   const struct session_ops *ops, void *ctx) {
-    begin(session, machine->hal, options, ops, ctx);
+    begin(session, machine_hal(machine), options, ops, ctx);
     session->machine = machine;
-    session->settings = &machine->settings;
-    session->probes_done = machine->host.probes_done;
-    session->late_refusals = machine->host.late_refusals;
+    session->settings = machine_settings(machine);
+    session->probes_done = machine_host(machine)->probes_done;
+    session->late_refusals = machine_host(machine)->late_refusals;
 }
 
 void session_init_module(struct session *session, struct session_module *module,
@@ -39,19 +34,6 @@ void session_init_module(struct session *session, struct session_module *module,
     begin(session, module->hal, options, ops, ctx);
     session->module = module;
     session->settings = &module->settings;
-}
-
-void session_tick(struct session *session) {
-    uint32_t clock_us = hal_time_us(session->hal);
-    session->now_us += clock_us - session->clock_us;
-    session->clock_us = clock_us;
-    lockout_poll(&session->lockout, (uint32_t)session->now_us);
-}
-
-size_t session_close(struct session *session, unsigned counter, uint8_t *packet, enum wire_type type,
-                     size_t payload_size) {
-    return wire_close(packet, (uint8_t)type, payload_size, session->sequence[counter]++,
-                      (uint32_t)session->now_us);
 }
 
 /* The place of this address, or the one that may be taken for it: free, or silent for longest. */
@@ -70,15 +52,6 @@ static struct session_listener *listener_of(struct session *session, const uint8
     return found;
 }
 
-void session_note_alive(struct session *session, const uint8_t address[4]) {
-    struct session_owner *owner = &session->owner;
-    if (!owner->on || !session_same(owner->address, address))
-        return;
-    owner->alive_us = session->now_us;
-    if (session_is_module(session))
-        owner->heard_us = session->now_us; /* it has no motion that would need more than a sign of life */
-}
-
 void session_hear(struct session *session, const uint8_t address[4]) {
     struct session_listener *listener = listener_of(session, address);
     bool known = listener->used && session_same(listener->address, address);
@@ -88,49 +61,6 @@ void session_hear(struct session *session, const uint8_t address[4]) {
     session_note_alive(session, address);
     if (!known)
         session_send_status(session, address);
-}
-
-/* Behind a newer one: it was counted as missing, unless it is here for the second time. */
-static void note_late(struct session *session, uint32_t behind) {
-    struct session_owner *owner = &session->owner;
-    uint64_t bit = behind < 64 ? (uint64_t)1 << behind : 0;
-    if ((owner->seen & bit) != 0)
-        return;
-    owner->seen |= bit;
-    session->counts.late++;
-    session->counts.missing -= bit != 0 && session->counts.missing > 0 ? 1 : 0;
-}
-
-/* Numbers that a sender may have used in this time. */
-static int32_t most_ahead(uint64_t silent_us) {
-    uint64_t us = silent_us < SILENCE_MOST_US ? silent_us : SILENCE_MOST_US;
-    return SEQUENCE_JUMP + (int32_t)(us * NUMBERS_A_MS / 1000);
-}
-
-void session_note_lost(struct session *session) {
-    if (session->settings->host_hold_on_gap && !session_is_module(session) && !session->stream.open)
-        machine_host_hold(session->machine);
-}
-
-void session_note_sequence(struct session *session, const uint8_t address[4], uint32_t sequence) {
-    struct session_owner *owner = &session->owner;
-    if (!owner->on || !session_same(owner->address, address))
-        return;
-    int32_t ahead = (int32_t)(sequence - owner->sequence);
-    uint64_t silent_us = session->now_us - owner->numbered_us;
-    if (owner->sequence_known && ahead < 0 && ahead > -SEQUENCE_JUMP && silent_us < LATE_US) {
-        note_late(session, (uint32_t)-ahead);
-        return;
-    }
-    bool follows = owner->sequence_known && ahead >= 0 && ahead < most_ahead(silent_us);
-    if (follows && ahead > 1) {
-        session->counts.missing += (uint32_t)ahead - 1;
-        session_note_lost(session);
-    }
-    owner->seen = !follows ? UINT64_MAX : (ahead < 64 ? owner->seen << ahead : 0) | 1;
-    owner->sequence = sequence;
-    owner->numbered_us = session->now_us;
-    owner->sequence_known = true;
 }
 
 void session_datagram(struct session *session, const struct session_peer *from, const uint8_t *bytes,
@@ -195,13 +125,6 @@ void session_connect(struct session *session, int place, const uint8_t address[4
         session->owner.left = false;
 }
 
-bool session_has_client(const struct session *session, const uint8_t address[4]) {
-    for (unsigned i = 0; i < SESSION_CLIENTS; i++)
-        if (session->client[i].used && session_same(session->client[i].address, address))
-            return true;
-    return false;
-}
-
 void session_disconnect(struct session *session, int place, bool left) {
     struct session_client *client = &session->client[place];
     struct session_owner *owner = &session->owner;
@@ -232,7 +155,7 @@ static bool is_owner_gone(const struct session *session) {
 /* Spindle or coolant are on because the owner said so. A job of the text side has its own. */
 static bool drives_owner(const struct session *session) {
     const struct machine *machine = session->machine;
-    return session_runs_outputs(session) && (machine->host.owns || !machine_host_has_job(machine));
+    return session_runs_outputs(session) && (machine_host(machine)->owns || !machine_host_has_job(machine));
 }
 
 /* Nothing of a host that is gone goes on for ever; but what is queued is cut by a cutter that turns. What a
@@ -240,9 +163,11 @@ static bool drives_owner(const struct session *session) {
 static void follow_gone(struct session *session) {
     struct machine *machine = session->machine;
     machine_host_gone(machine);
-    if (session->owner.left && (machine->state == MACHINE_HOLD || machine->state == MACHINE_DOOR))
+    if (session->owner.left &&
+        (machine_state(machine) == MACHINE_HOLD || machine_state(machine) == MACHINE_DOOR))
         machine_host_discard(machine);
-    if (!drives_owner(session) || !machine_is_standing(machine) || !feed_is_empty(&machine->host.feed))
+    if (!drives_owner(session) || !machine_is_standing(machine) ||
+        !feed_is_empty(&machine_host(machine)->feed))
         return;
     session_switch_off(session);
 }
@@ -267,7 +192,7 @@ static void follow_owner(struct session *session) {
 
 /* Segments that lay ready until the text side's job stood, and lead out of the travel from there. */
 static void follow_late_refusals(struct session *session) {
-    const struct machine_host *host = &session->machine->host;
+    const struct machine_host *host = machine_host(session->machine);
     uint32_t count = host->late_refusals - session->late_refusals;
     if (count == 0)
         return;
@@ -289,18 +214,6 @@ void session_poll(struct session *session) {
         follow_owner(session);
     }
     session_report(session);
-}
-
-uint32_t session_report_wait_us(const struct session *session) {
-    bool listens = session->owner.on;
-    for (unsigned i = 0; i < SESSION_LISTENERS; i++)
-        listens |= session->listener[i].used;
-    if (!listens)
-        return UINT32_MAX;
-    uint64_t interval_us = session->settings->status_interval_ms * 1000ull;
-    uint64_t due_us = session->status_us + interval_us; /* where the interval has just become shorter */
-    due_us = due_us < session->due_us ? due_us : session->due_us;
-    return session->now_us < due_us ? (uint32_t)(due_us - session->now_us) : 0;
 }
 
 uint32_t session_wait_us(const struct session *session) {

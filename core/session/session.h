@@ -101,7 +101,7 @@ struct session_stream {
     bool open;           /* takes segments */
     int8_t client;       /* whose connection keeps it, -1: that is gone */
     uint32_t base;       /* machine_host_taken() of its segment 0 */
-    uint32_t dropped;    /* machine->host.dropped when it was opened */
+    uint32_t dropped;    /* machine_host.dropped when it was opened */
     uint32_t next, done; /* when it was closed */
     uint32_t refused;
     uint8_t refusal;
@@ -117,7 +117,7 @@ struct session {
     struct machine *machine;       /* NULL: an I/O module */
     struct session_module *module; /* NULL: a motion controller */
     const struct hal *hal;
-    struct settings *settings;
+    const struct settings *settings;
     const struct session_ops *ops;
     void *ctx;
     struct session_options options;
@@ -138,7 +138,7 @@ struct session {
     struct wire_io_control outputs;     /* as last commanded */
     axis_mask_t homing;                 /* home_complete is due for these */
     uint32_t probes_done;               /* probe results sent so far */
-    uint32_t late_refusals;             /* machine->host.late_refusals counted so far */
+    uint32_t late_refusals;             /* machine_host.late_refusals counted so far */
     int32_t position_steps[AXIS_COUNT]; /* of the last report: the rate */
 };
 

@@ -11,27 +11,11 @@ static bool is_moving(const struct session *session) {
     return !session_is_module(session) && !machine_is_standing(session->machine);
 }
 
-uint8_t session_state(const struct session *session) {
-    static const uint8_t states[MACHINE_STATE_COUNT] = {
-        [MACHINE_IDLE] = WIRE_STATE_IDLE,   [MACHINE_RUN] = WIRE_STATE_RUN,
-        [MACHINE_HOLD] = WIRE_STATE_HOLD,   [MACHINE_JOG] = WIRE_STATE_JOG,
-        [MACHINE_ALARM] = WIRE_STATE_ALARM, [MACHINE_DOOR] = WIRE_STATE_HOLD,
-        [MACHINE_CHECK] = WIRE_STATE_IDLE,  [MACHINE_HOME] = WIRE_STATE_HOMING,
-        [MACHINE_SLEEP] = WIRE_STATE_ALARM,
-    };
-    const struct machine *machine = session->machine;
-    if (machine->state == MACHINE_ALARM && machine->alarm == ALARM_ESTOP)
-        return WIRE_STATE_ESTOP;
-    if (machine->state == MACHINE_RUN && machine->host.probing)
-        return WIRE_STATE_PROBING;
-    return states[machine->state];
-}
-
 static uint8_t alarm_code(const struct session *session, axis_mask_t limits) {
     unsigned axis = 0;
-    if (session->machine->state != MACHINE_ALARM)
+    if (machine_state(session->machine) != MACHINE_ALARM)
         return WIRE_ALARM_NONE;
-    switch (session->machine->alarm) {
+    switch (machine_alarm(session->machine)) {
     case ALARM_ESTOP:
         return WIRE_ALARM_ESTOP;
     case ALARM_HARD_LIMIT:
@@ -63,8 +47,8 @@ static uint8_t flags_of(const struct session *session) {
     flags |= is_moving(session) ? WIRE_STATUS_FLAG_MOVING : 0;
     if (session_is_module(session))
         return (uint8_t)flags;
-    flags |= session->machine->state == MACHINE_HOME ? WIRE_STATUS_FLAG_HOMING : 0;
-    flags |= session->machine->host.owns ? WIRE_STATUS_FLAG_HOST : 0;
+    flags |= machine_state(session->machine) == MACHINE_HOME ? WIRE_STATUS_FLAG_HOMING : 0;
+    flags |= machine_host(session->machine)->owns ? WIRE_STATUS_FLAG_HOST : 0;
     flags |= machine_host_has_job(session->machine) ? WIRE_STATUS_FLAG_JOB : 0;
     return (uint8_t)flags;
 }
@@ -94,17 +78,18 @@ static void add_spindle(const struct machine *machine, struct wire_status *statu
 
 static void machine_status(const struct session *session, struct wire_status *status) {
     const struct machine *machine = session->machine;
-    const struct machine_outputs *outputs = &machine->outputs;
+    const struct machine_outputs *outputs = machine_outputs(machine);
     struct host_inputs inputs;
     machine_host_inputs(machine, &inputs);
     *status = (struct wire_status){
-        .buffer_free = (uint16_t)(feed_free(&machine->host.feed) - feed_laid(&machine->host.feed)),
+        .buffer_free =
+            (uint16_t)(feed_free(&machine_host(machine)->feed) - feed_laid(&machine_host(machine)->feed)),
         .buffer_total = FEED_SIZE,
         .state = session_state(session),
         .alarm = alarm_code(session, inputs.limits),
         .limits = inputs.limits,
         .probe = inputs.probe,
-        .homing = machine->state == MACHINE_HOME ? machine->homing.axes : 0,
+        .homing = machine_homes(machine),
         .home_switches = inputs.home,
         .estop = inputs.estop,
         .segment_id = machine_host_id(machine),
@@ -155,7 +140,7 @@ void session_send_status(struct session *session, const uint8_t address[4]) {
 
 static void report_homing(struct session *session) {
     uint8_t packet[WIRE_PACKET_MOST] = {0};
-    const struct machine_host *host = &session->machine->host;
+    const struct machine_host *host = machine_host(session->machine);
     if (session->homing == 0 || host->homing)
         return;
     struct wire_home_complete done = {.axes = session->homing, .success = host->homed_ok};
@@ -166,7 +151,7 @@ static void report_homing(struct session *session) {
 }
 
 void session_put_probe(const struct session *session, uint8_t *payload) {
-    const struct machine_host *host = &session->machine->host;
+    const struct machine_host *host = machine_host(session->machine);
     struct wire_probe_result result = {.contact = host->probe_contact, .number = (uint16_t)host->probes_done};
     memcpy(result.position_steps, host->probe_steps, sizeof result.position_steps);
     wire_put_probe_result(payload, &result);
@@ -174,7 +159,7 @@ void session_put_probe(const struct session *session, uint8_t *payload) {
 
 static void report_probe(struct session *session) {
     uint8_t packet[WIRE_PACKET_MOST] = {0};
-    const struct machine_host *host = &session->machine->host;
+    const struct machine_host *host = machine_host(session->machine);
     if (session->probes_done == host->probes_done)
         return;
     session->probes_done = host->probes_done;

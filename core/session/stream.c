@@ -3,8 +3,6 @@
  * once each, in order. */
 #include "session/inner.h"
 
-#include <string.h>
-
 _Static_assert((int)FEED_SIZE <= (int)WIRE_STREAM_WINDOW, "the ack has a bit for every place of the feed");
 
 static uint32_t next_of(const struct session *session) {
@@ -15,7 +13,7 @@ static uint32_t next_of(const struct session *session) {
 static uint32_t done_of(const struct session *session) {
     const struct session_stream *stream = &session->stream;
     uint32_t done = machine_host_done(session->machine) - stream->base;
-    bool dropped = session->machine->host.dropped != stream->dropped;
+    bool dropped = machine_host(session->machine)->dropped != stream->dropped;
     if (dropped)
         return stream->done;
     if (done > UINT32_MAX / 2)
@@ -35,7 +33,7 @@ void stream_close(struct session *session, enum wire_refusal refusal) {
 
 void stream_follow(struct session *session) {
     struct session_stream *stream = &session->stream;
-    const struct machine_host *host = &session->machine->host;
+    const struct machine_host *host = machine_host(session->machine);
     if (stream->id == 0 || host->dropped == stream->dropped || stream->done != UINT32_MAX)
         return;
     stream->done = host->done_at_drop - stream->base;
@@ -57,7 +55,7 @@ enum wire_refusal stream_open(struct session *session, int place) {
                                       .open = true,
                                       .client = (int8_t)place,
                                       .base = machine_host_taken(session->machine),
-                                      .dropped = session->machine->host.dropped,
+                                      .dropped = machine_host(session->machine)->dropped,
                                       .done = UINT32_MAX};
     session_own(session, session->client[place].address);
     session->owner.motion_us = session->now_us;
@@ -66,18 +64,10 @@ enum wire_refusal stream_open(struct session *session, int place) {
 
 static void take(struct session *session, uint32_t number, const uint8_t *at) {
     struct session_stream *stream = &session->stream;
-    struct wire_segment wire;
     uint32_t ahead = number - next_of(session), refused;
-    if (ahead >= feed_free(&session->machine->host.feed)) /* has come already, or too far ahead */
+    if (ahead >= feed_free(&machine_host(session->machine)->feed)) /* has come already, or too far ahead */
         return;
-    wire_get_segment(at, &wire);
-    struct feed_segment segment = {
-        .duration_us = wire.duration_us,
-        .entry_speed_sq = wire.entry_speed_sq,
-        .exit_speed_sq = wire.exit_speed_sq,
-        .id = wire.id,
-        .flags = wire.flags & (SEGMENT_RAPID | SEGMENT_LAST | SEGMENT_PROBE | SEGMENT_EXACT_STOP)};
-    memcpy(segment.steps, wire.steps, sizeof segment.steps);
+    const struct feed_segment segment = session_segment(at);
     enum host_answer answer = machine_host_lay(session->machine, ahead, &segment, &refused);
     if (answer == HOST_DONE)
         return;
@@ -89,7 +79,7 @@ static void take(struct session *session, uint32_t number, const uint8_t *at) {
 
 static void send_ack(struct session *session, const struct session_peer *to, uint32_t id) {
     const struct session_stream *stream = &session->stream;
-    const struct machine_host *host = &session->machine->host;
+    const struct machine_host *host = machine_host(session->machine);
     uint8_t packet[WIRE_PACKET_MOST];
     bool known = id == stream->id && id != 0;
     struct wire_stream_ack ack = {.stream = id,
@@ -98,8 +88,8 @@ static void send_ack(struct session *session, const struct session_peer *to, uin
                                   .state = session_state(session),
                                   .underruns = host->feed.underruns,
                                   .queued_us = (uint32_t)(host->feed.queued_ns / 1000),
-                                  .homed = session->machine->trusted,
-                                  .position_losses = session->machine->position_losses};
+                                  .homed = machine_homed(session->machine),
+                                  .position_losses = machine_position_losses(session->machine)};
     if (known) {
         ack.next = next_of(session);
         ack.done = done_of(session);

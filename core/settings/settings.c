@@ -32,11 +32,11 @@ static enum status row_check(const struct setting_row *row, double value, float 
     if (!(value <= (double)UINT32_MAX)) {
         return STATUS_BAD_NUMBER;
     }
-    const float rounded = row->type == SETTING_FLOAT ? (float)value : (float)(uint32_t)value;
+    const float rounded = row->type == SETTING_TYPE_FLOAT ? (float)value : (float)(uint32_t)value;
     if (rounded < row->min) {
         return (enum status)row->below;
     }
-    if (rounded > (row->type == SETTING_BOOL ? (float)BOOL_INPUT_MAX : row->max)) {
+    if (rounded > (row->type == SETTING_TYPE_BOOL ? (float)BOOL_INPUT_MAX : row->max)) {
         return STATUS_BAD_NUMBER;
     }
     *kept = rounded + 0.0F; /* makes 0 of -0, which would be printed with its sign */
@@ -53,16 +53,16 @@ static void field_write(struct settings *settings, const struct setting_row *row
     uint16_t *words = field;
     float *floats = field;
     switch ((enum setting_type)row->type) {
-    case SETTING_BOOL:
+    case SETTING_TYPE_BOOL:
         flags[index] = value >= 1.0F;
         break;
-    case SETTING_U8:
+    case SETTING_TYPE_U8:
         bytes[index] = (uint8_t)value;
         break;
-    case SETTING_U16:
+    case SETTING_TYPE_U16:
         words[index] = (uint16_t)value;
         break;
-    case SETTING_FLOAT:
+    case SETTING_TYPE_FLOAT:
         floats[index] = value;
         break;
     }
@@ -75,13 +75,13 @@ static float field_read(const struct settings *settings, const struct setting_ro
     const uint16_t *words = field;
     const float *floats = field;
     switch ((enum setting_type)row->type) {
-    case SETTING_BOOL:
+    case SETTING_TYPE_BOOL:
         return flags[index] ? 1.0F : 0.0F;
-    case SETTING_U8:
+    case SETTING_TYPE_U8:
         return bytes[index];
-    case SETTING_U16:
+    case SETTING_TYPE_U16:
         return words[index];
-    case SETTING_FLOAT:
+    case SETTING_TYPE_FLOAT:
         break;
     }
     return floats[index];
@@ -125,6 +125,22 @@ bool settings_get(const struct settings *settings, uint16_t number, uint8_t axis
     *value = (double)field_read(settings, row, (uint8_t)(number - row->number));
     *decimals = row->decimals;
     return true;
+}
+
+unsigned settings_effects(uint16_t number) {
+    const struct setting_row *row = row_find(number, AXIS_COUNT);
+    return row == NULL ? 0U : row->affects;
+}
+
+bool settings_differ(const struct settings *a, const struct settings *b, unsigned effects) {
+    for (const struct setting_row *row = setting_rows; row < setting_rows + SETTINGS_ROW_COUNT; row++) {
+        for (uint8_t index = 0; (row->affects & effects) != 0 && index < row->count; index++) {
+            if (field_read(a, row, index) != field_read(b, row, index)) {
+                return true;
+            }
+        }
+    }
+    return false;
 }
 
 bool settings_next(uint16_t *number, uint8_t axis_count) {

@@ -35,6 +35,12 @@ enum status settings_set(struct settings *settings, uint16_t number, double valu
 bool settings_get(const struct settings *settings, uint16_t number, uint8_t axis_count, double *value,
                   uint8_t *decimals);
 
+/** What $number affects: enum setting_effect, added up. 0: no such setting. */
+unsigned settings_effects(uint16_t number);
+
+/** Do settings with one of these effects differ? */
+bool settings_differ(const struct settings *a, const struct settings *b, unsigned effects);
+
 /** Where a walk through all settings begins. */
 enum { SETTINGS_BEGIN = UINT16_MAX };
 

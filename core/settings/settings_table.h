@@ -9,7 +9,7 @@
 #include <stdint.h>
 
 /** Type of the field. */
-enum setting_type { SETTING_BOOL, SETTING_U8, SETTING_U16, SETTING_FLOAT };
+enum setting_type { SETTING_TYPE_BOOL, SETTING_TYPE_U8, SETTING_TYPE_U16, SETTING_TYPE_FLOAT };
 
 /** One row of protocol/settings.toml. Limits are inclusive. */
 struct setting_row {
@@ -21,7 +21,8 @@ struct setting_row {
     uint8_t below;    /* enum status of a value below min */
     float min;
     float max;
-    float fallback; /* the default */
+    float fallback;   /* the default */
+    uint16_t affects; /* enum setting_effect, added up */
 };
 
 /** Ascending by number. */

@@ -5,8 +5,6 @@
 
 #include <string.h>
 
-#define HOMING_NUMBER 22 /* before $20, which needs it */
-
 struct head {
     uint32_t crc; /* of all that follows */
     uint16_t version, count;
@@ -257,10 +255,10 @@ enum store_result store_load_settings(const struct store *store, struct settings
     if (result == STORE_EMPTY)
         return result;
     intake.sound = result == STORE_FOUND && intake.count % pair_size(&value) == 0;
-    take_setting(&intake, HOMING_NUMBER);
+    take_setting(&intake, SETTING_HOMING); /* before $20, which needs it */
     uint16_t number = SETTINGS_BEGIN;
     while (settings_next(&number, axis_count))
-        if (number != HOMING_NUMBER)
+        if (number != SETTING_HOMING)
             take_setting(&intake, number);
     return intake.sound && lost->count == 0 ? STORE_FOUND : STORE_DAMAGED;
 }

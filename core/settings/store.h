@@ -21,14 +21,16 @@
  * another one counts as damaged, but settings of layout 1, which are read, and written in this one. */
 enum { STORE_KEY_SETTINGS = 1, STORE_VERSION = 1, STORE_SETTINGS_VERSION = 2 };
 
-/** Longest payload and longest image, bytes: all settings, or the longest of the machine's other values. */
+/** Longest payload and longest image, bytes: all settings, or the longest of the machine's other values. What
+ * the settings take follows from their table; core/machine/keep_write.c asserts that its values fit. */
 enum {
+    STORE_HEAD_SIZE = 8,
     STORE_PAIR_SIZE = 8,
     STORE_SETTINGS_SIZE = SETTINGS_COUNT * STORE_PAIR_SIZE,
     STORE_OTHERS_SIZE = 400,
     STORE_SIZE_MAX = (int)STORE_SETTINGS_SIZE > (int)STORE_OTHERS_SIZE ? (int)STORE_SETTINGS_SIZE
                                                                        : (int)STORE_OTHERS_SIZE,
-    STORE_IMAGE_MAX = 8 + STORE_SIZE_MAX
+    STORE_IMAGE_MAX = STORE_HEAD_SIZE + STORE_SIZE_MAX
 };
 
 /** Where values are kept. ops may be NULL: nothing is kept, nothing is found, and saving is no error. */
@@ -56,7 +58,11 @@ enum store_result store_load(const struct store *store, uint8_t key, uint8_t ver
                              size_t size);
 
 /** Values that are stored together: after a power cut all of them are there, or none. */
-enum { STORE_BATCH_VALUES = 6, STORE_BATCH_SIZE = 2048 };
+enum {
+    STORE_BATCH_VALUES = 6,
+    STORE_OTHERS_ROOM = 1280, /* images of the machine's other values */
+    STORE_BATCH_SIZE = STORE_HEAD_SIZE + STORE_SETTINGS_SIZE + STORE_OTHERS_ROOM
+};
 struct store_batch {
     struct hal_store_value values[STORE_BATCH_VALUES];
     size_t count, used; /* values; of bytes */

@@ -1,0 +1,154 @@
+/* SPDX-License-Identifier: MIT
+ * What settings mean for the rest of the machine. */
+#include "machine/configure.h"
+
+#include "machine/drive.h"
+#include "machine/host_queue.h"
+#include "machine/outputs.h"
+#include "machine/parts.h"
+#include "machine/torque.h"
+#include "machine/wiring.h"
+
+#include <stddef.h>
+
+uint16_t configure_board_pulse_us(const struct machine *machine) {
+    return (uint16_t)((machine->board.step_pulse_ns + 999) / 1000);
+}
+
+uint16_t configure_default_pulse_us(const struct machine *machine) {
+    const uint16_t own_us = configure_board_pulse_us(machine), us = machine->board.default_pulse_us;
+    return us > own_us ? us : own_us;
+}
+
+static void report_clamp(struct machine *machine, unsigned axis, float mm_min, bool by_pulse) {
+    text_string(&machine->out, "[MSG:$");
+    text_int(&machine->out, (int32_t)(SETTING_MAX_RATE_MM_MIN + axis));
+    text_string(&machine->out, " is limited to ");
+    text_fixed(&machine->out, (double)mm_min, 0);
+    text_string(&machine->out,
+                by_pulse ? " mm/min by the step pulse: $0=" : " mm/min by the board's step rate");
+    if (by_pulse)
+        text_int(&machine->out, machine->settings.step_pulse_us);
+    text_string(&machine->out, "]\r\n");
+}
+
+uint32_t machine_step_pulse_ns(const struct machine *machine) {
+    uint16_t us = machine->settings.step_pulse_us;
+    return us == configure_board_pulse_us(machine) ? machine->board.step_pulse_ns : us * 1000u;
+}
+
+/* Timer ticks that last at least this long. */
+static uint32_t ticks_of(const struct machine_board *board, uint32_t ns) {
+    return (uint32_t)(((uint64_t)board->timer_hz * ns + 999999999u) / 1000000000u);
+}
+
+void thread_set_encoder(struct machine *machine) {
+    const struct settings *settings = &machine->settings;
+    struct spindle *spindle = &machine->drive.motion.emit.spindle;
+    machine->interp.gcode.ports.encoder =
+        WITH_ENCODER && machine->board.encoder != NULL && settings->encoder_counts > 0;
+    float per_rev = machine->interp.gcode.ports.encoder ? (float)settings->encoder_counts : 0.0f;
+    if (spindle->per_rev != per_rev)
+        spindle_reset(spindle, per_rev);
+}
+
+static void apply_motion(struct machine *machine) {
+    const struct settings *settings = &machine->settings;
+    const struct machine_board *board = &machine->board;
+    struct motion_limits limits = {.junction_deviation_mm = settings->junction_deviation_mm,
+                                   .jerk_mm_s3 = settings->jerk_mm_s3,
+                                   .axis_count = board->axis_count};
+    uint32_t pulse_ns = machine_step_pulse_ns(machine);
+    uint32_t step_ns = 2 * pulse_ns + board->step_spread_ns; /* the pulse and a pause as long */
+    uint32_t pulse_rate_hz = 1000000000u / step_ns;
+    const bool by_pulse = pulse_rate_hz < board->max_step_rate_hz;
+    const float rate_hz = (float)(by_pulse ? pulse_rate_hz : board->max_step_rate_hz);
+    for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
+        float most_mm_min = 60.0f * rate_hz / settings->steps_per_mm[ax];
+        float mm_min = settings->max_rate_mm_min[ax];
+        if (mm_min > most_mm_min && ax < board->axis_count) {
+            report_clamp(machine, ax, most_mm_min, by_pulse);
+            mm_min = most_mm_min;
+        }
+        limits.steps_per_mm[ax] = settings->steps_per_mm[ax];
+        limits.max_rate_mm_s[ax] = mm_min * (1.0f / 60.0f);
+        limits.accel_mm_s2[ax] = settings->acceleration_mm_s2[ax];
+    }
+    const float arm_mm[2] = {settings->arm_1_mm, settings->arm_2_mm};
+    kinematics_init(&machine->drive.joints.kinematics, (enum kinematics_kind)settings->kinematics, arm_mm,
+                    settings->max_travel_mm);
+    joints_limit(&machine->drive.joints, &limits);
+    motion_set_limits(&machine->drive.motion, &limits);
+    host_set_limits(machine, &limits);
+    machine->drive.prep.timing = (struct prep_timing){
+        .timer_hz = board->timer_hz,
+        .min_interval_ticks = ticks_of(board, step_ns),
+        .dir_setup_ticks = ticks_of(board, board->dir_setup_ns),
+    };
+}
+
+static void apply_program(struct machine *machine) {
+    machine->interp.gcode.arc_radius_tolerance_mm = machine->settings.arc_radius_tolerance_mm;
+    thread_set_encoder(machine);
+    wiring_apply(machine);
+}
+
+/* The steps stay, so the machine is at another place in mm. */
+static void apply_position(struct machine *machine) {
+    trust_lose(&machine->trust, machine->trust.axes);
+    drive_drop(machine);
+}
+
+static void apply_outputs(struct machine *machine) {
+    outputs_apply(machine);
+    torque_put_out(machine);
+}
+
+void configure_apply(struct machine *machine) {
+    apply_program(machine);
+    apply_motion(machine);
+}
+
+/* In this order. Settings with other effects are read where they are needed. */
+static void apply_effects(struct machine *machine, unsigned effects) {
+    if ((effects & SETTING_AFFECTS_PROGRAM) != 0)
+        apply_program(machine);
+    if ((effects & SETTING_AFFECTS_MOTION) != 0)
+        apply_motion(machine);
+    if ((effects & SETTING_AFFECTS_POSITION) != 0)
+        apply_position(machine);
+    if ((effects & SETTING_AFFECTS_OUTPUTS) != 0)
+        apply_outputs(machine);
+}
+
+/* Grbl refuses $0 below 3; a board whose own pulse is shorter takes just that one back. */
+static bool is_pulse_short(const struct machine *machine, uint16_t number, double value) {
+    return number == SETTING_STEP_PULSE_US && value >= 0.0 && value < 3.0 &&
+           value != (double)configure_board_pulse_us(machine);
+}
+
+/* A board's own pulse may be shorter than the whole microseconds that stand for it. */
+static void report_short_pulse(struct machine *machine) {
+    const uint32_t ns = machine_step_pulse_ns(machine);
+    if (ns == machine->settings.step_pulse_us * 1000u ||
+        machine->settings.step_pulse_us == configure_default_pulse_us(machine))
+        return;
+    text_string(&machine->out, "[MSG:Step pulses of ");
+    text_fixed(&machine->out, (double)ns * 1e-3, 1);
+    text_string(&machine->out, " us]\r\n");
+}
+
+enum status configure_set(struct machine *machine, uint16_t number, double value) {
+    if (is_pulse_short(machine, number, value))
+        return STATUS_STEP_PULSE_SHORT;
+    enum status status = wiring_check(machine, number, value);
+    if (status != STATUS_OK)
+        return status;
+    status = settings_set(&machine->settings, number, value, machine->board.axis_count);
+    if (status != STATUS_OK)
+        return status;
+    apply_effects(machine, settings_effects(number));
+    if (number == SETTING_STEP_PULSE_US)
+        report_short_pulse(machine);
+    return STATUS_OK;
+}

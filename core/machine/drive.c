@@ -1,0 +1,106 @@
+/* SPDX-License-Identifier: MIT
+ * All between the planner and the pins as one: whether it stands, and how it is stopped and emptied. */
+#include "machine/drive.h"
+
+#include "machine/host_queue.h"
+#include "machine/parts.h"
+#include "machine/place.h"
+
+#include <stddef.h>
+
+/* The motion side answers a batch after it has started the step timer for it. So looking for the answer
+ * first, and then at the timer, misses nothing; each load is an acquire, so that they stay in this order. An
+ * answer that was not taken does not count: if the batch was refused, the source has not yet gone back to
+ * where motion is. */
+bool machine_is_standing(const struct machine *machine) {
+    return !machine->drive.motion.ahead.pending && step_is_resting(&machine->drive.step);
+}
+
+bool machine_is_at_rest(const struct machine *machine) {
+    return motion_is_planned_out(&machine->drive.motion) && feed_is_empty(&machine->host.feed) &&
+           machine_is_standing(machine);
+}
+
+bool drive_is_stopped(const struct machine *machine) {
+    return machine_is_standing(machine) && host_is_quiet(machine) &&
+           (motion_is_held(&machine->drive.motion) || motion_is_planned_out(&machine->drive.motion));
+}
+
+void drive_take_position(struct machine *machine) {
+    joints_stand(&machine->drive.joints, &machine->drive.motion);
+    place_set_program(machine, machine->drive.joints.tool_mm);
+}
+
+void drive_on_motion_side(struct machine *machine, void (*work)(void *arg), void *arg) {
+    const struct machine_board *board = &machine->board;
+    if (board->motion_side == NULL)
+        work(arg);
+    else
+        board->motion_side->call(board->motion_side_ctx, work, arg);
+}
+
+static void reset_motion(struct machine *machine, const int32_t position[AXIS_COUNT]) {
+    prep_reset(&machine->drive.prep, position);
+    motion_reset(&machine->drive.motion, position);
+}
+
+/* What drive_stand_at() has done on the motion side. */
+struct stand {
+    struct machine *machine;
+    const int32_t *position;
+};
+
+/* cppcheck-suppress constParameterCallback ; the type of work() is fixed */
+static void stand(void *arg) {
+    const struct stand *at = arg;
+    reset_motion(at->machine, at->position);
+}
+
+void drive_stand_at(struct machine *machine, const int32_t position[AXIS_COUNT]) {
+    struct stand at = {.machine = machine, .position = position};
+    drive_on_motion_side(machine, stand, &at);
+    drive_take_position(machine);
+}
+
+/* What drive_halt() does on the motion side. */
+struct halt {
+    struct machine *machine;
+    bool only_waited;
+};
+
+static void halt(void *arg) {
+    struct halt *at = arg;
+    struct machine *machine = at->machine;
+    int32_t position[AXIS_COUNT];
+    step_halt(&machine->drive.step);
+    at->only_waited = step_only_waits(&machine->drive.step);
+    host_note_done(machine);
+    machine_position(machine, position);
+    reset_motion(machine, position);
+    inputs_forget(&machine->edges);
+    host_drop(machine);
+}
+
+void drive_halt(struct machine *machine) {
+    struct halt at = {.machine = machine};
+    bool works = !machine_is_standing(machine);
+    drive_on_motion_side(machine, halt, &at);
+    if (works && !at.only_waited) { /* motors may have missed steps */
+        machine->trust.axes = 0;
+        machine->trust.losses++;
+    }
+    drive_take_position(machine);
+}
+
+void drive_drop(struct machine *machine) {
+    int32_t position[AXIS_COUNT];
+    machine_position(machine, position);
+    drive_stand_at(machine, position);
+}
+
+bool drive_rest_reached(struct machine *machine) {
+    if (machine_is_at_rest(machine))
+        return true;
+    motion_flush(&machine->drive.motion);
+    return false;
+}

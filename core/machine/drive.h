@@ -1,0 +1,47 @@
+/* SPDX-License-Identifier: MIT
+ * All between the planner and the pins as one: whether it stands, and how it is stopped and emptied. [task]
+ */
+#ifndef WIFICNC_MACHINE_DRIVE_H
+#define WIFICNC_MACHINE_DRIVE_H
+
+#include "machine/machine.h"
+#include "machine/timer.h"
+#include "motion/joints.h"
+#include "motion/motion.h"
+#include "step/isr.h"
+#include "step/prep.h"
+
+/** From the planner to the pins. */
+struct machine_drive {
+    struct joints joints;
+    struct motion motion;
+    struct prep prep;
+    struct step step;
+    uint32_t late_told;              /* underruns that were reported */
+    struct machine_timer late_quiet; /* ... and none are until this is over */
+    uint32_t started_us;             /* of the motion side: when the step timer was started last */
+    uint32_t starts;                 /* ... and how often; wraps */
+};
+
+/** Nothing moves and nothing will before a resume: at rest, or held. */
+bool drive_is_stopped(const struct machine *machine);
+
+/** Have work(arg) done where the step ISR is started and stopped. */
+void drive_on_motion_side(struct machine *machine, void (*work)(void *arg), void *arg);
+
+/** Stop at once, forget all that was planned and stand where the pins have brought us. */
+void drive_halt(struct machine *machine);
+
+/** The counters are right and motion stands: forget all that was planned and go on from `position`. */
+void drive_stand_at(struct machine *machine, const int32_t position[AXIS_COUNT]);
+
+/** Forget what was planned and stand where the pins have brought us. */
+void drive_drop(struct machine *machine);
+
+/** At rest; if not, nothing more is waited for, so that it comes to rest. */
+bool drive_rest_reached(struct machine *machine);
+
+/** The program goes on from where the planner stands. */
+void drive_take_position(struct machine *machine);
+
+#endif

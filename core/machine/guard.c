@@ -1,0 +1,55 @@
+/* SPDX-License-Identifier: MIT
+ * What switches and buttons ask for: alarms, the door, real-time requests. */
+#include "machine/guard.h"
+
+#include "machine/inputs.h"
+#include "machine/parts.h"
+#include "machine/reset.h"
+#include "machine/suspend.h"
+#include "machine/switches.h"
+
+static uint32_t pressed(const struct hal_inputs *now, const struct hal_inputs *before) {
+    uint32_t bits = 0;
+    bits |= now->hold && !before->hold ? REALTIME_HOLD : 0;
+    bits |= now->start && !before->start ? REALTIME_RESUME : 0;
+    bits |= now->reset && !before->reset ? REALTIME_RESET : 0;
+    return bits;
+}
+
+/* Which of a hold and the start button came first is not known when both are new: the hold counts. */
+static uint32_t without_doubt(const struct rx *rx, uint32_t bits) {
+    bool holds = ((bits | __atomic_load_n(&rx->realtime, __ATOMIC_RELAXED)) & REALTIME_HOLD) != 0;
+    return holds ? bits & ~(uint32_t)REALTIME_RESUME : bits;
+}
+
+/* The switches are not as they were at the last edge. */
+static bool are_news(const struct machine *machine, const struct hal_inputs *now) {
+    struct switch_lines lines = switch_lines_of(&now->switches, machine->settings.limit_invert);
+    const struct switches *known = &machine->edges.switches;
+    return ((lines.limits ^ known->closed.limits) & ~known->waiting.limits) != 0 ||
+           ((lines.homes ^ known->closed.homes) & ~known->waiting.homes) != 0;
+}
+
+bool guard_poll(struct machine *machine) {
+    struct hal_inputs before = machine->inputs;
+    hal_inputs_read(machine->hal, &machine->inputs);
+    const struct hal_inputs *now = &machine->inputs;
+    if (are_news(machine, now)) /* the end of debouncing; or a board without edge interrupts for them */
+        inputs_look(machine);
+    if ((now->estop || machine->edges.estop) && !machine->life.critical && !machine->life.restart) {
+        reset_alarm(machine, ALARM_ESTOP);
+        return true;
+    }
+    if (machine->edges.hard_limit) {
+        reset_alarm(machine, ALARM_HARD_LIMIT);
+        return true;
+    }
+    rx_request(&machine->lines.rx, without_doubt(&machine->lines.rx, pressed(now, &before)));
+    if (now->door && !machine->life.critical && !machine->life.restart &&
+        machine->life.state != MACHINE_DOOR) {
+        enum machine_state state = machine->life.state;
+        suspend_open_door(machine);
+        return machine->life.state != state;
+    }
+    return false;
+}

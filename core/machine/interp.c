@@ -1,0 +1,58 @@
+/* SPDX-License-Identifier: MIT
+ * What a program has set so far, where others than its lines change it. */
+#include "machine/interp.h"
+
+#include "machine/parts.h"
+
+#include <stddef.h>
+
+void interp_begin(struct machine_interp *interp, const struct machine_board *board) {
+    struct gcode_ports *ports = &interp->gcode.ports;
+    interp->gcode.axes = (axis_mask_t)((1u << board->axis_count) - 1);
+    ports->digital_in = board->digital_inputs;
+    ports->digital_out = board->digital_outputs;
+    if (board->analog != NULL) {
+        ports->analog_in = board->analog->inputs;
+        ports->analog_out = board->analog->outputs;
+    }
+    gcode_modal_init(&interp->gcode.modal);
+    interp->params.numbered = interp->numbered;
+    interp->params.numbered_room = PARAMS_NUMBERED;
+    interp->params.named = interp->named;
+    interp->params.named_room = PARAMS_NAMED;
+}
+
+void interp_know_spindle(struct machine *machine, enum gcode_spindle spindle) {
+    machine->interp.gcode.modal.spindle = machine->task.command.next.spindle = spindle;
+}
+
+void interp_know_coolant(struct machine *machine, uint8_t coolant) {
+    machine->interp.gcode.modal.coolant = machine->task.command.next.coolant = coolant;
+}
+
+void interp_forget(struct machine_interp *interp) {
+    struct gcode_offsets *offsets = &interp->gcode.offsets;
+    for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
+        offsets->g92_mm[ax] = offsets->g92_kept_mm[ax] = 0.0;
+    offsets->tool_length_mm = 0.0;
+    gcode_modal_init(&interp->gcode.modal);
+    gcode_modes_forget(&interp->gcode);
+    params_clear(&interp->params);
+}
+
+void interp_check(struct machine_interp *interp, bool begins) {
+    if (begins)
+        interp->offsets_unchecked = interp->gcode.offsets;
+    else /* what a program did to them was not meant */
+        interp->gcode.offsets = interp->offsets_unchecked;
+}
+
+void interp_take_probe(struct machine_interp *interp, const struct gcode_command *line,
+                       const double probe_mm[AXIS_COUNT], bool ok) {
+    double offset_mm[AXIS_COUNT];
+    interp->gcode.modal.wcs = line->next.wcs;
+    gcode_work_offset_mm(&interp->gcode, offset_mm);
+    for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
+        interp->params.probe_mm[ax] = probe_mm[ax] - offset_mm[ax];
+    interp->params.probe_ok = ok;
+}

@@ -1,0 +1,21 @@
+/* SPDX-License-Identifier: MIT
+ * $J=: moves that can be called off. [task] */
+#ifndef WIFICNC_MACHINE_JOG_H
+#define WIFICNC_MACHINE_JOG_H
+
+#include "gcode/status.h"
+#include "machine/machine.h"
+
+/** $J= with this text. @return STATUS_OK: it is a task now */
+enum status jog_begin(struct machine *machine, const char *text);
+
+/** @return TASK_NONE when it is planned */
+enum task_stage jog_poll(struct machine *machine);
+
+/** Slow down, and forget all jogs; jog_end_cancel() when it stands. */
+void jog_cancel(struct machine *machine);
+
+/** It stands. */
+void jog_end_cancel(struct machine *machine);
+
+#endif

@@ -1,0 +1,142 @@
+/* SPDX-License-Identifier: MIT
+ * The next line: startup lines, then what the sender has sent. */
+#include "machine/lines.h"
+
+#include "machine/answer.h"
+#include "machine/command.h"
+#include "machine/compute.h"
+#include "machine/parts.h"
+#include "machine/reach.h"
+#include "machine/report.h"
+#include "machine/task.h"
+#include "machine/thread.h"
+#include "machine/torque.h"
+#include "machine/wiring.h"
+
+#include <stddef.h>
+
+/* The line was resolved into machine->task.command. */
+static void begin_gcode(struct machine *machine) {
+    const struct gcode_command *command = &machine->task.command;
+    enum status status = reach_move(machine, &command->move);
+    if (status == STATUS_OK)
+        status = thread_check(machine, command);
+    if (command->port >= 0 && command->port_kind == PORT_DIGITAL_OUT &&
+        (torque_mask(machine) >> command->port & 1) != 0)
+        status = STATUS_NO_PORT; /* it is a torque line */
+    if (status == STATUS_OK) {
+        wiring_report_coolant(machine);
+        task_begin(machine);
+    } else {
+        answer_line(machine, status);
+    }
+}
+
+static void take_gcode(struct machine *machine, const char *line) {
+    if (machine->life.state == MACHINE_ALARM || machine->life.state == MACHINE_JOG) {
+        answer_line(machine, STATUS_LOCKED);
+        return;
+    }
+    enum status status = gcode_line(&machine->interp.gcode, line, &machine->task.command);
+    if (status != STATUS_OK)
+        status = compute_line(machine, line, status);
+    if (status == STATUS_OK)
+        begin_gcode(machine);
+    else
+        answer_line(machine, status);
+}
+
+bool lines_take_startup(struct machine *machine) {
+    while (machine->lines.startup < STARTUP_LINE_COUNT) {
+        const char *line = machine->lines.startup_text[machine->lines.startup++];
+        if (line[0] == '\0')
+            continue;
+        machine->lines.source = LINE_STARTUP;
+        machine->lines.open = true;
+        take_gcode(machine, line);
+        return true;
+    }
+    if (!machine->lines.homed_line)
+        return false;
+    machine->lines.homed_line = false;
+    machine->lines.source = LINE_STREAM;
+    answer_line(machine, STATUS_OK);
+    return true;
+}
+
+/* Began in the buffer before the jog was cancelled. */
+static bool is_flushed(struct machine *machine, const char *line) {
+    if (!machine->lines.flushing)
+        return false;
+    machine->lines.flushing = (int32_t)(machine->lines.flush_until - machine->lines.from) > 0;
+    return machine->lines.flushing && line[0] == '$' && line[1] == 'J' && line[2] == '=';
+}
+
+static void open_line(struct machine *machine) {
+    machine->lines.count++;
+    machine->lines.source = LINE_STREAM;
+    machine->lines.open = true;
+}
+
+static void take_text(struct machine *machine, enum line_result result) {
+    const char *line = machine->lines.reader.text;
+    open_line(machine);
+    if (result == LINE_BROKEN)
+        report_gaps(machine);
+    if (result == LINE_OVERFLOW || result == LINE_BROKEN)
+        answer_line(machine, STATUS_LINE_TOO_LONG);
+    else if (line[0] == '\0' || is_flushed(machine, line))
+        answer_line(machine, STATUS_OK);
+    else if (line[0] == '$')
+        command_line(machine, line);
+    else
+        take_gcode(machine, line);
+}
+
+/* A line that found no room in the receive buffer: its place in the row of answers. One at a time, as there
+ * is room for answers: a thousand of them would hold everything up. */
+static bool answer_lost(struct machine *machine) {
+    if (!rx_take_lost(&machine->lines.rx))
+        return false;
+    line_reader_reset(&machine->lines.reader);
+    if (!machine->lines.overflow_told)
+        report_message(machine, "Receive buffer overflow");
+    machine->lines.overflow_told = true;
+    take_text(machine, LINE_OVERFLOW);
+    return true;
+}
+
+/* A plain line of G-code that has come whole needs no filter. @return bytes taken; 0: it is none */
+static size_t take_plain(struct machine *machine, const uint8_t *bytes, size_t count) {
+    const uint8_t *line = line_reader_whole(&machine->lines.reader, bytes, count);
+    if (line == NULL || machine->lines.flushing || machine->life.state == MACHINE_ALARM ||
+        machine->life.state == MACHINE_JOG)
+        return 0;
+    const char *end = gcode_plain_line(&machine->interp.gcode, (const char *)line, &machine->task.command);
+    if (end == NULL)
+        return 0;
+    line_reader_pass(&machine->lines.reader, (uint8_t)*end);
+    open_line(machine);
+    begin_gcode(machine);
+    return (size_t)((const uint8_t *)end - bytes) + 1;
+}
+
+bool lines_take(struct machine *machine) {
+    for (;;) {
+        const uint8_t *bytes;
+        enum line_result result;
+        size_t count = rx_peek(&machine->lines.rx, &bytes);
+        if (count == 0)
+            return answer_lost(machine);
+        machine->lines.overflow_told = false;
+        size_t plain = take_plain(machine, bytes, count);
+        rx_drop(&machine->lines.rx,
+                plain > 0 ? plain : line_reader_take(&machine->lines.reader, bytes, count, &result));
+        if (plain == 0 && result == LINE_NONE)
+            continue;
+        if (plain == 0)
+            take_text(machine, result);
+        machine->lines.from = rx_taken(&machine->lines.rx);
+        return true;
+    }
+}

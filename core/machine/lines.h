@@ -1,0 +1,77 @@
+/* SPDX-License-Identifier: MIT
+ * The next line: startup lines, then what the sender has sent. [task] */
+#ifndef WIFICNC_MACHINE_LINES_H
+#define WIFICNC_MACHINE_LINES_H
+
+#include "link/line_reader.h"
+#include "link/rx.h"
+#include "machine/machine.h"
+#include "settings/settings.h"
+
+/** Whose line the current one is. */
+enum line_source { LINE_STREAM, LINE_STARTUP, LINE_STORED };
+
+/** Lines on their way from bytes to answers. */
+struct machine_lines {
+    struct rx rx;
+    struct line_reader reader;
+    bool open;            /* the current line is not answered yet */
+    bool overflow_told;   /* that the lines that were just lost are */
+    uint32_t flush_until; /* $J= lines put before this many bytes are dropped, while flushing */
+    bool flushing;
+    uint32_t from; /* bytes taken before the present line */
+    enum line_source source;
+    uint8_t startup;  /* next startup line to run; STARTUP_LINE_COUNT = none */
+    uint8_t store_as; /* LINE_STORED: which one */
+    bool homed_line;  /* $H is answered after the startup lines */
+    uint32_t count;   /* lines taken */
+    char startup_text[STARTUP_LINE_COUNT][LINE_SIZE];
+    char info[LINE_SIZE]; /* $I= */
+};
+
+/** The startup lines come next, or none of them. */
+static inline void lines_run_startup(struct machine_lines *lines, bool runs) {
+    lines->startup = runs ? 0 : STARTUP_LINE_COUNT;
+}
+
+/** Jogs that wait to be read are no longer wanted. */
+static inline void lines_flush_jogs(struct machine_lines *lines) {
+    lines->flush_until = rx_cancel_at(&lines->rx);
+    lines->flushing = true;
+}
+
+/** $H is done: it is answered behind the startup lines; or nobody waits for that. */
+static inline void lines_answer_homing(struct machine_lines *lines, bool answers) {
+    lines->homed_line = answers;
+}
+
+/** The present line is $Nx=: it is kept when it went well. */
+static inline void lines_store_as(struct machine_lines *lines, unsigned index) {
+    lines->source = LINE_STORED;
+    lines->store_as = (uint8_t)index;
+}
+
+/** Reset: what was begun is over. */
+static inline void lines_forget(struct machine_lines *lines) {
+    lines->flushing = lines->homed_line = false;
+    lines->startup = STARTUP_LINE_COUNT;
+}
+
+/** Nothing that came so far is read any more. @return whether a line of a sender waits for its answer; it
+ * does not any more */
+static inline bool lines_drop(struct machine_lines *lines) {
+    const bool waits = lines->open && lines->source != LINE_STARTUP;
+    rx_flush(&lines->rx);
+    lines->from = rx_taken(&lines->rx);
+    line_reader_reset(&lines->reader);
+    lines->open = false;
+    return waits;
+}
+
+/** Begin the next startup line after the banner or homing. @return false: there is none */
+bool lines_take_startup(struct machine *machine);
+
+/** Read up to the end of one line and begin it. @return false: no whole line is there */
+bool lines_take(struct machine *machine);
+
+#endif

@@ -1,0 +1,29 @@
+/* SPDX-License-Identifier: MIT
+ * Answers of several lines: $$ $# $G $I $N. [task] */
+#ifndef WIFICNC_MACHINE_LIST_H
+#define WIFICNC_MACHINE_LIST_H
+
+#include "machine/machine.h"
+
+/** $$ */
+void list_settings(struct machine *machine);
+
+/** $# */
+void list_offsets(struct machine *machine);
+
+/** [PRB:] of the last G38 */
+void list_probe(struct machine *machine);
+
+/** $G */
+void list_modes(struct machine *machine);
+
+/** $I */
+void list_build(struct machine *machine);
+
+/** [CAPS:], of $I+ */
+void list_codes(struct machine *machine);
+
+/** $N */
+void list_startup(struct machine *machine);
+
+#endif

@@ -1,0 +1,31 @@
+/* SPDX-License-Identifier: MIT
+ * One straight move of the current line, handed to the planner. */
+#include "machine/moves.h"
+
+#include "machine/parts.h"
+
+static uint8_t line_flags(const struct machine *machine, bool rapid) {
+    uint8_t flags = rapid ? MOTION_FLAG_RAPID : 0;
+    if (!rapid && (machine->task.stage == TASK_MOVE || machine->task.stage == TASK_ARC))
+        flags |= MOTION_FLAG_CUT;
+    if (machine->task.command.next.path != PATH_BLEND || machine->task.stage == TASK_THREAD)
+        flags |= MOTION_FLAG_EXACT_STOP;
+    return flags;
+}
+
+bool moves_push(struct machine *machine, const double target_mm[AXIS_COUNT], bool rapid, float feed_mm_s,
+                float duration_s) {
+    struct motion_line line = {
+        .feed_mm_s = feed_mm_s,
+        .duration_s = duration_s,
+        .tolerance_mm = machine->task.command.next.path_tolerance_mm,
+        .line = machine->lines.count,
+        .note = machine->notes.count,
+        .spent_mm = machine->task.stage == TASK_ARC ? machine->settings.arc_tolerance_mm : 0.0f,
+        .flags = line_flags(machine, rapid)};
+    if (machine->life.state == MACHINE_CHECK)
+        return true;
+    for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
+        line.target_mm[ax] = target_mm[ax];
+    return joints_line(&machine->drive.joints, &machine->drive.motion, &line, hal_time_us(machine->hal));
+}

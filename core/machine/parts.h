@@ -1,0 +1,61 @@
+/* SPDX-License-Identifier: MIT
+ * struct machine: the list of its parts. Each part is described, and written, by its owner alone. For
+ * core/machine, and for what looks into a machine to measure it. */
+#ifndef WIFICNC_MACHINE_PARTS_H
+#define WIFICNC_MACHINE_PARTS_H
+
+#include "machine/drive.h"
+#include "machine/homing.h"
+#include "machine/host.h"
+#include "machine/inputs.h"
+#include "machine/interp.h"
+#include "machine/keep.h"
+#include "machine/lines.h"
+#include "machine/machine.h"
+#include "machine/motors.h"
+#include "machine/notes.h"
+#include "machine/outputs.h"
+#include "machine/overrides.h"
+#include "machine/place.h"
+#include "machine/probe.h"
+#include "machine/report.h"
+#include "machine/sender.h"
+#include "machine/state.h"
+#include "machine/suspend.h"
+#include "machine/task.h"
+#include "machine/thread.h"
+#include "machine/timer.h"
+#include "machine/torque.h"
+#include "settings/settings.h"
+
+struct machine {
+    struct machine_board board;
+    struct hal *hal;
+    struct text_out out;
+    struct settings settings;
+    struct machine_interp interp;
+    struct machine_lines lines;
+    struct machine_task task;
+    struct machine_drive drive;
+    struct machine_life life;
+    struct machine_trust trust;
+    struct machine_suspend suspend;
+    struct machine_clock clock;
+    struct machine_overrides overrides;
+    struct machine_outputs outputs;
+    struct machine_ports ports;
+    struct machine_torque torque;
+    struct machine_motors motors;
+    struct machine_edges edges;
+    struct hal_inputs inputs;
+    struct homing homing;
+    struct machine_probe probe;
+    struct machine_thread thread;
+    struct line_notes notes;
+    struct machine_client client;
+    struct machine_host host;
+    struct machine_reports reports;
+    struct machine_kept kept;
+};
+
+#endif

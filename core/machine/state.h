@@ -1,0 +1,66 @@
+/* SPDX-License-Identifier: MIT
+ * The states of the machine and what leads from one to the next. Sub-states (Hold:1, Door:2) are not states:
+ * they are seen from motion and inputs when a report asks. [task] */
+#ifndef WIFICNC_MACHINE_STATE_H
+#define WIFICNC_MACHINE_STATE_H
+
+#include "machine/machine.h"
+
+/** State, alarm and reset. */
+struct machine_life {
+    enum machine_state state;
+    enum alarm alarm;     /* the newest; ALARM_NONE after a reset */
+    bool locks_again;     /* the e-stop came while the machine was locked: it is locked after it, too */
+    bool critical;        /* after alarm 1, 2 or e-stop: only a reset helps */
+    bool critical_untold; /* ... and that was not said yet */
+    bool release_told;    /* ... but that the e-stop must be released first */
+    bool restart;         /* the banner is due */
+    bool reset_asked;     /* by a $ command */
+};
+
+/** Reset at the next look at real-time requests. */
+static inline void state_ask_reset(struct machine_life *life, bool asked) {
+    life->reset_asked = asked;
+}
+
+/** The alarm that a machine with damaged storage is in from its start, or no longer. */
+static inline void state_show_alarm(struct machine_life *life, enum alarm alarm) {
+    life->alarm = alarm;
+}
+
+/** What can happen to the state. */
+enum machine_event {
+    MACHINE_STARTS,  /* motion begins */
+    MACHINE_RESTS,   /* everything is done */
+    MACHINE_HOLDS,   /* ! or M0 */
+    MACHINE_RESUMES, /* ~ */
+    MACHINE_JOGS,
+    MACHINE_OPENS, /* the door */
+    MACHINE_ALARMS,
+    MACHINE_UNLOCKS, /* $X */
+    MACHINE_CHECKS,  /* $C */
+    MACHINE_HOMES,   /* $H */
+    MACHINE_SLEEPS,  /* $SLP */
+    MACHINE_RESETS,
+    MACHINE_EVENT_COUNT
+};
+
+/** Go on to the next state. @return false: the event means nothing in this state, and nothing changed. */
+bool state_go(struct machine *machine, enum machine_event event);
+
+/** $# $I $N ... are possible. */
+bool state_is_idle_or_alarm(const struct machine *machine);
+
+/** Lines are read in this state. */
+bool state_reads(const struct machine *machine);
+
+/** Tasks go on in this state. */
+bool state_works(const struct machine *machine);
+
+/** Grbl's longer report intervals. */
+bool state_is_busy(const struct machine *machine);
+
+/** Power-on. */
+void state_begin(struct machine *machine, bool locked);
+
+#endif

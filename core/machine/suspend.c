@@ -1,0 +1,141 @@
+/* SPDX-License-Identifier: MIT
+ * Hold and safety door, and the way back from them: spindle, coolant, motion. */
+#include "machine/suspend.h"
+
+#include "machine/drive.h"
+#include "machine/inputs.h"
+#include "machine/jog.h"
+#include "machine/outputs.h"
+#include "machine/overrides.h"
+#include "machine/parts.h"
+#include "machine/preempt.h"
+#include "machine/report.h"
+#include "machine/reset.h"
+#include "machine/state.h"
+#include "machine/thread.h"
+#include "machine/timer.h"
+
+#define COOLANT_START_US 1000000u /* Grbl's, behind a closed door */
+
+void suspend_hold(struct machine *machine) {
+    if (preempt_hold(machine))
+        return;
+    if (machine->life.state == MACHINE_HOLD || machine->life.state == MACHINE_DOOR)
+        machine->suspend.restores =
+            false; /* sender.c or door_poll() stops the tools again, and `~` is asked for again */
+    if (machine->life.state == MACHINE_JOG)
+        jog_cancel(machine);
+    else if (machine->life.state == MACHINE_RUN &&
+             ((machine->interp.gcode.modal.overrides & OVERRIDE_HOLD) == 0 || thread_defers(machine)))
+        machine->suspend.hold_waits = true;
+    else if (state_go(machine, MACHINE_HOLDS))
+        motion_hold(&machine->drive.motion);
+}
+
+void suspend_release(struct machine *machine) {
+    if (!machine->suspend.hold_waits || (machine->interp.gcode.modal.overrides & OVERRIDE_HOLD) == 0)
+        return;
+    machine->suspend.hold_waits = false;
+    suspend_hold(machine);
+}
+
+void suspend_enable(struct machine *machine, uint8_t overrides) {
+    interp_enable_overrides(&machine->interp, overrides);
+    overrides_apply(machine);
+    suspend_release(machine);
+}
+
+/* From hold or door back to what was. With anything under way it is a program that runs, from this moment on:
+ * a line that waited must not find an idle machine in between. */
+static void go_on(struct machine *machine) {
+    if (machine->outputs.spindle_stopped) {
+        outputs_stop_spindle(&machine->outputs, false);
+        report_message(machine, "Restoring spindle");
+        outputs_apply(machine);
+    }
+    sender_is_there(&machine->client);
+    state_go(machine, MACHINE_RESUMES);
+    preempt_resume(machine);
+    if (machine->task.stage != TASK_NONE || !machine_is_at_rest(machine))
+        state_go(machine, MACHINE_STARTS);
+}
+
+/* A laser needs no time to run up, and shines only when the motion goes on (outputs_poll()). */
+static void restore_outputs(struct machine *machine) {
+    const struct machine_outputs *outputs = &machine->outputs;
+    bool runs_up = outputs->spindle != SPINDLE_OFF && !machine->settings.laser_mode;
+    outputs_suspend(&machine->outputs, false, true);
+    machine->suspend.restores = true;
+    outputs_apply(machine);
+    timer_start(machine, &machine->clock.timer, runs_up ? SPINDLE_RUN_UP_US : 0);
+}
+
+void suspend_end(struct machine *machine) {
+    bool door = machine->life.state == MACHINE_DOOR, suspended = machine->outputs.suspended;
+    machine->suspend.hold_waits = false;
+    if ((!door && machine->life.state != MACHINE_HOLD) || machine->suspend.restores)
+        return;
+    if (!door && !suspended)
+        go_on(machine);
+    else if (suspended && !(door && inputs_door_is_open(machine)))
+        restore_outputs(machine);
+}
+
+void suspend_open_door(struct machine *machine) {
+    bool jogs = machine->life.state == MACHINE_JOG;
+    if (thread_defers(machine)) {
+        thread_keep_door(&machine->thread);
+        return;
+    }
+    if (machine->life.state == MACHINE_HOME) {
+        reset_machine(machine, ALARM_HOMING_DOOR);
+        return;
+    }
+    if (!state_go(machine, MACHINE_OPENS))
+        return;
+    report_message(machine, "Check Door");
+    machine->suspend.restores = false;
+    if (jogs)
+        jog_cancel(machine);
+    else
+        motion_hold(&machine->drive.motion);
+}
+
+/* Spindle, then coolant, then the motion. @return true when it came further */
+static bool restore_poll(struct machine *machine) {
+    const struct machine_outputs *outputs = &machine->outputs;
+    if (!machine->suspend.restores || timer_runs(machine, &machine->clock.timer))
+        return false;
+    if (outputs->coolant_waits) {
+        outputs_suspend(&machine->outputs, false, false);
+        outputs_apply(machine);
+        timer_start(machine, &machine->clock.timer, outputs->coolant != 0 ? COOLANT_START_US : 0);
+        return true;
+    }
+    machine->suspend.restores = false;
+    go_on(machine);
+    return true;
+}
+
+/* @return true when it came further */
+static bool door_poll(struct machine *machine) {
+    const struct machine_outputs *outputs = &machine->outputs;
+    if (!drive_is_stopped(machine))
+        return false;
+    if (!outputs->suspended && (!machine->suspend.restores || inputs_door_is_open(machine))) {
+        machine->suspend.restores = false;
+        outputs_suspend(&machine->outputs, true, outputs->coolant_waits);
+        outputs_apply(machine);
+        return true;
+    }
+    return restore_poll(machine);
+}
+
+bool suspend_poll(struct machine *machine) {
+    bool any = machine->suspend.cancels && drive_is_stopped(machine);
+    if (any)
+        jog_end_cancel(machine);
+    if (machine->life.state == MACHINE_DOOR)
+        return door_poll(machine) || any;
+    return (machine->life.state == MACHINE_HOLD && restore_poll(machine)) || any;
+}

@@ -1,0 +1,58 @@
+/* SPDX-License-Identifier: MIT
+ * Hold and safety door, and the way back from them: spindle, coolant, motion. [task] */
+#ifndef WIFICNC_MACHINE_SUSPEND_H
+#define WIFICNC_MACHINE_SUSPEND_H
+
+#include "machine/machine.h"
+
+/** Hold, door and a jog that is cancelled. */
+struct machine_suspend {
+    bool restores;   /* the door was closed, spindle and coolant start again */
+    bool cancels;    /* a jog is being cancelled */
+    bool hold_waits; /* ! while M53 P0 is in force */
+};
+
+/** No hold, no way back, no jog to cancel. */
+static inline void suspend_forget(struct machine_suspend *suspend) {
+    *suspend = (struct machine_suspend){0};
+}
+
+/** A jog slows down and is forgotten, or that is over. */
+static inline void suspend_cancel(struct machine_suspend *suspend, bool cancels) {
+    suspend->cancels = cancels;
+}
+
+/** Spindle and coolant stop again, and `~` is asked for again. */
+static inline void suspend_stop_restoring(struct machine_suspend *suspend) {
+    suspend->restores = false;
+}
+
+/** @return whether a hold has waited; it does not any more */
+static inline bool suspend_take_hold(struct machine_suspend *suspend) {
+    const bool waits = suspend->hold_waits;
+    suspend->hold_waits = false;
+    return waits;
+}
+
+/** Grbl's pause before a job goes on behind a closed door. */
+#define SPINDLE_RUN_UP_US 4000000u
+
+/** Hold, door and jog cancel on their way. */
+bool suspend_poll(struct machine *machine);
+
+/** The safety door is open: slow down, then switch off. */
+void suspend_open_door(struct machine *machine);
+
+/** A hold that waits comes now, unless it must wait on. */
+void suspend_release(struct machine *machine);
+
+/** M48 .. M53: OVERRIDE_ bits in force from now on; a hold that waited for M53 comes now. */
+void suspend_enable(struct machine *machine, uint8_t overrides);
+
+/** As `!`. */
+void suspend_hold(struct machine *machine);
+
+/** `~` or the start button. */
+void suspend_end(struct machine *machine);
+
+#endif

@@ -1,0 +1,74 @@
+/* SPDX-License-Identifier: MIT
+ * The stages of one accepted G-code line. [task] */
+#ifndef WIFICNC_MACHINE_TASK_H
+#define WIFICNC_MACHINE_TASK_H
+
+#include "gcode/arc.h"
+#include "gcode/cycle.h"
+#include "gcode/gcode.h"
+#include "gcode/spline.h"
+#include "machine/machine.h"
+
+/** Where the current line stands; each stage ends before the next begins. */
+enum task_stage {
+    TASK_NONE,
+    TASK_TOOL,      /* M6: wait for rest */
+    TASK_TOOL_WAIT, /* M6: wait for ~ */
+    TASK_OUTPUTS,   /* spindle, coolant and what else waits for rest */
+    TASK_INPUT,     /* M66: wait for rest */
+    TASK_DWELL,
+    TASK_DWELLING, /* and M66 while it waits for its input */
+    TASK_STORE,
+    TASK_VIA, /* first leg of G28, G30 */
+    TASK_MOVE,
+    TASK_ARC, /* and splines */
+    TASK_CYCLE,
+    TASK_THREAD, /* motion that follows the spindle */
+    TASK_FLOW,   /* M0, M2, M30: wait for rest */
+    TASK_PAUSED, /* M0: wait for ~ */
+    TASK_JOG,    /* $J=: wait for room */
+    TASK_PROBE,  /* wait for rest, then look at the probe */
+    TASK_PROBING,
+    TASK_PROBED,     /* say where; after an alarm when its quiet time is over */
+    TASK_ALARMED,    /* answer when the quiet time is over */
+    TASK_SOFT_LIMIT, /* wait for the stop, then alarm 2 */
+    TASK_HOMING,
+    TASK_LOCKED, /* a critical alarm has ended the line; answered when its quiet time is over */
+};
+
+/** The current line. */
+struct machine_task {
+    enum task_stage stage;
+    struct gcode_command command; /* of the current line */
+    double dwell_left_s;
+    bool input_awaited; /* a dwell of M66; the level when it was last looked at */
+    bool input_before;  /* a dwell of M66; the level when it was last looked at */
+    enum task_stage after_dwell;
+    struct arc arc;
+    struct spline spline;
+    bool arc_pending; /* arc_point_mm waits for room in the look-ahead */
+    double arc_point_mm[AXIS_COUNT];
+    float arc_feed_mm_s;
+    struct cycle cycle;
+    struct cycle_action action; /* of the cycle, waits while action_pending */
+    bool action_pending;
+};
+
+/** The present line goes on with this stage. */
+static inline void task_enter(struct machine_task *task, enum task_stage stage) {
+    task->stage = stage;
+}
+
+/** There is no present line. */
+static inline void task_forget(struct machine_task *task) {
+    task->stage = TASK_NONE;
+    task->arc_pending = task->input_awaited = false;
+}
+
+/** Start the stages of machine->task.command. */
+void task_begin(struct machine *machine);
+
+/** Carry the current line on. @return true when it came further. */
+bool task_poll(struct machine *machine);
+
+#endif

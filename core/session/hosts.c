@@ -1,0 +1,124 @@
+/* SPDX-License-Identifier: MIT
+ * Hosts: the one that commands, those that listen, those with a connection. What they have said, and when. */
+#include "session/inner.h"
+
+#include <string.h>
+
+/* A sender whose number is behind later, or ahead by more than it can have sent since, begins anew, too. */
+#define LATE_US         1000000u
+#define SILENCE_MOST_US 60000000u
+enum { NUMBERS_A_MS = 2 };
+
+void session_tick(struct session *session) {
+    uint32_t clock_us = hal_time_us(session->hal);
+    session->now_us += clock_us - session->clock_us;
+    session->clock_us = clock_us;
+    lockout_poll(&session->lockout, (uint32_t)session->now_us);
+}
+
+size_t session_close(struct session *session, unsigned counter, uint8_t *packet, enum wire_type type,
+                     size_t payload_size) {
+    return wire_close(packet, (uint8_t)type, payload_size, session->sequence[counter]++,
+                      (uint32_t)session->now_us);
+}
+
+uint8_t session_state(const struct session *session) {
+    static const uint8_t states[MACHINE_STATE_COUNT] = {
+        [MACHINE_IDLE] = WIRE_STATE_IDLE,   [MACHINE_RUN] = WIRE_STATE_RUN,
+        [MACHINE_HOLD] = WIRE_STATE_HOLD,   [MACHINE_JOG] = WIRE_STATE_JOG,
+        [MACHINE_ALARM] = WIRE_STATE_ALARM, [MACHINE_DOOR] = WIRE_STATE_HOLD,
+        [MACHINE_CHECK] = WIRE_STATE_IDLE,  [MACHINE_HOME] = WIRE_STATE_HOMING,
+        [MACHINE_SLEEP] = WIRE_STATE_ALARM,
+    };
+    const struct machine *machine = session->machine;
+    if (machine_state(machine) == MACHINE_ALARM && machine_alarm(machine) == ALARM_ESTOP)
+        return WIRE_STATE_ESTOP;
+    if (machine_state(machine) == MACHINE_RUN && machine_host(machine)->probing)
+        return WIRE_STATE_PROBING;
+    return states[machine_state(machine)];
+}
+
+uint32_t session_report_wait_us(const struct session *session) {
+    bool listens = session->owner.on;
+    for (unsigned i = 0; i < SESSION_LISTENERS; i++)
+        listens |= session->listener[i].used;
+    if (!listens)
+        return UINT32_MAX;
+    uint64_t interval_us = session->settings->status_interval_ms * 1000ull;
+    uint64_t due_us = session->status_us + interval_us; /* where the interval has just become shorter */
+    due_us = due_us < session->due_us ? due_us : session->due_us;
+    return session->now_us < due_us ? (uint32_t)(due_us - session->now_us) : 0;
+}
+
+/* ---- the host that commands ---- */
+
+void session_own(struct session *session, const uint8_t address[4]) {
+    struct session_owner *owner = &session->owner;
+    if (!session_same(owner->address, address)) {
+        *owner = (struct session_owner){.on = true};
+        memcpy(owner->address, address, sizeof owner->address);
+        session->recents = 0;
+    }
+    owner->on = true;
+    owner->heard_us = owner->alive_us = session->now_us;
+    owner->left = false;
+}
+
+bool session_has_client(const struct session *session, const uint8_t address[4]) {
+    for (unsigned i = 0; i < SESSION_CLIENTS; i++)
+        if (session->client[i].used && session_same(session->client[i].address, address))
+            return true;
+    return false;
+}
+
+void session_note_alive(struct session *session, const uint8_t address[4]) {
+    struct session_owner *owner = &session->owner;
+    if (!owner->on || !session_same(owner->address, address))
+        return;
+    owner->alive_us = session->now_us;
+    if (session_is_module(session))
+        owner->heard_us = session->now_us; /* it has no motion that would need more than a sign of life */
+}
+
+/* Behind a newer one: it was counted as missing, unless it is here for the second time. */
+static void note_late(struct session *session, uint32_t behind) {
+    struct session_owner *owner = &session->owner;
+    uint64_t bit = behind < 64 ? (uint64_t)1 << behind : 0;
+    if ((owner->seen & bit) != 0)
+        return;
+    owner->seen |= bit;
+    session->counts.late++;
+    session->counts.missing -= bit != 0 && session->counts.missing > 0 ? 1 : 0;
+}
+
+/* Numbers that a sender may have used in this time. */
+static int32_t most_ahead(uint64_t silent_us) {
+    uint64_t us = silent_us < SILENCE_MOST_US ? silent_us : SILENCE_MOST_US;
+    return SEQUENCE_JUMP + (int32_t)(us * NUMBERS_A_MS / 1000);
+}
+
+void session_note_lost(struct session *session) {
+    if (session->settings->host_hold_on_gap && !session_is_module(session) && !session->stream.open)
+        machine_host_hold(session->machine);
+}
+
+void session_note_sequence(struct session *session, const uint8_t address[4], uint32_t sequence) {
+    struct session_owner *owner = &session->owner;
+    if (!owner->on || !session_same(owner->address, address))
+        return;
+    int32_t ahead = (int32_t)(sequence - owner->sequence);
+    uint64_t silent_us = session->now_us - owner->numbered_us;
+    if (owner->sequence_known && ahead < 0 && ahead > -SEQUENCE_JUMP && silent_us < LATE_US) {
+        note_late(session, (uint32_t)-ahead);
+        return;
+    }
+    bool follows = owner->sequence_known && ahead >= 0 && ahead < most_ahead(silent_us);
+    if (follows && ahead > 1) {
+        session->counts.missing += (uint32_t)ahead - 1;
+        session_note_lost(session);
+    }
+    owner->seen = !follows ? UINT64_MAX : (ahead < 64 ? owner->seen << ahead : 0) | 1;
+    owner->sequence = sequence;
+    owner->numbered_us = session->now_us;
+    owner->sequence_known = true;
+}
