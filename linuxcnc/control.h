@@ -25,7 +25,7 @@ struct control {
     uint8_t bytes[CONTROL_MESSAGE_MOST]; /* begin of the message that comes in */
 };
 
-/** What was said to a request. */
+/** Log to a request. */
 struct control_answer {
     uint8_t request; /* its type */
     uint8_t type;    /* WIRE_ACK, WIRE_REFUSED or the reply of that request */

@@ -103,7 +103,7 @@ static bool begin_slices(struct link *link) {
     for (unsigned joint = 0; joint < slicer->joints; joint++) {
         slicer->scale[joint] = pins_scale(link->pins, joint);
         if (!isfinite(slicer->scale[joint])) {
-            link_fault(link, link->pins->message_refused, "joint.%u.scale is no number of steps per unit",
+            link_fault(link, link->pins->message_refused, "joint.%u.scale is not a number of steps per unit",
                        joint);
             return false;
         }
@@ -426,7 +426,7 @@ static void slice(struct link *link) {
             slicer_slice(&link->slicer, wanted, sample->servo_s - link->sampled_s, link->queued_s, &segment);
     if (wrong >= 0) {
         link_fault(link, link->pins->message_moved,
-                   "joint %d is commanded to %g and stands at %g: switch on anew", wrong, wanted[wrong],
+                   "joint %d is commanded to %g and is at %g: switch on again", wrong, wanted[wrong],
                    link->slicer.steps[wrong] / link->slicer.scale[wrong]);
         return;
     }
@@ -482,8 +482,8 @@ void motion_check_position(struct link *link) {
     while (joint < link->options.joints && at[joint] == link->slicer.steps[joint])
         joint++;
     if (joint < link->options.joints)
-        link_fault(link, link->pins->message_moved, "joint %u stands at step %d and was sent to step %d",
-                   joint, (int)at[joint], (int)link->slicer.steps[joint]);
+        link_fault(link, link->pins->message_moved, "joint %u is at step %d and was sent to step %d", joint,
+                   (int)at[joint], (int)link->slicer.steps[joint]);
 }
 
 static void follow(struct link *link) {
@@ -548,7 +548,7 @@ static void switch_on(struct link *link) {
     const struct wire_status *status = &link->peer.status;
     if (memcmp(link->off_steps, status->position_steps, link->options.joints * sizeof *link->off_steps) != 0)
         link_fault(link, link->pins->message_moved,
-                   "the machine has moved since it was switched on: switch on anew when it stands");
+                   "the machine has moved since it was switched on: switch on again when it has stopped");
     else if (peer_awaits_homing(&link->peer))
         lock(link);
     else if (link_stands(link))

@@ -85,7 +85,7 @@ const char *network_open(struct network *network, const char *address) {
     const char *wrong = NULL;
     *network = (struct network){-1, -1, -1};
     if (inet_pton(AF_INET, address, &device) != 1)
-        wrong = "this is no IPv4 address";
+        wrong = "this is not an IPv4 address";
     else if (!own_address(device, &own))
         wrong = why("no way to the controller");
     else if (!open_status(network, device, own))

@@ -160,7 +160,7 @@ static void take_hello(struct peer *peer, const uint8_t *payload) {
     struct wire_handshake_response hello;
     wire_get_handshake_response(payload, &hello);
     if ((hello.capabilities & WIRE_CAPABILITY_LOCKED) != 0 && peer->password[0] == '\0')
-        peer->lost = "the controller wants a password: --password";
+        peer->lost = "the controller requires a password: --password";
     else
         peer->lost = peer->owner.greet(peer->owner.owner, &hello);
     peer->is_up = peer->lost == NULL;
@@ -211,7 +211,7 @@ static void take_status(struct peer *peer, const uint8_t *payload, uint32_t at_u
     wire_get_status(payload, &status);
     peer->heard_s = peer->now_s;
     if (has_started_anew(peer, &status))
-        peer->lost = "the controller has started anew";
+        peer->lost = "the controller has restarted";
     else if (!peer->is_known || peer_is_later(at_us, peer->status_us)) {
         peer->status = status;
         peer->status_us = at_us;

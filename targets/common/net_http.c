@@ -14,7 +14,7 @@
 
 static const char about_path[] = "/api/controller";
 static const char stream_path[] = "/grbl";
-static const char no_page[] = "This firmware was built without its page; Grbl's stream is at port 23.\n";
+static const char no_page[] = "This firmware does not include the web page. The Grbl stream is at port 23.\n";
 
 /* ---- answers ---- */
 
@@ -78,9 +78,9 @@ static void answer_upgrade(struct net_http_place *place, const struct net_http_r
 static void answer_stream(struct net_http_place *place, const struct net_http_request *request) {
     if (!request->upgrades)
         refuse(place, "426 Upgrade Required", "Upgrade: websocket\r\nSec-WebSocket-Version: 13\r\n",
-               "This is a WebSocket.\n");
+               "This address is a WebSocket.\n");
     else if (!net_http_origin_is_ours(request))
-        refuse(place, "403 Forbidden", "", "A page from elsewhere may not command this controller.\n");
+        refuse(place, "403 Forbidden", "", "Refused: the page comes from another origin.\n");
     else
         answer_upgrade(place, request);
 }
@@ -98,9 +98,9 @@ static void answer_page(struct net_http_place *place, const struct net_http_site
     if (site->count == 0)
         refuse(place, "404 Not Found", "", no_page);
     else if (file == NULL)
-        refuse(place, "404 Not Found", "", "There is no such file here.\n");
+        refuse(place, "404 Not Found", "", "File not found.\n");
     else if (!request->takes_gzip)
-        refuse(place, "406 Not Acceptable", "", "The page is here as gzip only.\n");
+        refuse(place, "406 Not Acceptable", "", "This page is available in gzip encoding only.\n");
     else
         answer_file(place, file, request->tag);
 }
@@ -109,19 +109,17 @@ static void answer_request(struct net_http_place *place, const struct net_http_s
     struct net_http_request request;
     switch (net_http_parse(place->head, &request)) {
     case NET_HTTP_BAD:
-        refuse(place, "400 Bad Request", "", "This is no request of HTTP/1.1.\n");
+        refuse(place, "400 Bad Request", "", "Not an HTTP/1.1 request.\n");
         return;
     case NET_HTTP_METHOD:
-        refuse(place, "405 Method Not Allowed", "Allow: GET, HEAD\r\n",
-               "Only GET and HEAD are possible here.\n");
+        refuse(place, "405 Method Not Allowed", "Allow: GET, HEAD\r\n", "Only GET and HEAD are supported.\n");
         return;
     case NET_HTTP_GOOD:
         break;
     }
     bool head_only = request.head_only;
     if (!net_http_host_is_ours(request.host, site->name))
-        refuse(place, "421 Misdirected Request", "",
-               "That is no name of this controller: use its address.\n");
+        refuse(place, "421 Misdirected Request", "", "Unknown host name: use the controller's address.\n");
     else if (strcmp(request.path, stream_path) == 0)
         answer_stream(place, &request);
     else if (strcmp(request.path, about_path) == 0)

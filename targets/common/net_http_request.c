@@ -47,6 +47,7 @@ static bool has_token(const char *list, const char *token) {
 /* What headers say before they are judged together. */
 struct handshake {
     const char *upgrade, *connection, *version;
+    unsigned hosts; /* Host lines: a request with two means either (RFC 9112, 3.2) */
 };
 
 static void take_header(const char *name, const char *value, struct net_http_request *request,
@@ -60,6 +61,7 @@ static void take_header(const char *name, const char *value, struct net_http_req
                  {"Sec-WebSocket-Version", &handshake->version},
                  {"Upgrade", &handshake->upgrade},
                  {"Connection", &handshake->connection}};
+    handshake->hosts += strcasecmp(name, "Host") == 0;
     if (strcasecmp(name, "Accept-Encoding") == 0)
         request->takes_gzip = has_token(value, "gzip") || has_token(value, "*");
     for (unsigned i = 0; i < sizeof known / sizeof known[0]; i++)
@@ -73,7 +75,7 @@ static bool take_headers(char *rest, struct net_http_request *request, struct ha
         if (line == NULL)
             return false;
         if (*line == '\0')
-            return true;
+            return handshake->hosts <= 1;
         char *name = cut(&value, ":");
         if (name == NULL || *name == '\0' || strpbrk(name, " \t") != NULL)
             return false;
@@ -81,10 +83,14 @@ static bool take_headers(char *rest, struct net_http_request *request, struct ha
     }
 }
 
+static bool is_version(const char *text) {
+    return strncmp(text, "HTTP/1.", 7) == 0 && text[7] >= '0' && text[7] <= '9' && text[8] == '\0';
+}
+
 static enum net_http_parsed take_request_line(char *line, struct net_http_request *request) {
     const char *method = cut(&line, " ");
     char *path = method == NULL ? NULL : cut(&line, " ");
-    if (path == NULL || *path != '/' || strncmp(line, "HTTP/1.", 7) != 0)
+    if (path == NULL || *path != '/' || !is_version(line))
         return NET_HTTP_BAD;
     path[strcspn(path, "?#")] = '\0';
     request->path = path;
@@ -100,7 +106,7 @@ static bool is_key(const char *key) {
 }
 
 enum net_http_parsed net_http_parse(char *text, struct net_http_request *request) {
-    struct handshake handshake = {"", "", ""};
+    struct handshake handshake = {"", "", "", 0};
     char *line = cut(&text, "\r\n");
     *request = (struct net_http_request){
         .path = "", .host = "", .origin = "", .key = "", .tag = "", .takes_gzip = true};

@@ -8,10 +8,10 @@
 
 enum { READ_SIZE = 1024 };
 
-static const char nobody[] = "Nobody commands, the first line takes over";
+static const char nobody[] = "No client is in control: the first line takes control";
 static const char take_line[] = "$TAKE";
 static const char login_line[] = "$LOGIN=";
-static const char locked_out[] = "Password needed: $LOGIN=...";
+static const char locked_out[] = "Password required: $LOGIN=...";
 
 enum { JOG_CANCEL = 0x85 };
 enum { TAKE_LENGTH = sizeof take_line - 1 };
@@ -36,7 +36,7 @@ static void say(struct net_hub *hub, struct net_client *client, const char *byte
     if (client->out.count + count <= most && net_queue_add(&client->out, bytes, count))
         return;
     client->gone = true;
-    hub->ops->event(hub->ctx, "dropped, it does not read", client->name);
+    hub->ops->event(hub->ctx, "disconnected: it does not read", client->name);
 }
 
 static void say_message(struct net_hub *hub, struct net_client *client, const char *text) {
@@ -63,7 +63,7 @@ static void explain(struct net_hub *hub, struct net_client *observer) {
         say_message(hub, observer, nobody);
         return;
     }
-    snprintf(text, sizeof text, "Observer: %s commands, %s takes over", hub->owner->name, take_line);
+    snprintf(text, sizeof text, "Observer: %s is in control, %s takes control", hub->owner->name, take_line);
     say_message(hub, observer, text);
 }
 
@@ -79,25 +79,12 @@ static void greet(struct net_hub *hub, struct net_client *client) {
 /* ---- jogs that are called off ---- */
 
 /* Jogs that still wait when they are called off must not run behind that: they become empty lines, so that
- * each has its answer; a half one when its rest has come. The controller does the same with those that it
- * has. */
+ * each has its answer; a half one when its rest has come. So does the controller with those that it has. */
 static void call_off_jogs(struct net_client *client) {
-    size_t to = 0, from = 0, whole = client->whole;
-    client->called_off = client->in.count > whole;
-    if (whole == 0)
-        return;
-    char *bytes = client->in.bytes + client->in.begin;
-    while (from < whole) {
-        const char *end = memchr(bytes + from, '\n', whole - from);
-        size_t size = end == NULL ? whole - from : (size_t)(end + 1 - (bytes + from));
-        bool jog = net_line_is_jog(bytes + from, size);
-        memmove(bytes + to, jog ? "\n" : bytes + from, jog ? 1 : size);
-        to += jog ? 1 : size;
-        from += size;
-    }
-    memmove(bytes + to, bytes + whole, client->in.count - whole);
-    client->whole = to;
-    net_queue_cut(&client->in, client->in.count - (whole - to));
+    struct net_queue *in = &client->in;
+    client->called_off = in->count > client->whole;
+    if (client->whole > 0)
+        client->whole = net_line_empty_jogs(in->bytes + in->begin, client->whole, &in->count);
 }
 
 /* ---- ownership ---- */
@@ -113,9 +100,9 @@ static void leave_lines(struct net_hub *hub, struct net_client *client) {
     }
     if (hub->left.count + client->whole > hub->sizes.left ||
         !net_queue_add(&hub->left, net_queue_head(&client->in), client->whole))
-        net_hub_tell(hub, "Lines of a former owner were dropped, too many wait");
+        net_hub_tell(hub, "Queue full: lines of the previous owner discarded");
     else if (half)
-        tell_observers(hub, "Half a line was dropped, its sender has left");
+        tell_observers(hub, "Incomplete line discarded: the sender disconnected");
     client->skips |= half;
     client->in_long = client->called_off = false;
     client->whole = 0;
@@ -190,12 +177,12 @@ static struct net_client *free_place(struct net_hub *hub) {
 }
 
 bool net_hub_connect(struct net_hub *hub, const struct net_stream *stream, const char *name) {
-    static const char full[] = "[MSG:Full, all places are taken]\r\n";
+    static const char full[] = "[MSG:Connection refused: all client slots are in use]\r\n";
     struct net_client *client = free_place(hub);
     if (client == NULL) {
         stream->ops->write(stream, full, sizeof full - 1);
         stream->ops->close(stream);
-        hub->ops->event(hub->ctx, "refused, all places are taken", name);
+        hub->ops->event(hub->ctx, "refused, all client slots are in use", name);
         return false;
     }
     *client = (struct net_client){.stream = *stream, .locked = hub->locks && !stream->local};
@@ -227,7 +214,7 @@ static void end_client(struct net_hub *hub, struct net_client *client) {
         return;
     set_owner(hub, NULL);
     if (is_busy(hub) || hub->left.count > 0)
-        say_message(hub, client, "Input has ended, what was sent runs on");
+        say_message(hub, client, "End of input: the received lines are still executed");
 }
 
 static bool has_heard_all(const struct net_hub *hub, const struct net_client *client) {
@@ -307,15 +294,19 @@ static bool add_owners(struct net_hub *hub, struct net_client *client, const cha
     if (net_queue_add(&client->in, bytes, count))
         return true;
     client->gone = true;
-    hub->ops->event(hub->ctx, "dropped, no memory", client->name);
+    hub->ops->event(hub->ctx, "disconnected: out of memory", client->name);
     return false;
 }
 
 static void take_owners(struct net_hub *hub, struct net_client *client, char character, bool line_ends) {
     if (client->skips) {
         client->skips = !line_ends;
+        client->spoiled &= !line_ends;
         return;
     }
+    if (client->spoiled)
+        hub->has_spoiled |= add_owners(hub, client, &(char){(char)NET_LINE_SPOILED}, 1);
+    client->spoiled = false;
     if (line_ends) {
         end_line(client);
         character = '\n';
@@ -329,13 +320,14 @@ static void take_observers(struct net_hub *hub, struct net_client *client, char 
     if (!line_ends) {
         bool fits =
             client->letters < TAKE_LENGTH && net_line_upper(character) == (uint8_t)take_line[client->letters];
-        client->letters = fits && !client->skips ? (uint8_t)(client->letters + 1) : UINT8_MAX;
+        client->letters =
+            fits && !client->skips && !client->spoiled ? (uint8_t)(client->letters + 1) : UINT8_MAX;
         return;
     }
-    bool takes = client->letters == TAKE_LENGTH && !client->skips;
-    bool empty = client->letters == 0;
+    bool takes = client->letters == TAKE_LENGTH && !client->skips && !client->spoiled;
+    bool empty = client->letters == 0 && !client->spoiled;
     client->letters = 0;
-    client->skips = false;
+    client->skips = client->spoiled = false;
     if (takes) {
         set_owner(hub, client);
         take_owners(hub, client, '\n', true);
@@ -350,7 +342,7 @@ static bool is_login(const struct net_client *client) {
 
 static void log_in(struct net_hub *hub, struct net_client *client) {
     static const char *const said[] = {[NET_GATE_WRONG] = "Wrong password",
-                                       [NET_GATE_WAIT] = "Wrong passwords came before: wait, then again"};
+                                       [NET_GATE_WAIT] = "Too many wrong passwords: wait, then try again"};
     if (!is_login(client)) {
         say_message(hub, client, locked_out);
         net_queue_free(&client->in);
@@ -413,7 +405,7 @@ static void take_byte(struct net_hub *hub, struct net_client *client, uint8_t by
 
 /* The owner's bytes within a line, all in one go. @return how many; 0: this one takes the long way */
 static size_t take_run(struct net_hub *hub, struct net_client *client, const char *bytes, size_t count) {
-    if (client != hub->owner || client->locked || client->skips || client->stream.telnet)
+    if (client != hub->owner || client->locked || client->skips || client->spoiled || client->stream.telnet)
         return 0;
     const size_t run = net_line_plain_run(bytes, count);
     if (run == 0 || !add_owners(hub, client, bytes, run))
@@ -453,10 +445,19 @@ bool net_hub_read(struct net_hub *hub, struct net_client *client) {
     size_t size = room < READ_SIZE ? room : READ_SIZE;
     if (!net_hub_wants_read(hub, client))
         return false;
-    long count = client->stream.ops->read(&client->stream, bytes, size);
-    if (count > 0)
-        take_bytes(hub, client, bytes, (size_t)count);
-    else if (count == NET_ENDED)
+    long count;
+    bool spoiled;
+    do {
+        spoiled = false;
+        while ((count = client->stream.ops->read(&client->stream, bytes, size)) <= NET_LOST) {
+            client->spoiled = spoiled = true;
+            if (count != NET_SPOILED)
+                hub->ops->lost(hub->ctx, count);
+        }
+        if (count > 0)
+            take_bytes(hub, client, bytes, (size_t)count);
+    } while (spoiled && count > 0 && net_hub_wants_read(hub, client)); /* lines come one by one */
+    if (count == NET_ENDED)
         end_client(hub, client);
     else if (count == NET_GONE)
         client->gone = true;
@@ -484,12 +485,13 @@ static size_t feed_lines(struct net_hub *hub, struct net_queue *queue, size_t co
         const char *line = net_queue_head(queue);
         const char *line_end = memchr(line, '\n', count - fed);
         size_t size = line_end == NULL ? count - fed : (size_t)(line_end + 1 - line);
-        size_t took = hub->ops->put(hub->ctx, line, size);
+        size_t piece = hub->has_spoiled ? net_line_sound(line, size) : size;
+        size_t took = piece > 0 ? hub->ops->put(hub->ctx, line, piece) : hub->ops->spoil(hub->ctx);
         net_queue_drop(queue, took);
         fed += took;
-        if (took < size)
+        if (took == 0 || took < piece)
             break;
-        hub->inside += line_end != NULL;
+        hub->inside += line_end != NULL && piece == size;
     }
     return fed;
 }
@@ -513,9 +515,9 @@ static bool feed_owner(struct net_hub *hub, struct net_client *owner) {
 }
 
 bool net_hub_feed(struct net_hub *hub) {
-    if (hub->left.count > 0)
-        return feed_left(hub);
-    return hub->owner != NULL && feed_owner(hub, hub->owner);
+    bool fed = hub->left.count > 0 ? feed_left(hub) : hub->owner != NULL && feed_owner(hub, hub->owner);
+    hub->has_spoiled &= hub->left.count > 0 || (hub->owner != NULL && hub->owner->in.count > 0);
+    return fed;
 }
 
 /* ---- what the controller says ---- */
@@ -534,7 +536,7 @@ static void forget_lines(struct net_hub *hub) {
     }
     hub->inside = hub->inside_left = 0; /* what was inside is not answered any more */
     if (any)
-        net_hub_tell(hub, "Lines that waited were dropped by the reset");
+        net_hub_tell(hub, "Queued lines discarded by the reset");
 }
 
 /* Count answers; keep those to former owners' lines from whom they would confuse. */

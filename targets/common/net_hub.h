@@ -51,6 +51,12 @@ struct net_hub_sizes {
 struct net_hub_ops {
     /** Give it bytes. @return bytes taken; real-time bytes are always taken */
     size_t (*put)(void *ctx, const char *bytes, size_t count);
+    /** Count bytes that a stream has lost or that came damaged. May be NULL where no stream reports that.
+     *  @param what  NET_LOST or NET_UNFRAMED */
+    void (*lost)(void *ctx, long what);
+    /** The line that comes next, or that has begun, is to be refused. NULL as above. @return false: no room
+     */
+    bool (*spoil)(void *ctx);
     /** What it said. @return bytes copied, 0: nothing more */
     size_t (*hear)(void *ctx, char *bytes, size_t size);
     /** Let it act on real-time bytes now. */
@@ -84,6 +90,7 @@ struct net_client {
     bool gone;       /* to be removed */
     bool locked;     /* has not said the password; `in` is the line that it types */
     bool hears_left; /* hears answers to lines of former owners, too */
+    bool spoiled;    /* the line that comes next, or has begun, is to be refused */
     uint8_t letters; /* of $TAKE that an observer has typed; beyond its length: another line */
 };
 
@@ -96,6 +103,7 @@ struct net_hub {
     struct net_client *owner;  /* NULL: nobody */
     struct net_client *sender; /* it answers for what runs; NULL: nobody does */
     struct net_queue left;     /* whole lines of former owners that the controller has not got yet */
+    bool has_spoiled;          /* NET_LINE_SPOILED may be among what waits */
     uint32_t inside;           /* lines the controller has got and not answered */
     uint32_t inside_left;      /* the oldest of these are former owners' */
     char line[NET_LINE_SIZE];  /* of what the controller says, as far as heard */

@@ -15,14 +15,37 @@ bool net_line_is_jog(const char *line, size_t size) {
     static const char jog[] = "$J=";
     size_t at = 0;
     for (size_t i = 0; i < size && jog[at] != '\0'; i++)
-        if (line[i] > ' ' && net_line_upper(line[i]) != (uint8_t)jog[at++])
+        if ((uint8_t)line[i] > ' ' && net_line_upper(line[i]) != (uint8_t)jog[at++])
             return false;
     return jog[at] == '\0';
 }
 
+size_t net_line_sound(const char *line, size_t size) {
+    const char *spoiled = memchr(line, NET_LINE_SPOILED, size);
+    return spoiled == NULL ? size : (size_t)(spoiled - line);
+}
+
+size_t net_line_empty_jogs(char *lines, size_t whole, size_t *count) {
+    size_t to = 0, from = 0;
+    while (from < whole) {
+        const char *end = memchr(lines + from, '\n', whole - from);
+        size_t size = end == NULL ? whole - from : (size_t)(end + 1 - (lines + from));
+        bool jog = net_line_is_jog(lines + from, size);
+        memmove(lines + to, jog ? "\n" : lines + from, jog ? 1 : size);
+        to += jog ? 1 : size;
+        from += size;
+    }
+    memmove(lines + to, lines + whole, *count - whole);
+    *count -= whole - to;
+    return to;
+}
+
 size_t net_line_plain_run(const char *bytes, size_t count) {
+    /* a bit for each byte, from 0 on: what is printed, but for ! ? ~ */
+    static const uint32_t plain[8] = {0, 0x7FFFFFFD, ~0u, 0x3FFFFFFF, 0, 0, 0, 0};
+    const uint8_t *const all = (const uint8_t *)bytes;
     size_t run = 0;
-    while (run < count && bytes[run] >= ' ' && bytes[run] < '~' && bytes[run] != '?' && bytes[run] != '!')
+    while (run < count && (plain[all[run] >> 5] >> (all[run] & 31) & 1) != 0)
         run++;
     return run;
 }

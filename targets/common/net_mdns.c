@@ -5,7 +5,7 @@
 
 enum { TYPE_A = 1, TYPE_PTR = 12, TYPE_TXT = 16, TYPE_SRV = 33, TYPE_ANY = 255 };
 enum { CLASS_IN = 1, CLASS_ANY = 255, TOP_BIT = 0x8000 }; /* the top bit: unicast wanted; cache is flushed */
-enum { HEADER_SIZE = 12, QUESTIONS_MAX = 8, JUMPS_MAX = 8, DOTTED_SIZE = 128, LABEL_MAX = 63 };
+enum { HEADER_SIZE = 12, QUESTIONS_MAX = 8, JUMPS_MAX = 8, DOTTED_SIZE = 128, LABEL_MAX = 63, FOREIGN = 1 };
 enum { IS_RESPONSE = 0x8000, AUTHORITATIVE = 0x0400 };
 enum { HOST_TTL_S = 120, SERVICE_TTL_S = 4500, LEGACY_TTL_S = 10 }; /* RFC 6762, 10 and 6.7 */
 
@@ -16,6 +16,13 @@ static const char services[] = "_services._dns-sd._udp.local";
 enum { HOST = 1, SERVICE = 2, SERVER = 4, TEXT = 8, LIST = 16, OURS = HOST | SERVICE | SERVER | TEXT };
 
 /* ---- reading ---- */
+
+/* A byte of a label. A dot or a NUL separates nothing there: such a name is none of ours. */
+static char letter_of(uint8_t byte) {
+    if (byte == '.' || byte == '\0')
+        return FOREIGN;
+    return (char)(byte >= 'A' && byte <= 'Z' ? byte - 'A' + 'a' : byte);
+}
 
 /* A name as "a.b.local", letters in lower case. @return where it ends; 0: it is damaged */
 static size_t read_name(const uint8_t *packet, size_t size, size_t at, char dotted[DOTTED_SIZE]) {
@@ -34,10 +41,8 @@ static size_t read_name(const uint8_t *packet, size_t size, size_t at, char dott
             return 0;
         if (length > 0)
             dotted[length++] = '.';
-        for (size_t i = 1; i <= label; i++) {
-            uint8_t letter = packet[at + i];
-            dotted[length++] = (char)(letter >= 'A' && letter <= 'Z' ? letter - 'A' + 'a' : letter);
-        }
+        for (size_t i = 1; i <= label; i++)
+            dotted[length++] = letter_of(packet[at + i]);
         at += 1 + label;
     }
     dotted[length] = '\0';

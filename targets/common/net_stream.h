@@ -10,11 +10,16 @@
 
 enum { NET_GONE = -1, NET_ENDED = -2 };
 
+/** From read() in place of a count, each followed by something else: bytes before the next one were lost, or
+ * came damaged; NET_SPOILED: the line that comes next is not to be trusted, for a reason that was given
+ * already. */
+enum { NET_LOST = -3, NET_UNFRAMED = -4, NET_SPOILED = -5 };
+
 struct net_stream;
 
 struct net_stream_ops {
     /** @return bytes read; 0: nothing now; NET_ENDED: no more will come, but the other end may still listen;
-     *  NET_GONE: it is not there any more */
+     *  NET_GONE: it is not there any more; a serial port NET_LOST, NET_UNFRAMED, NET_SPOILED, too */
     long (*read)(const struct net_stream *stream, char *bytes, size_t size);
     /** @return bytes taken, 0 .. count; NET_GONE */
     long (*write)(const struct net_stream *stream, const char *bytes, size_t count);

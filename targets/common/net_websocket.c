@@ -37,19 +37,34 @@ void net_websocket_accept(const char *key, char accept[NET_WEBSOCKET_ACCEPT_SIZE
 
 /* ---- pongs and the close, which go between the messages ---- */
 
-static void reply(struct net_websocket *ws, enum opcode opcode, const uint8_t *payload, size_t size) {
-    if (ws->closing || ws->reply_sent > 0)
-        return; /* a pong is on its way, and only the latest ping need be answered (5.5.3) */
+static void put_reply(struct net_websocket *ws, enum opcode opcode, const uint8_t *payload, size_t size) {
     ws->reply[0] = (uint8_t)(FIN | opcode);
     ws->reply[1] = (uint8_t)size;
     memcpy(ws->reply + 2, payload, size);
     ws->reply_count = (uint8_t)(2 + size);
 }
 
+static void put_pong(struct net_websocket *ws, const uint8_t *payload, size_t size) {
+    if (!ws->closing && ws->reply_sent == 0)
+        put_reply(ws, PONG, payload,
+                  size); /* else one is on its way, and not every ping need be answered (5.5.3) */
+}
+
+/* The first reason counts. */
+static void begin_close(struct net_websocket *ws, const uint8_t *payload, size_t size) {
+    if (ws->closing)
+        return;
+    ws->closing = true;
+    memcpy(ws->close, payload, size);
+    ws->close_count = (uint8_t)size;
+    ws->close_waits = ws->reply_sent > 0;
+    if (!ws->close_waits)
+        put_reply(ws, CLOSE, payload, size);
+}
+
 static void fail(struct net_websocket *ws, enum close_code code) {
     const uint8_t payload[2] = {(uint8_t)(code >> 8), (uint8_t)code};
-    reply(ws, CLOSE, payload, sizeof payload);
-    ws->closing = true;
+    begin_close(ws, payload, sizeof payload);
 }
 
 /* Between two messages only. @return false: it does not take more now, or has gone */
@@ -60,9 +75,13 @@ static bool send_reply(struct net_websocket *ws) {
         if (sent <= 0)
             return false;
         ws->reply_sent = (uint8_t)(ws->reply_sent + sent);
-    }
-    if (ws->reply_sent == ws->reply_count)
+        if (ws->reply_sent < ws->reply_count)
+            continue;
         ws->reply_sent = ws->reply_count = 0;
+        if (ws->close_waits)
+            put_reply(ws, CLOSE, ws->close, ws->close_count);
+        ws->close_waits = false;
+    }
     return true;
 }
 
@@ -99,11 +118,9 @@ static bool is_allowed(const struct net_websocket *ws) {
 static void end_control(struct net_websocket *ws) {
     unsigned opcode = ws->head[0] & OPCODE;
     if (opcode == PING)
-        reply(ws, PING + 1, ws->control, ws->at);
-    if (opcode == CLOSE) {
-        reply(ws, CLOSE, ws->control, ws->at < 2 ? 0 : 2);
-        ws->closing = true;
-    }
+        put_pong(ws, ws->control, ws->at);
+    if (opcode == CLOSE)
+        begin_close(ws, ws->control, ws->at < 2 ? 0 : 2);
 }
 
 static void end_frame(struct net_websocket *ws) {

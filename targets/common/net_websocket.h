@@ -34,8 +34,10 @@ struct net_websocket {
     uint8_t reply[2 + NET_WEBSOCKET_CONTROL_MAX]; /* a pong or close */
     uint8_t reply_count, reply_sent;
     uint8_t out_head[4], out_head_count, out_head_sent;
-    uint16_t out_left; /* bytes of the payload that was announced */
-    bool closing;      /* a close frame goes out, then the end */
+    uint16_t out_left;             /* bytes of the payload that was announced */
+    bool closing;                  /* a close frame goes out, then the end */
+    uint8_t close[2], close_count; /* its payload */
+    bool close_waits;              /* ... until the rest of a pong is out */
 };
 
 /** Make a stream of a connection that has been answered 101. @param websocket  from malloc(); close() frees

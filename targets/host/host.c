@@ -41,7 +41,7 @@ static void call_motion(const void *ctx, void (*work)(void *arg), void *arg) {
     uint64_t end, budget = UINT64_MAX;
     while ((end = tasks_stalled_until(&host->tasks, HOST_MOTION, hal->now_ticks)) > hal->now_ticks) {
         end = earlier(end, host_next_edge_ticks(host));
-        if (host->machine.step.active)
+        if (host->machine.drive.step.active)
             run_events(host, &budget, end, false);
         else
             hal->now_ticks = end;
@@ -72,10 +72,12 @@ struct host *host_open(const struct host_board *board, const char *store_path) {
         free(host);
         return NULL;
     }
-    const struct machine_board machine_board = {
+    const struct machine_board wired = {
         .timer_hz = board->timer_hz,
         .step_pulse_ns = board->step_pulse_ns,
+        .default_pulse_us = board->default_pulse_us,
         .dir_setup_ns = board->dir_setup_ns,
+        .step_spread_ns = board->step_spread_ns,
         .max_step_rate_hz = board->max_step_rate_hz,
         .axis_count = board->axis_count,
         .home_axes = board->home_axes,
@@ -100,7 +102,7 @@ struct host *host_open(const struct host_board *board, const char *store_path) {
     host->hal.timer_hz = board->timer_hz;
     host->hal.switch_ticks = UINT64_MAX;
     host->hal.timer_mhz_q8 = (uint32_t)(((uint64_t)board->timer_hz << 8) / 1000000);
-    machine_init(&host->machine, &machine_board, &host->hal, &host->hal.step, &out);
+    machine_init(&host->machine, &wired, &host->hal, &host->hal.step, &out);
     tasks_init(&host->tasks, board->tasks, board->timer_hz);
     if (host->tasks.own_motion)
         own_motion_side(host);
@@ -127,8 +129,8 @@ static bool reader_stalls(struct host *host) {
 /* @return false: no room, the byte must come again */
 static bool put_byte(struct host *host, uint8_t byte, bool lossy) {
     if (lossy)
-        rx_put_or_lose(&host->machine.rx, byte);
-    else if (!rx_put(&host->machine.rx, byte))
+        rx_put_or_lose(&host->machine.lines.rx, byte);
+    else if (!rx_put(&host->machine.lines.rx, byte))
         return false;
     if (host->observer.put != NULL)
         host->observer.put(host->observer.ctx, byte, lossy);
@@ -140,7 +142,7 @@ static void read_waiting(struct host *host) {
     if (host->waiting_count == 0 || reader_stalls(host))
         return;
     for (size_t n = 0; n < host->waiting_count; n++)
-        (void)put_byte(host, (uint8_t)host->waiting[n], rx_free(&host->machine.rx) == 0);
+        (void)put_byte(host, (uint8_t)host->waiting[n], rx_free(&host->machine.lines.rx) == 0);
     host->waiting_count = 0;
     tasks_wake(&host->tasks, host->hal.step.now_ticks);
 }
@@ -159,7 +161,7 @@ size_t host_write(struct host *host, const char *bytes, size_t count) {
     read_waiting(host);
     tasks_wake(&host->tasks, host->hal.step.now_ticks);
     if (reader_stalls(host))
-        return keep_waiting(host, bytes, count, rx_free(&host->machine.rx));
+        return keep_waiting(host, bytes, count, rx_free(&host->machine.lines.rx));
     while (taken < count && put_byte(host, (uint8_t)bytes[taken], false))
         taken++;
     return taken;
@@ -200,7 +202,7 @@ static void flush_trace(struct host *host) {
 /* Step events until a time is reached, or an input changes. @param polls  what feeds the step interrupt may
  * look all the time: then for the time between two polls at most */
 static void run_events(struct host *host, uint64_t *budget, uint64_t until_ticks, bool polls) {
-    struct step *step = &host->machine.step;
+    struct step *step = &host->machine.drive.step;
     struct hal_step *hal = &host->hal.step;
     const bool follows = host->hal.virtual_machine.follows;
     if (polls)
@@ -234,8 +236,16 @@ static uint64_t wake_ticks(const struct host *host) {
 /* Whoever asked can put more input: nothing of what it has put waits, and there is room for motion. */
 static bool wants_input(const struct host *host) {
     const struct machine *machine = &host->machine;
-    return !host->paced && host->waiting_count == 0 && rx_free(&machine->rx) == RX_SIZE &&
-           machine->stage == TASK_NONE;
+    return !host->paced && host->waiting_count == 0 && rx_free(&machine->lines.rx) == RX_SIZE &&
+           machine->task.stage == TASK_NONE;
+}
+
+/* A poll has been done: was there an alarm? It begins a quiet time. */
+static void note_alarm(struct host *host) {
+    bool quiet = host->machine.clock.quiet.on;
+    if (quiet && !host->alarm_seen)
+        host->alarm_ticks = host->hal.step.now_ticks;
+    host->alarm_seen = quiet;
 }
 
 /* The tasks that are due look. @return the controller was one of them; *any: something was done */
@@ -253,6 +263,7 @@ static bool look(struct host *host, bool *any) {
         tasks_looked(tasks, HOST_MOTION, done, hal->now_ticks);
         *any |= done;
     }
+    note_alarm(host);
     host_show_segments(host);
     if (host->observer.looked != NULL)
         host->observer.looked(host->observer.ctx, looks);
@@ -295,8 +306,8 @@ static enum host_wait run(struct host *host, uint64_t max_events, uint64_t until
         if (looked && wants_input(host)) {
             if (!host->input_follows)
                 machine_input_pause(machine);
-            else if (motion_has_room(&machine->motion))
-                return machine->step.active ? HOST_ROOM : HOST_IDLE;
+            else if (motion_has_room(&machine->drive.motion))
+                return machine->drive.step.active ? HOST_ROOM : HOST_IDLE;
         }
         if (looked && !worked)
             tasks_looked(tasks, HOST_CONTROLLER, false, hal->now_ticks);
@@ -304,7 +315,7 @@ static enum host_wait run(struct host *host, uint64_t max_events, uint64_t until
             return HOST_TIME;
         if (worked && tasks_sleep(tasks))
             continue; /* all there is to do, at this instant: then they sleep */
-        if (machine->step.active) {
+        if (machine->drive.step.active) {
             uint64_t next = earlier(until_ticks, host_next_edge_ticks(host));
             next = earlier(next, tasks_next_ticks(tasks, true, hal->now_ticks));
             next = earlier(next, outputs_next_ticks(&host->hal, true));
@@ -349,6 +360,7 @@ void host_act(struct host *host) {
     bool looks = tasks_stalled_until(&host->tasks, HOST_CONTROLLER, now) == now;
     if (looks)
         tasks_looked(&host->tasks, HOST_CONTROLLER, machine_poll(&host->machine), now);
+    note_alarm(host);
     host_show_segments(host);
     if (host->observer.looked != NULL)
         host->observer.looked(host->observer.ctx, looks);
@@ -372,7 +384,7 @@ void host_stall_randomly(struct host *host, const struct host_random_stalls *sta
 uint64_t host_next_ticks(struct host *host) {
     struct tasks *tasks = &host->tasks;
     uint64_t now = host->hal.step.now_ticks;
-    if (host->machine.step.active)
+    if (host->machine.drive.step.active)
         return now;
     return earlier(next_cause_ticks(host), tasks_next_ticks(tasks, false, now));
 }
@@ -386,16 +398,24 @@ const char *host_state(const struct host *host) {
 }
 
 bool host_is_paused(const struct host *host) {
-    return host->machine.stage == TASK_PAUSED || host->machine.stage == TASK_TOOL_WAIT;
+    return host->machine.task.stage == TASK_PAUSED || host->machine.task.stage == TASK_TOOL_WAIT;
 }
 
 bool host_awaits_tool(const struct host *host, int32_t *tool) {
-    *tool = host->machine.command.next.tool;
-    return host->machine.stage == TASK_TOOL_WAIT;
+    *tool = host->machine.task.command.next.tool;
+    return host->machine.task.stage == TASK_TOOL_WAIT;
+}
+
+uint64_t host_alarm_ticks(const struct host *host) {
+    return host->alarm_ticks;
+}
+
+uint8_t host_dwells(const struct host *host) {
+    return (uint8_t)(host->hal.step.tag >> 24);
 }
 
 uint32_t host_line_now(const struct host *host) {
-    return emit_line(&host->machine.motion.emit);
+    return emit_line(&host->machine.drive.motion.emit);
 }
 
 void host_position_steps(const struct host *host, int32_t steps[AXIS_COUNT]) {
@@ -403,13 +423,13 @@ void host_position_steps(const struct host *host, int32_t steps[AXIS_COUNT]) {
 }
 
 void host_shift_steps(const struct host *host, int32_t steps[AXIS_COUNT]) {
-    memcpy(steps, host->machine.shift_steps, sizeof host->machine.shift_steps);
+    memcpy(steps, host->machine.trust.shift_steps, sizeof host->machine.trust.shift_steps);
 }
 
 void host_watch_segments(struct host *host, host_segment_watcher *watch, void *ctx) {
     host->watch = watch;
     host->watch_ctx = ctx;
-    host->watched = host->machine.motion.queue.published;
+    host->watched = host->machine.drive.motion.queue.published;
 }
 
 void host_sender_lost(struct host *host, bool lines_wait) {
@@ -421,7 +441,7 @@ bool host_notice(const struct host *host, unsigned number, char *text, size_t si
 }
 
 bool host_is_busy(const struct host *host) {
-    return host->machine.stage != TASK_NONE || !machine_is_at_rest(&host->machine);
+    return host->machine.task.stage != TASK_NONE || !machine_is_at_rest(&host->machine);
 }
 
 const struct machine *host_machine(const struct host *host) {
@@ -429,7 +449,7 @@ const struct machine *host_machine(const struct host *host) {
 }
 
 bool host_take_move(struct host *host, struct gcode_move *out) {
-    struct gcode_move *move = &host->machine.command.move;
+    struct gcode_move *move = &host->machine.task.command.move;
     *out = *move;
     move->motion = MOTION_NONE;
     return out->motion != MOTION_NONE;
@@ -450,13 +470,13 @@ void host_counters(const struct host *host, struct host_counters *out) {
     *out = (struct host_counters){
         .step_events = host->trace.total + host->trace.count,
         .timer_events = host->timer_events,
-        .segments = machine->prep.segments,
-        .spans = machine->step.spans_done,
-        .blocks = machine->motion.plan.moves_total,
-        .lines = machine->lines,
-        .lookahead_starved = machine->motion.emit.starved,
-        .underruns = machine->motion.ahead.late,
-        .plan_unmet = machine->motion.plan.timing.unmet,
+        .segments = machine->drive.prep.segments,
+        .spans = machine->drive.step.spans_done,
+        .blocks = machine->drive.motion.plan.moves_total,
+        .lines = machine->lines.count,
+        .lookahead_starved = machine->drive.motion.emit.starved,
+        .underruns = machine->drive.motion.ahead.late,
+        .plan_unmet = machine->drive.motion.plan.timing.unmet,
     };
 }
 

@@ -38,6 +38,8 @@ struct host_board {
     uint8_t encoder;           /* 1: of the spindle, with index */
     axis_mask_t home_axes;     /* axes with home switches of their own */
     uint8_t tasks;             /* enum host_tasks_of */
+    uint8_t default_pulse_us;  /* what $0 starts at; 0: step_pulse_ns */
+    uint32_t step_spread_ns;   /* from step to step, beyond the pulse and a pause as long */
 };
 
 struct host;
@@ -134,6 +136,12 @@ bool host_is_paused(const struct host *host);
 
 /** The program waits for a tool at M6. @param tool  its number */
 bool host_awaits_tool(const struct host *host, int32_t *tool);
+
+/** When the last alarm came; 0: none has. After it the controller is quiet for a while. */
+uint64_t host_alarm_ticks(const struct host *host);
+
+/** Spans of dwells begun so far, mod 256, as trace events count them. */
+uint8_t host_dwells(const struct host *host);
 
 /** The line that is being moved, counted from power-on (struct machine, lines); any older one before the
  * first motion. */

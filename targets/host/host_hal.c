@@ -120,7 +120,7 @@ static struct virtual_machine *follow(struct host *host) {
         memcpy(machine->second, machine->position, sizeof machine->second);
     }
     machine->follows = true;
-    machine->core_xy = host->machine.joints.kinematics.coupled;
+    machine->core_xy = host->machine.drive.joints.kinematics.coupled;
     return machine;
 }
 

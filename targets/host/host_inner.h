@@ -6,7 +6,7 @@
 #include "hal/hal.h"
 #include "hal/hal_step.h"
 #include "host.h"
-#include "machine/machine.h"
+#include "machine/parts.h"
 #include "output_log.h"
 #include "tasks.h"
 #include "virtual.h"
@@ -45,6 +45,8 @@ struct host {
     size_t waiting_count;
     const struct trace_event *seen; /* the true position counts every edge before this one */
     uint64_t timer_events;
+    uint64_t alarm_ticks; /* when the last alarm came */
+    bool alarm_seen;
     int input_follows;
     host_segment_watcher *watch; /* NULL: nobody looks */
     void *watch_ctx;

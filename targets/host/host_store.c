@@ -15,6 +15,10 @@ enum { FILE_MAX = 4096, HEAD = 4, PATH_MAX_LENGTH = 4096 }; /* head: key, ~key, 
 /* The last value lists the keys of the others, bit = key, and its complement. */
 enum { KEYS_KEY = 0xFF, KEYS_SIZE = 4, ALL_KEYS = 0xFFFF };
 
+_Static_assert((int)STORE_BATCH_SIZE + ((int)STORE_BATCH_VALUES + 1) * (int)HEAD + (int)KEYS_SIZE <=
+                   (int)FILE_MAX,
+               "the file has room for all values");
+
 /* Where core/settings/store.c has the layout's version in a value. */
 enum { VERSION_AT = 4 };
 

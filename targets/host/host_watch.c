@@ -18,9 +18,9 @@ static double way_steps(const struct segment *segment, unsigned ax) {
 
 /* Segments of the batch up to where the planner's state is now. */
 static uint32_t committed(const struct machine *machine) {
-    const struct segment_queue *queue = &machine->motion.queue;
+    const struct segment_queue *queue = &machine->drive.motion.queue;
     for (uint32_t i = 0; i < queue->count; i++)
-        if (queue->slots[i].mark == machine->motion.ahead.commit + 1)
+        if (queue->slots[i].mark == machine->drive.motion.ahead.commit + 1)
             return i + 1;
     return 0;
 }
@@ -46,13 +46,13 @@ static void append(struct host *host, const struct segment *segment, double at_s
 
 /* The batch that was published last: it continues within what was before. */
 static void take_batch(struct host *host) {
-    const struct segment_queue *queue = &host->machine.motion.queue;
+    const struct segment_queue *queue = &host->machine.drive.motion.queue;
     double at_steps[AXIS_COUNT];
     uint32_t branch_us = queue->slots[0].end_us - (queue->slots[0].duration_ns + 999u) / 1000u;
     while (host->planned_count > 0 &&
            (int32_t)(host->planned[host->planned_count - 1].segment.end_us - branch_us) > 0)
         host->planned_count--;
-    commit_steps(&host->machine.motion.emit, at_steps);
+    commit_steps(&host->machine.drive.motion.emit, at_steps);
     for (uint32_t i = 0; i < committed(&host->machine); i++)
         for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
             at_steps[ax] -= way_steps(&queue->slots[i], ax);
@@ -70,7 +70,7 @@ static void show(struct host *host, const struct host_published *published) {
 }
 
 void host_show_segments(struct host *host) {
-    const struct segment_queue *queue = &host->machine.motion.queue;
+    const struct segment_queue *queue = &host->machine.drive.motion.queue;
     if (host->watch == NULL)
         return;
     if (host->watched != queue->published && !segment_queue_is_pending(queue)) {

@@ -100,6 +100,10 @@ static bool take_board(struct host_board *board, const char *name, const char *v
         return read_number(value, &board->timer_hz);
     if (strcmp(name, "--step-pulse-ns") == 0)
         return read_number(value, &board->step_pulse_ns);
+    if (strcmp(name, "--default-pulse-us") == 0)
+        return read_count(value, &board->default_pulse_us);
+    if (strcmp(name, "--step-spread-ns") == 0)
+        return read_number(value, &board->step_spread_ns);
     if (strcmp(name, "--dir-setup-ns") == 0)
         return read_number(value, &board->dir_setup_ns);
     if (strcmp(name, "--max-step-rate-hz") == 0)
@@ -183,6 +187,14 @@ static bool read_options(int argc, char **argv, struct serve_options *options, c
 
 /* ---- */
 
+/* A program that is started in the background may inherit SIGINT as ignored, and it stays so: Ctrl-C at its
+ * terminal is meant for others. */
+static void catch_unless_ignored(int number, const struct sigaction *action) {
+    struct sigaction inherited;
+    if (sigaction(number, NULL, &inherited) == 0 && inherited.sa_handler != SIG_IGN)
+        sigaction(number, action, NULL);
+}
+
 /* Ctrl-C and a request to end are read like any input; a client that vanishes is seen by the write that
  * fails. */
 static bool catch_signals(struct serve_options *options) {
@@ -191,7 +203,7 @@ static bool catch_signals(struct serve_options *options) {
         return false;
     options->stop_fd[0] = stop_pipe[0];
     sigemptyset(&stop.sa_mask);
-    sigaction(SIGINT, &stop, NULL);
+    catch_unless_ignored(SIGINT, &stop);
     sigaction(SIGTERM, &stop, NULL);
     sigaction(SIGPIPE, &ignore, NULL);
     return true;

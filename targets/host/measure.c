@@ -45,6 +45,7 @@ struct measure {
     uint64_t begin_ticks;
     uint32_t timer_hz;
     uint8_t dwells; /* of the last event */
+    bool rapid;     /* the last event */
     bool started, ended;
     double mm_per_step[AXIS_COUNT];
     struct history history;
@@ -257,6 +258,7 @@ static inline void count_event(struct measure *m, const struct trace_event *even
     if (event->dwells == m->dwells)
         *(event->flags & SEGMENT_RAPID ? &m->sum.rapid_ticks : &m->sum.cutting_ticks) += ticks;
     m->dwells = event->dwells;
+    m->rapid = (event->flags & SEGMENT_RAPID) != 0;
     m->sum.last_ticks = event->t_ticks;
     m->sum.events++;
     for (unsigned axis = 0; axis < AXIS_COUNT; axis++)
@@ -277,10 +279,17 @@ void measure_events(void *ctx, const struct trace_event *events, size_t count) {
     }
 }
 
-void measure_end(struct measure *m) {
+/* After its last step an axis still brakes for half a step. */
+static void count_tail(struct measure *m, uint64_t end_ticks, uint8_t dwells) {
+    if (dwells == m->dwells && end_ticks > m->sum.last_ticks)
+        *(m->rapid ? &m->sum.rapid_ticks : &m->sum.cutting_ticks) += end_ticks - m->sum.last_ticks;
+}
+
+void measure_end(struct measure *m, uint64_t end_ticks, uint8_t dwells) {
     if (!m->started || m->ended)
         return;
     m->ended = true;
+    count_tail(m, end_ticks, dwells);
     size_t last = (m->point - 1) % HISTORY;
     struct stretch rest = {.from_ticks = m->sum.last_ticks, .rapid = m->history.rapid[last]};
     for (int axis = 0; axis < AXIS_COUNT; axis++)

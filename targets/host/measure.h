@@ -71,8 +71,10 @@ void measure_sample_every(struct measure *measure, double interval_ms);
 /** A trace_consumer; ctx is the struct measure. */
 void measure_events(void *ctx, const struct trace_event *events, size_t count);
 
-/** The motion is over: look at what is left in the window. May be called again. */
-void measure_end(struct measure *measure);
+/** The motion is over: look at what is left in the window. May be called again.
+ * @param dwells  as trace_event has them; without a dwell since the last event the time until end_ticks is
+ * motion */
+void measure_end(struct measure *measure, uint64_t end_ticks, uint8_t dwells);
 
 void measure_result(const struct measure *measure, struct measured *out);
 

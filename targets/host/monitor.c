@@ -79,8 +79,9 @@ static void forget_windows(struct monitor *monitor) {
 /* Alarms cut motion off, threads follow the spindle, a network host plans by itself, motors are not axes. */
 static bool is_exempt(const struct monitor *monitor) {
     const struct machine *machine = &monitor->host->machine;
-    return machine->critical || machine->restart || machine->state == MACHINE_ALARM || machine->host.owns ||
-           machine->stage == TASK_THREAD || machine->settings.kinematics != KINEMATICS_CARTESIAN;
+    return machine->life.critical || machine->life.restart || machine->life.state == MACHINE_ALARM ||
+           machine->host.owns || machine->task.stage == TASK_THREAD ||
+           machine->settings.kinematics != KINEMATICS_CARTESIAN;
 }
 
 static void check_axis(struct monitor *monitor, unsigned ax) {
@@ -154,7 +155,8 @@ static void check_counter(struct monitor *monitor) {
     int32_t steps[AXIS_COUNT];
     host_position_steps(monitor->host, steps);
     for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
-        int32_t want = monitor->pulses[ax] + monitor->host->machine.shift_steps[ax] + monitor->offset[ax];
+        int32_t want =
+            monitor->pulses[ax] + monitor->host->machine.trust.shift_steps[ax] + monitor->offset[ax];
         if (steps[ax] != want)
             found(monitor, "axis %u counts %ld, its pulses make %ld", ax, (long)steps[ax], (long)want);
     }
@@ -172,8 +174,8 @@ static void check_state(struct monitor *monitor, bool stepped) {
         monitor->state == MACHINE_ALARM || monitor->state == MACHINE_SLEEP || monitor->state == MACHINE_CHECK;
     if (stepped && (dead || monitor->critical || monitor->estop))
         found(monitor, "a step%s", monitor->estop ? " with the e-stop pressed" : " where nothing may move");
-    bool off = machine->critical || machine->state == MACHINE_SLEEP;
-    if (off && !machine->restart && !is_off(&monitor->host->hal.outputs_set))
+    bool off = machine->life.critical || machine->life.state == MACHINE_SLEEP;
+    if (off && !machine->life.restart && !is_off(&monitor->host->hal.outputs_set))
         found(monitor, "spindle or coolant is on");
 }
 
@@ -186,28 +188,29 @@ static void check_beam(struct monitor *monitor) {
     if (!machine->settings.laser_mode || set->spindle_duty == 0)
         return;
     unsigned aim_pct = machine->settings.aim_power_pct;
-    if (machine->state == MACHINE_IDLE && aim_pct > 0 &&
+    if (machine->life.state == MACHINE_IDLE && aim_pct > 0 &&
         set->spindle_duty <= HAL_DUTY_FULL * aim_pct / 100 + 1)
         return;
-    if (machine->state != MACHINE_RUN)
+    if (machine->life.state != MACHINE_RUN)
         found(monitor, "the beam is on");
-    else if (!machine->step.active || (monitor->host->hal.step.tag >> 16 & kinds) != cut)
+    else if (!machine->drive.step.active || (monitor->host->hal.step.tag >> 16 & kinds) != cut)
         found(monitor, "the beam is on and nothing is cut");
 }
 
 /* What waits for something with a name: a person, a time, an input. */
 static bool waits_by_name(const struct machine *machine) {
-    return machine->critical || machine->state == MACHINE_HOLD || machine->state == MACHINE_DOOR ||
-           machine->state == MACHINE_ALARM || machine->state == MACHINE_SLEEP ||
-           machine->stage == TASK_PAUSED || machine->stage == TASK_TOOL_WAIT ||
-           machine->stage == TASK_DWELLING || machine->stage == TASK_DWELL || machine->stage == TASK_THREAD ||
-           machine->timer.on || machine->host.owns;
+    return machine->life.critical || machine->life.state == MACHINE_HOLD ||
+           machine->life.state == MACHINE_DOOR || machine->life.state == MACHINE_ALARM ||
+           machine->life.state == MACHINE_SLEEP || machine->task.stage == TASK_PAUSED ||
+           machine->task.stage == TASK_TOOL_WAIT || machine->task.stage == TASK_DWELLING ||
+           machine->task.stage == TASK_DWELL || machine->task.stage == TASK_THREAD ||
+           machine->clock.timer.on || machine->host.owns;
 }
 
 static void check_liveness(struct monitor *monitor) {
     const struct machine *machine = &monitor->host->machine;
     uint64_t now = monitor->host->hal.step.now_ticks;
-    bool owes = monitor->answered != monitor->sent || machine->step.active;
+    bool owes = monitor->answered != monitor->sent || machine->drive.step.active;
     bool further = monitor->steps != monitor->seen_steps || monitor->answered != monitor->seen_answered;
     if (further || !owes || waits_by_name(machine))
         monitor->further_ticks = now;
@@ -233,8 +236,8 @@ static void looked(void *ctx, bool controller) {
         check_liveness(monitor);
     if (limits_changed(monitor) || is_exempt(monitor))
         forget_windows(monitor);
-    monitor->state = machine->state;
-    monitor->critical = machine->critical;
+    monitor->state = machine->life.state;
+    monitor->critical = machine->life.critical;
     monitor->estop = (monitor->host->hal.virtual_machine.levels >> VIRTUAL_ESTOP & 1) != 0;
 }
 
@@ -255,7 +258,7 @@ static void put(void *ctx, uint8_t byte, bool lossy) {
 
 static void take_answer(struct monitor *monitor, const char *line) {
     if (monitor->answered == monitor->sent) {
-        found(monitor, "an answer that no line asked for: %s", line);
+        found(monitor, "an answer without a line: %s", line);
         return;
     }
     uint8_t expected = monitor->expected[monitor->answered++ % AHEAD_MAX];
@@ -305,12 +308,12 @@ struct monitor *monitor_create(struct host *host, uint32_t checks) {
     monitor->host = host;
     monitor->checks = checks;
     monitor->write = host->hal.step.write;
-    monitor->state = host->machine.state;
+    monitor->state = host->machine.life.state;
     monitor->further_ticks = host->hal.step.now_ticks;
     line_reader_reset(&monitor->model);
     host_position_steps(host, monitor->offset);
     for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
-        monitor->offset[ax] -= host->machine.shift_steps[ax];
+        monitor->offset[ax] -= host->machine.trust.shift_steps[ax];
     host->observer = (struct host_observer){.ctx = monitor, .looked = looked, .put = put, .said = said};
     return monitor;
 }

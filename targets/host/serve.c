@@ -2,7 +2,7 @@
 #include "serve.h"
 
 #include "host_store.h"
-#include "machine/machine.h"
+#include "machine/parts.h"
 #include "net_hub.h"
 #include "net_pty.h"
 #include "net_tcp.h"

@@ -3,13 +3,14 @@
 #include "sim.h"
 
 #include "expand.h"
-#include "machine/machine.h"
+#include "machine/parts.h"
 #include "sim_script.h"
 #include "sim_text.h"
 #include "trace_write.h"
 
 #include <errno.h>
 #include <stdbool.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -41,6 +42,8 @@ struct sim {
     bool keep_going, stopped, told_end, finished, closed;
     unsigned idle_rounds;
     uint64_t begin_ticks, end_ticks, pauses;
+    bool dollar;          /* the line under way is a $ line */
+    uint64_t alarm_ticks; /* of the alarm that has ended the job; 0: none */
     struct sim_script script;
     struct survey *survey; /* NULL: not asked for */
     bool surveys;
@@ -123,6 +126,49 @@ static void add_error(struct sim *sim, uint32_t line, enum sim_error_kind kind, 
         sim->stopped = true;
 }
 
+static void add_message(struct sim *sim, const char *text) {
+    char *copy = sim->messages.count < MAX_MESSAGES ? malloc(strlen(text) + 1) : NULL;
+    char **item = copy != NULL ? list_add(&sim->messages, sizeof *item) : NULL;
+    if (item == NULL) {
+        free(copy);
+        return;
+    }
+    strcpy(copy, text);
+    *item = copy;
+}
+
+static void begin_measure(struct sim *sim) {
+    float steps_per_mm[AXIS_COUNT];
+    const float *accel_mm_s2 = host_machine(sim->host)->settings.acceleration_mm_s2;
+    host_steps_per_mm(sim->host, steps_per_mm);
+    for (int axis = 0; axis < AXIS_COUNT; axis++)
+        sim->steps_per_mm[axis] = (double)steps_per_mm[axis];
+    measure_begin(sim->measure, sim->begin_ticks, sim->steps_per_mm);
+    for (int axis = 0; axis < AXIS_COUNT; axis++)
+        measure_expect_accel(sim->measure, axis, (double)accel_mm_s2[axis] * sim->steps_per_mm[axis]);
+}
+
+/* A $ line may have changed how far a step goes: for the figures that counts before the first step. */
+static void take_scale(struct sim *sim) {
+    char text[80];
+    float steps_per_mm[AXIS_COUNT];
+    bool same = true;
+    host_steps_per_mm(sim->host, steps_per_mm);
+    for (int axis = 0; axis < AXIS_COUNT; axis++)
+        same = same && (double)steps_per_mm[axis] == sim->steps_per_mm[axis];
+    if (same)
+        return;
+    struct host_counters counters;
+    host_counters(sim->host, &counters);
+    if (counters.step_events == 0) {
+        begin_measure(sim);
+        return;
+    }
+    snprintf(text, sizeof text, "[MSG:line %u changes steps/mm after motion: figures keep the first value]",
+             (unsigned)file_line(sim, sim->answered));
+    add_message(sim, text);
+}
+
 static void take_answer(struct sim *sim, int code) {
     if (sim->in_command) {
         sim->command_answer = code;
@@ -134,19 +180,10 @@ static void take_answer(struct sim *sim, int code) {
             survey_answered(sim->survey, file_line(sim, sim->answered), code);
         if (code != 0)
             add_error(sim, file_line(sim, sim->answered), SIM_ERROR, code);
+        if (sim->dollar)
+            take_scale(sim);
         sim->answered++;
     }
-}
-
-static void add_message(struct sim *sim, const char *text) {
-    char *copy = sim->messages.count < MAX_MESSAGES ? malloc(strlen(text) + 1) : NULL;
-    char **item = copy != NULL ? list_add(&sim->messages, sizeof *item) : NULL;
-    if (item == NULL) {
-        free(copy);
-        return;
-    }
-    strcpy(copy, text);
-    *item = copy;
 }
 
 static bool begins(const char *text, const char *with) {
@@ -164,13 +201,20 @@ static void take_banner(struct sim *sim) {
     sim->sent_lines = sim->answered;
 }
 
+/* The job ends at the first one; the quiet after it is no part of the job. */
+static void take_alarm(struct sim *sim, int code) {
+    if (sim->alarm_ticks == 0)
+        sim->alarm_ticks = host_alarm_ticks(sim->host);
+    add_error(sim, file_line(sim, sim->answered), SIM_ALARM, code);
+}
+
 static void take_line(struct sim *sim, const char *line) {
     if (strcmp(line, "ok") == 0)
         take_answer(sim, 0);
     else if (begins(line, "error:"))
         take_answer(sim, atoi(line + strlen("error:")));
     else if (begins(line, "ALARM:"))
-        add_error(sim, file_line(sim, sim->answered), SIM_ALARM, atoi(line + strlen("ALARM:")));
+        take_alarm(sim, atoi(line + strlen("ALARM:")));
     else if (begins(line, "[MSG:"))
         add_message(sim, line);
     else if (begins(line, "Grbl "))
@@ -283,10 +327,6 @@ static int load_program(struct sim *sim, const char *text, size_t size) {
 }
 
 int sim_load(struct sim *sim, const char *text, size_t size, int keep_going) {
-    float steps_per_mm[AXIS_COUNT];
-    host_steps_per_mm(sim->host, steps_per_mm);
-    for (int axis = 0; axis < AXIS_COUNT; axis++)
-        sim->steps_per_mm[axis] = (double)steps_per_mm[axis];
     sim->keep_going = keep_going != 0;
     if ((expand_is_needed(text, size) ? load_program(sim, text, size)
                                       : sim_text_make(&sim->text, text, size)) != 0)
@@ -295,13 +335,10 @@ int sim_load(struct sim *sim, const char *text, size_t size, int keep_going) {
         sim->surveys = true; /* for the box: motors do not say where the tool was */
     if (sim->surveys && (sim->survey = survey_create(sim->host, &sim->text)) == NULL)
         return ENOMEM;
-    sim->lines_before = host_machine(sim->host)->lines;
+    sim->lines_before = host_machine(sim->host)->lines.count;
     trace_flush(host_trace(sim->host));
     sim->begin_ticks = sim->end_ticks = host_time_ticks(sim->host);
-    measure_begin(sim->measure, sim->begin_ticks, sim->steps_per_mm);
-    const float *accel_mm_s2 = host_machine(sim->host)->settings.acceleration_mm_s2;
-    for (int axis = 0; axis < AXIS_COUNT; axis++)
-        measure_expect_accel(sim->measure, axis, (double)accel_mm_s2[axis] * sim->steps_per_mm[axis]);
+    begin_measure(sim);
     script_begin(&sim->script, sim->begin_ticks, sim->board.timer_hz);
     return 0;
 }
@@ -310,12 +347,24 @@ static bool all_sent(const struct sim *sim) {
     return sim->stopped || sim->sent == sim->text.size;
 }
 
+/* A sender keeps a $ line back until nothing moves. Until then no more input comes, so what is planned
+ * starts.
+ */
+static bool may_begin(struct sim *sim, const char *line) {
+    sim->dollar = line[strspn(line, " \t")] == '$';
+    bool may = !sim->dollar || !host_is_busy(sim->host);
+    host_input_follows(sim->host, may);
+    return may;
+}
+
 /* Put the next line, or what is left of it, once everything before it is answered. */
 static void feed(struct sim *sim) {
     if (all_sent(sim) || (sim->at_line_start && sim->answered < sim->sent_lines))
         return;
     const char *begin = sim->text.bytes + sim->sent;
     const char *end = (const char *)memchr(begin, '\n', sim->text.size - sim->sent) + 1;
+    if (sim->at_line_start && !may_begin(sim, begin))
+        return;
     size_t took = host_write(sim->host, begin, (size_t)(end - begin));
     if (took == 0)
         return;
@@ -336,9 +385,9 @@ static void tell_end(struct sim *sim) {
 
 static void finish(struct sim *sim) {
     sim->finished = true;
-    sim->end_ticks = host_time_ticks(sim->host);
+    sim->end_ticks = sim->alarm_ticks != 0 ? sim->alarm_ticks : host_time_ticks(sim->host);
     trace_flush(host_trace(sim->host));
-    measure_end(sim->measure);
+    measure_end(sim->measure, sim->end_ticks, host_dwells(sim->host));
 }
 
 static bool is_held(const struct sim *sim) {
@@ -454,7 +503,7 @@ const char *sim_message_at(const struct sim *sim, size_t index) {
 
 static void place_tool(const struct sim *sim, struct sim_result *out) {
     const struct machine *machine = host_machine(sim->host);
-    joints_tool_mm(&machine->joints, &machine->motion, out->position_steps, out->position_mm);
+    joints_tool_mm(&machine->drive.joints, &machine->drive.motion, out->position_steps, out->position_mm);
     if (machine->settings.kinematics != KINEMATICS_CARTESIAN && sim->survey != NULL)
         survey_box(sim->survey, out->min_mm, out->max_mm);
 }

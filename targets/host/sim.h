@@ -69,7 +69,7 @@ enum sim_error_kind {
     SIM_ERROR,     /* error:code */
     SIM_ALARM,     /* ALARM:code; the job ends there */
     SIM_NO_ANSWER, /* the controller rests and owes this line its answer, code 0; the job ends there */
-    SIM_SURPLUS,   /* an answer that no line asked for, after this line; code 0 */
+    SIM_SURPLUS,   /* an answer without a line, after this line; code 0 */
     SIM_HELD,      /* an event held it and none resumes it, code 0; the job ends there */
     SIM_RESET,     /* an event reset it, code 0; the job ends there */
 };

@@ -4,7 +4,7 @@
 #include "gcode/arc.h"
 #include "gcode/block.h"
 #include "gcode/resolve.h"
-#include "machine/machine.h"
+#include "machine/parts.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -39,7 +39,7 @@ struct survey {
 static void watch(void *ctx, const struct host_segment *moved);
 
 static void keep_position(struct survey *survey) {
-    memcpy(survey->at_mm, host_machine(survey->host)->gcode.position_mm, sizeof survey->at_mm);
+    memcpy(survey->at_mm, host_machine(survey->host)->interp.gcode.position_mm, sizeof survey->at_mm);
 }
 
 struct survey *survey_create(struct host *host, const struct sim_text *text) {
@@ -47,7 +47,7 @@ struct survey *survey_create(struct host *host, const struct sim_text *text) {
     if (survey == NULL)
         return NULL;
     *survey = (struct survey){.host = host, .text = text, .count = text->file_lines + 1};
-    survey->first = host_machine(host)->lines + 1;
+    survey->first = host_machine(host)->lines.count + 1;
     survey->lines = calloc(survey->count, sizeof *survey->lines);
     if (survey->lines == NULL) {
         survey_destroy(survey);
@@ -121,10 +121,10 @@ static float sure_part(const struct motion_limits *limits, const struct stretch 
 
 static void tool_mm(const struct survey *survey, const double steps[AXIS_COUNT], double mm[AXIS_COUNT]) {
     const struct machine *machine = host_machine(survey->host);
-    const struct kinematics *kinematics = &machine->joints.kinematics;
+    const struct kinematics *kinematics = &machine->drive.joints.kinematics;
     double joints[AXIS_COUNT];
     for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
-        joints[ax] = steps[ax] / (double)machine->motion.plan.limits.steps_per_mm[ax];
+        joints[ax] = steps[ax] / (double)machine->drive.motion.plan.limits.steps_per_mm[ax];
     kinematics->ops->forward(kinematics, joints, mm);
 }
 
@@ -137,7 +137,7 @@ static void judge(struct survey *survey, struct survey_line *row, const double t
     if (stretch->time_s < STRETCH_S && !is_all)
         return;
     tool_mm(survey, stretch->from_steps, from_mm);
-    const struct motion_limits *limits = &host_machine(survey->host)->motion.plan.limits;
+    const struct motion_limits *limits = &host_machine(survey->host)->drive.motion.plan.limits;
     float mm_s = (float)counted_mm(from_mm, to_mm) / stretch->time_s * sure_part(limits, stretch, to_steps);
     row->reached_mm_s = is_all || mm_s > row->reached_mm_s ? mm_s : row->reached_mm_s;
     row->at_rate |= at_rate(limits, stretch, to_steps);
@@ -214,10 +214,10 @@ static bool resolve_as_line(const struct gcode_state *state, const struct gcode_
 /* What is wrong with the arc that the controller has just refused. */
 static void take_arc(struct survey *survey, uint32_t line) {
     const struct machine *machine = host_machine(survey->host);
-    const struct gcode_state *state = &machine->gcode;
+    const struct gcode_state *state = &machine->interp.gcode;
     struct gcode_command command;
     struct gcode_block block;
-    if (survey->arc_count == MOST_ARCS || gcode_parse(machine->reader.text, &block) != STATUS_OK)
+    if (survey->arc_count == MOST_ARCS || gcode_parse(machine->lines.reader.text, &block) != STATUS_OK)
         return;
     unsigned motion =
         block_has_group(&block, GROUP_MOTION) ? BLOCK_MOTION(block.value[GROUP_MOTION]) : state->modal.motion;

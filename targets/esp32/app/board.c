@@ -97,6 +97,7 @@ struct machine_board board_machine(const struct pin_map *map) {
         .motors_wake_us = 1000, /* what the slowest of common drivers want */
         .timer_hz = BOARD_TIMER_HZ,
         .step_pulse_ns = BOARD_STEP_PULSE_NS,
+        .default_pulse_us = BOARD_DEFAULT_PULSE_US,
         .dir_setup_ns = BOARD_DIR_SETUP_NS,
         .step_spread_ns = BOARD_STEP_SPREAD_NS,
         .max_step_rate_hz = BOARD_MAX_STEP_RATE_HZ,

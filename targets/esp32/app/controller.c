@@ -2,6 +2,7 @@
 #include "app/controller.h"
 
 #include "hal/hal.h"
+#include "link/rx.h"
 #include "net_tcp.h"
 
 #include <string.h>
@@ -14,10 +15,21 @@ enum { FEEDS_A_ROUND = 4, JOG_CANCEL = 0x85 };
 
 static size_t put(void *ctx, const char *bytes, size_t count) {
     struct controller *controller = ctx;
-    size_t taken = 0;
-    while (taken < count && rx_put(&controller->machine->rx, (uint8_t)bytes[taken]))
-        taken++;
-    return taken;
+    return rx_put_all(machine_rx(controller->machine), (const uint8_t *)bytes, count);
+}
+
+static void lost(void *ctx, long what) {
+    struct controller *controller = ctx;
+    rx_count(machine_rx(controller->machine), what == NET_LOST ? RX_OVERRUN : RX_UNFRAMED);
+}
+
+static bool spoil(void *ctx) {
+    struct controller *controller = ctx;
+    struct rx *rx = machine_rx(controller->machine);
+    if (rx_free(rx) == 0)
+        return false;
+    rx_spoil(rx);
+    return true;
 }
 
 static size_t hear(void *ctx, char *bytes, size_t size) {
@@ -47,14 +59,14 @@ static void left(void *ctx, bool lines_wait) {
     if (stops)
         net_hub_reset(&controller->hub);
     else if (controller->link_lost == LINK_LOST_FINISH)
-        (void)rx_put(&controller->machine->rx, JOG_CANCEL); /* what was sent is finished, but no jog */
+        (void)rx_put(machine_rx(controller->machine), JOG_CANCEL); /* what was sent is finished, but no jog */
     else
         machine_sender_lost(controller->machine, lines_wait);
 }
 
 static bool busy(void *ctx) {
     const struct controller *controller = ctx;
-    return controller->machine->stage != TASK_NONE || !machine_is_at_rest(controller->machine);
+    return machine_has_line(controller->machine) || !machine_is_at_rest(controller->machine);
 }
 
 static bool notice(void *ctx, unsigned number, char *text, size_t size) {
@@ -64,7 +76,8 @@ static bool notice(void *ctx, unsigned number, char *text, size_t size) {
 
 static enum net_gate_result login(void *ctx, uint64_t who, const char *password, size_t size) {
     struct controller *controller = ctx;
-    return net_gate_try(&controller->gate, who, password, size, hal_time_us(controller->machine->hal));
+    return net_gate_try(&controller->gate, who, password, size,
+                        hal_time_us(machine_hal(controller->machine)));
 }
 
 /* An answer longer than the buffer goes to the hub in pieces. */
@@ -87,6 +100,8 @@ static void say(void *ctx, const char *bytes, size_t count) {
 void controller_init(struct controller *controller, struct machine *machine,
                      const struct net_hub_sizes *sizes) {
     static const struct net_hub_ops ops = {.put = put,
+                                           .lost = lost,
+                                           .spoil = spoil,
                                            .hear = hear,
                                            .act = act,
                                            .event = forget_event,
@@ -177,7 +192,7 @@ static void read_clients(struct net_hub *hub) {
 }
 
 static void ask_sometimes(struct controller *controller) {
-    uint32_t now_us = hal_time_us(controller->machine->hal);
+    uint32_t now_us = hal_time_us(machine_hal(controller->machine));
     if (now_us - controller->asked_us < ASK_EVERY_US)
         return;
     controller->asked_us = now_us;

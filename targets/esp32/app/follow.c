@@ -8,13 +8,13 @@ static void apply_pulse(struct follow *follow) {
 /* Beside the interrupts of the inputs, not between them. */
 static void apply_levels(void *arg) {
     const struct follow *follow = arg;
-    const struct settings *settings = &follow->machine->settings;
+    const struct settings *settings = machine_settings(follow->machine);
     inputs_set_levels(&follow->hal->inputs, settings->limit_invert, settings->probe_invert);
 }
 
 static void apply(struct follow *follow) {
-    const struct machine_board *board = &follow->machine->board;
-    const struct settings *settings = &follow->machine->settings;
+    const struct machine_board *board = machine_board(follow->machine);
+    const struct settings *settings = machine_settings(follow->machine);
     apply_pulse(follow);
     step_engine_invert(follow->pins, settings->step_invert_mask, settings->dir_invert_mask);
     if (board->motion_side == NULL)
@@ -31,11 +31,8 @@ void follow_init(struct follow *follow, struct machine *machine, struct hal *hal
 }
 
 void follow_poll(struct follow *follow) {
-    const struct settings *now = &follow->machine->settings, *before = &follow->applied;
-    bool changed = now->step_pulse_us != before->step_pulse_us ||
-                   now->step_invert_mask != before->step_invert_mask ||
-                   now->dir_invert_mask != before->dir_invert_mask ||
-                   now->limit_invert != before->limit_invert || now->probe_invert != before->probe_invert;
-    if (changed && machine_is_standing(follow->machine))
+    const struct settings *now = machine_settings(follow->machine);
+    if (settings_differ(now, &follow->applied, SETTING_AFFECTS_SIGNALS) &&
+        machine_is_standing(follow->machine))
         apply(follow);
 }

@@ -8,6 +8,7 @@
 #include "hal/esp32_hal.h"
 #include "hal/step_engine.h"
 #include "machine/machine.h"
+#include "settings/settings.h"
 
 struct follow {
     struct machine *machine;

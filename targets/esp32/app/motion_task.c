@@ -66,8 +66,8 @@ static void IRAM_ATTR pump_poll(void) {
 
 static void IRAM_ATTR run(void *unused) {
     (void)unused;
-    motion.good =
-        step_engine_attach(&motion.machine->step) && inputs_attach(&motion.hal->inputs, motion.machine);
+    motion.good = step_engine_attach(machine_step(motion.machine)) &&
+                  inputs_attach(&motion.hal->inputs, motion.machine);
     (void)esp_task_wdt_add(NULL);
     xTaskNotifyGive(motion.starts);
     while (motion.good) {

@@ -65,7 +65,7 @@ static const struct pin_wire *rival(const struct pin_map *map, const struct pin_
 static void refuse(struct pin_wire *wire, const struct row *row, const struct pin_moves *moves,
                    const char *why) {
     char text[112];
-    snprintf(text, sizeof text, "%s: GPIO%u cannot be %s, %s; the board's pin stays", row->key,
+    snprintf(text, sizeof text, "%s: GPIO%u cannot be %s: %s. The board's own pin is used", row->key,
              (unsigned)wire->gpio, row->signal, why);
     moves->tell(moves->ctx, text);
     wire->gpio = row->board;
@@ -78,7 +78,7 @@ static unsigned settle(struct pin_map *map, const struct pin_moves *moves) {
     for (size_t i = 0; i < ROWS; i++) {
         struct pin_wire *wire = find(map, rows[i].signal);
         if (wire->gpio != rows[i].board && rival(map, wire) != NULL) {
-            refuse(wire, &rows[i], moves, "another signal has it");
+            refuse(wire, &rows[i], moves, "another signal uses it");
             refused++;
             i = (size_t)-1;
         }
@@ -95,7 +95,7 @@ unsigned pin_map_move(struct pin_map *map, const struct pin_moves *moves) {
             continue;
         wire->gpio = gpio;
         if (!pin_map_is_free(gpio, rows[i].output)) {
-            refuse(wire, &rows[i], moves, "this board has it for something else, or the pin cannot");
+            refuse(wire, &rows[i], moves, "the board uses it otherwise, or the pin does not support it");
             refused++;
         }
     }

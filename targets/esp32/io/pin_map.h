@@ -32,7 +32,7 @@ struct pin_moves {
     void *ctx;
 };
 
-/** The board's own wiring. */
+/** Board default wiring. */
 void pin_map_init(struct pin_map *map);
 
 /** Move signals to the pins that are stored (keys of protocol/nvs.toml; 255: unwired). A pin that cannot do

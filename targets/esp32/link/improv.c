@@ -248,16 +248,19 @@ static long filter_read(const struct net_stream *stream, char *bytes, size_t siz
     watch_join(improv, now_us);
     watch_scan(improv, now_us);
     flush(improv);
-    long count = improv->inner.ops->read(&improv->inner, raw, most < sizeof raw ? most : sizeof raw);
+    long count = improv->inner.ops->read(&improv->inner, bytes, most < sizeof raw ? most : sizeof raw);
     if (count <= 0)
         return count;
     if (improv->count > NAME_SIZE && now_us - improv->heard_us >= PACKET_US)
         improv->count = 0;
     improv->heard_us = now_us;
+    if (improv->count == 0 && memchr(bytes, name[0], (size_t)count) == NULL)
+        return count; /* nearly always */
+    memcpy(raw, bytes, (size_t)count);
     size_t given = 0;
     for (long i = 0; i < count; i++) {
         if (improv->count == 0 && raw[i] != name[0])
-            bytes[given++] = raw[i]; /* nearly all of them */
+            bytes[given++] = raw[i];
         else
             given += take(improv, (uint8_t)raw[i], bytes + given);
     }

@@ -39,7 +39,7 @@ struct improv_ops {
     /** @param[out] address  where the board is found in that network, at most IMPROV_TEXT_MAX with its NUL
      *  @return false: not connected */
     bool (*joined)(void *ctx, char *address);
-    /** Look for networks. @return false: not now */
+    /** Search for networks. @return false: not now */
     bool (*scan)(void *ctx);
     /** What the last look has found. @param index  0 is the strongest
      *  @param[out] network  of IMPROV_NETWORK */

@@ -19,6 +19,7 @@
 #include "io/lines.h"
 #include "link/improv.h"
 #include "link/serial_stream.h"
+#include "machine/parts.h"
 #include "net/access.h"
 #include "net/network.h"
 #include "net/page.h"
@@ -140,7 +141,7 @@ static void start_encoder(void) {
     if (wire[ENCODER_A].gpio == GPIO_NONE || wire[ENCODER_B].gpio == GPIO_NONE)
         return;
     if (!encoder_init(&hal.encoder, wire))
-        tell("The spindle's encoder did not start");
+        tell("Cannot start the spindle encoder");
     else if (wire[ENCODER_INDEX].gpio != GPIO_NONE)
         inputs_add_index(&hal.inputs, &hal.encoder, &wire[ENCODER_INDEX]);
 }
@@ -159,10 +160,10 @@ static void start_hal(void) {
     inputs_init(&hal.inputs, inputs, &roles);
     hal.inputs.locked = safe_mode;
     if (!outputs_init(&hal.outputs, outputs))
-        tell("Spindle PWM did not start");
+        tell("Cannot start the spindle PWM");
     start_encoder();
     if (!step_engine_init(&hal.step, &step_pins))
-        tell("This board's step pins or timer are impossible, nothing moves");
+        tell("Invalid step pins or step timer: motion is disabled");
     start_led(); /* of the RMT's channels it gets what is left */
 }
 
@@ -246,15 +247,15 @@ static void start_machine(enum nvs_start kept) {
     machine_init(&machine, &board, &hal, &hal.step, &out);
     follow_init(&follow, &machine, &hal, &step_pins);
     if (kept == NVS_START_ERASED)
-        tell("The storage could not be read and was erased: all settings are defaults");
+        tell("Cannot read the storage: erased, all settings are at their defaults");
     if (kept == NVS_START_FAILED)
-        tell("The storage does not work: nothing is kept over a power cut");
+        tell("Storage failure: settings are lost at power-off");
     if (safe_mode)
-        tell("Safe mode after three crashes in a row: nothing moves until the power is switched off and on");
+        tell("Safe mode after three crashes in a row: motion is disabled until a power cycle");
     else if (motion_task_start(&machine, &hal))
         machine.board.motion_side = &motion_task_side;
     else
-        tell("The motion side did not start, nothing moves");
+        tell("Cannot start the motion task: motion is disabled");
 }
 
 /* ---- the controller's task ---- */
@@ -263,7 +264,7 @@ static void start_machine(enum nvs_start kept) {
 static const char *lock_machine(void *ctx) {
     (void)ctx;
     if (!machine_is_at_rest(&machine))
-        return "the machine moves: wait for its end, or stop it";
+        return "the machine is moving: wait until it stops, or stop it";
     hal.inputs.locked = true;
     return NULL;
 }
@@ -287,8 +288,8 @@ static enum nvs_text read_text(void *ctx, const char *key, char *text, size_t si
 static void load_access(void) {
     static const struct access_ops ops = {.read = read_text, .random = chip_random};
     if (access_load(password, &ops, NULL) == ACCESS_LOST)
-        tell("The password of network clients cannot be read: none gets in. Write the storage anew by USB: "
-             "wificnc nvs build, wificnc nvs flash");
+        tell("Cannot read the stored password, so network logins are disabled. "
+             "Write the storage again over USB: wificnc nvs build, wificnc nvs flash");
 }
 
 static const struct session_ops wire_ops = {.send = net_wire_send, .random = chip_random};
@@ -308,7 +309,7 @@ static void start_wire(void) {
     int error;
     if (controller_serve_wire(&controller, &options, &wire_ops, &error))
         return;
-    snprintf(text, sizeof text, "The binary protocol did not start, error %d", error);
+    snprintf(text, sizeof text, "Cannot start WMC3, error %d", error);
     tell(text);
 }
 
@@ -319,7 +320,7 @@ static void start_network(void) {
     int error;
     has_network = network_start(&store);
     if (!has_network) {
-        tell("Neither WiFi nor Ethernet did start");
+        tell("Cannot start WiFi or Ethernet");
         return;
     }
     snprintf(text, sizeof text, "Own network: %s password: %s", network_name(), wifi_own_password());
@@ -329,11 +330,11 @@ static void start_network(void) {
     services_start(&services, &controller.gate.lockout, password, &flash, TELNET_PORT);
     start_wire();
     if (!controller_listen(&controller, NULL, "23", &error)) {
-        snprintf(text, sizeof text, "Telnet did not start, error %d", error);
+        snprintf(text, sizeof text, "Cannot start Telnet, error %d", error);
         tell(text);
     }
     if (!page_start(&controller.hub, NULL, network_name(), "80", &error)) {
-        snprintf(text, sizeof text, "The page did not start, error %d", error);
+        snprintf(text, sizeof text, "Cannot start the web page, error %d", error);
         tell(text);
     }
 }
@@ -346,14 +347,14 @@ static void tell_address(void) {
     if (address == told)
         return;
     told = address;
-    snprintf(text, sizeof text, "Address %u.%u.%u.%u or %s.local: port 23, and a page for browsers",
+    snprintf(text, sizeof text, "Address %u.%u.%u.%u or %s.local: Grbl at port 23, web page at port 80",
              (unsigned)(address & 0xFF), (unsigned)(address >> 8 & 0xFF), (unsigned)(address >> 16 & 0xFF),
              (unsigned)(address >> 24), network_name());
     tell(address != 0 ? text : "No network");
 }
 
 static enum led_state led_state(void) {
-    if (machine.state == MACHINE_ALARM || safe_mode)
+    if (machine_state(&machine) == MACHINE_ALARM || safe_mode)
         return LED_ALARM;
     if (controller.hub.owner == NULL)
         return LED_DISCONNECTED;

@@ -21,7 +21,7 @@ const char *network_name(void);
 /** [any task] A network was stored: join it, now. */
 void network_join_stored(void);
 
-/** [any task] Look for networks. @return false: one looks already, or there is no WiFi */
+/** [any task] Search for networks. @return false: one looks already, or there is no WiFi */
 bool network_scan(void);
 
 /** [any task, one at a time] What the last look has found. @param index  0 is the strongest

@@ -70,7 +70,7 @@ static bool get_hex(const char *text, uint8_t *bytes, size_t count) {
 
 bool ota_connect(struct ota *ota, const struct net_stream *stream, const uint8_t nonce[OTA_NONCE_SIZE],
                  uint32_t now_us) {
-    static const char busy[] = "ERROR another upload is under way\n";
+    static const char busy[] = "ERROR another upload is in progress\n";
     char text[OTA_LINE_SIZE];
     if (ota->state != OTA_FREE) {
         stream->ops->write(stream, busy, sizeof busy - 1);
@@ -99,7 +99,7 @@ static const char *read_request(struct ota *ota, char *line, uint32_t now_us) {
         !get_hex(line + digest_at, ota->digest, SHA256_SIZE) || !get_hex(mac_text + 1, mac, SHA256_SIZE))
         return "expected SIZE SHA256 MAC";
     if (!lockout_may_try(ota->lockout, ota->stream.peer, now_us))
-        return "wrong passwords came before: wait, then again";
+        return "too many wrong passwords: wait, then try again";
     *mac_text = '\0';
     int length = snprintf(message, sizeof message, "%s %s", ota->nonce, line);
     sha256_hmac(ota->password, strlen(ota->password), message, (size_t)length, wanted);
@@ -113,7 +113,7 @@ static void take_line(struct ota *ota, uint32_t now_us) {
     ota->line[ota->line_size] = '\0';
     const char *why = read_request(ota, ota->line, now_us);
     if (why == NULL && ota->size <= OTA_HEADER_SIZE)
-        why = "this is no firmware, it is too small";
+        why = "not a firmware image: too small";
     if (why == NULL)
         why = ota->ops->begin(ota->ctx, ota->size);
     if (why != NULL) {
@@ -131,11 +131,11 @@ static void take_line(struct ota *ota, uint32_t now_us) {
 static const char *judge(const struct ota *ota) {
     const uint8_t *header = ota->header;
     if (header[0] != IMAGE_MAGIC)
-        return "this is no firmware of an ESP32";
+        return "not an ESP32 firmware image";
     if ((header[CHIP_ID_AT] | header[CHIP_ID_AT + 1] << 8) != ota->image.chip_id)
         return "this firmware is for another chip";
     if (strncmp((const char *)header + NAME_AT, ota->image.project, NAME_SIZE) != 0)
-        return "this is the firmware of something else";
+        return "firmware of another product";
     return NULL;
 }
 
@@ -162,7 +162,7 @@ static void finish(struct ota *ota) {
     uint8_t digest[SHA256_SIZE];
     sha256_end(&ota->sha, digest);
     if (!sha256_is_equal(digest, ota->digest)) {
-        refuse(ota, "the image came in damaged: its SHA-256 differs");
+        refuse(ota, "the received image is damaged: its SHA-256 differs");
         return;
     }
     ota->state = OTA_PARTS; /* end() leaves nothing to be called off */
@@ -179,7 +179,7 @@ static void take_image(struct ota *ota, const uint8_t *bytes, size_t count) {
     char text[24];
     size_t before = ota->taken, left = ota->size - ota->taken;
     if (count > left) {
-        refuse(ota, "more came than was announced");
+        refuse(ota, "received more bytes than announced");
         return;
     }
     const char *why = keep(ota, bytes, count);

@@ -71,8 +71,8 @@ struct ota {
 void ota_init(struct ota *ota, const struct ota_ops *ops, void *ctx, const struct ota_image *image,
               struct lockout *lockout, const char *password);
 
-/** A connection. @param nonce  random @return false: another upload is under way; the stream was told so and
- *  closed */
+/** A connection. @param nonce  random @return false: another upload is in progress; the stream was told so
+ * and closed */
 bool ota_connect(struct ota *ota, const struct net_stream *stream, const uint8_t nonce[OTA_NONCE_SIZE],
                  uint32_t now_us);
 

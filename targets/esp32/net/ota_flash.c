@@ -13,7 +13,7 @@ static const char *begin(void *ctx, size_t size) {
     const struct ota_flash *flash = ctx;
     update.slot = esp_ota_get_next_update_partition(NULL);
     if (update.slot == NULL)
-        return "this flash has no second slot: update by USB";
+        return "the flash has no second slot: update over USB";
     if (size > update.slot->size)
         return "the image is larger than its slot";
     const char *why = flash->lock(flash->ctx);
@@ -35,8 +35,8 @@ static const char *end(void *ctx) {
     const struct ota_flash *flash = ctx;
     flash->unlock(flash->ctx);
     if (esp_ota_end(update.handle) != ESP_OK)
-        return "the image is no firmware that can start";
-    return esp_ota_set_boot_partition(update.slot) == ESP_OK ? NULL : "the new slot cannot be chosen";
+        return "the image is not a bootable firmware";
+    return esp_ota_set_boot_partition(update.slot) == ESP_OK ? NULL : "cannot select the new slot";
 }
 
 static void abort_it(void *ctx) {

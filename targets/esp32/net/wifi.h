@@ -36,7 +36,7 @@ struct wifi_network {
 
 enum { WIFI_NETWORKS = 16 };
 
-/** [the network task] Look for networks; WIFI_EVENT_SCAN_DONE says when it has. @return false: not now */
+/** [the network task] Search for networks; WIFI_EVENT_SCAN_DONE says when it has. @return false: not now */
 bool wifi_scan(void);
 
 /** [the network task, behind that event] @param[out] found  the strongest first, each name once @return how

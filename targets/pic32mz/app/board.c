@@ -97,6 +97,7 @@ struct machine_board board_machine(void) {
     return (struct machine_board){
         .timer_hz = BOARD_TIMER_HZ,
         .step_pulse_ns = BOARD_STEP_PULSE_NS,
+        .default_pulse_us = BOARD_DEFAULT_PULSE_US,
         .dir_setup_ns = BOARD_DIR_SETUP_NS,
         .max_step_rate_hz = BOARD_MAX_STEP_RATE_HZ,
         .axis_count = BOARD_AXIS_COUNT,

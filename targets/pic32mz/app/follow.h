@@ -5,6 +5,7 @@
 
 #include "hal/pic32mz_hal.h"
 #include "machine/machine.h"
+#include "settings/settings.h"
 
 struct follow {
     struct machine *machine;

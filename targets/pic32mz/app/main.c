@@ -7,6 +7,7 @@
 #include "chip/system.h"
 #include "hal/pic32mz_hal.h"
 #include "link/uart3.h"
+#include "machine/parts.h"
 #include "store/nvm.h"
 
 #define US_PER_MS      1000u
@@ -71,8 +72,8 @@ static void start_machine(void) {
     board.motion_side = &motion_side;
     machine_init(&machine, &board, &hal, &hal.step, &out);
     follow_init(&follow, &machine, &hal);
-    uart_init(&machine.rx);
-    step_engine_attach(&machine.step);
+    uart_init(machine_rx(&machine));
+    step_engine_attach(machine_step(&machine));
     inputs_attach(&hal.inputs, &machine);
 }
 

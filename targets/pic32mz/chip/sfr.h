@@ -75,6 +75,7 @@
 #define USTA_URXEN    (1u << 12)
 #define USTA_UTXEN    (1u << 10)
 #define USTA_UTXBF    (1u << 9)
+#define USTA_FERR     (1u << 2)
 #define USTA_OERR     (1u << 1)
 #define USTA_URXDA    (1u << 0)
 #define USTA_TX_EMPTY (2u << 14) /* UTXISEL: interrupt while the transmit FIFO is empty */

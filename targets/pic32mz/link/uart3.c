@@ -37,14 +37,21 @@ void uart_init(struct rx *rx) {
     interrupt_enable(IRQ_U3_RX);
 }
 
-/* The flag stands as long as bytes wait, so it is cleared after them. An overrun has lost what came after the
- * eight bytes of the FIFO. */
+/* The flag stands as long as bytes wait, so it is cleared after them. USTA_FERR belongs to the byte that is
+ * read next: one without its stop bit means nothing, not even a real-time command. An overrun has lost what
+ * came after the eight bytes of the FIFO. */
 void on_uart_rx(void) {
-    while ((U3STA & USTA_URXDA) != 0)
-        rx_put_or_lose(uart.rx, (uint8_t)U3RXREG);
-    if ((U3STA & USTA_OERR) != 0) {
+    uint32_t status;
+    while (((status = U3STA) & USTA_URXDA) != 0) {
+        const uint8_t byte = (uint8_t)U3RXREG;
+        if ((status & USTA_FERR) == 0)
+            rx_put_or_lose(uart.rx, byte);
+        else
+            rx_gap(uart.rx, RX_UNFRAMED);
+    }
+    if ((status & USTA_OERR) != 0) {
         SFR_CLR(U3STA_ADDRESS) = USTA_OERR;
-        rx_gap(uart.rx);
+        rx_gap(uart.rx, RX_OVERRUN);
     }
     interrupt_clear(IRQ_U3_RX);
 }

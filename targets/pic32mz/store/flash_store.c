@@ -1,9 +1,12 @@
 /* SPDX-License-Identifier: MIT */
 #include "store/flash_store.h"
 
+#include "settings/store.h"
 #include "store/flash_page.h"
 
 #include <string.h>
+
+_Static_assert(STORE_BATCH_SIZE <= sizeof(((struct flash_work *)0)->bytes), "a batch can be laid out");
 
 static size_t load(const void *ctx, uint8_t key, void *bytes, size_t size) {
     const struct flash_store *store = ctx;

@@ -7,6 +7,7 @@
 #include "freertos/FreeRTOS.h"
 #include "freertos/queue.h"
 
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
@@ -16,6 +17,21 @@ typedef enum { UART_PARITY_DISABLE } uart_parity_t;
 typedef enum { UART_STOP_BITS_1 = 1 } uart_stop_bits_t;
 typedef enum { UART_HW_FLOWCTRL_DISABLE } uart_hw_flowcontrol_t;
 typedef enum { UART_SCLK_DEFAULT } uart_sclk_t;
+
+typedef enum {
+    UART_DATA,
+    UART_BREAK,
+    UART_BUFFER_FULL,
+    UART_FIFO_OVF,
+    UART_FRAME_ERR,
+    UART_PARITY_ERR,
+} uart_event_type_t;
+
+typedef struct {
+    uart_event_type_t type;
+    size_t size;
+    bool timeout_flag;
+} uart_event_t;
 
 typedef struct {
     int baud_rate;
@@ -32,5 +48,7 @@ esp_err_t uart_param_config(uart_port_t port, const uart_config_t *config);
 esp_err_t uart_set_rx_full_threshold(uart_port_t port, int threshold);
 esp_err_t uart_set_rx_timeout(uart_port_t port, uint8_t symbols);
 esp_err_t uart_get_tx_buffer_free_size(uart_port_t port, size_t *size);
+esp_err_t uart_enable_intr_mask(uart_port_t port, uint32_t mask);
+esp_err_t uart_get_buffered_data_len(uart_port_t port, size_t *size);
 int uart_read_bytes(uart_port_t port, void *bytes, uint32_t length, TickType_t ticks);
 int uart_write_bytes(uart_port_t port, const void *bytes, size_t size);

@@ -9,4 +9,5 @@ typedef struct QueueDefinition *QueueHandle_t;
 
 QueueHandle_t xQueueCreate(UBaseType_t length, UBaseType_t item_size);
 BaseType_t xQueueSend(QueueHandle_t queue, const void *item, TickType_t ticks);
+UBaseType_t uxQueueSpacesAvailable(QueueHandle_t queue);
 BaseType_t xQueueReceive(QueueHandle_t queue, void *item, TickType_t ticks);
