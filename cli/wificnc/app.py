@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib
 import os
 import sys
+import traceback
 from typing import Any
 
 import rich_click as click
@@ -12,33 +13,46 @@ import rich_click as click
 from wificnc import __version__, ui
 from wificnc.errors import Exit, UserError
 
-# name -> (module under wificnc.commands, short help); a module is imported only when its command runs or shows help.
-COMMANDS: dict[str, tuple[str, str]] = {
-    "boards": ("boards", "List, show and check boards."),
-    "pins": ("pins", "Generate pin_config.h of a board."),
-    "page": ("page", "Generate page_files.h, with which a firmware carries the page."),
-    "build": ("build", "Build the firmware of a board, or the host controller."),
-    "flash": ("flash", "Write the firmware to a board, by USB or over the network."),
-    "nvs": ("nvs", "Make, write, read and compare what an ESP32 has stored."),
-    "wifi": ("wifi", "Let a board join a WiFi network."),
-    "discover": ("discover", "Find controllers in this network."),
-    "doctor": ("doctor", "Say what is missing here, and how to get it."),
-    "sim": ("sim", "Run a G-code job through the real core in virtual time."),
-    "check": ("check", "Check a G-code job before it runs, on the machine's own planner."),
-    "expand": ("expand", "Write the plain lines that a program with O words executes."),
-    "serve": ("serve", "Be a controller in real time, for any Grbl sender."),
-    "send": ("send", "Stream a G-code job to a controller."),
-    "status": ("status", "Show where a machine stands and what it does."),
-    "jog": ("jog", "Move a machine by hand."),
-    "home": ("home", "Find the machine's zero."),
-    "probe": ("probe", "Move until the probe touches."),
-    "unlock": ("unlock", "Leave an alarm."),
-    "settings": ("settings", "Read, change, keep and compare settings."),
-    "monitor": ("monitor", "Talk to a controller by hand."),
-    "wmc3": ("wmc3", "Be a host of the binary protocol."),
-    "release": ("release", "Make what people download, from what has been built."),
-    "linuxcnc": ("linuxcnc", "Configure LinuxCNC for a controller."),
+# group of the help -> name -> (module under wificnc.commands, short help); a module is imported only when its command
+# runs or shows help.
+GROUPS: dict[str, dict[str, tuple[str, str]]] = {
+    "Machine": {
+        "discover": ("discover", "Find controllers on the network."),
+        "status": ("status", "Show position and state, and why the machine is locked or held."),
+        "home": ("home", "Run the homing cycle."),
+        "unlock": ("unlock", "End an alarm without homing."),
+        "jog": ("jog", "Jog the machine."),
+        "probe": ("probe", "Move until the probe touches."),
+        "settings": ("settings", "Read, change, export, import and compare settings."),
+        "monitor": ("monitor", "Open a terminal to a controller."),
+        "serve": ("serve", "Run a simulated controller in real time, for any Grbl sender."),
+    },
+    "Job": {
+        "check": ("check", "Check a G-code job before it runs, on the machine's own planner."),
+        "sim": ("sim", "Run a G-code job through the real core in virtual time."),
+        "send": ("send", "Stream a G-code job to a controller."),
+        "expand": ("expand", "Expand a program with O words to plain G-code lines."),
+    },
+    "Board": {
+        "boards": ("boards", "List, show and check boards."),
+        "pins": ("pins", "Generate pin_config.h of a board."),
+        "flash": ("flash", "Write the firmware to a board, by USB or over the network."),
+        "wifi": ("wifi", "Connect a board to a WiFi network."),
+        "nvs": ("nvs", "Make, write, read and compare the storage of an ESP32."),
+    },
+    "Firmware": {
+        "build": ("build", "Build the firmware of a board, or the simulator."),
+        "release": ("release", "Make a release from what has been built."),
+        "doctor": ("doctor", "Check this computer's tools and ports, and how to install what is missing."),
+    },
+    "Protocol": {
+        "wmc3": ("wmc3", "Control a device by the binary protocol (WMC3)."),
+        "linuxcnc": ("linuxcnc", "Configure LinuxCNC for a controller."),
+    },
 }
+# What only builds call.
+PLUMBING = {"page": ("page", "Generate page_files.h, with which a firmware carries the page.")}
+COMMANDS = {name: command for group in (*GROUPS.values(), PLUMBING) for name, command in group.items()}
 
 
 class LazyGroup(click.RichGroup):
@@ -54,11 +68,17 @@ class LazyGroup(click.RichGroup):
         command: click.Command = module.command
         command.name = cmd_name
         command.short_help = COMMANDS[cmd_name][1]
+        command.hidden = cmd_name in PLUMBING
         return command
 
 
 @click.group(cls=LazyGroup, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
 @click.version_option(__version__, prog_name="wificnc")
+@click.rich_config(
+    help_config={
+        "command_groups": {"wificnc": [{"name": name, "commands": list(shown)} for name, shown in GROUPS.items()]}
+    }
+)
 def root() -> None:
     """WiFiCNC turns a US$5 board into a CNC motion controller."""
 
@@ -74,8 +94,10 @@ def main(argv: list[str] | None = None) -> Any:
         sys.exit(err.exit_code)
     except BrokenPipeError:
         sys.exit(Exit.OK)
-    except OSError as err:
-        if err.filename is None:
-            raise
-        ui.error(UserError(f"{os.fsdecode(err.filename)}: {err.strerror}"))
-        sys.exit(Exit.USAGE)
+    except Exception as err:
+        if isinstance(err, OSError) and err.filename is not None:
+            ui.error(UserError(f"{os.fsdecode(err.filename)}: {err.strerror}"))
+            sys.exit(Exit.USAGE)
+        traceback.print_exc()
+        ui.error(UserError("internal error of wificnc", hint="please report it with the text above"))
+        sys.exit(Exit.BUG)

@@ -82,7 +82,7 @@ def platformio(environment: Mapping[str, str] = os.environ) -> Iterator[Finding]
     if missing:
         what = f"{found}; not yet downloaded: {', '.join(missing)}"
         yield Finding(
-            "PlatformIO", "missing", what, "the first `wificnc build` of a board does it", "build of an ESP32"
+            "PlatformIO", "missing", what, "the first `wificnc build` of a board downloads them", "build of an ESP32"
         )
     else:
         yield Finding("PlatformIO", "good", found)
@@ -106,13 +106,13 @@ def serial_ports(
     """Boards that are plugged in, and whether this user may talk to them."""
     found = ports()
     if not found:
-        fix = "plug it in by a cable that carries data; on Linux `dmesg` shows whether the computer noticed"
-        yield Finding("board", "missing", "no board is plugged in", fix, "flash, wifi, monitor")
+        fix = "connect it with a data cable; on Linux `dmesg` shows whether the computer detected it"
+        yield Finding("board", "missing", "no board is connected", fix, "flash, wifi, monitor")
     for port in found:
         if (may_use or _may_use)(port.device):
             yield Finding("board", "good", f"{port.device}  {port.title}")
         else:
-            yield Finding("board", "wrong", f"{port.device}: you may not use it", _right_to_ports())
+            yield Finding("board", "wrong", f"{port.device}: no permission to use it", _right_to_ports())
 
 
 def _may_use(device: str) -> bool:
@@ -123,4 +123,4 @@ def _right_to_ports() -> str:
     """The group that owns serial ports here."""
     group = "uucp" if Path("/etc/arch-release").exists() else "dialout"
     tool = "usermod" if shutil.which("usermod") else "adduser"
-    return f"sudo {tool} -aG {group} $USER, then log in anew"
+    return f"sudo {tool} -aG {group} $USER, then log in again"

@@ -1,4 +1,4 @@
-"""Errors that are the user's to mend, each with its exit code. Anything else that escapes is a bug."""
+"""Errors that the user can fix, each with its exit code. Anything else that escapes is a bug."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ class Exit(IntEnum):
     """Process exit codes; the only place where they are written."""
 
     OK = 0
-    JOB = 1  # the job ran, and something in it was wrong
+    JOB = 1
     USAGE = 2
     BOARD = 3
     DEVICE = 4
@@ -19,8 +19,25 @@ class Exit(IntEnum):
     BUG = 70
 
 
+# For the table in docs/errors.md.
+EXIT_WORDS: dict[Exit, str] = {
+    Exit.OK: "done, and nothing is wrong",
+    Exit.JOB: "refused by the controller (an error, an alarm, a state in which it takes no commands, another client "
+    "in control, a password), or the job is wrong or was stopped; a comparison has found a difference, a search "
+    "nothing",
+    Exit.USAGE: "the command line, a file that it names, or a machine profile",
+    Exit.BOARD: "a board file",
+    Exit.DEVICE: "the link: the controller cannot be reached, does not answer, was reset or went away; "
+    "a port or a device is missing",
+    Exit.BUILD: "a compiler or a source is missing, a build or a release failed",
+    Exit.FLASH: "a chip cannot be written or read",
+    Exit.PROTOCOL: "the other end answers, but not as a controller does, or its answers match no line",
+    Exit.BUG: "an error in this program, with a traceback: please report it",
+}
+
+
 class UserError(Exception):
-    """What went wrong, in words of the user's world, and how to mend it."""
+    """What is wrong, and how to fix it."""
 
     exit_code: Exit = Exit.USAGE
 

@@ -24,7 +24,7 @@ def run(
         0: the files are fresh (now); 1: --check found a stale one.
     """
     parser = argparse.ArgumentParser(prog=f"python -m {module}", description=doc)
-    parser.add_argument("--check", action="store_true", help="write nothing, fail when a file is stale")
+    parser.add_argument("--check", action="store_true", help="write nothing, fail if a file is stale")
     check: bool = parser.parse_args(argv).check
     texts = make()
     old = stale(texts, root)

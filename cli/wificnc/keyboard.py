@@ -17,7 +17,9 @@ if sys.platform != "win32":
 
 
 class Keyboard:
-    """Keys from a terminal, when stdin is one, and Ctrl-C, SIGTERM and SIGHUP always, as keys.
+    """Keys from a terminal, when stdin is one, and Ctrl-C, SIGTERM and SIGHUP as keys.
+
+    SIGHUP and SIGINT stay ignored when they are at the start: `nohup wificnc send` outlives its terminal.
 
     A context manager, for the main thread.
     """
@@ -33,7 +35,8 @@ class Keyboard:
         os.set_blocking(self._wake_read, False)
         os.set_blocking(self._wake_write, False)
         for name, key in (("SIGINT", CTRL_C), ("SIGTERM", TERMINATED), ("SIGHUP", TERMINATED)):
-            if (number := getattr(signal, name, None)) is not None:
+            number = getattr(signal, name, None)
+            if number is not None and (name == "SIGTERM" or signal.getsignal(number) is not signal.SIG_IGN):
                 self._saved_handlers[number] = signal.signal(number, self._handler(key))
         if self.interactive:
             self._saved_terminal = termios.tcgetattr(sys.stdin)

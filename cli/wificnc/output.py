@@ -16,7 +16,7 @@ STDOUT = Path("-")
 def check_suffix(option: str, path: Path, known: Sequence[str]) -> None:
     """Raises UserError when the suffix does not say what to write."""
     if path.suffix.lower() not in known:
-        raise UserError(f"{option} {path}: I can write {', '.join(known[:-1])} and {known[-1]}")
+        raise UserError(f"{option} {path}: supported formats are {', '.join(known[:-1])} and {known[-1]}")
 
 
 def why_not_writable(path: Path, makes_folders: bool = False) -> str:
@@ -29,9 +29,9 @@ def why_not_writable(path: Path, makes_folders: bool = False) -> str:
     while makes_folders and not folder.exists() and folder != folder.parent:
         folder = folder.parent
     if not folder.exists():
-        return f"there is no folder {folder}"
+        return f"folder not found: {folder}"
     if not folder.is_dir():
-        return f"{folder} is no folder"
+        return f"{folder} is not a folder"
     return "" if os.access(folder, os.W_OK) else f"the folder {folder} is write-protected"
 
 

@@ -8,7 +8,7 @@ from wificnc.board.abilities import ability_rows
 from wificnc.board.labels import PinRow, notes, pin_rows
 from wificnc.board.model import Board
 from wificnc.board.problem import RULES
-from wificnc.board.rules import ALLOWABLE
+from wificnc.board.rules import ALLOWABLE, pulse_rate_hz
 
 GENERATED = "<!-- Written by `python -m wificnc.board.generate` from the board files. Do not edit. -->"
 _PICTURES = "pinout"
@@ -78,12 +78,18 @@ def _facts(board: Board) -> Iterator[str]:
     if memory.flash_mb:
         yield f"- Flash: {_sizes(memory.flash_mb)}; PSRAM: {_sizes(memory.psram_mb)}"
     yield (
-        f"- Steps: up to {timing.max_step_rate_hz // 1000} kHz, pulse {timing.step_pulse_ns} ns, direction "
-        f"{timing.dir_setup_ns} ns before it, timer tick {1e9 / timing.timer_hz:g} ns"
+        f"- Steps: up to {timing.max_step_rate_hz // 1000} kHz, pulse {timing.step_pulse_ns} ns{_starts(board)}, "
+        f"direction {timing.dir_setup_ns} ns before it, timer tick {1e9 / timing.timer_hz:g} ns"
     )
     yield f"- Published map: {board.source.map}"
     url = f" (<{board.source.url}>)" if board.source.url else ""
     yield f"- Board: {board.source.board}{url}"
+
+
+def _starts(board: Board) -> str:
+    """With the $0 of a new board, where that is not the board's shortest pulse."""
+    us = board.timing.default_pulse_us
+    return f" ($0 starts at {us} us, which leaves {pulse_rate_hz(board):,} steps/s)" if us else ""
 
 
 def _sizes(sizes_mb: Sequence[int]) -> str:
@@ -105,7 +111,7 @@ def _pin_table(rows: Sequence[PinRow]) -> str:
 def _allowed(rows: Sequence[PinRow]) -> Iterator[str]:
     cells = [[f"`{row.pin}`", row.label, rule, reason] for row in rows for rule, reason in row.allow.items()]
     if cells:
-        yield "Risks taken, and why they are none here:"
+        yield "Accepted risks, and why they are safe here:"
         yield table_text(["pin", "signal", "rule", "why it is safe"], cells)
 
 
@@ -125,9 +131,9 @@ _INTRO = """{generated}
 
 # Boards
 
-What is wired where, what a pin is besides, which risks were taken, and where our map differs from the published one.
-The same from the command line: `wificnc boards list`, `wificnc boards show BOARD`, `wificnc boards show BOARD --picture
-OUT.svg`. How to add a board: [boards/README.md](../boards/README.md).
+Wiring of each board, other functions of its pins, accepted risks, and differences from the published pin map.
+On the command line: `wificnc boards list`, `wificnc boards show BOARD`, `wificnc boards show BOARD --picture
+OUT.svg`. To add a board: [boards/README.md](../boards/README.md).
 
 {table}
 
@@ -144,19 +150,19 @@ _README = """{generated}
 
 # boards/
 
-One TOML file per board: what it wires. What the pins of a chip can do stands in `targets/*/pins*.toml`, and nowhere
+One TOML file per board: what it wires. The capabilities of a chip's pins are in `targets/*/pins*.toml`, and nowhere
 else.
 
 {table}
 
-## A board of your own
+## Add your own board
 
 1. Copy the nearest file; its name without `.toml` is the board's id. Editors that know `#:schema` complete the keys.
 2. Write a pin as the chip's table names it: `step = "GPIO1"`, or with more to say
    `estop = {{ pin = "GPIO13", pull = "up", active = "low" }}`.
 3. `wificnc boards check FILE` lists every problem with its line, the reason and the pins that would be legal.
-4. A risk that your wiring takes away is allowed with the reason: `allow = {{ strapping = "why it is safe" }}`. The
-   table says which rules can be. An allow that suppresses nothing is an error, so none outlives its cause.
+4. A risk that your wiring excludes is allowed with a reason: `allow = {{ strapping = "why it is safe" }}`. The
+   table says which rules can be. An allow that suppresses nothing is an error.
 5. `wificnc boards show FILE --picture pinout.svg` draws it; `wificnc pins FILE` writes the header the firmware is built
    with.
 6. For a board that goes into this folder: `python -m wificnc.board.generate` rewrites this page, `docs/boards.md`, the

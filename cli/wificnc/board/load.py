@@ -33,7 +33,7 @@ def board_path(ref: str | Path) -> Path:
     if ref not in known:
         meant = closest(ref, known)
         hint = f"did you mean {meant}?" if meant else f"boards: {', '.join(known)}; or give the path of a TOML file"
-        raise BoardError(f"there is no board {ref!r}", hint)
+        raise BoardError(f"unknown board {ref!r}", hint)
     return known[ref]
 
 
@@ -76,7 +76,7 @@ def _chip_of(file: BoardFile, source: TomlFile) -> Chip:
     if (file.target, file.chip) in chips:
         return chips[file.target, file.chip]
     known = " or ".join(f'target = "{target}", chip = "{chip}"' for target, chip in chips)
-    reason = f"there is no pin table for chip {file.chip!r} of target {file.target!r}"
+    reason = f"no pin table for chip {file.chip!r} of target {file.target!r}"
     raise FileProblems(locate([Finding("unknown-chip", ("chip",), reason, known)], source))
 
 

@@ -64,7 +64,10 @@ class Timing(Strict):
     """The step timer and the defaults of the step pulses."""
 
     timer_hz: int = Field(ge=1_000_000, le=100_000_000, description="step timer, ticks per second")
-    step_pulse_ns: int = Field(ge=100, le=50_000, description="step high time, and at least the same low")
+    step_pulse_ns: int = Field(ge=100, le=50_000, description="shortest step high time, and at least the same low")
+    default_pulse_us: int = Field(
+        default=0, ge=0, le=255, description="what $0 starts at, for drivers that want more; left out: step_pulse_ns"
+    )
     dir_setup_ns: int = Field(ge=0, le=50_000, description="direction stable before a step")
     max_step_rate_hz: int = Field(ge=1_000, le=2_000_000, description="fastest steps of one axis")
 
@@ -93,7 +96,7 @@ class Motor(Strict):
 class Axis(Motor):
     """An axis: its motor, and at the other side of a gantry perhaps a second one that makes the same steps."""
 
-    second: Motor | None = Field(default=None, description="second motor, squared at homing by switches of its own")
+    second: Motor | None = Field(default=None, description="second motor, squared at homing by its own switches")
 
 
 class AxisSet(Strict):
@@ -185,7 +188,7 @@ class Deviation(Strict):
     """Where this map differs from the published one."""
 
     key: str = Field(description="the key in this file, such as axis.b.dir or input.misc[2]")
-    published: str = Field(description='what the published map has there; "none" when it has nothing')
+    published: str = Field(description='the pin in the published map; "none" if the map has none')
     why: Reason
 
 
@@ -217,7 +220,7 @@ class BoardFile(Strict):
     led: Led | None = None
     ethernet: Ethernet | None = None
     serial: Serial | None = None
-    note: Annotated[tuple[str, ...], LooseTuple] = Field(default=(), description="what a user must know before wiring")
+    note: Annotated[tuple[str, ...], LooseTuple] = Field(default=(), description="notes for the user before wiring")
     header: Annotated[tuple[Header, ...], LooseTuple] = ()
     deviation: Annotated[tuple[Deviation, ...], LooseTuple] = ()
 

@@ -42,6 +42,7 @@ RULES = {
     "step-engine": "what makes the step pulses has a channel for every axis",
     "timer-hz": "the step timer can count at this rate",
     "timer-tick": "pulse times are whole timer ticks",
+    "default-pulse": "$0 starts at no less than the board's shortest pulse",
     "pulse-timing": "pulse, pause and direction set-up fit into the shortest step",
     "unknown-allow": "only rules about risks can be allowed",
     "stale-allow": "an allow suppresses something",

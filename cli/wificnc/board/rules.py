@@ -59,7 +59,7 @@ def _check_allow(use: Use, broken: set[str]) -> Iterator[Finding]:
             yield Finding(
                 "unknown-allow",
                 path,
-                "is no rule that can be allowed",
+                "is not a rule that can be allowed",
                 f"did you mean {meant}?" if meant else f"these can: {', '.join(ALLOWABLE)}",
             )
         elif rule not in broken:
@@ -91,7 +91,7 @@ def _capability(board: BoardFile, chip: Chip, use: Use) -> Iterator[Finding]:
 
 def _pull(board: BoardFile, chip: Chip, use: Use) -> Iterator[Finding]:
     if not chip.pin[use.pin].can_pull(use.pull):
-        reason = f'{use.pin} has no pull-{use.pull} resistor inside; fit one on the wiring and write pull = "none"'
+        reason = f'{use.pin} has no internal pull-{use.pull} resistor; fit one in the wiring and write pull = "none"'
         yield Finding("no-pull", use.path, reason)
 
 
@@ -103,7 +103,7 @@ def _taken(board: BoardFile, chip: Chip, use: Use) -> Iterator[Finding]:
 
 def _brought_out(board: BoardFile, chip: Chip, use: Use) -> Iterator[Finding]:
     if not _is_reachable(board, use.pin):
-        reason = f"{use.pin} is on no header of this board, nothing can be wired to it"
+        reason = f"{use.pin} is not on a header of this board and cannot be wired"
         yield Finding("not-brought-out", use.path, reason)
 
 
@@ -129,12 +129,12 @@ def _boot_level(board: BoardFile, chip: Chip, use: Use) -> Iterator[Finding]:
 def _shared_function(board: BoardFile, chip: Chip, use: Use) -> Iterator[Finding]:
     pin = chip.pin[use.pin]
     if pin.usb:
-        yield Finding("usb", use.path, f"{use.pin} is {pin.usb}: the USB port stops working as soon as the pin is used")
+        yield Finding("usb", use.path, f"{use.pin} is {pin.usb}: the USB port does not work when the pin is used")
     if pin.console:
         reason = f"{use.pin} is {pin.console}: the boot messages, the console and the flasher use it"
         yield Finding("console", use.path, reason)
     if pin.debug:
-        reason = f"{use.pin} is {pin.debug}: a debugger on that pin and this wiring exclude each other"
+        reason = f"{use.pin} is {pin.debug}: a debugger cannot be used with this wiring"
         yield Finding("debug", use.path, reason)
 
 
@@ -185,7 +185,7 @@ def _one_kind_of_limit(board: BoardFile, chip: Chip) -> Iterator[Finding]:
             yield Finding(
                 "limit-kind",
                 ("axis", *((name[0], "second") if name.endswith("2") else (name,)), "limit"),
-                "stands beside limit_min or limit_max",
+                "cannot be used together with limit_min or limit_max",
                 "one switch or one line for both ends: limit; a line for each end: limit_min and limit_max",
             )
 
@@ -201,7 +201,7 @@ def _second_switch(board: BoardFile, chip: Chip) -> Iterator[Finding]:
             yield Finding(
                 "second-switch",
                 ("axis", letter, "second"),
-                "is a second motor, but the two have not a limit or a home switch each, so homing cannot square them",
+                "is a second motor, but not both motors have a limit or a home switch, so homing cannot square them",
                 "wire a limit (or a home) to both motors, or both drivers to one pair of step and direction pins",
             )
 
@@ -209,9 +209,7 @@ def _second_switch(board: BoardFile, chip: Chip) -> Iterator[Finding]:
 def _second_motor(board: BoardFile, chip: Chip) -> Iterator[Finding]:
     for letter, axis in board.axis.wired().items():
         if axis.second and board.target != "host":
-            reason = (
-                f"the firmware of the {chip.name} makes no steps for a second motor; only the simulated machine does"
-            )
+            reason = f"the firmware of the {chip.name} does not support a second motor; only the simulator does"
             hint = "wire both drivers to one pair of step and direction pins"
             yield Finding("second-motor", ("axis", letter, "second"), reason, hint)
 
@@ -285,6 +283,22 @@ def _timer(board: BoardFile, chip: Chip) -> Iterator[Finding]:
             yield Finding("timer-tick", ("timing", key), reason, f"next whole tick: {whole:g} ns")
 
 
+def pulse_rate_hz(board: BoardFile, pulse_us: int = 0) -> int:
+    """Steps a second with $0 at this. @param pulse_us  0: as the board starts"""
+    timing = board.timing
+    own_us = ceil(timing.step_pulse_ns / 1000)
+    wanted_us = pulse_us or max(timing.default_pulse_us, own_us)
+    pulse_ns = timing.step_pulse_ns if wanted_us == own_us else 1000 * wanted_us
+    return min(timing.max_step_rate_hz, NS_PER_S // (2 * pulse_ns + step_spread_ns(board)))
+
+
+def _default_pulse(board: BoardFile, chip: Chip) -> Iterator[Finding]:
+    timing = board.timing
+    if timing.default_pulse_us and 1000 * timing.default_pulse_us < timing.step_pulse_ns:
+        reason = f"$0 cannot start at {timing.default_pulse_us} us: the shortest pulse is {timing.step_pulse_ns} ns"
+        yield Finding("default-pulse", ("timing", "default_pulse_us"), reason, "leave it out, or make it longer")
+
+
 def _pulse_timing(board: BoardFile, chip: Chip) -> Iterator[Finding]:
     timing = board.timing
     period_ns = NS_PER_S / timing.max_step_rate_hz
@@ -305,7 +319,7 @@ def _pulse_timing(board: BoardFile, chip: Chip) -> Iterator[Finding]:
 def _deviations(board: BoardFile, chip: Chip) -> Iterator[Finding]:
     for index, deviation in enumerate(board.deviation):
         if board.value_of(deviation.key) == deviation.published:
-            reason = f"{deviation.key} is {deviation.published} here too: nothing deviates"
+            reason = f"{deviation.key} is {deviation.published} here too: this is not a deviation"
             yield Finding("stale-deviation", ("deviation", index), reason, "remove it, or correct its key")
 
 
@@ -322,6 +336,7 @@ BOARD_RULES: tuple[BoardRule, ...] = (
     _header_names,
     _timer,
     _pulse_timing,
+    _default_pulse,
     _deviations,
 )
 
@@ -348,7 +363,7 @@ def _is_clean(board: BoardFile, chip: Chip, use: Use, pin: str) -> bool:
 def _free_pins_hint(board: BoardFile, chip: Chip, use: Use) -> str:
     pins = free_pins(board, chip, use)
     if not pins:
-        return f"no free pin of this board can take {use.signal} without an allow"
+        return f"no free pin of this board is allowed for {use.signal} without an allow"
     more = f" and {len(pins) - HINT_PINS_MAX} more" if len(pins) > HINT_PINS_MAX else ""
     return f"free and legal for {use.signal}: {', '.join(pins[:HINT_PINS_MAX])}{more}"
 

@@ -29,7 +29,7 @@ def start_text(board: Board) -> str:
     return "\n".join(
         [
             _HEAD.format(generated=GENERATED, board=board, firmware="esp32" if is_esp32 else "pic32mz"),
-            _WIRING.format(board=board, notes=warning or "Nothing special.", pins=_pins(board)),
+            _WIRING.format(board=board, notes=warning or "None.", pins=_pins(board)),
             (_ESP32 if is_esp32 else _PIC32MZ).format(
                 board=board, boot=BOOT_HINT, console=CONSOLE, tx=pins.get("console TX"), rx=pins.get("console RX")
             ),
@@ -64,8 +64,8 @@ _HEAD = """{generated}
 `{board.id}`: {board.summary}.
 
 **The firmware has not been run on this board yet**: what has been checked, and how, is in
-[{firmware}.md](../{firmware}.md). Let the motors' supply off until the last section, and keep a hand at its
-switch.
+[{firmware}.md](../{firmware}.md). Leave the motor supply switched off until the last section, and keep its switch
+within reach.
 """
 
 _WIRING = """## 1. Wire it
@@ -76,24 +76,24 @@ _WIRING = """## 1. Wire it
 
 {pins}
 
-Active low is on when the pin is at ground. Limit switches and e-stop are read as said here; `$5` and `$6`
-turn limits and probe around. [boards.md](../boards.md#{board.id}) has every pin and the risks.
+Active low: on when the pin is at ground. Limit switches and e-stop are read as in this table; `$5` and `$6`
+invert limits and probe. [boards.md](../boards.md#{board.id}) has every pin and the risks.
 """
 
 _ESP32 = """## 2. Write the firmware
 
 ```
 pip install wificnc
-wificnc doctor                     # what is missing here, and how to get it
+wificnc doctor                     # checks the tools and ports of this computer
 wificnc flash {board.id}
 ```
 
-The package of a release carries the firmware; from a checkout, `pip install -e '.[esp]'` and `wificnc build
-{board.id}` come first. `wificnc flash` finds the board at its USB port, and refuses a chip or a memory that
+The package of a release includes the firmware; from a checkout, `pip install -e '.[esp]'` and `wificnc build
+{board.id}` come first. `wificnc flash` finds the board at its USB port, and refuses a chip or a memory type that
 is not this board's. If it cannot connect: {boot}. The flasher page does the same in Chrome or Edge, with
 nothing installed.
 
-`wificnc monitor --to {console}` shows what the controller says: `Grbl 1.1h ['$' for help]`, then the name
+`wificnc monitor --to {console}` shows the output of the controller: `Grbl 1.1h ['$' for help]`, then the name
 and the password of its own network. (Windows: `serial://COM5`.)
 """
 
@@ -101,65 +101,65 @@ _PIC32MZ = """## 2. Write the firmware
 
 ```
 pip install wificnc
-wificnc doctor                     # what is missing here, and how to get it
+wificnc doctor                     # checks the tools and ports of this computer
 wificnc flash {board.id} --dry-run    # the exact command
 wificnc flash {board.id}
 ```
 
-The package of a release carries the HEX; from a checkout, `apt-get install gcc-mipsel-linux-gnu` and
-`wificnc build {board.id}` come first. It is written by the board's own USB bootloader, ourselves
+The package of a release includes the HEX file; from a checkout, `apt-get install gcc-mipsel-linux-gnu` and
+`wificnc build {board.id}` come first. It is written through the board's USB bootloader, by `wificnc`
 (`pip install hidapi`, `--tool uhb`) or by mikro_hb; or by a programmer, with pic32prog or MPLAB IPE.
 
-The serial port is UART 3 (TX {tx}, RX {rx}) at 115200 baud. `wificnc monitor --to {console}` shows what the
-controller says: `Grbl 1.1h ['$' for help]`. (Windows: `serial://COM5`.)
+The serial port is UART 3 (TX {tx}, RX {rx}) at 115200 baud. `wificnc monitor --to {console}` shows the output of the
+controller: `Grbl 1.1h ['$' for help]`. (Windows: `serial://COM5`.)
 """
 
-_NETWORK = """## 4. Bring it into the network
+_NETWORK = """## 4. Connect it to the network
 
 ```
 wificnc wifi set "My network"      # over USB; asks for the password
 wificnc discover                   # wificnc-1a2b  tcp://192.168.1.20:23
 ```
 
-Until then it has a network of its own, `WiFiCNC-XXXX`, where it is 192.168.4.1.{ethernet} It says its
+Until then it opens its own network, `WiFiCNC-XXXX`, with the address 192.168.4.1.{ethernet} It prints its
 address on the serial ports whenever that changes. Senders connect to TCP port 23.
 """
 
-_ETHERNET = " With a W5500 and a cable it takes Ethernet instead of WiFi."
+_ETHERNET = " With a W5500 and a cable it uses Ethernet instead of WiFi."
 
-_MACHINE_ESP32 = """## 3. Tell it about the machine
+_MACHINE_ESP32 = """## 3. Set up the machine
 
 ```
-wificnc nvs build shapeoko3 --board {board.id}     # or a machine profile of your own: examples/machines
+wificnc nvs build shapeoko3 --board {board.id}     # or your own machine profile: examples/machines
 wificnc nvs flash nvs.bin
 ```
 
-That replaces all that is stored. Or by hand: `$100` to `$105` steps/mm, `$110` top speeds, `$120`
+This replaces all stored data. Or type the settings: `$100` to `$105` steps/mm, `$110` maximum speeds, `$120`
 accelerations, `$130` travels ([settings.md](../settings.md)).
 """
 
-_MACHINE = """## 3. Tell it about the machine
+_MACHINE = """## 3. Set up the machine
 
-`$100` to `$105` steps/mm, `$110` top speeds, `$120` accelerations, `$130` travels
+`$100` to `$105` steps/mm, `$110` maximum speeds, `$120` accelerations, `$130` travels
 ([settings.md](../settings.md)): typed into `wificnc monitor`, or `wificnc settings set
-'steps_per_mm.x=40'`. `wificnc settings export` keeps them in a file.
+'steps_per_mm.x=40'`. `wificnc settings export` saves them in a file.
 """
 
 _MOVES = """## The first moves
 
-Now the motors' supply.
+Switch on the motor supply.
 
 ```
 export WIFICNC_TO={console}     # or tcp://192.168.1.20
-wificnc monitor                               # type ? and press each switch by hand: |Pn:X must name it
+wificnc monitor                               # type ? and press each switch: |Pn:X must show it
 wificnc unlock                                # if it is locked
-wificnc jog X1 --feed 100                     # the wrong way: $3
+wificnc jog X1 --feed 100                     # wrong direction: $3
 ```
 
-1. A switch that shows while it is open: `$5=1`. One that never shows: [troubleshooting](../troubleshooting.md).
-2. An axis that moves twice as far: its steps/mm. One that whines and does not turn: less speed and acceleration.
-3. Then the limits: `$21=1`; homing: `$22=1`, `$23` for axes that home towards their negative end, and
-   `wificnc home` with a hand at the switch. It homes Z, then X and Y. A switch on A, B or C needs a homing cycle:
+1. A switch is shown while it is open: `$5=1`. A switch is never shown: [troubleshooting](../troubleshooting.md).
+2. An axis moves twice as far: correct its steps/mm. A motor whines and does not turn: reduce speed and acceleration.
+3. Then the limits: `$21=1`; homing: `$22=1`, `$23` for axes that home towards their negative end, and `wificnc home`
+   with the supply switch within reach. It homes Z, then X and Y. A switch on A, B or C needs a homing cycle:
    `$46=8`, `$47=16`, `$48=32`.
 4. `wificnc send part.nc --dry-run`, then without it; other senders: [sender-setup.md](../sender-setup.md).
 """

@@ -18,7 +18,7 @@ from wificnc import __version__
 from wificnc.checked import paths
 from wificnc.errors import BuildError
 
-NO_SOURCES = "the controller's C sources are not here, and builds need them"
+NO_SOURCES = "the controller's C sources are missing, and builds need them"
 INSTALL_HINT = "install wificnc again; or git clone the WiFiCNC repository, then run `pip install -e .` in it"
 
 

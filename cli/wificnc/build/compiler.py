@@ -49,14 +49,14 @@ def locate_compiler(environment: Mapping[str, str] = os.environ) -> tuple[str, .
     if wanted := environment.get("CC", "").strip():
         argv = shlex.split(wanted)
         if shutil.which(argv[0], path=environment.get("PATH")) is None:
-            raise BuildError(f"there is no compiler {argv[0]!r}, which CC asks for", hint="unset CC, or mend it")
+            raise BuildError(f"compiler not found: {argv[0]!r} (from the variable CC)", hint="unset CC, or correct it")
         return tuple(argv)
     for name in CANDIDATES:
         if path := shutil.which(name, path=environment.get("PATH")):
             return (path,)
     if importlib.util.find_spec("ziglang") is not None:
         return (sys.executable, "-m", "ziglang", "cc")
-    raise BuildError("there is no C compiler on this machine", hint=NO_COMPILER_HINT)
+    raise BuildError("no C compiler found on this computer", hint=NO_COMPILER_HINT)
 
 
 def compiler_stamp(argv: tuple[str, ...]) -> list[object]:

@@ -79,7 +79,7 @@ def find_platformio(environment: Mapping[str, str] = os.environ) -> tuple[str, .
     found = str(beside) if beside.is_file() else shutil.which("pio", path=environment.get("PATH"))
     if found is None:
         raise BuildError(
-            "PlatformIO is not installed, and it builds the ESP32's firmware", hint="pip install platformio"
+            "PlatformIO is not installed; the ESP32 firmware is built with it", hint="pip install platformio"
         )
     return (found,)
 
@@ -117,7 +117,7 @@ def require_packages(core_dir: Path, answers: Callable[[], bool] = registry_answ
     missing = missing_packages(core_dir)
     if missing and not answers():
         raise BuildError(
-            f"PlatformIO's packages are not here ({', '.join(missing)}), and its registry cannot be reached",
+            f"PlatformIO's packages are missing ({', '.join(missing)}), and its registry cannot be reached",
             hint=f"connect to the internet for the first build; {STILL_WORKS}",
         )
 
@@ -150,7 +150,7 @@ def collect(plan: Plan, facts: Mapping[str, str]) -> list[Artefact]:
     for name in ARTEFACTS:
         made = plan.made / name
         if not made.is_file():
-            raise BuildError(f"PlatformIO says it has built {plan.board}, but there is no {made}")
+            raise BuildError(f"PlatformIO reported success for {plan.board}, but {made} is missing")
         shutil.copyfile(made, plan.output / name)
         content = made.read_bytes()
         artefacts.append(Artefact(name, len(content), hashlib.sha256(content).hexdigest()))

@@ -122,7 +122,7 @@ def build_program(sources: Sequence[Path], output: Path, variant: str = "release
 def variant_directory(root: Path, variant: str) -> Path:
     """build/host, and one directory under it for each other variant."""
     if variant not in VARIANTS:
-        raise BuildError(f"there is no variant {variant!r}", hint=f"one of: {', '.join(VARIANTS)}")
+        raise BuildError(f"unknown variant {variant!r}", hint=f"one of: {', '.join(VARIANTS)}")
     base = root / "build" / "host"
     return base if variant == "release" else base / variant
 

@@ -18,7 +18,7 @@ def arc_hint(arc: SurveyArc) -> str:
         return _radius_hint(arc, chord_mm)
     start_mm, end_mm = _radii(arc)
     if start_mm == 0:
-        return "the centre lies on the start point: give I, J or K of the centre"
+        return "the arc centre is the start point: give I, J or K of the centre"
     differ_mm = abs(start_mm - end_mm)
     mended = _mended_center(arc, chord_mm)
     words = " ".join(
@@ -32,7 +32,7 @@ def arc_hint(arc: SurveyArc) -> str:
 
 def _radius_hint(arc: SurveyArc, chord_mm: float) -> str:
     if chord_mm == 0:
-        return "start and end are one point, so R says nothing: a full circle needs I, J or K"
+        return "start and end are the same point, so R is ambiguous: a full circle needs I, J or K"
     least = _above(chord_mm / 2 / arc.unit_mm)
     return f"the ends are {chord_mm:.4f} mm apart: R{least} is the smallest that reaches"
 

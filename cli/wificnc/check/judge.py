@@ -84,7 +84,7 @@ def too_large(extents: Iterable[Extent]) -> Iterator[Finding]:
             unit = "mm" if extent.axis in "XYZ" else "deg"
             way = f"{extent.max_mm - extent.min_mm:.3f} {unit}"
             message = f"{extent.axis} moves over {way}; this machine's travel is {extent.travel_mm:g} {unit}"
-            yield Finding("travel", Severity.ERROR, 0, 0, message, "a smaller job, or in parts")
+            yield Finding("travel", Severity.ERROR, 0, 0, message, "make the job smaller, or split it")
 
 
 def slow(rows: Iterable[SurveyLine]) -> Iterator[Finding]:
@@ -130,9 +130,9 @@ def _slow(runs: list[_Run], asked_mm_s: float, motors: int) -> Finding:
         many = " and " in names
         message += f"{names} {'run at their' if many else 'runs at its'} maximum rate"
         settings = ", ".join(f"$11{bit}" for bit in range(len(AXES)) if motors >> bit & 1)
-        hint = f"a feed that {names} can keep, or a higher {settings}"
+        hint = f"use a feed that {names} can reach, or raise {settings}"
         return Finding("feed-rate", Severity.WARNING, *where, message, hint, _time(rows))
-    message += "the way is too short for the acceleration, or too bent"
+    message += "the path is too short or too curved for the acceleration"
     return Finding("feed-acceleration", Severity.NOTE, *where, message, None, _time(rows))
 
 
@@ -144,7 +144,9 @@ def remarks(warnings: Iterable[str]) -> Iterator[Finding]:
     """What the controller said by the way."""
     for text in warnings:
         if CLAMPED.match(text):
-            yield Finding("step-rate", Severity.WARNING, 0, 0, text, "less microstepping, or a board with more steps/s")
+            yield Finding(
+                "step-rate", Severity.WARNING, 0, 0, text, "use less microstepping, or a board with a higher step rate"
+            )
         else:
             yield Finding("message", Severity.NOTE, 0, 0, text)
 

@@ -7,10 +7,12 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from wificnc.board.load import load_board
+from wificnc.board.rules import pulse_rate_hz
 from wificnc.build.host import ensure_host_library
 from wificnc.check import judge
 from wificnc.check.finding import Finding, Severity
 from wificnc.errors import UserError
+from wificnc.job.program import read_program
 from wificnc.machine import load_machine
 from wificnc.machine.model import Machine
 from wificnc.protocol import load_settings
@@ -61,6 +63,7 @@ def check_job(options: CheckOptions, on_progress: Progress | None = None) -> Che
     zero = parse_work_zero(options.work_zero) if options.work_zero else None
     settings = tuple(parse_setting(text) for text in options.settings)
     text = read_job(options.file)
+    read_program(options.file.name, text)  # refuses what `wificnc send` refuses
     board = load_board(options.board)
     machine = load_machine(options.machine)
     check_axes(board, machine)
@@ -84,7 +87,7 @@ def check_job(options: CheckOptions, on_progress: Progress | None = None) -> Che
         machine=machine.name,
         board=board.id,
         work_zero=zero is not None,
-        step_rate_limit_hz=min(timing.max_step_rate_hz, 5e8 / timing.step_pulse_ns),
+        step_rate_limit_hz=pulse_rate_hz(board, machine.stepper.step_pulse_us or 0),
         extents=extents,
         findings=tuple(judge.ordered(_findings(result, text, machine, extents, zero is not None))),
     )
@@ -95,7 +98,7 @@ def parse_work_zero(text: str) -> str:
     words = WORD.findall(text)
     if not words or SEPARATORS.sub("", WORD.sub("", text)):
         raise UserError(
-            f"--work-zero {text!r} is no position",
+            f"--work-zero {text!r} is not a position",
             hint="like X-100Y-50Z-20: where the job's zero lies in machine coordinates",
         )
     return "G21G10L2P1" + "".join(f"{letter.upper()}{number}" for letter, number in words)

@@ -64,7 +64,7 @@ def _segments(elf: bytes) -> Iterator[tuple[int, int, int, int, int]]:
 
 def _check_elf(elf: bytes) -> None:
     if not elf.startswith(ELF_MAGIC):
-        raise BuildError("this is no 32-bit little-endian ELF file")
+        raise BuildError("not a 32-bit little-endian ELF file")
 
 
 # ---- Intel HEX ----

@@ -15,9 +15,9 @@ from wificnc.chip.machine import board_image, wired_chip
 from wificnc.chip.pins import SUFFIXES, PinTrace, drive_pins, pin_labels
 from wificnc.chip.virtual import CPU_HZ, VirtualChip
 from wificnc.errors import JobError, UserError
-from wificnc.job.program import CODE_CHARACTERS, MARK, code_of
+from wificnc.job.program import CODE_CHARACTERS, MARK, code_of, read_program
 from wificnc.output import Output, check_suffix
-from wificnc.sim.job import read_job, split_lines
+from wificnc.sim.job import read_job, simulated_text, split_lines
 from wificnc.sim.run import SimOptions, simulate
 
 IN_FLIGHT = 1000  # bytes on their way to a receive buffer of 1024
@@ -26,6 +26,9 @@ BOOT_S = 0.05
 PATIENCE_S = 3600.0  # of the chip's time without an answer
 STEP = struct.Struct("<QBB6x")
 ALARM = re.compile(r"ALARM:\d+(?=\r)")
+STILL_S = 1.0  # without a step: at rest
+SETTING = re.compile(r"\$(\d+)=(\d+(?:\.\d+)?)")
+STEP_PULSE_US, STEP_INVERT, DIRECTION_INVERT = 0, 2, 3  # $0 $2 $3
 
 Progress = Callable[[int, int], None]
 Look = Callable[[], None]  # called as time passes
@@ -47,7 +50,7 @@ class ChipResult:
     errors: tuple[str, ...]  # "line 12: error:20"
     seconds: float  # from the first step to the last one
     events: int
-    position_steps: tuple[int, ...]  # where the motors stand
+    position_steps: tuple[int, ...]  # of the axes, as the controller counts: $3 does not change the sign
     first_difference: int | None  # step event at which the host's simulation does another; None: all are the same
     same_path: bool  # each axis makes the host's steps in the host's order, whenever that is
 
@@ -63,30 +66,76 @@ def run_on_chip(
         JobError: the file cannot be read, or a line is never answered.
         ChipFault: the image does what no chip may.
     """
-    lines = [_wire(line) for line in split_lines(read_job(options.file))]
+    text = read_job(options.file)
+    read_program(options.file.name, text)  # refuses what `wificnc send` refuses
+    lines = [_wire(line) for line in split_lines(simulated_text(text)[0])]
     pace = pace or Pace()
     with wired_chip(board, board_image(board)) as chip:
         chip.cpu_speed(pace.cpu)
         chip.serial_speed(pace.wire)
         chip.run(BOOT_S)
         chip.read()
+        steps = _Steps(chip, len(board.axes), board.timing.step_pulse_ns)
         for line in settings:
-            (answer,) = _stream(chip, [line], look=lambda: None)
+            (answer,) = _stream(steps, [line], look=lambda: None)
             if answer != "ok":
                 raise UserError(f"the controller refuses {line}: {answer}")
-        chip.steps()
         drive_pins(chip, board, options.at)
         with _tracing(chip, board, options.trace) as look:
-            answers = _stream(chip, lines, look, progress)
+            answers = _stream(steps, lines, look, progress)
             _rest(chip, len(board.axes), look)
-        steps = list(STEP.iter_unpack(chip.steps()))
-        position = tuple(chip.position(axis) for axis in range(len(board.axes)))
+        steps.take()
     errors = tuple(f"line {number}: {said}" for number, said in enumerate(answers, 1) if said != "ok")
-    seconds = (steps[-1][0] - steps[0][0]) / (CPU_HZ * pace.cpu) if steps else 0.0
+    seconds = (steps.cycles[-1] - steps.cycles[0]) / (CPU_HZ * pace.cpu) if steps.cycles else 0.0
     host = _host_steps(options)
-    made = [(mask, direction) for _, mask, direction in steps]
-    same_path = paths(made, len(position)) == paths(host, len(position))
-    return ChipResult(len(answers), errors, seconds, len(steps), position, difference(host, made), same_path)
+    way = paths(steps.made, len(board.axes))
+    position = tuple(len(axis) - 2 * sum(axis) for axis in way)
+    same_path = way == paths(host, len(board.axes))
+    first = difference(host, steps.made)
+    return ChipResult(len(answers), errors, seconds, len(steps.made), position, first, same_path)
+
+
+class _Steps:
+    """The chip's step events as the controller means them: `$2` and `$3` turn levels of wires, and no way.
+
+    A motor steps at the rising edge. With `$2` that is the end of the pulse, so an event of inverted and other axes
+    comes as two, a pulse apart; the next event is at least two pulses away.
+    """
+
+    def __init__(self, chip: VirtualChip, axes: int, pulse_ns: int) -> None:
+        self.chip = chip
+        self.axes = axes
+        self.made: list[tuple[int, int]] = []  # axes, directions
+        self.cycles: list[int] = []
+        self._pulse_s = 1e-9 * pulse_ns
+        self._late = 0  # axes that step at the end of the pulse
+        self._inverted = 0
+
+    def take(self) -> None:
+        """Those since the last call."""
+        pulse = 1.5 * self._pulse_s * self.chip.cpu_hz
+        for cycle, mask, direction in STEP.iter_unpack(self.chip.steps()):
+            direction = (direction ^ self._inverted) & mask
+            second = self.made and not mask & ~self._late and not self.made[-1][0] & self._late
+            if second and cycle - self.cycles[-1] < pulse:
+                self.made[-1] = (self.made[-1][0] | mask, self.made[-1][1] | direction)
+                continue
+            self.made.append((mask, direction))
+            self.cycles.append(cycle)
+
+    def set_up(self, line: str) -> None:
+        """A setting is in force; an edge that `$2` makes at rest is no step."""
+        found = SETTING.fullmatch(line)
+        if found is None:
+            return
+        self.chip.steps()
+        number, value = int(found[1]), float(found[2])
+        if number == STEP_PULSE_US:
+            self._pulse_s = 1e-6 * value
+        elif number == STEP_INVERT:
+            self._late = int(value)
+        elif number == DIRECTION_INVERT:
+            self._inverted = int(value)
 
 
 @contextmanager
@@ -116,20 +165,41 @@ def _wire(line: bytes) -> str:
     return "".join(chr(byte) if byte in CODE_CHARACTERS else '"' for byte in code)
 
 
-def _stream(chip: VirtualChip, lines: list[str], look: Look, progress: Progress | None = None) -> list[str]:
-    """By character counting. @return answers"""
+def _stream(steps: _Steps, lines: list[str], look: Look, progress: Progress | None = None) -> list[str]:
+    """By character counting; a $ line alone, when the axes stand. @return answers"""
     waiting: list[int] = []
     answers: list[str] = []
-    said = _answers(chip, look)
+    said = _answers(steps.chip, look)
+    may_move = False
     for line in lines:
-        while waiting and sum(waiting) + len(line) + 1 > IN_FLIGHT:
+        alone = line.startswith("$")
+        while waiting and (alone or sum(waiting) + len(line) + 1 > IN_FLIGHT):
             answers.append(next(said))
             waiting.pop(0)
             if progress:
                 progress(len(answers), len(lines))
-        chip.write(line.encode("latin-1") + b"\n")
+        if alone:
+            if may_move:
+                _stand(steps, look)
+            steps.take()
+        steps.chip.write(line.encode("latin-1") + b"\n")
+        may_move = not SETTING.fullmatch(line)
         waiting.append(len(line) + 1)
+        if alone:
+            waiting.clear()
+            answers.append(next(said))
+            if answers[-1] == "ok":
+                steps.set_up(line)
     return answers + [next(said) for _ in waiting]
+
+
+def _stand(steps: _Steps, look: Look) -> None:
+    """Until no motor has moved for a while. What is said meanwhile is left to be read."""
+    before: list[int] = []
+    while (now := [steps.chip.position(axis) for axis in range(steps.axes)]) != before:
+        before = now
+        steps.chip.run(STILL_S)
+        look()
 
 
 def _answers(chip: VirtualChip, look: Look) -> Iterator[str]:
@@ -157,7 +227,7 @@ def _rest(chip: VirtualChip, axes: int, look: Look) -> None:
     said = ""
     while (now := [chip.position(axis) for axis in range(axes)]) != before:
         before = now
-        chip.run(1.0)
+        chip.run(STILL_S)
         look()
         said += chip.read().decode("latin-1")
         if alarm := ALARM.search(said):

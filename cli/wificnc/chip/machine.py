@@ -18,7 +18,7 @@ OLD_STORE_SIZE = 0x8000  # without the page for a copy: firmware up to November 
 def board_image(board: Board) -> tuple[Block, ...]:
     """The very HEX that would be flashed, built when stale. Raises BuildError."""
     if board.target != "pic32mz":
-        raise BuildError(f"board {board.id} has no image that runs in the virtual PIC32MZ")
+        raise BuildError(f"board {board.id} has no image for the virtual PIC32MZ")
     return read_hex(build_pic32mz(board).hex.read_text())
 
 

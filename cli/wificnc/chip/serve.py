@@ -54,7 +54,7 @@ class ChipServer:
 
     def __init__(self, options: ServeOptions) -> None:
         if options.control is not None or options.wmc3 is not None:
-            raise ServeError("--control and --wmc3 are not there for a chip: it has a serial port alone")
+            raise ServeError("--control and --wmc3 are not available for a chip: it has a serial port only")
         self.options = options
         self.tcp: str | None = None
         self.control: str | None = None
@@ -212,7 +212,7 @@ class ChipServer:
             link.symlink_to(self.device)
         except OSError as err:
             self.device = None
-            what = "there is something already" if err.errno == errno.EEXIST else os.strerror(err.errno or 0)
+            what = "the name is already in use" if err.errno == errno.EEXIST else os.strerror(err.errno or 0)
             raise ServeError(f"--pty {link}: {what}", hint="choose another name") from err
 
     def _set(self, line: str) -> None:

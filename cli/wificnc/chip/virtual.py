@@ -133,6 +133,7 @@ _PROTOTYPES: dict[str, tuple[Any, tuple[Any, ...]]] = {
     "mz_cpu_speed": (None, (_CHIP, c_uint32)),
     "mz_set_timing": (None, (_CHIP, POINTER(_Timing))),
     "mz_uart_put": (c_size_t, (_CHIP, c_char_p, c_size_t)),
+    "mz_uart_put_unframed": (c_size_t, (_CHIP, c_char_p, c_size_t)),
     "mz_uart_speed": (None, (_CHIP, c_uint32)),
     "mz_uart_waiting": (c_size_t, (_CHIP,)),
     "mz_uart_get": (c_size_t, (_CHIP, c_char_p, c_size_t)),
@@ -262,6 +263,10 @@ class VirtualChip:
     def write(self, data: bytes) -> None:
         """Bytes for the receiver, as fast as its baud rate allows."""
         self._library.mz_uart_put(self._chip, data, len(data))
+
+    def write_unframed(self, data: bytes) -> None:
+        """Bytes without their stop bit: noise, a break (a 0), another baud rate."""
+        self._library.mz_uart_put_unframed(self._chip, data, len(data))
 
     @property
     def unread(self) -> int:

@@ -25,7 +25,7 @@ class OutputFile(click.Path):
         path = Path(value)
         if path == STDOUT:
             if not self._stdout:
-                self.fail("- is stdout, and this needs the name of a file", param, ctx)
+                self.fail("- is stdout, and this option needs a file name", param, ctx)
         elif why := why_not_writable(path, self._makes_folders):
             self.fail(f"cannot write {path}: {why}", param, ctx)
         return path
@@ -40,9 +40,9 @@ class OutputFolder(click.Path):
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         path = Path(value)
         if path == STDOUT:
-            self.fail("- is stdout, and this needs the name of a folder", param, ctx)
+            self.fail("- is stdout, and this option needs a folder name", param, ctx)
         if path.exists() and not path.is_dir():
-            self.fail(f"{path} is there, and is no folder", param, ctx)
+            self.fail(f"{path} exists and is not a folder", param, ctx)
         if not path.is_dir() and (why := why_not_writable(path, makes_folders=True)):
             self.fail(f"cannot make the folder {path}: {why}", param, ctx)
         return path

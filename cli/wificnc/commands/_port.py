@@ -15,7 +15,7 @@ from wificnc.flash.ports import choose_port, usb_ports
 
 port_option = click.option(
     "--port", envvar="WIFICNC_PORT", show_envvar=True, metavar="PORT",
-    help="Serial port of the board; without it the only one there is.",
+    help="Serial port of the board; default: the only one found.",
 )  # fmt: skip
 
 

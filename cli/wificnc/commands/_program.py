@@ -16,7 +16,7 @@ from wificnc.sim.job import Progress as OnProgress
 
 max_lines_option = click.option(
     "--max-lines", type=click.IntRange(min=1, max=2**32 - 1), default=LINES_MAX, show_default=True, metavar="N",
-    help="Lines that a program with O words may execute, against endless loops.",
+    help="Maximum lines that a program with O words may execute (stops endless loops).",
 )  # fmt: skip
 
 

@@ -22,7 +22,7 @@ _to = click.option(
     metavar="TARGET",
     help=f"The controller: tcp://[:PASSWORD@]HOST[:{DEFAULT_PORT}] or serial:///dev/ttyUSB0[?baud=115200].",
 )
-_take = click.option("--take", is_flag=True, help="Take the controller over from a client that commands it now.")
+_take = click.option("--take", is_flag=True, help="Take control from the client that is in control now.")
 
 
 def target_option(function: FunctionT) -> FunctionT:

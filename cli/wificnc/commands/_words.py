@@ -25,5 +25,5 @@ def some_axes(ctx: click.Context, param: click.Parameter, values: tuple[str, ...
     """At most one word of each axis."""
     words = tuple(axis_word(value) for value in values)
     if len({word[0] for word in words}) < len(words):
-        raise click.BadParameter("an axis stands there twice")
+        raise click.BadParameter("an axis is given twice")
     return words

@@ -15,6 +15,7 @@ from wificnc.board.labels import PinRow, notes, pin_rows
 from wificnc.board.load import check_board, find_boards, load_board
 from wificnc.board.model import Board
 from wificnc.board.picture import ROLE_COLOURS, save_picture
+from wificnc.board.rules import pulse_rate_hz
 from wificnc.checked.problem import Problem
 from wificnc.commands._output import OutputFile
 from wificnc.errors import Exit
@@ -46,7 +47,7 @@ def list_boards(as_json: bool) -> None:
 @click.option("--json", "as_json", is_flag=True, help="Write JSON.")
 @click.option("--picture", type=OutputFile(stdout=False), help="Draw the pin-out as .svg or .png.")
 def show_board(board_ref: str, as_json: bool, picture: Path | None) -> None:
-    """Show what a board wires."""
+    """Show the wiring of a board."""
     board = load_board(board_ref)
     if picture:
         save_picture(board, picture)
@@ -62,7 +63,7 @@ def show_board(board_ref: str, as_json: bool, picture: Path | None) -> None:
 @click.option("--json", "as_json", is_flag=True, help="Write JSON.")
 @click.pass_context
 def check_boards(ctx: click.Context, board_refs: tuple[str, ...], as_json: bool) -> None:
-    """Check boards, all of them by default. Exit code 3 when there is a problem."""
+    """Check boards, all of them by default. Exit code 3 if there is a problem."""
     refs: list[str | Path] = [*board_refs] or [*find_boards()]
     problems = [problem for ref in refs for problem in check_board(ref)]
     if as_json:
@@ -126,6 +127,8 @@ def _print_board(board: Board) -> None:
     timing = board.timing
     chip = f"{board.pins.name}, {board.pins.memory[board.memory.mode]}"
     pulse = f"pulse {timing.step_pulse_ns} ns, direction {timing.dir_setup_ns} ns before it"
+    if us := timing.default_pulse_us:
+        pulse += f"; $0 starts at {us} us, which leaves {pulse_rate_hz(board):,} steps/s"
     ui.data.print(f"[bold]{escape(board.name)}[/]  ({board.id})")
     ui.data.print(f"{escape(board.summary)}.", escape(chip), sep="\n")
     ui.data.print(f"axes {''.join(board.axes)}, up to {timing.max_step_rate_hz // 1000} k steps/s, {pulse}", end="\n\n")

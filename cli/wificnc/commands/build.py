@@ -34,42 +34,42 @@ USED = re.compile(r"^(RAM|Flash):.*\((used .*)\)$")
     "--release/--debug",
     "release",
     default=None,
-    help="What people run (the default), or what helps to find faults: of boards with an ESP32, and of the host.",
+    help="Release (the default) or debug build: for ESP32 boards and the simulator.",
 )
-@click.option("--variant", type=click.Choice(list(VARIANTS)), help="Of the host: also with sanitizers.")
+@click.option("--variant", type=click.Choice(list(VARIANTS)), help="Simulator only: also with sanitizers.")
 @click.option("--cc", type=click.Choice(["gcc", "zig"]),
-              help="Of a PIC32MZ: the compiler. Without this, gcc where there is one.")  # fmt: skip
-@click.option("--clean", is_flag=True, help="Of a board: forget what was built before, then build all.")
-@click.option("-v", "--verbose", is_flag=True, help="Of a board: every line of the build.")
+              help="PIC32MZ only: the compiler. Default: gcc if it is installed.")  # fmt: skip
+@click.option("--clean", is_flag=True, help="Boards only: delete earlier output, then build everything.")
+@click.option("-v", "--verbose", is_flag=True, help="Boards only: print every line of the build.")
 def command(
     board_ref: str, release: bool | None, variant: str | None, cc: Choice | None, clean: bool, verbose: bool
 ) -> None:
     """Build the firmware of BOARD into build/BOARD. `host` is the controller on this computer, for `wificnc sim`."""
     kind: esp32.Kind = "debug" if release is False else "release"
     if cc is not None and (board_ref == "host" or load_board(board_ref).target != "pic32mz"):
-        raise UserError("--cc is of a PIC32MZ", hint="the host's compiler is what the variable CC names")
+        raise UserError("--cc is for a PIC32MZ only", hint="the simulator's compiler is the one in the variable CC")
     if board_ref == "host":
         variant = host_variant(release, variant)
         show(build_host(variant), variant)
         return
     board = load_board(board_ref)
     if variant is not None:
-        raise UserError(f"--variant is of the host, and {board.id} is a board", hint="--debug is for boards")
+        raise UserError(f"--variant is for the simulator, and {board.id} is a board", hint="--debug is for boards")
     if board.target == "pic32mz":
         if kind == "debug":
-            raise UserError(f"{board.id} has one kind of build: --debug means nothing for it", hint=PIC32MZ_DEBUG)
+            raise UserError(f"{board.id} has one kind of build: --debug has no effect on it", hint=PIC32MZ_DEBUG)
         show_pic32mz(build_pic32mz(board, clean=clean, cc=cc), board)
     elif board.target == "esp32":
         build_board(board, kind, clean, verbose)
     else:
-        raise BuildError(f"board {board.id} is this computer: there is no firmware for it", hint="wificnc build host")
+        raise BuildError(f"board {board.id} is this computer: it has no firmware", hint="wificnc build host")
 
 
 def host_variant(release: bool | None, variant: str | None) -> str:
     """Raises UserError when the two ask for different builds."""
     asked = None if release is None else "release" if release else "debug"
     if variant is not None and asked is not None and asked != variant:
-        raise UserError(f"--{asked} and --variant {variant} are two builds", hint="say one of them")
+        raise UserError(f"--{asked} and --variant {variant} exclude each other", hint="give one of them")
     return variant or asked or "release"
 
 
@@ -101,8 +101,8 @@ def warn_of_old_configuration(missing: list[str], plan: esp32.Plan) -> None:
     if missing:
         kept = f"sdkconfig.{plan.made.name}"
         ui.warn(
-            f"{kept} is kept from an earlier build, and is not what targets/esp32/sdkconfig.* want:"
-            f" {', '.join(missing)}\nunless that is meant: delete {kept}, then build again with --clean"
+            f"{kept} is from an earlier build and differs from targets/esp32/sdkconfig.*:"
+            f" {', '.join(missing)}\nif this is not intended: delete {kept}, then build again with --clean"
         )
 
 
@@ -137,7 +137,7 @@ def show_firmware(artefacts: list[esp32.Artefact], lines: list[str], slot: int) 
 def show(build: HostBuild, variant: str) -> None:
     """Who compiled what, how large it is, and what of the controller's RAM is taken."""
     if build.warnings:
-        ui.warn(f"{build.compiler.title} has something to say:\n{build.warnings.rstrip()}")
+        ui.warn(f"{build.compiler.title} reports warnings:\n{build.warnings.rstrip()}")
     done = f"{build.compiled} of {build.sources} files compiled in {build.seconds:.1f} s" if build.compiled else "fresh"
     ui.note(f"compiler  {build.compiler.title}")
     ui.note(f"sources   {build.sources} files, {done}")

@@ -26,8 +26,8 @@ COLOURS = {Severity.ERROR: "bold red", Severity.WARNING: "bold yellow", Severity
 @click.option("--board", default="host", show_default=True, help="Board id or TOML file: its step rate is a limit.")
 @click.option("--work-zero", metavar="X..Y..Z..", help="Where the job's zero lies in machine coordinates, mm.")
 @click.option("--set", "settings", multiple=True, metavar="'$N=VALUE'", help="A setting on top of that; repeatable.")
-@click.option("--at", multiple=True, metavar="'TIME WHAT'", help="At the machine, '0s surface -5'; repeatable.")
-@click.option("--strict", is_flag=True, help="Warnings make the exit code 1, too.")
+@click.option("--at", multiple=True, metavar="'TIME WHAT'", help="Machine event, like '0s surface -5'; repeatable.")
+@click.option("--strict", is_flag=True, help="Exit code 1 for warnings, too.")
 @click.option("--json", "as_json", is_flag=True, help="Write JSON.")
 @max_lines_option
 @click.pass_context
@@ -37,7 +37,7 @@ def command(
 ) -> None:  # fmt: skip
     """Check a G-code FILE before it runs: travel, arcs, feeds, step rates, and the time it takes.
 
-    The job runs to its end on the machine's own planner, in virtual time. Exit code 1 when something is wrong.
+    The whole job runs on the machine's own planner, in virtual time. Exit code 1 when something is wrong.
     """
     options = CheckOptions(file, machine, board, settings, work_zero, at, max_lines)
     with progress_bar(file.name) as on_progress:

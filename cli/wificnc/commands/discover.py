@@ -8,6 +8,7 @@ import rich_click as click
 
 from wificnc import ui
 from wificnc.commands._target import json_option
+from wificnc.errors import Exit
 from wificnc.link.discover import discover
 
 
@@ -15,12 +16,15 @@ from wificnc.link.discover import discover
 @click.option("--seconds", type=click.FloatRange(0.1, 60), default=2.0, show_default=True, help="How long to listen.")
 @json_option
 def command(seconds: float, as_json: bool) -> None:
-    """Find controllers in this network, by multicast DNS. Exit code 1 when there is none."""
+    """Find controllers in this network, by multicast DNS. Exit code 1 if none is found."""
     found = discover(seconds)
     if as_json:
         ui.emit_json([{**asdict(one), "target": one.target} for one in found])
     for one in found if not as_json else []:
         click.echo(f"{one.name:<16} {one.target:<28} {one.text.get('wificnc', '')}")
     if not found:
-        ui.note("no controller has answered; one on another network, or behind a switch that keeps multicast, cannot")
-    raise SystemExit(0 if found else 1)
+        ui.note(
+            "no controller has answered; controllers on another network, or behind a switch that blocks multicast, "
+            "are not found"
+        )
+    raise SystemExit(Exit.OK if found else Exit.JOB)

@@ -9,6 +9,7 @@ import rich_click as click
 from wificnc import ui
 from wificnc.commands._target import json_option
 from wificnc.doctor import Finding, examine
+from wificnc.errors import Exit
 
 MARKS = {"good": "[green]✓[/]", "missing": "[yellow]–[/]", "wrong": "[red]✗[/]"}
 
@@ -16,7 +17,7 @@ MARKS = {"good": "[green]✓[/]", "missing": "[yellow]–[/]", "wrong": "[red]�
 @click.command()
 @json_option
 def command(as_json: bool) -> None:
-    """Look at Python, compilers, PlatformIO, esptool and serial ports; say how to mend what is wrong.
+    """Look at Python, compilers, PlatformIO, esptool and serial ports; report how to fix what is wrong.
 
     Exit code 1 when something is wrong; what is only missing keeps some commands from working.
     """
@@ -26,7 +27,7 @@ def command(as_json: bool) -> None:
     else:
         for finding in findings:
             show(finding)
-    raise SystemExit(1 if any(finding.verdict == "wrong" for finding in findings) else 0)
+    raise SystemExit(Exit.JOB if any(finding.verdict == "wrong" for finding in findings) else Exit.OK)
 
 
 def show(finding: Finding) -> None:

@@ -21,14 +21,14 @@ from wificnc.sim.job import read_job
 @click.option("-o", "--output", type=OutputFile(), required=True, metavar="OUT",
               help="Write the lines here; - is stdout.")  # fmt: skip
 @click.option("--at-zero", is_flag=True,
-              help="The machine stands at 0, without offsets, in the modes after power-on.")  # fmt: skip
+              help="The machine is assumed to be at 0, without offsets, in the modes after power-on.")  # fmt: skip
 @click.option("--number", is_flag=True, help="Give each line the number of its line in FILE as N word.")
 @max_lines_option
 def command(file: Path, output: Path, at_zero: bool, number: bool, max_lines: int) -> None:
     """Run the O words, expressions and parameters of a program FILE, and write the plain lines that are left.
 
-    Any Grbl controller understands them. A program that depends on where the machine stands, on its offsets or on
-    a probe is refused.
+    Any Grbl controller understands them. A program that depends on the machine's position, its offsets or a probe is
+    refused.
     """
     start = Start.AT_ZERO if at_zero else Start.ANYWHERE
     library = load_expand(ensure_host_library())

@@ -47,13 +47,14 @@ BANNER_S = 8.0  # its start, and WiFi's
 @click.option("--from", "folder", type=click.Path(path_type=Path, file_okay=False, exists=True),
               help="Take the firmware from this folder.")  # fmt: skip
 @click.option("--wait", "wait_s", type=click.FloatRange(0), default=BANNER_S, show_default=True,
-              help="Seconds to listen for the firmware's first words.")  # fmt: skip
-@click.option("--dry-run", is_flag=True, help="Say what would be written; the chip is not even asked.")
+              help="Seconds to wait for the firmware's first message.")  # fmt: skip
+@click.option("--dry-run", is_flag=True, help="Print what would be written; the chip is not accessed.")
 @click.option("--ota", "ota_host", metavar="HOST[:PORT]", help="Update over the network instead.")
 @click.option("--password", envvar="WIFICNC_PASSWORD", show_envvar=True,
-              help="For --ota: of network clients, else of its own network. Asked for when not given.")  # fmt: skip
+              help="For --ota: the password of network clients, else of its own network. Prompted for if not "
+              "given.")  # fmt: skip
 @click.option("--tool", type=click.Choice([*(runner.name for runner in RUNNERS), OWN]),
-              help="Of a PIC32MZ: what writes it; uhb is ours, by the board's USB bootloader.")  # fmt: skip
+              help="PIC32MZ only: the programmer; uhb is built in and uses the board's USB bootloader.")  # fmt: skip
 def command(
     board_ref: str,
     port: str | None,
@@ -118,7 +119,7 @@ def write(
             device.write(regions, options.baud, show)
         if options.verify:
             device.verify(regions)
-            ui.note("verified  every region is what was sent")
+            ui.note("verified  every region was read back")
         device.reset()
         return device.port
 
@@ -193,7 +194,7 @@ def greet(said: list[str], seconds: float) -> None:
     for line in lines:
         ui.note(line)
     if not any(line.startswith("Grbl ") for line in lines):
-        ui.warn(f"written, but the firmware has not said anything for {seconds:g} s: `wificnc monitor` listens longer")
+        ui.warn(f"written, but the firmware has not printed anything for {seconds:g} s: `wificnc monitor` waits longer")
 
 
 def update(board: Board, folder: Path, host: str, password: str | None, dry_run: bool) -> None:
@@ -201,7 +202,7 @@ def update(board: Board, folder: Path, host: str, password: str | None, dry_run:
     image = app_image(folder / "firmware.bin", board.chip)
     name, _, port = host.partition(":")
     if dry_run:
-        click.echo(f"{len(image):,} bytes to {name}:{port or OTA_PORT}, into the slot that does not run")
+        click.echo(f"{len(image):,} bytes to {name}:{port or OTA_PORT}, into the inactive slot")
         return
     upload = Upload(name, int(port or OTA_PORT))
     try:
@@ -213,4 +214,4 @@ def update(board: Board, folder: Path, host: str, password: str | None, dry_run:
             upload.send(hello, image, secret, lambda done, total: show("firmware", done, total))
     finally:
         upload.close()
-    ui.note("the controller has checked it and starts it now; it goes back to the old one if this fails")
+    ui.note("the controller has checked it and starts it now; if this fails, it returns to the old firmware")

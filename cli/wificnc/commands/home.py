@@ -1,4 +1,4 @@
-"""`wificnc home`: find the machine's zero."""
+"""`wificnc home`: the homing cycle."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from wificnc.link import realtime
 from wificnc.link.client import Client, Target, connected, expect_state
 from wificnc.live import place
 
-HOMING_S = 60.0  # of silence: Grbl says nothing at all while it homes
+HOMING_S = 60.0  # of silence: Grbl reports nothing while it homes
 
 
 @click.command()
@@ -20,7 +20,7 @@ HOMING_S = 60.0  # of silence: Grbl says nothing at all while it homes
 @controller_option
 @json_option
 def command(axes: tuple[str, ...], target: Target, as_json: bool) -> None:
-    """Run the homing cycle, of all axes or of these. Ctrl-C resets the controller, which stops it at once."""
+    """Run the homing cycle, of all axes or of these. Ctrl-C resets the controller, which stops the axes immediately."""
     with connected(target) as client:
         expect_state(client, "Idle", "Alarm")
         client.synchronise()
@@ -30,7 +30,7 @@ def command(axes: tuple[str, ...], target: Target, as_json: bool) -> None:
     if as_json:
         ui.emit_json(status_json(str(target), now))
     else:
-        ui.talk.print(f"home. machine {place(now.mpos)}")
+        ui.talk.print(f"homed, machine position {place(now.mpos)}")
 
 
 def home(client: Client, line: str) -> None:

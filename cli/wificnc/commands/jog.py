@@ -19,14 +19,14 @@ from wificnc.live import place
 @click.argument("words", nargs=-1, required=True, callback=some_axes, metavar="AXIS±DISTANCE...")
 @controller_option
 @click.option("--feed", type=click.FloatRange(min=0, min_open=True), default=500.0, show_default=True, help="mm/min.")
-@click.option("--absolute", is_flag=True, help="To this place in work coordinates, not by this distance.")
-@click.option("--machine", is_flag=True, help="To this place in machine coordinates.")
+@click.option("--absolute", is_flag=True, help="To this position in work coordinates, not by this distance.")
+@click.option("--machine", is_flag=True, help="To this position in machine coordinates.")
 @click.option("--inch", is_flag=True, help="Distances and feed are in inches.")
 @json_option
 def command(
     words: tuple[str, ...], target: Target, feed: float, absolute: bool, machine: bool, inch: bool, as_json: bool
 ) -> None:
-    """Move by a distance: `wificnc jog X10 Z-0.5`. Ends when the machine stands; Ctrl-C stops it at once."""
+    """Move by a distance: `wificnc jog X10 Z-0.5`. Returns when the axes have stopped; Ctrl-C stops them."""
     mode = "G53" if machine else "G90" if absolute else "G91"
     line = f"$J={mode}{'G20' if inch else 'G21'}{''.join(words)}F{feed:g}"
     with connected(target) as client, Keyboard() as keys:

@@ -32,12 +32,12 @@ def command() -> None:
 @command.command()
 @click.option("--out", type=click.Path(path_type=Path),
               help=f"File, or the folder of it; default: {FILE_NAME}, here; - is stdout.")  # fmt: skip
-@click.option("--install", is_flag=True, help="Build it by LinuxCNC's halcompile and put it where LinuxCNC looks.")
-@click.option("--sudo", is_flag=True, help="With --install: as root, by sudo.")
+@click.option("--install", is_flag=True, help="Build it with LinuxCNC's halcompile and install it for LinuxCNC.")
+@click.option("--sudo", is_flag=True, help="With --install: as root, with sudo.")
 def component(out: Path | None, install: bool, sudo: bool) -> None:
     """Write the HAL component as one C file for halcompile, or install it."""
     if sudo and not install:
-        raise UserError("--sudo means nothing without --install", hint="--install --sudo")
+        raise UserError("--sudo needs --install", hint="--install --sudo")
     source = component_source(paths.ROOT)
     if out == STDOUT:
         if install:
@@ -58,7 +58,7 @@ def _write_source(out: Path, source: str) -> Path:
     if why := why_not_writable(file):
         raise UserError(f"--out: cannot write {file}: {why}", hint="--out FILE, elsewhere")
     if file.exists() and not (file.is_file() and is_component(file.read_bytes())):
-        raise UserError(f"{file} is there, and is no component of ours", hint="--out FILE, another one")
+        raise UserError(f"{file} exists and is not the WiFiCNC component", hint="--out FILE, another one")
     try:
         file.write_text(source, encoding="utf-8")
     except OSError as err:
@@ -74,13 +74,13 @@ def _write_source(out: Path, source: str) -> Path:
     "address",
     envvar="WIFICNC_WMC3",
     show_envvar=True,
-    help="IPv4 of the device; default: the one that is found.",
+    help="IPv4 address of the device; default: the one that is found.",
 )
 @click.option("--out", type=OutputFolder(), help="Folder; default: ~/linuxcnc/configs/MACHINE.")
 @click.option(
-    "--home/--no-home", "homes", default=None, help="The controller homes to switches; default: what the profile says."
+    "--home/--no-home", "homes", default=None, help="The controller homes to switches; default: from the profile."
 )
-@click.option("--force", is_flag=True, help="Write over files that are there.")
+@click.option("--force", is_flag=True, help="Overwrite existing files.")
 def init(machine: str, address: str | None, out: Path | None, homes: bool | None, force: bool) -> None:
     """Write a configuration (INI, HAL, tool table) for MACHINE, the name or file of a machine profile."""
     name = re.sub(r"\W", "_", Path(machine).stem)
@@ -92,7 +92,7 @@ def init(machine: str, address: str | None, out: Path | None, homes: bool | None
         raise UserError(f"{machine}: {err}") from err
     there = [path for path in texts if (folder / path).exists()]
     if there and not force:
-        raise UserError(f"{folder / there[0]} is there already", hint="--force writes over it, --out elsewhere")
+        raise UserError(f"{folder / there[0]} already exists", hint="--force overwrites it, --out writes elsewhere")
     folder.mkdir(parents=True, exist_ok=True)
     for path, text in texts.items():
         (folder / path).write_text(text, encoding="utf-8")
@@ -108,10 +108,10 @@ def _address(text: str | None) -> str:
         try:
             return str(ipaddress.IPv4Address(text))
         except ValueError:
-            raise UserError(f"--to {text!r} is no IPv4 address", hint="like 192.168.1.50") from None
+            raise UserError(f"--to {text!r} is not an IPv4 address", hint="like 192.168.1.50") from None
     ui.note("looking for the controller ...")
     found = sorted(address for address, _ in find_devices(FIND_S))
     if len(found) != 1:
         said = f"{len(found)} controllers answer: {', '.join(found)}" if found else "no controller answers"
-        raise UserError(said, hint="say which: --to ADDRESS")
+        raise UserError(said, hint="choose one: --to ADDRESS")
     return found[0]

@@ -35,19 +35,19 @@ if sys.platform != "win32":
 @target_option
 @click.option("--time", "stamps", is_flag=True, help="Put the time in front of every line.")
 @click.option("--elf", type=click.Path(path_type=Path, dir_okay=False, exists=True),
-              help="The firmware, build/BOARD/firmware.elf: where it crashed is told by names.")  # fmt: skip
+              help="build/BOARD/firmware.elf: names the functions in a crash backtrace.")  # fmt: skip
 def command(target: str, stamps: bool, elf: Path | None) -> None:
-    """Show all that a controller says, and send it what is typed.
+    """Show all output of a controller, and send it what is typed.
 
-    A line is sent with Enter; ! ~ ? and Ctrl-X act at once. Ctrl-C ends the monitor and changes nothing at the
+    A line is sent with Enter; ! ~ ? and Ctrl-X act immediately. Ctrl-C ends the monitor and does not affect the
     machine.
-    Lines from a pipe are sent one by one, each after the answer to the one before.
+    Lines from a pipe are sent one by one, each after the answer to the previous one.
     """
     decoder = Decoder(elf, find_tool(core_directory() / "packages")) if elf is not None else None
     transport = open_transport(target)
     try:
         if sys.stdin.isatty() and sys.platform != "win32":
-            ui.note(f"{transport.name}: Enter sends, ! ~ ? Ctrl-X act at once, Ctrl-C ends")
+            ui.note(f"{transport.name}: Enter sends, ! ~ ? Ctrl-X act immediately, Ctrl-C ends")
             with single_keys():
                 Typing(transport, stamps, decoder).run()
         else:

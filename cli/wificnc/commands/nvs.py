@@ -11,7 +11,7 @@ from wificnc import ui
 from wificnc.commands._output import OutputFile
 from wificnc.commands._port import connected, port_option, progress_bars
 from wificnc.commands.flash import esp32_board, esp32_partitions
-from wificnc.errors import FlashError
+from wificnc.errors import Exit, FlashError
 from wificnc.flash.plan import Region
 from wificnc.machine import load_machine
 from wificnc.nvs.build import build_image
@@ -32,7 +32,7 @@ json_option = click.option("--json", "as_json", is_flag=True, help="One JSON doc
 
 @click.group()
 def command() -> None:
-    """Settings, WiFi and pins that an ESP32 has stored: make an image, write it, read it back, compare."""
+    """Settings, WiFi and pins stored in an ESP32: make an image, write it, read it back, compare."""
 
 
 @command.command("build")
@@ -69,11 +69,13 @@ def build(
 @command.command("read")
 @click.argument("file", type=click.Path(path_type=Path, dir_okay=False, exists=True), required=False)
 @port_option
-@click.option("-o", "--output", type=OutputFile(), help="Keep the image, too; - is stdout, then without the table.")
+@click.option(
+    "-o", "--output", type=OutputFile(), help="Also write the image to this file; - is stdout, without the table."
+)
 @secrets_option
 @json_option
 def read(file: Path | None, port: str | None, output: Path | None, show_secrets: bool, as_json: bool) -> None:
-    """Show what FILE holds, or the board at the port."""
+    """Show the contents of FILE, or of the board at the port."""
     data = file.read_bytes() if file is not None else read_board(port)
     image = read_image(data)
     if output is not None:
@@ -94,14 +96,14 @@ def read(file: Path | None, port: str | None, output: Path | None, show_secrets:
 @command.command("flash")
 @click.argument("file", type=click.Path(path_type=Path, dir_okay=False, exists=True))
 @port_option
-@click.option("--dry-run", is_flag=True, help="Check the file and say what would be written.")
+@click.option("--dry-run", is_flag=True, help="Check the file and print what would be written.")
 def flash(file: Path, port: str | None, dry_run: bool) -> None:
-    """Write an image to the board, in place of all that it has stored."""
+    """Write an image to the board. It replaces everything stored there."""
     data = file.read_bytes()
     image = read_image(data)
     warn_of_damage(image)
     if image.damaged:
-        raise FlashError(f"{file} is damaged; it is not written")
+        raise FlashError(f"{file} is damaged and was not written")
     partition = esp32_partitions()["nvs"]
     if len(data) != partition.size:
         raise FlashError(f"{file} has {len(data):,} bytes, the board's storage {partition.size:,}")
@@ -117,7 +119,7 @@ def flash(file: Path, port: str | None, dry_run: bool) -> None:
 @secrets_option
 @json_option
 def diff(first: Path, second: Path, show_secrets: bool, as_json: bool) -> None:
-    """Show which keys differ between two images. Exit code 1 when some do."""
+    """Show which keys differ between two images. Exit code 1 if there are differences."""
     found = differences(read_image(first.read_bytes()), read_image(second.read_bytes()), show_secrets)
     if as_json:
         ui.emit_json([{"key": key, "first": one, "second": two} for key, _, one, two in found])
@@ -128,7 +130,7 @@ def diff(first: Path, second: Path, show_secrets: bool, as_json: bool) -> None:
         ui.data.print(table)
     else:
         ui.note("no difference")
-    raise SystemExit(1 if found else 0)
+    raise SystemExit(Exit.JOB if found else Exit.OK)
 
 
 def warn_of_damage(image: NvsImage) -> None:

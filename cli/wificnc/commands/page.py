@@ -20,13 +20,13 @@ from wificnc.web.embed import EmbeddedFile, embedded_files, page_header_text
 def command(output: Path) -> None:
     """Generate page_files.h, with which a firmware carries the built page (`make web`) and serves it at port 80.
 
-    Without a built page the firmware serves none, and says so.
+    Without a built page the firmware reports that it has none.
     """
     files: list[EmbeddedFile] = []
     try:
         files = embedded_files()
     except UserError as error:
-        ui.warn(f"{error}: the firmware will serve none ({error.hint})")
+        ui.warn(f"{error}: the firmware is built without the web page ({error.hint})")
     text = page_header_text(files)
     if output == STDOUT:
         write_stdout(text.encode())

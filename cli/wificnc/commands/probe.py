@@ -27,10 +27,12 @@ PROBING_S = 60.0
 @click.argument("word", callback=one_axis, metavar="AXIS±DISTANCE")
 @controller_option
 @click.option("--feed", type=click.FloatRange(min=0, min_open=True), default=100.0, show_default=True, help="mm/min.")
-@click.option("--away", is_flag=True, help="Until contact is lost (G38.4), not until it is made (G38.2).")
+@click.option("--away", is_flag=True, help="Move until contact is lost (G38.4), not until it is made (G38.2).")
 @click.option("--set", "touch_mm", type=float, metavar="MM",
-              help="The contact becomes this work coordinate: 0, or the thickness of a touch plate.")  # fmt: skip
-@click.option("--retract", type=click.FloatRange(min=0), default=0.0, metavar="MM", help="Then go back so far.")
+              help="Work coordinate of the contact: 0, or the thickness of a touch plate.")  # fmt: skip
+@click.option(
+    "--retract", type=click.FloatRange(min=0), default=0.0, metavar="MM", help="Then retract by this distance."
+)
 @json_option
 @click.pass_context
 def command(
@@ -98,7 +100,7 @@ class Bench:
             raise RefusedError(f"probing: {error_words(answer.code)}")
         found = [result for body in answer.brackets("PRB") if (result := parse_probe(body))]
         if not found or not found[-1].touched:
-            raise JobError("the probe touched nothing, or the controller does not say where")
+            raise JobError("the probe made no contact, or the controller does not report its position")
         return found[-1]
 
     def set_coordinate(self, touch_mm: float, result: ProbeResult) -> None:

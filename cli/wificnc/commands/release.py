@@ -19,14 +19,14 @@ ALL = "all"
 
 @click.command()
 @click.option("--boards", "names", metavar="BOARD,...", default="",
-              help="These boards, or `all`; a missing one is an error. Default: what is here.")  # fmt: skip
+              help="These boards, or `all`; a missing one is an error. Default: the ones that are built.")  # fmt: skip
 @click.option("-o", "--output", type=OutputFolder(), default=Path("dist"), show_default=True,
               help="Folder; an older release in it is replaced.")  # fmt: skip
 @click.option("--tag", default="", metavar="vVERSION",
               help="A final release: all boards, the page, a clean tree, a dated changelog.")  # fmt: skip
-@click.option("--dry-run", is_flag=True, help="Say what would be in it.")
+@click.option("--dry-run", is_flag=True, help="Print what the release would contain.")
 def command(names: str, output: Path, tag: str, dry_run: bool) -> None:
-    """Make everything that people download, from what has been built: images of boards, packages, the page's firmware,
+    """Make all files of a release from what has been built: images of boards, packages, the page's firmware,
     sums, a bill of materials. The same commit gives the same bytes."""
     root = find_checkout()
     if root is None:
@@ -40,7 +40,7 @@ def command(names: str, output: Path, tag: str, dry_run: bool) -> None:
         raise ReleaseError("the page has not been built, and a final release has one", hint="make web")
     check_output(output)
     if not source.is_clean:
-        ui.warn(f"files were changed since the last commit: this is {source.revision}, which nobody else can build")
+        ui.warn(f"files were changed since the last commit: this is {source.revision}, which cannot be reproduced")
     if dry_run:
         for asset in plan.assets:
             click.echo(asset.name)
@@ -50,7 +50,7 @@ def command(names: str, output: Path, tag: str, dry_run: bool) -> None:
         show(plan, output)
     show_missing(plan)
     if not has_page(root):
-        ui.warn("the page has not been built, only what it offers is in web/: `make web`")
+        ui.warn("the page has not been built, so web/ has only the firmware: `make web`")
 
 
 def show(plan: Plan, output: Path) -> None:

@@ -19,7 +19,7 @@ from wificnc.commands._target import controller_option, json_option, position_js
 from wificnc.errors import BuildError, Exit, JobError, UserError
 from wificnc.job.estimate import Estimate
 from wificnc.job.expand import Start, expand, load_expand, needs_expansion
-from wificnc.job.fate import fate_lines
+from wificnc.job.fate import fate_lines, restart_words, wanted_line
 from wificnc.job.native import load_rebuild
 from wificnc.job.program import JobLine, Program, expanded_program, numbered, read_program
 from wificnc.job.resume import Approach, MachineFacts, Resume, plan_resume
@@ -31,7 +31,7 @@ from wificnc.sim.job import read_job
 from wificnc.sim.native import load_library
 
 LINE_NUMBERS = "N"  # among the flags of [OPT:]
-EXITS = {End.FINISHED: Exit.OK, End.LINK_LOST: Exit.DEVICE, End.RESET: Exit.DEVICE, End.CONFUSED: Exit.PROTOCOL}
+EXITS = {End.LINK_LOST: Exit.DEVICE, End.RESET: Exit.DEVICE, End.CONFUSED: Exit.PROTOCOL}
 
 
 @dataclass(frozen=True)
@@ -51,20 +51,21 @@ class SendOptions:
 @click.argument("file", type=click.Path(path_type=Path))
 @controller_option
 @click.option(
-    "--from-line", type=click.IntRange(min=1), metavar="N", help="Resume: rebuild the state, begin at line N."
+    "--from-line",
+    type=click.IntRange(min=1),
+    metavar="N",
+    help="Resume at line N, with the modes of the lines before it.",
 )
-@click.option(
-    "--safe-z", type=float, metavar="MM", help="Resume: cross over the work at this height, work coordinates."
-)
+@click.option("--safe-z", type=float, metavar="MM", help="Resume: height at which X and Y move, in work coordinates.")
 @click.option("--spindle-wait", type=click.FloatRange(min=0), default=4.0, show_default=True, metavar="S",
-              help="Resume: time for the spindle to run up.")  # fmt: skip
+              help="Resume: time for the spindle to reach its speed, in seconds.")  # fmt: skip
 @click.option("--plunge-feed", type=click.FloatRange(min=0, min_open=True), default=200.0, show_default=True,
-              metavar="MM/MIN", help="Resume: feed of the way down.")  # fmt: skip
-@click.option("-y", "--yes", is_flag=True, help="Resume without asking.")
-@click.option("--keep-going", is_flag=True, help="Go on after a line that is refused; list them all at the end.")
+              metavar="MM/MIN", help="Resume: feed of the plunge.")  # fmt: skip
+@click.option("-y", "--yes", is_flag=True, help="Resume without confirmation.")
+@click.option("--keep-going", is_flag=True, help="Continue after a refused line; list all refused lines at the end.")
 @click.option("--dry-run", is_flag=True, help="Check mode ($C): the controller reads every line and moves nothing.")
 @click.option("--number/--no-number", default=True, show_default=True,
-              help="Send N words, so that reports tell which line is being made.")  # fmt: skip
+              help="Send N words, so that reports show the line being executed.")  # fmt: skip
 @max_lines_option
 @json_option
 @click.pass_context
@@ -76,18 +77,23 @@ def command(
     """Stream a G-code FILE to a controller.
 
     Keys while it runs: ! hold, ~ resume, + - feed override, 0 back to 100 %, x reset, q quit. Ctrl-C holds the feed
-    and asks; a second one resets at once.
+    and asks; a second one resets immediately.
     """
     approach = Approach(safe_z, spindle_wait, plunge_feed)
     options = SendOptions(file, from_line, approach, yes, keep_going, dry_run, number)
     program = job_program(file.name, read_job(file), max_lines)
     check_resume(program, from_line)
     with connected(target) as client:
-        outcome = send(client, program, options)
-    show(file.name, outcome, program.expanded)
+        outcome, restart = send(client, program, options)
+    show(file.name, outcome, restart)
     if as_json:
         ui.emit_json(outcome_json(str(file), outcome))
-    ctx.exit(EXITS.get(outcome.end, Exit.JOB) if not outcome.errors else Exit.JOB)
+    ctx.exit(exit_code(outcome))
+
+
+def exit_code(outcome: Outcome) -> Exit:
+    """Of how the job ended; a refused line alone does not hide that the link was lost."""
+    return Exit.OK if outcome.complete else EXITS.get(outcome.end, Exit.JOB)
 
 
 def job_program(name: str, data: bytes, lines_max: int) -> Program:
@@ -106,27 +112,42 @@ def check_resume(program: Program, from_line: int | None) -> None:
     """Raises JobError for a program whose state cannot be rebuilt from its lines alone."""
     if from_line and (program.expanded or program.computes):
         raise JobError(
-            "a program that computes cannot be resumed: what its parameters were is not known",
+            "a program with parameters cannot be resumed: their values at that line are unknown",
             hint="`wificnc expand FILE -o OUT` makes plain lines of it; send OUT, and resume that",
         )
 
 
-def send(client: Client, program: Program, options: SendOptions) -> Outcome:
-    """The whole conversation."""
+def send(client: Client, program: Program, options: SendOptions) -> tuple[Outcome, str]:
+    """The whole conversation, and where the job may be resumed."""
     expect_state(client, "Idle")
     client.synchronise()
     built = client.options()
     settings = client.settings()
+    facts = machine_facts(client, settings)
     lines, preamble = program.lines, 0
     if options.from_line:
-        resume = resume_plan(client, program, settings, options)
+        library: ctypes.CDLL = load_rebuild(ensure_host_library())
+        resume = plan_resume(library, program, options.from_line, facts, options.approach)
         confirm(resume, options)
         lines, preamble = resume.lines, len(resume.preamble)
     can_number = options.number and built is not None and LINE_NUMBERS in built.flags
     with estimate(lines, settings, client) as times, check_mode(client, options.dry_run):
         run = RunOptions(built, options.keep_going or options.dry_run, options.dry_run, times, can_number, preamble)
         with Keyboard() as keys, JobDisplay(options.file.name) as display:
-            return JobRun(client, numbered(lines) if can_number else lines, display, keys, run).run()
+            outcome = JobRun(client, numbered(lines) if can_number else lines, display, keys, run).run()
+    return outcome, restart_hint(program, outcome, facts, options)
+
+
+def restart_hint(program: Program, outcome: Outcome, facts: MachineFacts, options: SendOptions) -> str:
+    """Where the job may be resumed; "" when there is nothing to resume."""
+    wanted = wanted_line(outcome)
+    if wanted is None or options.dry_run:
+        return ""
+    try:
+        library = load_rebuild(ensure_host_library())
+    except BuildError as err:
+        return f"--from-line is not possible here: {err.message.splitlines()[0]}"
+    return restart_words(library, program, wanted, facts, options.approach)
 
 
 @contextmanager
@@ -155,14 +176,8 @@ def estimate(lines: tuple[JobLine, ...], settings: dict[int, str], client: Clien
         times.stop()
 
 
-def resume_plan(client: Client, program: Program, settings: dict[int, str], options: SendOptions) -> Resume:
-    assert options.from_line
-    library: ctypes.CDLL = load_rebuild(ensure_host_library())
-    return plan_resume(library, program, options.from_line, machine_facts(client, settings), options.approach)
-
-
 def machine_facts(client: Client, settings: dict[int, str]) -> MachineFacts:
-    """What the controller says of itself, in mm. Reports are in inches with $13=1."""
+    """Positions and offsets that the controller reports, in mm. Reports are in inches with $13=1."""
     unit = unit_mm(settings)
     now = client.look_fully()
     return MachineFacts(
@@ -191,14 +206,16 @@ def confirm(resume: Resume, options: SendOptions) -> None:
     if options.yes or options.dry_run:
         return
     if not sys.stdin.isatty():
-        raise UserError("a resume asks before the first motion, and nobody is here to answer", hint="--yes in scripts")
-    if not click.confirm("Is the way there free, and shall it begin?", err=True):
+        raise UserError(
+            "a resume needs confirmation before the first motion, and this is not a terminal", hint="--yes in scripts"
+        )
+    if not click.confirm("Is the path free? Start the resume?", err=True):
         raise JobError("nothing was sent")
 
 
-def show(file: str, outcome: Outcome, expanded: bool = False) -> None:
+def show(file: str, outcome: Outcome, restart: str) -> None:
     """The summary."""
-    for line in fate_lines(outcome, expanded):
+    for line in fate_lines(outcome, restart):
         ui.talk.print(line, markup=False, soft_wrap=True)
     verdict = (
         "finished" if outcome.complete else "finished with errors" if outcome.end is End.FINISHED else "NOT finished"

@@ -33,17 +33,34 @@ NOWHERE = Address("127.0.0.1", 0)  # of the controller, when only the page is to
 
 @click.command()
 @click.option("--tcp", default=DEFAULT_TCP, show_default=True, metavar="HOST:PORT", help="Where TCP listens, or off.")
-@click.option("--http", metavar="HOST:PORT", help="The page for browsers: console, settings, jobs. docs/web.md.")
-@click.option("--pty", type=click.Path(path_type=Path), metavar="LINK", help="A serial port of this name, for senders.")
+@click.option("--http", metavar="HOST:PORT", help="Serve the web page: console, settings, jobs. docs/web.md.")
+@click.option(
+    "--pty", type=click.Path(path_type=Path), metavar="LINK", help="Create a serial port of this name, for senders."
+)
 @click.option("--wmc3", metavar="ADDRESS", help="IPv4 address for the binary protocol: docs/protocol.md.")
-@click.option("--io-module", is_flag=True, help="Be an I/O expansion module, by --wmc3 alone; hands: --control.")
-@click.option("--password", envvar="WIFICNC_PASSWORD", default="", help="Of network clients: $LOGIN=password.")
-@click.option("--control", type=click.IntRange(0, 65535), metavar="PORT", help="Hands at the machine: docs/senders.md.")
-@click.option("--speed", default="1", show_default=True, metavar="1|N|max", help="Times real time; max has no clock.")
+@click.option(
+    "--io-module", is_flag=True, help="Simulate an I/O expansion module, with --wmc3 only; its inputs: --control."
+)
+@click.option("--password", envvar="WIFICNC_PASSWORD", default="", help="Password of network clients: $LOGIN=password.")
+@click.option(
+    "--control",
+    type=click.IntRange(0, 65535),
+    metavar="PORT",
+    help="Port for simulated inputs (switches, probe): docs/senders.md.",
+)
+@click.option(
+    "--speed",
+    default="1",
+    show_default=True,
+    metavar="1|N|max",
+    help="Speed relative to real time; max runs without a clock.",
+)
 @click.option("--board", default="host", show_default=True, help="Board id or TOML file: axes, timer, pulse timing.")
 @click.option("--machine", help="Machine profile, name or TOML file: steps/mm, rates, accelerations, travel.")
 @click.option("--set", "lines", multiple=True, metavar="'$N=VALUE'", help="A setting on top of that; repeatable.")
-@click.option("--settings", "store", type=click.Path(path_type=Path), metavar="FILE", help="Keep settings in a file.")
+@click.option(
+    "--settings", "store", type=click.Path(path_type=Path), metavar="FILE", help="Store settings in this file."
+)
 def command(
     tcp: str,
     http: str | None,
@@ -58,9 +75,9 @@ def command(
     lines: tuple[str, ...],
     store: Path | None,
 ) -> None:
-    """Be a Grbl controller in real time: connect any sender by TCP or by a serial port, and watch it move nothing.
+    """Run a simulated Grbl controller in real time. Connect any sender by TCP or by a serial port.
 
-    Whoever commands first is the owner; everybody else who connects sees all answers. `$TAKE` takes over. A board
+    The first client that sends a line is the owner; all others see the answers. `$TAKE` takes control. A board
     with a PIC32MZ runs its real image, in a virtual chip; there all clients are at one serial port.
     """
     the_board = load_board(board)
@@ -98,10 +115,10 @@ def _of_profile(profile: Machine | None, store: Path | None) -> list[str]:
 def _check_doors(options: ServeOptions) -> None:
     if options.io_module and (not options.wmc3 or options.http or options.pty):
         raise UserError(
-            "--io-module is commanded by the binary protocol alone", hint="add --wmc3 127.0.0.1; no --http, no --pty"
+            "--io-module is controlled by the binary protocol only", hint="add --wmc3 127.0.0.1; no --http, no --pty"
         )
     if options.tcp is None and options.pty is None and options.wmc3 is None:
-        raise UserError("there is no way to connect", hint="--pty LINK, or leave --tcp on")
+        raise UserError("no port is configured", hint="--pty LINK, or leave --tcp on")
 
 
 def _run(options: ServeOptions, speed: str) -> None:
@@ -111,7 +128,7 @@ def _run(options: ServeOptions, speed: str) -> None:
         _print_doors(server, speed, page_server.url if page_server else "")
         for event in server.events():
             _print_event(event)
-        raise ServeError(f"the controller ended by itself with exit code {server.stop()}")
+        raise ServeError(f"the controller ended unexpectedly with exit code {server.stop()}")
 
 
 def _server(options: ServeOptions) -> Server | ChipServer:
@@ -140,7 +157,7 @@ def _print_doors(server: Server | ChipServer, speed: str, page: str) -> None:
     what = "An I/O module" if is_module else f"A controller of {len(options.board.axes)} axes"
     ui.talk.print(f"{what}, {pace}. Ctrl-C ends it.")
     if is_module and (options.tcp or options.pty):
-        ui.warn("the settings file says that this is an I/O module (device_mode): it has no text side")
+        ui.warn("the settings file says that this is an I/O module (device_mode): it does not accept G-code")
     if page:
         ui.data.print(f"page    [bold]{escape(page)}[/]")
     if server.tcp:
@@ -152,7 +169,7 @@ def _print_doors(server: Server | ChipServer, speed: str, page: str) -> None:
     if server.device:
         ui.data.print(f"serial  [bold]{escape(str(options.pty))}[/] -> {server.device}")
     if any(door and not door.is_loopback for door in (options.tcp, options.http)) and not options.password:
-        ui.warn("everybody who reaches this computer's network can command this controller")
+        ui.warn("every computer on this network can control this controller")
 
 
 def _print_event(event: ClientEvent) -> None:

@@ -36,7 +36,7 @@ WIDE = 140  # columns of a terminal that has room for what a setting does
 
 @click.group()
 def command() -> None:
-    """Read, change, keep and compare the settings of a controller."""
+    """Read, change, export, import and compare the settings of a controller."""
 
 
 @command.command()
@@ -68,14 +68,14 @@ def set(assignments: tuple[str, ...], target: Target) -> None:
     for assignment in assignments:
         key, equals, value = assignment.partition("=")
         if not equals or not value.strip():
-            raise UserError(f"{assignment!r} is no assignment", hint="NAME=VALUE, like max_rate_mm_min.x=5000")
+            raise UserError(f"{assignment!r} is not an assignment", hint="NAME=VALUE, like max_rate_mm_min.x=5000")
         wanted[find(key.strip())] = switch(value.strip())
     with ready(target) as client:
         before = client.settings()
         apply(client, sending_order([Change(n, name_of(n), "", before.get(n), value) for n, value in wanted.items()]))
         changes = differences(before, client.settings())
     show_changes(changes)
-    ui.note(f"{len(changes)} changed" if changes else "nothing has changed")
+    ui.note(f"{len(changes)} changed" if changes else "no setting was changed")
 
 
 @command.command()
@@ -83,7 +83,7 @@ def set(assignments: tuple[str, ...], target: Target) -> None:
 @controller_option
 @json_option
 def export(file: Path, target: Target, as_json: bool) -> None:
-    """Write all settings as TOML, with names, units and what they do, to FILE, or to stdout (-)."""
+    """Write all settings as TOML, with names, units and descriptions, to FILE or stdout (-)."""
     values = read_controller(target)
     if as_json:
         ui.emit_json({name_of(number): json_value(number, text) for number, text in values.items()})
@@ -99,12 +99,12 @@ def export(file: Path, target: Target, as_json: bool) -> None:
 @controller_option
 @click.option("-y", "--yes", is_flag=True, help="Without asking.")
 def import_(file: Path, target: Target, yes: bool) -> None:
-    """Bring the settings of FILE into the controller. Shows what would change, and asks."""
+    """Write the settings of FILE to the controller. Shows the changes and asks for confirmation."""
     wanted = read_file(file)
     with ready(target) as client:
         before = client.settings()
         if missing := sorted(number for number in wanted if number not in before):
-            ui.warn(f"the controller does not have {', '.join(name_of(number) for number in missing)}: left out")
+            ui.warn(f"the controller does not have {', '.join(name_of(number) for number in missing)}: skipped")
         after = {**before, **{number: text for number, text in wanted.items() if number in before}}
         changes = differences(before, after)
         show_changes(changes)
@@ -116,7 +116,7 @@ def import_(file: Path, target: Target, yes: bool) -> None:
         agree(len(changes), yes)
         apply(client, sending_order(changes))
         if left := differences(client.settings(), after):
-            raise JobError(f"the controller did not keep {', '.join(change.name for change in left)}")
+            raise JobError(f"the controller did not accept {', '.join(change.name for change in left)}")
     ui.note(f"{len(changes)} changed")
 
 
@@ -129,7 +129,7 @@ def import_(file: Path, target: Target, yes: bool) -> None:
 def diff(ctx: click.Context, before: str, after: str, target: str | None, as_json: bool) -> None:
     """Compare two files, or a file and the controller (`controller`, or its tcp:// or serial:// target).
 
-    Exit code 1 when they differ, as with diff.
+    Exit code 1 if they differ, as with diff.
     """
     changes = differences(read_side(before, target), read_side(after, target))
     if as_json:
@@ -183,7 +183,7 @@ def apply(client: Client, changes: Sequence[Change]) -> None:
     for done, change in enumerate(changes):
         answer = client.command(f"${change.number}={change.after}")
         if answer.code:
-            already = f" ({done} before it were taken)" if done else ""
+            already = f" ({done} before it were applied)" if done else ""
             raise RefusedError(f"{change.name} = {change.after}: {error_words(answer.code)}{already}")
 
 
@@ -196,7 +196,7 @@ def agree(count: int, yes: bool) -> None:
     if yes:
         return
     if not sys.stdin.isatty():
-        raise UserError("import asks before it changes anything, and nobody is here to answer", hint="--yes in scripts")
+        raise UserError("an import needs confirmation, and this is not a terminal", hint="--yes in scripts")
     if not click.confirm(f"Change {count} setting{'s' * (count != 1)}?", err=True):
         raise JobError("nothing was changed")
 

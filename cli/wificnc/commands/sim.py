@@ -31,9 +31,9 @@ ERRORS_SHOWN = 20
 @click.option("--json", "json_path", type=OutputFile(), help="Write the figures; - is stdout.")
 @click.option("--plot", type=OutputFile(stdout=False), help="Draw the path and its speed: .png or .svg.")
 @click.option("--trace", type=OutputFile(stdout=False), help="Write every step event: .csv, .vcd or .npz.")
-@click.option("--at", multiple=True, metavar="'TIME WHAT'", help="At the machine, '2.5s limit x'; repeatable.")
-@click.option("--keep-going", is_flag=True, help="Go on after an error, collect all.")
-@click.option("--on-chip", is_flag=True, help="Run a PIC32MZ's real image in the virtual chip, and compare.")
+@click.option("--at", multiple=True, metavar="'TIME WHAT'", help="Machine event, like '2.5s limit x'; repeatable.")
+@click.option("--keep-going", is_flag=True, help="Continue after an error, and list all errors.")
+@click.option("--on-chip", is_flag=True, help="Run the real image of a PIC32MZ in the virtual chip, and compare.")
 @max_lines_option
 @click.pass_context
 def command(
@@ -43,13 +43,13 @@ def command(
 ) -> None:  # fmt: skip
     """Run a G-code FILE through the real core in virtual time.
 
-    The motion that the controller would make, measured from its step edges: times, speeds, extent, step counts.
+    Measures the motion from the step edges: times, speeds, extent, step counts.
     """
     json_file = None if json_path == STDOUT else json_path
     options = SimOptions(file, board, machine, settings, json_file, plot, trace, keep_going, at, max_lines)
     if on_chip:
         if json_path or plot or keep_going:
-            raise UserError("--on-chip goes with --machine, --set, --at and --trace alone")
+            raise UserError("--on-chip can be combined with --machine, --set, --at and --trace only")
         ctx.exit(Exit.OK if _run_on_chip(options) else Exit.JOB)
     with progress_bar(file.name) as on_progress:
         result = simulate(options, on_progress)
@@ -75,7 +75,7 @@ def _run_on_chip(options: SimOptions) -> bool:
     ui.data.print(f"[bold]{escape(str(options.file))}[/] in the image of {board.id}")
     ui.data.print(f"lines       {result.lines:,}, {len(result.errors)} refused")
     ui.data.print(f"step events {result.events:,} in {result.seconds:.3f} s")
-    ui.data.print(f"stands at   {', '.join(map(str, result.position_steps))} steps")
+    ui.data.print(f"position    {', '.join(map(str, result.position_steps))} steps")
     same = result.first_difference is None
     ui.data.print(f"the host    {compared(result)}")
     for error in result.errors[:ERRORS_SHOWN]:

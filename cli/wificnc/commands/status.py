@@ -1,15 +1,17 @@
-"""`wificnc status`: where a machine stands and what it does."""
+"""`wificnc status`: position and state of a machine, and why it does not work."""
 
 from __future__ import annotations
 
 from typing import Any
 
 import rich_click as click
+from rich.markup import escape
 from rich.table import Table
 
 from wificnc import ui
 from wificnc.commands._target import json_option, position_json, target_option
 from wificnc.link.client import Snapshot, connected
+from wificnc.link.condition import Condition
 from wificnc.live import STATE_STYLES, place
 
 PINS = {
@@ -23,25 +25,48 @@ ACCESSORIES = {"S": "spindle clockwise", "C": "spindle counter-clockwise", "F": 
 @target_option
 @json_option
 def command(target: str, as_json: bool) -> None:
-    """Show where a machine stands and what it does. Works at any time, also while a job runs."""
+    """Show position and state of a machine, and why it is locked or held. Works at any time, also while a job runs."""
     with connected(target) as client:
         now = client.look_fully()
+        found = client.condition()
+        commander = client.commander()
     if as_json:
-        ui.emit_json(status_json(target, now))
+        found_json = {"why": found.why, "next": found.next, "commanded_by": commander}
+        ui.emit_json({**status_json(target, now), **found_json})
         return
     table = Table(box=None, show_header=False, pad_edge=False, padding=(0, 2, 0, 0))
     table.add_column(style="dim")
     table.add_column()
     table.add_row("state", f"[{STATE_STYLES.get(now.status.state, 'default')}]{now.state}[/]")
-    for name, text in status_rows(now):
+    for name, text in [*condition_rows(found, commander), *status_rows(now)]:
         table.add_row(name, text)
     ui.data.print(table)
 
 
+def condition_rows(found: Condition, commander: str | None) -> list[tuple[str, str]]:
+    """Why the machine does not take commands, and what leads on."""
+    rows = [("why", found.why), ("next", found.next), ("commanded by", commander or "")]
+    return [(name, escape(text)) for name, text in rows if text]
+
+
+def homed_words(now: Snapshot) -> str:
+    """ "Z; not homed: X Y", "all axes"; "" when the controller does not report it."""
+    whole, _, mask = now.homed.partition(",")
+    if whole == "1":
+        return "all axes"
+    if not mask.isdigit():
+        return ""
+    axes = "XYZABC"[: len(now.mpos)]
+    homed = [axis for bit, axis in enumerate(axes) if int(mask) >> bit & 1]
+    return f"{' '.join(homed) or 'none'}; not homed: {' '.join(axis for axis in axes if axis not in homed)}"
+
+
 def status_rows(now: Snapshot) -> list[tuple[str, str]]:
-    """What the report says, in words; nothing of what it leaves out."""
+    """The fields of the report, in words; nothing for those that it leaves out."""
     status = now.status
     rows = [("work", place(now.wpos)), ("machine", place(now.mpos))]
+    if words := homed_words(now):
+        rows.append(("homed", words))
     if status.feed is not None:
         rows.append(("feed", f"{status.feed:g}"))
     if status.speed is not None:
@@ -61,7 +86,7 @@ def status_rows(now: Snapshot) -> list[tuple[str, str]]:
 
 
 def status_json(target: str, now: Snapshot) -> dict[str, Any]:
-    """The document of --json; null is what the controller does not say. The keys are a contract with scripts."""
+    """The document of --json; null is what the controller does not report. The keys are a contract with scripts."""
     status = now.status
     overrides = dict(zip(("feed", "rapid", "spindle"), now.overrides, strict=True)) if now.overrides else None
     return {

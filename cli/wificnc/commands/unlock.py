@@ -1,4 +1,4 @@
-"""`wificnc unlock`: leave an alarm."""
+"""`wificnc unlock`: end an alarm without homing."""
 
 from __future__ import annotations
 
@@ -6,25 +6,33 @@ import rich_click as click
 
 from wificnc import ui
 from wificnc.commands._target import controller_option
-from wificnc.errors import LinkError
+from wificnc.errors import LinkError, RefusedError
 from wificnc.link import realtime
 from wificnc.link.client import Client, Target, connected
 from wificnc.link.protocol import Banner
 from wificnc.link.transport import open_transport
 
 BANNER_S = 5.0
+HELD = ("Hold", "Door", "Sleep")  # no line is read, and `$X` does not end it
 
 
 @click.command()
 @controller_option
-@click.option("--reset", is_flag=True, help="Reset first (Ctrl-X): needed after some alarms, and to end a hold.")
+@click.option("--reset", is_flag=True, help="Reset first (Ctrl-X): required after some alarms, and to end a hold.")
 def command(target: Target, reset: bool) -> None:
-    """Leave an alarm without homing. The position may be wrong: look at the machine first."""
+    """Leave an alarm without homing. The position may be wrong: look at the machine first.
+
+    In a hold, with an open door and in sleep there is nothing to unlock: exit code 1, with the next step.
+    """
     if reset:
         reset_controller(target)
     with connected(target) as client:
-        if client.now().status.state != "Alarm":
-            ui.note(f"not locked: {client.now().state}")
+        now = client.now()
+        if now.status.state in HELD:
+            found = client.condition()
+            raise RefusedError(f"not locked, but in state {now.state}: {found.why}", hint=found.next)
+        if now.status.state != "Alarm":
+            ui.note(f"not locked: {now.state}")
             return
         client.synchronise()
         client.leave_alarm("$X", client.command("$X"))
@@ -41,6 +49,8 @@ def reset_controller(target: Target) -> None:
             client.wait(deadline - client.clock())
             if any(isinstance(message, Banner) for message in client.receive()):
                 return
-        raise LinkError(f"{client.transport.name} does not answer a reset")
+        raise LinkError(
+            f"{client.transport.name} does not answer a reset", hint="check that it is a controller, and its baud rate"
+        )
     finally:
         client.close()

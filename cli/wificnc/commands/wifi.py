@@ -17,15 +17,15 @@ from wificnc.nvs.values import NAMESPACE, merged, text_entry, without
 
 @click.group()
 def command() -> None:
-    """The WiFi network that a board joins, and its own one. Over USB: the board starts again afterwards."""
+    """The WiFi network that a board joins, and its own access point. Over USB; the board restarts afterwards."""
 
 
 @command.command("set")
 @click.argument("ssid")
 @port_option
-@click.option("--password", help="Of the network; asked for when it is not given. Empty for an open network.")
+@click.option("--password", help="Password of the network; prompted for if not given. Empty for an open network.")
 def set_network(ssid: str, port: str | None, password: str | None) -> None:
-    """Let the board join the network SSID."""
+    """Connect the board to the network SSID."""
     changes = [text_entry("wifi_ssid", ssid)]
     if password is None:
         password = click.prompt("password", hide_input=True, default="", show_default=False, err=True)
@@ -45,10 +45,10 @@ def set_network(ssid: str, port: str | None, password: str | None) -> None:
 
 @command.command("status")
 @port_option
-@click.option("--qr/--no-qr", default=True, help="The board's own network as a QR code, for a phone.")
+@click.option("--qr/--no-qr", default=True, help="Board default network as a QR code, for a phone.")
 @click.option("--json", "as_json", is_flag=True, help="One JSON document on stdout.")
 def status(port: str | None, qr: bool, as_json: bool) -> None:
-    """Show which network the board joins, and the name and password of its own one."""
+    """Show the network that the board joins, and the name and password of its own access point."""
     partition = esp32_partitions()["nvs"]
     with connected(port) as device:
         mac = device.identify().mac
@@ -96,6 +96,6 @@ def show_qr(name: str, password: str) -> None:
     try:
         import segno
     except ImportError:
-        ui.note("with `pip install segno` a QR code stands here")
+        ui.note("`pip install segno` to print a QR code here")
         return
     segno.make(wifi_code(name, password)).terminal(out=sys.stdout, compact=True)

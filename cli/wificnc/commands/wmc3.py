@@ -14,7 +14,7 @@ from rich.table import Table
 
 from wificnc import ui
 from wificnc.commands._target import json_option
-from wificnc.errors import UserError
+from wificnc.errors import Exit, UserError
 from wificnc.wmc3.channels import (
     MODULE_MODE,
     NO_PIN,
@@ -62,7 +62,9 @@ device_option = click.option(
     metavar="ADDRESS",
     help="IPv4 address of the device.",
 )
-password_option = click.option("--password", envvar="WIFICNC_PASSWORD", default="", help="Where the device wants one.")
+password_option = click.option(
+    "--password", envvar="WIFICNC_PASSWORD", default="", help="Password, if the device requires one."
+)
 
 
 def with_device(function: Callable[..., None]) -> Callable[..., None]:
@@ -80,14 +82,14 @@ def with_device(function: Callable[..., None]) -> Callable[..., None]:
 
 @click.group()
 def command() -> None:
-    """Be a host of the binary protocol, as LinuxCNC and Mach3 are: docs/protocol.md."""
+    """Control a device by the binary protocol (WMC3), as LinuxCNC and Mach3 do: docs/protocol.md."""
 
 
 @command.command()
 @with_device
 @json_option
 def handshake(device: Device, as_json: bool) -> None:
-    """Who is there, and what it can."""
+    """Show the device and its capabilities."""
     hello = device.handshake()
     version = f"{hello.version >> 24}.{hello.version >> 16 & 0xFF}.{hello.version & 0xFFFF}"
     names = [bit.name.lower() for bit in Capability if hello.capabilities & bit and bit.name]
@@ -105,10 +107,13 @@ def handshake(device: Device, as_json: bool) -> None:
 
 @command.command()
 @click.option("--seconds", type=click.FloatRange(0.2, 60), default=3.0, show_default=True)
-@click.option("--broadcast", default="255.255.255.255", show_default=True, help="Where to ask; also a single address.")
+@click.option(
+    "--broadcast", default="255.255.255.255", show_default=True, help="Broadcast address, or the address of one device."
+)
 @json_option
 def discover(seconds: float, broadcast: str, as_json: bool) -> None:
-    """Find devices by broadcast, also those of other makers. Takes nothing from anybody. Exit code 1: there is none."""
+    """Find devices by broadcast, including those of other manufacturers. Does not take control. Exit code 1 if none
+    is found."""
     found = []
     for address, first in find_devices(seconds, broadcast):
         found.append({"address": address, "state": State(first.state).name.lower()})
@@ -117,8 +122,8 @@ def discover(seconds: float, broadcast: str, as_json: bool) -> None:
     if as_json:
         ui.emit_json(found)
     if not found:
-        ui.note("no device has answered; broadcasts end at the router: --broadcast ADDRESS asks a single one")
-    raise SystemExit(0 if found else 1)
+        ui.note("no device has answered; broadcasts do not pass routers: --broadcast ADDRESS queries one device")
+    raise SystemExit(Exit.OK if found else Exit.JOB)
 
 
 @command.command()
@@ -126,7 +131,7 @@ def discover(seconds: float, broadcast: str, as_json: bool) -> None:
 @click.argument("seconds", type=click.FloatRange(min=0.1), default=0.3)
 @json_option
 def status(device: Device, seconds: float, as_json: bool) -> None:
-    """Status reports of some seconds; the newest with --json. Of an I/O module: its channels."""
+    """Show status reports for some seconds; the latest with --json. For an I/O module: its channels."""
     is_module = device.handshake().device_mode == MODULE_MODE
     report = None
     for report in device.reports(seconds):
@@ -163,7 +168,7 @@ def _channel_table(channels: list[Channel]) -> None:
 @click.option("--input/--output", "is_input", default=None, help="Its direction.")
 @click.option("--pin", type=click.IntRange(0, NO_PIN), help="Its pin; 255: none.")
 @click.option("--pull-up/--no-pull-up", default=None, help="Of an input.")
-@click.option("--invert/--no-invert", default=None, help="On while its line is low.")
+@click.option("--invert/--no-invert", default=None, help="On while its pin is low.")
 @json_option
 def channel(
     device: Device,
@@ -174,7 +179,7 @@ def channel(
     invert: bool | None,
     as_json: bool,
 ) -> None:
-    """Show channel NUMBER of an I/O module, or change it. A change is kept and acts at once."""
+    """Show channel NUMBER of an I/O module, or change it. A change is stored and takes effect immediately."""
     check_number(number)
     output = None if is_input is None else not is_input
     change = Change(output, pin, pull_up, invert)
@@ -183,9 +188,7 @@ def channel(
     report = next(device.reports(1.0))
     found = [each for each in read_channels(device, report) if each.number == number]
     if not found:
-        raise UserError(
-            f"channel {number} is not in use", hint=f"wificnc wmc3 channel {number} --pin N takes it into use"
-        )
+        raise UserError(f"channel {number} is not in use", hint=f"wificnc wmc3 channel {number} --pin N configures it")
     if as_json:
         ui.emit_json(asdict(found[0]))
     else:
@@ -202,8 +205,8 @@ def channel(
 def output(device: Device, number: int, state: str, seconds: float) -> None:
     """Switch output NUMBER of an I/O module.
 
-    When this command ends, its host is gone for the module: after io_link_timeout_ms the outputs go to their safe
-    state, unless io_link_lost is 0. --hold keeps the connection.
+    When this command ends, the module loses its host: after io_link_timeout_ms the outputs go to their safe state,
+    unless io_link_lost is 0. --hold keeps the connection.
     """
     switch(device, check_number(number), state == "on")
     time.sleep(seconds)
@@ -224,7 +227,7 @@ def _alarm(code: int) -> str:
 @with_device
 @json_option
 def counters(device: Device, as_json: bool) -> None:
-    """What the device has counted: lost and doubled datagrams, refusals, underruns."""
+    """Show the counters of the device: lost and duplicate datagrams, refusals, underruns."""
     counts = asdict(device.request(Statistics(), StatisticsResponse))
     counts["owner"] = ".".join(map(str, counts["owner"]))
     counts["last_refusal"] = Refusal(counts["last_refusal"]).name.lower()
@@ -238,7 +241,7 @@ def counters(device: Device, as_json: bool) -> None:
 @with_device
 @click.argument("name", required=False)
 @click.argument("value", required=False)
-@click.option("--save", is_flag=True, help="Keep it over a power cut.")
+@click.option("--save", is_flag=True, help="Also store the value.")
 @json_option
 def config(device: Device, name: str | None, value: str | None, save: bool, as_json: bool) -> None:
     """Configuration keys: all of them, one of them, or set one: `config max_rate_mm_min.x 10000 --save`."""
@@ -264,7 +267,7 @@ def _key_name(key: int, row: Key) -> str:
 
 def _axis(letter: str) -> int:
     if letter.upper() not in AXES or len(letter) != 1:
-        raise UserError(f"{letter!r} is no axis", hint="one of X Y Z A B C")
+        raise UserError(f"{letter!r} is not an axis", hint="one of X Y Z A B C")
     return AXES.index(letter.upper())
 
 
@@ -274,9 +277,9 @@ def _axis(letter: str) -> int:
 @click.argument("speed", type=int)
 @click.argument("seconds", type=click.FloatRange(0, 600))
 def jog(device: Device, axis: str, speed: int, seconds: float) -> None:
-    """Move an AXIS at SPEED steps/s (negative: the other way: `-- X -500 2`) for some SECONDS."""
+    """Move an AXIS at SPEED steps/s (negative: the other direction: `-- X -500 2`) for some SECONDS."""
     if speed == 0:
-        raise UserError("a jog at 0 steps/s does not move", hint="above 0, or below it for the other way")
+        raise UserError("the speed of a jog must not be 0", hint="positive, or negative for the other direction")
     device.command(Jog(_axis(axis), 1 if speed > 0 else -1, abs(speed)))
     try:
         time.sleep(seconds)
@@ -288,7 +291,7 @@ def jog(device: Device, axis: str, speed: int, seconds: float) -> None:
 @with_device
 @click.argument("axes", default=AXES)
 def home(device: Device, axes: str) -> None:
-    """Home AXES, like XY; those without an end are left out. Returns at once: `status` tells."""
+    """Home AXES, like XY; axes without travel are skipped. Returns immediately: `status` shows the progress."""
     device.command(Home(sum({1 << _axis(letter) for letter in axes})))
 
 
@@ -299,10 +302,10 @@ def _simple(name: str, payload: Any, text: str) -> None:
         device.command(payload())
 
 
-_simple("estop", Estop, "Stop at once; `reset` unlocks.")
-_simple("hold", Hold, "Slow down along the path and stand.")
-_simple("resume", Resume, "Go on after a hold.")
-_simple("reset", Reset, "Leave alarm or e-stop; or give motion back to the text side.")
+_simple("estop", Estop, "Stop immediately; `reset` unlocks.")
+_simple("hold", Hold, "Slow down along the path and stop.")
+_simple("resume", Resume, "Resume after a hold.")
+_simple("reset", Reset, "Leave alarm or e-stop; or release motion to the G-code side.")
 
 
 @command.command()
@@ -334,9 +337,9 @@ def parse_moves(moves: tuple[str, ...]) -> list[int]:
         try:
             axis, number = _axis(letter), int(count)
         except ValueError:
-            raise UserError(f"{move!r} is no move", hint="like X=1000") from None
+            raise UserError(f"{move!r} is not a move", hint="like X=1000") from None
         if axis in steps:
-            raise UserError(f"{letter.upper()} is there twice", hint="one move of each axis")
+            raise UserError(f"{letter.upper()} is given twice", hint="one move of each axis")
         if abs(number) > STEPS_MOST:
             raise UserError(f"{move} is too far", hint=f"a position has at most {STEPS_MOST} steps")
         steps[axis] = number
@@ -361,7 +364,7 @@ def slices(steps: list[int], speed: float) -> list[Segment]:
 @click.option("--seconds", type=click.FloatRange(0.5, 3600), default=3.0, show_default=True, help="Of reports.")
 @json_option
 def bench(device: Device, requests: int, seconds: float, as_json: bool) -> None:
-    """Measure the round trip of requests and the jitter of reports. Moves nothing."""
+    """Measure the round trip of requests and the jitter of reports. Does not move the machine."""
     trips = measure_trips(device, requests)
     reports = measure_reports(device, seconds)
     result = {

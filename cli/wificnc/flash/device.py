@@ -18,8 +18,8 @@ MB = 1 << 20
 
 Progress = Callable[[str, int, int], None]  # what, bytes done, of bytes
 
-BOOT_HINT = "hold the board's BOOT button, press RESET, let BOOT go, and try again"
-AGAIN_HINT = "nothing else was changed; run the same command again, it starts over"
+BOOT_HINT = "hold the board's BOOT button, press RESET, release BOOT, and try again"
+AGAIN_HINT = "nothing else was changed; run the same command again, it starts from the beginning"
 
 
 def _esptool() -> Any:
@@ -85,7 +85,9 @@ class Device:
             for region in regions:
                 found = str(self._loader.flash_md5sum(region.offset, len(region.data)))
                 if found != hashlib.md5(region.data).hexdigest():
-                    raise FlashError(f"{region.name} did not arrive: the flash holds something else", AGAIN_HINT)
+                    raise FlashError(
+                        f"{region.name} was not written correctly: the flash contains different data", AGAIN_HINT
+                    )
 
     def read(self, offset: int, size: int) -> bytes:
         with _told(self.port, "read"):
@@ -200,5 +202,5 @@ def _size_mb(size: str | None) -> float:
     """ "4MB" -> 4. Raises FlashError when the flash does not say."""
     match = re.fullmatch(r"(\d+)(K|M)B", size or "")
     if match is None:
-        raise FlashError("the flash does not say how large it is", hint="is the module damaged, or not soldered well?")
+        raise FlashError("the flash does not report its size", hint="check the module and its solder joints")
     return int(match[1]) / (1024 if match[2] == "K" else 1)

@@ -40,7 +40,7 @@ class Upload:
         except OSError as err:
             raise FlashError(
                 f"cannot reach {self.name}: {err.strerror or err}",
-                hint="is it on, and on this network? `wificnc discover` looks for it",
+                hint="check that it is on and on this network; `wificnc discover` searches for it",
             ) from err
         self._socket.settimeout(ANSWER_S)
         self._said = b""
@@ -49,7 +49,7 @@ class Upload:
         words = self._line().split(" ")
         if len(words) != 4 or words[:2] != ["WIFICNC-OTA", "1"]:
             self._raise_error(" ".join(words))
-            raise FlashError(f"{self.name} takes no updates that this version knows how to send")
+            raise FlashError(f"{self.name} does not support the updates of this version")
         return Hello(words[2], words[3])
 
     def send(self, hello: Hello, image: bytes, password: str, progress: Callable[[int, int], None]) -> None:

@@ -38,7 +38,7 @@ class Runner(ABC):
 
 
 class MikroBootloader(Runner):
-    """The board's own USB HID bootloader, by mikro_hb."""
+    """Board default USB HID bootloader, by mikro_hb."""
 
     name = "mikro_hb"
     programs = ("mikro_hb",)
@@ -93,15 +93,15 @@ def choose_runner(wanted: str | None, which: Which = shutil.which) -> tuple[Runn
         if program := runner.find(which):
             return runner, program
     if wanted is not None and candidates:
-        raise FlashError(f"{wanted} is not on this machine", hint=f"one of these can write it: {names}")
+        raise FlashError(f"{wanted} is not installed", hint=f"use one of these: {names}")
     hint = f"pip install hidapi, for the board's own USB bootloader; or install one of: {names}"
-    raise FlashError("no program that writes this chip is on this machine", hint=hint)
+    raise FlashError("no programmer software for this chip is installed", hint=hint)
 
 
 def require_image(board: Board, image: Path) -> None:
     """Raises FlashError."""
     if not image.is_file():
-        raise FlashError(f"there is no build of {board.id}", hint=f"wificnc build {board.id}")
+        raise FlashError(f"no build found for {board.id}", hint=f"wificnc build {board.id}")
 
 
 def plan_flash(board: Board, image: Path, wanted: str | None = None, which: Which = shutil.which) -> list[str]:
@@ -115,4 +115,4 @@ def run_flash(command: list[str], wanted: str | None = None) -> None:
     """Write, with the program's own words on the terminal. Raises FlashError."""
     if subprocess.run(command, check=False).returncode != 0:
         runner, _ = choose_runner(wanted)
-        raise FlashError(f"{runner.name} has not written the board", hint=runner.hint)
+        raise FlashError(f"{runner.name} could not write the board", hint=runner.hint)

@@ -70,7 +70,7 @@ def read_partitions(text: str) -> dict[str, Partition]:
         try:
             found[cells[0]] = Partition(cells[0], cells[1], int(cells[3], 0), int(cells[4], 0))
         except ValueError as err:
-            raise FlashError(f"the partition table has a line that is none: {line}") from err
+            raise FlashError(f"the partition table has an invalid line: {line}") from err
     return found
 
 
@@ -103,7 +103,7 @@ def app_image(path: Path, chip: str) -> bytes:
     data = _image(path, chip)
     magic, project = struct.unpack_from("<I44x32s", data, 32)
     if magic != APP_MAGIC or project.rstrip(b"\0") != PROJECT.encode():
-        raise FlashError(f"{path} is no WiFiCNC firmware")
+        raise FlashError(f"{path} is not a WiFiCNC firmware")
     return data
 
 
@@ -111,7 +111,7 @@ def _check_build(folder: Path, board: Board) -> None:
     hint = f"wificnc build {board.id}"
     record_path = folder / "build.json"
     if not record_path.is_file():
-        raise FlashError(f"there is no build of {board.id} in {folder}", hint=hint)
+        raise FlashError(f"no build found for {board.id} in {folder}", hint=hint)
     try:
         record = json.loads(record_path.read_text())
         sums = {row["name"]: row["sha256"] for row in record["artefacts"]}
@@ -119,22 +119,22 @@ def _check_build(folder: Path, board: Board) -> None:
             raise FlashError(f"{record_path} is a build of {record['board']}, not of {board.id}", hint=hint)
         for name, wanted in sums.items():
             if hashlib.sha256((folder / name).read_bytes()).hexdigest() != wanted:
-                raise FlashError(f"{folder / name} is not what was built", hint=hint)
+                raise FlashError(f"{folder / name} differs from the build record", hint=hint)
     except (OSError, ValueError, KeyError, TypeError) as err:
-        raise FlashError(f"the build in {folder} is not whole: {err}", hint=hint) from err
+        raise FlashError(f"the build in {folder} is incomplete: {err}", hint=hint) from err
 
 
 def _image(path: Path, chip: str) -> bytes:
     """An image whose head and checksums are right. Raises FlashError."""
     data = path.read_bytes()
     if len(data) < 112 or data[0] != IMAGE_MAGIC:
-        raise FlashError(f"{path} is no image of an ESP32")
+        raise FlashError(f"{path} is not an ESP32 image")
     (chip_id,) = struct.unpack_from("<H", data, 12)
     if chip_id != CHIP_IDS[chip]:
         names = {number: name for name, number in CHIP_IDS.items()}
         raise FlashError(f"{path} is for {names.get(chip_id, f'chip {chip_id}')}, not for {chip}")
     if data[23] and hashlib.sha256(data[:-32]).digest() != data[-32:]:
-        raise FlashError(f"{path} is damaged: its own SHA-256 differs")
+        raise FlashError(f"{path} is damaged: its SHA-256 differs")
     return data
 
 
@@ -148,7 +148,7 @@ def check_chip(chip: Chip, board: Board, regions: list[Region], partitions: dict
     if chip.name != board.chip:
         raise FlashError(
             f"this is an {chip.title}, and {board.id} has an {board.pins.name}",
-            hint="`wificnc boards` lists the boards; is another one plugged in, too?",
+            hint="`wificnc boards` lists the boards; is another board connected, too?",
         )
     bootloader = next((region.data for region in regions if region.name == BOOTLOADER), None)
     needed_mb = max(flash_needed_mb(partitions), image_flash_mb(bootloader) if bootloader else 0)

@@ -37,10 +37,10 @@ def choose_port(given: str | None, found: Iterable[Port]) -> str:
     ports = list(found)
     if not ports:
         raise FlashError(
-            "no board is plugged in, as far as this computer can see",
-            hint="a cable that only charges? `wificnc doctor` looks further; --port PORT names one",
+            "this computer does not detect a board",
+            hint="use a data cable (not a charging cable); `wificnc doctor` checks more; or give --port PORT",
         )
     if len(ports) > 1:
         names = "\n".join(f"  {port.device}  {port.title}" for port in ports)
-        raise FlashError(f"there are several ports that could be the board's:\n{names}", hint="choose: --port PORT")
+        raise FlashError(f"several ports could be the board:\n{names}", hint="choose: --port PORT")
     return ports[0].device

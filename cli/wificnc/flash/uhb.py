@@ -40,8 +40,8 @@ VECTOR_PLACE = BOOTLOADER - VECTOR_SIZE
 RESET_VECTOR, CONFIG_WORDS = 0x1FC0_0000, 0x1FC0_FFC0
 STORE, STORE_END = 0x1D18_0000, 0x1D18_C000  # the settings' three pages (targets/pic32mz/chip/pic32mz.ld)
 
-RETRY_HINT = "the board has no program now and starts none: reset it and run the same command again, it starts over"
-START_HINT = "connect the board by USB and reset it: the bootloader waits a few seconds for us"
+RETRY_HINT = "the board has no program now: reset it and run the same command again"
+START_HINT = "connect the board by USB and reset it: the bootloader waits a few seconds for a connection"
 
 Progress = Callable[[str, int, int], None]  # what, bytes done, of bytes
 
@@ -104,7 +104,7 @@ def _check_place(block: Block) -> None:
     if not any(low <= block.address and block.end <= high for low, high in free):
         raise FlashError(
             f"the image has bytes at {block.address:#x} to {block.end:#x}",
-            hint="there lie the settings, the bootloader or boot flash; nothing has been written",
+            hint="the settings, the bootloader or the boot flash are there; nothing has been written",
         )
 
 
@@ -122,11 +122,11 @@ class Bootloader:
         self._wire = wire
 
     def info(self) -> Record:
-        self._send(_command(INFO), "asking who it is")
-        said = self._hear("asking who it is", START_HINT)
+        self._send(_command(INFO), "identifying it")
+        said = self._hear("identifying it", START_HINT)
         tags = [said[at] for at in (1, 4, 12, 16, 20, 24, 32)]
         if said[0] != 56 or tags != [1, 8, 3, 4, 5, 6, 7]:
-            raise FlashError("this is no MikroE bootloader: its record has another form", hint="nothing was written")
+            raise FlashError("not a MikroE bootloader: its record has another format", hint="nothing was written")
         name = said[33:53].split(b"\0")[0].decode("ascii", "replace")
         flash, (page,), (row,) = _u32(said, 8), struct.unpack_from("<H", said, 14), struct.unpack_from("<H", said, 18)
         version = struct.unpack_from("<H", said, 22)[0]
@@ -164,13 +164,13 @@ class Bootloader:
         try:
             self._wire.write(packet)
         except OSError as err:
-            raise FlashError(f"the board is gone when {what}: {err}", hint=RETRY_HINT) from err
+            raise FlashError(f"the connection to the board was lost while {what}: {err}", hint=RETRY_HINT) from err
 
     def _hear(self, what: str, hint: str) -> bytes:
         try:
             said = self._wire.read(ANSWER_S)
         except OSError as err:
-            raise FlashError(f"the board is gone when {what}: {err}", hint=hint) from err
+            raise FlashError(f"the connection to the board was lost while {what}: {err}", hint=hint) from err
         if len(said) != PACKET:
             raise FlashError(f"the bootloader does not answer when {what}", hint=hint)
         return said
@@ -189,7 +189,7 @@ def check_record(record: Record) -> None:
         wrong = [f"rows of {record.row_bytes} bytes"]
     if wrong:
         raise FlashError(
-            f"{record.name or 'this board'} is not the one that the image is for: {', '.join(wrong)}",
+            f"{record.name or 'this board'} is not the board of this image: {', '.join(wrong)}",
             hint="nothing has been written",
         )
 
@@ -217,7 +217,8 @@ def describe(pages: list[Page]) -> list[str]:
     lines += [f"write 0x{page.address:08X}  {len(page.data):,} bytes" for page in pages]
     lines[-1] += f", the start vector at 0x{VECTOR_PLACE:08X}"
     kept = (
-        "the settings, the bootloader, boot flash and the configuration words (the bootloader's own must say the same)"
+        "the settings, the bootloader, boot flash and the configuration words "
+        "(the bootloader's own words must be the same)"
     )
     return [*lines, f"untouched: {kept}"]
 
@@ -245,7 +246,7 @@ class HidWire:
         try:
             self._device.open(VENDOR, PRODUCT)
         except OSError as err:
-            raise FlashError(f"no MikroE bootloader is plugged in: {err}", hint=START_HINT) from err
+            raise FlashError(f"no MikroE bootloader is connected: {err}", hint=START_HINT) from err
         return self
 
     def __exit__(self, *_: object) -> None:

@@ -14,6 +14,7 @@ from collections.abc import Iterable
 
 from wificnc.errors import UserError
 from wificnc.job.program import JobLine
+from wificnc.sim.job import simulated_text
 from wificnc.sim.native import HostBoard, Simulation
 
 EVENTS_PER_CALL = 20_000  # about a second of the job between two marks
@@ -30,7 +31,7 @@ class Estimate:
         self, library: ctypes.CDLL, lines: Iterable[JobLine], settings: dict[int, str], axis_count: int
     ) -> None:
         self._library = library
-        self._text = b"".join(line.wire for line in lines if not line.alone)
+        self._text, _ = simulated_text(b"".join(line.wire for line in lines))
         self._settings = settings
         self._axis_count = axis_count
         self._marks_line = [0]

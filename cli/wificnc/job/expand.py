@@ -15,8 +15,8 @@ LINES_MAX = 1_000_000  # executed lines, before a program counts as endless
 MACHINE_ONLY = 129
 ENDLESS = 127
 HINTS = {
-    MACHINE_ONLY: "a program may read the modes and the places that it has set itself (G21 G90 G0 X0 ...), "
-    "and no offsets and probe results",
+    MACHINE_ONLY: "a program may read the modes and positions that it has set itself (G21 G90 G0 X0 ...), but no "
+    "offsets and probe results",
     ENDLESS: "--max-lines N allows more",
 }
 
@@ -80,5 +80,5 @@ def load_expand(path: Path) -> ctypes.CDLL:
             function = getattr(library, name)
             function.restype, function.argtypes = result, arguments
     except (OSError, AttributeError) as err:
-        raise BuildError(f"{path.name} cannot be used: {err}", hint="`wificnc build host` builds it anew") from err
+        raise BuildError(f"{path.name} cannot be used: {err}", hint="`wificnc build host` builds it again") from err
     return library

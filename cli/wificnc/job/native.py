@@ -159,5 +159,5 @@ def load_rebuild(path: Path) -> ctypes.CDLL:
             function = getattr(library, name)
             function.restype, function.argtypes = result, arguments
     except (OSError, AttributeError) as err:
-        raise BuildError(f"{path.name} cannot be used: {err}", hint="`wificnc build host` builds it anew") from err
+        raise BuildError(f"{path.name} cannot be used: {err}", hint="`wificnc build host` builds it again") from err
     return library

@@ -19,6 +19,12 @@ CODE_CHARACTERS = frozenset(range(0x21, 0x7F)) - set(b"!?~")
 MARK = re.compile(rb"%.*|N[0-9]+%|(?:N[0-9]+)?[O:][0-9]+", re.DOTALL)
 O_LINE = re.compile(r"(?:N[0-9]+)?O")  # may be one with an O word
 OWN_NUMBER = re.compile(r"(?:^|(?<=[0-9.]))N[0-9.]+")
+# $ lines that end a job, or take from it that it moves: (what the line begins with, why it is refused)
+NOT_IN_A_JOB = {
+    b"$C": "$C switches check mode, and no line after it moves: use `wificnc send --dry-run`",
+    b"$SLP": "after $SLP the controller sleeps until a reset and reads no line",
+    b"$RST=": "$RST= restores defaults and resets the controller",
+}
 LONGEST_CODE = 79  # characters that every controller takes
 FAULTS_SHOWN = 5
 
@@ -49,7 +55,7 @@ class JobLine:
 
 @dataclass(frozen=True)
 class Program:
-    """A file's lines, without those that say nothing to a controller."""
+    """A file's lines, without those that mean nothing to a controller."""
 
     lines: tuple[JobLine, ...]
     file_lines: int
@@ -110,7 +116,8 @@ def read_program(name: str, data: bytes) -> Program:
     """The lines of a job.
 
     Raises:
-        JobError: code holds bytes that a controller takes for real-time commands, or nothing is there to send.
+        JobError: code holds bytes that a controller takes for real-time commands, a $ line that no job may have, or
+            there is nothing to send.
     """
     lines: list[JobLine] = []
     faults: list[str] = []
@@ -121,21 +128,31 @@ def read_program(name: str, data: bytes) -> Program:
         if MARK.fullmatch(code):
             marks += 1
         elif bad := [byte for byte in code if byte not in CODE_CHARACTERS]:
-            faults.append(f"{name}:{number}: {_byte_name(bad[0])} is no G-code: {printable(raw)}")
+            faults.append(f"{name}:{number}: {_byte_name(bad[0])} is not G-code: {printable(raw)}")
+        elif why := why_not_in_a_job(code):
+            faults.append(f"{name}:{number}: {why}")
         elif code:
             lines.append(JobLine(number, printable(raw), code + b"\n"))
     if faults:
         more = [f"and {len(faults) - FAULTS_SHOWN} more lines like these"] if len(faults) > FAULTS_SHOWN else []
-        raise JobError("\n".join([*faults[:FAULTS_SHOWN], *more]), hint="nothing was sent; mend the file first")
+        raise JobError("\n".join([*faults[:FAULTS_SHOWN], *more]), hint="nothing was executed; correct the file first")
     if not lines:
-        raise JobError(f"{name} holds no G-code")
+        raise JobError(f"{name} has no G-code")
     return Program(tuple(lines), len(raw_lines), marks)
+
+
+def why_not_in_a_job(code: bytes) -> str:
+    """Of a $ line that no job may have, whether it is sent, simulated or checked; else ""."""
+    for begin, why in NOT_IN_A_JOB.items():
+        if code == begin or (begin.endswith(b"=") and code.startswith(begin)):
+            return why
+    return ""
 
 
 def expanded_program(name: str, source: Program, text: bytes, numbers: Sequence[int]) -> Program:
     """The plain lines that a program executes (wificnc.job.expand), with the numbers of the lines they came from."""
     if not numbers:
-        raise JobError(f"{name} executes no line")
+        raise JobError(f"{name} executes no lines")
     lines = tuple(
         JobLine(number, printable(line), line + b"\n") for number, line in zip(numbers, text.splitlines(), strict=True)
     )

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import ctypes
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
 from wificnc.errors import JobError
@@ -25,6 +25,8 @@ PLUNGE_MM_MIN = 200.0
 Z = AXES.index("Z")
 SAME_MM = 1e-6
 CHECK_MM = 1e-4
+NEAR_LINES = 2000  # before the line asked for, where one that can be resumed is looked for first
+TRIES = 5
 # Two places that no program ends at by chance.
 SOMEWHERE_MM = (-311.625, 247.375, -211.875, 97.625, -57.875, 33.375)
 ELSEWHERE_MM = (137.25, -91.5, 53.125, 31.75, -17.5, 71.25)
@@ -94,6 +96,15 @@ class _Known:
     top_work_mm: float | None
 
 
+@dataclass(frozen=True)
+class Restart:
+    """Where plan_resume() accepts a line, for somebody who asks for another one."""
+
+    line: int | None  # None: nowhere at or before the line asked for
+    why_not: str = ""  # the line asked for is refused
+    at_begin: bool = False  # nothing has moved before it
+
+
 def plan_resume(
     library: ctypes.CDLL, program: Program, line: int, facts: MachineFacts, approach: Approach | None = None
 ) -> Resume:
@@ -106,7 +117,7 @@ def plan_resume(
     rest = [job_line for job_line in program.lines if job_line.number >= line]
     if not 1 <= line <= program.file_lines or not rest:
         last = program.lines[-1].number
-        raise JobError(f"there is nothing to send from line {line} on: the last line with code is {last}")
+        raise JobError(f"nothing to send from line {line}: the last line with code is {last}")
     known = _known_state(library, before, facts)
     preamble = _preamble(known, facts, approach or Approach())
     _check(library, known, preamble, facts)
@@ -114,45 +125,115 @@ def plan_resume(
     return Resume(line, known.state, tuple(_job_line(code) for code in preamble), tuple(rest), _notes(known))
 
 
+def nearest_resume(
+    library: ctypes.CDLL, program: Program, wanted: int, facts: MachineFacts, approach: Approach | None = None
+) -> Restart:
+    """The last line, at or before the wanted one, that plan_resume() accepts."""
+    approach = approach or Approach()
+    try:
+        plan_resume(library, program, wanted, facts, approach)
+    except JobError as err:
+        why_not = err.message
+    else:
+        return Restart(wanted)
+    for _, line in zip(range(TRIES), _known_lines(library, program, wanted, facts, approach), strict=False):
+        try:
+            resume = plan_resume(library, program, line, facts, approach)
+        except JobError:
+            continue
+        return Restart(line, why_not, not any(resume.state.moved))
+    return Restart(None, why_not)
+
+
+def _known_lines(
+    library: ctypes.CDLL, program: Program, wanted: int, facts: MachineFacts, approach: Approach
+) -> Iterator[int]:
+    """Lines before the wanted one at which the state is known, the last one first."""
+    lines = [job_line for job_line in program.lines if job_line.number < wanted]
+    near = max(0, len(lines) - NEAR_LINES)
+    yield from reversed(_known_in(library, lines, near, facts, approach))
+    if near:
+        yield from reversed(_known_in(library, lines[:near], 0, facts, approach))
+
+
+def _known_in(
+    library: ctypes.CDLL, lines: Sequence[JobLine], first: int, facts: MachineFacts, approach: Approach
+) -> list[int]:
+    """The numbers among lines[first:] at which the lines before leave nothing unknown."""
+    found = []
+    with _begun(library, facts, SOMEWHERE_MM) as here, _begun(library, facts, ELSEWHERE_MM, _perturb(facts)) as there:
+        for index, job_line in enumerate(lines):
+            if index >= first and _is_known(here.state(), there.state(), facts, approach):
+                found.append(job_line.number)
+            if here.line(job_line.wire[:-1]) or there.line(job_line.wire[:-1]):
+                break  # no line after this one can be resumed
+    return found
+
+
+def _is_known(here: ModalState, there: ModalState, facts: MachineFacts, approach: Approach) -> bool:
+    try:
+        _preamble(_judge(here, there, facts), facts, approach)
+    except JobError:
+        return False
+    return True
+
+
 def _known_state(library: ctypes.CDLL, before: Sequence[JobLine], facts: MachineFacts) -> _Known:
-    here = _run(library, before, facts, SOMEWHERE_MM, perturb=False)
-    there = _run(library, before, facts, ELSEWHERE_MM, perturb=not facts.offsets)
+    here = _run(library, before, facts, SOMEWHERE_MM)
+    there = _run(library, before, facts, ELSEWHERE_MM, _perturb(facts))
+    return _judge(here, there, facts)
+
+
+def _perturb(facts: MachineFacts) -> bool:
+    """Offsets that the controller does not tell are not known."""
+    return not facts.offsets
+
+
+def _judge(here: ModalState, there: ModalState, facts: MachineFacts) -> _Known:
+    """What the same lines have set, begun at two places. Raises JobError: it depends on where they began."""
     if here.g92_mm != _row(facts, "G92"):
         raise JobError(
-            "the lines before set a G92 offset, which depends on where the machine stood",
+            "the lines before set a G92 offset, which depends on the machine's position at that time",
             hint="set it by hand and cut the file there, or use G10 L2 / G54 in the program",
         )
     if here.motion in ROWS:
         raise JobError(
-            f"the lines before are in the middle of a row of canned cycles or splines ({here.motion})",
-            hint="resume at the line that begins the row, or behind the next G0, G1 or G80",
+            f"the lines before are in a sequence of canned cycles or splines ({here.motion})",
+            hint="resume at the first line of the sequence, or after the next G0, G1 or G80",
         )
     known = tuple(abs(a - b) < SAME_MM for a, b in zip(here.work_mm, there.work_mm, strict=True))
     lost = [AXES[i] for i in range(facts.axis_count) if not known[i] and (here.moved[i] or there.moved[i])]
     if lost:
         raise JobError(
-            f"where {' and '.join(lost)} should be cannot be known: it depends on where the job began",
-            hint="relative moves (G91), G28, G30 and G53 do this; resume behind a line with absolute coordinates",
+            f"where {' and '.join(lost)} should be is unknown: it depends on the position at the start of the job",
+            hint="relative moves (G91), G28, G30 and G53 cause this; resume after a line with absolute coordinates",
         )
     top, other = (state.top_z_mm - (state.machine_mm[Z] - state.work_mm[Z]) for state in (here, there))
     return _Known(here, known, top if abs(top - other) < SAME_MM else None)
 
 
 def _run(
-    library: ctypes.CDLL, lines: Iterable[JobLine], facts: MachineFacts, start_mm: Sequence[float], perturb: bool
-) -> ModalState:
-    """The state after the lines, begun at a place. perturb: with offsets other than those of the first run."""
-    with Rebuild(library, facts.axis_count) as rebuild:
-        rebuild.set_position(start_mm)
-        for row, values in facts.offsets.items():
-            rebuild.set_offset(row, values)
-        if perturb:
-            for row in ("G54", "G55", "G56", "G57", "G58", "G59", "G28", "G30"):
-                rebuild.set_offset(row, [3.0 * value for value in ELSEWHERE_MM])
+    library: ctypes.CDLL, lines: Iterable[JobLine], facts: MachineFacts, start_mm: Sequence[float],
+    perturb: bool = False,
+) -> ModalState:  # fmt: skip
+    """The state after the lines, begun at a place."""
+    with _begun(library, facts, start_mm, perturb) as rebuild:
         for job_line in lines:
             if code := rebuild.line(job_line.wire[:-1]):
                 raise JobError(f"{job_line.title}, before the resume: {error_words(code)}")
         return rebuild.state()
+
+
+def _begun(library: ctypes.CDLL, facts: MachineFacts, start_mm: Sequence[float], perturb: bool = False) -> Rebuild:
+    """A parser at a place. perturb: with offsets other than those of the first run."""
+    rebuild = Rebuild(library, facts.axis_count)
+    rebuild.set_position(start_mm)
+    for row, values in facts.offsets.items():
+        rebuild.set_offset(row, values)
+    if perturb:
+        for row in ("G54", "G55", "G56", "G57", "G58", "G59", "G28", "G30"):
+            rebuild.set_offset(row, [3.0 * value for value in ELSEWHERE_MM])
+    return rebuild
 
 
 def _row(facts: MachineFacts, row: str) -> tuple[float, ...]:
@@ -192,7 +273,7 @@ def _safe_z(known: _Known, facts: MachineFacts, approach: Approach) -> float | N
         return max(here, known.top_work_mm)
     if math.isnan(state.top_z_mm):
         return None
-    raise JobError("a safe height cannot be found in the lines before", hint="give one: --safe-z MM, work coordinates")
+    raise JobError("no safe height found in the lines before", hint="give it: --safe-z MM, work coordinates")
 
 
 def _spindle(state: ModalState, facts: MachineFacts, approach: Approach) -> list[str]:
@@ -245,7 +326,7 @@ def _with_motion(state: ModalState, rest: Sequence[JobLine]) -> list[JobLine]:
 
 def _check(library: ctypes.CDLL, known: _Known, preamble: Sequence[str], facts: MachineFacts) -> None:
     """The preamble through the same parser must end where the lines before did."""
-    state = _run(library, [_job_line(code) for code in preamble], facts, facts.machine_mm, perturb=False)
+    state = _run(library, [_job_line(code) for code in preamble], facts, facts.machine_mm)
     motion = known.state.motion if _motion_stands_alone(known.state) else state.motion
     wanted = replace(known.state, motion=motion)
     for name in ("motion", "path", "wcs", "plane", "units", "distance", "feed_mode", "spindle", "coolant", "tool",
@@ -260,7 +341,7 @@ def _check(library: ctypes.CDLL, known: _Known, preamble: Sequence[str], facts: 
 
 def _same(name: str, got: object, wanted: object) -> None:
     if got != wanted:
-        raise JobError(f"the resume would set {name} to {got}, and the job had {wanted}", hint="please report this job")
+        raise JobError(f"the resume would set {name} to {got} instead of {wanted}", hint="please report this job")
 
 
 def _near(name: str, got: float, wanted: float) -> None:
@@ -273,11 +354,11 @@ def _notes(known: _Known) -> tuple[str, ...]:
     if known.state.stored:
         notes.append(
             "lines before store offsets (G10, G28.1, G30.1) or use the tool table (G43):"
-            " these are taken to be in the controller already"
+            " they are assumed to be stored in the controller already"
         )
     still = [axis for axis, is_known in zip(AXES[:3], known.axes, strict=False) if not is_known]
     if still:
-        notes.append(f"{' and '.join(still)} stays where it is: the lines before do not move it")
+        notes.append(f"{' and '.join(still)} does not move: the lines before do not position it")
     return tuple(notes)
 
 

@@ -1,4 +1,4 @@
-"""A job on its way: streams lines, watches what comes back, acts on keys, and always knows what became of each line.
+"""A job on its way: streams lines, watches the answers, acts on keys, and always has what became of each line.
 
 RUNNING ──!──► HELD ──~──► RUNNING ──all answered──► FINISHING ──at rest──► finished
    │ error, Ctrl-C, q                                     │
@@ -61,6 +61,7 @@ class End(Enum):
     ALARM = "alarm"
     RESET = "reset"  # the controller started anew by itself
     LINK_LOST = "link lost"
+    TAKEN = "another client took control"
     CONFUSED = "confused"  # answers and lines no longer belong together
 
 
@@ -72,7 +73,7 @@ class LineError:
     code: int
 
     def title(self, file: str) -> str:
-        """job.nc:12: error:22 a feed rate is missing (F)"""
+        """job.nc:12: error:22 the feed rate is missing (F)"""
         place = f"{file}:{self.line.number}" if self.line.number else "resume"
         return f"{place}: {error_words(self.code)}"
 
@@ -112,6 +113,8 @@ class Outcome:
     sent: int
     answered: int
     last_answered: JobLine | None
+    last_accepted: JobLine | None  # answered with ok
+    refused: JobLine | None  # the line that stopped the job
     unanswered: tuple[JobLine, ...]
     errors: tuple[LineError, ...]
     elapsed_s: float
@@ -196,6 +199,8 @@ class JobRun:
         self._confirm_reset = False
         self._paused = False
         self._running = 0
+        self._last_accepted: JobLine | None = None
+        self._refused: JobLine | None = None
         self._handlers: dict[type, Callable[..., None]] = {
             Ok: self._on_answer, Error: self._on_answer, Alarm: self._on_alarm, Banner: self._on_banner,
             Bracket: self._on_bracket, Status: self._on_status,
@@ -246,6 +251,8 @@ class JobRun:
             self._stop(End.CONFUSED, "the controller answered a line that was not sent")
         elif isinstance(message, Error):
             self._on_line_error(LineError(line, message.code))
+        else:
+            self._last_accepted = line
 
     def _on_line_error(self, error: LineError) -> None:
         self.errors.append(error)
@@ -253,8 +260,9 @@ class JobRun:
         must_stop = self.streamer.answered <= self.options.preamble
         if self.phase is not Phase.RUNNING or (self.options.keep_going and not must_stop):
             return
+        self._refused = error.line
         if self.keys.interactive and not must_stop:
-            self._hold_and_ask(f"{error.line.title} was refused. c: go on without it   x: stop and reset")
+            self._hold_and_ask(f"{error.line.title} was refused. c: continue without it   x: stop and reset")
         else:
             self._stop(End.ERROR, error_words(error.code))
 
@@ -272,7 +280,7 @@ class JobRun:
 
     def _on_bracket(self, message: Bracket) -> None:
         if (other := who_commands(message)) is not None:
-            raise LinkError(f"another client took the controller over: {other}")
+            self._end = (End.TAKEN, f"another client has taken control: {other}")
         if message.key == "MSG":
             if message.body == OVERFLOW:
                 self._stop(End.CONFUSED, "the controller's receive buffer overflowed, and lines were lost")
@@ -308,7 +316,7 @@ class JobRun:
 
     def _on_key(self, key: str) -> None:
         if key == TERMINATED:
-            self._stop(End.STOPPED, "the sender was asked to end")
+            self._stop(End.STOPPED, "the sender was terminated")
         elif key == CTRL_C or (key == "q" and self.phase is Phase.RUNNING):
             self._on_ctrl_c()
         elif self._confirm_reset:
@@ -319,7 +327,9 @@ class JobRun:
             self.client.send(PLAIN_KEYS[key])
         elif self.phase is Phase.RUNNING and key == "x":
             self._confirm_reset = True
-            self._question = "Reset now? What moves stops dead and its position is lost. y: reset   any other key: no"
+            self._question = (
+                "Reset now? Moving axes stop immediately and lose their position. y: reset   any other key: continue"
+            )
             self._tell_progress()
 
     def _on_ctrl_c(self) -> None:
@@ -330,7 +340,7 @@ class JobRun:
         elif not self.keys.interactive:
             self._stop(End.STOPPED, "stopped by the operator")
         else:
-            self._hold_and_ask("Feed hold. r: resume   x: stop and reset   Ctrl-C: reset at once")
+            self._hold_and_ask("Feed hold. r: resume   x: stop and reset   Ctrl-C: reset immediately")
 
     def _on_reset_confirmation(self, key: str) -> None:
         self._confirm_reset = False
@@ -344,6 +354,7 @@ class JobRun:
     def _on_answer_key(self, key: str) -> None:
         if key in "rRcC~":
             self._ctrl_c = 0
+            self._refused = None
             self._question = ""
             self.phase = Phase.RUNNING
             self.client.send(realtime.RESUME)
@@ -384,7 +395,7 @@ class JobRun:
         elif self.phase is Phase.RESETTING and self._wish and now > self._wish.deadline:
             self._end = self._end or (self._wish.end, f"{self._wish.detail}; the controller did not confirm the reset")
         elif now - self.client.heard > SILENCE_S:
-            raise LinkError(f"{self.client.transport.name} has said nothing for {SILENCE_S:.0f} s")
+            raise LinkError(f"{self.client.transport.name} has not answered for {SILENCE_S:.0f} s")
 
     def _tell_progress(self) -> None:
         estimate = self.options.estimate
@@ -417,6 +428,8 @@ class JobRun:
             sent=self.streamer.sent,
             answered=self.streamer.answered,
             last_answered=self.streamer.last_answered,
+            last_accepted=self._last_accepted,
+            refused=self._refused,
             unanswered=tuple(self.streamer.under_way),
             errors=tuple(self.errors),
             elapsed_s=self.client.clock() - self._begin,

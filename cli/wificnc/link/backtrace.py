@@ -35,7 +35,7 @@ class Decoder:
     def __init__(self, elf: Path, tool: str | None) -> None:
         """Raises UserError when there is no tool for it."""
         if tool is None:
-            raise UserError("no addr2line is here to read backtraces with", hint="apt-get install binutils")
+            raise UserError("addr2line is not installed, and backtraces need it", hint="apt-get install binutils")
         self._command = [tool, "-fCe", str(elf)]
 
     def decode(self, line: str) -> list[str]:

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 from wificnc.errors import LinkError, ProtocolError, RefusedError
 from wificnc.link import realtime
-from wificnc.link.alarms import alarm_words
+from wificnc.link.condition import UNLOCK_RESET, Condition, condition, of_alarm
 from wificnc.link.protocol import (
     Alarm,
     Banner,
@@ -25,13 +25,15 @@ from wificnc.link.protocol import (
     parse_coordinates,
     parse_options,
 )
-from wificnc.link.transport import Transport, open_transport
+from wificnc.link.transport import SerialTransport, Transport, open_transport
 from wificnc.link.typed import wire_line
 from wificnc.link.words import ERRORS
 
 CONNECT_S = 5.0  # a board that resets when its port is opened needs two of them
 ANSWER_S = 5.0
 ASK_EVERY_S = 0.5
+NOTICE_S = 2.0  # for the answer to $I
+OKS_OF_NOTICES = 2  # $ and $I
 POLL_EVERY_S = 0.2  # status reports while something moves
 WCO_EVERY = 30  # reports of a busy machine
 FALLBACK_RX_BYTES = 120  # a controller that does not say: Grbl's 128, less a reserve
@@ -39,16 +41,24 @@ FALLBACK_RX_BYTES = 120  # a controller that does not say: Grbl's 128, less a re
 # What stops half a line of somebody who vanished from being run together with ours: an error in every position.
 BREAK_HALF_LINE = b")$\n"
 LOCKED_ERROR = 9  # locked by an alarm
-LOCKED = "Password needed"  # what a controller with a password says to who has not said it
-OBSERVER = "Observer:"  # what a server of several clients says to all but one
+DAMAGED_ERROR = 7
+DOOR_ERROR = 13
+LOCKED = "Password required"  # what a controller with a password reports to a client that is not logged in
+OBSERVER = "Observer:"  # what a server of several clients reports to all but one
+NOBODY = "No client is in control"  # ... when that one has left
 TAKE_OVER = b"$TAKE\n"
-RESET_HINT = "make sure that nothing can move into harm, then `wificnc unlock --reset`"
 ECHO_REQUEST = b"$\n"  # answered with [HLP:…] and ok in every state
 
 
 def error_words(code: int) -> str:
-    """error:22 a feed rate is missing (F)"""
-    return f"error:{code} {ERRORS.get(code, 'an error that this program does not know')}"
+    """error:22 the feed rate is missing (F)"""
+    return f"error:{code} {ERRORS.get(code, 'unknown error')}"
+
+
+def alarm_error(doing: str, code: int) -> RefusedError:
+    """An alarm in place of an answer, with the way out."""
+    found = of_alarm(code)
+    return RefusedError(f"{doing}: {found.why}", hint=found.next)
 
 
 @dataclass(frozen=True)
@@ -70,6 +80,7 @@ class Snapshot:
     wco: tuple[float, ...]
     overrides: tuple[int, int, int] | None
     accessories: str
+    homed: str = ""  # "1", or "0," and a mask of the axes that are; "" = not reported
 
     @property
     def mpos(self) -> tuple[float, ...]:
@@ -98,19 +109,24 @@ class Snapshot:
 
 @dataclass(frozen=True)
 class Answer:
-    """What one line brought: 0 or the error's number, and all that was said before it."""
+    """What one line brought: 0 or the error's number, and all messages before it."""
 
     code: int
     messages: tuple[Message, ...]
 
     def brackets(self, key: str) -> list[str]:
-        return [message.body for message in self.messages if isinstance(message, Bracket) and message.key == key]
+        return bodies(self.messages, key)
+
+
+def bodies(messages: Sequence[Message], key: str) -> list[str]:
+    """What is in the brackets of this key."""
+    return [message.body for message in messages if isinstance(message, Bracket) and message.key == key]
 
 
 def who_commands(message: Message) -> str | None:
-    """Another client, when this message says that it commands and our lines are not taken."""
+    """Another client, when this message reports that it commands and our lines are not taken."""
     if isinstance(message, Bracket) and message.key == "MSG" and message.body.startswith(OBSERVER):
-        return message.body.removeprefix(OBSERVER).partition(" commands")[0].strip()
+        return message.body.removeprefix(OBSERVER).partition(" is in control")[0].strip()
     return None
 
 
@@ -128,6 +144,7 @@ class Client:
         self.banner: Banner | None = None
         self.snapshot: Snapshot | None = None
         self.reports = 0
+        self.notices: tuple[str, ...] | None = None  # messages before the first report; None = not connected yet
         self.heard = clock()  # when bytes last came
         self._splitter = LineSplitter()
 
@@ -164,6 +181,7 @@ class Client:
             status.wco if status.wco is not None else before.wco if before else (),
             status.overrides or (before.overrides if before else None),
             status.accessories if status.overrides else before.accessories if before else "",
+            dict(status.other).get("H") or (before.homed if before else ""),
         )
 
     # ---- conversation ----
@@ -173,20 +191,22 @@ class Client:
 
         Raises:
             LinkError: nobody answers.
+            RefusedError: an alarm of a controller that is mute until a reset.
             ProtocolError: what answers is no Grbl controller.
         """
         said: list[Message] = []
         for message in self._asking(CONNECT_S if patience_s is None else patience_s):
             if isinstance(message, Status):
+                self.notices = tuple(bodies(said, "MSG")) if self.notices is None else self.notices
                 return self.now()
             said.append(message)
         name = self.transport.name
         if any(isinstance(message, Bracket) and message.body == "Reset to continue" for message in said):
             # Grbl itself answers nothing more; WiFiCNC does.
-            raise LinkError(f"{name} is in an alarm that only a reset ends", hint=RESET_HINT)
+            raise RefusedError(f"{name} is in an alarm that requires a reset", hint=UNLOCK_RESET)
         if not said:
-            raise LinkError(f"{name} does not answer", hint="is it a controller, and is the baud rate right?")
-        raise ProtocolError(f"{name} answers, but not as a Grbl controller: {said[0]}")
+            raise LinkError(f"{name} does not answer", hint="check that it is a controller, and its baud rate")
+        raise ProtocolError(f"{name} does not answer like a Grbl controller: {said[0]}")
 
     def _asking(self, patience_s: float) -> Iterator[Message]:
         """Messages of the next while, with a question for the status every now and then."""
@@ -208,7 +228,7 @@ class Client:
         return self.connect(ANSWER_S)
 
     def look_fully(self) -> Snapshot:
-        """Reports until they have told the work offset and the overrides, which stand in one of many."""
+        """Reports until they have had the work offset and the overrides, which are in one of many."""
         for _ in range(WCO_EVERY + 2):
             now = self.look()
             if now.overrides and (now.wco or now.status.wpos is not None):
@@ -219,7 +239,8 @@ class Client:
         """Make sure that the next answer belongs to our next line, whatever was sent before us.
 
         Raises:
-            LinkError: the controller does not get there, or somebody else commands it.
+            LinkError: the controller does not answer lines.
+            RefusedError: another client commands it, or it needs a password.
         """
         self.send((TAKE_OVER if self.take else b"") + BREAK_HALF_LINE + ECHO_REQUEST)
         echoed = False
@@ -229,9 +250,9 @@ class Client:
             elif isinstance(message, Ok) and echoed:
                 return
             elif (other := who_commands(message)) is not None:
-                raise LinkError(f"another client commands this controller: {other}", hint="--take takes it over")
+                raise RefusedError(f"another client is in control: {other}", hint="--take takes control")
             elif isinstance(message, Bracket) and message.body.startswith(LOCKED):
-                raise LinkError(f"{self.transport.name} wants a password", hint="--to tcp://:PASSWORD@HOST")
+                raise RefusedError(f"{self.transport.name} needs a password", hint="--to tcp://:PASSWORD@HOST")
         raise LinkError(f"{self.transport.name} reports its state but does not answer lines")
 
     def command(
@@ -272,7 +293,7 @@ class Client:
         if isinstance(message, Banner):
             raise ControllerReset(f"{self.transport.name} was reset while it worked on {line!r}")
         if isinstance(message, Alarm):
-            raise RefusedError(f"{line}: ALARM:{message.code} {alarm_words(message.code)}")
+            raise alarm_error(line, message.code)
 
     def must(self, line: str, patience_s: float = ANSWER_S) -> Answer:
         """command(), with a RefusedError when the answer is an error."""
@@ -282,20 +303,50 @@ class Client:
         return answer
 
     def leave_alarm(self, line: str, answer: Answer) -> None:
-        """Check the answer to `$X` or `$H`, which are locked only by an alarm that needs a reset.
+        """Check the answer to `$X` or `$H`.
 
         Raises:
-            RefusedError: the line was refused.
+            RefusedError: the line was refused; with the cause, and what leads on.
         """
-        if answer.code == LOCKED_ERROR:
-            raise RefusedError(
-                f"{self.transport.name} is in an alarm that only a reset ends (limit, soft limit or emergency stop)",
-                hint=RESET_HINT,
-            )
-        if answer.code:
-            raise RefusedError(f"{line}: {error_words(answer.code)}")
+        if not answer.code:
+            return
+        hints = {LOCKED_ERROR: UNLOCK_RESET, DOOR_ERROR: "close the door, then send it again"}
+        if answer.code in (LOCKED_ERROR, DAMAGED_ERROR):
+            now = self.condition(commands=True)
+            raise RefusedError(f"{line} is refused: {now.why}", hint=now.next)
+        raise RefusedError(f"{line} is refused: {error_words(answer.code)}", hint=hints.get(answer.code))
 
     # ---- questions ----
+
+    def commander(self) -> str | None:
+        """Another client that commands, as the controller has reported it up to the first report."""
+        name = None
+        for body in self.notices or ():
+            name = None if body.startswith(NOBODY) else who_commands(Bracket("MSG", body)) or name
+        return name
+
+    def condition(self, commands: bool = False) -> Condition:
+        """Why the machine does not work now: from the notices, or in an alarm from `$I`.
+
+        @param commands this client commands; `$I` takes nothing from others then, as on a serial port
+        """
+        status = self.now().status
+        found = condition(status, self.notices or ())
+        may_ask = commands or isinstance(self.transport, SerialTransport)
+        if status.state == "Alarm" and found == condition(status) and may_ask:
+            return condition(status, self._ask_notices())
+        return found
+
+    def _ask_notices(self) -> list[str]:
+        """The messages of `$I`; as many as come, also when it is not answered. Raises LinkError."""
+        self.send(BREAK_HALF_LINE + ECHO_REQUEST + b"$I\n")
+        deadline, oks, found = self.clock() + NOTICE_S, 0, list[Message]()
+        while oks < OKS_OF_NOTICES and self.clock() < deadline:
+            self.wait(deadline - self.clock())
+            came = self.receive()
+            found += came
+            oks += sum(isinstance(message, Ok) for message in came)
+        return bodies(found, "MSG")
 
     def options(self) -> Options | None:
         """[OPT:…] of $I; None when the controller does not say."""
@@ -339,17 +390,12 @@ def unit_mm(settings: dict[int, str]) -> float:
 
 
 def expect_state(client: Client, *allowed: str) -> Snapshot:
-    """The state now, if it is one of these. Raises LinkError, with the way out as its hint."""
+    """The state now, if it is one of these. Raises RefusedError, with the cause, and the way out as its hint."""
     now = client.look()
     if now.status.state in allowed:
         return now
-    hints = {
-        "Alarm": "look at the machine, then `wificnc home` or `wificnc unlock`",
-        "Hold": "resume with `wificnc monitor` and ~, or reset with `wificnc unlock --reset`",
-        "Door": "close the door and resume with `wificnc monitor` and ~",
-        "Sleep": "wake it with `wificnc unlock --reset`",
-    }
-    raise LinkError(
-        f"{client.transport.name} is in state {now.state}, and must be in {' or '.join(allowed)} for this",
-        hint=hints.get(now.status.state, "wait until it has finished what it does"),
+    found = client.condition()
+    raise RefusedError(
+        f"{client.transport.name} is in state {now.state} and must be in {' or '.join(allowed)} for this: {found.why}",
+        hint=found.next,
     )

@@ -1,4 +1,4 @@
-"""Controllers in this network, found by multicast DNS (RFC 6762): one question, and the answers of a moment."""
+"""Controllers on this network, found by multicast DNS (RFC 6762): one question, and the answers of a moment."""
 
 from __future__ import annotations
 
@@ -39,7 +39,9 @@ def discover(seconds: float, to: tuple[str, int] = GROUP) -> list[Found]:
         try:
             asking.sendto(question(SERVICE, TYPE_PTR), to)
         except OSError as err:
-            raise LinkError(f"cannot ask this network: {err.strerror}", hint="is this computer connected?") from err
+            raise LinkError(
+                f"cannot search this network: {err.strerror}", hint="check that this computer is connected to a network"
+            ) from err
         deadline = time.monotonic() + seconds
         while (left_s := deadline - time.monotonic()) > 0:
             asking.settimeout(left_s)

@@ -7,8 +7,7 @@ from dataclasses import dataclass, field
 
 from wificnc.errors import LinkError, RefusedError
 from wificnc.link import realtime
-from wificnc.link.alarms import alarm_words
-from wificnc.link.client import POLL_EVERY_S, Client, ControllerReset, Snapshot
+from wificnc.link.client import POLL_EVERY_S, Client, ControllerReset, Snapshot, alarm_error
 from wificnc.link.protocol import Alarm, Banner, Message, Status
 
 SILENCE_S = 10.0  # no bytes for so long, although asked five times a second: the link is dead
@@ -16,7 +15,7 @@ SILENCE_S = 10.0  # no bytes for so long, although asked five times a second: th
 
 @dataclass
 class Rest:
-    """Two reports in a row of one state at one place: it stands. A fresh one knows nothing."""
+    """Two reports in a row of one state at one place: the machine is at rest."""
 
     reports: int = 0
     seen: tuple[object, ...] = field(default=())
@@ -43,7 +42,7 @@ def wait_rest(
 
     Raises:
         RefusedError: an alarm ended the motion.
-        LinkError: nothing is heard any more, or the controller was reset.
+        LinkError: the controller is silent, or was reset.
     """
     rest, ask_at = Rest(), client.clock()
     client.heard = ask_at
@@ -61,7 +60,7 @@ def wait_rest(
                 if on_look:
                     on_look(client.now())
         if client.clock() - client.heard > SILENCE_S:
-            raise LinkError(f"{client.transport.name} has said nothing for {SILENCE_S:.0f} s")
+            raise LinkError(f"{client.transport.name} has not answered for {SILENCE_S:.0f} s")
     return client.now()
 
 
@@ -69,6 +68,7 @@ def _expect_motion(client: Client, message: Message) -> None:
     if isinstance(message, Banner):
         raise ControllerReset(f"{client.transport.name} was reset while the machine moved")
     if isinstance(message, Alarm):
-        raise RefusedError(f"ALARM:{message.code} {alarm_words(message.code)}")
+        raise alarm_error("the motion was stopped", message.code)
     if isinstance(message, Status) and message.state == "Alarm":
-        raise RefusedError("the controller is in an alarm")
+        found = client.condition(commands=True)
+        raise RefusedError(f"the motion was stopped: {found.why}", hint=found.next)

@@ -75,9 +75,9 @@ def find(key: str) -> int:
     if key.lower() in _BY_NAME:
         return _BY_NAME[key.lower()].number
     if f"{key.lower()}.x" in _BY_NAME:
-        raise UserError(f"{key} has a value for each axis", hint=f"say which: {key.lower()}.x")
+        raise UserError(f"{key} has a value for each axis", hint=f"give the axis: {key.lower()}.x")
     meant = closest(key.lower(), _BY_NAME)
-    raise UserError(f"there is no setting {key}", hint=f"did you mean {meant}?" if meant else "a name, or $N")
+    raise UserError(f"unknown setting {key}", hint=f"did you mean {meant}?" if meant else "a name, or $N")
 
 
 def same(number: int, a: str | None, b: str | None) -> bool:
@@ -197,7 +197,7 @@ def _take_table(table: Any, path: tuple[str, ...], axis: str, values: Values) ->
             hint = (
                 f"did you mean {meant}?" if meant else f"known here: {', '.join(names)}" if names else "axes are x to c"
             )
-            yield Finding("unknown-key", (*path, key), f"there is no setting {key}{suffix}", hint)
+            yield Finding("unknown-key", (*path, key), f"unknown setting {key}{suffix}", hint)
         elif reason := _fault(entry.row, value):
             yield Finding("bad-value", (*path, key), reason)
         else:

@@ -13,7 +13,7 @@ from urllib.parse import parse_qs, unquote, urlsplit
 
 import serial
 
-from wificnc.errors import LinkError, UserError
+from wificnc.errors import LinkError, RefusedError, UserError
 from wificnc.link.port import DEFAULT_PORT
 
 DEFAULT_BAUD = 115200
@@ -80,25 +80,30 @@ class SocketTransport:
     def _wait_writable(self, deadline: float) -> None:
         left_s = deadline - time.monotonic()
         if left_s <= 0 or not select.select([], [self._socket], [], left_s)[1]:
-            raise LinkError(f"{self.name} has taken no bytes for {SEND_TIMEOUT_S:.0f} s")
+            raise LinkError(f"{self.name} has accepted no data for {SEND_TIMEOUT_S:.0f} s")
 
     def wait(self, timeout_s: float, others: Sequence[int] = ()) -> None:
         if not self._ahead:
             select.select([self._socket.fileno(), *others], [], [], max(0.0, timeout_s))
 
     def log_in(self, password: str) -> None:
-        """Say the password of a controller that has one. Raises LinkError when it is wrong, or said too soon."""
+        """Log in to a controller with a password.
+
+        Raises:
+            RefusedError: it is wrong, or comes too soon after wrong ones.
+            LinkError: no answer.
+        """
         self.send(b"$LOGIN=" + password.encode() + b"\n")
         deadline, said = time.monotonic() + SEND_TIMEOUT_S, b""
         while not any(word in said for word in (b"ok\r\n", b"error:", b"Wrong password")):
             left_s = deadline - time.monotonic()
             if left_s <= 0:
-                raise LinkError(f"{self.name} does not answer to its password")
+                raise LinkError(f"{self.name} does not answer the password")
             self.wait(left_s)
             said += self.receive()
         if b"Wrong password" in said:
-            again = "somebody has tried wrong ones: wait a minute" if b"wait" in said else None
-            raise LinkError(f"{self.name} refuses the password", hint=again)
+            again = "after wrong passwords it refuses for a while: wait a minute" if b"wait" in said else None
+            raise RefusedError(f"{self.name} refuses the password", hint=again)
         self._ahead = said.partition(b"ok\r\n")[2]
 
     def close(self) -> None:
@@ -126,7 +131,7 @@ class SerialTransport:
         try:
             self._port.write(data)
         except serial.SerialTimeoutException as err:
-            raise LinkError(f"{self.name} has taken no bytes for {SEND_TIMEOUT_S:.0f} s") from err
+            raise LinkError(f"{self.name} has accepted no data for {SEND_TIMEOUT_S:.0f} s") from err
         except (serial.SerialException, OSError, TypeError) as err:
             raise _lost(self.name, err) from err
 
@@ -162,9 +167,9 @@ def open_transport(target: str) -> SocketTransport | SerialTransport:
         path = unquote(parts.netloc + parts.path)
         baud = parse_qs(parts.query).get("baud", [str(DEFAULT_BAUD)])[0]
         if not path or not baud.isdigit():
-            raise UserError(f"no such target: {target}", hint=TARGET_HINT)
+            raise UserError(f"invalid target: {target}", hint=TARGET_HINT)
         return SerialTransport(path, int(baud))
-    raise UserError(f"no such target: {target}", hint=TARGET_HINT)
+    raise UserError(f"invalid target: {target}", hint=TARGET_HINT)
 
 
 def _open_tcp(target: str) -> SocketTransport:
@@ -172,15 +177,16 @@ def _open_tcp(target: str) -> SocketTransport:
     try:
         host, port = parts.hostname, parts.port or DEFAULT_PORT
     except ValueError as err:
-        raise UserError(f"no such target: {target} ({err})", hint=TARGET_HINT) from err
+        raise UserError(f"invalid target: {target} ({err})", hint=TARGET_HINT) from err
     if not host:
-        raise UserError(f"no such target: {target}", hint=TARGET_HINT)
+        raise UserError(f"invalid target: {target}", hint=TARGET_HINT)
     try:
         connection = socket.create_connection((host, port), CONNECT_TIMEOUT_S)
     except OSError as err:
         reason = err.strerror or str(err)
         raise LinkError(
-            f"cannot reach {target}: {reason}", hint="is the controller on, and on this network? `wificnc serve` is one"
+            f"cannot reach {target}: {reason}",
+            hint="check that the controller is on and on this network; `wificnc serve` simulates one",
         ) from err
     connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
     connection.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
@@ -198,10 +204,10 @@ def _lost(name: str, err: Exception) -> LinkError:
 def _cannot_open(path: str, err: Exception) -> LinkError:
     number = getattr(err, "errno", None)
     hints = {
-        errno.ENOENT: "is it plugged in? `ls /dev/serial/by-id` shows what is",
-        errno.EACCES: "you may not use it: add yourself to its group (`sudo usermod -aG dialout $USER`), log in anew",
-        errno.EWOULDBLOCK: "another program has it open: a sender, a monitor?",
-        errno.EBUSY: "another program has it open: a sender, a monitor?",
+        errno.ENOENT: "check that it is connected; `ls /dev/serial/by-id` lists serial devices",
+        errno.EACCES: "no permission: join its group (`sudo usermod -aG dialout $USER`), then log in again",
+        errno.EWOULDBLOCK: "another program uses it (a sender, a monitor?)",
+        errno.EBUSY: "another program uses it (a sender, a monitor?)",
     }
     reason = err.strerror if isinstance(err, OSError) and err.strerror else str(err)
     return LinkError(f"cannot open {path}: {reason}", hint=hints.get(number) if number else None)

@@ -23,7 +23,7 @@ def wire_line(line: str) -> bytes:
     """The bytes of a line, with its end. Raises UserError."""
     for character in line:
         if why := _why_not(character):
-            raise UserError(f"{why}, wherever it stands in a line: nothing was sent of {line!r}")
+            raise UserError(f"{why} anywhere in a line; nothing was sent of {line!r}")
     return line.encode("ascii") + b"\n"
 
 
@@ -32,4 +32,4 @@ def _why_not(character: str) -> str:
         return f'{character} is the command "{COMMANDS[character]}"'
     if character.isascii() and (character.isprintable() or character == "\t"):
         return ""
-    return f"{character!r} is not printable ASCII, and a controller takes its bytes for commands"
+    return f"{character!r} is not printable ASCII, and a controller reads its bytes as commands"

@@ -158,7 +158,7 @@ net servo-time integ.0.out => sampler.0.pin.{count}
 net motion-type motion.motion-type => sampler.0.pin.{type_pin}
 
 # Machine on starts motion. A fault of the component switches the machine off, and so does a component that has ended:
-# then nobody reads the sampler, and it is full after 1 s
+# then the sampler is not read, and it is full after 1 s
 net machine-on joint.0.amp-enable-out => wificnc.enable
 net fault wificnc.fault => or2.0.in0
 net sampler-full sampler.0.full => or2.0.in1

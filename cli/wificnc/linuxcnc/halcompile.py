@@ -30,11 +30,11 @@ def install(source: str, *, sudo: bool = False) -> Path:
     """
     found = shutil.which("halcompile")
     if not found:
-        raise BuildError("halcompile is not here, which builds components of LinuxCNC", hint=GET)
+        raise BuildError("halcompile is not installed; it builds LinuxCNC components", hint=GET)
     folder = target_folder(Path(found), {} if sudo else os.environ)  # sudo keeps no variables
     by_hand = f"wificnc linuxcnc component && sudo {' '.join(build_command('install', FILE_NAME))}"
     if sudo and not shutil.which("sudo"):
-        raise BuildError("sudo is not here", hint=f"as root: {by_hand.replace('sudo ', '')}")
+        raise BuildError("sudo is not installed", hint=f"as root: {by_hand.replace('sudo ', '')}")
     if not sudo and not os.access(folder, os.W_OK):
         raise BuildError(f"only root may write to {folder}", hint=f"--install --sudo, or by hand: {by_hand}")
     with tempfile.TemporaryDirectory() as scratch:  # not where the user is: halcompile takes no path with a space

@@ -26,7 +26,7 @@ HEAD = """\
  *
  *     sudo {command}
  *
- * `wificnc linuxcnc component` has put this together; a comment says where each part comes from.
+ * `wificnc linuxcnc component` made this file; a comment names the source of each part.
  *
 {licence} */
 """
@@ -62,7 +62,7 @@ def _sources(root: Path) -> list[Path]:
     """The component's C files, behind those of each header that they reach: x.c defines what x.h declares."""
     waiting = sorted((root / "linuxcnc").glob("*.c"))
     if not waiting:
-        raise BuildError(f"the component's C files are not in {root / 'linuxcnc'}", hint="install wificnc again")
+        raise BuildError(f"the component's C files are missing in {root / 'linuxcnc'}", hint="install wificnc again")
     found: set[Path] = set()
     while waiting:
         path = waiting.pop()
@@ -105,4 +105,4 @@ def _find(root: Path, path: Path, name: str) -> Path:
         if (folder / name).is_file():
             return folder / name
     where = path.relative_to(root).as_posix()
-    raise BuildError(f'{where} includes "{name}", which is not here', hint="#include <...> is for the system's headers")
+    raise BuildError(f'{where} includes "{name}", which is missing', hint="#include <...> is for the system's headers")

@@ -16,7 +16,7 @@ def check(machine: Machine) -> list[Finding]:
 
 def has_axes(machine: Machine) -> Iterator[Finding]:
     if not any(machine.axis.present()):
-        yield Finding("no-axis", ("axis",), "a machine has at least one axis", "write a table [axis.x]")
+        yield Finding("no-axis", ("axis",), "a machine has at least one axis", "add a table [axis.x]")
 
 
 def soft_limits_need_homing(machine: Machine) -> Iterator[Finding]:
@@ -94,7 +94,7 @@ def arms_are_scara(machine: Machine) -> Iterator[Finding]:
                 "arms", ("kinematics", key), "two arms need their lengths", "measure from joint to joint, in mm"
             )
         elif kinematics.type != "scara" and given:
-            yield Finding("arms", ("kinematics", key), "only a machine of two arms has arms", 'type = "scara"')
+            yield Finding("arms", ("kinematics", key), "arms are for a two-arm machine only", 'type = "scara"')
 
 
 def belts_are_alike(machine: Machine) -> Iterator[Finding]:
@@ -104,8 +104,9 @@ def belts_are_alike(machine: Machine) -> Iterator[Finding]:
     if x is None or y is None:
         yield Finding("corexy", ("kinematics", "type"), "CoreXY needs both X and Y", "write [axis.x] and [axis.y]")
     elif x.steps_per_mm != y.steps_per_mm:
-        message = f"the belts of a CoreXY move alike, but X has {x.steps_per_mm:g} steps/mm and Y {y.steps_per_mm:g}"
-        yield Finding("corexy", ("axis", "y", "steps_per_mm"), message, "both motors get the same value")
+        given = f"X has {x.steps_per_mm:g} and Y {y.steps_per_mm:g}"
+        message = f"X and Y of a CoreXY need the same steps/mm, but {given}"
+        yield Finding("corexy", ("axis", "y", "steps_per_mm"), message, "set both to the same value")
 
 
 RULES = (

@@ -34,7 +34,7 @@ def build_image(entries: Iterable[Entry], size: int = PARTITION_SIZE) -> bytes:
             with redirect_stdout(io.StringIO()):  # it says where it wrote
                 generator.generate(options)
         except (Exception, SystemExit) as err:
-            raise BuildError(f"the NVS image cannot be made: {err}") from err
+            raise BuildError(f"cannot make the NVS image: {err}") from err
         finally:
             os.chdir(before)
         return image.read_bytes()

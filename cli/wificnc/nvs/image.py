@@ -63,9 +63,9 @@ class _Raw:
 
 
 def read_image(data: bytes) -> NvsImage:
-    """Raises FlashError when it is no NVS partition, or one of a newer layout than this program knows."""
+    """Raises FlashError when it is no NVS partition, or one of a newer layout than this program supports."""
     if len(data) < PAGE or len(data) % PAGE:
-        raise FlashError(f"{len(data)} bytes are no NVS partition: it has whole pages of {PAGE} bytes")
+        raise FlashError(f"{len(data)} bytes are not an NVS partition: its size is a multiple of {PAGE} bytes")
     image = NvsImage()
     raws = [raw for page in _pages(data, image) for raw in _entries(page, image)]
     names = {raw.data[0]: raw.key for raw in raws if raw.namespace == NAMESPACES}
@@ -79,7 +79,7 @@ def read_image(data: bytes) -> NvsImage:
             continue
         entry = _entry(name, raw, chunks)
         if entry is None:
-            image.damaged.append(f"{name}/{raw.key} is not whole")
+            image.damaged.append(f"{name}/{raw.key} is incomplete")
         else:
             image.entries[name, raw.key] = entry
     return image
@@ -95,16 +95,16 @@ def _pages(data: bytes, image: NvsImage) -> list[bytes]:
             continue
         (crc,) = struct.unpack_from("<I", page, 28)
         if crc != _crc(page[4:28]):
-            image.damaged.append(f"page at 0x{at:X}: its head has a wrong checksum")
+            image.damaged.append(f"page at 0x{at:X}: its header has a wrong checksum")
         elif version < VERSION_2:
             raise FlashError(
-                f"this NVS has a newer layout (version 0x{version:02X}) than this program knows",
+                f"this NVS has a newer layout (version 0x{version:02X}) than this program supports",
                 hint="pip install --upgrade wificnc",
             )
         else:
             used.append((sequence, page))
     if not used and data.strip(b"\xff"):
-        raise FlashError("this is no NVS partition: no page has a valid head")
+        raise FlashError("not an NVS partition: no page has a valid header")
     return [page for _, page in sorted(used)]
 
 

@@ -75,7 +75,7 @@ def number_entry(text: str) -> Entry:
     kind, low, high = known[key]
     number = _whole_number(value)
     if number is None or not low <= number <= high:
-        raise UserError(f"{key}: {value!r} is no number from {low} to {high}")
+        raise UserError(f"{key}: {value!r} is not a number from {low} to {high}")
     return Entry(NAMESPACE, key, kind, number)
 
 
@@ -135,7 +135,7 @@ def _meanings() -> Mapping[str, tuple[str, str]]:
 
 
 def _row(entry: Entry, known: tuple[str, str] | None, show_secrets: bool) -> Row:
-    kind, meaning = known or ("", "unknown to this version")
+    kind, meaning = known or ("", "not known to this version")
     if entry.key in secret_keys() and not show_secrets:
         return Row(entry.key, meaning, HIDDEN)
     return Row(entry.key, meaning, _text(kind, entry.value))

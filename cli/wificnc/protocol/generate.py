@@ -6,7 +6,6 @@ writes nothing and fails when one of them is stale.
 
 from __future__ import annotations
 
-import hashlib
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -15,7 +14,7 @@ import jinja2
 
 from wificnc import generated
 from wificnc.generated import ROOT
-from wificnc.protocol.table import AXES, Setting, parse_settings, status_codes
+from wificnc.protocol.table import AXES, EFFECTS, Setting, parse_settings, status_codes
 
 SOURCE = "protocol/settings.toml"
 STATUS_HEADER = "core/gcode/status.h"
@@ -51,6 +50,11 @@ def span(row: Setting) -> str:
     return "" if row.type == "bool" else f"{plain(row.min)}..{plain(row.max)}"
 
 
+def effects(row: Setting) -> str:
+    """`0x003`: bits of enum setting_effect."""
+    return f"0x{sum(1 << EFFECTS.index(name) for name in row.affects):03X}"
+
+
 def wire_keys(row: Setting) -> str:
     """`0x0100`, or `0x0001..0x0006` for a per-axis row."""
     first = row.wire.key if row.wire else 0
@@ -67,7 +71,7 @@ def environment() -> jinja2.Environment:
         keep_trailing_newline=True,
         autoescape=False,  # C and Markdown
     )
-    env.filters.update({f.__name__: f for f in (c_number, plain, numbers, span, wire_keys)})
+    env.filters.update({f.__name__: f for f in (c_number, plain, numbers, span, effects, wire_keys)})
     return env
 
 
@@ -81,9 +85,8 @@ def render(source: str, status_header: str) -> dict[str, str]:
     for row in rows:
         if row.below not in status:
             raise ValueError(f"${row.number} {row.name}: {STATUS_HEADER} has no {row.below}")
-    sha256 = hashlib.sha256(source.encode()).hexdigest()
     types = {"c_type": C_TYPES, "nvs_type": NVS_TYPES}
-    values = {"source": SOURCE, "sha256": sha256, "rows": rows, "status": status, "axes": AXES.lower(), **types}
+    values = {"source": SOURCE, "rows": rows, "status": status, "axes": AXES.lower(), "effects": EFFECTS, **types}
     env = environment()
     return {path: env.get_template(template).render(values) for path, template in OUTPUTS.items()}
 

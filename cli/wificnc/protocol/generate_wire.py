@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -85,7 +84,6 @@ def render(source: str, settings_source: str, nvs_source: str, vectors: str) -> 
     values = {
         "stored": {row.wire: row for row in nvs.channel},
         "source": SOURCE,
-        "sha256": hashlib.sha256((source + settings_source + nvs_source).encode()).hexdigest(),
         "table": table,
         "examples": parse_examples(vectors, table),
         "setting": {row.name: row for row in settings.setting},

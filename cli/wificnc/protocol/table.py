@@ -7,7 +7,7 @@ import struct
 import sys
 from functools import lru_cache
 from itertools import pairwise
-from typing import Annotated, Literal
+from typing import Annotated, Literal, get_args
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
@@ -47,6 +47,14 @@ Convert = Literal[
 ]
 
 
+# What follows from a setting, in the order of the bits of enum setting_effect; protocol/settings.toml says what each
+# one is.
+Effect = Literal[
+    "motion", "position", "program", "outputs", "signals", "motors", "switches", "homing", "reports", "host"
+]
+EFFECTS: tuple[str, ...] = get_args(Effect)
+
+
 class Wire(_Strict):
     """Where the binary protocol finds a setting (for axis X), and how it differs from `$N` there."""
 
@@ -72,6 +80,7 @@ class Setting(_Strict):
     below: Annotated[str, Field(pattern=r"^[A-Z_]+$")] = "BAD_NUMBER"
     reboot: bool = False
     help: Annotated[str, Field(min_length=1, max_length=95)]
+    affects: Annotated[tuple[Effect, ...], Field(min_length=1, strict=False)]
     nvs: Annotated[str, Field(min_length=1)]
     wire: Wire | None = None
 
@@ -95,6 +104,11 @@ class Setting(_Strict):
         """The core compares with single-precision limits: max must not move when it is rounded."""
         if struct.unpack("<f", struct.pack("<f", self.max))[0] != self.max:
             raise ValueError("max is not a single-precision number")
+
+    @property
+    def c_name(self) -> str:
+        """Of its number in C; of axis X's in a per-axis row."""
+        return f"SETTING_{self.name.upper()}"
 
     @property
     def count(self) -> int:

@@ -179,7 +179,7 @@ def parse_wire(text: str, settings: SettingsTable, nvs: NvsTable) -> WireTable:
     keys.sort(key=lambda key: key.key)
     for low, high in pairwise(keys):
         if high.key < low.key + low.count:
-            raise ValueError(f"key 0x{high.key:04X} {high.name} is there twice")
+            raise ValueError(f"key 0x{high.key:04X} {high.name} is given twice")
     return table.model_copy(update={"key": tuple(keys)})
 
 

@@ -65,11 +65,11 @@ def _check_image(name: str, data: bytes, board: Board) -> None:
         image = esptool.bin_image.LoadFirmwareImage(board.chip, data)
         found, wanted = image.calculate_checksum(), image.checksum
     except (esptool.FatalError, struct.error, IndexError) as err:
-        raise ReleaseError(f"the {name} of {board.id} is no whole image: {err}", hint) from err
+        raise ReleaseError(f"the {name} of {board.id} is incomplete: {err}", hint) from err
     if found != wanted:
         raise ReleaseError(f"the {name} of {board.id} is damaged: its checksum is {found}, not {wanted}", hint)
     if not image.append_digest or image.stored_digest != image.calc_digest:
-        raise ReleaseError(f"the {name} of {board.id} is damaged: no SHA-256 of its own, or another one", hint)
+        raise ReleaseError(f"the {name} of {board.id} is damaged: its SHA-256 is missing or differs", hint)
 
 
 def read_table(data: bytes) -> list[Partition]:
@@ -84,7 +84,7 @@ def read_table(data: bytes) -> list[Partition]:
         if magic != ROW_MAGIC:
             break
         rows.append(Partition(name.rstrip(b"\0").decode("ascii", "replace"), TYPES.get(type_, "?"), offset, size))
-    raise ReleaseError("the partition table is none: it has no end with an MD5")
+    raise ReleaseError("the partition table is invalid: its MD5 entry is missing")
 
 
 def _check_table(path: Path, partitions: dict[str, Partition]) -> None:

@@ -27,7 +27,7 @@ def read_source(root: Path, environment: Mapping[str, str] = os.environ) -> Sour
         ["git", "-C", str(root), "log", "-1", "--format=%ct"], capture_output=True, text=True, check=False
     )
     if run.returncode != 0:
-        raise ReleaseError(f"{root} is no git repository: a release is made of a commit", hint="git clone it")
+        raise ReleaseError(f"{root} is not a git repository: a release is made from a commit", hint="git clone it")
     given = environment.get("SOURCE_DATE_EPOCH", "").strip() or run.stdout.strip()
     if not given.isdigit():
         raise ReleaseError(f"SOURCE_DATE_EPOCH is {given!r}, not seconds since 1970")

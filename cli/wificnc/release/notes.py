@@ -24,7 +24,7 @@ def changes(changelog: str, version: str, *, final: bool) -> str:
     body = bodies.get(version, "")
     if final and not (version in dated and body):
         raise ReleaseError(
-            f"CHANGELOG.md has no dated section of {version}, and this is its release",
+            f"CHANGELOG.md has no dated section of {version}, and a release needs one",
             hint=f"rename [{UNRELEASED}] to [{version}] - YYYY-MM-DD",
         )
     body = body or bodies.get(UNRELEASED, "")
@@ -38,5 +38,8 @@ def notes_text(version: str, revision: str, body: str, missing: Mapping[str, str
     lines = [f"# WiFiCNC {version}", "", f"Built from commit {revision}.", "", body, ""]
     if missing:
         lines += ["## Not in this build", "", *(f"- {board}: {why}" for board, why in missing.items()), ""]
-    lines += ["`sha256sum -c SHA256SUMS` checks what you downloaded. Each file's board and kind: release.json.", ""]
+    lines += [
+        "`sha256sum -c SHA256SUMS` checks the files you downloaded. Each file's board and kind: release.json.",
+        "",
+    ]
     return "\n".join(lines)

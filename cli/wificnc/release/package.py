@@ -21,7 +21,7 @@ def tracked_files(root: Path) -> list[str]:
     """Every file that git knows and that is there. Raises ReleaseError."""
     run = subprocess.run(["git", "-C", str(root), "ls-files", "-z"], capture_output=True, text=True, check=False)
     if run.returncode != 0:
-        raise ReleaseError(f"{root} is no git repository: a release is made of a commit", hint="git clone it")
+        raise ReleaseError(f"{root} is not a git repository: a release is made from a commit", hint="git clone it")
     return [name for name in run.stdout.split("\0") if name and (root / name).is_file()]
 
 

@@ -105,7 +105,7 @@ def plan_release(
     missing = tuple(Missing(board, why_missing[board.id]) for board in chosen if board.id in why_missing)
     if wanted and missing:
         lines = [f"  {row.board.id}: {row.why}" for row in missing]
-        raise ReleaseError("\n".join(["not everything that was asked for is here:", *lines]))
+        raise ReleaseError("\n".join(["parts of the release are missing:", *lines]))
     return Plan(source, tuple(board for board in chosen if board.id not in why_missing), missing)
 
 

@@ -96,7 +96,9 @@ def check_output(output: Path) -> None:
     if not output.exists() or (output.is_dir() and not any(output.iterdir())):
         return
     if not (output.is_dir() and (output / "release.json").is_file()):
-        raise ReleaseError(f"{output} is there, and no release of ours: it is not replaced", hint="-o, another folder")
+        raise ReleaseError(
+            f"{output} exists and is not a WiFiCNC release: it is not replaced", hint="-o, another folder"
+        )
 
 
 def _replace(output: Path, fresh: Path, old: Path) -> None:

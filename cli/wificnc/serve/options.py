@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from wificnc.board.model import Board
+from wificnc.board.rules import step_spread_ns
 from wificnc.errors import UserError
 from wificnc.link.port import DEFAULT_PORT
 from wificnc.sim.native import Tasks
@@ -60,7 +61,9 @@ def parse_address(text: str, option: str = "--tcp", port: int = DEFAULT_PORT) ->
         return None
     found = re.fullmatch(r"(?:\[([^\]]+)\]|([^:\[\]]*))(?::(\d{1,5}))?", text.strip())
     if not found or int(found[3] or 0) > 65535 or not text.strip():
-        raise UserError(f"{option} {text!r} is no address", hint=f"like 127.0.0.1:{port}; port 0 takes any free one")
+        raise UserError(
+            f"{option} {text!r} is not an address", hint=f"like 127.0.0.1:{port}; port 0 takes any free one"
+        )
     host = found[1] or found[2] or "127.0.0.1"
     return Address(host, port if found[3] is None else int(found[3]))
 
@@ -70,7 +73,7 @@ def parse_wmc3(text: str, speed: float) -> str:
     try:
         ipaddress.IPv4Address(text)
     except ValueError:
-        raise UserError(f"--wmc3 {text!r} is no IPv4 address", hint="127.0.0.1; 0.0.0.0 is every network") from None
+        raise UserError(f"--wmc3 {text!r} is not an IPv4 address", hint="127.0.0.1; 0.0.0.0 is every network") from None
     if speed == 0.0:
         raise UserError("--wmc3 needs a clock, and --speed max has none", hint="--speed 1, or a number")
     return text
@@ -86,7 +89,7 @@ def parse_speed(text: str) -> float:
         speed = -1.0
     if not 0.0 < speed <= MAX_SPEED:
         raise UserError(
-            f"--speed {text!r} is no speed", hint="1 is real time, 10 ten times as fast, max without a clock"
+            f"--speed {text!r} is not a speed", hint="1 is real time, 10 ten times as fast, max without a clock"
         )
     return speed
 
@@ -97,7 +100,9 @@ def board_numbers(board: Board) -> dict[str, int]:
     return {
         "timer_hz": timing.timer_hz,
         "step_pulse_ns": timing.step_pulse_ns,
+        "default_pulse_us": timing.default_pulse_us,
         "dir_setup_ns": timing.dir_setup_ns,
+        "step_spread_ns": step_spread_ns(board),
         "max_step_rate_hz": timing.max_step_rate_hz,
         "axes": len(board.axes),
         "ganged": board.ganged_axes,

@@ -141,12 +141,12 @@ class PageServer:
         """None: it goes on as a WebSocket."""
         host = request.headers.get("Host", "")
         if not is_our_host(host):
-            return _refuse(HTTPStatus.MISDIRECTED_REQUEST, f"{host} is no name of this controller: use its address")
+            return _refuse(HTTPStatus.MISDIRECTED_REQUEST, f"{host} is not a name of this controller: use its address")
         path = unquote(urlsplit(request.path).path)
         if path == STREAM and self._controller is not None:
             origin = request.headers.get("Origin")
             if origin is not None and urlsplit(origin).netloc != host:
-                return _refuse(HTTPStatus.FORBIDDEN, f"a page from {origin} may not command this controller")
+                return _refuse(HTTPStatus.FORBIDDEN, f"refused: the page comes from another origin, {origin}")
             return None
         if path == ABOUT and self._controller is not None:
             return _response(HTTPStatus.OK, "application/json", json.dumps(asdict(self._about)).encode())
@@ -237,7 +237,7 @@ class Files:
         if file.is_dir():
             file = file / "index.html"
         if not file.is_relative_to(self._folder) or not file.is_file() or file.suffix == ".gz":
-            return _refuse(HTTPStatus.NOT_FOUND, f"there is no {path} here")
+            return _refuse(HTTPStatus.NOT_FOUND, f"file not found: {path}")
         kind = TYPES.get(file.suffix) or mimetypes.guess_type(file.name)[0] or "application/octet-stream"
         # Names of assets have a hash of their content: they never change.
         headers = {"Cache-Control": "max-age=31536000, immutable" if file.parent.name == "assets" else "no-cache"}

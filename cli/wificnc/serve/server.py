@@ -138,10 +138,10 @@ def _failure(options: ServeOptions, stage: str, error: int, text: str) -> ServeE
 def _tcp_failure(options: ServeOptions, error: int) -> ServeError:
     free = "--tcp 127.0.0.1:0 takes any free port"
     if error == 0:
-        return ServeError(f"--tcp {options.tcp}: there is no such host", hint=free)
+        return ServeError(f"--tcp {options.tcp}: host not found", hint=free)
     if error == errno.EADDRINUSE:
         return ServeError(
-            f"port {options.tcp} is in use", hint=f"is another `wificnc serve` running? Else choose another: {free}"
+            f"port {options.tcp} is in use", hint=f"check for another `wificnc serve`, or choose another port: {free}"
         )
     return ServeError(f"cannot listen at {options.tcp}: {os.strerror(error)}", hint=free)
 
@@ -152,18 +152,16 @@ def _wmc3_failure(options: ServeOptions, error: int) -> ServeError:
             f"the ports of the binary protocol are in use at {options.wmc3}",
             hint="they are fixed; another device on this computer needs another address, like --wmc3 127.0.0.2",
         )
-    return ServeError(f"--wmc3 {options.wmc3}: {os.strerror(error)}", hint="is it an address of this computer?")
+    return ServeError(f"--wmc3 {options.wmc3}: {os.strerror(error)}", hint="use an address of this computer")
 
 
 def _pty_failure(options: ServeOptions, error: int) -> ServeError:
     if error == errno.EEXIST:
         return ServeError(
-            f"--pty {options.pty}: something of this name is there already, and it is not replaced",
-            hint="choose a name that is not there yet, like --pty ttyWiFiCNC",
+            f"--pty {options.pty}: the name already exists and is not replaced",
+            hint="choose a new name, like --pty ttyWiFiCNC",
         )
-    return ServeError(
-        f"--pty {options.pty}: {os.strerror(error)}", hint="is the directory there, and may you write to it?"
-    )
+    return ServeError(f"--pty {options.pty}: {os.strerror(error)}", hint="check that the folder exists and is writable")
 
 
 def status_text(code: int) -> str:

@@ -18,13 +18,13 @@ def store_failure(path: Path, error: int) -> ServeError:
     if error == errno.EINVAL:
         return ServeError(f"{name} is not an ordinary file", hint="choose another name")
     if error == errno.ENOENT:
-        return ServeError(f"{name}: there is no folder {path.parent}", hint=f"mkdir -p {path.parent}")
+        return ServeError(f"{name}: folder not found: {path.parent}", hint=f"mkdir -p {path.parent}")
     if error in (errno.EAGAIN, errno.EACCES) and _is_writable(path):
         return ServeError(
-            f"{name} is in use by another server, and each would drop what the other stores",
-            hint="end that one, or choose another file",
+            f"{name} is in use by another server, and both would overwrite it",
+            hint="stop that server, or choose another file",
         )
-    return ServeError(f"{name}: {os.strerror(error)}", hint="may you write to its folder?")
+    return ServeError(f"{name}: {os.strerror(error)}", hint="check that its folder is writable")
 
 
 def _is_writable(path: Path) -> bool:

@@ -9,6 +9,7 @@ from dataclasses import astuple, dataclass
 from pathlib import Path
 
 from wificnc.errors import JobError, UserError
+from wificnc.job.program import code_of
 from wificnc.link.alarms import alarm_words
 from wificnc.sim.look import SAMPLE_MS
 from wificnc.sim.native import (
@@ -36,6 +37,12 @@ EVENT_HINT = (
 
 Progress = Callable[[int, int], None]  # lines done, lines in all
 
+NO_SWITCHES = "this simulation has no home switches; --at '0s travel x LOW HIGH' adds them"
+NO_NETWORK = "the simulation has no network"
+# $ lines that a controller takes and a simulation cannot: what they begin with, and why.
+LEFT_OUT = {b"$H": NO_SWITCHES, b"$TAKE": NO_NETWORK, b"$LOGIN=": NO_NETWORK}
+SWITCHES = ("travel ", "homing ")  # events that make switches
+
 
 @dataclass(frozen=True)
 class Timing:
@@ -55,6 +62,8 @@ class Timing:
     encoder: bool = False  # of the spindle
     home_axes: int = 0  # axes with home switches of their own, bit 0 = X
     tasks: int = 0  # native.Tasks: whose task periods
+    default_pulse_us: int = 0  # what $0 starts at; 0: step_pulse_ns
+    step_spread_ns: int = 0  # from step to step, beyond the pulse and a pause as long
 
 
 @dataclass(frozen=True)
@@ -106,7 +115,7 @@ class LineError:
 
     @property
     def title(self) -> str:
-        """error:22 a feed rate is missing (F)"""
+        """error:22 the feed rate is missing (F)"""
         return f"error:{self.code} {self.message}" if self.code else self.message
 
 
@@ -184,14 +193,15 @@ def run_job(library: ctypes.CDLL, request: JobRequest, on_progress: Progress | N
             sim.sample_every(SAMPLE_MS)
         if request.lines_max is not None:
             sim.limit_lines(request.lines_max)
-        sim.load(request.text, request.keep_going)
+        text, left_out = simulated_text(request.text, any(at.action.startswith(SWITCHES) for at in request.events))
+        sim.load(text, request.keep_going)
         while sim.run(EVENTS_PER_CALL):
             if on_progress:
                 on_progress(*sim.progress())
         if on_progress:
             on_progress(*sim.progress())
         _close(sim, request.trace)
-        return _result(sim, request)
+        return _result(sim, request, left_out)
 
 
 def _apply_lines(sim: Simulation, lines: tuple[str, ...]) -> None:
@@ -216,7 +226,21 @@ def _close(sim: Simulation, trace: TraceFile | None) -> None:
         raise JobError(f"cannot write the trace {trace.path}: {err.strerror}") from err
 
 
-def _result(sim: Simulation, request: JobRequest) -> SimResult:
+def simulated_text(text: bytes, has_switches: bool = False) -> tuple[bytes, tuple[str, ...]]:
+    """The job without the $ lines that cannot be simulated, and a remark for each."""
+    if b"$" not in text:
+        return text, ()
+    lines, remarks = split_lines(text), []
+    for index, line in enumerate(lines):
+        code = code_of(line)
+        begin = next((begin for begin in LEFT_OUT if code.startswith(begin)), b"")
+        if begin and not (begin == b"$H" and has_switches):
+            remarks.append(f"line {index + 1}: {code.decode('ascii', 'replace')} is skipped: {LEFT_OUT[begin]}")
+            lines[index] = b""
+    return b"\n".join(lines), tuple(remarks)
+
+
+def _result(sim: Simulation, request: JobRequest, left_out: tuple[str, ...]) -> SimResult:
     native = sim.result()
     axes = AXES[: request.timing.axis_count]
     _check_counters(native)
@@ -248,7 +272,7 @@ def _result(sim: Simulation, request: JobRequest) -> SimResult:
         underruns=native.counters.underruns,
         plan_unmet=native.counters.plan_unmet,
         errors=_line_errors(sim, request.text),
-        warnings=(*_remarks(sim, native), *_travel_warnings(axes, min_mm, max_mm, request.travel_mm)),
+        warnings=(*left_out, *_remarks(sim, native), *_travel_warnings(axes, min_mm, max_mm, request.travel_mm)),
         travel_mm=request.travel_mm,
         samples=sim.samples(),
         tool_changes=tuple(ToolChange(change.t_s, change.line, change.tool) for change in sim.tool_changes()),
@@ -273,7 +297,7 @@ def _check_counters(native: NativeResult) -> None:
     """The law above all others: the counters are the pulses on the pins."""
     if list(native.position_steps) != list(native.measured_steps):
         raise JobError(
-            f"the controller counts {list(native.position_steps)} steps, its pins made {list(native.measured_steps)}",
+            f"the controller counts {list(native.position_steps)} steps, its pins show {list(native.measured_steps)}",
             hint="this is a bug of WiFiCNC; please report it with the job",
         )
 
@@ -289,7 +313,7 @@ def _line_error(sim: Simulation, error: NativeError, lines: list[bytes]) -> Line
         ErrorKind.ERROR: sim.status_text(error.code),
         ErrorKind.ALARM: f"ALARM:{error.code} stopped the job: {alarm_words(error.code)}",
         ErrorKind.NO_ANSWER: "the controller never answered this line",
-        ErrorKind.SURPLUS: "the controller answered once too often after this line",
+        ErrorKind.SURPLUS: "the controller sent an extra answer after this line",
         ErrorKind.HELD: "the job is held here, and no event resumes it",
         ErrorKind.RESET: "a reset ended the job here",
     }[ErrorKind(error.kind)]
@@ -312,11 +336,11 @@ def printable(text: bytes) -> str:
 def _remarks(sim: Simulation, native: NativeResult) -> list[str]:
     found = [message[5:-1] for message in sim.messages() if not message.startswith(CHATTER)]
     if native.percent_lines:
-        found.append(f"{_count(native.percent_lines, 'line')} with % skipped: they are marks for the sender")
+        found.append(f"{_count(native.percent_lines, 'line')} with % skipped: they are for the sender")
     if native.pauses:
-        found.append(f"{_count(native.pauses, 'program pause')} (M0) ended at once")
+        found.append(f"{_count(native.pauses, 'program pause')} (M0) resumed immediately")
     late = [event for event in sim.events() if not event.done]
-    found += [f"the job was over before {event.t_s:g} s: {event.line.decode()}" for event in late]
+    found += [f"the job ended before {event.t_s:g} s: {event.line.decode()}" for event in late]
     return list(dict.fromkeys(found))
 
 
@@ -343,7 +367,7 @@ def read_job(path: Path) -> bytes:
     try:
         text = path.read_bytes()
     except FileNotFoundError as err:
-        raise JobError(f"there is no file {path}") from err
+        raise JobError(f"file not found: {path}") from err
     except IsADirectoryError as err:
         raise JobError(f"{path} is a folder, not a G-code file") from err
     except OSError as err:
@@ -354,8 +378,8 @@ def read_job(path: Path) -> bytes:
     if not text.strip():
         raise JobError(f"{path} is empty")
     if b"\0" in text:
-        hint = "is it the G-code, or the project of a CAM program?"
-        raise JobError(f"{path} is no text file: it has bytes 0x00", hint=hint)
+        hint = "give the G-code file, not the project of a CAM program"
+        raise JobError(f"{path} is not a text file: it has bytes 0x00", hint=hint)
     if not CODE.search(text.removeprefix(b"\xef\xbb\xbf")):
-        raise JobError(f"{path} holds no G-code", hint="it has comments and lines with % alone")
+        raise JobError(f"{path} has no G-code", hint="it has only comments and lines with %")
     return text

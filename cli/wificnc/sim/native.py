@@ -50,6 +50,8 @@ class HostBoard(Structure):
         ("encoder", c_uint8),
         ("home_axes", c_uint8),
         ("tasks", c_uint8),
+        ("default_pulse_us", c_uint8),
+        ("step_spread_ns", c_uint32),
     )
 
 
@@ -242,7 +244,7 @@ def load_library(path: Path) -> ctypes.CDLL:
             function.restype = result
             function.argtypes = arguments
     except (OSError, AttributeError) as err:
-        raise BuildError(f"{path.name} cannot be used: {err}", hint="`wificnc build host` builds it anew") from err
+        raise BuildError(f"{path.name} cannot be used: {err}", hint="`wificnc build host` builds it again") from err
     return library
 
 

@@ -301,7 +301,7 @@ def _speed_panel(axes: Any, scene: Scene) -> None:
     top, title = fastest * 1.06, "speed along the path, mm/min, mean of 10 ms"
     if fastest > OFF_SCALE * path.top_speed_mm_min:
         top = path.top_speed_mm_min * OFF_SCALE
-        title += f"   (rapids run off the scale, up to {fastest:,.0f})"
+        title += f"   (rapids are off the scale, up to {fastest:,.0f})"
     axes.set_ylim(0.0, top)
     axes.set_title(title, loc="left", fontsize=10.5, pad=6)
     axes.set_title(_accelerations(scene.result), loc="right", fontsize=8.5, color=SOFT, pad=6)

@@ -69,9 +69,7 @@ def summary_rows(result: SimResult) -> list[tuple[str, str]]:
     if result.underruns:
         rows.append(("underruns", f"motion slowed down {result.underruns:,} times because the controller was busy"))
     if result.plan_unmet:
-        rows.append(
-            ("planner", f"could not keep its plan within the limits {result.plan_unmet:,} times: please report")
-        )
+        rows.append(("planner", f"the plan exceeded the limits {result.plan_unmet:,} times: please report"))
     rows += [
         (f"at {duration(event.time_s)}", f"{event.action}: {event.state}") for event in result.events if event.done
     ]
@@ -117,7 +115,7 @@ def axis_rows(result: SimResult) -> list[tuple[str, ...]]:
 
 
 def error_line(file: str, error: LineError) -> str:
-    """job.nc:12: error:22 a feed rate is missing (F); without a line when all of them had been answered"""
+    """job.nc:12: error:22 the feed rate is missing (F); without a line when all of them had been answered"""
     where = f"{file}:{error.line}" if error.line else file
     return f"{where}: {error.title}"
 

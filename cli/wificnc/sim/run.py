@@ -12,8 +12,10 @@ from pathlib import Path
 
 from wificnc.board.load import load_board
 from wificnc.board.model import Board
+from wificnc.board.rules import step_spread_ns
 from wificnc.build.host import ensure_host_library
 from wificnc.errors import JobError, UserError
+from wificnc.job.program import read_program
 from wificnc.machine import load_machine
 from wificnc.machine.model import Machine
 from wificnc.output import Output, check_suffix
@@ -55,6 +57,7 @@ def simulate(options: SimOptions, on_progress: Progress | None = None) -> SimRes
     settings = tuple(parse_setting(text) for text in options.settings)
     events = tuple(parse_at(text) for text in options.at)
     text = read_job(options.file)
+    read_program(options.file.name, text)  # refuses what `wificnc send` refuses
     board = load_board(options.board)
     machine = load_machine(options.machine) if options.machine else None
     check_axes(board, machine)
@@ -131,6 +134,8 @@ def board_timing(board: Board) -> Timing:
         encoder=board.encoder is not None,
         home_axes=board.home_axes,
         tasks=Tasks.of(board.target),
+        default_pulse_us=board.timing.default_pulse_us,
+        step_spread_ns=step_spread_ns(board),
     )
 
 

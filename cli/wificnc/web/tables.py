@@ -16,8 +16,7 @@ from wificnc.board.picture import ROLE_COLOURS
 from wificnc.board.rules import pin_findings
 from wificnc.flash.plan import Partition
 from wificnc.link import realtime
-from wificnc.link.alarms import ALARMS
-from wificnc.link.words import ERRORS
+from wificnc.link.words import ALARMS, ERRORS
 from wificnc.nvs.values import NAMESPACE
 from wificnc.protocol import AXES, load_settings
 from wificnc.protocol.generate_nvs import is_output

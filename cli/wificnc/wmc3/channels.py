@@ -87,7 +87,7 @@ def switch(device: Device, number: int, on: bool) -> None:
 def check_number(number: int) -> int:
     """Raises UserError."""
     if not 0 <= number < MOST:
-        raise UserError(f"there is no channel {number}", hint=f"channels are 0 to {MOST - 1}")
+        raise UserError(f"unknown channel {number}", hint=f"channels are 0 to {MOST - 1}")
     return number
 
 

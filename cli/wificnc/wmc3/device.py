@@ -16,7 +16,7 @@ from types import TracebackType
 from typing import TypeVar
 
 from wificnc import __version__
-from wificnc.errors import LinkError, ProtocolError, RefusedError
+from wificnc.errors import LinkError, ProtocolError, RefusedError, UserError
 from wificnc.wmc3.keys import KEYS, Key
 from wificnc.wmc3.layout import (
     CONTROL_PORT,
@@ -71,7 +71,7 @@ def find_key(name: str) -> tuple[int, Key]:
     names = [row.name for row in KEYS]
     near = difflib.get_close_matches(base, names, 1)
     hint = f"did you mean {near[0]}?" if near else "wificnc wmc3 config lists all"
-    raise RefusedError(f"there is no key {name!r}", hint=hint)
+    raise RefusedError(f"unknown key {name!r}", hint=hint)
 
 
 def _number(text: str) -> int:
@@ -90,7 +90,7 @@ def _index(row: Key, name: str, which: str) -> int:
     last = letters[-1:] or str(row.count - 1)
     several = f"{row.name}.{letters[:1] or 0} to {row.name}.{last}"
     raise RefusedError(
-        f"{name!r} is not one key" if not which else f"there is no key {name!r}",
+        f"{name!r} is not one key" if not which else f"unknown key {name!r}",
         hint=several if row.count > 1 else row.name,
     )
 
@@ -104,7 +104,7 @@ def pack_value(row: Key, text: str) -> tuple[ValueType, bytes]:
         value = float(text) if kind == ValueType.FLOAT else int(text, 0)
         return kind, struct.pack(CODES[kind], value).ljust(64, b"\0")
     except (ValueError, struct.error, OverflowError):
-        raise RefusedError(f"{text!r} is no value of {row.name}", hint=value_hint(row)) from None
+        raise RefusedError(f"{text!r} is not a value of {row.name}", hint=value_hint(row)) from None
 
 
 def value_hint(row: Key) -> str:
@@ -168,7 +168,7 @@ class Device:
             except OSError as err:
                 raise LinkError(
                     f"no device at {self.address}: {err.strerror or err}",
-                    hint="is it on? `wificnc wmc3 discover` finds it",
+                    hint="check that it is on; `wificnc wmc3 discover` finds it",
                 ) from err
             self._tcp.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
             if self._password and self.handshake().capabilities & Capability.LOCKED:
@@ -187,11 +187,11 @@ class Device:
             size = struct.unpack("<H", self._receive(connection, 2))[0]
             packet = parse(self._receive(connection, size))
         except TimeoutError as err:
-            raise LinkError(f"{self.address} does not answer", hint="is it a device of the binary protocol?") from err
+            raise LinkError(f"{self.address} does not answer", hint="check that it is a WMC3 device") from err
         except OSError as err:
             raise LinkError(f"the connection to {self.address} broke: {err.strerror or err}") from err
         if packet is None:
-            raise ProtocolError(f"{self.address} answers something that is no packet")
+            raise ProtocolError(f"{self.address} sent data that is not a packet")
         return packet
 
     @staticmethod
@@ -216,7 +216,7 @@ class Device:
         return packet.payload
 
     def command(self, payload: Layout) -> None:
-        """A command by TCP: it was done when this returns."""
+        """A command by TCP: done when this returns."""
         self.request(payload, Ack)
 
     # ---- what there is to ask ----
@@ -253,7 +253,9 @@ class Device:
                 heard = True
                 yield packet.payload
         if not heard:
-            raise LinkError(f"no status from {self.address}", hint=f"does a firewall block UDP port {STATUS_PORT}?")
+            raise LinkError(
+                f"no status from {self.address}", hint=f"check that no firewall blocks UDP port {STATUS_PORT}"
+            )
 
     def listen(self, alone: bool = True) -> socket.socket:
         """Where its status reports come. alone: False when other programs of this computer may listen to other
@@ -300,7 +302,7 @@ class Device:
                 sender.take(ack)
                 progress(sender)
             elif time.monotonic() - heard > LOST_S:
-                raise LinkError(f"{self.address} is silent; {sender.done} of {sender.end} segments were executed")
+                raise LinkError(f"{self.address} does not answer; {sender.done} of {sender.end} segments were executed")
         self.command(StreamClose(sender.stream))
         return sender
 
@@ -318,8 +320,8 @@ def _local_address(device: str) -> str:
     try:
         return device if ipaddress.IPv4Address(device).is_loopback else ""
     except ValueError:
-        raise LinkError(
-            f"{device!r} is no IPv4 address", hint="like 192.168.1.50; wificnc wmc3 discover finds it"
+        raise UserError(
+            f"{device!r} is not an IPv4 address", hint="like 192.168.1.50; wificnc wmc3 discover finds it"
         ) from None
 
 
@@ -329,7 +331,7 @@ def _own_address(to: str) -> str:
         try:
             probe.connect((to, UDP_PORT))
         except OSError as err:
-            raise LinkError(f"no way to {to}: {err.strerror}") from err
+            raise LinkError(f"no route to {to}: {err.strerror}") from err
         address: str = probe.getsockname()[0]
         return address
 
@@ -343,7 +345,7 @@ def status_socket(address: str) -> socket.socket:
     except OSError as err:
         listener.close()
         raise LinkError(
-            f"UDP port {STATUS_PORT} is in use", hint="status reports come there; end the other host program"
+            f"UDP port {STATUS_PORT} is in use", hint="status reports arrive there; stop the other host program"
         ) from err
     return listener
 

@@ -70,7 +70,7 @@ def measure_reports(device: Device, seconds: float) -> Reports:
     device.post(JogStop(axis=0xFF))
     came = list(_reports(device, listener, seconds))[1:]  # the first one comes at once
     if len(came) < 3:
-        raise LinkError(f"only {len(came)} reports in {seconds} s", hint="status_interval_ms says how often they come")
+        raise LinkError(f"only {len(came)} reports in {seconds} s", hint="status_interval_ms sets their interval")
     gaps = [1e3 * (b - a) for (a, _), (b, _) in pairwise(came)]
     jitter = [abs(gap - interval_ms) for gap in gaps]
     own = [abs(((b - a) & 0xFFFFFFFF) / 1e3 - interval_ms) for (_, a), (_, b) in pairwise(came)]

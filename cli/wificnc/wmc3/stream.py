@@ -93,7 +93,7 @@ class StreamSender:
             self._sent_at.pop(number, None)
         if ack.refusal != Refusal.NONE:
             raise RefusedError(
-                f"the device takes no more: {Refusal(ack.refusal).name.lower()}, segment {ack.refused}; "
+                f"the device refused the stream: {Refusal(ack.refusal).name.lower()}, segment {ack.refused}; "
                 f"{self.done} of {self.end} were executed",
                 hint=REMEDIES[Refusal(ack.refusal)],
             )
