@@ -18,10 +18,10 @@ export const preflight = new PreflightRunner();
 /** Why no line may be sent now; "": one may. Hold, Resume, Reset and the overrides are bytes, and always go. */
 export const noLines = computed(() => {
   if (!controller.connected.value) return "Connect to a controller first.";
-  if (controller.locked.value) return "This controller wants a password first.";
-  if (!controller.commands.value) return "Another client commands this controller.";
-  if (job.active.value) return "A job runs: stop it, or wait until it is finished.";
-  if (HELD.has(controller.state.value)) return "The machine is held: Resume it, or Reset to give up what is left.";
+  if (controller.locked.value) return "This controller requires a password.";
+  if (!controller.commands.value) return "Another client is in control of this controller.";
+  if (job.active.value) return "A job is running: stop it, or wait until it is finished.";
+  if (HELD.has(controller.state.value)) return "The machine is in a hold: press Resume, or Reset to discard the rest.";
   return "";
 });
 /** The same of what needs a machine at rest: also one in an alarm, and an idle one only. */

@@ -98,6 +98,7 @@ export interface Board {
 export type HostField =
   | "timer_hz"
   | "step_pulse_ns"
+  | "default_pulse_us"
   | "dir_setup_ns"
   | "max_step_rate_hz"
   | "axes"
@@ -182,9 +183,9 @@ export function settingProblem(row: SettingRow, text: string): string {
 }
 
 export function errorWords(code: number): string {
-  return TABLES.errors[String(code)] ?? "an error that this page does not know";
+  return TABLES.errors[String(code)] ?? "unknown error";
 }
 
 export function alarmWords(code: number): string {
-  return TABLES.alarms[String(code)] ?? "an alarm that this page does not know";
+  return TABLES.alarms[String(code)] ?? "unknown alarm";
 }

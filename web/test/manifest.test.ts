@@ -51,7 +51,7 @@ it("loads what is whole", async () => {
   expect(firmware.parts.map((part) => [part.name, part.offset, part.data.length])).toEqual([["app.bin", 0x20000, 1000]]);
 });
 
-it("says that there is no firmware beside the page", async () => {
+it("reports that no firmware is stored with the page", async () => {
   expect(await loadIndex(async () => new Response("", { status: 404 }))).toBeNull();
 });
 
@@ -61,7 +61,7 @@ it.each<[string, (files: Map<string, Uint8Array>, index: FirmwareIndex) => void,
   ["a part is cut off", (files) => files.set("esp32s3-devkitc/app.bin", new Uint8Array(10)), /10 bytes instead of 1000/],
   ["the manifest is damaged", (files) => (files.get("esp32s3-devkitc/manifest.json")![3] = 0), /manifest.json is damaged/],
   ["the list has another format", (_files, index) => (index.schema = 2), /format 2/],
-  ["the board is not there", (_files, index) => (index.boards = []), /no firmware for ESP32-S3-DevKitC/],
+  ["the board is not there", (_files, index) => (index.boards = []), /No firmware for ESP32-S3-DevKitC/],
 ])("refuses when %s", async (_name, change, why) => {
   const { get } = await host(change);
   const load = async (): Promise<unknown> => loadFirmware((await loadIndex(get))!, BOARD, get);

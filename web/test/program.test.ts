@@ -26,7 +26,7 @@ it.each([
 ])("numbers line %i, %j, for reports", (number, code, wire) => expect(numbered({ number, text: code, code })).toBe(wire));
 
 it("refuses O words, which the controller would, too", () =>
-  expect(() => readProgram("a.nc", "G0X0\no100 while [#1 LT 3]\n")).toThrow(/line 2: an O word/));
+  expect(() => readProgram("a.nc", "G0X0\no100 while [#1 LT 3]\n")).toThrow(/line 2: O words/));
 
 it.each([["O1000"], ["o0001 (BRACKET)"], ["N1 O7"], [":1000"], ["N9%"]])("keeps %j here: it marks the program", (mark) =>
   expect(readProgram("a.nc", `${mark}\nG0X1\n`).lines.map((line) => line.code)).toEqual(["G0X1"]),

@@ -13,7 +13,7 @@ it("keeps settings that it does not know", () => {
 
 it.each([
   ["schema = 2", /schema/],
-  ["schema = 1\n[settings]\nsteps_per_mm = 1", /no setting steps_per_mm/],
+  ["schema = 1\n[settings]\nsteps_per_mm = 1", /unknown setting steps_per_mm/],
   ["schema = 1\n[axis.x]\nsteps_per_mm = -1", /steps_per_mm.x = -1/],
   ["schema = 1\n[settings]\nhoming = \"yes\"", /must be a number/],
   ["schema = ", /TOML/],

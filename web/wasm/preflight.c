@@ -75,11 +75,13 @@ static void add_number(const char *name, double number) {
 
 /** A controller on a board like this (struct host_board). @return 0, or -1: no such board, or no memory */
 EXPORT(core_open)
-int core_open(uint32_t timer_hz, uint32_t step_pulse_ns, uint32_t dir_setup_ns, uint32_t max_step_rate_hz,
-              uint32_t axes, uint32_t ganged, uint32_t missing_outputs, uint32_t digital_inputs,
-              uint32_t digital_outputs, uint32_t encoder, uint32_t analog, uint32_t home_axes) {
+int core_open(uint32_t timer_hz, uint32_t step_pulse_ns, uint32_t default_pulse_us, uint32_t dir_setup_ns,
+              uint32_t max_step_rate_hz, uint32_t axes, uint32_t ganged, uint32_t missing_outputs,
+              uint32_t digital_inputs, uint32_t digital_outputs, uint32_t encoder, uint32_t analog,
+              uint32_t home_axes) {
     board = (struct host_board){.timer_hz = timer_hz,
                                 .step_pulse_ns = step_pulse_ns,
+                                .default_pulse_us = (uint8_t)default_pulse_us,
                                 .dir_setup_ns = dir_setup_ns,
                                 .max_step_rate_hz = max_step_rate_hz,
                                 .axis_count = (uint8_t)axes,

@@ -21,7 +21,7 @@ export type Log = (line: string) => void;
 export type Progress = (part: string, done: number, total: number) => void;
 
 export class BoardDevice {
-  /** Rejects when the board is unplugged: the loader itself would go on asking for minutes. */
+  /** Rejects when the board was disconnected: the loader itself would go on asking for minutes. */
   private readonly lost: Promise<never>;
 
   private constructor(
@@ -30,7 +30,7 @@ export class BoardDevice {
     readonly chip: Chip,
   ) {
     this.lost = new Promise((_resolve, reject) => {
-      transport.device.addEventListener("disconnect", () => reject(new Error("the board is unplugged")), { once: true });
+      transport.device.addEventListener("disconnect", () => reject(new Error("the board was disconnected")), { once: true });
     });
     this.lost.catch(() => {}); // it may be lost while nobody waits
   }
@@ -56,7 +56,7 @@ export class BoardDevice {
       await transport.disconnect().catch(() => {});
       throw new FirmwareError(
         `The board does not answer: ${words(error)}`,
-        "Hold BOOT while you press and release RESET, then try again. Is another program using the port?",
+        "Hold BOOT while you press and release RESET, then try again. Check that no other program uses the port.",
       );
     }
   }
@@ -67,7 +67,7 @@ export class BoardDevice {
     if (this.chip.family !== firmware.chipFamily)
       throw new FirmwareError(
         `This is an ${this.chip.family}, and ${board.name} has an ${board.chip_name}`,
-        "Choose the board that is plugged in. Is another one plugged in, too?",
+        "Choose the connected board. Is another board connected, too?",
       );
     const end = Math.max(...firmware.parts.map((part) => part.offset + part.data.length));
     const needed = Math.max(firmware.flashMb, end / (1 << 20));
@@ -94,8 +94,8 @@ export class BoardDevice {
       await this.unlessLost(writing);
     } catch (error) {
       throw new FirmwareError(
-        `Writing has stopped: ${words(error)}`,
-        "The board may hold half a firmware. Its loader cannot be damaged: plug it in again and install once more.",
+        `Writing failed: ${words(error)}`,
+        "The firmware on the board may be incomplete. The boot loader is not affected: reconnect the board and install again.",
       );
     }
   }
@@ -104,7 +104,7 @@ export class BoardDevice {
     try {
       return await this.unlessLost(this.loader.readFlash(offset, size, (_packet, done, total) => progress("", done, total)));
     } catch (error) {
-      throw new FirmwareError(`Reading has stopped: ${words(error)}`, "Plug the board in again.");
+      throw new FirmwareError(`Reading failed: ${words(error)}`, "Reconnect the board.");
     }
   }
 
@@ -127,7 +127,7 @@ export class BoardDevice {
     if (octal && !board.psram_mb.some((size) => size >= 8))
       throw new FirmwareError(`This module has octal PSRAM, which takes GPIO33 to 37; ${board.name} is for quad memory`);
     if (!octal && this.chip.family === "ESP32-S3" && board.psram_mb.length > 0 && board.psram_mb.every((size) => size >= 8))
-      return ["No octal PSRAM in this module: the board for quad memory would give you more pins."];
+      return ["No octal PSRAM in this module: the board for quad memory has more free pins."];
     return [];
   }
 }

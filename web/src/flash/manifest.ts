@@ -46,7 +46,7 @@ export class FirmwareError extends Error {
 
 const SCHEMA = 1;
 const FOLDER = "firmware/";
-const AGAIN = "Load the page again; if that does not help, its files are not those of one release.";
+const AGAIN = "Reload the page; if that does not help, its files are from different releases.";
 
 /** Whatever gets a file of this page; tests have their own. */
 export type Fetch = (path: string) => Promise<Response>;
@@ -59,7 +59,7 @@ export async function loadIndex(get: Fetch = fetchHere): Promise<FirmwareIndex |
   if (!answer || answer.status === 404) return null;
   const index = (await json(answer, "the list of firmware")) as FirmwareIndex;
   if (index.schema !== SCHEMA || !Array.isArray(index.boards))
-    throw new FirmwareError(`The list of firmware has format ${index.schema}, and this page knows ${SCHEMA}`, AGAIN);
+    throw new FirmwareError(`The list of firmware has format ${index.schema}, and this page supports ${SCHEMA}`, AGAIN);
   return index;
 }
 
@@ -67,13 +67,13 @@ export async function loadIndex(get: Fetch = fetchHere): Promise<FirmwareIndex |
 export async function loadFirmware(index: FirmwareIndex, board: Board, get: Fetch = fetchHere): Promise<Firmware> {
   const row = index.boards.find((entry) => entry.id === board.id);
   const build = row?.manifests[0];
-  if (!row || !build) throw new FirmwareError(`There is no firmware for ${board.name} here`, row?.missing ?? "");
+  if (!row || !build) throw new FirmwareError(`No firmware for ${board.name} on this page`, row?.missing ?? "");
   const manifest = await checkedJson(row, build.path, get);
   const { name, version, builds } = manifest as { name?: unknown; version?: unknown; builds?: unknown };
   const first: unknown = Array.isArray(builds) ? builds[0] : undefined;
   const { chipFamily, parts } = (first ?? {}) as { chipFamily?: unknown; parts?: unknown };
   if (typeof name !== "string" || typeof version !== "string" || typeof chipFamily !== "string" || !Array.isArray(parts))
-    throw new FirmwareError(`${build.path} is no manifest of ESP Web Tools`, AGAIN);
+    throw new FirmwareError(`${build.path} is not an ESP Web Tools manifest`, AGAIN);
   const folder = build.path.replace(/[^/]*$/, "");
   const loaded = await Promise.all(parts.map((part: unknown) => loadPart(row, folder, part, get)));
   if (chipFamily.replace(/-/g, "").toLowerCase() !== board.chip)

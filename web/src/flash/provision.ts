@@ -27,9 +27,9 @@ const JOIN_MS = 40_000;
 const SCAN_MS = 20_000;
 
 const REASONS: Record<string, [string, string]> = {
-  UNABLE_TO_CONNECT: ["The board cannot connect to this network", "Is the password right? The board knows 2.4 GHz only."],
-  INVALID_RPC_PACKET: ["The board refuses this name or password", "A password has 8 to 63 characters, or none at all."],
-  UNKNOWN_ERROR: ["The board cannot join or look for a network now", "The machine must stand still, and WiFi be on."],
+  UNABLE_TO_CONNECT: ["The board cannot connect to this network", "Check the password. The board supports 2.4 GHz only."],
+  INVALID_RPC_PACKET: ["The board rejected this name or password", "A password has 8 to 63 characters; an open network has none."],
+  UNKNOWN_ERROR: ["The board cannot join or search for a network now", "The machine must be stopped, and WiFi must be on."],
 };
 
 const quiet = { log: () => {}, error: () => {}, debug: () => {} };
@@ -62,7 +62,7 @@ async function withBoard<T>(port: SerialPort, talk: (board: ImprovSerial, info: 
   try {
     await port.open({ baudRate: BAUD, bufferSize: 4096 });
   } catch {
-    throw new ProvisionError("The serial port cannot be opened", "Is another program using it?");
+    throw new ProvisionError("The serial port cannot be opened", "Check that no other program uses it.");
   }
   const board = new ImprovSerial(port, quiet);
   try {

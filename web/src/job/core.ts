@@ -96,6 +96,7 @@ interface Exports {
 const BOARD_FIELDS: readonly HostField[] = [
   "timer_hz",
   "step_pulse_ns",
+  "default_pulse_us",
   "dir_setup_ns",
   "max_step_rate_hz",
   "axes",

@@ -54,7 +54,7 @@ export class PreflightRunner {
   /** Rejects with a ResumeError when it cannot be known how the job stood there. */
   async plan(lines: JobLine[], line: number, facts: MachineFacts): Promise<Resume> {
     const done = await this.ask({ kind: "resume", lines, line, facts }, () => {});
-    if (done?.kind !== "resume") throw new ResumeError("The resume was called off");
+    if (done?.kind !== "resume") throw new ResumeError("The resume was cancelled");
     return done.resume;
   }
 
@@ -80,7 +80,7 @@ export class PreflightRunner {
 
   private module(): Promise<ArrayBuffer> {
     this.wasm ??= fetch(wasmUrl).then((answer) => {
-      if (!answer.ok) throw new Error(`the core could not be loaded: ${answer.status}`);
+      if (!answer.ok) throw new Error(`cannot load the core: ${answer.status}`);
       return answer.arrayBuffer();
     });
     return this.wasm;
@@ -96,7 +96,7 @@ export function describe(error: CoreError): string {
     case ErrorKind.Alarm:
       return `${where}alarm ${error.code}, ${alarmWords(error.code)}`;
     case ErrorKind.NoAnswer:
-      return `${where}the controller would never answer this line`;
+      return `${where}the controller never answers this line`;
     default:
       return `${where}the job would end here`;
   }

@@ -65,8 +65,8 @@ export function readProgram(name: string, source: string): Program {
   all.forEach((text, i) => {
     const code = codeOf(text);
     if (code === "" || MARK.test(code)) return;
-    if (O_LINE.test(code)) faults.push(`line ${i + 1}: an O word, which a stream cannot obey: wificnc expand makes plain lines of it`);
-    else if (FORBIDDEN.test(code)) faults.push(`line ${i + 1}: characters that a controller takes for commands`);
+    if (O_LINE.test(code)) faults.push(`line ${i + 1}: O words cannot run in a stream: convert the file with wificnc expand`);
+    else if (FORBIDDEN.test(code)) faults.push(`line ${i + 1}: characters that a controller reads as commands`);
     else if (code.length > LONGEST_CODE) faults.push(`line ${i + 1}: more than ${LONGEST_CODE} characters of code`);
     lines.push({ number: i + 1, text: text.trim(), code });
   });
@@ -74,6 +74,6 @@ export function readProgram(name: string, source: string): Program {
     const more = faults.length > FAULTS_SHOWN ? `; and ${faults.length - FAULTS_SHOWN} more` : "";
     throw new ProgramError(`${name} cannot be sent: ${faults.slice(0, FAULTS_SHOWN).join("; ")}${more}`);
   }
-  if (lines.length === 0) throw new ProgramError(`${name} has no line with code`);
+  if (lines.length === 0) throw new ProgramError(`${name} has no G-code`);
   return { name, source, lines, fileLines: all.length };
 }

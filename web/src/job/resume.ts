@@ -60,8 +60,8 @@ const AXES_FOR_OTHERS = new Set([10, 28, 28.1, 30, 30.1, 43, 43.1, 92, 92.1]);
 export function planResume(core: Core, lines: readonly JobLine[], line: number, facts: MachineFacts): Resume {
   const before = lines.filter((entry) => entry.number < line);
   const rest = lines.filter((entry) => entry.number >= line);
-  if (rest.length === 0) throw new ResumeError(`There is nothing to send from line ${line} on`);
-  if (!facts.offsets.G54) throw new ResumeError("The controller has not told its offsets", "Connect again at rest.");
+  if (rest.length === 0) throw new ResumeError(`Nothing to send from line ${line}`);
+  if (!facts.offsets.G54) throw new ResumeError("The controller has not reported its offsets", "Connect again while the machine is stopped.");
   const here = run(core, before, facts, SOMEWHERE_MM);
   const there = run(core, before, facts, ELSEWHERE_MM);
   const known = knownAxes(here, there, facts);
@@ -91,19 +91,19 @@ function run(core: Core, lines: readonly JobLine[], facts: MachineFacts, start: 
 function knownAxes(here: Modes, there: Modes, facts: MachineFacts): boolean[] {
   const g92 = facts.offsets.G92 ?? [];
   if (here.g92_mm.some((value, i) => Math.abs(value - (g92[i] ?? 0)) > SAME_MM))
-    throw new ResumeError("The lines before set a G92 offset, which depends on where the machine stood");
+    throw new ResumeError("The lines before set a G92 offset, which depends on the machine's position at that time");
   if (ROW_MODES.has(here.motion_g10))
     throw new ResumeError(
-      `The lines before are in the middle of a row of canned cycles or splines (${gWord(here.motion_g10)})`,
-      "Resume at the line that begins the row, or behind the next G0, G1 or G80.",
+      `The lines before are in a sequence of canned cycles or splines (${gWord(here.motion_g10)})`,
+      "Resume at the first line of the sequence, or after the next G0, G1 or G80.",
     );
   const known = here.work_mm.map((value, i) => Math.abs(value - (there.work_mm[i] ?? NaN)) < SAME_MM);
   const moved = here.moved | there.moved;
   const lost = [...AXES].filter((_, i) => i < facts.axisCount && !known[i] && (moved >> i) & 1);
   if (lost.length > 0)
     throw new ResumeError(
-      `Where ${lost.join(" and ")} should be cannot be known: it depends on where the job began`,
-      "Relative moves (G91), G28, G30 and G53 do this; resume behind a line with absolute coordinates.",
+      `Where ${lost.join(" and ")} should be is unknown: it depends on the position at the start of the job`,
+      "Relative moves (G91), G28, G30 and G53 cause this; resume after a line with absolute coordinates.",
     );
   return known;
 }
@@ -140,7 +140,7 @@ function safeZ(here: Modes, there: Modes, facts: MachineFacts): number | null {
   );
   const [top, other] = tops;
   if (top === null || top === undefined || other === null || other === undefined) return null;
-  if (Math.abs(top - other) >= SAME_MM) throw new ResumeError("A safe height cannot be found in the lines before");
+  if (Math.abs(top - other) >= SAME_MM) throw new ResumeError("No safe height found in the lines before");
   return Math.max(facts.machine_mm[Z]! - offset, top);
 }
 
@@ -208,9 +208,9 @@ function near(got: number, wanted: number): boolean {
 function notesOf(modes: Modes, known: boolean[], facts: MachineFacts): string[] {
   const notes: string[] = [];
   if (modes.stored)
-    notes.push("Lines before store offsets (G10, G28.1, G30.1) or use the tool table (G43): these are taken to be in the controller already.");
+    notes.push("Lines before store offsets (G10, G28.1, G30.1) or use the tool table (G43): they are assumed to be stored in the controller already.");
   const still = [...AXES].filter((_, i) => i < Math.min(3, facts.axisCount) && !known[i]);
-  if (still.length > 0) notes.push(`${still.join(" and ")} stays where it is: the lines before do not move it.`);
+  if (still.length > 0) notes.push(`${still.join(" and ")} does not move: the lines before do not position it.`);
   return notes;
 }
 

@@ -165,7 +165,7 @@ export class JobRunner {
 
   private breakOff(what: "reset" | "lost" | "closed"): void {
     if (!this.active.value) return;
-    if (what !== "reset") this.finish("lost", `${this.controller.lostWhy.value || "the link has ended"}; ${this.where()}`);
+    if (what !== "reset") this.finish("lost", `${this.controller.lostWhy.value || "the connection was closed"}; ${this.where()}`);
     else if (this.state.value === "stopping")
       this.finish(this.why.value === "stopped by hand" ? "stopped" : "failed", this.why.value);
     else this.finish("failed", `the controller was reset; ${this.where()}`);
@@ -173,7 +173,7 @@ export class JobRunner {
 
   private where(): string {
     const line = this.currentLine.peek();
-    return line ? `line ${line} was being executed` : "no line was seen being executed";
+    return line ? `line ${line} was being executed` : "no executed line was reported";
   }
 
   private finish(state: JobState, why: string): void {

@@ -30,9 +30,9 @@ const FIRST_WORD_MS = 6000;
 
 const HELD = new Set(["Hold", "Door"]);
 const MOVING = new Set(["Run", "Jog", "Home"]);
-const OBSERVER = /^Observer: | commands$/;
-const NOBODY = /^Nobody commands/;
-const LOCKED = /^(Password needed|Wrong password)/;
+const OBSERVER = /^Observer: | is in control$/;
+const NOBODY = /^No client is in control/;
+const LOCKED = /^(Password required|Wrong password)/;
 /** After some alarms the controller takes no commands until it is reset. */
 const TOOL_CHANGE = /^Tool change: T(\d+)/;
 const NEEDS_RESET = /^Reset to continue/;
@@ -102,7 +102,7 @@ export class Controller {
   /** Every report, and every alarm, in the order in which they came: signals show the last one of a burst. */
   onReport: (status: Status) => void = () => {};
   onAlarm: (code: number) => void = () => {};
-  /** The controller has started anew, or the link has ended: what was under way is void. */
+  /** The controller has started anew, or the connection was closed: what was under way is void. */
   onBreak: (what: "reset" | "lost" | "closed") => void = () => {};
 
   /** The link now, or the last one. */
@@ -136,8 +136,8 @@ export class Controller {
     if (!(await firstWord)) {
       await this.disconnect();
       throw new LinkError(
-        "The port is open, but nothing answers",
-        "Is WiFiCNC on this board? Another port, or the Install tab, may help.",
+        "The port is open, but no controller answers",
+        "Check that WiFiCNC is installed on this board (Install tab), or try another port.",
       );
     }
     await this.getToKnow();
@@ -188,9 +188,9 @@ export class Controller {
       const stop = effect(() => {
         const [status, link] = [this.status.value, this.link.value];
         const end = (how: () => void): void => queueMicrotask(() => (stop(), how()));
-        if (link !== "open") return end(() => reject(new Error("The link ended while the machine moved")));
+        if (link !== "open") return end(() => reject(new Error("The connection was lost while the machine was moving")));
         if (status === asked || status === null || MOVING.has(status.state)) return undefined;
-        if (status.state !== "Idle") return end(() => reject(new Error(`The machine did not come to rest: ${status.state}`)));
+        if (status.state !== "Idle") return end(() => reject(new Error(`The machine did not stop: ${status.state}`)));
         const now = String(status.mpos ?? status.wpos);
         if (now === place) return end(resolve);
         place = now;
@@ -296,7 +296,7 @@ export class Controller {
     this.transport = null;
     this.lostWhy.value = why;
     this.link.value = "lost";
-    this.note("page", `The link was lost: ${why}`, true);
+    this.note("page", `The connection was lost: ${why}`, true);
     this.queue.forget();
     this.onBreak("lost");
     void transport.close();

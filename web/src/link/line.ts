@@ -31,10 +31,10 @@ export function typedLine(text: string): string {
 export function checkLine(line: string): void {
   const strange = NOT_PRINTABLE.exec(line)?.[0];
   if (strange !== undefined)
-    throw new LineError(`${name(strange)} is not ASCII, and a controller takes its bytes for commands. Use it in comments only.`);
+    throw new LineError(`${name(strange)} is not ASCII, and a controller reads its bytes as commands. Use it in comments only.`);
   const command = [...line].find((character) => character in REALTIME);
   if (command !== undefined)
-    throw new LineError(`${command} is the command "${REALTIME[command]!.title}" wherever it stands in a line. Send it alone.`);
+    throw new LineError(`${command} is the command "${REALTIME[command]!.title}" anywhere in a line. Send it alone.`);
 }
 
 function name(character: string): string {

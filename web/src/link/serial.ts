@@ -12,16 +12,16 @@ export function hasWebSerial(): boolean {
 export async function pickPort(): Promise<SerialPort | null> {
   if (!hasWebSerial())
     throw new LinkError(
-      "This browser cannot use serial ports",
+      "This browser does not support serial ports",
       window.isSecureContext
-        ? "Chrome, Edge or Opera on a computer can."
-        : "A page by plain http cannot: open it by https, or from this computer.",
+        ? "Use Chrome, Edge or Opera on a computer."
+        : "Serial ports need a secure page: open it by https, or from this computer.",
     );
   try {
     return await navigator.serial.requestPort();
   } catch (error) {
     if (error instanceof DOMException && error.name === "NotFoundError") return null;
-    throw new LinkError("The browser gives no serial port", String(error));
+    throw new LinkError("The browser did not grant access to a serial port", String(error));
   }
 }
 
@@ -41,10 +41,10 @@ export class SerialTransport implements Transport {
     } catch (error) {
       throw new LinkError(
         "The serial port cannot be opened",
-        `Is another program using it? Close it, or plug the board in again. (${error instanceof Error ? error.message : error})`,
+        `Close other programs that use it, or reconnect the board. (${error instanceof Error ? error.message : error})`,
       );
     }
-    if (!this.port.readable || !this.port.writable) throw new LinkError("The serial port has no streams");
+    if (!this.port.readable || !this.port.writable) throw new LinkError("The serial port is not readable and writable");
     this.closing = false;
     this.reader = this.port.readable.getReader();
     this.writer = this.port.writable.getWriter();
@@ -66,7 +66,7 @@ export class SerialTransport implements Transport {
   }
 
   private async read(reader: ReadableStreamDefaultReader<Uint8Array>, events: TransportEvents): Promise<void> {
-    let why = "the port has ended";
+    let why = "the port was closed";
     try {
       for (;;) {
         const { value, done } = await reader.read();

@@ -47,7 +47,7 @@ export function importText(text: string): Map<number, string> {
   try {
     data = parse(text);
   } catch (error) {
-    throw new SettingsFileError(`this is no TOML file: ${error instanceof Error ? error.message : error}`);
+    throw new SettingsFileError(`not a TOML file: ${error instanceof Error ? error.message : error}`);
   }
   if (data.schema !== SCHEMA) throw new SettingsFileError(`schema must be ${SCHEMA}`);
   const values = new Map<number, string>();
@@ -68,7 +68,7 @@ function takeTable(table: unknown, axis: string, values: Map<number, string>, fa
   for (const [name, value] of Object.entries((table ?? {}) as Record<string, unknown>)) {
     const setting = known.find((entry) => entry.row.name === name);
     const title = axis ? `${name}.${axis.toLowerCase()}` : name;
-    if (!setting) faults.push(`there is no setting ${title}`);
+    if (!setting) faults.push(`unknown setting ${title}`);
     else if (typeof value !== "number" && typeof value !== "boolean") faults.push(`${title} must be a number`);
     else {
       const problem = settingProblem(setting.row, String(Number(value)));

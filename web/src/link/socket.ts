@@ -37,12 +37,12 @@ export class SocketTransport implements Transport {
       socket.onclose = (event) => {
         clearTimeout(timer);
         if (!opened) {
-          reject(new LinkError(`No controller answers at ${this.name}`, "Is it on, and in this network?"));
+          reject(new LinkError(`No controller answers at ${this.name}`, "Check that it is on and on this network."));
           return;
         }
         if (this.socket !== socket) return;
         this.socket = null;
-        events.lost(event.reason || (event.code === CLOSED_BY_POLICY ? "refused" : "the connection has ended"));
+        events.lost(event.reason || (event.code === CLOSED_BY_POLICY ? "refused" : "the connection was closed"));
       };
     });
   }

@@ -50,7 +50,7 @@ export function planZero(facts: ZeroFacts, lift_mm: number | null): ZeroPlan {
 /** Not homed: only as far up as somebody has said. */
 function fromHere(facts: ZeroFacts, lift_mm: number | null, across: string): ZeroPlan {
   if (lift_mm === null) return { kind: "ask" };
-  if (!(lift_mm >= 0)) return refuse("Z lifts by 0 mm or more: this way never moves it down.");
+  if (!(lift_mm >= 0)) return refuse("The lift of Z must be 0 mm or more: this move never lowers Z.");
   if (lift_mm === 0) return { kind: "go", lines: [across], z_mm: null };
   const lift = `$J=G21G91Z${number(lift_mm)}F${number(rate(facts, Z))}`;
   return { kind: "go", lines: [lift, across], z_mm: facts.machine_mm[Z]! + lift_mm };
@@ -66,7 +66,7 @@ function outside(facts: ZeroFacts, axis: number, zero_mm: number): string {
   if (zero_mm >= low_mm - ROUNDING_MM && zero_mm <= high_mm + ROUNDING_MM) return "";
   return (
     `Work zero of ${AXES[axis]} is at ${zero_mm.toFixed(3)} mm in machine coordinates, and ${AXES[axis]} moves from ` +
-    `${low_mm.toFixed(3)} to ${high_mm.toFixed(3)}. Nothing was moved: set the work zero inside of it.`
+    `${low_mm.toFixed(3)} to ${high_mm.toFixed(3)}. Nothing was moved: set the work zero within this range.`
   );
 }
 

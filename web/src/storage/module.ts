@@ -64,10 +64,10 @@ export function setFlag(channel: number, flag: keyof typeof MASKS, on: boolean):
 /** Why the firmware leaves this channel out with that pin; "" when it does not. */
 export function channelRefusal(board: Board, channel: Channel, pin: number): string {
   const chip = board.pins.find((entry) => entry.number === pin);
-  if (!chip) return `the board has no pin ${pin}`;
+  if (!chip) return `the board does not have pin ${pin}`;
   const reason = channel.output ? chip.output : chip.input;
   if (reason !== null) return reason;
-  if (board.uses.some((use) => use.signal === "led" && use.number === pin)) return `${chip.name} is the LED's`;
+  if (board.uses.some((use) => use.signal === "led" && use.number === pin)) return `${chip.name} is used by the LED`;
   const rival = channels().find((other) => other.number < channel.number && other.pin === pin);
   return rival ? `${chip.name} is channel ${rival.number}'s` : "";
 }

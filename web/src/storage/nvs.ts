@@ -59,12 +59,12 @@ export class NvsImage {
   /** A copy of a partition. Throws NvsError when it is none. */
   constructor(data: Uint8Array) {
     if (data.length < 3 * PAGE || data.length % PAGE !== 0)
-      throw new NvsError(`${data.length} bytes are no NVS partition: it has three or more pages of ${PAGE} bytes`);
+      throw new NvsError(`${data.length} bytes are not an NVS partition: it has three or more pages of ${PAGE} bytes`);
     this.bytes = new Uint8Array(data);
     this.view = new DataView(this.bytes.buffer);
     const used = this.usedPages();
     if (used.length === 0 && this.bytes.some((byte) => byte !== 0xff))
-      throw new NvsError("this is no NVS partition: no page has a valid head");
+      throw new NvsError("not an NVS partition: no page has a valid header");
   }
 
   /** A partition that holds nothing. */
@@ -115,10 +115,10 @@ export class NvsImage {
       const state = this.view.getUint32(page * PAGE, true);
       if (state === STATE_EMPTY || state === 0) continue;
       if (this.view.getUint32(page * PAGE + 28, true) !== crc32(this.slice(page * PAGE + 4, 24))) {
-        this.damaged.push(`page ${page} has a damaged head`);
+        this.damaged.push(`page ${page} has a damaged headerer`);
         continue;
       }
-      if (this.bytes[page * PAGE + 8]! < VERSION_2) throw new NvsError("this NVS has a newer layout than this page knows");
+      if (this.bytes[page * PAGE + 8]! < VERSION_2) throw new NvsError("this NVS has a newer layout than this page supports");
       pages.push({ page, sequence: this.view.getUint32(page * PAGE + 4, true) });
     }
     return pages.sort((a, b) => a.sequence - b.sequence).map((entry) => entry.page);

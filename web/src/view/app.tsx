@@ -29,7 +29,7 @@ const TABS: readonly Tab[] = [
   { id: "settings", title: "Settings", icon: "settings", view: SettingsTab, apart: true },
   { id: "pins", title: "Pins", icon: "pins", view: PinsTab },
   { id: "network", title: "Network", icon: "network", view: NetworkTab },
-  { id: "inout", title: "In and out", icon: "inout", view: InOutTab },
+  { id: "inout", title: "Inputs and outputs", icon: "inout", view: InOutTab },
   { id: "install", title: "Install", icon: "install", view: InstallTab, apart: true },
 ];
 

@@ -56,7 +56,7 @@ function PositionCard(): JSX.Element {
         </Button>
         <Button
           why={noMotion.value}
-          title="Z up first, then X and Y to work zero"
+          title="Raise Z, then move X and Y to work zero"
           onClick={() => void attempt(async () => (asks.value = await goToZero(null)))}
           testId="go-to-zero"
         >
@@ -97,7 +97,7 @@ async function goToZero(lift_mm: number | null): Promise<boolean> {
   if (plan.kind === "refuse") throw new Error(plan.why);
   for (const [i, line] of plan.lines.entries()) {
     if (i > 0 && plan.z_mm !== null && Math.abs(zeroFacts().machine_mm[2]! - plan.z_mm) > SAME_HEIGHT_MM)
-      throw new Error("Z did not come up to its height, so X and Y stay where they are.");
+      throw new Error("Z did not reach its height, so X and Y do not move.");
     await controller.send(line);
     await controller.rest();
   }
@@ -115,19 +115,19 @@ function LiftDialog({ onClose }: { onClose: () => void }): JSX.Element {
     void attempt(() => goToZero(lift_mm));
   };
   return (
-    <Dialog title="How far may Z lift?" onClose={onClose}>
+    <Dialog title="How far can Z lift?" onClose={onClose}>
       <p class="soft">
-        This page has not seen the machine being homed, so it does not know how much room Z has above it. Z lifts by this much from
+        The machine was not homed while this page was connected, so the free travel above Z is unknown. Z lifts by this distance from
         where it is now, then X and Y move straight to work zero at that height.
       </p>
-      <Field label="Lift Z by, mm" hint="0 leaves Z where it is.">
+      <Field label="Lift Z by, mm" hint="0: Z does not move.">
         <input class="input short mono" type="number" min={0} step={1} value={lift.value} onInput={(event) => (lift.value = event.currentTarget.value)} data-test="lift" />
       </Field>
       <div class="row">
         <Button kind="primary" why={noMotion.value} disabled={!(lift_mm >= 0)} onClick={go} testId="lift-go">
-          Lift and go
+          Lift and move
         </Button>
-        <Button onClick={onClose}>Stay here</Button>
+        <Button onClick={onClose}>Cancel</Button>
       </div>
     </Dialog>
   );
@@ -317,7 +317,7 @@ function JogCard(): JSX.Element {
           mm/min
         </label>
       </div>
-      {keyboard.value && <p class="small soft">Arrows move X and Y, Page Up and Page Down Z. Escape stops.</p>}
+      {keyboard.value && <p class="small soft">Arrow keys jog X and Y, Page Up and Page Down jog Z. Escape stops.</p>}
     </Card>
   );
 }

@@ -82,8 +82,8 @@ function ConnectDialog({ onClose }: { onClose: () => void }): JSX.Element {
         </Button>
         <p class="small soft">
           {hasWebSerial()
-            ? "Choose the board's serial port in the list that the browser shows."
-            : "This browser cannot use serial ports: Chrome, Edge or Opera on a computer can, on a page that was opened by https."}
+            ? "Select the board's serial port in the browser's list."
+            : "This browser does not support serial ports: use Chrome, Edge or Opera on a computer, and open the page by https."}
         </p>
         <Button icon="network" disabled={!served.value} onClick={go(connectSocket)} testId="connect-socket">
           {served.value ? `By network: ${served.value.name}` : "By network"}
@@ -91,7 +91,7 @@ function ConnectDialog({ onClose }: { onClose: () => void }): JSX.Element {
         <p class="small soft">
           {served.value
             ? "The controller that serves this page."
-            : "Open this page from the controller itself, like wificnc serve --http; a page from elsewhere may not reach into your network."}
+            : "Open this page from the controller, or from wificnc serve --http. Browsers do not allow a page from another site to connect to your network."}
         </p>
       </div>
     </Dialog>
@@ -104,20 +104,20 @@ function Safety(): JSX.Element {
   const state = controller.state.value;
   return (
     <div class="safety" role="group" aria-label="Stop the machine">
-      <Button kind="warn" icon="hold" disabled={!on} title="Feed hold: slows down and waits (!)" onClick={() => controller.realtime("HOLD")} testId="hold">
+      <Button kind="warn" icon="hold" disabled={!on} title="Feed hold: slow down and wait (!)" onClick={() => controller.realtime("HOLD")} testId="hold">
         Hold
       </Button>
       <Button
         kind={state === "Hold" || state === "Door" ? "primary" : "plain"}
         icon="play"
         disabled={!on}
-        title="Go on after a hold, a door or M0 (~)"
+        title="Resume after a hold, a door or M0 (~)"
         onClick={() => controller.realtime("RESUME")}
         testId="resume"
       >
         Resume
       </Button>
-      <Button kind="danger" icon="stop" disabled={!on} title="Stop at once and forget what was sent (Ctrl-X)" onClick={() => controller.reset()} testId="reset">
+      <Button kind="danger" icon="stop" disabled={!on} title="Stop immediately and discard all queued lines (Ctrl-X)" onClick={() => controller.reset()} testId="reset">
         Reset
       </Button>
     </div>
@@ -147,7 +147,7 @@ export function Notices(): JSX.Element {
 function LostNotice(): JSX.Element | null {
   if (controller.link.value !== "lost") return null;
   return (
-    <Notice kind="bad" title={`The link to ${controller.linkName.value} was lost`} text={controller.lostWhy.value}>
+    <Notice kind="bad" title={`The connection to ${controller.linkName.value} was lost`} text={controller.lostWhy.value}>
       <Button size="small" kind="primary" onClick={() => void attempt(connectAgain)} testId="connect-again">
         Connect again
       </Button>
@@ -166,7 +166,7 @@ function LockedNotice(): JSX.Element | null {
     await controller.getToKnow();
   };
   return (
-    <Notice kind="warn" title="This controller wants a password" text="Until then you see its state and command nothing.">
+    <Notice kind="warn" title="This controller requires a password" text="Until you log in you can only view its state.">
       <form
         class="row"
         onSubmit={(event) => {
@@ -193,9 +193,9 @@ function LockedNotice(): JSX.Element | null {
 function ObserverNotice(): JSX.Element | null {
   if (!controller.connected.value || controller.role.value !== "observer") return null;
   return (
-    <Notice kind="info" title="You are watching" text="Another client commands this controller.">
+    <Notice kind="info" title="View only" text="Another client is in control of this controller.">
       <Button size="small" onClick={() => void attempt(takeOver)} testId="take">
-        Take over
+        Take control
       </Button>
     </Notice>
   );
@@ -219,13 +219,13 @@ function AlarmNotice(): JSX.Element | null {
   const title = code === null ? "The machine is locked" : `Alarm ${code}: ${alarmWords(code)}`;
   if (controller.needsReset.value)
     return (
-      <Notice kind="bad" title={title} text="It takes no commands until it is reset. Look at the machine first.">
+      <Notice kind="bad" title={title} text="It accepts no commands until it is reset. Check the machine first.">
         <Button size="small" kind="danger" disabled={!controller.commands.value} onClick={() => controller.reset()}>
           Reset
         </Button>
       </Notice>
     );
-  const text = homing ? "Home it, or unlock it when you know where it stands." : "Unlock it when you know where it stands.";
+  const text = homing ? "Home it, or unlock it if you know its position." : "Unlock it if you know its position.";
   return (
     <Notice kind="bad" title={title} text={text}>
       {homing && (

@@ -1,4 +1,4 @@
-/** Outputs by hand, inputs as they are, and what the board's spare inputs and its mode are for. */
+/** Manual outputs, inputs as they are, and what the board's spare inputs and its mode are for. */
 import { signal } from "@preact/signals";
 import type { JSX } from "preact";
 import { attempt, board, controller, noLines } from "../app";
@@ -38,7 +38,7 @@ function OutputCard(): JSX.Element {
   const why = noLines.value;
   const lamps = controller.accessories.value;
   return (
-    <Card title="Outputs by hand">
+    <Card title="Manual outputs">
       <h3>Spindle</h3>
       <div class="row">
         <input
@@ -81,7 +81,7 @@ function OutputCard(): JSX.Element {
           </Button>
         ))}
       </div>
-      <p class="small soft">An output that this board does not have is refused.</p>
+      <p class="small soft">An output that the board does not have is refused.</p>
     </Card>
   );
 }
@@ -132,7 +132,7 @@ function ModuleMode({ row }: { row: StoredNumber }): JSX.Element {
   return (
     <>
       <Check label="This board is an I/O expansion module" checked={isModule()} onChange={(on) => setValue(row.key, on ? 1 : 0)} />
-      {isModule() && <Notice kind="warn" title="A module starts without motion" text="It has no G-code and no page: hosts of the binary protocol command it." />}
+      {isModule() && <Notice kind="warn" title="A module has no motion" text="It has no G-code and no web page: WMC3 hosts control it." />}
     </>
   );
 }

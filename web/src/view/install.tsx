@@ -24,7 +24,7 @@ const LOG_LINES = 200;
 const STAGES: Record<Stage, string> = {
   rest: "",
   loading: "Loading and checking the firmware",
-  connecting: "Asking the board what it is",
+  connecting: "Identifying the board",
   writing: "Writing",
   done: "",
 };
@@ -72,19 +72,19 @@ function InstallCard(): JSX.Element {
   return (
     <Card title="2  Install">
       {index.value === null && (
-        <Notice kind="warn" title="There is no firmware beside this page" text="The released page has it. With a checkout: wificnc build, then wificnc flash." />
+        <Notice kind="warn" title="No firmware is stored with this page" text="The page of a release includes it. From a checkout: wificnc build, then wificnc flash." />
       )}
-      {row?.missing && <Notice kind="warn" title="No firmware for this board here" text={row.missing} />}
+      {row?.missing && <Notice kind="warn" title="No firmware for this board" text={row.missing} />}
       {!usb && (
-        <Notice kind="info" title="This board is not flashed from a browser" text={`With the command line: wificnc flash ${board.value.id}`} />
+        <Notice kind="info" title="This board cannot be flashed from a browser" text={`Use the command line: wificnc flash ${board.value.id}`} />
       )}
       {!hasWebSerial() && usb && (
-        <Notice kind="warn" title="This browser cannot use serial ports" text="Chrome, Edge or Opera on a computer can, on a page that was opened by https or from this computer." />
+        <Notice kind="warn" title="This browser does not support serial ports" text="Use Chrome, Edge or Opera on a computer, with a page opened by https or from this computer." />
       )}
       {usb && (
         <>
           <p class="soft small">
-            Plug the board in by USB. What it has stored (settings, networks, pins) stays, unless you erase everything.
+            Connect the board by USB. Its stored settings, networks and pins are not changed unless you erase everything.
           </p>
           <Check label="Erase everything first" checked={erase.value} disabled={busy} onChange={(on) => (erase.value = on)} />
           <div class="row">
@@ -111,7 +111,7 @@ function Result(): JSX.Element {
         </>
       )}
       {stage.value === "done" && (
-        <Notice kind="good" title="Installed, and compared with what lies in the flash" text="The board has started again. Connect by USB, or give it your WiFi in the Network tab." />
+        <Notice kind="good" title="Installed and verified" text="The board has restarted. Connect by USB, or set your WiFi in the Network tab." />
       )}
       {chip && (
         <dl class="facts small">
@@ -128,7 +128,7 @@ function Result(): JSX.Element {
       ))}
       {log.value.length > 0 && (
         <details>
-          <summary class="small soft">What the loader said</summary>
+          <summary class="small soft">Boot loader messages</summary>
           <pre class="code">{log.value.join("\n")}</pre>
         </details>
       )}

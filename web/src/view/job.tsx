@@ -54,7 +54,7 @@ function Drop(): JSX.Element {
       }}
     >
       <strong>Drop a G-code file here</strong>
-      <span class="small">It stays in this browser. The path and the time come from the controller's own core.</span>
+      <span class="small">The file is not uploaded. The path and the time are computed by the controller's core in this browser.</span>
       <FileButton accept={ACCEPT} kind="primary" onFile={(file) => void attempt(() => open(file))} testId="job-file">
         Choose a file
       </FileButton>
@@ -90,7 +90,7 @@ function PathCard(): JSX.Element {
     >
       {preflight.progress.value !== null && (
         <>
-          <p class="soft small">The core runs the job in virtual time.</p>
+          <p class="soft small">Checking the job in virtual time.</p>
           <Progress value={preflight.progress.value} label="Preflight" />
         </>
       )}
@@ -124,7 +124,7 @@ function CheckCard(): JSX.Element | null {
   return (
     <Card title="Preflight" tools={<Button size="small" onClick={() => void attempt(checkAgain)}>Check again</Button>}>
       {report.error_count === 0 ? (
-        <Notice kind="good" title="The core runs this job to its end" />
+        <Notice kind="good" title="Check passed" />
       ) : (
         <Notice kind="bad" title={report.error_count === 1 ? "One line is refused" : `${report.error_count} lines are refused`} />
       )}
@@ -138,7 +138,7 @@ function CheckCard(): JSX.Element | null {
       <ToolChanges report={report} />
       <Figures done={done} />
       <p class="small faint">
-        {done.ofMachine ? "With the settings of the connected machine." : "With default settings: connect for your machine's own."}
+        {done.ofMachine ? "With the settings of the connected machine." : "With default settings: connect to use your machine's settings."}
       </p>
     </Card>
   );
@@ -150,7 +150,7 @@ function ToolChanges({ report }: { report: Report }): JSX.Element | null {
   if (shown.length === 0) return null;
   return (
     <div class="small" data-test="tool-changes">
-      The machine stops for a tool change (M6), until Resume:
+      The machine waits for Resume at each tool change (M6):
       <ul>
         {shown.map(({ line, tool }, i) => (
           <li key={i}>
@@ -208,8 +208,8 @@ function Figures({ done }: { done: Preflight }): JSX.Element {
 const RESULT: Record<string, { kind: "good" | "warn" | "bad"; title: string }> = {
   done: { kind: "good", title: "The job is finished" },
   stopped: { kind: "warn", title: "The job was stopped" },
-  failed: { kind: "bad", title: "The job has ended with an error" },
-  lost: { kind: "bad", title: "The link was lost while the job ran" },
+  failed: { kind: "bad", title: "The job ended with an error" },
+  lost: { kind: "bad", title: "The connection was lost during the job" },
 };
 
 function RunCard(): JSX.Element {
@@ -270,7 +270,7 @@ function ResumeBar(): JSX.Element | null {
   return (
     <>
       <div class="row">
-        <Field label="Go on from line" hint="The line that was being executed when the controller was last heard of.">
+        <Field label="Resume from line" hint="The line that was being executed at the controller's last report.">
           <input
             class="input short mono"
             type="number"
@@ -282,7 +282,7 @@ function ResumeBar(): JSX.Element | null {
           />
         </Field>
         <Button disabled={!controller.commands.value || controller.state.value !== "Idle"} onClick={() => void make()} testId="resume-plan">
-          Plan the way back
+          Prepare resume
         </Button>
       </div>
       {plan.value && <ResumeDialog plan={plan.value} onClose={() => (plan.value = null)} />}
@@ -306,8 +306,8 @@ function facts(): MachineFacts {
 
 function ResumeDialog({ plan, onClose }: { plan: Resume; onClose: () => void }): JSX.Element {
   return (
-    <Dialog title={`Go on from line ${plan.line}`} onClose={onClose}>
-      <p class="soft">Before the first cut the machine does this. Watch it, and keep a hand at Hold.</p>
+    <Dialog title={`Resume from line ${plan.line}`} onClose={onClose}>
+      <p class="soft">Before the first cut the machine does the following. Watch it, and be ready to press Hold.</p>
       <pre class="code" data-test="resume-preamble">
         {plan.preamble.join("\n")}
       </pre>
@@ -328,9 +328,9 @@ function ResumeDialog({ plan, onClose }: { plan: Resume; onClose: () => void }):
             }
           }}
         >
-          Go on
+          Start resume
         </Button>
-        <Button onClick={onClose}>Not now</Button>
+        <Button onClick={onClose}>Cancel</Button>
       </div>
     </Dialog>
   );

@@ -14,7 +14,7 @@ export function ModuleCard(): JSX.Element | null {
         <NumberField label="Channels" name="io_count" />
         <NumberField label="Debouncing, ms" name="io_debounce" />
       </div>
-      {faults.length > 0 && <Notice kind="bad" title="The firmware would leave these out" text={faults.join("; ")} />}
+      {faults.length > 0 && <Notice kind="bad" title="The firmware would ignore these channels" text={faults.join("; ")} />}
       <div class="scroll">
         <table>
           <thead>
@@ -35,12 +35,12 @@ export function ModuleCard(): JSX.Element | null {
         </table>
       </div>
       <Check
-        label="Outputs go to their safe state when who commands is gone"
+        label="Outputs go to their safe state when the host is lost"
         checked={numberOf("io_lost") === 1}
         onChange={(on) => setNumber("io_lost", on ? 1 : 0)}
       />
       <p class="small soft">
-        A channel is on while its line is high, or, inverted, low. How inputs and outputs stand is shown by <code>wificnc wmc3 status</code>: a module speaks
+        A channel is on while its pin is high, or, if inverted, low. The state of inputs and outputs is shown by <code>wificnc wmc3 status</code>: a module speaks
         the binary protocol only, and browsers cannot.
       </p>
     </Card>

@@ -18,7 +18,7 @@ const TITLES: Record<string, string> = {
   ap_pass: "Password of the controller's own network",
   access_pass: "Password of network clients",
 };
-const CHOICES = ["Finish what was sent", "Feed hold", "Stop (reset)"];
+const CHOICES = ["Finish the received lines", "Feed hold", "Stop (reset)"];
 
 /** Bytes, as the controller counts them; "" when it is good. */
 function textProblem(row: StoredText, text: string): string {
@@ -32,7 +32,7 @@ export function NetworkTab(): JSX.Element {
   if (board.value.target !== "esp32")
     return (
       <Card title="Network" tools={<BoardChoice />}>
-        <p class="soft">{board.value.name} has no network of its own to set up.</p>
+        <p class="soft">{board.value.name} has no network to set up.</p>
       </Card>
     );
   return (
@@ -82,7 +82,7 @@ function kind(row: StoredText): { type: "password" } | { type: "text" } {
 
 function LinkLost({ row }: { row: StoredNumber }): JSX.Element {
   return (
-    <Field label="When the client that commands is gone" hint="Motion that is under way is never touched by a lost link itself.">
+    <Field label="If the client in control disconnects" hint="A lost connection does not by itself stop motion in progress.">
       <select class="input" value={Number(valueOf(row.key) ?? row.default)} onChange={(event) => setValue(row.key, Number(event.currentTarget.value))}>
         {CHOICES.map((text, value) => (
           <option key={text} value={value}>
@@ -136,12 +136,12 @@ function JoinCard(): JSX.Element {
           void join();
         }}
       >
-        <Field label="Network" hint="The board is plugged in by USB, and its machine stands still.">
+        <Field label="Network" hint="The board must be connected by USB, and the machine must be stopped.">
           <input class="input" value={network.value} autocomplete="off" data-test="join-network" onInput={(event) => (network.value = event.currentTarget.value)} />
         </Field>
         <div class="row">
           <Button icon="network" disabled={looking.value || joining.value || !hasWebSerial()} onClick={() => void look()} testId="scan">
-            {looking.value ? "Looking" : "Look for networks"}
+            {looking.value ? "Looking" : "Search for networks"}
           </Button>
         </div>
         {found.value && <FoundNetworks found={found.value} />}
@@ -155,7 +155,7 @@ function JoinCard(): JSX.Element {
         </div>
       </form>
       {joined.value && (
-        <Notice kind="good" title={`${joined.value.name} is in this network`} text={`${joined.value.firmware}, ${joined.value.address}`} />
+        <Notice kind="good" title={`${joined.value.name} is on this network`} text={`${joined.value.firmware}, ${joined.value.address}`} />
       )}
     </Card>
   );
@@ -163,14 +163,14 @@ function JoinCard(): JSX.Element {
 
 /** To take one of them. */
 function FoundNetworks({ found }: { found: Network[] }): JSX.Element {
-  if (found.length === 0) return <p class="small faint">The board hears no network. It knows 2.4 GHz only.</p>;
+  if (found.length === 0) return <p class="small faint">The board found no network. It supports 2.4 GHz only.</p>;
   return (
-    <ul class="stack bare" aria-label="Networks that the board hears">
+    <ul class="stack bare" aria-label="Networks found by the board">
       {found.map(({ name, rssi_dbm, secured }) => (
         <li key={name} class="row">
           <Button onClick={() => (network.value = name)}>{name}</Button>
           <span class="small faint">
-            {rssi_dbm} dBm{secured ? "" : ", without a password"}
+            {rssi_dbm} dBm{secured ? "" : ", open"}
           </span>
         </li>
       ))}
@@ -180,16 +180,16 @@ function FoundNetworks({ found }: { found: Network[] }): JSX.Element {
 
 function HowCard(): JSX.Element {
   return (
-    <Card title="Which network it takes">
+    <Card title="Which network it uses">
       <dl class="facts">
         {board.value.ethernet && <dt>Ethernet</dt>}
-        {board.value.ethernet && <dd>A cable and an address for 5 seconds: WiFi goes off.</dd>}
+        {board.value.ethernet && <dd>With a cable and an address for 5 seconds; WiFi is switched off.</dd>}
         <dt>Your WiFi</dt>
-        <dd>Its name is stored{board.value.ethernet ? " and there is no Ethernet" : ""}; tried again after 1, 2, 4 … 60 seconds.</dd>
+        <dd>Its name is stored{board.value.ethernet ? " if there is no Ethernet" : ""}; tried again after 1, 2, 4 … 60 seconds.</dd>
         <dt>Its own</dt>
-        <dd>WiFiCNC-XXXX at 192.168.4.1: no name is stored, or nothing has connected for a minute.</dd>
+        <dd>WiFiCNC-XXXX at 192.168.4.1: if no network name is stored, or it could not connect for a minute.</dd>
       </dl>
-      <Notice kind="info" title="Its name in every network" text="WiFiCNC-XXXX.local; wificnc discover finds it." />
+      <Notice kind="info" title="Its host name" text="WiFiCNC-XXXX.local; wificnc discover finds it." />
     </Card>
   );
 }
@@ -215,14 +215,14 @@ function NeighboursCard(): JSX.Element {
       }
     });
   return (
-    <Card title="Controllers in this network">
+    <Card title="Controllers on this network">
       <div class="row">
         <Button icon="network" disabled={searching.value} onClick={() => void search()} testId="discover">
-          {searching.value ? "Looking" : "Look for controllers"}
+          {searching.value ? "Looking" : "Search for controllers"}
         </Button>
       </div>
-      {neighbours.value?.length === 0 && <p class="small faint">None has answered. One in another network cannot.</p>}
-      <ul class="stack bare" aria-label="Controllers that have answered">
+      {neighbours.value?.length === 0 && <p class="small faint">No controller answered. Controllers on another network cannot be found.</p>}
+      <ul class="stack bare" aria-label="Controllers found">
         {neighbours.value?.map(({ name, address, board: id }) => (
           <li key={name} class="row">
             <a href={`http://${address}/`} target="_blank" rel="noreferrer">
@@ -240,7 +240,7 @@ function NeighboursCard(): JSX.Element {
 
 async function findNeighbours(): Promise<Neighbour[]> {
   const answer = await fetch(new URL("./api/discover", document.baseURI));
-  if (answer.status === 404) throw new LinkError("This page cannot look for controllers", "wificnc discover does, and wificnc serve --http for the page.");
-  if (!answer.ok) throw new LinkError("This network cannot be asked", await answer.text());
+  if (answer.status === 404) throw new LinkError("This page cannot search for controllers", "Use wificnc discover, or open the page with wificnc serve --http.");
+  if (!answer.ok) throw new LinkError("This network cannot be searched", await answer.text());
   return (await answer.json()) as Neighbour[];
 }

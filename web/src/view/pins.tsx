@@ -42,8 +42,8 @@ export function BoardChoice(): JSX.Element {
 export function PinoutCard(): JSX.Element {
   return (
     <Card title="Pin-out">
-      <a href={pinoutUrl(board.value.id)} target="_blank" rel="noreferrer" title="Open it alone">
-        <img class="pinout" src={pinoutUrl(board.value.id)} alt={`Pin-out of ${board.value.name}; the table of pins says the same in words`} />
+      <a href={pinoutUrl(board.value.id)} target="_blank" rel="noreferrer" title="Open in a new tab">
+        <img class="pinout" src={pinoutUrl(board.value.id)} alt={`Pin-out of ${board.value.name}; the table of pins has the same data`} />
       </a>
       {board.value.notes.map((note) => (
         <p key={note} class="small soft">
@@ -60,15 +60,15 @@ function MovablePins({ board: wired }: { board: Board }): JSX.Element {
   return (
     <>
       <StorageBar problem={wrong.join("; ")} />
-      {wrong.length > 0 && <Notice kind="bad" title="The firmware would refuse this, and keep the board's pins" text={wrong.join("; ")} />}
-      <Check label="List pins that cannot, and why" checked={showIllegal.value} onChange={(on) => (showIllegal.value = on)} />
+      {wrong.length > 0 && <Notice kind="bad" title="The firmware would refuse this and use the board's pins" text={wrong.join("; ")} />}
+      <Check label="List unsuitable pins, with the reason" checked={showIllegal.value} onChange={(on) => (showIllegal.value = on)} />
       <div class="scroll">
         <table>
           <thead>
             <tr>
               <th>Signal</th>
               <th>Pin</th>
-              <th class="hide-narrow">The board's own</th>
+              <th class="hide-narrow">Board default</th>
             </tr>
           </thead>
           <tbody>
@@ -132,7 +132,7 @@ function options(wired: Board, row: StoredPin, chosen: number | null): JSX.Eleme
 function FixedPins({ board: wired }: { board: Board }): JSX.Element {
   return (
     <>
-      <p class="soft small">The pins of this board are those of its board file; `wificnc build` makes them part of the firmware.</p>
+      <p class="soft small">The pins of this board are set in its board file; `wificnc build` includes them in the firmware.</p>
       <div class="scroll">
         <table>
           <thead>

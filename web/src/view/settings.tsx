@@ -50,7 +50,7 @@ export function SettingsTab(): JSX.Element {
           value={search.value}
           onInput={(event) => (search.value = event.currentTarget.value)}
         />
-        <Check label="Only those unlike the defaults" checked={onlyChanged.value} onChange={(on) => (onlyChanged.value = on)} />
+        <Check label="Only settings that differ from the default" checked={onlyChanged.value} onChange={(on) => (onlyChanged.value = on)} />
       </div>
       <SettingTable />
       {asks.value === "apply" && <ApplyDialog />}
@@ -88,14 +88,14 @@ function ChangeBar(): JSX.Element | null {
   return (
     <Notice
       kind={wrong ? "bad" : "warn"}
-      title={count === 1 ? "One setting is changed here and not sent yet" : `${count} settings are changed here and not sent yet`}
+      title={count === 1 ? "One setting is changed and not applied yet" : `${count} settings are changed and not applied yet`}
       text={wrong ? `${wrong} out of range` : ""}
     >
       <Button size="small" kind="primary" disabled={wrong > 0} why={noHoming.value} onClick={() => (asks.value = "apply")} testId="settings-apply">
-        Look and send
+        Review and apply
       </Button>
       <Button size="small" onClick={() => (edits.value = new Map())}>
-        Forget
+        Discard
       </Button>
     </Notice>
   );
@@ -130,7 +130,7 @@ function SettingTable(): JSX.Element {
           ))}
         </tbody>
       </table>
-      {shown.length === 0 && <p class="soft">No setting is like that.</p>}
+      {shown.length === 0 && <p class="soft">No setting matches.</p>}
     </div>
   );
 }
@@ -193,7 +193,7 @@ function Value({ setting }: { setting: Setting }): JSX.Element {
 function ApplyDialog(): JSX.Element {
   const rows = sendingOrder(changes.value.map(([number]) => number));
   return (
-    <Dialog title="Send these settings?" onClose={() => (asks.value = null)}>
+    <Dialog title="Apply these settings?" onClose={() => (asks.value = null)}>
       <div class="scroll">
         <table>
           <thead>
@@ -220,7 +220,7 @@ function ApplyDialog(): JSX.Element {
         <Button kind="primary" why={noHoming.value} onClick={() => void apply(rows)} testId="settings-send">
           Send
         </Button>
-        <Button onClick={() => (asks.value = null)}>Not yet</Button>
+        <Button onClick={() => (asks.value = null)}>Cancel</Button>
       </div>
     </Dialog>
   );
@@ -259,12 +259,12 @@ function RestoreDialog(): JSX.Element {
   };
   return (
     <Dialog title="Restore all defaults?" onClose={() => (asks.value = null)}>
-      <p>Every setting goes back to its default. Export them first when you may want them again.</p>
+      <p>Every setting returns to its default. Export them first if you may need them again.</p>
       <div class="row">
         <Button kind="danger" why={noHoming.value} onClick={() => void restore()}>
           Restore
         </Button>
-        <Button onClick={() => (asks.value = null)}>Keep them</Button>
+        <Button onClick={() => (asks.value = null)}>Cancel</Button>
       </div>
     </Dialog>
   );

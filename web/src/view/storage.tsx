@@ -30,25 +30,25 @@ export function StorageBar({ problem = "" }: { problem?: string }): JSX.Element 
         <p class="small soft">What {source.value} has stored.</p>
       ) : (
         <p class="small soft">
-          Read the board first, over USB: it holds still meanwhile, and starts again afterwards. Without that, these are the board's own values.
+          Read the board over USB first: it stops during this and restarts afterwards. Otherwise the values shown are the defaults of the board.
         </p>
       )}
-      {image.value?.damaged.map((what) => <Notice key={what} kind="warn" title={`Damaged and left out: ${what}`} />)}
+      {image.value?.damaged.map((what) => <Notice key={what} kind="warn" title={`Damaged and skipped: ${what}`} />)}
       {isChanged.value && (
         <Notice
           kind={problem ? "bad" : "warn"}
-          title={changes.value.size === 1 ? "One change is not on the board yet" : `${changes.value.size} changes are not on the board yet`}
-          text={problem || "They take effect when the board starts again, which writing does."}
+          title={changes.value.size === 1 ? "One change is not written to the board yet" : `${changes.value.size} changes are not written to the board yet`}
+          text={problem || "They take effect after a restart. Writing restarts the board."}
         >
           <Button size="small" kind="primary" disabled={busy || problem !== "" || !image.value || !hasWebSerial()} onClick={() => void attempt(writeBoard)} testId="storage-write">
             Write and restart
           </Button>
           <Button size="small" onClick={forgetChanges}>
-            Forget
+            Discard
           </Button>
         </Notice>
       )}
-      {written.value && <Notice kind="good" title="Written, read back by checksum, and the board has started again" />}
+      {written.value && <Notice kind="good" title="Written and verified; the board has restarted" />}
     </div>
   );
 }

@@ -50,7 +50,7 @@ export function TerminalTab(): JSX.Element {
   };
   return (
     <Card title="Terminal" tools={<Button size="small" onClick={() => (controller.log.value = [])}>Clear</Button>}>
-      <div class="terminal" ref={list} role="log" aria-label="What was said" tabIndex={0} data-test="terminal">
+      <div class="terminal" ref={list} role="log" aria-label="Log" tabIndex={0} data-test="terminal">
         {log.map((entry) => (
           <div key={entry.id} class={`${entry.from} ${entry.bad ? "bad" : ""}`}>
             {entry.text}
