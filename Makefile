@@ -19,7 +19,7 @@ CPU     ?= 1
 BOARDS ?=
 TAG    ?=
 
-.PHONY: help demo test test-chip chip-traces lint fuzz bench bench-chip bench-motion bench-latency xtensa bench-serve bench-wire bench-linuxcnc \
+.PHONY: help demo test test-chip power-cuts chip-traces lint fuzz bench bench-chip bench-motion bench-latency xtensa bench-serve bench-wire bench-linuxcnc \
     stream-million pictures release docs format generate web clean distclean
 .DEFAULT_GOAL := help
 
@@ -27,6 +27,7 @@ help:
 	@echo 'make demo    run a real job through the real core and draw it (build/demo/)'
 	@echo 'make test    all tests'
 	@echo 'make test-chip  the Grbl checklist and the senders against the real image in the virtual PIC32MZ, all of them'
+	@echo 'make power-cuts  the power cut at every flash operation of every command that stores, and how many those were'
 	@echo 'make lint    formats, types, static analysis, include directions, house rules'
 	@echo 'make fuzz    look for inputs that break something: 60 s for each harness, or SECONDS=N'
 	@echo 'make bench   speed, instructions and memory, with the method'
@@ -34,7 +35,7 @@ help:
 	@echo 'make chip-traces  whole jobs in the real image, each step compared with the host; FILES="a.nc b.nc" WIRE=20 CPU=4'
 	@echo 'make bench-chip  the virtual PIC32MZ and the interrupts of its real image'
 	@echo 'make xtensa  the ESP32 firmware as Xtensa objects: interrupts, and static RAM of each board'
-	@echo 'make bench-latency  from a byte or the e-stop to the last pulse and the beam, PIC32MZ and PC'
+	@echo 'make bench-latency  from a byte or the e-stop to the last pulse and the beam, PIC32MZ, ESP32 and PC'
 	@echo 'make bench-serve  a serving controller as senders see it; make stream-million: its first part'
 	@echo 'make bench-wire  the binary protocol: round trip, and how evenly reports come'
 	@echo 'make bench-linuxcnc  what the component of LinuxCNC takes of the processor, and how far the feedback is behind'
@@ -60,6 +61,10 @@ test: $(VENV)/.ready-dev
 test-chip: $(VENV)/.ready-dev
 	@$(WIFICNC) build host
 	WIFICNC_ON_CHIP=all $(PY) -m pytest tests/grbl tests/states tests/senders tests/pic32mz/test_pic32mz_zig.py -k "chip or zig" $(PYTEST)
+
+# Some 5 300 cuts, a quarter of an hour; every fourth of the longer commands' is in `make test`.
+power-cuts: $(VENV)/.ready-dev
+	WIFICNC_ON_CHIP=all $(PY) -m pytest -n auto -rP tests/pic32mz/test_pic32mz_power_cut_commands.py $(PYTEST)
 
 lint: $(VENV)/.ready-dev
 	@cd tools && $(abspath $(PY)) -m lint $(ONLY)

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import shutil
+import socket
 import sys
 import tempfile
+import time
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -14,6 +16,8 @@ from wificnc.board.load import load_board
 from wificnc.build.mips import COMPILER
 from wificnc.chip.machine import axis_wire, board_image, wired_chip
 from wificnc.chip.virtual import ESTIMATE, VirtualChip, pin_number
+from wificnc.serve.options import Address, ServeOptions
+from wificnc.serve.server import Server
 from wificnc.sim.run import SimOptions, simulate
 
 METHOD = """
@@ -22,12 +26,16 @@ spread over 10 ms; X at 250 steps/mm and 6000 mm/min, M3 S full, so that the out
 Busy: arcs of 3 mm whose lines fill the buffers, and status requests at 115200 baud without a pause. A byte counts from
 the end of its stop bit, the e-stop from the edge of its pin. Deceleration begins with the first of ten steps whose mean
 interval is 1 % longer than before. PC: the simulator in virtual time (`wificnc sim --at`), where a byte has no line to
-travel."""
+travel. ESP32: the same in the periods and the lateness of its tasks (targets/common/task_periods.h), from the byte in
+the driver's ring; computing takes no time there. PC in real time: `wificnc serve` by TCP here, `?` without a
+pause. `!`: until the first report of a feed 1 % lower has come. Ctrl-X: how long the machine went on, from the
+position where it stands, its position in the report before, and its speed: negative by the way of that report."""
 
 BOARD = "pic32mz2048efh100"
 TRIALS = 20
 SETTINGS = ("$110=6000", "$111=6000", "$112=6000", "$120=500", "$121=500", "$122=500", "$30=1000")
-LONG = "G91G1X300F6000"
+FULL_MM_MIN = 6000
+LONG = f"G91G1X300F{FULL_MM_MIN}"
 ARCS = "".join(f"G{2 + n % 2}X3Y{0.2 if n % 4 < 2 else -0.2}R30F6000\n" for n in range(40))
 BYTE_S = 10 / 115200
 
@@ -138,29 +146,105 @@ def chip_rows(busy: bool) -> list[Row]:
     ]
 
 
-def pc_steps_s(folder: Path, at: str) -> NDArray[np.float64]:
+def simulated_steps_s(folder: Path, at: str, board: str) -> NDArray[np.float64]:
     job, trace = folder / "job.nc", folder / "trace.csv"
     job.write_text(LONG + "\n")
-    simulate(SimOptions(file=job, settings=SETTINGS, trace=trace, keep_going=True, at=(at,)))
+    simulate(SimOptions(file=job, board=board, settings=SETTINGS, trace=trace, keep_going=True, at=(at,)))
     return np.loadtxt(trace, delimiter=",", skiprows=1, usecols=0, ndmin=1) * 1e-9
 
 
-def pc_rows() -> list[Row]:
+def simulated_rows(board: str) -> list[Row]:
     hold: list[float] = []
-    last: dict[str, list[float]] = {"estop": [], "reset": []}
+    last: dict[str, list[float]] = {"estop": [], "soft-reset": []}
     with tempfile.TemporaryDirectory() as name:
         for trial in range(TRIALS):
             event_s = 1.0 + 0.01 * trial / TRIALS
-            steps = pc_steps_s(Path(name), f"{event_s:.6f}s hold")
+            steps = simulated_steps_s(Path(name), f"{event_s:.6f}s feed-hold", board)
             hold.append(slows_at(steps, event_s) - event_s)
             for event, values in last.items():
-                steps = pc_steps_s(Path(name), f"{event_s:.6f}s {event}")
+                steps = simulated_steps_s(Path(name), f"{event_s:.6f}s {event}", board)
                 values.append(max(0.0, float(steps[-1]) - event_s))
     return [
         Row("! to the beginning of the deceleration", hold),
         Row("e-stop to the last pulse", last["estop"]),
-        Row("Ctrl-X to the last pulse", last["reset"]),
+        Row("Ctrl-X to the last pulse", last["soft-reset"]),
     ]
+
+
+Report = tuple[float, float, float]  # when it had come, X in mm, feed in mm/min
+
+
+class Sender:
+    """A client of a serving controller that asks for its status without a pause."""
+
+    def __init__(self, address: str) -> None:
+        host, _, port = address.rpartition(":")
+        self._socket = socket.create_connection((host.strip("[]"), int(port)), 10.0)
+        self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        self._rest = b""
+
+    def __enter__(self) -> Sender:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._socket.close()
+
+    def send(self, data: bytes) -> float:
+        self._socket.sendall(data)
+        return time.perf_counter()
+
+    def line(self) -> str:
+        while b"\n" not in self._rest:
+            self._rest += self._socket.recv(4096)
+        line, _, self._rest = self._rest.partition(b"\n")
+        return line.decode().strip()
+
+    def until(self, word: str) -> None:
+        while not self.line().startswith(word):
+            pass
+
+    def report(self) -> Report:
+        self.send(b"?")
+        while not (line := self.line()).startswith("<"):
+            pass
+        x = float(line.split("MPos:")[1].split(",")[0])
+        return time.perf_counter(), x, float(line.split("FS:")[1].split(",")[0])
+
+    def move(self, phase_s: float) -> Report:
+        """At full speed, `phase_s` later. @return the newest report"""
+        for line in (b"$X\n", b"G90G0X0\n", b"G4P0.01\n"):
+            self.send(line)
+            self.until("ok")
+        self.send(LONG.encode() + b"\n")
+        self.until("ok")
+        while (newest := self.report())[2] < FULL_MM_MIN - 1:
+            pass
+        end = newest[0] + 0.05 + phase_s
+        while newest[0] < end:
+            newest = self.report()
+        return newest
+
+
+def real_time_rows() -> list[Row]:
+    hold: list[float] = []
+    reset: list[float] = []
+    options = ServeOptions(board=load_board("host"), tcp=Address("127.0.0.1", 0), settings=SETTINGS)
+    with Server(options) as server, Sender(str(server.tcp)) as sender:
+        for trial in range(TRIALS):
+            sender.move(0.01 * trial / TRIALS)
+            sent = sender.send(b"!")
+            while (newest := sender.report())[2] > 0.99 * FULL_MM_MIN:
+                pass
+            hold.append(newest[0] - sent)
+            sender.send(b"\x18")
+            sender.until("Grbl")
+            came, x_mm, _ = sender.move(0.01 * trial / TRIALS)
+            sent = sender.send(b"\x18")
+            sender.until("Grbl")
+            reset.append((sender.report()[1] - x_mm) / (FULL_MM_MIN / 60) - (sent - came))
+            sender.send(b"\x18")
+            sender.until("Grbl")
+    return [Row("! to a report of a lower feed", hold), Row("Ctrl-X to the last pulse, by positions", reset)]
 
 
 def show(title: str, rows: list[Row]) -> None:
@@ -175,7 +259,9 @@ def main() -> int:
         show("PIC32MZ, serial port", [*chip_rows(busy=False), *chip_rows(busy=True)])
     else:
         print(f"  the PIC32MZ is not measured: there is no {COMPILER} here")
-    show("PC, virtual time", pc_rows())
+    show("PC, virtual time", simulated_rows("host"))
+    show("ESP32, times of its tasks", simulated_rows("esp32-wroom32"))
+    show("PC, real time, TCP", real_time_rows())
     return 0
 
 

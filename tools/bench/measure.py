@@ -55,6 +55,20 @@ def build_driver() -> Path:
     return build_program([Path(__file__).with_name("drive.c")], BUILD / "drive")
 
 
+def receive_cost() -> float:
+    """Instructions for a byte of a serial port, from the read to the receive ring."""
+    esp32 = ROOT / "targets" / "esp32"
+    sources = [ROOT / "tests" / "esp32" / "receive_cost.c", esp32 / "link" / "improv.c"]
+    program = build_program(sources, BUILD / "receive", flags=[f"-I{esp32}"])
+    out = BUILD / "callgrind.receive"
+    tool = ["valgrind", "--tool=callgrind", "--quiet", f"--callgrind-out-file={out}"]
+    run = subprocess.run([*tool, str(program)], capture_output=True, text=True, check=True)
+    with open(out) as file:
+        profile = parse_callgrind(file)
+    cost = sum(cost for (name, _), cost in profile.self_cost.items() if "receive_cost.c" not in name)
+    return cost / int(json.loads(run.stdout)["bytes"])
+
+
 def write_diagonal(axes: str = "XYZ", lines: int = 12) -> Path:
     """Long moves of all these axes at full rate: the step ISR's worst diet."""
     BUILD.mkdir(parents=True, exist_ok=True)
@@ -153,6 +167,7 @@ def instructions(job: Path) -> list[Figure]:
         Figure("moves and kinematics per block", moves / blocks, "instr"),
         Figure("line reading and parsing per line", reading(profile) / lines, "instr", 460),
         Figure(f"the same for {SAMPLE}", reading(sample) / sample_lines, "instr", 600),
+        Figure("a serial port's byte up to the receive ring", receive_cost(), "instr", 100),
         Figure("segment emission per segment", emission(profile) / count["segments"], "instr"),
         Figure("span preparation per span", profile.room("core/step/prep.c") / spans, "instr"),
     ]

@@ -9,7 +9,7 @@ import hashlib
 import sys
 import zlib
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -19,11 +19,13 @@ from bench.jobs import write_jobs
 from bench.measure import BUILD, ROOT, Figure, build_driver, counters, has_valgrind, planning, profile_job
 from bench.optimum import optimal_time_s
 from bench.program import Floats, Programmed, read_program
-from bench.steps import derivative, deviation, read_steps
+from bench.steps import Steps, derivative, deviation, read_steps
 
 TIMER_HZ = 10e6  # of tools/bench/drive.c
 JERK_MM_S3 = 20_000.0
 JERK_WINDOW_S = 0.020
+FINE_MOST = 1.1
+FINER = 10  # steps in one of the machine's, where rounding to whole steps would hide what is measured
 EXAMPLES = ("inlay.nc", "pcb_isolation.nc", "pcb_outline.nc", "plot.nc", "relief.nc")
 BASELINE = ROOT / "examples" / "machines" / "baseline.toml"
 
@@ -34,12 +36,13 @@ t_topp     time-optimal timing of the path smoothed inside a tube of $11 (tools/
            at rest where the program rests (M3, M8, G4 ...)
 a10 a20    greatest acceleration of any axis, from the step trace by box differences over 10 and 20 ms; one step in
            10 ms is {grain:.0f} mm/s2
+fine a10   the same with steps {finer} times finer, so that rounding to whole steps is not in it
 path       greatest distance of any step from the programmed path, and of any programmed vertex from the steps
 jerk       the same run with $40={jerk:.0f}: greatest jerk of any axis over windows of 20 ms, of which one step early
            or late at each end of each window is {jerk_grain:.0f}; changes within shorter times are seen by
            tests/motion/test_motion_jerk.py, with finer steps
 stalls     the same run with a stall of the task side, the motion side or the reader each 100 ms on average, 1 to 200 ms
-           long: a10 and path again
+           long: a10 and path again, and a10 with the finer steps
 starved    stops for want of look-ahead while input was there
 unmet      times the planned speed could not be followed within the limits
 instr      planner, per block, by callgrind
@@ -60,6 +63,13 @@ class Limits:
     def jerk_grain_mm_s3(self) -> float:
         return 4.0 / (self.steps_per_mm * JERK_WINDOW_S**3)
 
+    def finer(self) -> Limits:
+        """The same machine with steps so small that their rounding is not seen."""
+        steps_per_mm = FINER * self.steps_per_mm
+        others = [line for line in self.settings if not line.startswith(("$100=", "$101=", "$102="))]
+        fine = [f"${number}={steps_per_mm:g}" for number in (100, 101, 102)]
+        return replace(self, settings=(*others, *fine), steps_per_mm=steps_per_mm)
+
 
 @dataclass(frozen=True)
 class Report:
@@ -75,7 +85,7 @@ def main(arguments: Sequence[str]) -> int:
     files = [Path(name).resolve() for name in arguments] or default_files()
     grain = 1.0 / (limits.steps_per_mm * 0.010**2)
     about = BASELINE.relative_to(ROOT)
-    print(METHOD.format(baseline=about, grain=grain, jerk=JERK_MM_S3, jerk_grain=limits.jerk_grain_mm_s3))
+    print(METHOD.format(baseline=about, grain=grain, finer=FINER, jerk=JERK_MM_S3, jerk_grain=limits.jerk_grain_mm_s3))
     driver = build_driver()
     broken = 0
     for number, file in enumerate(files):
@@ -115,6 +125,7 @@ def measure(driver: Path, file: Path, limits: Limits) -> Report:
     time_s = count["ticks"] / TIMER_HZ - steps.pause_s
     best_s = reference_s(file, program, limits)
     a10, a20 = (derivative(steps, 2, window_s) / limits.accel_mm_s2 for window_s in (0.010, 0.020))
+    _, fine_a10 = run(driver, file, limits.finer())
     away = deviation(steps, program)
     step_mm = 1.0 / limits.steps_per_mm
     figures = (
@@ -122,6 +133,7 @@ def measure(driver: Path, file: Path, limits: Limits) -> Report:
         Figure("t_topp", best_s, "s"),
         Figure("ratio", time_s / best_s, "x", 1.05),
         Figure("a10 max", float(a10.max()), "x", 1.2),
+        Figure("fine a10", float(fine_a10.max()), "x", FINE_MOST),
         Figure("a10 99.9 %", float(np.quantile(a10, 0.999)), "x", 1.13),
         Figure("a20 99.9 %", float(np.quantile(a20, 0.999)), "x", 1.03),
         Figure("path um", 1e3 * away.path_mm, "um", 1e3 * (limits.tolerance_mm + step_mm)),
@@ -139,15 +151,23 @@ def worst_place(t_s: Floats, accel: Floats) -> str:
     return f"greatest acceleration at {int(np.argmax(accel)) * 0.001 - 0.020:.3f} s of {t_s[-1] - t_s[0]:.3f} s"
 
 
-def with_stalls(driver: Path, file: Path, program: Programmed, limits: Limits) -> tuple[Figure, ...]:
+def run(driver: Path, file: Path, limits: Limits, seed: int | None = None) -> tuple[Steps, Floats]:
+    """The steps, and the acceleration in windows of 10 ms as part of the limit. @param seed  of stalls; None: none"""
     trace = BUILD / f"{file.stem}.trace"
-    counters(driver, file, limits.settings, trace=trace, seed=zlib.crc32(file.name.encode()))
+    counters(driver, file, limits.settings, trace=trace, seed=seed)
     steps = read_steps(trace, TIMER_HZ, np.full(3, limits.steps_per_mm), len(limits.settings))
     trace.unlink()
-    a10 = derivative(steps, 2, 0.010) / limits.accel_mm_s2
+    return steps, derivative(steps, 2, 0.010) / limits.accel_mm_s2
+
+
+def with_stalls(driver: Path, file: Path, program: Programmed, limits: Limits) -> tuple[Figure, ...]:
+    seed = zlib.crc32(file.name.encode())
+    steps, a10 = run(driver, file, limits, seed)
+    _, fine_a10 = run(driver, file, limits.finer(), seed)
     away, step_mm = deviation(steps, program), 1.0 / limits.steps_per_mm
     return (
         Figure("stalls a10", float(a10.max()), "x", 1.2),
+        Figure("fine stalls", float(fine_a10.max()), "x", FINE_MOST),
         Figure("stalls um", 1e3 * max(away.path_mm, away.vertex_mm), "um", 1e3 * (limits.tolerance_mm + step_mm)),
     )
 

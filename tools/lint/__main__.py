@@ -10,15 +10,23 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 from lint import external
+from lint.circles import check_circles
+from lint.english import check_english
 from lint.house import check_house
 from lint.includes import check_includes
+from lint.owners import check_owners
 from lint.problem import Problem
+from lint.settings import check_settings
 
 Lint = Callable[[Path], list[Problem]]
 
 LINTS: dict[str, tuple[str, Lint]] = {
     "includes": ("includes follow the data", check_includes),
+    "owners": ("parts of the machine have owners", check_owners),
+    "circles": ("files that call back are few", check_circles),
     "house": ("sizes, file heads, leftovers", check_house),
+    "settings": ("settings by name, not by number", check_settings),
+    "english": ("plain English for users", check_english),
     "generated": ("generated text is fresh", external.check_generated),
     "ruff": ("Python style", external.check_ruff),
     "ruff-format": ("Python format", external.check_ruff_format),

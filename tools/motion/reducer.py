@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import math
 from collections.abc import Sequence
 
 from wificnc.build.host import ensure_host_library
@@ -30,14 +31,14 @@ class Reducer:
 
     def __init__(self, anchor_mm: Sequence[float]) -> None:
         self._library = ctypes.CDLL(str(ensure_host_library()))
-        self._library.reduce_accepts.argtypes = (ctypes.c_void_p, ctypes.c_double * AXES, ctypes.c_float)
+        self._library.reduce_accepts.argtypes = (ctypes.c_void_p, ctypes.c_double * AXES, *[ctypes.c_float] * 2)
         self._library.reduce_accepts.restype = ctypes.c_bool
         self._state = _Reduce()
         self._library.reduce_reset(ctypes.byref(self._state), _point(anchor_mm))
 
     def accepts(self, point_mm: Sequence[float], tolerance_mm: float) -> bool:
         """Whether the chord may end there."""
-        return bool(self._library.reduce_accepts(ctypes.byref(self._state), _point(point_mm), tolerance_mm))
+        return bool(self._library.reduce_accepts(ctypes.byref(self._state), _point(point_mm), tolerance_mm, math.inf))
 
     @property
     def middle(self) -> tuple[float, float]:

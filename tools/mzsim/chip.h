@@ -114,12 +114,14 @@ struct compare {
 
 struct uart {
     struct sfr *mode, *sta, *brg;
-    uint8_t tx_fifo[UART_FIFO], rx_fifo[UART_FIFO];
+    uint8_t tx_fifo[UART_FIFO];
+    uint16_t rx_fifo[UART_FIFO]; /* bit 8: the byte has a framing error */
     unsigned tx_count, rx_count;
     bool shifting;
     uint8_t shift;
     uint64_t tx_next, rx_next;
-    uint8_t *in, *out;
+    uint16_t *in; /* as rx_fifo */
+    uint8_t *out;
     size_t in_count, in_at, in_room, out_count, out_room;
     uint32_t factor;
 };

@@ -74,6 +74,8 @@ uint32_t mz_resets(const struct chip *chip);
 /** Bytes for the receiver, one after the other at the speed that its divider says, or `factor` times that.
  * @return bytes taken */
 size_t mz_uart_put(struct chip *chip, const uint8_t *bytes, size_t count);
+/** The same, each byte without its stop bit: noise, a break (a 0), another baud rate. */
+size_t mz_uart_put_unframed(struct chip *chip, const uint8_t *bytes, size_t count);
 void mz_uart_speed(struct chip *chip, uint32_t factor);
 size_t mz_uart_waiting(const struct chip *chip);
 

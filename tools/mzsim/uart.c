@@ -7,7 +7,8 @@
 #include <string.h>
 
 enum { ON = 1 << 15, BRGH = 1 << 3, URXEN = 1 << 12, UTXEN = 1 << 10, UTXBF = 1 << 9, TRMT = 1 << 8 };
-enum { OERR = 1 << 1, URXDA = 1 << 0, STA_WRITABLE = 0x0000FC62 };
+enum { FERR = 1 << 2, OERR = 1 << 1, URXDA = 1 << 0, STA_WRITABLE = 0x0000FC62 };
+enum { UNFRAMED = 1 << 8 }; /* of a byte in the receiver */
 
 static uint64_t byte_cycles(const struct chip *chip) {
     const struct uart *uart = &chip->uart;
@@ -67,7 +68,7 @@ static void expect_next(struct chip *chip, uint64_t from) {
 
 static void received(struct chip *chip) {
     struct uart *uart = &chip->uart;
-    uint8_t byte = uart->in[uart->in_at++];
+    uint16_t byte = uart->in[uart->in_at++];
     if (uart->rx_count < UART_FIFO && (uart->sta->value & OERR) == 0)
         uart->rx_fifo[uart->rx_count++] = byte;
     else
@@ -81,24 +82,32 @@ static uint32_t read_rx(struct chip *chip, struct sfr *sfr) {
         chip_fault(chip, "%s read while no byte is there", sfr->name);
         return 0;
     }
-    uint8_t byte = uart->rx_fifo[0];
-    memmove(uart->rx_fifo, uart->rx_fifo + 1, --uart->rx_count);
+    uint8_t byte = (uint8_t)uart->rx_fifo[0];
+    memmove(uart->rx_fifo, uart->rx_fifo + 1, --uart->rx_count * sizeof uart->rx_fifo[0]);
     chip_look(chip);
     return byte;
 }
 
-size_t mz_uart_put(struct chip *chip, const uint8_t *bytes, size_t count) {
+static size_t put(struct chip *chip, const uint8_t *bytes, size_t count, uint16_t flags) {
     struct uart *uart = &chip->uart;
     if (uart->in_at == uart->in_count)
         uart->in_at = uart->in_count = 0;
-    if (!chip_grow(&uart->in, &uart->in_room, uart->in_count + count, 1))
+    if (!chip_grow(&uart->in, &uart->in_room, uart->in_count + count, sizeof uart->in[0]))
         return 0;
-    memcpy(uart->in + uart->in_count, bytes, count);
-    uart->in_count += count;
+    for (size_t n = 0; n < count; n++)
+        uart->in[uart->in_count++] = bytes[n] | flags;
     if (uart->rx_next == NEVER)
         expect_next(chip, chip->cycles);
     chip_look(chip);
     return count;
+}
+
+size_t mz_uart_put(struct chip *chip, const uint8_t *bytes, size_t count) {
+    return put(chip, bytes, count, 0);
+}
+
+size_t mz_uart_put_unframed(struct chip *chip, const uint8_t *bytes, size_t count) {
+    return put(chip, bytes, count, UNFRAMED);
 }
 
 size_t mz_uart_waiting(const struct chip *chip) {
@@ -120,11 +129,13 @@ size_t mz_uart_get(struct chip *chip, uint8_t *bytes, size_t size) {
 
 /* ---- both ---- */
 
+/* FERR is that of the byte which is read next (Register 22-2). */
 static uint32_t read_sta(struct chip *chip, struct sfr *sfr) {
     const struct uart *uart = &chip->uart;
-    uint32_t value = sfr->value & ~(uint32_t)(UTXBF | TRMT | URXDA);
+    uint32_t value = sfr->value & ~(uint32_t)(UTXBF | TRMT | URXDA | FERR);
     value |= uart->tx_count == UART_FIFO ? UTXBF : 0;
     value |= uart->tx_count == 0 && !uart->shifting ? TRMT : 0;
+    value |= uart->rx_count > 0 && (uart->rx_fifo[0] & UNFRAMED) != 0 ? FERR : 0;
     return value | (uart->rx_count > 0 ? URXDA : 0);
 }
 
