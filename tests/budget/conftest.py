@@ -1,6 +1,1 @@
 """The bench lies in tools/, which is no package of the product."""
-
-import sys
-from pathlib import Path
-
-sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "tools"))

@@ -56,7 +56,7 @@ def test_a_cache_that_is_a_file_is_told(carried: Path, tmp_path: Path) -> None:
 
 def test_a_package_without_sources_says_how_to_get_them(carried: Path) -> None:
     (carried / "core" / "config.h").unlink()
-    with pytest.raises(BuildError, match="C sources are not here") as caught:
+    with pytest.raises(BuildError, match="C sources are missing") as caught:
         checkout.checkout_root()
     assert "install" in str(caught.value.hint)
 

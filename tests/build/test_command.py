@@ -28,15 +28,15 @@ def test_other_board_is_honest(capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit) as caught:
         main(["build", "host-gantry"])
     assert caught.value.code == Exit.BUILD
-    assert "board host-gantry is this computer: there is no firmware for it" in capsys.readouterr().err
+    assert "board host-gantry is this computer: it has no firmware" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (("pic32mz2048efh100", "--debug"), "pic32mz2048efh100 has one kind of build: --debug means nothing for it"),
-        (("esp32s3-zero", "--variant", "asan"), "--variant is of the host, and esp32s3-zero is a board"),
-        (("host", "--release", "--variant", "debug"), "--release and --variant debug are two builds"),
+        (("pic32mz2048efh100", "--debug"), "pic32mz2048efh100 has one kind of build: --debug has no effect on it"),
+        (("esp32s3-zero", "--variant", "asan"), "--variant is for the simulator, and esp32s3-zero is a board"),
+        (("host", "--release", "--variant", "debug"), "--release and --variant debug exclude each other"),
     ],
 )
 def test_kinds_that_mean_nothing_are_refused(
@@ -60,7 +60,7 @@ def test_debug_of_the_host_is_its_variant(monkeypatch: pytest.MonkeyPatch) -> No
 
 def test_build_pic32mz_says_what_it_made(capsys: pytest.CaptureFixture[str]) -> None:
     if shutil.which(COMPILER) is None:
-        pytest.skip(f"{COMPILER} is not on this machine")
+        pytest.skip(f"{COMPILER} is not installed")
     with pytest.raises(SystemExit) as caught:
         main(["build", "pic32mz2048efh100"])
     said = capsys.readouterr()
@@ -85,17 +85,17 @@ def test_build_pic32mz_without_its_compiler(
 def test_cc_is_of_a_pic32mz(board: str, capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit) as caught:
         main(["build", board, "--cc", "zig"])
-    assert caught.value.code == Exit.USAGE and "--cc is of a PIC32MZ" in capsys.readouterr().err
+    assert caught.value.code == Exit.USAGE and "--cc is for a PIC32MZ only" in capsys.readouterr().err
 
 
-@pytest.mark.skipif(shutil.which("make") is None, reason="make is not on this machine")
+@pytest.mark.skipif(shutil.which("make") is None, reason="make is not installed")
 @pytest.mark.parametrize("target", ["demo", "test", "lint", "bench", "clean"])
 def test_make_help_names_every_target(target: str) -> None:
     run = subprocess.run(["make", "-s", "-C", str(ROOT)], capture_output=True, text=True, check=True)
     assert f"make {target} " in run.stdout
 
 
-@pytest.mark.skipif(shutil.which("make") is None, reason="make is not on this machine")
+@pytest.mark.skipif(shutil.which("make") is None, reason="make is not installed")
 def test_demo_runs_files_that_exist() -> None:
     run = subprocess.run(["make", "-n", "-C", str(ROOT), "demo"], capture_output=True, text=True, check=True)
     command = next(line for line in run.stdout.splitlines() if " sim " in line)
@@ -108,7 +108,7 @@ def test_ci_script_is_well_formed() -> None:
     subprocess.run(["bash", "-n", str(ROOT / ".ci" / "run")], check=True)
 
 
-@pytest.mark.skipif(shutil.which("make") is None, reason="make is not on this machine")
+@pytest.mark.skipif(shutil.which("make") is None, reason="make is not installed")
 def test_lint_runs_all_lints() -> None:
     """GNU make has a variable LINT of its own; ours is ONLY, and empty."""
     run = subprocess.run(["make", "-n", "-C", str(ROOT), "lint"], capture_output=True, text=True, check=True)

@@ -34,7 +34,7 @@ def test_cc_variable_wins_and_may_have_options(tmp_path: Path) -> None:
 
 
 def test_cc_variable_that_names_nothing(tmp_path: Path) -> None:
-    with pytest.raises(BuildError, match="there is no compiler 'nothing'"):
+    with pytest.raises(BuildError, match="compiler not found: 'nothing'"):
         locate_compiler({"PATH": str(tmp_path), "CC": "nothing"})
 
 

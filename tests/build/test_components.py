@@ -7,6 +7,7 @@ from pathlib import Path
 
 import cmake
 import pytest
+from patience import HANG_S
 from wificnc.build.checkout import checkout_root
 
 ROOT = checkout_root()
@@ -16,7 +17,7 @@ SCRIPT = Path(__file__).with_name("components.cmake")
 
 def read(component: Path) -> set[Path]:
     argv = [Path(cmake.CMAKE_BIN_DIR) / "cmake", f"-DCOMPONENT={component}", "-P", SCRIPT]
-    done = subprocess.run(argv, capture_output=True, text=True, timeout=60, check=False)
+    done = subprocess.run(argv, capture_output=True, text=True, timeout=HANG_S, check=False)
     assert done.returncode == 0, done.stderr
     return {Path(line.removeprefix("-- path ")).resolve() for line in done.stdout.splitlines()}
 

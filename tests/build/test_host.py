@@ -167,7 +167,7 @@ def test_unknown_variant(tree: Path) -> None:
 
 def test_outside_a_checkout(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("wificnc.build.checkout.find_checkout", lambda: None)
-    with pytest.raises(BuildError, match="C sources are not here") as caught:
+    with pytest.raises(BuildError, match="C sources are missing") as caught:
         ensure_host_library()
     assert "git clone" in str(caught.value.hint)
 

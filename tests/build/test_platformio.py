@@ -10,6 +10,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from patience import HANG_S
 from pio_standins import make_standins
 from wificnc.board.load import find_boards, load_board
 from wificnc.build.checkout import checkout_root
@@ -35,7 +36,7 @@ def environment(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
 
 def pio(environment: dict[str, str], *arguments: str) -> str:
     command = [sys.executable, "-W", "ignore", "-m", "platformio", *arguments, "-d", str(ROOT)]
-    run = subprocess.run(command, capture_output=True, text=True, timeout=300, env=environment, check=False)
+    run = subprocess.run(command, capture_output=True, text=True, timeout=HANG_S, env=environment, check=False)
     assert run.returncode == 0, run.stdout + run.stderr
     return run.stdout
 
@@ -57,7 +58,7 @@ def test_there_is_an_environment_for_every_board(environment: dict[str, str]) ->
         assert (ROOT / options["board_build.partitions"]).is_file()
 
 
-@pytest.mark.skipif(shutil.which(COMPILER) is None, reason=f"{COMPILER} is not on this machine")
+@pytest.mark.skipif(shutil.which(COMPILER) is None, reason=f"{COMPILER} is not installed")
 def test_the_pic32mz_is_built_by_our_own_build(environment: dict[str, str]) -> None:
     image = ROOT / "build" / "pic32mz2048efh100" / "wificnc.hex"
     image.unlink(missing_ok=True)
@@ -68,7 +69,7 @@ def test_the_pic32mz_is_built_by_our_own_build(environment: dict[str, str]) -> N
 def test_native_is_the_serving_controller(environment: dict[str, str]) -> None:
     pio(environment, "run", "-e", "native")
     program = Path(environment["PLATFORMIO_WORKSPACE_DIR"]) / "build" / "native" / "program"
-    run = subprocess.run([program, "--nonsense"], capture_output=True, text=True, timeout=10, check=False)
+    run = subprocess.run([program, "--nonsense"], capture_output=True, text=True, timeout=HANG_S, check=False)
     assert run.returncode == 2 and "--nonsense" in run.stderr
 
 

@@ -9,6 +9,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from patience import HANG_S
 
 LOCALES = {
     "C": {"LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"},
@@ -35,7 +36,9 @@ COMMANDS = {
 def run(locale: str, *words: str) -> subprocess.CompletedProcess[bytes]:
     environment = {**os.environ, **LOCALES[locale]}
     environment.pop("LANG", None)
-    return subprocess.run([sys.executable, "-m", "wificnc", *words], capture_output=True, env=environment, timeout=120)
+    return subprocess.run(
+        [sys.executable, "-m", "wificnc", *words], capture_output=True, env=environment, timeout=HANG_S
+    )
 
 
 @pytest.fixture

@@ -91,7 +91,7 @@ def test_a_missing_folder(cli: Cli, words: Callable[[str], list[str]], case: str
     if case in MAKES_FOLDERS:
         assert code == 0 and path.is_file()
         return
-    assert code == 2 and "there is no folder missing/deeper" in " ".join(err.replace("│", " ").split())
+    assert code == 2 and "folder not found: missing/deeper" in " ".join(err.replace("│", " ").split())
     assert not Path("missing").exists()
 
 
@@ -99,7 +99,7 @@ def test_a_missing_folder(cli: Cli, words: Callable[[str], list[str]], case: str
 def test_a_file_in_place_of_the_folder(cli: Cli, words: Callable[[str], list[str]], case: str) -> None:
     Path("user.txt").write_text("mine")
     code, _, err = cli(*words(case), Path("user.txt") / f"file{SUFFIX.get(case, '')}")
-    assert code == 2 and "user.txt is no folder" in " ".join(err.replace("│", " ").split())
+    assert code == 2 and "user.txt is not a folder" in " ".join(err.replace("│", " ").split())
     assert Path("user.txt").read_text() == "mine"
 
 

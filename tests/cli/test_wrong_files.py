@@ -18,11 +18,11 @@ COMMANDS = {
 FILES = {
     "empty": (b"", "is empty"),
     "blanks": (b" \n\t\r\n", "is empty"),
-    "comments": (b"(head)\n; all\n  (of) (it)\n", "holds no G-code"),
-    "percent": (b"%\n%\n", "holds no G-code"),
+    "comments": (b"(head)\n; all\n  (of) (it)\n", "has no G-code"),
+    "percent": (b"%\n%\n", "has no G-code"),
     "utf-16": ("G0X1\n".encode("utf-16"), "is written in UTF-16"),
-    "a picture": (b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR\0\0\x01\0\0\0\x01\0\x08", "is no text file"),
-    "zip": (b"PK\x03\x04\x14\0\x08\0\x08\0G0X1\n", "is no text file"),
+    "a picture": (b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR\0\0\x01\0\0\0\x01\0\x08", "is not a text file"),
+    "zip": (b"PK\x03\x04\x14\0\x08\0\x08\0G0X1\n", "is not a text file"),
 }
 GOOD = {
     "crlf and a byte order mark": b"\xef\xbb\xbfG0X1\r\nG0X2\r\n",
@@ -50,7 +50,7 @@ def test_no_file(cli: Cli, tmp_path: Path, command: str, file: str) -> None:
     (tmp_path / "folder").mkdir()
     code, out, err = cli(*(word.format(file=tmp_path / file) for word in COMMANDS[command]))
     assert (code, out) == (1, "")
-    assert ("there is no file" if file == "missing.nc" else "is a folder, not a G-code file") in err
+    assert ("file not found" if file == "missing.nc" else "is a folder, not a G-code file") in err
 
 
 @pytest.mark.parametrize("command", ["sim", "check", "expand"])

@@ -8,15 +8,15 @@ import os
 import struct
 import subprocess
 import sys
-import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
+from patience import wait_until
+
 CHIP_IDS = {"esp32": 0, "esp32s3": 9}
 SIZES = {1: 0, 2: 1, 4: 2, 8: 3, 16: 4}
-START_S = 20.0
 os.environ["ESPTOOL_CFGFILE"] = str(Path(__file__).with_name("esptool.cfg"))  # esptool reads it when it is imported
 
 # The mock forgets its state three seconds after a write, also in the middle of what comes next over the same pty.
@@ -67,6 +67,10 @@ class Mock:
     process: subprocess.Popen[bytes]
 
 
+def _has_text(path: Path) -> bool:
+    return path.exists() and path.read_text().strip() != ""
+
+
 @contextmanager
 def mock_chip(chip: str, folder: Path) -> Iterator[Mock]:
     """A 4 MB chip; it ends with the block."""
@@ -77,10 +81,8 @@ def mock_chip(chip: str, folder: Path) -> Iterator[Mock]:
     command = [sys.executable, "-c", RUN_MOCK, "run", "--pty", "--chip", chip, "--port-file", str(port_file)]
     process = subprocess.Popen(command, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     try:
-        deadline = time.monotonic() + START_S
-        while not port_file.exists() or not port_file.read_text().strip():
-            assert process.poll() is None and time.monotonic() < deadline, "the mock has not started"
-            os.sched_yield()
+        wait_until(lambda: process.poll() is not None or _has_text(port_file), "the mock has not started")
+        assert process.poll() is None, "the mock has ended"
         yield Mock(port_file.read_text().strip(), process)
     finally:
         process.kill()

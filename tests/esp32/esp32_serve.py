@@ -9,6 +9,7 @@ from functools import cache
 from pathlib import Path
 from typing import NamedTuple
 
+from patience import HANG_S
 from wificnc.board.header import pin_header_text, write_if_changed
 from wificnc.board.load import load_board
 from wificnc.build.checkout import checkout_root
@@ -47,5 +48,5 @@ def serving_esp32(password: str = "", link_lost: str = FINISH, files: Iterable[E
         yield Ports(telnet, page)
     finally:
         process.stdin.close()
-        assert process.wait(10) == 0
+        assert process.wait(HANG_S) == 0
         process.stdout.close()

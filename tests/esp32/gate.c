@@ -242,7 +242,7 @@ static void a_locked_client_can_ask_for_status_and_nothing_else(void) {
     start("s3cret!?");
     CHECK(come(0, false));
     round_trip();
-    CHECK(strstr(wires[0].out, "[MSG:Password needed") != NULL);
+    CHECK(strstr(wires[0].out, "[MSG:Password required") != NULL);
     send(0, "G1X10F100\n!\x18~\x85$X\n$TAKE\n");
     CHECK(got_count == 0 && hub.owner == NULL);
     send(0, "?");
@@ -343,7 +343,7 @@ static void a_reset_of_the_controller_forgets_what_a_lost_sender_has_sent(void) 
     a_banner();
     round_trip();
     CHECK(got_count == 0);
-    CHECK(strstr(wires[1].out, "[MSG:Lines that waited were dropped by the reset]") != NULL);
+    CHECK(strstr(wires[1].out, "[MSG:Queued lines discarded by the reset]") != NULL);
     send(1, "G0X3\n");
     CHECK(strcmp(got, "G0X3\n") == 0);
 }
@@ -366,11 +366,11 @@ static void a_reset_of_the_controller_forgets_what_its_owner_has_sent(void) {
     a_banner();
     round_trip();
     CHECK(got_count == 0);
-    CHECK(strstr(wires[0].out, "[MSG:Lines that waited were dropped by the reset]") != NULL);
+    CHECK(strstr(wires[0].out, "[MSG:Queued lines discarded by the reset]") != NULL);
     send(0, "9\nG0X4\n");
     CHECK(strcmp(got, "G0X4\n") == 0); /* the rest of a half line is no line */
     a_banner();
-    CHECK(strstr(wires[1].out, "dropped by the reset") == NULL); /* nothing waited */
+    CHECK(strstr(wires[1].out, "discarded by the reset") == NULL); /* nothing waited */
 }
 
 int main(void) {

@@ -147,7 +147,7 @@ static void a_wrong_password_writes_nothing_and_slows_down(void) {
     CHECK(strstr(wire.out, "ERROR wrong password\n") && began == 0 && wire.closed);
     connect_again();
     ask("correct horse", IMAGE_SIZE);
-    CHECK(strstr(wire.out, "ERROR wrong passwords came before") && began == 0);
+    CHECK(strstr(wire.out, "ERROR too many wrong passwords") && began == 0);
     now_us += 1000000;
     connect_again();
     ask("correct horse", IMAGE_SIZE);
@@ -159,7 +159,7 @@ static void a_proof_for_another_image_is_worth_nothing(void) {
     ask("correct horse", IMAGE_SIZE);
     image[5000] ^= 1;
     send_image(IMAGE_SIZE, 4096);
-    CHECK(strstr(wire.out, "ERROR the image came in damaged") && aborted == 1 && ended == 0 && !ota.done);
+    CHECK(strstr(wire.out, "ERROR the received image is damaged") && aborted == 1 && ended == 0 && !ota.done);
 }
 
 static void images_for_something_else_are_refused_before_a_byte_is_written(void) {
@@ -167,7 +167,7 @@ static void images_for_something_else_are_refused_before_a_byte_is_written(void)
         size_t at;
         uint8_t byte;
         const char *said;
-    } rows[] = {{0, 0x7F, "no firmware"}, {12, 0, "another chip"}, {80, 'x', "something else"}};
+    } rows[] = {{0, 0x7F, "not an ESP32 firmware"}, {12, 0, "another chip"}, {80, 'x', "another product"}};
     for (size_t i = 0; i < sizeof rows / sizeof rows[0]; i++) {
         start();
         image[rows[i].at] = rows[i].byte;
@@ -196,9 +196,9 @@ static void requests_that_are_none_are_refused(void) {
 
 static void the_machines_no_and_the_flashs_no_reach_the_sender(void) {
     start();
-    begin_says = "the machine moves";
+    begin_says = "the machine is moving";
     ask("correct horse", IMAGE_SIZE);
-    CHECK(strstr(wire.out, "ERROR the machine moves\n") && aborted == 0 && wire.closed);
+    CHECK(strstr(wire.out, "ERROR the machine is moving\n") && aborted == 0 && wire.closed);
     start();
     ask("correct horse", IMAGE_SIZE);
     write_says = "the flash is broken";

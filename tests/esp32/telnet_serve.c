@@ -28,10 +28,10 @@ static const struct host_board board = {.timer_hz = 20000000,
 static void pass_a_millisecond(struct host *host) {
     struct hal_step *hal = &host->hal.step;
     uint64_t until = hal->now_ticks + TICKS_A_ROUND;
-    while (host->machine.step.active && hal->alarm_ticks <= until) {
+    while (host->machine.drive.step.active && hal->alarm_ticks <= until) {
         hal->now_ticks = hal->alarm_ticks;
         hal->write = host->trace.events;
-        step_isr(&host->machine.step);
+        step_isr(&host->machine.drive.step);
         (void)machine_poll(&host->machine);
     }
     hal->now_ticks = until;

@@ -14,6 +14,7 @@ from chip import Mock, image, make_build, mock_chip
 pytest.importorskip("esptool")
 pytest.importorskip("esp32_mock_bootloader")
 
+from patience import HANG_S
 from wificnc.board.load import load_board
 from wificnc.errors import Exit, FlashError
 from wificnc.flash.plan import Chip, Region, check_chip, load_regions, read_partitions
@@ -27,7 +28,7 @@ APP_AT, NVS_AT = 0x20000, 0x9000
 
 def wificnc(*arguments: object, code: int = 0, stdin: str = "") -> subprocess.CompletedProcess[str]:
     command = [sys.executable, "-m", "wificnc", *map(str, arguments)]
-    run = subprocess.run(command, capture_output=True, text=True, timeout=120, input=stdin, cwd=ROOT, check=False)
+    run = subprocess.run(command, capture_output=True, text=True, timeout=HANG_S, input=stdin, cwd=ROOT, check=False)
     assert run.returncode == code, run.stdout + run.stderr
     assert "Traceback" not in run.stderr
     return run
@@ -53,7 +54,7 @@ def test_a_build_is_written_verified_and_the_settings_stay(chip: Mock, build: Pa
     wificnc("nvs", "flash", tmp_path / "a.bin", "--port", chip.port)
     said = wificnc("flash", BOARD, "--from", build, "--port", chip.port, "--wait", "0.2").stderr
     assert "ESP32-S3" in said and "4 MB flash" in said and "verified" in said
-    assert "has not said anything" in said  # the mock has no firmware to start
+    assert "has not printed anything" in said  # the mock has no firmware to start
     kept = wificnc("nvs", "read", "--port", chip.port, "-o", tmp_path / "b.bin", "--json").stdout
     assert json.loads(kept)["wifi_ssid"] == "Werkstatt" and "12345678" not in kept
     assert (tmp_path / "a.bin").read_bytes() == (tmp_path / "b.bin").read_bytes()
@@ -135,7 +136,7 @@ def test_a_damaged_write_is_noticed(chip: Mock) -> None:
     with open_device(chip.port) as device:
         device.write([region], 115200, lambda *_: None)
         device.verify([region])
-        with pytest.raises(FlashError, match="firmware did not arrive"):
+        with pytest.raises(FlashError, match="firmware was not written correctly"):
             device.verify([Region("firmware", APP_AT, bytes(16384))])
 
 
@@ -155,7 +156,7 @@ def test_a_port_where_nobody_answers_says_what_to_press(tmp_path: Path) -> None:
 def test_a_port_that_is_none_or_busy_is_told(chip: Mock) -> None:
     import serial
 
-    assert "is it plugged in?" in wificnc("wifi", "status", "--port", "/dev/ttyNONE", code=Exit.FLASH).stderr
+    assert "check that it is connected" in wificnc("wifi", "status", "--port", "/dev/ttyNONE", code=Exit.FLASH).stderr
     with serial.Serial(chip.port, exclusive=True):
         assert "another program" in wificnc("wifi", "status", "--port", chip.port, code=Exit.FLASH).stderr
 
@@ -180,10 +181,10 @@ def test_bootloaders_lie_where_each_chip_looks(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("harm", "said"),
     [
-        (lambda folder: (folder / "firmware.bin").write_bytes(image("esp32s3", 99)), "is not what was built"),
-        (lambda folder: (folder / "firmware.bin").unlink(), "is not whole"),
-        (lambda folder: (folder / "build.json").write_text("{"), "is not whole"),
-        (lambda folder: (folder / "build.json").unlink(), "there is no build"),
+        (lambda folder: (folder / "firmware.bin").write_bytes(image("esp32s3", 99)), "differs from the build record"),
+        (lambda folder: (folder / "firmware.bin").unlink(), "is incomplete"),
+        (lambda folder: (folder / "build.json").write_text("{"), "is incomplete"),
+        (lambda folder: (folder / "build.json").unlink(), "no build found"),
         (lambda folder: make_build(folder, "esp32s3-devkitc", "esp32s3"), "a build of esp32s3-devkitc"),
         (lambda folder: make_build(folder, BOARD, "esp32"), "is for esp32, not for esp32s3"),
         (lambda folder: make_build(folder, BOARD, "esp32s3", size=0x1E0000), "its slot"),
@@ -219,7 +220,7 @@ def test_ports_are_chosen_or_asked_for() -> None:
     with pytest.raises(FlashError, match="several ports") as several:
         choose_port(None, [one, two])
     assert "/dev/ttyACM0" in several.value.message and "--port" in str(several.value.hint)
-    with pytest.raises(FlashError, match="no board"):
+    with pytest.raises(FlashError, match="does not detect a board"):
         choose_port(None, [])
 
 

@@ -98,7 +98,7 @@ def test_a_damaged_byte_costs_its_entry_and_is_told() -> None:
 
 @pytest.mark.parametrize(
     ("data", "said"),
-    [(b"\0" * 100, "whole pages"), (b"hello world!" * 2048, "no NVS partition"), (b"", "whole pages")],
+    [(b"\0" * 100, "multiple of"), (b"hello world!" * 2048, "not an NVS partition"), (b"", "multiple of")],
 )
 def test_other_files_are_refused(data: bytes, said: str) -> None:
     with pytest.raises(FlashError, match=said):

@@ -7,6 +7,7 @@ import subprocess
 from pathlib import Path
 
 import pytest
+from patience import HANG_S
 from wificnc.board.header import pin_header_text, write_if_changed
 from wificnc.board.load import find_boards, load_board
 from wificnc.build.checkout import checkout_root
@@ -21,6 +22,7 @@ PROGRAMS = {
     "io_parts": ("hal/step_pins.c", "io/encoder_counts.c"),
     "access": ("net/access.c",),
     "gate": (),
+    "rx_all": (),
     "websocket": (),
     "improv": ("link/improv.c",),
     "ota": ("net/ota.c",),
@@ -41,7 +43,7 @@ def test_program(name: str) -> None:
     folders = [f"-I{ESP32}", f"-I{output.parent / 'board'}", f"-idirafter{ESP32 / 'test' / 'idf_api'}"]
     program = build_program(sources, output, "release", ["-pthread", *folders])
     options = re.findall(r"^(CONFIG_UART_\w+)=y$", (ESP32 / "sdkconfig.defaults").read_text(), re.MULTILINE)
-    done = subprocess.run([program, *options], capture_output=True, text=True, timeout=120, check=False)
+    done = subprocess.run([program, *options], capture_output=True, text=True, timeout=HANG_S, check=False)
     assert done.returncode == 0, done.stdout + done.stderr
     assert "0 failures" in done.stdout
 
@@ -56,6 +58,6 @@ def test_outputs_are_those_of_the_board_file(board_id: str) -> None:
     sources = [HERE / "wired.c", ESP32 / "app/wired.c", ESP32 / "io/pin_map.c"]
     folders = [f"-I{ESP32}", f"-I{folder}", f"-idirafter{ESP32 / 'test' / 'idf_api'}"]
     program = build_program(sources, output, "release", folders)
-    done = subprocess.run([program], capture_output=True, text=True, timeout=120, check=True)
+    done = subprocess.run([program], capture_output=True, text=True, timeout=HANG_S, check=True)
     without_enable = 3 if board.output.spindle_pwm else 0
     assert [int(word) for word in done.stdout.split()] == [63 & ~board.missing_outputs, without_enable]

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import json
 import subprocess
-import sys
 from pathlib import Path
 
 import pytest
+from patience import HANG_S
 from wificnc.board.header import pin_header_text
 from wificnc.board.load import load_board
 from wificnc.build.checkout import checkout_root
 from wificnc.build.compiler import locate_compiler
+from xtensa.headers import rmt_board
 
 HERE = Path(__file__).parent
 ROOT = checkout_root()
@@ -24,9 +25,6 @@ INCLUDES = (HERE / "registers", ESP32, ROOT / "core", ESP32 / "test" / "idf_api"
 FLAGS = ("-std=gnu11", "-O1", "-g", "-Wall", "-Wextra", "-Werror", "-ffp-contract=off")
 
 BUSY_PERCENT = 70  # of core 1 in interrupts at the board's fastest rate: what cuts spans needs the rest
-
-sys.path.insert(0, str(ROOT / "tools"))
-from xtensa.headers import rmt_board  # noqa: E402
 
 
 @pytest.mark.parametrize(("chip", "engine"), [("esp32", "gpio"), ("esp32", "rmt"), ("esp32s3", "rmt")])
@@ -41,6 +39,6 @@ def test_pulses(chip: str, engine: str, tmp_path: Path) -> None:
     program = tmp_path / "pulses"
     sources = [str(path) for path in (HERE / "pulses.c", *SOURCES)]
     command = [*locate_compiler(), *FLAGS, *limits, *includes, *sources, "-o", str(program), "-lm"]
-    subprocess.run(command, check=True, timeout=60)
-    done = subprocess.run([program], capture_output=True, text=True, timeout=60, check=False)
+    subprocess.run(command, check=True, timeout=HANG_S)
+    done = subprocess.run([program], capture_output=True, text=True, timeout=HANG_S, check=False)
     assert done.returncode == 0, done.stdout[-2000:]

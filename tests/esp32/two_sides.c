@@ -44,12 +44,12 @@ static void *motion_side(void *unused) {
     while (!__atomic_load_n(&asked.ends, __ATOMIC_ACQUIRE)) {
         bool any = machine_poll_motion(&host->machine);
         do_what_is_asked();
-        for (int event = 0; event < EVENTS_A_POLL && host->machine.step.active; event++) {
+        for (int event = 0; event < EVENTS_A_POLL && host->machine.drive.step.active; event++) {
             hal->now_ticks = hal->alarm_ticks;
             hal->write = host->trace.events;
-            step_isr(&host->machine.step);
+            step_isr(&host->machine.drive.step);
         }
-        if (!any && !host->machine.step.active) {
+        if (!any && !host->machine.drive.step.active) {
             hal->now_ticks += 2000; /* time goes on at rest, too: dwells and delays end */
             sched_yield();
         }
@@ -65,7 +65,7 @@ static unsigned run_until_answered(unsigned lines) {
     unsigned answers = 0;
     for (unsigned long polls = 0; answers < lines; polls++) {
         if (polls == POLLS_MOST) {
-            printf("no answer in state %d, stage %d\n", host->machine.state, host->machine.stage);
+            printf("no answer in state %d, stage %d\n", host->machine.life.state, host->machine.task.stage);
             failures++;
             return answers;
         }
@@ -91,7 +91,7 @@ static void say(const char *line) {
 static void expect_steps(int32_t x, int32_t y, const char *where, unsigned round) {
     int32_t steps[AXIS_COUNT];
     machine_position(&host->machine, steps);
-    if (host->machine.step.active || steps[0] != x || steps[1] != y) {
+    if (host->machine.drive.step.active || steps[0] != x || steps[1] != y) {
         if (++failures <= 10)
             printf("round %u, %s: %ld %ld, not %ld %ld\n", round, where, (long)steps[0], (long)steps[1],
                    (long)x, (long)y);

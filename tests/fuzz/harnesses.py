@@ -17,8 +17,13 @@ LENGTHS = {
     "module": 1024,
     "component": 1024,
     "interleave": 512,
+    "http": 1024,
+    "websocket": 512,
+    "mdns": 512,
+    "improv": 512,
 }
 NAMES = tuple(LENGTHS)
+ESP32 = {"improv": ("link/improv.c",)}  # the firmware's files in a harness
 NOT_PORTABLE = ("wificnc.c", "network.c")  # of linuxcnc: they need HAL and sockets
 
 
@@ -28,5 +33,9 @@ def build_harness(name: str, output: Path, variant: str, *more: Path) -> Path:
     if name == "component":
         folder = checkout_root() / "linuxcnc"
         sources += [path for path in sorted(folder.glob("*.c")) if path.name not in NOT_PORTABLE]
+        flags.append(f"-I{folder}")
+    if name in ESP32:
+        folder = checkout_root() / "targets" / "esp32"
+        sources += [folder / path for path in ESP32[name]]
         flags.append(f"-I{folder}")
     return build_program(sources, output, variant, flags)

@@ -240,7 +240,7 @@ static void stall(struct scene *scene, uint8_t how) {
 
 /* M53 P0 puts a hold off. */
 static bool may_hold(const struct machine *machine) {
-    return (machine->gcode.modal.overrides & OVERRIDE_HOLD) != 0 && !machine->hold_waits;
+    return (machine->interp.gcode.modal.overrides & OVERRIDE_HOLD) != 0 && !machine->suspend.hold_waits;
 }
 
 /* A while after its sender has gone, and with nobody else, a machine stands still, dark, and off. */

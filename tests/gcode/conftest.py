@@ -3,16 +3,11 @@
 from __future__ import annotations
 
 import ctypes
-import sys
-from pathlib import Path
 
 import pytest
-from hypothesis import settings
-
-sys.path.insert(0, str(Path(__file__).parent))
-
 from gcode_core import Controller
 from gcode_library import gcode_library
+from hypothesis import settings
 
 # A busy machine is no failure: speed is measured by make bench.
 settings.register_profile("untimed", deadline=None)

@@ -76,7 +76,7 @@ class ChipGrbl:
     flood = put
 
     def heard(self) -> str:
-        """What was said since the last time, up to its last byte."""
+        """Log since the last time, up to its last byte."""
         said, quiet_s = self._take(), 0.0
         while quiet_s < LOOK_S:
             self.chip.run(SHORT_S)
@@ -129,6 +129,16 @@ class ChipGrbl:
         return self.heard()
 
     paced = after
+
+    def answer_to(self, line: str) -> tuple[str, float]:
+        """What is said to a line, and how many seconds that takes: up to the byte, without heard()'s look for more."""
+        said, begin = "", self.chip.cycles
+        self.put(line + "\n")
+        while "\n" not in said:
+            self.chip.run(SHORT_S)
+            said += self._take()
+            assert self.chip.cycles - begin < PATIENCE_S * CPU_HZ
+        return as_three_axes(said), (self.chip.cycles - begin) / CPU_HZ
 
     def sleeps(self) -> bool:
         raise NotOnThisBoard("a chip always ticks")

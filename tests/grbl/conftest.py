@@ -7,15 +7,10 @@ test-chip).
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-
-sys.path.insert(0, str(Path(__file__).parent))
-sys.path.insert(0, str(Path(__file__).parents[1] / "pic32mz"))
-
 from chip_declared import always, difference
 from chip_grbl import ChipGrbl
 from grbl_host import BANNER, Grbl

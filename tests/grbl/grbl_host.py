@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import random
 from collections.abc import Collection, Sequence
 from pathlib import Path
 
@@ -168,7 +169,7 @@ class Grbl:
         LIB.host_write_or_lose(self._host, raw, len(raw))
 
     def heard(self) -> str:
-        """What was said since the last time."""
+        """Log since the last time."""
         said, buffer = b"", ctypes.create_string_buffer(65536)
         while count := LIB.host_read(self._host, buffer, len(buffer)):
             said += buffer.raw[:count]
@@ -201,6 +202,14 @@ class Grbl:
         LIB.host_input_follows(self._host, 0)
         LIB.host_run_until(self._host, LIB.host_time_ticks(self._host) + round(seconds * HZ))
         return self.heard()
+
+    def answer_to(self, line: str) -> tuple[str, float]:
+        """What is said to a line, and how many seconds that takes."""
+        begin = self.time()
+        said = self.after(0.001, line + "\n")
+        while "\n" not in said:
+            said += self.after(0.001)
+        return said, self.time() - begin
 
     def paced(self, seconds: float, data: str = "") -> str:
         """As after(), but a first move waits for more of them, as it does in real time."""
@@ -288,6 +297,9 @@ class Grbl:
 
     def stall_randomly(self, seed: int, sides: Collection[stalls.Side] = stalls.SIDES, **how: int) -> None:
         stalls.stall_randomly(LIB, self._host, seed, sides, **how)
+
+    def stall_often(self, rng: random.Random, sides: Sequence[stalls.Side], count: int = 30) -> None:
+        stalls.stall_often(LIB, self._host, rng, sides, HZ, count)
 
     # --- the machine behind it ---
 

@@ -17,12 +17,9 @@ def result(grbl: Grbl) -> float:
 
 def seconds_of(grbl: Grbl, line: str) -> float:
     """From the line to its answer."""
-    begin = grbl.time()
-    said = grbl.after(0.001, line + "\n")
-    while "\n" not in said:
-        said += grbl.after(0.001)
+    said, seconds = grbl.answer_to(line)
     assert said == "ok\r\n", said
-    return grbl.time() - begin
+    return seconds
 
 
 def test_an_input_as_it_is(grbl: Grbl) -> None:

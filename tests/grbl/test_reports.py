@@ -94,6 +94,36 @@ def test_the_line_that_is_named_has_begun_and_those_before_it_are_made(grbl: Grb
     assert named and "Idle" in grbl.status()
 
 
+def test_the_line_that_is_named_is_not_far_behind_the_axes(grbl: Grbl) -> None:
+    """A laser burns twice what lies between the start of the line that is named and the axes. Moves in a straight row
+    are one to the planner up to 1 mm, or to 1/64 of the way in which the fastest axis stops from its full rate
+    (docs/motion.md)."""
+    grbl.fine("$110=6000", "$120=500")
+    merged_mm = max(1.0, 100.0**2 / (2 * 500) / 64)
+    ends_mm = [
+        0.0,
+        *(round(0.3 * n, 3) for n in range(1, 101)),
+        60.0,
+        *(round(60 + 0.01 * n, 3) for n in range(1, 901)),
+        80.0,
+    ]
+    lines = [f"N{n}G1X{x}F1200\n" for n, x in enumerate(ends_mm) if n]
+    named, unanswered, status = set(), 0, ""
+    while lines or "Idle" not in status:
+        while lines and unanswered < 30:
+            grbl.put(lines.pop(0))
+            unanswered += 1
+        unanswered -= grbl.after(0.005).count("ok\r\n")
+        status = grbl.status()
+        found = re.search(r"\|MPos:([\d.]+),.*\|Ln:(\d+)", status)
+        if not found:
+            continue
+        x_mm, line = float(found[1]), int(found[2])
+        named.add(line)
+        assert ends_mm[line - 1] - 0.05 <= x_mm <= ends_mm[line] + merged_mm + 0.05, status
+    assert len(named) > 40
+
+
 def test_buffers_are_reported_truthfully(grbl: Grbl) -> None:
     """Never report more than is free: `Bf:` counts free blocks and free bytes, `[OPT:]` all of them."""
     grbl.fine("$10=3")

@@ -236,7 +236,7 @@ def test_in_an_alarm_its_lines_do_not_run(grbl: Grbl, line: str) -> None:
     at = grbl.position()
     grbl.put(line)
     grbl.lose_sender()
-    assert grbl.send("") == "[MSG:Sender lost: waiting lines dropped]\r\n" + BANNER + LOCKED
+    assert grbl.send("") == "[MSG:Sender lost: queued lines discarded]\r\n" + BANNER + LOCKED
     assert grbl.state() == "Alarm" and grbl.position() == at
 
 

@@ -15,6 +15,7 @@ from collections.abc import Callable
 from types import TracebackType
 
 from monitor import Monitor, bind
+from patience import HANG_S
 from wificnc.build.host import ensure_host_library
 from wificnc.sim.native import HostBoard
 
@@ -126,9 +127,9 @@ class Bridge:
         """The link breaks."""
         self._drop()
 
-    def wait_answers(self, count: int, timeout_s: float = 20.0) -> None:
+    def wait_answers(self, count: int, cap_s: float = HANG_S) -> None:
         with self.lock:
-            assert self.lock.wait_for(lambda: len(self.answers) >= count, timeout_s), self.answers[-5:]
+            assert self.lock.wait_for(lambda: len(self.answers) >= count, cap_s), self.answers[-5:]
 
     def position_steps(self) -> list[int]:
         steps = (ctypes.c_int32 * AXES)()

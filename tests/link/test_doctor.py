@@ -10,6 +10,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from patience import HANG_S
 from wificnc import doctor
 from wificnc.errors import UserError
 from wificnc.flash.ports import Port
@@ -40,7 +41,7 @@ def test_a_port_without_rights_is_wrong_and_no_port_is_only_missing() -> None:
 
 def test_the_command_prints_json_for_scripts() -> None:
     command = [sys.executable, "-m", "wificnc", "doctor", "--json"]
-    run = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
+    run = subprocess.run(command, capture_output=True, text=True, timeout=HANG_S, check=False)
     names = {row["name"] for row in json.loads(run.stdout)}
     assert {"Python", "C compiler", "PlatformIO", "esptool", "board"} <= names
 

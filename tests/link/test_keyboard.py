@@ -15,25 +15,27 @@ from types import TracebackType
 
 import pytest
 from core_bridge import Bridge
+from patience import HANG_S
+from signals import ignored_signals, usual_signals
 
 ROOT = Path(__file__).resolve().parents[2]
-DEADLINE_S = 30.0
 CTRL_C = b"\x03"
 
 
 class Terminal:
     """The program under test, at a terminal of its own. A context manager."""
 
-    def __init__(self, *arguments: str) -> None:
+    def __init__(self, *arguments: str, nohup: bool = False) -> None:
         self.master, slave = pty.openpty()
         self.before = termios.tcgetattr(slave)
         self.slave = slave
         self.shown = ""
         environment = {**os.environ, "PYTHONPATH": str(ROOT / "cli"), "TERM": "xterm", "COLUMNS": "160"}
-        self.process = subprocess.Popen(
-            [sys.executable, "-m", "wificnc", *arguments],
-            stdin=slave, stdout=slave, stderr=slave, env=environment, preexec_fn=_own_terminal,
-        )  # fmt: skip
+        with ignored_signals() if nohup else usual_signals():
+            self.process = subprocess.Popen(
+                [sys.executable, "-m", "wificnc", *arguments],
+                stdin=slave, stdout=slave, stderr=slave, env=environment, preexec_fn=_own_terminal,
+            )  # fmt: skip
 
     def __enter__(self) -> Terminal:
         return self
@@ -47,7 +49,7 @@ class Terminal:
 
     def expect(self, text: str) -> None:
         """Read until the program has shown this."""
-        deadline = time.monotonic() + DEADLINE_S
+        deadline = time.monotonic() + HANG_S
         while text not in self.shown:
             left_s = deadline - time.monotonic()
             assert left_s > 0, f"{text!r} was never shown: {self.shown[-2000:]!r}"
@@ -60,7 +62,7 @@ class Terminal:
 
     def ended(self) -> int:
         """Its exit code."""
-        deadline = time.monotonic() + DEADLINE_S
+        deadline = time.monotonic() + HANG_S
         while (code := self.process.poll()) is None:
             assert time.monotonic() < deadline, self.shown[-2000:]
             if select.select([self.master], [], [], 0.05)[0]:
@@ -120,7 +122,7 @@ def test_second_ctrl_c_resets(bridge: Bridge, job: str) -> None:
     with Terminal("send", job, "--to", bridge.target) as terminal:
         bridge.wait_answers(60)
         terminal.press(CTRL_C)
-        terminal.expect("Ctrl-C: reset at once")
+        terminal.expect("Ctrl-C: reset immediately")
         terminal.press(CTRL_C)
         assert terminal.ended() == 1
         assert "reset by the operator" in terminal.shown
@@ -149,13 +151,23 @@ def test_being_ended_stops_the_machine_first(bridge: Bridge, job: str, number: s
         terminal.expect("q quit")
         terminal.process.send_signal(number)
         assert terminal.ended() == 1
-        assert "the sender was asked to end" in terminal.shown
+        assert "the sender was terminated" in terminal.shown
         assert terminal.modes() == terminal.before
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGHUP])
+def test_signals_that_were_ignored_at_the_start_stay_so(bridge: Bridge, job: str, number: signal.Signals) -> None:
+    """A job that was started by nohup outlives its terminal."""
+    with Terminal("send", job, "--to", bridge.target, nohup=True) as terminal:
+        bridge.at_answer(60, lambda: terminal.process.send_signal(number))
+        assert terminal.ended() == 0
+        assert "finished: 303 of 303 lines, 0 errors" in terminal.shown
+    assert bridge.position_steps()[:2] == [250, 500]
 
 
 def test_resume_asks_at_the_terminal(bridge: Bridge, job: str) -> None:
     with Terminal("send", job, "--to", bridge.target, "--from-line", "200") as terminal:
-        terminal.expect("shall it begin?")
+        terminal.expect("Start the resume?")
         assert "G0X0Y1" in terminal.shown
         terminal.press(b"n\n")
         assert terminal.ended() == 1

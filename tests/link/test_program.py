@@ -41,10 +41,10 @@ def test_marks_of_editors() -> None:
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        (b"G0 X1\nG1 X!1\n", "job.nc:2: ! (feed hold) is no G-code: G1 X!1"),
-        (b"G0 X1?\n", "job.nc:1: ? (status) is no G-code"),
-        (b"G0\x18 X1\n", "job.nc:1: Ctrl-X (reset) is no G-code: G0\\x18 X1"),
-        (b"G0 X1\x85\n", "job.nc:1: byte 0x85 is no G-code"),
+        (b"G0 X1\nG1 X!1\n", "job.nc:2: ! (feed hold) is not G-code: G1 X!1"),
+        (b"G0 X1?\n", "job.nc:1: ? (status) is not G-code"),
+        (b"G0\x18 X1\n", "job.nc:1: Ctrl-X (reset) is not G-code: G0\\x18 X1"),
+        (b"G0 X1\x85\n", "job.nc:1: byte 0x85 is not G-code"),
     ],
 )
 def test_real_time_bytes_in_code_are_refused(text: bytes, words: str) -> None:
@@ -54,7 +54,7 @@ def test_real_time_bytes_in_code_are_refused(text: bytes, words: str) -> None:
 
 
 def test_nothing_to_send() -> None:
-    with pytest.raises(JobError, match="holds no G-code"):
+    with pytest.raises(JobError, match="has no G-code"):
         read_program("job.nc", b"(nothing)\n%\n")
 
 

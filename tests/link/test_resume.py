@@ -193,9 +193,9 @@ def test_laser_is_dark_on_the_way() -> None:
 @pytest.mark.parametrize(
     ("text", "line", "words"),
     [
-        ("G91\nG0X5\nG90\nG1X1F9\n", 3, "where X should be cannot be known"),
+        ("G91\nG0X5\nG90\nG1X1F9\n", 3, "where X should be is unknown"),
         ("G90\nG92X0Y0\nG0X5Y5\nG0X6\n", 4, "G92"),
-        ("G53G0Z0\nG0X1\nG0X2\n", 3, "where Z should be cannot be known"),
+        ("G53G0Z0\nG0X1\nG0X2\n", 3, "where Z should be is unknown"),
         ("G0X1\nG1X2\nG0X3\n", 3, r"line 2 \(G1X2\), before the resume: error:22"),
         ("G0X1\nG0X2\n", 3, "the last line with code is 2"),
     ],

@@ -11,10 +11,12 @@ from pathlib import Path
 
 import pytest
 from click.testing import CliRunner
+from patience import HANG_S
 from sender import Nobody, Notes, run_job
+from signals import usual_signals
 from wificnc.app import root
 from wificnc.board.load import load_board
-from wificnc.errors import LinkError
+from wificnc.errors import RefusedError
 from wificnc.job.run import End, RunOptions
 from wificnc.link.client import Target, connected
 from wificnc.serve.options import Address, ServeOptions
@@ -61,9 +63,9 @@ def test_somebody_else_commands(server: Server, tmp_path: Path) -> None:
         owner.synchronise()
         with connected(serial) as other:
             assert other.look().state == "Idle"
-            with pytest.raises(LinkError, match="another client commands") as error:
+            with pytest.raises(RefusedError, match="another client is in control") as error:
                 other.synchronise()
-            assert error.value.hint == "--take takes it over"
+            assert error.value.hint == "--take takes control"
         with connected(Target(serial, take=True)) as other:
             other.synchronise()
             other.must("G0X5")
@@ -82,8 +84,8 @@ def test_taken_over_in_the_middle_of_a_job(tmp_path: Path) -> None:
                     other.send(b"$TAKE\n")
 
             outcome = run_job(owner, JOB, RunOptions(owner.options()), Nobody(), Notes(take))
-            assert outcome.end is End.LINK_LOST
-            assert "took the controller over" in outcome.detail
+            assert outcome.end is End.TAKEN
+            assert "another client has taken control" in outcome.detail
             assert 0 < outcome.answered < outcome.lines
 
 
@@ -92,15 +94,16 @@ def test_stopped_sender_leaves_the_machine_standing_where_it_says(tmp_path: Path
     job.write_text(JOB)
     with start(tmp_path, 1.0) as server:
         target = f"tcp://{server.tcp}"
-        process = subprocess.Popen(
-            [sys.executable, "-m", "wificnc", "send", str(job), "--to", target, "--json"],
-            stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True,
-        )  # fmt: skip
+        with usual_signals():
+            process = subprocess.Popen(
+                [sys.executable, "-m", "wificnc", "send", str(job), "--to", target, "--json"],
+                stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True,
+            )  # fmt: skip
         with connected(target) as watcher:
             while watcher.look().status.state != "Run" or not watcher.look().mpos[0]:
                 watcher.wait(0.1)
             process.send_signal(signal.SIGINT)
-            document = json.loads(process.communicate(timeout=30)[0])
+            document = json.loads(process.communicate(timeout=HANG_S)[0])
         assert process.returncode == 1
         assert document["end"] == "stopped"
         assert 3 <= document["running_line"] <= document["last_answered_line"]

@@ -45,12 +45,12 @@ def test_file_round_trip(tmp_path_factory: pytest.TempPathFactory, values: Value
     ("text", "problem"),
     [
         ("[settings]\n", ":1: schema: must be 1"),
-        ("schema = 1\n[settings]\nhomming = true\n", ":3: settings.homming: there is no setting homming [unknown-key]\n"
+        ("schema = 1\n[settings]\nhomming = true\n", ":3: settings.homming: unknown setting homming [unknown-key]\n"
          "  hint: did you mean homing?"),
         ("schema = 1\n[settings]\nhoming = 1\n", ":3: settings.homing: must be true or false"),
         ("schema = 1\n[settings]\nidle_delay_ms = 2.5\n", ":3: settings.idle_delay_ms: must be a whole number"),
         ("schema = 1\n[axis.y]\nsteps_per_mm = 'x'\n", ":3: axis.y.steps_per_mm: must be a number"),
-        ("schema = 1\n[axis.q]\nsteps_per_mm = 1\n", ":3: axis.q.steps_per_mm: there is no setting steps_per_mm.q"),
+        ("schema = 1\n[axis.q]\nsteps_per_mm = 1\n", ":3: axis.q.steps_per_mm: unknown setting steps_per_mm.q"),
         ("schema = 1\n[setings]\n", ":2: setings: unknown key"),
         ('schema = 1\n[other]\n"37" = "1"\n', ":3: other.37: must be like"),
     ],

@@ -48,7 +48,7 @@ def test_alarm_in_the_middle_of_a_job() -> None:
         outcome = run_job(client, "G21\nG90\nG0 X-1\nG0 X-2\nG0 X-500\nG0 X-3\n")
         assert (outcome.end, outcome.detail) == (
             End.ALARM,
-            "ALARM:2 the move would leave the travel; the position is kept",
+            "ALARM:2 the target is outside the travel; the position is valid",
         )
         assert outcome.last_answered is not None
         assert outcome.last_answered.number == 4
@@ -69,7 +69,7 @@ def test_error_stops_the_job_and_keeps_the_position(bridge: Bridge, client: Clie
     assert outcome.end is End.ERROR
     (error,) = notes.errors[:1]
     assert error.line.number == 24
-    assert error.title("job.nc") == "job.nc:24: error:36 words without a use"
+    assert error.title("job.nc") == "job.nc:24: error:36 the line has words that no command uses"
     assert "(move 20) K1" in error.line.text
     assert outcome.sent < outcome.lines
     assert client.look().state == "Idle"  # held before it was reset: no ALARM:3
@@ -141,7 +141,7 @@ def test_lost_link_in_the_middle_of_a_job(bridge: Bridge, client: Client) -> Non
     first = outcome.answered + 2
     assert outcome.last_answered.number == first - 1
     assert [line.number for line in outcome.unanswered] == list(range(first, first + len(outcome.unanswered)))
-    assert "They may be executed now" in fate_lines(outcome)[2]
+    assert "They may still be executed" in fate_lines(outcome)[2]
 
 
 def test_hold_and_resume_by_keys(bridge: Bridge, client: Client) -> None:

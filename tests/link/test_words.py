@@ -2,39 +2,47 @@
 
 from __future__ import annotations
 
-import re
 from pathlib import Path
 
 import pytest
-from wificnc.link.alarms import ALARMS, alarm_words
+from wificnc.link.alarms import alarm_words
 from wificnc.link.client import error_words
-from wificnc.link.generate_words import OUTPUT, SOURCE, main, read_rows, words_text
-from wificnc.link.words import ERRORS
+from wificnc.link.generate_words import ALARMS_SOURCE, OUTPUT, SOURCE, main, read_alarms, read_rows, words_text
+from wificnc.link.words import ALARMS, ERRORS, NEEDS_RESET
 
 ROOT = Path(__file__).resolve().parents[2]
 
 
 def test_copy_is_fresh() -> None:
-    assert words_text((ROOT / SOURCE).read_text()) == (ROOT / OUTPUT).read_text()
+    assert words_text((ROOT / SOURCE).read_text(), (ROOT / ALARMS_SOURCE).read_text()) == (ROOT / OUTPUT).read_text()
 
 
 def test_words() -> None:
     assert error_words(22) == f"error:22 {ERRORS[22]}"
-    assert error_words(999) == "error:999 an error that this program does not know"
+    assert error_words(999) == "error:999 unknown error"
     assert 0 not in ERRORS
 
 
-def test_every_alarm_of_the_core_has_words() -> None:
-    header = (ROOT / "core/machine/machine.h").read_text()
-    numbers = {int(number) for number in re.findall(r"\bALARM_[A-Z_]+ = (\d+)", header)} - {0}
-    assert numbers
-    assert numbers <= set(ALARMS)
-    assert alarm_words(99) == "an alarm that this program does not know"
+ALARM_LINE = 'ALARM(7, DOOR, RESET,\n      "some \\"other\\" text")\n'
+
+
+def test_alarms() -> None:
+    assert alarm_words(5) == ALARMS[5]
+    assert alarm_words(99) == "unknown alarm"
+    assert set(NEEDS_RESET) < set(ALARMS)
+
+
+def test_an_alarm_that_cannot_be_read_is_not_left_out() -> None:
+    assert [row.number for row in read_alarms(ALARM_LINE)] == [7]
+    with pytest.raises(ValueError, match="cannot be read"):
+        read_alarms(ALARM_LINE + "ALARM(8, OTHER)\n")
 
 
 def test_stale_copy_is_found_and_mended(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (tmp_path / SOURCE).parent.mkdir(parents=True)
     (tmp_path / OUTPUT).parent.mkdir(parents=True)
+    (tmp_path / ALARMS_SOURCE).parent.mkdir(parents=True)
+    (tmp_path / ALARMS_SOURCE).write_text(ALARM_LINE + 'ALARM(9, ESTOP, RESET, "x")\n')
     (tmp_path / SOURCE).write_text('X(0, OK, "ok") X(7, NEW, "some \\"new\\" text")')
     assert main(["--check"], tmp_path) == 1
     assert "is stale" in capsys.readouterr().err
@@ -49,4 +57,4 @@ def test_a_row_over_two_lines_is_a_row() -> None:
 
 def test_no_table() -> None:
     with pytest.raises(ValueError, match="no status table"):
-        words_text("")
+        words_text("", ALARM_LINE)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import shutil
 import subprocess
-import sys
 import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import suppress
@@ -14,15 +13,14 @@ from typing import TYPE_CHECKING
 
 import pytest
 from bench.halrun import isolated
+from patience import HANG_S
 from wificnc.build.checkout import checkout_root
 from wificnc.linuxcnc.source import FILE_NAME, build_command, component_source
 
 if TYPE_CHECKING:
     from link_bench import Bench
 
-sys.path[:0] = [str(Path(__file__).parent), str(Path(__file__).parents[1] / "wire")]  # bench, wire_device
 PYTHON = "/usr/bin/python3"  # LinuxCNC's modules are the system's
-BUILD_S = 120
 NICE = -15
 
 
@@ -42,7 +40,7 @@ def hal_program() -> Iterator[Path]:
     source = folder / FILE_NAME
     source.write_text(component_source(checkout_root()), encoding="utf-8")
     argv = build_command("compile", str(source), "--extra-compile-args=-Wall -Wextra")
-    done = subprocess.run(argv, capture_output=True, text=True, timeout=BUILD_S, check=False)
+    done = subprocess.run(argv, capture_output=True, text=True, timeout=HANG_S, check=False)
     assert done.returncode == 0 and "warning" not in done.stderr, done.stdout + done.stderr
     yield source.with_suffix("")
     shutil.rmtree(folder)
@@ -111,7 +109,7 @@ def as_user(user_home: Path, hal_program: Path, before_others: None) -> Callable
             "HOME": str(user_home),
             "PATH": f"{hal_program.parent}{os.pathsep}{os.environ['PATH']}",
         }
-        done = subprocess.run(isolated(*argv), capture_output=True, text=True, timeout=120, env=environment)
+        done = subprocess.run(isolated(*argv), capture_output=True, text=True, timeout=HANG_S, env=environment)
         assert done.returncode == code, done.stdout + done.stderr
         return done.stdout + (done.stderr if code else "")
 

@@ -132,7 +132,7 @@ def test_another_host_that_commands_while_linuxcnc_is_gone(bench: Bench) -> None
     bench.switch_on()
     bench.run(1.5)
     assert bench.pins["fault"] and bench.pins["message.refused"] and not bench.is_open
-    assert "another host commands" in bench.said[-1]
+    assert "another host is in control" in bench.said[-1]
 
 
 def test_a_component_that_begins_again_while_linuxcnc_is_on(bench: Bench) -> None:

@@ -125,4 +125,4 @@ def test_a_machine_that_stands_elsewhere_is_a_fault(bench: Bench) -> None:
     bench.wire.shift_steps = 1
     bench.run(0.1)
     assert bench.pins["fault"] and bench.pins["message.moved"]
-    assert bench.said == ["joint 0 stands at step 401 and was sent to step 400"]
+    assert bench.said == ["joint 0 is at step 401 and was sent to step 400"]

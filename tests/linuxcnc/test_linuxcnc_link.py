@@ -98,7 +98,7 @@ def test_a_scale_that_is_none(bench: Bench) -> None:
     bench.pins["joint.2.scale"] = math.nan
     bench.pins["enable"] = True
     bench.run(0.1)
-    assert bench.pins["fault"] and bench.said == ["joint.2.scale is no number of steps per unit"]
+    assert bench.pins["fault"] and bench.said == ["joint.2.scale is not a number of steps per unit"]
 
 
 def test_switched_off_it_leaves_the_text_side_alone(bench: Bench) -> None:
@@ -124,7 +124,10 @@ def test_a_password(make_bench: Callable[..., Bench]) -> None:
 
 @pytest.mark.parametrize(
     ("password", "lost"),
-    [("wrong", "the controller refuses the password: --password"), ("", "the controller wants a password: --password")],
+    [
+        ("wrong", "the controller refuses the password: --password"),
+        ("", "the controller requires a password: --password"),
+    ],
 )
 def test_a_wrong_password(password: str, lost: str) -> None:
     device = VirtualDevice(password="right")
@@ -376,7 +379,7 @@ def test_a_command_far_from_where_the_machine_stands_is_a_fault(bench: Bench) ->
     bench.pins["enable"] = True
     bench.run(0.2)
     assert bench.pins["fault"] and bench.virtual.position == [0] * 6
-    assert bench.said == ["joint 1 is commanded to 60 and stands at 0: switch on anew"]
+    assert bench.said == ["joint 1 is commanded to 60 and is at 0: switch on again"]
 
 
 def test_the_estop_chain(bench: Bench) -> None:

@@ -181,7 +181,7 @@ def test_another_host_commands(make: Callable[..., Bench]) -> None:
     bench.run(1)
     assert bench.pins["fault"] and bench.virtual.levels == 1 << 10
     assert len(bench.said) == 1, "once, and not each time that it tries again"
-    assert bench.said[0].startswith("the module refuses to switch its outputs: another host commands")
+    assert bench.said[0].startswith("the module refuses to switch its outputs: another host is in control")
     bench.virtual.disconnect(other)
     bench.run(6)
     assert not bench.pins["fault"] and bench.virtual.levels & 1 << 8, "it has tried again"

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import pytest
 from halrun_file import Rig, hal_file, serve, stands
+from patience import HANG_S
 from wificnc import __version__
 from wificnc.build.checkout import checkout_root
 
@@ -43,7 +44,7 @@ loadusr -w {wait} wificnc joint.0.position-fb -2
 
 
 def run(program: Path, *words: str) -> subprocess.CompletedProcess[str]:
-    return subprocess.run([program, *words], capture_output=True, text=True, timeout=10, check=False)
+    return subprocess.run([program, *words], capture_output=True, text=True, timeout=HANG_S, check=False)
 
 
 def test_it_says_what_the_documentation_says(hal_program: Path) -> None:

@@ -24,7 +24,7 @@ command, status, errors = linuxcnc.command(), linuxcnc.stat(), linuxcnc.error_ch
 seen, shown = {}, []
 def pin(name):
     return subprocess.run(["halcmd", "getp", name], capture_output=True, text=True).stdout.strip()
-def wait(what, most_s=40):
+def wait(what, most_s=300):
     end = time.monotonic() + most_s
     while status.poll() or not what():
         while (error := errors.poll()):

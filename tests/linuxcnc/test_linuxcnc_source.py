@@ -101,7 +101,7 @@ def test_an_include_of_nothing_says_where_it_is(tmp_path: Path) -> None:
 
 
 def test_a_tree_without_the_component_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(BuildError, match="C files are not in"):
+    with pytest.raises(BuildError, match="C files are missing in"):
         component_source(plant(tmp_path, {name: SMALL[name] for name in ("LICENSE", "core/wire/number.c")}))
 
 
@@ -140,7 +140,7 @@ def test_the_file_is_written_where_it_is_wanted(tmp_path: Path, monkeypatch: pyt
 def test_a_file_of_somebody_else_stays(tmp_path: Path) -> None:
     file = tmp_path / "mine.c"
     file.write_text("int mine;\n")
-    with pytest.raises(UserError, match=r"mine\.c is there"):
+    with pytest.raises(UserError, match=r"mine\.c exists"):
         invoke("--out", file)
     assert file.read_text() == "int mine;\n"
     with pytest.raises(UserError, match="cannot write"):
@@ -190,7 +190,7 @@ def test_sudo_only_when_it_is_wanted(linuxcnc: Path, monkeypatch: pytest.MonkeyP
     invoke("--install", "--sudo")
     words = (linuxcnc / "by_sudo").read_text().split("\n")
     assert words[:3] == [str(linuxcnc / "bin" / "halcompile"), "--install", "--userspace"]
-    with pytest.raises(UserError, match="--sudo means nothing without --install"):
+    with pytest.raises(UserError, match="--sudo needs --install"):
         invoke("--sudo")
 
 
@@ -203,6 +203,6 @@ def test_what_the_compiler_says_is_shown(linuxcnc: Path) -> None:
 
 def test_without_halcompile_it_says_where_that_comes_from(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("PATH", str(tmp_path))
-    with pytest.raises(BuildError, match="halcompile is not here") as missing:
+    with pytest.raises(BuildError, match="halcompile is not installed") as missing:
         invoke("--install")
     assert missing.value.hint and "apt install linuxcnc-uspace-dev" in missing.value.hint

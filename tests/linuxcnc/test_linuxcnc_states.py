@@ -191,7 +191,7 @@ def test_a_controller_that_has_started_anew(bench: Bench) -> None:
         bench.wire.virtual = other
         other.raw(bench.wire.registration)
         bench.run(0.1)
-        assert bench.lost == "the controller has started anew"
+        assert bench.lost == "the controller has restarted"
     finally:
         bench.wire.virtual = bench.virtual
         other.close()

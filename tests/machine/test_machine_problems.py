@@ -36,7 +36,7 @@ def problems(folder: Path, text: str) -> list[str]:
         (
             HEAD + '[kinematics]\ntype = "polar"\narm_1_mm = 60\n',
             "9: kinematics.arm_1_mm",
-            "only a machine of two arms",
+            "for a two-arm machine only",
         ),
         (HEAD + '[kinematics]\ntype = "corexy"\n', "8: kinematics.type", "CoreXY needs both X and Y"),
         (
@@ -44,7 +44,7 @@ def problems(folder: Path, text: str) -> list[str]:
             + HEAD[HEAD.index("[axis.x]") :].replace("axis.x", "axis.y").replace("80", "81")
             + '[kinematics]\ntype = "corexy"\n',
             "8: axis.y.steps_per_mm",
-            "the belts of a CoreXY move alike",
+            "X and Y of a CoreXY need the same steps/mm",
         ),
         # shape
         (HEAD.replace("schema = 1\n", ""), "1: schema", "missing"),

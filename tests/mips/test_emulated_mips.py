@@ -7,10 +7,10 @@ from pathlib import Path
 import pytest
 from everywhere import ROOT, TRACE_DIGEST, UNIT_TESTS, differences, texts
 from mips.emulate import compile_files, link, missing, run
+from patience import HANG_S
 from xtensa.emulate import controller_sources
 
 OUTPUT = ROOT / "build" / "mips" / "qemu"
-SECONDS = 100.0
 
 pytestmark = pytest.mark.skipif(missing() != "", reason=missing())
 
@@ -25,8 +25,8 @@ def program(controller: list[Path], main: Path) -> Path:
 
 
 def test_unit_tests_pass_as_mips_code(controller: list[Path]) -> None:
-    assert run(program(controller, UNIT_TESTS), b"", SECONDS).splitlines() == ["0 failures"]
+    assert run(program(controller, UNIT_TESTS), b"", 4 * HANG_S).splitlines() == ["0 failures"]
 
 
 def test_every_step_edge_and_answer_is_this_computers(controller: list[Path]) -> None:
-    assert differences(run(program(controller, TRACE_DIGEST), texts(), SECONDS)) == []
+    assert differences(run(program(controller, TRACE_DIGEST), texts(), 4 * HANG_S)) == []

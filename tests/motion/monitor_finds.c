@@ -33,7 +33,7 @@ static void no_fault(struct host *host) {
 
 static void counter_moves(struct host *host) {
     pass(host, 5000);
-    struct step *step = &host->machine.step;
+    struct step *step = &host->machine.drive.step;
     step->pool[step_index(step)].position[1]++;
 }
 
@@ -54,7 +54,7 @@ static void never_answers(struct host *host) {
 }
 
 static void steps_in_alarm(struct host *host) {
-    host->machine.state = MACHINE_ALARM;
+    host->machine.life.state = MACHINE_ALARM;
 }
 
 static void brakes_too_hard(struct host *host) {
@@ -105,7 +105,7 @@ static void expect(void (*fault)(struct host *host), const char *words) {
 int main(void) {
     expect(no_fault, NULL);
     expect(counter_moves, "counts");
-    expect(answers_twice, "no line asked for");
+    expect(answers_twice, "an answer without a line");
     expect(never_answers, "nothing has happened");
     expect(steps_in_alarm, "a step where nothing may move");
     expect(brakes_too_hard, "changes its speed");

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Collection
+import random
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -171,6 +172,9 @@ class Host:
 
     def stall_randomly(self, seed: int, sides: Collection[stalls.Side] = stalls.SIDES, **how: int) -> None:
         stalls.stall_randomly(LIB, self._host, seed, sides, **how)
+
+    def stall_often(self, rng: random.Random, sides: Sequence[stalls.Side], count: int = 30) -> None:
+        stalls.stall_often(LIB, self._host, rng, sides, self.timer_hz, count)
 
     def counters(self) -> Counters:
         counters = Counters()

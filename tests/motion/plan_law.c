@@ -7,7 +7,7 @@
  * the backward pass found ahead is lowered to a random part of it, at least PART, behind the planner's back,
  * so that the forward pass meets a plan that it cannot follow. TRACE gets every step event. Prints JSON. */
 #include "host.h"
-#include "machine/machine.h"
+#include "machine/parts.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -98,7 +98,7 @@ static void lower_plan(struct path *path, const struct timing *timing) {
 
 static void look(struct host *host) {
     struct machine *machine = (struct machine *)(uintptr_t)host_machine(host);
-    struct plan *plan = &machine->motion.plan;
+    struct plan *plan = &machine->drive.motion.plan;
     if (least_part < 1.0)
         lower_plan(&plan->path, &plan->timing);
     else

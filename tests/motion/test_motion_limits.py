@@ -193,3 +193,14 @@ def test_exact_stop_mode_rests_at_every_corner(host: Host) -> None:
     v, a = 50.0, ACCEL_MM_S2
     assert stopped[-1] - stopped[0] == pytest.approx(4 * (10 / v + v / a), abs=0.01)
     assert rounded[-1] - rounded[0] < stopped[-1] - stopped[0] - 0.01
+
+
+@pytest.mark.parametrize("deviation_mm", [0.001, 0.0005, 0.0002, 0.0001])
+@pytest.mark.parametrize("seed", range(3, 6))
+def test_corners_that_are_hardly_rounded_are_reached_as_planned(host: Host, deviation_mm: float, seed: int) -> None:
+    """At 0.5 mm/s in the corner and 66 mm/s before it, v^2 has lost digits: that is no fault of the plan."""
+    rng = random.Random(seed)
+    host.settings(s11=deviation_mm)
+    corners = [[rng.uniform(0, most) for most in (20, 20, 5)] for _ in range(200)]
+    run = host.run("G1F4000\n" + "".join(f"X{x:.3f}Y{y:.3f}Z{z:.3f}\n" for x, y, z in corners))
+    assert run.counters.plan_unmet == 0

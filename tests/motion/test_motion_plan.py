@@ -15,6 +15,7 @@ from hypothesis import strategies as st
 from lawful import FINE, assert_accelerations
 from motion_host import AXES, EVENT
 from numpy.typing import NDArray
+from patience import HANG_S
 from structured import FIXED, Path, structured_paths
 from wificnc.build.checkout import checkout_root
 from wificnc.build.host import build_program
@@ -43,7 +44,7 @@ class Outcome:
 def run(program: str, least_part: float, trace: File) -> Outcome:
     words = [f"${name[1:]}={value}" for name, value in FINE.settings().items()]
     argv = [driver(), trace, str(least_part), *words]
-    done = subprocess.run(argv, input=program, capture_output=True, text=True, timeout=60, check=True)
+    done = subprocess.run(argv, input=program, capture_output=True, text=True, timeout=HANG_S, check=True)
     events = np.fromfile(trace, EVENT)
     bit = np.arange(AXES)
     sense = 1 - 2 * (events["dir"][:, None] >> bit & 1).astype(np.int64)

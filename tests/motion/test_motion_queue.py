@@ -5,6 +5,7 @@ from __future__ import annotations
 import subprocess
 from pathlib import Path
 
+from patience import HANG_S
 from wificnc.build.checkout import checkout_root
 from wificnc.build.host import build_program
 
@@ -13,7 +14,7 @@ HERE = Path(__file__).parent
 
 def run(name: str, variant: str, *flags: str) -> str:
     program = build_program([HERE / f"{name}.c"], checkout_root() / "build" / "tests" / name, variant, flags)
-    done = subprocess.run([program], capture_output=True, text=True, timeout=120, check=False)
+    done = subprocess.run([program], capture_output=True, text=True, timeout=HANG_S, check=False)
     assert done.returncode == 0, done.stdout + done.stderr
     return done.stdout
 

@@ -3,15 +3,11 @@
 from __future__ import annotations
 
 import ctypes
-import sys
 from collections.abc import Iterator
-from pathlib import Path
 
 import pytest
 from wificnc.build.mzsim import ensure_mzsim_library
 from wificnc.chip.virtual import VirtualChip, load_mzsim
-
-sys.path.insert(0, str(Path(__file__).parent))
 
 
 @pytest.fixture(scope="session")

@@ -268,6 +268,18 @@ def test_a_ninth_byte_overruns(ready: VirtualChip) -> None:
     assert ready.read_register(U3STA) & 3 == 0
 
 
+def test_a_framing_error_belongs_to_the_byte_that_is_read_next(ready: VirtualChip) -> None:
+    """22: FERR."""
+    start_uart(ready)
+    ready.write(b"1")
+    ready.write_unframed(b"2")
+    ready.write(b"3")
+    ready.run(0.01)
+    found = [(ready.read_register(U3STA) >> 2 & 1, ready.read_register(U3RX)) for _ in range(3)]
+    assert found == [(0, ord("1")), (1, ord("2")), (0, ord("3"))]
+    assert ready.read_register(U3STA) & 7 == 0
+
+
 def test_transmit_interrupt_while_the_fifo_is_empty(ready: VirtualChip) -> None:
     start_uart(ready, select=2)
     ready.run(0.00001)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import subprocess
 from pathlib import Path
 
+from patience import HANG_S
 from wificnc.build.checkout import checkout_root
 from wificnc.build.host import build_program
 
@@ -40,7 +41,7 @@ def texts() -> bytes:
 def differences(found: str) -> list[str]:
     """Names of the programs whose digest is not this computer's."""
     here = build_program([TRACE_DIGEST], ROOT / "build" / "tests" / "trace_digest", "release", [])
-    wanted = subprocess.run([here], input=texts(), capture_output=True, timeout=60, check=True).stdout.decode()
+    wanted = subprocess.run([here], input=texts(), capture_output=True, timeout=HANG_S, check=True).stdout.decode()
     assert sum(int(line.split()[0]) for line in wanted.splitlines()) > 50_000  # step edges
     pairs = zip(programs(), wanted.splitlines(), found.splitlines(), strict=True)
     return [name for name, one, other in pairs if one != other]

@@ -12,13 +12,14 @@ import subprocess
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from patience import HANG_S
+
 AXES = 6
 PLANES = {"CANON_PLANE_XY": (0, 1, 2), "CANON_PLANE_XZ": (2, 0, 1), "CANON_PLANE_YZ": (1, 2, 0)}
 MM = {"CANON_UNITS_MM": 1.0, "CANON_UNITS_INCHES": 25.4}
 CALL = re.compile(r"^\s*\d+ N\S*\s+(\w+)\((.*)\)$")
 LAST_DIGIT = 0.5e-4
 MESSAGES = 12  # lines of a failure that are shown
-SLOWEST_S = 60
 TOOLS = 9  # in the table, all of length 0
 
 
@@ -124,7 +125,7 @@ def rs274(program: str, folder: Path) -> list[Call]:
     tools.write_text("".join(f"T{n} P{n} Z0\n" for n in range(1, TOOLS + 1)))
     command = ["rs274", "-g", "-t", str(tools), "-v", str(variables), str(path)]
     alone = {**os.environ, "HOME": str(folder)}  # its .tool.mmap: two at once in one home end in a bus error
-    run = subprocess.run(command, capture_output=True, text=True, timeout=SLOWEST_S, env=alone)
+    run = subprocess.run(command, capture_output=True, text=True, timeout=HANG_S, env=alone)
     assert run.returncode >= 0, f"rs274 crashed: signal {-run.returncode}"
     if run.returncode != 0:
         raise Refused("\n".join(run.stderr.splitlines()[-MESSAGES:]))

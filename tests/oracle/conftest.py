@@ -4,20 +4,14 @@ from __future__ import annotations
 
 import ctypes
 import shutil
-import sys
 from collections.abc import Callable
-from pathlib import Path
 
 import pytest
-from hypothesis import settings
-
-sys.path.insert(0, str(Path(__file__).parents[1] / "gcode"))
-sys.path.insert(0, str(Path(__file__).parent))
-
 from canon import rs274
 from compare import check_same
 from gcode_core import XYZABC
 from gcode_library import gcode_library
+from hypothesis import settings
 from ours import Ours, filtered
 
 settings.register_profile("untimed", deadline=None)

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import pytest
 from gcode_core import Controller
+from patience import HANG_S
 
 START = {"X": 20.0, "Z": 5.0}
 CALL = re.compile(r"^\s*\d+ N\S*\s+(\w+)\(([^)]*)\)")
@@ -29,7 +30,7 @@ def rs274_passes(line: str, folder: Path) -> list[tuple[float, float, float]]:
     """X that each pass is deep, Z where it begins and ends: feeds that are tied to the spindle."""
     program = folder / "thread.ngc"
     program.write_text(f"G21 G18 G8 G0 X{START['X']} Z{START['Z']}\nM3 S100\n{line}\nM2\n")
-    run = subprocess.run(["rs274", "-g", str(program)], capture_output=True, text=True, timeout=30, cwd=folder)
+    run = subprocess.run(["rs274", "-g", str(program)], capture_output=True, text=True, timeout=HANG_S, cwd=folder)
     assert run.returncode == 0, run.stderr
     passes, at, tied = [], (START["X"], START["Z"]), False
     for text in run.stdout.splitlines():

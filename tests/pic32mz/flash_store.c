@@ -144,7 +144,7 @@ static void a_power_cut_leaves_the_old_or_the_new_value(void) {
     }
 }
 
-/* Several values at once: all old or all new, wherever the power goes. */
+/* Several values together: all old or all new, wherever the power goes. */
 static void several_values_are_one(void) {
     static struct value kept[KEYS], fresh[KEYS];
     memset(&flash, 0xFF, sizeof flash.words);

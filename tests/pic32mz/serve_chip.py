@@ -8,9 +8,9 @@ from pathlib import Path
 from types import SimpleNamespace
 
 from image_fixture import BOARD
+from patience import HANG_S
 
 BASELINE = tuple(f"${base + ax}={value}" for base, value in ((100, 250), (110, 5000), (120, 500)) for ax in range(4))
-PATIENCE_S = 30.0
 
 
 class ChipProcess:
@@ -32,6 +32,6 @@ class ChipProcess:
 
     def __exit__(self, *_: object) -> None:
         self._process.terminate()
-        self._process.wait(PATIENCE_S)
+        self._process.wait(HANG_S)
         if self._process.stdout:
             self._process.stdout.close()

@@ -145,5 +145,5 @@ def test_damaged_hex_is_refused(text: str, said: str) -> None:
 
 
 def test_what_is_no_elf_is_refused() -> None:
-    with pytest.raises(BuildError, match="no 32-bit little-endian ELF"):
+    with pytest.raises(BuildError, match="not a 32-bit little-endian ELF"):
         read_elf(b"\x7fELF\x02\x01" + bytes(100))

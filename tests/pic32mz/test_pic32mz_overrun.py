@@ -8,7 +8,7 @@ import numpy as np
 from chip_controller import Controller
 from wificnc.chip.virtual import CPU_HZ
 
-LOST = re.compile(r"\[MSG:The serial port lost bytes: (\d+) times?\]\r\nerror:11\r\n")
+LOST = re.compile(r"\[MSG:Bytes lost on the serial port: (\d+) times?\]\r\nerror:11\r\n")
 TOO_FAST = 2000  # times the baud rate: nine bytes come within an interrupt
 
 
@@ -23,7 +23,7 @@ def test_a_line_that_lost_bytes_is_refused(controller: Controller) -> None:
     said = controller.run(0.5)
     assert LOST.search(said), said
     assert controller.stands() == [0, 0, 0, 0] and controller.state() == "Idle"
-    assert "[MSG:The serial port lost bytes: " in controller.send("$I")
+    assert "[MSG:Bytes lost on the serial port: " in controller.send("$I")
     controller.fine("G0X1")
     controller.rest()
     assert controller.stands() == [250, 0, 0, 0]

@@ -6,6 +6,7 @@ import subprocess
 from pathlib import Path
 
 import pytest
+from patience import HANG_S
 from wificnc.build.checkout import checkout_root
 from wificnc.build.host import build_program
 
@@ -23,6 +24,6 @@ def test_program(name: str) -> None:
     sources = [HERE / f"{name}.c", *(PIC32MZ / source for source in PROGRAMS[name])]
     output = checkout_root() / "build" / "tests" / "pic32mz" / name
     program = build_program(sources, output, "release", [f"-I{PIC32MZ}"])
-    done = subprocess.run([program], capture_output=True, text=True, timeout=120, check=False)
+    done = subprocess.run([program], capture_output=True, text=True, timeout=HANG_S, check=False)
     assert done.returncode == 0, done.stdout + done.stderr
     assert "0 failures" in done.stdout

@@ -78,7 +78,7 @@ def test_old_or_new(board: Board, image: tuple[Block, ...], before: bytes, comma
     with begin(board, image, before) as controller:
         old = shown(controller)
     assert old != new and 3 <= operations <= MOST and before != after
-    found = set()
+    found, cuts = set(), 0
     step = 1 if ALL_ON_CHIP or operations < 60 else 4
     for nth in [*range(1, operations, step), operations]:
         for torn in torn_at(nth):
@@ -91,7 +91,9 @@ def test_old_or_new(board: Board, image: tuple[Block, ...], before: bytes, comma
                 now = shown(controller)
                 assert now == new if answered else now in (old, new), f"operation {nth}, torn {torn.name}"
                 found.add(now)
+                cuts += 1
     assert old in found
+    print(f"{command}: {operations} flash operations, {cuts} power cuts, none left a mix")
 
 
 def test_acknowledging_damage_is_one_transaction_too(board: Board, image: tuple[Block, ...], before: bytes) -> None:
@@ -104,8 +106,8 @@ def test_acknowledging_damage_is_one_transaction_too(board: Board, image: tuple[
         controller.send("$ACK")
         operations = controller.chip.flash_operations - operations
         new = shown(controller)
-    step = 1 if ALL_ON_CHIP else 13
-    for nth in [*range(1, operations, step), operations]:
+    cut_at = [*range(1, operations, 1 if ALL_ON_CHIP else 13), operations]
+    for nth in cut_at:
         with started_damaged(board, image, bytes(damaged)) as controller:
             controller.chip.cut_power(nth, Torn(nth % 3))
             with pytest.raises(PowerIsOff):
@@ -114,6 +116,7 @@ def test_acknowledging_damage_is_one_transaction_too(board: Board, image: tuple[
             if "Stored data is damaged: $I text" in controller.run(0.25):
                 assert controller.send("$ACK").endswith("ok\r\n")
             assert shown(controller) == new, f"operation {nth} of {operations}"
+    print(f"$ACK: {operations} flash operations, {len(cut_at)} power cuts, none left a mix")
 
 
 def started_damaged(board: Board, image: tuple[Block, ...], start: bytes) -> Controller:

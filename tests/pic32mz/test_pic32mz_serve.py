@@ -13,11 +13,11 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
+from patience import HANG_S
 from wificnc.build.pic32mz import Pic32Build
 from wificnc.errors import Exit
 
 ROOT = Path(__file__).resolve().parents[2]
-PATIENCE_S = 60.0
 
 # Two rounds of lines and an arc, at the default acceleration.
 JOB = "G21G90G17\n" + "G1X10F300\nG2X15Y5I0J5\nG1Y10\nX0\nY0\n" * 2 + "M30\n"
@@ -35,7 +35,7 @@ def serving(*options: str) -> Iterator[dict[str, str]]:
         yield doors
     finally:
         process.terminate()
-        process.wait(PATIENCE_S)
+        process.wait(HANG_S)
         if process.stdout:
             process.stdout.close()
 
@@ -52,7 +52,7 @@ class Wire:
 
     def until(self, wanted: bytes) -> bytes:
         """What is said up to and with this."""
-        deadline = time.monotonic() + PATIENCE_S
+        deadline = time.monotonic() + HANG_S
         while wanted not in self.said:
             assert time.monotonic() < deadline, self.said
             ready, _, _ = select.select([self._descriptor], [], [], 1.0)
@@ -65,7 +65,7 @@ class Wire:
 @contextmanager
 def connected(address: str) -> Iterator[Wire]:
     host, port = address.split(":")
-    with socket.create_connection((host, int(port)), PATIENCE_S) as client:
+    with socket.create_connection((host, int(port)), HANG_S) as client:
         client.setblocking(True)
         yield Wire(client.fileno())
 
@@ -77,7 +77,7 @@ def test_a_job_by_tcp(build: Pic32Build, tmp_path: Path) -> None:
     with serving("--tcp", "127.0.0.1:0", "--speed", "max", "--set", "$110=8000", "--set", "$120=500") as doors:
         target = f"tcp://{doors['tcp'].strip()}"
         command = [sys.executable, "-m", "wificnc", "send", str(job), "--to", target]
-        run = subprocess.run(command, capture_output=True, text=True, timeout=240, cwd=ROOT, check=False)
+        run = subprocess.run(command, capture_output=True, text=True, timeout=HANG_S, cwd=ROOT, check=False)
         assert run.returncode == Exit.OK, run.stdout + run.stderr
         with connected(doors["tcp"].strip()) as wire:
             wire.write("$$\n")
@@ -119,13 +119,13 @@ def test_settings_are_kept_in_a_file(build: Pic32Build, tmp_path: Path) -> None:
     ("options", "said"),
     [
         (["--set", "$0=2000"], "the controller refuses $0=2000"),
-        (["--control", "0"], "--control and --wmc3 are not there for a chip"),
+        (["--control", "0"], "--control and --wmc3 are not available for a chip"),
         (["--tcp", "256.0.0.1:0"], "cannot listen at"),
     ],
 )
 def test_what_cannot_be_served(build: Pic32Build, options: list[str], said: str) -> None:
     command = [sys.executable, "-m", "wificnc", "serve", "--board", "pic32mz2048efh100", *options]
-    run = subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE_S, cwd=ROOT, check=False)
+    run = subprocess.run(command, capture_output=True, text=True, timeout=HANG_S, cwd=ROOT, check=False)
     assert run.returncode == Exit.DEVICE and said in run.stderr, run.stderr
     assert "Traceback" not in run.stderr
 
@@ -135,7 +135,7 @@ def test_a_name_that_is_taken(build: Pic32Build, tmp_path: Path) -> None:
     link.write_text("mine")
     command = [sys.executable, "-m", "wificnc", "serve", "--board", "pic32mz2048efh100", "--pty", str(link), "--tcp"]
     run = subprocess.run(
-        [*command, "127.0.0.1:0"], capture_output=True, text=True, timeout=PATIENCE_S, cwd=ROOT, check=False
+        [*command, "127.0.0.1:0"], capture_output=True, text=True, timeout=HANG_S, cwd=ROOT, check=False
     )
-    assert run.returncode == Exit.DEVICE and "there is something already" in run.stderr
+    assert run.returncode == Exit.DEVICE and "the name is already in use" in run.stderr
     assert link.read_text() == "mine"

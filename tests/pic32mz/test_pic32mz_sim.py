@@ -31,7 +31,7 @@ def job(tmp_path: Path) -> Path:
 def test_a_job_makes_the_hosts_steps(build: Pic32Build, job: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert sim(job, "--on-chip", "--set", "$110=3000", "--set", "$111=3000") == Exit.OK
     said = capsys.readouterr().out
-    assert "the same steps" in said and "stands at   0, 0, 0, 0 steps" in said and "0 refused" in said
+    assert "the same steps" in said and "position    0, 0, 0, 0 steps" in said and "0 refused" in said
 
 
 def test_what_cam_programs_write_around_a_job(build: Pic32Build, job: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -40,6 +40,26 @@ def test_what_cam_programs_write_around_a_job(build: Pic32Build, job: Path, caps
     assert sim(job, "--on-chip") == Exit.OK
     said = capsys.readouterr().out
     assert "the same steps" in said and "0 refused" in said
+
+
+@pytest.mark.parametrize("options", [("$3=3",), ("$2=3",), ("$2=1", "$3=5")])
+def test_inverted_wires_are_no_difference(
+    build: Pic32Build, job: Path, capsys: pytest.CaptureFixture[str], options: tuple[str, ...]
+) -> None:
+    """`$2` and `$3` turn levels at pins; the axes go the same way."""
+    job.write_text("G21G90\nG1X5Y-2F1500\nG1X1Y1\n")
+    assert sim(job, "--on-chip", *(word for option in options for word in ("--set", option))) == Exit.OK
+    said = capsys.readouterr().out
+    assert "the same steps" in said and "position    250, 250, 0, 0 steps" in said
+
+
+def test_dollar_lines_of_a_file_wait_until_the_axes_stand(
+    build: Pic32Build, job: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    job.write_text("G21G90\nG1X5F1500\n$3=1\n$110=900\nG1X1\n$I\n$3=0\nG1Y1F600\n")
+    assert sim(job, "--on-chip") == Exit.OK
+    said = capsys.readouterr().out
+    assert "the same steps" in said and "0 refused" in said and "position    250, 250, 0, 0 steps" in said
 
 
 def test_a_faster_wire_and_a_faster_cpu_make_the_same_steps(board: Board, job: Path) -> None:
@@ -75,7 +95,7 @@ def test_a_refused_setting(build: Pic32Build, job: Path, capsys: pytest.CaptureF
 
 def test_what_does_not_go_together(job: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert sim(job, "--on-chip", "--json", "-") == Exit.USAGE
-    assert "--on-chip goes with --machine, --set, --at and --trace alone" in capsys.readouterr().err
+    assert "--on-chip can be combined with --machine, --set, --at and --trace only" in capsys.readouterr().err
 
 
 def test_a_board_without_an_image(job: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from esp_images import make_build
+from patience import HANG_S
 from wificnc.build.checkout import checkout_root
 from wificnc.release.package import tracked_files
 
@@ -37,7 +38,13 @@ class Tree:
         environment.pop("SOURCE_DATE_EPOCH", None)
         command = [sys.executable, "-m", "wificnc", "release", *map(str, arguments)]
         run = subprocess.run(
-            command, cwd=cwd or self.root, env=environment, capture_output=True, text=True, timeout=300, check=False
+            command,
+            cwd=cwd or self.root,
+            env=environment,
+            capture_output=True,
+            text=True,
+            timeout=2 * HANG_S,
+            check=False,
         )
         assert run.returncode == code, run.stdout + run.stderr
         assert "Traceback" not in run.stderr

@@ -137,7 +137,7 @@ def test_the_archive_of_the_page_is_the_page(dist: Path) -> None:
 
 def test_the_pic32mz_has_hex_and_elf(dist: Path, tree: Tree) -> None:
     if PIC32MZ_BOARD not in tree.boards:
-        pytest.skip("gcc-mipsel-linux-gnu is not on this machine")
+        pytest.skip("gcc-mipsel-linux-gnu is not installed")
     from wificnc.chip.image import Block, read_elf, read_hex
 
     def bytes_at(blocks: tuple[Block, ...]) -> dict[int, int]:

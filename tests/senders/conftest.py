@@ -10,17 +10,12 @@ from contextlib import ExitStack
 from pathlib import Path
 
 import pytest
-from wificnc.build.checkout import checkout_root
-from wificnc.serve.server import Server
-
-sys.path.insert(0, str(Path(__file__).parent))
-sys.path.insert(0, str(Path(__file__).parents[1] / "serve"))
-sys.path.insert(0, str(Path(__file__).parents[1] / "pic32mz"))
-
 from image_fixture import ALL_ON_CHIP, board, build, image
 from installed import install, missing
 from serve_chip import ChipProcess
 from serve_fixture import serve
+from wificnc.build.checkout import checkout_root
+from wificnc.serve.server import Server
 
 __all__ = ["board", "build", "image", "serve"]
 

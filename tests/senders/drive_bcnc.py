@@ -12,7 +12,7 @@ from pathlib import Path
 
 BCNC = Path(sys.argv[1]) / "bCNC"
 for folder in ("", "lib", "plugins", "controllers"):
-    sys.path.append(str(BCNC / folder))
+    sys.path.append(str(BCNC / folder))  # noqa: TID251  in bCNC's own Python
 builtins._ = lambda text: text  # its translation
 
 import Utils  # noqa: E402
@@ -22,7 +22,7 @@ Utils.loadConfiguration(True)
 from CNC import CNC, WAIT  # noqa: E402
 from Sender import NOT_CONNECTED, Sender  # noqa: E402
 
-DEADLINE_S = 60.0
+DEADLINE_S = 300.0
 
 
 class Quiet(Sender):

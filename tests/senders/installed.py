@@ -11,7 +11,7 @@ from typing import NoReturn
 import pytest
 from wificnc.build.lock import build_lock
 
-INSTALL_SECONDS = 240
+INSTALL_SECONDS = 600
 
 
 def missing(reason: str) -> NoReturn:

@@ -18,17 +18,17 @@ from typing import Any
 import pytest
 from installed import missing
 from job import write_job
+from patience import HANG_S
 from serve_peer import Peer, stream
 from wificnc.serve.server import Server
 
 HERE = Path(__file__).parent
-RUN_SECONDS = 60
 
 
 def drive(argv: list[str], packages: Path | None = None) -> dict[str, Any]:
     """Run a driver to its end. Its last line is what the sender saw."""
     environment = {**os.environ, **({"PYTHONPATH": str(packages)} if packages else {})}
-    run = subprocess.run(argv, capture_output=True, text=True, timeout=RUN_SECONDS, env=environment)
+    run = subprocess.run(argv, capture_output=True, text=True, timeout=HANG_S, env=environment)
     assert run.returncode == 0, f"{run.stdout[-3000:]}\n{run.stderr[-3000:]}"
     result: dict[str, Any] = json.loads(run.stdout.strip().splitlines()[-1])
     return result
@@ -93,7 +93,7 @@ def cncjs_server(directory: Path, scratch: Path) -> Iterator[str]:
         pytest.fail("CNCjs ended: " + "".join(said[-20:]))
     finally:
         process.terminate()
-        process.communicate(timeout=20)
+        process.communicate(timeout=HANG_S)
 
 
 def test_cncjs(server: Server, tmp_path: Path, from_npm: Callable[..., Path]) -> None:

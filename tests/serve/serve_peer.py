@@ -1,4 +1,4 @@
-"""The other end of a serving controller: connections with deadlines, and a plain character-counting streamer."""
+"""The other end of a serving controller: connections whose every wait ends, and a plain character-counting streamer."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ from collections import deque
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 
+from patience import HANG_S
 from wificnc.serve.server import Server
 
-DEADLINE_S = 5.0
 RX_BYTES = 1024  # what the controller's receive buffer holds: in flight at most
 
 Serve = Callable[..., Server]  # the fixture that starts a controller
 
 
 class Peer:
-    """A connection to the controller. Every wait has a deadline; what does not come fails the test."""
+    """A connection to the controller. Every wait has a cap; what does not come fails the test."""
 
     def __init__(self, fd: int, sock: socket.socket | None = None, line_end: bytes = b"\r\n") -> None:
         self._fd = fd
@@ -34,7 +34,7 @@ class Peer:
     @classmethod
     def tcp(cls, address: str, line_end: bytes = b"\r\n") -> Peer:
         host, _, port = address.rpartition(":")
-        sock = socket.create_connection((host.strip("[]"), int(port)), DEADLINE_S)
+        sock = socket.create_connection((host.strip("[]"), int(port)), HANG_S)
         sock.setblocking(False)
         sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         return cls(sock.fileno(), sock, line_end)
@@ -68,9 +68,9 @@ class Peer:
         return self._fd
 
     def send(self, text: str | bytes) -> None:
-        """All of it, before the deadline."""
+        """All of it, before the cap."""
         data = text.encode("latin-1") if isinstance(text, str) else text
-        end = time.monotonic() + DEADLINE_S
+        end = time.monotonic() + HANG_S
         while data:
             data = data[self.send_some(data) :]
             if data:
@@ -88,9 +88,9 @@ class Peer:
         assert self._sock
         self._sock.shutdown(socket.SHUT_WR)
 
-    def line(self, deadline_s: float = DEADLINE_S) -> str:
+    def line(self, cap_s: float = HANG_S) -> str:
         """The next line that is not empty."""
-        end = time.monotonic() + deadline_s
+        end = time.monotonic() + cap_s
         while not self._lines:
             self._wait(write=False, end=end)
             assert self.hear(), "the controller has closed the connection"
@@ -114,9 +114,9 @@ class Peer:
         self._lines.clear()
         return lines
 
-    def until(self, pattern: str, deadline_s: float = DEADLINE_S) -> list[str]:
+    def until(self, pattern: str, cap_s: float = HANG_S) -> list[str]:
         """Lines up to one that matches, that one included."""
-        end = time.monotonic() + deadline_s
+        end = time.monotonic() + cap_s
         lines: list[str] = []
         while not lines or not re.search(pattern, lines[-1]):
             assert time.monotonic() < end, f"no {pattern!r} in {lines[-20:]}"
@@ -125,7 +125,7 @@ class Peer:
 
     def until_closed(self) -> list[str]:
         """Everything up to the connection's end."""
-        end = time.monotonic() + DEADLINE_S
+        end = time.monotonic() + HANG_S
         while self.hear():
             self._wait(write=False, end=end)
         return self.heard()
@@ -139,9 +139,9 @@ class Peer:
         self.send("?")
         return self.until("^<")[-1]
 
-    def idle_position_mm(self, deadline_s: float = DEADLINE_S) -> list[float]:
+    def idle_position_mm(self, cap_s: float = HANG_S) -> list[float]:
         """MPos, once the machine is idle."""
-        end = time.monotonic() + deadline_s
+        end = time.monotonic() + cap_s
         while not (report := self.status()).startswith("<Idle"):
             assert time.monotonic() < end, report
         found = re.search(r"MPos:([-\d.,]+)", report)
@@ -151,7 +151,7 @@ class Peer:
     def _wait(self, write: bool, end: float) -> None:
         left = end - time.monotonic()
         ready = select.select([self._fd], [self._fd] if write else [], [], max(0.0, left))
-        assert ready[0] or ready[1], "nothing happened before the deadline"
+        assert ready[0] or ready[1], "nothing happened before the cap"
 
 
 def stream(peer: Peer, lines: Sequence[str], in_flight: int = RX_BYTES) -> list[str]:
@@ -184,7 +184,7 @@ def pour(peer: Peer, lines: Iterable[str]) -> list[str]:
     texts = list(lines)
     data = memoryview("".join(f"{text}\n" for text in texts).encode("latin-1"))
     answers: list[str] = []
-    end = time.monotonic() + max(DEADLINE_S, len(texts) / 2000)
+    end = time.monotonic() + HANG_S
     while len(answers) < len(texts):
         peer._wait(write=len(data) > 0, end=end)
         data = data[peer.send_some(bytes(data[:65536])) :]

@@ -195,7 +195,7 @@ def test_an_owner_that_is_cut_off(serve: Serve) -> None:
         watcher.until("commands")
         watcher.until("^ok$")
         vanish(owner)
-        watcher.until("Nobody commands")
+        watcher.until("No client is in control")
         watcher.send("~")
         assert watcher.ask("G0Y3")[-1] == "ok"
         assert watcher.idle_position_mm()[:2] == [1.0, 3.0]

@@ -14,7 +14,9 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
-from serve_peer import DEADLINE_S, Peer
+from patience import HANG_S
+from serve_peer import Peer
+from signals import ignored_signals, usual_signals
 from wificnc.errors import UserError
 from wificnc.serve.options import Address, parse_address, parse_speed
 
@@ -22,9 +24,11 @@ ROOT = Path(__file__).resolve().parents[2]
 
 
 @contextmanager
-def serving(*words: str) -> Iterator[subprocess.Popen[str]]:
+def serving(*words: str, nohup: bool = False) -> Iterator[subprocess.Popen[str]]:
     argv = [sys.executable, "-m", "wificnc", "serve", "--tcp", "127.0.0.1:0", *words]
-    process = subprocess.Popen(argv, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True)
+    pipe = subprocess.PIPE
+    with ignored_signals() if nohup else usual_signals():
+        process = subprocess.Popen(argv, stdout=pipe, stderr=pipe, text=True, start_new_session=True)
     try:
         yield process
     finally:
@@ -42,7 +46,7 @@ def address_of(process: subprocess.Popen[str]) -> str:
 
 def refused(*words: str) -> tuple[int, str]:
     run = subprocess.run(
-        [sys.executable, "-m", "wificnc", "serve", *words], capture_output=True, text=True, timeout=DEADLINE_S * 4
+        [sys.executable, "-m", "wificnc", "serve", *words], capture_output=True, text=True, timeout=HANG_S
     )
     return run.returncode, run.stderr
 
@@ -56,8 +60,20 @@ def test_it_ends_cleanly_when_asked(tmp_path: Path, number: int) -> None:
             assert link.is_symlink()
             process.send_signal(number)
             peer.until_closed()
-        assert process.wait(DEADLINE_S) == 0
+        assert process.wait(HANG_S) == 0
         assert not link.is_symlink()
+
+
+def test_in_the_background_it_outlives_its_terminal() -> None:
+    """Ctrl-C and the end of the terminal reach the whole group; who starts it by nohup wants neither to end it."""
+    with serving(nohup=True) as process:
+        with Peer.tcp(address_of(process)) as peer:
+            for number in (signal.SIGINT, signal.SIGHUP):
+                os.killpg(process.pid, number)
+                assert peer.ask("G0X1") == ["ok"]
+            process.send_signal(signal.SIGTERM)
+            peer.until_closed()
+        assert process.wait(HANG_S) == 0
 
 
 def test_the_page_is_served_beside_the_stream(tmp_path: Path) -> None:
@@ -68,14 +84,14 @@ def test_the_page_is_served_beside_the_stream(tmp_path: Path) -> None:
         assert process.stdout
         word, _, url = process.stdout.readline().strip().partition(" ")
         assert word == "page"
-        with urllib.request.urlopen(f"{url.strip()}api/controller", timeout=DEADLINE_S) as answer:
+        with urllib.request.urlopen(f"{url.strip()}api/controller", timeout=HANG_S) as answer:
             assert json.load(answer)["axes"] == 6
-        with urllib.request.urlopen(url.strip(), timeout=DEADLINE_S) as answer:
+        with urllib.request.urlopen(url.strip(), timeout=HANG_S) as answer:
             assert answer.read() == page.read_bytes()
         with Peer.tcp(address_of(process)) as peer:
             assert peer.ask("G0X1") == ["ok"]
         process.send_signal(signal.SIGINT)
-        assert process.wait(DEADLINE_S) == 0
+        assert process.wait(HANG_S) == 0
 
 
 def test_controller_ends_with_the_command_that_started_it(tmp_path: Path) -> None:
@@ -114,8 +130,8 @@ def test_what_is_there_is_not_replaced(tmp_path: Path, kind: str) -> None:
     before = look()
     code, said = refused("--tcp", "off", "--pty", str(name))
     assert code == 4
-    assert "something of this name is there already, and it is not replaced" in said
-    assert "choose a name that is not there yet" in said and "rm " not in said
+    assert "the name already exists and is not replaced" in said
+    assert "choose a new name" in said and "rm " not in said
     assert look() == before
 
 
@@ -130,10 +146,10 @@ def test_link_left_over_from_a_crash_is_replaced(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (("--http", "127.0.0.1:nowhere"), "--http '127.0.0.1:nowhere' is no address"),
-        (("--tcp", "off"), "there is no way to connect"),
-        (("--speed", "fast"), "--speed 'fast' is no speed"),
-        (("--tcp", "here:port"), "--tcp 'here:port' is no address"),
+        (("--http", "127.0.0.1:nowhere"), "--http '127.0.0.1:nowhere' is not an address"),
+        (("--tcp", "off"), "no port is configured"),
+        (("--speed", "fast"), "--speed 'fast' is not a speed"),
+        (("--tcp", "here:port"), "--tcp 'here:port' is not an address"),
         (("--tcp", "127.0.0.1:0", "--set", "$333=1"), "the controller refuses $333=1: error:3"),
         (("--pty", "/nowhere/at/all", "--tcp", "off"), "No such file or directory"),
     ],

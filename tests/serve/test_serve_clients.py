@@ -28,7 +28,7 @@ def test_second_client_is_told_who_commands(server: Server) -> None:
     with connect(server) as owner:
         assert owner.ask("G0X1") == ["ok"]
         with connect(server) as observer:
-            assert observer.line() == f"[MSG:Observer: {owner.name} commands, $TAKE takes over]"
+            assert observer.line() == f"[MSG:Observer: {owner.name} is in control, $TAKE takes control]"
 
 
 def test_observers_line_is_explained_and_not_run(server: Server) -> None:
@@ -36,7 +36,7 @@ def test_observers_line_is_explained_and_not_run(server: Server) -> None:
         assert owner.ask("G0X1") == ["ok"]
         observer.until("^ok$")
         observer.send("G0X5\n")
-        assert observer.until(r"^\[MSG:Observer")[-1].endswith("$TAKE takes over]")
+        assert observer.until(r"^\[MSG:Observer")[-1].endswith("$TAKE takes control]")
         assert owner.idle_position_mm()[0] == 1.0
 
 
@@ -62,7 +62,10 @@ def test_next_client_may_take_over_when_the_owner_leaves(server: Server) -> None
         with connect(server) as owner:
             assert owner.ask("G0X1") == ["ok"]
             owner.idle_position_mm()
-        assert observer.until("Nobody commands")[-1] == "[MSG:Nobody commands, the first line takes over]"
+        assert (
+            observer.until("No client is in control")[-1]
+            == "[MSG:No client is in control: the first line takes control]"
+        )
         assert observer.ask("G0X2")[-1] == "ok"
         assert observer.idle_position_mm()[0] == 2.0
 
@@ -72,7 +75,7 @@ def test_take_moves_ownership_and_is_answered_once(server: Server) -> None:
         assert first.ask("G0X1") == ["ok"]
         second.until("^ok$")
         assert second.ask("$take") == ["ok"]
-        assert first.until("Observer")[-1] == f"[MSG:Observer: {second.name} commands, $TAKE takes over]"
+        assert first.until("Observer")[-1] == f"[MSG:Observer: {second.name} is in control, $TAKE takes control]"
         assert second.ask("G0X7") == ["ok"]
         assert second.ask("$TAKE") == ["ok"]
         assert second.idle_position_mm()[0] == 7.0
@@ -85,7 +88,7 @@ def test_answers_of_a_job_left_behind(server: Server) -> None:
             observer.until(r"commands\]$")
             observer.send("?")
             observer.until("^<Hold")
-        observer.until("Nobody commands")
+        observer.until("No client is in control")
         observer.send("~$X\n")
         assert observer.until("^ok$")[-1] == "ok"
         assert observer.idle_position_mm()[0] == 3.0
@@ -95,8 +98,8 @@ def test_half_line_of_a_vanished_owner_is_dropped_and_its_job_waits(server: Serv
     with connect(server) as observer:
         with connect(server) as owner:
             owner.send("G0X1\nG0X2\nG0X3")
-        said = observer.until("Nobody commands")
-        assert "[MSG:Half a line was dropped, its sender has left]" in said
+        said = observer.until("No client is in control")
+        assert "[MSG:Incomplete line discarded: the sender disconnected]" in said
         observer.send("~")
         assert observer.ask("Y1")[-1] == "ok"
         assert observer.idle_position_mm()[:2] == [2.0, 1.0]
@@ -108,7 +111,7 @@ def test_half_line_of_an_observer_is_not_the_begin_of_an_owners(server: Server) 
             assert owner.ask("G0X1") == ["ok"]
             late.send("G0X")
             late.status()
-        late.until("Nobody commands")
+        late.until("No client is in control")
         late.send("9\nG0X2\n")
         late.until("^ok$")
         assert late.idle_position_mm()[0] == 2.0
@@ -143,7 +146,7 @@ def test_telnet_negotiation_is_refused_and_leaves_no_trace(server: Server) -> No
 def test_seventeenth_client_is_refused_in_words(server: Server) -> None:
     peers = [connect(server) for _ in range(16)]
     with connect(server) as one_more:
-        assert one_more.until_closed() == ["[MSG:Full, all places are taken]"]
+        assert one_more.until_closed() == ["[MSG:Connection refused: all client slots are in use]"]
     peers.pop().close()
     assert peers[0].ask("G0X1") == ["ok"]
     for peer in peers:
@@ -181,4 +184,4 @@ def test_pty_and_tcp_share_the_controller(serve: Serve) -> None:
     with Peer.serial(server.options.pty) as serial, connect(server) as observer:
         assert serial.ask("G0X1")[-1] == "ok"
         assert observer.ask("$TAKE")[-1] == "ok"
-        assert "[MSG:Observer: " + observer.name + " commands, $TAKE takes over]" in serial.until("Observer")
+        assert "[MSG:Observer: " + observer.name + " is in control, $TAKE takes control]" in serial.until("Observer")

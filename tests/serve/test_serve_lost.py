@@ -13,11 +13,12 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from patience import HANG_S, wait_until
 from serve_peer import Peer, Serve
 from wificnc.serve.server import Server
 
 LOST = "[MSG:Sender lost: feed hold]"
-CUT = "M3S500\nG91G1X-100F3000\n"  # two seconds
+CUT = "M3S500\nG91G1X-300F3000\n"  # six seconds
 SPEED = 4.0  # of virtual time, so that spindles run up in a second
 
 
@@ -39,9 +40,14 @@ def abort(peer: Peer) -> None:
 
 
 def wait_for(peer: Peer, state: str) -> str:
-    end = time.monotonic() + 10
-    while not (report := peer.status()).startswith(f"<{state}"):
-        assert time.monotonic() < end, report
+    report = ""
+
+    def is_there() -> bool:
+        nonlocal report
+        report = peer.status()
+        return report.startswith(f"<{state}")
+
+    wait_until(is_there, lambda: report)
     return report
 
 
@@ -69,11 +75,11 @@ End = Callable[[Peer], None]
 def test_a_jog_ends(serve: Serve, open_: Open, end: End) -> None:
     server = serve(speed=SPEED, pty=True)
     owner = open_(server)
-    assert owner.ask("$J=G91X-100F3000") == ["ok"]
+    assert owner.ask("$J=G91X-4000F3000") == ["ok"]
     moving(owner)
     end(owner)
     with connect(server) as late:
-        assert -90 < x_of(wait_for(late, "Idle")) < 0
+        assert -3900 < x_of(wait_for(late, "Idle")) < 0
         assert not any("lost" in line for line in late.heard())
 
 
@@ -88,12 +94,12 @@ def test_a_program_is_held_and_the_next_client_is_told(serve: Serve, open_: Open
     end(owner)
     with connect(server) as late:
         held = x_of(wait_for(late, "Hold:0"))
-        assert -100 < held < 0
+        assert -300 < held < 0
     with connect(server) as later:
         assert later.line() == LOST
         assert x_of(wait_for(later, "Hold:0")) == held
         later.send("~")
-        assert x_of(wait_for(later, "Idle")) == -100.0
+        assert x_of(wait_for(later, "Idle")) == -300.0
         later.send("\x18")
 
 
@@ -107,7 +113,7 @@ def test_a_watcher_hears_it_and_takes_over(serve: Serve) -> None:
         assert LOST in watcher.until("Sender lost")
         wait_for(watcher, "Hold:0")
         watcher.send("~")
-        assert x_of(wait_for(watcher, "Idle")) == -100.0
+        assert x_of(wait_for(watcher, "Idle")) == -300.0
 
 
 def test_a_watcher_that_leaves_stops_nothing(serve: Serve) -> None:
@@ -118,7 +124,7 @@ def test_a_watcher_that_leaves_stops_nothing(serve: Serve) -> None:
             moving(owner)
             watcher.status()
         wait_for(owner, "Idle")
-        assert owner.idle_position_mm()[0] == -100.0
+        assert owner.idle_position_mm()[0] == -300.0
 
 
 def test_a_former_owner_that_leaves_stops_nothing(serve: Serve) -> None:
@@ -129,7 +135,7 @@ def test_a_former_owner_that_leaves_stops_nothing(serve: Serve) -> None:
             old.send(CUT)
             moving(old)
             assert new.ask("$TAKE")[-1] == "ok"
-        assert x_of(wait_for(new, "Idle")) == -100.0
+        assert x_of(wait_for(new, "Idle")) == -300.0
 
 
 def test_a_sender_that_only_ends_its_input_is_no_lost_one(serve: Serve) -> None:
@@ -186,7 +192,7 @@ def test_wificnc_send_that_is_killed(serve: Serve, tmp_path: Path) -> None:
     with connect(server) as watcher:
         wait_for(watcher, "Run")
         sender.send_signal(signal.SIGKILL)
-        sender.wait(10)
+        sender.wait(HANG_S)
         watcher.until("Sender lost")
         wait_for(watcher, "Hold:0")
 

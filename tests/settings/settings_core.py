@@ -32,6 +32,7 @@ class Row(ctypes.Structure):
         ("min", ctypes.c_float),
         ("max", ctypes.c_float),
         ("fallback", ctypes.c_float),
+        ("affects", ctypes.c_uint16),
     ]
 
 

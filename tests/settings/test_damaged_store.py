@@ -4,16 +4,12 @@ from __future__ import annotations
 
 import re
 import struct
-import sys
 import zlib
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
-
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "grbl"))
-
 from grbl_host import BANNER, Grbl
 
 VALUES = ["$100=640", "$110=1234.5", "$22=1", "$20=1", "G10L2P3X1.5Y-2", "G10L1P5Z-3", "$N0=G21", "$I=SHOP"]
@@ -165,7 +161,7 @@ def test_the_damaged_copy_is_kept(store: Path, line: str) -> None:
     damage_setting(store, 100)
     before = store.read_bytes()
     with started(store) as (controller, _):
-        assert "[MSG:A copy of the damaged data is kept]" in controller.send(line + "\n")
+        assert "[MSG:Saved a copy of the damaged data]" in controller.send(line + "\n")
         assert "<Alarm|" in controller.send("?") or line == "$RST=$" or line == "$RST=*"
     assert store.with_name("kept.damaged").read_bytes() == before
     with started(store) as (controller, said):

@@ -9,10 +9,8 @@ import sys
 from pathlib import Path
 
 import pytest
-
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "grbl"))
-
 from grbl_host import Grbl
+from patience import HANG_S
 from wificnc.build.checkout import checkout_root
 
 BEFORE = ("$100=640", "$110=1234.5", "G10L2P3X1.5Y-2", "G10L2P9Z4", "G10L1P5Z-3", "$N0=G21", "$N1=G90", "$I=SHOP")
@@ -27,7 +25,6 @@ CUT = 75
 CHILD = """
 import sys
 from pathlib import Path
-sys.path[:0] = {path!r}
 from grbl_host import Grbl
 controller = Grbl(store=Path(sys.argv[1]))
 controller.send("$X\\nG91G1X0.5Y0.2F5000\\n")
@@ -59,10 +56,9 @@ def before(tmp_path_factory: pytest.TempPathFactory) -> bytes:
 
 
 def run(shim: Path, store: Path, command: str, **cut: str) -> subprocess.CompletedProcess[str]:
-    environment = {**os.environ, **cut, "LD_PRELOAD": str(shim)}
-    child = CHILD.format(path=sys.path)
-    arguments = [sys.executable, "-c", child, str(store), command]
-    return subprocess.run(arguments, capture_output=True, text=True, env=environment, timeout=60, check=False)
+    environment = {**os.environ, **cut, "LD_PRELOAD": str(shim), "PYTHONPATH": os.pathsep.join(sys.path)}  # noqa: TID251
+    arguments = [sys.executable, "-c", CHILD, str(store), command]
+    return subprocess.run(arguments, capture_output=True, text=True, env=environment, timeout=HANG_S, check=False)
 
 
 def shown(store: Path) -> str:

@@ -2,13 +2,9 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 
 import pytest
-
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "grbl"))
-
 from grbl_host import BANNER, Grbl
 
 EVERYTHING = ["$110=1234.5", "$22=1", "$20=1", "$10=3", "G10L2P3X1.5Y-2", "G0X1", "G28.1", "$N1=G21", "$I=SHOP 4"]

@@ -18,6 +18,7 @@ GOOD = {
     "min": "1",
     "max": "10",
     "help": '"A pause."',
+    "affects": '["motion"]',
     "nvs": '"dwell_ms"',
 }
 GOOD_FLOAT = {"type": '"float"', "default": "5.0", "decimals": "3"}

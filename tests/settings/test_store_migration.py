@@ -7,15 +7,10 @@ PIC32MZ's pages) has written for LINES: never edit it.
 from __future__ import annotations
 
 import struct
-import sys
 import zlib
 from pathlib import Path
 
 import pytest
-
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "grbl"))
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "pic32mz"))
-
 from chip_controller import Controller, PowerIsOff
 from grbl_host import Grbl
 from image_fixture import board, build, image

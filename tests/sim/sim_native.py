@@ -14,6 +14,7 @@ from ctypes import (
     c_int32,
     c_int64,
     c_size_t,
+    c_uint8,
     c_uint32,
     c_uint64,
     c_void_p,
@@ -70,7 +71,7 @@ def declare(library: ctypes.CDLL) -> ctypes.CDLL:
         "measure_expect_accel": (None, (c_void_p, c_int, c_double)),
         "measure_sample_every": (None, (c_void_p, c_double)),
         "measure_events": (None, (c_void_p, c_void_p, c_size_t)),
-        "measure_end": (None, (c_void_p,)),
+        "measure_end": (None, (c_void_p, c_uint64, c_uint8)),
         "measure_result": (None, (c_void_p, POINTER(Measured))),
         "measure_samples": (c_size_t, (c_void_p, POINTER(POINTER(PathSample)))),
         "trace_csv_open": (c_void_p, (c_char_p, c_uint32, POINTER(c_int))),
@@ -119,8 +120,9 @@ def measure(
     for at in range(0, len(trace), chunk):
         part = np.ascontiguousarray(trace[at : at + chunk])
         library.measure_events(handle, part.ctypes.data, len(part))
-    library.measure_end(handle)
-    library.measure_end(handle)  # once is enough
+    end = int(trace["t"][-1]) if len(trace) else begin
+    library.measure_end(handle, end, int(trace["dwells"][-1]) if len(trace) else 0)
+    library.measure_end(handle, end, 0)  # once is enough
     out = Measured()
     library.measure_result(handle, byref(out))
     first = POINTER(PathSample)()

@@ -119,7 +119,7 @@ def test_a_gantry_that_cannot_be_squared(library) -> None:
 
 def test_what_comes_too_late_is_told(library) -> None:
     result = run(library, (500, "reset"))
-    assert result.errors == () and result.warnings == ("the job was over before 500 s: reset",)
+    assert result.errors == () and result.warnings == ("the job ended before 500 s: reset",)
     assert not result.events[0].done and result.final_position_steps == END
 
 

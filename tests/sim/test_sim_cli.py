@@ -67,7 +67,7 @@ def test_tool_changes_are_listed_and_passed(cli, job):
     # $120 = 10 mm/s2: 5 mm are a triangle of speed, and the change itself takes no time.
     times = [change["time_s"] for change in report["tool_changes"]]
     assert times[0] == pytest.approx(0.0, abs=0.1) and times[1] == pytest.approx(2 * math.sqrt(5 / 10), abs=0.1)
-    assert "1 program pause (M0) ended at once" in err and "Tool change" not in err
+    assert "1 program pause (M0) resumed immediately" in err and "Tool change" not in err
     code, out, err = cli(path)
     assert code == 0 and "T1 in line 3, T12 in line 7" in out
 
@@ -83,7 +83,7 @@ def test_an_error_names_line_text_and_reason(cli, job):
     path = job("G0X1\nG1 X2 (no feed)\nG0X3\n")
     code, _, err = cli(path)
     assert code == 1
-    assert f"{path}:2: error:22 a feed rate is missing (F)" in err
+    assert f"{path}:2: error:22 the feed rate is missing (F)" in err
     assert "    G1 X2 (no feed)" in err
 
 
@@ -98,10 +98,10 @@ def test_errors_are_in_the_json_too(cli, job):
 @pytest.mark.parametrize(
     ("content", "code", "said"),
     [
-        (None, 1, "no file"),
+        (None, 1, "file not found"),
         (b"", 1, "is empty"),
         ("G0X1".encode("utf-16"), 1, "UTF-16"),
-        (b"\x7fELF\x00\x01\xff", 1, "is no text file"),
+        (b"\x7fELF\x00\x01\xff", 1, "is not a text file"),
     ],
 )
 def test_files_that_are_no_jobs(cli, job, tmp_path, content, code, said):
@@ -125,8 +125,8 @@ def test_a_file_that_may_not_be_read(cli, job):
         (["--set", "$110=fast"], "a setting looks like"),
         (["--set", "$999=1"], "error:3"),
         (["--set", "$110=-5"], "error:4"),
-        (["--trace", "t.bin"], "--trace t.bin: I can write .csv, .vcd and .npz"),
-        (["--plot", "p.jpg"], "--plot p.jpg: I can write .png and .svg"),
+        (["--trace", "t.bin"], "--trace t.bin: supported formats are .csv, .vcd and .npz"),
+        (["--plot", "p.jpg"], "--plot p.jpg: supported formats are .png and .svg"),
         (["--json", "no/such/folder/x.json"], "cannot write"),
         (["--trace", "no/such/folder/x.csv"], "cannot write"),
         (["--machine", "no_such_machine"], "no_such_machine"),

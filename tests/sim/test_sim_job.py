@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import math
 from decimal import Decimal
 from pathlib import Path
 
@@ -12,7 +11,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from wificnc.errors import JobError, UserError
-from wificnc.sim.job import JobRequest, SimResult, Timing, printable, read_job, run_job
+from wificnc.sim.job import At, JobRequest, SimResult, Timing, printable, read_job, run_job
 from wificnc.sim.trace import TraceFile, signal_names
 
 START_S = 0.015  # a controller waits a moment for more moves before it starts, and its first step takes its time
@@ -34,13 +33,39 @@ def test_a_move_takes_its_time(library):
     assert result.final_position_steps == (25_000, 0, 0) and result.final_position_mm == (100.0, 0.0, 0.0)
     assert result.steps_per_axis == (25_000, 0, 0)
     assert result.job_time_s == pytest.approx(100 / 50 + 50 / 500, abs=START_S)  # s/v + v/a
-    half_step_s = math.sqrt(2 * 0.5 / 250 / 500)  # the last step is due half a step before the end
-    assert result.cutting_time_s == pytest.approx(result.job_time_s - half_step_s, abs=1e-4)
+    assert result.cutting_time_s == pytest.approx(result.job_time_s, abs=1e-4)
     assert result.rapid_time_s == 0.0
     assert result.max_speed_mm_s[0] == pytest.approx(50, rel=2e-3)
     assert 490 <= result.max_accel_mm_s2[0] <= 500 + result.accel_resolution_mm_s2[0]
     assert result.max_step_rate_hz == pytest.approx(12_500, rel=0.01)
     assert (result.box_min_mm[0], result.box_max_mm[0]) == (0.0, 100.0)
+
+
+@pytest.mark.parametrize("code", ["G38.2", "G38.3"])
+def test_a_probe_that_misses_is_cutting_time_and_no_dwell(library, code):
+    """5 mm at 5 mm/s with 500 mm/s2: s/v + v/a. After ALARM:5 the controller is quiet for 0.5 s: no part of the job."""
+    result = run(library, f"{code}Z-5F300\n")
+    assert [error.message[:7] for error in result.errors] == (["ALARM:5"] if code == "G38.2" else [])
+    assert result.job_time_s == pytest.approx(5 / 5 + 5 / 500, abs=START_S)
+    assert result.cutting_time_s == pytest.approx(result.job_time_s, abs=1e-3)
+    assert result.dwell_time_s < 1e-3 and result.rapid_time_s == 0.0
+
+
+def test_an_alarm_ends_the_job_when_it_comes(library):
+    result = run(library, "G4P3\nG1X100F3000\n", events=(At(1.0, "estop"),))
+    assert "ALARM:50" in result.errors[0].message
+    assert result.job_time_s == pytest.approx(1.0, abs=0.01)
+
+
+def test_a_slow_axis_does_not_dwell_at_its_end(library):
+    """With 10 mm/s2 the last half step takes 20 ms."""
+    result = run(library, "G1X1F60\n", settings=("$100=250", "$120=10"))
+    assert result.dwell_time_s < 1e-3
+
+
+def test_a_dwell_at_the_end_is_a_dwell(library):
+    result = run(library, "G1X10F600\nG4P2\n")
+    assert result.dwell_time_s == pytest.approx(2.0, abs=0.01)
 
 
 @pytest.mark.parametrize(("spm", "accel"), [(80, 400), (40, 200), (250, 500), (1000, 2000)])
@@ -82,7 +107,7 @@ def test_nothing_behind_the_first_error_moves(library, newline):
     lines = ["%", "G0X1", "G1X2", "G0X3", "G1X9Q"]
     result = run(library, newline.join(lines))
     assert [(e.line, e.code, e.text) for e in result.errors] == [(3, 22, "G1X2")]
-    assert result.errors[0].message == "a feed rate is missing (F)"
+    assert result.errors[0].message == "the feed rate is missing (F)"
     assert result.final_position_steps[0] == 250
     assert any("%" in warning for warning in result.warnings)
 
@@ -96,7 +121,7 @@ def test_keep_going_collects_every_error_and_moves_nothing_of_them(library):
 def test_a_program_pause_is_ended_and_told(library):
     result = run(library, "G0X1\nM0\nG0X2\nM0\nM30\n")
     assert result.errors == () and result.final_position_steps[0] == 500
-    assert result.warnings == ("2 program pauses (M0) ended at once",)
+    assert result.warnings == ("2 program pauses (M0) resumed immediately",)
 
 
 def test_a_line_longer_than_any_buffer(library):
@@ -206,7 +231,7 @@ def test_read_job_says_what_is_wrong(tmp_path: Path):
         (tmp_path / name).write_bytes(content)
         with pytest.raises(JobError, match=said):
             read_job(tmp_path / name)
-    with pytest.raises(JobError, match="no file"):
+    with pytest.raises(JobError, match="file not found"):
         read_job(tmp_path / "missing.nc")
     with pytest.raises(JobError, match="folder"):
         read_job(tmp_path)

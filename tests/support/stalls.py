@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Collection
+import os
+import random
+from collections.abc import Collection, Sequence
 from enum import IntEnum
 
 
@@ -16,6 +18,14 @@ class Side(IntEnum):
 
 
 SIDES = tuple(Side)
+
+# Which sides are late, by name: one of them, or some at the same time.
+LATE: dict[str, Sequence[Side]] = {
+    "controller": [Side.CONTROLLER],
+    "motion": [Side.MOTION],
+    "both": [Side.CONTROLLER, Side.MOTION],
+    "all": list(Side),
+}
 
 
 class RandomStalls(ctypes.Structure):
@@ -56,3 +66,20 @@ def stall_randomly(
     """Stalls from now on, one at a time; an empty `sides` ends them. The same seed gives the same stalls."""
     stalls = RandomStalls(seed, sum(1 << side for side in sides), gap_ms, longest_ms)
     lib.host_stall_randomly(host, ctypes.byref(stalls))
+
+
+def stall_often(
+    lib: ctypes.CDLL, host: int, rng: random.Random, sides: Sequence[Side], timer_hz: int, count: int = 30
+) -> None:
+    """From now on, with pauses of 20 to 400 ms: one of the sides, or all of them together, for 10 to 800 ms."""
+    after_s = rng.uniform(0.0, 0.3)
+    for _ in range(count):
+        for_s = rng.choice([0.01, 0.03, 0.06, 0.1, 0.3, 0.8])
+        for side in sides if rng.random() < 0.5 else [rng.choice(sides)]:
+            stall(lib, host, side, after_s, for_s, timer_hz)
+        after_s += for_s + rng.uniform(0.02, 0.4)
+
+
+def seeds(few: int) -> range:
+    """Seeds of a test: a few, or as many as WIFICNC_STALL_SEEDS says for a longer look."""
+    return range(int(os.environ.get("WIFICNC_STALL_SEEDS", few)))

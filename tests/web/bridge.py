@@ -12,10 +12,10 @@ import threading
 import tty
 from pathlib import Path
 
+from patience import HANG_S
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.server import Server, ServerConnection, serve
 
-CLOSE_S = 10.0
 PORT_SCRIPT = """
 (() => {
   class Port extends EventTarget {
@@ -105,7 +105,7 @@ class Bridge:
         with self._changed:
             for connection in list(self._connections):
                 connection.close_socket()
-            assert self._changed.wait_for(lambda: not self._connections, CLOSE_S)
+            assert self._changed.wait_for(lambda: not self._connections, HANG_S)
 
     def plug(self) -> None:
         self._unplugged.clear()

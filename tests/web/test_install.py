@@ -29,7 +29,8 @@ from wificnc.serve.page import About, PageServer
 ROOT = Path(__file__).resolve().parents[2]
 PARTITIONS = read_partitions((ROOT / "targets/esp32/partitions.csv").read_text())
 NVS = PARTITIONS["nvs"]
-WRITE_MS = 30_000
+# Before the page: esptool-js waits 3 s by this clock for an answer, and the mock of the chip shares a busy computer.
+SLOW_CLOCK = "{ const now = Date.now, zero = now(); Date.now = () => zero + (now() - zero) / 100; }"
 
 
 @dataclass
@@ -88,6 +89,7 @@ def bench(
             PageServer(Address("127.0.0.1", 0), None, about, folder) as host,
         ):
             context = watched(bypass_csp=True)  # the stand-in's WebSocket is no part of the page
+            context.context.add_init_script(SLOW_CLOCK)
             context.context.add_init_script(bridge.stand_in(Path(mock.port)))
             yield Bench(context.page(host.url), mock, folder, bridge)
             bridge.unplug()
@@ -100,7 +102,7 @@ def test_a_board_is_installed(bench: Callable[..., object], tmp_path: Path, boar
     firmware = firmware_of(tmp_path, board_id, chip)
     with bench(chip, {board_id: firmware}) as table:  # type: ignore[attr-defined]
         table.install(board_id)
-        expect(table.page.get_by_text("Installed, and compared")).to_be_visible(timeout=WRITE_MS)
+        expect(table.page.get_by_text("Installed and verified")).to_be_visible()
         assert table.flash(firmware.regions) == [region.data for region in firmware.regions]
 
 
@@ -114,7 +116,7 @@ def test_one_merged_image(bench: Callable[..., object], tmp_path: Path) -> None:
     firmware = Esp32Firmware(whole, b"", b"", b"", flash_mb=4, has_improv=False)
     with bench("esp32s3", {"esp32s3-zero": firmware}) as table:  # type: ignore[attr-defined]
         table.install("esp32s3-zero")
-        expect(table.page.get_by_text("Installed, and compared")).to_be_visible(timeout=WRITE_MS)
+        expect(table.page.get_by_text("Installed and verified")).to_be_visible()
         assert table.flash(whole) == [bytes(merged)]
 
 
@@ -122,7 +124,7 @@ def test_another_chip_is_refused_before_anything_is_written(bench: Callable[...,
     firmware = firmware_of(tmp_path, "esp32s3-zero", "esp32s3")
     with bench("esp32", {"esp32s3-zero": firmware}) as table:  # type: ignore[attr-defined]
         table.install("esp32s3-zero")
-        expect(table.page.get_by_role("alert").filter(has_text="This is an ESP32, and")).to_be_visible(timeout=WRITE_MS)
+        expect(table.page.get_by_role("alert").filter(has_text="This is an ESP32, and")).to_be_visible()
         assert table.flash(firmware.regions[:1]) == [b"\xff" * len(firmware.regions[0].data)]
 
 
@@ -144,14 +146,14 @@ def test_unplugged_in_the_middle(bench: Callable[..., object], tmp_path: Path) -
     firmware = Esp32Firmware(regions, b"", b"", b"", flash_mb=4, has_improv=False)
     with bench("esp32s3", {"esp32s3-zero": firmware}) as table:  # type: ignore[attr-defined]
         table.install("esp32s3-zero")
-        expect(table.page.get_by_text("Writing", exact=True)).to_be_visible(timeout=WRITE_MS)
+        expect(table.page.get_by_text("Writing", exact=True)).to_be_visible()
         table.bridge.unplug()
-        alert = table.page.get_by_role("alert").filter(has_text="Writing has stopped")
-        expect(alert).to_be_visible(timeout=WRITE_MS)
-        expect(alert).to_contain_text("plug it in again and install once more")
+        alert = table.page.get_by_role("alert").filter(has_text="Writing failed")
+        expect(alert).to_be_visible()
+        expect(alert).to_contain_text("reconnect the board and install again")
         table.bridge.plug()
         table.page.click("[data-test=install]")
-        expect(table.page.get_by_text("Installed, and compared")).to_be_visible(timeout=60_000)
+        expect(table.page.get_by_text("Installed and verified")).to_be_visible()
 
 
 # ---- what is stored ----
@@ -240,10 +242,10 @@ def test_pins_are_read_from_a_board_and_written_back(bench: Callable[..., object
         page.click("#tab-network")
         page.get_by_label("Board", exact=True).select_option("esp32s3-zero")
         page.click("[data-test=storage-read]")
-        expect(page.locator("[data-test=text-wifi_ssid]")).to_have_value("Werkstatt", timeout=WRITE_MS)
+        expect(page.locator("[data-test=text-wifi_ssid]")).to_have_value("Werkstatt")
         page.fill("[data-test=text-wifi_ssid]", "Keller")
         page.click("[data-test=storage-write]")
-        expect(page.get_by_text("Written, read back by checksum")).to_be_visible(timeout=WRITE_MS)
+        expect(page.get_by_text("Written and verified")).to_be_visible()
         (after,) = table.flash((Region("settings", NVS.offset, bytes(NVS.size)),))
     assert read_image(after).get(NAMESPACE, "wifi_ssid") == "Keller"
     assert json.dumps(sorted(read_image(after).entries)) == json.dumps(sorted(read_image(stored_image()).entries))

@@ -11,6 +11,7 @@ from pathlib import Path
 from urllib.parse import urlsplit
 
 import pytest
+from patience import HANG_S
 from playwright.sync_api import expect
 from web_fixture import Watched, serving
 from websockets.exceptions import InvalidStatus
@@ -20,8 +21,6 @@ from wificnc.link.discover import Found
 from wificnc.serve.options import Address
 from wificnc.serve.page import About, PageServer, is_our_host, stream_bytes
 from wificnc.serve.server import Server
-
-DEADLINE_S = 5.0
 
 
 @pytest.fixture
@@ -44,7 +43,7 @@ def page_of(server: Server | None, folder: Path) -> Iterator[PageServer]:
 
 
 def get(page: PageServer, path: str, **headers: str) -> tuple[int, dict[str, str], bytes]:
-    connection = http.client.HTTPConnection(urlsplit(page.url).netloc, timeout=DEADLINE_S)
+    connection = http.client.HTTPConnection(urlsplit(page.url).netloc, timeout=HANG_S)
     try:
         connection.request("GET", path, headers={"Accept-Encoding": "identity", **headers})
         answer = connection.getresponse()
@@ -69,7 +68,7 @@ class Stream:
 
     def line(self) -> str:
         while b"\n" not in self.rest:
-            part = self.socket.recv(DEADLINE_S)
+            part = self.socket.recv(HANG_S)
             assert isinstance(part, bytes)
             self.rest += part
         line, _, self.rest = self.rest.partition(b"\n")
@@ -128,13 +127,15 @@ def test_other_controllers_are_found_for_the_browser(tmp_path: Path, folder: Pat
 
 def test_no_network_to_look_in_is_said(tmp_path: Path, folder: Path) -> None:
     def find() -> list[Found]:
-        raise LinkError("cannot ask this network: unreachable", hint="is this computer connected?")
+        raise LinkError(
+            "cannot ask this network: unreachable", hint="check that this computer is connected to a network"
+        )
 
     with serving(tmp_path) as server:
         about, address = About("a test", "1", "host", 6), Address("127.0.0.1", 0)
         with PageServer(address, server.tcp, about, folder, find=find) as page:
             status, _, body = get(page, "/api/discover")
-    assert status == 503 and b"is this computer connected?" in body
+    assert status == 503 and b"check that this computer is connected to a network" in body
 
 
 # ---- who may come ----
@@ -229,7 +230,7 @@ def test_one_owner_and_observers(tmp_path: Path, folder: Path) -> None:
         first.socket.send("G21\n")
         assert first.until("ok") == "ok"
         second.socket.send("G21\n")
-        assert second.until("[MSG:Observer").endswith("$TAKE takes over]")
+        assert second.until("[MSG:Observer").endswith("$TAKE takes control]")
         second.socket.send("$TAKE\nG20\n")
         assert second.until("ok") == "ok"
         assert first.until("[MSG:Observer")
@@ -238,7 +239,7 @@ def test_one_owner_and_observers(tmp_path: Path, folder: Path) -> None:
 def test_a_password(tmp_path: Path, folder: Path) -> None:
     with serving(tmp_path, password="open sesame") as server, page_of(server, folder) as page, stream(page) as own:
         own.socket.send("G21\n")
-        assert "Password needed" in own.until("[MSG:")
+        assert "Password required" in own.until("[MSG:")
         own.socket.send("$LOGIN=a guess\n")
         assert "Wrong password" in own.until("[MSG:Wrong")
         own.socket.send("?")

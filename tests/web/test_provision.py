@@ -57,7 +57,7 @@ def join(page: Page, network: str, password: str) -> None:
 
 def test_a_network_is_joined(page: Page) -> None:
     join(page, "Werkstatt", "half past eight!")
-    expect(page.get_by_text("WiFiCNC-1A2B is in this network")).to_be_visible()
+    expect(page.get_by_text("WiFiCNC-1A2B is on this network")).to_be_visible()
     expect(page.get_by_text("WiFiCNC 1.0, http://192.168.1.20/")).to_be_visible()
 
 
@@ -72,8 +72,8 @@ def test_networks_are_looked_for_and_one_is_taken(page: Page) -> None:
     ("network", "password", "said"),
     [
         ("Nowhere", "half past eight", "The board cannot connect to this network"),
-        ("Werkstatt", "short", "The board refuses this name or password"),
-        ("moving", "half past eight", "The board cannot join or look for a network now"),
+        ("Werkstatt", "short", "The board rejected this name or password"),
+        ("moving", "half past eight", "The board cannot join or search for a network now"),
     ],
 )
 def test_a_refusal_in_words(page: Page, network: str, password: str, said: str) -> None:

@@ -73,7 +73,7 @@ def test_what_a_job_forbids(
     expect(page.locator("[data-test=lift]")).to_be_visible()
     page.screenshot(path=SCREENS / f"lift-{look}.png")
     broken = broken_rules(page)
-    page.get_by_role("button", name="Stay here").click()
+    page.get_by_role("button", name="Cancel").click()
     page.click("#tab-job")
     file = {"name": "bracket.nc", "mimeType": "text/plain", "buffer": CAM.encode()}
     page.locator("[data-test=job-file]").set_input_files(file)

@@ -10,6 +10,7 @@ from urllib.parse import urlsplit
 
 import pytest
 from bridge import Bridge
+from patience import HANG_S
 from playwright.sync_api import Browser, BrowserContext, Page, Request, expect, sync_playwright
 from wificnc.board.load import load_board
 from wificnc.serve.options import Address, ServeOptions
@@ -18,7 +19,7 @@ from wificnc.serve.server import Server
 from wificnc.web.build import build_page, missing_tools
 
 CHROMIUM = ("chromium", "chromium-browser", "google-chrome")
-TIMEOUT_MS = 20_000  # of every wait: a computer may be busy
+TIMEOUT_MS = 1000 * HANG_S
 expect.set_options(timeout=TIMEOUT_MS)
 DESKTOP = {"width": 1440, "height": 900}
 LOOPBACK = {"127.0.0.1", "localhost", "::1"}

@@ -156,7 +156,7 @@ def test_what_is_committed_is_fresh() -> None:
         ("type = 0x02\n", "type = 0x01\n", "two packets have type 0x01"),
         ('repeat = "segment"', 'repeat = "step"', "there is no struct step"),
         ('["count", "u8", "", "1 .. 8"]', '["count", "u9", "", ""]', "no such type: u9"),
-        ("key = 0x0101", "key = 0x0100", "is there twice"),
+        ("key = 0x0101", "key = 0x0100", "is given twice"),
     ],
 )
 def test_a_wrong_table_is_refused(old: str, new: str, message: str) -> None:

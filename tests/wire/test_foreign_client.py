@@ -10,14 +10,12 @@ import sys
 from pathlib import Path
 
 import pytest
+from installed import missing
+from patience import HANG_S
 from wificnc.board.load import load_board
 from wificnc.serve.options import ServeOptions
 from wificnc.serve.server import Server
 from wificnc.wmc3.layout import Alarm, Refusal
-
-sys.path.insert(0, str(Path(__file__).parents[1] / "senders"))
-
-from installed import missing
 
 ADDRESS, OWN = (f"127.{net}.{os.getpid() >> 8 & 0xFF}.{os.getpid() & 0xFF or 1}" for net in (62, 63))
 SETTINGS = tuple(f"${base + ax}={value}" for base, value in ((100, 200), (110, 6000), (120, 500)) for ax in range(3))
@@ -32,7 +30,7 @@ def test_a_client_written_from_the_document_alone() -> None:
     options = ServeOptions(board=load_board("host"), wmc3=ADDRESS, settings=SETTINGS, password="geheim")
     with Server(options, "release"):
         command = [node, str(Path(__file__).with_name("client.mjs")), ADDRESS, OWN, "geheim"]
-        run = subprocess.run(command, capture_output=True, text=True, check=False, timeout=60)
+        run = subprocess.run(command, capture_output=True, text=True, check=False, timeout=HANG_S)
     assert run.returncode == 0, run.stderr
     result = json.loads(run.stdout)
     stream = result.pop("stream")

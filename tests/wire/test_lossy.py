@@ -22,6 +22,7 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 from lossy import Lossy
+from patience import HANG_S, wait_until
 from wificnc.app import root
 from wificnc.board.load import load_board
 from wificnc.serve.options import ServeOptions
@@ -70,13 +71,6 @@ def segments(places: list[tuple[int, int]], us: int = 1000) -> list[Segment]:
 
 def statistics(device: Device) -> StatisticsResponse:
     return device.request(Statistics(), StatisticsResponse)
-
-
-def wait_for(condition: Callable[[], bool], what: str) -> None:
-    end = time.monotonic() + 10
-    while not condition():
-        assert time.monotonic() < end, what
-        time.sleep(0.005)
 
 
 def position(device: Device) -> tuple[int, ...]:
@@ -170,10 +164,10 @@ def test_without_a_stream_every_gap_is_counted(make_network: Callable[..., Lossy
             sent[device._sequence] = segment  # that it had
             time.sleep(0.003)
             if count % 32 == 31:  # no more than its queue holds, however late this computer is
-                wait_for(lambda: _queued(device) < 64, "the queue empties")
+                wait_until(lambda: _queued(device) < 64, "the queue empties")
         way = network.to_device
-        wait_for(lambda: way.came == len(sent) and not way.on_way, "all have met their fate")
-        wait_for(lambda: statistics(device).datagrams == way.delivered and not _queued(device), "all is executed")
+        wait_until(lambda: way.came == len(sent) and not way.on_way, "all have met their fate")
+        wait_until(lambda: statistics(device).datagrams == way.delivered and not _queued(device), "all is executed")
         counts = statistics(device)
         arrived = [packet.header.sequence for packet in _motion(network)]
         made = [sent[number].steps for number in dict.fromkeys(arrived)]
@@ -204,10 +198,10 @@ def test_hold_on_gap_stops_before_what_is_behind_the_gap(make_network: Callable[
             device.post(Motion(count=len(steps)), [Segment((x, y, 0, 0, 0, 0), 10_000) for x, y in steps])
 
         post(*[(50, 0)] * 8)
-        wait_for(lambda: len(network.delivered) == 1, "it is there")
+        wait_until(lambda: len(network.delivered) == 1, "it is there")
         network.loss = 1.0
         post(*[(50, 0)] * 8)
-        wait_for(lambda: network.to_device.lost == 1, "it is lost")
+        wait_until(lambda: network.to_device.lost == 1, "it is lost")
         network.loss = 0.0
         post(*[(0, 50)] * 8)
         reports = device.reports(10)
@@ -216,14 +210,16 @@ def test_hold_on_gap_stops_before_what_is_behind_the_gap(make_network: Callable[
         assert report.position_steps[1] == still.position_steps[1] == 0, "no cut where nobody wanted one"
         assert statistics(device).missing == 1
         device.command(Resume())
-        wait_for(lambda: position(device) == (400, 400, 0, 0, 0, 0), "who has looked at it may go on")
+        wait_until(lambda: position(device) == (400, 400, 0, 0, 0, 0), "who has looked at it may go on")
 
 
 def _namespace(*command: str) -> subprocess.CompletedProcess[str]:
     """In a network of its own, of one device lo."""
     isolate = ("unshare", "-n") if os.geteuid() == 0 else ("unshare", "-rn")
     script = 'ip link set lo up && exec "$@"'
-    return subprocess.run([*isolate, "sh", "-c", script, "sh", *command], capture_output=True, text=True, timeout=60)
+    argv = [*isolate, "sh", "-c", script, "sh", *command]
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}  # noqa: TID251
+    return subprocess.run(argv, capture_output=True, text=True, timeout=HANG_S, env=environment)
 
 
 def test_a_stream_over_netem() -> None:

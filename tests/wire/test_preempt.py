@@ -71,14 +71,14 @@ def test_the_job_goes_on_from_the_very_step(make_device: Callable[..., Device], 
     said = device.heard()
     for _ in range(4):
         device.motion(*[segment(40, -60, 80)] * 8)
-    run_to(device, lambda: "[MSG:Host commands motion: the job waits]" in device.heard())
+    run_to(device, lambda: "[MSG:Remote host controls motion: job paused]" in device.heard())
     left, left_at = tuple(device.position[:3]), len(path(device))
     device.run(1.5)
     assert flags(device) == StatusFlag.HOST | StatusFlag.JOB
     assert device.position[:3] == [left[0] + 1280, left[1] - 1920, left[2] + 2560]
     device.send(Reset())
     device.run(1)
-    assert device.heard() == "[MSG:Host gave motion back: ~ returns to the job]\r\n"
+    assert device.heard() == "[MSG:Remote host released motion: ~ resumes the job]\r\n"
     assert device.state == "Hold:0" and flags(device) == StatusFlag.JOB
     device.text("~")
     run_to(device, lambda: tuple(device.position[:3]) == left)

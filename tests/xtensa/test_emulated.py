@@ -10,12 +10,12 @@ import subprocess
 import numpy as np
 import pytest
 from everywhere import ROOT, TRACE_DIGEST, UNIT_TESTS, differences, texts
+from patience import HANG_S
 from wificnc.build.compiler import locate_compiler
 from xtensa.emulate import HERE as QEMU
 from xtensa.emulate import build, controller_sources, missing, run
 
 OUTPUT = ROOT / "build" / "xtensa" / "qemu"
-SECONDS = 400.0  # an emulator of a chip without floating point, on a slow computer
 
 needs_emulator = pytest.mark.skipif(missing() != "", reason=missing())
 
@@ -23,13 +23,13 @@ needs_emulator = pytest.mark.skipif(missing() != "", reason=missing())
 @needs_emulator
 def test_unit_tests_pass_as_xtensa_code() -> None:
     program = build(ROOT, [*controller_sources(ROOT), UNIT_TESTS], OUTPUT / "core")
-    assert run(program, b"", SECONDS).splitlines() == ["0 failures"]
+    assert run(program, b"", 4 * HANG_S).splitlines() == ["0 failures"]
 
 
 @needs_emulator
 def test_every_step_edge_and_answer_is_this_computers() -> None:
     program = build(ROOT, [*controller_sources(ROOT), TRACE_DIGEST], OUTPUT / "trace")
-    assert differences(run(program, texts(), SECONDS)) == []
+    assert differences(run(program, texts(), 4 * HANG_S)) == []
 
 
 # ---- the arithmetic that the emulated chip would have in its ROM ----

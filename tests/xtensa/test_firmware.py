@@ -51,6 +51,15 @@ def program_of(chip: str) -> Program:
     return interrupt_program(find_toolchain(), ROOT, output, firmware_sources(ROOT))
 
 
+@cache
+def rmt_program_of(chip: str) -> Program:
+    output = ROOT / "build" / "xtensa" / "small" / chip / "rmt"
+    headers = small_headers(ROOT, chip, output, rmt_board(chip, output))
+    objects = compile_all(find_toolchain(), ROOT, headers, board_sources(ROOT), output)
+    assert not [(made.source.name, made.said) for made in objects if made.said]
+    return interrupt_program(find_toolchain(), ROOT, output, board_sources(ROOT))
+
+
 @pytest.mark.parametrize("chip", BOARDS)
 def test_every_file_compiles_and_interrupts_keep_their_rules(tools: Toolchain, chip: str) -> None:
     assert violations(program_of(chip), firmware_in_ram(ROOT)) == []
@@ -61,6 +70,40 @@ def test_the_step_interrupt_keeps_its_budget(tools: Toolchain, chip: str) -> Non
     found = step_interrupt(program_of(chip), ROOT)
     over = {name: count for name, count in found.items() if not 0 < count <= BUDGET[name]}
     assert not over
+
+
+def documented(row: str) -> list[int]:
+    """The numbers of a row of the tables in docs/performance.md."""
+    text = (ROOT / "docs" / "performance.md").read_text(encoding="utf-8")
+    (line,) = [line for line in text.splitlines() if line.startswith(f"| {row} |")]
+    cells = [cell.strip().replace(",", "").replace(" ", "") for cell in line.split("|")[2:-1]]
+    return [int(cell) for cell in cells if cell.isdigit()]
+
+
+ROWS = {
+    "event": "a step within a span",
+    "event that ends a span": "a span ends, the next is loaded, directions change",
+    "event that ends a span as the probe closes": "the same, and the probe closes at this very step",
+}
+
+
+def test_the_documents_have_the_step_interrupts_figures(tools: Toolchain) -> None:
+    """By GPIO, by the RMT of the ESP32 and of the ESP32-S3, whose board has three axes, and the budget."""
+    gpio = step_interrupt(program_of("esp32"), ROOT)
+    rmt = [step_interrupt(rmt_program_of(chip), ROOT) for chip in ("esp32", "esp32s3")]
+    for name, row in ROWS.items():
+        assert documented(row) == [gpio[name], *(found[name] for found in rmt), BUDGET[name]], row
+
+
+def test_the_documents_have_what_the_firmware_takes(tools: Toolchain) -> None:
+    """The larger of both chips, to half a per cent."""
+    for row, key, measure in (
+        ("static RAM of core and target", "static RAM of core and target", static_ram_bytes),
+        ("code and constants of core and target in flash", "code and constants of core and target", image_bytes),
+    ):
+        found = max(measure(tools, objects_of(chip)) for chip in BOARDS)
+        figure, budget = documented(row)
+        assert budget == BUDGET[key] and abs(figure - found) <= 0.005 * found, (row, found)
 
 
 @pytest.mark.parametrize("chip", BOARDS)
@@ -85,11 +128,7 @@ def test_static_ram_of_the_other_boards(tools: Toolchain, chip: str) -> None:
 
 @pytest.mark.parametrize("chip", BOARDS)
 def test_step_pulses_by_the_rmt_keep_rules_and_budget(tools: Toolchain, chip: str) -> None:
-    output = ROOT / "build" / "xtensa" / "small" / chip / "rmt"
-    headers = small_headers(ROOT, chip, output, rmt_board(chip, output))
-    objects = compile_all(tools, ROOT, headers, board_sources(ROOT), output)
-    assert not [(made.source.name, made.said) for made in objects if made.said]
-    program = interrupt_program(tools, ROOT, output, board_sources(ROOT))
+    program = rmt_program_of(chip)
     assert violations(program, firmware_in_ram(ROOT), [STEP]) == []
     found = step_interrupt(program, ROOT)
     assert not {name: count for name, count in found.items() if not 0 < count <= BUDGET[name]}

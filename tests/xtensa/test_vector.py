@@ -7,6 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from patience import HANG_S
 from xtensa import windows
 from xtensa.headers import small_headers
 from xtensa.isr import VECTOR
@@ -14,7 +15,6 @@ from xtensa.toolchain import NoToolchainError, Toolchain, find_toolchain
 
 ROOT = Path(__file__).resolve().parents[2]
 HERE = Path(__file__).parent / "vector"
-SECONDS = 90.0
 REAL = ("core/step/isr.c", "core/step/control.c", "core/step/position.c", "targets/esp32/hal/step_interrupt.c",
         "targets/esp32/hal/step_pins.c")  # fmt: skip
 FAULTS = {
@@ -50,7 +50,7 @@ def outcome(tools: Toolchain, output: Path, vector: Path, seconds: float) -> str
 
 
 def test_the_vector_changes_nothing_wherever_it_comes(tools: Toolchain, tmp_path: Path) -> None:
-    assert outcome(tools, tmp_path, ROOT / VECTOR, SECONDS) == "good"
+    assert outcome(tools, tmp_path, ROOT / VECTOR, HANG_S) == "good"
 
 
 @pytest.mark.parametrize(
@@ -61,4 +61,4 @@ def test_whatever_the_vector_forgets_is_found(tools: Toolchain, tmp_path: Path, 
     text = (ROOT / VECTOR).read_text()
     assert line in text
     (tmp_path / "forgets.S").write_text(text.replace(line, ""))
-    assert outcome(tools, tmp_path, tmp_path / "forgets.S", SECONDS / 6) != "good"
+    assert outcome(tools, tmp_path, tmp_path / "forgets.S", HANG_S / 6) != "good"

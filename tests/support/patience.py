@@ -1,0 +1,23 @@
+"""Waits of tests. What is awaited comes, however late a busy computer is; a cap is only there so that a hang ends."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+HANG_S = 300.0  # nothing here takes so long, at any load: it hangs
+LOOK_S = 0.005
+
+
+def wait_until(holds: Callable[[], bool], what: object, cap_s: float = HANG_S) -> None:
+    """Look again and again. @param what  that does not come; a function is called for it"""
+    end = time.monotonic() + cap_s
+    while not holds():
+        assert time.monotonic() < end, f"does not come: {what() if callable(what) else what}"
+        time.sleep(LOOK_S)
+
+
+def waited_s(*threads: Path) -> float:
+    """How long these have been ready to run and had no processor: the computer's delay, not theirs."""
+    return sum(int((thread / "schedstat").read_text().split()[1]) * 1e-9 for thread in threads)
