@@ -119,7 +119,7 @@ static void read_choices(void) {
 }
 
 static void start_led(void) {
-    (void)led_driver_init(pin_map_find(&pins, "led"));
+    (void)led_driver_init(&pins.wire[SIGNAL_LED]);
 }
 
 static void start_pins(struct complaints *complaints) {
