@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 from grbl_host import Grbl
-from wificnc.protocol.generate_codes import ROOT, codes
+from generate.codes import codes
 
 STEPS_MM = 250
 

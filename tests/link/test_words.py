@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from wificnc.link.alarms import alarm_words
 from wificnc.link.client import error_words
-from wificnc.link.generate_words import ALARMS_SOURCE, OUTPUT, SOURCE, main, read_alarms, read_rows, words_text
+from generate.words import ALARMS_SOURCE, OUTPUT, SOURCE, main, read_alarms, read_rows, words_text
 from wificnc.link.words import ALARMS, ERRORS, NEEDS_RESET
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -8,7 +8,7 @@ import socket
 import struct
 
 from grbl_host import HZ, LIB, Grbl
-from wificnc.protocol.states import Input
+from generate.states_table import Input
 from wificnc.wmc3.layout import (
     Ack,
     Authenticate,

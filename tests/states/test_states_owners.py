@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import pytest
 from remote_host import RemoteHosts
 from state_machine import LINES, SETTLED_S
-from wificnc.protocol.states import load_states
+from generate.states_table import load_states
 
 INPUTS = load_states().inputs
 HELD = "[MSG:Sender lost: feed hold]"

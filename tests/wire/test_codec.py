@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from wificnc.protocol.nvs import load_nvs
 from wificnc.protocol.table import load_settings, tomllib
-from wificnc.protocol.wire_table import parse_wire
+from generate.wire_table import parse_wire
 from wificnc.wmc3.keys import KEYS
 from wificnc.wmc3.layout import PACKETS, Header, Motion, Segment, Type
 from wificnc.wmc3.packet import HEADER_SIZE, build, crc16, parse

@@ -10,7 +10,7 @@ from typing import Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from wificnc.generated import ROOT
+from wificnc.checked.paths import ROOT
 
 if sys.version_info >= (3, 11):
     import tomllib
