@@ -12,7 +12,7 @@
 #include <string.h>
 #include <strings.h>
 
-enum { TEXT_MOST = 1536 }; /* NET_HTTP_HEAD */
+enum { TEXT_MOST = 1536 }; /* NET_HTTP_HEAD of the smallest target */
 
 /* One parse, in memory of exactly the request's size. */
 struct parsed {

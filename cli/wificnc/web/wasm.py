@@ -18,7 +18,7 @@ from wificnc.errors import BuildError
 
 OUTPUT = "build/wasm/core.wasm"
 GLUE = "web/wasm/preflight.c"
-SERVING = ("serve", "net_", "main", "host_wire")  # sources of targets/pc that are not for a browser
+SERVING = ("serve", "page", "net_", "main", "host_wire")  # sources of targets/pc that are not for a browser
 FLAGS = (
     "--target=wasm32-wasi",
     "-Os",
