@@ -161,7 +161,7 @@ def test_variants_live_apart(tree: Path) -> None:
 
 
 def test_unknown_variant(tree: Path) -> None:
-    with pytest.raises(BuildError, match="no variant 'fast'"):
+    with pytest.raises(BuildError, match="unknown variant 'fast'"):
         build(tree, "fast")
 
 
