@@ -17,7 +17,7 @@ void lines_init(struct lines *lines, const struct pin_map *map, const struct nvs
 
 static bool can(void *ctx, uint8_t pin, bool output) {
     const struct lines *lines = ctx;
-    return pin != GPIO_NONE && pin_map_is_free(pin, output) && pin != pin_map_find(lines->map, "led")->gpio;
+    return pin != GPIO_NONE && pin_map_is_free(pin, output) && pin != lines->map->wire[SIGNAL_LED].gpio;
 }
 
 static bool is_same(const struct channels_wiring *one, const struct channels_wiring *other, unsigned n) {

@@ -24,7 +24,7 @@ static void make_output(uint8_t gpio, bool level) {
 }
 
 void outputs_make_safe(const struct pin_map *map) {
-    for (const struct pin_wire *wire = map->wire; wire < map->wire + map->count; wire++)
+    for (const struct pin_wire *wire = map->wire; wire < map->wire + SIGNAL_COUNT; wire++)
         if (wire->output && wire->gpio != GPIO_NONE)
             make_output(wire->gpio, !wire->active_high);
 }

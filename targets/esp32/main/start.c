@@ -60,7 +60,7 @@ static void note_complaint(void *ctx, const char *text) {
 }
 
 static void start_led(const struct pin_map *pins) {
-    (void)led_driver_init(pin_map_find(pins, "led"));
+    (void)led_driver_init(&pins->wire[SIGNAL_LED]);
 }
 
 void firmware_start_pins(struct firmware *firmware, struct complaints *complaints) {
