@@ -6,7 +6,9 @@
 
 #include "base/axis.h"
 #include "gcode/gcode.h" // DIGITAL_INPUT_COUNT
+#include "hal/compiler.h"
 #include "hal/hal.h"
+#include "step_pins.h" // NO_PIN
 
 #include <stdbool.h>
 #include <stdint.h>
@@ -44,7 +46,7 @@ struct output_wire {
 };
 
 /** Levels of inputs, bit n = input n. No board with a chip has a second motor on an axis. */
-static inline struct hal_switches switches_of(uint32_t levels) {
+static HAL_INLINE struct hal_switches switches_of(uint32_t levels) {
     return (struct hal_switches){
         .limit_min = (axis_mask_t)(levels >> INPUT_LIMIT_MIN & INPUT_AXES),
         .limit_max = (axis_mask_t)(levels >> INPUT_LIMIT_MAX & INPUT_AXES),

@@ -9,7 +9,7 @@
 #include "app/follow.h"
 #include "app/io_module.h"
 #include "app/services.h"
-#include "hal/esp32_hal.h"
+#include "hal/chip_hal.h"
 #include "io/lines.h"
 #include "machine/parts.h"
 #include "net/access.h"

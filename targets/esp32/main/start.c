@@ -84,11 +84,11 @@ static void start_encoder(struct firmware *firmware) {
     struct encoder_wire wire[ENCODER_LINES];
     struct hal *hal = &firmware->hal;
     board_encoder(&firmware->pins, wire);
-    if (wire[ENCODER_A].gpio == GPIO_NONE || wire[ENCODER_B].gpio == GPIO_NONE)
+    if (wire[ENCODER_A].gpio == NO_PIN || wire[ENCODER_B].gpio == NO_PIN)
         return;
     if (!encoder_init(&hal->encoder, wire))
         firmware_tell(firmware, "Cannot start the spindle encoder");
-    else if (wire[ENCODER_INDEX].gpio != GPIO_NONE)
+    else if (wire[ENCODER_INDEX].gpio != NO_PIN)
         inputs_add_index(&hal->inputs, &hal->encoder, &wire[ENCODER_INDEX]);
 }
 
