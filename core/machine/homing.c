@@ -106,6 +106,7 @@ static void move_steps(struct machine *machine, const int32_t steps[AXIS_COUNT])
 static void begin_step(struct machine *machine, uint8_t step) {
     int32_t steps[AXIS_COUNT];
     machine->homing.step = step;
+    task_note_further(&machine->task);
     switch (step) {
     case SEEK:
     case APPROACH:
