@@ -1,4 +1,4 @@
-"""A Grbl controller in virtual time with a machine behind it. Talks to targets/host/{host,virtual}.h through ctypes."""
+"""A Grbl controller in virtual time with a machine behind it: ctypes on targets/pc/host.h, targets/sim/virtual.h."""
 
 from __future__ import annotations
 

@@ -48,7 +48,7 @@ def test_reading_is_free(tmp_path: Path, line: str) -> None:
 
 def test_nobody_outside_sees_the_parts(tmp_path: Path) -> None:
     write(tmp_path, "core/session/other.c", '#include "machine/parts.h"\n')
-    write(tmp_path, "targets/host/monitor.c", '#include "machine/parts.h"\n')
+    write(tmp_path, "targets/sim/monitor.c", '#include "machine/parts.h"\n')
     assert [problem.path.as_posix() for problem in check_owners(tmp_path)] == ["core/session/other.c"]
 
 

@@ -13,9 +13,12 @@ from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
+from wificnc.build.host import FOLDERS as HOST_FOLDERS
+from wificnc.build.host import WARNINGS
+
 from lint.problem import Problem, source_files
 
-INCLUDE_PATHS = ("core", "targets/common", "targets/host", "linuxcnc")
+INCLUDE_PATHS = (*HOST_FOLDERS, "linuxcnc")
 CPPCHECK = (
     "--enable=warning,style,performance,portability",
     "--std=c11",
@@ -61,8 +64,6 @@ def check_cppcheck(root: Path) -> list[Problem]:
 
 def check_compilers(root: Path) -> list[Problem]:
     """Every C file through every compiler of this machine, with all warnings as errors."""
-    from wificnc.build.host import WARNINGS
-
     sources = [str(path) for path in source_files(root, ".c") if str(path).startswith(COMPILED)]
     sources = [path for path in sources if path != HAL_PROGRAM]
     flags = ["-std=c11", "-D_POSIX_C_SOURCE=200809L", *WARNINGS, "-Werror", *(f"-I{path}" for path in INCLUDE_PATHS)]

@@ -1,4 +1,4 @@
-"""The host controller: core, targets/common and targets/host compiled into one shared library.
+"""The host controller: the core, its simulator and its servers (FOLDERS) compiled into one shared library.
 
 A build looks at what changed (compiler, flags, sources, every header a source includes) and compiles just that, on all
 processors. With nothing to do it costs a few milliseconds, so callers may ask for the library whenever they need it.
@@ -23,7 +23,7 @@ from wificnc.build.lock import build_lock
 from wificnc.build.objects import Unit, compile_stale, failure, is_older
 from wificnc.errors import BuildError
 
-FOLDERS = ("core", "targets/common", "targets/host")  # sources, and where headers are looked for
+FOLDERS = ("core", "targets/net", "targets/pc", "targets/sim")  # sources, and where headers are looked for
 
 # psabi: motion/vec.h passes vectors only to functions that are inlined
 WARNINGS = ("-Wall", "-Wextra", "-Wconversion", "-Wshadow", "-Wno-psabi")

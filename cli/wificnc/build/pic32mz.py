@@ -23,7 +23,7 @@ from wificnc.build.objects import Unit, compile_stale, failure, is_older
 from wificnc.chip.image import elf_symbols, read_elf, write_hex
 
 FOLDERS = ("core", "targets/pic32mz")  # sources
-HEADERS = (*FOLDERS, "targets/common")  # of the last one nothing is compiled: it needs sockets
+HEADERS = (*FOLDERS, "targets/net")  # of the last one nothing is compiled: it needs sockets
 LINKER_SCRIPT = Path("targets/pic32mz/chip/pic32mz.ld")
 PREFIX_MAP = "-ffile-prefix-map={root}=."  # debug information is the same wherever the repository lies
 FAST = ("core/step/isr", "core/step/position", "targets/pic32mz/hal/", "targets/pic32mz/chip/")
