@@ -254,7 +254,7 @@ static void turn_spindle(struct machine *machine, bool back) {
 /* A tap: in, back out beyond the start, and the spindle turns as before. */
 static void tap(struct machine *machine, uint32_t now_us) {
     struct emit *emit = &machine->drive.motion.emit;
-    struct machine_thread *thread = &machine->thread;
+    const struct machine_thread *thread = &machine->thread;
     double line_mm = gear_line_mm(&emit->gear, &emit->spindle, now_us);
     float rev_s = spindle_rev_s(&emit->spindle, now_us) * (float)emit->gear.path.sense;
     if (thread->step == THREAD_PASSING && line_mm >= (double)emit->gear.path.way_mm) {
