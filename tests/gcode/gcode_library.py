@@ -17,7 +17,7 @@ FLAGS = ["-std=c11", "-O2", "-g", "-fPIC", "-shared", "-ffp-contract=off", "-Ico
 WARNINGS = ["-Wall", "-Wextra", "-Wconversion", "-Wshadow", "-Werror"]
 SOURCES = (
     "core/link/line_reader.c",
-    *(f"targets/sim/{name}.c" for name in ("knowledge", "oword", "program", "program_text")),
+    *(f"targets/sim/{name}.c" for name in ("knowledge", "oword", "program", "program_text", "status_text")),
     "core/base/power.c",
     "core/base/trig.c",
     "tests/gcode/sizes.c",
