@@ -13,7 +13,7 @@
 #include "freertos/task.h"
 
 static RTC_NOINIT_ATTR struct boot_guard guard; /* a reset keeps it */
-static struct firmware firmware = {.guard = &guard};
+static struct firmware firmware; /* without initial values: they would be as large in the image */
 
 static enum boot_cause cause_of_start(void) {
     switch (esp_reset_reason()) {
@@ -36,6 +36,7 @@ void app_main(void) {
     static const struct net_hub_sizes sizes = {
         .clients = NET_CLIENTS, .in = 2048, .out = 16384, .left = 2048};
     struct complaints complaints = {.text = ""};
+    firmware.guard = &guard;
     enum nvs_start kept = nvs_flash_ops_open(&firmware.store);
     firmware.safe_mode = boot_guard_begin(&guard, cause_of_start());
     controller_init(&firmware.controller, &firmware.machine, &sizes);
