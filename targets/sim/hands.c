@@ -1,14 +1,14 @@
 /* SPDX-License-Identifier: MIT */
 #include "hands.h"
 
-#include "host.h"
+#include "host_inner.h"
 #include "virtual.h"
 
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-enum { WORDS_MAX = 2 + AXIS_COUNT, SOFT_RESET = 0x18 };
+enum { WORDS_MAX = 2 + AXIS_COUNT, SOFT_RESET = 0x18, PRESSES_A_SECOND = 10 };
 
 static const char axis_names[] = "xyzabc";
 
@@ -214,11 +214,14 @@ const char *hands_read(const struct host *host, const char *line, struct hands_a
     return read_input(host, &words, action);
 }
 
-/* The controller sees the button down before it is up again. */
+/* However seldom the controller looks, it sees the button down before it is up again. */
 static void press(struct host *host, int input) {
+    const uint64_t up_ticks = host_time_ticks(host) + host->hal.timer_hz / PRESSES_A_SECOND;
+    virtual_set(host, input, false); /* a press that is not over yet */
     virtual_set(host, input, true);
     host_run_paced(host, host_time_ticks(host), 1);
-    virtual_set(host, input, false);
+    if (!virtual_at(host, up_ticks, input, false))
+        virtual_set(host, input, false);
 }
 
 void hands_do(struct host *host, const struct hands_action *action) {

@@ -131,7 +131,7 @@ class Grbl:
         axes: int = 3,
         store: Path | None = None,
         ganged: int = 0,
-        lacks: int = 0,  # BOARD_OUTPUT_ bits of core/machine/machine.h
+        lacks: int = 0,  # BOARD_OUTPUT_ bits of core/machine/board.h
         ports: bool = True,  # four inputs, and analog ones
         motors_wake_us: int = 0,
         encoder: bool = False,

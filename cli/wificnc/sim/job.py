@@ -54,7 +54,7 @@ class Timing:
     max_step_rate_hz: int
     axis_count: int
     ganged: int = 0  # axes with a second motor, bit 0 = X
-    missing_outputs: int = 0  # BOARD_OUTPUT_ bits of core/machine/machine.h
+    missing_outputs: int = 0  # BOARD_OUTPUT_ bits of core/machine/board.h
     digital_inputs: int = 0  # of M66
     analog: bool = False  # inputs and outputs of M66 .. M68
     motors_wake_us: int = 0  # from powered to the first step
