@@ -9,10 +9,9 @@
 #include <string.h>
 #include <unistd.h>
 
-/* A place whose other end does not get on for so long is given to others: before it has asked, and while it
- * is answered. Poor WiFi repeats a lost packet after several seconds, and half a file is of no use. */
-#define SILENT_US 5000000u
-#define SLOW_US   30000000u
+/* An answer whose other end takes nothing for so long ends. Poor WiFi repeats a lost packet after several
+ * seconds, and half a file is of no use. */
+#define SLOW_US 30000000u
 
 static const char about_path[] = "/api/controller";
 static const char discover_path[] = "/api/discover";
@@ -262,7 +261,8 @@ bool net_http_poll(struct net_http *http, uint32_t now_us) {
             place->waits = false;
         if (place->stream.ops != NULL && place->answers)
             any |= send_answer(place, http->site, now_us);
-        if (place->stream.ops != NULL && now_us - place->heard_us >= (place->answers ? SLOW_US : SILENT_US))
+        if (place->stream.ops != NULL &&
+            now_us - place->heard_us >= (place->answers ? SLOW_US : http->site->silent_us))
             end(place);
     }
     return any;

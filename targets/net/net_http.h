@@ -55,6 +55,9 @@ struct net_http_site {
      * server does not look for them. @return false: not yet */
     bool (*discover)(void *ctx, struct net_http_late *out);
     void *ctx;
+    /** A connection that asks nothing for so long is closed. A browser that uses one at that moment reports
+     * an error: where places are not scarce, longer than browsers keep one for later (Chromium: 10 s) */
+    uint32_t silent_us;
 };
 
 struct net_http_place {

@@ -16,6 +16,8 @@
 /* More than a controller has places for: who comes too late is told so by the controller. */
 enum { LINKS = 2 * NET_CLIENTS, PIECE = 4096 };
 
+#define SILENT_US 60000000u /* longer than browsers keep a connection for later */
+
 enum { LOOK_MS = 1000 }; /* browsers that do not get on are noticed by net_http_poll() */
 
 enum {
@@ -202,7 +204,8 @@ struct page *page_create(const char *name, const char *about, page_find *find) {
     struct page *page = calloc(1, sizeof *page);
     if (page == NULL)
         return NULL;
-    page->site = (struct net_http_site){.name = name, .about = about, .find = find_file, .ctx = page};
+    page->site = (struct net_http_site){
+        .name = name, .about = about, .find = find_file, .ctx = page, .silent_us = SILENT_US};
     page->find = find;
     page->http.listener = page->wake[0] = page->wake[1] = -1;
     return page;

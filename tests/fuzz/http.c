@@ -193,7 +193,8 @@ static void serve(const char *text, size_t cut, bool has_table) {
         {.path = "/index.html", .type = "text/html", .tag = "1", .packed = {packed, sizeof packed - 1}}};
     static const struct net_stream_ops ops = {
         .read = browser_read, .write = browser_write, .close = browser_close};
-    struct net_http_site site = {.name = "wificnc", .about = "{}", .connect = take_stream};
+    struct net_http_site site = {
+        .name = "wificnc", .about = "{}", .connect = take_stream, .silent_us = 5000000};
     struct net_http http = {.site = &site, .listener = open("/dev/null", O_RDONLY)};
     if (has_table) {
         site.files = files;

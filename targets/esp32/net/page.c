@@ -19,6 +19,8 @@
 #define ABOUT                                                                                                \
     "{\"name\": \"%s\", \"version\": \"" VERSION_TEXT "\", \"board\": \"" BOARD_ID "\", \"axes\": %u}"
 
+#define SILENT_US 5000000u /* a silent connection holds one of four places */
+
 PAGE_FILES(EMBED)
 
 static const struct net_http_file files[PAGE_FILE_COUNT + 1] = {PAGE_FILES(ROW){0}};
@@ -32,7 +34,7 @@ static void connect(void *ctx, const struct net_stream *stream, const char *who)
 bool page_start(struct net_hub *hub, const char *host, const char *name, const char *port, int *error) {
     static char about[sizeof ABOUT + NETWORK_NAME_SIZE];
     static struct net_http_site site = {
-        .files = files, .count = PAGE_FILE_COUNT, .about = about, .connect = connect};
+        .files = files, .count = PAGE_FILE_COUNT, .about = about, .connect = connect, .silent_us = SILENT_US};
     snprintf(about, sizeof about, ABOUT, name, (unsigned)BOARD_AXIS_COUNT);
     site.name = name;
     site.ctx = hub;
