@@ -9,12 +9,12 @@
 #include <string.h>
 #include <unistd.h>
 
-/* A place whose other end does not get on for so long is given to others: before it has asked, and while it
- * is answered. Poor WiFi repeats a lost packet after several seconds, and half a file is of no use. */
-#define SILENT_US 5000000u
-#define SLOW_US   30000000u
+/* An answer whose other end takes nothing for so long ends. Poor WiFi repeats a lost packet after several
+ * seconds, and half a file is of no use. */
+#define SLOW_US 30000000u
 
 static const char about_path[] = "/api/controller";
+static const char discover_path[] = "/api/discover";
 static const char stream_path[] = "/grbl";
 static const char no_page[] = "This firmware does not include the web page. The Grbl stream is at port 23.\n";
 
@@ -33,7 +33,7 @@ static void answer(struct net_http_place *place, const char *status, const char 
     place->sent = 0;
     place->answers = true;
     place->body = body;
-    place->body_left = size;
+    place->body_left = place->head_only ? 0 : size;
 }
 
 /* @param more  as of answer() @param body  outlives the answer */
@@ -41,29 +41,54 @@ static void refuse(struct net_http_place *place, const char *status, const char 
     answer(place, status, "text/plain; charset=utf-8", more, body, strlen(body));
 }
 
-static void answer_file(struct net_http_place *place, const struct net_http_file *file,
-                        const char *known_tags) {
-    char more[160], tag[40];
-    snprintf(tag, sizeof tag, "\"%s\"", file->tag);
-    bool known = strstr(known_tags, tag) != NULL;
-    snprintf(more, sizeof more,
-             "ETag: %s\r\nContent-Encoding: gzip\r\nVary: Accept-Encoding\r\nCache-Control: %s\r\n", tag,
+/* A body that is to be sent after its owner is gone. @return NULL: memory is short */
+static const char *keep(struct net_http_place *place, const void *body, size_t size) {
+    place->own = malloc(size + 1);
+    if (place->own != NULL)
+        memcpy(place->own, body, size);
+    return place->own;
+}
+
+static void answer_no_memory(struct net_http_place *place) {
+    refuse(place, "503 Service Unavailable", "", "Out of memory.\n");
+}
+
+/* Each copy has its own tag: a cache may not mistake one for the other (RFC 9110, 8.8.3). */
+static void answer_file(struct net_http_place *place, const struct net_http_file *file, bool keeps,
+                        const struct net_http_request *request) {
+    bool packs = request->takes_gzip && file->packed.bytes != NULL;
+    const struct net_http_copy *copy = packs ? &file->packed : &file->plain;
+    const char *body = keeps ? (const char *)copy->bytes : keep(place, copy->bytes, copy->size);
+    char more[160], tag[48];
+    if (body == NULL) {
+        answer_no_memory(place);
+        return;
+    }
+    snprintf(tag, sizeof tag, "\"%s%s\"", file->tag, packs ? "" : "-plain");
+    bool known = strstr(request->tag, tag) != NULL;
+    snprintf(more, sizeof more, "ETag: %s\r\n%sVary: Accept-Encoding\r\nCache-Control: %s\r\n", tag,
+             packs ? "Content-Encoding: gzip\r\n" : "",
              file->forever ? "max-age=31536000, immutable" : "no-cache");
-    answer(place, known ? "304 Not Modified" : "200 OK", file->type, more, (const char *)file->bytes,
-           file->size);
+    answer(place, known ? "304 Not Modified" : "200 OK", file->type, more, body, copy->size);
     if (known)
         place->body_left = 0;
 }
 
-/* The JSON stands in the place's own buffer, behind the head. */
-static void answer_about(struct net_http_place *place, const struct net_http_site *site) {
-    char about[NET_HTTP_ABOUT];
-    int size = snprintf(about, sizeof about,
-                        "{\"name\": \"%s\", \"version\": \"%s\", \"board\": \"%s\", \"axes\": %u}",
-                        site->name, site->version, site->board, site->axes);
-    answer(place, "200 OK", "application/json", "Cache-Control: no-store\r\n", NULL, (size_t)size);
-    memcpy(place->head + place->count, about, (size_t)size);
-    place->body = place->head + place->count;
+static void answer_about(struct net_http_place *place, const char *about) {
+    answer(place, "200 OK", "application/json", "Cache-Control: no-store\r\n", about, strlen(about));
+}
+
+/* @return false: it has not come yet */
+static bool answer_late(struct net_http_place *place, const struct net_http_site *site) {
+    struct net_http_late late;
+    if (!site->discover(site->ctx, &late))
+        return false;
+    const char *body = keep(place, late.body, strlen(late.body));
+    if (body == NULL)
+        answer_no_memory(place);
+    else
+        answer(place, late.status, late.type, "Cache-Control: no-store\r\n", body, strlen(late.body));
+    return true;
 }
 
 static void answer_upgrade(struct net_http_place *place, const struct net_http_request *request) {
@@ -87,24 +112,28 @@ static void answer_stream(struct net_http_place *place, const struct net_http_re
         answer_upgrade(place, request);
 }
 
-static const struct net_http_file *find_file(const struct net_http_site *site, const char *path) {
-    for (size_t i = 0; i < site->count; i++)
-        if (strcmp(site->files[i].path, strcmp(path, "/") == 0 ? "/index.html" : path) == 0)
-            return &site->files[i];
-    return NULL;
+static bool find_file(const struct net_http_site *site, const char *path, struct net_http_file *out) {
+    if (site->find != NULL)
+        return site->find(site->ctx, path, out);
+    for (size_t i = 0; i < site->count; i++) {
+        *out = site->files[i];
+        if (strcmp(out->path, strcmp(path, "/") == 0 ? "/index.html" : path) == 0)
+            return true;
+    }
+    return false;
 }
 
 static void answer_page(struct net_http_place *place, const struct net_http_site *site,
                         const struct net_http_request *request) {
-    const struct net_http_file *file = find_file(site, request->path);
-    if (site->count == 0)
+    struct net_http_file file;
+    if (site->count == 0 && site->find == NULL)
         refuse(place, "404 Not Found", "", no_page);
-    else if (file == NULL)
+    else if (!find_file(site, request->path, &file))
         refuse(place, "404 Not Found", "", "File not found.\n");
-    else if (!request->takes_gzip)
+    else if (!request->takes_gzip && file.plain.bytes == NULL)
         refuse(place, "406 Not Acceptable", "", "This page is available in gzip encoding only.\n");
     else
-        answer_file(place, file, request->tag);
+        answer_file(place, &file, site->find == NULL, request);
 }
 
 static void answer_request(struct net_http_place *place, const struct net_http_site *site) {
@@ -119,17 +148,17 @@ static void answer_request(struct net_http_place *place, const struct net_http_s
     case NET_HTTP_GOOD:
         break;
     }
-    bool head_only = request.head_only;
+    place->head_only = request.head_only;
     if (!net_http_host_is_ours(request.host, site->name))
         refuse(place, "421 Misdirected Request", "", "Unknown host name: use the controller's address.\n");
-    else if (strcmp(request.path, stream_path) == 0)
+    else if (site->connect != NULL && strcmp(request.path, stream_path) == 0)
         answer_stream(place, &request);
-    else if (strcmp(request.path, about_path) == 0)
-        answer_about(place, site);
+    else if (site->about != NULL && strcmp(request.path, about_path) == 0)
+        answer_about(place, site->about);
+    else if (site->discover != NULL && strcmp(request.path, discover_path) == 0)
+        place->waits = true;
     else
         answer_page(place, site, &request);
-    if (head_only)
-        place->body_left = 0;
 }
 
 /* ---- connections ---- */
@@ -138,6 +167,7 @@ static void end(struct net_http_place *place) {
     if (place->stream.ops != NULL)
         place->stream.ops->close(&place->stream);
     free(place->head);
+    free(place->own);
     *place = (struct net_http_place){0};
 }
 
@@ -213,8 +243,7 @@ static void let_in(struct net_http *http, uint32_t now_us) {
 }
 
 bool net_http_open(struct net_http *http, const struct net_http_site *site, const char *host,
-                   const char *port, int *error) {
-    char address[NET_ADDRESS_SIZE];
+                   const char *port, char address[NET_ADDRESS_SIZE], int *error) {
     *http = (struct net_http){.site = site};
     http->listener = net_tcp_listen(host, port, address, error);
     return http->listener >= 0;
@@ -226,11 +255,14 @@ bool net_http_poll(struct net_http *http, uint32_t now_us) {
         return false;
     let_in(http, now_us);
     for (struct net_http_place *place = http->place; place < http->place + NET_HTTP_PLACES; place++) {
-        if (place->stream.ops != NULL && !place->answers)
+        if (place->stream.ops != NULL && !place->answers && !place->waits)
             read_request(place, http->site);
+        if (place->waits && answer_late(place, http->site))
+            place->waits = false;
         if (place->stream.ops != NULL && place->answers)
             any |= send_answer(place, http->site, now_us);
-        if (place->stream.ops != NULL && now_us - place->heard_us >= (place->answers ? SLOW_US : SILENT_US))
+        if (place->stream.ops != NULL &&
+            now_us - place->heard_us >= (place->answers ? SLOW_US : http->site->silent_us))
             end(place);
     }
     return any;

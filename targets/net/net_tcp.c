@@ -121,22 +121,27 @@ static void stream_close(const struct net_stream *stream) {
     close(stream->fd);
 }
 
-bool net_tcp_accept(int listener, struct net_stream *stream, char name[NET_ADDRESS_SIZE]) {
+bool net_tcp_stream(int fd, struct net_stream *stream) {
     static const struct net_stream_ops ops = {
         .read = stream_read, .write = stream_write, .close = stream_close};
     const int on = 1;
-    struct sockaddr_storage from;
-    socklen_t size = sizeof from;
-    int fd = accept(listener, (struct sockaddr *)&from, &size);
-    if (fd < 0)
-        return false;
     if (!make_nonblocking(fd)) {
         close(fd);
         return false;
     }
     setsockopt(fd, IPPROTO_TCP, TCP_NODELAY, &on, sizeof on); /* an ok waits for nobody */
+    *stream = (struct net_stream){.ops = &ops, .fd = fd, .telnet = true};
+    return true;
+}
+
+bool net_tcp_accept(int listener, struct net_stream *stream, char name[NET_ADDRESS_SIZE]) {
+    struct sockaddr_storage from;
+    socklen_t size = sizeof from;
+    int fd = accept(listener, (struct sockaddr *)&from, &size);
+    if (fd < 0 || !net_tcp_stream(fd, stream))
+        return false;
     address_text(&from, name);
-    *stream = (struct net_stream){.ops = &ops, .fd = fd, .peer = peer_of(&from), .telnet = true};
+    stream->peer = peer_of(&from);
     return true;
 }
 

@@ -19,6 +19,9 @@ int net_tcp_listen(const char *host, const char *port, char address[NET_ADDRESS_
  *  @return true and a stream, or false: none, or it was gone again */
 bool net_tcp_accept(int listener, struct net_stream *stream, char name[NET_ADDRESS_SIZE]);
 
+/** A stream of a socket that is connected. @return false: it is closed now */
+bool net_tcp_stream(int fd, struct net_stream *stream);
+
 /** Ask a silent peer for a sign of life, so that one that has gone without a word is noticed: after some 4 s
  * reading its stream fails. Where the system cannot be told the times, it may take hours. */
 void net_tcp_keep_alive(const struct net_stream *stream);

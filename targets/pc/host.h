@@ -15,7 +15,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-/** In whose time the controller works (targets/net/task_periods.h). */
+/** In whose time the controller works (targets/chip/task_periods.h). */
 enum host_tasks_of {
     HOST_TASKS_FREE, /* everything is looked at all the time */
     HOST_TASKS_ESP32,

@@ -2,7 +2,7 @@
  * The tasks of a firmware in virtual time: when each of them looks, and when it is kept from that.
  *
  * A task that is due works until nothing is left to do, in no time, and then sleeps for its period. Boards
- * name the periods (targets/net/task_periods.h); without them (HOST_TASKS_FREE) everything looks all the
+ * name the periods (targets/chip/task_periods.h); without them (HOST_TASKS_FREE) everything looks all the
  * time. A stall keeps one side from looking while step interrupts, edges of inputs and time go on. */
 #ifndef WIFICNC_PC_TASKS_H
 #define WIFICNC_PC_TASKS_H

@@ -3,9 +3,9 @@
 
 #include "config.h"
 #include "gcode/formula.h"
-#include "gcode/knowledge.h"
-#include "gcode/program.h"
+#include "knowledge.h"
 #include "link/line_reader.h"
+#include "program.h"
 
 #include <stdbool.h>
 #include <stdlib.h>

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: MIT
  * A program with O words, expressions and parameters -> the plain lines that it executes, each with the
- * number of the line it came from. The core does it (gcode/program.h, gcode/formula.h); nothing moves.
+ * number of the line it came from: program.h reads, the core computes (gcode/formula.h); nothing moves.
  *
  * What a program reads of the machine (its position, offsets, modes, a probe's result) is not known here
- * unless it was set before (gcode/knowledge.h): then it is refused with STATUS_MACHINE_ONLY.
+ * unless it was set before (knowledge.h): then it is refused with STATUS_MACHINE_ONLY.
  *
  * Called from one thread; Python drives it through ctypes. */
 #ifndef WIFICNC_SIM_EXPAND_H

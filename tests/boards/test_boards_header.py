@@ -25,8 +25,8 @@ PROBE = """
 
 struct output { uint8_t pin; const char *signal; int active; };
 struct input { uint8_t pin; const char *signal; int active; int pull; };
-#define OUTPUT(pin, signal, active) {pin, signal, active},
-#define INPUT(pin, signal, active, pull) {pin, signal, active, pull},
+#define OUTPUT(pin, signal, active) {pin, #signal, active},
+#define INPUT(pin, signal, active, pull) {pin, #signal, active, pull},
 static const struct output outputs[] = {BOARD_OUTPUTS(OUTPUT)};
 static const struct input inputs[] = {BOARD_INPUTS(INPUT)};
 static const uint8_t step_pins[] = BOARD_STEP_PINS;
@@ -75,7 +75,7 @@ def test_header_compiles_and_says_what_the_board_says(board_id: str, tmp_path: P
     rows = [line.split() for line in output.splitlines()]
     numbers = {signal: board.pins.pin[pin].number for signal, pin in board.pin_names().items()}
     pulls = {"none": 0, "up": 1, "down": 2}
-    seen = {row[1]: row for row in rows if row[0] in ("out", "in")}
+    seen = {row[1].removeprefix("SIGNAL_").lower(): row for row in rows if row[0] in ("out", "in")}
     buses = {use.signal for use in board.uses() if use.signal.startswith(("eth_", "serial_"))}
     assert set(seen) == set(numbers) - buses
     for use in board.uses():
@@ -159,7 +159,10 @@ def test_home_switches_are_an_axis_mask_and_inputs(tmp_path: Path) -> None:
     header = pin_header_text(board)
     assert board.home_axes == 0b100010
     assert "BOARD_HOME_AXES            0x22u" in header
-    assert 'X(PIN_HOME_Y, "home_y", 1, PIN_PULL_UP)' in header and 'X(PIN_HOME_C, "home_c", 0, PIN_PULL_UP)' in header
+    assert (
+        "X(PIN_HOME_Y, SIGNAL_HOME_Y, 1, PIN_PULL_UP)" in header
+        and "X(PIN_HOME_C, SIGNAL_HOME_C, 0, PIN_PULL_UP)" in header
+    )
 
 
 def test_header_names_every_signal_a_board_can_wire() -> None:

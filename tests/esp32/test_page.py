@@ -21,7 +21,7 @@ from wificnc import __version__
 from wificnc.errors import UserError
 from wificnc.web.embed import EmbeddedFile, embedded_files
 
-PLACES, HEAD = 4, 1536  # net_http.h
+PLACES, HEAD = 32, 16384  # targets/pc/hal/net_sizes.h: the server runs on this computer
 CHUNKS = {
     "index.html": {
         "file": "assets/index-1.js",

@@ -13,12 +13,12 @@ from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
-from wificnc.build.host import FOLDERS as HOST_FOLDERS
-from wificnc.build.host import WARNINGS
+from wificnc.build.host import FOLDERS, HEADERS, WARNINGS
 
 from lint.problem import Problem, source_files
 
-INCLUDE_PATHS = (*HOST_FOLDERS, "linuxcnc")
+SOURCES = (*FOLDERS, "linuxcnc")
+INCLUDE_PATHS = (*HEADERS, "linuxcnc")
 CPPCHECK = (
     "--enable=warning,style,performance,portability",
     "--std=c11",
@@ -31,7 +31,7 @@ CPPCHECK = (
 )
 PYTHON = ("cli", "tools", "tests", "examples")
 HAL_PROGRAM = "linuxcnc/wificnc.c"  # needs LinuxCNC's headers: tests/linuxcnc builds it by halcompile, with warnings
-COMPILED = (*(f"{path}/" for path in INCLUDE_PATHS), "tools/bench/", "tools/mzsim/")
+COMPILED = (*(f"{path}/" for path in SOURCES), "tools/bench/", "tools/mzsim/")
 
 
 def check_ruff(root: Path) -> list[Problem]:
@@ -59,7 +59,7 @@ def check_clang_format(root: Path) -> list[Problem]:
 
 def check_cppcheck(root: Path) -> list[Problem]:
     paths = [f"-I{path}" for path in INCLUDE_PATHS]
-    return run_tool(root, [script("cppcheck"), *CPPCHECK, *paths, *present(root, INCLUDE_PATHS)])
+    return run_tool(root, [script("cppcheck"), *CPPCHECK, *paths, *present(root, SOURCES)])
 
 
 def check_compilers(root: Path) -> list[Problem]:

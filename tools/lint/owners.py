@@ -50,7 +50,7 @@ INSIDE = (
     "core/machine/",
     "targets/pc/",
     "targets/sim/",
-    "targets/esp32/main/main.c",
+    "targets/esp32/main/",
     "targets/pic32mz/app/main.c",
     "tests/",
 )

@@ -13,7 +13,7 @@ from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
-from wificnc.build.host import FOLDERS as HOST_FOLDERS
+from wificnc.build.host import HEADERS
 
 COMPILER, QEMU = "xtensa-lx106-elf-gcc", "qemu-system-xtensa"
 SPECS = Path("/usr/lib/xtensa-lx106-elf/picolibc.specs")
@@ -51,7 +51,7 @@ def controller_sources(root: Path) -> list[Path]:
 def build(root: Path, sources: Sequence[Path], output: Path) -> Path:
     """Compile and link for the emulator. Raises RuntimeError with what the compiler said."""
     output.mkdir(parents=True, exist_ok=True)
-    includes = [f"-I{root / folder}" for folder in HOST_FOLDERS]
+    includes = [f"-I{root / folder}" for folder in HEADERS]
     files = [*sources, HERE / "start.S", HERE / "syscalls.c", HERE / "softfloat.c"]
 
     def compile_one(source: Path) -> str:

@@ -65,6 +65,7 @@ def pin_header_text(board: Board) -> str:
         step_spread_ns=step_spread_ns(board),
         numbering=NUMBERING[board.target],
         groups=[[_pin(board, signal) for signal in group] for group in signal_groups()],
+        signals=[[_signal(signal) for signal in group] for group in signal_groups()],
         arrays=list(_arrays()),
         movable=list(_movable(board)),
         tables=_tables(board),
@@ -133,6 +134,10 @@ def _macro(signal: str) -> str:
     return f"PIN_{signal.upper()}"
 
 
+def _signal(signal: str) -> str:
+    return f"SIGNAL_{signal.upper()}"
+
+
 def _pin(board: Board, signal: str) -> Define:
     pin = board.pin_names().get(signal)
     return Define(_macro(signal), f"{board.pins.pin[pin].number}u" if pin else "PIN_NONE", pin)
@@ -179,7 +184,7 @@ def _tables(board: Board) -> list[PinTable]:
 
 
 def _output_row(use: Use) -> str:
-    return f"{_macro(use.signal)}, {_quoted(use.signal)}, {int(use.active == 'high')}"
+    return f"{_macro(use.signal)}, {_signal(use.signal)}, {int(use.active == 'high')}"
 
 
 def _input_row(use: Use) -> str:

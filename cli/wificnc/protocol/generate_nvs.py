@@ -21,7 +21,7 @@ GENERATED = f"""/* SPDX-License-Identifier: MIT
 """
 NAMES_HEAD = f"""{GENERATED} *
  * Keys of the non-volatile storage other than the settings; *_MIN and *_MAX are bytes of a text.
- * NVS_PINS: X(key, signal, the board's pin, 1 = output)
+ * NVS_PINS: X(key, signal, its name, the board's pin, 1 = output)
  * NVS_CHANNELS: X(key, index in struct channels_config, bits) */
 #ifndef WIFICNC_ESP32_NVS_NAMES_H
 #define WIFICNC_ESP32_NVS_NAMES_H
@@ -77,10 +77,7 @@ def names_text(table: NvsTable) -> str:
         for row in table.number
         if row not in table.channel
     ]
-    pins = [
-        f'    X("{row.key}", "{row.signal}", PIN_{row.signal.upper()}, {int(is_output(row.signal))})'
-        for row in table.pin
-    ]
+    pins = [_pin_row(row.key, row.signal) for row in table.pin]
     channels = [f'    X("{row.key}", CHANNELS_{row.name}, {row.bits})' for row in table.channel]
     return (
         NAMES_HEAD
@@ -92,6 +89,11 @@ def names_text(table: NvsTable) -> str:
         + _macro("NVS_CHANNELS", channels)
         + "/* clang-format on */\n\n#endif\n"
     )
+
+
+def _pin_row(key: str, signal: str) -> str:
+    name = signal.upper()
+    return f'    X("{key}", SIGNAL_{name}, "{signal}", PIN_{name}, {int(is_output(signal))})'
 
 
 def _macro(name: str, rows: list[str]) -> str:

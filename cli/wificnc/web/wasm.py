@@ -11,14 +11,14 @@ import sys
 from pathlib import Path
 
 from wificnc.build.checkout import checkout_root
-from wificnc.build.host import FOLDERS, WARNINGS
+from wificnc.build.host import HEADERS, WARNINGS
 from wificnc.build.lock import build_lock
 from wificnc.build.objects import Unit, compile_stale, failure, is_older
 from wificnc.errors import BuildError
 
 OUTPUT = "build/wasm/core.wasm"
 GLUE = "web/wasm/preflight.c"
-SERVING = ("serve", "net_", "main", "host_wire")  # sources of targets/pc that are not for a browser
+SERVING = ("serve", "page", "net_", "main", "host_wire")  # sources of targets/pc that are not for a browser
 FLAGS = (
     "--target=wasm32-wasi",
     "-Os",
@@ -43,7 +43,7 @@ def build_wasm(root: Path | None = None) -> Path:
         Unit(source, output.parent / "obj" / source.relative_to(root).with_suffix(".o")) for source in _sources(root)
     ]
     with build_lock(output.parent):
-        command = [*zig, *FLAGS, *(f"-I{root / folder}" for folder in FOLDERS)]
+        command = [*zig, *FLAGS, *(f"-I{root / folder}" for folder in HEADERS)]
         compile_stale(command, units, "zig")
         objects = [unit.object for unit in units]
         if is_older(output, objects):

@@ -5,82 +5,68 @@
 
 #include "pin_config.h"
 
-#include <stddef.h>
-#include <string.h>
-
-enum { NAME_SIZE = 16 };
-
-static const char *const misc_inputs[DIGITAL_INPUT_COUNT] = {
-    "misc_in_0", "misc_in_1", "misc_in_2", "misc_in_3", "misc_in_4", "misc_in_5", "misc_in_6", "misc_in_7"};
-
-/* "limit_" with axis 2 and "_min": "limit_z_min". */
-static const struct pin_wire *axis_wire(const struct pin_map *map, const char *kind, unsigned axis,
-                                        const char *end) {
-    char name[NAME_SIZE];
-    size_t length = strlen(kind);
-    memcpy(name, kind, length);
-    name[length++] = "xyzabc"[axis];
-    strcpy(name + length, end);
-    return pin_map_find(map, name);
-}
+_Static_assert((int)SIGNAL_STEP_C == (int)SIGNAL_STEP_X + AXIS_COUNT - 1,
+               "a signal of each kind for each axis");
+_Static_assert((int)SIGNAL_MISC_IN_7 == (int)SIGNAL_MISC_IN_0 + DIGITAL_INPUT_COUNT - 1,
+               "M66 reads them all");
 
 struct step_engine_board board_step_engine(const struct pin_map *map) {
     struct step_engine_board board = {
-        .probe_gpio = pin_map_find(map, "probe")->gpio,
+        .probe_gpio = map->wire[SIGNAL_PROBE].gpio,
         .timer_hz = BOARD_TIMER_HZ,
         .step_pulse_ns = BOARD_STEP_PULSE_NS,
         .dir_setup_ns = BOARD_DIR_SETUP_NS,
     };
     for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
-        board.step_gpio[ax] = axis_wire(map, "step_", ax, "")->gpio;
-        board.dir_gpio[ax] = axis_wire(map, "dir_", ax, "")->gpio;
+        board.step_gpio[ax] = map->wire[SIGNAL_STEP_X + ax].gpio;
+        board.dir_gpio[ax] = map->wire[SIGNAL_DIR_X + ax].gpio;
     }
     return board;
 }
 
 static struct input_wire input(const struct pin_wire *wire) {
-    return (struct input_wire){.gpio = wire->gpio, .active_high = wire->active_high, .pull = wire->pull};
+    return (struct input_wire){.pin = wire->gpio, .active_high = wire->active_high, .pull = wire->pull};
 }
 
 /* One line for both ends of an axis, or one for each. */
-static struct input_wire limit(const struct pin_map *map, unsigned axis, const char *end) {
-    const struct pin_wire *own = axis_wire(map, "limit_", axis, end);
-    return input(own->gpio != GPIO_NONE ? own : axis_wire(map, "limit_", axis, ""));
+static struct input_wire limit(const struct pin_map *map, unsigned both, unsigned end) {
+    return input(&map->wire[map->wire[end].gpio != NO_PIN ? end : both]);
 }
 
 void board_inputs(const struct pin_map *map, struct input_wire wire[INPUT_COUNT]) {
     for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
-        wire[INPUT_LIMIT_MIN + ax] = limit(map, ax, "_min");
-        wire[INPUT_LIMIT_MAX + ax] = limit(map, ax, "_max");
-        wire[INPUT_HOME + ax] = input(axis_wire(map, "home_", ax, ""));
+        wire[INPUT_LIMIT_MIN + ax] = limit(map, SIGNAL_LIMIT_X + ax, SIGNAL_LIMIT_X_MIN + ax);
+        wire[INPUT_LIMIT_MAX + ax] = limit(map, SIGNAL_LIMIT_X + ax, SIGNAL_LIMIT_X_MAX + ax);
+        wire[INPUT_HOME + ax] = input(&map->wire[SIGNAL_HOME_X + ax]);
     }
-    wire[INPUT_PROBE] = input(pin_map_find(map, "probe"));
-    wire[INPUT_ESTOP] = input(pin_map_find(map, "estop"));
+    wire[INPUT_PROBE] = input(&map->wire[SIGNAL_PROBE]);
+    wire[INPUT_ESTOP] = input(&map->wire[SIGNAL_ESTOP]);
     for (unsigned misc = 0; misc < DIGITAL_INPUT_COUNT; misc++)
-        wire[INPUT_MISC + misc] = input(pin_map_find(map, misc_inputs[misc]));
+        wire[INPUT_MISC + misc] = input(&map->wire[SIGNAL_MISC_IN_0 + misc]);
 }
 
 void board_outputs(const struct pin_map *map, struct output_wire wire[SWITCH_COUNT]) {
-    static const char *const signal[SWITCH_COUNT] = {
-        [SWITCH_ENABLE] = "enable",           [SWITCH_SPINDLE_ENABLE] = "spindle_enable",
-        [SWITCH_SPINDLE_DIR] = "spindle_dir", [SWITCH_SPINDLE_PWM] = "spindle_pwm",
-        [SWITCH_FLOOD] = "coolant_flood",     [SWITCH_MIST] = "coolant_mist",
-        [SWITCH_CHARGE_PUMP] = "charge_pump", [SWITCH_SERVO] = "servo",
-        [SWITCH_DIGITAL] = "misc_out_0",      [SWITCH_DIGITAL + 1] = "misc_out_1",
-        [SWITCH_DIGITAL + 2] = "misc_out_2",  [SWITCH_DIGITAL + 3] = "misc_out_3",
-        [SWITCH_LAST_DIGITAL] = "misc_out_4",
+    static const uint8_t signal[SWITCH_COUNT] = {
+        [SWITCH_ENABLE] = SIGNAL_ENABLE,           [SWITCH_SPINDLE_ENABLE] = SIGNAL_SPINDLE_ENABLE,
+        [SWITCH_SPINDLE_DIR] = SIGNAL_SPINDLE_DIR, [SWITCH_SPINDLE_PWM] = SIGNAL_SPINDLE_PWM,
+        [SWITCH_FLOOD] = SIGNAL_COOLANT_FLOOD,     [SWITCH_MIST] = SIGNAL_COOLANT_MIST,
+        [SWITCH_CHARGE_PUMP] = SIGNAL_CHARGE_PUMP, [SWITCH_SERVO] = SIGNAL_SERVO,
+        [SWITCH_DIGITAL] = SIGNAL_MISC_OUT_0,      [SWITCH_DIGITAL + 1] = SIGNAL_MISC_OUT_1,
+        [SWITCH_DIGITAL + 2] = SIGNAL_MISC_OUT_2,  [SWITCH_DIGITAL + 3] = SIGNAL_MISC_OUT_3,
+        [SWITCH_LAST_DIGITAL] = SIGNAL_MISC_OUT_4,
     };
     for (unsigned output = 0; output < SWITCH_COUNT; output++) {
-        const struct pin_wire *found = pin_map_find(map, signal[output]);
-        wire[output] = (struct output_wire){.gpio = found->gpio, .active_high = found->active_high};
+        const struct pin_wire *found = &map->wire[signal[output]];
+        wire[output] = (struct output_wire){.pin = found->gpio, .active_high = found->active_high};
     }
 }
 
 void board_encoder(const struct pin_map *map, struct encoder_wire wire[ENCODER_LINES]) {
-    static const char *const signal[ENCODER_LINES] = {
-        [ENCODER_A] = "encoder_a", [ENCODER_B] = "encoder_b", [ENCODER_INDEX] = "encoder_index"};
+    static const uint8_t signal[ENCODER_LINES] = {[ENCODER_A] = SIGNAL_ENCODER_A,
+                                                  [ENCODER_B] = SIGNAL_ENCODER_B,
+                                                  [ENCODER_INDEX] = SIGNAL_ENCODER_INDEX};
     for (unsigned n = 0; n < ENCODER_LINES; n++) {
-        const struct pin_wire *found = pin_map_find(map, signal[n]);
+        const struct pin_wire *found = &map->wire[signal[n]];
         wire[n] = (struct encoder_wire){
             .gpio = found->gpio, .active_high = found->active_high, .pull = found->pull};
     }
@@ -90,7 +76,7 @@ struct machine_board board_machine(const struct pin_map *map) {
     const uint8_t inputs =
         BOARD_MISC_IN_COUNT < DIGITAL_INPUT_COUNT ? BOARD_MISC_IN_COUNT : DIGITAL_INPUT_COUNT;
     return (struct machine_board){
-        .charge_pump_hz = pin_map_find(map, "charge_pump")->gpio != GPIO_NONE ? PUMP_HZ : 0,
+        .charge_pump_hz = map->wire[SIGNAL_CHARGE_PUMP].gpio != NO_PIN ? PUMP_HZ : 0,
         .outputs = wired_outputs(map),
         .digital_inputs = inputs,
         .digital_outputs = BOARD_MISC_OUT_COUNT,

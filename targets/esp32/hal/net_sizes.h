@@ -6,4 +6,7 @@
 
 enum { NET_CLIENTS = 6 };
 
+/** Connections of browsers, and bytes of a request's head: Chromium's has some 500. */
+enum { NET_HTTP_PLACES = 4, NET_HTTP_HEAD = 1536 };
+
 #endif

@@ -1,64 +1,60 @@
 /* SPDX-License-Identifier: MIT */
 #include "io/pin_map.h"
 
-#include "hal/step_pins.h"
-#include "pin_config.h"
+#include "step_pins.h"
 #include "store/nvs_names.h"
 
 #include <stdio.h>
 #include <string.h>
 
-_Static_assert((unsigned)GPIO_NONE == (unsigned)PIN_NONE, "no pin is the same number in both");
+_Static_assert((unsigned)NO_PIN == (unsigned)PIN_NONE, "no pin is the same number in both");
 
 /* A signal that can be moved. */
 struct row {
-    const char *key, *signal;
+    const char *key, *name;
+    enum board_signal signal;
     uint8_t board; /* the board's own pin */
     bool output;
 };
 
-#define MOVABLE(key, signal, pin, output) {key, signal, (uint8_t)(pin), output},
+#define MOVABLE(key, signal, name, pin, output) {key, name, signal, (uint8_t)(pin), output},
 static const struct row rows[] = {NVS_PINS(MOVABLE)};
 enum { ROWS = sizeof rows / sizeof rows[0] };
 
-#define OUTPUT_WIRE(pin, signal, level)      {signal, (uint8_t)(pin), true, level, PIN_PULL_NONE},
-#define INPUT_WIRE(pin, signal, level, pull) {signal, (uint8_t)(pin), false, level, pull},
-static const struct pin_wire wired[] = {BOARD_OUTPUTS(OUTPUT_WIRE) BOARD_INPUTS(INPUT_WIRE)};
-enum { WIRED = sizeof wired / sizeof wired[0] };
-_Static_assert((int)WIRED + (int)ROWS <= (int)PIN_MAP_SIZE, "every signal finds room");
+struct wired {
+    enum board_signal signal;
+    struct pin_wire wire;
+};
 
-static struct pin_wire *find(struct pin_map *map, const char *signal) {
-    for (size_t i = 0; i < map->count; i++)
-        if (strcmp(map->wire[i].signal, signal) == 0)
-            return &map->wire[i];
-    return NULL;
-}
+#define OUTPUT_WIRE(pin, signal, level)      {signal, {(uint8_t)(pin), true, level, PIN_PULL_NONE}},
+#define INPUT_WIRE(pin, signal, level, pull) {signal, {(uint8_t)(pin), false, level, pull}},
+static const struct wired wired[] = {BOARD_OUTPUTS(OUTPUT_WIRE) BOARD_INPUTS(INPUT_WIRE)};
 
 /* A signal that can be moved but that this board does not wire has the usual levels. */
 void pin_map_init(struct pin_map *map) {
-    memcpy(map->wire, wired, sizeof wired);
-    map->count = WIRED;
+    for (unsigned signal = 0; signal < SIGNAL_COUNT; signal++)
+        map->wire[signal] = (struct pin_wire){.gpio = NO_PIN};
     for (size_t i = 0; i < ROWS; i++)
-        if (find(map, rows[i].signal) == NULL)
-            map->wire[map->count++] = (struct pin_wire){.signal = rows[i].signal,
-                                                        .gpio = GPIO_NONE,
-                                                        .output = rows[i].output,
-                                                        .active_high = rows[i].output,
-                                                        .pull = rows[i].output ? PIN_PULL_NONE : PIN_PULL_UP};
+        map->wire[rows[i].signal] = (struct pin_wire){.gpio = NO_PIN,
+                                                      .output = rows[i].output,
+                                                      .active_high = rows[i].output,
+                                                      .pull = rows[i].output ? PIN_PULL_NONE : PIN_PULL_UP};
+    for (size_t i = 0; i < sizeof wired / sizeof wired[0]; i++)
+        map->wire[wired[i].signal] = wired[i].wire;
 }
 
 bool pin_map_is_free(uint8_t gpio, bool output) {
     static const uint8_t outputs[] = BOARD_FREE_OUTPUT_PINS, inputs[] = BOARD_FREE_INPUT_PINS;
     const uint8_t *pins = output ? outputs : inputs;
     size_t count = output ? sizeof outputs : sizeof inputs;
-    return gpio == GPIO_NONE || memchr(pins, gpio, count) != NULL;
+    return gpio == NO_PIN || memchr(pins, gpio, count) != NULL;
 }
 
 /* Another signal with the same pin. */
 static const struct pin_wire *rival(const struct pin_map *map, const struct pin_wire *wire) {
-    for (size_t i = 0; i < map->count; i++)
-        if (map->wire[i].gpio == wire->gpio && &map->wire[i] != wire && wire->gpio != GPIO_NONE)
-            return &map->wire[i];
+    for (unsigned signal = 0; signal < SIGNAL_COUNT; signal++)
+        if (map->wire[signal].gpio == wire->gpio && &map->wire[signal] != wire && wire->gpio != NO_PIN)
+            return &map->wire[signal];
     return NULL;
 }
 
@@ -66,7 +62,7 @@ static void refuse(struct pin_wire *wire, const struct row *row, const struct pi
                    const char *why) {
     char text[112];
     snprintf(text, sizeof text, "%s: GPIO%u cannot be %s: %s. The board's own pin is used", row->key,
-             (unsigned)wire->gpio, row->signal, why);
+             (unsigned)wire->gpio, row->name, why);
     moves->tell(moves->ctx, text);
     wire->gpio = row->board;
 }
@@ -76,7 +72,7 @@ static void refuse(struct pin_wire *wire, const struct row *row, const struct pi
 static unsigned settle(struct pin_map *map, const struct pin_moves *moves) {
     unsigned refused = 0;
     for (size_t i = 0; i < ROWS; i++) {
-        struct pin_wire *wire = find(map, rows[i].signal);
+        struct pin_wire *wire = &map->wire[rows[i].signal];
         if (wire->gpio != rows[i].board && rival(map, wire) != NULL) {
             refuse(wire, &rows[i], moves, "another signal uses it");
             refused++;
@@ -89,7 +85,7 @@ static unsigned settle(struct pin_map *map, const struct pin_moves *moves) {
 unsigned pin_map_move(struct pin_map *map, const struct pin_moves *moves) {
     unsigned refused = 0;
     for (size_t i = 0; i < ROWS; i++) {
-        struct pin_wire *wire = find(map, rows[i].signal);
+        struct pin_wire *wire = &map->wire[rows[i].signal];
         uint8_t gpio;
         if (!moves->read(moves->ctx, rows[i].key, &gpio) || gpio == wire->gpio)
             continue;
@@ -100,12 +96,4 @@ unsigned pin_map_move(struct pin_map *map, const struct pin_moves *moves) {
         }
     }
     return refused + settle(map, moves);
-}
-
-const struct pin_wire *pin_map_find(const struct pin_map *map, const char *signal) {
-    static const struct pin_wire none = {.signal = "", .gpio = GPIO_NONE};
-    for (size_t i = 0; i < map->count; i++)
-        if (strcmp(map->wire[i].signal, signal) == 0)
-            return &map->wire[i];
-    return &none;
 }

@@ -4,24 +4,22 @@
 #ifndef WIFICNC_ESP32_PIN_MAP_H
 #define WIFICNC_ESP32_PIN_MAP_H
 
+#include "pin_config.h"
+
 #include <stdbool.h>
-#include <stddef.h>
 #include <stdint.h>
 
-/** A signal and its pin. */
+/** The pin of a signal. */
 struct pin_wire {
-    const char *signal; /* as in boards/: "step_x" */
-    uint8_t gpio;       /* GPIO_NONE: not wired */
+    uint8_t gpio; /* NO_PIN: not wired */
     bool output;
     bool active_high; /* the level that switches on, or means triggered */
     uint8_t pull;     /* PIN_PULL_ of pin_config.h; inputs */
 };
 
-enum { PIN_MAP_SIZE = 56 };
-
+/** One wire for each signal: wire[SIGNAL_PROBE]; of a signal with an axis: wire[SIGNAL_STEP_X + axis]. */
 struct pin_map {
-    struct pin_wire wire[PIN_MAP_SIZE];
-    size_t count;
+    struct pin_wire wire[SIGNAL_COUNT];
 };
 
 /** What the storage holds, and where complaints go. */
@@ -41,10 +39,7 @@ void pin_map_init(struct pin_map *map);
 unsigned pin_map_move(struct pin_map *map, const struct pin_moves *moves);
 
 /** Whether signals may be moved to this pin, by the chip's pin table and what this board needs by itself;
- * GPIO_NONE: always. */
+ * NO_PIN: always. */
 bool pin_map_is_free(uint8_t gpio, bool output);
-
-/** @return the signal's wire; one with GPIO_NONE for a signal that is not wired */
-const struct pin_wire *pin_map_find(const struct pin_map *map, const char *signal);
 
 #endif

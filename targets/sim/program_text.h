@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: MIT
  * The lines of a program's text. [task] Private to core/gcode. */
-#ifndef WIFICNC_GCODE_PROGRAM_TEXT_H
-#define WIFICNC_GCODE_PROGRAM_TEXT_H
+#ifndef WIFICNC_SIM_PROGRAM_TEXT_H
+#define WIFICNC_SIM_PROGRAM_TEXT_H
 
-#include "gcode/program.h"
+#include "program.h"
 
 /** Read the line at program->next into program->text, filtered, and set program->next behind it and
  * program->line to its number. A line that begins with % is empty.

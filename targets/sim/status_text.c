@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-#include "gcode/status.h"
+#include "status_text.h"
 
 const char *status_text(enum status status) {
     switch (status) {

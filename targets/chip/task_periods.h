@@ -4,8 +4,8 @@
  *
  * Lateness is what tasks and interrupts of higher priority take at a time; where a data sheet does not say so
  * it is an estimate on the safe side. */
-#ifndef WIFICNC_NET_TASK_PERIODS_H
-#define WIFICNC_NET_TASK_PERIODS_H
+#ifndef WIFICNC_CHIP_TASK_PERIODS_H
+#define WIFICNC_CHIP_TASK_PERIODS_H
 
 /* ESP32, -S3: two FreeRTOS tasks that sleep to the next tick when there is nothing to do (sdkconfig.defaults:
  * CONFIG_FREERTOS_HZ). The motion task has a core of its own, and is also woken when the controller has done

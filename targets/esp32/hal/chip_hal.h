@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT
  * struct hal of the ESP32: step engine, inputs and outputs of the one machine of this chip. In internal RAM.
  */
-#ifndef WIFICNC_ESP32_HAL_H
-#define WIFICNC_ESP32_HAL_H
+#ifndef WIFICNC_CHIP_HAL_H
+#define WIFICNC_CHIP_HAL_H
 
 #include "hal/hal_step.h"
 #include "io/encoder.h"

@@ -1,19 +1,21 @@
 /* SPDX-License-Identifier: MIT */
-#include "hal/step_pins.h"
+#include "step_pins.h"
 
 static bool fits(const uint8_t pin[AXIS_COUNT]) {
     for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
-        if (pin[ax] != PIC_PIN_NONE && pin[ax] >= PORT_COUNT * PORT_WIDTH)
+        if (pin[ax] != NO_PIN && pin[ax] >= PIN_BANKS * PIN_BANK_WIDTH)
             return false;
     return true;
 }
 
-static struct port_bits bits_of(const uint8_t pin[AXIS_COUNT], unsigned axes) {
-    struct port_bits bits = {{0}};
-    for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
-        if ((axes >> ax & 1) != 0 && pin[ax] != PIC_PIN_NONE)
-            bits.port[pin[ax] / PORT_WIDTH] =
-                (uint16_t)(bits.port[pin[ax] / PORT_WIDTH] | 1u << pin[ax] % PORT_WIDTH);
+static struct pin_bits bits_of(const uint8_t pin[AXIS_COUNT], unsigned axes) {
+    struct pin_bits bits = {{0}};
+    for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
+        if ((axes >> ax & 1) == 0 || pin[ax] == NO_PIN)
+            continue;
+        pin_bank_t *bank = &bits.bank[pin[ax] / PIN_BANK_WIDTH];
+        *bank = (pin_bank_t)(*bank | (uint32_t)1 << pin[ax] % PIN_BANK_WIDTH);
+    }
     return bits;
 }
 

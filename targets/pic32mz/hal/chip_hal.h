@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT
  * struct hal of the PIC32MZ: step engine, inputs and outputs of the one machine of this chip. */
-#ifndef WIFICNC_PIC32MZ_HAL_H
-#define WIFICNC_PIC32MZ_HAL_H
+#ifndef WIFICNC_CHIP_HAL_H
+#define WIFICNC_CHIP_HAL_H
 
 #include "hal/hal_step.h"
 #include "io/inputs.h"

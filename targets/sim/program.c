@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: MIT
  * What is open (loops, ifs, calls) lies on two small stacks. What is not taken is skipped by reading on to
  * the O line with the same label, so that no table of jumps is needed, however long the file. */
-#include "gcode/program.h"
+#include "program.h"
 
 #include "gcode/block.h"
-#include "gcode/oword.h"
-#include "gcode/program_text.h"
+#include "oword.h"
+#include "program_text.h"
 
 #include <string.h>
 

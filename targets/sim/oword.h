@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: MIT
  * One O line, taken apart. [task] Pure. Private to core/gcode. */
-#ifndef WIFICNC_GCODE_OWORD_H
-#define WIFICNC_GCODE_OWORD_H
+#ifndef WIFICNC_SIM_OWORD_H
+#define WIFICNC_SIM_OWORD_H
 
-#include "gcode/program.h"
+#include "program.h"
 
 enum oword_kind {
     OWORD_NONE, /* the line has no O word, or but the number of the program */

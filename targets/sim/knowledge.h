@@ -4,8 +4,8 @@
  * At first nothing: modes, offsets and positions may be any. A line that sets a mode makes it known; one that
  * goes to an absolute place makes that axis' position in work coordinates known, until the offsets change
  * under it. What a probe finds never is. So a program may read what it has set itself, and nothing else. */
-#ifndef WIFICNC_GCODE_KNOWLEDGE_H
-#define WIFICNC_GCODE_KNOWLEDGE_H
+#ifndef WIFICNC_SIM_KNOWLEDGE_H
+#define WIFICNC_SIM_KNOWLEDGE_H
 
 #include "gcode/gcode.h"
 #include "gcode/readings.h"

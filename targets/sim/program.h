@@ -13,8 +13,8 @@
  *
  * Subroutines may stand before or behind their calls, not inside each other. A loop or an if and its end
  * stand in the same subroutine (or both in none). */
-#ifndef WIFICNC_GCODE_PROGRAM_H
-#define WIFICNC_GCODE_PROGRAM_H
+#ifndef WIFICNC_SIM_PROGRAM_H
+#define WIFICNC_SIM_PROGRAM_H
 
 #include "gcode/params.h"
 #include "gcode/readings.h"

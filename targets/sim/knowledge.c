@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-#include "gcode/knowledge.h"
+#include "knowledge.h"
 
 #include "gcode/block.h"
 

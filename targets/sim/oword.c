@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-#include "gcode/oword.h"
+#include "oword.h"
 
 #include "gcode/block.h"
 #include "gcode/expression.h"

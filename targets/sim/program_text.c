@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-#include "gcode/program_text.h"
+#include "program_text.h"
 
 /* What is left out at the moment; the rules of link/line_reader.c. */
 enum skipping { SKIP_NOTHING, SKIP_PARENTHESES, SKIP_REST };
