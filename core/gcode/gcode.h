@@ -140,6 +140,16 @@ struct gcode_ports {
     bool coolant_passes;           /* $91: they are taken all the same, and stay off */
 };
 
+/** The spindle can turn so: M3, M4, M5. */
+static inline bool gcode_can_turn(const struct gcode_ports *ports, enum gcode_spindle spindle) {
+    return spindle == SPINDLE_OFF || (!ports->no_spindle && !(ports->no_reverse && spindle == SPINDLE_CCW));
+}
+
+/** Some of this coolant has no output, and $91 does not let it pass. @param coolant  COOLANT_ bits */
+static inline bool gcode_lacks_coolant(const struct gcode_ports *ports, unsigned coolant) {
+    return !ports->coolant_passes && (coolant & ports->no_coolant) != 0;
+}
+
 /** All that can be: for who reads a program without its machine. */
 #define GCODE_PORTS_ALL                                                                                      \
     ((struct gcode_ports){.digital_out = OUTPUT_COUNT,                                                       \

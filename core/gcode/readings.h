@@ -7,7 +7,7 @@
 #include "gcode/gcode.h"
 #include "gcode/params.h"
 
-/** What may be unknown while a program runs without its machine (gcode/knowledge.h); bits. */
+/** What may be unknown while a program runs without its machine (targets/sim/knowledge.h); bits. */
 #define NEEDS_NOTHING         0u
 #define NEEDS_UNITS           (1u << 0)
 #define NEEDS_DISTANCE        (1u << 1)

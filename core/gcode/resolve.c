@@ -149,15 +149,14 @@ static void resolve_flow(struct resolver *r) {
 static enum status resolve_wiring(struct resolver *r) {
     const struct gcode_ports *ports = &r->state->ports;
     const uint8_t *value = r->block->value;
-    const bool turns = block_has_group(r->block, GROUP_SPINDLE) && value[GROUP_SPINDLE] != SPINDLE_OFF;
-
-    if (turns && (ports->no_spindle || (ports->no_reverse && value[GROUP_SPINDLE] == SPINDLE_CCW)))
+    if (block_has_group(r->block, GROUP_SPINDLE) &&
+        !gcode_can_turn(ports, (enum gcode_spindle)value[GROUP_SPINDLE]))
         return STATUS_NO_OUTPUT;
     if (!block_has_group(r->block, GROUP_COOLANT))
         return STATUS_OK;
     r->out->coolant_passed = value[GROUP_COOLANT] & ports->no_coolant;
     r->out->next.coolant &= (uint8_t)~ports->no_coolant;
-    return r->out->coolant_passed != 0 && !ports->coolant_passes ? STATUS_NO_OUTPUT : STATUS_OK;
+    return gcode_lacks_coolant(ports, value[GROUP_COOLANT]) ? STATUS_NO_OUTPUT : STATUS_OK;
 }
 
 static enum status resolve_any(const struct gcode_state *state, const struct gcode_block *block,

@@ -86,7 +86,4 @@ enum status {
 #undef X
 };
 
-/** Our words for an answer; "unknown status" for a number that is none. */
-const char *status_text(enum status status);
-
 #endif

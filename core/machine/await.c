@@ -53,6 +53,7 @@ void await_poll(struct machine *machine) {
         machine->interp.params.input = now;
         machine->task.input_awaited = false;
         machine->task.dwell_left_s = 0.0;
+        task_note_further(&machine->task);
     }
     machine->task.input_before = now;
 }

@@ -1,12 +1,11 @@
 /* SPDX-License-Identifier: MIT
- * $ lines: what each needs, and in which states it is possible. Order of the checks as in Grbl. */
+ * $ lines: a table of what they begin with, the action that each is, and who carries it out. Order of the
+ * checks as in Grbl. */
 #include "machine/command.h"
 
+#include "machine/actions.h"
 #include "machine/answer.h"
 #include "machine/compute.h"
-#include "machine/configure.h"
-#include "machine/homing.h"
-#include "machine/inputs.h"
 #include "machine/jog.h"
 #include "machine/keep.h"
 #include "machine/keep_write.h"
@@ -17,76 +16,98 @@
 #include "machine/report.h"
 #include "machine/state.h"
 #include "machine/task.h"
-#include "machine/wiring.h"
 
 #include "gcode/number.h"
 
 #include <string.h>
 
-static enum status help(struct machine *machine) {
+/* ---- questions ---- */
+
+static enum status help(struct machine *machine, const char *rest) {
+    (void)rest;
     text_string(&machine->out,
                 "[HLP:$$ $# $G $I $N $x=val $Nx=line $J=line $SLP $C $X $H $RST=$ ~ ! ? ctrl-x]\r\n");
     return STATUS_OK;
 }
 
-static enum status show_settings(struct machine *machine) {
-    if (machine->life.state == MACHINE_RUN || machine->life.state == MACHINE_HOLD)
-        return STATUS_NOT_IDLE;
+static enum status show_settings(struct machine *machine, const char *rest) {
+    (void)rest;
     list_settings(machine);
     keep_report(machine);
     return STATUS_OK;
 }
 
-/* With settings that are not the machine's it would move wrongly, and what is stored would be overwritten. */
-static enum status refuse_damaged(struct machine *machine) {
-    keep_report(machine);
-    return STATUS_STORE_DAMAGED;
-}
-
-static enum status unlock(struct machine *machine) {
-    if (machine->life.state != MACHINE_ALARM)
-        return STATUS_OK;
-    if (keep_is_damaged(machine))
-        return refuse_damaged(machine);
-    if (inputs_door_is_open(machine))
-        return STATUS_DOOR_OPEN;
-    report_message(machine, "Caution: Unlocked");
-    report_not_homed(machine);
-    state_go(machine, MACHINE_UNLOCKS);
+static enum status show_modes(struct machine *machine, const char *rest) {
+    (void)rest;
+    list_modes(machine);
     return STATUS_OK;
 }
 
-static enum status check(struct machine *machine) {
+static enum status show_offsets(struct machine *machine, const char *rest) {
+    (void)rest;
+    list_offsets(machine);
+    return STATUS_OK;
+}
+
+static enum status show_startup(struct machine *machine, const char *rest) {
+    (void)rest;
+    list_startup(machine);
+    return STATUS_OK;
+}
+
+static enum status show_build(struct machine *machine, const char *rest) {
+    (void)rest;
+    list_build(machine);
+    notice_report(machine);
+    return STATUS_OK;
+}
+
+static enum status show_codes(struct machine *machine, const char *rest) {
+    (void)rest;
+    list_build(machine);
+    list_codes(machine);
+    notice_report(machine);
+    return STATUS_OK;
+}
+
+/* ---- locks ---- */
+
+static enum status unlock(struct machine *machine, const char *rest) {
+    (void)rest;
+    return refusal_status(action_unlock(machine));
+}
+
+static enum status check(struct machine *machine, const char *rest) {
+    (void)rest;
     if (machine->life.state == MACHINE_CHECK) {
         report_message(machine, "Disabled");
         state_ask_reset(&machine->life, true);
         return STATUS_OK;
     }
-    if (!machine_is_at_rest(machine) || !state_go(machine, MACHINE_CHECKS))
-        return STATUS_NOT_IDLE;
+    const enum refusal refusal = action_may(machine, ACTION_CHECK, ACTOR_TEXT);
+    if (refusal != REFUSAL_NONE)
+        return refusal_status(refusal);
+    state_go(machine, MACHINE_CHECKS);
     report_message(machine, "Enabled");
     return STATUS_OK;
 }
 
-/* Single letters, alone on their line. */
-static enum status single(struct machine *machine, char letter) {
-    switch (letter) {
-    case '$':
-        return show_settings(machine);
-    case 'G':
-        list_modes(machine);
-        return STATUS_OK;
-    case 'C':
-        return check(machine);
-    default:
-        return unlock(machine);
-    }
+/* Answered before its message, as in Grbl. */
+static enum status sleep(struct machine *machine, const char *rest) {
+    (void)rest;
+    answer_line(machine, STATUS_OK);
+    state_go(machine, MACHINE_SLEEPS);
+    outputs_off(machine);
+    report_message(machine, "Sleeping");
+    return STATUS_OK;
 }
 
-static enum status acknowledge(struct machine *machine) {
-    if (!keep_is_damaged(machine))
-        return STATUS_OK;
-    keep_acknowledge(machine);
+/* ---- what is stored ---- */
+
+static enum status acknowledge(struct machine *machine, const char *rest) {
+    (void)rest;
+    if (keep_is_damaged(machine))
+        keep_acknowledge(machine);
     return STATUS_OK;
 }
 
@@ -109,20 +130,8 @@ static enum status restore(struct machine *machine, const char *what) {
     return STATUS_OK;
 }
 
-static enum status build_info(struct machine *machine, const char *text) {
-    if (text[0] == '\0' || strcmp(text, "+") == 0) {
-        list_build(machine);
-        if (text[0] == '+')
-            list_codes(machine);
-        notice_report(machine);
-        return STATUS_OK;
-    }
-    if (text[0] != '=')
-        return STATUS_UNKNOWN_COMMAND;
-    if (keep_is_damaged(machine))
-        return refuse_damaged(machine);
-    memcpy(machine->lines.info, text + 1,
-           strlen(text)); /* with its NUL; shorter than LINE_SIZE as the line was */
+static enum status store_info(struct machine *machine, const char *text) {
+    memcpy(machine->lines.info, text, strlen(text) + 1); /* shorter than LINE_SIZE as the line was */
     (void)keep_save(machine, KEEP_BIT(KEEP_INFO));
     return STATUS_OK;
 }
@@ -142,7 +151,7 @@ static int32_t left_side(const char **text, enum status *status) {
 static enum status set(struct machine *machine, const char *text) {
     enum status status;
     double value;
-    int32_t number = left_side(&text, &status);
+    const int32_t number = left_side(&text, &status);
     if (number < 0)
         return status;
     const char *end = number_read(text, &value);
@@ -150,8 +159,7 @@ static enum status set(struct machine *machine, const char *text) {
         return STATUS_BAD_NUMBER;
     if (*end != '\0' || number == INT32_MAX)
         return STATUS_UNKNOWN_COMMAND;
-    status =
-        keep_is_damaged(machine) ? refuse_damaged(machine) : configure_set(machine, (uint16_t)number, value);
+    status = action_set(machine, ACTOR_TEXT, (uint16_t)number, value);
     if (status != STATUS_OK)
         return status;
     report_changed_offset(machine); /* $10 and $13 change how it reads */
@@ -159,111 +167,108 @@ static enum status set(struct machine *machine, const char *text) {
     return STATUS_OK;
 }
 
-/* $N and $Nx=line: the line is executed first, and stored if that went well (answer_line()).
- * @return false: it became a task */
-static bool startup_line(struct machine *machine, const char *text, enum status *status) {
-    *status = STATUS_OK;
-    if (text[0] == '\0') {
-        list_startup(machine);
-        return true;
-    }
-    *status = STATUS_NOT_IDLE;
-    if (machine->life.state != MACHINE_IDLE)
-        return true;
-    int32_t index = left_side(&text, status);
+/* The line is executed first, and stored if that went well (answer_line()). */
+static enum status startup_line(struct machine *machine, const char *text) {
+    enum status status;
+    const int32_t index = left_side(&text, &status);
+    if (index < 0)
+        return status;
     if (index >= STARTUP_LINE_COUNT)
-        *status = STATUS_UNKNOWN_COMMAND;
-    if (index < 0 || index >= STARTUP_LINE_COUNT)
-        return true;
-    *status = gcode_line(&machine->interp.gcode, text, &machine->task.command);
-    if (*status != STATUS_OK)
-        *status = compute_line(machine, text, *status);
-    if (*status != STATUS_OK)
-        return true;
+        return STATUS_UNKNOWN_COMMAND;
+    status = gcode_line(&machine->interp.gcode, text, &machine->task.command);
+    if (status != STATUS_OK)
+        status = compute_line(machine, text, status);
+    if (status != STATUS_OK)
+        return status;
     lines_store_as(&machine->lines, (unsigned)index);
     task_begin(machine);
-    return false;
+    return STATUS_OK;
 }
 
-static enum status home(struct machine *machine, const char *axes) {
-    if (keep_is_damaged(machine))
-        return refuse_damaged(machine);
-    if (!machine->settings.homing)
-        return STATUS_HOMING_DISABLED;
-    if (inputs_door_is_open(machine))
-        return STATUS_DOOR_OPEN;
-    return homing_begin(machine, axes);
-}
+/* ---- motion ---- */
 
-static void sleep(struct machine *machine) {
-    answer_line(machine, STATUS_OK);
-    state_go(machine, MACHINE_SLEEPS);
-    outputs_off(machine);
-    report_message(machine, "Sleeping");
-}
-
-/* Commands that need Idle or Alarm. @return false: answered already, or a task */
-static bool at_rest(struct machine *machine, const char *text, enum status *status) {
-    *status = STATUS_NOT_IDLE;
-    if (!state_is_idle_or_alarm(machine) || !machine_is_at_rest(machine))
-        return true;
-    *status = STATUS_UNKNOWN_COMMAND;
-    if (strcmp(text, "#") == 0) {
-        list_offsets(machine);
-        *status = STATUS_OK;
-    } else if (text[0] == 'H') {
-        *status = home(machine, text + 1);
-        return *status != STATUS_OK;
-    } else if (strcmp(text, "ACK") == 0) {
-        *status = acknowledge(machine);
-    } else if (strcmp(text, "SLP") == 0) {
-        sleep(machine);
-        return false;
-    } else if (text[0] == 'I') {
-        *status = build_info(machine, text + 1);
-    } else if (strncmp(text, "RST=", 4) == 0) {
-        *status = restore(machine, text + 4);
-    } else if (text[0] == 'N') {
-        return startup_line(machine, text + 1, status);
-    } else if (strchr("#SR", text[0]) == NULL) {
-        *status = set(machine, text);
+static enum status home(struct machine *machine, const char *letters) {
+    unsigned axes = 0;
+    for (; *letters != '\0'; letters++) {
+        const char *letter = strchr(AXIS_LETTERS, *letters);
+        if (letter == NULL)
+            return STATUS_UNKNOWN_COMMAND;
+        axes |= 1u << (letter - AXIS_LETTERS);
     }
-    return true;
+    return refusal_status(action_home(machine, ACTOR_TEXT, (axis_mask_t)axes));
 }
 
 static enum status jog(struct machine *machine, const char *text) {
-    bool may_begin = machine->life.state == MACHINE_IDLE && machine_is_at_rest(machine);
-    if (!may_begin && machine->life.state != MACHINE_JOG) /* in Jog all that is queued are jogs */
-        return STATUS_NOT_IDLE;
-    if (text[0] != '=')
-        return STATUS_UNKNOWN_COMMAND;
-    return jog_begin(machine, text + 1);
+    return text[0] == '=' ? jog_begin(machine, text + 1) : STATUS_UNKNOWN_COMMAND;
 }
 
-/* What a critical alarm leaves: only questions. */
-static bool is_question(const char *text) {
-    static const char *const questions[] = {"", "$", "#", "G", "I", "I+", "N"};
-    for (unsigned i = 0; i < sizeof questions / sizeof questions[0]; i++)
-        if (strcmp(text, questions[i]) == 0)
-            return true;
-    return false;
+static enum status unknown(struct machine *machine, const char *rest) {
+    (void)machine;
+    (void)rest;
+    return STATUS_UNKNOWN_COMMAND;
+}
+
+/* ---- the table ---- */
+
+struct command {
+    const char *text;
+    bool more; /* of the line follows */
+    enum action needs;
+    enum status (*run)(struct machine *machine, const char *rest);
+};
+
+/* The first one that fits counts. */
+static const struct command commands[] = {
+    {"", false, ACTION_ASK, help},
+    {"$", false, ACTION_LIST_SETTINGS, show_settings},
+    {"G", false, ACTION_ASK, show_modes},
+    {"C", false, ACTION_MODE, check},
+    {"X", false, ACTION_MODE, unlock},
+    {"#", false, ACTION_LIST_STORED, show_offsets},
+    {"I", false, ACTION_LIST_STORED, show_build},
+    {"I+", false, ACTION_LIST_STORED, show_codes},
+    {"N", false, ACTION_LIST_STORED, show_startup},
+    {"ACK", false, ACTION_COMMAND, acknowledge},
+    {"SLP", false, ACTION_COMMAND, sleep},
+    {"RST=", true, ACTION_COMMAND, restore},
+    {"I=", true, ACTION_STORE, store_info},
+    {"N", true, ACTION_STARTUP_LINE, startup_line},
+    {"H", true, ACTION_HOME, home},
+    {"J", true, ACTION_JOG, jog},
+    {"$", true, ACTION_MODE, unknown},
+    {"G", true, ACTION_MODE, unknown},
+    {"C", true, ACTION_MODE, unknown},
+    {"X", true, ACTION_MODE, unknown},
+    {"#", true, ACTION_COMMAND, unknown},
+    {"I", true, ACTION_COMMAND, unknown},
+    {"R", true, ACTION_COMMAND, unknown},
+    {"S", true, ACTION_COMMAND, unknown},
+    {"", true, ACTION_COMMAND, set},
+};
+
+/* @return what follows behind the command's own characters; NULL: this line is another one */
+static const char *rest_of(const struct command *command, const char *text) {
+    const size_t length = strlen(command->text);
+    if (strncmp(text, command->text, length) != 0 || (!command->more && text[length] != '\0'))
+        return NULL;
+    return text + length;
+}
+
+static enum status run(struct machine *machine, const char *text) {
+    const struct command *command = commands;
+    while (rest_of(command, text) == NULL)
+        command++;
+    const enum refusal refusal = action_may(machine, command->needs, ACTOR_TEXT);
+    if (refusal != REFUSAL_NONE)
+        return refusal_status(refusal);
+    return command->run(machine, rest_of(command, text));
 }
 
 void command_line(struct machine *machine, const char *line) {
-    const char *text = line + 1;
-    enum status status;
-    if (machine->life.critical && !is_question(text)) {
-        status = STATUS_LOCKED;
-    } else if (text[0] == '\0') {
-        status = help(machine);
-    } else if (text[0] == 'J') {
-        status = jog(machine, text + 1);
-        if (status == STATUS_OK)
-            return; /* answered when there is room for it */
-    } else if (strchr("$GCX", text[0]) != NULL) {
-        status = text[1] != '\0' ? STATUS_UNKNOWN_COMMAND : single(machine, text[0]);
-    } else if (!at_rest(machine, text, &status)) {
-        return;
-    }
-    answer_line(machine, status);
+    const enum status status = run(machine, line + 1);
+    const bool later = machine->task.stage != TASK_NONE || !machine->lines.open;
+    if (status == STATUS_STORE_DAMAGED)
+        keep_report(machine);
+    if (status != STATUS_OK || !later)
+        answer_line(machine, status);
 }

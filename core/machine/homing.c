@@ -106,6 +106,7 @@ static void move_steps(struct machine *machine, const int32_t steps[AXIS_COUNT])
 static void begin_step(struct machine *machine, uint8_t step) {
     int32_t steps[AXIS_COUNT];
     machine->homing.step = step;
+    task_note_further(&machine->task);
     switch (step) {
     case SEEK:
     case APPROACH:
@@ -152,33 +153,25 @@ static bool is_pull_off_long(const struct machine *machine, unsigned axes) {
     return false;
 }
 
-enum status homing_begin(struct machine *machine, const char *letters) {
+enum refusal homing_begin(struct machine *machine, axis_mask_t asked) {
     struct homing *homing = &machine->homing;
-    unsigned asked = 0;
-    for (const char *letter = letters; *letter != '\0'; letter++) {
-        unsigned ax = 0;
-        while (ax < machine->board.axis_count && AXIS_LETTERS[ax] != *letter)
-            ax++;
-        if (ax == machine->board.axis_count || (axes_with_ends(machine) >> ax & 1) == 0)
-            return STATUS_UNKNOWN_COMMAND;
-        asked |= 1u << ax;
-    }
-    bool all = letters[0] == '\0';
+    const bool all = asked == 0;
+    if ((asked & ~(unsigned)axes_with_ends(machine)) != 0)
+        return REFUSAL_AXIS;
     if (all)
         asked = axes_with_ends(machine) & axes_in_cycles(machine);
     if (asked == 0)
-        return STATUS_HOMING_DISABLED;
+        return REFUSAL_NO_HOMING;
     if (is_pull_off_long(machine, asked))
-        return STATUS_PULL_OFF;
+        return REFUSAL_PULL_OFF;
     motors_release(machine);
-    *homing = (struct homing){
-        .asked = (axis_mask_t)asked, .all = all, .locked = machine->life.state == MACHINE_ALARM};
-    trust_lose(&machine->trust, (axis_mask_t)asked);
+    *homing = (struct homing){.asked = asked, .all = all, .locked = machine->life.state == MACHINE_ALARM};
+    trust_lose(&machine->trust, asked);
     state_go(machine, MACHINE_HOMES);
     overrides_apply(machine);
     task_enter(&machine->task, TASK_HOMING);
     (void)begin_cycle(machine);
-    return STATUS_OK;
+    return REFUSAL_NONE;
 }
 
 /* Where an axis stands, a pull-off before the switch at the end of its travel, steps. */

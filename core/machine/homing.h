@@ -10,7 +10,7 @@
 #ifndef WIFICNC_MACHINE_HOMING_H
 #define WIFICNC_MACHINE_HOMING_H
 
-#include "machine/machine.h"
+#include "machine/actions.h"
 #include "machine/motors.h"
 
 /** How far homing is; machine/homing.c. From `found` on: machine/square.c. */
@@ -25,8 +25,8 @@ struct homing {
     int32_t from[AXIS_COUNT];               /* counters when the present motion began */
 };
 
-/** @param letters  axes behind $H, "" = all of them */
-enum status homing_begin(struct machine *machine, const char *letters);
+/** @param asked  axes, 0 = all that are in a cycle */
+enum refusal homing_begin(struct machine *machine, axis_mask_t asked);
 
 /** @return TASK_NONE when it is done, or has ended in an alarm */
 enum task_stage homing_poll(struct machine *machine);

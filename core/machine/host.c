@@ -13,6 +13,7 @@
 #include "machine/keep_write.h"
 #include "machine/outputs.h"
 #include "machine/overrides.h"
+#include "machine/owner.h"
 #include "machine/parts.h"
 #include "machine/preempt.h"
 #include "machine/report.h"
@@ -29,52 +30,6 @@
 #define JOG_LEAST_STEPS 4.0f
 
 /* ---- who moves ---- */
-
-static bool is_locked(const struct machine *machine) {
-    return machine->life.critical || machine->life.restart || machine->life.state == MACHINE_ALARM ||
-           machine->life.state == MACHINE_SLEEP;
-}
-
-/* Nothing of anybody is under way. Between two polls the state says whether something moves; asking the
- * motion side would also find it busy when it only looks around. */
-static bool is_free(const struct machine *machine) {
-    return machine->task.stage == TASK_NONE && feed_is_empty(&machine->host.feed) &&
-           motion_is_planned_out(&machine->drive.motion) &&
-           (machine->life.state == MACHINE_IDLE || machine->life.state == MACHINE_ALARM ||
-            (machine->life.state == MACHINE_HOLD && machine_is_at_rest(machine)));
-}
-
-bool machine_host_is_busy(const struct machine *machine) {
-    const struct machine_host *host = &machine->host;
-    return machine->life.state == MACHINE_HOME || machine->suspend.cancels || host->jog.on ||
-           host->jog.waits || host->discards;
-}
-
-/* Whether motion can be the host's: its own is under way, or nothing moves. */
-static enum host_answer may_own(const struct machine *machine) {
-    const struct machine_host *host = &machine->host;
-    if (is_locked(machine))
-        return HOST_LOCKED;
-    if (machine_host_is_busy(machine))
-        return HOST_BUSY;
-    if (host->owns)
-        return HOST_DONE;
-    if (machine->client.sender == SENDER_HELD &&
-        machine->life.state == MACHINE_HOLD) /* the next client must see it */
-        return HOST_TEXT;
-    if (machine->life.state == MACHINE_DOOR)
-        return HOST_BUSY;
-    return is_free(machine) ? HOST_DONE : HOST_TEXT;
-}
-
-/* Motion is the host's from now on. */
-static void take_over(struct machine *machine) {
-    if (machine->host.owns)
-        return;
-    machine->host.owns = true;
-    notes_forget(&machine->notes);
-    report_message(machine, "Remote host controls motion");
-}
 
 bool machine_host_has_job(const struct machine *machine) {
     bool planned = machine->task.stage != TASK_NONE || !motion_is_planned_out(&machine->drive.motion);
@@ -112,39 +67,38 @@ static bool is_pushed_on(const struct machine *machine, const struct feed_segmen
     return inputs_probe(machine, &inputs);
 }
 
-enum host_answer machine_host_lay(struct machine *machine, uint32_t ahead, const struct feed_segment *segment,
-                                  uint32_t *number) {
-    static const enum host_answer answers[] = {
-        [FEED_OK] = HOST_DONE,           [FEED_FULL] = HOST_FULL,
-        [FEED_NO_AXIS] = HOST_NO_AXIS,   [FEED_NO_TIMING] = HOST_NO_TIMING,
-        [FEED_TOO_FAST] = HOST_TOO_FAST,
+enum refusal machine_host_lay(struct machine *machine, uint32_t ahead, const struct feed_segment *segment,
+                              uint32_t *number) {
+    static const enum refusal refusals[] = {
+        [FEED_OK] = REFUSAL_NONE,          [FEED_FULL] = REFUSAL_FULL,         [FEED_NO_AXIS] = REFUSAL_AXIS,
+        [FEED_NO_TIMING] = REFUSAL_TIMING, [FEED_TOO_FAST] = REFUSAL_TOO_FAST,
     };
     struct feed *feed = &machine->host.feed;
-    enum host_answer answer = may_own(machine);
-    bool preempts = answer == HOST_TEXT && preempt_may(machine);
+    enum refusal refusal = action_may(machine, ACTION_SEGMENTS, ACTOR_HOST);
+    bool preempts = refusal == REFUSAL_TEXT && preempt_may(machine);
     *number = feed->head + ahead;
-    if (answer != HOST_DONE && !preempts)
-        return answer;
+    if (refusal != REFUSAL_NONE && !preempts)
+        return refusal;
     if (ahead == 0 && is_pushed_on(machine, segment))
-        return HOST_TOUCHES;
+        return REFUSAL_TOUCHES;
     struct feed_segment laid = *segment;
     if ((laid.flags & (SEGMENT_RAPID | SEGMENT_PROBE)) == 0)
         laid.flags |= SEGMENT_CUT; /* docs/protocol.md: a host marks what is no cut */
-    answer = answers[feed_lay(feed, ahead, &laid)];
-    if (answer != HOST_DONE)
-        return answer;
+    refusal = refusals[feed_lay(feed, ahead, &laid)];
+    if (refusal != REFUSAL_NONE)
+        return refusal;
     if (preempts)
         preempt_begin(machine);
     else if (!machine->host.owns)
         machine->host.end_known = false;
     bool taken = machine->host.job.step == HOST_JOB_BRAKES || host_take_segments(machine);
     if (!preempts && (taken || !feed_is_empty(feed)))
-        take_over(machine);
+        owner_take_over(machine);
     if (taken)
-        return HOST_DONE;
+        return REFUSAL_NONE;
     *number = feed->head;
     feed_forget_ahead(feed);
-    return HOST_OUT_OF_TRAVEL;
+    return REFUSAL_TRAVEL;
 }
 
 static axis_mask_t home_switches(const struct machine *machine) {
@@ -286,32 +240,29 @@ static void begin_jog(struct machine *machine) {
     (void)extend_jog(machine);
 }
 
-enum host_answer machine_host_jog(struct machine *machine, unsigned axis, int direction,
-                                  uint32_t speed_steps_s) {
+enum refusal machine_host_jog(struct machine *machine, unsigned axis, int direction, uint32_t speed_steps_s) {
     struct machine_host *host = &machine->host;
     struct host_jog jog = {.axis = (uint8_t)axis, .direction = (int8_t)direction};
     if ((direction != 1 && direction != -1) || speed_steps_s == 0)
-        return HOST_MALFORMED;
+        return REFUSAL_MALFORMED;
     if (axis >= machine->board.axis_count)
-        return HOST_NO_AXIS;
+        return REFUSAL_AXIS;
     float most_mm_s = machine->drive.motion.plan.limits.max_rate_mm_s[axis];
     jog.speed_mm_s = least_f((float)speed_steps_s / machine->settings.steps_per_mm[axis], most_mm_s);
     bool same =
         host->jog.axis == axis && host->jog.direction == direction && host->jog.speed_mm_s == jog.speed_mm_s;
     if (host->jog.on && same)
-        return HOST_DONE;
+        return REFUSAL_NONE;
     bool replaces = host->jog.on || host->jog.waits;
-    enum host_answer answer = replaces ? HOST_DONE : may_own(machine);
-    if (answer != HOST_DONE)
-        return answer;
-    if (!replaces && (machine->life.state != MACHINE_IDLE || !is_free(machine)))
-        return HOST_BUSY;
-    take_over(machine);
+    enum refusal refusal = replaces ? REFUSAL_NONE : action_may(machine, ACTION_JOG, ACTOR_HOST);
+    if (refusal != REFUSAL_NONE)
+        return refusal;
+    owner_take_over(machine);
     if (host->jog.on)
         jog_cancel(machine);
     host->jog = jog;
     host->jog.waits = true;
-    return HOST_DONE;
+    return REFUSAL_NONE;
 }
 
 void machine_host_jog_stop(struct machine *machine) {
@@ -338,34 +289,7 @@ static bool follow_jog(struct machine *machine) {
     return jog->on && extend_jog(machine);
 }
 
-/* ---- homing, stops, outputs, settings ---- */
-
-enum host_answer machine_host_home(struct machine *machine, axis_mask_t axes) {
-    struct machine_host *host = &machine->host;
-    char letters[AXIS_COUNT + 1];
-    unsigned count = 0;
-    for (unsigned ax = 0; ax < machine->board.axis_count; ax++)
-        if ((axes >> ax & 1) != 0 && machine->settings.max_travel_mm[ax] > 0.0f)
-            letters[count++] = AXIS_LETTERS[ax];
-    letters[count] = '\0';
-    if (!machine->settings.homing || count == 0)
-        return HOST_NO_HOMING;
-    if (machine->life.critical || machine->life.restart || machine->life.state == MACHINE_SLEEP ||
-        keep_is_damaged(machine))
-        return HOST_LOCKED;
-    enum host_answer answer = machine->life.state == MACHINE_ALARM ? HOST_DONE : may_own(machine);
-    if (answer != HOST_DONE)
-        return answer;
-    if (!is_free(machine) || machine->life.state == MACHINE_HOLD || inputs_door_is_open(machine))
-        return HOST_BUSY;
-    drive_drop(machine); /* the planner goes on from where the host stands */
-    if (homing_begin(machine, letters) != STATUS_OK)
-        return HOST_NO_HOMING;
-    take_over(machine);
-    host->homing = true;
-    host->homed_ok = host->end_known = false;
-    return HOST_DONE;
-}
+/* ---- homing ---- */
 
 static bool follow_homing(struct machine *machine) {
     struct machine_host *host = &machine->host;
@@ -377,101 +301,6 @@ static bool follow_homing(struct machine *machine) {
     host->homed_ok =
         !machine->life.critical && !machine->life.restart && (machine->trust.axes & asked) == asked;
     return true;
-}
-
-void machine_host_estop(struct machine *machine) {
-    if (!machine->life.critical)
-        reset_alarm(machine, ALARM_ESTOP);
-}
-
-void machine_host_hold(struct machine *machine) {
-    rx_request(&machine->lines.rx, REALTIME_HOLD);
-}
-
-void machine_host_resume(struct machine *machine) {
-    rx_request(&machine->lines.rx, REALTIME_RESUME);
-}
-
-bool machine_host_unlock(struct machine *machine) {
-    bool sleeps = machine->life.state == MACHINE_SLEEP; /* motors without current may have moved */
-    if (!machine->life.critical && machine->life.state != MACHINE_ALARM && !sleeps)
-        return false;
-    if (keep_is_damaged(machine))
-        return false;
-    bool stays_locked = machine->life.locks_again || sleeps;
-    reset_machine(machine, ALARM_NONE);
-    timer_end_quiet(&machine->clock);
-    if (!stays_locked)
-        (void)state_go(machine, MACHINE_UNLOCKS);
-    return true;
-}
-
-static void set_coolant(struct machine *machine, uint8_t coolant) {
-    if (machine->outputs.coolant == coolant)
-        return;
-    outputs_ask_coolant(&machine->outputs, coolant);
-    outputs_apply(machine);
-    report_changed_override(machine);
-}
-
-static void know_outputs(struct gcode_modal *modal, const struct host_outputs *to, uint8_t coolant) {
-    modal->coolant = coolant;
-    if (!to->turns)
-        return;
-    modal->spindle = to->spindle;
-    modal->spindle_rpm = to->rpm;
-}
-
-/* Coolant that the board lacks is asked for, and $91 does not pass it. */
-static bool lacks_coolant(const struct machine *machine, const struct host_outputs *to) {
-    const struct gcode_ports *ports = &machine->interp.gcode.ports;
-    return !ports->coolant_passes && (to->coolant & to->coolant_mask & ports->no_coolant) != 0;
-}
-
-/* The spindle can do what is asked for on this board. */
-static bool can_turn(const struct machine *machine, const struct host_outputs *to) {
-    const struct gcode_ports *ports = &machine->interp.gcode.ports;
-    if (!to->turns || to->spindle == SPINDLE_OFF)
-        return true;
-    return !ports->no_spindle && (!ports->no_reverse || to->spindle == SPINDLE_CW);
-}
-
-enum host_answer machine_host_outputs(struct machine *machine, const struct host_outputs *to) {
-    uint8_t coolant =
-        (uint8_t)((machine->outputs.coolant & ~to->coolant_mask) | (to->coolant & to->coolant_mask));
-    coolant &= (uint8_t)~machine->interp.gcode.ports.no_coolant; /* the status shows what is on */
-    bool starts = (to->turns && to->spindle != SPINDLE_OFF) || (to->coolant & to->coolant_mask) != 0;
-    if (!can_turn(machine, to) || lacks_coolant(machine, to))
-        return HOST_NO_OUTPUT;
-    if (is_locked(machine) && starts)
-        return HOST_LOCKED;
-    if (!machine->host.owns && starts &&
-        (machine->task.stage != TASK_NONE || machine->life.state != MACHINE_IDLE))
-        return HOST_TEXT;
-    know_outputs(&machine->interp.gcode.modal, to, coolant);
-    if (!machine->host.owns) /* the line under way; that of a job that waits is not concerned */
-        know_outputs(&machine->task.command.next, to, coolant);
-    if (to->turns)
-        outputs_set(machine, to->spindle, to->rpm, coolant);
-    else
-        set_coolant(machine, coolant);
-    torque_set_digital(machine,
-                       (machine->ports.digital & ~to->digital_mask) | (to->digital & to->digital_mask));
-    return HOST_DONE;
-}
-
-enum status machine_host_set(struct machine *machine, uint16_t number, double value) {
-    if (!is_free(machine) || machine->life.state == MACHINE_HOLD)
-        return STATUS_NOT_IDLE;
-    if (machine->life.critical)
-        return STATUS_LOCKED;
-    if (keep_is_damaged(machine))
-        return STATUS_STORE_DAMAGED;
-    return configure_set(machine, number, value);
-}
-
-bool machine_host_save(struct machine *machine) {
-    return keep_save(machine, KEEP_BIT(KEEP_SETTINGS));
 }
 
 bool host_poll(struct machine *machine) {

@@ -12,7 +12,7 @@
 
 #include "gcode/gcode.h"
 #include "hal/hal.h"
-#include "machine/machine.h"
+#include "machine/actions.h"
 #include "segment/feed.h"
 
 /** A jog of a network host: it goes on until it is stopped, so its end moves on before it. */
@@ -61,30 +61,10 @@ struct machine_host {
     int32_t probe_steps[AXIS_COUNT];
 };
 
-enum host_answer {
-    HOST_DONE,
-    HOST_MALFORMED,
-    HOST_FULL,
-    HOST_LOCKED, /* alarm, e-stop, or sleep */
-    HOST_BUSY,   /* homing, jogging, held by somebody else */
-    HOST_TEXT,   /* the text side does something that cannot be interrupted */
-    HOST_NO_TIMING,
-    HOST_TOO_FAST,
-    HOST_OUT_OF_TRAVEL,
-    HOST_NO_AXIS,
-    HOST_NO_HOMING,
-    HOST_NO_OUTPUT, /* the board lacks it */
-    HOST_TOUCHES,   /* the contact that it is to stop at is there already */
-    HOST_ANSWER_COUNT
-};
-
 /** Lay a segment `ahead` places after the newest one that follows without a gap (segment/feed.h).
  *  @param[out] number  of the segment that was refused, counted as machine_host_taken() */
-enum host_answer machine_host_lay(struct machine *machine, uint32_t ahead, const struct feed_segment *segment,
-                                  uint32_t *number);
-
-/** It homes, jogs or discards its queue: segments are refused until that is over. */
-bool machine_host_is_busy(const struct machine *machine);
+enum refusal machine_host_lay(struct machine *machine, uint32_t ahead, const struct feed_segment *segment,
+                              uint32_t *number);
 
 /** Segments ever taken without a gap; wraps. */
 uint32_t machine_host_taken(const struct machine *machine);
@@ -105,38 +85,12 @@ void machine_host_forget_ahead(struct machine *machine);
 
 /** Move an axis until machine_host_jog_stop(). @param direction  1 or -1 @param speed_steps_s  > 0; at most
  * the axis' top speed is used */
-enum host_answer machine_host_jog(struct machine *machine, unsigned axis, int direction,
-                                  uint32_t speed_steps_s);
+enum refusal machine_host_jog(struct machine *machine, unsigned axis, int direction, uint32_t speed_steps_s);
 /** End a jog of the host, if there is one. */
 void machine_host_jog_stop(struct machine *machine);
 
 /** The host is gone: its jog ends, its homing ends in alarm 6. What is queued still runs. */
 void machine_host_gone(struct machine *machine);
-
-/** Home these axes, those with an end. machine->host.homed_ok says how it ended when homing is over. */
-enum host_answer machine_host_home(struct machine *machine, axis_mask_t axes);
-
-/** Stop at once; only a reset leads on. */
-void machine_host_estop(struct machine *machine);
-
-/** As ! and ~. */
-void machine_host_hold(struct machine *machine);
-void machine_host_resume(struct machine *machine);
-
-/** Leave alarm and e-stop, position kept. A lock that was there before the e-stop is there again; sleep ends
- * locked, too. @return false: the machine was not locked, nothing was changed */
-bool machine_host_unlock(struct machine *machine);
-
-/** Outputs that a host switches. What is not meant stays as it is. */
-struct host_outputs {
-    bool turns; /* spindle and rpm are meant */
-    enum gcode_spindle spindle;
-    float rpm;
-    uint8_t coolant, coolant_mask; /* the bits that are meant */
-    uint8_t digital, digital_mask; /* bit n = Pn of M62 .. M65 */
-};
-/** Spindle and coolant can be switched off at any time, on when nothing of the text side is under way. */
-enum host_answer machine_host_outputs(struct machine *machine, const struct host_outputs *to);
 
 /** A job of the text side is under way, or waits until the host has given motion back. */
 bool machine_host_has_job(const struct machine *machine);
@@ -165,13 +119,16 @@ struct host_spindle {
 /** @return false: there is no encoder, and nothing is written */
 bool machine_host_spindle(const struct machine *machine, struct host_spindle *spindle);
 
-/** $number=value without the text side. Nothing may move. Not kept before machine_host_save().
- *  @return as settings_set(), STATUS_NOT_IDLE, STATUS_LOCKED (only a reset helps) or STATUS_STORE_DAMAGED */
-enum status machine_host_set(struct machine *machine, uint16_t number, double value);
+/** Motion is its own from now on. */
+static inline void host_own(struct machine_host *host) {
+    host->owns = true;
+}
 
-/** Keep all settings over a power cut. @return false: the storage has failed. (The store of a target with the
- * binary protocol is never busy.) */
-bool machine_host_save(struct machine *machine);
+/** Homing that it has asked for has begun. */
+static inline void host_home(struct machine_host *host) {
+    host->homing = true;
+    host->homed_ok = host->end_known = false;
+}
 
 /** Motion of a network host goes on. @return true when anything was done */
 bool host_poll(struct machine *machine);

@@ -2,6 +2,7 @@
  * What a program has set so far, where others than its lines change it. */
 #include "machine/interp.h"
 
+#include "machine/actions.h"
 #include "machine/parts.h"
 
 #include <stddef.h>
@@ -28,6 +29,20 @@ void interp_know_spindle(struct machine *machine, enum gcode_spindle spindle) {
 
 void interp_know_coolant(struct machine *machine, uint8_t coolant) {
     machine->interp.gcode.modal.coolant = machine->task.command.next.coolant = coolant;
+}
+
+static void know(struct gcode_modal *modal, const struct outputs_wish *to, uint8_t coolant) {
+    modal->coolant = coolant;
+    if (!to->turns)
+        return;
+    modal->spindle = to->spindle;
+    modal->spindle_rpm = to->rpm;
+}
+
+void interp_know_wish(struct machine *machine, const struct outputs_wish *to, uint8_t coolant) {
+    know(&machine->interp.gcode.modal, to, coolant);
+    if (!machine->host.owns)
+        know(&machine->task.command.next, to, coolant);
 }
 
 void interp_forget(struct machine_interp *interp) {

@@ -7,6 +7,8 @@
 #include "gcode/params.h"
 #include "machine/machine.h"
 
+struct outputs_wish;
+
 /** As far as lines were taken. */
 struct machine_interp {
     struct gcode_state gcode;
@@ -22,6 +24,9 @@ void interp_begin(struct machine_interp *interp, const struct machine_board *boa
 /** What the operator has switched counts as if the program had: in force, and in the line under way. */
 void interp_know_spindle(struct machine *machine, enum gcode_spindle spindle);
 void interp_know_coolant(struct machine *machine, uint8_t coolant);
+
+/** What a host has switched; also in the line under way, unless that is of a job that waits for the host. */
+void interp_know_wish(struct machine *machine, const struct outputs_wish *to, uint8_t coolant);
 
 /** Reset: what does not outlive one. */
 void interp_forget(struct machine_interp *interp);

@@ -11,33 +11,13 @@
 
 #include "link/text.h"
 #include "machine/board.h"
+#include "machine/states.h"
 
 struct hal_step;
 struct machine;
 struct rx;
 struct settings;
 struct step;
-
-enum machine_state {
-    MACHINE_IDLE,
-    MACHINE_RUN,
-    MACHINE_HOLD, /* ! or M0: waits for ~ */
-    MACHINE_JOG,
-    MACHINE_ALARM, /* locked until $X, $H or reset; position may be wrong */
-    MACHINE_DOOR,  /* safety door: outputs off, waits for a closed door and ~ */
-    MACHINE_CHECK, /* $C: lines are read, nothing moves */
-    MACHINE_HOME,
-    MACHINE_SLEEP, /* $SLP: waits for reset */
-    MACHINE_STATE_COUNT
-};
-
-/** ALARM_HARD_LIMIT = 1 and so on. */
-enum alarm {
-    ALARM_NONE = 0,
-#define ALARM(number, name, way_out, text) ALARM_##name = (number),
-#include "machine/alarms.def"
-#undef ALARM
-};
 
 /** Power-on: what was kept or defaults, position 0, banner. `out`, `hal` and the store must live as long as
  * the machine. */

@@ -4,6 +4,7 @@
  */
 #include "machine/realtime.h"
 
+#include "machine/actions.h"
 #include "machine/jog.h"
 #include "machine/outputs.h"
 #include "machine/overrides.h"
@@ -15,7 +16,8 @@
 
 static void toggle_spindle_stop(struct machine *machine) {
     const struct machine_outputs *outputs = &machine->outputs;
-    if (machine->life.state != MACHINE_HOLD || outputs->spindle == SPINDLE_OFF)
+    if (action_may(machine, ACTION_SPINDLE_KEY, ACTOR_TEXT) != REFUSAL_NONE ||
+        outputs->spindle == SPINDLE_OFF)
         return;
     outputs_stop_spindle(&machine->outputs, !outputs->spindle_stopped);
     if (!outputs->spindle_stopped)
@@ -23,12 +25,11 @@ static void toggle_spindle_stop(struct machine *machine) {
 }
 
 static void toggle_coolant(struct machine *machine, uint8_t bit) {
-    enum machine_state state = machine->life.state;
     if ((machine->interp.gcode.ports.no_coolant & bit) != 0) {
         report_message(machine, "This board has no output for that coolant");
         return;
     }
-    if (state != MACHINE_IDLE && state != MACHINE_RUN && state != MACHINE_HOLD)
+    if (action_may(machine, ACTION_COOLANT_KEY, ACTOR_TEXT) != REFUSAL_NONE)
         return;
     outputs_ask_coolant(&machine->outputs, machine->outputs.coolant ^ bit);
     interp_know_coolant(machine, machine->outputs.coolant);

@@ -270,6 +270,7 @@ static enum task_stage dwell(struct machine *machine) {
     if (machine->task.dwell_left_s < slice_s)
         slice_s = machine->task.dwell_left_s;
     machine->task.dwell_left_s -= slice_s;
+    task_note_further(&machine->task);
     motion_dwell(&machine->drive.motion, slice_s);
     return TASK_DWELLING;
 }
@@ -295,91 +296,96 @@ static enum task_stage soft_limit(struct machine *machine) {
     return machine->task.stage;
 }
 
-/* The stage after this one, or this one when it must wait. */
-static enum task_stage next_stage(struct machine *machine) {
-    enum task_stage stage;
-    switch (machine->task.stage) {
-    case TASK_TOOL:
-        return drive_rest_reached(machine) ? stop_for_tool(machine) : TASK_TOOL;
-    case TASK_OUTPUTS:
-        if (!drive_rest_reached(machine))
-            return TASK_OUTPUTS;
-        switch_outputs(machine);
-        return stage_after_outputs(machine);
-    case TASK_INPUT:
-        return drive_rest_reached(machine) ? await_begin(machine, stage_after_input(machine)) : TASK_INPUT;
-    case TASK_DWELL:
-        machine->task.dwell_left_s = (double)machine->task.command.dwell_s;
-        machine->task.after_dwell = TASK_STORE;
-        return drive_rest_reached(machine) ? TASK_DWELLING : TASK_DWELL;
-    case TASK_DWELLING:
-        return dwell(machine);
-    case TASK_STORE:
-        return store(machine);
-    case TASK_VIA:
-        return via(machine);
-    case TASK_MOVE:
-        return push_move(machine) ? finish_move(machine) : TASK_MOVE;
-    case TASK_ARC:
-        stage = push_curve(machine);
-        return stage == TASK_NONE ? finish_move(machine) : stage;
-    case TASK_CYCLE:
-        stage = drill_poll(machine);
-        return stage == TASK_NONE ? finish_move(machine) : stage;
-    case TASK_THREAD:
-        stage = thread_poll(machine);
-        return stage == TASK_NONE ? finish_move(machine) : stage;
-    case TASK_FLOW:
-        return drive_rest_reached(machine) ? end_flow(machine) : TASK_FLOW;
-    case TASK_JOG:
-        return jog_poll(machine);
-    case TASK_PROBE:
-        return probe_begin(machine);
-    case TASK_PROBING:
-        return probe_poll(machine);
-    case TASK_PROBED:
-        list_probe(machine);
-        return stage_after_move(machine);
-    case TASK_TOOL_WAIT: /* no task is carried on in a hold: ~ has come */
-        return stage_of_outputs(machine);
-    case TASK_PAUSED:
-    case TASK_ALARMED:
-        return TASK_NONE;
-    case TASK_SOFT_LIMIT:
-        return soft_limit(machine);
-    case TASK_HOMING:
-        return homing_poll(machine);
-    case TASK_NONE:
-    default:
-        return machine->task.stage;
-    }
+/* ---- the stages: each returns the one that follows, or itself while it must wait ---- */
+
+static enum task_stage stage_tool(struct machine *machine) {
+    return drive_rest_reached(machine) ? stop_for_tool(machine) : TASK_TOOL;
 }
 
-static void finish(struct machine *machine) {
-    machine->task.stage = TASK_NONE;
-    gcode_modal_apply(&machine->interp.gcode, &machine->task.command);
-    answer_line(machine, STATUS_OK);
+static enum task_stage stage_outputs(struct machine *machine) {
+    if (!drive_rest_reached(machine))
+        return TASK_OUTPUTS;
+    switch_outputs(machine);
+    return stage_after_outputs(machine);
+}
+
+static enum task_stage stage_input(struct machine *machine) {
+    return drive_rest_reached(machine) ? await_begin(machine, stage_after_input(machine)) : TASK_INPUT;
+}
+
+static enum task_stage stage_dwell(struct machine *machine) {
+    machine->task.dwell_left_s = (double)machine->task.command.dwell_s;
+    machine->task.after_dwell = TASK_STORE;
+    return drive_rest_reached(machine) ? TASK_DWELLING : TASK_DWELL;
+}
+
+static enum task_stage stage_move(struct machine *machine) {
+    return push_move(machine) ? finish_move(machine) : TASK_MOVE;
+}
+
+/* Stages that end with the motion of their line. */
+static enum task_stage ends_move(struct machine *machine, enum task_stage stage) {
+    return stage == TASK_NONE ? finish_move(machine) : stage;
+}
+
+static enum task_stage stage_arc(struct machine *machine) {
+    return ends_move(machine, push_curve(machine));
+}
+
+static enum task_stage stage_cycle(struct machine *machine) {
+    return ends_move(machine, drill_poll(machine));
+}
+
+static enum task_stage stage_thread(struct machine *machine) {
+    return ends_move(machine, thread_poll(machine));
+}
+
+static enum task_stage stage_flow(struct machine *machine) {
+    return drive_rest_reached(machine) ? end_flow(machine) : TASK_FLOW;
+}
+
+static enum task_stage stage_probed(struct machine *machine) {
+    list_probe(machine);
+    return stage_after_move(machine);
+}
+
+/* No task is carried on in a hold: `~` has come, or the quiet time is over. */
+static enum task_stage stage_ends(struct machine *machine) {
+    (void)machine;
+    return TASK_NONE;
+}
+
+typedef enum task_stage stage_poll(struct machine *machine);
+static stage_poll *const stages[TASK_STAGE_COUNT] = {
+    [TASK_NONE] = stage_ends,       [TASK_TOOL] = stage_tool,    [TASK_TOOL_WAIT] = stage_of_outputs,
+    [TASK_OUTPUTS] = stage_outputs, [TASK_INPUT] = stage_input,  [TASK_DWELL] = stage_dwell,
+    [TASK_DWELLING] = dwell,        [TASK_STORE] = store,        [TASK_VIA] = via,
+    [TASK_MOVE] = stage_move,       [TASK_ARC] = stage_arc,      [TASK_CYCLE] = stage_cycle,
+    [TASK_THREAD] = stage_thread,   [TASK_FLOW] = stage_flow,    [TASK_PAUSED] = stage_ends,
+    [TASK_JOG] = jog_poll,          [TASK_PROBE] = probe_begin,  [TASK_PROBING] = probe_poll,
+    [TASK_PROBED] = stage_probed,   [TASK_ALARMED] = stage_ends, [TASK_SOFT_LIMIT] = soft_limit,
+    [TASK_HOMING] = homing_poll,    [TASK_LOCKED] = stage_ends,
+};
+
+/* The line is done. */
+static void finish(struct machine *machine, enum task_stage last) {
+    if (last == TASK_HOMING) {
+        lines_answer_homing(&machine->lines, true); /* after the startup lines */
+        return;
+    }
+    if (last != TASK_LOCKED)
+        gcode_modal_apply(&machine->interp.gcode, &machine->task.command);
+    answer_line(machine, last == TASK_LOCKED ? STATUS_LOCKED : STATUS_OK);
 }
 
 bool task_poll(struct machine *machine) {
-    if (machine->task.stage == TASK_LOCKED) {
-        machine->task.stage = TASK_NONE;
-        answer_line(machine, STATUS_LOCKED);
-        return true;
-    }
-    enum task_stage before = machine->task.stage;
-    double dwell_before_s = machine->task.dwell_left_s;
-    uint8_t homing_before = machine->homing.step, cycle_before = machine->thread.cycle.step;
-    enum thread_step thread_before = machine->thread.step;
-    enum task_stage after = next_stage(machine);
+    const enum task_stage before = machine->task.stage;
+    machine->task.further = false;
+    const enum task_stage after = stages[before](machine);
     if (machine->life.restart) /* an alarm inside has reset everything */
         return true;
     machine->task.stage = after;
-    if (after == TASK_NONE && before == TASK_HOMING)
-        lines_answer_homing(&machine->lines, true); /* after the startup lines */
-    else if (after == TASK_NONE)
-        finish(machine);
-    return after != before || machine->task.dwell_left_s != dwell_before_s ||
-           machine->homing.step != homing_before || machine->thread.step != thread_before ||
-           machine->thread.cycle.step != cycle_before;
+    if (after == TASK_NONE)
+        finish(machine, before);
+    return after != before || machine->task.further;
 }

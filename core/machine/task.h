@@ -34,11 +34,13 @@ enum task_stage {
     TASK_SOFT_LIMIT, /* wait for the stop, then alarm 2 */
     TASK_HOMING,
     TASK_LOCKED, /* a critical alarm has ended the line; answered when its quiet time is over */
+    TASK_STAGE_COUNT
 };
 
 /** The current line. */
 struct machine_task {
     enum task_stage stage;
+    bool further;                 /* within this stage: carry it on again before anything else waits */
     struct gcode_command command; /* of the current line */
     double dwell_left_s;
     bool input_awaited; /* a dwell of M66; the level when it was last looked at */
@@ -57,6 +59,11 @@ struct machine_task {
 /** The present line goes on with this stage. */
 static inline void task_enter(struct machine_task *task, enum task_stage stage) {
     task->stage = stage;
+}
+
+/** The stage came further and is the same as before. */
+static inline void task_note_further(struct machine_task *task) {
+    task->further = true;
 }
 
 /** There is no present line. */

@@ -28,6 +28,11 @@
 #define MOST_FACTOR   2.0f
 #define FACTOR_CHANGE 0.005f
 
+static void enter(struct machine *machine, enum thread_step step) {
+    machine->thread.step = step;
+    task_note_further(&machine->task);
+}
+
 /* ---- the encoder ---- */
 
 void thread_note_feed(struct machine *machine) {
@@ -220,7 +225,7 @@ static void begin_pass(struct machine *machine, const double to_mm[AXIS_COUNT], 
     timer_start(machine, &thread->patience, PATIENCE_US);
     thread->cutting = true;
     thread->again = false;
-    thread->step = THREAD_PASSING;
+    enter(machine, THREAD_PASSING);
 }
 
 /* The spindle is steady and turns the right way, and it is known where: the pass may start. */
@@ -249,18 +254,18 @@ static void turn_spindle(struct machine *machine, bool back) {
 /* A tap: in, back out beyond the start, and the spindle turns as before. */
 static void tap(struct machine *machine, uint32_t now_us) {
     struct emit *emit = &machine->drive.motion.emit;
-    struct machine_thread *thread = &machine->thread;
+    const struct machine_thread *thread = &machine->thread;
     double line_mm = gear_line_mm(&emit->gear, &emit->spindle, now_us);
     float rev_s = spindle_rev_s(&emit->spindle, now_us) * (float)emit->gear.path.sense;
     if (thread->step == THREAD_PASSING && line_mm >= (double)emit->gear.path.way_mm) {
         turn_spindle(machine, true);
-        thread->step = THREAD_OUT;
+        enter(machine, THREAD_OUT);
     } else if (thread->step == THREAD_OUT && line_mm <= 0.0) {
         turn_spindle(machine, false);
-        thread->step = THREAD_TURNING;
+        enter(machine, THREAD_TURNING);
     } else if (thread->step == THREAD_TURNING && rev_s >= 0.0f) {
         gear_stop(&emit->gear);
-        thread->step = THREAD_STANDING;
+        enter(machine, THREAD_STANDING);
     }
 }
 
@@ -311,6 +316,8 @@ static enum task_stage next_action(struct machine *machine) {
         }
         if (!thread->action_pending && !thread_next(&thread->cycle, &thread->action))
             return TASK_NONE;
+        if (!thread->action_pending)
+            task_note_further(&machine->task);
         thread->action_pending = true;
         if (action->kind == THREAD_PASS) {
             if (drive_rest_reached(machine))
@@ -329,14 +336,14 @@ static enum task_stage next_action(struct machine *machine) {
 static enum task_stage end_pass(struct machine *machine) {
     struct machine_thread *thread = &machine->thread;
     drive_drop(machine);
-    thread->step = THREAD_NEXT;
+    enter(machine, THREAD_NEXT);
     if (thread->again)
         return TASK_THREAD;
     thread->action_pending = false;
     if (machine->task.command.move.thread.kind == THREAD_CYCLE)
         return TASK_THREAD;
     if (machine->task.command.move.thread.kind == THREAD_TAP) {
-        thread->step = THREAD_BACK;
+        enter(machine, THREAD_BACK);
         return TASK_THREAD;
     }
     come_out(machine);

@@ -21,7 +21,7 @@
 #include "segment/queue.h"
 
 /** Committed motion, us; more is published when only half of it is left. NEAR: half of it is as long as the
- * slowest task of any board may sleep and be late, twice (targets/common/task_periods.h); SOON: once. */
+ * slowest task of any board may sleep and be late, twice (targets/chip/task_periods.h); SOON: once. */
 #define AHEAD_FULL_US 50000u
 #define AHEAD_NEAR_US 16000u
 #define AHEAD_SOON_US 10000u

@@ -23,10 +23,12 @@ static enum wire_refusal home(struct session *session, const uint8_t *payload) {
     session->owner.motion_us = session->now_us;
     if (session->homing != 0 || session->stream.open)
         return WIRE_REFUSAL_BUSY;
-    enum host_answer answer = machine_host_home(session->machine, home.axes);
-    if (answer == HOST_DONE)
+    if (home.axes == 0)
+        return WIRE_REFUSAL_NO_HOMING;
+    const enum refusal refusal = action_home(session->machine, ACTOR_HOST, home.axes);
+    if (refusal == REFUSAL_NONE)
         session->homing = home.axes;
-    return session_refusal(answer);
+    return session_refusal(refusal);
 }
 
 static uint8_t coolant_bits(uint8_t wire) {
@@ -34,12 +36,12 @@ static uint8_t coolant_bits(uint8_t wire) {
 }
 
 /* What is meant: with motion of its own a host says how all outputs shall be, else only what has changed. */
-static struct host_outputs outputs_meant(const struct wire_io_control *io,
+static struct outputs_wish outputs_meant(const struct wire_io_control *io,
                                          const struct wire_io_control *known, bool all) {
     bool turns = io->spindle != known->spindle || (io->spindle != SPINDLE_OFF && io->rpm != known->rpm);
     unsigned coolant = all ? ALL_BITS : (unsigned)(io->coolant ^ known->coolant);
     unsigned digital = all ? ALL_BITS : (unsigned)(io->misc_outputs ^ known->misc_outputs);
-    return (struct host_outputs){.turns = turns || all,
+    return (struct outputs_wish){.turns = turns || all,
                                  .spindle = (enum gcode_spindle)io->spindle,
                                  .rpm = (float)io->rpm,
                                  .coolant = coolant_bits(io->coolant),
@@ -53,58 +55,46 @@ static struct host_outputs outputs_meant(const struct wire_io_control *io,
 static enum wire_refusal io_control(struct session *session, const uint8_t *payload) {
     struct wire_io_control io;
     wire_get_io_control(payload, &io);
-    struct host_outputs to = outputs_meant(&io, &session->outputs, false);
+    struct outputs_wish to = outputs_meant(&io, &session->outputs, false);
     if (io.spindle > SPINDLE_CCW)
         return WIRE_REFUSAL_MALFORMED;
     if (!to.turns && to.coolant_mask == 0 && to.digital_mask == 0)
         return WIRE_REFUSAL_NONE;
     to = outputs_meant(&io, &session->outputs, machine_host(session->machine)->owns);
-    enum host_answer answer = machine_host_outputs(session->machine, &to);
-    if (answer == HOST_DONE)
+    const enum refusal refusal = action_outputs(session->machine, &to);
+    if (refusal == REFUSAL_NONE)
         session->outputs = io;
-    return session_refusal(answer);
+    return session_refusal(refusal);
 }
 
 /* To switch off what the host has switched on and nobody else has since. */
-static struct host_outputs own_outputs(const struct session *session) {
+static struct outputs_wish own_outputs(const struct session *session) {
     const struct machine *machine = session->machine;
     const struct wire_io_control *known = &session->outputs;
     bool turns = known->spindle != SPINDLE_OFF && known->spindle == machine_outputs(machine)->spindle;
-    return (struct host_outputs){.turns = turns && (float)known->rpm == machine_program_rpm(machine),
+    return (struct outputs_wish){.turns = turns && (float)known->rpm == machine_program_rpm(machine),
                                  .coolant_mask =
                                      coolant_bits(known->coolant) & machine_outputs(machine)->coolant};
 }
 
 bool session_runs_outputs(const struct session *session) {
-    struct host_outputs own = own_outputs(session);
+    struct outputs_wish own = own_outputs(session);
     return own.turns || own.coolant_mask != 0;
 }
 
 void session_switch_off(struct session *session) {
-    struct host_outputs own = own_outputs(session);
+    struct outputs_wish own = own_outputs(session);
     session->outputs.spindle = session->outputs.coolant = 0;
-    (void)machine_host_outputs(session->machine, &own);
+    (void)action_outputs(session->machine, &own);
 }
 
-/* Unlocks, unless the e-stop is still pressed; or gives motion back, when nothing of the host moves. */
+/* Ends a lock; or gives motion back, when nothing of the host moves. */
 static enum wire_refusal reset(struct session *session) {
-    struct hal_inputs inputs;
-    hal_inputs_read(session->hal, &inputs);
-    if (inputs.estop && session_state(session) == WIRE_STATE_ESTOP)
-        return WIRE_REFUSAL_LOCKED;
-    if (machine_alarm(session->machine) == ALARM_STORE)
-        return WIRE_REFUSAL_LOCKED;
-    if (machine_host_unlock(session->machine))
-        return WIRE_REFUSAL_NONE;
+    const enum refusal refusal = action_end_lock(session->machine);
+    if (refusal != REFUSAL_BUSY)
+        return session_refusal(refusal);
     if (session->stream.open || !machine_host_release(session->machine))
         return WIRE_REFUSAL_BUSY;
-    return WIRE_REFUSAL_NONE;
-}
-
-static enum wire_refusal resume(struct session *session) {
-    if (machine_state(session->machine) != MACHINE_HOLD)
-        return WIRE_REFUSAL_BUSY;
-    machine_host_resume(session->machine);
     return WIRE_REFUSAL_NONE;
 }
 
@@ -122,10 +112,10 @@ enum wire_refusal session_command(struct session *session, const uint8_t address
         return module_command(session, address, type, payload);
     switch (type) {
     case WIRE_ESTOP:
-        machine_host_estop(session->machine);
+        action_estop(session->machine);
         return WIRE_REFUSAL_NONE;
     case WIRE_HOLD:
-        machine_host_hold(session->machine);
+        action_hold(session->machine);
         return WIRE_REFUSAL_NONE;
     case WIRE_JOG_STOP:
         machine_host_jog_stop(session->machine);
@@ -133,7 +123,7 @@ enum wire_refusal session_command(struct session *session, const uint8_t address
     case WIRE_RESET:
         return reset(session);
     case WIRE_RESUME:
-        return resume(session);
+        return session_refusal(action_resume(session->machine));
     default:
         return command(session, address, type, payload);
     }

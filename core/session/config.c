@@ -161,7 +161,7 @@ static enum wire_refusal set_stored(const struct session *session, uint16_t key,
 static enum status set_setting(const struct session *session, uint16_t number, double value) {
     if (session_is_module(session))
         return settings_set(&session->module->settings, number, value, session->module->axis_count);
-    return machine_host_set(session->machine, number, value);
+    return action_set(session->machine, ACTOR_HOST, number, value);
 }
 
 /* Speeds and ways are whole on the wire only: they are kept in mm, with their fractions. */
@@ -182,19 +182,13 @@ enum wire_refusal config_set(const struct session *session, const struct wire_co
     if (row->kind == KEY_STORED)
         return set_stored(session, set->key, value);
     uint16_t number = (uint16_t)(row->number + (set->key - row->key));
-    enum status status = set_setting(session, number, from_wire(session, row, set->key, value));
-    if (status == STATUS_OK)
-        return WIRE_REFUSAL_NONE;
-    if (status == STATUS_UNKNOWN_COMMAND)
-        return WIRE_REFUSAL_AXIS;
-    if (status == STATUS_STORE_DAMAGED || status == STATUS_LOCKED)
-        return WIRE_REFUSAL_LOCKED;
-    return status == STATUS_NOT_IDLE ? WIRE_REFUSAL_BUSY : WIRE_REFUSAL_RANGE;
+    return session_refusal(
+        refusal_of(set_setting(session, number, from_wire(session, row, set->key, value))));
 }
 
 static bool save_settings(const struct session *session) {
     if (!session_is_module(session))
-        return machine_host_save(session->machine);
+        return action_save(session->machine);
     const struct session_module *module = session->module;
     return store_save_settings(&module->store, &module->settings);
 }

@@ -99,7 +99,7 @@ static int32_t most_ahead(uint64_t silent_us) {
 
 void session_note_lost(struct session *session) {
     if (session->settings->host_hold_on_gap && !session_is_module(session) && !session->stream.open)
-        machine_host_hold(session->machine);
+        action_hold(session->machine);
 }
 
 void session_note_sequence(struct session *session, const uint8_t address[4], uint32_t sequence) {

@@ -3,6 +3,7 @@
 #ifndef WIFICNC_SESSION_INNER_H
 #define WIFICNC_SESSION_INNER_H
 
+#include "machine/actions.h"
 #include "machine/host.h"
 #include "machine/outputs.h"
 #include "session/session.h"
@@ -66,7 +67,7 @@ enum wire_refusal session_check_request(struct session *session, const struct se
                                         const struct wire_header *header);
 
 /** What the binary protocol says of it. */
-enum wire_refusal session_refusal(enum host_answer answer);
+enum wire_refusal session_refusal(enum refusal refusal);
 
 /* command.c */
 /** What hosts may send by UDP and TCP. It was checked. */

@@ -141,21 +141,11 @@ enum wire_refusal session_check_request(struct session *session, const struct se
     return check(session, header, TCP, client->authenticated, client->address);
 }
 
-enum wire_refusal session_refusal(enum host_answer answer) {
-    static const uint8_t refusals[HOST_ANSWER_COUNT] = {
-        [HOST_DONE] = WIRE_REFUSAL_NONE,
-        [HOST_MALFORMED] = WIRE_REFUSAL_MALFORMED,
-        [HOST_FULL] = WIRE_REFUSAL_FULL,
-        [HOST_LOCKED] = WIRE_REFUSAL_LOCKED,
-        [HOST_BUSY] = WIRE_REFUSAL_BUSY,
-        [HOST_TEXT] = WIRE_REFUSAL_TEXT,
-        [HOST_NO_TIMING] = WIRE_REFUSAL_TIMING,
-        [HOST_TOO_FAST] = WIRE_REFUSAL_TOO_FAST,
-        [HOST_OUT_OF_TRAVEL] = WIRE_REFUSAL_TRAVEL,
-        [HOST_NO_AXIS] = WIRE_REFUSAL_AXIS,
-        [HOST_NO_HOMING] = WIRE_REFUSAL_NO_HOMING,
-        [HOST_NO_OUTPUT] = WIRE_REFUSAL_NO_OUTPUT,
-        [HOST_TOUCHES] = WIRE_REFUSAL_TOUCHES,
+enum wire_refusal session_refusal(enum refusal refusal) {
+    static const uint8_t packets[REFUSAL_COUNT] = {
+#define REFUSAL(name, error, packet) [REFUSAL_##name] = WIRE_REFUSAL_##packet,
+#include "machine/refusals.def"
+#undef REFUSAL
     };
-    return (enum wire_refusal)refusals[answer];
+    return (enum wire_refusal)packets[refusal];
 }

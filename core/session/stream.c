@@ -3,6 +3,8 @@
  * once each, in order. */
 #include "session/inner.h"
 
+#include "machine/owner.h"
+
 _Static_assert((int)FEED_SIZE <= (int)WIRE_STREAM_WINDOW, "the ack has a bit for every place of the feed");
 
 static uint32_t next_of(const struct session *session) {
@@ -47,7 +49,7 @@ enum wire_refusal stream_open(struct session *session, int place) {
     struct session_stream *stream = &session->stream;
     if (session_state(session) >= WIRE_STATE_ALARM)
         return WIRE_REFUSAL_LOCKED;
-    if (machine_host_is_busy(session->machine))
+    if (owner_host_is_busy(session->machine))
         return WIRE_REFUSAL_BUSY;
     stream_close(session, WIRE_REFUSAL_STREAM_CLOSED);
     uint32_t step = 2 + ((uint32_t)session->now_us & 0xFFFE);        /* not what a late datagram says */
@@ -68,13 +70,13 @@ static void take(struct session *session, uint32_t number, const uint8_t *at) {
     if (ahead >= feed_free(&machine_host(session->machine)->feed)) /* has come already, or too far ahead */
         return;
     const struct feed_segment segment = session_segment(at);
-    enum host_answer answer = machine_host_lay(session->machine, ahead, &segment, &refused);
-    if (answer == HOST_DONE)
+    enum refusal refusal = machine_host_lay(session->machine, ahead, &segment, &refused);
+    if (refusal == REFUSAL_NONE)
         return;
     stream->refused = refused - stream->base;
     session->counts.refused_segments++;
-    session->counts.last_refusal = (uint8_t)session_refusal(answer);
-    stream_close(session, session_refusal(answer));
+    session->counts.last_refusal = (uint8_t)session_refusal(refusal);
+    stream_close(session, session_refusal(refusal));
 }
 
 static void send_ack(struct session *session, const struct session_peer *to, uint32_t id) {

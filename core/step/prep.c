@@ -6,10 +6,10 @@
 #include <math.h>
 #include <string.h>
 
-/* Below this event rate minor axes of a diagonal would jitter visibly: events are doubled up to
- * 2^MAX_OVERSAMPLE. So they are where intervals come near the longest one of a span, because a slow step by
- * itself needs two spans, one of them to wait. */
-#define SMOOTH_EVENT_HZ 8000u
+/* A minor axis of a diagonal steps at the events of the dominant one, so it is late by up to half of their
+ * interval: below this event rate they are doubled, up to 2^MAX_OVERSAMPLE times. So they are where intervals
+ * come near the longest one of a span, because a slow step by itself needs two spans, one of them to wait. */
+#define SMOOTH_EVENT_HZ 32000u
 #define MAX_OVERSAMPLE  4u
 #define SLOW_TICKS      (SPAN_MAX_INTERVAL_TICKS / 8u)
 #define MAX_EVENTS      16383u

@@ -30,7 +30,7 @@ wificnc_generate(page -o "${wificnc_pins}/page_files.h")
 
 # Interrupts have their time in debug builds, too
 set(wificnc_fast ${sources})
-list(FILTER wificnc_fast INCLUDE REGEX "/(step/(control|isr|position)|machine/inputs|base/debounce|hal/[a-z_]+|io/(inputs|encoder))[.]c$")
+list(FILTER wificnc_fast INCLUDE REGEX "/(step/(control|isr|position)|machine/inputs|base/debounce|(hal|chip)/[a-z_]+|io/(inputs|encoder))[.]c$")
 set_source_files_properties(${wificnc_fast} PROPERTIES COMPILE_OPTIONS "-O2;-fno-stack-protector")
 
 # What hal/step_vector.S calls has the call0 ABI, and no loop registers. The assembler's note of it would have the linker

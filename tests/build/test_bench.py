@@ -15,10 +15,10 @@ fl=(1) /x/core/step/isr.c
 fn=(1) step_isr
 10 5
 +2 7
-fi=(2) /x/targets/host/hal/hal_step.h
+fi=(2) /x/targets/pc/hal/hal_step.h
 3 8
 fe=(1)
-cfi=(3) /x/targets/host/trace.c
+cfi=(3) /x/targets/sim/trace.c
 cfn=(2) trace_flush
 calls=2 4
 12 30

@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 from wificnc.app import main
 from wificnc.build.mips import COMPILER
+from wificnc.build.pic32mz import FLASH_BUDGET, RAM_BUDGET
 from wificnc.errors import Exit
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -65,7 +66,13 @@ def test_build_pic32mz_says_what_it_made(capsys: pytest.CaptureFixture[str]) -> 
         main(["build", "pic32mz2048efh100"])
     said = capsys.readouterr()
     assert caught.value.code == Exit.OK and said.out == ""
-    for word in ("compiler", "sources", "of the budget of 131,072", "of the budget of 65,536", "wificnc.hex"):
+    for word in (
+        "compiler",
+        "sources",
+        f"of the budget of {FLASH_BUDGET:,}",
+        f"of the budget of {RAM_BUDGET:,}",
+        "wificnc.hex",
+    ):
         assert word in said.err
 
 

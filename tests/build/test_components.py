@@ -26,7 +26,7 @@ def read(component: Path) -> set[Path]:
     ("component", "folders"),
     [
         (ESP32 / "components" / "core", ["core"]),
-        (ESP32 / "main", ["targets/common", *(f"targets/esp32/{name}" for name in ("app", "hal", "io", "link"))]),
+        (ESP32 / "main", ["targets/net", *(f"targets/esp32/{name}" for name in ("app", "hal", "io", "link"))]),
         (ESP32 / "main", [f"targets/esp32/{name}" for name in ("main", "net", "store")]),
     ],
 )

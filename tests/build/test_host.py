@@ -20,8 +20,8 @@ SOURCES = {
     "core/base/a.h": '#include "config.h"\nint a(void);\n',
     "core/base/a.c": '#include "base/a.h"\nint a(void) {\n    return ANSWER;\n}\n',
     "core/base/b.c": "int b(void);\nint b(void) {\n    return 1;\n}\n",
-    "targets/host/c.c": '#include "base/a.h"\nint c(void);\nint c(void) {\n    return a() + 1;\n}\n',
-    "targets/host/main.c": "int main(void) {\n    return 0;\n}\n",
+    "targets/pc/c.c": '#include "base/a.h"\nint c(void);\nint c(void) {\n    return a() + 1;\n}\n',
+    "targets/pc/main.c": "int main(void) {\n    return 0;\n}\n",
 }
 
 
@@ -80,7 +80,7 @@ def test_edited_header_recompiles_who_includes_it(tree: Path) -> None:
 def test_vanished_header_is_no_crash(tree: Path) -> None:
     build(tree)
     put(tree, "core/base/a.c", "int a(void);\nint a(void) {\n    return 7;\n}\n")
-    put(tree, "targets/host/c.c", "int c(void);\nint c(void) {\n    return 8;\n}\n")
+    put(tree, "targets/pc/c.c", "int c(void);\nint c(void) {\n    return 8;\n}\n")
     (tree / "core/base/a.h").unlink()
     assert build(tree).compiled == 2
 
@@ -161,7 +161,7 @@ def test_variants_live_apart(tree: Path) -> None:
 
 
 def test_unknown_variant(tree: Path) -> None:
-    with pytest.raises(BuildError, match="no variant 'fast'"):
+    with pytest.raises(BuildError, match="unknown variant 'fast'"):
         build(tree, "fast")
 
 

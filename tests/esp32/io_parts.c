@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT
  * Parts of the ESP32's input and output that need no register: bouncing inputs, tables of port bits. */
 #include "base/debounce.h"
-#include "hal/step_pins.h"
 #include "io/encoder_counts.h"
+#include "step_pins.h"
 
 #include <stdio.h>
 #include <string.h>
@@ -61,13 +61,13 @@ static void inputs_do_not_disturb_each_other(void) {
 }
 
 static void tables_hold_every_combination_of_axes(void) {
-    const uint8_t step[AXIS_COUNT] = {1, 2, 42, 41, 40, GPIO_NONE}, dir[AXIS_COUNT] = {3, 4, 38, 10, 31, 32};
+    const uint8_t step[AXIS_COUNT] = {1, 2, 42, 41, 40, NO_PIN}, dir[AXIS_COUNT] = {3, 4, 38, 10, 31, 32};
     struct step_pins pins;
     check(step_pins_set(&pins, step, dir), "good pins are refused");
     for (unsigned axes = 0; axes < AXIS_MASKS; axes++) {
         uint64_t wanted_step = 0, wanted_dir = 0;
         for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
-            wanted_step |= (axes >> ax & 1) != 0 && step[ax] != GPIO_NONE ? 1ull << step[ax] : 0;
+            wanted_step |= (axes >> ax & 1) != 0 && step[ax] != NO_PIN ? 1ull << step[ax] : 0;
             wanted_dir |= (axes >> ax & 1) != 0 ? 1ull << dir[ax] : 0;
         }
         check((pins.step[axes].bank[0] | (uint64_t)pins.step[axes].bank[1] << 32) == wanted_step,

@@ -3,8 +3,8 @@
  */
 #include "io/lines.h"
 #include "check.h"
-#include "hal/step_pins.h"
 #include "pin_config.h"
+#include "step_pins.h"
 
 #include "driver/gpio.h"
 

@@ -2,8 +2,8 @@
  * Signals moved to other pins by the storage, on the ESP32-S3-DevKitC with octal memory. */
 #include "io/pin_map.h"
 #include "check.h"
-#include "hal/step_pins.h"
 #include "pin_config.h"
+#include "step_pins.h"
 
 #include <string.h>
 
@@ -41,7 +41,7 @@ static uint8_t pin_of(const struct pin_map *map, enum board_signal signal) {
 static bool no_pin_serves_two(const struct pin_map *map) {
     for (size_t i = 0; i < SIGNAL_COUNT; i++)
         for (size_t k = 0; k < i; k++)
-            if (map->wire[i].gpio != GPIO_NONE && map->wire[i].gpio == map->wire[k].gpio)
+            if (map->wire[i].gpio != NO_PIN && map->wire[i].gpio == map->wire[k].gpio)
                 return false;
     return true;
 }
@@ -56,15 +56,15 @@ static void without_anything_stored_it_is_the_boards_wiring(void) {
     CHECK(move(&map) == 0 && told[0] == '\0');
     CHECK(pin_of(&map, SIGNAL_STEP_X) == PIN_STEP_X && pin_of(&map, SIGNAL_ENABLE) == PIN_ENABLE);
     CHECK(!map.wire[SIGNAL_ENABLE].active_high && map.wire[SIGNAL_PROBE].pull == PIN_PULL_UP);
-    CHECK(pin_of(&map, SIGNAL_CHARGE_PUMP) == GPIO_NONE);
+    CHECK(pin_of(&map, SIGNAL_CHARGE_PUMP) == NO_PIN);
 }
 
 static void signals_move_exchange_and_go(void) {
     struct pin_map map;
-    STORE({"p_sx", PIN_STEP_Y}, {"p_sy", PIN_STEP_X}, {"p_prb", GPIO_NONE}, {"p_cp", PIN_PROBE});
+    STORE({"p_sx", PIN_STEP_Y}, {"p_sy", PIN_STEP_X}, {"p_prb", NO_PIN}, {"p_cp", PIN_PROBE});
     CHECK(move(&map) == 0 && told[0] == '\0');
     CHECK(pin_of(&map, SIGNAL_STEP_X) == PIN_STEP_Y && pin_of(&map, SIGNAL_STEP_Y) == PIN_STEP_X);
-    CHECK(pin_of(&map, SIGNAL_PROBE) == GPIO_NONE && pin_of(&map, SIGNAL_CHARGE_PUMP) == PIN_PROBE);
+    CHECK(pin_of(&map, SIGNAL_PROBE) == NO_PIN && pin_of(&map, SIGNAL_CHARGE_PUMP) == PIN_PROBE);
     CHECK(map.wire[SIGNAL_CHARGE_PUMP].output && no_pin_serves_two(&map));
 }
 
@@ -84,7 +84,7 @@ static void clashes_are_solved_to_the_end(void) {
     struct pin_map map;
     STORE({"p_sx", PIN_PROBE}, {"p_sy", PIN_STEP_X}, {"p_sz", PIN_STEP_Y}, {"p_sa", PIN_STEP_Z});
     CHECK(move(&map) >= 1 && no_pin_serves_two(&map));
-    CHECK(pin_of(&map, SIGNAL_PROBE) == PIN_PROBE && pin_of(&map, SIGNAL_STEP_X) != GPIO_NONE);
+    CHECK(pin_of(&map, SIGNAL_PROBE) == PIN_PROBE && pin_of(&map, SIGNAL_STEP_X) != NO_PIN);
     CHECK(strstr(told, "p_sx") != NULL);
 }
 

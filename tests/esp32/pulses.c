@@ -281,13 +281,13 @@ static void start(void) {
     memset(rmt_busy_until, 0, sizeof rmt_busy_until);
     channels = 0;
     now += 1000000;
-    board = (struct step_engine_board){.probe_gpio = GPIO_NONE,
+    board = (struct step_engine_board){.probe_gpio = NO_PIN,
                                        .timer_hz = BOARD_TIMER_HZ,
                                        .step_pulse_ns = BOARD_STEP_PULSE_NS,
                                        .dir_setup_ns = BOARD_DIR_SETUP_NS};
     for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
-        board.step_gpio[ax] = ax < BOARD_AXIS_COUNT ? (uint8_t)(FIRST_STEP_GPIO + ax) : GPIO_NONE;
-        board.dir_gpio[ax] = ax < BOARD_AXIS_COUNT ? (uint8_t)(FIRST_DIR_GPIO + ax) : GPIO_NONE;
+        board.step_gpio[ax] = ax < BOARD_AXIS_COUNT ? (uint8_t)(FIRST_STEP_GPIO + ax) : NO_PIN;
+        board.dir_gpio[ax] = ax < BOARD_AXIS_COUNT ? (uint8_t)(FIRST_DIR_GPIO + ax) : NO_PIN;
     }
     const bool by_rmt = BOARD_STEP_ENGINE == BOARD_STEP_ENGINE_RMT;
     const uint32_t step_ns = 2 * BOARD_STEP_PULSE_NS + BOARD_STEP_SPREAD_NS;

@@ -42,11 +42,10 @@ static bool stdin_is_open(void) {
     return read(STDIN_FILENO, &byte, 1) != 0;
 }
 
-/* The page's patience is with real clients; a fifth of the chip's is enough here. */
 static uint32_t page_time_us(void) {
     struct timespec now;
     (void)clock_gettime(CLOCK_MONOTONIC, &now);
-    return (uint32_t)((uint64_t)now.tv_sec * 5000000u + (uint64_t)now.tv_nsec / 200u);
+    return (uint32_t)((uint64_t)now.tv_sec * 1000000u + (uint64_t)now.tv_nsec / 1000u);
 }
 
 /* @return 0: none */

@@ -21,7 +21,7 @@ from wificnc import __version__
 from wificnc.errors import UserError
 from wificnc.web.embed import EmbeddedFile, embedded_files
 
-PLACES, HEAD = 4, 1536  # net_http.h
+PLACES, HEAD = 32, 16384  # targets/pc/hal/net_sizes.h: the server runs on this computer
 CHUNKS = {
     "index.html": {
         "file": "assets/index-1.js",
@@ -160,6 +160,21 @@ def test_silent_and_half_open_connections_make_room_in_time(files: list[Embedded
         assert get(ports.page, "/")[0] == 200
         for one in silent:
             one.close()
+
+
+def test_a_slow_reader_has_longer_than_a_silent_one(files: list[EmbeddedFile]) -> None:
+    """A telephone on poor WiFi takes nothing for some seconds; half a file would be a page that does not start."""
+    with serving_esp32(files=files) as ports, socket.socket() as slow:
+        slow.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
+        slow.setsockopt(socket.IPPROTO_TCP, socket.TCP_MAXSEG, 536)  # the server's kernel buffers for 20 of them
+        slow.settimeout(HANG_S)
+        slow.connect(("127.0.0.1", ports.page))
+        slow.sendall(b"GET /assets/core-1.wasm HTTP/1.1\r\nHost: 127.0.0.1\r\nAccept-Encoding: gzip\r\n\r\n")
+        for _ in range(2):  # one after the other, each until it is closed because it said nothing
+            with socket.create_connection(("127.0.0.1", ports.page), HANG_S) as silent:
+                assert silent.recv(1) == b""
+        head, _, body = b"".join(iter(lambda: slow.recv(65536), b"")).partition(b"\r\n\r\n")
+        assert head.startswith(b"HTTP/1.1 200") and gzip.decompress(body) == LARGE
 
 
 # ---- the stream ----

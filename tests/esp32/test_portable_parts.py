@@ -19,7 +19,7 @@ ESP32 = checkout_root() / "targets" / "esp32"
 # program -> the firmware's files in it
 PROGRAMS = {
     "two_sides": (),  # the machine with a motion side of its own: two real threads
-    "io_parts": ("hal/step_pins.c", "io/encoder_counts.c"),
+    "io_parts": ("../chip/step_pins.c", "io/encoder_counts.c"),
     "access": ("net/access.c",),
     "gate": (),
     "rx_all": (),

@@ -19,9 +19,10 @@ ROOT = checkout_root()
 ESP32 = ROOT / "targets" / "esp32"
 SOURCES = (
     *(ROOT / "core" / name for name in ("step/control.c", "step/isr.c", "step/position.c", "step/prep.c")),
-    *(ESP32 / "hal" / name for name in ("step_engine.c", "step_interrupt.c", "step_pins.c", "step_rmt.c")),
+    ROOT / "targets" / "chip" / "step_pins.c",
+    *(ESP32 / "hal" / name for name in ("step_engine.c", "step_interrupt.c", "step_rmt.c")),
 )
-INCLUDES = (HERE / "registers", ESP32, ROOT / "core", ESP32 / "test" / "idf_api", HERE)
+INCLUDES = (HERE / "registers", ESP32, ROOT / "targets" / "chip", ROOT / "core", ESP32 / "test" / "idf_api", HERE)
 FLAGS = ("-std=gnu11", "-O1", "-g", "-Wall", "-Wextra", "-Werror", "-ffp-contract=off")
 
 BUSY_PERCENT = 70  # of core 1 in interrupts at the board's fastest rate: what cuts spans needs the rest

@@ -5,6 +5,7 @@
  * STATE_BYTES of the input make the state; the rest is lines, carried out one after the other. A line that
  * begins with '$' is a jog. */
 #include "fuzz.h"
+#include "status_text.h"
 
 #include "gcode/arc.h"
 #include "gcode/cycle.h"

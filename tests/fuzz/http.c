@@ -1,18 +1,22 @@
 /* SPDX-License-Identifier: MIT
  * A request of HTTP. Whatever arrives: every text of it ends inside of the request, what is taken as good
  * has a version, one Host at most and a path without its query, only a GET with a whole handshake upgrades,
- * and bytes behind the empty line change nothing.
+ * and bytes behind the empty line change nothing. The server answers it once, however it is cut and however
+ * little the connection takes: with a whole head and the body that this promises, of a file that it has, or
+ * with the stream; then the connection ends.
  *
  * The input is the request as it comes from a connection. */
 #include "fuzz.h"
+#include "net_http.h"
 #include "net_http_request.h"
 #include "net_websocket.h"
 
 #include <ctype.h>
+#include <fcntl.h>
 #include <string.h>
 #include <strings.h>
 
-enum { TEXT_MOST = 1536 }; /* NET_HTTP_HEAD */
+enum { TEXT_MOST = 1536 }; /* NET_HTTP_HEAD of the smallest target */
 
 /* One parse, in memory of exactly the request's size. */
 struct parsed {
@@ -91,6 +95,127 @@ static void check_more_changes_nothing(const char *text, const struct parsed *be
     free(after.text);
 }
 
+/* ---- the server ---- */
+
+enum {
+    OUT_MOST = 4096,
+    ROUNDS_MOST = 4 * OUT_MOST,
+    ROUND_US = 1000,
+    SILENT_ROUND_US = 100000,
+    SEARCH_ROUNDS = 3
+};
+
+static const uint8_t packed[] = "packed", plain[] = "not packed";
+
+static struct browser {
+    const char *text;
+    size_t left, cut;
+    char out[OUT_MOST];
+    size_t count;
+    unsigned closed, streams, searches;
+} browser;
+
+static size_t cut_off(size_t count) {
+    return count < browser.cut ? count : browser.cut;
+}
+
+static long browser_read(const struct net_stream *stream, char *bytes, size_t size) {
+    size_t count = cut_off(browser.left < size ? browser.left : size);
+    (void)stream;
+    memcpy(bytes, browser.text, count);
+    browser.text += count;
+    browser.left -= count;
+    return (long)count;
+}
+
+static long browser_write(const struct net_stream *stream, const char *bytes, size_t count) {
+    (void)stream;
+    count = cut_off(count);
+    CLAIM(browser.count + count < OUT_MOST, "it never ends");
+    memcpy(browser.out + browser.count, bytes, count);
+    browser.count += count;
+    return (long)count;
+}
+
+static void browser_close(const struct net_stream *stream) {
+    (void)stream;
+    browser.closed++;
+}
+
+static void take_stream(void *ctx, const struct net_stream *stream, const char *who) {
+    (void)ctx;
+    (void)who;
+    browser.streams++;
+    stream->ops->close(stream);
+}
+
+static bool find(void *ctx, const char *path, struct net_http_file *out) {
+    (void)ctx;
+    *out = (struct net_http_file){.path = path,
+                                  .type = "text/plain",
+                                  .tag = "1f0c",
+                                  .packed = {strlen(path) % 2 == 0 ? packed : NULL, sizeof packed - 1},
+                                  .plain = {plain, sizeof plain - 1}};
+    return strcmp(path, "/nothing") != 0;
+}
+
+static bool discover(void *ctx, struct net_http_late *out) {
+    (void)ctx;
+    *out = (struct net_http_late){.status = "200 OK", .type = "application/json", .body = "[]"};
+    return ++browser.searches % SEARCH_ROUNDS == 0;
+}
+
+static bool is_body(const char *body, size_t size, const char *known) {
+    return size == strlen(known) && memcmp(body, known, size) == 0;
+}
+
+static void check_answer(void) {
+    browser.out[browser.count] = '\0';
+    const char *end = strstr(browser.out, "\r\n\r\n");
+    CLAIM(end != NULL && strncmp(browser.out, "HTTP/1.1 ", 9) == 0, "no head: %s", browser.out);
+    const char *length = strstr(browser.out, "Content-Length: "), *body = end + 4;
+    size_t size = browser.count - (size_t)(body - browser.out);
+    if (browser.streams > 0)
+        return; /* a close frame follows */
+    CLAIM(length != NULL && length < end, "no length: %s", browser.out);
+    CLAIM(size == 0 || size == strtoul(length + 16, NULL, 10), "%zu bytes: %s", size, browser.out);
+    if (size == 0 || strncmp(browser.out + 9, "200", 3) != 0)
+        return;
+    bool is_packed = strstr(browser.out, "Content-Encoding: gzip\r\n") != NULL;
+    CLAIM(is_body(body, size, (const char *)(is_packed ? packed : plain)) || is_body(body, size, "{}") ||
+              is_body(body, size, "[]"),
+          "another body: %s", body);
+}
+
+/* @param has_table  files as a firmware has them, or those of a computer */
+static void serve(const char *text, size_t cut, bool has_table) {
+    static const struct net_http_file files[] = {
+        {.path = "/index.html", .type = "text/html", .tag = "1", .packed = {packed, sizeof packed - 1}}};
+    static const struct net_stream_ops ops = {
+        .read = browser_read, .write = browser_write, .close = browser_close};
+    struct net_http_site site = {
+        .name = "wificnc", .about = "{}", .connect = take_stream, .silent_us = 5000000};
+    struct net_http http = {.site = &site, .listener = open("/dev/null", O_RDONLY)};
+    if (has_table) {
+        site.files = files;
+        site.count = 1;
+    } else {
+        site.find = find;
+        site.discover = discover;
+    }
+    browser = (struct browser){.text = text, .left = strlen(text), .cut = cut};
+    http.place[0] = (struct net_http_place){.stream = {.ops = &ops}, .head = malloc(NET_HTTP_HEAD)};
+    uint32_t now_us = 0;
+    for (unsigned round = 0; http.place[0].stream.ops != NULL && round < ROUNDS_MOST; round++) {
+        (void)net_http_poll(&http, now_us);
+        now_us += browser.left > 0 || browser.count > 0 ? ROUND_US : SILENT_ROUND_US;
+    }
+    CLAIM(browser.closed == 1, "closed %u times", browser.closed);
+    if (strstr(text, "\r\n\r\n") != NULL)
+        check_answer();
+    net_http_close(&http);
+}
+
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     char text[TEXT_MOST];
     size = size < sizeof text ? size : sizeof text - 1;
@@ -109,5 +234,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     if (strstr(text, "\r\n\r\n") != NULL)
         check_more_changes_nothing(text, &parsed);
     free(parsed.text);
+    serve(text, 1 + size % 64, true);
+    serve(text, 1 + size % 7, false);
     return 0;
 }

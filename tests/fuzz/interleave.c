@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT
- * Commands, real-time bytes, inputs, stalls and time in any order, with the monitor (targets/host/monitor.h)
+ * Commands, real-time bytes, inputs, stalls and time in any order, with the monitor (targets/sim/monitor.h)
  * as judge. Where machine.c puts any bytes, this puts lines that mean something, so that it comes deep into
  * the states of the machine.
  *

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT
- * gcode/program.h and gcode/formula.h: whatever text comes, it ends; a line that can be computed is plain,
+ * program.h and gcode/formula.h: whatever text comes, it ends; a line that can be computed is plain,
  * its assignments are kept, and a line that cannot changes nothing.
  *
  * The first byte says how many bytes a read gives and what is unknown; the rest is the text. */
@@ -7,8 +7,8 @@
 
 #include "config.h"
 #include "gcode/formula.h"
-#include "gcode/knowledge.h"
-#include "gcode/program.h"
+#include "knowledge.h"
+#include "program.h"
 
 #include <math.h>
 #include <string.h>

@@ -4,7 +4,7 @@
 #include "config.h"
 #include "gcode/expression.h"
 #include "gcode/formula.h"
-#include "gcode/program.h"
+#include "program.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -13,10 +13,11 @@ import subprocess
 from gcode_core import ROOT, declare
 from wificnc.build.compiler import locate_compiler
 
-FLAGS = ["-std=c11", "-O2", "-g", "-fPIC", "-shared", "-ffp-contract=off", "-Icore"]
+FLAGS = ["-std=c11", "-O2", "-g", "-fPIC", "-shared", "-ffp-contract=off", "-Icore", "-Itargets/sim"]
 WARNINGS = ["-Wall", "-Wextra", "-Wconversion", "-Wshadow", "-Werror"]
 SOURCES = (
     "core/link/line_reader.c",
+    *(f"targets/sim/{name}.c" for name in ("knowledge", "oword", "program", "program_text", "status_text")),
     "core/base/power.c",
     "core/base/trig.c",
     "tests/gcode/sizes.c",

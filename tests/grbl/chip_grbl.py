@@ -261,7 +261,7 @@ class ChipGrbl:
         return pin_number(self._pins[signal])
 
     def _line(self, name: str, active: bool) -> tuple[int, int]:
-        """A host's input by name (targets/host/virtual.h): its pin and level here."""
+        """A host's input by name (targets/sim/virtual.h): its pin and level here."""
         if found := re.fullmatch(r"limit(?:-(min|max))?-(\w)", name):
             signal = f"limit_{found[2]}_{found[1] or 'min'}"
         elif found := re.fullmatch(r"input-(\d)", name):

@@ -1,4 +1,4 @@
-"""A Grbl controller in virtual time with a machine behind it. Talks to targets/host/{host,virtual}.h through ctypes."""
+"""A Grbl controller in virtual time with a machine behind it: ctypes on targets/pc/host.h, targets/sim/virtual.h."""
 
 from __future__ import annotations
 
@@ -131,7 +131,7 @@ class Grbl:
         axes: int = 3,
         store: Path | None = None,
         ganged: int = 0,
-        lacks: int = 0,  # BOARD_OUTPUT_ bits of core/machine/machine.h
+        lacks: int = 0,  # BOARD_OUTPUT_ bits of core/machine/board.h
         ports: bool = True,  # four inputs, and analog ones
         motors_wake_us: int = 0,
         encoder: bool = False,

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
+from wificnc.build.host import FOLDERS
 from wificnc.link.port import DEFAULT_PORT
 from wificnc.serve.options import DEFAULT_TCP, Address, parse_address
 
@@ -16,7 +17,7 @@ def test_serve_listens_where_targets_look() -> None:
 
 
 def test_the_number_is_written_once() -> None:
-    sources = [*ROOT.glob("cli/**/*.py"), *ROOT.glob("targets/host/*.[ch]")]
+    sources = [*ROOT.glob("cli/**/*.py"), *(path for folder in FOLDERS for path in ROOT.glob(f"{folder}/*.[ch]"))]
     number = re.compile(rf"(?:=|\") *\"?{DEFAULT_PORT}\"?\s*[,;)\n]")
     homes = [path.name for path in sources if number.search(path.read_text(encoding="utf-8"))]
     assert homes == ["port.py"]

@@ -92,3 +92,12 @@ def test_a_way_through_a_seldom_function_does_not_count() -> None:
     made = program(**code)
     assert longest_path(made, "_vector_step") == 2 + 2 + 22 + 1
     assert longest_path(made, "_vector_step", ["seldom"]) == 3
+
+
+def test_a_function_that_ends_in_a_jump_back_does_not_run_into_the_next() -> None:
+    code = {
+        "_vector_step": ("jal @work", "nop", "eret"),
+        "work": ("bne v0,zero,@+4", "nop", "jr ra", "nop", "addiu v0,v0,1", "beq zero,zero,@+2", "nop"),
+        "next": ("addiu v0,v0,1",) * 20 + ("jr ra", "nop"),
+    }
+    assert longest_path(program(**code), "_vector_step") == 2 + 2 + 3 + 2 + 1

@@ -1,4 +1,4 @@
-"""The host controller for motion tests: programs in, step edges out. Talks to targets/host/host.h through ctypes."""
+"""The host controller for motion tests: programs in, step edges out. Talks to targets/pc/host.h through ctypes."""
 
 from __future__ import annotations
 

@@ -50,7 +50,7 @@ def test_include_along_the_data_is_allowed(tree: Path, name: str, include: str) 
         ("core/base/a.c", '"gcode/gcode.h"', 'core/base may not include "gcode/gcode.h"'),
         ("core/settings/a.c", '"gcode/gcode.h"', "it may include: settings, base, gcode/status.h"),
         ("core/motion/a.c", '"host.h"', '"host.h" is not the core\'s'),
-        ("core/motion/a.c", '"../../targets/host/host.h"', "is not the core's"),
+        ("core/motion/a.c", '"../../targets/pc/host.h"', "is not the core's"),
         ("core/motion/a.c", '"motion/absent.h"', "is not in core/"),
         ("core/motion/a.c", "<stdio.h>", "the core prints nothing"),
         ("core/motion/a.c", "<stdlib.h>", "the core does not allocate"),

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from lint.circles import check_circles
+from lint.circles import check_circles, check_firmware
 from lint.owners import check_owners
 
 
@@ -48,7 +48,7 @@ def test_reading_is_free(tmp_path: Path, line: str) -> None:
 
 def test_nobody_outside_sees_the_parts(tmp_path: Path) -> None:
     write(tmp_path, "core/session/other.c", '#include "machine/parts.h"\n')
-    write(tmp_path, "targets/host/monitor.c", '#include "machine/parts.h"\n')
+    write(tmp_path, "targets/sim/monitor.c", '#include "machine/parts.h"\n')
     assert [problem.path.as_posix() for problem in check_owners(tmp_path)] == ["core/session/other.c"]
 
 
@@ -57,3 +57,11 @@ def test_a_circle_of_files_is_found(tmp_path: Path) -> None:
         write(tmp_path, f"core/room/{name}.c", f"void {calls}(void);\nvoid {name}(void) {{\n    {calls}();\n}}\n")
     (problem,) = check_circles(tmp_path)
     assert "core/room/a.c, core/room/b.c, core/room/c.c" in problem.message
+
+
+def test_what_no_firmware_calls_is_not_the_cores(tmp_path: Path) -> None:
+    for name, calls in {"a": "b", "b": "a", "c": "d", "d": "c"}.items():
+        write(tmp_path, f"core/room/{name}.c", f"void {calls}(void);\nvoid {name}(void) {{\n    {calls}();\n}}\n")
+    write(tmp_path, "targets/pic32mz/main.c", "int main(void) {\n    a();\n}\n")
+    write(tmp_path, "targets/pc/main.c", "int main(void) {\n    c();\n}\n")
+    assert [problem.path.name for problem in check_firmware(tmp_path)] == ["c.c", "d.c"]

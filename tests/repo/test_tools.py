@@ -10,6 +10,7 @@ import pytest
 from lint import external
 from lint.__main__ import LINTS, main
 from lint.problem import Problem
+from wificnc.build.host import FOLDERS
 
 ROOT = Path(__file__).resolve().parents[2]
 HEAD = "/* SPDX-License-Identifier: MIT */\n"
@@ -49,7 +50,7 @@ PACKAGES = (
 @pytest.fixture
 def tree(tmp_path: Path) -> Path:
     """An empty checkout with our configuration."""
-    for name in (*PACKAGES, "core", "targets/host"):
+    for name in (*PACKAGES, *FOLDERS):
         (tmp_path / name).mkdir(parents=True)
     for name in ("pyproject.toml", ".clang-format"):
         shutil.copy(ROOT / name, tmp_path / name)

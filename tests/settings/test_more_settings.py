@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 from settings_core import NUMBERS, ROOT
 from wificnc.build.compiler import locate_compiler
+from wificnc.build.host import HEADERS
 from wificnc.protocol import generate
 
 MORE = 40
@@ -26,8 +27,8 @@ help = "One more."
 affects = ["reports"]
 nvs = "more_{number}"
 """
-HOST = ["-Icore", "-Itargets/host", "-Itargets/common", "-D_GNU_SOURCE"]
-ROOMS = {"core": HOST, "targets/host": HOST, "targets/pic32mz/store": ["-Icore", "-Itargets/pic32mz"]}
+HOST = [*(f"-I{folder}" for folder in HEADERS), "-D_GNU_SOURCE"]
+ROOMS = {"core": HOST, "targets/pc": HOST, "targets/pic32mz/store": ["-Icore", "-Itargets/pic32mz"]}
 
 # Stores all of them but their defaults, and reads them back.
 ROUND_TRIP = r"""

@@ -1,4 +1,4 @@
-"""The parts of targets/host that the product does not call from Python: measure.h, trace_write.h, sim_text.h."""
+"""The parts of targets/sim that the product does not call from Python: measure.h, trace_write.h, sim_text.h."""
 
 from __future__ import annotations
 

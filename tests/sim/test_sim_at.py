@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -10,6 +11,7 @@ from click.testing import CliRunner
 from wificnc.app import root
 from wificnc.errors import UserError
 from wificnc.sim.job import At, JobRequest, SimResult, Timing, run_job
+from wificnc.sim.native import Tasks
 from wificnc.sim.run import parse_at
 
 TIMING = Timing(20_000_000, 2500, 1000, 500_000, 3)
@@ -43,6 +45,16 @@ def test_held_and_resumed(library, plain_s: float, moment: float, pair: tuple[st
     assert [event.done for event in result.events] == [True, True]
     assert result.events[0].state.split(":")[0] in ("Hold", "Door")
     assert result.steps_per_axis == run(library).steps_per_axis
+
+
+@pytest.mark.parametrize("tasks", list(Tasks))
+@pytest.mark.parametrize("moment", [0.0137, 0.4, 1.111])
+def test_a_button_is_pressed_as_long_as_by_a_finger(library, plain_s: float, moment: float, tasks: Tasks) -> None:
+    """However seldom the board's tasks look: each press counts, and once."""
+    events = (At(moment, "feed-hold"), At(moment + 3, "start"))
+    result = run_job(library, JobRequest("job.nc", JOB.encode(), replace(TIMING, tasks=tasks), SETTINGS, events=events))
+    assert result.errors == () and result.final_position_steps == END
+    assert plain_s + 2.5 < result.job_time_s < plain_s + 3.5
 
 
 @pytest.mark.parametrize("moment", [0.0501, 0.3337, 1.0, 2.222])

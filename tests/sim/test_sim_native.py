@@ -11,7 +11,7 @@ import pytest
 from wificnc.build.host import build_program
 from wificnc.sim.native import HostBoard, HostCounters
 
-HEADER = Path(__file__).resolve().parents[2] / "targets" / "host" / "host.h"
+HEADER = Path(__file__).resolve().parents[2] / "targets" / "pc" / "host.h"
 
 
 def c_fields(name: str) -> list[str]:

@@ -1,4 +1,4 @@
-"""Two remote hosts of a controller in virtual time (targets/host/host_wire.h): the first one does all, the second one
+"""Two remote hosts of a controller in virtual time (targets/pc/host_wire.h): the first one does all, the second one
 only tries. What they send is named as in protocol/states.toml."""
 
 from __future__ import annotations

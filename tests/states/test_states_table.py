@@ -53,7 +53,7 @@ def missing_commands(table: Table, help_line: str) -> set[str]:
 
 
 def test_every_state_of_the_core_has_one() -> None:
-    assert missing_states(TABLE, source("machine/machine.h")) == set()
+    assert missing_states(TABLE, source("machine/states.h")) == set()
 
 
 def test_every_byte_is_of_one_input() -> None:
@@ -120,7 +120,7 @@ def test_the_document_is_fresh() -> None:
 
 
 def test_a_new_state_is_found() -> None:
-    header = source("machine/machine.h").replace("MACHINE_STATE_COUNT", "MACHINE_PARK,\n    MACHINE_STATE_COUNT", 1)
+    header = source("machine/states.h").replace("MACHINE_STATE_COUNT", "MACHINE_PARK,\n    MACHINE_STATE_COUNT", 1)
     assert missing_states(TABLE, header) == {"MACHINE_PARK"}
 
 

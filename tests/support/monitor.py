@@ -1,4 +1,4 @@
-"""The monitor of targets/host/monitor.h: on in every test that drives a machine through the host library."""
+"""The monitor of targets/sim/monitor.h: on in every test that drives a machine through the host library."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Stalls and task periods of a host controller (targets/host/host.h): what tests of any folder need of them."""
+"""Stalls and task periods of a host controller (targets/pc/host.h): what tests of any folder need of them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A device of the binary protocol in virtual time, and what it does with its motors. Talks to targets/host."""
+"""A device of the binary protocol in virtual time, and what it does with its motors. Talks to targets/pc."""
 
 from __future__ import annotations
 

@@ -26,7 +26,7 @@ spread over 10 ms; X at 250 steps/mm and 6000 mm/min, M3 S full, so that the out
 Busy: arcs of 3 mm whose lines fill the buffers, and status requests at 115200 baud without a pause. A byte counts from
 the end of its stop bit, the e-stop from the edge of its pin. Deceleration begins with the first of ten steps whose mean
 interval is 1 % longer than before. PC: the simulator in virtual time (`wificnc sim --at`), where a byte has no line to
-travel. ESP32: the same in the periods and the lateness of its tasks (targets/common/task_periods.h), from the byte in
+travel. ESP32: the same in the periods and the lateness of its tasks (targets/chip/task_periods.h), from the byte in
 the driver's ring; computing takes no time there. PC in real time: `wificnc serve` by TCP here, `?` without a
 pause. `!`: until the first report of a feed 1 % lower has come. Ctrl-X: how long the machine went on, from the
 position where it stands, its position in the report before, and its speed: negative by the way of that report."""

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from bench.program import Floats, Programmed
 
-# struct trace_event of targets/host/trace.h
+# struct trace_event of targets/sim/trace.h
 EVENT = np.dtype([("t", "<u8"), ("step", "u1"), ("dir", "u1"), ("flags", "u1"), ("dwells", "u1"), ("line", "<u4")])
 PARTS = 10  # samples in a window
 GROUP = 16  # stretches of one source line that are matched at once

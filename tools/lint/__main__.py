@@ -10,7 +10,7 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 from lint import external
-from lint.circles import check_circles
+from lint.circles import check_circles, check_firmware
 from lint.english import check_english
 from lint.house import check_house
 from lint.includes import check_includes
@@ -24,6 +24,7 @@ LINTS: dict[str, tuple[str, Lint]] = {
     "includes": ("includes follow the data", check_includes),
     "owners": ("parts of the machine have owners", check_owners),
     "circles": ("files that call back are few", check_circles),
+    "firmware": ("a firmware calls each file", check_firmware),
     "house": ("sizes, file heads, leftovers", check_house),
     "settings": ("settings by name, not by number", check_settings),
     "english": ("plain English for users", check_english),

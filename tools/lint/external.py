@@ -13,9 +13,12 @@ from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
+from wificnc.build.host import FOLDERS, HEADERS, WARNINGS
+
 from lint.problem import Problem, source_files
 
-INCLUDE_PATHS = ("core", "targets/common", "targets/host", "linuxcnc")
+SOURCES = (*FOLDERS, "linuxcnc")
+INCLUDE_PATHS = (*HEADERS, "linuxcnc")
 CPPCHECK = (
     "--enable=warning,style,performance,portability",
     "--std=c11",
@@ -28,7 +31,7 @@ CPPCHECK = (
 )
 PYTHON = ("cli", "tools", "tests", "examples")
 HAL_PROGRAM = "linuxcnc/wificnc.c"  # needs LinuxCNC's headers: tests/linuxcnc builds it by halcompile, with warnings
-COMPILED = (*(f"{path}/" for path in INCLUDE_PATHS), "tools/bench/", "tools/mzsim/")
+COMPILED = (*(f"{path}/" for path in SOURCES), "tools/bench/", "tools/mzsim/")
 
 
 def check_ruff(root: Path) -> list[Problem]:
@@ -56,13 +59,11 @@ def check_clang_format(root: Path) -> list[Problem]:
 
 def check_cppcheck(root: Path) -> list[Problem]:
     paths = [f"-I{path}" for path in INCLUDE_PATHS]
-    return run_tool(root, [script("cppcheck"), *CPPCHECK, *paths, *present(root, INCLUDE_PATHS)])
+    return run_tool(root, [script("cppcheck"), *CPPCHECK, *paths, *present(root, SOURCES)])
 
 
 def check_compilers(root: Path) -> list[Problem]:
     """Every C file through every compiler of this machine, with all warnings as errors."""
-    from wificnc.build.host import WARNINGS
-
     sources = [str(path) for path in source_files(root, ".c") if str(path).startswith(COMPILED)]
     sources = [path for path in sources if path != HAL_PROGRAM]
     flags = ["-std=c11", "-D_POSIX_C_SOURCE=200809L", *WARNINGS, "-Werror", *(f"-I{path}" for path in INCLUDE_PATHS)]

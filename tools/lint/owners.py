@@ -46,7 +46,14 @@ OWNERS: dict[str, tuple[str, ...]] = {
 }
 
 # Where struct machine may be seen: its own room; who makes one; and what measures one from inside.
-INSIDE = ("core/machine/", "targets/host/", "targets/esp32/main/main.c", "targets/pic32mz/app/main.c", "tests/")
+INSIDE = (
+    "core/machine/",
+    "targets/pc/",
+    "targets/sim/",
+    "targets/esp32/main/",
+    "targets/pic32mz/app/main.c",
+    "tests/",
+)
 
 PLACE = r"machine->(\w+(?:(?:\.\w+)|(?:\[[^\]]*\]))*)"
 WRITE = re.compile(PLACE + r"\s*(?:=(?!=)|\+\+|--|[-+|&^]=)")

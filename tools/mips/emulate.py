@@ -12,6 +12,7 @@ from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
+from wificnc.build.host import HEADERS
 from wificnc.build.mips import COMPILER
 
 QEMU = "qemu-mipsel"
@@ -30,7 +31,7 @@ def missing() -> str:
 def compile_files(root: Path, sources: Sequence[Path], output: Path) -> list[Path]:
     """Objects for the emulator. Raises RuntimeError with what the compiler said."""
     output.mkdir(parents=True, exist_ok=True)
-    includes = [f"-I{root / folder}" for folder in ("core", "targets/common", "targets/host")]
+    includes = [f"-I{root / folder}" for folder in HEADERS]
 
     def compile_one(source: Path) -> Path:
         made = output / f"{source.parent.name}_{source.name}.o"

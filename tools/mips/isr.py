@@ -195,6 +195,8 @@ class _Paths:
         inside = function.code[0].address <= to <= function.code[-1].address
         if inside or to not in self._program.at:
             return way(to, passed)
+        if to == last.address + 8 and to != last.target:
+            return None  # behind a jump back, which the disassembler writes as beq zero,zero: nothing runs on there
         return self.of(self._program.at[to])  # a jump into another function, which returns for this one
 
 

@@ -45,7 +45,7 @@ FLAGS = (
 # optimisation it stays a branch.
 LLC_GAP = "Cannot select"
 
-FOLDERS = ("core", "targets/common", "targets/esp32")
+FOLDERS = ("core", "targets/chip", "targets/net", "targets/esp32")
 EXCLUDED = ("targets/esp32/test/",)
 
 

@@ -13,6 +13,8 @@ from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
+from wificnc.build.host import HEADERS
+
 COMPILER, QEMU = "xtensa-lx106-elf-gcc", "qemu-system-xtensa"
 SPECS = Path("/usr/lib/xtensa-lx106-elf/picolibc.specs")
 PACKAGES = "gcc-xtensa-lx106 picolibc-xtensa-lx106-elf qemu-system-misc"
@@ -40,15 +42,16 @@ def missing() -> str:
 
 def controller_sources(root: Path) -> list[Path]:
     """The core, and of the host's controller what needs no operating system."""
-    host = ["host", "host_hal", "host_store", "host_watch", "hands", "output_log", "tasks", "trace"]
-    host += ["virtual", "virtual_spindle"]
-    return [*sorted((root / "core").rglob("*.c")), *(root / "targets" / "host" / f"{name}.c" for name in host)]
+    pc = ["host", "host_hal", "host_store", "host_watch", "output_log", "tasks"]
+    sim = ["hands", "trace", "virtual", "virtual_spindle"]
+    host = [*(f"pc/{name}.c" for name in pc), *(f"sim/{name}.c" for name in sim)]
+    return [*sorted((root / "core").rglob("*.c")), *(root / "targets" / name for name in host)]
 
 
 def build(root: Path, sources: Sequence[Path], output: Path) -> Path:
     """Compile and link for the emulator. Raises RuntimeError with what the compiler said."""
     output.mkdir(parents=True, exist_ok=True)
-    includes = [f"-I{root / folder}" for folder in ("core", "targets/common", "targets/host")]
+    includes = [f"-I{root / folder}" for folder in HEADERS]
     files = [*sources, HERE / "start.S", HERE / "syscalls.c", HERE / "softfloat.c"]
 
     def compile_one(source: Path) -> str:

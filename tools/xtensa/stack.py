@@ -16,7 +16,7 @@ from xtensa.isr import Function, Program
 # task -> the function it runs, its file, its stack in task_map.h
 TASKS = {
     "motion": ("run", "targets/esp32/app/motion_task.c", "MOTION_TASK_STACK"),
-    "controller": ("run_controller", "targets/esp32/main/main.c", "CONTROLLER_TASK_STACK"),
+    "controller": ("firmware_run_controller", "targets/esp32/main/run.c", "CONTROLLER_TASK_STACK"),
     "network": ("run", "targets/esp32/net/network.c", "NETWORK_TASK_STACK"),
 }
 

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT
- * The core in the browser: a job through the real controller in virtual time (targets/host/sim.h), and the
+ * The core in the browser: a job through the real controller in virtual time (targets/sim/sim.h), and the
  * modes that lines before some line have set (rebuild.h), for a resume. web/src/job/core.ts calls it.
  *
  * One job and one rebuild at a time. Reports are JSON text in one static buffer: good until the next report.

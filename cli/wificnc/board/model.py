@@ -317,7 +317,7 @@ class Board(BoardFile):
 
     @property
     def missing_outputs(self) -> int:
-        """BOARD_OUTPUT_ bits (core/machine/machine.h) of outputs that are not wired."""
+        """BOARD_OUTPUT_ bits (core/machine/board.h) of outputs that are not wired."""
         out = self.output
         wired = (
             out.spindle_enable or out.spindle_pwm,

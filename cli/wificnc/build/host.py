@@ -1,4 +1,4 @@
-"""The host controller: core, targets/common and targets/host compiled into one shared library.
+"""The host controller: the core, its simulator and its servers (FOLDERS) compiled into one shared library.
 
 A build looks at what changed (compiler, flags, sources, every header a source includes) and compiles just that, on all
 processors. With nothing to do it costs a few milliseconds, so callers may ask for the library whenever they need it.
@@ -23,7 +23,8 @@ from wificnc.build.lock import build_lock
 from wificnc.build.objects import Unit, compile_stale, failure, is_older
 from wificnc.errors import BuildError
 
-FOLDERS = ("core", "targets/common", "targets/host")  # sources, and where headers are looked for
+FOLDERS = ("core", "targets/net", "targets/pc", "targets/sim")  # sources
+HEADERS = (*FOLDERS, "targets/chip")  # where headers are looked for; of the last one: task_periods.h
 
 # psabi: motion/vec.h passes vectors only to functions that are inlined
 WARNINGS = ("-Wall", "-Wextra", "-Wconversion", "-Wshadow", "-Wno-psabi")
@@ -155,7 +156,7 @@ def _compiler(directory: Path, variant: str) -> Compiler:
 
 def _compile_flags(root: Path, compiler: Compiler, variant: str) -> list[str]:
     strict = ["-Werror"] if compiler.is_known_clean else []
-    return [*FLAGS, *VARIANTS[variant][0], *strict, *(f"-I{root / folder}" for folder in FOLDERS)]
+    return [*FLAGS, *VARIANTS[variant][0], *strict, *(f"-I{root / folder}" for folder in HEADERS)]
 
 
 def _compile_stale(root: Path, compiler: Compiler, variant: str, units: Sequence[Unit]) -> tuple[int, str]:

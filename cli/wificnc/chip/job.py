@@ -157,7 +157,7 @@ def _tracing(chip: VirtualChip, board: Board, path: Path | None) -> Iterator[Loo
 
 
 def _wire(line: bytes) -> str:
-    """A line of the file for the wire, as the host's simulation has it (targets/host/sim_text.c): no comment, no mark,
+    """A line of the file for the wire, as the host's simulation has it (targets/sim/sim_text.c): no comment, no mark,
     and what would act as a real-time command is what no controller takes."""
     code = code_of(line)
     if MARK.fullmatch(code):

@@ -1,4 +1,4 @@
-"""targets/host/expand.h seen from Python: a program with O words and expressions -> the plain lines it executes."""
+"""targets/sim/expand.h seen from Python: a program with O words and expressions -> the plain lines it executes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""targets/host/rebuild.h seen from Python: modal state after the lines of a program, by the core's own parser."""
+"""targets/sim/rebuild.h seen from Python: modal state after the lines of a program, by the core's own parser."""
 
 from __future__ import annotations
 

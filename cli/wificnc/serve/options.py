@@ -95,7 +95,7 @@ def parse_speed(text: str) -> float:
 
 
 def board_numbers(board: Board) -> dict[str, int]:
-    """What a host controller must know of a board: fields of struct host_board (targets/host/host.h), most of them."""
+    """What a host controller must know of a board: fields of struct host_board (targets/pc/host.h), most of them."""
     timing = board.timing
     return {
         "timer_hz": timing.timer_hz,
@@ -116,7 +116,7 @@ def board_numbers(board: Board) -> dict[str, int]:
 
 
 def program_arguments(options: ServeOptions) -> list[str]:
-    """Arguments of the C program (targets/host/main.c)."""
+    """Arguments of the C program (targets/pc/main.c)."""
     pairs: Sequence[tuple[str, object]] = (
         *((f"--{name.replace('_', '-')}", number) for name, number in board_numbers(options.board).items()),
         ("--tasks", int(Tasks.of(options.board.target))),

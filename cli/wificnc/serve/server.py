@@ -33,7 +33,7 @@ class ClientEvent:
 def serve_program(variant: str = "release") -> Path:
     """The program, built when stale. Raises BuildError."""
     root = checkout_root()
-    source = root / "targets" / "host" / "main.c"
+    source = root / "targets" / "pc" / "main.c"
     return build_program([source], variant_directory(root, variant) / "wificnc-serve", variant)
 
 

@@ -54,7 +54,7 @@ class Timing:
     max_step_rate_hz: int
     axis_count: int
     ganged: int = 0  # axes with a second motor, bit 0 = X
-    missing_outputs: int = 0  # BOARD_OUTPUT_ bits of core/machine/machine.h
+    missing_outputs: int = 0  # BOARD_OUTPUT_ bits of core/machine/board.h
     digital_inputs: int = 0  # of M66
     analog: bool = False  # inputs and outputs of M66 .. M68
     motors_wake_us: int = 0  # from powered to the first step
@@ -68,7 +68,7 @@ class Timing:
 
 @dataclass(frozen=True)
 class At:
-    """Something that happens at the machine: words of targets/host/hands.h, seconds after the job's begin."""
+    """Something that happens at the machine: words of targets/sim/hands.h, seconds after the job's begin."""
 
     time_s: float
     action: str
@@ -153,7 +153,7 @@ class SimResult:
     rapid_time_s: float
     max_speed_mm_s: tuple[float, ...]
     max_accel_mm_s2: tuple[float, ...]
-    accel_window_s: tuple[float, ...]  # over which it was measured, targets/host/measure.h
+    accel_window_s: tuple[float, ...]  # over which it was measured, targets/sim/measure.h
     accel_resolution_mm_s2: tuple[float, ...]  # of which so much is the grain of single steps, at most
     max_step_rate_hz: float
     lookahead_starved: int

@@ -1,4 +1,4 @@
-"""The host library seen from Python: targets/host/sim.h by ctypes, with types."""
+"""The host library seen from Python: targets/sim/sim.h by ctypes, with types."""
 
 from __future__ import annotations
 

@@ -16,11 +16,10 @@ from pathlib import Path
 from typing import Any
 
 from wificnc.errors import UserError
-from wificnc.serve.page import TYPES, page_folder
+from wificnc.serve.page import TAG_SIZE, TYPES, page_folder
 
 MANIFEST = "files.json"  # written by Vite: which file loads which
 INSTALLER = "node_modules/"  # packages that are loaded when they are needed: all of them for a USB port
-TAG_SIZE = 16
 
 
 @dataclass(frozen=True)

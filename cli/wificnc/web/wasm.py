@@ -11,15 +11,14 @@ import sys
 from pathlib import Path
 
 from wificnc.build.checkout import checkout_root
-from wificnc.build.host import WARNINGS
+from wificnc.build.host import HEADERS, WARNINGS
 from wificnc.build.lock import build_lock
 from wificnc.build.objects import Unit, compile_stale, failure, is_older
 from wificnc.errors import BuildError
 
 OUTPUT = "build/wasm/core.wasm"
 GLUE = "web/wasm/preflight.c"
-FOLDERS = ("core", "targets/common", "targets/host")  # where headers are looked for
-SERVING = ("serve", "net_", "main", "host_wire")  # sources of targets/host that are not for a browser
+SERVING = ("serve", "page", "net_", "main", "host_wire")  # sources of targets/pc that are not for a browser
 FLAGS = (
     "--target=wasm32-wasi",
     "-Os",
@@ -44,7 +43,7 @@ def build_wasm(root: Path | None = None) -> Path:
         Unit(source, output.parent / "obj" / source.relative_to(root).with_suffix(".o")) for source in _sources(root)
     ]
     with build_lock(output.parent):
-        command = [*zig, *FLAGS, *(f"-I{root / folder}" for folder in FOLDERS)]
+        command = [*zig, *FLAGS, *(f"-I{root / folder}" for folder in HEADERS)]
         compile_stale(command, units, "zig")
         objects = [unit.object for unit in units]
         if is_older(output, objects):
@@ -53,8 +52,8 @@ def build_wasm(root: Path | None = None) -> Path:
 
 
 def _sources(root: Path) -> list[Path]:
-    host = [path for path in (root / "targets" / "host").glob("*.c") if not path.name.startswith(SERVING)]
-    return sorted([*(root / "core").rglob("*.c"), *host, root / GLUE])
+    pc = [path for path in (root / "targets" / "pc").glob("*.c") if not path.name.startswith(SERVING)]
+    return sorted([*(root / "core").rglob("*.c"), *(root / "targets" / "sim").glob("*.c"), *pc, root / GLUE])
 
 
 def _link(command: list[str], objects: list[Path], output: Path) -> None:

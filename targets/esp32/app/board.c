@@ -25,12 +25,12 @@ struct step_engine_board board_step_engine(const struct pin_map *map) {
 }
 
 static struct input_wire input(const struct pin_wire *wire) {
-    return (struct input_wire){.gpio = wire->gpio, .active_high = wire->active_high, .pull = wire->pull};
+    return (struct input_wire){.pin = wire->gpio, .active_high = wire->active_high, .pull = wire->pull};
 }
 
 /* One line for both ends of an axis, or one for each. */
 static struct input_wire limit(const struct pin_map *map, unsigned both, unsigned end) {
-    return input(&map->wire[map->wire[end].gpio != GPIO_NONE ? end : both]);
+    return input(&map->wire[map->wire[end].gpio != NO_PIN ? end : both]);
 }
 
 void board_inputs(const struct pin_map *map, struct input_wire wire[INPUT_COUNT]) {
@@ -57,7 +57,7 @@ void board_outputs(const struct pin_map *map, struct output_wire wire[SWITCH_COU
     };
     for (unsigned output = 0; output < SWITCH_COUNT; output++) {
         const struct pin_wire *found = &map->wire[signal[output]];
-        wire[output] = (struct output_wire){.gpio = found->gpio, .active_high = found->active_high};
+        wire[output] = (struct output_wire){.pin = found->gpio, .active_high = found->active_high};
     }
 }
 
@@ -76,7 +76,7 @@ struct machine_board board_machine(const struct pin_map *map) {
     const uint8_t inputs =
         BOARD_MISC_IN_COUNT < DIGITAL_INPUT_COUNT ? BOARD_MISC_IN_COUNT : DIGITAL_INPUT_COUNT;
     return (struct machine_board){
-        .charge_pump_hz = map->wire[SIGNAL_CHARGE_PUMP].gpio != GPIO_NONE ? PUMP_HZ : 0,
+        .charge_pump_hz = map->wire[SIGNAL_CHARGE_PUMP].gpio != NO_PIN ? PUMP_HZ : 0,
         .outputs = wired_outputs(map),
         .digital_inputs = inputs,
         .digital_outputs = BOARD_MISC_OUT_COUNT,

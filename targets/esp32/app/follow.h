@@ -5,7 +5,7 @@
 #ifndef WIFICNC_ESP32_FOLLOW_H
 #define WIFICNC_ESP32_FOLLOW_H
 
-#include "hal/esp32_hal.h"
+#include "hal/chip_hal.h"
 #include "hal/step_engine.h"
 #include "machine/machine.h"
 #include "settings/settings.h"

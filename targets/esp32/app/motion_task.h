@@ -4,7 +4,7 @@
 #ifndef WIFICNC_ESP32_MOTION_TASK_H
 #define WIFICNC_ESP32_MOTION_TASK_H
 
-#include "hal/esp32_hal.h"
+#include "hal/chip_hal.h"
 #include "machine/machine.h"
 
 #include <stdbool.h>

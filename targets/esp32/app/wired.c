@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 #include "app/wired.h"
 
-#include "hal/step_pins.h"
 #include "machine/machine.h"
+#include "step_pins.h"
 
 #include <stddef.h>
 
@@ -20,6 +20,6 @@ uint8_t wired_outputs(const struct pin_map *map) {
     };
     unsigned outputs = 0;
     for (size_t n = 0; n < sizeof wires / sizeof wires[0]; n++)
-        outputs |= map->wire[wires[n].signal].gpio != GPIO_NONE ? wires[n].bits : 0u;
+        outputs |= map->wire[wires[n].signal].gpio != NO_PIN ? wires[n].bits : 0u;
     return (uint8_t)outputs;
 }

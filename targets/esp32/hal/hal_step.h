@@ -11,8 +11,8 @@
 
 #include "base/axis.h"
 #include "hal/compiler.h"
-#include "hal/step_pins.h"
 #include "pin_config.h"
+#include "step_pins.h"
 
 #include "esp_attr.h"
 #include "esp_cpu.h"
@@ -71,8 +71,8 @@ static HAL_INLINE void step_alarm_seen(void) {
 static HAL_INLINE void hal_step_direction(struct hal_step *hal, axis_mask_t negative) {
     if (negative == hal->negative)
         return;
-    const struct gpio_bits *set = &hal->pins.dir[negative];
-    const struct gpio_bits *clear = &hal->pins.dir[~negative & (AXIS_MASKS - 1)];
+    const struct pin_bits *set = &hal->pins.dir[negative];
+    const struct pin_bits *clear = &hal->pins.dir[~negative & (AXIS_MASKS - 1)];
     step_pulse_wait(hal);
     GPIO.out_w1ts = set->bank[0];
     GPIO.out1_w1ts.val = set->bank[1];

@@ -17,7 +17,6 @@
 #define APB_HZ         80000000u
 #define CYCLES_PER_US  ((uint32_t)CONFIG_ESP_DEFAULT_CPU_FREQ_MHZ)
 #define DIVIDER_MOST   65536u /* TIMG_T0_DIVIDER */
-#define BANK_WIDTH     32u
 #define BY_RMT         (BOARD_STEP_ENGINE == BOARD_STEP_ENGINE_RMT)
 #define BUS_CYCLES     16u /* that a write waits for the other core's, at most */
 #define NO_PROBE_LEVEL 1u  /* what (anything & 0) never is */
@@ -27,9 +26,9 @@ static uint32_t cycles_of(uint32_t ns) {
 }
 
 static void set_probe(struct hal_step *hal, uint8_t gpio) {
-    bool high_bank = gpio != GPIO_NONE && gpio >= BANK_WIDTH;
+    bool high_bank = gpio != NO_PIN && gpio >= PIN_BANK_WIDTH;
     hal->probe_in = high_bank ? &GPIO.in1.val : &GPIO.in;
-    hal->probe_mask = gpio == GPIO_NONE ? 0 : 1u << gpio % BANK_WIDTH;
+    hal->probe_mask = gpio == NO_PIN ? 0 : 1u << gpio % PIN_BANK_WIDTH;
     hal->probe_level = NO_PROBE_LEVEL;
 }
 
@@ -67,7 +66,7 @@ void step_engine_set_pulse(struct hal_step *hal, uint32_t step_pulse_ns) {
 }
 
 static void invert(uint8_t gpio, unsigned signal, bool inverted) {
-    if (gpio != GPIO_NONE)
+    if (gpio != NO_PIN)
         esp_rom_gpio_connect_out_signal(gpio, signal, inverted, false);
 }
 

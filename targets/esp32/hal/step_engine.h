@@ -9,8 +9,8 @@
 
 /** What the board fixes. */
 struct step_engine_board {
-    uint8_t step_gpio[AXIS_COUNT], dir_gpio[AXIS_COUNT]; /* GPIO_NONE: no such axis */
-    uint8_t probe_gpio;                                  /* GPIO_NONE: no probe */
+    uint8_t step_gpio[AXIS_COUNT], dir_gpio[AXIS_COUNT]; /* NO_PIN: no such axis */
+    uint8_t probe_gpio;                                  /* NO_PIN: no probe */
     uint32_t timer_hz;                                   /* APB clock (80 MHz) divided by 2 .. 65536 */
     uint32_t step_pulse_ns, dir_setup_ns;
 };

@@ -34,7 +34,7 @@ static bool make_channel(uint8_t gpio, unsigned wanted) {
     rmt_channel_handle_t channel;
     uint32_t resolution_hz;
     int id;
-    return gpio != GPIO_NONE && rmt_new_tx_channel(&config, &channel) == ESP_OK &&
+    return gpio != NO_PIN && rmt_new_tx_channel(&config, &channel) == ESP_OK &&
            rmt_get_channel_id(channel, &id) == ESP_OK && id == (int)wanted &&
            rmt_get_channel_resolution(channel, &resolution_hz) == ESP_OK && resolution_hz == RESOLUTION_HZ &&
            rmt_enable(channel) == ESP_OK;

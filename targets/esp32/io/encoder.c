@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "io/encoder.h"
 
-#include "hal/step_pins.h"
+#include "step_pins.h"
 
 #include "driver/pulse_cnt.h"
 #include "esp_attr.h"
@@ -39,7 +39,7 @@ bool encoder_init(struct encoder *encoder, const struct encoder_wire wire[ENCODE
     const struct encoder_wire *a = &wire[ENCODER_A], *b = &wire[ENCODER_B];
     pcnt_unit_handle_t unit;
     *encoder = (struct encoder){.unit = NULL};
-    if (a->gpio == GPIO_NONE || b->gpio == GPIO_NONE || pcnt_new_unit(&config, &unit) != ESP_OK)
+    if (a->gpio == NO_PIN || b->gpio == NO_PIN || pcnt_new_unit(&config, &unit) != ESP_OK)
         return false;
     if (!start(unit, a, b) || pcnt_ll_get_high_limit_value(&PCNT, UNIT) != ENCODER_LIMIT)
         return false;

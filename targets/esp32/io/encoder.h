@@ -16,7 +16,7 @@
 #include <stdint.h>
 
 struct encoder_wire {
-    uint8_t gpio; /* GPIO_NONE: not wired */
+    uint8_t gpio; /* NO_PIN: not wired */
     bool active_high;
     uint8_t pull; /* PIN_PULL_ of pin_config.h */
 };

@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: MIT */
 #include "io/inputs.h"
 
-#include "hal/step_pins.h"
 #include "io/switch_timer.h"
 #include "machine/machine.h"
 #include "pin_config.h"
+#include "step_pins.h"
 
 #include "driver/gpio.h"
 #include "esp_attr.h"
@@ -19,24 +19,18 @@ static const struct debounce_time stop_time = {.on_us = 0, .off_us = 5000};
 static const struct debounce_time probe_time = {.on_us = 2000, .off_us = 2000};
 static const struct debounce_time button_time = {.on_us = 10000, .off_us = 20000};
 
-#define AXES       ((1u << AXIS_COUNT) - 1)
-#define LIMITS     (AXES << INPUT_LIMIT_MIN | AXES << INPUT_LIMIT_MAX)
-#define HOME       (AXES << INPUT_HOME)
-#define STOPPING   (LIMITS | HOME | 1u << INPUT_ESTOP) /* their edges interrupt */
-#define BANK_WIDTH 32u
-
 static portMUX_TYPE lock = portMUX_INITIALIZER_UNLOCKED;
 
 /* Inputs that are on, as the pins are now. */
 static uint32_t IRAM_ATTR read_pins(const struct inputs *inputs) {
-    const uint32_t bank[GPIO_BANKS] = {GPIO.in, GPIO.in1.val};
+    const uint32_t bank[PIN_BANKS] = {GPIO.in, GPIO.in1.val};
     uint32_t high = 0, wired = 0;
     for (unsigned input = 0; input < INPUT_COUNT; input++) {
-        uint8_t gpio = inputs->wire[input].gpio;
-        if (gpio == GPIO_NONE)
+        uint8_t pin = inputs->wire[input].pin;
+        if (pin == NO_PIN)
             continue;
         wired |= 1u << input;
-        high |= (bank[gpio / BANK_WIDTH] >> gpio % BANK_WIDTH & 1u) << input;
+        high |= (bank[pin / PIN_BANK_WIDTH] >> pin % PIN_BANK_WIDTH & 1u) << input;
     }
     return (high ^ inputs->active_low) & wired;
 }
@@ -51,7 +45,7 @@ static uint32_t IRAM_ATTR take_levels(struct inputs *inputs) {
 }
 
 static void IRAM_ATTR take_sample(struct inputs *inputs) {
-    if ((take_levels(inputs) & STOPPING) != 0 && inputs->machine != NULL)
+    if ((take_levels(inputs) & INPUT_STOPPING) != 0 && inputs->machine != NULL)
         machine_edge_isr(inputs->machine);
 }
 
@@ -64,11 +58,11 @@ static void IRAM_ATTR on_switch_timer(void *arg) {
 
 static void IRAM_ATTR on_edge(void *arg) {
     struct inputs *inputs = arg;
-    const uint32_t status[GPIO_BANKS] = {GPIO.status, GPIO.status1.val};
+    const uint32_t status[PIN_BANKS] = {GPIO.status, GPIO.status1.val};
     GPIO.status_w1tc = status[0];
     GPIO.status1_w1tc.val = status[1];
     uint8_t index = inputs->index_gpio;
-    if (inputs->encoder != NULL && (status[index / BANK_WIDTH] >> index % BANK_WIDTH & 1) != 0)
+    if (inputs->encoder != NULL && (status[index / PIN_BANK_WIDTH] >> index % PIN_BANK_WIDTH & 1) != 0)
         encoder_index_isr(inputs->encoder);
     take_sample(inputs);
 }
@@ -95,19 +89,19 @@ void inputs_init(struct inputs *inputs, const struct input_wire wire[INPUT_COUNT
     *inputs = (struct inputs){.roles = *roles};
     for (unsigned input = 0; input < INPUT_COUNT; input++) {
         inputs->wire[input] = wire[input];
-        if ((HOME >> input & 1) != 0 && wire[input].active_high)
+        if ((INPUT_HOMES >> input & 1) != 0 && wire[input].active_high)
             inputs->home_high |= 1u << input;
         inputs->debounce.time[input] = *time_of(input, roles);
-        if (wire[input].gpio == GPIO_NONE)
+        if (wire[input].pin == NO_PIN)
             continue;
-        const gpio_config_t config = make_config(wire[input].gpio, wire[input].pull);
+        const gpio_config_t config = make_config(wire[input].pin, wire[input].pull);
         ESP_ERROR_CHECK(gpio_config(&config));
     }
     inputs_set_levels(inputs, false, false);
 }
 
 void inputs_set_levels(struct inputs *inputs, bool limit_invert, bool probe_invert) {
-    uint32_t active_low = (limit_invert ? 0 : LIMITS | HOME) ^ inputs->home_high;
+    uint32_t active_low = (limit_invert ? 0 : INPUT_SWITCHES) ^ inputs->home_high;
     active_low |= probe_invert ? 0 : 1u << INPUT_PROBE;
     for (unsigned input = INPUT_ESTOP; input < INPUT_COUNT; input++)
         active_low |= inputs->wire[input].active_high ? 0 : 1u << input;
@@ -132,8 +126,8 @@ bool inputs_attach(struct inputs *inputs, struct machine *machine) {
     if (!switch_timer_init(on_switch_timer, inputs))
         return false;
     for (unsigned input = 0; input < INPUT_COUNT; input++) {
-        gpio_num_t gpio = (gpio_num_t)inputs->wire[input].gpio;
-        if (inputs->wire[input].gpio == GPIO_NONE || (STOPPING >> input & 1) == 0)
+        gpio_num_t gpio = (gpio_num_t)inputs->wire[input].pin;
+        if (inputs->wire[input].pin == NO_PIN || (INPUT_STOPPING >> input & 1) == 0)
             continue;
         ESP_ERROR_CHECK(gpio_set_intr_type(gpio, GPIO_INTR_ANYEDGE));
         ESP_ERROR_CHECK(gpio_intr_enable(gpio));
@@ -153,19 +147,15 @@ static bool IRAM_ATTR misc_is_on(uint32_t on, uint8_t number) {
     return number < DIGITAL_INPUT_COUNT && (on >> (INPUT_MISC + number) & 1) != 0;
 }
 
-static void IRAM_ATTR read_switches(const struct inputs *inputs, uint32_t high, struct hal_switches *out) {
-    out->limit_min = (axis_mask_t)(high >> INPUT_LIMIT_MIN & AXES);
-    out->limit_max = (axis_mask_t)(high >> INPUT_LIMIT_MAX & AXES);
-    out->home = (axis_mask_t)((high ^ inputs->home_high) >> INPUT_HOME & AXES);
-    /* no board of this target has a second motor on an axis */
-    out->second_min = out->second_max = out->second_home = 0;
+static struct hal_switches IRAM_ATTR read_switches(const struct inputs *inputs, uint32_t high) {
+    return switches_of(high ^ inputs->home_high);
 }
 
 void IRAM_ATTR inputs_read(const struct inputs *inputs, struct hal_inputs *out) {
     uint32_t on = __atomic_load_n(&inputs->debounce.stable, __ATOMIC_RELAXED);
     uint32_t high = on ^ inputs->active_low;
-    read_switches(inputs, high, &out->switches);
-    read_switches(inputs, inputs->debounce.raw ^ inputs->active_low, &out->pins);
+    out->switches = read_switches(inputs, high);
+    out->pins = read_switches(inputs, inputs->debounce.raw ^ inputs->active_low);
     out->probe = (high >> INPUT_PROBE & 1) != 0;
     out->estop = (on >> INPUT_ESTOP & 1) != 0 || inputs->locked;
     out->door = misc_is_on(on, inputs->roles.door);

@@ -4,35 +4,16 @@
 #ifndef WIFICNC_ESP32_INPUTS_H
 #define WIFICNC_ESP32_INPUTS_H
 
-#include "base/axis.h"
 #include "base/debounce.h"
-#include "gcode/gcode.h"
-#include "hal/hal.h"
 #include "io/encoder.h"
+#include "wires.h"
 
 #include <stdbool.h>
 #include <stdint.h>
 
-/** Inputs by number; the axes of a kind follow one another. */
-enum {
-    INPUT_LIMIT_MIN = 0,
-    INPUT_LIMIT_MAX = INPUT_LIMIT_MIN + AXIS_COUNT,
-    INPUT_HOME = INPUT_LIMIT_MAX + AXIS_COUNT,
-    INPUT_PROBE = INPUT_HOME + AXIS_COUNT,
-    INPUT_ESTOP,
-    INPUT_MISC, /* P0 of M66 */
-    INPUT_COUNT = INPUT_MISC + DIGITAL_INPUT_COUNT
-};
-_Static_assert((int)INPUT_COUNT <= (int)DEBOUNCE_INPUTS, "an input is a bit of a word");
+_Static_assert((int)INPUT_COUNT <= (int)DEBOUNCE_INPUTS, "an input is a bit of its word");
 
 struct machine;
-
-/** A pin and what it needs. */
-struct input_wire {
-    uint8_t gpio;     /* GPIO_NONE: not wired */
-    bool active_high; /* of home, e-stop and misc inputs; limits and probe: settings say it */
-    uint8_t pull;     /* PIN_PULL_ of pin_config.h */
-};
 
 /** Which misc inputs are these, as M66 numbers them; INPUT_NONE: none. */
 enum { INPUT_NONE = 0xFF };

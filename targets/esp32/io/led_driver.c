@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 #include "io/led_driver.h"
 
-#include "hal/step_pins.h"
 #include "pin_config.h"
+#include "step_pins.h"
 
 #include "driver/gpio.h"
 #include "driver/rmt_encoder.h"
@@ -41,7 +41,7 @@ static bool start_rmt(void) {
 bool led_driver_init(const struct pin_wire *wire) {
     led.gpio = wire->gpio;
     led.active_high = wire->active_high;
-    led.works = wire->gpio != GPIO_NONE && BOARD_LED_KIND != BOARD_LED_NONE &&
+    led.works = wire->gpio != NO_PIN && BOARD_LED_KIND != BOARD_LED_NONE &&
                 (BOARD_LED_KIND != BOARD_LED_WS2812 || start_rmt());
     return led.works;
 }

@@ -1,14 +1,14 @@
 /* SPDX-License-Identifier: MIT */
 #include "io/lines.h"
 
-#include "hal/step_pins.h"
+#include "step_pins.h"
 #include "store/nvs_channels.h"
 
 #include "driver/gpio.h"
 
 #include <string.h>
 
-_Static_assert((unsigned)GPIO_NONE == (unsigned)CHANNELS_NO_PIN, "no pin is the same number in both");
+_Static_assert((unsigned)NO_PIN == (unsigned)CHANNELS_NO_PIN, "no pin is the same number in both");
 
 void lines_init(struct lines *lines, const struct pin_map *map, const struct nvs_store *store) {
     *lines = (struct lines){.map = map, .store = store};
@@ -17,7 +17,7 @@ void lines_init(struct lines *lines, const struct pin_map *map, const struct nvs
 
 static bool can(void *ctx, uint8_t pin, bool output) {
     const struct lines *lines = ctx;
-    return pin != GPIO_NONE && pin_map_is_free(pin, output) && pin != lines->map->wire[SIGNAL_LED].gpio;
+    return pin != NO_PIN && pin_map_is_free(pin, output) && pin != lines->map->wire[SIGNAL_LED].gpio;
 }
 
 static bool is_same(const struct channels_wiring *one, const struct channels_wiring *other, unsigned n) {

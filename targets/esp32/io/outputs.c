@@ -3,7 +3,7 @@
 
 #include "gcode/gcode.h"
 #include "hal/hal.h"
-#include "hal/step_pins.h"
+#include "step_pins.h"
 
 #include "driver/gpio.h"
 #include "driver/ledc.h"
@@ -25,26 +25,26 @@ static void make_output(uint8_t gpio, bool level) {
 
 void outputs_make_safe(const struct pin_map *map) {
     for (const struct pin_wire *wire = map->wire; wire < map->wire + SIGNAL_COUNT; wire++)
-        if (wire->output && wire->gpio != GPIO_NONE)
+        if (wire->output && wire->gpio != NO_PIN)
             make_output(wire->gpio, !wire->active_high);
 }
 
 static void set(const struct outputs *outputs, enum switch_output output, bool on) {
     const struct output_wire *wire = &outputs->wire[output];
-    if (wire->gpio != GPIO_NONE)
-        gpio_set_level((gpio_num_t)wire->gpio, on == wire->active_high);
+    if (wire->pin != NO_PIN)
+        gpio_set_level((gpio_num_t)wire->pin, on == wire->active_high);
 }
 
 /* What a wire is not there for needs no PWM. */
 static bool start_pwm(const struct output_wire *wire, int number, int channel_number, uint32_t hz, int bits) {
-    if (wire->gpio == GPIO_NONE)
+    if (wire->pin == NO_PIN)
         return true;
     const ledc_timer_config_t timer = {.speed_mode = (ledc_mode_t)PWM_MODE,
                                        .duty_resolution = (ledc_timer_bit_t)bits,
                                        .timer_num = (ledc_timer_t)number,
                                        .freq_hz = hz,
                                        .clk_cfg = LEDC_AUTO_CLK};
-    const ledc_channel_config_t channel = {.gpio_num = wire->gpio,
+    const ledc_channel_config_t channel = {.gpio_num = wire->pin,
                                            .speed_mode = (ledc_mode_t)PWM_MODE,
                                            .channel = (ledc_channel_t)channel_number,
                                            .timer_sel = (ledc_timer_t)number,
@@ -73,7 +73,7 @@ void outputs_motors(const struct outputs *outputs, bool on, bool invert) {
 void outputs_spindle(struct outputs *outputs, int direction, uint16_t duty) {
     set(outputs, SWITCH_SPINDLE_DIR, direction < 0);
     set(outputs, SWITCH_SPINDLE_ENABLE, direction != 0);
-    if (outputs->wire[SWITCH_SPINDLE_PWM].gpio == GPIO_NONE)
+    if (outputs->wire[SWITCH_SPINDLE_PWM].pin == NO_PIN)
         return;
     uint32_t wanted = direction == 0 ? 0 : duty;
     uint32_t scaled = (wanted * (1u << PWM_BITS) + HAL_DUTY_FULL / 2) / HAL_DUTY_FULL;
@@ -81,7 +81,7 @@ void outputs_spindle(struct outputs *outputs, int direction, uint16_t duty) {
 }
 
 bool outputs_have_servo(const struct outputs *outputs) {
-    return outputs->wire[SWITCH_SERVO].gpio != GPIO_NONE;
+    return outputs->wire[SWITCH_SERVO].pin != NO_PIN;
 }
 
 void outputs_servo(uint16_t pulse_us) {

@@ -5,15 +5,10 @@
 #define WIFICNC_ESP32_OUTPUTS_H
 
 #include "io/pin_map.h"
+#include "wires.h"
 
 #include <stdbool.h>
 #include <stdint.h>
-
-/** A pin and the level that switches it on. */
-struct output_wire {
-    uint8_t gpio; /* GPIO_NONE: not wired */
-    bool active_high;
-};
 
 enum switch_output {
     SWITCH_ENABLE,

@@ -1,13 +1,13 @@
 /* SPDX-License-Identifier: MIT */
 #include "io/pin_map.h"
 
-#include "hal/step_pins.h"
+#include "step_pins.h"
 #include "store/nvs_names.h"
 
 #include <stdio.h>
 #include <string.h>
 
-_Static_assert((unsigned)GPIO_NONE == (unsigned)PIN_NONE, "no pin is the same number in both");
+_Static_assert((unsigned)NO_PIN == (unsigned)PIN_NONE, "no pin is the same number in both");
 
 /* A signal that can be moved. */
 struct row {
@@ -33,9 +33,9 @@ static const struct wired wired[] = {BOARD_OUTPUTS(OUTPUT_WIRE) BOARD_INPUTS(INP
 /* A signal that can be moved but that this board does not wire has the usual levels. */
 void pin_map_init(struct pin_map *map) {
     for (unsigned signal = 0; signal < SIGNAL_COUNT; signal++)
-        map->wire[signal] = (struct pin_wire){.gpio = GPIO_NONE};
+        map->wire[signal] = (struct pin_wire){.gpio = NO_PIN};
     for (size_t i = 0; i < ROWS; i++)
-        map->wire[rows[i].signal] = (struct pin_wire){.gpio = GPIO_NONE,
+        map->wire[rows[i].signal] = (struct pin_wire){.gpio = NO_PIN,
                                                       .output = rows[i].output,
                                                       .active_high = rows[i].output,
                                                       .pull = rows[i].output ? PIN_PULL_NONE : PIN_PULL_UP};
@@ -47,13 +47,13 @@ bool pin_map_is_free(uint8_t gpio, bool output) {
     static const uint8_t outputs[] = BOARD_FREE_OUTPUT_PINS, inputs[] = BOARD_FREE_INPUT_PINS;
     const uint8_t *pins = output ? outputs : inputs;
     size_t count = output ? sizeof outputs : sizeof inputs;
-    return gpio == GPIO_NONE || memchr(pins, gpio, count) != NULL;
+    return gpio == NO_PIN || memchr(pins, gpio, count) != NULL;
 }
 
 /* Another signal with the same pin. */
 static const struct pin_wire *rival(const struct pin_map *map, const struct pin_wire *wire) {
     for (unsigned signal = 0; signal < SIGNAL_COUNT; signal++)
-        if (map->wire[signal].gpio == wire->gpio && &map->wire[signal] != wire && wire->gpio != GPIO_NONE)
+        if (map->wire[signal].gpio == wire->gpio && &map->wire[signal] != wire && wire->gpio != NO_PIN)
             return &map->wire[signal];
     return NULL;
 }

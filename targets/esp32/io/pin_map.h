@@ -11,7 +11,7 @@
 
 /** The pin of a signal. */
 struct pin_wire {
-    uint8_t gpio; /* GPIO_NONE: not wired */
+    uint8_t gpio; /* NO_PIN: not wired */
     bool output;
     bool active_high; /* the level that switches on, or means triggered */
     uint8_t pull;     /* PIN_PULL_ of pin_config.h; inputs */
@@ -39,7 +39,7 @@ void pin_map_init(struct pin_map *map);
 unsigned pin_map_move(struct pin_map *map, const struct pin_moves *moves);
 
 /** Whether signals may be moved to this pin, by the chip's pin table and what this board needs by itself;
- * GPIO_NONE: always. */
+ * NO_PIN: always. */
 bool pin_map_is_free(uint8_t gpio, bool output);
 
 #endif

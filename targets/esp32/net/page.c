@@ -7,15 +7,19 @@
 #include "page_files.h"
 #include "pin_config.h"
 
+#include <stdio.h>
+
 /* The assembler takes the files as they are; constants of the program, they stay in flash. */
 #define EMBED(number, path, type, tag, file, size, forever)                                                  \
     __asm__(".pushsection .rodata\npage_file_" #number ":\n.incbin \"" file "\"\n.popsection");              \
     extern const uint8_t page_file_##number[];
 #define ROW(number, path, type, tag, file, size, forever)                                                    \
-    {path, type, tag, page_file_##number, size, forever},
+    {path, type, tag, {page_file_##number, size}, {NULL, 0}, forever},
 
-_Static_assert(sizeof BOARD_ID + sizeof VERSION_TEXT + NETWORK_NAME_SIZE <= NET_HTTP_NAMES,
-               "the board's id, which is its file's name, is too long");
+#define ABOUT                                                                                                \
+    "{\"name\": \"%s\", \"version\": \"" VERSION_TEXT "\", \"board\": \"" BOARD_ID "\", \"axes\": %u}"
+
+#define SILENT_US 5000000u /* a silent connection holds one of four places */
 
 PAGE_FILES(EMBED)
 
@@ -28,15 +32,14 @@ static void connect(void *ctx, const struct net_stream *stream, const char *who)
 }
 
 bool page_start(struct net_hub *hub, const char *host, const char *name, const char *port, int *error) {
-    static struct net_http_site site = {.files = files,
-                                        .count = PAGE_FILE_COUNT,
-                                        .version = VERSION_TEXT,
-                                        .board = BOARD_ID,
-                                        .axes = BOARD_AXIS_COUNT,
-                                        .connect = connect};
+    static char about[sizeof ABOUT + NETWORK_NAME_SIZE];
+    static struct net_http_site site = {
+        .files = files, .count = PAGE_FILE_COUNT, .about = about, .connect = connect, .silent_us = SILENT_US};
+    snprintf(about, sizeof about, ABOUT, name, (unsigned)BOARD_AXIS_COUNT);
     site.name = name;
     site.ctx = hub;
-    return net_http_open(&http, &site, host, port, error);
+    char address[NET_ADDRESS_SIZE];
+    return net_http_open(&http, &site, host, port, address, error);
 }
 
 int page_listener(void) {

@@ -26,9 +26,9 @@ const struct step_engine_board board_step_engine = {
 
 static struct row row_of(uint8_t pin) {
     for (size_t i = 0; i < sizeof rows / sizeof rows[0]; i++)
-        if (rows[i].pin == pin && pin != PIC_PIN_NONE)
+        if (rows[i].pin == pin && pin != NO_PIN)
             return rows[i];
-    return (struct row){.pin = PIC_PIN_NONE};
+    return (struct row){.pin = NO_PIN};
 }
 
 static struct input_wire input(uint8_t pin) {
@@ -40,8 +40,8 @@ void board_inputs(struct input_wire wire[INPUT_COUNT]) {
     static const uint8_t one[] = BOARD_LIMIT_PINS, least[] = BOARD_LIMIT_MIN_PINS,
                          most[] = BOARD_LIMIT_MAX_PINS, home[] = BOARD_HOME_PINS, misc[] = BOARD_MISC_IN_PINS;
     for (unsigned ax = 0; ax < AXIS_COUNT; ax++) { /* one line for both ends, or one for each */
-        wire[INPUT_LIMIT_MIN + ax] = input(least[ax] != PIC_PIN_NONE ? least[ax] : one[ax]);
-        wire[INPUT_LIMIT_MAX + ax] = input(most[ax] != PIC_PIN_NONE ? most[ax] : one[ax]);
+        wire[INPUT_LIMIT_MIN + ax] = input(least[ax] != NO_PIN ? least[ax] : one[ax]);
+        wire[INPUT_LIMIT_MAX + ax] = input(most[ax] != NO_PIN ? most[ax] : one[ax]);
         wire[INPUT_HOME + ax] = input(home[ax]);
     }
     wire[INPUT_PROBE] = input(PIN_PROBE);
@@ -74,7 +74,7 @@ static uint8_t pin_of(unsigned output) {
     case SWITCH_LED:
         return PIN_LED;
     default:
-        return PIC_PIN_NONE;
+        return NO_PIN;
     }
 }
 

@@ -3,7 +3,7 @@
 #ifndef WIFICNC_PIC32MZ_FOLLOW_H
 #define WIFICNC_PIC32MZ_FOLLOW_H
 
-#include "hal/pic32mz_hal.h"
+#include "hal/chip_hal.h"
 #include "machine/machine.h"
 #include "settings/settings.h"
 

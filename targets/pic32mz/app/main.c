@@ -5,7 +5,7 @@
 #include "app/follow.h"
 #include "chip/interrupts.h"
 #include "chip/system.h"
-#include "hal/pic32mz_hal.h"
+#include "hal/chip_hal.h"
 #include "link/uart3.h"
 #include "machine/parts.h"
 #include "store/nvm.h"

@@ -22,8 +22,8 @@
 #include "chip/sfr.h"
 #include "chip/system.h"
 #include "hal/compiler.h"
-#include "hal/step_pins.h"
 #include "pin_config.h"
+#include "step_pins.h"
 
 #include <stdbool.h>
 #include <stdint.h>
@@ -54,10 +54,10 @@ struct hal_step {
 #define STEP_PORT_INVERT(kind, port_number, bits)                                                            \
     do {                                                                                                     \
         if (BOARD_##kind##_MASK_##port_number != 0)                                                          \
-            SFR_INV(LAT_ADDRESS(port_number)) = (bits)->port[port_number];                                   \
+            SFR_INV(LAT_ADDRESS(port_number)) = (bits)->bank[port_number];                                   \
     } while (0)
 
-static HAL_INLINE void step_lines_invert(const struct port_bits *bits) {
+static HAL_INLINE void step_lines_invert(const struct pin_bits *bits) {
     STEP_PORT_INVERT(STEP, 0, bits);
     STEP_PORT_INVERT(STEP, 1, bits);
     STEP_PORT_INVERT(STEP, 2, bits);
@@ -67,7 +67,7 @@ static HAL_INLINE void step_lines_invert(const struct port_bits *bits) {
     STEP_PORT_INVERT(STEP, 6, bits);
 }
 
-static HAL_INLINE void dir_lines_invert(const struct port_bits *bits) {
+static HAL_INLINE void dir_lines_invert(const struct pin_bits *bits) {
     STEP_PORT_INVERT(DIR, 0, bits);
     STEP_PORT_INVERT(DIR, 1, bits);
     STEP_PORT_INVERT(DIR, 2, bits);

@@ -16,7 +16,7 @@
 #define NO_PROBE_LEVEL    1u /* what (anything & 0) never is */
 
 _Static_assert(BOARD_TIMER_HZ == CLOCK_BUS_HZ, "timer 4 counts PBCLK3, undivided");
-_Static_assert(BOARD_BANK_COUNT == PORT_COUNT && BOARD_BANK_WIDTH == PORT_WIDTH, "a bank is a port");
+_Static_assert(BOARD_BANK_COUNT == PIN_BANKS && BOARD_BANK_WIDTH == PIN_BANK_WIDTH, "a bank is a port");
 
 static struct step *stepping;
 
@@ -25,7 +25,7 @@ static uint32_t rounded_up(uint32_t ns, uint32_t unit_ns) {
 }
 
 static void set_probe(struct hal_step *hal, uint8_t pin) {
-    bool has_probe = pin != PIC_PIN_NONE;
+    bool has_probe = pin != NO_PIN;
     hal->probe_in = &SFR(PORT_ADDRESS(has_probe ? pin / PORT_WIDTH : 0u));
     hal->probe_mask = has_probe ? 1u << pin % PORT_WIDTH : 0;
     hal->probe_level = NO_PROBE_LEVEL;
@@ -61,9 +61,9 @@ void step_engine_set_pulse(struct hal_step *hal, uint32_t step_pulse_ns) {
 void step_engine_invert(struct hal_step *hal, axis_mask_t step, axis_mask_t dir) {
     for (unsigned port = 0; port < PORT_COUNT; port++) {
         const unsigned all = AXIS_MASKS - 1;
-        uint32_t lines = (uint32_t)hal->pins.step[all].port[port] | hal->pins.dir[all].port[port];
+        uint32_t lines = (uint32_t)hal->pins.step[all].bank[port] | hal->pins.dir[all].bank[port];
         uint32_t high =
-            (uint32_t)hal->pins.step[step].port[port] | hal->pins.dir[dir ^ hal->negative_pins].port[port];
+            (uint32_t)hal->pins.step[step].bank[port] | hal->pins.dir[dir ^ hal->negative_pins].bank[port];
         SFR_CLR(LAT_ADDRESS(port)) = lines & ~high;
         SFR_SET(LAT_ADDRESS(port)) = high;
     }

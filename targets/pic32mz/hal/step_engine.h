@@ -8,8 +8,8 @@
 
 /** What the board fixes. */
 struct step_engine_board {
-    uint8_t step_pin[AXIS_COUNT], dir_pin[AXIS_COUNT]; /* PIC_PIN_NONE: no such axis */
-    uint8_t probe_pin;                                 /* PIC_PIN_NONE: no probe */
+    uint8_t step_pin[AXIS_COUNT], dir_pin[AXIS_COUNT]; /* NO_PIN: no such axis */
+    uint8_t probe_pin;                                 /* NO_PIN: no probe */
     uint32_t step_pulse_ns, dir_setup_ns;
 };
 

@@ -9,10 +9,7 @@
 #include "machine/machine.h"
 
 #define OFF_COUNTS (CLOCK_COUNT_HZ / 200u) /* 5 ms */
-#define AXES       ((1u << AXIS_COUNT) - 1)
-#define SWITCHES   (AXES << INPUT_LIMIT_MIN | AXES << INPUT_LIMIT_MAX | AXES << INPUT_HOME)
 #define PROBE      (1u << INPUT_PROBE)
-#define STOPPING   (SWITCHES | 1u << INPUT_ESTOP)
 
 static struct inputs *attached;
 
@@ -23,7 +20,7 @@ static uint32_t read_pins(const struct inputs *inputs) {
         port[i] = SFR(PORT_ADDRESS(i));
     for (unsigned input = 0; input < INPUT_MISC; input++) {
         uint8_t pin = inputs->wire[input].pin;
-        if (pin != PIC_PIN_NONE)
+        if (pin != NO_PIN)
             high |= (port[pin_port(pin)] >> pin % PORT_WIDTH & 1u) << input;
     }
     return (high ^ inputs->active_low ^ inputs->inverted) & inputs->wired;
@@ -34,7 +31,7 @@ static uint8_t read_misc(const struct inputs *inputs) {
     unsigned high = 0;
     for (unsigned n = 0; n < DIGITAL_INPUT_COUNT; n++) {
         uint8_t pin = inputs->wire[INPUT_MISC + n].pin;
-        if (pin != PIC_PIN_NONE)
+        if (pin != NO_PIN)
             high |= (SFR(PORT_ADDRESS(pin_port(pin))) >> pin % PORT_WIDTH & 1u) << n;
     }
     return (uint8_t)high;
@@ -64,7 +61,7 @@ static uint32_t take_levels(struct inputs *inputs) {
 }
 
 static void take_sample(struct inputs *inputs) {
-    if ((take_levels(inputs) & STOPPING) != 0 && inputs->machine != NULL)
+    if ((take_levels(inputs) & INPUT_STOPPING) != 0 && inputs->machine != NULL)
         machine_edge_isr(inputs->machine);
 }
 
@@ -86,7 +83,7 @@ void inputs_init(struct inputs *inputs, const struct input_wire wire[INPUT_COUNT
     *inputs = (struct inputs){.machine = NULL};
     for (unsigned input = 0; input < INPUT_COUNT; input++) {
         inputs->wire[input] = wire[input];
-        if (wire[input].pin == PIC_PIN_NONE)
+        if (wire[input].pin == NO_PIN)
             continue;
         pin_make_input(wire[input].pin, wire[input].pull);
         if (input >= INPUT_MISC)
@@ -100,7 +97,7 @@ void inputs_init(struct inputs *inputs, const struct input_wire wire[INPUT_COUNT
 
 void inputs_set_levels(struct inputs *inputs, bool limit_invert, bool probe_invert) {
     uint32_t held = interrupts_hold();
-    inputs->inverted = (limit_invert ? SWITCHES : 0) | (probe_invert ? PROBE : 0);
+    inputs->inverted = (limit_invert ? INPUT_SWITCHES : 0) | (probe_invert ? PROBE : 0);
     inputs->raw = inputs->stable = read_pins(inputs);
     inputs->since_count = system_count();
     interrupts_restore(held);
@@ -112,7 +109,7 @@ void inputs_attach(struct inputs *inputs, struct machine *machine) {
     switch_timer_init();
     for (unsigned input = 0; input < INPUT_MISC; input++) {
         uint8_t pin = inputs->wire[input].pin;
-        if (pin == PIC_PIN_NONE || (STOPPING >> input & 1) == 0)
+        if (pin == NO_PIN || (INPUT_STOPPING >> input & 1) == 0)
             continue;
         SFR(CNCON_ADDRESS(pin_port(pin))) = CNCON_ON | CNCON_EDGE_DETECT;
         SFR_SET(CNEN_ADDRESS(pin_port(pin))) = pin_bit(pin);
@@ -135,19 +132,14 @@ void inputs_sample(struct inputs *inputs) {
 /* As the pin is now: a probe that closes between two samples is closed. */
 static bool probe_is_on(const struct inputs *inputs) {
     uint8_t pin = inputs->wire[INPUT_PROBE].pin;
-    uint32_t high = pin == PIC_PIN_NONE ? 0 : SFR(PORT_ADDRESS(pin_port(pin))) & pin_bit(pin);
+    uint32_t high = pin == NO_PIN ? 0 : SFR(PORT_ADDRESS(pin_port(pin))) & pin_bit(pin);
     uint32_t on = (high != 0 ? PROBE : 0) ^ inputs->active_low ^ inputs->inverted;
     return (on & inputs->wired & PROBE) != 0;
 }
 
-/* Levels as $5 has them; no board of this target has a second motor on an axis. */
+/* Levels as $5 has them. */
 static struct hal_switches levels_of(const struct inputs *inputs, uint32_t on) {
-    uint32_t high = on ^ (SWITCHES & ~inputs->inverted);
-    return (struct hal_switches){
-        .limit_min = (axis_mask_t)(high >> INPUT_LIMIT_MIN & AXES),
-        .limit_max = (axis_mask_t)(high >> INPUT_LIMIT_MAX & AXES),
-        .home = (axis_mask_t)(high >> INPUT_HOME & AXES),
-    };
+    return switches_of(on ^ (INPUT_SWITCHES & ~inputs->inverted));
 }
 
 void inputs_read(const struct inputs *inputs, struct hal_inputs *out) {

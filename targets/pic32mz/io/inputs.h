@@ -4,37 +4,19 @@
  *
  * A switch that stops the machine is on at its first edge, whatever noise follows, and off when all of them
  * have been quiet for 5 ms. The probe's level is only looked at between moves: the step interrupt reads the
- * pin itself. */
+ * pin itself.
+ *
+ * A switch or a probe that is active high is seen inverted, so that $5 and $6 mean the same for every line of
+ * a board that mixes both kinds. */
 #ifndef WIFICNC_PIC32MZ_INPUTS_H
 #define WIFICNC_PIC32MZ_INPUTS_H
 
-#include "base/axis.h"
-#include "gcode/gcode.h"
-#include "hal/hal.h"
+#include "wires.h"
 
 #include <stdbool.h>
 #include <stdint.h>
 
-/** Inputs by number; the axes of a kind follow one another. */
-enum {
-    INPUT_LIMIT_MIN = 0,
-    INPUT_LIMIT_MAX = INPUT_LIMIT_MIN + AXIS_COUNT,
-    INPUT_HOME = INPUT_LIMIT_MAX + AXIS_COUNT,
-    INPUT_PROBE = INPUT_HOME + AXIS_COUNT,
-    INPUT_ESTOP,
-    INPUT_MISC, /* P0 of M66; these are only sampled, the ones above have edge interrupts as well */
-    INPUT_COUNT = INPUT_MISC + DIGITAL_INPUT_COUNT
-};
-
 struct machine;
-
-/** A pin and what it needs. A line that is active high is seen inverted, so that $5 and $6 mean the same for
- * every line of a board that mixes both kinds. */
-struct input_wire {
-    uint8_t pin; /* PIC_PIN_NONE: not wired */
-    bool active_high;
-    uint8_t pull; /* PIN_PULL_ of pin_config.h */
-};
 
 struct inputs {
     struct input_wire wire[INPUT_COUNT];

@@ -22,7 +22,7 @@ void outputs_make_safe(void) {
 
 static void set(const struct outputs *outputs, unsigned output, bool on) {
     const struct output_wire *wire = &outputs->wire[output];
-    if (wire->pin != PIC_PIN_NONE)
+    if (wire->pin != NO_PIN)
         pin_write(wire->pin, on == wire->active_high);
 }
 
@@ -45,7 +45,7 @@ void outputs_init(struct outputs *outputs, const struct output_wire wire[SWITCH_
     for (unsigned output = 0; output < SWITCH_COUNT; output++)
         outputs->wire[output] = wire[output];
     outputs->pump_level = false;
-    if (outputs->wire[SWITCH_SPINDLE_PWM].pin != PIC_PIN_NONE)
+    if (outputs->wire[SWITCH_SPINDLE_PWM].pin != NO_PIN)
         start_pwm(&outputs->wire[SWITCH_SPINDLE_PWM]);
 }
 
@@ -61,7 +61,7 @@ void outputs_spindle(const struct outputs *outputs, int direction, uint16_t duty
     set(outputs, SWITCH_SPINDLE_DIR, direction < 0);
     set(outputs, SWITCH_SPINDLE_ENABLE, direction != 0);
     uint32_t wanted = direction == 0 ? 0 : duty;
-    if (pwm->pin != PIC_PIN_NONE)
+    if (pwm->pin != NO_PIN)
         set_pwm(pwm, (wanted * PWM_PERIOD + HAL_DUTY_FULL / 2) / HAL_DUTY_FULL);
 }
 

@@ -5,15 +5,10 @@
 #define WIFICNC_PIC32MZ_OUTPUTS_H
 
 #include "base/axis.h"
+#include "wires.h"
 
 #include <stdbool.h>
 #include <stdint.h>
-
-/** A pin and the level that switches it on. */
-struct output_wire {
-    uint8_t pin; /* PIC_PIN_NONE: not wired */
-    bool active_high;
-};
 
 enum switch_output {
     SWITCH_ENABLE, /* of all motors */

@@ -5,13 +5,13 @@
 #define WIFICNC_PIC32MZ_PIN_H
 
 #include "chip/sfr.h"
-#include "hal/step_pins.h"
 #include "pin_config.h"
+#include "step_pins.h"
 
 #include <stdbool.h>
 #include <stdint.h>
 
-_Static_assert((unsigned)PIC_PIN_NONE == (unsigned)PIN_NONE, "no pin is the same number in both");
+_Static_assert((unsigned)NO_PIN == (unsigned)PIN_NONE, "no pin is the same number in both");
 
 static inline uint32_t pin_bit(uint8_t pin) {
     return 1u << pin % PORT_WIDTH;

@@ -3,8 +3,8 @@
  * register windows: recursion of all three window sizes, loops, shifts, the multiplier's accumulator,
  * compare-and-swap. The interrupt comes at any instruction, of the window handlers, too; what the program
  * computes must be what it computes alone, and the pulses what the position says. */
-#include "hal/step_pins.h"
 #include "hal/step_vector.h"
+#include "step_pins.h"
 
 #include "hal/hal_step.h"
 

@@ -24,7 +24,7 @@ export interface Report {
   messages: string[];
 }
 
-/** kind: enum sim_error_kind of targets/host/sim.h. */
+/** kind: enum sim_error_kind of targets/sim/sim.h. */
 export interface CoreError {
   /** 1-based in the file; 0: before the first one. */
   line: number;
@@ -41,7 +41,7 @@ export const enum ErrorKind {
   Reset = 5,
 }
 
-/** struct rebuild_state of targets/host/rebuild.h. */
+/** struct rebuild_state of targets/sim/rebuild.h. */
 export interface Modes {
   work_mm: number[];
   machine_mm: number[];

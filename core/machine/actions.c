@@ -1,0 +1,230 @@
+/* SPDX-License-Identifier: MIT
+ * What somebody may have the machine do: one rule for each action, whoever asks. */
+#include "machine/actions.h"
+
+#include "machine/axes.h"
+#include "machine/configure.h"
+#include "machine/drive.h"
+#include "machine/homing.h"
+#include "machine/inputs.h"
+#include "machine/keep.h"
+#include "machine/keep_write.h"
+#include "machine/outputs.h"
+#include "machine/owner.h"
+#include "machine/parts.h"
+#include "machine/report.h"
+#include "machine/reset.h"
+#include "machine/state.h"
+#include "machine/torque.h"
+
+/* What an action needs besides its states, in the order in which it is looked at; as in Grbl. */
+enum {
+    EVER = 1,    /* also in an alarm that only a reset ends */
+    MOTION = 2,  /* motion becomes its actor's */
+    REST = 4,    /* nothing of anybody is under way */
+    STORE = 8,   /* stored data that is whole: with other settings the machine would move wrongly */
+    HOMING = 16, /* $22 */
+    DOOR = 32,   /* a closed one */
+};
+
+#define IN(state) (1u << MACHINE_##state)
+enum { ANY_STATE = (1u << MACHINE_STATE_COUNT) - 1, LOCKED_OR_IDLE = IN(IDLE) | IN(ALARM) };
+
+struct rule {
+    uint16_t states;
+    uint8_t needs;
+};
+
+static const struct rule rules[ACTION_COUNT] = {
+    [ACTION_ASK] = {ANY_STATE, EVER},
+    [ACTION_MODE] = {ANY_STATE, 0},
+    [ACTION_LIST_SETTINGS] = {ANY_STATE & ~(IN(RUN) | IN(HOLD)), EVER},
+    [ACTION_LIST_STORED] = {LOCKED_OR_IDLE, EVER | REST},
+    [ACTION_COMMAND] = {LOCKED_OR_IDLE, REST},
+    [ACTION_CHECK] = {IN(IDLE), REST},
+    [ACTION_UNLOCK] = {ANY_STATE, STORE | DOOR},
+    [ACTION_STORE] = {LOCKED_OR_IDLE, REST | STORE},
+    [ACTION_STARTUP_LINE] = {IN(IDLE), REST},
+    [ACTION_HOME] = {LOCKED_OR_IDLE, MOTION | REST | STORE | HOMING | DOOR},
+    [ACTION_JOG] = {IN(IDLE) | IN(JOG), MOTION | REST},
+    [ACTION_SEGMENTS] = {ANY_STATE & ~IN(ALARM), MOTION},
+    [ACTION_OUTPUTS_ON] = {IN(IDLE), REST},
+    [ACTION_COOLANT_KEY] = {IN(IDLE) | IN(RUN) | IN(HOLD), 0},
+    [ACTION_SPINDLE_KEY] = {IN(HOLD), 0},
+};
+
+static enum refusal refuse_state(const struct machine *machine) {
+    switch (machine->life.state) {
+    case MACHINE_ALARM:
+        return REFUSAL_ALARM;
+    case MACHINE_SLEEP:
+        return REFUSAL_SLEEP;
+    default:
+        return REFUSAL_BUSY;
+    }
+}
+
+/* In Jog all that is queued are jogs, and one more may follow. */
+static bool rests(const struct machine *machine, enum actor actor) {
+    if (actor == ACTOR_HOST)
+        return owner_is_free(machine);
+    return machine->life.state == MACHINE_JOG || machine_is_at_rest(machine);
+}
+
+enum refusal action_may(const struct machine *machine, enum action action, enum actor actor) {
+    const struct rule *rule = &rules[action];
+    const bool state_fits = (rule->states >> machine->life.state & 1u) != 0;
+    const bool locked = machine->life.state == MACHINE_ALARM;
+    if ((rule->needs & EVER) == 0 && (machine->life.critical || machine->life.restart))
+        return REFUSAL_CRITICAL;
+    if ((rule->needs & MOTION) != 0 && actor == ACTOR_HOST && !(locked && state_fits)) {
+        const enum refusal refusal = owner_may_be_host(machine);
+        if (refusal != REFUSAL_NONE)
+            return refusal;
+    }
+    if (!state_fits)
+        return refuse_state(machine);
+    if ((rule->needs & REST) != 0 && !rests(machine, actor))
+        return REFUSAL_BUSY;
+    if ((rule->needs & STORE) != 0 && keep_is_damaged(machine))
+        return REFUSAL_DAMAGED;
+    if ((rule->needs & HOMING) != 0 && !machine->settings.homing)
+        return REFUSAL_NO_HOMING;
+    if ((rule->needs & DOOR) != 0 && inputs_door_is_open(machine))
+        return REFUSAL_DOOR;
+    return REFUSAL_NONE;
+}
+
+static const uint8_t statuses[REFUSAL_COUNT] = {
+#define REFUSAL(name, error, packet) [REFUSAL_##name] = STATUS_##error,
+#include "machine/refusals.def"
+#undef REFUSAL
+};
+
+enum status refusal_status(enum refusal refusal) {
+    return (enum status)statuses[refusal];
+}
+
+enum refusal refusal_of(enum status status) {
+    unsigned refusal = 0;
+    while (refusal < REFUSAL_COUNT && statuses[refusal] != (uint8_t)status)
+        refusal++;
+    return refusal < REFUSAL_COUNT ? (enum refusal)refusal : REFUSAL_VALUE;
+}
+
+/* ---- motion ---- */
+
+enum refusal action_home(struct machine *machine, enum actor actor, axis_mask_t axes) {
+    enum refusal refusal = action_may(machine, ACTION_HOME, actor);
+    if (refusal != REFUSAL_NONE)
+        return refusal;
+    if (actor == ACTOR_HOST) {
+        axes &= axes_with_ends(machine);
+        if (axes == 0)
+            return REFUSAL_NO_HOMING;
+        drive_drop(machine); /* the planner goes on from where the host stands */
+    }
+    refusal = homing_begin(machine, axes);
+    if (refusal != REFUSAL_NONE || actor == ACTOR_TEXT)
+        return refusal;
+    owner_take_over(machine);
+    host_home(&machine->host);
+    return REFUSAL_NONE;
+}
+
+enum refusal action_unlock(struct machine *machine) {
+    if (machine->life.state != MACHINE_ALARM)
+        return REFUSAL_NONE;
+    const enum refusal refusal = action_may(machine, ACTION_UNLOCK, ACTOR_TEXT);
+    if (refusal != REFUSAL_NONE)
+        return refusal;
+    report_message(machine, "Caution: Unlocked");
+    report_not_homed(machine);
+    state_go(machine, MACHINE_UNLOCKS);
+    return REFUSAL_NONE;
+}
+
+enum refusal action_end_lock(struct machine *machine) {
+    struct hal_inputs inputs;
+    const bool sleeps = machine->life.state == MACHINE_SLEEP; /* motors without current may have moved */
+    hal_inputs_read(machine->hal, &inputs);
+    if (inputs.estop && machine->life.state == MACHINE_ALARM && machine->life.alarm == ALARM_ESTOP)
+        return REFUSAL_CRITICAL;
+    if (keep_is_damaged(machine))
+        return REFUSAL_DAMAGED;
+    if (!machine->life.critical && machine->life.state != MACHINE_ALARM && !sleeps)
+        return REFUSAL_BUSY;
+    const bool stays_locked = machine->life.locks_again || sleeps;
+    reset_machine(machine, ALARM_NONE);
+    timer_end_quiet(&machine->clock);
+    if (!stays_locked)
+        (void)state_go(machine, MACHINE_UNLOCKS);
+    return REFUSAL_NONE;
+}
+
+void action_estop(struct machine *machine) {
+    if (!machine->life.critical)
+        reset_alarm(machine, ALARM_ESTOP);
+}
+
+void action_hold(struct machine *machine) {
+    rx_request(&machine->lines.rx, REALTIME_HOLD);
+}
+
+enum refusal action_resume(struct machine *machine) {
+    if (machine->life.state != MACHINE_HOLD)
+        return REFUSAL_BUSY;
+    rx_request(&machine->lines.rx, REALTIME_RESUME);
+    return REFUSAL_NONE;
+}
+
+/* ---- settings ---- */
+
+enum status action_set(struct machine *machine, enum actor actor, uint16_t number, double value) {
+    const enum refusal refusal = action_may(machine, ACTION_STORE, actor);
+    return refusal == REFUSAL_NONE ? configure_set(machine, number, value) : refusal_status(refusal);
+}
+
+bool action_save(struct machine *machine) {
+    return keep_save(machine, KEEP_BIT(KEEP_SETTINGS));
+}
+
+/* ---- outputs ---- */
+
+static void set_coolant(struct machine *machine, uint8_t coolant) {
+    if (machine->outputs.coolant == coolant)
+        return;
+    outputs_ask_coolant(&machine->outputs, coolant);
+    outputs_apply(machine);
+    report_changed_override(machine);
+}
+
+/* With motion of its own a host also switches in the middle of it. */
+static enum refusal refuse_start(const struct machine *machine) {
+    const enum refusal refusal = action_may(machine, ACTION_OUTPUTS_ON, ACTOR_HOST);
+    if (refusal != REFUSAL_BUSY)
+        return refusal;
+    return machine->host.owns ? REFUSAL_NONE : REFUSAL_TEXT;
+}
+
+enum refusal action_outputs(struct machine *machine, const struct outputs_wish *to) {
+    const struct gcode_ports *ports = &machine->interp.gcode.ports;
+    const uint8_t on = to->coolant & to->coolant_mask;
+    uint8_t coolant = (uint8_t)((machine->outputs.coolant & ~to->coolant_mask) | on);
+    coolant &= (uint8_t)~ports->no_coolant; /* the status shows what is on */
+    if ((to->turns && !gcode_can_turn(ports, to->spindle)) || gcode_lacks_coolant(ports, on))
+        return REFUSAL_NO_OUTPUT;
+    if ((to->turns && to->spindle != SPINDLE_OFF) || on != 0) {
+        const enum refusal refusal = refuse_start(machine);
+        if (refusal != REFUSAL_NONE)
+            return refusal;
+    }
+    interp_know_wish(machine, to, coolant);
+    if (to->turns)
+        outputs_set(machine, to->spindle, to->rpm, coolant);
+    else
+        set_coolant(machine, coolant);
+    torque_set_digital(machine,
+                       (machine->ports.digital & ~to->digital_mask) | (to->digital & to->digital_mask));
+    return REFUSAL_NONE;
+}

@@ -1,0 +1,31 @@
+/* SPDX-License-Identifier: MIT
+ * The part of the HAL's cold tier (core/hal/hal.h) that is the same on every chip: it passes on to io/. */
+#include "hal/hal.h"
+
+#include "hal/chip_hal.h" // struct hal, of the target
+#include "io/switch_timer.h"
+
+void hal_spindle_set(struct hal *hal, const struct hal_spindle *spindle) {
+    outputs_spindle(&hal->outputs, spindle->direction, spindle->duty);
+}
+
+void hal_coolant_set(struct hal *hal, uint8_t bits) {
+    outputs_coolant(&hal->outputs, bits);
+}
+
+void hal_digital_set(struct hal *hal, uint8_t bits) {
+    outputs_digital(&hal->outputs, bits);
+}
+
+void hal_motors_set(struct hal *hal, bool on, bool invert) {
+    outputs_motors(&hal->outputs, on, invert);
+}
+
+HAL_ISR void hal_switch_timer_start(struct hal *hal, uint32_t us) {
+    (void)hal;
+    switch_timer_start(us);
+}
+
+HAL_ISR void hal_inputs_read(const struct hal *hal, struct hal_inputs *inputs) {
+    inputs_read(&hal->inputs, inputs);
+}

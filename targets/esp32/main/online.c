@@ -1,0 +1,144 @@
+/* SPDX-License-Identifier: MIT
+ * The network and what is offered there: Telnet, WMC3, the web page, updates. */
+#include "base/version.h"
+#include "firmware.h"
+#include "net/network.h"
+#include "net/page.h"
+#include "net/wifi.h"
+
+#include "esp_random.h"
+
+#include <stdio.h>
+
+enum { TELNET_PORT = 23 };
+
+static void chip_random(void *ctx, uint8_t *bytes, size_t count) {
+    (void)ctx;
+    esp_fill_random(bytes, count);
+}
+
+/* ---- the password ---- */
+
+/* @param ctx  struct nvs_store */
+static enum nvs_text read_text(void *ctx, const char *key, char *text, size_t size) {
+    return nvs_flash_ops_find_text(ctx, key, text, size);
+}
+
+/* After network_start(), which makes random numbers unpredictable. */
+static void load_access(struct firmware *firmware) {
+    static const struct access_ops ops = {.read = read_text, .random = chip_random};
+    if (access_load(firmware->password, &ops, &firmware->store) == ACCESS_LOST)
+        firmware_tell(firmware, "Cannot read the stored password, so network logins are disabled. "
+                                "Write the storage again over USB: wificnc nvs build, wificnc nvs flash");
+}
+
+/* ---- WMC3 ---- */
+
+static const struct session_ops wire_ops = {.send = net_wire_send, .random = chip_random};
+
+static struct session_options wire_options(struct firmware *firmware) {
+    return (struct session_options){.name = network_name(),
+                                    .password = firmware->password,
+                                    .version = VERSION_WORD,
+                                    .status_port = WIRE_STATUS_PORT,
+                                    .channels = &firmware->channels};
+}
+
+/* Hosts that plan motion themselves. */
+static void start_wire(struct firmware *firmware) {
+    const struct session_options options = wire_options(firmware);
+    char text[64];
+    int error;
+    if (controller_serve_wire(&firmware->controller, &options, &wire_ops, &error))
+        return;
+    snprintf(text, sizeof text, "Cannot start WMC3, error %d", error);
+    firmware_tell(firmware, text);
+}
+
+/* ---- updates ---- */
+
+/* Nothing moves now, and nothing will until the end of the update. */
+static const char *lock_machine(void *ctx) {
+    struct firmware *firmware = ctx;
+    if (!machine_is_at_rest(&firmware->machine))
+        return "the machine is moving: wait until it stops, or stop it";
+    firmware->hal.inputs.locked = true;
+    return NULL;
+}
+
+static void unlock_machine(void *ctx) {
+    struct firmware *firmware = ctx;
+    firmware->hal.inputs.locked = firmware->safe_mode;
+}
+
+static const char *lock_outputs(void *ctx) {
+    io_module_lock(ctx);
+    return NULL;
+}
+
+static void unlock_outputs(void *ctx) {
+    io_module_unlock(ctx);
+}
+
+/* ---- start ---- */
+
+static void start_servers(struct firmware *firmware) {
+    char text[64];
+    int error;
+    if (!controller_listen(&firmware->controller, NULL, "23", &error)) {
+        snprintf(text, sizeof text, "Cannot start Telnet, error %d", error);
+        firmware_tell(firmware, text);
+    }
+    if (!page_start(&firmware->controller.hub, NULL, network_name(), "80", &error)) {
+        snprintf(text, sizeof text, "Cannot start the web page, error %d", error);
+        firmware_tell(firmware, text);
+    }
+}
+
+void firmware_start_network(struct firmware *firmware) {
+    const struct ota_flash flash = {.lock = lock_machine, .unlock = unlock_machine, .ctx = firmware};
+    const struct controller_options options = {.password = firmware->password,
+                                               .link_lost = firmware->link_lost};
+    char text[128];
+    firmware->has_network = network_start(&firmware->store);
+    if (!firmware->has_network) {
+        firmware_tell(firmware, "Cannot start WiFi or Ethernet");
+        return;
+    }
+    snprintf(text, sizeof text, "Own network: %s password: %s", network_name(), wifi_own_password());
+    firmware_tell(firmware, text);
+    load_access(firmware);
+    controller_set(&firmware->controller, &options);
+    services_start(&firmware->services, &firmware->controller.gate.lockout, firmware->password, &flash,
+                   TELNET_PORT);
+    start_wire(firmware);
+    start_servers(firmware);
+}
+
+void firmware_start_io_module(struct firmware *firmware) {
+    struct io_module *module = &firmware->io_module;
+    struct controller *controller = &firmware->controller;
+    const struct ota_flash flash = {.lock = lock_outputs, .unlock = unlock_outputs, .ctx = module};
+    firmware->has_network = network_start(&firmware->store);
+    if (!firmware->has_network)
+        return; /* nobody can command: the outputs stay safe */
+    load_access(firmware);
+    const struct session_options options = wire_options(firmware);
+    *module = (struct io_module){
+        .channels = &firmware->channels, .session = &controller->session, .wire = &controller->wire};
+    io_module_start(module, &firmware->store, &options, &wire_ops);
+    services_start(&firmware->services, &controller->gate.lockout, firmware->password, &flash, 0);
+}
+
+void firmware_tell_address(struct firmware *firmware) {
+    static uint32_t told;
+    uint32_t address = network_address();
+    char text[96];
+    if (address == told)
+        return;
+    told = address;
+    snprintf(text, sizeof text, "Address %u.%u.%u.%u or %s.local: Grbl at port %d, web page at port 80",
+             (unsigned)(address & 0xFF), (unsigned)(address >> 8 & 0xFF), (unsigned)(address >> 16 & 0xFF),
+             (unsigned)(address >> 24), network_name(), TELNET_PORT);
+    firmware_tell(firmware, address != 0 ? text : "No network");
+}

@@ -1,8 +1,0 @@
-/* SPDX-License-Identifier: MIT
- * How much the shared network code (targets/common) may hold on a PC. */
-#ifndef WIFICNC_NET_SIZES_H
-#define WIFICNC_NET_SIZES_H
-
-enum { NET_CLIENTS = 16 };
-
-#endif

@@ -1,0 +1,98 @@
+/* SPDX-License-Identifier: MIT
+ * The page of the controller over HTTP, and Grbl's stream of bytes in a WebSocket. [task] Plain BSD sockets;
+ * nothing blocks, and nobody who does not read or write holds anybody else up.
+ *
+ *   GET / ...                a file of the page; packed by gzip where there is such a copy, and on a chip
+ * only so GET /api/controller      who serves, as JSON GET /api/discover        other controllers in this
+ * network, as JSON; a browser cannot look itself GET /grbl, WebSocket     a client like any other: who owns,
+ * who observes and who must say a password is the hub's
+ *
+ * Pages from elsewhere may not command: a request's Host must be an address or a name that no name server of
+ * others gives away (against DNS rebinding), and the Origin of a WebSocket must be that host. A connection
+ * has one request. */
+#ifndef WIFICNC_NET_HTTP_H
+#define WIFICNC_NET_HTTP_H
+
+#include "hal/net_sizes.h" // NET_HTTP_PLACES, NET_HTTP_HEAD
+#include "net_stream.h"
+#include "net_tcp.h"
+
+#include <stdint.h>
+
+/** Bytes of a file, NULL: there is no such copy. */
+struct net_http_copy {
+    const uint8_t *bytes;
+    uint32_t size;
+};
+
+struct net_http_file {
+    const char *path; /* "/index.html" */
+    const char *type; /* Content-Type */
+    const char *tag;  /* of its content: the ETag, without quotes */
+    struct net_http_copy packed, plain;
+    bool forever; /* its name changes with its content */
+};
+
+/** An answer that took its time. Its texts are copied. */
+struct net_http_late {
+    const char *status; /* "200 OK" */
+    const char *type;
+    const char *body;
+};
+
+/** What does not change while it is served; all of it outlives the server. */
+struct net_http_site {
+    const struct net_http_file *files;
+    size_t count;
+    /** Files that may change while they are served: looked for when they are asked for, in place of the
+     * table. What *out points to is copied. NULL: the table is all. @return false: there is no such file */
+    bool (*find)(void *ctx, const char *path, struct net_http_file *out);
+    const char *name;  /* of this computer in its networks, without .local */
+    const char *about; /* who serves, as JSON; NULL: only files are served */
+    /** A browser has opened the stream; the callee owns it now. NULL: there is none */
+    void (*connect)(void *ctx, const struct net_stream *stream, const char *who);
+    /** Somebody waits for the other controllers; called every round until there is an answer. NULL: this
+     * server does not look for them. @return false: not yet */
+    bool (*discover)(void *ctx, struct net_http_late *out);
+    void *ctx;
+    /** A connection that asks nothing for so long is closed. A browser that uses one at that moment reports
+     * an error: where places are not scarce, longer than browsers keep one for later (Chromium: 10 s) */
+    uint32_t silent_us;
+};
+
+struct net_http_place {
+    struct net_stream stream; /* .ops NULL: free */
+    char who[NET_ADDRESS_SIZE];
+    char *head;       /* the request as far as it came, then the head of the answer; NET_HTTP_HEAD bytes */
+    char *own;        /* a body that nobody else keeps; NULL: none */
+    size_t count;     /* of head */
+    size_t sent;      /* of the answer's head */
+    bool head_only;   /* the answer has no body */
+    bool waits;       /* the request has come, its answer has not: site->discover() */
+    bool answers;     /* there is an answer */
+    bool upgrades;    /* ... and asks for the stream */
+    const char *body; /* behind the head */
+    size_t body_left;
+    uint32_t heard_us; /* when it last got on */
+};
+
+struct net_http {
+    const struct net_http_site *site;
+    int listener; /* -1: closed */
+    struct net_http_place place[NET_HTTP_PLACES];
+};
+
+/** Listen. @param host  NULL: all networks
+ *  @param[out] address  as of net_tcp_listen()
+ *  @return false: *error is an errno, or 0 when the host is unknown */
+bool net_http_open(struct net_http *http, const struct net_http_site *site, const char *host,
+                   const char *port, char address[NET_ADDRESS_SIZE], int *error);
+
+/** Take what has come, send what there is room for. Call it every ms or so. @param now_us  wraps
+ *  @return true: there is more to do at once */
+bool net_http_poll(struct net_http *http, uint32_t now_us);
+
+/** Everybody is disconnected. */
+void net_http_close(struct net_http *http);
+
+#endif

@@ -1,0 +1,156 @@
+/* SPDX-License-Identifier: MIT
+ * Many clients, one controller. One client at a time, the owner, commands; all others are observers and see
+ * every answer.
+ *
+ *   clients -> real-time bytes: at once            -> controller -> whole lines -> every client
+ *           -> lines: queue `in` -> `left` of former owners, then the owner's ->
+ *
+ * Ownership: when nobody owns, whoever first sends anything but `?` does. It ends with the connection;
+ * `$TAKE` as a line takes it at any time. A former owner's whole lines are still run, a half line is not; the
+ * answers to those lines are for everybody but the new owner, whose own lines are answered once each, in
+ * order.
+ *
+ * The sender is the owner, or the client that was it last and has only ended its half of the connection: it
+ * still hears answers, so what it sent runs on (`nc` ends so). When it is gone for good, the controller is
+ * told (ops->left), and holds what nobody looks after.
+ *
+ * A reset of the controller, whoever asked for it, forgets every line that waits here: with the banner
+ * senders begin anew.
+ *
+ * Where there is a password (hub.locks), a client from elsewhere is locked out at first: its `?` is answered,
+ * it sees nothing but reports, and `$LOGIN=password` lets it in. When all places are taken, such a client has
+ * to go for a new one.
+ *
+ * Nothing is lost for want of room. A controller that is full, or an owner that does not read its answers,
+ * stops the reading of the owner's lines; an observer that does not read is disconnected.
+ *
+ * No socket call, no clock, no global: the streams and the controller are ops. Single-threaded. */
+#ifndef WIFICNC_NET_HUB_H
+#define WIFICNC_NET_HUB_H
+
+#include "hal/net_sizes.h" // NET_CLIENTS, of the target
+#include "net_gate.h"
+#include "net_queue.h"
+#include "net_stream.h"
+#include "net_telnet.h"
+
+#include <stdint.h>
+
+/** NET_ANSWER_MAX: the controller's longest answer to one line; all settings are half of it. */
+enum { NET_NAME_SIZE = 64, NET_MESSAGE_SIZE = 192, NET_LINE_SIZE = 512, NET_ANSWER_MAX = 4096 };
+
+/** How much may wait in the hub, bytes. A controller with little RAM takes small ones. */
+struct net_hub_sizes {
+    size_t clients; /* 1 .. NET_CLIENTS connections at once */
+    size_t in;      /* of the owner's lines; a longer line goes on as it comes */
+    size_t out;  /* of answers that wait for one client; >= 2 * NET_ANSWER_MAX. An owner gets twice as much */
+    size_t left; /* of former owners' lines */
+};
+
+/** What the hub asks of the controller and its surroundings. */
+struct net_hub_ops {
+    /** Give it bytes. @return bytes taken; real-time bytes are always taken */
+    size_t (*put)(void *ctx, const char *bytes, size_t count);
+    /** Count bytes that a stream has lost or that came damaged. May be NULL where no stream reports that.
+     *  @param what  NET_LOST or NET_UNFRAMED */
+    void (*lost)(void *ctx, long what);
+    /** The line that comes next, or that has begun, is to be refused. NULL as above. @return false: no room
+     */
+    bool (*spoil)(void *ctx);
+    /** What it said. @return bytes copied, 0: nothing more */
+    size_t (*hear)(void *ctx, char *bytes, size_t size);
+    /** Let it act on real-time bytes now. */
+    void (*act)(void *ctx);
+    /** Something happened to a client, for a log: "connected", "owner", ... */
+    void (*event)(void *ctx, const char *what, const char *who);
+    /** The sender's connection has ended; NULL: never mind. @param lines_wait  the controller has not got all
+     *  its lines yet */
+    void (*left)(void *ctx, bool lines_wait);
+    /** What a new client must know, each as the text of a message. @param number  0, 1, .. until it returns
+     *  false: nothing more. NULL: nothing ever */
+    bool (*notice)(void *ctx, unsigned number, char *text, size_t size);
+    /** Lines or motion are under way: who only listens stays that long. May be NULL */
+    bool (*busy)(void *ctx);
+    /** A client says its password. May be NULL where nothing locks. @param who  its stream's peer */
+    enum net_gate_result (*login)(void *ctx, uint64_t who, const char *password, size_t size);
+};
+
+struct net_client {
+    struct net_stream stream; /* .ops NULL: a free place */
+    char name[NET_NAME_SIZE];
+    struct net_telnet telnet;
+    struct net_queue in, out;
+    size_t whole;    /* bytes of `in` up to the last line end */
+    bool after_cr;   /* an LF would be the second half of a line end */
+    bool in_long;    /* the controller has got the begin of the line that goes on in `in` */
+    bool called_off; /* ... or that line began before a jog cancel: a jog must not run */
+    bool skips;      /* in the middle of a line that nobody takes */
+    bool asks;       /* a ? that waits */
+    bool ended;      /* sends no more; stays until it has heard the answers */
+    bool gone;       /* to be removed */
+    bool locked;     /* has not said the password; `in` is the line that it types */
+    bool hears_left; /* hears answers to lines of former owners, too */
+    bool spoiled;    /* the line that comes next, or has begun, is to be refused */
+    uint8_t letters; /* of $TAKE that an observer has typed; beyond its length: another line */
+};
+
+struct net_hub {
+    const struct net_hub_ops *ops;
+    void *ctx;
+    struct net_hub_sizes sizes;
+    bool locks; /* new clients from elsewhere are locked out until they log in; set by whoever owns the hub */
+    struct net_client client[NET_CLIENTS];
+    struct net_client *owner;  /* NULL: nobody */
+    struct net_client *sender; /* it answers for what runs; NULL: nobody does */
+    struct net_queue left;     /* whole lines of former owners that the controller has not got yet */
+    bool has_spoiled;          /* NET_LINE_SPOILED may be among what waits */
+    uint32_t inside;           /* lines the controller has got and not answered */
+    uint32_t inside_left;      /* the oldest of these are former owners' */
+    char line[NET_LINE_SIZE];  /* of what the controller says, as far as heard */
+    size_t line_size;
+};
+
+void net_hub_init(struct net_hub *hub, const struct net_hub_sizes *sizes, const struct net_hub_ops *ops,
+                  void *ctx);
+
+/** Everybody is disconnected, all memory given back. */
+void net_hub_close(struct net_hub *hub);
+
+/** A new connection; the hub owns its stream now. @return false: no place, it was told so and closed */
+bool net_hub_connect(struct net_hub *hub, const struct net_stream *stream, const char *name);
+
+/** All places are taken. */
+bool net_hub_is_full(const struct net_hub *hub);
+
+/** Whether this client's stream should be read, and whether something waits to be written to it. */
+bool net_hub_wants_read(const struct net_hub *hub, const struct net_client *client);
+bool net_hub_wants_write(const struct net_client *client);
+
+/** The client's stream can be read: takes 1 KB at most, so that what comes first is fed before what comes
+ * last.
+ *  @return true: there may be more */
+bool net_hub_read(struct net_hub *hub, struct net_client *client);
+
+/** The client's stream has failed. */
+void net_hub_lost(struct net_client *client);
+
+/** Give lines to the controller, as many as it takes and as there is room for the answers of.
+ *  @return true: it took something */
+bool net_hub_feed(struct net_hub *hub);
+
+/** Take what the controller said to everybody. */
+void net_hub_hear(struct net_hub *hub);
+
+/** Reset the controller; lines that wait here are forgotten. */
+void net_hub_reset(struct net_hub *hub);
+
+/** Pass observers' `?` on, as one; call it as often as they shall be answered at most. */
+void net_hub_ask(struct net_hub *hub);
+
+/** Write what waits, remove who is gone. */
+void net_hub_flush(struct net_hub *hub);
+
+/** [MSG:text] to everybody. */
+void net_hub_tell(struct net_hub *hub, const char *text);
+
+#endif

@@ -1,0 +1,40 @@
+/* SPDX-License-Identifier: MIT
+ * What the bytes of a client's lines mean to the hub. */
+#ifndef WIFICNC_NET_LINE_H
+#define WIFICNC_NET_LINE_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+/** A letter of a command, whatever its case. */
+uint8_t net_line_upper(char character);
+
+/** As core/link/rx.h: these never wait in a line. */
+bool net_line_is_realtime(uint8_t byte);
+
+/** `$J=`, with or without spaces. */
+bool net_line_is_jog(const char *line, size_t size);
+
+/** Begins with this command, in letters of any case. */
+bool net_line_commands(const char *line, size_t size, const char *command);
+
+bool net_line_begins(const char *line, size_t size, const char *with);
+
+/** Said by the controller on its own, or as a reply to `?`: no part of a line's answer. */
+bool net_line_is_news(const char *line, size_t size);
+
+/** As a byte among lines that wait: the line is to be refused. No text, as all bytes from 0x80 on. */
+enum { NET_LINE_SPOILED = 0xFF };
+
+/** @return bytes before the first NET_LINE_SPOILED */
+size_t net_line_sound(const char *line, size_t size);
+
+/** Make each jog of whole lines an empty line, in place. @param whole  their bytes
+ *  @param[in,out] count  these and those of the line that has begun @return `whole` afterwards */
+size_t net_line_empty_jogs(char *lines, size_t whole, size_t *count);
+
+/** @return bytes of a line before one that ends it or acts immediately */
+size_t net_line_plain_run(const char *bytes, size_t count);
+
+#endif

@@ -1,0 +1,35 @@
+/* SPDX-License-Identifier: MIT
+ * Multicast DNS (RFC 6762, 6763): NAME.local, and the telnet service of this controller. [task] Packets only;
+ * net_mdns_udp.h has the socket.
+ *
+ *   NAME.local                      A     our address
+ *   _telnet._tcp.local              PTR   NAME._telnet._tcp.local
+ *   NAME._telnet._tcp.local         SRV   NAME.local, port;  TXT  what is given
+ *   _services._dns-sd._udp.local    PTR   _telnet._tcp.local */
+#ifndef WIFICNC_NET_MDNS_H
+#define WIFICNC_NET_MDNS_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+enum { NET_MDNS_PORT = 5353, NET_MDNS_PACKET = 768, NET_MDNS_NAME = 32, NET_MDNS_TEXT = 64 };
+
+/** Who we are. */
+struct net_mdns {
+    char name[NET_MDNS_NAME];
+    char text[NET_MDNS_TEXT]; /* of TXT: "board=esp32s3-devkitc" */
+    uint8_t address[4];       /* 0.0.0.0: we have none, and are silent */
+    uint16_t port;            /* of telnet; 0: there is none, and nobody is told of that service */
+};
+
+/** The answer to a packet. @param legacy  it comes from another port than 5353: a simple resolver
+ *  @param[out] unicast  the answer goes to the one who asked, else to everybody
+ *  @return bytes of it; 0: nothing in it is about us, or it is damaged */
+size_t net_mdns_answer(const struct net_mdns *mdns, const uint8_t *query, size_t size, bool legacy,
+                       uint8_t answer[NET_MDNS_PACKET], bool *unicast);
+
+/** Tell everybody that we are here. @return bytes; 0: we have no address */
+size_t net_mdns_announce(const struct net_mdns *mdns, uint8_t packet[NET_MDNS_PACKET]);
+
+#endif

@@ -1,0 +1,209 @@
+/* SPDX-License-Identifier: MIT
+ * The whole controller on a PC, in virtual time: the core, a step timer and pins, and a byte stream to talk
+ * to it.
+ *
+ * Time stands still while the core computes (an infinitely fast processor) and jumps from step event to step
+ * event. Same input, same output, always. Not thread-safe: one thread per host object; many objects may live
+ * in one process. */
+#ifndef WIFICNC_PC_HOST_H
+#define WIFICNC_PC_HOST_H
+
+#include "base/axis.h"
+#include "trace.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+/** In whose time the controller works (targets/chip/task_periods.h). */
+enum host_tasks_of {
+    HOST_TASKS_FREE, /* everything is looked at all the time */
+    HOST_TASKS_ESP32,
+    HOST_TASKS_PIC32MZ,
+};
+
+/** What a board fixes. */
+struct host_board {
+    uint32_t timer_hz;         /* step timer, 1 MHz .. 100 MHz */
+    uint32_t step_pulse_ns;    /* step high time, and at least the same low */
+    uint32_t dir_setup_ns;     /* direction stable before a step */
+    uint32_t max_step_rate_hz; /* of one axis; rates above are clamped and reported */
+    uint8_t axis_count;        /* 1 .. AXIS_COUNT, in the order XYZABC */
+    axis_mask_t ganged;        /* axes with a second motor */
+    uint8_t missing_outputs;   /* BOARD_OUTPUT_ bits of machine/machine.h that it lacks */
+    uint8_t digital_inputs;    /* of M66, 0 .. DIGITAL_INPUT_COUNT */
+    uint8_t analog;            /* 1: analog inputs and outputs (M66 .. M68), four of each */
+    uint16_t motors_wake_us;   /* from powered to the first step */
+    uint8_t digital_outputs;   /* of M62 .. M65, 0 .. OUTPUT_COUNT */
+    uint8_t encoder;           /* 1: of the spindle, with index */
+    axis_mask_t home_axes;     /* axes with home switches of their own */
+    uint8_t tasks;             /* enum host_tasks_of */
+    uint8_t default_pulse_us;  /* what $0 starts at; 0: step_pulse_ns */
+    uint32_t step_spread_ns;   /* from step to step, beyond the pulse and a pause as long */
+};
+
+struct host;
+
+/** Why host_run() came back. */
+enum host_wait {
+    HOST_IDLE,   /* nothing to do: all input is answered and nothing moves (or only input can bring it on) */
+    HOST_ROOM,   /* the receive buffer has room again and motion goes on */
+    HOST_BUDGET, /* max_events step events were run */
+    HOST_TIME,   /* the time asked for has come (host_run_until) */
+};
+
+/** @return NULL when memory is short or the board is out of range. Settings start at their defaults. */
+struct host *host_create(const struct host_board *board);
+
+/** As host_create(), but settings, offsets and startup lines are kept in this file. It is made when something
+ * is stored; a damaged one gives defaults, and the controller says so. @param store_path  NULL: nothing is
+ * kept */
+struct host *host_open(const struct host_board *board, const char *store_path);
+void host_destroy(struct host *host);
+
+/** Put bytes on the controller's stream as a UART does: it cannot wait, and what finds no room is lost and
+ * reported. */
+void host_write_or_lose(struct host *host, const char *bytes, size_t count);
+
+/** Put bytes on the controller's stream. @return bytes taken: 0 .. free receive buffer; the rest must come
+ * again. */
+size_t host_write(struct host *host, const char *bytes, size_t count);
+
+/** Take what the controller said. @return bytes copied, 0 = nothing more. */
+size_t host_read(struct host *host, char *bytes, size_t size);
+
+/** Let the controller work: parse, plan and step. @param max_events > 0, step-timer events before coming
+ * back. */
+enum host_wait host_run(struct host *host, uint64_t max_events);
+
+/** As host_run(), but not beyond this virtual time: HOST_TIME then. HOST_IDLE may come before it. */
+enum host_wait host_run_before(struct host *host, uint64_t max_events, uint64_t t_ticks);
+
+/** Let the controller work until this virtual time, also when it has nothing to do: for a clock outside that
+ * leads. With host_input_follows(host, 0) it comes back with HOST_TIME and then it is t_ticks, or later if it
+ * was so before. */
+enum host_wait host_run_until(struct host *host, uint64_t t_ticks);
+
+/** Real time, for senders: as host_run_until(), but the controller is left alone with its input. No
+ * look-ahead is waited for, none is cut short.
+ * @return HOST_TIME, or HOST_BUDGET: max_events step-timer events were run and it is not t_ticks yet */
+enum host_wait host_run_paced(struct host *host, uint64_t t_ticks, uint64_t max_events);
+
+/** Take input in: no time passes, no step is made. */
+void host_act(struct host *host);
+
+/** Parts of a firmware that can be kept from working while step interrupts and edges of inputs go on. */
+enum host_side {
+    HOST_CONTROLLER, /* the task of machine_poll(): lines, planning, states */
+    HOST_MOTION,     /* the task that feeds the step interrupt; with one loop (PIC32MZ) the same as above */
+    HOST_READER,     /* bytes that arrive wait outside of the controller */
+    HOST_SIDES
+};
+
+/** Keep a side from working from a virtual time on (the past means now) for so long.
+ * @return false: there is no such side, or too many stalls wait */
+bool host_stall(struct host *host, enum host_side side, uint64_t from_ticks, uint64_t ticks);
+
+/** Stalls at random times, one at a time, the same ones for the same seed. */
+struct host_random_stalls {
+    uint64_t seed;
+    uint32_t sides;      /* bit = enum host_side; 0: no further stall */
+    uint32_t gap_ms;     /* between two of them on average */
+    uint32_t longest_ms; /* > 0 */
+};
+void host_stall_randomly(struct host *host, const struct host_random_stalls *stalls);
+
+/** When it will go on by itself, now at the earliest; UINT64_MAX: never without input. */
+uint64_t host_next_ticks(struct host *host);
+
+/** The sender's connection has ended: machine_sender_lost(). */
+void host_sender_lost(struct host *host, bool lines_wait);
+
+/** machine_notice(). */
+bool host_notice(const struct host *host, unsigned number, char *text, size_t size);
+
+/** A line or motion is under way. */
+bool host_is_busy(const struct host *host);
+
+/** Virtual time, ticks of the board's timer from power-on. */
+uint64_t host_time_ticks(const struct host *host);
+
+/** State as the status report shows it: "Idle", "Hold:0", ... */
+const char *host_state(const struct host *host);
+
+/** The program waits for ~, at M0 or M6. */
+bool host_is_paused(const struct host *host);
+
+/** The program waits for a tool at M6. @param tool  its number */
+bool host_awaits_tool(const struct host *host, int32_t *tool);
+
+/** When the last alarm came; 0: none has. After it the controller is quiet for a while. */
+uint64_t host_alarm_ticks(const struct host *host);
+
+/** Spans of dwells begun so far, mod 256, as trace events count them. */
+uint8_t host_dwells(const struct host *host);
+
+/** The line that is being moved, counted from power-on (struct machine, lines); any older one before the
+ * first motion. */
+uint32_t host_line_now(const struct host *host);
+
+/** Step counters: exactly the pulses that left the pins, signed, and host_shift_steps(). */
+void host_position_steps(const struct host *host, int32_t steps[AXIS_COUNT]);
+
+/** Steps by which homing has moved the counters against the pulses, since power-on. */
+void host_shift_steps(const struct host *host, int32_t steps[AXIS_COUNT]);
+
+/** Tell the controller whether more input will come at once (a file, default 1) or not (0 at the end of the
+ * file). */
+void host_input_follows(struct host *host, int follows);
+
+/** The event trace; add consumers to it before running. */
+struct trace *host_trace(struct host *host);
+
+/** A segment, and where it begins and ends: machine position of every motor, with its fraction of a step. */
+struct segment;
+struct host_segment {
+    const struct segment *segment;
+    double from_steps[AXIS_COUNT], to_steps[AXIS_COUNT];
+};
+
+/** From now on this one gets every segment of the planner, in order, before its steps are made. One watcher
+ * at a time. */
+typedef void host_segment_watcher(void *ctx, const struct host_segment *moved);
+void host_watch_segments(struct host *host, host_segment_watcher *watch, void *ctx);
+
+/** The controller itself, for looking at what has no function here. Nothing of it is changed from outside. */
+struct machine;
+const struct machine *host_machine(const struct host *host);
+
+/** The move of the line answered last. @return false: it had none, or it was taken before */
+struct gcode_move;
+bool host_take_move(struct host *host, struct gcode_move *out);
+
+/** Work counters since host_create(). */
+struct host_counters {
+    uint64_t step_events;       /* step-timer interrupts that stepped at least one axis */
+    uint64_t timer_events;      /* all step-timer interrupts (with oversampling and waits) */
+    uint64_t segments;          /* segments run */
+    uint64_t spans;             /* spans run */
+    uint64_t blocks;            /* planner blocks */
+    uint64_t lines;             /* lines answered */
+    uint64_t lookahead_starved; /* motion had to stop for want of look-ahead although more moves came */
+    uint64_t underruns;         /* motion had to slow down because a side of the controller was late */
+    uint64_t plan_unmet;        /* struct timing, unmet: a fault of the planner if not 0 */
+};
+void host_counters(const struct host *host, struct host_counters *out);
+
+/** Largest programmed path speed of line or rapid now being run, for displays, mm/s. */
+float host_feed_mm_s(const struct host *host);
+
+/** Steps per mm now in force, per axis ($100..). */
+void host_steps_per_mm(const struct host *host, float out[AXIS_COUNT]);
+
+/** The settings in force are taken for those of a power-on: with $22=1 it is locked. */
+void host_lock(struct host *host);
+
+/** Static RAM of one controller in bytes: struct machine with all its buffers. */
+size_t host_core_ram_bytes(void);
+
+#endif

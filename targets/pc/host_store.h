@@ -1,0 +1,25 @@
+/* SPDX-License-Identifier: MIT
+ * struct hal_store in one file: { key | ~key | count (2 bytes) | bytes } after each other, the last of them a
+ * list of the keys; replaced by an atomic rename. A damaged file is copied to FILE.damaged when its damage is
+ * acknowledged. */
+#ifndef WIFICNC_PC_STORE_H
+#define WIFICNC_PC_STORE_H
+
+#include "hal/hal.h"
+
+/** Keys are 0 .. 15. */
+enum { HOST_STORE_KEYS = 16 };
+
+/** ctx is the file's path, a NUL-terminated string. A file that is not there is empty; one that cannot be
+ * written makes save() return false. */
+extern const struct hal_store host_store;
+
+/** Claim the file for this process, by a lock on FILE.lock: of two that write, each would drop what the other
+ * has stored. @return -1 and *error: EISDIR, ENOENT (its folder), EAGAIN (another process has it) or another
+ * errno */
+int host_store_claim(const char *path, int *error);
+
+/** @param claim  of host_store_claim(), or -1 */
+void host_store_release(int claim);
+
+#endif

@@ -1,0 +1,216 @@
+/* SPDX-License-Identifier: MIT */
+#include "expand.h"
+
+#include "config.h"
+#include "gcode/formula.h"
+#include "knowledge.h"
+#include "link/line_reader.h"
+#include "program.h"
+
+#include <stdbool.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* On a PC there is room. */
+enum { NUMBERED_ROOM = PARAMS_USER_MAX, NAMED_ROOM = 4096 };
+
+/* Of a computed value; fewer where the line would become too long. 1e-4 mm is less than a step. */
+enum { DECIMALS_MOST = 6, DECIMALS_LEAST = 4 };
+
+struct expand {
+    char *text;
+    size_t size, room;
+    uint32_t *numbers;
+    size_t count, count_room;
+    enum status status;
+    uint32_t line;
+    bool short_of_memory;
+};
+
+/** One way through the program. */
+struct run {
+    struct program program;
+    struct gcode_state gcode;
+    struct params params;
+    struct param_numbered numbered[NUMBERED_ROOM];
+    struct param_named named[NAMED_ROOM];
+    uint32_t unknown; /* NEEDS_ bits */
+    struct expand *out;
+};
+
+struct text {
+    const char *bytes;
+    size_t size;
+};
+
+static int32_t read_text(const void *ctx, uint32_t offset, char *bytes, uint32_t size) {
+    const struct text *text = ctx;
+    size_t left = offset < text->size ? text->size - offset : 0;
+    size_t count = left < size ? left : size;
+    memcpy(bytes, text->bytes + offset, count);
+    return (int32_t)count;
+}
+
+/* ---- what comes out ---- */
+
+static void *grown(void *items, size_t wanted, size_t *room, size_t item_size) {
+    while (*room < wanted)
+        *room = *room == 0 ? 1024 : 2 * *room;
+    return realloc(items, *room * item_size);
+}
+
+static bool add_line(struct expand *out, const char *line, uint32_t number) {
+    size_t length = strlen(line);
+    char *text = out->text;
+    uint32_t *numbers = out->numbers;
+    if (out->size + length + 2 > out->room)
+        text = grown(text, out->size + length + 2, &out->room, 1);
+    if (text == NULL)
+        return false;
+    out->text = text;
+    if (out->count + 1 > out->count_room)
+        numbers = grown(numbers, out->count + 1, &out->count_room, sizeof *numbers);
+    if (numbers == NULL)
+        return false;
+    out->numbers = numbers;
+    memcpy(text + out->size, line, length);
+    text[out->size + length] = '\n';
+    out->size += length + 1;
+    numbers[out->count++] = number;
+    return true;
+}
+
+/* ---- one run ---- */
+
+/* What the machine does with a command, less the motion. @return the program ends */
+static bool follow(struct run *run, const char *line, const struct gcode_command *command) {
+    program_note(&run->program, command->modes);
+    run->unknown = knowledge_after(run->unknown, line, command);
+    gcode_offsets_apply(&run->gcode.offsets, command);
+    gcode_modal_apply(&run->gcode, command);
+    if (command->move.motion != MOTION_NONE)
+        memcpy(run->gcode.position_mm, command->move.target_mm, sizeof run->gcode.position_mm);
+    return command->flow == FLOW_END;
+}
+
+/* A $ line does who knows what. A line with an error does nothing; but where not all is known, the machine
+ * may see none in it (an arc that begins elsewhere). */
+static void lose_track(struct run *run, const char *line) {
+    if (line[0] == '$' || run->unknown != NEEDS_PROBE)
+        run->unknown = NEEDS_ALL;
+}
+
+/* The line as it goes over the wire. */
+static enum status compute(struct run *run, struct formula *formula) {
+    const struct param_context context = {
+        .gcode = &run->gcode, .params = &run->params, .line = run->program.line, .unknown = run->unknown};
+    const char *line = run->program.text;
+    for (unsigned decimals = DECIMALS_MOST; decimals >= DECIMALS_LEAST; decimals--) {
+        enum status status = formula_compute(&context, line, decimals, formula);
+        if (status != STATUS_OK)
+            return status;
+        if (strlen(formula->text) < LINE_SIZE)
+            return params_set(&run->params, formula->sets, formula->set_count);
+    }
+    return STATUS_LINE_TOO_LONG;
+}
+
+/* $ lines and what is no G-code goes through unchanged. */
+static enum status take_line(struct run *run, bool *ends) {
+    struct gcode_command command;
+    struct formula formula;
+    const char *line = run->program.text;
+    if (line[0] != '$' && formula_is(line)) {
+        enum status status = compute(run, &formula);
+        if (status != STATUS_OK)
+            return status;
+        line = formula.text;
+    }
+    if (line[0] == '\0')
+        return STATUS_OK;
+    if (strlen(line) >= LINE_SIZE)
+        return STATUS_LINE_TOO_LONG;
+    if (!add_line(run->out, line, run->program.line))
+        run->out->short_of_memory = *ends = true;
+    else if (line[0] != '$' && gcode_line(&run->gcode, line, &command) == STATUS_OK)
+        *ends = follow(run, line, &command);
+    else
+        lose_track(run, line);
+    return STATUS_OK;
+}
+
+static void go(struct run *run, const struct text *text, uint32_t lines_max) {
+    const struct program_source source = {text, read_text};
+    struct program *program = &run->program;
+    enum status status = program_begin(program, &source, lines_max);
+    bool ends = false;
+    while (status == STATUS_OK && !ends &&
+           program_next(program, &run->params, &run->gcode, run->unknown) == PROGRAM_LINE)
+        status = take_line(run, &ends);
+    run->out->status = status != STATUS_OK ? status : program->status;
+    run->out->line = program->line;
+}
+
+struct expand *expand_create(const char *text, size_t size, enum expand_start start, uint32_t lines_max) {
+    const struct text whole = {text, size};
+    struct run *run = calloc(1, sizeof *run);
+    struct expand *out = calloc(1, sizeof *out);
+    bool made = run != NULL && out != NULL;
+    if (made) {
+        run->out = out;
+        run->unknown = start == EXPAND_ANYWHERE ? NEEDS_ALL : NEEDS_PROBE;
+        run->gcode.axes = (axis_mask_t)((1u << AXIS_COUNT) - 1);
+        run->gcode.ports = GCODE_PORTS_ALL;
+        run->params.numbered = run->numbered;
+        run->params.numbered_room = NUMBERED_ROOM;
+        run->params.named = run->named;
+        run->params.named_room = NAMED_ROOM;
+        gcode_modal_init(&run->gcode.modal);
+        go(run, &whole, lines_max);
+        made = !out->short_of_memory;
+    }
+    free(run);
+    if (made)
+        return out;
+    expand_destroy(out);
+    return NULL;
+}
+
+void expand_destroy(struct expand *expand) {
+    if (expand == NULL)
+        return;
+    free(expand->text);
+    free(expand->numbers);
+    free(expand);
+}
+
+int expand_error(const struct expand *expand) {
+    return (int)expand->status;
+}
+
+uint32_t expand_error_line(const struct expand *expand) {
+    return expand->line;
+}
+
+const char *expand_text(const struct expand *expand, size_t *size) {
+    *size = expand->size;
+    return expand->text;
+}
+
+size_t expand_lines(const struct expand *expand, const uint32_t **numbers) {
+    *numbers = expand->numbers;
+    return expand->count;
+}
+
+int expand_is_needed(const char *text, size_t size) {
+    struct line_reader reader;
+    enum line_result result = LINE_NONE;
+    line_reader_reset(&reader);
+    for (size_t taken = 0; taken < size;) {
+        taken += line_reader_take(&reader, (const uint8_t *)text + taken, size - taken, &result);
+        if (result == LINE_READY && program_is_jump(reader.text))
+            return 1;
+    }
+    line_reader_put(&reader, '\n');
+    return program_is_jump(reader.text);
+}

@@ -1,0 +1,79 @@
+/* SPDX-License-Identifier: MIT */
+#include "program_text.h"
+
+/* What is left out at the moment; the rules of link/line_reader.c. */
+enum skipping { SKIP_NOTHING, SKIP_PARENTHESES, SKIP_REST };
+
+struct filter {
+    enum skipping skipping;
+    bool formula, too_long; /* formula: the line has # or [, so that a slash divides */
+    unsigned length;
+};
+
+static const int end_of_text = -1, read_error = -2;
+
+/* The byte at an offset, or end_of_text, or read_error. */
+static int byte_at(struct program *program, uint32_t offset) {
+    if (offset - program->chunk_offset >= program->chunk_count) {
+        const int32_t count =
+            program->source.read(program->source.ctx, offset, program->chunk, PROGRAM_CHUNK_SIZE);
+
+        program->chunk_offset = offset;
+        program->chunk_count = count > 0 ? (uint32_t)count : 0;
+        if (count <= 0)
+            return count == 0 ? end_of_text : read_error;
+    }
+    return (unsigned char)program->chunk[offset - program->chunk_offset];
+}
+
+static void store(struct program *program, struct filter *filter, char character) {
+    if (filter->length == PROGRAM_LINE_SIZE - 1) {
+        filter->too_long = true;
+        return;
+    }
+    filter->formula |= character == '#' || character == '[';
+    program->text[filter->length++] = character;
+}
+
+static void take(struct program *program, struct filter *filter, char character) {
+    if (filter->skipping == SKIP_REST)
+        return;
+    if (filter->skipping == SKIP_PARENTHESES) {
+        if (character == ')')
+            filter->skipping = SKIP_NOTHING;
+    } else if (character == '(') {
+        filter->skipping = SKIP_PARENTHESES;
+    } else if (character == ';' || (character == '%' && filter->length == 0)) {
+        filter->skipping = SKIP_REST;
+    } else if (character > ' ' && (character != '/' || filter->formula)) {
+        const bool small = character >= 'a' && character <= 'z';
+        store(program, filter, small ? (char)(character - 'a' + 'A') : character);
+    }
+}
+
+/* Behind a line end; CR LF is one. */
+static void end_line(struct program *program, int byte) {
+    program->line = program->next.line++;
+    program->next.offset++;
+    if (byte == '\r' && byte_at(program, program->next.offset) == '\n')
+        program->next.offset++;
+}
+
+enum status program_read_line(struct program *program, bool *more) {
+    struct filter filter = {.skipping = SKIP_NOTHING};
+    int byte = byte_at(program, program->next.offset);
+
+    *more = byte != end_of_text;
+    program->at = program->next;
+    for (; byte >= 0 && byte != '\n' && byte != '\r'; byte = byte_at(program, program->next.offset)) {
+        if (byte < 0x80)
+            take(program, &filter, (char)byte);
+        program->next.offset++;
+    }
+    program->text[filter.length] = '\0';
+    if (*more)
+        end_line(program, byte);
+    if (byte == read_error)
+        return STATUS_PROGRAM_READ;
+    return filter.too_long ? STATUS_LINE_TOO_LONG : STATUS_OK;
+}

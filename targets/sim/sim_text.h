@@ -1,0 +1,30 @@
+/* SPDX-License-Identifier: MIT
+ * A job file as a sender puts it on the wire: one LF per line, and nothing that would act before its turn.
+ *
+ * - A line ends with LF, CR or CR LF; the last one may lack its end. A leading UTF-8 mark and a trailing
+ * Ctrl-Z go.
+ * - Lines that begin with % are marks for the sender (tape start and end) and are not sent.
+ * - Real-time bytes (! ? ~ 0x18 and all above 0x7F: they act at once, wherever they stand) and control
+ * characters are left out of comments. In code they cannot be meant: each becomes a ", which the controller
+ * refuses as it should
+ *   ("G1 X1<garbage>0" must not turn into X10). */
+#ifndef WIFICNC_SIM_SIM_TEXT_H
+#define WIFICNC_SIM_SIM_TEXT_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+struct sim_text {
+    char *bytes; /* lines, each with its LF */
+    size_t size;
+    uint32_t *line_number; /* of each line, 1-based in the file */
+    uint64_t line_count;
+    uint64_t file_lines; /* in the file, with the skipped ones */
+    uint64_t percent_lines;
+};
+
+/** @return 0, or -1 when memory is short. Free it with sim_text_free(). */
+int sim_text_make(struct sim_text *out, const char *text, size_t size);
+void sim_text_free(struct sim_text *text);
+
+#endif

@@ -1,0 +1,28 @@
+"""docs/ARCHITECTURE.md names every room of the repository, and none that is gone."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+TEXT = (ROOT / "docs" / "ARCHITECTURE.md").read_text(encoding="utf-8")
+NAMED = set(re.findall(r"(?:`|\*\*)([\w/]+)(?:`|\*\*)", TEXT))
+
+
+def rooms(folder: str) -> set[str]:
+    """Folders with sources."""
+    found = (path for path in (ROOT / folder).iterdir() if path.is_dir() and any(path.rglob("*.*")))
+    return {path.name for path in found if not path.name.startswith(("_", "."))} - {"__pycache__"}
+
+
+@pytest.mark.parametrize("folder", ["core", "targets", "cli/wificnc", "tools"])
+def test_every_room_is_named(folder: str) -> None:
+    assert rooms(folder) - {name.rsplit("/", 1)[-1] for name in NAMED} == set()
+
+
+def test_no_folder_is_named_that_is_gone() -> None:
+    paths = re.findall(r"(?:core|targets|cli|tools|tests)/[\w/.]*\w", TEXT)
+    assert paths and [path for path in paths if not (ROOT / path).exists() and "<" not in path] == []
