@@ -6,10 +6,11 @@ import re
 from pathlib import Path
 
 import pytest
-from grbl_host import Grbl
 from generate.codes import codes
+from grbl_host import Grbl
 
 STEPS_MM = 250
+ROOT = Path(__file__).parents[2]
 
 
 def mm(grbl: Grbl) -> list[float]:

@@ -7,8 +7,8 @@ import ctypes
 import socket
 import struct
 
-from grbl_host import HZ, LIB, Grbl
 from generate.states_table import Input
+from grbl_host import HZ, LIB, Grbl
 from wificnc.wmc3.layout import (
     Ack,
     Authenticate,

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from wificnc.board.load import find_boards, load_board
+from wificnc.board.picture import draw, svg_text
+
 from generate.board_docs import docs_text, readme_text
 from generate.board_schema import board_schema_text
 from generate.board_start import start_texts
-from wificnc.board.load import find_boards, load_board
-from wificnc.board.picture import draw, svg_text
 
 
 def texts(root: Path) -> dict[str, str]:

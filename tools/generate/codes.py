@@ -9,7 +9,6 @@ import re
 from dataclasses import dataclass
 from pathlib import Path
 
-
 SOURCE = "core/gcode/codes.def"
 OUTPUT = "docs/gcode.md"
 ROW = re.compile(

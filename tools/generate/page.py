@@ -11,6 +11,7 @@ from pathlib import Path
 
 from wificnc.board.load import find_boards, load_board
 from wificnc.flash.plan import read_partitions
+
 from generate.page_tables import page_tables
 
 OUTPUT = "web/src/generated/tables.json"
@@ -21,4 +22,4 @@ def texts(root: Path) -> dict[str, str]:
     """Path in the repository -> text. Raises FileProblems when a table is broken."""
     boards = [load_board(path) for path in find_boards()]
     nvs = read_partitions((root / PARTITIONS).read_text(encoding="utf-8"))["nvs"]
-    return {OUTPUT: json.dumps(page_tables(boards, nvs, root), indent=1, ensure_ascii=False) + "\n"}
+    return {OUTPUT: json.dumps(page_tables(boards, nvs), indent=1, ensure_ascii=False) + "\n"}

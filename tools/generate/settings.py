@@ -8,7 +8,6 @@ from __future__ import annotations
 from pathlib import Path
 
 import jinja2
-
 from wificnc.protocol.table import AXES, EFFECTS, Setting, parse_settings, status_codes
 
 SOURCE = "protocol/settings.toml"

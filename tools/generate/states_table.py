@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Literal
 
 from pydantic import BaseModel, ConfigDict, Field
-
 from wificnc.checked.paths import ROOT
 
 if sys.version_info >= (3, 11):

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from generate.examples import framed, parse_examples
-from generate.settings import SOURCE as SETTINGS_SOURCE
-from generate.settings import environment
-from generate.nvs import SOURCE as NVS_SOURCE
 from wificnc.protocol.nvs import parse_nvs
 from wificnc.protocol.table import parse_settings
+
+from generate.examples import framed, parse_examples
+from generate.nvs import SOURCE as NVS_SOURCE
+from generate.settings import SOURCE as SETTINGS_SOURCE
+from generate.settings import environment
 from generate.wire_table import WireField, parse_wire
 
 SOURCE = "protocol/wmc3.toml"
