@@ -42,7 +42,7 @@ help:
 	@echo 'make release what people download, into dist/: of the boards that are built or can be built here'
 	@echo 'make docs    the documentation as a site, into build/site'
 	@echo 'make pictures  those of docs/motion.md, drawn from what the planner does'
-	@echo 'make generate  what comes from the tables in protocol/, boards/ and core/gcode/status.h'
+	@echo 'make generate  write every generated file, from the tables in protocol/, boards/ and core/'
 	@echo 'make web     the page for browsers (web/dist); needs Node.js'
 	@echo 'make format  let the formatters mend what they can'
 	@echo 'make clean   remove what was built; make distclean removes .venv too'
@@ -114,15 +114,7 @@ pictures: $(VENV)/.ready-dev
 	@cd tools && $(abspath $(PY)) -m motion.pictures
 
 generate: $(VENV)/.ready-dev
-	$(PY) -m wificnc.build.generate_version
-	$(PY) -m wificnc.protocol.generate
-	$(PY) -m wificnc.protocol.generate_wire
-	$(PY) -m wificnc.board.generate
-	$(PY) -m wificnc.protocol.generate_codes
-	$(PY) -m wificnc.protocol.generate_states
-	$(PY) -m wificnc.protocol.generate_nvs
-	$(PY) -m wificnc.link.generate_words
-	$(PY) -m wificnc.web.generate
+	@cd tools && $(abspath $(PY)) -m generate
 
 web: $(VENV)/.ready-dev
 	@$(PY) -m wificnc.web.build

@@ -6,10 +6,11 @@ import re
 from pathlib import Path
 
 import pytest
+from generate.codes import codes
 from grbl_host import Grbl
-from wificnc.protocol.generate_codes import ROOT, codes
 
 STEPS_MM = 250
+ROOT = Path(__file__).parents[2]
 
 
 def mm(grbl: Grbl) -> list[float]:

@@ -5,9 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from generate import words
+from generate.__main__ import run
+from generate.words import ALARMS_SOURCE, OUTPUT, SOURCE, read_alarms, read_rows, words_text
 from wificnc.link.alarms import alarm_words
 from wificnc.link.client import error_words
-from wificnc.link.generate_words import ALARMS_SOURCE, OUTPUT, SOURCE, main, read_alarms, read_rows, words_text
 from wificnc.link.words import ALARMS, ERRORS, NEEDS_RESET
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -44,10 +46,10 @@ def test_stale_copy_is_found_and_mended(tmp_path: Path, capsys: pytest.CaptureFi
     (tmp_path / ALARMS_SOURCE).parent.mkdir(parents=True)
     (tmp_path / ALARMS_SOURCE).write_text(ALARM_LINE + 'ALARM(9, ESTOP, RESET, "x")\n')
     (tmp_path / SOURCE).write_text('X(0, OK, "ok") X(7, NEW, "some \\"new\\" text")')
-    assert main(["--check"], tmp_path) == 1
+    assert run([words.texts], tmp_path, check=True) == 1
     assert "is stale" in capsys.readouterr().err
-    assert main([], tmp_path) == 0
-    assert main(["--check"], tmp_path) == 0
+    assert run([words.texts], tmp_path) == 0
+    assert run([words.texts], tmp_path, check=True) == 0
     assert '7: "some \\"new\\" text"' in (tmp_path / OUTPUT).read_text()
 
 

@@ -7,10 +7,11 @@ import subprocess
 from pathlib import Path
 
 import pytest
+from generate import settings
+from generate.__main__ import run
 from settings_core import NUMBERS, ROOT
 from wificnc.build.compiler import locate_compiler
 from wificnc.build.host import HEADERS
-from wificnc.protocol import generate
 
 MORE = 40
 FIRST = 200
@@ -66,16 +67,16 @@ def tree(tmp_path_factory: pytest.TempPathFactory) -> Path:
     root = tmp_path_factory.mktemp("more")
     for room in ("core", "protocol", "targets", "docs"):
         shutil.copytree(ROOT / room, root / room, ignore=shutil.ignore_patterns("site", "*.png", "*.svg"))
-    table = root / generate.SOURCE
+    table = root / settings.SOURCE
     more = "".join(ROW.format(number=number) for number in range(FIRST, FIRST + MORE))
     table.write_text(table.read_text(encoding="utf-8") + more, encoding="utf-8")
-    assert generate.main([], root=root) == 0
+    assert run([settings.texts], root) == 0
     return root
 
 
 def compiled(tree: Path, *arguments: str) -> None:
-    run = subprocess.run([*locate_compiler(), "-std=c11", *arguments], cwd=tree, capture_output=True, text=True)
-    assert run.returncode == 0, run.stderr
+    done = subprocess.run([*locate_compiler(), "-std=c11", *arguments], cwd=tree, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
 
 
 @pytest.mark.parametrize("room", ROOMS)

@@ -7,8 +7,8 @@ import ctypes
 import socket
 import struct
 
+from generate.states_table import Input
 from grbl_host import HZ, LIB, Grbl
-from wificnc.protocol.states import Input
 from wificnc.wmc3.layout import (
     Ack,
     Authenticate,

@@ -5,10 +5,10 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 
+from generate.states_table import Table
 from grbl_host import Grbl
 from remote_host import RemoteHosts
 from state_model import Model
-from wificnc.protocol.states import Table
 
 SETTLED_S = 7.0  # quiet after an alarm 0.5 s, a door's restoring 5 s
 PULSE_S = 0.02

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from wificnc.protocol.states import Input, Rule, Table
+from generate.states_table import Input, Rule, Table
 
 BANNER = "Grbl 1.1h"
 MOVING = {"move", "probe", "jog", "home"}

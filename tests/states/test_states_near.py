@@ -12,10 +12,10 @@ import os
 from collections.abc import Iterator
 
 import pytest
+from generate.states_table import Input, load_states
 from grbl_host import Grbl
 from state_machine import PULSE_S, SITUATIONS, Pair, answers
 from state_model import Model
-from wificnc.protocol.states import Input, load_states
 
 TABLE = load_states()
 PINS = [entry.name for entry in TABLE.input if entry.pin]

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import pytest
 from chip_grbl import ChipGrbl
+from generate.states_table import load_states
 from grbl_host import BANNER, Grbl
 from image_fixture import ALL_ON_CHIP
 from state_machine import SITUATIONS, Pair
 from wificnc.board.model import Board
 from wificnc.chip.image import Block
-from wificnc.protocol.states import load_states
 
 TABLE = load_states()
 NOT_THERE = {"hold_button", "start_button", "reset_button", "door_opens", "door_closes", "sender_lost"}

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import pytest
+from generate.states_table import load_states
 from remote_host import RemoteHosts
 from state_machine import LINES, SETTLED_S
-from wificnc.protocol.states import load_states
 
 INPUTS = load_states().inputs
 HELD = "[MSG:Sender lost: feed hold]"

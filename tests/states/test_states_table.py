@@ -7,12 +7,12 @@ from itertools import product
 from pathlib import Path
 
 import pytest
+from generate.states import OUTPUT, document
+from generate.states_table import BYTES, PATH, Table, load_states, parse_states
+from generate.wire_table import WireTable, parse_wire
 from state_machine import SITUATIONS
-from wificnc.protocol.generate_states import OUTPUT, document
 from wificnc.protocol.nvs import load_nvs
-from wificnc.protocol.states import BYTES, PATH, Table, load_states, parse_states
 from wificnc.protocol.table import load_settings
-from wificnc.protocol.wire_table import WireTable, parse_wire
 from wificnc.wmc3.layout import Refusal
 
 ROOT = Path(__file__).parents[2]

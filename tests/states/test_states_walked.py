@@ -6,10 +6,10 @@ import os
 from itertools import product
 
 import pytest
+from generate.states_table import load_states
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from state_machine import SITUATIONS, Pair
-from wificnc.protocol.states import load_states
 
 TABLE = load_states()
 INPUTS = sorted(TABLE.inputs)

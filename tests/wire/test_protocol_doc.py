@@ -9,10 +9,10 @@ from dataclasses import fields, replace
 from pathlib import Path
 
 import pytest
-from wificnc.protocol.examples import parse_examples
+from generate.examples import parse_examples
+from generate.wire_table import Enum, Packet, WireStruct, parse_wire
 from wificnc.protocol.nvs import load_nvs
 from wificnc.protocol.table import load_settings
-from wificnc.protocol.wire_table import Enum, Packet, WireStruct, parse_wire
 from wificnc.wmc3.keys import KEYS
 from wificnc.wmc3.layout import PACKETS, Authenticate, ChallengeResponse, Refusal
 from wificnc.wmc3.packet import parse

@@ -1,6 +1,6 @@
 /**
  * What the page knows of settings, boards, storage and words. The numbers are generated from the repository's tables
- * (`python -m wificnc.web.generate`); here are their shapes and look-ups.
+ * (`make generate`); here are their shapes and look-ups.
  */
 import raw from "./generated/tables.json";
 

@@ -1,6 +1,6 @@
 """Real-time bytes: they act at once, wherever they stand in the stream, and are never answered by ok.
 
-The browser console has them from here, too (wificnc.web.tables).
+The browser console has them from here, too (tools/generate/page_tables.py).
 """
 
 from __future__ import annotations

@@ -8,7 +8,6 @@ from itertools import pairwise
 from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
-
 from wificnc.protocol.nvs import NvsTable
 from wificnc.protocol.table import Convert, SettingsTable
 

@@ -1,19 +1,13 @@
-"""Write the text that follows from protocol/*.toml: `python -m wificnc.protocol.generate [--check]`.
+"""What follows from protocol/settings.toml: its C table, the ESP32's keys, docs/settings.md.
 
-Same table, same bytes: no time, no host, no path in the output. Files are written only when they change, and --check
-writes nothing and fails when one of them is stale.
+Same table, same bytes: no time, no host, no path in the output.
 """
 
 from __future__ import annotations
 
-import sys
-from collections.abc import Sequence
 from pathlib import Path
 
 import jinja2
-
-from wificnc import generated
-from wificnc.generated import ROOT
 from wificnc.protocol.table import AXES, EFFECTS, Setting, parse_settings, status_codes
 
 SOURCE = "protocol/settings.toml"
@@ -91,14 +85,6 @@ def render(source: str, status_header: str) -> dict[str, str]:
     return {path: env.get_template(template).render(values) for path, template in OUTPUTS.items()}
 
 
-def main(argv: Sequence[str] | None = None, root: Path = ROOT) -> int:
-    """Exit code: that of generated.run()."""
-
-    def make() -> dict[str, str]:
-        return render(*((root / path).read_text(encoding="utf-8") for path in (SOURCE, STATUS_HEADER)))
-
-    return generated.run("wificnc.protocol.generate", __doc__, make, argv, root)
-
-
-if __name__ == "__main__":
-    sys.exit(main())
+def texts(root: Path) -> dict[str, str]:
+    """All of them: path in the repository -> text."""
+    return render(*((root / path).read_text(encoding="utf-8") for path in (SOURCE, STATUS_HEADER)))

@@ -7,7 +7,7 @@ import struct
 import sys
 from dataclasses import dataclass
 
-from wificnc.protocol.wire_table import CODES, SIZES, Enum, Packet, WireField, WireStruct, WireTable
+from generate.wire_table import CODES, SIZES, Enum, Packet, WireField, WireStruct, WireTable
 
 if sys.version_info >= (3, 11):
     import tomllib

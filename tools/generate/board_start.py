@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from wificnc.board.docs import GENERATED, table_text
 from wificnc.board.labels import notes, pin_rows
 from wificnc.board.model import Board
 from wificnc.flash.device import BOOT_HINT
+
+from generate.board_docs import GENERATED, table_text
 
 CONSOLE = "serial:///dev/ttyUSB0"
 

@@ -1,20 +1,17 @@
-"""Write the text that follows from protocol/wmc3.toml: `python -m wificnc.protocol.generate_wire [--check]`."""
+"""What follows from protocol/wmc3.toml: the codecs in C and Python, LinuxCNC's words, docs/protocol.md."""
 
 from __future__ import annotations
 
-import sys
-from collections.abc import Sequence
 from pathlib import Path
 
-from wificnc import generated
-from wificnc.generated import ROOT
-from wificnc.protocol.examples import framed, parse_examples
-from wificnc.protocol.generate import SOURCE as SETTINGS_SOURCE
-from wificnc.protocol.generate import environment
-from wificnc.protocol.generate_nvs import SOURCE as NVS_SOURCE
 from wificnc.protocol.nvs import parse_nvs
 from wificnc.protocol.table import parse_settings
-from wificnc.protocol.wire_table import WireField, parse_wire
+
+from generate.examples import framed, parse_examples
+from generate.nvs import SOURCE as NVS_SOURCE
+from generate.settings import SOURCE as SETTINGS_SOURCE
+from generate.settings import environment
+from generate.wire_table import WireField, parse_wire
 
 SOURCE = "protocol/wmc3.toml"
 VECTORS = "protocol/vectors/packets.toml"
@@ -92,16 +89,7 @@ def render(source: str, settings_source: str, nvs_source: str, vectors: str) -> 
     return {path: env.get_template(template).render(values) for path, template in OUTPUTS.items()}
 
 
-def main(argv: Sequence[str] | None = None, root: Path = ROOT) -> int:
-    """Exit code: that of generated.run()."""
-
-    def make() -> dict[str, str]:
-        return render(
-            *((root / path).read_text(encoding="utf-8") for path in (SOURCE, SETTINGS_SOURCE, NVS_SOURCE, VECTORS))
-        )
-
-    return generated.run("wificnc.protocol.generate_wire", __doc__, make, argv, root)
-
-
-if __name__ == "__main__":
-    sys.exit(main())
+def texts(root: Path) -> dict[str, str]:
+    """All of them: path in the repository -> text."""
+    sources = (SOURCE, SETTINGS_SOURCE, NVS_SOURCE, VECTORS)
+    return render(*((root / path).read_text(encoding="utf-8") for path in sources))

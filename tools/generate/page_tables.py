@@ -19,10 +19,11 @@ from wificnc.link import realtime
 from wificnc.link.words import ALARMS, ERRORS
 from wificnc.nvs.values import NAMESPACE
 from wificnc.protocol import AXES, load_settings
-from wificnc.protocol.generate_nvs import is_output
 from wificnc.protocol.nvs import PIN_NONE, load_nvs
 from wificnc.serve.options import board_numbers
 from wificnc.sim.look import look_table
+
+from generate.nvs import is_output
 
 Json = dict[str, Any]
 SETTING_KEYS = {

@@ -9,8 +9,7 @@ from pathlib import Path
 from typing import Literal
 
 from pydantic import BaseModel, ConfigDict, Field
-
-from wificnc.generated import ROOT
+from wificnc.checked.paths import ROOT
 
 if sys.version_info >= (3, 11):
     import tomllib

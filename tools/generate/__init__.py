@@ -1,0 +1,1 @@
+"""Everything in the repository that is written from tables: `make generate`, or `python -m generate` in tools/."""

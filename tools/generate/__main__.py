@@ -1,0 +1,46 @@
+"""Write every generated file of the repository that differs from its sources; with --check, only name those."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+from generate import boards, codes, files, nvs, page, settings, states, version, wire, words
+
+ROOT = Path(__file__).resolve().parents[2]
+GENERATORS: tuple[Callable[[Path], files.Texts], ...] = (
+    version.texts,
+    settings.texts,
+    wire.texts,
+    boards.texts,
+    codes.texts,
+    states.texts,
+    nvs.texts,
+    words.texts,
+    page.texts,
+)
+
+
+def main(argv: Sequence[str] | None = None, root: Path = ROOT) -> int:
+    """Exit code 1: --check found a stale file."""
+    parser = argparse.ArgumentParser(prog="python -m generate", description=__doc__)
+    parser.add_argument("--check", action="store_true", help="write nothing, fail if a file is stale")
+    check: bool = parser.parse_args(argv).check
+    return run(GENERATORS, root, check)
+
+
+def run(generators: Sequence[Callable[[Path], files.Texts]], root: Path, check: bool = False) -> int:
+    """Exit code, as main()."""
+    old: list[str] = []
+    for generator in generators:
+        texts = generator(root)
+        old += files.stale(texts, root) if check else files.write(texts, root)
+    for path in old:
+        print(f"{path} is stale: run `make generate`" if check else f"wrote {path}", file=sys.stderr)
+    return 1 if check and old else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

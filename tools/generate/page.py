@@ -1,0 +1,25 @@
+"""The tables that the web page is built with.
+
+web/src/generated/tables.json comes from protocol/*.toml, boards/*.toml, targets/*/pins*.toml, core/gcode/status.h,
+cli/wificnc/sim/look.py and targets/esp32/partitions.csv; edit those.
+"""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+from wificnc.board.load import find_boards, load_board
+from wificnc.flash.plan import read_partitions
+
+from generate.page_tables import page_tables
+
+OUTPUT = "web/src/generated/tables.json"
+PARTITIONS = "targets/esp32/partitions.csv"
+
+
+def texts(root: Path) -> dict[str, str]:
+    """Path in the repository -> text. Raises FileProblems when a table is broken."""
+    boards = [load_board(path) for path in find_boards()]
+    nvs = read_partitions((root / PARTITIONS).read_text(encoding="utf-8"))["nvs"]
+    return {OUTPUT: json.dumps(page_tables(boards, nvs), indent=1, ensure_ascii=False) + "\n"}
