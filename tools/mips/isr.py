@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 import subprocess
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -19,13 +19,13 @@ STEP_VECTORS = ("_vector_step", "_vector_pulse_end")
 SAVING_VECTORS = ("_vector_edge", "_vector_switch_timer", "_vector_uart_rx", "_vector_uart_tx", "_vector_tick")
 
 # What the step interrupt does only when a span ends, or the probe is watched.
-SELDOM = ("next_span", "put_probing_event")
+PROBING = "put_probing_event"
+SELDOM = ("next_span", PROBING)
 
 FLOAT = re.compile(r"^(c\.\w+\.\w+|\w+\.(s|d|w|l|ps)(\.\w+)?|[ls][wd]x?c1|m[ft]h?c1|c[ft]c1|bc1\w+|mov[ft])$")
 DIVISION = re.compile(r"^(div|divu|rem|remu)$")
 HILO = re.compile(r"^(mult|multu|madd|maddu|msub|msubu|mul|mfhi|mflo|mthi|mtlo|div|divu)$")
 BRANCH = re.compile(r"^b(?!reak)\w*$")
-ENDS = ("j", "jr", "b", "eret")
 LINE = re.compile(r"^\s*([0-9a-f]+):\t([\w.]+)\s*(.*)$")
 HEAD = re.compile(r"^([0-9a-f]+) <([^>]+)>:$")
 
@@ -51,6 +51,11 @@ class Instruction:
     @property
     def is_call(self) -> bool:
         return self.mnemonic in ("jal", "jalr", "bal")
+
+    @property
+    def is_jump(self) -> bool:
+        """What follows behind its slot is reached from elsewhere. The disassembler writes `b` as beq zero,zero."""
+        return self.mnemonic in ("j", "b") or (self.mnemonic == "beq" and self.operands.startswith("zero,zero"))
 
 
 @dataclass
@@ -143,9 +148,6 @@ def longest_path(program: Program, name: str, without: Iterable[str] = ()) -> in
     return length
 
 
-Way = Callable[[int, frozenset[int]], int | None]
-
-
 class _Paths:
     """Longest ways by function."""
 
@@ -159,45 +161,58 @@ class _Paths:
             return None
         if name not in self._memo:
             self._memo[name] = None  # a way that comes back to a function is a loop, too
-            self._memo[name] = self._longest(self._program.functions[name])
+            self._memo[name] = _Function(self, self._program, self._program.functions[name]).longest()
         return self._memo[name]
 
-    def _longest(self, function: Function) -> int | None:
-        by_address = {instruction.address: instruction for instruction in function.code}
-        leaders = {instruction.target for instruction in function.code if instruction.is_branch}
-        memo: dict[int, int | None] = {}
 
-        def way(address: int, passed: frozenset[int]) -> int | None:
-            """From here to the end; a way that comes back to where it was is a loop, passed once already."""
-            if address in passed or address not in by_address:
-                return None
-            if address not in memo:
-                straight = _straight(by_address, leaders, address)
-                last = by_address[straight[-1]]
-                lengths = [self._after(function, last, to, way, passed | {address}) for to in _successors(last)]
-                known = [length for length in lengths if length is not None]
-                own = len(straight) + (1 if last.is_branch else 0)  # and the branch's slot
-                memo[address] = own if last.mnemonic == "eret" else own + max(known) if known else None
-            return memo[address]
+class _Function:
+    """The pieces of one function. An edge to a piece that is still being looked into goes back: a loop, passed once.
+    Without those edges no way comes to a piece twice, so each has one length, wherever a way comes from."""
 
-        return way(function.code[0].address, frozenset())
+    def __init__(self, paths: _Paths, program: Program, function: Function) -> None:
+        self._paths = paths
+        self._program = program
+        self._code = function.code
+        self._by_address = {instruction.address: instruction for instruction in function.code}
+        self._leaders = {instruction.target for instruction in function.code if instruction.is_branch}
+        self._open: set[int] = set()
+        self._lengths: dict[int, int | None] = {}
 
-    def _after(
-        self, function: Function, last: Instruction, to: int | None, way: Way, passed: frozenset[int]
-    ) -> int | None:
-        """What follows the end of a straight piece. @param to  None: the function returns"""
-        if to is None:
-            return 0
-        if last.is_call and last.target == to:
-            callee = self.of(self._program.at[to]) if to in self._program.at else None
-            rest = way(last.address + 8, passed)
-            return None if callee is None or rest is None else callee + rest
-        inside = function.code[0].address <= to <= function.code[-1].address
-        if inside or to not in self._program.at:
-            return way(to, passed)
-        if to == last.address + 8 and to != last.target:
-            return None  # behind a jump back, which the disassembler writes as beq zero,zero: nothing runs on there
-        return self.of(self._program.at[to])  # a jump into another function, which returns for this one
+    def longest(self) -> int | None:
+        return self._from(self._code[0].address)
+
+    def _from(self, address: int) -> int | None:
+        """From here to the end; None: no way leads there."""
+        if address in self._open or address not in self._by_address:
+            return None
+        if address not in self._lengths:
+            self._open.add(address)
+            straight = _straight(self._by_address, self._leaders, address)
+            last = self._by_address[straight[-1]]
+            ways = [length for length in self._ways(last) if length is not None]
+            own = len(straight) + (1 if last.is_branch else 0)  # and the branch's slot
+            self._lengths[address] = own + max(ways) if ways else None
+            self._open.remove(address)
+        return self._lengths[address]
+
+    def _ways(self, last: Instruction) -> list[int | None]:
+        """What follows the end of a straight piece, each way by itself."""
+        if last.mnemonic in ("jr", "eret"):
+            return [0]
+        if not last.is_branch:
+            return [self._from(last.address + 4)]
+        if last.is_call:
+            callee = self._paths.of(self._program.at[last.target]) if last.target in self._program.at else None
+            rest = self._from(last.address + 8)
+            return [None if callee is None or rest is None else callee + rest]
+        taken = self._to(last.target)
+        return [taken] if last.is_jump else [taken, self._from(last.address + 8)]
+
+    def _to(self, target: int | None) -> int | None:
+        """A branch or jump; into another function, that one returns for this one."""
+        if target is not None and target not in self._by_address and target in self._program.at:
+            return self._paths.of(self._program.at[target])
+        return None if target is None else self._from(target)
 
 
 def _straight(by_address: dict[int, Instruction], leaders: set[int | None], address: int) -> list[int]:
@@ -209,14 +224,3 @@ def _straight(by_address: dict[int, Instruction], leaders: set[int | None], addr
             break
         found.append(following)
     return found
-
-
-def _successors(last: Instruction) -> list[int | None]:
-    """Where it goes on behind the last instruction of a straight piece."""
-    if last.mnemonic in ("jr", "eret"):
-        return [None]
-    if not last.is_branch:
-        return [last.address + 4]
-    if last.is_call or last.mnemonic in ENDS:
-        return [last.target]
-    return [last.target, last.address + 8]
