@@ -13,6 +13,7 @@ from wificnc.board.load import find_boards, load_board
 from wificnc.flash.plan import read_partitions
 
 from generate.page_tables import page_tables
+from generate.words import ALARMS_SOURCE, SOURCE, read_alarms, read_rows
 
 OUTPUT = "web/src/generated/tables.json"
 PARTITIONS = "targets/esp32/partitions.csv"
@@ -22,4 +23,9 @@ def texts(root: Path) -> dict[str, str]:
     """Path in the repository -> text. Raises FileProblems when a table is broken."""
     boards = [load_board(path) for path in find_boards()]
     nvs = read_partitions((root / PARTITIONS).read_text(encoding="utf-8"))["nvs"]
-    return {OUTPUT: json.dumps(page_tables(boards, nvs), indent=1, ensure_ascii=False) + "\n"}
+    # Not from words.py, which this very run may be about to write.
+    errors = {number: json.loads(text) for number, text in read_rows((root / SOURCE).read_text(encoding="utf-8"))}
+    alarms = {
+        row.number: json.loads(row.text) for row in read_alarms((root / ALARMS_SOURCE).read_text(encoding="utf-8"))
+    }
+    return {OUTPUT: json.dumps(page_tables(boards, nvs, errors, alarms), indent=1, ensure_ascii=False) + "\n"}

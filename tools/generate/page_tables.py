@@ -5,7 +5,7 @@ Pins are judged here, by the board's own rules and by the list that the firmware
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 from wificnc import __version__
@@ -16,7 +16,6 @@ from wificnc.board.picture import ROLE_COLOURS
 from wificnc.board.rules import pin_findings
 from wificnc.flash.plan import Partition
 from wificnc.link import realtime
-from wificnc.link.words import ALARMS, ERRORS
 from wificnc.nvs.values import NAMESPACE
 from wificnc.protocol import AXES, load_settings
 from wificnc.protocol.nvs import PIN_NONE, load_nvs
@@ -26,6 +25,7 @@ from wificnc.sim.look import look_table
 from generate.nvs import is_output
 
 Json = dict[str, Any]
+Words = Mapping[int, str]
 SETTING_KEYS = {
     "number",
     "name",
@@ -42,14 +42,14 @@ SETTING_KEYS = {
 }
 
 
-def page_tables(boards: list[Board], nvs_partition: Partition) -> Json:
-    """The whole file. Same tables, same text."""
+def page_tables(boards: list[Board], nvs_partition: Partition, errors: Words, alarms: Words) -> Json:
+    """The whole file. Same tables, same text. @param errors, alarms  number -> text"""
     return {
         "version": __version__,
         "axes": AXES,
         "settings": [row.model_dump(include=SETTING_KEYS) for row in load_settings().setting],
-        "errors": {str(code): text for code, text in ERRORS.items()},
-        "alarms": {str(code): text for code, text in ALARMS.items()},
+        "errors": {str(code): text for code, text in errors.items()},
+        "alarms": {str(code): text for code, text in alarms.items()},
         "realtime": {name: value[0] for name, value in vars(realtime).items() if isinstance(value, bytes)},
         "storage": _storage(nvs_partition),
         "look": look_table(),

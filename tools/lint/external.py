@@ -89,19 +89,7 @@ def _check_zig(root: Path, flags: Sequence[str], sources: Sequence[str]) -> list
 
 def check_generated(root: Path) -> list[Problem]:
     """Text that is made from other text must be what would be made now."""
-    problems = []
-    for name in generators(root):
-        problems += run_tool(root, [*module(name), "--check"])
-    return problems
-
-
-def generators(root: Path) -> list[str]:
-    """Modules of the package that can say whether what they generate is fresh."""
-    found = []
-    for path in sorted((root / "cli" / "wificnc").rglob("generate*.py")):
-        if "--check" in path.read_text():
-            found.append(".".join(path.relative_to(root / "cli").with_suffix("").parts))
-    return found
+    return run_tool(root / "tools", [*module("generate"), "--check"])
 
 
 def present(root: Path, names: Sequence[str]) -> list[str]:
