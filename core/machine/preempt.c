@@ -155,6 +155,14 @@ bool preempt_release(struct machine *machine) {
     return true;
 }
 
+void preempt_know_coolant(struct machine_host *host, uint8_t bits, uint8_t coolant) {
+    struct host_suspended *job = &host->job;
+    if (host->owns)
+        return;
+    job->coolant = (uint8_t)((job->coolant & ~bits) | (coolant & bits));
+    job->modal_coolant = (uint8_t)((job->modal_coolant & ~bits) | (coolant & bits));
+}
+
 static void restore_outputs(struct machine *machine) {
     struct host_suspended *job = &machine->host.job;
     bool starts = job->spindle != SPINDLE_OFF && job->spindle != machine->outputs.spindle;

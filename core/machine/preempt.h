@@ -11,11 +11,17 @@
 
 #include "machine/machine.h"
 
+struct machine_host;
+
 /** There is such a job, and a host may have motion: now, or when it has slowed down. */
 bool preempt_may(const struct machine *machine);
 
 /** preempt_may(): the job slows down; or motion is the host's again, because the job waits already. */
 void preempt_begin(struct machine *machine);
+
+/** The operator has switched coolant: a job that waits gets it back so. @param bits  which of COOLANT_ bits
+ */
+void preempt_know_coolant(struct machine_host *host, uint8_t bits, uint8_t coolant);
 
 /** The host lets go: the job waits for ~. @return false: something of the host still moves or waits */
 bool preempt_release(struct machine *machine);

@@ -9,6 +9,7 @@
 #include "machine/outputs.h"
 #include "machine/overrides.h"
 #include "machine/parts.h"
+#include "machine/preempt.h"
 #include "machine/report.h"
 #include "machine/reset.h"
 #include "machine/status.h"
@@ -33,6 +34,7 @@ static void toggle_coolant(struct machine *machine, uint8_t bit) {
         return;
     outputs_ask_coolant(&machine->outputs, machine->outputs.coolant ^ bit);
     interp_know_coolant(machine, machine->outputs.coolant);
+    preempt_know_coolant(&machine->host, bit, machine->outputs.coolant);
 }
 
 static void take_override(struct machine *machine, int byte) {

@@ -43,6 +43,14 @@ def test_every_pair(situation: str, shard: int) -> None:
             walk(situation, (first, second))
 
 
+@pytest.mark.parametrize("onward", ["resume_byte", "start_button"])
+@pytest.mark.parametrize("key", ["flood_byte", "mist_byte", "spindle_stop_byte"])
+def test_what_the_operator_has_switched_stays_so(key: str, onward: str) -> None:
+    """A job that waits after a host has moved gets its outputs back, but for those that were switched since."""
+    walk("returned", (key, onward))
+    walk("returned", (key, key, onward))
+
+
 @settings(max_examples=2000 if ALL else 60, deadline=None)
 @given(st.sampled_from(sorted(SITUATIONS)), st.lists(st.sampled_from(INPUTS), min_size=3, max_size=5))
 def test_longer_ways(situation: str, names: list[str]) -> None:
