@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT
  * What somebody may have the machine do, from whichever side: a line of text, a network host, a button. Each
  * action has one rule (actions.c) and one set of reasons to refuse it (refusals.def). What is refused changes
- * nothing. Hold, resume, reset and the door are never refused: they are real-time requests (link/rx.h) of
+ * nothing. Hold, reset and the door are never refused: they are real-time requests (link/rx.h) of
  * every side. [task] */
 #ifndef WIFICNC_MACHINE_ACTIONS_H
 #define WIFICNC_MACHINE_ACTIONS_H

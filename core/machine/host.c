@@ -3,24 +3,17 @@
  * so that they have its ramps and limits. */
 #include "machine/host.h"
 
-#include "machine/configure.h"
 #include "machine/drive.h"
-#include "machine/homing.h"
 #include "machine/host_queue.h"
 #include "machine/inputs.h"
 #include "machine/jog.h"
-#include "machine/keep.h"
-#include "machine/keep_write.h"
-#include "machine/outputs.h"
 #include "machine/overrides.h"
 #include "machine/owner.h"
 #include "machine/parts.h"
 #include "machine/preempt.h"
 #include "machine/report.h"
-#include "machine/reset.h"
 #include "machine/sender.h"
 #include "machine/state.h"
-#include "machine/torque.h"
 
 #include "base/minmax.h"
 

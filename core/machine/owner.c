@@ -6,7 +6,8 @@
 #include "machine/parts.h"
 #include "machine/report.h"
 
-bool owner_is_locked(const struct machine *machine) {
+/* Only an unlock, homing or a reset leads on. */
+static bool is_locked(const struct machine *machine) {
     return machine->life.critical || machine->life.restart || machine->life.state == MACHINE_ALARM ||
            machine->life.state == MACHINE_SLEEP;
 }
@@ -31,7 +32,7 @@ static enum refusal refuse_lock(const struct machine *machine) {
 }
 
 enum refusal owner_may_be_host(const struct machine *machine) {
-    if (owner_is_locked(machine))
+    if (is_locked(machine))
         return refuse_lock(machine);
     if (owner_host_is_busy(machine))
         return REFUSAL_BUSY;

@@ -5,9 +5,6 @@
 
 #include "machine/actions.h"
 
-/** Only an unlock, homing or a reset leads on. */
-bool owner_is_locked(const struct machine *machine);
-
 /** Nothing of anybody is under way. Between two polls the state says whether something moves; asking the
  * motion side would also find it busy when it only looks around. */
 bool owner_is_free(const struct machine *machine);

@@ -74,10 +74,6 @@ bool state_go(struct machine *machine, enum machine_event event) {
     return true;
 }
 
-bool state_is_idle_or_alarm(const struct machine *machine) {
-    return machine->life.state == MACHINE_IDLE || machine->life.state == MACHINE_ALARM;
-}
-
 bool state_reads(const struct machine *machine) {
     return traits[machine->life.state].reads && !machine->suspend.cancels && !machine->life.reset_asked &&
            !machine->host.owns && machine->host.job.step == HOST_JOB_NONE;

@@ -48,9 +48,6 @@ enum machine_event {
 /** Go on to the next state. @return false: the event means nothing in this state, and nothing changed. */
 bool state_go(struct machine *machine, enum machine_event event);
 
-/** $# $I $N ... are possible. */
-bool state_is_idle_or_alarm(const struct machine *machine);
-
 /** Lines are read in this state. */
 bool state_reads(const struct machine *machine);
 

@@ -25,7 +25,6 @@ TIMER_HZ = 10e6  # of tools/bench/drive.c
 JERK_MM_S3 = 20_000.0
 JERK_WINDOW_S = 0.020
 FINE_MOST = 1.1
-FORCED = 1.5  # of $11: docs/motion.md allows half of it more for a stop that only a late task needs
 FINER = 10  # steps in one of the machine's, where rounding to whole steps would hide what is measured
 EXAMPLES = ("inlay.nc", "pcb_isolation.nc", "pcb_outline.nc", "plot.nc", "relief.nc")
 BASELINE = ROOT / "examples" / "machines" / "baseline.toml"
@@ -169,9 +168,7 @@ def with_stalls(driver: Path, file: Path, program: Programmed, limits: Limits) -
     return (
         Figure("stalls a10", float(a10.max()), "x", 1.2),
         Figure("fine stalls", float(fine_a10.max()), "x", FINE_MOST),
-        Figure(
-            "stalls um", 1e3 * max(away.path_mm, away.vertex_mm), "um", 1e3 * (FORCED * limits.tolerance_mm + step_mm)
-        ),
+        Figure("stalls um", 1e3 * max(away.path_mm, away.vertex_mm), "um", 1e3 * (limits.tolerance_mm + step_mm)),
     )
 
 
