@@ -19,15 +19,17 @@ CPU     ?= 1
 BOARDS ?=
 TAG    ?=
 
-.PHONY: help demo test test-chip power-cuts chip-traces lint fuzz bench bench-chip bench-motion bench-latency xtensa bench-serve bench-wire bench-linuxcnc \
+.PHONY: help demo test test-all test-chip power-cuts platforms chip-traces lint fuzz bench bench-chip bench-motion bench-latency xtensa bench-serve bench-wire bench-linuxcnc \
     stream-million pictures release docs format generate web clean distclean
 .DEFAULT_GOAL := help
 
 help:
 	@echo 'make demo    run a real job through the real core and draw it (build/demo/)'
-	@echo 'make test    all tests'
+	@echo 'make test    the quick tests: every area in a few minutes; PYTEST="tests/gcode -x" for a part'
+	@echo 'make test-all  the slow tests too (whole jobs in the virtual chip, long searches, installed packages), as CI runs them'
 	@echo 'make test-chip  the Grbl checklist and the senders against the real image in the virtual PIC32MZ, all of them'
 	@echo 'make power-cuts  the power cut at every flash operation of every command that stores, and how many those were'
+	@echo 'make platforms  the PC target for the seven kinds of computers, two of them in an emulator'
 	@echo 'make lint    formats, types, static analysis, include directions, house rules'
 	@echo 'make fuzz    look for inputs that break something: 60 s for each harness, or SECONDS=N'
 	@echo 'make bench   speed, instructions and memory, with the method'
@@ -53,18 +55,24 @@ demo: $(VENV)/.ready
 	$(WIFICNC) sim $(DEMO_FILE) --machine $(DEMO_MACHINE) --plot $(DEMO_PICTURE)
 	@echo 'The picture of this run is $(DEMO_PICTURE)'
 
-test: $(VENV)/.ready-dev
+test: MARKED = -m "not slow"
+test test-all: $(VENV)/.ready-dev
 	@$(WIFICNC) build host
-	$(PY) -m pytest -n auto --no-loadscope-reorder $(PYTEST)
+	$(PY) -m pytest -n auto --no-loadscope-reorder $(MARKED) $(PYTEST)
 
-# A part of it is in `make test`.
+# A part of it is in `make test-all`.
 test-chip: $(VENV)/.ready-dev
 	@$(WIFICNC) build host
 	WIFICNC_ON_CHIP=all $(PY) -m pytest tests/grbl tests/states tests/senders tests/pic32mz/test_pic32mz_zig.py -k "chip or zig" $(PYTEST)
 
-# Some 5 300 cuts, a quarter of an hour; every fourth of the longer commands' is in `make test`.
+# Some 5 300 cuts, a quarter of an hour; every fourth of the longer commands' is in `make test-all`.
 power-cuts: $(VENV)/.ready-dev
 	WIFICNC_ON_CHIP=all $(PY) -m pytest -n auto -rP tests/pic32mz/test_pic32mz_power_cut_commands.py $(PYTEST)
+
+# Some 10 minutes; three of them are in `make test-all`.
+platforms: $(VENV)/.ready-dev
+	@$(WIFICNC) build host
+	WIFICNC_PLATFORMS=all $(PY) -m pytest -n auto tests/build/test_platforms.py $(PYTEST)
 
 lint: $(VENV)/.ready-dev
 	@cd tools && $(abspath $(PY)) -m lint $(ONLY)
@@ -117,7 +125,7 @@ generate: $(VENV)/.ready-dev
 	@cd tools && $(abspath $(PY)) -m generate
 
 web: $(VENV)/.ready-dev
-	@$(PY) -m wificnc.web.build
+	@cd tools && $(abspath $(PY)) -m web.build
 
 format: $(VENV)/.ready-dev
 	$(PY) -m ruff check --quiet --fix cli tools tests examples || true

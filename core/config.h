@@ -1,15 +1,16 @@
 /* SPDX-License-Identifier: MIT
- * Sizes of the core's buffers. Powers of two where a ring's index is masked. */
+ * Sizes of the core's buffers, the same on every chip; the look-ahead follows the chip (hal/core_sizes.h).
+ * Powers of two where a ring's index is masked. */
 #ifndef WIFICNC_CONFIG_H
 #define WIFICNC_CONFIG_H
 
-#define LINE_SIZE 80   /* characters of a stored line and its NUL; the 80th stored character is error:11 */
-#define RX_SIZE   1024 /* bytes a character-counting sender may keep in flight */
-#define PLAN_SIZE 128  /* pieces of path: look-ahead, and what may have to be planned again */
-#define SEGMENT_QUEUE_SIZE 192 /* segments of a batch of motion with its stop */
+#define LINE_SIZE          257 /* characters of a line and its NUL; one character more is error:11 */
+#define GRBL_LINE_SIZE     80  /* the same of Grbl's: what $N0= and $I= store, and lines for any controller */
+#define RX_SIZE            2048 /* bytes a character-counting sender may keep in flight */
+#define SEGMENT_QUEUE_SIZE 192  /* segments of a batch of motion with its stop */
 #define SPAN_POOL_SIZE                                                                                       \
     448 /* spans of the motion before the step ISR, and of the batch that replaces its end */
-#define FEED_SIZE          128 /* segments of a network host that wait */
+#define HOST_QUEUE_SIZE    128 /* segments of a network host that wait */
 #define STARTUP_LINE_COUNT 2   /* $N0, $N1 */
 /* Motion that follows the spindle's encoder, 10 KB of code: a target without an encoder builds with 0. */
 #ifndef WITH_ENCODER
@@ -19,12 +20,12 @@
 #ifndef WITH_HOST
 #define WITH_HOST 1
 #endif
-#define PARAMS_NUMBERED 64 /* parameters among #31..#5000 that may be set */
-#define PARAMS_NAMED    32 /* named parameters, local and global */
+#define PARAMS_NUMBERED 256 /* parameters among #31..#5000 that may be set */
+#define PARAMS_NAMED    32  /* named parameters, local and global */
 
-_Static_assert((PLAN_SIZE & (PLAN_SIZE - 1)) == 0, "ring index is masked");
 _Static_assert(SPAN_POOL_SIZE < 65536, "an index is a half word of step.at");
-_Static_assert((FEED_SIZE & (FEED_SIZE - 1)) == 0 && FEED_SIZE >= 32, "ring index is masked");
+_Static_assert((HOST_QUEUE_SIZE & (HOST_QUEUE_SIZE - 1)) == 0 && HOST_QUEUE_SIZE >= 32,
+               "ring index is masked");
 _Static_assert((RX_SIZE & (RX_SIZE - 1)) == 0, "ring index is masked");
 
 #endif

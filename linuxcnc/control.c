@@ -68,7 +68,7 @@ enum control_heard control_hear(struct control *control, const uint8_t **bytes, 
     if (control->received < CONTROL_SIZE_BYTES && !gather(control, bytes, count, CONTROL_SIZE_BYTES))
         return CONTROL_MORE;
     size_t size = get_u16(control->bytes);
-    if (size > WIRE_PACKET_MOST)
+    if (size > WIRE_PACKET_MAX)
         return CONTROL_NONSENSE;
     if (!gather(control, bytes, count, CONTROL_SIZE_BYTES + size))
         return CONTROL_MORE;

@@ -5,9 +5,9 @@
 #include <string.h>
 
 static const double ANGLE_ONE = 65536.0; /* of a report: one turn */
-static const double AHEAD_MOST_S = 0.1;  /* the position goes on for so long without a report */
-static const double STANDING_RPS = 0.01; /* slower is no direction */
-static const double JUMP_LEAST = 0.03,
+static const double AHEAD_MAX_S = 0.1;   /* the position continues for this long without a report */
+static const double STANDING_RPS = 0.01; /* slower has no direction */
+static const double JUMP_MIN = 0.03,
                     JUMP_PART = 0.3;      /* turns; part of the way by the controller's own speed */
 static const double AT_SPEED_PART = 0.05; /* of the commanded speed */
 enum { SPINDLE_BACKWARDS = 2 };
@@ -21,14 +21,15 @@ double encoder_speed_rps(const struct encoder *encoder) {
     return fabs(speed) > STANDING_RPS ? speed : 0.0;
 }
 
-/* Before its first index pulse the controller counts from anywhere. A jump that is no motion is that pulse.
+/* Before its first index pulse the controller counts from anywhere. A jump that is not a motion is that
+ * pulse.
  */
 static void follow_index(struct encoder *encoder, double turns, double at_s,
                          const struct wire_status *status) {
     const struct encoder_report *last = &encoder->report[encoder->reports - 1];
     double expected = status->rpm / 60.0 * (at_s - last->at_s);
     encoder->turned += expected;
-    if (fabs(fabs(turns - last->turns) - expected) <= JUMP_LEAST + JUMP_PART * expected)
+    if (fabs(fabs(turns - last->turns) - expected) <= JUMP_MIN + JUMP_PART * expected)
         return;
     double speed = encoder_speed_rps(encoder);
     bool back = speed != 0.0 ? speed < 0.0 : status->spindle == SPINDLE_BACKWARDS;
@@ -76,7 +77,7 @@ static double turns_at(const struct encoder *encoder, double now_s) {
     for (unsigned i = 1; i < encoder->lags; i++)
         lag_s = fmin(lag_s, encoder->lag_s[i]);
     double since_s = now_s - lag_s - last->at_s;
-    return last->turns + encoder_speed_rps(encoder) * fmin(fmax(since_s, 0.0), AHEAD_MOST_S);
+    return last->turns + encoder_speed_rps(encoder) * fmin(fmax(since_s, 0.0), AHEAD_MAX_S);
 }
 
 double encoder_update(struct encoder *encoder, double now_s, bool *index_enable) {

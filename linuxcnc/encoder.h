@@ -51,7 +51,7 @@ struct at_speed {
 };
 
 /** @param said     what was commanded
- *  @param encoder  NULL: there is none */
+ *  @param encoder  NULL: none exists */
 bool at_speed_update(struct at_speed *at, double now_s, const struct wire_io_control *said,
                      const struct wire_status *status, const struct encoder *encoder);
 

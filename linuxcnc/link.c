@@ -6,13 +6,13 @@
 #include <stdarg.h>
 #include <stdio.h>
 
-static const double OUTPUTS_S = 0.1; /* outputs are said again this often: a datagram may be lost */
+static const double OUTPUTS_S = 0.1; /* outputs are reported again this often: a datagram may be lost */
 static const double TRUST_S = 0.2;   /* and whether the position is trusted is asked again */
 static const double TRUST_SOON_S = 0.02;
 enum { NO_STREAM = 2 }; /* the controller's have odd numbers: a question about none is answered, too */
-static const double UNHOME_S = 0.25;     /* halui sees a pulse that is so long */
-static const double RESET_SHOWN_S = 3.0; /* so long after it was asked for a reset may show success */
-static const double RESET_LEAST_S = 0.5; /* the end of LinuxCNC's e-stop comes so much later */
+static const double UNHOME_S = 0.25;     /* halui sees a pulse that is this long */
+static const double RESET_SHOWN_S = 3.0; /* this long after it was asked for a reset may show success */
+static const double RESET_MIN_S = 0.5;   /* the end of LinuxCNC's e-stop comes so much later */
 static const double STOPPED_S = 2.0;     /* a report comes within it */
 static const double RESET_DONE_S = 0.1;
 
@@ -229,7 +229,7 @@ static void clear_messages(const struct pins *pins) {
 }
 
 void link_fault(struct link *link, pin_BIT message, const char *format, ...) {
-    char text[PEER_WORDS_MOST];
+    char text[PEER_WORDS_MAX];
     va_list values;
     va_start(values, format);
     vsnprintf(text, sizeof text, format, values);
@@ -293,7 +293,7 @@ void link_follow_spindle(struct link *link, double now_s) {
 // ---- the tick ----
 
 static void post_segments(struct link *link) {
-    uint8_t payload[SENDER_PAYLOAD_MOST];
+    uint8_t payload[SENDER_PAYLOAD_MAX];
     size_t size;
     while (link->is_open && (size = sender_poll(&link->sender, link->peer.now_s, payload)) > 0)
         peer_post(&link->peer, WIRE_STREAM_SEGMENTS, payload, size);
@@ -321,7 +321,7 @@ static void follow_reset(struct link *link, bool begins) {
         link->resets = true;
         link->resets_s = now_s;
     }
-    double most_s = *pins->estop ? RESET_LEAST_S : RESET_SHOWN_S;
+    double most_s = *pins->estop ? RESET_MIN_S : RESET_SHOWN_S;
     link->resets = link->resets && now_s - link->resets_s < most_s;
     if (link->resets && is_fine(link)) {
         link->resets = false;

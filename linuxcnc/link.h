@@ -52,7 +52,7 @@ enum link_phase {
     LINK_HOMING,    /* it does */
     LINK_HOMED,     /* it is asked whether it has found its switches */
     LINK_CONTACT,   /* the stream was ended: it is asked whether the probe has touched */
-    LINK_TOUCHED,   /* it has: LinuxCNC's own motion comes to its end */
+    LINK_TOUCHED,   /* it has: LinuxCNC's own motion comes to an end */
 };
 
 struct link {
@@ -153,8 +153,6 @@ void link_date_report(struct link *link);
 bool link_stands(const struct link *link);
 /** The feedback is held while the controller moves by itself. */
 bool link_is_holding_feedback(const struct link *link);
-/** No more of this stream; what is queued in the controller is executed. */
-void motion_close(struct link *link, uint32_t stream);
 /** No more of this stream; the controller slows down, and discards what is queued. */
 void motion_drop(struct link *link, uint32_t stream);
 /** Motion has ended, and not by us. */

@@ -6,7 +6,7 @@
 
 #include <stdio.h>
 
-static const double AGAIN_S = 0.5; /* what was refused is said again */
+static const double AGAIN_S = 0.5; /* a refusal is reported again */
 static const double STAY_S = 60.0; /* requests keep no reports coming; and there is no jog to end */
 enum { NO_PIN = 0xFF };
 
@@ -29,7 +29,7 @@ int module_make_pins(struct module_pins *pins, pin_maker make, void *ctx) {
     };
     for (unsigned row = 0; row < sizeof rows / sizeof *rows; row++) {
         for (unsigned number = 0; number < rows[row].count; number++) {
-            char name[PIN_NAME_MOST];
+            char name[PIN_NAME_MAX];
             snprintf(name, sizeof name, rows[row].name, number);
             int wrong = make(ctx, name, PIN_BIT, rows[row].direction, (void **)&rows[row].at[number]);
             if (wrong != 0)
@@ -98,7 +98,7 @@ static void say_channels(struct module *module) {
     uint8_t payload[WIRE_CHANNEL_OUTPUTS_SIZE];
     wire_put_channel_outputs(payload, &(struct wire_channel_outputs){.channels = module->outputs, .on = on});
     peer_ask(&module->peer, WIRE_CHANNEL_OUTPUTS, payload, sizeof payload);
-    module->is_asked = true; /* one at a time: what changes meanwhile is said behind its answer */
+    module->is_asked = true; /* one at a time: what changes meanwhile is reported behind its answer */
     module->said = on;
     module->said_s = module->peer.now_s;
 }

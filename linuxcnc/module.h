@@ -21,10 +21,10 @@ struct module {
     uint16_t outputs; /* mask of the channels that may be switched */
     unsigned asks;    /* questions about the channels that are not answered */
     uint16_t said;    /* as last told */
-    bool is_said;     /* it was told, and has not refused it */
+    bool is_said;     /* it was sent, and not refused */
     bool is_asked;    /* that is not answered */
     double said_s;
-    uint8_t refusal; /* of what it was told last */
+    uint8_t refusal; /* of what was sent to it last */
 };
 
 /** Make all pins. @return 0, or the first answer of `make` that was not */

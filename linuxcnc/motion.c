@@ -11,14 +11,14 @@
 static const double SLICE_S = 0.01;        /* of servo time, in a segment */
 static const double NEARLY = 0.999;        /* of it: the servo thread's time is a sum of rounded periods */
 static const double SEEN_S = 0.005;        /* of servo time: the servo thread has run and seen the pins */
-static const double STILL_S = 1.0;         /* no sample for so long: the servo thread does not run */
+static const double STILL_S = 1.0;         /* no sample for this long: the servo thread does not run */
 static const double HOMING_BEGINS_S = 1.0; /* after it was asked for */
 static const double FAR_S = 0.25;          /* so much time at top speed away, and the command is a mistake */
-static const double STANDS_S = 1.0;        /* after switching on the machine is to stand within this time */
-static const double HELD_S = 2.0;          /* LinuxCNC has seen a hold, and slowed down */
-static const double MOVING_S = 0.1;        /* it commands motion as long as it did so in this time */
-static const double SPARE_S = 0.1;         /* a queue may be longer by so much, or twice as long */
-static const double HOMING_WAY = 0.1;      /* units that a joint creeps when it is homed */
+static const double STANDS_S = 1.0;   /* after switching on the machine must be at rest within this time */
+static const double HELD_S = 2.0;     /* LinuxCNC has seen a hold, and slowed down */
+static const double MOVING_S = 0.1;   /* it commands motion as long as it did so in this time */
+static const double SPARE_S = 0.1;    /* a queue may be longer by so much, or twice as long */
+static const double HOMING_WAY = 0.1; /* units that a joint creeps when it is homed */
 static const char NO_SAMPLES[] =
     "the servo thread gives no samples: load sampler, and addf it, as docs/linuxcnc.md shows";
 static const char NO_MORE_SAMPLES[] = "LinuxCNC's servo thread has stopped for more than 1 s: this computer "
@@ -49,12 +49,13 @@ static void put(struct link *link, const struct wire_segment *segment) {
                    "the controller does not take motion as fast as it comes: is the network good enough?");
 }
 
-/* Nothing more comes for now: it stands behind this, and that is no underrun. */
+/* Nothing more comes for now: it follows this, and that is not an underrun. */
 static void finish(struct link *link) {
     put(link, &(struct wire_segment){.duration_us = LAST_US, .flags = WIRE_SEGMENT_FLAG_LAST});
 }
 
-void motion_close(struct link *link, uint32_t stream) {
+/* No more of this stream; what is queued in the controller is executed. */
+static void close_stream(struct link *link, uint32_t stream) {
     ask_stream(link, WIRE_STREAM_CLOSE, stream);
 }
 
@@ -111,7 +112,7 @@ static bool begin_slices(struct link *link) {
     return true;
 }
 
-/* A stream from where the machine stands. It begins with standing still for as long as shall wait in the
+/* A stream from where the machine is. It begins with standing still for as long as shall wait in the
  * queue. */
 static void begin(struct link *link, const struct wire_stream_opened *opened) {
     sender_begin(&link->sender, opened->stream, opened->capacity);
@@ -202,7 +203,7 @@ static void drain(struct link *link) {
         link->phase = LINK_FOLLOWING;
     if (link->homes == 0 || !sender_is_executed(&link->sender) || !link_stands(link))
         return;
-    motion_close(link, link->sender.stream);
+    close_stream(link, link->sender.stream);
     begin_homing(link);
 }
 
@@ -236,7 +237,7 @@ void motion_take_trust(struct link *link, uint32_t at_us) {
         open_stream(link, LINK_HOMED);
 }
 
-/* The servo thread is to see both at once. Joints that have asked meanwhile are homed next. */
+/* The servo thread is to see both together. Joints that have asked meanwhile are homed next. */
 static void show_homed(struct link *link) {
     if (is_given_up(link)) {
         link_fault(link, link->pins->message_homing, "%s", GIVEN_UP);
@@ -330,7 +331,7 @@ static void opened(struct link *link, const uint8_t *payload) {
     wire_get_stream_opened(payload, &opened);
     if (link->phase != LINK_OPENING) {
         if (opened.stream != 0)
-            motion_close(link, opened.stream);
+            close_stream(link, opened.stream);
         return;
     }
     if (link->opens_for == LINK_HOMED && opened.refusal == WIRE_REFUSAL_LOCKED) {
@@ -513,7 +514,7 @@ static void follow_lock(struct link *link) {
         return;
     }
     if (!is_settled(link)) {
-        stay_here(link); /* joints that were just homed are about to be commanded to where they stand */
+        stay_here(link); /* joints that were just homed are about to be commanded to where they are */
         return;
     }
     for (unsigned joint = 0; joint < joints; joint++) {

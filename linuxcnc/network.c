@@ -13,7 +13,7 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
-enum { DATAGRAMS_MOST = 100 }; /* at once: a flood is no reason to stop looking at the pins */
+enum { DATAGRAMS_MAX = 100 }; /* in one call: a flood must not keep us from looking at the pins */
 
 static const char *why(const char *what) {
     static char text[120];
@@ -119,8 +119,8 @@ static bool may_come_later(void) {
 
 /* A controller that restarts refuses some; whether it lives, its reports tell. */
 static void receive_datagrams(int fd, network_taker take, void *ctx) {
-    uint8_t packet[WIRE_PACKET_MOST];
-    for (unsigned i = 0; i < DATAGRAMS_MOST; i++) {
+    uint8_t packet[WIRE_PACKET_MAX];
+    for (unsigned i = 0; i < DATAGRAMS_MAX; i++) {
         ssize_t size = recv(fd, packet, sizeof packet, 0);
         if (size >= 0)
             take(ctx, packet, (size_t)size);

@@ -29,7 +29,7 @@ const char *network_receive(const struct network *network, network_taker udp, ne
 void network_send_udp(const struct network *network, const uint8_t *bytes, size_t count);
 /** @return false: the controller does not take it */
 bool network_send_tcp(const struct network *network, const uint8_t *bytes, size_t count);
-/** Wait until something comes, at most so long. */
+/** Wait until something comes, at most this long. */
 void network_wait(const struct network *network, double seconds);
 void network_close(struct network *network);
 

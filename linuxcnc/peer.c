@@ -12,12 +12,12 @@
 static const double PING_S = 5.0;
 static const double REGISTER_S = 0.1;   /* again, until there is a report */
 static const double ESTOP_WAY_S = 0.05; /* an e-stop by UDP may be so much longer on its way than a reset */
-static const double RESET_MOST_S = 0.5; /* a reset waits so long for the end of an e-stop */
-static const double SILENT_S = 1.0;     /* without a report or an answer for so long it is gone */
+static const double RESET_MAX_S = 0.5;  /* a reset waits this long for the end of an e-stop */
+static const double SILENT_S = 1.0;     /* without a report or an answer for this long it is gone */
 enum {
     ALL_AXES = 0xFF,
     ESTOP_TIMES = 3,
-    LATE_MOST_MS = 1000, /* a report that is older by more is of a controller that has started anew */
+    LATE_MAX_MS = 1000, /* a report that is older by more is of a controller that has started again */
 };
 
 bool peer_is_later(uint32_t one_us, uint32_t other_us) {
@@ -39,7 +39,7 @@ const char *peer_refusal(unsigned refusal) {
 }
 
 void peer_say(const struct peer *peer, const char *format, ...) {
-    char text[PEER_WORDS_MOST];
+    char text[PEER_WORDS_MAX];
     va_list values;
     va_start(values, format);
     vsnprintf(text, sizeof text, format, values);
@@ -50,7 +50,7 @@ void peer_say(const struct peer *peer, const char *format, ...) {
 // ---- to it ----
 
 void peer_ask(struct peer *peer, uint8_t type, const void *payload, size_t size) {
-    uint8_t message[CONTROL_MESSAGE_MOST];
+    uint8_t message[CONTROL_MESSAGE_MAX];
     size_t count = control_ask(&peer->control, message, type, payload, size, peer->now_s);
     if (count == 0)
         peer->lost = "the controller answers nothing";
@@ -59,7 +59,7 @@ void peer_ask(struct peer *peer, uint8_t type, const void *payload, size_t size)
 }
 
 void peer_post(struct peer *peer, uint8_t type, const void *payload, size_t size) {
-    uint8_t packet[WIRE_PACKET_MOST];
+    uint8_t packet[WIRE_PACKET_MAX];
     size_t count = control_pack(&peer->control, packet, type, payload, size, peer->now_s);
     peer->world.send_udp(peer->world.ctx, packet, count);
 }
@@ -84,8 +84,8 @@ void peer_begin(struct peer *peer, const struct peer_world *world, const struct 
         say_hello(peer);
 }
 
-/* LinuxCNC leaves its e-stop and asks for the reset at once, but its threads bring us the one later than the
- * other. An e-stop that stays is not reset when it ends. */
+/* LinuxCNC leaves its e-stop and asks for the reset immediately, but its threads bring us the one later than
+ * the other. An e-stop that stays is not reset when it ends. */
 static bool is_reset_due(struct peer *peer, bool estop, bool reset) {
     if (reset && !peer->was_reset) {
         peer->resets = true;
@@ -93,7 +93,7 @@ static bool is_reset_due(struct peer *peer, bool estop, bool reset) {
     }
     if (!peer->resets || (!estop && peer->now_s - peer->estop_s >= ESTOP_WAY_S))
         return peer->resets;
-    peer->resets = peer->now_s - peer->reset_s < RESET_MOST_S;
+    peer->resets = peer->now_s - peer->reset_s < RESET_MAX_S;
     return false;
 }
 
@@ -203,7 +203,7 @@ void peer_hear_tcp(struct peer *peer, const uint8_t *bytes, size_t count, double
 
 static bool has_started_anew(const struct peer *peer, const struct wire_status *status) {
     uint32_t back_ms = peer->status.uptime_ms - status->uptime_ms;
-    return peer->is_known && back_ms > LATE_MOST_MS && back_ms <= INT32_MAX;
+    return peer->is_known && back_ms > LATE_MAX_MS && back_ms <= INT32_MAX;
 }
 
 static void take_status(struct peer *peer, const uint8_t *payload, uint32_t at_us) {

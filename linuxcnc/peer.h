@@ -7,7 +7,7 @@
 
 #include "control.h"
 
-enum { PEER_WORDS_MOST = 200 }; /* of a line to the operator, with its NUL */
+enum { PEER_WORDS_MAX = 200 }; /* of a line to the operator, with its NUL */
 
 /** The world. `ctx` is handed back. */
 struct peer_world {
@@ -40,7 +40,7 @@ struct peer {
     struct wire_status status;
     uint32_t status_us; /* its clock, of that status */
     double heard_s, pinged_s, registered_s;
-    bool was_estop, was_reset; /* as last wanted; what was pressed before the connection is no reset */
+    bool was_estop, was_reset; /* as last wanted; what was pressed before the connection is not a reset */
     bool stop_is_unseen;       /* no report has said since that it is in e-stop */
     bool resets;               /* a reset is to come, when the e-stop is over */
     double reset_s, estop_s;   /* when it began to be wanted; when the e-stop was last */

@@ -38,7 +38,7 @@ static const struct pin_row rows[] = {
 enum { JOINT_ROWS = sizeof joint_rows / sizeof *joint_rows, ROWS = sizeof rows / sizeof *rows };
 
 static int make_row(const struct pin_row *row, unsigned number, void *at, pin_maker make, void *ctx) {
-    char name[PIN_NAME_MOST];
+    char name[PIN_NAME_MAX];
     snprintf(name, sizeof name, row->format, number);
     return make(ctx, name, row->type, row->direction, at);
 }

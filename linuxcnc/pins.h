@@ -7,7 +7,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-enum { PIN_JOINTS = 6, PIN_OUTPUTS = 5, PIN_INPUTS = 4, PIN_NAME_MOST = 48 };
+enum { PIN_JOINTS = 6, PIN_OUTPUTS = 5, PIN_INPUTS = 4, PIN_NAME_MAX = 48 };
 
 enum pin_type { PIN_BIT, PIN_FLOAT, PIN_U32 };
 enum pin_direction { PIN_IN, PIN_OUT, PIN_IO };

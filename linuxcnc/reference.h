@@ -4,7 +4,7 @@
  *
  * A joint that the controller has homed to its switch is right as long as the controller trusts that axis. A
  * joint that was homed where it stood is right as long as nothing at all has happened to the counters. A
- * joint that was homed while nobody watched may be anything. */
+ * joint that was homed while no one watched may be anything. */
 #ifndef WIFICNC_LINUXCNC_REFERENCE_H
 #define WIFICNC_LINUXCNC_REFERENCE_H
 

@@ -32,7 +32,7 @@ static bool is_due(struct sender *sender, uint32_t number, double now_s) {
            now_s - place->sent_s >= RESEND_S;
 }
 
-size_t sender_poll(struct sender *sender, double now_s, uint8_t payload[SENDER_PAYLOAD_MOST]) {
+size_t sender_poll(struct sender *sender, double now_s, uint8_t payload[SENDER_PAYLOAD_MAX]) {
     uint32_t end = sender->limit < sender->end ? sender->limit : sender->end;
     uint32_t first = sender->next;
     while (first < end && !is_due(sender, first, now_s))
@@ -40,7 +40,7 @@ size_t sender_poll(struct sender *sender, double now_s, uint8_t payload[SENDER_P
     struct wire_stream_segments head = {.stream = sender->stream,
                                         .first = first < end ? first : sender->next};
     uint8_t *at = payload + WIRE_STREAM_SEGMENTS_SIZE;
-    for (; head.count < WIRE_MOTION_SEGMENTS_MOST && is_due(sender, first, now_s); first++) {
+    for (; head.count < WIRE_MOTION_SEGMENTS_MAX && is_due(sender, first, now_s); first++) {
         struct sender_place *place = place_of(sender, first);
         wire_put_segment(at, &place->segment);
         at += WIRE_SEGMENT_SIZE;

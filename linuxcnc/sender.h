@@ -11,7 +11,7 @@
 
 enum {
     SENDER_SIZE = 512, /* segments that may wait for the controller; a power of two */
-    SENDER_PAYLOAD_MOST = WIRE_STREAM_SEGMENTS_SIZE + WIRE_MOTION_SEGMENTS_MOST * WIRE_SEGMENT_SIZE,
+    SENDER_PAYLOAD_MAX = WIRE_STREAM_SEGMENTS_SIZE + WIRE_MOTION_SEGMENTS_MAX * WIRE_SEGMENT_SIZE,
 };
 
 struct sender {
@@ -38,7 +38,7 @@ bool sender_put(struct sender *sender, const struct wire_segment *segment);
 /** A datagram to send now. Call it until there is none.
  *  @param[out] payload  of WIRE_STREAM_SEGMENTS
  *  @return its size, bytes; 0: nothing to send */
-size_t sender_poll(struct sender *sender, double now_s, uint8_t payload[SENDER_PAYLOAD_MOST]);
+size_t sender_poll(struct sender *sender, double now_s, uint8_t payload[SENDER_PAYLOAD_MAX]);
 /** An answer. Those of other streams, and those that cannot be, are left out. @return whether it is one of
  * this stream */
 bool sender_take(struct sender *sender, const struct wire_stream_ack *ack);

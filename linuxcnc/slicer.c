@@ -5,14 +5,15 @@
 #include <string.h>
 
 static const double CLOCK_PULL = 0.01; /* of a duration, when the queue is empty or twice as long as wanted */
-static const double CATCH_UP_MOST = 0.05; /* ... when it is much too long: a cutter feels no more than that */
-enum { STANDS_LEAST = 10 };               /* segments without a step: it stands, and is not just slow */
+static const double CATCH_UP_MAX = 0.05; /* ... when it is much too long: a cutter feels no more than that */
+enum { STANDS_MIN = 10 };                /* segments without a step: it is at rest, and not just slow */
 static const double SHORTEST_S = 0.001, LONGEST_S = 0.5; /* of a slice */
-static const double STEPS_MOST = 2147483647.0;
+static const double STEPS_MAX = 2147483647.0;
 
-bool slicer_steps(const struct slicer *slicer, unsigned joint, double position, int32_t *steps) {
+/* Steps of a joint at this position, to the nearest. @return false: no number, or too large to be counted */
+static bool nearest_steps(const struct slicer *slicer, unsigned joint, double position, int32_t *steps) {
     double exact = position * slicer->scale[joint];
-    if (!(fabs(exact) < STEPS_MOST))
+    if (!(fabs(exact) < STEPS_MAX))
         return false;
     *steps = (int32_t)lrint(exact);
     return true;
@@ -21,7 +22,7 @@ bool slicer_steps(const struct slicer *slicer, unsigned joint, double position, 
 int slicer_far(const struct slicer *slicer, const double *position, double seconds) {
     for (unsigned joint = 0; joint < slicer->joints; joint++) {
         int32_t steps;
-        if (!slicer_steps(slicer, joint, position[joint], &steps) ||
+        if (!nearest_steps(slicer, joint, position[joint], &steps) ||
             fabs((double)steps - slicer->steps[joint]) > slicer->rate[joint] * seconds + 1.0)
             return (int)joint;
     }
@@ -31,18 +32,18 @@ int slicer_far(const struct slicer *slicer, const double *position, double secon
 bool slicer_is_there(const struct slicer *slicer, const double *position) {
     for (unsigned joint = 0; joint < slicer->joints; joint++) {
         int32_t steps;
-        if (!slicer_steps(slicer, joint, position[joint], &steps) || steps != slicer->steps[joint])
+        if (!nearest_steps(slicer, joint, position[joint], &steps) || steps != slicer->steps[joint])
             return false;
     }
     return true;
 }
 
-/* The part by which a duration is changed. While the machine stands there is nothing to be late for. */
+/* The part by which a duration is changed. While the machine is at rest there is nothing to be late for. */
 static double pull(const struct slicer *slicer, double queued_s) {
     double missing = (slicer->level_s - queued_s) / slicer->level_s;
-    if (missing < -1.0 && slicer->stands >= STANDS_LEAST)
+    if (missing < -1.0 && slicer->stands >= STANDS_MIN)
         return -1.0;
-    return missing >= -1.0 ? CLOCK_PULL * missing : -fmin(CLOCK_PULL * missing * missing, CATCH_UP_MOST);
+    return missing >= -1.0 ? CLOCK_PULL * missing : -fmin(CLOCK_PULL * missing * missing, CATCH_UP_MAX);
 }
 
 int slicer_slice(struct slicer *slicer, const double *position, double seconds, double queued_s,
@@ -51,7 +52,7 @@ int slicer_slice(struct slicer *slicer, const double *position, double seconds, 
     double least_s = 0.0;
     memset(segment, 0, sizeof *segment);
     for (unsigned joint = 0; joint < slicer->joints; joint++) {
-        if (!slicer_steps(slicer, joint, position[joint], &wanted[joint]))
+        if (!nearest_steps(slicer, joint, position[joint], &wanted[joint]))
             return (int)joint;
         int64_t way = (int64_t)wanted[joint] - slicer->steps[joint];
         if (way > INT32_MAX || way < -INT32_MAX)
@@ -61,7 +62,7 @@ int slicer_slice(struct slicer *slicer, const double *position, double seconds, 
             least_s = fmax(least_s, fabs((double)way) / slicer->rate[joint]);
     }
     bool moves = memcmp(slicer->steps, wanted, slicer->joints * sizeof *wanted) != 0;
-    slicer->stands = moves ? 0 : slicer->stands < STANDS_LEAST ? slicer->stands + 1 : STANDS_LEAST;
+    slicer->stands = moves ? 0 : slicer->stands < STANDS_MIN ? slicer->stands + 1 : STANDS_MIN;
     memcpy(slicer->steps, wanted, slicer->joints * sizeof *wanted);
     seconds = fmin(fmax(seconds, SHORTEST_S), LONGEST_S);
     double us = 1e6 * fmax(fmax(seconds * (1.0 + pull(slicer, queued_s)), SHORTEST_S), least_s);

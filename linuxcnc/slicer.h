@@ -3,9 +3,9 @@
  *
  * Steps are counted from absolute positions, so no fraction is lost. The controller has another clock than
  * we: durations are pulled by some 1 % towards the wanted level of its queue, so that it neither runs dry nor
- * fills up; more when it is far too long, and when the machine stands then, standing is cut short. A servo
- * thread that was held up and now catches up is no way to go faster than the axes can: such a slice takes
- * longer. */
+ * fills up; more when it is far too long, and when the machine is at rest then, standing is cut short. A
+ * servo thread that was held up and now catches up is not a way to go faster than the axes can: such a slice
+ * takes longer. */
 #ifndef WIFICNC_LINUXCNC_SLICER_H
 #define WIFICNC_LINUXCNC_SLICER_H
 
@@ -23,9 +23,6 @@ struct slicer {
     int32_t steps[SLICER_JOINTS]; /* where the segments made so far lead */
     unsigned stands;              /* segments without a step since the last one with some */
 };
-
-/** Steps of a joint at this position, to the nearest. @return false: no number, or too large to be counted */
-bool slicer_steps(const struct slicer *slicer, unsigned joint, double position, int32_t *steps);
 
 /** The first joint that is further away than it goes in this time at top speed, or nowhere.
  *  @return -1: none */

@@ -22,12 +22,12 @@
 #include <time.h>
 
 static const double RETRY_S = 1.0;
-static const double CONNECT_S = 1.0; /* TCP may take so long */
-static const double FIRST_S = 3.0;   /* LinuxCNC waits so long for a controller, then goes on without */
-static const double SERVO_MOST_S = 0.01;
+static const double CONNECT_S = 1.0; /* TCP may take this long */
+static const double FIRST_S = 3.0;   /* LinuxCNC waits this long for a controller, then continues without */
+static const double SERVO_MAX_S = 0.01;
 enum {
     SAMPLER_KEY = 0x48534130, /* of sampler's first stream; the others' follow */
-    SAMPLES_MOST = 5000,      /* at once */
+    SAMPLES_MAX = 5000,       /* immediately */
 };
 
 struct program {
@@ -131,7 +131,7 @@ static void send_tcp(void *ctx, const uint8_t *bytes, size_t size) {
 static void await_servo(void *ctx) {
     struct program *program = ctx;
     int before = hal_stream_depth(&program->samples);
-    double end_s = now_s() + SERVO_MOST_S;
+    double end_s = now_s() + SERVO_MAX_S;
     while (hal_stream_depth(&program->samples) == before && now_s() < end_s) {
     }
 }
@@ -157,7 +157,7 @@ static void hear_tcp(void *ctx, const uint8_t *bytes, size_t count) {
 /* The servo thread does not stop while there is no controller, and old samples are none of its. */
 static void drop_samples(struct program *program) {
     struct sample sample;
-    for (unsigned i = 0; i < SAMPLES_MOST && read_sample(program, &sample); i++) {
+    for (unsigned i = 0; i < SAMPLES_MAX && read_sample(program, &sample); i++) {
     }
 }
 
@@ -186,7 +186,7 @@ static const char *tick(struct program *program) {
     const char *wrong = network_receive(&program->network, hear_udp, hear_tcp, program);
     if (wrong != NULL)
         return wrong;
-    for (unsigned i = 0; i < SAMPLES_MOST && read_sample(program, &sample); i++)
+    for (unsigned i = 0; i < SAMPLES_MAX && read_sample(program, &sample); i++)
         link_sample(&program->link, &sample, now_s());
     if (!program->is_module)
         link_note_lost_samples(&program->link, (uint32_t)hal_stream_num_overruns(&program->samples));
@@ -264,7 +264,7 @@ static void run(struct program *program) {
             drop_samples(program);
         }
     }
-    lose_pins(program); /* LinuxCNC may go on without us; signals keep what was said last */
+    lose_pins(program); /* LinuxCNC may continue without us; signals keep their last values */
 }
 
 // ---- the command line ----

@@ -14,5 +14,5 @@ export default defineConfig({
   worker: { format: "es" },
   plugins: [sizes()],
   server: { fs: { allow: [".."] } },
-  test: { include: ["test/**/*.test.ts"], testTimeout: 300_000 }, // only a hang takes so long, at any load
+  test: { include: ["test/**/*.test.ts"], testTimeout: 300_000 }, // only a hang takes this long, at any load
 });

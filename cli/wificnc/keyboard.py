@@ -76,7 +76,7 @@ class Keyboard:
 
 
 def _single_keys(fd: int) -> None:
-    """Keys come at once and are not shown. Ctrl-C stays a signal; Ctrl-Z does nothing: a job is not left alone."""
+    """Keys come immediately and are not shown. Ctrl-C stays a signal; Ctrl-Z does nothing: a job is not left alone."""
     mode = termios.tcgetattr(fd)
     mode[3] &= ~(termios.ICANON | termios.ECHO)
     mode[6][termios.VMIN], mode[6][termios.VTIME] = 1, 0

@@ -55,7 +55,7 @@ def write_stdout(content: bytes) -> None:
 
 
 class Output:
-    """One output file, staged beside its final place. A device or pipe is written directly."""
+    """One output file, staged next to its final place. A device or pipe is written directly."""
 
     def __init__(self, option: str, path: Path) -> None:
         """Raises UserError when nothing can be written there."""
@@ -77,7 +77,7 @@ class Output:
         return UserError(f"{self._option}: cannot write {self.path}: {err.strerror}")
 
     def write(self, content: bytes) -> None:
-        """Put all of it in place at once. Raises UserError."""
+        """Put all of it in place in one step. Raises UserError."""
         try:
             self.staged.write_bytes(content)
         except OSError as err:

@@ -27,7 +27,7 @@ PLAIN_HANDLER = "wificnc.plain"
 
 
 def use_plain_characters() -> None:
-    """A locale without UTF-8 is no reason to stop: what it cannot show is written in ASCII."""
+    """A locale without UTF-8 does not stop anything: what it cannot show is written in ASCII."""
     codecs.register_error(PLAIN_HANDLER, _plain)
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper) and not _is_utf8(stream.encoding):

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT
  * Levels of inputs without their bouncing. [isr and task of one core] No clock and no register of its own.
  *
- * An input goes on at its first edge when `on_us` is 0 (switches that must stop the machine), or after it has
- * been on for that long (buttons); it goes off only after it has been off for `off_us` (contacts bounce,
+ * An input switches on at its first edge when `on_us` is 0 (switches that must stop the machine), or after it
+ * has been on for that long (buttons); it goes off only after it has been off for `off_us` (contacts bounce,
  * cables catch noise). What was on or off for less than its time is a glitch, and is counted. */
 #ifndef WIFICNC_BASE_DEBOUNCE_H
 #define WIFICNC_BASE_DEBOUNCE_H

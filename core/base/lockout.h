@@ -20,7 +20,7 @@ struct lockout_place {
     uint32_t wrong_us;
 };
 
-/** All zero: nobody was wrong. */
+/** All zero: no one was wrong. */
 struct lockout {
     struct lockout_place place[LOCKOUT_PLACES], others;
 };

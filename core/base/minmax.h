@@ -3,11 +3,11 @@
 #ifndef WIFICNC_BASE_MINMAX_H
 #define WIFICNC_BASE_MINMAX_H
 
-static inline float least_f(float a, float b) {
+static inline float min_f(float a, float b) {
     return a < b ? a : b;
 }
 
-static inline float most_f(float a, float b) {
+static inline float max_f(float a, float b) {
     return a > b ? a : b;
 }
 

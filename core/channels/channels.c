@@ -65,7 +65,7 @@ static uint16_t used(const struct channels *channels) {
 /* Outputs of both wirings, at the same pin. */
 static uint16_t same_outputs(const struct channels_wiring *one, const struct channels_wiring *other) {
     unsigned mask = one->outputs & other->outputs;
-    for (unsigned n = 0; n < CHANNELS_MOST; n++)
+    for (unsigned n = 0; n < CHANNELS_MAX; n++)
         mask &= one->pin[n] == other->pin[n] ? ~0u : ~(1u << n);
     return (uint16_t)mask;
 }
@@ -84,7 +84,7 @@ void channels_apply(struct channels *channels) {
     struct channels_wiring wiring = {.outputs = 0};
     channels->faults = channels_faults(channels);
     uint16_t mask = used(channels);
-    for (unsigned n = 0; n < CHANNELS_MOST; n++)
+    for (unsigned n = 0; n < CHANNELS_MAX; n++)
         wiring.pin[n] =
             (uint8_t)((mask >> n & 1) != 0 ? value[CHANNELS_IO_PIN_0 + n] : (unsigned)CHANNELS_NO_PIN);
     wiring.outputs = value[CHANNELS_IO_DIRECTION] & mask;
@@ -96,7 +96,7 @@ void channels_apply(struct channels *channels) {
     channels->invert = value[CHANNELS_IO_INVERT];
     channels->wiring = wiring;
     channels->ops->wire(channels->ctx, &wiring, levels(channels));
-    for (unsigned n = 0; n < CHANNELS_MOST; n++)
+    for (unsigned n = 0; n < CHANNELS_MAX; n++)
         channels->debounce.time[n] = (struct debounce_time){.on_us = debounce_us, .off_us = debounce_us};
     debounce_start(&channels->debounce, read_on(channels));
 }

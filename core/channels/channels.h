@@ -8,7 +8,7 @@
  * outputs is a setting, all off by default; they are in it from the moment their lines are driven.
  *
  * The configuration is numbers that the target keeps (protocol/nvs.toml). What decides about lines acts all
- * at once, by channels_apply(): a half set configuration never drives anything. */
+ * immediately, by channels_apply(): a half set configuration never drives anything. */
 #ifndef WIFICNC_CHANNELS_CHANNELS_H
 #define WIFICNC_CHANNELS_CHANNELS_H
 
@@ -17,13 +17,13 @@
 
 #include <stdbool.h>
 
-enum { CHANNELS_MOST = 16, CHANNELS_NO_PIN = 0xFF, CHANNELS_MODE_MODULE = 1 };
+enum { CHANNELS_MAX = 16, CHANNELS_NO_PIN = 0xFF, CHANNELS_MODE_MODULE = 1 };
 
 /** Masks: bit n = channel n. */
 struct channels_wiring {
-    uint8_t pin[CHANNELS_MOST]; /* CHANNELS_NO_PIN: none */
-    uint16_t outputs;           /* driven; all others with a pin are inputs */
-    uint16_t pull_up;           /* of inputs */
+    uint8_t pin[CHANNELS_MAX]; /* CHANNELS_NO_PIN: none */
+    uint16_t outputs;          /* driven; all others with a pin are inputs */
+    uint16_t pull_up;          /* of inputs */
 };
 
 /** What a target supplies. */
@@ -35,7 +35,7 @@ struct channels_ops {
     void (*wire)(void *ctx, const struct channels_wiring *wiring, uint16_t levels);
     /** Levels of the lines now, 1 = high; of channels without a pin anything. */
     uint16_t (*read)(void *ctx);
-    /** Levels of the outputs, 1 = high. Takes effect at once. */
+    /** Levels of the outputs, 1 = high. Takes effect immediately. */
     void (*write)(void *ctx, uint16_t levels);
     /** Also store the value. @return false: not kept */
     bool (*keep)(void *ctx, const struct channels_config *config);
@@ -84,7 +84,8 @@ bool channels_are_quiet(const struct channels *channels);
 /** Inputs that are on. */
 uint16_t channels_inputs(const struct channels *channels);
 
-/** Switch the outputs of a mask; channels of it that are no outputs are left out. Nothing while locked. */
+/** Switch the outputs of a mask; channels of it that are not outputs are left out. Nothing while locked.
+ */
 void channels_set(struct channels *channels, uint16_t mask, uint16_t on);
 
 /** All outputs to the safe state. */

@@ -94,7 +94,7 @@ double arc_length_mm(const struct arc *arc) {
     return sqrt(squares);
 }
 
-/* The next direction: the last one turned by a chord, or anew from the angle. */
+/* The next direction: the last one turned by a chord, or again from the angle. */
 static void turn_direction(struct arc *arc, double part) {
     const double c = arc->direction[0], s = arc->direction[1];
 

@@ -6,6 +6,7 @@
 
 #include "base/axis.h"
 #include "gcode/gcode.h"
+#include "gcode/nonmodal_gen.h"
 
 #include <stdbool.h>
 #include <stdint.h>
@@ -41,21 +42,8 @@ enum block_group {
     GROUP_COUNT
 };
 
-/** Values of GROUP_NONMODAL and GROUP_TOOL_LENGTH; the other groups use the enums of gcode/gcode.h. */
-enum block_nonmodal {
-    NONMODAL_NONE, /* always set, so that nobody needs to look at groups */
-    NONMODAL_DWELL,
-    NONMODAL_SET_OFFSETS, /* G10 */
-    NONMODAL_G28,
-    NONMODAL_G28_SET,
-    NONMODAL_G30,
-    NONMODAL_G30_SET,
-    NONMODAL_MACHINE_COORDS, /* G53 */
-    NONMODAL_G92,
-    NONMODAL_G92_CLEAR,
-    NONMODAL_G92_SUSPEND,
-    NONMODAL_G92_RESTORE,
-};
+/** Values of GROUP_TOOL_LENGTH. Those of GROUP_NONMODAL are generated; the other groups use the enums of
+ * gcode/gcode.h. */
 enum block_tool_length { TOOL_LENGTH_DYNAMIC, TOOL_LENGTH_CANCEL, TOOL_LENGTH_TABLE };
 
 /** Value of GROUP_OVERRIDE: OVERRIDE_ bits in the low half and what to do with them in the high half. */
@@ -118,7 +106,7 @@ bool gcode_is_program_mark(const char *line);
  * from the left. */
 enum status gcode_parse(const char *line, struct gcode_block *block);
 
-/** The same for a line as it came, which ends at LF or CR; spaces may stand behind its words.
+/** The same for a line as it came, which ends at LF or CR; spaces may follow its words.
  *  @return the end; NULL and *block undefined: the line needs the filter (anything but capitals, numbers and
  *          spaces), or has an error */
 const char *gcode_parse_plain(const char *line, struct gcode_block *block);

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "gcode/expression.h"
 
-#include "gcode/function.h"
+#include "gcode/math_functions.h"
 #include "gcode/number.h"
 
 #include <math.h>

@@ -74,7 +74,7 @@ static bool is_computed(const char *value) {
     return *value != '\0' && strchr("#[ABCDEFGHIJKLMNOPQRSTUVWXYZ", *value) != NULL;
 }
 
-/* Signs may stand before either kind. */
+/* Signs may come before either kind. */
 static const char *after_signs(const char *text) {
     while (*text == '+' || *text == '-')
         text++;
@@ -87,7 +87,7 @@ static enum status put_word(const struct param_context *context, struct writer *
     double value;
     enum status status;
 
-    if (!is_computed(after_signs(begin))) { /* as it stands, all digits of it */
+    if (!is_computed(after_signs(begin))) { /* as it is, all digits of it */
         end = number_scan(begin).end;
         if (end == NULL)
             return STATUS_BAD_NUMBER;

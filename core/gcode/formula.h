@@ -9,13 +9,14 @@
 #ifndef WIFICNC_GCODE_FORMULA_H
 #define WIFICNC_GCODE_FORMULA_H
 
+#include "config.h"
 #include "gcode/readings.h"
 
 enum {
     FORMULA_DIGITS = 15, /* significant, of a computed value: as many as a double gives back unchanged */
     FORMULA_DECIMALS = 22,
-    FORMULA_TEXT_SIZE = 640, /* every letter with the longest value fits */
-    FORMULA_SETS_MAX = 20,   /* assignments of one line: as many as fit into LINE_SIZE */
+    FORMULA_TEXT_SIZE = 640,          /* every letter with the longest value fits */
+    FORMULA_SETS_MAX = LINE_SIZE / 4, /* assignments of one line: each takes four characters */
 };
 
 /** The result. The names in sets point into the line that was read. */
@@ -30,9 +31,9 @@ bool formula_is(const char *line);
 
 /** Compute a line.
  *  @param decimals  at most so many behind the point of a computed value, 0 .. FORMULA_DECIMALS
- *  @return STATUS_O_WORD for an O word: it is no business of a line; STATUS_EXPRESSION_*, STATUS_PARAMETER_*,
- *  STATUS_EXPECTED_LETTER, STATUS_BAD_NUMBER, STATUS_LINE_TOO_LONG: more text or assignments than fit. *out
- * is then undefined. */
+ *  @return STATUS_O_WORD for an O word: a line has none; STATUS_EXPRESSION_*,
+ * STATUS_PARAMETER_*, STATUS_EXPECTED_LETTER, STATUS_BAD_NUMBER, STATUS_LINE_TOO_LONG: more text or
+ * assignments than fit. *out is then undefined. */
 enum status formula_compute(const struct param_context *context, const char *line, unsigned decimals,
                             struct formula *out);
 

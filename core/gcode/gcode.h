@@ -220,7 +220,7 @@ struct gcode_move {
     uint8_t probe;             /* 2..5 for G38.2 .. G38.5, else 0 */
     struct gcode_drill drill; /* filled in for MOTION_CYCLE; plane and via_mm (bottom of the last hole) too */
     struct gcode_thread thread; /* filled in for MOTION_THREAD; and via_mm, the end of the way that follows
-                                 * the spindle: target_mm is where the tool stands at last */
+                                 * the spindle: target_mm is where the tool is at last */
 };
 
 /** Which row of gcode_offsets a line replaces. */
@@ -253,7 +253,7 @@ struct gcode_command {
     bool port_on;               /* PORT_DIGITAL_OUT */
     float port_pct;             /* PORT_ANALOG_OUT: 0 .. 100 */
     enum gcode_wait wait;       /* PORT_DIGITAL_IN; inputs are looked at when motion has finished */
-    float wait_s;               /* > 0 unless WAIT_NOT: so long at most */
+    float wait_s;               /* > 0 unless WAIT_NOT: this long at most */
     float dwell_s;              /* >= 0; < 0 means no dwell */
     enum gcode_store store;     /* which row store_mm replaces, see gcode_offsets_apply() */
     uint8_t store_wcs;          /* STORE_WCS: 0 = G54 */
@@ -294,7 +294,7 @@ static inline void gcode_modal_apply(struct gcode_state *state, const struct gco
 /** Do the "store" part of a command. */
 void gcode_offsets_apply(struct gcode_offsets *offsets, const struct gcode_command *command);
 
-/** Parse and resolve one filtered line (no spaces, upper case, NUL-terminated; see link/line_reader.h).
+/** Parse and resolve one filtered line (no spaces, upper case, NUL-terminated; see input/line_reader.h).
  *  @return STATUS_OK and *command filled, or the error and *command undefined; state is never changed.
  *  The block is a local of this call: about 250 bytes of stack. */
 enum status gcode_line(const struct gcode_state *state, const char *line, struct gcode_command *command);
@@ -306,7 +306,7 @@ enum status gcode_line(const struct gcode_state *state, const char *line, struct
 const char *gcode_plain_line(const struct gcode_state *state, const char *line,
                              struct gcode_command *command);
 
-/** What stands behind $J=, as gcode_line(): a straight move that leaves every mode as it was.
+/** What follows $J=, as gcode_line(): a straight move that leaves every mode as it was.
  *  @return also STATUS_JOG_WORD: a word or code that a jog has not; STATUS_NO_FEED without F of its own;
  *          STATUS_NO_AXIS_WORDS: nothing to move (Grbl would go to machine zero). */
 enum status gcode_jog(const struct gcode_state *state, const char *line, struct gcode_command *command);

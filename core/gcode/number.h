@@ -30,7 +30,7 @@ extern const double number_power_of_ten[NUMBER_DECIMALS_MAX + 1];
  * zeros. Private. */
 struct number number_scan_long(const char *text, bool negative);
 
-/** 0..9, or larger for a character that is no digit. */
+/** 0..9, or larger for a character that is not a digit. */
 static inline unsigned number_digit(char character) {
     return (unsigned)(unsigned char)character - '0';
 }

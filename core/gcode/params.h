@@ -70,7 +70,7 @@ struct param_set {
 void params_clear(struct params *params);
 
 /** Value of #1 .. #5000 or of a name that a program has set.
- *  @return STATUS_PARAMETER_UNSET: nobody set that name */
+ *  @return STATUS_PARAMETER_UNSET: no one set that name */
 enum status params_get(const struct params *params, const struct param_ref *ref, double *value);
 
 /** Do all assignments, in their order, or none. The refs must be assignable (readings_check_set()).

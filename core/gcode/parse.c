@@ -16,7 +16,7 @@
 
 enum { TOOL_NUMBER_MAX = 255, CODE_X10_MAX = 999 };
 
-/* The table: entry 0 is no code. */
+/* The table: entry 0 is not a code. */
 enum code_index {
     CODE_UNKNOWN,
 #define CODE(letter, x10, group, value, axes, ...) CODE_##letter##x10,
@@ -35,7 +35,7 @@ static const struct code codes[] = {
 #undef CODE
 };
 
-/* Where a code stands in it, by ten times its number: a search would cost more than the rest of the word. */
+/* The place of a code in it, by ten times its number: a search would cost more than the rest of the word. */
 #define G(x10) [x10] = CODE_G##x10,
 #define M(x10)
 #define CODE(letter, x10, group, value, axes, ...) letter(x10)
@@ -84,7 +84,7 @@ static COLD int fraction_x10(struct number number) {
     return !number.negative && decimals == 1 && digits <= CODE_X10_MAX ? (int)digits : -1;
 }
 
-/* G1 -> 10 at once; the others by the way above. */
+/* G1 -> 10 immediately; the others by the way above. */
 static HOT unsigned code_index(char letter, struct number number) {
     const uint8_t *const indices = letter == 'G' ? g_codes : m_codes;
     int x10;
@@ -138,7 +138,7 @@ static const char *skip_digits(const char *text) {
     return text;
 }
 
-/* Words up to the first character that is none. @param blanks  spaces may stand behind a word */
+/* Words up to the first character that is none. @param blanks  spaces may follow a word */
 static HOT enum status parse_words(const char **text, bool blanks, struct gcode_block *block) {
     const char *line = *text;
     uint32_t words = 0;

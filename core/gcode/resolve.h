@@ -34,7 +34,7 @@ struct resolver {
     const struct gcode_state *state;
     const struct gcode_block *block;
     struct gcode_command *out; /* out->next holds the modes of this line before any of the parts runs */
-    uint32_t unused;           /* words that nobody took so far; what is left at the end is error:36 */
+    uint32_t unused;           /* words that no one took so far; what is left at the end is error:36 */
     axis_mask_t axis_words;
     enum block_nonmodal nonmodal;
     enum block_axes axes;  /* as in the block, but AXES_MOTION when the modal motion takes the axis words */

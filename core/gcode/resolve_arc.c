@@ -8,7 +8,7 @@
 #define RADII_DIFFER_ALWAYS_MM 0.005
 #define RADII_DIFFER_NEVER_MM  0.5
 #define RADII_DIFFER_OF_RADIUS 0.001
-#define RADII_DIFFER_MOST      0.5   /* of the radius: beyond it nobody meant a circle, whatever $41 says */
+#define RADII_DIFFER_MAX       0.5   /* of the radius: beyond it no one meant a circle, whatever $41 says */
 #define HALF_CHORD_TOO_LONG_MM 0.005 /* R shorter than half the chord by less is rounding: a half circle */
 
 /* R: the two circles of that radius through both ends have their centres on the perpendicular bisector of the
@@ -57,7 +57,7 @@ static bool radii_agree(const struct resolver *r, double start_radius, double ta
 
     return difference <= RADII_DIFFER_ALWAYS_MM ||
            (difference <= (double)r->state->arc_radius_tolerance_mm &&
-            difference <= RADII_DIFFER_MOST * start_radius) ||
+            difference <= RADII_DIFFER_MAX * start_radius) ||
            (difference <= RADII_DIFFER_NEVER_MM && difference <= RADII_DIFFER_OF_RADIUS * start_radius);
 }
 

@@ -5,7 +5,7 @@
 
 #include <string.h> // memcpy
 
-#define LEAST_PECK_MM 1e-6 /* less is rounding, and part of the peck before */
+#define MIN_PECK_MM 1e-6 /* less is rounding, and part of the peck before */
 
 enum { KNOWN_R = 1, KNOWN_Z = 2, KNOWN_Q = 4, KNOWN_P = 8 };
 
@@ -139,8 +139,8 @@ static enum status find_pecks(struct resolver *r) {
     drill->peck_mm = sticky->q_mm;
     if (depth >= (double)DRILL_PECKS_MAX * sticky->q_mm)
         return STATUS_BAD_NUMBER;
-    if (depth > LEAST_PECK_MM)
-        drill->pecks = 1 + (uint32_t)((depth - LEAST_PECK_MM) / sticky->q_mm);
+    if (depth > MIN_PECK_MM)
+        drill->pecks = 1 + (uint32_t)((depth - MIN_PECK_MM) / sticky->q_mm);
     return STATUS_OK;
 }
 

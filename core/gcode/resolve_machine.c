@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "gcode/resolve.h"
 
-/* M6: the tool that T chose. Spindle and coolant go off (resolve.c), unless the line switches them on anew.
+/* M6: the tool that T chose. Spindle and coolant go off (resolve.c), unless the line switches them on again.
  */
 static void change_tool(struct resolver *r) {
     r->out->tool_change = true;

@@ -36,7 +36,7 @@ static enum status set_analog(struct resolver *r) {
     return percent <= ANALOG_MAX_PCT ? STATUS_OK : STATUS_ANALOG_RANGE;
 }
 
-/* Q without a wait means nothing, and is no error either. */
+/* Q without a wait means nothing, and is not an error either. */
 static enum status wait_for_input(struct resolver *r) {
     const bool analog = (r->unused & WORD_BIT('E')) != 0;
     const struct gcode_ports *ports = &r->state->ports;

@@ -15,7 +15,8 @@ static enum status tool_number(double number, int least, int *tool) {
     return number == *tool ? STATUS_OK : STATUS_NOT_INTEGER;
 }
 
-/* G43: H, or else the tool that M6 brought; H0 is no offset. Axis words belong to the motion of the line. */
+/* G43: H, or else the tool that M6 brought; H0 is not an offset. Axis words belong to the motion of the line.
+ */
 static enum status tool_from_table(struct resolver *r) {
     double number = r->out->next.tool_in_spindle;
     int tool;
@@ -104,7 +105,7 @@ static int kind_of_g10(double l) {
 }
 
 /* G10 L2: the axis words are the offset. G10 L20: they are what the position shall read. P0 or no P: the
- * active WCS. A bad P is told before missing axis words. */
+ * active WCS. A bad P is reported before missing axis words. */
 static enum status set_offsets(struct resolver *r) {
     const struct gcode_offsets *offsets = &r->state->offsets;
     double l = 0.0, p = 0.0;

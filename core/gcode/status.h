@@ -17,7 +17,7 @@
     X(8, NOT_IDLE, "only possible while idle")                                                               \
     X(9, LOCKED, "locked by an alarm or a jog")                                                              \
     X(10, SOFT_LIMIT_NEEDS_HOMING, "soft limits need homing ($22)")                                          \
-    X(11, LINE_TOO_LONG, "the line has more than 79 characters, or bytes of it were lost in transfer")       \
+    X(11, LINE_TOO_LONG, "the line has more than 256 characters, or bytes of it were lost in transfer")      \
     X(12, STEP_RATE, "the step rate is higher than this board supports")                                     \
     X(13, DOOR_OPEN, "the safety door is open")                                                              \
     X(14, STORED_LINE_TOO_LONG, "the line is too long to be stored")                                         \
@@ -78,7 +78,8 @@
     X(151, SPINDLE_OFF, "this needs a running spindle: M3 or M4, and S above 0")                             \
     X(152, THREAD_PLANE, "G76 needs the ZX plane (G18)")                                                     \
     X(153, SPINDLE_TOO_FAST, "the axes cannot follow this pitch at this S, or the tapers do not fit")        \
-    X(154, THREAD_KINEMATICS, "only straight axes can follow the spindle ($80)")
+    X(154, THREAD_KINEMATICS, "only straight axes can follow the spindle ($80)")                             \
+    /* end of the table */
 
 enum status {
 #define X(number, name, text) STATUS_##name = number,

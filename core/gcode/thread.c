@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "gcode/thread.h"
 
-#include "base/power.h"
+#include "base/pow.h"
 
 #include <math.h>   // ceil
 #include <string.h> // memcpy

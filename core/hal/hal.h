@@ -25,16 +25,17 @@ struct hal_spindle {
     uint16_t duty; /* 0 .. HAL_DUTY_FULL */
 };
 
-/** [task] Takes effect at once. */
+/** [task] Takes effect immediately. */
 void hal_spindle_set(struct hal *hal, const struct hal_spindle *spindle);
 
-/** [task] Coolant outputs: COOLANT_ bits of gcode/gcode.h. Takes effect at once. */
+/** [task] Coolant outputs: COOLANT_ bits of gcode/gcode.h. Takes effect immediately. */
 void hal_coolant_set(struct hal *hal, uint8_t bits);
 
-/** [task] Digital outputs of M62 .. M65: bit n = Pn. All off at power-on. Takes effect at once. */
+/** [task] Digital outputs of M62 .. M65: bit n = Pn. All off at power-on. Takes effect immediately. */
 void hal_digital_set(struct hal *hal, uint8_t bits);
 
-/** [motion side] Power of all motors, $1; at once. @param invert  $4: the enable line has the other level */
+/** [motion side] Power of all motors, $1; immediately. @param invert  $4: the enable line has the other level
+ */
 void hal_motors_set(struct hal *hal, bool on, bool invert);
 
 /** Limit and home switches: level of the line, 1 = high ($5 says what it means; a home line that the board
@@ -70,7 +71,7 @@ void hal_probe_watch(struct hal *hal, bool high);
  * this. All outputs are 0 at power-on. */
 struct hal_analog {
     uint8_t inputs, outputs; /* 0 .. ANALOG_COUNT each */
-    /** [task] 0 .. 100, takes effect at once. */
+    /** [task] 0 .. 100, takes effect immediately. */
     void (*set)(struct hal *hal, unsigned output, float percent);
     /** [task] @return 0 .. 100, now */
     float (*read)(const struct hal *hal, unsigned input);
@@ -124,7 +125,7 @@ struct hal_store_value {
     size_t count;
 };
 
-/** How a write of the store stands. */
+/** The state of a write of the store. */
 enum hal_store_state {
     HAL_STORE_DONE,
     HAL_STORE_BUSY,

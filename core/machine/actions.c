@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT
- * What somebody may have the machine do: one rule for each action, whoever asks. */
+ * What someone may have the machine do: one rule for each action, whoever asks. */
 #include "machine/actions.h"
 
 #include "machine/axes.h"
@@ -7,21 +7,21 @@
 #include "machine/drive.h"
 #include "machine/homing.h"
 #include "machine/inputs.h"
-#include "machine/keep.h"
-#include "machine/keep_write.h"
+#include "machine/motor_current.h"
 #include "machine/outputs.h"
 #include "machine/owner.h"
 #include "machine/parts.h"
 #include "machine/report.h"
 #include "machine/reset.h"
 #include "machine/state.h"
-#include "machine/torque.h"
+#include "machine/stored.h"
+#include "machine/stored_write.h"
 
 /* What an action needs besides its states, in the order in which it is looked at; as in Grbl. */
 enum {
     EVER = 1,    /* also in an alarm that only a reset ends */
     MOTION = 2,  /* motion becomes its actor's */
-    REST = 4,    /* nothing of anybody is under way */
+    REST = 4,    /* nothing of anyone is under way */
     STORE = 8,   /* stored data that is whole: with other settings the machine would move wrongly */
     HOMING = 16, /* $22 */
     DOOR = 32,   /* a closed one */
@@ -86,7 +86,7 @@ enum refusal action_may(const struct machine *machine, enum action action, enum 
         return refuse_state(machine);
     if ((rule->needs & REST) != 0 && !rests(machine, actor))
         return REFUSAL_BUSY;
-    if ((rule->needs & STORE) != 0 && keep_is_damaged(machine))
+    if ((rule->needs & STORE) != 0 && stored_is_damaged(machine))
         return REFUSAL_DAMAGED;
     if ((rule->needs & HOMING) != 0 && !machine->settings.homing)
         return REFUSAL_NO_HOMING;
@@ -122,7 +122,7 @@ enum refusal action_home(struct machine *machine, enum actor actor, axis_mask_t 
         axes &= axes_with_ends(machine);
         if (axes == 0)
             return REFUSAL_NO_HOMING;
-        drive_drop(machine); /* the planner goes on from where the host stands */
+        drive_drop(machine); /* the planner continues from where the host is */
     }
     refusal = homing_begin(machine, axes);
     if (refusal != REFUSAL_NONE || actor == ACTOR_TEXT)
@@ -140,7 +140,7 @@ enum refusal action_unlock(struct machine *machine) {
         return refusal;
     report_message(machine, "Caution: Unlocked");
     report_not_homed(machine);
-    state_go(machine, MACHINE_UNLOCKS);
+    state_go(machine, EVENT_UNLOCK);
     return REFUSAL_NONE;
 }
 
@@ -150,7 +150,7 @@ enum refusal action_end_lock(struct machine *machine) {
     hal_inputs_read(machine->hal, &inputs);
     if (inputs.estop && machine->life.state == MACHINE_ALARM && machine->life.alarm == ALARM_ESTOP)
         return REFUSAL_CRITICAL;
-    if (keep_is_damaged(machine))
+    if (stored_is_damaged(machine))
         return REFUSAL_DAMAGED;
     if (!machine->life.critical && machine->life.state != MACHINE_ALARM && !sleeps)
         return REFUSAL_BUSY;
@@ -158,7 +158,7 @@ enum refusal action_end_lock(struct machine *machine) {
     reset_machine(machine, ALARM_NONE);
     timer_end_quiet(&machine->clock);
     if (!stays_locked)
-        (void)state_go(machine, MACHINE_UNLOCKS);
+        (void)state_go(machine, EVENT_UNLOCK);
     return REFUSAL_NONE;
 }
 
@@ -186,7 +186,7 @@ enum status action_set(struct machine *machine, enum actor actor, uint16_t numbe
 }
 
 bool action_save(struct machine *machine) {
-    return keep_save(machine, KEEP_BIT(KEEP_SETTINGS));
+    return stored_save(machine, STORED_BIT(STORED_SETTINGS));
 }
 
 /* ---- outputs ---- */
@@ -224,7 +224,7 @@ enum refusal action_outputs(struct machine *machine, const struct outputs_wish *
         outputs_set(machine, to->spindle, to->rpm, coolant);
     else
         set_coolant(machine, coolant);
-    torque_set_digital(machine,
-                       (machine->ports.digital & ~to->digital_mask) | (to->digital & to->digital_mask));
+    motor_current_set_digital(machine, (machine->ports.digital & ~to->digital_mask) |
+                                           (to->digital & to->digital_mask));
     return REFUSAL_NONE;
 }

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT
- * What somebody may have the machine do, from whichever side: a line of text, a network host, a button. Each
+ * What someone may have the machine do, from whichever side: a line of text, a network host, a button. Each
  * action has one rule (actions.c) and one set of reasons to refuse it (refusals.def). What is refused changes
- * nothing. Hold, reset and the door are never refused: they are real-time requests (link/rx.h) of
+ * nothing. Hold, reset and the door are never refused: they are real-time requests (input/rx.h) of
  * every side. [task] */
 #ifndef WIFICNC_MACHINE_ACTIONS_H
 #define WIFICNC_MACHINE_ACTIONS_H
@@ -59,7 +59,7 @@ enum refusal action_unlock(struct machine *machine);
  * is there again, and sleep ends locked. REFUSAL_BUSY: the machine was not locked. */
 enum refusal action_end_lock(struct machine *machine);
 
-/** Stop at once; only a reset leads on. */
+/** Stop immediately; only a reset leads on. */
 void action_estop(struct machine *machine);
 
 /** `!` */

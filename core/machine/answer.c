@@ -2,8 +2,8 @@
  * The one answer that each line gets. */
 #include "machine/answer.h"
 
-#include "machine/keep_write.h"
 #include "machine/parts.h"
+#include "machine/stored_write.h"
 
 #include "base/debug.h"
 
@@ -25,10 +25,10 @@ void answer_line(struct machine *machine, enum status status) {
         text_string(&machine->out, ":");
     } else if (machine->lines.source == LINE_STORED && status == STATUS_OK) {
         machine->lines.source = LINE_STREAM;
-        keep_startup(machine);
+        stored_startup(machine);
     }
-    if (keep_is_busy(machine)) { /* ok comes when it is stored */
-        machine->kept.answers = true;
+    if (stored_is_busy(machine)) { /* ok comes when it is stored */
+        machine->stored.answers = true;
         return;
     }
     machine->lines.open = false;

@@ -5,7 +5,7 @@
 
 #include "machine/machine.h"
 
-/** It stands: take the input as it is, or begin to wait. @param next  the stage behind it */
+/** It is at rest: take the input as it is, or begin to wait. @param next  the stage behind it */
 enum task_stage await_begin(struct machine *machine, enum task_stage next);
 
 /** The awaited input may have come: then the dwell ends. */

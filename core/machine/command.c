@@ -7,14 +7,14 @@
 #include "machine/answer.h"
 #include "machine/compute.h"
 #include "machine/jog.h"
-#include "machine/keep.h"
-#include "machine/keep_write.h"
 #include "machine/list.h"
 #include "machine/notice.h"
 #include "machine/outputs.h"
 #include "machine/parts.h"
 #include "machine/report.h"
 #include "machine/state.h"
+#include "machine/stored.h"
+#include "machine/stored_write.h"
 #include "machine/task.h"
 
 #include "gcode/number.h"
@@ -33,7 +33,7 @@ static enum status help(struct machine *machine, const char *rest) {
 static enum status show_settings(struct machine *machine, const char *rest) {
     (void)rest;
     list_settings(machine);
-    keep_report(machine);
+    stored_report(machine);
     return STATUS_OK;
 }
 
@@ -87,7 +87,7 @@ static enum status check(struct machine *machine, const char *rest) {
     const enum refusal refusal = action_may(machine, ACTION_CHECK, ACTOR_TEXT);
     if (refusal != REFUSAL_NONE)
         return refusal_status(refusal);
-    state_go(machine, MACHINE_CHECKS);
+    state_go(machine, EVENT_CHECK);
     report_message(machine, "Enabled");
     return STATUS_OK;
 }
@@ -96,7 +96,7 @@ static enum status check(struct machine *machine, const char *rest) {
 static enum status sleep(struct machine *machine, const char *rest) {
     (void)rest;
     answer_line(machine, STATUS_OK);
-    state_go(machine, MACHINE_SLEEPS);
+    state_go(machine, EVENT_SLEEP);
     outputs_off(machine);
     report_message(machine, "Sleeping");
     return STATUS_OK;
@@ -106,15 +106,15 @@ static enum status sleep(struct machine *machine, const char *rest) {
 
 static enum status acknowledge(struct machine *machine, const char *rest) {
     (void)rest;
-    if (keep_is_damaged(machine))
-        keep_acknowledge(machine);
+    if (stored_is_damaged(machine))
+        stored_acknowledge(machine);
     return STATUS_OK;
 }
 
 static enum status restore(struct machine *machine, const char *what) {
-    const unsigned settings = KEEP_BIT(KEEP_SETTINGS);
-    const unsigned offsets = KEEP_ALL_OFFSETS | KEEP_BIT(KEEP_TOOLS);
-    const unsigned lines = KEEP_BIT(KEEP_STARTUP) | KEEP_BIT(KEEP_INFO);
+    const unsigned settings = STORED_BIT(STORED_SETTINGS);
+    const unsigned offsets = STORED_ALL_OFFSETS | STORED_BIT(STORED_TOOLS);
+    const unsigned lines = STORED_BIT(STORED_STARTUP) | STORED_BIT(STORED_INFO);
     unsigned keys = 0;
     if (strcmp(what, "*") == 0)
         keys = settings | offsets | lines;
@@ -126,13 +126,15 @@ static enum status restore(struct machine *machine, const char *what) {
         return STATUS_UNKNOWN_COMMAND;
     if ((keys & settings) != 0)
         trust_lose(&machine->trust, machine->trust.axes); /* steps of another size */
-    keep_defaults(machine, keys);
+    stored_defaults(machine, keys);
     return STATUS_OK;
 }
 
 static enum status store_info(struct machine *machine, const char *text) {
-    memcpy(machine->lines.info, text, strlen(text) + 1); /* shorter than LINE_SIZE as the line was */
-    (void)keep_save(machine, KEEP_BIT(KEEP_INFO));
+    if (strlen(text) >= GRBL_LINE_SIZE)
+        return STATUS_STORED_LINE_TOO_LONG;
+    memcpy(machine->lines.info, text, strlen(text) + 1);
+    (void)stored_save(machine, STORED_BIT(STORED_INFO));
     return STATUS_OK;
 }
 
@@ -163,7 +165,7 @@ static enum status set(struct machine *machine, const char *text) {
     if (status != STATUS_OK)
         return status;
     report_changed_offset(machine); /* $10 and $13 change how it reads */
-    (void)keep_save(machine, KEEP_BIT(KEEP_SETTINGS));
+    (void)stored_save(machine, STORED_BIT(STORED_SETTINGS));
     return STATUS_OK;
 }
 
@@ -175,6 +177,8 @@ static enum status startup_line(struct machine *machine, const char *text) {
         return status;
     if (index >= STARTUP_LINE_COUNT)
         return STATUS_UNKNOWN_COMMAND;
+    if (strlen(text) >= GRBL_LINE_SIZE)
+        return STATUS_STORED_LINE_TOO_LONG;
     status = gcode_line(&machine->interp.gcode, text, &machine->task.command);
     if (status != STATUS_OK)
         status = compute_line(machine, text, status);
@@ -268,7 +272,7 @@ void command_line(struct machine *machine, const char *line) {
     const enum status status = run(machine, line + 1);
     const bool later = machine->task.stage != TASK_NONE || !machine->lines.open;
     if (status == STATUS_STORE_DAMAGED)
-        keep_report(machine);
+        stored_report(machine);
     if (status != STATUS_OK || !later)
         answer_line(machine, status);
 }

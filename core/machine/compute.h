@@ -9,7 +9,7 @@
 
 /** A line that gcode_line() refused may have expressions: compute it into machine->task.command, and take its
  * assignments if it is accepted.
- *  @param refused  what gcode_line() said, and what is said of a line without expressions */
+ *  @param refused  what gcode_line() said, and the status of a line without expressions */
 enum status compute_line(struct machine *machine, const char *line, enum status refused);
 
 #endif

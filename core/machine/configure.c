@@ -3,20 +3,21 @@
 #include "machine/configure.h"
 
 #include "machine/drive.h"
-#include "machine/host_queue.h"
+#include "machine/host_motion.h"
+#include "machine/motor_current.h"
 #include "machine/outputs.h"
 #include "machine/parts.h"
-#include "machine/torque.h"
 #include "machine/wiring.h"
 
 #include <stddef.h>
 
-uint16_t configure_board_pulse_us(const struct machine *machine) {
+/* $0 as the board brings it: its step pulse in whole us, rounded up. */
+static uint16_t board_pulse_us(const struct machine *machine) {
     return (uint16_t)((machine->board.step_pulse_ns + 999) / 1000);
 }
 
 uint16_t configure_default_pulse_us(const struct machine *machine) {
-    const uint16_t own_us = configure_board_pulse_us(machine), us = machine->board.default_pulse_us;
+    const uint16_t own_us = board_pulse_us(machine), us = machine->board.default_pulse_us;
     return us > own_us ? us : own_us;
 }
 
@@ -34,7 +35,7 @@ static void report_clamp(struct machine *machine, unsigned axis, float mm_min, b
 
 uint32_t machine_step_pulse_ns(const struct machine *machine) {
     uint16_t us = machine->settings.step_pulse_us;
-    return us == configure_board_pulse_us(machine) ? machine->board.step_pulse_ns : us * 1000u;
+    return us == board_pulse_us(machine) ? machine->board.step_pulse_ns : us * 1000u;
 }
 
 /* Timer ticks that last at least this long. */
@@ -42,7 +43,7 @@ static uint32_t ticks_of(const struct machine_board *board, uint32_t ns) {
     return (uint32_t)(((uint64_t)board->timer_hz * ns + 999999999u) / 1000000000u);
 }
 
-void thread_set_encoder(struct machine *machine) {
+static void set_encoder(struct machine *machine) {
     const struct settings *settings = &machine->settings;
     struct spindle *spindle = &machine->drive.motion.emit.spindle;
     machine->interp.gcode.ports.encoder =
@@ -89,7 +90,7 @@ static void apply_motion(struct machine *machine) {
 
 static void apply_program(struct machine *machine) {
     machine->interp.gcode.arc_radius_tolerance_mm = machine->settings.arc_radius_tolerance_mm;
-    thread_set_encoder(machine);
+    set_encoder(machine);
     wiring_apply(machine);
 }
 
@@ -101,7 +102,7 @@ static void apply_position(struct machine *machine) {
 
 static void apply_outputs(struct machine *machine) {
     outputs_apply(machine);
-    torque_put_out(machine);
+    motor_current_put_out(machine);
 }
 
 void configure_apply(struct machine *machine) {
@@ -124,7 +125,7 @@ static void apply_effects(struct machine *machine, unsigned effects) {
 /* Grbl refuses $0 below 3; a board whose own pulse is shorter takes just that one back. */
 static bool is_pulse_short(const struct machine *machine, uint16_t number, double value) {
     return number == SETTING_STEP_PULSE_US && value >= 0.0 && value < 3.0 &&
-           value != (double)configure_board_pulse_us(machine);
+           value != (double)board_pulse_us(machine);
 }
 
 /* A board's own pulse may be shorter than the whole microseconds that stand for it. */

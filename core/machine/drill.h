@@ -5,7 +5,7 @@
 
 #include "machine/machine.h"
 
-/** The cycle of the present line begins where the program stands. */
+/** The cycle of the present line begins where the program is. */
 void drill_begin(struct machine *machine);
 
 /** @return TASK_NONE when the cycle is done */

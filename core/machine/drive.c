@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT
- * All between the planner and the pins as one: whether it stands, and how it is stopped and emptied. */
+ * All between the planner and the pins as one: whether it is at rest, and how it is stopped and emptied. */
 #include "machine/drive.h"
 
-#include "machine/host_queue.h"
+#include "machine/host_motion.h"
 #include "machine/parts.h"
 #include "machine/place.h"
 
@@ -17,7 +17,7 @@ bool machine_is_standing(const struct machine *machine) {
 }
 
 bool machine_is_at_rest(const struct machine *machine) {
-    return motion_is_planned_out(&machine->drive.motion) && feed_is_empty(&machine->host.feed) &&
+    return motion_is_planned_out(&machine->drive.motion) && host_queue_is_empty(&machine->host.queue) &&
            machine_is_standing(machine);
 }
 

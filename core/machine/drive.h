@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT
- * All between the planner and the pins as one: whether it stands, and how it is stopped and emptied. [task]
+ * All between the planner and the pins as one: whether it is at rest, and how it is stopped and emptied.
+ * [task]
  */
 #ifndef WIFICNC_MACHINE_DRIVE_H
 #define WIFICNC_MACHINE_DRIVE_H
@@ -29,10 +30,10 @@ bool drive_is_stopped(const struct machine *machine);
 /** Have work(arg) done where the step ISR is started and stopped. */
 void drive_on_motion_side(struct machine *machine, void (*work)(void *arg), void *arg);
 
-/** Stop at once, forget all that was planned and stand where the pins have brought us. */
+/** Stop immediately, forget all that was planned and stand where the pins have brought us. */
 void drive_halt(struct machine *machine);
 
-/** The counters are right and motion stands: forget all that was planned and go on from `position`. */
+/** The counters are right and motion is at rest: forget all that was planned and continue from `position`. */
 void drive_stand_at(struct machine *machine, const int32_t position[AXIS_COUNT]);
 
 /** Forget what was planned and stand where the pins have brought us. */
@@ -41,7 +42,7 @@ void drive_drop(struct machine *machine);
 /** At rest; if not, nothing more is waited for, so that it comes to rest. */
 bool drive_rest_reached(struct machine *machine);
 
-/** The program goes on from where the planner stands. */
+/** The program continues from where the planner is. */
 void drive_take_position(struct machine *machine);
 
 #endif

@@ -6,7 +6,7 @@
  *
  * Unlike Grbl the axes slow down within their limits when a switch closes: machine_edge_isr() has kept the
  * exact step at which it did, and everything is measured from there. When one of two axes has found its
- * switch, the other goes on alone; so does one of two motors of an axis (square.h). */
+ * switch, the other continues alone; so does one of two motors of an axis (square.h). */
 #include "machine/homing.h"
 
 #include "machine/axes.h"
@@ -40,7 +40,8 @@ static void axes_mm(const struct machine *machine, double mm[AXIS_COUNT]) {
 static void push(struct machine *machine, const struct motion_line *line) {
     if (machine->drive.joints.kinematics.coupled) {
         joints_stand(&machine->drive.joints, &machine->drive.motion);
-        (void)joints_line(&machine->drive.joints, &machine->drive.motion, line, hal_time_us(machine->hal));
+        (void)motion_tool_line(&machine->drive.motion, &machine->drive.joints, line,
+                               hal_time_us(machine->hal));
     } else {
         (void)motion_line(&machine->drive.motion, line, hal_time_us(machine->hal));
     }
@@ -167,14 +168,14 @@ enum refusal homing_begin(struct machine *machine, axis_mask_t asked) {
     motors_release(machine);
     *homing = (struct homing){.asked = asked, .all = all, .locked = machine->life.state == MACHINE_ALARM};
     trust_lose(&machine->trust, asked);
-    state_go(machine, MACHINE_HOMES);
+    state_go(machine, EVENT_HOME);
     overrides_apply(machine);
     task_enter(&machine->task, TASK_HOMING);
     (void)begin_cycle(machine);
     return REFUSAL_NONE;
 }
 
-/* Where an axis stands, a pull-off before the switch at the end of its travel, steps. */
+/* Where an axis is, a pull-off before the switch at the end of its travel, steps. */
 static int32_t homed_steps(const struct machine *machine, unsigned ax) {
     const struct settings *settings = &machine->settings;
     bool positive = axes_direction(machine, ax) > 0.0;
@@ -223,7 +224,7 @@ static enum task_stage end_back_off(struct machine *machine) {
     if (begin_cycle(machine))
         return TASK_HOMING;
     bool stays_locked = machine->homing.locked && axes_not_homed(machine) != 0;
-    state_go(machine, stays_locked ? MACHINE_ALARMS : MACHINE_RESTS);
+    state_go(machine, stays_locked ? EVENT_ALARM : EVENT_REST);
     if (stays_locked)
         report_not_homed(machine);
     overrides_apply(machine);

@@ -6,7 +6,7 @@
  *
  * Unlike Grbl the axes slow down within their limits when a switch closes: machine_edge_isr() has kept the
  * exact step at which it did, and everything is measured from there. When one of two axes has found its
- * switch, the other goes on alone; so does one of two motors of an axis (square.h). [task] */
+ * switch, the other continues alone; so does one of two motors of an axis (square.h). [task] */
 #ifndef WIFICNC_MACHINE_HOMING_H
 #define WIFICNC_MACHINE_HOMING_H
 
@@ -21,7 +21,7 @@ struct homing {
     axis_mask_t asked, done;                /* of $H; of the cycles so far */
     axis_mask_t axes, left;                 /* of this cycle; of these still looking for their switch */
     axis_mask_t found[MOTOR_COUNT];         /* motors whose switch is found */
-    int32_t motor[MOTOR_COUNT][AXIS_COUNT]; /* where each stands: steps it has made */
+    int32_t motor[MOTOR_COUNT][AXIS_COUNT]; /* where each is: steps it has made */
     int32_t from[AXIS_COUNT];               /* counters when the present motion began */
 };
 

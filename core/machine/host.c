@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: MIT
- * Motion of a network host. Segments go by the feed into the segment queue; jogs and homing use the planner,
- * so that they have its ramps and limits. */
+ * Motion of a network host. Segments go by the host queue into the segment queue; jogs and homing use the
+ * planner, so that they have its ramps and limits. */
 #include "machine/host.h"
 
 #include "machine/drive.h"
-#include "machine/host_queue.h"
+#include "machine/host_motion.h"
 #include "machine/inputs.h"
 #include "machine/jog.h"
 #include "machine/overrides.h"
@@ -19,8 +19,8 @@
 
 #include <math.h>
 
-#define JOG_LEAD_S      0.5f /* a jog is planned so far ahead, and the way to stop */
-#define JOG_LEAST_STEPS 4.0f
+#define JOG_LEAD_S    0.5f /* a jog is planned so far ahead, and the way to stop */
+#define JOG_MIN_STEPS 4.0f
 
 /* ---- who moves ---- */
 
@@ -41,7 +41,7 @@ bool machine_host_release(struct machine *machine) {
         return true;
     if (!machine_is_at_rest(machine))
         return false;
-    drive_drop(machine); /* the planner goes on from where the host stands */
+    drive_drop(machine); /* the planner continues from where the host is */
     host->owns = false;
     report_message(machine, "Remote host released motion");
     return true;
@@ -51,33 +51,34 @@ bool machine_host_release(struct machine *machine) {
 
 /* From rest it would be pushed on, once for each segment that comes before its host has heard of the contact.
  */
-static bool is_pushed_on(const struct machine *machine, const struct feed_segment *segment) {
+static bool is_pushed_on(const struct machine *machine, const struct host_queue_segment *segment) {
     struct hal_inputs inputs;
-    if ((segment->flags & SEGMENT_PROBE) == 0 || !feed_is_empty(&machine->host.feed) ||
+    if ((segment->flags & SEGMENT_PROBE) == 0 || !host_queue_is_empty(&machine->host.queue) ||
         !machine_is_standing(machine))
         return false;
     hal_inputs_read(machine->hal, &inputs);
     return inputs_probe(machine, &inputs);
 }
 
-enum refusal machine_host_lay(struct machine *machine, uint32_t ahead, const struct feed_segment *segment,
-                              uint32_t *number) {
+enum refusal machine_host_lay(struct machine *machine, uint32_t ahead,
+                              const struct host_queue_segment *segment, uint32_t *number) {
     static const enum refusal refusals[] = {
-        [FEED_OK] = REFUSAL_NONE,          [FEED_FULL] = REFUSAL_FULL,         [FEED_NO_AXIS] = REFUSAL_AXIS,
-        [FEED_NO_TIMING] = REFUSAL_TIMING, [FEED_TOO_FAST] = REFUSAL_TOO_FAST,
+        [HOST_QUEUE_OK] = REFUSAL_NONE,           [HOST_QUEUE_FULL] = REFUSAL_FULL,
+        [HOST_QUEUE_NO_AXIS] = REFUSAL_AXIS,      [HOST_QUEUE_NO_TIMING] = REFUSAL_TIMING,
+        [HOST_QUEUE_TOO_FAST] = REFUSAL_TOO_FAST,
     };
-    struct feed *feed = &machine->host.feed;
+    struct host_queue *queue = &machine->host.queue;
     enum refusal refusal = action_may(machine, ACTION_SEGMENTS, ACTOR_HOST);
     bool preempts = refusal == REFUSAL_TEXT && preempt_may(machine);
-    *number = feed->head + ahead;
+    *number = queue->head + ahead;
     if (refusal != REFUSAL_NONE && !preempts)
         return refusal;
     if (ahead == 0 && is_pushed_on(machine, segment))
         return REFUSAL_TOUCHES;
-    struct feed_segment laid = *segment;
+    struct host_queue_segment laid = *segment;
     if ((laid.flags & (SEGMENT_RAPID | SEGMENT_PROBE)) == 0)
-        laid.flags |= SEGMENT_CUT; /* docs/protocol.md: a host marks what is no cut */
-    refusal = refusals[feed_lay(feed, ahead, &laid)];
+        laid.flags |= SEGMENT_CUT; /* docs/protocol.md: a host marks what is not a cut */
+    refusal = refusals[host_queue_lay(queue, ahead, &laid)];
     if (refusal != REFUSAL_NONE)
         return refusal;
     if (preempts)
@@ -85,12 +86,12 @@ enum refusal machine_host_lay(struct machine *machine, uint32_t ahead, const str
     else if (!machine->host.owns)
         machine->host.end_known = false;
     bool taken = machine->host.job.step == HOST_JOB_BRAKES || host_take_segments(machine);
-    if (!preempts && (taken || !feed_is_empty(feed)))
+    if (!preempts && (taken || !host_queue_is_empty(queue)))
         owner_take_over(machine);
     if (taken)
         return REFUSAL_NONE;
-    *number = feed->head;
-    feed_forget_ahead(feed);
+    *number = queue->head;
+    host_queue_forget_ahead(queue);
     return REFUSAL_TRAVEL;
 }
 
@@ -132,10 +133,10 @@ bool machine_host_spindle(const struct machine *machine, struct host_spindle *sp
 /* Contact, or the last of the segments that look for it is done. */
 static bool follow_probe(struct machine *machine) {
     struct machine_host *host = &machine->host;
-    struct feed *feed = &host->feed;
+    struct host_queue *queue = &host->queue;
     bool hit = machine->drive.step.probe_hit;
-    bool more =
-        !feed_is_empty(feed) && (feed->slots[feed->tail & (FEED_SIZE - 1)].flags & SEGMENT_PROBE) != 0;
+    bool more = !host_queue_is_empty(queue) &&
+                (queue->slots[queue->tail & (HOST_QUEUE_SIZE - 1)].flags & SEGMENT_PROBE) != 0;
     if (!host->probing || (hit ? !drive_is_stopped(machine) : more || !machine_is_standing(machine)))
         return false;
     if (hit)
@@ -153,7 +154,7 @@ static bool follow_probe(struct machine *machine) {
 
 void machine_host_discard(struct machine *machine) {
     struct machine_host *host = &machine->host;
-    host->discards = host->owns || !feed_is_empty(&host->feed);
+    host->discards = host->owns || !host_queue_is_empty(&host->queue);
 }
 
 static bool follow_discard(struct machine *machine) {
@@ -165,12 +166,12 @@ static bool follow_discard(struct machine *machine) {
     return true;
 }
 
-static bool feed_on(struct machine *machine) {
-    struct feed *feed = &machine->host.feed;
+static bool queue_on(struct machine *machine) {
+    struct host_queue *queue = &machine->host.queue;
     bool goes = machine->life.state == MACHINE_IDLE || machine->life.state == MACHINE_RUN;
-    feed_hold(feed,
-              !goes || machine->host.discards || (machine->host.probing && machine->drive.step.probe_hit));
-    return feed_poll(feed);
+    host_queue_hold(queue, !goes || machine->host.discards ||
+                               (machine->host.probing && machine->drive.step.probe_hit));
+    return host_queue_poll(queue);
 }
 
 /* ---- jog ---- */
@@ -202,7 +203,7 @@ static bool extend_jog(struct machine *machine) {
     int32_t position[AXIS_COUNT];
     float steps_per_mm = settings->steps_per_mm[jog->axis];
     float stop_mm = jog->speed_mm_s * jog->speed_mm_s / (2.0f * settings->acceleration_mm_s2[jog->axis]);
-    double lead_mm = (double)most_f(stop_mm + jog->speed_mm_s * JOG_LEAD_S, JOG_LEAST_STEPS / steps_per_mm);
+    double lead_mm = (double)max_f(stop_mm + jog->speed_mm_s * JOG_LEAD_S, JOG_MIN_STEPS / steps_per_mm);
     machine_position(machine, position);
     double at_mm = (double)position[jog->axis] / (double)steps_per_mm;
     if (jog->direction * (jog->target_mm - at_mm) > lead_mm || !motion_has_room(&machine->drive.motion))
@@ -223,9 +224,9 @@ static bool extend_jog(struct machine *machine) {
 static void begin_jog(struct machine *machine) {
     struct host_jog *jog = &machine->host.jog;
     jog->waits = false;
-    if (!state_go(machine, MACHINE_JOGS))
+    if (!state_go(machine, EVENT_JOG))
         return;
-    drive_drop(machine); /* the planner goes on from where the host stands */
+    drive_drop(machine); /* the planner continues from where the host is */
     machine->host.end_known = false;
     overrides_apply(machine);
     jog->on = true;
@@ -241,7 +242,7 @@ enum refusal machine_host_jog(struct machine *machine, unsigned axis, int direct
     if (axis >= machine->board.axis_count)
         return REFUSAL_AXIS;
     float most_mm_s = machine->drive.motion.plan.limits.max_rate_mm_s[axis];
-    jog.speed_mm_s = least_f((float)speed_steps_s / machine->settings.steps_per_mm[axis], most_mm_s);
+    jog.speed_mm_s = min_f((float)speed_steps_s / machine->settings.steps_per_mm[axis], most_mm_s);
     bool same =
         host->jog.axis == axis && host->jog.direction == direction && host->jog.speed_mm_s == jog.speed_mm_s;
     if (host->jog.on && same)
@@ -304,5 +305,5 @@ bool host_poll(struct machine *machine) {
     any |= follow_jog(machine);
     any |= follow_probe(machine);
     any |= follow_discard(machine);
-    return feed_on(machine) || any;
+    return queue_on(machine) || any;
 }

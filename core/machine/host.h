@@ -3,9 +3,9 @@
  *
  * While a host owns motion, lines of the text side wait; real-time bytes, switches and buttons act as ever. A
  * host gets motion when nothing else moves; or its segments lie ready until the job of the text side has
- * slowed down along its path, and that waits (machine/preempt.c). It gives motion back by
+ * slowed down along its path, and that waits (machine/preempt.c). It releases motion by
  * machine_host_release(). Who may be that host
- * is the session's business (session/session.h). Everything here answers at once; what is refused changes
+ * is the session's business (session/session.h). Everything here answers immediately; what is refused changes
  * nothing. */
 #ifndef WIFICNC_MACHINE_HOST_H
 #define WIFICNC_MACHINE_HOST_H
@@ -13,11 +13,11 @@
 #include "gcode/gcode.h"
 #include "hal/hal.h"
 #include "machine/actions.h"
-#include "segment/feed.h"
+#include "segment/host_queue.h"
 
-/** A jog of a network host: it goes on until it is stopped, so its end moves on before it. */
+/** A jog of a network host: it continues until it is stopped, so its end is kept ahead of it. */
 struct host_jog {
-    bool on, waits; /* waits: for the one before to stand */
+    bool on, waits; /* waits: for the one before to rest */
     uint8_t axis;
     int8_t direction;
     float speed_mm_s;
@@ -28,14 +28,14 @@ struct host_jog {
 enum host_job {
     HOST_JOB_NONE,
     HOST_JOB_BRAKES,   /* it slows down along its path; the host's segments lie ready */
-    HOST_JOB_WAITS,    /* it stands with all that was planned, until the host has let go and ~ comes */
+    HOST_JOB_WAITS,    /* it is at rest with its plan kept, until the host has let go and ~ comes */
     HOST_JOB_RESTORES, /* spindle and outputs are again as the job had them */
     HOST_JOB_RETURNS,  /* the axes go back to where it was left */
 };
 struct host_suspended {
     enum host_job step;
     bool hold_asked; /* ! came while it slowed down: the host's motion begins held */
-    bool by_release; /* the hold is that of the host's letting go, nobody else has asked for it */
+    bool by_release; /* the hold is that of the host's letting go, no one else has asked for it */
     int32_t left_steps[AXIS_COUNT];
     enum gcode_spindle spindle, modal_spindle; /* as they were put out, and as the program had set them */
     float rpm, modal_rpm;
@@ -44,14 +44,14 @@ struct host_suspended {
 
 /** Motion of a network host; machine/host.h. */
 struct machine_host {
-    struct feed feed;
+    struct host_queue queue;
     struct host_suspended job;
     bool owns;                     /* motion is a host's: lines of the text side wait */
     bool end_known;                /* end_steps is right */
     int64_t end_steps[AXIS_COUNT]; /* where the segments taken so far end */
     uint32_t dropped;              /* times that queued motion was given up: e-stop, reset, contact; wraps */
     uint32_t done_at_drop;         /* segments executed to their end before that */
-    uint32_t late_refusals;        /* segments that waited for a job to stand and then left the travel */
+    uint32_t late_refusals;        /* segments that waited for a job to stop and then left the travel */
     uint32_t late_refused;         /* number of the first of them, as machine_host_taken() counts */
     struct host_jog jog;
     bool homing, homed_ok;       /* it homes; the last time went well */
@@ -61,10 +61,10 @@ struct machine_host {
     int32_t probe_steps[AXIS_COUNT];
 };
 
-/** Lay a segment `ahead` places after the newest one that follows without a gap (segment/feed.h).
+/** Lay a segment `ahead` places after the newest one that follows without a gap (segment/host_queue.h).
  *  @param[out] number  of the segment that was refused, counted as machine_host_taken() */
-enum refusal machine_host_lay(struct machine *machine, uint32_t ahead, const struct feed_segment *segment,
-                              uint32_t *number);
+enum refusal machine_host_lay(struct machine *machine, uint32_t ahead,
+                              const struct host_queue_segment *segment, uint32_t *number);
 
 /** Segments ever taken without a gap; wraps. */
 uint32_t machine_host_taken(const struct machine *machine);
@@ -95,7 +95,7 @@ void machine_host_gone(struct machine *machine);
 /** A job of the text side is under way, or waits until the host has given motion back. */
 bool machine_host_has_job(const struct machine *machine);
 
-/** Give motion back to the text side. A job that was interrupted is in a hold then; `~` brings the axes back
+/** Release motion to the text side. A job that was interrupted is in a hold then; `~` brings the axes back
  * to where it was left, and on. @return false: something of the host still moves or waits */
 bool machine_host_release(struct machine *machine);
 
@@ -130,7 +130,7 @@ static inline void host_home(struct machine_host *host) {
     host->homed_ok = host->end_known = false;
 }
 
-/** Motion of a network host goes on. @return true when anything was done */
+/** Motion of a network host continues. @return true when anything was done */
 bool host_poll(struct machine *machine);
 
 /** How far motion of hosts is. */

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT
- * What the G-code interpreter knows: modes, offsets, parameters, and where the program stands. [task] */
+ * What the G-code interpreter knows: modes, offsets, parameters, and where the program is. [task] */
 #ifndef WIFICNC_MACHINE_INTERP_H
 #define WIFICNC_MACHINE_INTERP_H
 
@@ -52,7 +52,7 @@ static inline void interp_enable_overrides(struct machine_interp *interp, uint8_
     interp->gcode.modal.overrides = overrides;
 }
 
-/** The program stands here, mm. */
+/** The program is here, mm. */
 static inline void interp_stand_at(struct machine_interp *interp, const double target_mm[AXIS_COUNT]) {
     for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
         interp->gcode.position_mm[ax] = target_mm[ax];

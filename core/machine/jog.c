@@ -21,7 +21,7 @@ enum status jog_begin(struct machine *machine, const char *text) {
         return status;
     if (!reach_in_travel(machine, command->move.target_mm))
         return STATUS_JOG_TRAVEL;
-    state_go(machine, MACHINE_JOGS);
+    state_go(machine, EVENT_JOG);
     overrides_apply(machine);
     task_enter(&machine->task, TASK_JOG);
     return STATUS_OK;
@@ -37,7 +37,7 @@ enum task_stage jog_poll(struct machine *machine) {
                                .flags = MOTION_FLAG_JOG};
     for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
         line.target_mm[ax] = move->target_mm[ax];
-    if (!joints_line(&machine->drive.joints, &machine->drive.motion, &line, hal_time_us(machine->hal)))
+    if (!motion_tool_line(&machine->drive.motion, &machine->drive.joints, &line, hal_time_us(machine->hal)))
         return TASK_JOG;
     place_set_program(machine, move->target_mm);
     return TASK_NONE;
@@ -55,6 +55,6 @@ void jog_cancel(struct machine *machine) {
 void jog_end_cancel(struct machine *machine) {
     suspend_cancel(&machine->suspend, false);
     drive_drop(machine);
-    state_go(machine, MACHINE_RESTS); /* a door that cancelled it stays open */
+    state_go(machine, EVENT_REST); /* a door that cancelled it stays open */
     overrides_apply(machine);
 }

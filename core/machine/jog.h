@@ -12,10 +12,10 @@ enum status jog_begin(struct machine *machine, const char *text);
 /** @return TASK_NONE when it is planned */
 enum task_stage jog_poll(struct machine *machine);
 
-/** Slow down, and forget all jogs; jog_end_cancel() when it stands. */
+/** Slow down, and forget all jogs; jog_end_cancel() when it is at rest. */
 void jog_cancel(struct machine *machine);
 
-/** It stands. */
+/** It is at rest. */
 void jog_end_cancel(struct machine *machine);
 
 #endif

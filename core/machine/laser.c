@@ -12,7 +12,7 @@
 
 #include <stddef.h>
 
-/* The span that the step interrupt executes. @return false: nothing is executed, or it is no cut */
+/* The span that the step interrupt executes. @return false: nothing is executed, or it is not a cut */
 static bool is_cutting(const struct step *step, uint32_t *line) {
     struct step_now now;
     if (!step->active)

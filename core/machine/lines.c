@@ -5,12 +5,14 @@
 #include "machine/answer.h"
 #include "machine/command.h"
 #include "machine/compute.h"
+#include "machine/motor_current.h"
 #include "machine/parts.h"
 #include "machine/reach.h"
 #include "machine/report.h"
+#include "machine/spindle_sync.h"
+#include "machine/state.h"
+#include "machine/stored_write.h"
 #include "machine/task.h"
-#include "machine/thread.h"
-#include "machine/torque.h"
 #include "machine/wiring.h"
 
 #include <stddef.h>
@@ -20,7 +22,7 @@ static void begin_gcode(struct machine *machine) {
     const struct gcode_command *command = &machine->task.command;
     enum status status = reach_move(machine, &command->move);
     if (status == STATUS_OK)
-        status = thread_check(machine, command);
+        status = spindle_sync_check(machine, command);
     if (command->port >= 0 && command->port_kind == PORT_DIGITAL_OUT &&
         (torque_mask(machine) >> command->port & 1) != 0)
         status = STATUS_NO_PORT; /* it is a torque line */
@@ -46,7 +48,8 @@ static void take_gcode(struct machine *machine, const char *line) {
         answer_line(machine, status);
 }
 
-bool lines_take_startup(struct machine *machine) {
+/* Begin the next startup line after the banner or homing. @return false: none exists */
+static bool take_startup(struct machine *machine) {
     while (machine->lines.startup < STARTUP_LINE_COUNT) {
         const char *line = machine->lines.startup_text[machine->lines.startup++];
         if (line[0] == '\0')
@@ -121,7 +124,8 @@ static size_t take_plain(struct machine *machine, const uint8_t *bytes, size_t c
     return (size_t)((const uint8_t *)end - bytes) + 1;
 }
 
-bool lines_take(struct machine *machine) {
+/* Read up to the end of one line and begin it. @return false: no whole line is there */
+static bool take(struct machine *machine) {
     for (;;) {
         const uint8_t *bytes;
         enum line_result result;
@@ -139,4 +143,20 @@ bool lines_take(struct machine *machine) {
         machine->lines.from = rx_taken(&machine->lines.rx);
         return true;
     }
+}
+
+bool lines_poll(struct machine *machine) {
+    bool any = false;
+    while (!machine->life.restart && !machine->clock.quiet.on && !stored_is_busy(machine)) {
+        bool further = false;
+        if (machine->task.stage != TASK_NONE)
+            further = state_works(machine) && task_poll(machine);
+        else if (state_reads(machine) && text_has_room(&machine->out))
+            further = take_startup(machine) || take(machine);
+        if (!further)
+            break;
+        state_update(machine); /* the next line sees what this one began */
+        any = true;
+    }
+    return any;
 }

@@ -3,8 +3,8 @@
 #ifndef WIFICNC_MACHINE_LINES_H
 #define WIFICNC_MACHINE_LINES_H
 
-#include "link/line_reader.h"
-#include "link/rx.h"
+#include "input/line_reader.h"
+#include "input/rx.h"
 #include "machine/machine.h"
 #include "settings/settings.h"
 
@@ -25,8 +25,8 @@ struct machine_lines {
     uint8_t store_as; /* LINE_STORED: which one */
     bool homed_line;  /* $H is answered after the startup lines */
     uint32_t count;   /* lines taken */
-    char startup_text[STARTUP_LINE_COUNT][LINE_SIZE];
-    char info[LINE_SIZE]; /* $I= */
+    char startup_text[STARTUP_LINE_COUNT][GRBL_LINE_SIZE];
+    char info[GRBL_LINE_SIZE]; /* $I= */
 };
 
 /** The startup lines come next, or none of them. */
@@ -40,7 +40,7 @@ static inline void lines_flush_jogs(struct machine_lines *lines) {
     lines->flushing = true;
 }
 
-/** $H is done: it is answered behind the startup lines; or nobody waits for that. */
+/** $H is done: it is answered behind the startup lines; or no one waits for that. */
 static inline void lines_answer_homing(struct machine_lines *lines, bool answers) {
     lines->homed_line = answers;
 }
@@ -68,10 +68,8 @@ static inline bool lines_drop(struct machine_lines *lines) {
     return waits;
 }
 
-/** Begin the next startup line after the banner or homing. @return false: there is none */
-bool lines_take_startup(struct machine *machine);
-
-/** Read up to the end of one line and begin it. @return false: no whole line is there */
-bool lines_take(struct machine *machine);
+/** Carry on with the line that is under way, or begin the next ones, until something must be waited for.
+ * @return true when anything was done */
+bool lines_poll(struct machine *machine);
 
 #endif

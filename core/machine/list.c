@@ -150,7 +150,7 @@ void list_build(struct machine *machine) {
     text_string(&machine->out, "[VER:1.1h.20190830:");
     text_string(&machine->out, machine->lines.info);
     text_string(&machine->out, "]\r\n[OPT:VNMH,");
-    text_int(&machine->out, PLAN_MOVES);
+    text_int(&machine->out, (int32_t)plan_moves(&machine->drive.motion.plan));
     text_string(&machine->out, ",");
     text_int(&machine->out, RX_SIZE);
     text_string(&machine->out, "]\r\n");

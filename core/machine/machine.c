@@ -6,9 +6,8 @@
 #include "machine/guard.h"
 #include "machine/host.h"
 #include "machine/inputs.h"
-#include "machine/keep.h"
-#include "machine/keep_write.h"
 #include "machine/lines.h"
+#include "machine/motor_current.h"
 #include "machine/motors.h"
 #include "machine/outputs.h"
 #include "machine/overrides.h"
@@ -18,12 +17,12 @@
 #include "machine/reset.h"
 #include "machine/sender.h"
 #include "machine/servo.h"
+#include "machine/spindle_sync.h"
 #include "machine/state.h"
+#include "machine/stored.h"
+#include "machine/stored_write.h"
 #include "machine/suspend.h"
-#include "machine/task.h"
-#include "machine/thread.h"
 #include "machine/timer.h"
-#include "machine/torque.h"
 #include "machine/wiring.h"
 
 #include <string.h>
@@ -44,18 +43,18 @@ void machine_init(struct machine *machine, const struct machine_board *board, st
     rx_init(&machine->lines.rx);
     line_reader_reset(&machine->lines.reader);
     machine->drive.joints.kinematics.ops = &kinematics_cartesian; /* until the settings are there */
-    motion_init(&machine->drive.motion, &no_limits);
-    feed_init(&machine->host.feed, &machine->drive.motion.ahead);
+    motion_init(&machine->drive.motion, &no_limits, board->look_ahead != 0 ? board->look_ahead : PLAN_SIZE);
+    host_queue_init(&machine->host.queue, &machine->drive.motion.ahead);
     step_init(&machine->drive.step, hal_step);
     prep_init(&machine->drive.prep, &machine->drive.motion.queue, &machine->drive.step, &no_timing);
     overrides_begin(&machine->overrides);
-    keep_load(machine);
+    stored_load(machine);
     wiring_fit(machine);
-    state_begin(machine, machine->settings.homing || keep_is_damaged(machine));
+    state_begin(machine, machine->settings.homing || stored_is_damaged(machine));
     inputs_begin(machine);
     outputs_off(machine);
     motors_init(machine);
-    torque_put_out(machine);
+    motor_current_put_out(machine);
     reset_restart(machine);
     configure_apply(machine);
     drive_take_position(machine);
@@ -78,37 +77,6 @@ uint32_t machine_wait_us(const struct machine *machine) {
     if (machine->drive.motion.waits && !machine->life.critical && least > MOTION_START_DELAY_US)
         least = MOTION_START_DELAY_US;
     return least;
-}
-
-static bool update_state(struct machine *machine) {
-    if (machine->life.state == MACHINE_IDLE)
-        return (machine->task.stage != TASK_NONE || !machine_is_at_rest(machine)) &&
-               state_go(machine, MACHINE_STARTS);
-    bool works = !machine_is_at_rest(machine) || machine->task.stage != TASK_NONE;
-    if (works || machine->suspend.cancels || machine->life.state == MACHINE_HOME)
-        return false;
-    bool jogged = machine->life.state == MACHINE_JOG;
-    if (!state_go(machine, MACHINE_RESTS))
-        return false;
-    if (jogged)
-        overrides_apply(machine);
-    return true;
-}
-
-static bool lines_poll(struct machine *machine) {
-    bool any = false;
-    while (!machine->life.restart && !machine->clock.quiet.on && !keep_is_busy(machine)) {
-        bool further = false;
-        if (machine->task.stage != TASK_NONE)
-            further = state_works(machine) && task_poll(machine);
-        else if (state_reads(machine) && text_has_room(&machine->out))
-            further = lines_take_startup(machine) || lines_take(machine);
-        if (!further)
-            break;
-        update_state(machine); /* the next line sees what this one began */
-        any = true;
-    }
-    return any;
 }
 
 bool machine_poll_motion(struct machine *machine) {
@@ -141,14 +109,14 @@ bool machine_poll(struct machine *machine) {
     any |= realtime_poll(machine);
     if (timer_poll(machine))
         return any;
-    any |= keep_poll(machine);
-    if (machine->life.restart && !keep_is_busy(machine)) {
+    any |= stored_poll(machine);
+    if (machine->life.restart && !stored_is_busy(machine)) {
         reset_restart(machine);
         any = true;
     }
     any |= suspend_poll(machine);
     any |= sender_lost_poll(machine);
-    thread_watch(machine);
+    spindle_sync_watch(machine);
     any |= lines_poll(machine);
     outputs_poll(machine);
     if (machine->life.critical)
@@ -156,10 +124,10 @@ bool machine_poll(struct machine *machine) {
     any |= host_poll(machine);
     any |= motion_poll(&machine->drive.motion, hal_time_us(machine->hal));
     tell_late(machine);
-    torque_poll(machine);
+    motor_current_poll(machine);
     servo_poll(machine);
     if (machine->board.motion_side == NULL)
         any |= machine_poll_motion(machine);
-    any |= update_state(machine);
+    any |= state_update(machine);
     return any;
 }

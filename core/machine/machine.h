@@ -9,7 +9,7 @@
 #ifndef WIFICNC_MACHINE_MACHINE_H
 #define WIFICNC_MACHINE_MACHINE_H
 
-#include "link/text.h"
+#include "input/text.h"
 #include "machine/board.h"
 #include "machine/states.h"
 
@@ -35,8 +35,8 @@ bool machine_poll(struct machine *machine);
  * was done. */
 bool machine_poll_motion(struct machine *machine);
 
-/** [isr or task] A limit, home or e-stop line has changed. Halts the step ISR when it must stop at once, and
- * remembers the exact step. On the ISR's core, never nested into it. */
+/** [isr or task] A limit, home or e-stop line has changed. Halts the step ISR when it must stop immediately,
+ * and remembers the exact step. On the ISR's core, never nested into it. */
 void machine_edge_isr(struct machine *machine);
 
 /** [isr] The time of hal_switch_timer_start() is over. As machine_edge_isr(). */

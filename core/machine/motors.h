@@ -30,7 +30,7 @@ uint32_t motors_wait_us(const struct machine *machine);
 /** Motors of axes with two that make no steps, from standstill to standstill. */
 void motors_hold(struct machine *machine, axis_mask_t first, axis_mask_t second);
 
-/** Nobody waits any more. Only while nothing moves. */
+/** No one waits any more. Only while nothing moves. */
 void motors_release(struct machine *machine);
 
 #endif

@@ -27,5 +27,5 @@ bool moves_push(struct machine *machine, const double target_mm[AXIS_COUNT], boo
         return true;
     for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
         line.target_mm[ax] = target_mm[ax];
-    return joints_line(&machine->drive.joints, &machine->drive.motion, &line, hal_time_us(machine->hal));
+    return motion_tool_line(&machine->drive.motion, &machine->drive.joints, &line, hal_time_us(machine->hal));
 }

@@ -10,7 +10,7 @@ static struct line_note *newest(struct line_notes *notes) {
     return &notes->slots[(notes->count - 1) % LINE_NOTES];
 }
 
-/* Does the line go on as the row does? The second line of a row says how much N words grow by. */
+/* Does the line continue as the row does? The second line of a row says how much N words grow by. */
 static bool continues(struct line_note *row, const struct line_note *note) {
     if (row->rpm != note->rpm || row->feed_mm_s != note->feed_mm_s ||
         (row->number == 0) != (note->number == 0))

@@ -1,21 +1,21 @@
 /* SPDX-License-Identifier: MIT
- * What a client that comes later must know: why the machine is locked, held or commanded by somebody else.
+ * What a client that comes later must know: why the machine is locked, held or commanded by someone else.
  * The messages of that moment are gone, and a status report has the state without its cause. */
 #include "machine/notice.h"
 
 #include "machine/inputs.h"
-#include "machine/keep.h"
 #include "machine/parts.h"
 #include "machine/report.h"
 #include "machine/sender.h"
+#include "machine/stored.h"
 
 #include <string.h>
 
 typedef bool source_fn(const struct machine *machine, const struct text_out *out);
 
 static bool put_damage(const struct machine *machine, const struct text_out *out) {
-    keep_describe(machine, out);
-    return keep_is_damaged(machine);
+    stored_describe(machine, out);
+    return stored_is_damaged(machine);
 }
 
 static const char *way_out(const struct machine *machine) {
@@ -26,7 +26,7 @@ static const char *way_out(const struct machine *machine) {
 }
 
 static bool put_lock(const struct machine *machine, const struct text_out *out) {
-    if (machine->life.state != MACHINE_ALARM || keep_is_damaged(machine))
+    if (machine->life.state != MACHINE_ALARM || stored_is_damaged(machine))
         return false;
     if (machine->life.alarm != ALARM_NONE) {
         text_string(out, "Locked by ALARM:");

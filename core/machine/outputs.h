@@ -37,7 +37,7 @@ static inline void outputs_suspend(struct machine_outputs *outputs, bool suspend
     outputs->coolant_waits = coolant_waits;
 }
 
-/** Spindle and coolant as asked for, at once. */
+/** Spindle and coolant as asked for, immediately. */
 void outputs_set(struct machine *machine, enum gcode_spindle spindle, float rpm, uint8_t coolant);
 
 /** The pins are as was asked for, with overrides, door and limits. */

@@ -29,7 +29,7 @@ uint8_t overrides_feed_pct(const struct machine *machine) {
 }
 
 static float feed_factor(const struct machine *machine) {
-    const struct machine_thread *thread = &machine->thread;
+    const struct machine_spindle_sync *thread = &machine->spindle_sync;
     return thread->per_rev_nominal > 0.0f ? thread->per_rev_factor : 1.0f;
 }
 

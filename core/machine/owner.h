@@ -5,7 +5,7 @@
 
 #include "machine/actions.h"
 
-/** Nothing of anybody is under way. Between two polls the state says whether something moves; asking the
+/** Nothing of anyone is under way. Between two polls the state says whether something moves; asking the
  * motion side would also find it busy when it only looks around. */
 bool owner_is_free(const struct machine *machine);
 

@@ -9,9 +9,9 @@
 #include "machine/host.h"
 #include "machine/inputs.h"
 #include "machine/interp.h"
-#include "machine/keep.h"
 #include "machine/lines.h"
 #include "machine/machine.h"
+#include "machine/motor_current.h"
 #include "machine/motors.h"
 #include "machine/notes.h"
 #include "machine/outputs.h"
@@ -20,12 +20,12 @@
 #include "machine/probe.h"
 #include "machine/report.h"
 #include "machine/sender.h"
+#include "machine/spindle_sync.h"
 #include "machine/state.h"
+#include "machine/stored.h"
 #include "machine/suspend.h"
 #include "machine/task.h"
-#include "machine/thread.h"
 #include "machine/timer.h"
-#include "machine/torque.h"
 #include "settings/settings.h"
 
 struct machine {
@@ -44,18 +44,18 @@ struct machine {
     struct machine_overrides overrides;
     struct machine_outputs outputs;
     struct machine_ports ports;
-    struct machine_torque torque;
+    struct machine_motor_current motor_current;
     struct machine_motors motors;
     struct machine_edges edges;
     struct hal_inputs inputs;
     struct homing homing;
     struct machine_probe probe;
-    struct machine_thread thread;
+    struct machine_spindle_sync spindle_sync;
     struct line_notes notes;
     struct machine_client client;
     struct machine_host host;
     struct machine_reports reports;
-    struct machine_kept kept;
+    struct machine_stored stored;
 };
 
 #endif

@@ -21,10 +21,10 @@ static inline void trust_lose(struct machine_trust *trust, axis_mask_t axes) {
 /** Machine position of the tool, mm. */
 void place_tool_mm(const struct machine *machine, const int32_t steps[AXIS_COUNT], double mm[AXIS_COUNT]);
 
-/** Where the axes stand that have switches, steps: the tool's where the joints are coupled. [any] */
+/** The place of the axes that have switches, steps: the tool's where the joints are coupled. [any] */
 void place_axis_steps(const struct machine *machine, int32_t steps[AXIS_COUNT]);
 
-/** The program goes on from here, mm. */
+/** The program continues from here, mm. */
 void place_set_program(struct machine *machine, const double target_mm[AXIS_COUNT]);
 
 #endif

@@ -1,27 +1,27 @@
 /* SPDX-License-Identifier: MIT
- * A network host interrupts a job of the text side, and gives motion back.
+ * A network host interrupts a job of the text side, and releases motion.
  *
  *   job runs -> brakes along its path -> waits: the host moves -> released: a hold
  *        ^------ returns to where it was left <- outputs as they were <- ~ ----+
  *
  * Nothing of the job is lost: what was planned stays in the look-ahead, the current line stays as far as it
- * was, offsets and modes are nobody else's. It goes on from the exact step at which it was left. */
+ * was, offsets and modes are no one else's. It continues from the exact step at which it was left. */
 #include "machine/preempt.h"
 
 #include "machine/drive.h"
 #include "machine/host.h"
-#include "machine/host_queue.h"
+#include "machine/host_motion.h"
+#include "machine/motor_current.h"
 #include "machine/outputs.h"
 #include "machine/parts.h"
 #include "machine/report.h"
 #include "machine/state.h"
 #include "machine/suspend.h"
 #include "machine/timer.h"
-#include "machine/torque.h"
 
 #include "base/minmax.h"
 
-#define LEG_MOST_S 1000.0f /* a longer way back is gone in several */
+#define LEG_MAX_S 1000.0f /* a longer way back is gone in several */
 
 static bool goes(const struct machine *machine) {
     return machine->life.state == MACHINE_IDLE || machine->life.state == MACHINE_RUN;
@@ -43,7 +43,7 @@ static bool can_pause(const struct machine *machine) {
     case TASK_LOCKED:
         return false;
     default:
-        return !machine->task.input_awaited && !machine->thread.cutting &&
+        return !machine->task.input_awaited && !machine->spindle_sync.cutting &&
                (machine->interp.gcode.modal.overrides & OVERRIDE_HOLD) != 0;
     }
 }
@@ -69,13 +69,13 @@ void preempt_begin(struct machine *machine) {
     if (host->job.step == HOST_JOB_NONE) {
         host->job = (struct host_suspended){.step = HOST_JOB_BRAKES,
                                             .hold_asked = suspend_take_hold(&machine->suspend)};
-        (void)state_go(machine, MACHINE_HOLDS);
+        (void)state_go(machine, EVENT_HOLD);
         motion_hold(&machine->drive.motion);
     } else if (host->job.step == HOST_JOB_WAITS && !host->owns) {
         host->owns = true;
         host->end_known = false;
         if (host->job.by_release)
-            (void)state_go(machine, MACHINE_RESUMES);
+            (void)state_go(machine, EVENT_RESUME);
         report_message(machine, "Remote host controls motion: job paused");
     }
 }
@@ -109,18 +109,18 @@ static void take_laid(struct machine *machine) {
     struct machine_host *host = &machine->host;
     if (host_take_segments(machine))
         return;
-    host->late_refused = host->feed.head;
-    host->late_refusals += feed_laid(&host->feed);
+    host->late_refused = host->queue.head;
+    host->late_refusals += host_queue_laid(&host->queue);
     machine_host_forget_ahead(machine);
 }
 
-/* The job stands: motion is the host's. */
+/* The job is at rest: motion is the host's. */
 static bool hand_over(struct machine *machine) {
     struct machine_host *host = &machine->host;
     struct host_suspended *job = &host->job;
     if (!drive_is_stopped(machine) || (machine->life.state != MACHINE_HOLD && !goes(machine)))
         return false;
-    (void)state_go(machine, job->hold_asked ? MACHINE_HOLDS : MACHINE_RESUMES);
+    (void)state_go(machine, job->hold_asked ? EVENT_HOLD : EVENT_RESUME);
     machine_position(machine, job->left_steps);
     keep_outputs(machine);
     host->owns = true;
@@ -144,13 +144,13 @@ static bool hand_over(struct machine *machine) {
 bool preempt_release(struct machine *machine) {
     struct machine_host *host = &machine->host;
     struct host_suspended *job = &host->job;
-    bool quiet = feed_is_empty(&host->feed) && !host->probing && machine_is_standing(machine);
+    bool quiet = host_queue_is_empty(&host->queue) && !host->probing && machine_is_standing(machine);
     if (!host->owns) /* as long as the job slows down, segments wait for it */
         return job->step != HOST_JOB_BRAKES;
     if (!quiet)
         return false;
     host->owns = false;
-    job->by_release = state_go(machine, MACHINE_HOLDS);
+    job->by_release = state_go(machine, EVENT_HOLD);
     report_message(machine, "Remote host released motion: ~ resumes the job");
     return true;
 }
@@ -168,7 +168,7 @@ static void restore_outputs(struct machine *machine) {
     bool starts = job->spindle != SPINDLE_OFF && job->spindle != machine->outputs.spindle;
     outputs_set(machine, job->spindle, job->rpm, job->coolant);
     interp_set_tools(&machine->interp, job->modal_spindle, job->modal_rpm, job->modal_coolant);
-    torque_set_digital(machine, job->digital);
+    motor_current_set_digital(machine, job->digital);
     timer_start(machine, &machine->clock.timer,
                 starts && !machine->settings.laser_mode ? SPINDLE_RUN_UP_US : 0);
     job->step = HOST_JOB_RESTORES;
@@ -184,10 +184,10 @@ void preempt_resume(struct machine *machine) {
         restore_outputs(machine);
 }
 
-/* Steps back to where the job was left, at most what takes LEG_MOST_S. */
+/* Steps back to where the job was left, at most what takes LEG_MAX_S. */
 static int32_t way_back(const struct machine *machine, const int32_t position[AXIS_COUNT], unsigned axis) {
-    float rate = machine->host.feed.limits.rate_steps_s[axis];
-    int64_t most = (int64_t)least_f(rate * LEG_MOST_S, 1e9f) + 1;
+    float rate = machine->host.queue.limits.rate_steps_s[axis];
+    int64_t most = (int64_t)min_f(rate * LEG_MAX_S, 1e9f) + 1;
     int64_t way = (int64_t)machine->host.job.left_steps[axis] - position[axis];
     return (int32_t)(way > most ? most : way < -most ? -most : way);
 }
@@ -211,18 +211,18 @@ static bool next_leg(const struct machine *machine, int32_t steps[AXIS_COUNT]) {
 }
 
 static bool go_leg(struct machine *machine) {
-    struct feed *feed = &machine->host.feed;
-    struct feed_segment leg = {.flags = SEGMENT_RAPID | SEGMENT_LAST};
+    struct host_queue *queue = &machine->host.queue;
+    struct host_queue_segment leg = {.flags = SEGMENT_RAPID | SEGMENT_LAST};
     float seconds = 0.0f;
     if (!next_leg(machine, leg.steps))
         return false;
     for (unsigned ax = 0; ax < machine->board.axis_count; ax++) {
         float steps = (float)(leg.steps[ax] < 0 ? -leg.steps[ax] : leg.steps[ax]);
-        seconds = most_f(seconds, steps / feed->limits.rate_steps_s[ax]);
+        seconds = max_f(seconds, steps / queue->limits.rate_steps_s[ax]);
     }
     leg.duration_us = (uint32_t)(1e6f * seconds * 100.0f / (float)machine->overrides.rapid_pct) + 1;
-    if (feed_lay(feed, 0, &leg) == FEED_OK)
-        feed_take(feed);
+    if (host_queue_lay(queue, 0, &leg) == HOST_QUEUE_OK)
+        host_queue_take(queue);
     return true;
 }
 
@@ -232,8 +232,8 @@ bool preempt_poll(struct machine *machine) {
         return false;
     if (job->step == HOST_JOB_BRAKES)
         return hand_over(machine);
-    if (!goes(machine) || timer_runs(machine, &machine->clock.timer) || !feed_is_empty(&machine->host.feed) ||
-        !machine_is_standing(machine))
+    if (!goes(machine) || timer_runs(machine, &machine->clock.timer) ||
+        !host_queue_is_empty(&machine->host.queue) || !machine_is_standing(machine))
         return false;
     job->step = HOST_JOB_RETURNS;
     if (go_leg(machine))

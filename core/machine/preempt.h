@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: MIT
- * A network host interrupts a job of the text side, and gives motion back.
+ * A network host interrupts a job of the text side, and releases motion.
  *
  *   job runs -> brakes along its path -> waits: the host moves -> released: a hold
  *        ^------ returns to where it was left <- outputs as they were <- ~ ----+
  *
  * Nothing of the job is lost: what was planned stays in the look-ahead, the current line stays as far as it
- * was, offsets and modes are nobody else's. It goes on from the exact step at which it was left. [task] */
+ * was, offsets and modes are no one else's. It continues from the exact step at which it was left. [task] */
 #ifndef WIFICNC_MACHINE_PREEMPT_H
 #define WIFICNC_MACHINE_PREEMPT_H
 
@@ -29,7 +29,7 @@ bool preempt_release(struct machine *machine);
 /** A hold was asked for. @return true: the job slows down already, and then the host's motion is held */
 bool preempt_hold(struct machine *machine);
 
-/** A hold or the door is over: the job goes on if it may, and what the planner has. */
+/** A hold or the door is over: the job continues if it may, and what the planner has. */
 void preempt_resume(struct machine *machine);
 
 /** @return true when it came further */

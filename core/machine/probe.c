@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
  * G38.2 .. G38.5. The step ISR remembers the exact step at which the probe changed; then the motion slows
- * down along its path and stands a little behind it. */
+ * down along its path and rests a little behind it. */
 #include "machine/probe.h"
 
 #include "machine/drive.h"
@@ -35,7 +35,7 @@ static void push(struct machine *machine) {
                                .flags = MOTION_FLAG_PROBE | MOTION_FLAG_EXACT_STOP};
     for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
         line.target_mm[ax] = move->target_mm[ax];
-    if (joints_line(&machine->drive.joints, &machine->drive.motion, &line, hal_time_us(machine->hal)))
+    if (motion_tool_line(&machine->drive.motion, &machine->drive.joints, &line, hal_time_us(machine->hal)))
         motion_flush(&machine->drive.motion);
 }
 

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
  * G38.2 .. G38.5. The step ISR remembers the exact step at which the probe changed; then the motion slows
- * down along its path and stands a little behind it. [task] */
+ * down along its path and rests a little behind it. [task] */
 #ifndef WIFICNC_MACHINE_PROBE_H
 #define WIFICNC_MACHINE_PROBE_H
 

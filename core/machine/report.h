@@ -12,7 +12,7 @@ struct machine_reports {
     uint8_t coolant_told; /* COOLANT_ bits of which wiring_report_coolant() has spoken */
 };
 
-/** A job begins, or has ended: which coolant the board has not is said again. */
+/** A job begins, or has ended: a coolant that the board lacks is reported again. */
 static inline void report_forget_coolant(struct machine_reports *reports) {
     reports->coolant_told = 0;
 }

@@ -1,18 +1,18 @@
 /* SPDX-License-Identifier: MIT
- * Alarms, resets, and what is said after them. */
+ * Alarms, resets, and what is reported after them. */
 #include "machine/reset.h"
 
 #include "machine/drive.h"
 #include "machine/inputs.h"
-#include "machine/keep.h"
 #include "machine/motors.h"
 #include "machine/outputs.h"
 #include "machine/overrides.h"
 #include "machine/parts.h"
 #include "machine/report.h"
+#include "machine/spindle_sync.h"
 #include "machine/square.h"
 #include "machine/state.h"
-#include "machine/thread.h"
+#include "machine/stored.h"
 #include "machine/timer.h"
 
 #define QUIET_US 500000u /* after an alarm, as Grbl: senders get it before anything else */
@@ -34,7 +34,7 @@ static bool is_critical(enum alarm alarm) {
 
 void machine_lock(struct machine *machine) {
     if (machine->settings.homing)
-        state_go(machine, MACHINE_ALARMS);
+        state_go(machine, EVENT_ALARM);
 }
 
 static void stop(struct machine *machine) {
@@ -43,7 +43,7 @@ static void stop(struct machine *machine) {
     suspend_cancel(&machine->suspend, false);
     sender_is_there(&machine->client);
     motors_release(machine);
-    thread_forget(&machine->thread);
+    spindle_sync_forget(&machine->spindle_sync);
     timer_start(machine, &machine->clock.timer, 0);
 }
 
@@ -52,7 +52,7 @@ static void stop_for_good(struct machine *machine) {
         machine->life.state == MACHINE_ALARM && (!machine->life.critical || machine->life.locks_again);
     stop(machine);
     outputs_off(machine);
-    task_enter(&machine->task, machine->lines.open && !machine->kept.answers ? TASK_LOCKED : TASK_NONE);
+    task_enter(&machine->task, machine->lines.open && !machine->stored.answers ? TASK_LOCKED : TASK_NONE);
     machine->life.critical = machine->life.critical_untold = true;
     machine->life.release_told = false;
     lines_run_startup(&machine->lines, false);
@@ -62,7 +62,7 @@ void reset_alarm(struct machine *machine, enum alarm alarm) {
     if (is_critical(alarm))
         stop_for_good(machine);
     machine->life.alarm = alarm;
-    state_go(machine, MACHINE_ALARMS);
+    state_go(machine, EVENT_ALARM);
     report_alarm(machine, alarm);
     timer_start(machine, &machine->clock.quiet, QUIET_US);
 }
@@ -93,7 +93,7 @@ void reset_machine(struct machine *machine, enum alarm alarm) {
     if (alarm != ALARM_NONE)
         reset_alarm(machine, alarm);
     else
-        state_go(machine, MACHINE_RESETS);
+        state_go(machine, EVENT_RESET);
 }
 
 /* All that came before the banner is gone, as in Grbl: also what came in the quiet after an alarm. */
@@ -105,13 +105,13 @@ void reset_restart(struct machine *machine) {
     report_changed_override(machine);
     report_banner(machine);
     if (machine->settings.hard_limits && inputs_limits(machine) != 0) {
-        state_go(machine, MACHINE_ALARMS);
+        state_go(machine, EVENT_ALARM);
         report_message(machine, "Check Limits");
     }
     lines_run_startup(&machine->lines, machine->life.state != MACHINE_ALARM);
-    if (keep_is_damaged(machine)) {
+    if (stored_is_damaged(machine)) {
         machine->life.alarm = ALARM_STORE;
-        keep_report(machine);
+        stored_report(machine);
     } else if (machine->life.state == MACHINE_ALARM) {
         report_message(machine, "'$H'|'$X' to unlock");
     }

@@ -1,15 +1,15 @@
 /* SPDX-License-Identifier: MIT
- * Alarms, resets, and what is said after them. [task] */
+ * Alarms, resets, and what is reported after them. [task] */
 #ifndef WIFICNC_MACHINE_RESET_H
 #define WIFICNC_MACHINE_RESET_H
 
 #include "machine/machine.h"
 
-/** ALARM:n, then quiet for half a second. One after which only a reset helps (alarms.def) stops everything at
- * once; before another one the caller has stopped the motion. */
+/** ALARM:n, then quiet for half a second. One after which only a reset helps (alarms.def) stops everything
+ * immediately; before another one the caller has stopped the motion. */
 void reset_alarm(struct machine *machine, enum alarm alarm);
 
-/** Stop at once, forget, and have the banner printed. @param alarm  ALARM_NONE: alarm 3 if that stopped
+/** Stop immediately, forget, and have the banner printed. @param alarm  ALARM_NONE: alarm 3 if that stopped
  * motion */
 void reset_machine(struct machine *machine, enum alarm alarm);
 
@@ -17,7 +17,7 @@ void reset_machine(struct machine *machine, enum alarm alarm);
 void reset_restart(struct machine *machine);
 
 /** What leads out of a critical alarm. While the e-stop is pressed a reset only leads into the next one, and
- * programs that reset at this message would go on so for ever. */
+ * programs that reset at this message would repeat that for ever. */
 void reset_tell_way_out(struct machine *machine);
 
 #endif

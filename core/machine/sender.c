@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
- * The sender that commands is gone. Nobody sees what moves, turns or burns, so a jog ends, a program is held
- * and its spindle and coolant stop, until somebody else comes and resumes or resets. */
+ * The sender that commands is gone. No one sees what moves, turns or burns, so a jog ends, a program is held
+ * and its spindle and coolant stop, until someone else comes and resumes or resets. */
 #include "machine/sender.h"
 
 #include "machine/drive.h"
@@ -45,7 +45,7 @@ static void hold(struct machine *machine) {
     report_message(machine, sender_notice(machine));
 }
 
-/* The jog has ended, or there was none: what else would go on? */
+/* The jog has ended, or there was none: what else would continue? */
 static void settle(struct machine *machine) {
     if (is_anything_on(machine) || has_lines(machine) || machine->client.sender == SENDER_LOST_WITH_LINES) {
         hold(machine);
@@ -55,7 +55,7 @@ static void settle(struct machine *machine) {
     }
 }
 
-/* What waits would home the machine, or unlock it and go on; no hold keeps it back. */
+/* What waits would home the machine, or unlock it and continue; no hold keeps it back. */
 static void drop_lines(struct machine *machine) {
     report_message(machine, "Sender lost: queued lines discarded");
     reset_machine(machine, ALARM_NONE);
@@ -90,18 +90,18 @@ void machine_sender_lost(struct machine *machine, bool lines_wait) {
     }
     machine->client.sender = lines_wait ? SENDER_LOST_WITH_LINES : SENDER_LOST;
     if (is_hosts(machine))
-        return; /* it sees what moves; what the text side has left is held when it gives motion back */
+        return; /* it sees what moves; what the text side has left is held when it releases motion */
     flush_jogs(machine);
     if (machine->life.state == MACHINE_JOG)
         report_message(machine, "Sender lost: jog cancelled");
-    (void)sender_lost_poll(machine); /* now: a `~` that comes next is somebody else's */
+    (void)sender_lost_poll(machine); /* now: a `~` that comes next is someone else's */
 }
 
 const char *sender_notice(const struct machine *machine) {
     return machine->client.sender == SENDER_HELD ? "Sender lost: feed hold" : NULL;
 }
 
-/* A hold keeps the spindle; without anybody there it stops, too. */
+/* A hold keeps the spindle; without anyone there it stops, too. */
 static bool stop_outputs(struct machine *machine) {
     const struct machine_outputs *outputs = &machine->outputs;
     if (machine->life.state != MACHINE_HOLD || outputs->suspended || machine->suspend.restores ||
@@ -139,7 +139,7 @@ bool sender_lost_poll(struct machine *machine) {
     case MACHINE_ALARM:
         leave_alarm(machine);
         break;
-    default: /* check mode and sleep do nothing that could go on, but check mode keeps what was on */
+    default: /* check mode and sleep do nothing that could continue, but check mode keeps what was on */
         machine->client.sender = SENDER_THERE;
         if (is_anything_on(machine))
             switch_off(machine);

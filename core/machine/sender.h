@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
- * The sender that commands is gone. Nobody sees what moves, turns or burns, so a jog ends, a program is held
- * and its spindle and coolant stop, until somebody else comes and resumes or resets. [task] */
+ * The sender that commands is gone. No one sees what moves, turns or burns, so a jog ends, a program is held
+ * and its spindle and coolant stop, until someone else comes and resumes or resets. [task] */
 #ifndef WIFICNC_MACHINE_SENDER_H
 #define WIFICNC_MACHINE_SENDER_H
 
@@ -8,7 +8,7 @@
 
 /** The sender that commands the text side; machine/sender.c. */
 enum machine_sender {
-    SENDER_THERE, /* as far as anybody can know */
+    SENDER_THERE, /* as far as anyone can know */
     SENDER_LOST,
     SENDER_LOST_WITH_LINES, /* and lines of it have not come here yet */
     SENDER_HELD,            /* its program waits for `~`, with spindle and coolant off */
@@ -20,7 +20,7 @@ struct machine_client {
     bool homing_lost; /* homing was stopped because its sender was lost; not said yet */
 };
 
-/** Somebody commands the text side: it was reset, or goes on. */
+/** Someone commands the text side: it was reset, or continues. */
 static inline void sender_is_there(struct machine_client *client) {
     client->sender = SENDER_THERE;
 }
@@ -35,7 +35,7 @@ static inline bool sender_take_homing_lost(struct machine_client *client) {
 /** @return true when it came further */
 bool sender_lost_poll(struct machine *machine);
 
-/** Nobody sees the axes move any more: alarm 6, and the banner says why. */
+/** No one sees the axes move any more: alarm 6, and the banner says why. */
 void sender_stop_homing(struct machine *machine);
 
 /** What a client that connects must know, without [MSG: ]; NULL: nothing. */

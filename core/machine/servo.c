@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT
- * An RC servo in the place of an axis' motor, such as a pen lift: its pulse says where the axis stands.
+ * An RC servo in the place of an axis' motor, such as a pen lift: its pulse says where the axis is.
  * [task]
  *
  *     -travel .. 0 mm of the axis $85  ->  $86 .. $87 us, 50 times a second
@@ -22,7 +22,7 @@ static uint16_t pulse_us(const struct machine *machine) {
         return 0;
     machine_position(machine, steps);
     float part = (float)steps[ax] / (settings->steps_per_mm[ax] * settings->max_travel_mm[ax]) + 1.0f;
-    part = most_f(0.0f, least_f(part, 1.0f));
+    part = max_f(0.0f, min_f(part, 1.0f));
     float least_us = settings->servo_low_us, most_us = settings->servo_high_us;
     return (uint16_t)(least_us + part * (most_us - least_us) + 0.5f);
 }

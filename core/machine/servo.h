@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT
- * An RC servo in the place of an axis' motor, such as a pen lift: its pulse says where the axis stands.
+ * An RC servo in the place of an axis' motor, such as a pen lift: its pulse says where the axis is.
  * [task]
  *
  *     -travel .. 0 mm of the axis $85  ->  $86 .. $87 us, 50 times a second
@@ -10,7 +10,7 @@
 
 #include "machine/machine.h"
 
-/** Its pulse is that of where the axis stands. */
+/** Its pulse is that of where the axis is. */
 void servo_poll(struct machine *machine);
 
 #endif

@@ -8,7 +8,7 @@
  *
  * A motor waits only from standstill to standstill: no step is cut off at speed, and the step ISR knows
  * nothing of it. What the axis counts while one of them waits, the other has made; `motor` keeps where each
- * stands. An axis with one motor is the case in which nobody ever waits. */
+ * is at rest. An axis with one motor is the case in which no one ever waits. */
 #ifndef WIFICNC_MACHINE_SQUARE_H
 #define WIFICNC_MACHINE_SQUARE_H
 
@@ -17,13 +17,13 @@
 /** A cycle of homing begins: both motors of an axis stand where it does. */
 void square_begin(struct machine *machine);
 
-/** A search begins: no switch is found, nobody waits. */
+/** A search begins: no switch is found, no one waits. */
 void square_search(struct machine *machine);
 
 /** Switches have closed that were not closed before this motion. */
 bool square_has_news(const struct machine *machine);
 
-/** Standing. Take over what was found; motors that found theirs wait for the other one. Leaves in homing.left
+/** At rest. Take what was found; motors that found theirs wait for the other one. Leaves in homing.left
  * the axes that still look. @return false: nothing was found */
 bool square_take(struct machine *machine);
 

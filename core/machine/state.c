@@ -5,51 +5,52 @@
 
 #include "machine/drive.h"
 #include "machine/inputs.h"
+#include "machine/overrides.h"
 #include "machine/parts.h"
 
 /* An event without an entry means nothing in that state. */
 #define TO(state) ((uint8_t)((state) + 1))
 
 /* clang-format off */
-static const uint8_t next[MACHINE_STATE_COUNT][MACHINE_EVENT_COUNT] = {
+static const uint8_t next[MACHINE_STATE_COUNT][EVENT_COUNT] = {
     [MACHINE_IDLE] = {
-        [MACHINE_STARTS] = TO(MACHINE_RUN),    [MACHINE_HOLDS] = TO(MACHINE_HOLD),
-        [MACHINE_JOGS] = TO(MACHINE_JOG),      [MACHINE_OPENS] = TO(MACHINE_DOOR),
-        [MACHINE_CHECKS] = TO(MACHINE_CHECK),  [MACHINE_HOMES] = TO(MACHINE_HOME),
-        [MACHINE_SLEEPS] = TO(MACHINE_SLEEP),  [MACHINE_ALARMS] = TO(MACHINE_ALARM),
-        [MACHINE_RESETS] = TO(MACHINE_IDLE)},
+        [EVENT_START] = TO(MACHINE_RUN),    [EVENT_HOLD] = TO(MACHINE_HOLD),
+        [EVENT_JOG] = TO(MACHINE_JOG),      [EVENT_OPEN] = TO(MACHINE_DOOR),
+        [EVENT_CHECK] = TO(MACHINE_CHECK),  [EVENT_HOME] = TO(MACHINE_HOME),
+        [EVENT_SLEEP] = TO(MACHINE_SLEEP),  [EVENT_ALARM] = TO(MACHINE_ALARM),
+        [EVENT_RESET] = TO(MACHINE_IDLE)},
     [MACHINE_RUN] = {
-        [MACHINE_RESTS] = TO(MACHINE_IDLE),    [MACHINE_HOLDS] = TO(MACHINE_HOLD),
-        [MACHINE_OPENS] = TO(MACHINE_DOOR),    [MACHINE_ALARMS] = TO(MACHINE_ALARM),
-        [MACHINE_RESETS] = TO(MACHINE_IDLE)},
+        [EVENT_REST] = TO(MACHINE_IDLE),    [EVENT_HOLD] = TO(MACHINE_HOLD),
+        [EVENT_OPEN] = TO(MACHINE_DOOR),    [EVENT_ALARM] = TO(MACHINE_ALARM),
+        [EVENT_RESET] = TO(MACHINE_IDLE)},
     [MACHINE_HOLD] = {
-        [MACHINE_RESUMES] = TO(MACHINE_IDLE),  [MACHINE_OPENS] = TO(MACHINE_DOOR),
-        [MACHINE_ALARMS] = TO(MACHINE_ALARM),  [MACHINE_RESETS] = TO(MACHINE_IDLE)},
+        [EVENT_RESUME] = TO(MACHINE_IDLE),  [EVENT_OPEN] = TO(MACHINE_DOOR),
+        [EVENT_ALARM] = TO(MACHINE_ALARM),  [EVENT_RESET] = TO(MACHINE_IDLE)},
     [MACHINE_JOG] = {
-        [MACHINE_RESTS] = TO(MACHINE_IDLE),    [MACHINE_JOGS] = TO(MACHINE_JOG),
-        [MACHINE_OPENS] = TO(MACHINE_DOOR),    [MACHINE_ALARMS] = TO(MACHINE_ALARM),
-        [MACHINE_RESETS] = TO(MACHINE_IDLE)},
+        [EVENT_REST] = TO(MACHINE_IDLE),    [EVENT_JOG] = TO(MACHINE_JOG),
+        [EVENT_OPEN] = TO(MACHINE_DOOR),    [EVENT_ALARM] = TO(MACHINE_ALARM),
+        [EVENT_RESET] = TO(MACHINE_IDLE)},
     [MACHINE_ALARM] = {
-        [MACHINE_UNLOCKS] = TO(MACHINE_IDLE),  [MACHINE_HOMES] = TO(MACHINE_HOME),
-        [MACHINE_SLEEPS] = TO(MACHINE_SLEEP),  [MACHINE_ALARMS] = TO(MACHINE_ALARM),
-        [MACHINE_RESETS] = TO(MACHINE_ALARM)},
+        [EVENT_UNLOCK] = TO(MACHINE_IDLE),  [EVENT_HOME] = TO(MACHINE_HOME),
+        [EVENT_SLEEP] = TO(MACHINE_SLEEP),  [EVENT_ALARM] = TO(MACHINE_ALARM),
+        [EVENT_RESET] = TO(MACHINE_ALARM)},
     [MACHINE_DOOR] = {
-        [MACHINE_RESUMES] = TO(MACHINE_IDLE),  [MACHINE_ALARMS] = TO(MACHINE_ALARM),
-        [MACHINE_RESETS] = TO(MACHINE_IDLE)},
+        [EVENT_RESUME] = TO(MACHINE_IDLE),  [EVENT_ALARM] = TO(MACHINE_ALARM),
+        [EVENT_RESET] = TO(MACHINE_IDLE)},
     [MACHINE_CHECK] = {
-        [MACHINE_ALARMS] = TO(MACHINE_ALARM),  [MACHINE_RESETS] = TO(MACHINE_IDLE)},
+        [EVENT_ALARM] = TO(MACHINE_ALARM),  [EVENT_RESET] = TO(MACHINE_IDLE)},
     [MACHINE_HOME] = {
-        [MACHINE_RESTS] = TO(MACHINE_IDLE),    [MACHINE_ALARMS] = TO(MACHINE_ALARM),
-        [MACHINE_RESETS] = TO(MACHINE_ALARM)},
+        [EVENT_REST] = TO(MACHINE_IDLE),    [EVENT_ALARM] = TO(MACHINE_ALARM),
+        [EVENT_RESET] = TO(MACHINE_ALARM)},
     [MACHINE_SLEEP] = {
-        [MACHINE_ALARMS] = TO(MACHINE_ALARM),  [MACHINE_RESETS] = TO(MACHINE_ALARM)},
+        [EVENT_ALARM] = TO(MACHINE_ALARM),  [EVENT_RESET] = TO(MACHINE_ALARM)},
 };
 /* clang-format on */
 
 static const struct {
     const char *name; /* NULL: with a sub-state, see machine_state_text() */
     bool reads;       /* lines are read */
-    bool works;       /* tasks go on */
+    bool works;       /* tasks continue */
     bool busy;        /* the long report intervals */
 } traits[MACHINE_STATE_COUNT] = {
     [MACHINE_IDLE] = {.name = "Idle", .reads = true, .works = true},
@@ -103,4 +104,19 @@ const char *machine_state_text(const struct machine *machine) {
 
 void state_begin(struct machine *machine, bool locked) {
     machine->life.state = locked ? MACHINE_ALARM : MACHINE_IDLE;
+}
+
+bool state_update(struct machine *machine) {
+    if (machine->life.state == MACHINE_IDLE)
+        return (machine->task.stage != TASK_NONE || !machine_is_at_rest(machine)) &&
+               state_go(machine, EVENT_START);
+    bool works = !machine_is_at_rest(machine) || machine->task.stage != TASK_NONE;
+    if (works || machine->suspend.cancels || machine->life.state == MACHINE_HOME)
+        return false;
+    bool jogged = machine->life.state == MACHINE_JOG;
+    if (!state_go(machine, EVENT_REST))
+        return false;
+    if (jogged)
+        overrides_apply(machine);
+    return true;
 }

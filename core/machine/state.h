@@ -30,28 +30,31 @@ static inline void state_show_alarm(struct machine_life *life, enum alarm alarm)
 
 /** What can happen to the state. */
 enum machine_event {
-    MACHINE_STARTS,  /* motion begins */
-    MACHINE_RESTS,   /* everything is done */
-    MACHINE_HOLDS,   /* ! or M0 */
-    MACHINE_RESUMES, /* ~ */
-    MACHINE_JOGS,
-    MACHINE_OPENS, /* the door */
-    MACHINE_ALARMS,
-    MACHINE_UNLOCKS, /* $X */
-    MACHINE_CHECKS,  /* $C */
-    MACHINE_HOMES,   /* $H */
-    MACHINE_SLEEPS,  /* $SLP */
-    MACHINE_RESETS,
-    MACHINE_EVENT_COUNT
+    EVENT_START,  /* motion begins */
+    EVENT_REST,   /* everything is done */
+    EVENT_HOLD,   /* ! or M0 */
+    EVENT_RESUME, /* ~ */
+    EVENT_JOG,
+    EVENT_OPEN, /* the door */
+    EVENT_ALARM,
+    EVENT_UNLOCK, /* $X */
+    EVENT_CHECK,  /* $C */
+    EVENT_HOME,   /* $H */
+    EVENT_SLEEP,  /* $SLP */
+    EVENT_RESET,
+    EVENT_COUNT
 };
 
-/** Go on to the next state. @return false: the event means nothing in this state, and nothing changed. */
+/** Continue to the next state. @return false: the event means nothing in this state, and nothing changed. */
 bool state_go(struct machine *machine, enum machine_event event);
+
+/** Work has begun, or all of it is done. @return true when the state changed */
+bool state_update(struct machine *machine);
 
 /** Lines are read in this state. */
 bool state_reads(const struct machine *machine);
 
-/** Tasks go on in this state. */
+/** Tasks continue in this state. */
 bool state_works(const struct machine *machine);
 
 /** Grbl's longer report intervals. */

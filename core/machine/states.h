@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT
- * States and alarms, as everybody sees them. What leads from one state to the next: machine/state.h. */
+ * States and alarms, as everyone sees them. What leads from one state to the next: machine/state.h. */
 #ifndef WIFICNC_MACHINE_STATES_H
 #define WIFICNC_MACHINE_STATES_H
 

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT
- * Hold and safety door, and the way back from them: spindle, coolant, motion. */
+ * Hold and safety door, and resuming from them: spindle, coolant, motion. */
 #include "machine/suspend.h"
 
 #include "machine/drive.h"
@@ -11,8 +11,8 @@
 #include "machine/preempt.h"
 #include "machine/report.h"
 #include "machine/reset.h"
+#include "machine/spindle_sync.h"
 #include "machine/state.h"
-#include "machine/thread.h"
 #include "machine/timer.h"
 
 #define COOLANT_START_US 1000000u /* Grbl's, behind a closed door */
@@ -26,9 +26,9 @@ void suspend_hold(struct machine *machine) {
     if (machine->life.state == MACHINE_JOG)
         jog_cancel(machine);
     else if (machine->life.state == MACHINE_RUN &&
-             ((machine->interp.gcode.modal.overrides & OVERRIDE_HOLD) == 0 || thread_defers(machine)))
+             ((machine->interp.gcode.modal.overrides & OVERRIDE_HOLD) == 0 || spindle_sync_defers(machine)))
         machine->suspend.hold_waits = true;
-    else if (state_go(machine, MACHINE_HOLDS))
+    else if (state_go(machine, EVENT_HOLD))
         motion_hold(&machine->drive.motion);
 }
 
@@ -54,13 +54,13 @@ static void go_on(struct machine *machine) {
         outputs_apply(machine);
     }
     sender_is_there(&machine->client);
-    state_go(machine, MACHINE_RESUMES);
+    state_go(machine, EVENT_RESUME);
     preempt_resume(machine);
     if (machine->task.stage != TASK_NONE || !machine_is_at_rest(machine))
-        state_go(machine, MACHINE_STARTS);
+        state_go(machine, EVENT_START);
 }
 
-/* A laser needs no time to run up, and shines only when the motion goes on (outputs_poll()). */
+/* A laser needs no time to run up, and shines only when the motion continues (outputs_poll()). */
 static void restore_outputs(struct machine *machine) {
     const struct machine_outputs *outputs = &machine->outputs;
     bool runs_up = outputs->spindle != SPINDLE_OFF && !machine->settings.laser_mode;
@@ -83,15 +83,15 @@ void suspend_end(struct machine *machine) {
 
 void suspend_open_door(struct machine *machine) {
     bool jogs = machine->life.state == MACHINE_JOG;
-    if (thread_defers(machine)) {
-        thread_keep_door(&machine->thread);
+    if (spindle_sync_defers(machine)) {
+        spindle_sync_keep_door(&machine->spindle_sync);
         return;
     }
     if (machine->life.state == MACHINE_HOME) {
         reset_machine(machine, ALARM_HOMING_DOOR);
         return;
     }
-    if (!state_go(machine, MACHINE_OPENS))
+    if (!state_go(machine, EVENT_OPEN))
         return;
     report_message(machine, "Check Door");
     machine->suspend.restores = false;

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT
- * Hold and safety door, and the way back from them: spindle, coolant, motion. [task] */
+ * Hold and safety door, and resuming from them: spindle, coolant, motion. [task] */
 #ifndef WIFICNC_MACHINE_SUSPEND_H
 #define WIFICNC_MACHINE_SUSPEND_H
 
@@ -34,7 +34,7 @@ static inline bool suspend_take_hold(struct machine_suspend *suspend) {
     return waits;
 }
 
-/** Grbl's pause before a job goes on behind a closed door. */
+/** Grbl's pause before a job continues behind a closed door. */
 #define SPINDLE_RUN_UP_US 4000000u
 
 /** Hold, door and jog cancel on their way. */

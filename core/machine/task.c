@@ -8,9 +8,9 @@
 #include "machine/drive.h"
 #include "machine/homing.h"
 #include "machine/jog.h"
-#include "machine/keep_write.h"
 #include "machine/laser.h"
 #include "machine/list.h"
+#include "machine/motor_current.h"
 #include "machine/moves.h"
 #include "machine/notes.h"
 #include "machine/outputs.h"
@@ -21,10 +21,10 @@
 #include "machine/reach.h"
 #include "machine/report.h"
 #include "machine/reset.h"
+#include "machine/spindle_sync.h"
 #include "machine/state.h"
+#include "machine/stored_write.h"
 #include "machine/suspend.h"
-#include "machine/thread.h"
-#include "machine/torque.h"
 
 #include <math.h>
 
@@ -114,7 +114,7 @@ static enum task_stage stage_of_move(struct machine *machine) {
     if (is_arc(move) || is_spline(move))
         begin_curve(machine);
     note_line(machine);
-    thread_note_feed(machine);
+    spindle_sync_note_feed(machine);
     if (move->via)
         return reach_leaves_travel(machine, move->via_mm) ? TASK_SOFT_LIMIT : TASK_VIA;
     if (is_arc(move) || is_spline(move))
@@ -126,7 +126,7 @@ static enum task_stage stage_of_move(struct machine *machine) {
         return reach_leaves_travel(machine, move->via_mm) ? TASK_SOFT_LIMIT : TASK_CYCLE;
     }
     if (move->motion == MOTION_THREAD) {
-        thread_start(machine);
+        spindle_sync_start(machine);
         return reach_leaves_travel(machine, move->via_mm) ? TASK_SOFT_LIMIT : TASK_THREAD;
     }
     if (move->motion != MOTION_PROBE)
@@ -158,8 +158,8 @@ static bool needs_stop(const struct machine *machine) {
 static void set_digital(struct machine *machine) {
     const struct gcode_command *command = &machine->task.command;
     unsigned bit = 1u << command->port;
-    torque_set_digital(machine,
-                       command->port_on ? machine->ports.digital | bit : machine->ports.digital & ~bit);
+    motor_current_set_digital(machine, command->port_on ? machine->ports.digital | bit
+                                                        : machine->ports.digital & ~bit);
 }
 
 static void set_port(struct machine *machine) {
@@ -193,15 +193,15 @@ void task_begin(struct machine *machine) {
     machine->task.stage = machine->task.command.tool_change ? TASK_TOOL : stage_of_outputs(machine);
 }
 
-/* M6: the operator changes the tool, and ~ goes on. */
+/* M6: the operator changes the tool, and ~ continues. */
 static enum task_stage stop_for_tool(struct machine *machine) {
     if (machine->life.state == MACHINE_CHECK)
         return stage_of_outputs(machine);
     outputs_program(machine, SPINDLE_OFF, 0);
     interp_set_tools(&machine->interp, SPINDLE_OFF, machine->interp.gcode.modal.spindle_rpm, 0);
     report_tool_change(machine);
-    state_go(machine, MACHINE_STARTS);
-    state_go(machine, MACHINE_HOLDS);
+    state_go(machine, EVENT_START);
+    state_go(machine, EVENT_HOLD);
     return TASK_TOOL_WAIT;
 }
 
@@ -218,12 +218,12 @@ static enum task_stage end_flow(struct machine *machine) {
     }
     if (machine->task.command.flow == FLOW_OPTIONAL_PAUSE || machine->life.state == MACHINE_CHECK)
         return TASK_NONE;
-    state_go(machine, MACHINE_STARTS);
-    state_go(machine, MACHINE_HOLDS);
+    state_go(machine, EVENT_START);
+    state_go(machine, EVENT_HOLD);
     return TASK_PAUSED;
 }
 
-/* KEEP_BIT()s of what the line changes and what is stored. */
+/* STORED_BIT()s of what the line changes and what is stored. */
 static unsigned keys_of(const struct gcode_command *command) {
     switch (command->store) {
     case STORE_NOTHING:
@@ -231,9 +231,9 @@ static unsigned keys_of(const struct gcode_command *command) {
     case STORE_G92_ALONE:
         return 0;
     case STORE_TOOL:
-        return KEEP_BIT(KEEP_TOOLS);
+        return STORED_BIT(STORED_TOOLS);
     default:
-        return KEEP_ALL_OFFSETS;
+        return STORED_ALL_OFFSETS;
     }
 }
 
@@ -249,7 +249,7 @@ static enum task_stage store(struct machine *machine) {
     if (stores || command->next.wcs != machine->interp.gcode.modal.wcs)
         report_changed_offset(machine);
     if (keys != 0 && machine->life.state != MACHINE_CHECK)
-        (void)keep_save(machine, keys);
+        (void)stored_save(machine, keys);
     return stage_of_move(machine);
 }
 
@@ -337,7 +337,7 @@ static enum task_stage stage_cycle(struct machine *machine) {
 }
 
 static enum task_stage stage_thread(struct machine *machine) {
-    return ends_move(machine, thread_poll(machine));
+    return ends_move(machine, spindle_sync_poll(machine));
 }
 
 static enum task_stage stage_flow(struct machine *machine) {

@@ -9,7 +9,7 @@
 #include "gcode/spline.h"
 #include "machine/machine.h"
 
-/** Where the current line stands; each stage ends before the next begins. */
+/** Where the current line is; each stage ends before the next begins. */
 enum task_stage {
     TASK_NONE,
     TASK_TOOL,      /* M6: wait for rest */
@@ -56,7 +56,7 @@ struct machine_task {
     bool action_pending;
 };
 
-/** The present line goes on with this stage. */
+/** The present line continues with this stage. */
 static inline void task_enter(struct machine_task *task, enum task_stage stage) {
     task->stage = stage;
 }

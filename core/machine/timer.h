@@ -17,7 +17,7 @@ struct machine_clock {
     struct machine_timer timer; /* of the activity: debounce, spindle run-up */
 };
 
-/** No quiet any more: somebody has unlocked the machine. */
+/** No quiet any more: someone has unlocked the machine. */
 static inline void timer_end_quiet(struct machine_clock *clock) {
     clock->quiet.on = false;
 }

@@ -2,23 +2,23 @@
 #include "motion/emit.h"
 
 #include "base/debug.h"
-#include "motion/travel.h"
+#include "motion/forward.h"
 
 #include <math.h>
 #include <string.h>
 
-#define LINE_SAMPLE_S  0.004f  /* of a segment, on a straight part that goes on for longer */
-#define LEAST_SAMPLE_S 0.0002f /* where the acceleration changes */
-#define GEAR_SAMPLE_S  0.002f  /* of motion that follows the spindle */
-#define ENOUGH_MM      0.5f  /* and a little more than the way to a stop: no more of the path is needed yet */
-#define SLACK_USED     1.01f /* of the way to a stop, for rounding */
-#define MAX_DWELL_NS   20000000u /* of one dwell segment */
-#define STOP_FINE      16u       /* samples of a stop until they become twice as long, and so on */
-#define STOP_SAMPLE_S  0.03f     /* but no longer than this, unless the stop takes long */
-#define STOP_SAMPLES   48.0f     /* about so many of the longest, and so many of the first ones: */
-#define STOP_FIRST     256.0f    /* both together fit into a batch */
-#define STOP_COARSE    64u   /* samples of a stop until it is cut no more wherever the acceleration changes */
-#define END_S          0.05f /* and so much: the end of the path is the stop */
+#define LINE_SAMPLE_S 0.004f  /* of a segment, on a straight part that continues for longer */
+#define MIN_SAMPLE_S  0.0002f /* where the acceleration changes */
+#define GEAR_SAMPLE_S 0.002f  /* of motion that follows the spindle */
+#define ENOUGH_MM     0.5f  /* and a little more than the way to a stop: no more of the path is needed yet */
+#define SLACK_USED    1.01f /* of the way to a stop, for rounding */
+#define MAX_DWELL_NS  20000000u /* of one dwell segment */
+#define STOP_FINE     16u       /* samples of a stop until they become twice as long, and so on */
+#define STOP_SAMPLE_S 0.03f     /* but no longer than this, unless the stop takes long */
+#define STOP_SAMPLES  48.0f     /* about so many of the longest, and so many of the first ones: */
+#define STOP_FIRST    256.0f    /* both together fit into a batch */
+#define STOP_COARSE   64u   /* samples of a stop until it is cut no more wherever the acceleration changes */
+#define END_S         0.05f /* and so much: the end of the path is the stop */
 
 void emit_init(struct emit *emit, struct plan *plan, struct ahead *ahead) {
     *emit = (struct emit){.plan = plan, .ahead = ahead};
@@ -60,7 +60,7 @@ void emit_set_filter(struct emit *emit, float time_s) {
 
 /* The axes follow where the path was: they are still under way when it has ended. */
 static bool is_behind(const struct emit *emit) {
-    return emit->filter.moving != 0;
+    return emit->filter.past.moving != 0;
 }
 
 static bool dwells(const struct emit *emit) {
@@ -198,16 +198,16 @@ static bool is_other(const struct piece *a, const struct piece *b) {
     return a->flags != b->flags || a->note != b->note;
 }
 
-/* A stop that only a late task needs is made of fewer segments: on a straight part one may be long, and in a
- * curve they become longer as it becomes slower. */
+/* A stop that only a late task needs must fit into a batch: on a straight part its segments may be long, and
+ * in a curve the segments of a long stop grow as it slows down. */
 static float longer(const struct emit *emit, float time_s) {
     if (emit->stop_samples == 0)
         return time_s;
-    time_s = most_f(time_s, emit->stop_first_s);
-    for (uint32_t made = emit->stop_samples; made > STOP_FINE && time_s < emit->stop_most_s;
+    float longer_s = emit->stop_first_s;
+    for (uint32_t made = emit->stop_samples; made > STOP_FINE && longer_s < emit->stop_most_s;
          made -= STOP_FINE)
-        time_s *= 2.0f;
-    return least_f(time_s, emit->stop_most_s);
+        longer_s *= 2.0f;
+    return max_f(time_s, min_f(longer_s, emit->stop_most_s));
 }
 
 static float sample_s(const struct emit *emit, const struct piece *piece) {
@@ -235,7 +235,7 @@ static float travel_sample(struct emit *emit, const struct piece *piece) {
             break;
         if (!emit->on_blend && took_s < asked_s) { /* the acceleration changes here */
             bool coarse = emit->stop_samples > STOP_COARSE;
-            if (time_s > (coarse ? 0.5f * most_s : LEAST_SAMPLE_S))
+            if (time_s > (coarse ? 0.5f * most_s : MIN_SAMPLE_S))
                 break;
             most_s = coarse ? most_s : emit->plan->curve_s;
         }
@@ -314,12 +314,12 @@ static float filtered_mm_s(const struct emit *emit) {
     return sqrtf(sum);
 }
 
-/* The path goes on for a sample, or stands. */
+/* The path continues for a sample, or rests. */
 static void travel_filtered(struct emit *emit) {
     struct filter *filter = &emit->filter;
-    struct filter_tag tag = filter->tags[filter->at];
+    struct filter_tag tag = filter_tag(filter, 0);
     int64_t at[AXIS_COUNT];
-    memcpy(at, filter->in, sizeof at);
+    memcpy(at, filter->past.in, sizeof at);
     if (!emit->settles && !travel_ends(emit)) {
         uint8_t flags = path_piece(&emit->plan->path, emit->plan->path.tail)->flags;
         travel_time(emit, filter->sample_s);
@@ -341,8 +341,8 @@ static void make_filtered(struct emit *emit, struct segment *segment) {
     } while (is_behind(emit) && time_s + 0.5f * filter->sample_s < wanted_s);
     for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
         at[ax] = filter_out(filter, ax);
-    float v = filtered_mm_s(emit), end = time_s > 1.5f * filter->sample_s ? v : most_f(2.0f * v - v0, 0.0f);
-    struct filter_tag tag = filter_tag(filter);
+    float v = filtered_mm_s(emit), end = time_s > 1.5f * filter->sample_s ? v : max_f(2.0f * v - v0, 0.0f);
+    struct filter_tag tag = filter_middle_tag(filter);
     segment->line = tag.line;
     segment->flags = segment_flags(tag.flags);
     segment->ramp = is_behind(emit) ? ramp(v0, end) : -SEGMENT_RAMP_ONE;
@@ -369,7 +369,7 @@ static void find_geared(const struct emit *emit, int64_t at[AXIS_COUNT]) {
     }
 }
 
-/* The next sample of the follower. While it waits for its angle, time goes on and nothing moves. */
+/* The next sample of the follower. While it waits for its angle, time continues and nothing moves. */
 static void make_geared(struct emit *emit, struct segment *segment) {
     struct gear *gear = &emit->gear;
     struct filter *filter = &emit->filter;
@@ -383,7 +383,7 @@ static void make_geared(struct emit *emit, struct segment *segment) {
         memset(segment->phase_end, SEGMENT_PHASE_HALF, sizeof segment->phase_end);
     } else {
         int64_t at[AXIS_COUNT] = {0};
-        memcpy(at, filter->in, sizeof at);
+        memcpy(at, filter->past.in, sizeof at);
         find_geared(emit, at);
         emit->v_mm_s = fabsf(gear->v_mm_s);
         if (filtered) {
@@ -471,14 +471,14 @@ static bool ends_soon(const struct emit *emit) {
 /* How long segments of the stop from the present speed are: SEGMENT_MAX_STEPS is the end of it. */
 static void fit_stop(struct emit *emit) {
     struct plan *plan = emit->plan;
-    float v_mm_s = most_f(emit->v_mm_s, 1e-3f), steps_per_mm = 1.0f, stop_s = plan->filter_s;
+    float v_mm_s = max_f(emit->v_mm_s, 1e-3f), steps_per_mm = 1.0f, stop_s = plan->filter_s;
     for (unsigned ax = 0; ax < plan->limits.axis_count; ax++)
-        steps_per_mm = most_f(steps_per_mm, plan->limits.steps_per_mm[ax]);
+        steps_per_mm = max_f(steps_per_mm, plan->limits.steps_per_mm[ax]);
     if (path_count(&plan->path) > 0)
         stop_s += v_mm_s / path_piece(&plan->path, plan->path.tail)->accel_mm_s2;
     float most_s = 0.9f * (float)SEGMENT_MAX_STEPS / (v_mm_s * steps_per_mm);
-    emit->stop_first_s = least_f(stop_s / STOP_FIRST, most_s);
-    emit->stop_most_s = least_f(most_f(STOP_SAMPLE_S, stop_s / STOP_SAMPLES), most_s);
+    emit->stop_first_s = min_f(stop_s / STOP_FIRST, most_s);
+    emit->stop_most_s = min_f(max_f(STOP_SAMPLE_S, stop_s / STOP_SAMPLES), most_s);
 }
 
 static bool stop(void *ctx, enum ahead_stop how) {
@@ -515,7 +515,7 @@ static void save(void *ctx, uint32_t at) {
     place->dwelt_ns = emit->dwelt_ns;
     place->known = emit->plan->timing.known;
     if (emit->filter.count > 0)
-        place->filter = emit->filter;
+        place->filter = emit->filter.past;
     gear_save(&emit->gear, &place->gear);
 }
 
@@ -552,7 +552,7 @@ static void load(void *ctx, uint32_t at, enum ahead_return why) {
     return_path(emit, place);
     emit->dwelt_ns = place->dwelt_ns;
     if (emit->filter.count > 0)
-        emit->filter = place->filter;
+        filter_load(&emit->filter, &place->filter);
     gear_load(&emit->gear, &place->gear, why == AHEAD_STOPPED);
 }
 

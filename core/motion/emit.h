@@ -31,7 +31,7 @@ struct emit_place {
     uint32_t limits;          /* emit.limits then */
     uint32_t known;           /* timing.known then */
     uint64_t dwelt_ns;
-    struct filter filter;
+    struct filter_past filter;
     struct gear_place gear;
 };
 
@@ -54,7 +54,7 @@ struct emit {
     bool settles;                 /* at an exact stop, until the filter has come there, too */
     uint8_t ended_flags;          /* of the piece that ended in the last stop; enum motion_flags */
     double time_ns;               /* fraction of a nanosecond carried from segment to segment */
-    bool flush;                   /* nothing follows: coming to rest is no starving */
+    bool flush;                   /* nothing follows: coming to rest is not counted as starved */
     bool hold, hold_asked;        /* slow down along the path and stand; asked: not only to make a stop */
     bool waits;                   /* at rest, for more moves: nothing is made */
     bool late;                    /* limits were lowered; not yet down to them */
@@ -79,7 +79,7 @@ void emit_set_filter(struct emit *emit, float time_s);
 /** Motion becomes the planner's, when that of another source has come to rest. */
 bool emit_claim(struct emit *emit);
 
-/** Slow down along the path and stand; or go on. */
+/** Slow down along the path and stand; or continue. */
 void emit_hold(struct emit *emit, bool on);
 
 /** The limits of what is planned were changed by an override. */
@@ -88,9 +88,9 @@ void emit_change_limits(struct emit *emit);
 /** Let a dwell follow the last move. Only when emit_is_idle(). @param seconds  0 .. 1e6 */
 void emit_dwell(struct emit *emit, double seconds);
 
-/** Follow the spindle along this path. Only when emit_is_idle(); the path begins where it stands. The machine
- * keeps emit->spindle and the follower's clock up to date, and takes the position anew when all of it is done
- * (motion_reset()). */
+/** Follow the spindle along this path. Only when emit_is_idle(); the path begins where it is. The machine
+ * keeps emit->spindle and the follower's clock up to date, and takes the position again when all of it is
+ * done (motion_reset()). */
 void emit_gear(struct emit *emit, const struct gear_path *path);
 
 /** Nothing planned and nothing half emitted. (It may not be stepped yet.) */

@@ -17,27 +17,35 @@
 #include <stdint.h>
 
 /** Most samples in the mean. */
-#define FILTER_MOST 16u
+#define FILTER_MAX 16u
 
 /** 1 step in the filter's units. */
 #define FILTER_STEP 65536
 
-/** What is said of a sample besides its motion: it belongs where the sample has most weight, T/2 later. */
+/** What belongs to a sample in addition to its motion: it belongs where the sample has most weight, T/2
+ * later.
+ */
 struct filter_tag {
     uint32_t line;
     uint8_t flags; /* enum motion_flags */
 };
 
+/** The newest samples: all that the mean depends on. */
+struct filter_past {
+    int64_t in[AXIS_COUNT]; /* newest position, 1/65536 step */
+    int32_t moves[FILTER_MAX][AXIS_COUNT];
+    uint32_t lines[FILTER_MAX]; /* tags */
+    uint8_t flags[FILTER_MAX];
+    uint8_t at;     /* where the newest sample is in the rings */
+    uint8_t moving; /* samples until the mean is still, if the axes stay where they are */
+};
+
 struct filter {
     uint8_t count;           /* samples in the mean; 0: the filter is off */
-    uint8_t at;              /* where the newest sample is in the rings */
-    uint8_t moving;          /* samples until the mean stands still, if the axes stay where they are */
     float sample_s;          /* time from sample to sample */
-    int64_t in[AXIS_COUNT];  /* newest position, 1/65536 step */
     int64_t sum[AXIS_COUNT]; /* of the last `count` moves */
     int64_t out[AXIS_COUNT]; /* `count` times the mean position */
-    int32_t moves[FILTER_MOST][AXIS_COUNT];
-    struct filter_tag tags[FILTER_MOST];
+    struct filter_past past;
 };
 
 /** Average over this time from now on; 0: off. filter_reset() follows. */
@@ -54,9 +62,19 @@ static inline int64_t filter_out(const struct filter *filter, unsigned axis) {
     return filter->out[axis] / filter->count;
 }
 
-/** The tag of the sample in the middle. */
-static inline struct filter_tag filter_tag(const struct filter *filter) {
-    return filter->tags[(filter->at + filter->count / 2u) % filter->count];
+/** The tag of a sample. @param before_newest  below count */
+static inline struct filter_tag filter_tag(const struct filter *filter, uint32_t before_newest) {
+    const struct filter_past *past = &filter->past;
+    uint32_t at = (past->at + filter->count - before_newest) % filter->count;
+    return (struct filter_tag){past->lines[at], past->flags[at]};
 }
+
+/** The tag of the sample in the middle of the mean. */
+static inline struct filter_tag filter_middle_tag(const struct filter *filter) {
+    return filter_tag(filter, filter->count - filter->count / 2u);
+}
+
+/** Continue with these samples, kept when the filter was the same. */
+void filter_load(struct filter *filter, const struct filter_past *past);
 
 #endif

@@ -5,12 +5,12 @@
 
 #include <math.h>
 
-#define GAIN_PER_S  125.0f /* near the line the error falls as e^(-t/8 ms) */
-#define MEND_PART   0.5f   /* of the acceleration is for mending a far error, the rest for the spindle's */
-#define LOCKED_REV  0.005f /* nearer than this is on the line */
-#define LOST_REV    0.1f   /* further than this is off it */
-#define LEAST_REV_S 0.05f
-#define TO_THE_END  1.25f /* a stop that is at most this many samples away is reached in one */
+#define GAIN_PER_S 125.0f /* near the line the error falls as e^(-t/8 ms) */
+#define MEND_PART  0.5f   /* of the acceleration is for correcting a far error, the rest for the spindle's */
+#define LOCKED_REV 0.005f /* nearer than this is on the line */
+#define LOST_REV   0.1f   /* further than this is off it */
+#define MIN_REV_S  0.05f
+#define TO_THE_END 1.25f /* a stop that is at most this many samples away is reached in one */
 
 void gear_begin(struct gear *gear, const struct gear_path *path) {
     *gear = (struct gear){.path = *path, .phase = GEAR_WAITS};
@@ -92,7 +92,7 @@ static double wait(struct gear *gear, const struct spindle *spindle, float sampl
                    uint32_t now_us) {
     const struct gear_path *path = &gear->path;
     float v = line_mm_s(gear, spindle, now_us);
-    if (!gear->may_start || !gear->clock_runs || v < LEAST_REV_S * path->pitch_mm)
+    if (!gear->may_start || !gear->clock_runs || v < MIN_REV_S * path->pitch_mm)
         return (double)sample_s;
     uint32_t at_us = end_us(gear) + (uint32_t)(path->lag_s * 1e6f);
     double lead = (double)(v * v / (2.0f * path->accel_mm_s2));
@@ -137,13 +137,13 @@ static float choose_mm_s(struct gear *gear, const struct spindle *spindle, float
     float wanted = 0.0f, by = path->accel_mm_s2 * sample_s;
     if (gear->phase == GEAR_RUNS)
         wanted = line_mm_s(gear, spindle, now_us) + mend_mm_s(error_mm, path->accel_mm_s2);
-    wanted = least_f(most_f(wanted, path->reverses ? -path->speed_mm_s : 0.0f), path->speed_mm_s);
-    wanted = least_f(most_f(wanted, v - by), v + by);
+    wanted = min_f(max_f(wanted, path->reverses ? -path->speed_mm_s : 0.0f), path->speed_mm_s);
+    wanted = min_f(max_f(wanted, v - by), v + by);
     if (!path->reverses) {
         float left_mm = (float)((double)path->way_mm - gear->at_mm);
         float most = stop_mm_s(v, left_mm, path->accel_mm_s2, sample_s);
         gear->ends = gear->ends || most < wanted;
-        wanted = least_f(wanted, most);
+        wanted = min_f(wanted, most);
     }
     if (gear->phase == GEAR_RUNS && !gear->ends)
         watch(gear, error_mm);
@@ -177,7 +177,7 @@ double gear_sample(struct gear *gear, const struct spindle *spindle, float sampl
 }
 
 float gear_taper_mm(const struct gear_path *path) {
-    float slope = least_f(path->slope, sqrtf(2.0f * path->bend_mm * path->depth_mm));
+    float slope = min_f(path->slope, sqrtf(2.0f * path->bend_mm * path->depth_mm));
     return path->depth_mm / slope + 0.5f * slope / path->bend_mm;
 }
 
@@ -185,7 +185,7 @@ float gear_taper_mm(const struct gear_path *path) {
  * for so little depth), then a parabola into the full depth. */
 static float missing_mm(const struct gear_path *path, float from_end_mm) {
     float steepest = sqrtf(2.0f * path->bend_mm * path->depth_mm);
-    float slope = least_f(path->slope, steepest);
+    float slope = min_f(path->slope, steepest);
     float round_mm = slope / path->bend_mm; /* the parabola's length; its depth is half of slope * round_mm */
     float straight_mm = (path->depth_mm - 0.5f * slope * round_mm) / slope;
     if (from_end_mm <= straight_mm)

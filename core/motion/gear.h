@@ -10,8 +10,8 @@
  * any speed of the spindle every pass lies on the same line. It ends at rest at its end, so its last v^2/2a
  * lag behind the line.
  *
- * Beside the drive line the path may have a depth: full at once, or ramped up and down at the ends (tapers),
- * no steeper than `slope` and bent no more than `bend`. */
+ * In addition to the drive line the path may have a depth: full immediately, or ramped up and down at the
+ * ends (tapers), no steeper than `slope` and bent no more than `bend`. */
 #ifndef WIFICNC_MOTION_GEAR_H
 #define WIFICNC_MOTION_GEAR_H
 
@@ -26,7 +26,7 @@
 struct gear_path {
     double from_mm[AXIS_COUNT];  /* joints; depth is 0 there */
     double drive_mm[AXIS_COUNT]; /* joints, for the whole way */
-    double into_mm[AXIS_COUNT];  /* joints, for the whole depth; all 0: there is none */
+    double into_mm[AXIS_COUNT];  /* joints, for the whole depth; all 0: none exists */
     float way_mm;                /* along the drive line, > 0 */
     float pitch_mm;              /* > 0, along the drive line, per revolution */
     float depth_mm;              /* >= 0 */
@@ -68,7 +68,7 @@ struct gear {
     double zero_rev;   /* angle at which the line is at 0 */
     bool locked;       /* was on the line since the start */
     bool ends;         /* slows down for its end, and may leave the line */
-    bool lost;         /* and then came off it further than the axes could mend */
+    bool lost;         /* and then came off it further than the axes could fix */
     bool clock_runs;   /* begin_us is when the first of run_ns left the pins */
     uint32_t begin_us; /* else: not yet, so not before this */
     uint64_t run_ns;   /* put out since; the emitter adds each sample */

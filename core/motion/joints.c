@@ -4,9 +4,9 @@
 #include <math.h>
 #include <string.h>
 
-#define LEAST_PART 1e-9  /* of a line: no piece is shorter, whatever it bends */
-#define AT_ONCE    1e15f /* as fast as the joints can; its square still is a float */
-#define LOOK       1e-4  /* joints go so far to see how the tool follows */
+#define MIN_PART 1e-9  /* of a line: no piece is shorter, whatever it bends */
+#define AT_ONCE  1e15f /* as fast as the joints can; its square still is a float */
+#define LOOK     1e-4  /* joints go so far to see how the tool follows */
 
 static bool is_cartesian(const struct joints *joints) {
     return joints->kinematics.ops == &kinematics_cartesian;
@@ -50,10 +50,10 @@ static struct motion_line of_joints(const struct joints *joints, const struct mo
     double stretch = joints->kinematics.ops->stretch(&joints->kinematics, from, to);
     memcpy(piece.target_mm, to, sizeof piece.target_mm);
     if (tool_way_mm > 0.0)
-        piece.feed_mm_s = least_f((float)((double)line->feed_mm_s * (way / tool_way_mm)), AT_ONCE);
+        piece.feed_mm_s = min_f((float)((double)line->feed_mm_s * (way / tool_way_mm)), AT_ONCE);
     else if (way > 0.0)
         piece.feed_mm_s = AT_ONCE;
-    piece.tolerance_mm = (float)((double)most_f(joints->deviation_mm, line->tolerance_mm) / stretch);
+    piece.tolerance_mm = (float)((double)max_f(joints->deviation_mm, line->tolerance_mm) / stretch);
     piece.spent_mm = (float)((double)line->spent_mm / stretch);
     return piece;
 }
@@ -67,80 +67,64 @@ static void point(const double from_mm[AXIS_COUNT], const double to_mm[AXIS_COUN
 
 /* The longest piece from `done` on that bends no more than it may: half of it until it does.
  * @return where it ends, part of the line */
-static double next_piece(struct joints *joints, const struct motion *motion, const struct motion_line *line,
+static double next_piece(struct joints *joints, const double from[AXIS_COUNT], const struct motion_line *line,
                          double bend_mm, double at_mm[AXIS_COUNT], double at[AXIS_COUNT]) {
     const struct kinematics *kinematics = &joints->kinematics;
-    const double *from = motion->plan.position_mm;
     for (;;) {
         double end = joints->done + joints->part < 1.0 ? joints->done + joints->part : 1.0;
         point(joints->tool_mm, line->target_mm, end, at_mm);
         kinematics->ops->inverse(kinematics, at_mm, from, at);
-        if (kinematics->ops->bend_mm(kinematics, from, at) <= bend_mm || joints->part <= LEAST_PART)
+        if (kinematics->ops->bend_mm(kinematics, from, at) <= bend_mm || joints->part <= MIN_PART)
             return end;
         joints->part *= 0.5;
     }
 }
 
-static bool cut(struct joints *joints, struct motion *motion, const struct motion_line *line,
-                uint32_t now_us) {
-    double tolerance_mm = (double)most_f(joints->deviation_mm, line->tolerance_mm);
-    double bend_mm =
-        JOINTS_PART * tolerance_mm > JOINTS_LEAST_MM ? JOINTS_PART * tolerance_mm : JOINTS_LEAST_MM;
-    while (joints->done < 1.0) {
-        double from_mm[AXIS_COUNT], at_mm[AXIS_COUNT], at[AXIS_COUNT];
-        if (!motion_has_room(motion))
-            return false;
-        point(joints->tool_mm, line->target_mm, joints->done, from_mm);
-        double end = next_piece(joints, motion, line, bend_mm, at_mm, at);
-        struct motion_line piece = of_joints(joints, line, from_mm, at_mm, motion->plan.position_mm, at);
-        piece.spent_mm +=
-            (float)(bend_mm * (double)piece.tolerance_mm / (tolerance_mm > 0.0 ? tolerance_mm : 1.0));
-        piece.duration_s = (float)((double)line->duration_s * (end - joints->done));
-        if (end < 1.0)
-            piece.flags &= (uint8_t)~MOTION_FLAG_EXACT_STOP;
-        if (!motion_line(motion, &piece, now_us))
-            return false;
-        joints->done = end;
-        joints->part *= 2.0;
-    }
-    return true;
+/* A line that the tool leaves while the joints go evenly: as much of it as the tolerance allows. */
+static double cut(struct joints *joints, const double from[AXIS_COUNT], const struct motion_line *line,
+                  struct motion_line *piece) {
+    double from_mm[AXIS_COUNT], at_mm[AXIS_COUNT], at[AXIS_COUNT];
+    double tolerance_mm = (double)max_f(joints->deviation_mm, line->tolerance_mm);
+    double bend_mm = JOINTS_PART * tolerance_mm > JOINTS_MIN_MM ? JOINTS_PART * tolerance_mm : JOINTS_MIN_MM;
+    point(joints->tool_mm, line->target_mm, joints->done, from_mm);
+    double end = next_piece(joints, from, line, bend_mm, at_mm, at);
+    *piece = of_joints(joints, line, from_mm, at_mm, from, at);
+    piece->spent_mm +=
+        (float)(bend_mm * (double)piece->tolerance_mm / (tolerance_mm > 0.0 ? tolerance_mm : 1.0));
+    piece->duration_s = (float)((double)line->duration_s * (end - joints->done));
+    if (end < 1.0)
+        piece->flags &= (uint8_t)~MOTION_FLAG_EXACT_STOP;
+    return end;
 }
 
-static bool whole(const struct joints *joints, struct motion *motion, const struct motion_line *line,
-                  uint32_t now_us) {
+double joints_piece(struct joints *joints, const double from[AXIS_COUNT], const struct motion_line *line,
+                    struct motion_line *piece) {
     const struct kinematics *kinematics = &joints->kinematics;
-    const double *from = motion->plan.position_mm;
     double at[AXIS_COUNT];
+    *piece = *line;
+    if (is_cartesian(joints))
+        return 1.0;
+    if (kinematics->ops->bend_mm != NULL)
+        return cut(joints, from, line, piece);
     kinematics->ops->inverse(kinematics, line->target_mm, from, at);
-    struct motion_line piece = of_joints(joints, line, joints->tool_mm, line->target_mm, from, at);
-    return motion_line(motion, &piece, now_us);
+    *piece = of_joints(joints, line, joints->tool_mm, line->target_mm, from, at);
+    return 1.0;
 }
 
-bool joints_line(struct joints *joints, struct motion *motion, const struct motion_line *line,
-                 uint32_t now_us) {
-    bool taken;
-    if (is_cartesian(joints))
-        taken = motion_line(motion, line, now_us);
-    else if (joints->kinematics.ops->bend_mm == NULL)
-        taken = whole(joints, motion, line, now_us);
-    else
-        taken = cut(joints, motion, line, now_us);
-    if (!taken)
-        return false;
-    memcpy(joints->tool_mm, line->target_mm, sizeof joints->tool_mm);
+void joints_arrive(struct joints *joints, const double tool_mm[AXIS_COUNT]) {
+    memcpy(joints->tool_mm, tool_mm, sizeof joints->tool_mm);
     joints->done = 0.0;
     joints->part = 1.0;
-    return true;
 }
 
 bool joints_in_range(const struct joints *joints, const struct motion *motion,
                      const double tool_mm[AXIS_COUNT]) {
     double at[AXIS_COUNT];
     joints->kinematics.ops->inverse(&joints->kinematics, tool_mm, motion->plan.position_mm, at);
-    return motion_in_range(motion, at);
+    return kinematics_in_range(at, motion->plan.limits.steps_per_mm);
 }
 
-/* The way as a unit vector, mm. @return false: there is none */
+/* The way as a unit vector, mm. @return false: none exists */
 static bool direction(const struct motion *motion, const int32_t way_steps[AXIS_COUNT],
                       double unit[AXIS_COUNT]) {
     double square = 0.0;

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT
  * The tool's straight lines -> straight lines of the joints, before the planner. [task]
  *
- *   joints_line() -> kinematics (inverse; cut into pieces where it bends) -> motion_line()
+ *   motion_tool_line() -> joints_piece() -> kinematics (inverse; cut into pieces where it bends)
  *
  * A joint's line is the tool's where the kinematics is linear. Else the line is cut so finely that the tool
  * stays within JOINTS_PART of the tolerance of it while the joints go evenly (kinematics_ops.bend_mm bounds
@@ -14,8 +14,8 @@
 #include "motion/motion.h"
 
 /** Of the tolerance, for cutting; and the least of it, so that a tolerance of 0 ends. */
-#define JOINTS_PART     0.25
-#define JOINTS_LEAST_MM 0.0005
+#define JOINTS_PART   0.25
+#define JOINTS_MIN_MM 0.0005
 
 struct joints {
     struct kinematics kinematics;
@@ -25,7 +25,7 @@ struct joints {
     float deviation_mm;         /* $11 */
 };
 
-/** The tool stands where motion is planned to. After motion_init() and motion_reset(). */
+/** The tool is where motion is planned to. After motion_init() and motion_reset(). */
 void joints_stand(struct joints *joints, const struct motion *motion);
 
 /** Where the joints are -> where the tool is. */
@@ -36,10 +36,14 @@ void joints_tool_mm(const struct joints *joints, const struct motion *motion, co
  * right everywhere. @param limits  junction_deviation_mm: $11 */
 void joints_limit(struct joints *joints, struct motion_limits *limits);
 
-/** As motion_line(), for the tool: target_mm is its machine coordinates.
- *  @return false: no room for all of it now; call again with the same line */
-bool joints_line(struct joints *joints, struct motion *motion, const struct motion_line *line,
-                 uint32_t now_us);
+/** The next piece of a line of the tool, from `done` on, as a line of the joints.
+ *  @param from  where the joints are planned to
+ *  @return where it ends: part of the line, 1: all of it */
+double joints_piece(struct joints *joints, const double from[AXIS_COUNT], const struct motion_line *line,
+                    struct motion_line *piece);
+
+/** All pieces of a line are planned. */
+void joints_arrive(struct joints *joints, const double tool_mm[AXIS_COUNT]);
 
 /** Steps of all joints fit the counters there. */
 bool joints_in_range(const struct joints *joints, const struct motion *motion,

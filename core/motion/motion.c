@@ -1,11 +1,202 @@
 /* SPDX-License-Identifier: MIT */
 #include "motion/motion.h"
 
+#include "base/debug.h"
+#include "motion/joints.h"
 #include "motion/kinematics/kinematics.h"
 
-void motion_init(struct motion *motion, const struct motion_limits *limits) {
+#include <string.h>
+
+#define ROUNDING_MM   0.003f /* twice that of a file with 4 decimals of an inch */
+#define REDUCE_MAX    0.6f   /* of the tolerance, to come up to that */
+#define REDUCE_PART   0.3f   /* of the tolerance is for leaving out points, the rest for rounding corners */
+#define MIN_TOLERANCE 0.5f   /* of the tolerance is left, however much of it an arc's chords take */
+#define JERK_PART     0.25f  /* ... and this for limited jerk */
+#define MIN_FILTER_S  0.002f
+/* How far a segment may lie off its curve, as a part of the tolerance and on top of it. */
+#define CURVE_PART      0.045f
+#define CURVE_S         0.002f /* this long a segment does at 500 mm/s2 and 0.01 mm */
+#define SHORT_CURVE_S   0.0005f
+#define CUBE_ROOT_STEPS 48
+#define MIN_CHORD_MM    2e-5f /* a shorter one has no direction in float32 */
+#define RAPID_MM_S      1e15f /* its square still is a float */
+#define MIN_MERGE_MM    1.0f
+
+/* ---- straight moves -> chords (motion/planner.h) ---- */
+
+/* Empty and at rest at this position. */
+static void plan_reset(struct plan *plan, const int32_t position_steps[AXIS_COUNT]) {
+    kinematics_position_mm(position_steps, plan->limits.steps_per_mm, plan->position_mm);
+    reduce_reset(&plan->reduce, plan->position_mm);
+    path_reset(&plan->path);
+    plan->timing.known = plan->timing.settled = 0;
+}
+
+/* x^3 = c, 0 < c <= 1. Newton's steps come from above; libm's bits are not the same everywhere. */
+static float cube_root(float c) {
+    float x = 1.0f;
+    for (int i = 0; i < CUBE_ROOT_STEPS; i++)
+        x -= (x - c / (x * x)) * (1.0f / 3.0f);
+    return x;
+}
+
+/* Averaging over T = 2 k A / J limits the jerk, and cuts curves by up to k |A| T^2 / 24, |A| being that of X,
+ * Y and Z together. The part k of the acceleration that is used makes that fit: k^3 = 6 e J^2 / (|A| A^2). */
+static void fit_filter(struct plan *plan) {
+    struct motion_limits *limits = &plan->limits;
+    float most = 0.0f, sum = 0.0f, part = 1.0f, jerk = limits->jerk_mm_s3;
+    float room_mm = JERK_PART * limits->junction_deviation_mm;
+    for (unsigned ax = 0; ax < limits->axis_count; ax++) {
+        most = max_f(most, limits->accel_mm_s2[ax]);
+        sum += ax <= AXIS_Z ? limits->accel_mm_s2[ax] * limits->accel_mm_s2[ax] : 0.0f;
+    }
+    plan->filter_s = plan->filter_mm = 0.0f;
+    if (jerk <= 0.0f)
+        return;
+    float all = sqrtf(sum), cube = 6.0f * room_mm / all * (jerk / most) * (jerk / most);
+    if (room_mm > 0.0f && cube < 1.0f)
+        part = cube_root(cube);
+    plan->filter_s = max_f(2.0f * part * most / jerk, MIN_FILTER_S);
+    float square = plan->filter_s * plan->filter_s * (1.0f / 24.0f);
+    if (room_mm > 0.0f && part * all * square > room_mm)
+        part = room_mm / (all * square);
+    plan->filter_mm = part * all * square;
+    for (unsigned ax = 0; ax < limits->axis_count; ax++)
+        limits->accel_mm_s2[ax] *= part;
+}
+
+/* The chord of a curve with the acceleration |A|, that of X, Y and Z together, is up to |A| T^2 / 8 off it.
+ */
+static float fit_curve(const struct motion_limits *limits) {
+    float sum = 0.0f;
+    for (unsigned ax = 0; ax <= AXIS_Z && ax < limits->axis_count; ax++)
+        sum += limits->accel_mm_s2[ax] * limits->accel_mm_s2[ax];
+    float time_s = sqrtf(8.0f * CURVE_PART * limits->junction_deviation_mm / sqrtf(sum));
+    return min_f(CURVE_S, max_f(time_s, SHORT_CURVE_S));
+}
+
+/* Points are left out so that the look-ahead reaches far enough, and no farther: a report names the first
+ * move of a chord, and a job is resumed there. With half of the pieces it reaches to where every axis can
+ * stop. */
+static float fit_merge(const struct motion_limits *limits, uint32_t look_ahead) {
+    float way_mm = 0.0f;
+    for (unsigned ax = 0; ax < limits->axis_count; ax++)
+        way_mm = max_f(way_mm, limits->max_rate_mm_s[ax] * limits->max_rate_mm_s[ax] /
+                                   (2.0f * limits->accel_mm_s2[ax]));
+    return max_f(MIN_MERGE_MM, way_mm * (2.0f / (float)look_ahead));
+}
+
+/* New limits. Only while plan_is_empty(). */
+static void plan_set_limits(struct plan *plan, const struct motion_limits *limits) {
+    plan->limits = *limits;
+    fit_filter(plan);
+    plan->curve_s = fit_curve(&plan->limits);
+    plan->merge_mm = fit_merge(&plan->limits, plan->look_ahead);
+    path_set_limits(&plan->path, &plan->limits);
+}
+
+/* How far a point that is left out may lie from the chord: points are rounded when they are written, and what
+ * is less than that rounding would make every chord end at another error of it. */
+static float reduce_mm(float tolerance_mm) {
+    return max_f(REDUCE_PART * tolerance_mm, min_f(REDUCE_MAX * tolerance_mm, ROUNDING_MM));
+}
+
+/* Speed along a chord. The feed counts along X Y Z; the other axes keep up (RS274/NGC 2.1.2.5). */
+static float asked_mm_s(const struct motion_line *line, const vec *chord, float length_mm) {
+    float x_mm = (*chord)[AXIS_X], y_mm = (*chord)[AXIS_Y], z_mm = (*chord)[AXIS_Z];
+    if (line->duration_s > 0.0f)
+        return length_mm / line->duration_s;
+    if ((line->flags & MOTION_FLAG_RAPID) != 0)
+        return RAPID_MM_S;
+    float linear_mm = sqrtf(x_mm * x_mm + y_mm * y_mm + z_mm * z_mm);
+    return linear_mm > 0.0f ? line->feed_mm_s * (length_mm / linear_mm) : line->feed_mm_s;
+}
+
+/* What was taken so far is a chord of its own: no later move may change where it ends. */
+static void plan_close(struct plan *plan) {
+    struct reduce *reduce = &plan->reduce;
+    if (!reduce->open)
+        return;
+    float length_mm = vec_length(reduce->chord);
+    if (length_mm < MIN_CHORD_MM) {
+        reduce->open = reduce->aimed = reduce->merged = false; /* the next chord begins where this one did */
+        return;
+    }
+    struct chord_info info = {.asked_mm_s = asked_mm_s(&plan->newest, &reduce->chord, length_mm),
+                              .tube_mm = plan->tolerance_mm -
+                                         (reduce->merged ? reduce_mm(plan->tolerance_mm) : 0.0f),
+                              .line = plan->first_line,
+                              .note = plan->newest.note,
+                              .flags = plan->newest.flags};
+    reduce_close(reduce);
+    path_chord(&plan->path, &reduce->chord, length_mm, &info);
+}
+
+/* May the new move belong to the same chord as the newest one? */
+static bool is_alike(const struct motion_line *a, const struct motion_line *b) {
+    return a->feed_mm_s == b->feed_mm_s && a->flags == b->flags && a->note == b->note &&
+           a->tolerance_mm == b->tolerance_mm && a->spent_mm == b->spent_mm && a->duration_s == 0.0f &&
+           b->duration_s == 0.0f;
+}
+
+static bool leads_nowhere(const struct plan *plan, const struct motion_line *line) {
+    bool same = true;
+    for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
+        same = same && line->target_mm[ax] == plan->position_mm[ax];
+    return same;
+}
+
+static void add_line(struct plan *plan, const struct motion_line *line) {
+    float tolerance_mm = max_f(plan->limits.junction_deviation_mm, line->tolerance_mm) - plan->filter_mm;
+    tolerance_mm = max_f(tolerance_mm, 0.0f);
+    tolerance_mm = max_f(tolerance_mm - line->spent_mm, MIN_TOLERANCE * tolerance_mm);
+    float left_out_mm = reduce_mm(tolerance_mm);
+    bool begins = !plan->reduce.open;
+    if (!is_alike(&plan->newest, line) ||
+        !reduce_accepts(&plan->reduce, line->target_mm, left_out_mm, plan->merge_mm)) {
+        plan_close(plan);
+        begins = true;
+        plan->tolerance_mm = tolerance_mm;
+        (void)reduce_accepts(&plan->reduce, line->target_mm, left_out_mm, plan->merge_mm);
+    }
+    if (begins)
+        plan->first_line = line->line;
+    plan->newest = *line;
+    plan->tolerance_mm = tolerance_mm;
+    memcpy(plan->position_mm, line->target_mm, sizeof plan->position_mm);
+}
+
+/* The newest move ends at rest, exactly at its target.
+ *  @param may_go_on  unless a next one comes early enough; else whatever follows */
+static void plan_end(struct plan *plan, bool may_go_on) {
+    int32_t steps[AXIS_COUNT] = {0};
+    plan_close(plan);
+    kinematics_target_steps(plan->position_mm, plan->limits.steps_per_mm, plan->limits.axis_count, steps);
+    path_end(&plan->path, steps, may_go_on);
+}
+
+/* Append a move; plan_free() is not 0. */
+static void plan_line(struct plan *plan, const struct motion_line *line) {
+    plan->moves_total++;
+    if (!leads_nowhere(plan, line))
+        add_line(plan, line);
+    if ((line->flags & MOTION_FLAG_EXACT_STOP) != 0)
+        plan_end(plan, false);
+    DEBUG(DEBUG_MOTION, "move: line, pieces waiting", line->line, path_count(&plan->path));
+}
+
+/* New overrides for everything planned. @param feed 0.1 .. 2, @param rapid 0.25 .. 1 */
+static void plan_set_override(struct plan *plan, float feed, float rapid) {
+    plan->timing.feed_sq = feed * feed;
+    plan->timing.rapid_sq = rapid * rapid;
+    plan->timing.whole = true;
+}
+
+/* ---- the room's door ---- */
+
+void motion_init(struct motion *motion, const struct motion_limits *limits, uint32_t look_ahead) {
     const int32_t zero[AXIS_COUNT] = {0};
-    motion->plan = (struct plan){.moves_total = 0};
+    motion->plan = (struct plan){.look_ahead = look_ahead};
     motion->newest_us = motion->oldest_us = 0;
     motion->waits = false;
     motion->queue.published = motion->queue.answered = 0;
@@ -26,7 +217,8 @@ bool motion_in_range(const struct motion *motion, const double target_mm[AXIS_CO
 }
 
 /* What of the last piece may still be changed. While a batch is pending nothing may: should it be refused,
- * motion goes on as before. And nothing may while that end is the stop that the step interrupt may enter. */
+ * motion continues as before. And nothing may while that end is the stop that the step interrupt may enter.
+ */
 static float slack_mm(struct motion *motion) {
     (void)ahead_take_answer(&motion->ahead);
     return motion->ahead.pending || motion->ahead.ends ? 0.0f : emit_slack_mm(&motion->emit);
@@ -44,6 +236,22 @@ bool motion_line(struct motion *motion, const struct motion_line *line, uint32_t
     emit->starved += emit->ran_dry;
     emit->ran_dry = emit->flush = false;
     motion->newest_us = now_us;
+    return true;
+}
+
+bool motion_tool_line(struct motion *motion, struct joints *joints, const struct motion_line *line,
+                      uint32_t now_us) {
+    while (joints->done < 1.0) {
+        struct motion_line piece;
+        if (!motion_has_room(motion))
+            return false;
+        const double end = joints_piece(joints, motion->plan.position_mm, line, &piece);
+        if (!motion_line(motion, &piece, now_us))
+            return false;
+        joints->done = end;
+        joints->part *= 2.0;
+    }
+    joints_arrive(joints, line->target_mm);
     return true;
 }
 
@@ -68,7 +276,7 @@ static bool is_waiting(const struct motion *motion, bool paused, uint32_t now_us
     bool resting = emit->v_mm_s == 0.0f && !emit->entered && !motion->ahead.pending &&
                    ahead_left_us(&motion->ahead) < (int32_t)(AHEAD_NEAR_US / 2);
     return resting && !paused && !emit->flush && !plan_is_empty(&motion->plan) && motion_has_room(motion) &&
-           now_us - motion->oldest_us < MOTION_START_MOST_US;
+           now_us - motion->oldest_us < MOTION_START_MAX_US;
 }
 
 /* Near the end of what is planned, moves that wait for others become pieces. */

@@ -14,7 +14,7 @@
 #define MOTION_START_DELAY_US 10000u
 
 /** ... but no longer than this, however steadily more moves come. */
-#define MOTION_START_MOST_US 50000u
+#define MOTION_START_MAX_US 50000u
 
 struct motion {
     struct plan plan;
@@ -26,8 +26,8 @@ struct motion {
     bool waits; /* at rest, with moves that wait for more: ask again within MOTION_START_DELAY_US */
 };
 
-/** At rest at step position 0. */
-void motion_init(struct motion *motion, const struct motion_limits *limits);
+/** At rest at step position 0. @param look_ahead  pieces of path, 32 .. PLAN_SIZE */
+void motion_init(struct motion *motion, const struct motion_limits *limits, uint32_t look_ahead);
 
 /** Change the limits. Only when motion_is_planned_out(). */
 void motion_set_limits(struct motion *motion, const struct motion_limits *limits);
@@ -45,6 +45,13 @@ static inline bool motion_has_room(const struct motion *motion) {
 /** Append a straight move. @return false: no room in the look-ahead, or the end of the last move must be
  * taken back first; try again later, after motion_poll(). Nothing was changed. */
 bool motion_line(struct motion *motion, const struct motion_line *line, uint32_t now_us);
+
+struct joints;
+
+/** As motion_line(), for the tool: target_mm is its machine coordinates, and its way may be several lines of
+ * the motors. @return false: no room for all of it now; call again with the same line */
+bool motion_tool_line(struct motion *motion, struct joints *joints, const struct motion_line *line,
+                      uint32_t now_us);
 
 /** Stand still for this long after the last move. Only when motion_is_planned_out(). */
 void motion_dwell(struct motion *motion, double seconds);
@@ -68,7 +75,7 @@ void motion_hold(struct motion *motion);
 /** Lift a hold; also one that has not yet come to rest. */
 void motion_resume(struct motion *motion);
 
-/** A hold has come to its end: what is published is the last. */
+/** A hold has ended: what is published is the last. */
 bool motion_is_held(const struct motion *motion);
 
 /** Overrides: 1 = 100 %. @param feed 0.1 .. 2; @param rapid 0.25 .. 1 */

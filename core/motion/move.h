@@ -12,7 +12,7 @@ struct motion_limits {
     float steps_per_mm[AXIS_COUNT];  /* > 0; steps per degree on rotary axes */
     float max_rate_mm_s[AXIS_COUNT]; /* > 0; already within the board's step rate */
     float accel_mm_s2[AXIS_COUNT];   /* > 0 */
-    float junction_deviation_mm;     /* >= 0, $11: how far the path may lie beside the programmed one */
+    float junction_deviation_mm;     /* >= 0, $11: how far the path may lie off the programmed one */
     float jerk_mm_s3;                /* >= 0, $40; 0: none is limited */
     uint8_t axis_count;              /* axes that exist: X .. */
 };
@@ -34,7 +34,7 @@ struct motion_line {
     float tolerance_mm;           /* >= 0: instead of $11, if larger (G64 P) */
     uint32_t line;                /* source line */
     uint32_t note;                /* moves of different notes (a laser's power) stay apart; any number */
-    float spent_mm;               /* >= 0: how far it lies beside what was programmed (an arc's chord, $12) */
+    float spent_mm;               /* >= 0: how far it lies off what was programmed (an arc's chord, $12) */
     uint8_t flags;                /* enum motion_flags */
 };
 

@@ -1,16 +1,26 @@
 /* SPDX-License-Identifier: MIT */
 #include "motion/path.h"
 
-#include "motion/smooth.h"
-
 #include <string.h>
 
 /* Grading: extra knots on a long chord, this many lengths of the short neighbour away from its ends. */
 #define GRADE        1.5f
-#define GRADE_LEAST  3.0f /* a neighbour counts as at least this many tubes long */
+#define GRADE_MIN    3.0f /* a neighbour counts as at least this many tubes long */
 #define GRADE_BOTH   0.6f /* of the chord: farther than this no knot of its own is made */
 #define GRADE_SINGLE 0.67f
 #define GRADE_MIDDLE 0.3f /* of the chord: two knots nearer than this are one in the middle */
+
+/* Rounding a corner. */
+#define EAGER          1.25f /* of the way to the minimum: the neighbours will come along */
+#define TUBE_USED      0.97f /* of the tube, by relaxing */
+#define SHIFT_MAX      0.45f /* of the shorter chord: two control points never pass each other */
+#define SHARP          1.8f  /* tubes deep: such a corner is limited by its tube, however it is relaxed */
+#define SHARE_MIN      0.02f /* of a chord, for the blend at each of its ends */
+#define NEED           4.0f  /* a blend takes no more than this many times its lowest useful length */
+#define NEED_MIN_MM    0.005f
+#define MIN_TANGENT_MM 1e-6f
+#define STRAIGHT       1e-5f   /* sine of half a turn that is only rounding */
+#define REVERSAL       0.9995f /* ... of a turn with no way round */
 
 void path_set_limits(struct path *path, const struct motion_limits *limits) {
     path->axis_count = limits->axis_count;
@@ -32,18 +42,252 @@ void path_reset(struct path *path) {
     path->knots[0] = (struct knot){.stop = true};
 }
 
+/* ---- knots -> pieces: relax, place, blend ---- */
+
+static struct knot *knot(struct path *path, uint32_t index) {
+    return &path->knots[index & (KNOT_RING - 1)];
+}
+
+/* Would a blend as long as both chords allow be SHARP tubes deep? |turn| is twice the sine of half the angle.
+ */
+static bool is_sharp(const struct knot *k, float turn_sq, float shorter_mm) {
+    float most = 8.0f * SHARP * k->info.tube_mm;
+    return turn_sq * shorter_mm * shorter_mm > most * most;
+}
+
+/* The chord that ends at a knot, after one of its ends was moved by `by`. */
+VEC_INLINE void move_chord(struct knot *k, vec by) {
+    vec chord = k->unit * k->length_mm + by;
+    k->length_mm = vec_length(chord);
+    k->unit = chord * (1.0f / k->length_mm);
+}
+
+/* One sweep of one control point towards the least bending energy
+ *
+ *     E = sum of |T|^2 / l,   T = turn of the units at a knot, l = half of both its chords
+ *
+ * with the lengths of the chords held: E is quadratic in the point then, and its minimum one step away. The
+ * point and the apex of the blend that it will get stay inside the tube. */
+static void relax(struct path *path, uint32_t index) {
+    struct knot *k = knot(path, index), *after = knot(path, index + 1);
+    const struct knot *before = knot(path, index - 1);
+    if (before->stop || k->stop || after->stop)
+        return;
+    const struct knot *next = knot(path, index + 2);
+    float a = k->length_mm, b = after->length_mm, shorter_mm = min_f(a, b);
+    vec turn = after->unit - k->unit;
+    float tube_mm = k->info.tube_mm;
+    if (is_sharp(k, vec_dot(turn, turn), shorter_mm) || tube_mm <= 0.0f)
+        return;
+    float l = 2.0f / (a + b), bend = 1.0f / a + 1.0f / b; /* l: 1 / half of both chords */
+    vec gradient = turn * (-bend * l);
+    float hessian = bend * bend * l;
+    vec turn_before = k->unit - before->unit;
+    if (!is_sharp(before, vec_dot(turn_before, turn_before), min_f(before->length_mm, a))) {
+        float l_before = 2.0f / ((before->length_mm + a) * a);
+        gradient += turn_before * l_before;
+        hessian += l_before / a;
+    }
+    vec turn_after = next->unit - after->unit;
+    if (!is_sharp(after, vec_dot(turn_after, turn_after), min_f(b, next->length_mm))) {
+        float l_after = 2.0f / ((b + next->length_mm) * b);
+        gradient += turn_after * l_after;
+        hessian += l_after / b;
+    }
+    vec along = k->unit + after->unit;
+    float along_sq = vec_dot(along, along);
+    vec step = gradient * (EAGER / hessian);
+    if (along_sq > 1e-6f)
+        step -= along * (vec_dot(step, along) / along_sq);
+    vec shift = k->shift - step;
+
+    vec apex = shift + (turn + step * bend) * (0.125f * shorter_mm);
+    float apex_mm = vec_length(apex), most_mm = TUBE_USED * tube_mm;
+    if (apex_mm > most_mm)
+        shift -= apex * ((1.0f - most_mm / apex_mm) / (1.0f - 0.125f * shorter_mm * bend));
+    float shift_mm = vec_length(shift);
+    most_mm = min_f(most_mm, SHIFT_MAX * shorter_mm);
+    if (shift_mm > most_mm)
+        shift *= most_mm / shift_mm;
+    vec by = shift - k->shift;
+    k->shift = shift;
+    move_chord(k, by);
+    move_chord(after, -by);
+}
+
+/* Part of a chord for the blend at one of its ends, with these sines of half turns there and at the other
+ * end: in proportion, so that both curves are equally sharp, or all that the other end's tube lets it leave.
+ */
+static float share(float sine, const struct knot *other, float other_sine, float length_mm) {
+    if (other->stop)
+        return 1.0f;
+    float part = sine + other_sine > 0.0f ? sine / (sine + other_sine) : 0.5f;
+    float taken = 4.0f * other->info.tube_mm;
+    if (taken < (1.0f - part) * other_sine * length_mm)
+        part = 1.0f - taken / (other_sine * length_mm);
+    return part < SHARE_MIN ? SHARE_MIN : min_f(part, 1.0f - SHARE_MIN);
+}
+
+/* A corner that only its tube limits gains from a control point outside of it: the curve then has the tube on
+ * both sides of the knot. */
+static void push_out(struct path *path, uint32_t index) {
+    struct knot *k = knot(path, index);
+    const struct knot *before = knot(path, index - 1), *after = knot(path, index + 1);
+    float tube_mm = k->info.tube_mm, sine_after = 0.0f;
+    k->turn = after->unit - k->unit;
+    k->sine = 0.5f * vec_length(k->turn);
+    if (tube_mm <= 0.0f || k->sine < STRAIGHT || k->sine > REVERSAL)
+        return;
+    if (!after->stop)
+        sine_after = 0.5f * vec_length(knot(path, index + 2)->unit - after->unit);
+    float tangent_mm = min_f(k->length_mm * share(k->sine, before, before->sine, k->length_mm),
+                             after->length_mm * share(k->sine, after, sine_after, after->length_mm));
+    vec inside = k->turn * (0.5f / k->sine);
+    float wanted_mm = 0.5f * tangent_mm * k->sine - tube_mm + vec_dot(k->shift, inside);
+    if (wanted_mm <= 0.0f)
+        return;
+    k->shift -= inside * min_f(wanted_mm, 2.0f * tube_mm);
+    float shift_mm = vec_length(k->shift);
+    float most_mm = min_f(tube_mm, SHIFT_MAX * min_f(k->length_mm, after->length_mm));
+    if (shift_mm > most_mm)
+        k->shift *= most_mm / shift_mm;
+}
+
+/* How deep below its control point a blend may pass, so that its apex stays in the tube. */
+static float depth_mm(const struct knot *k) {
+    if (k->sine < STRAIGHT)
+        return 1e30f;
+    vec inside = k->turn * (0.5f / k->sine);
+    float out_mm = -vec_dot(k->shift, inside);
+    vec aside = k->shift + inside * out_mm;
+    float left = k->info.tube_mm * k->info.tube_mm - vec_dot(aside, aside);
+    return out_mm + (left > 0.0f ? sqrtf(left) : 0.0f);
+}
+
+/* The control point gets its last place; with it the chord that ends here and the turn before are final. */
+static void place(struct path *path, uint32_t index) {
+    struct knot *before = knot(path, index - 1), *k = knot(path, index);
+    if (!k->stop)
+        push_out(path, index);
+    vec chord = {0};
+    double exact_mm[AXIS_COUNT];
+    for (unsigned ax = 0; ax < path->axis_count; ax++) {
+        exact_mm[ax] = (double)k->chord[ax] + (double)(k->shift[ax] - before->shift[ax]) + path->lost_mm[ax];
+        chord[ax] = (float)exact_mm[ax];
+    }
+    k->length_mm = vec_length(chord);
+    k->unit = chord * (1.0f / k->length_mm);
+    chord = k->unit * k->length_mm;
+    for (unsigned ax = 0; ax < path->axis_count; ax++)
+        path->lost_mm[ax] = exact_mm[ax] - (double)chord[ax];
+    if (before->stop)
+        return;
+    before->turn = k->unit - before->unit;
+    before->sine = 0.5f * vec_length(before->turn);
+    before->depth_mm = depth_mm(before);
+}
+
+/* Length of both tangents of the blend at a knot; 0: passed at rest. */
+static float tangent_mm(const struct path *path, const struct knot *before, const struct knot *k,
+                        const struct knot *after, float limit_mm_s) {
+    float left_mm = k->length_mm - before->tangent_mm;
+    if (k->stop || k->sine > REVERSAL || left_mm <= 0.0f)
+        return 0.0f;
+    float most_mm = min_f(k->length_mm * share(k->sine, before, before->sine, k->length_mm), left_mm);
+    most_mm = min_f(most_mm, after->length_mm * share(k->sine, after, after->sine, after->length_mm));
+    if (k->sine < STRAIGHT)
+        return min_f(most_mm, NEED_MIN_MM);
+    most_mm = min_f(most_mm, 2.0f * k->depth_mm / k->sine);
+    float speed_mm_s = min_f(max_f(k->info.asked_mm_s, after->info.asked_mm_s), limit_mm_s);
+    float accel_mm_s2 = vec_limit_along(k->turn * (0.5f / k->sine), path->inverse_accel);
+    float need_mm = NEED * speed_mm_s * speed_mm_s * k->sine / accel_mm_s2;
+    return min_f(most_mm, max_f(need_mm, NEED_MIN_MM));
+}
+
+/* A stop is passed at speed after all, if the room for its blend is still there. @return false: it stays a
+ * stop */
+static bool blend_again(struct path *path, struct knot *k) {
+    path->reopened = false;
+    k->tangent_mm = path_count(path) > 0 ? min_f(k->tangent_mm, path->slack_mm) : 0.0f;
+    k->stop = k->tangent_mm < MIN_TANGENT_MM;
+    if (k->stop)
+        return false;
+    path->head--;
+    path->stop_head--;
+    path->changed = true;
+    return true;
+}
+
+static void blend(struct path *path, uint32_t index) {
+    struct knot *k = knot(path, index);
+    const struct knot *after = knot(path, index + 1);
+    float limit_mm_s = vec_limit_along(k->unit, path->inverse_rate);
+    k->tangent_mm = tangent_mm(path, knot(path, index - 1), k, after, limit_mm_s);
+    path->blended = index;
+    if (path->reopened && !blend_again(path, k)) {
+        k->tangent_mm = 0.0f;
+        return;
+    }
+    if (k->tangent_mm < MIN_TANGENT_MM)
+        k->tangent_mm = 0.0f;
+    float bend_mm_s = vec_limit_along(k->unit + 0.5f * k->turn, path->inverse_rate);
+    struct piece *piece = path_piece(path, path->head++);
+    *piece = (struct piece){.unit = k->unit,
+                            .length_mm = k->length_mm,
+                            .tangent_mm = k->tangent_mm,
+                            .asked_sq = k->info.asked_mm_s * k->info.asked_mm_s,
+                            .limit_sq = limit_mm_s * limit_mm_s,
+                            .bend_sq = bend_mm_s * bend_mm_s,
+                            .accel_mm_s2 = vec_limit_along(k->unit, path->inverse_accel),
+                            .line = k->info.line,
+                            .note = k->info.note,
+                            .flags = k->info.flags};
+    if (k->stop)
+        piece->flags |= PIECE_STOP;
+}
+
+/* Append a knot at the end of this chord, and move the knots before it one stage on. */
+static void add_knot(struct path *path, const vec *chord, float length_mm, const struct chord_info *info) {
+    uint32_t n = ++path->newest;
+    struct knot *k = knot(path, n), *before = knot(path, n - 1);
+    *k = (struct knot){.chord = *chord, .length_mm = length_mm, .info = *info};
+    k->unit = *chord * (1.0f / length_mm);
+    if (info->tube_mm < before->info.tube_mm)
+        before->info.tube_mm = info->tube_mm;
+    for (uint32_t lag = 2; lag <= 2 * PATH_SWEEPS && lag < n - path->placed; lag += 2)
+        relax(path, n - lag);
+    if (n - path->placed > 2 + 2 * PATH_SWEEPS)
+        place(path, ++path->placed);
+    if (path->placed - path->blended > 2)
+        blend(path, path->blended + 1);
+}
+
+/* The newest knot is a stop: all knots become pieces. */
+static void stop_at_newest(struct path *path) {
+    struct knot *last = knot(path, path->newest);
+    last->stop = true;
+    last->shift = last->turn = (vec){0};
+    last->sine = last->tangent_mm = 0.0f;
+    while (path->placed != path->newest)
+        place(path, ++path->placed);
+    while (path->blended != path->newest)
+        blend(path, path->blended + 1);
+}
+
+/* ---- chords -> knots ---- */
+
 static void push_part(struct path *path, const struct chord_wait *wait, const vec *chord, float part) {
-    smooth_knot(path, chord, part * wait->length_mm, &wait->info);
+    add_knot(path, chord, part * wait->length_mm, &wait->info);
 }
 
 /* A chord becomes one, two or three knots: where a long chord meets a short one,
  * a knot of its own lets it bend near its end. Lengths of the neighbours: 0 is a stop, where nothing bends.
  */
 static void grade(struct path *path, const struct chord_wait *wait, float before_mm, float after_mm) {
-    float length_mm = wait->length_mm, least_mm = GRADE_LEAST * wait->info.tube_mm;
+    float length_mm = wait->length_mm, least_mm = GRADE_MIN * wait->info.tube_mm;
     bool has_before = before_mm > 0.0f, has_after = after_mm > 0.0f;
-    float a = GRADE * most_f(before_mm, least_mm) / length_mm; /* parts of the chord */
-    float b = GRADE * most_f(after_mm, least_mm) / length_mm;
+    float a = GRADE * max_f(before_mm, least_mm) / length_mm; /* parts of the chord */
+    float b = GRADE * max_f(after_mm, least_mm) / length_mm;
     float first = 0.0f, second = 0.0f; /* parts from the start and from the end */
     if (has_before && has_after && a < GRADE_BOTH && b < GRADE_BOTH && a + b < 1.0f) {
         first = a;
@@ -104,7 +348,7 @@ void path_end(struct path *path, const int32_t stop_steps[AXIS_COUNT], bool may_
         path->may_go_on = path->may_go_on && may_go_on;
         return;
     }
-    smooth_end(path);
+    stop_at_newest(path);
     memcpy(path->stop_steps[path->stop_head++ & (PATH_STOPS - 1)], stop_steps, sizeof path->stop_steps[0]);
     path->may_go_on = may_go_on;
 }

@@ -3,7 +3,7 @@
  *
  *   path_chord() -> grade -> knots: relax (2 sweeps) -> place -> blend -> pieces
  *
- * A knot is the end of a chord. Its control point may lie up to `tube_mm` beside it. Each control point is
+ * A knot is the end of a chord. Its control point may lie up to `tube_mm` next to it. Each control point is
  * rounded by one symmetric quadratic Bezier curve, so the path is a chain of pieces: straight, then curved,
  *
  *       from ------------ line ------------. d
@@ -16,8 +16,12 @@
 #define WIFICNC_MOTION_PATH_H
 
 #include "config.h"
+#include "hal/core_sizes.h"
 #include "motion/move.h"
 #include "motion/vec.h"
+
+/** PLAN_SIZE pieces (hal/core_sizes.h): look-ahead, and what may have to be planned again. */
+_Static_assert((PLAN_SIZE & (PLAN_SIZE - 1)) == 0, "ring index is masked");
 
 /** How often each control point is relaxed; each sweep makes the path 2 knots later. */
 #define PATH_SWEEPS 2u
@@ -34,7 +38,7 @@ _Static_assert((KNOT_RING & (KNOT_RING - 1)) == 0 && KNOT_RING >= PATH_LAG + 3, 
 /** What a chord inherits from its moves. */
 struct chord_info {
     float asked_mm_s; /* along the chord, 1e15: rapid */
-    float tube_mm;    /* how far the path may lie beside the chord */
+    float tube_mm;    /* how far the path may lie off the chord */
     uint32_t line;
     uint32_t note;
     uint8_t flags; /* enum motion_flags */
@@ -53,7 +57,7 @@ struct knot {
     bool stop; /* the machine rests here, and exactly here */
 };
 
-enum piece_flags { PIECE_STOP = 0x80 }; /* besides enum motion_flags */
+enum piece_flags { PIECE_STOP = 0x80 }; /* in addition to enum motion_flags */
 
 /** A chord between two control points and the blend at its end. */
 struct piece {

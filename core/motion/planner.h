@@ -18,8 +18,6 @@
 
 /** Most pieces that one chord can become. */
 #define PLAN_BURST 3u
-/** Moves that the look-ahead holds at least, when no points are left out. */
-#define PLAN_MOVES (PLAN_SIZE - PLAN_BURST)
 
 /** A backward pass looks at many pieces. Where nothing is settled it waits until 1/PLAN_FRESH of those ahead
  * is new, when there are PLAN_MANY. */
@@ -27,6 +25,7 @@
 #define PLAN_MANY  16u
 
 struct plan {
+    uint32_t look_ahead; /* pieces that it may hold: PLAN_SIZE or less */
     struct motion_limits limits;
     float filter_s;                 /* limited jerk: motion/filter.h averages over this; 0: off */
     float filter_mm;                /* how far that takes the path off at most */
@@ -42,27 +41,20 @@ struct plan {
     uint32_t moves_total;
 };
 
-/** Empty and at rest at this position. */
-void plan_reset(struct plan *plan, const int32_t position_steps[AXIS_COUNT]);
-
-/** New limits. Only while plan_is_empty(). */
-void plan_set_limits(struct plan *plan, const struct motion_limits *limits);
-
 /** Pieces that still fit, with room for everything that one more move can make. */
-uint32_t plan_free(const struct plan *plan);
+static inline uint32_t plan_free(const struct plan *plan) {
+    const struct path *path = &plan->path;
+    uint32_t chords = (plan->reduce.open ? 2u : 1u) + (path->waits ? 1u : 0u);
+    uint32_t used = path->head - path->kept + path->newest - path->blended + PLAN_BURST * chords;
+    if (used >= plan->look_ahead || path->stop_head - path->stop_kept >= PATH_STOPS - 1)
+        return 0;
+    return plan->look_ahead - used;
+}
 
-/** Append a move; plan_free() is not 0. */
-void plan_line(struct plan *plan, const struct motion_line *line);
-
-/** What was taken so far is a chord of its own: no later move may change where it ends. */
-void plan_close(struct plan *plan);
-
-/** The newest move ends at rest, exactly at its target.
- *  @param may_go_on  unless a next one comes early enough; else whatever follows */
-void plan_end(struct plan *plan, bool may_go_on);
-
-/** New overrides for everything planned. @param feed 0.1 .. 2, @param rapid 0.25 .. 1 */
-void plan_set_override(struct plan *plan, float feed, float rapid);
+/** Moves that the look-ahead holds at least, when no points are left out. */
+static inline uint32_t plan_moves(const struct plan *plan) {
+    return plan->look_ahead - PLAN_BURST;
+}
 
 /** Moves not yet made into pieces. */
 static inline bool plan_is_pending(const struct plan *plan) {

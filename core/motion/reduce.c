@@ -52,7 +52,7 @@ bool reduce_accepts(struct reduce *reduce, const double point_mm[AXIS_COUNT], fl
             reduce->aimed = true;
         }
     }
-    reduce->reach_mm = reduce->open ? most_f(reduce->reach_mm, distance_mm) : distance_mm;
+    reduce->reach_mm = reduce->open ? max_f(reduce->reach_mm, distance_mm) : distance_mm;
     reduce->merged = reduce->open;
     reduce->open = true;
     reduce->chord = chord;

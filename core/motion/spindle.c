@@ -5,10 +5,10 @@
 
 #include <math.h>
 
-#define TAU_S       0.006f /* memory of the filter: shorter than an axis needs to follow anyway */
-#define LONG_US     10000000u
-#define OVERDUE     1.5f  /* counts that a spindle may be late with before it is taken for slower */
-#define LEAST_REV_S 0.01f /* slower is standing */
+#define TAU_S     0.006f /* memory of the filter: shorter than an axis needs to follow anyway */
+#define LONG_US   10000000u
+#define OVERDUE   1.5f  /* counts that a spindle may be late with before it is taken for slower */
+#define MIN_REV_S 0.01f /* slower is standing */
 
 void spindle_reset(struct spindle *spindle, float per_rev) {
     *spindle = (struct spindle){.per_rev = per_rev};
@@ -72,7 +72,7 @@ float spindle_rev_s(const struct spindle *spindle, uint32_t now_us) {
     if (spindle->per_rev <= 0.0f)
         return 0.0f;
     float rev_s = rate_now(spindle, now_us) / spindle->per_rev;
-    return fabsf(rev_s) < LEAST_REV_S ? 0.0f : rev_s;
+    return fabsf(rev_s) < MIN_REV_S ? 0.0f : rev_s;
 }
 
 /* Counts beyond `total`. */

@@ -5,7 +5,7 @@
  * speed, both poles at z = tau / (tau + dt)) follows them, so neither the width of a count nor the grain of
  * the clock is seen in the speed, and edges may come a thousand a millisecond or one a revolution. Angles at
  * other times are extrapolated. A spindle whose next edge is overdue turns no faster than that edge allows,
- * so one that stops is known to stand.
+ * so one that stops is known to be still.
  *
  * Angles are revolutions, positive clockwise (M3). */
 #ifndef WIFICNC_MOTION_SPINDLE_H
@@ -37,7 +37,7 @@ void spindle_take(struct spindle *spindle, int32_t counts, uint32_t edge_us, uin
 /** Angles count from here from now on: where the encoder said `counts`, less than 2^31 counts ago. */
 void spindle_set_zero(struct spindle *spindle, int32_t counts);
 
-/** Speed, revolutions/s; 0: it stands, or is not known. */
+/** Speed, revolutions/s; 0: it is still, or this is not known. */
 float spindle_rev_s(const struct spindle *spindle, uint32_t now_us);
 
 /** Angle at a time near now, revolutions from zero. */
@@ -51,7 +51,7 @@ double spindle_turns(const struct spindle *spindle, int32_t index_counts, uint32
 /** It has turned at one speed, within SPINDLE_STEADY_PART, for SPINDLE_STEADY_US. */
 bool spindle_is_steady(const struct spindle *spindle, uint32_t now_us);
 
-/** It was told to turn otherwise: it is not steady now, though it may look so. */
+/** It was commanded to turn otherwise: it is not steady now, though it may look so. */
 void spindle_disturb(struct spindle *spindle, uint32_t now_us);
 
 #define SPINDLE_STEADY_PART 0.02f

@@ -52,15 +52,15 @@ static float greatest_start(const struct half *half, float most, float cap, bool
     if (*settled) {
         rise = first;
         fall = tangent_at(half, -1.0f);
-        best = least_f(best, fall.value);
+        best = min_f(best, fall.value);
     }
     for (int i = 0; i < CUTS && fall.slope < 0.0f; i++) {
         float rho = fall.rho + (fall.value - value_at(&rise, fall.rho)) / (rise.slope - fall.slope);
         float bound = value_at(&rise, rho);
-        if (best <= most_f(bound, least) * (1.0f + CLOSE))
+        if (best <= max_f(bound, least) * (1.0f + CLOSE))
             break;
         struct tangent next = tangent_at(half, rho);
-        best = least_f(best, most_f(next.value, bound));
+        best = min_f(best, max_f(next.value, bound));
         if (next.slope < 0.0f) {
             fall = next;
         } else {
@@ -68,7 +68,7 @@ static float greatest_start(const struct half *half, float most, float cap, bool
             *settled = true;
         }
     }
-    return 1.0f / most_f(best, least);
+    return 1.0f / max_f(best, least);
 }
 
 /* Both halves of the blend between a piece and its successor. What was found before was possible with a
@@ -80,12 +80,12 @@ static bool find_blend(const struct path *path, struct piece *piece, const struc
     vec u0 = 2.0f * piece->unit * inverse, du = (next->unit - piece->unit) * inverse;
     struct half half = {.bend = 2.0f * du, .start = u0 + du, .end = u0 + 4.0f * du};
     bool first_settled, second_settled;
-    float middle_y = greatest_start(&half, next->enter_y, least_f(cap, next_cap), &second_settled);
-    piece->middle_y = most_f(piece->middle_y, middle_y);
+    float middle_y = greatest_start(&half, next->enter_y, min_f(cap, next_cap), &second_settled);
+    piece->middle_y = max_f(piece->middle_y, middle_y);
     half.start = u0;
     half.end = u0 + 3.0f * du;
-    float blend_y = greatest_start(&half, piece->middle_y, least_f(cap, piece->bend_sq), &first_settled);
-    piece->blend_y = most_f(piece->blend_y, blend_y);
+    float blend_y = greatest_start(&half, piece->middle_y, min_f(cap, piece->bend_sq), &first_settled);
+    piece->blend_y = max_f(piece->blend_y, blend_y);
     return first_settled || second_settled;
 }
 
@@ -105,13 +105,13 @@ void timing_backward(struct timing *timing, struct path *path) {
             settled = find_blend(path, piece, next, cap, next_cap);
         const struct piece *before = path_piece(path, i - 1);
         float line_mm = piece->length_mm - piece->tangent_mm - before->tangent_mm;
-        float enter_y = piece->blend_y + 2.0f * piece->accel_mm_s2 * most_f(line_mm, 0.0f);
-        float enter_cap = before->tangent_mm > 0.0f ? least_f(cap, before->bend_sq) : cap;
+        float enter_y = piece->blend_y + 2.0f * piece->accel_mm_s2 * max_f(line_mm, 0.0f);
+        float enter_cap = before->tangent_mm > 0.0f ? min_f(cap, before->bend_sq) : cap;
         if (!found && (settled || enter_y >= enter_cap)) {
             found = true;
             timing->settled = i;
         }
-        enter_y = least_f(enter_y, enter_cap);
+        enter_y = min_f(enter_y, enter_cap);
         bool seen = !timing->whole && timing->known - i - 1 < path_count(path) && i + 1 != timing->known;
         if (seen && enter_y <= piece->enter_y * (1.0f + CLOSE))
             break;

@@ -33,10 +33,10 @@ struct timing {
 static inline float timing_limit_sq(const struct timing *timing, const struct piece *piece) {
     bool rapid = (piece->flags & MOTION_FLAG_RAPID) != 0;
     float asked_sq = rapid ? piece->limit_sq * timing->rapid_sq : piece->asked_sq * timing->feed_sq;
-    return least_f(asked_sq, piece->limit_sq);
+    return min_f(asked_sq, piece->limit_sq);
 }
 
-/** From the newest piece, at whose blend the machine must be able to stand still, back to the oldest: set
+/** From the newest piece, at whose blend the machine must be able to stop, back to the oldest: set
  * enter_y, blend_y and middle_y to the greatest y from which all that follows can be kept. Ends as soon as
  * nothing changes. */
 void timing_backward(struct timing *timing, struct path *path);

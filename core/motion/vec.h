@@ -64,10 +64,10 @@ VEC_INLINE vec vec_turn_sign(vec a, vec b) {
 
 /** Greatest and least lane of all axes. */
 VEC_INLINE float vec_most(vec a) {
-    return most_f(most_f(most_f(a[0], a[1]), most_f(a[2], a[3])), most_f(a[4], a[5]));
+    return max_f(max_f(max_f(a[0], a[1]), max_f(a[2], a[3])), max_f(a[4], a[5]));
 }
 VEC_INLINE float vec_least(vec a) {
-    return least_f(least_f(least_f(a[0], a[1]), least_f(a[2], a[3])), least_f(a[4], a[5]));
+    return min_f(min_f(min_f(a[0], a[1]), min_f(a[2], a[3])), min_f(a[4], a[5]));
 }
 
 /** Greatest s so that s |a| is within the limits of every axis, given as 1/limit. At most 1e15: its square

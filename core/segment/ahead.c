@@ -6,11 +6,11 @@
 #define MARK_US      4000u   /* between marks of committed motion */
 #define STOP_MARK_US 20000u  /* from the beginning of a stop to its first mark; the next ones twice as far */
 #define SPARE_MARKS  5u      /* places for the marks that must be, of this batch and the next one */
-#define COMMIT_MOST  80u     /* segments; the others are for the stop */
-#define LEAST_US     6000u   /* of committed motion, however few spans there are */
+#define COMMIT_MAX   80u     /* segments; the others are for the stop */
+#define MIN_US       6000u   /* of committed motion, however few spans there are */
 #define HURRY_US     1000    /* the committed part is continued if so much of it is left */
-#define END_MOST_US  600000u /* of the stop at the end of what is planned, and segments of it */
-#define END_MOST     48u
+#define END_MAX_US   600000u /* of the stop at the end of what is planned, and segments of it */
+#define END_MAX      48u
 #define REST_NS      100000u
 
 static uint32_t now_us(const struct ahead *ahead) {
@@ -144,7 +144,7 @@ static void withdraw(struct ahead *ahead, enum queue_answer answer) {
     ahead->ends = ahead->ends_before;
     ahead->changed = ahead->changed || ahead->changing;
     ahead->source->load(ahead->ctx, ahead->commit, AHEAD_UNDO);
-    if (answer == QUEUE_LARGE && ahead->spare && ahead->full_us > LEAST_US)
+    if (answer == QUEUE_LARGE && ahead->spare && ahead->full_us > MIN_US)
         ahead->full_us /= 2;
     ahead->spare = ahead->spare || answer == QUEUE_LARGE;
 }
@@ -160,7 +160,7 @@ static void take(struct ahead *ahead) {
     }
     ahead->noted = ahead->spare = false;
     if (ahead->full_us < AHEAD_FULL_US)
-        ahead->full_us += LEAST_US;
+        ahead->full_us += MIN_US;
 }
 
 /* ---- batches ---- */
@@ -186,7 +186,7 @@ static bool put_segment(struct ahead *ahead, uint32_t *at_us) {
 static uint32_t put_committed(struct ahead *ahead, uint32_t at_us) {
     uint32_t marked_us = at_us;
     ahead->soft = false;
-    while (ahead->queue->count < COMMIT_MOST && after_now_us(ahead, at_us) < (int32_t)ahead->full_us) {
+    while (ahead->queue->count < COMMIT_MAX && after_now_us(ahead, at_us) < (int32_t)ahead->full_us) {
         uint32_t reach_us = ahead->source->reach_us(ahead->ctx);
         if (after_now_us(ahead, at_us) >= (int32_t)reach_us) {
             ahead->soft = reach_us < AHEAD_FULL_US;
@@ -231,7 +231,7 @@ static bool put_stop(struct ahead *ahead, uint32_t at_us) {
     const struct ahead_source *source = ahead->source;
     uint32_t count = ahead->queue->count;
     bool rests = !ahead->spare && !ahead->open && source->stop(ahead->ctx, AHEAD_END) &&
-                 put_until_rest(ahead, at_us, END_MOST_US, count + END_MOST);
+                 put_until_rest(ahead, at_us, END_MAX_US, count + END_MAX);
     ahead->ends = rests;
     if (!rests) {
         drop_stop(ahead, count);
@@ -256,7 +256,7 @@ static void put_rest(struct ahead *ahead, uint32_t *at_us) {
 
 /* The state that the source has now is that at the end of the committed part. When nothing was committed,
  * that is the branch; if it lies in a stop, its state was that of a source that stops, and now is of one that
- * goes on. */
+ * continues. */
 static uint32_t commit_mark(struct ahead *ahead, uint32_t at_us) {
     const struct segment_queue *queue = ahead->queue;
     uint32_t mark = queue->count > 0 ? queue->slots[queue->count - 1].mark : 0u;
@@ -297,8 +297,8 @@ static bool publish(struct ahead *ahead) {
     return true;
 }
 
-/* The step interrupt has entered the stop: motion goes on from a mark in it. It does not matter where motion
- * would have braked anyway, for want of more moves. */
+/* The step interrupt has entered the stop: motion continues from a mark in it. It does not matter where
+ * motion would have braked anyway, for want of more moves. */
 static void note_late(struct ahead *ahead) {
     if (!ahead->noted && (!ahead->soft || ahead->source->news(ahead->ctx) != ahead->news))
         ahead->late++;

@@ -3,10 +3,10 @@
  *
  * Whatever plans segments (the emitter of the planner, the queue of a network host) is a source. From it come
  * batches (segment/queue.h): committed motion, then the stop after it along the same path. To make the stop,
- * the source keeps its state at the end of the committed part, is told to stop, is asked for segments until
- * it rests, and takes the state back. When the step interrupt enters the stop after all, because some task
- * was late, the source takes the state that it had there, and motion goes on from there, or from rest: along
- * the same path, because segments are differences of absolute places.
+ * the source keeps its state at the end of the committed part, is put into a stop, is asked for segments
+ * until it rests, and takes the state back. When the step interrupt enters the stop after all, because some
+ * task was late, the source takes the state that it had there, and motion continues from there, or from rest:
+ * along the same path, because segments are differences of absolute places.
  *
  *        branch                 commit             end
  *     ---M-------M-------M-------M  s  s  M  s  s  R        M: mark, a state that the source has kept
@@ -33,7 +33,7 @@ enum ahead_owner { AHEAD_NOBODY, AHEAD_PLANNER, AHEAD_HOST };
 /** A mark's state is taken back: */
 enum ahead_return {
     AHEAD_UNDO,   /* what was made after it has not happened */
-    AHEAD_STOPPED /* motion came by it in a stop that nobody asked for */
+    AHEAD_STOPPED /* motion came by it in a stop that no one asked for */
 };
 
 enum ahead_stop {
@@ -63,7 +63,7 @@ struct ahead_source {
 struct ahead_mark {
     uint32_t us;      /* motion time */
     bool used, fresh; /* fresh: of the batch that is pending */
-    bool stops;       /* in a stop, which nobody asked for */
+    bool stops;       /* in a stop, which no one asked for */
 };
 
 struct ahead {
@@ -88,10 +88,10 @@ struct ahead {
     uint32_t late;   /* times motion slowed down because tasks were late */
 };
 
-/** Nobody's, at rest at time 0. */
+/** No one's, at rest at time 0. */
 void ahead_init(struct ahead *ahead, struct segment_queue *queue);
 
-/** Motion was reset to stand (prep_reset()); the source's state was, too. */
+/** Motion was reset to a place (prep_reset()); the source's state was, too. */
 void ahead_reset(struct ahead *ahead);
 
 /** Take motion, to begin from rest. @return false: another owner's motion is not at rest yet */

@@ -23,7 +23,7 @@
 
 enum queue_answer {
     QUEUE_TAKEN,
-    QUEUE_PASSED, /* the step ISR has gone on along the motion before */
+    QUEUE_PASSED, /* the step ISR has continued along the motion before */
     QUEUE_LARGE,  /* the spans do not suffice */
 };
 
@@ -31,7 +31,7 @@ enum queue_answer {
  * cannot branch off there any more. */
 #define QUEUE_MARKS 28u
 
-/** Place of the mark where motion was reset to stand. */
+/** Place of the mark where motion was reset. */
 #define QUEUE_RESET_MARK 0u
 
 struct segment_queue {
@@ -55,7 +55,7 @@ static inline void segment_queue_publish(struct segment_queue *queue) {
     __atomic_store_n(&queue->published, queue->published + 1, __ATOMIC_RELEASE);
 }
 
-/** [motion] Give it back. */
+/** [motion] Return it to the producer. */
 static inline void segment_queue_answer(struct segment_queue *queue, enum queue_answer answer) {
     queue->answer = answer;
     __atomic_store_n(&queue->answered, queue->answered + 1, __ATOMIC_RELEASE);

@@ -10,7 +10,7 @@
  * (speeds, acceleration and distance that do not fit each other), no speed or square of a speed can overflow,
  * and a timed segment of a network host (steps and duration, speeds unknown) is the same thing with ramp 0.
  *
- * The dominant axis is the one with most steps; the others follow by DDA. All of them may stand anywhere
+ * The dominant axis is the one with most steps; the others follow by DDA. All of them may be anywhere
  * between two steps when the segment begins and ends: `phase` and `phase_end` say where, so that steps come
  * when they are due, and stay even across segments. Steps are exact whatever the phases say. */
 #ifndef WIFICNC_SEGMENT_SEGMENT_H
@@ -33,7 +33,7 @@ enum segment_flags {
 
 enum {
     SEGMENT_RAMP_ONE = 32767,  /* ramp of a segment that starts at rest; -32767: ends at rest */
-    SEGMENT_PHASE_HALF = 128,  /* stands exactly on a step: the next one is half a step past it */
+    SEGMENT_PHASE_HALF = 128,  /* is exactly on a step: the next one is half a step past it */
     SEGMENT_MAX_STEPS = 16383, /* of the dominant axis; longer moves are cut */
 };
 

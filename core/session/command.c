@@ -67,7 +67,7 @@ static enum wire_refusal io_control(struct session *session, const uint8_t *payl
     return session_refusal(refusal);
 }
 
-/* To switch off what the host has switched on and nobody else has since. */
+/* To switch off what the host has switched on and no one else has since. */
 static struct outputs_wish own_outputs(const struct session *session) {
     const struct machine *machine = session->machine;
     const struct wire_io_control *known = &session->outputs;
@@ -88,7 +88,7 @@ void session_switch_off(struct session *session) {
     (void)action_outputs(session->machine, &own);
 }
 
-/* Ends a lock; or gives motion back, when nothing of the host moves. */
+/* Ends a lock; or releases motion, when nothing of the host moves. */
 static enum wire_refusal reset(struct session *session) {
     const enum refusal refusal = action_end_lock(session->machine);
     if (refusal != REFUSAL_BUSY)
@@ -140,7 +140,7 @@ static bool is_duplicate(struct session *session, const struct wire_header *head
                                 .length = header->length};
     if (mark.sequence == 0 && mark.timestamp_us == 0)
         return false;
-    if (session->now_us - session->owner.motion_us >= DOUBLED_US) /* may be a program that begins anew */
+    if (session->now_us - session->owner.motion_us >= DOUBLED_US) /* may be a program that begins again */
         session->recents = 0;
     for (unsigned i = 0; i < SESSION_RECENT && i < session->recents; i++) {
         const struct session_mark *old = &session->recent[i];
@@ -159,8 +159,8 @@ static void refuse(struct session *session, enum wire_refusal refusal, uint32_t 
 
 static enum wire_refusal push(struct session *session, const uint8_t *at) {
     uint32_t number;
-    const struct feed_segment segment = session_segment(at);
-    uint32_t ahead = feed_laid(&machine_host(session->machine)->feed);
+    const struct host_queue_segment segment = session_segment(at);
+    uint32_t ahead = host_queue_laid(&machine_host(session->machine)->queue);
     return session_refusal(machine_host_lay(session->machine, ahead, &segment, &number));
 }
 

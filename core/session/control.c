@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
  * Requests by TCP, each with its one reply. */
-#include "session/inner.h"
+#include "session/request.h"
 
 #include "base/sha256.h"
 
@@ -8,35 +8,17 @@
 
 enum { COUNTS_A_PULSE = 4 }; /* of an encoder with two lines */
 
-/* A request under way. */
-struct request {
-    struct session *session;
-    struct session_client *client;
-    int place;
-    struct wire_header header;
-    const uint8_t *payload;
-    uint8_t *reply;
-};
-
-static size_t answer(const struct request *request, enum wire_type type, size_t payload_size) {
-    return session_close(request->session, SEQUENCE_REPLY, request->reply, type, payload_size);
-}
-
-static uint8_t *body(const struct request *request) {
-    return request->reply + WIRE_HEADER_SIZE;
-}
-
 /* ack, or refused and why. */
 static size_t judge(const struct request *request, enum wire_refusal refusal) {
     if (refusal == WIRE_REFUSAL_NONE) {
         struct wire_ack ack = {.sequence = request->header.sequence, .type = request->header.type};
-        wire_put_ack(body(request), &ack);
-        return answer(request, WIRE_ACK, WIRE_ACK_SIZE);
+        wire_put_ack(request_body(request), &ack);
+        return request_reply(request, WIRE_ACK, WIRE_ACK_SIZE);
     }
     struct wire_refused refused = {
         .sequence = request->header.sequence, .type = request->header.type, .reason = (uint8_t)refusal};
-    wire_put_refused(body(request), &refused);
-    return answer(request, WIRE_REFUSED, WIRE_REFUSED_SIZE);
+    wire_put_refused(request_body(request), &refused);
+    return request_reply(request, WIRE_REFUSED, WIRE_REFUSED_SIZE);
 }
 
 static struct wire_handshake_response about_machine(const struct machine *machine) {
@@ -53,7 +35,7 @@ static struct wire_handshake_response about_machine(const struct machine *machin
                       (pulses > 0 ? WIRE_CAPABILITY_ENCODER : 0)),
         .encoder_ppr_high = (uint8_t)(pulses >> 8),
         .encoder_ppr_low = (uint8_t)pulses,
-        .buffer_capacity = FEED_SIZE,
+        .buffer_capacity = HOST_QUEUE_SIZE,
         .step_rate_hz = board->max_step_rate_hz};
 }
 
@@ -64,7 +46,7 @@ static struct wire_handshake_response about_module(const struct channels *channe
                                                 (uint8_t)channels->config.value[CHANNELS_IO_COUNT]};
 }
 
-static size_t handshake(const struct request *request) {
+size_t request_handshake(const struct request *request) {
     const struct session *session = request->session;
     struct wire_handshake_response response = session_is_module(session)
                                                   ? about_module(session->options.channels)
@@ -74,46 +56,47 @@ static size_t handshake(const struct request *request) {
         response.capabilities |= WIRE_CAPABILITY_LOCKED;
     for (size_t i = 0; i < sizeof response.device_name - 2 && session->options.name[i] != '\0'; i++)
         response.device_name[i] = session->options.name[i];
-    wire_put_handshake_response(body(request), &response);
-    return answer(request, WIRE_HANDSHAKE_RESPONSE, WIRE_HANDSHAKE_RESPONSE_SIZE);
+    wire_put_handshake_response(request_body(request), &response);
+    return request_reply(request, WIRE_HANDSHAKE_RESPONSE, WIRE_HANDSHAKE_RESPONSE_SIZE);
 }
 
-static size_t get_key(const struct request *request) {
+size_t request_config_get(const struct request *request) {
     struct wire_config_get get;
     struct wire_config_value value;
     wire_get_config_get(request->payload, &get);
     config_get(request->session, get.key, &value);
-    wire_put_config_value(body(request), &value);
-    return answer(request, WIRE_CONFIG_VALUE, WIRE_CONFIG_VALUE_SIZE);
+    wire_put_config_value(request_body(request), &value);
+    return request_reply(request, WIRE_CONFIG_VALUE, WIRE_CONFIG_VALUE_SIZE);
 }
 
-static enum wire_refusal set_key(const struct request *request) {
+enum wire_refusal request_config_set(const struct request *request) {
     struct wire_config_set set;
     wire_get_config_set(request->payload, &set);
     return config_set(request->session, &set);
 }
 
-static size_t pong(const struct request *request) {
+size_t request_ping(const struct request *request) {
     struct wire_ping ping;
     wire_get_ping(request->payload, &ping);
     struct wire_pong reply = {.id = ping.id};
-    wire_put_pong(body(request), &reply);
-    return answer(request, WIRE_PONG, WIRE_PONG_SIZE);
+    wire_put_pong(request_body(request), &reply);
+    return request_reply(request, WIRE_PONG, WIRE_PONG_SIZE);
 }
 
-/* Also why not is said in its own reply. */
-static size_t open_stream(const struct request *request, enum wire_refusal refusal) {
+/* Also why not is reported in its own reply. */
+size_t request_stream_open(const struct request *request) {
     struct session *session = request->session;
+    enum wire_refusal refusal = request->refusal;
     if (refusal == WIRE_REFUSAL_NONE)
         refusal = stream_open(session, request->place);
     struct wire_stream_opened opened = {.stream = refusal == WIRE_REFUSAL_NONE ? session->stream.id : 0,
-                                        .capacity = FEED_SIZE,
+                                        .capacity = HOST_QUEUE_SIZE,
                                         .refusal = (uint8_t)refusal};
-    wire_put_stream_opened(body(request), &opened);
-    return answer(request, WIRE_STREAM_OPENED, WIRE_STREAM_OPENED_SIZE);
+    wire_put_stream_opened(request_body(request), &opened);
+    return request_reply(request, WIRE_STREAM_OPENED, WIRE_STREAM_OPENED_SIZE);
 }
 
-static enum wire_refusal close_stream(const struct request *request) {
+enum wire_refusal request_stream_close(const struct request *request) {
     struct session *session = request->session;
     struct wire_stream_close close;
     wire_get_stream_close(request->payload, &close);
@@ -125,7 +108,7 @@ static enum wire_refusal close_stream(const struct request *request) {
 }
 
 /* Also after it was closed, or by a new connection of its host: what is queued may wait in a hold. */
-static enum wire_refusal drop_stream(const struct request *request) {
+enum wire_refusal request_stream_drop(const struct request *request) {
     struct session *session = request->session;
     struct wire_stream_drop drop;
     wire_get_stream_drop(request->payload, &drop);
@@ -137,30 +120,30 @@ static enum wire_refusal drop_stream(const struct request *request) {
     return WIRE_REFUSAL_NONE;
 }
 
-static size_t statistics(const struct request *request) {
+size_t request_statistics(const struct request *request) {
     const struct session *session = request->session;
     const struct machine *machine = session->machine;
     struct wire_statistics_response counts = session->counts;
     if (machine != NULL) {
         counts.homed = machine_homed(machine);
         counts.position_losses = machine_position_losses(machine);
-        counts.stretched = machine_host(machine)->feed.stretched;
-        counts.underruns = machine_host(machine)->feed.underruns;
+        counts.stretched = machine_host(machine)->queue.stretched;
+        counts.underruns = machine_host(machine)->queue.underruns;
         counts.segments = machine_host_taken(machine);
         counts.done = machine_host_done(machine);
     }
     if (session->owner.on)
         memcpy(counts.owner, session->owner.address, sizeof counts.owner);
-    wire_put_statistics_response(body(request), &counts);
-    return answer(request, WIRE_STATISTICS_RESPONSE, WIRE_STATISTICS_RESPONSE_SIZE);
+    wire_put_statistics_response(request_body(request), &counts);
+    return request_reply(request, WIRE_STATISTICS_RESPONSE, WIRE_STATISTICS_RESPONSE_SIZE);
 }
 
-static size_t last_probe(const struct request *request) {
-    session_put_probe(request->session, body(request));
-    return answer(request, WIRE_PROBE_RESULT, WIRE_PROBE_RESULT_SIZE);
+size_t request_probe_last(const struct request *request) {
+    session_put_probe(request->session, request_body(request));
+    return request_reply(request, WIRE_PROBE_RESULT, WIRE_PROBE_RESULT_SIZE);
 }
 
-static size_t challenge(const struct request *request) {
+size_t request_challenge(const struct request *request) {
     struct session_client *client = request->client;
     struct wire_challenge_response response;
     if (request->session->ops->random == NULL)
@@ -168,11 +151,11 @@ static size_t challenge(const struct request *request) {
     request->session->ops->random(request->session->ctx, client->nonce, sizeof client->nonce);
     client->has_nonce = true;
     memcpy(response.nonce, client->nonce, sizeof response.nonce);
-    wire_put_challenge_response(body(request), &response);
-    return answer(request, WIRE_CHALLENGE_RESPONSE, WIRE_CHALLENGE_RESPONSE_SIZE);
+    wire_put_challenge_response(request_body(request), &response);
+    return request_reply(request, WIRE_CHALLENGE_RESPONSE, WIRE_CHALLENGE_RESPONSE_SIZE);
 }
 
-static enum wire_refusal authenticate(const struct request *request) {
+enum wire_refusal request_authenticate(const struct request *request) {
     struct session *session = request->session;
     struct session_client *client = request->client;
     const char *password = session->options.password;
@@ -180,7 +163,7 @@ static enum wire_refusal authenticate(const struct request *request) {
     uint8_t right[SHA256_SIZE];
     uint64_t who = lockout_ipv4(client->address);
     uint32_t now_us = (uint32_t)session->now_us;
-    if (password[0] == '\0') /* everybody may, also who says one */
+    if (password[0] == '\0') /* all may, also who says one */
         return WIRE_REFUSAL_NONE;
     if (!client->has_nonce || !lockout_may_try(&session->lockout, who, now_us))
         return WIRE_REFUSAL_AUTHENTICATION;
@@ -195,35 +178,24 @@ static enum wire_refusal authenticate(const struct request *request) {
     return WIRE_REFUSAL_NONE;
 }
 
+enum wire_refusal request_config_save(const struct request *request) {
+    return config_save(request->session);
+}
+
+enum wire_refusal request_command(const struct request *request) {
+    return session_command(request->session, request->client->address, request->header.type,
+                           request->payload);
+}
+
 /* What rules.c lets through. */
 static size_t dispatch(const struct request *request) {
-    switch (request->header.type) {
-    case WIRE_HANDSHAKE:
-        return handshake(request);
-    case WIRE_CONFIG_GET:
-        return get_key(request);
-    case WIRE_CONFIG_SET:
-        return judge(request, set_key(request));
-    case WIRE_CONFIG_SAVE:
-        return judge(request, config_save(request->session));
-    case WIRE_PING:
-        return pong(request);
-    case WIRE_STREAM_CLOSE:
-        return judge(request, close_stream(request));
-    case WIRE_STREAM_DROP:
-        return judge(request, drop_stream(request));
-    case WIRE_PROBE_LAST:
-        return last_probe(request);
-    case WIRE_STATISTICS:
-        return statistics(request);
-    case WIRE_CHALLENGE:
-        return challenge(request);
-    case WIRE_AUTHENTICATE:
-        return judge(request, authenticate(request));
-    default:
-        return judge(request, session_command(request->session, request->client->address,
-                                              request->header.type, request->payload));
+    for (size_t i = 0; i < request_handler_count; i++) {
+        const struct request_handler *handler = &request_handlers[i];
+        if (handler->type == request->header.type)
+            return handler->answer != NULL ? handler->answer(request)
+                                           : judge(request, handler->execute(request));
     }
+    return judge(request, WIRE_REFUSAL_UNKNOWN_TYPE);
 }
 
 size_t session_request(struct session *session, int place, const uint8_t *message, size_t size,
@@ -241,9 +213,10 @@ size_t session_request(struct session *session, int place, const uint8_t *messag
     }
     session_note_alive(session, request.client->address);
     session_note_sequence(session, request.client->address, request.header.sequence);
-    enum wire_refusal refusal = session_check_request(session, request.client, &request.header);
-    bool understood = refusal != WIRE_REFUSAL_UNKNOWN_TYPE && refusal != WIRE_REFUSAL_MALFORMED;
-    if (request.header.type == WIRE_STREAM_OPEN && understood)
-        return open_stream(&request, refusal);
-    return refusal == WIRE_REFUSAL_NONE ? dispatch(&request) : judge(&request, refusal);
+    request.refusal = session_check_request(session, request.client, &request.header);
+    bool understood =
+        request.refusal != WIRE_REFUSAL_UNKNOWN_TYPE && request.refusal != WIRE_REFUSAL_MALFORMED;
+    bool answers_itself = request.header.type == WIRE_STREAM_OPEN && understood;
+    return request.refusal == WIRE_REFUSAL_NONE || answers_itself ? dispatch(&request)
+                                                                  : judge(&request, request.refusal);
 }

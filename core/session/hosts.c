@@ -4,9 +4,9 @@
 
 #include <string.h>
 
-/* A sender whose number is behind later, or ahead by more than it can have sent since, begins anew, too. */
-#define LATE_US         1000000u
-#define SILENCE_MOST_US 60000000u
+/* A sender whose number is behind later, or ahead by more than it can have sent since, begins again, too. */
+#define LATE_US        1000000u
+#define SILENCE_MAX_US 60000000u
 enum { NUMBERS_A_MS = 2 };
 
 void session_tick(struct session *session) {
@@ -93,7 +93,7 @@ static void note_late(struct session *session, uint32_t behind) {
 
 /* Numbers that a sender may have used in this time. */
 static int32_t most_ahead(uint64_t silent_us) {
-    uint64_t us = silent_us < SILENCE_MOST_US ? silent_us : SILENCE_MOST_US;
+    uint64_t us = silent_us < SILENCE_MAX_US ? silent_us : SILENCE_MAX_US;
     return SEQUENCE_JUMP + (int32_t)(us * NUMBERS_A_MS / 1000);
 }
 

@@ -8,7 +8,7 @@
 #include "machine/outputs.h"
 #include "session/session.h"
 
-/** A sender whose number is behind by more begins anew. */
+/** A sender whose number is behind by more begins again. */
 enum { SEQUENCE_JUMP = 1000 };
 
 /** Sequence counters. */
@@ -23,13 +23,13 @@ static inline bool session_is_module(const struct session *session) {
 }
 
 /* hosts.c */
-/** The clock goes on. */
+/** The clock continues. */
 void session_tick(struct session *session);
 /** @return size of the packet whose payload is in place */
 size_t session_close(struct session *session, unsigned counter, uint8_t *packet, enum wire_type type,
                      size_t payload_size);
 uint8_t session_state(const struct session *session);
-/** Until the next round of status reports. @return UINT32_MAX: nobody listens */
+/** Until the next round of status reports. @return UINT32_MAX: no one listens */
 uint32_t session_report_wait_us(const struct session *session);
 /** This host commands. */
 void session_own(struct session *session, const uint8_t address[4]);
@@ -45,12 +45,9 @@ void session_note_sequence(struct session *session, const uint8_t address[4], ui
 
 /* segment.c */
 /** A segment of the wire, its reserved flags left out. @param at  WIRE_SEGMENT_SIZE bytes */
-struct feed_segment session_segment(const uint8_t *at);
+struct host_queue_segment session_segment(const uint8_t *at);
 
 /* session.c */
-/** As session_note_alive(), and it gets reports from now on. */
-void session_hear(struct session *session, const uint8_t address[4]);
-
 /* status.c */
 void session_send_status(struct session *session, const uint8_t address[4]);
 /** The reports that are due. */

@@ -2,7 +2,8 @@
  * A device that is an I/O module: hosts switch its outputs and hear of its inputs. It moves nothing.
  *
  * The host that commands lives while it has a TCP connection or was heard of within the time-out. When it is
- * gone, another one may command, and the outputs go to their safe state, unless they were told to stay. */
+ * gone, another one may command, and the outputs go to their safe state, unless they are configured to stay.
+ */
 #include "session/inner.h"
 
 /* io_control has a byte for the outputs. */

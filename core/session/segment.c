@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT
- * A segment of the wire -> one for the feed. */
+ * A segment of the wire -> one for the host queue. */
 #include "session/inner.h"
 
 #include "wire/wire_gen.h"
@@ -17,14 +17,14 @@ _Static_assert((int)SEGMENT_PROBE == (int)WIRE_SEGMENT_FLAG_PROBE, "one definiti
 _Static_assert((int)SEGMENT_EXACT_STOP == (int)WIRE_SEGMENT_FLAG_EXACT_STOP,
                "one definition: protocol/wmc3.toml");
 
-struct feed_segment session_segment(const uint8_t *at) {
+struct host_queue_segment session_segment(const uint8_t *at) {
     struct wire_segment wire;
     wire_get_segment(at, &wire);
-    struct feed_segment segment = {.duration_us = wire.duration_us,
-                                   .entry_speed_sq = wire.entry_speed_sq,
-                                   .exit_speed_sq = wire.exit_speed_sq,
-                                   .id = wire.id,
-                                   .flags = wire.flags & FROM_WIRE};
+    struct host_queue_segment segment = {.duration_us = wire.duration_us,
+                                         .entry_speed_sq = wire.entry_speed_sq,
+                                         .exit_speed_sq = wire.exit_speed_sq,
+                                         .id = wire.id,
+                                         .flags = wire.flags & FROM_WIRE};
     memcpy(segment.steps, wire.steps, sizeof segment.steps);
     return segment;
 }

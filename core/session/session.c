@@ -5,7 +5,7 @@
 #include <string.h>
 
 #define LISTENER_US                                                                                          \
-    (WIRE_LISTENER_S * 1000000ull) /* a host that was not heard of for so long gets no more reports */
+    (WIRE_LISTENER_S * 1000000ull) /* a host that was not heard of for this long gets no more reports */
 #define CLIENT_IDLE_US (WIRE_CLIENT_IDLE_S * 1000000ull) /* its place may be given to another one */
 #define BOUNCES_US     1000u /* inputs are looked at this often until they are quiet */
 
@@ -52,7 +52,8 @@ static struct session_listener *listener_of(struct session *session, const uint8
     return found;
 }
 
-void session_hear(struct session *session, const uint8_t address[4]) {
+/* As session_note_alive(), and this host gets reports from now on. */
+static void note_heard(struct session *session, const uint8_t address[4]) {
     struct session_listener *listener = listener_of(session, address);
     bool known = listener->used && session_same(listener->address, address);
     listener->used = true;
@@ -73,7 +74,7 @@ void session_datagram(struct session *session, const struct session_peer *from, 
     }
     const uint8_t *payload = bytes + WIRE_HEADER_SIZE;
     enum wire_refusal refusal = session_check_datagram(session, from->address, &header);
-    session_hear(session, from->address);
+    note_heard(session, from->address);
     if (refusal == WIRE_REFUSAL_UNKNOWN_TYPE || refusal == WIRE_REFUSAL_MALFORMED) {
         session->counts.malformed++;
         return;
@@ -158,7 +159,7 @@ static bool drives_owner(const struct session *session) {
     return session_runs_outputs(session) && (machine_host(machine)->owns || !machine_host_has_job(machine));
 }
 
-/* Nothing of a host that is gone goes on for ever; but what is queued is cut by a cutter that turns. What a
+/* Nothing of a host that is gone continues for ever; but what is queued is cut by a cutter that turns. What a
  * hold has stopped does not move hours later. */
 static void follow_gone(struct session *session) {
     struct machine *machine = session->machine;
@@ -167,7 +168,7 @@ static void follow_gone(struct session *session) {
         (machine_state(machine) == MACHINE_HOLD || machine_state(machine) == MACHINE_DOOR))
         machine_host_discard(machine);
     if (!drives_owner(session) || !machine_is_standing(machine) ||
-        !feed_is_empty(&machine_host(machine)->feed))
+        !host_queue_is_empty(&machine_host(machine)->queue))
         return;
     session_switch_off(session);
 }

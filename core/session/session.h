@@ -17,8 +17,8 @@
 #include "wire/packet.h"
 
 enum {
-    SESSION_CLIENTS = WIRE_CLIENTS_MOST,
-    SESSION_LISTENERS = WIRE_LISTENERS_MOST,
+    SESSION_CLIENTS = WIRE_CLIENTS_MAX,
+    SESSION_LISTENERS = WIRE_LISTENERS_MAX,
     SESSION_RECENT = 32,
     SESSION_NONCE = 16
 };
@@ -32,14 +32,14 @@ struct session_peer {
 struct session_ops {
     /** Send a datagram from the device's UDP port. May be lost. */
     void (*send)(void *ctx, const struct session_peer *to, const uint8_t *packet, size_t size);
-    /** Bytes that nobody can foretell. NULL: no authentication, a password locks for good. */
+    /** Bytes that no one can foretell. NULL: no authentication, a password locks for good. */
     void (*random)(void *ctx, uint8_t *bytes, size_t count);
 };
 
 /** What the target says. Strings live as long as the session. */
 struct session_options {
     const char *name;          /* up to 31 characters */
-    const char *password;      /* "": everybody may move */
+    const char *password;      /* "": all may move */
     uint32_t version;          /* major<<24 | minor<<16 | patch */
     uint16_t status_port;      /* WIRE_STATUS_PORT; tests have others */
     struct channels *channels; /* configuration of an I/O module; NULL: this target can be none */
@@ -68,8 +68,8 @@ struct session_listener {
     uint64_t heard_us;
 };
 
-/** The host that commands; there is one at a time. When it has ceased to (!on) and nobody else has commanded
- * since, its numbers go on: a network that was gone for longer is a gap, too. */
+/** The host that commands; there is one at a time. When it has ceased to (!on) and no one else has commanded
+ * since, its numbers continue: a network that was gone for longer is a gap, too. */
 struct session_owner {
     bool on, sequence_known;
     bool left; /* its last connection has ended at its own end */
@@ -172,8 +172,8 @@ void session_connect(struct session *session, int place, const uint8_t address[4
  * when nothing of it moves any more the spindle and coolant that it has switched on go off */
 void session_disconnect(struct session *session, int place, bool left);
 
-/** A message from a TCP client, without its length. @param[out] reply  room for WIRE_PACKET_MOST
- *  @return size of the reply; 0: there is none */
+/** A message from a TCP client, without its length. @param[out] reply  room for WIRE_PACKET_MAX
+ *  @return size of the reply; 0: none exists */
 size_t session_request(struct session *session, int place, const uint8_t *message, size_t size,
                        uint8_t *reply);
 

@@ -82,9 +82,9 @@ static void machine_status(const struct session *session, struct wire_status *st
     struct host_inputs inputs;
     machine_host_inputs(machine, &inputs);
     *status = (struct wire_status){
-        .buffer_free =
-            (uint16_t)(feed_free(&machine_host(machine)->feed) - feed_laid(&machine_host(machine)->feed)),
-        .buffer_total = FEED_SIZE,
+        .buffer_free = (uint16_t)(host_queue_free(&machine_host(machine)->queue) -
+                                  host_queue_laid(&machine_host(machine)->queue)),
+        .buffer_total = HOST_QUEUE_SIZE,
         .state = session_state(session),
         .alarm = alarm_code(session, inputs.limits),
         .limits = inputs.limits,
@@ -134,12 +134,12 @@ static void send_to_all(struct session *session, const uint8_t *packet, size_t s
 }
 
 void session_send_status(struct session *session, const uint8_t address[4]) {
-    uint8_t packet[WIRE_PACKET_MOST] = {0};
+    uint8_t packet[WIRE_PACKET_MAX] = {0};
     send_to(session, address, packet, status_packet(session, packet));
 }
 
 static void report_homing(struct session *session) {
-    uint8_t packet[WIRE_PACKET_MOST] = {0};
+    uint8_t packet[WIRE_PACKET_MAX] = {0};
     const struct machine_host *host = machine_host(session->machine);
     if (session->homing == 0 || host->homing)
         return;
@@ -158,7 +158,7 @@ void session_put_probe(const struct session *session, uint8_t *payload) {
 }
 
 static void report_probe(struct session *session) {
-    uint8_t packet[WIRE_PACKET_MOST] = {0};
+    uint8_t packet[WIRE_PACKET_MAX] = {0};
     const struct machine_host *host = machine_host(session->machine);
     if (session->probes_done == host->probes_done)
         return;
@@ -169,7 +169,7 @@ static void report_probe(struct session *session) {
 }
 
 void session_report(struct session *session) {
-    uint8_t packet[WIRE_PACKET_MOST] = {0};
+    uint8_t packet[WIRE_PACKET_MAX] = {0};
     const uint64_t interval_us = session->settings->status_interval_ms * 1000ull;
     if (!session_is_module(session)) {
         report_homing(session);
@@ -177,7 +177,7 @@ void session_report(struct session *session) {
     }
     uint32_t wait_us = session_report_wait_us(session);
     if (wait_us == UINT32_MAX)
-        session->due_us = session->now_us; /* nobody listens: the pace begins with who comes next */
+        session->due_us = session->now_us; /* no one listens: the pace begins with who comes next */
     if (wait_us != 0)
         return;
     send_to_all(session, packet, status_packet(session, packet));

@@ -5,7 +5,8 @@
 
 #include "machine/owner.h"
 
-_Static_assert((int)FEED_SIZE <= (int)WIRE_STREAM_WINDOW, "the ack has a bit for every place of the feed");
+_Static_assert((int)HOST_QUEUE_SIZE <= (int)WIRE_STREAM_WINDOW,
+               "the ack has a bit for every place of the host queue");
 
 static uint32_t next_of(const struct session *session) {
     const struct session_stream *stream = &session->stream;
@@ -67,9 +68,10 @@ enum wire_refusal stream_open(struct session *session, int place) {
 static void take(struct session *session, uint32_t number, const uint8_t *at) {
     struct session_stream *stream = &session->stream;
     uint32_t ahead = number - next_of(session), refused;
-    if (ahead >= feed_free(&machine_host(session->machine)->feed)) /* has come already, or too far ahead */
+    if (ahead >=
+        host_queue_free(&machine_host(session->machine)->queue)) /* has come already, or too far ahead */
         return;
-    const struct feed_segment segment = session_segment(at);
+    const struct host_queue_segment segment = session_segment(at);
     enum refusal refusal = machine_host_lay(session->machine, ahead, &segment, &refused);
     if (refusal == REFUSAL_NONE)
         return;
@@ -82,14 +84,14 @@ static void take(struct session *session, uint32_t number, const uint8_t *at) {
 static void send_ack(struct session *session, const struct session_peer *to, uint32_t id) {
     const struct session_stream *stream = &session->stream;
     const struct machine_host *host = machine_host(session->machine);
-    uint8_t packet[WIRE_PACKET_MOST];
+    uint8_t packet[WIRE_PACKET_MAX];
     bool known = id == stream->id && id != 0;
     struct wire_stream_ack ack = {.stream = id,
                                   .refusal =
                                       known && stream->open ? WIRE_REFUSAL_NONE : WIRE_REFUSAL_STREAM_CLOSED,
                                   .state = session_state(session),
-                                  .underruns = host->feed.underruns,
-                                  .queued_us = (uint32_t)(host->feed.queued_ns / 1000),
+                                  .underruns = host->queue.underruns,
+                                  .queued_us = (uint32_t)(host->queue.queued_ns / 1000),
                                   .homed = machine_homed(session->machine),
                                   .position_losses = machine_position_losses(session->machine)};
     if (known) {
@@ -99,9 +101,9 @@ static void send_ack(struct session *session, const struct session_peer *to, uin
         ack.refusal = stream->open ? (uint8_t)WIRE_REFUSAL_NONE : stream->refusal;
     }
     if (known && stream->open) {
-        ack.free = (uint16_t)feed_free(&host->feed);
+        ack.free = (uint16_t)host_queue_free(&host->queue);
         for (unsigned n = 0; n < ack.free; n++)
-            if (feed_has(&host->feed, n))
+            if (host_queue_has(&host->queue, n))
                 ack.taken[n / 8] |= (uint8_t)(1u << n % 8);
     }
     wire_put_stream_ack(packet + WIRE_HEADER_SIZE, &ack);

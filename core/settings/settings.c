@@ -107,7 +107,7 @@ enum status settings_set(struct settings *settings, uint16_t number, double valu
     }
     struct settings next = *settings;
     field_write(&next, row, (uint8_t)(number - row->number), kept);
-    /* Without homing nobody knows where the machine is: a soft limit would stop it in the wrong place. */
+    /* Without homing no one knows where the machine is: a soft limit would stop it in the wrong place. */
     if (next.soft_limits && !settings->homing) {
         return STATUS_SOFT_LIMIT_NEEDS_HOMING;
     }

@@ -231,7 +231,7 @@ static void take_setting(const struct intake *intake, uint16_t number) {
     }
     (void)settings_get(intake->settings, number, intake->axis_count, &present, &decimals);
     if (present == (double)pair.value)
-        return; /* a board may begin with a value that nobody can type */
+        return; /* a board may begin with a value that no one can type */
     if (settings_set(intake->settings, number, (double)pair.value, intake->axis_count) != STATUS_OK)
         note_lost(intake->lost, number);
 }

@@ -22,7 +22,7 @@
 enum { STORE_KEY_SETTINGS = 1, STORE_VERSION = 1, STORE_SETTINGS_VERSION = 2 };
 
 /** Longest payload and longest image, bytes: all settings, or the longest of the machine's other values. What
- * the settings take follows from their table; core/machine/keep_write.c asserts that its values fit. */
+ * the settings take follows from their table; core/machine/stored_write.c asserts that its values fit. */
 enum {
     STORE_HEAD_SIZE = 8,
     STORE_PAIR_SIZE = 8,
@@ -33,7 +33,7 @@ enum {
     STORE_IMAGE_MAX = STORE_HEAD_SIZE + STORE_SIZE_MAX
 };
 
-/** Where values are kept. ops may be NULL: nothing is kept, nothing is found, and saving is no error. */
+/** Where values are kept. ops may be NULL: nothing is kept, nothing is found, and saving is not an error. */
 struct store {
     const struct hal_store *ops;
     const void *ctx;
@@ -78,7 +78,7 @@ void store_add_settings(struct store_batch *batch, const struct store *store,
 /** Begin to store the batch. @return HAL_STORE_BUSY: store_state() reports how it ends */
 enum hal_store_state store_write(const struct store *store, const struct store_batch *batch);
 
-/** How the newest store_write() or set_aside() stands. */
+/** The state of the newest store_write() or set_aside(). */
 enum hal_store_state store_state(const struct store *store);
 
 /** One value, on a store that is never busy. @return false: not kept; the value before is still there. */

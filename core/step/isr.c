@@ -4,7 +4,7 @@
  * compiled for it. */
 #include "step/load.h"
 
-/* The current span is done: go on with the next, or rest. From the exchange on prep cannot change any more
+/* The current span is done: continue with the next, or rest. From the exchange on prep cannot change any more
  * what follows this span. */
 HAL_ISR HAL_SELDOM static void next_span(struct step *step) {
     struct hal_step *hal = step->hal;

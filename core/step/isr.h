@@ -53,7 +53,7 @@ struct step_now {
     axis_mask_t negative;
 };
 
-/** [motion] Not active, position zero: the first span of the pool is where it stands. */
+/** [motion] Not active, position zero: the first span of the pool says where the machine is. */
 void step_init(struct step *step, struct hal_step *hal);
 
 /** [isr] One event of the step timer. */
@@ -62,14 +62,14 @@ void step_isr(struct step *step);
 /** [motion] Nothing moves and the last span was left: begin with this one. */
 void step_start(struct step *step, struct span *span);
 
-/** [task or isr] Stop at once: no further pulse leaves the pins, until step_stand(). */
+/** [task or isr] Stop immediately: no further pulse leaves the pins, until step_stand(). */
 void step_halt(struct step *step);
 
-/** [task] There are spans, and none of them has a step: the motors stand, and time passes. Only while not
- * active. */
+/** [task] There are spans, and none of them has a step: the motors are at rest, and time passes. Only while
+ * not active. */
 bool step_only_waits(const struct step *step);
 
-/** [motion] Nothing moves: this span, which has no events, says where the machine stands from now on. */
+/** [motion] Nothing moves: this span, which has no events, says where the machine is from now on. */
 void step_stand(struct step *step, struct span *span);
 
 /** [task] Look for a contact from now on, or for the next one. */
@@ -87,7 +87,7 @@ void step_position(const struct step *step, int32_t out[AXIS_COUNT]);
 /** [task or isr] The same and what the current span says of itself. */
 void step_look(const struct step *step, struct step_now *now);
 
-/** [task or isr] All motion has been made, to its end. Not so when step_halt() cut it off, until
+/** [task or isr] All motion has been made to the end. Not so when step_halt() cut it off, until
  * step_stand(). */
 static inline bool step_is_resting(const struct step *step) {
     if (__atomic_load_n(&step->active, __ATOMIC_ACQUIRE))

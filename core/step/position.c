@@ -10,7 +10,7 @@
  * means that no span was left between both looks, and the copy is that of the span of `at`, whatever the ISR
  * does meanwhile and wherever it is interrupted: between any two of its stores the word is the span before
  * with nothing left, or the next one with all left, which are the same position. The reader never waits for
- * the ISR; it looks again only when the ISR has gone on. */
+ * the ISR; it looks again only when the ISR has continued. */
 #include "step/isr.h"
 
 /* Acquire loads keep their order, so the second look comes after the span was read. */

@@ -110,7 +110,8 @@ struct travel {
 };
 
 /* Phase before the first event, and increment, so that exactly `steps` overflows come in the segment's events
- * (span.h). Rounding is mended where it shows least: by the phase, and where that cannot, by the increment.
+ * (span.h). Rounding is corrected where it shows least: by the phase, and where that cannot, by the
+ * increment.
  */
 static void set_axis(struct prep *prep, unsigned axis, uint32_t steps, int32_t phase, uint32_t increment) {
     const int32_t one = SPAN_PHASE_ONE, events = (int32_t)prep->events;
@@ -424,7 +425,7 @@ static void refuse(struct prep *prep, enum queue_answer answer) {
     segment_queue_answer(prep->in, answer);
 }
 
-/* The whole chain is there: swap it in, or start it from rest. @return false: the ISR has gone on */
+/* The whole chain is there: swap it in, or start it from rest. @return false: the ISR has continued */
 static bool join(struct prep *prep) {
     struct span *base = prep->base, *old = base->after, *expected = old;
     if (__atomic_compare_exchange_n(&base->next, &expected, prep->first, false, __ATOMIC_ACQ_REL,

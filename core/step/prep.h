@@ -3,11 +3,11 @@
  *
  * Within a segment the speed is linear in time, so v^2 is linear in distance, and the times of all events are
  * known in closed form. Events are the dominant axis' steps, or equal parts of them. A segment need not begin
- * and end on one: the time from its last event to its end goes into the first interval of the next segment,
- * so steps keep their pace across segments. A span makes its intervals linear in the event count. Over a
- * stretch whose speed changes by the ratio q that is wrong by less than ((q-1)/(q+1))^2 / 10 of the stretch's
- * time, so prep cuts the segment where q passes 9/8: below 0.04 %, and the cut points themselves and the end
- * are exact.
+ * and end on one: the time from its last event to the end goes into the first interval of the next
+ * segment, so steps keep their pace across segments. A span makes its intervals linear in the event count.
+ * Over a stretch whose speed changes by the ratio q that is wrong by less than ((q-1)/(q+1))^2 / 10 of the
+ * stretch's time, so prep cuts the segment where q passes 9/8: below 0.04 %, and the cut points themselves
+ * and the end are exact.
  *
  * A batch (segment/queue.h) is cut whole, its stop included, into a chain of its own, and then joined to the
  * span at its mark by one compare-and-swap of that span's `next`:

@@ -21,7 +21,7 @@
  * position.
  *
  * Spans come from a pool and form a chain, linked by `next`. The chain always ends at rest. To change what
- * follows a span that is still ahead, prep builds the new end of the chain beside the old one and swaps one
+ * follows a span that is still ahead, prep builds the new end of the chain next to the old one and swaps one
  * pointer (step/prep.h). The ISR takes the pointer out with an atomic exchange when it leaves the span, so
  * exactly one of both happens first: the ISR follows the old end, or the new one. */
 #ifndef WIFICNC_STEP_SPAN_H
@@ -48,7 +48,7 @@ struct span {
     uint32_t increment[SPAN_WORDS]; /* per event */
     uint32_t interval_q16;          /* ticks from the event before to the first event */
     int32_t delta_q16;              /* change of the interval from event to event */
-    uint32_t events;                /* > 0, below 2^16; 0: motion was reset to stand here */
+    uint32_t events;                /* > 0, below 2^16; 0: motion was reset here */
     uint32_t at;                    /* step.at when the span begins: minus events << 16, index in the pool */
     uint16_t flags;                 /* enum span_flags */
     axis_mask_t negative;           /* axes that move in negative direction */

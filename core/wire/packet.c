@@ -5,8 +5,9 @@
 
 enum { CHECKSUM_AT = 16 };
 
-/* Polynomial 0x1021 a byte at a time without a table. */
-uint16_t wire_crc16(uint16_t crc, const uint8_t *bytes, size_t count) {
+/* CRC-16/CCITT-FALSE (polynomial 0x1021), a byte at a time: a table would take 512 bytes of flash. crc is
+ * 0xFFFF, or that of the bytes before. */
+static uint16_t crc16(uint16_t crc, const uint8_t *bytes, size_t count) {
     unsigned sum = crc;
     for (size_t i = 0; i < count; i++) {
         unsigned x = (sum >> 8 ^ bytes[i]) & 0xFFu;
@@ -19,9 +20,9 @@ uint16_t wire_crc16(uint16_t crc, const uint8_t *bytes, size_t count) {
 /* Over header and payload, the checksum taken as zero. */
 static uint16_t checksum_of(const uint8_t *packet, size_t size) {
     static const uint8_t zero[2] = {0, 0};
-    uint16_t crc = wire_crc16(0xFFFF, packet, CHECKSUM_AT);
-    crc = wire_crc16(crc, zero, sizeof zero);
-    return wire_crc16(crc, packet + WIRE_HEADER_SIZE, size - WIRE_HEADER_SIZE);
+    uint16_t crc = crc16(0xFFFF, packet, CHECKSUM_AT);
+    crc = crc16(crc, zero, sizeof zero);
+    return crc16(crc, packet + WIRE_HEADER_SIZE, size - WIRE_HEADER_SIZE);
 }
 
 bool wire_open(const uint8_t *bytes, size_t count, struct wire_header *header) {
@@ -49,6 +50,6 @@ size_t wire_close(uint8_t *packet, uint8_t type, size_t payload_size, uint32_t s
 }
 
 bool wire_has_segments(const struct wire_header *header, size_t head_size, unsigned count, unsigned least) {
-    return count >= least && count <= WIRE_MOTION_SEGMENTS_MOST &&
+    return count >= least && count <= WIRE_MOTION_SEGMENTS_MAX &&
            header->length >= head_size + (size_t)count * WIRE_SEGMENT_SIZE;
 }

@@ -9,10 +9,7 @@
 #include <stddef.h>
 
 /** The largest packet that a device sends or must understand: motion in its full-length form is 374 bytes. */
-enum { WIRE_PACKET_MOST = 512 };
-
-/** CRC-16/CCITT-FALSE. @param crc  0xFFFF, or of the bytes before */
-uint16_t wire_crc16(uint16_t crc, const uint8_t *bytes, size_t count);
+enum { WIRE_PACKET_MAX = 512 };
 
 /** Look at what came. Bytes behind the payload are ignored.
  *  @param[out] header  of the packet, when it is one; the payload is at bytes + WIRE_HEADER_SIZE

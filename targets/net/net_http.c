@@ -7,9 +7,8 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 
-/* An answer whose other end takes nothing for so long ends. Poor WiFi repeats a lost packet after several
+/* An answer whose other end takes nothing for this long ends. Poor WiFi repeats a lost packet after several
  * seconds, and half a file is of no use. */
 #define SLOW_US 30000000u
 
@@ -273,6 +272,6 @@ void net_http_close(struct net_http *http) {
         if (place->stream.ops != NULL)
             end(place);
     if (http->listener >= 0)
-        close(http->listener);
+        net_socket_close(http->listener);
     http->listener = -1;
 }

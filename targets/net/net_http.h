@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
  * The page of the controller over HTTP, and Grbl's stream of bytes in a WebSocket. [task] Plain BSD sockets;
- * nothing blocks, and nobody who does not read or write holds anybody else up.
+ * nothing blocks, and no one who does not read or write holds anyone else up.
  *
  *   GET / ...                a file of the page; packed by gzip where there is such a copy, and on a chip
  * only so GET /api/controller      who serves, as JSON GET /api/discover        other controllers in this
@@ -49,13 +49,13 @@ struct net_http_site {
     bool (*find)(void *ctx, const char *path, struct net_http_file *out);
     const char *name;  /* of this computer in its networks, without .local */
     const char *about; /* who serves, as JSON; NULL: only files are served */
-    /** A browser has opened the stream; the callee owns it now. NULL: there is none */
+    /** A browser has opened the stream; the callee owns it now. NULL: none exists */
     void (*connect)(void *ctx, const struct net_stream *stream, const char *who);
-    /** Somebody waits for the other controllers; called every round until there is an answer. NULL: this
+    /** Someone waits for the other controllers; called every round until there is an answer. NULL: this
      * server does not look for them. @return false: not yet */
     bool (*discover)(void *ctx, struct net_http_late *out);
     void *ctx;
-    /** A connection that asks nothing for so long is closed. A browser that uses one at that moment reports
+    /** A connection that asks nothing for this long is closed. A browser that uses one at that moment reports
      * an error: where places are not scarce, longer than browsers keep one for later (Chromium: 10 s) */
     uint32_t silent_us;
 };
@@ -64,7 +64,7 @@ struct net_http_place {
     struct net_stream stream; /* .ops NULL: free */
     char who[NET_ADDRESS_SIZE];
     char *head;       /* the request as far as it came, then the head of the answer; NET_HTTP_HEAD bytes */
-    char *own;        /* a body that nobody else keeps; NULL: none */
+    char *own;        /* a body that no one else keeps; NULL: none */
     size_t count;     /* of head */
     size_t sent;      /* of the answer's head */
     bool head_only;   /* the answer has no body */
@@ -89,10 +89,10 @@ bool net_http_open(struct net_http *http, const struct net_http_site *site, cons
                    const char *port, char address[NET_ADDRESS_SIZE], int *error);
 
 /** Take what has come, send what there is room for. Call it every ms or so. @param now_us  wraps
- *  @return true: there is more to do at once */
+ *  @return true: there is more to do immediately */
 bool net_http_poll(struct net_http *http, uint32_t now_us);
 
-/** Everybody is disconnected. */
+/** Everyone is disconnected. */
 void net_http_close(struct net_http *http);
 
 #endif

@@ -138,7 +138,7 @@ static bool ends_with(const char *text, const char *end) {
     return size > length && strcasecmp(text + size - length, end) == 0;
 }
 
-/* IPv6 stands in brackets; a name of digits and dots alone is no name of a domain. */
+/* IPv6 is in brackets; a name of digits and dots alone is not a domain name. */
 static bool is_address(const char *name) {
     return *name == '[' || name[strspn(name, "0123456789.")] == '\0';
 }

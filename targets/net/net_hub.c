@@ -90,7 +90,7 @@ static void call_off_jogs(struct net_client *client) {
 /* ---- ownership ---- */
 
 /* What the owner has sent stays in force: whole lines go to `left`. A half line is forgotten; if the
- * controller has got a part of it, it is ended, and its answer (too long) is nobody's. */
+ * controller has got a part of it, it is ended, and its answer (too long) is no one's. */
 static void leave_lines(struct net_hub *hub, struct net_client *client) {
     bool half = client->in.count > client->whole;
     if (client->whole == 0 && client->in_long) {
@@ -470,8 +470,8 @@ void net_hub_lost(struct net_client *client) {
 
 /* ---- lines to the controller ---- */
 
-/* Lines that may be inside the controller at once, so that the owner's queue has room for every answer: a
- * line goes in only if there is room for its answer and for those still to come. */
+/* Lines that may be inside the controller at the same time, so that the owner's queue has room for every
+ * answer: a line goes in only if there is room for its answer and for those still to come. */
 static uint32_t lines_allowed(const struct net_hub *hub) {
     size_t taken = hub->owner == NULL ? 0 : hub->owner->out.count;
     return taken >= hub->sizes.out ? 0 : (uint32_t)((hub->sizes.out - taken) / NET_ANSWER_MAX);
@@ -503,7 +503,7 @@ static bool feed_left(struct net_hub *hub) {
     return fed > 0;
 }
 
-/* A line longer than the queue goes on as it comes: the controller will refuse it. */
+/* A line longer than the queue continues as it comes: the controller will refuse it. */
 static bool feed_owner(struct net_hub *hub, struct net_client *owner) {
     bool too_long = owner->whole == 0 && owner->in.count == hub->sizes.in;
     size_t fed = feed_lines(hub, &owner->in, too_long ? owner->in.count : owner->whole);
@@ -523,7 +523,7 @@ bool net_hub_feed(struct net_hub *hub) {
 /* ---- what the controller says ---- */
 
 /* The controller has reset, by itself, by a button, or because a line said so: as it forgets all that it has
- * got, what waits here would be the rest of something. Senders begin anew when they see the banner. */
+ * got, what waits here would be the rest of something. Senders begin again when they see the banner. */
 static void forget_lines(struct net_hub *hub) {
     struct net_client *owner = hub->owner;
     bool any = hub->left.count > 0 || (owner != NULL && owner->in.count > 0);

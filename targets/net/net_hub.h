@@ -2,20 +2,20 @@
  * Many clients, one controller. One client at a time, the owner, commands; all others are observers and see
  * every answer.
  *
- *   clients -> real-time bytes: at once            -> controller -> whole lines -> every client
+ *   clients -> real-time bytes: immediately            -> controller -> whole lines -> every client
  *           -> lines: queue `in` -> `left` of former owners, then the owner's ->
  *
- * Ownership: when nobody owns, whoever first sends anything but `?` does. It ends with the connection;
+ * Ownership: when no one owns, whoever first sends anything but `?` does. It ends with the connection;
  * `$TAKE` as a line takes it at any time. A former owner's whole lines are still run, a half line is not; the
- * answers to those lines are for everybody but the new owner, whose own lines are answered once each, in
+ * answers to those lines are for all but the new owner, whose own lines are answered once each, in
  * order.
  *
  * The sender is the owner, or the client that was it last and has only ended its half of the connection: it
- * still hears answers, so what it sent runs on (`nc` ends so). When it is gone for good, the controller is
- * told (ops->left), and holds what nobody looks after.
+ * still hears answers, so what it sent runs on (`nc` ends so). When it is gone for good, the controller
+ * learns it (ops->left), and holds what no one looks after.
  *
  * A reset of the controller, whoever asked for it, forgets every line that waits here: with the banner
- * senders begin anew.
+ * senders begin again.
  *
  * Where there is a password (hub.locks), a client from elsewhere is locked out at first: its `?` is answered,
  * it sees nothing but reports, and `$LOGIN=password` lets it in. When all places are taken, such a client has
@@ -41,8 +41,8 @@ enum { NET_NAME_SIZE = 64, NET_MESSAGE_SIZE = 192, NET_LINE_SIZE = 512, NET_ANSW
 
 /** How much may wait in the hub, bytes. A controller with little RAM takes small ones. */
 struct net_hub_sizes {
-    size_t clients; /* 1 .. NET_CLIENTS connections at once */
-    size_t in;      /* of the owner's lines; a longer line goes on as it comes */
+    size_t clients; /* 1 .. NET_CLIENTS connections at the same time */
+    size_t in;      /* of the owner's lines; a longer line continues as it comes */
     size_t out;  /* of answers that wait for one client; >= 2 * NET_ANSWER_MAX. An owner gets twice as much */
     size_t left; /* of former owners' lines */
 };
@@ -82,9 +82,9 @@ struct net_client {
     struct net_queue in, out;
     size_t whole;    /* bytes of `in` up to the last line end */
     bool after_cr;   /* an LF would be the second half of a line end */
-    bool in_long;    /* the controller has got the begin of the line that goes on in `in` */
+    bool in_long;    /* the controller has got the begin of the line that continues in `in` */
     bool called_off; /* ... or that line began before a jog cancel: a jog must not run */
-    bool skips;      /* in the middle of a line that nobody takes */
+    bool skips;      /* in the middle of a line that no one takes */
     bool asks;       /* a ? that waits */
     bool ended;      /* sends no more; stays until it has heard the answers */
     bool gone;       /* to be removed */
@@ -100,8 +100,8 @@ struct net_hub {
     struct net_hub_sizes sizes;
     bool locks; /* new clients from elsewhere are locked out until they log in; set by whoever owns the hub */
     struct net_client client[NET_CLIENTS];
-    struct net_client *owner;  /* NULL: nobody */
-    struct net_client *sender; /* it answers for what runs; NULL: nobody does */
+    struct net_client *owner;  /* NULL: no one */
+    struct net_client *sender; /* it answers for what runs; NULL: no one does */
     struct net_queue left;     /* whole lines of former owners that the controller has not got yet */
     bool has_spoiled;          /* NET_LINE_SPOILED may be among what waits */
     uint32_t inside;           /* lines the controller has got and not answered */
@@ -113,10 +113,10 @@ struct net_hub {
 void net_hub_init(struct net_hub *hub, const struct net_hub_sizes *sizes, const struct net_hub_ops *ops,
                   void *ctx);
 
-/** Everybody is disconnected, all memory given back. */
+/** Everyone is disconnected, all memory given back. */
 void net_hub_close(struct net_hub *hub);
 
-/** A new connection; the hub owns its stream now. @return false: no place, it was told so and closed */
+/** A new connection; the hub owns its stream now. @return false: no place; it got a message and was closed */
 bool net_hub_connect(struct net_hub *hub, const struct net_stream *stream, const char *name);
 
 /** All places are taken. */
@@ -138,7 +138,7 @@ void net_hub_lost(struct net_client *client);
  *  @return true: it took something */
 bool net_hub_feed(struct net_hub *hub);
 
-/** Take what the controller said to everybody. */
+/** Take what the controller said to all. */
 void net_hub_hear(struct net_hub *hub);
 
 /** Reset the controller; lines that wait here are forgotten. */
@@ -150,7 +150,7 @@ void net_hub_ask(struct net_hub *hub);
 /** Write what waits, remove who is gone. */
 void net_hub_flush(struct net_hub *hub);
 
-/** [MSG:text] to everybody. */
+/** [MSG:text] to all. */
 void net_hub_tell(struct net_hub *hub, const char *text);
 
 #endif

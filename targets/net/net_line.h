@@ -10,7 +10,7 @@
 /** A letter of a command, whatever its case. */
 uint8_t net_line_upper(char character);
 
-/** As core/link/rx.h: these never wait in a line. */
+/** As core/input/rx.h: these never wait in a line. */
 bool net_line_is_realtime(uint8_t byte);
 
 /** `$J=`, with or without spaces. */

@@ -30,7 +30,7 @@ static size_t read_name(const uint8_t *packet, size_t size, size_t at, char dott
     unsigned jumps = 0;
     while (at < size && packet[at] != 0) {
         size_t label = packet[at];
-        if (label > LABEL_MAX) { /* a pointer: the rest stands elsewhere */
+        if (label > LABEL_MAX) { /* a pointer: the rest is elsewhere */
             if (label < 0xC0 || at + 1 >= size || jumps++ == JUMPS_MAX)
                 return 0;
             end = end == 0 ? at + 2 : end;
@@ -116,7 +116,7 @@ static void put_name(struct writer *out, const char *first, const char *dotted) 
     put(out, "", 1);
 }
 
-/* Name, type, class, time to live; then room for the length of what follows. @return where that stands */
+/* Name, type, class, time to live; then room for the length of what follows. @return where that is */
 static size_t begin_record(struct writer *out, const char *first, const char *dotted, unsigned type,
                            uint32_t ttl_s) {
     bool unique = type != TYPE_PTR && !out->legacy;

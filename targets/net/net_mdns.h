@@ -20,16 +20,16 @@ struct net_mdns {
     char name[NET_MDNS_NAME];
     char text[NET_MDNS_TEXT]; /* of TXT: "board=esp32s3-devkitc" */
     uint8_t address[4];       /* 0.0.0.0: we have none, and are silent */
-    uint16_t port;            /* of telnet; 0: there is none, and nobody is told of that service */
+    uint16_t port;            /* of telnet; 0: none exists, and that service is not announced */
 };
 
 /** The answer to a packet. @param legacy  it comes from another port than 5353: a simple resolver
- *  @param[out] unicast  the answer goes to the one who asked, else to everybody
+ *  @param[out] unicast  the answer goes to the one who asked, else to all
  *  @return bytes of it; 0: nothing in it is about us, or it is damaged */
 size_t net_mdns_answer(const struct net_mdns *mdns, const uint8_t *query, size_t size, bool legacy,
                        uint8_t answer[NET_MDNS_PACKET], bool *unicast);
 
-/** Tell everybody that we are here. @return bytes; 0: we have no address */
+/** Tell all that we are here. @return bytes; 0: we have no address */
 size_t net_mdns_announce(const struct net_mdns *mdns, uint8_t packet[NET_MDNS_PACKET]);
 
 #endif

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT
- * The socket of multicast DNS, by BSD sockets. Nothing blocks. */
+ * The socket of multicast DNS. Nothing blocks. */
 #ifndef WIFICNC_NET_MDNS_UDP_H
 #define WIFICNC_NET_MDNS_UDP_H
 

@@ -12,7 +12,7 @@ enum close_code { GOING_AWAY = 1001, PROTOCOL_ERROR = 1002, NOT_UTF8 = 1007 };
 enum { FIN = 0x80, RESERVED = 0x70, OPCODE = 0x0F, IS_CONTROL = 0x08, MASKED = 0x80, LENGTH = 0x7F };
 enum { LENGTH_16 = 126, LENGTH_64 = 127, MASK_SIZE = 4 };
 enum { OUT_MAX = 1024 };
-enum { REALTIME_FIRST = 0x80, REALTIME_LAST = 0xA1 }; /* real-time bytes beyond ASCII (core/link/rx.h) */
+enum { REALTIME_FIRST = 0x80, REALTIME_LAST = 0xA1 }; /* real-time bytes beyond ASCII (core/input/rx.h) */
 
 /* ---- the handshake ---- */
 
@@ -216,7 +216,7 @@ static long ws_read(const struct net_stream *stream, char *bytes, size_t size) {
         return send_reply(ws) ? NET_GONE : 0;
     long count = ws->inner.ops->read(&ws->inner, bytes, size);
     if (count < 0)
-        return NET_GONE; /* without a close frame: nobody is there to hear answers */
+        return NET_GONE; /* without a close frame: no one is there to hear answers */
     for (long i = 0; i < count && !ws->closing; i++)
         if (take(ws, &bytes[i]))
             bytes[kept++] = bytes[i];

@@ -5,7 +5,7 @@
  * In: messages of any length and in any pieces are one stream of bytes. A binary message is taken as it is. A
  * text message is UTF-8, in which the jog cancel 0x85 is C2 85: U+0080 .. U+00A1, Grbl's real-time
  * characters, become single bytes, and other characters beyond ASCII are left out. Pings are answered. What
- * is no WebSocket ends the connection, with the reason in the close frame. Out: binary messages. */
+ * is not a WebSocket ends the connection, with the reason in the close frame. Out: binary messages. */
 #ifndef WIFICNC_NET_WEBSOCKET_H
 #define WIFICNC_NET_WEBSOCKET_H
 
@@ -26,7 +26,7 @@ struct net_websocket {
     uint8_t head[16], head_count;               /* 14 at most */
     uint64_t left;                              /* bytes of its payload to come */
     uint32_t at;                                /* bytes of its payload that came, for the mask */
-    uint8_t message;                            /* opcode of the data message that goes on, 0: none */
+    uint8_t message;                            /* opcode of the data message that continues, 0: none */
     uint32_t character, character_least;        /* of a text: what came of it; what it must be at least */
     uint8_t continuations;                      /* how many bytes of it are to come */
     uint8_t control[NET_WEBSOCKET_CONTROL_MAX]; /* payload of the ping or close that is being read */

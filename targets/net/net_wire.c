@@ -4,61 +4,39 @@
 #include "net_tcp.h"
 #include "wire/bytes.h"
 
-#include <arpa/inet.h>
 #include <errno.h>
-#include <fcntl.h>
-#include <netinet/in.h>
 #include <stdio.h>
 #include <string.h>
-#include <sys/socket.h>
-#include <unistd.h>
 
 /* Taken in one round, so that a flood leaves time for everything else. */
 enum { DATAGRAMS_A_ROUND = 64, ACCEPTS_A_ROUND = 16 };
 
 /* Longest reply with its size. */
-enum { REPLY_MOST = 2 + WIRE_PACKET_MOST };
+enum { REPLY_MAX = 2 + WIRE_PACKET_MAX };
 
-_Static_assert((int)NET_WIRE_OUT >= (int)REPLY_MOST, "a reply has room when nothing waits");
+_Static_assert((int)NET_WIRE_OUT >= (int)REPLY_MAX, "a reply has room when nothing waits");
 
 /* cppcheck-suppress constParameterPointer ; the type of ops->send is fixed */
 void net_wire_send(void *ctx, const struct session_peer *to, const uint8_t *packet, size_t size) {
     const struct net_wire *wire = ctx;
-    struct sockaddr_in at = {.sin_family = AF_INET, .sin_port = htons(to->port)};
-    memcpy(&at.sin_addr, to->address, sizeof to->address);
+    struct net_address at = {.port = to->port};
+    memcpy(at.bytes, to->address, sizeof to->address);
     if (wire->udp >= 0)
-        (void)sendto(wire->udp, packet, size, 0, (const struct sockaddr *)&at, sizeof at); /* may be lost */
+        net_socket_send(wire->udp, &at, packet, size);
 }
 
 /* ---- ports ---- */
 
-static int open_udp(const char *address) {
-    struct sockaddr_in at = {.sin_family = AF_INET, .sin_port = htons(WIRE_UDP_PORT)};
-    if (inet_pton(AF_INET, address, &at.sin_addr) != 1) {
-        errno = EINVAL;
-        return -1;
-    }
-    int fd = socket(AF_INET, SOCK_DGRAM, 0);
-    if (fd < 0)
-        return -1;
-    int flags = fcntl(fd, F_GETFL);
-    if (flags >= 0 && fcntl(fd, F_SETFL, flags | O_NONBLOCK) == 0 &&
-        bind(fd, (const struct sockaddr *)&at, sizeof at) == 0)
-        return fd;
-    int error = errno;
-    close(fd);
-    errno = error;
-    return -1;
-}
-
 int net_wire_open(struct net_wire *wire, const char *address, struct session *session) {
     char port[8], name[NET_ADDRESS_SIZE];
-    int error = 0;
-    *wire = (struct net_wire){.listener = -1, .session = session};
+    struct net_address here;
+    int error = EINVAL;
+    *wire = (struct net_wire){.listener = -1, .udp = -1, .session = session};
     snprintf(port, sizeof port, "%u", (unsigned)WIRE_CONTROL_PORT);
-    wire->udp = open_udp(address);
+    if (net_address_v4(address, WIRE_UDP_PORT, &here))
+        wire->udp = net_socket_udp(&here, false, &error);
     if (wire->udp < 0)
-        return errno;
+        return error;
     wire->listener = net_tcp_listen(address, port, name, &error);
     if (wire->listener >= 0)
         return 0;
@@ -78,26 +56,25 @@ void net_wire_close(struct net_wire *wire) {
         if (wire->client[i].stream.ops != NULL)
             drop(wire, i, false);
     if (wire->listener >= 0)
-        close(wire->listener);
+        net_socket_close(wire->listener);
     if (wire->udp >= 0)
-        close(wire->udp);
+        net_socket_close(wire->udp);
     wire->listener = wire->udp = -1;
 }
 
 /* ---- UDP ---- */
 
 static void read_datagrams(struct net_wire *wire) {
-    uint8_t bytes[WIRE_PACKET_MOST];
-    struct sockaddr_in from;
+    uint8_t bytes[WIRE_PACKET_MAX];
+    struct net_address from;
     for (int i = 0; i < DATAGRAMS_A_ROUND; i++) {
-        socklen_t size = sizeof from;
-        ssize_t count = recvfrom(wire->udp, bytes, sizeof bytes, 0, (struct sockaddr *)&from, &size);
-        if (count < 0 && (errno == EAGAIN || errno == EWOULDBLOCK))
+        long count = net_socket_receive(wire->udp, bytes, sizeof bytes, &from);
+        if (count == NET_NOTHING)
             return;
-        if (count < 0) /* an ICMP error of somebody who does not listen any more */
+        if (count < 0)
             continue;
-        struct session_peer peer = {.port = ntohs(from.sin_port)};
-        memcpy(peer.address, &from.sin_addr, sizeof peer.address);
+        struct session_peer peer = {.port = from.port};
+        memcpy(peer.address, from.bytes, sizeof peer.address);
         session_datagram(wire->session, &peer, bytes, (size_t)count);
     }
 }
@@ -108,25 +85,22 @@ static void accept_clients(struct net_wire *wire) {
     struct net_stream stream;
     char name[NET_ADDRESS_SIZE];
     for (int i = 0; i < ACCEPTS_A_ROUND && net_tcp_accept(wire->listener, &stream, name); i++) {
-        struct sockaddr_in peer;
-        socklen_t size = sizeof peer;
+        struct net_address peer;
         int place = session_place(wire->session);
-        if (place < 0 || getpeername(stream.fd, (struct sockaddr *)&peer, &size) != 0) {
+        if (place < 0 || !net_socket_peer(stream.fd, &peer)) {
             stream.ops->close(&stream);
             continue;
         }
         if (wire->client[place].stream.ops != NULL)
             drop(wire, place, false);
-        uint8_t address[4];
-        memcpy(address, &peer.sin_addr, sizeof address);
-        net_tcp_keep_alive(&stream); /* nothing may go on because nobody says that the host has gone */
+        net_tcp_keep_alive(&stream); /* nothing may continue because no one says that the host has gone */
         wire->client[place] = (struct net_wire_client){.stream = stream};
-        session_connect(wire->session, place, address);
+        session_connect(wire->session, place, peer.bytes);
     }
 }
 
 bool net_wire_wants_read(const struct net_wire_client *client) {
-    return client->out_count + REPLY_MOST <= NET_WIRE_OUT;
+    return client->out_count + REPLY_MAX <= NET_WIRE_OUT;
 }
 
 /* @return false: the connection has failed */
@@ -147,7 +121,7 @@ static bool answer_messages(struct net_wire *wire, int place) {
     struct net_wire_client *client = &wire->client[place];
     while (client->in_count >= 2 && net_wire_wants_read(client)) {
         size_t size = get_u16(client->in);
-        if (size == 0 || size > WIRE_CONTROL_MOST)
+        if (size == 0 || size > WIRE_CONTROL_MAX)
             return false;
         if (client->in_count < 2 + size)
             break;

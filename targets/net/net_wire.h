@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
- * The sockets of the binary protocol: a UDP port and up to SESSION_CLIENTS TCP connections, by plain BSD
- * sockets, around a session. Nothing blocks; nobody who does not read or write holds anybody else up.
+ * The sockets of the binary protocol: a UDP port and up to SESSION_CLIENTS TCP connections,
+ * around a session. Nothing blocks; no one who does not read or write holds anyone else up.
  *
  *   datagram -> session_datagram();   u16 size | message -> session_request() -> u16 size | reply */
 #ifndef WIFICNC_NET_WIRE_H
@@ -13,7 +13,7 @@ enum { NET_WIRE_OUT = 768 };
 
 struct net_wire_client {
     struct net_stream stream; /* .ops NULL: a free place */
-    uint8_t in[2 + WIRE_CONTROL_MOST];
+    uint8_t in[2 + WIRE_CONTROL_MAX];
     size_t in_count;
     uint8_t out[NET_WIRE_OUT]; /* replies that wait for the client to read */
     size_t out_count;
@@ -29,10 +29,10 @@ struct net_wire {
 void net_wire_send(void *ctx, const struct session_peer *to, const uint8_t *packet, size_t size);
 
 /** Open both ports. @param address  IPv4, numeric; 0.0.0.0: all, and broadcasts are heard
- *  @return 0 or an errno, and then nothing is open */
+ *  @return 0 or an error of the system, and then nothing is open */
 int net_wire_open(struct net_wire *wire, const char *address, struct session *session);
 
-/** Everybody is disconnected. */
+/** Everyone is disconnected. */
 void net_wire_close(struct net_wire *wire);
 
 /** Whether this client's messages may be read; those of one that does not read its replies wait. */

@@ -29,7 +29,9 @@ static int board_is_possible(const struct host_board *board) {
     return board->timer_hz >= 1000000 && board->timer_hz <= 100000000 && board->axis_count >= 1 &&
            board->axis_count <= AXIS_COUNT && board->step_pulse_ns >= 1 && board->step_pulse_ns <= 255000 &&
            board->max_step_rate_hz >= 1 && board->digital_inputs <= DIGITAL_INPUT_COUNT &&
-           board->digital_outputs <= OUTPUT_COUNT && board->tasks <= HOST_TASKS_PIC32MZ;
+           board->digital_outputs <= OUTPUT_COUNT && board->tasks <= HOST_TASKS_PIC32MZ &&
+           (board->look_ahead == 0 ||
+            (board->look_ahead >= HOST_LOOK_AHEAD_MIN && board->look_ahead <= PLAN_SIZE));
 }
 
 static void run_events(struct host *host, uint64_t *budget, uint64_t until_ticks, bool refills);
@@ -79,6 +81,7 @@ struct host *host_open(const struct host_board *board, const char *store_path) {
         .dir_setup_ns = board->dir_setup_ns,
         .step_spread_ns = board->step_spread_ns,
         .max_step_rate_hz = board->max_step_rate_hz,
+        .look_ahead = board->look_ahead,
         .axis_count = board->axis_count,
         .home_axes = board->home_axes,
         .motors_wake_us = board->motors_wake_us,
@@ -252,7 +255,8 @@ static void note_alarm(struct host *host) {
 static bool look(struct host *host, bool *any) {
     struct tasks *tasks = &host->tasks;
     struct machine *machine = &host->machine;
-    const struct hal_step *hal = &host->hal.step; /* its time goes on when the controller waits for motion */
+    const struct hal_step *hal =
+        &host->hal.step; /* its time continues when the controller waits for motion */
     bool looks = tasks_is_due(tasks, HOST_CONTROLLER, hal->now_ticks);
     if (looks && machine_poll(machine)) {
         *any = true;
@@ -292,7 +296,7 @@ static bool skip_rest(struct host *host, uint64_t until_ticks, bool waits) {
     return true;
 }
 
-/* @param waits  also with nothing to do, time goes on to its end */
+/* @param waits  also with nothing to do, time continues until it ends */
 static enum host_wait run(struct host *host, uint64_t max_events, uint64_t until_ticks, bool waits) {
     struct machine *machine = &host->machine;
     struct tasks *tasks = &host->tasks;
@@ -478,10 +482,6 @@ void host_counters(const struct host *host, struct host_counters *out) {
         .underruns = machine->drive.motion.ahead.late,
         .plan_unmet = machine->drive.motion.plan.timing.unmet,
     };
-}
-
-float host_feed_mm_s(const struct host *host) {
-    return machine_speed_mm_s(&host->machine);
 }
 
 void host_steps_per_mm(const struct host *host, float out[AXIS_COUNT]) {

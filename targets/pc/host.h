@@ -2,7 +2,7 @@
  * The whole controller on a PC, in virtual time: the core, a step timer and pins, and a byte stream to talk
  * to it.
  *
- * Time stands still while the core computes (an infinitely fast processor) and jumps from step event to step
+ * Time stops while the core computes (an infinitely fast processor) and jumps from step event to step
  * event. Same input, same output, always. Not thread-safe: one thread per host object; many objects may live
  * in one process. */
 #ifndef WIFICNC_PC_HOST_H
@@ -40,14 +40,18 @@ struct host_board {
     uint8_t tasks;             /* enum host_tasks_of */
     uint8_t default_pulse_us;  /* what $0 starts at; 0: step_pulse_ns */
     uint32_t step_spread_ns;   /* from step to step, beyond the pulse and a pause as long */
+    uint16_t look_ahead;       /* pieces of path, 32 or more; 0: PLAN_SIZE */
 };
+
+/** Pieces of path. */
+enum { HOST_LOOK_AHEAD_MIN = 32 };
 
 struct host;
 
 /** Why host_run() came back. */
 enum host_wait {
     HOST_IDLE,   /* nothing to do: all input is answered and nothing moves (or only input can bring it on) */
-    HOST_ROOM,   /* the receive buffer has room again and motion goes on */
+    HOST_ROOM,   /* the receive buffer has room again and motion continues */
     HOST_BUDGET, /* max_events step events were run */
     HOST_TIME,   /* the time asked for has come (host_run_until) */
 };
@@ -61,8 +65,8 @@ struct host *host_create(const struct host_board *board);
 struct host *host_open(const struct host_board *board, const char *store_path);
 void host_destroy(struct host *host);
 
-/** Put bytes on the controller's stream as a UART does: it cannot wait, and what finds no room is lost and
- * reported. */
+/** [tests] Put bytes on the controller's stream as a UART does: it cannot wait, and what finds no room is
+ * lost and reported. */
 void host_write_or_lose(struct host *host, const char *bytes, size_t count);
 
 /** Put bytes on the controller's stream. @return bytes taken: 0 .. free receive buffer; the rest must come
@@ -92,7 +96,7 @@ enum host_wait host_run_paced(struct host *host, uint64_t t_ticks, uint64_t max_
 /** Take input in: no time passes, no step is made. */
 void host_act(struct host *host);
 
-/** Parts of a firmware that can be kept from working while step interrupts and edges of inputs go on. */
+/** Parts of a firmware that can be kept from working while step interrupts and edges of inputs continue. */
 enum host_side {
     HOST_CONTROLLER, /* the task of machine_poll(): lines, planning, states */
     HOST_MOTION,     /* the task that feeds the step interrupt; with one loop (PIC32MZ) the same as above */
@@ -100,7 +104,7 @@ enum host_side {
     HOST_SIDES
 };
 
-/** Keep a side from working from a virtual time on (the past means now) for so long.
+/** [tests] Keep a side from working from a virtual time on (the past means now) for this long.
  * @return false: there is no such side, or too many stalls wait */
 bool host_stall(struct host *host, enum host_side side, uint64_t from_ticks, uint64_t ticks);
 
@@ -113,7 +117,7 @@ struct host_random_stalls {
 };
 void host_stall_randomly(struct host *host, const struct host_random_stalls *stalls);
 
-/** When it will go on by itself, now at the earliest; UINT64_MAX: never without input. */
+/** When it will continue by itself, now at the earliest; UINT64_MAX: never without input. */
 uint64_t host_next_ticks(struct host *host);
 
 /** The sender's connection has ended: machine_sender_lost(). */
@@ -153,8 +157,8 @@ void host_position_steps(const struct host *host, int32_t steps[AXIS_COUNT]);
 /** Steps by which homing has moved the counters against the pulses, since power-on. */
 void host_shift_steps(const struct host *host, int32_t steps[AXIS_COUNT]);
 
-/** Tell the controller whether more input will come at once (a file, default 1) or not (0 at the end of the
- * file). */
+/** Tell the controller whether more input will come immediately (a file, default 1) or not (0 at the end of
+ * the file). */
 void host_input_follows(struct host *host, int follows);
 
 /** The event trace; add consumers to it before running. */
@@ -193,9 +197,6 @@ struct host_counters {
     uint64_t plan_unmet;        /* struct timing, unmet: a fault of the planner if not 0 */
 };
 void host_counters(const struct host *host, struct host_counters *out);
-
-/** Largest programmed path speed of line or rapid now being run, for displays, mm/s. */
-float host_feed_mm_s(const struct host *host);
 
 /** Steps per mm now in force, per axis ($100..). */
 void host_steps_per_mm(const struct host *host, float out[AXIS_COUNT]);

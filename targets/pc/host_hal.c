@@ -129,10 +129,6 @@ static void update(struct host *host) {
         levels_changed(host);
 }
 
-struct virtual_machine *host_virtual(struct host *host) {
-    return &host->hal.virtual_machine;
-}
-
 void virtual_set(struct host *host, int input, bool active) {
     if (input < 0 || input >= VIRTUAL_INPUT_COUNT)
         return;

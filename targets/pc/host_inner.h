@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT
- * The inside of a host controller, shared by host.c (time) and host_hal.c (pins). Nobody else looks here. */
+ * The inside of a host controller, shared by host.c (time) and host_hal.c (pins). No one else looks here. */
 #ifndef WIFICNC_PC_INNER_H
 #define WIFICNC_PC_INNER_H
 
@@ -20,14 +20,15 @@ struct hal {
     struct virtual_machine virtual_machine;
     struct virtual_outputs outputs_set; /* spindle and coolant as the controller wants them */
     struct output_log output_log;
-    uint64_t output_period_ticks, outputs_due_ticks; /* 0: the pins follow at once; when they follow next */
+    uint64_t output_period_ticks,
+        outputs_due_ticks; /* 0: the pins follow immediately; when they follow next */
     struct hal_ganged ganged;
     const struct settings *settings; /* $88: counts of the encoder, unless hands say otherwise */
     uint64_t switch_ticks;           /* when the switch timer's time is over; UINT64_MAX: it rests */
     bool probe_high;                 /* level that the step ISR watches for */
 };
 
-/** Who looks on; NULL functions: nobody. */
+/** Who looks on; NULL functions: no one. */
 struct host_observer {
     void *ctx;
     void (*looked)(void *ctx, bool controller); /* the tasks that were due have looked; was it one of them? */
@@ -48,14 +49,14 @@ struct host {
     uint64_t alarm_ticks; /* when the last alarm came */
     bool alarm_seen;
     int input_follows;
-    host_segment_watcher *watch; /* NULL: nobody looks */
+    host_segment_watcher *watch; /* NULL: no one looks */
     void *watch_ctx;
     uint32_t watched;               /* batches of segments seen so far */
     struct host_published *planned; /* segments that may still be replaced; host_watch.c */
     uint32_t planned_count, planned_size;
     bool paced;       /* the wall clock leads */
     char *store_path; /* NULL: nothing is kept */
-    char *out;        /* what the controller said and nobody has read yet */
+    char *out;        /* what the controller said and no one has read yet */
     size_t out_count, out_size;
 };
 
@@ -75,7 +76,7 @@ extern const struct hal_servo host_servo;
 uint64_t host_next_edge_ticks(const struct host *host);
 
 /** Let the true position and the inputs follow the edges since the last call.
- *  @return true when a level changed: the controller must look before time goes on. */
+ *  @return true when a level changed: the controller must look before time continues. */
 bool host_follow_edges(struct host *host);
 
 #endif

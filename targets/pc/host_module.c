@@ -19,7 +19,7 @@ static bool can(void *ctx, uint8_t pin, bool output) {
 static void write_levels(void *ctx, uint16_t levels) {
     struct host_module *module = ctx;
     module->level = 0;
-    for (unsigned n = 0; n < CHANNELS_MOST; n++)
+    for (unsigned n = 0; n < CHANNELS_MAX; n++)
         if ((module->wiring.outputs >> n & 1) != 0)
             module->level |= (uint64_t)(levels >> n & 1) << module->wiring.pin[n];
 }
@@ -28,18 +28,18 @@ static void wire(void *ctx, const struct channels_wiring *wiring, uint16_t level
     struct host_module *module = ctx;
     module->wiring = *wiring;
     module->driven = 0;
-    for (unsigned n = 0; n < CHANNELS_MOST; n++)
+    for (unsigned n = 0; n < CHANNELS_MAX; n++)
         if ((wiring->outputs >> n & 1) != 0)
             module->driven |= (uint64_t)1 << wiring->pin[n];
     write_levels(ctx, levels);
 }
 
-/* A line that nobody holds is where its pull-up brings it. */
+/* A line that no one holds is where its pull-up brings it. */
 /* cppcheck-suppress constParameterCallback ; the type of ops->read is fixed */
 static uint16_t read_levels(void *ctx) {
     const struct host_module *module = ctx;
     unsigned levels = 0;
-    for (unsigned n = 0; n < CHANNELS_MOST; n++) {
+    for (unsigned n = 0; n < CHANNELS_MAX; n++) {
         uint8_t pin = module->wiring.pin[n];
         if (pin == CHANNELS_NO_PIN)
             continue;
@@ -79,8 +79,8 @@ void host_module_start(struct host_module *module) {
     uint16_t *value = module->channels.config.value;
     value[CHANNELS_DEVICE_MODE] = CHANNELS_MODE_MODULE;
     if (module->blank) {
-        value[CHANNELS_IO_COUNT] = CHANNELS_MOST;
-        for (unsigned n = 0; n < CHANNELS_MOST; n++)
+        value[CHANNELS_IO_COUNT] = CHANNELS_MAX;
+        for (unsigned n = 0; n < CHANNELS_MAX; n++)
             value[CHANNELS_IO_PIN_0 + n] = (uint16_t)n;
     }
     channels_apply(&module->channels);

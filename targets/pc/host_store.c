@@ -1,14 +1,11 @@
 /* SPDX-License-Identifier: MIT */
 #include "host_store.h"
 
+#include "port_file.h"
 #include "settings/store.h"
 
-#include <errno.h>
-#include <fcntl.h>
 #include <stdio.h>
 #include <string.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
 enum { FILE_MAX = 4096, HEAD = 4, PATH_MAX_LENGTH = 4096 }; /* head: key, ~key, count (2 bytes) */
 
@@ -28,7 +25,7 @@ static bool extend(char name[PATH_MAX_LENGTH], const char *path, const char *end
 }
 
 static size_t read_file(const char *path, uint8_t bytes[FILE_MAX]) {
-    FILE *file = fopen(path, "rb");
+    FILE *file = port_open(path, "rb");
     if (file == NULL)
         return 0;
     size_t count = fread(bytes, 1, FILE_MAX, file);
@@ -46,7 +43,7 @@ static bool is_sound(const uint8_t *bytes, size_t at, size_t count) {
            at + HEAD + value_count(bytes + at) <= count;
 }
 
-/* @return where the value of key begins, or count: there is none, or where the file is damaged */
+/* @return where the value of key begins, or count: none exists, or where the file is damaged */
 static size_t find(const uint8_t *bytes, size_t count, uint8_t key) {
     size_t at = 0;
     while (is_sound(bytes, at, count) && bytes[at] != key)
@@ -54,8 +51,8 @@ static size_t find(const uint8_t *bytes, size_t count, uint8_t key) {
     return at;
 }
 
-/* Files of firmware up to November 2026 have no list. They are told from one that was cut off by their
- * settings, which are of layout 1. @return the keys of such a file, 0: it is none */
+/* Files of firmware up to November 2026 have no list. They are distinguished from one that was cut off by
+ * their settings, which are of layout 1. @return the keys of such a file, 0: it is none */
 static unsigned keys_without_list(const uint8_t *bytes, size_t count) {
     size_t settings = find(bytes, count, STORE_KEY_SETTINGS), at = 0;
     unsigned keys = 0;
@@ -99,14 +96,13 @@ static bool replace(const char *path, const uint8_t *bytes, size_t count) {
     char fresh[PATH_MAX_LENGTH];
     if (!extend(fresh, path, ".new"))
         return false;
-    FILE *file = fopen(fresh, "wb");
+    FILE *file = port_open(fresh, "wb");
     if (file == NULL)
         return false;
     bool good = fwrite(bytes, 1, count, file) == count;
-    good = fflush(file) == 0 && good;
-    good = fsync(fileno(file)) == 0 && good;
+    good = port_sync(file) && good;
     good = fclose(file) == 0 && good;
-    return good && rename(fresh, path) == 0;
+    return good && port_replace(fresh, path);
 }
 
 /* @return where the next value goes */
@@ -138,7 +134,7 @@ static size_t copy_others(uint8_t *fresh, const uint8_t *old, size_t held,
     return used;
 }
 
-/* A value that is lost stays so: the list of keys goes on to name it. */
+/* A value that is lost stays so: the list of keys continues to name it. */
 static enum hal_store_state save(const void *ctx, const struct hal_store_value *values, size_t count) {
     uint8_t old[FILE_MAX], fresh[FILE_MAX];
     size_t held = read_file(ctx, old);
@@ -168,41 +164,3 @@ static enum hal_store_state set_aside(const void *ctx) {
 }
 
 const struct hal_store host_store = {.load = load, .save = save, .set_aside = set_aside};
-
-/* ---- who has it ---- */
-
-#ifdef __wasi__ /* the page's preflight: one program, and no locks to be had */
-static bool lock_whole(int file) {
-    return file >= 0;
-}
-#else
-static bool lock_whole(int file) {
-    struct flock whole = {.l_type = F_WRLCK, .l_whence = SEEK_SET};
-    return fcntl(file, F_SETLK, &whole) == 0;
-}
-#endif
-
-int host_store_claim(const char *path, int *error) {
-    char name[PATH_MAX_LENGTH];
-    struct stat status;
-    if (stat(path, &status) == 0 && !S_ISREG(status.st_mode)) {
-        *error = S_ISDIR(status.st_mode) ? EISDIR : EINVAL;
-        return -1;
-    }
-    if (!extend(name, path, ".lock")) {
-        *error = ENAMETOOLONG;
-        return -1;
-    }
-    int lock = open(name, O_RDWR | O_CREAT | O_CLOEXEC, 0666);
-    if (lock >= 0 && lock_whole(lock))
-        return lock;
-    *error = errno == EACCES && lock >= 0 ? EAGAIN : errno; /* POSIX allows both for a lock that is taken */
-    if (lock >= 0)
-        close(lock);
-    return -1;
-}
-
-void host_store_release(int claim) {
-    if (claim >= 0)
-        close(claim);
-}

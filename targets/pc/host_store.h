@@ -14,12 +14,4 @@ enum { HOST_STORE_KEYS = 16 };
  * written makes save() return false. */
 extern const struct hal_store host_store;
 
-/** Claim the file for this process, by a lock on FILE.lock: of two that write, each would drop what the other
- * has stored. @return -1 and *error: EISDIR, ENOENT (its folder), EAGAIN (another process has it) or another
- * errno */
-int host_store_claim(const char *path, int *error);
-
-/** @param claim  of host_store_claim(), or -1 */
-void host_store_release(int claim);
-
 #endif

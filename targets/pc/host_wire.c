@@ -15,7 +15,7 @@ struct sent {
     struct sent *next;
     struct session_peer to;
     size_t size;
-    uint8_t bytes[WIRE_PACKET_MOST];
+    uint8_t bytes[WIRE_PACKET_MAX];
 };
 
 struct host_wire {

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
- * The binary protocol of a host controller in virtual time, without sockets: who drives it is the network.
- * serve_wire.h is the same with sockets and the wall clock. One thread, as the host. */
+ * [tests] WMC3 of a host controller in virtual time, without sockets: the caller is the network. serve_wire.h
+ * is the same with sockets and the wall clock. One thread, as the host. */
 #ifndef WIFICNC_PC_HOST_WIRE_H
 #define WIFICNC_PC_HOST_WIRE_H
 

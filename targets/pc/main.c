@@ -5,50 +5,34 @@
  *   tcp ADDRESS | wmc3 ADDRESS | control ADDRESS | pty DEVICE   a door is open
  *   ready                              it serves
  *   client WHAT NAME                   a client was connected, became owner, ...
- *   failed STAGE ERRNO TEXT            it cannot; exit code 1
+ *   failed STAGE ERROR TEXT            it cannot; exit code 1
  *
  * Options, each with a value but --io-module: --timer-hz --step-pulse-ns --dir-setup-ns --max-step-rate-hz
  * --axes --ganged --home-axes
  * --missing-outputs
  * --speed (0: as fast as it can) --host --port --wmc3 --control --pty --store --set; and --parent: end when
- * stdin does. The password of network clients stands in WIFICNC_PASSWORD, because arguments can be read by
- * everybody. */
+ * stdin does. The password of network clients is in WIFICNC_PASSWORD, because arguments can be read by
+ * everyone. */
+#include "port.h"
 #include "serve.h"
 
 #include <errno.h>
-#include <fcntl.h>
-#include <poll.h>
-#include <signal.h>
 #include <stdarg.h>
 #include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 
 enum { SETTINGS_MAX = 256, USAGE = 2 };
 
-static int stop_pipe[2]; /* a signal handler can reach nothing else */
-
-static void on_signal(int signal_number) {
-    const char byte = (char)signal_number;
-    int before = errno;
-    if (write(stop_pipe[1], &byte, 1) < 0)
-        errno = before; /* full: it was told already */
-}
-
-/* A line on stdout. A reader that does not read does not hold the controller up: the line is left out. */
 static void say(const char *format, ...) {
     char line[512];
-    struct pollfd out = {.fd = STDOUT_FILENO, .events = POLLOUT};
     va_list arguments;
     va_start(arguments, format);
     int size = vsnprintf(line, sizeof line, format, arguments);
     va_end(arguments);
-    if (size < 0 || poll(&out, 1, 0) != 1 || (out.revents & POLLOUT) == 0)
-        return;
-    if (write(STDOUT_FILENO, line, (size_t)size < sizeof line ? (size_t)size : sizeof line) < 0)
-        return; /* nobody there */
+    if (size >= 0)
+        port_say(line, (size_t)size < sizeof line ? (size_t)size : sizeof line);
 }
 
 static void say_listens(void *ctx, const char *kind, const char *where) {
@@ -66,7 +50,7 @@ static int say_failure(const struct serve_failure *failure) {
                                          [SERVE_STORE] = "store",   [SERVE_SETTING] = "setting",
                                          [SERVE_TCP] = "tcp",       [SERVE_CONTROL] = "control",
                                          [SERVE_PTY] = "pty",       [SERVE_WIRE] = "wmc3"};
-    const char *text = failure->detail != NULL ? failure->detail : strerror(failure->error);
+    const char *text = failure->detail != NULL ? failure->detail : port_error_text(failure->error);
     say("failed\t%s\t%d\t%s\n", stages[failure->stage], failure->error, text);
     return 1;
 }
@@ -87,6 +71,13 @@ static bool read_count(const char *value, uint8_t *out) {
     return good;
 }
 
+static bool read_short(const char *value, uint16_t *out) {
+    uint32_t number = 0;
+    bool good = read_number(value, &number) && number <= UINT16_MAX;
+    *out = good ? (uint16_t)number : 0;
+    return good;
+}
+
 static bool read_axes(const char *value, axis_mask_t *out) {
     uint32_t axes = 0;
     bool good = read_number(value, &axes) && axes < 1u << AXIS_COUNT;
@@ -104,6 +95,8 @@ static bool take_board(struct host_board *board, const char *name, const char *v
         return read_count(value, &board->default_pulse_us);
     if (strcmp(name, "--step-spread-ns") == 0)
         return read_number(value, &board->step_spread_ns);
+    if (strcmp(name, "--look-ahead") == 0)
+        return read_short(value, &board->look_ahead);
     if (strcmp(name, "--dir-setup-ns") == 0)
         return read_number(value, &board->dir_setup_ns);
     if (strcmp(name, "--max-step-rate-hz") == 0)
@@ -167,7 +160,7 @@ static bool take_option(struct serve_options *options, const char **settings, co
 static bool read_options(int argc, char **argv, struct serve_options *options, const char **settings) {
     for (int i = 1; i < argc; i++) {
         if (strcmp(argv[i], "--parent") == 0) {
-            options->stop_fd[1] = STDIN_FILENO;
+            options->stop_fd[1] = port_parent_fd();
             continue;
         }
         if (strcmp(argv[i], "--io-module") == 0) {
@@ -183,30 +176,6 @@ static bool read_options(int argc, char **argv, struct serve_options *options, c
     if (options->tcp_host != NULL && options->tcp_port == NULL)
         fprintf(stderr, "--host needs --port\n");
     return options->tcp_host == NULL || options->tcp_port != NULL;
-}
-
-/* ---- */
-
-/* A program that is started in the background may inherit SIGINT as ignored, and it stays so: Ctrl-C at its
- * terminal is meant for others. */
-static void catch_unless_ignored(int number, const struct sigaction *action) {
-    struct sigaction inherited;
-    if (sigaction(number, NULL, &inherited) == 0 && inherited.sa_handler != SIG_IGN)
-        sigaction(number, action, NULL);
-}
-
-/* Ctrl-C and a request to end are read like any input; a client that vanishes is seen by the write that
- * fails. */
-static bool catch_signals(struct serve_options *options) {
-    struct sigaction stop = {.sa_handler = on_signal}, ignore = {.sa_handler = SIG_IGN};
-    if (pipe(stop_pipe) != 0 || fcntl(stop_pipe[1], F_SETFL, O_NONBLOCK) != 0)
-        return false;
-    options->stop_fd[0] = stop_pipe[0];
-    sigemptyset(&stop.sa_mask);
-    catch_unless_ignored(SIGINT, &stop);
-    sigaction(SIGTERM, &stop, NULL);
-    sigaction(SIGPIPE, &ignore, NULL);
-    return true;
 }
 
 #ifndef PIO_UNIT_TESTING /* there main() is the test's */
@@ -226,15 +195,19 @@ int main(int argc, char **argv) {
         .stop_fd = {-1, -1},
         .events = {.listens = say_listens, .client = say_client},
     };
+    argv = port_start(argv);
+    if (argv == NULL)
+        return say_failure(&(struct serve_failure){.stage = SERVE_MEMORY, .error = ENOMEM});
     if (!read_options(argc, argv, &options, settings))
         return USAGE;
-    if (!catch_signals(&options))
-        return say_failure(&(struct serve_failure){.stage = SERVE_MEMORY, .error = errno});
+    int error = port_catch_requests(&options.stop_fd[0]);
+    if (error != 0)
+        return say_failure(&(struct serve_failure){.stage = SERVE_MEMORY, .error = error});
     struct serve *serve = serve_create(&options, &failure);
     if (serve == NULL)
         return say_failure(&failure);
     say("ready\n");
-    int error = serve_run(serve);
+    error = serve_run(serve);
     serve_destroy(serve);
     return error != 0 ? say_failure(&(struct serve_failure){.stage = SERVE_MEMORY, .error = error}) : 0;
 }

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT
- * Outputs of the virtual machine over time: every change with its moment, and the period at which the pins
- * follow the controller.
+ * [tests] Outputs of the virtual machine over time: every change with its moment, and the period at which the
+ * pins follow the controller.
  *
- * The controller runs after every span on the PC, so its outputs follow the motion at once. On a chip the
+ * The controller runs after every span on the PC, so its outputs follow the motion immediately. On a chip the
  * task that sets them comes round every few milliseconds. With a period the pins change at its multiples
  * only. */
 #ifndef WIFICNC_PC_OUTPUT_LOG_H
@@ -33,7 +33,7 @@ void host_record_outputs(struct host *host);
 /** @return entries recorded so far; *changes points to them until the host runs on */
 size_t host_output_changes(const struct host *host, const struct output_change **changes);
 
-/** Spindle and coolant pins change only at multiples of this time; 0: at once (power-on). */
+/** Spindle and coolant pins change only at multiples of this time; 0: immediately (power-on). */
 void host_set_output_period(struct host *host, uint32_t period_us);
 
 /* --- for host.c and host_hal.c --- */

@@ -1,19 +1,14 @@
 /* SPDX-License-Identifier: MIT */
 #include "page.h"
 
+#include "net_connect.h"
 #include "net_tcp.h"
-#include "serve_clock.h"
+#include "port.h"
 
-#include <errno.h>
-#include <fcntl.h>
-#include <netdb.h>
-#include <poll.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/socket.h>
-#include <unistd.h>
 
-/* More than a controller has places for: who comes too late is told so by the controller. */
+/* More than a controller has places for: the controller sends a message to one that comes too late. */
 enum { LINKS = 2 * NET_CLIENTS, PIECE = 4096 };
 
 #define SILENT_US 60000000u /* longer than browsers keep a connection for later */
@@ -27,6 +22,8 @@ enum {
     POLL_LINKS = POLL_PLACES + NET_HTTP_PLACES,
     POLL_COUNT = POLL_LINKS + 2 * LINKS
 };
+
+_Static_assert((int)POLL_COUNT <= (int)PORT_POLLS_MAX, "port_poll() takes them all");
 
 /* Bytes on their way; more are read when these have gone. */
 struct piece {
@@ -52,8 +49,8 @@ struct page {
     const char *controller_host, *controller_port;
     enum search search;
     const struct net_http_late *found; /* of the search, while it is handed out */
-    int wake[2];
-    struct pollfd poll[POLL_COUNT];
+    struct port_wake wake;
+    struct port_poll poll[POLL_COUNT];
 };
 
 static bool is_open(const struct net_stream *stream) {
@@ -78,7 +75,7 @@ static bool push(struct piece *piece, const struct net_stream *to) {
     return true;
 }
 
-/* Bytes go on as far as there is room. @return false: the end that is read has no more */
+/* Passes bytes on as far as there is room. @return false: the end that is read has no more */
 static bool pull(struct piece *piece, const struct net_stream *from) {
     if (piece->count > 0)
         return true;
@@ -115,24 +112,8 @@ static void move(struct link *link) {
     shut(&link->controller);
 }
 
-/* A socket that is connected, or -1. The controller is on this computer: nobody waits long. */
-static int connect_to(const struct addrinfo *at) {
-    int fd = socket(at->ai_family, at->ai_socktype, at->ai_protocol);
-    if (fd < 0 || connect(fd, at->ai_addr, at->ai_addrlen) == 0)
-        return fd;
-    close(fd);
-    return -1;
-}
-
 static bool connect_controller(const struct page *page, struct net_stream *stream) {
-    const struct addrinfo wanted = {.ai_socktype = SOCK_STREAM};
-    struct addrinfo *found;
-    if (getaddrinfo(page->controller_host, page->controller_port, &wanted, &found) != 0)
-        return false;
-    int fd = -1;
-    for (const struct addrinfo *at = found; at != NULL && fd < 0; at = at->ai_next)
-        fd = connect_to(at);
-    freeaddrinfo(found);
+    int fd = net_connect(page->controller_host, page->controller_port);
     return fd >= 0 && net_tcp_stream(fd, stream);
 }
 
@@ -187,7 +168,7 @@ static bool discover(void *ctx, struct net_http_late *out) {
 }
 
 static uint32_t now_us(void) {
-    return (uint32_t)(serve_clock_ns() / 1000);
+    return (uint32_t)(port_clock_ns() / 1000);
 }
 
 void page_found(struct page *page, const char *status, const char *type, const char *body) {
@@ -207,7 +188,8 @@ struct page *page_create(const char *name, const char *about, page_find *find) {
     page->site = (struct net_http_site){
         .name = name, .about = about, .find = find_file, .ctx = page, .silent_us = SILENT_US};
     page->find = find;
-    page->http.listener = page->wake[0] = page->wake[1] = -1;
+    page->http.listener = -1;
+    page->wake = (struct port_wake){-1, -1};
     return page;
 }
 
@@ -219,10 +201,9 @@ void page_set_controller(struct page *page, const char *host, const char *port) 
 }
 
 int page_listen(struct page *page, const char *host, const char *port, char address[NET_ADDRESS_SIZE]) {
-    int error;
-    if (pipe(page->wake) != 0 || fcntl(page->wake[0], F_SETFL, O_NONBLOCK) != 0 ||
-        fcntl(page->wake[1], F_SETFL, O_NONBLOCK) != 0)
-        return errno;
+    int error = port_wake_open(&page->wake);
+    if (error != 0)
+        return error;
     if (net_http_open(&page->http, &page->site, host, port, address, &error))
         return 0;
     return error != 0 ? error : -1;
@@ -234,17 +215,15 @@ void page_close(struct page *page) {
         shut(&link->controller);
     }
     net_http_close(&page->http);
-    for (unsigned i = 0; i < 2; i++)
-        if (page->wake[i] >= 0)
-            close(page->wake[i]);
+    port_wake_close(&page->wake);
     free(page);
 }
 
 /* ---- serving ---- */
 
-static void await(struct pollfd *slot, const struct net_stream *stream, bool reads, bool writes) {
-    short events = (short)((reads ? POLLIN : 0) | (writes ? POLLOUT : 0));
-    *slot = (struct pollfd){.fd = is_open(stream) && events != 0 ? stream->fd : -1, .events = events};
+static void await(struct port_poll *slot, const struct net_stream *stream, bool reads, bool writes) {
+    short wanted = (short)((reads ? PORT_READ : 0) | (writes ? PORT_WRITE : 0));
+    *slot = (struct port_poll){.fd = is_open(stream) && wanted != 0 ? stream->fd : -1, .wanted = wanted};
 }
 
 static void fill_poll(struct page *page) {
@@ -261,26 +240,18 @@ static void fill_poll(struct page *page) {
         await(&page->poll[POLL_LINKS + 2 * i + 1], &link->controller, !link->ended && link->down.count == 0,
               link->up.count > 0);
     }
-    page->poll[POLL_LISTENER] = (struct pollfd){.fd = full ? -1 : http->listener, .events = POLLIN};
-    page->poll[POLL_WAKE] = (struct pollfd){.fd = page->wake[0], .events = POLLIN};
-}
-
-static bool is_woken(const struct page *page) {
-    char bytes[16];
-    bool woken = false;
-    while (read(page->wake[0], bytes, sizeof bytes) > 0)
-        woken = true;
-    return woken;
+    page->poll[POLL_LISTENER] = (struct port_poll){.fd = full ? -1 : http->listener, .wanted = PORT_READ};
+    page->poll[POLL_WAKE] = (struct port_poll){.fd = page->wake.wait_fd, .wanted = PORT_READ};
 }
 
 enum page_event page_run(struct page *page) {
     bool more = false;
     for (;;) {
         fill_poll(page);
-        int ready = poll(page->poll, POLL_COUNT, more ? 0 : LOOK_MS);
-        if (ready < 0 && errno != EINTR)
+        int error, ready = port_poll(page->poll, POLL_COUNT, more ? 0 : LOOK_MS, &error);
+        if (ready < 0)
             return PAGE_FAILED;
-        if (is_woken(page))
+        if (port_wake_taken(&page->wake))
             return PAGE_WOKEN;
         more = net_http_poll(&page->http, now_us()) || ready > 0; /* a stream that closes is read twice */
         for (struct link *link = page->link; link < page->link + LINKS; link++)
@@ -294,7 +265,5 @@ enum page_event page_run(struct page *page) {
 }
 
 void page_wake(struct page *page) {
-    const char byte = 0;
-    if (write(page->wake[1], &byte, 1) < 0)
-        return; /* full: it was woken already */
+    port_wake(&page->wake);
 }

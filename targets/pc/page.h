@@ -32,13 +32,13 @@ void page_put_file(struct page *page, const char *type, const char *tag, const u
 void page_set_controller(struct page *page, const char *host, const char *port);
 
 /** Listen. @param[out] address  "127.0.0.1:8080", the port that was got
- *  @return 0; an errno; or -1, when the host is unknown */
+ *  @return 0; an error of the system; or -1, when the host is unknown */
 int page_listen(struct page *page, const char *host, const char *port, char address[NET_ADDRESS_SIZE]);
 
 enum page_event {
     PAGE_WOKEN, /* by page_wake() */
     PAGE_ASKED, /* a browser asks for the other controllers: page_found() answers it */
-    PAGE_FAILED /* poll() did */
+    PAGE_FAILED /* waiting did */
 };
 
 /** Serve until something happens. */
@@ -50,7 +50,7 @@ void page_found(struct page *page, const char *status, const char *type, const c
 /** [any thread] page_run() returns. */
 void page_wake(struct page *page);
 
-/** Everybody is disconnected. */
+/** Everyone is disconnected. */
 void page_close(struct page *page);
 
 #endif

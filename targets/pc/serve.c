@@ -1,21 +1,20 @@
 /* SPDX-License-Identifier: MIT */
 #include "serve.h"
 
-#include "host_store.h"
 #include "machine/parts.h"
 #include "net_hub.h"
 #include "net_pty.h"
 #include "net_tcp.h"
+#include "port.h"
+#include "serve_claim.h"
 #include "serve_clock.h"
 #include "serve_control.h"
 #include "serve_wire.h"
 
 #include <errno.h>
-#include <poll.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 
 /* A round is short, so that a `?` never waits long: it ends after this time, which is looked at after each go
  * of so many step events and lines. While a sender pours, a round is one small go for each piece that is
@@ -23,7 +22,7 @@
 enum { ROUND_US = 500, EVENTS_A_GO = 5000, EVENTS_WHILE_POURED = 200 };
 
 /* Longest sleeps, ms: in motion, step events are run in batches of this; at rest the pty is looked at; at
- * full speed this long without input means that none follows at once. */
+ * full speed this long without input means that none follows immediately. */
 enum { MOVING_MS = 1, RESTING_MS = 25, NOTHING_FOLLOWS_MS = 2 };
 
 enum { ASK_EVERY_MS = 50 }; /* observers' status requests */
@@ -42,6 +41,8 @@ enum {
     POLL_COUNT = POLL_WIRE + SERVE_WIRE_POLLS
 };
 
+_Static_assert((int)POLL_COUNT <= (int)PORT_POLLS_MAX, "port_poll() takes them all");
+
 struct serve {
     struct serve_events events;
     struct host *host;
@@ -49,9 +50,9 @@ struct serve {
     struct net_gate gate;
     struct serve_clock clock;
     bool full_speed;
-    bool input_follows; /* at full speed: more input may come at once, so time stands still while nothing is
+    bool input_follows; /* at full speed: more input may come immediately, so time stops while nothing is
                            due */
-    bool busy;          /* the last round left something to do at once */
+    bool busy;          /* the last round left something to do immediately */
     bool poured;        /* a client sends faster than this round has read */
     int listener, stop_fd[2];
     int claim; /* of the file that keeps settings; -1: none */
@@ -63,7 +64,7 @@ struct serve {
     uint64_t asked_ns; /* when observers' requests were last passed on */
     uint64_t full_ns;  /* since when all places are taken; 0: they are not */
     uint64_t fed_ns;   /* when the controller last got a line */
-    struct pollfd poll[POLL_COUNT];
+    struct port_poll poll[POLL_COUNT];
 };
 
 /* ---- the controller as the hub sees it ---- */
@@ -91,7 +92,7 @@ static bool notice(void *ctx, unsigned number, char *text, size_t size) {
 
 static enum net_gate_result login(void *ctx, uint64_t who, const char *password, size_t size) {
     struct serve *serve = ctx;
-    return net_gate_try(&serve->gate, who, password, size, (uint32_t)(serve_clock_ns() / 1000));
+    return net_gate_try(&serve->gate, who, password, size, (uint32_t)(port_clock_ns() / 1000));
 }
 
 static void left(void *ctx, bool lines_wait) {
@@ -149,6 +150,7 @@ static bool open_text(struct serve *serve, const struct serve_options *options,
     }
     if (options->pty_link != NULL) {
         failure->stage = SERVE_PTY;
+        failure->detail = net_pty_missing;
         failure->error = net_pty_open(&serve->pty, options->pty_link);
         serve->has_pty = failure->error == 0;
         if (!serve->has_pty)
@@ -189,7 +191,7 @@ static bool claim_store(struct serve *serve, const char *path, struct serve_fail
     if (path == NULL)
         return true;
     failure->stage = SERVE_STORE;
-    serve->claim = host_store_claim(path, &failure->error);
+    serve->claim = serve_claim(path, &failure->error);
     return serve->claim >= 0;
 }
 
@@ -201,7 +203,7 @@ static struct host *make_host(const struct serve_options *options, struct serve_
         return NULL;
     host_run(host, EVENTS_A_GO);
     while (host_read(host, banner, sizeof banner) == sizeof banner) {
-        /* nobody is there yet to hear it */
+        /* no one is there yet to hear it */
     }
     if (apply_settings(host, options->settings, failure)) {
         host_lock(host);
@@ -249,7 +251,7 @@ void serve_destroy(struct serve *serve) {
     if (serve == NULL)
         return;
     if (serve->listener >= 0)
-        close(serve->listener);
+        net_socket_close(serve->listener);
     if (serve->has_pty)
         net_pty_unlink(&serve->pty);
     serve_control_close(&serve->control);
@@ -258,7 +260,7 @@ void serve_destroy(struct serve *serve) {
     if (serve->has_pty)
         net_pty_close(&serve->pty);
     host_destroy(serve->host);
-    host_store_release(serve->claim);
+    serve_release(serve->claim);
     free(serve);
 }
 
@@ -266,14 +268,14 @@ void serve_destroy(struct serve *serve) {
 
 /* A newcomer can be let in, or must be refused. */
 static bool accepts(const struct serve *serve) {
-    return serve->full_ns == 0 || serve_clock_ns() - serve->full_ns > FULL_MS * 1000000ull;
+    return serve->full_ns == 0 || port_clock_ns() - serve->full_ns > FULL_MS * 1000000ull;
 }
 
 static void note_fullness(struct serve *serve) {
     if (!net_hub_is_full(&serve->hub))
         serve->full_ns = 0;
     else if (serve->full_ns == 0)
-        serve->full_ns = serve_clock_ns();
+        serve->full_ns = port_clock_ns();
 }
 
 static uint64_t events_a_go(const struct serve *serve) {
@@ -286,12 +288,12 @@ static void run_paced(struct serve *serve) {
     serve->busy = host_run_paced(serve->host, now, events_a_go(serve)) == HOST_BUDGET;
 }
 
-/* More lines may come at once. */
+/* More lines may come immediately. */
 static bool input_follows(const struct serve *serve) {
-    return serve_clock_ns() - serve->fed_ns < NOTHING_FOLLOWS_MS * 1000000ull;
+    return port_clock_ns() - serve->fed_ns < NOTHING_FOLLOWS_MS * 1000000ull;
 }
 
-/* Time as far as it goes. While more input may come at once, a look-ahead that is not full holds it. */
+/* Time as far as it goes. While more input may come immediately, a look-ahead that is not full holds it. */
 static void run_unpaced(struct serve *serve) {
     host_input_follows(serve->host, input_follows(serve));
     enum host_wait wait = host_run(serve->host, events_a_go(serve));
@@ -310,18 +312,18 @@ static void run(struct serve *serve) {
 static bool feed(struct serve *serve) {
     if (!net_hub_feed(&serve->hub))
         return false;
-    serve->fed_ns = serve_clock_ns();
+    serve->fed_ns = port_clock_ns();
     run(serve);
     return true;
 }
 
 static void work(struct serve *serve) {
-    const uint64_t end_ns = serve_clock_ns() + (serve->poured ? 0 : ROUND_US * 1000u);
+    const uint64_t end_ns = port_clock_ns() + (serve->poured ? 0 : ROUND_US * 1000u);
     bool fed;
     run(serve);
     do
         fed = feed(serve);
-    while (fed && serve_clock_ns() < end_ns);
+    while (fed && port_clock_ns() < end_ns);
     serve->busy |= fed;
     net_hub_flush(&serve->hub);
     note_fullness(serve);
@@ -343,23 +345,23 @@ static int wait_ms(const struct serve *serve) {
 static void fill_poll(struct serve *serve) {
     serve_control_fill_poll(&serve->control, &serve->poll[POLL_CONTROL]);
     serve_wire_fill_poll(&serve->wire, &serve->poll[POLL_WIRE]);
-    serve->poll[POLL_SIGNAL] = (struct pollfd){.fd = serve->stop_fd[0], .events = POLLIN};
-    serve->poll[POLL_PARENT] = (struct pollfd){.fd = serve->stop_fd[1], .events = POLLIN};
+    serve->poll[POLL_SIGNAL] = (struct port_poll){.fd = serve->stop_fd[0], .wanted = PORT_READ};
+    serve->poll[POLL_PARENT] = (struct port_poll){.fd = serve->stop_fd[1], .wanted = PORT_READ};
     serve->poll[POLL_LISTENER] =
-        (struct pollfd){.fd = accepts(serve) ? serve->listener : -1, .events = POLLIN};
+        (struct port_poll){.fd = accepts(serve) ? serve->listener : -1, .wanted = PORT_READ};
     for (size_t i = 0; i < NET_CLIENTS; i++) {
         const struct net_client *client = &serve->hub.client[i];
-        short events = net_hub_wants_read(&serve->hub, client) ? POLLIN : 0;
+        short wanted = net_hub_wants_read(&serve->hub, client) ? PORT_READ : 0;
         if (net_hub_wants_write(client))
-            events |= POLLOUT;
+            wanted |= PORT_WRITE;
         int fd = client->stream.ops != NULL ? client->stream.fd : -1;
-        serve->poll[POLL_CLIENTS + i] = (struct pollfd){.fd = fd, .events = events};
+        serve->poll[POLL_CLIENTS + i] = (struct port_poll){.fd = fd, .wanted = wanted};
     }
 }
 
 static void accept_all(struct serve *serve) {
     struct net_stream stream;
-    if ((serve->poll[POLL_LISTENER].revents & POLLIN) != 0) {
+    if ((serve->poll[POLL_LISTENER].found & PORT_READ) != 0) {
         char name[NET_ADDRESS_SIZE];
         while (accepts(serve) && net_tcp_accept(serve->listener, &stream, name)) {
             net_tcp_keep_alive(&stream);
@@ -374,16 +376,16 @@ static void accept_all(struct serve *serve) {
 static void read_clients(struct serve *serve) {
     serve->poured = false;
     for (size_t i = 0; i < NET_CLIENTS; i++) {
-        short revents = serve->poll[POLL_CLIENTS + i].revents;
-        if ((revents & POLLIN) != 0)
+        short found = serve->poll[POLL_CLIENTS + i].found;
+        if ((found & PORT_READ) != 0)
             serve->poured |= net_hub_read(&serve->hub, &serve->hub.client[i]);
-        else if ((revents & (POLLERR | POLLHUP | POLLNVAL)) != 0)
+        else if ((found & PORT_LOST) != 0)
             net_hub_lost(&serve->hub.client[i]);
     }
 }
 
 static void ask_sometimes(struct serve *serve) {
-    uint64_t now_ns = serve_clock_ns();
+    uint64_t now_ns = port_clock_ns();
     if (now_ns - serve->asked_ns < ASK_EVERY_MS * 1000000ull)
         return;
     serve->asked_ns = now_ns;
@@ -394,12 +396,10 @@ static void ask_sometimes(struct serve *serve) {
 int serve_run(struct serve *serve) {
     for (;;) {
         fill_poll(serve);
-        int ready = poll(serve->poll, POLL_COUNT, wait_ms(serve));
-        if (ready < 0 && errno != EINTR)
-            return errno;
-        if (ready < 0)
-            continue;
-        if (serve->poll[POLL_SIGNAL].revents != 0 || serve->poll[POLL_PARENT].revents != 0)
+        int error;
+        if (port_poll(serve->poll, POLL_COUNT, wait_ms(serve), &error) < 0)
+            return error;
+        if (serve->poll[POLL_SIGNAL].found != 0 || serve->poll[POLL_PARENT].found != 0)
             return 0;
         read_clients(serve);
         serve_control_read(&serve->control, &serve->poll[POLL_CONTROL], serve->host);

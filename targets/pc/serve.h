@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT
  * The host controller in real time: paced by the wall clock, on TCP and on a pty, for real senders.
  *
- * One thread, one poll() loop. Virtual time is wall time times the speed; step events due up to now are run
- * in batches. With nothing to do it sleeps. */
+ * One thread, one loop around port_poll(). Virtual time is wall time times the speed; step events due up to
+ * now are run in batches. With nothing to do it sleeps. */
 #ifndef WIFICNC_PC_SERVE_H
 #define WIFICNC_PC_SERVE_H
 
@@ -49,8 +49,8 @@ enum serve_stage {
 
 struct serve_failure {
     enum serve_stage stage;
-    int error;          /* errno; of SERVE_SETTING error:N; of SERVE_TCP 0 = unknown host */
-    const char *detail; /* of SERVE_SETTING: the line */
+    int error;          /* the system's; of SERVE_SETTING error:N; of SERVE_TCP 0 = unknown host */
+    const char *detail; /* of SERVE_SETTING the line; of SERVE_PTY why there is none, or NULL */
 };
 
 struct serve;
@@ -58,7 +58,7 @@ struct serve;
 /** Start the controller and open its doors. @return NULL and *failure, nothing left open. */
 struct serve *serve_create(const struct serve_options *options, struct serve_failure *failure);
 
-/** Serve until stop_fd says so. @return 0, or errno of a poll() that failed */
+/** Serve until stop_fd says so. @return 0, or the error of a wait that failed */
 int serve_run(struct serve *serve);
 
 void serve_destroy(struct serve *serve);

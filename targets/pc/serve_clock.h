@@ -11,13 +11,10 @@ struct serve_clock {
     uint32_t slips; /* times when the computer was too slow and time was left behind */
 };
 
-/** Wall time since some moment, ns; never goes back. */
-uint64_t serve_clock_ns(void);
-
 /** From now on. @param ticks_per_s  of wall time */
 void serve_clock_start(struct serve_clock *clock, double ticks_per_s, uint64_t ticks);
 
-/** Virtual time now. A controller that has fallen far behind is not hurried: time goes on from where it is.
+/** Virtual time now. A controller that has fallen far behind is not hurried: time continues from where it is.
  *  @param done_ticks  what it has run up to */
 uint64_t serve_clock_ticks(struct serve_clock *clock, uint64_t done_ticks);
 

@@ -8,9 +8,8 @@
 
 #include <stdio.h>
 #include <string.h>
-#include <unistd.h>
 
-/* Second motors, where they stand elsewhere than the first. */
+/* Second motors, where they are elsewhere than the first. */
 static int say_second(const struct host *host, const float steps_per_mm[AXIS_COUNT], char *answer, int at) {
     int32_t first[AXIS_COUNT], second[AXIS_COUNT];
     virtual_position(host, first);
@@ -59,7 +58,8 @@ static bool says(const char *line, const char *word) {
     return line[strspn(line, " \t\r\n")] == '\0';
 }
 
-void serve_control_line(struct host *host, const char *line, char answer[CONTROL_ANSWER_SIZE]) {
+/* One command. @param[out] answer  one line with its end */
+static void obey(struct host *host, const char *line, char answer[CONTROL_ANSWER_SIZE]) {
     struct hands_action action;
     const char *wrong = NULL;
     if (says(line, "state")) {
@@ -82,7 +82,7 @@ static void drop(struct control_client *client) {
     *client = (struct control_client){0};
 }
 
-/* An answer that does not fit into the connection ends it: nobody reads there. */
+/* An answer that does not fit into the connection ends it: no one reads there. */
 static void take(const struct serve_control *control, struct control_client *client, char byte,
                  struct host *host) {
     char answer[CONTROL_ANSWER_SIZE];
@@ -94,7 +94,7 @@ static void take(const struct serve_control *control, struct control_client *cli
     client->line[client->size] = '\0';
     client->size = 0;
     if (control->module == NULL || !host_module_line(control->module, client->line, answer, sizeof answer))
-        serve_control_line(host, client->line, answer);
+        obey(host, client->line, answer);
     if (client->stream.ops->write(&client->stream, answer, strlen(answer)) != (long)strlen(answer))
         drop(client);
 }
@@ -123,20 +123,20 @@ static void accept_one(struct serve_control *control) {
     stream.ops->close(&stream);
 }
 
-void serve_control_fill_poll(const struct serve_control *control, struct pollfd polls[CONTROL_POLLS]) {
-    polls[CONTROL_CLIENTS] = (struct pollfd){.fd = control->listener, .events = POLLIN};
+void serve_control_fill_poll(const struct serve_control *control, struct port_poll polls[CONTROL_POLLS]) {
+    polls[CONTROL_CLIENTS] = (struct port_poll){.fd = control->listener, .wanted = PORT_READ};
     for (size_t i = 0; i < CONTROL_CLIENTS; i++) {
         const struct net_stream *stream = &control->client[i].stream;
-        polls[i] = (struct pollfd){.fd = stream->ops != NULL ? stream->fd : -1, .events = POLLIN};
+        polls[i] = (struct port_poll){.fd = stream->ops != NULL ? stream->fd : -1, .wanted = PORT_READ};
     }
 }
 
-void serve_control_read(struct serve_control *control, const struct pollfd polls[CONTROL_POLLS],
+void serve_control_read(struct serve_control *control, const struct port_poll polls[CONTROL_POLLS],
                         struct host *host) {
     for (size_t i = 0; i < CONTROL_CLIENTS; i++)
-        if (polls[i].revents != 0 && control->client[i].stream.ops != NULL)
+        if (polls[i].found != 0 && control->client[i].stream.ops != NULL)
             read_client(control, &control->client[i], host);
-    if (polls[CONTROL_CLIENTS].revents != 0)
+    if (polls[CONTROL_CLIENTS].found != 0)
         accept_one(control);
 }
 
@@ -145,5 +145,5 @@ void serve_control_close(struct serve_control *control) {
         if (control->client[i].stream.ops != NULL)
             drop(&control->client[i]);
     if (control->listener >= 0)
-        close(control->listener);
+        net_socket_close(control->listener);
 }

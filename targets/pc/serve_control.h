@@ -2,8 +2,8 @@
  * The hands at the virtual machine: a TCP door where lines press buttons, close switches and move the work
  * piece.
  *
- *   what hands.h knows     done at once
- *   state                 where it stands, which inputs are active, what the outputs say
+ *   what hands.h knows     done immediately
+ *   state                 where it is, which inputs are active, what the outputs say
  *
  *   pin N high|low|open   of an I/O module: what holds that line from outside
  *   pins                  of an I/O module: which pins are outputs, and their levels
@@ -17,8 +17,7 @@
 #include "hands.h"
 #include "host_module.h"
 #include "net_stream.h"
-
-#include <poll.h>
+#include "port.h"
 
 struct host;
 
@@ -42,15 +41,12 @@ struct serve_control {
 };
 
 /** What to wait for. */
-void serve_control_fill_poll(const struct serve_control *control, struct pollfd polls[CONTROL_POLLS]);
+void serve_control_fill_poll(const struct serve_control *control, struct port_poll polls[CONTROL_POLLS]);
 
 /** Do what came. */
-void serve_control_read(struct serve_control *control, const struct pollfd polls[CONTROL_POLLS],
+void serve_control_read(struct serve_control *control, const struct port_poll polls[CONTROL_POLLS],
                         struct host *host);
 
 void serve_control_close(struct serve_control *control);
-
-/** One command. @param[out] answer  one line with its end */
-void serve_control_line(struct host *host, const char *line, char answer[CONTROL_ANSWER_SIZE]);
 
 #endif

@@ -4,15 +4,9 @@
 #include "base/version.h"
 #include "host_inner.h"
 
-#include <stdio.h>
-#include <stdlib.h>
-
 static void system_random(void *ctx, uint8_t *bytes, size_t count) {
     (void)ctx;
-    FILE *file = fopen("/dev/urandom", "rb");
-    if (file == NULL || fread(bytes, 1, count, file) != count)
-        abort(); /* no nonce at all is better than one that can be foretold */
-    fclose(file);
+    port_random(bytes, count);
 }
 
 bool serve_wire_choose(struct serve_wire *wire, struct host *host, bool force) {
@@ -45,17 +39,17 @@ void serve_wire_close(struct serve_wire *wire) {
     wire->open = false;
 }
 
-void serve_wire_fill_poll(const struct serve_wire *wire, struct pollfd polls[SERVE_WIRE_POLLS]) {
+void serve_wire_fill_poll(const struct serve_wire *wire, struct port_poll polls[SERVE_WIRE_POLLS]) {
     const struct net_wire *net = &wire->net;
-    polls[0] = (struct pollfd){.fd = wire->open ? net->udp : -1, .events = POLLIN};
-    polls[1] = (struct pollfd){.fd = wire->open ? net->listener : -1, .events = POLLIN};
+    polls[0] = (struct port_poll){.fd = wire->open ? net->udp : -1, .wanted = PORT_READ};
+    polls[1] = (struct port_poll){.fd = wire->open ? net->listener : -1, .wanted = PORT_READ};
     for (size_t i = 0; i < SESSION_CLIENTS; i++) {
         const struct net_wire_client *client = &net->client[i];
         bool there = wire->open && client->stream.ops != NULL;
-        short events = net_wire_wants_read(client) ? POLLIN : 0;
+        short wanted = net_wire_wants_read(client) ? PORT_READ : 0;
         if (client->out_count > 0)
-            events |= POLLOUT;
-        polls[2 + i] = (struct pollfd){.fd = there ? client->stream.fd : -1, .events = events};
+            wanted |= PORT_WRITE;
+        polls[2 + i] = (struct port_poll){.fd = there ? client->stream.fd : -1, .wanted = wanted};
     }
 }
 

@@ -5,8 +5,7 @@
 
 #include "host_module.h"
 #include "net_wire.h"
-
-#include <poll.h>
+#include "port.h"
 
 struct host;
 
@@ -22,12 +21,12 @@ struct serve_wire {
 /** Read what is stored of the I/O module. @param force  be one whatever is stored @return it is one */
 bool serve_wire_choose(struct serve_wire *wire, struct host *host, bool force);
 
-/** @param password  "": none; lives as long as this @return 0 or an errno */
+/** @param password  "": none; lives as long as this @return 0 or an error of the system */
 int serve_wire_open(struct serve_wire *wire, struct host *host, const char *address, const char *password);
 void serve_wire_close(struct serve_wire *wire);
 
 /** What to wait for. */
-void serve_wire_fill_poll(const struct serve_wire *wire, struct pollfd polls[SERVE_WIRE_POLLS]);
+void serve_wire_fill_poll(const struct serve_wire *wire, struct port_poll polls[SERVE_WIRE_POLLS]);
 
 /** Do what has come. */
 void serve_wire_read(struct serve_wire *wire);

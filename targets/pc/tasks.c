@@ -111,7 +111,7 @@ bool tasks_is_due(struct tasks *tasks, enum host_side side, uint64_t now_ticks) 
 
 void tasks_looked(struct tasks *tasks, enum host_side side, bool done, uint64_t now_ticks) {
     struct task *task = &tasks->task[side];
-    bool again = done && side == HOST_CONTROLLER; /* more to do at once */
+    bool again = done && side == HOST_CONTROLLER; /* more to do immediately */
     if (task->period_ticks > 0 && !again)
         sleep_from(tasks, task, now_ticks);
     task->idle = !done;

@@ -3,7 +3,7 @@
  *
  * A task that is due works until nothing is left to do, in no time, and then sleeps for its period. Boards
  * name the periods (targets/chip/task_periods.h); without them (HOST_TASKS_FREE) everything looks all the
- * time. A stall keeps one side from looking while step interrupts, edges of inputs and time go on. */
+ * time. A stall keeps one side from looking while step interrupts, edges of inputs and time continue. */
 #ifndef WIFICNC_PC_TASKS_H
 #define WIFICNC_PC_TASKS_H
 
@@ -69,7 +69,7 @@ bool tasks_refill(struct tasks *tasks, uint64_t now_ticks);
 void tasks_stepped(struct tasks *tasks, uint64_t now_ticks);
 
 /** When a side looks next, or UINT64_MAX: it has nothing to look for, or looks all the time.
- * @param moves  the step timer runs: nobody is idle */
+ * @param moves  the step timer runs: no one is idle */
 uint64_t tasks_next_ticks(struct tasks *tasks, bool moves, uint64_t now_ticks);
 
 #endif

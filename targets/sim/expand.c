@@ -3,8 +3,8 @@
 
 #include "config.h"
 #include "gcode/formula.h"
+#include "input/line_reader.h"
 #include "knowledge.h"
-#include "link/line_reader.h"
 #include "program.h"
 
 #include <stdbool.h>
@@ -15,7 +15,7 @@
 enum { NUMBERED_ROOM = PARAMS_USER_MAX, NAMED_ROOM = 4096 };
 
 /* Of a computed value; fewer where the line would become too long. 1e-4 mm is less than a step. */
-enum { DECIMALS_MOST = 6, DECIMALS_LEAST = 4 };
+enum { DECIMALS_MAX = 6, DECIMALS_MIN = 4 };
 
 struct expand {
     char *text;
@@ -100,22 +100,22 @@ static void lose_track(struct run *run, const char *line) {
         run->unknown = NEEDS_ALL;
 }
 
-/* The line as it goes over the wire. */
+/* The line as it goes over the wire; with fewer decimals where any controller can take it then. */
 static enum status compute(struct run *run, struct formula *formula) {
     const struct param_context context = {
         .gcode = &run->gcode, .params = &run->params, .line = run->program.line, .unknown = run->unknown};
     const char *line = run->program.text;
-    for (unsigned decimals = DECIMALS_MOST; decimals >= DECIMALS_LEAST; decimals--) {
+    for (unsigned decimals = DECIMALS_MAX; decimals >= DECIMALS_MIN; decimals--) {
         enum status status = formula_compute(&context, line, decimals, formula);
         if (status != STATUS_OK)
             return status;
-        if (strlen(formula->text) < LINE_SIZE)
+        if (strlen(formula->text) < (decimals > DECIMALS_MIN ? GRBL_LINE_SIZE : LINE_SIZE))
             return params_set(&run->params, formula->sets, formula->set_count);
     }
     return STATUS_LINE_TOO_LONG;
 }
 
-/* $ lines and what is no G-code goes through unchanged. */
+/* $ lines and what is not G-code go through unchanged. */
 static enum status take_line(struct run *run, bool *ends) {
     struct gcode_command command;
     struct formula formula;

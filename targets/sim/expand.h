@@ -20,7 +20,7 @@ enum expand_start {
     EXPAND_AT_ZERO,  /* power-on: position 0, no offsets, G21 G90 G17 ...; a probe's result is not known */
 };
 
-/** Expand a program. A line that the controller will refuse stands in the result as it is: the controller
+/** Expand a program. A line that the controller will refuse is in the result unchanged: the controller
  * says so better.
  *  @param lines_max  so many lines may be executed, against endless loops
  *  @return NULL when memory is short; else look at expand_error() first */

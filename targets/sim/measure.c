@@ -210,7 +210,7 @@ static void take_points(struct measure *m, const struct stretch *stretch, uint64
         take_point(m, stretch);
 }
 
-/* The first event: everything stands where it is now since long ago. */
+/* The first event: nothing has moved for a long time. */
 static void start_grid(struct measure *m, const struct trace_event *event) {
     m->started = true;
     m->next_grid_ticks = event->t_ticks;

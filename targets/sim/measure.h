@@ -9,12 +9,12 @@
  * and the figures are the largest |v| and |a| of the whole run, with standstill before and after. Nothing
  * shorter than W is resolved, and a single step is a jump: an axis in steady motion shows up to 1 step / W of
  * speed and 2 steps / W^2 of acceleration that are only rounding. Of an axis with few steps/mm that would be
- * more than its limit (250 mm/s^2 with 80 steps/mm in 10 ms). So its acceleration is taken over a longer W:
- * that in which it makes MEASURE_WINDOW_STEPS from rest at the acceleration expected of it, 10 to 100 ms.
+ * more than its limit (250 mm/s^2 with 80 steps/mm in 10 ms). So its acceleration is measured over a longer
+ * W: that in which it makes MEASURE_WINDOW_STEPS from rest at the acceleration expected of it, 10 to 100 ms.
  * Rounding is at most a tenth of that acceleration then, unless 100 ms were not enough.
  *
  * Memory is that of two windows, whatever the length of the run, plus the path samples if they are asked for.
- * Work per event is a few integer operations for every axis that steps; the window is looked at once a
+ * Work per event is a few integer operations for every axis that steps; the window is checked once a
  * millisecond, and not at all in the middle of a long gap, where nothing can change. */
 #ifndef WIFICNC_SIM_MEASURE_H
 #define WIFICNC_SIM_MEASURE_H
@@ -50,7 +50,7 @@ struct measured {
 
 struct measure;
 
-/** @param timer_hz  >= 1 MHz. @return NULL when memory is short. All axes stand at 0. */
+/** @param timer_hz  >= 1 MHz. @return NULL when memory is short. All axes are at 0. */
 struct measure *measure_create(uint32_t timer_hz);
 void measure_destroy(struct measure *measure);
 

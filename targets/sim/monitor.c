@@ -3,7 +3,7 @@
 
 #include "host_inner.h"
 
-#include "link/line_reader.h"
+#include "input/line_reader.h"
 
 #include <math.h>
 #include <stdarg.h>
@@ -15,7 +15,7 @@ enum { SAID_SIZE = 160, FOUND_SIZE = 240, AHEAD_MAX = 1 << 12 };
 
 #define WINDOWS_A_S   100u /* of 10 ms */
 #define SLOWEST_S     120u /* from step to step, or to an answer */
-#define RESET_SLOWEST 2u   /* s: the quiet time of an alarm, and what is said then */
+#define RESET_SLOWEST 2u   /* s: the quiet time of an alarm, and what is reported then */
 #define ANSWER_S      0.1
 #define ACCEL_FACTOR  1.2
 #define RATE_FACTOR   1.01
@@ -143,7 +143,7 @@ static void take_events(struct monitor *monitor) {
     }
 }
 
-/* The chunk is handed on and begins anew. */
+/* The chunk is handed on and begins again. */
 static void take_chunk(void *ctx, const struct trace_event *events, size_t count) {
     struct monitor *monitor = ctx;
     (void)count;
@@ -327,10 +327,6 @@ void monitor_destroy(struct monitor *monitor) {
 const char *monitor_found(struct monitor *monitor) {
     take_events(monitor);
     return monitor->found[0] != '\0' ? monitor->found : NULL;
-}
-
-uint32_t monitor_open_lines(const struct monitor *monitor) {
-    return monitor->sent - monitor->answered;
 }
 
 static void release_all(struct monitor *monitor) {

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
- * What holds whatever a controller is told: watched in every test that drives one. Nothing is changed by
- * looking.
+ * [tests] What must be true of a controller whatever it receives, checked in every test that drives one. A
+ * check changes nothing.
  *
  *   counter   the position counter is the pulses that left the pins, and the shift of homing
  *   answers   every line gets one answer, in order; a reset drops those that wait
@@ -41,9 +41,6 @@ void monitor_destroy(struct monitor *monitor);
 
 /** @return NULL: nothing was found; or what, and when */
 const char *monitor_found(struct monitor *monitor);
-
-/** Lines put that wait for their answer. */
-uint32_t monitor_open_lines(const struct monitor *monitor);
 
 /** After whatever was: with all inputs released and stalls ended a reset leads to a banner, and then a ? is
  * answered within 100 ms. Changes the controller. @return as monitor_found() */

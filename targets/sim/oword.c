@@ -7,7 +7,7 @@
 
 #include <string.h>
 
-/* No keyword begins with one that stands before it. */
+/* No keyword begins with one that comes before it. */
 static const struct {
     const char *text;
     enum oword_kind kind;

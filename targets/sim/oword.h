@@ -28,7 +28,7 @@ enum oword_kind {
 struct oword {
     enum oword_kind kind;
     struct program_label label;
-    const char *values; /* what stands behind the keyword, inside the line */
+    const char *values; /* what follows the keyword, inside the line */
 };
 
 /** Take a filtered line apart.
@@ -36,7 +36,7 @@ struct oword {
  *  @return STATUS_OK, also for OWORD_NONE; STATUS_O_WORD_SYNTAX, and what the label's expression may give */
 enum status oword_read(const struct param_context *context, const char *line, struct oword *out);
 
-/** The one value behind the keyword, or *given = false and 0. Nothing may stand behind it. */
+/** The one value behind the keyword, or *given = false and 0. Nothing may follow it. */
 enum status oword_value(const struct param_context *context, const struct oword *oword, bool *given,
                         double *value);
 

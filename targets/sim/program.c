@@ -119,7 +119,7 @@ static enum status open_block(const struct step *step, struct program_at from, u
 }
 
 /* Read on to the O line with this label and one of these keywords, which *found becomes; it is not carried
- * out, the program stands behind it. The text of the line is program->text. */
+ * out, and reading continues after it. The text of the line is program->text. */
 static enum status skip_to(struct program *program, const struct program_label *label, unsigned kinds,
                            struct oword *found) {
     const struct program_label wanted = *label;
@@ -351,7 +351,7 @@ static enum status end_call(const struct step *step) {
     return call->saved == 0 || call->saved == program->saves ? STATUS_OK : STATUS_SAVED_OVER;
 }
 
-/* A subroutine is passed over where it stands. */
+/* A subroutine is passed over where it is. */
 static enum status pass_sub(const struct step *step) {
     step->program->next = find_sub(step->program, &step->oword->label)->after;
     return step->program->block_count > 0 ? STATUS_O_WORD_UNMATCHED : STATUS_OK;

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
  * A program that can be read at any place: O words (sub, call, if, while, repeat ...) -> the lines to
- * execute, one after the other. [task] No allocation; a call reads until the next line that is no O word.
+ * execute, one after the other. [task] No allocation; a call reads until the next line that is not an O word.
  *
  *   program_begin()   reads the file once and notes its subroutines
  *   program_next()    the next line, with its expressions; the caller computes it (formula.h), takes its
@@ -9,13 +9,14 @@
  *
  * So conditions see what the lines before them have done. M2 and M30 end a program: the caller stops asking.
  * Lines end with LF, CR or CR LF. Comments, blanks, lines with % and everything above 0x7F are left out, as
- * in link/line_reader.h; a line may be longer than one of a stream.
+ * in input/line_reader.h; a line may be longer than one of a stream.
  *
- * Subroutines may stand before or behind their calls, not inside each other. A loop or an if and its end
+ * Subroutines may come before or after their calls, not inside each other. A loop or an if and its end
  * stand in the same subroutine (or both in none). */
 #ifndef WIFICNC_SIM_PROGRAM_H
 #define WIFICNC_SIM_PROGRAM_H
 
+#include "config.h"
 #include "gcode/params.h"
 #include "gcode/readings.h"
 
@@ -24,12 +25,12 @@
 #include <stdint.h>
 
 enum {
-    PROGRAM_LINE_SIZE = 256,  /* characters of a line, without blanks and comments, and its NUL */
-    PROGRAM_LABEL_SIZE = 32,  /* of the name or number behind O, and its NUL */
-    PROGRAM_SUBS_MAX = 64,    /* subroutines of a file */
-    PROGRAM_CALLS_MAX = 10,   /* calls inside each other */
-    PROGRAM_BLOCKS_MAX = 32,  /* loops and ifs inside each other, over all calls */
-    PROGRAM_CHUNK_SIZE = 128, /* bytes that are asked for at once */
+    PROGRAM_LINE_SIZE = LINE_SIZE, /* characters of a line, without blanks and comments, and its NUL */
+    PROGRAM_LABEL_SIZE = 32,       /* of the name or number behind O, and its NUL */
+    PROGRAM_SUBS_MAX = 64,         /* subroutines of a file */
+    PROGRAM_CALLS_MAX = 10,        /* calls inside each other */
+    PROGRAM_BLOCKS_MAX = 32,       /* loops and ifs inside each other, over all calls */
+    PROGRAM_CHUNK_SIZE = 128,      /* bytes that are asked for at the same time */
 };
 
 /** Where the text is. */
@@ -101,7 +102,7 @@ struct program {
  *  @return STATUS_OK, or program->status with the number of the line in program->line */
 enum status program_begin(struct program *program, const struct program_source *source, uint32_t lines_max);
 
-/** Go on to the next line to execute. Calls and returns exchange #1..#30 and the local names in `params`;
+/** Continue to the next line to execute. Calls and returns exchange #1..#30 and the local names in `params`;
  *  `gcode` is what conditions read (#5420, #<_metric> ...), but for what is `unknown` (NEEDS_ bits). */
 enum program_result program_next(struct program *program, struct params *params,
                                  const struct gcode_state *gcode, uint32_t unknown);

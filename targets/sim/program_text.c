@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "program_text.h"
 
-/* What is left out at the moment; the rules of link/line_reader.c. */
+/* What is left out at the moment; the rules of input/line_reader.c. */
 enum skipping { SKIP_NOTHING, SKIP_PARENTHESES, SKIP_REST };
 
 struct filter {
@@ -27,7 +27,7 @@ static int byte_at(struct program *program, uint32_t offset) {
 }
 
 static void store(struct program *program, struct filter *filter, char character) {
-    if (filter->length == PROGRAM_LINE_SIZE - 1) {
+    if (filter->length + 1u == PROGRAM_LINE_SIZE) {
         filter->too_long = true;
         return;
     }

@@ -2,7 +2,7 @@
 #include "rebuild.h"
 
 #include "gcode/gcode.h"
-#include "link/line_reader.h"
+#include "input/line_reader.h"
 
 #include <math.h>
 #include <stdlib.h>

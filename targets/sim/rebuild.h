@@ -39,7 +39,7 @@ struct rebuild_state {
 struct rebuild *rebuild_create(uint8_t axis_count);
 void rebuild_destroy(struct rebuild *rebuild);
 
-/** Where the machine stands, machine coordinates. */
+/** Where the machine is, machine coordinates. */
 void rebuild_set_position(struct rebuild *rebuild, const double machine_mm[AXIS_COUNT]);
 
 /** A row of `$#`: 0.. = G54.., -28 = G28, -30 = G30, -92 = G92, -43 = tool length (Z only). @return 0, or -1:

@@ -201,7 +201,7 @@ static void take_banner(struct sim *sim) {
     sim->sent_lines = sim->answered;
 }
 
-/* The job ends at the first one; the quiet after it is no part of the job. */
+/* The job ends at the first one; the quiet after it is not a part of the job. */
 static void take_alarm(struct sim *sim, int code) {
     if (sim->alarm_ticks == 0)
         sim->alarm_ticks = host_alarm_ticks(sim->host);
@@ -242,7 +242,7 @@ static void listen(struct sim *sim) {
         take_bytes(sim, bytes, count);
 }
 
-/* ---- what it is told ---- */
+/* ---- what is commanded ---- */
 
 /* All there is to know about whether a round brought anything forward. */
 struct mark {
@@ -594,5 +594,7 @@ int sim_close(struct sim *sim) {
         int failed = trace_writer_close(sim->writers[i]);
         error = error != 0 ? error : failed;
     }
+    if (error == 0 && sim->measure != NULL && measure_samples_lost(sim->measure))
+        error = ENOMEM;
     return error;
 }

@@ -35,7 +35,7 @@ void sim_limit_lines(struct sim *sim, uint32_t lines_max);
 
 /** Load the job; time counts from here. See sim_text.h for how a file becomes lines. A program with O words
  * is expanded first (expand.h), from position 0 as after power-on; an error there is an error of its line.
- *  Each line waits for the answer to the one before. Time stands still while the controller works, so that
+ *  Each line waits for the answer to the one before. Time stops while the controller works, so that
  * this costs no look-ahead, and nothing behind a bad line is on its way already when the job must stop.
  *  @param keep_going  0: nothing is sent after the first error; 1: errors are collected.
  *  @return 0, or ENOMEM. */
@@ -129,8 +129,8 @@ int sim_trace_raw(struct sim *sim, const char *path);
 int sim_sample_every(struct sim *sim, double interval_ms);
 size_t sim_samples(const struct sim *sim, const struct path_sample **out);
 
-/** Finish the trace files. Called once, after the last sim_run. @return 0, or errno of the first failed
- * write. */
+/** Finish the trace files. Called once, after the last sim_run. @return 0; errno of the first failed write;
+ * ENOMEM: samples are missing */
 int sim_close(struct sim *sim);
 
 #endif

@@ -69,7 +69,7 @@ int sim_text_make(struct sim_text *out, const char *text, size_t size) {
         end--;
     *out = (struct sim_text){.file_lines = count_ends(text, end)};
     out->bytes = malloc((size_t)(end - text) + 1);
-    out->line_number = malloc((out->file_lines + 1) * sizeof *out->line_number);
+    out->line_number = malloc((size_t)(out->file_lines + 1) * sizeof *out->line_number);
     if (out->bytes == NULL || out->line_number == NULL) {
         sim_text_free(out);
         return -1;

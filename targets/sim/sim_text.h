@@ -4,7 +4,7 @@
  * - A line ends with LF, CR or CR LF; the last one may lack its end. A leading UTF-8 mark and a trailing
  * Ctrl-Z go.
  * - Lines that begin with % are marks for the sender (tape start and end) and are not sent.
- * - Real-time bytes (! ? ~ 0x18 and all above 0x7F: they act at once, wherever they stand) and control
+ * - Real-time bytes (! ? ~ 0x18 and all above 0x7F: they act immediately, wherever they are) and control
  * characters are left out of comments. In code they cannot be meant: each becomes a ", which the controller
  * refuses as it should
  *   ("G1 X1<garbage>0" must not turn into X10). */

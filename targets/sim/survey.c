@@ -14,7 +14,7 @@
 #define NEARLY      0.995f        /* of its maximum rate: a motor runs at it */
 #define GRAIN_STEPS (1.0 / 256.0) /* how exactly the way between two ends of segments is known */
 
-enum { MOST_ARCS = 1000 };
+enum { MAX_ARCS = 1000 };
 
 /* What moved since a moment, long enough to have a speed: a segment's ends are known to 1/256 step only. */
 struct stretch {
@@ -31,7 +31,7 @@ struct survey {
     double min_mm[AXIS_COUNT], max_mm[AXIS_COUNT]; /* where the tool has been */
     struct survey_line *lines;
     size_t count;
-    struct survey_arc arcs[MOST_ARCS];
+    struct survey_arc arcs[MAX_ARCS];
     size_t arc_count;
     struct stretch stretch;
 };
@@ -46,7 +46,7 @@ struct survey *survey_create(struct host *host, const struct sim_text *text) {
     struct survey *survey = calloc(1, sizeof *survey);
     if (survey == NULL)
         return NULL;
-    *survey = (struct survey){.host = host, .text = text, .count = text->file_lines + 1};
+    *survey = (struct survey){.host = host, .text = text, .count = (size_t)text->file_lines + 1};
     survey->first = host_machine(host)->lines.count + 1;
     survey->lines = calloc(survey->count, sizeof *survey->lines);
     if (survey->lines == NULL) {
@@ -217,7 +217,7 @@ static void take_arc(struct survey *survey, uint32_t line) {
     const struct gcode_state *state = &machine->interp.gcode;
     struct gcode_command command;
     struct gcode_block block;
-    if (survey->arc_count == MOST_ARCS || gcode_parse(machine->lines.reader.text, &block) != STATUS_OK)
+    if (survey->arc_count == MAX_ARCS || gcode_parse(machine->lines.reader.text, &block) != STATUS_OK)
         return;
     unsigned motion =
         block_has_group(&block, GROUP_MOTION) ? BLOCK_MOTION(block.value[GROUP_MOTION]) : state->modal.motion;

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT
  * What each line of a job asks for and gets: for `wificnc check`.
  *
- * Speeds come from the segments, which say where every motor stands to 1/256 step when they begin and end.
+ * Speeds come from the segments, which say where every motor is to 1/256 step when they begin and end.
  * Places are the programmed ones that the controller itself compares with the travel. */
 #ifndef WIFICNC_SIM_SURVEY_H
 #define WIFICNC_SIM_SURVEY_H

@@ -29,7 +29,7 @@ static char *put_levels(char *p, axis_mask_t mask, axis_mask_t levels, unsigned 
     return p;
 }
 
-/* Time goes on to t_ns; it never goes back. */
+/* Advances to t_ns; it never goes back. */
 static char *put_time(char *p, struct trace_vcd *vcd, uint64_t t_ns) {
     if (t_ns <= vcd->now_ns)
         return p;

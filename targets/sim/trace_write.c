@@ -2,6 +2,8 @@
  * The part that all trace files share: the buffer, the file, its errors, and numbers. */
 #include "trace_write.h"
 
+#include "port_file.h"
+
 #include <errno.h>
 #include <stdlib.h>
 #include <string.h>
@@ -22,7 +24,7 @@ struct trace_writer *trace_writer_open(const char *path, uint32_t timer_hz, trac
         *error = ENOMEM;
         return NULL;
     }
-    writer->file = fopen(path, "wb");
+    writer->file = port_open(path, "wb");
     if (writer->file == NULL) {
         *error = errno != 0 ? errno : EIO;
         free(writer);

@@ -7,8 +7,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from bench.jobs import write_jobs
 from bench.measure import build_driver
-from bench.motion import BASELINE, Limits, baseline, measure
+from bench.motion import BASELINE, Limits, baseline, measure, with_stalls
 from bench.optimum import optimal_time_s
 from bench.program import read_program
 from bench.steps import Steps, derivative, deviation
@@ -109,9 +110,53 @@ def test_derivatives_of_a_parabola() -> None:
     assert np.median(accel) == pytest.approx(300.0, rel=0.01)
 
 
+STEP_MM = 1.0 / 250.0
+
+
+def ramp(accel_mm_s2: tuple[float, float], seconds: float, phase: tuple[float, float]) -> Steps:
+    """X and Y from rest, each step exactly when it is due. @param phase  of a step, where each begins"""
+    times, axes = [], []
+    for axis, (a, begun) in enumerate(zip(accel_mm_s2, phase, strict=True)):
+        due = np.sqrt(2.0 * (np.arange(1, 0.5 * a * seconds**2 / STEP_MM + begun) - begun) * STEP_MM / a)
+        times.append(due)
+        axes.append(np.full(len(due), axis))
+    t, axis = np.concatenate(times), np.concatenate(axes)
+    order = np.argsort(t, kind="stable")
+    at = np.zeros((len(t), 3))
+    for number in range(2):
+        at[:, number] = STEP_MM * np.cumsum(axis[order] == number)
+    return Steps(t[order], at, np.ones(len(t), np.int64), 0.0)
+
+
+def greatest(steps: Steps, seconds: float) -> float:
+    """Between two windows from the ends: the ramp's beginning and end are no part of it."""
+    accel = derivative(steps, 2, 0.010)
+    return float(accel[40 : int(seconds * 1000) - 10].max())
+
+
+@pytest.mark.parametrize("slow", [0.3, 0.55, 0.83, 0.97])
+def test_steps_of_other_axes_are_no_acceleration(slow: float) -> None:
+    """Where an axis is when another one steps is between two of its own steps."""
+    rng = np.random.default_rng(1)
+    found = [greatest(ramp((500.0, slow * 500.0), 0.1, (p, q)), 0.1) for p, q in rng.random((20, 2))]
+    assert max(found) <= 1.01 * 500.0
+
+
+def test_acceleration_that_is_there_is_found() -> None:
+    found = greatest(ramp((500.0, 650.0), 0.1, (0.3, 0.8)), 0.1)
+    assert 0.99 * 650.0 <= found <= 1.01 * 650.0
+
+
 def test_a_job_keeps_its_budgets(tmp_path: Path, limits: Limits, monkeypatch: pytest.MonkeyPatch) -> None:
     """The whole way, without the instructions: they have a test of their own."""
     monkeypatch.setattr("bench.motion.has_valgrind", lambda: False)
     text = "G1F4000\n" + "".join(f"X{0.2 * n:.2f}Y{math.sin(0.4 * n):.4f}Z{math.cos(0.3 * n):.4f}\n" for n in range(60))
     report = measure(build_driver(), job(tmp_path, text), limits)
     assert [figure.name for figure in report.figures if not figure.is_met] == []
+
+
+def test_stops_for_late_tasks_keep_the_path(tmp_path: Path, limits: Limits) -> None:
+    """Short curves everywhere: a stop of a few long segments would cut across them."""
+    file = next(path for path in write_jobs(tmp_path) if path.stem == "relief")
+    figures = with_stalls(build_driver(), file, read_program(file), limits)
+    assert [figure.name for figure in figures if not figure.is_met] == []

@@ -40,7 +40,7 @@ calls=1 10
 fn=(5) helper
 7 20
 
-fl=(6) /x/core/link/text.c
+fl=(6) /x/core/input/text.c
 fn=(3)
 1 1000
 
@@ -62,7 +62,7 @@ def test_inclusive_cost_counts_calls() -> None:
 def test_room_counts_its_functions_and_the_library_but_no_other_room() -> None:
     profile = parse_callgrind(OUT.splitlines())
     assert profile.room("core/motion/planner.c") == 100 + 20 + 9
-    assert profile.room("core/link/") == 1000  # a static function of the same name in another file is another function
+    assert profile.room("core/input/") == 1000  # a static function of the same name in another file is another function
 
 
 @pytest.mark.parametrize(

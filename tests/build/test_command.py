@@ -21,7 +21,7 @@ def test_build_host_says_what_it_made(capsys: pytest.CaptureFixture[str]) -> Non
         main(["build", "host"])
     said = capsys.readouterr()
     assert caught.value.code == Exit.OK and said.out == ""
-    for word in ("compiler", "sources", "library", "core RAM", "of 131,072 bytes"):
+    for word in ("compiler", "sources", "library", "core RAM", "of 196,608 bytes"):
         assert word in said.err
 
 

@@ -58,6 +58,7 @@ def test_there_is_an_environment_for_every_board(environment: dict[str, str]) ->
         assert (ROOT / options["board_build.partitions"]).is_file()
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(shutil.which(COMPILER) is None, reason=f"{COMPILER} is not installed")
 def test_the_pic32mz_is_built_by_our_own_build(environment: dict[str, str]) -> None:
     image = ROOT / "build" / "pic32mz2048efh100" / "wificnc.hex"
@@ -66,6 +67,7 @@ def test_the_pic32mz_is_built_by_our_own_build(environment: dict[str, str]) -> N
     assert image.read_text().startswith(":")
 
 
+@pytest.mark.slow
 def test_native_is_the_serving_controller(environment: dict[str, str]) -> None:
     pio(environment, "run", "-e", "native")
     program = Path(environment["PLATFORMIO_WORKSPACE_DIR"]) / "build" / "native" / "program"
@@ -73,6 +75,7 @@ def test_native_is_the_serving_controller(environment: dict[str, str]) -> None:
     assert run.returncode == 2 and "--nonsense" in run.stderr
 
 
+@pytest.mark.slow
 def test_native_tests_pass(environment: dict[str, str], tmp_path: Path) -> None:
     said = pio(environment, "test", "-e", "native", "--json-output-path", str(tmp_path / "result.json"))
     result = json.loads((tmp_path / "result.json").read_text())

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT
  * What a byte of a serial port costs on an ESP32 before it is read as a line: lines of 25 bytes, 16 bytes a
  * read, through the Improv filter and the hub into the receive ring, for callgrind. Prints how many bytes. */
+#include "input/rx.h"
 #include "link/improv.h"
-#include "link/rx.h"
 #include "net_hub.h"
 
 #include <stdio.h>

@@ -2,12 +2,12 @@
  * Bytes in one go and byte by byte leave the same receive buffer behind, whatever they are and however full
  * it is; and so do runs of a line's plain bytes. */
 #include "check.h"
-#include "link/rx.h"
+#include "input/rx.h"
 #include "net_line.h"
 
 #include <string.h>
 
-enum { ROUNDS = 20000, MOST = 300 };
+enum { ROUNDS = 20000, MOST = RX_SIZE / 3 };
 
 static unsigned random_below(unsigned end) {
     static uint64_t state = 88172645463325252u;

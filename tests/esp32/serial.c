@@ -6,8 +6,8 @@
  * and its line reader. The driver reports a byte without a stop bit and an overrun in its queue of events
  * only; an overrun empties the FIFO. */
 #include "check.h"
-#include "link/line_reader.h"
-#include "link/rx.h"
+#include "input/line_reader.h"
+#include "input/rx.h"
 #include "link/serial_stream.h"
 #include "net_hub.h"
 

@@ -13,6 +13,7 @@
 #include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <sys/select.h>
 #include <sys/socket.h>
 #include <time.h>
 #include <unistd.h>
@@ -55,6 +56,18 @@ static unsigned port_of(int listener) {
     return getsockname(listener, (struct sockaddr *)&here, &size) == 0 ? ntohs(here.sin_port) : 0;
 }
 
+/* The page's: the other socket that listens. */
+static int other_listener(int listener) {
+    for (int handle = 0; handle < FD_SETSIZE; handle++) {
+        int listens = 0;
+        socklen_t size = sizeof listens;
+        if (handle != listener && getsockopt(handle, SOL_SOCKET, SO_ACCEPTCONN, &listens, &size) == 0 &&
+            listens)
+            return handle;
+    }
+    return -1;
+}
+
 int main(int argc, char **argv) {
     static const struct net_hub_sizes sizes = {.clients = CLIENTS, .in = 2048, .out = 16384, .left = 2048};
     static struct controller controller;
@@ -70,7 +83,7 @@ int main(int argc, char **argv) {
     if (!controller_listen(&controller, "127.0.0.1", "0", &error) ||
         !page_start(&controller.hub, "127.0.0.1", "WiFiCNC-1A2B", "0", &error))
         return 1;
-    printf("%u %u\n", port_of(controller.listener), port_of(page_listener()));
+    printf("%u %u\n", port_of(controller.listener), port_of(other_listener(controller.listener)));
     fflush(stdout);
     (void)fcntl(STDIN_FILENO, F_SETFL, O_NONBLOCK);
     while (stdin_is_open()) {

@@ -140,10 +140,11 @@ def test_a_damaged_write_is_noticed(chip: Mock) -> None:
             device.verify([Region("firmware", APP_AT, bytes(16384))])
 
 
-def test_a_port_where_nobody_answers_says_what_to_press(tmp_path: Path) -> None:
+def test_a_port_where_nobody_answers_says_what_to_press(monkeypatch: pytest.MonkeyPatch) -> None:
     import os
     import pty
 
+    monkeypatch.delenv("ESPTOOL_CFGFILE")  # whose waits are those for an answer that comes
     ours, theirs = pty.openpty()
     try:
         said = wificnc("nvs", "read", "--port", os.ttyname(theirs), code=Exit.FLASH).stderr

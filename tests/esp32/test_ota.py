@@ -50,7 +50,7 @@ def receiver(folder: Path, chip_id: int = 9) -> Iterator[Receiver]:
     finally:
         process.stdin.close()
         process.stdout.close()
-        process.wait(10)
+        process.wait(HANG_S)
 
 
 def flash(build: Path, port: int, password: str, *more: str, board: str = BOARD) -> subprocess.CompletedProcess[str]:
@@ -64,7 +64,7 @@ def test_an_update_arrives_whole(tmp_path: Path) -> None:
     with receiver(tmp_path) as there:
         run = flash(build, there.port, PASSWORD)
         assert run.returncode == 0, run.stderr
-        assert there.process.wait(10) == 0
+        assert there.process.wait(HANG_S) == 0
     assert there.slot.read_bytes() == (build / "firmware.bin").read_bytes()
     assert "returns to the old firmware" in run.stderr
 
@@ -107,7 +107,7 @@ def test_a_connection_cut_in_the_middle_leaves_nothing_and_the_next_one_works(tm
             upload.send(upload.hello(), firmware, PASSWORD, cut)
         upload.close()
         assert flash(build, there.port, PASSWORD).returncode == 0
-        assert there.process.wait(10) == 0
+        assert there.process.wait(HANG_S) == 0
     assert there.slot.read_bytes() == firmware
 
 

@@ -9,7 +9,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { ROUNDS = 60, EVENTS_A_POLL = 50, POLLS_MOST = 50000000 };
+enum { ROUNDS = 60, EVENTS_A_POLL = 50, POLLS_MAX = 50000000 };
 
 static struct host *host;
 static unsigned failures;
@@ -64,7 +64,7 @@ static unsigned run_until_answered(unsigned lines) {
     char said[1024];
     unsigned answers = 0;
     for (unsigned long polls = 0; answers < lines; polls++) {
-        if (polls == POLLS_MOST) {
+        if (polls == POLLS_MAX) {
             printf("no answer in state %d, stage %d\n", host->machine.life.state, host->machine.task.stage);
             failures++;
             return answers;

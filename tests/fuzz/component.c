@@ -17,7 +17,7 @@
 #include <math.h>
 #include <string.h>
 
-enum { ACTIONS = 10, PINS_MOST = 128, TICKS_MOST = 2000, STREAM_MOST = 4096, TICK_SAMPLES = 10 };
+enum { ACTIONS = 10, PINS_MAX = 128, TICKS_MAX = 2000, STREAM_MAX = 4096, TICK_SAMPLES = 10 };
 
 union value {
     bool bit;
@@ -28,7 +28,7 @@ union value {
 struct bench {
     struct link link;
     struct pins pins;
-    union value values[PINS_MOST];
+    union value values[PINS_MAX];
     unsigned used;
     double now_s, servo_s;
     double command[PIN_JOINTS];
@@ -40,7 +40,7 @@ struct bench {
     uint32_t stream;           /* that is, or was */
     int32_t begun[PIN_JOINTS]; /* where it began */
     uint32_t segments;         /* known ones of it */
-    int32_t steps[STREAM_MOST][PIN_JOINTS];
+    int32_t steps[STREAM_MAX][PIN_JOINTS];
 };
 
 static int make_pin(void *ctx, const char *name, enum pin_type type, enum pin_direction direction,
@@ -48,7 +48,7 @@ static int make_pin(void *ctx, const char *name, enum pin_type type, enum pin_di
     struct bench *bench = ctx;
     (void)type;
     (void)direction;
-    CLAIM(bench->used < PINS_MOST && strlen(name) < PIN_NAME_MOST - 1, "%s", name);
+    CLAIM(bench->used < PINS_MAX && strlen(name) < PIN_NAME_MAX - 1, "%s", name);
     *at = &bench->values[bench->used++];
     return 0;
 }
@@ -56,14 +56,14 @@ static int make_pin(void *ctx, const char *name, enum pin_type type, enum pin_di
 static void take_segments(struct bench *bench, const uint8_t *payload, size_t size) {
     struct wire_stream_segments head;
     wire_get_stream_segments(payload, &head);
-    CLAIM(head.count <= WIRE_MOTION_SEGMENTS_MOST, "%u segments", head.count);
+    CLAIM(head.count <= WIRE_MOTION_SEGMENTS_MAX, "%u segments", head.count);
     CLAIM(size == WIRE_STREAM_SEGMENTS_SIZE + head.count * (size_t)WIRE_SEGMENT_SIZE, "%zu bytes", size);
     if (head.count == 0 && head.stream % 2 == 0) {
         bench->is_trust_asked = true;
         return;
     }
     CLAIM(bench->is_open && head.stream == bench->stream, "segments of stream %u", (unsigned)head.stream);
-    for (uint32_t n = head.first; n < head.first + head.count && n < STREAM_MOST; n++) {
+    for (uint32_t n = head.first; n < head.first + head.count && n < STREAM_MAX; n++) {
         struct wire_segment segment;
         wire_get_segment(payload + WIRE_STREAM_SEGMENTS_SIZE + (n - head.first) * WIRE_SEGMENT_SIZE,
                          &segment);
@@ -121,7 +121,7 @@ static void note_stream(struct bench *bench) {
 }
 
 static void answer_trust(struct bench *bench) {
-    uint8_t packet[WIRE_PACKET_MOST];
+    uint8_t packet[WIRE_PACKET_MAX];
     struct wire_stream_ack ack = {.refusal = WIRE_REFUSAL_STREAM_CLOSED};
     bench->is_trust_asked = false;
     wire_put_stream_ack(packet + WIRE_HEADER_SIZE, &ack);
@@ -178,7 +178,7 @@ static void answer(struct bench *bench, uint8_t *message, size_t size) {
 
 /* What a controller would say to the newest request. */
 static void answer_well(struct bench *bench) {
-    uint8_t message[CONTROL_MESSAGE_MOST] = {0};
+    uint8_t message[CONTROL_MESSAGE_MAX] = {0};
     uint8_t *packet = message + CONTROL_SIZE_BYTES, *payload = packet + WIRE_HEADER_SIZE;
     if (bench->asked == WIRE_HANDSHAKE || bench->asked == WIRE_PROBE_LAST) {
         struct wire_handshake_response hello = {.axes = 6, .capabilities = WIRE_CAPABILITY_STREAM};
@@ -225,7 +225,7 @@ static double number_of(struct input *input) {
 
 /* An ack of the stream that is open: all is taken, and what the input says of it is executed. */
 static void acknowledge(struct bench *bench, struct input *input) {
-    uint8_t packet[WIRE_PACKET_MOST];
+    uint8_t packet[WIRE_PACKET_MAX];
     struct wire_stream_ack ack = {
         .stream = bench->link.sender.stream, .next = bench->link.sender.end, .free = 100};
     uint8_t left = input_byte(input), refusal = input_byte(input);
@@ -239,7 +239,7 @@ static void acknowledge(struct bench *bench, struct input *input) {
 }
 
 static void stand(struct bench *bench) {
-    uint8_t packet[WIRE_PACKET_MOST];
+    uint8_t packet[WIRE_PACKET_MAX];
     struct wire_status status = bench->link.peer.status;
     status.state = WIRE_STATE_IDLE;
     status.flags = 0;
@@ -249,7 +249,7 @@ static void stand(struct bench *bench) {
 }
 
 static void act(struct bench *bench, struct input *input) {
-    uint8_t message[CONTROL_MESSAGE_MOST];
+    uint8_t message[CONTROL_MESSAGE_MAX];
     uint8_t action = input_byte(input) % ACTIONS;
     if (action == 0)
         peer_hear_udp(&bench->link.peer, message, fill(input, message, input_byte(input)), bench->now_s);
@@ -282,7 +282,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     bench.now_s = 100.0;
     CLAIM(pins_make(&bench.pins, make_pin, &bench) == 0, "pins");
     connect(&bench);
-    for (unsigned n = 0; n < TICKS_MOST && input_left(&input) > 0; n++) {
+    for (unsigned n = 0; n < TICKS_MAX && input_left(&input) > 0; n++) {
         act(&bench, &input);
         note_stream(&bench);
     }

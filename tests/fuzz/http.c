@@ -16,7 +16,7 @@
 #include <string.h>
 #include <strings.h>
 
-enum { TEXT_MOST = 1536 }; /* NET_HTTP_HEAD of the smallest target */
+enum { TEXT_MAX = 1536 }; /* NET_HTTP_HEAD of the smallest target */
 
 /* One parse, in memory of exactly the request's size. */
 struct parsed {
@@ -85,7 +85,7 @@ static void check_judges(const struct net_http_request *request) {
 }
 
 static void check_more_changes_nothing(const char *text, const struct parsed *before) {
-    char longer[TEXT_MOST + 64];
+    char longer[TEXT_MAX + 64];
     snprintf(longer, sizeof longer, "%sGET /other HTTP/1.1\r\nHost: other\r\n\r\n", text);
     struct parsed after = parse(longer);
     CLAIM(after.how == before->how && after.request.upgrades == before->request.upgrades,
@@ -98,8 +98,8 @@ static void check_more_changes_nothing(const char *text, const struct parsed *be
 /* ---- the server ---- */
 
 enum {
-    OUT_MOST = 4096,
-    ROUNDS_MOST = 4 * OUT_MOST,
+    OUT_MAX = 4096,
+    ROUNDS_MAX = 4 * OUT_MAX,
     ROUND_US = 1000,
     SILENT_ROUND_US = 100000,
     SEARCH_ROUNDS = 3
@@ -110,7 +110,7 @@ static const uint8_t packed[] = "packed", plain[] = "not packed";
 static struct browser {
     const char *text;
     size_t left, cut;
-    char out[OUT_MOST];
+    char out[OUT_MAX];
     size_t count;
     unsigned closed, streams, searches;
 } browser;
@@ -131,7 +131,7 @@ static long browser_read(const struct net_stream *stream, char *bytes, size_t si
 static long browser_write(const struct net_stream *stream, const char *bytes, size_t count) {
     (void)stream;
     count = cut_off(count);
-    CLAIM(browser.count + count < OUT_MOST, "it never ends");
+    CLAIM(browser.count + count < OUT_MAX, "it never ends");
     memcpy(browser.out + browser.count, bytes, count);
     browser.count += count;
     return (long)count;
@@ -206,7 +206,7 @@ static void serve(const char *text, size_t cut, bool has_table) {
     browser = (struct browser){.text = text, .left = strlen(text), .cut = cut};
     http.place[0] = (struct net_http_place){.stream = {.ops = &ops}, .head = malloc(NET_HTTP_HEAD)};
     uint32_t now_us = 0;
-    for (unsigned round = 0; http.place[0].stream.ops != NULL && round < ROUNDS_MOST; round++) {
+    for (unsigned round = 0; http.place[0].stream.ops != NULL && round < ROUNDS_MAX; round++) {
         (void)net_http_poll(&http, now_us);
         now_us += browser.left > 0 || browser.count > 0 ? ROUND_US : SILENT_ROUND_US;
     }
@@ -217,7 +217,7 @@ static void serve(const char *text, size_t cut, bool has_table) {
 }
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
-    char text[TEXT_MOST];
+    char text[TEXT_MAX];
     size = size < sizeof text ? size : sizeof text - 1;
     memcpy(text, data, size);
     text[size] = '\0';

@@ -11,7 +11,7 @@
 
 #include <string.h>
 
-enum { IN_MOST = 2048, OUT_MOST = 1 << 16, NAME_SIZE = 6, LENGTH_AT = 8, CHUNK_MOST = 300, NETWORKS = 3 };
+enum { IN_MAX = 2048, OUT_MAX = 1 << 16, NAME_SIZE = 6, LENGTH_AT = 8, CHUNK_MAX = 300, NETWORKS = 3 };
 enum { ACCEPTS = 1, JOINED = 2, SCANNED = 4 };
 
 static const char line[] = "<Idle|MPos:0.000,0.000,0.000|FS:0,0>\r\n";
@@ -19,14 +19,14 @@ static const char line[] = "<Idle|MPos:0.000,0.000,0.000|FS:0,0>\r\n";
 static struct world {
     struct input input, cuts;
     uint8_t answers;
-    uint8_t in[IN_MOST], hub[IN_MOST], out[OUT_MOST];
+    uint8_t in[IN_MAX], hub[IN_MAX], out[OUT_MAX];
     size_t in_count, hub_count, out_count, lines;
     uint32_t now_us;
 } world;
 
 static size_t next_cut(void) {
     if (input_left(&world.cuts) == 0)
-        return CHUNK_MOST;
+        return CHUNK_MAX;
     return 1u + input_byte(&world.cuts) % 40u;
 }
 
@@ -46,7 +46,7 @@ static long port_write(const struct net_stream *port, const char *bytes, size_t 
     size_t cut = next_cut();
     (void)port;
     count = count < cut ? count : cut;
-    CLAIM(world.out_count + count <= OUT_MOST, "it never ends");
+    CLAIM(world.out_count + count <= OUT_MAX, "it never ends");
     memcpy(world.out + world.out_count, bytes, count);
     world.out_count += count;
     return (long)count;
@@ -104,7 +104,7 @@ static size_t packet_at(const uint8_t *bytes, size_t count) {
 }
 
 static void check_hub(void) {
-    uint8_t wanted[IN_MOST];
+    uint8_t wanted[IN_MAX];
     size_t count = 0, at = 0, packet;
     while (at < world.in_count && (packet = packet_at(world.in + at, world.in_count - at)) != SIZE_MAX) {
         if (packet == 0)
@@ -153,8 +153,8 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     static struct improv improv;
     const struct net_stream inner = {.ops = &port_ops, .local = true};
     struct net_stream stream;
-    char bytes[CHUNK_MOST];
-    if (size < 2 || size > IN_MOST)
+    char bytes[CHUNK_MAX];
+    if (size < 2 || size > IN_MAX)
         return 0;
     size_t cuts = data[0] < size - 2 ? data[0] : 0;
     world = (struct world){.cuts = {data + 2, data + 2 + cuts}, .answers = data[1]};

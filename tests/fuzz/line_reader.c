@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: MIT
- * link/line_reader: buffers cut anywhere give the lines that single bytes give.
+ * input/line_reader: buffers cut anywhere give the lines that single bytes give.
  *
  * The first byte seeds the sizes of the buffers; the rest is the stream. */
 #include "fuzz.h"
 
-#include "link/line_reader.h"
+#include "input/line_reader.h"
 
 #include <string.h>
 

@@ -11,7 +11,7 @@
 #include "fuzz.h"
 
 #include "host.h"
-#include "link/line_reader.h"
+#include "input/line_reader.h"
 #include "virtual.h"
 
 #include <string.h>

@@ -10,7 +10,7 @@
 #include <string.h>
 #include <strings.h>
 
-enum { HEAD = 12, NAMES_MOST = 255, JUMPS_MOST = 64, QUESTIONS_MOST = 8 };
+enum { HEAD = 12, NAMES_MAX = 255, JUMPS_MAX = 64, QUESTIONS_MAX = 8 };
 
 static const char name[] = "WiFiCNC-1A2B";
 
@@ -19,20 +19,20 @@ static unsigned word(const uint8_t *at) {
 }
 
 /* A name in its labels, each with its length before it, so that no byte of a label looks like a separator. */
-static size_t read_labels(const uint8_t *packet, size_t size, size_t at, uint8_t labels[NAMES_MOST + 1],
+static size_t read_labels(const uint8_t *packet, size_t size, size_t at, uint8_t labels[NAMES_MAX + 1],
                           size_t *count) {
     size_t end = 0;
     *count = 0;
     for (unsigned jumps = 0; at < size;) {
         size_t label = packet[at];
         if (label >= 0xC0) {
-            if (at + 1 >= size || ++jumps > JUMPS_MOST)
+            if (at + 1 >= size || ++jumps > JUMPS_MAX)
                 return 0;
             end = end == 0 ? at + 2 : end;
             at = (label & 0x3F) << 8 | packet[at + 1];
             continue;
         }
-        if (label > 63 || at + 1 + label > size || *count + 1 + label > NAMES_MOST)
+        if (label > 63 || at + 1 + label > size || *count + 1 + label > NAMES_MAX)
             return 0;
         memcpy(labels + *count, packet + at, 1 + label);
         *count += 1 + label;
@@ -57,7 +57,7 @@ static size_t put_labels(uint8_t *labels, const char *const *texts, unsigned cou
 
 /* Lengths are below 'A': letters alone differ. */
 static bool are_same(const uint8_t *labels, size_t count, const char *const *texts, unsigned parts) {
-    uint8_t ours[NAMES_MOST + 1];
+    uint8_t ours[NAMES_MAX + 1];
     size_t size = put_labels(ours, texts, parts);
     for (size_t n = 0; n < count && count == size; n++) {
         uint8_t one = labels[n], other = ours[n];
@@ -79,9 +79,9 @@ static bool is_ours(const uint8_t *labels, size_t count) {
 
 /* Whether any of the questions that are looked at has a name of ours. */
 static bool asks_for_us(const uint8_t *query, size_t size) {
-    uint8_t labels[NAMES_MOST + 1];
+    uint8_t labels[NAMES_MAX + 1];
     size_t at = HEAD, count;
-    for (unsigned n = 0; n < word(query + 4) && n < QUESTIONS_MOST; n++) {
+    for (unsigned n = 0; n < word(query + 4) && n < QUESTIONS_MAX; n++) {
         at = read_labels(query, size, at, labels, &count);
         if (at == 0 || at + 4 > size)
             return false;
@@ -93,7 +93,7 @@ static bool asks_for_us(const uint8_t *query, size_t size) {
 }
 
 static void check_answer(const uint8_t *answer, size_t size, const uint8_t *query, bool legacy) {
-    uint8_t labels[NAMES_MOST + 1];
+    uint8_t labels[NAMES_MAX + 1];
     size_t at = HEAD, count;
     CLAIM(size >= HEAD && size <= NET_MDNS_PACKET, "%zu bytes", size);
     CLAIM(word(answer) == (legacy ? word(query) : 0) && word(answer + 2) == 0x8400, "the head");

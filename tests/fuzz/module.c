@@ -51,20 +51,20 @@ static void leave(struct device *device, int client) {
 
 /* @return type of the reply */
 static uint8_t ask(struct device *device, int client, uint8_t *packet, uint8_t type, size_t payload_size) {
-    uint8_t reply[WIRE_PACKET_MOST];
+    uint8_t reply[WIRE_PACKET_MAX];
     size_t size = peers_close(&device->peers, packet, type, payload_size);
     return peers_ask(&device->peers, client, packet, size, true, reply);
 }
 
 static void send_datagram(struct device *device, struct input *input, bool good) {
-    uint8_t packet[WIRE_PACKET_MOST] = {0};
+    uint8_t packet[WIRE_PACKET_MAX] = {0};
     unsigned host = input_byte(input);
     size_t size = peers_packet(&device->peers, input, packet, good);
     peers_send(&device->peers, host, packet, size);
 }
 
 static void send_request(struct device *device, struct input *input, bool good) {
-    uint8_t packet[WIRE_PACKET_MOST] = {0}, reply[WIRE_PACKET_MOST];
+    uint8_t packet[WIRE_PACKET_MAX] = {0}, reply[WIRE_PACKET_MAX];
     int client = client_of(device, input_byte(input));
     size_t size = peers_packet(&device->peers, input, packet, good);
     (void)peers_ask(&device->peers, client, packet, size, good, reply);
@@ -73,7 +73,7 @@ static void send_request(struct device *device, struct input *input, bool good) 
 }
 
 static uint8_t set(struct device *device, int client, uint16_t key, uint16_t value) {
-    uint8_t packet[WIRE_PACKET_MOST] = {0};
+    uint8_t packet[WIRE_PACKET_MAX] = {0};
     struct wire_config_set config = {.key = key, .value_type = WIRE_VALUE_TYPE_U16};
     put_u16(config.value, value);
     wire_put_config_set(packet + WIRE_HEADER_SIZE, &config);
@@ -81,12 +81,12 @@ static uint8_t set(struct device *device, int client, uint16_t key, uint16_t val
 }
 
 static uint8_t plain(struct device *device, int client, uint8_t type) {
-    uint8_t packet[WIRE_PACKET_MOST] = {0};
+    uint8_t packet[WIRE_PACKET_MAX] = {0};
     return ask(device, client, packet, type, 0);
 }
 
 static uint8_t switch_outputs(struct device *device, int client, uint16_t channels, uint16_t on) {
-    uint8_t packet[WIRE_PACKET_MOST] = {0};
+    uint8_t packet[WIRE_PACKET_MAX] = {0};
     wire_put_channel_outputs(packet + WIRE_HEADER_SIZE,
                              &(struct wire_channel_outputs){.channels = channels, .on = on});
     return ask(device, client, packet, WIRE_CHANNEL_OUTPUTS, WIRE_CHANNEL_OUTPUTS_SIZE);
@@ -165,7 +165,7 @@ static void check_it_still_works(struct device *device) {
     int client = client_of(device, 0);
     for (size_t i = 0; i < sizeof config / sizeof config[0]; i++)
         CLAIM(set(device, client, config[i].key, config[i].value) == WIRE_ACK, "key 0x%04X", config[i].key);
-    for (uint16_t n = 0; n < CHANNELS_MOST; n++)
+    for (uint16_t n = 0; n < CHANNELS_MAX; n++)
         CLAIM(set(device, client, (uint16_t)(0x0620 + n), n) == WIRE_ACK, "pin %u", n);
     CLAIM(plain(device, client, WIRE_CONFIG_SAVE) == WIRE_ACK, "a sound configuration");
     CLAIM(plain(device, client, WIRE_RESET) == WIRE_ACK, "a reset");

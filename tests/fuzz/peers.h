@@ -10,7 +10,7 @@
 #include "host_wire.h"
 #include "wire/packet.h"
 
-enum { HZ = 1000000, STEP_RATE_HZ = 20000, HOSTS = 3, HOST_PORT = 4000, SECONDS_MOST = 20, REPLY_MOST = 104 };
+enum { HZ = 1000000, STEP_RATE_HZ = 20000, HOSTS = 3, HOST_PORT = 4000, SECONDS_MAX = 20, REPLY_MAX = 104 };
 
 /** A board of three axes. */
 static const struct host_board peers_board = {.timer_hz = HZ,
@@ -28,7 +28,7 @@ struct peers {
 
 /** Whether there is input left, and time. */
 static inline bool peers_go_on(const struct peers *peers, const struct input *input) {
-    return input_left(input) > 0 && host_time_ticks(peers->host) < (uint64_t)SECONDS_MOST * HZ;
+    return input_left(input) > 0 && host_time_ticks(peers->host) < (uint64_t)SECONDS_MAX * HZ;
 }
 
 static inline uint32_t peers_address(unsigned number) {
@@ -37,7 +37,7 @@ static inline uint32_t peers_address(unsigned number) {
 
 /** What it sends are packets. */
 static inline void peers_take(struct peers *peers) {
-    uint8_t packet[WIRE_PACKET_MOST];
+    uint8_t packet[WIRE_PACKET_MAX];
     struct wire_header header;
     uint32_t address;
     uint16_t port;
@@ -82,7 +82,7 @@ static inline int peers_connect(struct peers *peers, unsigned host) {
     return client < 0 ? 0 : client;
 }
 
-/** A request has at most one reply, a good one has it. @param[out] reply  room for WIRE_PACKET_MOST
+/** A request has at most one reply, a good one has it. @param[out] reply  room for WIRE_PACKET_MAX
  *  @return type of the reply, 0: none */
 static inline uint8_t peers_ask(struct peers *peers, int client, const uint8_t *packet, size_t size,
                                 bool good, uint8_t *reply) {
@@ -91,7 +91,7 @@ static inline uint8_t peers_ask(struct peers *peers, int client, const uint8_t *
     CLAIM(!good || replied > 0, "a good request has a reply");
     if (replied == 0)
         return 0;
-    CLAIM(wire_open(reply, replied, &header) && replied <= REPLY_MOST, "the reply is no packet");
+    CLAIM(wire_open(reply, replied, &header) && replied <= REPLY_MAX, "the reply is no packet");
     return header.type;
 }
 

@@ -12,18 +12,18 @@
 
 #include <string.h>
 
-enum { IN_MOST = 4096, OUT_MOST = 1 << 17, CHUNK = 256, GOOD = 0, BAD_FRAME = 1002, BAD_TEXT = 1007 };
+enum { IN_MAX = 4096, OUT_MAX = 1 << 17, CHUNK = 256, GOOD = 0, BAD_FRAME = 1002, BAD_TEXT = 1007 };
 enum { CONTINUATION, TEXT, BINARY, CLOSE = 8, PING, PONG };
 
 static struct world {
     struct input input, cuts;
-    uint8_t in[IN_MOST], out[OUT_MOST];
+    uint8_t in[IN_MAX], out[OUT_MAX];
     size_t in_count, out_count, written;
     bool closed;
 } world;
 
 static size_t next_cut(void) {
-    return input_left(&world.cuts) == 0 ? OUT_MOST : 1u + input_byte(&world.cuts) % 20u;
+    return input_left(&world.cuts) == 0 ? OUT_MAX : 1u + input_byte(&world.cuts) % 20u;
 }
 
 static size_t least(size_t a, size_t b) {
@@ -41,7 +41,7 @@ static long inner_read(const struct net_stream *stream, char *bytes, size_t size
 static long inner_write(const struct net_stream *stream, const char *bytes, size_t count) {
     (void)stream;
     count = least(count, next_cut() - 1);
-    CLAIM(world.out_count + count <= OUT_MOST, "it never ends");
+    CLAIM(world.out_count + count <= OUT_MAX, "it never ends");
     memcpy(world.out + world.out_count, bytes, count);
     world.out_count += count;
     return (long)count;
@@ -58,11 +58,11 @@ struct frame {
     unsigned opcode;
     bool final;
     size_t head, size;
-    uint8_t payload[IN_MOST];
+    uint8_t payload[IN_MAX];
 };
 
 struct decoded {
-    uint8_t bytes[IN_MOST], pings[IN_MOST];
+    uint8_t bytes[IN_MAX], pings[IN_MAX];
     size_t count, pings_count; /* each with its length before it */
     unsigned reason;           /* of the close that must be sent; 0: none */
     bool closes;               /* the client has said close */
@@ -95,7 +95,7 @@ static bool read_frame(const uint8_t *at, size_t left, struct frame *frame, unsi
         *reason = BAD_FRAME;
         return false;
     }
-    frame->size = (size_t)(size < IN_MOST ? size : IN_MOST);
+    frame->size = (size_t)(size < IN_MAX ? size : IN_MAX);
     size_t there = least(frame->size, left - frame->head);
     for (size_t n = 0; n < there; n++)
         frame->payload[n] = at[frame->head + n] ^ at[frame->head - 4 + n % 4];
@@ -229,12 +229,12 @@ static bool write_piece(const struct net_stream *stream, size_t size) {
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     static const struct net_stream_ops ops = {inner_read, inner_write, inner_close};
     static struct decoded wanted;
-    static uint8_t got[IN_MOST];
+    static uint8_t got[IN_MAX];
     const struct net_stream inner = {.ops = &ops};
     struct net_stream stream;
     size_t count = 0, rests = 0;
     bool ended = false;
-    if (size < 2 || size > IN_MOST)
+    if (size < 2 || size > IN_MAX)
         return 0;
     size_t cuts = data[0] < size - 1 ? data[0] : 0;
     world = (struct world){.cuts = {data + 1, data + 1 + cuts}, .input = {data + 1 + cuts, data + size}};

@@ -45,14 +45,14 @@ static size_t packet_of(struct device *device, struct input *input, uint8_t *pac
 }
 
 static void send_datagram(struct device *device, struct input *input, bool good) {
-    uint8_t packet[WIRE_PACKET_MOST] = {0};
+    uint8_t packet[WIRE_PACKET_MAX] = {0};
     unsigned host = input_byte(input);
     size_t size = packet_of(device, input, packet, good);
     peers_send(&device->peers, host, packet, size);
 }
 
 static void send_request(struct device *device, struct input *input, bool good) {
-    uint8_t packet[WIRE_PACKET_MOST] = {0}, reply[WIRE_PACKET_MOST];
+    uint8_t packet[WIRE_PACKET_MAX] = {0}, reply[WIRE_PACKET_MAX];
     int client = peers_connect(&device->peers, input_byte(input));
     size_t size = packet_of(device, input, packet, good);
     uint8_t type = peers_ask(&device->peers, client, packet, size, good, reply);
@@ -76,7 +76,7 @@ static size_t put_segments(struct input *input, uint8_t *at, unsigned count) {
 }
 
 static void send_segments(struct device *device, struct input *input, bool stream) {
-    uint8_t packet[WIRE_PACKET_MOST] = {0}, *payload = packet + WIRE_HEADER_SIZE;
+    uint8_t packet[WIRE_PACKET_MAX] = {0}, *payload = packet + WIRE_HEADER_SIZE;
     unsigned host = input_byte(input);
     uint8_t count = input_byte(input) % 9;
     size_t head = stream ? WIRE_STREAM_SEGMENTS_SIZE : WIRE_MOTION_SIZE;
@@ -141,14 +141,14 @@ static void check_position(const struct device *device) {
 }
 
 static void send_plain(struct device *device, uint8_t type) {
-    uint8_t packet[WIRE_PACKET_MOST] = {0};
+    uint8_t packet[WIRE_PACKET_MAX] = {0};
     size_t size = peers_close(&device->peers, packet, type, 0);
     peers_send(&device->peers, 0, packet, size);
 }
 
 /* After all of that: e-stop, a reset, and ten steps. */
 static void check_it_still_works(struct device *device) {
-    uint8_t packet[WIRE_PACKET_MOST] = {0}, *payload = packet + WIRE_HEADER_SIZE;
+    uint8_t packet[WIRE_PACKET_MAX] = {0}, *payload = packet + WIRE_HEADER_SIZE;
     struct wire_segment segment = {.steps = {10}, .duration_us = 100000};
     for (int input = 0; input < VIRTUAL_INPUT_COUNT; input++)
         virtual_set(device->peers.host, input, false);

@@ -7,11 +7,6 @@ import ctypes
 import pytest
 from gcode_core import Controller
 from gcode_library import gcode_library
-from hypothesis import settings
-
-# A busy machine is no failure: speed is measured by make bench.
-settings.register_profile("untimed", deadline=None)
-settings.load_profile("untimed")
 
 
 @pytest.fixture(scope="session")

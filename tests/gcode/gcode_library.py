@@ -10,17 +10,18 @@ import os
 import shlex
 import subprocess
 
-from gcode_core import ROOT, declare
+from c_library import load
+from gcode_core import ROOT
+from layouts import HOST
 from wificnc.build.compiler import locate_compiler
 
 FLAGS = ["-std=c11", "-O2", "-g", "-fPIC", "-shared", "-ffp-contract=off", "-Icore", "-Itargets/sim"]
 WARNINGS = ["-Wall", "-Wextra", "-Wconversion", "-Wshadow", "-Werror"]
 SOURCES = (
-    "core/link/line_reader.c",
+    "core/input/line_reader.c",
     *(f"targets/sim/{name}.c" for name in ("knowledge", "oword", "program", "program_text", "status_text")),
-    "core/base/power.c",
+    "core/base/pow.c",
     "core/base/trig.c",
-    "tests/gcode/sizes.c",
     "tests/gcode/compute.c",
 )
 
@@ -33,4 +34,6 @@ def gcode_library() -> ctypes.CDLL:
     flags = [*FLAGS, *WARNINGS, *shlex.split(os.environ.get("WIFICNC_TEST_CFLAGS", ""))]
     sources = [*map(str, sorted((ROOT / "core/gcode").glob("*.c"))), *SOURCES]
     subprocess.run([*locate_compiler(), *flags, *sources, "-o", str(built), "-lm"], cwd=ROOT, check=True)
-    return declare(ctypes.CDLL(str(built.replace(folder / "gcode.so"))))
+    lib = load(built.replace(folder / "gcode.so"), HOST)
+    lib.gcode_plain_line.restype = lib.number_read.restype = ctypes.c_void_p  # a place in the text, not a text
+    return lib

@@ -180,9 +180,9 @@ def test_inputs(cnc: Controller, line: str, kind: int, port: int, wait: int, sec
 
 def test_a_machine_without_inputs_and_analog_outputs_says_so(lib: ctypes.CDLL) -> None:
     cnc = Controller(lib)
-    cnc.state.ports[:5] = (0, 0, 0, 0, 0)
+    cnc.state.ports = (0, 0, 0, 0, False)
     assert [cnc.answer(line) for line in ("M66P0", "M66E0", "M67E0Q1", "M68E0Q1", "M64P0")] == [131] * 5
-    cnc.state.ports[:5] = (5, 2, 1, 3, 0)
+    cnc.state.ports = (5, 2, 1, 3, False)
     lines = ("M66P1", "M66P2", "M66E0", "M66E1", "M67E2Q1", "M67E3Q1")
     assert [cnc.answer(line) for line in lines] == [0, 131, 0, 131, 0, 131]
 

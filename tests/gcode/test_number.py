@@ -24,7 +24,7 @@ def read(lib: CDLL, text: str) -> tuple[float, int] | None:
     buffer = ctypes.create_string_buffer(text.encode("latin-1"))
     value = c_double(math.nan)
     end = lib.number_read(buffer, byref(value))
-    if end == 0:
+    if end is None:
         assert math.isnan(value.value), "the value must be unchanged"
         return None
     return value.value, end - ctypes.addressof(buffer)

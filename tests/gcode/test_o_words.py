@@ -268,12 +268,12 @@ def test_an_o_line_may_have_a_line_number_and_a_comment(bench: Bench) -> None:
 
 
 def test_long_lines(bench: Bench) -> None:
-    """255 characters without blanks and comments."""
+    """256 characters without blanks and comments."""
     sum_of = "+".join(["1"] * 126)
     assert lines(bench, f"X[{sum_of}] {' ' * 400} ({'c' * 400})") == ["X126"]
     assert len(f"X[{sum_of}]") == 254
-    assert lines(bench, f"X[{sum_of}] ") == ["X126"]
-    assert failure(bench, f"\nX[{sum_of}+1]") == ("LINE_TOO_LONG", 2)
+    assert lines(bench, f"X[00{sum_of}] ") == ["X126"]
+    assert failure(bench, f"\nX[{sum_of}+1+1]") == ("LINE_TOO_LONG", 2)
 
 
 @pytest.mark.parametrize("size", [127, 128, 129, 255, 256, 257])

@@ -105,7 +105,7 @@ def test_names(bench: Bench, name: str) -> None:
         ("O100 SUB", "O_WORD"),
         ("N5 O<A> CALL [#1]", "O_WORD"),
         ("G0 X#1 O1 IF [1]", "O_WORD"),
-        ("#1=1" * 21, "LINE_TOO_LONG"),
+        ("#1=1" * 65, "LINE_TOO_LONG"),
     ],
 )
 def test_errors(bench: Bench, line: str, error: str) -> None:

@@ -127,7 +127,7 @@ def test_anything_else_is_not(lib: ctypes.CDLL) -> None:
     assert whole(lib, b"G", b"0X1\n") is None
     assert whole(lib, b"(", b"G0X1\n") is None
     assert whole(lib, b"G1\r", b"\n") is None
-    assert whole(lib, b"", b"X" * 80 + b"\n") is None
+    assert whole(lib, b"", b"X" * 257 + b"\n") is None
 
 
 def test_a_passed_line_counts_as_read(lib: ctypes.CDLL) -> None:

@@ -78,7 +78,7 @@ def test_errors(cnc: Controller, line: str, status: int) -> None:
 
 
 def test_a_machine_without_an_encoder_says_so(cnc: Controller) -> None:
-    cnc.state.ports[4] = 0
+    cnc.state.ports.encoder = False
     lines = ("G33Z-1K1", "G33.1Z-1K1", "G18" + G76, "G95", "G95G1X1F1")
     assert [cnc.resolve(line)[0] for line in lines] == [NO_ENCODER] * 5
 

@@ -240,13 +240,13 @@ class ChipGrbl:
         raise NotOnThisBoard("an encoder")
 
     def outputs(self) -> SimpleNamespace:
-        """What the pins show; see grbl_host.Outputs."""
+        """What the pins show; fields of struct virtual_outputs."""
         duty = self.chip.read_register(OC8RS) / (self.chip.read_register(PR6) + 1)
         enable = self.chip.level(self._pin("enable_x"))
         return SimpleNamespace(
-            direction=int(duty > 0),
-            rpm=self._typed["30"] * duty,
-            duty=round(duty * 65535),
+            spindle_direction=int(duty > 0),
+            spindle_rpm=self._typed["30"] * duty,
+            spindle_duty=round(duty * 65535),
             coolant=2 * self.chip.level(self._pin("coolant_flood")),
             motors=bool(self.chip.level(self._pin("led"))),
             enable_high=bool(enable),
@@ -261,7 +261,7 @@ class ChipGrbl:
         return pin_number(self._pins[signal])
 
     def _line(self, name: str, active: bool) -> tuple[int, int]:
-        """A host's input by name (targets/sim/virtual.h): its pin and level here."""
+        """A host's input by name (targets/pc/virtual.h): its pin and level here."""
         if found := re.fullmatch(r"limit(?:-(min|max))?-(\w)", name):
             signal = f"limit_{found[2]}_{found[1] or 'min'}"
         elif found := re.fullmatch(r"input-(\d)", name):

@@ -1,4 +1,4 @@
-"""A Grbl controller in virtual time with a machine behind it: ctypes on targets/pc/host.h, targets/sim/virtual.h."""
+"""A Grbl controller in virtual time with a machine behind it: ctypes on targets/pc/host.h, targets/pc/virtual.h."""
 
 from __future__ import annotations
 
@@ -6,13 +6,15 @@ import ctypes
 import random
 from collections.abc import Collection, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import stalls
-from monitor import CHECKS, Checks, Monitor, bind
+from c_library import CONSUMER, EVENT, LIB
+from layouts import HOST
+from monitor import CHECKS, Checks, Monitor
 from numpy.typing import NDArray
 from step_accelerations import accelerations
-from wificnc.build.host import ensure_host_library
 from wificnc.sim.native import HostBoard, HostCounters, Tasks
 
 AXES = 6
@@ -21,106 +23,8 @@ HOST_IDLE, HOST_ROOM, HOST_BUDGET, HOST_TIME = range(4)
 BANNER = "\r\nGrbl 1.1h ['$' for help]\r\n"
 LOCKED = "[MSG:'$H'|'$X' to unlock]\r\n"
 Steps = ctypes.c_int32 * AXES
-EVENT = np.dtype([("t", "<u8"), ("step", "u1"), ("dir", "u1"), ("flags", "u1"), ("more", "u1"), ("line", "<u4")])
-OUTPUT_CHANGE = np.dtype([("t", "<u8"), ("rpm", "<f4"), ("duty", "<u2"), ("direction", "i1"), ("coolant", "u1")])
-CONSUMER = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_size_t)
-
-
-class Outputs(ctypes.Structure):
-    """struct virtual_outputs."""
-
-    _fields_ = (
-        ("direction", ctypes.c_int),
-        ("rpm", ctypes.c_float),
-        ("duty", ctypes.c_uint16),
-        ("coolant", ctypes.c_uint8),
-        ("motors", ctypes.c_bool),
-        ("enable_high", ctypes.c_bool),
-        ("digital", ctypes.c_uint8),
-        ("analog_pct", ctypes.c_float * 4),
-        ("servo_us", ctypes.c_uint16),
-    )
-
-
-def _spindle(lib: ctypes.CDLL) -> None:
-    host = ctypes.c_void_p
-    for name in ("virtual_spindle_ramp", "virtual_spindle_load"):
-        getattr(lib, name).argtypes = (host, ctypes.c_float)
-        getattr(lib, name).restype = None
-    lib.virtual_spindle_encoder.argtypes = (host, ctypes.c_uint32)
-    lib.virtual_spindle_angle.argtypes = (host, ctypes.c_uint64)
-    lib.virtual_spindle_angle.restype = ctypes.c_double
-    lib.virtual_spindle_rpm.argtypes = (host,)
-    lib.virtual_spindle_rpm.restype = ctypes.c_float
-
-
-def _outputs(lib: ctypes.CDLL) -> None:
-    host = ctypes.c_void_p
-    lib.virtual_outputs.argtypes = (host, ctypes.POINTER(Outputs))
-    lib.host_record_outputs.argtypes = (host,)
-    lib.host_output_changes.argtypes = (host, ctypes.POINTER(ctypes.c_void_p))
-    lib.host_output_changes.restype = ctypes.c_size_t
-    lib.host_set_output_period.argtypes = (host, ctypes.c_uint32)
-
-
-def _sender(lib: ctypes.CDLL) -> None:
-    lib.host_sender_lost.argtypes = (ctypes.c_void_p, ctypes.c_bool)
-    lib.host_sender_lost.restype = None
-    lib.host_notice.argtypes = (ctypes.c_void_p, ctypes.c_uint, ctypes.c_char_p, ctypes.c_size_t)
-    lib.host_notice.restype = ctypes.c_bool
-
-
-def _virtual(lib: ctypes.CDLL) -> None:
-    host = ctypes.c_void_p
-    lib.virtual_input_number.argtypes = (ctypes.c_char_p,)
-    lib.virtual_set.argtypes = (host, ctypes.c_int, ctypes.c_bool)
-    lib.virtual_at.argtypes = (host, ctypes.c_uint64, ctypes.c_int, ctypes.c_bool)
-    lib.virtual_at.restype = ctypes.c_bool
-    lib.virtual_travel.argtypes = (host, ctypes.c_uint, ctypes.c_int32, ctypes.c_int32)
-    lib.virtual_home.argtypes = (host, ctypes.c_uint, ctypes.c_int32, ctypes.c_int32)
-    lib.virtual_surface.argtypes = (host, ctypes.c_int32)
-    lib.virtual_place.argtypes = (host, Steps)
-    lib.virtual_position.argtypes = (host, Steps)
-    lib.virtual_analog.argtypes = (host, ctypes.c_uint, ctypes.c_float)
-    lib.virtual_skew.argtypes = (host, ctypes.c_uint, ctypes.c_int32)
-    lib.virtual_second_position.argtypes = (host, Steps)
-
-
-def _library() -> ctypes.CDLL:
-    lib = ctypes.CDLL(str(ensure_host_library()))
-    host, size, text = ctypes.c_void_p, ctypes.c_size_t, ctypes.c_char_p
-    _spindle(lib)
-    _outputs(lib)
-    _sender(lib)
-    lib.host_open.restype = host
-    lib.host_open.argtypes = (ctypes.POINTER(HostBoard), text)
-    lib.host_destroy.argtypes = (host,)
-    lib.host_time_ticks.argtypes = (host,)
-    lib.host_time_ticks.restype = ctypes.c_uint64
-    for name in ("host_write", "host_read"):
-        getattr(lib, name).argtypes = (host, text, size)
-        getattr(lib, name).restype = size
-    lib.host_write_or_lose.argtypes = (host, text, size)
-    lib.host_write_or_lose.restype = None
-    lib.host_run.argtypes = (host, ctypes.c_uint64)
-    lib.host_run_until.argtypes = (host, ctypes.c_uint64)
-    lib.host_run_paced.argtypes = (host, ctypes.c_uint64, ctypes.c_uint64)
-    lib.host_next_ticks.argtypes = (host,)
-    lib.host_next_ticks.restype = ctypes.c_uint64
-    lib.host_input_follows.argtypes = (host, ctypes.c_int)
-    lib.host_position_steps.argtypes = (host, Steps)
-    _virtual(lib)
-    lib.host_counters.argtypes = (host, ctypes.POINTER(HostCounters))
-    lib.host_counters.restype = None
-    lib.host_trace.argtypes = (host,)
-    lib.host_trace.restype = host
-    lib.trace_add.argtypes = (host, CONSUMER, host)
-    stalls.bind(lib)
-    bind(lib)
-    return lib
-
-
-LIB = _library()
+OUTPUT_CHANGE = HOST.record("output_change", t_ticks="t")
+Outputs = HOST.struct("virtual_outputs")
 
 
 class Grbl:
@@ -363,7 +267,8 @@ class Grbl:
     def spindle_rpm(self) -> float:
         return float(LIB.virtual_spindle_rpm(self._host))
 
-    def outputs(self) -> Outputs:
+    def outputs(self) -> Any:
+        """struct virtual_outputs: what the pins show."""
         outputs = Outputs()
         LIB.virtual_outputs(self._host, ctypes.byref(outputs))
         return outputs

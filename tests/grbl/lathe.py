@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 STEPS_MM = 1000
 ACCEL_MM_S2 = 500.0
-INDEX_REV = 0.375  # of the virtual spindle; targets/sim/virtual_spindle.c
+INDEX_REV = 0.375  # of the virtual spindle; targets/pc/virtual_spindle.c
 STEP_MM = 1 / STEPS_MM
 DT_S = 0.0005
 

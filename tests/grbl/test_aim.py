@@ -26,17 +26,17 @@ def test_lit_at_rest_when_asked(grbl: Grbl, lines: list[str]) -> None:
     """As LightBurn's Fire and LaserGRBL's focus buttons write it, in either order; FS: shows it."""
     for line in lines:
         grbl.after(0.1, line + "\n")
-    assert grbl.outputs().rpm == 10 and grbl.outputs().duty > 0
+    assert grbl.outputs().spindle_rpm == 10 and grbl.outputs().spindle_duty > 0
     assert grbl.status().split("FS:")[1].startswith("0,10")
     grbl.after(0.1, "M5\n")
-    assert grbl.outputs().duty == 0
+    assert grbl.outputs().spindle_duty == 0
 
 
 def test_arcs_are_cuts_too(grbl: Grbl) -> None:
     """As in Grbl: after a G2 or G3 the next axis word would be one."""
     for line in ("G3X-2I-1F1000", "M3S10"):
         grbl.after(1.0, line + "\n")
-    assert grbl.outputs().rpm == 10
+    assert grbl.outputs().spindle_rpm == 10
 
 
 def test_a_spindle_does_not_aim() -> None:
@@ -45,7 +45,7 @@ def test_a_spindle_does_not_aim() -> None:
     grbl.send("")
     grbl.fine("$89=5", "G1F1000")
     grbl.after(0.1, "M3S500\n")
-    assert grbl.outputs().rpm == 500 and grbl.sleeps()
+    assert grbl.outputs().spindle_rpm == 500 and grbl.sleeps()
     grbl.close()
 
 
@@ -53,9 +53,9 @@ def test_a_spindle_does_not_aim() -> None:
 def test_another_spindle_word_ends_it(grbl: Grbl, line: str) -> None:
     """And nothing is left that waits for $90."""
     grbl.after(0.1, "G1F1000\nM3S10\n")
-    assert grbl.outputs().duty > 0
+    assert grbl.outputs().spindle_duty > 0
     grbl.after(0.1, line + "\n")
-    assert grbl.outputs().duty == 0 and grbl.sleeps()
+    assert grbl.outputs().spindle_duty == 0 and grbl.sleeps()
 
 
 def test_off_by_default() -> None:
@@ -63,7 +63,7 @@ def test_off_by_default() -> None:
     grbl.send("")
     grbl.fine("$32=1", "G1F1000")
     grbl.after(0.1, "M3S10\n")
-    assert grbl.outputs().duty == 0
+    assert grbl.outputs().spindle_duty == 0
     grbl.close()
 
 
@@ -71,26 +71,26 @@ def test_off_by_default() -> None:
 def test_never_above_its_limit(grbl: Grbl, more: str) -> None:
     """Whatever S and the override say."""
     grbl.after(0.1, "G1F1000\nM3S800\n" + more)
-    assert grbl.outputs().rpm == CAP
+    assert grbl.outputs().spindle_rpm == CAP
 
 
 def test_an_output_that_knows_only_on_and_off_does_not_aim(grbl: Grbl) -> None:
     """$30 = $31 makes every S full power."""
     grbl.fine("$31=1000", "G1F1000")
     grbl.after(0.1, "M3S10\n")
-    assert grbl.outputs().duty == 0
+    assert grbl.outputs().spindle_duty == 0
 
 
 def test_it_goes_out_by_itself(grbl: Grbl) -> None:
     grbl.after(0.1, "G1F1000\nM3S10\n")
     said = grbl.after(9.8)
-    assert (said, grbl.outputs().duty > 0) == ("", True)
+    assert (said, grbl.outputs().spindle_duty > 0) == ("", True)
     assert grbl.after(0.3) == "[MSG:Aiming beam off: $90]\r\n"
-    assert grbl.outputs().duty == 0
+    assert grbl.outputs().spindle_duty == 0
     grbl.after(0.1, "G1F500\nG1S10\n")  # nothing new of M3 or S
-    assert grbl.outputs().duty == 0
+    assert grbl.outputs().spindle_duty == 0
     grbl.after(0.1, "S12\n")  # asked for again
-    assert grbl.outputs().rpm == 12
+    assert grbl.outputs().spindle_rpm == 12
 
 
 def test_nothing_else_wakes_the_controller(grbl: Grbl) -> None:
@@ -107,27 +107,27 @@ def test_dark_in_all_else(grbl: Grbl, line: str) -> None:
     """M4 is dark at rest, G0 and G80 are no cut, a dwell is none, and so on."""
     grbl.after(0.1, "G1F1000\n")
     grbl.after(0.2, line + "\n")
-    assert grbl.outputs().duty == 0
+    assert grbl.outputs().spindle_duty == 0
     grbl.after(2.5)
-    assert grbl.outputs().duty == 0
+    assert grbl.outputs().spindle_duty == 0
 
 
 @pytest.mark.parametrize("event", ["G1X-1\n", "G0X-1\n", "$J=G91X-1F1000\n", "!", "\x84", "\x18", "G4P0.1\n"])
 def test_motion_and_stops_end_it(grbl: Grbl, event: str) -> None:
     """It does not come back when they are over: only M3 or S asks for it."""
     grbl.after(0.1, "G1F1000\nM3S10\n")
-    assert grbl.outputs().duty > 0
+    assert grbl.outputs().spindle_duty > 0
     assert "Aiming" not in grbl.after(1.0, event)  # that is said of $90 alone
-    assert grbl.outputs().duty == 0
+    assert grbl.outputs().spindle_duty == 0
     if event in "!\x84":
         grbl.after(6.0, "~")
-    assert grbl.state() == "Idle" and grbl.outputs().duty == 0
+    assert grbl.state() == "Idle" and grbl.outputs().spindle_duty == 0
 
 
 def test_a_job_leaves_none_behind(grbl: Grbl) -> None:
     """S words of a job come with motion: nothing is lit at its end, though $89 allows it."""
     grbl.send("M3S800\nG1X-5F1200\nX-10S200\n")
-    assert grbl.state() == "Idle" and grbl.outputs().duty == 0
+    assert grbl.state() == "Idle" and grbl.outputs().spindle_duty == 0
 
 
 def test_limits_of_the_settings(grbl: Grbl) -> None:

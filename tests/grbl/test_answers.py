@@ -7,7 +7,7 @@ import re
 import pytest
 from grbl_host import BANNER, LOCKED, Grbl
 
-PLAN_MOVES, RX_SIZE = 125, 1024
+PLAN_MOVES, RX_SIZE = 253, 2048
 
 
 def test_ok_means_taken_by_the_planner(grbl: Grbl) -> None:
@@ -91,7 +91,7 @@ def test_reset_while_a_line_is_executing(grbl: Grbl) -> None:
     """A reset while a line is executing makes that line's `ok` appear **before** the banner."""
     grbl.after(0.2, "G4P1\n")
     assert grbl.send("\x18") == "ok\r\n" + BANNER
-    grbl.after(0.3, "G1X-10F1000\n" + "Y-9\nX-9\nY-10\nX-10\n" * 50)
+    grbl.after(0.3, "G1X-10F1000\n" + "Y-9\nX-9\nY-10\nX-10\n" * 90)
     said = grbl.send("\x18")
     assert said == "ALARM:3\r\nok\r\n" + BANNER + LOCKED
 

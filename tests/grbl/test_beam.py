@@ -202,7 +202,7 @@ def mode_switched(grbl: Grbl) -> list[int]:
     assert grbl.send("$32=0\n") == SWITCHED
     assert "M5" in grbl.send("$G\n")
     grbl.after(0.5)
-    assert grbl.outputs().direction == 0
+    assert grbl.outputs().spindle_direction == 0
     return []
 
 
@@ -247,16 +247,16 @@ def test_a_spindle_that_turns_becomes_no_beam(mode: str) -> None:
     grbl = Grbl()
     grbl.send("")
     grbl.fine(f"{mode}S1000F1200", "G1")
-    assert grbl.outputs().duty == 65535
+    assert grbl.outputs().spindle_duty == 65535
     assert grbl.send("$32=1\n") == SWITCHED
-    assert (grbl.outputs().duty, grbl.outputs().direction) == (0, 0)
+    assert (grbl.outputs().spindle_duty, grbl.outputs().spindle_direction) == (0, 0)
     grbl.fine("M3S1000M8")
     grbl.record_outputs()
     assert grbl.send("$32=0\n") == SWITCHED
     assert grbl.outputs().coolant == 2, "coolant is no part of it"
     assert grbl.output_changes()["duty"].max() == 0, "not for a moment"
     grbl.fine("$32=1", "X-5", "$32=0")  # nothing turns, so nothing is said
-    assert grbl.outputs().direction == 0
+    assert grbl.outputs().spindle_direction == 0
     grbl.close()
 
 
@@ -276,7 +276,7 @@ def test_dark_from_the_moment_of_a_stop(grbl: Grbl, stop: str, mode: str, period
     grbl.fine(f"{mode}S1000F1200")
     record = BeamRecord(grbl, period_us)
     grbl.after(0.5, "G1X-20\n")
-    assert grbl.outputs().duty == 65535
+    assert grbl.outputs().spindle_duty == 65535
     if len(stop) > 1:
         grbl.input(stop, True)
     stopped_s = grbl.time()

@@ -66,7 +66,7 @@ def test_it_refuses_all_else_and_only_a_reset_leads_on(grbl: Grbl, make: Make, a
     assert grbl.send("~!\x84\x85\x91\x9e\xa0") == ""
     assert grbl.send("?" * 3).count("MSG") == 0
     assert grbl.stands() == at == grbl.position() and grbl.state() == "Alarm"
-    assert grbl.outputs().direction == 0 and grbl.outputs().coolant == 0
+    assert grbl.outputs().spindle_direction == 0 and grbl.outputs().coolant == 0
     assert grbl.send("$$\n").replace("250.000", "") == settings.replace("250.000", "")
     said = grbl.send("\x18")
     assert re.fullmatch(re.escape(BANNER) + r"(\[MSG:Check Limits\]\r\n)?" + re.escape(LOCKED), said)

@@ -15,17 +15,17 @@ def laser(grbl: Grbl) -> Grbl:
 def test_laser_power_follows_the_speed(grbl: Grbl) -> None:
     """$32 and M4: power follows the speed and is off at rest and in rapids; M3 is constant."""
     grbl.fine("$32=1", "M4S1000F3000")
-    assert grbl.outputs().duty == 0
+    assert grbl.outputs().spindle_duty == 0
     seen = []
     grbl.put("G1X-20\n")
     for _ in range(40):
         grbl.after(0.01)
-        seen.append(grbl.outputs().duty)
+        seen.append(grbl.outputs().spindle_duty)
     assert max(seen) == 65535 and any(0 < duty < 60000 for duty in seen)
     grbl.send("")
-    assert grbl.outputs().duty == 0
+    assert grbl.outputs().spindle_duty == 0
     grbl.after(0.1, "G0X0\n")
-    assert grbl.outputs().duty == 0
+    assert grbl.outputs().spindle_duty == 0
 
 
 def test_laser_power_comes_with_its_line(grbl: Grbl) -> None:
@@ -38,11 +38,11 @@ def test_laser_power_comes_with_its_line(grbl: Grbl) -> None:
         grbl.after(0.01)
         x = -grbl.stands()[0] / 250
         near = min(abs(x - round(x)), 1) < 0.15  # the power is polled, a few ms late at most
-        wrong += not near and 0 < x < 8 and grbl.outputs().rpm != 100 * (int(x) + 1)
+        wrong += not near and 0 < x < 8 and grbl.outputs().spindle_rpm != 100 * (int(x) + 1)
     assert wrong == 0
     grbl.send("")
     assert grbl.time() - before < 8 / 20 + 0.1  # no stop between the lines
-    assert grbl.outputs().rpm == 0  # at rest it is dark, M3 too
+    assert grbl.outputs().spindle_rpm == 0  # at rest it is dark, M3 too
     assert "M3" in grbl.send("$G\n") and "S800" in grbl.send("$G\n")
 
 
@@ -50,19 +50,19 @@ def test_laser_power_comes_with_its_line(grbl: Grbl) -> None:
 def test_no_beam_while_held(laser: Grbl, stop: str) -> None:
     """Grbl switches a laser off in a hold, M3 too, and on again when the cycle starts: never at rest."""
     laser.after(0.5, "G1X-20\n" if stop != "M0\n" else "G1X-12\nM0\nX-20\n")
-    assert laser.outputs().duty == 65535
+    assert laser.outputs().spindle_duty == 65535
     laser.after(1, stop if stop != "M0\n" else "")
-    assert laser.state() in ("Hold:0", "Door:0") and laser.outputs().duty == 0
+    assert laser.state() in ("Hold:0", "Door:0") and laser.outputs().spindle_duty == 0
     held = laser.stands()
     laser.put("~")
     lit_s = 0.0
     while laser.stands() == held:
-        lit_s += 0.0005 * (laser.outputs().duty > 0)
+        lit_s += 0.0005 * (laser.outputs().spindle_duty > 0)
         laser.after(0.0005)
     first_step_s = (2 * (1 / 250) / 500) ** 0.5  # from rest at 500 mm/s2
     assert lit_s <= first_step_s + 0.0005
     laser.after(0.01)
-    assert laser.outputs().duty == 65535
+    assert laser.outputs().spindle_duty == 65535
     laser.send("")
     assert laser.stands()[0] == -5000
 
@@ -70,12 +70,12 @@ def test_no_beam_while_held(laser: Grbl, stop: str) -> None:
 def test_no_beam_while_held_in_a_rapid(laser: Grbl) -> None:
     """A hold in G0 with G1 read ahead: dark at rest, dark in the rest of the rapid."""
     laser.after(0.3, "G0X-20\nG1X-21\n")
-    assert laser.outputs().duty == 0
+    assert laser.outputs().spindle_duty == 0
     laser.after(1, "!")
-    assert laser.state() == "Hold:0" and laser.outputs().duty == 0
+    assert laser.state() == "Hold:0" and laser.outputs().spindle_duty == 0
     laser.put("~")
     while laser.stands()[0] > -4990:
-        assert laser.outputs().duty == 0
+        assert laser.outputs().spindle_duty == 0
         laser.after(0.002)
 
 
@@ -83,7 +83,7 @@ def test_no_beam_before_a_rapid_begins(laser: Grbl) -> None:
     """G0 then G1 in one go: reading G1 ahead lights nothing where the machine still stands."""
     laser.put("G0X-5\nG1X-6\n")
     while laser.stands()[0] > -1200:
-        assert laser.outputs().duty == 0
+        assert laser.outputs().spindle_duty == 0
         laser.after(0.001)
 
 
@@ -99,10 +99,10 @@ def test_no_run_up_behind_the_door(laser: Grbl) -> None:
 def test_constant_power_only_cuts(laser: Grbl, line: str) -> None:
     """M3 is dark at rest, where Grbl is lit in G1; and in what is no cut of a program."""
     laser.after(0.5, "G1X-20\n")
-    assert laser.outputs().duty == 65535
+    assert laser.outputs().spindle_duty == 65535
     laser.send("")
-    assert laser.outputs().duty == 0 and "M3" in laser.send("$G\n")
+    assert laser.outputs().spindle_duty == 0 and "M3" in laser.send("$G\n")
     laser.after(0.2, line + "\n")
-    assert laser.outputs().duty == 0
+    assert laser.outputs().spindle_duty == 0
     laser.send("")
-    assert laser.outputs().duty == 0
+    assert laser.outputs().spindle_duty == 0

@@ -94,10 +94,10 @@ def test_what_is_stripped(grbl: Grbl) -> None:
 
 
 def test_the_stored_length(grbl: Grbl) -> None:
-    """80 stored characters gives error:11; 100 spaces or a 110-character comment are fine."""
-    assert grbl.send("G0X" + "0" * 76 + "\n") == "ok\r\n"
-    assert grbl.send("G0X" + "0" * 77 + "\n") == "error:11\r\n"
-    assert grbl.send("$$" + "X" * 200 + "\n") == "error:11\r\n"
+    """257 stored characters give error:11 (Grbl: 80); 100 spaces or a 110-character comment are fine."""
+    assert grbl.send("G0X" + "0" * 253 + "\n") == "ok\r\n"
+    assert grbl.send("G0X" + "0" * 254 + "\n") == "error:11\r\n"
+    assert grbl.send("$$" + "X" * 300 + "\n") == "error:11\r\n"
     assert grbl.send(" " * 100 + "G0\n(" + "c" * 110 + ")G0\n") == "ok\r\n" * 2
 
 
@@ -155,7 +155,7 @@ def test_order_of_checks(grbl: Grbl) -> None:
     grbl.send("$SLP\n")
     grbl.send("\x18")
     assert grbl.state() == "Alarm"
-    assert grbl.send("?" * 0 + "G0" + "X" * 100 + "\n") == "error:11\r\n"
+    assert grbl.send("G0" + "X" * 300 + "\n") == "error:11\r\n"
     assert grbl.send("\n") == "ok\r\n"
     assert grbl.send("$Z\n") == "error:2\r\n"
     assert grbl.send("nonsense\n") == "error:9\r\n"

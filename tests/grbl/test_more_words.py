@@ -67,7 +67,7 @@ def test_g86_stops_the_spindle_on_the_way_out(grbl: Grbl) -> None:
     seen = []
     for _ in range(400):
         grbl.after(0.01)
-        seen.append((grbl.outputs().direction, mm(grbl)[2]))
+        seen.append((grbl.outputs().spindle_direction, mm(grbl)[2]))
     stopped = [z for direction, z in seen if direction == 0]
     assert stopped and min(stopped) == -1 and max(stopped) > 1
     assert seen[0][0] == -1 and seen[-1] == (-1, 2)
@@ -110,14 +110,14 @@ def test_m6_waits_for_the_operator(grbl: Grbl) -> None:
     grbl.fine("F600", "M3S500", "M8")
     grbl.put("G1X1\nT3M6M4\n")
     assert grbl.after(0.05) == "ok\r\n"
-    assert (grbl.state(), grbl.outputs().direction) == ("Run", 1), "the move comes first"
+    assert (grbl.state(), grbl.outputs().spindle_direction) == ("Run", 1), "the move comes first"
     assert grbl.after(5) == "[MSG:Tool change: T3]\r\n", "its ok comes when it is done"
     assert (grbl.state(), mm(grbl)[0]) == ("Hold:0", 1)
-    assert (grbl.outputs().direction, grbl.outputs().coolant) == (0, 0)
+    assert (grbl.outputs().spindle_direction, grbl.outputs().coolant) == (0, 0)
     grbl.after(5, "G0X0\n")
     assert mm(grbl)[0] == 1, "the next line waits"
     assert grbl.after(5, "~").count("ok\r\n") >= 2
-    assert (grbl.state(), mm(grbl)[0], grbl.outputs().direction) == ("Idle", 0, -1)
+    assert (grbl.state(), mm(grbl)[0], grbl.outputs().spindle_direction) == ("Idle", 0, -1)
     assert " M4 M9 T3 " in grbl.after(0.1, "$G\n")
 
 
@@ -181,13 +181,13 @@ def test_m49_switches_feed_and_spindle_overrides_off(grbl: Grbl) -> None:
     grbl.fine("M3S500", "F600")
     grbl.put("G1X50\nG1X51\nM49G1X100\nM48G1X150\n")
     grbl.after(1, "\x91\x91\x9a\x9a")
-    assert (speed(grbl), grbl.outputs().rpm) == (pytest.approx(720, rel=0.01), pytest.approx(600))
+    assert (speed(grbl), grbl.outputs().spindle_rpm) == (pytest.approx(720, rel=0.01), pytest.approx(600))
     while mm(grbl)[0] < 60:
         grbl.after(0.5)
-    assert (speed(grbl), grbl.outputs().rpm) == (pytest.approx(600, rel=0.01), pytest.approx(500))
+    assert (speed(grbl), grbl.outputs().spindle_rpm) == (pytest.approx(600, rel=0.01), pytest.approx(500))
     while mm(grbl)[0] < 110:
         grbl.after(0.5)
-    assert (speed(grbl), grbl.outputs().rpm) == (pytest.approx(720, rel=0.01), pytest.approx(600))
+    assert (speed(grbl), grbl.outputs().spindle_rpm) == (pytest.approx(720, rel=0.01), pytest.approx(600))
 
 
 def test_a_hold_waits_for_m53(grbl: Grbl) -> None:

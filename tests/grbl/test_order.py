@@ -16,7 +16,7 @@ def test_a_line_takes_effect_in_one_order(grbl: Grbl) -> None:
         grbl.fine("G0X0", "G10L2P2X0")
         assert grbl.send("".join(turned) + "\n") == ""
         assert grbl.position()[0] == round(25.4 * 250) and grbl.state() == "Hold:0"  # motion, then stop
-        assert (grbl.outputs().rpm, grbl.outputs().coolant) == (400, 2)
+        assert (grbl.outputs().spindle_rpm, grbl.outputs().coolant) == (400, 2)
         assert grbl.send("~") == "ok\r\n"
         assert "[GC:G1 G55 G17 G20 G91 G94 M3 M8 T2 F254 S400]" in grbl.send("$G\n")
 
@@ -24,7 +24,7 @@ def test_a_line_takes_effect_in_one_order(grbl: Grbl) -> None:
 def test_spindle_and_coolant_come_before_the_dwell(grbl: Grbl) -> None:
     """... S, T, spindle, coolant, override, dwell ...: the spindle turns while the line dwells."""
     assert grbl.after(0.1, "G4P1M3S400M8\n") == ""
-    assert (grbl.outputs().rpm, grbl.outputs().coolant) == (400, 2)
+    assert (grbl.outputs().spindle_rpm, grbl.outputs().coolant) == (400, 2)
 
 
 def test_units_and_wcs_come_before_motion(grbl: Grbl) -> None:

@@ -193,24 +193,24 @@ def test_spindle_override_and_stop(grbl: Grbl) -> None:
     """Spindle `0x99`-`0x9D`, `0x9E` stop only in Hold."""
     grbl.fine("M3S500")
     grbl.send("\x9e\x9a")
-    assert grbl.outputs().rpm == pytest.approx(550) and "FS:0,550" in grbl.status()
+    assert grbl.outputs().spindle_rpm == pytest.approx(550) and "FS:0,550" in grbl.status()
     grbl.send("!")
     grbl.send("\x9e")
-    assert grbl.outputs().direction == 0 and "FS:0,0" in grbl.status()
+    assert grbl.outputs().spindle_direction == 0 and "FS:0,0" in grbl.status()
     assert grbl.send("~") == "[MSG:Restoring spindle]\r\n"
-    assert grbl.outputs().direction == 1 and grbl.outputs().rpm == pytest.approx(550)
+    assert grbl.outputs().spindle_direction == 1 and grbl.outputs().spindle_rpm == pytest.approx(550)
 
 
 def test_spindle_range_and_pwm(grbl: Grbl) -> None:
     """$30 and $31 bound the speed; the PWM value is linear between them."""
     grbl.fine("$30=1000", "$31=200", "M3S2000")
-    assert (grbl.outputs().rpm, grbl.outputs().duty) == (1000, 65535)
+    assert (grbl.outputs().spindle_rpm, grbl.outputs().spindle_duty) == (1000, 65535)
     grbl.fine("S50")
-    assert (grbl.outputs().rpm, grbl.outputs().duty) == (200, 1)
+    assert (grbl.outputs().spindle_rpm, grbl.outputs().spindle_duty) == (200, 1)
     grbl.fine("S600")
-    assert grbl.outputs().duty == 32768
+    assert grbl.outputs().spindle_duty == 32768
     grbl.fine("S0")
-    assert (grbl.outputs().direction, grbl.outputs().rpm, grbl.outputs().duty) == (1, 0, 0)
+    assert (grbl.outputs().spindle_direction, grbl.outputs().spindle_rpm, grbl.outputs().spindle_duty) == (1, 0, 0)
 
 
 def test_coolant_bytes(grbl: Grbl) -> None:
@@ -234,7 +234,7 @@ def test_sleep(grbl: Grbl) -> None:
     """`$SLP`: `ok` first, then `[MSG:Sleeping]`; state Sleep; everything but reset ignored; reset gives Alarm."""
     grbl.fine("M3S100")
     assert grbl.send("$SLP\n") == "ok\r\n[MSG:Sleeping]\r\n"
-    assert grbl.state() == "Sleep" and grbl.outputs().direction == 0
+    assert grbl.state() == "Sleep" and grbl.outputs().spindle_direction == 0
     assert grbl.send("G0X1\n$X\n~!\x84\x91") == "" and grbl.state() == "Sleep"
     assert grbl.send("\x18") == BANNER + LOCKED and grbl.state() == "Alarm"
 
@@ -245,7 +245,7 @@ def test_check_mode(grbl: Grbl) -> None:
     assert grbl.send("$C\n") == "[MSG:Enabled]\r\nok\r\n" and grbl.state() == "Check"
     before = grbl.time()
     assert grbl.send("G91G1X-5F100\nM3S500\nG4P100\nM0\nG2X1Y1I1\nG38.2Z-1\n") == "ok\r\n" * 6
-    assert grbl.time() - before < 0.1 and grbl.position()[0] == 0 and grbl.outputs().direction == 0
+    assert grbl.time() - before < 0.1 and grbl.position()[0] == 0 and grbl.outputs().spindle_direction == 0
     assert "G91" in grbl.send("$G\n") and grbl.send("G0X1X1\n") == "error:25\r\n"
     assert grbl.send("$C\n") == "[MSG:Disabled]\r\nok\r\n" + BANNER
     assert grbl.send("G0X-1\n") == "ok\r\n" and grbl.position()[0] == -250

@@ -16,14 +16,14 @@ def test_an_erroneous_line_changes_nothing(grbl: Grbl) -> None:
     """Validation precedes execution: an erroneous line changes nothing, not even modal state."""
     before = grbl.send("$G\n")
     assert "error" in grbl.send("G91G20M3S100T4X1X2\n")
-    assert grbl.send("$G\n") == before and grbl.outputs().direction == 0
+    assert grbl.send("$G\n") == before and grbl.outputs().spindle_direction == 0
 
 
 def test_spindle_and_coolant_synchronise_with_motion(grbl: Grbl) -> None:
     """Spindle/coolant changes **synchronise** with motion."""
     said = grbl.after(0.1, "G1X10F3000\nM3S500M8\n")
-    assert said == "ok\r\n" and grbl.outputs().direction == 0
-    assert grbl.send("") == "ok\r\n" and grbl.outputs().direction == 1 and grbl.outputs().coolant == 2
+    assert said == "ok\r\n" and grbl.outputs().spindle_direction == 0
+    assert grbl.send("") == "ok\r\n" and grbl.outputs().spindle_direction == 1 and grbl.outputs().coolant == 2
 
 
 def test_what_a_reset_forgets(grbl: Grbl) -> None:
@@ -45,7 +45,7 @@ def test_program_end(grbl: Grbl, code: str) -> None:
     grbl.send("\x91\x96\x9a")
     assert grbl.send(code + "\n") == "[MSG:Pgm End]\r\nok\r\n"
     assert "[GC:G1 G54 G17 G21 G90 G94 M5 M9 T0 F0 S500]" in grbl.send("$G\n")
-    assert "Ov:100,100,100>" in grbl.status() + grbl.status() and grbl.outputs().direction == 0
+    assert "Ov:100,100,100>" in grbl.status() + grbl.status() and grbl.outputs().spindle_direction == 0
 
 
 def test_zeroing_as_senders_do_it(grbl: Grbl) -> None:
@@ -127,12 +127,12 @@ def test_the_line_that_is_named_is_not_far_behind_the_axes(grbl: Grbl) -> None:
 def test_buffers_are_reported_truthfully(grbl: Grbl) -> None:
     """Never report more than is free: `Bf:` counts free blocks and free bytes, `[OPT:]` all of them."""
     grbl.fine("$10=3")
-    assert "|Bf:125,1024|" in grbl.status()
-    assert re.search(r"\[OPT:\w+,125,1024\]", grbl.send("$I\n"))
+    assert "|Bf:253,2048|" in grbl.status()
+    assert re.search(r"\[OPT:\w+,253,2048\]", grbl.send("$I\n"))
     grbl.after(0.05, "G1X-10F100\nY-11\nX-12\nM5\nM3\nG0X1Y1\n")
     blocks, free = map(int, re.search(r"Bf:(\d+),(\d+)", grbl.status()).groups())
-    assert 125 - 3 * 3 <= blocks <= 125 - 3  # a move becomes three pieces of path at most
-    assert free == 1024 - len("G0X1Y1\n")
+    assert 253 - 3 * 3 <= blocks <= 253 - 3  # a move becomes three pieces of path at most
+    assert free == 2048 - len("G0X1Y1\n")
 
 
 def test_intervals_while_idle(grbl: Grbl) -> None:
@@ -243,7 +243,7 @@ def test_modes_with_both_coolants(grbl: Grbl) -> None:
 def test_build_info(grbl: Grbl) -> None:
     """`$I`: `[VER:1.1h.20190830:STRING]`, `[OPT:...]`, ok; `$I=text` is stored upper-cased, blanks stripped."""
     grbl.fine("$I=hello world")
-    assert re.fullmatch(r"\[VER:1\.1h\.20190830:HELLOWORLD\]\r\n\[OPT:V\w*,125,1024\]\r\nok\r\n", grbl.send("$I\n"))
+    assert re.fullmatch(r"\[VER:1\.1h\.20190830:HELLOWORLD\]\r\n\[OPT:V\w*,253,2048\]\r\nok\r\n", grbl.send("$I\n"))
 
 
 def test_a_report_in_every_state(grbl: Grbl) -> None:

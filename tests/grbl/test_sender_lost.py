@@ -28,14 +28,14 @@ def test_a_program_is_held_and_its_tools_stop(grbl: Grbl) -> None:
     grbl.after(0.3, "G1X-30F1000\nY-5\n")
     grbl.lose_sender()
     assert grbl.after(0.001) == HELD and grbl.state() == "Hold:1"
-    assert grbl.outputs().direction == 1, "the cutter turns while it is in the work and moves"
+    assert grbl.outputs().spindle_direction == 1, "the cutter turns while it is in the work and moves"
     assert grbl.after(1) == "" and grbl.state() == "Hold:0"
-    assert (grbl.outputs().direction, grbl.outputs().coolant) == (0, 0)
+    assert (grbl.outputs().spindle_direction, grbl.outputs().coolant) == (0, 0)
     held = grbl.position()
     grbl.after(3600)
     assert grbl.position() == held and grbl.state() == "Hold:0" and grbl.notice() == NOTICE
     grbl.after(RUN_UP_S - 0.1, "~")
-    assert (grbl.outputs().direction, grbl.outputs().coolant) == (1, 0) and grbl.position() == held
+    assert (grbl.outputs().spindle_direction, grbl.outputs().coolant) == (1, 0) and grbl.position() == held
     grbl.after(0.2)
     assert grbl.outputs().coolant == 2 and grbl.position() == held
     grbl.send("")
@@ -49,9 +49,9 @@ def test_outputs_do_not_stay_on_at_rest(grbl: Grbl, job: str) -> None:
     assert grbl.state() == "Idle"
     grbl.lose_sender()
     assert grbl.send("") == HELD and grbl.state() == "Hold:0"
-    assert (grbl.outputs().direction, grbl.outputs().coolant) == (0, 0)
+    assert (grbl.outputs().spindle_direction, grbl.outputs().coolant) == (0, 0)
     grbl.send("~")
-    assert grbl.state() == "Idle" and (grbl.outputs().direction, grbl.outputs().coolant) != (0, 0)
+    assert grbl.state() == "Idle" and (grbl.outputs().spindle_direction, grbl.outputs().coolant) != (0, 0)
 
 
 def test_at_rest_with_nothing_on_nothing_happens(grbl: Grbl) -> None:
@@ -79,8 +79,8 @@ def test_a_line_under_way_is_held(grbl: Grbl, line: str) -> None:
     grbl.after(0.3, line)
     grbl.lose_sender()
     said = grbl.after(1)
-    assert said == HELD and grbl.state() == "Hold:0" and grbl.outputs().direction == 0
-    assert grbl.send("~").endswith("ok\r\n") and grbl.state() == "Idle" and grbl.outputs().direction == 1
+    assert said == HELD and grbl.state() == "Hold:0" and grbl.outputs().spindle_direction == 0
+    assert grbl.send("~").endswith("ok\r\n") and grbl.state() == "Idle" and grbl.outputs().spindle_direction == 1
 
 
 def test_homing_ends_in_an_alarm_that_says_so(grbl: Grbl) -> None:
@@ -99,19 +99,19 @@ def test_in_a_hold_the_tools_stop(grbl: Grbl, stop: str) -> None:
     grbl.after(1, stop)
     grbl.lose_sender()
     grbl.after(0.1)
-    assert grbl.outputs().direction == 0 and grbl.notice() == NOTICE
+    assert grbl.outputs().spindle_direction == 0 and grbl.notice() == NOTICE
     assert grbl.state() == ("Hold:0" if stop == "!" else "Door:0")
     grbl.send("~")
-    assert grbl.position()[0] == -7500 and grbl.outputs().direction == 1 and grbl.notice() is None
+    assert grbl.position()[0] == -7500 and grbl.outputs().spindle_direction == 1 and grbl.notice() is None
 
 
 def test_in_an_alarm_the_tools_stop(grbl: Grbl) -> None:
     """Alarm 5 leaves the spindle on, as in Grbl, for the operator to look."""
     grbl.fine("M3S500")
     grbl.send("G38.2Z-1F600\n")
-    assert grbl.outputs().direction == 1
+    assert grbl.outputs().spindle_direction == 1
     grbl.lose_sender()
-    assert grbl.send("") == "" and grbl.state() == "Alarm" and grbl.outputs().direction == 0
+    assert grbl.send("") == "" and grbl.state() == "Alarm" and grbl.outputs().spindle_direction == 0
     assert " M5 " in grbl.send("$G\n")
 
 
@@ -131,24 +131,30 @@ def test_a_hold_that_must_wait_comes_later(grbl: Grbl) -> None:
     grbl.after(0.05)
     assert grbl.state() == "Run"
     grbl.send("")
-    assert grbl.state() == "Hold:0" and grbl.position()[0] == -2500 and grbl.outputs().direction == 0
+    assert grbl.state() == "Hold:0" and grbl.position()[0] == -2500 and grbl.outputs().spindle_direction == 0
 
 
-def test_resuming_can_be_interrupted(grbl: Grbl) -> None:
-    """`!` while the spindle runs up again; then `~` begins anew. A reset ends it all."""
+def resuming(grbl: Grbl) -> list[int]:
+    """A cut is held since its sender is lost, and the next one resumes it: the spindle runs up. Returns where it is."""
     grbl.fine("M3S500")
     grbl.after(0.3, "G1X-30F1000\n")
     grbl.lose_sender()
     grbl.after(1)
     held = grbl.position()
     grbl.after(1, "~")
-    assert grbl.outputs().direction == 1
+    assert grbl.outputs().spindle_direction == 1
+    return held
+
+
+def test_resuming_can_be_interrupted(grbl: Grbl) -> None:
+    """`!` while the spindle runs up again; then `~` begins anew. A reset ends it all."""
+    held = resuming(grbl)
     grbl.after(10, "!")
-    assert grbl.outputs().direction == 0 and grbl.position() == held
+    assert grbl.outputs().spindle_direction == 0 and grbl.position() == held
     grbl.after(1, "~")
-    assert grbl.outputs().direction == 1
+    assert grbl.outputs().spindle_direction == 1
     assert grbl.send("\x18").endswith(BANNER) and grbl.state() == "Idle"
-    assert grbl.outputs().direction == 0 and grbl.notice() is None and grbl.position() == held
+    assert grbl.outputs().spindle_direction == 0 and grbl.notice() is None and grbl.position() == held
 
 
 def test_resuming_at_once(grbl: Grbl) -> None:
@@ -159,7 +165,7 @@ def test_resuming_at_once(grbl: Grbl) -> None:
     grbl.after(0.001)
     assert grbl.state() == "Hold:1"
     grbl.after(0.01, "~")
-    assert grbl.state() == "Run" and grbl.outputs().direction == 1 and grbl.notice() is None
+    assert grbl.state() == "Run" and grbl.outputs().spindle_direction == 1 and grbl.notice() is None
     grbl.send("")
     assert grbl.position()[0] == -7500
 
@@ -172,7 +178,7 @@ def test_the_door_while_resuming(grbl: Grbl) -> None:
     held = grbl.position()
     grbl.after(1, "~")
     grbl.after(10, "\x84")
-    assert grbl.state() == "Door:0" and grbl.outputs().direction == 0 and grbl.position() == held
+    assert grbl.state() == "Door:0" and grbl.outputs().spindle_direction == 0 and grbl.position() == held
     grbl.send("~")
     assert grbl.position()[0] == -7500 and grbl.notice() is None
 
@@ -182,9 +188,9 @@ def test_a_laser_is_dark(grbl: Grbl) -> None:
     grbl.after(0.3, "G1X-30F1000\n")
     grbl.lose_sender()
     grbl.after(1)
-    assert grbl.outputs().duty == 0 and grbl.state() == "Hold:0"
+    assert grbl.outputs().spindle_duty == 0 and grbl.state() == "Hold:0"
     grbl.after(0.2, "~")
-    assert grbl.outputs().duty > 0, "it needs no run-up"
+    assert grbl.outputs().spindle_duty > 0, "it needs no run-up"
 
 
 @pytest.mark.parametrize("stop", ["!", "\x84"])
@@ -208,23 +214,23 @@ def test_while_the_door_restores(grbl: Grbl) -> None:
     grbl.after(1, "\x84")
     held = grbl.position()
     grbl.after(1, "~")
-    assert grbl.state() == "Door:3" and grbl.outputs().direction == 1
+    assert grbl.state() == "Door:3" and grbl.outputs().spindle_direction == 1
     grbl.lose_sender()
     grbl.after(10)
-    assert grbl.state() == "Door:0" and grbl.outputs().direction == 0
+    assert grbl.state() == "Door:0" and grbl.outputs().spindle_direction == 0
     assert grbl.position() == held and grbl.notice() == NOTICE
     grbl.send("~")
-    assert grbl.position()[0] == -7500 and grbl.outputs().direction == 1
+    assert grbl.position()[0] == -7500 and grbl.outputs().spindle_direction == 1
 
 
 def test_in_check_mode_the_tools_stop(grbl: Grbl) -> None:
     """$C leaves the spindle on that was on."""
     grbl.fine("M3S500", "M8")
     grbl.send("$C\n")
-    assert grbl.outputs().direction == 1
+    assert grbl.outputs().spindle_direction == 1
     grbl.lose_sender()
     assert grbl.send("") == "" and grbl.state() == "Check"
-    assert (grbl.outputs().direction, grbl.outputs().coolant) == (0, 0)
+    assert (grbl.outputs().spindle_direction, grbl.outputs().coolant) == (0, 0)
 
 
 @pytest.mark.parametrize("line", ["$H\n", "$X\nG1X-5F1000\n"])
@@ -242,16 +248,10 @@ def test_in_an_alarm_its_lines_do_not_run(grbl: Grbl, line: str) -> None:
 
 def test_lost_again_while_the_next_one_resumes(grbl: Grbl) -> None:
     """Whoever resumed is gone before the spindle is up: nobody sees the program go on."""
-    grbl.fine("M3S500")
-    grbl.after(0.3, "G1X-30F1000\n")
-    grbl.lose_sender()
-    grbl.after(1)
-    held = grbl.position()
-    grbl.after(1, "~")
-    assert grbl.outputs().direction == 1
+    held = resuming(grbl)
     grbl.lose_sender()
     assert grbl.after(10) == "" and grbl.notice() == NOTICE
-    assert grbl.position() == held and grbl.outputs().direction == 0
+    assert grbl.position() == held and grbl.outputs().spindle_direction == 0
     grbl.put("~")
     grbl.lose_sender()
     grbl.after(10)
@@ -271,10 +271,10 @@ def test_a_hold_while_spindle_and_coolant_return_loses_neither(grbl: Grbl) -> No
     grbl.fine("M3S1000", "M8")
     grbl.lose_sender()
     grbl.after(0.1)
-    assert grbl.outputs().direction == 0 and grbl.outputs().coolant == 0
+    assert grbl.outputs().spindle_direction == 0 and grbl.outputs().coolant == 0
     grbl.after(0.1, "~")
-    assert grbl.outputs().direction == 1 and grbl.outputs().coolant == 0  # it runs up first
+    assert grbl.outputs().spindle_direction == 1 and grbl.outputs().coolant == 0  # it runs up first
     grbl.after(0.1, "!")
-    assert grbl.outputs().direction == 0
+    assert grbl.outputs().spindle_direction == 0
     grbl.after(10.0, "~")
-    assert grbl.outputs().direction == 1 and grbl.outputs().coolant != 0 and grbl.state() == "Idle"
+    assert grbl.outputs().spindle_direction == 1 and grbl.outputs().coolant != 0 and grbl.state() == "Idle"

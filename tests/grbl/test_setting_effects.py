@@ -8,7 +8,8 @@ import re
 from collections.abc import Iterator
 
 import pytest
-from grbl_host import LIB, Grbl
+from c_library import LIB
+from grbl_host import Grbl
 from test_switches import make_homing
 from test_trust import homed
 from wificnc.protocol.table import Setting, load_settings
@@ -16,12 +17,7 @@ from wificnc.protocol.table import Setting, load_settings
 ROWS = load_settings().setting
 ALL = pytest.mark.parametrize("row", ROWS, ids=lambda row: row.name)
 
-LIB.host_machine.argtypes = (ctypes.c_void_p,)
-LIB.host_machine.restype = ctypes.c_void_p
-LIB.host_core_ram_bytes.restype = ctypes.c_size_t
-EVERYTHING = ("configure_apply", "outputs_apply", "torque_put_out")
-for name in EVERYTHING:
-    getattr(LIB, name).argtypes = (ctypes.c_void_p,)
+EVERYTHING = ("configure_apply", "outputs_apply", "motor_current_put_out")
 
 
 @pytest.fixture

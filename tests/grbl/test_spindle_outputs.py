@@ -29,7 +29,7 @@ def grbl() -> Iterator[Grbl]:
 
 def pins(grbl: Grbl) -> tuple[int, int, int]:
     outputs = grbl.outputs()
-    return outputs.direction, outputs.duty, outputs.coolant
+    return outputs.spindle_direction, outputs.spindle_duty, outputs.coolant
 
 
 def changes(grbl: Grbl) -> list[tuple[float, int, int]]:
@@ -202,15 +202,15 @@ def test_duty_is_s_between_its_limits(grbl: Grbl, low: int, high: int, s: int, r
     """Duty 0 only for S0; $31 is the least that turns; $30 not above $31 is on or off."""
     grbl.fine("M5", f"$30={high}", f"$31={low}", f"M3S{s}")
     outputs = grbl.outputs()
-    assert outputs.rpm == rpm
-    assert outputs.duty == pytest.approx(duty * 65535, abs=1)
+    assert outputs.spindle_rpm == rpm
+    assert outputs.spindle_duty == pytest.approx(duty * 65535, abs=1)
     assert f"FS:0,{rpm}" in grbl.status()
 
 
 def test_m51_switches_the_spindle_override_off(grbl: Grbl) -> None:
     grbl.after(0.1, "\x9b")
-    assert grbl.outputs().rpm == pytest.approx(900)
+    assert grbl.outputs().spindle_rpm == pytest.approx(900)
     grbl.fine("M51P0")
-    assert grbl.outputs().rpm == 1000
+    assert grbl.outputs().spindle_rpm == 1000
     grbl.fine("M51")
-    assert grbl.outputs().rpm == pytest.approx(900)
+    assert grbl.outputs().spindle_rpm == pytest.approx(900)

@@ -124,7 +124,7 @@ def test_estop(grbl: Grbl, delay: float) -> None:
     at = grbl.stands()
     said += grbl.send("")
     assert said.replace("error:9\r\n", "") == "ALARM:50\r\n" + RELEASE and grbl.stands() == at == grbl.position()
-    assert grbl.outputs().direction == 0 and grbl.outputs().coolant == 0
+    assert grbl.outputs().spindle_direction == 0 and grbl.outputs().coolant == 0
     assert grbl.send("\x18") == BANNER + LOCKED + "ALARM:50\r\n" + RELEASE  # still pressed
     grbl.input("estop", False)
     assert grbl.send("") == RESET
@@ -157,13 +157,13 @@ def test_door_with_resume(grbl: Grbl) -> None:
     grbl.input("door", True)
     assert grbl.after(0.001) == "[MSG:Check Door]\r\n" and grbl.state() == "Door:2"
     grbl.after(1)
-    assert grbl.state() == "Door:1" and grbl.outputs().direction == 0 and grbl.outputs().coolant == 0
+    assert grbl.state() == "Door:1" and grbl.outputs().spindle_direction == 0 and grbl.outputs().coolant == 0
     grbl.after(1, "~")
     assert grbl.state() == "Door:1"
     grbl.input("door", False)
     assert grbl.state() == "Door:0"
     grbl.after(1, "~")
-    assert grbl.state() == "Door:3" and grbl.outputs().direction == 1 and grbl.outputs().coolant == 0
+    assert grbl.state() == "Door:3" and grbl.outputs().spindle_direction == 1 and grbl.outputs().coolant == 0
     assert -5000 < grbl.position()[0] < 0
     grbl.send("")
     assert grbl.outputs().coolant == 2 and grbl.stands()[0] == -5000 and grbl.state() == "Idle"
@@ -178,7 +178,7 @@ def test_door_opens_again_while_restoring(grbl: Grbl) -> None:
     grbl.after(1, "~")
     grbl.input("door", True)
     grbl.after(0.001)
-    assert grbl.state() == "Door:1" and grbl.outputs().direction == 0
+    assert grbl.state() == "Door:1" and grbl.outputs().spindle_direction == 0
     grbl.after(10)
     assert grbl.state() == "Door:1"
 

@@ -199,7 +199,7 @@ def test_a_spindle_that_does_not_start_is_an_alarm(lathe: Lathe) -> None:
     lathe.put("M3S600\nG33Z-10K1\n")
     said = lathe.after(12)
     assert said == "ok\r\nALARM:51\r\n[MSG:Reset to continue]\r\nerror:9\r\n" and lathe.stands() == [0] * 6
-    assert lathe.outputs().direction == 0, "a spindle that may be stuck is switched off"
+    assert lathe.outputs().spindle_direction == 0, "a spindle that may be stuck is switched off"
     lathe.spindle_load(0)
     lathe.send("\x18")
     lathe.send("$X\n")
@@ -288,10 +288,12 @@ def test_the_door_waits_as_a_hold_does(lathe: Lathe, by_byte: bool) -> None:
     else:
         lathe.input("door", True)
     lathe.after(0.01)
-    assert lathe.state() == "Run" and lathe.outputs().direction == 1, "a tool in the thread of a spindle that stops"
+    assert lathe.state() == "Run" and lathe.outputs().spindle_direction == 1, (
+        "a tool in the thread of a spindle that stops"
+    )
     lathe.after(3)
     assert lathe.state().startswith("Door") and lathe.stands()[2] == -10 / STEP_MM
-    assert lathe.outputs().direction == 0
+    assert lathe.outputs().spindle_direction == 0
 
 
 def test_an_e_stop_and_a_reset_do_not_wait(lathe: Lathe) -> None:
@@ -305,7 +307,7 @@ def test_an_e_stop_and_a_reset_do_not_wait(lathe: Lathe) -> None:
         else:
             said = lathe.after(0.001, "\x18")
         stood = lathe.stands()
-        assert ("ALARM:50" if act == "estop" else "ALARM:3") in said and lathe.outputs().direction == 0
+        assert ("ALARM:50" if act == "estop" else "ALARM:3") in said and lathe.outputs().spindle_direction == 0
         lathe.after(1)
         assert lathe.stands() == stood and -39 / STEP_MM < stood[2] < 0 and lathe.position() == stood
         lathe.input("estop", False)
@@ -329,7 +331,7 @@ def test_rigid_tapping(lathe: Lathe) -> None:
     in_work = course.part(course.z < -0.2)
     off = in_work.off_mm(1)
     assert len(off) > 3000 and np.abs(off).max() <= 0.02, "there, at the turn, and back"
-    assert lathe.stands()[2] == 0 and lathe.outputs().direction == 1 and lathe.limits_kept()
+    assert lathe.stands()[2] == 0 and lathe.outputs().spindle_direction == 1 and lathe.limits_kept()
 
 
 def test_tapping_out_faster(lathe: Lathe) -> None:

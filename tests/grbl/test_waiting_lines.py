@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 from grbl_host import Grbl
+from slow import slow_but
 
 NEED_REST = ["$H", "$HX", "$110=123", "$C", "$SLP", "$RST=$", "$RST=*", "$J=G91Y3F1000", "$N0=G21", "$#", "$I", "$$"]
 
@@ -13,7 +14,7 @@ def resume(grbl: Grbl) -> str:
     return grbl.after(0.2, "~")
 
 
-@pytest.mark.parametrize("stop", ["!", "\x84"])
+@pytest.mark.parametrize("stop", slow_but("!".__eq__, ["!", "\x84"]))
 @pytest.mark.parametrize("line", NEED_REST)
 def test_a_line_that_waited_finds_the_program_running(grbl: Grbl, stop: str, line: str) -> None:
     """Grbl enters the cycle immediately: error:8, and the program's motion is done to its end."""

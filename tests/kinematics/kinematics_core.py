@@ -4,44 +4,16 @@ from __future__ import annotations
 
 import ctypes
 from collections.abc import Sequence
+from ctypes import byref
 
 import numpy as np
+from c_library import LIB
+from layouts import HOST
 from numpy.typing import NDArray
-from wificnc.build.host import ensure_host_library
 
 AXES = 6
 CARTESIAN, COREXY, POLAR, SCARA = range(4)
 Vector = ctypes.c_double * AXES
-
-
-class _Ops(ctypes.Structure):
-    pass
-
-
-class Kinematics(ctypes.Structure):
-    """struct kinematics"""
-
-    _fields_ = (
-        ("ops", ctypes.POINTER(_Ops)),
-        ("arm_mm", ctypes.c_double * 2),
-        ("travel_mm", ctypes.c_double * 2),
-        ("curved", ctypes.c_uint8),
-        ("coupled", ctypes.c_bool),
-    )
-
-
-_THIS = ctypes.POINTER(Kinematics)
-_Ops._fields_ = [
-    ("forward", ctypes.CFUNCTYPE(None, _THIS, Vector, Vector)),
-    ("inverse", ctypes.CFUNCTYPE(None, _THIS, Vector, Vector, Vector)),
-    ("bend_mm", ctypes.CFUNCTYPE(ctypes.c_double, _THIS, Vector, Vector)),
-    ("stretch", ctypes.CFUNCTYPE(ctypes.c_double, _THIS, Vector, Vector)),
-    ("reach_mm", ctypes.c_void_p),
-]
-LIB = ctypes.CDLL(str(ensure_host_library()))
-LIB.kinematics_init.argtypes = (_THIS, ctypes.c_int, ctypes.c_float * 2, ctypes.c_float * 2)
-LIB.kinematics_reaches.argtypes = (_THIS, Vector, Vector)
-LIB.kinematics_reaches.restype = ctypes.c_bool
 
 
 class Machine:
@@ -49,28 +21,36 @@ class Machine:
 
     def __init__(self, kind: int, arm_mm: Sequence[float] = (50, 50), travel_mm: Sequence[float] = (150, 0)) -> None:
         self.kind, self.arm_mm, self.travel_mm = kind, arm_mm, travel_mm
-        self._c = Kinematics()
-        LIB.kinematics_init(self._c, kind, (ctypes.c_float * 2)(*arm_mm), (ctypes.c_float * 2)(*travel_mm))
+        self._c = HOST.struct("kinematics")()
+        LIB.kinematics_init(byref(self._c), kind, (ctypes.c_float * 2)(*arm_mm), (ctypes.c_float * 2)(*travel_mm))
         self._ops = self._c.ops.contents
 
     def forward(self, joints: Sequence[float]) -> list[float]:
         out = Vector()
-        self._ops.forward(self._c, Vector(*joints), out)
+        self._ops.forward(byref(self._c), Vector(*joints), out)
         return list(out)
 
     def inverse(self, tool_mm: Sequence[float], near: Sequence[float] = (0,) * AXES) -> list[float]:
         out = Vector()
-        self._ops.inverse(self._c, Vector(*tool_mm), Vector(*near), out)
+        self._ops.inverse(byref(self._c), Vector(*tool_mm), Vector(*near), out)
         return list(out)
 
     def bend_mm(self, start: Sequence[float], end: Sequence[float]) -> float:
-        return float(self._ops.bend_mm(self._c, Vector(*start), Vector(*end)))
+        return float(self._ops.bend_mm(byref(self._c), Vector(*start), Vector(*end)))
 
     def stretch(self, start: Sequence[float], end: Sequence[float]) -> float:
-        return float(self._ops.stretch(self._c, Vector(*start), Vector(*end)))
+        return float(self._ops.stretch(byref(self._c), Vector(*start), Vector(*end)))
 
     def reaches(self, start: Sequence[float], end: Sequence[float]) -> bool:
-        return bool(LIB.kinematics_reaches(self._c, Vector(*start), Vector(*end)))
+        return bool(LIB.kinematics_reaches(byref(self._c), Vector(*start), Vector(*end)))
+
+    @property
+    def is_coupled(self) -> bool:
+        return bool(self._c.coupled)
+
+    @property
+    def bends_lines(self) -> bool:
+        return bool(self._ops.bend_mm)
 
     def tool_mm(self, joints: NDArray[np.float64]) -> NDArray[np.float64]:
         """X and Y of the tool for rows of joints: the oracle."""

@@ -25,8 +25,12 @@ def prepared(kind: int, **more: float) -> Host:
     return host
 
 
-def stall_often(host: Host, rng: random.Random, late: str) -> None:
+def stalled(name: str, rng: random.Random, late: str, **more: float) -> tuple[Host, Machine]:
+    """A controller at (60, -50) whose sides stall from now on, and its geometry. @param more  settings"""
+    kind = KINDS[name]
+    host = prepared(kind, **more)
     host.stall_often(rng, stalls.LATE[late], 60)
+    return host, Machine(kind, (60, 50))
 
 
 def joints_of(run: Run) -> np.ndarray:
@@ -48,21 +52,28 @@ def assert_legal(run: Run) -> None:
         assert np.abs(change).max() <= 1.2 * ACCEL + 2 / SPM / WINDOW_S**2
 
 
+def assert_on_lines(machine: Machine, run: Run, corners: list[tuple[int, int]]) -> None:
+    off = distance_to_segments(machine.tool_mm(joints_of(run)), np.array(corners, dtype=float))
+    assert off.max() <= DEVIATION_MM + step_mm(machine.kind, 90)
+
+
+def assert_ends_at(machine: Machine, run: Run, place: tuple[int, int]) -> None:
+    assert machine.tool_mm(joints_of(run))[-1] == pytest.approx(place, abs=step_mm(machine.kind, 90))
+
+
 @pytest.mark.parametrize("jerk", [0, 30_000])
 @pytest.mark.parametrize("late", stalls.LATE)
 @pytest.mark.parametrize("name", KINDS)
 @pytest.mark.parametrize("seed", stalls.seeds(2))
 def test_lines(seed: int, name: str, late: str, jerk: float) -> None:
-    kind, rng = KINDS[name], random.Random(f"{seed} {name} {late} {jerk}")
-    host, machine = prepared(kind, s40=jerk), Machine(kind, (60, 50))
-    stall_often(host, rng, late)
+    rng = random.Random(f"{seed} {name} {late} {jerk}")
+    host, machine = stalled(name, rng, late, s40=jerk)
     feed = rng.choice([600, 3000, 6000])
     run = host.run(f"G1F{feed}\n" + "".join(f"X{x}Y{y}\n" for x, y in LINES))
     host.close()
     assert set(run.answers) == {"ok"}
-    off = distance_to_segments(machine.tool_mm(joints_of(run)), np.array([(60, -50), *LINES], dtype=float))
-    assert off.max() <= DEVIATION_MM + step_mm(kind, 90)
-    assert machine.tool_mm(joints_of(run))[-1] == pytest.approx((60, -50), abs=step_mm(kind, 90))
+    assert_on_lines(machine, run, [(60, -50), *LINES])
+    assert_ends_at(machine, run, (60, -50))
     assert_legal(run)
 
 
@@ -71,16 +82,15 @@ def test_lines(seed: int, name: str, late: str, jerk: float) -> None:
 @pytest.mark.parametrize("seed", stalls.seeds(2))
 def test_circles_and_rapids(seed: int, name: str, late: str) -> None:
     """A circle of 10 mm about (60, -40), in both directions."""
-    kind, rng = KINDS[name], random.Random(f"{seed} {name} {late}")
-    host, machine = prepared(kind), Machine(kind, (60, 50))
-    stall_often(host, rng, late)
+    rng = random.Random(f"{seed} {name} {late}")
+    host, machine = stalled(name, rng, late)
     run = host.run("G2X60Y-50I0J10F3000\nG3X60Y-50I0J10\nM3S100\nG1X60Y-30F6000\nM5\n")
     host.close()
     tool = machine.tool_mm(joints_of(run))
     circle = np.abs(np.hypot(tool[:, 0] - 60, tool[:, 1] + 40) - 10)
     line = distance_to_segments(tool, np.array([(60, -50), (60, -30)], dtype=float))
-    assert np.minimum(circle, line).max() <= DEVIATION_MM + 0.002 + step_mm(kind, 90)
-    assert tool[-1] == pytest.approx((60, -30), abs=step_mm(kind, 90))
+    assert np.minimum(circle, line).max() <= DEVIATION_MM + 0.002 + step_mm(machine.kind, 90)
+    assert_ends_at(machine, run, (60, -30))
     assert_legal(run)
 
 
@@ -88,29 +98,26 @@ def test_circles_and_rapids(seed: int, name: str, late: str) -> None:
 @pytest.mark.parametrize("name", KINDS)
 @pytest.mark.parametrize("seed", stalls.seeds(3))
 def test_a_jog_is_cancelled_on_its_line(seed: int, name: str, late: str) -> None:
-    kind, rng = KINDS[name], random.Random(f"{seed} {name} {late}")
-    host, machine = prepared(kind), Machine(kind, (60, 50))
-    stall_often(host, rng, late)
+    rng = random.Random(f"{seed} {name} {late}")
+    host, machine = stalled(name, rng, late)
     host.start("$J=G90X30Y-80F5000\n$J=G90X60Y-50F5000\n")
     host.until(host.ticks() + round(rng.uniform(0.05, 1.0) * host.timer_hz))
     host.put("\x85")
     run = host.settle()
-    off = distance_to_segments(machine.tool_mm(joints_of(run)), np.array([(60, -50), (30, -80)], dtype=float))
-    assert off.max() <= DEVIATION_MM + step_mm(kind, 90)
+    assert_on_lines(machine, run, [(60, -50), (30, -80)])
     assert_legal(run)
     assert "<Idle" in host.status()
     again = host.run("G1X60Y-50F2000\n")
     host.close()
-    assert machine.tool_mm(joints_of(again))[-1] == pytest.approx((60, -50), abs=step_mm(kind, 90))
+    assert_ends_at(machine, again, (60, -50))
 
 
 @pytest.mark.parametrize("late", stalls.LATE)
 @pytest.mark.parametrize("name", KINDS)
 @pytest.mark.parametrize("seed", stalls.seeds(3))
 def test_a_hold_and_overrides_stay_on_the_path(seed: int, name: str, late: str) -> None:
-    kind, rng = KINDS[name], random.Random(f"{seed} {name} {late}")
-    host, machine = prepared(kind), Machine(kind, (60, 50))
-    stall_often(host, rng, late)
+    rng = random.Random(f"{seed} {name} {late}")
+    host, machine = stalled(name, rng, late)
     host.start("G1F5000\n" + "".join(f"X{x}Y{y}\n" for x, y in LINES))
     for _ in range(12):
         host.until(host.ticks() + round(rng.uniform(0.01, 0.6) * host.timer_hz))
@@ -121,8 +128,6 @@ def test_a_hold_and_overrides_stay_on_the_path(seed: int, name: str, late: str) 
     host.put("~")
     run = host.settle()
     host.close()
-    tool = machine.tool_mm(joints_of(run))
-    assert tool[-1] == pytest.approx((60, -50), abs=step_mm(kind, 90))
-    off = distance_to_segments(tool, np.array([(60, -50), *LINES], dtype=float))
-    assert off.max() <= DEVIATION_MM + step_mm(kind, 90)
+    assert_ends_at(machine, run, (60, -50))
+    assert_on_lines(machine, run, [(60, -50), *LINES])
     assert_legal(run)

@@ -14,9 +14,9 @@ from collections import deque
 from collections.abc import Callable
 from types import TracebackType
 
-from monitor import Monitor, bind
+from c_library import LIB
+from monitor import Monitor
 from patience import HANG_S
-from wificnc.build.host import ensure_host_library
 from wificnc.sim.native import HostBoard
 
 AXES = 6
@@ -25,28 +25,11 @@ REALTIME = frozenset(b"!~?\x18") | frozenset(range(0x80, 0x100))
 FAST = "$110=20000\n$111=20000\n$112=20000\n$120=2000\n$121=2000\n$122=2000\n"
 
 
-def _library() -> ctypes.CDLL:
-    lib = ctypes.CDLL(str(ensure_host_library()))
-    bind(lib)
-    lib.host_create.restype = ctypes.c_void_p
-    lib.host_create.argtypes = (ctypes.POINTER(HostBoard),)
-    lib.host_destroy.argtypes = (ctypes.c_void_p,)
-    for name in ("host_write", "host_read"):
-        getattr(lib, name).argtypes = (ctypes.c_void_p, ctypes.c_char_p, ctypes.c_size_t)
-        getattr(lib, name).restype = ctypes.c_size_t
-    lib.host_run.argtypes = (ctypes.c_void_p, ctypes.c_uint64)
-    lib.host_input_follows.argtypes = (ctypes.c_void_p, ctypes.c_int)
-    lib.virtual_surface.argtypes = (ctypes.c_void_p, ctypes.c_int32)
-    lib.virtual_travel.argtypes = (ctypes.c_void_p, ctypes.c_uint, ctypes.c_int32, ctypes.c_int32)
-    lib.host_position_steps.argtypes = (ctypes.c_void_p, ctypes.c_int32 * AXES)
-    return lib
-
-
 class Bridge:
     """One controller on one port, one client after the other. A context manager."""
 
     def __init__(self, axes: int = 3, settings: str = FAST, said: dict[str, str] | None = None) -> None:
-        self._lib = _library()
+        self._lib = LIB
         board = HostBoard(20_000_000, 1000, 500, 500_000, axes)
         self._host = self._lib.host_create(ctypes.byref(board))
         assert self._host
@@ -80,7 +63,7 @@ class Bridge:
 
     def __exit__(self, kind: type[BaseException] | None, value: BaseException | None, tb: TracebackType | None) -> None:
         self._stop.set()
-        self._thread.join(10)
+        self._thread.join(HANG_S)
         assert not self._thread.is_alive()
         self._drop()
         self._server.close()

@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner, Result
 from core_bridge import FAST, Bridge
+from patience import HANG_S
 from wificnc.app import root
 from wificnc.errors import Exit, LinkError, ProtocolError, RefusedError, UserError
 
@@ -229,7 +230,7 @@ def stranger(says: bytes) -> Iterator[str]:
         thread = threading.Thread(target=serve)
         thread.start()
         yield f"tcp://127.0.0.1:{server.getsockname()[1]}"
-        thread.join(10)
+        thread.join(HANG_S)
 
 
 def test_something_else_answers(monkeypatch: pytest.MonkeyPatch) -> None:

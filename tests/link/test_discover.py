@@ -10,7 +10,8 @@ import struct
 import threading
 
 import pytest
-from wificnc.build.host import ensure_host_library
+from c_library import LIB
+from layouts import HOST
 from wificnc.link.discover import SERVICE, TYPE_PTR, controllers, discover, question
 
 PACKET = 768
@@ -18,40 +19,24 @@ A, PTR, TXT, SRV, ANY = 1, 12, 16, 33, 255
 UNICAST = 0x8000
 
 
-class Mdns(ctypes.Structure):
-    """struct net_mdns"""
-
-    _fields_ = (
-        ("name", ctypes.c_char * 32),
-        ("text", ctypes.c_char * 64),
-        ("address", ctypes.c_uint8 * 4),
-        ("port", ctypes.c_uint16),
-    )
-
-
 class Responder:
     """net_mdns.c by ctypes."""
 
     def __init__(self, address: str = "192.168.4.7", port: int = 23) -> None:
-        self.library = ctypes.CDLL(str(ensure_host_library()))
-        self.library.net_mdns_answer.restype = ctypes.c_size_t
-        self.library.net_mdns_announce.restype = ctypes.c_size_t
         quads = (ctypes.c_uint8 * 4)(*map(int, address.split(".")))
-        self.me = Mdns(b"WiFiCNC-1A2B", b"wificnc=esp32s3-zero", quads, port)
+        self.me = HOST.struct("net_mdns")(b"WiFiCNC-1A2B", b"wificnc=esp32s3-zero", quads, port)
         self.unicast = False
 
     def answer(self, query: bytes, legacy: bool = False) -> bytes:
         out = ctypes.create_string_buffer(PACKET)
         unicast = ctypes.c_bool()
-        size = self.library.net_mdns_answer(
-            ctypes.byref(self.me), query, ctypes.c_size_t(len(query)), legacy, out, ctypes.byref(unicast)
-        )
+        size = LIB.net_mdns_answer(ctypes.byref(self.me), query, len(query), legacy, out, ctypes.byref(unicast))
         self.unicast = unicast.value
         return out.raw[:size]
 
     def announce(self) -> bytes:
         out = ctypes.create_string_buffer(PACKET)
-        size = self.library.net_mdns_announce(ctypes.byref(self.me), out)
+        size = LIB.net_mdns_announce(ctypes.byref(self.me), out)
         return out.raw[:size]
 
 

@@ -54,7 +54,8 @@ def test_values_have_six_decimals_or_fewer_where_the_line_is_full(library: ctype
     full = "".join(f"{letter}[-100000/3]" for letter in "XYZABC")
     (line,) = lines(library, full + "K[1/3]")
     assert line == full.replace("[-100000/3]", "-33333.3333") + "K0.3333" and len(line) == LONGEST_CODE
-    assert "error:11 " in refusal(library, full + "K[10/3]I[1]")
+    assert lines(library, full + "K[10/3]I[1]") == [full.replace("[-100000/3]", "-33333.3333") + "K3.3333I1"]
+    assert "error:11 " in refusal(library, "X[1/3]" * 40)  # 280 characters with four decimals
 
 
 def test_what_is_no_g_code_goes_through(library: ctypes.CDLL) -> None:

@@ -136,7 +136,7 @@ WORDS = st.one_of(
 )
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=150)
 @given(st.lists(WORDS, min_size=1, max_size=25), st.integers(1, 25), st.booleans())
 def test_any_program_from_any_line(words: list[str], line: int, told: bool) -> None:
     facts = TOLD if told else FACTS

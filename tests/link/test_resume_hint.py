@@ -97,7 +97,7 @@ PARTS = st.one_of(
 )
 
 
-@settings(max_examples=80, deadline=None)
+@settings(max_examples=80)
 @given(st.lists(PARTS, min_size=1, max_size=6), st.booleans())
 def test_every_line_of_any_program(parts: list[list[str]], told: bool) -> None:
     facts = TOLD if told else FACTS

@@ -8,6 +8,7 @@ import socket
 import tty
 
 import pytest
+from patience import HANG_S
 from wificnc.errors import LinkError
 from wificnc.link.transport import Transport, open_transport, socket_pair
 
@@ -16,7 +17,7 @@ def receive(transport: Transport, count: int) -> bytes:
     """As many bytes as are sure to come."""
     data = b""
     while len(data) < count:
-        transport.wait(10.0)
+        transport.wait(HANG_S)
         data += transport.receive()
     return data
 
@@ -72,7 +73,7 @@ def test_others_wake_it_up() -> None:
     transport, peer = socket_pair()
     read, write = os.pipe()
     os.write(write, b"!")
-    transport.wait(10.0, [read])
+    transport.wait(HANG_S, [read])
     assert transport.receive() == b""
     os.close(read)
     os.close(write)

@@ -109,7 +109,8 @@ def as_user(user_home: Path, hal_program: Path, before_others: None) -> Callable
             "HOME": str(user_home),
             "PATH": f"{hal_program.parent}{os.pathsep}{os.environ['PATH']}",
         }
-        done = subprocess.run(isolated(*argv), capture_output=True, text=True, timeout=HANG_S, env=environment)
+        # longer than any wait in there, which then says what does not come
+        done = subprocess.run(isolated(*argv), capture_output=True, text=True, timeout=4 * HANG_S, env=environment)
         assert done.returncode == code, done.stdout + done.stderr
         return done.stdout + (done.stderr if code else "")
 

@@ -43,10 +43,10 @@ class Pins:
         self._values: dict[str, Any] = {}
         assert make(handle, MAKE_PIN(self._make), None) == 0
 
-    def _make(self, _ctx: object, name: bytes, kind: int, _direction: int, at: Any) -> int:
+    def _make(self, _ctx: object, name: bytes, kind: int, _direction: int, at: int) -> int:
         assert name.decode() not in self._values
         value = self._values[name.decode()] = PIN_TYPES[kind]()
-        at[0] = ctypes.addressof(value)
+        ctypes.c_void_p.from_address(at).value = ctypes.addressof(value)
         return 0
 
     def __getitem__(self, name: str) -> Any:
@@ -90,15 +90,16 @@ class Wire:
         """Of a datagram that get there."""
         return (self._dice.random() >= self.loss) * (1 + (self._dice.random() < self.loss))
 
-    def datagram(self, _ctx: object, data: Any, size: int) -> None:
-        if data[5] == Type.JOG_STOP:
-            self.registration = bytes(data[:size])
+    def datagram(self, _ctx: object, data: int, size: int) -> None:
+        message = ctypes.string_at(data, size)
+        if message[5] == Type.JOG_STOP:
+            self.registration = message
         for _ in range(self._copies() if not self.dead else 0):
-            self.virtual.raw(bytes(data[:size]), HOST)
+            self.virtual.raw(message, HOST)
 
-    def control(self, _ctx: object, data: Any, size: int) -> None:
+    def control(self, _ctx: object, data: int, size: int) -> None:
         """One message: the component asks for nothing in pieces."""
-        message = bytes(data[:size])
+        message = ctypes.string_at(data, size)
         assert int.from_bytes(message[:2], "little") == size - 2
         packet = parse(message[2:])
         assert packet

@@ -486,7 +486,7 @@ def test_inputs(bench: Bench) -> None:
 # ---- the spindle's encoder ----
 
 ENCODER = {88: 4096, 30: 20_000}
-INDEX_REV = 0.375  # where the virtual spindle has its index: targets/sim/virtual_spindle.c
+INDEX_REV = 0.375  # where the virtual spindle has its index: targets/pc/virtual_spindle.c
 
 
 def true_turns(bench: Bench) -> float:

@@ -25,7 +25,7 @@ class Encoder:
 
     def update(self, now_s: float, index_enable: bool) -> tuple[float, bool]:
         armed = ctypes.c_bool(index_enable)
-        position: float = library().encoder_update(self.handle, now_s, armed)
+        position: float = library().encoder_update(self.handle, now_s, ctypes.byref(armed))
         return position, armed.value
 
     def turns(self, now_s: float) -> float:

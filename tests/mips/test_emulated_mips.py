@@ -6,9 +6,8 @@ from pathlib import Path
 
 import pytest
 from everywhere import ROOT, TRACE_DIGEST, UNIT_TESTS, differences, texts
-from mips.emulate import compile_files, link, missing, run
+from mips.emulate import compile_files, controller_sources, link, missing, run
 from patience import HANG_S
-from xtensa.emulate import controller_sources
 
 OUTPUT = ROOT / "build" / "mips" / "qemu"
 

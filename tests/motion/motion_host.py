@@ -9,62 +9,15 @@ from dataclasses import dataclass, field
 
 import numpy as np
 import stalls
-from monitor import CHECKS, Checks, Monitor, bind
+from c_library import CONSUMER, EVENT, LIB
+from monitor import CHECKS, Checks, Monitor
 from numpy.typing import NDArray
-from wificnc.build.host import ensure_host_library
-from wificnc.sim.native import HostBoard, Tasks
+from wificnc.sim.native import HostBoard, HostCounters, Tasks
 
 AXES = 6
 # The measuring settings: 250 steps/mm, 5000 mm/min, 500 mm/s2.
 BASELINE = {f"s{base + ax}": value for base, value in ((100, 250), (110, 5000), (120, 500)) for ax in range(6)}
-EVENT = np.dtype([("t", "<u8"), ("step", "u1"), ("dir", "u1"), ("flags", "u1"), ("reserved", "u1"), ("line", "<u4")])
-CONSUMER = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_size_t)
-COUNTERS = (
-    "step_events",
-    "timer_events",
-    "segments",
-    "spans",
-    "blocks",
-    "lines",
-    "lookahead_starved",
-    "underruns",
-    "plan_unmet",
-)
 HOST_IDLE, HOST_ROOM, HOST_BUDGET = range(3)
-
-
-class Counters(ctypes.Structure):
-    """struct host_counters."""
-
-    _fields_ = tuple((name, ctypes.c_uint64) for name in COUNTERS)
-
-
-def _library() -> ctypes.CDLL:
-    lib = ctypes.CDLL(str(ensure_host_library()))
-    lib.host_create.restype = ctypes.c_void_p
-    lib.host_create.argtypes = (ctypes.POINTER(HostBoard),)
-    for name in ("host_destroy", "host_trace", "host_time_ticks"):
-        getattr(lib, name).argtypes = (ctypes.c_void_p,)
-    lib.host_trace.restype = ctypes.c_void_p
-    lib.host_time_ticks.restype = ctypes.c_uint64
-    for name in ("host_write", "host_read"):
-        getattr(lib, name).argtypes = (ctypes.c_void_p, ctypes.c_char_p, ctypes.c_size_t)
-        getattr(lib, name).restype = ctypes.c_size_t
-    lib.host_run.argtypes = (ctypes.c_void_p, ctypes.c_uint64)
-    lib.host_run_paced.argtypes = (ctypes.c_void_p, ctypes.c_uint64, ctypes.c_uint64)
-    lib.host_position_steps.argtypes = (ctypes.c_void_p, ctypes.c_int32 * AXES)
-    lib.host_run_until.argtypes = (ctypes.c_void_p, ctypes.c_uint64)
-    lib.virtual_input_number.argtypes = (ctypes.c_char_p,)
-    lib.virtual_set.argtypes = (ctypes.c_void_p, ctypes.c_int, ctypes.c_bool)
-    lib.host_input_follows.argtypes = (ctypes.c_void_p, ctypes.c_int)
-    lib.host_counters.argtypes = (ctypes.c_void_p, ctypes.POINTER(Counters))
-    lib.trace_add.argtypes = (ctypes.c_void_p, CONSUMER, ctypes.c_void_p)
-    stalls.bind(lib)
-    bind(lib)
-    return lib
-
-
-LIB = _library()
 
 
 @dataclass
@@ -77,7 +30,7 @@ class Run:
     position: list[int]
     end_ticks: int
     timer_hz: int
-    counters: Counters = field(repr=False)
+    counters: HostCounters = field(repr=False)
 
     def seconds(self) -> NDArray[np.float64]:
         return self.events["t"] / self.timer_hz
@@ -176,8 +129,8 @@ class Host:
     def stall_often(self, rng: random.Random, sides: Sequence[stalls.Side], count: int = 30) -> None:
         stalls.stall_often(LIB, self._host, rng, sides, self.timer_hz, count)
 
-    def counters(self) -> Counters:
-        counters = Counters()
+    def counters(self) -> HostCounters:
+        counters = HostCounters()
         LIB.host_counters(self._host, ctypes.byref(counters))
         return counters
 

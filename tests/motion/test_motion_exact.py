@@ -32,7 +32,7 @@ def expected_steps(target: dict[str, Decimal], steps_per_mm: int) -> list[tuple[
     return allowed
 
 
-@settings(max_examples=120, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=120, suppress_health_check=[HealthCheck.too_slow])
 @given(moves=st.lists(move, min_size=1, max_size=25), incremental=st.booleans())
 def test_random_programs_end_on_their_exact_target(
     moves: list[tuple[str, dict[str, Decimal], int]], incremental: bool
@@ -54,7 +54,7 @@ def test_random_programs_end_on_their_exact_target(
         assert low <= steps <= high
 
 
-@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=60, suppress_health_check=[HealthCheck.too_slow])
 @given(moves=st.lists(move, min_size=1, max_size=20))
 def test_the_counter_is_the_sum_of_the_pulses(moves: list[tuple[str, dict[str, Decimal], int]]) -> None:
     host = Host()

@@ -111,7 +111,7 @@ def test_random_blends_that_end_at_rest_end(block: int) -> None:
         host.close()
 
 
-@settings(max_examples=150, deadline=None, suppress_health_check=list(HealthCheck))
+@settings(max_examples=150, suppress_health_check=list(HealthCheck))
 @given(
     seed=st.integers(0, 10_000),
     held_ms=st.lists(st.tuples(st.floats(0.5, 300), st.floats(0.5, 300)), min_size=1, max_size=6),

@@ -21,7 +21,7 @@ from wificnc.build.checkout import checkout_root
 from wificnc.build.host import build_program
 
 TIMER_HZ = 20_000_000
-common = settings(max_examples=40, deadline=None, suppress_health_check=list(HealthCheck))
+common = settings(max_examples=40, suppress_health_check=list(HealthCheck))
 
 
 @functools.cache

@@ -5,6 +5,7 @@ from __future__ import annotations
 import subprocess
 from pathlib import Path
 
+import pytest
 from patience import HANG_S
 from wificnc.build.checkout import checkout_root
 from wificnc.build.host import build_program
@@ -19,6 +20,7 @@ def run(name: str, variant: str, *flags: str) -> str:
     return done.stdout
 
 
+@pytest.mark.slow
 def test_batches_and_positions_cross_threads_whole_under_thread_sanitizer() -> None:
     assert "0 wrong" in run("step_threads", "tsan", "-pthread")
 

@@ -10,6 +10,7 @@ import math
 from dataclasses import dataclass, field
 
 import numpy as np
+import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from motion_host import AXES, BASELINE, Host, Run
@@ -25,9 +26,7 @@ WINDOW_S = 0.020
 GRAIN_MM_S2 = 2 / (STEPS_PER_MM * WINDOW_S**2)
 Points = NDArray[np.float64]
 
-common = settings(
-    max_examples=40, deadline=None, suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large]
-)
+common = settings(max_examples=40, suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large])
 
 
 @dataclass
@@ -241,6 +240,7 @@ def _add_arc(
     program.points[-1] = target
 
 
+@pytest.mark.slow
 @settings(common, max_examples=25)
 @given(program=arc_programs())
 def test_arcs_of_all_planes(program: Program) -> None:

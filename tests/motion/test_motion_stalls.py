@@ -7,11 +7,13 @@ from __future__ import annotations
 
 import math
 import random
+from functools import cache
 
 import numpy as np
 import pytest
 from motion_host import BASELINE, Host, Run
 from numpy.typing import NDArray
+from slow import slow_but
 from wificnc.sim.native import Tasks
 
 ACCEL_MM_S2 = 500.0
@@ -84,6 +86,12 @@ def run_with(program: str, stalls: list[tuple[int, float, float]], jerk_mm_s3: f
     return run
 
 
+@cache
+def undisturbed(program: str, jerk_mm_s3: float = 0.0) -> Run:
+    """What it does without a stall; the same for many tests."""
+    return run_with(program, [], jerk_mm_s3)
+
+
 def random_stalls(rng: random.Random, sides: int, most_s: float) -> list[tuple[int, float, float]]:
     at_s, stalls = 0.0, []
     while len(stalls) < 40:
@@ -96,9 +104,9 @@ def random_stalls(rng: random.Random, sides: int, most_s: float) -> list[tuple[i
 
 @pytest.mark.parametrize("name", PROGRAMS)
 @pytest.mark.parametrize("side", SIDES)
-@pytest.mark.parametrize("seed", range(2))
+@pytest.mark.parametrize("seed", slow_but((0).__eq__, range(2)))
 def test_stalls_of_any_length_break_no_limit_and_lose_nothing(name: str, side: str, seed: int) -> None:
-    plain = run_with(PROGRAMS[name], [])
+    plain = undisturbed(PROGRAMS[name])
     run = run_with(PROGRAMS[name], random_stalls(random.Random(f"{name} {side} {seed}"), SIDES[side], 1.0))
     assert_legal(run)
     assert run.position == plain.position
@@ -109,7 +117,7 @@ def test_stalls_of_any_length_break_no_limit_and_lose_nothing(name: str, side: s
 @pytest.mark.parametrize("name", ["polygon", "arc", "dense"])
 @pytest.mark.parametrize("side", SIDES)
 def test_a_limited_jerk_rolls_back_too(name: str, side: str) -> None:
-    plain = run_with(PROGRAMS[name], [], 30_000)
+    plain = undisturbed(PROGRAMS[name], 30_000)
     run = run_with(PROGRAMS[name], random_stalls(random.Random(f"{name} {side}"), SIDES[side], 0.5), 30_000)
     assert_legal(run)
     assert run.position == plain.position
@@ -120,7 +128,7 @@ def test_a_limited_jerk_rolls_back_too(name: str, side: str) -> None:
 @pytest.mark.parametrize("name", ["line", "polygon", "arc", "dense"])
 def test_ordinary_stalls_do_not_even_slow_the_job(name: str, side: str, stall_s: float) -> None:
     """10 or 20 ms in each 100 ms: less than what is committed."""
-    plain = run_with(PROGRAMS[name], [])
+    plain = undisturbed(PROGRAMS[name])
     run = run_with(PROGRAMS[name], [(SIDES[side], 0.1 * n, stall_s) for n in range(1, 200)])
     assert_legal(run)
     assert run.position == plain.position
@@ -166,12 +174,12 @@ def test_a_stop_for_lack_of_data_is_counted_and_said_once() -> None:
     run = run_with(PROGRAMS["line"], [(BOTH, 1.0, 0.5)])
     assert run.counters.underruns == 1
     assert run.said.count("[MSG:Motion slowed down because the controller was busy") == 1
-    assert run_with(PROGRAMS["line"], []).said.count("[MSG:") == 0
+    assert undisturbed(PROGRAMS["line"]).said.count("[MSG:") == 0
 
 
 def test_the_end_of_a_job_is_no_underrun() -> None:
     """A long last line of which all is known, and the task late while it ends."""
-    plain = run_with("G1X30F3000\n", [])
+    plain = undisturbed("G1X30F3000\n")
     end_s = float(plain.seconds()[-1] - plain.seconds()[0])
     run = run_with("G1X30F3000\n", [(BOTH, end_s - 0.02, 0.3)])
     assert_legal(run)
@@ -198,7 +206,7 @@ def test_commands_between_stalls(name: str, command: str) -> None:
         assert run.counted() == run.position
         if command != "\x18":
             assert_legal(run)
-            assert run.position == run_with(PROGRAMS[name], []).position
+            assert run.position == undisturbed(PROGRAMS[name]).position
         host.close()
 
 
@@ -221,7 +229,7 @@ def test_a_jog_is_cancelled_between_stalls() -> None:
 @pytest.mark.parametrize("name", ["line", "arc", "polygon"])
 def test_a_hold_acts_within_a_few_ms_however_much_is_committed(name: str) -> None:
     """The step edges are those without the hold until 12.5 ms after it, at most."""
-    plain = run_with(PROGRAMS[name], [])
+    plain = undisturbed(PROGRAMS[name])
     for at_s in (0.35, 0.5, 0.77):
         host = fresh()
         host.start(PROGRAMS[name])

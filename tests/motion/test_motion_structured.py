@@ -13,7 +13,7 @@ from lawful import COARSE, FINE, Machine, accelerations, assert_ends_at, assert_
 from motion_host import Run
 from structured import FIXED, Path, structured_paths
 
-common = settings(max_examples=60, deadline=None, suppress_health_check=list(HealthCheck))
+common = settings(max_examples=60, suppress_health_check=list(HealthCheck))
 
 machines = st.builds(
     Machine,
@@ -83,6 +83,7 @@ def test_a_slow_axis_keeps_its_rate_in_a_bend(first_deg: int, turn_deg: int) -> 
     assert np.abs(speed[:, 2]).max() <= 500 / 60 * 1.001 + 2 / (slow.steps_per_mm[2] * 0.010)
 
 
+@pytest.mark.slow
 @common
 @given(path=structured_paths(), machine=machines, mode=path_modes)
 def test_any_structure_on_any_machine(path: Path, machine: Machine, mode: str) -> None:

@@ -113,6 +113,7 @@ def test_software_reset_comes_with_the_read(ready: VirtualChip) -> None:
     assert ready.resets == 1 and ready.cpu().pc == 0xBFC00000
 
 
+@pytest.mark.slow
 def test_watchdog(ready: VirtualChip) -> None:
     """It bites 2.048 s after it was last cleared by 0x5743 in its upper half."""
     ready.write_register(WDTCON + SET, ON)

@@ -11,11 +11,7 @@ from canon import rs274
 from compare import check_same
 from gcode_core import XYZABC
 from gcode_library import gcode_library
-from hypothesis import settings
 from ours import Ours, filtered
-
-settings.register_profile("untimed", deadline=None)
-settings.load_profile("untimed")
 
 
 @pytest.fixture(scope="session")

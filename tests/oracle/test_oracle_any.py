@@ -205,6 +205,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 # Not shrunk: one program takes a while, and the failure says which call differs.
+@pytest.mark.slow
 @settings(max_examples=EXAMPLES, derandomize=True, phases=[Phase.generate], suppress_health_check=list(HealthCheck))
 @given(data=st.data())
 def test_any_program(lib: CDLL, folder: Path, data: st.DataObject) -> None:

@@ -12,18 +12,12 @@ from pathlib import Path
 
 import pytest
 from gcode_core import Controller
+from layouts import HOST
 from patience import HANG_S
 
 START = {"X": 20.0, "Z": 5.0}
 CALL = re.compile(r"^\s*\d+ N\S*\s+(\w+)\(([^)]*)\)")
-THREAD_ROOM = 1024  # more than struct thread
 RAPID, PASS = 0, 1
-
-
-class Action(ctypes.Structure):
-    """struct thread_action."""
-
-    _fields_ = (("kind", ctypes.c_int), ("target_mm", ctypes.c_double * 6), ("depth_mm", ctypes.c_double))
 
 
 def rs274_passes(line: str, folder: Path) -> list[tuple[float, float, float]]:
@@ -57,11 +51,10 @@ def our_passes(lib: ctypes.CDLL, line: str) -> list[tuple[float, float, float]]:
         assert controller.answer(before) == 0
     status, command = controller.resolve(line.replace(" ", ""))
     assert status == 0
-    lib.thread_next.restype = ctypes.c_bool
-    thread, action = ctypes.create_string_buffer(THREAD_ROOM), Action()
-    lib.thread_begin(thread, controller.state.position_mm, ctypes.byref(command.move))
+    thread, action = HOST.struct("thread")(), HOST.struct("thread_action")()
+    lib.thread_begin(ctypes.byref(thread), controller.state.position_mm, ctypes.byref(command.move))
     passes, at = [], [START["X"], START["Z"]]
-    while lib.thread_next(thread, ctypes.byref(action)):
+    while lib.thread_next(ctypes.byref(thread), ctypes.byref(action)):
         x, z = action.target_mm[0], action.target_mm[2]
         if action.kind == PASS:
             ends = (at[0], x, at[0] + action.depth_mm if command.move.thread.entry else x)

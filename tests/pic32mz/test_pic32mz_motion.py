@@ -63,6 +63,7 @@ def test_the_same_steps_as_the_host_at_the_same_times(controller: Controller, tm
         assert np.quantile(np.abs(late), 0.99) <= TICK_NS + NS_PER_CYCLE
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "lines"), [("plot.nc", 150), ("relief.nc", 120)])
 def test_a_real_job_makes_the_same_steps(controller: Controller, tmp_path: Path, name: str, lines: int) -> None:
     """The beginning of a job from a CAM tool, at 115200 baud: every step of the host's simulation, and no other."""
@@ -92,6 +93,7 @@ def test_pulse_length_follows_setting_0(controller: Controller) -> None:
     assert 10.0 <= controller.chip.pulses().high * NS_PER_CYCLE / 1000 <= 10.2
 
 
+@pytest.mark.slow
 def test_the_greatest_step_rate(controller: Controller) -> None:
     """The board's events a second on four axes, exact to the last step, in less than 30 % of the processor's time."""
     rate = controller.board.timing.max_step_rate_hz

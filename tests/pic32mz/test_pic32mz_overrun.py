@@ -64,7 +64,7 @@ def test_a_thousand_lines_too_many_do_not_slow_the_motion_down(controller: Contr
     controller.fine("G91G1X60F2400")
     controller.run(0.3)
     controller.steps()
-    controller.chip.write(b"\n" * 1000 + b"G1X0.001\n" * 600 + b"\n" * 3000)
+    controller.chip.write(b"\n" * 1000 + b"G1X0.001\n" * 600 + b"\n" * 6000)
     controller.run(1.0)
     gaps = [int(gap) for gap in np.diff(controller.steps()["cycle"].astype(np.int64))]
     assert max(gaps) - min(gaps) <= 0.4e-6 * CPU_HZ

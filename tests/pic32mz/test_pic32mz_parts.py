@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 from patience import HANG_S
+from slow import slow_but
 from wificnc.build.checkout import checkout_root
 from wificnc.build.host import build_program
 
@@ -19,7 +20,7 @@ STORE = ("store/flash_store.c", "store/flash_page.c", "store/flash_layout_1.c")
 PROGRAMS = {"flash_store": STORE, "store_flips": STORE}
 
 
-@pytest.mark.parametrize("name", PROGRAMS)
+@pytest.mark.parametrize("name", slow_but("flash_store".__eq__, PROGRAMS))
 def test_program(name: str) -> None:
     sources = [HERE / f"{name}.c", *(PIC32MZ / source for source in PROGRAMS[name])]
     output = checkout_root() / "build" / "tests" / "pic32mz" / name

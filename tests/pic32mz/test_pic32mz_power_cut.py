@@ -8,6 +8,7 @@ import re
 
 import pytest
 from chip_controller import Controller, PowerIsOff
+from slow import slow_but
 from store_pages import full_page, pages, prepared
 from wificnc.board.model import Board
 from wificnc.chip.image import Block
@@ -43,14 +44,14 @@ def cut_everywhere(board: Board, image: tuple[Block, ...], before: bytes, torn: 
     raise AssertionError("more operations than a change can have")
 
 
-@pytest.mark.parametrize("torn", Torn)
+@pytest.mark.parametrize("torn", slow_but(Torn.AMID.__eq__, Torn))
 def test_first_change_of_a_blank_chip(board: Board, image: tuple[Block, ...], torn: Torn) -> None:
     """Also the very first one erases, writes, and puts the page's head last."""
     found = cut_everywhere(board, image, b"\xff" * STORE_SIZE, torn)
     assert found <= {("250.000", "250.000"), ("999.000", "250.000")}
 
 
-@pytest.mark.parametrize("torn", Torn)
+@pytest.mark.parametrize("torn", slow_but(Torn.AMID.__eq__, Torn))
 def test_change_that_moves_to_the_other_page(
     board: Board, image: tuple[Block, ...], full_page: bytes, torn: Torn
 ) -> None:

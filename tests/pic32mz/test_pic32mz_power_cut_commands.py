@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 from chip_controller import Controller, PowerIsOff
 from image_fixture import ALL_ON_CHIP
+from slow import slow_but
 from store_pages import full_page, pages, prepared
 from wificnc.board.model import Board
 from wificnc.chip.image import Block
@@ -17,6 +18,7 @@ __all__ = ["full_page"]
 BEFORE = ("$100=640", "$110=1234.5", "G10L2P3X1.5Y-2", "G10L2P9Z4", "G10L1P5Z-3", "$N0=G21", "$N1=G90", "$I=SHOP")
 COMMANDS = ("$100=77", "$22=1", "G10L2P1X5", "G10L2P8Y6", "G10L20P2X1Z2", "G10L1P7Z1", "G28.1", "G30.1", "$N0=G20")
 COMMANDS += ("$N1=", "$I=MILL", "$RST=$", "$RST=#", "$RST=*")
+QUICK = ("$100=77",)  # tests/settings cuts the power in each of them, on the PC
 QUESTIONS = ("$$", "$#", "$N", "$I", "G43H5", "$#", "G43H7", "$#")
 MOST = 600  # operations of a command
 
@@ -67,7 +69,7 @@ def torn_at(nth: int) -> list[Torn]:
     return list(Torn) if ALL_ON_CHIP else [Torn(nth % 3)]
 
 
-@pytest.mark.parametrize("command", COMMANDS)
+@pytest.mark.parametrize("command", slow_but(QUICK.__contains__, COMMANDS))
 def test_old_or_new(board: Board, image: tuple[Block, ...], before: bytes, command: str) -> None:
     with begin(board, image, before) as controller:
         operations = controller.chip.flash_operations
@@ -96,6 +98,7 @@ def test_old_or_new(board: Board, image: tuple[Block, ...], before: bytes, comma
     print(f"{command}: {operations} flash operations, {cuts} power cuts, none left a mix")
 
 
+@pytest.mark.slow
 def test_acknowledging_damage_is_one_transaction_too(board: Board, image: tuple[Block, ...], before: bytes) -> None:
     """Before it is done the damage is still reported; then the damaged value is the one that was in force."""
     damaged = bytearray(before)

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from chip_controller import BANNER, Controller
+from slow import slow_but
 from store_pages import full_page, prepared
 from test_pic32mz_motion import JITTER_NS, SETTINGS, chip_trace, host_trace
 from wificnc.board.model import Board
@@ -47,14 +48,14 @@ def operations_of(controller: Controller, line: str) -> int:
     return controller.chip.flash_operations - before
 
 
-@pytest.mark.parametrize("flood", ["", "?" * 4000], ids=["quiet", "reports"])
-def test_steps_are_in_time_while_lines_are_stored(full: Controller, tmp_path: Path, flood: str) -> None:
+@pytest.mark.parametrize("reports", slow_but((4000).__eq__, [0, 4000]))
+def test_steps_are_in_time_while_lines_are_stored(full: Controller, tmp_path: Path, reports: int) -> None:
     """Every step of the plan, each within 1 us of it, with page changes between and the serial port at full rate."""
     full.fine(*SETTINGS, "$100=250", "$101=250")
     job = "\n".join(STORING * 6)
     host = host_trace(tmp_path, job)
     before = full.chip.flash_operations
-    full.chip.write(flood.encode())
+    full.chip.write(b"?" * reports)
     chip = chip_trace(full, job)
     assert full.chip.flash_operations - before > 500
     assert len(chip) == len(host) > 10_000

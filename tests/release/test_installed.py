@@ -19,6 +19,8 @@ from wificnc.flash.device import open_device
 from wificnc.flash.plan import Region
 from wificnc.linuxcnc.source import FILE_NAME, component_source
 
+pytestmark = pytest.mark.slow  # what the package carries is looked at in test_release, too
+
 
 @pytest.fixture(scope="module")
 def installed(dist: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:

@@ -197,7 +197,7 @@ def test_the_protocol_header_is_all_that_a_host_in_c_needs(dist: Path, tmp_path:
         f'#include "{asset(dist, "-protocol.h")}"\n'
         "#include <stdio.h>\n"
         "int main(void) {\n"
-        "    uint8_t packet[WIRE_PACKET_MOST];\n"
+        "    uint8_t packet[WIRE_PACKET_MAX];\n"
         "    struct wire_jog jog = {.axis = 2, .direction = -1, .speed_steps_s = 70000};\n"
         "    wire_put_jog(packet + WIRE_HEADER_SIZE, &jog);\n"
         "    size_t size = wire_close(packet, WIRE_JOG, WIRE_JOG_SIZE, 7, 1234);\n"
@@ -233,6 +233,7 @@ def test_the_linuxcnc_component_is_one_c_file(dist: Path, tmp_path: Path) -> Non
     assert built.returncode == 0 and os.access(folder / "wificnc-hal", os.X_OK), built.stderr
 
 
+@pytest.mark.slow
 def test_the_same_commit_gives_the_same_bytes(dist: Path, tmp_path: Path) -> None:
     """Another folder, other file times, another umask, called from elsewhere."""
     other = make_tree(tmp_path / "somewhere" / "quite" / "else")

@@ -1,17 +1,74 @@
-"""`make test` runs every test there is: pytest leaves out folders by their names, without a word."""
+"""`make test-all` runs every test there is, `make test` some of every folder, and who names these commands is right."""
 
 from __future__ import annotations
 
+import ast
+import re
 from fnmatch import fnmatch
-from pathlib import Path
 
 import pytest
+from wificnc.build.checkout import checkout_root
 
-TESTS = Path(__file__).parents[1]
+ROOT = checkout_root()
+TESTS = ROOT / "tests"
+SLOW = "pytest.mark.slow"
 
 
 def test_no_folder_of_tests_is_left_out(pytestconfig: pytest.Config) -> None:
+    """pytest leaves out folders by their names, without a word."""
     folders = {part for path in TESTS.rglob("test_*.py") for part in path.relative_to(TESTS).parts[:-1]}
     patterns = pytestconfig.getini("norecursedirs")
     assert "build" in folders
     assert [folder for folder in sorted(folders) for pattern in patterns if fnmatch(folder, pattern)] == []
+
+
+def quick_tests(text: str) -> list[str]:
+    """Names of tests without the marker; one that has it for some parameters only has quick ones (slow_but)."""
+    body = ast.parse(text).body
+    marked = {
+        ast.unparse(node.value) for node in body if isinstance(node, ast.Assign) and "pytestmark" in ast.dump(node)
+    }
+    tests = [node for node in body if isinstance(node, ast.FunctionDef) and node.name.startswith("test_")]
+    return [node.name for node in tests if SLOW not in {*marked, *map(ast.unparse, node.decorator_list)}]
+
+
+def test_every_folder_has_quick_tests() -> None:
+    folders = {path.parent for path in TESTS.rglob("test_*.py")} - {TESTS / "native" / "test_core"}
+    for folder in sorted(folders - {TESTS / "native"}):  # PlatformIO's, which tests/build runs
+        found = [name for path in folder.glob("test_*.py") for name in quick_tests(path.read_text(encoding="utf-8"))]
+        assert found, f"{folder.relative_to(ROOT)}: nothing of it is in `make test`"
+
+
+def test_the_marker_is_seen() -> None:
+    assert quick_tests("@pytest.mark.slow\n@other(1)\ndef test_a(): ...\n\n\ndef test_b(): ...\n") == ["test_b"]
+    assert quick_tests("pytestmark = pytest.mark.slow\n\n\ndef test_a(): ...\n") == []
+
+
+def recipe(target: str) -> str:
+    """What the Makefile does for it."""
+    found = re.search(
+        rf"^(?:\S+ )*{target}(?: \S+)*:[^=\n]*\n((?:\t.*\n)+)", (ROOT / "Makefile").read_text(), re.MULTILINE
+    )
+    assert found, target
+    return found[1]
+
+
+def test_ci_runs_all_of_it_by_a_command_of_the_readme() -> None:
+    readme, ci = ((ROOT / name).read_text(encoding="utf-8") for name in ("README.md", ".ci/run"))
+    ran = re.findall(r"^(make test\S*) ", ci, re.MULTILINE)
+    assert ran == ["make test-all"]
+    assert set(re.findall(r"^(make test\S*) +#", readme, re.MULTILINE)) == {"make test", *ran}
+
+
+def test_only_make_test_leaves_tests_out(pytestconfig: pytest.Config) -> None:
+    """By its command, so that a file that is run by its name runs whole."""
+    makefile = (ROOT / "Makefile").read_text()
+    assert re.findall(r"^(\S+): MARKED = (.+)$", makefile, re.MULTILINE) == [("test", '-m "not slow"')]
+    assert recipe("test-all") == recipe("test") and "$(MARKED)" in recipe("test")
+    assert "slow" not in str(pytestconfig.getini("addopts"))
+
+
+@pytest.mark.parametrize("target", ["test", "test-all"])
+def test_help_and_document_name_both(target: str) -> None:
+    assert re.search(rf"make {target}  ", recipe("help"))
+    assert f"| `make {target}` |" in (ROOT / "docs" / "development.md").read_text(encoding="utf-8")

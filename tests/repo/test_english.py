@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from lint.english import RULES, check_english, check_text, is_user_visible
+from lint.english import RULES, check_comments, check_english, check_text, has_comments, is_user_visible
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -110,3 +110,30 @@ def test_which_files_users_read() -> None:
 
 def test_our_tree_is_plain() -> None:
     assert [str(problem) for problem in check_english(ROOT)] == []
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "lines"),
+    [
+        ("core/machine/a.c", 'char *a = "at once"; /* It stops at once. */\n/* Stops at\n * once. */\n', [1, 2]),
+        ("web/src/a.ts", "// It stops at once.\nconst a = 'x://at once';\n", [1]),
+        ("cli/wificnc/a.py", '"""It stops at once."""\nA = "at once"  # at once\n', [1, 2]),
+        ("protocol/a.toml", 'a = "at once"\n# at once\n', [2]),
+    ],
+)
+def test_phrases_in_comments_are_found(name: str, text: str, lines: list[int]) -> None:
+    assert sorted(problem.line for problem in check_comments(Path(name), text)) == lines
+
+
+@pytest.mark.parametrize(
+    "text", ["/* What holds for whoever asks. */", "/* `at once` */", "/* It stops immediately. */"]
+)
+def test_comments_may_be_terser_than_messages(text: str) -> None:
+    assert check_comments(Path("core/machine/a.c"), text + "\n") == []
+
+
+def test_which_files_have_their_comments_checked() -> None:
+    assert all(
+        has_comments(Path(name)) for name in ("core/a.h", "targets/esp32/a.S", "tools/bench/a.py", "boards/a.toml")
+    )
+    assert not any(has_comments(Path(name)) for name in ("docs/a.md", "tests/cli/test_a.py", "tools/lint/english.py"))

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from graphlib import TopologicalSorter
 from pathlib import Path
 
 import pytest
-from lint.includes import ALLOWED, check_includes
+from lint.includes import ALLOWED, TARGETS, check_includes
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -34,7 +35,7 @@ def lint_one(tree: Path, name: str, text: str) -> list[str]:
         ("core/hal/contract.c", '"hal/hal_step.h"'),
         ("core/settings/a.c", '"gcode/status.h"'),
         ("core/machine/a.c", '"gcode/gcode.h"'),
-        ("core/link/a.c", '"config.h"'),
+        ("core/input/a.c", '"config.h"'),
         ("core/base/a.c", "<math.h>"),
     ],
 )
@@ -60,6 +61,56 @@ def test_include_along_the_data_is_allowed(tree: Path, name: str, include: str) 
 def test_other_include_is_caught(tree: Path, name: str, include: str, message: str) -> None:
     (found,) = lint_one(tree, name, f"int a;\n#include {include}\n")
     assert message in found
+
+
+TARGET_HEADERS = {"chip": "task_periods.h", "net": "net_hub.h", "esp32": "io/inputs.h", "pc": "host.h", "sim": "sim.h"}
+
+
+@pytest.fixture
+def targets(tree: Path) -> Path:
+    """Targets with one header each."""
+    for target, name in TARGET_HEADERS.items():
+        path = tree / "targets" / target / name
+        path.parent.mkdir(parents=True)
+        path.write_text("int x;\n")
+    return tree
+
+
+@pytest.mark.parametrize(
+    ("name", "include"),
+    [("sim/a.c", "host.h"), ("pc/a.c", "net_hub.h"), ("pc/a.c", "host.h"), ("esp32/io/a.c", "inputs.h"),
+     ("esp32/net/a.c", "io/inputs.h"), ("net/a.c", "base/base.h"), ("esp32/net/a.c", "driver/gpio.h")],
+)  # fmt: skip
+def test_a_target_includes_what_is_below_it(targets: Path, name: str, include: str) -> None:
+    (targets / "targets/esp32/net").mkdir()
+    assert lint_one(targets, f"targets/{name}", f'#include "{include}"\n') == []
+
+
+@pytest.mark.parametrize(
+    ("name", "include", "whose"),
+    [("pc/a.c", "sim.h", "sim"), ("net/a.c", "host.h", "pc"), ("chip/a.c", "io/inputs.h", "esp32")],
+)
+def test_a_target_that_includes_upwards_is_caught(targets: Path, name: str, include: str, whose: str) -> None:
+    (found,) = lint_one(targets, f"targets/{name}", f'#include "{include}"\n')
+    assert f'may not include "{include}" of {whose}' in found
+
+
+def test_a_header_that_each_target_supplies_is_free(targets: Path) -> None:
+    for target in ("esp32", "pc"):
+        (targets / "targets" / target / "sizes.h").write_text("int x;\n")
+    assert lint_one(targets, "targets/net/a.c", '#include "sizes.h"\n') == []
+
+
+def test_a_new_target_may_include_no_other_one(targets: Path) -> None:
+    (targets / "targets/attic").mkdir(parents=True)
+    (targets / "targets/net/sockets.h").write_text("int x;\n")
+    assert lint_one(targets, "targets/attic/a.c", "int a;\n") == []
+    assert "may not include" in lint_one(targets, "targets/attic/a.c", '#include "sockets.h"\n')[0]
+
+
+def test_no_two_rooms_include_each_other() -> None:
+    TopologicalSorter(TARGETS).prepare()
+    TopologicalSorter({room: {name.split("/")[0] for name in names} for room, names in ALLOWED.items()}).prepare()
 
 
 def test_problem_names_file_and_line(tree: Path) -> None:

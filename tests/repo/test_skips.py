@@ -54,6 +54,11 @@ def test_a_tool_that_is_missing_fails_where_it_must_be_there(tmp_path: Path, val
     assert ("1 failed, 1 xfailed, 1 error" if code else "2 skipped, 1 xfailed") in said
 
 
+def test_the_closing_lines_say_what_brings_tests_back(tmp_path: Path) -> None:
+    _, said = outcome(tmp_path, PROGRAM.format(reason="there is no Chromium here: apt-get install chromium"), "")
+    assert "2 skipped: there is no Chromium here: apt-get install chromium\n" in said
+
+
 def test_what_is_on_the_list_is_skipped(tmp_path: Path) -> None:
     got, said = outcome(tmp_path, PROGRAM.format(reason="this kernel has no netem (Error)"), "1")
     assert got == 0 and "2 skipped" in said

@@ -6,7 +6,7 @@ const { createRequire } = require('module');
 const io = createRequire(directory + '/node_modules/cncjs/package.json')('socket.io-client');
 const fs = require('fs');
 
-const deadline = setTimeout(() => fail('nothing more happened'), 90000);
+const deadline = setTimeout(() => fail('nothing more happened'), 300000);
 const errors = [];
 let controller = {};
 let settings = {};

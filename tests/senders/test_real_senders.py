@@ -61,6 +61,7 @@ def test_grbl_streamer(server: Server, tmp_path: Path, from_pypi: Callable[..., 
     check(server, saw, end)
 
 
+@pytest.mark.slow
 def test_bcnc_sender(server: Server, tmp_path: Path, from_pypi: Callable[..., Path]) -> None:
     if importlib.util.find_spec("tkinter") is None:
         missing("bCNC's modules import tkinter (Debian: apt-get install python3-tk)")
@@ -96,6 +97,7 @@ def cncjs_server(directory: Path, scratch: Path) -> Iterator[str]:
         process.communicate(timeout=HANG_S)
 
 
+@pytest.mark.slow
 def test_cncjs(server: Server, tmp_path: Path, from_npm: Callable[..., Path]) -> None:
     directory = from_npm("cncjs", "cncjs@1.11.5")
     end = write_job(tmp_path / "job.nc")

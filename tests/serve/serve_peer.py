@@ -16,7 +16,7 @@ from pathlib import Path
 from patience import HANG_S
 from wificnc.serve.server import Server
 
-RX_BYTES = 1024  # what the controller's receive buffer holds: in flight at most
+RX_BYTES = 2048  # what the controller's receive buffer holds: in flight at most
 
 Serve = Callable[..., Server]  # the fixture that starts a controller
 
@@ -191,3 +191,13 @@ def pour(peer: Peer, lines: Iterable[str]) -> list[str]:
         assert peer.hear(), "the controller has closed the connection"
         answers += [line for line in peer.heard() if line == "ok" or line.startswith("error:")]
     return answers
+
+
+def connect(server: Server) -> Peer:
+    assert server.tcp
+    return Peer.tcp(server.tcp)
+
+
+def serial(server: Server) -> Peer:
+    assert server.options.pty
+    return Peer.serial(server.options.pty)

@@ -11,7 +11,7 @@ from itertools import count
 
 import pytest
 from bench.streams import ANSWER, GRID_MM, Door, rest_mm
-from serve_peer import Peer, Serve
+from serve_peer import Peer, Serve, connect, serial
 from wificnc.serve.server import Server
 
 IN_FLIGHT = 200  # lines of the job that wait for their answers
@@ -59,16 +59,6 @@ class Job:
         self._unsent += b"G1X1X2\n" if wrong else b"X0.004\n"
         self._expected.append("error:25" if wrong else "ok")
         self.moves += not wrong
-
-
-def connect(server: Server) -> Peer:
-    assert server.tcp
-    return Peer.tcp(server.tcp)
-
-
-def serial(server: Server) -> Peer:
-    assert server.options.pty
-    return Peer.serial(server.options.pty)
 
 
 def vanish(peer: Peer) -> None:

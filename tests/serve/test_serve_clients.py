@@ -10,18 +10,13 @@ from contextlib import suppress
 from pathlib import Path
 
 import pytest
-from serve_peer import Peer, Serve
+from serve_peer import Peer, Serve, connect
 from wificnc.serve.server import Server
 
 
 @pytest.fixture
 def server(serve: Serve) -> Server:
     return serve()
-
-
-def connect(server: Server) -> Peer:
-    assert server.tcp
-    return Peer.tcp(server.tcp)
 
 
 def test_second_client_is_told_who_commands(server: Server) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import select
 
 import pytest
-from serve_peer import Peer, Serve, pour
+from serve_peer import Peer, Serve, connect, pour
 from wificnc.serve.server import Server
 
 VARIANTS = ("release", "asan")
@@ -16,11 +16,6 @@ JOB_END = [3000 % 40 * 0.05, 3000 % 9 * 0.1]
 @pytest.fixture(params=VARIANTS)
 def server(request: pytest.FixtureRequest, serve: Serve) -> Server:
     return serve(variant=request.param, pty=True)
-
-
-def connect(server: Server) -> Peer:
-    assert server.tcp
-    return Peer.tcp(server.tcp)
 
 
 def owns(owner: Peer) -> Peer:

@@ -14,22 +14,12 @@ from pathlib import Path
 
 import pytest
 from patience import HANG_S, wait_until
-from serve_peer import Peer, Serve
+from serve_peer import Peer, Serve, connect, serial
 from wificnc.serve.server import Server
 
 LOST = "[MSG:Sender lost: feed hold]"
 CUT = "M3S500\nG91G1X-300F3000\n"  # six seconds
 SPEED = 4.0  # of virtual time, so that spindles run up in a second
-
-
-def connect(server: Server) -> Peer:
-    assert server.tcp
-    return Peer.tcp(server.tcp)
-
-
-def serial(server: Server) -> Peer:
-    assert server.options.pty
-    return Peer.serial(server.options.pty)
 
 
 def abort(peer: Peer) -> None:

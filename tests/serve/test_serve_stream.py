@@ -27,7 +27,7 @@ def test_a_wrong_answer_is_seen(serve: Serve) -> None:
         pour(door, job.lines, ["ok"] * len(job.lines))
 
 
-@pytest.mark.parametrize("in_flight", [40, 127, 1024])
+@pytest.mark.parametrize("in_flight", [40, 127, 1024, 2048])
 def test_counted_stream(serve: Serve, in_flight: int) -> None:
     job = program(2000)
     server = serve(pty=True)

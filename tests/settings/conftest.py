@@ -7,7 +7,9 @@ import os
 import subprocess
 
 import pytest
-from settings_core import ROOT, Settings, Values
+from c_library import load
+from layouts import HOST
+from settings_core import ROOT, Settings
 from wificnc.build.compiler import locate_compiler
 
 FLAGS = ["-std=c11", "-O1", "-g", "-fPIC", "-shared", "-Wall", "-Wextra", "-Wconversion", "-Wshadow", "-Werror"]
@@ -22,19 +24,7 @@ def library() -> ctypes.CDLL:
     built = folder / f"settings-{os.getpid()}.so"
     subprocess.run([*locate_compiler(), *FLAGS, "-Icore", *SOURCES, "-o", str(built)], cwd=ROOT, check=True)
     final = built.replace(folder / "settings.so")
-    library = ctypes.CDLL(str(final))
-    library.settings_set.argtypes = [ctypes.POINTER(Values), ctypes.c_uint16, ctypes.c_double, ctypes.c_uint8]
-    library.settings_get.restype = ctypes.c_bool
-    library.settings_get.argtypes = [
-        ctypes.POINTER(Values),
-        ctypes.c_uint16,
-        ctypes.c_uint8,
-        ctypes.POINTER(ctypes.c_double),
-        ctypes.POINTER(ctypes.c_uint8),
-    ]
-    library.settings_next.restype = ctypes.c_bool
-    library.settings_next.argtypes = [ctypes.POINTER(ctypes.c_uint16), ctypes.c_uint8]
-    return library
+    return load(final, HOST)
 
 
 @pytest.fixture

@@ -9,6 +9,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from layouts import HOST
+
 if sys.version_info >= (3, 11):
     import tomllib
 else:
@@ -16,24 +18,6 @@ else:
 
 ROOT = Path(__file__).resolve().parents[2]
 AXES = 6
-C_TYPES = {"bool": ctypes.c_bool, "u8": ctypes.c_uint8, "u16": ctypes.c_uint16, "float": ctypes.c_float}
-
-
-class Row(ctypes.Structure):
-    """struct setting_row of core/settings/settings_table.h."""
-
-    _fields_ = [
-        ("number", ctypes.c_uint16),
-        ("offset", ctypes.c_uint16),
-        ("type", ctypes.c_uint8),
-        ("count", ctypes.c_uint8),
-        ("decimals", ctypes.c_uint8),
-        ("below", ctypes.c_uint8),
-        ("min", ctypes.c_float),
-        ("max", ctypes.c_float),
-        ("fallback", ctypes.c_float),
-        ("affects", ctypes.c_uint16),
-    ]
 
 
 @dataclass(frozen=True)
@@ -58,20 +42,16 @@ class Numbered:
 
 
 TABLE: list[dict[str, Any]] = tomllib.loads((ROOT / "protocol/settings.toml").read_text(encoding="utf-8"))["setting"]
+for _row in TABLE:
+    if "choice" in _row:
+        _row["max"] = len(_row["choice"]) - 1
 NUMBERS = [
     Numbered(row["number"] + index, index, row) for row in TABLE for index in range(AXES if row.get("per_axis") else 1)
 ]
 
 
-def _field(row: dict[str, Any]) -> tuple[str, Any]:
-    c_type = C_TYPES[row["type"]]
-    return row["name"], c_type * AXES if row.get("per_axis") else c_type
-
-
-class Values(ctypes.Structure):
-    """struct settings as the table describes it."""
-
-    _fields_ = [_field(row) for row in TABLE]
+Row = HOST.struct("setting_row")
+Values = HOST.struct("settings")
 
 
 class Settings:

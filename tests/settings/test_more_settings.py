@@ -82,7 +82,8 @@ def compiled(tree: Path, *arguments: str) -> None:
 @pytest.mark.parametrize("room", ROOMS)
 def test_everything_still_compiles(tree: Path, room: str) -> None:
     assert all(setting.number < FIRST for setting in NUMBERS)
-    sources = [str(path.relative_to(tree)) for path in sorted((tree / room).rglob("*.c"))]
+    paths = [path for path in sorted((tree / room).rglob("*.c")) if not path.stem.endswith("_windows")]
+    sources = [str(path.relative_to(tree)) for path in paths]
     compiled(tree, "-fsyntax-only", "-Wall", "-Wextra", "-Werror", *ROOMS[room], *sources)
 
 

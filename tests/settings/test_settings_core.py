@@ -83,7 +83,8 @@ def test_defaults_overwrite_everything_and_nothing_else(settings: Settings) -> N
 
 
 def test_report_of_defaults_is_grbls(settings: Settings) -> None:
-    assert settings.report(axes=3) == GRBL_REPORT.split()
+    known = {line.split("=")[0] for line in GRBL_REPORT.split()}
+    assert [line for line in settings.report(axes=3) if line.split("=")[0] in known] == GRBL_REPORT.split()
 
 
 @pytest.mark.parametrize("axes", [0, 1, 3, 6, 7, 255])

@@ -114,6 +114,7 @@ def test_pic32mz_pages_of_layout_1(board: Board, image: tuple[Block, ...], name:
         assert b"WFG2" in (pages[:4], pages[0x4000:0x4004])
 
 
+@pytest.mark.slow
 def test_power_cuts_while_pic32mz_pages_are_migrated(board: Board, image: tuple[Block, ...]) -> None:
     """At every operation of the first write: all values are the old ones, or the new one is there as well."""
     pages = (OLD / "pic32mz_layout_1_second_page.bin").read_bytes()

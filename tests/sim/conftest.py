@@ -6,14 +6,14 @@ import ctypes
 from pathlib import Path
 
 import pytest
-from sim_native import declare
+from c_library import load
+from layouts import HOST
 from wificnc.build.host import ensure_host_library
-from wificnc.sim.native import load_library
 
 
 @pytest.fixture(scope="session")
 def library() -> ctypes.CDLL:
-    return declare(load_library(ensure_host_library()))
+    return load(ensure_host_library(), HOST)
 
 
 @pytest.fixture

@@ -4,96 +4,28 @@ from __future__ import annotations
 
 import ctypes
 from collections.abc import Iterable, Sequence
-from ctypes import (
-    POINTER,
-    Structure,
-    byref,
-    c_char_p,
-    c_double,
-    c_int,
-    c_int32,
-    c_int64,
-    c_size_t,
-    c_uint8,
-    c_uint32,
-    c_uint64,
-    c_void_p,
-)
+from ctypes import POINTER, byref, c_char_p, c_double, c_int, c_void_p
 from pathlib import Path
 
 import numpy as np
+from c_library import CONSUMER, EVENT
+from layouts import HOST
 from wificnc.sim.native import AXIS_COUNT, SAMPLE_DTYPE, PathSample
 
 RAPID = 0x01
 AXES = range(AXIS_COUNT)
 
-EVENT_DTYPE = np.dtype(
-    [("t", "<u8"), ("step", "u1"), ("dir", "u1"), ("flags", "u1"), ("dwells", "u1"), ("line", "<u4")]
-)
-
-
-class Measured(Structure):
-    _fields_ = (
-        ("events", c_uint64),
-        ("cutting_ticks", c_uint64),
-        ("rapid_ticks", c_uint64),
-        ("last_ticks", c_uint64),
-        ("steps_total", c_int64 * AXIS_COUNT),
-        ("position_steps", c_int32 * AXIS_COUNT),
-        ("min_steps", c_int32 * AXIS_COUNT),
-        ("max_steps", c_int32 * AXIS_COUNT),
-        ("min_interval_ticks", c_uint64 * AXIS_COUNT),
-        ("max_speed_steps_s", c_double * AXIS_COUNT),
-        ("max_accel_steps_s2", c_double * AXIS_COUNT),
-        ("accel_window_s", c_double * AXIS_COUNT),
-    )
-
-
-class SimText(Structure):
-    _fields_ = (
-        ("bytes", POINTER(ctypes.c_char)),
-        ("size", c_size_t),
-        ("line_number", POINTER(c_uint32)),
-        ("line_count", c_uint64),
-        ("file_lines", c_uint64),
-        ("percent_lines", c_uint64),
-    )
-
-
-CONSUMER = ctypes.CFUNCTYPE(None, c_void_p, c_void_p, c_size_t)
-
-
-def declare(library: ctypes.CDLL) -> ctypes.CDLL:
-    prototypes = {
-        "measure_create": (c_void_p, (c_uint32,)),
-        "measure_destroy": (None, (c_void_p,)),
-        "measure_begin": (None, (c_void_p, c_uint64, POINTER(c_double))),
-        "measure_expect_accel": (None, (c_void_p, c_int, c_double)),
-        "measure_sample_every": (None, (c_void_p, c_double)),
-        "measure_events": (None, (c_void_p, c_void_p, c_size_t)),
-        "measure_end": (None, (c_void_p, c_uint64, c_uint8)),
-        "measure_result": (None, (c_void_p, POINTER(Measured))),
-        "measure_samples": (c_size_t, (c_void_p, POINTER(POINTER(PathSample)))),
-        "trace_csv_open": (c_void_p, (c_char_p, c_uint32, POINTER(c_int))),
-        "trace_raw_open": (c_void_p, (c_char_p, c_uint32, POINTER(c_int))),
-        "trace_vcd_open": (c_void_p, (c_char_p, c_uint32, c_uint32, c_uint32, POINTER(c_char_p), POINTER(c_int))),
-        "trace_writer_close": (c_int, (c_void_p,)),
-        "sim_text_make": (c_int, (POINTER(SimText), c_char_p, c_size_t)),
-        "sim_text_free": (None, (POINTER(SimText),)),
-    }
-    for name, (result, arguments) in prototypes.items():
-        function = getattr(library, name)
-        function.restype, function.argtypes = result, arguments
-    return library
+Measured = HOST.struct("measured")
+SimText = HOST.struct("sim_text")
 
 
 def events(rows: Iterable[Sequence[int]]) -> np.ndarray:
     """Rows of (t, step_mask, dir_mask[, flags[, dwells]])."""
-    return np.array([(*row, *(0,) * (6 - len(row))) for row in rows], dtype=EVENT_DTYPE)
+    return np.array([(*row, *(0,) * (6 - len(row))) for row in rows], dtype=EVENT)
 
 
 def axis_events(ticks: np.ndarray, axis: int = 0, negative: bool = False, flags: int = 0) -> np.ndarray:
-    out = np.zeros(len(ticks), dtype=EVENT_DTYPE)
+    out = np.zeros(len(ticks), dtype=EVENT)
     out["t"], out["step"], out["dir"], out["flags"] = ticks, 1 << axis, int(negative) << axis, flags
     return out
 

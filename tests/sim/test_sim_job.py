@@ -208,7 +208,7 @@ lines = st.tuples(
 
 
 @given(st.lists(lines, min_size=1, max_size=30), st.integers(50, 5000))
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 def test_random_programs_end_on_the_exact_step(library, program, feed):
     text, target, incremental = f"F{feed}\n", [Decimal(0)] * 3, False
     for code, axes in program:

@@ -8,7 +8,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from sim_native import EVENT_DTYPE, events, write_trace
+from c_library import EVENT
+from sim_native import events, write_trace
 from wificnc.sim.trace import raw_to_npz, signal_names
 
 NAMES = signal_names({"step_x": "GPIO1", "dir_x": "GPIO2"}, "XYZ")
@@ -17,7 +18,7 @@ VCD = {"names": NAMES, "pulse_ns": 2500, "setup_ns": 1000}
 
 def random_trace(count: int = 10_000, seed: int = 1) -> np.ndarray:
     rng = np.random.default_rng(seed)
-    trace = np.zeros(count, dtype=EVENT_DTYPE)
+    trace = np.zeros(count, dtype=EVENT)
     trace["t"] = np.cumsum(rng.integers(150, 20_000, count)) + 300
     trace["step"] = rng.integers(1, 8, count)
     trace["dir"] = rng.integers(0, 8, count)

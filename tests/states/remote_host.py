@@ -7,8 +7,9 @@ import ctypes
 import socket
 import struct
 
+from c_library import LIB
 from generate.states_table import Input
-from grbl_host import HZ, LIB, Grbl
+from grbl_host import HZ, Grbl
 from wificnc.wmc3.layout import (
     Ack,
     Authenticate,
@@ -67,26 +68,6 @@ PAYLOADS: dict[str, Layout] = {
     "other_host": ConfigSave(),
     "other_host_hold": Hold(),
 }  # and those that need a number: motion, segments, closes, drops
-
-
-def bind(lib: ctypes.CDLL) -> None:
-    handle, size, data, u32, u16 = ctypes.c_void_p, ctypes.c_size_t, ctypes.c_char_p, ctypes.c_uint32, ctypes.c_uint16
-    for name, result, *arguments in (
-        ("host_wire_create", handle, handle, data),
-        ("host_wire_destroy", None, handle),
-        ("host_wire_datagram", None, handle, u32, u16, data, size),
-        ("host_wire_sent", size, handle, ctypes.POINTER(u32), ctypes.POINTER(u16), data, size),
-        ("host_wire_connect", ctypes.c_int, handle, u32),
-        ("host_wire_disconnect", None, handle, ctypes.c_int),
-        ("host_wire_request", size, handle, ctypes.c_int, data, size, data),
-        ("host_wire_run", None, handle, ctypes.c_uint64),
-        ("host_state", data, handle),
-    ):
-        function = getattr(lib, name)
-        function.restype, function.argtypes = result, arguments
-
-
-bind(LIB)
 
 
 def number(address: str) -> int:

@@ -97,7 +97,7 @@ class Pair:
     def outputs(self) -> tuple[bool, int]:
         """Spindle and coolant, as the pins are."""
         outputs = self.grbl.outputs()
-        return outputs.direction != 0, outputs.coolant
+        return outputs.spindle_direction != 0, outputs.coolant
 
     def close(self) -> None:
         self.grbl.close()

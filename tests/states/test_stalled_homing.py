@@ -4,15 +4,13 @@ from __future__ import annotations
 
 import random
 
-import numpy as np
 import pytest
 import stalls
 from grbl_host import Grbl
+from stalled import SPM, assert_accelerations, stop_steps, until_answered, ways
 
-SPM = 250
 HIGH, LOW = (1000, 1007, 1014), (-10000, -10003, -10006)
 TRAVEL_MM = 100
-COMMITTED_S = 0.055  # AHEAD_FULL_US, and a segment
 CYCLES = [(4, 3), (7,), (1, 2, 4)]
 
 
@@ -39,12 +37,6 @@ class Homing:
         self.grbl.place([*self.start, 0, 0, 0])
         self.grbl.record()
 
-    def home(self, letters: str, most_s: float = 300) -> str:
-        said, end_s = self.grbl.after(0.0, f"$H{letters}\n"), self.grbl.time() + most_s
-        while "ok" not in said and self.grbl.time() < end_s:
-            said += self.grbl.after(0.05)
-        return said
-
     def found(self) -> list[int]:
         """True places a pull-off before the switches."""
         back = self.pull_off_mm * SPM
@@ -62,20 +54,23 @@ class Homing:
             assert (at[ax], counted[ax]) == (found, self.counted()[ax] if ax in axes else 0)
             assert not self.ganged >> ax & 1 or self.grbl.second_stands()[ax] == at[ax]
 
-    def assert_legal(self) -> None:
-        assert np.abs(self.grbl.accelerations()).max() <= 1.2 * self.accel + 2 / 0.01**2
-
     def assert_near(self, axes: list[int]) -> None:
         """Beyond a switch only what is committed and the way to a stop."""
-        events = self.grbl.step_events()
-        speed = self.rate_mm_min / 60 * SPM
-        most = speed * COMMITTED_S + speed**2 / (2 * self.accel) + 2
+        _, way_of_all = ways(self.grbl)
+        most = stop_steps(self.rate_mm_min / 60 * SPM, self.accel)
         for ax in axes:
-            sense = np.where(events["dir"] >> ax & 1, -1, 1) * (events["step"] >> ax & 1).astype(int)
-            way = self.start[ax] + np.cumsum(sense)
+            way = self.start[ax] + way_of_all[:, ax]
             beyond = LOW[ax] - way.min() if self.mask >> ax & 1 else way.max() - HIGH[ax]
             pressed = LOW[ax] - self.start[ax] if self.mask >> ax & 1 else self.start[ax] - HIGH[ax]
             assert beyond <= most + max(pressed, 0)
+
+
+def homes(homing: Homing, rng: random.Random, kind: str, letters: str = "") -> None:
+    """While sides stall: every axis that was asked for is a pull-off before its switch."""
+    homing.grbl.stall_often(rng, stalls.LATE[kind], 200)
+    assert ended_well(until_answered(homing.grbl, f"$H{letters}\n"))
+    homing.assert_found(["XYZ".index(letter) for letter in letters or "XYZ"])
+    assert_accelerations(homing.grbl, homing.accel)
 
 
 def ended_well(said: str) -> bool:
@@ -88,12 +83,8 @@ def ended_well(said: str) -> bool:
 def test_every_axis_finds_its_switch(seed: int, kind: str, letters: str) -> None:
     rng = random.Random(f"{seed} {kind} {letters}")
     homing = Homing(rng)
-    homing.grbl.stall_often(rng, stalls.LATE[kind], 200)
-    axes = ["XYZ".index(letter) for letter in letters or "XYZ"]
-    assert ended_well(homing.home(letters))
-    homing.assert_found(axes)
-    homing.assert_legal()
-    homing.assert_near(axes)
+    homes(homing, rng, kind, letters)
+    homing.assert_near(["XYZ".index(letter) for letter in letters or "XYZ"])
     homing.grbl.close()
 
 
@@ -104,10 +95,7 @@ def test_both_motors_find_their_switches(seed: int, kind: str, ganged: int) -> N
     rng = random.Random(f"{seed} {kind} {ganged}")
     homing = Homing(rng, ganged)
     homing.grbl.skew(1, rng.choice([0, 100, -250]))
-    homing.grbl.stall_often(rng, stalls.LATE[kind], 200)
-    assert ended_well(homing.home(""))
-    homing.assert_found([0, 1, 2])
-    homing.assert_legal()
+    homes(homing, rng, kind)
     homing.grbl.close()
 
 
@@ -116,10 +104,7 @@ def test_both_motors_find_their_switches(seed: int, kind: str, ganged: int) -> N
 def test_limited_jerk(seed: int, kind: str) -> None:
     rng = random.Random(f"{seed} {kind}")
     homing = Homing(rng, jerk_mm_s3=30_000)
-    homing.grbl.stall_often(rng, stalls.LATE[kind], 200)
-    assert ended_well(homing.home(""))
-    homing.assert_found([0, 1, 2])
-    homing.assert_legal()
+    homes(homing, rng, kind)
     homing.grbl.close()
 
 

@@ -13,47 +13,20 @@ import numpy as np
 import pytest
 import stalls
 from grbl_host import HZ, Grbl
-
-SPM, ACCEL = 250, 500
+from stalled import ANSWER, SPM, assert_legal, recorded, until_answered, ways
 
 
 def machine(late: str, rng: random.Random, count: int = 80, jerk_mm_s3: float = 0.0) -> Grbl:
-    grbl = Grbl()
-    grbl.send("")
-    grbl.settings(**{f"s{base + ax}": v for base, v in ((100, SPM), (110, 5000), (120, ACCEL)) for ax in range(3)})
-    grbl.settings(s40=jerk_mm_s3, s10=1)
-    grbl.record()
+    grbl = recorded(jerk_mm_s3)
     grbl.record_outputs()
     grbl.stall_often(rng, stalls.LATE[late], count)
     return grbl
-
-
-def finish(grbl: Grbl, lines: int, most_s: float = 200) -> str:
-    """Go on until so many lines are answered, with ~ now and then."""
-    said, end_s = grbl.heard(), grbl.time() + most_s
-    while len(re.findall(r"^(?:ok|error:\d+)\r$", said, re.MULTILINE)) < lines:
-        assert grbl.time() < end_s, f"hangs: {said}"
-        said += grbl.after(0.1)
-    return said
 
 
 def settle(grbl: Grbl, most_s: float = 200) -> None:
     end_s = grbl.time() + most_s
     while "Idle" not in grbl.after(0.5, "?"):
         assert grbl.time() < end_s, "it does not come to rest"
-
-
-def ways(grbl: Grbl) -> tuple[np.ndarray, np.ndarray]:
-    """Ticks of all step events, and the place after each."""
-    events = grbl.step_events()
-    bits = np.arange(3)
-    sense = 1 - 2 * (events["dir"][:, None] >> bits & 1).astype(int)
-    return events["t"], np.cumsum((events["step"][:, None] >> bits & 1) * sense, axis=0)
-
-
-def assert_legal(grbl: Grbl) -> None:
-    assert np.abs(grbl.accelerations()).max() <= 1.2 * ACCEL * SPM + 2 / 0.01**2
-    assert grbl.position() == grbl.stands()
 
 
 def places_of_changes(grbl: Grbl) -> list[list[int]]:
@@ -72,8 +45,7 @@ def test_outputs_come_where_the_program_has_them(seed: int, late: str, feed: int
     x, y, z = (rng.randrange(1, 2500) / SPM for _ in range(3))
     lines = [f"G1F{feed}X{x:.3f}", "M3S1000", f"Y{y:.3f}", "M8", f"G2X0Y0R{max(x, y):.3f}", "M5", f"G0Z{z:.3f}", "M9"]
     lines += ["G4P0.05", f"G1X{x:.3f}", "M3", "G0X0Y0", "M5"]
-    grbl.put("\n".join(lines) + "\n")
-    assert finish(grbl, len(lines)).count("ok\r\n") == len(lines)
+    assert until_answered(grbl, "\n".join(lines) + "\n", len(lines)).count("ok\r\n") == len(lines)
     settle(grbl)
     x, y, z = (round(mm * SPM) for mm in (x, y, z))
     assert places_of_changes(grbl) == [[x, 0, 0], [x, y, 0], [0, 0, 0], [0, 0, z], [x, 0, z], [0, 0, z]]
@@ -87,8 +59,7 @@ def test_dwells_last_at_least_as_long_as_they_should(seed: int, late: str) -> No
     rng = random.Random(f"{seed} {late}")
     grbl = machine(late, rng)
     dwell_s = rng.choice([0.03, 0.2, 1.1])
-    grbl.put(f"G1X2F600\nG4P{dwell_s}\nX4\nG4P{dwell_s}\nX1\n")
-    finish(grbl, 5)
+    until_answered(grbl, f"G1X2F600\nG4P{dwell_s}\nX4\nG4P{dwell_s}\nX1\n", 5)
     settle(grbl)
     t, way = ways(grbl)
     for place in (2 * SPM, 4 * SPM):
@@ -107,8 +78,7 @@ def test_offsets_count_from_where_the_program_has_them(seed: int, late: str) -> 
     length = rng.randrange(1, 500) / SPM
     lines = [f"G1X5F{rng.choice([300, 3000])}", "G92X0", "X5", "G92.1", "X1", "G10L20P1X0", "X2", f"G43.1Z{length:.3f}"]
     lines += ["Z0", "G49", "G0Z1", "G10L20P1Z0", "G1Z1"]
-    grbl.put("\n".join(lines) + "\n")
-    assert finish(grbl, len(lines)).count("ok\r\n") == len(lines)
+    assert until_answered(grbl, "\n".join(lines) + "\n", len(lines)).count("ok\r\n") == len(lines)
     settle(grbl)
     _, way = ways(grbl)
     turns = [way[n].tolist() for n in range(len(way) - 1) if (way[n + 1] - way[n] != way[n] - way[n - 1]).any()]
@@ -134,23 +104,17 @@ def test_jogs_are_cancelled(seed: int, late: str) -> None:
         said += grbl.after(rng.uniform(0.0, 1.0))
         said += grbl.after(rng.choice([0.0, 0.01, 1.5]), rng.choice(["\x85", "!"]))
         grbl.put("~")  # `!` is a hold where nothing jogs
-    grbl.put("\x85")
-    said += finish(grbl, sent - len(re.findall(r"^(?:ok|error:\d+)\r$", said, re.MULTILINE)))
+    until_answered(grbl, "\x85", sent - len(ANSWER.findall(said)))
     settle(grbl)
     at = grbl.position()
     grbl.after(30)
     assert grbl.position() == at
     assert_legal(grbl)
-    assert "ok" in finish_line(grbl, "G90G1X0Y0Z0F5000")
+    assert "ok" in until_answered(grbl, "G90G1X0Y0Z0F5000\n")
     settle(grbl)
     assert grbl.stands()[:3] == [0, 0, 0], "where it stands is known to the step"
     assert_legal(grbl)
     grbl.close()
-
-
-def finish_line(grbl: Grbl, line: str) -> str:
-    grbl.put(line + "\n")
-    return finish(grbl, 1)
 
 
 INTERRUPTIONS = ["!", "~", "!~", "\x84", "\x91", "\x92\x92", "\x90", "\x97", "\x95", "\x9e", "door", "\x99", "?"]
@@ -179,7 +143,7 @@ def test_a_job_that_is_interrupted_ends_where_it_should(seed: int, late: str, je
         assert grbl.time() < end_s, said
         said = said.replace("<Idle", "") + grbl.after(0.7, "~?")
     _, way = ways(grbl)
-    assert way[-1].tolist() == [0, 0, 0] and grbl.outputs().direction == 0
+    assert way[-1].tolist() == [0, 0, 0] and grbl.outputs().spindle_direction == 0
     assert_legal(grbl)
     assert way.min() >= -1 - 250 and "error" not in said and "ALARM" not in said
     grbl.close()

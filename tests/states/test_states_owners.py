@@ -44,10 +44,10 @@ def test_an_interrupted_job_waits_without_its_tools_for_the_next_client(hosts: R
     hosts.lose_sender()
     said = hosts.after(SETTLED_S)
     assert HELD in said and hosts.state() == "Hold:0" and hosts.notice() == HELD[5:-1]
-    assert (hosts.outputs().direction, hosts.outputs().coolant) == (0, 0)
+    assert (hosts.outputs().spindle_direction, hosts.outputs().coolant) == (0, 0)
     left = hosts.position()
     hosts.after(3, "~")
-    assert hosts.outputs().direction == 1 and hosts.position() == left, "it runs up first"
+    assert hosts.outputs().spindle_direction == 1 and hosts.position() == left, "it runs up first"
     hosts.after(60)
     assert hosts.position()[0] == -1000 and hosts.state() == "Idle" and hosts.notice() is None
     assert hosts.outputs().coolant == 2
@@ -70,4 +70,4 @@ def test_tools_of_a_lost_sender_stop_when_the_host_is_done(hosts: RemoteHosts) -
     assert hosts.packet(INPUTS["host_motion"]) == "done"
     hosts.lose_sender()
     assert HELD in hosts.after(SETTLED_S)
-    assert hosts.state() == "Hold:0" and hosts.outputs().direction == 0
+    assert hosts.state() == "Hold:0" and hosts.outputs().spindle_direction == 0

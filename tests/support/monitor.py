@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-import ctypes
 from enum import IntFlag
+
+from c_library import HostLibrary
 
 
 class Checks(IntFlag):
@@ -20,21 +21,10 @@ class Checks(IntFlag):
 CHECKS = Checks.COUNTER | Checks.ANSWERS | Checks.STATE | Checks.LIMITS | Checks.BEAM | Checks.LIVENESS
 
 
-def bind(lib: ctypes.CDLL) -> None:
-    """Tell ctypes the types of the functions used here."""
-    lib.monitor_create.argtypes = (ctypes.c_void_p, ctypes.c_uint32)
-    lib.monitor_create.restype = ctypes.c_void_p
-    lib.monitor_destroy.argtypes = (ctypes.c_void_p,)
-    lib.monitor_destroy.restype = None
-    for name in ("monitor_found", "monitor_end"):
-        getattr(lib, name).argtypes = (ctypes.c_void_p,)
-        getattr(lib, name).restype = ctypes.c_char_p
-
-
 class Monitor:
     """Watches one host from its creation to its end."""
 
-    def __init__(self, lib: ctypes.CDLL, host: int, checks: Checks = CHECKS) -> None:
+    def __init__(self, lib: HostLibrary, host: int, checks: Checks = CHECKS) -> None:
         self._lib = lib
         self._monitor = lib.monitor_create(host, checks)
         assert self._monitor

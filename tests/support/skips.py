@@ -8,6 +8,8 @@ from __future__ import annotations
 
 import os
 import re
+from collections import Counter
+from collections.abc import Iterable
 
 VARIABLE = "WIFICNC_NO_SKIPS"
 
@@ -31,6 +33,12 @@ def is_forbidden(reason: str) -> bool:
     if os.environ.get(VARIABLE, "") in ("", "0"):
         return False
     return not any(re.search(pattern, reason) for pattern in ALLOWED)
+
+
+def closing_lines(reasons: Iterable[str]) -> list[str]:
+    """What was skipped, the most first; most reasons name the package that brings it back."""
+    counted = Counter(reason.removeprefix("Skipped: ").splitlines()[0] for reason in reasons)
+    return [f"{count} skipped: {reason}" for reason, count in counted.most_common()]
 
 
 def complaint(reason: str) -> str:

@@ -23,8 +23,9 @@ from wificnc.sim.job import JobRequest, SimResult, Timing, run_job
 from wificnc.sim.look import ACCURACY_PARTS, SPEED_LEVELS
 from wificnc.sim.native import load_library
 from wificnc.sim.path import path_from_samples, simplify
-from wificnc.web.build import install_packages, missing_tools, run_npm
-from wificnc.web.wasm import build_wasm
+
+from web.build import install_packages, missing_tools, run_npm
+from web.wasm import build_wasm
 
 ROOT = Path(__file__).resolve().parents[2]
 EXAMPLES = ("pcb_outline.nc", "plot.nc")

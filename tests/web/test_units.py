@@ -7,11 +7,13 @@ from pathlib import Path
 
 import pytest
 from wificnc.board.header import pin_header_text
-from wificnc.board.load import load_board
+from wificnc.board.load import find_boards, load_board
 from wificnc.build.checkout import checkout_root
-from wificnc.web.build import install_packages, missing_tools, run_npm
+
+from web.build import install_packages, missing_tools, run_npm
 
 ROOT = Path(__file__).resolve().parents[2]
+ESP32_BOARDS = [path.stem for path in find_boards() if load_board(path).target == "esp32"]
 
 
 def test_units() -> None:
@@ -24,7 +26,7 @@ def test_units() -> None:
     assert result["numPassedTests"] > 0
 
 
-@pytest.mark.parametrize("board_id", ["esp32-wroom32", "esp32s3-devkitc", "esp32s3-devkitc-quad", "esp32s3-zero"])
+@pytest.mark.parametrize("board_id", ESP32_BOARDS)
 @pytest.mark.parametrize("kind", ["output", "input"])
 def test_the_page_allows_the_pins_that_the_firmware_allows(board_id: str, kind: str) -> None:
     tables = json.loads((ROOT / "web/src/generated/tables.json").read_text())

@@ -16,7 +16,8 @@ from wificnc.board.load import load_board
 from wificnc.serve.options import Address, ServeOptions
 from wificnc.serve.page import About, PageServer
 from wificnc.serve.server import Server
-from wificnc.web.build import build_page, missing_tools
+
+from web.build import build_page, missing_tools
 
 CHROMIUM = ("chromium", "chromium-browser", "google-chrome")
 TIMEOUT_MS = 1000 * HANG_S

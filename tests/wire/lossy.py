@@ -14,9 +14,10 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from types import TracebackType
 
+from patience import HANG_S
 from wificnc.wmc3.layout import CONTROL_PORT, IO_STATUS_PORT, STATUS_PORT, UDP_PORT
 
-DATAGRAM_MOST = 2048
+DATAGRAM_MAX = 2048
 Peer = tuple[str, int]
 
 
@@ -126,7 +127,7 @@ class Lossy:
             with contextlib.suppress(OSError):
                 each.shutdown(socket.SHUT_RDWR)
         for thread in self._threads:
-            thread.join(5)
+            thread.join(HANG_S)
         for each in self._sockets:
             each.close()
         self._selector.close()
@@ -189,7 +190,7 @@ class Lossy:
             heapq.heappush(self._on_way, (at, next(self._serial), number, way, send, data))
 
     def _from_host(self) -> None:
-        data, host = self._front.recvfrom(DATAGRAM_MOST)
+        data, host = self._front.recvfrom(DATAGRAM_MAX)
         if host not in self._links:
             link = self._links[host] = self._udp(self.local, 0)
             link.connect((self.device, UDP_PORT))
@@ -197,10 +198,10 @@ class Lossy:
         self._pass(self._to_device, self._links[host].send, data)
 
     def _answer(self, link: socket.socket, host: Peer) -> None:
-        self._to(host, link.recv(DATAGRAM_MOST))
+        self._to(host, link.recv(DATAGRAM_MAX))
 
     def _status(self, status: socket.socket, port: int) -> None:
-        data = status.recv(DATAGRAM_MOST)
+        data = status.recv(DATAGRAM_MAX)
         for address in {address for address, _ in self._links}:
             self._to((address, port), data)
 

@@ -100,7 +100,7 @@ def test_coolant_that_the_board_lacks_is_refused(make_device: Make, missing: int
     device.run(0.06)
     assert device.status.coolant == (0 if refused else coolant)
     assert device.outputs().coolant == (0 if refused else {1: 2, 2: 1, 3: 3}[coolant])
-    assert (device.outputs().direction, device.status.misc_outputs) == ((0, 0) if refused else (1, 1))
+    assert (device.outputs().spindle_direction, device.status.misc_outputs) == ((0, 0) if refused else (1, 1))
     assert reason(device, client, IoControl()) == Refusal.NONE
 
 
@@ -111,7 +111,7 @@ def test_coolant_that_the_board_lacks_is_passed_where_the_setting_says_so(make_d
     assert reason(device, client, IoControl(spindle=1, rpm=500, coolant=3)) == Refusal.NONE
     device.send(JogStop(0xFF))
     device.run(0.06)
-    assert device.status.coolant == 2 and device.outputs().direction == 1
+    assert device.status.coolant == 2 and device.outputs().spindle_direction == 1
 
 
 @pytest.mark.parametrize(("missing", "spindle", "refused"), [(0, 2, False), (4, 2, True), (4, 1, False), (1, 1, True)])
@@ -124,7 +124,7 @@ def test_a_spindle_that_the_board_cannot_turn_is_refused(
     assert (reply.header.type == Type.REFUSED) == refused
     if refused:
         assert reply.payload.reason == Refusal.NO_OUTPUT  # type: ignore[union-attr]
-    assert device.outputs().direction == (0 if refused else {1: 1, 2: -1}[spindle])
+    assert device.outputs().spindle_direction == (0 if refused else {1: 1, 2: -1}[spindle])
 
 
 def test_a_host_that_interrupts_a_cut_burns_nothing(make_device: Make) -> None:

@@ -12,7 +12,7 @@ from wire_device import OTHER, TIMER_HZ, Device, Sent
 
 Make = Callable[..., Device]
 ENCODER = {88: 4096, 76: 10}
-INDEX_REV = 0.375  # where the virtual spindle has its index: targets/sim/virtual_spindle.c
+INDEX_REV = 0.375  # where the virtual spindle has its index: targets/pc/virtual_spindle.c
 
 
 def hello(device: Device) -> HandshakeResponse:

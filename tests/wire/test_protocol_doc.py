@@ -14,8 +14,8 @@ from generate.wire_table import Enum, Packet, WireStruct, parse_wire
 from wificnc.protocol.nvs import load_nvs
 from wificnc.protocol.table import load_settings
 from wificnc.wmc3.keys import KEYS
-from wificnc.wmc3.layout import PACKETS, Authenticate, ChallengeResponse, Refusal
-from wificnc.wmc3.packet import parse
+from wificnc.wmc3.layout import PACKETS, Authenticate, ChallengeResponse, Ping, Refusal
+from wificnc.wmc3.packet import build, parse
 from wificnc.wmc3.packing import Layout
 from wificnc.wmc3.remedies import REMEDIES
 from wire_core import c_name, opens, rebuild
@@ -144,9 +144,19 @@ def test_every_link_leads_somewhere() -> None:
     assert links - anchors == set()
 
 
-def test_a_packet_without_a_vector_is_an_error() -> None:
-    with pytest.raises(ValueError, match="has no packet"):
+def test_a_packet_without_a_vector_or_an_example_is_an_error() -> None:
+    with pytest.raises(ValueError, match=r"no vector .*: ack, authenticate"):
         parse_examples('[[vector]]\nname = "estop"\nhex = "33434d5701040000000000000000000058dc"\n', TABLE)
+
+
+def test_an_example_is_made_as_the_vectors_are() -> None:
+    source = (ROOT / "protocol/vectors/packets.toml").read_text(encoding="utf-8")
+    without = "".join(part for part in source.split("[[vector]]") if 'name = "ping"' not in part)
+    ping = next(packet for packet in TABLE.packet if packet.name == "ping")
+    rest = tuple(packet for packet in TABLE.packet if packet.name != "ping")
+    table = TABLE.model_copy(update={"packet": (*rest, ping.model_copy(update={"example": (7,)}))})
+    made = parse_examples(re.sub(r"^(?=name)", "[[vector]]\n", without, flags=re.M), table)["ping"]
+    assert made.data == build(Ping(7)) and opens(made.data)
 
 
 def test_the_examples_need_no_hand() -> None:

@@ -118,7 +118,7 @@ def test_a_job_that_a_host_interrupts_ends_where_it_should(
         said += device.heard()
     device.run(5)
     assert device.position == device.pulses == [0] * 6
-    assert device.state == "Idle" and device.outputs().direction == 0
+    assert device.state == "Idle" and device.outputs().spindle_direction == 0
     assert_all_smooth(device)
 
 

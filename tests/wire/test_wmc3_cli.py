@@ -11,7 +11,7 @@ import pytest
 from click.testing import CliRunner
 from wificnc.app import root
 from wificnc.board.load import load_board
-from wificnc.commands.wmc3 import SLICES_MOST, parse_moves, slices
+from wificnc.commands.wmc3 import SLICES_MAX, parse_moves, slices
 from wificnc.errors import RefusedError, UserError
 from wificnc.serve.options import ServeOptions
 from wificnc.serve.server import Server
@@ -149,7 +149,7 @@ def test_a_refusal_of_a_newer_device() -> None:
 
 def test_a_very_long_move_has_longer_slices() -> None:
     made = slices(parse_moves(("X=2147483647",)), 1000.0)
-    assert len(made) == SLICES_MOST and sum(segment.steps[0] for segment in made) == 2147483647
+    assert len(made) == SLICES_MAX and sum(segment.steps[0] for segment in made) == 2147483647
     assert sum(segment.duration_us for segment in made) == pytest.approx(2147483647 / 1000 * 1e6, rel=1e-6)
 
 

@@ -4,25 +4,12 @@ from __future__ import annotations
 
 import ctypes
 import re
-from functools import cache
 
-from wificnc.build.host import ensure_host_library
+from c_library import LIB
 from wificnc.wmc3.layout import PACKETS, Segment
 from wificnc.wmc3.packet import HEADER_SIZE
 
-PACKET_MOST = 512
-
-
-@cache
-def library() -> ctypes.CDLL:
-    lib = ctypes.CDLL(str(ensure_host_library()))
-    lib.wire_open.argtypes = (ctypes.c_char_p, ctypes.c_size_t, ctypes.c_void_p)
-    lib.wire_open.restype = ctypes.c_bool
-    lib.wire_close.argtypes = (ctypes.c_void_p, ctypes.c_uint8, ctypes.c_size_t, ctypes.c_uint32, ctypes.c_uint32)
-    lib.wire_close.restype = ctypes.c_size_t
-    lib.wire_crc16.argtypes = (ctypes.c_uint16, ctypes.c_char_p, ctypes.c_size_t)
-    lib.wire_crc16.restype = ctypes.c_uint16
-    return lib
+PACKET_MAX = 512
 
 
 def c_name(kind: type) -> str:
@@ -31,15 +18,15 @@ def c_name(kind: type) -> str:
 
 
 def opens(data: bytes) -> bool:
-    return bool(library().wire_open(data, len(data), ctypes.create_string_buffer(64)))
+    return bool(LIB.wire_open(data, len(data), ctypes.create_string_buffer(64)))
 
 
 def again(name: str, payload: bytes) -> bytes:
     """A payload read by C and written by C."""
     inside = (ctypes.c_uint64 * 64)()
-    out = ctypes.create_string_buffer(b"\xaa" * PACKET_MOST, PACKET_MOST)
-    getattr(library(), f"wire_get_{name}")(payload, inside)
-    getattr(library(), f"wire_put_{name}")(out, inside)
+    out = ctypes.create_string_buffer(b"\xaa" * PACKET_MAX, PACKET_MAX)
+    getattr(LIB, f"wire_get_{name}")(payload, inside)
+    getattr(LIB, f"wire_put_{name}")(out, inside)
     return out.raw[: len(payload)]
 
 
@@ -53,7 +40,7 @@ def rebuild(data: bytes) -> bytes:
     rest = body[head_size:]
     parts = [again("segment", rest[at : at + Segment.size()]) for at in range(0, len(rest), Segment.size())]
     payload = head + b"".join(parts)
-    packet = ctypes.create_string_buffer(bytes(HEADER_SIZE) + payload, PACKET_MOST)
+    packet = ctypes.create_string_buffer(bytes(HEADER_SIZE) + payload, PACKET_MAX)
     sequence, timestamp = (int.from_bytes(data[at : at + 4], "little") for at in (8, 12))
-    size = library().wire_close(packet, data[5], len(payload), sequence, timestamp)
+    size = LIB.wire_close(packet, data[5], len(payload), sequence, timestamp)
     return packet.raw[:size]

@@ -6,12 +6,13 @@ import ctypes
 import socket
 import struct
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
-import stalls
-from monitor import Monitor, bind
+from c_library import CONSUMER, EVENT, LIB
+from layouts import HOST as LAYOUTS
+from monitor import Monitor
 from numpy.typing import NDArray
-from wificnc.build.host import ensure_host_library
 from wificnc.sim.native import HostBoard
 from wificnc.wmc3.layout import STATUS_PORT, Motion, Segment, Status, Type
 from wificnc.wmc3.packet import Packet, build, parse
@@ -19,65 +20,11 @@ from wificnc.wmc3.packing import Layout
 
 AXES = 6
 TIMER_HZ = 20_000_000
-EVENT = np.dtype([("t", "<u8"), ("step", "u1"), ("dir", "u1"), ("flags", "u1"), ("reserved", "u1"), ("line", "<u4")])
-CONSUMER = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_size_t)
 HOST = "10.0.0.2"
 OTHER = "10.0.0.3"
 # 200 steps/mm, 6000 mm/min = 20000 steps/s, 500 mm/s2 = 100000 steps/s2
 SETTINGS = {base + ax: value for base, value in ((100, 200), (110, 6000), (120, 500)) for ax in range(AXES)}
 RATE, ACCEL = 20_000, 100_000
-
-
-class Outputs(ctypes.Structure):
-    """The first fields of struct virtual_outputs."""
-
-    _fields_ = (
-        ("direction", ctypes.c_int),
-        ("rpm", ctypes.c_float),
-        ("duty", ctypes.c_uint16),
-        ("coolant", ctypes.c_uint8),
-        ("others", ctypes.c_uint8 * 32),
-    )
-
-
-def library() -> ctypes.CDLL:
-    lib = ctypes.CDLL(str(ensure_host_library()))
-    handle, size, data = ctypes.c_void_p, ctypes.c_size_t, ctypes.c_char_p
-    u32, u16 = ctypes.c_uint32, ctypes.c_uint16
-    for name, result, *arguments in (
-        ("host_create", handle, ctypes.POINTER(HostBoard)),
-        ("host_open", handle, ctypes.POINTER(HostBoard), data),
-        ("host_destroy", None, handle),
-        ("host_trace", handle, handle),
-        ("host_time_ticks", ctypes.c_uint64, handle),
-        ("host_write", size, handle, data, size),
-        ("host_read", size, handle, data, size),
-        ("host_position_steps", None, handle, ctypes.c_int32 * AXES),
-        ("host_state", data, handle),
-        ("virtual_input_number", ctypes.c_int, data),
-        ("virtual_set", None, handle, ctypes.c_int, ctypes.c_bool),
-        ("virtual_spindle_ramp", None, handle, ctypes.c_float),
-        ("virtual_spindle_angle", ctypes.c_double, handle, ctypes.c_uint64),
-        ("virtual_surface", None, handle, ctypes.c_int32),
-        ("virtual_travel", None, handle, ctypes.c_uint, ctypes.c_int32, ctypes.c_int32),
-        ("virtual_outputs", None, handle, ctypes.POINTER(Outputs)),
-        ("trace_add", ctypes.c_int, handle, CONSUMER, handle),
-        ("host_wire_create", handle, handle, data),
-        ("host_wire_destroy", None, handle),
-        ("host_wire_datagram", None, handle, u32, u16, data, size),
-        ("host_wire_sent", size, handle, ctypes.POINTER(u32), ctypes.POINTER(u16), data, size),
-        ("host_wire_connect", ctypes.c_int, handle, u32),
-        ("host_wire_disconnect", None, handle, ctypes.c_int),
-        ("host_wire_request", size, handle, ctypes.c_int, data, size, data),
-        ("host_wire_run", None, handle, ctypes.c_uint64),
-        ("host_wire_hold", ctypes.c_bool, handle, ctypes.c_uint, ctypes.c_int),
-        ("host_wire_levels", ctypes.c_uint64, handle, ctypes.POINTER(ctypes.c_uint64)),
-    ):
-        function = getattr(lib, name)
-        function.restype, function.argtypes = result, arguments
-    bind(lib)
-    stalls.bind(lib)
-    return lib
 
 
 def number(address: str) -> int:
@@ -112,7 +59,7 @@ class Device:
         **more: int,
     ) -> None:
         """more: fields of HostBoard that are otherwise."""
-        self.lib = library()
+        self.lib = LIB
         inputs_outputs = {"digital_inputs": 4, "digital_outputs": 5, **more}
         board = HostBoard(TIMER_HZ, 1000, 500, 500_000, axes, **inputs_outputs)
         self.host = self.lib.host_open(ctypes.byref(board), store.encode() if store else None)
@@ -187,14 +134,15 @@ class Device:
         self.lib.host_position_steps(self.host, steps)
         return list(steps)
 
-    def outputs(self) -> Outputs:
-        outputs = Outputs()
+    def outputs(self) -> Any:
+        """struct virtual_outputs: what the pins show."""
+        outputs = LAYOUTS.struct("virtual_outputs")()
         self.lib.virtual_outputs(self.host, ctypes.byref(outputs))
         return outputs
 
     def duty(self) -> int:
         """PWM of the spindle or laser, 0 .. 65535."""
-        return int(self.outputs().duty)
+        return int(self.outputs().spindle_duty)
 
     # ---- steps ----
 

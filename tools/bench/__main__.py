@@ -5,7 +5,7 @@ from __future__ import annotations
 import platform
 import sys
 
-from wificnc.build.host import build_host, core_ram_bytes
+from wificnc.build.host import RAM_BUDGET_BYTES, build_host, core_ram_bytes
 
 from bench.measure import FAST, ROOT, Figure, build_driver, has_valgrind, instructions, wall_clock
 
@@ -25,7 +25,7 @@ def main() -> int:
     build_driver()
     print(f"compiler     {build.compiler.title}, -O2, {platform.machine()}")
     print(f"real job     {JOB.relative_to(ROOT)}; settings {' '.join(FAST)}")
-    figures = [Figure("static RAM of one controller", core_ram_bytes(build.library), "bytes", 128 * 1024)]
+    figures = [Figure("static RAM of one controller", core_ram_bytes(build.library), "bytes", RAM_BUDGET_BYTES)]
     print("\nMemory: sizeof struct machine, which holds every buffer of the core.")
     show(figures)
     if has_valgrind():

@@ -64,7 +64,7 @@ static unsigned feed(struct host *host, const char *text, size_t size) {
         done += taken;
         enum host_wait wait = host_run(host, 1u << 20);
         if (taken == 0 && wait == HOST_IDLE)
-            (void)host_write(host, "~", 1), stuck++; /* a program pause: go on */
+            (void)host_write(host, "~", 1), stuck++; /* a program pause: continue */
         else
             stuck = 0;
         errors += drain(host);

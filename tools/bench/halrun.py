@@ -8,8 +8,8 @@ NOBODY = "65534"
 
 
 def isolated(*argv: str) -> list[str]:
-    """The command for that. Whoever is root becomes nobody, with HAL's shared memory and processes of its own, so that
-    no other LinuxCNC of this computer is met; others run as they are."""
+    """The command for that. As root it runs as the user `nobody`, with shared memory and processes for HAL alone: no
+    other LinuxCNC of this computer is met; others run as they are."""
     if os.geteuid() != 0:
         return list(argv)
     user = ("--reuid", NOBODY, "--regid", NOBODY, "--clear-groups")

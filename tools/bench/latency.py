@@ -110,7 +110,7 @@ def after_byte(bench: Bench, byte: bytes, phase_s: float, busy: bool) -> float:
 
 
 def last_after(bench: Bench, event_s: float) -> float:
-    """How long steps went on; they did run before."""
+    """How long steps came; they did run before."""
     steps = bench.steps_s()
     assert np.count_nonzero((steps > event_s - 0.002) & (steps <= event_s)) > 5, "nothing moved"
     return max(0.0, float(steps[-1]) - event_s)

@@ -24,7 +24,7 @@ from bench.steps import Steps, derivative, deviation, read_steps
 TIMER_HZ = 10e6  # of tools/bench/drive.c
 JERK_MM_S3 = 20_000.0
 JERK_WINDOW_S = 0.020
-FINE_MOST = 1.1
+FINE_MAX = 1.1
 FINER = 10  # steps in one of the machine's, where rounding to whole steps would hide what is measured
 EXAMPLES = ("inlay.nc", "pcb_isolation.nc", "pcb_outline.nc", "plot.nc", "relief.nc")
 BASELINE = ROOT / "examples" / "machines" / "baseline.toml"
@@ -133,7 +133,7 @@ def measure(driver: Path, file: Path, limits: Limits) -> Report:
         Figure("t_topp", best_s, "s"),
         Figure("ratio", time_s / best_s, "x", 1.05),
         Figure("a10 max", float(a10.max()), "x", 1.2),
-        Figure("fine a10", float(fine_a10.max()), "x", FINE_MOST),
+        Figure("fine a10", float(fine_a10.max()), "x", FINE_MAX),
         Figure("a10 99.9 %", float(np.quantile(a10, 0.999)), "x", 1.13),
         Figure("a20 99.9 %", float(np.quantile(a20, 0.999)), "x", 1.03),
         Figure("path um", 1e3 * away.path_mm, "um", 1e3 * (limits.tolerance_mm + step_mm)),
@@ -167,7 +167,7 @@ def with_stalls(driver: Path, file: Path, program: Programmed, limits: Limits) -
     away, step_mm = deviation(steps, program), 1.0 / limits.steps_per_mm
     return (
         Figure("stalls a10", float(a10.max()), "x", 1.2),
-        Figure("fine stalls", float(fine_a10.max()), "x", FINE_MOST),
+        Figure("fine stalls", float(fine_a10.max()), "x", FINE_MAX),
         Figure("stalls um", 1e3 * max(away.path_mm, away.vertex_mm), "um", 1e3 * (limits.tolerance_mm + step_mm)),
     )
 

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from bench.program import Floats, Programmed
 
 STEP_MM = 0.005
-MOST_SAMPLES = 400_000  # longer paths get longer steps
+MAX_SAMPLES = 400_000  # longer paths get longer steps
 WEIGHTS = (1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 1e-1)  # of the constraint: long waves first
 ITERATIONS = 50  # with each weight
 
@@ -49,7 +49,7 @@ def sample(program: Programmed) -> Samples:
     """Samples at all rests, and between them at steps as equal as they can be."""
     length = np.linalg.norm(np.diff(program.points_mm, axis=0), axis=1)
     s = np.concatenate([[0.0], np.cumsum(length)])
-    step = max(STEP_MM, s[-1] / MOST_SAMPLES)
+    step = max(STEP_MM, s[-1] / MAX_SAMPLES)
     bounds = s[program.rests]
     counts = np.maximum(2, np.ceil(np.diff(bounds) / step)).astype(int)
     counts[np.argmax(counts)] += _easy(int(counts.sum())) - int(counts.sum())

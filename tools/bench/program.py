@@ -19,11 +19,11 @@ Words = list[tuple[str, float]]
 WORD = re.compile(r"([A-Z])([-+]?(?:\d+\.?\d*|\.\d+))")
 COMMENT = re.compile(r"\([^)]*\)|;.*")
 RAPID_MM_S = 1e9
-ARC_CHORD_MM = 0.0002  # how far an arc's chords may lie beside it
+ARC_CHORD_MM = 0.0002  # how far an arc's chords may lie off it
 PLANES = {17.0: (0, 1, 2), 18.0: (2, 0, 1), 19.0: (1, 2, 0)}
 MOTIONS = (0.0, 1.0, 2.0, 3.0)
 WITHOUT_MOTION = {4.0, 40.0, 49.0, 54.0, 64.0, 80.0, 90.1, 91.1, 94.0, *PLANES, 20.0, 21.0, 90.0, 91.0}
-# The machine stands while these act.
+# The machine is at rest while these act.
 STOPS = {("G", 4.0), *(("M", float(code)) for code in (0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 30))}
 
 
@@ -34,7 +34,7 @@ class Programmed:
     points_mm: Floats  # (n + 1, 3)
     feed_mm_s: Floats  # (n,), RAPID_MM_S for rapids
     line: NDArray[np.int64]  # (n,), 1-based
-    rests: NDArray[np.bool_]  # (n + 1,), the machine stands at this vertex
+    rests: NDArray[np.bool_]  # (n + 1,), the machine rests at this vertex
 
 
 @dataclass

@@ -113,7 +113,7 @@ def short_segments(blocks: int) -> list[str]:
 
 @dataclass(frozen=True)
 class Load:
-    """What goes on while somebody asks. speed: 1 real time, 0 as fast as it goes."""
+    """What continues while someone asks. speed: 1 real time, 0 as fast as it goes."""
 
     title: str
     speed: float = 1.0
@@ -145,7 +145,7 @@ def _report_times(load: Load) -> bool:
     job = "".join(f"{line}\n" for line in load.job).encode()
     with serving(load.speed) as server, ExitStack() as stack:
         owner = stack.enter_context(Door(tcp(server)))
-        owner.ask(b"G21\n", "ok")  # it commands, and is answered at once
+        owner.ask(b"G21\n", "ok")  # it commands, and is answered immediately
         data = memoryview(job)
         data = data[owner.write(data) :]
         others = [stack.enter_context(Door(tcp(server))) for _ in range(load.watchers)]

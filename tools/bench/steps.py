@@ -14,11 +14,11 @@ from numpy.typing import NDArray
 
 from bench.program import Floats, Programmed
 
-# struct trace_event of targets/sim/trace.h
+# struct trace_event of targets/pc/trace.h
 EVENT = np.dtype([("t", "<u8"), ("step", "u1"), ("dir", "u1"), ("flags", "u1"), ("dwells", "u1"), ("line", "<u4")])
 PARTS = 10  # samples in a window
-GROUP = 16  # stretches of one source line that are matched at once
-CHUNK = 1000  # events that are matched at once
+GROUP = 16  # stretches of one source line that are matched together
+CHUNK = 1000  # events that are matched together
 REACH_MM = 0.5  # farther chords are not looked at
 
 
@@ -60,11 +60,18 @@ def derivative(steps: Steps, order: int, window_s: float) -> Floats:
     grid = np.arange(t[0] - (order + 1) * window_s, t[-1] + (order + 1) * window_s, window_s / PARTS)
     most = np.zeros(len(grid) - order * PARTS)
     for axis in range(3):
-        q = np.interp(grid, t, steps.at_mm[:, axis])
+        q = np.interp(grid, *_own_steps(t, steps.at_mm[:, axis]))
         for _ in range(order):
             q = (q[PARTS:] - q[:-PARTS]) / window_s
         np.maximum(most, np.abs(q), out=most)
     return most
+
+
+def _own_steps(t_s: Floats, at_mm: Floats) -> tuple[Floats, Floats]:
+    """Of one axis, without the events at which only others step: at these it is between two of its steps, and to say
+    that it still is where the last one left it would move it by up to a step."""
+    own = np.flatnonzero(np.diff(at_mm, prepend=0.0))
+    return (t_s[own], at_mm[own]) if len(own) else (t_s[:1], at_mm[:1])
 
 
 def deviation(steps: Steps, program: Programmed) -> Deviation:

@@ -18,7 +18,7 @@ from pathlib import Path
 
 WRONG_EVERY = 997  # a prime: the wrong lines fall on every kind of line
 GRID_MM = 0.004  # all moves are multiples of this: one step of 250 a mm
-SILENCE_S = 10.0  # so long without an answer is no answer
+SILENCE_S = 10.0  # this long without an answer is not an answer
 CHUNK = 1 << 16
 ANSWER = re.compile(r"ok|error:\d+")
 
@@ -84,14 +84,14 @@ class Door:
         return self._fd
 
     def write(self, data: bytes | memoryview) -> int:
-        """As much as goes at once."""
+        """As much as goes in one call."""
         try:
             return os.write(self._fd, data)
         except BlockingIOError:
             return 0
 
     def lines(self) -> list[str]:
-        """Whole lines that are there; () at once when none are. Raises StreamError at the end."""
+        """Whole lines that are there; () immediately when none are. Raises StreamError at the end."""
         try:
             data = os.read(self._fd, CHUNK)
         except BlockingIOError:
@@ -141,7 +141,7 @@ def pour(door: Door, lines: Sequence[str], answers: Sequence[str]) -> float:
 
 
 def rest_mm(door: Door) -> tuple[float, ...]:
-    """X Y Z once it stands. Raises StreamError: an answer that nobody waits for, or it never stands."""
+    """X Y Z once it is at rest. Raises StreamError: an answer that no one waits for, or it is never at rest."""
     end = time.monotonic() + SILENCE_S
     while time.monotonic() < end:
         report = door.ask(b"?", "<")

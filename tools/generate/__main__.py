@@ -7,12 +7,15 @@ import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from generate import boards, codes, files, nvs, page, settings, states, version, wire, words
+from pydantic import ValidationError
+
+from generate import boards, codes, files, kinds, nvs, page, settings, states, version, wire, words
 
 ROOT = Path(__file__).resolve().parents[2]
 GENERATORS: tuple[Callable[[Path], files.Texts], ...] = (
     version.texts,
     settings.texts,
+    kinds.texts,
     wire.texts,
     boards.texts,
     codes.texts,
@@ -24,11 +27,17 @@ GENERATORS: tuple[Callable[[Path], files.Texts], ...] = (
 
 
 def main(argv: Sequence[str] | None = None, root: Path = ROOT) -> int:
-    """Exit code 1: --check found a stale file."""
+    """Exit code 1: --check found a stale file, or a table is wrong."""
     parser = argparse.ArgumentParser(prog="python -m generate", description=__doc__)
     parser.add_argument("--check", action="store_true", help="write nothing, fail if a file is stale")
     check: bool = parser.parse_args(argv).check
-    return run(GENERATORS, root, check)
+    try:
+        return run(GENERATORS, root, check)
+    except ValidationError as err:
+        for fault in err.errors():
+            where = ".".join(map(str, fault["loc"]))
+            print(f"error: {err.title}{f': {where}' if where else ''}: {fault['msg']}", file=sys.stderr)
+        return 1
 
 
 def run(generators: Sequence[Callable[[Path], files.Texts]], root: Path, check: bool = False) -> int:

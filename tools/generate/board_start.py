@@ -8,28 +8,29 @@ from wificnc.board.labels import notes, pin_rows
 from wificnc.board.model import Board
 from wificnc.flash.device import BOOT_HINT
 
-from generate.board_docs import GENERATED, table_text
+from generate.board_docs import GENERATED
+from generate.markdown import table_text
 
 CONSOLE = "serial:///dev/ttyUSB0"
 
 
 def start_texts(boards: Sequence[Board]) -> dict[str, str]:
     """File name in docs/start -> text."""
-    chips = [board for board in boards if board.target != "host"]
-    pages = {f"{board.id}.md": start_text(board) for board in chips}
-    rows = [[f"[{board.id}]({board.id}.md)", board.name, board.summary] for board in chips]
+    chips = [(board, board.pins.firmware.page) for board in boards if board.pins.firmware and board.pins.firmware.page]
+    pages = {f"{board.id}.md": start_text(board, page) for board, page in chips}
+    rows = [[f"[{board.id}]({board.id}.md)", board.name, board.summary] for board, _ in chips]
     rows.append(["[this computer](computer.md)", "no board", "The same controller as a program, to try everything on"])
     return {**pages, "README.md": _INDEX.format(generated=GENERATED, table=table_text(["board", "name", ""], rows))}
 
 
-def start_text(board: Board) -> str:
-    """One board's page."""
+def start_text(board: Board, firmware: str) -> str:
+    """One board's page. @param firmware  the page in docs/ about what runs on its chip"""
     is_esp32 = board.target == "esp32"
     pins = {row.label: row.pin for row in pin_rows(board)}
     warning = "\n".join(f"- {note}" for note in notes(board))
     return "\n".join(
         [
-            _HEAD.format(generated=GENERATED, board=board, firmware="esp32" if is_esp32 else "pic32mz"),
+            _HEAD.format(generated=GENERATED, board=board, firmware=firmware),
             _WIRING.format(board=board, notes=warning or "None.", pins=_pins(board)),
             (_ESP32 if is_esp32 else _PIC32MZ).format(
                 board=board, boot=BOOT_HINT, console=CONSOLE, tx=pins.get("console TX"), rx=pins.get("console RX")
@@ -65,7 +66,7 @@ _HEAD = """{generated}
 `{board.id}`: {board.summary}.
 
 **The firmware has not been run on this board yet**: what has been checked, and how, is in
-[{firmware}.md](../{firmware}.md). Leave the motor supply switched off until the last section, and keep its switch
+[{firmware}](../{firmware}). Leave the motor supply switched off until the last section, and keep its switch
 within reach.
 """
 

@@ -1,7 +1,11 @@
-"""Whole packets of protocol/vectors as text that says which bytes are what: the examples of docs/protocol.md."""
+"""Whole packets as text that says which bytes are what: the examples of docs/protocol.md.
+
+Those of protocol/vectors were made by others. A packet that is not there is made from its `example` in wmc3.toml.
+"""
 
 from __future__ import annotations
 
+import binascii
 import re
 import struct
 import sys
@@ -15,7 +19,7 @@ else:
     import tomli as tomllib  # type: ignore[import-not-found, unused-ignore]
 
 AXES = "XYZABC"
-ZEROS_LEAST = 16  # so many at the end are counted, not written
+ZEROS_MIN = 16  # so many at the end are counted, not written
 
 
 @dataclass(frozen=True)
@@ -29,14 +33,24 @@ class Example:
 
 
 def parse_examples(source: str, table: WireTable) -> dict[str, Example]:
-    """The first vector of each packet: name -> example. Raises ValueError when a packet has none."""
+    """The first vector of each packet, or its own example: by name. Raises ValueError when a packet has neither."""
     found: dict[str, Example] = {}
     for vector in tomllib.loads(source)["vector"]:
         data = bytes.fromhex(vector["hex"]) + bytes(vector.get("zeros", 0))
         found.setdefault(vector["name"], _example(table, vector["name"], data))
-    if missing := sorted({packet.name for packet in table.packet} - set(found)):
-        raise ValueError(f"protocol/vectors/packets.toml has no packet {', '.join(missing)}")
-    return found
+    others = [packet for packet in table.packet if packet.name not in found]
+    if missing := ", ".join(sorted(packet.name for packet in others if len(packet.example) != len(packet.named))):
+        raise ValueError(f"no vector in protocol/vectors/packets.toml, and no `example` of each field: {missing}")
+    return found | {packet.name: _example(table, packet.name, _made(table, packet)) for packet in others}
+
+
+def _made(table: WireTable, packet: Packet) -> bytes:
+    """The packet with the numbers of its example."""
+    head = struct.Struct(table.struct[0].format)
+    body = struct.pack(packet.format, *packet.example)
+    start = (table.constants["magic"], table.constants["version"], packet.type, len(body), 0, 0)
+    checksum = binascii.crc_hqx(head.pack(*start, 0) + body, 0xFFFF)
+    return head.pack(*start, checksum) + body
 
 
 def framed(example: Example) -> str:
@@ -81,7 +95,7 @@ def _fields(table: WireTable, item: Packet | WireStruct, body: bytes, prefix: st
 def _hex(field: WireField, body: bytes) -> str:
     data = body[field.offset : field.offset + field.size]
     zeros = len(data) - len(data.rstrip(b"\0"))
-    if zeros >= ZEROS_LEAST:
+    if zeros >= ZEROS_MIN:
         kept = data[: len(data) - zeros].hex()
         return f"{kept} + {zeros} x 00".strip() if kept else f"{zeros} x 00"
     step = SIZES[field.type] if SIZES[field.type] > 1 else len(data)

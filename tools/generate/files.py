@@ -2,10 +2,26 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from pathlib import Path
 
 Texts = Mapping[str, str]  # path in the repository -> text
+
+
+def with_region(text: str, name: str, lines: str) -> str:
+    """A hand-written file with new lines in one place: between the line that says `generated: NAME` and the next one
+    that says `generated: end`.
+
+    Raises ValueError when the file does not have exactly one such place.
+    """
+    place = re.compile(
+        rf"(^[^\n]*\bgenerated: {re.escape(name)}\b[^\n]*\n)(.*?)(^[^\n]*\bgenerated: end\b)", re.DOTALL | re.M
+    )
+    found = place.findall(text)
+    if len(found) != 1:
+        raise ValueError(f"expected one region 'generated: {name}' with its 'generated: end', found {len(found)}")
+    return place.sub(lambda match: match[1] + lines + match[3], text)
 
 
 def stale(texts: Texts, root: Path) -> list[str]:

@@ -38,6 +38,7 @@ SETTING_KEYS = {
     "per_axis",
     "reboot",
     "help",
+    "affects",
     "nvs",
 }
 

@@ -20,6 +20,9 @@ VECTORS = "protocol/vectors/packets.toml"
 OUTPUTS = {
     "core/wire/wire_gen.h": "wire_gen.h.j2",
     "core/wire/wire_gen.c": "wire_gen.c.j2",
+    "core/session/rules_gen.c": "wire_rules.c.j2",
+    "core/session/requests_gen.h": "wire_requests.h.j2",
+    "core/session/requests_gen.c": "wire_requests.c.j2",
     "core/session/keys_gen.c": "wire_keys.c.j2",
     "linuxcnc/words_gen.h": "wire_words.h.j2",
     "cli/wificnc/wmc3/layout.py": "wire_layout.py.j2",
@@ -66,6 +69,11 @@ def cell(text: str) -> str:
     return text.replace("|", "\\|")
 
 
+def bit(name: str, prefix: str) -> str:
+    """`machine` as `NEEDS_MACHINE`."""
+    return prefix + name.upper()
+
+
 def bare(text: str) -> str:
     """Without Markdown's marks for code."""
     return text.replace("`", "")
@@ -74,7 +82,7 @@ def bare(text: str) -> str:
 def render(source: str, settings_source: str, nvs_source: str, vectors: str) -> dict[str, str]:
     """All generated files from the texts of the tables: path in the repository -> text."""
     env = environment()
-    filters = (c_declaration, c_comment, python_type, camel, first_sentence, cell, bare, framed)
+    filters = (c_declaration, c_comment, python_type, camel, first_sentence, cell, bare, bit, framed)
     env.filters.update({f.__name__: f for f in filters})
     settings, nvs = parse_settings(settings_source), parse_nvs(nvs_source)
     table = parse_wire(source, settings, nvs)

@@ -19,6 +19,7 @@ else:
 # type of a field -> its struct code
 CODES = {"u8": "B", "u16": "H", "u32": "I", "i8": "b", "i32": "i", "char": "s"}
 SIZES = {"u8": 1, "u16": 2, "u32": 4, "i8": 1, "i32": 4, "char": 1}
+Order = Literal["jog", "jog_stop", "hold", "estop", "outputs"]  # SESSION_ORDER_ of core/session/session.h
 ValueType = Literal["u8", "u16", "u32", "i32", "float", "string"]
 
 
@@ -121,6 +122,20 @@ class Packet(_WithFields):
     origin: Literal["wmc3", "ours"] = "wmc3"
     reply: str = ""
     repeat: str = ""
+    needs: tuple[Literal["machine", "module", "may"], ...] = Field(default=(), strict=False)
+    example: tuple[int, ...] = Field(default=(), strict=False)  # a number for each field
+    order: Order | None = None
+    after: tuple[Order, ...] = Field(default=(), strict=False)
+
+    @property
+    def only_asks(self) -> bool:
+        """Anybody may send it in any state: it changes nothing, and its reply says how things are."""
+        return self.sender == "host" and self.reply not in ("", "ack") and "may" not in self.needs
+
+    @property
+    def channels(self) -> tuple[str, ...]:
+        """Those that a host may send it by: a command goes by TCP, too."""
+        return (self.channel,) if self.channel == "TCP" or self.repeat else ("UDP", "TCP")
 
 
 class Key(_Strict):
@@ -160,6 +175,10 @@ class WireTable(_Strict):
             if low == high:
                 raise ValueError(f"two packets have type 0x{low:02X}")
         for packet in self.packet:
+            if packet.sender == "device" and (packet.needs or packet.order or packet.after):
+                raise ValueError(f"{packet.name}: needs, order and after are for packets of a host")
+            if packet.sender == "host" and packet.channel == "TCP" and not packet.reply:
+                raise ValueError(f"{packet.name}: a request needs a reply")
             if packet.reply and packet.reply not in names:
                 raise ValueError(f"{packet.name}: there is no reply {packet.reply}")
             if packet.repeat and packet.repeat not in structs:

@@ -10,6 +10,7 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 from lint import external
+from lint.callers import check_callers
 from lint.circles import check_circles, check_firmware
 from lint.english import check_english
 from lint.house import check_house
@@ -23,6 +24,7 @@ Lint = Callable[[Path], list[Problem]]
 LINTS: dict[str, tuple[str, Lint]] = {
     "includes": ("includes follow the data", check_includes),
     "owners": ("parts of the machine have owners", check_owners),
+    "callers": ("names in headers are used", check_callers),
     "circles": ("files that call back are few", check_circles),
     "firmware": ("a firmware calls each file", check_firmware),
     "house": ("sizes, file heads, leftovers", check_house),

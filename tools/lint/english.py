@@ -1,4 +1,5 @@
-"""Plain English in what users read: messages of core, targets, command line and web page, README and docs.
+"""Plain English: in what users read (messages of core, targets, command line and web page, README and docs), and by the
+rules that name a phrase alone, in comments and docstrings.
 
 Each rule is a pattern that readers with English from data sheets stumble over, and what to write instead. The words
 with one meaning in this project are in docs/glossary.md."""
@@ -6,7 +7,9 @@ with one meaning in this project are in docs/glossary.md."""
 from __future__ import annotations
 
 import ast
+import io
 import re
+import tokenize
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,10 +23,11 @@ class Rule:
 
     pattern: re.Pattern[str]
     better: str
+    for_comments: bool
 
 
-def _rule(pattern: str, better: str) -> Rule:
-    return Rule(re.compile(pattern, re.IGNORECASE), better)
+def _rule(pattern: str, better: str, *, for_comments: bool = True) -> Rule:
+    return Rule(re.compile(pattern, re.IGNORECASE), better, for_comments)
 
 
 RULES = (
@@ -31,14 +35,15 @@ RULES = (
     _rule(r"\b(go|goes|going|went|gone) on\b", "continue, resume"),
     _rule(r"\banew\b", "again, or restart"),
     _rule(r"\b(is|are|was|were) (said|told)\b", "is reported, is printed, is shown"),
-    _rule(r"\b(is|are|says|that is) none\b(?! of)", "is missing, is invalid, does not exist"),
-    _rule(r"\b(?<!there )(is|are) no (?!longer\b|more\b|less\b)[a-z]", "is not a ..., is not ..."),
+    _rule(r"\b(is|are|says|that is) none\b(?! of)", "is missing, is invalid, does not exist", for_comments=False),
+    _rule(r"\b(?<!there )(is|are) no (?!longer\b|more\b|less\b)[a-z]", "is not a ..., is not ...", for_comments=False),
     _rule(r"\bstands\b(?! for\b)|\b(must|to|axes|motors|they|it|may) stand\b", "is, stops, is listed"),
     _rule(r"\bof (its|their|your|our|his) own(?= (to|in|and|for|at|by)\b|[^\w ]| $|$)", "dedicated, separate, its "
-    "own ..."),
+    "own ...", for_comments=False),
     _rule(r"\bbeside\b", "next to, in addition to, while ... is active"),
-    _rule(r"\bwhoever\b|\bwho (asks|wants|publishes|commands)\b", "name the person or the program: you, the client"),
-    _rule(r"^#+ (?-i:What|Who|Whoever|When something)\b", "a heading names a thing or a task"),
+    _rule(r"\bwhoever\b|\bwho (asks|wants|publishes|commands)\b", "name the person or the program: you, the "
+          "client", for_comments=False),
+    _rule(r"^#+ (?-i:What|Who|Whoever|When something)\b", "a heading names a thing or a task", for_comments=False),
     _rule(r"\b(has|have) (it )?not (a|an|the|any|all)\b|\b(has|have) it not\b", "lacks, does not have, does not "
     "support"),
     _rule(r"\bmend(s|ed|ing)?\b", "fix, correct"),
@@ -49,16 +54,19 @@ RULES = (
     _rule(r"\bhow (its|the|their) \w+ stands?\b", "the state of ..."),
     _rule(r"\b(nobody|everybody|somebody|anybody)\b", "no client, all clients, another client, any client"),
     _rule(r"\b(controller|board|device|firmware|program|command|machine|page|it) (says|tells|hears|knows|wants)\b",
-          "reports, prints, receives, supports, requires"),
+          "reports, prints, receives, supports, requires", for_comments=False),
     _rule(r"\bgave motion back\b|\bgives? (it|motion) back\b", "release motion"),
     _rule(r"\btakes? over\b|\btaken over\b", "take control"),
-    _rule(r"\bis sure\b|\bto its end\b|\bthe way back\b", "passed, until it ends, prepare resume"),
+    _rule(r"\bis sure\b|\bto its end\b|\bthe way back\b", "passed, until it ends, prepare resume", for_comments=False),
 )  # fmt: skip
 
 CODE_SPAN = re.compile(r"`[^`]*`")
 FENCE = re.compile(r"^\s*```")
 C_STRING = re.compile(r'"((?:[^"\\\n]|\\.)*)"')
 COMMENT = re.compile(r"/\*.*?\*/|//[^\n]*", re.DOTALL)
+STRING_OR_COMMENT = re.compile(r'"(?:[^"\\\n]|\\.)*"|(?<![:\w])(?P<comment>/\*.*?\*/|//[^\n]*)', re.DOTALL)
+NEXT_LINE = re.compile(r"\s*\n\s*(?:\*|//|#)?\s*")
+HASH = re.compile(r"(?:^|\s)#\s.*")
 TYPESCRIPT_COMMENT = re.compile(r"/\*.*?\*/|(?<![:\w])//[^\n]*", re.DOTALL)
 ONE_WORD = re.compile(r'"\w*"|\b[A-Z_]+\b')
 TWO_WORDS = re.compile(r"[A-Za-z]{2}[^A-Za-z]+[A-Za-z]")
@@ -70,6 +78,8 @@ def check_english(root: Path) -> list[Problem]:
     for path in tracked_files(root):
         if is_user_visible(path):
             problems += check_text(path, (root / path).read_text())
+        if has_comments(path):
+            problems += check_comments(path, (root / path).read_text())
     return sorted(set(problems))
 
 
@@ -85,6 +95,48 @@ def is_user_visible(path: Path) -> bool:
     if path.suffix == ".py":
         return parts[0] == "cli"
     return parts[:2] == ("web", "src") and path.suffix in (".ts", ".tsx")
+
+
+def has_comments(path: Path) -> bool:
+    """Whether comments of this file are checked: sources of all that is built, and their tables."""
+    if path.parts[0] not in ("core", "targets", "linuxcnc", "cli", "tools", "web", "protocol", "boards"):
+        return False
+    if path == Path("tools/lint/english.py") or path.parts[:2] == ("tools", "generate"):
+        return False
+    return path.suffix in (".c", ".h", ".S", ".py", ".ts", ".tsx", ".toml") and path.stem != "generated"
+
+
+def check_comments(path: Path, text: str) -> list[Problem]:
+    """The rules for comments over one file."""
+    found = []
+    for line, comment in _comments(path.suffix, text):
+        words = CODE_SPAN.sub("", NEXT_LINE.sub(" ", comment))
+        for rule in RULES:
+            if rule.for_comments and (match := rule.pattern.search(words)):
+                found.append(Problem(path, line, f'"{match[0].strip()}": write {rule.better}'))
+    return found
+
+
+def _comments(suffix: str, text: str) -> Iterator[tuple[int, str]]:
+    if suffix == ".py":
+        yield from _python_comments(text)
+    elif suffix == ".toml":
+        for number, line in enumerate(text.splitlines(), 1):
+            if match := HASH.search(line):
+                yield number, match[0]
+    else:
+        for match in STRING_OR_COMMENT.finditer(text):
+            if match["comment"]:
+                yield text.count("\n", 0, match.start()) + 1, match["comment"]
+
+
+def _python_comments(text: str) -> Iterator[tuple[int, str]]:
+    for token in tokenize.generate_tokens(io.StringIO(text).readline):
+        if token.type == tokenize.COMMENT:
+            yield token.start[0], token.string
+    for doc in _docstrings(ast.parse(text)):
+        if isinstance(doc, ast.Constant) and isinstance(doc.value, str):
+            yield doc.lineno, doc.value
 
 
 def check_text(path: Path, text: str) -> list[Problem]:

@@ -13,7 +13,8 @@ from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
-from wificnc.build.host import FOLDERS, HEADERS, WARNINGS
+from wificnc.build.host import FOLDERS, HEADERS, SYSTEM, WARNINGS
+from wificnc.build.platforms import PLATFORMS, sources_of
 
 from lint.problem import Problem, source_files
 
@@ -31,6 +32,7 @@ CPPCHECK = (
 )
 PYTHON = ("cli", "tools", "tests", "examples")
 HAL_PROGRAM = "linuxcnc/wificnc.c"  # needs LinuxCNC's headers: tests/linuxcnc builds it by halcompile, with warnings
+FOREIGN = PLATFORMS["windows-x86_64"]  # compiles the sources that Linux and macOS do not
 COMPILED = (*(f"{path}/" for path in SOURCES), "tools/bench/", "tools/mzsim/")
 
 
@@ -64,23 +66,27 @@ def check_cppcheck(root: Path) -> list[Problem]:
 
 def check_compilers(root: Path) -> list[Problem]:
     """Every C file through every compiler of this machine, with all warnings as errors."""
-    sources = [str(path) for path in source_files(root, ".c") if str(path).startswith(COMPILED)]
-    sources = [path for path in sources if path != HAL_PROGRAM]
-    flags = ["-std=c11", "-D_POSIX_C_SOURCE=200809L", *WARNINGS, "-Werror", *(f"-I{path}" for path in INCLUDE_PATHS)]
+    compiled = [path for path in source_files(root, ".c") if str(path).startswith(COMPILED)]
+    compiled = [path for path in compiled if str(path) != HAL_PROGRAM]
+    sources = sources_of(SYSTEM, compiled)
+    flags = ["-std=c11", *WARNINGS, "-Werror", *(f"-I{path}" for path in INCLUDE_PATHS)]
+    here = [*SYSTEM.macros, *flags]
     problems = []
     for path in filter(None, map(shutil.which, ("gcc", "clang"))):
-        problems += run_tool(root, [path, *flags, "-fsyntax-only", *sources]) if sources else []
+        problems += run_tool(root, [path, *here, "-fsyntax-only", *map(str, sources)]) if sources else []
     if importlib.util.find_spec("ziglang"):
-        problems += _check_zig(root, flags, sources)
+        problems += _check_zig(root, here, sources)
+        foreign = sorted({*sources_of(FOREIGN.system, compiled)} - {*sources})
+        problems += _check_zig(root, [*FOREIGN.target_flags, *FOREIGN.system.macros, *flags], foreign)
     return problems
 
 
-def _check_zig(root: Path, flags: Sequence[str], sources: Sequence[str]) -> list[Problem]:
-    """PyPI's zig, the newest clang of them all. It cannot check without compiling, nor several files at once."""
+def _check_zig(root: Path, flags: Sequence[str], sources: Sequence[Path]) -> list[Problem]:
+    """PyPI's zig, the newest clang of them all. It cannot check without compiling, nor several files in one call."""
 
-    def check(source: str) -> list[Problem]:
+    def check(source: Path) -> list[Problem]:
         with tempfile.TemporaryDirectory() as scratch:
-            argv = [*module("ziglang"), "cc", *flags, "-c", source, "-o", f"{scratch}/object.o"]
+            argv = [*module("ziglang"), "cc", *flags, "-c", str(source), "-o", f"{scratch}/object.o"]
             return run_tool(root, argv)
 
     with ThreadPoolExecutor(os.cpu_count()) as pool:

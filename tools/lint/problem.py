@@ -20,7 +20,7 @@ class Problem:
 
 
 def tracked_files(root: Path) -> list[Path]:
-    """Files that git knows or would take, relative to root; all files when root is no git checkout."""
+    """Files that git knows or would take, relative to root; all files when root is not a git checkout."""
     if (root / ".git").exists():
         argv = ["git", "-C", str(root), "ls-files", "--cached", "--others", "--exclude-standard", "-z"]
         names = subprocess.run(argv, capture_output=True, check=True).stdout.decode().split("\0")

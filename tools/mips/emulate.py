@@ -28,6 +28,13 @@ def missing() -> str:
     return "" if here else f"apt-get install {PACKAGES}"
 
 
+def controller_sources(root: Path) -> list[Path]:
+    """The core, and of the PC's controller what needs no operating system."""
+    pc = ["hands", "host", "host_hal", "host_store", "host_watch", "output_log"]
+    pc += ["port_file_posix", "tasks", "trace", "virtual", "virtual_spindle"]
+    return [*sorted((root / "core").rglob("*.c")), *(root / "targets" / "pc" / f"{name}.c" for name in pc)]
+
+
 def compile_files(root: Path, sources: Sequence[Path], output: Path) -> list[Path]:
     """Objects for the emulator. Raises RuntimeError with what the compiler said."""
     output.mkdir(parents=True, exist_ok=True)

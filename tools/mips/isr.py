@@ -1,5 +1,5 @@
 """What the machine code of the interrupt handlers says: what they call, whether they use floating point, divide, or
-touch HI and LO where nobody saves them, and how many instructions their longest path has.
+touch HI and LO where no one saves them, and how many instructions their longest path has.
 
 Read from the disassembly of the image, calls and jumps resolved by address; not from measurements.
 """
@@ -60,7 +60,7 @@ class Instruction:
 
 @dataclass
 class Function:
-    """A symbol of .text and what stands behind it."""
+    """A symbol of .text and what follows it."""
 
     name: str
     code: list[Instruction] = field(default_factory=list)

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
- * The machine at the pins: motors that count steps, limit switches and a probe that answer to where they
- * stand, and what must hold for every pulse. */
+ * The machine at the pins: motors that count steps, limit switches and a probe that follow the motors'
+ * places, and what must hold for every pulse. */
 #include "chip.h"
 
 #include <string.h>

@@ -2,7 +2,7 @@
  * The inside of the virtual chip, for the files of this folder only.
  *
  *   cpu.c     instructions            *.def are its tables
- *   seldom.c  instructions that are seldom or long
+ *   rare.c  instructions that are rare or long
  *   exception.c  exceptions, interrupts, reset
  *   bus.c     addresses -> RAM, flash, registers
  *   sfr.c     the registers: SET, CLR, INV, what may be written when

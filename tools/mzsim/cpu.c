@@ -37,7 +37,7 @@ static void decode(struct op *op, uint32_t word) {
 
 /* ---- arithmetic ---- */
 
-/* By zero is undefined on the chip: compilers put a trap beside it. */
+/* By zero is undefined on the chip: compilers put a trap next to it. */
 INLINE void divide_unsigned(struct cpu *cpu, uint32_t n, uint32_t d) {
     cpu->lo = d == 0 ? 0xFFFFFFFFu : n / d;
     cpu->hi = d == 0 ? n : n % d;

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
  * The interrupt controller: who asks, at which level. Flags of the UART and of change notice are persistent:
- * they come back as long as their cause stands. */
+ * they come back as long as their cause lasts. */
 #include "chip.h"
 
 #include <stdio.h>

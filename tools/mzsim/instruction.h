@@ -33,7 +33,7 @@ INLINE uint32_t ram_offset(uint32_t address) {
     return (address & 0xDFFFFFFFu) - 0x80000000u;
 }
 
-/* seldom.c: memory at any address, aligned or not */
+/* rare.c: memory at any address, aligned or not */
 uint32_t cpu_load(struct chip *chip, uint32_t address, unsigned size);
 void cpu_store(struct chip *chip, uint32_t address, uint32_t value, unsigned size);
 void cpu_load_float(struct chip *chip, uint32_t address, unsigned to, unsigned size);

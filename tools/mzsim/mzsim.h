@@ -33,7 +33,7 @@ bool mz_program(struct chip *chip, uint32_t address, const uint8_t *bytes, size_
 /** Program flash, MZ_FLASH_SIZE bytes, as it is now. For what must outlive a power cut, and to look at. */
 const uint8_t *mz_flash(const struct chip *chip);
 
-/** Power-on. RAM keeps its contents; time goes on. */
+/** Power-on. RAM keeps its contents; time continues. */
 void mz_reset(struct chip *chip);
 
 /** Cycles since mz_create(). */
@@ -84,7 +84,7 @@ size_t mz_uart_get(struct chip *chip, uint8_t *bytes, size_t size);
 
 /* ---- pins: 16 * port (A = 0) + bit ---- */
 
-/** Drive a pin from outside. @param level  0, 1, or -1: nobody does, pulls decide */
+/** Drive a pin from outside. @param level  0, 1, or -1: no one does, pulls decide */
 void mz_pin_drive(struct chip *chip, unsigned pin, int level);
 
 /** At a time: mz_pin_drive() then. @return false: 64 wait already */

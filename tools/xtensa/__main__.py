@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import sys
 import time
@@ -80,13 +81,15 @@ def _report_options(idf: Path, chip: str, output: Path) -> int:
 
 
 def _report_ram(tools: Toolchain, chip: str, output: Path, headers: Headers, objects: list[Object]) -> None:
-    print(f"static RAM of core and target: {static_ram_bytes(tools, objects):,} bytes ({BOARDS[chip]})")
+    budget = json.loads((ROOT / "tests" / "budget" / "xtensa.json").read_text())["static RAM"][chip]
+    used = static_ram_bytes(tools, objects)
+    print(f"static RAM of core and target: {used:,} bytes of {budget:,} ({BOARDS[chip]})")
     print(f"code and constants of core and target: {image_bytes(tools, objects):,} bytes, before a linker drops any")
     for board in other_boards(chip):
         folder = output / board.id
         generate_pins(board, folder)
         used = static_ram_of_board(tools, ROOT, with_pins(headers, folder), objects, folder)
-        print(f"static RAM of core and target: {used:,} bytes ({board.id})")
+        print(f"static RAM of core and target: {used:,} bytes of {budget:,} ({board.id})")
 
 
 def _report_rmt(tools: Toolchain, chip: str, idf: Path | None, output: Path) -> int:

@@ -12,6 +12,7 @@ from pathlib import Path
 
 from xtensa.headers import Headers
 from xtensa.toolchain import Toolchain
+from xtensa.unchanged import depfile, is_unchanged, note
 
 # LLVM knows the ESP32's LX6, not the S3's LX7. For what is proved here they are alike: windowed registers, a
 # single-precision unit, s32c1i.
@@ -97,13 +98,18 @@ def _compile(tools: Toolchain, argv: Sequence[str], root: Path, source: Path, ou
     code = output / source.relative_to(root).with_suffix(".ll")
     code.parent.mkdir(parents=True, exist_ok=True)
     made = Object(source, code.with_suffix(".o"))
-    clang = [*argv, "-emit-llvm", "-S", "-o", str(code), str(source)]
+    clang = [*argv, "-emit-llvm", "-S", "-MD", "-MF", str(depfile(made.path)), "-o", str(code), str(source)]
     llc = [tools.llc, f"-mcpu={CPU}", "-O2", "--function-sections", "--data-sections", "-filetype=obj"]
     llc += [str(code), "-o", str(made.path)]
     call0 = has_call0_abi(root, source)
+    command = [*clang, *llc, str(call0)]
+    if is_unchanged(made.path, command):
+        return made
     said = _translate(clang, llc, code, call0)
     if LLC_GAP in said:
         said = _translate([*clang, "-O0"], llc, code, call0)
+    if not said:
+        note(made.path, command)
     return Object(source, made.path, said)
 
 
@@ -152,7 +158,7 @@ def static_ram_bytes(tools: Toolchain, objects: Sequence[Object]) -> int:
 
 
 def image_bytes(tools: Toolchain, objects: Sequence[Object]) -> int:
-    """Code and constants of our own objects, before a linker leaves out what nobody calls. The page is not in it."""
+    """Code and constants of our own objects, before a linker leaves out what no one calls. The page is not in it."""
     return _section_bytes(tools, objects, IMAGE_SECTIONS)
 
 

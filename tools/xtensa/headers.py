@@ -53,7 +53,7 @@ REENT_SHIM = """#define _global_impure_ptr _libc_global_impure_ptr
 
 @dataclass(frozen=True)
 class Headers:
-    """What a compiler of the firmware needs beside our own folders."""
+    """What a compiler of the firmware needs in addition to our own folders."""
 
     generated: Path  # pin_config.h and sdkconfig.h
     system: tuple[Path, ...]
@@ -70,7 +70,7 @@ def rmt_board(chip: str, output: Path) -> Board:
 
 
 def other_boards(chip: str) -> list[Board]:
-    """Our boards with this chip, beside that of BOARDS."""
+    """Our boards with this chip, next to that of BOARDS."""
     boards = [load_board(path) for path in find_boards()]
     return [board for board in boards if board.chip == chip and board.id != BOARDS[chip]]
 

@@ -34,7 +34,7 @@ FLOAT = re.compile(r"^(\w+\.s|lsi|ssi|lsx|ssx|rfr|wfr)$")
 DIVISION = ("quos", "quou", "rems", "remu")
 BRANCH = re.compile(r"^(b\w+|j|loop\w*)$")
 ENDS = ("j", "jx", "ret", "ret.n", "retw", "retw.n")
-STORE = re.compile(r"^s(8|16|32)")  # the first operand is no target
+STORE = re.compile(r"^s(8|16|32)")  # the first operand is not a target
 TAKEN_BY_CALLS = tuple(f"a{n}" for n in range(8, 16))  # the callee's window
 
 

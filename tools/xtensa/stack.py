@@ -1,7 +1,7 @@
 """How much stack the firmware's tasks need at most: frames of the machine code, added up along its calls.
 
 A function's literals name whom it may call; a table of functions that it names counts as if it called all of them.
-What is called through a pointer that somebody else has set is not seen: ELSEWHERE has those that matter. Frames are
+What is called through a pointer that someone else has set is not seen: ELSEWHERE has those that matter. Frames are
 LLVM's, the real compiler's are near them. ESP-IDF's own functions are not in it.
 """
 

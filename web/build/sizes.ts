@@ -1,4 +1,4 @@
-/** After a build: a .gz beside each text file, and the sizes. A page above its budget fails the build. */
+/** After a build: a .gz next to each text file, and the sizes. A page above its budget fails the build. */
 import { readdirSync, readFileSync, statSync, writeFileSync } from "node:fs";
 import { join, relative } from "node:path";
 import { gzipSync } from "node:zlib";

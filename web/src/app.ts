@@ -112,7 +112,7 @@ export async function connectAgain(): Promise<void> {
   await (controller.isSerial ? connectSerial() : connectSocket());
 }
 
-/** A port for the loader: the console lets go of it first. Rejects with a LinkError; null: nobody picked one. */
+/** A port for the loader: the console lets go of it first. Rejects with a LinkError; null: no one picked one. */
 export async function portForLoader(): Promise<SerialPort | null> {
   await controller.disconnect();
   return thePort();
@@ -124,7 +124,7 @@ export async function start(): Promise<void> {
   if (!answer?.ok || !answer.headers.get("content-type")?.includes("json")) return;
   served.value = (await answer.json()) as Served;
   const own = findBoard(served.value.board);
-  if (own && own.target !== "host") board.value = own; // a computer's pins are nobody's to set up
+  if (own && own.target !== "host") board.value = own; // a computer's pins are no one's to set up
   await attempt(connectSocket);
 }
 

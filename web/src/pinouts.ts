@@ -1,4 +1,4 @@
-/** The pictures of the boards (boards/pinout, made from the board files), as files beside the page. */
+/** The pictures of the boards (boards/pinout, made from the board files), as files next to the page. */
 const urls = import.meta.glob<string>("../../boards/pinout/*.svg", { query: "?url", import: "default", eager: true });
 
 /** "" for a board without a picture. */

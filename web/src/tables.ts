@@ -17,6 +17,8 @@ export interface SettingRow {
   per_axis: boolean;
   reboot: boolean;
   help: string;
+  /** What follows from it: the column of protocol/settings.toml. */
+  affects: string[];
   /** Key in the ESP32's storage; {axis} = x..c. */
   nvs: string;
 }
@@ -162,6 +164,13 @@ export function settingsOf(axisCount: number): Setting[] {
 
 export function findSetting(number: number): Setting | undefined {
   return settingsOf(AXES.length).find((setting) => setting.number === number);
+}
+
+/** $N of a setting by its name in the table; of X where it is per axis. */
+export function settingNumber(name: string): number {
+  const row = TABLES.settings.find((setting) => setting.name === name);
+  if (row === undefined) throw new Error(`The table of settings has no ${name}.`);
+  return row.number;
 }
 
 export function findBoard(id: string): Board | undefined {

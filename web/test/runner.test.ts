@@ -49,7 +49,7 @@ async function connected(): Promise<{ board: Board; controller: Controller; job:
   return { board, controller, job };
 }
 
-/** Whatever waits for what was said goes on. */
+/** Whatever waits for what was reported continues. */
 const turn = (): Promise<void> => new Promise((resolve) => setTimeout(resolve, 0));
 
 it("streams within the buffer, and is done when the machine rests after the last line", async () => {
@@ -190,7 +190,7 @@ it("knows what was homed, until something may have moved it", async () => {
   controller.reset();
   board.says("Grbl 1.1h ['$' for help]", "<Idle|MPos:0.000,0.000,0.000>");
   expect(controller.homed.value).toBe("XYZ"); // at rest, a reset moves nothing
-  board.says("Grbl 1.1h ['$' for help]"); // but nobody asked for this one
+  board.says("Grbl 1.1h ['$' for help]"); // but no one asked for this one
   expect(controller.homed.value).toBe("");
   await home("$HXZ");
   expect(controller.homed.value).toBe("XZ");

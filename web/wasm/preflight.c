@@ -196,7 +196,7 @@ EXPORT(core_report) const char *core_report(void) {
 
 /* ---- what lines have set ---- */
 
-/** Begin anew: power-on state at core_axes(), machine coordinates. @return 0, or -1 */
+/** Begin again: power-on state at core_axes(), machine coordinates. @return 0, or -1 */
 EXPORT(core_rebuild) int core_rebuild(uint32_t axes) {
     rebuild_destroy(rebuild);
     rebuild = rebuild_create((uint8_t)axes);

@@ -103,6 +103,27 @@ class Rmt(Strict):
     tx_channels: int = Field(ge=1)
 
 
+class CoreSizes(Strict):
+    """How much the core may hold on this chip."""
+
+    look_ahead: Literal[64, 128, 256, 512, 1024]  # pieces of path
+
+
+class Firmware(Strict):
+    """What readers of the board lists learn about the firmware of this chip."""
+
+    state: str
+    page: str | None = None  # in docs/
+    network: str | None = None  # without a chip of its own, as Ethernet needs
+
+
+class PlatformIo(Strict):
+    """The PlatformIO board that a board file of this chip is built as; a smaller flash is set by the environment."""
+
+    board: str
+    flash_mb: int
+
+
 class ChipFile(Strict):
     """The shape of targets/*/pins*.toml."""
 
@@ -118,6 +139,9 @@ class ChipFile(Strict):
     timer: StepTimer
     spi_hosts: dict[str, int] = {}
     rmt: Rmt | None = None
+    core: CoreSizes | None = None  # None: a PC
+    firmware: Firmware | None = None
+    platformio: PlatformIo | None = None
     pin: dict[str, ChipPin]
 
 

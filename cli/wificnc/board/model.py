@@ -193,7 +193,7 @@ class Deviation(Strict):
 
 
 class Source(Strict):
-    """Where the published map stands."""
+    """Where the published map is."""
 
     map: str
     board: str
@@ -314,6 +314,11 @@ class Board(BoardFile):
         """Axes with home switches of their own, bit 0 = X."""
         wired = self.axis.wired().items()
         return sum(1 << AXIS_LETTERS.index(letter.upper()) for letter, axis in wired if axis.home)
+
+    @property
+    def look_ahead(self) -> int:
+        """Pieces of path that the chip holds; 0: a PC."""
+        return self.pins.core.look_ahead if self.pins.core else 0
 
     @property
     def missing_outputs(self) -> int:

@@ -14,7 +14,7 @@ def require_repository() -> None:
     """A checkout has the data, and so has an installed package.
 
     Raises:
-        UserError: boards/ or targets/ is missing: somebody moved the package's files.
+        UserError: boards/ or targets/ is missing: someone moved the package's files.
     """
     if not (BOARDS.is_dir() and TARGETS.is_dir()):
         raise UserError(f"no boards/ and targets/ in {ROOT}", "this installation is damaged: install wificnc again")

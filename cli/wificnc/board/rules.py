@@ -221,13 +221,13 @@ def _servo(board: BoardFile, chip: Chip) -> Iterator[Finding]:
 
 
 RMT_PULSE_NS_MIN = 500  # a channel reads its end mark meanwhile
-# What a step takes beside its pulse and its pause, on an ESP32: with the RMT until the last axis has been started, else
-# until the interrupt has seen that the time is over (tests/esp32/pulses.c).
+# What a step takes in addition to its pulse and its pause, on an ESP32: with the RMT until the last axis has been
+# started, else until the interrupt has seen that the time is over (tests/esp32/pulses.c).
 SPREAD_NS = {"gpio": 250, "rmt": 1_000}
 
 
 def step_spread_ns(board: BoardFile) -> int:
-    """What a step takes beside its pulse and its pause."""
+    """What a step takes in addition to its pulse and its pause."""
     return SPREAD_NS[board.step.engine] if board.target == "esp32" else 0
 
 

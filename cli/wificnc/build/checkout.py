@@ -1,6 +1,6 @@
 """Where builds run: in the checkout, or in a copy of the sources that an installed package carries.
 
-A package lies where nobody may write, so its sources are copied once into this user's cache; what is built there stays
+A package lies where no one may write, so its sources are copied once into this user's cache; what is built there stays
 until another version comes.
 """
 
@@ -68,7 +68,7 @@ def cache_directory(environment: Mapping[str, str] = os.environ, platform: str =
 
 
 def copy_tree(carried: Path, root: Path) -> None:
-    """Copy beside, then rename: nobody sees half a tree, and who comes second takes the first one's."""
+    """Copy next to it, then rename: no one sees half a tree, and who comes second takes the first one's."""
     try:
         root.parent.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryDirectory(dir=root.parent, prefix=".copy-") as temporary:

@@ -36,7 +36,7 @@ class Plan:
 
     board: str
     argv: tuple[str, ...]
-    environment: dict[str, str]  # beside the present one
+    environment: dict[str, str]  # next to the present one
     made: Path  # where PlatformIO leaves its files
     output: Path  # where ours go
     kind: Kind = "release"
@@ -54,7 +54,7 @@ class Artefact:
 def plan_build(
     board: Board, root: Path, *, kind: Kind = "release", clean: bool = False, pio: Sequence[str] = ("pio",)
 ) -> Plan:
-    """How PlatformIO is called: as anybody would. Each kind of build has an environment of its own in platformio.ini,
+    """How PlatformIO is called: as anyone would. Each kind of build has its own environment in platformio.ini,
     and so its own configuration and objects. Nothing is run."""
     environment = board.id if kind == "release" else f"{board.id}-{kind}"
     argv = [*pio, "run", "-d", str(root), "-e", environment]

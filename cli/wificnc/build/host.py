@@ -11,7 +11,6 @@ import json
 import os
 import shutil
 import subprocess
-import sys
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -21,26 +20,18 @@ from wificnc.build.checkout import checkout_root
 from wificnc.build.compiler import Compiler, compiler_stamp, identify_compiler, locate_compiler
 from wificnc.build.lock import build_lock
 from wificnc.build.objects import Unit, compile_stale, failure, is_older
+from wificnc.build.platforms import System, sources_of, this_system
 from wificnc.errors import BuildError
 
 FOLDERS = ("core", "targets/net", "targets/pc", "targets/sim")  # sources
 HEADERS = (*FOLDERS, "targets/chip")  # where headers are looked for; of the last one: task_periods.h
 
 # psabi: motion/vec.h passes vectors only to functions that are inlined
+RAM_BUDGET_BYTES = 192 * 1024  # of one controller; the chips with the same look-ahead have 512 KB
 WARNINGS = ("-Wall", "-Wextra", "-Wconversion", "-Wshadow", "-Wno-psabi")
 
-# -ffp-contract=off: the same bits on every target. -fno-math-errno: sqrtf is one instruction; nobody reads errno.
-# -fno-semantic-interposition: inside the library a function is what it says, so it may be inlined.
-FLAGS = (
-    "-std=c11",
-    "-D_POSIX_C_SOURCE=200809L",
-    "-g",
-    "-fPIC",
-    "-ffp-contract=off",
-    "-fno-math-errno",
-    "-fno-semantic-interposition",
-    *WARNINGS,
-)
+# -ffp-contract=off: the same bits on every target. -fno-math-errno: sqrtf is one instruction; no one reads errno.
+FLAGS = ("-std=c11", "-g", "-ffp-contract=off", "-fno-math-errno", *WARNINGS)
 
 # variant -> (compile flags, link flags)
 VARIANTS: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
@@ -60,7 +51,8 @@ VARIANTS: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
     "tsan": (("-O1", "-fno-omit-frame-pointer", "-fsanitize=thread"), ("-fsanitize=thread",)),
 }
 
-LIBRARY_NAME = {"darwin": "libwificnc.dylib", "win32": "wificnc.dll"}.get(sys.platform, "libwificnc.so")
+SYSTEM = this_system()
+LIBRARY_NAME = SYSTEM.library
 
 
 @dataclass(frozen=True)
@@ -92,7 +84,7 @@ def build_host(variant: str = "release", *, root: Path | None = None) -> HostBui
         compiled, warnings = _compile_stale(root, compiler, variant, units)
         objects = [unit.object for unit in units]
         if compiled or is_older(library, objects) or _listed(directory) != [str(path) for path in objects]:
-            _link(compiler, ["-shared", *VARIANTS[variant][1]], objects, library)
+            _link(compiler, ["-shared", *SYSTEM.link_flags, *VARIANTS[variant][1]], objects, library)
             (directory / "objects.json").write_text(json.dumps([str(path) for path in objects]))
     return HostBuild(library, compiler, len(units), compiled, time.perf_counter() - begin, warnings)
 
@@ -128,10 +120,10 @@ def variant_directory(root: Path, variant: str) -> Path:
     return base if variant == "release" else base / variant
 
 
-def host_sources(root: Path) -> list[Path]:
-    """Every C file of the library: all of FOLDERS, but no main()."""
+def host_sources(root: Path, system: System = SYSTEM) -> list[Path]:
+    """Every C file of the library: all of FOLDERS that this system compiles, but no main()."""
     found = [path for folder in FOLDERS for path in (root / folder).rglob("*.c")]
-    return sorted(path for path in found if path.name != "main.c")
+    return sorted(path for path in sources_of(system, found) if path.name != "main.c")
 
 
 def _units(root: Path, directory: Path) -> list[Unit]:
@@ -144,7 +136,7 @@ def _compiler(directory: Path, variant: str) -> Compiler:
     """The compiler, asked who it is only when it or the flags changed; then all objects are stale."""
     argv = locate_compiler()
     stamp_file = directory / "compiler.json"
-    stamp = {"compiler": compiler_stamp(argv), "flags": [*FLAGS, *VARIANTS[variant][0]]}
+    stamp = {"compiler": compiler_stamp(argv), "flags": [*FLAGS, *SYSTEM.flags, *VARIANTS[variant][0]]}
     stored = _load_json(stamp_file)
     if isinstance(stored, dict) and stored.get("stamp") == stamp:
         return Compiler(argv, stored["family"], stored["version"])
@@ -156,7 +148,7 @@ def _compiler(directory: Path, variant: str) -> Compiler:
 
 def _compile_flags(root: Path, compiler: Compiler, variant: str) -> list[str]:
     strict = ["-Werror"] if compiler.is_known_clean else []
-    return [*FLAGS, *VARIANTS[variant][0], *strict, *(f"-I{root / folder}" for folder in HEADERS)]
+    return [*FLAGS, *SYSTEM.flags, *VARIANTS[variant][0], *strict, *(f"-I{root / folder}" for folder in HEADERS)]
 
 
 def _compile_stale(root: Path, compiler: Compiler, variant: str, units: Sequence[Unit]) -> tuple[int, str]:
@@ -175,9 +167,9 @@ def _load_json(path: Path) -> object:
 
 
 def _link(compiler: Compiler, options: Sequence[str], objects: Sequence[Path], output: Path) -> None:
-    """Link beside the output, then move it there: whoever has the old file loaded keeps it."""
+    """Link next to the output, then move it there: whoever has the old file loaded keeps it."""
     fresh = output.with_name(f".{output.name}.new")
-    command = [*compiler.argv, *options, *map(str, objects), "-o", str(fresh), "-lm"]
+    command = [*compiler.argv, *options, *map(str, objects), "-o", str(fresh), *SYSTEM.libraries]
     run = subprocess.run(
         command, capture_output=True, text=True, encoding="utf-8", errors="replace", stdin=subprocess.DEVNULL
     )

@@ -61,7 +61,7 @@ class MipsCompiler:
         return ["-nostdinc", "-isystem", run.stdout.strip()]
 
 
-# -Os over all files at once (LTO) fits the flash budget. What interrupts are made of is for speed, and each of its
+# -Os over all files together (LTO) fits the flash budget. What interrupts are made of is for speed, and each of its
 # functions stays the one that tools/mips looks at; calls into the C library arise when all is optimised already.
 # Scheduled early, the step interrupt runs out of free registers.
 _GCC_MACHINE = ("-march=mips32r2", "-mhard-float", "-mfp64", "-EL", "-mno-abicalls", "-fno-pie")

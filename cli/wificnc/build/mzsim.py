@@ -49,7 +49,7 @@ def _compiler(directory: Path) -> Compiler:
 
 
 def _link(compiler: Compiler, objects: list[Path], library: Path) -> None:
-    """Beside the library, then over it: whoever has the old one loaded keeps it."""
+    """Next to the library, then over it: whoever has the old one loaded keeps it."""
     fresh = library.with_name(f".{library.name}.new")
     own_names_first = ["-Wl,-Bsymbolic"] if sys.platform == "linux" else []
     command = [*compiler.argv, "-shared", *own_names_first, *map(str, objects), "-o", str(fresh), "-lm"]

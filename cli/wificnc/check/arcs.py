@@ -1,4 +1,4 @@
-"""How a refused arc can be mended. Pure."""
+"""How a refused arc can be corrected. Pure."""
 
 from __future__ import annotations
 

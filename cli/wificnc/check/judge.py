@@ -12,7 +12,7 @@ from wificnc.check.finding import Finding, Severity
 from wificnc.sim.job import LineError, ToolChange
 from wificnc.sim.native import AXES, SurveyArc, SurveyLine
 
-REACHED = 0.98  # of the feed asked for: nobody misses the rest
+REACHED = 0.98  # of the feed asked for: no one misses the rest
 GAINED = 0.9  # where only the acceleration is in the way, a little less is nothing to tell
 ROUNDING_MM = 2e-4  # of float32 positions up to 2 m
 CLAMPED = re.compile(r"\$11\d is limited")

@@ -1,1 +1,1 @@
-"""TOML files that people write: read with line numbers, checked in full, every problem said at once."""
+"""TOML files that people write: read with line numbers, checked in full, every problem reported together."""

@@ -1,4 +1,4 @@
-"""Where the files beside the Python code are, and how messages show a path."""
+"""Where the files next to the Python code are, and how messages show a path."""
 
 from __future__ import annotations
 

@@ -21,7 +21,7 @@ def validate(model: type[ModelT], source: TomlFile) -> ModelT:
     """Build the model from the file.
 
     Raises:
-        FileProblems: the file has not the model's shape; every fault with its line.
+        FileProblems: the file lacks the model's shape; every fault with its line.
     """
     try:
         return model.model_validate(source.data)

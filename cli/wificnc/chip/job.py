@@ -1,4 +1,4 @@
-"""One job through a board's real image in the virtual chip, and beside it through the host's controller."""
+"""One job through a board's real image in the virtual chip, and next to it through the host's controller."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from wificnc.output import Output, check_suffix
 from wificnc.sim.job import read_job, simulated_text, split_lines
 from wificnc.sim.run import SimOptions, simulate
 
-IN_FLIGHT = 1000  # bytes on their way to a receive buffer of 1024
+IN_FLIGHT = 1000  # bytes on their way to a receive buffer of 2048
 SLICE_S = 0.002
 BOOT_S = 0.05
 PATIENCE_S = 3600.0  # of the chip's time without an answer
@@ -124,7 +124,7 @@ class _Steps:
             self.cycles.append(cycle)
 
     def set_up(self, line: str) -> None:
-        """A setting is in force; an edge that `$2` makes at rest is no step."""
+        """A setting is in force; an edge that `$2` makes at rest is not a step."""
         found = SETTING.fullmatch(line)
         if found is None:
             return
@@ -166,7 +166,7 @@ def _wire(line: bytes) -> str:
 
 
 def _stream(steps: _Steps, lines: list[str], look: Look, progress: Progress | None = None) -> list[str]:
-    """By character counting; a $ line alone, when the axes stand. @return answers"""
+    """By character counting; a $ line alone, when the axes are at rest. @return answers"""
     waiting: list[int] = []
     answers: list[str] = []
     said = _answers(steps.chip, look)
@@ -194,7 +194,7 @@ def _stream(steps: _Steps, lines: list[str], look: Look, progress: Progress | No
 
 
 def _stand(steps: _Steps, look: Look) -> None:
-    """Until no motor has moved for a while. What is said meanwhile is left to be read."""
+    """Until no motor has moved for a while. Lines that come meanwhile are left to be read."""
     before: list[int] = []
     while (now := [steps.chip.position(axis) for axis in range(steps.axes)]) != before:
         before = now

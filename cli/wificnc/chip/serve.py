@@ -30,7 +30,7 @@ BEHIND_S = 0.1  # more than this behind the clock is given up
 BOOT_S = 0.05
 ANSWER_S = 1.0
 READ_SIZE = 4096
-MOST_WAITING = 1 << 20  # bytes for a client that does not read; then it is let go
+MAX_WAITING = 1 << 20  # bytes for a client that does not read; then it is let go
 
 
 @dataclass
@@ -42,11 +42,11 @@ class Door:
     write: Callable[[bytes], int]
     close: Callable[[], None]
     waiting: bytes = b""
-    stays: bool = False  # the pseudo-terminal is there when nobody is
+    stays: bool = False  # the pseudo-terminal is there when no one is
 
 
 class ChipServer:
-    """A controller that serves from `with` to its end.
+    """A controller that serves from `with` until it ends.
 
     Raises:
         ServeError: on entry, when a door cannot be opened or a setting is refused.
@@ -157,8 +157,8 @@ class ChipServer:
                     yield from self._let_go(door)
                     continue
             if door.stays:
-                door.waiting = door.waiting[-READ_SIZE:]  # nobody reads there now
-            elif len(door.waiting) > MOST_WAITING:
+                door.waiting = door.waiting[-READ_SIZE:]  # no one reads there now
+            elif len(door.waiting) > MAX_WAITING:
                 yield from self._let_go(door)
 
     def _let_in(self) -> Iterator[ClientEvent]:

@@ -234,7 +234,7 @@ class VirtualChip:
         return stop
 
     def run(self, seconds: float) -> Stop:
-        """Let it work for so long. Raises ChipFault."""
+        """Let it work for this long. Raises ChipFault."""
         return self.run_until(self.cycles + round(seconds * self.cpu_hz))
 
     def cpu_speed(self, factor: int) -> None:
@@ -287,7 +287,7 @@ class VirtualChip:
     # ---- pins and the machine at them ----
 
     def drive(self, pin: int, level: int | None) -> None:
-        """From outside; None: nobody does."""
+        """From outside; None: no one does."""
         self._library.mz_pin_drive(self._chip, pin, -1 if level is None else level)
 
     def drive_at(self, cycle: int, pin: int, level: int | None) -> None:
@@ -311,14 +311,14 @@ class VirtualChip:
         self._library.mz_axis_set(self._chip, axis, ctypes.byref(wire))
 
     def position(self, axis: int) -> int:
-        """Where the motor really stands, steps."""
+        """Where the motor really is, steps."""
         return int(self._library.mz_axis_position(self._chip, axis))
 
     def place(self, axis: int, steps: int) -> None:
         self._library.mz_axis_place(self._chip, axis, steps)
 
     def surface(self, pin: int, z_steps: int) -> None:
-        """The probe's pin goes low while Z stands at or below this."""
+        """The probe's pin goes low while Z is at or below this."""
         self._library.mz_surface(self._chip, pin, z_steps)
 
     def steps(self) -> bytes:

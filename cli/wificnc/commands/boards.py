@@ -131,7 +131,10 @@ def _print_board(board: Board) -> None:
         pulse += f"; $0 starts at {us} us, which leaves {pulse_rate_hz(board):,} steps/s"
     ui.data.print(f"[bold]{escape(board.name)}[/]  ({board.id})")
     ui.data.print(f"{escape(board.summary)}.", escape(chip), sep="\n")
-    ui.data.print(f"axes {''.join(board.axes)}, up to {timing.max_step_rate_hz // 1000} k steps/s, {pulse}", end="\n\n")
+    ui.data.print(f"axes {''.join(board.axes)}, up to {timing.max_step_rate_hz // 1000} k steps/s, {pulse}")
+    if board.look_ahead:
+        ui.data.print(f"look-ahead {board.look_ahead} pieces of path")
+    ui.data.print()
     ui.data.print(_pin_table(board))
     risks = [(row, rule, reason) for row in pin_rows(board) for rule, reason in row.allow.items()]
     _print_list("risks taken", [f"{row.pin} {row.label}, {rule}: {reason}" for row, rule, reason in risks])

@@ -11,7 +11,7 @@ from wificnc.board.load import load_board
 from wificnc.board.model import Board
 from wificnc.build import esp32
 from wificnc.build.checkout import checkout_root
-from wificnc.build.host import VARIANTS, HostBuild, build_host, core_ram_bytes
+from wificnc.build.host import RAM_BUDGET_BYTES, VARIANTS, HostBuild, build_host, core_ram_bytes
 from wificnc.build.mips import Choice
 from wificnc.build.pic32mz import (
     FLASH_BUDGET,
@@ -23,7 +23,6 @@ from wificnc.build.pic32mz import (
 )
 from wificnc.errors import BuildError, UserError
 
-RAM_BUDGET_BYTES = 128 * 1024
 PIC32MZ_DEBUG = "its ELF has debug information: gdb-multiarch build/BOARD/wificnc.elf"
 USED = re.compile(r"^(RAM|Flash):.*\((used .*)\)$")
 
@@ -97,7 +96,7 @@ def build_board(board: Board, kind: esp32.Kind, clean: bool, verbose: bool) -> N
 
 
 def warn_of_old_configuration(missing: list[str], plan: esp32.Plan) -> None:
-    """Nobody's own changes are thrown away, and nothing of ours is left out in silence."""
+    """No one's own changes are thrown away, and nothing of ours is left out in silence."""
     if missing:
         kept = f"sdkconfig.{plan.made.name}"
         ui.warn(

@@ -125,7 +125,7 @@ def write(
 
 
 def flash_pic32mz(board: Board, folder: Path, tool: str | None, dry_run: bool) -> None:
-    """By the program of somebody else, or ourselves by the board's USB bootloader. Raises FlashError."""
+    """By the program of someone else, or ourselves by the board's USB bootloader. Raises FlashError."""
     image = folder / "wificnc.hex"
     if is_own(tool):
         require_image(board, image)

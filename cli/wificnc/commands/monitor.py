@@ -90,7 +90,7 @@ def _is_realtime(line: str) -> bool:
 
 @contextmanager
 def single_keys() -> Iterator[None]:
-    """Every key at once and unseen, Ctrl-C too; the terminal is given back as it was."""
+    """Every key immediately and unseen, Ctrl-C too; the terminal is given back as it was."""
     fd = sys.stdin.fileno()
     saved = termios.tcgetattr(fd)
     mode = termios.tcgetattr(fd)

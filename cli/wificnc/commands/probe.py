@@ -104,7 +104,7 @@ class Bench:
         return found[-1]
 
     def set_coordinate(self, touch_mm: float, result: ProbeResult) -> None:
-        """G10 L20 for the place of contact: the machine stands a little behind it."""
+        """G10 L20 for the place of contact: the machine is a little behind it."""
         beyond_mm = (self.client.look().mpos[self.index] - result.position[self.index]) * self.unit
         self.client.must(f"G10L20P0{self.axis}{number(touch_mm + beyond_mm)}")
 

@@ -195,7 +195,7 @@ def in_mm(values: tuple[float, ...], unit: float) -> tuple[float, ...]:
 
 
 def confirm(resume: Resume, options: SendOptions) -> None:
-    """Show what will be done first, and ask. Raises UserError when nobody can be asked, JobError after a no."""
+    """Show what will be done first, and ask. Raises UserError when no one can be asked, JobError after a no."""
     ui.talk.print(f"Before line {resume.line} these lines are sent:")
     for line in resume.preamble:
         ui.talk.print(f"    {line.code}", markup=False)

@@ -103,7 +103,7 @@ def command(
 
 
 def _of_profile(profile: Machine | None, store: Path | None) -> list[str]:
-    """The profile's settings are those of a new file: what a file keeps already was meant by somebody."""
+    """The profile's settings are those of a new file: what a file keeps already was meant by someone."""
     if profile is None:
         return []
     if store is not None and store.is_file() and store.stat().st_size > 0:
@@ -122,7 +122,7 @@ def _check_doors(options: ServeOptions) -> None:
 
 
 def _run(options: ServeOptions, speed: str) -> None:
-    """Serve until it is told to end."""
+    """Serve until it is stopped."""
     signal.signal(signal.SIGTERM, _end)
     with suppress(KeyboardInterrupt), _server(options) as server, _page(server) as page_server:
         _print_doors(server, speed, page_server.url if page_server else "")

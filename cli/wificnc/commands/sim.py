@@ -86,7 +86,7 @@ def _run_on_chip(options: SimOptions) -> bool:
 
 
 def compared(result: ChipResult) -> str:
-    """What the chip's steps are beside the host's."""
+    """What the chip's steps are compared with the host's."""
     if result.first_difference is None:
         return "the same steps"
     where = ", on the same path" if result.same_path else ""

@@ -49,8 +49,8 @@ from wificnc.wmc3.measure import measure_reports, measure_trips, method
 
 AXES = "XYZABC"
 SLICE_S = 0.01
-SLICES_MOST = 100_000
-STEPS_MOST = 0x7FFFFFFF
+SLICES_MAX = 100_000
+STEPS_MAX = 0x7FFFFFFF
 
 device_option = click.option(
     "--to",
@@ -340,8 +340,8 @@ def parse_moves(moves: tuple[str, ...]) -> list[int]:
             raise UserError(f"{move!r} is not a move", hint="like X=1000") from None
         if axis in steps:
             raise UserError(f"{letter.upper()} is given twice", hint="one move of each axis")
-        if abs(number) > STEPS_MOST:
-            raise UserError(f"{move} is too far", hint=f"a position has at most {STEPS_MOST} steps")
+        if abs(number) > STEPS_MAX:
+            raise UserError(f"{move} is too far", hint=f"a position has at most {STEPS_MAX} steps")
         steps[axis] = number
     return [steps.get(axis, 0) for axis in range(len(AXES))]
 
@@ -349,7 +349,7 @@ def parse_moves(moves: tuple[str, ...]) -> list[int]:
 def slices(steps: list[int], speed: float) -> list[Segment]:
     """A straight move in slices of 10 ms, of a long one in longer ones; the device sees to ramps and limits."""
     most = max(abs(count) for count in steps)
-    count = min(SLICES_MOST, max(1, round(most / speed / SLICE_S)))
+    count = min(SLICES_MAX, max(1, round(most / speed / SLICE_S)))
     duration_us = max(1, round(most / speed / count * 1e6))
     places = [[round(axis * n / count) for axis in steps] for n in range(count + 1)]
     return [

@@ -165,7 +165,7 @@ def _words(port: str, verb: str, err: Exception) -> str:
 
 
 def _listen(esptool: Any) -> None:
-    """Our logger, once: bars to the progress function, words to nobody."""
+    """Our logger, once: bars to the progress function, words to no one."""
     if _Log.installed:
         return
     _Log.installed = True

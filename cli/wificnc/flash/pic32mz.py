@@ -1,5 +1,5 @@
 """Writing a PIC32MZ: the programs of others that can, each as a class, and our own end of the board's bootloader
-(uhb.py). What they are told is pure; none is guessed at.
+(uhb.py). What is sent to them is pure; none is guessed at.
 
 A programmer (pic32prog, MPLAB IPE) writes everything, the configuration words too. A bootloader (mikro_hb) writes the
 program, keeps its own start and configuration words, and must be started on the board within its first seconds.

@@ -235,7 +235,7 @@ def _u32(data: bytes, at: int) -> int:
 
 
 class HidWire:
-    """The first such bootloader that is plugged in, from `with` to its end. Raises FlashError."""
+    """The first such bootloader that is plugged in, from `with` until it ends. Raises FlashError."""
 
     def __enter__(self) -> HidWire:
         try:

@@ -25,7 +25,7 @@ FASTEST_HZ = 200_000
 
 
 class Estimate:
-    """Times of one job's lines. Starts simulating at once; stop() ends that."""
+    """Times of one job's lines. Starts simulating immediately; stop() ends that."""
 
     def __init__(
         self, library: ctypes.CDLL, lines: Iterable[JobLine], settings: dict[int, str], axis_count: int
@@ -47,7 +47,7 @@ class Estimate:
         return self._total_s
 
     def remaining_s(self, answered: int, since_s: float = 0.0) -> float | None:
-        """What is left, so long after so many lines were answered; None = not known (yet)."""
+        """What is left, this long after so many lines were answered; None = not known (yet)."""
         if self._total_s is None:
             return None
         is_last = answered >= self._marks_line[-1]

@@ -34,7 +34,7 @@ class JobLine:
     """One line of the job."""
 
     number: int  # 1-based in the file; 0 = put in front by --from-line
-    text: str  # as it stands in the file, for people
+    text: str  # as written in the file, for people
     wire: bytes
 
     @property

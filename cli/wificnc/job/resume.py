@@ -4,7 +4,7 @@ The lines before N run through the core's own parser twice, from two different p
 not depend on where the machine stood when the job began, and is known; an axis that moved and comes out different
 cannot be known, and the resume is refused rather than guessed.
 
-The way back: first Z up to the highest place that the job has used, then the spindle and time for it to run up, then
+How it returns: first Z up to the highest place that the job has used, then the spindle and time for it to run up, then
 X, Y and the turning axes, then Z down at a careful feed. The modal words of line N come last.
 """
 
@@ -98,7 +98,7 @@ class _Known:
 
 @dataclass(frozen=True)
 class Restart:
-    """Where plan_resume() accepts a line, for somebody who asks for another one."""
+    """Where plan_resume() accepts a line, for someone who asks for another one."""
 
     line: int | None  # None: nowhere at or before the line asked for
     why_not: str = ""  # the line asked for is refused
@@ -108,7 +108,7 @@ class Restart:
 def plan_resume(
     library: ctypes.CDLL, program: Program, line: int, facts: MachineFacts, approach: Approach | None = None
 ) -> Resume:
-    """What to send to go on from a line of the file.
+    """What to send to continue from a line of the file.
 
     Raises:
         JobError: there is no such line, or what comes before it cannot be rebuilt with certainty.
@@ -261,7 +261,7 @@ def _preamble(known: _Known, facts: MachineFacts, approach: Approach) -> list[st
 
 
 def _safe_z(known: _Known, facts: MachineFacts, approach: Approach) -> float | None:
-    """Where to cross over the work; None when the job has not moved Z and nobody asked. Never below where Z is."""
+    """Where to cross over the work; None when the job has not moved Z and no one asked. Never below where Z is."""
     if facts.axis_count <= Z:
         return None
     state = known.state
@@ -286,7 +286,7 @@ def _spindle(state: ModalState, facts: MachineFacts, approach: Approach) -> list
 
 
 def _modal_words(state: ModalState) -> list[str]:
-    """The modes of line N, where they differ from the preamble's. F is in mm, so it stands before G20."""
+    """The modes of line N, where they differ from the preamble's. F is in mm, so it comes before G20."""
     per_rev = "G95" if state.feed_mode == "G95" else ""
     lines = [f"{per_rev}F{number(float(f'{state.feed_mm_min:.6g}'))}"]  # the core keeps it in single precision
     modes = [

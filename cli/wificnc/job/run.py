@@ -4,7 +4,7 @@ RUNNING ──!──► HELD ──~──► RUNNING ──all answered──�
    │ error, Ctrl-C, q                                     │
    ▼                                                      ▼
 ASKING ──resume──► RUNNING          any state: ALARM, banner, link gone ──► ended, with the lines' fates
-   │ stop (or nobody to ask)
+   │ stop (or no one to ask)
    ▼
 STOPPING: hold, wait until nothing moves, then reset: so the position is kept
 """
@@ -59,7 +59,7 @@ class End(Enum):
     STOPPED = "stopped"  # by the operator
     ERROR = "error"  # a line was refused
     ALARM = "alarm"
-    RESET = "reset"  # the controller started anew by itself
+    RESET = "reset"  # the controller started again by itself
     LINK_LOST = "link lost"
     TAKEN = "another client took control"
     CONFUSED = "confused"  # answers and lines no longer belong together
@@ -130,7 +130,7 @@ class Outcome:
 
 
 class Watcher(Protocol):
-    """Who is told. All methods return at once."""
+    """Gets the events of a job. All methods return immediately."""
 
     def progress(self, progress: Progress) -> None:
         """Some times a second."""
@@ -145,7 +145,7 @@ class Watcher(Protocol):
 class Keys(Protocol):
     """Who may intervene."""
 
-    interactive: bool  # somebody is there to be asked
+    interactive: bool  # someone is there to be asked
 
     def fds(self) -> Sequence[int]:
         """What wakes the job up."""
@@ -243,7 +243,7 @@ class JobRun:
 
     def _on_answer(self, message: Ok | Error) -> None:
         if self.phase is Phase.RESETTING:
-            return  # a reset brings an ok of its own for the line that it ends
+            return  # a reset causes an ok for the line that it ends
         line = self.streamer.answer()
         self._answered_at = self.client.clock()
         self._rest = Rest()

@@ -17,7 +17,7 @@ CALL = re.compile(r"0x([0-9a-fA-F]+):0x")
 
 
 def addresses(line: str) -> list[int]:
-    """Of a `Backtrace:` line, the newest call first; else none. What follows a call is told: one instruction back."""
+    """Of a `Backtrace:` line, the newest call first; else none. What follows a call: one instruction back."""
     match = BACKTRACE.match(line.strip())
     return [int(text, 16) for text in CALL.findall(match[1])] if match else []
 
@@ -39,7 +39,7 @@ class Decoder:
         self._command = [tool, "-fCe", str(elf)]
 
     def decode(self, line: str) -> list[str]:
-        """One line a call: `motion_poll at motion.c:82`; none when it is no backtrace."""
+        """One line a call: `motion_poll at motion.c:82`; none when it is not a backtrace."""
         found = addresses(line)
         if not found:
             return []

@@ -38,7 +38,7 @@ POLL_EVERY_S = 0.2  # status reports while something moves
 WCO_EVERY = 30  # reports of a busy machine
 FALLBACK_RX_BYTES = 120  # a controller that does not say: Grbl's 128, less a reserve
 
-# What stops half a line of somebody who vanished from being run together with ours: an error in every position.
+# What stops half a line of someone who vanished from being run together with ours: an error in every position.
 BREAK_HALF_LINE = b")$\n"
 LOCKED_ERROR = 9  # locked by an alarm
 DAMAGED_ERROR = 7
@@ -74,7 +74,7 @@ class Target:
 
 @dataclass(frozen=True)
 class Snapshot:
-    """Where the machine stands, put together from the last reports."""
+    """Where the machine is, put together from the last reports."""
 
     status: Status
     wco: tuple[float, ...]
@@ -131,7 +131,7 @@ def who_commands(message: Message) -> str | None:
 
 
 class ControllerReset(LinkError):
-    """The controller started anew in the middle of a conversation."""
+    """The controller started again in the middle of a conversation."""
 
 
 class Client:
@@ -190,9 +190,9 @@ class Client:
         """Ask for a status report until one comes.
 
         Raises:
-            LinkError: nobody answers.
+            LinkError: no one answers.
             RefusedError: an alarm of a controller that is mute until a reset.
-            ProtocolError: what answers is no Grbl controller.
+            ProtocolError: what answers is not a Grbl controller.
         """
         said: list[Message] = []
         for message in self._asking(CONNECT_S if patience_s is None else patience_s):

@@ -9,7 +9,7 @@ import re
 from dataclasses import dataclass, field
 from typing import TypeAlias
 
-LINE_MAX = 4096  # bytes; nobody's answer is as long
+LINE_MAX = 4096  # bytes; no one's answer is as long
 
 
 @dataclass(frozen=True)
@@ -72,7 +72,7 @@ class Other:
 
 @dataclass(frozen=True)
 class Status:
-    """<Idle|MPos:…>: exactly what stands in one report; None is what it does not say."""
+    """<Idle|MPos:…>: exactly what one report has; None is what it does not say."""
 
     state: str  # Idle Run Hold Jog Alarm Door Check Home Sleep
     substate: int | None = None

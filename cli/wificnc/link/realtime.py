@@ -1,4 +1,4 @@
-"""Real-time bytes: they act at once, wherever they stand in the stream, and are never answered by ok.
+"""Real-time bytes: they act immediately, wherever they are in the stream, and are never answered by ok.
 
 The browser console has them from here, too (tools/generate/page_tables.py).
 """

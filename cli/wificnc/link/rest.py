@@ -1,4 +1,4 @@
-"""Whether the machine stands, from its status reports, and waiting until it does."""
+"""Whether the machine is at rest, from its status reports, and waiting until it does."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from wificnc.link import realtime
 from wificnc.link.client import POLL_EVERY_S, Client, ControllerReset, Snapshot, alarm_error
 from wificnc.link.protocol import Alarm, Banner, Message, Status
 
-SILENCE_S = 10.0  # no bytes for so long, although asked five times a second: the link is dead
+SILENCE_S = 10.0  # no bytes for this long, although asked five times a second: the link is dead
 
 
 @dataclass
@@ -38,7 +38,7 @@ def wait_rest(
     others: Sequence[int] = (),
     on_look: Callable[[Snapshot], None] | None = None,
 ) -> Snapshot:
-    """Until the machine is idle. When interrupted() says so, send the cancel bytes and go on waiting.
+    """Until the machine is idle. When interrupted() says so, send the cancel bytes and continue waiting.
 
     Raises:
         RefusedError: an alarm ended the motion.

@@ -48,7 +48,7 @@ class Window:
 
     def hear_free(self, free: int) -> None:
         """A report says so many bytes are free. Our lines under way fill the rest or less, unless the buffer is
-        smaller than we thought or somebody else's bytes lie in it: then their room is not ours."""
+        smaller than we thought or someone else's bytes lie in it: then their room is not ours."""
         self.reported = free + self.under_way
 
 

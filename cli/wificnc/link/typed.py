@@ -1,6 +1,6 @@
 """Lines that people and scripts write, on their way to a controller.
 
-Every byte from 0x80 on, and `!`, `?`, `~` and Ctrl-X, is a real-time command wherever it stands in a line: the UTF-8 of
+Every byte from 0x80 on, and `!`, `?`, `~` and Ctrl-X, is a real-time command wherever it is in a line: the UTF-8 of
 one letter in a comment would open the safety door. Comments stay here; anything else of this kind is refused.
 """
 

@@ -14,7 +14,7 @@ ERRORS: dict[int, str] = {
     8: "only possible while idle",
     9: "locked by an alarm or a jog",
     10: "soft limits need homing ($22)",
-    11: "the line has more than 79 characters, or bytes of it were lost in transfer",
+    11: "the line has more than 256 characters, or bytes of it were lost in transfer",
     12: "the step rate is higher than this board supports",
     13: "the safety door is open",
     14: "the line is too long to be stored",

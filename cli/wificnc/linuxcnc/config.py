@@ -276,7 +276,7 @@ def _travel(axis: LinearAxis | RotaryAxis) -> float:
 
 
 def _homing(machine: Machine, axis: LinearAxis | RotaryAxis, homes: bool) -> dict[str, Value | str]:
-    """HOME is where the controller stands when it has homed, so that LinuxCNC has nowhere to go then."""
+    """HOME is where the controller is when it has homed, so that LinuxCNC has nowhere to go then."""
     travel, homes = _travel(axis), homes and _travel(axis) > 0
     pull_off = machine.homing.pull_off_mm
     if pull_off is None:

@@ -49,7 +49,7 @@ def component_source(root: Path) -> str:
 
 
 def build_command(how: str, file: str, *more: str) -> list[str]:
-    """@param how  install, which root does where LinuxCNC is a package of the system; or compile, beside the file"""
+    """@param how  install, which root does where LinuxCNC is a package of the system; or compile, next to the file"""
     return ["halcompile", f"--{how}", "--userspace", LINKED, *more, file]
 
 
@@ -74,7 +74,7 @@ def _sources(root: Path) -> list[Path]:
 
 
 def _inlined(root: Path, path: Path, done: set[Path]) -> Iterator[str]:
-    """Lines of a file. Headers take their include's place, once; what is no header (a table) each time."""
+    """Lines of a file. Headers take their include's place, once; what is not a header (a table) each time."""
     name = path.relative_to(root).as_posix()
     behind = ""
     yield from ("", f"/* ---- {name} ---- */")

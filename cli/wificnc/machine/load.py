@@ -25,7 +25,7 @@ def load_machine(machine: str | Path) -> Machine:
     """Read a profile: a file, or the name of one that comes with WiFiCNC.
 
     Raises:
-        MachineError: there is none, or it breaks rules; the message lists every problem with file and line.
+        MachineError: none exists, or it breaks rules; the message lists every problem with file and line.
     """
     path = _locate(machine)
     try:

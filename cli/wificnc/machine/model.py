@@ -1,5 +1,5 @@
 """The model of a machine profile. Ranges and help come from protocol/settings.toml; this file says only what a
-profile calls a setting, and where it stands.
+profile calls a setting, and where it is.
 
 A key that a profile leaves out leaves the controller's setting as it is.
 """
@@ -89,12 +89,14 @@ class Axes(_Table):
                 yield index, axis
 
 
-KINEMATICS = ("cartesian", "corexy", "polar", "scara")  # in the order of the setting's values
-CURVED = ("polar", "scara")  # X and Y of the tool are not those of the joints, and their travel is no rectangle
+KINDS = load_settings()["kinematics"].choice
+KINEMATICS = tuple(kind.name for kind in KINDS)  # in the order of the setting's values
+# X and Y of the tool are not those of the joints, and their travel is not a rectangle.
+CURVED = tuple(kind.name for kind in KINDS if kind.curved)
 
 
 class Kinematics(_Table):
-    type: Literal["cartesian", "corexy", "polar", "scara"] | None = None
+    type: Literal[KINEMATICS] | None = None  # type: ignore[valid-type]
     arm_1_mm: Annotated[float | None, of("arm_1_mm")] = None
     arm_2_mm: Annotated[float | None, of("arm_2_mm")] = None
 

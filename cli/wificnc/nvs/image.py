@@ -63,7 +63,7 @@ class _Raw:
 
 
 def read_image(data: bytes) -> NvsImage:
-    """Raises FlashError when it is no NVS partition, or one of a newer layout than this program supports."""
+    """Raises FlashError when it is not a NVS partition, or one of a newer layout than this program supports."""
     if len(data) < PAGE or len(data) % PAGE:
         raise FlashError(f"{len(data)} bytes are not an NVS partition: its size is a multiple of {PAGE} bytes")
     image = NvsImage()

@@ -15,7 +15,7 @@ from wificnc.protocol import AXES, load_settings
 from wificnc.protocol.nvs import PIN_NONE, load_nvs
 
 NAMESPACE = "wificnc"
-LETTERS = "abcdefghijkmnpqrstuvwxyz23456789"  # that nobody mistakes for one another
+LETTERS = "abcdefghijkmnpqrstuvwxyz23456789"  # that no one mistakes for one another
 OWN_PASSWORD_LENGTH = 12
 SETTING_TYPES = {"bool": "u8", "u8": "u8", "u16": "u16", "float": "u32"}
 HIDDEN = "********"
@@ -114,7 +114,7 @@ class Row:
 
 
 def rows(image: NvsImage, show_secrets: bool) -> list[Row]:
-    """Our own keys, settings first; what we do not know stands at the end."""
+    """Our own keys, settings first; what we do not know is at the end."""
     known = _meanings()
     ours = {key: entry for (namespace, key), entry in image.entries.items() if namespace == NAMESPACE}
     order = [*(key for key in known if key in ours), *sorted(key for key in ours if key not in known)]

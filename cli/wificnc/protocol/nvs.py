@@ -1,4 +1,4 @@
-"""protocol/nvs.toml as Python objects: what the ESP32 stores beside the settings."""
+"""protocol/nvs.toml as Python objects: what the ESP32 stores in addition to the settings."""
 
 from __future__ import annotations
 

@@ -7,7 +7,7 @@ import struct
 import sys
 from functools import lru_cache
 from itertools import pairwise
-from typing import Annotated, Literal, get_args
+from typing import Annotated, Any, Literal, get_args
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
@@ -65,6 +65,15 @@ class Wire(_Strict):
     note: str = ""
 
 
+class Choice(_Strict):
+    """One value of a setting that chooses among kinds; the first one is 0. So far only kinematics has any."""
+
+    name: Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]*$")]
+    words: str
+    motors: Annotated[tuple[str, str], Field(strict=False)]  # what those of X and Y move
+    curved: bool = False
+
+
 class Setting(_Strict):
     """One row of the table. `number` and `name` stand for six settings when `per_axis` is set."""
 
@@ -83,6 +92,17 @@ class Setting(_Strict):
     affects: Annotated[tuple[Effect, ...], Field(min_length=1, strict=False)]
     nvs: Annotated[str, Field(min_length=1)]
     wire: Wire | None = None
+    choice: Annotated[tuple[Choice, ...], Field(strict=False)] = ()
+
+    @model_validator(mode="before")
+    @classmethod
+    def _with_choices(cls, data: dict[str, Any]) -> dict[str, Any]:
+        """Their number is the range, their words are part of the help."""
+        choices = data.get("choice", ())
+        if not choices or "max" in data:
+            return data
+        words = ", ".join(f"{value} {choice['words']}" for value, choice in enumerate(choices))
+        return {**data, "max": len(choices) - 1, "help": f"{data['help']}: {words}."}
 
     @model_validator(mode="after")
     def _consistent(self) -> Setting:
@@ -133,6 +153,9 @@ class SettingsTable(_Strict):
                 raise ValueError(f"${high.number} {high.name} must come after ${low.number} {low.name}")
         if len({row.name for row in self.setting}) < len(self.setting):
             raise ValueError("two settings have the same name")
+        keys = [row.nvs.format(axis=axis) for row in self.setting for axis in ("xyzabc" if row.per_axis else "x")]
+        if again := sorted({key for key in keys if keys.count(key) > 1}):
+            raise ValueError(f"two settings have the same nvs key: {', '.join(again)}")
         return self
 
     def __getitem__(self, name: str) -> Setting:

@@ -11,7 +11,7 @@ FILE_MODE = 0o644
 
 
 def tar_gz(files: Mapping[str, bytes], epoch_s: int) -> bytes:
-    """A .tar.gz, sorted by name, owned by nobody. @param epoch_s  every time in it"""
+    """A .tar.gz, sorted by name, owned by no one. @param epoch_s  every time in it"""
     packed = io.BytesIO()
     with (
         gzip.GzipFile(fileobj=packed, mode="wb", compresslevel=9, mtime=epoch_s, filename="") as zipped,

@@ -56,7 +56,7 @@ def _why_missing(root: Path, source: Source, board: Board) -> str | None:
 
 
 def _esp32_missing(record: Path, source: Source, board: Board) -> str | None:
-    """A build of another commit is none. What is damaged is said when it is read."""
+    """A build of another commit is none. What is damaged is reported when it is read."""
     if not record.is_file():
         return NEEDS_WORKFLOW.format(board=board.id)
     try:

@@ -1,4 +1,4 @@
-"""Making what was planned: everything in a folder beside the output, which it replaces when it is complete."""
+"""Making what was planned: everything in a folder next to the output, which it replaces when it is complete."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ class _Work:
 
 
 def make_release(plan: Plan, root: Path, output: Path, *, final: bool = False, say: Say = lambda _: None) -> None:
-    """Make dist/. @param final  the changelog must have a dated section. @param say  is told each step
+    """Make dist/. @param final  the changelog must have a dated section. @param say  gets each step
 
     Raises:
         UserError: something is missing or damaged, or output holds what no release has made. Then output is as it was.

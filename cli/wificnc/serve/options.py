@@ -103,6 +103,7 @@ def board_numbers(board: Board) -> dict[str, int]:
         "default_pulse_us": timing.default_pulse_us,
         "dir_setup_ns": timing.dir_setup_ns,
         "step_spread_ns": step_spread_ns(board),
+        "look_ahead": board.look_ahead,
         "max_step_rate_hz": timing.max_step_rate_hz,
         "axes": len(board.axes),
         "ganged": board.ganged_axes,

@@ -26,13 +26,13 @@ from wificnc.link.discover import Found, discover
 from wificnc.serve.options import Address
 
 DISCOVER_S = 2.0  # how long is listened
-ADDRESS_SIZE = 64  # targets/net/net_tcp.h
+ADDRESS_SIZE = 64  # targets/net/net_socket.h
 TAG_SIZE = 16
 UNKNOWN_HOST = -1  # of page_listen()
 PAGE_WOKEN, PAGE_ASKED = 0, 1  # enum page_event
 FIND_FILE = ctypes.CFUNCTYPE(None, ctypes.c_char_p)  # page_find
 
-# Not what this computer's registry says of them: a wrong type of a script is no script.
+# Not what this computer's registry says of them: a script with a wrong type is not run.
 TYPES = {
     ".html": "text/html; charset=utf-8",
     ".js": "text/javascript; charset=utf-8",
@@ -89,7 +89,7 @@ def find_file(folder: Path, path: str) -> PageFile | None:
 
 
 class PageServer:
-    """Serves from `with` to its end, in a thread of its own.
+    """Serves from `with` until it ends, in a thread of its own.
 
     Raises:
         ServeError: on entry, when the address cannot be had.
@@ -115,7 +115,7 @@ class PageServer:
         self._find_file = FIND_FILE(self._put_file)
         self._answer: tuple[bytes, bytes, bytes] | None = None  # of the search: status, type, body
         self._ending = False
-        self._lock = threading.Lock()  # nobody wakes a page that has gone
+        self._lock = threading.Lock()  # no one wakes a page that has gone
         self._thread = threading.Thread(target=self._run, name="page", daemon=True)
 
     def __enter__(self) -> PageServer:

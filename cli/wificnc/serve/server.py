@@ -38,7 +38,7 @@ def serve_program(variant: str = "release") -> Path:
 
 
 class Server:
-    """A controller that serves from `with` to its end.
+    """A controller that serves from `with` until it ends.
 
     Raises:
         ServeError: on entry, when a door cannot be opened or a setting is refused.
@@ -55,7 +55,7 @@ class Server:
     def __enter__(self) -> Server:
         argv = [str(self._program), *program_arguments(self.options)]
         pipe = subprocess.PIPE
-        environment = {**os.environ, PASSWORD_VARIABLE: self.options.password}  # arguments can be read by everybody
+        environment = {**os.environ, PASSWORD_VARIABLE: self.options.password}  # arguments can be read by all
         self._process = subprocess.Popen(
             argv, stdin=pipe, stdout=pipe, text=True, encoding="utf-8", errors="replace", env=environment
         )

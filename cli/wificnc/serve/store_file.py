@@ -32,7 +32,7 @@ def _is_writable(path: Path) -> bool:
 
 
 def claim_store(path: Path) -> int:
-    """Lock the file for this process, as targets/pc/host_store.c does; os.close() releases it.
+    """Lock the file for this process, as targets/pc/serve_claim.c does; os.close() releases it.
 
     Raises:
         ServeError: it cannot be used, or another server has it.

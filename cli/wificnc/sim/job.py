@@ -29,7 +29,7 @@ EVENTS_PER_CALL = 500_000  # a few tens of milliseconds of work between two look
 ROUNDING_MM = 0.05  # a path may leave the programmed one by $11
 CHATTER = ("[MSG:Pgm End]", "[MSG:Tool change: ")  # every good program says the first; SimResult lists the changes
 
-CODE = re.compile(rb"(?:^|[\r\n])(?:[^\S\r\n]|\([^)\r\n]*\))*[^\s%;(]")  # something that is no comment and no mark
+CODE = re.compile(rb"(?:^|[\r\n])(?:[^\S\r\n]|\([^)\r\n]*\))*[^\s%;(]")  # neither a comment nor a mark
 
 EVENT_HINT = (
     "like: limit x, probe off, door, estop, hold, resume, reset, feed +10, travel x -200 0; see docs/simulation.md"
@@ -64,11 +64,12 @@ class Timing:
     tasks: int = 0  # native.Tasks: whose task periods
     default_pulse_us: int = 0  # what $0 starts at; 0: step_pulse_ns
     step_spread_ns: int = 0  # from step to step, beyond the pulse and a pause as long
+    look_ahead: int = 0  # pieces of path; 0: what the library holds
 
 
 @dataclass(frozen=True)
 class At:
-    """Something that happens at the machine: words of targets/sim/hands.h, seconds after the job's begin."""
+    """Something that happens at the machine: words of targets/pc/hands.h, seconds after the job's begin."""
 
     time_s: float
     action: str
@@ -174,7 +175,7 @@ class SimResult:
 
 
 def run_job(library: ctypes.CDLL, request: JobRequest, on_progress: Progress | None = None) -> SimResult:
-    """Run a job to its end, or to its first error unless keep_going.
+    """Run a job until it ends, or to its first error unless keep_going.
 
     Raises:
         UserError: a setting or an event is refused.

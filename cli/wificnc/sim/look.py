@@ -13,7 +13,7 @@ from typing import Any
 # colour-blind, without its lightest part on white, without its darkest on black.
 SPEED_COLOURS = ("#0d0887", "#44039e", "#7100a8", "#99159f", "#bb3488", "#d5546e", "#eb7556", "#f9983e", "#fdc229")
 SPEED_COLOURS_DARK = ("#7201a8", "#9613a1", "#b52f8c", "#ce4b75", "#e3685f", "#f3874a", "#fca934", "#fcd025", "#f0f921")
-SPEED_LEVELS = 64  # that are told apart
+SPEED_LEVELS = 64  # in the picture
 
 RAPID, RAPID_DARK = "#8b95a1", "#66727f"
 RAPID_WIDTH, RAPID_DASHES = 0.7, (5.0, 3.0)

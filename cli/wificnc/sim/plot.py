@@ -30,7 +30,7 @@ DPI = 150
 SIZE_IN = (14.0, 9.2)
 RASTER_ABOVE = 20_000  # segments: an SVG holds them as a picture
 MARGIN = 1.12  # of a view around what it shows
-TRAVEL_SHOWN = 2.0  # a travel larger than so many times the job is told, not drawn
+TRAVEL_SHOWN = 2.0  # a travel larger than so many times the job is reported, not drawn
 OFF_SCALE = 2.5  # rapids that are so much faster than the cuts leave the speed panel
 CLOCK_STEPS_S = (10, 15, 30, 60, 120, 300, 600, 900, 1800, 3600)
 

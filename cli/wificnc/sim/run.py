@@ -136,6 +136,7 @@ def board_timing(board: Board) -> Timing:
         tasks=Tasks.of(board.target),
         default_pulse_us=board.timing.default_pulse_us,
         step_spread_ns=step_spread_ns(board),
+        look_ahead=board.look_ahead,
     )
 
 
@@ -172,7 +173,7 @@ def _write(outputs: dict[str, Output], result: SimResult, trace: TraceFile | Non
         _complete(trace)
         outputs["--trace"].publish()
     if "--plot" in outputs:
-        from wificnc.sim.plot import draw_job  # matplotlib: half a second, and not everybody has it
+        from wificnc.sim.plot import draw_job  # matplotlib: half a second, and not everyone has it
 
         outputs["--plot"].write(draw_job(result, outputs["--plot"].path.suffix[1:].lower()))
     if "--json" in outputs:

@@ -1,1 +1,1 @@
-"""The page in the browser: what it must know of settings, boards and words (tables), as a file it is built with."""
+"""The page's files as a C header: the firmware of the ESP32 carries them."""

@@ -16,7 +16,7 @@ NO_PIN = 0xFF
 
 @dataclass(frozen=True)
 class Channel:
-    """One channel, as it is configured and as it stands. `on` is after inversion."""
+    """One channel, as it is configured, and its level. `on` is after inversion."""
 
     number: int
     direction: str  # "input" or "output"

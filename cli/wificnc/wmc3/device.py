@@ -53,7 +53,7 @@ from wificnc.wmc3.stream import StreamSender
 
 TIMEOUT_S = REPLY_TIMEOUT_MS / 1000
 TURN_S = 0.001  # a stream looks around this often
-LOST_S = 3.0  # a device that acknowledges nothing for so long is gone
+LOST_S = 3.0  # a device that acknowledges nothing for this long is gone
 LayoutT = TypeVar("LayoutT", bound=Layout)
 CODES = {ValueType.U8: "<B", ValueType.U16: "<H", ValueType.U32: "<I", ValueType.I32: "<i", ValueType.FLOAT: "<f"}
 
@@ -237,7 +237,7 @@ class Device:
         self.command(ConfigSave())
 
     def reports(self, seconds: float) -> Iterator[Status]:
-        """Status reports as they come, for so long. Raises LinkError when there are none."""
+        """Status reports as they come, for this long. Raises LinkError when there are none."""
         end = time.monotonic() + seconds
         listener = self.listen()
         self.post(JogStop(axis=0xFF))

@@ -68,7 +68,7 @@ def measure_reports(device: Device, seconds: float) -> Reports:
     listener = device.listen()
     kernel = _ask_for_stamps(listener)
     device.post(JogStop(axis=0xFF))
-    came = list(_reports(device, listener, seconds))[1:]  # the first one comes at once
+    came = list(_reports(device, listener, seconds))[1:]  # the first one comes immediately
     if len(came) < 3:
         raise LinkError(f"only {len(came)} reports in {seconds} s", hint="status_interval_ms sets their interval")
     gaps = [1e3 * (b - a) for (a, _), (b, _) in pairwise(came)]

@@ -7,7 +7,7 @@ import struct
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from wificnc.wmc3.layout import MAGIC, MOTION_SEGMENTS_MOST, PACKETS, VERSION, Header, Segment
+from wificnc.wmc3.layout import MAGIC, MOTION_SEGMENTS_MAX, PACKETS, VERSION, Header, Segment
 from wificnc.wmc3.packing import Layout
 
 CHECKSUM_AT = 16
@@ -21,8 +21,8 @@ def crc16(data: bytes) -> int:
 
 def build(payload: Layout, sequence: int = 0, timestamp_us: int = 0, segments: Sequence[Segment] = ()) -> bytes:
     """A packet. Raises struct.error when a number does not fit its field, ValueError for too many segments."""
-    if len(segments) > MOTION_SEGMENTS_MOST:
-        raise ValueError(f"{len(segments)} segments; a packet has at most {MOTION_SEGMENTS_MOST}")
+    if len(segments) > MOTION_SEGMENTS_MAX:
+        raise ValueError(f"{len(segments)} segments; a packet has at most {MOTION_SEGMENTS_MAX}")
     body = payload.pack() + b"".join(segment.pack() for segment in segments)
     head = Header(MAGIC, VERSION, payload.TYPE, len(body), sequence & 0xFFFFFFFF, timestamp_us & 0xFFFFFFFF, 0).pack()
     checksum = crc16(head + body)
@@ -61,6 +61,6 @@ def parse(data: bytes) -> Packet | None:
 def _segments(payload: Layout, body: bytes) -> tuple[Segment, ...] | None:
     """Those that follow the payload, or None: they do not fit."""
     count = getattr(payload, "count", 0)
-    if count > MOTION_SEGMENTS_MOST or len(body) < payload.size() + count * Segment.size():
+    if count > MOTION_SEGMENTS_MAX or len(body) < payload.size() + count * Segment.size():
         return None
     return tuple(Segment.unpack(body[payload.size() + n * Segment.size() :]) for n in range(count))

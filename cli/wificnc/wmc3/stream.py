@@ -9,7 +9,7 @@ from itertools import groupby
 from wificnc.errors import RefusedError
 from wificnc.wmc3.layout import (
     ASK_MS,
-    MOTION_SEGMENTS_MOST,
+    MOTION_SEGMENTS_MAX,
     RESEND_MS,
     Refusal,
     Segment,
@@ -27,7 +27,7 @@ class StreamSender:
     """Segments in, payloads of datagrams out.
 
     poll(now) gives what to send now; put every stream_ack into take(). now is any clock in seconds that never goes
-    back. Segments that nobody will need again are forgotten.
+    back. Segments that no one will need again are forgotten.
     """
 
     def __init__(self, stream: int, capacity: int, resend_s: float = RESEND_S, ask_s: float = ASK_S) -> None:
@@ -54,7 +54,7 @@ class StreamSender:
         return self.done == self.end
 
     def put(self, segments: Iterable[Segment], last: bool = False) -> None:
-        """Append. @param last: nothing follows for now, so the device is not underrun when it stands behind it."""
+        """Append. @param last: nothing follows for now, so the device is not underrun when it follows it."""
         for segment in segments:
             self._waiting[self.end] = segment
             self.end += 1
@@ -107,5 +107,5 @@ def _runs(numbers: list[int]) -> Iterator[tuple[int, list[int]]]:
     """Consecutive numbers together, at most a packet's worth: the first, and all of them."""
     for _, group in groupby(enumerate(numbers), key=lambda pair: pair[1] - pair[0]):
         run = [number for _, number in group]
-        for at in range(0, len(run), MOTION_SEGMENTS_MOST):
-            yield run[at], run[at : at + MOTION_SEGMENTS_MOST]
+        for at in range(0, len(run), MOTION_SEGMENTS_MAX):
+            yield run[at], run[at : at + MOTION_SEGMENTS_MAX]

@@ -35,4 +35,5 @@ static double stretch(const struct kinematics *kinematics, const double from[AXI
     return 1.0; /* of Z */
 }
 
-const struct kinematics_ops kinematics_corexy = {.forward = forward, .inverse = inverse, .stretch = stretch};
+const struct kinematics_ops kinematics_corexy = {
+    .forward = forward, .inverse = inverse, .stretch = stretch, .coupled = true};

@@ -10,12 +10,11 @@
 void kinematics_init(struct kinematics *kinematics, enum kinematics_kind kind, const float arm_mm[2],
                      const float travel_mm[2]) {
     static const struct kinematics_ops *const ops[KINEMATICS_COUNT] = {
-        [KINEMATICS_CARTESIAN] = &kinematics_cartesian,
-        [KINEMATICS_COREXY] = &kinematics_corexy,
-        [KINEMATICS_POLAR] = &kinematics_polar,
-        [KINEMATICS_SCARA] = &kinematics_scara,
+#define KIND(NAME, name) [KINEMATICS_##NAME] = &kinematics_##name,
+        KINEMATICS_KINDS(KIND)
+#undef KIND
     };
-    *kinematics = (struct kinematics){.ops = ops[kind], .coupled = kind == KINEMATICS_COREXY};
+    *kinematics = (struct kinematics){.ops = ops[kind], .coupled = ops[kind]->coupled};
     if (kinematics->ops->bend_mm != NULL)
         kinematics->curved = 1u << AXIS_X | 1u << AXIS_Y;
     for (unsigned i = 0; i < 2; i++) {

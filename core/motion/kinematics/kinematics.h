@@ -9,17 +9,17 @@
 #define WIFICNC_MOTION_KINEMATICS_H
 
 #include "base/axis.h"
+#include "motion/kinematics/kinds_gen.h"
 
 #include <stdbool.h>
 #include <stdint.h>
 
 /** $80 */
 enum kinematics_kind {
-    KINEMATICS_CARTESIAN, /* each motor moves one axis */
-    KINEMATICS_COREXY,    /* A = X + Y, B = X - Y */
-    KINEMATICS_POLAR,     /* X: radius, Y: angle */
-    KINEMATICS_SCARA,     /* X, Y: angles of two arms */
-    KINEMATICS_COUNT
+#define KIND(NAME, name) KINEMATICS_##NAME,
+    KINEMATICS_KINDS(KIND)
+#undef KIND
+        KINEMATICS_COUNT
 };
 
 struct kinematics;
@@ -42,18 +42,21 @@ struct kinematics_ops {
                       const double to[AXIS_COUNT]);
     /** Radii that X and Y can reach. NULL: all. */
     void (*reach_mm)(const struct kinematics *kinematics, double *least_mm, double *most_mm);
+    bool coupled; /* both motors of X and Y move either axis, so switches are those of the tool */
 };
 
 struct kinematics {
     const struct kinematics_ops *ops;
     double arm_mm[2];    /* SCARA: at the hub, at the tool */
     double travel_mm[2]; /* of the X and Y joints, 0: endless */
-    axis_mask_t curved;  /* axes whose joints are something else: their travel is no rectangle */
+    axis_mask_t curved;  /* axes whose joints are something else: their travel is not a rectangle */
     bool coupled;        /* X and Y switches are those of the tool, not of the joints */
 };
 
-extern const struct kinematics_ops kinematics_cartesian, kinematics_corexy, kinematics_polar,
-    kinematics_scara;
+/* One of each kind, in a file of its name. */
+#define KIND(NAME, name) extern const struct kinematics_ops kinematics_##name;
+KINEMATICS_KINDS(KIND)
+#undef KIND
 
 /** @param arm_mm  > 0; @param travel_mm  >= 0 */
 void kinematics_init(struct kinematics *kinematics, enum kinematics_kind kind, const float arm_mm[2],

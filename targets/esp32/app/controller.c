@@ -2,7 +2,7 @@
 #include "app/controller.h"
 
 #include "hal/hal.h"
-#include "link/rx.h"
+#include "input/rx.h"
 #include "net_tcp.h"
 
 #include <string.h>

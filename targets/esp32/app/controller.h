@@ -70,7 +70,7 @@ bool controller_listen(struct controller *controller, const char *host, const ch
 bool controller_serve_wire(struct controller *controller, const struct session_options *options,
                            const struct session_ops *ops, int *error);
 
-/** One round. @return true: there is more to do at once; false: nothing for a ms */
+/** One round. @return true: there is more to do immediately; false: nothing for a ms */
 bool controller_round(struct controller *controller);
 
 #endif

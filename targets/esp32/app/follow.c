@@ -5,7 +5,7 @@ static void apply_pulse(struct follow *follow) {
     step_engine_set_pulse(&follow->hal->step, machine_step_pulse_ns(follow->machine));
 }
 
-/* Beside the interrupts of the inputs, not between them. */
+/* Outside of the interrupts of the inputs, not between them. */
 static void apply_levels(void *arg) {
     const struct follow *follow = arg;
     const struct settings *settings = machine_settings(follow->machine);

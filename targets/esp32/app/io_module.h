@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
  * Device mode 1: this board is an I/O expansion. [task, core 0] No motion: neither machine nor step timer are
- * started. Its channels are commanded by the binary protocol; beside it there is what every mode has, the
+ * started. Its channels are commanded by the binary protocol; next to it there is what every mode has, the
  * network with updates and a name. */
 #ifndef WIFICNC_ESP32_IO_MODULE_H
 #define WIFICNC_ESP32_IO_MODULE_H

@@ -16,7 +16,7 @@ extern const struct hal_motion_side motion_task_side;
  * ran out */
 bool motion_task_start(struct machine *machine, struct hal *hal);
 
-/** [task] Look at once: something has been planned. */
+/** [task] Look now: something has been planned. */
 void motion_task_wake(void);
 
 #endif

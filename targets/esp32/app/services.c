@@ -31,7 +31,7 @@ void services_start(struct services *services, struct lockout *lockout, const ch
              password[0] != '\0' ? password : wifi_own_password());
     ota_init(&services->ota, &ota_flash_ops, &services->flash, &image, lockout, services->password);
     snprintf(port, sizeof port, "%d", OTA_PORT);
-    /* without the radio there is neither a password of our own nor a nonce that nobody can foresee */
+    /* without the radio there is neither a password of our own nor a nonce that no one can foresee */
     bool guarded = wifi_own_password()[0] != '\0';
     services->ota_listener = guarded ? net_tcp_listen(NULL, port, address, &error) : -1;
     snprintf(services->mdns.name, sizeof services->mdns.name, "%s", network_name());
@@ -39,7 +39,7 @@ void services_start(struct services *services, struct lockout *lockout, const ch
     services->mdns_socket = net_mdns_open("0.0.0.0", NET_MDNS_PORT);
 }
 
-/* Never the same, and nobody can foresee it: a keyed digest of a counter. */
+/* Never the same, and no one can foresee it: a keyed digest of a counter. */
 static void make_nonce(struct services *services, uint8_t nonce[OTA_NONCE_SIZE]) {
     uint8_t digest[SHA256_SIZE];
     services->nonces++;

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
- * What the network is offered beside telnet: updates and a name. [task, core 0] For motion controller and I/O
- * module alike. */
+ * What the network is offered in addition to telnet: updates and a name. [task, core 0] For motion controller
+ * and I/O module alike. */
 #ifndef WIFICNC_ESP32_SERVICES_H
 #define WIFICNC_ESP32_SERVICES_H
 
@@ -24,12 +24,13 @@ struct services {
 
 /** [start, behind network_start()] @param lockout  of all passwords  @param password  of network clients; "":
  * updates want that of our own network  @param flash  who is asked before flash is written; is copied
- * @param telnet_port  that the network is told of; 0: there is no telnet */
+ * @param telnet_port  that is announced in the network; 0: there is no telnet */
 void services_start(struct services *services, struct lockout *lockout, const char *password,
                     const struct ota_flash *flash, uint16_t telnet_port);
 
 /** One round. An image that gets here for half a minute has a network, and so can be updated again: it is
- * confirmed. Restarts the chip when a new firmware is complete. @return true: there is more to do at once */
+ * confirmed. Restarts the chip when a new firmware is complete. @return true: there is more to do immediately
+ */
 bool services_poll(struct services *services, uint32_t now_us);
 
 #endif

@@ -4,7 +4,7 @@
  *
  * Registers are written whole: one store each, no read-modify-write. The timer counts up from 0 at every
  * start and is compared with an absolute alarm, so intervals add up without drift; an alarm that has passed
- * already fires at once (ESP-IDF Programming Guide, GPTimer, alarm_count). Active-low step and direction
+ * already fires immediately (ESP-IDF Programming Guide, GPTimer, alarm_count). Active-low step and direction
  * lines are inverted by the GPIO matrix, not here. */
 #ifndef WIFICNC_HAL_STEP_H
 #define WIFICNC_HAL_STEP_H
@@ -38,7 +38,7 @@
 /** Step timer and pins. In internal RAM; filled by step_engine_init(). The tables come last: an instruction
  * reaches 1020 bytes from a pointer. */
 struct hal_step {
-    uint32_t timer_rests; /* T0CONFIG while the timer stands */
+    uint32_t timer_rests; /* T0CONFIG while the timer is stopped */
     uint32_t timer_runs;  /* the same with RUN and ALARM */
     uint32_t alarm_low, alarm_high;
     /* CPU cycles. The lengths are changed at rest only */

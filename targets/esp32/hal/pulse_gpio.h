@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT
- * Step pulses by the GPIO registers: the interrupt begins and ends them. All axes at once. Of hal_step.h. */
+ * Step pulses by the GPIO registers: the interrupt begins and ends them. All axes together. Of hal_step.h. */
 #ifndef WIFICNC_PULSE_GPIO_H
 #define WIFICNC_PULSE_GPIO_H
 

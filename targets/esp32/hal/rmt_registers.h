@@ -8,7 +8,7 @@
 
 /* RMT_CHnCONF1_REG of the ESP32, RMT_CHnCONF0_REG of the ESP32-S3 (technical reference manuals, chapter
  * Remote Control Peripheral). STEP_RMT_TAKE_OVER: the S3 uses a changed configuration only then.
- * STEP_RMT_ONCE: bits that make something happen, as against those that stay. */
+ * STEP_RMT_ONCE: bits that make something happen, compared with those that stay. */
 #if CONFIG_IDF_TARGET_ESP32
 #define STEP_RMT_CONF(channel) conf_ch[channel].conf1.val
 #define STEP_RMT_REWIND        (1u << 3)

@@ -16,7 +16,7 @@
 
 #define APB_HZ         80000000u
 #define CYCLES_PER_US  ((uint32_t)CONFIG_ESP_DEFAULT_CPU_FREQ_MHZ)
-#define DIVIDER_MOST   65536u /* TIMG_T0_DIVIDER */
+#define DIVIDER_MAX    65536u /* TIMG_T0_DIVIDER */
 #define BY_RMT         (BOARD_STEP_ENGINE == BOARD_STEP_ENGINE_RMT)
 #define BUS_CYCLES     16u /* that a write waits for the other core's, at most */
 #define NO_PROBE_LEVEL 1u  /* what (anything & 0) never is */
@@ -34,7 +34,7 @@ static void set_probe(struct hal_step *hal, uint8_t gpio) {
 
 bool step_engine_init(struct hal_step *hal, const struct step_engine_board *board) {
     uint32_t divider = APB_HZ / board->timer_hz;
-    if (divider < 2 || divider > DIVIDER_MOST || divider * board->timer_hz != APB_HZ)
+    if (divider < 2 || divider > DIVIDER_MAX || divider * board->timer_hz != APB_HZ)
         return false;
     if (!step_pins_set(&hal->pins, board->step_gpio, board->dir_gpio))
         return false;

@@ -7,7 +7,7 @@
 #include "esp_attr.h"
 #include "hal/pcnt_ll.h"
 
-#define UNIT      0u  /* the first that ESP-IDF's driver gives, and nobody else asks for one */
+#define UNIT      0u  /* the first that ESP-IDF's driver gives, and no one else asks for one */
 #define GLITCH_NS 500 /* shorter pulses are noise: 1 MHz of counts are left */
 
 /* Both edges of one line; the other line says which way. */

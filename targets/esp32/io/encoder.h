@@ -26,7 +26,7 @@ enum { ENCODER_A, ENCODER_B, ENCODER_INDEX, ENCODER_LINES };
 
 /** In internal RAM. */
 struct encoder {
-    void *unit; /* pcnt_unit_handle_t; NULL: there is none */
+    void *unit; /* pcnt_unit_handle_t; NULL: none exists */
     struct encoder_counts counts;
     volatile uint32_t index; /* encoder_index_word(), of the interrupt */
 };

@@ -30,7 +30,7 @@ struct inputs {
     uint32_t home_high;      /* home lines that the board calls active high */
     struct encoder *encoder; /* of the index line; NULL: none is wired */
     uint8_t index_gpio;
-    struct machine *machine; /* is told of edges of limits, home and e-stop; NULL: nobody */
+    struct machine *machine; /* gets the edges of limits, home and e-stop; NULL: no one */
 };
 
 /** [task] Pins become inputs with their pulls. No interrupt yet. @param wire  is copied */
@@ -44,7 +44,7 @@ void inputs_set_levels(struct inputs *inputs, bool limit_invert, bool probe_inve
 /** [start] The index line of the spindle's encoder: inputs_attach() has it interrupt, too. */
 void inputs_add_index(struct inputs *inputs, struct encoder *encoder, const struct encoder_wire *wire);
 
-/** [task on core 1] From now on edges interrupt, and `machine` is told. @return false: no interrupt is free
+/** [task on core 1] From now on edges interrupt, and `machine` gets them. @return false: no interrupt is free
  */
 bool inputs_attach(struct inputs *inputs, struct machine *machine);
 

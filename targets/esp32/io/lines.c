@@ -46,7 +46,7 @@ static void wire_one(const struct channels_wiring *wiring, unsigned n, bool leve
 
 static void write_levels(void *ctx, uint16_t levels) {
     const struct lines *lines = ctx;
-    for (unsigned n = 0; n < CHANNELS_MOST; n++)
+    for (unsigned n = 0; n < CHANNELS_MAX; n++)
         if ((lines->wiring.outputs >> n & 1) != 0)
             (void)gpio_set_level((gpio_num_t)lines->wiring.pin[n], levels >> n & 1);
 }
@@ -55,10 +55,10 @@ static void write_levels(void *ctx, uint16_t levels) {
 static void wire(void *ctx, const struct channels_wiring *wiring, uint16_t levels) {
     struct lines *lines = ctx;
     const struct channels_wiring old = lines->wiring;
-    for (unsigned n = 0; n < CHANNELS_MOST; n++)
+    for (unsigned n = 0; n < CHANNELS_MAX; n++)
         if (old.pin[n] != CHANNELS_NO_PIN && !is_same(&old, wiring, n))
             (void)gpio_reset_pin((gpio_num_t)old.pin[n]);
-    for (unsigned n = 0; n < CHANNELS_MOST; n++)
+    for (unsigned n = 0; n < CHANNELS_MAX; n++)
         if (wiring->pin[n] != CHANNELS_NO_PIN && !is_same(&old, wiring, n))
             wire_one(wiring, n, (levels >> n & 1) != 0);
     lines->wiring = *wiring;
@@ -68,7 +68,7 @@ static void wire(void *ctx, const struct channels_wiring *wiring, uint16_t level
 static uint16_t read_levels(void *ctx) {
     const struct lines *lines = ctx;
     unsigned levels = 0;
-    for (unsigned n = 0; n < CHANNELS_MOST; n++)
+    for (unsigned n = 0; n < CHANNELS_MAX; n++)
         if (lines->wiring.pin[n] != CHANNELS_NO_PIN && gpio_get_level((gpio_num_t)lines->wiring.pin[n]) != 0)
             levels |= 1u << n;
     return (uint16_t)levels;

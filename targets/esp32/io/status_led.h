@@ -2,7 +2,7 @@
  * What the status LED shows. [task] Pure: no clock, no pin.
  *
  *   state                      WS2812               plain LED
- *   nobody is connected        red, slow blink      off
+ *   no one is connected        red, slow blink      off
  *   connected, at rest         blue                 on
  *   connected, running         green                slow blink
  *   alarm, e-stop, safe mode   yellow, fast blink   fast blink */

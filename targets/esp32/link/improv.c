@@ -24,7 +24,7 @@ static uint8_t sum(const uint8_t *bytes, size_t count) {
     return total;
 }
 
-/* The line end before it ends whatever stands on the line; who reads packets looks at line begins. A host
+/* The line end before it ends whatever is on the line; who reads packets looks at line begins. A host
  * that does not read loses packets, and asks again. */
 static void say(struct improv *improv, enum type type, const uint8_t *data, size_t size) {
     size_t whole = 1 + IMPROV_HEAD + size + 2;
@@ -206,7 +206,7 @@ static void watch_scan(struct improv *improv, uint32_t now_us) {
 
 /* ---- in ---- */
 
-/* Whether this byte goes on with the packet that has begun; what it is too long for is none. */
+/* Whether this byte continues with the packet that has begun; what it is too long for is none. */
 static bool continues(const struct improv *improv, uint8_t byte) {
     if (improv->count < NAME_SIZE)
         return byte == (uint8_t)name[improv->count];

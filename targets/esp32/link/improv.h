@@ -3,7 +3,7 @@
  * of a network, and sees which there are. [task] Plain C: no chip, no radio; tested on a computer.
  *
  * A filter between the port and the hub. Packets are taken out of what comes in, whatever bytes they hold, so
- * that a `!` in a password holds nothing; all else goes on to the hub. Answers go out between two lines of
+ * that a `!` in a password holds nothing; all else continues to the hub. Answers go out between two lines of
  * the controller, never inside one.
  *
  *   IMPROV | version 1 | type | length | data | checksum, the sum of all before it | LF */

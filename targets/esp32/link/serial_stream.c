@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "link/serial_stream.h"
 
-#include "link/rx.h" // RX_OVERRIDE_FIRST
+#include "input/rx.h" // RX_OVERRIDE_FIRST
 
 #include "driver/uart.h"
 #include "esp_intr_alloc.h"
@@ -13,9 +13,9 @@
 #include "driver/usb_serial_jtag.h"
 #endif
 
-/* USB_MOST: the driver takes a piece whole or not at all. UART_RX_FULL, UART_RX_IDLE: bytes in the receiver,
+/* USB_MAX: the driver takes a piece whole or not at all. UART_RX_FULL, UART_RX_IDLE: bytes in the receiver,
  * and character times without one, after which the driver gets them: a realtime byte waits for no more. */
-enum { UART = UART_NUM_0, NO_FD = -1, USB_MOST = 512, UART_RX_FULL = 16, UART_RX_IDLE = 2 };
+enum { UART = UART_NUM_0, NO_FD = -1, USB_MAX = 512, UART_RX_FULL = 16, UART_RX_IDLE = 2 };
 
 /* UART_FIFO: bytes in the receiver. UART_EVENTS: more than come in the 400 ms of an erase, one for each
  * UART_RX_FULL bytes. */
@@ -35,7 +35,7 @@ static struct {
 } uart0;
 
 /* What the driver has reported since the last call. @return NET_LOST, NET_UNFRAMED, or 0 @param[out] stashed
- * bytes that the driver keeps where nobody can count them */
+ * bytes that the driver keeps where no one can count them */
 static long take_events(size_t *stashed) {
     uart_event_t event;
     /* no room: some may be missing */
@@ -101,7 +101,7 @@ static long uart_stream_read(const struct net_stream *stream, char *bytes, size_
     return count > 0 ? count : 0;
 }
 
-/* Never more than the driver's buffer takes at once: uart_write_bytes() would wait. */
+/* Never more than the driver's buffer takes in one call: uart_write_bytes() would wait. */
 static long uart_stream_write(const struct net_stream *stream, const char *bytes, size_t count) {
     size_t room = 0;
     (void)stream;
@@ -140,13 +140,13 @@ static long usb_stream_read(const struct net_stream *stream, char *bytes, size_t
     return count > 0 ? count : 0;
 }
 
-/* With no computer at the port nobody takes the bytes: they are dropped, or answers would pile up for ever.
+/* With no computer at the port no one takes the bytes: they are dropped, or answers would pile up for ever.
  */
 static long usb_stream_write(const struct net_stream *stream, const char *bytes, size_t count) {
     (void)stream;
     if (!usb_serial_jtag_is_connected())
         return (long)count;
-    int taken = usb_serial_jtag_write_bytes(bytes, count < USB_MOST ? count : USB_MOST, 0);
+    int taken = usb_serial_jtag_write_bytes(bytes, count < USB_MAX ? count : USB_MAX, 0);
     return taken > 0 ? taken : 0;
 }
 

@@ -33,7 +33,7 @@ struct firmware {
     bool safe_mode, is_module, has_network;
 };
 
-/** Pins are sorted out before there is anybody to be told: lines for later. */
+/** Pins are sorted out before there is anyone to be told: lines for later. */
 struct complaints {
     char text[512];
 };

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
  * Start of the firmware, in stages: outputs are made safe before anything else can go wrong; the motion side
- * stands before there is anybody who could command it; the network comes last, and nothing waits for it.
+ * is up before anyone can command it; the network comes last, and nothing waits for it.
  *
  * The storage is read before the outputs, because it says which pins they are on; until then the pins do what
  * they do from reset. */

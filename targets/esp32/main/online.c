@@ -121,7 +121,7 @@ void firmware_start_io_module(struct firmware *firmware) {
     const struct ota_flash flash = {.lock = lock_outputs, .unlock = unlock_outputs, .ctx = module};
     firmware->has_network = network_start(&firmware->store);
     if (!firmware->has_network)
-        return; /* nobody can command: the outputs stay safe */
+        return; /* no one can command: the outputs stay safe */
     load_access(firmware);
     const struct session_options options = wire_options(firmware);
     *module = (struct io_module){

@@ -46,7 +46,7 @@ static enum led_state controller_led(const struct firmware *firmware) {
     return machine_is_at_rest(&firmware->machine) ? LED_READY : LED_RUNNING;
 }
 
-/* @return true: there is more to do at once */
+/* @return true: there is more to do immediately */
 static bool serve_network(struct firmware *firmware, uint32_t now_us) {
     if (!firmware->has_network)
         return false;

@@ -42,7 +42,7 @@ void firmware_read_choices(struct firmware *firmware) {
 
 /* ---- pins ---- */
 
-/* What reads the storage, and who is told of pins that are impossible. */
+/* What reads the storage, and who gets the messages about impossible pins. */
 struct pin_reader {
     struct firmware *firmware;
     struct complaints *complaints;

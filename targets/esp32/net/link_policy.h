@@ -20,7 +20,7 @@ struct link_policy {
     uint32_t since_ms;
 };
 
-/** @param has_ethernet  a W5500 answers; without one WiFi is on at once */
+/** @param has_ethernet  a W5500 answers; without one WiFi is on immediately */
 void link_policy_init(struct link_policy *policy, bool has_ethernet, uint32_t now_ms);
 
 /** Ethernet has got an address, or has lost it. */

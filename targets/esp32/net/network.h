@@ -12,7 +12,7 @@
 
 enum { NETWORK_NAME_SIZE = 16 };
 
-/** [start] @return false: neither started; the serial ports go on working */
+/** [start] @return false: neither started; the serial ports continue working */
 bool network_start(const struct nvs_store *store);
 
 /** "WiFiCNC-1A2B", the end of the chip's own MAC address. Empty before network_start(). */

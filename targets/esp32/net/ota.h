@@ -32,7 +32,7 @@ struct ota_image {
 
 /** The flash, and who could mind. Each text is a reason for the sender; NULL: it went well. */
 struct ota_ops {
-    /** May it begin? The machine must stand still, and stays locked until end(), abort(). */
+    /** May it begin? The machine must be still, and stays locked until end(), abort(). */
     const char *(*begin)(void *ctx, size_t size);
     const char *(*write)(void *ctx, const uint8_t *bytes, size_t count);
     /** All is written and its digest is right: make it the next one to start. */
@@ -71,12 +71,12 @@ struct ota {
 void ota_init(struct ota *ota, const struct ota_ops *ops, void *ctx, const struct ota_image *image,
               struct lockout *lockout, const char *password);
 
-/** A connection. @param nonce  random @return false: another upload is in progress; the stream was told so
+/** A connection. @param nonce  random @return false: another upload is in progress; the stream got a message
  * and closed */
 bool ota_connect(struct ota *ota, const struct net_stream *stream, const uint8_t nonce[OTA_NONCE_SIZE],
                  uint32_t now_us);
 
-/** Go on with what has come, at most some pieces. @return true: there was something */
+/** Continue with what has come, at most some pieces. @return true: there was something */
 bool ota_poll(struct ota *ota, uint32_t now_us);
 
 #endif

@@ -19,7 +19,7 @@ static const char *begin(void *ctx, size_t size) {
     const char *why = flash->lock(flash->ctx);
     if (why != NULL)
         return why;
-    /* Erased piece by piece, as it is written: all at once takes seconds. */
+    /* Erased piece by piece, as it is written: all in one step takes seconds. */
     if (esp_ota_begin(update.slot, OTA_WITH_SEQUENTIAL_WRITES, &update.handle) == ESP_OK)
         return NULL;
     flash->unlock(flash->ctx);

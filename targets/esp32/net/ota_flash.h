@@ -7,7 +7,7 @@
 
 /** Whoever must agree, and is held still meanwhile. */
 struct ota_flash {
-    /** @return NULL: go on, and stay locked until unlock(); or why not now */
+    /** @return NULL: continue, and stay locked until unlock(); or why not now */
     const char *(*lock)(void *ctx);
     void (*unlock)(void *ctx);
     void *ctx;

@@ -42,10 +42,6 @@ bool page_start(struct net_hub *hub, const char *host, const char *name, const c
     return net_http_open(&http, &site, host, port, address, error);
 }
 
-int page_listener(void) {
-    return http.listener;
-}
-
 bool page_poll(uint32_t now_us) {
     return net_http_poll(&http, now_us);
 }

@@ -13,10 +13,7 @@
  *  @return false: *error is an errno */
 bool page_start(struct net_hub *hub, const char *host, const char *name, const char *port, int *error);
 
-/** The socket that listens, -1: none. */
-int page_listener(void);
-
-/** A round. @return true: there is more to do at once */
+/** A round. @return true: there is more to do immediately */
 bool page_poll(uint32_t now_us);
 
 #endif

@@ -33,7 +33,7 @@ static uint32_t now_ms(void) {
     return (uint32_t)(esp_timer_get_time() / 1000);
 }
 
-/* Letters and digits that nobody mistakes for one another: 32 of them, 5 bits each. */
+/* Letters and digits that no one mistakes for one another: 32 of them, 5 bits each. */
 static void make_password(void) {
     static const char letters[] = "abcdefghijkmnpqrstuvwxyz23456789";
     _Static_assert(sizeof letters == 33, "5 bits each");

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT
- * WiFi: the stored network, and one of our own where there is none. [task, core 0]
+ * WiFi: the stored network, and one of our own where none exists. [task, core 0]
  *
  * No password is ever printed, but that of our own network on the serial ports. */
 #ifndef WIFICNC_ESP32_WIFI_H
@@ -22,7 +22,7 @@ bool wifi_init(const struct nvs_store *store, const char *name);
 /** Password of our own network: stored, or made now; empty before wifi_init(). */
 const char *wifi_own_password(void);
 
-/** Bytes that nobody can foresee, taken while the radio was on (the chip's noise source); all 0 when it never
+/** Bytes that no one can foresee, taken while the radio was on (the chip's noise source); all 0 when it never
  * was. */
 enum { WIFI_SEED_SIZE = 32 };
 const uint8_t *wifi_seed(void);
@@ -46,7 +46,7 @@ size_t wifi_scanned(struct wifi_network found[WIFI_NETWORKS]);
 /** Every 100 ms. @param on  whether WiFi is to be on @return our own network is up */
 bool wifi_poll(bool on);
 
-/** [the network task] Another network was stored: leave the one before, try the new one at once. */
+/** [the network task] Another network was stored: leave the one before, try the new one immediately. */
 void wifi_join_stored(const struct nvs_store *store);
 
 /** [the network task] News of the driver's events. */

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: MIT
  * When to try the network again, and when to open a network of our own. [task] Pure: no clock, no radio.
  *
- *   no network name stored      -> own network at once
+ *   no network name stored      -> own network immediately
  *   connecting fails or is lost -> again after 1 s, 2 s, 4 s ... 60 s
- *   not connected for a minute  -> own network as well, while the tries go on; off again when connected */
+ *   not connected for a minute  -> own network as well, while the tries continue; off again when connected */
 #ifndef WIFICNC_ESP32_WIFI_POLICY_H
 #define WIFICNC_ESP32_WIFI_POLICY_H
 

@@ -63,7 +63,7 @@ static bool list_core_key(const struct nvs_store *store, uint8_t key) {
     return write_list(store, &fresh);
 }
 
-/* All settings are kept at once. */
+/* All settings are stored in one step. */
 static bool list_settings(const struct nvs_store *store) {
     struct stored_list fresh = read_list(store);
     for (size_t i = 0; i < SETTINGS_COUNT; i++)
@@ -133,7 +133,7 @@ static bool put_settings(const struct nvs_store *store, const void *image, size_
     return count > 0 && put_all(store, pairs, count) && list_settings(store);
 }
 
-/* ---- several entries at once ---- */
+/* ---- several entries in one step ---- */
 
 static bool put_value(const struct nvs_store *store, const struct hal_store_value *value) {
     if (value->key == STORE_KEY_SETTINGS)

@@ -7,7 +7,7 @@
  * new values.
  *
  * NVS checks each entry and drops a damaged one, which then looks as if it had never been stored. So STORED
- * lists what is: a listed value that is missing is lost, and the core is told so. */
+ * lists what is: a listed value that is missing is lost, and the core learns it. */
 #ifndef WIFICNC_ESP32_NVS_STORE_H
 #define WIFICNC_ESP32_NVS_STORE_H
 

@@ -5,8 +5,8 @@
 
 enum { NET_CLIENTS = 16 };
 
-/** Connections of browsers, which open several at once and some for later; and bytes of a request's head: at
- * localhost a browser sends the cookies of everything that it has ever found there. */
+/** Connections of browsers, which open several at the same time and some for later; and bytes of a request's
+ * head: at localhost a browser sends the cookies of everything that it has ever found there. */
 enum { NET_HTTP_PLACES = 32, NET_HTTP_HEAD = 16384 };
 
 #endif

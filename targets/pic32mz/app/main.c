@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
  * The firmware: a start in stages, and one loop that never waits. What can hurt is made safe before anything
- * else can go wrong; there is nobody who could command the machine before it stands. */
+ * else can go wrong; there is no one who could command the machine before it is up. */
 #include "app/board.h"
 #include "app/follow.h"
 #include "chip/interrupts.h"
@@ -31,7 +31,7 @@ static bool has_room(void *ctx) {
 
 static const struct text_out out = {.write = say, .has_room = has_room};
 
-/* The motion side is this same loop: what is asked of it is done at once. */
+/* The motion side is this same loop: what is asked of it is done immediately. */
 static void call(const void *ctx, void (*work)(void *arg), void *arg) {
     (void)ctx;
     uint32_t held = interrupts_hold();

@@ -34,7 +34,7 @@ void system_watchdog_clear(void);
 /** [any context] Reset the chip: all pins become inputs. */
 __attribute__((noreturn)) void system_reset(void);
 
-/** Why the chip began anew. */
+/** Why the chip began again. */
 enum system_restart { RESTART_POWER, RESTART_WATCHDOG, RESTART_FAULT };
 
 /** What a fault leaves behind. */

@@ -125,7 +125,7 @@ static HAL_INLINE bool hal_step_probe(const struct hal_step *hal) {
 }
 
 /* The timer began the period at the present event. Where that is over already, after another interrupt of
- * this level, the next event comes at once; hal_step_set() keeps the pulses apart. */
+ * this level, the next event comes immediately; hal_step_set() keeps the pulses apart. */
 static HAL_INLINE void hal_step_timer_next(struct hal_step *hal, uint32_t ticks) {
     PR4 = ticks - 1;
     if (__builtin_expect(TMR4 < ticks - 1, 1))
@@ -145,7 +145,7 @@ static HAL_INLINE void hal_step_timer_start(struct hal_step *hal, uint32_t ticks
     SFR_SET(T4CON_ADDRESS) = TCON_ON;
 }
 
-/* The timer goes on until OC1 has ended the present pulse. */
+/* The timer continues until OC1 has ended the present pulse. */
 static HAL_INLINE void hal_step_timer_stop(struct hal_step *hal) {
     interrupt_disable(IRQ_T4);
     interrupt_clear(IRQ_T4);

@@ -27,7 +27,7 @@ struct inputs {
     uint32_t since_count;   /* CP0 Count when raw changed last */
     uint8_t misc_raw, misc; /* levels of M66's inputs, bit n = Pn: at the last sample, without bouncing */
     uint32_t misc_since_count;
-    struct machine *machine; /* is told of edges of limits, home and e-stop; NULL: nobody */
+    struct machine *machine; /* gets the edges of limits, home and e-stop; NULL: no one */
 };
 
 /** [start] Pins become inputs with their pulls. No interrupt yet. @param wire  is copied */
@@ -36,7 +36,7 @@ void inputs_init(struct inputs *inputs, const struct input_wire wire[INPUT_COUNT
 /** [task] $5 and $6: at which level limits, home switches and probe are on. */
 void inputs_set_levels(struct inputs *inputs, bool limit_invert, bool probe_invert);
 
-/** [start, interrupts off] From now on edges interrupt, and `machine` is told. */
+/** [start, interrupts off] From now on edges interrupt, and `machine` gets them. */
 void inputs_attach(struct inputs *inputs, struct machine *machine);
 
 /** [task, every ms] Take in what has stopped bouncing. */

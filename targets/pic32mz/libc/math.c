@@ -44,14 +44,6 @@ double ceil(double x) {
     return whole < x ? copysign(whole + 1.0, x) : whole;
 }
 
-float floorf(float x) {
-    return (float)floor((double)x);
-}
-
-float ceilf(float x) {
-    return (float)ceil((double)x);
-}
-
 double ldexp(double x, int exponent) {
     const double up = from_bits((uint64_t)(BIAS + 1023) << FRACTION_BITS); /* 2^1023 */
     const double down =

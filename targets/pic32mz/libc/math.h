@@ -31,8 +31,6 @@ static inline double copysign(double x, double sign) {
 double trunc(double x);
 double floor(double x);
 double ceil(double x);
-float floorf(float x);
-float ceilf(float x);
 double fmod(double x, double y);
 double frexp(double x, int *exponent);
 double ldexp(double x, int exponent);

@@ -37,7 +37,7 @@ void uart_init(struct rx *rx) {
     interrupt_enable(IRQ_U3_RX);
 }
 
-/* The flag stands as long as bytes wait, so it is cleared after them. USTA_FERR belongs to the byte that is
+/* The flag is set as long as bytes wait, so it is cleared after them. USTA_FERR belongs to the byte that is
  * read next: one without its stop bit means nothing, not even a real-time command. An overrun has lost what
  * came after the eight bytes of the FIFO. */
 void on_uart_rx(void) {
@@ -63,7 +63,7 @@ void on_uart_tx(void) {
     }
     interrupt_clear(IRQ_U3_TX);
     if (ring_held(&uart.index) == 0)
-        interrupt_disable(IRQ_U3_TX); /* the flag stands while the FIFO is empty */
+        interrupt_disable(IRQ_U3_TX); /* the flag is set while the FIFO is empty */
 }
 
 void uart_write(const char *bytes, size_t count) {

@@ -3,7 +3,7 @@
 #ifndef WIFICNC_PIC32MZ_UART3_H
 #define WIFICNC_PIC32MZ_UART3_H
 
-#include "link/rx.h"
+#include "input/rx.h"
 
 #include <stdbool.h>
 #include <stddef.h>

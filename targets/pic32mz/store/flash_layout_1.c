@@ -10,14 +10,14 @@ bool flash_1_is_page(const struct flash_store *store, unsigned page) {
            flash_word(store, page, 0, 1) == ~flash_word(store, page, 0, 2);
 }
 
-/* A record that was written to its end begins here. Its value is for the core to check. */
+/* A record that was written completely begins here. Its value is for the core to check. */
 static bool is_sealed(const struct flash_store *store, unsigned page, unsigned unit, uint32_t count) {
     unsigned seal = unit + 1 + flash_value_units(count);
     return flash_word(store, page, seal, 0) == SEAL_MAGIC &&
            flash_word(store, page, seal, 1) == flash_word(store, page, unit, 2);
 }
 
-/* What is no record is passed over: power cuts have left some in the middle of a page. */
+/* What is not a record is passed over: power cuts have left some in the middle of a page. */
 void flash_1_find(const struct flash_store *store, unsigned page, struct flash_record found[FLASH_KEYS]) {
     for (unsigned unit = 1; unit < FLASH_UNITS;) {
         uint32_t mark = flash_word(store, page, unit, 0), count = flash_word(store, page, unit, 1);

@@ -12,7 +12,7 @@
 
 enum { FLASH_NO_PAGE = FLASH_LIVE_PAGES, FLASH_HEAD_UNITS = 2, FLASH_VALUE_MAX = FLASH_PAGE_SIZE / 4 };
 
-/* What stands before and after a value. */
+/* What comes before and after a value. */
 struct flash_label {
     uint32_t key, count;
 };
@@ -20,7 +20,7 @@ struct flash_label {
 /* What begins at a unit of the page in force. */
 enum flash_kind {
     FLASH_KIND_RECORD,     /* `whole`: both labels are sound. Its value is for the core to check */
-    FLASH_KIND_UNREADABLE, /* one unit of nobody knows what */
+    FLASH_KIND_UNREADABLE, /* one unit of unknown content */
     FLASH_KIND_BLANK,      /* one unit, and something is after it */
     FLASH_KIND_UNFINISHED, /* a record that a power cut has ended; nothing is after it */
     FLASH_KIND_END,

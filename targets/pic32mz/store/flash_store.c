@@ -178,7 +178,7 @@ static bool is_as_written(const struct flash_store *store) {
     return true;
 }
 
-/* A unit that cannot be written is no reason to give up: the other page is erased first. */
+/* A unit that cannot be written does not end the write: the other page is erased and takes all of it. */
 static enum hal_store_state fail(const struct flash_store *store) {
     bool again = store->work->appends && lay_out_other_page(store) && begin_next(store);
     return again ? HAL_STORE_BUSY : HAL_STORE_FAILED;

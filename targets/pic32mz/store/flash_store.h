@@ -10,7 +10,7 @@
  * is a new record after the others; it counts when its second label is begun, which is written last. When a
  * page is full, the newest value of every key goes to the other page, and that page's heads, written last,
  * make it the one in force. So a power cut at any moment, even in the middle of a unit, leaves the old or the
- * new value. Several values at once always go to the other page: its heads bring all of them into force.
+ * new value. Several values in one step always go to the other page: its heads bring all of them into force.
  *
  * Whatever must be understood is there twice, so that one damaged unit is either made good by its twin, or is
  * part of a value, whose key is known and whose CRC is the core's. A power cut can only leave an unfinished

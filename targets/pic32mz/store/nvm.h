@@ -2,7 +2,7 @@
  * The flash controller, for the pages of flash_store.h. [task] Nothing here waits: a page takes 20 ms or so,
  * a unit 50 us, and the program runs on meanwhile. That is possible because the pages lie in the upper flash
  * panel and the program in the lower one: a panel that is erased or programmed cannot be read, and a CPU that
- * fetches from it stands still until it is done. */
+ * fetches from it waits until it is done. */
 #ifndef WIFICNC_PIC32MZ_NVM_H
 #define WIFICNC_PIC32MZ_NVM_H
 

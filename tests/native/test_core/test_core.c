@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: MIT
  * Properties of the core that hold on every processor: run on this computer, by `pio test -e native`, and as
  * Xtensa code in an emulator. Only <stdio.h> is needed around it. */
-#include "base/power.h"
+#include "base/pow.h"
 #include "base/ring.h"
 #include "base/trig.h"
 #include "gcode/number.h"
-#include "link/line_reader.h"
+#include "input/line_reader.h"
 #include "settings/store.h"
 
 #include <stdio.h>

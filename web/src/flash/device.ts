@@ -21,7 +21,7 @@ export type Log = (line: string) => void;
 export type Progress = (part: string, done: number, total: number) => void;
 
 export class BoardDevice {
-  /** Rejects when the board was disconnected: the loader itself would go on asking for minutes. */
+  /** Rejects when the board was disconnected: the loader itself would continue asking for minutes. */
   private readonly lost: Promise<never>;
 
   private constructor(
@@ -32,7 +32,7 @@ export class BoardDevice {
     this.lost = new Promise((_resolve, reject) => {
       transport.device.addEventListener("disconnect", () => reject(new Error("the board was disconnected")), { once: true });
     });
-    this.lost.catch(() => {}); // it may be lost while nobody waits
+    this.lost.catch(() => {}); // it may be lost while no one waits
   }
 
   /** Reset the board into its loader and ask what it is. Rejects with a FirmwareError. */
@@ -115,7 +115,7 @@ export class BoardDevice {
   }
 
   private unlessLost<T>(work: Promise<T>): Promise<T> {
-    work.catch(() => {}); // what fails after the board is gone is no news
+    work.catch(() => {}); // what fails after the board is gone is not news
     return Promise.race([work, this.lost]);
   }
 

@@ -1,5 +1,5 @@
 /**
- * The firmware beside this page: `firmware/index.json` (`wificnc release` writes it) and ESP Web Tools' manifests.
+ * The firmware next to this page: `firmware/index.json` (`wificnc release` writes it) and ESP Web Tools' manifests.
  * Everything is checked before a byte goes to a board, and an error says what is wrong and what to do.
  */
 import type { Board } from "../tables";
@@ -53,7 +53,7 @@ export type Fetch = (path: string) => Promise<Response>;
 
 const fetchHere: Fetch = (path) => fetch(new URL(path, document.baseURI));
 
-/** null: there is no firmware beside this page. Rejects with a FirmwareError. */
+/** null: there is no firmware next to this page. Rejects with a FirmwareError. */
 export async function loadIndex(get: Fetch = fetchHere): Promise<FirmwareIndex | null> {
   const answer = await get(`${FOLDER}index.json`).catch(() => null);
   if (!answer || answer.status === 404) return null;

@@ -109,7 +109,7 @@ const BOARD_FIELDS: readonly HostField[] = [
   "home_axes",
 ];
 
-/** WASI's "no such file": there are none, the core opens none and asks for no time. */
+/** WASI's "no such file": none exist, the core opens none and asks for no time. */
 const EBADF = 8;
 
 function system(): WebAssembly.ModuleImports {

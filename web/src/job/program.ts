@@ -6,7 +6,7 @@
 export interface JobLine {
   /** 1-based in the file. */
   number: number;
-  /** As it stands in the file, for people. */
+  /** As written in the file, for people. */
   text: string;
   /** Without comments and blanks, upper case; no line end. */
   code: string;

@@ -3,7 +3,7 @@
  * parser twice, from two different places. What comes out the same is known; an axis that moved and comes out different
  * cannot be known, and the resume is refused rather than guessed.
  *
- * The way back: first Z up to the highest place that the job has used, then the spindle and time for it to run up, then
+ * How it returns: first Z up to the highest place that the job has used, then the spindle and time for it to run up, then
  * X, Y and the turning axes, then Z down at a careful feed. The modal words of line N come last.
  */
 import { AXES, errorWords } from "../tables";
@@ -56,7 +56,7 @@ const ROW_MODES = new Set([50, 51, 730, 810, 820, 830, 850, 860, 890]);
 const MOTION_CODES = new Set([0, 1, 2, 3, 5, 5.1, 33, 38.2, 38.3, 38.4, 38.5, 73, 76, 80, 81, 82, 83, 84, 85, 86, 87, 88, 89]);
 const AXES_FOR_OTHERS = new Set([10, 28, 28.1, 30, 30.1, 43, 43.1, 92, 92.1]);
 
-/** What to send to go on from a line of the file. Throws ResumeError. */
+/** What to send to continue from a line of the file. Throws ResumeError. */
 export function planResume(core: Core, lines: readonly JobLine[], line: number, facts: MachineFacts): Resume {
   const before = lines.filter((entry) => entry.number < line);
   const rest = lines.filter((entry) => entry.number >= line);
@@ -150,7 +150,7 @@ function spindleOf(modes: Modes, facts: MachineFacts): string[] {
   return [`M${modes.spindle_m}${speed}`, ...(facts.laser ? [] : [`G4P${SPINDLE_WAIT_S}`])];
 }
 
-/** The modes of line N, where they differ from the preamble's. F is in mm/min, so it stands before G20. */
+/** The modes of line N, where they differ from the preamble's. F is in mm/min, so it comes before G20. */
 function modalWords(modes: Modes): string[] {
   const lines = [`F${number(Number(modes.feed_mm_min.toPrecision(6)))}`];
   let words = "";

@@ -11,7 +11,7 @@ import { numbered, type JobLine, type Program } from "./program";
 export type JobState = "none" | "ready" | "running" | "stopping" | "done" | "stopped" | "failed" | "lost";
 
 const AT_REST = new Set(["Idle", "Check"]);
-/** Reports in a row from one place, after which the machine stands. */
+/** Reports in a row from one place, after which the machine is at rest. */
 const RESTING_REPORTS = 2;
 
 export class JobRunner {

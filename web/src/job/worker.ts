@@ -33,7 +33,7 @@ export type WorkerReply =
   | { kind: "resume"; id: number; resume: Resume }
   | { kind: "failed"; id: number; why: string; hint: string };
 
-/** Step events: a moment of the job, so that lines are told apart. */
+/** Step events: a moment of the job, to distinguish lines. */
 const EVENTS_A_TURN = 2_000;
 const TELL_MS = 100;
 

@@ -3,7 +3,7 @@
  * that it says to the machine goes through send() or realtime().
  */
 import { batch, computed, effect, signal } from "@preact/signals";
-import { AXES, TABLES, alarmWords, errorWords, type RealtimeName } from "../tables";
+import { AXES, TABLES, alarmWords, errorWords, settingsOf, type RealtimeName } from "../tables";
 import { checkLine } from "./line";
 import { LineSplitter, parse, receiveBuffer, type Message, type Status } from "./messages";
 import { LineQueue, SMALLEST_BUFFER, type Answer } from "./queue";
@@ -37,11 +37,16 @@ const LOCKED = /^(Password required|Wrong password)/;
 const TOOL_CHANGE = /^Tool change: T(\d+)/;
 const NEEDS_RESET = /^Reset to continue/;
 
-const HOMING_CYCLES = [44, 45, 46, 47, 48, 49];
+const HOMING_CYCLES = TABLES.settings.filter((row) => /^homing_cycle_/.test(row.name)).map((row) => row.number);
 /** Another scale or another zero; motors without power. */
-const FORGETS_HOME = /^\$(?:(?:2[237]|8\d|10\d|13\d)=|RST|SLP|X)/i;
+const FORGETS_HOME = /^\$(?:RST|SLP|X)/i;
+const MOVES_ZERO = new Set(
+  settingsOf(AXES.length)
+    .filter(({ row }) => row.affects.includes("position") || row.affects.includes("homing"))
+    .map((setting) => setting.number),
+);
 
-/** A line was refused, or nobody will answer it. */
+/** A line was refused, or no one will answer it. */
 export class RefusedError extends Error {
   constructor(
     readonly line: string,
@@ -102,7 +107,7 @@ export class Controller {
   /** Every report, and every alarm, in the order in which they came: signals show the last one of a burst. */
   onReport: (status: Status) => void = () => {};
   onAlarm: (code: number) => void = () => {};
-  /** The controller has started anew, or the connection was closed: what was under way is void. */
+  /** The controller has started again, or the connection was closed: what was under way is void. */
   onBreak: (what: "reset" | "lost" | "closed") => void = () => {};
 
   /** The link now, or the last one. */
@@ -155,7 +160,7 @@ export class Controller {
     }
   }
 
-  /** A line, without its end. Resolves with what was said before its ok; rejects with a RefusedError. */
+  /** A line, without its end. Resolves with the lines before its ok; rejects with a RefusedError. */
   async send(text: string): Promise<string[]> {
     const answer = await this.post(text);
     if (answer.kind === "ok") return answer.said;
@@ -168,7 +173,7 @@ export class Controller {
     if (echo) this.note("me", text);
     const homes = text.startsWith("$H");
     if (homes) this.homing.value = true;
-    if (FORGETS_HOME.test(text)) this.homed.value = "";
+    if (forgetsHome(text)) this.homed.value = "";
     const answer = await this.ask(text);
     if (homes) this.homing.value = false;
     if (homes && answer.kind === "ok") this.homed.value += this.homesAxes(text);
@@ -214,7 +219,7 @@ export class Controller {
     return [...AXES].filter((_, i) => (mask >> i) & 1).join("");
   }
 
-  /** A byte that acts at once, by its name. */
+  /** A byte that acts immediately, by its name. */
   realtime(name: RealtimeName): void {
     this.write(Uint8Array.of(TABLES.realtime[name]));
   }
@@ -386,4 +391,10 @@ export class Controller {
     this.queue.forget();
     this.onBreak("lost");
   }
+}
+
+/** After this line the machine's position may not be what homing made it. */
+function forgetsHome(line: string): boolean {
+  const number = /^\$(\d+)=/.exec(line)?.[1];
+  return number === undefined ? FORGETS_HOME.test(line) : MOVES_ZERO.has(Number(number));
 }

@@ -22,7 +22,7 @@ export class Jogger {
     await this.controller.send(line(direction, distance, feed));
   }
 
-  /** Go on until end(). */
+  /** Continue until end(). */
   begin(direction: Direction, feed: number): void {
     this.end();
     this.startedAt = performance.now();

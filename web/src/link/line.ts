@@ -1,10 +1,10 @@
 /**
- * Lines that people type. Every byte from 0x80 on, and `!`, `?`, `~`, is a real-time command wherever it stands in a
+ * Lines that people type. Every byte from 0x80 on, and `!`, `?`, `~`, is a real-time command wherever it is in a
  * line: the UTF-8 of one `Ä` in a comment would open the safety door. Pure.
  */
 import type { RealtimeName } from "../tables";
 
-/** A line that may not be sent as it stands. */
+/** A line that must be changed before it is sent. */
 export class LineError extends Error {}
 
 const COMMENT = /\([^)]*\)|\(.*$|;.*$/g;

@@ -111,7 +111,7 @@ export class LineSplitter {
   }
 }
 
-/** [OPT:V,64,1024]: bytes of the receive buffer; null when it gives none. */
+/** [OPT:VNMH,253,2048]: bytes of the receive buffer; null when it gives none. */
 export function receiveBuffer(body: string): number | null {
   const size = Number(body.split(",")[2]);
   return Number.isInteger(size) && size > 0 ? size : null;

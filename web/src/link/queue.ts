@@ -61,12 +61,12 @@ export class LineQueue {
     return this.waiting.length === 0 && (this.underWay.length === 0 || this.bytes + length + 1 <= this.capacity);
   }
 
-  /** A line that is no answer belongs to the line that is being answered. */
+  /** A line that is not an answer belongs to the line that is being answered. */
   hear(text: string): void {
     this.underWay[0]?.said.push(text);
   }
 
-  /** "ok", or an error. @returns false when no line is under way: somebody else's. */
+  /** "ok", or an error. @returns false when no line is under way: someone else's. */
   answer(code: number | null): boolean {
     const first = this.underWay.shift();
     if (!first) return false;

@@ -86,5 +86,5 @@ export class SerialTransport implements Transport {
   }
 }
 
-/** A port that is gone cannot be closed; that is no news. */
+/** A port that is gone cannot be closed; that is not news. */
 function ignore(): void {}

@@ -1,10 +1,10 @@
 /** Settings as a TOML file, the one of `wificnc settings export` and `import`. Pure. */
 import { parse } from "smol-toml";
-import { AXES, settingProblem, settingsOf, type Setting, type SettingRow } from "../tables";
+import { AXES, settingNumber, settingProblem, settingsOf, type Setting, type SettingRow } from "../tables";
 
 const SCHEMA = 1;
-/** $20 asks for $22, so that goes first. */
-const FIRST_OF_ALL = 22;
+/** Soft limits need homing enabled, so that goes first. */
+const FIRST_OF_ALL = settingNumber("homing");
 
 export class SettingsFileError extends Error {}
 

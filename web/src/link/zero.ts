@@ -1,5 +1,5 @@
 /** The way to work zero: first Z up, then X and Y. It never moves Z down and never leaves the travel. Pure. */
-import { AXES } from "../tables";
+import { AXES, settingNumber } from "../tables";
 
 export interface ZeroFacts {
   axisCount: number;
@@ -13,23 +13,23 @@ export interface ZeroFacts {
 }
 
 export type ZeroPlan =
-  /** `$J=` lines, one after the other, each when the machine stands; Z must have come to z_mm (machine) after the first. */
+  /** `$J=` lines, one after the other, each when the machine is at rest; Z must have come to z_mm (machine) after the first. */
   | { kind: "go"; lines: string[]; z_mm: number | null }
   /** How far Z may lift is not known: a person has to say. */
   | { kind: "ask" }
   | { kind: "refuse"; why: string };
 
-const HOMING_DIRECTIONS = 23;
-const PULL_OFF = 27;
-const MAX_RATE = 110;
-const TRAVEL = 130;
+const HOMING_DIRECTIONS = settingNumber("homing_dir_mask");
+const PULL_OFF = settingNumber("homing_pull_off_mm");
+const MAX_RATE = settingNumber("max_rate_mm_min");
+const TRAVEL = settingNumber("max_travel_mm");
 const [X, Y, Z] = [0, 1, 2];
 /** Off a switch by this much at least, mm. */
 const CLEAR_MM = 1;
 /** Of what reports round. */
 const ROUNDING_MM = 0.005;
 
-/** @param lift_mm how far a person lets Z lift from where it is; null: nobody was asked */
+/** @param lift_mm how far a person lets Z lift from where it is; null: no one was asked */
 export function planZero(facts: ZeroFacts, lift_mm: number | null): ZeroPlan {
   if (facts.machine_mm.length === 0 || facts.offset_mm.length === 0)
     return refuse("The controller has not reported its position and its work offset yet. Try again in a moment.");
@@ -47,7 +47,7 @@ export function planZero(facts: ZeroFacts, lift_mm: number | null): ZeroPlan {
   return { kind: "go", lines: [`$J=G53G21G90Z${number(top_mm)}F${number(rate(facts, Z))}`, across], z_mm: top_mm };
 }
 
-/** Not homed: only as far up as somebody has said. */
+/** Not homed: only as far up as someone has said. */
 function fromHere(facts: ZeroFacts, lift_mm: number | null, across: string): ZeroPlan {
   if (lift_mm === null) return { kind: "ask" };
   if (!(lift_mm >= 0)) return refuse("The lift of Z must be 0 mm or more: this move never lowers Z.");

@@ -1,6 +1,6 @@
 /**
- * What an ESP32 has stored beside its settings (pins, networks, inputs): read over USB from its loader or from a file,
- * changed here, and written back with a restart. Nothing is written before somebody says so.
+ * What an ESP32 has stored in addition to its settings (pins, networks, inputs): read over USB from its loader or from a file,
+ * changed here, and written back with a restart. Nothing is written before someone says so.
  */
 import { computed, signal } from "@preact/signals";
 import { portForLoader } from "../app";
@@ -43,7 +43,7 @@ export function forgetChanges(): void {
   changes.value = new Map();
 }
 
-/** Rejects with an NvsError for a file that is no NVS partition. */
+/** Rejects with an NvsError for a file that is not a NVS partition. */
 export async function openFile(file: File): Promise<void> {
   take(new NvsImage(new Uint8Array(await file.arrayBuffer())), file.name);
 }

@@ -5,7 +5,7 @@ import { useLayoutEffect } from "preact/hooks";
 import { attempt, controller, job, noHoming, noLines, noMotion } from "../app";
 import { Jogger, type Direction } from "../link/jog";
 import { planZero, type ZeroFacts } from "../link/zero";
-import { AXES, type RealtimeName } from "../tables";
+import { AXES, settingNumber, type RealtimeName } from "../tables";
 import { Button, Card, Check, Dialog, Field, Icon, Progress, Segments, type IconName } from "./parts";
 
 const jogger = new Jogger(controller);
@@ -75,7 +75,7 @@ function PositionCard(): JSX.Element {
 }
 
 const MM_PER_INCH = 25.4;
-const REPORTS_IN_INCHES = 13;
+const REPORTS_IN_INCHES = settingNumber("report_inches");
 const SAME_HEIGHT_MM = 0.05;
 
 function zeroFacts(): ZeroFacts {
@@ -90,7 +90,7 @@ function zeroFacts(): ZeroFacts {
   };
 }
 
-/** Each line when the one before has been moved to its end. @returns whether somebody has to say first how far Z lifts */
+/** Each line when the one before has been moved completely. @returns whether someone has to say first how far Z lifts */
 async function goToZero(lift_mm: number | null): Promise<boolean> {
   const plan = planZero(zeroFacts(), lift_mm);
   if (plan.kind === "ask") return true;
@@ -106,7 +106,7 @@ async function goToZero(lift_mm: number | null): Promise<boolean> {
 
 const LIFT_USUAL_MM = 5;
 
-/** A machine that was not homed: nobody but who stands in front of it can say how far Z can go up. */
+/** A machine that was not homed: no one but the person in front of it can say how far Z can go up. */
 function LiftDialog({ onClose }: { onClose: () => void }): JSX.Element {
   const lift = useSignal(String(LIFT_USUAL_MM));
   const lift_mm = lift.value.trim() === "" ? NaN : Number(lift.value);

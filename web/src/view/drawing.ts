@@ -5,7 +5,7 @@ import { TABLES } from "../tables";
 
 const LOOK = TABLES.look;
 const GRID_LINES = 10;
-/** Of a number at the left of the grid, and where it stands at the edge, px. */
+/** Of a number at the left of the grid, and where it is at the edge, px. */
 const LABEL_WIDTH = 26;
 const LABEL_EDGE = 3;
 const MARK_PX = 5;

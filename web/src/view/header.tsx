@@ -3,7 +3,7 @@ import type { JSX } from "preact";
 import { useSignal } from "@preact/signals";
 import { attempt, connectAgain, connectSerial, connectSocket, controller, failure, served, theme, toggleTheme } from "../app";
 import { hasWebSerial } from "../link/serial";
-import { alarmWords } from "../tables";
+import { alarmWords, settingNumber } from "../tables";
 import { Button, Dialog, Notice } from "./parts";
 
 const STATE_KIND: Record<string, string> = {
@@ -215,7 +215,7 @@ function ToolNotice(): JSX.Element | null {
 function AlarmNotice(): JSX.Element | null {
   if (controller.state.value !== "Alarm") return null;
   const code = controller.alarm.value;
-  const homing = Number(controller.settings.value.get(22) ?? 0) > 0;
+  const homing = Number(controller.settings.value.get(settingNumber("homing")) ?? 0) > 0;
   const title = code === null ? "The machine is locked" : `Alarm ${code}: ${alarmWords(code)}`;
   if (controller.needsReset.value)
     return (

@@ -6,13 +6,13 @@ import { describe, secondsAtLine, type Preflight } from "../job/preflight";
 import type { Report } from "../job/core";
 import { readProgram } from "../job/program";
 import { type MachineFacts, type Resume } from "../job/resume";
-import { AXES, findBoard, TABLES } from "../tables";
+import { AXES, findBoard, settingNumber, TABLES } from "../tables";
 import { Button, Card, Dialog, Field, FileButton, Notice, Progress, duration } from "./parts";
 import { PathView } from "./path";
 
 const ACCEPT = ".nc,.ngc,.gcode,.gc,.tap,.cnc,.txt";
 const FINDINGS_SHOWN = 8;
-const LASER_MODE = 32;
+const LASER_MODE = settingNumber("laser_mode");
 
 export function JobTab(): JSX.Element {
   if (!job.program.value)
@@ -256,7 +256,7 @@ function timeLeft(): string {
   return duration(Math.max(0, done.report.seconds - spent));
 }
 
-/** Go on at a line: after a lost link, a stop, an error. */
+/** Continue at a line: after a lost link, a stop, an error. */
 function ResumeBar(): JSX.Element | null {
   const line = useSignal(1);
   const plan = useSignal<Resume | null>(null);

@@ -1,4 +1,4 @@
-/** The channels of an I/O module: what they are. How they stand only a host of the binary protocol is told. */
+/** The channels of an I/O module: what they are. Only a host of WMC3 gets their levels. */
 import type { JSX } from "preact";
 import { board } from "../app";
 import { channelRefusal, channels, isModule, moduleFaults, numberOf, setFlag, setNumber, setPin, storedNumber, type Channel } from "../storage/module";

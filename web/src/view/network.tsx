@@ -101,7 +101,7 @@ const joined = signal<Joined | null>(null);
 const looking = signal(false);
 const found = signal<Network[] | null>(null);
 
-/** At once, while the board runs: no restart, and nothing else of what it has stored is touched. */
+/** Immediately, while the board runs: no restart, and nothing else of what it has stored is touched. */
 function JoinCard(): JSX.Element {
   const join = (): Promise<void> =>
     attempt(async () => {

@@ -226,7 +226,7 @@ function ApplyDialog(): JSX.Element {
   );
 }
 
-/** One after the other; a refused one stays an edit, and the others go on. */
+/** One after the other; a refused one stays an edit, and the others continue. */
 async function apply(numbers: readonly number[]): Promise<void> {
   asks.value = null;
   await attempt(async () => {
@@ -251,7 +251,7 @@ function RestoreDialog(): JSX.Element {
   const restore = async (): Promise<void> => {
     asks.value = null;
     edits.value = new Map();
-    // The controller starts anew behind it, and its settings are read again then.
+    // The controller starts again behind it, and its settings are read again then.
     await attempt(async () => {
       await controller.post("$RST=$");
       await controller.getToKnow();

@@ -1,4 +1,4 @@
-/** What is said both ways, and a line for hands. */
+/** What is reported both ways, and a line for hands. */
 import { useSignal } from "@preact/signals";
 import type { JSX } from "preact";
 import { useEffect, useRef } from "preact/hooks";

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT
- * What we use of ESP-IDF 5.5's esp_intr_alloc.h, declared anew: enough to compile against, checked against
+ * What we use of ESP-IDF 5.5's esp_intr_alloc.h, declared again: enough to compile against, checked against
  * the real one by tools/xtensa with IDF_PATH set. */
 #pragma once
 

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT
- * What we use of ESP-IDF 5.5's hal/pcnt_ll.h, declared anew: enough to compile against, checked against the
+ * What we use of ESP-IDF 5.5's hal/pcnt_ll.h, declared again: enough to compile against, checked against the
  * real one by tools/xtensa with IDF_PATH set. */
 #pragma once
 

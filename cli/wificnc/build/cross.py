@@ -1,0 +1,100 @@
+"""The library and programs of the PC target for other kinds of computers (platforms.PLATFORMS), by PyPI's zig."""
+
+from __future__ import annotations
+
+import importlib.util
+import os
+import subprocess
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from wificnc.build.checkout import checkout_root
+from wificnc.build.host import FLAGS, HEADERS, host_sources
+from wificnc.build.lock import build_lock
+from wificnc.build.objects import Unit, compile_stale, failure, is_older
+from wificnc.build.platforms import Platform
+from wificnc.errors import BuildError
+
+RELEASE_FLAGS = ("-O2", "-g0")
+STRIP = "-s"
+
+
+@dataclass(frozen=True)
+class CrossBuild:
+    """What a build for a platform made."""
+
+    platform: Platform
+    library: Path
+    objects: tuple[Path, ...]
+    warnings: str  # of the compiler and the linker, for what was stale
+
+
+def build_platform(platform: Platform, *, root: Path | None = None) -> CrossBuild:
+    """Bring the library of a platform up to date, in build/platforms/NAME. Raises BuildError."""
+    root = root or checkout_root()
+    directory = root / "build" / "platforms" / platform.name
+    units = _units(root, directory, host_sources(root, platform.system))
+    library = directory / platform.system.library
+    with build_lock(directory):
+        warnings = _compile(root, platform, units)
+        objects = tuple(unit.object for unit in units)
+        if is_older(library, objects):
+            warnings += _link(platform, ["-shared", *platform.system.link_flags], objects, library)
+    return CrossBuild(platform, library, objects, warnings)
+
+
+def build_platform_program(build: CrossBuild, source: Path, name: str) -> tuple[Path, str]:
+    """Link a program of one source with the platform's objects.
+
+    Returns:
+        The program, and the warnings of its compiler and linker.
+
+    Raises:
+        BuildError: it did not compile or link.
+    """
+    root = checkout_root()
+    directory = build.library.parent
+    output = directory / f"{name}{build.platform.system.program_suffix}"
+    with build_lock(directory):
+        (unit,) = _units(root, directory, [source])
+        warnings = _compile(root, build.platform, [unit])
+        objects = [unit.object, *build.objects]
+        if is_older(output, objects):
+            warnings += _link(build.platform, [], objects, output)
+    return output, warnings
+
+
+def _zig() -> list[str]:
+    if importlib.util.find_spec("ziglang") is None:
+        raise BuildError("zig is not installed", hint="pip install 'wificnc[toolchain]'")
+    return [sys.executable, "-m", "ziglang", "cc"]
+
+
+def _units(root: Path, directory: Path, sources: Sequence[Path]) -> list[Unit]:
+    return [Unit(path, directory / "obj" / path.relative_to(root).with_suffix(".o")) for path in sources]
+
+
+def _compile(root: Path, platform: Platform, units: Sequence[Unit]) -> str:
+    flags = [*platform.target_flags, *FLAGS, *platform.system.flags, *RELEASE_FLAGS]
+    command = [*_zig(), *flags, *(f"-I{root / folder}" for folder in HEADERS)]
+    return compile_stale(command, units, f"zig cc for {platform.name}")[1]
+
+
+def _link(platform: Platform, options: Sequence[str], objects: Sequence[Path], output: Path) -> str:
+    """The linker's warnings."""
+    fresh = output.with_name(f"new-{output.name}")
+    argv = [*_zig(), *platform.target_flags, *options, STRIP, *map(str, objects), "-o", str(fresh)]
+    run = subprocess.run(
+        [*argv, *platform.system.libraries],
+        capture_output=True,
+        text=True,
+        encoding="utf-8",
+        errors="replace",
+        stdin=subprocess.DEVNULL,
+    )
+    if run.returncode != 0:
+        raise failure(f"{output.name} for {platform.name} did not link", run.stderr)
+    os.replace(fresh, output)
+    return run.stderr

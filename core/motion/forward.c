@@ -1,0 +1,296 @@
+/* SPDX-License-Identifier: MIT */
+#include "motion/forward.h"
+
+#define ROUNDING   1e-6f /* relative: shorter parts of a profile are only rounding */
+#define NOTHING    1e-7f /* a direction's coefficient that is only rounding */
+#define WIDE       1e30f
+#define SLACK      1.001f /* of the forward pass against the backward one, for rounding */
+#define TO_THE_END 1.25f  /* a stop that is at most this many samples away is reached in one */
+#define Y_ROUNDING 1e-5f  /* of y: so much of it may change beyond what the axes can do; 5e-6 of the speed */
+#define A_ROUNDING 0.01f  /* of what the axes can do: so much more of it is only rounding */
+#define ABOVE_PLAN 0.001f /* of the plan's y */
+#define AT_PLAN_S                                                                                            \
+    1e-4f           /* a speed above the plan that the axes can take away in this time is only rounding      \
+                     */
+#define CRAWL 0.75f /* of the y that is surely possible: a mean below it is too little */
+#define WIDER 1.1f  /* limits that cannot be kept are widened in such steps until they can be */
+
+static struct piece *tail_piece(const struct emit *emit) {
+    return path_piece(&emit->plan->path, emit->plan->path.tail);
+}
+
+static bool is_newest(const struct emit *emit) {
+    return path_count(&emit->plan->path) == 1;
+}
+
+bool travel_ends(const struct emit *emit) {
+    if (path_count(&emit->plan->path) == 0)
+        return true;
+    if (emit->y > 0.0f)
+        return false;
+    const struct piece *piece = tail_piece(emit);
+    bool at_blend = emit->entered && emit->along_mm >= (double)(piece->length_mm - piece->tangent_mm);
+    return emit->hold || (is_newest(emit) && at_blend && piece->tangent_mm > 0.0f);
+}
+
+/* At constant acceleration over `way` (mm of a line, or of 2 d dt of a blend, which follow the same law) to
+ * y1, but no longer than time_s. @return part of the way done; *time_s becomes the time it took. */
+static float run(struct emit *emit, float way, float y1, float *time_s) {
+    float v0 = sqrtf(emit->y), v1 = sqrtf(y1);
+    float whole_s = 2.0f * way / (v0 + v1);
+    float most_s = y1 == 0.0f ? TO_THE_END * *time_s : *time_s;
+    if (whole_s <= most_s) {
+        emit->y = y1;
+        *time_s = whole_s;
+        return 1.0f;
+    }
+    float v = v0 + (v1 - v0) * (*time_s / whole_s);
+    emit->y = v * v;
+    return 0.5f * (v0 + v) * *time_s / way;
+}
+
+/* The piece at tail begins. Its chord is the very product that the path was made with. */
+static void enter(struct emit *emit) {
+    const struct piece *piece = tail_piece(emit);
+    vec chord = piece->unit * piece->length_mm;
+    for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
+        emit->corner_mm[ax] += (double)chord[ax];
+    emit->entered = true;
+}
+
+/* Braking from a high speed to a low one leaves few digits of y: a blend that asks for all of the
+ * acceleration begins with the y that it was planned for. */
+static void meet_plan(struct emit *emit, const struct piece *piece) {
+    float most = sqrtf(piece->blend_y) + piece->accel_mm_s2 * AT_PLAN_S;
+    if (!emit->late && emit->y > piece->blend_y && emit->y <= most * most)
+        emit->y = piece->blend_y;
+}
+
+/* The end of the straight part: on to the blend, or to the next piece after a stop. */
+static void end_line(struct emit *emit, const struct piece *piece) {
+    struct path *path = &emit->plan->path;
+    float rounding_y = 16.0f * ROUNDING * piece->accel_mm_s2 * piece->length_mm;
+    if (!emit->late && emit->y > piece->blend_y * (1.0f + ABOVE_PLAN) + rounding_y)
+        emit->plan->timing.unmet += emit->stop_samples == 0; /* what is not executed is none */
+    if (piece->tangent_mm > 0.0f) {
+        if (is_newest(emit)) {
+            emit->y = 0.0f;
+        } else {
+            meet_plan(emit, piece);
+            emit->on_blend = true;
+            emit->t = 0.0;
+        }
+        return;
+    }
+    emit->y = 0.0f;
+    path->tail++;
+    emit->entered = false;
+    emit->along_mm = 0.0;
+}
+
+static float travel_line(struct emit *emit, float time_s) {
+    const struct piece *piece = tail_piece(emit);
+    float end_mm = piece->length_mm - piece->tangent_mm, left_mm = (float)((double)end_mm - emit->along_mm);
+    float two_a = 2.0f * piece->accel_mm_s2, y = emit->y;
+    float limit = timing_limit_sq(&emit->plan->timing, piece);
+    float tiny_mm = ROUNDING * end_mm; /* adding less than that may change nothing */
+    if (left_mm <= tiny_mm) {
+        emit->along_mm = (double)end_mm;
+        end_line(emit, piece);
+        return 0.0f;
+    }
+    float way_mm = left_mm, y1 = y - two_a * left_mm;
+    if (emit->hold || y > limit * (1.0f + 100.0f * ROUNDING)) {
+        float target = emit->hold ? 0.0f : limit;
+        if (y1 < target) {
+            way_mm = (y - target) / two_a;
+            y1 = target;
+        }
+    } else {
+        y1 = y - SLACK * two_a * left_mm;
+        float exit = max_f(min_f(piece->blend_y, y + two_a * left_mm), y1);
+        float peak = max_f(min_f(limit, 0.5f * (y + exit + two_a * left_mm)), y);
+        float speed_up_mm = (peak - y) / two_a;
+        if (speed_up_mm > tiny_mm) {
+            way_mm = min_f(speed_up_mm, left_mm);
+            y1 = peak;
+        } else {
+            float cruise_mm = left_mm - speed_up_mm - (peak - exit) / two_a;
+            emit->y = peak;
+            bool cruise = cruise_mm > tiny_mm;
+            way_mm = cruise ? min_f(cruise_mm, left_mm) : left_mm;
+            y1 = cruise ? peak : exit;
+        }
+        emit->late = emit->late && y1 > piece->blend_y;
+    }
+    bool to_end = way_mm >= left_mm - tiny_mm;
+    float part = run(emit, way_mm, y1, &time_s);
+    emit->along_mm = to_end && part == 1.0f ? (double)end_mm : emit->along_mm + (double)(part * way_mm);
+    emit->v_mm_s = sqrtf(emit->y);
+    if (to_end && part == 1.0f)
+        end_line(emit, piece);
+    return time_s;
+}
+
+/* A stretch of a blend, in the terms of motion/timing.h: from t, y over the next dt. */
+struct stretch {
+    vec u0, du;
+    vec bound; /* 4 d A */
+    float t, dt, y;
+};
+
+/* What the strip |a x + c| <= bound leaves of x, lane by lane. */
+VEC_INLINE void strip(vec a, vec c, vec bound, vec *least, vec *greatest) {
+    vec size = vec_abs(a);
+    vec_mask none = size < NOTHING;
+    vec inverse = 1.0f / vec_select(none, (vec){0} + 1.0f, size);
+    vec signed_c = vec_turn_sign(c, a);
+    *greatest = vec_select(none, (vec){0} + WIDE, (bound - signed_c) * inverse);
+    *least = vec_select(none, (vec){0} - WIDE, (-bound - signed_c) * inverse);
+}
+
+/* Does this slope dy/dt keep every axis within its acceleration on the stretch? Its ends say it. */
+static bool allows(const struct stretch *stretch, float slope) {
+    vec bend = stretch->du * (2.0f * stretch->y), bound = stretch->bound * SLACK;
+    vec begin = bend + (stretch->u0 + stretch->du * stretch->t) * slope;
+    vec end = bend + (stretch->u0 + stretch->du * (stretch->t + 3.0f * stretch->dt)) * slope;
+    return vec_least(bound - vec_higher(vec_abs(begin), vec_abs(end))) >= 0.0f;
+}
+
+/* Least and greatest slope that do, with `room` times the axes' limits. @return there are such */
+static bool find_slopes(const struct stretch *stretch, float room, float *least, float *greatest) {
+    vec least_1, least_2, greatest_1, greatest_2;
+    vec bend = stretch->du * (2.0f * stretch->y), bound = stretch->bound * room;
+    strip(stretch->u0 + stretch->du * stretch->t, bend, bound, &least_1, &greatest_1);
+    strip(stretch->u0 + stretch->du * (stretch->t + 3.0f * stretch->dt), bend, bound, &least_2, &greatest_2);
+    *least = vec_most(vec_higher(least_1, least_2));
+    *greatest = vec_least(vec_lower(greatest_1, greatest_2));
+    return *least <= *greatest;
+}
+
+/* The slope that leads to end_y at the end of the stretch, or as near to it as the axes can: whatever the
+ * plan says, their limits rule. The backward pass promises that a legal slope never ends above the plan, so
+ * each time that one does, while no limit was lowered, is counted. */
+static float choose_slope(struct emit *emit, const struct stretch *stretch, float end_y) {
+    float least, greatest, slope = (end_y - emit->y) / stretch->dt;
+    if (!emit->hold && allows(stretch, slope)) {
+        emit->late = false;
+        return slope;
+    }
+    bool possible = find_slopes(stretch, SLACK, &least, &greatest);
+    for (float room = SLACK * WIDER; least > greatest; room *= WIDER)
+        (void)find_slopes(stretch, room, &least, &greatest);
+    float above = least - slope;
+    bool rounding =
+        above * stretch->dt <= Y_ROUNDING * (emit->y + end_y) || above <= A_ROUNDING * (greatest - least);
+    if (!possible || (above > 0.0f && !rounding && !emit->late))
+        emit->plan->timing.unmet += emit->stop_samples == 0; /* what is not executed is none */
+    if (above <= 0.0f)
+        emit->late = false;
+    if (emit->hold)
+        return least;
+    if (above > 0.0f)
+        return rounding && possible ? slope : least;
+    return min_f(slope, greatest);
+}
+
+/* A y in the middle of the stretch from which 0 at its end can be reached surely, by the triangle inequality:
+ * half of it or more is what the axes can do. */
+static float lively_y(const struct emit *emit, const struct stretch *stretch, float d_mm) {
+    vec u0 = vec_abs(stretch->u0), du = vec_abs(stretch->du);
+    vec most = (2.0f * du + (u0 + 2.0f * du) * (2.0f / stretch->dt)) * emit->plan->path.inverse_accel;
+    return 4.0f * d_mm / vec_most(most);
+}
+
+static void end_blend(struct emit *emit, const struct piece *piece) {
+    emit->along_mm = (double)piece->tangent_mm;
+    emit->on_blend = false;
+    emit->plan->path.tail++;
+    enter(emit);
+}
+
+/* The stretch of the blend at tail that is next: to its apex or its end. *end_y: the plan's y there. */
+static struct stretch next_stretch(const struct emit *emit, float *end_y) {
+    const struct path *path = &emit->plan->path;
+    const struct piece *piece = tail_piece(emit);
+    const struct piece *next = path_piece(&emit->plan->path, path->tail + 1);
+    bool first = emit->t < 0.5;
+    *end_y = first ? piece->middle_y : next->enter_y;
+    return (struct stretch){.u0 = piece->unit,
+                            .du = next->unit - piece->unit,
+                            .bound = path->accel * (4.0f * piece->tangent_mm),
+                            .t = (float)emit->t,
+                            .dt = (float)((first ? 0.5 : 1.0) - emit->t),
+                            .y = emit->y};
+}
+
+/* Every blend ends, whatever the plan says and whatever holds and overrides left of y, because none of it is
+ * ever crawled along: where the straight way to end_y would stay below what is surely possible halfway, y
+ * rises to that first, as steeply as it can. So dt of a half takes at most sqrt(dt) times a constant of the
+ * blend, or its length at the feed. emit->t is a double, along with which dt and y fall to 0 in step, and
+ * what is only rounding of it counts as done. */
+static bool is_crawling(const struct emit *emit, const struct stretch *stretch, float end_y, float *lively) {
+    struct plan *plan = emit->plan;
+    const struct piece *piece = tail_piece(emit), *next = path_piece(&plan->path, plan->path.tail + 1);
+    float limit = min_f(timing_limit_sq(&plan->timing, piece), timing_limit_sq(&plan->timing, next));
+    *lively = limit;
+    if (emit->hold || emit->y >= CRAWL * limit)
+        return false;
+    *lively = min_f(lively_y(emit, stretch, piece->tangent_mm), limit);
+    float enough = CRAWL * *lively;
+    return emit->y < enough && emit->y + end_y < 2.0f * enough;
+}
+
+/* Along the stretch for at most *time_s, which becomes the time it took. @return whether it has ended */
+static bool travel_stretch(struct emit *emit, struct stretch *stretch, float end_y, float *time_s) {
+    float lively;
+    bool speeds_up = is_crawling(emit, stretch, end_y, &lively);
+    if (speeds_up)
+        stretch->dt *= 0.5f;
+    float slope = choose_slope(emit, stretch, speeds_up ? WIDE : end_y), dt = stretch->dt;
+    if (speeds_up && slope > 0.0f)
+        dt = min_f(dt, (lively - emit->y) / slope);
+    float y1 = emit->y + slope * dt;
+    bool stops = y1 <= 0.0f && slope < 0.0f;
+    if (stops) {
+        dt = min_f(-emit->y / slope, dt);
+        y1 = 0.0f;
+    }
+    float part = run(emit, 2.0f * tail_piece(emit)->tangent_mm * dt, y1, time_s);
+    emit->t += (double)(part * dt);
+    return part == 1.0f && !speeds_up && (!stops || dt >= stretch->dt);
+}
+
+static float travel_blend(struct emit *emit, float time_s) {
+    const struct piece *piece = tail_piece(emit);
+    float end_y;
+    double end = emit->t < 0.5 ? 0.5 : 1.0;
+    struct stretch stretch = next_stretch(emit, &end_y);
+    bool done = stretch.dt <= ROUNDING;
+    if (done)
+        time_s = 0.0f;
+    if (done || travel_stretch(emit, &stretch, end_y, &time_s))
+        emit->t = end;
+    emit->v_mm_s = sqrtf(emit->y) * vec_length(stretch.u0 + stretch.du * (float)emit->t);
+    if (emit->t >= 1.0)
+        end_blend(emit, piece);
+    return time_s;
+}
+
+float travel(struct emit *emit, float time_s) {
+    if (!emit->entered)
+        enter(emit);
+    return emit->on_blend ? travel_blend(emit, time_s) : travel_line(emit, time_s);
+}
+
+void travel_position(const struct emit *emit, float from_corner_mm[AXIS_COUNT]) {
+    const struct piece *piece = tail_piece(emit);
+    const struct piece *next = path_piece(&emit->plan->path, emit->plan->path.tail + 1);
+    vec at_mm = {0};
+    float t = (float)emit->t;
+    if (emit->entered && !emit->on_blend)
+        at_mm = piece->unit * (float)(emit->along_mm - (double)piece->length_mm);
+    else if (emit->entered)
+        at_mm = (piece->unit * (2.0f * t - 1.0f) + (next->unit - piece->unit) * (t * t)) * piece->tangent_mm;
+    vec_store(at_mm, from_corner_mm);
+}

@@ -1,0 +1,18 @@
+/* SPDX-License-Identifier: MIT
+ * The forward pass: along the pieces in time. Behind motion/emit.h. [task] */
+#ifndef WIFICNC_MOTION_FORWARD_H
+#define WIFICNC_MOTION_FORWARD_H
+
+#include "motion/emit.h"
+
+/** Travel on for at most `time_s`, and not beyond the end of the present part of the piece at tail, nor
+ * beyond a change of acceleration on it. @return the time it took, s; 0: only the part changed, or nothing */
+float travel(struct emit *emit, float time_s);
+
+/** Where that is, mm, relative to emit->corner_mm. */
+void travel_position(const struct emit *emit, float from_corner_mm[AXIS_COUNT]);
+
+/** Nothing to travel on: at rest at the end of all pieces, or held. */
+bool travel_ends(const struct emit *emit);
+
+#endif

@@ -1,0 +1,9 @@
+/* SPDX-License-Identifier: MIT
+ * Sizes of the core on a PC: those of the largest chip. host_board.look_ahead limits them to those of a
+ * board. */
+#ifndef WIFICNC_CORE_SIZES_H
+#define WIFICNC_CORE_SIZES_H
+
+#define PLAN_SIZE 256
+
+#endif

@@ -1,0 +1,10 @@
+/* SPDX-License-Identifier: MIT
+ * Sizes of the core on a chip: its pin table says them (targets/<target>/pins*.toml). */
+#ifndef WIFICNC_CORE_SIZES_H
+#define WIFICNC_CORE_SIZES_H
+
+#include "pin_config.h"
+
+#define PLAN_SIZE BOARD_LOOK_AHEAD
+
+#endif

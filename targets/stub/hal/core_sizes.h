@@ -1,0 +1,8 @@
+/* SPDX-License-Identifier: MIT
+ * Sizes of the core on this target. */
+#ifndef WIFICNC_CORE_SIZES_H
+#define WIFICNC_CORE_SIZES_H
+
+#define PLAN_SIZE 64 /* pieces of path, 100 bytes each; a power of two */
+
+#endif
