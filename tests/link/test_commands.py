@@ -206,7 +206,7 @@ def test_no_controller_there() -> None:
 
 
 @pytest.mark.parametrize(
-    "target", ["127.0.0.1", "http://a", "tcp://", "serial://", "tcp://a:x", "serial:///dev/x?baud=y"]
+    "target", ["127.0.0", "http://a", "tcp://", "serial://", "tcp://a:x", "serial:///dev/x?baud=y"]
 )
 def test_no_such_target(target: str) -> None:
     with pytest.raises(UserError) as error:

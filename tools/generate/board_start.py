@@ -11,7 +11,7 @@ from wificnc.flash.device import BOOT_HINT
 from generate.board_docs import GENERATED
 from generate.markdown import table_text
 
-CONSOLE = "serial:///dev/ttyUSB0"
+CONSOLE = "/dev/ttyUSB0"
 
 
 def start_texts(boards: Sequence[Board]) -> dict[str, str]:
@@ -96,7 +96,7 @@ is not this board's. If it cannot connect: {boot}. The flasher page does the sam
 nothing installed.
 
 `wificnc monitor --to {console}` shows the output of the controller: `Grbl 1.1h ['$' for help]`, then the name
-and the password of its own network. (Windows: `serial://COM5`.)
+and the password of its own network. (Windows: `COM5`; macOS: `/dev/cu.usbserial-0001`.)
 """
 
 _PIC32MZ = """## 2. Write the firmware
@@ -113,7 +113,7 @@ The package of a release includes the HEX file; from a checkout, `apt-get instal
 (`pip install hidapi`, `--tool uhb`) or by mikro_hb; or by a programmer, with pic32prog or MPLAB IPE.
 
 The serial port is UART 3 (TX {tx}, RX {rx}) at 115200 baud. `wificnc monitor --to {console}` shows the output of the
-controller: `Grbl 1.1h ['$' for help]`. (Windows: `serial://COM5`.)
+controller: `Grbl 1.1h ['$' for help]`. (Windows: `COM5`; macOS: `/dev/cu.usbserial-0001`.)
 """
 
 _NETWORK = """## 4. Connect it to the network
@@ -152,7 +152,7 @@ _MOVES = """## The first moves
 Switch on the motor supply.
 
 ```
-export WIFICNC_TO={console}     # or tcp://192.168.1.20
+export WIFICNC_TO={console}                # or 192.168.1.20:23; Windows: $env:WIFICNC_TO = "COM5"
 wificnc monitor                               # type ? and press each switch: |Pn:X must show it
 wificnc unlock                                # if it is locked
 wificnc jog X1 --feed 100                     # wrong direction: $3

@@ -20,7 +20,8 @@ _to = click.option(
     show_envvar=True,
     required=True,
     metavar="TARGET",
-    help=f"The controller: tcp://[:PASSWORD@]HOST[:{DEFAULT_PORT}] or serial:///dev/ttyUSB0[?baud=115200].",
+    help=f"The controller: [:PASSWORD@]HOST[:{DEFAULT_PORT}], or a serial port: /dev/ttyUSB0[?baud=115200], COM3. "
+    "tcp:// and serial:// may precede them.",
 )
 _take = click.option("--take", is_flag=True, help="Take control from the client that is in control now.")
 

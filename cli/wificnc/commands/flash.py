@@ -32,6 +32,7 @@ from wificnc.flash.plan import (
 )
 from wificnc.flash.uhb import HidWire, Page, describe, plan_pages
 from wificnc.flash.uhb import flash as write_by_usb
+from wificnc.link.target import host_and_port
 
 FASTEST_BAUD = 460800
 BANNER_S = 8.0  # its start, and WiFi's
@@ -200,11 +201,11 @@ def greet(said: list[str], seconds: float) -> None:
 def update(board: Board, folder: Path, host: str, password: str | None, dry_run: bool) -> None:
     """Over the network. Raises FlashError."""
     image = app_image(folder / "firmware.bin", board.chip)
-    name, _, port = host.partition(":")
+    name, port = host_and_port(host, OTA_PORT)
     if dry_run:
-        click.echo(f"{len(image):,} bytes to {name}:{port or OTA_PORT}, into the inactive slot")
+        click.echo(f"{len(image):,} bytes to {name}:{port}, into the inactive slot")
         return
-    upload = Upload(name, int(port or OTA_PORT))
+    upload = Upload(name, port)
     try:
         hello = upload.hello()
         if hello.board != board.id:

@@ -28,6 +28,7 @@ from wificnc.link.settings import (
     read_file,
     sending_order,
 )
+from wificnc.link.target import is_target
 from wificnc.output import STDOUT, write_output
 
 CONTROLLER = "controller"
@@ -127,7 +128,7 @@ def import_(file: Path, target: Target, yes: bool) -> None:
 @json_option
 @click.pass_context
 def diff(ctx: click.Context, before: str, after: str, target: str | None, as_json: bool) -> None:
-    """Compare two files, or a file and the controller (`controller`, or its tcp:// or serial:// target).
+    """Compare two files, or a file and the controller (`controller`, or its target).
 
     Exit code 1 if they differ, as with diff.
     """
@@ -169,7 +170,7 @@ def read_controller(target: Target) -> Values:
 
 def read_side(side: str, target: str | None) -> Values:
     """One side of a comparison."""
-    if side.startswith(("tcp://", "serial://")):
+    if is_target(side) and not Path(side).is_file():
         return read_controller(Target(side))
     if side != CONTROLLER:
         return read_file(Path(side))

@@ -1,4 +1,4 @@
-"""Byte streams to a controller: tcp://[:password@]host[:port] and serial:///dev/ttyUSB0[?baud=115200]."""
+"""Byte streams to a controller: TCP and serial ports."""
 
 from __future__ import annotations
 
@@ -9,20 +9,17 @@ import sys
 import time
 from collections.abc import Sequence
 from typing import Protocol
-from urllib.parse import parse_qs, unquote, urlsplit
 
 import serial
 
-from wificnc.errors import LinkError, RefusedError, UserError
-from wificnc.link.port import DEFAULT_PORT
+from wificnc.errors import LinkError, RefusedError
+from wificnc.link.port import BOARD_PORT, DEFAULT_PORT
+from wificnc.link.target import NetworkTarget, parse_target
 
-DEFAULT_BAUD = 115200
 CONNECT_TIMEOUT_S = 5.0
 SEND_TIMEOUT_S = 5.0
 CHUNK = 65536
 SLICE_S = 0.01  # between two looks, where the system cannot wait for a serial port
-
-TARGET_HINT = f"targets look like tcp://192.168.1.20:{DEFAULT_PORT} or serial:///dev/ttyUSB0?baud=115200"
 
 
 class Transport(Protocol):
@@ -153,46 +150,35 @@ def socket_pair(name: str = "fake") -> tuple[SocketTransport, socket.socket]:
     return SocketTransport(ours, name), theirs
 
 
-def open_transport(target: str) -> SocketTransport | SerialTransport:
-    """Open tcp://… or serial://….
+def open_transport(text: str) -> SocketTransport | SerialTransport:
+    """Open a target.
 
     Raises:
-        UserError: the target is not written as one.
+        UserError: it is not written as one.
         LinkError: nothing answers there.
     """
-    parts = urlsplit(target)
-    if parts.scheme == "tcp":
+    target = parse_target(text)
+    if isinstance(target, NetworkTarget):
         return _open_tcp(target)
-    if parts.scheme == "serial":
-        path = unquote(parts.netloc + parts.path)
-        baud = parse_qs(parts.query).get("baud", [str(DEFAULT_BAUD)])[0]
-        if not path or not baud.isdigit():
-            raise UserError(f"invalid target: {target}", hint=TARGET_HINT)
-        return SerialTransport(path, int(baud))
-    raise UserError(f"invalid target: {target}", hint=TARGET_HINT)
+    return SerialTransport(target.path, target.baud)
 
 
-def _open_tcp(target: str) -> SocketTransport:
-    parts = urlsplit(target)
+def _open_tcp(target: NetworkTarget) -> SocketTransport:
+    host = f"[{target.host}]" if ":" in target.host else target.host
+    name = f"tcp://{host}:{target.port}"
     try:
-        host, port = parts.hostname, parts.port or DEFAULT_PORT
-    except ValueError as err:
-        raise UserError(f"invalid target: {target} ({err})", hint=TARGET_HINT) from err
-    if not host:
-        raise UserError(f"invalid target: {target}", hint=TARGET_HINT)
-    try:
-        connection = socket.create_connection((host, port), CONNECT_TIMEOUT_S)
+        connection = socket.create_connection((target.host, target.port), CONNECT_TIMEOUT_S)
     except OSError as err:
-        reason = err.strerror or str(err)
+        board = f"; a board listens at {host}:{BOARD_PORT}" if target.port == DEFAULT_PORT else ""
         raise LinkError(
-            f"cannot reach {target}: {reason}",
-            hint="check that the controller is on and on this network; `wificnc serve` simulates one",
+            f"cannot reach {name}: {err.strerror or err}",
+            hint=f"check that the controller is on and on this network{board}; `wificnc serve` simulates one",
         ) from err
     connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
     connection.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
-    transport = SocketTransport(connection, f"tcp://{host}:{port}")
-    if parts.password:
-        transport.log_in(unquote(parts.password))
+    transport = SocketTransport(connection, name)
+    if target.password:
+        transport.log_in(target.password)
     return transport
 
 
