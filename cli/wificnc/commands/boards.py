@@ -18,6 +18,7 @@ from wificnc.board.picture import ROLE_COLOURS, save_picture
 from wificnc.board.rules import pulse_rate_hz
 from wificnc.checked.problem import Problem
 from wificnc.commands._output import OutputFile
+from wificnc.commands._target import json_option
 from wificnc.errors import Exit
 
 
@@ -27,7 +28,7 @@ def command() -> None:
 
 
 @command.command("list")
-@click.option("--json", "as_json", is_flag=True, help="Write JSON.")
+@json_option
 def list_boards(as_json: bool) -> None:
     """List the boards."""
     boards = [load_board(path) for path in find_boards()]
@@ -44,7 +45,7 @@ def list_boards(as_json: bool) -> None:
 
 @command.command("show")
 @click.argument("board_ref", metavar="BOARD")
-@click.option("--json", "as_json", is_flag=True, help="Write JSON.")
+@json_option
 @click.option("--picture", type=OutputFile(stdout=False), help="Draw the pin-out as .svg or .png.")
 def show_board(board_ref: str, as_json: bool, picture: Path | None) -> None:
     """Show the wiring of a board."""
@@ -60,7 +61,7 @@ def show_board(board_ref: str, as_json: bool, picture: Path | None) -> None:
 
 @command.command("check")
 @click.argument("board_refs", metavar="[BOARD|FILE]...", nargs=-1)
-@click.option("--json", "as_json", is_flag=True, help="Write JSON.")
+@json_option
 @click.pass_context
 def check_boards(ctx: click.Context, board_refs: tuple[str, ...], as_json: bool) -> None:
     """Check boards, all of them by default. Exit code 3 if there is a problem."""

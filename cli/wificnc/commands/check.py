@@ -13,6 +13,7 @@ from wificnc.check.finding import Finding, Severity
 from wificnc.check.report import EXTENT_COLUMNS, extent_rows, finding_line, report_json
 from wificnc.check.run import CheckOptions, CheckReport, check_job
 from wificnc.commands._program import max_lines_option, progress_bar
+from wificnc.commands._target import json_option
 from wificnc.errors import Exit
 from wificnc.sim.report import duration
 
@@ -28,7 +29,7 @@ COLOURS = {Severity.ERROR: "bold red", Severity.WARNING: "bold yellow", Severity
 @click.option("--set", "settings", multiple=True, metavar="'$N=VALUE'", help="A setting on top of that; repeatable.")
 @click.option("--at", multiple=True, metavar="'TIME WHAT'", help="Machine event, like '0s surface -5'; repeatable.")
 @click.option("--strict", is_flag=True, help="Exit code 1 for warnings, too.")
-@click.option("--json", "as_json", is_flag=True, help="Write JSON.")
+@json_option
 @max_lines_option
 @click.pass_context
 def command(

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import shlex
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import rich_click as click
 import serial
@@ -16,6 +17,7 @@ from wificnc.board.load import load_board
 from wificnc.board.model import Board
 from wificnc.chip.image import read_hex
 from wificnc.commands._port import connected, port_option, progress_bars
+from wificnc.commands._target import json_option
 from wificnc.errors import BuildError, FlashError
 from wificnc.flash.find import firmware_folder
 from wificnc.flash.ota import PORT as OTA_PORT
@@ -56,6 +58,7 @@ BANNER_S = 8.0  # its start, and WiFi's
               "given.")  # fmt: skip
 @click.option("--tool", type=click.Choice([*(runner.name for runner in RUNNERS), OWN]),
               help="PIC32MZ only: the programmer; uhb is built in and uses the board's USB bootloader.")  # fmt: skip
+@json_option
 def command(
     board_ref: str,
     port: str | None,
@@ -68,6 +71,7 @@ def command(
     ota_host: str | None,
     password: str | None,
     tool: str | None,
+    as_json: bool,
 ) -> None:
     """Write the firmware of BOARD to the board: what `wificnc build BOARD` has made, else what this package carries.
 
@@ -80,20 +84,26 @@ def command(
     if board.target == "pic32mz":
         if erase or ota_host is not None or port is not None:
             raise FlashError("--erase, --ota and --port are not for a PIC32MZ: its programmer decides")
-        flash_pic32mz(board, folder, tool, dry_run)
-        return
-    board = esp32_board(board_ref)
-    partitions = esp32_partitions()
-    regions = load_regions(folder, board, partitions)
-    if ota_host is not None:
-        update(board, folder, ota_host, password, dry_run)
-        return
-    if dry_run:
-        show_plan(regions, erase)
-        return
-    written = write(board, regions, partitions, port, Options(baud, erase, verify))
-    if wait_s > 0:
-        greet(banner(written, wait_s), wait_s)
+        done = flash_pic32mz(board, folder, tool, dry_run)
+    elif ota_host is not None:
+        load_regions(folder, esp32_board(board_ref), esp32_partitions())
+        done = update(board, folder, ota_host, password, dry_run)
+    else:
+        options = Options(baud, erase, verify, wait_s)
+        done = flash_esp32(esp32_board(board_ref), folder, port, options, dry_run)
+    if as_json:
+        ui.emit_json({"board": board.id, "folder": str(folder), "written": not dry_run, **done.facts})
+    else:
+        for line in done.lines:
+            click.echo(line)
+
+
+@dataclass(frozen=True)
+class Done:
+    """What a way to write firmware leaves to report: for --json, and as lines of stdout."""
+
+    facts: dict[str, Any]
+    lines: list[str] = field(default_factory=list)
 
 
 @dataclass(frozen=True)
@@ -103,6 +113,25 @@ class Options:
     baud: int
     erase: bool
     verify: bool
+    wait_s: float
+
+
+def flash_esp32(board: Board, folder: Path, port: str | None, options: Options, dry_run: bool) -> Done:
+    """By the chip's own loader. Raises FlashError."""
+    partitions = esp32_partitions()
+    regions = load_regions(folder, board, partitions)
+    facts = {"erase": options.erase, "regions": [region_json(region) for region in regions]}
+    if dry_run:
+        return Done(facts, plan_lines(regions, options.erase))
+    written = write(board, regions, partitions, port, options)
+    said = banner(written, options.wait_s) if options.wait_s > 0 else []
+    if options.wait_s > 0:
+        greet(said, options.wait_s)
+    return Done({**facts, "port": written, "said": said})
+
+
+def region_json(region: Region) -> dict[str, Any]:
+    return {"name": region.name, "offset": region.offset, "size": len(region.data)}
 
 
 def write(
@@ -125,25 +154,24 @@ def write(
         return device.port
 
 
-def flash_pic32mz(board: Board, folder: Path, tool: str | None, dry_run: bool) -> None:
+def flash_pic32mz(board: Board, folder: Path, tool: str | None, dry_run: bool) -> Done:
     """By the program of someone else, or ourselves by the board's USB bootloader. Raises FlashError."""
     image = folder / "wificnc.hex"
     if is_own(tool):
         require_image(board, image)
-        flash_by_usb(plan_pages(read_hex(image.read_text())), dry_run)
-        return
+        pages = plan_pages(read_hex(image.read_text()))
+        if not dry_run:
+            flash_by_usb(pages)
+        return Done({"tool": OWN, "pages": len(pages)}, describe(pages) if dry_run else [])
     command = plan_flash(board, image, tool)
-    click.echo(shlex.join(command))
     if not dry_run:
+        ui.note(shlex.join(command))
         run_flash(command, tool)
+    return Done({"command": command}, [shlex.join(command)] if dry_run else [])
 
 
-def flash_by_usb(pages: list[Page], dry_run: bool) -> None:
+def flash_by_usb(pages: list[Page]) -> None:
     """Raises FlashError."""
-    if dry_run:
-        for line in describe(pages):
-            click.echo(line)
-        return
     with HidWire() as wire, progress_bars() as show:
         record = write_by_usb(wire, pages, show)
     ui.note(f"written   by {record.name}, bootloader {record.version >> 8:x}.{record.version & 0xFF:02x}")
@@ -162,13 +190,11 @@ def esp32_partitions() -> dict[str, Partition]:
     return read_partitions((paths.TARGETS / "esp32" / "partitions.csv").read_text())
 
 
-def show_plan(regions: list[Region], erase: bool) -> None:
-    if erase:
-        click.echo("erase      everything")
-    for region in regions:
-        click.echo(f"0x{region.offset:06X}  {len(region.data):>9,} bytes  {region.name}")
-    if not erase:
-        click.echo("untouched: what the controller has stored (settings, WiFi, passwords)")
+def plan_lines(regions: list[Region], erase: bool) -> list[str]:
+    """What --dry-run prints."""
+    lines = [f"0x{region.offset:06X}  {len(region.data):>9,} bytes  {region.name}" for region in regions]
+    kept = "untouched: what the controller has stored (settings, WiFi, passwords)"
+    return ["erase      everything", *lines] if erase else [*lines, kept]
 
 
 def show_chip(chip: Chip) -> None:
@@ -198,13 +224,13 @@ def greet(said: list[str], seconds: float) -> None:
         ui.warn(f"written, but the firmware has not printed anything for {seconds:g} s: `wificnc monitor` waits longer")
 
 
-def update(board: Board, folder: Path, host: str, password: str | None, dry_run: bool) -> None:
+def update(board: Board, folder: Path, host: str, password: str | None, dry_run: bool) -> Done:
     """Over the network. Raises FlashError."""
     image = app_image(folder / "firmware.bin", board.chip)
     name, port = host_and_port(host, OTA_PORT)
+    facts = {"host": name, "port": port, "size": len(image)}
     if dry_run:
-        click.echo(f"{len(image):,} bytes to {name}:{port}, into the inactive slot")
-        return
+        return Done(facts, [f"{len(image):,} bytes to {name}:{port}, into the inactive slot"])
     upload = Upload(name, port)
     try:
         hello = upload.hello()
@@ -216,3 +242,4 @@ def update(board: Board, folder: Path, host: str, password: str | None, dry_run:
     finally:
         upload.close()
     ui.note("the controller has checked it and starts it now; if this fails, it returns to the old firmware")
+    return Done(facts)

@@ -13,6 +13,7 @@ import rich_click as click
 from wificnc import ui
 from wificnc.checked import paths
 from wificnc.commands._output import OutputFolder
+from wificnc.commands._target import json_option
 from wificnc.errors import UserError
 from wificnc.linuxcnc import halcompile
 from wificnc.linuxcnc.config import files
@@ -34,22 +35,28 @@ def command() -> None:
               help=f"File, or the folder of it; default: {FILE_NAME}, here; - is stdout.")  # fmt: skip
 @click.option("--install", is_flag=True, help="Build it with LinuxCNC's halcompile and install it for LinuxCNC.")
 @click.option("--sudo", is_flag=True, help="With --install: as root, with sudo.")
-def component(out: Path | None, install: bool, sudo: bool) -> None:
+@json_option
+def component(out: Path | None, install: bool, sudo: bool, as_json: bool) -> None:
     """Write the HAL component as one C file for halcompile, or install it."""
     if sudo and not install:
         raise UserError("--sudo needs --install", hint="--install --sudo")
     source = component_source(paths.ROOT)
     if out == STDOUT:
-        if install:
-            raise UserError("--out - is stdout, and --install prints there, too", hint="one after the other")
+        if install or as_json:
+            option = "--install" if install else "--json"
+            raise UserError(f"--out - is stdout, and {option} prints there, too", hint="one after the other")
         write_stdout(source.encode())
         return
-    if out or not install:
-        file = _write_source(out or Path(FILE_NAME), source)
-        if not install:
-            ui.note(f"build it with: sudo {shlex.join(build_command('install', str(file)))}")
-    if install:
-        ui.data.print(f"{halcompile.install(source, sudo=sudo)}")
+    file = _write_source(out or Path(FILE_NAME), source) if out or not install else None
+    if file and not install:
+        ui.note(f"build it with: sudo {shlex.join(build_command('install', str(file)))}")
+    program = halcompile.install(source, sudo=sudo) if install else None
+    made = {"file": file and str(file), "program": program and str(program)}
+    if as_json:
+        ui.emit_json(made)
+        return
+    for path in filter(None, made.values()):
+        ui.data.print(path, markup=False)
 
 
 def _write_source(out: Path, source: str) -> Path:
@@ -63,7 +70,6 @@ def _write_source(out: Path, source: str) -> Path:
         file.write_text(source, encoding="utf-8")
     except OSError as err:
         raise UserError(f"{file} cannot be written: {err.strerror or err}", hint="--out FILE, elsewhere") from err
-    ui.data.print(f"{file}")
     return file
 
 
@@ -81,7 +87,8 @@ def _write_source(out: Path, source: str) -> Path:
     "--home/--no-home", "homes", default=None, help="The controller homes to switches; default: from the profile."
 )
 @click.option("--force", is_flag=True, help="Overwrite existing files.")
-def init(machine: str, address: str | None, out: Path | None, homes: bool | None, force: bool) -> None:
+@json_option
+def init(machine: str, address: str | None, out: Path | None, homes: bool | None, force: bool, as_json: bool) -> None:
     """Write a configuration (INI, HAL, tool table) for MACHINE, the name or file of a machine profile."""
     name = re.sub(r"\W", "_", Path(machine).stem)
     folder = out or Path.home() / "linuxcnc" / "configs" / name
@@ -96,7 +103,10 @@ def init(machine: str, address: str | None, out: Path | None, homes: bool | None
     folder.mkdir(parents=True, exist_ok=True)
     for path, text in texts.items():
         (folder / path).write_text(text, encoding="utf-8")
-    ui.data.print(f"{folder / name}.ini")
+    if as_json:
+        ui.emit_json({"configuration": f"{folder / name}.ini", "files": [str(folder / path) for path in texts]})
+    else:
+        ui.data.print(f"{folder / name}.ini")
     if not shutil.which(PROGRAM):
         ui.note(f"{PROGRAM} is not on this computer: `wificnc linuxcnc component --install` where LinuxCNC runs")
     ui.note(f"start it with: linuxcnc {folder / name}.ini")

@@ -10,8 +10,9 @@ from rich.table import Table
 from wificnc import ui
 from wificnc.commands._output import OutputFile
 from wificnc.commands._port import connected, port_option, progress_bars
+from wificnc.commands._target import json_option
 from wificnc.commands.flash import esp32_board, esp32_partitions
-from wificnc.errors import Exit, FlashError
+from wificnc.errors import Exit, FlashError, UserError
 from wificnc.flash.plan import Region
 from wificnc.machine import load_machine
 from wificnc.nvs.build import build_image
@@ -27,7 +28,6 @@ from wificnc.nvs.values import (
 from wificnc.output import STDOUT, write_output
 
 secrets_option = click.option("--show-secrets", is_flag=True, help="Passwords in clear.")
-json_option = click.option("--json", "as_json", is_flag=True, help="One JSON document on stdout.")
 
 
 @click.group()
@@ -44,6 +44,7 @@ def command() -> None:
 @click.option("--wifi-password", help="Its password.")
 @click.option("--access-password", help="Of network clients and updates.")
 @click.option("--set", "numbers", multiple=True, metavar="KEY=N", help="A key of protocol/nvs.toml, such as p_sx=4.")
+@json_option
 def build(
     machine: str,
     output: Path,
@@ -52,8 +53,11 @@ def build(
     wifi_password: str | None,
     access_password: str | None,
     numbers: tuple[str, ...],
+    as_json: bool,
 ) -> None:
     """Make an image of a machine profile. The controller's own network gets a new random password."""
+    if as_json and output == STDOUT:
+        raise UserError("--json and --output - both use stdout", hint="--output FILE")
     profile = load_machine(machine)
     if board_ref is not None and profile.axis_count > len(esp32_board(board_ref).axes):
         raise FlashError(f"{profile.name} has {profile.axis_count} axes, {board_ref} has fewer")
@@ -64,6 +68,8 @@ def build(
     write_output("--output", output, build_image(entries))
     ui.note(f"wrote {output}: {len(entries)} keys")
     ui.note(f"password of the controller's own network: {own}")
+    if as_json:
+        ui.emit_json({"file": str(output), "keys": [entry.key for entry in entries], "own_password": own})
 
 
 @command.command("read")
@@ -97,7 +103,8 @@ def read(file: Path | None, port: str | None, output: Path | None, show_secrets:
 @click.argument("file", type=click.Path(path_type=Path, dir_okay=False, exists=True))
 @port_option
 @click.option("--dry-run", is_flag=True, help="Check the file and print what would be written.")
-def flash(file: Path, port: str | None, dry_run: bool) -> None:
+@json_option
+def flash(file: Path, port: str | None, dry_run: bool, as_json: bool) -> None:
     """Write an image to the board. It replaces everything stored there."""
     data = file.read_bytes()
     image = read_image(data)
@@ -107,10 +114,13 @@ def flash(file: Path, port: str | None, dry_run: bool) -> None:
     partition = esp32_partitions()["nvs"]
     if len(data) != partition.size:
         raise FlashError(f"{file} has {len(data):,} bytes, the board's storage {partition.size:,}")
-    if dry_run:
+    if not dry_run:
+        write_board(port, data)
+    if as_json:
+        facts = {"offset": partition.offset, "size": len(data), "keys": len(image.entries)}
+        ui.emit_json({"file": str(file), **facts, "written": not dry_run})
+    elif dry_run:
         click.echo(f"0x{partition.offset:06X}  {len(data):>9,} bytes  {len(image.entries)} keys")
-        return
-    write_board(port, data)
 
 
 @command.command("diff")

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from pathlib import Path
+from typing import Any
 
 import rich_click as click
 
 from wificnc import ui
 from wificnc.build.checkout import find_checkout
 from wificnc.commands._output import OutputFolder
+from wificnc.commands._target import json_option
 from wificnc.errors import ReleaseError
 from wificnc.release.facts import firmware_boards, look, read_source
 from wificnc.release.plan import Plan, plan_release
@@ -25,7 +28,8 @@ ALL = "all"
 @click.option("--tag", default="", metavar="vVERSION",
               help="A final release: all boards, the page, a clean tree, a dated changelog.")  # fmt: skip
 @click.option("--dry-run", is_flag=True, help="Print what the release would contain.")
-def command(names: str, output: Path, tag: str, dry_run: bool) -> None:
+@json_option
+def command(names: str, output: Path, tag: str, dry_run: bool, as_json: bool) -> None:
     """Make all files of a release from what has been built: images of boards, packages, the page's firmware,
     sums, a bill of materials. The same commit gives the same bytes."""
     root = find_checkout()
@@ -41,13 +45,15 @@ def command(names: str, output: Path, tag: str, dry_run: bool) -> None:
     check_output(output)
     if not source.is_clean:
         ui.warn(f"files were changed since the last commit: this is {source.revision}, which cannot be reproduced")
-    if dry_run:
-        for asset in plan.assets:
-            click.echo(asset.name)
-    else:
+    if not dry_run:
         with ui.talk.status("making the release") as status:
             make_release(plan, root, output, final=bool(tag), say=lambda step: status.update(f"making: {step}"))
         show(plan, output)
+    if as_json:
+        ui.emit_json(plan_json(plan, output, made=not dry_run))
+    elif dry_run:
+        for asset in plan.assets:
+            click.echo(asset.name)
     show_missing(plan)
     if not has_page(root):
         ui.warn("the page has not been built, so web/ has only the firmware: `make web`")
@@ -58,6 +64,18 @@ def show(plan: Plan, output: Path) -> None:
         ui.note(f"{(output / asset.name).stat().st_size / 1024:>8.0f} KB  {asset.name}")
     done = f"{len(plan.boards)} of {len(plan.boards) + len(plan.missing)} boards"
     ui.note(f"{output}: WiFiCNC {plan.source.version} of commit {plan.source.revision}, {done}")
+
+
+def plan_json(plan: Plan, output: Path, made: bool) -> dict[str, Any]:
+    """The document of --json. The keys are a contract with scripts."""
+    return {
+        "version": plan.source.version,
+        "revision": plan.source.revision,
+        "folder": str(output),
+        "made": made,
+        "files": [asdict(asset) for asset in plan.assets],
+        "missing": [{"board": row.board.id, "why": row.why} for row in plan.missing],
+    }
 
 
 def show_missing(plan: Plan) -> None:

@@ -63,7 +63,8 @@ def get(names: tuple[str, ...], target: Target, as_json: bool) -> None:
 @command.command(context_settings={"ignore_unknown_options": True})
 @click.argument("assignments", nargs=-1, required=True, metavar="NAME=VALUE...")
 @controller_option
-def set(assignments: tuple[str, ...], target: Target) -> None:
+@json_option
+def set(assignments: tuple[str, ...], target: Target, as_json: bool) -> None:
     """Change settings: `wificnc settings set max_rate_mm_min.x=5000 '$22=1'`."""
     wanted: Values = {}
     for assignment in assignments:
@@ -77,6 +78,8 @@ def set(assignments: tuple[str, ...], target: Target) -> None:
         changes = differences(before, client.settings())
     show_changes(changes)
     ui.note(f"{len(changes)} changed" if changes else "no setting was changed")
+    if as_json:
+        ui.emit_json([change_json(change) for change in changes])
 
 
 @command.command()
@@ -99,7 +102,8 @@ def export(file: Path, target: Target, as_json: bool) -> None:
 @click.argument("file", type=click.Path(path_type=Path))
 @controller_option
 @click.option("-y", "--yes", is_flag=True, help="Without asking.")
-def import_(file: Path, target: Target, yes: bool) -> None:
+@json_option
+def import_(file: Path, target: Target, yes: bool, as_json: bool) -> None:
     """Write the settings of FILE to the controller. Shows the changes and asks for confirmation."""
     wanted = read_file(file)
     with ready(target) as client:
@@ -109,16 +113,16 @@ def import_(file: Path, target: Target, yes: bool) -> None:
         after = {**before, **{number: text for number, text in wanted.items() if number in before}}
         changes = differences(before, after)
         show_changes(changes)
-        if not changes:
-            ui.note("nothing to change")
-            return
         if refused := out_of_range(changes):
             raise UserError("\n".join([f"nothing was changed, because of {file}:", *refused]))
-        agree(len(changes), yes)
-        apply(client, sending_order(changes))
-        if left := differences(client.settings(), after):
+        if changes:
+            agree(len(changes), yes)
+            apply(client, sending_order(changes))
+        if changes and (left := differences(client.settings(), after)):
             raise JobError(f"the controller did not accept {', '.join(change.name for change in left)}")
-    ui.note(f"{len(changes)} changed")
+    ui.note(f"{len(changes)} changed" if changes else "nothing to change")
+    if as_json:
+        ui.emit_json([change_json(change) for change in changes])
 
 
 @command.command()

@@ -5,7 +5,8 @@ from __future__ import annotations
 import rich_click as click
 
 from wificnc import ui
-from wificnc.commands._target import controller_option
+from wificnc.commands._target import controller_option, json_option
+from wificnc.commands.status import status_json
 from wificnc.errors import LinkError, RefusedError
 from wificnc.link import realtime
 from wificnc.link.client import Client, Target, connected
@@ -19,7 +20,8 @@ HELD = ("Hold", "Door", "Sleep")  # no line is read, and `$X` does not end it
 @click.command()
 @controller_option
 @click.option("--reset", is_flag=True, help="Reset first (Ctrl-X): required after some alarms, and to end a hold.")
-def command(target: Target, reset: bool) -> None:
+@json_option
+def command(target: Target, reset: bool, as_json: bool) -> None:
     """Leave an alarm without homing. The position may be wrong: look at the machine first.
 
     In a hold, with an open door and in sleep there is nothing to unlock: exit code 1, with the next step.
@@ -31,12 +33,14 @@ def command(target: Target, reset: bool) -> None:
         if now.status.state in HELD:
             found = client.condition()
             raise RefusedError(f"not locked, but in state {now.state}: {found.why}", hint=found.next)
-        if now.status.state != "Alarm":
-            ui.note(f"not locked: {now.state}")
-            return
-        client.synchronise()
-        client.leave_alarm("$X", client.command("$X"))
-        ui.note(f"unlocked: {client.look().state}")
+        is_locked = now.status.state == "Alarm"
+        if is_locked:
+            client.synchronise()
+            client.leave_alarm("$X", client.command("$X"))
+        now = client.look_fully()
+    ui.note(f"{'unlocked' if is_locked else 'not locked'}: {now.state}")
+    if as_json:
+        ui.emit_json(status_json(str(target), now))
 
 
 def reset_controller(target: Target) -> None:

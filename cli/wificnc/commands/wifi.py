@@ -8,6 +8,7 @@ import rich_click as click
 
 from wificnc import ui
 from wificnc.commands._port import connected, port_option, progress_bars
+from wificnc.commands._target import json_option
 from wificnc.commands.flash import esp32_partitions
 from wificnc.flash.plan import Region
 from wificnc.nvs.build import build_image
@@ -46,7 +47,7 @@ def set_network(ssid: str, port: str | None, password: str | None) -> None:
 @command.command("status")
 @port_option
 @click.option("--qr/--no-qr", default=True, help="Board default network as a QR code, for a phone.")
-@click.option("--json", "as_json", is_flag=True, help="One JSON document on stdout.")
+@json_option
 def status(port: str | None, qr: bool, as_json: bool) -> None:
     """Show the network that the board joins, and the name and password of its own access point."""
     partition = esp32_partitions()["nvs"]

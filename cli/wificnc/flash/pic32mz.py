@@ -10,6 +10,7 @@ from __future__ import annotations
 import importlib.util
 import shutil
 import subprocess
+import sys
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from pathlib import Path
@@ -112,7 +113,7 @@ def plan_flash(board: Board, image: Path, wanted: str | None = None, which: Whic
 
 
 def run_flash(command: list[str], wanted: str | None = None) -> None:
-    """Write, with the program's own words on the terminal. Raises FlashError."""
-    if subprocess.run(command, check=False).returncode != 0:
+    """Write, with the program's own words on stderr. Raises FlashError."""
+    if subprocess.run(command, stdout=sys.__stderr__, check=False).returncode != 0:
         runner, _ = choose_runner(wanted)
         raise FlashError(f"{runner.name} could not write the board", hint=runner.hint)
