@@ -4,6 +4,11 @@
 # `wificnc page` write the headers into the build directory, and only when they change.
 set(wificnc_options -ffp-contract=off -fno-math-errno -fno-jump-tables)
 
+# CONFIG_APP_REPRODUCIBLE_BUILD names the project's folder alike everywhere. `idf.py` has targets/esp32 as project, and
+# core, targets/chip and targets/net lie outside: debug information had their folder, and the image has the ELF's sum
+get_filename_component(wificnc_root "${CMAKE_CURRENT_LIST_DIR}/../.." ABSOLUTE)
+list(APPEND wificnc_options "-fdebug-prefix-map=${wificnc_root}=/WIFICNC" "-fmacro-prefix-map=${wificnc_root}=.")
+
 if(NOT WIFICNC_BOARD)
     set(WIFICNC_BOARD "$ENV{WIFICNC_BOARD}")
 endif()

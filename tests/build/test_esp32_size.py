@@ -53,7 +53,7 @@ def test_budgets(tmp_path: Path, image: int, code: int, over: list[str]) -> None
 
 
 @pytest.mark.parametrize(("image", "says"), [(1000, ""), (IMAGE_BUDGET + 1, "warning: image: more than the budget")])
-def test_the_command_reports_a_budget(image: int, says: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_command_reports_a_budget(image: int, says: str, tmp_path: Path, capsys) -> None:
     show_firmware(firmware_sizes(build(tmp_path, image, [(0x40080000, KB)]), "esp32", SLOT), [])
     said = capsys.readouterr().err
     assert f"{image:,} of {SLOT:,} bytes" in said and says in said and ("warning" in said) == bool(says)

@@ -42,7 +42,7 @@ def iram(elf: Path, chip: str) -> tuple[int, int]:
         used = max(_end(found, _S3_IRAM) - origin, _S3_SHARED - origin + data) if code else 0
         there = _S3_IRAM[1] - origin
     if used <= 0:
-        raise BuildError(f"{elf} has no instructions in the RAM of an {chip}: it is no firmware of that chip")
+        raise BuildError(f"{elf} is for another chip: it has no instructions in the RAM of an {chip}")
     return used, there
 
 
