@@ -7,9 +7,12 @@ from collections.abc import Sequence
 from wificnc.board.labels import notes, pin_rows
 from wificnc.board.model import Board
 from wificnc.flash.device import BOOT_HINT
+from wificnc.flash.uhb import VENDOR
 
 from generate.board_docs import GENERATED
+from generate.install import download_text, install_lines
 from generate.markdown import table_text
+from generate.settings import environment
 
 CONSOLE = "/dev/ttyUSB0"
 
@@ -20,7 +23,13 @@ def start_texts(boards: Sequence[Board]) -> dict[str, str]:
     pages = {f"{board.id}.md": start_text(board, page) for board, page in chips}
     rows = [[f"[{board.id}]({board.id}.md)", board.name, board.summary] for board, _ in chips]
     rows.append(["[this computer](computer.md)", "no board", "The same controller as a program, to try everything on"])
-    return {**pages, "README.md": _INDEX.format(generated=GENERATED, table=table_text(["board", "name", ""], rows))}
+    return {**pages, "README.md": index_text(table_text(["board", "name", ""], rows))}
+
+
+def index_text(boards: str) -> str:
+    """docs/start/README.md. @param boards  the table of the pages"""
+    words = {"download": download_text(), "lines": install_lines(), "vendor": f"{VENDOR:04x}"}
+    return environment().get_template("start.md.j2").render(generated=GENERATED, boards=boards, **words)
 
 
 def start_text(board: Board, firmware: str) -> str:
@@ -52,13 +61,6 @@ def _network(board: Board) -> str:
     return _NETWORK.format(ethernet=_ETHERNET if board.ethernet else "")
 
 
-_INDEX = """{generated}
-
-# Getting started
-
-{table}
-"""
-
 _HEAD = """{generated}
 
 # {board.name}
@@ -84,8 +86,9 @@ invert limits and probe. [boards.md](../boards.md#{board.id}) has every pin and 
 
 _ESP32 = """## 2. Write the firmware
 
+[Install `wificnc`](README.md#install-wificnc), then:
+
 ```
-pip install wificnc
 wificnc doctor                     # checks the tools and ports of this computer
 wificnc flash {board.id}
 ```
@@ -101,8 +104,9 @@ and the password of its own network. (Windows: `COM5`; macOS: `/dev/cu.usbserial
 
 _PIC32MZ = """## 2. Write the firmware
 
+[Install `wificnc`](README.md#install-wificnc), then:
+
 ```
-pip install wificnc
 wificnc doctor                     # checks the tools and ports of this computer
 wificnc flash {board.id} --dry-run    # the exact command
 wificnc flash {board.id}

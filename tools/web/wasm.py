@@ -39,7 +39,7 @@ def build_wasm(root: Path = ROOT) -> Path:
     output.parent.mkdir(parents=True, exist_ok=True)
     zig = [sys.executable, "-m", "ziglang", "cc"]
     if subprocess.run([*zig, "--version"], capture_output=True).returncode != 0:
-        raise BuildError("zig is not installed", hint="pip install 'wificnc[toolchain]'")
+        raise BuildError("zig is not installed", hint="pip install ziglang")
     units = [
         Unit(source, output.parent / "obj" / source.relative_to(root).with_suffix(".o")) for source in _sources(root)
     ]

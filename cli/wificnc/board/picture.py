@@ -337,7 +337,7 @@ def _save_png(picture: Picture, path: Path) -> None:
         from matplotlib.backends.backend_agg import FigureCanvasAgg
         from matplotlib.figure import Figure
     except ImportError as err:
-        raise UserError("PNG needs matplotlib", 'pip install -e ".[plot]", or ask for an .svg') from err
+        raise UserError("PNG needs matplotlib", "pip install matplotlib, or ask for an .svg") from err
     figure = Figure(figsize=(picture.width / UNITS_PER_INCH, picture.height / UNITS_PER_INCH))
     FigureCanvasAgg(figure)
     axes = figure.add_axes((0, 0, 1, 1), xlim=(0, picture.width), ylim=(picture.height, 0))

@@ -68,7 +68,7 @@ def build_platform_program(build: CrossBuild, source: Path, name: str) -> tuple[
 
 def _zig() -> list[str]:
     if importlib.util.find_spec("ziglang") is None:
-        raise BuildError("zig is not installed", hint="pip install 'wificnc[toolchain]'")
+        raise BuildError("zig is not installed", hint="pip install ziglang")
     return [sys.executable, "-m", "ziglang", "cc"]
 
 

@@ -107,7 +107,7 @@ def _check_options(options: SimOptions) -> None:
     if options.plot:
         check_suffix("--plot", options.plot, PLOT_SUFFIXES)
         if importlib.util.find_spec("matplotlib") is None:
-            raise UserError("--plot needs matplotlib", hint="pip install 'wificnc[plot]'")
+            raise UserError("--plot needs matplotlib", hint="pip install matplotlib")
 
 
 def check_axes(board: Board, machine: Machine | None) -> None:

@@ -1,0 +1,31 @@
+"""How people get the command: the one home of the install lines. docs/start/README.md has them, all other pages link
+to it (tests/repo/test_install.py)."""
+
+from __future__ import annotations
+
+ON_INDEX = False  # True in the change that follows the first upload to PyPI, with `make generate`
+
+PAGE = "docs/start/README.md"
+DOWNLOAD = "Download `wificnc-….whl` for your system from the project's releases page into your Downloads folder."
+
+# system -> commands, of a release's file and from the package index
+_OF_FILE = {
+    "Windows": "py -m pip install (Get-Item $HOME\\Downloads\\wificnc-*.whl).FullName",
+    "macOS": "pip install ~/Downloads/wificnc-*.whl",
+    "Linux": "pip install ~/Downloads/wificnc-*.whl",
+}
+_OF_INDEX = {
+    "Windows": "py -m pip install wificnc",
+    "macOS": "pip install wificnc",
+    "Linux": "pip install wificnc",
+}
+
+
+def install_lines(on_index: bool = ON_INDEX) -> dict[str, str]:
+    """System -> what is typed there."""
+    return _OF_INDEX if on_index else _OF_FILE
+
+
+def download_text(on_index: bool = ON_INDEX) -> str:
+    """What comes before these lines."""
+    return "The package comes from PyPI." if on_index else DOWNLOAD
