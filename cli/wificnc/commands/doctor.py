@@ -8,7 +8,7 @@ import rich_click as click
 
 from wificnc import ui
 from wificnc.commands._target import json_option
-from wificnc.doctor import Finding, examine
+from wificnc.doctor import Doctor, Finding
 from wificnc.errors import Exit
 
 MARKS = {"good": "[green]✓[/]", "missing": "[yellow]–[/]", "wrong": "[red]✗[/]"}
@@ -17,11 +17,13 @@ MARKS = {"good": "[green]✓[/]", "missing": "[yellow]–[/]", "wrong": "[red]�
 @click.command()
 @json_option
 def command(as_json: bool) -> None:
-    """Look at Python, compilers, PlatformIO, esptool and serial ports; report how to fix what is wrong.
+    """Look at Python, compilers, PlatformIO, esptool, Node.js and serial ports.
+
+    Prints the command that installs what is missing on this system.
 
     Exit code 1 when something is wrong; what is only missing keeps some commands from working.
     """
-    findings = examine()
+    findings = Doctor().examine()
     if as_json:
         ui.emit_json([asdict(finding) for finding in findings])
     else:

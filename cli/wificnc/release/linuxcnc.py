@@ -23,7 +23,7 @@ README = f"""\
 4. linuxcnc ~/linuxcnc/configs/MACHINE/MACHINE.ini
 
 The second step builds `{PROGRAM}` and puts it into /usr/bin, where the configurations find it.
-The package of the command (docs/start/README.md) has `wificnc linuxcnc init`, too, which writes a configuration for your
+The package of the command (docs/start/README.md) has `wificnc linuxcnc init`, too: it writes a configuration for your
 own profile.
 """
 
