@@ -51,7 +51,8 @@ def _pic32mz_compiler() -> str:
 
 
 def _library() -> Path | None:
-    return next((path for name in LIBRARIES for path in paths.CARRIED.rglob(name)), None)
+    native = paths.CARRIED.with_name("native")
+    return next((path for name in LIBRARIES for path in native.glob(name)), None)
 
 
 def _may_use(device: str) -> bool:

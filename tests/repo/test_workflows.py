@@ -14,7 +14,9 @@ from typing import Any
 import yaml
 from installed import install, missing
 from patience import HANG_S
+from wificnc.board.load import load_board
 from wificnc.build.checkout import checkout_root
+from wificnc.build.platforms import PLATFORMS
 
 ROOT = checkout_root()
 WORKFLOWS = ROOT / ".github" / "workflows"
@@ -96,6 +98,45 @@ def test_the_matrix_is_every_board_with_an_esp32(tmp_path: Path) -> None:
     subprocess.run(
         ["bash", "-e", "-c", script], env={**os.environ, "PATH": path, "GITHUB_OUTPUT": str(output)}, check=True
     )
-    ids = json.loads(output.read_text().removeprefix("ids="))
+    said = dict(line.split("=", 1) for line in output.read_text().splitlines())
+    ids, chips = json.loads(said["ids"]), json.loads(said["chips"])
     text = (ROOT / "platformio.ini").read_text()
     assert sorted(ids) == sorted(re.findall(r"^\[env:(\S+)\]\nextends = esp32$", text, re.MULTILINE))
+    assert chips == {name: load_board(name).chip for name in ids}
+
+
+def test_both_builds_have_the_same_boards_and_sizes() -> None:
+    jobs = load("firmware.yml")["jobs"]
+    matrix = {"board": "${{ fromJSON(needs.boards.outputs.ids) }}"}
+    for builder, name in (("platformio", "build"), ("idf", "idf")):
+        assert jobs[name]["strategy"]["matrix"] == matrix
+        steps = jobs[name]["steps"]
+        assert any(f"--by {builder} " in step.get("run", "") for step in steps)
+        assert f"sizes-{builder}-${{{{ matrix.board }}}}" in [step.get("with", {}).get("name") for step in steps]
+    assert set(jobs["sizes"]["needs"]) == {"build", "idf"}
+    download = next(step for step in jobs["sizes"]["steps"] if "download-artifact" in step.get("uses", ""))
+    assert download["with"]["pattern"] == "sizes-*"
+
+
+def test_esp_idf_is_the_release_that_the_page_names() -> None:
+    image = load("firmware.yml")["jobs"]["idf"]["container"]
+    assert f"ESP-IDF {image.removeprefix('espressif/idf:')}" in (ROOT / "docs/esp32.md").read_text()
+
+
+# runner -> the platform of cli/wificnc/build/platforms.py that it is
+RUNNERS = {"ubuntu-latest": "linux-x86_64", "macos-latest": "macos-arm64", "windows-latest": "windows-x86_64"}
+NO_RUNNER = {
+    "linux-aarch64": "tests/build/test_platforms.py runs it in an emulator",
+    "linux-armv7": "tests/build/test_platforms.py runs it in an emulator",
+    "macos-x86_64": "the same system as macos-arm64; compiled and linked by tests/build/test_platforms.py",
+    "windows-arm64": "the same system as windows-x86_64; compiled and linked by tests/build/test_platforms.py",
+}
+
+
+def test_every_platform_is_tested_on_its_system() -> None:
+    """One that is added to the table needs its runner here, or a reason."""
+    job = load("ci.yml")["jobs"]["systems"]
+    assert sorted(RUNNERS[name] for name in job["strategy"]["matrix"]["os"]) == sorted(set(PLATFORMS) - set(NO_RUNNER))
+    assert {PLATFORMS[name].system for name in RUNNERS.values()} == {each.system for each in PLATFORMS.values()}
+    assert job["strategy"]["fail-fast"] is False
+    assert job["steps"][-1]["run"] == "python tools/dev.py test"

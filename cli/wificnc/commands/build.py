@@ -105,7 +105,7 @@ def build_board(board: Board, kind: esp32.Kind, clean: bool, verbose: bool) -> d
     warn_of_old_configuration(esp32.configuration_without(root, plan, board.chip), plan)
     facts = {"revision": esp32.git_revision(root), "board_sha256": board.sha256, "wificnc": __version__}
     artefacts = esp32.collect(plan, facts)
-    slot = esp32.slot_bytes((root / "targets/esp32/partitions.csv").read_text())
+    slot = esp32.slot_bytes((root / "targets/esp32/partitions.csv").read_text(encoding="utf-8"))
     sizes = firmware_sizes(plan.output, board.chip, slot)
     show_firmware(sizes, lines)
     ui.note(f"all of it  {plan.output}, flash it: wificnc flash {board.id}")

@@ -159,7 +159,7 @@ def flash_pic32mz(board: Board, folder: Path, tool: str | None, dry_run: bool) -
     image = folder / "wificnc.hex"
     if is_own(tool):
         require_image(board, image)
-        pages = plan_pages(read_hex(image.read_text()))
+        pages = plan_pages(read_hex(image.read_text(encoding="utf-8")))
         if not dry_run:
             flash_by_usb(pages)
         return Done({"tool": OWN, "pages": len(pages)}, describe(pages) if dry_run else [])
