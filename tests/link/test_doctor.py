@@ -127,10 +127,10 @@ def test_os_release_is_read(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(("platform", "command"), [
-    ("linux", "'/home/a b/python' -m pip install x"), ("win32", '& "/home/a b/python" -m pip install x'),
+    ("linux", "'/opt/a b/python' -m pip install x"), ("win32", '& "/opt/a b/python" -m pip install x'),
 ])  # fmt: skip
 def test_a_path_with_a_space_can_be_pasted(platform: str, command: str) -> None:
-    assert System(platform, {}, "/home/a b/python").pip("x") == command
+    assert System(platform, {}, "/opt/a b/python").pip("x") == command
 
 
 def test_the_command_prints_json_for_scripts() -> None:

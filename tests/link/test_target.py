@@ -98,7 +98,7 @@ def test_a_side_of_a_comparison(text: str) -> None:
     assert is_target(text) == (text not in ("wificnc-1a2b.local", "localhost"))
 
 
-@pytest.mark.parametrize("text", ["settings.toml", "old", "./old.toml", "/home/me/old.toml", "controller", "a/b:c"])
+@pytest.mark.parametrize("text", ["settings.toml", "old", "./old.toml", "/mnt/old.toml", "controller", "a/b:c"])
 def test_a_file_is_no_target(text: str) -> None:
     assert not is_target(text)
 
@@ -152,6 +152,9 @@ def test_a_closed_default_port_leads_to_that_of_a_board(monkeypatch: pytest.Monk
     with pytest.raises(LinkError) as caught:
         open_transport("192.168.1.5")
     assert "192.168.1.5:23" in (caught.value.hint or "")
+    with pytest.raises(LinkError) as caught:
+        open_transport("127.0.0.1")
+    assert ":23" not in (caught.value.hint or "") and "wificnc serve" in (caught.value.hint or "")
 
 
 @pytest.mark.parametrize("text", ["127.0.0.1:2323", "tcp://127.0.0.1", "/dev/ttyUSB0", "COM3", ""])

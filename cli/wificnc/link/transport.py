@@ -169,7 +169,8 @@ def _open_tcp(target: NetworkTarget) -> SocketTransport:
     try:
         connection = socket.create_connection((target.host, target.port), CONNECT_TIMEOUT_S)
     except OSError as err:
-        board = f"; a board listens at {host}:{BOARD_PORT}" if target.port == DEFAULT_PORT else ""
+        is_elsewhere = target.host not in ("127.0.0.1", "::1", "localhost")
+        board = f"; a board listens at {host}:{BOARD_PORT}" if is_elsewhere and target.port == DEFAULT_PORT else ""
         raise LinkError(
             f"cannot reach {name}: {err.strerror or err}",
             hint=f"check that the controller is on and on this network{board}; `wificnc serve` simulates one",
