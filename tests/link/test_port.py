@@ -6,7 +6,7 @@ import re
 from pathlib import Path
 
 from wificnc.build.host import FOLDERS
-from wificnc.link.port import DEFAULT_PORT
+from wificnc.link.port import BOARD_PORT, DEFAULT_PORT
 from wificnc.serve.options import DEFAULT_TCP, Address, parse_address
 
 ROOT = Path(__file__).parents[2]
@@ -21,3 +21,8 @@ def test_the_number_is_written_once() -> None:
     number = re.compile(rf"(?:=|\") *\"?{DEFAULT_PORT}\"?\s*[,;)\n]")
     homes = [path.name for path in sources if number.search(path.read_text(encoding="utf-8"))]
     assert homes == ["port.py"]
+
+
+def test_the_port_of_a_board_is_what_its_firmware_opens() -> None:
+    opened = re.search(r"TELNET_PORT = (\d+)", (ROOT / "targets/esp32/main/online.c").read_text(encoding="utf-8"))
+    assert opened and int(opened[1]) == BOARD_PORT

@@ -44,6 +44,7 @@ PACKAGES = (
     "tools/xtensa",
     "tools/mips",
     "tools/pages",
+    "tools/sizes",
     "tools/generate",
     "tools/web",
 )
