@@ -99,7 +99,7 @@ def _pages(data: bytes, image: NvsImage) -> list[bytes]:
         elif version < VERSION_2:
             raise FlashError(
                 f"this NVS has a newer layout (version 0x{version:02X}) than this program supports",
-                hint="install a newer version of wificnc: docs/start/README.md",
+                hint="upgrade wificnc: docs/start/README.md says how",
             )
         else:
             used.append((sequence, page))
