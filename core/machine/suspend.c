@@ -71,9 +71,9 @@ static void restore_outputs(struct machine *machine) {
 }
 
 void suspend_end(struct machine *machine) {
-    /* `~` has three answers: to go on where nothing was switched off; to restore spindle and coolant first;
-     * and none while the door is open or the tools are not off yet. With tools off in a plain hold (the
-     * sender was lost) they are restored as after a door. */
+    /* `~` has three answers: to continue where nothing was switched off; to restore spindle and coolant
+     * first; and none while the door is open or the tools are not off yet. With tools off in a plain hold
+     * (the sender was lost) they are restored as after a door. */
     bool door = machine->life.state == MACHINE_DOOR, suspended = machine->outputs.suspended;
     machine->suspend.hold_waits = false;
     if ((!door && machine->life.state != MACHINE_HOLD) || machine->suspend.restores)

@@ -194,8 +194,8 @@ def _listen(esptool: Any) -> None:
         def set_verbosity(self, verbosity: str) -> None:
             pass
 
-    # Not log.set_logger(): when another of Espressif's packages has logged before, that is esp-pylib's own method, which
-    # refuses a TemplateLogger.
+    # Not log.set_logger(): when another of Espressif's packages has logged before, that is esp-pylib's own method,
+    # which refuses a TemplateLogger.
     EsptoolLogger.set_logger(log, Quiet())
     _Log.installed = True
 
