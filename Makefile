@@ -23,7 +23,8 @@ TAG    ?=
     stream-million pictures release docs format generate web clean distclean
 .DEFAULT_GOAL := help
 
-# Tests and tools start hundreds of Python programs: with bytecode each takes 0.1 s instead of 0.4 s.
+# With bytecode a Python program of ours starts in 0.1 s instead of 0.2 s, and tests start hundreds; a second run collects
+# them in 4 s instead of 11 s.
 unexport PYTHONDONTWRITEBYTECODE
 
 help:
