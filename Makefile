@@ -23,6 +23,10 @@ TAG    ?=
     stream-million pictures release docs format generate web clean distclean
 .DEFAULT_GOAL := help
 
+# With bytecode a Python program of ours starts in 0.1 s instead of 0.2 s, and tests start hundreds; a second run collects
+# them in 4 s instead of 11 s.
+unexport PYTHONDONTWRITEBYTECODE
+
 help:
 	@echo 'make demo    run a real job through the real core and draw it (build/demo/)'
 	@echo 'make test    the quick tests: every area in a few minutes; PYTEST="tests/gcode -x" for a part'

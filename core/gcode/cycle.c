@@ -1,4 +1,5 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ * A canned cycle as a list of steps, most of which are left out in most cycles. */
 #include "gcode/cycle.h"
 
 #include "gcode/arc.h"
@@ -61,6 +62,8 @@ static bool go_to_hole(struct cycle *cycle, struct cycle_action *action) {
     return moves;
 }
 
+/* Counted from R and not from the last peck, so that rounding does not add up; the last peck ends at the
+ * bottom itself. */
 static double peck_level(const struct cycle *cycle, uint32_t pecks) {
     const struct gcode_drill *drill = &cycle->drill;
     return pecks >= drill->pecks ? drill->bottom_mm : drill->r_mm - pecks * drill->peck_mm;
@@ -71,7 +74,8 @@ static double lifted_level(const struct cycle *cycle) {
     return level < cycle->drill.r_mm ? level : cycle->drill.r_mm;
 }
 
-/* Between two pecks: up, and for G83 down again. */
+/* Between two pecks: up, G73 by CYCLE_LIFT_MM and G83 to R; then back to CYCLE_LIFT_MM above the ground,
+ * where G73 is already. */
 static bool clear_chips(struct cycle *cycle, struct cycle_action *action, bool back) {
     const bool lifts = cycle->drill.cycle == CYCLE_CHIP;
 

@@ -1,4 +1,6 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ * Expressions of RS274/NGC: a recursive descent over values, with a stack of operators within each bracket.
+ * All letters are capitals and blanks are gone: the line reader has seen to that. */
 #include "gcode/expression.h"
 
 #include "gcode/math_functions.h"
@@ -29,6 +31,7 @@ enum operation {
     OPERATOR_XOR,
 };
 
+/* The first one that the text begins with is taken: ** before *. */
 static const struct {
     const char *text;
     uint8_t operation, rank; /* rank: the higher is done first */
@@ -200,7 +203,7 @@ static enum status read_parameter(struct reader *reader, double *value) {
     return status == STATUS_OK ? readings_get(reader->context, &ref, value) : status;
 }
 
-/* EXISTS[#<name>]: a numbered one always does. */
+/* EXISTS[#<name>]: a numbered one always does, and so does one whose value only the machine can know. */
 static enum status read_exists(struct reader *reader, double *value) {
     struct param_ref ref;
     enum status status;
@@ -217,6 +220,7 @@ static enum status read_exists(struct reader *reader, double *value) {
     return STATUS_OK;
 }
 
+/* ATAN[y]/[x], the one function with two arguments. */
 static enum status read_atan(struct reader *reader, double *value) {
     double x;
     enum status status = read_bracket(reader, value);
@@ -259,6 +263,7 @@ static enum status read_number(struct reader *reader, double *value) {
     return STATUS_OK;
 }
 
+/* A sign binds closer than every operator: -2**2 is 4. */
 static enum status read_kind(struct reader *reader, double *value) {
     if (is_number(reader->text))
         return read_number(reader, value);
@@ -278,6 +283,7 @@ static enum status read_kind(struct reader *reader, double *value) {
     return STATUS_BAD_NUMBER;
 }
 
+/* All recursion comes through here, so that the depth bounds the stack that a hostile line can use. */
 static enum status read_value(struct reader *reader, double *value) {
     enum status status;
 

@@ -1,4 +1,5 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ * Parameters of a program, found by linear search: a line names a few of at most some hundred. */
 #include "gcode/params.h"
 
 #include <string.h>
@@ -14,6 +15,8 @@ void params_clear(struct params *params) {
     };
 }
 
+/* A local name belongs to the call that set it, so that a subroutine neither sees nor changes its caller's.
+ */
 static uint8_t level_of(const struct params *params, const struct param_ref *ref) {
     return ref->name[0] == '_' ? (uint8_t)PARAMS_GLOBAL : params->level;
 }
@@ -31,6 +34,7 @@ static double *find_named(const struct params *params, const struct param_ref *r
     return NULL;
 }
 
+/* NULL: it has no place yet. #1 .. #30 always have theirs. */
 static double *find(struct params *params, const struct param_ref *ref) {
     if (ref->name != NULL)
         return find_named(params, ref);
@@ -46,6 +50,7 @@ static double *find(struct params *params, const struct param_ref *ref) {
 enum status params_get(const struct params *params, const struct param_ref *ref, double *value) {
     const double *found = find((struct params *)params, ref);
 
+    /* A number that no one set is 0, a name that no one set is rather a typing error: as in LinuxCNC. */
     if (found == NULL && ref->name != NULL)
         return STATUS_PARAMETER_UNSET;
     *value = found != NULL ? *found : 0.0;
@@ -97,6 +102,7 @@ void params_enter(struct params *params) {
     params->level++;
 }
 
+/* The names of the subroutine are gone, those of its callers and the global ones move together. */
 void params_leave(struct params *params) {
     unsigned kept = 0;
 

@@ -1,4 +1,6 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ * Read-only parameters: each is computed when it is read, from the interpreter's state and what the machine
+ * left in struct params. */
 #include "gcode/readings.h"
 
 #include <string.h>
@@ -26,6 +28,7 @@ enum {
     NUMBER_WORK = 5420,
 };
 
+/* Angles have no inches. */
 static double unit_of(const struct param_context *context, unsigned axis) {
     return context->gcode->modal.inches && axis < AXIS_A ? MM_PER_INCH : 1.0;
 }

@@ -1,8 +1,11 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ * A block's motion: where it leads, and with which feed. */
 #include "gcode/resolve.h"
 
 #include <string.h> // memcpy
 
+/* Axes without a word keep the position that they have, bit for bit: a conversion to work coordinates and
+ * back would make tiny moves of rounding errors. */
 enum status resolve_target(const struct resolver *r, double target_mm[AXIS_COUNT]) {
     const bool machine_coordinates = r->nonmodal == NONMODAL_MACHINE_COORDS;
     const bool incremental = r->out->next.incremental;
@@ -74,7 +77,7 @@ static enum status feed_move(struct resolver *r) {
     case MOTION_ARC_CW:
     case MOTION_ARC_CCW:
         return resolve_arc(r);
-    case MOTION_PROBE:
+    case MOTION_PROBE: /* one that leads nowhere is refused, as in Grbl: nothing could trigger */
         move->probe = r->out->next.probe;
         return is_position(r, move->target_mm, AXIS_COUNT) ? STATUS_BAD_TARGET : STATUS_OK;
     case MOTION_CUBIC:

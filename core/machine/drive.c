@@ -44,7 +44,7 @@ static void reset_motion(struct machine *machine, const int32_t position[AXIS_CO
     motion_reset(&machine->drive.motion, position);
 }
 
-/* What drive_stand_at() has done on the motion side. */
+/* What drive_stand_at() does on the motion side. */
 struct stand {
     struct machine *machine;
     const int32_t *position;
@@ -68,6 +68,9 @@ struct halt {
     bool only_waited;
 };
 
+/* In this order: only a step ISR that is halted has a final position; what a host's segment has done is
+ * counted by the step engine's line, which reset_motion() forgets; and edges of switches are forgotten
+ * together with the motion that they belonged to. */
 static void halt(void *arg) {
     struct halt *at = arg;
     struct machine *machine = at->machine;
@@ -85,7 +88,7 @@ void drive_halt(struct machine *machine) {
     struct halt at = {.machine = machine};
     bool works = !machine_is_standing(machine);
     drive_on_motion_side(machine, halt, &at);
-    if (works && !at.only_waited) { /* motors may have missed steps */
+    if (works && !at.only_waited) { /* pulses ended without a ramp: motors may have lost steps */
         machine->trust.axes = 0;
         machine->trust.losses++;
     }

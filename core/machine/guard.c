@@ -36,6 +36,8 @@ bool guard_poll(struct machine *machine) {
     const struct hal_inputs *now = &machine->inputs;
     if (are_news(machine, now)) /* the end of debouncing; or a board without edge interrupts for them */
         inputs_look(machine);
+    /* The edge counts, too: the e-stop may have been released again before this poll. It does not count
+     * twice: not in a critical alarm, nor before the banner that a reset is about to print. */
     if ((now->estop || machine->edges.estop) && !machine->life.critical && !machine->life.restart) {
         reset_alarm(machine, ALARM_ESTOP);
         return true;
@@ -44,6 +46,8 @@ bool guard_poll(struct machine *machine) {
         reset_alarm(machine, ALARM_HARD_LIMIT);
         return true;
     }
+    /* Buttons are the same requests as the bytes ! ~ and 0x18, and are carried out with them by
+     * realtime_poll(). */
     rx_request(&machine->lines.rx, without_doubt(&machine->lines.rx, pressed(now, &before)));
     if (now->door && !machine->life.critical && !machine->life.restart &&
         machine->life.state != MACHINE_DOOR) {

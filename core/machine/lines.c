@@ -84,7 +84,7 @@ static void open_line(struct machine *machine) {
 static void take_text(struct machine *machine, enum line_result result) {
     const char *line = machine->lines.reader.text;
     open_line(machine);
-    if (result == LINE_BROKEN)
+    if (result == LINE_BROKEN) /* bytes were lost within it: to execute the rest would be another line */
         report_gaps(machine);
     if (result == LINE_OVERFLOW || result == LINE_BROKEN)
         answer_line(machine, STATUS_LINE_TOO_LONG);
@@ -109,7 +109,9 @@ static bool answer_lost(struct machine *machine) {
     return true;
 }
 
-/* A plain line of G-code that has come whole needs no filter. @return bytes taken; 0: it is none */
+/* The fast way for streams: a plain line of G-code that has come whole is parsed where it lies, without the
+ * copy and the filter of the line reader. What could be refused by the state goes the long way. @return bytes
+ * taken; 0: it is none */
 static size_t take_plain(struct machine *machine, const uint8_t *bytes, size_t count) {
     const uint8_t *line = line_reader_whole(&machine->lines.reader, bytes, count);
     if (line == NULL || machine->lines.flushing || machine->life.state == MACHINE_ALARM ||

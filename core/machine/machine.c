@@ -1,4 +1,5 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ * Power-on, and the order in which one poll visits the parts. */
 #include "machine/machine.h"
 
 #include "machine/configure.h"
@@ -48,6 +49,9 @@ void machine_init(struct machine *machine, const struct machine_board *board, st
     step_init(&machine->drive.step, hal_step);
     prep_init(&machine->drive.prep, &machine->drive.motion.queue, &machine->drive.step, &no_timing);
     overrides_begin(&machine->overrides);
+    /* Stored settings first: the wiring changes them to what this board has, and whether the machine starts
+     * locked depends on $22 and on damage that was found. configure_apply() comes last, when all parts that
+     * derive something from a setting exist. */
     stored_load(machine);
     wiring_fit(machine);
     state_begin(machine, machine->settings.homing || stored_is_damaged(machine));
@@ -79,6 +83,8 @@ uint32_t machine_wait_us(const struct machine *machine) {
     return least;
 }
 
+/* From rest to motion within prep_poll(): the moment of the start and the count of starts are published for
+ * the task side, the count last (release). */
 bool machine_poll_motion(struct machine *machine) {
     bool rested = !machine->drive.step.active;
     bool any = motors_poll(machine) && prep_poll(&machine->drive.prep);
@@ -100,6 +106,11 @@ static void tell_late(struct machine *machine) {
     timer_start(machine, &machine->drive.late_quiet, LATE_QUIET_US);
 }
 
+/* What stops comes before what starts. The motion side's answer first, because whether the machine is
+ * standing depends on it. Then switches and buttons (guard_poll() only notes buttons), then the real-time
+ * requests that senders and buttons have made: they act before another line is read. In the quiet time after
+ * an alarm nothing else is done; guard_poll() and realtime_poll() may have begun it, hence two looks. Lines
+ * come before motion, so that a move that was just read is published in the same poll. */
 bool machine_poll(struct machine *machine) {
     bool any = ahead_take_answer(&machine->drive.motion.ahead);
     any |= guard_poll(machine);

@@ -51,6 +51,8 @@ static void take_override(struct machine *machine, int byte) {
     report_changed_override(machine);
 }
 
+/* Several may have come since the last poll. Jogs that wait to be read are dropped first, then motion stops,
+ * and `~` comes last: rx.c has kept it only if it came after the hold. */
 static void take_bits(struct machine *machine, uint32_t bits) {
     if (machine->life.state == MACHINE_SLEEP)
         return;
@@ -73,7 +75,7 @@ bool realtime_poll(struct machine *machine) {
         reset_machine(machine, ALARM_NONE);
         return true;
     }
-    if (machine->life.critical)
+    if (machine->life.critical) /* only a reset helps; a report is answered */
         bits &= REALTIME_STATUS;
     bool later = machine->life.state == MACHINE_HOME || !text_has_room(&machine->out);
     if (later && (bits & REALTIME_STATUS) != 0) { /* answered when homing is done, or there is room */

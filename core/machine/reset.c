@@ -47,6 +47,8 @@ static void stop(struct machine *machine) {
     timer_start(machine, &machine->clock.timer, 0);
 }
 
+/* An alarm after which only a reset helps. The line under way gets its answer: as TASK_LOCKED, unless the
+ * store answers it when it has been written. */
 static void stop_for_good(struct machine *machine) {
     machine->life.locks_again =
         machine->life.state == MACHINE_ALARM && (!machine->life.critical || machine->life.locks_again);
@@ -71,6 +73,8 @@ static bool is_moving(const struct machine *machine) {
     return !machine_is_standing(machine) && machine->task.stage != TASK_DWELLING;
 }
 
+/* Whether motion was cut off is seen before stop() ends it. The banner waits (life.restart) until what is
+ * being stored has been written: machine_poll(). */
 void reset_machine(struct machine *machine, enum alarm alarm) {
     if (alarm == ALARM_NONE && machine->life.state == MACHINE_HOME)
         alarm = ALARM_HOMING_RESET;

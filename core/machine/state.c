@@ -8,7 +8,8 @@
 #include "machine/overrides.h"
 #include "machine/parts.h"
 
-/* An event without an entry means nothing in that state. */
+/* An event without an entry means nothing in that state. Entries are one more than the state, so that 0,
+ * which C puts where nothing is written, is no state. */
 #define TO(state) ((uint8_t)((state) + 1))
 
 /* clang-format off */
@@ -75,6 +76,8 @@ bool state_go(struct machine *machine, enum machine_event event) {
     return true;
 }
 
+/* In addition to the state: no line is read between the cancel of a jog and its rest, nor while a reset by a
+ * command is due, nor while motion is a remote host's or on its way to it or back. */
 bool state_reads(const struct machine *machine) {
     return traits[machine->life.state].reads && !machine->suspend.cancels && !machine->life.reset_asked &&
            !machine->host.owns && machine->host.job.step == HOST_JOB_NONE;
@@ -117,6 +120,6 @@ bool state_update(struct machine *machine) {
     if (!state_go(machine, EVENT_REST))
         return false;
     if (jogged)
-        overrides_apply(machine);
+        overrides_apply(machine); /* which did not count for the jog */
     return true;
 }

@@ -71,6 +71,9 @@ static void restore_outputs(struct machine *machine) {
 }
 
 void suspend_end(struct machine *machine) {
+    /* `~` has three answers: to continue where nothing was switched off; to restore spindle and coolant
+     * first; and none while the door is open or the tools are not off yet. With tools off in a plain hold
+     * (the sender was lost) they are restored as after a door. */
     bool door = machine->life.state == MACHINE_DOOR, suspended = machine->outputs.suspended;
     machine->suspend.hold_waits = false;
     if ((!door && machine->life.state != MACHINE_HOLD) || machine->suspend.restores)
@@ -83,7 +86,7 @@ void suspend_end(struct machine *machine) {
 
 void suspend_open_door(struct machine *machine) {
     bool jogs = machine->life.state == MACHINE_JOG;
-    if (spindle_sync_defers(machine)) {
+    if (spindle_sync_defers(machine)) { /* a tap in its hole: the door counts when it is out */
         spindle_sync_keep_door(&machine->spindle_sync);
         return;
     }
@@ -117,7 +120,9 @@ static bool restore_poll(struct machine *machine) {
     return true;
 }
 
-/* @return true when it came further */
+/* Tools are switched off when motion has come to rest, not before: a cutter that stops in the material while
+ * it moves breaks. If the door opens again while they are being restored, they go off again.
+ * @return true when it came further */
 static bool door_poll(struct machine *machine) {
     const struct machine_outputs *outputs = &machine->outputs;
     if (!drive_is_stopped(machine))

@@ -1,4 +1,4 @@
-"""Every rule has a file that breaks it and nothing else; and broken files are told in full, with lines."""
+"""Every rule has a file that breaks it and nothing else; and broken files are reported in full, with lines."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which compiler is taken, and what it is said to be."""
+"""Which compiler is taken, and what it is reported to be."""
 
 from __future__ import annotations
 

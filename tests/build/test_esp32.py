@@ -1,4 +1,4 @@
-"""`wificnc build` of an ESP32: what is missing is told at once, what PlatformIO says and makes is passed on."""
+"""`wificnc build` of an ESP32: what is missing is reported immediately, what PlatformIO says and makes is passed on."""
 
 from __future__ import annotations
 
@@ -86,7 +86,7 @@ def test_the_two_kinds_differ_where_they_should() -> None:
     assert {"CONFIG_COMPILER_OPTIMIZATION_DEBUG=y", "CONFIG_LOG_DEFAULT_LEVEL_INFO=y"} <= set(debug) - set(release)
     for lines in (release, debug):
         names = [line.partition("=")[0] for line in lines]
-        assert len(names) == len(set(names)), "an option stands twice"
+        assert len(names) == len(set(names)), "an option is listed twice"
 
 
 def test_a_configuration_of_an_earlier_build_is_noticed(tmp_path: Path) -> None:
@@ -103,7 +103,7 @@ def test_a_configuration_of_an_earlier_build_is_noticed(tmp_path: Path) -> None:
     assert configuration_without(tmp_path, plan, BOARD.chip) == ["CONFIG_FREERTOS_HZ=1000"]
 
 
-# What CMake is told, by a project.cmake that only repeats it.
+# What CMake gets, by a project.cmake that only repeats it.
 PROJECT = 'macro(project)\nmessage(STATUS "DEFAULTS ${SDKCONFIG_DEFAULTS}")\nendmacro()\n'
 
 
@@ -165,7 +165,7 @@ def test_missing_packages_need_the_registry(tmp_path: Path) -> None:
 def test_a_registry_that_drops_packets_costs_less_than_a_second() -> None:
     assert REACH_SECONDS < 1
     begin = time.monotonic()
-    assert not registry_answers(("192.0.2.1", 443))  # TEST-NET-1: nobody is there
+    assert not registry_answers(("192.0.2.1", 443))  # TEST-NET-1: no one is there
     assert time.monotonic() - begin < 60, "the system itself gives up after two minutes"
 
 

@@ -1,4 +1,4 @@
-"""A terminal without UTF-8: nothing is said that stops the command, and JSON loses nothing."""
+"""A terminal without UTF-8: nothing is reported that stops the command, and JSON loses nothing."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Every option that names a file to be written: what cannot be written is said before anything is done."""
+"""Every option that names a file to be written: what cannot be written is reported before anything is done."""
 
 from __future__ import annotations
 

@@ -121,7 +121,7 @@ static const char *heard(void) {
     return text;
 }
 
-/* The packet of this type that was said last. @return its data, *size of them; NULL: none */
+/* The packet of this type that was sent last. @return its data, *size of them; NULL: none */
 static const uint8_t *said(uint8_t type, size_t *size) {
     const uint8_t *found = NULL;
     for (size_t i = 0; i + 10 <= world.out_count; i++) {
@@ -276,7 +276,7 @@ static void answers_stand_between_lines_even_at_a_slow_port(void) {
     CHECK(stream.ops->write(&stream, "<Idle|", 6) == 6);
     send_packet(3, "\x02\0", 2);
     (void)heard();
-    CHECK(world.out_count == 6); /* in the middle of a line nothing is said */
+    CHECK(world.out_count == 6); /* in the middle of a line nothing is reported */
     CHECK(stream.ops->write(&stream, "MPos:0>\r\n", 9) == 9);
     world.room = 5;
     CHECK(stream.ops->write(&stream, "ok\r\n", 4) == 0); /* half a packet is out: the line waits */

@@ -85,7 +85,7 @@ static void a_pin_beyond_the_banks_changes_nothing(void) {
     check(memcmp(&pins, &before, sizeof pins) == 0, "a refused map has changed the tables");
 }
 
-/* The hardware starts at 0 again at either limit; the true count goes on. */
+/* The hardware starts at 0 again at either limit; the true count continues. */
 static void an_encoder_is_counted_across_the_limits_of_the_hardware(void) {
     static const int32_t ways[] = {1, 7, 15999, -1, -7, -15999, 9000, -12345};
     int32_t truth = 0, counted = 0;
@@ -104,7 +104,7 @@ static void an_encoder_is_counted_across_the_limits_of_the_hardware(void) {
 }
 
 /* A wheel of 400 counts that turns either way: the counter wraps, reads come at any time, and the index comes
- * on at every 400th count going up, and a count beside it going down. */
+ * on at every 400th count going up, and a count next to it going down. */
 static void the_index_is_where_the_counter_was(void) {
     struct encoder_counts counts = {.raw = 0};
     int32_t truth = 0, newest = 0;

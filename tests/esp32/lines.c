@@ -14,7 +14,7 @@
 enum { PINS = 64 };
 
 static struct pin {
-    bool level, output, input, pull_up, blinked; /* blinked: driven with a level that nobody asked for */
+    bool level, output, input, pull_up, blinked; /* blinked: driven with a level that no one asked for */
     int calls;
 } pins[PINS];
 
@@ -26,7 +26,8 @@ esp_err_t gpio_set_level(gpio_num_t gpio, uint32_t level) {
 esp_err_t gpio_set_direction(gpio_num_t gpio, gpio_mode_t mode) {
     pins[gpio].calls++;
     pins[gpio].output = mode == GPIO_MODE_OUTPUT;
-    pins[gpio].blinked |= !pins[gpio].level; /* these tests' outputs are high when their driver goes on */
+    pins[gpio].blinked |=
+        !pins[gpio].level; /* these tests' outputs are high when their driver is switched on */
     return ESP_OK;
 }
 

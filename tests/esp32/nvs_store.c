@@ -154,7 +154,8 @@ static bool cut_at(int cut, unsigned how_many) {
     return !saved;
 }
 
-/* Settings and other values at once, as $RST=* stores them. @return false: it went through, no cut came */
+/* Settings and other values in one step, as $RST=* stores them. @return false: it went through, no cut came
+ */
 static bool cut_batch_at(int cut) {
     struct settings before = changed(0), after = changed(4);
     uint8_t bytes[2][200], read[200];
@@ -243,7 +244,8 @@ static void a_value_out_of_range_is_damage(void) {
           "taken", -1);
 }
 
-/* NVS drops an entry whose check fails. Whichever it is, its value is said to be lost, and the others stay.
+/* NVS drops an entry whose check fails. Whichever it is, its value is reported to be lost, and the others
+ * stay.
  */
 static void a_setting_that_nvs_has_dropped_is_damage(void) {
     struct settings all = changed(6);

@@ -342,7 +342,7 @@ static void run(unsigned long interrupts) {
         }
 }
 
-/* Axes end where a step is half done, so that they begin anew. */
+/* Axes end where a step is half done, so that they begin again. */
 static struct segment make(const int16_t steps[AXIS_COUNT], uint32_t duration_ns, bool last) {
     struct segment segment = {.duration_ns = duration_ns, .flags = last ? SEGMENT_LAST : 0};
     for (unsigned ax = 0; ax < BOARD_AXIS_COUNT; ax++) {

@@ -5,12 +5,15 @@ from __future__ import annotations
 import random
 import string
 import struct
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
 
 pytest.importorskip("esp_idf_nvs_partition_gen")
 
+from patience import HANG_S
 from wificnc.errors import BuildError, FlashError, UserError
 from wificnc.machine import find_machines, load_machine
 from wificnc.nvs.build import PARTITION_SIZE, build_image
@@ -188,3 +191,15 @@ def test_the_partition_is_the_one_of_the_table(request: pytest.FixtureRequest) -
     table = (Path(request.config.rootpath) / "targets/esp32/partitions.csv").read_text()
     row = next(line.split(",") for line in table.splitlines() if line.startswith("nvs,"))
     assert int(row[4], 0) == PARTITION_SIZE
+
+
+def test_esptool_can_be_used_after_the_generator() -> None:
+    """Both log through Espressif's esp-pylib, and the first one decides whose logger that has."""
+    program = (
+        "from wificnc.flash.device import quiet_esptool\n"
+        "from wificnc.nvs.build import build_image\n"
+        "build_image([])\n"
+        "quiet_esptool().logger.log.note('never shown')\n"
+    )
+    run = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=HANG_S, check=False)
+    assert (run.returncode, run.stdout, run.stderr) == (0, "", "")

@@ -50,7 +50,7 @@ static void *motion_side(void *unused) {
             step_isr(&host->machine.drive.step);
         }
         if (!any && !host->machine.drive.step.active) {
-            hal->now_ticks += 2000; /* time goes on at rest, too: dwells and delays end */
+            hal->now_ticks += 2000; /* time advances at rest, too: dwells and delays end */
             sched_yield();
         }
     }

@@ -167,7 +167,7 @@ static void what_is_no_websocket_is_refused_with_the_reason(void) {
     check_refused("\xC1\x80\0\0\0\0", 6, 1002);                    /* reserved bits */
     check_refused("\x83\x80\0\0\0\0", 6, 1002);                    /* an opcode that is none */
     check_refused("\x8B\x80\0\0\0\0", 6, 1002);                    /* ... of control */
-    check_refused("\x80\x80\0\0\0\0", 6, 1002);                    /* goes on with nothing */
+    check_refused("\x80\x80\0\0\0\0", 6, 1002);                    /* continues with nothing */
     check_refused("\x09\x80\0\0\0\0", 6, 1002);                    /* a ping in pieces */
     check_refused("\x89\xFE\0\x7E\0\0\0\0", 8, 1002);              /* a ping of 126 bytes */
     check_refused("\x82\xFF\x80\0\0\0\0\0\0\0\0\0\0\0", 14, 1002); /* 2^63 bytes */

@@ -4,7 +4,7 @@
  *
  *   - what it sends are packets, by TCP one after the other
  *   - the segments of a stream have each number once, and always the same steps when they are sent again
- *   - they lead from where the controller said that the machine stands to where the last command was followed
+ *   - they lead from where the controller said that the machine is to where the last command was followed
  * to
  *   - what was lost stays lost until the next connection
  *
@@ -108,7 +108,7 @@ static void connect(struct bench *bench) {
     bench->segments = 0;
 }
 
-/* A stream begins where the machine stands by the report that is the newest just then. */
+/* A stream begins where the machine is by the report that is the newest just then. */
 static void note_stream(struct bench *bench) {
     const struct link *link = &bench->link;
     bool begins = link->is_open && (!bench->is_open || link->sender.stream != bench->stream);

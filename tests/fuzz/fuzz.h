@@ -12,7 +12,7 @@
 /** libFuzzer's entry, and replay.c's. @return 0 */
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
 
-/** Whatever arrives, this holds; what is said is printed for the one who has to mend it. */
+/** Whatever arrives, this holds; what is claimed is printed for the one who has to fix it. */
 #define CLAIM(holds, ...)                                                                                    \
     do {                                                                                                     \
         if (!(holds)) {                                                                                      \

@@ -212,7 +212,7 @@ static void release(struct scene *scene) {
         virtual_set(scene->host, input, false);
 }
 
-/* What an operator does: close the door, go on. */
+/* What an operator does: close the door, continue. */
 static void resume(struct scene *scene) {
     release(scene);
     send(scene, "~", 1);
@@ -243,7 +243,7 @@ static bool may_hold(const struct machine *machine) {
     return (machine->interp.gcode.modal.overrides & OVERRIDE_HOLD) != 0 && !machine->suspend.hold_waits;
 }
 
-/* A while after its sender has gone, and with nobody else, a machine stands still, dark, and off. */
+/* A while after its sender has gone, and with no one else, a machine is at rest, dark, and off. */
 static void claim_unattended(struct scene *scene) {
     int32_t before[AXIS_COUNT], after[AXIS_COUNT];
     struct virtual_outputs outputs;
@@ -275,7 +275,7 @@ static void lose_sender(struct scene *scene, uint8_t how) {
         claim_unattended(scene);
 }
 
-/* What everybody who connects gets, and asks. */
+/* What everyone who connects gets, and asks. */
 static void welcome(struct scene *scene) {
     char text[128];
     unsigned number = 0;

@@ -2,8 +2,8 @@
  * The whole controller with a machine behind it, in virtual time. Whatever arrives:
  *
  *   - every line gets one answer, in order, until a reset; a reset drops what waits and gives a banner
- *   - what is said is made of whole lines of the protocol, and of numbers
- *   - the position counter is the pulses that left the pins (homing alone sets it anew)
+ *   - what is reported is made of whole lines of the protocol, and of numbers
+ *   - the position counter is the pulses that left the pins (homing alone sets it again)
  *   - it always comes back: after a reset a ? is answered
  *
  * The first byte gives the number of axes and the way bytes are put. Then bytes go to the stream as they are;
@@ -32,10 +32,10 @@ struct session {
     bool loses;         /* bytes are put as by a UART; then only the number of answers is known */
     /* lines */
     struct line_reader model;
-    bool after_cr, homed; /* $H was sent: the counter may be set anew */
+    bool after_cr, homed; /* $H was sent: the counter may be set again */
     uint8_t expected[LINES_MAX];
     uint32_t sent, answered;
-    /* what was said */
+    /* what was answered */
     char line[OUT_MAX];
     size_t length;
     uint32_t banners, reports;
@@ -73,7 +73,7 @@ static void note_byte(struct session *session, uint8_t byte) {
     expect(session, result == LINE_OVERFLOW ? ANSWER_TOO_LONG : text[0] == '\0' ? ANSWER_OK : ANSWER_OTHER);
 }
 
-/* --- what is said --- */
+/* --- answers --- */
 
 static bool begins(const char *text, const char *with) {
     return strncmp(text, with, strlen(with)) == 0;

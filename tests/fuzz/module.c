@@ -2,9 +2,9 @@
  * An I/O module, in virtual time. Whatever arrives:
  *
  *   - what it sends are packets, and every request of ours has at most one reply
- *   - only pins that can be outputs are ever driven, and no channel is input and output at once
+ *   - only pins that can be outputs are ever driven, and no channel is input and output at the same time
  *   - nothing moves
- *   - after a reset and a sound configuration an output does what it is told
+ *   - after a reset and a sound configuration an output does what it is set to
  *
  * The input is a row of actions; the first byte says which, what it needs follows. */
 #include "peers.h"

@@ -1,7 +1,7 @@
 """Build the harnesses with libFuzzer and sanitizers, run each for a while: python tests/fuzz/run.py --seconds 60.
 
-As many run at once as there are processors. They start from tests/fuzz/corpus; new inputs go to build/fuzz/corpus/NAME,
-crashers to build/fuzz/crash/NAME.
+As many run at the same time as there are processors. They start from tests/fuzz/corpus; new inputs go to
+build/fuzz/corpus/NAME, crashers to build/fuzz/crash/NAME.
 """
 
 from __future__ import annotations
@@ -84,7 +84,7 @@ def dictionary(folder: Path) -> Path:
     table = (checkout_root() / "core" / "gcode" / "codes.def").read_text()
     codes = [f'"{letter}{int(tenths) / 10:g}"\n' for letter, tenths in CODE.findall(table)]
     path = folder / "gcode.dict"
-    staged = folder / f".gcode.dict.{threading.get_ident()}"  # the harnesses run at once
+    staged = folder / f".gcode.dict.{threading.get_ident()}"  # the harnesses run at the same time
     staged.write_text((HERE / "gcode.dict").read_text() + "".join(codes))
     os.replace(staged, path)
     return path

@@ -2,9 +2,9 @@
  * A device of the binary protocol with a machine behind it, in virtual time. Whatever arrives:
  *
  *   - what it sends are packets, and every request of ours has at most one reply
- *   - the position counter is the pulses that left the pins (homing alone sets it anew)
+ *   - the position counter is the pulses that left the pins (homing alone sets it again)
  *   - no two pulses of an axis are closer than the board's step rate allows
- *   - what was taken is executed to the step when nobody stops it; after e-stop and reset a segment moves
+ *   - what was taken is executed to the step when no one stops it; after e-stop and reset a segment moves
  * again
  *
  * The input is a row of actions; the first byte says which, what it needs follows. */
@@ -19,7 +19,7 @@ struct device {
     struct peers peers;
     int32_t pulses[AXIS_COUNT];
     uint64_t last_ticks[AXIS_COUNT];
-    bool homed;      /* the counter may be set anew */
+    bool homed;      /* the counter may be set again */
     uint32_t stream; /* of the last stream_opened */
 };
 

@@ -50,7 +50,7 @@ static struct param_context context_of(const struct bench *bench, uint32_t line)
     return (struct param_context){.gcode = &bench->gcode, .params = &bench->params, .line = line};
 }
 
-/* @return the status, or -1 when something stands behind the value */
+/* @return the status, or -1 when something follows the value */
 int bench_value(const struct bench *bench, const char *text, double *value) {
     const struct param_context context = context_of(bench, 7);
     enum status status = expression_value(&context, &text, value);

@@ -47,7 +47,7 @@ State = HOST.struct("gcode_state")
 
 
 class Controller:
-    """State and a machine that does at once whatever a command says."""
+    """State and a machine that does immediately whatever a command says."""
 
     def __init__(self, lib: ctypes.CDLL, axes: int = XYZ) -> None:
         self.lib = lib

@@ -27,7 +27,7 @@ SOURCES = (
 
 
 def gcode_library() -> ctypes.CDLL:
-    """Compiled anew in each session: it takes a second, and is never stale."""
+    """Compiled again in each session: it takes a second, and is never stale."""
     folder = ROOT / "build" / "tests"
     folder.mkdir(parents=True, exist_ok=True)
     built = folder / f"gcode-{os.getpid()}.so"

@@ -220,7 +220,7 @@ def test_words_are_sticky(drill: Controller) -> None:
 
 
 def standing(other: Controller, *position: float) -> Controller:
-    """A new one that stands there."""
+    """A new one that is at rest there."""
     cnc = Controller(other.lib)
     cnc.state.position_mm = Axes(*position)
     return cnc
@@ -259,7 +259,7 @@ def test_words_are_forgotten(drill: Controller, between: str) -> None:
         ("G82X1Z0R1", 28),  # P missing
         ("G82X1Z0R1P-1", 4),
         ("G89X1Z0R1", 28),
-        ("G86X1Z0R1P1", 28),  # the spindle stands
+        ("G86X1Z0R1P1", 28),  # the spindle is stopped
         ("G81X1Z0R1L0", 2),
         ("G81X1Z0R1L-1", 4),
         ("G81X1Z0R1L1.5", 23),

@@ -114,7 +114,7 @@ def test_inches_and_offsets(cnc: Controller) -> None:
         ("G93G5X1I1J1P1Q1F1", 20),
         ("G5X1I200000J1P1Q1", 33),
         ("G5X1I1J1P1Q1K1", 36),
-        ("P-1G5X1I1J1Q1", 4),  # G5 stands before a negative P
+        ("P-1G5X1I1J1Q1", 4),  # G5 is in front of a negative P
         ("G4P-1", 4),
         ("G5.1X1P-1I1", 4),
         ("G5.1X1P1I1", 36),

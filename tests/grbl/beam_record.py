@@ -48,7 +48,7 @@ class BeamRecord:
         return longest(without(shrunk(self.motion(lines)), self.lit()))
 
     def positions(self, axis: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Times of the axis' step edges, and where it stands after each, in steps."""
+        """Times of the axis' step edges, and where it is after each, in steps."""
         events = self.grbl.step_events()
         mine = events[(events["step"] >> axis & 1) != 0]
         return mine["t"] / HZ, np.cumsum(np.where((mine["dir"] >> axis & 1) != 0, -1.0, 1.0))

@@ -2,13 +2,13 @@
 
 What it tells apart from the host's controller, for the tests to be the same:
 
-- Its fourth axis, A, must stand at 0 and is left out of what was said, its settings too.
+- Its fourth axis, A, must be at 0 and is left out of what was answered, its settings too.
 - The wire takes time. It is 16 times as fast as 115200 baud, 5 us a byte, so that a test's moments are its own.
 - An output is what the pins show: there are a PWM for the spindle and a flood line, no direction, no mist, no servo.
 - A switch is off when it has been quiet for 5 ms; letting one go takes 10 ms here.
 - Inputs that the board has no pin for raise NotOnThisBoard. So does what only a simulation of time can tell.
 
-Which tests do not hold here stands in chip_differences.toml, each with its reason.
+Which tests do not hold here is listed in chip_differences.toml, each with its reason.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ class NotOnThisBoard(Exception):
 
 
 class ChipGrbl:
-    """A controller fresh from its power-on. Time goes on only in the methods that say so."""
+    """A controller fresh from its power-on. Time advances only in the methods that say so."""
 
     def __init__(self, board: Board, image: tuple[Block, ...]) -> None:
         self.board = board
@@ -85,7 +85,7 @@ class ChipGrbl:
         return as_three_axes(said)
 
     def send(self, data: str) -> str:
-        """Write as its answers leave room, go on until nothing happens any more, hear."""
+        """Write as its answers leave room, continue until nothing happens any more, hear."""
         pieces = re.findall(r"[^\n\r]*[\r\n]+|[^\n\r]+$", data)
         lines = len(re.findall(r"\r\n|\r|\n", data))
         said, flying = "", 0
@@ -131,7 +131,7 @@ class ChipGrbl:
     paced = after
 
     def answer_to(self, line: str) -> tuple[str, float]:
-        """What is said to a line, and how many seconds that takes: up to the byte, without heard()'s look for more."""
+        """The answer to a line, and how many seconds that takes: up to the byte, without heard()'s look for more."""
         said, begin = "", self.chip.cycles
         self.put(line + "\n")
         while "\n" not in said:
@@ -155,7 +155,7 @@ class ChipGrbl:
 
     def position(self) -> list[int]:
         """Steps, as the controller reports them. Where it is silent (after alarm 1, 2 and 50) and where a step is less
-        than a report's 0.001 mm, as the motors stand; that must be what is reported."""
+        than a report's 0.001 mm, by the places of the motors; that must be what is reported."""
         found, stands = re.search(rf"MPos:({NUMBERS})", self.status()), self.stands()
         if found is None:
             return stands

@@ -28,7 +28,7 @@ Outputs = HOST.struct("virtual_outputs")
 
 
 class Grbl:
-    """One controller. Time goes on only in the methods that say so."""
+    """One controller. Time advances only in the methods that say so."""
 
     def __init__(
         self,
@@ -81,7 +81,7 @@ class Grbl:
         return said.decode("latin-1")
 
     def send(self, data: str) -> str:
-        """Put, go on until nothing happens any more, hear."""
+        """Put, continue until nothing happens any more, hear."""
         raw = data.encode("latin-1")
         said = ""
         while True:
@@ -108,7 +108,7 @@ class Grbl:
         return self.heard()
 
     def answer_to(self, line: str) -> tuple[str, float]:
-        """What is said to a line, and how many seconds that takes."""
+        """The answer to a line, and how many seconds that takes."""
         begin = self.time()
         said = self.after(0.001, line + "\n")
         while "\n" not in said:
@@ -122,7 +122,7 @@ class Grbl:
         return self.heard()
 
     def sleeps(self) -> bool:
-        """Nothing happens until somebody says or does something."""
+        """Nothing happens until someone says or does something."""
         return LIB.host_next_ticks(self._host) == 2**64 - 1
 
     def lose_sender(self, waits: bool = False) -> None:
@@ -130,7 +130,7 @@ class Grbl:
         LIB.host_sender_lost(self._host, waits)
 
     def notice(self) -> str | None:
-        """What the next client is told."""
+        """What the next client reads."""
         text = ctypes.create_string_buffer(128)
         return text.value.decode() if LIB.host_notice(self._host, 0, text, len(text)) else None
 
@@ -171,7 +171,7 @@ class Grbl:
         return np.concatenate(self._chunks) if self._chunks else np.empty(0, EVENT)
 
     def output_period(self, microseconds: int) -> None:
-        """Spindle and coolant pins follow the controller only this often; 0: at once."""
+        """Spindle and coolant pins follow the controller only this often; 0: immediately."""
         LIB.host_set_output_period(self._host, microseconds)
 
     def record_outputs(self) -> None:
@@ -196,7 +196,7 @@ class Grbl:
     # --- stalls ---
 
     def stall(self, side: stalls.Side, after_s: float, for_s: float) -> None:
-        """Keep a side of the firmware from working; step interrupts and edges of inputs go on."""
+        """Keep a side of the firmware from working; step interrupts and edges of inputs continue."""
         stalls.stall(LIB, self._host, side, after_s, for_s, HZ)
 
     def stall_randomly(self, seed: int, sides: Collection[stalls.Side] = stalls.SIDES, **how: int) -> None:
@@ -237,7 +237,7 @@ class Grbl:
         LIB.virtual_place(self._host, Steps(*steps))
 
     def stands(self) -> list[int]:
-        """Steps, as the machine really stands."""
+        """Steps, as the machine really is."""
         steps = Steps()
         LIB.virtual_position(self._host, steps)
         return list(steps)

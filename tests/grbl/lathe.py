@@ -26,7 +26,7 @@ class Lathe(Grbl):
         self.spindle_ramp(2000)
 
     def watch(self, line: str, seconds: float = 60.0) -> tuple[str, Course]:
-        """Send a line and look at tool and spindle each DT_S until it is answered and all stands."""
+        """Send a line and look at tool and spindle each DT_S until it is answered and all is at rest."""
         said, rows = self.after(0, line + "\n"), []
         for _ in range(round(seconds / DT_S)):
             said += self.after(DT_S)
@@ -61,7 +61,7 @@ class Course:
         return self.part((np.abs(self.z) >= least) & (np.abs(self.z) <= most))
 
     def off_mm(self, pitch_mm: float, sense: int = 1, start_mm: float = 0.0) -> NDArray[np.float64]:
-        """Tool beside the thread's line through `start_mm`, mm of pitch; the line meets the start at the index."""
+        """Tool next to the thread's line through `start_mm`, mm of pitch; the line meets the start at the index."""
         line = sense * (self.rev - INDEX_REV) * pitch_mm
         off = np.abs(self.z - start_mm) - line
         return np.asarray((off + pitch_mm / 2) % pitch_mm - pitch_mm / 2)

@@ -117,7 +117,7 @@ def test_motion_and_stops_end_it(grbl: Grbl, event: str) -> None:
     """It does not come back when they are over: only M3 or S asks for it."""
     grbl.after(0.1, "G1F1000\nM3S10\n")
     assert grbl.outputs().spindle_duty > 0
-    assert "Aiming" not in grbl.after(1.0, event)  # that is said of $90 alone
+    assert "Aiming" not in grbl.after(1.0, event)  # that is reported of $90 alone
     assert grbl.outputs().spindle_duty == 0
     if event in "!\x84":
         grbl.after(6.0, "~")

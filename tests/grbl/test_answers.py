@@ -69,7 +69,7 @@ def test_an_overflow_between_cr_and_lf_makes_no_line(grbl: Grbl) -> None:
 
 
 def test_a_report_between_a_lost_cr_and_its_lf(grbl: Grbl) -> None:
-    """Real-time bytes are no part of the stream, wherever they stand."""
+    """Real-time bytes are no part of the stream, wherever they are."""
     grbl.flood("G4P0\n" * RX_SIZE + "G4P0\r")
     assert grbl.send("").count("\n") == RX_SIZE + 2
     grbl.flood("?")

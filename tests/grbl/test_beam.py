@@ -255,7 +255,7 @@ def test_a_spindle_that_turns_becomes_no_beam(mode: str) -> None:
     assert grbl.send("$32=0\n") == SWITCHED
     assert grbl.outputs().coolant == 2, "coolant is no part of it"
     assert grbl.output_changes()["duty"].max() == 0, "not for a moment"
-    grbl.fine("$32=1", "X-5", "$32=0")  # nothing turns, so nothing is said
+    grbl.fine("$32=1", "X-5", "$32=0")  # nothing turns, so nothing is reported
     assert grbl.outputs().spindle_direction == 0
     grbl.close()
 
@@ -272,7 +272,7 @@ def test_dynamic_power_in_inverse_time(grbl: Grbl, line: str) -> None:
 @pytest.mark.parametrize("mode", MODES)
 @pytest.mark.parametrize("stop", ["!", "\x84", "\x18", "door", "estop", "hold"])
 def test_dark_from_the_moment_of_a_stop(grbl: Grbl, stop: str, mode: str, period_us: int) -> None:
-    """Not when the machine stands: what burns must stop burning, also while it brakes."""
+    """Not when the machine is at rest: what burns must stop burning, also while it brakes."""
     grbl.fine(f"{mode}S1000F1200")
     record = BeamRecord(grbl, period_us)
     grbl.after(0.5, "G1X-20\n")

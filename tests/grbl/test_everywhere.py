@@ -42,7 +42,7 @@ def test_ends_and_starts_anew(grbl: Grbl, stop: str, moment: float) -> None:
 
 @pytest.mark.parametrize("moment", MOMENTS[:10])
 def test_jogs_end_anywhere(grbl: Grbl, moment: float) -> None:
-    """A cancelled jog stands where it is, and the next one is exact."""
+    """A cancelled jog stays where it is, and the next one is exact."""
     grbl.after(moment, "$J=G91X-7Y3F3000\n$J=G91Z-5F3000\n")
     grbl.send("\x85")
     assert grbl.position() == grbl.stands() and grbl.state() == "Idle"

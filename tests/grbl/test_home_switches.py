@@ -64,7 +64,7 @@ def test_a_limit_stays_a_limit_while_homing(grbl: Grbl) -> None:
 
 
 def test_a_home_switch_is_no_limit(grbl: Grbl) -> None:
-    """Beyond it motion goes on, and nothing of it is shown as a limit."""
+    """Beyond it motion continues, and nothing of it is shown as a limit."""
     assert grbl.send("$H\n") == "ok\r\n"
     grbl.settings(s20=0)
     assert grbl.send("$X\nG91G0X2.4\n").endswith("ok\r\nok\r\n")

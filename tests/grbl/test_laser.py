@@ -80,7 +80,7 @@ def test_no_beam_while_held_in_a_rapid(laser: Grbl) -> None:
 
 
 def test_no_beam_before_a_rapid_begins(laser: Grbl) -> None:
-    """G0 then G1 in one go: reading G1 ahead lights nothing where the machine still stands."""
+    """G0 then G1 in one go: reading G1 ahead lights nothing where the machine is still at rest."""
     laser.put("G0X-5\nG1X-6\n")
     while laser.stands()[0] > -1200:
         assert laser.outputs().spindle_duty == 0

@@ -143,7 +143,7 @@ def test_no_marks_of_a_program(grbl: Grbl, line: str, answer: int) -> None:
 
 def test_digits_of_a_number(grbl: Grbl) -> None:
     """Only 8 digits kept, says Grbl; here the 9th and those behind it count too."""
-    grbl.send("$100=10000\n")  # its top speed is clamped and that is said
+    grbl.send("$100=10000\n")  # its top speed is clamped and that is reported
     grbl.fine("G0X12.34567891")
     assert grbl.position()[0] == 123457
     grbl.fine("G0X0", "G91", *["G0X.0000500000001"] * 2)

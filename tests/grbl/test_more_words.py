@@ -106,7 +106,7 @@ def test_a_cycle_in_check_mode(grbl: Grbl) -> None:
 
 
 def test_m6_waits_for_the_operator(grbl: Grbl) -> None:
-    """Motion finishes, spindle and coolant go off, Hold; ~ goes on with what else stands in the line."""
+    """Motion finishes, spindle and coolant go off, Hold; ~ continues with what else is in the line."""
     grbl.fine("F600", "M3S500", "M8")
     grbl.put("G1X1\nT3M6M4\n")
     assert grbl.after(0.05) == "ok\r\n"

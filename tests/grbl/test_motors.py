@@ -52,7 +52,7 @@ def test_they_stay_on_between_moves(grbl: Grbl) -> None:
 
 @pytest.mark.parametrize("invert", [0, 1])
 def test_level_of_the_enable_line(grbl: Grbl, invert: int) -> None:
-    """$4: Step enable invert: 0 low enables, 1 high enables; also while it stands."""
+    """$4: Step enable invert: 0 low enables, 1 high enables; also while it is at rest."""
     grbl.fine(f"$4={invert}")
     grbl.after(0.01)
     assert grbl.outputs().enable_high == (invert == 0)

@@ -1,4 +1,4 @@
-"""A client that comes later is told why the machine is locked or held: when it connects, and by `$I`."""
+"""A client that comes later learns why the machine is locked or held: when it connects, and by `$I`."""
 
 from __future__ import annotations
 

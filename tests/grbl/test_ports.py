@@ -107,7 +107,7 @@ def test_analog_inputs(grbl: Grbl) -> None:
 
 
 def test_analog_outputs_in_step_and_at_once(grbl: Grbl) -> None:
-    """M67 when motion has come there, M68 at once; a reset leaves them."""
+    """M67 when motion has come there, M68 immediately; a reset leaves them."""
     grbl.put("F600\nG1X5\nM68E3Q100\nM67E0Q25\nG1X10\n")
     seen = []
     for _ in range(150):

@@ -52,7 +52,7 @@ def test_hold_in_idle_keeps_the_queue_waiting(grbl: Grbl) -> None:
 
 
 def test_hold_says_when_it_stands(grbl: Grbl) -> None:
-    """States and sub-states: Hold:1 slows down, Hold:0 stands."""
+    """States and sub-states: Hold:1 slows down, Hold:0 is at rest."""
     grbl.after(0.3, "G1X-30F3000\n")
     grbl.after(0.005, "!")
     assert grbl.state() == "Hold:1"
@@ -66,7 +66,7 @@ def test_hold_says_when_it_stands(grbl: Grbl) -> None:
 
 
 def test_hold_stops_a_dwell(grbl: Grbl) -> None:
-    """Feed hold acts in a dwell too: its time goes on after `~`."""
+    """Feed hold acts in a dwell too: its time advances after `~`."""
     grbl.after(0.5, "G4P1\n")
     assert grbl.after(3, "!") == "" and grbl.state() == "Hold:0"
     assert grbl.after(0.4, "~") == ""

@@ -64,7 +64,7 @@ def test_a_jog_faster_than_the_machine(grbl: Grbl) -> None:
 
 @pytest.mark.parametrize("wake", ["\r\n\r\n", "\n\n"])
 def test_wake_up(grbl: Grbl, wake: str) -> None:
-    r"""Wake-up is `\r\n\r\n` (Grbl's own scripts) or `\n\n` (bCNC): all answers are out at once."""
+    r"""Wake-up is `\r\n\r\n` (Grbl's own scripts) or `\n\n` (bCNC): all answers are out immediately."""
     assert grbl.after(0.001, wake) == "ok\r\nok\r\n"
 
 

@@ -73,7 +73,7 @@ def test_lines_that_wait_do_not_run(grbl: Grbl) -> None:
 
 @pytest.mark.parametrize("line", ["G4P5\n", "M0\n", "G38.2Z-20F600\n"])
 def test_a_line_under_way_is_held(grbl: Grbl, line: str) -> None:
-    """A dwell and a probe go on with `~`, as after any hold; a pause stays one, without its spindle."""
+    """A dwell and a probe continue with `~`, as after any hold; a pause stays one, without its spindle."""
     grbl.surface(-2000)
     grbl.fine("M3S500")
     grbl.after(0.3, line)
@@ -147,7 +147,7 @@ def resuming(grbl: Grbl) -> list[int]:
 
 
 def test_resuming_can_be_interrupted(grbl: Grbl) -> None:
-    """`!` while the spindle runs up again; then `~` begins anew. A reset ends it all."""
+    """`!` while the spindle runs up again; then `~` begins again. A reset ends it all."""
     held = resuming(grbl)
     grbl.after(10, "!")
     assert grbl.outputs().spindle_direction == 0 and grbl.position() == held
@@ -158,7 +158,7 @@ def test_resuming_can_be_interrupted(grbl: Grbl) -> None:
 
 
 def test_resuming_at_once(grbl: Grbl) -> None:
-    """Somebody else is there before it stands: nothing was switched off yet."""
+    """Someone else is there before it is at rest: nothing was switched off yet."""
     grbl.fine("M3S500")
     grbl.after(0.3, "G1X-30F1000\n")
     grbl.lose_sender()
@@ -208,7 +208,7 @@ def test_its_last_resume_counts_no_more(grbl: Grbl, stop: str) -> None:
 
 
 def test_while_the_door_restores(grbl: Grbl) -> None:
-    """The spindle runs up behind the closed door: it stops again, and the program does not go on."""
+    """The spindle runs up behind the closed door: it stops again, and the program does not continue."""
     grbl.fine("M3S500")
     grbl.after(0.3, "G1X-30F1000\n")
     grbl.after(1, "\x84")
@@ -247,7 +247,7 @@ def test_in_an_alarm_its_lines_do_not_run(grbl: Grbl, line: str) -> None:
 
 
 def test_lost_again_while_the_next_one_resumes(grbl: Grbl) -> None:
-    """Whoever resumed is gone before the spindle is up: nobody sees the program go on."""
+    """Whoever resumed is gone before the spindle is up: no one sees the program continue."""
     held = resuming(grbl)
     grbl.lose_sender()
     assert grbl.after(10) == "" and grbl.notice() == NOTICE

@@ -1,4 +1,4 @@
-"""The column `affects` of protocol/settings.toml: what depends on a setting is derived anew when it is set, and only
+"""The column `affects` of protocol/settings.toml: what depends on a setting is derived again when it is set, and only
 that."""
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ def present(controller: Grbl, row: Setting) -> float:
 
 
 def another(row: Setting, now: float) -> float:
-    """A value in range that differs from this one, small enough that no rule of the board stands against it."""
+    """A value in range that differs from this one, small enough that no rule of the board forbids it."""
     low = max(float(row.min), 3.0) if row.name == "step_pulse_us" else float(row.min)
     choices = [low, 1.0, 3.0, float(row.default), low + 1.0, 500.0, 600.0]
     return next(value for value in choices if value != now and low <= value <= row.max)

@@ -116,7 +116,7 @@ def test_homing_leaves_them_as_they_are(grbl: Grbl) -> None:
 
 @pytest.mark.parametrize("period_us", PERIODS_US)
 def test_the_door_and_back(grbl: Grbl, period_us: int) -> None:
-    """Off when the motion stands; then spindle, 4 s, coolant, 1 s, motion. Grbl's order and its times."""
+    """Off when the motion rests; then spindle, 4 s, coolant, 1 s, motion. Grbl's order and its times."""
     grbl.output_period(period_us)
     late_s = period_us * 1e-6 + 0.001
     grbl.after(0.5, "G1X-20\n")

@@ -71,7 +71,7 @@ def test_alarm_10(skew: int) -> None:
     assert alone == pytest.approx(abs(skew) - 5 * 250, abs=1)  # no further
     before = grbl.stands(), grbl.second_stands()
     grbl.send("$X\n")
-    grbl.send("G91G0Y-1\n")  # nobody waits any more
+    grbl.send("G91G0Y-1\n")  # no one waits any more
     assert grbl.stands()[1] - before[0][1] == grbl.second_stands()[1] - before[1][1] == -250
     grbl.close()
 
@@ -112,7 +112,7 @@ def test_the_second_switch_is_a_hard_limit(gantry: Grbl) -> None:
 
 
 def test_limits_are_kept(gantry: Grbl) -> None:
-    """Design invariant 2: no motor exceeds its acceleration, when one waits and when it goes on."""
+    """Design invariant 2: no motor exceeds its acceleration, when one waits and when it continues."""
     gantry.place([-3000, -3000, -1000, 0, 0, 0])
     gantry.skew(1, 613)
     gantry.record()

@@ -61,7 +61,7 @@ def test_the_e_stop_does_not_wait(cutting: Grbl) -> None:
 
 @pytest.mark.parametrize("seed", range(20))
 def test_bursts_of_noise(cutting: Grbl, seed: int) -> None:
-    """Glitches shorter than the filter, close together and on several lines at once."""
+    """Glitches shorter than the filter, close together and on several lines at the same time."""
     chance, t = random.Random(seed), 1e-3
     for _ in range(100):
         line = chance.choice(["limit-min-x", "limit-max-x", "limit-max-y", "limit-min-z"])
@@ -118,7 +118,7 @@ def test_homing_finds_the_same_place(home: int) -> None:
 
 
 def test_glitches_while_it_homes(grbl: Grbl) -> None:
-    """On the line that it looks for: it goes on to the switch."""
+    """On the line that it looks for: it continues to the switch."""
     grbl.settings(_22=1, _23=7, _26=5, _24=100, _25=2000, _110=5000, _111=5000, _112=5000)
     grbl.settings(_120=500, _121=500, _122=500)
     for axis in range(3):

@@ -19,7 +19,7 @@ def steps(*mm: float) -> list[int]:
 @pytest.mark.parametrize("surface", [-1, -17, -1234, -2499])
 @pytest.mark.parametrize("feed", [30, 300, 3000])
 def test_the_exact_trigger_position(grbl: Grbl, surface: int, feed: int) -> None:
-    """`[PRB:x,y,z:0|1]`: the step at which the probe changed, whatever the feed; the machine stands a little below."""
+    """`[PRB:x,y,z:0|1]`: the step at which the probe changed, whatever the feed; the machine rests a little below."""
     grbl.surface(surface)
     assert grbl.send(f"G38.2Z-10F{feed}\n") == f"[PRB:0.000,0.000,{surface / 250:.3f}:1]\r\nok\r\n"
     assert grbl.position() == grbl.stands() and -2500 <= grbl.position()[2] <= surface
@@ -75,7 +75,7 @@ def test_a_failed_probe_is_still_the_motion_mode(grbl: Grbl) -> None:
 
 
 def test_hold_while_probing(grbl: Grbl) -> None:
-    """Feed hold during everything: a probe move stops and goes on, and its trigger stays exact."""
+    """Feed hold during everything: a probe move stops and continues, and its trigger stays exact."""
     grbl.surface(-2000)
     grbl.after(0.3, "G38.2Z-20F600\n")
     grbl.after(1, "!")
@@ -135,7 +135,7 @@ def test_estop(grbl: Grbl, delay: float) -> None:
 
 @pytest.mark.parametrize(("name", "alarm"), [("estop", 50), ("limit-max-y", 1)])
 def test_a_short_pulse_is_not_missed(grbl: Grbl, name: str, alarm: int) -> None:
-    """Invariant 7: the edge counts, even when the switch is open again before anybody looks."""
+    """Invariant 7: the edge counts, even when the switch is open again before anyone looks."""
     grbl.fine("$21=1", "$92=0")
     grbl.after(0.2, "G1X-20F1000\n")
     grbl.input(name, True)
@@ -151,7 +151,7 @@ def test_a_short_pulse_is_not_missed(grbl: Grbl, name: str, alarm: int) -> None:
 
 
 def test_door_with_resume(grbl: Grbl) -> None:
-    """Door:2 slows down, Door:1 open, Door:0 closed, Door:3 restoring; then the job goes on where it was."""
+    """Door:2 slows down, Door:1 open, Door:0 closed, Door:3 restoring; then the job continues where it was."""
     grbl.fine("M3S500M8")
     grbl.after(0.2, "G1X-20F3000\n")
     grbl.input("door", True)
@@ -228,7 +228,7 @@ def make_homing(grbl: Grbl, dir_mask: int = 0) -> None:
 @pytest.mark.parametrize("mask", [0, 1, 4, 7])
 @pytest.mark.parametrize("start", [(0, 0, 0), (-9000, 900, 3), (1000, 1007, 1014), (-10000, -10003, -10006)])
 def test_homing_finds_the_exact_switches(grbl: Grbl, mask: int, start: tuple[int, int, int]) -> None:
-    """$H: the machine stands exactly a pull-off from the switches and knows it, from wherever it started."""
+    """$H: the machine is exactly a pull-off from the switches and knows it, from wherever it started."""
     make_homing(grbl, mask)
     grbl.place([*start, 0, 0, 0])
     assert grbl.send("$H\n") == "ok\r\n" and grbl.state() == "Idle"
@@ -344,7 +344,7 @@ def test_jog_beyond_travel(grbl: Grbl) -> None:
 
 
 def test_an_estop_before_the_first_step(grbl: Grbl) -> None:
-    """The move that waited for look-ahead is gone, and nobody wakes up for it for ever."""
+    """The move that waited for look-ahead is gone, and no one wakes up for it for ever."""
     grbl.paced(0.002, "G1X5F100\n")
     assert not grbl.sleeps()
     grbl.input("estop", True)

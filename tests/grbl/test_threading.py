@@ -52,7 +52,7 @@ def test_at_any_speed_the_line_is_the_same(lathe: Lathe, rpm: int) -> None:
 
 @pytest.mark.parametrize("load", [10, -10])
 def test_a_spindle_that_changes_its_speed_is_followed(lathe: Lathe, load: int) -> None:
-    """10 % slower or faster in the middle of a pass: the error stays small, and is mended."""
+    """10 % slower or faster in the middle of a pass: the error stays small, and is corrected."""
     lathe.fine("M3S600")
     lathe.record()
     lathe.put("G33Z-20K1.5\n")

@@ -33,7 +33,7 @@ def test_each_axis_has_full_current_while_it_moves_and_a_while_after(torque: Grb
     torque.put("G1X5F600\n")
     torque.after(0.1)
     assert torque.outputs().digital == 1  # 10 mm/s: 0.5 s, and Y rests
-    torque.fine("G4P0")  # X stands
+    torque.fine("G4P0")  # X is at rest
     assert torque.outputs().digital == 1
     torque.after(DELAY_MS / 1000 - 0.05)
     assert torque.outputs().digital == 1

@@ -1,4 +1,4 @@
-"""Which axes know where they stand: homed, and not stopped hard since. Homing some axes unlocks no others."""
+"""Which axes know where they are: homed, and not stopped hard since. Homing some axes unlocks no others."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def test_homing_one_axis_unlocks_when_the_others_are_trusted_too(grbl: Grbl) -> 
 
 
 def test_unlocking_says_what_is_not_homed(grbl: Grbl) -> None:
-    """Soft limits count from a zero that nobody has found: who unlocks is told so."""
+    """Soft limits count from a zero that no one has found: who unlocks gets a message."""
     make_homing(grbl)
     lose(grbl)
     grbl.send("$HX\n")

@@ -1,4 +1,4 @@
-"""The C kinematics by ctypes, and the same machines in numpy: written anew from the geometry, to compare with."""
+"""The C kinematics by ctypes, and the same machines in numpy: written again from the geometry, to compare with."""
 
 from __future__ import annotations
 

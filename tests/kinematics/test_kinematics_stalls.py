@@ -1,6 +1,6 @@
 """Machines whose joints are not the tool's axes, while sides of the firmware stall: judged by the step edges alone.
 
-A stop that nobody asked for stays on the programmed path of the tool, joints keep their limits, and the end is exact.
+A stop that no one asked for stays on the programmed path of the tool, joints keep their limits, and the end is exact.
 """
 
 from __future__ import annotations

@@ -103,7 +103,7 @@ class Bridge:
             self.most_bytes = 0
 
     def reset(self) -> None:
-        """As if somebody pressed the controller's reset."""
+        """As if someone pressed the controller's reset."""
         self._pending[:0] = b"\x18"
 
     def drop(self) -> None:
@@ -177,7 +177,7 @@ class Bridge:
         return bool(taken) or wait == 2
 
     def _take_pending(self) -> int:
-        """Real-time bytes at once, the others as far as the controller takes them."""
+        """Real-time bytes immediately, the others as far as the controller takes them."""
         taken = 0
         for byte in bytes(self._pending):
             if byte == 0x18:

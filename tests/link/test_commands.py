@@ -217,7 +217,7 @@ def test_no_such_target(target: str) -> None:
 
 @contextmanager
 def stranger(says: bytes) -> Iterator[str]:
-    """A port where somebody says this to everything."""
+    """A port where someone says this to everything."""
     with socket.create_server(("127.0.0.1", 0)) as server:
 
         def serve() -> None:

@@ -67,7 +67,7 @@ def program_of(text: str) -> Program:
 
 
 def state_after(lines: tuple[JobLine, ...], facts: MachineFacts) -> ModalState:
-    """The core's own parser over these lines, from where the machine stands."""
+    """The core's own parser over these lines, from where the machine is."""
     with Rebuild(LIBRARY, facts.axis_count) as rebuild:
         rebuild.set_position(facts.machine_mm + ZEROS)
         for row, values in facts.offsets.items():

@@ -134,7 +134,7 @@ def test_what_is_said_names_the_line_and_the_reason() -> None:
 
 @pytest.mark.parametrize("settings_line", ["$10=1\n", "$10=3\n"])
 def test_a_drilling_job_that_was_stopped(settings_line: str) -> None:
-    """As a user stops it: what is said afterwards leads to a resume that is accepted."""
+    """As a user stops it: what is reported afterwards leads to a resume that is accepted."""
     holes = "".join(f"X{i % 40}\n" for i in range(200))
     text = f"G21G90G0Z5\nG0X1Y1\nG81X1Y1Z-3R2F900\n{holes}G80\nG0Z9\n"
     program = read_program("job.nc", text.encode())

@@ -1,4 +1,4 @@
-"""The sender against `wificnc serve`: TCP, a serial port, and somebody else who commands."""
+"""The sender against `wificnc serve`: TCP, a serial port, and someone else who commands."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Settings as a file: every value survives, every mistake is told with its line."""
+"""Settings as a file: every value survives, every mistake is reported with its line."""
 
 from __future__ import annotations
 

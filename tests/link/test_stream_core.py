@@ -1,4 +1,4 @@
-"""The streamer against the real core: nothing is lost, nothing overruns, and what goes wrong is told line by line."""
+"""The streamer against the real core: nothing is lost, nothing overruns, and errors are reported line by line."""
 
 from __future__ import annotations
 

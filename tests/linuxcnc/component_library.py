@@ -35,7 +35,7 @@ SEND, AWAIT, SAY = (dict(World._fields_)[name] for name in ("send_udp", "await_s
 
 @cache
 def library() -> ctypes.CDLL:
-    """Compiled anew in each session: it takes a second, and is never stale."""
+    """Compiled again in each session: it takes a second, and is never stale."""
     root = checkout_root()
     folder = root / "build" / "tests"
     folder.mkdir(parents=True, exist_ok=True)

@@ -70,7 +70,7 @@ class Wire:
         self.is_mute = False  # requests are done and not answered
         self.loses_status = False
         self.shift_steps = 0  # by which reports are wrong on the first axis
-        self.status_late_s = 0.0  # status reports take so long, all else no time
+        self.status_late_s = 0.0  # status reports take this time, all else no time
         self.answers: list[bytes] = []
         self.loss = 0.0  # part of all datagrams, both ways; so many come twice, too
         self._dice = random.Random(1)
@@ -136,7 +136,7 @@ class Wire:
 
 
 class Bench:
-    """Time goes on by run(); `command` says what LinuxCNC commands at a time."""
+    """Time advances by run(); `command` says what LinuxCNC commands at a time."""
 
     def __init__(
         self, virtual: VirtualDevice, joints: int = 3, scale: float = SCALE, level_s: float = 0.1, password: str = ""
@@ -189,7 +189,7 @@ class Bench:
         return self.virtual.now + self.offset_s
 
     def power_cycle(self, virtual: VirtualDevice, off_s: float = 1.0) -> None:
-        """The controller was without power so long; this is it afterwards, and the component finds it."""
+        """The controller was without power for this time; this is it afterwards, and the component finds it."""
         self.lib.link_lose(self.pins.handle)
         self.offset_s = self.now + off_s - virtual.now
         self.virtual = self.wire.virtual = virtual

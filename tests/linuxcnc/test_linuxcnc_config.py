@@ -91,7 +91,7 @@ pathlib.Path("said").write_text(repr((homed, status.probed_position[:3], status.
 """
 
 
-# instead of the one that needs a screen: its operator presses Continue at once
+# instead of the one that needs a screen: its operator presses Continue immediately
 TOOL_CHANGE = """#!/usr/bin/python3
 import hal, pathlib, time
 change = hal.component("hal_manualtoolchange")
@@ -249,7 +249,7 @@ def test_home_is_where_the_controller_stands_when_it_has_homed(tmp_path: Path) -
 def test_linuxcnc_moves_a_machine_to_the_step(user_home: Path, as_user: Callable[..., str]) -> None:
     """All of LinuxCNC 2.9 with the written configuration, only its screen is ours: homing, probing, a thread, an input.
 
-    The controller is locked, as at power-on, and LinuxCNC's operator is told so, once. The machine stands 3 mm from its
+    The controller is locked, as at power-on, and LinuxCNC's operator gets a message, once. The machine is 3 mm from its
     switches, which are at machine X-60, Y0 and Z0; the probe touches 9.2 mm below that of Z. Without pulses of an
     encoder and its index G33 would wait for ever.
     """
@@ -289,7 +289,7 @@ def fake_tool_change(config: Path) -> None:
 
 
 def hands(server: Server, *lines: str) -> None:
-    """What somebody does at the machine."""
+    """What someone does at the machine."""
     assert server.control
     host, _, port = server.control.rpartition(":")
     with socket.create_connection((host, int(port)), HANG_S) as door, door.makefile("rw") as words:

@@ -71,4 +71,4 @@ def test_a_spindle_or_coolant_that_the_board_lacks_is_reported(make_bench: Calla
     bench.run(1)
     bench.switch_on()
     bench.run(1)
-    assert bench.is_open and not bench.pins["fault"], "it is given up, and switched on anew"
+    assert bench.is_open and not bench.pins["fault"], "it is given up, and switched on again"

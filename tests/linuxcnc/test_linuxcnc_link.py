@@ -247,7 +247,7 @@ def test_behind_a_contact_sideways_motion_stays_at_its_height(bench: Bench) -> N
 
 @pytest.mark.parametrize("late_s", [0.0, 0.15])
 def test_two_touches_after_each_other(bench: Bench, late_s: float) -> None:
-    """Fast, a retreat, slowly: as everybody probes. Reports of the time before the contact may come long after it."""
+    """Fast, a retreat, slowly: as everyone probes. Reports of the time before the contact may come long after it."""
     bench.wire.status_late_s = late_s
     bench.virtual.lib.virtual_surface(bench.virtual.host, -1000)
     bench.enable()
@@ -261,7 +261,7 @@ def test_two_touches_after_each_other(bench: Bench, late_s: float) -> None:
 
 
 def test_a_report_from_before_the_motion_is_not_where_it_ended(bench: Bench) -> None:
-    """All reports of the motion are lost; the newest that is known says that the machine stands, where it began."""
+    """All reports of the motion are lost; the newest that is known says that the machine is where it began."""
     bench.virtual.lib.virtual_surface(bench.virtual.host, -400)
     bench.run(0.1)
     bench.wire.loses_status = True
@@ -420,7 +420,7 @@ def test_an_estop_that_another_host_resets(bench: Bench) -> None:
 
 
 def test_a_reset_before_the_estop_is_reported(bench: Bench) -> None:
-    """As when LinuxCNC starts: its e-stop is pressed, and somebody leaves it at once. Reports may be a second apart."""
+    """As when LinuxCNC starts: its e-stop is pressed and immediately released. Reports may be a second apart."""
     bench.run(0.2)
     bench.wire.loses_status = True
     bench.pins["estop"] = True
@@ -456,7 +456,7 @@ def test_a_link_that_is_lost_and_comes_back(bench: Bench) -> None:
     bench.command[0] = stands[0] / SCALE
     bench.connect()
     bench.run(0.1)
-    assert bench.pins["connected"] and bench.pins["fault"] and not bench.pins["ready"], "until somebody says so"
+    assert bench.pins["connected"] and bench.pins["fault"] and not bench.pins["ready"], "until someone says so"
     bench.pins["reset"] = True
     bench.enable()
     assert bench.feedback[0] == stands[0] / SCALE

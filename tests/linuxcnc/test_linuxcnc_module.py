@@ -26,7 +26,7 @@ TICK_S = 0.01
 
 
 class Bench:
-    """A module and its component. Time goes on by run()."""
+    """A module and its component. Time advances by run()."""
 
     def __init__(self, virtual: VirtualDevice, password: str = "") -> None:
         self.lib, self.virtual, self.wire = library(), virtual, Wire(virtual)
@@ -147,7 +147,7 @@ def test_an_output_that_changes_often_does_not_end_a_slow_connection(make: Calla
 
 
 def test_reports_still_come_after_an_hour(make: Callable[..., Bench]) -> None:
-    """The module forgets who has sent no datagram for so long; requests are none."""
+    """The module forgets who has sent no datagram for this time; requests are none."""
     bench = make()
     client = bench.virtual.connect()
     key, row = find_key("status_interval_ms")
@@ -166,7 +166,7 @@ def test_estop_makes_outputs_safe_and_a_reset_gives_them_back(make: Callable[...
     assert bench.pins["estopped"] and not bench.pins["estop-ok"] and not bench.pins["fault"]
     bench.pins["estop"] = False
     bench.run(1)
-    assert bench.virtual.levels == 1 << 12, "until somebody says so"
+    assert bench.virtual.levels == 1 << 12, "until someone says so"
     bench.pins["reset"] = True
     bench.run(0.3)
     assert bench.virtual.levels == 1 << 8 and bench.pins["estop-ok"]

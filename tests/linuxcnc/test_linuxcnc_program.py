@@ -17,7 +17,7 @@ from wificnc import __version__
 from wificnc.build.checkout import checkout_root
 
 ADDRESS = f"127.66.{os.getpid() >> 8 & 0xFF}.{os.getpid() & 0xFF or 1}"  # the ports are fixed
-# With nobody there LinuxCNC goes on; Python is told how far we are by files.
+# With no one there LinuxCNC continues; Python learns how far we are by files.
 STORY = """getp wificnc.connected
 getp wificnc.estop-ok
 getp wificnc.ready
@@ -103,5 +103,5 @@ def test_a_controller_that_comes_late_goes_and_comes_back(user_home: Path, as_us
         reached("lost", running)
         with serve(ADDRESS):
             said = running.result()
-            assert stands(ADDRESS).position_steps[0] == -400, "it begins anew where the controller is"
+            assert stands(ADDRESS).position_steps[0] == -400, "it begins again where the controller is"
     assert said.split()[:3] == ["FALSE"] * 3, "LinuxCNC did not wait for ever"

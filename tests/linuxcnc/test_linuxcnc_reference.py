@@ -256,7 +256,7 @@ def test_a_controller_that_was_off_for_long(make_controller: Callable[..., Devic
 
 
 def test_joints_that_were_homed_before_the_component_began(bench: Bench) -> None:
-    """Nobody has watched what happened meanwhile."""
+    """No one has watched what happened meanwhile."""
     other = Bench(bench.virtual)
     show_homed(other)
     other.link = other.lib.component_link()

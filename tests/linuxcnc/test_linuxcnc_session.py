@@ -17,7 +17,7 @@ from wificnc.serve.options import ServeOptions
 from wificnc.serve.server import Server
 
 ADDRESS = f"127.68.{os.getpid() >> 8 & 0xFF}.{os.getpid() & 0xFF or 1}"  # the ports are fixed
-# LinuxCNC's side: it asks us to do something at the controller by a file, and goes on when that is gone
+# LinuxCNC's side: it asks us to do something at the controller by a file, and continues when that is gone
 SCREEN = """#!/usr/bin/python3
 import linuxcnc, os, pathlib, signal, subprocess, time
 command, status, errors = linuxcnc.command(), linuxcnc.stat(), linuxcnc.error_channel()
@@ -125,7 +125,7 @@ def serve(home: Path) -> Server:
 
 @contextmanager
 def machine(home: Path, x_mm: float) -> Iterator[Server]:
-    """A controller at power-on; the machine stands so far from its left switch."""
+    """A controller at power-on; the machine is this far from its left switch."""
     with serve(home) as server:
         hands(server, f"travel x {-x_mm} 90", "travel y -90 3", "travel z -90 3")
         yield server

@@ -23,7 +23,7 @@ class Slice:
 
 
 class Slicer:
-    """linuxcnc/slicer.c, beginning where the device stands."""
+    """linuxcnc/slicer.c, beginning where the device is."""
 
     def __init__(self, scales: list[float], steps: list[int] | None = None, rates: list[float] | None = None) -> None:
         positions = (ctypes.c_int32 * AXES)(*(steps or []))

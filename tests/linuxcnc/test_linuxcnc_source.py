@@ -18,7 +18,7 @@ from wificnc.linuxcnc import halcompile
 from wificnc.linuxcnc.source import FILE_NAME, PROGRAM, component_source
 
 # A component that says "2 one two 7": a header for two, one more of it, a table used twice, a room of the core with its
-# own header, and one that nobody needs.
+# own header, and one that no one needs.
 SMALL = {
     "LICENSE": "MIT License\n\nCopyright (c) somebody\n",
     "linuxcnc/words.def": "WORD(one)\nWORD(two)\n",
@@ -50,7 +50,7 @@ void say(struct sum sum) {
     'const void *pure(void) { return memmem("7", 1, "7", 1); }\n',
     "core/wire/other.c": "#error nobody needs it\n",
 }
-# As halcompile is called and what it does: a program of the file's name in a folder beside its own.
+# As halcompile is called and what it does: a program of the file's name in a folder next to its own.
 HALCOMPILE = """#!/bin/sh
 printf '%s\\n' "$*" > {said}
 for file; do :; done

@@ -48,7 +48,7 @@ class Shaft:
         random.seed(5)
         self.encoder = Encoder()
         self.speed_rps, self.report_s = speed_rps, report_s
-        self.before_index = 0.0  # so much more is said until the first index pulse
+        self.before_index = 0.0  # so much more is reported until the first index pulse
         self.t = self.turns = 0.0
         self.due = 0.0
         self.on_way: list[tuple[float, int, Status]] = []
@@ -114,7 +114,7 @@ def test_the_index_sets_the_position_to_zero_and_clears_index_enable(speed: floa
 @pytest.mark.parametrize("before_index", [0.375, 0.6, 0.96])
 @pytest.mark.parametrize("speed", [5.0, -5.0])
 def test_the_first_index_after_power_on(speed: float, before_index: float) -> None:
-    """The device has counted from where the spindle stood, and what was whole there is no index. Its speed goes on."""
+    """The device has counted from where the spindle stood, and a whole turn there is no index. Its speed continues."""
     shaft = Shaft(lambda _: speed, 0.01)
     shaft.before_index = before_index
     shaft.turns = 0.35 if speed > 0 else 0.65

@@ -1,4 +1,4 @@
-"""Each state of the component before each thing that can happen in it: nothing moves that nobody commands."""
+"""Each state of the component before each thing that can happen in it: nothing moves that no one commands."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def test_switched_off_and_on_while_it_moves(bench: Bench) -> None:
 
 
 def test_switched_off_it_ends_soon_whatever_has_waited(bench: Bench) -> None:
-    """A network that was gone for 0.7 s has 0.7 s of motion to catch up with, which nobody wants any more."""
+    """A network that was gone for 0.7 s has 0.7 s of motion to catch up with, which no one wants any more."""
     bench.enable()
     bench.each_servo = mover(bench, 0, 500.0, SPEED)
     bench.run(1)
@@ -67,7 +67,7 @@ def test_switched_off_it_ends_soon_whatever_has_waited(bench: Bench) -> None:
 
 
 def test_a_report_from_before_the_motion_is_not_where_it_stands(bench: Bench) -> None:
-    """Off and on, and no report has come since. What is open then must begin where the machine really stands."""
+    """Off and on, and no report has come since. What is open then must begin where the machine really is."""
     bench.run(0.1)
     bench.pins["enable"] = True
     bench.run(0.03)
@@ -124,7 +124,7 @@ def test_only_switching_on_begins_motion(bench: Bench) -> None:
 
 
 def test_switched_on_as_soon_as_it_is_connected(bench: Bench) -> None:
-    """Somebody waits for that pin, and the machine is not at 0. Nothing is missed within the first tick."""
+    """Someone waits for that pin, and the machine is not at 0. Nothing is missed within the first tick."""
     bench.virtual.text("G1X1F1000\n")
     bench.run(2)
     bench.virtual.run(0.004)  # reports come between ticks
@@ -168,7 +168,7 @@ def test_a_contact_36_minutes_ago(bench: Bench) -> None:
 
 
 def test_a_reset_of_before_the_connection_is_none(bench: Bench) -> None:
-    """Nobody unlocks a machine by what was pressed while it was not there."""
+    """No one unlocks a machine by what was pressed while it was not there."""
     bench.enable()
     bench.wire.dead = True
     bench.run(3)
@@ -182,7 +182,7 @@ def test_a_reset_of_before_the_connection_is_none(bench: Bench) -> None:
 
 
 def test_a_controller_that_has_started_anew(bench: Bench) -> None:
-    """Its clock and its position begin anew; reports of it are no late ones of the time before."""
+    """Its clock and its position begin again; reports of it are no late ones of the time before."""
     bench.wire.clock_us = 10**9
     bench.run(2)
     other = type(bench.virtual)(settings={76: 10})
@@ -223,7 +223,7 @@ def press_estop(bench: Bench) -> None:
 
 
 def test_a_reset_that_comes_before_the_end_of_the_estop(bench: Bench) -> None:
-    """LinuxCNC says both at once; its threads bring one of them some periods later, and the reset is a short pulse."""
+    """LinuxCNC says both in one report; its threads bring one some periods later, and the reset is a short pulse."""
     press_estop(bench)
     bench.pins["reset"] = True
     bench.run(0.02)
@@ -286,7 +286,7 @@ def test_a_joint_that_asks_while_another_homes_is_homed_next(make_bench: Callabl
 
 @pytest.mark.parametrize("gives_up", ["index-enable", "enable"])
 def test_homing_that_linuxcnc_gives_up_is_stopped(make_bench: Callable[..., Bench], gives_up: str) -> None:
-    """Escape, or machine off: the controller does not go on to its switches."""
+    """Escape, or machine off: the controller does not continue to its switches."""
     bench = homing_bench(make_bench)
     HomeByIndex(bench, [0, 1])
     bench.run(1)

@@ -104,7 +104,7 @@ def test_a_function_that_ends_in_a_jump_back_does_not_run_into_the_next() -> Non
 
 
 def test_a_way_that_jumps_back_and_on_counts_in_full() -> None:
-    """gcc puts what is seldom behind a jump, and jumps back from there: it is no loop, and nothing falls into it."""
+    """gcc puts rare code behind a jump, and jumps back from there: it is no loop, and nothing falls into it."""
     code = (
         "bne v0,zero,@+4", "nop", "beq zero,zero,@+8", "nop",
         "lw v0,0(a0)", "beq zero,zero,@+30", "nop", "nop",

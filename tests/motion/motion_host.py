@@ -106,7 +106,7 @@ class Host:
         return int(LIB.host_run(self._host, events))
 
     def until(self, ticks: int) -> None:
-        """Go on to this time."""
+        """Continue to this time."""
         LIB.host_run_until(self._host, ticks)
 
     def stall_sides(self, sides: int, from_s: float, for_s: float) -> None:
@@ -120,7 +120,7 @@ class Host:
         LIB.virtual_set(self._host, LIB.virtual_input_number(name.encode()), active)
 
     def stall(self, side: stalls.Side, after_s: float, for_s: float) -> None:
-        """Keep a side of the firmware from working; step interrupts go on."""
+        """Keep a side of the firmware from working; step interrupts continue."""
         stalls.stall(LIB, self._host, side, after_s, for_s, self.timer_hz)
 
     def stall_randomly(self, seed: int, sides: Collection[stalls.Side] = stalls.SIDES, **how: int) -> None:
@@ -135,7 +135,7 @@ class Host:
         return counters
 
     def wait(self, seconds: float) -> None:
-        """Let this time pass, with nobody at the other end of the line."""
+        """Let this time pass, with no one at the other end of the line."""
         end_ticks = self.ticks() + round(seconds * self.timer_hz)
         while self.ticks() < end_ticks:
             LIB.host_run_paced(self._host, end_ticks, 10_000_000)
@@ -148,7 +148,7 @@ class Host:
         return int(LIB.host_time_ticks(self._host))
 
     def settle(self) -> Run:
-        """Go on until nothing happens any more. The result holds all since start()."""
+        """Continue until nothing happens any more. The result holds all since start()."""
         while LIB.host_run(self._host, 10_000_000) != HOST_IDLE:
             pass
         self._hear()

@@ -76,7 +76,7 @@ def test_no_axis_exceeds_its_jerk_while_the_acceleration_changes(jerk: int, prog
 
 
 def test_without_it_a_line_begins_with_its_whole_acceleration(host: Host) -> None:
-    """The measure sees a trapezoid: 500 mm/s2 at once, over a window of 20 ms."""
+    """The measure sees a trapezoid: 500 mm/s2 immediately, over a window of 20 ms."""
     _, _, third = derivatives(host.run("G0X40\n"), 0.02)
     assert np.abs(third).max() > 0.75 * ACCEL_MM_S2 / 0.02
 

@@ -11,7 +11,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from motion_host import Host
 
-# Beside the time at its feed and the time that its axes need from rest to rest.
+# In addition to the time at its feed and the time that its axes need from rest to rest.
 MARGIN_S = 0.5
 RATE_MM_MIN = 8000.0
 
@@ -82,7 +82,7 @@ def assert_ends(host: Host, case: Case, seconds: float) -> None:
 
 
 def status(host: Host) -> str:
-    """The answer to ?, while time goes on as it does: nothing waits for rest here."""
+    """The answer to ?, while time advances as it does: nothing waits for rest here."""
     host._hear()
     before = len(host._said)
     host.put("?")

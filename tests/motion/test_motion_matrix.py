@@ -43,7 +43,7 @@ STEP_MM = 1 / STEPS_PER_MM
 
 @dataclass(frozen=True)
 class Plain:
-    """A program that nobody interrupts."""
+    """A program that no one interrupts."""
 
     run: Run
     segments: list[int]  # tick at which each begins
@@ -88,7 +88,7 @@ def moments(name: str, event: int) -> list[tuple[int, int]]:
 
 
 def each_moment(name: str, event: int, check: Callable[[Host, int], None]) -> None:
-    """Runs the program anew for each of them, up to there."""
+    """Runs the program again for each of them, up to there."""
     for k, ticks in moments(name, event):
         host = fresh(name)
         host.start(PROGRAMS[name])

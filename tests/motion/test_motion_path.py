@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from test_motion_jerk import farthest_mm, zigzag
 
 FINE_PER_MM, ACCEL_MM_S2, DEVIATION_MM = 5000.0, 500.0, 0.01
-# A sample each 2 ms: a chord of a curve lies a T^2/8 beside it; all three axes, at their limit.
+# A sample each 2 ms: a chord of a curve lies a T^2/8 off it; all three axes, at their limit.
 SAMPLING_MM = math.sqrt(3) * ACCEL_MM_S2 * 0.002**2 / 8
 STEP_MM = (0.5 * math.sqrt(3) + 0.5) / FINE_PER_MM
 
@@ -80,7 +80,7 @@ def test_the_path_stays_within_its_tolerance(name: str, jerk: int) -> None:
 
 
 def test_the_path_stays_within_its_tolerance_at_high_acceleration() -> None:
-    """Where a chord of 2 ms would lie 7 um beside its curve, segments are shorter."""
+    """Where a chord of 2 ms would lie 7 um off its curve, segments are shorter."""
     program = "G90G1F20000\n" + "".join(f"X{n}Y{n % 2}Z0\n" for n in range(1, 30))
     accel = dict.fromkeys(("s120", "s121", "s122"), 8000) | dict.fromkeys(("s110", "s111", "s112"), 20000)
     run = fine_run(program, **accel)

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 LETTERS = "XYZABC"
 STEPS_PER_MM, RATE_MM_S, ACCEL_MM_S2 = 250.0, 5000 / 60, 500.0
 DEVIATION_MM, ARC_MM = 0.01, 0.002
-CHORD_MM = 0.0005  # how far the oracle's chords may lie beside an arc
+CHORD_MM = 0.0005  # how far the oracle's chords may lie off an arc
 STEP_MM = 1 / STEPS_PER_MM
 WINDOW_S = 0.020
 # A step of a minor axis may come half a step early or late at each end of both windows.
@@ -192,7 +192,7 @@ def test_a_path_tolerance_is_kept(program: Program, tolerance: float) -> None:
 
 @st.composite
 def arc_programs(draw: st.DrawFn) -> Program:
-    """Arcs and helices of all planes, by I J K; each goes on where the one before ended."""
+    """Arcs and helices of all planes, by I J K; each continues where the one before ended."""
     program = Program(["G21G90G1F5000"])
     for _ in range(draw(st.integers(1, 6))):
         code, (a, b, along) = draw(st.sampled_from([("G17", (0, 1, 2)), ("G18", (2, 0, 1)), ("G19", (1, 2, 0))]))

@@ -1,4 +1,4 @@
-"""Tasks that are late: whatever they fail to do, the step ISR moves the machine legally, and the job goes on by itself.
+"""Tasks that are late: the step ISR always moves the machine within its limits, and the job continues by itself.
 
 The task side plans, the motion side cuts spans; while the flash is written neither runs. Seen from the step edges:
 no axis exceeds its acceleration, the path is the same, the end is exact, every line is answered."""
@@ -64,7 +64,7 @@ def cells(places: NDArray[np.int64]) -> NDArray[np.int64]:
 
 
 def off_path(run: Run, plain: Run) -> int:
-    """Places farther than two cells, 0.024 mm, beside the path."""
+    """Places farther than two cells, 0.024 mm, off the path."""
     around = np.array([(x, y, z) for x in (-3, 0, 3) for y in (-3, 0, 3) for z in (-3, 0, 3)])
     path = plain.positions()[:, :3]
     near = np.unique(np.concatenate([cells(path + by) for by in around]))

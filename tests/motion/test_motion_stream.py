@@ -73,7 +73,7 @@ def test_a_slow_sender_means_a_slow_move_but_no_stops(host: Host, point: Point) 
 @pytest.mark.parametrize("turn", ["X40", "X40Y1", "Y20", "X0"])
 @pytest.mark.parametrize("late_s", [0.2, 0.5, 1.0])
 def test_a_move_that_comes_in_time_is_no_stop(host: Host, turn: str, late_s: float) -> None:
-    """One move alone ends at rest; but what comes while it is under way goes on from it as if it had been there."""
+    """One move alone ends at rest; but what comes while it is under way continues from it as if it had been there."""
     host.start("G1F1000X20\n")
     host.wait(late_s)
     host.put(turn + "\n")

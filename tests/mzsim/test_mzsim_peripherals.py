@@ -153,7 +153,7 @@ def test_a_timer_can_be_read_and_written_while_it_runs(ready: VirtualChip) -> No
 
 
 def test_a_period_below_the_count_is_met_the_next_time_round(ready: VirtualChip) -> None:
-    """14: the match is for equality; a count beyond PR goes on to FFFF, and falls to 0 without an interrupt."""
+    """14: the match is for equality; a count beyond PR continues to FFFF, and falls to 0 without an interrupt."""
     ready.write_register(T4CON, ON)
     begin = ready.cycles
     ready.run_until(begin + 500 * TICK)

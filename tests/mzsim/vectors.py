@@ -18,8 +18,8 @@ CODE = 0x80001000
 WINDOW = 0x80010000  # memory that loads and stores reach
 WINDOW_SIZE = 64
 BASE = 29  # the register that points into its middle
-SLOT = 0x27DE0001  # addiu fp, fp, 1: what stands behind every instruction
-CONDITIONS = 0xFE800000  # of FCSR: the rest, flags of exceptions, nobody reads
+SLOT = 0x27DE0001  # addiu fp, fp, 1: what follows every instruction
+CONDITIONS = 0xFE800000  # of FCSR: the rest, flags of exceptions, no one reads
 
 # What changed: general register n, HI, LO, FCSR, PC; floating-point register n; byte n of the window
 GENERAL, HI, LO, FCSR, PC, FLOAT, BYTE = 0, 32, 33, 34, 35, 64, 128

@@ -13,7 +13,7 @@ ROOT = checkout_root()
 UNIT_TESTS = Path(__file__).parent / "test_core" / "test_core.c"
 TRACE_DIGEST = (
     Path(__file__).parent / "digest" / "trace_digest.c"
-)  # a program of its own: beside test_core PlatformIO links it in
+)  # a program of its own: next to test_core PlatformIO links it in
 
 # Everything that computes: arcs in all planes, splines, cycles, expressions, six axes, units, feed modes, holds.
 PROGRAMS = {

@@ -1,4 +1,4 @@
-"""What a program means, in few words: rapids, feeds, arcs, probes and dwells in machine mm, and by whom it was said.
+"""What a program means, in few words: rapids, feeds, arcs, probes and dwells in machine mm, and who reported it.
 
 `rs274` is LinuxCNC's interpreter alone (Debian: linuxcnc-uspace). It prints canonical calls in the program's units
 and coordinates, four decimals each; the offsets that lead to the machine are calls of their own.
@@ -124,7 +124,7 @@ def rs274(program: str, folder: Path) -> list[Call]:
     variables.write_text("5161\t0\n5220\t1\n")
     tools.write_text("".join(f"T{n} P{n} Z0\n" for n in range(1, TOOLS + 1)))
     command = ["rs274", "-g", "-t", str(tools), "-v", str(variables), str(path)]
-    alone = {**os.environ, "HOME": str(folder)}  # its .tool.mmap: two at once in one home end in a bus error
+    alone = {**os.environ, "HOME": str(folder)}  # its .tool.mmap: two at the same time in one home end in a bus error
     run = subprocess.run(command, capture_output=True, text=True, timeout=HANG_S, env=alone)
     assert run.returncode >= 0, f"rs274 crashed: signal {-run.returncode}"
     if run.returncode != 0:

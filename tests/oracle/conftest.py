@@ -1,4 +1,4 @@
-"""LinuxCNC's interpreter beside ours. Skipped where it is not installed: Debian, Ubuntu: linuxcnc-uspace."""
+"""LinuxCNC's interpreter next to ours. Skipped where it is not installed: Debian, Ubuntu: linuxcnc-uspace."""
 
 from __future__ import annotations
 

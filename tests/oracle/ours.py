@@ -47,7 +47,7 @@ def filtered(lib: ctypes.CDLL, program: str) -> list[str]:
 
 
 class Ours:
-    """A controller, and what it was told to do so far."""
+    """A controller, and what it has been given to do."""
 
     def __init__(self, lib: ctypes.CDLL, axes: int) -> None:
         self.cnc = Controller(lib, axes)

@@ -102,7 +102,7 @@ def test_random_expressions(agree_on: Agree, values: list[str]) -> None:
     try:
         assert agree_on(program) == len(values)
     except ProgramError as ours:
-        assert ours.args[0] == "EXPRESSION_DIVISION"  # LinuxCNC goes on if a ROUND or EQ swallows the "not a number"
+        assert ours.args[0] == "EXPRESSION_DIVISION"  # LinuxCNC continues if a ROUND or EQ swallows the "not a number"
 
 
 @pytest.mark.parametrize(

@@ -33,7 +33,7 @@ class Controller:
         self.chip.close()
 
     def run(self, seconds: float) -> str:
-        """Let time pass; what was said meanwhile."""
+        """Let time pass; what was answered meanwhile."""
         stop = self.chip.run(seconds)
         said = self.chip.read().decode("latin-1")
         self.heard += said
@@ -42,13 +42,13 @@ class Controller:
         return said
 
     def boot(self) -> str:
-        """What is said up to the banner."""
+        """What is answered up to the banner."""
         said = self.run(0.02)
         assert said.endswith(BANNER), said
         return said
 
     def send(self, line: str, seconds: float = 10.0) -> str:
-        """One line, and all that is said until it is answered."""
+        """One line, and everything that is answered until it is answered."""
         self.chip.write(line.encode("latin-1") + b"\n")
         said = ""
         for _ in range(round(seconds / SLICE_S)):
@@ -119,7 +119,7 @@ class Controller:
         return np.frombuffer(self.chip.steps(), dtype=np.dtype(STEP_DTYPE))
 
     def switches(self, axis: int, low: int | None, high: int | None) -> None:
-        """Limit switches at these steps, as the machine really stands."""
+        """Limit switches at these steps, as the machine really is."""
         self.chip.set_axis(axis, axis_wire(self.board, axis, low, high))
 
     def pin(self, signal: str) -> int:
@@ -127,5 +127,5 @@ class Controller:
         return pin_number(self.board.pin_names()[signal])
 
     def at(self, seconds: float, signal: str, level: int) -> None:
-        """Drive a pin, so long from now."""
+        """Drive a pin, this long from now."""
         self.chip.drive_at(self.chip.cycles + round(seconds * CPU_HZ), self.pin(signal), level)

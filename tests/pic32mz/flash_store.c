@@ -1,13 +1,17 @@
 /* SPDX-License-Identifier: MIT
  * The store in flash over a flash that may lose its power at any operation: before it, in its middle, behind
- * it. */
+ * it. Usage: flash_store [SHARE], which runs 1/SHARE of the rounds; an odd SHARE flips every bit of a byte.
+ */
 #include "store/flash_store.h"
 
 #include <setjmp.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 enum { KEYS = 4, LONGEST = 408, TORN_BEFORE, TORN_AMID, TORN_BEHIND };
+
+static unsigned share = 1; /* of all rounds, 1/share is run */
 
 struct flash {
     uint32_t words[FLASH_PAGES * FLASH_PAGE_SIZE / 4];
@@ -110,7 +114,7 @@ static void values_are_kept_however_many_there_were(void) {
     static struct value kept[KEYS];
     memset(&flash, 0xFF, sizeof flash.words);
     flash.operations = flash.cut_at = 0;
-    for (unsigned round = 0; round < 3000; round++) {
+    for (unsigned round = 0; round < 3000 / share; round++) {
         uint8_t key = (uint8_t)random_below(KEYS);
         kept[key] = random_value();
         check(save(key, &kept[key]), "not saved", round);
@@ -124,7 +128,7 @@ static void a_power_cut_leaves_the_old_or_the_new_value(void) {
     static struct value kept[KEYS];
     memset(&flash, 0xFF, sizeof flash.words);
     memset(kept, 0, sizeof kept);
-    for (volatile unsigned round = 0; round < 20000; round++) {
+    for (volatile unsigned round = 0; round < 20000 / share; round++) {
         static volatile uint8_t key;
         static struct value fresh;
         key = (uint8_t)random_below(KEYS);
@@ -149,7 +153,7 @@ static void several_values_are_one(void) {
     static struct value kept[KEYS], fresh[KEYS];
     memset(&flash, 0xFF, sizeof flash.words);
     memset(kept, 0, sizeof kept);
-    for (volatile unsigned round = 0; round < 5000; round++) {
+    for (volatile unsigned round = 0; round < 5000 / share; round++) {
         struct hal_store_value values[KEYS];
         for (uint8_t key = 0; key < KEYS; key++) {
             fresh[key] = random_value();
@@ -173,7 +177,7 @@ static void several_values_are_one(void) {
 
 /* Whatever lies there: nothing is read beyond the pages (the sanitizers look), and a value can be saved. */
 static void rubbish_is_no_value(void) {
-    for (unsigned round = 0; round < 300; round++) {
+    for (unsigned round = 0; round < 300 / share; round++) {
         struct value value = random_value();
         for (size_t i = 0; i < sizeof flash.words / 4; i++)
             flash.words[i] = random_below(4) == 0 ? 0x5EC00000u + random_below(8) : random_below(2000);
@@ -213,7 +217,7 @@ static bool is_silent_change(uint8_t key, const struct value *kept) {
 static void no_flipped_bit_brings_back_an_older_value(unsigned saves) {
     static struct value kept[KEYS];
     fill(kept, saves);
-    for (size_t bit = 0; bit < 8 * sizeof flash.words / FLASH_PAGES * FLASH_LIVE_PAGES; bit++) {
+    for (size_t bit = 0; bit < 8 * sizeof flash.words / FLASH_PAGES * FLASH_LIVE_PAGES; bit += share) {
         if (flash.words[bit / 32] == UINT32_MAX && flash.words[bit / 32 ^ 1] == UINT32_MAX && bit % 997 != 0)
             continue; /* of the blank flash a part is enough */
         flash.words[bit / 32] ^= 1u << bit % 32;
@@ -232,7 +236,7 @@ static void no_flipped_bit_brings_back_an_older_value(unsigned saves) {
 static void damage_is_not_forgotten_by_a_save(void) {
     static struct value kept[KEYS];
     fill(kept, 30);
-    for (unsigned round = 0; round < 2000; round++) {
+    for (unsigned round = 0; round < 2000 / share; round++) {
         static uint32_t before[sizeof flash.words / 4];
         memcpy(before, flash.words, sizeof before);
         flash.words[random_below(sizeof flash.words / 4)] ^= 1u << random_below(32);
@@ -267,7 +271,11 @@ static void a_value_that_is_too_long_is_refused(void) {
     check(!save_values(&high, 1), "a key too high, but saved", 0);
 }
 
-int main(void) {
+int main(int argc, char **argv) {
+    if (argc == 2)
+        share = (unsigned)atoi(argv[1]);
+    if (share == 0)
+        return 2;
     values_are_kept_however_many_there_were();
     a_power_cut_leaves_the_old_or_the_new_value();
     several_values_are_one();

@@ -1,4 +1,4 @@
-"""Bytes without their stop bit (noise, a break, another baud rate): none is taken as a good one, the sender is told."""
+"""Bytes without their stop bit (noise, a break, another baud rate): none is accepted, the sender gets an error."""
 
 from __future__ import annotations
 

@@ -37,7 +37,7 @@ def test_longest_paths_keep_their_budget(program: Program) -> None:
 
 
 def test_means_keep_their_budget(controller: Controller) -> None:
-    """Four axes at once, span ends and waits among them."""
+    """Four axes at the same time, span ends and waits among them."""
     controller.fine("G91G1X30Y20Z10A5F3000")
     controller.rest()
     for name, irq in (("step, mean", IRQ_T4), ("end of a pulse, mean", IRQ_OC1)):

@@ -115,7 +115,7 @@ def test_the_greatest_step_rate(controller: Controller) -> None:
 
 def test_noise_at_a_switch_delays_steps_and_loses_none(controller: Controller) -> None:
     """Edges every 7 us hold the step interrupt off again and again at full rate: every pulse and pause is still whole,
-    and each motor stands where it should."""
+    and each motor is where it should."""
     for axis in range(4):
         controller.fine(f"$11{axis}=4500", f"$10{axis}=4000", f"$12{axis}=8000")
     controller.fine("G91G1X40Y39Z38A37F12000")

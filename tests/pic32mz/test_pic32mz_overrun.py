@@ -1,4 +1,4 @@
-"""Bytes that come faster than the receive interrupt can take them: the sender is told, and no half line is executed."""
+"""Bytes too fast for the receive interrupt: the sender gets an error, and no half line is executed."""
 
 from __future__ import annotations
 

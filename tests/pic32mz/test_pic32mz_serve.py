@@ -51,7 +51,7 @@ class Wire:
         os.write(self._descriptor, text.encode("latin-1"))
 
     def until(self, wanted: bytes) -> bytes:
-        """What is said up to and with this."""
+        """What is answered up to and with this."""
         deadline = time.monotonic() + HANG_S
         while wanted not in self.said:
             assert time.monotonic() < deadline, self.said

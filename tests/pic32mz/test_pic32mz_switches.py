@@ -13,7 +13,7 @@ TRAVEL = 10_000  # steps between the switches, 40 mm
 
 @pytest.fixture
 def machine(controller: Controller) -> Controller:
-    """Stands in the middle of its travel; homes to the near end, Z to the far one."""
+    """Is in the middle of its travel; homes to the near end, Z to the far one."""
     for axis in range(4):
         controller.switches(axis, -TRAVEL // 2, TRAVEL // 2)
     controller.fine("$22=1", "$23=11", "$24=100", "$25=1500", "$26=5", "$27=2", "$44=4", "$45=11", "$46=0")
@@ -21,7 +21,7 @@ def machine(controller: Controller) -> Controller:
 
 
 def test_homing_finds_every_switch(machine: Controller) -> None:
-    """To the step: every axis stands $27 off the step at which its switch closes."""
+    """To the step: every axis is $27 off the step at which its switch closes."""
     assert machine.send("$H", 60.0).endswith("ok\r\n")
     off = round(2.0 * 250)
     assert machine.stands() == [-TRAVEL // 2 + off, -TRAVEL // 2 + off, TRAVEL // 2 - off, -TRAVEL // 2 + off]

@@ -47,7 +47,7 @@ def controller(board: Board, zig: Pic32Build) -> Iterator[Controller]:
 
 @needs_zig
 def test_size(zig: Pic32Build) -> None:
-    """More than the budget that gcc's image keeps, and it is said; the RAM, and so all buffers, are the same."""
+    """More than the budget that gcc's image keeps, and it is reported; the RAM, and so all buffers, are the same."""
     assert zig.flash_bytes <= MAX_FLASH_BYTES and zig.ram_bytes <= RAM_BUDGET
 
 

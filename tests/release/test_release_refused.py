@@ -1,4 +1,4 @@
-"""What is missing, damaged or of something else is told, and nothing is written."""
+"""What is missing, damaged or of something else is reported, and nothing is written."""
 
 from __future__ import annotations
 
@@ -265,7 +265,7 @@ def test_improv_is_offered_when_the_firmware_speaks_it(tmp_path: Path) -> None:
 
 
 def test_the_record_names_a_damaged_one_too(tmp_path: Path) -> None:
-    """A build.json that cannot be read is said by the release itself, not taken for a missing build."""
+    """A build.json that cannot be read is reported by the release itself, not taken for a missing build."""
     from wificnc.release.facts import look
 
     folder = tmp_path / "build" / BOARD

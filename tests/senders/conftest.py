@@ -45,7 +45,7 @@ Install = Callable[..., Path]
 
 @pytest.fixture
 def from_pypi() -> Install:
-    """Install packages beside, not into, this Python's own."""
+    """Install packages next to, not into, this Python's own."""
 
     def get(name: str, *packages: str) -> Path:
         directory = checkout_root() / "build" / "senders" / name

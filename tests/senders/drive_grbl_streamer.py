@@ -52,4 +52,4 @@ try:
     main(*sys.argv[1:])
 except BaseException:
     traceback.print_exc()
-    os._exit(1)  # its threads would go on
+    os._exit(1)  # its threads would continue

@@ -1,5 +1,5 @@
 """Senders that people use, against `wificnc serve`: each connects, reads the settings, streams a job to its end, and
-both sides agree where the machine stands."""
+both sides agree where the machine is."""
 
 from __future__ import annotations
 

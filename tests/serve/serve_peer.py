@@ -77,7 +77,7 @@ class Peer:
                 self._wait(write=True, end=end)
 
     def send_some(self, data: bytes) -> int:
-        """As much as goes at once."""
+        """As much as goes in one call."""
         try:
             return os.write(self._fd, data)
         except BlockingIOError:
@@ -131,7 +131,7 @@ class Peer:
         return self.heard()
 
     def ask(self, line: str) -> list[str]:
-        """Send a line; what is said up to its answer, that included, but no status reports: those may be others'."""
+        """Send a line. Returns all up to its answer, without status reports, which may be another client's."""
         self.send(line + "\n")
         return [said for said in self.until(r"^(ok|error:\d+)$") if not said.startswith("<")]
 

@@ -1,4 +1,4 @@
-"""A job goes on beside clients that misbehave all the while: one answer a line, in order, and every step made."""
+"""A job continues next to clients that misbehave all the while: one answer a line, in order, and every step made."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ class Job:
         return bool(self._expected)
 
     def beside(self, fault: Iterator[None]) -> None:
-        """As long as the fault goes on, and then to the end."""
+        """As long as the fault continues, and then to the end."""
         more = waits = True
         while more or waits:
             waits = self.go_on(more)

@@ -113,7 +113,7 @@ def test_port_in_use() -> None:
 
 @pytest.mark.parametrize("kind", ["file", "empty file", "folder", "link to a file", "link to nothing", "link to USB"])
 def test_what_is_there_is_not_replaced(tmp_path: Path, kind: str) -> None:
-    """Nor does anything say that it should be deleted: it is somebody's."""
+    """Nor does anything say that it should be deleted: it is someone's."""
     name, target = tmp_path / "ok.nc", tmp_path / "target"
     if kind == "folder":
         name.mkdir()

@@ -1,4 +1,4 @@
-"""Clients that misbehave: the owner's job goes on, and nothing is lost in silence."""
+"""Clients that misbehave: the owner's job continues, and nothing is lost in silence."""
 
 from __future__ import annotations
 

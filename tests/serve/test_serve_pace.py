@@ -1,4 +1,4 @@
-"""Time: the wall clock sets the pace, reports come at once, and nobody waits busily."""
+"""Time: the wall clock sets the pace, reports come immediately, and no one waits busily."""
 
 from __future__ import annotations
 

@@ -47,7 +47,7 @@ def test_a_second_server_does_not_get_the_file(tmp_path: Path, first: str, secon
 
 @pytest.mark.parametrize("stored", [True, False])
 def test_a_machine_that_homes_starts_locked(tmp_path: Path, stored: bool) -> None:
-    """Whether $22=1 was stored or is said at the start."""
+    """Whether $22=1 was stored or is given at the start."""
     store = tmp_path / "kept"
     if stored:
         with serve(store) as server, Peer.tcp(server.tcp or "") as peer:

@@ -18,7 +18,7 @@ SOURCES = ["core/settings/settings.c", "core/settings/settings_table.c"]
 
 @pytest.fixture(scope="session")
 def library() -> ctypes.CDLL:
-    """Compiled anew in each session: it takes a moment, and is never stale."""
+    """Compiled again in each session: it takes a moment, and is never stale."""
     folder = ROOT / "build" / "tests"
     folder.mkdir(parents=True, exist_ok=True)
     built = folder / f"settings-{os.getpid()}.so"

@@ -123,7 +123,7 @@ def test_a_damaged_value_is_named(store: Path, key: int, name: str) -> None:
 
 
 def test_it_is_said_until_it_is_acknowledged(store: Path) -> None:
-    """To whoever comes later, too: nobody listens at power-on."""
+    """To whoever comes later, too: no one listens at power-on."""
     damage_setting(store, 100)
     with started(store) as (controller, _):
         for line in ("$$\n", "$I\n", "$X\n", "$H\n", "\x18"):

@@ -43,7 +43,7 @@ def test_nothing_is_written_before_something_is_stored(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("cut", range(0, 700, 37))
 def test_a_cut_or_damaged_file_gives_defaults_and_says_so(tmp_path: Path, cut: int) -> None:
-    """Never a mix within a value; never a value that nobody typed."""
+    """Never a mix within a value; never a value that no one typed."""
     store = tmp_path / "kept"
     talk(store, "$110=1234.5", "G10L2P3X1.5Y-2", "$N1=G21")
     whole = store.read_bytes()

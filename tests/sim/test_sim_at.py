@@ -50,7 +50,7 @@ def test_held_and_resumed(library, plain_s: float, moment: float, pair: tuple[st
 @pytest.mark.parametrize("tasks", list(Tasks))
 @pytest.mark.parametrize("moment", [0.0137, 0.4, 1.111])
 def test_a_button_is_pressed_as_long_as_by_a_finger(library, plain_s: float, moment: float, tasks: Tasks) -> None:
-    """However seldom the board's tasks look: each press counts, and once."""
+    """However rarely the board's tasks look: each press counts, and once."""
     events = (At(moment, "feed-hold"), At(moment + 3, "start"))
     result = run_job(library, JobRequest("job.nc", JOB.encode(), replace(TIMING, tasks=tasks), SETTINGS, events=events))
     assert result.errors == () and result.final_position_steps == END
@@ -81,7 +81,7 @@ def test_the_moment_is_exact(library) -> None:
 
 
 def test_a_limit_switch(library) -> None:
-    """$21: alarm 1 at once; without $21 the job ends where it should."""
+    """$21: alarm 1 immediately; without $21 the job ends where it should."""
     result = run(library, (0.5, "limit x"), settings=("$21=1",))
     assert result.errors[0].message.startswith("ALARM:1")
     assert result.final_position_steps == result.events[0].position_steps
@@ -117,7 +117,7 @@ def test_overrides(library, plain_s: float) -> None:
 
 
 def test_a_gantry_that_cannot_be_squared(library) -> None:
-    """Alarm 10 from a board with two motors on Y; `$H` stands in the file."""
+    """Alarm 10 from a board with two motors on Y; `$H` is in the file."""
     timing = Timing(20_000_000, 2500, 1000, 500_000, 3, ganged=2)
     request = JobRequest(
         "home.nc",

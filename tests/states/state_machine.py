@@ -1,4 +1,4 @@
-"""A real controller beside the model: the same inputs, and what can be seen compared after each."""
+"""A real controller next to the model: the same inputs, and what can be seen compared after each."""
 
 from __future__ import annotations
 
@@ -121,7 +121,7 @@ class Pair:
         self.compare(where)
 
     def drive(self, name: str) -> str:
-        """Make it happen. Returns what was said meanwhile."""
+        """Make it happen. Returns what was answered meanwhile."""
         entry, grbl = self.table.inputs[name], self.grbl
         if entry.line is not None:
             grbl.put(entry.line + "\n")

@@ -111,7 +111,7 @@ def test_limited_jerk(seed: int, kind: str) -> None:
 @pytest.mark.parametrize("kind", stalls.LATE)
 @pytest.mark.parametrize("seed", stalls.seeds(6))
 def test_a_sender_that_vanishes_ends_it_untrusted(seed: int, kind: str) -> None:
-    """Nobody sees the axes any more: alarm 6, no step after it, no axis that was asked for is trusted."""
+    """No one sees the axes any more: alarm 6, no step after it, no axis that was asked for is trusted."""
     rng = random.Random(f"{seed} {kind}")
     homing = Homing(rng)
     homing.grbl.stall_often(rng, stalls.LATE[kind], 8)

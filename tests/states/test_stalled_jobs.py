@@ -112,7 +112,7 @@ def test_jogs_are_cancelled(seed: int, late: str) -> None:
     assert_legal(grbl)
     assert "ok" in until_answered(grbl, "G90G1X0Y0Z0F5000\n")
     settle(grbl)
-    assert grbl.stands()[:3] == [0, 0, 0], "where it stands is known to the step"
+    assert grbl.stands()[:3] == [0, 0, 0], "its position is known to the step"
     assert_legal(grbl)
     grbl.close()
 

@@ -1,7 +1,7 @@
 """Two inputs within 5 ms: two switches or buttons, or one of them and a real-time byte, in every situation.
 
 The second one comes before the first has settled, so the controller may see it as if it had come first. What must not
-be: anything that neither order leads to, a stop that is lost beside a resume, a reset or a report, or a find of the
+be: anything that neither order leads to, a stop that is lost next to a resume, a reset or a report, or a find of the
 monitor.
 """
 
@@ -43,7 +43,7 @@ def act(grbl: Grbl, entry: Input, on: bool) -> None:
 
 
 def together(pair: Pair, first: str, second: str, gap_s: float) -> str:
-    """Returns what was said."""
+    """Returns what was answered."""
     grbl, one, two = pair.grbl, TABLE.inputs[first], TABLE.inputs[second]
     said = ""
     for entry, on, wait_s in ((one, True, gap_s), (two, True, PULSE_S), (one, False, gap_s), (two, False, 0)):
@@ -53,7 +53,7 @@ def together(pair: Pair, first: str, second: str, gap_s: float) -> str:
 
 
 def orders(first: str, second: str) -> Iterator[tuple[str, ...]]:
-    """What it may look like, as it came first. A hold is never lost beside a resume; two holds may be one."""
+    """What it may look like, as it came first. A hold is never lost next to a resume; two holds may be one."""
     yield first, second
     if not (first in RESUMES and second in HOLDS):
         yield second, first

@@ -24,7 +24,7 @@ def recorded(jerk_mm_s3: float = 0.0, **more: float) -> Grbl:
 
 
 def until_answered(grbl: Grbl, text: str, lines: int = 1, most_s: float = 300, look_s: float = 0.05) -> str:
-    """Write it, and wait until so many lines are answered. Returns what was said."""
+    """Write it, and wait until so many lines are answered. Returns what was answered."""
     said, end_s = grbl.after(0.0, text), grbl.time() + most_s
     while len(ANSWER.findall(said)) < lines:
         assert grbl.time() < end_s, f"hangs: {said}"
@@ -41,7 +41,7 @@ def ways(grbl: Grbl) -> tuple[NDArray[np.uint64], NDArray[np.int64]]:
 
 
 def stop_steps(speed: float, accel: float = ACCEL * SPM) -> float:
-    """How far it goes on at the most after what stops it, from so many steps/s: what is committed, and a ramp."""
+    """How far it continues at the most after what stops it, from so many steps/s: what is committed, and a ramp."""
     return speed * COMMITTED_S + speed**2 / (2 * accel) + 2
 
 

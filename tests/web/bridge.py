@@ -100,7 +100,7 @@ class Bridge:
         return PORT_SCRIPT.replace("@URL@", f"ws://127.0.0.1:{port}/")
 
     def unplug(self) -> None:
-        """The port that is open is gone, and so is every one until plug(). Nobody reads the device any more then."""
+        """The port that is open is gone, and so is every one until plug(). No one reads the device any more then."""
         self._unplugged.set()
         with self._changed:
             for connection in list(self._connections):

@@ -295,7 +295,7 @@ def test_the_link_is_lost_and_the_job_resumed(link: Callable[..., Console]) -> N
     console.mend()
     console.by("connect-again").click()
     console.by("job-stop").wait_for(state="detached")
-    console.by("hold").click()  # what was sent goes on by itself: hold it, and forget it
+    console.by("hold").click()  # what was sent continues by itself: hold it, and forget it
     console.is_in("Hold")
     console.by("reset").click()
     console.is_in("Idle")
@@ -439,7 +439,7 @@ SWITCHES = ("$22=1", "$21=1", "$25=3000", "$24=600", "$26=5", "$27=2", "$46=0", 
 
 
 def home(console: Console) -> None:
-    """The machine's zero is where the switches are, and it stands 2 mm ($27) away from them."""
+    """The machine's zero is where the switches are, and it is 2 mm ($27) away from them."""
     for axis in "xyz":
         assert console.hands(f"travel {axis} -290 0.5") == "ok"
     console.by("home").click()

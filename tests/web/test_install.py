@@ -35,7 +35,7 @@ SLOW_CLOCK = "{ const now = Date.now, zero = now(); Date.now = () => zero + (now
 
 @dataclass
 class Bench:
-    """A page with firmware beside it, and a chip that is plugged in."""
+    """A page with firmware next to it, and a chip that is plugged in."""
 
     page: Page
     chip: Mock

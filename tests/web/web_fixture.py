@@ -88,7 +88,7 @@ def watched(browser: Browser) -> Iterator[Callable[..., Watched]]:
     for each in opened:
         each.context.close()
     assert [url for each in opened for url in each.outside] == [], "the page asks something of elsewhere"
-    errors = [text for each in opened for text in each.errors if "404" not in text]  # no firmware/index.json beside it
+    errors = [text for each in opened for text in each.errors if "404" not in text]  # no firmware/index.json next to it
     assert errors == [], f"the page has failed somewhere: {errors}"
 
 

@@ -158,7 +158,7 @@ class Lossy:
         while not self._ends:
             due_s = self._on_way[0][0] - time.monotonic() if self._on_way else None
             for key, _ in self._selector.select(due_s):
-                with contextlib.suppress(OSError):  # nothing there after all, or nobody at the other end
+                with contextlib.suppress(OSError):  # nothing there after all, or no one at the other end
                     key.data()
             self._deliver()
 

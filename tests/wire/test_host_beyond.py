@@ -37,7 +37,7 @@ def worst(device: Device) -> float:
 
 
 def leaps(rng: random.Random, us: int) -> list[int]:
-    """Even speeds that change at once, by more than two steps in a slice, which may be rounding."""
+    """Even speeds that change immediately, by more than two steps in a slice, which may be rounding."""
     speeds = [500, 2000, 4000, 8000, 16000] if us > 1000 else [4000, 8000, 16000]
     rates = [rng.choice([-1, 1]) * rng.choice(speeds) for _ in range(12)]
     return [round(rate * us * 1e-6) for rate in rates for _ in range(round(rng.uniform(0.02, 0.1) * 1e6 / us))]

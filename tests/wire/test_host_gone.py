@@ -1,4 +1,4 @@
-"""What a host leaves behind when it is gone: nothing of it goes on for ever, and no cutter stops in the work."""
+"""What a host leaves behind when it is gone: nothing of it continues for ever, and no cutter stops in the work."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ STOP_S = 0.05  # a jog's ramp
 
 @pytest.fixture
 def device(device: Device) -> Device:
-    """Somebody looks on."""
+    """Someone watches."""
     device.send(REGISTER, address=OTHER)
     return device
 
@@ -229,7 +229,7 @@ def test_the_text_sides_homing_is_not_the_hosts(make_device: Callable[..., Devic
 
 
 def test_a_refused_host_keeps_nobody_else_out(device: Device) -> None:
-    """A jog beside a job is refused; that host then commands no more, however long the job runs."""
+    """A jog during a job is refused; that host then commands no more, however long the job runs."""
     client, other = device.connect(), device.connect(OTHER)
     device.text("G1 X40 F100\n")
     device.run(0.5)

@@ -1,4 +1,4 @@
-"""Fields of handshake and status beside motion: misc inputs and outputs, the spindle's encoder, the charge pump."""
+"""Fields of handshake and status during motion: misc inputs and outputs, the spindle's encoder, the charge pump."""
 
 from __future__ import annotations
 

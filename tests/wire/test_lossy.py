@@ -1,4 +1,4 @@
-"""A network that loses 30 %, doubles 30 % and reorders, over real sockets: steps are exact, losses are told.
+"""A network that loses 30 %, doubles 30 % and reorders, over real sockets: steps are exact, losses are reported.
 
 By our own proxy (lossy.py), and by the kernel's netem where it has that. Steps are asserted, never speed.
 """
@@ -74,7 +74,7 @@ def statistics(device: Device) -> StatisticsResponse:
 
 
 def position(device: Device) -> tuple[int, ...]:
-    """Where it stands, as two reports say it one after the other."""
+    """Where it is, as two reports say it one after the other."""
     for before, after in pairwise(device.reports(5)):
         if before.position_steps == after.position_steps and after.state == State.IDLE:
             return after.position_steps
@@ -110,7 +110,7 @@ def check_path(reports: list[Status], places: list[tuple[int, int]]) -> None:
 
 
 def test_a_stream_over_a_bad_network(make_network: Callable[..., Lossy]) -> None:
-    """Thousands of segments, and a quarter of a second in which the network is gone: a pause, which is told."""
+    """Thousands of segments, and a quarter of a second in which the network is gone: a pause, which is reported."""
     network = make_network("$76=10")
     places = figure(2500)
     reports: list[Status] = []
@@ -134,7 +134,7 @@ def test_a_stream_over_a_bad_network(make_network: Callable[..., Lossy]) -> None
         assert (sender.done, sender.next) == (2500, 2500)
         counts = statistics(device)
         assert (counts.segments, counts.done, counts.refused_segments) == (2500, 2500, 0)
-        assert sender.underruns == counts.underruns >= 1, "the queue was not long enough for that, and it is told"
+        assert sender.underruns == counts.underruns >= 1, "the queue was not long enough for that, and it is reported"
         assert position(device) == (*places[-1], 0, 0, 0, 0)
     check_path(reports, places)
     for way in (network.to_device, network.to_host):
@@ -207,7 +207,7 @@ def test_hold_on_gap_stops_before_what_is_behind_the_gap(make_network: Callable[
         reports = device.reports(10)
         report = next(report for report in reports if report.state == State.HOLD)
         still = next(after for before, after in pairwise(reports) if before.position_steps == after.position_steps)
-        assert report.position_steps[1] == still.position_steps[1] == 0, "no cut where nobody wanted one"
+        assert report.position_steps[1] == still.position_steps[1] == 0, "no cut where no one wanted one"
         assert statistics(device).missing == 1
         device.command(Resume())
         wait_until(lambda: position(device) == (400, 400, 0, 0, 0, 0), "who has looked at it may go on")

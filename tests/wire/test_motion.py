@@ -73,7 +73,7 @@ def test_a_queue_that_reaches_far_enough_is_executed_in_exactly_its_time(device:
 
 
 def test_speed_and_acceleration_stay_inside_the_limits_whatever_the_host_asks(device: Device) -> None:
-    device.motion(*[segment(200)] * 8)  # 20 000 steps/s from rest at once: the top speed
+    device.motion(*[segment(200)] * 8)  # 20 000 steps/s from rest immediately: the top speed
     device.motion(*[segment(200)] * 8)
     device.motion(*[segment(-200, 150)] * 8)  # and the other way
     device.motion(*[segment(0, 150)] * 8)
@@ -156,7 +156,7 @@ def test_hold_stops_on_the_path_and_resume_loses_nothing(device: Device) -> None
     assert device.status.state == State.HOLD
     assert 0 < held[0] < 8000 and abs(held[1] - held[0] / 2) <= 1, "on the line"
     device.run(0.5)
-    assert device.position == held, "it stands"
+    assert device.position == held, "it is at rest"
     device.send(Resume())
     device.run(2)
     assert device.position == device.pulses == [8000, 4000, 0, 0, 0, 0]
@@ -199,7 +199,7 @@ def test_a_dwell_is_waited(device: Device) -> None:
 
 
 def test_very_slow_segments(device: Device) -> None:
-    """One step in two seconds; and a hold in the middle of waiting acts at once."""
+    """One step in two seconds; and a hold in the middle of waiting acts immediately."""
     device.motion(segment(1, us=2_000_000), segment(1, us=2_000_000))
     device.run(3.0)
     device.send(Hold())

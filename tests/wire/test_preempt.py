@@ -1,4 +1,4 @@
-"""A network host interrupts a job of the text side and gives motion back: not a step of either is lost."""
+"""A network host interrupts a job of the text side and releases motion: not a step of either is lost."""
 
 from __future__ import annotations
 
@@ -204,7 +204,7 @@ def test_the_time_out_gives_motion_back_into_a_hold(device: Device) -> None:
     assert device.state == "Hold:0"
     before = device.position
     device.run(20)
-    assert device.position == before, "nothing moves before somebody says so"
+    assert device.position == before, "nothing moves before someone says so"
     device.send(Resume())
     device.run(5)
     assert device.position[:2] == [4000, 0]
@@ -340,7 +340,7 @@ def test_a_reset_or_an_estop_gives_the_job_up(device: Device, stop: str) -> None
 @pytest.mark.parametrize("at_ms", [20, 48, 62, 76, 104, 140])
 def test_a_stop_near_the_end_of_what_is_planned(device: Device, how: str, at_ms: int) -> None:
     """The moves of a canned cycle fold into few pieces, and the first of them is still open where it stops: who starts
-    so near to its end asks for the rest only when it stands there."""
+    so near to its end asks for the rest only when it is at rest there."""
     device.text("G90\nG98 G81 X2 Y2 Z-3 R1 F900\nX4\nX6 Y1\nG80\nG0 X0 Y0 Z0\n")
     device.run(at_ms / 1000)
     if how == "hold":

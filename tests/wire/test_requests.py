@@ -169,7 +169,7 @@ def test_a_value_type_that_there_is_not_is_refused(device: Device, kind: int) ->
 
 
 def test_strings_without_an_end(device: Device) -> None:
-    """A name and a value of nothing but letters; a number that is said as text."""
+    """A name and a value of nothing but letters; a number that is given as text."""
     client = device.connect()
     hello = device.request(client, Handshake(0x01000000, "x" * 32)).payload
     assert isinstance(hello, HandshakeResponse)
@@ -242,7 +242,7 @@ def test_four_clients_and_a_fifth_takes_a_silent_place(device: Device) -> None:
 
 
 def test_clocks_may_wrap(device: Device) -> None:
-    """hal_time_us wraps after 71.6 minutes; reports go on, a silent owner still loses motion."""
+    """hal_time_us wraps after 71.6 minutes; reports continue, a silent owner still loses motion."""
     device.run(4294.0)
     device.motion(segment(100))
     device.run(0.9)

@@ -193,7 +193,7 @@ def test_misbehaving_clients_hold_nobody_up(serve: Callable[..., Server]) -> Non
 
 @pytest.fixture
 def many_files() -> Iterator[None]:
-    """More than a thousand sockets at once in this process, where the system lets it."""
+    """More than a thousand sockets at the same time in this process, where the system lets it."""
     before, most = resource.getrlimit(resource.RLIMIT_NOFILE)
     if before != resource.RLIM_INFINITY and before < FILES:
         if most != resource.RLIM_INFINITY and most < FILES:
@@ -233,7 +233,7 @@ def resources(server: Server) -> tuple[int, int]:
 
 @pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="Linux tells it there")
 def test_a_thousand_connections(serve: Callable[..., Server], many_files: None) -> None:
-    """Beyond four they are closed at once, whatever they do: the four are served, nothing is kept, nothing moves."""
+    """Beyond four they are closed immediately: the four are served, nothing is kept, nothing moves."""
     server = serve("asan")
     with ExitStack() as stack:
         four = [stack.enter_context(Device(ADDRESS)) for _ in range(4)]
@@ -311,7 +311,7 @@ def test_a_host_that_never_reads_its_acks(serve: Callable[..., Server]) -> None:
 
 
 def control(server: Server, line: str) -> str:
-    """What the hands at the module are told."""
+    """What the hands at the module get."""
     assert server.control
     host, port = server.control.rsplit(":", 1)
     with socket.create_connection((host, int(port)), HANG_S) as connection, connection.makefile("rw") as file:

@@ -97,7 +97,7 @@ def test_a_late_begin_hides_no_gap(device: Device, begin: int) -> None:
 
 @pytest.mark.parametrize(("seconds", "lost"), [(1.5, 1500), (5, 500), (30, 30_000)])
 def test_a_gap_is_one_however_long(make_device: Callable[..., Device], seconds: float, lost: int) -> None:
-    """The network was gone, the host went on: also when it lost motion by its silence ($77 is 2 s)."""
+    """The network was gone, the host continued: also when it lost motion by its silence ($77 is 2 s)."""
     device = make_device(settings={78: 1})
     device.raw(build(Motion(count=1), 1, 1, [segment(100)]))
     device.run(seconds)
@@ -141,7 +141,7 @@ def test_the_same_datagram_from_a_program_that_begins_anew_is_another_order(devi
         device.raw(data)
         device.run(3)
     assert device.pulses[0] == 200
-    assert statistics(device).duplicates == 2, "those that came at once"
+    assert statistics(device).duplicates == 2, "those that came immediately"
 
 
 def test_what_another_host_sends_makes_nothing_a_duplicate(device: Device) -> None:
@@ -156,7 +156,7 @@ def test_what_another_host_sends_makes_nothing_a_duplicate(device: Device) -> No
 
 
 def test_hold_on_gap_leaves_what_is_behind_the_gap(make_device: Callable[..., Device]) -> None:
-    """However short the queue is, it stands before that."""
+    """However short the queue is, it stops before that."""
     device = make_device(settings={78: 1})
     for length in (1, 3, 8):
         device.motion(*[segment(100)] * length)
@@ -196,7 +196,7 @@ def test_hold_on_gap_holds_also_where_segments_are_refused(
     device.motion(segment(0, 100), address=OTHER)
     device.send(Resume())
     device.run(3)
-    assert device.status.state == State.IDLE, "another host's are refused, and hold nobody up"
+    assert device.status.state == State.IDLE, "another host's are refused, and hold no one up"
 
 
 def test_motion_that_is_refused_in_an_estop_leaves_no_hold_behind(make_device: Callable[..., Device]) -> None:
@@ -371,7 +371,7 @@ def test_a_reset_of_the_text_side_drops_what_the_host_has_queued(device: Device)
 
 
 def test_what_is_refused_takes_no_motion(device: Device) -> None:
-    """A hold of the text side; segments and jogs that cannot be: lines of the text side wait for nobody."""
+    """A hold of the text side; segments and jogs that cannot be: lines of the text side wait for no one."""
     client = device.connect()
     device.text("!")
     device.run(0.1)
@@ -526,7 +526,7 @@ def test_reports_keep_their_pace_when_the_device_is_late(device: Device) -> None
 
 
 def test_a_probe_that_touches_is_not_pushed_on(device: Device) -> None:
-    """A host without a stream goes on sending until it hears of the contact."""
+    """A host without a stream continues sending until it hears of the contact."""
     device.lib.virtual_surface(device.host, -500)
     down = segment(0, 0, -20, us=10_000, flags=SegmentFlag.PROBE)
     for _ in range(100):

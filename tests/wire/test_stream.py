@@ -52,7 +52,7 @@ class Network:
                 heapq.heappush(self.on_way, (at, next(self.count), to_device, data))
 
     def step(self, sender: StreamSender, seconds: float = 0.001) -> None:
-        """Send what is due, deliver what arrives, let time go on."""
+        """Send what is due, deliver what arrives, let time advance."""
         for payload, segments in sender.poll(self.device.now):
             self.post(build(payload, self.sequence, round(self.device.now * 1e6), segments), True)
             self.sequence += 1

@@ -26,7 +26,7 @@ BRAKES_STEPS = CRUISE * CRUISE / (2 * ACCEL)
 
 
 def moving(device: Device, client: int, seconds: float = 0.4) -> StreamSender:
-    """A stream of 1 s of motion, so long under way."""
+    """A stream of 1 s of motion, under way for this time."""
     sender = open_stream(device, client)
     network = Network(device, 1, 0.0, 0.0, (0.0, 0.0))
     sender.put([Segment((STEPS, 0, 0, 0, 0, 0), SLICE_US)] * 100)
@@ -105,7 +105,7 @@ def test_only_its_own_connection_drops_it() -> None:
         assert isinstance(answer, Refused) and answer.reason == Refusal.STREAM_CLOSED
     begun = device.position[0]
     device.run(0.1)
-    assert device.position[0] - begun > 0.09 * CRUISE, "it goes on"
+    assert device.position[0] - begun > 0.09 * CRUISE, "it continues"
     device.close()
 
 

@@ -48,7 +48,7 @@ class Sent:
 
 
 class Device:
-    """A controller and its network. Time stands still but in run()."""
+    """A controller and its network. Time advances only in run()."""
 
     def __init__(
         self,
@@ -96,7 +96,7 @@ class Device:
         return float(self.lib.host_time_ticks(self.host)) / TIMER_HZ
 
     def run(self, seconds: float) -> None:
-        """Let time go on; what the device sends is in .sent, with the time to a ms."""
+        """Let time advance; what the device sends is in .sent, with the time to a ms."""
         self.run_until(self.now + seconds)
 
     def run_until(self, time_s: float) -> None:
@@ -164,7 +164,7 @@ class Device:
         self.fetch()
 
     def send(self, payload: Layout, segments: tuple[Segment, ...] = (), address: str = HOST, port: int = 40000) -> None:
-        """A datagram with the next sequence number, at once."""
+        """A datagram with the next sequence number, immediately."""
         self.raw(build(payload, self.sequence, round(self.now * 1e6) + 1, segments), address, port)
         self.sequence += 1
 

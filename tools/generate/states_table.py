@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Iterator
-from functools import cache
+from functools import cached_property
 from pathlib import Path
 from typing import Literal
 
@@ -113,7 +113,7 @@ class Table(_Part):
     input: tuple[Input, ...]
     rule: tuple[Rule, ...]
 
-    @property
+    @cached_property
     def states(self) -> dict[str, State]:
         return {state.name: state for state in self.state}
 
@@ -125,7 +125,7 @@ class Table(_Part):
     def packets(self) -> list[Input]:
         return [entry for entry in self.input if entry.packets]
 
-    @property
+    @cached_property
     def inputs(self) -> dict[str, Input]:
         return {entry.name: entry for entry in self.input}
 
@@ -135,13 +135,12 @@ class Table(_Part):
 
     def cell(self, state: str, entry: str, conditions: frozenset[str] = frozenset()) -> Rule:
         """What happens: the last rule that names both and whose condition is met."""
-        return self._index()[state, entry, conditions]
+        return self._index[state, entry, conditions]
 
     def variants(self, state: str, entry: str) -> list[Rule]:
         """All that can decide a cell: those with a condition, and the one without that is behind them."""
         found: list[Rule] = []
-        for rule in reversed(self.rule):
-            states, inputs = self.names(rule)
+        for rule, (states, inputs) in zip(reversed(self.rule), reversed(self._named), strict=True):
             covered = any(set(other.conditions) <= set(rule.conditions) for other in found)
             if state in states and entry in inputs and not covered:
                 found.append(rule)
@@ -165,8 +164,14 @@ class Table(_Part):
             raise ValueError(f"protocol/states.toml: unknown input {', '.join(sorted(unknown))}")
         return frozenset(chosen)
 
+    @cached_property
     def _index(self) -> _Index:
-        return _index(self)
+        return _Index(self)
+
+    @cached_property
+    def _named(self) -> list[tuple[frozenset[str], frozenset[str]]]:
+        """names() of every rule."""
+        return [self.names(rule) for rule in self.rule]
 
 
 def _group(name: str, inputs: dict[str, Input]) -> set[str]:
@@ -195,11 +200,6 @@ class _Index:
                 raise ValueError(f"protocol/states.toml: no rule for {entry} in {state}")
             self._found[key] = fitting[0]
         return self._found[key]
-
-
-@cache
-def _index(table: Table) -> _Index:
-    return _Index(table)
 
 
 def parse_states(text: str) -> Table:

@@ -1,5 +1,5 @@
 """Plain English: in what users read (messages of core, targets, command line and web page, README and docs), and by the
-rules that name a phrase alone, in comments and docstrings.
+rules that name a phrase alone, in comments, docstrings, and messages of tests.
 
 Each rule is a pattern that readers with English from data sheets stumble over, and what to write instead. The words
 with one meaning in this project are in docs/glossary.md."""
@@ -60,6 +60,7 @@ RULES = (
     _rule(r"\bis sure\b|\bto its end\b|\bthe way back\b", "passed, until it ends, prepare resume", for_comments=False),
 )  # fmt: skip
 
+RULES_AND_THEIR_TEST = (Path("tools/lint/english.py"), Path("tests/repo/test_english.py"))
 CODE_SPAN = re.compile(r"`[^`]*`")
 FENCE = re.compile(r"^\s*```")
 C_STRING = re.compile(r'"((?:[^"\\\n]|\\.)*)"')
@@ -98,18 +99,21 @@ def is_user_visible(path: Path) -> bool:
 
 
 def has_comments(path: Path) -> bool:
-    """Whether comments of this file are checked: sources of all that is built, and their tables."""
-    if path.parts[0] not in ("core", "targets", "linuxcnc", "cli", "tools", "web", "protocol", "boards"):
+    """Whether comments of this file are checked: sources of all that is built, their tables, and tests."""
+    if path.parts[0] not in ("core", "targets", "linuxcnc", "cli", "tools", "web", "protocol", "boards", "tests"):
         return False
-    if path == Path("tools/lint/english.py") or path.parts[:2] == ("tools", "generate"):
+    if path in RULES_AND_THEIR_TEST or path.parts[:2] == ("tools", "generate"):
+        return False
+    if path.parts[0] == "tests" and path.suffix == ".toml":  # broken board files and the like
         return False
     return path.suffix in (".c", ".h", ".S", ".py", ".ts", ".tsx", ".toml") and path.stem != "generated"
 
 
 def check_comments(path: Path, text: str) -> list[Problem]:
-    """The rules for comments over one file."""
+    """The rules for comments over one file, and over messages of a test."""
     found = []
-    for line, comment in _comments(path.suffix, text):
+    messages = _test_messages(text) if path.parts[0] == "tests" and path.suffix == ".py" else ()
+    for line, comment in (*_comments(path.suffix, text), *messages):
         words = CODE_SPAN.sub("", NEXT_LINE.sub(" ", comment))
         for rule in RULES:
             if rule.for_comments and (match := rule.pattern.search(words)):
@@ -137,6 +141,19 @@ def _python_comments(text: str) -> Iterator[tuple[int, str]]:
     for doc in _docstrings(ast.parse(text)):
         if isinstance(doc, ast.Constant) and isinstance(doc.value, str):
             yield doc.lineno, doc.value
+
+
+def _test_messages(text: str) -> Iterator[tuple[int, str]]:
+    """What a test prints when it fails or is skipped."""
+    for node in ast.walk(ast.parse(text)):
+        said: ast.expr | None = None
+        if isinstance(node, ast.Assert):
+            said = node.msg
+        elif isinstance(node, ast.Call) and ast.unparse(node.func) in ("pytest.skip", "pytest.fail") and node.args:
+            said = node.args[0]
+        for part in ast.walk(said) if said is not None else ():
+            if isinstance(part, ast.Constant) and isinstance(part.value, str):
+                yield part.lineno, part.value
 
 
 def check_text(path: Path, text: str) -> list[Problem]:

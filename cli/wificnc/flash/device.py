@@ -168,8 +168,7 @@ def _listen(esptool: Any) -> None:
     """Our logger, once: bars to the progress function, words to no one."""
     if _Log.installed:
         return
-    _Log.installed = True
-    from esptool.logger import TemplateLogger, log
+    from esptool.logger import EsptoolLogger, TemplateLogger, log
 
     class Quiet(TemplateLogger):  # type: ignore[misc, unused-ignore]
         def print(self, *args: Any, **kwargs: Any) -> None:
@@ -195,7 +194,10 @@ def _listen(esptool: Any) -> None:
         def set_verbosity(self, verbosity: str) -> None:
             pass
 
-    log.set_logger(Quiet())
+    # Not log.set_logger(): when another of Espressif's packages has logged before, that is esp-pylib's own method,
+    # which refuses a TemplateLogger.
+    EsptoolLogger.set_logger(log, Quiet())
+    _Log.installed = True
 
 
 def _size_mb(size: str | None) -> float:

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT
- * What stands for the chip in tests/xtensa/vector: registers in memory, with a look at each access.
+ * What is for the chip in tests/xtensa/vector: registers in memory, with a look at each access.
  * Everything is inline, as the interrupt's code and the program's have different ABIs. */
 #pragma once
 
@@ -9,7 +9,7 @@ enum { EMULATED_AXES = 6, FIRST_STEP_GPIO = 0, FIRST_DIR_GPIO = 8 };
 
 struct emulated {
     uint32_t random;
-    uint32_t least_cycles, spread_mask;    /* an interrupt comes so long after the last access to the timer */
+    uint32_t least_cycles, spread_mask; /* an interrupt comes this long after the last access to the timer */
     volatile int32_t steps[EMULATED_AXES]; /* that have left the pins */
     uint32_t negative;
     uint32_t looks;              /* of the interrupt at the timer, some in each */
