@@ -11,7 +11,8 @@
 #include "machine/report.h"
 #include "machine/timer.h"
 
-/* Idle is where motion begins, and in a hold the cut goes on until it rests. An open door ends it at once. */
+/* Idle is where motion begins, and in a hold the cut continues until it rests. An open door ends it
+ * immediately. */
 static bool may_burn(const struct machine *machine) {
     enum machine_state state = machine->life.state;
     return state == MACHINE_IDLE || state == MACHINE_RUN || state == MACHINE_HOLD;

@@ -20,8 +20,8 @@
 
 #define SPEED_RATIO_SQ (1.125f * 1.125f)
 
-/* Where a laser follows the speed, a span changes its duty by this part or lasts so long: whichever makes it
- * longer, and no longer than the third. */
+/* Where a laser follows the speed, a span changes its duty by this part or lasts this time, whichever makes
+ * it longer, and no longer than the third. */
 #define DUTY_PART    0.02f
 #define DUTY_LEAST_S 0.0005f
 #define DUTY_MOST_S  0.002f
@@ -501,9 +501,14 @@ static void cut_batch(struct prep *prep) {
     segment_queue_answer(prep->in, QUEUE_TAKEN);
 }
 
+static void tend_beam(const struct prep *prep) {
+    uint32_t duty = __atomic_load_n(&prep->rest_duty, __ATOMIC_RELAXED);
+    step_tend_beam(prep->step, duty_to_register(&prep->timing.pwm, duty));
+}
+
 bool prep_poll(struct prep *prep) {
-    uint32_t rest_duty = __atomic_load_n(&prep->rest_duty, __ATOMIC_RELAXED);
-    step_tend_beam(prep->step, duty_to_register(&prep->timing.pwm, rest_duty));
+    if (prep->step->beam != STEP_BEAM_NONE)
+        tend_beam(prep);
     if (prep->step->halted)
         return false;
     bool any = reclaim(prep);
