@@ -16,13 +16,12 @@ struct hal;
 /** [task] Time since power-on, us; wraps at 2^32. On the host: virtual time. */
 uint32_t hal_time_us(const struct hal *hal);
 
-enum { HAL_DUTY_FULL = 65535 };
-
 /** What the spindle is to do. A PWM output uses duty, a relay direction, a bus drive rpm. */
 struct hal_spindle {
-    int direction; /* -1 counter-clockwise, 0 off, 1 clockwise */
-    float rpm;     /* >= 0, overrides and $30 $31 applied; 0 when off */
-    uint16_t duty; /* 0 .. HAL_DUTY_FULL */
+    int direction;   /* -1 counter-clockwise, 0 off, 1 clockwise */
+    float rpm;       /* >= 0, overrides and $30 $31 applied; 0 when off */
+    uint16_t duty;   /* 0 .. DUTY_FULL of base/duty.h */
+    bool keeps_duty; /* a laser: duty is hal_step_duty()'s */
 };
 
 /** [task] Takes effect immediately. */

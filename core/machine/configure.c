@@ -85,6 +85,7 @@ static void apply_motion(struct machine *machine) {
         .timer_hz = board->timer_hz,
         .min_interval_ticks = ticks_of(board, step_ns),
         .dir_setup_ticks = ticks_of(board, board->dir_setup_ns),
+        .pwm = board->pwm,
     };
 }
 

@@ -1,32 +1,21 @@
 /* SPDX-License-Identifier: MIT
- * The beam rule. Whatever is not named here is dark: the beam needs the state Run, M3 or M4, and a span of
- * cutting motion (SEGMENT_CUT) that the step interrupt executes at this moment. The one exception is off by
- * default: the aiming beam, weak, at rest in Idle, for some seconds after an M3 or S that asked for it. */
+ * The beam rule. Whatever is not named here is dark: the beam needs M3 or M4, one of the states of
+ * may_burn(), and a span of cutting motion (SEGMENT_CUT), which the step interrupt executes and whose duty it
+ * puts out with the span's first event. The one exception is off by default: the aiming beam, weak, at rest
+ * in Idle, for some seconds after an M3 or S that asked for it. */
 #include "machine/laser.h"
 
-#include "machine/notes.h"
+#include "base/minmax.h"
 #include "machine/overrides.h"
 #include "machine/parts.h"
 #include "machine/report.h"
 #include "machine/timer.h"
 
-#include <stddef.h>
-
-/* The span that the step interrupt executes. @return false: nothing is executed, or it is not a cut */
-static bool is_cutting(const struct step *step, uint32_t *line) {
-    struct step_now now;
-    if (!step->active)
-        return false;
-    step_look(step, &now);
-    *line = now.line;
-    return (now.flags & (SEGMENT_CUT | SEGMENT_DWELL)) == SEGMENT_CUT;
-}
-
-/* M4: part of the power that the speed asks for, so that corners are not burnt. */
-static float part_at_speed(const struct machine *machine, float feed_mm_s) {
-    float asked_mm_s = feed_mm_s * (float)overrides_feed_pct(machine) * 0.01f;
-    float part = asked_mm_s > 0.0f ? machine_speed_mm_s(machine) / asked_mm_s : 0.0f;
-    return part > 1.0f ? 1.0f : part;
+/* Idle is where motion begins, and in a hold the cut continues until it rests. An open door ends it
+ * immediately. */
+static bool may_burn(const struct machine *machine) {
+    enum machine_state state = machine->life.state;
+    return state == MACHINE_IDLE || state == MACHINE_RUN || state == MACHINE_HOLD;
 }
 
 /* As in Grbl, only where the next axis word would be a cut. */
@@ -38,8 +27,7 @@ static bool is_aiming(const struct machine *machine) {
 
 static float aim_rpm(const struct machine *machine, float factor) {
     float most_rpm = machine->settings.spindle_max_rpm * (float)machine->settings.aim_power_pct * 0.01f;
-    float rpm = machine->outputs.rpm * factor;
-    return rpm < most_rpm ? rpm : most_rpm;
+    return min_f(machine->outputs.rpm * factor, most_rpm);
 }
 
 void laser_aim(struct machine *machine) {
@@ -60,20 +48,32 @@ void laser_poll(struct machine *machine) {
     aim->on = false;
 }
 
-/* Of the line on the pins. */
-static float cut_rpm(const struct machine *machine) {
-    uint32_t line;
-    if (machine->life.state != MACHINE_RUN || !is_cutting(&machine->drive.step, &line))
-        return 0.0f;
-    if (machine->drive.motion.ahead.owner == AHEAD_HOST) /* it plans the speed, so it scales S by it */
-        return machine->outputs.rpm;
-    const struct line_note *note = notes_find(&machine->notes, line);
-    if (note == NULL) /* every cut has one, as there are more notes than pieces */
-        return 0.0f;
-    return machine->outputs.spindle == SPINDLE_CW ? note->rpm
-                                                  : note->rpm * part_at_speed(machine, note->feed_mm_s);
+void laser_apply(struct machine *machine, bool on, float factor) {
+    struct machine_drive *drive = &machine->drive;
+    const struct beam beam = {.on = on,
+                              .with_speed = machine->outputs.spindle == SPINDLE_CCW,
+                              .factor = factor,
+                              .feed_part = (float)overrides_feed_pct(machine) * 0.01f,
+                              .range = settings_duty_range(&machine->settings)};
+    emit_set_beam(&drive->motion.emit, &beam);
+    struct beam host = beam; /* a network host plans the speed, so it scales S by it */
+    host.with_speed = false;
+    host_queue_set_duty(&machine->host.queue, beam_duty(&host, machine->outputs.rpm, 0.0f, 1.0f));
+    float rest_rpm = on && is_aiming(machine) ? aim_rpm(machine, factor) : 0.0f;
+    prep_set_rest_duty(&drive->prep, duty_of(&beam.range, duty_limit_rpm(&beam.range, rest_rpm)));
+    enum step_beam rule = !machine->settings.laser_mode ? STEP_BEAM_NONE
+                          : on && may_burn(machine)     ? STEP_BEAM_ALLOWED
+                                                        : STEP_BEAM_DARK;
+    step_set_beam(&drive->step, rule, machine->board.pwm.dark);
 }
 
 float laser_rpm(const struct machine *machine, float factor) {
-    return is_aiming(machine) ? aim_rpm(machine, factor) : cut_rpm(machine) * factor;
+    const struct duty_range range = settings_duty_range(&machine->settings);
+    struct step_now now;
+    if (!machine->drive.step.active)
+        return is_aiming(machine) ? duty_limit_rpm(&range, aim_rpm(machine, factor)) : 0.0f;
+    if (!may_burn(machine))
+        return 0.0f;
+    step_look(&machine->drive.step, &now);
+    return duty_rpm(&range, duty_from_register(&machine->board.pwm, now.duty));
 }

@@ -13,6 +13,12 @@ static uint8_t line_flags(const struct machine *machine, bool rapid) {
     return flags;
 }
 
+/* S of a laser; of other moves it says nothing. */
+static float laser_s(const struct machine *machine) {
+    const struct gcode_command *command = &machine->task.command;
+    return machine->settings.laser_mode && command->spindle != SPINDLE_OFF ? command->next.spindle_rpm : 0.0f;
+}
+
 bool moves_push(struct machine *machine, const double target_mm[AXIS_COUNT], bool rapid, float feed_mm_s,
                 float duration_s) {
     struct motion_line line = {
@@ -21,6 +27,7 @@ bool moves_push(struct machine *machine, const double target_mm[AXIS_COUNT], boo
         .tolerance_mm = machine->task.command.next.path_tolerance_mm,
         .line = machine->lines.count,
         .note = machine->notes.count,
+        .rpm = laser_s(machine),
         .spent_mm = machine->task.stage == TASK_ARC ? machine->settings.arc_tolerance_mm : 0.0f,
         .flags = line_flags(machine, rapid)};
     if (machine->life.state == MACHINE_CHECK)

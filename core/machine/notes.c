@@ -12,8 +12,7 @@ static struct line_note *newest(struct line_notes *notes) {
 
 /* Does the line continue as the row does? The second line of a row says how much N words grow by. */
 static bool continues(struct line_note *row, const struct line_note *note) {
-    if (row->rpm != note->rpm || row->feed_mm_s != note->feed_mm_s ||
-        (row->number == 0) != (note->number == 0))
+    if ((row->number == 0) != (note->number == 0))
         return false;
     int32_t grown = (int32_t)(note->number - row->number), lines = (int32_t)(note->line - row->line);
     if (lines == 0)

@@ -10,10 +10,9 @@
  * different notes never share a piece of path, so more notes than pieces and segments are never needed. */
 enum { LINE_NOTES = PLAN_SIZE + 32 };
 struct line_note {
-    uint32_t line;        /* first of the row */
-    uint32_t number;      /* its N word; 0: none has one */
-    int32_t stride;       /* from N word to N word, per line; NOTE_SINGLE: a row of one line */
-    float rpm, feed_mm_s; /* laser: S and F of the lines */
+    uint32_t line;   /* first of the row */
+    uint32_t number; /* its N word; 0: none has one */
+    int32_t stride;  /* from N word to N word, per line; NOTE_SINGLE: a row of one line */
 };
 #define NOTE_SINGLE INT32_MIN
 struct line_notes {
@@ -26,7 +25,7 @@ static inline void notes_forget(struct line_notes *notes) {
     notes->count = 0;
 }
 
-/** Lines are motion to come: of note->line (with number, rpm and feed). Ever growing lines. */
+/** Lines are motion to come: of note->line, with number. Ever growing lines. */
 void notes_add(struct line_notes *notes, const struct line_note *note);
 
 /** @return NULL: nothing was noted of this line */

@@ -12,42 +12,30 @@ static bool spindle_is_on(const struct machine *machine) {
            outputs->laser == machine->settings.laser_mode;
 }
 
-/* S with override and laser power, between $31 and $30. 0 stays 0. */
-static float limited_rpm(const struct machine *machine) {
-    const struct settings *settings = &machine->settings;
+static float spindle_factor(const struct machine *machine) {
     bool enabled = (machine->interp.gcode.modal.overrides & OVERRIDE_SPINDLE) != 0;
-    if (!spindle_is_on(machine))
-        return 0.0f;
-    float factor = enabled ? (float)machine->overrides.spindle_pct * 0.01f : 1.0f;
-    float rpm = settings->laser_mode ? laser_rpm(machine, factor) : machine->outputs.rpm * factor;
-    if (rpm <= 0.0f)
-        return 0.0f;
-    if (settings->spindle_max_rpm <= settings->spindle_min_rpm) /* on or off, nothing between */
-        return settings->spindle_max_rpm;
-    if (rpm > settings->spindle_max_rpm)
-        return settings->spindle_max_rpm;
-    return rpm < settings->spindle_min_rpm ? settings->spindle_min_rpm : rpm;
+    return enabled ? (float)machine->overrides.spindle_pct * 0.01f : 1.0f;
 }
 
-static uint16_t duty_of(const struct settings *settings, float rpm) {
-    float range = settings->spindle_max_rpm - settings->spindle_min_rpm;
-    if (rpm <= 0.0f)
-        return 0;
-    if (range <= 0.0f)
-        return HAL_DUTY_FULL;
-    float duty = (rpm - settings->spindle_min_rpm) / range * (float)HAL_DUTY_FULL + 0.5f;
-    return (uint16_t)(duty<1.0f ? 1.0f : duty>(float) HAL_DUTY_FULL ? (float)HAL_DUTY_FULL : duty);
-}
-
-static void put_spindle(struct machine *machine, float rpm) {
+/* A laser's duty is that of the motion, and the step interrupt puts it out. */
+static void put_spindle(struct machine *machine) {
     static const int8_t direction[] = {[SPINDLE_OFF] = 0, [SPINDLE_CW] = 1, [SPINDLE_CCW] = -1};
-    struct hal_spindle spindle = {.rpm = rpm, .duty = duty_of(&machine->settings, rpm)};
-    spindle.direction = spindle_is_on(machine) ? direction[machine->outputs.spindle] : 0;
+    const struct duty_range range = settings_duty_range(&machine->settings);
+    const bool on = spindle_is_on(machine), laser = machine->settings.laser_mode;
+    float asked_rpm = on && !laser ? machine->outputs.rpm * spindle_factor(machine) : 0.0f;
+    float rpm = duty_limit_rpm(&range, asked_rpm);
+    struct hal_spindle spindle = {.direction = on ? direction[machine->outputs.spindle] : 0,
+                                  .rpm = rpm,
+                                  .duty = duty_of(&range, rpm),
+                                  .keeps_duty = laser};
     machine->outputs.shown_rpm = rpm;
+    laser_apply(machine, on && laser, spindle_factor(machine));
     hal_spindle_set(machine->hal, &spindle);
 }
 
 float outputs_rpm(const struct machine *machine) {
+    if (machine->settings.laser_mode && spindle_is_on(machine))
+        return laser_rpm(machine, spindle_factor(machine));
     return machine->outputs.shown_rpm;
 }
 
@@ -57,7 +45,7 @@ uint8_t outputs_coolant_bits(const struct machine *machine) {
 }
 
 void outputs_apply(struct machine *machine) {
-    put_spindle(machine, limited_rpm(machine));
+    put_spindle(machine);
     hal_coolant_set(machine->hal, outputs_coolant_bits(machine));
 }
 
@@ -96,9 +84,7 @@ void outputs_poll(struct machine *machine) {
     if (machine->drive.motion.ahead.owner != AHEAD_HOST)
         outputs->rpm =
             machine->interp.gcode.modal.spindle_rpm; /* reports: S comes with its line, without M3 */
-    float rpm = limited_rpm(machine);
-    if (rpm != outputs->shown_rpm)
-        put_spindle(machine, rpm);
+    laser_apply(machine, spindle_is_on(machine), spindle_factor(machine));
 }
 
 void outputs_program(struct machine *machine, enum gcode_spindle spindle, uint8_t coolant) {

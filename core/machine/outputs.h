@@ -16,7 +16,7 @@ struct machine_outputs {
     bool spindle_stopped;     /* 0x9E in a hold */
     bool suspended;           /* the door is open: everything is off */
     bool coolant_waits;       /* the door was closed: the spindle runs up first */
-    float shown_rpm;          /* on the pins: with override, limits and the laser's power */
+    float shown_rpm;          /* of a spindle, on the pins: with override and limits */
     struct machine_timer aim; /* the aiming beam of a laser at rest; laser.c */
 };
 

@@ -83,28 +83,9 @@ static enum task_stage stage_after_move(const struct machine *machine) {
     return machine->task.command.flow == FLOW_RUN ? TASK_NONE : TASK_FLOW;
 }
 
-/* The feed that the line asks for, mm/s; of a curve after begin_curve(). */
-static float asked_feed_mm_s(const struct machine *machine) {
-    const struct gcode_move *move = &machine->task.command.move;
-    if (move->inverse_time_s <= 0.0f)
-        return move->feed_mm_s;
-    if (is_arc(move) || is_spline(move))
-        return machine->task.arc_feed_mm_s;
-    double sum = 0.0;
-    for (unsigned ax = 0; ax <= AXIS_Z; ax++) {
-        double way_mm = move->target_mm[ax] - machine->interp.gcode.position_mm[ax];
-        sum += way_mm * way_mm;
-    }
-    return (float)sqrt(sum) / move->inverse_time_s;
-}
-
 static void note_line(struct machine *machine) {
-    const struct gcode_command *command = &machine->task.command;
-    bool laser = machine->settings.laser_mode && command->spindle != SPINDLE_OFF;
-    notes_add(&machine->notes, &(struct line_note){.line = machine->lines.count,
-                                                   .number = command->line_number,
-                                                   .rpm = laser ? command->next.spindle_rpm : 0.0f,
-                                                   .feed_mm_s = laser ? asked_feed_mm_s(machine) : 0.0f});
+    notes_add(&machine->notes,
+              &(struct line_note){.line = machine->lines.count, .number = machine->task.command.line_number});
 }
 
 static enum task_stage stage_of_move(struct machine *machine) {

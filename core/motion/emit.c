@@ -112,6 +112,13 @@ void emit_hold(struct emit *emit, bool on) {
     change(emit);
 }
 
+void emit_set_beam(struct emit *emit, const struct beam *beam) {
+    if (beam_is_same(&emit->beam, beam))
+        return;
+    emit->beam = *beam;
+    change(emit);
+}
+
 void emit_change_limits(struct emit *emit) {
     emit->late = true;
     emit->limits++;
@@ -195,7 +202,7 @@ static uint8_t segment_flags(uint8_t motion_flags) {
 
 /* What a segment says of itself besides its motion must be the same all through it. */
 static bool is_other(const struct piece *a, const struct piece *b) {
-    return a->flags != b->flags || a->note != b->note;
+    return a->flags != b->flags || a->note != b->note || a->rpm != b->rpm;
 }
 
 /* A stop that only a late task needs must fit into a batch: on a straight part its segments may be long, and
@@ -288,17 +295,33 @@ static void finish(struct emit *emit, struct segment *segment, float time_s) {
     DEBUG(DEBUG_MOTION, "segment: line, ns", segment->line, segment->duration_ns);
 }
 
+/* What a laser shows on a segment of these speeds along the path. */
+static void set_duty(const struct emit *emit, struct segment *segment, const struct filter_tag *tag, float v0,
+                     float v1) {
+    if ((tag->flags & MOTION_FLAG_CUT) == 0 || tag->rpm <= 0.0f)
+        return;
+    segment->duty[0] = beam_duty(&emit->beam, tag->rpm, v0, tag->feed_mm_s);
+    segment->duty[1] = beam_duty(&emit->beam, tag->rpm, v1, tag->feed_mm_s);
+}
+
+static struct filter_tag tag_of(const struct piece *piece) {
+    return (struct filter_tag){piece->line, piece->rpm, piece->rpm > 0.0f ? sqrtf(piece->asked_sq) : 0.0f,
+                               piece->flags};
+}
+
 static int16_t ramp(float v0, float v1) {
     return (int16_t)(v0 + v1 > 0.0f ? (v1 - v0) / (v0 + v1) * (float)SEGMENT_RAMP_ONE : 0.0f);
 }
 
 static void make_sample(struct emit *emit, struct segment *segment) {
     const struct piece *piece = path_piece(&emit->plan->path, emit->plan->path.tail);
+    const struct filter_tag tag = tag_of(piece);
     float v0 = emit->v_mm_s, time_s = travel_sample(emit, piece);
     int64_t at[AXIS_COUNT] = {0};
-    segment->flags = segment_flags(piece->flags);
+    segment->flags = segment_flags(tag.flags);
     segment->line = find_place(emit, at)->line;
     segment->ramp = ramp(v0, emit->v_mm_s);
+    set_duty(emit, segment, &tag, v0, emit->v_mm_s);
     set_axes(emit, segment, at);
     finish(emit, segment, time_s);
 }
@@ -321,9 +344,9 @@ static void travel_filtered(struct emit *emit) {
     int64_t at[AXIS_COUNT];
     memcpy(at, filter->past.in, sizeof at);
     if (!emit->settles && !travel_ends(emit)) {
-        uint8_t flags = path_piece(&emit->plan->path, emit->plan->path.tail)->flags;
+        tag = tag_of(path_piece(&emit->plan->path, emit->plan->path.tail));
         travel_time(emit, filter->sample_s);
-        tag = (struct filter_tag){find_place(emit, at)->line, flags};
+        tag.line = find_place(emit, at)->line;
         emit->settles = !emit->entered && (emit->ended_flags & PIECE_STOP) != 0;
     }
     filter_push(filter, at, tag);
@@ -346,6 +369,7 @@ static void make_filtered(struct emit *emit, struct segment *segment) {
     segment->line = tag.line;
     segment->flags = segment_flags(tag.flags);
     segment->ramp = is_behind(emit) ? ramp(v0, end) : -SEGMENT_RAMP_ONE;
+    set_duty(emit, segment, &tag, v0, is_behind(emit) ? end : 0.0f);
     emit->v_mm_s = is_behind(emit) ? v : 0.0f;
     set_axes(emit, segment, at);
     finish(emit, segment, time_s);

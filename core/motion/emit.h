@@ -10,6 +10,7 @@
 #ifndef WIFICNC_MOTION_EMIT_H
 #define WIFICNC_MOTION_EMIT_H
 
+#include "motion/beam.h"
 #include "motion/filter.h"
 #include "motion/gear.h"
 #include "motion/planner.h"
@@ -51,6 +52,7 @@ struct emit {
     struct gear gear;             /* motion that follows the spindle; nothing is planned meanwhile */
     struct spindle spindle;       /* what it follows */
     uint32_t now_us;              /* of this poll */
+    struct beam beam;             /* a laser */
     bool settles;                 /* at an exact stop, until the filter has come there, too */
     uint8_t ended_flags;          /* of the piece that ended in the last stop; enum motion_flags */
     double time_ns;               /* fraction of a nanosecond carried from segment to segment */
@@ -81,6 +83,9 @@ bool emit_claim(struct emit *emit);
 
 /** Slow down along the path and stand; or continue. */
 void emit_hold(struct emit *emit, bool on);
+
+/** What a laser makes of S. */
+void emit_set_beam(struct emit *emit, const struct beam *beam);
 
 /** The limits of what is planned were changed by an override. */
 void emit_change_limits(struct emit *emit);

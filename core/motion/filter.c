@@ -25,11 +25,6 @@ void filter_reset(struct filter *filter, const int64_t in[AXIS_COUNT]) {
     }
 }
 
-static void put_tag(struct filter_past *past, unsigned at, struct filter_tag tag) {
-    past->lines[at] = tag.line;
-    past->flags[at] = tag.flags;
-}
-
 void filter_push(struct filter *filter, const int64_t in[AXIS_COUNT], struct filter_tag tag) {
     struct filter_past *past = &filter->past;
     bool starts = past->moving == 0, moves = false;
@@ -43,9 +38,9 @@ void filter_push(struct filter *filter, const int64_t in[AXIS_COUNT], struct fil
         slot[ax] = (int32_t)move;
         moves = moves || move != 0;
     }
-    put_tag(past, past->at, tag);
+    past->tags[past->at] = tag;
     for (unsigned n = 0; starts && n < filter->count; n++)
-        put_tag(past, n, tag);
+        past->tags[n] = tag;
     if (moves)
         past->moving = filter->count;
     if (past->moving > 0)

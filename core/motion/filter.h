@@ -27,15 +27,15 @@
  */
 struct filter_tag {
     uint32_t line;
-    uint8_t flags; /* enum motion_flags */
+    float rpm, feed_mm_s; /* of a laser */
+    uint8_t flags;        /* enum motion_flags */
 };
 
 /** The newest samples: all that the mean depends on. */
 struct filter_past {
     int64_t in[AXIS_COUNT]; /* newest position, 1/65536 step */
     int32_t moves[FILTER_MAX][AXIS_COUNT];
-    uint32_t lines[FILTER_MAX]; /* tags */
-    uint8_t flags[FILTER_MAX];
+    struct filter_tag tags[FILTER_MAX];
     uint8_t at;     /* where the newest sample is in the rings */
     uint8_t moving; /* samples until the mean is still, if the axes stay where they are */
 };
@@ -64,9 +64,7 @@ static inline int64_t filter_out(const struct filter *filter, unsigned axis) {
 
 /** The tag of a sample. @param before_newest  below count */
 static inline struct filter_tag filter_tag(const struct filter *filter, uint32_t before_newest) {
-    const struct filter_past *past = &filter->past;
-    uint32_t at = (past->at + filter->count - before_newest) % filter->count;
-    return (struct filter_tag){past->lines[at], past->flags[at]};
+    return filter->past.tags[(filter->past.at + filter->count - before_newest) % filter->count];
 }
 
 /** The tag of the sample in the middle of the mean. */

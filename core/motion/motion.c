@@ -127,6 +127,7 @@ static void plan_close(struct plan *plan) {
                                          (reduce->merged ? reduce_mm(plan->tolerance_mm) : 0.0f),
                               .line = plan->first_line,
                               .note = plan->newest.note,
+                              .rpm = plan->newest.rpm,
                               .flags = plan->newest.flags};
     reduce_close(reduce);
     path_chord(&plan->path, &reduce->chord, length_mm, &info);
@@ -134,7 +135,7 @@ static void plan_close(struct plan *plan) {
 
 /* May the new move belong to the same chord as the newest one? */
 static bool is_alike(const struct motion_line *a, const struct motion_line *b) {
-    return a->feed_mm_s == b->feed_mm_s && a->flags == b->flags && a->note == b->note &&
+    return a->feed_mm_s == b->feed_mm_s && a->flags == b->flags && a->note == b->note && a->rpm == b->rpm &&
            a->tolerance_mm == b->tolerance_mm && a->spent_mm == b->spent_mm && a->duration_s == 0.0f &&
            b->duration_s == 0.0f;
 }

@@ -33,7 +33,8 @@ struct motion_line {
     float duration_s;             /* > 0: take this long instead (G93) */
     float tolerance_mm;           /* >= 0: instead of $11, if larger (G64 P) */
     uint32_t line;                /* source line */
-    uint32_t note;                /* moves of different notes (a laser's power) stay apart; any number */
+    uint32_t note;                /* moves of different notes stay apart; any number */
+    float rpm;                    /* S of a laser with M3 or M4, else 0; of different S, too */
     float spent_mm;               /* >= 0: how far it lies off what was programmed (an arc's chord, $12) */
     uint8_t flags;                /* enum motion_flags */
 };

@@ -241,6 +241,7 @@ static void blend(struct path *path, uint32_t index) {
                             .accel_mm_s2 = vec_limit_along(k->unit, path->inverse_accel),
                             .line = k->info.line,
                             .note = k->info.note,
+                            .rpm = k->info.rpm,
                             .flags = k->info.flags};
     if (k->stop)
         piece->flags |= PIECE_STOP;

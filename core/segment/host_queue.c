@@ -24,6 +24,14 @@ void host_queue_init(struct host_queue *queue, struct ahead *ahead) {
     queue->ahead = ahead;
 }
 
+void host_queue_set_duty(struct host_queue *queue, uint16_t duty) {
+    if (queue->duty == duty)
+        return;
+    queue->duty = duty;
+    if (queue->ahead->owner == AHEAD_HOST)
+        ahead_change(queue->ahead);
+}
+
 void host_queue_set_limits(struct host_queue *queue, const struct host_queue_limits *limits) {
     queue->limits = *limits;
 }
@@ -315,6 +323,8 @@ static void make_steps(struct host_queue *queue, struct segment *segment, const 
     bool last = queue->tail + 1 == queue->head && queue->done + count == slot->dominant;
     segment->flags = (uint8_t)(slot->flags & ~(unsigned)SEGMENT_LAST);
     segment->flags = (uint8_t)(segment->flags | (last && pace_end == 0.0f ? SEGMENT_LAST : 0));
+    if ((slot->flags & SEGMENT_CUT) != 0)
+        segment->duty[0] = segment->duty[1] = queue->duty;
 }
 
 static void finish_segment(struct host_queue *queue, const struct host_queue_slot *slot) {

@@ -86,6 +86,7 @@ struct host_queue {
     float pace_sq;                       /* s^2 now */
     uint32_t done;                       /* dominant steps of the segment at tail */
     double dwelt_ns, waited_ns, time_ns; /* of a dwell; before a very slow step; fraction carried */
+    uint16_t duty;                       /* of a laser on a cut */
     uint64_t queued_ns;                  /* of all segments taken and not finished, at full pace */
     uint32_t underruns, stretched;
     struct host_queue_slot slots[HOST_QUEUE_SIZE];
@@ -94,6 +95,9 @@ struct host_queue {
 
 /** Empty; counters at zero. */
 void host_queue_init(struct host_queue *queue, struct ahead *ahead);
+
+/** Of a laser on all cuts that are not made yet; 0 .. DUTY_FULL. */
+void host_queue_set_duty(struct host_queue *queue, uint16_t duty);
 
 /** For segments put from now on. */
 void host_queue_set_limits(struct host_queue *queue, const struct host_queue_limits *limits);

@@ -28,7 +28,7 @@ enum segment_flags {
     SEGMENT_EXACT_STOP = 0x08, /* ends at rest because the program asked for it */
     SEGMENT_DWELL = 0x10,      /* no steps, only time */
     SEGMENT_JOG = 0x20,
-    SEGMENT_CUT = 0x40, /* a laser burns here; without it the beam is dark (machine/laser.c) */
+    SEGMENT_CUT = 0x40, /* a laser may burn here; without it `duty` is 0 */
 };
 
 enum {
@@ -37,7 +37,7 @@ enum {
     SEGMENT_MAX_STEPS = 16383, /* of the dominant axis; longer moves are cut */
 };
 
-/** 48 bytes. Phases: 1/256 step already travelled towards the next step, in the direction of travel. */
+/** Phases: 1/256 step already travelled towards the next step, in the direction of travel. */
 struct segment {
     int16_t steps[AXIS_COUNT];     /* signed, |steps| <= SEGMENT_MAX_STEPS */
     uint8_t phase[AXIS_COUNT];     /* at the start */
@@ -50,6 +50,7 @@ struct segment {
     uint16_t mark;                 /* motion may branch off after it: place of the mark + 1; 0: it may not */
     uint32_t end_us;               /* motion time at its end (segment/queue.h) */
     float v_mm_s;                  /* path speed at its end */
+    uint16_t duty[2]; /* of a laser at the start and at the end, 0 .. DUTY_FULL; between them as the speed */
 };
 
 #endif

@@ -10,6 +10,7 @@
 #ifndef WIFICNC_SETTINGS_SETTINGS_H
 #define WIFICNC_SETTINGS_SETTINGS_H
 
+#include "base/duty.h"
 #include "gcode/status.h"
 #include "settings/settings_gen.h" // struct settings
 
@@ -34,6 +35,11 @@ enum status settings_set(struct settings *settings, uint16_t number, double valu
  *  @return false and nothing written: no such setting. */
 bool settings_get(const struct settings *settings, uint16_t number, uint8_t axis_count, double *value,
                   uint8_t *decimals);
+
+/** $31 and $30. */
+static inline struct duty_range settings_duty_range(const struct settings *settings) {
+    return (struct duty_range){settings->spindle_min_rpm, settings->spindle_max_rpm};
+}
 
 /** What $number affects: enum setting_effect, added up. 0: no such setting. */
 unsigned settings_effects(uint16_t number);

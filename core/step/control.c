@@ -22,6 +22,25 @@ void step_halt(struct step *step) {
     step->halted = true;
     step->active = false; /* first: an ISR that comes in between does not start the timer again */
     hal_step_timer_stop(step->hal);
+    if (step->beam != STEP_BEAM_NONE)
+        hal_step_duty(step->hal, step->dark);
+}
+
+/* An ISR on another core may have looked at the rule before: what it writes then lasts until
+ * step_tend_beam(). */
+void step_set_beam(struct step *step, enum step_beam rule, uint16_t dark) {
+    step->dark = dark;
+    __atomic_store_n(&step->beam, (uint8_t)rule, __ATOMIC_RELEASE);
+    if (rule == STEP_BEAM_DARK)
+        hal_step_duty(step->hal, dark);
+}
+
+void step_tend_beam(struct step *step, uint16_t rest) {
+    uint8_t rule = __atomic_load_n(&step->beam, __ATOMIC_ACQUIRE);
+    if (rule == STEP_BEAM_DARK)
+        hal_step_duty(step->hal, step->dark);
+    else if (rule == STEP_BEAM_ALLOWED && !step->active)
+        hal_step_duty(step->hal, rest);
 }
 
 bool step_only_waits(const struct step *step) {

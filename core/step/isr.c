@@ -13,6 +13,8 @@ HAL_ISR HAL_SELDOM static void next_span(struct step *step) {
     if (span == 0) {
         hal_step_timer_stop(hal);
         step->active = false;
+        if (step->beam == STEP_BEAM_ALLOWED)
+            hal_step_duty(hal, step->dark);
         hal_step_clear(hal);
         return;
     }

@@ -5,7 +5,9 @@
  *   1. the step bits computed one event ago go to the pins;
  *   2. while the pulse is high: count, next phases, next step bits, next alarm;
  *   3. the pulse ends, no earlier than step_pulse;
- *   4. if a new span began, its direction bits go out, dir_setup or more before its first step. */
+ *   4. if a new span began, its direction bits go out, dir_setup or more before its first step.
+ *
+ * A new span begins with the last event of the one before, and brings its laser's duty with it: one store. */
 #ifndef WIFICNC_STEP_ISR_H
 #define WIFICNC_STEP_ISR_H
 
@@ -18,6 +20,12 @@ struct hal_step;
 
 /** One event in step.at. */
 #define STEP_AT_EVENT 0x10000u
+
+enum step_beam {
+    STEP_BEAM_NONE,   /* the PWM output is a spindle's, and no concern of the ISR */
+    STEP_BEAM_DARK,   /* it is a laser's, which may not burn */
+    STEP_BEAM_ALLOWED /* each span brings its duty */
+};
 
 struct step {
     /* touched at every event */
@@ -33,6 +41,8 @@ struct step {
     axis_mask_t next;      /* step bits of the coming event */
     bool watch_probe;
     /* touched when a span ends */
+    uint8_t beam;           /* enum step_beam */
+    uint16_t dark;          /* what the PWM's register shows without a pulse */
     volatile bool active;   /* the timer runs; while false the ISR does not touch anything here */
     volatile bool halted;   /* step_halt() was called: step_start() waits for step_stand() */
     bool probe_hit;         /* a watched probe closed; cleared by the task that waits for it */
@@ -49,6 +59,7 @@ struct step_now {
     uint16_t flags;               /* of the current span: enum span_flags */
     uint32_t line;
     uint32_t v_um_s; /* along the path */
+    uint16_t duty;   /* of a laser, as its PWM's register has it */
     uint32_t increment[SPAN_WORDS];
     axis_mask_t negative;
 };
@@ -64,6 +75,14 @@ void step_start(struct step *step, struct span *span);
 
 /** [task or isr] Stop immediately: no further pulse leaves the pins, until step_stand(). */
 void step_halt(struct step *step);
+
+/** [task] Whose the PWM output is, and whether a laser may burn. One that may not is dark when this returns;
+ * from then on step_tend_beam() keeps it so. @param dark  what the PWM's register shows without a pulse */
+void step_set_beam(struct step *step, enum step_beam rule, uint16_t dark);
+
+/** [motion] What is not the ISR's: a laser at rest, and one that may not burn.
+ * @param rest  an aiming beam, as the PWM's register has it */
+void step_tend_beam(struct step *step, uint16_t rest);
 
 /** [task] There are spans, and none of them has a step: the motors are at rest, and time passes. Only while
  * not active. */

@@ -39,6 +39,8 @@ static HAL_INLINE uint32_t next_ticks(struct step *step) {
  * complete, and the span before is given back by it. @return ticks to its first event. */
 static HAL_INLINE uint32_t load_span(struct step *step, struct span *span) {
     step->span = span;
+    if (step->beam == STEP_BEAM_ALLOWED)
+        hal_step_duty(step->hal, span->duty);
     step->phase[0] = span->phase[0];
     step->phase[1] = span->phase[1];
     step->phase[2] = span->phase[2];

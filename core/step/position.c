@@ -27,6 +27,7 @@ static void span_copy(const struct span *span, struct step_now *now, uint32_t ph
     now->flags = LOAD(span->flags);
     now->line = LOAD(span->line);
     now->v_um_s = LOAD(span->v_um_s);
+    now->duty = LOAD(span->duty);
 }
 
 static void add_events(struct step_now *now, const uint32_t phase[SPAN_WORDS], uint32_t done) {

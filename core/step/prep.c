@@ -2,6 +2,7 @@
 #include "step/prep.h"
 
 #include "base/debug.h"
+#include "base/minmax.h"
 
 #include <math.h>
 #include <string.h>
@@ -18,6 +19,12 @@
 #define SHORT_REST_HZ 4000u
 
 #define SPEED_RATIO_SQ (1.125f * 1.125f)
+
+/* Where a laser follows the speed, a span changes its duty by this part or lasts this time, whichever makes
+ * it longer, and no longer than the third. */
+#define DUTY_PART    0.02f
+#define DUTY_LEAST_S 0.0005f
+#define DUTY_MOST_S  0.002f
 
 void prep_init(struct prep *prep, struct segment_queue *in, struct step *step,
                const struct prep_timing *timing) {
@@ -63,6 +70,7 @@ static void fill_span(struct prep *prep, struct span *span, const struct span *f
     STORE(span->negative, from->negative);
     STORE(span->line, from->line);
     STORE(span->v_um_s, from->v_um_s);
+    STORE(span->duty, from->duty);
     span->interval_q16 = from->interval_q16;
     span->delta_q16 = from->delta_q16;
     span->end_us = from->end_us;
@@ -203,6 +211,21 @@ static void load_motion(struct prep *prep, const struct segment *segment, uint64
     prep->v_sq_slope = 4.0f * ramp * mean * mean / events; /* ((1 + r)^2 - (1 - r)^2) vm^2 over the way */
 }
 
+/* Into how many spans a segment is cut at least, for the laser: as a change of speed per span. */
+static void load_duty(struct prep *prep, const struct segment *segment) {
+    float from = (float)segment->duty[0], to = (float)segment->duty[1];
+    prep->duty[0] = segment->duty[0];
+    prep->duty[1] = segment->duty[1];
+    prep->dv_most = 0.0f;
+    if (from == to || prep->events == 0)
+        return;
+    float time_s = (float)segment->duration_ns * 1e-9f;
+    float parts = fabsf(to - from) / (DUTY_PART * max_f(from, to));
+    parts = max_f(min_f(parts, time_s / DUTY_LEAST_S), max_f(time_s / DUTY_MOST_S, 1.0f));
+    float v_sq = prep->v * prep->v, way = prep->v_sq_slope * (float)prep->events;
+    prep->dv_most = fabsf(sqrtf(max_f(v_sq + way, 0.0f)) - prep->v) / parts;
+}
+
 static void load_segment(struct prep *prep, const struct segment *segment) {
     /* whole ticks, the rest carried: durations never drift */
     uint64_t scaled = (uint64_t)segment->duration_ns * prep->timing.timer_hz + prep->carry.tick_remainder;
@@ -211,6 +234,7 @@ static void load_segment(struct prep *prep, const struct segment *segment) {
     prep->carry.spent_q16 -= prep->carry.duration_q16;
     prep->carry.duration_q16 = (int64_t)(ticks << 16);
     load_motion(prep, segment, ticks);
+    load_duty(prep, segment);
     prep->flags = segment->flags;
     prep->line = segment->line;
     prep->end_us = segment->end_us;
@@ -238,6 +262,11 @@ static uint32_t stretch_events(const struct prep *prep) {
     float slope = prep->v_sq_slope, from = distance_done(prep);
     float v_sq = prep->v * prep->v + slope * from;
     float change = slope > 0.0f ? v_sq * (SPEED_RATIO_SQ - 1.0f) : v_sq * (1.0f / SPEED_RATIO_SQ - 1.0f);
+    if (prep->dv_most > 0.0f) {
+        float v = sqrtf(max_f(v_sq, 0.0f)),
+              to = slope > 0.0f ? v + prep->dv_most : max_f(v - prep->dv_most, 0.0f);
+        change = slope > 0.0f ? min_f(change, to * to - v_sq) : max_f(change, to * to - v_sq);
+    }
     float to_last = prep->first_event + (float)(prep->events - 1) - from;
     if (slope == 0.0f || change / slope >= to_last)
         return left;
@@ -272,9 +301,19 @@ static void append(struct prep *prep, const struct span *from) {
     prep->newest = span;
 }
 
+/* In counts of the PWM, at the middle of the next ticks of the segment: its duty is linear in time. */
+static uint16_t span_duty(const struct prep *prep, uint64_t ticks_q16) {
+    float from = (float)prep->duty[0], to = (float)prep->duty[1];
+    float middle_q16 = (float)prep->carry.spent_q16 + 0.5f * (float)ticks_q16;
+    float part = from != to ? middle_q16 / (float)prep->carry.duration_q16 : 0.0f;
+    float duty = from + (to - from) * min_f(max_f(part, 0.0f), 1.0f);
+    return duty_to_register(&prep->timing.pwm, (uint32_t)duty);
+}
+
 /* Time without steps, in events that no axis answers. */
 static void push_wait(struct prep *prep, uint64_t ticks_q16) {
     struct span span = new_span(prep);
+    span.duty = span_duty(prep, ticks_q16);
     span.events = (uint32_t)(ticks_q16 / (SPAN_MAX_INTERVAL_TICKS << 16)) + 1;
     span.interval_q16 = (uint32_t)(ticks_q16 / span.events);
     prep->carry.spent_q16 += (int64_t)((uint64_t)span.interval_q16 * span.events);
@@ -375,6 +414,7 @@ static void push_stretch(struct prep *prep) {
     prep->clamped +=
         shape_span(&span, events, time_q16, v_before, v_after, least_interval_q16(prep, negative_before));
     memcpy(span.increment, prep->increment, sizeof span.increment);
+    span.duty = span_duty(prep, time_q16);
     prep->carry.spent_q16 += (int64_t)span.interval_q16 * events +
                              (int64_t)span.delta_q16 * (int64_t)((uint64_t)events * (events - 1) / 2);
     prep->carry.alone = false;
@@ -461,7 +501,14 @@ static void cut_batch(struct prep *prep) {
     segment_queue_answer(prep->in, QUEUE_TAKEN);
 }
 
+static void tend_beam(const struct prep *prep) {
+    uint32_t duty = __atomic_load_n(&prep->rest_duty, __ATOMIC_RELAXED);
+    step_tend_beam(prep->step, duty_to_register(&prep->timing.pwm, duty));
+}
+
 bool prep_poll(struct prep *prep) {
+    if (prep->step->beam != STEP_BEAM_NONE)
+        tend_beam(prep);
     if (prep->step->halted)
         return false;
     bool any = reclaim(prep);

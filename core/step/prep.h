@@ -9,6 +9,9 @@
  * stretch's time, so prep cuts the segment where q passes 9/8: below 0.04 %, and the cut points themselves
  * and the end are exact.
  *
+ * A span of a cut has the duty of a laser that belongs to its mean speed, so each burns what its length asks
+ * for; where the duty changes within a segment, spans are shorter.
+ *
  * A batch (segment/queue.h) is cut whole, its stop included, into a chain of its own, and then joined to the
  * span at its mark by one compare-and-swap of that span's `next`:
  *
@@ -25,6 +28,7 @@
 #ifndef WIFICNC_STEP_PREP_H
 #define WIFICNC_STEP_PREP_H
 
+#include "base/duty.h"
 #include "segment/queue.h"
 #include "step/isr.h"
 
@@ -33,6 +37,7 @@ struct prep_timing {
     uint32_t timer_hz;
     uint32_t min_interval_ticks; /* pulse and the same low time: no two events closer */
     uint32_t dir_setup_ticks;    /* added where a direction line changes */
+    struct duty_register pwm;    /* of a laser */
 };
 
 /** What is carried from one segment to the next. */
@@ -68,6 +73,8 @@ struct prep {
     axis_mask_t negative;
     uint32_t phase[SPAN_WORDS], increment[SPAN_WORDS];
     uint32_t events, done; /* of the segment */
+    uint16_t duty[2];      /* of a laser at its start and end */
+    float dv_most;         /* change of speed that a span may have, events per tick; 0: any */
     float first_event;     /* from the start of the segment to its first event, 0 .. 1 */
     float v, v_sq_slope;   /* events per tick at the start; change of its square per event */
     /* spans */
@@ -75,13 +82,19 @@ struct prep {
     struct span *oldest; /* of the chain: the ISR's or one that it has left */
     uint32_t made;       /* spans ever */
     struct prep_mark marks[QUEUE_MARKS];
-    uint32_t segments; /* ever stepped */
-    uint32_t clamped;  /* intervals stretched to min_interval_ticks */
+    uint32_t segments;  /* ever stepped */
+    uint32_t clamped;   /* intervals stretched to min_interval_ticks */
+    uint16_t rest_duty; /* of a laser at rest */
 };
 
 /** After step_init(). */
 void prep_init(struct prep *prep, struct segment_queue *in, struct step *step,
                const struct prep_timing *timing);
+
+/** What a laser shows at rest: an aiming beam, or nothing. [task] @param duty  0 .. DUTY_FULL */
+static inline void prep_set_rest_duty(struct prep *prep, uint16_t duty) {
+    __atomic_store_n(&prep->rest_duty, duty, __ATOMIC_RELAXED);
+}
 
 /** Free the spans that the step ISR has left; cut the batch that waits and join it to the chain when
  * it is whole; start the timer if it rests.

@@ -51,6 +51,7 @@ struct span {
     uint32_t events;                /* > 0, below 2^16; 0: motion was reset here */
     uint32_t at;                    /* step.at when the span begins: minus events << 16, index in the pool */
     uint16_t flags;                 /* enum span_flags */
+    uint16_t duty;                  /* of a laser, as its PWM's register has it */
     axis_mask_t negative;           /* axes that move in negative direction */
     int32_t position[AXIS_COUNT];   /* steps, before the first event */
     uint32_t line;                  /* source line */

@@ -82,6 +82,7 @@ struct host *host_open(const struct host_board *board, const char *store_path) {
         .step_spread_ns = board->step_spread_ns,
         .max_step_rate_hz = board->max_step_rate_hz,
         .look_ahead = board->look_ahead,
+        .pwm = {0, 1, DUTY_FULL},
         .axis_count = board->axis_count,
         .home_axes = board->home_axes,
         .motors_wake_us = board->motors_wake_us,
@@ -217,6 +218,7 @@ static void run_events(struct host *host, uint64_t *budget, uint64_t until_ticks
         }
         hal->now_ticks = hal->alarm_ticks;
         step_isr(step);
+        outputs_follow_beam(&host->hal);
         bool changed = follows && host_follow_edges(host);
         if (hal->write == &host->trace.events[TRACE_CHUNK])
             flush_trace(host);
@@ -267,6 +269,7 @@ static bool look(struct host *host, bool *any) {
         tasks_looked(tasks, HOST_MOTION, done, hal->now_ticks);
         *any |= done;
     }
+    outputs_follow_beam(&host->hal);
     note_alarm(host);
     host_show_segments(host);
     if (host->observer.looked != NULL)

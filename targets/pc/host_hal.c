@@ -20,7 +20,9 @@ static void put_out(struct hal *hal) {
 void hal_spindle_set(struct hal *hal, const struct hal_spindle *spindle) {
     hal->outputs_set.spindle_direction = spindle->direction;
     hal->outputs_set.spindle_rpm = spindle->rpm;
-    hal->outputs_set.spindle_duty = spindle->duty;
+    hal->keeps_duty = spindle->keeps_duty;
+    if (!hal->keeps_duty)
+        hal->outputs_set.spindle_duty = spindle->duty;
     put_out(hal);
 }
 

@@ -19,6 +19,7 @@ struct hal {
     uint32_t timer_mhz_q8; /* ticks per us, 24.8 */
     struct virtual_machine virtual_machine;
     struct virtual_outputs outputs_set; /* spindle and coolant as the controller wants them */
+    bool keeps_duty;                    /* the duty is that of the step interrupt */
     struct output_log output_log;
     uint64_t output_period_ticks,
         outputs_due_ticks; /* 0: the pins follow immediately; when they follow next */

@@ -57,6 +57,16 @@ static bool differ(const struct hal *hal) {
            set->spindle_duty != pins->spindle_duty || set->coolant != pins->coolant;
 }
 
+/* A laser's pin changes with the step interrupt, whatever the period. */
+void outputs_follow_beam(struct hal *hal) {
+    struct virtual_outputs *pins = &hal->virtual_machine.outputs;
+    if (!hal->keeps_duty || pins->spindle_duty == hal->step.duty)
+        return;
+    hal->outputs_set.spindle_duty = hal->step.duty;
+    pins->spindle_duty = hal->step.duty;
+    record(hal);
+}
+
 void outputs_commit(struct hal *hal) {
     if (!differ(hal))
         return;
@@ -70,6 +80,7 @@ void outputs_commit(struct hal *hal) {
 }
 
 void outputs_follow(struct hal *hal) {
+    outputs_follow_beam(hal);
     if (hal->output_period_ticks != 0) {
         if (hal->step.now_ticks < hal->outputs_due_ticks)
             return;

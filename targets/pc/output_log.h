@@ -43,6 +43,9 @@ struct hal;
 /** The pins take what the controller has set last. */
 void outputs_commit(struct hal *hal);
 
+/** The step interrupt has set a laser's duty. */
+void outputs_follow_beam(struct hal *hal);
+
 /** The period has come round: the pins follow. */
 void outputs_follow(struct hal *hal);
 

@@ -179,8 +179,7 @@ static void check_state(struct monitor *monitor, bool stepped) {
         found(monitor, "spindle or coolant is on");
 }
 
-/* Of what the controller commands when it has looked: power is late by one period of its task
- * (docs/laser.md). */
+/* When the controller has looked: the rule of docs/laser.md. */
 static void check_beam(struct monitor *monitor) {
     const struct machine *machine = &monitor->host->machine;
     const unsigned cut = SEGMENT_CUT, kinds = cut | SEGMENT_DWELL;
@@ -189,9 +188,9 @@ static void check_beam(struct monitor *monitor) {
         return;
     unsigned aim_pct = machine->settings.aim_power_pct;
     if (machine->life.state == MACHINE_IDLE && aim_pct > 0 &&
-        set->spindle_duty <= HAL_DUTY_FULL * aim_pct / 100 + 1)
+        set->spindle_duty <= DUTY_FULL * aim_pct / 100 + 1)
         return;
-    if (machine->life.state != MACHINE_RUN)
+    if (machine->life.state != MACHINE_RUN && machine->life.state != MACHINE_HOLD)
         found(monitor, "the beam is on");
     else if (!machine->drive.step.active || (monitor->host->hal.step.tag >> 16 & kinds) != cut)
         found(monitor, "the beam is on and nothing is cut");

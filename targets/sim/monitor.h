@@ -10,8 +10,8 @@
  *   limits    no axis exceeds its rate, nor its acceleration by more than a fifth, in windows of 10 ms;
  *             unless motion was cut off (alarm, reset), follows the spindle, or comes from a network host
  *
- *   beam      with $32=1 the controller leaves power on only while a cut is executed in Run, or to aim
- *             in Idle
+ *   beam      with $32=1 the controller has power on only while a cut is executed, in Run or until a hold
+ *             rests, or to aim in Idle
  *
  *   liveness  what moves or owes an answer gets further, or waits for something that has a name
  *

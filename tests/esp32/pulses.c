@@ -97,6 +97,7 @@ static uint32_t rmt_known[CHANNELS], rmt_position[CHANNELS];
 static uint64_t rmt_busy_until[CHANNELS];
 volatile uint32_t RMTMEM[CHANNELS][SOC_RMT_MEM_WORDS_PER_CHANNEL];
 static timg_dev_t timer;
+static mcpwm_dev_t pwm;
 
 static bool takes(uint64_t bits, unsigned gpio_number) {
     return (bits >> gpio_number & 1) != 0;
@@ -184,6 +185,11 @@ gpio_dev_t *emulated_gpio(void) {
 rmt_dev_t *emulated_rmt(void) {
     pass(ACCESS_CYCLES / 4); /* without a wait for the one before: pulse_rmt.h */
     return &rmt;
+}
+
+mcpwm_dev_t *emulated_pwm(void) {
+    pass(access_cycles());
+    return &pwm;
 }
 
 timg_dev_t *emulated_timer(void) {
@@ -298,6 +304,7 @@ static void start(void) {
     CHECK(step_engine_init(&hal, &board));
     CHECK(channels == (by_rmt ? BOARD_AXIS_COUNT : 0));
     step_init(&step, &hal);
+    step_set_beam(&step, STEP_BEAM_ALLOWED, 0); /* a laser costs most */
     CHECK(step_engine_attach(&step));
     memset(&queue, 0, sizeof queue);
     prep_init(&prep, &queue, &step, &timing);

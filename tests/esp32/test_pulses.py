@@ -18,7 +18,10 @@ HERE = Path(__file__).parent
 ROOT = checkout_root()
 ESP32 = ROOT / "targets" / "esp32"
 SOURCES = (
-    *(ROOT / "core" / name for name in ("step/control.c", "step/isr.c", "step/position.c", "step/prep.c")),
+    *(
+        ROOT / "core" / name
+        for name in ("base/duty.c", "step/control.c", "step/isr.c", "step/position.c", "step/prep.c")
+    ),
     ROOT / "targets" / "chip" / "step_pins.c",
     *(ESP32 / "hal" / name for name in ("step_engine.c", "step_interrupt.c", "step_rmt.c")),
 )

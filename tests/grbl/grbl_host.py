@@ -267,6 +267,10 @@ class Grbl:
     def spindle_rpm(self) -> float:
         return float(LIB.virtual_spindle_rpm(self._host))
 
+    def laser_s(self) -> float:
+        """S that a laser's output shows, with $30=1000 and $31=0; in tenths, finer than a PWM is."""
+        return round(self.outputs().spindle_duty / 65535 * 1000, 1)
+
     def outputs(self) -> Any:
         """struct virtual_outputs: what the pins show."""
         outputs = Outputs()

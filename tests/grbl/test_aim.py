@@ -26,7 +26,7 @@ def test_lit_at_rest_when_asked(grbl: Grbl, lines: list[str]) -> None:
     """As LightBurn's Fire and LaserGRBL's focus buttons write it, in either order; FS: shows it."""
     for line in lines:
         grbl.after(0.1, line + "\n")
-    assert grbl.outputs().spindle_rpm == 10 and grbl.outputs().spindle_duty > 0
+    assert grbl.laser_s() == 10 and grbl.outputs().spindle_duty > 0
     assert grbl.status().split("FS:")[1].startswith("0,10")
     grbl.after(0.1, "M5\n")
     assert grbl.outputs().spindle_duty == 0
@@ -36,7 +36,7 @@ def test_arcs_are_cuts_too(grbl: Grbl) -> None:
     """As in Grbl: after a G2 or G3 the next axis word would be one."""
     for line in ("G3X-2I-1F1000", "M3S10"):
         grbl.after(1.0, line + "\n")
-    assert grbl.outputs().spindle_rpm == 10
+    assert grbl.laser_s() == 10
 
 
 def test_a_spindle_does_not_aim() -> None:
@@ -71,7 +71,7 @@ def test_off_by_default() -> None:
 def test_never_above_its_limit(grbl: Grbl, more: str) -> None:
     """Whatever S and the override say."""
     grbl.after(0.1, "G1F1000\nM3S800\n" + more)
-    assert grbl.outputs().spindle_rpm == CAP
+    assert grbl.laser_s() == CAP
 
 
 def test_an_output_that_knows_only_on_and_off_does_not_aim(grbl: Grbl) -> None:
@@ -90,7 +90,7 @@ def test_it_goes_out_by_itself(grbl: Grbl) -> None:
     grbl.after(0.1, "G1F500\nG1S10\n")  # nothing new of M3 or S
     assert grbl.outputs().spindle_duty == 0
     grbl.after(0.1, "S12\n")  # asked for again
-    assert grbl.outputs().spindle_rpm == 12
+    assert grbl.laser_s() == 12
 
 
 def test_nothing_else_wakes_the_controller(grbl: Grbl) -> None:

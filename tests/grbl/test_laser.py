@@ -37,12 +37,11 @@ def test_laser_power_comes_with_its_line(grbl: Grbl) -> None:
     for _ in range(38):
         grbl.after(0.01)
         x = -grbl.stands()[0] / 250
-        near = min(abs(x - round(x)), 1) < 0.15  # the power is polled, a few ms late at most
-        wrong += not near and 0 < x < 8 and grbl.outputs().spindle_rpm != 100 * (int(x) + 1)
+        wrong += round(250 * x) % 250 != 0 and 0 < x < 8 and grbl.laser_s() != 100 * (int(x) + 1)
     assert wrong == 0
     grbl.send("")
     assert grbl.time() - before < 8 / 20 + 0.1  # no stop between the lines
-    assert grbl.outputs().spindle_rpm == 0  # at rest it is dark, M3 too
+    assert grbl.outputs().spindle_duty == 0  # at rest it is dark, M3 too
     assert "M3" in grbl.send("$G\n") and "S800" in grbl.send("$G\n")
 
 

@@ -59,11 +59,11 @@ def test_dark_while_its_segments_stand(lit: Device) -> None:
     assert duties(lit, 0.08) == {0}
 
 
-def test_dark_in_its_hold(lit: Device) -> None:
+def test_dark_when_its_hold_rests(lit: Device) -> None:
     lit.motion(*[segment(SLOW) for _ in range(8)])
     lit.run(0.03)
     lit.send(Hold())
-    lit.run(0.002)
+    lit.run(0.02)
     assert duties(lit, 0.2) == {0}
 
 

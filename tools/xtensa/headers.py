@@ -40,7 +40,7 @@ esp_wifi/include/local esp_phy/include esp_phy/CHIP/include esp_coex/include
 wpa_supplicant/esp_supplicant/include nvs_flash/include esp_partition/include spi_flash/include
 esp_eth/include vfs/include esp_pm/include esp_ringbuf/include esp_driver_rmt/include esp_driver_spi/include
 app_update/include bootloader_support/include esp_app_format/include esp_bootloader_format/include
-esp_driver_pcnt/include
+esp_driver_pcnt/include esp_driver_mcpwm/include
 """.split())  # noqa: SIM905
 # fmt: on
 

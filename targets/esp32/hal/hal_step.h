@@ -11,6 +11,7 @@
 
 #include "base/axis.h"
 #include "hal/compiler.h"
+#include "hal/spindle_pwm.h"
 #include "pin_config.h"
 #include "step_pins.h"
 
@@ -67,6 +68,11 @@ static HAL_INLINE void step_alarm_seen(void) {
 #else
 #include "hal/pulse_gpio.h"
 #endif
+
+static HAL_INLINE void hal_step_duty(struct hal_step *hal, uint32_t value) {
+    (void)hal;
+    spindle_pwm_set(value);
+}
 
 static HAL_INLINE void hal_step_direction(struct hal_step *hal, axis_mask_t negative) {
     if (negative == hal->negative)

@@ -2,21 +2,17 @@
 #include "io/outputs.h"
 
 #include "gcode/gcode.h"
-#include "hal/hal.h"
+#include "hal/spindle_pwm.h"
 #include "step_pins.h"
 
 #include "driver/gpio.h"
 #include "driver/ledc.h"
 
-#define PWM_HZ   5000u /* analogue converters of spindle drives filter it well */
-#define PWM_BITS 13    /* 80 MHz / 5 kHz = 16000 > 2^13 */
-
 #define SERVO_HZ        50u
 #define SERVO_BITS      14 /* the most that the S3 has: 1.2 us */
 #define SERVO_PERIOD_US (1000000u / SERVO_HZ)
 
-enum { PWM_TIMER = LEDC_TIMER_0, PWM_CHANNEL = LEDC_CHANNEL_0, PWM_MODE = LEDC_LOW_SPEED_MODE };
-enum { SERVO_TIMER = LEDC_TIMER_1, SERVO_CHANNEL = LEDC_CHANNEL_1 };
+enum { SERVO_TIMER = LEDC_TIMER_1, SERVO_CHANNEL = LEDC_CHANNEL_1, SERVO_MODE = LEDC_LOW_SPEED_MODE };
 
 static void make_output(uint8_t gpio, bool level) {
     ESP_ERROR_CHECK(gpio_set_level((gpio_num_t)gpio, level)); /* first the level, then the driver */
@@ -35,19 +31,16 @@ static void set(const struct outputs *outputs, enum switch_output output, bool o
         gpio_set_level((gpio_num_t)wire->pin, on == wire->active_high);
 }
 
-/* What a wire is not there for needs no PWM. */
-static bool start_pwm(const struct output_wire *wire, int number, int channel_number, uint32_t hz, int bits) {
-    if (wire->pin == NO_PIN)
-        return true;
-    const ledc_timer_config_t timer = {.speed_mode = (ledc_mode_t)PWM_MODE,
-                                       .duty_resolution = (ledc_timer_bit_t)bits,
-                                       .timer_num = (ledc_timer_t)number,
-                                       .freq_hz = hz,
+static bool start_servo(const struct output_wire *wire) {
+    const ledc_timer_config_t timer = {.speed_mode = (ledc_mode_t)SERVO_MODE,
+                                       .duty_resolution = (ledc_timer_bit_t)SERVO_BITS,
+                                       .timer_num = (ledc_timer_t)SERVO_TIMER,
+                                       .freq_hz = SERVO_HZ,
                                        .clk_cfg = LEDC_AUTO_CLK};
     const ledc_channel_config_t channel = {.gpio_num = wire->pin,
-                                           .speed_mode = (ledc_mode_t)PWM_MODE,
-                                           .channel = (ledc_channel_t)channel_number,
-                                           .timer_sel = (ledc_timer_t)number,
+                                           .speed_mode = (ledc_mode_t)SERVO_MODE,
+                                           .channel = (ledc_channel_t)SERVO_CHANNEL,
+                                           .timer_sel = (ledc_timer_t)SERVO_TIMER,
                                            .duty = 0,
                                            .flags = {.output_invert = !wire->active_high}};
     return ledc_timer_config(&timer) == ESP_OK && ledc_channel_config(&channel) == ESP_OK;
@@ -57,27 +50,21 @@ bool outputs_init(struct outputs *outputs, const struct output_wire wire[SWITCH_
     for (unsigned output = 0; output < SWITCH_COUNT; output++)
         outputs->wire[output] = wire[output];
     outputs->pump_level = false;
-    return start_pwm(&outputs->wire[SWITCH_SPINDLE_PWM], PWM_TIMER, PWM_CHANNEL, PWM_HZ, PWM_BITS) &&
-           start_pwm(&outputs->wire[SWITCH_SERVO], SERVO_TIMER, SERVO_CHANNEL, SERVO_HZ, SERVO_BITS);
-}
-
-static void set_duty(int channel, uint32_t duty) {
-    ledc_set_duty((ledc_mode_t)PWM_MODE, (ledc_channel_t)channel, duty);
-    ledc_update_duty((ledc_mode_t)PWM_MODE, (ledc_channel_t)channel);
+    const struct output_wire *pwm = &outputs->wire[SWITCH_SPINDLE_PWM], *servo = &outputs->wire[SWITCH_SERVO];
+    return (pwm->pin == NO_PIN || spindle_pwm_init(pwm)) && (servo->pin == NO_PIN || start_servo(servo));
 }
 
 void outputs_motors(const struct outputs *outputs, bool on, bool invert) {
     set(outputs, SWITCH_ENABLE, on != invert);
 }
 
-void outputs_spindle(struct outputs *outputs, int direction, uint16_t duty) {
+void outputs_spindle(struct outputs *outputs, int direction) {
     set(outputs, SWITCH_SPINDLE_DIR, direction < 0);
     set(outputs, SWITCH_SPINDLE_ENABLE, direction != 0);
-    if (outputs->wire[SWITCH_SPINDLE_PWM].pin == NO_PIN)
-        return;
-    uint32_t wanted = direction == 0 ? 0 : duty;
-    uint32_t scaled = (wanted * (1u << PWM_BITS) + HAL_DUTY_FULL / 2) / HAL_DUTY_FULL;
-    set_duty(PWM_CHANNEL, scaled);
+}
+
+bool outputs_have_pwm(const struct outputs *outputs) {
+    return outputs->wire[SWITCH_SPINDLE_PWM].pin != NO_PIN;
 }
 
 bool outputs_have_servo(const struct outputs *outputs) {
@@ -85,7 +72,9 @@ bool outputs_have_servo(const struct outputs *outputs) {
 }
 
 void outputs_servo(uint16_t pulse_us) {
-    set_duty(SERVO_CHANNEL, (pulse_us * (1u << SERVO_BITS) + SERVO_PERIOD_US / 2) / SERVO_PERIOD_US);
+    uint32_t duty = (pulse_us * (1u << SERVO_BITS) + SERVO_PERIOD_US / 2) / SERVO_PERIOD_US;
+    ledc_set_duty((ledc_mode_t)SERVO_MODE, (ledc_channel_t)SERVO_CHANNEL, duty);
+    ledc_update_duty((ledc_mode_t)SERVO_MODE, (ledc_channel_t)SERVO_CHANNEL);
 }
 
 void outputs_coolant(struct outputs *outputs, uint8_t bits) {

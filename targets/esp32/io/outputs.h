@@ -46,8 +46,11 @@ bool outputs_have_servo(const struct outputs *outputs);
 /** A pulse of this length every 20 ms, or none. Only with an output for it. @param pulse_us  0 .. 20000 */
 void outputs_servo(uint16_t pulse_us);
 
-/** @param direction -1, 0, 1 @param duty 0 .. HAL_DUTY_FULL */
-void outputs_spindle(struct outputs *outputs, int direction, uint16_t duty);
+/** Direction and enable. @param direction -1, 0, 1 */
+void outputs_spindle(struct outputs *outputs, int direction);
+
+/** Is there a PWM output of the spindle? */
+bool outputs_have_pwm(const struct outputs *outputs);
 
 /** @param bits  COOLANT_ of gcode/gcode.h */
 void outputs_coolant(struct outputs *outputs, uint8_t bits);

@@ -23,7 +23,8 @@ struct hal_step {
     struct trace_event *write; /* where the next event goes; host.c sees to room */
     uint64_t tag;              /* second word of the next trace_event, without its step_mask */
     bool running;
-    bool probe; /* level of the probe input */
+    bool probe;    /* level of the probe input */
+    uint16_t duty; /* of the PWM output while it is a laser's */
 };
 
 static HAL_INLINE void hal_step_set(struct hal_step *hal, axis_mask_t axes) {
@@ -41,6 +42,10 @@ static HAL_INLINE void hal_step_clear(struct hal_step *hal) {
 
 static HAL_INLINE void hal_step_direction(struct hal_step *hal, axis_mask_t negative) {
     hal->tag = (hal->tag & ~(uint64_t)0xFF00) | (uint64_t)negative << 8;
+}
+
+static HAL_INLINE void hal_step_duty(struct hal_step *hal, uint32_t value) {
+    hal->duty = (uint16_t)value;
 }
 
 static HAL_INLINE bool hal_step_probe(const struct hal_step *hal) {

@@ -22,6 +22,7 @@
 #include "chip/sfr.h"
 #include "chip/system.h"
 #include "hal/compiler.h"
+#include "hal/spindle_pwm.h"
 #include "pin_config.h"
 #include "step_pins.h"
 
@@ -118,6 +119,11 @@ static HAL_INLINE void hal_step_direction(struct hal_step *hal, axis_mask_t nega
     hal->negative = negative;
     if (hal->pulsing == 0 && negative != hal->negative_pins)
         step_turn(hal);
+}
+
+static HAL_INLINE void hal_step_duty(struct hal_step *hal, uint32_t value) {
+    (void)hal;
+    spindle_pwm_set(value);
 }
 
 static HAL_INLINE bool hal_step_probe(const struct hal_step *hal) {

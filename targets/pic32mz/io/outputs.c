@@ -3,15 +3,12 @@
 
 #include "chip/clock.h"
 #include "gcode/gcode.h"
-#include "hal/hal.h"
+#include "hal/spindle_pwm.h"
 #include "io/pin.h"
 
-#define PWM_HZ      5000u /* analogue converters of spindle drives filter it well */
-#define PWM_PERIOD  (CLOCK_BUS_HZ / PWM_HZ)
 #define RPE3_IS_OC8 12u /* Table 12-22 */
 #define PIN_RE3     (16u * 4u + 3u)
 
-_Static_assert(PWM_PERIOD <= 65536u, "timer 6 has 16 bits");
 _Static_assert(PIN_SPINDLE_PWM == PIN_NONE || PIN_SPINDLE_PWM == PIN_RE3, "OC8 is routed to RE3 here");
 
 void outputs_make_safe(void) {
@@ -26,16 +23,11 @@ static void set(const struct outputs *outputs, unsigned output, bool on) {
         pin_write(wire->pin, on == wire->active_high);
 }
 
-/* OC8RS ticks of each period the pin is high: 0 never, PWM_PERIOD always. */
-static void set_pwm(const struct output_wire *wire, uint32_t on_ticks) {
-    OC8RS = wire->active_high ? on_ticks : PWM_PERIOD - on_ticks;
-}
-
 static void start_pwm(const struct output_wire *wire) {
     T6CON = 0;
-    PR6 = PWM_PERIOD - 1;
-    OC8R = wire->active_high ? 0 : PWM_PERIOD;
-    set_pwm(wire, 0);
+    PR6 = SPINDLE_PWM_PERIOD - 1;
+    OC8R = SPINDLE_PWM_ACTIVE_HIGH ? 0 : SPINDLE_PWM_PERIOD;
+    spindle_pwm_set(SPINDLE_PWM_OF(0u));
     OC8CON = OCM_PWM | OCCON_ON;
     T6CON = TCON_ON;
     RPR(wire->pin) = RPE3_IS_OC8;
@@ -56,13 +48,13 @@ void outputs_motors(const struct outputs *outputs, bool on, bool invert) {
     set(outputs, SWITCH_LED, on);
 }
 
-void outputs_spindle(const struct outputs *outputs, int direction, uint16_t duty) {
-    const struct output_wire *pwm = &outputs->wire[SWITCH_SPINDLE_PWM];
+void outputs_spindle(const struct outputs *outputs, int direction) {
     set(outputs, SWITCH_SPINDLE_DIR, direction < 0);
     set(outputs, SWITCH_SPINDLE_ENABLE, direction != 0);
-    uint32_t wanted = direction == 0 ? 0 : duty;
-    if (pwm->pin != NO_PIN)
-        set_pwm(pwm, (wanted * PWM_PERIOD + HAL_DUTY_FULL / 2) / HAL_DUTY_FULL);
+}
+
+bool outputs_have_pwm(const struct outputs *outputs) {
+    return outputs->wire[SWITCH_SPINDLE_PWM].pin != NO_PIN;
 }
 
 void outputs_coolant(const struct outputs *outputs, uint8_t bits) {

@@ -39,8 +39,11 @@ void outputs_init(struct outputs *outputs, const struct output_wire wire[SWITCH_
 /** Motor drivers on or off; the LED shows it. @param invert  $4 */
 void outputs_motors(const struct outputs *outputs, bool on, bool invert);
 
-/** @param direction -1, 0, 1 @param duty 0 .. HAL_DUTY_FULL */
-void outputs_spindle(const struct outputs *outputs, int direction, uint16_t duty);
+/** Direction and enable. @param direction -1, 0, 1 */
+void outputs_spindle(const struct outputs *outputs, int direction);
+
+/** Is there a PWM output of the spindle? */
+bool outputs_have_pwm(const struct outputs *outputs);
 
 /** @param bits  COOLANT_ of gcode/gcode.h */
 void outputs_coolant(const struct outputs *outputs, uint8_t bits);

@@ -17,6 +17,7 @@ struct hal_step {
     axis_mask_t high;     /* step lines that are active */
     axis_mask_t negative; /* direction lines */
     uint32_t ticks;       /* to the next event */
+    uint32_t duty;        /* of the PWM output while it is a laser's */
     bool running;         /* the timer: its interrupt calls step_isr() */
 };
 
@@ -30,6 +31,10 @@ static HAL_INLINE void hal_step_clear(struct hal_step *hal) {
 
 static HAL_INLINE void hal_step_direction(struct hal_step *hal, axis_mask_t negative) {
     hal->negative = negative; /* set the direction pins */
+}
+
+static HAL_INLINE void hal_step_duty(struct hal_step *hal, uint32_t value) {
+    hal->duty = value; /* one store into the register that the PWM takes at its next period */
 }
 
 static HAL_INLINE bool hal_step_probe(const struct hal_step *hal) {

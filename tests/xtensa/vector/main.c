@@ -14,6 +14,7 @@ enum { FAULT_WORK = 1, FAULT_ATOMIC, FAULT_POSITION, FAULT_END, FAULT_FEW, FAULT
 struct emulated emulated = {.random = 1, .least_cycles = 120, .spread_mask = 255};
 timg_dev_t timer_group;
 gpio_dev_t gpio;
+mcpwm_dev_t MCPWM0;
 
 static struct hal_step hal;
 static struct step step;
