@@ -49,22 +49,21 @@ void laser_poll(struct machine *machine) {
 }
 
 void laser_apply(struct machine *machine, bool on, float factor) {
-    struct machine_drive *drive = &machine->drive;
     const struct beam beam = {.on = on,
                               .with_speed = machine->outputs.spindle == SPINDLE_CCW,
                               .factor = factor,
                               .feed_part = (float)overrides_feed_pct(machine) * 0.01f,
                               .range = settings_duty_range(&machine->settings)};
-    emit_set_beam(&drive->motion.emit, &beam);
+    emit_set_beam(&machine->drive.motion.emit, &beam);
     struct beam host = beam; /* a network host plans the speed, so it scales S by it */
     host.with_speed = false;
     host_queue_set_duty(&machine->host.queue, beam_duty(&host, machine->outputs.rpm, 0.0f, 1.0f));
     float rest_rpm = on && is_aiming(machine) ? aim_rpm(machine, factor) : 0.0f;
-    prep_set_rest_duty(&drive->prep, duty_of(&beam.range, duty_limit_rpm(&beam.range, rest_rpm)));
+    prep_set_rest_duty(&machine->drive.prep, duty_of(&beam.range, duty_limit_rpm(&beam.range, rest_rpm)));
     enum step_beam rule = !machine->settings.laser_mode ? STEP_BEAM_NONE
                           : on && may_burn(machine)     ? STEP_BEAM_ALLOWED
                                                         : STEP_BEAM_DARK;
-    step_set_beam(&drive->step, rule, machine->board.pwm.dark);
+    step_set_beam(&machine->drive.step, rule, machine->board.pwm.dark);
 }
 
 float laser_rpm(const struct machine *machine, float factor) {

@@ -29,7 +29,8 @@ void notes_add(struct line_notes *notes, const struct line_note *note) {
     newest(notes)->stride = NOTE_SINGLE;
 }
 
-const struct line_note *notes_find(const struct line_notes *notes, uint32_t line) {
+/* @return NULL: nothing was noted of this line */
+static const struct line_note *find(const struct line_notes *notes, uint32_t line) {
     const uint32_t oldest = notes->count < LINE_NOTES ? notes->count : LINE_NOTES;
     uint32_t newer = 0, back = oldest + 1; /* notes `newer` back are of later lines, `back` back are not */
     while (back - newer > 1) {
@@ -43,7 +44,7 @@ const struct line_note *notes_find(const struct line_notes *notes, uint32_t line
 }
 
 uint32_t notes_number(const struct line_notes *notes, uint32_t line) {
-    const struct line_note *note = notes_find(notes, line);
+    const struct line_note *note = find(notes, line);
     if (note == NULL)
         return 0;
     return note->stride == NOTE_SINGLE ? note->number

@@ -28,9 +28,6 @@ static inline void notes_forget(struct line_notes *notes) {
 /** Lines are motion to come: of note->line, with number. Ever growing lines. */
 void notes_add(struct line_notes *notes, const struct line_note *note);
 
-/** @return NULL: nothing was noted of this line */
-const struct line_note *notes_find(const struct line_notes *notes, uint32_t line);
-
 /** @return the N word of a source line; 0: none, or not known any more */
 uint32_t notes_number(const struct line_notes *notes, uint32_t line);
 

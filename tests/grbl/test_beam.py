@@ -291,7 +291,7 @@ def test_dark_from_the_moment_of_a_stop(grbl: Grbl, stop: str, mode: str, period
 @pytest.mark.parametrize("mode", MODES)
 @pytest.mark.parametrize("stop", ["!", "hold"])
 def test_a_hold_leaves_no_gap(grbl: Grbl, stop: str, mode: str, period_us: int) -> None:
-    """The cut is burnt while the machine brakes, dark at rest, and goes on where it was: `~` repeats nothing."""
+    """The cut is burnt while the machine brakes, dark at rest, and continues where it was: `~` repeats nothing."""
     grbl.fine(f"{mode}S1000F1200")
     record = BeamRecord(grbl, period_us)
     first = lines_taken(grbl)

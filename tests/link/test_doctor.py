@@ -72,7 +72,7 @@ def test_each_missing_thing_has_the_command_of_its_system(computer: str) -> None
     assert {name for name, finding in findings.items() if finding.verdict == "good"} == {"sources"}
     for name in set(findings) - {"sources", "board"}:
         if computer == "another Linux" and name in ("Python", "Node.js"):
-            assert findings[name].fix  # what to install; nobody knows by which command
+            assert findings[name].fix  # what to install; by which command is not known
             continue
         begins = next((each for each in COMPUTERS[computer][2] if findings[name].fix.startswith(each)), None)
         assert begins, findings[name]
