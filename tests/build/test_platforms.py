@@ -1,5 +1,5 @@
 """The PC target on every kind of computer that a release is made for: it compiles without a warning, it links, it
-exports what Python calls, and where an emulator is installed it makes the same step edges as this computer and serves."""
+exports what Python calls, and where an emulator is installed it makes this computer's step edges, and serves."""
 
 from __future__ import annotations
 

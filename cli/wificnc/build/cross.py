@@ -66,9 +66,16 @@ def build_platform_program(build: CrossBuild, source: Path, name: str) -> tuple[
     return output, warnings
 
 
-def _zig() -> list[str]:
+def require_zig() -> None:
+    """Raises BuildError when it is not there."""
     if importlib.util.find_spec("ziglang") is None:
-        raise BuildError("zig is not installed", hint="pip install 'wificnc[toolchain]'")
+        raise BuildError(
+            "zig is not installed, and it compiles for other computers", hint="pip install 'wificnc[release]'"
+        )
+
+
+def _zig() -> list[str]:
+    require_zig()
     return [sys.executable, "-m", "ziglang", "cc"]
 
 

@@ -19,6 +19,7 @@ from pathlib import Path
 from wificnc.build.checkout import checkout_root
 from wificnc.build.compiler import Compiler, compiler_stamp, identify_compiler, locate_compiler
 from wificnc.build.lock import build_lock
+from wificnc.build.native import carried_library
 from wificnc.build.objects import Unit, compile_stale, failure, is_older
 from wificnc.build.platforms import System, sources_of, this_system
 from wificnc.errors import BuildError
@@ -68,8 +69,9 @@ class HostBuild:
 
 
 def ensure_host_library(variant: str = "release") -> Path:
-    """The path of the host library, built when stale. Raises BuildError."""
-    return build_host(variant).library
+    """The path of the host library: the wheel's, or built when stale. Raises BuildError."""
+    carried = carried_library() if variant == "release" else None
+    return carried or build_host(variant).library
 
 
 def build_host(variant: str = "release", *, root: Path | None = None) -> HostBuild:

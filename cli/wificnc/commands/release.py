@@ -8,13 +8,15 @@ import rich_click as click
 
 from wificnc import ui
 from wificnc.build.checkout import find_checkout
+from wificnc.build.cross import require_zig
+from wificnc.build.platforms import PLATFORMS
 from wificnc.commands._output import OutputFolder
 from wificnc.errors import ReleaseError
 from wificnc.release.facts import firmware_boards, look, read_source
 from wificnc.release.plan import Plan, plan_release
 from wificnc.release.run import check_output, has_page, make_release
 
-ALL = "all"
+ALL, NONE = "all", "none"
 
 
 @click.command()
@@ -24,18 +26,20 @@ ALL = "all"
               help="Folder; an older release in it is replaced.")  # fmt: skip
 @click.option("--tag", default="", metavar="vVERSION",
               help="A final release: all boards, the page, a clean tree, a dated changelog.")  # fmt: skip
+@click.option("--platforms", "computers", metavar="NAME,...", default=ALL, show_default=True,
+              help="Computers with a wheel of their own, which needs no compiler; or `none`.")  # fmt: skip
 @click.option("--dry-run", is_flag=True, help="Print what the release would contain.")
-def command(names: str, output: Path, tag: str, dry_run: bool) -> None:
+def command(names: str, output: Path, tag: str, computers: str, dry_run: bool) -> None:
     """Make all files of a release from what has been built: images of boards, packages, the page's firmware,
     sums, a bill of materials. The same commit gives the same bytes."""
     root = find_checkout()
     if root is None:
         raise ReleaseError("a release is made in a checkout of the repository", hint="git clone it")
     source, boards = read_source(root), firmware_boards()
-    wanted = [name.strip() for name in names.split(",") if name.strip()]
-    if wanted == [ALL]:
-        wanted = [board.id for board in boards]
-    plan = plan_release(source, boards, look(root, source, boards), wanted, tag)
+    wanted = _listed(names, [board.id for board in boards])
+    plan = plan_release(source, boards, look(root, source, boards), wanted, tag, _listed(computers, list(PLATFORMS)))
+    if plan.platforms:
+        require_zig()
     if tag and not has_page(root):
         raise ReleaseError("the page has not been built, and a final release has one", hint="make web")
     check_output(output)
@@ -51,6 +55,14 @@ def command(names: str, output: Path, tag: str, dry_run: bool) -> None:
     show_missing(plan)
     if not has_page(root):
         ui.warn("the page has not been built, so web/ has only the firmware: `make web`")
+
+
+def _listed(text: str, everything: list[str]) -> list[str]:
+    """Names with commas between them, or `all`, or `none`."""
+    names = [name.strip() for name in text.split(",") if name.strip()]
+    if names == [ALL]:
+        return everything
+    return [] if names == [NONE] else names
 
 
 def show(plan: Plan, output: Path) -> None:

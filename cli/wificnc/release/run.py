@@ -24,6 +24,7 @@ from wificnc.release.header import protocol_header
 from wificnc.release.notes import changes, notes_text
 from wificnc.release.package import build_packages, carried_esp32
 from wificnc.release.plan import ESP32_FILES, Asset, Plan
+from wificnc.release.wheel import PURE_TAG, native_files, platform_wheel, wheel_tag
 
 if sys.version_info >= (3, 11):
     import tomllib
@@ -127,11 +128,21 @@ def _make(work: _Work, say: Say) -> None:
     carried = {f"firmware/{name}": data for made in work.boards for name, data in made.carried.items()}
     carried |= {f"page/{name}": data for name, data in page_files(work.root).items()}
     build_packages(work.root, work.temporary, work.dist, carried, work.plan.source.epoch_s)
+    _write_wheels(work, say)
     say("page, component, protocol")
     _write_page(work)
     _write_component(work)
     work.write("-protocol.h", protocol_header(work.root, work.plan.source.version).encode())
     _write_records(work, body)
+
+
+def _write_wheels(work: _Work, say: Say) -> None:
+    """Of each platform: the package, and the library and the server compiled for it."""
+    pure = work.dist / f"wificnc-{work.plan.source.version}-{PURE_TAG}.whl"
+    for platform in work.plan.platforms:
+        say(f"wheel for {platform.name}")
+        tag = wheel_tag(platform)
+        work.write(f"-{tag}.whl", platform_wheel(pure, tag, native_files(work.root, platform)))
 
 
 def _esp32(work: _Work, board: Board, partitions: dict[str, Partition]) -> _Board:

@@ -13,7 +13,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from wificnc.build.checkout import checkout_root
-from wificnc.build.host import build_program, ensure_host_library, variant_directory
+from wificnc.build.host import SYSTEM, build_program, ensure_host_library, variant_directory
+from wificnc.build.native import carried_server, server_name
 from wificnc.errors import ServeError
 from wificnc.serve.options import ServeOptions, program_arguments
 from wificnc.serve.store_file import store_failure
@@ -31,10 +32,12 @@ class ClientEvent:
 
 
 def serve_program(variant: str = "release") -> Path:
-    """The program, built when stale. Raises BuildError."""
+    """The program: the wheel's, or built when stale. Raises BuildError."""
+    if variant == "release" and (carried := carried_server()):
+        return carried
     root = checkout_root()
     source = root / "targets" / "pc" / "main.c"
-    return build_program([source], variant_directory(root, variant) / "wificnc-serve", variant)
+    return build_program([source], variant_directory(root, variant) / server_name(SYSTEM), variant)
 
 
 class Server:
