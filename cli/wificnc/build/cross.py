@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import importlib.util
-import os
 import subprocess
 import sys
 from collections.abc import Sequence
@@ -13,7 +12,7 @@ from pathlib import Path
 from wificnc.build.checkout import checkout_root
 from wificnc.build.host import FLAGS, HEADERS, host_sources
 from wificnc.build.lock import build_lock
-from wificnc.build.objects import Unit, compile_stale, failure, is_older
+from wificnc.build.objects import Unit, compile_stale, failure, is_older, put_in_place
 from wificnc.build.platforms import Platform
 from wificnc.errors import BuildError
 
@@ -103,5 +102,5 @@ def _link(platform: Platform, options: Sequence[str], objects: Sequence[Path], o
     )
     if run.returncode != 0:
         raise failure(f"{output.name} for {platform.name} did not link", run.stderr)
-    os.replace(fresh, output)
+    put_in_place(fresh, output)
     return run.stderr

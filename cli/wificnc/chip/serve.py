@@ -11,8 +11,8 @@ import errno
 import os
 import selectors
 import socket
+import sys
 import time
-import tty
 from collections.abc import Callable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass
@@ -22,8 +22,11 @@ from wificnc.chip.machine import board_image, load_store, save_store, wired_chip
 from wificnc.chip.virtual import CPU_HZ
 from wificnc.errors import ServeError
 from wificnc.serve.options import Address, ServeOptions
-from wificnc.serve.server import ClientEvent
+from wificnc.serve.server import ClientEvent, no_pty
 from wificnc.serve.store_file import claim_store
+
+if sys.platform != "win32":
+    import tty
 
 SLICE_S = 0.001  # of the chip's time between two looks at the clients
 BEHIND_S = 0.1  # more than this behind the clock is given up
@@ -189,7 +192,7 @@ class ChipServer:
             family = socket.AF_INET6 if ":" in address.host else socket.AF_INET
             self._listener = socket.create_server((address.host, address.port), family=family)
         except OSError as err:
-            why = os.strerror(err.errno) if err.errno else str(err)
+            why = err.strerror or str(err)
             raise ServeError(
                 f"cannot listen at {address}: {why}", hint="--tcp 127.0.0.1:0 takes any free port"
             ) from err
@@ -200,6 +203,8 @@ class ChipServer:
     def _open_pty(self, link: Path | None) -> None:
         if link is None:
             return
+        if sys.platform == "win32":
+            raise ServeError(f"--pty {link}: {no_pty()}")
         ours, theirs = os.openpty()
         tty.setraw(theirs)
         os.set_blocking(ours, False)

@@ -91,7 +91,9 @@ def build_board(board: Board, kind: esp32.Kind, clean: bool, verbose: bool) -> N
     warn_of_old_configuration(esp32.configuration_without(root, plan, board.chip), plan)
     facts = {"revision": esp32.git_revision(root), "board_sha256": board.sha256, "wificnc": __version__}
     artefacts = esp32.collect(plan, facts)
-    show_firmware(artefacts, lines, esp32.slot_bytes((root / "targets/esp32/partitions.csv").read_text()))
+    show_firmware(
+        artefacts, lines, esp32.slot_bytes((root / "targets/esp32/partitions.csv").read_text(encoding="utf-8"))
+    )
     ui.note(f"all of it  {plan.output}, flash it: wificnc flash {board.id}")
 
 

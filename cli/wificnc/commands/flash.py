@@ -129,7 +129,7 @@ def flash_pic32mz(board: Board, folder: Path, tool: str | None, dry_run: bool) -
     image = folder / "wificnc.hex"
     if is_own(tool):
         require_image(board, image)
-        flash_by_usb(plan_pages(read_hex(image.read_text())), dry_run)
+        flash_by_usb(plan_pages(read_hex(image.read_text(encoding="utf-8"))), dry_run)
         return
     command = plan_flash(board, image, tool)
     click.echo(shlex.join(command))
@@ -158,7 +158,7 @@ def esp32_board(board_ref: str) -> Board:
 
 
 def esp32_partitions() -> dict[str, Partition]:
-    return read_partitions((paths.TARGETS / "esp32" / "partitions.csv").read_text())
+    return read_partitions((paths.TARGETS / "esp32" / "partitions.csv").read_text(encoding="utf-8"))
 
 
 def show_plan(regions: list[Region], erase: bool) -> None:

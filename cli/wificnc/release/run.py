@@ -117,7 +117,7 @@ def _replace(output: Path, fresh: Path, old: Path) -> None:
 
 def _make(work: _Work, say: Say) -> None:
     body = changes((work.root / "CHANGELOG.md").read_text(encoding="utf-8"), work.plan.source.version, final=work.final)
-    partitions = read_partitions((paths.TARGETS / "esp32" / "partitions.csv").read_text())
+    partitions = read_partitions((paths.TARGETS / "esp32" / "partitions.csv").read_text(encoding="utf-8"))
     for board in work.plan.boards:
         say(board.id)
         work.boards.append(_esp32(work, board, partitions) if board.target == "esp32" else _pic32mz(work, board))
@@ -148,7 +148,7 @@ def _write_wheels(work: _Work, say: Say) -> None:
 def _esp32(work: _Work, board: Board, partitions: dict[str, Partition]) -> _Board:
     folder = work.root / "build" / board.id
     firmware = load_firmware(folder, board, partitions)
-    record = json.loads((folder / "build.json").read_text())
+    record = json.loads((folder / "build.json").read_text(encoding="utf-8"))
     return _Board(
         board,
         assets=_esp32_assets(firmware),
@@ -204,7 +204,7 @@ def _write_records(work: _Work, body: str) -> None:
     (dist / "RELEASE_NOTES.md").write_text(notes_text(source.version, source.revision, body, missing), "utf-8")
     (dist / "release.json").write_bytes(page.json_bytes(_record(work, missing)))
     names = sorted(path.name for path in dist.iterdir() if path.is_file())
-    (dist / "SHA256SUMS").write_text("".join(f"{_sha256(dist / name)}  {name}\n" for name in names))
+    (dist / "SHA256SUMS").write_text("".join(f"{_sha256(dist / name)}  {name}\n" for name in names), encoding="utf-8")
 
 
 def _record(work: _Work, missing: Mapping[str, str]) -> dict[str, Any]:
