@@ -71,7 +71,7 @@ def set_up(venv: Path, *, dev: bool) -> None:
     if is_newer(stamps[-1], ROOT / "pyproject.toml"):
         return
     create(venv)
-    print(f"Installing WiFiCNC{' and its tools' * dev} into {venv} ...", flush=True)
+    print(f"Installing WiFiCNC{' and its tools' * dev} into {os.path.relpath(venv, ROOT)} ...", flush=True)
     install(venv, DEV_EXTRAS if dev else RUN_EXTRAS)
     if not os.environ.get("CC") and not any(map(shutil.which, COMPILERS)):
         print("There is no C compiler here: installing zig from PyPI, which has one ...", flush=True)
@@ -96,7 +96,7 @@ def create(venv: Path) -> None:
 
 
 def install(venv: Path, extras: str) -> None:
-    pip = [python_of(venv), "-m", "pip", "install", "--quiet", "--disable-pip-version-check"]
+    pip: list[str | Path] = [python_of(venv), "-m", "pip", "install", "--quiet", "--disable-pip-version-check"]
     if code := run([*pip, "-e", f".[{extras}]"]):
         sys.exit(code)
 

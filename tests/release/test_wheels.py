@@ -122,13 +122,26 @@ def needed_glibc(content: bytes) -> tuple[int, int]:
 
 
 @pytest.fixture(scope="module")
-def command(tree: Tree, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The wheel of a release for this computer, installed as pip does it."""
+def wheel(tree: Tree, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Of a release, for this computer."""
     if not (sys.platform == "linux" and os.uname().machine == "x86_64"):
         pytest.skip("another system than Linux on x86-64")
     made = tmp_path_factory.mktemp("wheels") / "dist"
     tree.release("--platforms", HERE, "--boards", "esp32s3-zero", "-o", made)
     (wheel,) = made.glob(f"*-{wheel_tag(PLATFORMS[HERE])}.whl")
+    return wheel
+
+
+@pytest.mark.slow
+def test_another_folder_compiles_the_same_bytes(wheel: Path) -> None:
+    with zipfile.ZipFile(wheel) as released:
+        for name, content in native_files(ROOT, PLATFORMS[HERE]).items():
+            assert released.read(f"wificnc/native/{name}") == content, name
+
+
+@pytest.fixture(scope="module")
+def command(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The wheel in an empty environment, as pip installs it."""
     folder = tmp_path_factory.mktemp("empty") / "venv"
     venv.create(folder, with_pip=False, symlinks=True)
     pip = [sys.executable, "-m", "pip", "--python", str(folder / "bin" / "python"), "install", "-q"]

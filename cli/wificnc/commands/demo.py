@@ -23,7 +23,7 @@ MACHINE = "shapeoko3"
 @click.pass_context
 def command(ctx: click.Context, output: Path | None) -> None:
     """Run a real job through the real core in virtual time, and draw the motion of the axes."""
-    picture = output or _picture()
+    picture: Path | None = output or _picture()
     if importlib.util.find_spec("matplotlib") is None and output is None:
         ui.note("no picture, which needs matplotlib: pip install 'wificnc[plot]'")
         picture = None

@@ -27,7 +27,7 @@ ALL, NONE = "all", "none"
 @click.option("--tag", default="", metavar="vVERSION",
               help="A final release: all boards, the page, a clean tree, a dated changelog.")  # fmt: skip
 @click.option("--platforms", "computers", metavar="NAME,...", default=ALL, show_default=True,
-              help="Computers with a wheel of their own, which needs no compiler; or `none`.")  # fmt: skip
+              help="Computers for which a wheel without need of a compiler is made; or `none`.")  # fmt: skip
 @click.option("--dry-run", is_flag=True, help="Print what the release would contain.")
 def command(names: str, output: Path, tag: str, computers: str, dry_run: bool) -> None:
     """Make all files of a release from what has been built: images of boards, packages, the page's firmware,

@@ -65,7 +65,7 @@ class Plan:
     source: Source
     boards: tuple[Board, ...]  # with firmware in it
     missing: tuple[Missing, ...] = ()
-    platforms: tuple[Platform, ...] = ()  # with a wheel of their own
+    platforms: tuple[Platform, ...] = ()  # each has its own wheel
 
     @property
     def assets(self) -> list[Asset]:
@@ -101,7 +101,7 @@ def plan_release(
 ) -> Plan:
     """@param boards  all that have firmware. @param why_missing  of those for which there is none here
     @param wanted  boards that must be in it; none: all that can be. @param tag  vVERSION: a final release, in which all
-    boards must be unless some are named. @param platforms  with a wheel of their own
+    boards must be unless some are named. @param platforms  each has its own wheel
 
     Raises:
         ReleaseError: a wanted board or platform is unknown, a board is missing, or the tag names another version or
