@@ -16,6 +16,14 @@ from wificnc.job.run import CTRL_C, TERMINATED
 if sys.platform != "win32":
     import termios
 
+    def _single_keys(fd: int) -> None:
+        """Keys come immediately and are not shown. Ctrl-C stays a signal; Ctrl-Z does nothing: a job runs."""
+        mode = termios.tcgetattr(fd)
+        mode[3] &= ~(termios.ICANON | termios.ECHO)
+        mode[6][termios.VMIN], mode[6][termios.VTIME] = 1, 0
+        mode[6][termios.VSUSP] = b"\0"
+        termios.tcsetattr(fd, termios.TCSANOW, mode)
+
 
 class Keyboard:
     """Keys from a terminal, when stdin is one, and Ctrl-C, SIGTERM and SIGHUP as keys.
@@ -38,9 +46,11 @@ class Keyboard:
             number = getattr(signal, name, None)
             if number is not None and (name == "SIGTERM" or signal.getsignal(number) is not signal.SIG_IGN):
                 self._saved_handlers[number] = signal.signal(number, self._handler(key))
-        if self.interactive and sys.platform == "win32":
+        if not self.interactive:
+            return self
+        if sys.platform == "win32":
             self._console = ConsoleKeys().__enter__()
-        elif self.interactive:
+        else:
             self._saved_terminal = termios.tcgetattr(sys.stdin)
             _single_keys(sys.stdin.fileno())
         return self
@@ -48,7 +58,7 @@ class Keyboard:
     def __exit__(self, kind: type[BaseException] | None, value: BaseException | None, tb: TracebackType | None) -> None:
         if self._console is not None:
             self._console.__exit__()
-        if self._saved_terminal is not None:
+        if sys.platform != "win32" and self._saved_terminal is not None:
             termios.tcsetattr(sys.stdin, termios.TCSANOW, self._saved_terminal)
         for number, handler in self._saved_handlers.items():
             signal.signal(number, handler)
@@ -79,12 +89,3 @@ class Keyboard:
             self.interactive = bool(typed)
             keys += typed.decode("latin-1") or TERMINATED
         return keys
-
-
-def _single_keys(fd: int) -> None:
-    """Keys come immediately and are not shown. Ctrl-C stays a signal; Ctrl-Z does nothing: a job is not left alone."""
-    mode = termios.tcgetattr(fd)
-    mode[3] &= ~(termios.ICANON | termios.ECHO)
-    mode[6][termios.VMIN], mode[6][termios.VTIME] = 1, 0
-    mode[6][termios.VSUSP] = b"\0"
-    termios.tcsetattr(fd, termios.TCSANOW, mode)

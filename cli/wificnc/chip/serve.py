@@ -25,15 +25,26 @@ from wificnc.serve.options import Address, ServeOptions
 from wificnc.serve.server import ClientEvent, no_pty
 from wificnc.serve.store_file import claim_store
 
-if sys.platform != "win32":
-    import tty
-
 SLICE_S = 0.001  # of the chip's time between two looks at the clients
 BEHIND_S = 0.1  # more than this behind the clock is given up
 BOOT_S = 0.05
 ANSWER_S = 1.0
 READ_SIZE = 4096
 MAX_WAITING = 1 << 20  # bytes for a client that does not read; then it is let go
+
+if sys.platform == "win32":
+
+    def _open_terminal(link: Path) -> tuple[int, int, Path]:
+        raise ServeError(f"--pty {link}: {no_pty()}")
+else:
+    import tty
+
+    def _open_terminal(link: Path) -> tuple[int, int, Path]:
+        """Our end of a pseudo-terminal, the client's, and the name of that."""
+        ours, theirs = os.openpty()
+        tty.setraw(theirs)
+        os.set_blocking(ours, False)
+        return ours, theirs, Path(os.ttyname(theirs))
 
 
 @dataclass
@@ -203,12 +214,7 @@ class ChipServer:
     def _open_pty(self, link: Path | None) -> None:
         if link is None:
             return
-        if sys.platform == "win32":
-            raise ServeError(f"--pty {link}: {no_pty()}")
-        ours, theirs = os.openpty()
-        tty.setraw(theirs)
-        os.set_blocking(ours, False)
-        self.device = Path(os.ttyname(theirs))
+        ours, theirs, self.device = _open_terminal(link)
         door = Door(str(link), lambda: _read(ours), lambda data: os.write(ours, data), lambda: _close(ours, theirs))
         door.stays = True
         self._doors.append(door)

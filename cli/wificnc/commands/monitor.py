@@ -113,18 +113,18 @@ def single_keys() -> Iterator[TerminalKeys | ConsoleKeys]:
         allow_escapes()
         with ConsoleKeys() as keys:
             yield keys
-        return
-    fd = sys.stdin.fileno()
-    saved = termios.tcgetattr(fd)
-    mode = termios.tcgetattr(fd)
-    mode[0] &= ~termios.IXON
-    mode[3] &= ~(termios.ICANON | termios.ECHO | termios.ISIG)
-    mode[6][termios.VMIN], mode[6][termios.VTIME] = 1, 0
-    termios.tcsetattr(fd, termios.TCSANOW, mode)
-    try:
-        yield TerminalKeys(fd)
-    finally:
-        termios.tcsetattr(fd, termios.TCSANOW, saved)
+    else:
+        fd = sys.stdin.fileno()
+        saved = termios.tcgetattr(fd)
+        mode = termios.tcgetattr(fd)
+        mode[0] &= ~termios.IXON
+        mode[3] &= ~(termios.ICANON | termios.ECHO | termios.ISIG)
+        mode[6][termios.VMIN], mode[6][termios.VTIME] = 1, 0
+        termios.tcsetattr(fd, termios.TCSANOW, mode)
+        try:
+            yield TerminalKeys(fd)
+        finally:
+            termios.tcsetattr(fd, termios.TCSANOW, saved)
 
 
 class Typing:
