@@ -1,14 +1,10 @@
-# Everything sets itself up: a Python environment in .venv, the packages, the host build. A second run skips that.
+# Everything sets itself up by tools/dev.py: a Python environment in .venv, the packages, the host build.
 
 PYTHON ?= python3
 VENV   ?= .venv
 PY     := $(VENV)/bin/python
 WIFICNC := $(VENV)/bin/wificnc
-
-DEMO         ?= inlay
-DEMO_FILE    ?= examples/$(DEMO).nc
-DEMO_MACHINE ?= examples/machines/shapeoko3.toml
-DEMO_PICTURE ?= build/demo/$(DEMO).png
+DEV    := $(PYTHON) tools/dev.py --venv $(VENV)
 
 SECONDS ?= 60
 SEED    ?= 0
@@ -33,7 +29,7 @@ help:
 	@echo 'make test-all  the slow tests too (whole jobs in the virtual chip, long searches, installed packages), as CI runs them'
 	@echo 'make test-chip  the Grbl checklist and the senders against the real image in the virtual PIC32MZ, all of them'
 	@echo 'make power-cuts  the power cut at every flash operation of every command that stores, and how many those were'
-	@echo 'make platforms  the PC target for the seven kinds of computers, two of them in an emulator'
+	@echo 'make platforms  the PC target and the wheels for the seven kinds of computers, three of them in an emulator'
 	@echo 'make lint    formats, types, static analysis, include directions, house rules'
 	@echo 'make fuzz    look for inputs that break something: 60 s for each harness, or SECONDS=N'
 	@echo 'make bench   speed, instructions and memory, with the method'
@@ -53,16 +49,11 @@ help:
 	@echo 'make format  let the formatters mend what they can'
 	@echo 'make clean   remove what was built; make distclean removes .venv too'
 
-demo: $(VENV)/.ready
-	@mkdir -p $(dir $(DEMO_PICTURE))
-	@$(WIFICNC) build host
-	$(WIFICNC) sim $(DEMO_FILE) --machine $(DEMO_MACHINE) --plot $(DEMO_PICTURE)
-	@echo 'The picture of this run is $(DEMO_PICTURE)'
+demo:
+	@$(DEV) demo
 
-test: MARKED = -m "not slow"
-test test-all: $(VENV)/.ready-dev
-	@$(WIFICNC) build host
-	$(PY) -m pytest -n auto --no-loadscope-reorder $(MARKED) $(PYTEST)
+test test-all:
+	@$(DEV) $@ $(PYTEST)
 
 # A part of it is in `make test-all`.
 test-chip: $(VENV)/.ready-dev
@@ -76,10 +67,10 @@ power-cuts: $(VENV)/.ready-dev
 # Some 10 minutes; three of them are in `make test-all`.
 platforms: $(VENV)/.ready-dev
 	@$(WIFICNC) build host
-	WIFICNC_PLATFORMS=all $(PY) -m pytest -n auto tests/build/test_platforms.py $(PYTEST)
+	WIFICNC_PLATFORMS=all $(PY) -m pytest -n auto tests/build/test_platforms.py tests/release/test_wheels.py $(PYTEST)
 
-lint: $(VENV)/.ready-dev
-	@cd tools && $(abspath $(PY)) -m lint $(ONLY)
+lint:
+	@$(DEV) lint $(ONLY)
 
 fuzz: $(VENV)/.ready-dev
 	$(PY) tests/fuzz/run.py --seconds $(SECONDS) --seed $(SEED) $(ONLY)
@@ -142,29 +133,6 @@ clean:
 distclean: clean
 	rm -rf $(VENV)
 
-# What running needs. The newest stamp wins: .ready-dev has all of it and more.
-$(VENV)/.ready: pyproject.toml | $(VENV)/bin/pip
-	@echo 'Installing WiFiCNC into $(VENV) ...'
-	@$(PY) -m pip install --quiet --disable-pip-version-check -e '.[plot]'
-	@$(ENSURE_COMPILER)
-	@touch $@
-
-$(VENV)/.ready-dev: pyproject.toml | $(VENV)/bin/pip
-	@echo 'Installing WiFiCNC and its tools into $(VENV) ...'
-	@$(PY) -m pip install --quiet --disable-pip-version-check -e '.[plot,esp,dev]'
-	@$(ENSURE_COMPILER)
-	@touch $(VENV)/.ready $@
-
-$(VENV)/bin/pip:
-	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 10))' 2>/dev/null || \
-	    { echo 'WiFiCNC needs Python 3.10 or newer, and "$(PYTHON)" is none. If another one is: make PYTHON=python3.12'; exit 1; }
-	@$(PYTHON) -c 'import ensurepip, venv' 2>/dev/null || \
-	    { echo 'Python cannot make an environment here. Debian, Ubuntu: apt-get install python3-venv'; exit 1; }
-	@$(PYTHON) -m venv $(VENV)
-
-# No C compiler: PyPI's zig has one.
-define ENSURE_COMPILER
-test -n "$$CC" || command -v cc gcc clang >/dev/null || { \
-    echo 'There is no C compiler here: installing zig from PyPI, which has one ...'; \
-    $(PY) -m pip install --quiet --disable-pip-version-check -e '.[toolchain]'; }
-endef
+# The newest stamp wins: tools/dev.py knows what it stands for.
+$(VENV)/.ready-dev: pyproject.toml
+	@$(DEV) setup --dev

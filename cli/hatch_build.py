@@ -13,6 +13,7 @@ CARRIED = (
     "LICENSE",
     "boards",
     "core",
+    "examples/inlay.nc",  # of `wificnc demo`
     "examples/machines",
     "firmware",
     "linuxcnc",

@@ -28,6 +28,7 @@ GROUPS: dict[str, dict[str, tuple[str, str]]] = {
         "serve": ("serve", "Run a simulated controller in real time, for any Grbl sender."),
     },
     "Job": {
+        "demo": ("demo", "Run a job that comes with WiFiCNC, and draw it."),
         "check": ("check", "Check a G-code job before it runs, on the machine's own planner."),
         "sim": ("sim", "Run a G-code job through the real core in virtual time."),
         "send": ("send", "Stream a G-code job to a controller."),

@@ -15,13 +15,13 @@ from wificnc.build.checkout import copied_tree, find_checkout
 from wificnc.build.compiler import identify_compiler, locate_compiler
 from wificnc.build.esp32 import core_directory, find_platformio, missing_packages
 from wificnc.build.mips import find_compiler
+from wificnc.build.native import carried_library
 from wificnc.checked import paths
 from wificnc.errors import BuildError
 from wificnc.flash.ports import Port, usb_ports
 from wificnc.system import System
 
 OLDEST_PYTHON = (3, 10)
-LIBRARIES = ("libwificnc*", "wificnc*.dll")
 Verdict = Literal["good", "missing", "wrong"]  # missing: only some commands need it
 PACKAGES = (
     ("esptool", "flash, wifi, nvs read"),
@@ -50,11 +50,6 @@ def _pic32mz_compiler() -> str:
     return identify_compiler(found.argv).title + ("; its image is larger than gcc's" if found.name == "zig" else "")
 
 
-def _library() -> Path | None:
-    native = paths.CARRIED.with_name("native")
-    return next((path for name in LIBRARIES for path in native.glob(name)), None)
-
-
 def _may_use(device: str) -> bool:
     return sys.platform == "win32" or os.access(device, os.R_OK | os.W_OK)
 
@@ -65,7 +60,7 @@ class Look:
 
     python: tuple[int, ...] = tuple(sys.version_info[:3])
     checkout: Callable[[], Path | None] = find_checkout
-    library: Callable[[], Path | None] = _library  # the controller of this computer, in an installed package
+    library: Callable[[], Path | None] = carried_library  # the controller of this computer, in an installed package
     compiler: Callable[[], str] = _host_compiler
     pic32mz_compiler: Callable[[], str] = _pic32mz_compiler
     platformio: Callable[[], str] = lambda: find_platformio()[0]

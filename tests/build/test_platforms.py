@@ -1,15 +1,20 @@
 """The PC target on every kind of computer that a release is made for: it compiles without a warning, it links, it
-exports what Python calls, and where an emulator is installed it makes the same step edges as this computer."""
+exports what Python calls, and where an emulator is installed it makes this computer's step edges, and serves."""
 
 from __future__ import annotations
 
 import os
 import shutil
+import socket
 import subprocess
+from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
+from subprocess import PIPE
+from typing import IO
 
 import pytest
+import wine
 from everywhere import ROOT, TRACE_DIGEST, programs
 from patience import HANG_S
 from wificnc.build.cross import CrossBuild, build_platform, build_platform_program
@@ -20,7 +25,8 @@ EVERY = sorted(PLATFORMS)
 # All seven take ten minutes and are built by `make platforms`. Else one of each other system, and one that steps.
 ALL = os.environ.get("WIFICNC_PLATFORMS") == "all"
 BUILT = EVERY if ALL else ["macos-arm64", "windows-x86_64"]
-EMULATED = [name for name in EVERY if PLATFORMS[name].emulator] if ALL else ["linux-armv7"]
+EMULATED = [name for name in EVERY if PLATFORMS[name].emulator] if ALL else ["linux-armv7", "windows-x86_64"]
+INSTALL = {"wine": wine.MISSING}
 WHOLE_JOB = ROOT / "examples" / "inlay.nc"
 SERVE = ROOT / "targets" / "pc" / "main.c"
 
@@ -47,8 +53,9 @@ def digest_here(text: bytes) -> str:
     return digest([str(program)], text)
 
 
-def digest(argv: list[str], text: bytes) -> str:
-    return subprocess.run(argv, input=text, capture_output=True, timeout=8 * HANG_S, check=True).stdout.decode()
+def digest(argv: list[str], text: bytes, environment: dict[str, str] | None = None) -> str:
+    run = subprocess.run(argv, input=text, capture_output=True, timeout=8 * HANG_S, check=True, env=environment)
+    return run.stdout.decode()
 
 
 def is_for(name: str, file: Path) -> bool:
@@ -110,16 +117,85 @@ def test_the_server_links_without_a_warning(name: str) -> None:
     assert is_for(name, program)
 
 
+@pytest.fixture(scope="module")
+def environment(tmp_path_factory: pytest.TempPathFactory) -> Iterator[dict[str, str]]:
+    """Of emulators."""
+    if not wine.has_wine():
+        yield dict(os.environ)
+        return
+    with wine.wine_environment(tmp_path_factory.mktemp("wine")) as found:
+        yield found
+
+
+def emulator_of(name: str) -> str:
+    emulator = PLATFORMS[name].emulator
+    assert emulator
+    if shutil.which(emulator) is None:
+        pytest.skip(INSTALL.get(emulator, f"{emulator} is not installed; Debian: apt-get install qemu-user"))
+    return emulator
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("name", EMULATED)
-def test_an_emulated_computer_steps_as_this_one(name: str) -> None:
-    emulator = PLATFORMS[name].emulator
-    if emulator is None or shutil.which(emulator) is None:
-        pytest.skip(f"{emulator} is not installed; Debian: apt-get install qemu-user")
+def test_an_emulated_computer_steps_as_this_one(name: str, environment: dict[str, str]) -> None:
+    emulator = emulator_of(name)
     program, _ = build_platform_program(build_platform(PLATFORMS[name].emulated()), TRACE_DIGEST, "trace_digest")
     jobs = {**programs(), "a whole job": WHOLE_JOB.read_bytes()}
     text = b"".join(job + b"\0" for job in jobs.values())
-    found = digest([emulator, str(program)], text).splitlines()
+    found = digest([emulator, str(program)], text, environment).splitlines()
     wanted = digest_here(text).splitlines()
     assert len(wanted) == len(jobs)
     assert [job for job, one, other in zip(jobs, wanted, found, strict=True) if one != other] == []
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", EMULATED)
+def test_an_emulated_computer_serves(name: str, environment: dict[str, str]) -> None:
+    """A client connects, asks, streams a job that is faster than it runs, and the program ends with its parent."""
+    emulator = emulator_of(name)
+    program, _ = build_platform_program(build_platform(PLATFORMS[name].emulated()), SERVE, "wificnc-serve")
+    command = [emulator, str(program), "--parent", "--speed", "0", "--host", "127.0.0.1", "--port", "0"]
+    with subprocess.Popen(command, stdin=PIPE, stdout=PIPE, env=environment) as server:
+        assert server.stdin and server.stdout
+        try:
+            address = doors(server.stdout)["tcp"].rpartition(":")
+            with socket.create_connection((address[0], int(address[2])), HANG_S) as client:
+                stream_a_job(client)
+            server.stdin.close()
+            assert server.wait(HANG_S) == 0
+        finally:
+            server.kill()
+
+
+def doors(lines: IO[bytes]) -> dict[str, str]:
+    """What the program opens until it is ready."""
+    found = {}
+    for line in lines:
+        words = line.decode().split()
+        if words == ["ready"]:
+            return found
+        found[words[0]] = words[1]
+    raise AssertionError(f"the program ended before it was ready: {found}")
+
+
+def stream_a_job(client: socket.socket) -> None:
+    """50 lines, each sent when the one before is answered; then the position is that of the last one."""
+    with client.makefile("rwb") as both:
+        for number in range(50):
+            both.write(b"G1X%dY%dF3000\n" % (number % 7, number % 5))
+            both.flush()
+            assert answer(both) == b"ok"
+        both.write(b"G4P0\n")
+        both.flush()
+        assert answer(both) == b"ok"  # all of it has been executed
+        both.write(b"?")
+        both.flush()
+        assert b"|MPos:0.000,4.000,0.000" in next(line for line in both if line.startswith(b"<"))
+
+
+def answer(lines: IO[bytes]) -> bytes:
+    """The next line that is neither a greeting nor a report."""
+    for line in lines:
+        if line.strip() and not line.startswith((b"Grbl", b"[", b"<")):
+            return line.strip()
+    raise AssertionError("the server closed the connection")

@@ -22,6 +22,7 @@ FILES = {
     "sim --json": ("sim", "{job}", "--json"),
     "sim --plot": ("sim", "{job}", "--plot"),
     "sim --trace": ("sim", "{job}", "--trace"),
+    "demo": ("demo", "-o"),
     "boards show --picture": ("boards", "show", "host", "--picture"),
     "nvs build": ("nvs", "build", "baseline", "-o"),
     "nvs read": ("nvs", "read", "{job}", "-o"),
@@ -33,9 +34,9 @@ FOLDERS = {
     "linuxcnc init": ("linuxcnc", "init", "baseline", "--to", "192.0.2.1", "--out"),
 }
 MAKES_FOLDERS = {"pins", "page"}  # build tools call them
-SUFFIX = {"sim --plot": ".svg", "sim --trace": ".csv", "boards show --picture": ".svg"}
+SUFFIX = {"sim --plot": ".svg", "demo": ".svg", "sim --trace": ".csv", "boards show --picture": ".svg"}
 TO_STDOUT = ("pins", "page", "expand", "sim --json", "nvs build", "linuxcnc component")
-NOT_TO_STDOUT = ("sim --plot", "sim --trace", "boards show --picture", *FOLDERS)
+NOT_TO_STDOUT = ("sim --plot", "demo", "sim --trace", "boards show --picture", *FOLDERS)
 
 
 @pytest.fixture

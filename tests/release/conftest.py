@@ -17,6 +17,6 @@ def tree(tmp_path_factory: pytest.TempPathFactory) -> Tree:
 
 @pytest.fixture(scope="session")
 def dist(tree: Tree) -> Path:
-    """The release of that tree."""
-    tree.release("-o", "dist")
+    """The release of that tree, without wheels for one kind of computer: test_wheels.py."""
+    tree.release("-o", "dist", "--platforms", "none")
     return tree.root / "dist"

@@ -242,7 +242,7 @@ def test_the_same_commit_gives_the_same_bytes(dist: Path, tmp_path: Path) -> Non
     build_boards(other)
     umask = os.umask(0o077)
     try:
-        other.release("-o", other.root / "dist", cwd=tmp_path)
+        other.release("-o", other.root / "dist", "--platforms", "none", cwd=tmp_path)
     finally:
         os.umask(umask)
     ours = {path.relative_to(dist): path for path in dist.rglob("*") if path.is_file()}

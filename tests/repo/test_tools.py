@@ -59,6 +59,7 @@ def tree(tmp_path: Path) -> Path:
         shutil.copy(ROOT / name, tmp_path / name)
     for package in PACKAGES:
         (tmp_path / package / "__init__.py").write_text('"""Doc."""\n')
+    (tmp_path / "tools" / "dev.py").write_text('"""Doc."""\n')
     return tmp_path
 
 

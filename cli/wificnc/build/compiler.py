@@ -47,7 +47,7 @@ class Compiler:
 def locate_compiler(environment: Mapping[str, str] = os.environ) -> tuple[str, ...]:
     """How to call the compiler: $CC, cc, gcc, clang, or PyPI's zig. Raises BuildError when there is none."""
     if wanted := environment.get("CC", "").strip():
-        argv = shlex.split(wanted)
+        argv = shlex.split(wanted, posix=os.name == "posix")  # else a backslash is part of a path
         if shutil.which(argv[0], path=environment.get("PATH")) is None:
             raise BuildError(f"compiler not found: {argv[0]!r} (from the variable CC)", hint="unset CC, or correct it")
         return tuple(argv)

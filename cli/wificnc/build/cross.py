@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import importlib.util
-import os
 import subprocess
 import sys
 from collections.abc import Sequence
@@ -13,7 +12,7 @@ from pathlib import Path
 from wificnc.build.checkout import checkout_root
 from wificnc.build.host import FLAGS, HEADERS, host_sources
 from wificnc.build.lock import build_lock
-from wificnc.build.objects import Unit, compile_stale, failure, is_older
+from wificnc.build.objects import Unit, compile_stale, failure, is_older, put_in_place
 from wificnc.build.platforms import Platform
 from wificnc.errors import BuildError
 
@@ -66,9 +65,16 @@ def build_platform_program(build: CrossBuild, source: Path, name: str) -> tuple[
     return output, warnings
 
 
-def _zig() -> list[str]:
+def require_zig() -> None:
+    """Raises BuildError when it is not there."""
     if importlib.util.find_spec("ziglang") is None:
-        raise BuildError("zig is not installed", hint="pip install ziglang")
+        raise BuildError(
+            "zig is not installed, and it compiles for other computers", hint="pip install -e '.[release]'"
+        )
+
+
+def _zig() -> list[str]:
+    require_zig()
     return [sys.executable, "-m", "ziglang", "cc"]
 
 
@@ -96,5 +102,5 @@ def _link(platform: Platform, options: Sequence[str], objects: Sequence[Path], o
     )
     if run.returncode != 0:
         raise failure(f"{output.name} for {platform.name} did not link", run.stderr)
-    os.replace(fresh, output)
+    put_in_place(fresh, output)
     return run.stderr

@@ -160,7 +160,7 @@ def collect(plan: Plan, facts: Mapping[str, str]) -> list[Artefact]:
         **facts,
         "artefacts": [asdict(artefact) for artefact in artefacts],
     }
-    (plan.output / "build.json").write_text(json.dumps(record, indent=2) + "\n")
+    (plan.output / "build.json").write_text(json.dumps(record, indent=2) + "\n", encoding="utf-8")
     return artefacts
 
 
@@ -168,7 +168,9 @@ def configuration_lines(root: Path, chip: str, kind: Kind) -> list[str]:
     """What our sdkconfig files want of ESP-IDF: lines of an sdkconfig."""
     folder = root / CONFIGURATION
     files = [folder / name for name in ("sdkconfig.defaults", f"sdkconfig.defaults.{chip}", f"sdkconfig.{kind}")]
-    return [line for path in files for line in path.read_text().splitlines() if line.startswith("CONFIG_")]
+    return [
+        line for path in files for line in path.read_text(encoding="utf-8").splitlines() if line.startswith("CONFIG_")
+    ]
 
 
 def configuration_without(root: Path, plan: Plan, chip: str) -> list[str]:
@@ -177,8 +179,8 @@ def configuration_without(root: Path, plan: Plan, chip: str) -> list[str]:
     kept = root / f"sdkconfig.{plan.made.name}"
     if not kept.is_file():
         return []
-    has = set(kept.read_text().splitlines())
-    platformio = (root / CONFIGURATION / "sdkconfig.platformio").read_text().splitlines()
+    has = set(kept.read_text(encoding="utf-8").splitlines())
+    platformio = (root / CONFIGURATION / "sdkconfig.platformio").read_text(encoding="utf-8").splitlines()
     replaced = {line.partition("=")[0] for line in platformio}
     wanted = [line for line in configuration_lines(root, chip, plan.kind) if line.partition("=")[0] not in replaced]
     return [line for line in wanted if line not in has]

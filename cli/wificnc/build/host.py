@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import ctypes
 import json
-import os
 import shutil
 import subprocess
 import time
@@ -19,7 +18,8 @@ from pathlib import Path
 from wificnc.build.checkout import checkout_root
 from wificnc.build.compiler import Compiler, compiler_stamp, identify_compiler, locate_compiler
 from wificnc.build.lock import build_lock
-from wificnc.build.objects import Unit, compile_stale, failure, is_older
+from wificnc.build.native import carried_library
+from wificnc.build.objects import Unit, compile_stale, failure, is_older, put_in_place
 from wificnc.build.platforms import System, sources_of, this_system
 from wificnc.errors import BuildError
 
@@ -68,8 +68,9 @@ class HostBuild:
 
 
 def ensure_host_library(variant: str = "release") -> Path:
-    """The path of the host library, built when stale. Raises BuildError."""
-    return build_host(variant).library
+    """The path of the host library: the wheel's, or built when stale. Raises BuildError."""
+    carried = carried_library() if variant == "release" else None
+    return carried or build_host(variant).library
 
 
 def build_host(variant: str = "release", *, root: Path | None = None) -> HostBuild:
@@ -85,7 +86,7 @@ def build_host(variant: str = "release", *, root: Path | None = None) -> HostBui
         objects = [unit.object for unit in units]
         if compiled or is_older(library, objects) or _listed(directory) != [str(path) for path in objects]:
             _link(compiler, ["-shared", *SYSTEM.link_flags, *VARIANTS[variant][1]], objects, library)
-            (directory / "objects.json").write_text(json.dumps([str(path) for path in objects]))
+            (directory / "objects.json").write_text(json.dumps([str(path) for path in objects]), encoding="utf-8")
     return HostBuild(library, compiler, len(units), compiled, time.perf_counter() - begin, warnings)
 
 
@@ -142,7 +143,9 @@ def _compiler(directory: Path, variant: str) -> Compiler:
         return Compiler(argv, stored["family"], stored["version"])
     compiler = identify_compiler(argv)
     shutil.rmtree(directory / "obj", ignore_errors=True)
-    stamp_file.write_text(json.dumps({"stamp": stamp, "family": compiler.family, "version": compiler.version}))
+    stamp_file.write_text(
+        json.dumps({"stamp": stamp, "family": compiler.family, "version": compiler.version}), encoding="utf-8"
+    )
     return compiler
 
 
@@ -175,4 +178,4 @@ def _link(compiler: Compiler, options: Sequence[str], objects: Sequence[Path], o
     )
     if run.returncode != 0:
         raise failure(f"{output.name} did not link ({compiler.title})", run.stderr)
-    os.replace(fresh, output)
+    put_in_place(fresh, output)

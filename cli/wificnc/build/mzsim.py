@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import subprocess
 import sys
 from pathlib import Path
@@ -12,7 +11,7 @@ from wificnc.build.checkout import checkout_root
 from wificnc.build.compiler import Compiler, compiler_stamp, identify_compiler, locate_compiler
 from wificnc.build.host import LIBRARY_NAME, WARNINGS
 from wificnc.build.lock import build_lock
-from wificnc.build.objects import Unit, compile_stale, failure, is_older
+from wificnc.build.objects import Unit, compile_stale, failure, is_older, put_in_place
 
 FOLDER = "tools/mzsim"
 FLAGS = ("-std=c11", "-O2", "-g", "-fPIC", "-fvisibility=default", "-ffp-contract=off", "-fno-math-errno", *WARNINGS)
@@ -41,10 +40,10 @@ def _compiler(directory: Path) -> Compiler:
     stamp_file = directory / "compiler.json"
     stamp = json.dumps([compiler_stamp(argv), FLAGS])
     compiler = identify_compiler(argv)
-    if not stamp_file.is_file() or stamp_file.read_text() != stamp:
+    if not stamp_file.is_file() or stamp_file.read_text(encoding="utf-8") != stamp:
         for stale in (directory / "obj").glob("*.o"):
             stale.unlink()
-        stamp_file.write_text(stamp)
+        stamp_file.write_text(stamp, encoding="utf-8")
     return compiler
 
 
@@ -58,4 +57,4 @@ def _link(compiler: Compiler, objects: list[Path], library: Path) -> None:
     )
     if run.returncode != 0:
         raise failure(f"{library.name} did not link ({compiler.title})", run.stderr)
-    os.replace(fresh, library)
+    put_in_place(fresh, library)

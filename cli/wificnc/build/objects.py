@@ -7,11 +7,13 @@ import subprocess
 import time
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
 from wificnc.errors import BuildError
 
+OLD = ".old"
 ERROR_LINES = 24  # of the compiler's own words in a BuildError
 
 
@@ -51,6 +53,19 @@ def is_older(output: Path, inputs: Sequence[Path]) -> bool:
     return any(path.stat().st_mtime_ns > built_ns for path in inputs)
 
 
+def put_in_place(fresh: Path, output: Path) -> None:
+    """Move a linked file there; whoever has the old one loaded keeps it. Windows refuses to replace such a file, but
+    renames it: then it goes with a later build."""
+    for old in output.parent.glob(f".{output.name}.*{OLD}"):
+        with suppress(OSError):
+            old.unlink()
+    try:
+        os.replace(fresh, output)
+    except PermissionError:
+        os.replace(output, output.with_name(f".{output.name}.{os.getpid()}{OLD}"))
+        os.replace(fresh, output)
+
+
 def failure(title: str, said: str) -> BuildError:
     """The compiler's own first words, errors first of all."""
     lines = said.strip().splitlines()
@@ -79,7 +94,7 @@ def _is_stale(unit: Unit, times: dict[str, int]) -> bool:
     """Whether the source or any header it included is newer than the object."""
     try:
         built_ns = unit.object.stat().st_mtime_ns
-        words = unit.depfile.read_text().replace("\\\n", " ").replace("\\ ", "\0").split()
+        words = unit.depfile.read_text(encoding="utf-8").replace("\\\n", " ").replace("\\ ", "\0").split()
         for word in words[1:]:
             name = word.replace("\0", " ")
             if name not in times:

@@ -73,7 +73,7 @@ def build_pic32mz(
         if compiled or is_older(elf, [*objects, root / LINKER_SCRIPT]) or is_older(hex_file, [elf]):
             _link(root, compiler, objects, elf, title)
             blocks = read_elf(elf.read_bytes())
-            hex_file.write_text(write_hex(blocks))
+            hex_file.write_text(write_hex(blocks), encoding="utf-8")
     flash, ram = _sizes(elf)
     return Pic32Build(elf, hex_file, title, len(units), compiled, time.perf_counter() - begin, flash, ram)
 
@@ -104,12 +104,12 @@ def _compiler_title(directory: Path, compiler: MipsCompiler) -> str:
     stamp_file = directory / "compiler.json"
     flags = [compiler.flags, compiler.fast, compiler.library, compiler.link]
     stamp = json.dumps([compiler_stamp(compiler.argv), flags, FAST, LIBRARY, PREFIX_MAP])
-    stored = json.loads(stamp_file.read_text()) if stamp_file.is_file() else {}
+    stored = json.loads(stamp_file.read_text(encoding="utf-8")) if stamp_file.is_file() else {}
     if stored.get("stamp") == stamp:
         return str(stored["title"])
     title = identify_compiler(compiler.argv).title
     shutil.rmtree(directory / "obj", ignore_errors=True)
-    stamp_file.write_text(json.dumps({"stamp": stamp, "title": title}))
+    stamp_file.write_text(json.dumps({"stamp": stamp, "title": title}), encoding="utf-8")
     return title
 
 

@@ -69,8 +69,8 @@ class Platform:
     system: System
     zig_target: str  # with the oldest system that it runs on
     wheel_tag: str
-    emulator: str | None = None  # runs its programs on another Linux
-    emulated_target: str | None = None  # ... made for this target, they need no library of that computer
+    emulator: str | None = None  # runs its programs on a Linux
+    emulated_target: str | None = None  # ... if they are made for this target, which needs no library of that computer
 
     @property
     def target_flags(self) -> tuple[str, ...]:
@@ -79,7 +79,8 @@ class Platform:
 
     def emulated(self) -> Platform:
         """The same computer, for programs that its emulator runs."""
-        assert self.emulated_target
+        if self.emulated_target is None:
+            return self
         return replace(self, name=f"{self.name}-emulated", zig_target=self.emulated_target)
 
 
@@ -105,7 +106,7 @@ PLATFORMS = {
         ),
         Platform("macos-arm64", SYSTEMS["macos"], "aarch64-macos.13.0", "macosx_13_0_arm64"),
         Platform("macos-x86_64", SYSTEMS["macos"], "x86_64-macos.13.0", "macosx_13_0_x86_64"),
-        Platform("windows-x86_64", SYSTEMS["windows"], "x86_64-windows-gnu", "win_amd64"),
+        Platform("windows-x86_64", SYSTEMS["windows"], "x86_64-windows-gnu", "win_amd64", emulator="wine"),
         Platform("windows-arm64", SYSTEMS["windows"], "aarch64-windows-gnu", "win_arm64"),
     )
 }

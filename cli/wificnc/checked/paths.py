@@ -8,6 +8,7 @@ _PACKAGE = Path(__file__).resolve().parents[1]
 
 CHECKOUT = _PACKAGE.parents[1]  # the repository's root, when this package runs from one (`pip install -e .`)
 CARRIED = _PACKAGE / "carried"  # the same tree inside an installed package: tables, boards, C sources, firmware
+NATIVE = _PACKAGE / "native"  # library and server program, in a wheel for one kind of computer
 IS_CHECKOUT = (CHECKOUT / "core" / "config.h").is_file()
 
 ROOT = CHECKOUT if IS_CHECKOUT else CARRIED  # to read from

@@ -239,7 +239,7 @@ def _host_steps(options: SimOptions) -> list[tuple[int, int]]:
     with tempfile.TemporaryDirectory() as folder:
         trace = Path(folder) / "host.csv"
         simulate(SimOptions(options.file, options.board, options.machine, options.settings, trace=trace))
-        rows = (line.split(",") for line in trace.read_text().splitlines()[1:])
+        rows = (line.split(",") for line in trace.read_text(encoding="utf-8").splitlines()[1:])
         return [(int(mask), int(direction)) for _, mask, direction in rows]
 
 

@@ -19,7 +19,7 @@ def board_image(board: Board) -> tuple[Block, ...]:
     """The very HEX that would be flashed, built when stale. Raises BuildError."""
     if board.target != "pic32mz":
         raise BuildError(f"board {board.id} has no image for the virtual PIC32MZ")
-    return read_hex(build_pic32mz(board).hex.read_text())
+    return read_hex(build_pic32mz(board).hex.read_text(encoding="utf-8"))
 
 
 def wired_chip(board: Board, image: tuple[Block, ...]) -> VirtualChip:

@@ -11,8 +11,8 @@ import errno
 import os
 import selectors
 import socket
+import sys
 import time
-import tty
 from collections.abc import Callable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass
@@ -22,7 +22,7 @@ from wificnc.chip.machine import board_image, load_store, save_store, wired_chip
 from wificnc.chip.virtual import CPU_HZ
 from wificnc.errors import ServeError
 from wificnc.serve.options import Address, ServeOptions
-from wificnc.serve.server import ClientEvent
+from wificnc.serve.server import ClientEvent, no_pty
 from wificnc.serve.store_file import claim_store
 
 SLICE_S = 0.001  # of the chip's time between two looks at the clients
@@ -31,6 +31,20 @@ BOOT_S = 0.05
 ANSWER_S = 1.0
 READ_SIZE = 4096
 MAX_WAITING = 1 << 20  # bytes for a client that does not read; then it is let go
+
+if sys.platform == "win32":
+
+    def _open_terminal(link: Path) -> tuple[int, int, Path]:
+        raise ServeError(f"--pty {link}: {no_pty()}")
+else:
+    import tty
+
+    def _open_terminal(link: Path) -> tuple[int, int, Path]:
+        """Our end of a pseudo-terminal, the client's, and the name of that."""
+        ours, theirs = os.openpty()
+        tty.setraw(theirs)
+        os.set_blocking(ours, False)
+        return ours, theirs, Path(os.ttyname(theirs))
 
 
 @dataclass
@@ -189,7 +203,7 @@ class ChipServer:
             family = socket.AF_INET6 if ":" in address.host else socket.AF_INET
             self._listener = socket.create_server((address.host, address.port), family=family)
         except OSError as err:
-            why = os.strerror(err.errno) if err.errno else str(err)
+            why = err.strerror or str(err)
             raise ServeError(
                 f"cannot listen at {address}: {why}", hint="--tcp 127.0.0.1:0 takes any free port"
             ) from err
@@ -200,10 +214,7 @@ class ChipServer:
     def _open_pty(self, link: Path | None) -> None:
         if link is None:
             return
-        ours, theirs = os.openpty()
-        tty.setraw(theirs)
-        os.set_blocking(ours, False)
-        self.device = Path(os.ttyname(theirs))
+        ours, theirs, self.device = _open_terminal(link)
         door = Door(str(link), lambda: _read(ours), lambda data: os.write(ours, data), lambda: _close(ours, theirs))
         door.stays = True
         self._doors.append(door)

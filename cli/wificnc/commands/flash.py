@@ -187,7 +187,7 @@ def esp32_board(board_ref: str) -> Board:
 
 
 def esp32_partitions() -> dict[str, Partition]:
-    return read_partitions((paths.TARGETS / "esp32" / "partitions.csv").read_text())
+    return read_partitions((paths.TARGETS / "esp32" / "partitions.csv").read_text(encoding="utf-8"))
 
 
 def plan_lines(regions: list[Region], erase: bool) -> list[str]:

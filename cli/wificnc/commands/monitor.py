@@ -7,7 +7,7 @@ import select
 import sys
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 import rich_click as click
@@ -15,6 +15,7 @@ import rich_click as click
 from wificnc import ui
 from wificnc.build.esp32 import core_directory
 from wificnc.commands._target import target_option
+from wificnc.console import ConsoleKeys, allow_escapes
 from wificnc.errors import LinkError, UserError
 from wificnc.link.backtrace import Decoder, find_tool
 from wificnc.link.client import ANSWER_S
@@ -23,7 +24,8 @@ from wificnc.link.transport import Transport, open_transport
 from wificnc.link.typed import typed_line
 
 REALTIME = frozenset("!~?\x18")
-END_KEYS = frozenset("\x03\x04\x1d")  # Ctrl-C, Ctrl-D, Ctrl-]
+GONE = "\x04"
+END_KEYS = frozenset(f"\x03{GONE}\x1d")  # Ctrl-C, Ctrl-D, Ctrl-]
 ERASE_KEYS = frozenset("\x7f\x08")
 READ_EVERY_S = 0.1
 
@@ -46,10 +48,10 @@ def command(target: str, stamps: bool, elf: Path | None) -> None:
     decoder = Decoder(elf, find_tool(core_directory() / "packages")) if elf is not None else None
     transport = open_transport(target)
     try:
-        if sys.stdin.isatty() and sys.platform != "win32":
+        if sys.stdin.isatty():
             ui.note(f"{transport.name}: Enter sends, ! ~ ? Ctrl-X act immediately, Ctrl-C ends")
-            with single_keys():
-                Typing(transport, stamps, decoder).run()
+            with single_keys() as keys, suppress(KeyboardInterrupt):
+                Typing(transport, keys, stamps, decoder).run()
         else:
             feed_lines(transport, sys.stdin.read().splitlines(), stamps, decoder)
     finally:
@@ -88,46 +90,68 @@ def _is_realtime(line: str) -> bool:
     return len(line) == 1 and line in REALTIME
 
 
+class TerminalKeys:
+    """A terminal in the mode of single_keys()."""
+
+    def __init__(self, fd: int) -> None:
+        self._fd = fd
+
+    def fileno(self) -> int:
+        return self._fd
+
+    def read(self) -> str:
+        """Keys since the last call. A terminal that went away is a request to end."""
+        if not select.select([self._fd], [], [], 0)[0]:
+            return ""
+        return os.read(self._fd, 256).decode("utf-8", "replace") or GONE
+
+
 @contextmanager
-def single_keys() -> Iterator[None]:
+def single_keys() -> Iterator[TerminalKeys | ConsoleKeys]:
     """Every key immediately and unseen, Ctrl-C too; the terminal is given back as it was."""
-    fd = sys.stdin.fileno()
-    saved = termios.tcgetattr(fd)
-    mode = termios.tcgetattr(fd)
-    mode[0] &= ~termios.IXON
-    mode[3] &= ~(termios.ICANON | termios.ECHO | termios.ISIG)
-    mode[6][termios.VMIN], mode[6][termios.VTIME] = 1, 0
-    termios.tcsetattr(fd, termios.TCSANOW, mode)
-    try:
-        yield
-    finally:
-        termios.tcsetattr(fd, termios.TCSANOW, saved)
+    if sys.platform == "win32":
+        allow_escapes()
+        with ConsoleKeys() as keys:
+            yield keys
+    else:
+        fd = sys.stdin.fileno()
+        saved = termios.tcgetattr(fd)
+        mode = termios.tcgetattr(fd)
+        mode[0] &= ~termios.IXON
+        mode[3] &= ~(termios.ICANON | termios.ECHO | termios.ISIG)
+        mode[6][termios.VMIN], mode[6][termios.VTIME] = 1, 0
+        termios.tcsetattr(fd, termios.TCSANOW, mode)
+        try:
+            yield TerminalKeys(fd)
+        finally:
+            termios.tcsetattr(fd, termios.TCSANOW, saved)
 
 
 class Typing:
     """A line editor of one line below what the controller says."""
 
-    def __init__(self, transport: Transport, stamps: bool, decoder: Decoder | None = None) -> None:
+    def __init__(
+        self, transport: Transport, keys: TerminalKeys | ConsoleKeys, stamps: bool, decoder: Decoder | None = None
+    ) -> None:
         self.transport = transport
+        self.keys = keys
         self.decoder = decoder
         self.stamps = stamps
         self.typed = ""
         self.splitter = LineSplitter()
 
     def run(self) -> None:
-        stdin = sys.stdin.fileno()
         while True:
-            self.transport.wait(60.0, [stdin])
+            self.transport.wait(60.0, [self.keys.fileno()])
             for line in self.splitter.take(self.transport.receive()):
                 for text in explained(line, self.decoder):
                     self._show(stamped(text, self.stamps))
-            if select.select([stdin], [], [], 0)[0]:
-                keys = os.read(stdin, 256).decode("utf-8", "replace")
-                if not keys or END_KEYS & frozenset(keys):
-                    self._show("")
-                    return
-                for key in keys:
-                    self._take(key)
+            keys = self.keys.read()
+            if END_KEYS & frozenset(keys):
+                self._show("")
+                return
+            for key in keys:
+                self._take(key)
 
     def _take(self, key: str) -> None:
         if key in REALTIME:

@@ -10,6 +10,8 @@ import rich_click as click
 
 from wificnc import ui
 from wificnc.build.checkout import find_checkout
+from wificnc.build.cross import require_zig
+from wificnc.build.platforms import PLATFORMS
 from wificnc.commands._output import OutputFolder
 from wificnc.commands._target import json_option
 from wificnc.errors import ReleaseError
@@ -17,7 +19,7 @@ from wificnc.release.facts import firmware_boards, look, read_source
 from wificnc.release.plan import Plan, plan_release
 from wificnc.release.run import check_output, has_page, make_release
 
-ALL = "all"
+ALL, NONE = "all", "none"
 
 
 @click.command()
@@ -27,19 +29,21 @@ ALL = "all"
               help="Folder; an older release in it is replaced.")  # fmt: skip
 @click.option("--tag", default="", metavar="vVERSION",
               help="A final release: all boards, the page, a clean tree, a dated changelog.")  # fmt: skip
+@click.option("--platforms", "computers", metavar="NAME,...", default=ALL, show_default=True,
+              help="Computers for which a wheel without need of a compiler is made; or `none`.")  # fmt: skip
 @click.option("--dry-run", is_flag=True, help="Print what the release would contain.")
 @json_option
-def command(names: str, output: Path, tag: str, dry_run: bool, as_json: bool) -> None:
+def command(names: str, output: Path, tag: str, computers: str, dry_run: bool, as_json: bool) -> None:
     """Make all files of a release from what has been built: images of boards, packages, the page's firmware,
     sums, a bill of materials. The same commit gives the same bytes."""
     root = find_checkout()
     if root is None:
         raise ReleaseError("a release is made in a checkout of the repository", hint="git clone it")
     source, boards = read_source(root), firmware_boards()
-    wanted = [name.strip() for name in names.split(",") if name.strip()]
-    if wanted == [ALL]:
-        wanted = [board.id for board in boards]
-    plan = plan_release(source, boards, look(root, source, boards), wanted, tag)
+    wanted = _listed(names, [board.id for board in boards])
+    plan = plan_release(source, boards, look(root, source, boards), wanted, tag, _listed(computers, list(PLATFORMS)))
+    if plan.platforms:
+        require_zig()
     if tag and not has_page(root):
         raise ReleaseError("the page has not been built, and a final release has one", hint="make web")
     check_output(output)
@@ -57,6 +61,14 @@ def command(names: str, output: Path, tag: str, dry_run: bool, as_json: bool) ->
     show_missing(plan)
     if not has_page(root):
         ui.warn("the page has not been built, so web/ has only the firmware: `make web`")
+
+
+def _listed(text: str, everything: list[str]) -> list[str]:
+    """Names with commas between them, or `all`, or `none`."""
+    names = [name.strip() for name in text.split(",") if name.strip()]
+    if names == [ALL]:
+        return everything
+    return [] if names == [NONE] else names
 
 
 def show(plan: Plan, output: Path) -> None:

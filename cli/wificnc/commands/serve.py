@@ -123,7 +123,9 @@ def _check_doors(options: ServeOptions) -> None:
 
 def _run(options: ServeOptions, speed: str) -> None:
     """Serve until it is stopped."""
-    signal.signal(signal.SIGTERM, _end)
+    for name in ("SIGTERM", "SIGBREAK"):  # the second one is Windows' Ctrl-Break
+        if hasattr(signal, name):
+            signal.signal(getattr(signal, name), _end)
     with suppress(KeyboardInterrupt), _server(options) as server, _page(server) as page_server:
         _print_doors(server, speed, page_server.url if page_server else "")
         for event in server.events():

@@ -113,7 +113,7 @@ def _check_build(folder: Path, board: Board) -> None:
     if not record_path.is_file():
         raise FlashError(f"no build found for {board.id} in {folder}", hint=hint)
     try:
-        record = json.loads(record_path.read_text())
+        record = json.loads(record_path.read_text(encoding="utf-8"))
         sums = {row["name"]: row["sha256"] for row in record["artefacts"]}
         if record["board"] != board.id:
             raise FlashError(f"{record_path} is a build of {record['board']}, not of {board.id}", hint=hint)

@@ -138,7 +138,10 @@ class SerialTransport:
             return
         deadline = time.monotonic() + timeout_s
         while self._port.in_waiting == 0 and time.monotonic() < deadline:
-            time.sleep(SLICE_S)
+            if others and select.select(others, [], [], SLICE_S)[0]:
+                return
+            if not others:
+                time.sleep(SLICE_S)
 
     def close(self) -> None:
         self._port.close()

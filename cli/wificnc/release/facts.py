@@ -24,7 +24,12 @@ NEEDS_WORKFLOW = (
 def read_source(root: Path, environment: Mapping[str, str] = os.environ) -> Source:
     """Version, commit and its time, or SOURCE_DATE_EPOCH's. Raises ReleaseError."""
     run = subprocess.run(
-        ["git", "-C", str(root), "log", "-1", "--format=%ct"], capture_output=True, text=True, check=False
+        ["git", "-C", str(root), "log", "-1", "--format=%ct"],
+        capture_output=True,
+        text=True,
+        check=False,
+        encoding="utf-8",
+        errors="replace",
     )
     if run.returncode != 0:
         raise ReleaseError(f"{root} is not a git repository: a release is made from a commit", hint="git clone it")

@@ -19,7 +19,14 @@ SAID_LINES = 20
 
 def tracked_files(root: Path) -> list[str]:
     """Every file that git knows and that is there. Raises ReleaseError."""
-    run = subprocess.run(["git", "-C", str(root), "ls-files", "-z"], capture_output=True, text=True, check=False)
+    run = subprocess.run(
+        ["git", "-C", str(root), "ls-files", "-z"],
+        capture_output=True,
+        text=True,
+        check=False,
+        encoding="utf-8",
+        errors="replace",
+    )
     if run.returncode != 0:
         raise ReleaseError(f"{root} is not a git repository: a release is made from a commit", hint="git clone it")
     return [name for name in run.stdout.split("\0") if name and (root / name).is_file()]
@@ -45,7 +52,16 @@ def build_packages(root: Path, work: Path, output: Path, made: Mapping[str, byte
         path.write_bytes(data)
     command = [sys.executable, "-m", "hatchling", "build", "-d", str(output)]
     environment = {**os.environ, "SOURCE_DATE_EPOCH": str(epoch_s)}
-    run = subprocess.run(command, cwd=stage, env=environment, capture_output=True, text=True, check=False)
+    run = subprocess.run(
+        command,
+        cwd=stage,
+        env=environment,
+        capture_output=True,
+        text=True,
+        check=False,
+        encoding="utf-8",
+        errors="replace",
+    )
     if run.returncode != 0:
         said = (run.stdout + run.stderr).splitlines()[-SAID_LINES:]
         raise ReleaseError("\n".join(["hatchling could not build the package:", *said]))

@@ -7,7 +7,9 @@ from dataclasses import dataclass
 from typing import Literal
 
 from wificnc.board.model import Board
+from wificnc.build.platforms import PLATFORMS, Platform
 from wificnc.errors import ReleaseError
+from wificnc.release.wheel import PURE_TAG, wheel_tag
 
 Kind = Literal["image", "package", "source", "component", "header", "page", "record"]
 
@@ -63,13 +65,18 @@ class Plan:
     source: Source
     boards: tuple[Board, ...]  # with firmware in it
     missing: tuple[Missing, ...] = ()
+    platforms: tuple[Platform, ...] = ()  # each has its own wheel
 
     @property
     def assets(self) -> list[Asset]:
         version = self.source.version
         return [
             *(asset for board in self.boards for asset in board_assets(board, version)),
-            Asset(f"wificnc-{version}-py3-none-any.whl", "package", None, "the command, with sources and firmware"),
+            Asset(f"wificnc-{version}-{PURE_TAG}.whl", "package", None, "the command, with sources and firmware"),
+            *(
+                Asset(f"wificnc-{version}-{wheel_tag(one)}.whl", "package", None, f"the same, compiled for {one.name}")
+                for one in self.platforms
+            ),
             Asset(f"wificnc-{version}.tar.gz", "source", None, "the same as a source distribution"),
             Asset(f"wificnc-{version}-linuxcnc.tar.gz", "component", None, "the HAL component of LinuxCNC"),
             Asset(f"wificnc-{version}-protocol.h", "header", None, "the binary protocol for hosts in C"),
@@ -85,14 +92,20 @@ def board_assets(board: Board, version: str) -> list[Asset]:
 
 
 def plan_release(
-    source: Source, boards: Sequence[Board], why_missing: Mapping[str, str], wanted: Sequence[str] = (), tag: str = ""
+    source: Source,
+    boards: Sequence[Board],
+    why_missing: Mapping[str, str],
+    wanted: Sequence[str] = (),
+    tag: str = "",
+    platforms: Sequence[str] = (),
 ) -> Plan:
     """@param boards  all that have firmware. @param why_missing  of those for which there is none here
     @param wanted  boards that must be in it; none: all that can be. @param tag  vVERSION: a final release, in which all
-    boards must be unless some are named
+    boards must be unless some are named. @param platforms  each has its own wheel
 
     Raises:
-        ReleaseError: a wanted board is unknown or missing, or the tag names another version or changed files.
+        ReleaseError: a wanted board or platform is unknown, a board is missing, or the tag names another version or
+            changed files.
     """
     _check_tag(source, tag)
     if tag and not wanted:
@@ -106,7 +119,14 @@ def plan_release(
     if wanted and missing:
         lines = [f"  {row.board.id}: {row.why}" for row in missing]
         raise ReleaseError("\n".join(["parts of the release are missing:", *lines]))
-    return Plan(source, tuple(board for board in chosen if board.id not in why_missing), missing)
+    built = tuple(board for board in chosen if board.id not in why_missing)
+    return Plan(source, built, missing, _find_platforms(platforms))
+
+
+def _find_platforms(names: Sequence[str]) -> tuple[Platform, ...]:
+    if unknown := [name for name in names if name not in PLATFORMS]:
+        raise ReleaseError(f"unknown platform: {', '.join(unknown)}", hint=f"there are: {', '.join(PLATFORMS)}")
+    return tuple(platform for name, platform in PLATFORMS.items() if name in names)
 
 
 def _check_tag(source: Source, tag: str) -> None:

@@ -24,6 +24,7 @@ from wificnc.release.header import protocol_header
 from wificnc.release.notes import changes, notes_text
 from wificnc.release.package import build_packages, carried_esp32
 from wificnc.release.plan import ESP32_FILES, Asset, Plan
+from wificnc.release.wheel import PURE_TAG, native_files, platform_wheel, wheel_tag
 
 if sys.version_info >= (3, 11):
     import tomllib
@@ -116,7 +117,7 @@ def _replace(output: Path, fresh: Path, old: Path) -> None:
 
 def _make(work: _Work, say: Say) -> None:
     body = changes((work.root / "CHANGELOG.md").read_text(encoding="utf-8"), work.plan.source.version, final=work.final)
-    partitions = read_partitions((paths.TARGETS / "esp32" / "partitions.csv").read_text())
+    partitions = read_partitions((paths.TARGETS / "esp32" / "partitions.csv").read_text(encoding="utf-8"))
     for board in work.plan.boards:
         say(board.id)
         work.boards.append(_esp32(work, board, partitions) if board.target == "esp32" else _pic32mz(work, board))
@@ -127,6 +128,7 @@ def _make(work: _Work, say: Say) -> None:
     carried = {f"firmware/{name}": data for made in work.boards for name, data in made.carried.items()}
     carried |= {f"page/{name}": data for name, data in page_files(work.root).items()}
     build_packages(work.root, work.temporary, work.dist, carried, work.plan.source.epoch_s)
+    _write_wheels(work, say)
     say("page, component, protocol")
     _write_page(work)
     _write_component(work)
@@ -134,10 +136,19 @@ def _make(work: _Work, say: Say) -> None:
     _write_records(work, body)
 
 
+def _write_wheels(work: _Work, say: Say) -> None:
+    """Of each platform: the package, and the library and the server compiled for it."""
+    pure = work.dist / f"wificnc-{work.plan.source.version}-{PURE_TAG}.whl"
+    for platform in work.plan.platforms:
+        say(f"wheel for {platform.name}")
+        tag = wheel_tag(platform)
+        work.write(f"-{tag}.whl", platform_wheel(pure, tag, native_files(work.root, platform)))
+
+
 def _esp32(work: _Work, board: Board, partitions: dict[str, Partition]) -> _Board:
     folder = work.root / "build" / board.id
     firmware = load_firmware(folder, board, partitions)
-    record = json.loads((folder / "build.json").read_text())
+    record = json.loads((folder / "build.json").read_text(encoding="utf-8"))
     return _Board(
         board,
         assets=_esp32_assets(firmware),
@@ -193,7 +204,7 @@ def _write_records(work: _Work, body: str) -> None:
     (dist / "RELEASE_NOTES.md").write_text(notes_text(source.version, source.revision, body, missing), "utf-8")
     (dist / "release.json").write_bytes(page.json_bytes(_record(work, missing)))
     names = sorted(path.name for path in dist.iterdir() if path.is_file())
-    (dist / "SHA256SUMS").write_text("".join(f"{_sha256(dist / name)}  {name}\n" for name in names))
+    (dist / "SHA256SUMS").write_text("".join(f"{_sha256(dist / name)}  {name}\n" for name in names), encoding="utf-8")
 
 
 def _record(work: _Work, missing: Mapping[str, str]) -> dict[str, Any]:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import ctypes
 import errno
 import os
-import signal
 import subprocess
 from collections.abc import Iterator
 from contextlib import suppress
@@ -13,7 +12,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from wificnc.build.checkout import checkout_root
-from wificnc.build.host import build_program, ensure_host_library, variant_directory
+from wificnc.build.host import SYSTEM, build_program, ensure_host_library, variant_directory
+from wificnc.build.native import carried_server, server_name
 from wificnc.errors import ServeError
 from wificnc.serve.options import ServeOptions, program_arguments
 from wificnc.serve.store_file import store_failure
@@ -31,10 +31,12 @@ class ClientEvent:
 
 
 def serve_program(variant: str = "release") -> Path:
-    """The program, built when stale. Raises BuildError."""
+    """The program: the wheel's, or built when stale. Raises BuildError."""
+    if variant == "release" and (carried := carried_server()):
+        return carried
     root = checkout_root()
     source = root / "targets" / "pc" / "main.c"
-    return build_program([source], variant_directory(root, variant) / "wificnc-serve", variant)
+    return build_program([source], variant_directory(root, variant) / server_name(SYSTEM), variant)
 
 
 class Server:
@@ -80,19 +82,18 @@ class Server:
                 yield ClientEvent(line[1], line[2])
 
     def stop(self) -> int:
-        """End it; its exit code."""
+        """End it; its exit code. It ends with its stdin (--parent), which all systems have; not all have signals."""
         process = self._process
-        if process.poll() is None:
-            process.send_signal(signal.SIGTERM)
+        with suppress(OSError):
+            if process.stdin:
+                process.stdin.close()
         try:
             code = process.wait(END_SECONDS)
         except subprocess.TimeoutExpired:
             process.kill()
             code = process.wait()
-        for stream in (process.stdin, process.stdout):
-            with suppress(OSError):
-                if stream:
-                    stream.close()
+        if process.stdout:
+            process.stdout.close()
         return code
 
     def _lines(self) -> Iterator[list[str]]:
@@ -120,13 +121,13 @@ class Server:
 def _failure(options: ServeOptions, stage: str, error: int, text: str) -> ServeError:
     """The program's short words as ours."""
     if stage == "tcp":
-        return _tcp_failure(options, error)
+        return _tcp_failure(options, error, text)
     if stage == "control":
-        return ServeError(f"--control {options.control}: {os.strerror(error)}", hint="0 takes any free port")
+        return ServeError(f"--control {options.control}: {text}", hint="0 takes any free port")
     if stage == "wmc3":
-        return _wmc3_failure(options, error)
+        return _wmc3_failure(options, error, text)
     if stage == "pty":
-        return _pty_failure(options, error)
+        return _pty_failure(options, error, text)
     if stage == "setting":
         said = f"error:{error} {status_text(error)}" if error > 0 else "no answer"
         return ServeError(f"the controller refuses {text}: {said}")
@@ -135,7 +136,7 @@ def _failure(options: ServeOptions, stage: str, error: int, text: str) -> ServeE
     return ServeError(f"the controller cannot be served: {stage}: {text}")
 
 
-def _tcp_failure(options: ServeOptions, error: int) -> ServeError:
+def _tcp_failure(options: ServeOptions, error: int, text: str) -> ServeError:
     free = "--tcp 127.0.0.1:0 takes any free port"
     if error == 0:
         return ServeError(f"--tcp {options.tcp}: host not found", hint=free)
@@ -143,25 +144,33 @@ def _tcp_failure(options: ServeOptions, error: int) -> ServeError:
         return ServeError(
             f"port {options.tcp} is in use", hint=f"check for another `wificnc serve`, or choose another port: {free}"
         )
-    return ServeError(f"cannot listen at {options.tcp}: {os.strerror(error)}", hint=free)
+    return ServeError(f"cannot listen at {options.tcp}: {text}", hint=free)
 
 
-def _wmc3_failure(options: ServeOptions, error: int) -> ServeError:
+def _wmc3_failure(options: ServeOptions, error: int, text: str) -> ServeError:
     if error == errno.EADDRINUSE:
         return ServeError(
             f"the ports of the binary protocol are in use at {options.wmc3}",
             hint="they are fixed; another device on this computer needs another address, like --wmc3 127.0.0.2",
         )
-    return ServeError(f"--wmc3 {options.wmc3}: {os.strerror(error)}", hint="use an address of this computer")
+    return ServeError(f"--wmc3 {options.wmc3}: {text}", hint="use an address of this computer")
 
 
-def _pty_failure(options: ServeOptions, error: int) -> ServeError:
+def _pty_failure(options: ServeOptions, error: int, text: str) -> ServeError:
     if error == errno.EEXIST:
         return ServeError(
             f"--pty {options.pty}: the name already exists and is not replaced",
             hint="choose a new name, like --pty ttyWiFiCNC",
         )
-    return ServeError(f"--pty {options.pty}: {os.strerror(error)}", hint="check that the folder exists and is writable")
+    if error == errno.ENOTSUP:
+        return ServeError(f"--pty {options.pty}: {text}")
+    return ServeError(f"--pty {options.pty}: {text}", hint="check that the folder exists and is writable")
+
+
+def no_pty() -> str:
+    """Why this system has no pseudo-terminals, in the words of the C program; "" where it has them."""
+    text = ctypes.c_char_p.in_dll(ctypes.CDLL(str(ensure_host_library())), "net_pty_missing").value
+    return (text or b"").decode()
 
 
 def status_text(code: int) -> str:

@@ -3,11 +3,23 @@
 from __future__ import annotations
 
 import errno
-import fcntl
 import os
+import sys
 from pathlib import Path
 
 from wificnc.errors import ServeError
+
+# As targets/pc/port_posix.c and port_windows.c lock it.
+if sys.platform == "win32":
+    import msvcrt
+
+    def _lock(descriptor: int) -> None:
+        msvcrt.locking(descriptor, msvcrt.LK_NBLCK, 1)
+else:
+    import fcntl
+
+    def _lock(descriptor: int) -> None:
+        fcntl.lockf(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
 
 
 def store_failure(path: Path, error: int) -> ServeError:
@@ -40,11 +52,11 @@ def claim_store(path: Path) -> int:
     if path.exists() and not path.is_file():
         raise store_failure(path, errno.EISDIR if path.is_dir() else errno.EINVAL)
     try:
-        lock = os.open(f"{path}.lock", os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o666)
+        lock = os.open(f"{path}.lock", os.O_RDWR | os.O_CREAT, 0o666)
     except OSError as err:
         raise store_failure(path, err.errno or 0) from err
     try:
-        fcntl.lockf(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        _lock(lock)
     except OSError as err:
         os.close(lock)
         raise store_failure(path, errno.EAGAIN) from err

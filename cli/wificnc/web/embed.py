@@ -39,7 +39,7 @@ def embedded_files(folder: Path | None = None) -> list[EmbeddedFile]:
     folder = folder or page_folder()
     if not (folder / MANIFEST).is_file():
         raise UserError(f"the page in {folder} is of an older version", hint="make web")
-    left_out = _installer(json.loads((folder / MANIFEST).read_text()))
+    left_out = _installer(json.loads((folder / MANIFEST).read_text(encoding="utf-8")))
     files = []
     for packed in sorted(folder.rglob("*.gz")):
         plain = packed.with_suffix("")

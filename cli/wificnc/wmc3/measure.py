@@ -5,6 +5,7 @@ from __future__ import annotations
 import socket
 import statistics
 import struct
+import sys
 import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -85,7 +86,9 @@ def _part(values: Sequence[float], part: float) -> float:
 
 
 def _ask_for_stamps(listener: socket.socket) -> bool:
-    """The kernel's time of arrival does not wait for this program to be scheduled."""
+    """The kernel's time of arrival does not wait for this program to be scheduled. Only Linux has it."""
+    if sys.platform != "linux":
+        return False
     try:
         listener.setsockopt(socket.SOL_SOCKET, KERNEL_STAMPS, 1)
     except OSError:
@@ -99,13 +102,21 @@ def _reports(device: Device, listener: socket.socket, seconds: float) -> Iterato
     while (left := end - time.monotonic()) > 0:
         listener.settimeout(min(left, PATIENCE_S))
         try:
-            data, extra, _, (address, _) = listener.recvmsg(512, 64)
+            data, address, now = _receive(listener)
         except TimeoutError:
             return
-        now = next((_stamp(value) for _, _, value in extra), time.time())
         packet = parse(data)
         if address == device.address and packet and isinstance(packet.payload, Status):
             yield now, packet.header.timestamp_us
+
+
+def _receive(listener: socket.socket) -> tuple[bytes, str, float]:
+    """A datagram, the address that it is from, and when it came, s. Raises TimeoutError."""
+    if sys.platform == "win32":
+        data, (address, _) = listener.recvfrom(512)
+        return data, address, time.time()
+    data, extra, _, (address, _) = listener.recvmsg(512, 64)
+    return data, address, next((_stamp(value) for _, _, value in extra), time.time())
 
 
 def _stamp(value: bytes) -> float:

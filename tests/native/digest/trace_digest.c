@@ -9,7 +9,6 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 
 enum { TEXT_MAX = 1 << 20, EVENTS_A_RUN = 1 << 20 };
 
@@ -94,9 +93,9 @@ static int run(const char *text, size_t size) {
 int main(void) {
     static char text[TEXT_MAX];
     size_t size = 0, begin = 0;
-    long count;
-    while (size < TEXT_MAX && (count = (long)read(0, text + size, TEXT_MAX - size)) > 0)
-        size += (size_t)count;
+    size_t count;
+    while (size < TEXT_MAX && (count = fread(text + size, 1, TEXT_MAX - size, stdin)) > 0)
+        size += count;
     for (size_t at = 0; at < size; at++)
         if (text[at] == '\0') {
             if (run(text + begin, at - begin) != 0)
