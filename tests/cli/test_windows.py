@@ -16,7 +16,7 @@ from wificnc.console import ConsoleKeys
 
 PACKAGE = checkout_root() / "cli" / "wificnc"
 
-# The standard library and other packages find this system; then ours are told that it is Windows.
+# The standard library and other packages find this system; for ours it is Windows from then on.
 IMPORT_ALL = """
 import importlib, pkgutil, sys, types
 import asyncio, ctypes, esptool, getpass, http.server, importlib.metadata, jinja2, matplotlib, multiprocessing, numpy
