@@ -203,6 +203,15 @@ static void flush_trace(struct host *host) {
     host->seen = host->trace.events;
 }
 
+/* A laser's output follows the step interrupt. The edges before have been followed. */
+static void follow_beam(struct host *host) {
+    if (!outputs_beam_differs(&host->hal))
+        return;
+    flush_trace(host);
+    outputs_follow_beam(&host->hal);
+    trace_set_duty(&host->trace, host->hal.step.now_ticks, host->hal.step.duty);
+}
+
 /* Step events until a time is reached, or an input changes. @param polls  what feeds the step interrupt may
  * look all the time: then for the time between two polls at most */
 static void run_events(struct host *host, uint64_t *budget, uint64_t until_ticks, bool polls) {
@@ -218,8 +227,8 @@ static void run_events(struct host *host, uint64_t *budget, uint64_t until_ticks
         }
         hal->now_ticks = hal->alarm_ticks;
         step_isr(step);
-        outputs_follow_beam(&host->hal);
         bool changed = follows && host_follow_edges(host);
+        follow_beam(host);
         if (hal->write == &host->trace.events[TRACE_CHUNK])
             flush_trace(host);
         host->timer_events++;
@@ -269,7 +278,7 @@ static bool look(struct host *host, bool *any) {
         tasks_looked(tasks, HOST_MOTION, done, hal->now_ticks);
         *any |= done;
     }
-    outputs_follow_beam(&host->hal);
+    follow_beam(host);
     note_alarm(host);
     host_show_segments(host);
     if (host->observer.looked != NULL)

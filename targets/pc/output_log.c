@@ -57,13 +57,13 @@ static bool differ(const struct hal *hal) {
            set->spindle_duty != pins->spindle_duty || set->coolant != pins->coolant;
 }
 
-/* A laser's pin changes with the step interrupt, whatever the period. */
+bool outputs_beam_differs(const struct hal *hal) {
+    return hal->keeps_duty && hal->virtual_machine.outputs.spindle_duty != hal->step.duty;
+}
+
+/* With the step interrupt, whatever the period. */
 void outputs_follow_beam(struct hal *hal) {
-    struct virtual_outputs *pins = &hal->virtual_machine.outputs;
-    if (!hal->keeps_duty || pins->spindle_duty == hal->step.duty)
-        return;
-    hal->outputs_set.spindle_duty = hal->step.duty;
-    pins->spindle_duty = hal->step.duty;
+    hal->outputs_set.spindle_duty = hal->virtual_machine.outputs.spindle_duty = hal->step.duty;
     record(hal);
 }
 
@@ -80,7 +80,6 @@ void outputs_commit(struct hal *hal) {
 }
 
 void outputs_follow(struct hal *hal) {
-    outputs_follow_beam(hal);
     if (hal->output_period_ticks != 0) {
         if (hal->step.now_ticks < hal->outputs_due_ticks)
             return;

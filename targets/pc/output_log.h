@@ -8,6 +8,7 @@
 #ifndef WIFICNC_PC_OUTPUT_LOG_H
 #define WIFICNC_PC_OUTPUT_LOG_H
 
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
@@ -43,7 +44,10 @@ struct hal;
 /** The pins take what the controller has set last. */
 void outputs_commit(struct hal *hal);
 
-/** The step interrupt has set a laser's duty. */
+/** The step interrupt has set a laser's duty, and the pin does not show it yet. */
+bool outputs_beam_differs(const struct hal *hal);
+
+/** Show it. */
 void outputs_follow_beam(struct hal *hal);
 
 /** The period has come round: the pins follow. */

@@ -8,8 +8,20 @@ int trace_add(struct trace *trace, trace_consumer *consume, void *ctx) {
     trace_flush(trace); /* what happened before is not the newcomer's */
     trace->consume[trace->consumers] = consume;
     trace->ctx[trace->consumers] = ctx;
+    trace->follow[trace->consumers] = NULL;
     trace->consumers++;
     return 1;
+}
+
+void trace_add_duty(struct trace *trace, trace_duty_consumer *follow) {
+    trace->follow[trace->consumers - 1] = follow;
+}
+
+void trace_set_duty(struct trace *trace, uint64_t t_ticks, uint16_t duty) {
+    trace_flush(trace);
+    for (size_t i = 0; i < trace->consumers; i++)
+        if (trace->follow[i] != NULL)
+            trace->follow[i](trace->ctx[i], t_ticks, duty);
 }
 
 void trace_flush(struct trace *trace) {

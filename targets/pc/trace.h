@@ -25,6 +25,9 @@ _Static_assert(sizeof(struct trace_event) == 16, "two words");
 /** Gets every event. ctx is the consumer's own. */
 typedef void trace_consumer(void *ctx, const struct trace_event *events, size_t count);
 
+/** Gets every change of a laser's duty, 0 .. 65535, between the events before and after it. */
+typedef void trace_duty_consumer(void *ctx, uint64_t t_ticks, uint16_t duty);
+
 enum { TRACE_CHUNK = 4096, TRACE_CONSUMERS = 8 };
 
 struct trace {
@@ -32,12 +35,19 @@ struct trace {
     uint64_t total; /* events handed on so far */
     size_t consumers;
     trace_consumer *consume[TRACE_CONSUMERS];
+    trace_duty_consumer *follow[TRACE_CONSUMERS]; /* NULL: has no use for it */
     void *ctx[TRACE_CONSUMERS];
     struct trace_event events[TRACE_CHUNK];
 };
 
 /** Add a consumer. With none, events are dropped as soon as a chunk is full. @return false: no place left. */
 int trace_add(struct trace *trace, trace_consumer *consume, void *ctx);
+
+/** The newest consumer gets changes of the duty, too. */
+void trace_add_duty(struct trace *trace, trace_duty_consumer *follow);
+
+/** A laser's duty has changed. All events before have been recorded. */
+void trace_set_duty(struct trace *trace, uint64_t t_ticks, uint16_t duty);
 
 /** Hand all recorded events to the consumers. */
 void trace_flush(struct trace *trace);

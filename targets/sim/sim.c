@@ -560,6 +560,7 @@ static int add_writer(struct sim *sim, struct trace_writer *writer, int error) {
         trace_writer_close(writer);
         return EMFILE;
     }
+    trace_add_duty(host_trace(sim->host), writer->follow);
     sim->writers[sim->writer_count++] = writer;
     return 0;
 }

@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: MIT
- * Step events -> CSV: t_ns,step_mask,dir_mask. */
+ * Step events -> CSV: t_ns,step_mask,dir_mask,duty. */
 #include "trace_write.h"
 
 #include <string.h>
 
-static const char header[] = "t_ns,step_mask,dir_mask\n";
-enum { ROW = 20 + 1 + 3 + 1 + 3 + 1 };
+static const char header[] = "t_ns,step_mask,dir_mask,duty\n";
+enum { ROW = 20 + 1 + 3 + 1 + 3 + 1 + 5 + 1 };
 
 static void consume(void *ctx, const struct trace_event *events, size_t count) {
     struct trace_writer *writer = ctx;
@@ -18,6 +18,8 @@ static void consume(void *ctx, const struct trace_event *events, size_t count) {
         p = trace_put_u64(p, events[i].step_mask);
         *p++ = ',';
         p = trace_put_u64(p, events[i].dir_mask);
+        *p++ = ',';
+        p = trace_put_u64(p, writer->duty);
         *p++ = '\n';
         trace_writer_keep(writer, p);
     }

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT
- * Step events -> little-endian records of 16 bytes: u64 t_ns, u8 step_mask, u8 dir_mask, 6 bytes 0. */
+ * Step events -> little-endian records of 16 bytes: u64 t_ns, u8 step_mask, u8 dir_mask, u16 duty, 4 bytes 0.
+ */
 #include "trace_write.h"
 
 #include <string.h>
@@ -17,7 +18,9 @@ static void consume(void *ctx, const struct trace_event *events, size_t count) {
             p[byte] = (char)(uint8_t)(t_ns >> (8 * byte));
         p[8] = (char)events[i].step_mask;
         p[9] = (char)events[i].dir_mask;
-        memset(p + 10, 0, RECORD - 10);
+        p[10] = (char)(uint8_t)writer->duty;
+        p[11] = (char)(uint8_t)(writer->duty >> 8);
+        memset(p + 12, 0, RECORD - 12);
         trace_writer_keep(writer, p + RECORD);
     }
 }

@@ -1,11 +1,12 @@
 /* SPDX-License-Identifier: MIT
  * Step events -> value change dump (IEEE 1364), for GTKWave, PulseView and their like.
- * Identifier codes: '!' + n is the step line of axis n, '!' + AXIS_COUNT + n its direction line. */
+ * Identifier codes: '!' + n is the step line of axis n, '!' + AXIS_COUNT + n its direction line, and the one
+ * behind them all a laser's duty. */
 #include "trace_write.h"
 
 #include <string.h>
 
-enum { FIRST_CODE = '!', NAME = 64, LINE = NAME + 32, EVENT = 4 * (1 + 20 + 1) + 3 * TRACE_SIGNALS * 3 };
+enum { FIRST_CODE = '!', NAME = 64, LINE = NAME + 32, EVENT = 4 * (1 + 20 + 1) + 3 * TRACE_SIGNALS * 3 + 32 };
 
 static char *put_text(char *p, const char *text) {
     size_t size = strlen(text);
@@ -76,6 +77,28 @@ static void consume(void *ctx, const struct trace_event *events, size_t count) {
     }
 }
 
+static char *put_duty(char *p, uint16_t duty) {
+    *p++ = 'b';
+    for (unsigned bit = 16; bit-- > 0;)
+        *p++ = (duty >> bit & 1) != 0 ? '1' : '0';
+    *p++ = ' ';
+    *p++ = (char)(FIRST_CODE + TRACE_SIGNALS);
+    *p++ = '\n';
+    return p;
+}
+
+static void follow(void *ctx, uint64_t t_ticks, uint16_t duty) {
+    struct trace_writer *writer = ctx;
+    if (writer->error != 0)
+        return;
+    struct trace_vcd *vcd = &writer->vcd;
+    uint64_t t_ns = trace_ns(writer, t_ticks);
+    char *p = trace_writer_room(writer, EVENT);
+    if (vcd->fall_ns < t_ns)
+        p = put_fall(p, vcd, t_ns);
+    trace_writer_keep(writer, put_duty(put_time(p, vcd, t_ns), duty));
+}
+
 static void finish(struct trace_writer *writer) {
     char *p = trace_writer_room(writer, EVENT);
     trace_writer_keep(writer, put_fall(p, &writer->vcd, UINT64_MAX));
@@ -102,9 +125,13 @@ static void write_header(struct trace_writer *writer, const char *const names[TR
         p = put_name(p, names[signal]);
         p = put_text(p, " $end\n");
     }
+    p = put_text(p, "$var reg 16 ");
+    *p++ = (char)(FIRST_CODE + TRACE_SIGNALS);
+    p = put_text(p, " duty $end\n");
     p = put_text(p, "$upscope $end\n$enddefinitions $end\n#0\n$dumpvars\n");
     p = put_levels(p, writer->vcd.shown_step, 0, 0);
     p = put_levels(p, writer->vcd.shown_dir, 0, AXIS_COUNT);
+    p = put_duty(p, 0);
     trace_writer_keep(writer, put_text(p, "$end\n"));
 }
 
@@ -115,6 +142,7 @@ struct trace_writer *trace_vcd_open(const char *path, uint32_t timer_hz, uint32_
     if (writer == NULL)
         return NULL;
     writer->finish = finish;
+    writer->follow = follow;
     struct trace_vcd *vcd = &writer->vcd;
     vcd->pulse_ns = step_pulse_ns > 0 ? step_pulse_ns : 1;
     vcd->dir_setup_ns = dir_setup_ns;

@@ -17,6 +17,13 @@ static void flush(struct trace_writer *writer) {
     writer->used = 0;
 }
 
+/* What events that come have. */
+static void note_duty(void *ctx, uint64_t t_ticks, uint16_t duty) {
+    struct trace_writer *writer = ctx;
+    (void)t_ticks;
+    writer->duty = duty;
+}
+
 struct trace_writer *trace_writer_open(const char *path, uint32_t timer_hz, trace_consumer *consume,
                                        int *error) {
     struct trace_writer *writer = calloc(1, sizeof *writer);
@@ -32,6 +39,7 @@ struct trace_writer *trace_writer_open(const char *path, uint32_t timer_hz, trac
     }
     setvbuf(writer->file, NULL, _IONBF, 0); /* the buffer is ours */
     writer->consume = consume;
+    writer->follow = note_duty;
     writer->timer_hz = timer_hz;
     writer->ns_per_tick = 1000000000u % timer_hz == 0 ? 1000000000u / timer_hz : 0;
     *error = 0;

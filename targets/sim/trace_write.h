@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: MIT
  * Step events -> files: CSV to read, VCD for logic-analyser viewers, raw records for programs.
  *
- *   trace_X_open() -> trace_add(trace, writer->consume, writer) -> ... -> trace_writer_close()
+ *   trace_X_open() -> trace_add(trace, writer->consume, writer), trace_add_duty(trace, writer->follow) -> ...
+ *   -> trace_writer_close()
  *
  * All times are nanoseconds from power-on, rounded down from ticks in integers: nothing drifts. A failed
  * write is kept (the first errno), nothing more is written, and trace_writer_close() reports it. */
@@ -31,27 +32,30 @@ struct trace_vcd {
  */
 struct trace_writer {
     trace_consumer *consume;
+    trace_duty_consumer *follow;
     void (*finish)(struct trace_writer *writer); /* last words before closing, may be NULL */
     FILE *file;
     int error; /* first errno, 0 = none */
     uint32_t timer_hz;
     uint32_t ns_per_tick; /* 0: not a whole number */
+    uint16_t duty;        /* of a laser, at the events that come */
     struct trace_vcd vcd;
     size_t used;
     char buffer[TRACE_BUFFER];
 };
 
-/** `t_ns,step_mask,dir_mask`, a line for every event. @return NULL and *error = errno when it cannot be
- * opened. */
+/** `t_ns,step_mask,dir_mask,duty`, a line for every event; duty: of a laser from this edge on, 0 .. 65535.
+ * @return NULL and *error = errno when it cannot be opened. */
 struct trace_writer *trace_csv_open(const char *path, uint32_t timer_hz, int *error);
 
-/** Little-endian records of 16 bytes: u64 t_ns, u8 step_mask, u8 dir_mask, 6 bytes 0. */
+/** Little-endian records of 16 bytes: u64 t_ns, u8 step_mask, u8 dir_mask, u16 duty, 4 bytes 0. */
 struct trace_writer *trace_raw_open(const char *path, uint32_t timer_hz, int *error);
 
 /** Value change dump, 1 ns. A pulse falls step_pulse_ns after its edge. The edges do not say when a direction
  * line changed: it is drawn dir_setup_ns before the step that needs it, the latest the core may be.
  *  @param names  of the step lines X..C, then of the direction lines X..C; NULL: not drawn. Characters other
- * than letters, digits and _ become _. */
+ * than letters, digits and _ become _. A laser's duty is a vector of 16 bits, `duty`, drawn when it changes.
+ */
 struct trace_writer *trace_vcd_open(const char *path, uint32_t timer_hz, uint32_t step_pulse_ns,
                                     uint32_t dir_setup_ns, const char *const names[TRACE_SIGNALS],
                                     int *error);

@@ -190,3 +190,25 @@ def test_help_needs_neither_numpy_nor_matplotlib(tmp_path):
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     assert (tmp_path / "t.npz").stat().st_size > 0
+
+
+@pytest.mark.parametrize("mode", ["M3", "M4"])
+def test_a_trace_has_the_lasers_duty(cli, job, tmp_path, mode):
+    """The edges of 5 to 10 mm burn with half power, all others are dark; and so it is in each format."""
+    path = job(f"G21 G90\n{mode} S0 F3000\nG1 X5 S0\nG1 X10 S500\nG1 X15 S0\n")
+    for suffix in ("csv", "vcd", "npz"):
+        trace = tmp_path / f"t.{suffix}"
+        code, _, err = cli(
+            path, "--set", "$32=1", "--set", "$30=1000", "--set", "$110=5000", "--set", "$120=5000", "--trace", trace
+        )
+        assert code == 0, err
+    rows = np.genfromtxt(tmp_path / "t.csv", delimiter=",", names=True)
+    steps = len(rows)
+    lit = np.flatnonzero(rows["duty"] == 32768)
+    assert set(rows["duty"]) == {0, 32768} and abs(len(lit) - steps / 3) <= 1
+    assert lit[0] == pytest.approx(steps / 3, abs=1) and np.all(np.diff(lit) == 1)
+    with np.load(tmp_path / "t.npz") as arrays:
+        assert np.array_equal(arrays["duty"], rows["duty"])
+    vcd = (tmp_path / "t.vcd").read_text()
+    changes = [int(line.split()[0][1:], 2) for line in vcd.splitlines() if line.startswith("b")]
+    assert changes == [0, 32768, 0]

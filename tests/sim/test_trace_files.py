@@ -27,7 +27,7 @@ def random_trace(count: int = 10_000, seed: int = 1) -> np.ndarray:
 
 def read_csv(path: Path) -> np.ndarray:
     lines = path.read_text().splitlines()
-    assert lines[0] == "t_ns,step_mask,dir_mask"
+    assert lines[0] == "t_ns,step_mask,dir_mask,duty"
     return np.array([[int(field) for field in line.split(",")] for line in lines[1:]], dtype=np.uint64)
 
 
@@ -41,7 +41,7 @@ def read_vcd(path: Path) -> tuple[dict[str, str], dict[str, str], list[tuple[int
         if line.startswith("#"):
             assert now is None or int(line[1:]) > now or now == 0, "time goes forward"
             now = int(line[1:])
-        elif line in ("$dumpvars", "$end"):
+        elif line in ("$dumpvars", "$end") or line.startswith("b"):
             continue
         elif line[1] not in initial:
             initial[line[1]] = line[0]
@@ -69,9 +69,9 @@ def test_csv_and_npz_hold_every_event(library, tmp_path):
     assert rows[:, 0].tolist() == (trace["t"] * 50).tolist()
     assert rows[:, 1].tolist() == trace["step"].tolist() and rows[:, 2].tolist() == trace["dir"].tolist()
     with np.load(npz) as arrays:
-        assert sorted(arrays) == ["dir_mask", "step_mask", "t_ns"]
+        assert sorted(arrays) == ["dir_mask", "duty", "step_mask", "t_ns"]
         assert arrays["t_ns"].dtype == np.uint64 and arrays["step_mask"].dtype == np.uint8
-        for column, key in enumerate(("t_ns", "step_mask", "dir_mask")):
+        for column, key in enumerate(("t_ns", "step_mask", "dir_mask", "duty")):
             assert np.array_equal(arrays[key], rows[:, column])
 
 
@@ -80,7 +80,7 @@ def test_npz_of_no_events(library, tmp_path):
     assert write_trace(library, events([]), raw, 1_000_000) == 0
     raw_to_npz(raw, npz)
     with np.load(npz) as arrays:
-        assert all(arrays[key].shape == (0,) for key in ("t_ns", "step_mask", "dir_mask"))
+        assert all(arrays[key].shape == (0,) for key in ("t_ns", "step_mask", "dir_mask", "duty"))
 
 
 def test_vcd_says_what_the_csv_says(library, tmp_path):

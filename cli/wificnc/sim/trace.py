@@ -12,7 +12,7 @@ from wificnc.errors import UserError
 from wificnc.sim.native import AXES, Simulation
 
 TRACE_SUFFIXES = (".csv", ".vcd", ".npz")
-RECORD = 16  # u64 t_ns, u8 step_mask, u8 dir_mask, 6 bytes padding
+RECORD = 16  # u64 t_ns, u8 step_mask, u8 dir_mask, u16 duty, 4 bytes padding
 CHUNK = RECORD << 16
 
 
@@ -69,12 +69,13 @@ def signal_names(pins: Mapping[str, str], axes: str) -> tuple[str | None, ...]:
 
 
 def raw_to_npz(raw: Path, npz: Path) -> None:
-    """16-byte records -> arrays t_ns (u64), step_mask and dir_mask (u8), as numpy.load() reads them."""
+    """16-byte records -> arrays t_ns (u64), step_mask and dir_mask (u8), and duty (u16), as numpy.load() reads them."""
     count = raw.stat().st_size // RECORD
     columns: tuple[tuple[str, str, Callable[[bytes], bytes]], ...] = (
         ("t_ns", "<u8", _times),
         ("step_mask", "|u1", lambda chunk: chunk[8::RECORD]),
         ("dir_mask", "|u1", lambda chunk: chunk[9::RECORD]),
+        ("duty", "<u2", lambda chunk: array("H", chunk)[5::8].tobytes()),
     )
     with zipfile.ZipFile(npz, "w") as archive:
         for name, dtype, take in columns:
