@@ -556,11 +556,10 @@ size_t sim_samples(const struct sim *sim, const struct path_sample **out) {
 static int add_writer(struct sim *sim, struct trace_writer *writer, int error) {
     if (writer == NULL)
         return error;
-    if (sim->writer_count == MAX_WRITERS || !trace_add(host_trace(sim->host), writer->consume, writer)) {
+    if (sim->writer_count == MAX_WRITERS || !trace_writer_attach(writer, host_trace(sim->host))) {
         trace_writer_close(writer);
         return EMFILE;
     }
-    trace_add_duty(host_trace(sim->host), writer->follow);
     sim->writers[sim->writer_count++] = writer;
     return 0;
 }

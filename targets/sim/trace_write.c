@@ -46,6 +46,13 @@ struct trace_writer *trace_writer_open(const char *path, uint32_t timer_hz, trac
     return writer;
 }
 
+bool trace_writer_attach(struct trace_writer *writer, struct trace *trace) {
+    if (!trace_add(trace, writer->consume, writer))
+        return false;
+    trace_add_duty(trace, writer->follow);
+    return true;
+}
+
 char *trace_writer_room(struct trace_writer *writer, size_t size) {
     if (TRACE_BUFFER - writer->used < size)
         flush(writer);

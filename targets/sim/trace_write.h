@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: MIT
  * Step events -> files: CSV to read, VCD for logic-analyser viewers, raw records for programs.
  *
- *   trace_X_open() -> trace_add(trace, writer->consume, writer), trace_add_duty(trace, writer->follow) -> ...
- *   -> trace_writer_close()
+ *   trace_X_open() -> trace_writer_attach() -> ... -> trace_writer_close()
  *
  * All times are nanoseconds from power-on, rounded down from ticks in integers: nothing drifts. A failed
  * write is kept (the first errno), nothing more is written, and trace_writer_close() reports it. */
@@ -12,6 +11,7 @@
 #include "base/axis.h"
 #include "trace.h"
 
+#include <stdbool.h>
 #include <stdio.h>
 
 enum { TRACE_BUFFER = 1 << 18, TRACE_SIGNALS = 2 * AXIS_COUNT };
@@ -59,6 +59,9 @@ struct trace_writer *trace_raw_open(const char *path, uint32_t timer_hz, int *er
 struct trace_writer *trace_vcd_open(const char *path, uint32_t timer_hz, uint32_t step_pulse_ns,
                                     uint32_t dir_setup_ns, const char *const names[TRACE_SIGNALS],
                                     int *error);
+
+/** From now on it gets what happens. @return false: the trace has no place left */
+bool trace_writer_attach(struct trace_writer *writer, struct trace *trace);
 
 /** Write what is left, close, free. @return 0, or the first errno. NULL is 0. */
 int trace_writer_close(struct trace_writer *writer);
