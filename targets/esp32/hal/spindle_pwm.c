@@ -4,6 +4,10 @@
 #include "io/outputs.h"
 
 #include "driver/mcpwm_prelude.h"
+#include "freertos/FreeRTOS.h"
+#include "freertos/task.h"
+
+#define PERIODS_TICKS pdMS_TO_TICKS(2) /* 1 ms at least: five periods */
 
 static bool make_timer(mcpwm_timer_handle_t *timer) {
     const mcpwm_timer_config_t config = {.group_id = 0,
@@ -43,7 +47,11 @@ bool spindle_pwm_init(const struct output_wire *wire) {
     mcpwm_cmpr_handle_t compare;
     if (!make_timer(&timer) || !make_comparator(timer, &oper, &compare))
         return false;
-    spindle_pwm_set(SPINDLE_PWM_DARK); /* before a pin shows it */
-    return make_generator(oper, compare, wire) && mcpwm_timer_enable(timer) == ESP_OK &&
-           mcpwm_timer_start_stop(timer, MCPWM_TIMER_START_NO_STOP) == ESP_OK;
+    spindle_pwm_set(SPINDLE_PWM_DARK);
+    if (mcpwm_timer_enable(timer) != ESP_OK ||
+        mcpwm_timer_start_stop(timer, MCPWM_TIMER_START_NO_STOP) != ESP_OK)
+        return false;
+    vTaskDelay(
+        PERIODS_TICKS); /* the comparator takes it at the end of a period: before the pin can show one */
+    return make_generator(oper, compare, wire);
 }
