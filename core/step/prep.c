@@ -501,14 +501,14 @@ static void cut_batch(struct prep *prep) {
     segment_queue_answer(prep->in, QUEUE_TAKEN);
 }
 
-static void tend_beam(const struct prep *prep) {
+void prep_tend_beam(const struct prep *prep) {
+    if (prep->step->beam == STEP_BEAM_NONE)
+        return;
     uint32_t duty = __atomic_load_n(&prep->rest_duty, __ATOMIC_RELAXED);
     step_tend_beam(prep->step, duty_to_register(&prep->timing.pwm, duty));
 }
 
 bool prep_poll(struct prep *prep) {
-    if (prep->step->beam != STEP_BEAM_NONE)
-        tend_beam(prep);
     if (prep->step->halted)
         return false;
     bool any = reclaim(prep);
