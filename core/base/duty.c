@@ -3,6 +3,8 @@
 
 #include "base/minmax.h"
 
+#include <stdbool.h>
+
 float duty_limit_rpm(const struct duty_range *range, float rpm) {
     if (rpm <= 0.0f)
         return 0.0f;
@@ -40,10 +42,12 @@ uint16_t duty_to_register(const struct duty_register *pwm, uint32_t duty) {
 }
 
 uint16_t duty_from_register(const struct duty_register *pwm, uint16_t value) {
-    const uint32_t up = pwm->full - pwm->least, down = pwm->least - pwm->full;
-    if (value == pwm->dark || up == 0)
+    bool falls = pwm->full < pwm->least;
+    uint32_t count = (uint32_t)(falls ? pwm->least - value : value - pwm->least);
+    uint32_t all = (uint32_t)(falls ? pwm->least - pwm->full : pwm->full - pwm->least);
+    if (value == pwm->dark || all == 0)
         return 0;
-    if (pwm->full < pwm->least)
-        return (uint16_t)(1 + (uint32_t)(pwm->least - value) * (DUTY_FULL - 1) / down);
-    return (uint16_t)(1 + (uint32_t)(value - pwm->least) * (DUTY_FULL - 1) / up);
+    uint32_t least = 1 + (count * (DUTY_FULL - 1) + all - 1) / all; /* of those that the register shows alike: */
+    uint32_t middle = least + (DUTY_FULL - 1) / all / 2;
+    return (uint16_t)(middle < DUTY_FULL ? middle : DUTY_FULL);
 }

@@ -3,9 +3,10 @@
 
 uint16_t beam_duty(const struct beam *beam, float rpm, float v_mm_s, float feed_mm_s) {
     float part = 1.0f, full_mm_s = feed_mm_s * beam->feed_part;
+    bool scales = beam->with_speed && beam->range.max_rpm > beam->range.min_rpm; /* else it is on or off */
     if (!beam->on)
         return 0;
-    if (beam->with_speed && v_mm_s < full_mm_s)
+    if (scales && v_mm_s < full_mm_s)
         part = v_mm_s / full_mm_s;
     return duty_of(&beam->range, duty_limit_rpm(&beam->range, rpm * beam->factor * part));
 }

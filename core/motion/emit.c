@@ -229,16 +229,14 @@ static float sample_s(const struct emit *emit, const struct piece *piece) {
 
 /* Travel for one sample, or to a stop, or to where another kind of motion begins. @return s */
 static float travel_sample(struct emit *emit, const struct piece *piece) {
-    struct path *path = &emit->plan->path;
-    uint32_t tail = path->tail;
-    float most_s = sample_s(emit, piece), time_s = 0.0f;
+    float most_s = sample_s(emit, path_piece(&emit->plan->path, emit->plan->path.tail)), time_s = 0.0f;
     while (time_s < most_s) {
         plan_time(emit->plan);
         float asked_s = most_s - time_s, took_s = travel(emit, asked_s);
         time_s += took_s;
         if (travel_ends(emit) || !emit->entered)
             break;
-        if (path->tail != tail && is_other(piece, path_piece(path, path->tail)))
+        if (is_other(piece, travel_piece(emit)))
             break;
         if (!emit->on_blend && took_s < asked_s) { /* the acceleration changes here */
             bool coarse = emit->stop_samples > STOP_COARSE;
@@ -314,7 +312,7 @@ static int16_t ramp(float v0, float v1) {
 }
 
 static void make_sample(struct emit *emit, struct segment *segment) {
-    const struct piece *piece = path_piece(&emit->plan->path, emit->plan->path.tail);
+    const struct piece *piece = travel_piece(emit);
     const struct filter_tag tag = tag_of(piece);
     float v0 = emit->v_mm_s, time_s = travel_sample(emit, piece);
     int64_t at[AXIS_COUNT] = {0};
@@ -344,7 +342,7 @@ static void travel_filtered(struct emit *emit) {
     int64_t at[AXIS_COUNT];
     memcpy(at, filter->past.in, sizeof at);
     if (!emit->settles && !travel_ends(emit)) {
-        tag = tag_of(path_piece(&emit->plan->path, emit->plan->path.tail));
+        tag = tag_of(travel_piece(emit));
         travel_time(emit, filter->sample_s);
         tag.line = find_place(emit, at)->line;
         emit->settles = !emit->entered && (emit->ended_flags & PIECE_STOP) != 0;

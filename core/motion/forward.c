@@ -283,6 +283,10 @@ float travel(struct emit *emit, float time_s) {
     return emit->on_blend ? travel_blend(emit, time_s) : travel_line(emit, time_s);
 }
 
+const struct piece *travel_piece(const struct emit *emit) {
+    return path_piece(&emit->plan->path, emit->plan->path.tail + (emit->on_blend && emit->t >= 0.5 ? 1u : 0u));
+}
+
 void travel_position(const struct emit *emit, float from_corner_mm[AXIS_COUNT]) {
     const struct piece *piece = tail_piece(emit);
     const struct piece *next = path_piece(&emit->plan->path, emit->plan->path.tail + 1);

@@ -9,6 +9,9 @@
  * beyond a change of acceleration on it. @return the time it took, s; 0: only the part changed, or nothing */
 float travel(struct emit *emit, float time_s);
 
+/** The piece whose power and kind belong to that place: a corner's middle is where the next one begins. */
+const struct piece *travel_piece(const struct emit *emit);
+
 /** Where that is, mm, relative to emit->corner_mm. */
 void travel_position(const struct emit *emit, float from_corner_mm[AXIS_COUNT]);
 

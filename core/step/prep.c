@@ -21,10 +21,10 @@
 #define SPEED_RATIO_SQ (1.125f * 1.125f)
 
 /* Where a laser follows the speed, a span changes its duty by this part or lasts this time, whichever makes
- * it longer, and no longer than the third. */
-#define DUTY_PART    0.02f
+ * it longer. It has the mean, so it is wrong by half of the part. A long stop needs a hundred such spans, and
+ * the pool must hold two of them. */
+#define DUTY_PART    0.05f
 #define DUTY_LEAST_S 0.0005f
-#define DUTY_MOST_S  0.002f
 
 void prep_init(struct prep *prep, struct segment_queue *in, struct step *step,
                const struct prep_timing *timing) {
@@ -221,7 +221,7 @@ static void load_duty(struct prep *prep, const struct segment *segment) {
         return;
     float time_s = (float)segment->duration_ns * 1e-9f;
     float parts = fabsf(to - from) / (DUTY_PART * max_f(from, to));
-    parts = max_f(min_f(parts, time_s / DUTY_LEAST_S), max_f(time_s / DUTY_MOST_S, 1.0f));
+    parts = max_f(min_f(parts, time_s / DUTY_LEAST_S), 1.0f);
     float v_sq = prep->v * prep->v, way = prep->v_sq_slope * (float)prep->events;
     prep->dv_most = fabsf(sqrtf(max_f(v_sq + way, 0.0f)) - prep->v) / parts;
 }
@@ -501,14 +501,14 @@ static void cut_batch(struct prep *prep) {
     segment_queue_answer(prep->in, QUEUE_TAKEN);
 }
 
-static void tend_beam(const struct prep *prep) {
+void prep_tend_beam(const struct prep *prep) {
+    if (prep->step->beam == STEP_BEAM_NONE)
+        return;
     uint32_t duty = __atomic_load_n(&prep->rest_duty, __ATOMIC_RELAXED);
     step_tend_beam(prep->step, duty_to_register(&prep->timing.pwm, duty));
 }
 
 bool prep_poll(struct prep *prep) {
-    if (prep->step->beam != STEP_BEAM_NONE)
-        tend_beam(prep);
     if (prep->step->halted)
         return false;
     bool any = reclaim(prep);

@@ -253,6 +253,10 @@ class ChipGrbl:
             digital=self.chip.level(self._pin("misc_out_0")),
         )
 
+    def laser_s(self) -> float:
+        """S that a laser's output shows, with $30=1000 and $31=0; in tenths."""
+        return round(self.outputs().spindle_duty / 65535 * 1000, 1)
+
     # --- inside ---
 
     def _pin(self, signal: str) -> int:

@@ -124,6 +124,19 @@ def test_motion_and_stops_end_it(grbl: Grbl, event: str) -> None:
     assert grbl.state() == "Idle" and grbl.outputs().spindle_duty == 0
 
 
+def test_dark_while_motors_wake_up() -> None:
+    """A move waits for its motors' drivers: it is not lit before its first step, nor is the aiming beam any more."""
+    grbl = Grbl(motors_wake_us=50_000)
+    grbl.send("")
+    grbl.fine("$32=1", "$89=5", "$90=10", "$1=10", "G1F1000", "X1")
+    grbl.after(1.0)
+    grbl.after(0.1, "M3S10\n")
+    assert grbl.outputs().spindle_duty > 0 and not grbl.outputs().motors
+    grbl.after(0.02, "G1X2\nM0\n")
+    assert grbl.outputs().motors and grbl.outputs().spindle_duty == 0
+    grbl.close()
+
+
 def test_a_job_leaves_none_behind(grbl: Grbl) -> None:
     """S words of a job come with motion: nothing is lit at its end, though $89 allows it."""
     grbl.send("M3S800\nG1X-5F1200\nX-10S200\n")

@@ -363,10 +363,10 @@ def lit_mm(record: BeamRecord) -> float:
 
 
 def edge_errors_mm(record: BeamRecord, edges_mm: list[float]) -> list[float]:
-    """How far from each edge (X falls) the beam is switched, mm."""
+    """How far from each edge (X falls) the beam is switched, mm. It is switched with the step that ends there."""
     times, steps = record.positions(0)
     switched: Spans = record.lit()
-    at = [-float(steps[max(0, times.searchsorted(t) - 1)]) / 250 for span in switched for t in span]
+    at = [-float(steps[max(0, times.searchsorted(t, side="right") - 1)]) / 250 for span in switched for t in span]
     assert len(at) == len(edges_mm), at
     return [abs(found - edge) for found, edge in zip(at, edges_mm, strict=True)]
 

@@ -95,3 +95,53 @@ def test_each_pixel_is_as_long_as_programmed(grbl: Grbl, mode: str, feed: int, t
     want = [20 + 0.1 * (n + 1) for n in range(100)]
     assert len(at) == len(want)
     assert np.array(at) == pytest.approx(np.array(want), abs=1.001 / STEPS_PER_MM)
+
+
+def cutting_time_s(mode: str, acceleration: float) -> float:
+    grbl = Grbl()
+    grbl.send("")
+    grbl.settings(s32=1, s110=40_000, s120=acceleration)
+    grbl.fine(f"{mode}S1000F6000")
+    record = BeamRecord(grbl)
+    grbl.send("G1X100\n")
+    times, _ = record.positions(0)
+    grbl.close()
+    return float(times[-1] - times[0])
+
+
+@pytest.mark.parametrize("acceleration", [10, 50, 200])
+def test_dynamic_power_takes_no_more_time(acceleration: float) -> None:
+    """Long stops: their spans, which a laser makes shorter, still fit, so that motion keeps its speed."""
+    assert cutting_time_s("M4", acceleration) == pytest.approx(cutting_time_s("M3", acceleration), rel=0.001)
+
+
+def test_an_output_that_knows_only_on_and_off_is_not_modulated(grbl: Grbl) -> None:
+    """$30 = $31 makes every S full power, with M4 at each speed."""
+    grbl.fine("$31=1000", "M4S500F6000")
+    record = BeamRecord(grbl)
+    grbl.send("G1X40\nG3X0I-20\n")
+    assert set(grbl.output_changes()["duty"]) == {0, FULL}
+    assert len(record.lit()) == 1
+
+
+def past_corner_mm(record: BeamRecord, turn: float) -> list[float]:
+    """Where the edges of what was lit are, along the middle direction of a turn at X20."""
+    (times_x, x), (times_y, y) = record.positions(0), record.positions(1)
+    middle = turn / 2
+    along = []
+    for t in (t for span in record.lit() for t in span):
+        steps = [np.append(0, s)[np.searchsorted(times, t, side="right")] for times, s in ((times_x, x), (times_y, y))]
+        along.append((steps[0] / STEPS_PER_MM - 20) * np.cos(middle) + steps[1] / STEPS_PER_MM * np.sin(middle))
+    return along
+
+
+@pytest.mark.parametrize("lines", ["G1X20S800\n{}S0\n", "G1X20S0\n{}S800\n", "G1X20S800\nG0{}\n", "G0X20\nG1{}S800\n"])
+@pytest.mark.parametrize("degrees", [3, 20, 90, 150])
+def test_power_changes_in_the_middle_of_a_rounded_corner(grbl: Grbl, lines: str, degrees: float) -> None:
+    """Where S changes at a corner that is passed at speed."""
+    turn = np.radians(degrees)
+    grbl.fine("M3F6000")
+    record = BeamRecord(grbl)
+    grbl.send(lines.format(f"X{20 + 20 * np.cos(turn):.4f}Y{20 * np.sin(turn):.4f}"))
+    edges = past_corner_mm(record, turn)
+    assert min(map(abs, edges)) < 1.5 / STEPS_PER_MM, edges

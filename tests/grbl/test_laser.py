@@ -105,3 +105,11 @@ def test_constant_power_only_cuts(laser: Grbl, line: str) -> None:
     assert laser.outputs().spindle_duty == 0
     laser.send("")
     assert laser.outputs().spindle_duty == 0
+
+
+@pytest.mark.parametrize("power", [1, 5000, 7869, 9277, 9977, 10_000])
+def test_the_report_says_s_whatever_the_pwm_rounds(laser: Grbl, power: int) -> None:
+    """FS: of a PWM whose counts are half as many S: the S of the program, not the next lower one."""
+    laser.fine("$30=10000")
+    laser.after(0.5, f"G1X-20S{power}\n")
+    assert laser.status().split("FS:")[1].split("|")[0] == f"1200,{power}"
