@@ -29,6 +29,7 @@ ADDRESS = f"127.60.{os.getpid() >> 8 & 0xFF}.{os.getpid() & 0xFF or 1}"  # the p
 NOTHING_TO_REPORT = "the exit code says all"
 WITHOUT = {
     "monitor": "interactive, or a pipe both ways",
+    "demo": "its output is a picture; `wificnc sim --json` has the figures",
     "serve": "runs until it is stopped; each line of stdout is the address of one port",
     "expand": "its output is G-code",
     "pins": "its output is a C header",

@@ -25,7 +25,7 @@ def command(ctx: click.Context, output: Path | None) -> None:
     """Run a real job through the real core in virtual time, and draw the motion of the axes."""
     picture: Path | None = output or _picture()
     if importlib.util.find_spec("matplotlib") is None and output is None:
-        ui.note("no picture, which needs matplotlib: pip install 'wificnc[plot]'")
+        ui.note("no picture, which needs matplotlib: pip install matplotlib")
         picture = None
     ctx.invoke(sim.command, file=JOB, machine=MACHINE, plot=picture)
 
