@@ -47,7 +47,8 @@ uint16_t duty_from_register(const struct duty_register *pwm, uint16_t value) {
     uint32_t all = (uint32_t)(falls ? pwm->least - pwm->full : pwm->full - pwm->least);
     if (value == pwm->dark || all == 0)
         return 0;
-    uint32_t least = 1 + (count * (DUTY_FULL - 1) + all - 1) / all; /* of those that the register shows alike: */
+    uint32_t least =
+        1 + (count * (DUTY_FULL - 1) + all - 1) / all; /* of those that the register shows alike: */
     uint32_t middle = least + (DUTY_FULL - 1) / all / 2;
     return (uint16_t)(middle < DUTY_FULL ? middle : DUTY_FULL);
 }

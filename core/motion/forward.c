@@ -284,7 +284,8 @@ float travel(struct emit *emit, float time_s) {
 }
 
 const struct piece *travel_piece(const struct emit *emit) {
-    return path_piece(&emit->plan->path, emit->plan->path.tail + (emit->on_blend && emit->t >= 0.5 ? 1u : 0u));
+    return path_piece(&emit->plan->path,
+                      emit->plan->path.tail + (emit->on_blend && emit->t >= 0.5 ? 1u : 0u));
 }
 
 void travel_position(const struct emit *emit, float from_corner_mm[AXIS_COUNT]) {

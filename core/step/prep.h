@@ -96,8 +96,8 @@ static inline void prep_set_rest_duty(struct prep *prep, uint16_t duty) {
     __atomic_store_n(&prep->rest_duty, duty, __ATOMIC_RELAXED);
 }
 
-/** What the step ISR does not put out: a laser at rest, and one that may not burn. Before each prep_poll(), and
- * while motion waits for its motors. */
+/** What the step ISR does not put out: a laser at rest, and one that may not burn. Before each prep_poll(),
+ * and while motion waits for its motors. */
 void prep_tend_beam(const struct prep *prep);
 
 /** Free the spans that the step ISR has left; cut the batch that waits and join it to the chain when
