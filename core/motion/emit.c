@@ -355,10 +355,11 @@ static void travel_filtered(struct emit *emit) {
 static void make_filtered(struct emit *emit, struct segment *segment) {
     const struct filter *filter = &emit->filter;
     int64_t at[AXIS_COUNT];
-    float v0 = emit->v_mm_s, wanted_s = longer(emit, filter->sample_s), time_s = 0.0f;
+    float v0 = emit->v_mm_s, wanted_s = longer(emit, filter->sample_s), time_s = 0.0f, way_mm = 0.0f;
     do {
         travel_filtered(emit);
         time_s += filter->sample_s;
+        way_mm += filtered_mm_s(emit) * filter->sample_s;
     } while (is_behind(emit) && time_s + 0.5f * filter->sample_s < wanted_s);
     for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
         at[ax] = filter_out(filter, ax);
@@ -367,7 +368,7 @@ static void make_filtered(struct emit *emit, struct segment *segment) {
     segment->line = tag.line;
     segment->flags = segment_flags(tag.flags);
     segment->ramp = is_behind(emit) ? ramp(v0, end) : -SEGMENT_RAMP_ONE;
-    set_duty(emit, segment, &tag, v0, is_behind(emit) ? end : 0.0f);
+    set_duty(emit, segment, &tag, v0, max_f(2.0f * way_mm / time_s - v0, 0.0f));
     emit->v_mm_s = is_behind(emit) ? v : 0.0f;
     set_axes(emit, segment, at);
     finish(emit, segment, time_s);

@@ -10,6 +10,7 @@ import pytest
 from beam_record import BeamRecord
 from grbl_host import HZ, Grbl
 from numpy.typing import NDArray
+from stalls import Side
 
 STEPS_PER_MM = 250
 FULL = 65535
@@ -145,3 +146,16 @@ def test_power_changes_in_the_middle_of_a_rounded_corner(grbl: Grbl, lines: str,
     grbl.send(lines.format(f"X{20 + 20 * np.cos(turn):.4f}Y{20 * np.sin(turn):.4f}"))
     edges = past_corner_mm(record, turn)
     assert min(map(abs, edges)) < 1.5 / STEPS_PER_MM, edges
+
+
+@pytest.mark.parametrize("jerk", [0, 20_000, 100_000])
+def test_dynamic_power_in_a_stop_that_a_late_task_makes(grbl: Grbl, jerk: float) -> None:
+    """Its samples are longer than those of other motion."""
+    grbl.fine(f"$40={jerk}", "M4S1000F6000")
+    record = BeamRecord(grbl)
+    grbl.stall(Side.CONTROLLER, 0.6, 0.25)
+    grbl.stall(Side.CONTROLLER, 1.3, 0.9)
+    grbl.send("".join(f"G1X{10 * k}\n" for k in range(1, 16)))
+    found = energy_of_stretches(record, 0.5)
+    assert len(found) == 300
+    assert found == pytest.approx(60 / 6000, rel=0.02)
