@@ -9,10 +9,10 @@
 
 #include <stddef.h>
 
-#define APB_MHZ   80u
-#define RESTS     (STEP_TIMER_UP | STEP_TIMER_LEVEL_INT | STEP_TIMER_DIVIDE(APB_MHZ))
-#define RUNS      (RESTS | STEP_TIMER_RUN | STEP_TIMER_ALARM)
-#define INTERRUPT (1u << 1)
+#define APB_MHZ          80u
+#define RESTS            (STEP_TIMER_UP | STEP_TIMER_LEVEL_INT | STEP_TIMER_DIVIDE(APB_MHZ))
+#define RUNS             (RESTS | STEP_TIMER_RUN | STEP_TIMER_ALARM)
+#define SWITCH_INTERRUPT (1u << 1)
 
 HAL_ISR void switch_timer_start(uint32_t us) {
     TIMERG0.hw_timer[1].config.val = RESTS;
@@ -21,13 +21,13 @@ HAL_ISR void switch_timer_start(uint32_t us) {
     TIMERG0.hw_timer[1].load.val = 1; /* any value: the counter takes loadlo and loadhi */
     TIMERG0.hw_timer[1].alarmhi.val = 0;
     TIMERG0.hw_timer[1].alarmlo.val = us;
-    TIMERG0.int_clr_timers.val = INTERRUPT;
+    TIMERG0.int_clr_timers.val = SWITCH_INTERRUPT;
     TIMERG0.hw_timer[1].config.val = RUNS;
 }
 
 HAL_ISR void switch_timer_stop(void) {
     TIMERG0.hw_timer[1].config.val = RESTS;
-    TIMERG0.int_clr_timers.val = INTERRUPT;
+    TIMERG0.int_clr_timers.val = SWITCH_INTERRUPT;
 }
 
 bool switch_timer_init(void (*handler)(void *arg), void *arg) {
