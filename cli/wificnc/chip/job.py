@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import re
 import struct
 import tempfile
@@ -239,8 +240,8 @@ def _host_steps(options: SimOptions) -> list[tuple[int, int]]:
     with tempfile.TemporaryDirectory() as folder:
         trace = Path(folder) / "host.csv"
         simulate(SimOptions(options.file, options.board, options.machine, options.settings, trace=trace))
-        rows = (line.split(",") for line in trace.read_text(encoding="utf-8").splitlines()[1:])
-        return [(int(mask), int(direction)) for _, mask, direction in rows]
+        rows = csv.DictReader(trace.read_text(encoding="utf-8").splitlines())
+        return [(int(row["step_mask"]), int(row["dir_mask"])) for row in rows]
 
 
 def difference(host: list[tuple[int, int]], made: list[tuple[int, int]]) -> int | None:
