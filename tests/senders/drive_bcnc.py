@@ -43,6 +43,13 @@ def wait(sender: Quiet, what: str, ready: object) -> None:
         time.sleep(0.02)
 
 
+def idle(sender: Quiet) -> None:
+    """Two reports from now on say idle: bCNC sets the state before the position in the same report."""
+    for _report in range(2):
+        CNC.vars["state"] = "not reported yet"
+        wait(sender, "not idle", lambda: CNC.vars["state"] == "Idle")
+
+
 def main(port: str, file: str) -> None:
     sender = Quiet()
     assert sender.open(port, 115200)
@@ -58,7 +65,7 @@ def main(port: str, file: str) -> None:
     sender._runLines = sum(1 for line in lines if line) + 1
     wait(sender, "the job did not end", lambda: sender.queue.qsize() == 0 and sender._gcount >= sender._runLines)
     sender.runEnded()
-    wait(sender, "not idle", lambda: CNC.vars["state"] == "Idle")
+    idle(sender)
     position = [CNC.vars[name] for name in ("mx", "my", "mz")]
     steps = CNC.vars["grbl_100"]
     messages = []

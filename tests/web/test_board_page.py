@@ -23,8 +23,8 @@ def test_the_page_is_small_enough_for_the_firmware(built_page: Path) -> None:
 def test_a_browser_needs_nothing_but_the_board(
     built_page: Path, watched: Callable[..., Watched], password: str
 ) -> None:
-    with serving_esp32(password, files=embedded_files(built_page)) as ports:
-        page = watched().page(f"http://127.0.0.1:{ports.page}/")
+    with serving_esp32(password, files=embedded_files(built_page)) as ports, watched() as context:
+        page = context.page(f"http://127.0.0.1:{ports.page}/")
 
         def by(test_id: str) -> Locator:
             return page.locator(f"[data-test='{test_id}']")

@@ -100,7 +100,8 @@ def _by_socket(
         def mend() -> None:
             stack.enter_context(PageServer(again, server.tcp, ABOUT, built_page))
 
-        yield Console(watched().page(first.url), server, stack.close, mend)
+        with watched() as context:
+            yield Console(context.page(first.url), server, stack.close, mend)
 
 
 @contextmanager
@@ -110,8 +111,8 @@ def _by_serial(
     with (
         serving(tmp_path, pty=True, **options) as server,  # type: ignore[arg-type]
         PageServer(Address("127.0.0.1", 0), None, ABOUT, built_page) as host,
+        watched(bypass_csp=True) as context,  # the stand-in's WebSocket is no part of the page
     ):
-        context = watched(bypass_csp=True)  # the stand-in's WebSocket is no part of the page
         context.context.add_init_script(bridge.stand_in(tmp_path / "tty"))
         page = context.page(host.url)
         page.click("[data-test=connect]")

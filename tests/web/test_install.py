@@ -87,8 +87,8 @@ def bench(
         with (
             mock_chip(chip, tmp_path / "mock") as mock,
             PageServer(Address("127.0.0.1", 0), None, about, folder) as host,
+            watched(bypass_csp=True) as context,  # the stand-in's WebSocket is no part of the page
         ):
-            context = watched(bypass_csp=True)  # the stand-in's WebSocket is no part of the page
             context.context.add_init_script(SLOW_CLOCK)
             context.context.add_init_script(bridge.stand_in(Path(mock.port)))
             yield Bench(context.page(host.url), mock, folder, bridge)
@@ -174,8 +174,8 @@ def test_pins_and_network_are_changed_in_a_file(
     """Espressif's own generator made the image, and our own reader sees that all the rest stays."""
     before = tmp_path / "nvs.bin"
     before.write_bytes(stored_image())
-    with PageServer(Address("127.0.0.1", 0), None, About("", "", "", 0), built_page) as host:
-        page = watched().page(host.url)
+    with PageServer(Address("127.0.0.1", 0), None, About("", "", "", 0), built_page) as host, watched() as context:
+        page = context.page(host.url)
         page.click("#tab-pins")
         page.get_by_label("Board", exact=True).select_option("esp32s3-zero")
         page.set_input_files("[data-test=storage-file]", before)
@@ -204,8 +204,8 @@ def test_channels_of_a_module_are_changed_in_a_file(
 ) -> None:
     before = tmp_path / "nvs.bin"
     before.write_bytes(stored_image())
-    with PageServer(Address("127.0.0.1", 0), None, About("", "", "", 0), built_page) as host:
-        page = watched().page(host.url)
+    with PageServer(Address("127.0.0.1", 0), None, About("", "", "", 0), built_page) as host, watched() as context:
+        page = context.page(host.url)
         page.click("#tab-inout")
         page.get_by_label("Board", exact=True).select_option("esp32s3-zero")
         page.set_input_files("[data-test=storage-file]", before)

@@ -290,8 +290,8 @@ def test_the_page_lists_other_controllers(built_page: Path, watched: Callable[..
     mill = Found("wificnc-1a2b", "192.168.1.20", 23, {"wificnc": "esp32s3-zero"})
     with serving(tmp_path) as server:
         address = Address("127.0.0.1", 0)
-        with PageServer(address, server.tcp, ABOUT, built_page, find=lambda: [mill]) as host:
-            page = watched().page(host.url)
+        with PageServer(address, server.tcp, ABOUT, built_page, find=lambda: [mill]) as host, watched() as context:
+            page = context.page(host.url)
             page.click("#tab-network")
             page.click("[data-test=discover]")
             expect(page.get_by_role("link", name="wificnc-1a2b")).to_have_attribute("href", "http://192.168.1.20/")

@@ -41,8 +41,11 @@ def board(tmp_path: Path) -> Iterator[Path]:
 
 @pytest.fixture
 def page(board: Path, built_page: Path, watched: Callable[..., Watched], bridge: Bridge) -> Iterator[Page]:
-    with PageServer(Address("127.0.0.1", 0), None, About("", "", "", 0), built_page) as host:
-        context = watched(bypass_csp=True)  # the stand-in's WebSocket is no part of the page
+    with (
+        PageServer(Address("127.0.0.1", 0), None, About("", "", "", 0), built_page) as host,
+        watched(bypass_csp=True) as context,
+    ):
+        # bypass_csp: the stand-in's WebSocket is no part of the page
         context.context.add_init_script(bridge.stand_in(board))
         opened = context.page(host.url)
         opened.click("#tab-network")

@@ -52,7 +52,8 @@ def browser(built_page: Path) -> Iterator[Browser]:
 
 
 class Watched:
-    """A browser's context whose every request, message and error is kept."""
+    """A browser's context whose every request, message and error is kept. Left before its server ends: what the page
+    asks for behind that would be refused, and this is no fault of the page."""
 
     def __init__(self, context: BrowserContext) -> None:
         self.context = context
@@ -61,6 +62,12 @@ class Watched:
         context.set_default_timeout(TIMEOUT_MS)
         context.on("request", self._request)
         context.on("weberror", lambda error: self.errors.append(str(error.error)))
+
+    def __enter__(self) -> Watched:
+        return self
+
+    def __exit__(self, *_error: object) -> None:
+        self.context.close()
 
     def page(self, url: str) -> Page:
         page = self.context.new_page()
