@@ -30,9 +30,10 @@ static int64_t exactly_on(int32_t steps) {
 }
 
 static void stand_still(struct emit *emit) {
-    int64_t at[AXIS_COUNT];
+    int64_t at[FILTER_LANES];
     for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
         at[ax] = exactly_on(emit->steps[ax]);
+    at[FILTER_PLACE] = emit->power.at;
     filter_reset(&emit->filter, at);
 }
 
@@ -45,6 +46,8 @@ void emit_reset(struct emit *emit, const int32_t position_steps[AXIS_COUNT]) {
     emit->along_mm = emit->t = 0.0;
     emit->dwell_ns = emit->dwelt_ns = 0;
     emit->stop_samples = 0;
+    emit->piece_at = 0;
+    emit->power = (struct power_place){0};
     for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
         emit->corner_mm[ax] = emit->plan->position_mm[ax];
         emit->steps[ax] = position_steps[ax];
@@ -202,7 +205,7 @@ static uint8_t segment_flags(uint8_t motion_flags) {
 
 /* What a segment says of itself besides its motion must be the same all through it. */
 static bool is_other(const struct piece *a, const struct piece *b) {
-    return a->flags != b->flags || a->note != b->note || a->rpm != b->rpm;
+    return a->flags != b->flags || a->note != b->note;
 }
 
 /* A stop that only a late task needs must fit into a batch: on a straight part its segments may be long, and
@@ -293,18 +296,14 @@ static void finish(struct emit *emit, struct segment *segment, float time_s) {
     DEBUG(DEBUG_MOTION, "segment: line, ns", segment->line, segment->duration_ns);
 }
 
-/* What a laser shows on a segment of these speeds along the path. */
-static void set_duty(const struct emit *emit, struct segment *segment, const struct filter_tag *tag, float v0,
-                     float v1) {
-    if ((tag->flags & MOTION_FLAG_CUT) == 0 || tag->rpm <= 0.0f)
-        return;
-    segment->duty[0] = beam_duty(&emit->beam, tag->rpm, v0, tag->feed_mm_s);
-    segment->duty[1] = beam_duty(&emit->beam, tag->rpm, v1, tag->feed_mm_s);
+/* What a laser shows on it. */
+static void set_power(struct emit *emit, struct segment *segment, struct power_way *way) {
+    way->coarse = emit->stop_samples > 0 || !emit->beam.on;
+    power_segment(&emit->plan->power, &emit->power, way, &emit->beam, emit->ahead->queue, segment);
 }
 
-static struct filter_tag tag_of(const struct piece *piece) {
-    return (struct filter_tag){piece->line, piece->rpm, piece->rpm > 0.0f ? sqrtf(piece->asked_sq) : 0.0f,
-                               piece->flags};
+static struct filter_tag tag_of(const struct emit *emit, const struct piece *piece) {
+    return (struct filter_tag){piece->line, emit->beam.on ? sqrtf(piece->asked_sq) : 0.0f, piece->flags};
 }
 
 static int16_t ramp(float v0, float v1) {
@@ -313,14 +312,19 @@ static int16_t ramp(float v0, float v1) {
 
 static void make_sample(struct emit *emit, struct segment *segment) {
     const struct piece *piece = travel_piece(emit);
-    const struct filter_tag tag = tag_of(piece);
+    const struct filter_tag tag = tag_of(emit, piece);
     float v0 = emit->v_mm_s, time_s = travel_sample(emit, piece);
     int64_t at[AXIS_COUNT] = {0};
     segment->flags = segment_flags(tag.flags);
     segment->line = find_place(emit, at)->line;
     segment->ramp = ramp(v0, emit->v_mm_s);
-    set_duty(emit, segment, &tag, v0, emit->v_mm_s);
     set_axes(emit, segment, at);
+    set_power(emit, segment,
+              &(struct power_way){.to = travel_power_place(emit),
+                                  .v0 = v0,
+                                  .v1 = emit->v_mm_s,
+                                  .feed_mm_s = tag.feed_mm_s,
+                                  .time_s = time_s});
     finish(emit, segment, time_s);
 }
 
@@ -339,12 +343,13 @@ static float filtered_mm_s(const struct emit *emit) {
 static void travel_filtered(struct emit *emit) {
     struct filter *filter = &emit->filter;
     struct filter_tag tag = filter_tag(filter, 0);
-    int64_t at[AXIS_COUNT];
+    int64_t at[FILTER_LANES];
     memcpy(at, filter->past.in, sizeof at);
     if (!emit->settles && !travel_ends(emit)) {
-        tag = tag_of(travel_piece(emit));
+        tag = tag_of(emit, travel_piece(emit));
         travel_time(emit, filter->sample_s);
         tag.line = find_place(emit, at)->line;
+        at[FILTER_PLACE] += (int32_t)(travel_power_place(emit) - (uint32_t)at[FILTER_PLACE]);
         emit->settles = !emit->entered && (emit->ended_flags & PIECE_STOP) != 0;
     }
     filter_push(filter, at, tag);
@@ -368,9 +373,16 @@ static void make_filtered(struct emit *emit, struct segment *segment) {
     segment->line = tag.line;
     segment->flags = segment_flags(tag.flags);
     segment->ramp = is_behind(emit) ? ramp(v0, end) : -SEGMENT_RAMP_ONE;
-    set_duty(emit, segment, &tag, v0, max_f(2.0f * way_mm / time_s - v0, 0.0f));
     emit->v_mm_s = is_behind(emit) ? v : 0.0f;
     set_axes(emit, segment, at);
+    set_power(emit, segment,
+              &(struct power_way){.to = (uint32_t)filter_out(filter, FILTER_PLACE),
+                                  .v0 = v0,
+                                  .v1 = max_f(2.0f * way_mm / time_s - v0, 0.0f),
+                                  .feed_mm_s = tag.feed_mm_s,
+                                  .time_s = time_s});
+    if ((segment->duty[0] | segment->duty[1]) != 0 || segment->power_count > 0)
+        segment->flags |= SEGMENT_CUT;
     finish(emit, segment, time_s);
 }
 
@@ -405,7 +417,7 @@ static void make_geared(struct emit *emit, struct segment *segment) {
         memset(segment->phase, SEGMENT_PHASE_HALF, sizeof segment->phase);
         memset(segment->phase_end, SEGMENT_PHASE_HALF, sizeof segment->phase_end);
     } else {
-        int64_t at[AXIS_COUNT] = {0};
+        int64_t at[FILTER_LANES] = {0};
         memcpy(at, filter->past.in, sizeof at);
         find_geared(emit, at);
         emit->v_mm_s = fabsf(gear->v_mm_s);
@@ -537,6 +549,8 @@ static void save(void *ctx, uint32_t at) {
     place->limits = emit->limits;
     place->dwelt_ns = emit->dwelt_ns;
     place->known = emit->plan->timing.known;
+    place->piece_at = emit->piece_at;
+    place->power = emit->power;
     if (emit->filter.count > 0)
         place->filter = emit->filter.past;
     gear_save(&emit->gear, &place->gear);
@@ -574,6 +588,8 @@ static void load(void *ctx, uint32_t at, enum ahead_return why) {
     memcpy(emit->fraction, place->fraction, sizeof emit->fraction);
     return_path(emit, place);
     emit->dwelt_ns = place->dwelt_ns;
+    emit->piece_at = place->piece_at;
+    emit->power = place->power;
     if (emit->filter.count > 0)
         filter_load(&emit->filter, &place->filter);
     gear_load(&emit->gear, &place->gear, why == AHEAD_STOPPED);
@@ -584,6 +600,7 @@ static void release(void *ctx, uint32_t at) {
     const struct emit *emit = ctx;
     emit->plan->path.kept = emit->places[at].tail;
     emit->plan->path.stop_kept = emit->places[at].stop_tail;
+    emit->plan->power.kept = emit->places[at].power.mark;
 }
 
 bool emit_claim(struct emit *emit) {

@@ -29,7 +29,9 @@ struct emit_place {
     int32_t steps[AXIS_COUNT];
     uint8_t fraction[AXIS_COUNT];
     uint32_t tail, stop_tail; /* of the path */
-    uint32_t limits;          /* emit.limits then */
+    uint32_t piece_at;        /* emit.piece_at then */
+    struct power_place power;
+    uint32_t limits; /* emit.limits then */
     uint32_t known;           /* timing.known then */
     uint64_t dwelt_ns;
     struct filter_past filter;
@@ -53,6 +55,8 @@ struct emit {
     struct spindle spindle;       /* what it follows */
     uint32_t now_us;              /* of this poll */
     struct beam beam;             /* a laser */
+    uint32_t piece_at;            /* place where the piece at tail begins (motion/power.h) */
+    struct power_place power;     /* at the end of the last segment */
     bool settles;                 /* at an exact stop, until the filter has come there, too */
     uint8_t ended_flags;          /* of the piece that ended in the last stop; enum motion_flags */
     double time_ns;               /* fraction of a nanosecond carried from segment to segment */

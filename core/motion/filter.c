@@ -14,28 +14,28 @@ void filter_set(struct filter *filter, float time_s) {
     filter->sample_s = filter->count > 0 ? time_s / (float)filter->count : 0.0f;
 }
 
-void filter_reset(struct filter *filter, const int64_t in[AXIS_COUNT]) {
+void filter_reset(struct filter *filter, const int64_t in[FILTER_LANES]) {
     struct filter_past *past = &filter->past;
     memset(past->moves, 0, sizeof past->moves);
     memset(filter->sum, 0, sizeof filter->sum);
     past->at = past->moving = 0;
-    for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
-        past->in[ax] = in[ax];
-        filter->out[ax] = in[ax] * filter->count;
+    for (unsigned lane = 0; lane < FILTER_LANES; lane++) {
+        past->in[lane] = in[lane];
+        filter->out[lane] = in[lane] * filter->count;
     }
 }
 
-void filter_push(struct filter *filter, const int64_t in[AXIS_COUNT], struct filter_tag tag) {
+void filter_push(struct filter *filter, const int64_t in[FILTER_LANES], struct filter_tag tag) {
     struct filter_past *past = &filter->past;
     bool starts = past->moving == 0, moves = false;
     past->at = (uint8_t)(past->at + 1u < filter->count ? past->at + 1u : 0u);
     int32_t *slot = past->moves[past->at];
-    for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
-        int64_t move = in[ax] - past->in[ax];
-        filter->sum[ax] += move - slot[ax];
-        filter->out[ax] += filter->sum[ax];
-        past->in[ax] = in[ax];
-        slot[ax] = (int32_t)move;
+    for (unsigned lane = 0; lane < FILTER_LANES; lane++) {
+        int64_t move = in[lane] - past->in[lane];
+        filter->sum[lane] += move - slot[lane];
+        filter->out[lane] += filter->sum[lane];
+        past->in[lane] = in[lane];
+        slot[lane] = (int32_t)move;
         moves = moves || move != 0;
     }
     past->tags[past->at] = tag;
@@ -50,16 +50,16 @@ void filter_push(struct filter *filter, const int64_t in[AXIS_COUNT], struct fil
 /* Sum and mean are of the last `count` positions, which the newest one and the moves say exactly. */
 void filter_load(struct filter *filter, const struct filter_past *past) {
     filter->past = *past;
-    for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
-        int64_t at = past->in[ax], out = 0, sum = 0;
+    for (unsigned lane = 0; lane < FILTER_LANES; lane++) {
+        int64_t at = past->in[lane], out = 0, sum = 0;
         unsigned n = past->at;
         for (unsigned made = 0; made < filter->count; made++) {
             out += at;
-            at -= past->moves[n][ax];
-            sum += past->moves[n][ax];
+            at -= past->moves[n][lane];
+            sum += past->moves[n][lane];
             n = n > 0 ? n - 1u : filter->count - 1u;
         }
-        filter->sum[ax] = sum;
-        filter->out[ax] = out;
+        filter->sum[lane] = sum;
+        filter->out[lane] = out;
     }
 }

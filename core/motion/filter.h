@@ -22,19 +22,22 @@
 /** 1 step in the filter's units. */
 #define FILTER_STEP 65536
 
+/** What is averaged: the axes, and the place on the path that S of a laser belongs to (motion/power.h). */
+enum { FILTER_PLACE = AXIS_COUNT, FILTER_LANES };
+
 /** What belongs to a sample in addition to its motion: it belongs where the sample has most weight, T/2
  * later.
  */
 struct filter_tag {
     uint32_t line;
-    float rpm, feed_mm_s; /* of a laser */
-    uint8_t flags;        /* enum motion_flags */
+    float feed_mm_s; /* of a laser */
+    uint8_t flags;   /* enum motion_flags */
 };
 
 /** The newest samples: all that the mean depends on. */
 struct filter_past {
-    int64_t in[AXIS_COUNT]; /* newest position, 1/65536 step */
-    int32_t moves[FILTER_MAX][AXIS_COUNT];
+    int64_t in[FILTER_LANES]; /* newest position, 1/65536 step */
+    int32_t moves[FILTER_MAX][FILTER_LANES];
     struct filter_tag tags[FILTER_MAX];
     uint8_t at;     /* where the newest sample is in the rings */
     uint8_t moving; /* samples until the mean is still, if the axes stay where they are */
@@ -43,8 +46,8 @@ struct filter_past {
 struct filter {
     uint8_t count;           /* samples in the mean; 0: the filter is off */
     float sample_s;          /* time from sample to sample */
-    int64_t sum[AXIS_COUNT]; /* of the last `count` moves */
-    int64_t out[AXIS_COUNT]; /* `count` times the mean position */
+    int64_t sum[FILTER_LANES]; /* of the last `count` moves */
+    int64_t out[FILTER_LANES]; /* `count` times the mean position */
     struct filter_past past;
 };
 
@@ -52,14 +55,14 @@ struct filter {
 void filter_set(struct filter *filter, float time_s);
 
 /** Stand still here. */
-void filter_reset(struct filter *filter, const int64_t in[AXIS_COUNT]);
+void filter_reset(struct filter *filter, const int64_t in[FILTER_LANES]);
 
 /** The next sample. */
-void filter_push(struct filter *filter, const int64_t in[AXIS_COUNT], struct filter_tag tag);
+void filter_push(struct filter *filter, const int64_t in[FILTER_LANES], struct filter_tag tag);
 
 /** The mean position, 1/65536 step. */
-static inline int64_t filter_out(const struct filter *filter, unsigned axis) {
-    return filter->out[axis] / filter->count;
+static inline int64_t filter_out(const struct filter *filter, unsigned lane) {
+    return filter->out[lane] / filter->count;
 }
 
 /** The tag of a sample. @param before_newest  below count */

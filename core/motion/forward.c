@@ -83,6 +83,7 @@ static void end_line(struct emit *emit, const struct piece *piece) {
         return;
     }
     emit->y = 0.0f;
+    emit->piece_at += piece->units;
     path->tail++;
     emit->entered = false;
     emit->along_mm = 0.0;
@@ -205,6 +206,7 @@ static float lively_y(const struct emit *emit, const struct stretch *stretch, fl
 static void end_blend(struct emit *emit, const struct piece *piece) {
     emit->along_mm = (double)piece->tangent_mm;
     emit->on_blend = false;
+    emit->piece_at += piece->units;
     emit->plan->path.tail++;
     enter(emit);
 }
@@ -286,6 +288,24 @@ float travel(struct emit *emit, float time_s) {
 const struct piece *travel_piece(const struct emit *emit) {
     return path_piece(&emit->plan->path,
                       emit->plan->path.tail + (emit->on_blend && emit->t >= 0.5 ? 1u : 0u));
+}
+
+/* Units of a length from the start of a piece. */
+static uint32_t units_along(const struct piece *piece, float along_mm) {
+    return (uint32_t)((float)piece->units * (along_mm / piece->length_mm));
+}
+
+uint32_t travel_power_place(const struct emit *emit) {
+    const struct piece *piece = tail_piece(emit);
+    float from_middle_mm = piece->tangent_mm * (2.0f * (float)emit->t - 1.0f);
+    if (!emit->entered)
+        return emit->piece_at;
+    if (!emit->on_blend)
+        return emit->piece_at + units_along(piece, (float)emit->along_mm);
+    if (from_middle_mm < 0.0f)
+        return emit->piece_at + units_along(piece, piece->length_mm + from_middle_mm);
+    return emit->piece_at + piece->units +
+           units_along(path_piece(&emit->plan->path, emit->plan->path.tail + 1), from_middle_mm);
 }
 
 void travel_position(const struct emit *emit, float from_corner_mm[AXIS_COUNT]) {

@@ -12,6 +12,9 @@ float travel(struct emit *emit, float time_s);
 /** The piece whose power and kind belong to that place: a corner's middle is where the next one begins. */
 const struct piece *travel_piece(const struct emit *emit);
 
+/** Where that is along all chords: motion/power.h. */
+uint32_t travel_power_place(const struct emit *emit);
+
 /** Where that is, mm, relative to emit->corner_mm. */
 void travel_position(const struct emit *emit, float from_corner_mm[AXIS_COUNT]);
 

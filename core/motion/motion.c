@@ -29,6 +29,7 @@ static void plan_reset(struct plan *plan, const int32_t position_steps[AXIS_COUN
     kinematics_position_mm(position_steps, plan->limits.steps_per_mm, plan->position_mm);
     reduce_reset(&plan->reduce, plan->position_mm);
     path_reset(&plan->path);
+    power_reset(&plan->power);
     plan->timing.known = plan->timing.settled = 0;
 }
 
@@ -127,7 +128,7 @@ static void plan_close(struct plan *plan) {
                                          (reduce->merged ? reduce_mm(plan->tolerance_mm) : 0.0f),
                               .line = plan->first_line,
                               .note = plan->newest.note,
-                              .rpm = plan->newest.rpm,
+                              .units = power_close(&plan->power, length_mm),
                               .flags = plan->newest.flags};
     reduce_close(reduce);
     path_chord(&plan->path, &reduce->chord, length_mm, &info);
@@ -135,10 +136,11 @@ static void plan_close(struct plan *plan) {
 
 /* May the new move belong to the same chord as the newest one? */
 static bool is_alike(const struct motion_line *a, const struct motion_line *b) {
-    return a->feed_mm_s == b->feed_mm_s && a->flags == b->flags && a->note == b->note && a->rpm == b->rpm &&
+    return a->feed_mm_s == b->feed_mm_s && a->flags == b->flags && a->note == b->note &&
            a->tolerance_mm == b->tolerance_mm && a->spent_mm == b->spent_mm && a->duration_s == 0.0f &&
            b->duration_s == 0.0f;
 }
+
 
 static bool leads_nowhere(const struct plan *plan, const struct motion_line *line) {
     bool same = true;
@@ -153,15 +155,21 @@ static void add_line(struct plan *plan, const struct motion_line *line) {
     tolerance_mm = max_f(tolerance_mm - line->spent_mm, MIN_TOLERANCE * tolerance_mm);
     float left_out_mm = reduce_mm(tolerance_mm);
     bool begins = !plan->reduce.open;
+    float rpm = (line->flags & MOTION_FLAG_CUT) != 0 ? line->rpm : 0.0f; /* only cuts burn */
+    bool marks = rpm != power_rpm(&plan->power);
+    uint32_t units = marks && !begins ? power_units(vec_length(plan->reduce.chord)) : 0;
     if (!is_alike(&plan->newest, line) ||
         !reduce_accepts(&plan->reduce, line->target_mm, left_out_mm, plan->merge_mm)) {
         plan_close(plan);
         begins = true;
+        units = 0;
         plan->tolerance_mm = tolerance_mm;
         (void)reduce_accepts(&plan->reduce, line->target_mm, left_out_mm, plan->merge_mm);
     }
     if (begins)
         plan->first_line = line->line;
+    if (marks)
+        power_mark(&plan->power, plan->power.end + units, rpm);
     plan->newest = *line;
     plan->tolerance_mm = tolerance_mm;
     memcpy(plan->position_mm, line->target_mm, sizeof plan->position_mm);
@@ -197,7 +205,7 @@ static void plan_set_override(struct plan *plan, float feed, float rapid) {
 
 void motion_init(struct motion *motion, const struct motion_limits *limits, uint32_t look_ahead) {
     const int32_t zero[AXIS_COUNT] = {0};
-    motion->plan = (struct plan){.look_ahead = look_ahead};
+    motion->plan = (struct plan){.look_ahead = look_ahead, .power.most = POWER_PER_PIECE * look_ahead};
     motion->newest_us = motion->oldest_us = 0;
     motion->waits = false;
     motion->queue.published = motion->queue.answered = 0;
@@ -284,7 +292,7 @@ static bool is_waiting(const struct motion *motion, bool paused, uint32_t now_us
 static void plan_more(struct motion *motion, bool paused) {
     struct plan *plan = &motion->plan;
     if (!plan_is_pending(plan) || ahead_left_us(&motion->ahead) >= (int32_t)(AHEAD_NEAR_US / 2) ||
-        !emit_wants_more(&motion->emit) || !motion_has_room(motion))
+        !emit_wants_more(&motion->emit) || plan_free(plan) == 0 || motion_end_is_pending(motion))
         return;
     plan->path.slack_mm = slack_mm(motion);
     if (paused)

@@ -35,11 +35,15 @@ void motion_set_limits(struct motion *motion, const struct motion_limits *limits
 /** True when the target's steps fit the counters; a move beyond is an error, not a wrap. */
 bool motion_in_range(const struct motion *motion, const double target_mm[AXIS_COUNT]);
 
-/** Room for one more move. Whether a move can still be joined to the last one at speed is known when the
- * motion side has answered; until then there is none. */
+/** Whether a move can still be joined to the last one at speed is known when the motion side has answered. */
+static inline bool motion_end_is_pending(const struct motion *motion) {
+    return motion->plan.path.may_go_on && ahead_is_pending(&motion->ahead);
+}
+
+/** Room for one more move. */
 static inline bool motion_has_room(const struct motion *motion) {
-    return plan_free(&motion->plan) != 0 &&
-           !(motion->plan.path.may_go_on && ahead_is_pending(&motion->ahead));
+    return plan_free(&motion->plan) != 0 && power_has_room(&motion->plan.power) &&
+           !motion_end_is_pending(motion);
 }
 
 /** Append a straight move. @return false: no room in the look-ahead, or the end of the last move must be

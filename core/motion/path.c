@@ -241,7 +241,7 @@ static void blend(struct path *path, uint32_t index) {
                             .accel_mm_s2 = vec_limit_along(k->unit, path->inverse_accel),
                             .line = k->info.line,
                             .note = k->info.note,
-                            .rpm = k->info.rpm,
+                            .units = k->info.units,
                             .flags = k->info.flags};
     if (k->stop)
         piece->flags |= PIECE_STOP;
@@ -277,8 +277,11 @@ static void stop_at_newest(struct path *path) {
 
 /* ---- chords -> knots ---- */
 
-static void push_part(struct path *path, const struct chord_wait *wait, const vec *chord, float part) {
-    add_knot(path, chord, part * wait->length_mm, &wait->info);
+static void push_part(struct path *path, const struct chord_wait *wait, const vec *chord, float part,
+                      uint32_t units) {
+    struct chord_info info = wait->info;
+    info.units = units;
+    add_knot(path, chord, part * wait->length_mm, &info);
 }
 
 /* A chord becomes one, two or three knots: where a long chord meets a short one,
@@ -306,11 +309,14 @@ static void grade(struct path *path, const struct chord_wait *wait, float before
         first = second = 0.0f;
     vec head = wait->chord * first, tail = wait->chord * second, middle = wait->chord - head - tail;
     vec end = second > 0.0f ? tail : wait->chord - head;
+    uint32_t units = wait->info.units;
+    uint32_t first_units = (uint32_t)(first * (float)units), last_units = (uint32_t)(second * (float)units);
     if (first > 0.0f)
-        push_part(path, wait, &head, first);
+        push_part(path, wait, &head, first, first_units);
     if (second > 0.0f)
-        push_part(path, wait, &middle, 1.0f - first - second);
-    push_part(path, wait, &end, second > 0.0f ? second : 1.0f - first);
+        push_part(path, wait, &middle, 1.0f - first - second, units - first_units - last_units);
+    push_part(path, wait, &end, second > 0.0f ? second : 1.0f - first,
+              second > 0.0f ? last_units : units - first_units);
 }
 
 /* The chord that waits becomes knots; its successor's length is known, 0: it ends in a stop. */

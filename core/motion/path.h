@@ -41,8 +41,8 @@ struct chord_info {
     float tube_mm;    /* how far the path may lie off the chord */
     uint32_t line;
     uint32_t note;
-    float rpm;
-    uint8_t flags; /* enum motion_flags */
+    uint32_t units; /* of its length (motion/power.h) */
+    uint8_t flags;  /* enum motion_flags */
 };
 
 struct knot {
@@ -74,7 +74,7 @@ struct piece {
     float middle_y;    /* ... in the middle of the blend */
     uint32_t line;
     uint32_t note;
-    float rpm; /* S of a laser */
+    uint32_t units; /* of its length (motion/power.h) */
     uint8_t flags;
 };
 

@@ -13,6 +13,7 @@
 
 #include "motion/move.h"
 #include "motion/path.h"
+#include "motion/power.h"
 #include "motion/reduce.h"
 #include "motion/timing.h"
 
@@ -38,6 +39,7 @@ struct plan {
     struct reduce reduce;
     struct path path;
     struct timing timing;
+    struct power power;
     uint32_t moves_total;
 };
 

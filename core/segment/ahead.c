@@ -7,6 +7,7 @@
 #define STOP_MARK_US 20000u  /* from the beginning of a stop to its first mark; the next ones twice as far */
 #define SPARE_MARKS  5u      /* places for the marks that must be, of this batch and the next one */
 #define COMMIT_MAX   80u     /* segments; the others are for the stop */
+#define COMMIT_POWER (QUEUE_POWER / 2u) /* changes of a laser's S: each becomes a span */
 #define MIN_US       6000u   /* of committed motion, however few spans there are */
 #define HURRY_US     1000    /* the committed part is continued if so much of it is left */
 #define END_MAX_US   600000u /* of the stop at the end of what is planned, and segments of it */
@@ -186,7 +187,8 @@ static bool put_segment(struct ahead *ahead, uint32_t *at_us) {
 static uint32_t put_committed(struct ahead *ahead, uint32_t at_us) {
     uint32_t marked_us = at_us;
     ahead->soft = false;
-    while (ahead->queue->count < COMMIT_MAX && after_now_us(ahead, at_us) < (int32_t)ahead->full_us) {
+    while (ahead->queue->count < COMMIT_MAX && ahead->queue->power_count < COMMIT_POWER &&
+           after_now_us(ahead, at_us) < (int32_t)ahead->full_us) {
         uint32_t reach_us = ahead->source->reach_us(ahead->ctx);
         if (after_now_us(ahead, at_us) >= (int32_t)reach_us) {
             ahead->soft = reach_us < AHEAD_FULL_US;
@@ -279,7 +281,7 @@ static bool publish(struct ahead *ahead) {
     ahead->news = ahead->source->news(ahead->ctx);
     ahead->changing = ahead->changed;
     ahead->changed = false;
-    queue->count = 0;
+    queue->count = queue->power_count = 0;
     queue->from = ahead->branch;
     at_us = put_committed(ahead, at_us);
     bool rests = ahead->source->rests(ahead->ctx);

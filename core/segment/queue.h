@@ -31,6 +31,9 @@ enum queue_answer {
  * cannot branch off there any more. */
 #define QUEUE_MARKS 28u
 
+/** Changes of a laser's S within the segments of a batch. */
+#define QUEUE_POWER 192u
+
 /** Place of the mark where motion was reset. */
 #define QUEUE_RESET_MARK 0u
 
@@ -42,7 +45,11 @@ struct segment_queue {
     uint32_t count;  /* segments of the batch */
     uint32_t from;   /* place of the mark after which it continues */
     struct segment slots[SEGMENT_QUEUE_SIZE];
+    uint32_t power_count; /* in use of: */
+    struct segment_power power[QUEUE_POWER];
 };
+
+_Static_assert(QUEUE_POWER <= UINT8_MAX + 1u, "segment.power_first");
 
 /** A batch waits for its answer. [any] */
 static inline bool segment_queue_is_pending(const struct segment_queue *queue) {

@@ -51,6 +51,13 @@ struct segment {
     uint32_t end_us;               /* motion time at its end (segment/queue.h) */
     float v_mm_s;                  /* path speed at its end */
     uint16_t duty[2]; /* of a laser at the start and at the end, 0 .. DUTY_FULL; between them as the speed */
+    uint8_t power_first, power_count; /* changes of it within the segment: of segment_queue.power */
+};
+
+/** Another S from a place within a segment on. */
+struct segment_power {
+    uint16_t at;      /* part of the segment's way, 1/65536; more than that of the one before */
+    uint16_t duty[2]; /* as segment.duty: what it would be at the segment's start and end */
 };
 
 #endif

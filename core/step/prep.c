@@ -26,6 +26,9 @@
 #define DUTY_PART    0.05f
 #define DUTY_LEAST_S 0.0005f
 
+/* So near to the middle between two events, in events, a place counts as the middle: it was rounded. */
+#define TIE 0.125f
+
 void prep_init(struct prep *prep, struct segment_queue *in, struct step *step,
                const struct prep_timing *timing) {
     static const int32_t zero[AXIS_COUNT];
@@ -189,6 +192,7 @@ static void load_motion(struct prep *prep, const struct segment *segment, uint64
     unsigned shift = oversample(prep, axes[dominant].travel, diagonal, ticks);
     prep->carry.alone |= shift != prep->carry.shift;
     prep->carry.shift = (uint8_t)shift;
+    prep->falls = segment->steps[dominant] < 0;
     uint32_t travel = axes[dominant].travel << shift; /* in 1/256 event, as all this */
     uint32_t past = axes[dominant].phase << shift & 255u;
     prep->events = (past + travel) >> 8;
@@ -204,7 +208,7 @@ static void load_motion(struct prep *prep, const struct segment *segment, uint64
             phase += (int32_t)(increment >> 1);
         set_axis(prep, ax, axes[ax].steps, phase, increment);
     }
-    float events = (float)travel * (1.0f / 256.0f);
+    float events = prep->way = (float)travel * (1.0f / 256.0f);
     float mean = ticks > 0 ? events / (float)ticks : 0.0f;
     float ramp = (float)segment->ramp * (1.0f / (float)SEGMENT_RAMP_ONE);
     prep->v = mean * (1.0f - ramp);
@@ -212,18 +216,46 @@ static void load_motion(struct prep *prep, const struct segment *segment, uint64
 }
 
 /* Into how many spans a segment is cut at least, for the laser: as a change of speed per span. */
-static void load_duty(struct prep *prep, const struct segment *segment) {
-    float from = (float)segment->duty[0], to = (float)segment->duty[1];
-    prep->duty[0] = segment->duty[0];
-    prep->duty[1] = segment->duty[1];
+static void set_duty(struct prep *prep, const uint16_t duty[2]) {
+    float from = (float)duty[0], to = (float)duty[1];
+    prep->duty[0] = duty[0];
+    prep->duty[1] = duty[1];
     prep->dv_most = 0.0f;
     if (from == to || prep->events == 0)
         return;
-    float time_s = (float)segment->duration_ns * 1e-9f;
+    float time_s = (float)(prep->carry.duration_q16 >> 16) / (float)prep->timing.timer_hz;
     float parts = fabsf(to - from) / (DUTY_PART * max_f(from, to));
     parts = max_f(min_f(parts, time_s / DUTY_LEAST_S), 1.0f);
     float v_sq = prep->v * prep->v, way = prep->v_sq_slope * (float)prep->events;
     prep->dv_most = fabsf(sqrtf(max_f(v_sq + way, 0.0f)) - prep->v) / parts;
+}
+
+/* Where S changes next: a span begins with the last event of the one before, so with the event nearest to
+ * that place. Places on a full step lie between two events; both ways along a row it is the lower one. */
+static void find_change(struct prep *prep) {
+    if (prep->power_left == 0)
+        return;
+    float at = (float)prep->power->at * (1.0f / 65536.0f) * prep->way - prep->first_event;
+    at += prep->falls ? 1.5f + TIE : 1.5f - TIE;
+    prep->power_events = at > 0.0f ? (uint32_t)at : 0u;
+}
+
+/* @return events until S changes, above 0; what has no event of its own is not shown */
+static uint32_t events_to_change(struct prep *prep) {
+    while (prep->power_left > 0 && prep->power_events <= prep->done) {
+        set_duty(prep, prep->power->duty);
+        prep->power++;
+        prep->power_left--;
+        find_change(prep);
+    }
+    return prep->power_left > 0 ? prep->power_events - prep->done : UINT32_MAX;
+}
+
+static void load_duty(struct prep *prep, const struct segment *segment) {
+    set_duty(prep, segment->duty);
+    prep->power = &prep->in->power[segment->power_first];
+    prep->power_left = segment->power_count;
+    find_change(prep);
 }
 
 static void load_segment(struct prep *prep, const struct segment *segment) {
@@ -399,7 +431,9 @@ static bool end_segment(struct prep *prep) {
 /* The next stretch of the segment; a span is free. */
 static void push_stretch(struct prep *prep) {
     axis_mask_t negative_before = prep->carry.last_negative;
+    uint32_t to_change = events_to_change(prep);
     uint32_t events = prep->carry.alone ? 1u : stretch_events(prep);
+    events = events < to_change ? events : to_change;
     float v_before = speed_at(prep, distance_done(prep)), v_after;
     uint64_t time_q16 = stretch_time_q16(prep, events, &v_after);
     if (time_q16 / events > (uint64_t)SPAN_MAX_INTERVAL_TICKS << 16 && events > 1) {

@@ -75,6 +75,11 @@ struct prep {
     uint32_t events, done; /* of the segment */
     uint16_t duty[2];      /* of a laser at its start and end */
     float dv_most;         /* change of speed that a span may have, events per tick; 0: any */
+    const struct segment_power *power; /* the next change of its S ... */
+    uint32_t power_left;               /* ... so many of them */
+    uint32_t power_events;             /* ... when so many events are done */
+    float way;                         /* of the segment */
+    bool falls;                        /* its events go in negative direction */
     float first_event;     /* from the start of the segment to its first event, 0 .. 1 */
     float v, v_sq_slope;   /* events per tick at the start; change of its square per event */
     /* spans */

@@ -1,0 +1,140 @@
+/* SPDX-License-Identifier: MIT */
+#include "motion/power.h"
+
+#include "base/minmax.h"
+
+/* A span takes the step interrupt a few us: finer changes than this become their mean. */
+#define LEAST_S 5e-5f
+
+static const struct power_mark *mark_at(const struct power *power, uint32_t index) {
+    return &power->marks[index & (POWER_MARKS - 1)];
+}
+
+void power_reset(struct power *power) {
+    power->marks[0] = (struct power_mark){0};
+    power->kept = power->end = 0;
+    power->head = 1;
+}
+
+void power_mark(struct power *power, uint32_t at, float rpm) {
+    struct power_mark *newest = &power->marks[(power->head - 1) & (POWER_MARKS - 1)];
+    if ((int32_t)(at - newest->at) <= 0) /* nothing had the S before */
+        newest->rpm = rpm;
+    else
+        power->marks[power->head++ & (POWER_MARKS - 1)] = (struct power_mark){at, rpm};
+}
+
+uint32_t power_units(float mm) {
+    return (uint32_t)min_f(mm * POWER_UNITS + 0.5f, (float)POWER_CHORD_MAX);
+}
+
+uint32_t power_close(struct power *power, float length_mm) {
+    const struct power_mark *newest = mark_at(power, power->head - 1);
+    uint32_t units = power_units(length_mm);
+    int32_t marked = (int32_t)(newest->at - power->end);
+    if (marked > (int32_t)units) /* the chord turned out shorter than one to an earlier point of it */
+        units = (uint32_t)marked;
+    power->end += units;
+    return units;
+}
+
+/* ---- a segment ---- */
+
+struct writer {
+    const struct power_way *way;
+    const struct beam *beam;
+    struct segment_queue *queue;
+    struct segment *segment;
+    uint32_t length, least; /* units of the segment, and of the shortest stretch of one duty */
+    bool begun;             /* the first stretch is complete */
+    uint32_t begin;         /* of the stretch, from the start of the segment */
+    float sum;              /* of S over the stretch, but for the newest S of it ... */
+    uint32_t since;         /* ... which is from here on */
+};
+
+static void write_duty(const struct writer *writer, float rpm, uint16_t duty[2]) {
+    const struct power_way *way = writer->way;
+    duty[0] = beam_duty(writer->beam, rpm, way->v0, way->feed_mm_s);
+    duty[1] = beam_duty(writer->beam, rpm, way->v1, way->feed_mm_s);
+}
+
+/* A stretch is complete up to here. */
+static void end_stretch(struct writer *writer, float rpm, uint32_t end) {
+    struct segment_queue *queue = writer->queue;
+    struct segment *segment = writer->segment;
+    uint32_t length = end - writer->begin;
+    float mean = writer->since == writer->begin
+                     ? rpm
+                     : (writer->sum + rpm * (float)(end - writer->since)) / (float)length;
+    if (!writer->begun) {
+        write_duty(writer, mean, segment->duty);
+        writer->begun = true;
+    } else {
+        struct segment_power *to = &queue->power[queue->power_count++];
+        to->at = (uint16_t)(((uint64_t)writer->begin << 16) / writer->length);
+        write_duty(writer, mean, to->duty);
+        segment->power_count++;
+    }
+    writer->begin = writer->since = end;
+    writer->sum = 0.0f;
+}
+
+/* A mark at a distance from the start of the segment, the next one `after` it. What is too short becomes part
+ * of a mean with others that are, but a long one that follows begins where it should. The last entry of the
+ * queue is for the rest of the segment. */
+static void pass_mark(struct writer *writer, float rpm, uint32_t at, uint32_t after) {
+    bool room = writer->queue->power_count + 1 < QUEUE_POWER;
+    if (room && (at - writer->begin >= writer->least || after >= writer->least)) {
+        end_stretch(writer, rpm, at);
+        return;
+    }
+    writer->sum += rpm * (float)(at - writer->since);
+    writer->since = at;
+}
+
+/* From a mark to the one after it, or to the end of what is marked. */
+static uint32_t length_from(const struct power *power, uint32_t index, uint32_t end) {
+    return (index + 1 != power->head ? mark_at(power, index + 1)->at : end) - mark_at(power, index)->at;
+}
+
+/* The shortest stretch that the steps and the step interrupt can show. */
+static uint32_t least_units(const struct power_way *way, const struct segment *segment, uint32_t length) {
+    int32_t most = 0;
+    for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
+        int32_t steps = segment->steps[ax] < 0 ? -segment->steps[ax] : segment->steps[ax];
+        most = steps > most ? steps : most;
+    }
+    if (way->coarse || most == 0)
+        return length + 1;
+    float part = max_f(1.0f / (float)most, LEAST_S / way->time_s);
+    return (uint32_t)(min_f(part, 1.0f) * (float)length);
+}
+
+void power_segment(const struct power *power, struct power_place *place, const struct power_way *way,
+                   const struct beam *beam, struct segment_queue *queue, struct segment *segment) {
+    uint32_t length = way->to - place->at;
+    if ((int32_t)length < 0) /* rounding of a float at the end of a piece */
+        length = 0;
+    struct writer writer = {.way = way,
+                            .beam = beam,
+                            .queue = queue,
+                            .segment = segment,
+                            .length = length,
+                            .least = least_units(way, segment, length)};
+    float rpm = mark_at(power, place->mark)->rpm;
+    /* A change at the very start of a cut has its event chosen as any other has. */
+    bool is_shown = (segment->flags & SEGMENT_CUT) != 0 && !way->coarse && length > 0;
+    segment->power_first = (uint8_t)queue->power_count;
+    while (place->mark + 1 != power->head) {
+        const struct power_mark *next = mark_at(power, place->mark + 1);
+        int32_t at = (int32_t)(next->at - place->at);
+        if (at > 0 && at >= (int32_t)length)
+            break;
+        if (at > 0 || (at == 0 && is_shown))
+            pass_mark(&writer, rpm, (uint32_t)at, length_from(power, place->mark + 1, way->to));
+        rpm = next->rpm;
+        place->mark++;
+    }
+    end_stretch(&writer, rpm, length);
+    place->at += length;
+}
