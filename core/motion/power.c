@@ -97,17 +97,14 @@ static uint32_t length_from(const struct power *power, uint32_t index, uint32_t 
     return (index + 1 != power->head ? mark_at(power, index + 1)->at : end) - mark_at(power, index)->at;
 }
 
-/* The shortest stretch that the steps and the step interrupt can show. */
-static uint32_t least_units(const struct power_way *way, const struct segment *segment, uint32_t length) {
-    int32_t most = 0;
+/* Part of a segment that a step of its fastest axis is. */
+static float step_part(const struct segment *segment) {
+    int32_t most = 1;
     for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
         int32_t steps = segment->steps[ax] < 0 ? -segment->steps[ax] : segment->steps[ax];
         most = steps > most ? steps : most;
     }
-    if (way->coarse || most == 0)
-        return length + 1;
-    float part = max_f(1.0f / (float)most, LEAST_S / way->time_s);
-    return (uint32_t)(min_f(part, 1.0f) * (float)length);
+    return 1.0f / (float)most;
 }
 
 void power_segment(const struct power *power, struct power_place *place, const struct power_way *way,
@@ -115,22 +112,22 @@ void power_segment(const struct power *power, struct power_place *place, const s
     uint32_t length = way->to - place->at;
     if ((int32_t)length < 0) /* rounding of a float at the end of a piece */
         length = 0;
+    float step = step_part(segment), least = min_f(max_f(step, LEAST_S / way->time_s), 1.0f);
+    bool fine = (segment->flags & SEGMENT_CUT) != 0 && !way->coarse && length > 0;
     struct writer writer = {.way = way,
                             .beam = beam,
                             .queue = queue,
                             .segment = segment,
                             .length = length,
-                            .least = least_units(way, segment, length)};
+                            .least = fine ? (uint32_t)(least * (float)length) : length + 1};
     float rpm = mark_at(power, place->mark)->rpm;
-    /* A change at the very start of a cut has its event chosen as any other has. */
-    bool is_shown = (segment->flags & SEGMENT_CUT) != 0 && !way->coarse && length > 0;
     segment->power_first = (uint8_t)queue->power_count;
     while (place->mark + 1 != power->head) {
         const struct power_mark *next = mark_at(power, place->mark + 1);
         int32_t at = (int32_t)(next->at - place->at);
         if (at > 0 && at >= (int32_t)length)
             break;
-        if (at > 0 || (at == 0 && is_shown))
+        if (at > 0 || (at == 0 && fine)) /* at the very start, too, its event is still to be chosen */
             pass_mark(&writer, rpm, (uint32_t)at, length_from(power, place->mark + 1, way->to));
         rpm = next->rpm;
         place->mark++;

@@ -244,7 +244,7 @@ static void find_change(struct prep *prep) {
 static uint32_t events_to_change(struct prep *prep) {
     while (prep->power_left > 0 && prep->power_events <= prep->done) {
         set_duty(prep, prep->power->duty);
-        prep->power++;
+        prep->power = prep->power == &prep->start ? prep->listed : prep->power + 1;
         prep->power_left--;
         find_change(prep);
     }
@@ -252,9 +252,19 @@ static uint32_t events_to_change(struct prep *prep) {
 }
 
 static void load_duty(struct prep *prep, const struct segment *segment) {
-    set_duty(prep, segment->duty);
-    prep->power = &prep->in->power[segment->power_first];
+    const struct segment_power *listed = &prep->in->power[segment->power_first];
+    bool late = prep->carry.late && (segment->flags & SEGMENT_CUT) != 0;
+    prep->power = prep->listed = listed;
     prep->power_left = segment->power_count;
+    set_duty(prep, segment->duty);
+    if (late) {
+        prep->start = (struct segment_power){.duty = {segment->duty[0], segment->duty[1]}};
+        set_duty(prep, (const uint16_t[2]){prep->carry.late_duty, prep->carry.late_duty});
+        prep->power = &prep->start;
+        prep->power_left++;
+        prep->power_events = 1;
+        return;
+    }
     find_change(prep);
 }
 
@@ -414,6 +424,8 @@ static uint64_t least_interval_q16(const struct prep *prep, axis_mask_t negative
  * short: so a batch has a span at its end. @return false: no span is free */
 static bool end_segment(struct prep *prep) {
     int64_t left_q16 = prep->carry.duration_q16 - prep->carry.spent_q16;
+    prep->carry.late = prep->power_left > 0 && prep->power_events > prep->events;
+    prep->carry.late_duty = prep->duty[1];
     bool at_rest = (prep->flags & SPAN_AT_REST) != 0;
     int64_t least_q16 = (int64_t)prep->timing.min_interval_ticks << 16;
     if (at_rest && prep->events == 0 && left_q16 < least_q16)

@@ -49,6 +49,8 @@ struct prep_carry {
     axis_mask_t last_negative;
     uint8_t shift; /* events of the last segment's steps were multiplied by 2^shift */
     bool alone;    /* the next event is in a span of its own: the interval before it is of another kind */
+    bool late;     /* the laser's last change is nearest to the next event, and until then it has ... */
+    uint16_t late_duty;
 };
 
 struct prep_mark {
@@ -75,6 +77,8 @@ struct prep {
     uint32_t events, done; /* of the segment */
     uint16_t duty[2];      /* of a laser at its start and end */
     float dv_most;         /* change of speed that a span may have, events per tick; 0: any */
+    struct segment_power start;        /* the duty at its start, where that is late */
+    const struct segment_power *listed; /* those within it */
     const struct segment_power *power; /* the next change of its S ... */
     uint32_t power_left;               /* ... so many of them */
     uint32_t power_events;             /* ... when so many events are done */

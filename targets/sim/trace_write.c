@@ -17,10 +17,26 @@ static void flush(struct trace_writer *writer) {
     writer->used = 0;
 }
 
-/* What events that come have. */
+static void put_waiting(struct trace_writer *writer) {
+    if (writer->waits && writer->error == 0)
+        writer->row(writer, &writer->waiting);
+    writer->waits = false;
+}
+
+static void wait_rows(void *ctx, const struct trace_event *events, size_t count) {
+    struct trace_writer *writer = ctx;
+    for (size_t i = 0; i < count; i++) {
+        put_waiting(writer);
+        writer->waiting = events[i];
+        writer->waits = true;
+    }
+}
+
+/* The step interrupt stores a duty behind the edge that it belongs to, so that edge's row has waited. */
 static void note_duty(void *ctx, uint64_t t_ticks, uint16_t duty) {
     struct trace_writer *writer = ctx;
-    (void)t_ticks;
+    if (t_ticks != writer->waiting.t_ticks)
+        put_waiting(writer);
     writer->duty = duty;
 }
 
@@ -39,10 +55,19 @@ struct trace_writer *trace_writer_open(const char *path, uint32_t timer_hz, trac
     }
     setvbuf(writer->file, NULL, _IONBF, 0); /* the buffer is ours */
     writer->consume = consume;
-    writer->follow = note_duty;
     writer->timer_hz = timer_hz;
     writer->ns_per_tick = 1000000000u % timer_hz == 0 ? 1000000000u / timer_hz : 0;
     *error = 0;
+    return writer;
+}
+
+struct trace_writer *trace_rows_open(const char *path, uint32_t timer_hz, trace_row *row, int *error) {
+    struct trace_writer *writer = trace_writer_open(path, timer_hz, wait_rows, error);
+    if (writer == NULL)
+        return NULL;
+    writer->row = row;
+    writer->follow = note_duty;
+    writer->finish = put_waiting;
     return writer;
 }
 

@@ -28,17 +28,25 @@ struct trace_vcd {
     axis_mask_t shown_dir;
 };
 
+struct trace_writer;
+
+/** Write an event, with writer->duty. */
+typedef void trace_row(struct trace_writer *writer, const struct trace_event *event);
+
 /** One file being written. Fields are private to trace_write.c and the formats; consume is for trace_add().
  */
 struct trace_writer {
     trace_consumer *consume;
+    trace_row *row;
     trace_duty_consumer *follow;
     void (*finish)(struct trace_writer *writer); /* last words before closing, may be NULL */
     FILE *file;
     int error; /* first errno, 0 = none */
     uint32_t timer_hz;
     uint32_t ns_per_tick; /* 0: not a whole number */
-    uint16_t duty;        /* of a laser, at the events that come */
+    uint16_t duty;        /* of a laser */
+    bool waits;           /* an event whose own duty may still come is not written yet: */
+    struct trace_event waiting;
     struct trace_vcd vcd;
     size_t used;
     char buffer[TRACE_BUFFER];
@@ -67,6 +75,9 @@ bool trace_writer_attach(struct trace_writer *writer, struct trace *trace);
 int trace_writer_close(struct trace_writer *writer);
 
 /* For the formats. */
+
+/** One that writes a row for each event. */
+struct trace_writer *trace_rows_open(const char *path, uint32_t timer_hz, trace_row *row, int *error);
 
 struct trace_writer *trace_writer_open(const char *path, uint32_t timer_hz, trace_consumer *consume,
                                        int *error);

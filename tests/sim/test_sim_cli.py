@@ -12,6 +12,8 @@ import numpy as np
 import pytest
 from wificnc.app import main
 
+STEPS_PER_MM = 250  # of the simulated machine
+
 KEYS = [
     "file", "lines", "blocks", "segments", "steps_per_axis", "final_position_mm", "final_position_steps",
     "bounding_box_mm", "job_time_s", "cutting_time_s", "rapid_time_s", "max_speed_mm_s", "max_accel_mm_s2",
@@ -192,6 +194,24 @@ def test_help_needs_neither_numpy_nor_matplotlib(tmp_path):
     assert (tmp_path / "t.npz").stat().st_size > 0
 
 
+def test_both_ways_along_a_row_the_power_changes_at_the_same_step(cli, job, tmp_path):
+    """Pixels of 8 steps, of random power: each edge is half a step below its place."""
+    power = np.random.default_rng(1).integers(1, 1000, 200)
+    there = "".join(f"X{5 + 0.1 * (n + 1):.1f}S{s}\n" for n, s in enumerate(power))
+    back = "".join(f"X{5 + 0.1 * n:.1f}S{s}\n" for n, s in reversed(list(enumerate(power))))
+    path = job(f"G21 G90\nM4 S0 F6000\nG1 X5\n{there}X30S0\nX25S0\n{back}X0S0\n")
+    settings = [f"${number}={value}" for number, value in ((32, 1), (100, 80), (110, 20_000), (120, 3000))]
+    code, _, err = cli(path, *(each for one in settings for each in ("--set", one)), "--trace", tmp_path / "t.npz")
+    assert code == 0, err
+    with np.load(tmp_path / "t.npz") as rows:
+        falls, duty = (rows["dir_mask"] & 1) != 0, rows["duty"]
+    after = np.cumsum(np.where(falls, -1, 1))
+    switched = np.flatnonzero(np.diff(duty)) + 1
+    place = after[switched] - np.where(falls[switched], -0.5, 0.5)
+    edges = np.flatnonzero(np.diff(np.concatenate(([0], power, [0])))) * 8 + 5 * 80 - 0.5
+    assert np.array_equal(place, np.concatenate((edges, edges[::-1])))
+
+
 @pytest.mark.parametrize("mode", ["M3", "M4"])
 def test_a_trace_has_the_lasers_duty(cli, job, tmp_path, mode):
     """The edges of 5 to 10 mm burn with half power, all others are dark; and so it is in each format."""
@@ -209,6 +229,8 @@ def test_a_trace_has_the_lasers_duty(cli, job, tmp_path, mode):
     assert lit[0] == pytest.approx(steps / 3, abs=1) and np.all(np.diff(lit) == 1)
     with np.load(tmp_path / "t.npz") as arrays:
         assert np.array_equal(arrays["duty"], rows["duty"])
+    # each row has the power from its edge on: half a step below 5 mm, to half a step below 10 mm
+    assert (lit[0], len(lit)) == (5 * STEPS_PER_MM - 1, 5 * STEPS_PER_MM)
     vcd = (tmp_path / "t.vcd").read_text()
     changes = [int(line.split()[0][1:], 2) for line in vcd.splitlines() if line.startswith("b")]
     assert changes == [0, 32768, 0]
