@@ -44,7 +44,8 @@ void machine_init(struct machine *machine, const struct machine_board *board, st
     rx_init(&machine->lines.rx);
     line_reader_reset(&machine->lines.reader);
     machine->drive.joints.kinematics.ops = &kinematics_cartesian; /* until the settings are there */
-    motion_init(&machine->drive.motion, &no_limits, board->look_ahead != 0 ? board->look_ahead : PLAN_SIZE);
+    motion_init(&machine->drive.motion, &no_limits, board->look_ahead != 0 ? board->look_ahead : PLAN_SIZE,
+                board->laser_marks != 0 ? board->laser_marks : POWER_MARKS);
     host_queue_init(&machine->host.queue, &machine->drive.motion.ahead);
     step_init(&machine->drive.step, hal_step);
     prep_init(&machine->drive.prep, &machine->drive.motion.queue, &machine->drive.step, &no_timing);

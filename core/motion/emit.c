@@ -2,6 +2,7 @@
 #include "motion/emit.h"
 
 #include "base/debug.h"
+#include "motion/emit_place.h"
 #include "motion/forward.h"
 
 #include <math.h>
@@ -296,14 +297,12 @@ static void finish(struct emit *emit, struct segment *segment, float time_s) {
     DEBUG(DEBUG_MOTION, "segment: line, ns", segment->line, segment->duration_ns);
 }
 
-/* What a laser shows on it. */
-static void set_power(struct emit *emit, struct segment *segment, struct power_way *way) {
-    way->coarse = emit->stop_samples > 0 || !emit->beam.on;
-    power_segment(&emit->plan->power, &emit->power, way, &emit->beam, emit->ahead->queue, segment);
-}
-
-static struct filter_tag tag_of(const struct emit *emit, const struct piece *piece) {
-    return (struct filter_tag){piece->line, emit->beam.on ? sqrtf(piece->asked_sq) : 0.0f, piece->flags};
+/* What a laser shows on it: F is that of a piece, to the place and the speed at its end. */
+static void set_power(struct emit *emit, struct segment *segment, const struct piece *piece, uint32_t to,
+                      float v0, float v1, float time_s) {
+    float feed_mm_s = emit->beam.on ? sqrtf(piece->asked_sq) : 0.0f;
+    const struct power_way way = {to, v0, v1, feed_mm_s, time_s, emit->stop_samples > 0 || !emit->beam.on};
+    power_segment(&emit->plan->power, &emit->power, &way, &emit->beam, emit->ahead->queue, segment);
 }
 
 static int16_t ramp(float v0, float v1) {
@@ -312,19 +311,13 @@ static int16_t ramp(float v0, float v1) {
 
 static void make_sample(struct emit *emit, struct segment *segment) {
     const struct piece *piece = travel_piece(emit);
-    const struct filter_tag tag = tag_of(emit, piece);
     float v0 = emit->v_mm_s, time_s = travel_sample(emit, piece);
     int64_t at[AXIS_COUNT] = {0};
-    segment->flags = segment_flags(tag.flags);
+    segment->flags = segment_flags(piece->flags);
     segment->line = find_place(emit, at)->line;
     segment->ramp = ramp(v0, emit->v_mm_s);
     set_axes(emit, segment, at);
-    set_power(emit, segment,
-              &(struct power_way){.to = travel_power_place(emit),
-                                  .v0 = v0,
-                                  .v1 = emit->v_mm_s,
-                                  .feed_mm_s = tag.feed_mm_s,
-                                  .time_s = time_s});
+    set_power(emit, segment, piece, travel_power_place(emit), v0, emit->v_mm_s, time_s);
     finish(emit, segment, time_s);
 }
 
@@ -342,17 +335,16 @@ static float filtered_mm_s(const struct emit *emit) {
 /* The path continues for a sample, or rests. */
 static void travel_filtered(struct emit *emit) {
     struct filter *filter = &emit->filter;
-    struct filter_tag tag = filter_tag(filter, 0);
+    uint16_t piece = filter_piece(filter, &filter->past, 0);
     int64_t at[FILTER_LANES];
     memcpy(at, filter->past.in, sizeof at);
     if (!emit->settles && !travel_ends(emit)) {
-        tag = tag_of(emit, travel_piece(emit));
         travel_time(emit, filter->sample_s);
-        tag.line = find_place(emit, at)->line;
+        piece = (uint16_t)(find_place(emit, at) - emit->plan->path.pieces);
         at[FILTER_PLACE] += (int32_t)(travel_power_place(emit) - (uint32_t)at[FILTER_PLACE]);
         emit->settles = !emit->entered && (emit->ended_flags & PIECE_STOP) != 0;
     }
-    filter_push(filter, at, tag);
+    filter_push(filter, at, piece);
     emit->settles = emit->settles && is_behind(emit);
 }
 
@@ -369,18 +361,14 @@ static void make_filtered(struct emit *emit, struct segment *segment) {
     for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
         at[ax] = filter_out(filter, ax);
     float v = filtered_mm_s(emit), end = time_s > 1.5f * filter->sample_s ? v : max_f(2.0f * v - v0, 0.0f);
-    struct filter_tag tag = filter_middle_tag(filter);
-    segment->line = tag.line;
-    segment->flags = segment_flags(tag.flags);
+    const struct piece *piece = path_piece(&emit->plan->path, filter_middle_piece(filter));
+    segment->line = piece->line;
+    segment->flags = segment_flags(piece->flags);
     segment->ramp = is_behind(emit) ? ramp(v0, end) : -SEGMENT_RAMP_ONE;
     emit->v_mm_s = is_behind(emit) ? v : 0.0f;
     set_axes(emit, segment, at);
-    set_power(emit, segment,
-              &(struct power_way){.to = (uint32_t)filter_out(filter, FILTER_PLACE),
-                                  .v0 = v0,
-                                  .v1 = max_f(2.0f * way_mm / time_s - v0, 0.0f),
-                                  .feed_mm_s = tag.feed_mm_s,
-                                  .time_s = time_s});
+    set_power(emit, segment, piece, (uint32_t)filter_out(filter, FILTER_PLACE), v0,
+              max_f(2.0f * way_mm / time_s - v0, 0.0f), time_s);
     if ((segment->duty[0] | segment->duty[1]) != 0 || segment->power_count > 0)
         segment->flags |= SEGMENT_CUT;
     finish(emit, segment, time_s);
@@ -422,7 +410,7 @@ static void make_geared(struct emit *emit, struct segment *segment) {
         find_geared(emit, at);
         emit->v_mm_s = fabsf(gear->v_mm_s);
         if (filtered) {
-            filter_push(filter, at, (struct filter_tag){.line = gear->path.line});
+            filter_push(filter, at, filter_piece(filter, &filter->past, 0));
             for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
                 at[ax] = filter_out(filter, ax);
         } else {
@@ -526,84 +514,8 @@ static bool stop(void *ctx, enum ahead_stop how) {
     return how != AHEAD_END || ends_soon(emit);
 }
 
-static void save(void *ctx, uint32_t at) {
-    struct emit *emit = ctx;
-    struct emit_place *place = &emit->places[at];
-    place->entered = emit->entered;
-    place->on_blend = emit->on_blend;
-    place->settles = emit->settles;
-    place->late = emit->late;
-    place->ran_dry = emit->ran_dry;
-    place->ended_flags = emit->ended_flags;
-    place->next_id = emit->next_id;
-    place->t = emit->t;
-    place->y = emit->y;
-    place->v_mm_s = emit->v_mm_s;
-    place->along_mm = emit->along_mm;
-    place->time_ns = emit->time_ns;
-    memcpy(place->corner_mm, emit->corner_mm, sizeof place->corner_mm);
-    memcpy(place->steps, emit->steps, sizeof place->steps);
-    memcpy(place->fraction, emit->fraction, sizeof place->fraction);
-    place->tail = emit->plan->path.tail;
-    place->stop_tail = emit->plan->path.stop_tail;
-    place->limits = emit->limits;
-    place->dwelt_ns = emit->dwelt_ns;
-    place->known = emit->plan->timing.known;
-    place->piece_at = emit->piece_at;
-    place->power = emit->power;
-    if (emit->filter.count > 0)
-        place->filter = emit->filter.past;
-    gear_save(&emit->gear, &place->gear);
-}
-
-/* A backward pass since then has not seen the pieces before the tail of its time. */
-static void return_path(struct emit *emit, const struct emit_place *place) {
-    struct path *path = &emit->plan->path;
-    struct timing *timing = &emit->plan->timing;
-    if (path->tail != place->tail && timing->known != place->known)
-        timing->whole = true;
-    if (place->limits != emit->limits)
-        timing->whole = emit->late = true;
-    path->tail = place->tail;
-    path->stop_tail = place->stop_tail;
-    emit->ran_dry = place->ran_dry && plan_is_empty(emit->plan);
-}
-
-static void load(void *ctx, uint32_t at, enum ahead_return why) {
-    struct emit *emit = ctx;
-    const struct emit_place *place = &emit->places[at];
-    emit->entered = place->entered;
-    emit->on_blend = place->on_blend;
-    emit->settles = place->settles;
-    emit->late = place->late;
-    emit->ended_flags = place->ended_flags;
-    emit->next_id = place->next_id;
-    emit->t = place->t;
-    emit->y = place->y;
-    emit->v_mm_s = place->v_mm_s;
-    emit->along_mm = place->along_mm;
-    emit->time_ns = place->time_ns;
-    memcpy(emit->corner_mm, place->corner_mm, sizeof emit->corner_mm);
-    memcpy(emit->steps, place->steps, sizeof emit->steps);
-    memcpy(emit->fraction, place->fraction, sizeof emit->fraction);
-    return_path(emit, place);
-    emit->dwelt_ns = place->dwelt_ns;
-    emit->piece_at = place->piece_at;
-    emit->power = place->power;
-    if (emit->filter.count > 0)
-        filter_load(&emit->filter, &place->filter);
-    gear_load(&emit->gear, &place->gear, why == AHEAD_STOPPED);
-}
-
-/* cppcheck-suppress constParameterCallback ; the type of release() is fixed */
-static void release(void *ctx, uint32_t at) {
-    const struct emit *emit = ctx;
-    emit->plan->path.kept = emit->places[at].tail;
-    emit->plan->path.stop_kept = emit->places[at].stop_tail;
-    emit->plan->power.kept = emit->places[at].power.mark;
-}
-
 bool emit_claim(struct emit *emit) {
-    static const struct ahead_source source = {make, rests, reach_us, news, stop, save, load, release};
+    static const struct ahead_source source = {make, rests,     reach_us,  news,
+                                               stop, emit_save, emit_load, emit_release};
     return ahead_claim(emit->ahead, AHEAD_PLANNER, &source, emit);
 }

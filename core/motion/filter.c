@@ -25,7 +25,7 @@ void filter_reset(struct filter *filter, const int64_t in[FILTER_LANES]) {
     }
 }
 
-void filter_push(struct filter *filter, const int64_t in[FILTER_LANES], struct filter_tag tag) {
+void filter_push(struct filter *filter, const int64_t in[FILTER_LANES], uint16_t piece) {
     struct filter_past *past = &filter->past;
     bool starts = past->moving == 0, moves = false;
     past->at = (uint8_t)(past->at + 1u < filter->count ? past->at + 1u : 0u);
@@ -38,9 +38,9 @@ void filter_push(struct filter *filter, const int64_t in[FILTER_LANES], struct f
         slot[lane] = (int32_t)move;
         moves = moves || move != 0;
     }
-    past->tags[past->at] = tag;
+    past->pieces[past->at] = piece;
     for (unsigned n = 0; starts && n < filter->count; n++)
-        past->tags[n] = tag;
+        past->pieces[n] = piece;
     if (moves)
         past->moving = filter->count;
     if (past->moving > 0)

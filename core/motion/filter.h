@@ -25,27 +25,20 @@
 /** What is averaged: the axes, and the place on the path that S of a laser belongs to (motion/power.h). */
 enum { FILTER_PLACE = AXIS_COUNT, FILTER_LANES };
 
-/** What belongs to a sample in addition to its motion: it belongs where the sample has most weight, T/2
- * later.
- */
-struct filter_tag {
-    uint32_t line;
-    float feed_mm_s; /* of a laser */
-    uint8_t flags;   /* enum motion_flags */
-};
-
 /** The newest samples: all that the mean depends on. */
 struct filter_past {
     int64_t in[FILTER_LANES]; /* newest position, 1/65536 step */
     int32_t moves[FILTER_MAX][FILTER_LANES];
-    struct filter_tag tags[FILTER_MAX];
+    /** The piece of path that each is of, in path.pieces: what belongs to a sample in addition to its motion
+     * belongs where the sample has most weight, T/2 later. */
+    uint16_t pieces[FILTER_MAX];
     uint8_t at;     /* where the newest sample is in the rings */
     uint8_t moving; /* samples until the mean is still, if the axes stay where they are */
 };
 
 struct filter {
-    uint8_t count;           /* samples in the mean; 0: the filter is off */
-    float sample_s;          /* time from sample to sample */
+    uint8_t count;             /* samples in the mean; 0: the filter is off */
+    float sample_s;            /* time from sample to sample */
     int64_t sum[FILTER_LANES]; /* of the last `count` moves */
     int64_t out[FILTER_LANES]; /* `count` times the mean position */
     struct filter_past past;
@@ -58,21 +51,27 @@ void filter_set(struct filter *filter, float time_s);
 void filter_reset(struct filter *filter, const int64_t in[FILTER_LANES]);
 
 /** The next sample. */
-void filter_push(struct filter *filter, const int64_t in[FILTER_LANES], struct filter_tag tag);
+void filter_push(struct filter *filter, const int64_t in[FILTER_LANES], uint16_t piece);
 
 /** The mean position, 1/65536 step. */
 static inline int64_t filter_out(const struct filter *filter, unsigned lane) {
     return filter->out[lane] / filter->count;
 }
 
-/** The tag of a sample. @param before_newest  below count */
-static inline struct filter_tag filter_tag(const struct filter *filter, uint32_t before_newest) {
-    return filter->past.tags[(filter->past.at + filter->count - before_newest) % filter->count];
+/** The piece of a sample. @param before_newest  below count */
+static inline uint16_t filter_piece(const struct filter *filter, const struct filter_past *past,
+                                    uint32_t before_newest) {
+    return past->pieces[(past->at + filter->count - before_newest) % filter->count];
 }
 
-/** The tag of the sample in the middle of the mean. */
-static inline struct filter_tag filter_middle_tag(const struct filter *filter) {
-    return filter_tag(filter, filter->count - filter->count / 2u);
+/** The piece of the sample in the middle of the mean. */
+static inline uint16_t filter_middle_piece(const struct filter *filter) {
+    return filter_piece(filter, &filter->past, filter->count - filter->count / 2u);
+}
+
+/** The piece of the oldest sample. */
+static inline uint16_t filter_oldest_piece(const struct filter *filter, const struct filter_past *past) {
+    return filter_piece(filter, past, filter->count - 1u);
 }
 
 /** Continue with these samples, kept when the filter was the same. */

@@ -141,7 +141,6 @@ static bool is_alike(const struct motion_line *a, const struct motion_line *b) {
            b->duration_s == 0.0f;
 }
 
-
 static bool leads_nowhere(const struct plan *plan, const struct motion_line *line) {
     bool same = true;
     for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
@@ -203,9 +202,10 @@ static void plan_set_override(struct plan *plan, float feed, float rapid) {
 
 /* ---- the room's door ---- */
 
-void motion_init(struct motion *motion, const struct motion_limits *limits, uint32_t look_ahead) {
+void motion_init(struct motion *motion, const struct motion_limits *limits, uint32_t look_ahead,
+                 uint32_t laser_marks) {
     const int32_t zero[AXIS_COUNT] = {0};
-    motion->plan = (struct plan){.look_ahead = look_ahead, .power.most = POWER_PER_PIECE * look_ahead};
+    motion->plan = (struct plan){.look_ahead = look_ahead, .power.most = laser_marks};
     motion->newest_us = motion->oldest_us = 0;
     motion->waits = false;
     motion->queue.published = motion->queue.answered = 0;

@@ -26,8 +26,10 @@ struct motion {
     bool waits; /* at rest, with moves that wait for more: ask again within MOTION_START_DELAY_US */
 };
 
-/** At rest at step position 0. @param look_ahead  pieces of path, 32 .. PLAN_SIZE */
-void motion_init(struct motion *motion, const struct motion_limits *limits, uint32_t look_ahead);
+/** At rest at step position 0. @param look_ahead  pieces of path, 32 .. PLAN_SIZE @param laser_marks  changes
+ * of S in it, 2 .. POWER_MARKS */
+void motion_init(struct motion *motion, const struct motion_limits *limits, uint32_t look_ahead,
+                 uint32_t laser_marks);
 
 /** Change the limits. Only when motion_is_planned_out(). */
 void motion_set_limits(struct motion *motion, const struct motion_limits *limits);

@@ -24,10 +24,9 @@
 /** Of one chord at most, so that places of all chords ahead can be compared: a longer one has coarser units.
  */
 #define POWER_CHORD_MAX (1u << 22)
-/** Marks for each piece of the look-ahead: 0.05 mm from each to the next, they reach over the stopping way of
- * a fast machine. */
-#define POWER_PER_PIECE 8u
-#define POWER_MARKS     (POWER_PER_PIECE * PLAN_SIZE)
+/** POWER_MARKS (hal/core_sizes.h): with 2048 of them, 0.05 mm from each to the next, they reach over the
+ * stopping way of a fast machine. */
+_Static_assert((POWER_MARKS & (POWER_MARKS - 1)) == 0, "ring index is masked");
 
 struct power_mark {
     uint32_t at; /* place */
@@ -49,9 +48,9 @@ struct power_place {
 
 /** One segment of motion, as a laser needs it. */
 struct power_way {
-    uint32_t to;      /* place at its end */
-    float v0, v1;     /* speed at its start and end, mm/s */
-    float feed_mm_s;  /* F along the same path */
+    uint32_t to;     /* place at its end */
+    float v0, v1;    /* speed at its start and end, mm/s */
+    float feed_mm_s; /* F along the same path */
     float time_s;
     bool coarse; /* one mean of all its S */
 };

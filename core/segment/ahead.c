@@ -3,14 +3,14 @@
 
 #include <stddef.h>
 
-#define MARK_US      4000u   /* between marks of committed motion */
-#define STOP_MARK_US 20000u  /* from the beginning of a stop to its first mark; the next ones twice as far */
-#define SPARE_MARKS  5u      /* places for the marks that must be, of this batch and the next one */
-#define COMMIT_MAX   80u     /* segments; the others are for the stop */
+#define MARK_US      4000u  /* between marks of committed motion */
+#define STOP_MARK_US 20000u /* from the beginning of a stop to its first mark; the next ones twice as far */
+#define SPARE_MARKS  5u     /* places for the marks that must be, of this batch and the next one */
+#define COMMIT_MAX   80u    /* segments; the others are for the stop */
 #define COMMIT_POWER (QUEUE_POWER / 2u) /* changes of a laser's S: each becomes a span */
-#define MIN_US       6000u   /* of committed motion, however few spans there are */
-#define HURRY_US     1000    /* the committed part is continued if so much of it is left */
-#define END_MAX_US   600000u /* of the stop at the end of what is planned, and segments of it */
+#define MIN_US       6000u              /* of committed motion, however few spans there are */
+#define HURRY_US     1000               /* the committed part is continued if so much of it is left */
+#define END_MAX_US   600000u            /* of the stop at the end of what is planned, and segments of it */
 #define END_MAX      48u
 #define REST_NS      100000u
 
@@ -96,7 +96,7 @@ static uint32_t put_mark(struct ahead *ahead, uint32_t at_us, bool must, bool st
     if (count == 0 || (!must && count <= SPARE_MARKS))
         return QUEUE_MARKS;
     ahead->marks[place] = (struct ahead_mark){.us = at_us, .used = true, .fresh = true, .stops = stops};
-    queue->slots[queue->count - 1].mark = (uint16_t)(place + 1);
+    queue->slots[queue->count - 1].mark = (uint8_t)(place + 1);
     ahead->source->save(ahead->ctx, place);
     return place;
 }

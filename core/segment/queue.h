@@ -32,7 +32,7 @@ enum queue_answer {
 #define QUEUE_MARKS 28u
 
 /** Changes of a laser's S within the segments of a batch. */
-#define QUEUE_POWER 192u
+#define QUEUE_POWER 160u
 
 /** Place of the mark where motion was reset. */
 #define QUEUE_RESET_MARK 0u
@@ -49,7 +49,7 @@ struct segment_queue {
     struct segment_power power[QUEUE_POWER];
 };
 
-_Static_assert(QUEUE_POWER <= UINT8_MAX + 1u, "segment.power_first");
+_Static_assert(QUEUE_POWER <= UINT8_MAX && QUEUE_MARKS <= UINT8_MAX, "bytes of a segment");
 
 /** A batch waits for its answer. [any] */
 static inline bool segment_queue_is_pending(const struct segment_queue *queue) {

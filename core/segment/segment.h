@@ -47,11 +47,11 @@ struct segment {
     uint16_t id;                   /* counts up; a host's own number for host segments */
     uint32_t line;                 /* source line, 0 = unknown */
     uint8_t flags;                 /* enum segment_flags */
-    uint16_t mark;                 /* motion may branch off after it: place of the mark + 1; 0: it may not */
-    uint32_t end_us;               /* motion time at its end (segment/queue.h) */
-    float v_mm_s;                  /* path speed at its end */
+    uint8_t mark;                  /* motion may branch off after it: place of the mark + 1; 0: it may not */
+    uint8_t power_first, power_count; /* changes of S within it: of segment_queue.power */
+    uint32_t end_us;                  /* motion time at its end (segment/queue.h) */
+    float v_mm_s;                     /* path speed at its end */
     uint16_t duty[2]; /* of a laser at the start and at the end, 0 .. DUTY_FULL; between them as the speed */
-    uint8_t power_first, power_count; /* changes of it within the segment: of segment_queue.power */
 };
 
 /** Another S from a place within a segment on. */

@@ -74,18 +74,18 @@ struct prep {
     uint32_t v_um_s;
     axis_mask_t negative;
     uint32_t phase[SPAN_WORDS], increment[SPAN_WORDS];
-    uint32_t events, done; /* of the segment */
-    uint16_t duty[2];      /* of a laser at its start and end */
-    float dv_most;         /* change of speed that a span may have, events per tick; 0: any */
-    struct segment_power start;        /* the duty at its start, where that is late */
+    uint32_t events, done;              /* of the segment */
+    uint16_t duty[2];                   /* of a laser at its start and end */
+    float dv_most;                      /* change of speed that a span may have, events per tick; 0: any */
+    struct segment_power start;         /* the duty at its start, where that is late */
     const struct segment_power *listed; /* those within it */
-    const struct segment_power *power; /* the next change of its S ... */
-    uint32_t power_left;               /* ... so many of them */
-    uint32_t power_events;             /* ... when so many events are done */
-    float way;                         /* of the segment */
-    bool falls;                        /* its events go in negative direction */
-    float first_event;     /* from the start of the segment to its first event, 0 .. 1 */
-    float v, v_sq_slope;   /* events per tick at the start; change of its square per event */
+    const struct segment_power *power;  /* the next change of its S ... */
+    uint32_t power_left;                /* ... so many of them */
+    uint32_t power_events;              /* ... when so many events are done */
+    float way;                          /* of the segment */
+    bool falls;                         /* its events go in negative direction */
+    float first_event;                  /* from the start of the segment to its first event, 0 .. 1 */
+    float v, v_sq_slope;                /* events per tick at the start; change of its square per event */
     /* spans */
     struct span *free;   /* linked by `after` */
     struct span *oldest; /* of the chain: the ISR's or one that it has left */

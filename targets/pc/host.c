@@ -31,7 +31,8 @@ static int board_is_possible(const struct host_board *board) {
            board->max_step_rate_hz >= 1 && board->digital_inputs <= DIGITAL_INPUT_COUNT &&
            board->digital_outputs <= OUTPUT_COUNT && board->tasks <= HOST_TASKS_PIC32MZ &&
            (board->look_ahead == 0 ||
-            (board->look_ahead >= HOST_LOOK_AHEAD_MIN && board->look_ahead <= PLAN_SIZE));
+            (board->look_ahead >= HOST_LOOK_AHEAD_MIN && board->look_ahead <= PLAN_SIZE)) &&
+           board->laser_marks <= POWER_MARKS;
 }
 
 static void run_events(struct host *host, uint64_t *budget, uint64_t until_ticks, bool refills);
@@ -82,6 +83,7 @@ struct host *host_open(const struct host_board *board, const char *store_path) {
         .step_spread_ns = board->step_spread_ns,
         .max_step_rate_hz = board->max_step_rate_hz,
         .look_ahead = board->look_ahead,
+        .laser_marks = board->laser_marks,
         .pwm = {0, 1, DUTY_FULL},
         .axis_count = board->axis_count,
         .home_axes = board->home_axes,

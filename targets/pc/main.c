@@ -97,6 +97,8 @@ static bool take_board(struct host_board *board, const char *name, const char *v
         return read_number(value, &board->step_spread_ns);
     if (strcmp(name, "--look-ahead") == 0)
         return read_short(value, &board->look_ahead);
+    if (strcmp(name, "--laser-marks") == 0)
+        return read_short(value, &board->laser_marks);
     if (strcmp(name, "--dir-setup-ns") == 0)
         return read_number(value, &board->dir_setup_ns);
     if (strcmp(name, "--max-step-rate-hz") == 0)

@@ -78,7 +78,7 @@ def _facts(board: Board) -> Iterator[str]:
         f"direction {timing.dir_setup_ns} ns before it, timer tick {1e9 / timing.timer_hz:g} ns"
     )
     if board.look_ahead:
-        yield f"- Look-ahead: {board.look_ahead} pieces of path"
+        yield f"- Look-ahead: {board.look_ahead} pieces of path, {board.laser_marks} changes of a laser's S"
     yield f"- Published map: {board.source.map}"
     url = f" (<{board.source.url}>)" if board.source.url else ""
     yield f"- Board: {board.source.board}{url}"

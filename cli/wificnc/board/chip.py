@@ -107,6 +107,7 @@ class CoreSizes(Strict):
     """How much the core may hold on this chip."""
 
     look_ahead: Literal[64, 128, 256, 512, 1024]  # pieces of path
+    laser_marks: Literal[256, 512, 1024, 2048, 4096]  # changes of S in it
 
 
 class Firmware(Strict):

@@ -321,6 +321,11 @@ class Board(BoardFile):
         return self.pins.core.look_ahead if self.pins.core else 0
 
     @property
+    def laser_marks(self) -> int:
+        """Changes of a laser's S in the look-ahead; 0: a PC."""
+        return self.pins.core.laser_marks if self.pins.core else 0
+
+    @property
     def missing_outputs(self) -> int:
         """BOARD_OUTPUT_ bits (core/machine/board.h) of outputs that are not wired."""
         out = self.output

@@ -134,7 +134,7 @@ def _print_board(board: Board) -> None:
     ui.data.print(f"{escape(board.summary)}.", escape(chip), sep="\n")
     ui.data.print(f"axes {''.join(board.axes)}, up to {timing.max_step_rate_hz // 1000} k steps/s, {pulse}")
     if board.look_ahead:
-        ui.data.print(f"look-ahead {board.look_ahead} pieces of path")
+        ui.data.print(f"look-ahead {board.look_ahead} pieces of path, {board.laser_marks} changes of a laser's S")
     ui.data.print()
     ui.data.print(_pin_table(board))
     risks = [(row, rule, reason) for row in pin_rows(board) for rule, reason in row.allow.items()]

@@ -104,6 +104,7 @@ def board_numbers(board: Board) -> dict[str, int]:
         "dir_setup_ns": timing.dir_setup_ns,
         "step_spread_ns": step_spread_ns(board),
         "look_ahead": board.look_ahead,
+        "laser_marks": board.laser_marks,
         "max_step_rate_hz": timing.max_step_rate_hz,
         "axes": len(board.axes),
         "ganged": board.ganged_axes,

@@ -65,6 +65,7 @@ class Timing:
     default_pulse_us: int = 0  # what $0 starts at; 0: step_pulse_ns
     step_spread_ns: int = 0  # from step to step, beyond the pulse and a pause as long
     look_ahead: int = 0  # pieces of path; 0: what the library holds
+    laser_marks: int = 0  # changes of a laser's S in it; 0: the same
 
 
 @dataclass(frozen=True)

@@ -53,6 +53,7 @@ class HostBoard(Structure):
         ("default_pulse_us", c_uint8),
         ("step_spread_ns", c_uint32),
         ("look_ahead", c_uint16),
+        ("laser_marks", c_uint16),
     )
 
 

@@ -137,6 +137,7 @@ def board_timing(board: Board) -> Timing:
         default_pulse_us=board.timing.default_pulse_us,
         step_spread_ns=step_spread_ns(board),
         look_ahead=board.look_ahead,
+        laser_marks=board.laser_marks,
     )
 
 

@@ -1,0 +1,92 @@
+/* SPDX-License-Identifier: MIT */
+#include "motion/emit_place.h"
+
+#include "motion/emit.h"
+
+#include <string.h>
+
+void emit_save(void *ctx, uint32_t at) {
+    struct emit *emit = ctx;
+    struct emit_place *place = &emit->places[at];
+    place->entered = emit->entered;
+    place->on_blend = emit->on_blend;
+    place->settles = emit->settles;
+    place->late = emit->late;
+    place->ran_dry = emit->ran_dry;
+    place->ended_flags = emit->ended_flags;
+    place->next_id = emit->next_id;
+    place->t = emit->t;
+    place->y = emit->y;
+    place->v_mm_s = emit->v_mm_s;
+    place->along_mm = emit->along_mm;
+    place->time_ns = emit->time_ns;
+    memcpy(place->corner_mm, emit->corner_mm, sizeof place->corner_mm);
+    memcpy(place->steps, emit->steps, sizeof place->steps);
+    memcpy(place->fraction, emit->fraction, sizeof place->fraction);
+    place->tail = emit->plan->path.tail;
+    place->stop_tail = emit->plan->path.stop_tail;
+    place->limits = emit->limits;
+    place->dwelt_ns = emit->dwelt_ns;
+    place->known = emit->plan->timing.known;
+    place->piece_at = emit->piece_at;
+    place->power = emit->power;
+    if (emit->filter.count > 0)
+        place->filter = emit->filter.past;
+    gear_save(&emit->gear, &place->gear);
+}
+
+/* A backward pass since then has not seen the pieces before the tail of its time. */
+static void return_path(struct emit *emit, const struct emit_place *place) {
+    struct path *path = &emit->plan->path;
+    struct timing *timing = &emit->plan->timing;
+    if (path->tail != place->tail && timing->known != place->known)
+        timing->whole = true;
+    if (place->limits != emit->limits)
+        timing->whole = emit->late = true;
+    path->tail = place->tail;
+    path->stop_tail = place->stop_tail;
+    emit->ran_dry = place->ran_dry && plan_is_empty(emit->plan);
+}
+
+void emit_load(void *ctx, uint32_t at, enum ahead_return why) {
+    struct emit *emit = ctx;
+    const struct emit_place *place = &emit->places[at];
+    emit->entered = place->entered;
+    emit->on_blend = place->on_blend;
+    emit->settles = place->settles;
+    emit->late = place->late;
+    emit->ended_flags = place->ended_flags;
+    emit->next_id = place->next_id;
+    emit->t = place->t;
+    emit->y = place->y;
+    emit->v_mm_s = place->v_mm_s;
+    emit->along_mm = place->along_mm;
+    emit->time_ns = place->time_ns;
+    memcpy(emit->corner_mm, place->corner_mm, sizeof emit->corner_mm);
+    memcpy(emit->steps, place->steps, sizeof emit->steps);
+    memcpy(emit->fraction, place->fraction, sizeof emit->fraction);
+    return_path(emit, place);
+    emit->dwelt_ns = place->dwelt_ns;
+    emit->piece_at = place->piece_at;
+    emit->power = place->power;
+    if (emit->filter.count > 0)
+        filter_load(&emit->filter, &place->filter);
+    gear_load(&emit->gear, &place->gear, why == AHEAD_STOPPED);
+}
+
+/* The oldest piece that a place needs: that of its oldest sample, while those still count. */
+static uint32_t oldest_piece(const struct filter *filter, const struct emit_place *place) {
+    if (filter->count == 0 || place->filter.moving == 0)
+        return place->tail;
+    return place->tail - ((place->tail - filter_oldest_piece(filter, &place->filter)) & (PLAN_SIZE - 1));
+}
+
+/* cppcheck-suppress constParameterPointer ; the type of release() is fixed */
+void emit_release(void *ctx, uint32_t at) {
+    const struct emit *emit = ctx;
+    uint32_t oldest = oldest_piece(&emit->filter, &emit->places[at]);
+    if ((int32_t)(oldest - emit->plan->path.kept) > 0)
+        emit->plan->path.kept = oldest;
+    emit->plan->path.stop_kept = emit->places[at].stop_tail;
+    emit->plan->power.kept = emit->places[at].power.mark;
+}
