@@ -84,7 +84,7 @@ static void one_motion(unsigned round) {
         for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
             wanted[ax] += segment.steps[ax];
         ideal_ns += segment.duration_ns;
-        segment.mark = left == 1 ? (uint16_t)(2 + (round + 1) % 2) : 0;
+        segment.mark = left == 1 ? (uint8_t)(2 + (round + 1) % 2) : 0;
         queue.slots[queue.count++] = segment;
     }
     segment_queue_publish(&queue);

@@ -32,7 +32,7 @@ static struct segment make(unsigned n, unsigned place, uint32_t end_us) {
     struct segment segment = {.duration_ns = 100000,
                               .end_us = end_us,
                               .line = n,
-                              .mark = (uint16_t)(place + 1),
+                              .mark = (uint8_t)(place + 1),
                               .steps = {3, 3, -3}};
     memset(segment.phase, SEGMENT_PHASE_HALF, sizeof segment.phase);
     memset(segment.phase_end, SEGMENT_PHASE_HALF, sizeof segment.phase_end);
