@@ -26,6 +26,7 @@
 
 bool machine_host_has_job(const struct machine *machine) {
     bool planned = machine->task.stage != TASK_NONE || !motion_is_planned_out(&machine->drive.motion);
+    /* A host's own jogs and homing run in the planner, too, but are no job of the text side. */
     bool own = machine->host.jog.on || machine->host.jog.waits || machine->host.homing;
     return machine->host.job.step != HOST_JOB_NONE || (planned && !own && !machine->suspend.cancels);
 }

@@ -65,6 +65,7 @@ static bool put_host(const struct machine *machine, const struct text_out *out) 
     return machine->host.owns || machine->host.job.step == HOST_JOB_WAITS;
 }
 
+/* In the order in which they are shown: what locks the machine before what only waits. */
 static source_fn *const sources[] = {put_damage, put_lock, put_sender, put_pause, put_host};
 enum { SOURCE_COUNT = sizeof sources / sizeof sources[0] };
 

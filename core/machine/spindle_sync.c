@@ -46,6 +46,7 @@ void spindle_sync_note_feed(struct machine *machine) {
     if (nominal == thread->per_rev_nominal)
         return;
     thread->per_rev_nominal = nominal;
+    /* From creeping up to the speed that the encoder shows (watch_feed()): the spindle may not turn yet. */
     thread->per_rev_factor = MIN_FACTOR;
     overrides_apply(machine);
 }
@@ -63,6 +64,7 @@ static void watch_feed(struct machine *machine, uint32_t now_us) {
     float rev_s = fabsf(spindle_rev_s(&machine->drive.motion.emit.spindle, now_us));
     float factor = rev_s / thread->per_rev_nominal;
     factor = factor < MIN_FACTOR ? MIN_FACTOR : factor > MAX_FACTOR ? MAX_FACTOR : factor;
+    /* Only changes that matter: each one times the whole look-ahead again. */
     if (fabsf(factor - thread->per_rev_factor) > FACTOR_CHANGE * thread->per_rev_factor) {
         thread->per_rev_factor = factor;
         overrides_apply(machine);
@@ -115,6 +117,8 @@ static void limit(const struct machine *machine, float rpm, struct gear_path *pa
     bool tapers = path->depth_mm > 0.0f;
     path->speed_mm_s = path->accel_mm_s2 = path->bend_mm = 1e9f;
     for (unsigned ax = 0; ax < limits->axis_count; ax++) {
+        /* This joint's share of a mm along the drive line, and of a mm of depth; in a taper both add up,
+         * with `slope` mm of depth for each mm along. */
         float along = (float)fabs(path->drive_mm[ax]) / path->way_mm;
         float into = tapers ? (float)fabs(path->into_mm[ax]) / path->depth_mm : 0.0f;
         float all = along + into * path->slope, accel_mm_s2 = limits->accel_mm_s2[ax];

@@ -47,6 +47,7 @@ void square_search(struct machine *machine) {
         edges->latched[motor] = 0;
         homing->found[motor] = 0;
     }
+    /* Last: from here on the edge interrupts write mark, at and latched. */
     edges->latch[FIRST_MOTOR] = homing->axes;
     edges->latch[SECOND_MOTOR] = homing->axes & inputs_ganged(machine);
     inputs_look(machine); /* one that is closed already counts from here */
@@ -77,6 +78,7 @@ bool square_take(struct machine *machine) {
     unsigned second = homing->found[SECOND_MOTOR];
     homing->left = (axis_mask_t)(homing->axes & ~(first & (second | ~ganged)));
     unsigned half = (first ^ second) & homing->axes & ganged;
+    /* At rest, so that the motor that waits misses no step of a ramp. */
     motors_hold(machine, (axis_mask_t)(first & half), (axis_mask_t)(second & half));
     return news;
 }
