@@ -138,6 +138,7 @@ static enum status read_expression(struct reader *reader, double *value) {
         double left;
         enum operation operation;
         unsigned rank;
+    /* Ranks rise from one that waits to the next, so there is room for all. */
     } waiting[RANK_COUNT];
     unsigned count = 0;
 

@@ -44,6 +44,8 @@ static void apply_modes(const struct gcode_block *block, struct gcode_modal *nex
         next->diameter = value[GROUP_LATHE];
     if (block_has_group(block, GROUP_RETRACT))
         next->retract_to_r = value[GROUP_RETRACT];
+    /* M6 stops the spindle and the coolant for the tool change; M3 in the same line starts it again after
+     * that. */
     if (block_has_group(block, GROUP_TOOL)) {
         next->spindle = SPINDLE_OFF;
         next->coolant = 0;
@@ -172,6 +174,7 @@ static enum status resolve_any(const struct gcode_state *state, const struct gco
     };
     enum status status;
 
+    /* Axes that the board does not have are unknown letters, as in Grbl. */
     if ((r.axis_words & ~state->axes) != 0)
         return STATUS_UNSUPPORTED;
     if ((block->words & WORD_BIT('E')) != 0 && !block_has_group(block, GROUP_PORT) &&
@@ -184,6 +187,7 @@ static enum status resolve_any(const struct gcode_state *state, const struct gco
     status = resolve_modes(&r);
     if (status != STATUS_OK)
         return status;
+    /* Before any word is read: G20, G54 or G93 of a line count for its own words. */
     apply_modes(block, &command->next);
     r.unit_mm = command->next.inches ? MM_PER_INCH : 1.0;
     r.wcs_mm = state->offsets.wcs_mm[command->next.wcs];
@@ -212,6 +216,8 @@ static enum status resolve_any(const struct gcode_state *state, const struct gco
     if (r.unused != 0) /* Grbl does not know these three */
         return (r.unused & (WORD_BIT('E') | WORD_BIT('H') | WORD_BIT('Q'))) != 0 ? STATUS_UNSUPPORTED
                                                                                  : STATUS_WORDS_UNUSED;
+    /* After all that may fail, and in this order: what the line switches is the difference to the modes
+     * before, and M2 or M30 then set modes back that the line's motion has still used. */
     resolve_outputs(&r);
     resolve_flow(&r);
     return STATUS_OK;

@@ -214,6 +214,7 @@ void gcode_offsets_apply(struct gcode_offsets *offsets, const struct gcode_comma
     case STORE_G30:
         copy_row(offsets->g30_mm, command->store_mm);
         break;
+    /* G92 and G92.1 also set what G92.3 brings back; G92.2 leaves that alone. */
     case STORE_G92:
         copy_row(offsets->g92_kept_mm, command->store_mm);
         copy_row(offsets->g92_mm, command->store_mm);

@@ -127,6 +127,8 @@ static enum status cycle(struct resolver *r) {
         return status;
     if (way_mm == 0.0)
         return STATUS_BAD_TARGET;
+    /* The compound slide moves the start of the deepest pass along the thread; something must be left of
+     * it. */
     if ((double)(move->thread.slide * move->thread.depth_mm) >= way_mm)
         return STATUS_BAD_NUMBER;
     memcpy(move->via_mm, move->target_mm, sizeof move->via_mm);
