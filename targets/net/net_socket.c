@@ -9,6 +9,7 @@
 
 enum { BACKLOG = 64 };
 
+/* A socket without the option still works, so a failure is not reported. */
 static void set_option(int fd, int level, int name, int value) {
     (void)setsockopt((system_socket)fd, level, name, (const char *)&value, sizeof value);
 }
@@ -122,6 +123,7 @@ static long nothing_or_gone(void) {
 
 long net_socket_read(int fd, char *bytes, size_t size) {
     long count = (long)recv((system_socket)fd, bytes, (system_size)size, 0);
+    /* recv() reports an orderly end by 0; "nothing now" is an error, EWOULDBLOCK. */
     if (count == 0)
         return NET_ENDED;
     return count > 0 ? count : nothing_or_gone();

@@ -107,6 +107,7 @@ static const char *read_surface(const struct host *host, const struct words *wor
 static const char *read_place(const struct host *host, const struct words *words,
                               struct hands_action *action) {
     action->kind = HANDS_PLACE;
+    /* Axes that the line does not name stay where they are. */
     virtual_position(host, action->steps);
     bool good = words->count >= 2 && words->count <= 1 + AXIS_COUNT;
     for (int i = 1; good && i < words->count; i++)

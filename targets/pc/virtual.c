@@ -43,6 +43,7 @@ static uint64_t of_second_motors(const struct virtual_machine *machine) {
 }
 
 bool virtual_update(struct virtual_machine *machine) {
+    /* An input that was set by hand stays on, whatever the axes do. */
     uint64_t levels = machine->forced;
     int32_t at[AXIS_COUNT];
     axes_of(machine, machine->position, at);
@@ -83,6 +84,7 @@ uint64_t virtual_next_ticks(const struct virtual_machine *machine) {
 void virtual_read(const struct virtual_machine *machine, struct hal_inputs *inputs) {
     const uint64_t axes = (1u << AXIS_COUNT) - 1;
     uint64_t levels = machine->levels;
+    /* A switch pulls its line low when it closes, as $5=0 expects. */
     const struct hal_switches switches = {
         .limit_min = (axis_mask_t)(~(levels >> VIRTUAL_LIMIT_MIN) & axes),
         .limit_max = (axis_mask_t)(~(levels >> VIRTUAL_LIMIT_MAX) & axes),

@@ -53,6 +53,7 @@ static int32_t read_text(const void *ctx, uint32_t offset, char *bytes, uint32_t
 
 /* ---- what comes out ---- */
 
+/* By doubling, so that a long program costs a constant time for each line. */
 static void *grown(void *items, size_t wanted, size_t *room, size_t item_size) {
     while (*room < wanted)
         *room = *room == 0 ? 1024 : 2 * *room;

@@ -60,6 +60,7 @@ struct monitor {
 static void found(struct monitor *monitor, const char *format, ...) {
     char text[FOUND_SIZE / 2];
     va_list arguments;
+    /* Only the first: what follows is often its consequence. */
     if (monitor->found[0] != '\0')
         return;
     va_start(arguments, format);
@@ -118,6 +119,7 @@ static void pass_windows(struct monitor *monitor, uint64_t t_ticks) {
     w->number = number;
 }
 
+/* A window in which the limits changed would be judged by the wrong ones. */
 static bool limits_changed(struct monitor *monitor) {
     const struct settings *now = &monitor->host->machine.settings;
     bool same = memcmp(monitor->steps_per_mm, now->steps_per_mm, sizeof monitor->steps_per_mm) == 0 &&
@@ -271,6 +273,7 @@ static void take_said(struct monitor *monitor, const char *line) {
         take_answer(monitor, line);
     } else if (strncmp(line, "Grbl ", 5) == 0) {
         monitor->banners++;
+        /* With the banner all lines on their way are over; none of them is answered any more. */
         monitor->answered = monitor->sent;
         line_reader_reset(&monitor->model);
     } else if (line[0] == '<') {
@@ -352,6 +355,7 @@ const char *monitor_end(struct monitor *monitor) {
     struct host *host = monitor->host;
     release_all(monitor);
     uint64_t stalled = tasks_stalls_end(&host->tasks);
+    /* No more lines come: what waits in the look-ahead may run. */
     host_input_follows(host, 0);
     (void)host_run_until(host, stalled);
     (void)host_write(host, "\x18", 1);

@@ -7,7 +7,8 @@
 
 #include <string.h>
 
-/* No keyword begins with one that comes before it. */
+/* No keyword begins with one that comes before it, so the first that fits is the right one: ELSEIF
+ * comes before ELSE. */
 static const struct {
     const char *text;
     enum oword_kind kind;
