@@ -23,6 +23,7 @@ static void lost(void *ctx, long what) {
     rx_count(machine_rx(controller->machine), what == NET_LOST ? RX_OVERRUN : RX_UNFRAMED);
 }
 
+/* The mark needs room in the receive buffer. The hub can wait for it; a UART could not (rx_put_or_lose()). */
 static bool spoil(void *ctx) {
     struct controller *controller = ctx;
     struct rx *rx = machine_rx(controller->machine);
@@ -215,6 +216,7 @@ bool controller_round(struct controller *controller) {
         if (!more)
             break;
     }
+    /* After machine_poll(): what the session reports has just happened (session.h). */
     if (controller->has_wire)
         session_poll(&controller->session);
     net_hub_flush(&controller->hub);

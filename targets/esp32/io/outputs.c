@@ -58,6 +58,7 @@ void outputs_motors(const struct outputs *outputs, bool on, bool invert) {
     set(outputs, SWITCH_ENABLE, on != invert);
 }
 
+/* Direction first, so that the spindle never starts the wrong way round. */
 void outputs_spindle(struct outputs *outputs, int direction) {
     set(outputs, SWITCH_SPINDLE_DIR, direction < 0);
     set(outputs, SWITCH_SPINDLE_ENABLE, direction != 0);
@@ -72,6 +73,7 @@ bool outputs_have_servo(const struct outputs *outputs) {
 }
 
 void outputs_servo(uint16_t pulse_us) {
+    /* Rounded to the nearest step of the PWM. */
     uint32_t duty = (pulse_us * (1u << SERVO_BITS) + SERVO_PERIOD_US / 2) / SERVO_PERIOD_US;
     ledc_set_duty((ledc_mode_t)SERVO_MODE, (ledc_channel_t)SERVO_CHANNEL, duty);
     ledc_update_duty((ledc_mode_t)SERVO_MODE, (ledc_channel_t)SERVO_CHANNEL);

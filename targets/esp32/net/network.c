@@ -61,6 +61,7 @@ static uint32_t now_ms(void) {
 
 /* ---- events ---- */
 
+/* Called in the event task and in the controller's: neither may wait, so news that find no room are lost. */
 static bool pass_on(enum change change, uint32_t address) {
     const struct news news = {change, address};
     return xQueueSend(network.news, &news, 0) == pdTRUE;
@@ -184,6 +185,7 @@ bool network_start(const struct nvs_store *store) {
         esp_event_handler_register(WIFI_EVENT, ESP_EVENT_ANY_ID, on_wifi, NULL) != ESP_OK ||
         esp_event_handler_register(ETH_EVENT, ESP_EVENT_ANY_ID, on_cable, NULL) != ESP_OK)
         return false;
+    /* After the handlers, so that no event of the drivers is missed. */
     network.has_wifi = wifi_init(store, network.name);
     bool has_ethernet = ethernet_start(network.name);
     link_policy_init(&network.policy, has_ethernet, now_ms());

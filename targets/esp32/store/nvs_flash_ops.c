@@ -66,6 +66,7 @@ enum nvs_start nvs_flash_ops_open(struct nvs_store *store) {
         .get = get, .set = set, .get_blob = get_blob, .set_blob = set_blob, .erase = erase};
     enum nvs_start start = NVS_START_GOOD;
     esp_err_t error = nvs_flash_init();
+    /* ESP-IDF's documented way out of both. firmware_start_machine() reports it. */
     if (error == ESP_ERR_NVS_NO_FREE_PAGES || error == ESP_ERR_NVS_NEW_VERSION_FOUND) {
         start = NVS_START_ERASED;
         error = nvs_flash_erase() == ESP_OK ? nvs_flash_init() : ESP_FAIL;

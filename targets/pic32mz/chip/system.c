@@ -64,6 +64,7 @@ void system_start_tick(void) {
     interrupt_enable(IRQ_CORE_TIMER);
 }
 
+/* Counted from now, so ticks drift. They only wake the loop; time comes from Count. */
 void on_tick(void) {
     set_compare(system_count() + COUNTS_IN_TICK);
     interrupt_clear(IRQ_CORE_TIMER);
