@@ -70,6 +70,7 @@ static double nearest_code(double value) {
     return fabs(value * 10.0 - tenths) <= CODE_TOLERANCE ? tenths / 10.0 : value;
 }
 
+/* A word's value that is not plain digits: a parameter, a bracket or a function (G[..], X#1, YSIN[30]). */
 static bool is_computed(const char *value) {
     return *value != '\0' && strchr("#[ABCDEFGHIJKLMNOPQRSTUVWXYZ", *value) != NULL;
 }

@@ -35,6 +35,7 @@ const char *port_error_text(int error) {
 
 void port_say(const char *line, size_t size) {
     struct pollfd out = {.fd = STDOUT_FILENO, .events = POLLOUT};
+    /* A reader that has stopped must not stop the controller: the line is dropped. */
     if (poll(&out, 1, 0) != 1 || (out.revents & POLLOUT) == 0)
         return;
     if (write(STDOUT_FILENO, line, size) < 0)

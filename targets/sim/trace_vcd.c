@@ -56,6 +56,8 @@ static char *put_event(char *p, struct trace_vcd *vcd, const struct trace_event 
     p = put_fall(p, vcd, t_ns);
     axis_mask_t turned = (axis_mask_t)((vcd->dir_mask ^ event->dir_mask) & vcd->shown_dir);
     if (turned != 0) {
+        /* An event says only the direction of its step; the line has changed at least the setup time
+         * before it. */
         p = put_time(p, vcd, t_ns > vcd->dir_setup_ns ? t_ns - vcd->dir_setup_ns : 0);
         p = put_levels(p, turned, event->dir_mask, AXIS_COUNT);
         vcd->dir_mask = event->dir_mask;

@@ -103,6 +103,7 @@ enum system_restart system_take_restart(struct system_fault *fault) {
     bool bitten = (RCON & RCON_WDTO) != 0;
     fault->epc = kept()->fault.epc;
     fault->cause = kept()->fault.cause;
+    /* Once: the next restart may have another reason. */
     kept()->mark = 0;
     RCON = 0;
     if (faulted)
@@ -113,6 +114,7 @@ enum system_restart system_take_restart(struct system_fault *fault) {
 void fault(uint32_t epc, uint32_t cause) {
     kept()->fault.epc = epc;
     kept()->fault.cause = cause;
+    /* Last, so that a second fault in here does not leave half a record that counts. */
     kept()->mark = FAULT_MARK;
     system_reset();
 }
