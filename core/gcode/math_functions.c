@@ -58,7 +58,7 @@ static enum status call_abs(double x, double *value) {
 }
 
 /* acos x = atan2(sqrt(1 - x^2), x), with (1 - x)(1 + x) for 1 - x^2, which loses no digits near 1. By our
- * own atan2, because libm's acos has not the same bits everywhere. */
+ * own atan2, because libm's acos does not have the same bits everywhere. */
 static enum status call_acos(double x, double *value) {
     if (fabs(x) > 1.0)
         return STATUS_EXPRESSION_RANGE;

@@ -153,7 +153,8 @@ static bool is_offset(const struct gcode_offsets *offsets) {
     return false;
 }
 
-/* NEEDS_ bits of a number that is there. */
+/* What must be known to compute the value of this number: NEEDS_ bits. Off the machine, when a program is
+ * expanded on a PC, some of it is not (param_context.unknown). */
 static uint32_t needs_of(unsigned number) {
     if (number >= NUMBER_WORK)
         return number < NUMBER_WORK + AXIS_COUNT ? NEEDS_WORK(number - NUMBER_WORK) : NEEDS_NOTHING;

@@ -174,7 +174,6 @@ static enum status resolve_any(const struct gcode_state *state, const struct gco
     };
     enum status status;
 
-    /* Axes that the board does not have are unknown letters, as in Grbl. */
     if ((r.axis_words & ~state->axes) != 0)
         return STATUS_UNSUPPORTED;
     if ((block->words & WORD_BIT('E')) != 0 && !block_has_group(block, GROUP_PORT) &&

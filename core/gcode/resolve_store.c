@@ -63,6 +63,7 @@ static enum status store_tool_length(struct resolver *r) {
 /* New offset of one axis so that the position reads as the axis word: G10 L20 solves for the WCS, G92 for
  * itself. */
 static double offset_to_read(const struct resolver *r, unsigned axis, double other_offset_mm) {
+    /* position = WCS + G92 + tool length (Z only) + word, solved for the offset that is sought. */
     const double tool_length = axis == AXIS_Z ? r->tool_length_mm : 0.0;
     return r->state->position_mm[axis] - other_offset_mm - tool_length - resolve_axis_word(r, axis);
 }

@@ -39,6 +39,7 @@ static enum status line_or_tap(struct resolver *r) {
     if (way <= 0.0)
         return STATUS_BAD_TARGET;
     memcpy(move->target_mm, move->via_mm, sizeof move->target_mm);
+    /* A tap comes back to where it started; a line stays at its end. */
     if (move->thread.kind != THREAD_TAP)
         return STATUS_OK;
     memcpy(move->target_mm, r->state->position_mm, sizeof move->target_mm);

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT
- * What someone may have the machine do: one rule for each action, whoever asks. */
+ * When an action is allowed: one rule for each, the same for the text side and a network host. */
 #include "machine/actions.h"
 
 #include "machine/axes.h"

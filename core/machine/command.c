@@ -227,7 +227,7 @@ struct command {
     enum status (*run)(struct machine *machine, const char *rest);
 };
 
-/* The first one that fits counts. */
+/* The first row that fits is taken. */
 static const struct command commands[] = {
     {"", false, ACTION_ASK, help},
     {"$", false, ACTION_LIST_SETTINGS, show_settings},
@@ -256,7 +256,7 @@ static const struct command commands[] = {
     {"", true, ACTION_COMMAND, set},
 };
 
-/* @return what follows behind the command's own characters; NULL: this line is another one */
+/* @return what follows the command's own characters; NULL: this line is another command */
 static const char *rest_of(const struct command *command, const char *text) {
     const size_t length = strlen(command->text);
     if (strncmp(text, command->text, length) != 0 || (!command->more && text[length] != '\0'))

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT
- * What a program has set so far, where others than its lines change it. */
+ * The program's modes and offsets, where something other than its lines changes them. */
 #include "machine/interp.h"
 
 #include "machine/actions.h"

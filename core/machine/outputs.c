@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT
- * Spindle (or laser) and coolant: from what was asked for to what the pins show. */
+ * Spindle (or laser) and coolant: from what was commanded to the levels of the pins. */
 #include "machine/outputs.h"
 
 #include "machine/laser.h"

@@ -93,6 +93,7 @@ double square_reach_mm(const struct machine *machine, unsigned axis) {
     const struct homing *homing = &machine->homing;
     double most_mm = CROOKED_TRAVEL * (double)settings->max_travel_mm[axis];
     most_mm = most_mm < CROOKED_MIN_MM ? CROOKED_MIN_MM : most_mm > CROOKED_MAX_MM ? CROOKED_MAX_MM : most_mm;
+    /* How far the motor that still looks is ahead of the one that waits. */
     int32_t ahead = homing->motor[SECOND_MOTOR][axis] - homing->motor[FIRST_MOTOR][axis];
     if (has(machine->motors.held[SECOND_MOTOR], axis))
         ahead = -ahead;
@@ -118,6 +119,8 @@ void square_level(struct machine *machine, int32_t steps[AXIS_COUNT]) {
             continue;
         int32_t first = way_back(machine, FIRST_MOTOR, ax), second = way_back(machine, SECOND_MOTOR, ax);
         bool second_goes = axes_direction(machine, ax) > 0.0 ? second < first : second > first;
+        /* The difference of both ways: after it both are equally far from their pull-off
+         * (square_back_off()). */
         steps[ax] = second_goes ? second - first : first - second;
         wait[second_goes ? FIRST_MOTOR : SECOND_MOTOR] |= 1u << ax;
     }

@@ -36,7 +36,7 @@ static uint8_t coolant_bits(uint8_t wire) {
     return (uint8_t)(((wire & 1) != 0 ? COOLANT_FLOOD : 0) | ((wire & 2) != 0 ? COOLANT_MIST : 0));
 }
 
-/* What is meant: with motion of its own a host says how all outputs shall be, else only what has changed. */
+/* With motion of its own a host commands all outputs, else only those that it has changed. */
 static struct outputs_wish outputs_meant(const struct wire_io_control *io,
                                          const struct wire_io_control *known, bool all) {
     bool turns = io->spindle != known->spindle || (io->spindle != SPINDLE_OFF && io->rpm != known->rpm);

@@ -199,7 +199,7 @@ static void follow_owner(struct session *session) {
         return;
     if (is_owner_gone(session))
         follow_gone(session);
-    /* As long as its connection stands an open stream keeps motion, however long the host pauses. */
+    /* As long as its connection exists, an open stream keeps motion, however long the host pauses. */
     if (streams)
         return;
     /* Two steps: motion goes back as soon as the host has sent none for the time-out; the right to command

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT
- * What hosts hear by themselves: status, the end of homing and probing. */
+ * What the device sends without a request: status, the end of homing and probing. */
 #include "session/inner.h"
 
 #include <math.h>
@@ -55,7 +55,7 @@ static uint8_t flags_of(const struct session *session) {
     return (uint8_t)flags;
 }
 
-/* Mean since the last round of reports. */
+/* Steps/s of the axis with the most steps, mean since the last round of reports. */
 static int32_t rate_of(const struct session *session, const int32_t position[AXIS_COUNT]) {
     uint64_t us = session->now_us - session->status_us;
     uint32_t most = 0;

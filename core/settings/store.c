@@ -133,6 +133,7 @@ struct pair_image {
 };
 _Static_assert(sizeof(struct pair_image) == STORE_PAIR_SIZE, "no padding");
 
+/* 16 bits of the CRC for each pair, so that one damaged setting does not take the others with it. */
 static uint16_t check_of(const struct pair_image *image) {
     struct pair_image unchecked = *image;
     unchecked.check = 0;

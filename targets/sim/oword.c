@@ -65,7 +65,7 @@ static enum status read_digits(const char **text, struct program_label *label) {
     return STATUS_OK;
 }
 
-/* Behind "#" or "[": skip what cannot be computed yet up to its keyword. */
+/* After "#" or "[": skip what cannot be computed yet up to its keyword. */
 static void skip_computed(const char **text) {
     unsigned depth = 0;
 
