@@ -188,6 +188,7 @@ static void put_header(struct writer *out, unsigned id, unsigned questions) {
 }
 
 static size_t finish(struct writer *out) {
+    /* The lower byte of the number of answers; there are five kinds of records. */
     out->packet[7] = (uint8_t)out->records;
     return out->size;
 }

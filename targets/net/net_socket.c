@@ -16,6 +16,7 @@ static void set_option(int fd, int level, int name, int value) {
 
 /* ---- addresses ---- */
 
+/* Copied, because C does not allow a sockaddr_storage to be read as another structure. */
 static void from_system(const struct sockaddr_storage *from, struct net_address *out) {
     *out = (struct net_address){.v6 = from->ss_family == AF_INET6};
     if (out->v6) {
@@ -144,6 +145,7 @@ int net_socket_udp(const struct net_address *here, bool shared, int *error) {
     const struct sockaddr_in at = to_system(here);
     system_start();
     int fd = (int)socket(AF_INET, SOCK_DGRAM, 0);
+    /* For multicast DNS: the system's own responder has the port as well. */
     if (fd >= 0 && shared)
         set_option(fd, SOL_SOCKET, SO_REUSEADDR, 1);
     if (fd >= 0 && system_unblock(fd) &&

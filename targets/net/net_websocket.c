@@ -131,6 +131,7 @@ static void end_frame(struct net_websocket *ws) {
     }
     if ((ws->head[0] & FIN) == 0)
         return;
+    /* The message ends in the middle of a character. */
     if (ws->continuations > 0)
         fail(ws, NOT_UTF8);
     ws->message = 0;

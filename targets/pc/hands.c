@@ -31,7 +31,7 @@ static bool is(const char *word, const char *other) {
     return strcmp(word, other) == 0;
 }
 
-/* @return false: no number that steps can hold */
+/* @return false: not a number, or too large for a step counter */
 static bool read_steps(const struct host *host, unsigned axis, const char *word, int32_t *out) {
     float steps_per_mm[AXIS_COUNT];
     char *end;

@@ -316,6 +316,7 @@ static enum host_wait run(struct host *host, uint64_t max_events, uint64_t until
     struct machine *machine = &host->machine;
     struct tasks *tasks = &host->tasks;
     const struct hal_step *hal = &host->hal.step;
+    /* Counts step events, so that a caller gets the program back from a job without an end. */
     uint64_t budget = max_events;
     while (budget != 0) {
         /* What happens at this instant in the order of a chip: interrupts of inputs, bytes, tasks, then
@@ -325,6 +326,7 @@ static enum host_wait run(struct host *host, uint64_t max_events, uint64_t until
         bool worked = false, looked = look(host, &worked);
         outputs_follow(&host->hal);
         if (looked && wants_input(host)) {
+            /* No more is coming: what waits for a successor in the look-ahead is planned to its end now. */
             if (!host->input_follows)
                 machine_input_pause(machine);
             else if (motion_has_room(&machine->drive.motion))

@@ -80,6 +80,7 @@ void hal_debug(enum debug_channel channel, const char *what, int32_t first, int3
     fprintf(stderr, "%s: %s: %ld %ld\n", names[channel], what, (long)first, (long)second);
 }
 
+/* As an interrupt of the inputs: the task that sleeps is woken, and the edge is taken at this tick. */
 static void levels_changed(struct host *host) {
     set_probe(&host->hal);
     tasks_wake(&host->tasks, host->hal.step.now_ticks);

@@ -11,6 +11,8 @@ struct host_published {
     double to_steps[AXIS_COUNT];
 };
 
+/* Exact way of a segment, whole steps and 1/256: signed steps, and how far the phase has moved on in the
+ * direction of the steps. */
 static double way_steps(const struct segment *segment, unsigned ax) {
     double phases = (segment->phase_end[ax] - segment->phase[ax]) / 256.0;
     return segment->steps[ax] < 0 ? segment->steps[ax] - phases : segment->steps[ax] + phases;

@@ -39,6 +39,7 @@ static void keep_sent(void *ctx, const struct session_peer *to, const uint8_t *p
         return; /* lost, as datagrams may be */
     *sent = (struct sent){.to = *to, .size = size};
     memcpy(sent->bytes, packet, size);
+    /* `last` is where the next one is linked in: appending needs no walk through the list. */
     *wire->last = sent;
     wire->last = &sent->next;
 }

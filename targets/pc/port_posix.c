@@ -128,6 +128,7 @@ int port_catch_requests(int *wait_fd) {
     sigemptyset(&stop.sa_mask);
     catch_unless_ignored(SIGINT, &stop);
     sigaction(SIGTERM, &stop, NULL);
+    /* A client that has gone is reported by the write to it, and must not end the program. */
     sigaction(SIGPIPE, &ignore, NULL);
     return 0;
 }

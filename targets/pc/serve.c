@@ -342,6 +342,7 @@ static int wait_ms(const struct serve *serve) {
         return NOTHING_FOLLOWS_MS;
     int ms = host_next_ticks(serve->host) == UINT64_MAX ? RESTING_MS : MOVING_MS;
     uint32_t wire_us = serve_wire_wait_us(&serve->wire);
+    /* The session counts virtual time, which passes `speed` times as fast as the wall clock. */
     double wire_ms = wire_us == UINT32_MAX ? ms : (double)wire_us * 1e-3 / serve->speed;
     return wire_ms < ms ? (int)wire_ms : ms;
 }

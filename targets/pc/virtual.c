@@ -13,6 +13,7 @@ static void axes_of(const struct virtual_machine *machine, const int32_t motors[
     memcpy(axes, motors, AXIS_COUNT * sizeof axes[0]);
     if (!machine->core_xy)
         return;
+    /* CoreXY: X = (A + B) / 2, Y = (A - B) / 2, rounded down, also below 0. */
     axes[AXIS_X] = (motors[0] + motors[1]) >> 1;
     axes[AXIS_Y] = (motors[0] - motors[1]) >> 1;
 }

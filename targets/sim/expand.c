@@ -133,6 +133,7 @@ static enum status take_line(struct run *run, bool *ends) {
         return STATUS_LINE_TOO_LONG;
     if (!add_line(run->out, line, run->program.line))
         run->out->short_of_memory = *ends = true;
+    /* The line goes out in any case; followed is only what the machine will execute. */
     else if (line[0] != '$' && gcode_line(&run->gcode, line, &command) == STATUS_OK)
         *ends = follow(run, line, &command);
     else

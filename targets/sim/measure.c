@@ -78,6 +78,7 @@ struct measure *measure_create(uint32_t timer_hz) {
 void measure_expect_accel(struct measure *m, int axis, double accel_steps_s2) {
     uint64_t window = WINDOW;
     if (accel_steps_s2 > 0.0) {
+        /* From rest: steps = a W^2 / 2. */
         double points = ceil(sqrt(2.0 * MEASURE_WINDOW_STEPS / accel_steps_s2) * (double)GRID_HZ);
         window = points < (double)LONGEST ? (uint64_t)points : LONGEST;
     }

@@ -85,6 +85,8 @@ static bool is_exempt(const struct monitor *monitor) {
            machine->settings.kinematics != KINEMATICS_CARTESIAN;
 }
 
+/* First and second differences of the position at the ends of three windows: speed and acceleration, in
+ * steps per window and per window squared. */
 static void check_axis(struct monitor *monitor, unsigned ax) {
     const struct windows *w = &monitor->windows;
     const double window_s = 1.0 / WINDOWS_A_S, per_mm = (double)monitor->steps_per_mm[ax];
@@ -248,6 +250,8 @@ static void put(void *ctx, uint8_t byte, bool lossy) {
     struct monitor *monitor = ctx;
     if (byte >= 0x80 || byte == 0x18 || byte == '?' || byte == '!' || byte == '~')
         return; /* taken out before the lines */
+    /* Once bytes may be lost it is not known any more which line an answer belongs to: then only their
+     * number counts. */
     monitor->lossy |= lossy;
     enum line_result result = line_reader_put(&monitor->model, byte);
     if (result == LINE_NONE)

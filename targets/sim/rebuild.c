@@ -24,6 +24,7 @@ struct rebuild *rebuild_create(uint8_t axis_count) {
     struct rebuild *rebuild = calloc(1, sizeof *rebuild);
     if (rebuild == NULL)
         return NULL;
+    /* fmax() of NaN and a number is the number: the first move of Z sets it. */
     rebuild->top_z_mm = NAN;
     rebuild->gcode.axes = (axis_mask_t)((1u << axis_count) - 1);
     /* The board's outputs are not known here. None is missing, so that no line is refused that the machine

@@ -234,6 +234,7 @@ static void take_arc(struct survey *survey, uint32_t line) {
     for (unsigned i = 0; i < 2; i++) {
         char letter = (char)(arc->by_radius ? 'R' : 'I' + axes[i]);
         bool given = (block.words & WORD_BIT(letter)) != 0;
+        /* G90.1: the centre is in work coordinates; the arc is described from where it starts. */
         double offset_mm = state->offsets.wcs_mm[command.next.wcs][axes[i]] + state->offsets.g92_mm[axes[i]];
         if (axes[i] == AXIS_Z)
             offset_mm += state->offsets.tool_length_mm;

@@ -146,6 +146,7 @@ struct trace_writer *trace_vcd_open(const char *path, uint32_t timer_hz, uint32_
     writer->finish = finish;
     writer->follow = follow;
     struct trace_vcd *vcd = &writer->vcd;
+    /* A pulse without a length would not be visible: both edges would have the same time. */
     vcd->pulse_ns = step_pulse_ns > 0 ? step_pulse_ns : 1;
     vcd->dir_setup_ns = dir_setup_ns;
     for (unsigned axis = 0; axis < AXIS_COUNT; axis++) {

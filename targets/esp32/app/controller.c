@@ -9,6 +9,7 @@
 
 #define ASK_EVERY_US 50000u /* observers' status requests */
 
+/* FEEDS_A_ROUND: then other clients are read again, however many lines of the owner wait. */
 enum { FEEDS_A_ROUND = 4, JOG_CANCEL = 0x85 };
 
 /* ---- the machine as the hub sees it ---- */
@@ -135,6 +136,7 @@ static long port_write(const struct net_stream *stream, const char *bytes, size_
     return port->stream.ops->write(&port->stream, bytes, count);
 }
 
+/* A serial port stays: let_in() attaches it again in the next round, as a new client. */
 static void port_close(const struct net_stream *stream) {
     struct controller_port *port = stream->ctx;
     port->attached = false;

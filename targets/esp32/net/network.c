@@ -124,6 +124,7 @@ static void on_cable(void *ctx, esp_event_base_t base, int32_t id, void *data) {
 
 /* ---- the task ---- */
 
+/* The count first, then `scanning` with release: network_scanned() sees a complete list. */
 static void end_scan(size_t found) {
     network.found_count = found;
     __atomic_store_n(&network.scanning, false, __ATOMIC_RELEASE);
@@ -133,6 +134,7 @@ static void take(const struct news *news) {
     switch (news->change) {
     case ETHERNET_UP:
     case ETHERNET_DOWN:
+        /* 0 when it is down. */
         network.ethernet = news->address;
         link_policy_ethernet(&network.policy, news->change == ETHERNET_UP, now_ms());
         break;
@@ -168,6 +170,7 @@ static void run(void *unused) {
             end_scan(0); /* the driver was switched off meanwhile, or its word was lost */
         bool own = network.has_wifi && wifi_poll(link_policy_wifi(&network.policy, now_ms()));
         uint32_t station = network_station_address();
+        /* The address that is announced: the cable's before WiFi's, and that of the own network last. */
         uint32_t address = network.ethernet != 0 ? network.ethernet : station;
         address = address == 0 && own ? (uint32_t)OWN_ADDRESS : address;
         __atomic_store_n(&network.address, address, __ATOMIC_RELAXED);

@@ -8,6 +8,7 @@
 
 static nvs_handle_t handle;
 
+/* NVS has no floats: they are stored as u32 with the same bits (nvs_store.c). */
 static bool get(void *ctx, const char *key, enum nvs_type type, uint32_t *value) {
     uint8_t u8 = 0;
     uint16_t u16 = 0;

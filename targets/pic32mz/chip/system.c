@@ -51,6 +51,7 @@ void system_init(void) {
     SFR_CLR(CFGCON_ADDRESS) = CFGCON_JTAGEN;
     lock();
     PRECON = PRECON_PREFETCH | FLASH_WAITS;
+    /* Time begins at 0 here, whatever Count was. */
     now.count = system_count();
 }
 

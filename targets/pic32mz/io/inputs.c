@@ -100,6 +100,7 @@ void inputs_init(struct inputs *inputs, const struct input_wire wire[INPUT_COUNT
 void inputs_set_levels(struct inputs *inputs, bool limit_invert, bool probe_invert) {
     uint32_t held = interrupts_hold();
     inputs->inverted = (limit_invert ? INPUT_SWITCHES : 0) | (probe_invert ? PROBE : 0);
+    /* From the levels as they are: a changed polarity is not an edge. */
     inputs->raw = inputs->stable = read_pins(inputs);
     inputs->since_count = system_count();
     interrupts_restore(held);
