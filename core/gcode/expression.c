@@ -139,8 +139,7 @@ static enum status read_expression(struct reader *reader, double *value) {
         double left;
         enum operation operation;
         unsigned rank;
-    /* Ranks rise from one that waits to the next, so there is room for all. */
-    } waiting[RANK_COUNT];
+    } waiting[RANK_COUNT]; /* their ranks rise, so there is room for all */
     unsigned count = 0;
 
     for (;;) {

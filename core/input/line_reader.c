@@ -85,9 +85,9 @@ static enum line_result put(struct line_reader *reader, uint8_t byte) {
         return end_line(reader, byte);
     if (byte == LINE_GAP) {
         reader->flags = BROKEN; /* the lost bytes may have ended a comment */
-    /* Nothing is stored in a comment or after an overflow; a comment in parentheses ends with its bracket,
-     * one after a semicolon only with the line. */
     } else if (reader->flags != 0) {
+        /* Nothing is stored in a comment or after an overflow; a comment in parentheses ends with its
+         * bracket, one after a semicolon only with the line. */
         if (byte == ')' && reader->flags == IN_PARENTHESES)
             reader->flags = 0;
     } else if (byte == '/') {

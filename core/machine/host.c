@@ -306,7 +306,7 @@ static bool follow_homing(struct machine *machine) {
     host->homing = false;
     lines_answer_homing(&machine->lines, false); /* no line waits for it */
     const axis_mask_t asked = machine->homing.asked;
-    /* The axes may be homed and an alarm have come since: success is both. */
+    /* Success is both: homed, and no alarm since. */
     host->homed_ok =
         !machine->life.critical && !machine->life.restart && (machine->trust.axes & asked) == asked;
     return true;

@@ -283,8 +283,8 @@ void host_queue_take(struct host_queue *queue) {
 
 /* ---- slices ---- */
 
-/* Steps of an axis done after k of the dominant's, and where it is then: |steps| k / dominant, rounded, always
- * from the beginning of the segment, so that nothing adds up and the last k has all of them. */
+/* Steps of an axis done after k of the dominant's, and where it is then: |steps| k / dominant, rounded,
+ * always from the beginning of the segment, so that nothing adds up and the last k has all of them. */
 static uint32_t steps_after(const struct host_queue_slot *slot, unsigned axis, uint32_t k, uint8_t *phase) {
     uint64_t dominant = slot->dominant;
     uint64_t twice = 2 * (uint64_t)size_of(slot->steps[axis]) * k + dominant;

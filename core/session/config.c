@@ -18,7 +18,8 @@ static const struct session_key *row_of(uint16_t key) {
     return NULL;
 }
 
-/* Of a row with a key for each axis they count from row->key; a single key has those of X (keys.h). */
+/* Of the key's axis: in a row with a key for each axis, axes count from row->key; a single key has those of
+ * X (keys.h). */
 static double steps_per_mm(const struct session *session, const struct session_key *row, uint16_t key) {
     unsigned axis = row->count > 1 ? (unsigned)(key - row->key) : 0;
     return (double)session->settings->steps_per_mm[axis < AXIS_COUNT ? axis : 0];

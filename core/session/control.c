@@ -102,8 +102,8 @@ enum wire_refusal request_stream_close(const struct request *request) {
     struct session *session = request->session;
     struct wire_stream_close close;
     wire_get_stream_close(request->payload, &close);
-    /* From the connection that opened it: another one with the same number is a host that has missed a
-     * restart. */
+    /* Only by the connection that opened it; a new one of its host can still drop the stream
+     * (request_stream_drop()). */
     if (!session->stream.open || close.stream != session->stream.id ||
         session->stream.client != request->place)
         return WIRE_REFUSAL_STREAM_CLOSED;
@@ -127,7 +127,6 @@ enum wire_refusal request_stream_drop(const struct request *request) {
 size_t request_statistics(const struct request *request) {
     const struct session *session = request->session;
     const struct machine *machine = session->machine;
-    /* Counters of the session, and those of the machine as they are now; a module has no machine. */
     struct wire_statistics_response counts = session->counts;
     if (machine != NULL) {
         counts.homed = machine_homed(machine);

@@ -5,8 +5,8 @@
 
 enum { TYPE_A = 1, TYPE_PTR = 12, TYPE_TXT = 16, TYPE_SRV = 33, TYPE_ANY = 255 };
 enum { CLASS_IN = 1, CLASS_ANY = 255, TOP_BIT = 0x8000 }; /* the top bit: unicast wanted; cache is flushed */
-/* Packets come from anyone: QUESTIONS_MAX bounds the work for one, and JUMPS_MAX ends pointers that point in a
- * circle. DOTTED_SIZE is longer than any name of ours. */
+/* Packets come from anyone: QUESTIONS_MAX bounds the work for one, and JUMPS_MAX ends pointers that point in
+ * a circle. DOTTED_SIZE is longer than any name of ours. */
 enum { HEADER_SIZE = 12, QUESTIONS_MAX = 8, JUMPS_MAX = 8, DOTTED_SIZE = 128, LABEL_MAX = 63, FOREIGN = 1 };
 enum { IS_RESPONSE = 0x8000, AUTHORITATIVE = 0x0400 };
 enum { HOST_TTL_S = 120, SERVICE_TTL_S = 4500, LEGACY_TTL_S = 10 }; /* RFC 6762, 10 and 6.7 */

@@ -3,7 +3,7 @@
 
 #include "net_socket.h"
 
-/* A flood of questions must not keep the caller's loop. */
+/* A flood of questions must not hold up the caller's loop. */
 enum { PACKETS_A_POLL = 4 };
 
 static const struct net_address group = {.bytes = {224, 0, 0, 251}, .port = NET_MDNS_PORT};

@@ -168,8 +168,8 @@ static bool is_character(const struct net_websocket *ws) {
     return ws->character >= ws->character_least && ws->character <= 0x10FFFF && ws->character >> 11 != 0x1B;
 }
 
-/* A byte of a text message. Browsers can send real-time bytes from 0x80 on as characters U+0080 .. U+00A1; any
- * other character beyond ASCII is none of the stream's. @return true: *byte is one of the stream's */
+/* A byte of a text message. Browsers can send real-time bytes from 0x80 on as characters U+0080 .. U+00A1;
+ * any other character beyond ASCII is none of the stream's. @return true: *byte is one of the stream's */
 static bool take_text(struct net_websocket *ws, char *byte) {
     uint8_t code = (uint8_t)*byte;
     if (ws->continuations == 0)

@@ -73,7 +73,6 @@ bool outputs_have_servo(const struct outputs *outputs) {
 }
 
 void outputs_servo(uint16_t pulse_us) {
-    /* Rounded to the nearest step of the PWM. */
     uint32_t duty = (pulse_us * (1u << SERVO_BITS) + SERVO_PERIOD_US / 2) / SERVO_PERIOD_US;
     ledc_set_duty((ledc_mode_t)SERVO_MODE, (ledc_channel_t)SERVO_CHANNEL, duty);
     ledc_update_duty((ledc_mode_t)SERVO_MODE, (ledc_channel_t)SERVO_CHANNEL);
