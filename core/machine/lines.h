@@ -40,7 +40,7 @@ static inline void lines_flush_jogs(struct machine_lines *lines) {
     lines->flushing = true;
 }
 
-/** $H is done: it is answered behind the startup lines; or no one waits for that. */
+/** $H is done: it is answered after the startup lines; or no one waits for that. */
 static inline void lines_answer_homing(struct machine_lines *lines, bool answers) {
     lines->homed_line = answers;
 }
