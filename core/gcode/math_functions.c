@@ -48,6 +48,7 @@ enum status function_modulo(double a, double b, double *value) {
     if (b == 0.0)
         return STATUS_EXPRESSION_DIVISION;
     rest = fmod(a, b);
+    /* Never negative, other than C's fmod(): as in RS274/NGC. */
     *value = rest < 0.0 ? rest + fabs(b) : rest;
     return STATUS_OK;
 }

@@ -86,6 +86,7 @@ static enum status resolve_values(struct resolver *r) {
     double number;
 
     if (resolve_take(r, 'N', &number)) {
+        /* A fraction is cut off, as in Grbl. */
         if (number >= LINE_NUMBER_MAX + 1.0)
             return STATUS_LINE_NUMBER;
         r->out->line_number = (uint32_t)number;
@@ -94,6 +95,7 @@ static enum status resolve_values(struct resolver *r) {
         const bool moves_at_feed =
             next->motion != MOTION_RAPID && next->motion != MOTION_NONE && next->motion != MOTION_THREAD;
 
+        /* F of G93 is not modal: each line needs its own, and an F of before does not come back. */
         next->feed_mm_s = 0.0f;
         if (r->axes == AXES_MOTION && moves_at_feed && !(r->unused & WORD_BIT('F')))
             return STATUS_NO_FEED;
