@@ -186,11 +186,11 @@ static enum status startup_line(struct machine *machine, const char *text) {
     status = gcode_line(&machine->interp.gcode, text, &machine->task.command);
     if (status != STATUS_OK)
         status = compute_line(machine, text, status);
-    if (status != STATUS_OK)
-        return status;
-    lines_store_as(&machine->lines, (unsigned)index);
-    task_begin(machine);
-    return STATUS_OK;
+    if (status == STATUS_OK)
+        status = lines_begin_gcode(machine);
+    if (status == STATUS_OK)
+        lines_store_as(&machine->lines, (unsigned)index);
+    return status;
 }
 
 /* ---- motion ---- */

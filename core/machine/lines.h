@@ -68,6 +68,10 @@ static inline bool lines_drop(struct machine_lines *lines) {
     return waits;
 }
 
+/** Begin the line that was resolved into machine->task.command.
+ * @return why this machine cannot do it, and nothing has happened; or STATUS_OK: its task answers */
+enum status lines_begin_gcode(struct machine *machine);
+
 /** Carry on with the line that is under way, or begin the next ones, until something must be waited for.
  * @return true when anything was done */
 bool lines_poll(struct machine *machine);
