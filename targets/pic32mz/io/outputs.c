@@ -30,6 +30,7 @@ static void start_pwm(const struct output_wire *wire) {
     spindle_pwm_set(SPINDLE_PWM_OF(0u));
     OC8CON = OCM_PWM | OCCON_ON;
     T6CON = TCON_ON;
+    /* Last: until then the port keeps the pin at its safe level. */
     RPR(wire->pin) = RPE3_IS_OC8;
 }
 
@@ -48,6 +49,7 @@ void outputs_motors(const struct outputs *outputs, bool on, bool invert) {
     set(outputs, SWITCH_LED, on);
 }
 
+/* Direction first, so that the spindle never starts the wrong way round. */
 void outputs_spindle(const struct outputs *outputs, int direction) {
     set(outputs, SWITCH_SPINDLE_DIR, direction < 0);
     set(outputs, SWITCH_SPINDLE_ENABLE, direction != 0);
