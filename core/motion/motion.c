@@ -304,7 +304,9 @@ static void plan_more(struct motion *motion, bool paused) {
 bool motion_poll(struct motion *motion, uint32_t now_us) {
     struct emit *emit = &motion->emit;
     emit->now_us = now_us;
-    bool paused = now_us - motion->newest_us >= MOTION_START_DELAY_US;
+    /* Where S changes so often that no move can come before some are made, none is waited for. */
+    bool full = !power_has_room(&motion->plan.power);
+    bool paused = full || now_us - motion->newest_us >= MOTION_START_DELAY_US;
     emit->waits = motion->waits = is_waiting(motion, paused, now_us);
     if (!emit->waits)
         plan_more(motion, paused);

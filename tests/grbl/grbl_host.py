@@ -92,6 +92,25 @@ class Grbl:
             if wait == HOST_IDLE and not raw:
                 return said
 
+    def stream(self, data: str) -> str:
+        """As send(), from a sender that is fast enough: the controller always has lines waiting."""
+        raw, said = data.encode("latin-1"), ""
+        while raw:
+            raw = raw[LIB.host_write(self._host, raw, len(raw)) :]
+            LIB.host_input_follows(self._host, int(bool(raw)))
+            LIB.host_run(self._host, 50_000_000)
+            said += self.heard()
+        return said + self.send("")
+
+    def stream_for(self, seconds: float, data: str) -> str:
+        """As stream(), for this long. @return what was not put"""
+        raw, end = data.encode("latin-1"), LIB.host_time_ticks(self._host) + round(seconds * HZ)
+        LIB.host_input_follows(self._host, 0)  # or no time passes in a hold
+        while LIB.host_time_ticks(self._host) < end:
+            raw = raw[LIB.host_write(self._host, raw, len(raw)) :]
+            LIB.host_run_until(self._host, min(end, LIB.host_time_ticks(self._host) + HZ // 1000))
+        return raw.decode("latin-1")
+
     def fine(self, *lines: str) -> None:
         """Lines that must all be answered ok and nothing else."""
         for line in lines:
