@@ -85,7 +85,7 @@ static void apply_motion(struct machine *machine) {
         .timer_hz = board->timer_hz,
         .min_interval_ticks = ticks_of(board, step_ns),
         .dir_setup_ticks = ticks_of(board, board->dir_setup_ns),
-        .pwm = board->pwm,
+        .pwm = machine->drive.prep.timing.pwm,
     };
 }
 
@@ -102,6 +102,7 @@ static void apply_position(struct machine *machine) {
 }
 
 static void apply_outputs(struct machine *machine) {
+    outputs_set_pwm(machine);
     outputs_apply(machine);
     motor_current_put_out(machine);
 }
@@ -129,6 +130,12 @@ static bool is_pulse_short(const struct machine *machine, uint16_t number, doubl
            value != (double)board_pulse_us(machine);
 }
 
+/* Its pulses would change under way. */
+static bool is_pwm_in_use(const struct machine *machine, uint16_t number) {
+    return number >= SETTING_PWM_HZ && number <= SETTING_PWM_MAX_PCT &&
+           machine->outputs.spindle != SPINDLE_OFF;
+}
+
 /* A board's own pulse may be shorter than the whole microseconds that stand for it. */
 static void report_short_pulse(struct machine *machine) {
     const uint32_t ns = machine_step_pulse_ns(machine);
@@ -143,6 +150,8 @@ static void report_short_pulse(struct machine *machine) {
 enum status configure_set(struct machine *machine, uint16_t number, double value) {
     if (is_pulse_short(machine, number, value))
         return STATUS_STEP_PULSE_SHORT;
+    if (is_pwm_in_use(machine, number))
+        return STATUS_PWM_IN_USE;
     enum status status = wiring_check(machine, number, value);
     if (status != STATUS_OK)
         return status;

@@ -16,8 +16,9 @@ struct machine_outputs {
     bool spindle_stopped;     /* 0x9E in a hold */
     bool suspended;           /* the door is open: everything is off */
     bool coolant_waits;       /* the door was closed: the spindle runs up first */
-    float shown_rpm;          /* of a spindle, on the pins: with override and limits */
-    struct machine_timer aim; /* the aiming beam of a laser at rest; laser.c */
+    bool aims;                     /* the aiming beam of a laser at rest; laser.c */
+    float shown_rpm;               /* of a spindle, on the pins: with override and limits */
+    struct machine_timer aim_time; /* does not run: the aiming beam has no end */
 };
 
 /** 0x9E in a hold; from outputs_apply() on. */
@@ -36,6 +37,9 @@ static inline void outputs_suspend(struct machine_outputs *outputs, bool suspend
     outputs->suspended = suspended;
     outputs->coolant_waits = coolant_waits;
 }
+
+/** The spindle's PWM is as $33 to $36 have it; from outputs_apply() on. */
+void outputs_set_pwm(struct machine *machine);
 
 /** Spindle and coolant as asked for, immediately. */
 void outputs_set(struct machine *machine, enum gcode_spindle spindle, float rpm, uint8_t coolant);

@@ -85,7 +85,7 @@ def test_it_goes_out_by_itself(grbl: Grbl) -> None:
     grbl.after(0.1, "G1F1000\nM3S10\n")
     said = grbl.after(9.8)
     assert (said, grbl.outputs().spindle_duty > 0) == ("", True)
-    assert grbl.after(0.3) == "[MSG:Aiming beam off: $90]\r\n"
+    assert grbl.after(0.3) == "[MSG:Aiming beam off after $90: M3 or S switches it on again]\r\n"
     assert grbl.outputs().spindle_duty == 0
     grbl.after(0.1, "G1F500\nG1S10\n")  # nothing new of M3 or S
     assert grbl.outputs().spindle_duty == 0
@@ -144,6 +144,6 @@ def test_a_job_leaves_none_behind(grbl: Grbl) -> None:
 
 
 def test_limits_of_the_settings(grbl: Grbl) -> None:
-    """20 % and 5 minutes at most: it is for aiming."""
-    for line in ("$89=21", "$90=0", "$90=301"):
+    """A share of $30, and 5 minutes at most where it has an end."""
+    for line in ("$89=101", "$90=301"):
         assert grbl.send(line + "\n") == "error:2\r\n", line
