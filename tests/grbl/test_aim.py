@@ -93,6 +93,27 @@ def test_it_goes_out_by_itself(grbl: Grbl) -> None:
     assert grbl.laser_s() == 12
 
 
+def test_without_an_end(grbl: Grbl) -> None:
+    """$90=0: as in Grbl it stays on, at S up to $89 of $30, until something ends it; and it needs no polls."""
+    grbl.fine("$89=100", "$90=0", "G1F1000")
+    grbl.after(0.1, "M3S800\n")
+    assert grbl.laser_s() == 800
+    assert grbl.after(3600) == "" and grbl.laser_s() == 800 and grbl.sleeps()
+    grbl.after(1.0, "G1X-1\n")
+    assert grbl.outputs().spindle_duty == 0, "not behind motion: nothing has asked for it"
+    grbl.after(0.1, "S300\n")
+    assert grbl.laser_s() == 300
+    grbl.after(0.1, "\x18")
+    assert grbl.outputs().spindle_duty == 0
+
+
+def test_motion_burns_as_programmed_when_its_time_is_over(grbl: Grbl) -> None:
+    grbl.after(11, "G1F1200\nM3S800\n")
+    assert grbl.outputs().spindle_duty == 0
+    grbl.after(0.3, "X-20\n")
+    assert grbl.laser_s() == 800
+
+
 def test_nothing_else_wakes_the_controller(grbl: Grbl) -> None:
     """A beam whose time is over is no reason to poll on."""
     grbl.after(0.1, "G1F1000\nM3S10\n")
