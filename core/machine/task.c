@@ -153,7 +153,7 @@ static void set_port(struct machine *machine) {
         machine->board.analog->set(machine->hal, (unsigned)command->port, command->port_pct);
 }
 
-/* $94: behind M7 and M8 that have switched something on. */
+/* $93: behind M7 and M8 that have switched something on. */
 static enum task_stage wait_for_coolant(struct machine *machine, uint8_t before, enum task_stage next) {
     const bool starts = (machine->outputs.coolant & ~before) != 0;
     if (!starts || machine->settings.coolant_delay_s <= 0.0f)

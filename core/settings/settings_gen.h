@@ -112,7 +112,7 @@ struct settings {
     bool coolant_passes;
     /** $92 [us] 0..1000: Time that a limit or home switch must stay closed to be detected; 0 = first edge. */
     uint16_t switch_filter_us;
-    /** $94 [s] 0..60: The program waits this long after M7 or M8 has switched coolant or air assist on. */
+    /** $93 [s] 0..60: The program waits this long after M7 or M8 has switched coolant or air assist on. */
     float coolant_delay_s;
     /** $100..$105 [steps/mm] 0.001..20000: Steps that move the axis by 1 mm (1 degree). */
     float steps_per_mm[AXIS_COUNT];
@@ -176,7 +176,7 @@ enum setting_number {
     SETTING_AIM_TIME_S = 90,
     SETTING_COOLANT_PASSES = 91,
     SETTING_SWITCH_FILTER_US = 92,
-    SETTING_COOLANT_DELAY_S = 94,
+    SETTING_COOLANT_DELAY_S = 93,
     SETTING_STEPS_PER_MM = 100,
     SETTING_MAX_RATE_MM_MIN = 110,
     SETTING_ACCELERATION_MM_S2 = 120,

@@ -218,11 +218,11 @@ def test_m51_switches_the_spindle_override_off(grbl: Grbl) -> None:
 
 @pytest.mark.parametrize(("delay_s", "laser"), [(0.5, 0), (3.0, 0), (3.0, 1)])
 def test_coolant_needs_its_time_behind_a_door(delay_s: float, laser: int) -> None:
-    """$94, and Grbl's second at least; a laser does not run up."""
+    """$93, and Grbl's second at least; a laser does not run up."""
     controller = Grbl()
     controller.send("")
     controller.settings(**FAST)
-    controller.fine(f"$32={laser}", f"$94={delay_s}", "M3S1000M8F1200")
+    controller.fine(f"$32={laser}", f"$93={delay_s}", "M3S1000M8F1200")
     controller.after(0.5, "G1X-20\n")
     controller.after(1.0, "\x84")
     stands = controller.stands()

@@ -54,7 +54,7 @@ const struct nvs_key nvs_keys[SETTINGS_COUNT] = {
     {90, NVS_U16, "aim_time"},
     {91, NVS_U8, "cool_pass"},
     {92, NVS_U16, "sw_filter"},
-    {94, NVS_FLOAT, "cool_delay"},
+    {93, NVS_FLOAT, "cool_delay"},
     {100, NVS_FLOAT, "spm_x"},
     {101, NVS_FLOAT, "spm_y"},
     {102, NVS_FLOAT, "spm_z"},
