@@ -101,8 +101,15 @@ static void apply_position(struct machine *machine) {
     drive_drop(machine);
 }
 
+void configure_pwm(struct machine *machine) {
+    const struct settings *settings = &machine->settings;
+    const struct duty_register chip = hal_spindle_pwm(machine->hal, settings->pwm_hz);
+    machine->drive.prep.timing.pwm =
+        duty_register_within(&chip, settings->pwm_off_pct, settings->pwm_min_pct, settings->pwm_max_pct);
+}
+
 static void apply_outputs(struct machine *machine) {
-    outputs_set_pwm(machine);
+    configure_pwm(machine);
     outputs_apply(machine);
     motor_current_put_out(machine);
 }

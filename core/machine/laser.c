@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT
  * The beam rule. Whatever is not named here is dark: the beam needs M3 or M4, one of the states of
  * may_burn(), and a span of cutting motion (SEGMENT_CUT), which the step interrupt executes and whose duty it
- * puts out with the span's first event. The one exception is off by default: the aiming beam, no stronger than
- * $89, at rest in Idle, for $90 after an M3 or S that asked for it. */
+ * puts out with the span's first event. The one exception is off by default: the aiming beam, no stronger
+ * than $89, at rest in Idle, for $90 after an M3 or S that asked for it. */
 #include "machine/laser.h"
 
 #include "base/minmax.h"

@@ -56,7 +56,7 @@ void machine_init(struct machine *machine, const struct machine_board *board, st
     wiring_fit(machine);
     state_begin(machine, machine->settings.homing || stored_is_damaged(machine));
     inputs_begin(machine);
-    outputs_set_pwm(machine);
+    configure_pwm(machine);
     outputs_off(machine);
     motors_init(machine);
     motor_current_put_out(machine);

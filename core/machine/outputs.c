@@ -26,8 +26,8 @@ static void put_spindle(struct machine *machine) {
     float rpm = duty_limit_rpm(&range, asked_rpm);
     struct hal_spindle spindle = {.direction = on ? direction[machine->outputs.spindle] : 0,
                                   .rpm = rpm,
-                                  .duty = duty_to_register(&machine->drive.prep.timing.pwm,
-                                                           duty_of(&range, rpm)),
+                                  .duty =
+                                      duty_to_register(&machine->drive.prep.timing.pwm, duty_of(&range, rpm)),
                                   .keeps_duty = laser};
     machine->outputs.shown_rpm = rpm;
     laser_apply(machine, on && laser, spindle_factor(machine));
@@ -38,13 +38,6 @@ float outputs_rpm(const struct machine *machine) {
     if (machine->settings.laser_mode && spindle_is_on(machine))
         return laser_rpm(machine, spindle_factor(machine));
     return machine->outputs.shown_rpm;
-}
-
-void outputs_set_pwm(struct machine *machine) {
-    const struct settings *settings = &machine->settings;
-    const struct duty_register chip = hal_spindle_pwm(machine->hal, settings->pwm_hz);
-    machine->drive.prep.timing.pwm = duty_register_within(&chip, settings->pwm_off_pct, settings->pwm_min_pct,
-                                                          settings->pwm_max_pct);
 }
 
 uint8_t outputs_coolant_bits(const struct machine *machine) {

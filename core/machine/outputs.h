@@ -13,9 +13,9 @@ struct machine_outputs {
     float rpm;  /* S */
     bool laser; /* switched on as a laser ($32) */
     uint8_t coolant;
-    bool spindle_stopped;     /* 0x9E in a hold */
-    bool suspended;           /* the door is open: everything is off */
-    bool coolant_waits;       /* the door was closed: the spindle runs up first */
+    bool spindle_stopped;          /* 0x9E in a hold */
+    bool suspended;                /* the door is open: everything is off */
+    bool coolant_waits;            /* the door was closed: the spindle runs up first */
     bool aims;                     /* the aiming beam of a laser at rest; laser.c */
     float shown_rpm;               /* of a spindle, on the pins: with override and limits */
     struct machine_timer aim_time; /* does not run: the aiming beam has no end */
@@ -37,9 +37,6 @@ static inline void outputs_suspend(struct machine_outputs *outputs, bool suspend
     outputs->suspended = suspended;
     outputs->coolant_waits = coolant_waits;
 }
-
-/** The spindle's PWM is as $33 to $36 have it; from outputs_apply() on. */
-void outputs_set_pwm(struct machine *machine);
 
 /** Spindle and coolant as asked for, immediately. */
 void outputs_set(struct machine *machine, enum gcode_spindle spindle, float rpm, uint8_t coolant);

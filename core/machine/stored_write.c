@@ -10,7 +10,6 @@
 
 #include "machine/answer.h"
 #include "machine/configure.h"
-#include "machine/outputs.h"
 #include "machine/parts.h"
 #include "machine/report.h"
 #include "machine/stored.h"
@@ -168,7 +167,7 @@ static void set_defaults(struct machine *machine, unsigned keys) {
         settings_defaults(&machine->settings);
         machine->settings.step_pulse_us = configure_default_pulse_us(machine);
         configure_apply(machine);
-        outputs_set_pwm(machine);
+        configure_pwm(machine);
     }
     if ((keys & STORED_ALL_OFFSETS) != 0)
         memset(&machine->interp.gcode.offsets, 0, sizeof machine->interp.gcode.offsets);

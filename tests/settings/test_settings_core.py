@@ -15,10 +15,12 @@ from settings_core import AXES, NUMBERS, ROOT, TABLE, Numbered, Row, Settings, V
 OK, BAD_NUMBER, UNKNOWN, NEGATIVE, STEP_PULSE, NEEDS_HOMING = 0, 2, 3, 4, 6, 10  # Grbl's numbers
 ORDER_OF_TYPES = ["bool", "u8", "u16", "float"]
 
-# Grbl 1.1h after $RST=$ (its generic defaults), but $0 of the seed firmware, and $33 to $36 and $40 to $93, which Grbl does not have.
+# Grbl 1.1h after $RST=$ (its generic defaults), but $0 of the seed firmware, and what Grbl does not have:
+# $33 to $36 and $40 to $93.
 GRBL_REPORT = """
 $0=3 $1=25 $2=0 $3=0 $4=0 $5=0 $6=0 $10=1 $11=0.010 $12=0.002 $13=0 $20=0 $21=0 $22=0 $23=0 $24=25.000 $25=500.000
- $26=250 $27=1.000 $30=1000 $31=0 $32=0 $33=5000 $34=0.0 $35=0.0 $36=100.0 $40=0.000 $41=0.000 $44=4 $45=3 $46=0 $47=0 $48=0 $49=0 $76=50 $77=2000
+ $26=250 $27=1.000 $30=1000 $31=0 $32=0 $33=5000 $34=0.0 $35=0.0 $36=100.0 $40=0.000 $41=0.000
+ $44=4 $45=3 $46=0 $47=0 $48=0 $49=0 $76=50 $77=2000
  $78=0 $80=0 $81=50.000 $82=50.000 $83=0 $84=200 $85=0 $86=1000 $87=2000 $88=0 $89=0 $90=30 $91=0 $92=5 $93=0.0
  $100=250.000 $101=250.000 $102=250.000
 $110=500.000 $111=500.000 $112=500.000 $120=10.000 $121=10.000 $122=10.000 $130=200.000 $131=200.000 $132=200.000
@@ -241,9 +243,7 @@ def test_soft_limits_need_homing(settings: Settings) -> None:
         ((34, 30), (35, 20), OK),  # off may be anywhere
     ],
 )
-def test_rules_of_the_pwm(
-    settings: Settings, first: tuple[int, float], then: tuple[int, float], status: int
-) -> None:
+def test_rules_of_the_pwm(settings: Settings, first: tuple[int, float], then: tuple[int, float], status: int) -> None:
     """A laser is dark when it is off, and its least and full power differ."""
     assert settings.set(*first) == OK
     before = settings.image()

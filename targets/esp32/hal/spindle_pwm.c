@@ -74,8 +74,8 @@ static void change(const struct pwm_period *period) {
     spindle_pwm_set(PWM_NEVER);
     ESP_ERROR_CHECK(mcpwm_timer_start_stop(pwm.timer, MCPWM_TIMER_STOP_EMPTY));
     vTaskDelay(pdMS_TO_TICKS(1000u / pwm.hz) + PERIODS_TICKS);
-    MCPWM0.timer[0].timer_cfg0.val = ((pwm.prescale << period->shift) - 1) | (period->counts - 1)
-                                                                                << CFG0_PERIOD;
+    const uint32_t prescale = pwm.prescale << period->shift;
+    MCPWM0.timer[0].timer_cfg0.val = (prescale - 1) | (period->counts - 1) << CFG0_PERIOD;
     ESP_ERROR_CHECK(mcpwm_timer_start_stop(pwm.timer, MCPWM_TIMER_START_NO_STOP));
 }
 
