@@ -10,6 +10,8 @@
 #define LN_2_HIGH 0x1.62e42feep-1
 #define LN_2_LOW  0x1.a39ef35793c76p-33
 
+/* Beyond these e^x is infinite or 0 in a double. Whole exponents up to WHOLE_MAX are multiplied out: 2^3
+ * is 8 exactly. */
 #define EXP_MAX   710.0
 #define EXP_MIN   (-746.0)
 #define WHOLE_MAX 1024.0
@@ -45,6 +47,7 @@ double power_ln(double x) {
     int k;
     double m = frexp(x, &k), s, ss, sum = 0.0;
 
+    /* m from sqrt(1/2) to sqrt(2), around 1, where s is smallest. */
     if (m < 0.70710678118654752) {
         m *= 2.0;
         k--;

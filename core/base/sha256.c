@@ -93,6 +93,7 @@ static void hash_padded(const uint8_t pad[SHA256_BLOCK], const void *message, si
     sha256_end(&sha, digest);
 }
 
+/* RFC 2104. */
 void sha256_hmac(const void *key, size_t key_size, const void *message, size_t size,
                  uint8_t mac[SHA256_SIZE]) {
     uint8_t inner[SHA256_BLOCK] = {0}, outer[SHA256_BLOCK];

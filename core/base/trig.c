@@ -39,6 +39,7 @@ static double cos_series(double x) {
 
 void trig_sincos(double angle_rad, double *sin_out, double *cos_out) {
     const double turns4 = angle_rad * (2.0 / TRIG_PI);
+    /* To the nearest quarter turn, so that the series get at most pi/4. */
     const int32_t quadrant = (int32_t)(turns4 + (turns4 < 0.0 ? -0.5 : 0.5));
     const double k = quadrant;
     const double x = ((angle_rad - k * HALF_PI_HIGH) - k * HALF_PI_MID) - k * HALF_PI_LOW;
@@ -93,6 +94,7 @@ double trig_atan2(double y, double x) {
 
     if (ax == 0.0 && ay == 0.0)
         return 0.0;
+    /* The smaller divided by the larger one: atan_unit() takes 0 .. 1, and no quotient overflows. */
     angle = ay <= ax ? atan_unit(ay / ax) : TRIG_PI / 2.0 - atan_unit(ax / ay);
     if (x < 0.0)
         angle = TRIG_PI - angle;

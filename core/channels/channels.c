@@ -90,14 +90,18 @@ void channels_apply(struct channels *channels) {
     wiring.outputs = value[CHANNELS_IO_DIRECTION] & mask;
     channels->inputs = (uint16_t)(mask & ~wiring.outputs);
     wiring.pull_up = value[CHANNELS_IO_PULL_UP] & channels->inputs;
+    /* An output that keeps its pin keeps its state when the configuration is stored; a new one begins in
+     * its safe state. */
     uint16_t stay = same_outputs(&wiring, &channels->wiring);
     channels->outputs =
         (uint16_t)((channels->outputs & stay) | (value[CHANNELS_IO_SAFE] & wiring.outputs & ~stay));
     channels->invert = value[CHANNELS_IO_INVERT];
     channels->wiring = wiring;
+    /* With the levels, so that no output shows another one in between. */
     channels->ops->wire(channels->ctx, &wiring, levels(channels));
     for (unsigned n = 0; n < CHANNELS_MAX; n++)
         channels->debounce.time[n] = (struct debounce_time){.on_us = debounce_us, .off_us = debounce_us};
+    /* After the pins are set up, with the inputs as they are now. */
     debounce_start(&channels->debounce, read_on(channels));
 }
 
@@ -125,6 +129,7 @@ void channels_set(struct channels *channels, uint16_t mask, uint16_t on) {
         drive(channels, (unsigned)((channels->outputs & ~mask) | (on & mask)));
 }
 
+/* Also while locked, unlike channels_set(): the safe state may always be taken. */
 void channels_safe(struct channels *channels) {
     drive(channels, channels->config.value[CHANNELS_IO_SAFE]);
 }

@@ -25,6 +25,7 @@ static double length(double x, double y) {
 static double find_travel_rad(double x0, double y0, double x1, double y1, const struct gcode_move *move) {
     double travel = trig_atan2(x0 * y1 - y0 * x1, x0 * x1 + y0 * y1);
 
+    /* The same point as the start: a full turn, whatever the rounding of its coordinates. */
     if (fabs(travel) * length(x0, y0) < FULL_TURN_MM)
         travel = 0.0;
     if (move->motion == MOTION_ARC_CW)
@@ -112,6 +113,7 @@ bool arc_next(struct arc *arc, double point_mm[AXIS_COUNT]) {
     if (arc->done >= arc->chords)
         return false;
     arc->done++;
+    /* The programmed point itself, so that the next line begins exactly there. */
     if (arc->done == arc->chords) {
         memcpy(point_mm, arc->target_mm, sizeof arc->target_mm);
         return true;

@@ -66,6 +66,7 @@ static enum status finite_or_error(double value) {
     return isfinite(value) ? STATUS_OK : STATUS_EXPRESSION_RESULT;
 }
 
+/* *left becomes the result. Every result is checked, so that no infinity or NaN reaches a coordinate. */
 static enum status calculate(enum operation operation, double right, double *left) {
     const double a = *left;
 
@@ -132,13 +133,13 @@ static enum status read_operator(struct reader *reader, enum operation *operatio
     return *reader->text == '\0' ? STATUS_EXPRESSION_BRACKET : STATUS_EXPRESSION_OPERATOR;
 }
 
-/* Behind "[". An operator waits while one of a higher rank follows: at most one waits in each rank. */
+/* After "[". An operator waits while one of a higher rank follows: at most one waits in each rank. */
 static enum status read_expression(struct reader *reader, double *value) {
     struct {
         double left;
         enum operation operation;
         unsigned rank;
-    } waiting[RANK_COUNT];
+    } waiting[RANK_COUNT]; /* their ranks rise, so there is room for all */
     unsigned count = 0;
 
     for (;;) {
@@ -170,6 +171,7 @@ static enum status read_name(struct reader *reader, struct param_ref *ref) {
 
     if (end == NULL || end == reader->text || end - reader->text >= PARAMS_NAME_SIZE)
         return STATUS_PARAMETER_NAME;
+    /* The name stays in the line; it is copied only when a parameter is set (params.c). */
     ref->name = reader->text;
     ref->length = (uint8_t)(end - reader->text);
     ref->number = 0;
@@ -177,7 +179,7 @@ static enum status read_name(struct reader *reader, struct param_ref *ref) {
     return STATUS_OK;
 }
 
-/* Behind "#". */
+/* After "#". */
 static enum status read_reference(struct reader *reader, struct param_ref *ref) {
     double number, whole;
     enum status status;
@@ -187,6 +189,7 @@ static enum status read_reference(struct reader *reader, struct param_ref *ref) 
     status = read_value(reader, &number);
     if (status != STATUS_OK)
         return status;
+    /* A computed number may be off by rounding, so #[0.1 * 30] is #3. */
     whole = floor(number + 0.5);
     if (fabs(number - whole) > TOLERANCE || whole < 1.0 || whole > UINT16_MAX)
         return STATUS_PARAMETER_NUMBER;

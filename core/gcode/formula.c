@@ -47,6 +47,7 @@ static unsigned decimals_of(double magnitude, unsigned most) {
 static bool put_value(struct writer *writer, double value, unsigned most_decimals) {
     const double magnitude = fabs(value);
     unsigned decimals = decimals_of(magnitude, most_decimals);
+    /* Below 1e15 (decimals_of()): a double holds such integers exactly. */
     uint64_t digits = (uint64_t)(magnitude * number_power_of_ten[decimals] + 0.5);
     char text[LONGEST_VALUE], *at = text + sizeof text;
 
@@ -70,6 +71,7 @@ static double nearest_code(double value) {
     return fabs(value * 10.0 - tenths) <= CODE_TOLERANCE ? tenths / 10.0 : value;
 }
 
+/* A word's value that is not plain digits: a parameter, a bracket or a function (G[..], X#1, YSIN[30]). */
 static bool is_computed(const char *value) {
     return *value != '\0' && strchr("#[ABCDEFGHIJKLMNOPQRSTUVWXYZ", *value) != NULL;
 }
@@ -105,7 +107,7 @@ static enum status put_word(const struct param_context *context, struct writer *
     return put(writer, &letter, 1) && put_value(writer, value, decimals) ? STATUS_OK : STATUS_LINE_TOO_LONG;
 }
 
-/* Behind "#" at the beginning of a word. */
+/* After "#" at the beginning of a word. */
 static enum status take_assignment(const struct param_context *context, struct formula *out,
                                    const char **line) {
     struct param_set *set = &out->sets[out->set_count];

@@ -27,6 +27,7 @@ void gcode_modes_keep(struct gcode_state *state, const struct gcode_command *com
     state->is_saved = true;
 }
 
+/* machine position = work position + this. */
 void gcode_work_offset_mm(const struct gcode_state *state, double out_mm[AXIS_COUNT]) {
     const struct gcode_offsets *offsets = &state->offsets;
 

@@ -23,6 +23,7 @@ enum status gcode_jog(const struct gcode_state *state, const char *line, struct 
         return STATUS_NO_AXIS_WORDS;
     jog.modal.motion = MOTION_LINEAR;
     jog.modal.feed_mode = FEED_PER_MIN;
+    /* Against a copy of the state, so that the program's modes stay as they are. */
     status = gcode_resolve(&jog, &block, command);
     command->next = state->modal;
     command->sync = false;

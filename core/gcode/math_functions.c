@@ -48,6 +48,7 @@ enum status function_modulo(double a, double b, double *value) {
     if (b == 0.0)
         return STATUS_EXPRESSION_DIVISION;
     rest = fmod(a, b);
+    /* Never negative, other than C's fmod(): as in RS274/NGC. */
     *value = rest < 0.0 ? rest + fabs(b) : rest;
     return STATUS_OK;
 }
@@ -57,6 +58,8 @@ static enum status call_abs(double x, double *value) {
     return STATUS_OK;
 }
 
+/* acos x = atan2(sqrt(1 - x^2), x), with (1 - x)(1 + x) for 1 - x^2, which loses no digits near 1. By our
+ * own atan2, because libm's acos does not have the same bits everywhere. */
 static enum status call_acos(double x, double *value) {
     if (fabs(x) > 1.0)
         return STATUS_EXPRESSION_RANGE;

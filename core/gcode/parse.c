@@ -95,6 +95,7 @@ static HOT unsigned code_index(char letter, struct number number) {
     return x10 >= 0 ? indices[x10] : CODE_UNKNOWN;
 }
 
+/* Errors in Grbl's order: unknown code, two codes that use axis words, two codes of a group. */
 static HOT enum status take_code(struct gcode_block *block, char letter, struct number number) {
     const unsigned index = code_index(letter, number);
     const struct code code = codes[index];
@@ -160,6 +161,8 @@ static HOT enum status parse_words(const char **text, bool blanks, struct gcode_
             if (status != STATUS_OK)
                 return status;
         } else {
+            /* One test for the usual word: not seen before, and of a letter that takes any number of this
+             * sign. */
             const uint32_t doubtful = words | ~(number.negative ? WORDS_FREE : WORDS_POSITIVE);
 
             block->number[word] = number_value(number);

@@ -10,7 +10,7 @@
 /* Rows of nine axes X Y Z A B C U V W; ours end at C, the others read as 0 as on a machine without them. */
 enum { ROW_AXES = 9, ROW_STEP = 20 };
 
-/* Numbers of the first axis of a row, or of a single value. */
+/* Numbers of the first axis of a row, or of a single value: LinuxCNC's (docs/gcode-programs.md). */
 enum {
     NUMBER_ABSOLUTE = 5021,
     NUMBER_PROBE = 5061,
@@ -44,6 +44,7 @@ static double work_position(const struct param_context *context, unsigned axis) 
     return (context->gcode->position_mm[axis] - offset_mm[axis]) / unit_of(context, axis);
 }
 
+/* #<_motion_mode>: ten times the G code, so that G38.2 is a whole number. */
 static double motion_x10(const struct gcode_modal *modal) {
     static const double cycles[] = {
         [CYCLE_CHIP] = 730, [CYCLE_DRILL] = 810,     [CYCLE_DWELL] = 820,      [CYCLE_PECK] = 830,
@@ -153,7 +154,8 @@ static bool is_offset(const struct gcode_offsets *offsets) {
     return false;
 }
 
-/* NEEDS_ bits of a number that is there. */
+/* What must be known to compute the value of this number: NEEDS_ bits. Off the machine, when a program is
+ * expanded on a PC, some of it is not (param_context.unknown). */
 static uint32_t needs_of(unsigned number) {
     if (number >= NUMBER_WORK)
         return number < NUMBER_WORK + AXIS_COUNT ? NEEDS_WORK(number - NUMBER_WORK) : NEEDS_NOTHING;

@@ -44,6 +44,8 @@ static void apply_modes(const struct gcode_block *block, struct gcode_modal *nex
         next->diameter = value[GROUP_LATHE];
     if (block_has_group(block, GROUP_RETRACT))
         next->retract_to_r = value[GROUP_RETRACT];
+    /* M6 stops the spindle and the coolant for the tool change; M3 in the same line starts it again after
+     * that. */
     if (block_has_group(block, GROUP_TOOL)) {
         next->spindle = SPINDLE_OFF;
         next->coolant = 0;
@@ -84,6 +86,7 @@ static enum status resolve_values(struct resolver *r) {
     double number;
 
     if (resolve_take(r, 'N', &number)) {
+        /* A fraction is cut off, as in Grbl. */
         if (number >= LINE_NUMBER_MAX + 1.0)
             return STATUS_LINE_NUMBER;
         r->out->line_number = (uint32_t)number;
@@ -92,6 +95,7 @@ static enum status resolve_values(struct resolver *r) {
         const bool moves_at_feed =
             next->motion != MOTION_RAPID && next->motion != MOTION_NONE && next->motion != MOTION_THREAD;
 
+        /* F of G93 is not modal: each line needs its own, and an F of before does not come back. */
         next->feed_mm_s = 0.0f;
         if (r->axes == AXES_MOTION && moves_at_feed && !(r->unused & WORD_BIT('F')))
             return STATUS_NO_FEED;
@@ -184,6 +188,7 @@ static enum status resolve_any(const struct gcode_state *state, const struct gco
     status = resolve_modes(&r);
     if (status != STATUS_OK)
         return status;
+    /* Before any word is read: G20, G54 or G93 of a line count for its own words. */
     apply_modes(block, &command->next);
     r.unit_mm = command->next.inches ? MM_PER_INCH : 1.0;
     r.wcs_mm = state->offsets.wcs_mm[command->next.wcs];
@@ -212,6 +217,8 @@ static enum status resolve_any(const struct gcode_state *state, const struct gco
     if (r.unused != 0) /* Grbl does not know these three */
         return (r.unused & (WORD_BIT('E') | WORD_BIT('H') | WORD_BIT('Q'))) != 0 ? STATUS_UNSUPPORTED
                                                                                  : STATUS_WORDS_UNUSED;
+    /* After all that may fail, and in this order: what the line switches is the difference to the modes
+     * before, and M2 or M30 then set modes back that the line's motion has still used. */
     resolve_outputs(&r);
     resolve_flow(&r);
     return STATUS_OK;

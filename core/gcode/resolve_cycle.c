@@ -37,6 +37,8 @@ static void inherit(const struct resolver *r, unsigned normal) {
     *sticky = r->state->sticky;
     if (!goes_on || before->cycle != next->cycle || sticky->incremental != next->incremental)
         sticky->known = 0;
+    /* The level that G98 returns to is where the first cycle of a row began, not where the last hole left
+     * the tool. */
     if (!goes_on)
         sticky->initial_mm = r->state->position_mm[normal];
     sticky->plane = next->plane;
@@ -173,6 +175,8 @@ enum status resolve_cycle(struct resolver *r) {
     move->plane = next->plane;
     move->feed_mm_s = resolve_feed_mm_s(next);
     move->target_mm[normal] = move->drill.clear_mm;
+    /* The deepest point: with the target it spans all that the cycle touches, for the checks of travel and
+     * reach. */
     memcpy(move->via_mm, move->target_mm, sizeof move->via_mm);
     move->via_mm[normal] = move->drill.bottom_mm;
     return STATUS_OK;

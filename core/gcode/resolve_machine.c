@@ -36,6 +36,7 @@ void resolve_outputs(struct resolver *r) {
 
     out->spindle = out->next.spindle;
     out->coolant = out->next.coolant;
+    /* What waits for the moves before it: an output or mode that must change between two moves. */
     out->sync = out->spindle != spindle || out->coolant != coolant ||
                 (out->spindle != SPINDLE_OFF && out->next.spindle_rpm != before->spindle_rpm) ||
                 out->next.overrides != before->overrides || out->port_sync ||

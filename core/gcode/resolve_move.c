@@ -59,6 +59,7 @@ static void set_feed(const struct resolver *r) {
     struct gcode_move *move = &r->out->move;
 
     if (next->feed_mode == FEED_INVERSE_TIME) {
+        /* F is 1/min: the move takes 60/F s. */
         move->inverse_time_s = (float)(S_PER_MIN / r->block->number[WORD('F')]);
         return;
     }

@@ -51,6 +51,7 @@ static enum status wait_for_input(struct resolver *r) {
         return status;
     resolve_take(r, 'L', &mode);
     resolve_take(r, 'Q', &seconds);
+    /* An analog input is only read: a wait would need a level to compare with. */
     if (mode < 0.0 || mode > (double)(analog ? WAIT_NOT : WAIT_LOW) || (mode > 0.0 && seconds <= 0.0))
         return STATUS_WAIT_WORDS;
     r->out->wait = (enum gcode_wait)mode;

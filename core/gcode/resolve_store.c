@@ -63,6 +63,7 @@ static enum status store_tool_length(struct resolver *r) {
 /* New offset of one axis so that the position reads as the axis word: G10 L20 solves for the WCS, G92 for
  * itself. */
 static double offset_to_read(const struct resolver *r, unsigned axis, double other_offset_mm) {
+    /* position = WCS + G92 + tool length (Z only) + word, solved for the offset that is sought. */
     const double tool_length = axis == AXIS_Z ? r->tool_length_mm : 0.0;
     return r->state->position_mm[axis] - other_offset_mm - tool_length - resolve_axis_word(r, axis);
 }
@@ -214,6 +215,7 @@ void gcode_offsets_apply(struct gcode_offsets *offsets, const struct gcode_comma
     case STORE_G30:
         copy_row(offsets->g30_mm, command->store_mm);
         break;
+    /* G92 and G92.1 also set what G92.3 brings back; G92.2 leaves that alone. */
     case STORE_G92:
         copy_row(offsets->g92_kept_mm, command->store_mm);
         copy_row(offsets->g92_mm, command->store_mm);

@@ -78,6 +78,7 @@ enum status resolve_straight(const struct gcode_state *state, const struct gcode
     return straight(state, block, command);
 }
 
+/* NULL is no refusal: the caller then takes the long way, which finds the error, or the expression. */
 const char *gcode_plain_line(const struct gcode_state *state, const char *line,
                              struct gcode_command *command) {
     struct gcode_block block;

@@ -39,6 +39,7 @@ static enum status line_or_tap(struct resolver *r) {
     if (way <= 0.0)
         return STATUS_BAD_TARGET;
     memcpy(move->target_mm, move->via_mm, sizeof move->target_mm);
+    /* A tap comes back to where it started; a line stays at its end. */
     if (move->thread.kind != THREAD_TAP)
         return STATUS_OK;
     memcpy(move->target_mm, r->state->position_mm, sizeof move->target_mm);
@@ -127,6 +128,8 @@ static enum status cycle(struct resolver *r) {
         return status;
     if (way_mm == 0.0)
         return STATUS_BAD_TARGET;
+    /* The compound slide moves the start of the deepest pass along the thread; something must be left of
+     * it. */
     if ((double)(move->thread.slide * move->thread.depth_mm) >= way_mm)
         return STATUS_BAD_NUMBER;
     memcpy(move->via_mm, move->target_mm, sizeof move->via_mm);

@@ -25,6 +25,7 @@ void spline_begin(struct spline *spline, const double start_mm[AXIS_COUNT], cons
     memcpy(spline->target_mm, move->target_mm, sizeof spline->target_mm);
     first = second_difference(point[0], point[1], point[2]);
     last = second_difference(point[1], point[2], point[3]);
+    /* |q''| of a cubic is at most this; a chord over 1/n of it is at most |q''| / (8 n^2) off the curve. */
     bend = 6.0 * (first > last ? first : last);
     if (tolerance_mm < TOLERANCE_MIN_MM)
         tolerance_mm = TOLERANCE_MIN_MM;

@@ -43,6 +43,8 @@ void line_reader_reset(struct line_reader *reader) {
     start_line(reader);
 }
 
+/* CR, LF and CR LF each end one line: an LF right after a CR is dropped, so that senders of either kind
+ * get one answer per line. */
 static enum line_result end_line(struct line_reader *reader, uint8_t byte) {
     const uint8_t flags = reader->flags;
 
@@ -84,6 +86,8 @@ static enum line_result put(struct line_reader *reader, uint8_t byte) {
     if (byte == LINE_GAP) {
         reader->flags = BROKEN; /* the lost bytes may have ended a comment */
     } else if (reader->flags != 0) {
+        /* Nothing is stored in a comment or after an overflow; a comment in parentheses ends with its
+         * bracket, one after a semicolon only with the line. */
         if (byte == ')' && reader->flags == IN_PARENTHESES)
             reader->flags = 0;
     } else if (byte == '/') {

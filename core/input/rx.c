@@ -40,6 +40,8 @@ static void put_override(struct rx *rx, uint8_t byte) {
 }
 
 void rx_request(struct rx *rx, uint32_t bits) {
+    /* Jogs up to this byte are those that the hold or cancel was meant for; a jog that is sent after it
+     * runs. */
     if ((bits & (REALTIME_HOLD | REALTIME_JOG_CANCEL)) != 0)
         __atomic_store_n(&rx->cancel_at, rx->index.head, __ATOMIC_RELAXED); /* published below */
     if ((bits & REALTIME_HOLD) != 0) /* a resume that came before it counts no more */
@@ -82,6 +84,7 @@ static size_t store_run(struct rx *rx, const uint8_t *bytes, size_t count) {
             break;
         rx->bytes[from + run] = byte;
     }
+    /* Once for the run, after its bytes: the reader sees none that is not written yet. */
     __atomic_store_n(&rx->index.head, head + (uint32_t)run, __ATOMIC_RELEASE);
     return run;
 }
@@ -125,6 +128,7 @@ void rx_put_or_lose(struct rx *rx, uint8_t byte) {
         if (store(rx, byte))
             return;
     }
+    /* 0 means that nothing is being lost. */
     rx->lost_byte = byte == 0 ? ' ' : byte;
     if (!pair && (byte == '\n' || byte == '\r'))
         __atomic_fetch_add(&rx->lost_lines, 1, __ATOMIC_RELEASE);
@@ -185,6 +189,8 @@ int rx_take_override(struct rx *rx) {
 }
 
 void rx_flush(struct rx *rx) {
+    /* The producer owns lost_byte and gap_at: it forgets them itself when it sees this count
+     * (forget_loss()). */
     __atomic_fetch_add(&rx->flushes, 1, __ATOMIC_RELEASE);
     __atomic_store_n(&rx->index.tail, rx->index.head, __ATOMIC_RELEASE);
     __atomic_store_n(&rx->override_index.tail, rx->override_index.head, __ATOMIC_RELEASE);

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT
- * What someone may have the machine do: one rule for each action, whoever asks. */
+ * When an action is allowed: one rule for each, the same for the text side and a network host. */
 #include "machine/actions.h"
 
 #include "machine/axes.h"
@@ -77,6 +77,8 @@ enum refusal action_may(const struct machine *machine, enum action action, enum 
     const bool locked = machine->life.state == MACHINE_ALARM;
     if ((rule->needs & EVER) == 0 && (machine->life.critical || machine->life.restart))
         return REFUSAL_CRITICAL;
+    /* In an alarm owner_may_be_host() refuses all motion of a host; homing, whose states include the
+     * alarm, is the exception. */
     if ((rule->needs & MOTION) != 0 && actor == ACTOR_HOST && !(locked && state_fits)) {
         const enum refusal refusal = owner_may_be_host(machine);
         if (refusal != REFUSAL_NONE)
@@ -105,6 +107,8 @@ enum status refusal_status(enum refusal refusal) {
     return (enum status)statuses[refusal];
 }
 
+/* From the text side's errors back to the reason, for what only returns a status (settings). What has no
+ * row is a value that was refused. */
 enum refusal refusal_of(enum status status) {
     unsigned refusal = 0;
     while (refusal < REFUSAL_COUNT && statuses[refusal] != (uint8_t)status)
@@ -147,6 +151,7 @@ enum refusal action_unlock(struct machine *machine) {
 enum refusal action_end_lock(struct machine *machine) {
     struct hal_inputs inputs;
     const bool sleeps = machine->life.state == MACHINE_SLEEP; /* motors without current may have moved */
+    /* The pin as it is now: machine->inputs may be as old as the last poll. */
     hal_inputs_read(machine->hal, &inputs);
     if (inputs.estop && machine->life.state == MACHINE_ALARM && machine->life.alarm == ALARM_ESTOP)
         return REFUSAL_CRITICAL;
@@ -154,6 +159,7 @@ enum refusal action_end_lock(struct machine *machine) {
         return REFUSAL_DAMAGED;
     if (!machine->life.critical && machine->life.state != MACHINE_ALARM && !sleeps)
         return REFUSAL_BUSY;
+    /* Before reset_machine(), which clears it. */
     const bool stays_locked = machine->life.locks_again || sleeps;
     reset_machine(machine, ALARM_NONE);
     timer_end_quiet(&machine->clock);
@@ -162,11 +168,14 @@ enum refusal action_end_lock(struct machine *machine) {
     return REFUSAL_NONE;
 }
 
+/* Not a request that the next poll takes, but now. An alarm that only a reset ends has stopped everything
+ * already. */
 void action_estop(struct machine *machine) {
     if (!machine->life.critical)
         reset_alarm(machine, ALARM_ESTOP);
 }
 
+/* The same request as `!`: it also removes a `~` that came before, and drops jogs that wait to be read. */
 void action_hold(struct machine *machine) {
     rx_request(&machine->lines.rx, REALTIME_HOLD);
 }
@@ -219,6 +228,7 @@ enum refusal action_outputs(struct machine *machine, const struct outputs_wish *
         if (refusal != REFUSAL_NONE)
             return refusal;
     }
+    /* The program's modes follow, so that $G and the next line of G-code agree with the pins. */
     interp_know_wish(machine, to, coolant);
     if (to->turns)
         outputs_set(machine, to->spindle, to->rpm, coolant);

@@ -19,6 +19,7 @@ axis_mask_t axes_in_cycles(const struct machine *machine) {
     return (axis_mask_t)axes;
 }
 
+/* An axis without a travel has no place to home to: its position would not follow from its switch. */
 axis_mask_t axes_with_ends(const struct machine *machine) {
     unsigned axes = 0;
     for (unsigned ax = 0; ax < machine->board.axis_count; ax++)

@@ -80,6 +80,7 @@ static enum status unlock(struct machine *machine, const char *rest) {
 static enum status check(struct machine *machine, const char *rest) {
     (void)rest;
     if (machine->life.state == MACHINE_CHECK) {
+        /* As in Grbl, check mode ends with a reset: what the checked program has set is gone with it. */
         report_message(machine, "Disabled");
         state_ask_reset(&machine->life, true);
         return STATUS_OK;
@@ -111,6 +112,7 @@ static enum status acknowledge(struct machine *machine, const char *rest) {
     return STATUS_OK;
 }
 
+/* $RST=$, # or *. The defaults are in force immediately; a reset follows when they are stored. */
 static enum status restore(struct machine *machine, const char *what) {
     const unsigned settings = STORED_BIT(STORED_SETTINGS);
     const unsigned offsets = STORED_ALL_OFFSETS | STORED_BIT(STORED_TOOLS);
@@ -146,6 +148,8 @@ static int32_t left_side(const char **text, enum status *status) {
     if (end == NULL || *end != '=')
         return -1;
     *text = end + 1;
+    /* What cannot be a setting's number is INT32_MAX, not an error yet: Grbl reports a value that is no
+     * number first. 65535 is SETTINGS_BEGIN. */
     return number >= 0.0 && number <= 65534.0 && number == (double)(uint16_t)number ? (int32_t)number
                                                                                     : INT32_MAX;
 }
@@ -182,11 +186,11 @@ static enum status startup_line(struct machine *machine, const char *text) {
     status = gcode_line(&machine->interp.gcode, text, &machine->task.command);
     if (status != STATUS_OK)
         status = compute_line(machine, text, status);
-    if (status != STATUS_OK)
-        return status;
-    lines_store_as(&machine->lines, (unsigned)index);
-    task_begin(machine);
-    return STATUS_OK;
+    if (status == STATUS_OK)
+        status = lines_begin_gcode(machine);
+    if (status == STATUS_OK)
+        lines_store_as(&machine->lines, (unsigned)index);
+    return status;
 }
 
 /* ---- motion ---- */
@@ -206,6 +210,8 @@ static enum status jog(struct machine *machine, const char *text) {
     return text[0] == '=' ? jog_begin(machine, text + 1) : STATUS_UNKNOWN_COMMAND;
 }
 
+/* For lines that begin like a command and are none: the table still gives them the state check of their
+ * neighbours, so that the error is Grbl's. */
 static enum status unknown(struct machine *machine, const char *rest) {
     (void)machine;
     (void)rest;
@@ -221,7 +227,7 @@ struct command {
     enum status (*run)(struct machine *machine, const char *rest);
 };
 
-/* The first one that fits counts. */
+/* The first row that fits is taken. */
 static const struct command commands[] = {
     {"", false, ACTION_ASK, help},
     {"$", false, ACTION_LIST_SETTINGS, show_settings},
@@ -250,7 +256,7 @@ static const struct command commands[] = {
     {"", true, ACTION_COMMAND, set},
 };
 
-/* @return what follows behind the command's own characters; NULL: this line is another one */
+/* @return what follows the command's own characters; NULL: this line is another command */
 static const char *rest_of(const struct command *command, const char *text) {
     const size_t length = strlen(command->text);
     if (strncmp(text, command->text, length) != 0 || (!command->more && text[length] != '\0'))
@@ -270,6 +276,7 @@ static enum status run(struct machine *machine, const char *text) {
 
 void command_line(struct machine *machine, const char *line) {
     const enum status status = run(machine, line + 1);
+    /* A line that became a task ($H, $J=, $Nx=) is answered when that ends; $SLP has answered by itself. */
     const bool later = machine->task.stage != TASK_NONE || !machine->lines.open;
     if (status == STATUS_STORE_DAMAGED)
         stored_report(machine);

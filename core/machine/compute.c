@@ -18,6 +18,7 @@ enum status compute_line(struct machine *machine, const char *line, enum status 
     if (status == STATUS_OK)
         status = gcode_line(&machine->interp.gcode, formula.text, &machine->task.command);
     if (status == STATUS_OK)
+        /* Here, although begin_gcode() asks again: assignments of a line that is refused must not count. */
         status = reach_move(machine, &machine->task.command.move);
     if (status == STATUS_OK)
         status = params_set(&machine->interp.params, formula.sets, formula.set_count);

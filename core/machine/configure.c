@@ -50,6 +50,7 @@ static void set_encoder(struct machine *machine) {
         WITH_ENCODER && machine->board.encoder != NULL && settings->encoder_counts > 0;
     float per_rev = machine->interp.gcode.ports.encoder ? (float)settings->encoder_counts : 0.0f;
     if (spindle->per_rev != per_rev)
+        /* Only when it has changed: a reset forgets the speed and angle that threads go by. */
         spindle_reset(spindle, per_rev);
 }
 
@@ -78,6 +79,8 @@ static void apply_motion(struct machine *machine) {
     const float arm_mm[2] = {settings->arm_1_mm, settings->arm_2_mm};
     kinematics_init(&machine->drive.joints.kinematics, (enum kinematics_kind)settings->kinematics, arm_mm,
                     settings->max_travel_mm);
+    /* After kinematics_init(): limits of the tool become those of the joints by it. The host queue gets
+     * the result. */
     joints_limit(&machine->drive.joints, &limits);
     motion_set_limits(&machine->drive.motion, &limits);
     host_set_limits(machine, &limits);
@@ -119,7 +122,8 @@ void configure_apply(struct machine *machine) {
     apply_motion(machine);
 }
 
-/* In this order. Settings with other effects are read where they are needed. */
+/* In this order: the position in mm follows from the steps per mm that apply_motion() has passed on. Settings
+ * with other effects are read where they are needed. */
 static void apply_effects(struct machine *machine, unsigned effects) {
     if ((effects & SETTING_AFFECTS_PROGRAM) != 0)
         apply_program(machine);
@@ -159,6 +163,7 @@ enum status configure_set(struct machine *machine, uint16_t number, double value
         return STATUS_STEP_PULSE_SHORT;
     if (is_pwm_in_use(machine, number))
         return STATUS_PWM_IN_USE;
+    /* Before anything is changed: what the board cannot do is refused as a whole. */
     enum status status = wiring_check(machine, number, value);
     if (status != STATUS_OK)
         return status;

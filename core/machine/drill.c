@@ -36,6 +36,7 @@ enum task_stage drill_poll(struct machine *machine) {
         machine->task.action_pending = !act(machine);
         if (machine->task.action_pending)
             return TASK_CYCLE;
+        /* The task's own dwell, so that a hold can come between; it returns to this stage. */
         if (machine->task.action.kind == CYCLE_ACTION_DWELL) {
             machine->task.after_dwell = TASK_CYCLE;
             return TASK_DWELLING;

@@ -27,16 +27,16 @@ struct machine_drive {
 /** Nothing moves and nothing will before a resume: at rest, or held. */
 bool drive_is_stopped(const struct machine *machine);
 
-/** Have work(arg) done where the step ISR is started and stopped. */
+/** Run work(arg) in the context that starts and stops the step ISR, and wait for it. */
 void drive_on_motion_side(struct machine *machine, void (*work)(void *arg), void *arg);
 
-/** Stop immediately, forget all that was planned and stand where the pins have brought us. */
+/** Stop immediately, discard all that was planned; the position is the steps that have left the pins. */
 void drive_halt(struct machine *machine);
 
-/** The counters are right and motion is at rest: forget all that was planned and continue from `position`. */
+/** Motion is at rest: discard all that was planned and continue from `position`. */
 void drive_stand_at(struct machine *machine, const int32_t position[AXIS_COUNT]);
 
-/** Forget what was planned and stand where the pins have brought us. */
+/** Motion is at rest: discard what was planned and continue from the steps that have left the pins. */
 void drive_drop(struct machine *machine);
 
 /** At rest; if not, nothing more is waited for, so that it comes to rest. */

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT
- * What switches and buttons ask for: alarms, the door, real-time requests. */
+ * Switches and buttons: alarms, the door, real-time requests. */
 #include "machine/guard.h"
 
 #include "machine/inputs.h"

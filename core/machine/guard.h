@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT
- * What switches and buttons ask for: alarms, the door, real-time requests. [task] */
+ * Switches and buttons: alarms, the door, real-time requests. [task] */
 #ifndef WIFICNC_MACHINE_GUARD_H
 #define WIFICNC_MACHINE_GUARD_H
 

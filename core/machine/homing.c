@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT
  * Homing: find the switches, fast and then slowly, and call what was found the end of the travel.
  *
- *   per cycle ($44 ..):  seek -> settle -> level -> back off -> approach -> settle -> level ->
- * back off
+ *   per cycle ($44 ..):  seek     -> settle -> level -> back off ->
+ *                        approach -> settle -> level -> back off
  *
  * Unlike Grbl the axes slow down within their limits when a switch closes: machine_edge_isr() has kept the
  * exact step at which it did, and everything is measured from there. When one of two axes has found its
@@ -23,6 +23,7 @@
 
 #include <string.h>
 
+/* Grbl's HOMING_AXIS_SEARCH_SCALAR and HOMING_AXIS_LOCATE_SCALAR: how far to look for a switch. */
 #define SEEK_TRAVEL       1.5 /* travels */
 #define APPROACH_PULL_OFF 5.0 /* pull-offs */
 
@@ -54,6 +55,8 @@ static void move(struct machine *machine, axis_mask_t axes, const double target_
     unsigned linear = 0;
     for (unsigned ax = 0; ax <= AXIS_Z; ax++)
         linear += axes >> ax & 1;
+    /* Feed is along the path and counts linear axes only; all of them go the same distance, hence the root
+     * of their number, as in Grbl. */
     static const float root[] = {1.0f, 1.0f, 1.41421356f, 1.73205081f};
     struct motion_line line = {.feed_mm_s = rate_mm_min / 60.0f * root[linear],
                                .line = machine->lines.count,
@@ -167,7 +170,10 @@ enum refusal homing_begin(struct machine *machine, axis_mask_t asked) {
         return REFUSAL_PULL_OFF;
     motors_release(machine);
     *homing = (struct homing){.asked = asked, .all = all, .locked = machine->life.state == MACHINE_ALARM};
+    /* From here on, whatever ends homing: where the axes are is known again only in
+     * set_machine_position(). */
     trust_lose(&machine->trust, asked);
+    /* Before overrides_apply(), which reads the state: homing has no overrides. */
     state_go(machine, EVENT_HOME);
     overrides_apply(machine);
     task_enter(&machine->task, TASK_HOMING);

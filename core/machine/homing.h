@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT
  * Homing: find the switches, fast and then slowly, and call what was found the end of the travel.
  *
- *   per cycle ($44 ..):  seek -> settle -> level -> back off -> approach -> settle -> level ->
- * back off
+ *   per cycle ($44 ..):  seek     -> settle -> level -> back off ->
+ *                        approach -> settle -> level -> back off
  *
  * Unlike Grbl the axes slow down within their limits when a switch closes: machine_edge_isr() has kept the
  * exact step at which it did, and everything is measured from there. When one of two axes has found its

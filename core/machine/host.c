@@ -26,6 +26,7 @@
 
 bool machine_host_has_job(const struct machine *machine) {
     bool planned = machine->task.stage != TASK_NONE || !motion_is_planned_out(&machine->drive.motion);
+    /* A host's own jogs and homing run in the planner, too, but are no job of the text side. */
     bool own = machine->host.jog.on || machine->host.jog.waits || machine->host.homing;
     return machine->host.job.step != HOST_JOB_NONE || (planned && !own && !machine->suspend.cancels);
 }
@@ -71,6 +72,8 @@ enum refusal machine_host_lay(struct machine *machine, uint32_t ahead,
     enum refusal refusal = action_may(machine, ACTION_SEGMENTS, ACTOR_HOST);
     bool preempts = refusal == REFUSAL_TEXT && preempt_may(machine);
     *number = queue->head + ahead;
+    /* A job of the text side is the one reason that can be overcome: it slows down, and the segment waits
+     * until then. */
     if (refusal != REFUSAL_NONE && !preempts)
         return refusal;
     if (ahead == 0 && is_pushed_on(machine, segment))
@@ -81,16 +84,21 @@ enum refusal machine_host_lay(struct machine *machine, uint32_t ahead,
     refusal = refusals[host_queue_lay(queue, ahead, &laid)];
     if (refusal != REFUSAL_NONE)
         return refusal;
+    /* Only now that the segment is laid: one that is refused must not stop a job. */
     if (preempts)
         preempt_begin(machine);
     else if (!machine->host.owns)
         machine->host.end_known = false;
+    /* While a job slows down it is not known where these segments begin: preempt.c takes them when it is
+     * at rest. */
     bool taken = machine->host.job.step == HOST_JOB_BRAKES || host_take_segments(machine);
+    /* Also when a later one has left the travel: those before it were taken, and move. */
     if (!preempts && (taken || !host_queue_is_empty(queue)))
         owner_take_over(machine);
     if (taken)
         return REFUSAL_NONE;
     *number = queue->head;
+    /* What was laid beyond it would begin where the machine does not come. */
     host_queue_forget_ahead(queue);
     return REFUSAL_TRAVEL;
 }
@@ -140,6 +148,7 @@ static bool follow_probe(struct machine *machine) {
     if (!host->probing || (hit ? !drive_is_stopped(machine) : more || !machine_is_standing(machine)))
         return false;
     if (hit)
+        /* Before step_watch_probe(), which lets the step ISR keep the next contact. */
         step_probe_position(&machine->drive.step, host->probe_steps);
     else
         machine_position(machine, host->probe_steps);
@@ -168,6 +177,7 @@ static bool follow_discard(struct machine *machine) {
 
 static bool queue_on(struct machine *machine) {
     struct host_queue *queue = &machine->host.queue;
+    /* In every other state a host's motion is held, so `!`, the door and buttons act on it as on a job. */
     bool goes = machine->life.state == MACHINE_IDLE || machine->life.state == MACHINE_RUN;
     host_queue_hold(queue, !goes || machine->host.discards ||
                                (machine->host.probing && machine->drive.step.probe_hit));
@@ -202,6 +212,8 @@ static bool extend_jog(struct machine *machine) {
     const struct settings *settings = &machine->settings;
     int32_t position[AXIS_COUNT];
     float steps_per_mm = settings->steps_per_mm[jog->axis];
+    /* v^2 / (2 a). With the lead, the end of the plan is always farther away than the way to a stop, so
+     * that the jog keeps its speed. */
     float stop_mm = jog->speed_mm_s * jog->speed_mm_s / (2.0f * settings->acceleration_mm_s2[jog->axis]);
     double lead_mm = (double)max_f(stop_mm + jog->speed_mm_s * JOG_LEAD_S, JOG_MIN_STEPS / steps_per_mm);
     machine_position(machine, position);
@@ -245,8 +257,10 @@ enum refusal machine_host_jog(struct machine *machine, unsigned axis, int direct
     jog.speed_mm_s = min_f((float)speed_steps_s / machine->settings.steps_per_mm[axis], most_mm_s);
     bool same =
         host->jog.axis == axis && host->jog.direction == direction && host->jog.speed_mm_s == jog.speed_mm_s;
+    /* A repeated request: to cancel the jog and begin it again would stop the axis. */
     if (host->jog.on && same)
         return REFUSAL_NONE;
+    /* action_may() would refuse it because of the jog that it replaces. */
     bool replaces = host->jog.on || host->jog.waits;
     enum refusal refusal = replaces ? REFUSAL_NONE : action_may(machine, ACTION_JOG, ACTOR_HOST);
     if (refusal != REFUSAL_NONE)
@@ -292,6 +306,7 @@ static bool follow_homing(struct machine *machine) {
     host->homing = false;
     lines_answer_homing(&machine->lines, false); /* no line waits for it */
     const axis_mask_t asked = machine->homing.asked;
+    /* Success is both: homed, and no alarm since. */
     host->homed_ok =
         !machine->life.critical && !machine->life.restart && (machine->trust.axes & asked) == asked;
     return true;
@@ -300,6 +315,7 @@ static bool follow_homing(struct machine *machine) {
 bool host_poll(struct machine *machine) {
     if (!WITH_HOST)
         return false;
+    /* The queue last: whether it is held depends on what the others have found. */
     bool any = preempt_poll(machine);
     any |= follow_homing(machine);
     any |= follow_jog(machine);

@@ -4,9 +4,8 @@
  * While a host owns motion, lines of the text side wait; real-time bytes, switches and buttons act as ever. A
  * host gets motion when nothing else moves; or its segments lie ready until the job of the text side has
  * slowed down along its path, and that waits (machine/preempt.c). It releases motion by
- * machine_host_release(). Who may be that host
- * is the session's business (session/session.h). Everything here answers immediately; what is refused changes
- * nothing. */
+ * machine_host_release(). Who may be that host is the session's business (session/session.h). Everything here
+ * answers immediately; what is refused changes nothing. */
 #ifndef WIFICNC_MACHINE_HOST_H
 #define WIFICNC_MACHINE_HOST_H
 

@@ -24,6 +24,8 @@ void host_set_limits(struct machine *machine, const struct motion_limits *limits
     host_queue_set_limits(&machine->host.queue, &queue_limits);
 }
 
+/* Segments are relative; where they lead is kept as an absolute position, in 64 bits, because a host may
+ * send more steps than a counter holds (is_reachable() refuses them). */
 static void know_end(struct machine *machine) {
     struct machine_host *host = &machine->host;
     int32_t position[AXIS_COUNT];
@@ -59,10 +61,14 @@ static void watch_probe(struct machine *machine, const struct host_queue_slot *s
     if ((slot->flags & SEGMENT_PROBE) == 0 || host->probing)
         return;
     host->probing = true;
+    /* Before the segment is taken: the step ISR may look at the probe as soon as the first span of it is
+     * published. */
     hal_probe_watch(machine->hal, machine->settings.probe_invert);
     step_watch_probe(&machine->drive.step);
 }
 
+/* Here, not when a segment is laid: segments may come in any order, and only in order is it known where
+ * they end. */
 bool host_take_segments(struct machine *machine) {
     struct machine_host *host = &machine->host;
     const struct host_queue_slot *slot;
@@ -100,6 +106,8 @@ static bool find_line(const struct machine *machine, uint32_t *line) {
     return active || now.left > 0 || waits;
 }
 
+/* By the pins, not by the queue's tail: the tail has passed segments whose slices are published and not
+ * stepped. */
 uint32_t machine_host_done(const struct machine *machine) {
     const struct host_queue *queue = &machine->host.queue;
     uint32_t line;
@@ -128,6 +136,8 @@ void host_discard_queue(struct machine *machine) {
     host->end_known = false;
 }
 
+/* As host_discard_queue(), and nothing is the host's any more. done_at_drop is noted already: drive.c has
+ * done it before the step engine's line was forgotten. */
 void host_drop(struct machine *machine) {
     if (!WITH_HOST)
         return;

@@ -14,6 +14,8 @@ axis_mask_t inputs_ganged(const struct machine *machine) {
     return ganged != NULL ? (axis_mask_t)(ganged->axes & machine->interp.gcode.axes) : 0;
 }
 
+/* One byte of switch_lines.limits each: minimum, maximum, and both again of second motors, which count
+ * only for axes that have one. */
 static axis_mask_t limits_of(const struct machine *machine, struct switch_lines lines) {
     uint32_t first = lines.limits | lines.limits >> 8, second = lines.limits >> 16 | lines.limits >> 24;
     return (axis_mask_t)((first | (second & inputs_ganged(machine))) & machine->interp.gcode.axes);
@@ -23,6 +25,7 @@ axis_mask_t inputs_limits(const struct machine *machine) {
     return limits_of(machine, machine->edges.switches.closed);
 }
 
+/* The switch that homing runs to: the home switch, or of an axis without one the limit at its end by $23. */
 static axis_mask_t homing_of(const struct machine *machine, struct switch_lines lines, unsigned motor) {
     uint32_t limits = motor == FIRST_MOTOR ? lines.limits : lines.limits >> 16;
     uint32_t home = motor == FIRST_MOTOR ? lines.homes : lines.homes >> 8;
@@ -93,6 +96,7 @@ static void take_switches(struct machine *machine, struct switch_lines waited) {
     edges->known = limits;
     if ((fresh & hard_limits(machine)) != 0)
         edges->hard_limit = true;
+    /* In the interrupt, not in the poll that reports it: the machine stops also when every task is late. */
     if (edges->estop || edges->hard_limit)
         step_halt(&machine->drive.step);
     for (unsigned motor = 0; motor < MOTOR_COUNT; motor++)

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT
- * What a program has set so far, where others than its lines change it. */
+ * The program's modes and offsets, where something other than its lines changes them. */
 #include "machine/interp.h"
 
 #include "machine/actions.h"
@@ -41,6 +41,7 @@ static void know(struct gcode_modal *modal, const struct outputs_wish *to, uint8
 
 void interp_know_wish(struct machine *machine, const struct outputs_wish *to, uint8_t coolant) {
     know(&machine->interp.gcode.modal, to, coolant);
+    /* A job that waits keeps what its line had set; it gets its own outputs back (preempt.c). */
     if (!machine->host.owns)
         know(&machine->task.command.next, to, coolant);
 }
@@ -65,6 +66,7 @@ void interp_check(struct machine_interp *interp, bool begins) {
 void interp_take_probe(struct machine_interp *interp, const struct gcode_command *line,
                        const double probe_mm[AXIS_COUNT], bool ok) {
     double offset_mm[AXIS_COUNT];
+    /* The line's modes are not in force yet (task.c), but #5061 are in the work coordinates of this line. */
     interp->gcode.modal.wcs = line->next.wcs;
     gcode_work_offset_mm(&interp->gcode, offset_mm);
     for (unsigned ax = 0; ax < AXIS_COUNT; ax++)

@@ -21,6 +21,7 @@ enum status jog_begin(struct machine *machine, const char *text) {
         return status;
     if (!reach_in_travel(machine, command->move.target_mm))
         return STATUS_JOG_TRAVEL;
+    /* Before overrides_apply(): jogs run without overrides, and the state says so. */
     state_go(machine, EVENT_JOG);
     overrides_apply(machine);
     task_enter(&machine->task, TASK_JOG);
@@ -54,6 +55,7 @@ void jog_cancel(struct machine *machine) {
 
 void jog_end_cancel(struct machine *machine) {
     suspend_cancel(&machine->suspend, false);
+    /* What is left of the cancelled jogs is given up; the planner continues from where the axes are. */
     drive_drop(machine);
     state_go(machine, EVENT_REST); /* a door that cancelled it stays open */
     overrides_apply(machine);

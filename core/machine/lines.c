@@ -17,8 +17,7 @@
 
 #include <stddef.h>
 
-/* The line was resolved into machine->task.command. */
-static void begin_gcode(struct machine *machine) {
+enum status lines_begin_gcode(struct machine *machine) {
     const struct gcode_command *command = &machine->task.command;
     enum status status = reach_move(machine, &command->move);
     if (status == STATUS_OK)
@@ -26,12 +25,19 @@ static void begin_gcode(struct machine *machine) {
     if (command->port >= 0 && command->port_kind == PORT_DIGITAL_OUT &&
         (torque_mask(machine) >> command->port & 1) != 0)
         status = STATUS_NO_PORT; /* it is a torque line */
-    if (status == STATUS_OK) {
-        wiring_report_coolant(machine);
-        task_begin(machine);
-    } else {
+    if (status != STATUS_OK)
+        return status;
+    wiring_report_coolant(machine);
+    task_begin(machine);
+    return STATUS_OK;
+}
+
+/* @param status  of the line so far */
+static void begin_gcode(struct machine *machine, enum status status) {
+    if (status == STATUS_OK)
+        status = lines_begin_gcode(machine);
+    if (status != STATUS_OK)
         answer_line(machine, status);
-    }
 }
 
 static void take_gcode(struct machine *machine, const char *line) {
@@ -42,10 +48,7 @@ static void take_gcode(struct machine *machine, const char *line) {
     enum status status = gcode_line(&machine->interp.gcode, line, &machine->task.command);
     if (status != STATUS_OK)
         status = compute_line(machine, line, status);
-    if (status == STATUS_OK)
-        begin_gcode(machine);
-    else
-        answer_line(machine, status);
+    begin_gcode(machine, status);
 }
 
 /* Begin the next startup line after the banner or homing. @return false: none exists */
@@ -122,7 +125,7 @@ static size_t take_plain(struct machine *machine, const uint8_t *bytes, size_t c
         return 0;
     line_reader_pass(&machine->lines.reader, (uint8_t)*end);
     open_line(machine);
-    begin_gcode(machine);
+    begin_gcode(machine, STATUS_OK);
     return (size_t)((const uint8_t *)end - bytes) + 1;
 }
 

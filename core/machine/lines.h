@@ -40,7 +40,7 @@ static inline void lines_flush_jogs(struct machine_lines *lines) {
     lines->flushing = true;
 }
 
-/** $H is done: it is answered behind the startup lines; or no one waits for that. */
+/** $H is done: it is answered after the startup lines; or no one waits for that. */
 static inline void lines_answer_homing(struct machine_lines *lines, bool answers) {
     lines->homed_line = answers;
 }
@@ -67,6 +67,10 @@ static inline bool lines_drop(struct machine_lines *lines) {
     lines->open = false;
     return waits;
 }
+
+/** Begin the line that was resolved into machine->task.command.
+ * @return why this machine cannot do it, and nothing has happened; or STATUS_OK: its task answers */
+enum status lines_begin_gcode(struct machine *machine);
 
 /** Carry on with the line that is under way, or begin the next ones, until something must be waited for.
  * @return true when anything was done */

@@ -81,6 +81,8 @@ static void list_word(struct machine *machine, const char *letter, int32_t numbe
     text_int(&machine->out, number);
 }
 
+/* The order of the groups is Grbl's; senders parse the line by the codes, and a mode that Grbl does not
+ * have is listed only while it is in force. */
 static void list_motion(struct machine *machine) {
     const struct gcode_modal *modal = &machine->interp.gcode.modal;
     static const char *const names[] = {

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT
  * One machine: owns every part, moves bytes to steps by polling, answers every line once. [task]
  *
- *   bytes -> rx -> line reader -> command ($) or G-code -> task (stages) -> motion -> segment ring -> prep ->
- * step ISR
+ *   bytes -> rx -> line reader -> command ($) or G-code -> task (stages) ->
+ *   motion -> segment ring -> prep -> step ISR
  *
  * Nothing here blocks. A line that must wait (look-ahead full, dwell, M0) stays the current task; each poll
  * carries it on as far as it goes, and the next line is not read before it is answered. */
@@ -64,7 +64,7 @@ bool machine_is_standing(const struct machine *machine);
 /** No motion planned, queued or being stepped. */
 bool machine_is_at_rest(const struct machine *machine);
 
-/** What a client that connects must know, each for a [MSG:]: stored data that is damaged, which alarm has
+/** For a client that connects, each the text of a [MSG:]: stored data that is damaged, which alarm has
  * locked the machine and what ends it, a job that is held because its sender was lost or that pauses, a
  * remote host that commands. @param number  0, 1, .. until it returns false: nothing more, and text is empty
  */

@@ -35,6 +35,7 @@ axis_mask_t torque_mask(const struct machine *machine) {
 void motor_current_poll(struct machine *machine) {
     struct machine_motor_current *current = &machine->motor_current;
     uint32_t now_us = hal_time_us(machine->hal);
+    /* When the last step of what is published now will have left the pins, and $84 later. */
     uint32_t after_us = ahead_queued_us(&machine->drive.motion.ahead) + SPANS_US +
                         machine->settings.torque_delay_ms * US_PER_MS;
     unsigned fresh = fresh_axes(machine), full = current->full | fresh;

@@ -37,6 +37,8 @@ bool motors_poll(struct machine *machine) {
     struct machine_motors *motors = &machine->motors;
     uint32_t now_us = hal_time_us(machine->hal);
     bool on = wanted(machine, now_us);
+    /* A driver needs time between enable and the first step (motors_wake_us); until then no batch is cut
+     * into spans. */
     if (on && !motors->on) {
         motors->awake = false;
         motors->woken_us = now_us;

@@ -30,6 +30,7 @@ bool moves_push(struct machine *machine, const double target_mm[AXIS_COUNT], boo
         .rpm = laser_s(machine),
         .spent_mm = machine->task.stage == TASK_ARC ? machine->settings.arc_tolerance_mm : 0.0f,
         .flags = line_flags(machine, rapid)};
+    /* Check mode ends here: all checks of a move have been made, and nothing is planned. */
     if (machine->life.state == MACHINE_CHECK)
         return true;
     for (unsigned ax = 0; ax < AXIS_COUNT; ax++)

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT
- * What a client that comes later must know: why the machine is locked, held or commanded by someone else.
+ * For a client that connects later: why the machine is locked, held or commanded by someone else.
  * The messages of that moment are gone, and a status report has the state without its cause. */
 #include "machine/notice.h"
 
@@ -65,6 +65,7 @@ static bool put_host(const struct machine *machine, const struct text_out *out) 
     return machine->host.owns || machine->host.job.step == HOST_JOB_WAITS;
 }
 
+/* In the order in which they are shown: what locks the machine before what only waits. */
 static source_fn *const sources[] = {put_damage, put_lock, put_sender, put_pause, put_host};
 enum { SOURCE_COUNT = sizeof sources / sizeof sources[0] };
 

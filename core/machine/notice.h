@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT
- * What a client that comes later must know: why the machine is locked, held or commanded by someone else.
+ * For a client that connects later: why the machine is locked, held or commanded by someone else.
  * The messages of that moment are gone, and a status report has the state without its cause. [task] */
 #ifndef WIFICNC_MACHINE_NOTICE_H
 #define WIFICNC_MACHINE_NOTICE_H

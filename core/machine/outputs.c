@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT
- * Spindle (or laser) and coolant: from what was asked for to what the pins show. */
+ * Spindle (or laser) and coolant: from what was commanded to the levels of the pins. */
 #include "machine/outputs.h"
 
 #include "machine/laser.h"
@@ -56,8 +56,10 @@ void outputs_set(struct machine *machine, enum gcode_spindle spindle, float rpm,
     outputs->rpm = rpm;
     outputs->coolant = coolant;
     outputs->laser = machine->settings.laser_mode;
+    /* A command ends the aiming beam; laser_aim() may start it again after this. */
     outputs->aims = outputs->aim_time.on = false;
     outputs_apply(machine);
+    /* From a command on the measured speed is not steady, and no thread begins until it is again. */
     spindle_disturb(&machine->drive.motion.emit.spindle, hal_time_us(machine->hal));
     report_changed_override(machine);
 }

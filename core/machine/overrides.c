@@ -34,6 +34,7 @@ static float feed_factor(const struct machine *machine) {
 }
 
 void overrides_apply(struct machine *machine) {
+    /* As in Grbl. The state must have been changed before this is called. */
     bool plain = machine->life.state == MACHINE_JOG || machine->life.state == MACHINE_HOME ||
                  machine->task.stage == TASK_PROBING;
     float feed = plain ? 1.0f : (float)overrides_feed_pct(machine) * 0.01f * feed_factor(machine);

@@ -24,6 +24,7 @@ float machine_speed_mm_s(const struct machine *machine) {
     if (!machine->drive.step.active)
         return 0.0f;
     for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
+        /* Increments are in proportion to the speeds of the axes, which is all that a direction needs. */
         int32_t way = (int32_t)(now.increment[span_word(ax)] >> span_shift(ax) & 0xFFFFu);
         way_steps[ax] = (now.negative >> ax & 1) != 0 ? -way : way;
     }

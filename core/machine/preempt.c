@@ -43,6 +43,8 @@ static bool can_pause(const struct machine *machine) {
     case TASK_LOCKED:
         return false;
     default:
+        /* M66 waits for an input at this place; a tool in a thread cannot leave it; and M53 P0 forbids
+         * holds. */
         return !machine->task.input_awaited && !machine->spindle_sync.cutting &&
                (machine->interp.gcode.modal.overrides & OVERRIDE_HOLD) != 0;
     }
@@ -74,6 +76,8 @@ void preempt_begin(struct machine *machine) {
     } else if (host->job.step == HOST_JOB_WAITS && !host->owns) {
         host->owns = true;
         host->end_known = false;
+        /* The hold was only that of the release. One that the operator has asked for stays: the host's
+         * motion then begins held. */
         if (host->job.by_release)
             (void)state_go(machine, EVENT_RESUME);
         report_message(machine, "Remote host controls motion: job paused");
@@ -105,6 +109,8 @@ static void keep_outputs(struct machine *machine) {
         outputs_set(machine, SPINDLE_OFF, 0.0f, outputs->coolant); /* the host's moves are no cuts */
 }
 
+/* Segments that waited: their travel is checked only now, because it was not known where the job would
+ * stop. */
 static void take_laid(struct machine *machine) {
     struct machine_host *host = &machine->host;
     if (host_take_segments(machine))
@@ -120,7 +126,9 @@ static bool hand_over(struct machine *machine) {
     struct host_suspended *job = &host->job;
     if (!drive_is_stopped(machine) || (machine->life.state != MACHINE_HOLD && !goes(machine)))
         return false;
+    /* The state was Hold while the job slowed down; a host's motion runs in Idle or Run. */
     (void)state_go(machine, job->hold_asked ? EVENT_HOLD : EVENT_RESUME);
+    /* Before any segment of the host: to this step the axes return. */
     machine_position(machine, job->left_steps);
     keep_outputs(machine);
     host->owns = true;
@@ -187,12 +195,14 @@ void preempt_resume(struct machine *machine) {
 /* Steps back to where the job was left, at most what takes LEG_MAX_S. */
 static int32_t way_back(const struct machine *machine, const int32_t position[AXIS_COUNT], unsigned axis) {
     float rate = machine->host.queue.limits.rate_steps_s[axis];
+    /* 1e9 keeps the way within int32_t; + 1 so that a very slow axis comes nearer with each leg. */
     int64_t most = (int64_t)min_f(rate * LEG_MAX_S, 1e9f) + 1;
     int64_t way = (int64_t)machine->host.job.left_steps[axis] - position[axis];
     return (int32_t)(way > most ? most : way < -most ? -most : way);
 }
 
-/* Up before the others, down behind them. @return false: it is there */
+/* The tool leaves the work before it moves sideways: up before the other axes, down after them.
+ * @return false: it is there */
 static bool next_leg(const struct machine *machine, int32_t steps[AXIS_COUNT]) {
     int32_t position[AXIS_COUNT];
     bool others = false;
@@ -210,6 +220,8 @@ static bool next_leg(const struct machine *machine, int32_t steps[AXIS_COUNT]) {
     return others || steps[AXIS_Z] != 0;
 }
 
+/* A rapid by the host queue, which keeps the accelerations: the planner still has the look-ahead of the
+ * job. */
 static bool go_leg(struct machine *machine) {
     struct host_queue *queue = &machine->host.queue;
     struct host_queue_segment leg = {.flags = SEGMENT_RAPID | SEGMENT_LAST};

@@ -47,6 +47,7 @@ enum task_stage probe_begin(struct machine *machine) {
         reset_alarm(machine, ALARM_PROBE_CLOSED);
         return TASK_ALARMED;
     }
+    /* The level to look for, then the watch itself, then motion: the ISR looks with the first span. */
     hal_probe_watch(machine->hal, machine->settings.probe_invert != is_away(machine));
     step_watch_probe(&machine->drive.step);
     task_enter(&machine->task, TASK_PROBING);
@@ -59,6 +60,8 @@ static void finish(struct machine *machine, bool found) {
     if (machine->drive.step.probe_hit)
         step_probe_position(&machine->drive.step, machine->probe.steps);
     else if (found || may_miss(machine))
+        /* Seen only at rest, or allowed to miss: then the place is where the axes are. As in Grbl, a G38.2
+         * that fails leaves the place of the probe before. */
         machine_position(machine, machine->probe.steps);
     machine->probe.ok = found;
     double found_mm[AXIS_COUNT];

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT
- * What the controller says of its own accord, and the status report. */
+ * What the controller prints without a request, and the parts that the status report is made of. */
 #include "machine/report.h"
 
 #include "machine/axes.h"

@@ -38,6 +38,7 @@ void machine_lock(struct machine *machine) {
 }
 
 static void stop(struct machine *machine) {
+    /* First, and all else after it: nothing below may take time while pulses still leave the pins. */
     drive_halt(machine);
     report_changed_offset(machine); /* with it comes which axes are trusted */
     suspend_cancel(&machine->suspend, false);

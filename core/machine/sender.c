@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT
- * The sender that commands is gone. No one sees what moves, turns or burns, so a jog ends, a program is held
+ * The sender in control is gone. No one sees what moves, turns or burns, so a jog ends, a program is held
  * and its spindle and coolant stop, until someone else comes and resumes or resets. */
 #include "machine/sender.h"
 

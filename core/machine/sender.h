@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT
- * The sender that commands is gone. No one sees what moves, turns or burns, so a jog ends, a program is held
+ * The sender in control is gone. No one sees what moves, turns or burns, so a jog ends, a program is held
  * and its spindle and coolant stop, until someone else comes and resumes or resets. [task] */
 #ifndef WIFICNC_MACHINE_SENDER_H
 #define WIFICNC_MACHINE_SENDER_H
@@ -35,10 +35,10 @@ static inline bool sender_take_homing_lost(struct machine_client *client) {
 /** @return true when it came further */
 bool sender_lost_poll(struct machine *machine);
 
-/** No one sees the axes move any more: alarm 6, and the banner says why. */
+/** No one sees the axes move any more: alarm 6, and a message after the banner. */
 void sender_stop_homing(struct machine *machine);
 
-/** What a client that connects must know, without [MSG: ]; NULL: nothing. */
+/** The text for a client that connects, without [MSG: ]; NULL: the sender is not lost. */
 const char *sender_notice(const struct machine *machine);
 
 #endif

@@ -21,6 +21,7 @@ static uint16_t pulse_us(const struct machine *machine) {
     if (settings->servo_axis == 0 || ax >= machine->board.axis_count || settings->max_travel_mm[ax] <= 0.0f)
         return 0;
     machine_position(machine, steps);
+    /* By the steps that have left the pins, not by the plan: the pen moves with the other axes. */
     float part = (float)steps[ax] / (settings->steps_per_mm[ax] * settings->max_travel_mm[ax]) + 1.0f;
     part = max_f(0.0f, min_f(part, 1.0f));
     float least_us = settings->servo_low_us, most_us = settings->servo_high_us;

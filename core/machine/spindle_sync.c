@@ -46,6 +46,7 @@ void spindle_sync_note_feed(struct machine *machine) {
     if (nominal == thread->per_rev_nominal)
         return;
     thread->per_rev_nominal = nominal;
+    /* From creeping up to the speed that the encoder shows (watch_feed()): the spindle may not turn yet. */
     thread->per_rev_factor = MIN_FACTOR;
     overrides_apply(machine);
 }
@@ -63,6 +64,7 @@ static void watch_feed(struct machine *machine, uint32_t now_us) {
     float rev_s = fabsf(spindle_rev_s(&machine->drive.motion.emit.spindle, now_us));
     float factor = rev_s / thread->per_rev_nominal;
     factor = factor < MIN_FACTOR ? MIN_FACTOR : factor > MAX_FACTOR ? MAX_FACTOR : factor;
+    /* Only changes that matter: each one times the whole look-ahead again. */
     if (fabsf(factor - thread->per_rev_factor) > FACTOR_CHANGE * thread->per_rev_factor) {
         thread->per_rev_factor = factor;
         overrides_apply(machine);
@@ -115,6 +117,8 @@ static void limit(const struct machine *machine, float rpm, struct gear_path *pa
     bool tapers = path->depth_mm > 0.0f;
     path->speed_mm_s = path->accel_mm_s2 = path->bend_mm = 1e9f;
     for (unsigned ax = 0; ax < limits->axis_count; ax++) {
+        /* This joint's share of a mm along the drive line, and of a mm of depth; in a taper both add up,
+         * with `slope` mm of depth for each mm along. */
         float along = (float)fabs(path->drive_mm[ax]) / path->way_mm;
         float into = tapers ? (float)fabs(path->into_mm[ax]) / path->depth_mm : 0.0f;
         float all = along + into * path->slope, accel_mm_s2 = limits->accel_mm_s2[ax];
@@ -185,6 +189,8 @@ enum status spindle_sync_check(const struct machine *machine, const struct gcode
     bool cycle = move->thread.kind == THREAD_CYCLE; /* along the drive line */
     lay_path(machine, command, from_mm, cycle ? move->target_mm : move->via_mm, depth_mm, &path);
     float rev_s = asked_rpm(machine, command) * (1.0f / 60.0f);
+    /* All passes of a cycle are equally long: what a pass begins later, or ends earlier, is slide * depth
+     * together (gcode/thread.c). */
     float way_mm = path.way_mm - move->thread.slide * move->thread.depth_mm;
     bool fits =
         !(path.entry || path.exit) || (float)(path.entry + path.exit) * gear_taper_mm(&path) <= way_mm;
@@ -198,6 +204,8 @@ bool spindle_sync_defers(struct machine *machine) {
         return false;
     struct gear *gear = &machine->drive.motion.emit.gear;
     struct machine_spindle_sync *thread = &machine->spindle_sync;
+    /* A pass that still waits for the spindle has not touched the work: it is given up, and begins again
+     * after the resume. */
     if (gear->phase == GEAR_WAITS) {
         gear_stop(gear);
         thread->again = true;
@@ -221,6 +229,7 @@ static void begin_pass(struct machine *machine, const double to_mm[AXIS_COUNT], 
     struct gear_path path;
     lay_path(machine, &machine->task.command, machine->drive.joints.tool_mm, to_mm, depth_mm, &path);
     motion_gear(&machine->drive.motion, &path);
+    /* At rest: this pass begins with the next start of the step timer. */
     gear_clock(&machine->drive.motion.emit.gear, hal_time_us(machine->hal), true, 0, machine->drive.starts);
     timer_start(machine, &thread->patience, PATIENCE_US);
     thread->cutting = true;
@@ -237,6 +246,7 @@ static void await_spindle(struct machine *machine, uint32_t now_us) {
     bool found = state.index_seen || !machine->board.encoder->has_index;
     if (emit->gear.may_start || rev_s <= 0.0f || !found || !spindle_is_steady(&emit->spindle, now_us))
         return;
+    /* Each pass counts the angle from the same mark, so that all of them cut the same thread. */
     if (machine->board.encoder->has_index)
         spindle_set_zero(&emit->spindle, state.index_counts);
     gear_start(&emit->gear);
@@ -257,6 +267,8 @@ static void tap(struct machine *machine, uint32_t now_us) {
     const struct machine_spindle_sync *thread = &machine->spindle_sync;
     double line_mm = gear_line_mm(&emit->gear, &emit->spindle, now_us);
     float rev_s = spindle_rev_s(&emit->spindle, now_us) * (float)emit->gear.path.sense;
+    /* By the angle of the spindle, not by the axis: the axis follows it in any case, and the spindle needs
+     * time to turn. */
     if (thread->step == THREAD_PASSING && line_mm >= (double)emit->gear.path.way_mm) {
         turn_spindle(machine, true);
         enter(machine, THREAD_OUT);
@@ -274,6 +286,8 @@ static void watch_pass(struct machine *machine, uint32_t now_us) {
     struct machine_spindle_sync *thread = &machine->spindle_sync;
     float rev_s = spindle_rev_s(&emit->spindle, now_us) * (float)emit->gear.path.sense;
     bool waits = emit->gear.phase == GEAR_WAITS;
+    /* As long as the spindle turns in the direction of this step, a standstill of STANDING_US is still
+     * allowed. Before, and while it turns round, PATIENCE_US of the command counts. */
     if (!waits &&
         (thread->step == THREAD_OUT ? rev_s < 0.0f : thread->step == THREAD_PASSING && rev_s > 0.0f))
         timer_start(machine, &thread->patience, STANDING_US);
@@ -307,6 +321,8 @@ static enum task_stage next_action(struct machine *machine) {
     struct machine_spindle_sync *thread = &machine->spindle_sync;
     for (;;) {
         const struct thread_action *action = &thread->action;
+        /* A pass and its withdrawal are done: the tool is out of the work. A hold or the door that has
+         * waited comes now, and afterwards the cycle continues here. */
         if (thread->cutting && !thread_withdraws(&thread->cycle) && !thread->action_pending) {
             if (!drive_rest_reached(machine))
                 return TASK_THREAD;
@@ -335,6 +351,7 @@ static enum task_stage next_action(struct machine *machine) {
 /* What follows when the axes rest after a pass. */
 static enum task_stage end_pass(struct machine *machine) {
     struct machine_spindle_sync *thread = &machine->spindle_sync;
+    /* The planner has not seen this motion: it continues from where the axes are. */
     drive_drop(machine);
     enter(machine, THREAD_NEXT);
     if (thread->again)

@@ -47,6 +47,7 @@ void square_search(struct machine *machine) {
         edges->latched[motor] = 0;
         homing->found[motor] = 0;
     }
+    /* Last: from here on the edge interrupts write mark, at and latched. */
     edges->latch[FIRST_MOTOR] = homing->axes;
     edges->latch[SECOND_MOTOR] = homing->axes & inputs_ganged(machine);
     inputs_look(machine); /* one that is closed already counts from here */
@@ -77,6 +78,7 @@ bool square_take(struct machine *machine) {
     unsigned second = homing->found[SECOND_MOTOR];
     homing->left = (axis_mask_t)(homing->axes & ~(first & (second | ~ganged)));
     unsigned half = (first ^ second) & homing->axes & ganged;
+    /* At rest, so that the motor that waits misses no step of a ramp. */
     motors_hold(machine, (axis_mask_t)(first & half), (axis_mask_t)(second & half));
     return news;
 }
@@ -91,6 +93,7 @@ double square_reach_mm(const struct machine *machine, unsigned axis) {
     const struct homing *homing = &machine->homing;
     double most_mm = CROOKED_TRAVEL * (double)settings->max_travel_mm[axis];
     most_mm = most_mm < CROOKED_MIN_MM ? CROOKED_MIN_MM : most_mm > CROOKED_MAX_MM ? CROOKED_MAX_MM : most_mm;
+    /* How far the motor that still looks is ahead of the one that waits. */
     int32_t ahead = homing->motor[SECOND_MOTOR][axis] - homing->motor[FIRST_MOTOR][axis];
     if (has(machine->motors.held[SECOND_MOTOR], axis))
         ahead = -ahead;
@@ -116,6 +119,8 @@ void square_level(struct machine *machine, int32_t steps[AXIS_COUNT]) {
             continue;
         int32_t first = way_back(machine, FIRST_MOTOR, ax), second = way_back(machine, SECOND_MOTOR, ax);
         bool second_goes = axes_direction(machine, ax) > 0.0 ? second < first : second > first;
+        /* The difference of both ways: after it both are equally far from their pull-off
+         * (square_back_off()). */
         steps[ax] = second_goes ? second - first : first - second;
         wait[second_goes ? FIRST_MOTOR : SECOND_MOTOR] |= 1u << ax;
     }

@@ -107,6 +107,7 @@ static void report_now_and_then(struct machine *machine, const double offset_mm[
     if (machine->reports.wco_wait == 0) {
         machine->reports.wco_wait = busy ? WCO_BUSY : WCO_IDLE;
         if (machine->reports.ov_wait == 0)
+            /* Counted down below: the overrides come with the next report. */
             machine->reports.ov_wait = 1;
         text_string(&machine->out, "|WCO:");
         report_axes(machine, offset_mm);

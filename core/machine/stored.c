@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
  * What survives a power cut: settings, offsets, startup lines and the text of $I, read at power-on. What
- * could not be read is reported until the user acknowledges it. Writing: keep_write.c. */
+ * could not be read is reported until the user acknowledges it. Writing: stored_write.c. */
 #include "machine/stored.h"
 
 #include "machine/list.h"
@@ -37,6 +37,8 @@ static bool load_offsets(struct machine *machine) {
     enum store_result result = load(machine, STORED_OFFSETS, &kept, sizeof kept);
     if (result != STORE_FOUND)
         return result == STORE_EMPTY;
+    /* A sound CRC is not enough: another firmware may have stored values that this one would refuse when
+     * typed. */
     if (!are_coordinates(kept.row_mm[0], (KEPT_WCS + 2) * AXIS_COUNT))
         return false;
     memcpy(offsets->wcs_mm, kept.row_mm, KEPT_WCS * sizeof offsets->wcs_mm[0]);
@@ -74,6 +76,7 @@ static bool load_lines(const struct machine *machine, enum stored_key key, char 
     enum store_result result = load(machine, key, lines, count * GRBL_LINE_SIZE);
     bool good = result == STORE_FOUND;
     for (unsigned line = 0; line < count; line++)
+        /* A line without its end would be read beyond the array. */
         if (!good || memchr(lines[line], '\0', GRBL_LINE_SIZE) == NULL)
             lines[line][0] = '\0';
     return result != STORE_DAMAGED;
@@ -99,6 +102,7 @@ void stored_load(struct machine *machine) {
             machine->stored.damaged |= (uint16_t)(1u << key);
     if (!stored_is_damaged(machine))
         return;
+    /* As Grbl at power-on with a damaged EEPROM: error:7, then all settings. */
     text_string(&machine->out, "error:7\r\n");
     list_settings(machine);
 }

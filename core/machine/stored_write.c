@@ -84,6 +84,7 @@ static void finish(struct machine *machine) {
         report_message(machine, "'$H'|'$X' to unlock");
     if (follow == STORED_FOLLOW_RESET) {
         report_message(machine, "Restoring defaults");
+        /* A reset that came while the store was busy does it already. */
         state_ask_reset(&machine->life, !machine->life.restart);
     }
     if (answers)
@@ -118,7 +119,10 @@ static void take_copied(struct machine *machine, enum hal_store_state state) {
 /* The damaged data is the only copy of itself: it is copied before anything is written. */
 static void begin_copy(struct machine *machine) {
     struct store store = stored_records(machine);
+    /* Also what was not asked for: values that could not be read are written again as they are in force
+     * now. */
     machine->stored.keys |= machine->stored.damaged;
+    /* Before the copy is done: a failure of the copy must not keep the machine locked. */
     machine->stored.damaged = 0;
     machine->stored.step = STORED_COPIES;
     state_show_alarm(&machine->life, ALARM_NONE);

@@ -27,6 +27,8 @@ void suspend_hold(struct machine *machine) {
         jog_cancel(machine);
     else if (machine->life.state == MACHINE_RUN &&
              ((machine->interp.gcode.modal.overrides & OVERRIDE_HOLD) == 0 || spindle_sync_defers(machine)))
+        /* Not possible here: M53 P0 is in force, or the tool is in a thread. suspend_release() does it
+         * when it is. */
         machine->suspend.hold_waits = true;
     else if (state_go(machine, EVENT_HOLD))
         motion_hold(&machine->drive.motion);

@@ -15,6 +15,8 @@ static struct switch_lines lines_without(struct switch_lines a, struct switch_li
     return (struct switch_lines){.limits = a.limits & ~b.limits, .homes = a.homes & ~b.homes};
 }
 
+/* One bit each, 1 = closed whatever the polarity, so that all switches are debounced by a few word
+ * operations. */
 struct switch_lines switch_lines_of(const struct hal_switches *levels, bool active_high) {
     const uint32_t axes = (1u << AXIS_COUNT) - 1, flip = active_high ? 0 : axes * 0x01010101u;
     return (struct switch_lines){
@@ -36,6 +38,8 @@ struct switch_lines switches_edge(struct switches *switches, struct switch_lines
         switches->waiting = switches->due = (struct switch_lines){0, 0};
         return switches->waiting;
     }
+    /* Only closing waits for the filter time: interference must not stop a job. Where a line has closed is
+     * marked by the caller at its edge (`fresh`), because homing measures from there. */
     switches->closed = lines_both(switches->closed, lines_either(stable, pins));
     struct switch_lines waiting = lines_without(pins, switches->closed);
     struct switch_lines fresh = lines_without(waiting, switches->waiting);

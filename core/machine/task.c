@@ -47,6 +47,8 @@ static void begin_curve(struct machine *machine) {
     else
         arc_begin(&machine->task.arc, machine->interp.gcode.position_mm, move, tolerance_mm);
     machine->task.arc_feed_mm_s = move->feed_mm_s;
+    /* G93: F is the time of the whole curve, so its chords get a feed. Only arcs: splines refuse G93
+     * (gcode/resolve_spline.c). */
     if (move->inverse_time_s > 0.0f)
         machine->task.arc_feed_mm_s = (float)arc_length_mm(&machine->task.arc) / move->inverse_time_s;
     machine->task.arc_pending = false;
@@ -63,6 +65,8 @@ static enum task_stage push_curve(struct machine *machine) {
     for (;;) {
         if (!machine->task.arc_pending && !next_point(machine))
             return TASK_NONE;
+        /* Each point of a curve, not only its end: an arc may bulge out of the travel. A point that waits
+         * for room was checked when it was made. */
         if (!machine->task.arc_pending && reach_leaves_travel(machine, machine->task.arc_point_mm))
             return TASK_SOFT_LIMIT;
         machine->task.arc_pending =
@@ -83,6 +87,8 @@ static enum task_stage stage_after_move(const struct machine *machine) {
     return machine->task.command.flow == FLOW_RUN ? TASK_NONE : TASK_FLOW;
 }
 
+/* The N word for reports (notes.h). Before the line's first move, which carries the number of the newest
+ * note. */
 static void note_line(struct machine *machine) {
     notes_add(&machine->notes,
               &(struct line_note){.line = machine->lines.count, .number = machine->task.command.line_number});
@@ -95,6 +101,8 @@ static enum task_stage stage_of_move(struct machine *machine) {
     if (is_arc(move) || is_spline(move))
         begin_curve(machine);
     note_line(machine);
+    /* Feed per revolution scales the feed of the moves that follow, so it must be in force before they are
+     * pushed. */
     spindle_sync_note_feed(machine);
     if (move->via)
         return reach_leaves_travel(machine, move->via_mm) ? TASK_SOFT_LIMIT : TASK_VIA;
@@ -112,6 +120,7 @@ static enum task_stage stage_of_move(struct machine *machine) {
     }
     if (move->motion != MOTION_PROBE)
         return TASK_MOVE;
+    /* In check mode nothing moves, so a probe would end in alarm 5; the line counts as done. */
     return machine->life.state == MACHINE_CHECK ? stage_after_move(machine) : TASK_PROBE;
 }
 
@@ -171,6 +180,8 @@ static void switch_outputs(struct machine *machine) {
     set_port(machine);
 }
 
+/* Spindle, coolant and M53 wait for rest (TASK_OUTPUTS), so that they switch between two moves of the
+ * program. A laser's S and ports of M64, M65 and M68 do not need it. */
 static enum task_stage stage_of_outputs(struct machine *machine) {
     if (machine->task.command.sync && needs_stop(machine))
         return TASK_OUTPUTS;
@@ -220,6 +231,7 @@ static unsigned keys_of(const struct gcode_command *command) {
     case STORE_NOTHING:
     case STORE_G92:
     case STORE_G92_ALONE:
+        /* G92 is not stored: a reset clears it (interp_forget()). */
         return 0;
     case STORE_TOOL:
         return STORED_BIT(STORED_TOOLS);
@@ -249,8 +261,10 @@ static enum task_stage dwell(struct machine *machine) {
     if (machine->life.state == MACHINE_CHECK)
         return machine->task.after_dwell;
     await_poll(machine);
+    /* One slice in the planner at a time: what is planned already cannot be held back by a hold any more. */
     if (!motion_is_planned_out(&machine->drive.motion))
         return TASK_DWELLING;
+    /* The last slice is planned; the dwell is over when the step engine has waited it out. */
     if (machine->task.dwell_left_s <= 0.0 && !drive_rest_reached(machine))
         return TASK_DWELLING;
     if (machine->task.dwell_left_s <= 0.0) {
@@ -266,6 +280,8 @@ static enum task_stage dwell(struct machine *machine) {
     return TASK_DWELLING;
 }
 
+/* First leg of G28 and G30. Its end was checked when the line began, that of the second leg is checked
+ * only when the first one is in the planner. */
 static enum task_stage via(struct machine *machine) {
     const struct gcode_move *move = &machine->task.command.move;
     if (!moves_push(machine, move->via_mm, true, 0.0f, 0.0f))
@@ -365,6 +381,8 @@ static void finish(struct machine *machine, enum task_stage last) {
         lines_answer_homing(&machine->lines, true); /* after the startup lines */
         return;
     }
+    /* Modes of the line are in force only now: as long as it runs, $G has those before it. A line that a
+     * critical alarm has ended sets none. */
     if (last != TASK_LOCKED)
         gcode_modal_apply(&machine->interp.gcode, &machine->task.command);
     answer_line(machine, last == TASK_LOCKED ? STATUS_LOCKED : STATUS_OK);

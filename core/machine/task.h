@@ -43,8 +43,8 @@ struct machine_task {
     bool further;                 /* within this stage: carry it on again before anything else waits */
     struct gcode_command command; /* of the current line */
     double dwell_left_s;
-    bool input_awaited; /* a dwell of M66; the level when it was last looked at */
-    bool input_before;  /* a dwell of M66; the level when it was last looked at */
+    bool input_awaited; /* the dwell is that of M66 and ends with its input */
+    bool input_before;  /* level of that input when it was last read: M66 may wait for an edge */
     enum task_stage after_dwell;
     struct arc arc;
     struct spline spline;

@@ -6,6 +6,7 @@
 
 #include <stddef.h>
 
+/* Settings that need a pin. Stored ones may come from another board (wiring_fit()). */
 static const uint8_t needs_wiring[] = {SETTING_LASER_MODE, SETTING_TORQUE_MASK, SETTING_SERVO_AXIS,
                                        SETTING_ENCODER_COUNTS};
 
@@ -30,6 +31,7 @@ void wiring_apply(struct machine *machine) {
 
 enum status wiring_check(const struct machine *machine, uint16_t number, double value) {
     const struct machine_board *board = &machine->board;
+    /* Off needs nothing; and a number below 1 is 0 in a whole setting. */
     if (value < 1.0)
         return STATUS_OK;
     switch (number) {
@@ -61,6 +63,8 @@ void wiring_fit(struct machine *machine) {
         (void)settings_get(&machine->settings, number, axes, &value, &decimals);
         if (wiring_check(machine, number, value) == STATUS_OK)
             continue;
+        /* Not stored here: on a board with the pin the value is back, unless settings were stored in
+         * between. */
         (void)settings_set(&machine->settings, number, 0.0, axes);
         report_off(machine, number);
     }

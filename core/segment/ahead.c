@@ -61,6 +61,8 @@ bool ahead_claim(struct ahead *ahead, enum ahead_owner owner, const struct ahead
         return true;
     if (segment_queue_is_pending(ahead->queue) || ahead->pending || !rests_at_commit(ahead))
         return false;
+    /* Only the place at which the owner before has come to rest; its other marks have states of another
+     * source. */
     struct ahead_mark at = ahead->marks[ahead->commit];
     forget_marks(ahead);
     ahead->marks[ahead->commit] = at;
@@ -95,6 +97,7 @@ static uint32_t put_mark(struct ahead *ahead, uint32_t at_us, bool must, bool st
     if (count == 0 || (!must && count <= SPARE_MARKS))
         return QUEUE_MARKS;
     ahead->marks[place] = (struct ahead_mark){.us = at_us, .used = true, .fresh = true, .stops = stops};
+    /* 0 is a segment without a mark. */
     queue->slots[queue->count - 1].mark = (uint16_t)(place + 1);
     ahead->source->save(ahead->ctx, place);
     return place;
@@ -142,8 +145,11 @@ static void withdraw(struct ahead *ahead, enum queue_answer answer) {
     ahead->commit = ahead->commit_before;
     ahead->end_us = ahead->end_us_before;
     ahead->ends = ahead->ends_before;
+    /* What was to be changed still is: it was only this batch that would have done it. */
     ahead->changed = ahead->changed || ahead->changing;
     ahead->source->load(ahead->ctx, ahead->commit, AHEAD_UNDO);
+    /* Spans do not suffice: first the long stop is given up (`spare`), and only then motion is published
+     * less far ahead. */
     if (answer == QUEUE_LARGE && ahead->spare && ahead->full_us > MIN_US)
         ahead->full_us /= 2;
     ahead->spare = ahead->spare || answer == QUEUE_LARGE;
@@ -159,6 +165,7 @@ static void take(struct ahead *ahead) {
         mark->fresh = false;
     }
     ahead->noted = ahead->spare = false;
+    /* Back in small steps, so that it does not become too large again with the next batch. */
     if (ahead->full_us < AHEAD_FULL_US)
         ahead->full_us += MIN_US;
 }
@@ -285,6 +292,7 @@ static bool publish(struct ahead *ahead) {
     bool rests = ahead->source->rests(ahead->ctx);
     if (queue->count == 0 && rests && !ends_there)
         put_rest(ahead, &at_us);
+    /* Before the stop is made: put_stop() moves the source on, and returns it to this state. */
     ahead->commit = commit_mark(ahead, at_us);
     ahead->end_us = at_us;
     if (!rests && !put_stop(ahead, at_us)) {
@@ -335,6 +343,7 @@ bool ahead_poll(struct ahead *ahead) {
     if (ahead->source == NULL || segment_queue_is_pending(ahead->queue))
         return false;
     bool answered = ahead_take_answer(ahead);
+    /* After the answer: a batch that was refused has brought the marks before it back into force. */
     forget_passed(ahead);
     int32_t left_us = ahead_left_us(ahead);
     bool stops = left_us < 0 && !rests_at_commit(ahead);

@@ -129,6 +129,7 @@ enum host_queue_result host_queue_lay(struct host_queue *queue, uint32_t ahead,
     struct host_queue_slot slot;
     if (ahead >= host_queue_free(queue))
         return HOST_QUEUE_FULL;
+    /* A segment that a lossy network brings twice; the first one counts. */
     if (host_queue_has(queue, ahead))
         return HOST_QUEUE_OK;
     enum host_queue_result result = fill(queue, &slot, segment);
@@ -260,12 +261,15 @@ void host_queue_take(struct host_queue *queue) {
     else
         slot->jump_sq = min_f(jump_sq(queue, slot_at(queue, number - 1), slot), steep_sq(queue));
     queue->present[place / 32] &= ~((uint32_t)1 << (place & 31));
+    /* Only now that more comes is it known that the end before was an underrun and not the end of the job. */
     queue->underruns += queue->ran_dry ? 1 : 0;
     queue->ran_dry = false;
     queue->queued_ns += slot->duration_ns;
     queue->head++;
     uint32_t changed = queue->graded;
     grade(queue);
+    /* From the newest segment, whose end must be rest, back to the oldest: entry(k) of host_queue.h. Once
+     * a value does not change and no c before it has, nothing further back changes either. */
     for (float end_sq = 0.0f;; number--) {
         slot = slot_at(queue, number);
         float braked = end_sq + 2.0f * slot->change * (float)slot->duration_ns * 1e-9f;
@@ -279,7 +283,8 @@ void host_queue_take(struct host_queue *queue) {
 
 /* ---- slices ---- */
 
-/* Steps of an axis done after k of the dominant's, and where it is then. */
+/* Steps of an axis done after k of the dominant's, and where it is then: |steps| k / dominant, rounded,
+ * always from the beginning of the segment, so that nothing adds up and the last k has all of them. */
 static uint32_t steps_after(const struct host_queue_slot *slot, unsigned axis, uint32_t k, uint8_t *phase) {
     uint64_t dominant = slot->dominant;
     uint64_t twice = 2 * (uint64_t)size_of(slot->steps[axis]) * k + dominant;
@@ -370,6 +375,7 @@ static float slice_length_s(const struct host_queue *queue, float change, float 
     if (queue->hold)
         return pace * SLICE_S - min_f(gain, 0.5f * pace * SLICE_S);
     float length = min_f(pace * SLICE_S + gain, SLICE_S);
+    /* pace^2 + 2 c x = end + 2 c (left - x) */
     float meet = 0.5f * (left_s + (end - queue->pace_sq) / (2.0f * change));
     return meet > 0.0f ? min_f(length, meet) : length;
 }
@@ -377,6 +383,8 @@ static float slice_length_s(const struct host_queue *queue, float change, float 
 /* Time of a stretch of x seconds of segment time: up to a peak as high as it goes, even there, down. */
 static float stretch_s(float from_sq, float to_sq, float x, float change) {
     float from = sqrtf(from_sq), to = sqrtf(to_sq);
+    /* Up for x1 and down for x - x1: peak^2 = from^2 + 2 c x1 = to^2 + 2 c (x - x1). In real time the pace
+     * changes by c per second. */
     float peak_sq = 0.5f * (from_sq + to_sq) + change * x;
     if (peak_sq < 1.0f)
         return (2.0f * sqrtf(peak_sq) - from - to) / change;
@@ -416,6 +424,7 @@ static bool move_slice(struct host_queue *queue, struct segment *segment,
     double ns = x_ns;
     if (queue->pace_sq < 1.0f || after_sq < 1.0f)
         ns = 1e9 * (double)stretch_s(queue->pace_sq, after_sq, (float)count * step_s, slot->change);
+    /* A step that takes long waits in slices, so that a hold or a stop is not late by the whole of it. */
     if (count == 1 && ns - queue->waited_ns > 2.0 * WAIT_NS) {
         make_wait(queue, segment, slot, WAIT_NS);
         queue->waited_ns += WAIT_NS;
@@ -457,6 +466,7 @@ static bool is_firm(const struct host_queue *queue) {
         return slot->dominant > 0 || queue->hold;
     float part = slot->dominant > 0 ? (float)queue->done / (float)slot->dominant : 0.0f;
     float left_s = ((float)queue->queued_ns - part * (float)slot->duration_ns) * 1e-9f;
+    /* The way to a stop is s^2 / (2 c) of segment time. */
     return slot->dominant > 0 && left_s * slot->change > queue->pace_sq;
 }
 
@@ -499,6 +509,7 @@ static void load(void *ctx, uint32_t at, enum ahead_return why) {
     queue->waited_ns = place->waited_ns;
     queue->time_ns = place->time_ns;
     queue->queued_ns = place->queued_ns;
+    /* What was taken after the mark was kept stays taken: head does not go back. */
     for (uint32_t number = place->head; number != queue->head; number++)
         queue->queued_ns += slot_at(queue, number)->duration_ns;
     queue->ran_dry = place->ran_dry && host_queue_is_empty(queue);

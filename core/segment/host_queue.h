@@ -5,10 +5,12 @@
  * stretch time: at pace s (0 .. 1) a segment of T seconds takes T/s. So it starts, holds, brakes before the
  * queue ends and passes jumps of speed within the limits of the axes, and no step is ever lost:
  *
- *   s^2 ^  jump ___________        entry(k) = min(1, jump(k), entry(k+1) + 2 c(k) T(k)),  0 at the queue's
- * end |      /           \       c: how fast the pace may change in this segment, 1/s: the least a/v of all
- *       |     /             \      axes, because d(s v)/dt = v ds/dt must not exceed a
- *       +--------------------> T   on the way up, s^2 rises by 2 c per second of segment time
+ *   s^2 ^  jump ___________        entry(k) = min(1, jump(k), entry(k+1) + 2 c(k) T(k)),
+ *       |      /           \       0 at the queue's end
+ *       |     /             \      c: how fast the pace may change in this segment, 1/s:
+ *       +--------------------> T   the least a/v of all axes
+ *
+ * d(s v)/dt = v ds/dt must not exceed a, hence c. On the way up, s^2 rises by 2 c per second of segment time.
  *
  * The host's own acceleration a' comes on top, d(s v)/dt = v ds/dt + s^2 a', so c is the part of a that a'
  * leaves. It is known when enough has come after the segment to tell it from rounding to whole steps; until

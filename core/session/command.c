@@ -8,6 +8,7 @@ enum { MISC_OUTPUTS = 0x1F, ALL_BITS = 0xFF }; /* of io_control */
 
 /* ---- commands ---- */
 
+/* `motion_us` is noted before the refusal: a host that keeps asking for motion keeps the right to it. */
 static enum wire_refusal jog(struct session *session, const uint8_t *payload) {
     struct wire_jog jog;
     wire_get_jog(payload, &jog);
@@ -35,7 +36,7 @@ static uint8_t coolant_bits(uint8_t wire) {
     return (uint8_t)(((wire & 1) != 0 ? COOLANT_FLOOD : 0) | ((wire & 2) != 0 ? COOLANT_MIST : 0));
 }
 
-/* What is meant: with motion of its own a host says how all outputs shall be, else only what has changed. */
+/* With motion of its own a host commands all outputs, else only those that it has changed. */
 static struct outputs_wish outputs_meant(const struct wire_io_control *io,
                                          const struct wire_io_control *known, bool all) {
     bool turns = io->spindle != known->spindle || (io->spindle != SPINDLE_OFF && io->rpm != known->rpm);
@@ -58,11 +59,15 @@ static enum wire_refusal io_control(struct session *session, const uint8_t *payl
     struct outputs_wish to = outputs_meant(&io, &session->outputs, false);
     if (io.spindle > SPINDLE_CCW)
         return WIRE_REFUSAL_MALFORMED;
+    /* Before action_outputs(), so that a host which only repeats itself is not refused while a job runs. */
     if (!to.turns && to.coolant_mask == 0 && to.digital_mask == 0)
         return WIRE_REFUSAL_NONE;
+    /* A host with motion commands all outputs: what the interrupted job had left on goes off with the
+     * first change. */
     to = outputs_meant(&io, &session->outputs, machine_host(session->machine)->owns);
     const enum refusal refusal = action_outputs(session->machine, &to);
     if (refusal == REFUSAL_NONE)
+        /* Only when done: after a refusal the next repetition is a change still, and tries again. */
         session->outputs = io;
     return session_refusal(refusal);
 }
@@ -71,6 +76,7 @@ static enum wire_refusal io_control(struct session *session, const uint8_t *payl
 static struct outputs_wish own_outputs(const struct session *session) {
     const struct machine *machine = session->machine;
     const struct wire_io_control *known = &session->outputs;
+    /* A program that has commanded another speed since uses the spindle itself. */
     bool turns = known->spindle != SPINDLE_OFF && known->spindle == machine_outputs(machine)->spindle;
     return (struct outputs_wish){.turns = turns && (float)known->rpm == machine_program_rpm(machine),
                                  .coolant_mask =
@@ -84,12 +90,14 @@ bool session_runs_outputs(const struct session *session) {
 
 void session_switch_off(struct session *session) {
     struct outputs_wish own = own_outputs(session);
+    /* So that the same io_control of a host that returns is a change again, and acts. */
     session->outputs.spindle = session->outputs.coolant = 0;
     (void)action_outputs(session->machine, &own);
 }
 
 /* Ends a lock; or releases motion, when nothing of the host moves. */
 static enum wire_refusal reset(struct session *session) {
+    /* BUSY is the answer where nothing is locked: then the request is meant for motion. */
     const enum refusal refusal = action_end_lock(session->machine);
     if (refusal != REFUSAL_BUSY)
         return session_refusal(refusal);
@@ -100,6 +108,7 @@ static enum wire_refusal reset(struct session *session) {
 
 static enum wire_refusal command(struct session *session, const uint8_t address[4], uint8_t type,
                                  const uint8_t *payload) {
+    /* Only what moves or switches makes its sender the owner: a stop, which any host may send, must not. */
     session_own(session, address);
     if (type == WIRE_JOG)
         return jog(session, payload);
@@ -183,8 +192,10 @@ void session_motion(struct session *session, const uint8_t address[4], const str
         session->counts.duplicates++;
         return;
     }
+    /* After is_duplicate(), which compares with the motion before this one. */
     session->owner.motion_us = session->now_us;
     for (uint32_t k = 0; k < motion.count; k++) {
+        /* The rest of the datagram is refused with it: after a gap it would begin at another place. */
         refusal = push(session, payload + WIRE_MOTION_SIZE + (size_t)k * WIRE_SEGMENT_SIZE);
         if (refusal != WIRE_REFUSAL_NONE) {
             refuse(session, refusal, motion.count - k);

@@ -18,6 +18,8 @@ static const struct session_key *row_of(uint16_t key) {
     return NULL;
 }
 
+/* Of the key's axis: in a row with a key for each axis, axes count from row->key; a single key has those of
+ * X (keys.h). */
 static double steps_per_mm(const struct session *session, const struct session_key *row, uint16_t key) {
     unsigned axis = row->count > 1 ? (unsigned)(key - row->key) : 0;
     return (double)session->settings->steps_per_mm[axis < AXIS_COUNT ? axis : 0];
@@ -40,6 +42,7 @@ static double to_wire(const struct session *session, const struct session_key *r
         return value * steps;
     case KEY_AS_STEPS_S:
         return value * steps / 60.0;
+    /* The board has ns; rounded up, because the driver needs at least this long. */
     case KEY_AS_DIR_SETUP:
         return session_is_module(session)
                    ? value
@@ -77,6 +80,7 @@ static double from_wire(const struct session *session, const struct session_key 
     case KEY_AS_QUARTER:
         return value * 4.0;
     case KEY_AS_VALUE:
+    /* This one and the next are KEY_FIXED: config_set() refuses them before. */
     case KEY_AS_DIR_SETUP:
     case KEY_AS_CHARGE_PUMP:
     default:
@@ -154,6 +158,7 @@ static enum wire_refusal set_stored(const struct session *session, uint16_t key,
         return WIRE_REFUSAL_READ_ONLY;
     if (!(value >= 0.0 && value <= (double)UINT16_MAX))
         return WIRE_REFUSAL_RANGE;
+    /* Not effective yet: pins are set one by one, and config_save() checks the configuration as a whole. */
     bool good = channels_set_value(channels, channels_find(key), (uint32_t)value);
     return good ? WIRE_REFUSAL_NONE : WIRE_REFUSAL_RANGE;
 }
@@ -181,6 +186,7 @@ enum wire_refusal config_set(const struct session *session, const struct wire_co
         return WIRE_REFUSAL_RANGE;
     if (row->kind == KEY_STORED)
         return set_stored(session, set->key, value);
+    /* A mask of all axes is one setting with one key (count 1), so the difference is an axis or 0. */
     uint16_t number = (uint16_t)(row->number + (set->key - row->key));
     return session_refusal(
         refusal_of(set_setting(session, number, from_wire(session, row, set->key, value))));
@@ -198,6 +204,7 @@ enum wire_refusal config_save(const struct session *session) {
     struct channels *channels = session->options.channels;
     if (channels != NULL && channels_faults(channels) != 0)
         return WIRE_REFUSAL_PIN;
+    /* Both are written whatever becomes of the first, so that the reply is about all of it. */
     bool kept = save_settings(session);
     if (channels != NULL)
         kept = channels->ops->keep(channels->ctx, &channels->config) && kept;

@@ -8,7 +8,7 @@
 
 enum { COUNTS_A_PULSE = 4 }; /* of an encoder with two lines */
 
-/* ack, or refused and why. */
+/* The reply of a request that has none of its own: ack, or refused with the reason. */
 static size_t judge(const struct request *request, enum wire_refusal refusal) {
     if (refusal == WIRE_REFUSAL_NONE) {
         struct wire_ack ack = {.sequence = request->header.sequence, .type = request->header.type};
@@ -23,6 +23,7 @@ static size_t judge(const struct request *request, enum wire_refusal refusal) {
 
 static struct wire_handshake_response about_machine(const struct machine *machine) {
     const struct machine_board *board = machine_board(machine);
+    /* The handshake has pulses (lines) per revolution; the setting counts each edge of both channels. */
     unsigned pulses =
         machine_has_encoder(machine) ? machine_settings(machine)->encoder_counts / COUNTS_A_PULSE : 0u;
     return (struct wire_handshake_response){
@@ -54,6 +55,7 @@ size_t request_handshake(const struct request *request) {
     response.version = session->options.version;
     if (session->options.password[0] != '\0')
         response.capabilities |= WIRE_CAPABILITY_LOCKED;
+    /* Ends with a zero whatever the name: hosts print it as a C string. */
     for (size_t i = 0; i < sizeof response.device_name - 2 && session->options.name[i] != '\0'; i++)
         response.device_name[i] = session->options.name[i];
     wire_put_handshake_response(request_body(request), &response);
@@ -100,6 +102,8 @@ enum wire_refusal request_stream_close(const struct request *request) {
     struct session *session = request->session;
     struct wire_stream_close close;
     wire_get_stream_close(request->payload, &close);
+    /* Only by the connection that opened it; a new one of its host can still drop the stream
+     * (request_stream_drop()). */
     if (!session->stream.open || close.stream != session->stream.id ||
         session->stream.client != request->place)
         return WIRE_REFUSAL_STREAM_CLOSED;
@@ -148,6 +152,7 @@ size_t request_challenge(const struct request *request) {
     struct wire_challenge_response response;
     if (request->session->ops->random == NULL)
         return judge(request, WIRE_REFUSAL_AUTHENTICATION);
+    /* A new number for each attempt: a proof that was recorded on the network is worth nothing later. */
     request->session->ops->random(request->session->ctx, client->nonce, sizeof client->nonce);
     client->has_nonce = true;
     memcpy(response.nonce, client->nonce, sizeof response.nonce);
@@ -167,9 +172,11 @@ enum wire_refusal request_authenticate(const struct request *request) {
         return WIRE_REFUSAL_NONE;
     if (!client->has_nonce || !lockout_may_try(&session->lockout, who, now_us))
         return WIRE_REFUSAL_AUTHENTICATION;
+    /* Before the proof is looked at: each number may be tried once, right or wrong. */
     client->has_nonce = false;
     wire_get_authenticate(request->payload, &given);
     sha256_hmac(password, strlen(password), client->nonce, sizeof client->nonce, right);
+    /* Compares all bytes in any case, so that the time does not tell how many were right. */
     bool good = sha256_is_equal(right, given.proof);
     lockout_note(&session->lockout, who, good, now_us);
     if (!good)
@@ -211,11 +218,14 @@ size_t session_request(struct session *session, int place, const uint8_t *messag
         session->counts.malformed++;
         return 0;
     }
+    /* Before the check: a refused request is a sign of life, too, and its number is not missing. */
     session_note_alive(session, request.client->address);
     session_note_sequence(session, request.client->address, request.header.sequence);
     request.refusal = session_check_request(session, request.client, &request.header);
     bool understood =
         request.refusal != WIRE_REFUSAL_UNKNOWN_TYPE && request.refusal != WIRE_REFUSAL_MALFORMED;
+    /* stream_opened has a field for the refusal (docs/protocol.md), so it is the reply also when the rules
+     * refuse. */
     bool answers_itself = request.header.type == WIRE_STREAM_OPEN && understood;
     return request.refusal == WIRE_REFUSAL_NONE || answers_itself ? dispatch(&request)
                                                                   : judge(&request, request.refusal);

@@ -9,6 +9,7 @@
 #define SILENCE_MAX_US 60000000u
 enum { NUMBERS_A_MS = 2 };
 
+/* The HAL's clock wraps after 71 minutes; time-outs of a session may be older. Called at least that often. */
 void session_tick(struct session *session) {
     uint32_t clock_us = hal_time_us(session->hal);
     session->now_us += clock_us - session->clock_us;
@@ -59,6 +60,7 @@ void session_own(struct session *session, const uint8_t address[4]) {
         memcpy(owner->address, address, sizeof owner->address);
         session->recents = 0;
     }
+    /* Also of the host that was the owner last: its numbers continue (struct session_owner). */
     owner->on = true;
     owner->heard_us = owner->alive_us = session->now_us;
     owner->left = false;
@@ -112,11 +114,13 @@ void session_note_sequence(struct session *session, const uint8_t address[4], ui
         note_late(session, (uint32_t)-ahead);
         return;
     }
+    /* What does not follow is a sender that was started again: its gap is not one of the network. */
     bool follows = owner->sequence_known && ahead >= 0 && ahead < most_ahead(silent_us);
     if (follows && ahead > 1) {
         session->counts.missing += (uint32_t)ahead - 1;
         session_note_lost(session);
     }
+    /* From a new beginning on all earlier numbers count as seen: none of them was counted as missing. */
     owner->seen = !follows ? UINT64_MAX : (ahead < 64 ? owner->seen << ahead : 0) | 1;
     owner->sequence = sequence;
     owner->numbered_us = session->now_us;

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT
- * What the files of core/session say to each other. [task] */
+ * What the files of core/session share. [task] */
 #ifndef WIFICNC_SESSION_INNER_H
 #define WIFICNC_SESSION_INNER_H
 
@@ -8,7 +8,7 @@
 #include "machine/outputs.h"
 #include "session/session.h"
 
-/** A sender whose number is behind by more begins again. */
+/** A number that is lower by more than this is that of a host that has started again. */
 enum { SEQUENCE_JUMP = 1000 };
 
 /** Sequence counters. */
@@ -23,19 +23,19 @@ static inline bool session_is_module(const struct session *session) {
 }
 
 /* hosts.c */
-/** The clock continues. */
+/** Advance now_us by the HAL's clock. */
 void session_tick(struct session *session);
 /** @return size of the packet whose payload is in place */
 size_t session_close(struct session *session, unsigned counter, uint8_t *packet, enum wire_type type,
                      size_t payload_size);
 uint8_t session_state(const struct session *session);
-/** Until the next round of status reports. @return UINT32_MAX: no one listens */
+/** Until the next round of status reports. @return UINT32_MAX: no host gets them */
 uint32_t session_report_wait_us(const struct session *session);
-/** This host commands. */
+/** This host is the owner from now on, and has just sent something that needs it to be. */
 void session_own(struct session *session, const uint8_t address[4]);
 /** It has a TCP connection. */
 bool session_has_client(const struct session *session, const uint8_t address[4]);
-/** This host lives, whatever it says. */
+/** A sign of life of this host, whatever the packet. */
 void session_note_alive(struct session *session, const uint8_t address[4]);
 /** Motion of a host has not come, or was not taken: a hold where $78 asks for it, unless a stream is open,
  * which sends again what was lost. */
@@ -63,16 +63,16 @@ enum wire_refusal session_check_datagram(struct session *session, const uint8_t 
 enum wire_refusal session_check_request(struct session *session, const struct session_client *client,
                                         const struct wire_header *header);
 
-/** What the binary protocol says of it. */
+/** The protocol's reason for a refusal of the machine. */
 enum wire_refusal session_refusal(enum refusal refusal);
 
 /* command.c */
 /** What hosts may send by UDP and TCP. It was checked. */
 enum wire_refusal session_command(struct session *session, const uint8_t address[4], uint8_t type,
                                   const uint8_t *payload);
-/** Spindle or coolant run because the host has said so. */
+/** Spindle or coolant run because the host has switched them on. */
 bool session_runs_outputs(const struct session *session);
-/** Those go off. */
+/** Switch these off. */
 void session_switch_off(struct session *session);
 /** @param refusal  of session_check_datagram(): refused segments are counted */
 void session_motion(struct session *session, const uint8_t address[4], const struct wire_header *header,

@@ -58,6 +58,8 @@ static enum wire_refusal check(struct session *session, const struct wire_header
                                bool authenticated, const uint8_t address[4]) {
     const struct session_owner *owner = &session->owner;
     const struct session_rule *rule = rule_of(header->type, channel);
+    /* In this order: the packet exists, is complete, and is for this kind of device; then who sends it;
+     * then when. note_order() comes last, so that an order that is refused overtakes nothing. */
     if (rule == NULL || ((rule->needs & NEEDS_MODULE) != 0 && !session_is_module(session)))
         return WIRE_REFUSAL_UNKNOWN_TYPE;
     if (header->length < rule->least)

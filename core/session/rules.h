@@ -17,8 +17,8 @@ enum {
     NEEDS_MAY = 4,     /* authenticated, and no other host commands */
 };
 
-/** Of orders the newest of a host is remembered: what was sent before some of them and comes behind has been
- * overtaken on its way, or doubled, and must not move or switch anything any more. */
+/** The newest order of each kind is remembered. A packet that was sent before it and arrives after it was
+ * overtaken on its way, or is a duplicate, and must not move or switch anything any more. */
 struct session_rule {
     uint8_t type; /* enum wire_type */
     uint8_t channels;

@@ -9,6 +9,8 @@
 #define CLIENT_IDLE_US (WIRE_CLIENT_IDLE_S * 1000000ull) /* its place may be given to another one */
 #define BOUNCES_US     1000u /* inputs are looked at this often until they are quiet */
 
+/* What a controller and an I/O module have in common. No stream was ever opened: -1, because 0 is the
+ * place of a real connection, and session_disconnect() compares with it. */
 static void begin(struct session *session, const struct hal *hal, const struct session_options *options,
                   const struct session_ops *ops, void *ctx) {
     memset(session, 0, sizeof *session);
@@ -25,6 +27,7 @@ void session_init(struct session *session, struct machine *machine, const struct
     begin(session, machine_hal(machine), options, ops, ctx);
     session->machine = machine;
     session->settings = machine_settings(machine);
+    /* What the machine counted before this session is not reported by it. */
     session->probes_done = machine_host(machine)->probes_done;
     session->late_refusals = machine_host(machine)->late_refusals;
 }
@@ -68,12 +71,15 @@ void session_datagram(struct session *session, const struct session_peer *from, 
                       size_t size) {
     struct wire_header header;
     session_tick(session);
+    /* Bytes that are not a packet say nothing about their sender: no listener, no sign of life. */
     if (!wire_open(bytes, size, &header)) {
         session->counts.malformed++;
         return;
     }
     const uint8_t *payload = bytes + WIRE_HEADER_SIZE;
     enum wire_refusal refusal = session_check_datagram(session, from->address, &header);
+    /* Also of a packet that is refused: a host without the right to move may watch, and gets the status
+     * for it. */
     note_heard(session, from->address);
     if (refusal == WIRE_REFUSAL_UNKNOWN_TYPE || refusal == WIRE_REFUSAL_MALFORMED) {
         session->counts.malformed++;
@@ -82,12 +88,16 @@ void session_datagram(struct session *session, const struct session_peer *from, 
     bool resumes = header.type == WIRE_RESUME; /* a gap is older than it, and holds before it */
     if (resumes)
         session_note_sequence(session, from->address, header.sequence);
+    /* A refused motion packet is passed on, too: its segments are counted, and a stream is answered with
+     * how far it is. An I/O module has no host queue that they could look at. */
     if (header.type == WIRE_MOTION)
         session_motion(session, from->address, &header, payload, refusal);
     else if (header.type == WIRE_STREAM_SEGMENTS && refusal != WIRE_REFUSAL_IO_MODULE)
         stream_segments(session, from, &header, payload, refusal);
     else if (refusal == WIRE_REFUSAL_NONE)
         (void)session_command(session, from->address, header.type, payload);
+    /* After the command, which may have made this host the owner: only the owner's numbers count, from
+     * this one on. */
     if (!resumes)
         session_note_sequence(session, from->address, header.sequence);
     session->counts.datagrams++;
@@ -122,6 +132,7 @@ void session_connect(struct session *session, int place, const uint8_t address[4
     session_tick(session);
     *client = (struct session_client){.used = true, .heard_us = session->now_us};
     memcpy(client->address, address, sizeof client->address);
+    /* The owner is back: nothing of it is given up (follow_gone()). */
     if (session_same(session->owner.address, address))
         session->owner.left = false;
 }
@@ -133,6 +144,8 @@ void session_disconnect(struct session *session, int place, bool left) {
     client->used = client->authenticated = client->has_nonce = false;
     if (session->stream.client == place)
         session->stream.client = -1;
+    /* Only an end that the other side made counts. A place that we gave to someone else (session_place())
+     * belonged to a host that may still send datagrams; for it the time-out of is_owner_gone() applies. */
     bool owned = owner->on && session_same(owner->address, client->address);
     owner->left |= left && owned && !session_has_client(session, client->address);
 }
@@ -164,9 +177,13 @@ static bool drives_owner(const struct session *session) {
 static void follow_gone(struct session *session) {
     struct machine *machine = session->machine;
     machine_host_gone(machine);
+    /* A host that has ended its connection does not come back for what a hold keeps. One that is only
+     * silent may: the network was gone, and its motion waits for `~`. */
     if (session->owner.left &&
         (machine_state(machine) == MACHINE_HOLD || machine_state(machine) == MACHINE_DOOR))
         machine_host_discard(machine);
+    /* Called in each poll until nothing of the host runs any more: first its motion ends, then its outputs
+     * go off. */
     if (!drives_owner(session) || !machine_is_standing(machine) ||
         !host_queue_is_empty(&machine_host(machine)->queue))
         return;
@@ -182,8 +199,11 @@ static void follow_owner(struct session *session) {
         return;
     if (is_owner_gone(session))
         follow_gone(session);
+    /* As long as its connection exists, an open stream keeps motion, however long the host pauses. */
     if (streams)
         return;
+    /* Two steps: motion goes back as soon as the host has sent none for the time-out; the right to command
+     * only when it has sent no command either, and nothing that it has switched on still runs. */
     bool idle = session->now_us - owner->motion_us >= timeout_us && machine_host_release(session->machine);
     if (!idle || session->now_us - owner->heard_us < timeout_us || drives_owner(session))
         return;
@@ -200,6 +220,7 @@ static void follow_late_refusals(struct session *session) {
     session->late_refusals = host->late_refusals;
     session->counts.refused_segments += count;
     session->counts.last_refusal = WIRE_REFUSAL_TRAVEL;
+    /* The stream was answered "taken" for these when they were laid. Its next ack reports them as refused. */
     session->stream.refused = host->late_refused - session->stream.base;
     stream_close(session, WIRE_REFUSAL_TRAVEL);
 }
@@ -210,6 +231,8 @@ void session_poll(struct session *session) {
     if (session_is_module(session)) {
         module_poll(session);
     } else {
+        /* Refusals first: they close the stream with their reason, and stream_follow() would close it
+         * without one. */
         follow_late_refusals(session);
         stream_follow(session);
         follow_owner(session);

@@ -4,7 +4,7 @@
  *   datagram -> session_datagram() -> machine/host.h        -> ops.send: status, acks, events
  *   message  -> session_request()  -> settings, streams ... -> its one reply
  *
- * The target owns sockets and framing; here are the rules: who may move, what is a duplicate, who hears the
+ * The target owns sockets and framing; here are the rules: who may move, what is a duplicate, who gets the
  * status, what is refused and why. docs/protocol.md is what hosts see. Whatever arrives takes bounded time.
  * IPv4: the protocol's reports have no room for more. */
 #ifndef WIFICNC_SESSION_SESSION_H
@@ -32,11 +32,11 @@ struct session_peer {
 struct session_ops {
     /** Send a datagram from the device's UDP port. May be lost. */
     void (*send)(void *ctx, const struct session_peer *to, const uint8_t *packet, size_t size);
-    /** Bytes that no one can foretell. NULL: no authentication, a password locks for good. */
+    /** Unpredictable bytes. NULL: there is no authentication, so with a password no host can ever move. */
     void (*random)(void *ctx, uint8_t *bytes, size_t count);
 };
 
-/** What the target says. Strings live as long as the session. */
+/** Given by the target. Strings live as long as the session. */
 struct session_options {
     const char *name;          /* up to 31 characters */
     const char *password;      /* "": all may move */

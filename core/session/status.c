@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT
- * What hosts hear by themselves: status, the end of homing and probing. */
+ * What the device sends without a request: status, the end of homing and probing. */
 #include "session/inner.h"
 
 #include <math.h>
@@ -11,6 +11,8 @@ static bool is_moving(const struct session *session) {
     return !session_is_module(session) && !machine_is_standing(session->machine);
 }
 
+/* The protocol's alarms, of which it has fewer. A limit is named by the first axis whose switch is still
+ * closed, X if it has opened again. */
 static uint8_t alarm_code(const struct session *session, axis_mask_t limits) {
     unsigned axis = 0;
     if (machine_state(session->machine) != MACHINE_ALARM)
@@ -53,7 +55,7 @@ static uint8_t flags_of(const struct session *session) {
     return (uint8_t)flags;
 }
 
-/* Mean since the last round of reports. */
+/* Steps/s of the axis with the most steps, mean since the last round of reports. */
 static int32_t rate_of(const struct session *session, const int32_t position[AXIS_COUNT]) {
     uint64_t us = session->now_us - session->status_us;
     uint32_t most = 0;
@@ -123,6 +125,8 @@ static void send_to(struct session *session, const uint8_t address[4], const uin
     session->ops->send(session->ctx, &to, packet, size);
     if (!session_is_module(session))
         return;
+    /* A module reports to both ports: a program that looks only for modules need not share the port of the
+     * others. */
     to.port = (uint16_t)(to.port + WIRE_IO_STATUS_PORT - WIRE_STATUS_PORT);
     session->ops->send(session->ctx, &to, packet, size);
 }
@@ -138,6 +142,7 @@ void session_send_status(struct session *session, const uint8_t address[4]) {
     send_to(session, address, packet, status_packet(session, packet));
 }
 
+/* `homing` of the session is set when a request was accepted, that of the machine until its end. */
 static void report_homing(struct session *session) {
     uint8_t packet[WIRE_PACKET_MAX] = {0};
     const struct machine_host *host = machine_host(session->machine);
@@ -182,6 +187,8 @@ void session_report(struct session *session) {
         return;
     send_to_all(session, packet, status_packet(session, packet));
     session->status_us = session->now_us;
+    /* From the time that was due, so that a late poll does not slow the pace down; a poll that is late by
+     * a whole interval, or an interval that was made shorter, begins a new pace. */
     session->due_us += interval_us;
     if (session->due_us <= session->now_us || session->due_us > session->now_us + interval_us)
         session->due_us = session->now_us + interval_us;

@@ -8,11 +8,14 @@
 _Static_assert((int)HOST_QUEUE_SIZE <= (int)WIRE_STREAM_WINDOW,
                "the ack has a bit for every place of the host queue");
 
+/* Numbers of a stream begin at 0 and are those of the host queue less `base`, all modulo 2^32. A closed
+ * stream keeps the number that it had then: the host queue counts on for others. */
 static uint32_t next_of(const struct session *session) {
     const struct session_stream *stream = &session->stream;
     return stream->open ? machine_host_taken(session->machine) - stream->base : stream->next;
 }
 
+/* Segments of this stream that were executed to their end; what was dropped counts for none. */
 static uint32_t done_of(const struct session *session) {
     const struct session_stream *stream = &session->stream;
     uint32_t done = machine_host_done(session->machine) - stream->base;
@@ -21,6 +24,7 @@ static uint32_t done_of(const struct session *session) {
         return stream->done;
     if (done > UINT32_MAX / 2)
         return 0; /* what was queued before this stream still runs */
+    /* After the end of a closed stream the queue executes segments of others. */
     return done - stream->next < UINT32_MAX / 2 && !stream->open ? stream->next : done;
 }
 
@@ -28,6 +32,7 @@ void stream_close(struct session *session, enum wire_refusal refusal) {
     struct session_stream *stream = &session->stream;
     if (!stream->open)
         return;
+    /* While it is still open: next_of() then counts from the host queue. */
     stream->next = next_of(session);
     stream->open = false;
     stream->refusal = (uint8_t)refusal;
@@ -37,9 +42,11 @@ void stream_close(struct session *session, enum wire_refusal refusal) {
 void stream_follow(struct session *session) {
     struct session_stream *stream = &session->stream;
     const struct machine_host *host = machine_host(session->machine);
+    /* Once for each stream: `done` is UINT32_MAX until then (stream_open()). */
     if (stream->id == 0 || host->dropped == stream->dropped || stream->done != UINT32_MAX)
         return;
     stream->done = host->done_at_drop - stream->base;
+    /* A stream that was closed before the drop may have been executed to its end, and others after it. */
     bool was_open = stream->open;
     stream_close(session, WIRE_REFUSAL_STREAM_CLOSED);
     if (!was_open && stream->done - stream->next < UINT32_MAX / 2)
@@ -67,6 +74,8 @@ enum wire_refusal stream_open(struct session *session, int place) {
 
 static void take(struct session *session, uint32_t number, const uint8_t *at) {
     struct session_stream *stream = &session->stream;
+    /* Numbers below next_of() become very large here, so that one comparison finds both too late and too
+     * far. */
     uint32_t ahead = number - next_of(session), refused;
     if (ahead >=
         host_queue_free(&machine_host(session->machine)->queue)) /* has come already, or too far ahead */
@@ -78,6 +87,7 @@ static void take(struct session *session, uint32_t number, const uint8_t *at) {
     stream->refused = refused - stream->base;
     session->counts.refused_segments++;
     session->counts.last_refusal = (uint8_t)session_refusal(refusal);
+    /* What follows a refused segment would begin at a place that the machine does not reach. */
     stream_close(session, session_refusal(refusal));
 }
 
@@ -85,6 +95,7 @@ static void send_ack(struct session *session, const struct session_peer *to, uin
     const struct session_stream *stream = &session->stream;
     const struct machine_host *host = machine_host(session->machine);
     uint8_t packet[WIRE_PACKET_MAX];
+    /* Of another stream, one from before a restart for example, only that it is closed is known. */
     bool known = id == stream->id && id != 0;
     struct wire_stream_ack ack = {.stream = id,
                                   .refusal =
@@ -100,6 +111,7 @@ static void send_ack(struct session *session, const struct session_peer *to, uin
         ack.refused = stream->refused;
         ack.refusal = stream->open ? (uint8_t)WIRE_REFUSAL_NONE : stream->refusal;
     }
+    /* What its sender needs to send again only what is missing: a bit for each place after `next`. */
     if (known && stream->open) {
         ack.free = (uint16_t)host_queue_free(&host->queue);
         for (unsigned n = 0; n < ack.free; n++)
@@ -120,7 +132,10 @@ void stream_segments(struct session *session, const struct session_peer *from,
         session->counts.malformed++;
         return;
     }
+    /* First: after a drop that session_poll() has not seen yet, these segments belong to a stream that is
+     * over. */
     stream_follow(session);
+    /* A late datagram of an older stream neither takes ownership nor lays anything. */
     bool own = refusal == WIRE_REFUSAL_NONE && segments.stream == stream->id;
     if (own) {
         session_own(session, from->address);

@@ -114,12 +114,14 @@ enum status settings_set(struct settings *settings, uint16_t number, double valu
     if (status != STATUS_OK) {
         return status;
     }
+    /* A copy, so that a rule between settings can refuse the value and nothing has changed. */
     struct settings next = *settings;
     field_write(&next, row, (uint8_t)(number - row->number), kept);
     /* Without homing no one knows where the machine is: a soft limit would stop it in the wrong place. */
     if (next.soft_limits && !settings->homing) {
         return STATUS_SOFT_LIMIT_NEEDS_HOMING;
     }
+    /* As in Grbl, $22=0 also switches $20 off. */
     next.soft_limits = next.soft_limits && next.homing;
     const enum status pwm = pwm_check(&next);
     if (pwm != STATUS_OK) {

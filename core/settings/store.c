@@ -55,6 +55,7 @@ static enum store_result load(const struct store *store, uint8_t key, uint8_t ve
     return is_sound(value, size, version) ? STORE_FOUND : STORE_DAMAGED;
 }
 
+/* What is stored already is not written again: that saves wear of the flash, and up to 50 ms. */
 static bool is_stored(const struct store *store, uint8_t key, const struct value *value, size_t size) {
     struct value present;
     size_t count;
@@ -67,6 +68,7 @@ static void add(struct store_batch *batch, const struct store *store, uint8_t ke
                 struct value *value, size_t size) {
     seal(value, version, size);
     size_t count = sizeof value->head + size;
+    /* There is always room: machine/stored_write.c asserts that a batch holds each value once. */
     if (store->ops == NULL || is_stored(store, key, value, size) || batch->count == STORE_BATCH_VALUES ||
         count > STORE_BATCH_SIZE - batch->used)
         return;
@@ -131,6 +133,7 @@ struct pair_image {
 };
 _Static_assert(sizeof(struct pair_image) == STORE_PAIR_SIZE, "no padding");
 
+/* 16 bits of the CRC for each pair, so that one damaged setting does not take the others with it. */
 static uint16_t check_of(const struct pair_image *image) {
     struct pair_image unchecked = *image;
     unchecked.check = 0;
@@ -183,6 +186,8 @@ size_t store_unpack(const uint8_t *image, size_t size, struct store_pair *pairs)
     if (size > STORE_IMAGE_MAX)
         return 0;
     memcpy(&value, image, size);
+    /* An image as a whole or not at all, other than store_load_settings(), which takes the pairs that are
+     * sound. */
     if (!is_sound(&value, size, STORE_SETTINGS_VERSION) || value.head.count > STORE_SETTINGS_SIZE)
         return 0;
     size_t count = value.head.count / STORE_PAIR_SIZE;

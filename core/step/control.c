@@ -6,6 +6,7 @@ void step_init(struct step *step, struct hal_step *hal) {
     *step = (struct step){.hal = hal};
     for (uint32_t i = 0; i < SPAN_POOL_SIZE; i++)
         step->pool[i].at = i;
+    /* As if the ISR had just left it: at rest, and no batch can be joined to it. */
     step->pool[0].next = &step->pool[0];
     step->span = &step->pool[0];
 }
@@ -13,6 +14,7 @@ void step_init(struct step *step, struct hal_step *hal) {
 void step_start(struct step *step, struct span *span) {
     step->fraction_q16 = 0;
     uint32_t ticks = load_span(step, span);
+    /* Before the timer: the first event may be only one interval away. */
     hal_step_direction(step->hal, span->negative);
     step->active = true;
     hal_step_timer_start(step->hal, ticks);
@@ -56,6 +58,7 @@ bool step_only_waits(const struct step *step) {
 
 void step_stand(struct step *step, struct span *span) {
     step->span = span;
+    /* As the ISR does, and in its order: readers of the position may be in another task or interrupt. */
     __atomic_store_n(&step->spans_done, step->spans_done + 1, __ATOMIC_RELEASE);
     __atomic_store_n(&step->at, span->at, __ATOMIC_RELEASE);
     step->halted = false;

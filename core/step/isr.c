@@ -8,7 +8,9 @@
  * what follows this span. */
 HAL_ISR HAL_SELDOM static void next_span(struct step *step) {
     struct hal_step *hal = step->hal;
+    /* First: step_look() relies on this count to change before `at` names another span. */
     __atomic_store_n(&step->spans_done, step->spans_done + 1, __ATOMIC_RELEASE);
+    /* The span's own address says that the ISR has left it: prep's compare-and-swap then fails. */
     struct span *span = __atomic_exchange_n(&step->span->next, step->span, __ATOMIC_ACQ_REL);
     if (span == 0) {
         hal_step_timer_stop(hal);
@@ -54,8 +56,10 @@ static HAL_INLINE void look_at_probe(struct step *step) {
 
 static HAL_INLINE void put_event(struct step *step) {
     struct hal_step *hal = step->hal;
+    /* First of all: the edge comes the same time after the interrupt, whatever follows. */
     hal_step_set(hal, step->next);
     uint32_t at;
+    /* The high half is minus the events left, so it overflows to 0 with the last one. */
     bool ends = __builtin_add_overflow(step->at, STEP_AT_EVENT, &at);
     __atomic_store_n(&step->at, at, __ATOMIC_RELAXED);
     if (ends) {

@@ -28,6 +28,8 @@ static HAL_INLINE axis_mask_t next_bits(struct step *step) {
     return (axis_mask_t)(carries >> 13 | carries >> 28);
 }
 
+/* Ticks to the next event. Intervals are Q16.16; the fraction of a tick that the timer cannot wait is
+ * carried to the event after it. */
 static HAL_INLINE uint32_t next_ticks(struct step *step) {
     uint32_t sum = step->interval_q16 + step->fraction_q16;
     step->interval_q16 += (uint32_t)step->delta_q16;

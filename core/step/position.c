@@ -34,6 +34,7 @@ static void add_events(struct step_now *now, const uint32_t phase[SPAN_WORDS], u
     for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
         uint32_t begin = phase[span_word(ax)] >> span_shift(ax) & 0xFFFFu;
         uint32_t increment = now->increment[span_word(ax)] >> span_shift(ax) & 0xFFFFu;
+        /* No overflow: done < 2^16 and increment <= 2^15, so the sum is below 2^32. */
         int32_t steps = (int32_t)((begin + done * increment) >> SPAN_PHASE_BITS);
         now->position[ax] += now->negative >> ax & 1 ? -steps : steps;
     }

@@ -22,6 +22,8 @@ static struct pin_bits bits_of(const uint8_t pin[AXIS_COUNT], unsigned axes) {
 bool step_pins_set(struct step_pins *pins, const uint8_t step[AXIS_COUNT], const uint8_t dir[AXIS_COUNT]) {
     if (!fits(step) || !fits(dir))
         return false;
+    /* A table of all combinations, because the step interrupt has no time to look for the pins of each
+     * axis. */
     for (unsigned axes = 0; axes < AXIS_MASKS; axes++) {
         pins->step[axes] = bits_of(step, axes);
         pins->dir[axes] = bits_of(dir, axes);

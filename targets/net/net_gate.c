@@ -3,6 +3,8 @@
 
 #include <string.h>
 
+/* Digests are compared, not passwords: they are of one length, and sha256_is_equal() takes the same time
+ * for all. */
 static void digest_of(const char *password, size_t size, uint8_t digest[SHA256_SIZE]) {
     struct sha256 sha;
     sha256_begin(&sha);

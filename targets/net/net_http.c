@@ -101,6 +101,7 @@ static void answer_upgrade(struct net_http_place *place, const struct net_http_r
     place->answers = place->upgrades = true;
 }
 
+/* Any page may open a WebSocket to any address; only the Origin tells where it came from. */
 static void answer_stream(struct net_http_place *place, const struct net_http_request *request) {
     if (!request->upgrades)
         refuse(place, "426 Upgrade Required", "Upgrade: websocket\r\nSec-WebSocket-Version: 13\r\n",
@@ -148,6 +149,8 @@ static void answer_request(struct net_http_place *place, const struct net_http_s
         break;
     }
     place->head_only = request.head_only;
+    /* Before anything is served: a page of another site whose name was made to lead here (DNS rebinding)
+     * sends its own name. */
     if (!net_http_host_is_ours(request.host, site->name))
         refuse(place, "421 Misdirected Request", "", "Unknown host name: use the controller's address.\n");
     else if (site->connect != NULL && strcmp(request.path, stream_path) == 0)
@@ -176,6 +179,7 @@ static void hand_over(struct net_http_place *place, const struct net_http_site *
     struct net_stream stream;
     if (websocket != NULL) {
         net_websocket_open(websocket, &place->stream, &stream);
+        /* So that end() does not close it. */
         place->stream.ops = NULL;
         site->connect(site->ctx, &stream, place->who);
     }
@@ -228,6 +232,7 @@ static void read_request(struct net_http_place *place, const struct net_http_sit
         refuse(place, "431 Request Header Fields Too Large", "", "The request is too long.\n");
 }
 
+/* Without a free place a connection waits in the backlog of the system, until one of the others is served. */
 static void let_in(struct net_http *http, uint32_t now_us) {
     for (struct net_http_place *place = http->place; place < http->place + NET_HTTP_PLACES; place++) {
         if (place->stream.ops != NULL)

@@ -2,10 +2,13 @@
  * The page of the controller over HTTP, and Grbl's stream of bytes in a WebSocket. [task] Plain BSD sockets;
  * nothing blocks, and no one who does not read or write holds anyone else up.
  *
- *   GET / ...                a file of the page; packed by gzip where there is such a copy, and on a chip
- * only so GET /api/controller      who serves, as JSON GET /api/discover        other controllers in this
- * network, as JSON; a browser cannot look itself GET /grbl, WebSocket     a client like any other: who owns,
- * who observes and who must say a password is the hub's
+ *   GET / ...              a file of the page; in gzip encoding where there is such a copy (on a chip always)
+ *
+ *   GET /api/controller    who serves, as JSON
+ *
+ *   GET /api/discover      other controllers in this network, as JSON; a browser cannot look itself
+ *
+ *   GET /grbl, WebSocket   a client like any other: who owns, who observes and who must log in is the hub's
  *
  * Pages from elsewhere may not command: a request's Host must be an address or a name that no name server of
  * others gives away (against DNS rebinding), and the Origin of a WebSocket must be that host. A connection

@@ -109,6 +109,7 @@ enum net_http_parsed net_http_parse(char *text, struct net_http_request *request
     struct handshake handshake = {"", "", "", 0};
     char *line = cut(&text, "\r\n");
     *request = (struct net_http_request){
+        /* A client that does not send Accept-Encoding accepts any encoding (RFC 9110, 12.5.3). */
         .path = "", .host = "", .origin = "", .key = "", .tag = "", .takes_gzip = true};
     if (line == NULL)
         return NET_HTTP_BAD;
@@ -151,5 +152,6 @@ bool net_http_host_is_ours(const char *host, const char *name) {
 
 bool net_http_origin_is_ours(const struct net_http_request *request) {
     const char *scheme_end = strstr(request->origin, "://");
+    /* Without an Origin it is not a page in a browser but a program, which could send any. */
     return *request->origin == '\0' || (scheme_end != NULL && strcasecmp(scheme_end + 3, request->host) == 0);
 }

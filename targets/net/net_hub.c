@@ -26,9 +26,9 @@ void net_hub_init(struct net_hub *hub, const struct net_hub_sizes *sizes, const 
     *hub = (struct net_hub){.ops = ops, .ctx = ctx, .sizes = *sizes};
 }
 
-/* ---- saying something to clients ---- */
+/* ---- messages to clients ---- */
 
-/* An observer that does not read goes; so does, far later, an owner. */
+/* An observer that does not read is disconnected; so is an owner, but much later. */
 static void say(struct net_hub *hub, struct net_client *client, const char *bytes, size_t count) {
     size_t most = client == hub->owner ? 2 * hub->sizes.out : hub->sizes.out;
     if (!is_open(client))
@@ -67,7 +67,7 @@ static void explain(struct net_hub *hub, struct net_client *observer) {
     say_message(hub, observer, text);
 }
 
-/* What a client must know that may command from now on. */
+/* Notices for a client that may take control from now on. */
 static void greet(struct net_hub *hub, struct net_client *client) {
     char text[NET_MESSAGE_SIZE];
     for (unsigned n = 0; hub->ops->notice != NULL && hub->ops->notice(hub->ctx, n, text, sizeof text); n++)
@@ -520,7 +520,7 @@ bool net_hub_feed(struct net_hub *hub) {
     return fed;
 }
 
-/* ---- what the controller says ---- */
+/* ---- the controller's output ---- */
 
 /* The controller has reset, by itself, by a button, or because a line said so: as it forgets all that it has
  * got, what waits here would be the rest of something. Senders begin again when they see the banner. */
@@ -539,7 +539,7 @@ static void forget_lines(struct net_hub *hub) {
         net_hub_tell(hub, "Queued lines discarded by the reset");
 }
 
-/* Count answers; keep those to former owners' lines from whom they would confuse. */
+/* Count answers; those to former owners' lines do not go to clients that would take them for their own. */
 static void say_line(struct net_hub *hub, const char *line, size_t size) {
     bool answer = net_line_begins(line, size, "ok\r") || net_line_begins(line, size, "error:");
     bool of_left = hub->inside_left > 0 && !net_line_is_news(line, size);

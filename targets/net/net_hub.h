@@ -57,7 +57,7 @@ struct net_hub_ops {
     /** The line that comes next, or that has begun, is to be refused. NULL as above. @return false: no room
      */
     bool (*spoil)(void *ctx);
-    /** What it said. @return bytes copied, 0: nothing more */
+    /** Its output. @return bytes copied, 0: nothing more */
     size_t (*hear)(void *ctx, char *bytes, size_t size);
     /** Let it act on real-time bytes now. */
     void (*act)(void *ctx);
@@ -66,12 +66,12 @@ struct net_hub_ops {
     /** The sender's connection has ended; NULL: never mind. @param lines_wait  the controller has not got all
      *  its lines yet */
     void (*left)(void *ctx, bool lines_wait);
-    /** What a new client must know, each as the text of a message. @param number  0, 1, .. until it returns
-     *  false: nothing more. NULL: nothing ever */
+    /** Messages for a new client. @param number  0, 1, .. until it returns false: no more. NULL: there are
+     *  none */
     bool (*notice)(void *ctx, unsigned number, char *text, size_t size);
     /** Lines or motion are under way: who only listens stays that long. May be NULL */
     bool (*busy)(void *ctx);
-    /** A client says its password. May be NULL where nothing locks. @param who  its stream's peer */
+    /** A client has sent a password. May be NULL where nothing locks. @param who  its stream's peer */
     enum net_gate_result (*login)(void *ctx, uint64_t who, const char *password, size_t size);
 };
 
@@ -88,8 +88,8 @@ struct net_client {
     bool asks;       /* a ? that waits */
     bool ended;      /* sends no more; stays until it has heard the answers */
     bool gone;       /* to be removed */
-    bool locked;     /* has not said the password; `in` is the line that it types */
-    bool hears_left; /* hears answers to lines of former owners, too */
+    bool locked;     /* not logged in; `in` is the line that it types */
+    bool hears_left; /* gets the answers to lines of former owners, too */
     bool spoiled;    /* the line that comes next, or has begun, is to be refused */
     uint8_t letters; /* of $TAKE that an observer has typed; beyond its length: another line */
 };
@@ -106,7 +106,7 @@ struct net_hub {
     bool has_spoiled;          /* NET_LINE_SPOILED may be among what waits */
     uint32_t inside;           /* lines the controller has got and not answered */
     uint32_t inside_left;      /* the oldest of these are former owners' */
-    char line[NET_LINE_SIZE];  /* of what the controller says, as far as heard */
+    char line[NET_LINE_SIZE];  /* of the controller's output, as far as it was read */
     size_t line_size;
 };
 
@@ -138,7 +138,7 @@ void net_hub_lost(struct net_client *client);
  *  @return true: it took something */
 bool net_hub_feed(struct net_hub *hub);
 
-/** Take what the controller said to all. */
+/** Pass the controller's output on to all clients. */
 void net_hub_hear(struct net_hub *hub);
 
 /** Reset the controller; lines that wait here are forgotten. */

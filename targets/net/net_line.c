@@ -11,6 +11,7 @@ bool net_line_is_realtime(uint8_t byte) {
     return byte >= 0x80 || byte == '?' || byte == '!' || byte == '~' || byte == 0x18;
 }
 
+/* Blanks and control characters are passed over: the controller's line reader drops them, too. */
 bool net_line_is_jog(const char *line, size_t size) {
     static const char jog[] = "$J=";
     size_t at = 0;

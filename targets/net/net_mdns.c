@@ -5,6 +5,8 @@
 
 enum { TYPE_A = 1, TYPE_PTR = 12, TYPE_TXT = 16, TYPE_SRV = 33, TYPE_ANY = 255 };
 enum { CLASS_IN = 1, CLASS_ANY = 255, TOP_BIT = 0x8000 }; /* the top bit: unicast wanted; cache is flushed */
+/* Packets come from anyone: QUESTIONS_MAX bounds the work for one, and JUMPS_MAX ends pointers that point in
+ * a circle. DOTTED_SIZE is longer than any name of ours. */
 enum { HEADER_SIZE = 12, QUESTIONS_MAX = 8, JUMPS_MAX = 8, DOTTED_SIZE = 128, LABEL_MAX = 63, FOREIGN = 1 };
 enum { IS_RESPONSE = 0x8000, AUTHORITATIVE = 0x0400 };
 enum { HOST_TTL_S = 120, SERVICE_TTL_S = 4500, LEGACY_TTL_S = 10 }; /* RFC 6762, 10 and 6.7 */
@@ -65,7 +67,8 @@ static bool is(const char *dotted, const char *first, const char *rest) {
     return strcmp(dotted + length, rest) == 0;
 }
 
-/* @return records that answer a question */
+/* @return records that answer a question. With the service come the records that a client asks for next (RFC
+ * 6763, 12). */
 static unsigned records_for(const struct net_mdns *mdns, const char *dotted, unsigned type) {
     const unsigned pointer = type == TYPE_PTR || type == TYPE_ANY;
     if (is(dotted, mdns->name, ".local"))
@@ -90,6 +93,8 @@ struct writer {
     bool legacy;
 };
 
+/* No check of room: all records together, with the question of a legacy resolver, are shorter than
+ * NET_MDNS_PACKET, because name and text are bounded. */
 static void put(struct writer *out, const void *bytes, size_t count) {
     memcpy(out->packet + out->size, bytes, count);
     out->size += count;
@@ -119,6 +124,8 @@ static void put_name(struct writer *out, const char *first, const char *dotted) 
 /* Name, type, class, time to live; then room for the length of what follows. @return where that is */
 static size_t begin_record(struct writer *out, const char *first, const char *dotted, unsigned type,
                            uint32_t ttl_s) {
+    /* A cache must drop what it has of a unique record; PTR records are shared with other controllers, and
+     * a simple resolver does not know the bit (RFC 6762, 10.2 and 6.7). */
     bool unique = type != TYPE_PTR && !out->legacy;
     uint32_t seconds = out->legacy && ttl_s > LEGACY_TTL_S ? LEGACY_TTL_S : ttl_s;
     put_name(out, first, dotted);
@@ -181,6 +188,7 @@ static void put_header(struct writer *out, unsigned id, unsigned questions) {
 }
 
 static size_t finish(struct writer *out) {
+    /* The lower byte of the number of answers; there are five kinds of records. */
     out->packet[7] = (uint8_t)out->records;
     return out->size;
 }

@@ -3,6 +3,7 @@
 
 #include "net_socket.h"
 
+/* A flood of questions must not hold up the caller's loop. */
 enum { PACKETS_A_POLL = 4 };
 
 static const struct net_address group = {.bytes = {224, 0, 0, 251}, .port = NET_MDNS_PORT};
@@ -15,6 +16,7 @@ int net_mdns_open(const char *host, uint16_t port) {
 
 void net_mdns_join(int fd, const struct net_mdns *mdns) {
     uint8_t packet[NET_MDNS_PACKET];
+    /* Membership belongs to an address: it is joined again, and announced, whenever that changes. */
     net_socket_join(fd, &group, mdns->address);
     size_t size = net_mdns_announce(mdns, packet);
     if (size > 0)

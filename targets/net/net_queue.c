@@ -16,6 +16,7 @@ static bool make_room(struct net_queue *queue, size_t count) {
         queue->begin = 0;
         return true;
     }
+    /* Twice what is needed, so that the next lines find room without another copy. */
     size_t size = 2 * needed < SMALLEST ? SMALLEST : 2 * needed;
     char *bytes = malloc(size);
     if (bytes == NULL)

@@ -55,6 +55,7 @@ void net_sha1(const void *text, size_t size, uint8_t digest[NET_SHA1_SIZE]) {
     size_t blocks = (size + 1 + LENGTH_SIZE + BLOCK - 1) / BLOCK;
     memcpy(padded, text, size);
     padded[size] = 0x80;
+    /* The length has 64 bits; the upper 32 are 0 for a text this short. */
     write_word(padded + blocks * BLOCK - 4, (uint32_t)size * 8);
     for (size_t i = 0; i < blocks; i++)
         compress(state, padded + i * BLOCK);

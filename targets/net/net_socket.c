@@ -9,12 +9,14 @@
 
 enum { BACKLOG = 64 };
 
+/* A socket without the option still works, so a failure is not reported. */
 static void set_option(int fd, int level, int name, int value) {
     (void)setsockopt((system_socket)fd, level, name, (const char *)&value, sizeof value);
 }
 
 /* ---- addresses ---- */
 
+/* Copied, because C does not allow a sockaddr_storage to be read as another structure. */
 static void from_system(const struct sockaddr_storage *from, struct net_address *out) {
     *out = (struct net_address){.v6 = from->ss_family == AF_INET6};
     if (out->v6) {
@@ -122,6 +124,7 @@ static long nothing_or_gone(void) {
 
 long net_socket_read(int fd, char *bytes, size_t size) {
     long count = (long)recv((system_socket)fd, bytes, (system_size)size, 0);
+    /* recv() reports an orderly end by 0; "nothing now" is an error, EWOULDBLOCK. */
     if (count == 0)
         return NET_ENDED;
     return count > 0 ? count : nothing_or_gone();
@@ -142,6 +145,7 @@ int net_socket_udp(const struct net_address *here, bool shared, int *error) {
     const struct sockaddr_in at = to_system(here);
     system_start();
     int fd = (int)socket(AF_INET, SOCK_DGRAM, 0);
+    /* For multicast DNS: the system's own responder has the port as well. */
     if (fd >= 0 && shared)
         set_option(fd, SOL_SOCKET, SO_REUSEADDR, 1);
     if (fd >= 0 && system_unblock(fd) &&

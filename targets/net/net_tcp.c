@@ -5,8 +5,8 @@
 
 #include <string.h>
 
-/* Of an IPv6 address the network, for whoever has one has all its addresses; on the link, where there is only
- * one network, the rest. */
+/* Of an IPv6 address the network (upper half), because a guesser with one address usually has all of its
+ * network; of a link-local address the lower half, because the upper one is the same for all. */
 static uint64_t peer_of(const struct net_address *from) {
     static const uint8_t mapped[12] = {[10] = 0xFF, [11] = 0xFF}, link_local[2] = {0xFE, 0x80};
     uint64_t peer = 0;

@@ -13,6 +13,8 @@ static enum state after_command(struct net_telnet *telnet, uint8_t byte) {
     return byte >= WILL && byte != IAC ? OPTION : DATA;
 }
 
+/* Every option is refused, and a refusal is not answered, so that no two sides negotiate for ever (RFC
+ * 854). */
 static size_t refuse(uint8_t verb, uint8_t option, char reply[NET_TELNET_REPLY]) {
     if (verb != WILL && verb != DO)
         return 0;

@@ -131,6 +131,7 @@ static void end_frame(struct net_websocket *ws) {
     }
     if ((ws->head[0] & FIN) == 0)
         return;
+    /* The message ends in the middle of a character. */
     if (ws->continuations > 0)
         fail(ws, NOT_UTF8);
     ws->message = 0;
@@ -167,7 +168,8 @@ static bool is_character(const struct net_websocket *ws) {
     return ws->character >= ws->character_least && ws->character <= 0x10FFFF && ws->character >> 11 != 0x1B;
 }
 
-/* A byte of a text message. @return true: *byte is one of the stream's */
+/* A byte of a text message. Browsers can send real-time bytes from 0x80 on as characters U+0080 .. U+00A1;
+ * any other character beyond ASCII is none of the stream's. @return true: *byte is one of the stream's */
 static bool take_text(struct net_websocket *ws, char *byte) {
     uint8_t code = (uint8_t)*byte;
     if (ws->continuations == 0)
@@ -226,6 +228,8 @@ static long ws_read(const struct net_stream *stream, char *bytes, size_t size) {
 
 /* ---- out ---- */
 
+/* A frame of as much as the caller has, unmasked as a server's are. What is announced must follow: later
+ * calls fill the frame (out_left) before they begin another one. */
 static void announce(struct net_websocket *ws, size_t count) {
     ws->out_left = (uint16_t)(count < OUT_MAX ? count : OUT_MAX);
     ws->out_head[0] = FIN | BINARY;

@@ -99,6 +99,7 @@ static void accept_clients(struct net_wire *wire) {
     }
 }
 
+/* A message is taken only when its reply has room: a host that does not read is not read either. */
 bool net_wire_wants_read(const struct net_wire_client *client) {
     return client->out_count + REPLY_MAX <= NET_WIRE_OUT;
 }
@@ -120,6 +121,8 @@ static bool write_replies(struct net_wire_client *client) {
 static bool answer_messages(struct net_wire *wire, int place) {
     struct net_wire_client *client = &wire->client[place];
     while (client->in_count >= 2 && net_wire_wants_read(client)) {
+        /* Each message has its size before it (docs/protocol.md). One that cannot be is no message of
+         * ours, and where the next one begins is not known: the connection ends. */
         size_t size = get_u16(client->in);
         if (size == 0 || size > WIRE_CONTROL_MAX)
             return false;

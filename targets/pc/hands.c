@@ -31,7 +31,7 @@ static bool is(const char *word, const char *other) {
     return strcmp(word, other) == 0;
 }
 
-/* @return false: no number that steps can hold */
+/* @return false: not a number, or too large for a step counter */
 static bool read_steps(const struct host *host, unsigned axis, const char *word, int32_t *out) {
     float steps_per_mm[AXIS_COUNT];
     char *end;
@@ -107,6 +107,7 @@ static const char *read_surface(const struct host *host, const struct words *wor
 static const char *read_place(const struct host *host, const struct words *words,
                               struct hands_action *action) {
     action->kind = HANDS_PLACE;
+    /* Axes that the line does not name stay where they are. */
     virtual_position(host, action->steps);
     bool good = words->count >= 2 && words->count <= 1 + AXIS_COUNT;
     for (int i = 1; good && i < words->count; i++)

@@ -54,6 +54,7 @@ static void call_motion(const void *ctx, void (*work)(void *arg), void *arg) {
 
 static const struct hal_motion_side motion_side = {.call = call_motion};
 
+/* Without a motion side of its own machine_poll() does its work, and both are late together. */
 static void own_motion_side(struct host *host) {
     host->tasks.own_motion = true;
     host->machine.board.motion_side = &motion_side;
@@ -104,6 +105,7 @@ struct host *host_open(const struct host_board *board, const char *store_path) {
     host->seen = host->trace.events;
     host->hal.timer_hz = board->timer_hz;
     host->hal.switch_ticks = UINT64_MAX;
+    /* Before machine_init(), which reads the time: hal_time_us() divides by it. */
     host->hal.timer_mhz_q8 = (uint32_t)(((uint64_t)board->timer_hz << 8) / 1000000);
     machine_init(&host->machine, &wired, &host->hal, &host->hal.step, &out);
     tasks_init(&host->tasks, board->tasks, board->timer_hz);
@@ -124,6 +126,7 @@ void host_destroy(struct host *host) {
 
 /* ---- bytes in ---- */
 
+/* The reader is what takes bytes out of the port: a receive interrupt, or a task of the firmware. */
 static bool reader_stalls(struct host *host) {
     uint64_t now = host->hal.step.now_ticks;
     return tasks_stalled_until(&host->tasks, HOST_READER, now) > now;
@@ -312,13 +315,17 @@ static enum host_wait run(struct host *host, uint64_t max_events, uint64_t until
     struct machine *machine = &host->machine;
     struct tasks *tasks = &host->tasks;
     const struct hal_step *hal = &host->hal.step;
+    /* Counts step events, so that a caller gets the program back from a job without an end. */
     uint64_t budget = max_events;
     while (budget != 0) {
+        /* What happens at this instant in the order of a chip: interrupts of inputs, bytes, tasks, then
+         * the outputs that they have set. */
         bool any = host_follow_edges(host);
         read_waiting(host);
         bool worked = false, looked = look(host, &worked);
         outputs_follow(&host->hal);
         if (looked && wants_input(host)) {
+            /* No more is coming: what waits for a successor in the look-ahead is planned to its end now. */
             if (!host->input_follows)
                 machine_input_pause(machine);
             else if (motion_has_room(&machine->drive.motion))

@@ -8,10 +8,12 @@
 #include <stdio.h>
 #include <string.h>
 
+/* Ticks per us are kept in 1/256, because a timer need not count a whole number of MHz. */
 uint32_t hal_time_us(const struct hal *hal) {
     return (uint32_t)((hal->step.now_ticks << 8) / hal->timer_mhz_q8);
 }
 
+/* With an output period (host_set_output_period()) pins change at its multiples only: outputs_follow(). */
 static void put_out(struct hal *hal) {
     if (hal->output_period_ticks == 0)
         outputs_commit(hal);
@@ -54,6 +56,7 @@ void hal_digital_set(struct hal *hal, uint8_t bits) {
 
 void hal_motors_set(struct hal *hal, bool on, bool invert) {
     hal->virtual_machine.outputs.motors = on;
+    /* The enable line is low while the motors are on, unless $4 inverts it. */
     hal->virtual_machine.outputs.enable_high = on == invert;
 }
 
@@ -84,6 +87,7 @@ void hal_debug(enum debug_channel channel, const char *what, int32_t first, int3
     fprintf(stderr, "%s: %s: %ld %ld\n", names[channel], what, (long)first, (long)second);
 }
 
+/* As an interrupt of the inputs: the task that sleeps is woken, and the edge is taken at this tick. */
 static void levels_changed(struct host *host) {
     set_probe(&host->hal);
     tasks_wake(&host->tasks, host->hal.step.now_ticks);
@@ -152,6 +156,8 @@ bool virtual_at(struct host *host, uint64_t t_ticks, int input, bool active) {
     if (input < 0 || input >= VIRTUAL_INPUT_COUNT || machine->event_count == VIRTUAL_EVENTS_MAX)
         return false;
     uint32_t at = machine->event_count++;
+    /* The next event is the last one of the array, so that taking it moves nothing; of those at one
+     * instant the one that was set first comes first. */
     for (; at > 0 && machine->events[at - 1].t_ticks <= t_ticks; at--)
         machine->events[at] = machine->events[at - 1];
     machine->events[at] =

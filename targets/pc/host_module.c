@@ -78,6 +78,8 @@ void host_module_init(struct host_module *module, struct host *host) {
 void host_module_start(struct host_module *module) {
     uint16_t *value = module->channels.config.value;
     value[CHANNELS_DEVICE_MODE] = CHANNELS_MODE_MODULE;
+    /* Without a stored configuration each channel has the pin of its number, to try a module without
+     * writing one first. */
     if (module->blank) {
         value[CHANNELS_IO_COUNT] = CHANNELS_MAX;
         for (unsigned n = 0; n < CHANNELS_MAX; n++)

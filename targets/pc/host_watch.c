@@ -11,6 +11,8 @@ struct host_published {
     double to_steps[AXIS_COUNT];
 };
 
+/* Exact way of a segment, whole steps and 1/256: signed steps, and how far the phase has moved on in the
+ * direction of the steps. */
 static double way_steps(const struct segment *segment, unsigned ax) {
     double phases = (segment->phase_end[ax] - segment->phase[ax]) / 256.0;
     return segment->steps[ax] < 0 ? segment->steps[ax] - phases : segment->steps[ax] + phases;
@@ -49,6 +51,7 @@ static void take_batch(struct host *host) {
     const struct segment_queue *queue = &host->machine.drive.motion.queue;
     double at_steps[AXIS_COUNT];
     uint32_t branch_us = queue->slots[0].end_us - (queue->slots[0].duration_ns + 999u) / 1000u;
+    /* What was published after the branch and is not stepped has been replaced by this batch. */
     while (host->planned_count > 0 &&
            (int32_t)(host->planned[host->planned_count - 1].segment.end_us - branch_us) > 0)
         host->planned_count--;

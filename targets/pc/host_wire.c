@@ -39,6 +39,7 @@ static void keep_sent(void *ctx, const struct session_peer *to, const uint8_t *p
         return; /* lost, as datagrams may be */
     *sent = (struct sent){.to = *to, .size = size};
     memcpy(sent->bytes, packet, size);
+    /* `last` is where the next one is linked in: appending needs no walk through the list. */
     *wire->last = sent;
     wire->last = &sent->next;
 }
@@ -147,6 +148,7 @@ size_t host_wire_request(struct host_wire *wire, int client, const uint8_t *mess
 
 void host_wire_run(struct host_wire *wire, uint64_t t_ticks) {
     struct host *host = wire->host;
+    /* A session is polled each ms here, which is what a module needs (session.h). */
     uint64_t ms_ticks = host->hal.timer_hz / 1000;
     for (uint64_t now; (now = host_time_ticks(host)) < t_ticks;) {
         uint64_t until = now + ms_ticks < t_ticks ? now + ms_ticks : t_ticks;

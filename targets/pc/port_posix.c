@@ -35,6 +35,7 @@ const char *port_error_text(int error) {
 
 void port_say(const char *line, size_t size) {
     struct pollfd out = {.fd = STDOUT_FILENO, .events = POLLOUT};
+    /* A reader that has stopped must not stop the controller: the line is dropped. */
     if (poll(&out, 1, 0) != 1 || (out.revents & POLLOUT) == 0)
         return;
     if (write(STDOUT_FILENO, line, size) < 0)
@@ -127,6 +128,7 @@ int port_catch_requests(int *wait_fd) {
     sigemptyset(&stop.sa_mask);
     catch_unless_ignored(SIGINT, &stop);
     sigaction(SIGTERM, &stop, NULL);
+    /* A client that has gone is reported by the write to it, and must not end the program. */
     sigaction(SIGPIPE, &ignore, NULL);
     return 0;
 }

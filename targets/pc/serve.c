@@ -206,6 +206,7 @@ static struct host *make_host(const struct serve_options *options, struct serve_
         /* no one is there yet to hear it */
     }
     if (apply_settings(host, options->settings, failure)) {
+        /* As after power-on with these settings stored: with $22=1 the machine begins locked. */
         host_lock(host);
         return host;
     }
@@ -237,6 +238,7 @@ struct serve *serve_create(const struct serve_options *options, struct serve_fai
     net_hub_init(&serve->hub, &sizes, &ops, serve);
     net_gate_init(&serve->gate, options->password);
     serve->hub.locks = serve->gate.shut;
+    /* Before the file is read: two programs with one storage would overwrite each other's settings. */
     if (claim_store(serve, options->store, failure))
         serve->host = make_host(options, failure);
     if (serve->host == NULL || !open_doors(serve, options, failure)) {
@@ -253,6 +255,8 @@ void serve_destroy(struct serve *serve) {
     if (serve->listener >= 0)
         net_socket_close(serve->listener);
     if (serve->has_pty)
+        /* The name first, so that no one opens a pty that is about to end; the pty itself when the hub has
+         * let go of it. */
         net_pty_unlink(&serve->pty);
     serve_control_close(&serve->control);
     serve_wire_close(&serve->wire);
@@ -338,6 +342,7 @@ static int wait_ms(const struct serve *serve) {
         return NOTHING_FOLLOWS_MS;
     int ms = host_next_ticks(serve->host) == UINT64_MAX ? RESTING_MS : MOVING_MS;
     uint32_t wire_us = serve_wire_wait_us(&serve->wire);
+    /* The session counts virtual time, which passes `speed` times as fast as the wall clock. */
     double wire_ms = wire_us == UINT32_MAX ? ms : (double)wire_us * 1e-3 / serve->speed;
     return wire_ms < ms ? (int)wire_ms : ms;
 }

@@ -15,6 +15,7 @@ int serve_claim(const char *path, int *error) {
         *error = kind == PORT_FOLDER ? EISDIR : EINVAL;
         return -1;
     }
+    /* Not the file itself: that is replaced at every save, and a lock belongs to the file that was opened. */
     int length = snprintf(name, sizeof name, "%s.lock", path);
     if (length < 0 || length >= NAME_SIZE) {
         *error = ENAMETOOLONG;

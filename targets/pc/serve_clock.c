@@ -3,6 +3,8 @@
 
 #include "port.h"
 
+/* A program that was stopped (a laptop asleep, a debugger) does not make up for the time: virtual time
+ * slips. */
 #define MAX_BEHIND_NS 250000000.0
 
 void serve_clock_start(struct serve_clock *clock, double ticks_per_s, uint64_t ticks) {

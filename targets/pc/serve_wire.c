@@ -47,6 +47,7 @@ void serve_wire_fill_poll(const struct serve_wire *wire, struct port_poll polls[
         const struct net_wire_client *client = &net->client[i];
         bool there = wire->open && client->stream.ops != NULL;
         short wanted = net_wire_wants_read(client) ? PORT_READ : 0;
+        /* Replies that wait: the round writes them as soon as the socket takes more. */
         if (client->out_count > 0)
             wanted |= PORT_WRITE;
         polls[2 + i] = (struct port_poll){.fd = there ? client->stream.fd : -1, .wanted = wanted};

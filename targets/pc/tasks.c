@@ -8,6 +8,7 @@ static uint64_t ticks_of_us(const struct tasks *tasks, uint64_t us) {
 }
 
 static uint64_t random_below(struct tasks *tasks, uint64_t below) {
+    /* Marsaglia's xorshift64, so that a seed always makes the same stalls. Its state must not be 0. */
     tasks->random ^= tasks->random << 13;
     tasks->random ^= tasks->random >> 7;
     tasks->random ^= tasks->random << 17;
@@ -63,12 +64,14 @@ bool tasks_stall(struct tasks *tasks, const struct task_stall *stall, uint64_t n
 
 void tasks_stall_randomly(struct tasks *tasks, const struct host_random_stalls *stalls, uint64_t now_ticks) {
     tasks->random_stalls = *stalls;
+    /* 2^64 divided by the golden ratio: seeds that differ by 1 begin far apart. */
     tasks->random = stalls->seed * 0x9E3779B97F4A7C15u | 1u;
     tasks->random_stall = (struct task_stall){0};
     if (stalls->sides != 0)
         next_random_stall(tasks, now_ticks);
 }
 
+/* In one loop controller and motion side are late together; the reader is an interrupt there, and is not. */
 static bool concerns(const struct tasks *tasks, const struct task_stall *stall, enum host_side side) {
     bool both_loop = tasks->one_loop && stall->side != HOST_READER && side != HOST_READER;
     return stall->side == side || both_loop;
@@ -127,6 +130,7 @@ void tasks_looked(struct tasks *tasks, enum host_side side, bool done, uint64_t 
 void tasks_wake(struct tasks *tasks, uint64_t now_ticks) {
     for (unsigned side = 0; side < HOST_SIDES; side++) {
         struct task *task = &tasks->task[side];
+        /* It has slept since: its next look is at its next tick, not at the moment of the event. */
         if (task->idle && task->period_ticks > 0 && task->due_ticks <= now_ticks)
             sleep_from(tasks, task, now_ticks);
         task->idle = false;

@@ -13,6 +13,7 @@ static void axes_of(const struct virtual_machine *machine, const int32_t motors[
     memcpy(axes, motors, AXIS_COUNT * sizeof axes[0]);
     if (!machine->core_xy)
         return;
+    /* CoreXY: X = (A + B) / 2, Y = (A - B) / 2, rounded down, also below 0. */
     axes[AXIS_X] = (motors[0] + motors[1]) >> 1;
     axes[AXIS_Y] = (motors[0] - motors[1]) >> 1;
 }
@@ -43,6 +44,7 @@ static uint64_t of_second_motors(const struct virtual_machine *machine) {
 }
 
 bool virtual_update(struct virtual_machine *machine) {
+    /* An input that was set by hand stays on, whatever the axes do. */
     uint64_t levels = machine->forced;
     int32_t at[AXIS_COUNT];
     axes_of(machine, machine->position, at);
@@ -83,6 +85,7 @@ uint64_t virtual_next_ticks(const struct virtual_machine *machine) {
 void virtual_read(const struct virtual_machine *machine, struct hal_inputs *inputs) {
     const uint64_t axes = (1u << AXIS_COUNT) - 1;
     uint64_t levels = machine->levels;
+    /* A switch pulls its line low when it closes, as $5=0 expects. */
     const struct hal_switches switches = {
         .limit_min = (axis_mask_t)(~(levels >> VIRTUAL_LIMIT_MIN) & axes),
         .limit_max = (axis_mask_t)(~(levels >> VIRTUAL_LIMIT_MAX) & axes),

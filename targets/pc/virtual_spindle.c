@@ -49,6 +49,7 @@ static double passed_s(const struct course *course, double rev, double t_s) {
         if (at_s >= course->ramp_s && at_s <= t_s + ROUNDING_S)
             return fmin(at_s, t_s);
     }
+    /* In the ramp: v0 t + a t^2 / 2 = rev. */
     double square = course->v0 * course->v0 + 2.0 * course->accel * rev;
     if (course->accel == 0.0 || square < 0.0)
         return -1.0;
@@ -68,6 +69,8 @@ void vspindle_read(const struct virtual_spindle *spindle, uint64_t now_ticks, ui
     double low = passed_s(&course, count / spindle->counts_per_rev - spindle->from_rev, t_s);
     double high = passed_s(&course, (count + 1.0) / spindle->counts_per_rev - spindle->from_rev, t_s);
     double edge_s = fmax(fmax(low, high), 0.0), index = floor(angle - INDEX_REV);
+    /* The newest edge is the later passage of either border of the present count: a spindle that turned
+     * round has passed the same one twice. */
     out->counts = (int64_t)count;
     out->edge_ticks = spindle->from_ticks + (uint64_t)(edge_s * timer_hz);
     out->index_counts = (int64_t)floor((index + INDEX_REV) * spindle->counts_per_rev);

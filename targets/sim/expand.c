@@ -53,6 +53,7 @@ static int32_t read_text(const void *ctx, uint32_t offset, char *bytes, uint32_t
 
 /* ---- what comes out ---- */
 
+/* By doubling, so that a long program costs a constant time for each line. */
 static void *grown(void *items, size_t wanted, size_t *room, size_t item_size) {
     while (*room < wanted)
         *room = *room == 0 ? 1024 : 2 * *room;
@@ -132,6 +133,7 @@ static enum status take_line(struct run *run, bool *ends) {
         return STATUS_LINE_TOO_LONG;
     if (!add_line(run->out, line, run->program.line))
         run->out->short_of_memory = *ends = true;
+    /* The line goes out in any case; followed is only what the machine will execute. */
     else if (line[0] != '$' && gcode_line(&run->gcode, line, &command) == STATUS_OK)
         *ends = follow(run, line, &command);
     else

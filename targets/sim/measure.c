@@ -78,6 +78,7 @@ struct measure *measure_create(uint32_t timer_hz) {
 void measure_expect_accel(struct measure *m, int axis, double accel_steps_s2) {
     uint64_t window = WINDOW;
     if (accel_steps_s2 > 0.0) {
+        /* From rest: steps = a W^2 / 2. */
         double points = ceil(sqrt(2.0 * MEASURE_WINDOW_STEPS / accel_steps_s2) * (double)GRID_HZ);
         window = points < (double)LONGEST ? (uint64_t)points : LONGEST;
     }
@@ -137,6 +138,7 @@ static void take_sample(struct measure *m, const double moved[AXIS_COUNT]) {
     if (!make_room(s))
         return;
     struct path_sample *sample = &s->samples[s->count++];
+    /* Speed is the mean over the window, so it belongs to its middle, and so does the position. */
     size_t centre = (m->point - CENTRE) % HISTORY;
     double moved_sq = 0.0;
     for (int axis = 0; axis < AXIS_COUNT; axis++) {
@@ -198,6 +200,8 @@ static void skip_points(struct measure *m, const struct stretch *stretch, uint64
 }
 
 static void take_points(struct measure *m, const struct stretch *stretch, uint64_t count) {
+    /* A long stretch: both ends point by point, until every window lies within the stretch, and a jump
+     * between them. */
     if (count > 3 * m->settle) {
         for (unsigned i = 0; i < m->settle; i++)
             take_point(m, stretch);
@@ -248,6 +252,7 @@ static inline void count_edge(struct measure *m, unsigned axis, bool negative, u
         sum->min_steps[axis] = position;
     uint64_t interval = t_ticks - m->edge_ticks[axis];
     m->edge_ticks[axis] = t_ticks;
+    /* The first edge has none before it. */
     if (interval < m->min_interval_ticks[axis] && sum->steps_total[axis] != 0)
         m->min_interval_ticks[axis] = interval;
     sum->steps_total[axis]++;

@@ -60,6 +60,7 @@ struct monitor {
 static void found(struct monitor *monitor, const char *format, ...) {
     char text[FOUND_SIZE / 2];
     va_list arguments;
+    /* Only the first: what follows is often its consequence. */
     if (monitor->found[0] != '\0')
         return;
     va_start(arguments, format);
@@ -84,6 +85,8 @@ static bool is_exempt(const struct monitor *monitor) {
            machine->settings.kinematics != KINEMATICS_CARTESIAN;
 }
 
+/* First and second differences of the position at the ends of three windows: speed and acceleration, in
+ * steps per window and per window squared. */
 static void check_axis(struct monitor *monitor, unsigned ax) {
     const struct windows *w = &monitor->windows;
     const double window_s = 1.0 / WINDOWS_A_S, per_mm = (double)monitor->steps_per_mm[ax];
@@ -118,6 +121,7 @@ static void pass_windows(struct monitor *monitor, uint64_t t_ticks) {
     w->number = number;
 }
 
+/* A window in which the limits changed would be judged by the wrong ones. */
 static bool limits_changed(struct monitor *monitor) {
     const struct settings *now = &monitor->host->machine.settings;
     bool same = memcmp(monitor->steps_per_mm, now->steps_per_mm, sizeof monitor->steps_per_mm) == 0 &&
@@ -246,6 +250,8 @@ static void put(void *ctx, uint8_t byte, bool lossy) {
     struct monitor *monitor = ctx;
     if (byte >= 0x80 || byte == 0x18 || byte == '?' || byte == '!' || byte == '~')
         return; /* taken out before the lines */
+    /* Once bytes may be lost it is not known any more which line an answer belongs to: then only their
+     * number counts. */
     monitor->lossy |= lossy;
     enum line_result result = line_reader_put(&monitor->model, byte);
     if (result == LINE_NONE)
@@ -271,6 +277,7 @@ static void take_said(struct monitor *monitor, const char *line) {
         take_answer(monitor, line);
     } else if (strncmp(line, "Grbl ", 5) == 0) {
         monitor->banners++;
+        /* With the banner all lines on their way are over; none of them is answered any more. */
         monitor->answered = monitor->sent;
         line_reader_reset(&monitor->model);
     } else if (line[0] == '<') {
@@ -352,6 +359,7 @@ const char *monitor_end(struct monitor *monitor) {
     struct host *host = monitor->host;
     release_all(monitor);
     uint64_t stalled = tasks_stalls_end(&host->tasks);
+    /* No more lines come: what waits in the look-ahead may run. */
     host_input_follows(host, 0);
     (void)host_run_until(host, stalled);
     (void)host_write(host, "\x18", 1);

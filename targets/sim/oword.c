@@ -7,7 +7,8 @@
 
 #include <string.h>
 
-/* No keyword begins with one that comes before it. */
+/* No keyword begins with one that comes before it, so the first that fits is the right one: ELSEIF
+ * comes before ELSE. */
 static const struct {
     const char *text;
     enum oword_kind kind;
@@ -64,7 +65,7 @@ static enum status read_digits(const char **text, struct program_label *label) {
     return STATUS_OK;
 }
 
-/* Behind "#" or "[": skip what cannot be computed yet up to its keyword. */
+/* After "#" or "[": skip what cannot be computed yet up to its keyword. */
 static void skip_computed(const char **text) {
     unsigned depth = 0;
 

@@ -48,6 +48,8 @@ static enum status note_sub(struct program *program, const struct oword *oword, 
     return STATUS_OK;
 }
 
+/* Once over the whole file, because a subroutine may be called before it is defined. Labels that are
+ * computed are read with no context: only calls may have them, and a call is not noted. */
 static enum status note_subs(struct program *program) {
     struct program_sub *open = NULL;
     bool more = true;
@@ -67,6 +69,7 @@ static enum status note_subs(struct program *program) {
     }
     if (open == NULL)
         return STATUS_OK;
+    /* The error is reported at the SUB line that has no end. */
     program->line = open->body.line - 1;
     return STATUS_O_WORD_UNMATCHED;
 }
@@ -133,6 +136,7 @@ static enum status skip_to(struct program *program, const struct program_label *
             status = oword_read(NULL, program->text, found);
         if (status != STATUS_OK)
             return status;
+        /* A loop or an if does not reach into or out of a subroutine. */
         if (!more || found->kind == OWORD_SUB || found->kind == OWORD_ENDSUB)
             break;
         if ((kinds & KIND_BIT(found->kind)) != 0 && oword_same(&found->label, &wanted))
@@ -167,6 +171,7 @@ static enum status find_branch(const struct step *step) {
             return status;
         if (found.kind == OWORD_ELSE)
             break;
+        /* Of the ELSEIF, for what a condition may read (#<_line>). */
         context.line = program->line;
         const enum status computed = condition(&context, &found, &value);
         if (computed != STATUS_OK)
@@ -216,6 +221,7 @@ static enum status take_while(const struct step *step) {
     }
     if (value == 0.0)
         return skip_to(program, &step->oword->label, KIND_BIT(OWORD_ENDWHILE), &found);
+    /* From the WHILE line itself, so that its condition is computed again in each round. */
     return open_block(step, program->at, 0);
 }
 
@@ -347,6 +353,8 @@ static enum status end_call(const struct step *step) {
     program->block_count = call->blocks;
     program->next = call->back;
     program->call_count--;
+    /* M73: the caller gets its modes back by a line M72 of our own. A later M70 to M73 has overwritten
+     * what that would restore, which is an error. */
     program->restores = call->saved != 0;
     return call->saved == 0 || call->saved == program->saves ? STATUS_OK : STATUS_SAVED_OVER;
 }

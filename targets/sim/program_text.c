@@ -51,7 +51,7 @@ static void take(struct program *program, struct filter *filter, char character)
     }
 }
 
-/* Behind a line end; CR LF is one. */
+/* After a line end; CR LF is one. */
 static void end_line(struct program *program, int byte) {
     program->line = program->next.line++;
     program->next.offset++;

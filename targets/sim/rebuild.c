@@ -24,8 +24,11 @@ struct rebuild *rebuild_create(uint8_t axis_count) {
     struct rebuild *rebuild = calloc(1, sizeof *rebuild);
     if (rebuild == NULL)
         return NULL;
+    /* fmax() of NaN and a number is the number: the first move of Z sets it. */
     rebuild->top_z_mm = NAN;
     rebuild->gcode.axes = (axis_mask_t)((1u << axis_count) - 1);
+    /* The board's outputs are not known here. None is missing, so that no line is refused that the machine
+     * has executed. */
     rebuild->gcode.ports = GCODE_PORTS_ALL;
     gcode_modal_init(&rebuild->gcode.modal);
     line_reader_reset(&rebuild->reader);
@@ -72,6 +75,7 @@ static void take_move(struct rebuild *rebuild, const double target_mm[AXIS_COUNT
 static void take(struct rebuild *rebuild, const struct gcode_command *command) {
     const struct gcode_move *move = &command->move;
     if (command->tool_table_used || (command->store != STORE_NOTHING && command->store != STORE_G92))
+        /* The job has changed what the machine stores: it is not what it was before the first line. */
         rebuild->stored = 1;
     gcode_offsets_apply(&rebuild->gcode.offsets, command);
     if (move->motion != MOTION_NONE && move->via)

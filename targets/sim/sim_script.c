@@ -24,6 +24,7 @@ const char *script_add(struct sim_script *script, const struct host *host, doubl
     strcpy(item.event.line, line);
     script->items = grown;
     size_t at = script->count++;
+    /* In the order of times; of those at one time the first added comes first. */
     for (; at > 0 && script->items[at - 1].event.t_s > t_s; at--)
         script->items[at] = script->items[at - 1];
     script->items[at] = item;

@@ -33,6 +33,8 @@ static bool is_harmless(unsigned char c) {
     return c >= ' ' && c < DELETE && c != '!' && c != '?' && c != '~';
 }
 
+/* Bytes that a controller would take as real-time commands must not act: in a comment they are left out,
+ * elsewhere they become a character that it refuses, so that the line is an error and not another line. */
 static char *put_line(char *out, const char *line, const char *end) {
     bool in_brackets = false, in_tail = false;
     for (; line < end; line++) {
@@ -63,6 +65,8 @@ static uint64_t count_ends(const char *text, const char *end) {
 
 int sim_text_make(struct sim_text *out, const char *text, size_t size) {
     const char *end = text + size;
+    /* Editors of Windows begin a file so, and those of DOS end it with Ctrl-Z; neither is a part of the
+     * program. */
     if (size >= 3 && memcmp(text, utf8_mark, 3) == 0)
         text += 3;
     while (end > text && end[-1] == CTRL_Z)

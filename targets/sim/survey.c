@@ -47,6 +47,7 @@ struct survey *survey_create(struct host *host, const struct sim_text *text) {
     if (survey == NULL)
         return NULL;
     *survey = (struct survey){.host = host, .text = text, .count = (size_t)text->file_lines + 1};
+    /* Settings were sent as lines, too: the controller has counted them. */
     survey->first = host_machine(host)->lines.count + 1;
     survey->lines = calloc(survey->count, sizeof *survey->lines);
     if (survey->lines == NULL) {
@@ -139,6 +140,8 @@ static void judge(struct survey *survey, struct survey_line *row, const double t
     tool_mm(survey, stretch->from_steps, from_mm);
     const struct motion_limits *limits = &host_machine(survey->host)->drive.motion.plan.limits;
     float mm_s = (float)counted_mm(from_mm, to_mm) / stretch->time_s * sure_part(limits, stretch, to_steps);
+    /* A first stretch that is too short gives a rough speed; the next one replaces it, and only then the
+     * highest counts. */
     row->reached_mm_s = is_all || mm_s > row->reached_mm_s ? mm_s : row->reached_mm_s;
     row->at_rate |= at_rate(limits, stretch, to_steps);
     if (stretch->time_s >= STRETCH_S)
@@ -231,6 +234,7 @@ static void take_arc(struct survey *survey, uint32_t line) {
     for (unsigned i = 0; i < 2; i++) {
         char letter = (char)(arc->by_radius ? 'R' : 'I' + axes[i]);
         bool given = (block.words & WORD_BIT(letter)) != 0;
+        /* G90.1: the centre is in work coordinates; the arc is described from where it starts. */
         double offset_mm = state->offsets.wcs_mm[command.next.wcs][axes[i]] + state->offsets.g92_mm[axes[i]];
         if (axes[i] == AXIS_Z)
             offset_mm += state->offsets.tool_length_mm;

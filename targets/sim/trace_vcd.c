@@ -56,6 +56,8 @@ static char *put_event(char *p, struct trace_vcd *vcd, const struct trace_event 
     p = put_fall(p, vcd, t_ns);
     axis_mask_t turned = (axis_mask_t)((vcd->dir_mask ^ event->dir_mask) & vcd->shown_dir);
     if (turned != 0) {
+        /* An event says only the direction of its step; the line has changed at least the setup time
+         * before it. */
         p = put_time(p, vcd, t_ns > vcd->dir_setup_ns ? t_ns - vcd->dir_setup_ns : 0);
         p = put_levels(p, turned, event->dir_mask, AXIS_COUNT);
         vcd->dir_mask = event->dir_mask;
@@ -144,6 +146,7 @@ struct trace_writer *trace_vcd_open(const char *path, uint32_t timer_hz, uint32_
     writer->finish = finish;
     writer->follow = follow;
     struct trace_vcd *vcd = &writer->vcd;
+    /* A pulse without a length would not be visible: both edges would have the same time. */
     vcd->pulse_ns = step_pulse_ns > 0 ? step_pulse_ns : 1;
     vcd->dir_setup_ns = dir_setup_ns;
     for (unsigned axis = 0; axis < AXIS_COUNT; axis++) {

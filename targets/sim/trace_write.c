@@ -53,6 +53,7 @@ bool trace_writer_attach(struct trace_writer *writer, struct trace *trace) {
     return true;
 }
 
+/* The caller writes directly into the buffer: a trace has a line for each step event. */
 char *trace_writer_room(struct trace_writer *writer, size_t size) {
     if (TRACE_BUFFER - writer->used < size)
         flush(writer);

@@ -188,3 +188,14 @@ def test_the_answers_do_not_depend_on_how_the_bytes_come() -> None:
         results.append((said, grbl.position()))
         grbl.close()
     assert results.count(results[0]) == len(results)
+
+
+def test_a_startup_line_is_checked_as_any_other_line(grbl: Grbl) -> None:
+    """What the machine refuses in a program it neither executes nor stores as a startup line."""
+    grbl.send("$83=1\n$80=2\n$81=100\n$82=100\n")
+    for line in ("M64 P0", "G0 X500 Y500"):
+        refused = grbl.send(f"{line}\n")
+        assert refused.startswith("error:")
+        assert grbl.send(f"$N0={line}\n") == refused
+        assert "$N0=\r\n" in grbl.send("$N\n")
+    assert "<Idle" in grbl.send("?")

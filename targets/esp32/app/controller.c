@@ -9,6 +9,7 @@
 
 #define ASK_EVERY_US 50000u /* observers' status requests */
 
+/* FEEDS_A_ROUND: then other clients are read again, however many lines of the owner wait. */
 enum { FEEDS_A_ROUND = 4, JOG_CANCEL = 0x85 };
 
 /* ---- the machine as the hub sees it ---- */
@@ -23,6 +24,7 @@ static void lost(void *ctx, long what) {
     rx_count(machine_rx(controller->machine), what == NET_LOST ? RX_OVERRUN : RX_UNFRAMED);
 }
 
+/* The mark needs room in the receive buffer. The hub can wait for it; a UART could not (rx_put_or_lose()). */
 static bool spoil(void *ctx) {
     struct controller *controller = ctx;
     struct rx *rx = machine_rx(controller->machine);
@@ -134,6 +136,7 @@ static long port_write(const struct net_stream *stream, const char *bytes, size_
     return port->stream.ops->write(&port->stream, bytes, count);
 }
 
+/* A serial port stays: let_in() attaches it again in the next round, as a new client. */
 static void port_close(const struct net_stream *stream) {
     struct controller_port *port = stream->ctx;
     port->attached = false;
@@ -215,6 +218,7 @@ bool controller_round(struct controller *controller) {
         if (!more)
             break;
     }
+    /* After machine_poll(): what the session reports has just happened (session.h). */
     if (controller->has_wire)
         session_poll(&controller->session);
     net_hub_flush(&controller->hub);

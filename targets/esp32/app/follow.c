@@ -30,6 +30,7 @@ void follow_init(struct follow *follow, struct machine *machine, struct hal *hal
     apply(follow);
 }
 
+/* Not in motion: a changed polarity or pulse length would be an edge too many, or a pulse too short. */
 void follow_poll(struct follow *follow) {
     const struct settings *now = machine_settings(follow->machine);
     if (settings_differ(now, &follow->applied, SETTING_AFFECTS_SIGNALS) &&

@@ -22,6 +22,8 @@ void io_module_round(struct io_module *module) {
     session_poll(module->session);
 }
 
+/* For an update: outputs go to their safe state first, and no command acts until io_module_unlock(). A
+ * lock of an e-stop from before is kept. */
 void io_module_lock(struct io_module *module) {
     module->locked = module->channels->locked;
     channels_safe(module->channels);

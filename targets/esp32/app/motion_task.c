@@ -34,6 +34,7 @@ static void call(const void *ctx, void (*work)(void *arg), void *arg) {
     (void)ctx;
     asked.arg = arg;
     asked.waits = xTaskGetCurrentTaskHandle();
+    /* Last: the motion task takes it as the sign that the rest is there. */
     __atomic_store_n(&asked.work, work, __ATOMIC_RELEASE);
     xTaskNotifyGive(motion.task);
     (void)ulTaskNotifyTake(pdTRUE, portMAX_DELAY);
@@ -48,6 +49,7 @@ static void IRAM_ATTR do_what_is_asked(void) {
     portENTER_CRITICAL(&lock); /* holds the inputs off, not the step timer: work() halts it first */
     work(asked.arg);
     portEXIT_CRITICAL(&lock);
+    /* First the slot is free, then the caller continues: it may ask again immediately. */
     __atomic_store_n(&asked.work, NULL, __ATOMIC_RELEASE);
     xTaskNotifyGive(asked.waits);
 }
@@ -66,6 +68,7 @@ static void IRAM_ATTR pump_poll(void) {
 
 static void IRAM_ATTR run(void *unused) {
     (void)unused;
+    /* Here, because ESP-IDF puts an interrupt on the core that allocates it. */
     motion.good = step_engine_attach(machine_step(motion.machine)) &&
                   inputs_attach(&motion.hal->inputs, motion.machine);
     (void)esp_task_wdt_add(NULL);

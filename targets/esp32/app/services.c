@@ -79,6 +79,8 @@ bool services_poll(struct services *services, uint32_t now_us) {
     poll_name(services);
     if (!services->confirmed && now_us >= CONFIRM_US) {
         services->confirmed = true;
+        /* An update has run for CONFIRM_US without a crash: from now on the bootloader does not go back to
+         * the image before. */
         ota_flash_confirm();
     }
     return poll_updates(services, now_us);

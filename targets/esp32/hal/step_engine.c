@@ -34,6 +34,7 @@ static void set_probe(struct hal_step *hal, uint8_t gpio) {
 
 bool step_engine_init(struct hal_step *hal, const struct step_engine_board *board) {
     uint32_t divider = APB_HZ / board->timer_hz;
+    /* Exact, or all speeds would be off by what the division leaves. */
     if (divider < 2 || divider > DIVIDER_MAX || divider * board->timer_hz != APB_HZ)
         return false;
     if (!step_pins_set(&hal->pins, board->step_gpio, board->dir_gpio))
@@ -45,6 +46,7 @@ bool step_engine_init(struct hal_step *hal, const struct step_engine_board *boar
         return false;
     step_engine_set_pulse(hal, board->step_pulse_ns);
     set_probe(hal, board->probe_gpio);
+    /* The group's other timer is the switch timer (io/switch_timer.c): only the first user may reset it. */
     PERIPH_RCC_ACQUIRE_ATOMIC(PERIPH_TIMG0_MODULE, users) {
         if (users == 0) {
             timer_ll_enable_bus_clock(0, true);

@@ -44,6 +44,8 @@ bool step_rmt_init(struct hal_step *hal, const uint8_t step_gpio[AXIS_COUNT]) {
     for (unsigned ax = 0; ax < BOARD_AXIS_COUNT; ax++)
         if (!make_channel(step_gpio[ax], ax))
             return false;
+    /* One word for all channels, so that the interrupt needs no table; a driver that configures them
+     * differently is refused. */
     const uint32_t rest = RMT.STEP_RMT_CONF(0) & ~STEP_RMT_ONCE;
     for (unsigned ax = 0; ax < BOARD_AXIS_COUNT; ax++) {
         if ((RMT.STEP_RMT_CONF(ax) & ~STEP_RMT_ONCE) != rest)

@@ -25,6 +25,7 @@ static bool add_channel(pcnt_unit_handle_t unit, const struct encoder_wire *edge
                                          PCNT_CHANNEL_LEVEL_ACTION_INVERSE) == ESP_OK;
 }
 
+/* Quadrature: each edge of both lines counts by 1, so that a line of the encoder is four counts. */
 static bool start(pcnt_unit_handle_t unit, const struct encoder_wire *a, const struct encoder_wire *b) {
     const pcnt_glitch_filter_config_t filter = {.max_glitch_ns = GLITCH_NS};
     const pcnt_channel_edge_action_t up = PCNT_CHANNEL_EDGE_ACTION_INCREASE,

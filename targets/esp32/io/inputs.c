@@ -106,6 +106,7 @@ void inputs_set_levels(struct inputs *inputs, bool limit_invert, bool probe_inve
     for (unsigned input = INPUT_ESTOP; input < INPUT_COUNT; input++)
         active_low |= inputs->wire[input].active_high ? 0 : 1u << input;
     inputs->active_low = active_low;
+    /* From the levels as they are: a changed polarity is not an edge. */
     debounce_start(&inputs->debounce, read_pins(inputs));
 }
 

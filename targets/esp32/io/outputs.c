@@ -58,6 +58,7 @@ void outputs_motors(const struct outputs *outputs, bool on, bool invert) {
     set(outputs, SWITCH_ENABLE, on != invert);
 }
 
+/* Direction first, so that the spindle never starts the wrong way round. */
 void outputs_spindle(struct outputs *outputs, int direction) {
     set(outputs, SWITCH_SPINDLE_DIR, direction < 0);
     set(outputs, SWITCH_SPINDLE_ENABLE, direction != 0);

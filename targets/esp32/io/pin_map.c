@@ -58,6 +58,8 @@ static const struct pin_wire *rival(const struct pin_map *map, const struct pin_
     return NULL;
 }
 
+/* A signal is never left without its pin: a limit switch that is silently not there would be worse than
+ * one on the board's own pin. */
 static void refuse(struct pin_wire *wire, const struct row *row, const struct pin_moves *moves,
                    const char *why) {
     char text[112];

@@ -9,6 +9,7 @@
 
 #include <stddef.h>
 
+/* Timer 1 of the step timer's group. Divided by 80, so that a tick is 1 us. */
 #define APB_MHZ          80u
 #define RESTS            (STEP_TIMER_UP | STEP_TIMER_LEVEL_INT | STEP_TIMER_DIVIDE(APB_MHZ))
 #define RUNS             (RESTS | STEP_TIMER_RUN | STEP_TIMER_ALARM)
@@ -22,6 +23,7 @@ HAL_ISR void switch_timer_start(uint32_t us) {
     TIMERG0.hw_timer[1].alarmhi.val = 0;
     TIMERG0.hw_timer[1].alarmlo.val = us;
     TIMERG0.int_clr_timers.val = SWITCH_INTERRUPT;
+    /* An alarm of the time before was cleared while the timer rests, so that it cannot count for this one. */
     TIMERG0.hw_timer[1].config.val = RUNS;
 }
 

@@ -4,6 +4,7 @@
 #include <stdio.h>
 #include <string.h>
 
+/* A packet: IMPROV, version, type, length, data, and the sum of all bytes before it. */
 enum { VERSION = 1, NAME_SIZE = 6, TYPE_AT = 7, LENGTH_AT = 8 };
 enum type { TYPE_STATE = 1, TYPE_ERROR = 2, TYPE_RPC = 3, TYPE_RESULT = 4 };
 enum state { STATE_READY = 2, STATE_JOINING = 3, STATE_JOINED = 4 };

@@ -38,6 +38,7 @@ void app_main(void) {
     struct complaints complaints = {.text = ""};
     firmware.guard = &guard;
     enum nvs_start kept = nvs_flash_ops_open(&firmware.store);
+    /* Before anything that may have been the cause of a crash. */
     firmware.safe_mode = boot_guard_begin(&guard, cause_of_start());
     controller_init(&firmware.controller, &firmware.machine, &sizes);
     firmware_read_choices(&firmware);

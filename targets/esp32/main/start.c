@@ -101,6 +101,7 @@ static void start_inputs(struct firmware *firmware) {
     (void)read_u8(firmware, NVS_HOLD_INPUT, &roles.hold);
     (void)read_u8(firmware, NVS_START_INPUT, &roles.start);
     inputs_init(&firmware->hal.inputs, wire, &roles);
+    /* Reads as a pressed e-stop: in safe mode, and during an update, nothing can be commanded to move. */
     firmware->hal.inputs.locked = firmware->safe_mode;
 }
 

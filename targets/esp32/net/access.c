@@ -3,7 +3,8 @@
 
 #include <string.h>
 
-/* Six bits of each byte, as printable characters. */
+/* A password exists and cannot be read, so an unknown one takes its place: no one can log in. Six bits of
+ * each byte, as printable characters. */
 static void make_unknown(char password[ACCESS_PASSWORD_MAX + 1], const struct access_ops *ops, void *ctx) {
     uint8_t bytes[ACCESS_PASSWORD_MAX];
     ops->random(ctx, bytes, sizeof bytes);

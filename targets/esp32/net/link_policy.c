@@ -12,6 +12,7 @@ void link_policy_ethernet(struct link_policy *policy, bool up, uint32_t now_ms) 
 }
 
 bool link_policy_wifi(struct link_policy *policy, uint32_t now_ms) {
+    /* Only after the cable has been as it is for a while: a short break must not start the radio. */
     if (policy->wifi == policy->ethernet && now_ms - policy->since_ms >= LINK_SETTLES_MS)
         policy->wifi = !policy->ethernet;
     return policy->wifi;

@@ -61,6 +61,7 @@ static uint32_t now_ms(void) {
 
 /* ---- events ---- */
 
+/* Called in the event task and in the controller's: neither may wait, so news that find no room are lost. */
 static bool pass_on(enum change change, uint32_t address) {
     const struct news news = {change, address};
     return xQueueSend(network.news, &news, 0) == pdTRUE;
@@ -123,6 +124,7 @@ static void on_cable(void *ctx, esp_event_base_t base, int32_t id, void *data) {
 
 /* ---- the task ---- */
 
+/* The count first, then `scanning` with release: network_scanned() sees a complete list. */
 static void end_scan(size_t found) {
     network.found_count = found;
     __atomic_store_n(&network.scanning, false, __ATOMIC_RELEASE);
@@ -132,6 +134,7 @@ static void take(const struct news *news) {
     switch (news->change) {
     case ETHERNET_UP:
     case ETHERNET_DOWN:
+        /* 0 when it is down. */
         network.ethernet = news->address;
         link_policy_ethernet(&network.policy, news->change == ETHERNET_UP, now_ms());
         break;
@@ -167,6 +170,7 @@ static void run(void *unused) {
             end_scan(0); /* the driver was switched off meanwhile, or its word was lost */
         bool own = network.has_wifi && wifi_poll(link_policy_wifi(&network.policy, now_ms()));
         uint32_t station = network_station_address();
+        /* The address that is announced: the cable's before WiFi's, and that of the own network last. */
         uint32_t address = network.ethernet != 0 ? network.ethernet : station;
         address = address == 0 && own ? (uint32_t)OWN_ADDRESS : address;
         __atomic_store_n(&network.address, address, __ATOMIC_RELAXED);
@@ -184,6 +188,7 @@ bool network_start(const struct nvs_store *store) {
         esp_event_handler_register(WIFI_EVENT, ESP_EVENT_ANY_ID, on_wifi, NULL) != ESP_OK ||
         esp_event_handler_register(ETH_EVENT, ESP_EVENT_ANY_ID, on_cable, NULL) != ESP_OK)
         return false;
+    /* After the handlers, so that no event of the drivers is missed. */
     network.has_wifi = wifi_init(store, network.name);
     bool has_ethernet = ethernet_start(network.name);
     link_policy_init(&network.policy, has_ethernet, now_ms());

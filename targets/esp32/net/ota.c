@@ -5,6 +5,8 @@
 #include <stdio.h>
 #include <string.h>
 
+/* An image of ESP-IDF: its header of 24 bytes (esp_image_header_t, chip_id at 12), that of the first segment,
+ * 8 bytes, and esp_app_desc_t, whose project_name is at 48. */
 enum { IMAGE_MAGIC = 0xE9, CHIP_ID_AT = 12, NAME_AT = 80, NAME_SIZE = 32, PIECES_A_POLL = 4 };
 
 void ota_init(struct ota *ota, const struct ota_ops *ops, void *ctx, const struct ota_image *image,
@@ -98,6 +100,7 @@ static const char *read_request(struct ota *ota, char *line, uint32_t now_us) {
     if (sscanf(line, "%10llu %n", &size, &digest_at) != 1 || mac_text == NULL || digest_at == 0 ||
         !get_hex(line + digest_at, ota->digest, SHA256_SIZE) || !get_hex(mac_text + 1, mac, SHA256_SIZE))
         return "expected SIZE SHA256 MAC";
+    /* Before the password is looked at, or waiting would not slow a guesser down. */
     if (!lockout_may_try(ota->lockout, ota->stream.peer, now_us))
         return "too many wrong passwords: wait, then try again";
     *mac_text = '\0';
@@ -115,6 +118,7 @@ static void take_line(struct ota *ota, uint32_t now_us) {
     if (why == NULL && ota->size <= OTA_HEADER_SIZE)
         why = "not a firmware image: too small";
     if (why == NULL)
+        /* Only now: a request without the password must not lock the machine. */
         why = ota->ops->begin(ota->ctx, ota->size);
     if (why != NULL) {
         refuse(ota, why);

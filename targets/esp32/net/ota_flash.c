@@ -33,6 +33,7 @@ static const char *write_flash(void *ctx, const uint8_t *bytes, size_t count) {
 
 static const char *end(void *ctx) {
     const struct ota_flash *flash = ctx;
+    /* Before anything can fail: an update that goes wrong must not leave the machine locked. */
     flash->unlock(flash->ctx);
     if (esp_ota_end(update.handle) != ESP_OK)
         return "the image is not a bootable firmware";

@@ -13,6 +13,7 @@ void wifi_policy_event(struct wifi_policy *policy, enum wifi_event event, uint32
         policy->connected = true;
         policy->trying = false;
         policy->own = !policy->has_network;
+        /* The next loss begins with the shortest wait again. */
         policy->wait_ms = 0;
         return;
     }

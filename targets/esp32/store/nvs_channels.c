@@ -54,6 +54,8 @@ void nvs_channels_load(const struct nvs_store *store, struct channels *channels)
             (void)channels_set_value(channels, row->index, value);
 }
 
+/* NVS keeps one entry whole through a power cut. Several are written as one blob first, which the next
+ * start finishes (finish_pending()). */
 bool nvs_channels_keep(const struct nvs_store *store, const struct channels_config *config) {
     if (store->ops == NULL)
         return false;

@@ -8,6 +8,7 @@
 
 static nvs_handle_t handle;
 
+/* NVS has no floats: they are stored as u32 with the same bits (nvs_store.c). */
 static bool get(void *ctx, const char *key, enum nvs_type type, uint32_t *value) {
     uint8_t u8 = 0;
     uint16_t u16 = 0;
@@ -66,6 +67,7 @@ enum nvs_start nvs_flash_ops_open(struct nvs_store *store) {
         .get = get, .set = set, .get_blob = get_blob, .set_blob = set_blob, .erase = erase};
     enum nvs_start start = NVS_START_GOOD;
     esp_err_t error = nvs_flash_init();
+    /* ESP-IDF's documented way out of both. firmware_start_machine() reports it. */
     if (error == ESP_ERR_NVS_NO_FREE_PAGES || error == ESP_ERR_NVS_NEW_VERSION_FOUND) {
         start = NVS_START_ERASED;
         error = nvs_flash_erase() == ESP_OK ? nvs_flash_init() : ESP_FAIL;

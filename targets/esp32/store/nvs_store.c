@@ -199,6 +199,7 @@ static size_t load_settings(const struct nvs_store *store, void *bytes, size_t s
         if (store->ops->get(store->ctx, row->key, (enum nvs_type)row->type, &bits))
             pairs[count++] = (struct store_pair){.number = row->number, .value = value_of(row, bits)};
         else if (is_listed(listed.settings, row->number))
+            /* Stored, and dropped by NVS: no setting takes NaN, so that the core reports it as lost. */
             pairs[count++] = (struct store_pair){.number = row->number, .value = NAN};
     }
     if (count == 0)
@@ -218,6 +219,8 @@ static size_t load(const void *ctx, uint8_t key, void *bytes, size_t size) {
         return load_settings(store, bytes, size);
     size_t count = store->ops->get_blob(store->ctx, blob_key(key).text, bytes, size);
     if (count == 0 && is_listed(read_list(store).core, key)) {
+        /* It was stored and NVS has dropped it. One byte is no sound value, so that the core reports it as
+         * damaged and not as absent. */
         *(uint8_t *)bytes = 0;
         return 1;
     }
@@ -232,6 +235,8 @@ static enum hal_store_state save(const void *ctx, const struct hal_store_value *
     if (is_one_entry(store, values, count)) {
         good = put_value(store, values);
     } else {
+        /* The journal is erased last. Until then a power cut leaves all that was to be written, and load()
+         * finishes it. */
         good = write_journal(store, values, count);
         for (size_t i = 0; i < count; i++)
             good = good && put_value(store, &values[i]);

@@ -24,6 +24,7 @@ const struct step_engine_board board_step_engine = {
     .dir_setup_ns = BOARD_DIR_SETUP_NS,
 };
 
+/* The board file has a row for each wired pin; a signal is found in it by its pin. */
 static struct row row_of(uint8_t pin) {
     for (size_t i = 0; i < sizeof rows / sizeof rows[0]; i++)
         if (rows[i].pin == pin && pin != NO_PIN)

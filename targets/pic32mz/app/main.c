@@ -72,6 +72,7 @@ static void start_machine(void) {
     board.motion_side = &motion_side;
     machine_init(&machine, &board, &hal, &hal.step, &out);
     follow_init(&follow, &machine, &hal);
+    /* After machine_init(), which sets up what these interrupts use. */
     uart_init(machine_rx(&machine));
     step_engine_attach(machine_step(&machine));
     inputs_attach(&hal.inputs, &machine);

@@ -6,6 +6,8 @@ extern void _vector_uart_rx(void), _vector_uart_tx(void), _vector_tick(void);
 extern const char _exception_base[];
 
 static void route(unsigned irq, void (*vector)(void), unsigned level, unsigned order) {
+    /* Four interrupts in an IPC register, 8 bits each: priority in bits 4..2, order among equals in bits
+     * 1..0. */
     unsigned shift = irq % 4 * 8;
     OFF(irq) = (uint32_t)(uintptr_t)vector - (uint32_t)(uintptr_t)_exception_base;
     SFR_CLR(IPC_ADDRESS(irq / 4)) = 0x1Fu << shift;

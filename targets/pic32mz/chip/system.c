@@ -51,6 +51,7 @@ void system_init(void) {
     SFR_CLR(CFGCON_ADDRESS) = CFGCON_JTAGEN;
     lock();
     PRECON = PRECON_PREFETCH | FLASH_WAITS;
+    /* Time begins at 0 here, whatever Count was. */
     now.count = system_count();
 }
 
@@ -64,6 +65,7 @@ void system_start_tick(void) {
     interrupt_enable(IRQ_CORE_TIMER);
 }
 
+/* Counted from now, so ticks drift. They only wake the loop; time comes from Count. */
 void on_tick(void) {
     set_compare(system_count() + COUNTS_IN_TICK);
     interrupt_clear(IRQ_CORE_TIMER);
@@ -102,6 +104,7 @@ enum system_restart system_take_restart(struct system_fault *fault) {
     bool bitten = (RCON & RCON_WDTO) != 0;
     fault->epc = kept()->fault.epc;
     fault->cause = kept()->fault.cause;
+    /* Once: the next restart may have another reason. */
     kept()->mark = 0;
     RCON = 0;
     if (faulted)
@@ -112,6 +115,7 @@ enum system_restart system_take_restart(struct system_fault *fault) {
 void fault(uint32_t epc, uint32_t cause) {
     kept()->fault.epc = epc;
     kept()->fault.cause = cause;
+    /* Last, so that a second fault in here does not leave half a record that counts. */
     kept()->mark = FAULT_MARK;
     system_reset();
 }

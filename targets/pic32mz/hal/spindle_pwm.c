@@ -46,5 +46,6 @@ void spindle_pwm_init(const struct output_wire *wire) {
     spindle_pwm_set(DARK);
     OC8CON = OCM_PWM | OCCON_ON;
     (void)spindle_pwm_tune(START_HZ);
+    /* Last: until then the port keeps the pin at its safe level. */
     RPR(wire->pin) = RPE3_IS_OC8;
 }

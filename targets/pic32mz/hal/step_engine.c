@@ -61,6 +61,8 @@ void step_engine_set_pulse(struct hal_step *hal, uint32_t step_pulse_ns) {
 void step_engine_invert(struct hal_step *hal, axis_mask_t step, axis_mask_t dir) {
     for (unsigned port = 0; port < PORT_COUNT; port++) {
         const unsigned all = AXIS_MASKS - 1;
+        /* The lines are only ever toggled (LATxINV), so their level at rest is set here once, and with it
+         * the polarity. */
         uint32_t lines = (uint32_t)hal->pins.step[all].bank[port] | hal->pins.dir[all].bank[port];
         uint32_t high =
             (uint32_t)hal->pins.step[step].bank[port] | hal->pins.dir[dir ^ hal->negative_pins].bank[port];

@@ -54,6 +54,7 @@ static uint32_t take_levels(struct inputs *inputs) {
     if (raw != inputs->raw)
         inputs->since_count = now;
     inputs->raw = raw;
+    /* On at the first edge; off when no pin has changed for OFF_COUNTS. */
     inputs->stable |= raw;
     if (now - inputs->since_count >= OFF_COUNTS)
         inputs->stable = raw;
@@ -70,6 +71,7 @@ void on_edge(void) {
         SFR(CNF_ADDRESS(port)) = 0;
         interrupt_clear(IRQ_CHANGE_A + port);
     }
+    /* After the flags: an edge that comes after the reading sets them again. */
     take_sample(attached);
 }
 
@@ -98,6 +100,7 @@ void inputs_init(struct inputs *inputs, const struct input_wire wire[INPUT_COUNT
 void inputs_set_levels(struct inputs *inputs, bool limit_invert, bool probe_invert) {
     uint32_t held = interrupts_hold();
     inputs->inverted = (limit_invert ? INPUT_SWITCHES : 0) | (probe_invert ? PROBE : 0);
+    /* From the levels as they are: a changed polarity is not an edge. */
     inputs->raw = inputs->stable = read_pins(inputs);
     inputs->since_count = system_count();
     interrupts_restore(held);

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 #include "io/outputs.h"
 
-#include "chip/clock.h"
 #include "gcode/gcode.h"
 #include "hal/spindle_pwm.h"
 #include "io/pin.h"
@@ -33,6 +32,7 @@ void outputs_motors(const struct outputs *outputs, bool on, bool invert) {
     set(outputs, SWITCH_LED, on);
 }
 
+/* Direction first, so that the spindle never starts the wrong way round. */
 void outputs_spindle(const struct outputs *outputs, int direction) {
     set(outputs, SWITCH_SPINDLE_DIR, direction < 0);
     set(outputs, SWITCH_SPINDLE_ENABLE, direction != 0);

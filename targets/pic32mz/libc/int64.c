@@ -87,6 +87,7 @@ static uint64_t magnitude(int64_t x) {
     return x < 0 ? 0 - (uint64_t)x : (uint64_t)x;
 }
 
+/* Towards 0, as C has it; the sign of a remainder is that of n. */
 int64_t __divdi3(int64_t n, int64_t d) {
     uint64_t quotient = __udivdi3(magnitude(n), magnitude(d));
     return (int64_t)((n < 0) != (d < 0) ? 0 - quotient : quotient);

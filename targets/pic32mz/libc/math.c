@@ -44,6 +44,7 @@ double ceil(double x) {
     return whole < x ? copysign(whole + 1.0, x) : whole;
 }
 
+/* In steps, because 2^exponent alone may be no double although the result is one. */
 double ldexp(double x, int exponent) {
     const double up = from_bits((uint64_t)(BIAS + 1023) << FRACTION_BITS); /* 2^1023 */
     const double down =

@@ -13,6 +13,7 @@
 #define OWN_LOOP __attribute__((optimize("no-tree-loop-distribute-patterns")))
 #endif
 
+/* Words where both are aligned, as structures are. */
 OWN_LOOP static void copy_up(uint8_t *to, const uint8_t *from, size_t count) {
     if ((((uintptr_t)to | (uintptr_t)from) & 3u) == 0) {
         for (; count >= 4; count -= 4, to += 4, from += 4)

@@ -68,6 +68,8 @@ void on_uart_tx(void) {
 
 void uart_write(const char *bytes, size_t count) {
     for (; count > 0; count--) {
+        /* Rare: the core asks for room before it reads a line (has_room() in app/main.c). An answer is
+         * never cut. */
         while (ring_free(&uart.index, UART_OUT_SIZE) == 0) {
             interrupt_enable(IRQ_U3_TX);
             system_watchdog_clear();

@@ -42,6 +42,7 @@ uint32_t flash_label_check(uint32_t magic, const struct flash_label *label) {
 
 /* ---- pages ---- */
 
+/* A page has its head twice, in two units: one of them may be damaged by a power cut. */
 static bool is_head(const struct flash_store *store, unsigned page, unsigned unit) {
     return flash_word(store, page, unit, 0) == FLASH_PAGE_MAGIC &&
            flash_word(store, page, unit, 1) == ~flash_word(store, page, unit, 2);
@@ -64,6 +65,7 @@ unsigned flash_page_in_force(const struct flash_store *store) {
         second = flash_1_is_page(store, 1);
     }
     if (first && second)
+        /* Numbers wrap, so the newer one is found by the difference. */
         return (int32_t)(flash_page_number(store, 1) - flash_page_number(store, 0)) > 0 ? 1 : 0;
     return first ? 0 : second ? 1 : FLASH_NO_PAGE;
 }

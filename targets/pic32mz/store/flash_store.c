@@ -16,6 +16,7 @@ static size_t load(const void *ctx, uint8_t key, void *bytes, size_t size) {
     if (at->kind == FLASH_KIND_END)
         return 0;
     if (at->kind == FLASH_KIND_UNREADABLE) {
+        /* One byte is no sound value: the core reports it as damaged, not as absent. */
         *(uint8_t *)bytes = 0;
         return 1;
     }
@@ -103,7 +104,7 @@ static void put_heads(struct flash_work *work, uint32_t number) {
         memcpy(work->units[unit], head, sizeof head);
 }
 
-/* The other page takes the newest values, these among them, and is in force when its heads stand. */
+/* The other page takes the newest values, these among them, and is in force once its heads are written. */
 static bool lay_out_other_page(const struct flash_store *store) {
     struct flash_work *work = store->work;
     struct flash_record found[FLASH_KEYS];
@@ -158,6 +159,8 @@ static bool begin_next(const struct flash_store *store) {
         store->ops->erase(store->ctx, work->page);
         return true;
     }
+    /* The heads last: until they are there a power cut leaves the page before in force, and nothing is
+     * lost. */
     if (work->unit == work->end && work->heads) {
         work->unit = 0;
         work->end = FLASH_HEAD_UNITS;
@@ -170,6 +173,7 @@ static bool begin_next(const struct flash_store *store) {
     return true;
 }
 
+/* Read back, because the controller reports only errors that it notices itself. */
 static bool is_as_written(const struct flash_store *store) {
     const struct flash_work *work = store->work;
     for (unsigned word = 0; work->writes && word < FLASH_UNIT_WORDS; word++)
