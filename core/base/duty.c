@@ -32,6 +32,18 @@ float duty_rpm(const struct duty_range *range, uint16_t duty) {
     return range->min_rpm + (float)duty * (1.0f / (float)DUTY_FULL) * width_rpm;
 }
 
+static uint16_t register_at(const struct duty_register *chip, float pct) {
+    const float least = (float)chip->least, full = (float)chip->full;
+    return (uint16_t)(least + (full - least) * pct * 0.01f + 0.5f);
+}
+
+struct duty_register duty_register_within(const struct duty_register *chip, float off_pct, float least_pct,
+                                          float full_pct) {
+    return (struct duty_register){.dark = off_pct > 0.0f ? register_at(chip, off_pct) : chip->dark,
+                                  .least = register_at(chip, least_pct),
+                                  .full = register_at(chip, full_pct)};
+}
+
 uint16_t duty_to_register(const struct duty_register *pwm, uint32_t duty) {
     const uint32_t up = pwm->full - pwm->least, down = pwm->least - pwm->full; /* one of them wraps */
     if (duty == 0)

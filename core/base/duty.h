@@ -1,8 +1,12 @@
 /* SPDX-License-Identifier: MIT
- * From S to the duty of the PWM output, and back: $30 and $31. [any] Pure.
+ * From S to the duty of the PWM output, and back: $30, $31 and $34 to $36. [any] Pure.
  *
  * $31 is the least S that anything is made of, and has the least duty above 0; $30 is full duty. Where both
- * are alike the output is on or off. */
+ * are alike the output is on or off.
+ *
+ *   S    --duty_of()-->    0, 1 .. DUTY_FULL    --duty_to_register()-->    what the PWM's register shows
+ *
+ * What the register shows for the three of them is $34, $35 and $36: duty_register_within(). */
 #ifndef WIFICNC_BASE_DUTY_H
 #define WIFICNC_BASE_DUTY_H
 
@@ -29,6 +33,11 @@ float duty_rpm(const struct duty_range *range, uint16_t duty);
 struct duty_register {
     uint16_t dark, least, full;
 };
+
+/** What is left of a chip's range. @param off, least, full  $34, $35, $36: % of the period. 0, 0 and 100 are
+ * the chip's own dark, least and full; off is exactly dark for 0 alone */
+struct duty_register duty_register_within(const struct duty_register *chip, float off_pct, float least_pct,
+                                          float full_pct);
 
 /** @param duty  0 .. DUTY_FULL */
 uint16_t duty_to_register(const struct duty_register *pwm, uint32_t duty);

@@ -79,6 +79,9 @@
     X(152, THREAD_PLANE, "G76 needs the ZX plane (G18)")                                                     \
     X(153, SPINDLE_TOO_FAST, "the axes cannot follow this pitch at this S, or the tapers do not fit")        \
     X(154, THREAD_KINEMATICS, "only straight axes can follow the spindle ($80)")                             \
+    X(160, PWM_RANGE, "$35 must be at least 1 below $36: change the other one of them first")                \
+    X(161, LASER_LEAVES_ON, "a laser ($32=1) needs $34=0: any other PWM off value would leave the beam on")  \
+    X(162, PWM_IN_USE, "$33 to $36 change only while the spindle or laser is off: send M5 first")            \
     /* end of the table */
 
 enum status {

@@ -5,6 +5,7 @@
 #define WIFICNC_HAL_HAL_H
 
 #include "base/axis.h"
+#include "base/duty.h" // struct duty_register
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -20,9 +21,15 @@ uint32_t hal_time_us(const struct hal *hal);
 struct hal_spindle {
     int direction;   /* -1 counter-clockwise, 0 off, 1 clockwise */
     float rpm;       /* >= 0, overrides and $30 $31 applied; 0 when off */
-    uint16_t duty;   /* 0 .. DUTY_FULL of base/duty.h */
+    uint16_t duty;   /* as the PWM's register has it */
     bool keeps_duty; /* a laser: duty is hal_step_duty()'s */
 };
+
+/** [task] Nothing moves and the spindle is off: the PWM has this frequency from now on, and changes to it
+ * without a pulse. After a change it is dark until the next duty. @param hz  $33
+ * @return what its register shows now for no pulse, the shortest and the longest: no pulse is the same at
+ * every frequency; all 0: there is no PWM */
+struct duty_register hal_spindle_pwm(struct hal *hal, uint32_t hz);
 
 /** [task] Takes effect immediately. */
 void hal_spindle_set(struct hal *hal, const struct hal_spindle *spindle);

@@ -3,7 +3,6 @@
 #ifndef WIFICNC_MACHINE_BOARD_H
 #define WIFICNC_MACHINE_BOARD_H
 
-#include "base/duty.h"
 #include "config.h"
 #include "hal/hal.h"
 
@@ -28,7 +27,6 @@ struct machine_board {
     uint32_t max_step_rate_hz;         /* of one axis */
     uint16_t look_ahead;               /* pieces of path, 32 .. PLAN_SIZE; 0: PLAN_SIZE */
     uint16_t laser_marks;              /* changes of S in it, up to POWER_MARKS; 0: POWER_MARKS */
-    struct duty_register pwm;          /* of the spindle */
     uint8_t axis_count;                /* 1 .. AXIS_COUNT */
     axis_mask_t home_axes;             /* homing looks at switches of their own, not at the limits */
     uint32_t motors_wake_us;           /* drivers need it from enabled to their first step */

@@ -88,7 +88,7 @@ static void apply_motion(struct machine *machine) {
         .timer_hz = board->timer_hz,
         .min_interval_ticks = ticks_of(board, step_ns),
         .dir_setup_ticks = ticks_of(board, board->dir_setup_ns),
-        .pwm = board->pwm,
+        .pwm = machine->drive.prep.timing.pwm,
     };
 }
 
@@ -104,7 +104,15 @@ static void apply_position(struct machine *machine) {
     drive_drop(machine);
 }
 
+void configure_pwm(struct machine *machine) {
+    const struct settings *settings = &machine->settings;
+    const struct duty_register chip = hal_spindle_pwm(machine->hal, settings->pwm_hz);
+    machine->drive.prep.timing.pwm =
+        duty_register_within(&chip, settings->pwm_off_pct, settings->pwm_min_pct, settings->pwm_max_pct);
+}
+
 static void apply_outputs(struct machine *machine) {
+    configure_pwm(machine);
     outputs_apply(machine);
     motor_current_put_out(machine);
 }
@@ -133,6 +141,12 @@ static bool is_pulse_short(const struct machine *machine, uint16_t number, doubl
            value != (double)board_pulse_us(machine);
 }
 
+/* Its pulses would change under way. */
+static bool is_pwm_in_use(const struct machine *machine, uint16_t number) {
+    return number >= SETTING_PWM_HZ && number <= SETTING_PWM_MAX_PCT &&
+           machine->outputs.spindle != SPINDLE_OFF;
+}
+
 /* A board's own pulse may be shorter than the whole microseconds that stand for it. */
 static void report_short_pulse(struct machine *machine) {
     const uint32_t ns = machine_step_pulse_ns(machine);
@@ -147,6 +161,8 @@ static void report_short_pulse(struct machine *machine) {
 enum status configure_set(struct machine *machine, uint16_t number, double value) {
     if (is_pulse_short(machine, number, value))
         return STATUS_STEP_PULSE_SHORT;
+    if (is_pwm_in_use(machine, number))
+        return STATUS_PWM_IN_USE;
     /* Before anything is changed: what the board cannot do is refused as a whole. */
     enum status status = wiring_check(machine, number, value);
     if (status != STATUS_OK)

@@ -9,6 +9,9 @@
 /** All that follows from the settings is as they are now. Nothing moves. */
 void configure_apply(struct machine *machine);
 
+/** The spindle's PWM is as $33 to $36 have it; from outputs_apply() on. */
+void configure_pwm(struct machine *machine);
+
 /** What $0 is when no one has set it. */
 uint16_t configure_default_pulse_us(const struct machine *machine);
 

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT
  * The beam rule. Whatever is not named here is dark: the beam needs M3 or M4, one of the states of
  * may_burn(), and a span of cutting motion (SEGMENT_CUT), which the step interrupt executes and whose duty it
- * puts out with the span's first event. The one exception is off by default: the aiming beam, weak, at rest
- * in Idle, for some seconds after an M3 or S that asked for it. */
+ * puts out with the span's first event. The one exception is off by default: the aiming beam, no stronger
+ * than $89, at rest in Idle, for $90 after an M3 or S that asked for it. */
 #include "machine/laser.h"
 
 #include "base/minmax.h"
@@ -21,7 +21,7 @@ static bool may_burn(const struct machine *machine) {
 /* As in Grbl, only where the next axis word would be a cut. */
 static bool is_aiming(const struct machine *machine) {
     enum gcode_motion motion = machine->interp.gcode.modal.motion;
-    return machine->outputs.aim.on && machine->life.state == MACHINE_IDLE && motion >= MOTION_LINEAR &&
+    return machine->outputs.aims && machine->life.state == MACHINE_IDLE && motion >= MOTION_LINEAR &&
            motion <= MOTION_ARC_CCW;
 }
 
@@ -34,18 +34,22 @@ void laser_aim(struct machine *machine) {
     const struct settings *settings = &machine->settings;
     bool can_be_weak = settings->spindle_max_rpm > settings->spindle_min_rpm; /* else it is on or off */
     if (settings->laser_mode && settings->aim_power_pct > 0 && can_be_weak &&
-        machine->outputs.spindle == SPINDLE_CW)
-        timer_start(machine, &machine->outputs.aim, settings->aim_time_s * 1000000u);
+        machine->outputs.spindle == SPINDLE_CW) {
+        machine->outputs.aims = true;
+        timer_start(machine, &machine->outputs.aim_time, settings->aim_time_s * 1000000u);
+    }
 }
 
 void laser_poll(struct machine *machine) {
-    struct machine_timer *aim = &machine->outputs.aim;
-    bool may = machine->life.state == MACHINE_IDLE || machine->life.state == MACHINE_RUN;
-    if (!aim->on || (may && machine_is_at_rest(machine) && timer_runs(machine, aim)))
+    struct machine_outputs *outputs = &machine->outputs;
+    bool may = (machine->life.state == MACHINE_IDLE || machine->life.state == MACHINE_RUN) &&
+               machine_is_at_rest(machine);
+    bool over = outputs->aim_time.on && !timer_runs(machine, &outputs->aim_time);
+    if (!outputs->aims || (may && !over))
         return;
-    if (may && machine_is_at_rest(machine))
-        report_message(machine, "Aiming beam off: $90");
-    aim->on = false;
+    if (may)
+        report_message(machine, "Aiming beam off after $90: M3 or S switches it on again");
+    outputs->aims = outputs->aim_time.on = false;
 }
 
 void laser_apply(struct machine *machine, bool on, float factor) {
@@ -63,7 +67,7 @@ void laser_apply(struct machine *machine, bool on, float factor) {
     enum step_beam rule = !machine->settings.laser_mode ? STEP_BEAM_NONE
                           : on && may_burn(machine)     ? STEP_BEAM_ALLOWED
                                                         : STEP_BEAM_DARK;
-    step_set_beam(&machine->drive.step, rule, machine->board.pwm.dark);
+    step_set_beam(&machine->drive.step, rule, machine->drive.prep.timing.pwm.dark);
 }
 
 float laser_rpm(const struct machine *machine, float factor) {
@@ -74,5 +78,5 @@ float laser_rpm(const struct machine *machine, float factor) {
     if (!may_burn(machine))
         return 0.0f;
     step_look(&machine->drive.step, &now);
-    return duty_rpm(&range, duty_from_register(&machine->board.pwm, now.duty));
+    return duty_rpm(&range, duty_from_register(&machine->drive.prep.timing.pwm, now.duty));
 }

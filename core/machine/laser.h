@@ -20,7 +20,7 @@ float laser_rpm(const struct machine *machine, float factor);
 /** M3 or S was commanded: the aiming beam ($89) comes on for $90, unless something moves. */
 void laser_aim(struct machine *machine);
 
-/** The aiming beam ends with its time, and with whatever else happens. */
+/** The aiming beam ends with its time, if $90 gives it one, and with whatever else happens. */
 void laser_poll(struct machine *machine);
 
 #endif

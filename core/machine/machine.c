@@ -57,6 +57,7 @@ void machine_init(struct machine *machine, const struct machine_board *board, st
     wiring_fit(machine);
     state_begin(machine, machine->settings.homing || stored_is_damaged(machine));
     inputs_begin(machine);
+    configure_pwm(machine);
     outputs_off(machine);
     motors_init(machine);
     motor_current_put_out(machine);
@@ -73,7 +74,7 @@ uint32_t machine_wait_us(const struct machine *machine) {
     uint32_t quiet = timer_left_us(machine, &machine->clock.quiet);
     uint32_t timer = timer_left_us(machine, &machine->clock.timer);
     uint32_t least = quiet < timer ? quiet : timer;
-    uint32_t aim = timer_left_us(machine, &machine->outputs.aim);
+    uint32_t aim = timer_left_us(machine, &machine->outputs.aim_time);
     uint32_t motors = motors_wait_us(machine);
     if (aim < least)
         least = aim;

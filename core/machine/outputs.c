@@ -26,7 +26,8 @@ static void put_spindle(struct machine *machine) {
     float rpm = duty_limit_rpm(&range, asked_rpm);
     struct hal_spindle spindle = {.direction = on ? direction[machine->outputs.spindle] : 0,
                                   .rpm = rpm,
-                                  .duty = duty_of(&range, rpm),
+                                  .duty =
+                                      duty_to_register(&machine->drive.prep.timing.pwm, duty_of(&range, rpm)),
                                   .keeps_duty = laser};
     machine->outputs.shown_rpm = rpm;
     laser_apply(machine, on && laser, spindle_factor(machine));
@@ -56,7 +57,7 @@ void outputs_set(struct machine *machine, enum gcode_spindle spindle, float rpm,
     outputs->coolant = coolant;
     outputs->laser = machine->settings.laser_mode;
     /* A command ends the aiming beam; laser_aim() may start it again after this. */
-    outputs->aim.on = false;
+    outputs->aims = outputs->aim_time.on = false;
     outputs_apply(machine);
     /* From a command on the measured speed is not steady, and no thread begins until it is again. */
     spindle_disturb(&machine->drive.motion.emit.spindle, hal_time_us(machine->hal));

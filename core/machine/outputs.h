@@ -13,11 +13,12 @@ struct machine_outputs {
     float rpm;  /* S */
     bool laser; /* switched on as a laser ($32) */
     uint8_t coolant;
-    bool spindle_stopped;     /* 0x9E in a hold */
-    bool suspended;           /* the door is open: everything is off */
-    bool coolant_waits;       /* the door was closed: the spindle runs up first */
-    float shown_rpm;          /* of a spindle, on the pins: with override and limits */
-    struct machine_timer aim; /* the aiming beam of a laser at rest; laser.c */
+    bool spindle_stopped;          /* 0x9E in a hold */
+    bool suspended;                /* the door is open: everything is off */
+    bool coolant_waits;            /* the door was closed: the spindle runs up first */
+    bool aims;                     /* the aiming beam of a laser at rest; laser.c */
+    float shown_rpm;               /* of a spindle, on the pins: with override and limits */
+    struct machine_timer aim_time; /* does not run: the aiming beam has no end */
 };
 
 /** 0x9E in a hold; from outputs_apply() on. */

@@ -171,6 +171,7 @@ static void set_defaults(struct machine *machine, unsigned keys) {
         settings_defaults(&machine->settings);
         machine->settings.step_pulse_us = configure_default_pulse_us(machine);
         configure_apply(machine);
+        configure_pwm(machine);
     }
     if ((keys & STORED_ALL_OFFSETS) != 0)
         memset(&machine->interp.gcode.offsets, 0, sizeof machine->interp.gcode.offsets);

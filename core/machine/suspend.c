@@ -15,7 +15,7 @@
 #include "machine/state.h"
 #include "machine/timer.h"
 
-#define COOLANT_START_US 1000000u /* Grbl's, behind a closed door */
+#define COOLANT_START_US 1000000u /* Grbl's */
 
 void suspend_hold(struct machine *machine) {
     if (preempt_hold(machine))
@@ -106,6 +106,12 @@ void suspend_open_door(struct machine *machine) {
         motion_hold(&machine->drive.motion);
 }
 
+/* Behind a closed door it is not less than Grbl's. */
+static uint32_t coolant_start_us(const struct machine *machine) {
+    const uint32_t delay_us = (uint32_t)(machine->settings.coolant_delay_s * 1e6f);
+    return delay_us > COOLANT_START_US ? delay_us : COOLANT_START_US;
+}
+
 /* Spindle, then coolant, then the motion. @return true when it came further */
 static bool restore_poll(struct machine *machine) {
     const struct machine_outputs *outputs = &machine->outputs;
@@ -114,7 +120,7 @@ static bool restore_poll(struct machine *machine) {
     if (outputs->coolant_waits) {
         outputs_suspend(&machine->outputs, false, false);
         outputs_apply(machine);
-        timer_start(machine, &machine->clock.timer, outputs->coolant != 0 ? COOLANT_START_US : 0);
+        timer_start(machine, &machine->clock.timer, outputs->coolant != 0 ? coolant_start_us(machine) : 0);
         return true;
     }
     machine->suspend.restores = false;

@@ -162,6 +162,16 @@ static void set_port(struct machine *machine) {
         machine->board.analog->set(machine->hal, (unsigned)command->port, command->port_pct);
 }
 
+/* $93: behind M7 and M8 that have switched something on. */
+static enum task_stage wait_for_coolant(struct machine *machine, uint8_t before, enum task_stage next) {
+    const bool starts = (machine->outputs.coolant & ~before) != 0;
+    if (!starts || machine->settings.coolant_delay_s <= 0.0f)
+        return next;
+    machine->task.dwell_left_s = (double)machine->settings.coolant_delay_s;
+    machine->task.after_dwell = next;
+    return TASK_DWELLING;
+}
+
 /* All that a line switches. */
 static void switch_outputs(struct machine *machine) {
     const struct gcode_command *command = &machine->task.command;
@@ -302,8 +312,9 @@ static enum task_stage stage_tool(struct machine *machine) {
 static enum task_stage stage_outputs(struct machine *machine) {
     if (!drive_rest_reached(machine))
         return TASK_OUTPUTS;
+    const uint8_t before = machine->outputs.coolant;
     switch_outputs(machine);
-    return stage_after_outputs(machine);
+    return wait_for_coolant(machine, before, stage_after_outputs(machine));
 }
 
 static enum task_stage stage_input(struct machine *machine) {

@@ -95,6 +95,15 @@ void settings_defaults(struct settings *settings) {
     }
 }
 
+/* What off, least and full duty may be together, and with a laser. */
+static enum status pwm_check(const struct settings *settings) {
+    if (settings->laser_mode && settings->pwm_off_pct > 0.0F) {
+        return STATUS_LASER_LEAVES_ON;
+    }
+    const bool apart = settings->pwm_max_pct - settings->pwm_min_pct >= 1.0F; /* ten levels at least */
+    return apart ? STATUS_OK : STATUS_PWM_RANGE;
+}
+
 enum status settings_set(struct settings *settings, uint16_t number, double value, uint8_t axis_count) {
     const struct setting_row *row = row_find(number, axis_count);
     if (row == NULL) {
@@ -114,6 +123,10 @@ enum status settings_set(struct settings *settings, uint16_t number, double valu
     }
     /* As in Grbl, $22=0 also switches $20 off. */
     next.soft_limits = next.soft_limits && next.homing;
+    const enum status pwm = pwm_check(&next);
+    if (pwm != STATUS_OK) {
+        return pwm;
+    }
     *settings = next;
     return STATUS_OK;
 }

@@ -56,6 +56,14 @@ struct settings {
     float spindle_min_rpm;
     /** $32: Laser: S words change the power without a stop, and the beam is on in cutting motion only. */
     bool laser_mode;
+    /** $33 [Hz] 50..50000: Frequency of the spindle PWM. */
+    uint16_t pwm_hz;
+    /** $34 [%] 0..100: Spindle PWM duty while the spindle is off; a laser ($32) needs 0. */
+    float pwm_off_pct;
+    /** $35 [%] 0..99: Spindle PWM duty at $31; at least 1 % below $36. */
+    float pwm_min_pct;
+    /** $36 [%] 1..100: Spindle PWM duty at $30; at least 1 % above $35. */
+    float pwm_max_pct;
     /** $40 [mm/s3] 0..10000000: Maximum change of acceleration along the path; 0 = no limit. */
     float jerk_mm_s3;
     /** $41 [mm] 0..100: Arcs whose radii differ by up to this are bent to end exactly; 0 = Grbl's rule. */
@@ -96,14 +104,16 @@ struct settings {
     uint16_t servo_high_us;
     /** $88 [counts] 0..65535: Counts of the spindle encoder per revolution, four per line; 0 = no encoder. */
     uint16_t encoder_counts;
-    /** $89 [%] 0..20: Laser: maximum power at rest, in % of $30, for aiming with M3; 0 = off at rest. */
+    /** $89 [%] 0..100: Laser: maximum power at rest, in % of $30, for aiming with M3; 0 = off at rest. */
     uint8_t aim_power_pct;
-    /** $90 [s] 1..300: Laser: the aiming beam ($89) switches off this long after the last M3 or S. */
+    /** $90 [s] 0..300: Laser: the aiming beam ($89) is off this long after the last M3 or S; 0 = never. */
     uint16_t aim_time_s;
     /** $91: M7 and M8 without an output on this board are accepted with a message; off: error 135. */
     bool coolant_passes;
     /** $92 [us] 0..1000: Time that a limit or home switch must stay closed to be detected; 0 = first edge. */
     uint16_t switch_filter_us;
+    /** $93 [s] 0..60: The program waits this long after M7 or M8 has switched coolant or air assist on. */
+    float coolant_delay_s;
     /** $100..$105 [steps/mm] 0.001..20000: Steps that move the axis by 1 mm (1 degree). */
     float steps_per_mm[AXIS_COUNT];
     /** $110..$115 [mm/min] 0.001..1000000: Maximum speed of the axis, used by G0. */
@@ -138,6 +148,10 @@ enum setting_number {
     SETTING_SPINDLE_MAX_RPM = 30,
     SETTING_SPINDLE_MIN_RPM = 31,
     SETTING_LASER_MODE = 32,
+    SETTING_PWM_HZ = 33,
+    SETTING_PWM_OFF_PCT = 34,
+    SETTING_PWM_MIN_PCT = 35,
+    SETTING_PWM_MAX_PCT = 36,
     SETTING_JERK_MM_S3 = 40,
     SETTING_ARC_RADIUS_TOLERANCE_MM = 41,
     SETTING_HOMING_CYCLE_1_MASK = 44,
@@ -162,6 +176,7 @@ enum setting_number {
     SETTING_AIM_TIME_S = 90,
     SETTING_COOLANT_PASSES = 91,
     SETTING_SWITCH_FILTER_US = 92,
+    SETTING_COOLANT_DELAY_S = 93,
     SETTING_STEPS_PER_MM = 100,
     SETTING_MAX_RATE_MM_MIN = 110,
     SETTING_ACCELERATION_MM_S2 = 120,
@@ -183,6 +198,6 @@ enum setting_effect {
 };
 
 /** Rows of the table (a per-axis row stands for six settings), and settings in all on six axes. */
-enum { SETTINGS_ROW_COUNT = 50, SETTINGS_COUNT = 70 };
+enum { SETTINGS_ROW_COUNT = 55, SETTINGS_COUNT = 75 };
 
 #endif

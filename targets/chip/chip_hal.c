@@ -2,16 +2,17 @@
  * The part of the HAL's cold tier (core/hal/hal.h) that is the same on every chip: it passes on to io/. */
 #include "hal/hal.h"
 
-#include "base/duty.h"
 #include "hal/chip_hal.h" // struct hal, of the target
 #include "io/switch_timer.h"
 
+struct duty_register hal_spindle_pwm(struct hal *hal, uint32_t hz) {
+    return outputs_have_pwm(&hal->outputs) ? spindle_pwm_tune(hz) : (struct duty_register){0, 0, 0};
+}
+
 void hal_spindle_set(struct hal *hal, const struct hal_spindle *spindle) {
     outputs_spindle(&hal->outputs, spindle->direction);
-    if (spindle->keeps_duty || !outputs_have_pwm(&hal->outputs))
-        return;
-    static const struct duty_register pwm = SPINDLE_PWM_REGISTER;
-    hal_step_duty(&hal->step, duty_to_register(&pwm, spindle->direction == 0 ? 0 : spindle->duty));
+    if (!spindle->keeps_duty && outputs_have_pwm(&hal->outputs))
+        hal_step_duty(&hal->step, spindle->duty);
 }
 
 void hal_coolant_set(struct hal *hal, uint8_t bits) {

@@ -85,7 +85,6 @@ struct host *host_open(const struct host_board *board, const char *store_path) {
         .max_step_rate_hz = board->max_step_rate_hz,
         .look_ahead = board->look_ahead,
         .laser_marks = board->laser_marks,
-        .pwm = {0, 1, DUTY_FULL},
         .axis_count = board->axis_count,
         .home_axes = board->home_axes,
         .motors_wake_us = board->motors_wake_us,

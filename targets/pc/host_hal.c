@@ -19,6 +19,13 @@ static void put_out(struct hal *hal) {
         outputs_commit(hal);
 }
 
+/* A PC shows duties, not pulses. */
+struct duty_register hal_spindle_pwm(struct hal *hal, uint32_t hz) {
+    (void)hal;
+    (void)hz;
+    return (struct duty_register){.dark = 0, .least = 1, .full = DUTY_FULL};
+}
+
 void hal_spindle_set(struct hal *hal, const struct hal_spindle *spindle) {
     hal->outputs_set.spindle_direction = spindle->direction;
     hal->outputs_set.spindle_rpm = spindle->rpm;

@@ -18,6 +18,12 @@ uint32_t hal_time_us(const struct hal *hal) {
     return hal->now_us;
 }
 
+struct duty_register hal_spindle_pwm(struct hal *hal, uint32_t hz) {
+    (void)hal;
+    (void)hz;
+    return (struct duty_register){0, 0, 0}; /* no PWM yet */
+}
+
 void hal_spindle_set(struct hal *hal, const struct hal_spindle *spindle) {
     (void)hal;
     (void)spindle;

@@ -30,6 +30,7 @@ PROGRAMS = {
     "policies": ("app/boot_guard.c", "io/status_led.c", "net/link_policy.c", "net/wifi_policy.c"),
     "nvs_store": ("store/nvs_channels.c", "store/nvs_keys.c", "store/nvs_store.c"),
     "serial": ("link/serial_stream.c",),
+    "spindle_pwm": ("hal/spindle_pwm.c",),
     "lines": ("io/lines.c", "io/pin_map.c", "store/nvs_channels.c"),
 }
 
@@ -39,10 +40,12 @@ def test_program(name: str) -> None:
     sources = [HERE / f"{name}.c", *(ESP32 / source for source in PROGRAMS[name])]
     output = checkout_root() / "build" / "tests" / name
     write_if_changed(output.parent / "board" / "pin_config.h", pin_header_text(load_board("esp32s3-devkitc")))
-    write_if_changed(output.parent / "board" / "sdkconfig.h", "")
+    defaults = (ESP32 / "sdkconfig.defaults").read_text()
+    ticks = re.findall(r"^(CONFIG_FREERTOS_HZ)=(\d+)$", defaults, re.MULTILINE)
+    write_if_changed(output.parent / "board" / "sdkconfig.h", "".join(f"#define {n} {hz}\n" for n, hz in ticks))
     folders = [f"-I{ESP32}", f"-I{output.parent / 'board'}", f"-idirafter{ESP32 / 'test' / 'idf_api'}"]
     program = build_program(sources, output, "release", ["-pthread", *folders])
-    options = re.findall(r"^(CONFIG_UART_\w+)=y$", (ESP32 / "sdkconfig.defaults").read_text(), re.MULTILINE)
+    options = re.findall(r"^(CONFIG_UART_\w+)=y$", defaults, re.MULTILINE)
     done = subprocess.run([program, *options], capture_output=True, text=True, timeout=HANG_S, check=False)
     assert done.returncode == 0, done.stdout + done.stderr
     assert "0 failures" in done.stdout

@@ -85,12 +85,33 @@ def test_it_goes_out_by_itself(grbl: Grbl) -> None:
     grbl.after(0.1, "G1F1000\nM3S10\n")
     said = grbl.after(9.8)
     assert (said, grbl.outputs().spindle_duty > 0) == ("", True)
-    assert grbl.after(0.3) == "[MSG:Aiming beam off: $90]\r\n"
+    assert grbl.after(0.3) == "[MSG:Aiming beam off after $90: M3 or S switches it on again]\r\n"
     assert grbl.outputs().spindle_duty == 0
     grbl.after(0.1, "G1F500\nG1S10\n")  # nothing new of M3 or S
     assert grbl.outputs().spindle_duty == 0
     grbl.after(0.1, "S12\n")  # asked for again
     assert grbl.laser_s() == 12
+
+
+def test_without_an_end(grbl: Grbl) -> None:
+    """$90=0: as in Grbl it stays on, at S up to $89 of $30, until something ends it; and it needs no polls."""
+    grbl.fine("$89=100", "$90=0", "G1F1000")
+    grbl.after(0.1, "M3S800\n")
+    assert grbl.laser_s() == 800
+    assert grbl.after(3600) == "" and grbl.laser_s() == 800 and grbl.sleeps()
+    grbl.after(1.0, "G1X-1\n")
+    assert grbl.outputs().spindle_duty == 0, "not behind motion: nothing has asked for it"
+    grbl.after(0.1, "S300\n")
+    assert grbl.laser_s() == 300
+    grbl.after(0.1, "\x18")
+    assert grbl.outputs().spindle_duty == 0
+
+
+def test_motion_burns_as_programmed_when_its_time_is_over(grbl: Grbl) -> None:
+    grbl.after(11, "G1F1200\nM3S800\n")
+    assert grbl.outputs().spindle_duty == 0
+    grbl.after(0.3, "X-20\n")
+    assert grbl.laser_s() == 800
 
 
 def test_nothing_else_wakes_the_controller(grbl: Grbl) -> None:
@@ -144,6 +165,6 @@ def test_a_job_leaves_none_behind(grbl: Grbl) -> None:
 
 
 def test_limits_of_the_settings(grbl: Grbl) -> None:
-    """20 % and 5 minutes at most: it is for aiming."""
-    for line in ("$89=21", "$90=0", "$90=301"):
+    """A share of $30, and 5 minutes at most where it has an end."""
+    for line in ("$89=101", "$90=301"):
         assert grbl.send(line + "\n") == "error:2\r\n", line

@@ -214,3 +214,21 @@ def test_m51_switches_the_spindle_override_off(grbl: Grbl) -> None:
     assert grbl.outputs().spindle_rpm == 1000
     grbl.fine("M51")
     assert grbl.outputs().spindle_rpm == pytest.approx(900)
+
+
+@pytest.mark.parametrize(("delay_s", "laser"), [(0.5, 0), (3.0, 0), (3.0, 1)])
+def test_coolant_needs_its_time_behind_a_door(delay_s: float, laser: int) -> None:
+    """$93, and Grbl's second at least; a laser does not run up."""
+    controller = Grbl()
+    controller.send("")
+    controller.settings(**FAST)
+    controller.fine(f"$32={laser}", f"$93={delay_s}", "M3S1000M8F1200")
+    controller.after(0.5, "G1X-20\n")
+    controller.after(1.0, "\x84")
+    stands = controller.stands()
+    wait_s = (0 if laser else RUN_UP_S) + max(COOLANT_S, delay_s)
+    controller.after(wait_s - 0.1, "~")
+    assert controller.stands() == stands
+    controller.after(0.2)
+    assert controller.stands() != stands
+    controller.close()

@@ -15,11 +15,13 @@ from settings_core import AXES, NUMBERS, ROOT, TABLE, Numbered, Row, Settings, V
 OK, BAD_NUMBER, UNKNOWN, NEGATIVE, STEP_PULSE, NEEDS_HOMING = 0, 2, 3, 4, 6, 10  # Grbl's numbers
 ORDER_OF_TYPES = ["bool", "u8", "u16", "float"]
 
-# Grbl 1.1h after $RST=$ (its generic defaults), but $0 of the seed firmware, and $40 to $92, which Grbl does not have.
+# Grbl 1.1h after $RST=$ (its generic defaults), but $0 of the seed firmware, and what Grbl does not have:
+# $33 to $36 and $40 to $93.
 GRBL_REPORT = """
 $0=3 $1=25 $2=0 $3=0 $4=0 $5=0 $6=0 $10=1 $11=0.010 $12=0.002 $13=0 $20=0 $21=0 $22=0 $23=0 $24=25.000 $25=500.000
- $26=250 $27=1.000 $30=1000 $31=0 $32=0 $40=0.000 $41=0.000 $44=4 $45=3 $46=0 $47=0 $48=0 $49=0 $76=50 $77=2000
- $78=0 $80=0 $81=50.000 $82=50.000 $83=0 $84=200 $85=0 $86=1000 $87=2000 $88=0 $89=0 $90=30 $91=0 $92=5
+ $26=250 $27=1.000 $30=1000 $31=0 $32=0 $33=5000 $34=0.0 $35=0.0 $36=100.0 $40=0.000 $41=0.000
+ $44=4 $45=3 $46=0 $47=0 $48=0 $49=0 $76=50 $77=2000
+ $78=0 $80=0 $81=50.000 $82=50.000 $83=0 $84=200 $85=0 $86=1000 $87=2000 $88=0 $89=0 $90=30 $91=0 $92=5 $93=0.0
  $100=250.000 $101=250.000 $102=250.000
 $110=500.000 $111=500.000 $112=500.000 $120=10.000 $121=10.000 $122=10.000 $130=200.000 $131=200.000 $132=200.000
 """
@@ -37,10 +39,14 @@ def field(settings: Settings, item: Numbered) -> float:
     return float(value[item.index] if item.row.get("per_axis") else value)
 
 
+# setting -> another one and the value of it that allows any value of the first
+NEEDS = {20: (22, 1), 32: (34, 0), 34: (32, 0), 35: (36, 100), 36: (35, 0)}
+
+
 def ready(settings: Settings, item: Numbered) -> None:
     """Bring the settings to where this one may be set to anything in its range."""
-    if item.row["name"] == "soft_limits":
-        assert settings.set(22, 1) == OK
+    if item.number in NEEDS:
+        assert settings.set(*NEEDS[item.number]) == OK
 
 
 # --- the table -----------------------------------------------------------------------------------------------------
@@ -115,7 +121,9 @@ def test_a_number_changes_its_own_field_only(settings: Settings, item: Numbered,
     settings.set(22, 1)
     for other in NUMBERS:
         if other.number != 22:
+            ready(settings, other)
             assert settings.set(other.number, other.max if others == "high" else other.min) == OK
+    ready(settings, item)
     before = {other.number: settings.value(other.number) for other in NUMBERS}
     new = item.min if before[item.number] == item.max else item.max
     assert settings.set(item.number, new) == OK
@@ -222,6 +230,27 @@ def test_soft_limits_need_homing(settings: Settings) -> None:
     assert settings.value(20) == 1
 
 
+@pytest.mark.parametrize(
+    ("first", "then", "status"),
+    [
+        ((32, 1), (34, 0.1), 161),
+        ((34, 0.1), (32, 1), 161),
+        ((36, 50), (35, 49.1), 160),
+        ((36, 50), (35, 50), 160),
+        ((35, 50), (36, 50.9), 160),
+        ((35, 50), (36, 20), 160),
+        ((36, 50), (35, 49), OK),
+        ((34, 30), (35, 20), OK),  # off may be anywhere
+    ],
+)
+def test_rules_of_the_pwm(settings: Settings, first: tuple[int, float], then: tuple[int, float], status: int) -> None:
+    """A laser is dark when it is off, and its least and full power differ."""
+    assert settings.set(*first) == OK
+    before = settings.image()
+    assert settings.set(*then) == status
+    assert (settings.image() == before) == (status != OK)
+
+
 def test_homing_off_switches_soft_limits_off(settings: Settings) -> None:
     assert [settings.set(22, 1), settings.set(20, 1), settings.set(22, 0)] == [OK] * 3
     assert (settings.value(20), settings.value(22)) == (0, 0)
@@ -269,3 +298,5 @@ def test_nothing_that_is_typed_leaves_the_ranges_or_breaks_the_rules(
     for item in NUMBERS:
         assert single(item.min) <= settings.value(item.number) <= item.max
     assert settings.value(22) or not settings.value(20)
+    assert settings.value(34) == 0 or not settings.value(32)
+    assert settings.value(36) - settings.value(35) >= 1

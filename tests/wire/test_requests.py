@@ -27,6 +27,7 @@ from wificnc.wmc3.layout import (
     Handshake,
     HandshakeResponse,
     Home,
+    IoControl,
     Jog,
     JogStop,
     Ping,
@@ -108,6 +109,7 @@ SETS = [
     (0x0320, ValueType.U8, 0x05, 23, 0x3A),
     (0x0321, ValueType.U32, 5000, 25, 1500.0),
     (0x0323, ValueType.U32, 100, 27, 0.5),
+    (0x0430, ValueType.U16, 1000, 33, 1000),
     (0x0431, ValueType.U32, 24_000, 30, 24_000),
     (0x0100, ValueType.U32, 5, 0, 5),  # the wrong type: converted
     (0x0001, ValueType.U16, 80, 100, 80.0),
@@ -135,6 +137,8 @@ def test_a_key_is_a_setting_in_its_own_units(
         (0x0300, ValueType.U8, 0x40, Refusal.RANGE),
         (0x0300, ValueType.I32, -1, Refusal.RANGE),
         (0x0320, ValueType.U8, 0x40, Refusal.RANGE),
+        (0x0430, ValueType.U16, 49, Refusal.RANGE),
+        (0x0430, ValueType.U16, 50_001, Refusal.RANGE),
         (0x0500, ValueType.U8, 1, Refusal.READ_ONLY),
         (0x0200, ValueType.U8, 1, Refusal.READ_ONLY),
         (0x0007, ValueType.U8, 1, Refusal.UNKNOWN_KEY),
@@ -199,6 +203,14 @@ def test_settings_do_not_change_in_motion(device: Device) -> None:
     device.motion(*[segment(100)] * 8)
     device.run(0.05)
     assert configure(device, client, 0x0001, ValueType.FLOAT, 80.0) == Refusal.BUSY
+
+
+def test_the_pwm_does_not_change_while_the_spindle_is_on(device: Device) -> None:
+    client = device.connect()
+    assert reason(device, client, IoControl(misc_outputs=1, spindle=1, rpm=500)) == Refusal.NONE
+    assert configure(device, client, 0x0430, ValueType.U16, 1000) == Refusal.BUSY
+    assert reason(device, client, IoControl(misc_outputs=1)) == Refusal.NONE
+    assert configure(device, client, 0x0430, ValueType.U16, 1000) == Refusal.NONE
 
 
 def test_commands_by_tcp_are_answered(device: Device) -> None:

@@ -75,6 +75,9 @@ ERRORS: dict[int, str] = {
     152: "G76 needs the ZX plane (G18)",
     153: "the axes cannot follow this pitch at this S, or the tapers do not fit",
     154: "only straight axes can follow the spindle ($80)",
+    160: "$35 must be at least 1 below $36: change the other one of them first",
+    161: "a laser ($32=1) needs $34=0: any other PWM off value would leave the beam on",
+    162: "$33 to $36 change only while the spindle or laser is off: send M5 first",
 }
 
 ALARMS: dict[int, str] = {

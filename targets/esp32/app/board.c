@@ -87,7 +87,6 @@ struct machine_board board_machine(const struct pin_map *map) {
         .dir_setup_ns = BOARD_DIR_SETUP_NS,
         .step_spread_ns = BOARD_STEP_SPREAD_NS,
         .max_step_rate_hz = BOARD_MAX_STEP_RATE_HZ,
-        .pwm = SPINDLE_PWM_REGISTER,
         .axis_count = BOARD_AXIS_COUNT,
         .home_axes = BOARD_HOME_AXES,
     };

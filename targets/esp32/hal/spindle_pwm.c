@@ -7,15 +7,29 @@
 #include "freertos/FreeRTOS.h"
 #include "freertos/task.h"
 
+#define START_HZ      5000u            /* until $33 is there */
 #define PERIODS_TICKS pdMS_TO_TICKS(2) /* 1 ms at least: five periods */
+
+#define CFG0_PRESCALE 0xFFu /* minus 1; taken where the timer stops and starts */
+#define CFG0_PERIOD   8u    /* minus 1; immediately, as the driver has left it */
+
+static struct {
+    mcpwm_timer_handle_t timer;
+    uint32_t hz;
+    uint32_t prescale; /* of the driver, for SPINDLE_PWM_CLOCK_HZ */
+} pwm;
 
 static bool make_timer(mcpwm_timer_handle_t *timer) {
     const mcpwm_timer_config_t config = {.group_id = 0,
                                          .clk_src = MCPWM_TIMER_CLK_SRC_DEFAULT,
                                          .resolution_hz = SPINDLE_PWM_CLOCK_HZ,
                                          .count_mode = MCPWM_TIMER_COUNT_MODE_UP,
-                                         .period_ticks = SPINDLE_PWM_PERIOD};
-    return mcpwm_new_timer(&config, timer) == ESP_OK;
+                                         .period_ticks = SPINDLE_PWM_CLOCK_HZ / START_HZ};
+    if (mcpwm_new_timer(&config, timer) != ESP_OK)
+        return false;
+    pwm.prescale = (MCPWM0.timer[0].timer_cfg0.val & CFG0_PRESCALE) + 1;
+    pwm.hz = START_HZ;
+    return true;
 }
 
 static bool make_comparator(mcpwm_timer_handle_t timer, mcpwm_oper_handle_t *oper,
@@ -42,16 +56,33 @@ static bool make_generator(mcpwm_oper_handle_t oper, mcpwm_cmpr_handle_t compare
 }
 
 bool spindle_pwm_init(const struct output_wire *wire) {
-    mcpwm_timer_handle_t timer;
     mcpwm_oper_handle_t oper;
     mcpwm_cmpr_handle_t compare;
-    if (!make_timer(&timer) || !make_comparator(timer, &oper, &compare))
+    if (!make_timer(&pwm.timer) || !make_comparator(pwm.timer, &oper, &compare))
         return false;
-    spindle_pwm_set(SPINDLE_PWM_DARK);
-    if (mcpwm_timer_enable(timer) != ESP_OK ||
-        mcpwm_timer_start_stop(timer, MCPWM_TIMER_START_NO_STOP) != ESP_OK)
+    spindle_pwm_set(PWM_NEVER);
+    if (mcpwm_timer_enable(pwm.timer) != ESP_OK ||
+        mcpwm_timer_start_stop(pwm.timer, MCPWM_TIMER_START_NO_STOP) != ESP_OK)
         return false;
     vTaskDelay(
         PERIODS_TICKS); /* the comparator takes it at the end of a period: before the pin can show one */
     return make_generator(oper, compare, wire);
+}
+
+/* The divider counts from a stop on, so the timer stops at the end of a period, dark. */
+static void change(const struct pwm_period *period) {
+    spindle_pwm_set(PWM_NEVER);
+    ESP_ERROR_CHECK(mcpwm_timer_start_stop(pwm.timer, MCPWM_TIMER_STOP_EMPTY));
+    vTaskDelay(pdMS_TO_TICKS(1000u / pwm.hz) + PERIODS_TICKS);
+    const uint32_t prescale = pwm.prescale << period->shift;
+    MCPWM0.timer[0].timer_cfg0.val = (prescale - 1) | (period->counts - 1) << CFG0_PERIOD;
+    ESP_ERROR_CHECK(mcpwm_timer_start_stop(pwm.timer, MCPWM_TIMER_START_NO_STOP));
+}
+
+struct duty_register spindle_pwm_tune(uint32_t hz) {
+    const struct pwm_period period = pwm_period_of(SPINDLE_PWM_CLOCK_HZ, hz);
+    if (hz != pwm.hz)
+        change(&period);
+    pwm.hz = hz;
+    return (struct duty_register){.dark = PWM_NEVER, .least = (uint16_t)(period.counts - 2u), .full = 0};
 }

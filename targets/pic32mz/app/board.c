@@ -101,7 +101,6 @@ struct machine_board board_machine(void) {
         .default_pulse_us = BOARD_DEFAULT_PULSE_US,
         .dir_setup_ns = BOARD_DIR_SETUP_NS,
         .max_step_rate_hz = BOARD_MAX_STEP_RATE_HZ,
-        .pwm = SPINDLE_PWM_REGISTER,
         .axis_count = BOARD_AXIS_COUNT,
         .home_axes = BOARD_HOME_AXES,
         .motors_wake_us = 1000, /* what the slowest of common drivers want */

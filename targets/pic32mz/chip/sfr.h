@@ -85,6 +85,7 @@
 #define TMR4          SFR(0xBF840610u)
 #define PR4           SFR(0xBF840620u)
 #define T6CON         SFR(0xBF840A00u)
+#define TMR6          SFR(0xBF840A10u)
 #define PR6           SFR(0xBF840A20u)
 #define T8CON         SFR(0xBF840E00u)
 #define TMR8          SFR(0xBF840E10u)
@@ -96,6 +97,7 @@
 #define OC8R          SFR(0xBF844E10u)
 #define OC8RS         SFR(0xBF844E20u)
 #define TCON_ON       (1u << 15)
+#define TCON_PRESCALE 4u /* bits 6:4: the clock is divided by 1, 2, 4 .. 64 */
 #define OCCON_ON      (1u << 15)
 #define OCM_PULSES    5u /* dual compare, continuous pulses */
 #define OCM_PWM       6u

@@ -1,15 +1,9 @@
 /* SPDX-License-Identifier: MIT */
 #include "io/outputs.h"
 
-#include "chip/clock.h"
 #include "gcode/gcode.h"
 #include "hal/spindle_pwm.h"
 #include "io/pin.h"
-
-#define RPE3_IS_OC8 12u /* Table 12-22 */
-#define PIN_RE3     (16u * 4u + 3u)
-
-_Static_assert(PIN_SPINDLE_PWM == PIN_NONE || PIN_SPINDLE_PWM == PIN_RE3, "OC8 is routed to RE3 here");
 
 void outputs_make_safe(void) {
 #define MAKE_SAFE(pin, signal, on_level) pin_make_output(pin, !(on_level));
@@ -23,23 +17,12 @@ static void set(const struct outputs *outputs, unsigned output, bool on) {
         pin_write(wire->pin, on == wire->active_high);
 }
 
-static void start_pwm(const struct output_wire *wire) {
-    T6CON = 0;
-    PR6 = SPINDLE_PWM_PERIOD - 1;
-    OC8R = SPINDLE_PWM_ACTIVE_HIGH ? 0 : SPINDLE_PWM_PERIOD;
-    spindle_pwm_set(SPINDLE_PWM_OF(0u));
-    OC8CON = OCM_PWM | OCCON_ON;
-    T6CON = TCON_ON;
-    /* Last: until then the port keeps the pin at its safe level. */
-    RPR(wire->pin) = RPE3_IS_OC8;
-}
-
 void outputs_init(struct outputs *outputs, const struct output_wire wire[SWITCH_COUNT]) {
     for (unsigned output = 0; output < SWITCH_COUNT; output++)
         outputs->wire[output] = wire[output];
     outputs->pump_level = false;
     if (outputs->wire[SWITCH_SPINDLE_PWM].pin != NO_PIN)
-        start_pwm(&outputs->wire[SWITCH_SPINDLE_PWM]);
+        spindle_pwm_init(&outputs->wire[SWITCH_SPINDLE_PWM]);
 }
 
 void outputs_motors(const struct outputs *outputs, bool on, bool invert) {

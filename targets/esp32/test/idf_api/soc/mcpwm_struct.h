@@ -11,7 +11,11 @@ typedef struct {
 } mcpwm_word_t;
 
 typedef struct mcpwm_dev_t {
-    mcpwm_word_t clock, timers[12], synchronisation, operator_timer;
+    mcpwm_word_t clock;
+    volatile struct {
+        mcpwm_word_t timer_cfg0, timer_cfg1, timer_sync, timer_status;
+    } timer[3];
+    mcpwm_word_t synchronisation, operator_timer;
     volatile struct {
         mcpwm_word_t update;
         mcpwm_word_t timestamp[2];
