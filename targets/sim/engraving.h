@@ -2,7 +2,7 @@
  * What a laser burns, from the segments that are executed: energy by length, for pictures; and where constant
  * power (M3) burns too much because the machine is slower than the feed.
  *
- * Energy is in seconds at full power, because nobody tells the controller how many watts that are. */
+ * Energy is in seconds at full power: the controller does not know how many watts that are. */
 #ifndef WIFICNC_SIM_ENGRAVING_H
 #define WIFICNC_SIM_ENGRAVING_H
 

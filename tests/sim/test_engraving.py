@@ -130,7 +130,7 @@ def test_an_open_door_darkens_the_beam(library):
 
 
 RASTER = "M3S0F3000\n" + "".join(
-    f"G1X{(0 if row % 2 else 40):d}Y{row * 0.2:g}S0\n" + "".join(f"X{x if row % 2 else 40 - x}S{x * 23}\n" for x in range(1, 41))
+    f"G1X{row % 2 * 40}Y{row * 0.2:g}S0\n" + "".join(f"X{abs(row % 2 * 40 - x)}S{x * 23}\n" for x in range(1, 41))
     for row in range(6)
 )
 

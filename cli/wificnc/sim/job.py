@@ -261,9 +261,8 @@ def _result(sim: Simulation, request: JobRequest, left_out: tuple[str, ...]) -> 
     axes = AXES[: request.timing.axis_count]
     _check_counters(native)
     hz = request.timing.timer_hz
-    positions_mm, min_mm, max_mm = (
-        tuple(values[: len(axes)]) for values in (native.position_mm, native.min_mm, native.max_mm)
-    )
+    places = (native.position_mm, native.min_mm, native.max_mm)
+    positions_mm, min_mm, max_mm = (tuple(values[: len(axes)]) for values in places)
     return SimResult(
         file=request.file,
         axes=axes,

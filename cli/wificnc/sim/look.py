@@ -20,6 +20,12 @@ RAPID_WIDTH, RAPID_DASHES = 0.7, (5.0, 3.0)
 EXTENT, EXTENT_DARK, EXTENT_WIDTH = "#3b4754", "#9fb2c0", 0.8
 START, END = "#15803d", "#b91c1c"
 
+# What a laser burnt, from little energy by length to much: as it is on wood, and on black the other way round.
+ENGRAVING_COLOURS = ("#e4e4e4", "#000000")
+ENGRAVING_COLOURS_DARK = ("#3a3f45", "#ffffff")
+ENGRAVING_QUANTILE = 0.95  # so much of the length gets no more than the typical energy ...
+ENGRAVING_BLACK = 1.5  # ... and black is so many times that
+
 # Width of a cut against the decimal logarithm of the number of segments: dense jobs want finer lines.
 CUT_WIDTHS = ((2.5, 1.7), (5.0, 0.6))
 PLUNGE_STEEPNESS = 20.0  # a cut that goes so much more down than sideways is a dot from above
@@ -38,6 +44,12 @@ def look_table() -> dict[str, Any]:
         "extent": {"light": EXTENT, "dark": EXTENT_DARK, "width": EXTENT_WIDTH},
         "start": START,
         "end": END,
+        "engraving": {
+            "light": ENGRAVING_COLOURS,
+            "dark": ENGRAVING_COLOURS_DARK,
+            "quantile": ENGRAVING_QUANTILE,
+            "black": ENGRAVING_BLACK,
+        },
         "cut_widths": CUT_WIDTHS,
         "plunge_steepness": PLUNGE_STEEPNESS,
         "sample_ms": SAMPLE_MS,

@@ -397,9 +397,7 @@ class Simulation:
     def engraving_pieces(self) -> bytes:
         """Its pieces, as records of PIECE_DTYPE."""
         first = POINTER(EngravingPiece)()
-        count = self._library.engraving_pieces(
-            self._library.survey_engraving(self._surveyed()), ctypes.byref(first)
-        )
+        count = self._library.engraving_pieces(self._library.survey_engraving(self._surveyed()), ctypes.byref(first))
         return ctypes.string_at(first, count * ctypes.sizeof(EngravingPiece)) if count else b""
 
     def _surveyed(self) -> int:
