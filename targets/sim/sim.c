@@ -345,7 +345,9 @@ static bool all_sent(const struct sim *sim) {
  * starts.
  */
 static bool may_begin(struct sim *sim, const char *line) {
-    sim->dollar = line[strspn(line, " \t")] == '$';
+    while (*line == ' ' || *line == '\t') /* strspn() of some libraries reads all of the text first */
+        line++;
+    sim->dollar = *line == '$';
     bool may = !sim->dollar || !host_is_busy(sim->host);
     host_input_follows(sim->host, may);
     return may;

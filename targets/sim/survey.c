@@ -183,7 +183,7 @@ static void take_burnt(struct survey *survey, uint32_t index, const struct host_
         .index = index,
         .line = survey->text->line_number[index],
         .time_s = segment->duration_ns * 1e-9,
-        .duty = (segment->duty[0] + segment->duty[1]) * 0.5 / DUTY_FULL,
+        .duty = (segment->duty[0] + segment->duty[1]) * 0.5 / (double)DUTY_FULL,
     };
     part.end_s = begun_s + part.time_s;
     tool_mm(survey, moved->from_steps, part.from_mm);

@@ -110,7 +110,7 @@ def profile(dark: np.ndarray) -> np.ndarray:
 @pytest.mark.parametrize("dense", [False, True])
 def test_a_line_with_constant_power_is_darker_at_its_ends(library, monkeypatch, dense):
     if dense:
-        monkeypatch.setattr("wificnc.sim.plot.RASTER_ABOVE", 0)
+        monkeypatch.setattr("wificnc.sim.look.ENGRAVING_DENSE", 0)
     rows = "".join(f"G0X{n % 2 * 30}Y{n}\nG1X{30 - n % 2 * 30}\n" for n in range(15))
     shown = {}
     for mode in ("M3", "M4"):

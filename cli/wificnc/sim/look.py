@@ -25,6 +25,10 @@ ENGRAVING_COLOURS = ("#e4e4e4", "#000000")
 ENGRAVING_COLOURS_DARK = ("#3a3f45", "#ffffff")
 ENGRAVING_QUANTILE = 0.95  # so much of the length gets no more than the typical energy ...
 ENGRAVING_BLACK = 1.5  # ... and black is so many times that
+ENGRAVING_DENSE = 20_000  # more pieces are dense
+# Dense engraving is drawn so much wider than its lines are apart, and at least and at most so many pixels, so that
+# hatching becomes an area.
+ENGRAVING_COVER, ENGRAVING_WIDTHS = 1.25, (1.0, 4.0)
 
 # Width of a cut against the decimal logarithm of the number of segments: dense jobs want finer lines.
 CUT_WIDTHS = ((2.5, 1.7), (5.0, 0.6))
@@ -49,6 +53,9 @@ def look_table() -> dict[str, Any]:
             "dark": ENGRAVING_COLOURS_DARK,
             "quantile": ENGRAVING_QUANTILE,
             "black": ENGRAVING_BLACK,
+            "dense": ENGRAVING_DENSE,
+            "cover": ENGRAVING_COVER,
+            "widths": ENGRAVING_WIDTHS,
         },
         "cut_widths": CUT_WIDTHS,
         "plunge_steepness": PLUNGE_STEEPNESS,

@@ -30,9 +30,7 @@ INK, SOFT, FAINT = "#1f2933", "#66727f", "#dfe4ea"
 TRAVEL = "#c2410c"
 DPI = 150
 SIZE_IN = (14.0, 9.2)
-RASTER_ABOVE = 20_000  # segments: an SVG holds them as a picture; so much engraving is drawn as pixels
-COVERED = 1.25  # a pixel is wider than the lines are apart, so that each row of pixels has one
-PIXEL_WIDTHS = (1.0, 4.0)  # of engraving, in pixels of the figure: from a photo to lines far apart
+RASTER_ABOVE = 20_000  # segments: an SVG holds them as a picture
 MARGIN = 1.12  # of a view around what it shows
 TRAVEL_SHOWN = 2.0  # a travel larger than so many times the job is reported, not drawn
 OFF_SCALE = 2.5  # rapids that are so much faster than the cuts leave the speed panel
@@ -202,7 +200,7 @@ def _draw_lines(axes: Any, scale: Scale, begins: Floats, ends: Floats, values: F
 def _draw_engraving(axes: Any, scene: Scene, pieces: Pieces, project: Projection) -> None:
     """Few pieces as lines, the darkest on top; many as pixels of their mean energy."""
     begins, ends = project(pieces.from_mm), project(pieces.to_mm)
-    if len(begins) > RASTER_ABOVE:
+    if len(begins) > look.ENGRAVING_DENSE:
         _draw_pixels(axes, scene.cuts, pieces, begins, ends)
     else:
         order = np.argsort(pieces.energy_by_mm, kind="stable")
@@ -212,12 +210,11 @@ def _draw_engraving(axes: Any, scene: Scene, pieces: Pieces, project: Projection
 
 
 def _draw_pixels(axes: Any, scale: Scale, pieces: Pieces, begins: Floats, ends: Floats) -> None:
-    """A pixel is as wide as the lines are apart, within bounds, so that hatching becomes an area."""
     low, high = np.array([axes.get_xlim(), axes.get_ylim()]).T
     figure_px = axes.get_window_extent().width
     size_mm = np.ptp(np.concatenate([begins, ends]), axis=0)
-    apart_px = COVERED * size_mm.prod() / pieces.length_mm.sum() * figure_px / (high[0] - low[0])
-    width = round(figure_px / float(np.clip(apart_px, *PIXEL_WIDTHS)))
+    apart_px = look.ENGRAVING_COVER * size_mm.prod() / pieces.length_mm.sum() * figure_px / (high[0] - low[0])
+    width = round(figure_px / float(np.clip(apart_px, *look.ENGRAVING_WIDTHS)))
     grey = rasterise(pieces, begins, ends, low, high, width)
     axes.imshow(
         grey, cmap=scale.colours, norm=scale.norm, origin="lower", extent=(low[0], high[0], low[1], high[1]),
