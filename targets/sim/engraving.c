@@ -118,7 +118,8 @@ static bool continues(const struct engraving *engraving, const struct engraving_
                       const struct engraving_piece *next) {
     if (is_at_rest(piece) || is_at_rest(next) || distance(piece->to_mm, next->from_mm) > 0.0)
         return false;
-    double is = (double)(piece->energy_s / piece->length_mm), will = (double)(next->energy_s / next->length_mm);
+    double is = (double)(piece->energy_s / piece->length_mm),
+           will = (double)(next->energy_s / next->length_mm);
     if (fabs(is - will) > ALIKE * fmax(is, will))
         return false;
     double along = 0.0, square = 0.0;
@@ -136,7 +137,8 @@ static void thin(struct engraving *engraving) {
     const size_t enough = engraving->count - engraving->count / 4;
     while (engraving->count > enough && isfinite(engraving->grain_mm)) { /* infinite: only dots are left */
         size_t last = 0;
-        engraving->grain_mm = engraving->grain_mm > 0.0f ? GRAIN_GROWTH * engraving->grain_mm : FIRST_GRAIN_MM;
+        engraving->grain_mm =
+            engraving->grain_mm > 0.0f ? GRAIN_GROWTH * engraving->grain_mm : FIRST_GRAIN_MM;
         for (size_t i = 1; i < engraving->count; i++) {
             const struct engraving_piece *next = &engraving->pieces[i];
             if (fits_grain(engraving, &engraving->pieces[last], next))
@@ -191,8 +193,7 @@ void engraving_take(struct engraving *engraving, const struct engraving_part *pa
     }
     add_piece(engraving, &piece);
     engraving->sum.length_mm += part->length_mm;
-    double feed_mm_s =
-        part->index < engraving->lines ? (double)engraving->constant_mm_s[part->index] : 0.0;
+    double feed_mm_s = part->index < engraving->lines ? (double)engraving->constant_mm_s[part->index] : 0.0;
     if (feed_mm_s > 0.0 && part->length_mm > 0.0)
         add_to_stretch(engraving, part, feed_mm_s);
 }

@@ -28,13 +28,13 @@ struct engraving_piece {
 };
 
 struct engraving_result {
-    double length_mm;       /* with the beam on */
-    double constant_mm;     /* of this with constant power (M3) and a feed to compare with */
-    double slow_mm;         /* of this with more than limit times the energy of its feed */
-    double limit;           /* ENGRAVING_LIMIT */
-    double worst;           /* most energy of a stretch, as part of what its feed gives; 0: no stretch */
-    uint32_t worst_line;    /* of the file */
-    double worst_mm[3];     /* where it begins */
+    double length_mm;    /* with the beam on */
+    double constant_mm;  /* of this with constant power (M3) and a feed to compare with */
+    double slow_mm;      /* of this with more than limit times the energy of its feed */
+    double limit;        /* ENGRAVING_LIMIT */
+    double worst;        /* most energy of a stretch, as part of what its feed gives; 0: no stretch */
+    uint32_t worst_line; /* of the file */
+    double worst_mm[3];  /* where it begins */
 };
 
 struct engraving;

@@ -47,7 +47,7 @@ struct sim {
     struct sim_script script;
     struct survey *survey; /* NULL: the job has not begun */
     bool surveys;          /* line by line */
-    bool reset_asked; /* by an event; the banner is still to come */
+    bool reset_asked;      /* by an event; the banner is still to come */
     double steps_per_mm[AXIS_COUNT];
 
     bool in_command; /* sim_command() waits */

@@ -188,3 +188,13 @@ def test_many_pieces_are_joined_not_lost(library, gap_mm):
     assert result.worst == pytest.approx(1.0, rel=1e-6)
     size = np.abs(pieces["to_mm"] - pieces["from_mm"])
     assert size.max() < 1.0
+
+
+def test_what_burns_at_rest_stays_a_piece(library):
+    handle = library.engraving_create(1)
+    for length_mm, duty in ((1.0, 0.5), (0.0, 0.1), (1.0, 0.5)):
+        library.engraving_take(handle, ctypes.byref(Part(line=1, time_s=0.5, duty=duty, length_mm=length_mm)))
+    first = ctypes.POINTER(Piece)()
+    assert library.engraving_pieces(handle, ctypes.byref(first)) == 3
+    assert (first[1].length_mm, first[1].energy_s) == (0, pytest.approx(0.05))
+    library.engraving_destroy(handle)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import ctypes
 import io
 import json
+from dataclasses import replace
 
 import matplotlib.image
 import numpy as np
@@ -134,6 +135,23 @@ def test_a_raster_gives_a_picture(library):
     for suffix, begin in (("png", b"\x89PNG"), ("svg", b"<?xml")):
         picture = draw_job(result, suffix, 5.0)
         assert picture.startswith(begin) and picture == draw_job(result, suffix, 5.0)
+
+
+def test_what_burns_at_rest_is_marked(library):
+    result = run(library, M3_LINE, settings=LASER, samples=True)
+    assert result.engraving
+    dot = np.zeros(1, dtype=PIECE_DTYPE)
+    dot["from_mm"] = dot["to_mm"] = (50, 20, 0)
+    dot["energy_s"] = 0.5
+    burnt = replace(result.engraving, pieces=result.engraving.pieces + dot.tobytes())
+    marked = replace(result, engraving=burnt, box_max_mm=(100.0, 40.0, 0.0))
+    red = [reds(draw_job(job, "png")) for job in (replace(result, box_max_mm=(100.0, 40.0, 0.0)), marked)]
+    assert red[1] > red[0] + 20
+
+
+def reds(png: bytes) -> int:
+    picture = matplotlib.image.imread(io.BytesIO(png))[:, :, :3]
+    return int(((picture[:, :, 0] > 0.6) & (picture[:, :, 1:].max(axis=2) < 0.3)).sum())
 
 
 # ---- what the user reads ----

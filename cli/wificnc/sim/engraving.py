@@ -51,8 +51,8 @@ def pieces_from(records: bytes, laser_w: float | None) -> tuple[Pieces, Floats]:
     moved = found[~at_rest]
     length_mm = moved["length_mm"].astype(np.float64)
     energy = moved["energy_s"].astype(np.float64) * (MS_PER_S if laser_w is None else laser_w)
-    ends = (moved[name].astype(np.float64) for name in ("from_mm", "to_mm"))
-    return Pieces(*ends, length_mm, energy / length_mm), found["from_mm"][at_rest].astype(np.float64)
+    begins, ends = (moved[name].astype(np.float64) for name in ("from_mm", "to_mm"))
+    return Pieces(begins, ends, length_mm, energy / length_mm), found["from_mm"][at_rest].astype(np.float64)
 
 
 def unit(laser_w: float | None) -> str:
