@@ -52,9 +52,10 @@ def test_constant_power_at_the_feed_is_power_by_speed(library, power, feed):
     assert engraving.length_mm == pytest.approx(100, abs=0.01)
 
 
+@pytest.mark.parametrize("extra", [(), ("$40=20000",), ("$80=1",)])
 @pytest.mark.parametrize("feed", [600, 3000])
-def test_dynamic_power_burns_each_length_alike(library, feed):
-    engraving = burn(library, f"M4S800F{feed}\nG1X50\nY10\nX0\nM5\n")
+def test_dynamic_power_burns_each_length_alike(library, feed, extra):
+    engraving = burn(library, f"M4S800F{feed}\nG1X50\nY10\nX0\nM5\n", settings=(*LASER, *extra))
     pieces = pieces_of(engraving)
     visible = pieces["length_mm"] > 0.01
     assert by_length(pieces[visible]) == pytest.approx(0.8 * 60 / feed, rel=0.02)
@@ -135,12 +136,13 @@ RASTER = "M3S0F3000\n" + "".join(
 )
 
 
+@pytest.mark.parametrize("extra", [(), ("$40=20000",), ("$80=1",), ("$30=500", "$31=20")])
 @pytest.mark.parametrize("mode", ["M3", "M4"])
-def test_the_energy_is_that_of_the_pins(library, tmp_path: Path, mode: str):
+def test_the_energy_is_that_of_the_pins(library, tmp_path: Path, mode: str, extra: tuple[str, ...]):
     """Of the step trace: duty times the time to the next edge."""
     path = tmp_path / "trace.npz"
     trace = TraceFile(path, path, (None,) * 12)
-    engraving = burn(library, RASTER.replace("M3", mode) + "M5\n", trace=trace)
+    engraving = burn(library, RASTER.replace("M3", mode) + "M5\n", trace=trace, settings=(*LASER, *extra))
     trace.complete()
     trace.clean()
     edges = np.load(path)

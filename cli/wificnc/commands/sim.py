@@ -51,7 +51,7 @@ def command(
     json_file = None if json_path == STDOUT else json_path
     options = SimOptions(file, board, machine, settings, json_file, plot, laser_w, trace, keep_going, at, max_lines)
     if on_chip:
-        if json_path or plot or keep_going:
+        if json_path or plot or laser_w or keep_going:
             raise UserError("--on-chip can be combined with --machine, --set, --at and --trace only")
         ctx.exit(Exit.OK if _run_on_chip(options) else Exit.JOB)
     with progress_bar(file.name) as on_progress:
