@@ -47,12 +47,17 @@ def _is_utf8(encoding: str) -> bool:
 def error(err: UserError) -> None:
     """Red title, then the way out."""
     talk.print(f"[bold red]error:[/] {escape(err.message)}", soft_wrap=True)
-    if err.hint:
-        talk.print(f"[blue]hint:[/] {escape(err.hint)}", soft_wrap=True)
+    _hint(err.hint)
 
 
-def warn(message: str) -> None:
+def warn(message: str, hint: str | None = None) -> None:
     talk.print(f"[bold yellow]warning:[/] {escape(message)}", soft_wrap=True)
+    _hint(hint)
+
+
+def _hint(text: str | None) -> None:
+    if text:
+        talk.print(f"[blue]hint:[/] {escape(text)}", soft_wrap=True)
 
 
 def note(message: str) -> None:

@@ -165,7 +165,8 @@ void host_input_follows(struct host *host, int follows);
 /** The event trace; add consumers to it before running. */
 struct trace *host_trace(struct host *host);
 
-/** A segment, and where it begins and ends: machine position of every motor, with its fraction of a step. */
+/** A segment, or a part of it with one S of a laser, and where that begins and ends: machine position of
+ * every motor, with its fraction of a step. The segment's steps are those of all its parts. */
 struct segment;
 struct host_segment {
     const struct segment *segment;

@@ -3,12 +3,13 @@
  */
 #include "host_inner.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 struct host_published {
     struct segment segment;
-    double to_steps[AXIS_COUNT];
+    double from_steps[AXIS_COUNT], to_steps[AXIS_COUNT];
 };
 
 /* Exact way of a segment, whole steps and 1/256: signed steps, and how far the phase has moved on in the
@@ -33,7 +34,20 @@ static void commit_steps(const struct emit *emit, double steps[AXIS_COUNT]) {
         steps[ax] = emit->steps[ax] + emit->fraction[ax] / 256.0 - 0.5;
 }
 
-static void append(struct host *host, const struct segment *segment, double at_steps[AXIS_COUNT]) {
+/* When a part of a segment's way is done, as a part of its time: segment/segment.h. */
+static double time_of(const struct segment *segment, double way) {
+    double r = (double)segment->ramp / SEGMENT_RAMP_ONE, start = 1.0 - r;
+    return fabs(r) < 1e-6 ? way : (sqrt(fmax(start * start + 4.0 * r * way, 0.0)) - start) / (2.0 * r);
+}
+
+/* A part of a segment with one S. */
+struct part {
+    double way[2]; /* of its segment, 0 .. 1 */
+    const uint16_t *duty;
+};
+
+static void append(struct host *host, const struct segment *segment, const struct part *part,
+                   const double at_steps[AXIS_COUNT]) {
     if (host->planned_count == host->planned_size) {
         host->planned_size = 2 * host->planned_size + SEGMENT_QUEUE_SIZE;
         host->planned = realloc(host->planned, host->planned_size * sizeof *host->planned);
@@ -41,9 +55,34 @@ static void append(struct host *host, const struct segment *segment, double at_s
             abort(); /* no memory for what the machine does */
     }
     struct host_published *published = &host->planned[host->planned_count++];
+    double from = time_of(segment, part->way[0]), to = time_of(segment, part->way[1]);
+    double more = (double)part->duty[1] - (double)part->duty[0];
     published->segment = *segment;
+    published->segment.duration_ns =
+        (uint32_t)(to * segment->duration_ns + 0.5) - (uint32_t)(from * segment->duration_ns + 0.5);
+    published->segment.duty[0] = (uint16_t)((double)part->duty[0] + more * from + 0.5);
+    published->segment.duty[1] = (uint16_t)((double)part->duty[0] + more * to + 0.5);
+    published->segment.power_count = 0;
+    for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
+        published->from_steps[ax] = at_steps[ax] + part->way[0] * way_steps(segment, ax);
+        published->to_steps[ax] = at_steps[ax] + part->way[1] * way_steps(segment, ax);
+    }
+}
+
+/* All parts of a segment. */
+static void append_parts(struct host *host, const struct segment *segment, double at_steps[AXIS_COUNT]) {
+    const struct segment_power *power = &host->machine.drive.motion.queue.power[segment->power_first];
+    struct part part = {.duty = segment->duty};
+    for (unsigned i = 0; i < segment->power_count; i++, power++) {
+        part.way[1] = power->at / 65536.0;
+        if (part.way[1] > part.way[0])
+            append(host, segment, &part, at_steps);
+        part = (struct part){.way = {part.way[1]}, .duty = power->duty};
+    }
+    part.way[1] = 1.0;
+    append(host, segment, &part, at_steps);
     for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
-        published->to_steps[ax] = at_steps[ax] += way_steps(segment, ax);
+        at_steps[ax] += way_steps(segment, ax);
 }
 
 /* The batch that was published last: it continues within what was before. */
@@ -60,15 +99,13 @@ static void take_batch(struct host *host) {
         for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
             at_steps[ax] -= way_steps(&queue->slots[i], ax);
     for (uint32_t i = 0; i < queue->count; i++)
-        append(host, &queue->slots[i], at_steps);
+        append_parts(host, &queue->slots[i], at_steps);
 }
 
 static void show(struct host *host, const struct host_published *published) {
     struct host_segment moved = {.segment = &published->segment};
-    for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
-        moved.to_steps[ax] = published->to_steps[ax];
-        moved.from_steps[ax] = moved.to_steps[ax] - way_steps(&published->segment, ax);
-    }
+    memcpy(moved.from_steps, published->from_steps, sizeof moved.from_steps);
+    memcpy(moved.to_steps, published->to_steps, sizeof moved.to_steps);
     host->watch(host->watch_ctx, &moved);
 }
 

@@ -45,9 +45,9 @@ struct sim {
     bool dollar;          /* the line under way is a $ line */
     uint64_t alarm_ticks; /* of the alarm that has ended the job; 0: none */
     struct sim_script script;
-    struct survey *survey; /* NULL: not asked for */
-    bool surveys;
-    bool reset_asked; /* by an event; the banner is still to come */
+    struct survey *survey; /* NULL: the job has not begun */
+    bool surveys;          /* line by line */
+    bool reset_asked;      /* by an event; the banner is still to come */
     double steps_per_mm[AXIS_COUNT];
 
     bool in_command; /* sim_command() waits */
@@ -289,12 +289,8 @@ void sim_survey(struct sim *sim) {
     sim->surveys = true;
 }
 
-size_t sim_survey_lines(const struct sim *sim, const struct survey_line **out) {
-    return sim->survey != NULL ? survey_lines(sim->survey, out) : 0;
-}
-
-size_t sim_survey_arcs(const struct sim *sim, const struct survey_arc **out) {
-    return sim->survey != NULL ? survey_arcs(sim->survey, out) : 0;
+const struct survey *sim_surveyed(const struct sim *sim) {
+    return sim->survey;
 }
 
 void sim_limit_lines(struct sim *sim, uint32_t lines_max) {
@@ -331,9 +327,7 @@ int sim_load(struct sim *sim, const char *text, size_t size, int keep_going) {
     if ((expand_is_needed(text, size) ? load_program(sim, text, size)
                                       : sim_text_make(&sim->text, text, size)) != 0)
         return ENOMEM;
-    if (host_machine(sim->host)->settings.kinematics != KINEMATICS_CARTESIAN)
-        sim->surveys = true; /* for the box: motors do not say where the tool was */
-    if (sim->surveys && (sim->survey = survey_create(sim->host, &sim->text)) == NULL)
+    if ((sim->survey = survey_create(sim->host, &sim->text, sim->surveys)) == NULL)
         return ENOMEM;
     sim->lines_before = host_machine(sim->host)->lines.count;
     trace_flush(host_trace(sim->host));
@@ -351,7 +345,9 @@ static bool all_sent(const struct sim *sim) {
  * starts.
  */
 static bool may_begin(struct sim *sim, const char *line) {
-    sim->dollar = line[strspn(line, " \t")] == '$';
+    while (*line == ' ' || *line == '\t') /* strspn() of some libraries reads all of the text first */
+        line++;
+    sim->dollar = *line == '$';
     bool may = !sim->dollar || !host_is_busy(sim->host);
     host_input_follows(sim->host, may);
     return may;
@@ -505,7 +501,7 @@ static void place_tool(const struct sim *sim, struct sim_result *out) {
     const struct machine *machine = host_machine(sim->host);
     joints_tool_mm(&machine->drive.joints, &machine->drive.motion, out->position_steps, out->position_mm);
     if (machine->settings.kinematics != KINEMATICS_CARTESIAN && sim->survey != NULL)
-        survey_box(sim->survey, out->min_mm, out->max_mm);
+        survey_box(sim->survey, out->min_mm, out->max_mm); /* motors do not say where the tool was */
 }
 
 void sim_result(const struct sim *sim, struct sim_result *out) {
@@ -594,7 +590,9 @@ int sim_close(struct sim *sim) {
         int failed = trace_writer_close(sim->writers[i]);
         error = error != 0 ? error : failed;
     }
-    if (error == 0 && sim->measure != NULL && measure_samples_lost(sim->measure))
+    bool lost = (sim->measure != NULL && measure_samples_lost(sim->measure)) ||
+                (sim->survey != NULL && engraving_lost(survey_engraving(sim->survey)));
+    if (error == 0 && lost)
         error = ENOMEM;
     return error;
 }

@@ -25,8 +25,9 @@ int sim_command(struct sim *sim, const char *line);
 
 /** Note what each line asks for and gets. Call before sim_load(). */
 void sim_survey(struct sim *sim);
-size_t sim_survey_lines(const struct sim *sim, const struct survey_line **out);
-size_t sim_survey_arcs(const struct sim *sim, const struct survey_arc **out);
+
+/** What was noted of the job; NULL before sim_load(). */
+const struct survey *sim_surveyed(const struct sim *sim);
 
 /** How many lines a program with O words may execute before it counts as endless; SIM_LINES_MAX unless told.
  */
@@ -130,7 +131,7 @@ int sim_sample_every(struct sim *sim, double interval_ms);
 size_t sim_samples(const struct sim *sim, const struct path_sample **out);
 
 /** Finish the trace files. Called once, after the last sim_run. @return 0; errno of the first failed write;
- * ENOMEM: samples are missing */
+ * ENOMEM: samples or pieces are missing */
 int sim_close(struct sim *sim);
 
 #endif

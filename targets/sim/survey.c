@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "survey.h"
 
+#include "base/duty.h"
 #include "gcode/arc.h"
 #include "gcode/block.h"
 #include "gcode/resolve.h"
@@ -29,8 +30,10 @@ struct survey {
     uint32_t first;                                /* number that the controller gives to the first line */
     double at_mm[AXIS_COUNT];                      /* where the next line begins, programmed */
     double min_mm[AXIS_COUNT], max_mm[AXIS_COUNT]; /* where the tool has been */
-    struct survey_line *lines;
+    struct survey_line *lines;                     /* NULL: not wanted */
     size_t count;
+    struct engraving *engraving;
+    uint64_t begin_ticks;
     struct survey_arc arcs[MAX_ARCS];
     size_t arc_count;
     struct stretch stretch;
@@ -42,15 +45,19 @@ static void keep_position(struct survey *survey) {
     memcpy(survey->at_mm, host_machine(survey->host)->interp.gcode.position_mm, sizeof survey->at_mm);
 }
 
-struct survey *survey_create(struct host *host, const struct sim_text *text) {
+struct survey *survey_create(struct host *host, const struct sim_text *text, bool has_lines) {
     struct survey *survey = calloc(1, sizeof *survey);
     if (survey == NULL)
         return NULL;
-    *survey = (struct survey){.host = host, .text = text, .count = (size_t)text->file_lines + 1};
+    *survey = (struct survey){.host = host, .text = text, .begin_ticks = host_time_ticks(host)};
     /* Settings were sent as lines, too: the controller has counted them. */
     survey->first = host_machine(host)->lines.count + 1;
-    survey->lines = calloc(survey->count, sizeof *survey->lines);
-    if (survey->lines == NULL) {
+    survey->engraving = engraving_create(text->line_count);
+    if (has_lines) {
+        survey->count = (size_t)text->file_lines + 1;
+        survey->lines = calloc(survey->count, sizeof *survey->lines);
+    }
+    if (survey->engraving == NULL || (has_lines && survey->lines == NULL)) {
         survey_destroy(survey);
         return NULL;
     }
@@ -62,8 +69,10 @@ struct survey *survey_create(struct host *host, const struct sim_text *text) {
 }
 
 void survey_destroy(struct survey *survey) {
-    if (survey != NULL)
-        free(survey->lines);
+    if (survey == NULL)
+        return;
+    engraving_destroy(survey->engraving);
+    free(survey->lines);
     free(survey);
 }
 
@@ -148,21 +157,12 @@ static void judge(struct survey *survey, struct survey_line *row, const double t
         stretch->time_s = 0.0f;
 }
 
-static void watch(void *ctx, const struct host_segment *moved) {
-    struct survey *survey = ctx;
+static void take_speed(struct survey *survey, uint32_t index, const struct host_segment *moved,
+                       const double to_mm[AXIS_COUNT]) {
     struct stretch *stretch = &survey->stretch;
-    uint32_t index = moved->segment->line - survey->first;
-    if ((moved->segment->flags & SEGMENT_DWELL) != 0 || index >= survey->text->line_count)
-        return;
     struct survey_line *row = row_of(survey, survey->text->line_number[index]);
     if (row == NULL)
         return;
-    double to_mm[AXIS_COUNT];
-    tool_mm(survey, moved->to_steps, to_mm);
-    for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
-        survey->min_mm[ax] = fmin(survey->min_mm[ax], to_mm[ax]);
-        survey->max_mm[ax] = fmax(survey->max_mm[ax], to_mm[ax]);
-    }
     if (stretch->time_s == 0.0f || stretch->index != index) {
         *stretch = (struct stretch){.index = index};
         memcpy(stretch->from_steps, moved->from_steps, sizeof stretch->from_steps);
@@ -171,6 +171,54 @@ static void watch(void *ctx, const struct host_segment *moved) {
     stretch->time_s += time_s;
     row->time_s += time_s;
     judge(survey, row, moved->to_steps, to_mm);
+}
+
+/* A segment says what its cut burns, and the step interrupt whether the beam may be on. */
+static void take_burnt(struct survey *survey, uint32_t index, const struct host_segment *moved,
+                       const double to_mm[AXIS_COUNT]) {
+    const struct machine *machine = host_machine(survey->host);
+    const struct segment *segment = moved->segment;
+    if ((segment->flags & SEGMENT_CUT) == 0 || machine->drive.step.beam != STEP_BEAM_ALLOWED)
+        return;
+    double begun_s =
+        (double)(host_time_ticks(survey->host) - survey->begin_ticks) / (double)machine->board.timer_hz;
+    struct engraving_part part = {
+        .index = index,
+        .line = survey->text->line_number[index],
+        .time_s = segment->duration_ns * 1e-9,
+        .duty = (segment->duty[0] + segment->duty[1]) * 0.5 / (double)DUTY_FULL,
+    };
+    part.end_s = begun_s + part.time_s;
+    tool_mm(survey, moved->from_steps, part.from_mm);
+    memcpy(part.to_mm, to_mm, sizeof part.to_mm);
+    part.length_mm = counted_mm(part.from_mm, part.to_mm);
+    engraving_take(survey->engraving, &part);
+}
+
+/* The modes of the newest line are those of its move. */
+static void take_modes(struct survey *survey) {
+    const struct machine *machine = host_machine(survey->host);
+    const struct gcode_modal *modal = &machine->interp.gcode.modal;
+    bool by_minute = modal->feed_mode == FEED_PER_MIN;
+    engraving_line(survey->engraving, machine->lines.count - survey->first, modal->spindle == SPINDLE_CW,
+                   by_minute ? modal->feed_mm_s : 0.0f);
+}
+
+static void watch(void *ctx, const struct host_segment *moved) {
+    struct survey *survey = ctx;
+    uint32_t index = moved->segment->line - survey->first;
+    if ((moved->segment->flags & SEGMENT_DWELL) != 0 || index >= survey->text->line_count)
+        return;
+    double to_mm[AXIS_COUNT];
+    tool_mm(survey, moved->to_steps, to_mm);
+    for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
+        survey->min_mm[ax] = fmin(survey->min_mm[ax], to_mm[ax]);
+        survey->max_mm[ax] = fmax(survey->max_mm[ax], to_mm[ax]);
+    }
+    take_speed(survey, index, moved, to_mm);
+    if (index + survey->first == host_machine(survey->host)->lines.count)
+        take_modes(survey); /* its answer is still to be read */
+    take_burnt(survey, index, moved, to_mm);
 }
 
 /* The points of a curve that the controller compares with the travel. */
@@ -251,12 +299,17 @@ void survey_answered(struct survey *survey, uint32_t line, int status) {
         take_move(survey, line);
     else if (status == STATUS_BAD_TARGET || status == STATUS_ARC_RADIUS)
         take_arc(survey, line);
+    take_modes(survey);
     keep_position(survey);
 }
 
 void survey_box(const struct survey *survey, double min_mm[AXIS_COUNT], double max_mm[AXIS_COUNT]) {
     memcpy(min_mm, survey->min_mm, sizeof survey->min_mm);
     memcpy(max_mm, survey->max_mm, sizeof survey->max_mm);
+}
+
+const struct engraving *survey_engraving(const struct survey *survey) {
+    return survey->engraving;
 }
 
 size_t survey_lines(const struct survey *survey, const struct survey_line **out) {

@@ -1,11 +1,12 @@
 /* SPDX-License-Identifier: MIT
- * What each line of a job asks for and gets: for `wificnc check`.
+ * What each line of a job asks for and gets: for `wificnc check`; where the tool has been, and what it burnt.
  *
  * Speeds come from the segments, which say where every motor is to 1/256 step when they begin and end.
  * Places are the programmed ones that the controller itself compares with the travel. */
 #ifndef WIFICNC_SIM_SURVEY_H
 #define WIFICNC_SIM_SURVEY_H
 
+#include "engraving.h"
 #include "host.h"
 #include "sim_text.h"
 
@@ -34,8 +35,9 @@ struct survey_arc {
 struct survey;
 
 /** The job begins: the next line that the controller takes is text->line_number[0]. text must live as long.
+ * @param has_lines  a row for each line is wanted
  * @return NULL when memory is short */
-struct survey *survey_create(struct host *host, const struct sim_text *text);
+struct survey *survey_create(struct host *host, const struct sim_text *text, bool has_lines);
 void survey_destroy(struct survey *survey);
 
 /** A line of the file was answered so, and the next one is not yet taken. */
@@ -43,6 +45,9 @@ void survey_answered(struct survey *survey, uint32_t line, int status);
 
 /** Where the tool has been, machine coordinates, mm. */
 void survey_box(const struct survey *survey, double min_mm[AXIS_COUNT], double max_mm[AXIS_COUNT]);
+
+/** What a laser has burnt. */
+const struct engraving *survey_engraving(const struct survey *survey);
 
 /** Rows by line number: 0 .. count-1. */
 size_t survey_lines(const struct survey *survey, const struct survey_line **out);

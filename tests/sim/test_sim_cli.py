@@ -18,7 +18,8 @@ KEYS = [
     "file", "lines", "blocks", "segments", "steps_per_axis", "final_position_mm", "final_position_steps",
     "bounding_box_mm", "job_time_s", "cutting_time_s", "rapid_time_s", "max_speed_mm_s", "max_accel_mm_s2",
     "max_accel_window_s", "max_accel_resolution_mm_s2",
-    "max_step_rate_hz", "lookahead_starved", "underruns", "plan_unmet", "tool_changes", "errors", "warnings", "events",
+    "max_step_rate_hz", "lookahead_starved", "underruns", "plan_unmet", "tool_changes", "errors", "laser", "warnings",
+    "events",
 ]  # fmt: skip
 
 

@@ -19,10 +19,12 @@ from wificnc.job.program import Program, read_program
 from wificnc.job.resume import MachineFacts, plan_resume
 from wificnc.machine import load_machine
 from wificnc.serve.options import board_numbers
+from wificnc.sim.engraving import pieces_from
 from wificnc.sim.job import JobRequest, SimResult, Timing, run_job
 from wificnc.sim.look import ACCURACY_PARTS, SPEED_LEVELS
 from wificnc.sim.native import load_library
 from wificnc.sim.path import path_from_samples, simplify
+from wificnc.sim.report import laser_warning
 
 from web.build import install_packages, missing_tools, run_npm
 from web.wasm import build_wasm
@@ -66,6 +68,15 @@ G92 X0
 G0 X0 Y0
 """
 CAM = "%\nO1000 (BRACKET)\nT1 M6\nG21G90G1X5F300\nM0\nT2\nM6\nG1X9\nM30\n%\n"
+LASER = """M3 S0 F3000
+G0 X2 Y2
+G1 X32 S700
+Y32 S300
+G2 X12 Y12 I-20
+M4
+G1 X40 S1000
+M5
+"""
 BROKEN = "G21G90\nG1X5F300\nG1X6Q\nG99\nG1X300F6000\n"
 
 
@@ -74,7 +85,11 @@ def test_it_is_the_same_core(tmp_path: Path) -> None:
         pytest.skip(why)
     install_packages(ROOT)
     build_wasm(ROOT)
-    sources = {name: (ROOT / "examples" / name).read_text() for name in EXAMPLES} | {"broken.nc": BROKEN, "cam.nc": CAM}
+    sources = {name: (ROOT / "examples" / name).read_text() for name in EXAMPLES} | {
+        "broken.nc": BROKEN,
+        "cam.nc": CAM,
+        "laser.nc": LASER,
+    }
     resumes = [
         case
         for name, text in {"modes.nc": MODES, EXAMPLES[0]: sources[EXAMPLES[0]]}.items()
@@ -90,6 +105,7 @@ def test_it_is_the_same_core(tmp_path: Path) -> None:
 
 def job_case(name: str, text: str) -> dict[str, object]:
     board, settings = load_board("host"), tuple(load_machine("shapeoko3").settings_lines())
+    settings = (*settings, "$32=1", "$30=1000") if text == LASER else settings
     numbers = board_numbers(board)
     timing = Timing(
         *(numbers[key] for key in ("timer_hz", "step_pulse_ns", "dir_setup_ns", "max_step_rate_hz", "axes"))
@@ -107,6 +123,23 @@ def job_case(name: str, text: str) -> dict[str, object]:
         "errors": [[error.line, error.code] for error in result.errors],
         "tool_changes": [{"line": change.line, "tool": change.tool} for change in result.tool_changes],
         "drawn": drawn(result),
+        "burnt": burnt(result),
+    }
+
+
+def burnt(result: SimResult) -> dict[str, object] | None:
+    """What it says and draws of a laser."""
+    if result.engraving is None:
+        return None
+    pieces, _ = pieces_from(result.engraving.pieces, None)
+    message, hint = laser_warning(result) or ("", "")
+    return {
+        "black": pieces.black,
+        "energies": pieces.energy_by_mm.tolist(),
+        "slow_mm": result.engraving.slow_mm,
+        "worst": result.engraving.worst,
+        "worst_line": result.engraving.worst_line,
+        "said": f"{message}. {hint}.",
     }
 
 

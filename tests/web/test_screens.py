@@ -93,6 +93,52 @@ def test_what_a_job_forbids(
     expect(page.get_by_text("Change to tool T1")).to_have_count(0)
 
 
+SQUARE = "{} S700 F3000\nG0 X2 Y2\nG1 X32\nY32\nX2\nY2\nM5\n"
+# Pixels of the canvas that are almost black on white, or white on black: what gets the typical energy is not.
+STRONG = """canvas => {
+    const { data } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
+    const dark = matchMedia("(prefers-color-scheme: dark)").matches;
+    let strong = 0;
+    for (let i = 0; i < data.length; i += 4) {
+        const [r, g, b, a] = data.slice(i, i + 4);
+        if (a === 255 && Math.max(r, g, b) - Math.min(r, g, b) < 8 && (dark ? r : 255 - r) > 200) strong++;
+    }
+    return strong;
+}"""
+
+
+@pytest.mark.parametrize("look", LOOKS)
+def test_what_a_laser_burns(
+    serve_page: Callable[..., tuple[Server, PageServer]], watched: Callable[..., Watched], look: str
+) -> None:
+    """The corners of a square: with constant power they are the darkest of the path, and the preflight says so."""
+    SCREENS.mkdir(parents=True, exist_ok=True)
+    _, served = serve_page(settings=("$32=1", "$30=1000", "$120=500", "$121=500"))
+    page = watched(reduced_motion="reduce", bypass_csp=True, **LOOKS[look]).page(served.url)
+    expect(page.locator("[data-test=state]")).to_have_text("Idle")
+    page.add_script_tag(path=AXE)
+    page.click("#tab-job")
+    strong = {}
+    for mode in ("M3", "M4"):
+        file = {"name": f"{mode}.nc", "mimeType": "text/plain", "buffer": SQUARE.format(mode).encode()}
+        page.locator("[data-test=job-file]").set_input_files(file)
+        expect(page.get_by_role("img", name=f"Path of {mode}.nc")).to_be_visible()
+        warned = mode == "M3"
+        expect(page.get_by_text("Constant power (M3) burns more")).to_have_count(int(warned))
+        expect(page.get_by_text("Use M4, whose power follows the speed")).to_have_count(int(warned))
+        expect(page.locator(".legend .scale")).to_contain_text("ms/mm")
+        page.screenshot(path=SCREENS / f"laser-{mode}-{look}.png", full_page=True)
+        strong[mode] = page.locator("canvas").evaluate(STRONG)
+        assert not broken_rules(page)
+        wide = page.evaluate("document.documentElement.scrollWidth - document.documentElement.clientWidth")
+        assert wide <= 0
+    assert strong["M3"] > strong["M4"], strong
+    flat = page.locator("canvas").evaluate("canvas => canvas.toDataURL()")
+    page.get_by_role("button", name="3-D").click()
+    page.wait_for_function("flat => document.querySelector('canvas').toDataURL() !== flat", arg=flat)
+    page.screenshot(path=SCREENS / f"laser-3d-{look}.png")
+
+
 def test_the_path_in_three_dimensions(
     serve_page: Callable[..., tuple[Server, PageServer]], watched: Callable[..., Watched]
 ) -> None:

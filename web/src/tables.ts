@@ -119,6 +119,8 @@ export interface Look {
   speed: { light: string[]; dark: string[]; levels: number };
   rapid: { light: string; dark: string; width: number; dashes: number[] };
   extent: { light: string; dark: string; width: number };
+  /** Of a laser: energy by length. More than `dense` pieces have lines of these least and greatest widths, px. */
+  engraving: { light: string[]; dark: string[]; quantile: number; black: number; dense: number; cover: number; widths: number[] };
   start: string;
   end: string;
   /** [log10 of the segments, width]: from, to. */

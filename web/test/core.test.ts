@@ -3,6 +3,7 @@ import { readFileSync } from "node:fs";
 import { describe, expect, it } from "vitest";
 import { Core } from "../src/job/core";
 import { readProgram } from "../src/job/program";
+import { laserWarning } from "../src/job/engraving";
 import { sceneOf } from "../src/job/scene";
 import { planResume, ResumeError, type MachineFacts } from "../src/job/resume";
 import { TABLES, type HostField } from "../src/tables";
@@ -19,6 +20,7 @@ interface Cases {
     errors: [number, number][];
     tool_changes: { line: number; tool: number }[];
     drawn: { top_mm_min: number; seconds: number[]; levels: number[] };
+    burnt: { black: number; energies: number[]; slow_mm: number; worst: number; worst_line: number; said: string } | null;
   }[];
   resumes: { name: string; source: string; line: number; facts: MachineFacts; preamble: string[] | null; first: string | null }[];
 }
@@ -49,10 +51,22 @@ describe.skipIf(!given)("the core", () => {
     for (const line of job.settings) core.command(line);
     core.begin(job.source, TABLES.look.sample_ms);
     while (core.run(1_000_000));
-    const scene = sceneOf(core.samples(), core.report());
+    const report = core.report();
+    const scene = sceneOf(core.samples(), core.pieces(), report);
     expect(scene.topSpeed_mm_min).toBeCloseTo(job.drawn.top_mm_min, 2);
     expect([...scene.seconds]).toEqual(job.drawn.seconds.map(Math.fround));
     expect([...scene.levels]).toEqual(job.drawn.levels);
+    expect(scene.engraving === null).toBe(job.burnt === null);
+    if (!scene.engraving || !job.burnt) return;
+    const { black, levels } = scene.engraving;
+    expect(black).toBeCloseTo(job.burnt.black, 6);
+    expect(levels.length).toBe(job.burnt.energies.length);
+    job.burnt.energies.forEach((energy, i) => expect(Math.abs(levels[i]! - Math.min(64, (energy / black) * 64))).toBeLessThan(0.51));
+    expect(report.engraving).toMatchObject({ worst_line: job.burnt.worst_line });
+    expect(report.engraving.slow_mm).toBeCloseTo(job.burnt.slow_mm, 6);
+    expect(report.engraving.worst).toBeCloseTo(job.burnt.worst, 6);
+    const { title, text } = laserWarning(report) ?? { title: "", text: "" };
+    expect(`${title}: ${text}`.toLowerCase()).toBe(job.burnt.said.toLowerCase());
   });
 
   it.each(cases.resumes)("resumes $name at line $line as `wificnc send` does", async ({ name, source, line, facts, preamble, first }) => {

@@ -27,6 +27,7 @@ describe("what is drawn of a path", () => {
         [5, 10, 10, 0, 600, 0],
         [6, 10, 12, 0, 300, 0],
       ]),
+      new Float32Array(0),
       { min_mm: [0, 0, 0], max_mm: [10, 12, 0] },
     );
     expect([...scene.seconds]).toEqual([0, 2, 5, 6]);
@@ -41,17 +42,17 @@ describe("what is drawn of a path", () => {
       [s + 1, x, 0, -2, 100, 0],
       [s + 2, x, 0, 1, 100, 0],
     ];
-    const scene = sceneOf(samples([...hole(0, 0), ...hole(10, 4)]), { min_mm: [0, 0, -2], max_mm: [4, 0, 1] });
+    const scene = sceneOf(samples([...hole(0, 0), ...hole(10, 4)]), new Float32Array(0), { min_mm: [0, 0, -2], max_mm: [4, 0, 1] });
     expect([...scene.plunges].map((i) => scene.points[i * 3])).toEqual([0, 4]);
   });
 
   it("draws a job that never moves", () => {
-    const scene = sceneOf(new Float32Array(0), { min_mm: [0, 0, 0], max_mm: [0, 0, 0] });
+    const scene = sceneOf(new Float32Array(0), new Float32Array(0), { min_mm: [0, 0, 0], max_mm: [0, 0, 0] });
     expect([scene.points.length, scene.topSpeed_mm_min]).toEqual([0, 1]);
   });
 
   it.each([false, true])("has a colour for each speed, from one end of the table to the other (dark: %s)", (dark) => {
-    const colours = levelColours(dark);
+    const colours = levelColours(dark, "speed");
     const hex = (rgb: string): string => `#${rgb.match(/\d+/g)!.map((n) => Number(n).toString(16).padStart(2, "0")).join("")}`;
     const stops = dark ? TABLES.look.speed.dark : TABLES.look.speed.light;
     expect(colours.length).toBe(TABLES.look.speed.levels + 1);

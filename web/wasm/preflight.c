@@ -143,6 +143,34 @@ EXPORT(core_samples) const struct path_sample *core_samples(void) {
     return samples;
 }
 
+static const struct engraving *engraving(void) {
+    return survey_engraving(sim_surveyed(sim));
+}
+
+EXPORT(core_piece_count) size_t core_piece_count(void) {
+    const struct engraving_piece *pieces;
+    return engraving_pieces(engraving(), &pieces);
+}
+
+/** struct engraving_piece: t_s, X Y Z from and to, length, energy; 36 bytes each. */
+EXPORT(core_pieces) const struct engraving_piece *core_pieces(void) {
+    const struct engraving_piece *pieces;
+    (void)engraving_pieces(engraving(), &pieces);
+    return pieces;
+}
+
+static void add_engraving(void) {
+    struct engraving_result burnt;
+    engraving_result(engraving(), &burnt);
+    add(",\"engraving\":{");
+    add_number("constant_mm", burnt.constant_mm);
+    add_number("slow_mm", burnt.slow_mm);
+    add_number("limit", burnt.limit);
+    add_number("worst", burnt.worst);
+    add("\"worst_line\":%u,\"worst_mm\":[%.6f,%.6f,%.6f]}", (unsigned)burnt.worst_line, burnt.worst_mm[0],
+        burnt.worst_mm[1], burnt.worst_mm[2]);
+}
+
 static void add_errors(void) {
     size_t count = sim_error_count(sim);
     add("\"errors\":[");
@@ -190,6 +218,7 @@ EXPORT(core_report) const char *core_report(void) {
     add_number("max_step_rate_hz", result.max_step_rate_hz);
     add_errors();
     add_tool_changes();
+    add_engraving();
     add("}");
     return report;
 }

@@ -16,7 +16,7 @@ class Severity(Enum):
 class Finding:
     """Lines first_line to last_line of the file; 0: of no line."""
 
-    kind: str  # refused, travel, feed-rate, feed-acceleration, step-rate, work-zero, tool-change, message
+    kind: str  # docs/checking.md lists them
     severity: Severity
     first_line: int
     last_line: int

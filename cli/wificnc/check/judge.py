@@ -9,8 +9,9 @@ from itertools import groupby
 
 from wificnc.check.arcs import arc_hint
 from wificnc.check.finding import Finding, Severity
-from wificnc.sim.job import LineError, ToolChange
+from wificnc.sim.job import LineError, SimResult, ToolChange
 from wificnc.sim.native import AXES, SurveyArc, SurveyLine
+from wificnc.sim.report import laser_warning
 
 REACHED = 0.98  # of the feed asked for: no one misses the rest
 GAINED = 0.9  # where only the acceleration is in the way, a little less is nothing to tell
@@ -134,6 +135,13 @@ def _slow(runs: list[_Run], asked_mm_s: float, motors: int) -> Finding:
         return Finding("feed-rate", Severity.WARNING, *where, message, hint, _time(rows))
     message += "the path is too short or too curved for the acceleration"
     return Finding("feed-acceleration", Severity.NOTE, *where, message, None, _time(rows))
+
+
+def laser(result: SimResult) -> Iterator[Finding]:
+    """Constant power where the machine is slower than the feed."""
+    if result.engraving and (warned := laser_warning(result)):
+        line = result.engraving.worst_line
+        yield Finding("laser-energy", Severity.WARNING, line, line, *warned)
 
 
 def _time(rows: Iterable[SurveyLine]) -> float:

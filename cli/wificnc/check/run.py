@@ -113,7 +113,8 @@ def _findings(
         found += judge.beyond(rows, extents)
     else:
         found += judge.machine_moves(text)
-    return [*found, *judge.slow(rows), *judge.tool_changes(result.tool_changes), *judge.remarks(result.warnings)]
+    found += [*judge.slow(rows), *judge.laser(result)]
+    return [*found, *judge.tool_changes(result.tool_changes), *judge.remarks(result.warnings)]
 
 
 def _extents(result: SimResult, machine: Machine) -> list[judge.Extent]:

@@ -17,7 +17,7 @@ from wificnc.errors import Exit, UserError
 from wificnc.machine import load_machine
 from wificnc.output import STDOUT
 from wificnc.sim.job import SimResult
-from wificnc.sim.report import AXIS_COLUMNS, axis_rows, error_line, report_json, summary_rows
+from wificnc.sim.report import AXIS_COLUMNS, axis_rows, error_line, laser_warning, report_json, summary_rows
 from wificnc.sim.run import SimOptions, check_axes, parse_setting, simulate
 
 ERRORS_SHOWN = 20
@@ -29,7 +29,10 @@ ERRORS_SHOWN = 20
 @click.option("--machine", help="Machine profile, name or TOML file: steps/mm, rates, accelerations, travel.")
 @click.option("--set", "settings", multiple=True, metavar="'$N=VALUE'", help="A setting on top of that; repeatable.")
 @click.option("--json", "json_path", type=OutputFile(), help="Write the figures; - is stdout.")
-@click.option("--plot", type=OutputFile(stdout=False), help="Draw the path and its speed: .png or .svg.")
+@click.option(
+    "--plot", type=OutputFile(stdout=False), help="Draw the path, its speed, what a laser burns: .png or .svg."
+)
+@click.option("--laser-w", type=click.FloatRange(0, min_open=True), help="Optical power, W: --plot shows J/mm.")
 @click.option("--trace", type=OutputFile(stdout=False), help="Write every step event: .csv, .vcd or .npz.")
 @click.option("--at", multiple=True, metavar="'TIME WHAT'", help="Machine event, like '2.5s limit x'; repeatable.")
 @click.option("--keep-going", is_flag=True, help="Continue after an error, and list all errors.")
@@ -38,17 +41,17 @@ ERRORS_SHOWN = 20
 @click.pass_context
 def command(
     ctx: click.Context, file: Path, board: str, machine: str | None, settings: tuple[str, ...],
-    json_path: Path | None, plot: Path | None, trace: Path | None, at: tuple[str, ...],
-    keep_going: bool, max_lines: int, on_chip: bool,
+    json_path: Path | None, plot: Path | None, laser_w: float | None, trace: Path | None,
+    at: tuple[str, ...], keep_going: bool, max_lines: int, on_chip: bool,
 ) -> None:  # fmt: skip
     """Run a G-code FILE through the real core in virtual time.
 
     Measures the motion from the step edges: times, speeds, extent, step counts.
     """
     json_file = None if json_path == STDOUT else json_path
-    options = SimOptions(file, board, machine, settings, json_file, plot, trace, keep_going, at, max_lines)
+    options = SimOptions(file, board, machine, settings, json_file, plot, laser_w, trace, keep_going, at, max_lines)
     if on_chip:
-        if json_path or plot or keep_going:
+        if json_path or plot or laser_w or keep_going:
             raise UserError("--on-chip can be combined with --machine, --set, --at and --trace only")
         ctx.exit(Exit.OK if _run_on_chip(options) else Exit.JOB)
     with progress_bar(file.name) as on_progress:
@@ -112,6 +115,8 @@ def _print_result(result: SimResult) -> None:
 def _print_remarks(result: SimResult) -> None:
     for warning in result.warnings:
         ui.warn(warning)
+    if warned := laser_warning(result):
+        ui.warn(*warned)
     for error in result.errors[:ERRORS_SHOWN]:
         ui.talk.print(f"[bold red]{escape(error_line(result.file, error))}[/]", soft_wrap=True)
         if error.text:

@@ -136,6 +136,20 @@ class ToolChange:
 
 
 @dataclass(frozen=True)
+class Engraving:
+    """What the laser burnt: energy in seconds at full power. Places in machine coordinates."""
+
+    length_mm: float
+    constant_mm: float  # of this with M3
+    slow_mm: float  # of this with more than `limit` times the energy of the programmed feed
+    limit: float
+    worst: float  # the most, as a mean of 0.1 mm (targets/sim/engraving.h)
+    worst_line: int
+    worst_mm: tuple[float, ...]  # X Y Z, where it begins
+    pieces: bytes  # records of native.PIECE_DTYPE
+
+
+@dataclass(frozen=True)
 class SimResult:
     """All figures of a run. Per-axis values are in the order of `axes`."""
 
@@ -165,6 +179,7 @@ class SimResult:
     warnings: tuple[str, ...]
     travel_mm: tuple[float | None, ...]
     samples: bytes  # records of native.SAMPLE_DTYPE
+    engraving: Engraving | None = None  # None: no beam was on
     tool_changes: tuple[ToolChange, ...] = ()
     events: tuple[SimEvent, ...] = ()
     survey_lines: tuple[SurveyLine, ...] = ()  # when the request asks for a survey
@@ -247,9 +262,8 @@ def _result(sim: Simulation, request: JobRequest, left_out: tuple[str, ...]) -> 
     axes = AXES[: request.timing.axis_count]
     _check_counters(native)
     hz = request.timing.timer_hz
-    positions_mm, min_mm, max_mm = (
-        tuple(values[: len(axes)]) for values in (native.position_mm, native.min_mm, native.max_mm)
-    )
+    places = (native.position_mm, native.min_mm, native.max_mm)
+    positions_mm, min_mm, max_mm = (tuple(values[: len(axes)]) for values in places)
     return SimResult(
         file=request.file,
         axes=axes,
@@ -277,10 +291,27 @@ def _result(sim: Simulation, request: JobRequest, left_out: tuple[str, ...]) -> 
         warnings=(*left_out, *_remarks(sim, native), *_travel_warnings(axes, min_mm, max_mm, request.travel_mm)),
         travel_mm=request.travel_mm,
         samples=sim.samples(),
+        engraving=_engraving(sim),
         tool_changes=tuple(ToolChange(change.t_s, change.line, change.tool) for change in sim.tool_changes()),
         survey_lines=tuple(sim.survey_lines()),
         survey_arcs=tuple(sim.survey_arcs()),
         events=tuple(_event(event, native, len(axes)) for event in sim.events()),
+    )
+
+
+def _engraving(sim: Simulation) -> Engraving | None:
+    pieces, native = sim.engraving_pieces(), sim.engraving()
+    if not pieces:
+        return None
+    return Engraving(
+        native.length_mm,
+        native.constant_mm,
+        native.slow_mm,
+        native.limit,
+        native.worst,
+        native.worst_line,
+        tuple(native.worst_mm),
+        pieces,
     )
 
 

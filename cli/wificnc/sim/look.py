@@ -20,6 +20,16 @@ RAPID_WIDTH, RAPID_DASHES = 0.7, (5.0, 3.0)
 EXTENT, EXTENT_DARK, EXTENT_WIDTH = "#3b4754", "#9fb2c0", 0.8
 START, END = "#15803d", "#b91c1c"
 
+# What a laser burnt, from little energy by length to much: as it is on wood, and on black the other way round.
+ENGRAVING_COLOURS = ("#e4e4e4", "#000000")
+ENGRAVING_COLOURS_DARK = ("#3a3f45", "#ffffff")
+ENGRAVING_QUANTILE = 0.95  # so much of the length gets no more than the typical energy ...
+ENGRAVING_BLACK = 1.5  # ... and black is so many times that
+ENGRAVING_DENSE = 20_000  # more pieces are dense
+# Dense engraving is drawn so much wider than its lines are apart, and at least and at most so many pixels, so that
+# hatching becomes an area.
+ENGRAVING_COVER, ENGRAVING_WIDTHS = 1.25, (1.0, 4.0)
+
 # Width of a cut against the decimal logarithm of the number of segments: dense jobs want finer lines.
 CUT_WIDTHS = ((2.5, 1.7), (5.0, 0.6))
 PLUNGE_STEEPNESS = 20.0  # a cut that goes so much more down than sideways is a dot from above
@@ -38,6 +48,15 @@ def look_table() -> dict[str, Any]:
         "extent": {"light": EXTENT, "dark": EXTENT_DARK, "width": EXTENT_WIDTH},
         "start": START,
         "end": END,
+        "engraving": {
+            "light": ENGRAVING_COLOURS,
+            "dark": ENGRAVING_COLOURS_DARK,
+            "quantile": ENGRAVING_QUANTILE,
+            "black": ENGRAVING_BLACK,
+            "dense": ENGRAVING_DENSE,
+            "cover": ENGRAVING_COVER,
+            "widths": ENGRAVING_WIDTHS,
+        },
         "cut_widths": CUT_WIDTHS,
         "plunge_steepness": PLUNGE_STEEPNESS,
         "sample_ms": SAMPLE_MS,

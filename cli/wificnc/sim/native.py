@@ -194,7 +194,40 @@ class SurveyArc(Structure):
     )
 
 
-# The same record for numpy.frombuffer().
+class EngravingPiece(Structure):
+    """struct engraving_piece"""
+
+    _fields_ = (
+        ("t_s", c_float),
+        ("from_mm", c_float * 3),
+        ("to_mm", c_float * 3),
+        ("length_mm", c_float),
+        ("energy_s", c_float),
+    )
+
+
+class NativeEngraving(Structure):
+    """struct engraving_result"""
+
+    _fields_ = (
+        ("length_mm", c_double),
+        ("constant_mm", c_double),
+        ("slow_mm", c_double),
+        ("limit", c_double),
+        ("worst", c_double),
+        ("worst_line", c_uint32),
+        ("worst_mm", c_double * 3),
+    )
+
+
+# The same records for numpy.frombuffer().
+PIECE_DTYPE = [
+    ("t_s", "<f4"),
+    ("from_mm", "<f4", (3,)),
+    ("to_mm", "<f4", (3,)),
+    ("length_mm", "<f4"),
+    ("energy_s", "<f4"),
+]
 SAMPLE_DTYPE = [
     ("t_s", "<f4"),
     ("position_mm", "<f4", (AXIS_COUNT,)),
@@ -226,8 +259,12 @@ _PROTOTYPES: dict[str, tuple[Any, tuple[Any, ...]]] = {
     "sim_sample_every": (c_int, (_SIM, c_double)),
     "sim_samples": (c_size_t, (_SIM, POINTER(POINTER(PathSample)))),
     "sim_survey": (None, (_SIM,)),
-    "sim_survey_lines": (c_size_t, (_SIM, POINTER(POINTER(SurveyLine)))),
-    "sim_survey_arcs": (c_size_t, (_SIM, POINTER(POINTER(SurveyArc)))),
+    "sim_surveyed": (c_void_p, (_SIM,)),
+    "survey_lines": (c_size_t, (c_void_p, POINTER(POINTER(SurveyLine)))),
+    "survey_arcs": (c_size_t, (c_void_p, POINTER(POINTER(SurveyArc)))),
+    "survey_engraving": (c_void_p, (c_void_p,)),
+    "engraving_pieces": (c_size_t, (c_void_p, POINTER(POINTER(EngravingPiece)))),
+    "engraving_result": (None, (c_void_p, POINTER(NativeEngraving))),
     "sim_close": (c_int, (_SIM,)),
     "status_text": (c_char_p, (c_int,)),
 }
@@ -343,14 +380,29 @@ class Simulation:
     def survey_lines(self) -> list[SurveyLine]:
         """The lines that move something; copies."""
         first = POINTER(SurveyLine)()
-        count = self._library.sim_survey_lines(self._sim, ctypes.byref(first))
+        count = self._library.survey_lines(self._surveyed(), ctypes.byref(first))
         return [SurveyLine.from_buffer_copy(first[i]) for i in range(count) if first[i].line]
 
     def survey_arcs(self) -> list[SurveyArc]:
         """The arcs that were refused; copies."""
         first = POINTER(SurveyArc)()
-        count = self._library.sim_survey_arcs(self._sim, ctypes.byref(first))
+        count = self._library.survey_arcs(self._surveyed(), ctypes.byref(first))
         return [SurveyArc.from_buffer_copy(first[i]) for i in range(count)]
+
+    def engraving(self) -> NativeEngraving:
+        """What the laser burnt."""
+        result = NativeEngraving()
+        self._library.engraving_result(self._library.survey_engraving(self._surveyed()), ctypes.byref(result))
+        return result
+
+    def engraving_pieces(self) -> bytes:
+        """Its pieces, as records of PIECE_DTYPE."""
+        first = POINTER(EngravingPiece)()
+        count = self._library.engraving_pieces(self._library.survey_engraving(self._surveyed()), ctypes.byref(first))
+        return ctypes.string_at(first, count * ctypes.sizeof(EngravingPiece)) if count else b""
+
+    def _surveyed(self) -> int:
+        return int(self._library.sim_surveyed(self._sim))
 
     def close(self, path: Path | None) -> None:
         """Finish the trace file."""

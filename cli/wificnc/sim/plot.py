@@ -6,6 +6,7 @@ How it looks is in look.py, which the page for browsers goes by, too; one scale 
 from __future__ import annotations
 
 import io
+from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import product
 from typing import Any
@@ -20,6 +21,7 @@ from matplotlib.patches import Rectangle
 from matplotlib.ticker import FuncFormatter, MaxNLocator, MultipleLocator
 
 from wificnc.sim import look
+from wificnc.sim.engraving import Pieces, pieces_from, rasterise, unit
 from wificnc.sim.job import SimResult
 from wificnc.sim.path import Floats, Path, envelope, isometric, nearness, path_from_samples, runs, simplify
 from wificnc.sim.report import DWELL_SHOWN_S, duration, error_line
@@ -33,6 +35,8 @@ MARGIN = 1.12  # of a view around what it shows
 TRAVEL_SHOWN = 2.0  # a travel larger than so many times the job is reported, not drawn
 OFF_SCALE = 2.5  # rapids that are so much faster than the cuts leave the speed panel
 CLOCK_STEPS_S = (10, 15, 30, 60, 120, 300, 600, 900, 1800, 3600)
+
+Projection = Callable[[Floats], Floats]  # of points onto the plane of a view
 
 STYLE: Any = {
     "font.family": "sans-serif",
@@ -49,6 +53,19 @@ STYLE: Any = {
 
 
 @dataclass(frozen=True)
+class Scale:
+    """What a colour means."""
+
+    norm: Normalize
+    colours: Colormap
+    unit: str
+
+    @classmethod
+    def of(cls, top: float, colours: tuple[str, ...], unit: str) -> Scale:
+        return cls(Normalize(0.0, top), LinearSegmentedColormap.from_list("scale", colours), unit)
+
+
+@dataclass(frozen=True)
 class Scene:
     """What all panels share."""
 
@@ -58,8 +75,10 @@ class Scene:
     low_mm: Floats
     high_mm: Floats
     travel_mm: tuple[float, float, float] | None
-    norm: Normalize
-    colours: Colormap
+    speed: Scale
+    engraving: Pieces | None  # of a laser: takes the place of the cuts
+    at_rest_mm: Floats  # (n, 3): burnt there without motion
+    cuts: Scale
 
     @property
     def size_mm(self) -> Floats:
@@ -76,12 +95,12 @@ class Scene:
         return bool(max(self.travel_mm[:2]) <= TRAVEL_SHOWN * max(float(self.size_mm[:2].max()), 1e-3))
 
 
-def draw_job(result: SimResult, file_format: str) -> bytes:
-    """The picture as the bytes of a png or svg file."""
+def draw_job(result: SimResult, file_format: str, laser_w: float | None = None) -> bytes:
+    """The picture as the bytes of a png or svg file. laser_w: optical power, for energies in J."""
     with matplotlib.rc_context(STYLE):
         figure = Figure(figsize=SIZE_IN, dpi=DPI, facecolor="white")
         FigureCanvasAgg(figure)
-        scene = _scene(result)
+        scene = _scene(result, laser_w)
         grid = figure.add_gridspec(
             2, 3, width_ratios=(1, 1, 0.022), height_ratios=(2.6, 1), left=0.06, right=0.94, top=0.865, bottom=0.065
         )
@@ -96,11 +115,14 @@ def draw_job(result: SimResult, file_format: str) -> bytes:
         return out.getvalue()
 
 
-def _scene(result: SimResult) -> Scene:
+def _scene(result: SimResult, laser_w: float | None) -> Scene:
     path = path_from_samples(result.samples)
     low, high = (np.array([*box, 0.0, 0.0][:3]) for box in (result.box_min_mm, result.box_max_mm))
     tolerance_mm = max(float((high - low).max()), 1e-3) / look.ACCURACY_PARTS
     x, y, z = result.travel_mm[:3]
+    pieces, at_rest = pieces_from(result.engraving.pieces if result.engraving else b"", laser_w)
+    engraving = pieces if len(pieces.length_mm) else None
+    speed = Scale.of(path.top_speed_mm_min, look.SPEED_COLOURS, "mm/min")
     return Scene(
         result=result,
         path=path,
@@ -108,8 +130,10 @@ def _scene(result: SimResult) -> Scene:
         low_mm=low,
         high_mm=high,
         travel_mm=(x, y, z or 0.0) if x and y else None,
-        norm=Normalize(0.0, path.top_speed_mm_min),
-        colours=LinearSegmentedColormap.from_list("speed", look.SPEED_COLOURS),
+        speed=speed,
+        engraving=engraving,
+        at_rest_mm=at_rest,
+        cuts=Scale.of(engraving.black, look.ENGRAVING_COLOURS, unit(laser_w)) if engraving else speed,
     )
 
 
@@ -144,8 +168,9 @@ def _escape(text: str) -> str:
 # ---- lines ----
 
 
-def _draw_path(axes: Any, scene: Scene, points: Floats, path: Path, order: Floats | None = None) -> None:
-    """points: the path in the plane of this view. order: segments with small numbers are drawn first."""
+def _draw_path(axes: Any, scene: Scene, project: Projection, order: Floats | None = None) -> None:
+    """In a view that has its frame. order: cuts with small numbers are drawn first."""
+    path, points = scene.drawn, project(scene.drawn.xyz_mm)
     dashes = [points[a:b] for a, b in runs(path.rapid)]
     axes.add_collection(
         LineCollection(
@@ -153,15 +178,48 @@ def _draw_path(axes: Any, scene: Scene, points: Floats, path: Path, order: Float
         ),
         autolim=False,
     )
+    if scene.engraving:
+        _draw_engraving(axes, scene, scene.engraving, project)
+        return
     cut = np.flatnonzero(~path.rapid[1:]) + 1
     if order is not None:
         cut = cut[np.argsort(order[cut], kind="stable")]
-    segments = np.stack([points[cut - 1], points[cut]], axis=1)
-    lines = LineCollection(list(segments), cmap=scene.colours, norm=scene.norm, capstyle="round", zorder=3)
-    lines.set_array(path.speed_mm_min[cut])
-    lines.set_linewidth(_line_width(len(cut)))
-    lines.set_rasterized(len(cut) > RASTER_ABOVE)
+    _draw_lines(axes, scene.cuts, points[cut - 1], points[cut], path.speed_mm_min[cut])
+
+
+def _draw_lines(axes: Any, scale: Scale, begins: Floats, ends: Floats, values: Floats) -> None:
+    lines = LineCollection(
+        list(np.stack([begins, ends], axis=1)), cmap=scale.colours, norm=scale.norm, capstyle="round", zorder=3
+    )
+    lines.set_array(values)
+    lines.set_linewidth(_line_width(len(values)))
+    lines.set_rasterized(len(values) > RASTER_ABOVE)
     axes.add_collection(lines, autolim=False)
+
+
+def _draw_engraving(axes: Any, scene: Scene, pieces: Pieces, project: Projection) -> None:
+    """Few pieces as lines, the darkest on top; many as pixels of their mean energy."""
+    begins, ends = project(pieces.from_mm), project(pieces.to_mm)
+    if len(begins) > look.ENGRAVING_DENSE:
+        _draw_pixels(axes, scene.cuts, pieces, begins, ends)
+    else:
+        order = np.argsort(pieces.energy_by_mm, kind="stable")
+        _draw_lines(axes, scene.cuts, begins[order], ends[order], pieces.energy_by_mm[order])
+    if len(scene.at_rest_mm):
+        axes.plot(*project(scene.at_rest_mm).T, "x", ms=7, mew=1.6, color=look.END, zorder=8, label="burnt at rest")
+
+
+def _draw_pixels(axes: Any, scale: Scale, pieces: Pieces, begins: Floats, ends: Floats) -> None:
+    low, high = np.array([axes.get_xlim(), axes.get_ylim()]).T
+    figure_px = axes.get_window_extent().width
+    size_mm = np.ptp(np.concatenate([begins, ends]), axis=0)
+    apart_px = look.ENGRAVING_COVER * size_mm.prod() / pieces.length_mm.sum() * figure_px / (high[0] - low[0])
+    width = round(figure_px / float(np.clip(apart_px, *look.ENGRAVING_WIDTHS)))
+    grey = rasterise(pieces, begins, ends, low, high, width)
+    axes.imshow(
+        grey, cmap=scale.colours, norm=scale.norm, origin="lower", extent=(low[0], high[0], low[1], high[1]),
+        interpolation="nearest", zorder=3,
+    )  # fmt: skip
 
 
 def _line_width(segments: int) -> float:
@@ -194,7 +252,6 @@ def _frame(axes: Any, low: Floats, high: Floats) -> None:
 
 def _top_view(axes: Any, scene: Scene) -> None:
     low, high = scene.low_mm[:2], scene.high_mm[:2]
-    _draw_path(axes, scene, scene.drawn.xyz_mm[:, :2], scene.drawn)
     axes.add_patch(
         Rectangle((low[0], low[1]), *(high - low), fill=False, ec=look.EXTENT, lw=look.EXTENT_WIDTH, ls=":", zorder=4)
     )
@@ -203,9 +260,11 @@ def _top_view(axes: Any, scene: Scene) -> None:
         travel = np.array(scene.travel_mm[:2])
         axes.add_patch(Rectangle((low[0], low[1]), *travel, fill=False, ec=TRAVEL, lw=1.0, ls=(0, (8, 4)), zorder=1))
         view_high = np.maximum(high, low + travel)
-    _plunges(axes, scene)
-    _mark_ends(axes, scene.path.xyz_mm[[0, -1], :2] if scene.moves else np.zeros((0, 2)))
     _frame(axes, low, view_high)
+    _draw_path(axes, scene, lambda xyz_mm: xyz_mm[:, :2])
+    if not scene.engraving:
+        _plunges(axes, scene)
+    _mark_ends(axes, scene.path.xyz_mm[[0, -1], :2] if scene.moves else np.zeros((0, 2)))
     axes.set_title("top view", loc="left", fontsize=10.5, pad=8)
     axes.set_xlabel("X mm", labelpad=2)
     axes.set_ylabel("Y mm", labelpad=2)
@@ -225,7 +284,7 @@ def _plunges(axes: Any, scene: Scene) -> None:
     upright = np.flatnonzero((step[:, 2] > look.PLUNGE_STEEPNESS * flat) & ~path.rapid[1:]) + 1
     holes, first = np.unique(np.round(path.xyz_mm[upright, :2], 3), axis=0, return_index=True)
     speeds = path.speed_mm_min[upright[first]]
-    axes.scatter(*holes.T, s=9.0, c=speeds, cmap=scene.colours, norm=scene.norm, lw=0, zorder=3)
+    axes.scatter(*holes.T, s=9.0, c=speeds, cmap=scene.speed.colours, norm=scene.speed.norm, lw=0, zorder=3)
 
 
 def _legend(axes: Any, scene: Scene) -> None:
@@ -246,9 +305,9 @@ EDGES = [(a, b) for a, b in product(range(8), repeat=2) if a < b and np.abs(CORN
 
 
 def _iso_view(axes: Any, scene: Scene) -> None:
-    xyz = scene.drawn.xyz_mm
-    _draw_path(axes, scene, isometric(xyz), scene.drawn, nearness(xyz))
     corners = isometric(scene.low_mm + CORNERS * scene.size_mm)
+    _frame(axes, corners.min(axis=0), corners.max(axis=0))
+    _draw_path(axes, scene, isometric, nearness(scene.drawn.xyz_mm))
     axes.add_collection(
         LineCollection(
             [corners[list(edge)] for edge in EDGES],
@@ -260,7 +319,6 @@ def _iso_view(axes: Any, scene: Scene) -> None:
         autolim=False,
     )
     _mark_ends(axes, isometric(scene.path.xyz_mm[[0, -1]]) if scene.moves else np.zeros((0, 2)))
-    _frame(axes, corners.min(axis=0), corners.max(axis=0))
     _triad(axes)
     axes.set_title("isometric", loc="left", fontsize=10.5, pad=8)
     axes.set_xticks([])
@@ -285,11 +343,11 @@ def _colour_bar(figure: Figure, axes: Any, scene: Scene) -> None:
     if scene.path.rapid.all():  # no cuts, no colours
         axes.set_axis_off()
         return
-    mappable = matplotlib.cm.ScalarMappable(norm=scene.norm, cmap=scene.colours)
+    mappable = matplotlib.cm.ScalarMappable(norm=scene.cuts.norm, cmap=scene.cuts.colours)
     bar = figure.colorbar(mappable, cax=axes)
     bar.outline.set_visible(False)
     axes.tick_params(length=0)
-    axes.set_title("mm/min", loc="left", fontsize=8.5, color=SOFT, pad=8)
+    axes.set_title(scene.cuts.unit, loc="right" if scene.engraving else "left", fontsize=8.5, color=SOFT, pad=8)
 
 
 def _speed_panel(axes: Any, scene: Scene) -> None:
@@ -328,9 +386,8 @@ def _draw_speed(axes: Any, scene: Scene, points: Floats, path: Path) -> None:
     grey = [points[a:b] for a, b in runs(rapid)]
     axes.add_collection(LineCollection(grey, colors=look.RAPID, linewidths=0.8, zorder=2), autolim=False)
     cut = np.flatnonzero(~rapid[1:]) + 1
-    lines = LineCollection(
-        list(np.stack([points[cut - 1], points[cut]], axis=1)), cmap=scene.colours, norm=scene.norm, zorder=3
-    )
+    segments = list(np.stack([points[cut - 1], points[cut]], axis=1))
+    lines = LineCollection(segments, cmap=scene.speed.colours, norm=scene.speed.norm, zorder=3)
     lines.set_array(path.speed_mm_min[cut])
     lines.set_linewidth(1.1)
     lines.set_capstyle("round")

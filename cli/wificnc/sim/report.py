@@ -6,9 +6,13 @@ from collections.abc import Sequence
 from dataclasses import asdict
 from typing import Any
 
-from wificnc.sim.job import LineError, SimResult, ToolChange
+from wificnc.sim.job import Engraving, LineError, SimResult, ToolChange
 
 TOOL_CHANGES_SHOWN = 8
+LASER_HINT = (
+    "use M4, whose power follows the speed, or a lower F, "
+    "or overscan: begin and end lines outside of the picture with S0"
+)
 DWELL_SHOWN_S = 0.01  # a shorter part of the job is not worth a word
 
 
@@ -18,6 +22,7 @@ def report_json(result: SimResult) -> dict[str, Any]:
     def by_axis(values: Sequence[float]) -> dict[str, float]:
         return dict(zip(result.axes, values, strict=True))
 
+    warned = (laser_warning(result) or ())[:1]
     return {
         "file": result.file,
         "lines": result.lines,
@@ -40,7 +45,8 @@ def report_json(result: SimResult) -> dict[str, Any]:
         "plan_unmet": result.plan_unmet,
         "tool_changes": [asdict(change) for change in result.tool_changes],
         "errors": [asdict(error) for error in result.errors],
-        "warnings": list(result.warnings),
+        "laser": _laser_json(result.engraving) if result.engraving else None,
+        "warnings": [*result.warnings, *warned],
         "events": [
             {
                 **{key: getattr(event, key) for key in ("time_s", "action", "done", "state")},
@@ -50,6 +56,35 @@ def report_json(result: SimResult) -> dict[str, Any]:
             for event in result.events
         ],
     }
+
+
+def _laser_json(engraving: Engraving) -> dict[str, Any]:
+    worst = {
+        "times": engraving.worst,
+        "line": engraving.worst_line,
+        "position_mm": dict(zip("XYZ", engraving.worst_mm, strict=True)),
+    }
+    return {
+        "length_mm": engraving.length_mm,
+        "constant_power_mm": engraving.constant_mm,
+        "slow_mm": engraving.slow_mm,
+        "limit": engraving.limit,
+        "worst": worst if engraving.worst else None,
+    }
+
+
+def laser_warning(result: SimResult) -> tuple[str, str] | None:
+    """What constant power burns too much, and how to avoid it."""
+    burnt = result.engraving
+    if burnt is None or burnt.slow_mm == 0:
+        return None
+    place = " ".join(f"{axis}{mm:.3f}" for axis, mm in zip("XYZ", burnt.worst_mm, strict=True))
+    message = (
+        "constant power (M3) burns more where the machine is slower than F: more than "
+        f"{burnt.limit:g} x the energy of the feed on {burnt.slow_mm:.1f} mm of {burnt.constant_mm:.1f} mm, "
+        f"at most {burnt.worst:.1f} x in line {burnt.worst_line} at {place}"
+    )
+    return message, LASER_HINT
 
 
 def summary_rows(result: SimResult) -> list[tuple[str, str]]:

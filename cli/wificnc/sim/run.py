@@ -40,6 +40,7 @@ class SimOptions:
     settings: tuple[str, ...] = ()
     json: Path | None = None
     plot: Path | None = None
+    laser_w: float | None = None  # optical power, for the picture
     trace: Path | None = None
     keep_going: bool = False
     at: tuple[str, ...] = ()
@@ -78,7 +79,7 @@ def simulate(options: SimOptions, on_progress: Progress | None = None) -> SimRes
         )
         try:
             result = run_job(library, request, on_progress)
-            _write(outputs, result, trace)
+            _write(outputs, result, trace, options.laser_w)
         finally:
             if trace:
                 trace.clean()
@@ -104,6 +105,8 @@ def parse_at(text: str) -> At:
 def _check_options(options: SimOptions) -> None:
     if options.trace:
         check_suffix("--trace", options.trace, TRACE_SUFFIXES)
+    if options.laser_w is not None and options.plot is None:
+        raise UserError("--laser-w is for the picture", hint="--plot P.png draws it")
     if options.plot:
         check_suffix("--plot", options.plot, PLOT_SUFFIXES)
         if importlib.util.find_spec("matplotlib") is None:
@@ -169,14 +172,14 @@ def _complete(trace: TraceFile) -> None:
         raise JobError(f"cannot write the trace {trace.path}: {err.strerror}") from err
 
 
-def _write(outputs: dict[str, Output], result: SimResult, trace: TraceFile | None) -> None:
+def _write(outputs: dict[str, Output], result: SimResult, trace: TraceFile | None, laser_w: float | None) -> None:
     if trace:
         _complete(trace)
         outputs["--trace"].publish()
     if "--plot" in outputs:
         from wificnc.sim.plot import draw_job  # matplotlib: half a second, and not everyone has it
 
-        outputs["--plot"].write(draw_job(result, outputs["--plot"].path.suffix[1:].lower()))
+        outputs["--plot"].write(draw_job(result, outputs["--plot"].path.suffix[1:].lower(), laser_w))
     if "--json" in outputs:
         document = json.dumps(report_json(result), indent=2, ensure_ascii=False) + "\n"
         outputs["--json"].write(document.encode())

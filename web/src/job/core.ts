@@ -22,6 +22,17 @@ export interface Report {
   tool_change_count: number;
   /** [MSG:...] of the controller. */
   messages: string[];
+  engraving: EngravingReport;
+}
+
+/** struct engraving_result of targets/sim/engraving.h: what constant power burns. */
+export interface EngravingReport {
+  constant_mm: number;
+  slow_mm: number;
+  limit: number;
+  worst: number;
+  worst_line: number;
+  worst_mm: number[];
 }
 
 /** kind: enum sim_error_kind of targets/sim/sim.h. */
@@ -69,6 +80,9 @@ export interface Modes {
 /** struct path_sample: t_s, six positions in mm, speed in mm/s as floats, then rapid as a u32. */
 export const SAMPLE_WORDS = 9;
 
+/** struct engraving_piece: t_s, X Y Z where it begins and ends, length in mm, energy in s at full power. */
+export const PIECE_WORDS = 9;
+
 type Address = number;
 
 interface Exports {
@@ -86,6 +100,8 @@ interface Exports {
   core_seconds(): number;
   core_sample_count(): number;
   core_samples(): Address;
+  core_piece_count(): number;
+  core_pieces(): Address;
   core_report(): Address;
   core_rebuild(axes: number): number;
   core_rebuild_offset(row: number): number;
@@ -165,8 +181,12 @@ export class Core {
 
   /** A copy of the path, SAMPLE_WORDS words a sample. */
   samples(): Float32Array<ArrayBuffer> {
-    const count = this.c.core_sample_count();
-    return new Float32Array(this.c.memory.buffer, this.c.core_samples(), count * SAMPLE_WORDS).slice() as Float32Array<ArrayBuffer>;
+    return this.floats(this.c.core_samples(), this.c.core_sample_count() * SAMPLE_WORDS);
+  }
+
+  /** A copy of what a laser burns, PIECE_WORDS words a piece. */
+  pieces(): Float32Array<ArrayBuffer> {
+    return this.floats(this.c.core_pieces(), this.c.core_piece_count() * PIECE_WORDS);
   }
 
   /** Power-on state at this place (machine coordinates). */
@@ -204,6 +224,10 @@ export class Core {
     const result = use(address, bytes.length);
     this.c.core_free(address);
     return result;
+  }
+
+  private floats(address: Address, count: number): Float32Array<ArrayBuffer> {
+    return new Float32Array(this.c.memory.buffer, address, count).slice() as Float32Array<ArrayBuffer>;
   }
 
   private text(address: Address): string {

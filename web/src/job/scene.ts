@@ -3,6 +3,7 @@
  */
 import { TABLES } from "../tables";
 import { SAMPLE_WORDS, type Report } from "./core";
+import { engravingOf, type Engraving } from "./engraving";
 
 const LOOK = TABLES.look;
 const MAX_PASSES = 16;
@@ -23,10 +24,12 @@ export interface Scene {
   topSpeed_mm_min: number;
   /** Points reached by a cut straight up or down, one for each place. */
   plunges: Uint32Array;
+  /** Of a laser: takes the place of the cuts. */
+  engraving: Engraving | null;
 }
 
-/** The scene of a path of SAMPLE_WORDS words a sample, which has gone so far. */
-export function sceneOf(samples: Float32Array, { min_mm, max_mm }: Pick<Report, "min_mm" | "max_mm">): Scene {
+/** The scene of a path of SAMPLE_WORDS words a sample, which has gone so far, and of what a laser burnt on it. */
+export function sceneOf(samples: Float32Array, pieces: Float32Array, { min_mm, max_mm }: Pick<Report, "min_mm" | "max_mm">): Scene {
   const kinds = new Uint32Array(samples.buffer, samples.byteOffset, samples.length);
   const topSpeed_mm_min = topSpeed(samples, kinds);
   const all = allLevels(samples, kinds, topSpeed_mm_min);
@@ -36,7 +39,7 @@ export function sceneOf(samples: Float32Array, { min_mm, max_mm }: Pick<Report, 
   kept.forEach((from, to) => points.set(samples.subarray(from * SAMPLE_WORDS + AT_X, from * SAMPLE_WORDS + AT_X + 3), to * 3));
   const seconds = Float32Array.from(kept, (i) => samples[i * SAMPLE_WORDS + AT_S]!);
   const levels = Int8Array.from(kept, (i) => all[i]!);
-  return { seconds, points, levels, topSpeed_mm_min, plunges: plungesOf(points, levels) };
+  return { seconds, points, levels, topSpeed_mm_min, plunges: plungesOf(points, levels), engraving: engravingOf(pieces) };
 }
 
 function allLevels(samples: Float32Array, kinds: Uint32Array, topSpeed_mm_min: number): Int8Array {
@@ -100,9 +103,9 @@ function plungesOf(points: Float32Array, levels: Int8Array): Uint32Array {
   return Uint32Array.from(found.values());
 }
 
-/** The colour of each level, 0 .. TABLES.look.speed.levels. */
-export function levelColours(dark: boolean): string[] {
-  const stops = (dark ? LOOK.speed.dark : LOOK.speed.light).map((hex) => [1, 3, 5].map((at) => parseInt(hex.slice(at, at + 2), 16)));
+/** The colour of each level, 0 .. TABLES.look.speed.levels, of a speed or of an energy. */
+export function levelColours(dark: boolean, of: "speed" | "engraving"): string[] {
+  const stops = LOOK[of][dark ? "dark" : "light"].map((hex) => [1, 3, 5].map((at) => parseInt(hex.slice(at, at + 2), 16)));
   return Array.from({ length: LOOK.speed.levels + 1 }, (_, level) => {
     const at = (level / LOOK.speed.levels) * (stops.length - 1);
     const [low, share] = [Math.min(Math.floor(at), stops.length - 2), at - Math.min(Math.floor(at), stops.length - 2)];

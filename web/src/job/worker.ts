@@ -57,10 +57,11 @@ async function preflight(request: PreflightRequest): Promise<void> {
     }
   }
   const report = core.report();
-  const scene = sceneOf(core.samples(), report);
+  const scene = sceneOf(core.samples(), core.pieces(), report);
   const timeline = Float64Array.from(times);
-  const { seconds, points, levels, plunges } = scene;
-  const moved = [seconds, points, levels, plunges, timeline].map((array) => array.buffer as ArrayBuffer);
+  const { seconds, points, levels, plunges, engraving } = scene;
+  const burnt = engraving ? [engraving.seconds, engraving.ends, engraving.levels] : [];
+  const moved = [seconds, points, levels, plunges, timeline, ...burnt].map((array) => array.buffer as ArrayBuffer);
   reply({ kind: "preflight", id: request.id, report, scene, timeline }, moved);
 }
 

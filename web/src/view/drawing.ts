@@ -1,5 +1,6 @@
 /** The picture of a path on a canvas: grid, extent, rapids, cuts coloured by their speed, ends, tool. */
 import { gridOf, projection, type Box, type Project, type View } from "../job/projection";
+import { AT_REST, type Engraving } from "../job/engraving";
 import { cutWidth, levelColours, RAPID, type Scene } from "../job/scene";
 import { TABLES } from "../tables";
 
@@ -15,7 +16,8 @@ const EXTENT_DASHES = [1, 2.5];
 const EDGES = [0, 1, 2, 3, 4, 5, 6, 7].flatMap((a) => [1, 2, 4].filter((bit) => !(a & bit)).map((bit) => [a, a | bit] as const));
 
 export interface Ink {
-  levels: string[];
+  speeds: string[];
+  energies: string[];
   rapid: string;
   extent: string;
   done: string;
@@ -37,7 +39,8 @@ export function inkOf(theme: "light" | "dark"): Ink {
   const style = getComputedStyle(document.documentElement);
   const read = (name: string): string => style.getPropertyValue(name).trim();
   return {
-    levels: levelColours(theme === "dark"),
+    speeds: levelColours(theme === "dark", "speed"),
+    energies: levelColours(theme === "dark", "engraving"),
     rapid: LOOK.rapid[theme],
     extent: LOOK.extent[theme],
     done: read("--path-done"),
@@ -62,7 +65,9 @@ export function draw(canvas: HTMLCanvasElement, picture: Picture, ink: Ink): voi
   drawGrid(context, grid.step, grid.box, project, ink);
   drawExtent(context, picture.box, project, ink);
   drawPath(context, picture, project, ink);
-  if (picture.view.tilt >= Math.PI / 2) drawPlunges(context, picture, project, ink);
+  const { engraving } = picture.scene;
+  if (engraving) drawEngraving(context, engraving, picture, project, ink);
+  else if (picture.view.tilt >= Math.PI / 2) drawPlunges(context, picture, project, ink);
   drawEnds(context, picture.scene.points, project);
   const { tool } = picture;
   if (tool) drawMark(context, project(tool[0] ?? 0, tool[1] ?? 0, tool[2] ?? 0), ink.tool, "round", MARK_PX + 1);
@@ -113,32 +118,73 @@ function drawExtent(context: CanvasRenderingContext2D, box: Box, project: Projec
 function drawPath(context: CanvasRenderingContext2D, { scene, seconds }: Picture, project: Project, ink: Ink): void {
   const { points, levels } = scene;
   const [rapids, done] = [new Path2D(), new Path2D()];
-  const cuts = ink.levels.map(() => new Path2D());
+  const cuts = ink.speeds.map(() => new Path2D());
   let before: Path2D | null = null;
   for (let i = 1; i < levels.length; i++) {
+    if (scene.engraving && levels[i] !== RAPID) {
+      before = null;
+      continue;
+    }
     const line = scene.seconds[i]! <= seconds ? done : levels[i] === RAPID ? rapids : cuts[levels[i]!]!;
     if (line !== before) line.moveTo(...project(points[i * 3 - 3]!, points[i * 3 - 2]!, points[i * 3 - 1]!));
     line.lineTo(...project(points[i * 3]!, points[i * 3 + 1]!, points[i * 3 + 2]!));
     before = line;
   }
-  const stroke = (line: Path2D, colour: string, width: number): void => {
-    context.strokeStyle = colour;
-    context.lineWidth = width;
-    context.stroke(line);
-  };
   context.setLineDash(LOOK.rapid.dashes);
-  stroke(rapids, ink.rapid, LOOK.rapid.width);
+  stroke(context, rapids, ink.rapid, LOOK.rapid.width);
   context.setLineDash([]);
   const width = cutWidth(levels.length);
-  cuts.forEach((line, level) => stroke(line, ink.levels[level]!, width));
-  stroke(done, ink.done, width);
+  cuts.forEach((line, level) => stroke(context, line, ink.speeds[level]!, width));
+  stroke(context, done, ink.done, scene.engraving ? LOOK.rapid.width : width);
+}
+
+function stroke(context: CanvasRenderingContext2D, line: Path2D, colour: string, width: number): void {
+  context.strokeStyle = colour;
+  context.lineWidth = width;
+  context.stroke(line);
+}
+
+/** From pale to dark, so that the dark is on top; then what is done, and crosses where the beam burns at rest. */
+function drawEngraving(context: CanvasRenderingContext2D, engraving: Engraving, { box, seconds }: Picture, project: Project, ink: Ink): void {
+  const { ends, levels } = engraving;
+  const [done, rests] = [new Path2D(), new Path2D()];
+  const burnt = ink.energies.map(() => new Path2D());
+  for (let i = 0; i < levels.length; i++) {
+    const [u, v] = project(ends[i * 6]!, ends[i * 6 + 1]!, ends[i * 6 + 2]!);
+    if (levels[i] === AT_REST) {
+      rests.moveTo(u - MARK_PX, v - MARK_PX);
+      rests.lineTo(u + MARK_PX, v + MARK_PX);
+      rests.moveTo(u - MARK_PX, v + MARK_PX);
+      rests.lineTo(u + MARK_PX, v - MARK_PX);
+      continue;
+    }
+    const line = engraving.seconds[i]! <= seconds ? done : burnt[levels[i]!]!;
+    line.moveTo(u, v);
+    line.lineTo(...project(ends[i * 6 + 3]!, ends[i * 6 + 4]!, ends[i * 6 + 5]!));
+  }
+  const isDense = levels.length > LOOK.engraving.dense;
+  const width = isDense ? denseWidth(engraving, box, project) : cutWidth(levels.length);
+  if (isDense) context.lineCap = "square"; // neighbours of different levels have no seam
+  burnt.forEach((line, level) => stroke(context, line, ink.energies[level]!, width));
+  stroke(context, done, ink.tool, width);
+  context.lineCap = "round";
+  stroke(context, rests, LOOK.end, 1.5);
+}
+
+/** Dense lines are as wide as they are apart: hatching becomes an area. */
+function denseWidth({ length_mm }: Engraving, { min, max }: Box, project: Project): number {
+  const [a, b] = [project(...min), project(min[0] + 1, min[1], min[2])];
+  const px_per_mm = Math.hypot(b[0] - a[0], b[1] - a[1]);
+  const apart_mm = ((max[0] - min[0]) * (max[1] - min[1])) / length_mm;
+  const [least, most] = LOOK.engraving.widths as [number, number];
+  return Math.min(most, Math.max(least, LOOK.engraving.cover * apart_mm * px_per_mm));
 }
 
 /** From above a hole is a point. */
 function drawPlunges(context: CanvasRenderingContext2D, { scene, seconds }: Picture, project: Project, ink: Ink): void {
   for (const i of scene.plunges) {
     const [u, v] = project(scene.points[i * 3]!, scene.points[i * 3 + 1]!, scene.points[i * 3 + 2]!);
-    context.fillStyle = scene.seconds[i]! <= seconds ? ink.done : ink.levels[scene.levels[i]!]!;
+    context.fillStyle = scene.seconds[i]! <= seconds ? ink.done : ink.speeds[scene.levels[i]!]!;
     context.beginPath();
     context.arc(u, v, PLUNGE_PX, 0, 2 * Math.PI);
     context.fill();

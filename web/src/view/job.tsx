@@ -4,6 +4,7 @@ import type { JSX } from "preact";
 import { attempt, board, controller, fail, job, preflight } from "../app";
 import { describe, secondsAtLine, type Preflight } from "../job/preflight";
 import type { Report } from "../job/core";
+import { laserWarning } from "../job/engraving";
 import { readProgram } from "../job/program";
 import { type MachineFacts, type Resume } from "../job/resume";
 import { AXES, findBoard, settingNumber, TABLES } from "../tables";
@@ -121,6 +122,7 @@ function CheckCard(): JSX.Element | null {
   const done = preflight.result.value;
   if (!done) return null;
   const { report } = done;
+  const warning = laserWarning(report);
   return (
     <Card title="Preflight" tools={<Button size="small" onClick={() => void attempt(checkAgain)}>Check again</Button>}>
       {report.error_count === 0 ? (
@@ -135,6 +137,7 @@ function CheckCard(): JSX.Element | null {
           ))}
         </ul>
       )}
+      {warning && <Notice kind="warn" title={warning.title} text={warning.text} />}
       <ToolChanges report={report} />
       <Figures done={done} />
       <p class="small faint">

@@ -49,11 +49,12 @@ function describePath(done: Preflight): string {
 
 function Legend({ scene }: { scene: Scene }): JSX.Element {
   const { start, end } = TABLES.look;
-  const speeds = `linear-gradient(to right, ${levelColours(theme.value === "dark").join()})`;
+  const { engraving } = scene;
+  const scale = `linear-gradient(to right, ${levelColours(theme.value === "dark", engraving ? "engraving" : "speed").join()})`;
   return (
     <div class="legend" aria-hidden="true">
-      <span class="speed" style={{ "--speeds": speeds }}>
-        0 to {Math.round(scene.topSpeed_mm_min)} mm/min
+      <span class="scale" style={{ "--scale": scale }}>
+        {engraving ? `0 to ${engraving.black.toPrecision(3)} ms/mm at full power` : `0 to ${Math.round(scene.topSpeed_mm_min)} mm/min`}
       </span>
       <span class="rapid" style={{ "--mark": inkOf(theme.value).rapid }}>
         rapid
