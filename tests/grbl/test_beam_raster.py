@@ -77,7 +77,7 @@ def test_rows_take_the_time_of_their_length(grbl: Grbl, pixel_mm: float) -> None
 @pytest.mark.parametrize("jerk", [0, 100_000])
 @pytest.mark.parametrize("pixel_steps", [4, 8, 1])
 def test_each_edge_is_at_its_step(grbl: Grbl, pixel_steps: int, jerk: int) -> None:
-    """At 500 mm/s, also where limited jerk moves each axis to a mean of places."""
+    """At 500 mm/s, and as fast as it goes where limited jerk moves each axis to a mean of places."""
     power = random_pixels(400)
     grbl.fine(f"$40={jerk}", "M3F30000")
     record = BeamRecord(grbl)
@@ -86,9 +86,10 @@ def test_each_edge_is_at_its_step(grbl: Grbl, pixel_steps: int, jerk: int) -> No
     if pixel_steps > 1:  # at 40 000 pixels a second some become means
         assert len(found_edges(record)) == len(want)
         assert found_edges(record) == pytest.approx(want, abs=0 if jerk == 0 else 1)
-    mean = float(np.mean(power)) / 1000
-    whole = float(np.sum(energies(record, 1)))
-    assert whole == pytest.approx(mean * 400 * pixel_steps / STEPS_PER_MM / FEED_MM_S, rel=0.01)
+    if jerk == 0:  # the over-scan is too short for full speed with limited jerk
+        mean = float(np.mean(power)) / 1000
+        whole = float(np.sum(energies(record, 1)))
+        assert whole == pytest.approx(mean * 400 * pixel_steps / STEPS_PER_MM / FEED_MM_S, rel=0.01)
 
 
 def test_edges_through_a_hold_and_overrides(grbl: Grbl) -> None:
