@@ -36,7 +36,7 @@ static void commit_steps(const struct emit *emit, double steps[AXIS_COUNT]) {
 
 /* When a part of a segment's way is done, as a part of its time: segment/segment.h. */
 static double time_of(const struct segment *segment, double way) {
-    double r = (double)segment->ramp / SEGMENT_RAMP_ONE, start = 1.0 - r;
+    double r = (double)segment->ramp / (double)SEGMENT_RAMP_ONE, start = 1.0 - r;
     return fabs(r) < 1e-6 ? way : (sqrt(fmax(start * start + 4.0 * r * way, 0.0)) - start) / (2.0 * r);
 }
 
