@@ -110,7 +110,7 @@ def test_edges_through_a_hold_and_overrides(grbl: Grbl) -> None:
 
 
 def test_a_late_task_costs_places_but_no_energy(grbl: Grbl) -> None:
-    """In a stop that is only for a late task, S becomes a mean over some ms; before and behind it the edges are exact."""
+    """In a stop for a late task S is a mean over some ms; before and behind it the edges are exact."""
     power = random_pixels(2000)
     grbl.fine("M4F12000")
     record = BeamRecord(grbl)
