@@ -367,10 +367,12 @@ static void make_filtered(struct emit *emit, struct segment *segment) {
     segment->ramp = is_behind(emit) ? ramp(v0, end) : -SEGMENT_RAMP_ONE;
     emit->v_mm_s = is_behind(emit) ? v : 0.0f;
     set_axes(emit, segment, at);
+    segment->flags |= SEGMENT_CUT; /* part of the sample may be one, whatever its middle is */
     set_power(emit, segment, piece, (uint32_t)filter_out(filter, FILTER_PLACE), v0,
               max_f(2.0f * way_mm / time_s - v0, 0.0f), time_s);
-    if ((segment->duty[0] | segment->duty[1]) != 0 || segment->power_count > 0)
-        segment->flags |= SEGMENT_CUT;
+    if ((segment->duty[0] | segment->duty[1] | segment->power_count) == 0 &&
+        (piece->flags & MOTION_FLAG_CUT) == 0)
+        segment->flags &= (uint8_t)~SEGMENT_CUT;
     finish(emit, segment, time_s);
 }
 

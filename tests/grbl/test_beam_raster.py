@@ -29,10 +29,10 @@ def grbl() -> Iterator[Grbl]:
     controller.close()
 
 
-def row(power: NDArray[np.int_], pixel_mm: float) -> str:
+def row(power: NDArray[np.int_], pixel_mm: float, over: str = "G1") -> str:
     """A row in +X, from 0, with over-scan on both sides of its pixels."""
     burnt = "".join(f"G1X{OVER_MM + pixel_mm * (n + 1):.4f}S{s}\n" for n, s in enumerate(power))
-    return f"G1X{OVER_MM:g}S0\n{burnt}X{2 * OVER_MM + pixel_mm * len(power):.4f}S0\n"
+    return f"{over}X{OVER_MM:g}S0\n{burnt}{over}X{2 * OVER_MM + pixel_mm * len(power):.4f}S0\n"
 
 
 def random_pixels(count: int) -> NDArray[np.int_]:
@@ -74,14 +74,15 @@ def test_rows_take_the_time_of_their_length(grbl: Grbl, pixel_mm: float) -> None
     assert times[-1] - times[0] <= 3.1
 
 
+@pytest.mark.parametrize("over", ["G1", "G0"])
 @pytest.mark.parametrize("jerk", [0, 100_000])
 @pytest.mark.parametrize("pixel_steps", [4, 8, 1])
-def test_each_edge_is_at_its_step(grbl: Grbl, pixel_steps: int, jerk: int) -> None:
+def test_each_edge_is_at_its_step(grbl: Grbl, pixel_steps: int, jerk: int, over: str) -> None:
     """At 500 mm/s, and as fast as it goes where limited jerk moves each axis to a mean of places."""
     power = random_pixels(400)
     grbl.fine(f"$40={jerk}", "M3F30000")
     record = BeamRecord(grbl)
-    grbl.stream(row(power, pixel_steps / STEPS_PER_MM))
+    grbl.stream(row(power, pixel_steps / STEPS_PER_MM, over))
     want = row_edges(power, pixel_steps)
     if pixel_steps > 1:  # at 40 000 pixels a second some become means
         assert len(found_edges(record)) == len(want)
