@@ -107,31 +107,57 @@ static float step_part(const struct segment *segment) {
     return 1.0f / (float)most;
 }
 
+/* All of it as one stretch. */
+static void write_mean(const struct power *power, struct power_place *place, struct writer *writer) {
+    float rpm = mark_at(power, place->mark)->rpm, sum = 0.0f;
+    uint32_t since = 0;
+    while (place->mark + 1 != power->head) {
+        const struct power_mark *next = mark_at(power, place->mark + 1);
+        int32_t at = (int32_t)(next->at - place->at);
+        if (at > 0 && at >= (int32_t)writer->length)
+            break;
+        uint32_t until = at > 0 ? (uint32_t)at : 0u;
+        sum += rpm * (float)(until - since);
+        since = until;
+        rpm = next->rpm;
+        place->mark++;
+    }
+    if (since > 0)
+        rpm = (sum + rpm * (float)(writer->length - since)) / (float)writer->length;
+    write_duty(writer, rpm, writer->segment->duty);
+}
+
+static void write_stretches(const struct power *power, struct power_place *place, struct writer *writer) {
+    float rpm = mark_at(power, place->mark)->rpm;
+    while (place->mark + 1 != power->head) {
+        const struct power_mark *next = mark_at(power, place->mark + 1);
+        int32_t at = (int32_t)(next->at - place->at);
+        if (at > 0 && at >= (int32_t)writer->length)
+            break;
+        if (at >= 0) /* at the very start, too, its event is still to be chosen */
+            pass_mark(writer, rpm, (uint32_t)at, length_from(power, place->mark + 1, writer->way->to));
+        rpm = next->rpm;
+        place->mark++;
+    }
+    end_stretch(writer, rpm, writer->length);
+}
+
 void power_segment(const struct power *power, struct power_place *place, const struct power_way *way,
                    const struct beam *beam, struct segment_queue *queue, struct segment *segment) {
     uint32_t length = way->to - place->at;
     if ((int32_t)length < 0) /* rounding of a float at the end of a piece */
         length = 0;
-    float step = step_part(segment), least = min_f(max_f(step, LEAST_S / way->time_s), 1.0f);
-    bool fine = (segment->flags & SEGMENT_CUT) != 0 && !way->coarse && length > 0;
+    float least = min_f(max_f(step_part(segment), LEAST_S / way->time_s), 1.0f);
     struct writer writer = {.way = way,
                             .beam = beam,
                             .queue = queue,
                             .segment = segment,
                             .length = length,
-                            .least = fine ? (uint32_t)(least * (float)length) : length + 1};
-    float rpm = mark_at(power, place->mark)->rpm;
+                            .least = (uint32_t)(least * (float)length)};
     segment->power_first = (uint8_t)queue->power_count;
-    while (place->mark + 1 != power->head) {
-        const struct power_mark *next = mark_at(power, place->mark + 1);
-        int32_t at = (int32_t)(next->at - place->at);
-        if (at > 0 && at >= (int32_t)length)
-            break;
-        if (at > 0 || (at == 0 && fine)) /* at the very start, too, its event is still to be chosen */
-            pass_mark(&writer, rpm, (uint32_t)at, length_from(power, place->mark + 1, way->to));
-        rpm = next->rpm;
-        place->mark++;
-    }
-    end_stretch(&writer, rpm, length);
+    if (way->coarse || length == 0 || (segment->flags & SEGMENT_CUT) == 0)
+        write_mean(power, place, &writer);
+    else
+        write_stretches(power, place, &writer);
     place->at += length;
 }

@@ -103,6 +103,21 @@ def write_dense(lines: int = 10_000) -> Path:
     return path
 
 
+ENGRAVER = ("$32=1", "$100=80", "$101=80", "$110=30000", "$111=30000", "$120=3000", "$121=3000")
+PIXELS = 8000
+
+
+def write_row() -> Path:
+    """A row of an engraved picture at 500 mm/s: 20 changes of S a mm, 10 000 a second."""
+    BUILD.mkdir(parents=True, exist_ok=True)
+    path = BUILD / "row.nc"
+    pixels = [f"X{45 + n / 20:.2f} S{n * 379 % 1000}" for n in range(1, PIXELS + 1)]
+    path.write_text(
+        "\n".join(["G21 G90 G94 M4", "G1 X45 S0 F30000", *pixels, f"X{90 + PIXELS / 20:g} S0", "M2"]) + "\n"
+    )
+    return path
+
+
 def write_long(job: Path, lines: int = 40_000) -> Path:
     """A job of that many lines: the real one over and over."""
     path = BUILD / "long.nc"
@@ -160,6 +175,8 @@ def instructions(job: Path) -> list[Figure]:
     dense_blocks = counters(driver, write_dense(), FAST)["blocks"]
     dense = profile_job(driver, write_dense(), FAST)
     moves = cost_of(profile, "core/motion/joints.c", "core/motion/kinematics/")
+    row = profile_job(driver, write_row(), ENGRAVER)
+    engraving = {part: cost_of(row, *files) / PIXELS for part, files in ENGRAVING.items()}
     return [
         *figures,
         Figure("planning per block, 3-D with few points to leave out", planning(profile) / blocks, "instr", 6500),
@@ -170,7 +187,16 @@ def instructions(job: Path) -> list[Figure]:
         Figure("a serial port's byte up to the receive ring", receive_cost(), "instr", 100),
         Figure("segment emission per segment", emission(profile) / count["segments"], "instr"),
         Figure("span preparation per span", cost_of(profile, "core/step/prep.c") / spans, "instr"),
+        *(Figure(f"engraving, per change of S: {part}", cost, "instr") for part, cost in engraving.items()),
+        Figure("engraving, per change of S: all", sum(engraving.values()), "instr", 14_000),
     ]
+
+
+ENGRAVING = {
+    "lines": ("core/input/", "core/gcode/", "core/machine/"),
+    "planning and segments": ("core/motion/", "core/segment/"),
+    "spans and step interrupt": ("core/step/",),
+}
 
 
 def cost_of(profile: Profile, *files: str) -> int:
