@@ -142,6 +142,12 @@ static void write_stretches(const struct power *power, struct power_place *place
     end_stretch(writer, rpm, writer->length);
 }
 
+/* From rest nothing of the S before may burn: its first step may take long. */
+static void pass_marks_at_rest(const struct power *power, struct power_place *place) {
+    while (place->mark + 1 != power->head && (int32_t)(mark_at(power, place->mark + 1)->at - place->at) <= 0)
+        place->mark++;
+}
+
 void power_segment(const struct power *power, struct power_place *place, const struct power_way *way,
                    const struct beam *beam, struct segment_queue *queue, struct segment *segment) {
     uint32_t length = way->to - place->at;
@@ -155,6 +161,8 @@ void power_segment(const struct power *power, struct power_place *place, const s
                             .length = length,
                             .least = (uint32_t)(least * (float)length)};
     segment->power_first = (uint8_t)queue->power_count;
+    if (way->v0 == 0.0f)
+        pass_marks_at_rest(power, place);
     if (way->coarse || length == 0 || (segment->flags & SEGMENT_CUT) == 0)
         write_mean(power, place, &writer);
     else

@@ -424,9 +424,9 @@ static uint64_t least_interval_q16(const struct prep *prep, axis_mask_t negative
  * short: so a batch has a span at its end. @return false: no span is free */
 static bool end_segment(struct prep *prep) {
     int64_t left_q16 = prep->carry.duration_q16 - prep->carry.spent_q16;
-    prep->carry.late = prep->power_left > 0 && prep->power_events > prep->events;
+    bool at_rest = (prep->flags & SPAN_AT_REST) != 0; /* what begins there begins with its own duty */
+    prep->carry.late = !at_rest && prep->power_left > 0 && prep->power_events > prep->events;
     prep->carry.late_duty = prep->duty[1];
-    bool at_rest = (prep->flags & SPAN_AT_REST) != 0;
     int64_t least_q16 = (int64_t)prep->timing.min_interval_ticks << 16;
     if (at_rest && prep->events == 0 && left_q16 < least_q16)
         left_q16 = least_q16;

@@ -173,3 +173,22 @@ def test_an_impossible_power_in_a_row_changes_nothing(grbl: Grbl, s: str) -> Non
     assert len(lit) == 1
     _, steps = record.positions(0)
     assert steps[-1] == 30 * STEPS_PER_MM
+
+
+@pytest.mark.parametrize("jerk", [0, 100_000])
+@pytest.mark.parametrize("between", ["", "M5\nM3\n", "G4P0.1\n"])
+@pytest.mark.parametrize("beyond_mm", [0, 0.002, 0.005, 0.012])
+@pytest.mark.parametrize("sign", [-1, 1])
+def test_a_dark_line_from_rest_shows_nothing_of_the_s_before(
+    grbl: Grbl, sign: int, beyond_mm: float, between: str, jerk: int
+) -> None:
+    """Its first step takes 30 ms, and the S before ended at the rest, or less than a step before it."""
+    grbl.settings(s40=jerk, s100=10, s120=100)
+    grbl.fine("M3F600")
+    record = BeamRecord(grbl)
+    beyond = f"X{sign * (10 + beyond_mm):g}S0\n" if beyond_mm else ""
+    grbl.send(f"G1X{sign * 10}S1000\n{beyond}{between}")
+    grbl.after(0.5)
+    rests = grbl.time()
+    grbl.send(f"G1X{sign * 20}S0\n")
+    assert [span for span in record.lit() if span[1] > rests] == []
