@@ -164,7 +164,7 @@ def test_sim_makes_the_checkouts_steps_without_a_compiler(command: Path, tmp_pat
         check=False,
     )  # fmt: skip
     assert run.returncode == 0, run.stderr
-    simulate(SimOptions(JOB, "host", str(PROFILE), (), None, None, tmp_path / "ours.csv", False, ()))
+    simulate(SimOptions(JOB, machine=str(PROFILE), trace=tmp_path / "ours.csv"))
     steps = (tmp_path / "steps.csv").read_bytes()
     assert steps.count(b"\n") > 10_000 and steps == (tmp_path / "ours.csv").read_bytes()
     assert json.loads(run.stdout)["lines"] > 100
