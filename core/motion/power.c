@@ -28,13 +28,18 @@ uint32_t power_units(float mm) {
     return (uint32_t)min_f(mm * POWER_UNITS + 0.5f, (float)POWER_CHORD_MAX);
 }
 
+/* Farther than all chords ahead together: nothing looks for a mark's place there. */
+#define FAR (3u << 29)
+
 uint32_t power_close(struct power *power, float length_mm) {
-    const struct power_mark *newest = mark_at(power, power->head - 1);
+    struct power_mark *newest = &power->marks[(power->head - 1) & (POWER_MARKS - 1)];
     uint32_t units = power_units(length_mm);
     int32_t marked = (int32_t)(newest->at - power->end);
     if (marked > (int32_t)units) /* the chord turned out shorter than one to an earlier point of it */
         units = (uint32_t)marked;
     power->end += units;
+    if (power->end - newest->at > FAR) /* 393 m of one S: half of all places away, it would lie ahead */
+        newest->at = power->end - 1u;
     return units;
 }
 

@@ -192,3 +192,15 @@ def test_a_dark_line_from_rest_shows_nothing_of_the_s_before(
     rests = grbl.time()
     grbl.send(f"G1X{sign * 20}S0\n")
     assert [span for span in record.lit() if span[1] > rests] == []
+
+
+def test_s_changes_in_its_place_after_half_of_all_places(grbl: Grbl) -> None:
+    """Places count to 2^32 in 1/4096 mm: 600 m without a change of S, and then one."""
+    grbl.settings(s100=10, s110=600_000, s120=10_000)
+    grbl.fine("M3S500F600000")
+    record = BeamRecord(grbl)
+    rows = "".join(f"G1X{900 * (n % 2)}\n" for n in range(1, 583))
+    grbl.stream(f"{rows}X900\nX0\nX0.5\nX400S0\n")
+    _, steps = record.positions(0)
+    assert steps[-1] == 4000
+    assert 4000 - found_edges(record)[-1] == pytest.approx(3995, abs=1)
