@@ -175,8 +175,6 @@ def instructions(job: Path) -> list[Figure]:
     dense_blocks = counters(driver, write_dense(), FAST)["blocks"]
     dense = profile_job(driver, write_dense(), FAST)
     moves = cost_of(profile, "core/motion/joints.c", "core/motion/kinematics/")
-    row = profile_job(driver, write_row(), ENGRAVER)
-    engraving = {part: cost_of(row, *files) / PIXELS for part, files in ENGRAVING.items()}
     return [
         *figures,
         Figure("planning per block, 3-D with few points to leave out", planning(profile) / blocks, "instr", 6500),
@@ -187,8 +185,7 @@ def instructions(job: Path) -> list[Figure]:
         Figure("a serial port's byte up to the receive ring", receive_cost(), "instr", 100),
         Figure("segment emission per segment", emission(profile) / count["segments"], "instr"),
         Figure("span preparation per span", cost_of(profile, "core/step/prep.c") / spans, "instr"),
-        *(Figure(f"engraving, per change of S: {part}", cost, "instr") for part, cost in engraving.items()),
-        Figure("engraving, per change of S: all", sum(engraving.values()), "instr", 14_000),
+        *engraving(driver),
     ]
 
 
@@ -197,6 +194,14 @@ ENGRAVING = {
     "planning and segments": ("core/motion/", "core/segment/"),
     "spans and step interrupt": ("core/step/",),
 }
+
+
+def engraving(driver: Path) -> list[Figure]:
+    """What a change of S costs on its way from the line to the output."""
+    row = profile_job(driver, write_row(), ENGRAVER)
+    costs = {part: cost_of(row, *files) / PIXELS for part, files in ENGRAVING.items()}
+    parts = [Figure(f"engraving, per change of S: {part}", cost, "instr") for part, cost in costs.items()]
+    return [*parts, Figure("engraving, per change of S: all", sum(costs.values()), "instr", 14_000)]
 
 
 def cost_of(profile: Profile, *files: str) -> int:
