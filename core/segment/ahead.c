@@ -48,7 +48,7 @@ void ahead_reset(struct ahead *ahead) {
     ahead->end_us = 0;
     ahead->full_us = AHEAD_FULL_US;
     ahead->pending = ahead->changed = ahead->changing = ahead->soft = false;
-    ahead->noted = ahead->spare = ahead->ends = ahead->open = false;
+    ahead->noted = ahead->spare = ahead->crowded = ahead->ends = ahead->open = false;
     ahead->owner = AHEAD_NOBODY;
     ahead->source = NULL;
 }
@@ -151,6 +151,8 @@ static void withdraw(struct ahead *ahead, enum queue_answer answer) {
     ahead->source->load(ahead->ctx, ahead->commit, AHEAD_UNDO);
     /* Spans do not suffice: first the long stop is given up (`spare`), and only then motion is published
      * less far ahead. */
+    ahead->crowded = answer == QUEUE_LARGE && ahead->spare && ahead->full_us <= MIN_US;
+    ahead->crowded_us = now_us(ahead);
     if (answer == QUEUE_LARGE && ahead->spare && ahead->full_us > MIN_US)
         ahead->full_us /= 2;
     ahead->spare = ahead->spare || answer == QUEUE_LARGE;
@@ -165,7 +167,7 @@ static void take(struct ahead *ahead) {
             mark->used = false;
         mark->fresh = false;
     }
-    ahead->noted = ahead->spare = false;
+    ahead->noted = ahead->spare = ahead->crowded = false;
     /* Back in small steps, so that it does not become too large again with the next batch. */
     if (ahead->full_us < AHEAD_FULL_US)
         ahead->full_us += MIN_US;
@@ -341,6 +343,11 @@ bool ahead_take_answer(struct ahead *ahead) {
     return true;
 }
 
+/* Spans come back as motion is executed: until some have, the same batch would be refused again. */
+static bool is_crowded(const struct ahead *ahead) {
+    return ahead->crowded && now_us(ahead) == ahead->crowded_us && ahead_queued_us(ahead) > 0;
+}
+
 bool ahead_poll(struct ahead *ahead) {
     if (ahead->source == NULL || segment_queue_is_pending(ahead->queue))
         return false;
@@ -351,7 +358,7 @@ bool ahead_poll(struct ahead *ahead) {
     bool stops = left_us < 0 && !rests_at_commit(ahead);
     uint32_t reach_us = ahead->source->reach_us(ahead->ctx);
     uint32_t most_us = reach_us < ahead->full_us ? reach_us : ahead->full_us;
-    if (!stops && !ahead->changed && left_us >= (int32_t)(most_us / 2))
+    if ((!stops && !ahead->changed && left_us >= (int32_t)(most_us / 2)) || is_crowded(ahead))
         return answered;
     if (stops)
         note_late(ahead);

@@ -81,6 +81,8 @@ struct ahead {
     bool changed, changing; /* branch off: asked for, and done by the batch that is pending */
     bool soft;              /* the committed part ends where more moves may change what follows */
     bool spare;             /* spans did not suffice: the shortest stop, and then less motion */
+    bool crowded;           /* nor did they for the least of that, until motion time passes this: */
+    uint32_t crowded_us;
     bool ends,
         ends_before; /* the stop is the end of what is planned; before, of what is in force meanwhile */
     bool open;       /* it must not be, because that end is about to change */
