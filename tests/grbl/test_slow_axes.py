@@ -7,7 +7,7 @@ from wificnc.sim.native import Tasks
 
 
 def test_spans_that_do_not_suffice_are_waited_for() -> None:
-    """The motion side refuses batches until some of its spans are stepped; meanwhile time passes, and motion continues."""
+    """The motion side refuses batches until some of its spans are stepped; motion continues meanwhile."""
     grbl = Grbl(axes=4, tasks=Tasks.ESP32)
     grbl.send("")
     steps_per_mm, rates, accelerations = (40, 40, 80, 40), (3000, 6000, 600, 30_000), (100, 10_000, 10, 500)
