@@ -64,10 +64,16 @@ def wait(what, most_s=300):
     while status.poll() or not what():
         assert time.monotonic() < end, "timeout"
         time.sleep(0.02)
-command.state(linuxcnc.STATE_ESTOP_RESET)
-wait(lambda: status.task_state == linuxcnc.STATE_ESTOP_RESET)
-command.state(linuxcnc.STATE_ON)
-wait(lambda: status.task_state == linuxcnc.STATE_ON)
+def switch(state):
+    # again, as an operator does: until the link is up LinuxCNC stays in its e-stop
+    def is_there():
+        if status.task_state != state:
+            command.state(state)
+            command.wait_complete()
+        return status.task_state == state
+    wait(is_there)
+switch(linuxcnc.STATE_ESTOP_RESET)
+switch(linuxcnc.STATE_ON)
 command.mode(linuxcnc.MODE_MANUAL)
 command.wait_complete()
 errors, said = linuxcnc.error_channel(), []

@@ -37,11 +37,17 @@ def do(what):
     wait(lambda: not pathlib.Path("do").exists())
 def is_at(x):
     return abs(status.actual_position[0] - x) < 0.002
+def switch(state):
+    # again, as an operator does: until the link is up LinuxCNC stays in its e-stop
+    def is_there():
+        if status.task_state != state:
+            command.state(state)
+            command.wait_complete()
+        return status.task_state == state
+    wait(is_there)
 def switch_on():
-    command.state(linuxcnc.STATE_ESTOP_RESET)
-    wait(lambda: status.task_state == linuxcnc.STATE_ESTOP_RESET)
-    command.state(linuxcnc.STATE_ON)
-    wait(lambda: status.task_state == linuxcnc.STATE_ON)
+    switch(linuxcnc.STATE_ESTOP_RESET)
+    switch(linuxcnc.STATE_ON)
 def home():
     command.mode(linuxcnc.MODE_MANUAL)
     command.wait_complete()
