@@ -52,7 +52,7 @@ struct survey *survey_create(struct host *host, const struct sim_text *text, boo
     *survey = (struct survey){.host = host, .text = text, .begin_ticks = host_time_ticks(host)};
     /* Settings were sent as lines, too: the controller has counted them. */
     survey->first = host_machine(host)->lines.count + 1;
-    survey->engraving = engraving_create(text->line_count);
+    survey->engraving = engraving_create((size_t)text->line_count);
     if (has_lines) {
         survey->count = (size_t)text->file_lines + 1;
         survey->lines = calloc(survey->count, sizeof *survey->lines);
