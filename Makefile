@@ -64,7 +64,7 @@ test-chip: $(VENV)/.ready-dev
 power-cuts: $(VENV)/.ready-dev
 	WIFICNC_ON_CHIP=all $(PY) -m pytest -n auto -rP tests/pic32mz/test_pic32mz_power_cut_commands.py $(PYTEST)
 
-# Some 10 minutes; three of them are in `make test-all`.
+# Some 5 minutes. `make test-all` has three of them, and compiles and links the others without optimizing.
 platforms: $(VENV)/.ready-dev
 	@$(WIFICNC) build host
 	WIFICNC_PLATFORMS=all $(PY) -m pytest -n auto tests/build/test_platforms.py tests/release/test_wheels.py $(PYTEST)
