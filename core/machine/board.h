@@ -26,7 +26,7 @@ struct machine_board {
     uint32_t step_spread_ns;           /* from step to step, beyond the pulse and a pause as long */
     uint32_t max_step_rate_hz;         /* of one axis */
     uint16_t look_ahead;               /* pieces of path, 32 .. PLAN_SIZE; 0: PLAN_SIZE */
-    uint16_t laser_marks;              /* changes of S in it, up to POWER_MARKS; 0: POWER_MARKS */
+    uint16_t laser_marks;              /* changes of S in it, 256 .. POWER_MARKS; 0: POWER_MARKS */
     uint8_t axis_count;                /* 1 .. AXIS_COUNT */
     axis_mask_t home_axes;             /* homing looks at switches of their own, not at the limits */
     uint32_t motors_wake_us;           /* drivers need it from enabled to their first step */

@@ -27,7 +27,7 @@ struct motion {
 };
 
 /** At rest at step position 0. @param look_ahead  pieces of path, 32 .. PLAN_SIZE @param laser_marks  changes
- * of S in it, 2 .. POWER_MARKS */
+ * of S in it, 256 .. POWER_MARKS */
 void motion_init(struct motion *motion, const struct motion_limits *limits, uint32_t look_ahead,
                  uint32_t laser_marks);
 

@@ -56,15 +56,8 @@ travel_mm = 60.0
 home_at = "max"
 """
 # what a user would do at the screen, and where it leads; what it says last is where the probe has touched
-PROGRAM = """#!/usr/bin/python3
-import linuxcnc, pathlib, time
-command, status = linuxcnc.command(), linuxcnc.stat()
-def wait(what, most_s=300):
-    end = time.monotonic() + most_s
-    while status.poll() or not what():
-        assert time.monotonic() < end, "timeout"
-        time.sleep(0.02)
-def switch(state):
+# For programs that play the operator; they have command, status and wait().
+SWITCH = """def switch(state):
     # again, as an operator does: until the link is up LinuxCNC stays in its e-stop
     def is_there():
         if status.task_state != state:
@@ -72,7 +65,20 @@ def switch(state):
             command.wait_complete()
         return status.task_state == state
     wait(is_there)
-switch(linuxcnc.STATE_ESTOP_RESET)
+"""
+
+PROGRAM = (
+    """#!/usr/bin/python3
+import linuxcnc, pathlib, time
+command, status = linuxcnc.command(), linuxcnc.stat()
+def wait(what, most_s=300):
+    end = time.monotonic() + most_s
+    while status.poll() or not what():
+        assert time.monotonic() < end, "timeout"
+        time.sleep(0.02)
+"""
+    + SWITCH
+    + """switch(linuxcnc.STATE_ESTOP_RESET)
 switch(linuxcnc.STATE_ON)
 command.mode(linuxcnc.MODE_MANUAL)
 command.wait_complete()
@@ -95,6 +101,7 @@ for line in (
 wait(lambda: all(abs(a - b) < 0.002 for a, b in zip(status.actual_position, (-31.23, -4.56, -7.89))))
 pathlib.Path("said").write_text(repr((homed, status.probed_position[:3], status.probe_tripped, list(status.din[:4]))))
 """
+)
 
 
 # instead of the one that needs a screen: its operator presses Continue immediately

@@ -10,7 +10,7 @@ from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from pathlib import Path
 
-from test_linuxcnc_config import MACHINE, fake_tool_change, hands, invoke
+from test_linuxcnc_config import MACHINE, SWITCH, fake_tool_change, hands, invoke
 from wificnc.board.load import load_board
 from wificnc.machine import load_machine
 from wificnc.serve.options import ServeOptions
@@ -18,7 +18,8 @@ from wificnc.serve.server import Server
 
 ADDRESS = f"127.68.{os.getpid() >> 8 & 0xFF}.{os.getpid() & 0xFF or 1}"  # the ports are fixed
 # LinuxCNC's side: it asks us to do something at the controller by a file, and continues when that is gone
-SCREEN = """#!/usr/bin/python3
+SCREEN = (
+    """#!/usr/bin/python3
 import linuxcnc, os, pathlib, signal, subprocess, time
 command, status, errors = linuxcnc.command(), linuxcnc.stat(), linuxcnc.error_channel()
 seen, shown = {}, []
@@ -37,15 +38,9 @@ def do(what):
     wait(lambda: not pathlib.Path("do").exists())
 def is_at(x):
     return abs(status.actual_position[0] - x) < 0.002
-def switch(state):
-    # again, as an operator does: until the link is up LinuxCNC stays in its e-stop
-    def is_there():
-        if status.task_state != state:
-            command.state(state)
-            command.wait_complete()
-        return status.task_state == state
-    wait(is_there)
-def switch_on():
+"""
+    + SWITCH
+    + """def switch_on():
     switch(linuxcnc.STATE_ESTOP_RESET)
     switch(linuxcnc.STATE_ON)
 def home():
@@ -118,6 +113,7 @@ status.poll()
 seen["killed"] = status.task_state != linuxcnc.STATE_ON
 pathlib.Path("said").write_text(repr((seen, shown)))
 """
+)
 
 
 def serve(home: Path) -> Server:
