@@ -122,6 +122,12 @@ struct settings {
     float acceleration_mm_s2[AXIS_COUNT];
     /** $130..$135 [mm] 0..100000: Travel from end to end; 0 = no limit (a rotary axis), no soft limits. */
     float max_travel_mm[AXIS_COUNT];
+    /** $170..$175 0..4: Input shaper against vibration: 0 off, 1 ZV, 2 MZV, 3 EI, 4 two-hump EI. */
+    uint8_t shaper[AXIS_COUNT];
+    /** $180..$185 [Hz] 5..200: Frequency of the vibration that the axis' shaper cancels. */
+    float shaper_hz[AXIS_COUNT];
+    /** $190..$195 0..0.5: Damping ratio of that vibration. */
+    float shaper_damping[AXIS_COUNT];
 };
 
 /** $N of each setting. A per-axis one is X's, the others follow: SETTING_MAX_RATE_MM_MIN + axis. */
@@ -181,6 +187,9 @@ enum setting_number {
     SETTING_MAX_RATE_MM_MIN = 110,
     SETTING_ACCELERATION_MM_S2 = 120,
     SETTING_MAX_TRAVEL_MM = 130,
+    SETTING_SHAPER = 170,
+    SETTING_SHAPER_HZ = 180,
+    SETTING_SHAPER_DAMPING = 190,
 };
 
 /** What follows from a setting: the column `affects`. */
@@ -198,6 +207,6 @@ enum setting_effect {
 };
 
 /** Rows of the table (a per-axis row stands for six settings), and settings in all on six axes. */
-enum { SETTINGS_ROW_COUNT = 55, SETTINGS_COUNT = 75 };
+enum { SETTINGS_ROW_COUNT = 58, SETTINGS_COUNT = 93 };
 
 #endif
