@@ -75,6 +75,8 @@ static void apply_motion(struct machine *machine) {
         limits.steps_per_mm[ax] = settings->steps_per_mm[ax];
         limits.max_rate_mm_s[ax] = mm_min * (1.0f / 60.0f);
         limits.accel_mm_s2[ax] = settings->acceleration_mm_s2[ax];
+        limits.shaper[ax] = (struct shaper_mode){(enum shaper_kind)settings->shaper[ax],
+                                                 settings->shaper_hz[ax], settings->shaper_damping[ax]};
     }
     const float arm_mm[2] = {settings->arm_1_mm, settings->arm_2_mm};
     kinematics_init(&machine->drive.joints.kinematics, (enum kinematics_kind)settings->kinematics, arm_mm,

@@ -60,7 +60,7 @@ static void move(struct machine *machine, axis_mask_t axes, const double target_
     static const float root[] = {1.0f, 1.0f, 1.41421356f, 1.73205081f};
     struct motion_line line = {.feed_mm_s = rate_mm_min / 60.0f * root[linear],
                                .line = machine->lines.count,
-                               .flags = MOTION_FLAG_EXACT_STOP};
+                               .flags = MOTION_FLAG_EXACT_STOP | MOTION_FLAG_UNSHAPED};
     axes_mm(machine, line.target_mm);
     for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
         line.target_mm[ax] = (axes >> ax & 1) != 0 ? target_mm[ax] : line.target_mm[ax];

@@ -32,7 +32,7 @@ static void push(struct machine *machine) {
     struct motion_line line = {.feed_mm_s = move->feed_mm_s,
                                .duration_s = move->inverse_time_s,
                                .line = machine->lines.count,
-                               .flags = MOTION_FLAG_PROBE | MOTION_FLAG_EXACT_STOP};
+                               .flags = MOTION_FLAG_PROBE | MOTION_FLAG_EXACT_STOP | MOTION_FLAG_UNSHAPED};
     for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
         line.target_mm[ax] = move->target_mm[ax];
     if (motion_tool_line(&machine->drive.motion, &machine->drive.joints, &line, hal_time_us(machine->hal)))

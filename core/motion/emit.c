@@ -10,6 +10,7 @@
 
 #define LINE_SAMPLE_S 0.004f  /* of a segment, on a straight part that continues for longer */
 #define MIN_SAMPLE_S  0.0002f /* where the acceleration changes */
+#define REST_NS       1000u   /* less of it at the end of a sample is rounding */
 #define GEAR_SAMPLE_S 0.002f  /* of motion that follows the spindle */
 #define ENOUGH_MM     0.5f  /* and a little more than the way to a stop: no more of the path is needed yet */
 #define SLACK_USED    1.01f /* of the way to a stop, for rounding */
@@ -27,15 +28,30 @@ void emit_init(struct emit *emit, struct plan *plan, struct ahead *ahead) {
 
 /* In 1/65536 step; a half is added, so that rounding down is to the nearest step. */
 static int64_t exactly_on(int32_t steps) {
-    return (int64_t)steps * FILTER_STEP + FILTER_STEP / 2;
+    return (int64_t)steps * HISTORY_STEP + HISTORY_STEP / 2;
+}
+
+static void find_axes(const struct emit *emit, int64_t at[SHAPER_LANES]) {
+    for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
+        at[ax] = exactly_on(emit->steps[ax]);
+    at[SHAPER_PLACE] = emit->power.at;
 }
 
 static void stand_still(struct emit *emit) {
-    int64_t at[FILTER_LANES];
-    for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
-        at[ax] = exactly_on(emit->steps[ax]);
-    at[FILTER_PLACE] = emit->power.at;
-    filter_reset(&emit->filter, at);
+    int64_t at[SHAPER_LANES];
+    find_axes(emit, at);
+    history_reset(&emit->history, at);
+}
+
+/* At rest, maybe in a stop that will be taken back. */
+static void choose_shaper(struct emit *emit, bool unshaped) {
+    const struct shaper *shaper = unshaped ? &emit->plan->unshaped : &emit->plan->shaper;
+    int64_t at[SHAPER_LANES];
+    if (shaper == emit->shaper)
+        return;
+    emit->shaper = shaper;
+    find_axes(emit, at);
+    history_rest(&emit->history, at);
 }
 
 void emit_reset(struct emit *emit, const int32_t position_steps[AXIS_COUNT]) {
@@ -43,7 +59,7 @@ void emit_reset(struct emit *emit, const int32_t position_steps[AXIS_COUNT]) {
         emit->ran_dry = false;
     emit->settles = emit->waits = false;
     emit->gear.phase = GEAR_OFF;
-    emit->y = emit->v_mm_s = 0.0f;
+    emit->y = emit->v_mm_s = emit->path_mm_s = 0.0f;
     emit->along_mm = emit->t = 0.0;
     emit->dwell_ns = emit->dwelt_ns = 0;
     emit->stop_samples = 0;
@@ -57,14 +73,14 @@ void emit_reset(struct emit *emit, const int32_t position_steps[AXIS_COUNT]) {
     stand_still(emit);
 }
 
-void emit_set_filter(struct emit *emit, float time_s) {
-    filter_set(&emit->filter, time_s);
+void emit_set_shaper(struct emit *emit) {
+    emit->shaper = &emit->plan->shaper;
     stand_still(emit);
 }
 
 /* The axes follow where the path was: they are still under way when it has ended. */
 static bool is_behind(const struct emit *emit) {
-    return emit->filter.past.moving != 0;
+    return history_moves(&emit->history, emit->shaper);
 }
 
 static bool dwells(const struct emit *emit) {
@@ -151,7 +167,7 @@ bool emit_wants_more(const struct emit *emit) {
 
 /* A place of an axis, as exactly_on(). */
 static int64_t in_units(double place_mm, float steps_per_mm) {
-    double units = (place_mm * (double)steps_per_mm + 0.5) * (double)FILTER_STEP;
+    double units = (place_mm * (double)steps_per_mm + 0.5) * (double)HISTORY_STEP;
     return (int64_t)(units + (units < 0.0 ? -0.5 : 0.5));
 }
 
@@ -252,15 +268,17 @@ static float travel_sample(struct emit *emit, const struct piece *piece) {
     return time_s;
 }
 
-/* Travel for this time, or to an exact stop. */
-static void travel_time(struct emit *emit, float time_s) {
+/* Travel for this time, or to an exact stop. @return s */
+static float travel_time(struct emit *emit, float time_s) {
     const struct path *path = &emit->plan->path;
-    while (time_s > 0.0f && !travel_ends(emit)) {
+    float left_s = time_s;
+    while (left_s > 0.0f && !travel_ends(emit)) {
         plan_time(emit->plan);
-        time_s -= travel(emit, time_s);
+        left_s -= travel(emit, left_s);
         if (!emit->entered && (path->pieces[(path->tail - 1) & (PLAN_SIZE - 1)].flags & PIECE_STOP) != 0)
             break;
     }
+    return time_s - left_s;
 }
 
 /* Where the path has come to; at a stop, exactly there. @return the piece that says what this is */
@@ -269,7 +287,7 @@ static const struct piece *find_place(struct emit *emit, int64_t at[AXIS_COUNT])
     bool stop = !emit->entered;
     const struct piece *last = path_piece(path, stop ? path->tail - 1 : path->tail);
     if (stop)
-        emit->v_mm_s = 0.0f;
+        emit->path_mm_s = 0.0f;
     if (stop && (last->flags & PIECE_STOP) != 0)
         take_stop(emit, at);
     else
@@ -284,7 +302,7 @@ static const struct piece *find_place(struct emit *emit, int64_t at[AXIS_COUNT])
 }
 
 /* What every segment says. */
-static void finish(struct emit *emit, struct segment *segment, float time_s) {
+static void finish(struct emit *emit, struct segment *segment, uint32_t ns) {
     if (emit->v_mm_s == 0.0f) {
         if ((emit->ended_flags & MOTION_FLAG_EXACT_STOP) != 0 && !emit->entered)
             segment->flags |= SEGMENT_EXACT_STOP;
@@ -292,7 +310,7 @@ static void finish(struct emit *emit, struct segment *segment, float time_s) {
             segment->flags |= SEGMENT_LAST;
     }
     segment->id = emit->next_id++;
-    segment->duration_ns = duration_ns(emit, time_s);
+    segment->duration_ns = ns;
     segment->v_mm_s = emit->v_mm_s;
     DEBUG(DEBUG_MOTION, "segment: line, ns", segment->line, segment->duration_ns);
 }
@@ -315,71 +333,89 @@ static void make_sample(struct emit *emit, struct segment *segment) {
     int64_t at[AXIS_COUNT] = {0};
     segment->flags = segment_flags(piece->flags);
     segment->line = find_place(emit, at)->line;
+    emit->v_mm_s = emit->path_mm_s;
     segment->ramp = ramp(v0, emit->v_mm_s);
     set_axes(emit, segment, at);
     set_power(emit, segment, piece, travel_power_place(emit), v0, emit->v_mm_s, time_s);
-    finish(emit, segment, time_s);
+    finish(emit, segment, duration_ns(emit, time_s));
 }
 
-/* Speed of the filtered motion during the newest sample, along the path. */
-static float filtered_mm_s(const struct emit *emit) {
-    const struct filter *filter = &emit->filter;
-    float sum = 0.0f, units = (float)FILTER_STEP * (float)filter->count * filter->sample_s;
+/* The path continues for so long, or to a stop, or it rests until the axes do, too.
+ * @return the piece that belongs to it; *time_s becomes the time that the sample takes, *took_s that of the
+ * way */
+static const struct piece *travel_shaped(struct emit *emit, int64_t at[SHAPER_LANES], float *time_s,
+                                         float *took_s) {
+    const struct piece *piece = &emit->plan->path.pieces[emit->shape.piece];
+    *took_s = 0.0f;
+    if (emit->settles || travel_ends(emit)) {
+        float left_s = (float)(emit->shaper->window_ns - emit->history.now.still_ns) * 1e-9f;
+        *time_s = max_f(min_f(*time_s, left_s), MIN_SAMPLE_S);
+        return piece;
+    }
+    *took_s = travel_time(emit, *time_s);
+    *time_s = max_f(*took_s, MIN_SAMPLE_S);
+    piece = find_place(emit, at);
+    at[SHAPER_PLACE] += (int32_t)(travel_power_place(emit) - (uint32_t)at[SHAPER_PLACE]);
+    emit->settles = !emit->entered && (emit->ended_flags & PIECE_STOP) != 0;
+    return piece;
+}
+
+/* What was travelled is over; the rest of the sample the path rests. */
+static void push_sample(struct emit *emit, const int64_t at[SHAPER_LANES], float took_s, uint32_t ns,
+                        float v0, const struct piece *piece) {
+    uint32_t took_ns = (uint32_t)(took_s * 1e9f);
+    uint16_t index = (uint16_t)(piece - emit->plan->path.pieces);
+    if (took_ns == 0 || took_ns + REST_NS > ns)
+        took_ns = ns;
+    history_push(&emit->history, at, took_ns, ramp(v0, emit->path_mm_s), index);
+    if (took_ns < ns)
+        history_push(&emit->history, at, ns - took_ns, 0, index);
+    history_shape(&emit->history, emit->shaper, &emit->shape);
+}
+
+/* Speed of the axes along their path, XYZ and all others, as that of the path itself. */
+static float shaped_mm_s(const struct emit *emit) {
+    float sum = 0.0f;
     for (unsigned ax = 0; ax < emit->plan->limits.axis_count; ax++) {
-        float v_mm_s = (float)filter->sum[ax] / (units * emit->plan->limits.steps_per_mm[ax]);
+        float v_mm_s = emit->shape.speed[ax] / ((float)HISTORY_STEP * emit->plan->limits.steps_per_mm[ax]);
         sum += v_mm_s * v_mm_s;
     }
     return sqrtf(sum);
 }
 
-/* The path continues for a sample, or rests. */
-static void travel_filtered(struct emit *emit) {
-    struct filter *filter = &emit->filter;
-    uint16_t piece = filter_piece(filter, &filter->past, 0);
-    int64_t at[FILTER_LANES];
-    memcpy(at, filter->past.in, sizeof at);
-    if (!emit->settles && !travel_ends(emit)) {
-        travel_time(emit, filter->sample_s);
-        piece = (uint16_t)(find_place(emit, at) - emit->plan->path.pieces);
-        at[FILTER_PLACE] += (int32_t)(travel_power_place(emit) - (uint32_t)at[FILTER_PLACE]);
-        emit->settles = !emit->entered && (emit->ended_flags & PIECE_STOP) != 0;
-    }
-    filter_push(filter, at, piece);
-    emit->settles = emit->settles && is_behind(emit);
+/* Steps to where the shaper has the axes. */
+static void set_shaped(struct emit *emit, struct segment *segment) {
+    float v0 = emit->v_mm_s;
+    set_axes(emit, segment, emit->shape.out);
+    emit->v_mm_s = is_behind(emit) ? shaped_mm_s(emit) : 0.0f;
+    segment->ramp = ramp(v0, emit->v_mm_s);
 }
 
-/* The axes go to the mean of the last samples of the path: one sample further, or some in a long stop. */
-static void make_filtered(struct emit *emit, struct segment *segment) {
-    const struct filter *filter = &emit->filter;
-    int64_t at[AXIS_COUNT];
-    float v0 = emit->v_mm_s, wanted_s = longer(emit, filter->sample_s), time_s = 0.0f, way_mm = 0.0f;
-    do {
-        travel_filtered(emit);
-        time_s += filter->sample_s;
-        way_mm += filtered_mm_s(emit) * filter->sample_s;
-    } while (is_behind(emit) && time_s + 0.5f * filter->sample_s < wanted_s);
-    for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
-        at[ax] = filter_out(filter, ax);
-    float v = filtered_mm_s(emit), end = time_s > 1.5f * filter->sample_s ? v : max_f(2.0f * v - v0, 0.0f);
-    const struct piece *piece = path_piece(&emit->plan->path, filter_middle_piece(filter));
+/* A sample of the path, and where the axes are after it. */
+static void make_shaped(struct emit *emit, struct segment *segment) {
+    float took_s, time_s = longer(emit, emit->shaper->sample_s), v0 = emit->v_mm_s, path_v0 = emit->path_mm_s;
+    int64_t at[SHAPER_LANES];
+    memcpy(at, emit->history.now.in, sizeof at);
+    const struct piece *piece = travel_shaped(emit, at, &time_s, &took_s);
+    uint32_t ns = duration_ns(emit, time_s);
+    push_sample(emit, at, took_s, ns, path_v0, piece);
+    emit->settles = emit->settles && is_behind(emit);
+    piece = &emit->plan->path.pieces[emit->shape.piece];
     segment->line = piece->line;
     segment->flags = segment_flags(piece->flags);
-    segment->ramp = is_behind(emit) ? ramp(v0, end) : -SEGMENT_RAMP_ONE;
-    emit->v_mm_s = is_behind(emit) ? v : 0.0f;
-    set_axes(emit, segment, at);
+    set_shaped(emit, segment);
     segment->flags |= SEGMENT_CUT; /* part of the sample may be one, whatever its middle is */
-    set_power(emit, segment, piece, (uint32_t)filter_out(filter, FILTER_PLACE), v0,
-              max_f(2.0f * way_mm / time_s - v0, 0.0f), time_s);
+    set_power(emit, segment, piece, (uint32_t)emit->shape.out[SHAPER_PLACE], v0, emit->v_mm_s, time_s);
     if ((segment->duty[0] | segment->duty[1] | segment->power_count) == 0 &&
         (piece->flags & MOTION_FLAG_CUT) == 0)
         segment->flags &= (uint8_t)~SEGMENT_CUT;
-    finish(emit, segment, time_s);
+    finish(emit, segment, ns);
 }
 
 void emit_gear(struct emit *emit, const struct gear_path *path) {
+    choose_shaper(emit, true);
     gear_begin(&emit->gear, path);
-    emit->gear.path.lag_s =
-        0.5f * (float)(emit->filter.count > 0 ? emit->filter.count - 1 : 0) * emit->filter.sample_s;
+    emit->gear.path.lag_s = emit->shaper->late_s;
 }
 
 /* Where the follower is, as exactly_on(); at its end it rests on a step. */
@@ -397,30 +433,30 @@ static void find_geared(const struct emit *emit, int64_t at[AXIS_COUNT]) {
 /* The next sample of the follower. While it waits for its angle, time continues and nothing moves. */
 static void make_geared(struct emit *emit, struct segment *segment) {
     struct gear *gear = &emit->gear;
-    struct filter *filter = &emit->filter;
-    bool filtered = filter->count > 0, waits = gear->phase == GEAR_WAITS;
-    float asked_s = filtered ? filter->sample_s : longer(emit, GEAR_SAMPLE_S), v0 = fabsf(gear->v_mm_s);
-    double time_s = gear_sample(gear, &emit->spindle, asked_s, filtered, emit->now_us);
+    bool shaped = shaper_is_on(emit->shaper), waits = gear->phase == GEAR_WAITS;
+    float asked_s = shaped ? emit->shaper->sample_s : longer(emit, GEAR_SAMPLE_S), v0 = fabsf(gear->v_mm_s);
+    double time_s = gear_sample(gear, &emit->spindle, asked_s, shaped, emit->now_us);
+    uint32_t ns = duration_ns(emit, (float)time_s);
     segment->line = gear->path.line;
     if (waits) {
         segment->flags = SEGMENT_DWELL;
         memset(segment->phase, SEGMENT_PHASE_HALF, sizeof segment->phase);
         memset(segment->phase_end, SEGMENT_PHASE_HALF, sizeof segment->phase_end);
     } else {
-        int64_t at[FILTER_LANES] = {0};
-        memcpy(at, filter->past.in, sizeof at);
+        int64_t at[SHAPER_LANES] = {0};
+        memcpy(at, emit->history.now.in, sizeof at);
         find_geared(emit, at);
-        emit->v_mm_s = fabsf(gear->v_mm_s);
-        if (filtered) {
-            filter_push(filter, at, filter_piece(filter, &filter->past, 0));
-            for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
-                at[ax] = filter_out(filter, ax);
+        emit->path_mm_s = fabsf(gear->v_mm_s);
+        if (shaped) {
+            push_sample(emit, at, (float)time_s, ns, v0, &emit->plan->path.pieces[emit->shape.piece]);
+            set_shaped(emit, segment);
         } else {
-            segment->ramp = ramp(v0, emit->v_mm_s);
+            segment->ramp = ramp(v0, emit->path_mm_s);
+            emit->v_mm_s = emit->path_mm_s;
+            set_axes(emit, segment, at);
         }
-        set_axes(emit, segment, at);
     }
-    finish(emit, segment, (float)time_s);
+    finish(emit, segment, ns);
     gear->run_ns += segment->duration_ns;
 }
 
@@ -438,14 +474,16 @@ static bool make(void *ctx, struct segment *segment) {
     struct emit *emit = ctx;
     if (emit->waits || emit_is_idle(emit) || emit_is_held(emit))
         return false;
+    if (!gear_is_on(&emit->gear) && !emit->entered && !is_behind(emit) && path_count(&emit->plan->path) > 0)
+        choose_shaper(emit, (travel_piece(emit)->flags & MOTION_FLAG_UNSHAPED) != 0);
     if (gear_is_on(&emit->gear))
         make_geared(emit, segment);
     else if (travel_ends(emit) && !is_behind(emit) && !dwells(emit))
         return false;
     else if (travel_ends(emit) && !is_behind(emit))
         make_dwell(emit, segment);
-    else if (emit->filter.count > 0)
-        make_filtered(emit, segment);
+    else if (shaper_is_on(emit->shaper))
+        make_shaped(emit, segment);
     else
         make_sample(emit, segment);
     emit->stop_samples += emit->stop_samples > 0;
@@ -496,7 +534,7 @@ static bool ends_soon(const struct emit *emit) {
 /* How long segments of the stop from the present speed are: SEGMENT_MAX_STEPS is the end of it. */
 static void fit_stop(struct emit *emit) {
     struct plan *plan = emit->plan;
-    float v_mm_s = max_f(emit->v_mm_s, 1e-3f), steps_per_mm = 1.0f, stop_s = plan->filter_s;
+    float v_mm_s = max_f(emit->v_mm_s, 1e-3f), steps_per_mm = 1.0f, stop_s = emit->shaper->window_s;
     for (unsigned ax = 0; ax < plan->limits.axis_count; ax++)
         steps_per_mm = max_f(steps_per_mm, plan->limits.steps_per_mm[ax]);
     if (path_count(&plan->path) > 0)
@@ -511,6 +549,8 @@ static bool stop(void *ctx, enum ahead_stop how) {
     fit_stop(emit);
     emit->stop_samples = how != AHEAD_GO ? 1u : 0u;
     emit->hold = how == AHEAD_STOP || emit->hold_asked;
+    if (how != AHEAD_GO)
+        history_branch(&emit->history, emit->ahead->side ^ 1u);
     if (how == AHEAD_STOP)
         gear_brake(&emit->gear);
     return how != AHEAD_END || ends_soon(emit);

@@ -11,8 +11,8 @@
 #define WIFICNC_MOTION_EMIT_H
 
 #include "motion/beam.h"
-#include "motion/filter.h"
 #include "motion/gear.h"
+#include "motion/history.h"
 #include "motion/planner.h"
 #include "segment/ahead.h"
 
@@ -23,7 +23,7 @@ struct emit_place {
     uint8_t ended_flags;
     uint16_t next_id;
     double t;
-    float y, v_mm_s;
+    float y, v_mm_s, path_mm_s;
     double along_mm, time_ns;
     double corner_mm[AXIS_COUNT];
     int32_t steps[AXIS_COUNT];
@@ -34,7 +34,8 @@ struct emit_place {
     uint32_t limits; /* emit.limits then */
     uint32_t known;  /* timing.known then */
     uint64_t dwelt_ns;
-    struct filter_past filter;
+    const struct shaper *shaper;
+    struct history_place history;
     struct gear_place gear;
 };
 
@@ -47,17 +48,20 @@ struct emit {
     double along_mm;              /* from the control point before; double: a slow move is many small sums */
     double t;                     /* of the blend, 0 .. 1; double, too: near its end little is left of 1 */
     float y;                      /* motion/timing.h */
-    float v_mm_s;                 /* along the path */
+    float v_mm_s;                 /* of the axes ... */
+    float path_mm_s;              /* ... and of the path that they follow */
     int32_t steps[AXIS_COUNT];    /* where the last segment ended, to the nearest step below ... */
     uint8_t fraction[AXIS_COUNT]; /* ... plus this, in 1/256; 128 is exactly on a step */
-    struct filter filter;         /* limited jerk */
+    const struct shaper *shaper;  /* what is made of the path: one of the plan's */
+    struct history history;       /* of the path */
+    struct history_shape shape;   /* where the axes are, if the shaper is on */
     struct gear gear;             /* motion that follows the spindle; nothing is planned meanwhile */
     struct spindle spindle;       /* what it follows */
     uint32_t now_us;              /* of this poll */
     struct beam beam;             /* a laser */
     uint32_t piece_at;            /* place where the piece at tail begins (motion/power.h) */
     struct power_place power;     /* at the end of the last segment */
-    bool settles;                 /* at an exact stop, until the filter has come there, too */
+    bool settles;                 /* at an exact stop, until the axes have come there, too */
     uint8_t ended_flags;          /* of the piece that ended in the last stop; enum motion_flags */
     double time_ns;               /* fraction of a nanosecond carried from segment to segment */
     bool flush;                   /* nothing follows: coming to rest is not counted as starved */
@@ -79,8 +83,8 @@ void emit_init(struct emit *emit, struct plan *plan, struct ahead *ahead);
 /** Stand still at the plan's position; the piece being emitted is forgotten. After plan_reset(). */
 void emit_reset(struct emit *emit, const int32_t position_steps[AXIS_COUNT]);
 
-/** Limit the jerk by averaging over this time; 0: not at all. At rest. */
-void emit_set_filter(struct emit *emit, float time_s);
+/** The plan has new limits. At rest. */
+void emit_set_shaper(struct emit *emit);
 
 /** Motion becomes the planner's, when that of another source has come to rest. */
 bool emit_claim(struct emit *emit);

@@ -30,8 +30,9 @@ void emit_save(void *ctx, uint32_t at) {
     place->known = emit->plan->timing.known;
     place->piece_at = emit->piece_at;
     place->power = emit->power;
-    if (emit->filter.count > 0)
-        place->filter = emit->filter.past;
+    place->path_mm_s = emit->path_mm_s;
+    place->shaper = emit->shaper;
+    place->history = emit->history.now;
     gear_save(&emit->gear, &place->gear);
 }
 
@@ -69,22 +70,24 @@ void emit_load(void *ctx, uint32_t at, enum ahead_return why) {
     emit->dwelt_ns = place->dwelt_ns;
     emit->piece_at = place->piece_at;
     emit->power = place->power;
-    if (emit->filter.count > 0)
-        filter_load(&emit->filter, &place->filter);
+    emit->path_mm_s = place->path_mm_s;
+    emit->shaper = place->shaper;
+    history_load(&emit->history, &place->history);
     gear_load(&emit->gear, &place->gear, why == AHEAD_STOPPED);
 }
 
 /* The oldest piece that a place needs: that of its oldest sample, while those still count. */
-static uint32_t oldest_piece(const struct filter *filter, const struct emit_place *place) {
-    if (filter->count == 0 || place->filter.moving == 0)
+static uint32_t oldest_piece(const struct history *history, const struct emit_place *place) {
+    if (place->history.still_ns >= place->shaper->window_ns)
         return place->tail;
-    return place->tail - ((place->tail - filter_oldest_piece(filter, &place->filter)) & (PLAN_SIZE - 1));
+    uint16_t piece = history_oldest_piece(history, &place->history, place->shaper->window_ns);
+    return place->tail - ((place->tail - piece) & (PLAN_SIZE - 1));
 }
 
 /* cppcheck-suppress constParameterPointer ; the type of release() is fixed */
 void emit_release(void *ctx, uint32_t at) {
     const struct emit *emit = ctx;
-    uint32_t oldest = oldest_piece(&emit->filter, &emit->places[at]);
+    uint32_t oldest = oldest_piece(&emit->history, &emit->places[at]);
     if ((int32_t)(oldest - emit->plan->path.kept) > 0)
         emit->plan->path.kept = oldest;
     emit->plan->path.stop_kept = emit->places[at].stop_tail;

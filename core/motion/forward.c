@@ -61,7 +61,7 @@ static void enter(struct emit *emit) {
 /* Braking from a high speed to a low one leaves few digits of y: a blend that asks for all of the
  * acceleration begins with the y that it was planned for. */
 static void meet_plan(struct emit *emit, const struct piece *piece) {
-    float most = sqrtf(piece->blend_y) + piece->accel_mm_s2 * AT_PLAN_S;
+    float most = sqrtf(piece->blend_y) + piece->near_mm_s2 * AT_PLAN_S;
     if (!emit->late && emit->y > piece->blend_y && emit->y <= most * most)
         emit->y = piece->blend_y;
 }
@@ -89,12 +89,38 @@ static void end_line(struct emit *emit, const struct piece *piece) {
     emit->along_mm = 0.0;
 }
 
+/* A part of a straight way on which the acceleration is the same. */
+struct stage {
+    float end_mm; /* from the control point before */
+    float accel_mm_s2;
+    float exit_y; /* the plan's at its end */
+    bool last;
+};
+
+static struct stage find_stage(const struct emit *emit, const struct piece *piece, float tiny_mm) {
+    const struct piece *before = path_piece(&emit->plan->path, emit->plan->path.tail - 1);
+    float begin_mm = before->tangent_mm, end_mm = piece->length_mm - piece->tangent_mm;
+    float slow_mm = begin_mm + (before->tangent_mm > 0.0f ? before->near_mm : 0.0f);
+    float brake_mm = end_mm - (piece->tangent_mm > 0.0f ? piece->near_mm : 0.0f);
+    float along_mm = (float)emit->along_mm + tiny_mm;
+    if (slow_mm < brake_mm && along_mm < brake_mm) {
+        float brake_y = piece->blend_y + 2.0f * piece->near_mm_s2 * (end_mm - brake_mm);
+        if (along_mm >= slow_mm)
+            return (struct stage){brake_mm, piece->accel_mm_s2, brake_y, brake_mm == end_mm};
+        float slow_y = brake_y + 2.0f * piece->accel_mm_s2 * (brake_mm - slow_mm);
+        return (struct stage){slow_mm, piece->near_mm_s2, slow_y, false};
+    }
+    float accel_mm_s2 = brake_mm == end_mm && along_mm >= slow_mm ? piece->accel_mm_s2 : piece->near_mm_s2;
+    return (struct stage){end_mm, accel_mm_s2, piece->blend_y, true};
+}
+
 static float travel_line(struct emit *emit, float time_s) {
     const struct piece *piece = tail_piece(emit);
-    float end_mm = piece->length_mm - piece->tangent_mm, left_mm = (float)((double)end_mm - emit->along_mm);
-    float two_a = 2.0f * piece->accel_mm_s2, y = emit->y;
+    float tiny_mm = ROUNDING * (piece->length_mm - piece->tangent_mm); /* less than that may change nothing */
+    const struct stage stage = find_stage(emit, piece, tiny_mm);
+    float end_mm = stage.end_mm, left_mm = (float)((double)end_mm - emit->along_mm);
+    float two_a = 2.0f * stage.accel_mm_s2, y = emit->y;
     float limit = timing_limit_sq(&emit->plan->timing, piece);
-    float tiny_mm = ROUNDING * end_mm; /* adding less than that may change nothing */
     if (left_mm <= tiny_mm) {
         emit->along_mm = (double)end_mm;
         end_line(emit, piece);
@@ -109,7 +135,7 @@ static float travel_line(struct emit *emit, float time_s) {
         }
     } else {
         y1 = y - SLACK * two_a * left_mm;
-        float exit = max_f(min_f(piece->blend_y, y + two_a * left_mm), y1);
+        float exit = max_f(min_f(stage.exit_y, y + two_a * left_mm), y1);
         float peak = max_f(min_f(limit, 0.5f * (y + exit + two_a * left_mm)), y);
         float speed_up_mm = (peak - y) / two_a;
         if (speed_up_mm > tiny_mm) {
@@ -122,13 +148,13 @@ static float travel_line(struct emit *emit, float time_s) {
             way_mm = cruise ? min_f(cruise_mm, left_mm) : left_mm;
             y1 = cruise ? peak : exit;
         }
-        emit->late = emit->late && y1 > piece->blend_y;
+        emit->late = emit->late && y1 > stage.exit_y;
     }
     bool to_end = way_mm >= left_mm - tiny_mm;
     float part = run(emit, way_mm, y1, &time_s);
     emit->along_mm = to_end && part == 1.0f ? (double)end_mm : emit->along_mm + (double)(part * way_mm);
-    emit->v_mm_s = sqrtf(emit->y);
-    if (to_end && part == 1.0f)
+    emit->path_mm_s = sqrtf(emit->y);
+    if (to_end && part == 1.0f && stage.last)
         end_line(emit, piece);
     return time_s;
 }
@@ -273,7 +299,7 @@ static float travel_blend(struct emit *emit, float time_s) {
         time_s = 0.0f;
     if (done || travel_stretch(emit, &stretch, end_y, &time_s))
         emit->t = end;
-    emit->v_mm_s = sqrtf(emit->y) * vec_length(stretch.u0 + stretch.du * (float)emit->t);
+    emit->path_mm_s = sqrtf(emit->y) * vec_length(stretch.u0 + stretch.du * (float)emit->t);
     if (emit->t >= 1.0)
         end_blend(emit, piece);
     return time_s;

@@ -28,6 +28,7 @@ void joints_tool_mm(const struct joints *joints, const struct motion *motion, co
 void joints_limit(struct joints *joints, struct motion_limits *limits) {
     const struct kinematics *kinematics = &joints->kinematics;
     joints->deviation_mm = limits->junction_deviation_mm;
+    limits->coupled = kinematics->coupled;
     double far[AXIS_COUNT] = {kinematics->travel_mm[0], kinematics->travel_mm[1]};
     double worst = kinematics->ops->stretch(kinematics, far, far);
     if (kinematics->curved != 0 && kinematics->travel_mm[0] <= 0.0)

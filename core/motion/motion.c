@@ -2,6 +2,7 @@
 #include "motion/motion.h"
 
 #include "base/debug.h"
+#include "motion/fit.h"
 #include "motion/joints.h"
 #include "motion/kinematics/kinematics.h"
 
@@ -11,16 +12,8 @@
 #define REDUCE_MAX    0.6f   /* of the tolerance, to come up to that */
 #define REDUCE_PART   0.3f   /* of the tolerance is for leaving out points, the rest for rounding corners */
 #define MIN_TOLERANCE 0.5f   /* of the tolerance is left, however much of it an arc's chords take */
-#define JERK_PART     0.25f  /* ... and this for limited jerk */
-#define MIN_FILTER_S  0.002f
-/* How far a segment may lie off its curve, as a part of the tolerance and on top of it. */
-#define CURVE_PART      0.045f
-#define CURVE_S         0.002f /* this long a segment does at 500 mm/s2 and 0.01 mm */
-#define SHORT_CURVE_S   0.0005f
-#define CUBE_ROOT_STEPS 48
-#define MIN_CHORD_MM    2e-5f /* a shorter one has no direction in float32 */
-#define RAPID_MM_S      1e15f /* its square still is a float */
-#define MIN_MERGE_MM    1.0f
+#define MIN_CHORD_MM  2e-5f  /* a shorter one has no direction in float32 */
+#define RAPID_MM_S    1e15f  /* its square still is a float */
 
 /* ---- straight moves -> chords (motion/planner.h) ---- */
 
@@ -31,69 +24,6 @@ static void plan_reset(struct plan *plan, const int32_t position_steps[AXIS_COUN
     path_reset(&plan->path);
     power_reset(&plan->power);
     plan->timing.known = plan->timing.settled = 0;
-}
-
-/* x^3 = c, 0 < c <= 1. Newton's steps come from above; libm's bits are not the same everywhere. */
-static float cube_root(float c) {
-    float x = 1.0f;
-    for (int i = 0; i < CUBE_ROOT_STEPS; i++)
-        x -= (x - c / (x * x)) * (1.0f / 3.0f);
-    return x;
-}
-
-/* Averaging over T = 2 k A / J limits the jerk, and cuts curves by up to k |A| T^2 / 24, |A| being that of X,
- * Y and Z together. The part k of the acceleration that is used makes that fit: k^3 = 6 e J^2 / (|A| A^2). */
-static void fit_filter(struct plan *plan) {
-    struct motion_limits *limits = &plan->limits;
-    float most = 0.0f, sum = 0.0f, part = 1.0f, jerk = limits->jerk_mm_s3;
-    float room_mm = JERK_PART * limits->junction_deviation_mm;
-    for (unsigned ax = 0; ax < limits->axis_count; ax++) {
-        most = max_f(most, limits->accel_mm_s2[ax]);
-        sum += ax <= AXIS_Z ? limits->accel_mm_s2[ax] * limits->accel_mm_s2[ax] : 0.0f;
-    }
-    plan->filter_s = plan->filter_mm = 0.0f;
-    if (jerk <= 0.0f)
-        return;
-    float all = sqrtf(sum), cube = 6.0f * room_mm / all * (jerk / most) * (jerk / most);
-    if (room_mm > 0.0f && cube < 1.0f)
-        part = cube_root(cube);
-    plan->filter_s = max_f(2.0f * part * most / jerk, MIN_FILTER_S);
-    float square = plan->filter_s * plan->filter_s * (1.0f / 24.0f);
-    if (room_mm > 0.0f && part * all * square > room_mm)
-        part = room_mm / (all * square);
-    plan->filter_mm = part * all * square;
-    for (unsigned ax = 0; ax < limits->axis_count; ax++)
-        limits->accel_mm_s2[ax] *= part;
-}
-
-/* The chord of a curve with the acceleration |A|, that of X, Y and Z together, is up to |A| T^2 / 8 off it.
- */
-static float fit_curve(const struct motion_limits *limits) {
-    float sum = 0.0f;
-    for (unsigned ax = 0; ax <= AXIS_Z && ax < limits->axis_count; ax++)
-        sum += limits->accel_mm_s2[ax] * limits->accel_mm_s2[ax];
-    float time_s = sqrtf(8.0f * CURVE_PART * limits->junction_deviation_mm / sqrtf(sum));
-    return min_f(CURVE_S, max_f(time_s, SHORT_CURVE_S));
-}
-
-/* Points are left out so that the look-ahead reaches far enough, and no farther: a report names the first
- * move of a chord, and a job is resumed there. With half of the pieces it reaches to where every axis can
- * stop. */
-static float fit_merge(const struct motion_limits *limits, uint32_t look_ahead) {
-    float way_mm = 0.0f;
-    for (unsigned ax = 0; ax < limits->axis_count; ax++)
-        way_mm = max_f(way_mm, limits->max_rate_mm_s[ax] * limits->max_rate_mm_s[ax] /
-                                   (2.0f * limits->accel_mm_s2[ax]));
-    return max_f(MIN_MERGE_MM, way_mm * (2.0f / (float)look_ahead));
-}
-
-/* New limits. Only while plan_is_empty(). */
-static void plan_set_limits(struct plan *plan, const struct motion_limits *limits) {
-    plan->limits = *limits;
-    fit_filter(plan);
-    plan->curve_s = fit_curve(&plan->limits);
-    plan->merge_mm = fit_merge(&plan->limits, plan->look_ahead);
-    path_set_limits(&plan->path, &plan->limits);
 }
 
 /* How far a point that is left out may lie from the chord: points are rounded when they are written, and what
@@ -149,7 +79,7 @@ static bool leads_nowhere(const struct plan *plan, const struct motion_line *lin
 }
 
 static void add_line(struct plan *plan, const struct motion_line *line) {
-    float tolerance_mm = max_f(plan->limits.junction_deviation_mm, line->tolerance_mm) - plan->filter_mm;
+    float tolerance_mm = max_f(plan->limits.junction_deviation_mm, line->tolerance_mm) - plan->shaped_mm;
     tolerance_mm = max_f(tolerance_mm, 0.0f);
     tolerance_mm = max_f(tolerance_mm - line->spent_mm, MIN_TOLERANCE * tolerance_mm);
     float left_out_mm = reduce_mm(tolerance_mm);
@@ -218,7 +148,7 @@ void motion_init(struct motion *motion, const struct motion_limits *limits, uint
 
 void motion_set_limits(struct motion *motion, const struct motion_limits *limits) {
     plan_set_limits(&motion->plan, limits);
-    emit_set_filter(&motion->emit, motion->plan.filter_s);
+    emit_set_shaper(&motion->emit);
 }
 
 bool motion_in_range(const struct motion *motion, const double target_mm[AXIS_COUNT]) {

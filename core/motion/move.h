@@ -5,7 +5,18 @@
 
 #include "base/axis.h"
 
+#include <stdbool.h>
 #include <stdint.h>
+
+/** $170: input shapers (motion/shaper.h). */
+enum shaper_kind { SHAPER_OFF, SHAPER_ZV, SHAPER_MZV, SHAPER_EI, SHAPER_EI_2 };
+
+/** The vibration of an axis that its shaper cancels. */
+struct shaper_mode {
+    enum shaper_kind kind;
+    float hz;      /* > 0 */
+    float damping; /* damping ratio, 0 .. 0.5 */
+};
 
 /** Limits of the machine, in the planner's units. */
 struct motion_limits {
@@ -14,7 +25,9 @@ struct motion_limits {
     float accel_mm_s2[AXIS_COUNT];   /* > 0 */
     float junction_deviation_mm;     /* >= 0, $11: how far the path may lie off the programmed one */
     float jerk_mm_s3;                /* >= 0, $40; 0: none is limited */
-    uint8_t axis_count;              /* axes that exist: X .. */
+    struct shaper_mode shaper[AXIS_COUNT];
+    bool coupled;       /* the shapers of X and Y are for the sum and the difference of these joints */
+    uint8_t axis_count; /* axes that exist: X .. */
 };
 
 /** How a move is to be made. */
@@ -23,7 +36,8 @@ enum motion_flags {
     MOTION_FLAG_EXACT_STOP = 0x02, /* rest at the end (G61, G61.1, probing) */
     MOTION_FLAG_PROBE = 0x04,
     MOTION_FLAG_JOG = 0x08,
-    MOTION_FLAG_CUT = 0x10, /* G1 to G3 and splines of a program: what a laser burns */
+    MOTION_FLAG_UNSHAPED = 0x20, /* exactly where the switch is: homing, probing; it ends at rest */
+    MOTION_FLAG_CUT = 0x10,      /* G1 to G3 and splines of a program: what a laser burns */
 };
 
 /** One straight move. */

@@ -20,16 +20,27 @@
 #define NEED_MIN_MM    0.005f
 #define MIN_TANGENT_MM 1e-6f
 #define STRAIGHT       1e-5f   /* sine of half a turn that is only rounding */
+#define FASTEST        2.0f    /* the largest override of the feed */
 #define REVERSAL       0.9995f /* ... of a turn with no way round */
 
-void path_set_limits(struct path *path, const struct motion_limits *limits) {
+void path_set_limits(struct path *path, const struct motion_limits *limits, float part) {
     path->axis_count = limits->axis_count;
-    path->accel = path->inverse_accel = path->inverse_rate = (vec){0};
+    path->accel = path->inverse_accel = path->inverse_far = path->inverse_rate = (vec){0};
     for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
-        path->accel[ax] = limits->accel_mm_s2[ax];
-        path->inverse_accel[ax] = 1.0f / limits->accel_mm_s2[ax];
+        path->accel[ax] = part * limits->accel_mm_s2[ax];
+        path->inverse_accel[ax] = 1.0f / path->accel[ax];
+        path->inverse_far[ax] = 1.0f / limits->accel_mm_s2[ax];
         path->inverse_rate[ax] = 1.0f / limits->max_rate_mm_s[ax];
     }
+}
+
+void path_set_shaper(struct path *path, const struct shaper *shaper, float near_s, float room_mm) {
+    path->near_s = near_s;
+    path->room_mm = room_mm;
+    path->uneven = shaper->row_count > 1 && room_mm > 0.0f;
+    path->spread = (vec){0};
+    for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
+        path->spread[ax] = 0.5f * shaper_spread_s2(shaper, ax);
 }
 
 void path_reset(struct path *path) {
@@ -204,11 +215,40 @@ static float tangent_mm(const struct path *path, const struct knot *before, cons
     return min_f(most_mm, max_f(need_mm, NEED_MIN_MM));
 }
 
+/* Greatest acceleration along a straight way. Where the shapers of its axes differ, each of them is another
+ * half second moment times its acceleration late, so that the way bends. */
+static float far_mm_s2(const struct path *path, vec unit) {
+    float accel_mm_s2 = vec_limit_along(unit, path->inverse_far);
+    if (!path->uneven)
+        return accel_mm_s2;
+    vec late = unit * path->spread;
+    float off_s2 = vec_length(late - unit * vec_dot(unit, late));
+    return off_s2 * accel_mm_s2 > path->room_mm ? path->room_mm / off_s2 : accel_mm_s2;
+}
+
+/* The way in near_s from the blend at a knot, or towards it: at the greatest speed that its ends can have,
+ * and as fast as it may change. */
+static float near_mm(const struct path *path, const struct knot *k, const struct knot *after) {
+    if (path->near_s <= 0.0f || k->sine < STRAIGHT)
+        return 0.0f;
+    float turn = vec_most(vec_abs(k->turn) * path->inverse_accel);
+    float asked_mm_s = FASTEST * max_f(k->info.asked_mm_s, after->info.asked_mm_s);
+    float rate_mm_s =
+        min_f(vec_limit_along(k->unit, path->inverse_rate), vec_limit_along(after->unit, path->inverse_rate));
+    float speed_mm_s = min_f(min_f(asked_mm_s, rate_mm_s), sqrtf(2.0f * k->tangent_mm / turn));
+    float accel_mm_s2 = max_f(vec_limit_along(k->unit, path->inverse_accel),
+                              vec_limit_along(after->unit, path->inverse_accel));
+    return (speed_mm_s + 0.5f * accel_mm_s2 * path->near_s) * path->near_s;
+}
+
 /* A stop is passed at speed after all, if the room for its blend is still there. @return false: it stays a
  * stop */
 static bool blend_again(struct path *path, struct knot *k) {
+    const struct knot *after = knot(path, path->blended + 1);
     path->reopened = false;
-    k->tangent_mm = path_count(path) > 0 ? min_f(k->tangent_mm, path->slack_mm) : 0.0f;
+    /* Next to the new bend it brakes less hard than the slack is for. */
+    float less_mm = near_mm(path, k, after);
+    k->tangent_mm = path_count(path) > 0 ? min_f(k->tangent_mm, path->slack_mm - less_mm) : 0.0f;
     k->stop = k->tangent_mm < MIN_TANGENT_MM;
     if (k->stop)
         return false;
@@ -231,6 +271,7 @@ static void blend(struct path *path, uint32_t index) {
     if (k->tangent_mm < MIN_TANGENT_MM)
         k->tangent_mm = 0.0f;
     float bend_mm_s = vec_limit_along(k->unit + 0.5f * k->turn, path->inverse_rate);
+    float accel_mm_s2 = far_mm_s2(path, k->unit);
     struct piece *piece = path_piece(path, path->head++);
     *piece = (struct piece){.unit = k->unit,
                             .length_mm = k->length_mm,
@@ -238,7 +279,9 @@ static void blend(struct path *path, uint32_t index) {
                             .asked_sq = k->info.asked_mm_s * k->info.asked_mm_s,
                             .limit_sq = limit_mm_s * limit_mm_s,
                             .bend_sq = bend_mm_s * bend_mm_s,
-                            .accel_mm_s2 = vec_limit_along(k->unit, path->inverse_accel),
+                            .accel_mm_s2 = accel_mm_s2,
+                            .near_mm_s2 = min_f(accel_mm_s2, vec_limit_along(k->unit, path->inverse_accel)),
+                            .near_mm = k->tangent_mm > 0.0f ? near_mm(path, k, after) : 0.0f,
                             .line = k->info.line,
                             .note = k->info.note,
                             .units = k->info.units,

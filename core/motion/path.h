@@ -18,6 +18,7 @@
 #include "config.h"
 #include "hal/core_sizes.h"
 #include "motion/move.h"
+#include "motion/shaper.h"
 #include "motion/vec.h"
 
 /** PLAN_SIZE pieces (hal/core_sizes.h): look-ahead, and what may have to be planned again. */
@@ -69,6 +70,8 @@ struct piece {
     float limit_sq;    /* (mm/s)^2 along the chord that the axis rates allow */
     float bend_sq;     /* the same in the middle of the blend */
     float accel_mm_s2; /* along the chord: every axis inside its limit */
+    float near_mm_s2;  /* the same next to a bend, because of shaping */
+    float near_mm;     /* so much of both chords is next to the blend at its end */
     float enter_y;     /* greatest y at the start of the straight part (motion/timing.h) */
     float blend_y;     /* ... at its end, where the blend begins */
     float middle_y;    /* ... in the middle of the blend */
@@ -87,7 +90,12 @@ struct chord_wait {
 
 struct path {
     /* set by path_set_limits() */
-    vec accel, inverse_accel, inverse_rate;
+    vec accel, inverse_accel, inverse_rate; /* accel: in bends and next to them */
+    vec inverse_far;                        /* on straight ways */
+    vec spread;                             /* half of the second moment of each axis' shaper, s^2 */
+    bool uneven; /* they differ, so that straight ways bend where speed changes, by up to: */
+    float room_mm;
+    float near_s; /* so long before and after a bend is next to it */
     unsigned axis_count;
     /* knots */
     struct chord_wait wait;
@@ -120,7 +128,19 @@ static inline uint32_t path_pending(const struct path *path) {
     return path->newest - path->blended + (path->waits ? 1u : 0u);
 }
 
-void path_set_limits(struct path *path, const struct motion_limits *limits);
+/** @param part  of the accelerations, for bends and the straight ways next to them */
+void path_set_limits(struct path *path, const struct motion_limits *limits, float part);
+
+/** After that. @param near_s  how long before and after a bend is next to it
+ *  @param room_mm  so far shaping may take the axes off the path */
+void path_set_shaper(struct path *path, const struct shaper *shaper, float near_s, float room_mm);
+
+/** Length of a piece's straight way that is next to the blend before it and that at its end. */
+static inline float piece_near_mm(const struct piece *piece, const struct piece *before, float line_mm) {
+    float near_mm = (before->tangent_mm > 0.0f ? before->near_mm : 0.0f) +
+                    (piece->tangent_mm > 0.0f ? piece->near_mm : 0.0f);
+    return min_f(near_mm, line_mm);
+}
 
 /** Empty and at rest. */
 void path_reset(struct path *path);

@@ -15,6 +15,7 @@
 #include "motion/path.h"
 #include "motion/power.h"
 #include "motion/reduce.h"
+#include "motion/shaper.h"
 #include "motion/timing.h"
 
 /** Most pieces that one chord can become. */
@@ -28,8 +29,9 @@
 struct plan {
     uint32_t look_ahead; /* pieces that it may hold: PLAN_SIZE or less */
     struct motion_limits limits;
-    float filter_s;                 /* limited jerk: motion/filter.h averages over this; 0: off */
-    float filter_mm;                /* how far that takes the path off at most */
+    struct shaper shaper;           /* of all motion but for: */
+    struct shaper unshaped;         /* probing, homing, threads: jerk alone is limited */
+    float shaped_mm;                /* how far shaping takes the axes off the path at most */
     float curve_s;                  /* longest segment of a curve */
     float merge_mm;                 /* longest chord of several moves */
     double position_mm[AXIS_COUNT]; /* programmed end of the newest move, unrounded */

@@ -167,6 +167,7 @@ static void take(struct ahead *ahead) {
             mark->used = false;
         mark->fresh = false;
     }
+    ahead->side ^= 1u;
     ahead->noted = ahead->spare = ahead->crowded = false;
     /* Back in small steps, so that it does not become too large again with the next batch. */
     if (ahead->full_us < AHEAD_FULL_US)

@@ -1,0 +1,105 @@
+/* SPDX-License-Identifier: MIT */
+#include "motion/fit.h"
+
+#include "motion/history.h"
+
+#define JERK_PART  0.25f /* of the tolerance is for limited jerk */
+#define SHAPE_PART 0.5f  /* ... and this for input shaping and limited jerk together */
+#define ROUNDING   1e-4f /* relative */
+#define MIN_MEAN_S 0.002f
+/* How far a segment may lie off its curve, as a part of the tolerance and on top of it. */
+#define CURVE_PART      0.045f
+#define CURVE_S         0.002f /* this long a segment does at 500 mm/s2 and 0.01 mm */
+#define SHORT_CURVE_S   0.0005f
+#define CUBE_ROOT_STEPS 48
+#define MIN_MERGE_MM    1.0f
+
+/* x^3 = c, 0 < c <= 1. Newton's steps come from above; libm's bits are not the same everywhere. */
+static float cube_root(float c) {
+    float x = 1.0f;
+    for (int i = 0; i < CUBE_ROOT_STEPS; i++)
+        x -= (x - c / (x * x)) * (1.0f / 3.0f);
+    return x;
+}
+
+/* Averaging over T = 2 k A / J limits the jerk, and cuts curves by up to k |A| T^2 / 24, |A| being that of X,
+ * Y and Z together. The part k of the acceleration that is used makes that fit: k^3 = 6 e J^2 / (|A| A^2).
+ * @return T; the accelerations become those that are used */
+static float fit_jerk(struct motion_limits *limits) {
+    float most = 0.0f, sum = 0.0f, part = 1.0f, jerk = limits->jerk_mm_s3;
+    float room_mm = JERK_PART * limits->junction_deviation_mm;
+    for (unsigned ax = 0; ax < limits->axis_count; ax++) {
+        most = max_f(most, limits->accel_mm_s2[ax]);
+        sum += ax <= AXIS_Z ? limits->accel_mm_s2[ax] * limits->accel_mm_s2[ax] : 0.0f;
+    }
+    if (jerk <= 0.0f)
+        return 0.0f;
+    float all = sqrtf(sum), cube = 6.0f * room_mm / all * (jerk / most) * (jerk / most);
+    if (room_mm > 0.0f && cube < 1.0f)
+        part = cube_root(cube);
+    float mean_s = max_f(2.0f * part * most / jerk, MIN_MEAN_S);
+    float square = mean_s * mean_s * (1.0f / 24.0f);
+    if (room_mm > 0.0f && part * all * square > room_mm)
+        part = room_mm / (all * square);
+    for (unsigned ax = 0; ax < limits->axis_count; ax++)
+        limits->accel_mm_s2[ax] *= part;
+    return mean_s;
+}
+
+/* How far the axes come off the path at most: half of the weights' second moment times the acceleration. */
+static float drift_mm(const struct shaper *shaper, const struct motion_limits *limits) {
+    float sum = 0.0f;
+    for (unsigned ax = 0; ax <= AXIS_Z && ax < limits->axis_count; ax++) {
+        float off_mm = 0.5f * shaper_spread_s2(shaper, ax) * limits->accel_mm_s2[ax];
+        sum += off_mm * off_mm;
+    }
+    return sqrtf(sum);
+}
+
+/* In bends and next to them the axes have the part of their acceleration with which the tolerance suffices.
+ * On long straight ways they have all of it: what shaping does there is along the way. */
+static void fit_shapers(struct plan *plan) {
+    struct motion_limits *limits = &plan->limits, unshaped;
+    float mean_s = fit_jerk(limits), part = 1.0f;
+    unshaped = *limits;
+    for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
+        unshaped.shaper[ax] = (struct shaper_mode){SHAPER_OFF, 0.0f, 0.0f};
+    shaper_set(&plan->unshaped, &unshaped, mean_s, HISTORY_WINDOW);
+    shaper_set(&plan->shaper, limits, mean_s, HISTORY_WINDOW);
+    bool shaped = plan->shaper.window_ns != plan->unshaped.window_ns;
+    float room_mm = (shaped ? SHAPE_PART : JERK_PART) * limits->junction_deviation_mm;
+    float drift = drift_mm(&plan->shaper, limits);
+    if (room_mm > 0.0f && drift > room_mm * (1.0f + ROUNDING))
+        part = room_mm / drift;
+    plan->shaped_mm = part * drift;
+    path_set_limits(&plan->path, limits, part);
+    path_set_shaper(&plan->path, &plan->shaper, part < 1.0f ? shaper_reach_s(&plan->shaper) : 0.0f, room_mm);
+}
+
+/* The chord of a curve with the acceleration |A|, that of X, Y and Z together, is up to |A| T^2 / 8 off it.
+ */
+static float fit_curve(const struct motion_limits *limits) {
+    float sum = 0.0f;
+    for (unsigned ax = 0; ax <= AXIS_Z && ax < limits->axis_count; ax++)
+        sum += limits->accel_mm_s2[ax] * limits->accel_mm_s2[ax];
+    float time_s = sqrtf(8.0f * CURVE_PART * limits->junction_deviation_mm / sqrtf(sum));
+    return min_f(CURVE_S, max_f(time_s, SHORT_CURVE_S));
+}
+
+/* Points are left out so that the look-ahead reaches far enough, and no farther: a report names the first
+ * move of a chord, and a job is resumed there. With half of the pieces it reaches to where every axis can
+ * stop. */
+static float fit_merge(const struct motion_limits *limits, uint32_t look_ahead) {
+    float way_mm = 0.0f;
+    for (unsigned ax = 0; ax < limits->axis_count; ax++)
+        way_mm = max_f(way_mm, limits->max_rate_mm_s[ax] * limits->max_rate_mm_s[ax] /
+                                   (2.0f * limits->accel_mm_s2[ax]));
+    return max_f(MIN_MERGE_MM, way_mm * (2.0f / (float)look_ahead));
+}
+
+void plan_set_limits(struct plan *plan, const struct motion_limits *limits) {
+    plan->limits = *limits;
+    fit_shapers(plan);
+    plan->curve_s = fit_curve(&plan->limits);
+    plan->merge_mm = fit_merge(&plan->limits, plan->look_ahead);
+}

@@ -1,0 +1,212 @@
+/* SPDX-License-Identifier: MIT */
+#include "motion/history.h"
+
+#include "base/minmax.h"
+#include "segment/segment.h"
+
+#include <string.h>
+
+#define FOREVER_NS  (1u << 31)
+#define PART_ONE    (1 << 24) /* of a record's way; a float's 24 bits */
+#define NS          1e-9f
+
+static const struct history_record *record_at(const struct history *history,
+                                              const struct history_place *place, uint32_t before_newest) {
+    if (before_newest < place->stop_count)
+        return &history->stops[place->side][place->stop_count - 1u - before_newest];
+    return &history->main[(place->count - 1u - (before_newest - place->stop_count)) & (HISTORY_SIZE - 1)];
+}
+
+void history_rest(struct history *history, const int64_t in[SHAPER_LANES]) {
+    history->now.still_ns = FOREVER_NS;
+    memcpy(history->now.in, in, sizeof history->now.in);
+}
+
+void history_reset(struct history *history, const int64_t in[SHAPER_LANES]) {
+    history->stopping = false;
+    history->now.stop_count = 0;
+    history_rest(history, in);
+}
+
+/* No room: the newest one becomes longer. Only in a stop of many seconds. */
+static void lengthen(struct history_record *newest, const struct history_record *record) {
+    for (unsigned lane = 0; lane < SHAPER_LANES; lane++)
+        newest->way[lane] += record->way[lane];
+    newest->ns += record->ns;
+    newest->ramp = 0;
+}
+
+static void append(struct history *history, const struct history_record *record) {
+    struct history_place *now = &history->now;
+    if (!history->stopping)
+        history->main[now->count++ & (HISTORY_SIZE - 1)] = *record;
+    else if (now->stop_count < HISTORY_STOP)
+        history->stops[now->side][now->stop_count++] = *record;
+    else
+        lengthen(&history->stops[now->side][HISTORY_STOP - 1], record);
+}
+
+void history_push(struct history *history, const int64_t in[SHAPER_LANES], uint32_t ns, int16_t ramp,
+                  uint16_t piece) {
+    struct history_place *now = &history->now;
+    struct history_record record = {.ns = ns, .ramp = ramp, .piece = piece};
+    bool moves = false;
+    for (unsigned lane = 0; lane < SHAPER_LANES; lane++) {
+        record.way[lane] = (int32_t)(in[lane] - now->in[lane]);
+        moves = moves || record.way[lane] != 0;
+    }
+    if (!moves) {
+        now->still_ns = now->still_ns < FOREVER_NS - ns ? now->still_ns + ns : FOREVER_NS;
+        return;
+    }
+    if (now->still_ns > 0) {
+        struct history_record rest = {.ns = now->still_ns, .piece = piece};
+        append(history, &rest);
+    }
+    append(history, &record);
+    now->still_ns = 0;
+    memcpy(now->in, in, sizeof now->in);
+}
+
+void history_branch(struct history *history, uint8_t side) {
+    history->stopping = true;
+    history->now.side = side;
+    history->now.stop_count = 0;
+}
+
+void history_load(struct history *history, const struct history_place *place) {
+    history->now = *place;
+    history->stopping = false;
+    history->now.stop_count = 0;
+    for (unsigned i = 0; i < place->stop_count; i++)
+        append(history, &history->stops[place->side][i]);
+}
+
+/* ---- what a shaper makes of it ---- */
+
+/* A record as the shaper's delays see it. */
+struct aged {
+    float age_s, length_s; /* at its end, and how long it is */
+    float ramp;
+};
+
+/* Part of its way that is not made yet at an age of it, and of the time from 0 to that age. 1 - s is the part
+ * of the time that has passed then: way = (1 - s) (1 - ramp s). */
+static float undone(const struct aged *aged, float age_s) {
+    float s = (age_s - aged->age_s) / aged->length_s;
+    if (s <= 0.0f)
+        return 0.0f;
+    return s < 1.0f ? s * (1.0f + aged->ramp * (1.0f - s)) : 1.0f;
+}
+
+static float undone_s(const struct aged *aged, float age_s) {
+    float over_s = age_s - aged->age_s;
+    float s = max_f(min_f(over_s / aged->length_s, 1.0f), 0.0f);
+    float within_s = aged->length_s * s * s * (0.5f * (1.0f + aged->ramp) - aged->ramp * s * (1.0f / 3.0f));
+    return within_s + max_f(over_s - aged->length_s, 0.0f);
+}
+
+/* Of a record's way: the part that the axes still lack, and how fast that part falls. */
+struct part {
+    float lacks, falls;
+};
+
+static struct part tap(const struct aged *aged, float delay_s, float mean_s) {
+    float end_s = aged->age_s + aged->length_s;
+    if (delay_s >= end_s)
+        return (struct part){1.0f, 0.0f};
+    if (delay_s + mean_s < aged->age_s)
+        return (struct part){0.0f, 0.0f};
+    if (mean_s > 0.0f)
+        return (struct part){(undone_s(aged, delay_s + mean_s) - undone_s(aged, delay_s)) / mean_s,
+                             (undone(aged, delay_s + mean_s) - undone(aged, delay_s)) / mean_s};
+    float s = (delay_s - aged->age_s) / aged->length_s;
+    return (struct part){undone(aged, delay_s), (1.0f + aged->ramp * (1.0f - 2.0f * s)) / aged->length_s};
+}
+
+static struct part part_of(const struct shaper_row *row, const struct aged *aged, float mean_s) {
+    struct part part = {0.0f, 0.0f};
+    for (unsigned i = 0; i < row->count; i++) {
+        struct part one = tap(aged, row->delay_s[i], mean_s);
+        part.lacks += row->weight[i] * one.lacks;
+        part.falls += row->weight[i] * one.falls;
+    }
+    return part;
+}
+
+/* What the lanes lack, and their speeds. */
+struct sums {
+    int64_t lacks[SHAPER_LANES]; /* times PART_ONE */
+    float speed[SHAPER_LANES];
+};
+
+static void add_row(struct sums *sums, const struct shaper_row *row, const struct part *part,
+                    const int32_t way[SHAPER_LANES]) {
+    int32_t lacks = (int32_t)(part->lacks * (float)PART_ONE + 0.5f);
+    for (unsigned lane = 0, lanes = row->lanes; lanes != 0; lane++, lanes >>= 1) {
+        if ((lanes & 1u) == 0)
+            continue;
+        sums->lacks[lane] += (int64_t)lacks * way[lane];
+        if (part->falls != 0.0f)
+            sums->speed[lane] += part->falls * (float)way[lane];
+    }
+}
+
+/* Sum and difference of the first two axes in their places. */
+static void mix(int32_t way[SHAPER_LANES]) {
+    int32_t a = way[0], b = way[1];
+    way[0] = a + b;
+    way[1] = a - b;
+}
+
+static void unmix(struct sums *sums) {
+    int64_t a = sums->lacks[0], b = sums->lacks[1];
+    float speed_a = sums->speed[0], speed_b = sums->speed[1];
+    sums->lacks[0] = (a + b) / 2;
+    sums->lacks[1] = (a - b) / 2;
+    sums->speed[0] = 0.5f * (speed_a + speed_b);
+    sums->speed[1] = 0.5f * (speed_a - speed_b);
+}
+
+static void add_record(struct sums *sums, const struct shaper *shaper, const struct history_record *record,
+                       uint32_t age_ns) {
+    struct aged aged = {(float)age_ns * NS, (float)record->ns * NS,
+                        (float)record->ramp * (1.0f / (float)SEGMENT_RAMP_ONE)};
+    int32_t way[SHAPER_LANES];
+    memcpy(way, record->way, sizeof way);
+    if (shaper->sums)
+        mix(way);
+    for (unsigned n = 0; n < shaper->row_count; n++) {
+        struct part part = part_of(&shaper->rows[n], &aged, shaper->mean_s);
+        add_row(sums, &shaper->rows[n], &part, way);
+    }
+}
+
+void history_shape(const struct history *history, const struct shaper *shaper, struct history_shape *shape) {
+    const struct history_place *now = &history->now;
+    uint32_t age_ns = now->still_ns, late_ns = (uint32_t)(shaper->late_s * 1e9f);
+    struct sums sums = {{0}, {0}};
+    bool found = false;
+    shape->piece = record_at(history, now, 0)->piece;
+    for (uint32_t n = 0; age_ns < shaper->window_ns; n++) {
+        const struct history_record *record = record_at(history, now, n);
+        if (!found)
+            shape->piece = record->piece;
+        found = found || age_ns + record->ns > late_ns;
+        add_record(&sums, shaper, record, age_ns);
+        age_ns += record->ns;
+    }
+    if (shaper->sums)
+        unmix(&sums);
+    for (unsigned lane = 0; lane < SHAPER_LANES; lane++)
+        shape->out[lane] = now->in[lane] - ((sums.lacks[lane] + PART_ONE / 2) >> 24);
+    memcpy(shape->speed, sums.speed, sizeof shape->speed);
+}
+
+uint16_t history_oldest_piece(const struct history *history, const struct history_place *place,
+                              uint32_t window_ns) {
+    uint32_t n = 0, age_ns = place->still_ns + record_at(history, place, 0)->ns;
+    while (age_ns < window_ns)
+        age_ns += record_at(history, place, ++n)->ns;
+    return record_at(history, place, n)->piece;
+}
