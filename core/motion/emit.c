@@ -415,7 +415,7 @@ static void make_shaped(struct emit *emit, struct segment *segment) {
 void emit_gear(struct emit *emit, const struct gear_path *path) {
     choose_shaper(emit, true);
     gear_begin(&emit->gear, path);
-    emit->gear.path.lag_s = emit->shaper->late_s;
+    emit->gear.path.lag_s = (float)emit->shaper->late_ns * 1e-9f;
 }
 
 /* Where the follower is, as exactly_on(); at its end it rests on a step. */
@@ -534,7 +534,8 @@ static bool ends_soon(const struct emit *emit) {
 /* How long segments of the stop from the present speed are: SEGMENT_MAX_STEPS is the end of it. */
 static void fit_stop(struct emit *emit) {
     struct plan *plan = emit->plan;
-    float v_mm_s = max_f(emit->v_mm_s, 1e-3f), steps_per_mm = 1.0f, stop_s = emit->shaper->window_s;
+    float v_mm_s = max_f(emit->v_mm_s, 1e-3f), steps_per_mm = 1.0f,
+          stop_s = (float)emit->shaper->window_ns * 1e-9f;
     for (unsigned ax = 0; ax < plan->limits.axis_count; ax++)
         steps_per_mm = max_f(steps_per_mm, plan->limits.steps_per_mm[ax]);
     if (path_count(&plan->path) > 0)

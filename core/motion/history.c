@@ -6,9 +6,9 @@
 
 #include <string.h>
 
-#define FOREVER_NS  (1u << 31)
-#define PART_ONE    (1 << 24) /* of a record's way; a float's 24 bits */
-#define NS          1e-9f
+#define FOREVER_NS (1u << 31)
+#define PART_ONE   (1 << 24) /* of a record's way; a float's 24 bits */
+#define NS         1e-9f
 
 static const struct history_record *record_at(const struct history *history,
                                               const struct history_place *place, uint32_t before_newest) {
@@ -84,26 +84,33 @@ void history_load(struct history *history, const struct history_place *place) {
 
 /* ---- what a shaper makes of it ---- */
 
-/* A record as the shaper's delays see it. */
+/* A record as the shaper's delays see it: in whole ns, so that a delay is in one record and no other. */
 struct aged {
-    float age_s, length_s; /* at its end, and how long it is */
+    uint32_t age_ns, ns; /* at its end, and how long it is */
+    float length_s;
     float ramp;
 };
 
-/* Part of its way that is not made yet at an age of it, and of the time from 0 to that age. 1 - s is the part
- * of the time that has passed then: way = (1 - s) (1 - ramp s). */
-static float undone(const struct aged *aged, float age_s) {
-    float s = (age_s - aged->age_s) / aged->length_s;
-    if (s <= 0.0f)
-        return 0.0f;
-    return s < 1.0f ? s * (1.0f + aged->ramp * (1.0f - s)) : 1.0f;
+/* How much longer than a record's end a delay is, s. */
+static float beyond_s(const struct aged *aged, uint32_t delay_ns) {
+    return (float)(int32_t)(delay_ns - aged->age_ns) * NS;
 }
 
-static float undone_s(const struct aged *aged, float age_s) {
-    float over_s = age_s - aged->age_s;
-    float s = max_f(min_f(over_s / aged->length_s, 1.0f), 0.0f);
+/* Part of its way that is not made yet at a delay, and of the time from 0 to that delay. 1 - s is the part of
+ * the time that has passed then: way = (1 - s) (1 - ramp s). */
+static float undone(const struct aged *aged, uint32_t delay_ns) {
+    if (delay_ns <= aged->age_ns)
+        return 0.0f;
+    if (delay_ns - aged->age_ns >= aged->ns)
+        return 1.0f;
+    float s = beyond_s(aged, delay_ns) / aged->length_s;
+    return s * (1.0f + aged->ramp * (1.0f - s));
+}
+
+static float undone_s(const struct aged *aged, uint32_t delay_ns) {
+    float beyond = beyond_s(aged, delay_ns), s = max_f(min_f(beyond / aged->length_s, 1.0f), 0.0f);
     float within_s = aged->length_s * s * s * (0.5f * (1.0f + aged->ramp) - aged->ramp * s * (1.0f / 3.0f));
-    return within_s + max_f(over_s - aged->length_s, 0.0f);
+    return within_s + max_f(beyond - aged->length_s, 0.0f);
 }
 
 /* Of a record's way: the part that the axes still lack, and how fast that part falls. */
@@ -111,23 +118,24 @@ struct part {
     float lacks, falls;
 };
 
-static struct part tap(const struct aged *aged, float delay_s, float mean_s) {
-    float end_s = aged->age_s + aged->length_s;
-    if (delay_s >= end_s)
+static struct part tap(const struct aged *aged, uint32_t delay_ns, uint32_t mean_ns) {
+    if (delay_ns >= aged->age_ns && delay_ns - aged->age_ns >= aged->ns)
         return (struct part){1.0f, 0.0f};
-    if (delay_s + mean_s < aged->age_s)
+    if (delay_ns + mean_ns < aged->age_ns)
         return (struct part){0.0f, 0.0f};
-    if (mean_s > 0.0f)
-        return (struct part){(undone_s(aged, delay_s + mean_s) - undone_s(aged, delay_s)) / mean_s,
-                             (undone(aged, delay_s + mean_s) - undone(aged, delay_s)) / mean_s};
-    float s = (delay_s - aged->age_s) / aged->length_s;
-    return (struct part){undone(aged, delay_s), (1.0f + aged->ramp * (1.0f - 2.0f * s)) / aged->length_s};
+    if (mean_ns > 0) {
+        float mean_s = (float)mean_ns * NS;
+        return (struct part){(undone_s(aged, delay_ns + mean_ns) - undone_s(aged, delay_ns)) / mean_s,
+                             (undone(aged, delay_ns + mean_ns) - undone(aged, delay_ns)) / mean_s};
+    }
+    float s = beyond_s(aged, delay_ns) / aged->length_s;
+    return (struct part){undone(aged, delay_ns), (1.0f + aged->ramp * (1.0f - 2.0f * s)) / aged->length_s};
 }
 
-static struct part part_of(const struct shaper_row *row, const struct aged *aged, float mean_s) {
+static struct part part_of(const struct shaper_row *row, const struct aged *aged, uint32_t mean_ns) {
     struct part part = {0.0f, 0.0f};
     for (unsigned i = 0; i < row->count; i++) {
-        struct part one = tap(aged, row->delay_s[i], mean_s);
+        struct part one = tap(aged, row->delay_ns[i], mean_ns);
         part.lacks += row->weight[i] * one.lacks;
         part.falls += row->weight[i] * one.falls;
     }
@@ -170,29 +178,29 @@ static void unmix(struct sums *sums) {
 
 static void add_record(struct sums *sums, const struct shaper *shaper, const struct history_record *record,
                        uint32_t age_ns) {
-    struct aged aged = {(float)age_ns * NS, (float)record->ns * NS,
-                        (float)record->ramp * (1.0f / (float)SEGMENT_RAMP_ONE)};
+    const float ramp = (float)record->ramp * (1.0f / (float)SEGMENT_RAMP_ONE);
+    struct aged aged = {age_ns, record->ns, (float)record->ns * NS, ramp};
     int32_t way[SHAPER_LANES];
     memcpy(way, record->way, sizeof way);
     if (shaper->sums)
         mix(way);
     for (unsigned n = 0; n < shaper->row_count; n++) {
-        struct part part = part_of(&shaper->rows[n], &aged, shaper->mean_s);
+        struct part part = part_of(&shaper->rows[n], &aged, shaper->mean_ns);
         add_row(sums, &shaper->rows[n], &part, way);
     }
 }
 
 void history_shape(const struct history *history, const struct shaper *shaper, struct history_shape *shape) {
     const struct history_place *now = &history->now;
-    uint32_t age_ns = now->still_ns, late_ns = (uint32_t)(shaper->late_s * 1e9f);
+    uint32_t age_ns = now->still_ns;
     struct sums sums = {{0}, {0}};
     bool found = false;
     shape->piece = record_at(history, now, 0)->piece;
-    for (uint32_t n = 0; age_ns < shaper->window_ns; n++) {
+    for (uint32_t n = 0; age_ns <= shaper->window_ns; n++) {
         const struct history_record *record = record_at(history, now, n);
         if (!found)
             shape->piece = record->piece;
-        found = found || age_ns + record->ns > late_ns;
+        found = found || age_ns + record->ns > shaper->late_ns;
         add_record(&sums, shaper, record, age_ns);
         age_ns += record->ns;
     }

@@ -49,25 +49,27 @@ static struct shaper_row row_of(const struct shaper_mode *mode) {
     float left = 1.0f;
     row.count = recipe.count;
     for (unsigned i = 0; i < recipe.count; i++) {
-        row.delay_s[i] = (float)(recipe.period[i] * period_s);
+        row.delay_ns[i] = (uint32_t)(recipe.period[i] * period_s * 1e9 + 0.5);
         row.weight[i] = i + 1 < recipe.count ? (float)(recipe.weight[i] / sum) : left;
         left -= row.weight[i];
     }
     return row;
 }
 
-static float mean_delay_s(const struct shaper_row *row) {
-    float mean_s = 0.0f;
+static float mean_delay_ns(const struct shaper_row *row) {
+    float mean_ns = 0.0f;
     for (unsigned i = 0; i < row->count; i++)
-        mean_s += row->weight[i] * row->delay_s[i];
-    return mean_s;
+        mean_ns += row->weight[i] * (float)row->delay_ns[i];
+    return mean_ns;
 }
 
 static void set_spread(struct shaper_row *row) {
-    float mean_s = mean_delay_s(row), spread_s2 = 0.0f;
-    for (unsigned i = 0; i < row->count; i++)
-        spread_s2 += row->weight[i] * (row->delay_s[i] - mean_s) * (row->delay_s[i] - mean_s);
-    row->spread_s2 = spread_s2;
+    float mean_ns = mean_delay_ns(row);
+    row->spread_s2 = 0.0f;
+    for (unsigned i = 0; i < row->count; i++) {
+        float off_s = ((float)row->delay_ns[i] - mean_ns) * 1e-9f;
+        row->spread_s2 += row->weight[i] * off_s * off_s;
+    }
 }
 
 static bool is_same(const struct shaper_mode *a, const struct shaper_mode *b) {
@@ -103,29 +105,29 @@ static void set_rows(struct shaper *shaper, const struct motion_limits *limits) 
 }
 
 /* The same mean delay for all. @return the longest delay */
-static float align_rows(struct shaper *shaper) {
-    float late_s = 0.0f, longest_s = 0.0f;
+static uint32_t align_rows(struct shaper *shaper) {
+    float late_ns = 0.0f;
+    uint32_t longest_ns = 0;
     for (unsigned row = 0; row < shaper->row_count; row++)
-        late_s = max_f(late_s, mean_delay_s(&shaper->rows[row]));
+        late_ns = max_f(late_ns, mean_delay_ns(&shaper->rows[row]));
     for (unsigned n = 0; n < shaper->row_count; n++) {
         struct shaper_row *row = &shaper->rows[n];
-        float wait_s = late_s - mean_delay_s(row);
+        uint32_t wait_ns = (uint32_t)(late_ns - mean_delay_ns(row) + 0.5f);
         for (unsigned i = 0; i < row->count; i++) {
-            row->delay_s[i] += wait_s;
-            longest_s = max_f(longest_s, row->delay_s[i]);
+            row->delay_ns[i] += wait_ns;
+            longest_ns = row->delay_ns[i] > longest_ns ? row->delay_ns[i] : longest_ns;
         }
     }
-    shaper->late_s = late_s + 0.5f * shaper->mean_s;
-    return longest_s;
+    shaper->late_ns = (uint32_t)late_ns + shaper->mean_ns / 2;
+    return longest_ns;
 }
 
 void shaper_set(struct shaper *shaper, const struct motion_limits *limits, float mean_s, uint32_t samples) {
-    *shaper = (struct shaper){.mean_s = mean_s};
+    *shaper = (struct shaper){.mean_ns = (uint32_t)(mean_s * 1e9f)};
     set_rows(shaper, limits);
     shaper->sums = limits->coupled && shaper->row_count > 1;
-    shaper->window_s = align_rows(shaper) + mean_s;
-    shaper->window_ns = (uint32_t)(shaper->window_s * 1e9f);
-    shaper->sample_s = max_f(SAMPLE_S, shaper->window_s / (float)samples);
+    shaper->window_ns = align_rows(shaper) + shaper->mean_ns;
+    shaper->sample_s = max_f(SAMPLE_S, (float)shaper->window_ns * 1e-9f / (float)samples);
 }
 
 float shaper_spread_s2(const struct shaper *shaper, unsigned axis) {
@@ -136,9 +138,11 @@ float shaper_spread_s2(const struct shaper *shaper, unsigned axis) {
         if (mixed || (row->lanes >> axis & 1u) != 0)
             spread_s2 = max_f(spread_s2, row->spread_s2);
     }
-    return spread_s2 + shaper->mean_s * shaper->mean_s * (1.0f / 12.0f);
+    float mean_s = (float)shaper->mean_ns * 1e-9f;
+    return spread_s2 + mean_s * mean_s * (1.0f / 12.0f);
 }
 
 float shaper_reach_s(const struct shaper *shaper) {
-    return max_f(shaper->late_s, shaper->window_s - shaper->late_s);
+    uint32_t rest_ns = shaper->window_ns - shaper->late_ns;
+    return (float)(shaper->late_ns > rest_ns ? shaper->late_ns : rest_ns) * 1e-9f;
 }

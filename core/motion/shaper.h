@@ -1,14 +1,14 @@
 /* SPDX-License-Identifier: MIT
  * Input shaping and limited jerk: the axes follow a mean of where the path was. [task] Pure.
  *
- *     axis(t) = sum of weight[i] * mean of path over (t - delay[i] - mean_s ... t - delay[i])
+ *     axis(t) = sum of weight[i] * mean of path over (t - delay[i] - mean ... t - delay[i])
  *
  * Weights are positive and their sum is 1, so speed and acceleration of every axis stay within its limits
  * whatever the path does, and the motion ends exactly where the path does. What is chosen freely:
  *
  *  - delays and weights for each axis, so that what its frame would still swing after each of the parts
  *    cancels: ZV, MZV, EI, two-hump EI (Singer and Seering 1990; Singhose 1994);
- *  - mean_s = 2 A / J for all: the acceleration of a mean changes by at most 2 A in that time.
+ *  - a mean over 2 A / J for all: the acceleration of a mean changes by at most 2 A in that time.
  *
  * An axis with a shorter delay than another one waits for it: at constant speed no axis is ahead of the
  * others. What remains is half of the second moment of the weights times the acceleration, which is taken
@@ -30,27 +30,26 @@ enum { SHAPER_PLACE = AXIS_COUNT, SHAPER_LANES };
 struct shaper_row {
     uint8_t count;
     uint8_t lanes;
-    float delay_s[SHAPER_TAPS]; /* ascending */
-    float weight[SHAPER_TAPS];  /* > 0, sum 1 */
-    float spread_s2;            /* second moment about their mean, mean_s not counted */
+    uint32_t delay_ns[SHAPER_TAPS]; /* ascending */
+    float weight[SHAPER_TAPS];      /* > 0, sum 1 */
+    float spread_s2;                /* second moment about their mean, mean_ns not counted */
 };
 
 struct shaper {
-    float mean_s;   /* limited jerk; 0: not limited */
-    float late_s;   /* the mean delay of every lane, mean_s counted */
-    float window_s; /* the axes rest so long after the path; 0: they follow it at once */
-    uint32_t window_ns;
-    float sample_s; /* time from sample to sample */
-    bool sums;      /* rows are for the sum and the difference of the first two axes (CoreXY) */
+    uint32_t mean_ns;   /* limited jerk; 0: not limited */
+    uint32_t late_ns;   /* the mean delay of every lane, mean_ns counted */
+    uint32_t window_ns; /* the axes rest so long after the path; 0: they follow it at once */
+    float sample_s;     /* time from sample to sample */
+    bool sums;          /* rows are for the sum and the difference of the first two axes (CoreXY) */
     uint8_t row_count;
     struct shaper_row rows[AXIS_COUNT];
 };
 
 /** What these modes of the axes make.
- *  @param samples  that window_s may be long */
+ *  @param mean_s  for limited jerk @param samples  that the window may have */
 void shaper_set(struct shaper *shaper, const struct motion_limits *limits, float mean_s, uint32_t samples);
 
-/** Second moment of an axis' weights, mean_s counted. */
+/** Second moment of an axis' weights, mean_ns counted. */
 float shaper_spread_s2(const struct shaper *shaper, unsigned axis);
 
 /** Longest time from the mean delay to an end of the window. */

@@ -32,10 +32,13 @@ class Machine:
     deviation_mm: float = 0.01
     arc_mm: float = 0.002
     jerk_mm_s3: float = 0.0
+    shapers: tuple[tuple[int, float, float], ...] = ()  # of X, Y, Z: kind, Hz, damping
 
     def settings(self) -> dict[str, float]:
         rows = zip((100, 110, 120), (self.steps_per_mm, self.rate_mm_min, self.accel_mm_s2), strict=True)
         found = {f"s{base + ax}": value for base, values in rows for ax, value in enumerate(values)}
+        for ax, values in enumerate(self.shapers):
+            found |= {f"s{base + ax}": value for base, value in zip((170, 180, 190), values, strict=True)}
         return found | {"s11": self.deviation_mm, "s12": self.arc_mm, "s40": self.jerk_mm_s3, "s32": 1}
 
     def host(self) -> Host:
