@@ -9,8 +9,8 @@
 #define RX_SIZE            2048 /* bytes a character-counting sender may keep in flight */
 #define SEGMENT_QUEUE_SIZE 192  /* segments of a batch of motion with its stop */
 #define SPAN_POOL_SIZE                                                                                       \
-    448                  /* spans of the motion before the step ISR, and of the batch that replaces its end */
-#define HISTORY_SIZE 128 /* samples of the path: those that a shaper looks at, and what may be made again */
+    448 /* spans of the motion before the step ISR, and of the batch that replaces its end */
+#define HISTORY_SIZE       64  /* samples of the path that a shaper may look at, and some that it does not */
 #define HOST_QUEUE_SIZE    128 /* segments of a network host that wait */
 #define STARTUP_LINE_COUNT 2   /* $N0, $N1 */
 /* Motion that follows the spindle's encoder, 10 KB of code: a target without an encoder builds with 0. */

@@ -40,7 +40,7 @@ static void find_axes(const struct emit *emit, int64_t at[SHAPER_LANES]) {
 static void stand_still(struct emit *emit) {
     int64_t at[SHAPER_LANES];
     find_axes(emit, at);
-    history_reset(&emit->history, at);
+    history_rest(&emit->history, at);
 }
 
 /* At rest, maybe in a stop that will be taken back. */
@@ -367,9 +367,10 @@ static void push_sample(struct emit *emit, const int64_t at[SHAPER_LANES], float
     uint16_t index = (uint16_t)(piece - emit->plan->path.pieces);
     if (took_ns == 0 || took_ns + REST_NS > ns)
         took_ns = ns;
-    history_push(&emit->history, at, took_ns, ramp(v0, emit->path_mm_s), index);
+    uint8_t side = emit->ahead->side ^ 1u;
+    history_push(&emit->history, at, took_ns, ramp(v0, emit->path_mm_s), index, side);
     if (took_ns < ns)
-        history_push(&emit->history, at, ns - took_ns, 0, index);
+        history_push(&emit->history, at, ns - took_ns, 0, index, side);
     history_shape(&emit->history, emit->shaper, &emit->shape);
 }
 
@@ -476,6 +477,8 @@ static bool make(void *ctx, struct segment *segment) {
         return false;
     if (!gear_is_on(&emit->gear) && !emit->entered && !is_behind(emit) && path_count(&emit->plan->path) > 0)
         choose_shaper(emit, (travel_piece(emit)->flags & MOTION_FLAG_UNSHAPED) != 0);
+    if (shaper_is_on(emit->shaper) && !history_has_room(&emit->history, emit->ahead->side ^ 1u))
+        return false;
     if (gear_is_on(&emit->gear))
         make_geared(emit, segment);
     else if (travel_ends(emit) && !is_behind(emit) && !dwells(emit))
@@ -550,8 +553,6 @@ static bool stop(void *ctx, enum ahead_stop how) {
     fit_stop(emit);
     emit->stop_samples = how != AHEAD_GO ? 1u : 0u;
     emit->hold = how == AHEAD_STOP || emit->hold_asked;
-    if (how != AHEAD_GO)
-        history_branch(&emit->history, emit->ahead->side ^ 1u);
     if (how == AHEAD_STOP)
         gear_brake(&emit->gear);
     return how != AHEAD_END || ends_soon(emit);

@@ -72,7 +72,7 @@ void emit_load(void *ctx, uint32_t at, enum ahead_return why) {
     emit->power = place->power;
     emit->path_mm_s = place->path_mm_s;
     emit->shaper = place->shaper;
-    history_load(&emit->history, &place->history);
+    history_load(&emit->history, &place->history, emit->ahead->side);
     gear_load(&emit->gear, &place->gear, why == AHEAD_STOPPED);
 }
 
@@ -84,12 +84,12 @@ static uint32_t oldest_piece(const struct history *history, const struct emit_pl
     return place->tail - ((place->tail - piece) & (PLAN_SIZE - 1));
 }
 
-/* cppcheck-suppress constParameterPointer ; the type of release() is fixed */
 void emit_release(void *ctx, uint32_t at) {
-    const struct emit *emit = ctx;
+    struct emit *emit = ctx;
     uint32_t oldest = oldest_piece(&emit->history, &emit->places[at]);
     if ((int32_t)(oldest - emit->plan->path.kept) > 0)
         emit->plan->path.kept = oldest;
     emit->plan->path.stop_kept = emit->places[at].stop_tail;
     emit->plan->power.kept = emit->places[at].power.mark;
+    history_release(&emit->history, &emit->places[at].history);
 }

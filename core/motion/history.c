@@ -6,15 +6,18 @@
 
 #include <string.h>
 
-#define FOREVER_NS (1u << 31)
-#define PART_ONE   (1 << 24) /* of a record's way; a float's 24 bits */
-#define NS         1e-9f
+#define FOREVER_NS   (1u << 31)
+#define PART_ONE     (1 << 24) /* of a record's way; a float's 24 bits */
+#define NS           1e-9f
+#define MOST_RECORDS 2u /* of a sample: a rest before it, and itself */
 
 static const struct history_record *record_at(const struct history *history,
                                               const struct history_place *place, uint32_t before_newest) {
-    if (before_newest < place->stop_count)
-        return &history->stops[place->side][place->stop_count - 1u - before_newest];
-    return &history->main[(place->count - 1u - (before_newest - place->stop_count)) & (HISTORY_SIZE - 1)];
+    const struct history_side *side = &history->sides[place->side];
+    uint32_t number = place->count - before_newest;
+    if ((int32_t)(number - side->base) > 0)
+        return &side->records[number - side->base - 1u];
+    return &history->main[number & (HISTORY_SIZE - 1)];
 }
 
 void history_rest(struct history *history, const int64_t in[SHAPER_LANES]) {
@@ -22,32 +25,69 @@ void history_rest(struct history *history, const int64_t in[SHAPER_LANES]) {
     memcpy(history->now.in, in, sizeof history->now.in);
 }
 
-void history_reset(struct history *history, const int64_t in[SHAPER_LANES]) {
-    history->stopping = false;
-    history->now.stop_count = 0;
-    history_rest(history, in);
+/* The records of a side that no mark needs become part of main. It may have fewer of them than main lacks. */
+static void adopt(struct history *history, const struct history_side *side) {
+    if ((int32_t)(side->base - history->main_count) > 0)
+        history->main_count = side->base;
+    while ((int32_t)(history->kept - history->main_count) > 0 && history->main_count != history->now.count) {
+        uint32_t number = ++history->main_count;
+        history->main[number & (HISTORY_SIZE - 1)] = side->records[number - side->base - 1u];
+    }
 }
 
-/* No room: the newest one becomes longer. Only in a stop of many seconds. */
-static void lengthen(struct history_record *newest, const struct history_record *record) {
-    for (unsigned lane = 0; lane < SHAPER_LANES; lane++)
-        newest->way[lane] += record->way[lane];
-    newest->ns += record->ns;
-    newest->ramp = 0;
+/* This side begins with what another one has behind main, or itself. */
+static void begin_side(struct history *history, uint8_t side, const struct history_side *from) {
+    struct history_side *to = &history->sides[side];
+    uint32_t most = to == from ? HISTORY_SIDE : HISTORY_TRUNK;
+    adopt(history, from);
+    uint32_t count = history->now.count - history->main_count;
+    count = count < most ? count : most;
+    uint32_t first = history->now.count - count - from->base;
+    memmove(to->records, &from->records[first], count * sizeof to->records[0]);
+    to->base = history->now.count - count;
 }
 
-static void append(struct history *history, const struct history_record *record) {
+/* What comes next is of the batch on this side, which begins here if it has not yet. */
+static struct history_side *batch_at(struct history *history, uint8_t side) {
+    struct history_side *to = &history->sides[side];
     struct history_place *now = &history->now;
-    if (!history->stopping)
-        history->main[now->count++ & (HISTORY_SIZE - 1)] = *record;
-    else if (now->stop_count < HISTORY_STOP)
-        history->stops[now->side][now->stop_count++] = *record;
-    else
-        lengthen(&history->stops[now->side][HISTORY_STOP - 1], record);
+    if (now->side == side)
+        return to;
+    begin_side(history, side, &history->sides[now->side]);
+    now->side = side;
+    now->batch = to->batch = ++history->batch;
+    return to;
+}
+
+static void append(struct history *history, const struct history_record *record, uint8_t side) {
+    struct history_side *to = batch_at(history, side);
+    to->records[history->now.count++ - to->base] = *record;
+}
+
+bool history_has_room(struct history *history, uint8_t side) {
+    struct history_side *to = batch_at(history, side);
+    if (history->now.count - to->base + MOST_RECORDS <= HISTORY_SIDE)
+        return true;
+    begin_side(history, side, to);
+    return history->now.count - to->base + MOST_RECORDS <= HISTORY_SIDE;
+}
+
+/* A mark of a batch before is on what both have: the sides of its time may be another batch's now. */
+void history_load(struct history *history, const struct history_place *place, uint8_t in_force) {
+    history->now = *place;
+    if (history->sides[place->side].batch == place->batch)
+        return;
+    history->now.side = in_force;
+    history->now.batch = history->sides[in_force].batch;
+}
+
+void history_release(struct history *history, const struct history_place *place) {
+    if ((int32_t)(place->count - history->kept) > 0)
+        history->kept = place->count;
 }
 
 void history_push(struct history *history, const int64_t in[SHAPER_LANES], uint32_t ns, int16_t ramp,
-                  uint16_t piece) {
+                  uint16_t piece, uint8_t side) {
     struct history_place *now = &history->now;
     struct history_record record = {.ns = ns, .ramp = ramp, .piece = piece};
     bool moves = false;
@@ -61,25 +101,11 @@ void history_push(struct history *history, const int64_t in[SHAPER_LANES], uint3
     }
     if (now->still_ns > 0) {
         struct history_record rest = {.ns = now->still_ns, .piece = piece};
-        append(history, &rest);
+        append(history, &rest, side);
     }
-    append(history, &record);
+    append(history, &record, side);
     now->still_ns = 0;
     memcpy(now->in, in, sizeof now->in);
-}
-
-void history_branch(struct history *history, uint8_t side) {
-    history->stopping = true;
-    history->now.side = side;
-    history->now.stop_count = 0;
-}
-
-void history_load(struct history *history, const struct history_place *place) {
-    history->now = *place;
-    history->stopping = false;
-    history->now.stop_count = 0;
-    for (unsigned i = 0; i < place->stop_count; i++)
-        append(history, &history->stops[place->side][i]);
 }
 
 /* ---- what a shaper makes of it ---- */

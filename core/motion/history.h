@@ -9,8 +9,12 @@
  * mark of segment/ahead.h no more than a number. Everything is counted in whole 1/65536 steps, so the axes
  * end exactly where the path does.
  *
- *     main    r r r r r r r r r r r         as published; branch: the stop after it, of which there are two,
- *                       '- r r r r          that in force and that of the batch which is being made */
+ * Records are numbered. A batch may be refused, and then the one before it is still in force; so each has a
+ * side of its own, with all records since the oldest mark that may be returned to. What is older is in main:
+ *
+ *     main   r r r r r r r
+ *     side              '- m r m r r r m r r      in force: committed, and the stop after it
+ *     other side        '- m r m r r r r m r r r  the batch that is being made, or waits for its answer */
 #ifndef WIFICNC_MOTION_HISTORY_H
 #define WIFICNC_MOTION_HISTORY_H
 
@@ -20,10 +24,13 @@
 /** 1 step in the history's units. */
 #define HISTORY_STEP 65536
 
-/** Records that a shaper may look at; the others are for what may have to be made again: 50 ms. */
-#define HISTORY_WINDOW (HISTORY_SIZE * 3u / 8u)
-/** Of a stop; what comes after that many makes the last one longer. */
-#define HISTORY_STOP 96u
+/** Records that a shaper may look at. */
+#define HISTORY_WINDOW (HISTORY_SIZE * 3u / 4u)
+/** Of a batch: a trunk, 50 ms of committed motion, and a stop. What does not fit is made later. */
+#define HISTORY_SIDE 176u
+/** Of what a batch branched off from: a window, or 50 ms of marks. In a stop that a late task has entered,
+ * more is there, but nothing returns to that. */
+#define HISTORY_TRUNK 56u
 
 struct history_record {
     int32_t way[SHAPER_LANES]; /* 1/HISTORY_STEP step; of the place: its units */
@@ -36,16 +43,24 @@ struct history_record {
 struct history_place {
     int64_t in[SHAPER_LANES]; /* where the path is, 1/HISTORY_STEP step */
     uint32_t still_ns;        /* the path rests for so long; 2^31: for ever */
-    uint32_t count;           /* records of main, modulo 2^32 */
-    uint8_t stop_count;       /* records of the stop after it */
-    uint8_t side;             /* which of the two */
+    uint32_t count;           /* records up to here, modulo 2^32 */
+    uint32_t batch;           /* of those that are not in main: */
+    uint8_t side;
+};
+
+struct history_side {
+    uint32_t base; /* the number before its first record */
+    uint32_t batch;
+    struct history_record records[HISTORY_SIDE];
 };
 
 struct history {
     struct history_place now;
+    uint32_t main_count; /* records up to this one are in main */
+    uint32_t kept;       /* ... and up to this one may be */
+    uint32_t batch;      /* counts them */
     struct history_record main[HISTORY_SIZE];
-    struct history_record stops[2][HISTORY_STOP];
-    bool stopping; /* records go there */
+    struct history_side sides[2];
 };
 
 /** The shaped motion at the end of the newest record. */
@@ -58,18 +73,19 @@ struct history_shape {
 /** The path has rested here for ever so long: what was before does not count any more. */
 void history_rest(struct history *history, const int64_t in[SHAPER_LANES]);
 
-/** The same, and nothing is taken back. */
-void history_reset(struct history *history, const int64_t in[SHAPER_LANES]);
-
-/** The path has come to `in` in this time, or rests there. @param ramp  as segment.ramp */
+/** The path has come to `in` in this time, or rests there. history_has_room(). @param ramp  as segment.ramp
+ *  @param side  0 or 1: that of the batch which is being made, not the one in force */
 void history_push(struct history *history, const int64_t in[SHAPER_LANES], uint32_t ns, int16_t ramp,
-                  uint16_t piece);
+                  uint16_t piece, uint8_t side);
 
-/** What follows is a stop that may be taken back. @param side  0 or 1 */
-void history_branch(struct history *history, uint8_t side);
+/** Room for a sample. */
+bool history_has_room(struct history *history, uint8_t side);
 
-/** Continue from this place; one in a stop becomes part of what is committed. */
-void history_load(struct history *history, const struct history_place *place);
+/** Continue from there. @param in_force  side of the batch in force */
+void history_load(struct history *history, const struct history_place *place, uint8_t in_force);
+
+/** No place before this one is needed any more. */
+void history_release(struct history *history, const struct history_place *place);
 
 /** The axes are not where the path is. */
 static inline bool history_moves(const struct history *history, const struct shaper *shaper) {

@@ -86,9 +86,9 @@ struct ahead {
     bool ends,
         ends_before; /* the stop is the end of what is planned; before, of what is in force meanwhile */
     bool open;       /* it must not be, because that end is about to change */
-    uint8_t side;  /* stops are kept on two sides, 0 and 1: this one's is in force; a new one is the other */
-    bool noted;    /* that the step interrupt is in the stop */
-    uint32_t late; /* times motion slowed down because tasks were late */
+    uint8_t side;    /* 0 or 1: that of the batch in force, for a source that keeps them apart */
+    bool noted;      /* that the step interrupt is in the stop */
+    uint32_t late;   /* times motion slowed down because tasks were late */
 };
 
 /** No one's, at rest at time 0. */

@@ -20,6 +20,7 @@ machines = st.builds(
     accel_mm_s2=st.sampled_from([(500.0,) * 3, (1000.0, 300.0, 200.0), (200.0, 2000.0, 500.0), (4000.0,) * 3]),
     rate_mm_min=st.sampled_from([(5000.0,) * 3, (9000.0, 2000.0, 500.0)]),
     jerk_mm_s3=st.sampled_from([0.0, 0.0, 5_000.0, 100_000.0]),
+    shapers=st.sampled_from([(), (), ((1, 40.0, 0.02),), ((3, 60.0, 0.1), (2, 25.0, 0.0)), ((4, 90.0, 0.05),)]),
 )
 path_modes = st.sampled_from(["G64", "G64", "G64P0", "G64P0.02", "G64P0.3", "G61"])
 

@@ -7,7 +7,7 @@ import random
 import pytest
 import stalls
 from grbl_host import Grbl
-from stalled import SPM, assert_accelerations, stop_steps, until_answered, ways
+from stalled import SMOOTH, SPM, assert_accelerations, stop_steps, until_answered, ways
 
 HIGH, LOW = (1000, 1007, 1014), (-10000, -10003, -10006)
 TRAVEL_MM = 100
@@ -17,7 +17,7 @@ CYCLES = [(4, 3), (7,), (1, 2, 4)]
 class Homing:
     """A machine with switches at the ends of three axes, and a place from which it homes."""
 
-    def __init__(self, rng: random.Random, ganged: int = 0, jerk_mm_s3: float = 0.0) -> None:
+    def __init__(self, rng: random.Random, ganged: int = 0, **smooth: float) -> None:
         self.ganged, self.mask = ganged, rng.choice([0, 1, 2, 5, 7])
         self.pull_off_mm = rng.choice([1, 2, 5])
         self.rate_mm_min, feed_mm_min = rng.choice([(300, 25), (300, 200), (1500, 100), (4000, 25), (4000, 600)])
@@ -25,7 +25,7 @@ class Homing:
         self.grbl = Grbl(ganged=ganged)
         self.grbl.send("")
         self.grbl.settings(**{f"s{base + ax}": v for base, v in ((100, SPM), (110, 5000)) for ax in range(3)})
-        self.grbl.settings(**{f"s{120 + ax}": self.accel / SPM for ax in range(3)}, s40=jerk_mm_s3)
+        self.grbl.settings(**{f"s{120 + ax}": self.accel / SPM for ax in range(3)}, **smooth)
         self.grbl.settings(**{f"s{44 + n}": axes for n, axes in enumerate(rng.choice(CYCLES))})
         self.grbl.settings(**{f"s{130 + ax}": TRAVEL_MM for ax in range(3)}, s22=1, s23=self.mask, s26=25)
         self.grbl.settings(s24=feed_mm_min, s25=self.rate_mm_min, s27=self.pull_off_mm)
@@ -101,9 +101,9 @@ def test_both_motors_find_their_switches(seed: int, kind: str, ganged: int) -> N
 
 @pytest.mark.parametrize("kind", stalls.LATE)
 @pytest.mark.parametrize("seed", stalls.seeds(4))
-def test_limited_jerk(seed: int, kind: str) -> None:
+def test_limited_jerk_and_shapers(seed: int, kind: str) -> None:
     rng = random.Random(f"{seed} {kind}")
-    homing = Homing(rng, jerk_mm_s3=30_000)
+    homing = Homing(rng, **SMOOTH[1 + seed % 3])
     homes(homing, rng, kind)
     homing.grbl.close()
 

@@ -13,11 +13,11 @@ import numpy as np
 import pytest
 import stalls
 from grbl_host import HZ, Grbl
-from stalled import ANSWER, SPM, assert_legal, recorded, until_answered, ways
+from stalled import ANSWER, SMOOTH, SPM, assert_legal, recorded, until_answered, ways
 
 
-def machine(late: str, rng: random.Random, count: int = 80, jerk_mm_s3: float = 0.0) -> Grbl:
-    grbl = recorded(jerk_mm_s3)
+def machine(late: str, rng: random.Random, count: int = 80, smooth: dict[str, float] | None = None) -> Grbl:
+    grbl = recorded(**smooth or {})
     grbl.record_outputs()
     grbl.stall_often(rng, stalls.LATE[late], count)
     return grbl
@@ -41,7 +41,7 @@ def places_of_changes(grbl: Grbl) -> list[list[int]]:
 @pytest.mark.parametrize("seed", stalls.seeds(4))
 def test_outputs_come_where_the_program_has_them(seed: int, late: str, feed: int) -> None:
     rng = random.Random(f"{seed} {late} {feed}")
-    grbl = machine(late, rng, jerk_mm_s3=rng.choice([0, 0, 30_000]))
+    grbl = machine(late, rng, smooth=rng.choice(SMOOTH))
     x, y, z = (rng.randrange(1, 2500) / SPM for _ in range(3))
     lines = [f"G1F{feed}X{x:.3f}", "M3S1000", f"Y{y:.3f}", "M8", f"G2X0Y0R{max(x, y):.3f}", "M5", f"G0Z{z:.3f}", "M9"]
     lines += ["G4P0.05", f"G1X{x:.3f}", "M3", "G0X0Y0", "M5"]
@@ -94,7 +94,7 @@ def test_offsets_count_from_where_the_program_has_them(seed: int, late: str) -> 
 def test_jogs_are_cancelled(seed: int, late: str) -> None:
     """Also some in a row, cancelled at any time; what is left of them never moves."""
     rng = random.Random(f"{seed} {late}")
-    grbl = machine(late, rng, jerk_mm_s3=rng.choice([0, 0, 40_000]))
+    grbl = machine(late, rng, smooth=rng.choice(SMOOTH))
     said, sent = "", 0
     for _ in range(6):
         count = rng.choice([1, 1, 3])
@@ -120,12 +120,12 @@ def test_jogs_are_cancelled(seed: int, late: str) -> None:
 INTERRUPTIONS = ["!", "~", "!~", "\x84", "\x91", "\x92\x92", "\x90", "\x97", "\x95", "\x9e", "door", "\x99", "?"]
 
 
-@pytest.mark.parametrize("jerk", [0, 30_000])
+@pytest.mark.parametrize("smooth", [{}, SMOOTH[1], SMOOTH[2]], ids=["as fast as can be", "jerk", "shapers"])
 @pytest.mark.parametrize("late", stalls.LATE)
 @pytest.mark.parametrize("seed", stalls.seeds(8))
-def test_a_job_that_is_interrupted_ends_where_it_should(seed: int, late: str, jerk: float) -> None:
-    rng = random.Random(f"{seed} {late} {jerk}")
-    grbl = machine(late, rng, jerk_mm_s3=jerk)
+def test_a_job_that_is_interrupted_ends_where_it_should(seed: int, late: str, smooth: dict[str, float]) -> None:
+    rng = random.Random(f"{seed} {late} {smooth}")
+    grbl = machine(late, rng, smooth=smooth)
     lines = ["M3S1000", "G1X20F3000", "Y20", "G2X0Y0R20", "G0X5Z1", "G4P0.1", "M8", "G1X30Y3F600", "X0Y0Z0F4000", "M5"]
     grbl.put("\n".join(lines) + "\n")
     said = ""

@@ -10,7 +10,7 @@ import pytest
 import stalls
 from grbl_host import Grbl
 from numpy.typing import NDArray
-from stalled import COMMITTED_S, SPM, assert_legal, recorded, stop_steps, until_answered, ways
+from stalled import COMMITTED_S, SMOOTH, SPM, assert_legal, recorded, stop_steps, until_answered, ways
 
 LOOK_S = 0.02
 
@@ -91,7 +91,7 @@ def test_a_miss_goes_all_the_way(seed: int, kind: str, probe: int) -> None:
 @pytest.mark.parametrize("seed", stalls.seeds(6))
 def test_a_hold_on_the_way_changes_nothing(seed: int, kind: str, command: str) -> None:
     rng = random.Random(f"{seed} {kind} {command}")
-    grbl = recorded(40_000 if seed & 1 else 0)
+    grbl = recorded(**SMOOTH[seed % 4])
     surface = -rng.randrange(300, 3000)
     grbl.surface(surface)
     grbl.stall_often(rng, stalls.LATE[kind], 80)

@@ -13,12 +13,21 @@ COMMITTED_S = 0.055  # AHEAD_FULL_US, and a segment
 ANSWER = re.compile(r"^(?:ok|error:\d+)\r$", re.MULTILINE)
 
 
-def recorded(jerk_mm_s3: float = 0.0, **more: float) -> Grbl:
+# Settings that smooth motion: none, limited jerk, input shapers, both.
+SMOOTH: tuple[dict[str, float], ...] = (
+    {},
+    {"s40": 30_000},
+    {"s170": 1, "s180": 40, "s171": 2, "s181": 25},
+    {"s40": 60_000, "s170": 3, "s180": 60},
+)
+
+
+def recorded(**more: float) -> Grbl:
     """A machine at rest, whose steps are kept. @param more  settings, as s10=1"""
     grbl = Grbl()
     grbl.send("")
     grbl.settings(**{f"s{base + ax}": v for base, v in ((100, SPM), (110, 5000), (120, ACCEL)) for ax in range(3)})
-    grbl.settings(s10=1, s40=jerk_mm_s3, **more)
+    grbl.settings(s10=1, **more)
     grbl.record()
     return grbl
 
