@@ -78,5 +78,6 @@ float laser_rpm(const struct machine *machine, float factor) {
     if (!may_burn(machine))
         return 0.0f;
     step_look(&machine->drive.step, &now);
-    return duty_rpm(&range, duty_from_register(&machine->drive.prep.timing.pwm, now.duty));
+    const struct prep_timing *timing = &machine->drive.prep.timing;
+    return duty_rpm(&range, duty_power(&timing->curve, duty_from_register(&timing->pwm, now.duty)));
 }
