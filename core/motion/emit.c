@@ -297,12 +297,26 @@ static void finish(struct emit *emit, struct segment *segment, float time_s) {
     DEBUG(DEBUG_MOTION, "segment: line, ns", segment->line, segment->duration_ns);
 }
 
+/* The piece whose F counts: the light of a signal at the end of a rapid comes in the cut that follows. */
+static const struct piece *burnt_piece(const struct emit *emit, const struct piece *piece) {
+    struct path *path = &emit->plan->path;
+    if (emit->beam.rise_s == 0.0f || (piece->flags & MOTION_FLAG_CUT) != 0 || path_count(path) < 2)
+        return piece;
+    const struct piece *next = path_piece(path, path->tail + 1);
+    return (next->flags & MOTION_FLAG_CUT) != 0 ? next : piece;
+}
+
 /* What a laser shows on it: F is that of a piece, to the place and the speed at its end. */
 static void set_power(struct emit *emit, struct segment *segment, const struct piece *piece, uint32_t to,
                       float v0, float v1, float time_s) {
-    float feed_mm_s = emit->beam.on ? sqrtf(piece->asked_sq) : 0.0f;
+    float feed_mm_s = emit->beam.on ? sqrtf(burnt_piece(emit, piece)->asked_sq) : 0.0f;
     const struct power_way way = {to, v0, v1, feed_mm_s, time_s, emit->stop_samples > 0 || !emit->beam.on};
+    if (emit->filter.count > 0 || emit->beam.rise_s > 0.0f)
+        segment->flags |= SEGMENT_CUT; /* S may be that of a cut, whatever most of it is */
     power_segment(&emit->plan->power, &emit->power, &way, &emit->beam, emit->ahead->queue, segment);
+    if ((segment->duty[0] | segment->duty[1] | segment->power_count) == 0 &&
+        (piece->flags & MOTION_FLAG_CUT) == 0)
+        segment->flags &= (uint8_t)~SEGMENT_CUT;
 }
 
 static int16_t ramp(float v0, float v1) {
@@ -367,12 +381,8 @@ static void make_filtered(struct emit *emit, struct segment *segment) {
     segment->ramp = is_behind(emit) ? ramp(v0, end) : -SEGMENT_RAMP_ONE;
     emit->v_mm_s = is_behind(emit) ? v : 0.0f;
     set_axes(emit, segment, at);
-    segment->flags |= SEGMENT_CUT; /* part of the sample may be one, whatever its middle is */
     set_power(emit, segment, piece, (uint32_t)filter_out(filter, FILTER_PLACE), v0,
               max_f(2.0f * way_mm / time_s - v0, 0.0f), time_s);
-    if ((segment->duty[0] | segment->duty[1] | segment->power_count) == 0 &&
-        (piece->flags & MOTION_FLAG_CUT) == 0)
-        segment->flags &= (uint8_t)~SEGMENT_CUT;
     finish(emit, segment, time_s);
 }
 
