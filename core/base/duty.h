@@ -32,7 +32,7 @@ float duty_rpm(const struct duty_range *range, uint16_t duty);
 
 /** Pieces of equal power that a laser's curve is made of, and the power of one. */
 enum { CURVE_PIECES = 5, CURVE_PIECE = DUTY_FULL / CURVE_PIECES };
-_Static_assert(CURVE_PIECE * CURVE_PIECES == DUTY_FULL, "a straight curve changes nothing");
+_Static_assert(CURVE_PIECE *CURVE_PIECES == DUTY_FULL, "a straight curve changes nothing");
 
 /** A laser's power is not proportional to its duty: the duties of 1/5 .. 4/5 of full power, $94 to $97. They
  * ascend; between them the curve is linear, from 0 to DUTY_FULL. */

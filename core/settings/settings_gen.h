@@ -114,15 +114,15 @@ struct settings {
     uint16_t switch_filter_us;
     /** $93 [s] 0..60: The program waits this long after M7 or M8 has switched coolant or air assist on. */
     float coolant_delay_s;
-    /** $94 [%] 1..96: Laser: duty, in % of $35..$36, that burns with 20 % of full power; $94 to $97 must ascend. */
+    /** $94 [%] 1..96: Laser: duty, in % of $35..$36, that burns with 20 % of full power. */
     uint8_t laser_curve_20_pct;
-    /** $95 [%] 2..97: Laser: duty, in % of $35..$36, that burns with 40 % of full power; $94 to $97 must ascend. */
+    /** $95 [%] 2..97: Laser: duty, in % of $35..$36, that burns with 40 % of full power. */
     uint8_t laser_curve_40_pct;
-    /** $96 [%] 3..98: Laser: duty, in % of $35..$36, that burns with 60 % of full power; $94 to $97 must ascend. */
+    /** $96 [%] 3..98: Laser: duty, in % of $35..$36, that burns with 60 % of full power. */
     uint8_t laser_curve_60_pct;
-    /** $97 [%] 4..99: Laser: duty, in % of $35..$36, that burns with 80 % of full power; $94 to $97 must ascend. */
+    /** $97 [%] 4..99: Laser: duty, in % of $35..$36, that burns with 80 % of full power. */
     uint8_t laser_curve_80_pct;
-    /** $98 [us] 0..2000: Laser: S changes this much before its place, as its light comes that much after its signal. */
+    /** $98 [us] 0..2000: Laser: time from signal to light; changes of S go out so much earlier. */
     uint16_t laser_rise_us;
     /** $100..$105 [steps/mm] 0.001..20000: Steps that move the axis by 1 mm (1 degree). */
     float steps_per_mm[AXIS_COUNT];

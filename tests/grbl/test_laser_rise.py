@@ -31,7 +31,7 @@ def grbl() -> Iterator[Grbl]:
 
 
 def changes(record: BeamRecord, late_s: float) -> NDArray[np.float64]:
-    """Where X is when the signal changes, or the light of a laser that is so late: a step comes halfway to its place."""
+    """Where X is when the signal changes, or the light of a laser that is so late; steps are halfway."""
     times, steps = record.positions(0)
     found = record.grbl.output_changes()
     t = found["t"][1:][np.abs(np.diff(found["duty"].astype(int))) > 0.05 * FULL] / HZ
@@ -68,7 +68,7 @@ def test_rows_burn_in_their_place_both_ways(grbl: Grbl, rise_us: int, jerk: int,
 
 
 def test_through_a_hold_and_overrides(grbl: Grbl) -> None:
-    """While it brakes and speeds up, too; at rest it is dark, and what is left goes on where it stopped."""
+    """While it brakes and speeds up, too; at rest it is dark, and the rest continues where it stopped."""
     power = pixels(2000)
     rise_s = 500e-6
     grbl.fine("$98=500", "M3F6000")
@@ -101,7 +101,7 @@ def test_starts_and_stops(grbl: Grbl, between: str, jerk: int) -> None:
 
 @pytest.mark.parametrize("mode", ["M3", "M4"])
 def test_a_rapid_ends_dark_for_the_light(grbl: Grbl, mode: str) -> None:
-    """A rapid that passes into a cut without a stop ends with the signal; the light comes in the cut, and ends with it."""
+    """A rapid that becomes a cut without a stop ends with the signal; the light begins and ends with the cut."""
     grbl.fine("$98=800", f"{mode}F30000")
     record = BeamRecord(grbl)
     grbl.stream("G0X50\nG1X60S500\nG0X120\n")

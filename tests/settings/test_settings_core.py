@@ -258,7 +258,16 @@ def test_rules_of_the_pwm(settings: Settings, first: tuple[int, float], then: tu
 
 @pytest.mark.parametrize(
     ("number", "value", "status"),
-    [(94, 39, OK), (94, 40, 163), (95, 20, 163), (95, 60, 163), (96, 59.9, OK), (96, 40, 163), (97, 60, 163), (97, 61, OK)],
+    [
+        (94, 39, OK),
+        (94, 40, 163),
+        (95, 20, 163),
+        (95, 60, 163),
+        (96, 59.9, OK),
+        (96, 40, 163),
+        (97, 60, 163),
+        (97, 61, OK),
+    ],
 )
 def test_the_laser_curve_ascends(settings: Settings, number: int, value: float, status: int) -> None:
     before = settings.image()
