@@ -300,9 +300,10 @@ static void finish(struct emit *emit, struct segment *segment, float time_s) {
 /* The piece whose F counts: the light of a signal at the end of a rapid comes in the cut that follows. */
 static const struct piece *burnt_piece(const struct emit *emit, const struct piece *piece) {
     struct path *path = &emit->plan->path;
-    if (emit->beam.rise_s == 0.0f || (piece->flags & MOTION_FLAG_CUT) != 0 || path_count(path) < 2)
+    bool newest = piece == path_piece(path, path->head - 1);
+    if (emit->beam.rise_s == 0.0f || (piece->flags & MOTION_FLAG_CUT) != 0 || newest)
         return piece;
-    const struct piece *next = path_piece(path, path->tail + 1);
+    const struct piece *next = path_piece(path, (uint32_t)(piece - path->pieces) + 1);
     return (next->flags & MOTION_FLAG_CUT) != 0 ? next : piece;
 }
 
