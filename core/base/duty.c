@@ -32,6 +32,36 @@ float duty_rpm(const struct duty_range *range, uint16_t duty) {
     return range->min_rpm + (float)duty * (1.0f / (float)DUTY_FULL) * width_rpm;
 }
 
+struct duty_curve duty_curve_of(const uint8_t pct[CURVE_PIECES - 1]) {
+    struct duty_curve curve;
+    for (unsigned i = 0; i < CURVE_PIECES - 1; i++)
+        curve.at[i] = (uint16_t)((pct[i] * (uint32_t)DUTY_FULL + 50u) / 100u);
+    return curve;
+}
+
+/* A piece lies between two duties: [0] at its start. */
+static void piece_duties(const struct duty_curve *curve, uint32_t piece, uint32_t duty[2]) {
+    duty[0] = piece > 0 ? curve->at[piece - 1] : 0u;
+    duty[1] = piece < CURVE_PIECES - 1 ? curve->at[piece] : (uint32_t)DUTY_FULL;
+}
+
+uint16_t duty_for_power(const struct duty_curve *curve, uint32_t power) {
+    uint32_t piece = power / CURVE_PIECE, duty[2];
+    if (power >= DUTY_FULL)
+        return DUTY_FULL;
+    piece_duties(curve, piece, duty);
+    uint32_t rise = (power - piece * CURVE_PIECE) * (duty[1] - duty[0]);
+    return (uint16_t)(duty[0] + (rise + CURVE_PIECE - 1u) / CURVE_PIECE); /* up: no power becomes dark */
+}
+
+uint16_t duty_power(const struct duty_curve *curve, uint16_t duty) {
+    uint32_t piece = 0, at[2];
+    while (piece < CURVE_PIECES - 1 && duty > curve->at[piece])
+        piece++;
+    piece_duties(curve, piece, at);
+    return (uint16_t)(piece * CURVE_PIECE + (duty - at[0]) * CURVE_PIECE / (at[1] - at[0]));
+}
+
 static uint16_t register_at(const struct duty_register *chip, float pct) {
     const float least = (float)chip->least, full = (float)chip->full;
     return (uint16_t)(least + (full - least) * pct * 0.01f + 0.5f);

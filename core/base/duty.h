@@ -6,6 +6,8 @@
  *
  *   S    --duty_of()-->    0, 1 .. DUTY_FULL    --duty_to_register()-->    what the PWM's register shows
  *
+ * A laser's duty is the power that it burns with until duty_for_power() makes it what the PWM needs for that.
+ *
  * What the register shows for the three of them is $34, $35 and $36: duty_register_within(). */
 #ifndef WIFICNC_BASE_DUTY_H
 #define WIFICNC_BASE_DUTY_H
@@ -27,6 +29,25 @@ uint16_t duty_of(const struct duty_range *range, float rpm);
 
 /** @return S that has this duty, rpm */
 float duty_rpm(const struct duty_range *range, uint16_t duty);
+
+/** Pieces of equal power that a laser's curve is made of, and the power of one. */
+enum { CURVE_PIECES = 5, CURVE_PIECE = DUTY_FULL / CURVE_PIECES };
+_Static_assert(CURVE_PIECE *CURVE_PIECES == DUTY_FULL, "a straight curve changes nothing");
+
+/** A laser's power is not proportional to its duty: the duties of 1/5 .. 4/5 of full power, $94 to $97. They
+ * ascend; between them the curve is linear, from 0 to DUTY_FULL. */
+struct duty_curve {
+    uint16_t at[CURVE_PIECES - 1];
+};
+
+/** @param pct  % of full duty, ascending */
+struct duty_curve duty_curve_of(const uint8_t pct[CURVE_PIECES - 1]);
+
+/** @param power  0 .. DUTY_FULL @return duty that burns with it; 0 for 0 alone */
+uint16_t duty_for_power(const struct duty_curve *curve, uint32_t power);
+
+/** @return power of this duty */
+uint16_t duty_power(const struct duty_curve *curve, uint16_t duty);
 
 /** What a PWM's register shows for a duty of 0, 1 and DUTY_FULL; between the last two it is linear, up or
  * down. All 0: there is no PWM. */

@@ -81,7 +81,8 @@
     X(154, THREAD_KINEMATICS, "only straight axes can follow the spindle ($80)")                             \
     X(160, PWM_RANGE, "$35 must be at least 1 below $36: change the other one of them first")                \
     X(161, LASER_LEAVES_ON, "a laser ($32=1) needs $34=0: any other PWM off value would leave the beam on")  \
-    X(162, PWM_IN_USE, "$33 to $36 change only while the spindle or laser is off: send M5 first")            \
+    X(162, PWM_IN_USE, "$33 to $36, $94 to $98 change only while spindle and laser are off: send M5 first")  \
+    X(163, LASER_CURVE, "$94 to $97 must ascend: change the one that is in the way first")                   \
     /* end of the table */
 
 enum status {

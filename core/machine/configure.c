@@ -91,6 +91,7 @@ static void apply_motion(struct machine *machine) {
         .min_interval_ticks = ticks_of(board, step_ns),
         .dir_setup_ticks = ticks_of(board, board->dir_setup_ns),
         .pwm = machine->drive.prep.timing.pwm,
+        .curve = machine->drive.prep.timing.curve,
     };
 }
 
@@ -108,9 +109,12 @@ static void apply_position(struct machine *machine) {
 
 void configure_pwm(struct machine *machine) {
     const struct settings *settings = &machine->settings;
+    const uint8_t curve_pct[] = {settings->laser_curve_20_pct, settings->laser_curve_40_pct,
+                                 settings->laser_curve_60_pct, settings->laser_curve_80_pct};
     const struct duty_register chip = hal_spindle_pwm(machine->hal, settings->pwm_hz);
     machine->drive.prep.timing.pwm =
         duty_register_within(&chip, settings->pwm_off_pct, settings->pwm_min_pct, settings->pwm_max_pct);
+    machine->drive.prep.timing.curve = duty_curve_of(curve_pct);
 }
 
 static void apply_outputs(struct machine *machine) {
@@ -143,10 +147,11 @@ static bool is_pulse_short(const struct machine *machine, uint16_t number, doubl
            value != (double)board_pulse_us(machine);
 }
 
-/* Its pulses would change under way. */
+/* Its pulses would change under way, or what a laser makes of them. */
 static bool is_pwm_in_use(const struct machine *machine, uint16_t number) {
-    return number >= SETTING_PWM_HZ && number <= SETTING_PWM_MAX_PCT &&
-           machine->outputs.spindle != SPINDLE_OFF;
+    bool pwm = number >= SETTING_PWM_HZ && number <= SETTING_PWM_MAX_PCT;
+    bool laser = number >= SETTING_LASER_CURVE_20_PCT && number <= SETTING_LASER_RISE_US;
+    return (pwm || laser) && machine->outputs.spindle != SPINDLE_OFF;
 }
 
 /* A board's own pulse may be shorter than the whole microseconds that stand for it. */

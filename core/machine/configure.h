@@ -9,7 +9,7 @@
 /** All that follows from the settings is as they are now. Nothing moves. */
 void configure_apply(struct machine *machine);
 
-/** The spindle's PWM is as $33 to $36 have it; from outputs_apply() on. */
+/** The spindle's PWM is as $33 to $36 have it, and a laser's curve as $94 to $97; from outputs_apply() on. */
 void configure_pwm(struct machine *machine);
 
 /** What $0 is when no one has set it. */

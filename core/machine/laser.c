@@ -57,6 +57,7 @@ void laser_apply(struct machine *machine, bool on, float factor) {
                               .with_speed = machine->outputs.spindle == SPINDLE_CCW,
                               .factor = factor,
                               .feed_part = (float)overrides_feed_pct(machine) * 0.01f,
+                              .rise_s = (float)machine->settings.laser_rise_us * 1e-6f,
                               .range = settings_duty_range(&machine->settings)};
     emit_set_beam(&machine->drive.motion.emit, &beam);
     struct beam host = beam; /* a network host plans the speed, so it scales S by it */
@@ -78,5 +79,6 @@ float laser_rpm(const struct machine *machine, float factor) {
     if (!may_burn(machine))
         return 0.0f;
     step_look(&machine->drive.step, &now);
-    return duty_rpm(&range, duty_from_register(&machine->drive.prep.timing.pwm, now.duty));
+    const struct prep_timing *timing = &machine->drive.prep.timing;
+    return duty_rpm(&range, duty_power(&timing->curve, duty_from_register(&timing->pwm, now.duty)));
 }

@@ -32,7 +32,8 @@
 
 void machine_init(struct machine *machine, const struct machine_board *board, struct hal *hal,
                   struct hal_step *hal_step, const struct text_out *out) {
-    static const struct prep_timing no_timing = {1, 1, 1, {0, 0, 0}};
+    static const struct prep_timing no_timing = {
+        .timer_hz = 1, .min_interval_ticks = 1, .dir_setup_ticks = 1};
     static const struct motion_limits no_limits = {.steps_per_mm = {1, 1, 1, 1, 1, 1}};
     memset(machine, 0, sizeof *machine); /* not an assignment: clang makes a second machine on the stack */
     machine->board = *board;

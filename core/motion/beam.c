@@ -13,6 +13,6 @@ uint16_t beam_duty(const struct beam *beam, float rpm, float v_mm_s, float feed_
 
 bool beam_is_same(const struct beam *a, const struct beam *b) {
     return a->on == b->on && a->with_speed == b->with_speed && a->factor == b->factor &&
-           a->feed_part == b->feed_part && a->range.min_rpm == b->range.min_rpm &&
+           a->feed_part == b->feed_part && a->rise_s == b->rise_s && a->range.min_rpm == b->range.min_rpm &&
            a->range.max_rpm == b->range.max_rpm;
 }

@@ -15,6 +15,7 @@ struct beam {
     bool with_speed; /* M4 */
     float factor;    /* of S: the spindle override */
     float feed_part; /* of F, the feed override: at this speed M4 burns with all of S */
+    float rise_s;    /* from a change of the signal to that of the light */
     struct duty_range range;
 };
 

@@ -153,10 +153,21 @@ static void pass_marks_at_rest(const struct power *power, struct power_place *pl
         place->mark++;
 }
 
+/* Units from the end of a segment to where the motion will be when the light follows its signal, if the
+ * acceleration stays as it is: never beyond the place of rest that it leads to. */
+static uint32_t lead_units(const struct power_way *way, float rise_s) {
+    float v = way->v1, dv = (v - way->v0) / way->time_s * rise_s;
+    if (v + dv <= 0.0f)
+        return v > 0.0f ? (uint32_t)(-0.5f * v * v / dv * rise_s * POWER_UNITS) : 0u;
+    return (uint32_t)((v + 0.5f * dv) * rise_s * POWER_UNITS);
+}
+
 void power_segment(const struct power *power, struct power_place *place, const struct power_way *way,
                    const struct beam *beam, struct segment_queue *queue, struct segment *segment) {
     uint32_t length = way->to - place->at;
-    if ((int32_t)length < 0) /* rounding of a float at the end of a piece */
+    if (beam->on && beam->rise_s > 0.0f)
+        length += lead_units(way, beam->rise_s);
+    if ((int32_t)length < 0) /* rounding of a float at the end of a piece, or a lead that shrinks */
         length = 0;
     float least = min_f(max_f(step_part(segment), LEAST_S / way->time_s), 1.0f);
     struct writer writer = {.way = way,

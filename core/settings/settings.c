@@ -104,6 +104,14 @@ static enum status pwm_check(const struct settings *settings) {
     return apart ? STATUS_OK : STATUS_PWM_RANGE;
 }
 
+/* More duty burns more. */
+static enum status curve_check(const struct settings *settings) {
+    const bool ascends = settings->laser_curve_20_pct < settings->laser_curve_40_pct &&
+                         settings->laser_curve_40_pct < settings->laser_curve_60_pct &&
+                         settings->laser_curve_60_pct < settings->laser_curve_80_pct;
+    return ascends ? STATUS_OK : STATUS_LASER_CURVE;
+}
+
 enum status settings_set(struct settings *settings, uint16_t number, double value, uint8_t axis_count) {
     const struct setting_row *row = row_find(number, axis_count);
     if (row == NULL) {
@@ -123,9 +131,12 @@ enum status settings_set(struct settings *settings, uint16_t number, double valu
     }
     /* As in Grbl, $22=0 also switches $20 off. */
     next.soft_limits = next.soft_limits && next.homing;
-    const enum status pwm = pwm_check(&next);
-    if (pwm != STATUS_OK) {
-        return pwm;
+    enum status rule = pwm_check(&next);
+    if (rule == STATUS_OK) {
+        rule = curve_check(&next);
+    }
+    if (rule != STATUS_OK) {
+        return rule;
     }
     *settings = next;
     return STATUS_OK;

@@ -22,7 +22,7 @@ void settings_defaults(struct settings *settings);
 
 /** $number=value. As in Grbl, whole-number settings drop the fraction, and 1..255 switch a bool on.
  *  Rules between settings: $20=1 needs $22=1; $22=0 also switches $20 off. $32=1 needs $34=0, and $36 is at
- *  least 1 above $35.
+ *  least 1 above $35; $94 to $97 ascend.
  *  @param axis_count 0 .. AXIS_COUNT: settings of further axes do not exist.
  *  @return STATUS_OK, or one of these, and then nothing has changed:
  *          STATUS_UNKNOWN_COMMAND          no such setting
@@ -31,6 +31,7 @@ void settings_defaults(struct settings *settings);
  *          STATUS_SOFT_LIMIT_NEEDS_HOMING  $20=1 while $22=0
  *          STATUS_LASER_LEAVES_ON          $32=1 with $34 above 0
  *          STATUS_PWM_RANGE                $35 not 1 below $36
+ *          STATUS_LASER_CURVE              $94 to $97 would not ascend
  *          STATUS_BAD_NUMBER               out of range in any other way; NaN, infinity */
 enum status settings_set(struct settings *settings, uint16_t number, double value, uint8_t axis_count);
 

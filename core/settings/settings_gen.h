@@ -114,6 +114,16 @@ struct settings {
     uint16_t switch_filter_us;
     /** $93 [s] 0..60: The program waits this long after M7 or M8 has switched coolant or air assist on. */
     float coolant_delay_s;
+    /** $94 [%] 1..96: Laser: duty, in % of $35..$36, that burns with 20 % of full power. */
+    uint8_t laser_curve_20_pct;
+    /** $95 [%] 2..97: Laser: duty, in % of $35..$36, that burns with 40 % of full power. */
+    uint8_t laser_curve_40_pct;
+    /** $96 [%] 3..98: Laser: duty, in % of $35..$36, that burns with 60 % of full power. */
+    uint8_t laser_curve_60_pct;
+    /** $97 [%] 4..99: Laser: duty, in % of $35..$36, that burns with 80 % of full power. */
+    uint8_t laser_curve_80_pct;
+    /** $98 [us] 0..2000: Laser: time from signal to light; changes of S go out so much earlier. */
+    uint16_t laser_rise_us;
     /** $100..$105 [steps/mm] 0.001..20000: Steps that move the axis by 1 mm (1 degree). */
     float steps_per_mm[AXIS_COUNT];
     /** $110..$115 [mm/min] 0.001..1000000: Maximum speed of the axis, used by G0. */
@@ -183,6 +193,11 @@ enum setting_number {
     SETTING_COOLANT_PASSES = 91,
     SETTING_SWITCH_FILTER_US = 92,
     SETTING_COOLANT_DELAY_S = 93,
+    SETTING_LASER_CURVE_20_PCT = 94,
+    SETTING_LASER_CURVE_40_PCT = 95,
+    SETTING_LASER_CURVE_60_PCT = 96,
+    SETTING_LASER_CURVE_80_PCT = 97,
+    SETTING_LASER_RISE_US = 98,
     SETTING_STEPS_PER_MM = 100,
     SETTING_MAX_RATE_MM_MIN = 110,
     SETTING_ACCELERATION_MM_S2 = 120,
@@ -207,6 +222,6 @@ enum setting_effect {
 };
 
 /** Rows of the table (a per-axis row stands for six settings), and settings in all on six axes. */
-enum { SETTINGS_ROW_COUNT = 58, SETTINGS_COUNT = 93 };
+enum { SETTINGS_ROW_COUNT = 63, SETTINGS_COUNT = 98 };
 
 #endif

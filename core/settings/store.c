@@ -207,15 +207,11 @@ struct intake {
     struct store_lost *lost;
 };
 
-/* The first ones by number; $22 comes out of order. */
+/* The first ones by number. */
 static void note_lost(struct store_lost *lost, uint16_t number) {
-    unsigned at = lost->count < STORE_LOST_MAX ? lost->count : STORE_LOST_MAX;
+    if (lost->count < STORE_LOST_MAX)
+        lost->number[lost->count] = number;
     lost->count++;
-    for (; at > 0 && lost->number[at - 1] > number; at--)
-        if (at < STORE_LOST_MAX)
-            lost->number[at] = lost->number[at - 1];
-    if (at < STORE_LOST_MAX)
-        lost->number[at] = number;
 }
 
 static bool find_pair(const struct intake *intake, uint16_t number, struct store_pair *pair) {
@@ -241,6 +237,20 @@ static void take_setting(const struct intake *intake, uint16_t number) {
         note_lost(intake->lost, number);
 }
 
+/* By number. Some need others first ($20, $94 to $97): again, until that takes none of them. */
+static void take_settings(const struct intake *intake) {
+    struct store_lost *lost = intake->lost;
+    unsigned before;
+    lost->count = UINT16_MAX;
+    do {
+        before = lost->count;
+        lost->count = 0;
+        uint16_t number = SETTINGS_BEGIN;
+        while (settings_next(&number, intake->axis_count))
+            take_setting(intake, number);
+    } while (lost->count > 0 && lost->count < before);
+}
+
 /* Of the present layout, or of layout 1 and whole: its pairs have no checks. */
 static enum store_result load_settings(const struct store *store, struct value *value, size_t *count) {
     enum store_result result = load(store, STORE_KEY_SETTINGS, OLD_SETTINGS_VERSION, value, count);
@@ -260,11 +270,7 @@ enum store_result store_load_settings(const struct store *store, struct settings
     if (result == STORE_EMPTY)
         return result;
     intake.sound = result == STORE_FOUND && intake.count % pair_size(&value) == 0;
-    take_setting(&intake, SETTING_HOMING); /* before $20, which needs it */
-    uint16_t number = SETTINGS_BEGIN;
-    while (settings_next(&number, axis_count))
-        if (number != SETTING_HOMING)
-            take_setting(&intake, number);
+    take_settings(&intake);
     return intake.sound && lost->count == 0 ? STORE_FOUND : STORE_DAMAGED;
 }
 

@@ -343,13 +343,18 @@ static void append(struct prep *prep, const struct span *from) {
     prep->newest = span;
 }
 
+/* In counts of the PWM. */
+static uint16_t register_for(const struct prep *prep, uint32_t power) {
+    return duty_to_register(&prep->timing.pwm, duty_for_power(&prep->timing.curve, power));
+}
+
 /* In counts of the PWM, at the middle of the next ticks of the segment: its duty is linear in time. */
 static uint16_t span_duty(const struct prep *prep, uint64_t ticks_q16) {
     float from = (float)prep->duty[0], to = (float)prep->duty[1];
     float middle_q16 = (float)prep->carry.spent_q16 + 0.5f * (float)ticks_q16;
     float part = from != to ? middle_q16 / (float)prep->carry.duration_q16 : 0.0f;
     float duty = from + (to - from) * min_f(max_f(part, 0.0f), 1.0f);
-    return duty_to_register(&prep->timing.pwm, (uint32_t)duty);
+    return register_for(prep, (uint32_t)duty);
 }
 
 /* Time without steps, in events that no axis answers. */
@@ -551,7 +556,7 @@ void prep_tend_beam(const struct prep *prep) {
     if (prep->step->beam == STEP_BEAM_NONE)
         return;
     uint32_t duty = __atomic_load_n(&prep->rest_duty, __ATOMIC_RELAXED);
-    step_tend_beam(prep->step, duty_to_register(&prep->timing.pwm, duty));
+    step_tend_beam(prep->step, register_for(prep, duty));
 }
 
 bool prep_poll(struct prep *prep) {

@@ -38,6 +38,7 @@ struct prep_timing {
     uint32_t min_interval_ticks; /* pulse and the same low time: no two events closer */
     uint32_t dir_setup_ticks;    /* added where a direction line changes */
     struct duty_register pwm;    /* of a laser */
+    struct duty_curve curve;     /* of it, too */
 };
 
 /** What is carried from one segment to the next. */

@@ -192,7 +192,7 @@ static void check_beam(struct monitor *monitor) {
         return;
     unsigned aim_pct = machine->settings.aim_power_pct;
     if (machine->life.state == MACHINE_IDLE && aim_pct > 0 &&
-        set->spindle_duty <= DUTY_FULL * aim_pct / 100 + 1)
+        duty_power(&machine->drive.prep.timing.curve, set->spindle_duty) <= DUTY_FULL * aim_pct / 100 + 1)
         return;
     if (machine->life.state != MACHINE_RUN && machine->life.state != MACHINE_HOLD)
         found(monitor, "the beam is on");

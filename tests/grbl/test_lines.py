@@ -73,7 +73,7 @@ def test_damaged_settings_are_reported_before_the_banner(tmp_path: Path) -> None
     said = second.send("")
     assert said.startswith("error:7\r\n$0=1\r\n") and "$110=1234.000\r\n" in said
     damaged = "[MSG:Stored data is damaged: settings $1. Check $$ $# $N, then $ACK]\r\n"
-    assert said.endswith("$132=200.000\r\n" + BANNER + damaged)
+    assert "$132=200.000\r\n" in said and said.endswith("\r\n" + BANNER + damaged)
     assert second.send("$N\n").startswith("$N0=G20\r\n")
     second.close()
 

@@ -19,6 +19,7 @@ from wificnc.link.settings import (
     out_of_range,
     read_file,
     same,
+    sending_order,
 )
 from wificnc.protocol import Setting
 
@@ -69,6 +70,17 @@ def test_names_and_numbers() -> None:
     assert name_of(399) == "$399"
     with pytest.raises(UserError, match="has a value for each axis"):
         find("steps_per_mm")
+
+
+@pytest.mark.parametrize("after", [(45, 55, 65, 85), (5, 10, 15, 18), (30, 35, 70, 75), (10, 45, 50, 90)])
+def test_a_laser_curve_ascends_after_each_value(after: tuple[int, ...]) -> None:
+    points = {94: "20", 95: "40", 96: "60", 97: "80"}
+    wanted = {number: str(value) for number, value in zip(points, after, strict=True)}
+    for change in sending_order(differences(points, wanted)):
+        points[change.number] = wanted[change.number]
+        values = [int(value) for value in points.values()]
+        assert values == sorted(set(values))
+    assert points == wanted
 
 
 def test_differences() -> None:

@@ -113,7 +113,7 @@ def tree(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def results(tree: Path) -> dict[str, Any]:
     """Line or request -> what the controller of that tree made of it."""
     words = [
-        *("$94=1", "$$", "$I+", "G4 P3600.5", "G4 P3", "?", "G4.1 P250", "G4.1", "request:Uptime"),
+        *("$99=1", "$$", "$I+", "G4 P3600.5", "G4 P3", "?", "G4.1 P250", "G4.1", "request:Uptime"),
         *("$80=5", "$80=4", "$81=50", "G1 X10 F1000", "G1 Y78.53982"),
     ]
     said = json.loads(python(tree, "tests/repo/recipe_device.py", *words))
@@ -142,10 +142,10 @@ def test_everything_is_generated(tree: Path) -> None:
 
 
 def test_the_setting(tree: Path, results: dict[str, Any]) -> None:
-    assert results["$94=1"]["said"] == "ok\r\n"
-    assert "$94=1\r\n" in results["$$"]["said"]
+    assert results["$99=1"]["said"] == "ok\r\n"
+    assert "$99=1\r\n" in results["$$"]["said"]
     assert "|Up:3>" in results["?"]["said"]
-    assert "| $94 | `report_uptime` |" in (tree / "docs/settings.md").read_text(encoding="utf-8")
+    assert "| $99 | `report_uptime` |" in (tree / "docs/settings.md").read_text(encoding="utf-8")
     assert '"name": "report_uptime"' in (tree / "web/src/generated/tables.json").read_text(encoding="utf-8")
 
 

@@ -16,12 +16,13 @@ OK, BAD_NUMBER, UNKNOWN, NEGATIVE, STEP_PULSE, NEEDS_HOMING = 0, 2, 3, 4, 6, 10 
 ORDER_OF_TYPES = ["bool", "u8", "u16", "float"]
 
 # Grbl 1.1h after $RST=$ (its generic defaults), but $0 of the seed firmware, and what Grbl does not have:
-# $33 to $36 and $40 to $93.
+# $33 to $36 and $40 to $98.
 GRBL_REPORT = """
 $0=3 $1=25 $2=0 $3=0 $4=0 $5=0 $6=0 $10=1 $11=0.010 $12=0.002 $13=0 $20=0 $21=0 $22=0 $23=0 $24=25.000 $25=500.000
  $26=250 $27=1.000 $30=1000 $31=0 $32=0 $33=5000 $34=0.0 $35=0.0 $36=100.0 $40=0.000 $41=0.000
  $44=4 $45=3 $46=0 $47=0 $48=0 $49=0 $76=50 $77=2000
  $78=0 $80=0 $81=50.000 $82=50.000 $83=0 $84=200 $85=0 $86=1000 $87=2000 $88=0 $89=0 $90=30 $91=0 $92=5 $93=0.0
+$94=20 $95=40 $96=60 $97=80 $98=0
  $100=250.000 $101=250.000 $102=250.000
 $110=500.000 $111=500.000 $112=500.000 $120=10.000 $121=10.000 $122=10.000 $130=200.000 $131=200.000 $132=200.000
 """
@@ -39,14 +40,18 @@ def field(settings: Settings, item: Numbered) -> float:
     return float(value[item.index] if item.row.get("per_axis") else value)
 
 
-# setting -> another one and the value of it that allows any value of the first
-NEEDS = {20: (22, 1), 32: (34, 0), 34: (32, 0), 35: (36, 100), 36: (35, 0)}
+# setting -> others and the values of them that allow any value of the first
+NEEDS = {20: [(22, 1)], 32: [(34, 0)], 34: [(32, 0)], 35: [(36, 100)], 36: [(35, 0)]}
+LOWEST, HIGHEST = ({number: number - 94 + first for number in range(94, 98)} for first in (1, 96))
+for number in LOWEST:  # which ascend
+    below, above = range(94, number), range(97, number, -1)
+    NEEDS[number] = [(n, LOWEST[n]) for n in below] + [(n, HIGHEST[n]) for n in above]
 
 
 def ready(settings: Settings, item: Numbered) -> None:
     """Bring the settings to where this one may be set to anything in its range."""
-    if item.number in NEEDS:
-        assert settings.set(*NEEDS[item.number]) == OK
+    for number, value in NEEDS.get(item.number, []):
+        assert settings.set(number, value) == OK
 
 
 # --- the table -----------------------------------------------------------------------------------------------------
@@ -100,7 +105,8 @@ def test_walk_is_ascending_and_stops_at_the_machines_axes(settings: Settings, ax
 
 
 def test_end_of_the_walk_leaves_the_number(settings: Settings) -> None:
-    for last in (135, 136, 0xFFFE):
+    end = max(item.number for item in NUMBERS)
+    for last in (end, end + 1, 0xFFFE):
         number = ctypes.c_uint16(last)
         assert not settings.library.settings_next(ctypes.byref(number), AXES)
         assert number.value == last
@@ -251,6 +257,25 @@ def test_rules_of_the_pwm(settings: Settings, first: tuple[int, float], then: tu
     assert (settings.image() == before) == (status != OK)
 
 
+@pytest.mark.parametrize(
+    ("number", "value", "status"),
+    [
+        (94, 39, OK),
+        (94, 40, 163),
+        (95, 20, 163),
+        (95, 60, 163),
+        (96, 59.9, OK),
+        (96, 40, 163),
+        (97, 60, 163),
+        (97, 61, OK),
+    ],
+)
+def test_the_laser_curve_ascends(settings: Settings, number: int, value: float, status: int) -> None:
+    before = settings.image()
+    assert settings.set(number, value) == status
+    assert (settings.image() == before) == (status != OK)
+
+
 def test_homing_off_switches_soft_limits_off(settings: Settings) -> None:
     assert [settings.set(22, 1), settings.set(20, 1), settings.set(22, 0)] == [OK] * 3
     assert (settings.value(20), settings.value(22)) == (0, 0)
@@ -300,3 +325,4 @@ def test_nothing_that_is_typed_leaves_the_ranges_or_breaks_the_rules(
     assert settings.value(22) or not settings.value(20)
     assert settings.value(34) == 0 or not settings.value(32)
     assert settings.value(36) - settings.value(35) >= 1
+    assert settings.value(94) < settings.value(95) < settings.value(96) < settings.value(97)

@@ -36,6 +36,18 @@ def test_everything_survives(tmp_path: Path) -> None:
     assert all(text in said for text in SHOWN), said
 
 
+@pytest.mark.parametrize("curve", [(45, 55, 65, 85), (5, 10, 15, 18), (30, 35, 70, 75), (96, 97, 98, 99)])
+def test_a_laser_curve_survives(tmp_path: Path, curve: tuple[int, ...]) -> None:
+    """Whatever its points are, none of them is in the way of another as they are loaded."""
+    store = tmp_path / "kept"
+    up = [f"${number}={number + 2}" for number in (97, 96, 95, 94)]
+    down = [f"${94 + n}={pct}" for n, pct in enumerate(curve)]
+    assert "error" not in talk(store, *up, *down)
+    said = talk(store, "$X", "$$")
+    assert "error" not in said and "MSG:Damaged" not in said
+    assert all(f"{line}\r\n" in said for line in down), said
+
+
 def test_nothing_is_written_before_something_is_stored(tmp_path: Path) -> None:
     talk(tmp_path / "kept", "G0X1", "G92X0", "$$", "$X")
     assert not list(tmp_path.iterdir())

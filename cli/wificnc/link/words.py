@@ -77,7 +77,8 @@ ERRORS: dict[int, str] = {
     154: "only straight axes can follow the spindle ($80)",
     160: "$35 must be at least 1 below $36: change the other one of them first",
     161: "a laser ($32=1) needs $34=0: any other PWM off value would leave the beam on",
-    162: "$33 to $36 change only while the spindle or laser is off: send M5 first",
+    162: "$33 to $36, $94 to $98 change only while spindle and laser are off: send M5 first",
+    163: "$94 to $97 must ascend: change the one that is in the way first",
 }
 
 ALARMS: dict[int, str] = {
