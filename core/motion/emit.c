@@ -19,6 +19,7 @@
 #define STOP_SAMPLE_S 0.03f     /* but no longer than this, unless the stop takes long */
 #define STOP_SAMPLES  48.0f     /* about so many of the longest, and so many of the first ones: */
 #define STOP_FIRST    256.0f    /* both together fit into a batch */
+#define SHAPED_STOP   2.0f      /* usual samples: the history must hold all of the stop */
 #define STOP_COARSE   64u   /* samples of a stop until it is cut no more wherever the acceleration changes */
 #define END_S         0.05f /* and so much: the end of the path is the stop */
 
@@ -32,7 +33,7 @@ static int64_t exactly_on(int32_t steps) {
 }
 
 static void find_axes(const struct emit *emit, int64_t at[SHAPER_LANES]) {
-    for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
+    for (unsigned ax = 0; ax < CORE_AXES; ax++)
         at[ax] = exactly_on(emit->steps[ax]);
     at[SHAPER_PLACE] = emit->power.at;
 }
@@ -172,7 +173,7 @@ static int64_t in_units(double place_mm, float steps_per_mm) {
 }
 
 /* Where the path is, as exactly_on(). */
-static void find_steps(const struct emit *emit, int64_t at[AXIS_COUNT]) {
+static void find_steps(const struct emit *emit, int64_t at[CORE_AXES]) {
     const struct plan *plan = emit->plan;
     float rest_mm[AXIS_COUNT];
     travel_position(emit, rest_mm);
@@ -181,16 +182,18 @@ static void find_steps(const struct emit *emit, int64_t at[AXIS_COUNT]) {
 }
 
 /* The piece before tail has ended in a stop: take the exact target. */
-static void take_stop(struct emit *emit, int64_t at[AXIS_COUNT]) {
+static void take_stop(struct emit *emit, int64_t at[CORE_AXES]) {
     struct path *path = &emit->plan->path;
     const int32_t *steps = path->stop_steps[path->stop_tail++ & (PATH_STOPS - 1)];
-    for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
+    for (unsigned ax = 0; ax < CORE_AXES; ax++)
         at[ax] = exactly_on(steps[ax]);
 }
 
 /* Steps and phases from where the last segment ended to here. */
-static void set_axes(struct emit *emit, struct segment *segment, const int64_t at[AXIS_COUNT]) {
-    for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
+static void set_axes(struct emit *emit, struct segment *segment, const int64_t at[CORE_AXES]) {
+    memset(segment->phase, SEGMENT_PHASE_HALF, sizeof segment->phase);
+    memset(segment->phase_end, SEGMENT_PHASE_HALF, sizeof segment->phase_end);
+    for (unsigned ax = 0; ax < CORE_AXES; ax++) {
         int32_t steps = (int32_t)(at[ax] >> 16), count = steps - emit->steps[ax];
         uint8_t fraction = (uint8_t)(at[ax] >> 8 & 255);
         bool down = count < 0;
@@ -282,7 +285,7 @@ static float travel_time(struct emit *emit, float time_s) {
 }
 
 /* Where the path has come to; at a stop, exactly there. @return the piece that says what this is */
-static const struct piece *find_place(struct emit *emit, int64_t at[AXIS_COUNT]) {
+static const struct piece *find_place(struct emit *emit, int64_t at[CORE_AXES]) {
     struct path *path = &emit->plan->path;
     bool stop = !emit->entered;
     const struct piece *last = path_piece(path, stop ? path->tail - 1 : path->tail);
@@ -350,7 +353,7 @@ static int16_t ramp(float v0, float v1) {
 static void make_sample(struct emit *emit, struct segment *segment) {
     const struct piece *piece = travel_piece(emit);
     float v0 = emit->v_mm_s, time_s = travel_sample(emit, piece);
-    int64_t at[AXIS_COUNT] = {0};
+    int64_t at[CORE_AXES] = {0};
     segment->flags = segment_flags(piece->flags);
     segment->line = find_place(emit, at)->line;
     emit->v_mm_s = emit->path_mm_s;
@@ -436,7 +439,7 @@ void emit_gear(struct emit *emit, const struct gear_path *path) {
 }
 
 /* Where the follower is, as exactly_on(); at its end it rests on a step. */
-static void find_geared(const struct emit *emit, int64_t at[AXIS_COUNT]) {
+static void find_geared(const struct emit *emit, int64_t at[CORE_AXES]) {
     const struct plan *plan = emit->plan;
     double place_mm[AXIS_COUNT];
     gear_position(&emit->gear, place_mm);
@@ -558,9 +561,10 @@ static void fit_stop(struct emit *emit) {
     for (unsigned ax = 0; ax < plan->limits.axis_count; ax++)
         steps_per_mm = max_f(steps_per_mm, plan->limits.steps_per_mm[ax]);
     if (path_count(&plan->path) > 0)
-        stop_s += v_mm_s / path_piece(&plan->path, plan->path.tail)->accel_mm_s2;
+        stop_s += v_mm_s / (plan->path.near_part * path_piece(&plan->path, plan->path.tail)->accel_mm_s2);
     float most_s = 0.9f * (float)SEGMENT_MAX_STEPS / (v_mm_s * steps_per_mm);
-    emit->stop_first_s = min_f(stop_s / STOP_FIRST, most_s);
+    float least_s = shaper_is_on(emit->shaper) ? SHAPED_STOP * emit->shaper->sample_s : 0.0f;
+    emit->stop_first_s = min_f(max_f(stop_s / STOP_FIRST, least_s), most_s);
     emit->stop_most_s = min_f(max_f(STOP_SAMPLE_S, stop_s / STOP_SAMPLES), most_s);
 }
 

@@ -53,7 +53,7 @@ static float run(struct emit *emit, float way, float y1, float *time_s) {
 static void enter(struct emit *emit) {
     const struct piece *piece = tail_piece(emit);
     vec chord = piece->unit * piece->length_mm;
-    for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
+    for (unsigned ax = 0; ax < CORE_AXES; ax++)
         emit->corner_mm[ax] += (double)chord[ax];
     emit->entered = true;
 }
@@ -61,7 +61,7 @@ static void enter(struct emit *emit) {
 /* Braking from a high speed to a low one leaves few digits of y: a blend that asks for all of the
  * acceleration begins with the y that it was planned for. */
 static void meet_plan(struct emit *emit, const struct piece *piece) {
-    float most = sqrtf(piece->blend_y) + piece->near_mm_s2 * AT_PLAN_S;
+    float most = sqrtf(piece->blend_y) + emit->plan->path.near_part * piece->accel_mm_s2 * AT_PLAN_S;
     if (!emit->late && emit->y > piece->blend_y && emit->y <= most * most)
         emit->y = piece->blend_y;
 }
@@ -102,15 +102,16 @@ static struct stage find_stage(const struct emit *emit, const struct piece *piec
     float begin_mm = before->tangent_mm, end_mm = piece->length_mm - piece->tangent_mm;
     float slow_mm = begin_mm + (before->tangent_mm > 0.0f ? before->near_mm : 0.0f);
     float brake_mm = end_mm - (piece->tangent_mm > 0.0f ? piece->near_mm : 0.0f);
-    float along_mm = (float)emit->along_mm + tiny_mm;
+    float along_mm = (float)emit->along_mm + tiny_mm,
+          near_mm_s2 = emit->plan->path.near_part * piece->accel_mm_s2;
     if (slow_mm < brake_mm && along_mm < brake_mm) {
-        float brake_y = piece->blend_y + 2.0f * piece->near_mm_s2 * (end_mm - brake_mm);
+        float brake_y = piece->blend_y + 2.0f * near_mm_s2 * (end_mm - brake_mm);
         if (along_mm >= slow_mm)
             return (struct stage){brake_mm, piece->accel_mm_s2, brake_y, brake_mm == end_mm};
         float slow_y = brake_y + 2.0f * piece->accel_mm_s2 * (brake_mm - slow_mm);
-        return (struct stage){slow_mm, piece->near_mm_s2, slow_y, false};
+        return (struct stage){slow_mm, near_mm_s2, slow_y, false};
     }
-    float accel_mm_s2 = brake_mm == end_mm && along_mm >= slow_mm ? piece->accel_mm_s2 : piece->near_mm_s2;
+    float accel_mm_s2 = brake_mm == end_mm && along_mm >= slow_mm ? piece->accel_mm_s2 : near_mm_s2;
     return (struct stage){end_mm, accel_mm_s2, piece->blend_y, true};
 }
 

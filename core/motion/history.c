@@ -38,10 +38,10 @@ static void adopt(struct history *history, const struct history_side *side) {
 /* This side begins with what another one has behind main, or itself. */
 static void begin_side(struct history *history, uint8_t side, const struct history_side *from) {
     struct history_side *to = &history->sides[side];
-    uint32_t most = to == from ? HISTORY_SIDE : HISTORY_TRUNK;
     adopt(history, from);
     uint32_t count = history->now.count - history->main_count;
-    count = count < most ? count : most;
+    if (to != from && count > HISTORY_TRUNK)
+        count = HISTORY_WINDOW;
     uint32_t first = history->now.count - count - from->base;
     memmove(to->records, &from->records[first], count * sizeof to->records[0]);
     to->base = history->now.count - count;

@@ -25,11 +25,11 @@
 #define HISTORY_STEP 65536
 
 /** Records that a shaper may look at. */
-#define HISTORY_WINDOW (HISTORY_SIZE * 3u / 4u)
+#define HISTORY_WINDOW (HISTORY_SIZE * 11u / 16u)
 /** Of a batch: a trunk, 50 ms of committed motion, and a stop. What does not fit is made later. */
-#define HISTORY_SIDE 176u
-/** Of what a batch branched off from: a window, or 50 ms of marks. In a stop that a late task has entered,
- * more is there, but nothing returns to that. */
+#define HISTORY_SIDE 128u
+/** Of what a batch branched off from: 50 ms of marks. In a stop that a late task has entered more is there,
+ * but nothing returns to that: a window is enough. */
 #define HISTORY_TRUNK 56u
 
 struct history_record {
@@ -66,8 +66,8 @@ struct history {
 /** The shaped motion at the end of the newest record. */
 struct history_shape {
     int64_t out[SHAPER_LANES];
-    float speed[AXIS_COUNT]; /* 1/HISTORY_STEP step per second */
-    uint16_t piece;          /* of the record with most weight */
+    float speed[CORE_AXES]; /* 1/HISTORY_STEP step per second */
+    uint16_t piece;         /* of the record with most weight */
 };
 
 /** The path has rested here for ever so long: what was before does not count any more. */

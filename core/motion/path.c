@@ -25,8 +25,9 @@
 
 void path_set_limits(struct path *path, const struct motion_limits *limits, float part) {
     path->axis_count = limits->axis_count;
+    path->near_part = part;
     path->accel = path->inverse_accel = path->inverse_far = path->inverse_rate = (vec){0};
-    for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
+    for (unsigned ax = 0; ax < CORE_AXES; ax++) {
         path->accel[ax] = part * limits->accel_mm_s2[ax];
         path->inverse_accel[ax] = 1.0f / path->accel[ax];
         path->inverse_far[ax] = 1.0f / limits->accel_mm_s2[ax];
@@ -39,7 +40,7 @@ void path_set_shaper(struct path *path, const struct shaper *shaper, float near_
     path->room_mm = room_mm;
     path->uneven = shaper->row_count > 1 && room_mm > 0.0f;
     path->spread = (vec){0};
-    for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
+    for (unsigned ax = 0; ax < CORE_AXES; ax++)
         path->spread[ax] = 0.5f * shaper_spread_s2(shaper, ax);
 }
 
@@ -280,7 +281,6 @@ static void blend(struct path *path, uint32_t index) {
                             .limit_sq = limit_mm_s * limit_mm_s,
                             .bend_sq = bend_mm_s * bend_mm_s,
                             .accel_mm_s2 = accel_mm_s2,
-                            .near_mm_s2 = min_f(accel_mm_s2, vec_limit_along(k->unit, path->inverse_accel)),
                             .near_mm = k->tangent_mm > 0.0f ? near_mm(path, k, after) : 0.0f,
                             .line = k->info.line,
                             .note = k->info.note,

@@ -70,7 +70,6 @@ struct piece {
     float limit_sq;    /* (mm/s)^2 along the chord that the axis rates allow */
     float bend_sq;     /* the same in the middle of the blend */
     float accel_mm_s2; /* along the chord: every axis inside its limit */
-    float near_mm_s2;  /* the same next to a bend, because of shaping */
     float near_mm;     /* so much of both chords is next to the blend at its end */
     float enter_y;     /* greatest y at the start of the straight part (motion/timing.h) */
     float blend_y;     /* ... at its end, where the blend begins */
@@ -95,7 +94,8 @@ struct path {
     vec spread;                             /* half of the second moment of each axis' shaper, s^2 */
     bool uneven; /* they differ, so that straight ways bend where speed changes, by up to: */
     float room_mm;
-    float near_s; /* so long before and after a bend is next to it */
+    float near_s;    /* so long before and after a bend is next to it ... */
+    float near_part; /* ... where this part of accel_mm_s2 is used */
     unsigned axis_count;
     /* knots */
     struct chord_wait wait;

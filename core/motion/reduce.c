@@ -10,7 +10,7 @@ void reduce_reset(struct reduce *reduce, const double position_mm[AXIS_COUNT]) {
 
 VEC_INLINE vec from_anchor(const struct reduce *reduce, const double point_mm[AXIS_COUNT]) {
     vec out = {0};
-    for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
+    for (unsigned ax = 0; ax < CORE_AXES; ax++)
         out[ax] = (float)(point_mm[ax] - reduce->anchor_mm[ax]);
     return out;
 }
@@ -60,7 +60,7 @@ bool reduce_accepts(struct reduce *reduce, const double point_mm[AXIS_COUNT], fl
 }
 
 void reduce_close(struct reduce *reduce) {
-    for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
+    for (unsigned ax = 0; ax < CORE_AXES; ax++)
         reduce->anchor_mm[ax] += (double)reduce->chord[ax];
     reduce->open = reduce->aimed = reduce->merged = false;
 }

@@ -86,9 +86,9 @@ static struct shaper_mode mode_of(const struct motion_limits *limits, unsigned a
 }
 
 static void set_rows(struct shaper *shaper, const struct motion_limits *limits) {
-    struct shaper_mode modes[AXIS_COUNT];
+    struct shaper_mode modes[CORE_AXES];
     shaper->row_count = 0;
-    for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
+    for (unsigned ax = 0; ax < CORE_AXES; ax++) {
         const struct shaper_mode mode = mode_of(limits, ax);
         unsigned row = 0;
         while (row < shaper->row_count && !is_same(&modes[row], &mode))

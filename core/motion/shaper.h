@@ -16,6 +16,7 @@
 #ifndef WIFICNC_MOTION_SHAPER_H
 #define WIFICNC_MOTION_SHAPER_H
 
+#include "hal/core_sizes.h"
 #include "motion/move.h"
 
 #include <stdbool.h>
@@ -24,7 +25,7 @@
 #define SHAPER_TAPS 4u
 
 /** What is shaped: the axes, and the place on the path that S of a laser belongs to (motion/power.h). */
-enum { SHAPER_PLACE = AXIS_COUNT, SHAPER_LANES };
+enum { SHAPER_PLACE = CORE_AXES, SHAPER_LANES };
 
 /** Of the lanes of its mask. */
 struct shaper_row {
@@ -42,7 +43,7 @@ struct shaper {
     float sample_s;     /* time from sample to sample */
     bool sums;          /* rows are for the sum and the difference of the first two axes (CoreXY) */
     uint8_t row_count;
-    struct shaper_row rows[AXIS_COUNT];
+    struct shaper_row rows[CORE_AXES];
 };
 
 /** What these modes of the axes make.

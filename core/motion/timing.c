@@ -106,8 +106,8 @@ void timing_backward(struct timing *timing, struct path *path) {
         const struct piece *before = path_piece(path, i - 1);
         float line_mm = max_f(piece->length_mm - piece->tangent_mm - before->tangent_mm, 0.0f);
         float near_mm = piece_near_mm(piece, before, line_mm);
-        float enter_y =
-            piece->blend_y + 2.0f * (piece->near_mm_s2 * near_mm + piece->accel_mm_s2 * (line_mm - near_mm));
+        float enter_y = piece->blend_y + 2.0f * (path->near_part * piece->accel_mm_s2 * near_mm +
+                                                 piece->accel_mm_s2 * (line_mm - near_mm));
         float enter_cap = before->tangent_mm > 0.0f ? min_f(cap, before->bend_sq) : cap;
         if (!found && (settled || enter_y >= enter_cap)) {
             found = true;

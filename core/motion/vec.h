@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT
- * One value per axis in one variable: lane n is axis n, lanes above AXIS_COUNT are 0. [any]
+ * One value per axis in one variable: lane n is axis n, lanes above CORE_AXES are 0. [any]
  *
  * GCC's and Clang's vector types: a formula reads as on paper, and a compiler with vector registers uses
  * them. A scalar in an expression with a vec counts for every lane. */
@@ -8,6 +8,7 @@
 
 #include "base/axis.h"
 #include "base/minmax.h"
+#include "hal/core_sizes.h"
 
 #include <math.h>
 #include <stdbool.h>
@@ -19,21 +20,29 @@
 #pragma GCC diagnostic ignored "-Wpsabi"
 #endif
 
-#define VEC_LANES 8
-_Static_assert((int)AXIS_COUNT <= VEC_LANES, "an axis is a lane");
+/** A chip without vector registers pays for each lane. */
+#define VEC_LANES (CORE_AXES <= 4 ? 4 : 8)
+_Static_assert(CORE_AXES >= 1 && CORE_AXES <= (int)AXIS_COUNT, "axes of the board (hal/core_sizes.h)");
+
+/* Lanes that only wide vectors have; in others the first one stands there. */
+enum { VEC_WIDE = CORE_AXES > 4, VEC_FIFTH = VEC_WIDE ? 4 : 0, VEC_SIXTH = VEC_WIDE ? 5 : 0 };
 
 /* Alignment of a float, so that a struct with one may live anywhere. */
 typedef float vec __attribute__((vector_size(4 * VEC_LANES), aligned(4)));
 /** A comparison's result: all bits of a lane set, or none. */
 typedef int32_t vec_mask __attribute__((vector_size(4 * VEC_LANES), aligned(4)));
 
+/** The others are 0. */
 VEC_INLINE void vec_store(vec v, float a[AXIS_COUNT]) {
-    a[0] = v[0], a[1] = v[1], a[2] = v[2], a[3] = v[3], a[4] = v[4], a[5] = v[5];
+    a[0] = v[0], a[1] = v[1], a[2] = v[2], a[3] = v[3];
+    a[4] = VEC_WIDE ? v[VEC_FIFTH] : 0.0f;
+    a[5] = VEC_WIDE ? v[VEC_SIXTH] : 0.0f;
 }
 
 VEC_INLINE float vec_dot(vec a, vec b) {
     vec p = a * b;
-    return (p[0] + p[1]) + (p[2] + p[3]) + (p[4] + p[5]);
+    float sum = (p[0] + p[1]) + (p[2] + p[3]);
+    return VEC_WIDE ? sum + (p[VEC_FIFTH] + p[VEC_SIXTH]) : sum;
 }
 
 VEC_INLINE float vec_length(vec a) {
@@ -64,10 +73,12 @@ VEC_INLINE vec vec_turn_sign(vec a, vec b) {
 
 /** Greatest and least lane of all axes. */
 VEC_INLINE float vec_most(vec a) {
-    return max_f(max_f(max_f(a[0], a[1]), max_f(a[2], a[3])), max_f(a[4], a[5]));
+    float most = max_f(max_f(a[0], a[1]), max_f(a[2], a[3]));
+    return VEC_WIDE ? max_f(most, max_f(a[VEC_FIFTH], a[VEC_SIXTH])) : most;
 }
 VEC_INLINE float vec_least(vec a) {
-    return min_f(min_f(min_f(a[0], a[1]), min_f(a[2], a[3])), min_f(a[4], a[5]));
+    float least = min_f(min_f(a[0], a[1]), min_f(a[2], a[3]));
+    return VEC_WIDE ? min_f(least, min_f(a[VEC_FIFTH], a[VEC_SIXTH])) : least;
 }
 
 /** Greatest s so that s |a| is within the limits of every axis, given as 1/limit. At most 1e15: its square

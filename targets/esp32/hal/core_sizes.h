@@ -5,6 +5,7 @@
 
 #include "pin_config.h"
 
+#define CORE_AXES   BOARD_AXIS_COUNT
 #define PLAN_SIZE   BOARD_LOOK_AHEAD
 #define POWER_MARKS BOARD_LASER_MARKS
 

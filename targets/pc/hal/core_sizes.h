@@ -4,6 +4,7 @@
 #ifndef WIFICNC_CORE_SIZES_H
 #define WIFICNC_CORE_SIZES_H
 
+#define CORE_AXES   6
 #define PLAN_SIZE   256
 #define POWER_MARKS 2048
 
