@@ -175,11 +175,11 @@ def log(
     """
     _need("numpy", "tune log")
     from wificnc.tune.accelerometer import read_log
-    from wificnc.tune.spectrum import NYQUIST_SHARE, analyse
+    from wificnc.tune.spectrum import analyse, seen_hz
 
     limits = load_settings()["shaper_hz"]
     data = read_log(file, axis.lower(), time_unit)
-    seen = NYQUIST_SHARE * data.rate_hz / 2.0
+    seen = seen_hz(data)
     low_hz, high_hz = low or float(limits.min), high or min(float(limits.max), max(seen, float(limits.min)))
     if not limits.min <= low_hz < high_hz <= limits.max:
         raise UserError(f"search from {low_hz:g} to {high_hz:g} Hz: must be within {limits.min:g} to {limits.max:g} Hz")
@@ -189,8 +189,8 @@ def log(
     if data.gaps:
         ui.warn(f"{data.gaps} pauses in the log were bridged")
     if not as_json:
-        ui.data.print(f"{data.column}: {data.duration_s:.1f} s, {data.rate_hz:.0f} samples/s; peak at {found.peak_hz:.1f} Hz",
-                      markup=False)  # fmt: skip
+        taken = f"{data.duration_s:.1f} s, {data.rate_hz:.0f} samples/s"
+        ui.data.print(f"{data.column}: {taken}; peak at {found.peak_hz:.1f} Hz", markup=False)
         for other in found.other_peaks_hz:
             ui.data.print(f"another peak at {other:.1f} Hz")
     extra = {"column": data.column, "rate_hz": data.rate_hz, "duration_s": data.duration_s, "peak_hz": found.peak_hz,
@@ -350,7 +350,9 @@ def _finish(values: dict[int, str], target: Target | None, as_json: bool) -> Non
         return
     with ready(target) as client:
         before = client.settings()
-        apply(client, [Change(number, name_of(number), "", before.get(number), text) for number, text in values.items()])
+        apply(
+            client, [Change(number, name_of(number), "", before.get(number), text) for number, text in values.items()]
+        )
         changes = differences(before, client.settings())
     show_changes(changes)
     ui.note(f"{len(changes)} changed" if changes else "no setting was changed")

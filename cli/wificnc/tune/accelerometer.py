@@ -107,7 +107,7 @@ def _axis_column(path: Path, names: Sequence[str], axis: str, time_index: int) -
         return others[0]
     raise UserError(
         f"{path}:1: no column of acceleration in {axis.upper()} among {', '.join(repr(name) for name in names[:8])}",
-        hint="--axis names the column; the sensor's axes may not be the machine's: rename the columns in the first line",
+        hint="--axis names the column; if the sensor's axes are not the machine's, rename the columns in line 1",
     )
 
 
@@ -124,7 +124,8 @@ def _numbers(path: Path, rows: Sequence[tuple[int, list[str]]], index: int) -> F
             raise UserError(f"{path}:{number}: {cells[index].strip()} is not a finite number")
     if len(values) < SAMPLES_MIN:
         raise UserError(
-            f"{path} is too short: {len(values)} samples, at least {SAMPLES_MIN} are needed", hint="log a second or more"
+            f"{path} is too short: {len(values)} samples, at least {SAMPLES_MIN} are needed",
+            hint="log a second or more",
         )
     return values
 

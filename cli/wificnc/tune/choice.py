@@ -66,9 +66,11 @@ def rows(mode: Mode, spread: float = SPREAD, acceleration_mm_s2: float = ACCELER
     found = []
     for shaper in SHAPERS:
         shape = impulses(shaper, mode.hz, mode.damping)
-        left = (shape.residual(mode.hz * factor, mode.damping) for factor in (1.0, 1.0 - spread, 1.0 + spread))
-        costs = (shape.delay_s, shape.duration_s, shape.rounding_mm(acceleration_mm_s2))
-        found.append(Row(shaper, *left, *costs))
+        here, low, high = (
+            shape.residual(mode.hz * factor, mode.damping) for factor in (1.0, 1.0 - spread, 1.0 + spread)
+        )
+        rounding_mm = shape.rounding_mm(acceleration_mm_s2)
+        found.append(Row(shaper, here, low, high, shape.delay_s, shape.duration_s, rounding_mm))
     return tuple(found)
 
 

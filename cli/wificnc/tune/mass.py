@@ -90,9 +90,7 @@ def vibrations(
             y_mm, states[index] = _respond(u_mm[around - 1 : around + length + 1], step, mode, states[index])
             sums[index][0].add(t_s[resting], y_mm[resting])
             sums[index][1].add(t_s[constant], y_mm[constant])
-    return tuple(
-        Vibration(rest.rms_um, rest.most, moving.rms_um, moving.most, rest.when_s) for rest, moving in sums
-    )
+    return tuple(Vibration(rest.rms_um, rest.most, moving.rms_um, moving.most, rest.when_s) for rest, moving in sums)
 
 
 def response_mm(motion: AxisMotion, shape: Impulses, mode: Mode, t_s: Floats) -> Floats:

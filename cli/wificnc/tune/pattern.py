@@ -1,11 +1,12 @@
 """A test pattern that shows the vibration of one axis as waves along a line. Plain Grbl 1.1h. Pure.
 
-Each row comes in at an angle and continues straight along the other axis, at one feed F. At the corner the tested axis
-changes its speed by F tan(angle) with its acceleration A, and what then vibrates draws waves along the straight line,
-F / f apart. A ramp of A that lasts half a period leaves the largest vibration, 2 A / w^2 (twice the deflection by A);
-one that lasts a whole period leaves nothing. So the corners of the rows differ: each has the ramp for another
-frequency, and the row nearest to the frame's frequency has the clearest waves. The angles are small, so the controller
-hardly slows down and the waves are evenly spaced from the first one.
+Each row comes in along the tested axis, turns by 90 degrees, and continues along the other axis at the feed F. At the
+corner the tested axis stops, and what then vibrates draws waves along the line, F / f apart. How large they are depends
+on how long the axis slows down: with the acceleration A a ramp of half a period leaves the most, 2 A / w^2, which is
+twice the deflection by A, and a ramp of a whole period leaves nothing. So the rows come in at different feeds: each has
+the ramp for another frequency, A / (2 f) fast, and the row nearest to the frame's frequency has the clearest waves. A
+corner of 90 degrees is almost a stop for any planner, whatever its junction deviation is, so this holds on any Grbl.
+The waves are evenly spaced from where the other axis has reached F.
 """
 
 from __future__ import annotations
@@ -18,9 +19,8 @@ from wificnc.errors import UserError
 from wificnc.protocol import load_settings
 
 REFERENCE_MM = 1.5  # from a row to the straight line that it is compared with
-PERIODS_BEFORE = 3.0  # of the lowest frequency, at full feed before the corner: the vibration of the start has decayed
+PERIODS_BEFORE = 8.0  # at constant feed before the corner: the vibration of the start has decayed
 WAVES_MIN = 5.0  # on a row, at the lowest frequency
-ANGLE_MAX = 60.0  # degrees
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,7 @@ class PatternOptions:
 
     axis: str = "x"
     tool: str = "pen"
-    feed_mm_min: float = 2400.0
+    feed_mm_min: float = 1800.0
     length_mm: float = 40.0
     lines: int = 5
     spacing_mm: float = 6.0
@@ -58,9 +58,9 @@ class PatternOptions:
         return self.feed_mm_min / 60.0
 
     @property
-    def run_in_mm(self) -> float:
-        """Along the row: from rest to full feed, and on until the start has decayed."""
-        return self.feed_mm_s**2 / (2.0 * self.acceleration_mm_s2) + PERIODS_BEFORE * self.feed_mm_s / self.low_hz
+    def ramp_mm(self) -> float:
+        """From the corner to where the feed is reached."""
+        return self.feed_mm_s**2 / (2.0 * self.acceleration_mm_s2)
 
 
 @dataclass(frozen=True)
@@ -68,24 +68,23 @@ class Line:
     """One row, in the pattern's own directions: `across` is the tested axis, `along` the other one."""
 
     hz: float  # whose waves are largest here
-    angle_deg: float
+    feed_in_mm_min: float
     across_mm: float  # of the straight part
-    run_in_across_mm: float  # by which the begin is off it
+    run_in_mm: float  # across, before the corner
 
 
 def lines_of(options: PatternOptions) -> tuple[Line, ...]:
     """The rows. Raises UserError for a pattern that shows nothing or cannot be drawn."""
     _check(options)
-    found = []
+    found: list[Line] = []
     for index in range(options.lines):
         share = index / (options.lines - 1) if options.lines > 1 else 0.5
         hz = options.low_hz * (options.high_hz / options.low_hz) ** share
-        slope = options.acceleration_mm_s2 / (2.0 * hz) / options.feed_mm_s
-        slope = min(slope, math.tan(math.radians(ANGLE_MAX)))
-        run_in = slope * options.run_in_mm
-        left_mm = max(run_in, REFERENCE_MM)
-        across = found[-1].across_mm + max(options.spacing_mm, left_mm + REFERENCE_MM) if found else left_mm
-        found.append(Line(hz, math.degrees(math.atan(slope)), across, run_in))
+        speed = options.acceleration_mm_s2 / (2.0 * hz)
+        run_in = speed**2 / options.acceleration_mm_s2 + PERIODS_BEFORE * speed / hz
+        left = max(run_in, REFERENCE_MM)
+        across = found[-1].across_mm + max(options.spacing_mm, left + REFERENCE_MM) if found else left
+        found.append(Line(hz, speed * 60.0, across, run_in))
     return tuple(found)
 
 
@@ -100,7 +99,7 @@ def _check(options: PatternOptions) -> None:
             raise UserError(f"{name} {value:g}: must be more than 0")
     if not hz.min <= options.low_hz < options.high_hz <= hz.max:
         raise UserError(
-            f"--from-hz {options.low_hz:g} --to-hz {options.high_hz:g}: must be frequencies from {hz.min:g} to {hz.max:g} Hz, "
+            f"--from-hz {options.low_hz:g} --to-hz {options.high_hz:g}: must be {hz.min:g} to {hz.max:g} Hz, "
             "the lower one first"
         )
     if options.spacing_mm < 2.0 * REFERENCE_MM:
@@ -123,7 +122,7 @@ def pattern(options: PatternOptions) -> str:
     tool = _tool(options)
     lines = [*_header(options, rows), "G21 G90 G94 G17", *tool.begin]
     for number, row in enumerate(rows, 1):
-        lines += ["", f"(line {number}: {row.hz:.0f} Hz, corner of {row.angle_deg:.1f} degrees)"]
+        lines += ["", f"(line {number}: {row.hz:.0f} Hz)"]
         lines += _row(options, tool, row)
     lines += ["", *tool.end, f"G0 {_place(options, 0.0, 0.0)}", "M2"]
     return "\n".join(lines) + "\n"
@@ -141,16 +140,17 @@ def _tool(options: PatternOptions) -> Tool:
 
 def _row(options: PatternOptions, tool: Tool, row: Line) -> Iterator[str]:
     """Reference line, then the line with the corner."""
-    run_in, end = options.run_in_mm, options.run_in_mm + options.length_mm
-    feed = f"F{options.feed_mm_min:g}"
+    end = options.ramp_mm + options.length_mm
     reference = row.across_mm - REFERENCE_MM
-    for places in (((reference, run_in), (reference, end)),
-                   ((row.across_mm - row.run_in_across_mm, 0.0), (row.across_mm, run_in), (row.across_mm, end))):  # fmt: skip
-        yield f"G0 {_place(options, *places[0])}"
-        yield tool.down
-        for place in places[1:]:
-            yield f"G1 {_place(options, *place)} {feed}"
-        yield tool.up
+    yield f"G0 {_place(options, reference, 0.0)}"
+    yield tool.down
+    yield f"G1 {_place(options, reference, end)} F{options.feed_mm_min:g}"
+    yield tool.up
+    yield f"G0 {_place(options, row.across_mm - row.run_in_mm, 0.0)}"
+    yield tool.down
+    yield f"G1 {_place(options, row.across_mm, 0.0)} F{row.feed_in_mm_min:.0f}"
+    yield f"G1 {_place(options, row.across_mm, end)} F{options.feed_mm_min:g}"
+    yield tool.up
 
 
 def _place(options: PatternOptions, across_mm: float, along_mm: float) -> str:
@@ -168,7 +168,8 @@ def _header(options: PatternOptions, rows: tuple[Line, ...]) -> Iterator[str]:
         f"Before: switch the shaper of {axis} off, ${shaper}=0, and the feed override to 100 percent",
         f"Each line has a straight reference line next to it, then a line with a corner: after it {axis} vibrates,",
         f"and the tool draws waves along {other}. Look at the edges of the lines with a magnifier or a scanner.",
-        "The waves are most visible on the line whose corner fits the frequency of the frame: use that one.",
+        "The waves are most visible on the line that fits the frequency of the frame: use that one.",
+        f"Begin {options.ramp_mm:.1f} mm after the corner, where the feed is reached.",
         "Measure the distance D in mm from one crest to the Nth crest after it, as many as you can see clearly;",
         "if you can, also the heights of these two waves above the straight end of the line. Then",
         f"wificnc tune measure --axis {axis.lower()} --feed {feed:g} --waves N --distance D --first A1 --last A2",

@@ -63,10 +63,13 @@ def _draw_stop(panel: Any, axis: AxisPrediction, last: bool) -> None:
     for shaper in drawn:
         shape = impulses(shaper, axis.mode.hz, axis.mode.damping)
         y_um = 1e3 * response_mm(axis.motion, shape, axis.mode, t_s)
-        words = "without a shaper" if shaper is OFF else f"with {shaper.name}"
-        panel.plot(1e3 * (t_s[shown] - stop_s), y_um[shown], color=COLOURS[shaper.name], label=words, **_line(shaper, axis))
+        label = "without a shaper" if shaper is OFF else f"with {shaper.name}"
+        panel.plot(
+            1e3 * (t_s[shown] - stop_s), y_um[shown], color=COLOURS[shaper.name], label=label, **_line(shaper, axis)
+        )
         panel.axvline(1e3 * shape.duration_s, color=COLOURS[shaper.name], linewidth=0.8, linestyle=(0, (3, 3)))
-    title = f"{axis.axis.upper()}   ·   {axis.mode.hz:.1f} Hz, damping {axis.mode.damping:.3f}   ·   worst stop, at {stop_s:.2f} s"
+    words = (f"{axis.mode.hz:.1f} Hz, damping {axis.mode.damping:.3f}", f"worst stop, at {stop_s:.2f} s")
+    title = "   ·   ".join((axis.axis.upper(), *words))
     _frame(panel, title, "ms after the program's stop; dashed: the axis rests" if last else "", "vibration, µm")
     panel.legend(loc="upper right", frameon=False, labelcolor=INK)
 

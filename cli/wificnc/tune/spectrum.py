@@ -67,7 +67,7 @@ def analyse(log: Log, low_hz: float, high_hz: float) -> Found:
     if high_hz > log.rate_hz / 2.0:
         raise UserError(
             f"{log.rate_hz:.4g} samples/s show vibrations below {log.rate_hz / 2.0:.4g} Hz only, not {high_hz:g} Hz",
-            hint=f"log faster than {2.0 * high_hz:g} samples/s, or search --to-hz {NYQUIST_SHARE * log.rate_hz / 2.0:.0f}",
+            hint=f"log faster than {2.0 * high_hz:g} samples/s, or search --to-hz {seen_hz(log):.0f}",
         )
     spectrum = welch(log)
     peaks = _peaks(spectrum, low_hz, high_hz)
@@ -77,19 +77,32 @@ def analyse(log: Log, low_hz: float, high_hz: float) -> Found:
             hint="tap the machine, or log a job with hard corners; fix the sensor to the tool",
         )
     hz, damping = fit(log, peaks[0])
-    return Found(check_mode(hz, damping), peaks[0], hz * math.sqrt(1.0 - damping**2), tuple(sorted(peaks[1:])), spectrum, (low_hz, high_hz))
+    return Found(
+        check_mode(hz, damping),
+        peaks[0],
+        hz * math.sqrt(1.0 - damping**2),
+        tuple(sorted(peaks[1:])),
+        spectrum,
+        (low_hz, high_hz),
+    )
+
+
+def seen_hz(log: Log) -> float:
+    """Up to where a log shows vibrations well."""
+    return NYQUIST_SHARE * log.rate_hz / 2.0
 
 
 def welch(log: Log) -> Spectrum:
     """Averaged spectra of segments that overlap by half, each with a Hann window."""
     length = min(len(log.values), int(log.rate_hz / RESOLUTION_HZ), max(256, 2 * len(log.values) // (SEGMENTS_MIN + 1)))
     window = np.hanning(length)
-    power = np.zeros(length // 2 + 1)
+    power: Floats = np.zeros(length // 2 + 1)
     starts = range(0, len(log.values) - length + 1, max(1, length // 2))
     for start in starts:
         segment = log.values[start : start + length]
         power += np.abs(np.fft.rfft((segment - segment.mean()) * window)) ** 2
-    return Spectrum(np.fft.rfftfreq(length, 1.0 / log.rate_hz), power / len(starts))
+    hz = np.fft.rfftfreq(length, 1.0 / log.rate_hz).astype(np.float64)
+    return Spectrum(hz, power / len(starts))
 
 
 def _peaks(spectrum: Spectrum, low_hz: float, high_hz: float) -> list[float]:
