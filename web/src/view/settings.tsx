@@ -35,8 +35,8 @@ const problems = computed(() =>
 export function SettingsTab(): JSX.Element {
   return (
     <div class="stack">
-      <SettingsCard />
       <VibrationCard onUse={edit} />
+      <SettingsCard />
     </div>
   );
 }

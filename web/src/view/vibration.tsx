@@ -16,6 +16,7 @@ const FIELDS = [
 
 type FieldName = (typeof FIELDS)[number]["name"];
 
+const open = signal(false);
 const axis = signal(0);
 const typed = signal<Readonly<Record<FieldName, string>>>({ feed_mm_min: "", waves: "", distance_mm: "", first: "", last: "" });
 /** null: the recommended one. */
@@ -26,16 +27,33 @@ const mode = computed(() => {
   return measured({ feed_mm_min: number("feed_mm_min"), waves: number("waves"), distance_mm: number("distance_mm"), first: number("first"), last: number("last") });
 });
 
-export function VibrationCard({ onUse }: { onUse: (values: ReadonlyMap<number, string>) => void }): JSX.Element {
+type OnUse = (values: ReadonlyMap<number, string>) => void;
+
+export function VibrationCard({ onUse }: { onUse: OnUse }): JSX.Element {
+  const toggle = (
+    <Button size="small" pressed={open.value} onClick={() => (open.value = !open.value)} testId="vibration-open">
+      Measured waves
+    </Button>
+  );
+  return (
+    <Card title="Vibration" tools={toggle}>
+      {open.value ? <Measured onUse={onUse} /> : <p class="small soft">Waves next to corners? Measure them, and choose an input shaper.</p>}
+    </Card>
+  );
+}
+
+function Measured({ onUse }: { onUse: OnUse }): JSX.Element {
   const found = mode.value;
   const axes = [...AXES.slice(0, controller.axisCount.value || 3)];
   return (
-    <Card title="Vibration">
+    <>
       <p class="small soft">
         Run the pattern of <code>wificnc tune pattern</code>, and measure the waves next to a line: their number from crest to crest, their distance, and if you
         can the heights of the first and the last one.
       </p>
-      <Segments label="Axis that vibrates" value={axis.value} options={axes.map((text, value) => ({ value, text }))} onChange={(value) => (axis.value = value)} />
+      <div class="row">
+        <Segments label="Axis that vibrates" value={axis.value} options={axes.map((text, value) => ({ value, text }))} onChange={(value) => (axis.value = value)} />
+      </div>
       <div class="row">
         {FIELDS.map(({ name, label }) => (
           <Field key={name} label={label}>
@@ -49,12 +67,18 @@ export function VibrationCard({ onUse }: { onUse: (values: ReadonlyMap<number, s
           </Field>
         ))}
       </div>
-      {typeof found === "string" ? <p class="soft" role="status">{found}</p> : <Found mode={found} onUse={onUse} />}
-    </Card>
+      {typeof found === "string" ? (
+        <p class="soft" role="status" data-test="vibration-missing">
+          {found}
+        </p>
+      ) : (
+        <Found mode={found} onUse={onUse} />
+      )}
+    </>
   );
 }
 
-function Found({ mode, onUse }: { mode: Mode; onUse: (values: ReadonlyMap<number, string>) => void }): JSX.Element {
+function Found({ mode, onUse }: { mode: Mode; onUse: OnUse }): JSX.Element {
   const shaper = chosen.value ?? recommended(mode);
   const values = assignments(axis.value, shaper, mode);
   const unknown = controller.settings.value.has(settingNumber("shaper") + axis.value) ? "" : "This controller does not have input shapers.";
@@ -91,7 +115,7 @@ function ShaperTable({ mode, shaper: used }: { mode: Mode; shaper: Shaper }): JS
             <th class="number">leaves</th>
             <th class="number">±{percent} %</th>
             <th class="number">delay</th>
-            {acceleration > 0 && <th class="number">rounding</th>}
+            {acceleration > 0 && <th class="number hide-narrow">rounding</th>}
           </tr>
         </thead>
         <tbody>
@@ -105,13 +129,13 @@ function ShaperTable({ mode, shaper: used }: { mode: Mode; shaper: Shaper }): JS
                     <input type="radio" name="shaper" checked={shaper === used} onChange={() => (chosen.value = shaper)} />
                     <span class={`swatch curve-${shaper.value}`} aria-hidden="true" />
                     {shaper.name}
-                    {shaper === best && <span class="small soft">recommended</span>}
+                    {shaper === best && <span class="small soft hide-narrow">recommended</span>}
                   </label>
                 </td>
-                <td class="number mono">{(100 * here).toFixed(1)} %</td>
-                <td class="number mono">{(100 * off).toFixed(1)} %</td>
-                <td class="number mono">{(1e3 * delay_s(shape)).toFixed(1)} ms</td>
-                {acceleration > 0 && <td class="number mono">{(1e3 * rounding_mm(shape, acceleration)).toFixed(1)} µm</td>}
+                <td class="number mono">{(100 * here).toFixed(1)}&nbsp;%</td>
+                <td class="number mono">{(100 * off).toFixed(1)}&nbsp;%</td>
+                <td class="number mono">{(1e3 * delay_s(shape)).toFixed(1)}&nbsp;ms</td>
+                {acceleration > 0 && <td class="number mono hide-narrow">{(1e3 * rounding_mm(shape, acceleration)).toFixed(1)}&nbsp;µm</td>}
               </tr>
             );
           })}
