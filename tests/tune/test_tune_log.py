@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from wificnc.errors import JobError, UserError
 from wificnc.tune.accelerometer import Log, read_log
-from wificnc.tune.spectrum import analyse
+from wificnc.tune.spectrum import analyse, search_band
 
 RATE = 1600.0
 
@@ -88,7 +88,7 @@ def test_noise_has_no_frequency():
 
 def test_a_rate_below_twice_the_frequency_is_refused():
     with pytest.raises(UserError, match=r"100 samples/s show vibrations below 50 Hz only, not 80 Hz") as refused:
-        analyse(Log("x", 100.0, knocks(30.0, 0.02, (0.5,), 5.0, 100.0), 0), 5.0, 80.0)
+        search_band(Log("x", 100.0, knocks(30.0, 0.02, (0.5,), 5.0, 100.0), 0), None, 80.0)
     assert refused.value.hint == "log faster than 160 samples/s, or search --to-hz 40"
 
 
@@ -186,3 +186,17 @@ def test_the_command(tune, tmp_path):
     assert tune("log", tmp_path / "none.csv")[0] == 2
     code, _, err = tune("log", path, "--to-hz", "300")
     assert code == 2 and "search from 5 to 300 Hz: must be within 5 to 200 Hz" in err
+
+
+@pytest.mark.parametrize("words", [("log", "accel.csv"), ("predict", "job.nc", "--hz", "40")])
+def test_a_missing_package_is_named(words, tune, monkeypatch):
+    monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
+    code, _, err = tune(*words)
+    assert code == 2 and f"tune {words[0]} needs numpy" in err and "pip install numpy" in err
+
+
+def test_a_log_that_is_too_slow_for_any_vibration(tune, tmp_path):
+    path = tmp_path / "accel.csv"
+    path.write_text("\n".join(["time,x", *(f"{index / 10},{index % 3}" for index in range(600))]))
+    code, _, err = tune("log", path)
+    assert code == 2 and "10 samples/s show vibrations below 5 Hz only, not 6 Hz" in " ".join(err.split())

@@ -175,17 +175,13 @@ def log(
     """
     _need("numpy", "tune log")
     from wificnc.tune.accelerometer import read_log
-    from wificnc.tune.spectrum import analyse, seen_hz
+    from wificnc.tune.spectrum import analyse, search_band
 
-    limits = load_settings()["shaper_hz"]
     data = read_log(file, axis.lower(), time_unit)
-    seen = seen_hz(data)
-    low_hz, high_hz = low or float(limits.min), high or min(float(limits.max), max(seen, float(limits.min)))
-    if not limits.min <= low_hz < high_hz <= limits.max:
-        raise UserError(f"search from {low_hz:g} to {high_hz:g} Hz: must be within {limits.min:g} to {limits.max:g} Hz")
-    found = analyse(data, low_hz, high_hz)
-    if high is None and seen < limits.max:
-        ui.warn(f"{data.rate_hz:.0f} samples/s show vibrations up to {seen:.0f} Hz only")
+    band = search_band(data, low, high)
+    found = analyse(data, *band)
+    if high is None and band[1] < load_settings()["shaper_hz"].max:
+        ui.warn(f"{data.rate_hz:.0f} samples/s show vibrations up to {band[1]:.0f} Hz only")
     if data.gaps:
         ui.warn(f"{data.gaps} pauses in the log were bridged")
     if not as_json:

@@ -18,6 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from wificnc.errors import JobError, UserError
+from wificnc.protocol import load_settings
 from wificnc.tune.accelerometer import Log
 from wificnc.tune.choice import Mode, check_mode
 from wificnc.tune.motion import Floats
@@ -57,18 +58,34 @@ class Found:
     band_hz: tuple[float, float]
 
 
+def search_band(log: Log, low_hz: float | None, high_hz: float | None) -> tuple[float, float]:
+    """From and to which frequency a log can be searched: as asked for, or all that a shaper takes and the log shows.
+
+    Raises:
+        UserError: no shaper takes them, or the log is sampled too slowly.
+    """
+    limits = load_settings()["shaper_hz"]
+    seen = NYQUIST_SHARE * log.rate_hz / 2.0
+    low = float(limits.min) if low_hz is None else low_hz
+    high = max(low + 1.0, min(float(limits.max), seen)) if high_hz is None else high_hz
+    if not limits.min <= low < high <= limits.max:
+        raise UserError(f"search from {low:g} to {high:g} Hz: must be within {limits.min:g} to {limits.max:g} Hz")
+    if high > log.rate_hz / 2.0:
+        hint = f"log faster than {2.0 * high:g} samples/s"
+        raise UserError(
+            f"{log.rate_hz:.4g} samples/s show vibrations below {log.rate_hz / 2.0:.4g} Hz only, not {high:g} Hz",
+            hint=hint if seen <= low else f"{hint}, or search --to-hz {seen:.0f}",
+        )
+    return low, high
+
+
 def analyse(log: Log, low_hz: float, high_hz: float) -> Found:
     """The strongest vibration between two frequencies.
 
     Raises:
-        UserError: the log is sampled too slowly, or its vibration fits no setting.
-        JobError: there is no vibration in it.
+        UserError: the vibration fits no setting.
+        JobError: there is no vibration.
     """
-    if high_hz > log.rate_hz / 2.0:
-        raise UserError(
-            f"{log.rate_hz:.4g} samples/s show vibrations below {log.rate_hz / 2.0:.4g} Hz only, not {high_hz:g} Hz",
-            hint=f"log faster than {2.0 * high_hz:g} samples/s, or search --to-hz {seen_hz(log):.0f}",
-        )
     spectrum = welch(log)
     peaks = _peaks(spectrum, low_hz, high_hz)
     if not peaks:
@@ -85,11 +102,6 @@ def analyse(log: Log, low_hz: float, high_hz: float) -> Found:
         spectrum,
         (low_hz, high_hz),
     )
-
-
-def seen_hz(log: Log) -> float:
-    """Up to where a log shows vibrations well."""
-    return NYQUIST_SHARE * log.rate_hz / 2.0
 
 
 def welch(log: Log) -> Spectrum:
