@@ -49,10 +49,19 @@ def test_a_shaper_is_an_average(shaper, hz, damping):
     assert shape.times_s[0] == 0.0 and list(shape.times_s) == sorted(set(shape.times_s))
 
 
+@pytest.mark.parametrize("shaper", [ZV, MZV, TWO_HUMP_EI], ids=lambda shaper: shaper.name)
 @pytest.mark.parametrize(("hz", "damping"), MODES)
-def test_zero_vibration_leaves_none(hz, damping):
-    assert impulses(ZV, hz, damping).residual(hz, damping) < 1e-12
-    assert impulses(MZV, hz, 0.0).residual(hz, 0.0) < 1e-12
+def test_at_its_frequency_nothing_is_left(shaper, hz, damping):
+    """What decays between two impulses is taken out of their weights."""
+    assert impulses(shaper, hz, damping).residual(hz, damping) < 1e-12
+
+
+@pytest.mark.parametrize(("hz", "damping"), MODES)
+def test_at_its_frequency_ei_leaves_what_it_tolerates(hz, damping):
+    """5 % of one impulse, which has decayed for a period, over the sum of the weights."""
+    k = math.exp(-damping * math.pi / math.sqrt(1 - damping**2))
+    expected = 0.05 * k**2 / (0.2625 * (1 + k**2) + 0.475 * k)
+    assert impulses(EI, hz, damping).residual(hz, damping) == pytest.approx(expected, rel=1e-9)
 
 
 def insensitivity(shape: Impulses, left: float) -> float:

@@ -114,7 +114,7 @@ function ShaperTable({ mode, shaper: used }: { mode: Mode; shaper: Shaper }): JS
             <th>Shaper</th>
             <th class="number">leaves</th>
             <th class="number">±{percent} %</th>
-            <th class="number">delay</th>
+            <th class="number hide-narrow">delay</th>
             {acceleration > 0 && <th class="number hide-narrow">rounding</th>}
           </tr>
         </thead>
@@ -128,13 +128,13 @@ function ShaperTable({ mode, shaper: used }: { mode: Mode; shaper: Shaper }): JS
                   <label class="check">
                     <input type="radio" name="shaper" checked={shaper === used} onChange={() => (chosen.value = shaper)} />
                     <span class={`swatch curve-${shaper.value}`} aria-hidden="true" />
-                    {shaper.name}
+                    {shaper.name.replace(" ", "\u00a0")}
                     {shaper === best && <span class="small soft hide-narrow">recommended</span>}
                   </label>
                 </td>
                 <td class="number mono">{(100 * here).toFixed(1)}&nbsp;%</td>
                 <td class="number mono">{(100 * off).toFixed(1)}&nbsp;%</td>
-                <td class="number mono">{(1e3 * delay_s(shape)).toFixed(1)}&nbsp;ms</td>
+                <td class="number mono hide-narrow">{(1e3 * delay_s(shape)).toFixed(1)}&nbsp;ms</td>
                 {acceleration > 0 && <td class="number mono hide-narrow">{(1e3 * rounding_mm(shape, acceleration)).toFixed(1)}&nbsp;µm</td>}
               </tr>
             );
