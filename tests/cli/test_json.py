@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
@@ -32,6 +33,7 @@ WITHOUT = {
     "demo": "its output is a picture; `wificnc sim --json` has the figures",
     "serve": "runs until it is stopped; each line of stdout is the address of one port",
     "expand": "its output is G-code",
+    "tune pattern": "its output is G-code",
     "pins": "its output is a C header",
     "page": "its output is a C header",
     "wifi set": NOTHING_TO_REPORT,
@@ -40,7 +42,7 @@ WITHOUT = {
 }  # fmt: skip
 
 # words after the command; {grbl} is a controller that homes, {wmc3} a device, {module} an I/O module, {job} a G-code
-# file, {nvs} an image, {toml} settings of the controller, {out} a name that is free
+# file, {log} one of an accelerometer, {nvs} an image, {toml} settings of the controller, {out} a name that is free
 CASES = {
     "discover": "--json",
     "status": "--to {grbl} --json",
@@ -53,6 +55,9 @@ CASES = {
     "settings export": "--to {grbl} --json",
     "settings import": "{toml} --to {grbl} --yes --json",
     "settings diff": "{toml} {toml} --json",
+    "tune measure": "--feed 2400 --waves 8 --distance 7.75 --json",
+    "tune log": "{log} --json",
+    "tune predict": "{job} --hz 40 --json",
     "check": "{job} --machine shapeoko3 --json",
     "sim": "{job} --json -",
     "send": "{job} --to {grbl} --json",
@@ -129,6 +134,12 @@ def device(io_module: bool) -> Iterator[str]:
         yield ADDRESS
 
 
+def free_vibration() -> str:
+    """Of 50 Hz, as an accelerometer sees it."""
+    rows = (f"{n / 1000},{math.exp(-n / 200) * math.sin(n * math.pi / 10)}" for n in range(2000))
+    return "\n".join(("time,x", *rows))
+
+
 @pytest.fixture
 def places(tmp_path: Path, cli: Cli) -> Iterator[Callable[[str], dict[str, Any]]]:
     """What the words of a case need, and no more."""
@@ -148,6 +159,9 @@ def places(tmp_path: Path, cli: Cli) -> Iterator[Callable[[str], dict[str, Any]]
             if "{nvs}" in words:
                 made["nvs"] = tmp_path / "nvs.bin"
                 cli("nvs", "build", "shapeoko3", "-o", made["nvs"])
+            if "{log}" in words:
+                made["log"] = tmp_path / "accel.csv"
+                made["log"].write_text(free_vibration())
             if "{firmware}" in words:
                 made["firmware"] = make_build(tmp_path / "firmware", "esp32s3-zero", "esp32s3")
             return made

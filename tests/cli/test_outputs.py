@@ -23,6 +23,8 @@ FILES = {
     "sim --plot": ("sim", "{job}", "--plot"),
     "sim --trace": ("sim", "{job}", "--trace"),
     "demo": ("demo", "-o"),
+    "tune pattern": ("tune", "pattern", "-o"),
+    "tune predict --plot": ("tune", "predict", "{job}", "--hz", "40", "--plot"),
     "boards show --picture": ("boards", "show", "host", "--picture"),
     "nvs build": ("nvs", "build", "baseline", "-o"),
     "nvs read": ("nvs", "read", "{job}", "-o"),
@@ -34,9 +36,15 @@ FOLDERS = {
     "linuxcnc init": ("linuxcnc", "init", "baseline", "--to", "192.0.2.1", "--out"),
 }
 MAKES_FOLDERS = {"pins", "page"}  # build tools call them
-SUFFIX = {"sim --plot": ".svg", "demo": ".svg", "sim --trace": ".csv", "boards show --picture": ".svg"}
-TO_STDOUT = ("pins", "page", "expand", "sim --json", "nvs build", "linuxcnc component")
-NOT_TO_STDOUT = ("sim --plot", "demo", "sim --trace", "boards show --picture", *FOLDERS)
+SUFFIX = {
+    "sim --plot": ".svg",
+    "demo": ".svg",
+    "sim --trace": ".csv",
+    "boards show --picture": ".svg",
+    "tune predict --plot": ".svg",
+}
+TO_STDOUT = ("pins", "page", "expand", "tune pattern", "sim --json", "nvs build", "linuxcnc component")
+NOT_TO_STDOUT = ("sim --plot", "tune predict --plot", "demo", "sim --trace", "boards show --picture", *FOLDERS)
 
 
 @pytest.fixture

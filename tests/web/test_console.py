@@ -243,6 +243,28 @@ def test_a_refused_setting_stays_an_edit(socket_link: Callable[..., Console]) ->
     expect(console.page.get_by_text("One setting is changed and not applied yet")).to_be_visible()
 
 
+def test_measured_waves_become_settings(socket_link: Callable[..., Console]) -> None:
+    """The numbers of docs/vibration.md, for Y."""
+    console = socket_link()
+    console.tab("settings")
+    console.by("vibration-open").click()
+    console.page.get_by_role("group", name="Axis that vibrates").get_by_role("button", name="Y").click()
+    expect(console.by("vibration-missing")).to_contain_text("Enter the feed")
+    for name, value in (("feed_mm_min", "2400"), ("waves", "8"), ("distance_mm", "7,75"), ("first", "12")):
+        console.by(f"vibration-{name}").fill(value)
+    expect(console.by("vibration-missing")).to_contain_text("both heights")
+    console.by("vibration-last").fill("4")
+    expect(console.by("vibration-found")).to_have_text("41.30 Hz, damping 0.022")
+    expect(console.by("vibration-settings")).to_have_text("$171=2 $181=41.30 $191=0.022")
+    console.page.get_by_role("radio", name="EI", exact=True).check()
+    console.by("vibration-use").click()
+    console.by("settings-apply").click()
+    console.by("settings-send").click()
+    expect(console.page.get_by_text("not applied yet")).to_have_count(0)
+    for number, value in ((171, "3"), (181, "41.30"), (191, "0.022")):
+        expect(console.page.locator(f"[data-test=setting-{number}] input")).to_have_value(value)
+
+
 # ---- jobs ----
 
 

@@ -26,6 +26,23 @@ LOOKS = {
 }
 
 
+@pytest.fixture
+def opened(
+    serve_page: Callable[..., tuple[Server, PageServer]], watched: Callable[..., Watched]
+) -> Callable[..., Page]:
+    """The page in a look, connected to a controller with these options."""
+
+    def start(look: str, **options: object) -> Page:
+        SCREENS.mkdir(parents=True, exist_ok=True)
+        _, served = serve_page(**options)
+        page = watched(reduced_motion="reduce", bypass_csp=True, **LOOKS[look]).page(served.url)
+        expect(page.locator("[data-test=state]")).to_have_text("Idle")
+        page.add_script_tag(path=AXE)  # no part of the page: hence bypass_csp
+        return page
+
+    return start
+
+
 def broken_rules(page: Page) -> list[str]:
     """What axe-core finds, with the places."""
     found = page.evaluate("axe.run({ resultTypes: ['violations'] })")
@@ -33,14 +50,8 @@ def broken_rules(page: Page) -> list[str]:
 
 
 @pytest.mark.parametrize("look", LOOKS)
-def test_every_tab(
-    serve_page: Callable[..., tuple[Server, PageServer]], watched: Callable[..., Watched], look: str
-) -> None:
-    SCREENS.mkdir(parents=True, exist_ok=True)
-    _, served = serve_page()
-    page = watched(reduced_motion="reduce", bypass_csp=True, **LOOKS[look]).page(served.url)  # axe is no part of it
-    expect(page.locator("[data-test=state]")).to_have_text("Idle")
-    page.add_script_tag(path=AXE)
+def test_every_tab(opened: Callable[..., Page], look: str) -> None:
+    page = opened(look)
     page.click("#tab-job")
     page.locator("[data-test=job-file]").set_input_files(ROOT / "examples" / "pcb_outline.nc")
     expect(page.locator("[data-test=job-time]")).to_be_visible()
@@ -60,15 +71,9 @@ CAM = "%\nO1000 (BRACKET)\nT1 M6\nG21G90G0Z1\nG1X20Y10F300\nY0\nT2 M6\nG0X0\nM30
 
 
 @pytest.mark.parametrize("look", LOOKS)
-def test_what_a_job_forbids(
-    serve_page: Callable[..., tuple[Server, PageServer]], watched: Callable[..., Watched], look: str
-) -> None:
+def test_what_a_job_forbids(opened: Callable[..., Page], look: str) -> None:
     """The question before a lift; a job that waits for its tool, and what cannot be pressed meanwhile."""
-    SCREENS.mkdir(parents=True, exist_ok=True)
-    _, served = serve_page()
-    page = watched(reduced_motion="reduce", bypass_csp=True, **LOOKS[look]).page(served.url)
-    expect(page.locator("[data-test=state]")).to_have_text("Idle")
-    page.add_script_tag(path=AXE)
+    page = opened(look)
     page.click("[data-test=go-to-zero]")
     expect(page.locator("[data-test=lift]")).to_be_visible()
     page.screenshot(path=SCREENS / f"lift-{look}.png")
@@ -93,6 +98,20 @@ def test_what_a_job_forbids(
     expect(page.get_by_text("Change to tool T1")).to_have_count(0)
 
 
+@pytest.mark.parametrize("look", LOOKS)
+def test_the_shapers_of_measured_waves(opened: Callable[..., Page], look: str) -> None:
+    page = opened(look)
+    page.click("#tab-settings")
+    page.click("[data-test=vibration-open]")
+    for name, value in (("feed_mm_min", "2400"), ("waves", "8"), ("distance_mm", "7.75")):
+        page.locator(f"[data-test=vibration-{name}]").fill(value)
+    expect(page.get_by_role("img", name="Vibration that each shaper leaves")).to_be_visible()
+    page.screenshot(path=SCREENS / f"vibration-{look}.png")
+    assert not broken_rules(page)
+    wide = page.evaluate("document.documentElement.scrollWidth - document.documentElement.clientWidth")
+    assert wide <= 0
+
+
 SQUARE = "{} S700 F3000\nG0 X2 Y2\nG1 X32\nY32\nX2\nY2\nM5\n"
 # Pixels of the canvas that are almost black on white, or white on black: what gets the typical energy is not.
 STRONG = """canvas => {
@@ -108,15 +127,9 @@ STRONG = """canvas => {
 
 
 @pytest.mark.parametrize("look", LOOKS)
-def test_what_a_laser_burns(
-    serve_page: Callable[..., tuple[Server, PageServer]], watched: Callable[..., Watched], look: str
-) -> None:
+def test_what_a_laser_burns(opened: Callable[..., Page], look: str) -> None:
     """The corners of a square: with constant power they are the darkest of the path, and the preflight says so."""
-    SCREENS.mkdir(parents=True, exist_ok=True)
-    _, served = serve_page(settings=("$32=1", "$30=1000", "$120=500", "$121=500"))
-    page = watched(reduced_motion="reduce", bypass_csp=True, **LOOKS[look]).page(served.url)
-    expect(page.locator("[data-test=state]")).to_have_text("Idle")
-    page.add_script_tag(path=AXE)
+    page = opened(look, settings=("$32=1", "$30=1000", "$120=500", "$121=500"))
     page.click("#tab-job")
     strong = {}
     for mode in ("M3", "M4"):

@@ -71,8 +71,8 @@ EXITS_HEAD = """
 ## Exit codes of `wificnc`
 
 The same for all commands. With `--json`, stdout has one JSON document and nothing else; messages go to stderr.
-When a command fails before it has a result, stdout is empty. `monitor`, `serve`, `expand`, `pins` and commands that
-only switch something do not have `--json`: their output is a stream, a file, or the exit code.
+When a command fails before it has a result, stdout is empty. `monitor`, `serve`, `expand`, `tune pattern`, `pins` and
+commands that only switch something do not have `--json`: their output is a stream, a file, or the exit code.
 
 | exit code | it means |
 | ---: | --- |

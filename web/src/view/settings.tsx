@@ -6,6 +6,7 @@ import { RefusedError } from "../link/controller";
 import { defaultsText, exportText, importText, same, sendingOrder } from "../link/settingsfile";
 import { findSetting, settingProblem, settingsOf, type Setting } from "../tables";
 import { Button, Card, Check, Dialog, FileButton, Notice, saveFile } from "./parts";
+import { VibrationCard } from "./vibration";
 
 /** $N -> what was typed and is not sent yet. */
 const edits = signal<ReadonlyMap<number, string>>(new Map());
@@ -32,6 +33,20 @@ const problems = computed(() =>
 );
 
 export function SettingsTab(): JSX.Element {
+  return (
+    <div class="stack">
+      <VibrationCard onUse={edit} />
+      <SettingsCard />
+    </div>
+  );
+}
+
+/** Values that another card has found: they become edits, too. */
+function edit(values: ReadonlyMap<number, string>): void {
+  edits.value = new Map([...edits.value, ...values]);
+}
+
+function SettingsCard(): JSX.Element {
   if (current.value.size === 0)
     return (
       <Card title="Settings">
@@ -77,8 +92,7 @@ function Tools(): JSX.Element {
 
 /** The file's values become edits; nothing is sent yet. */
 async function importFile(file: File): Promise<void> {
-  const values = importText(await file.text());
-  edits.value = new Map([...edits.value, ...values]);
+  edit(importText(await file.text()));
 }
 
 function ChangeBar(): JSX.Element | null {
@@ -160,16 +174,14 @@ function SettingLine({ setting }: { setting: Setting }): JSX.Element {
 function Value({ setting }: { setting: Setting }): JSX.Element {
   const { number, row, axis } = setting;
   const text = edits.value.get(number) ?? current.value.get(number) ?? "";
-  const edit = (value: string): void => {
-    edits.value = new Map(edits.value).set(number, value);
-  };
+  const onEdit = (value: string): void => edit(new Map([[number, value]]));
   if (row.type === "bool")
     return (
       <Check
         label={Number(text) ? "on" : "off"}
         checked={Number(text) !== 0}
         disabled={!controller.commands.value}
-        onChange={(on) => edit(on ? "1" : "0")}
+        onChange={(on) => onEdit(on ? "1" : "0")}
       />
     );
   const problem = settingProblem(row, text);
@@ -183,7 +195,7 @@ function Value({ setting }: { setting: Setting }): JSX.Element {
         title={problem}
         value={text}
         disabled={!controller.commands.value}
-        onInput={(event) => edit(event.currentTarget.value)}
+        onInput={(event) => onEdit(event.currentTarget.value)}
       />
       {problem && <div class="small">{problem}</div>}
     </>

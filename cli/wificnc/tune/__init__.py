@@ -1,0 +1,1 @@
+"""Choose an input shaper: test pattern, measured waves, accelerometer logs, prediction on a job."""
