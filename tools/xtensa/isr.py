@@ -11,7 +11,6 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
 
-
 # What the vector of the step timer's level calls (targets/esp32/hal/step_vector.S), and what ESP-IDF calls.
 STEP = "step_interrupt"
 ROOTS = (STEP, "on_edge", "on_switch_timer")
