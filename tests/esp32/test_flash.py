@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import io
 import json
 import subprocess
 import sys
 from collections.abc import Iterator
+from contextlib import redirect_stderr, redirect_stdout
+from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
@@ -15,6 +18,7 @@ pytest.importorskip("esptool")
 pytest.importorskip("esp32_mock_bootloader")
 
 from patience import HANG_S
+from wificnc.app import main
 from wificnc.board.load import load_board
 from wificnc.errors import Exit, FlashError
 from wificnc.flash.plan import Chip, Region, check_chip, load_regions, read_partitions
@@ -26,12 +30,25 @@ BOARD = "esp32s3-zero"
 APP_AT, NVS_AT = 0x20000, 0x9000
 
 
-def wificnc(*arguments: object, code: int = 0, stdin: str = "") -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, "-m", "wificnc", *map(str, arguments)]
-    run = subprocess.run(command, capture_output=True, text=True, timeout=HANG_S, input=stdin, cwd=ROOT, check=False)
-    assert run.returncode == code, run.stdout + run.stderr
-    assert "Traceback" not in run.stderr
-    return run
+@dataclass(frozen=True)
+class Said:
+    """What a command printed."""
+
+    stdout: str
+    stderr: str
+
+
+def wificnc(*arguments: object, code: int = 0, stdin: str = "") -> Said:
+    """In this process: it starts forty times here, and tests/cli starts it as users do."""
+    out, err = (io.TextIOWrapper(io.BytesIO(), encoding="utf-8", write_through=True) for _ in range(2))
+    with pytest.MonkeyPatch.context() as patched, redirect_stdout(out), redirect_stderr(err):
+        patched.chdir(ROOT)
+        patched.setattr("sys.stdin", io.StringIO(stdin))
+        with pytest.raises(SystemExit) as ended:
+            main([str(argument) for argument in arguments])
+    said = Said(*(stream.buffer.getvalue().decode() for stream in (out, err)))  # type: ignore[attr-defined]
+    assert int(ended.value.code or 0) == code, said
+    return said
 
 
 @pytest.fixture(scope="module")
@@ -146,12 +163,14 @@ def test_a_port_where_nobody_answers_says_what_to_press(monkeypatch: pytest.Monk
 
     monkeypatch.delenv("ESPTOOL_CFGFILE")  # whose waits are those for an answer that comes
     ours, theirs = pty.openpty()
-    try:
-        said = wificnc("nvs", "read", "--port", os.ttyname(theirs), code=Exit.FLASH).stderr
+    command = [sys.executable, "-m", "wificnc", "nvs", "read", "--port", os.ttyname(theirs)]
+    try:  # in another process: in this one esptool has read the file
+        run = subprocess.run(command, capture_output=True, text=True, timeout=HANG_S, cwd=ROOT, check=False)
     finally:
         os.close(ours)
         os.close(theirs)
-    assert "cannot connect" in said and "BOOT" in said
+    assert run.returncode == Exit.FLASH
+    assert "cannot connect" in run.stderr and "BOOT" in run.stderr and "Traceback" not in run.stderr
 
 
 def test_a_port_that_is_none_or_busy_is_told(chip: Mock) -> None:

@@ -39,7 +39,8 @@ def tools() -> Toolchain:
 def objects_of(chip: str) -> list[Object]:
     output = ROOT / "build" / "xtensa" / "small" / chip
     headers = small_headers(ROOT, chip, output)
-    objects = compile_all(find_toolchain(), ROOT, headers, firmware_sources(ROOT), output)
+    (other,) = BOARDS.keys() - {chip}
+    objects = compile_all(find_toolchain(), ROOT, headers, firmware_sources(ROOT), output, twin=output.with_name(other))
     assert not [(made.source.name, made.said) for made in objects if made.said]
     return objects
 
@@ -48,7 +49,7 @@ def objects_of(chip: str) -> list[Object]:
 def program_of(chip: str) -> Program:
     objects_of(chip)
     output = ROOT / "build" / "xtensa" / "small" / chip
-    return interrupt_program(find_toolchain(), ROOT, output, firmware_sources(ROOT))
+    return interrupt_program(ROOT, output, firmware_sources(ROOT))
 
 
 @cache
@@ -57,7 +58,7 @@ def rmt_program_of(chip: str) -> Program:
     headers = small_headers(ROOT, chip, output, rmt_board(chip, output))
     objects = compile_all(find_toolchain(), ROOT, headers, board_sources(ROOT), output)
     assert not [(made.source.name, made.said) for made in objects if made.said]
-    return interrupt_program(find_toolchain(), ROOT, output, board_sources(ROOT))
+    return interrupt_program(ROOT, output, board_sources(ROOT))
 
 
 @pytest.mark.parametrize("chip", BOARDS)

@@ -53,7 +53,8 @@ def main() -> int:
         if idf:
             failed += _report_options(Path(idf), chip, output)
         begin = time.perf_counter()
-        objects = compile_all(tools, ROOT, headers, firmware_sources(ROOT), output)
+        (other,) = BOARDS.keys() - {chip}
+        objects = compile_all(tools, ROOT, headers, firmware_sources(ROOT), output, twin=output.with_name(other))
         bad = [made for made in objects if made.said]
         failed += len(bad)
         for made in bad:
@@ -61,7 +62,7 @@ def main() -> int:
         kind = f"the headers of {idf}" if idf else "our small headers"
         seconds = time.perf_counter() - begin
         if not bad:
-            failed += _report_interrupts(tools, output)
+            failed += _report_interrupts(output)
             _report_ram(tools, chip, output, headers, objects)
             failed += _report_rmt(tools, chip, Path(idf) if idf else None, output)
         print(f"{chip}: {len(objects) - len(bad)} of {len(objects)} files compile with {kind}, {seconds:.1f} s")
@@ -102,7 +103,7 @@ def _report_rmt(tools: Toolchain, chip: str, idf: Path | None, output: Path) -> 
         print(f"{made.source.relative_to(ROOT)}, RMT:\n{made.said}")
     if bad:
         return len(bad)
-    program = interrupt_program(tools, ROOT, folder, sources)
+    program = interrupt_program(ROOT, folder, sources)
     problems = violations(program, firmware_in_ram(ROOT), [STEP])
     print("\n".join(problems) or "with pulses by the RMT: the same rules are kept")
     print(
@@ -111,9 +112,9 @@ def _report_rmt(tools: Toolchain, chip: str, idf: Path | None, output: Path) -> 
     return len(problems)
 
 
-def _report_interrupts(tools: Toolchain, output: Path) -> int:
+def _report_interrupts(output: Path) -> int:
     """@return how many rules are broken."""
-    program = interrupt_program(tools, ROOT, output, firmware_sources(ROOT))
+    program = interrupt_program(ROOT, output, firmware_sources(ROOT))
     problems = violations(program, firmware_in_ram(ROOT))
     print("\n".join(problems) or "interrupt handlers: all in RAM, no call outside the list, no float, no division")
     print(

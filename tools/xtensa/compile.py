@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+import shutil
 import subprocess
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -12,7 +13,7 @@ from pathlib import Path
 
 from xtensa.headers import Headers
 from xtensa.toolchain import Toolchain
-from xtensa.unchanged import depfile, is_unchanged, note
+from xtensa.unchanged import depfile, files_read, is_unchanged, note
 
 # LLVM knows the ESP32's LX6, not the S3's LX7. For what is proved here they are alike: windowed registers, a
 # single-precision unit, s32c1i.
@@ -63,6 +64,16 @@ class Object:
     path: Path
     said: str = ""
 
+    @property
+    def code(self) -> Path:
+        """LLVM code."""
+        return self.path.with_suffix(".ll")
+
+    @property
+    def assembly(self) -> Path:
+        """The object as text."""
+        return self.path.with_suffix(".s")
+
 
 def firmware_sources(root: Path) -> list[Path]:
     """Every C file of the firmware."""
@@ -85,42 +96,64 @@ def has_call0_abi(root: Path, source: Path) -> bool:
     return re.search(found[1], str(source)) is not None
 
 
-def compile_all(tools: Toolchain, root: Path, headers: Headers, sources: Sequence[Path], output: Path) -> list[Object]:
-    """Compile each source; a failed one has `said`."""
+def compile_all(
+    tools: Toolchain, root: Path, headers: Headers, sources: Sequence[Path], output: Path, twin: Path | None = None
+) -> list[Object]:
+    """Compile each source; a failed one has `said`. @param twin  output of another chip: objects are taken from there
+    where they would be the same"""
     includes = [f"-I{path}" for path in (headers.generated, *(root / folder for folder in FOLDERS))]
     includes += [flag for path in headers.system for flag in ("-isystem", str(path))]
     argv = [tools.clang, *FLAGS, *headers.flags, *includes]
     with ThreadPoolExecutor(os.cpu_count()) as pool:
-        return list(pool.map(lambda source: _compile(tools, argv, root, source, output), sources))
+        return list(pool.map(lambda source: _compile(tools, argv, root, source, output, twin), sources))
 
 
-def _compile(tools: Toolchain, argv: Sequence[str], root: Path, source: Path, output: Path) -> Object:
-    code = output / source.relative_to(root).with_suffix(".ll")
-    code.parent.mkdir(parents=True, exist_ok=True)
-    made = Object(source, code.with_suffix(".o"))
-    clang = [*argv, "-emit-llvm", "-S", "-MD", "-MF", str(depfile(made.path)), "-o", str(code), str(source)]
-    llc = [tools.llc, f"-mcpu={CPU}", "-O2", "--function-sections", "--data-sections", "-filetype=obj"]
-    llc += [str(code), "-o", str(made.path)]
+def _compile(
+    tools: Toolchain, argv: Sequence[str], root: Path, source: Path, output: Path, twin: Path | None
+) -> Object:
+    made = Object(source, output / source.relative_to(root).with_suffix(".o"))
+    made.path.parent.mkdir(parents=True, exist_ok=True)
+    clang = [*argv, "-emit-llvm", "-S", "-MD", "-MF", str(depfile(made.path)), "-o", str(made.code), str(source)]
+    llc = [tools.llc, f"-mcpu={CPU}", "-O2", "--function-sections", "--data-sections", str(made.code)]
     call0 = has_call0_abi(root, source)
     command = [*clang, *llc, str(call0)]
-    if is_unchanged(made.path, command):
+    if is_unchanged(made.path, command) and made.assembly.is_file():
         return made
-    said = _translate(clang, llc, code, call0)
+    if twin and _take(made, command, output, twin):
+        note(made.path, command)
+        return made
+    said = _translate(clang, llc, made, call0)
     if LLC_GAP in said:
-        said = _translate([*clang, "-O0"], llc, code, call0)
+        said = _translate([*clang, "-O0"], llc, made, call0)
     if not said:
         note(made.path, command)
     return Object(source, made.path, said)
 
 
-def _translate(clang: Sequence[str], llc: Sequence[str], code: Path, call0: bool) -> str:
+def _take(made: Object, command: Sequence[str], output: Path, twin: Path) -> bool:
+    """Copy what the same command made of the same source in another folder, unless it read what is generated there.
+    @return whether it did"""
+    there = Object(made.source, twin / made.path.relative_to(output))
+    if not is_unchanged(there.path, [word.replace(str(output), str(twin)) for word in command]):
+        return False
+    if any(path.is_relative_to(twin) for path in files_read(there.path)):
+        return False
+    for path in (there.path, there.code, there.assembly, depfile(there.path)):
+        shutil.copyfile(path, made.path.with_suffix(path.suffix))
+    return True
+
+
+def _translate(clang: Sequence[str], llc: Sequence[str], made: Object, call0: bool) -> str:
     """@return what clang or llc complain about."""
     run = _run(clang)
     if run.returncode != 0 or run.stderr:
         return run.stderr or f"clang failed with {run.returncode}"
-    code.write_text(_for_cpu(code.read_text(), call0))
-    run = _run(llc)
-    return run.stderr or (f"llc failed with {run.returncode}" if run.returncode != 0 else "")
+    made.code.write_text(_for_cpu(made.code.read_text(), call0))
+    for kind, path in (("obj", made.path), ("asm", made.assembly)):
+        run = _run([*llc, f"-filetype={kind}", "-o", str(path)])
+        if run.returncode != 0 or run.stderr:
+            return run.stderr or f"llc failed with {run.returncode}"
+    return ""
 
 
 def _run(command: Sequence[str]) -> subprocess.CompletedProcess[str]:

@@ -7,13 +7,9 @@ Read from the assembly text of the compiler (one instruction a line, calls throu
 from __future__ import annotations
 
 import re
-import subprocess
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
-
-from xtensa.compile import CPU
-from xtensa.toolchain import Toolchain
 
 # What the vector of the step timer's level calls (targets/esp32/hal/step_vector.S), and what ESP-IDF calls.
 STEP = "step_interrupt"
@@ -110,12 +106,6 @@ class Program:
     data: dict[str, str] = field(default_factory=dict)
     every: list[Function] = field(default_factory=list)  # also those of one name in several files
     tables: dict[str, set[str]] = field(default_factory=dict)  # data symbol -> functions and data that it names
-
-
-def assembly(tools: Toolchain, code: Path) -> str:
-    """The assembly text of LLVM code that compile_all() has left."""
-    command = [tools.llc, f"-mcpu={CPU}", "-O2", "--function-sections", "--data-sections", str(code), "-o", "-"]
-    return subprocess.run(command, capture_output=True, text=True, check=True).stdout
 
 
 def read_assembly(text: str, file: str, program: Program) -> None:
@@ -268,12 +258,12 @@ def _faults(program: Program, name: str, placed: set[str], allowed: Iterable[str
     return faults
 
 
-def interrupt_program(tools: Toolchain, root: Path, output: Path, sources: Iterable[Path]) -> Program:
-    """All functions of the firmware, from the LLVM code that compile_all() has left in output."""
+def interrupt_program(root: Path, output: Path, sources: Iterable[Path]) -> Program:
+    """All functions of the firmware, from the assembly text that compile_all() has left in output."""
     program = Program()
     for source in sources:
         name = source.relative_to(root)
-        read_assembly(assembly(tools, output / name.with_suffix(".ll")), str(name), program)
+        read_assembly((output / name.with_suffix(".s")).read_text(), str(name), program)
     return program
 
 

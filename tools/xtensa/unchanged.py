@@ -31,10 +31,14 @@ def note(made: Path, command: Sequence[str]) -> None:
     made.with_suffix(".sha256").write_text(_fingerprint(made, command))
 
 
-def _fingerprint(made: Path, command: Sequence[str]) -> str:
+def files_read(made: Path) -> list[Path]:
+    """The source and every file that it includes, as the compiler listed them."""
     listed = depfile(made).read_text().partition(":")[2]
-    read = re.split(r"[\s\\]+", listed.strip())
+    return [Path(name) for name in sorted(set(re.split(r"[\s\\]+", listed.strip())))]
+
+
+def _fingerprint(made: Path, command: Sequence[str]) -> str:
     found = hashlib.sha256("\0".join(command).encode())
-    for path in (COMPILER, *map(Path, sorted(set(read)))):
+    for path in (COMPILER, *files_read(made)):
         found.update(b"\0" + (path.read_bytes() if path.is_file() else b"gone"))
     return found.hexdigest()

@@ -10,7 +10,6 @@ from pathlib import Path
 
 from xtensa.compile import CPU, compile_all
 from xtensa.headers import Headers
-from xtensa.isr import assembly
 from xtensa.toolchain import Toolchain
 
 LINKER, QEMU = "xtensa-lx106-elf-ld", "qemu-system-xtensa"
@@ -50,8 +49,8 @@ def build(tools: Toolchain, root: Path, headers: Headers, sources: Sequence[Path
         raise RuntimeError(said)
     texts = [path for path in sources if path.suffix == ".S"]
     for made in objects:
-        texts.append(made.path.with_suffix(".s"))
-        texts[-1].write_text(_align_literals(assembly(tools, made.path.with_suffix(".ll"))))
+        texts.append(made.path.with_suffix(".aligned.s"))
+        texts[-1].write_text(_align_literals(made.assembly.read_text()))
     files = [str(output / f"{text.stem}.o") for text in texts]
     for text, file in zip(texts, files, strict=True):
         _run([assembler(tools), "--arch=xtensa", f"-mcpu={CPU}", "-filetype=obj", str(text), "-o", file])
