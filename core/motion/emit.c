@@ -363,7 +363,7 @@ static void make_sample(struct emit *emit, struct segment *segment) {
     finish(emit, segment, duration_ns(emit, time_s));
 }
 
-/* The path continues for so long, or to a stop, or it rests until the axes do, too.
+/* The path continues for this time, or to a stop, or it rests until the axes do, too.
  * @return the piece that belongs to it; *time_s becomes the time that the sample takes, *took_s that of the
  * way */
 static const struct piece *travel_shaped(struct emit *emit, int64_t at[SHAPER_LANES], float *time_s,

@@ -65,7 +65,7 @@ static void append(struct history *history, const struct history_record *record,
 }
 
 bool history_has_room(struct history *history, uint8_t side) {
-    struct history_side *to = batch_at(history, side);
+    const struct history_side *to = batch_at(history, side);
     if (history->now.count - to->base + MOST_RECORDS <= HISTORY_SIDE)
         return true;
     begin_side(history, side, to);

@@ -42,7 +42,7 @@ struct history_record {
 /** Where it was at a mark. */
 struct history_place {
     int64_t in[SHAPER_LANES]; /* where the path is, 1/HISTORY_STEP step */
-    uint32_t still_ns;        /* the path rests for so long; 2^31: for ever */
+    uint32_t still_ns;        /* the path has rested for this time; 2^31: for ever */
     uint32_t count;           /* records up to here, modulo 2^32 */
     uint32_t batch;           /* of those that are not in main: */
     uint8_t side;
@@ -70,7 +70,7 @@ struct history_shape {
     uint16_t piece;         /* of the record with most weight */
 };
 
-/** The path has rested here for ever so long: what was before does not count any more. */
+/** The path has rested here for ever: what was before does not count any more. */
 void history_rest(struct history *history, const int64_t in[SHAPER_LANES]);
 
 /** The path has come to `in` in this time, or rests there. history_has_room(). @param ramp  as segment.ramp

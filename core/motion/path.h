@@ -94,7 +94,7 @@ struct path {
     vec spread;                             /* half of the second moment of each axis' shaper, s^2 */
     bool uneven; /* they differ, so that straight ways bend where speed changes, by up to: */
     float room_mm;
-    float near_s;    /* so long before and after a bend is next to it ... */
+    float near_s;    /* this time before and after a bend is next to it ... */
     float near_part; /* ... where this part of accel_mm_s2 is used */
     unsigned axis_count;
     /* knots */

@@ -39,7 +39,7 @@ struct shaper_row {
 struct shaper {
     uint32_t mean_ns;   /* limited jerk; 0: not limited */
     uint32_t late_ns;   /* the mean delay of every lane, mean_ns counted */
-    uint32_t window_ns; /* the axes rest so long after the path; 0: they follow it at once */
+    uint32_t window_ns; /* the axes come to rest this much later than the path; 0: they are the path */
     float sample_s;     /* time from sample to sample */
     bool sums;          /* rows are for the sum and the difference of the first two axes (CoreXY) */
     uint8_t row_count;

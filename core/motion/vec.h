@@ -24,7 +24,7 @@
 #define VEC_LANES (CORE_AXES <= 4 ? 4 : 8)
 _Static_assert(CORE_AXES >= 1 && CORE_AXES <= (int)AXIS_COUNT, "axes of the board (hal/core_sizes.h)");
 
-/* Lanes that only wide vectors have; in others the first one stands there. */
+/* Lanes that only wide vectors have; in others the first one takes their place. */
 enum { VEC_WIDE = CORE_AXES > 4, VEC_FIFTH = VEC_WIDE ? 4 : 0, VEC_SIXTH = VEC_WIDE ? 5 : 0 };
 
 /* Alignment of a float, so that a struct with one may live anywhere. */

@@ -17,6 +17,7 @@ from motion_host import Host, Run
 from numpy.typing import NDArray
 from test_motion_jerk import chopped_circle, zigzag
 from vertices import vertices_of
+from wificnc.tune.shapers import SHAPERS, impulses
 
 ZV, MZV, EI, EI_2 = 1, 2, 3, 4
 DAMPING = 0.02
@@ -57,6 +58,25 @@ def test_the_frame_swings_less(kind: int, off: float, most: float, hz: float) ->
     """Issue: at most 5 % of the unshaped for ZV at the exact frequency, 20 % for MZV 10 % off it, 15 to 80 Hz."""
     shaped, plain = swings_um(kind, hz, hz * (1 + off)), swings_um(0, hz, hz * (1 + off))
     assert np.linalg.norm(shaped) <= most * np.linalg.norm(plain)
+
+
+@pytest.mark.parametrize("damping", [0.0, 0.02, 0.2])
+@pytest.mark.parametrize("kind", [ZV, MZV, EI, EI_2])
+def test_a_move_is_the_sum_of_its_delayed_parts(kind: int, damping: float) -> None:
+    """Of the same move without a shaper, by the impulses of `wificnc tune`, which know nothing of the core's."""
+    machine = replace(FINE, shapers=((kind, 33.3, damping),))
+    plain, shaped = (performed(m, "G1F5000X7.77\n") for m in (FINE, machine))
+    parts = impulses(SHAPERS[kind], 33.3, damping)
+    t = plain.seconds()[0] + np.linspace(-0.005, np.ptp(shaped.seconds()) + 0.005, 5000)
+    begin_s = shaped.seconds()[0] - plain.seconds()[0]
+    want = sum(w * steps_at(plain, t - late) for w, late in zip(parts.weights, parts.times_s, strict=True))
+    found = min(np.abs(steps_at(shaped, t + begin_s + by) - want).max() for by in np.arange(-4e-3, 4e-3, 5e-6))
+    assert found <= 2.0  # a step early or late of each, and half of the grid in the start's time
+
+
+def steps_at(run: Run, t: Floats) -> Floats:
+    places = np.append(0, run.positions()[:, 0])
+    return np.asarray(places[np.searchsorted(run.seconds(), t, side="right")], dtype=float)
 
 
 def test_a_single_move_takes_the_shapers_delay_longer() -> None:
