@@ -8,7 +8,7 @@
 #include <stdio.h>
 #include <string.h>
 
-enum { ENTRIES = 90, BLOB_MAX = STORE_BATCH_SIZE + 64, NO_CUT = 1000 };
+enum { ENTRIES = SETTINGS_COUNT + 16, BLOB_MAX = STORE_BATCH_SIZE + 64, NO_CUT = 1000 };
 
 struct entry {
     char key[16];
