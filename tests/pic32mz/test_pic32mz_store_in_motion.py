@@ -80,7 +80,7 @@ def begin_page_change(controller: Controller) -> None:
                 break
         controller.run(0.002)
         if controller.chip.flash_operations == before + 1:
-            return  # words are written one after the other; only an erase takes so long
+            return  # words are written one after the other; only an erase takes 2 ms
         controller.run(0.1)
     raise AssertionError("no page change")
 
