@@ -32,27 +32,21 @@ static int64_t exactly_on(int32_t steps) {
     return (int64_t)steps * HISTORY_STEP + HISTORY_STEP / 2;
 }
 
-static void find_axes(const struct emit *emit, int64_t at[SHAPER_LANES]) {
+static void stand_still(struct emit *emit) {
+    int64_t at[SHAPER_LANES];
     for (unsigned ax = 0; ax < CORE_AXES; ax++)
         at[ax] = exactly_on(emit->steps[ax]);
     at[SHAPER_PLACE] = emit->power.at;
-}
-
-static void stand_still(struct emit *emit) {
-    int64_t at[SHAPER_LANES];
-    find_axes(emit, at);
     history_rest(&emit->history, at);
 }
 
 /* At rest, maybe in a stop that will be taken back. */
 static void choose_shaper(struct emit *emit, bool unshaped) {
     const struct shaper *shaper = unshaped ? &emit->plan->unshaped : &emit->plan->shaper;
-    int64_t at[SHAPER_LANES];
     if (shaper == emit->shaper)
         return;
     emit->shaper = shaper;
-    find_axes(emit, at);
-    history_rest(&emit->history, at);
+    stand_still(emit);
 }
 
 void emit_reset(struct emit *emit, const int32_t position_steps[AXIS_COUNT]) {
@@ -148,13 +142,17 @@ void emit_change_limits(struct emit *emit) {
 
 /* From here to the end of the pieces it is `times` the way to a stop and `more_mm`, or less. */
 static bool is_near_end(const struct emit *emit, float times, float more_mm) {
-    const struct path *path = &emit->plan->path;
-    float bound = 0.5f * times * emit->y;
-    float ahead_mm = -more_mm - (float)emit->along_mm;
+    struct path *path = &emit->plan->path;
+    float left = 0.5f * times * emit->y, skip_mm = more_mm + (float)emit->along_mm;
     for (uint32_t i = path->tail; i != path->head; i++) {
-        const struct piece *piece = &path->pieces[i & (PLAN_SIZE - 1)];
-        ahead_mm += piece->length_mm;
-        if (ahead_mm * piece->accel_mm_s2 > bound)
+        const struct piece *piece = path_piece(path, i);
+        float way_mm = piece->length_mm - skip_mm;
+        skip_mm = max_f(-way_mm, 0.0f);
+        if (way_mm <= 0.0f)
+            continue;
+        float slow_mm = path->near_part < 1.0f ? piece_slow_mm(piece, path_piece(path, i - 1)) : 0.0f;
+        left -= piece->accel_mm_s2 * (way_mm - (1.0f - path->near_part) * min_f(slow_mm, way_mm));
+        if (left < 0.0f)
             return false;
     }
     return true;

@@ -142,6 +142,12 @@ static inline float piece_near_mm(const struct piece *piece, const struct piece 
     return min_f(near_mm, line_mm);
 }
 
+/** Length of a piece's chord where only a part of the acceleration is used. */
+static inline float piece_slow_mm(const struct piece *piece, const struct piece *before) {
+    float bends_mm = before->tangent_mm + piece->tangent_mm;
+    return bends_mm + piece_near_mm(piece, before, max_f(piece->length_mm - bends_mm, 0.0f));
+}
+
 /** Empty and at rest. */
 void path_reset(struct path *path);
 

@@ -35,6 +35,14 @@ def row(power: NDArray[np.int_], pixel_mm: float, over: str = "G1") -> str:
     return f"{over}X{OVER_MM:g}S0\n{burnt}{over}X{2 * OVER_MM + pixel_mm * len(power):.4f}S0\n"
 
 
+def stream_disturbed(grbl: Grbl, lines: str) -> None:
+    """With a hold, and the feed at 70 and 90 %, on the way."""
+    for seconds, character in ((0.9, "!"), (0.4, "~"), (0.2, "\x92\x92\x92"), (0.3, "\x91\x91"), (0.2, "\x90")):
+        lines = grbl.stream_for(seconds, lines)
+        grbl.flood(character)
+    grbl.stream(lines)
+
+
 def random_pixels(count: int) -> NDArray[np.int_]:
     return np.random.default_rng(count).integers(1, 1001, count)
 
@@ -98,11 +106,7 @@ def test_edges_through_a_hold_and_overrides(grbl: Grbl) -> None:
     power = random_pixels(2000)
     grbl.fine("M3F6000")
     record = BeamRecord(grbl)
-    rest = row(power, 0.1)
-    for seconds, character in ((0.9, "!"), (0.4, "~"), (0.2, "\x92\x92\x92"), (0.3, "\x91\x91"), (0.2, "\x90")):
-        rest = grbl.stream_for(seconds, rest)
-        grbl.flood(character)
-    grbl.stream(rest)
+    stream_disturbed(grbl, row(power, 0.1))
     found, want = found_edges(record), row_edges(power, 8)
     rest = np.flatnonzero(np.diff(found) <= 0)  # dark at rest, and lit again where it rested
     assert len(rest) == 1

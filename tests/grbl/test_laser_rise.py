@@ -10,7 +10,7 @@ from beam_record import BeamRecord
 from grbl_host import HZ, Grbl
 from numpy.typing import NDArray
 from stalls import Side
-from test_beam_raster import FEED_MM_S, OVER_MM, STEPS_PER_MM, row, row_edges
+from test_beam_raster import FEED_MM_S, OVER_MM, STEPS_PER_MM, row, row_edges, stream_disturbed
 
 FULL = 65535
 
@@ -73,11 +73,7 @@ def test_through_a_hold_and_overrides(grbl: Grbl) -> None:
     rise_s = 500e-6
     grbl.fine("$98=500", "M3F6000")
     record = BeamRecord(grbl)
-    rest = row(power, 0.1)
-    for seconds, character in ((0.9, "!"), (0.4, "~"), (0.2, "\x92\x92\x92"), (0.3, "\x91\x91"), (0.2, "\x90")):
-        rest = grbl.stream_for(seconds, rest)
-        grbl.flood(character)
-    grbl.stream(rest)
+    stream_disturbed(grbl, row(power, 0.1))
     found, want = changes(record, rise_s), row_edges(power, 8)
     off = np.abs(found[:, None] - want[None, :]).min(axis=1)
     assert np.count_nonzero(off > 1) <= 2  # dark at rest, and lit again where it rested

@@ -31,11 +31,18 @@ LINES = {
 }
 
 
-def host_trace(tmp_path: Path, lines: str) -> NDArray[np.int64]:
+SHAPED = {
+    "limited jerk": ("$40=20000",),
+    "one shaper for all": ("$170=1", "$180=40"),
+    "each axis its own": ("$170=2", "$180=40", "$171=3", "$181=25", "$191=0.05", "$172=4", "$182=60", "$40=50000"),
+}
+
+
+def host_trace(tmp_path: Path, lines: str, settings: tuple[str, ...] = ()) -> NDArray[np.int64]:
     """(ns, step mask, direction mask) of the host's simulation of the same board."""
     job, trace = tmp_path / "job.nc", tmp_path / "trace.csv"
     job.write_text(lines + "\n")
-    simulate(SimOptions(file=job, board="pic32mz2048efh100", settings=SETTINGS, trace=trace))
+    simulate(SimOptions(file=job, board="pic32mz2048efh100", settings=SETTINGS + settings, trace=trace))
     return np.loadtxt(trace, delimiter=",", skiprows=1, dtype=np.int64, ndmin=2)
 
 
@@ -51,7 +58,20 @@ def chip_trace(controller: Controller, lines: str) -> NDArray[np.int64]:
 @pytest.mark.parametrize("lines", LINES.values(), ids=LINES.keys())
 def test_the_same_steps_as_the_host_at_the_same_times(controller: Controller, tmp_path: Path, lines: str) -> None:
     """Steps and directions exactly; times within a tick, but where another interrupt was just beginning."""
-    host, chip = host_trace(tmp_path, lines), chip_trace(controller, lines)
+    compare(host_trace(tmp_path, lines), chip_trace(controller, lines))
+
+
+@pytest.mark.parametrize("settings", SHAPED.values(), ids=SHAPED.keys())
+def test_the_same_shaped_steps_as_the_host(
+    controller: Controller, tmp_path: Path, settings: tuple[str, ...]
+) -> None:
+    lines = LINES["corners"]
+    controller.fine(*settings)
+    compare(host_trace(tmp_path, lines, settings), chip_trace(controller, lines))
+
+
+def compare(host: NDArray[np.int64], chip: NDArray[np.int64]) -> None:
+    """Steps and directions exactly; times within a tick, but where another interrupt was just beginning."""
     assert len(host) == len(chip) > 0
     np.testing.assert_array_equal(chip[:, 1], host[:, 1])
     np.testing.assert_array_equal(chip[:, 2] & chip[:, 1], host[:, 2] & host[:, 1])

@@ -1,5 +1,12 @@
-"""tools/ is no package of the product; tests/native has what every processor runs."""
+"""Clang and LLVM for Xtensa, which all of these tests need."""
 
-from pathlib import Path
+import pytest
+from xtensa.toolchain import NoToolchainError, Toolchain, find_toolchain
 
-ROOT = Path(__file__).resolve().parents[2]
+
+@pytest.fixture(scope="module")
+def tools() -> Toolchain:
+    try:
+        return find_toolchain()
+    except NoToolchainError as err:
+        pytest.skip(str(err))

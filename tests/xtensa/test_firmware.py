@@ -27,14 +27,6 @@ ROOT = Path(__file__).resolve().parents[2]
 BUDGET = json.loads((ROOT / "tests" / "budget" / "xtensa.json").read_text())
 
 
-@pytest.fixture(scope="module")
-def tools() -> Toolchain:
-    try:
-        return find_toolchain()
-    except NoToolchainError as err:
-        pytest.skip(str(err))
-
-
 @cache
 def objects_of(chip: str) -> list[Object]:
     output = ROOT / "build" / "xtensa" / "small" / chip

@@ -8,17 +8,9 @@ import pytest
 import xtensa.compile
 from xtensa.compile import Object, compile_all
 from xtensa.headers import Headers
-from xtensa.toolchain import NoToolchainError, Toolchain, find_toolchain
+from xtensa.toolchain import Toolchain
 
 SOURCES = {"same.c": "int same(void) {\n    return 1;\n}\n", "own.c": '#include "pins.h"\nint own = PINS;\n'}
-
-
-@pytest.fixture(scope="module")
-def tools() -> Toolchain:
-    try:
-        return find_toolchain()
-    except NoToolchainError as err:
-        pytest.skip(str(err))
 
 
 @pytest.fixture
