@@ -15,12 +15,11 @@
 #define ENOUGH_MM     0.5f  /* and a little more than the way to a stop: no more of the path is needed yet */
 #define SLACK_USED    1.01f /* of the way to a stop, for rounding */
 #define MAX_DWELL_NS  20000000u /* of one dwell segment */
-#define STOP_FINE     16u       /* samples of a stop until they become twice as long, and so on */
-#define STOP_SAMPLE_S 0.03f     /* but no longer than this, unless the stop takes long */
-#define STOP_SAMPLES  48.0f     /* about so many of the longest, and so many of the first ones: */
-#define STOP_FIRST    256.0f    /* both together fit into a batch */
-#define SHAPED_STOP   2.0f      /* usual samples: the history must hold all of the stop */
-#define STOP_COARSE   64u   /* samples of a stop until it is cut no more wherever the acceleration changes */
+#define STOP_FIRST    1.5f      /* usual samples: the first one of a stop ... */
+#define STOP_SAMPLES  96.0f     /* ... or a stop has so many of them */
+#define STOP_SAMPLE_S 0.03f     /* they grow to this, or in a stop that takes long to a part of it: */
+#define STOP_LONGEST  48.0f
+#define STOP_DOUBLE   24u   /* samples: after each so many they are twice as long */
 #define END_S         0.05f /* and so much: the end of the path is the stop */
 
 void emit_init(struct emit *emit, struct plan *plan, struct ahead *ahead) {
@@ -57,7 +56,7 @@ void emit_reset(struct emit *emit, const int32_t position_steps[AXIS_COUNT]) {
     emit->y = emit->v_mm_s = emit->path_mm_s = 0.0f;
     emit->along_mm = emit->t = 0.0;
     emit->dwell_ns = emit->dwelt_ns = 0;
-    emit->stop_samples = 0;
+    emit->stop = AHEAD_GO;
     emit->piece_at = 0;
     emit->power = (struct power_place){0};
     for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
@@ -226,20 +225,20 @@ static bool is_other(const struct piece *a, const struct piece *b) {
     return a->flags != b->flags || a->note != b->note;
 }
 
-/* A stop that only a late task needs must fit into a batch: on a straight part its segments may be long, and
- * in a curve the segments of a long stop grow as it slows down. */
+/* A stop that only a late task needs is made anew with each batch, so it has few segments: they grow as it
+ * slows down, and their chords leave a curve by less than the first one's. Where it takes long to slow down
+ * they grow all the same, because the stop must fit into a batch. */
 static float longer(const struct emit *emit, float time_s) {
-    if (emit->stop_samples == 0)
+    if (emit->stop != AHEAD_STOP || emit->v_mm_s <= 0.0f)
         return time_s;
-    float longer_s = emit->stop_first_s;
-    for (uint32_t made = emit->stop_samples; made > STOP_FINE && longer_s < emit->stop_most_s;
-         made -= STOP_FINE)
+    float longer_s = emit->stop_first_s * sqrtf(emit->stop_v_mm_s / emit->v_mm_s);
+    for (uint32_t made = emit->stop_samples; made > STOP_DOUBLE; made -= STOP_DOUBLE)
         longer_s *= 2.0f;
     return max_f(time_s, min_f(longer_s, emit->stop_most_s));
 }
 
 static float sample_s(const struct emit *emit, const struct piece *piece) {
-    bool stops = emit->stop_samples > 0;
+    bool stops = emit->stop != AHEAD_GO;
     float line_s = stops ? emit->stop_most_s : LINE_SAMPLE_S;
     float left_mm = piece->length_mm - piece->tangent_mm - (float)emit->along_mm;
     float longest_mm = (emit->v_mm_s + (stops ? 0.0f : piece->accel_mm_s2 * line_s)) * line_s;
@@ -260,7 +259,7 @@ static float travel_sample(struct emit *emit, const struct piece *piece) {
         if (is_other(piece, travel_piece(emit)))
             break;
         if (!emit->on_blend && took_s < asked_s) { /* the acceleration changes here */
-            bool coarse = emit->stop_samples > STOP_COARSE;
+            bool coarse = emit->stop == AHEAD_STOP && emit->stop_samples > STOP_DOUBLE;
             if (time_s > (coarse ? 0.5f * most_s : MIN_SAMPLE_S))
                 break;
             most_s = coarse ? most_s : emit->plan->curve_s;
@@ -336,7 +335,7 @@ static const struct piece *burnt_piece(const struct emit *emit, const struct pie
 static void set_power(struct emit *emit, struct segment *segment, const struct piece *piece, uint32_t to,
                       float v0, float v1, float time_s) {
     float feed_mm_s = emit->beam.on ? sqrtf(burnt_piece(emit, piece)->asked_sq) : 0.0f;
-    const struct power_way way = {to, v0, v1, feed_mm_s, time_s, emit->stop_samples > 0 || !emit->beam.on};
+    const struct power_way way = {to, v0, v1, feed_mm_s, time_s, emit->stop != AHEAD_GO || !emit->beam.on};
     if (shaper_is_on(emit->shaper) || emit->beam.rise_s > 0.0f)
         segment->flags |= SEGMENT_CUT; /* S may be that of a cut, whatever most of it is */
     power_segment(&emit->plan->power, &emit->power, &way, &emit->beam, emit->ahead->queue, segment);
@@ -506,7 +505,7 @@ static bool make(void *ctx, struct segment *segment) {
         make_shaped(emit, segment);
     else
         make_sample(emit, segment);
-    emit->stop_samples += emit->stop_samples > 0;
+    emit->stop_samples++;
     return true;
 }
 
@@ -551,7 +550,7 @@ static bool ends_soon(const struct emit *emit) {
     return !gear_is_on(&emit->gear) && !goes_on && is_near_end(emit, 3.0f, END_S * emit->v_mm_s);
 }
 
-/* How long segments of the stop from the present speed are: SEGMENT_MAX_STEPS is the end of it. */
+/* How long segments of the stop from the present speed are. */
 static void fit_stop(struct emit *emit) {
     struct plan *plan = emit->plan;
     float v_mm_s = max_f(emit->v_mm_s, 1e-3f), steps_per_mm = 1.0f,
@@ -561,15 +560,17 @@ static void fit_stop(struct emit *emit) {
     if (path_count(&plan->path) > 0)
         stop_s += v_mm_s / (plan->path.near_part * path_piece(&plan->path, plan->path.tail)->accel_mm_s2);
     float most_s = 0.9f * (float)SEGMENT_MAX_STEPS / (v_mm_s * steps_per_mm);
-    float least_s = shaper_is_on(emit->shaper) ? SHAPED_STOP * emit->shaper->sample_s : 0.0f;
-    emit->stop_first_s = min_f(max_f(stop_s / STOP_FIRST, least_s), most_s);
-    emit->stop_most_s = min_f(max_f(STOP_SAMPLE_S, stop_s / STOP_SAMPLES), most_s);
+    float usual_s = shaper_is_on(emit->shaper) ? emit->shaper->sample_s : plan->curve_s;
+    emit->stop_v_mm_s = emit->v_mm_s;
+    emit->stop_first_s = min_f(max_f(STOP_FIRST * usual_s, stop_s / STOP_SAMPLES), most_s);
+    emit->stop_most_s = min_f(max_f(STOP_SAMPLE_S, stop_s / STOP_LONGEST), most_s);
 }
 
 static bool stop(void *ctx, enum ahead_stop how) {
     struct emit *emit = ctx;
     fit_stop(emit);
-    emit->stop_samples = how != AHEAD_GO ? 1u : 0u;
+    emit->stop = how;
+    emit->stop_samples = 0;
     emit->hold = how == AHEAD_STOP || emit->hold_asked;
     if (how == AHEAD_STOP)
         gear_brake(&emit->gear);

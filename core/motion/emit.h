@@ -69,8 +69,10 @@ struct emit {
     bool waits;                   /* at rest, for more moves: nothing is made */
     bool late;                    /* limits were lowered; not yet down to them */
     uint32_t limits;              /* counts changes of them */
-    uint32_t stop_samples; /* made of a stop that only a late task needs; 0: of motion that is wanted */
-    float stop_first_s, stop_most_s; /* of its segments: the first ones, and all */
+    enum ahead_stop stop;         /* what is made is one ... */
+    uint32_t stop_samples;        /* ... so many samples of it */
+    float stop_first_s, stop_most_s; /* its first segment, and the longest */
+    float stop_v_mm_s;               /* where it begins */
     bool ran_dry;                    /* came to rest for want of a next move */
     uint32_t starved;                /* times a next move came after that */
     uint16_t next_id;

@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: MIT */
 #include "motion/forward.h"
 
-#define ROUNDING   1e-6f /* relative: shorter parts of a profile are only rounding */
-#define NOTHING    1e-7f /* a direction's coefficient that is only rounding */
+#define ROUNDING 1e-6f /* relative: shorter parts of a profile are only rounding */
+#define NOTHING                                                                                              \
+    1e-7f /* of a direction's coefficient: only rounding; of none, so that nothing is divided by 0 */
 #define WIDE       1e30f
 #define SLACK      1.001f /* of the forward pass against the backward one, for rounding */
 #define TO_THE_END 1.25f  /* a stop that is at most this many samples away is reached in one */
@@ -71,7 +72,7 @@ static void end_line(struct emit *emit, const struct piece *piece) {
     struct path *path = &emit->plan->path;
     float rounding_y = 16.0f * ROUNDING * piece->accel_mm_s2 * piece->length_mm;
     if (!emit->late && emit->y > piece->blend_y * (1.0f + ABOVE_PLAN) + rounding_y)
-        emit->plan->timing.unmet += emit->stop_samples == 0; /* what is not executed is none */
+        emit->plan->timing.unmet += emit->stop == AHEAD_GO; /* what is not executed is none */
     if (piece->tangent_mm > 0.0f) {
         if (is_newest(emit)) {
             emit->y = 0.0f;
@@ -169,12 +170,9 @@ struct stretch {
 
 /* What the strip |a x + c| <= bound leaves of x, lane by lane. */
 VEC_INLINE void strip(vec a, vec c, vec bound, vec *least, vec *greatest) {
-    vec size = vec_abs(a);
-    vec_mask none = size < NOTHING;
-    vec inverse = 1.0f / vec_select(none, (vec){0} + 1.0f, size);
-    vec signed_c = vec_turn_sign(c, a);
-    *greatest = vec_select(none, (vec){0} + WIDE, (bound - signed_c) * inverse);
-    *least = vec_select(none, (vec){0} - WIDE, (-bound - signed_c) * inverse);
+    vec inverse = 1.0f / (vec_abs(a) + NOTHING), signed_c = vec_turn_sign(c, a);
+    *greatest = (bound - signed_c) * inverse;
+    *least = -(bound + signed_c) * inverse;
 }
 
 /* Does this slope dy/dt keep every axis within its acceleration on the stretch? Its ends say it. */
@@ -212,7 +210,7 @@ static float choose_slope(struct emit *emit, const struct stretch *stretch, floa
     bool rounding =
         above * stretch->dt <= Y_ROUNDING * (emit->y + end_y) || above <= A_ROUNDING * (greatest - least);
     if (!possible || (above > 0.0f && !rounding && !emit->late))
-        emit->plan->timing.unmet += emit->stop_samples == 0; /* what is not executed is none */
+        emit->plan->timing.unmet += emit->stop == AHEAD_GO; /* what is not executed is none */
     if (above <= 0.0f)
         emit->late = false;
     if (emit->hold)

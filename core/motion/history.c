@@ -1,13 +1,11 @@
 /* SPDX-License-Identifier: MIT */
 #include "motion/history.h"
 
-#include "base/minmax.h"
 #include "segment/segment.h"
 
 #include <string.h>
 
 #define FOREVER_NS   (1u << 31)
-#define PART_ONE     (1 << 24) /* of a record's way; a float's 24 bits */
 #define NS           1e-9f
 #define MOST_RECORDS 2u /* of a sample: a rest before it, and itself */
 
@@ -110,80 +108,116 @@ void history_push(struct history *history, const int64_t in[SHAPER_LANES], uint3
 
 /* ---- what a shaper makes of it ---- */
 
-/* A record as the shaper's delays see it: in whole ns, so that a delay is in one record and no other. */
+/* A record as the shaper's delays see it. In whole ns, so that a delay is in one record and no other. */
 struct aged {
     uint32_t age_ns, ns; /* at its end, and how long it is */
     float length_s;
     float ramp;
+    const int32_t *way;
 };
 
-/* How much longer than a record's end a delay is, s. */
-static float beyond_s(const struct aged *aged, uint32_t delay_ns) {
-    return (float)(int32_t)(delay_ns - aged->age_ns) * NS;
+/* 1 - s is the part of a record's time that has passed at a delay; of its way: (1 - s) (1 - ramp s). */
+static float part_beyond(const struct aged *aged, uint32_t delay_ns) {
+    return (float)(delay_ns - aged->age_ns) * NS / aged->length_s;
 }
 
-/* Part of its way that is not made yet at a delay, and of the time from 0 to that delay. 1 - s is the part of
- * the time that has passed then: way = (1 - s) (1 - ramp s). */
-static float undone(const struct aged *aged, uint32_t delay_ns) {
-    if (delay_ns <= aged->age_ns)
-        return 0.0f;
-    if (delay_ns - aged->age_ns >= aged->ns)
-        return 1.0f;
-    float s = beyond_s(aged, delay_ns) / aged->length_s;
-    return s * (1.0f + aged->ramp * (1.0f - s));
+/* The mean of the part of the way that was not made yet, from a part of the time on. */
+static float mean_undone(const struct aged *aged, float s) {
+    return s * (0.5f * (1.0f + aged->ramp) - aged->ramp * s * (1.0f / 3.0f));
 }
 
-static float undone_s(const struct aged *aged, uint32_t delay_ns) {
-    float beyond = beyond_s(aged, delay_ns), s = max_f(min_f(beyond / aged->length_s, 1.0f), 0.0f);
-    float within_s = aged->length_s * s * s * (0.5f * (1.0f + aged->ramp) - aged->ramp * s * (1.0f / 3.0f));
-    return within_s + max_f(beyond - aged->length_s, 0.0f);
-}
-
-/* Of a record's way: the part that the axes still lack, and how fast that part falls. */
-struct part {
-    float lacks, falls;
+/* The walk from the newest record back. Places are relative to where the path is now; all whole numbers, so
+ * where it rests they are 0. */
+struct walk {
+    int64_t place[SHAPER_LANES];             /* at the end of the present record */
+    int64_t sum[SHAPER_LANES];               /* of the places since then, times ns */
+    int64_t from[SHAPER_TAPS][SHAPER_LANES]; /* the same where the mean of a tap begins */
+    float out[SHAPER_LANES], speed[SHAPER_LANES];
+    uint8_t taps[CORE_AXES], means[CORE_AXES]; /* of each row: those that began, and ended */
+    uint32_t next_ns;                          /* no row has a tap before that */
 };
 
-static struct part tap(const struct aged *aged, uint32_t delay_ns, uint32_t mean_ns) {
-    if (delay_ns >= aged->age_ns && delay_ns - aged->age_ns >= aged->ns)
-        return (struct part){1.0f, 0.0f};
-    if (delay_ns + mean_ns < aged->age_ns)
-        return (struct part){0.0f, 0.0f};
-    if (mean_ns > 0) {
-        float mean_s = (float)mean_ns * NS;
-        return (struct part){(undone_s(aged, delay_ns + mean_ns) - undone_s(aged, delay_ns)) / mean_s,
-                             (undone(aged, delay_ns + mean_ns) - undone(aged, delay_ns)) / mean_s};
-    }
-    float s = beyond_s(aged, delay_ns) / aged->length_s;
-    return (struct part){undone(aged, delay_ns), (1.0f + aged->ramp * (1.0f - 2.0f * s)) / aged->length_s};
-}
-
-static struct part part_of(const struct shaper_row *row, const struct aged *aged, uint32_t mean_ns) {
-    struct part part = {0.0f, 0.0f};
-    for (unsigned i = 0; i < row->count; i++) {
-        struct part one = tap(aged, row->delay_ns[i], mean_ns);
-        part.lacks += row->weight[i] * one.lacks;
-        part.falls += row->weight[i] * one.falls;
-    }
-    return part;
-}
-
-/* What the lanes lack, and their speeds. */
-struct sums {
-    int64_t lacks[SHAPER_LANES]; /* times PART_ONE */
-    float speed[SHAPER_LANES];
-};
-
-static void add_row(struct sums *sums, const struct shaper_row *row, const struct part *part,
-                    const int32_t way[SHAPER_LANES]) {
-    int32_t lacks = (int32_t)(part->lacks * (float)PART_ONE + 0.5f);
+/* Without a mean: the places at a tap. */
+static void add_tap(struct walk *walk, const struct shaper_row *row, const struct aged *aged, unsigned tap) {
+    float s = part_beyond(aged, row->delay_ns[tap]), weight = row->weight[tap];
+    float undone = weight * s * (1.0f + aged->ramp * (1.0f - s));
+    float falls = weight * (1.0f + aged->ramp * (1.0f - 2.0f * s)) / aged->length_s;
     for (unsigned lane = 0, lanes = row->lanes; lanes != 0; lane++, lanes >>= 1) {
         if ((lanes & 1u) == 0)
             continue;
-        sums->lacks[lane] += (int64_t)lacks * way[lane];
-        if (part->falls != 0.0f)
-            sums->speed[lane] += part->falls * (float)way[lane];
+        float way = (float)aged->way[lane];
+        walk->out[lane] += weight * (float)walk->place[lane] - undone * way;
+        walk->speed[lane] += falls * way;
     }
+}
+
+/* Sum of the places since then at a delay. */
+static int64_t sum_at(const struct walk *walk, const struct aged *aged, unsigned lane, uint32_t delay_ns,
+                      float undone) {
+    uint32_t ns = delay_ns - aged->age_ns;
+    return walk->sum[lane] + walk->place[lane] * ns - (int64_t)((float)aged->way[lane] * undone * (float)ns);
+}
+
+/* A tap's mean begins, or with `ends` is complete. */
+static void add_mean(struct walk *walk, const struct shaper *shaper, const struct shaper_row *row,
+                     const struct aged *aged, unsigned tap, bool ends) {
+    uint32_t delay_ns = row->delay_ns[tap] + (ends ? shaper->mean_ns : 0u);
+    float s = part_beyond(aged, delay_ns), undone = s * (1.0f + aged->ramp * (1.0f - s));
+    float mean = mean_undone(aged, s), weight = row->weight[tap] / ((float)shaper->mean_ns * NS);
+    for (unsigned lane = 0, lanes = row->lanes; lanes != 0; lane++, lanes >>= 1) {
+        if ((lanes & 1u) == 0)
+            continue;
+        int64_t sum = sum_at(walk, aged, lane, delay_ns, mean);
+        float place = (float)walk->place[lane] - (float)aged->way[lane] * undone;
+        walk->speed[lane] += ends ? -weight * place : weight * place;
+        if (ends)
+            walk->out[lane] += weight * NS * (float)(sum - walk->from[tap][lane]);
+        else
+            walk->from[tap][lane] = sum;
+    }
+}
+
+/* What a row makes of a record. */
+static void add_row(struct walk *walk, const struct shaper *shaper, unsigned n, const struct aged *aged) {
+    const struct shaper_row *row = &shaper->rows[n];
+    uint32_t beyond_ns = aged->age_ns + aged->ns;
+    for (; walk->taps[n] < row->count && row->delay_ns[walk->taps[n]] < beyond_ns; walk->taps[n]++) {
+        if (shaper->mean_ns > 0)
+            add_mean(walk, shaper, row, aged, walk->taps[n], false);
+        else
+            add_tap(walk, row, aged, walk->taps[n]);
+    }
+    for (; shaper->mean_ns > 0 && walk->means[n] < row->count &&
+           row->delay_ns[walk->means[n]] + shaper->mean_ns < beyond_ns;
+         walk->means[n]++)
+        add_mean(walk, shaper, row, aged, walk->means[n], true);
+}
+
+static uint32_t earlier(uint32_t a, uint32_t b) {
+    return a < b ? a : b;
+}
+
+static void add_rows(struct walk *walk, const struct shaper *shaper, const struct aged *aged) {
+    walk->next_ns = UINT32_MAX;
+    for (unsigned n = 0; n < shaper->row_count; n++) {
+        const struct shaper_row *row = &shaper->rows[n];
+        add_row(walk, shaper, n, aged);
+        if (walk->taps[n] < row->count)
+            walk->next_ns = earlier(walk->next_ns, row->delay_ns[walk->taps[n]]);
+        if (walk->means[n] < walk->taps[n])
+            walk->next_ns = earlier(walk->next_ns, row->delay_ns[walk->means[n]] + shaper->mean_ns);
+    }
+}
+
+/* On to the record before. */
+static void pass(struct walk *walk, const struct shaper *shaper, const struct aged *aged) {
+    if (shaper->mean_ns > 0) {
+        uint32_t undone_ns = (uint32_t)((float)aged->ns * mean_undone(aged, 1.0f));
+        for (unsigned lane = 0; lane < SHAPER_LANES; lane++)
+            walk->sum[lane] += walk->place[lane] * aged->ns - (int64_t)aged->way[lane] * undone_ns;
+    }
+    for (unsigned lane = 0; lane < SHAPER_LANES; lane++)
+        walk->place[lane] -= aged->way[lane];
 }
 
 /* Sum and difference of the first two axes in their places. */
@@ -193,48 +227,62 @@ static void mix(int32_t way[SHAPER_LANES]) {
     way[1] = a - b;
 }
 
-static void unmix(struct sums *sums) {
-    int64_t a = sums->lacks[0], b = sums->lacks[1];
-    float speed_a = sums->speed[0], speed_b = sums->speed[1];
-    sums->lacks[0] = (a + b) / 2;
-    sums->lacks[1] = (a - b) / 2;
-    sums->speed[0] = 0.5f * (speed_a + speed_b);
-    sums->speed[1] = 0.5f * (speed_a - speed_b);
+static void unmix(float lane[SHAPER_LANES]) {
+    float a = lane[0], b = lane[1];
+    lane[0] = 0.5f * (a + b);
+    lane[1] = 0.5f * (a - b);
 }
 
-static void add_record(struct sums *sums, const struct shaper *shaper, const struct history_record *record,
+/* Where the shaper's window ends no record is passed any more: it may last for ever. */
+static void add_record(struct walk *walk, const struct shaper *shaper, const struct history_record *record,
                        uint32_t age_ns) {
-    const float ramp = (float)record->ramp * (1.0f / (float)SEGMENT_RAMP_ONE);
-    struct aged aged = {age_ns, record->ns, (float)record->ns * NS, ramp};
-    int32_t way[SHAPER_LANES];
-    memcpy(way, record->way, sizeof way);
-    if (shaper->sums)
-        mix(way);
-    for (unsigned n = 0; n < shaper->row_count; n++) {
-        struct part part = part_of(&shaper->rows[n], &aged, shaper->mean_ns);
-        add_row(sums, &shaper->rows[n], &part, way);
+    int32_t mixed[SHAPER_LANES];
+    struct aged aged = {.age_ns = age_ns, .ns = record->ns, .way = record->way};
+    if (shaper->sums) {
+        memcpy(mixed, record->way, sizeof mixed);
+        mix(mixed);
+        aged.way = mixed;
     }
+    if (walk->next_ns < age_ns + record->ns || shaper->mean_ns > 0) {
+        aged.length_s = (float)record->ns * NS;
+        aged.ramp = (float)record->ramp * (1.0f / (float)SEGMENT_RAMP_ONE);
+    }
+    if (walk->next_ns < age_ns + record->ns)
+        add_rows(walk, shaper, &aged);
+    if (age_ns + record->ns <= shaper->window_ns)
+        pass(walk, shaper, &aged);
+}
+
+/* The time since the path came to rest. */
+static void add_rest(struct walk *walk, const struct shaper *shaper, uint32_t ns) {
+    static const int32_t no_way[SHAPER_LANES];
+    const struct aged rest = {0, ns, (float)ns * NS, 0.0f, no_way};
+    if (ns > 0)
+        add_rows(walk, shaper, &rest);
 }
 
 void history_shape(const struct history *history, const struct shaper *shaper, struct history_shape *shape) {
     const struct history_place *now = &history->now;
     uint32_t age_ns = now->still_ns;
-    struct sums sums = {{0}, {0}};
+    struct walk walk = {0};
     bool found = false;
     shape->piece = record_at(history, now, 0)->piece;
+    add_rest(&walk, shaper, age_ns);
     for (uint32_t n = 0; age_ns <= shaper->window_ns; n++) {
         const struct history_record *record = record_at(history, now, n);
         if (!found)
             shape->piece = record->piece;
         found = found || age_ns + record->ns > shaper->late_ns;
-        add_record(&sums, shaper, record, age_ns);
+        add_record(&walk, shaper, record, age_ns);
         age_ns += record->ns;
     }
-    if (shaper->sums)
-        unmix(&sums);
+    if (shaper->sums) {
+        unmix(walk.out);
+        unmix(walk.speed);
+    }
     for (unsigned lane = 0; lane < SHAPER_LANES; lane++)
-        shape->out[lane] = now->in[lane] - ((sums.lacks[lane] + PART_ONE / 2) >> 24);
-    memcpy(shape->speed, sums.speed, sizeof shape->speed);
+        shape->out[lane] = now->in[lane] + (int64_t)(walk.out[lane] + (walk.out[lane] < 0.0f ? -0.5f : 0.5f));
+    memcpy(shape->speed, walk.speed, sizeof shape->speed);
 }
 
 uint16_t history_oldest_piece(const struct history *history, const struct history_place *place,

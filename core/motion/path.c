@@ -26,7 +26,8 @@
 void path_set_limits(struct path *path, const struct motion_limits *limits, float part) {
     path->axis_count = limits->axis_count;
     path->near_part = part;
-    path->accel = path->inverse_accel = path->inverse_far = path->inverse_rate = (vec){0};
+    path->inverse_accel = path->inverse_far = path->inverse_rate = (vec){0};
+    path->accel = (vec){0} + 1.0f; /* lanes without an axis limit nothing */
     for (unsigned ax = 0; ax < CORE_AXES; ax++) {
         path->accel[ax] = part * limits->accel_mm_s2[ax];
         path->inverse_accel[ax] = 1.0f / path->accel[ax];

@@ -7,8 +7,8 @@
 
 #include <math.h>
 
-#define SAMPLE_S 0.00125f /* or as much longer as the window must have */
-#define EI_LEFT  0.05     /* EI, two-hump EI: of the vibration, at the frequency itself */
+#define SAMPLE_S 0.002f /* or as much longer as the window must have */
+#define EI_LEFT  0.05   /* EI, two-hump EI: of the vibration, at the frequency itself */
 
 /* K: what is left of a vibration after half a period of it. */
 static double left_after(double periods, double damping) {

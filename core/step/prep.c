@@ -18,7 +18,13 @@
 /* A rest after the last event of a segment that is shorter than this is left to the next segment. */
 #define SHORT_REST_HZ 4000u
 
-#define SPEED_RATIO_SQ (1.125f * 1.125f)
+/* Squares of the ratio by which the speed may change in a span. A larger one near to rest, in steps: so few
+ * of them come in such a span that less than a tenth of their interval is wrong. */
+#define RATIO_SQ      (1.125f * 1.125f)
+#define NEAR_RATIO_SQ (1.25f * 1.25f)
+#define NEAR_STEPS    128.0f
+#define SLOW_RATIO_SQ (1.5f * 1.5f)
+#define SLOW_STEPS    16.0f
 
 /* Where a laser follows the speed, a span changes its duty by this part or lasts this time, whichever makes
  * it longer. It has the mean, so it is wrong by half of the part. A long stop needs a hundred such spans, and
@@ -298,19 +304,30 @@ static float distance_done(const struct prep *prep) {
     return prep->done > 0 ? prep->first_event + (float)(prep->done - 1) : 0.0f;
 }
 
-/* Events of the next stretch: until the speed has changed by 9/8, and at most what the segment has left. */
+/* How much the square of the speed may change in a span that begins with this one. */
+static float most_change(const struct prep *prep, float v_sq, float slope) {
+    float from_rest = v_sq / (fabsf(slope) * (float)(1u << prep->carry.shift));
+    float ratio_sq = from_rest < SLOW_STEPS   ? SLOW_RATIO_SQ
+                     : from_rest < NEAR_STEPS ? NEAR_RATIO_SQ
+                                              : RATIO_SQ;
+    return slope > 0.0f ? v_sq * (ratio_sq - 1.0f) : v_sq * (1.0f / ratio_sq - 1.0f);
+}
+
+/* Events of the next stretch: until the speed has changed by that, and at most what the segment has left. */
 static uint32_t stretch_events(const struct prep *prep) {
     uint32_t left = prep->events - prep->done;
     float slope = prep->v_sq_slope, from = distance_done(prep);
     float v_sq = prep->v * prep->v + slope * from;
-    float change = slope > 0.0f ? v_sq * (SPEED_RATIO_SQ - 1.0f) : v_sq * (1.0f / SPEED_RATIO_SQ - 1.0f);
+    if (slope == 0.0f)
+        return left;
+    float change = most_change(prep, v_sq, slope);
     if (prep->dv_most > 0.0f) {
         float v = sqrtf(max_f(v_sq, 0.0f)),
               to = slope > 0.0f ? v + prep->dv_most : max_f(v - prep->dv_most, 0.0f);
         change = slope > 0.0f ? min_f(change, to * to - v_sq) : max_f(change, to * to - v_sq);
     }
     float to_last = prep->first_event + (float)(prep->events - 1) - from;
-    if (slope == 0.0f || change / slope >= to_last)
+    if (change / slope >= to_last)
         return left;
     float count = from + change / slope - prep->first_event - (float)prep->done + 1.0f;
     return count < 1.0f ? 1u : (uint32_t)count;

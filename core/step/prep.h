@@ -6,8 +6,8 @@
  * and end on one: the time from its last event to the end goes into the first interval of the next
  * segment, so steps keep their pace across segments. A span makes its intervals linear in the event count.
  * Over a stretch whose speed changes by the ratio q that is wrong by less than ((q-1)/(q+1))^2 / 10 of the
- * stretch's time, so prep cuts the segment where q passes 9/8: below 0.04 %, and the cut points themselves
- * and the end are exact.
+ * stretch's time, so prep cuts the segment where q passes 9/8 (below 0.04 %), or near to rest, where a
+ * stretch has few events, 5/4 and 3/2. The cut points themselves and the end are exact.
  *
  * A span of a cut has the duty of a laser that belongs to its mean speed, so each burns what its length asks
  * for; where the duty changes within a segment, spans are shorter.
