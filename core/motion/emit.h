@@ -32,7 +32,6 @@ struct emit_place {
     uint32_t piece_at;        /* emit.piece_at then */
     struct power_place power;
     uint32_t limits; /* emit.limits then */
-    uint32_t known;  /* timing.known then */
     uint64_t dwelt_ns;
     const struct shaper *shaper;
     struct history_place history;

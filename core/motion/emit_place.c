@@ -27,7 +27,6 @@ void emit_save(void *ctx, uint32_t at) {
     place->stop_tail = emit->plan->path.stop_tail;
     place->limits = emit->limits;
     place->dwelt_ns = emit->dwelt_ns;
-    place->known = emit->plan->timing.known;
     place->piece_at = emit->piece_at;
     place->power = emit->power;
     place->path_mm_s = emit->path_mm_s;
@@ -36,14 +35,9 @@ void emit_save(void *ctx, uint32_t at) {
     gear_save(&emit->gear, &place->gear);
 }
 
-/* A backward pass since then has not seen the pieces before the tail of its time. */
 static void return_path(struct emit *emit, const struct emit_place *place) {
     struct path *path = &emit->plan->path;
-    struct timing *timing = &emit->plan->timing;
-    if (path->tail != place->tail && timing->known != place->known)
-        timing->whole = true;
-    if (place->limits != emit->limits)
-        timing->whole = emit->late = true;
+    emit->late = emit->late || place->limits != emit->limits;
     path->tail = place->tail;
     path->stop_tail = place->stop_tail;
     emit->ran_dry = place->ran_dry && plan_is_empty(emit->plan);

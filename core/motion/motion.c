@@ -24,6 +24,7 @@ static void plan_reset(struct plan *plan, const int32_t position_steps[AXIS_COUN
     path_reset(&plan->path);
     power_reset(&plan->power);
     plan->timing.known = plan->timing.settled = 0;
+    plan->timing.pass.runs = false;
 }
 
 /* How far a point that is left out may lie from the chord: points are rounded when they are written, and what
@@ -209,10 +210,14 @@ void motion_flush(struct motion *motion) {
     plan_end(&motion->plan, true);
 }
 
+static bool rests_at_place(const struct emit *emit) {
+    return emit->v_mm_s == 0.0f && !emit->entered;
+}
+
 /* At rest, and more moves may still come that would give those here more look-ahead. */
 static bool is_waiting(const struct motion *motion, bool paused, uint32_t now_us) {
     const struct emit *emit = &motion->emit;
-    bool resting = emit->v_mm_s == 0.0f && !emit->entered && !motion->ahead.pending &&
+    bool resting = rests_at_place(emit) && !motion->ahead.pending &&
                    ahead_left_us(&motion->ahead) < (int32_t)(AHEAD_NEAR_US / 2);
     return resting && !paused && !emit->flush && !plan_is_empty(&motion->plan) && motion_has_room(motion) &&
            now_us - motion->oldest_us < MOTION_START_MAX_US;
@@ -231,6 +236,17 @@ static void plan_more(struct motion *motion, bool paused) {
         plan_close(plan);
 }
 
+/* Pieces that one poll looks at; where motion is needed soon, all. And those that the next batch may need. */
+#define PIECES_AT_ONCE 8u
+#define PIECES_AHEAD   32u
+
+/* The plan's timing is as good as it can be, or must do. */
+static bool is_timed(struct motion *motion) {
+    bool rests = rests_at_place(&motion->emit) && !motion->ahead.pending;
+    bool soon = !rests && (motion->emit.hold || ahead_left_us(&motion->ahead) < (int32_t)(AHEAD_NEAR_US / 2));
+    return soon || plan_time(&motion->plan, PIECES_AHEAD, PIECES_AT_ONCE);
+}
+
 bool motion_poll(struct motion *motion, uint32_t now_us) {
     struct emit *emit = &motion->emit;
     emit->now_us = now_us;
@@ -242,6 +258,8 @@ bool motion_poll(struct motion *motion, uint32_t now_us) {
         plan_more(motion, paused);
     if (motion->ahead.owner != AHEAD_PLANNER && (emit_is_idle(emit) || emit_is_held(emit)))
         return false;
+    if (!is_timed(motion))
+        return true;
     return emit_claim(emit) && ahead_poll(&motion->ahead);
 }
 

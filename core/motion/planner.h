@@ -69,19 +69,20 @@ static inline bool plan_is_empty(const struct plan *plan) {
     return path_count(&plan->path) == 0 && !plan_is_pending(plan);
 }
 
-/** The limits on y of the piece at tail are those of all that is planned, or of all but its newest
- * 1/PLAN_FRESH. */
-static inline void plan_time(struct plan *plan) {
-    const struct timing *timing = &plan->timing;
-    const struct path *path = &plan->path;
+/** Make the limits on y those of all that is planned, or of all but its newest 1/PLAN_FRESH, if the `margin`
+ * pieces that are next need it. @param most  pieces that may be looked at now
+ * @return false: more are left, call again */
+static inline bool plan_time(struct plan *plan, uint32_t margin, uint32_t most) {
+    struct timing *timing = &plan->timing;
+    struct path *path = &plan->path;
     uint32_t fresh = path->head - timing->known, count = path_count(path);
-    bool whole = timing->whole || path->changed, settled = (int32_t)(timing->settled - path->tail) > 0;
+    bool settled = (int32_t)(timing->settled - path->tail - margin) > 0;
     bool much = fresh * PLAN_FRESH > count || (fresh > 0 && count < PLAN_MANY);
-    if (!whole && (!much || settled))
-        return;
-    plan->timing.whole = whole;
-    plan->path.changed = false;
-    timing_backward(&plan->timing, &plan->path);
+    timing->whole = timing->whole || path->changed;
+    path->changed = false;
+    if (!timing->whole && !timing->pass.runs && (!much || settled))
+        return true;
+    return timing_backward(timing, path, most);
 }
 
 #endif

@@ -89,37 +89,55 @@ static bool find_blend(const struct path *path, struct piece *piece, const struc
     return first_settled || second_settled;
 }
 
-void timing_backward(struct timing *timing, struct path *path) {
-    float next_cap = 0.0f;
-    bool found = false;
+static void begin(struct timing *timing, struct path *path) {
     if (timing->whole)
         timing->settled = path->tail;
-    for (uint32_t i = path->head; i != path->tail;) {
-        struct piece *piece = path_piece(path, --i);
-        const struct piece *next = path_piece(path, i + 1);
-        float cap = timing_limit_sq(timing, piece);
-        bool newest = i + 1 == path->head, settled = piece->tangent_mm == 0.0f;
-        if (timing->whole)
-            piece->middle_y = piece->blend_y = 0.0f;
-        if (!newest && piece->tangent_mm > 0.0f)
-            settled = find_blend(path, piece, next, cap, next_cap);
-        const struct piece *before = path_piece(path, i - 1);
-        float line_mm = max_f(piece->length_mm - piece->tangent_mm - before->tangent_mm, 0.0f);
-        float near_mm = piece_near_mm(piece, before, line_mm);
-        float enter_y = piece->blend_y + 2.0f * (path->near_part * piece->accel_mm_s2 * near_mm +
-                                                 piece->accel_mm_s2 * (line_mm - near_mm));
-        float enter_cap = before->tangent_mm > 0.0f ? min_f(cap, before->bend_sq) : cap;
-        if (!found && (settled || enter_y >= enter_cap)) {
-            found = true;
-            timing->settled = i;
-        }
-        enter_y = min_f(enter_y, enter_cap);
-        bool seen = !timing->whole && timing->known - i - 1 < path_count(path) && i + 1 != timing->known;
-        if (seen && enter_y <= piece->enter_y * (1.0f + CLOSE))
-            break;
-        piece->enter_y = enter_y;
-        next_cap = cap;
-    }
-    timing->known = path->head;
+    timing->pass = (struct timing_pass){
+        .runs = true, .whole = timing->whole, .head = path->head, .at = path->head, .settled = timing->settled};
     timing->whole = false;
+}
+
+/* One piece. @return whether those before it stay as they are */
+static bool look(struct timing *timing, struct path *path) {
+    struct timing_pass *pass = &timing->pass;
+    uint32_t i = --pass->at;
+    struct piece *piece = path_piece(path, i);
+    const struct piece *before = path_piece(path, i - 1), *next = path_piece(path, i + 1);
+    float cap = timing_limit_sq(timing, piece);
+    bool newest = i + 1 == pass->head, settled = piece->tangent_mm == 0.0f;
+    if (pass->whole)
+        piece->middle_y = piece->blend_y = 0.0f;
+    if (!newest && piece->tangent_mm > 0.0f)
+        settled = find_blend(path, piece, next, cap, pass->next_cap);
+    float line_mm = max_f(piece->length_mm - piece->tangent_mm - before->tangent_mm, 0.0f);
+    float near_mm = piece_near_mm(piece, before, line_mm);
+    float enter_y = piece->blend_y + 2.0f * piece->accel_mm_s2 * (path->near_part * near_mm + line_mm - near_mm);
+    float enter_cap = before->tangent_mm > 0.0f ? min_f(cap, before->bend_sq) : cap;
+    if (!pass->found && (settled || enter_y >= enter_cap)) {
+        pass->found = true;
+        pass->settled = i;
+    }
+    enter_y = min_f(enter_y, enter_cap);
+    bool seen = !pass->whole && (int32_t)(timing->known - i) > 1;
+    if (seen && enter_y <= piece->enter_y * (1.0f + CLOSE))
+        return true;
+    piece->enter_y = enter_y;
+    pass->next_cap = cap;
+    return false;
+}
+
+bool timing_backward(struct timing *timing, struct path *path, uint32_t most) {
+    struct timing_pass *pass = &timing->pass;
+    if (!pass->runs || timing->whole)
+        begin(timing, path);
+    for (; (int32_t)(pass->at - path->kept) > 0; most--) {
+        if (most == 0)
+            return false;
+        if (look(timing, path))
+            break;
+    }
+    pass->runs = false;
+    timing->known = pass->head;
+    timing->settled = pass->settled;
+    return true;
 }

@@ -20,12 +20,24 @@
 
 #include "motion/path.h"
 
+/** A backward pass that is under way. */
+struct timing_pass {
+    bool runs;
+    bool whole;       /* limits changed: it must not stop early */
+    bool found;       /* what is settled */
+    uint32_t head;    /* pieces that it sees */
+    uint32_t at;      /* it has looked at this piece and those behind it */
+    uint32_t settled; /* as timing.settled, when it is done */
+    float next_cap;   /* limit of y on the piece at `at` */
+};
+
 /** Overrides, as factors of v^2. */
 struct timing {
     float feed_sq, rapid_sq; /* 1 = 100 % */
-    uint32_t known;          /* pieces below this index were seen by the last timing_backward() */
+    uint32_t known;          /* pieces below this index were seen by the last pass */
     uint32_t settled;        /* whatever follows, enter_y of this piece, and all before, stays as it is */
-    bool whole;              /* limits changed: the next pass must not stop early */
+    bool whole;              /* limits changed: what is known is not the greatest, or more than that */
+    struct timing_pass pass;
     uint32_t unmet; /* times the forward pass could not follow within the axes' limits; a fault if not 0 */
 };
 
@@ -36,9 +48,11 @@ static inline float timing_limit_sq(const struct timing *timing, const struct pi
     return min_f(asked_sq, piece->limit_sq);
 }
 
-/** From the newest piece, at whose blend the machine must be able to stop, back to the oldest: set
- * enter_y, blend_y and middle_y to the greatest y from which all that follows can be kept. Ends as soon as
- * nothing changes. */
-void timing_backward(struct timing *timing, struct path *path);
+/** From the newest piece, at whose blend the machine must be able to stop, back to the oldest that may have to be
+ * travelled again: set enter_y, blend_y and middle_y to the greatest y from which all that follows can be
+ * kept. Ends as soon as nothing changes. What a pass that is under way has not come to is as before: slower
+ * than it might be, or, with lower limits, too fast for those alone.
+ *  @param most  pieces that it may look at now @return false: more are left, call again */
+bool timing_backward(struct timing *timing, struct path *path, uint32_t most);
 
 #endif

@@ -47,7 +47,7 @@ void ahead_reset(struct ahead *ahead) {
     ahead->branch = ahead->commit = QUEUE_RESET_MARK;
     ahead->end_us = 0;
     ahead->full_us = AHEAD_FULL_US;
-    ahead->pending = ahead->changed = ahead->changing = ahead->soft = false;
+    ahead->pending = ahead->changed = ahead->changing = ahead->soft = ahead->passed = false;
     ahead->noted = ahead->spare = ahead->crowded = ahead->ends = ahead->open = false;
     ahead->owner = AHEAD_NOBODY;
     ahead->source = NULL;
@@ -70,7 +70,7 @@ bool ahead_claim(struct ahead *ahead, enum ahead_owner owner, const struct ahead
     ahead->owner = owner;
     ahead->source = source;
     ahead->ctx = ctx;
-    ahead->changed = ahead->soft = false;
+    ahead->changed = ahead->soft = ahead->passed = false;
     source->save(ctx, ahead->commit);
     return true;
 }
@@ -123,6 +123,8 @@ static uint32_t mark_ahead(const struct ahead *ahead, int32_t ahead_us) {
 /* Those that the step interrupt has passed; what only they needed is released. */
 static void forget_passed(struct ahead *ahead) {
     uint32_t oldest = ahead->commit;
+    ahead->passed = true;
+    ahead->passed_us = now_us(ahead);
     for (uint32_t i = 0; i < QUEUE_MARKS; i++) {
         struct ahead_mark *mark = &ahead->marks[i];
         if (!mark->used)
@@ -139,6 +141,7 @@ static void forget_passed(struct ahead *ahead) {
 
 /* The newest batch does not count: what was in force before it still is. */
 static void withdraw(struct ahead *ahead, enum queue_answer answer) {
+    ahead->passed = false;
     for (uint32_t i = 0; i < QUEUE_MARKS; i++) {
         ahead->marks[i].used = ahead->marks[i].used && !ahead->marks[i].fresh;
         ahead->marks[i].fresh = false;
@@ -160,6 +163,7 @@ static void withdraw(struct ahead *ahead, enum queue_answer answer) {
 
 /* The marks before it after its branch do not count any more. */
 static void take(struct ahead *ahead) {
+    ahead->passed = false;
     uint32_t branch_us = ahead->marks[ahead->branch].us;
     for (uint32_t i = 0; i < QUEUE_MARKS; i++) {
         struct ahead_mark *mark = &ahead->marks[i];
@@ -274,6 +278,7 @@ static uint32_t commit_mark(struct ahead *ahead, uint32_t at_us) {
     uint32_t mark = queue->count > 0 ? queue->slots[queue->count - 1].mark : 0u;
     if (queue->count == 0) {
         ahead->source->save(ahead->ctx, ahead->branch);
+        ahead->passed = false;
         return ahead->branch;
     }
     return mark != 0 ? mark - 1u : put_mark(ahead, at_us, true, false);
@@ -354,7 +359,8 @@ bool ahead_poll(struct ahead *ahead) {
         return false;
     bool answered = ahead_take_answer(ahead);
     /* After the answer: a batch that was refused has brought the marks before it back into force. */
-    forget_passed(ahead);
+    if (!ahead->passed || ahead->passed_us != now_us(ahead))
+        forget_passed(ahead);
     int32_t left_us = ahead_left_us(ahead);
     bool stops = left_us < 0 && !rests_at_commit(ahead);
     uint32_t reach_us = ahead->source->reach_us(ahead->ctx);

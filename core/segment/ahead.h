@@ -77,6 +77,8 @@ struct ahead {
     uint32_t end_us;                       /* of all that is published, its stop included */
     uint32_t full_us;                      /* AHEAD_FULL_US, or less while spans do not suffice */
     uint32_t news;                         /* of the source, when the newest batch was made */
+    uint32_t passed_us; /* motion time when it was last seen which marks are passed, if that still counts */
+    bool passed;
     bool pending;
     bool changed, changing; /* branch off: asked for, and done by the batch that is pending */
     bool soft;              /* the committed part ends where more moves may change what follows */
