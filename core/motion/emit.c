@@ -225,7 +225,7 @@ static bool is_other(const struct piece *a, const struct piece *b) {
     return a->flags != b->flags || a->note != b->note;
 }
 
-/* A stop that only a late task needs is made anew with each batch, so it has few segments: they grow as it
+/* A stop that only a late task needs is made for each batch, so it has few segments: they grow as it
  * slows down, and their chords leave a curve by less than the first one's. Where it takes long to slow down
  * they grow all the same, because the stop must fit into a batch. */
 static float longer(const struct emit *emit, float time_s) {

@@ -92,8 +92,11 @@ static bool find_blend(const struct path *path, struct piece *piece, const struc
 static void begin(struct timing *timing, struct path *path) {
     if (timing->whole)
         timing->settled = path->tail;
-    timing->pass = (struct timing_pass){
-        .runs = true, .whole = timing->whole, .head = path->head, .at = path->head, .settled = timing->settled};
+    timing->pass = (struct timing_pass){.runs = true,
+                                        .whole = timing->whole,
+                                        .head = path->head,
+                                        .at = path->head,
+                                        .settled = timing->settled};
     timing->whole = false;
 }
 
@@ -111,7 +114,8 @@ static bool look(struct timing *timing, struct path *path) {
         settled = find_blend(path, piece, next, cap, pass->next_cap);
     float line_mm = max_f(piece->length_mm - piece->tangent_mm - before->tangent_mm, 0.0f);
     float near_mm = piece_near_mm(piece, before, line_mm);
-    float enter_y = piece->blend_y + 2.0f * piece->accel_mm_s2 * (path->near_part * near_mm + line_mm - near_mm);
+    float enter_y =
+        piece->blend_y + 2.0f * piece->accel_mm_s2 * (path->near_part * near_mm + line_mm - near_mm);
     float enter_cap = before->tangent_mm > 0.0f ? min_f(cap, before->bend_sq) : cap;
     if (!pass->found && (settled || enter_y >= enter_cap)) {
         pass->found = true;

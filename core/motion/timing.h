@@ -48,10 +48,10 @@ static inline float timing_limit_sq(const struct timing *timing, const struct pi
     return min_f(asked_sq, piece->limit_sq);
 }
 
-/** From the newest piece, at whose blend the machine must be able to stop, back to the oldest that may have to be
- * travelled again: set enter_y, blend_y and middle_y to the greatest y from which all that follows can be
- * kept. Ends as soon as nothing changes. What a pass that is under way has not come to is as before: slower
- * than it might be, or, with lower limits, too fast for those alone.
+/** From the newest piece, at whose blend the machine must be able to stop, back to the oldest that may have
+ * to be travelled again: set enter_y, blend_y and middle_y to the greatest y from which all that follows can
+ * be kept. Ends as soon as nothing changes. What a pass that is under way has not come to is as before:
+ * slower than it might be, or, with lower limits, too fast for those alone.
  *  @param most  pieces that it may look at now @return false: more are left, call again */
 bool timing_backward(struct timing *timing, struct path *path, uint32_t most);
 
