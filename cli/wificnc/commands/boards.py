@@ -98,8 +98,7 @@ def import_board(
     """
     board_file, machine_file = output or _new_file(config, ""), machine or _new_file(config, "-machine")
     imported = import_fluidnc(config, chip)
-    write_output("--output", board_file, imported.board_text(config.name).encode())
-    write_output("--machine", machine_file, imported.machine_text(config.name).encode())
+    _write_both(board_file, imported.board_text(config.name), machine_file, imported.machine_text(config.name))
     problems = [*check_board(board_file), *check_machine(machine_file)]
     if as_json:
         remarks = [remark.as_json() for kind in Kind for remark in imported.remarks.of(kind)]
@@ -117,6 +116,20 @@ def _new_file(config: Path, ending: str) -> Path:
     if path.exists():
         raise UserError(f"{path} exists", hint="-o FILE and --machine FILE name the files; these may exist")
     return path
+
+
+def _write_both(board: Path, board_text: str, machine: Path, machine_text: str) -> None:
+    """Both, or neither. Raises UserError."""
+    before = board.read_bytes() if board.exists() else None
+    write_output("--output", board, board_text.encode())
+    try:
+        write_output("--machine", machine, machine_text.encode())
+    except UserError:
+        if before is None:
+            board.unlink()
+        else:
+            board.write_bytes(before)
+        raise
 
 
 def _print_imported(imported: Imported, board: Path, machine: Path, problems: list[Problem]) -> None:

@@ -57,7 +57,7 @@ class Imported:
     name: str
     board: dict[str, Any]
     machine: dict[str, Any]
-    stored: dict[str, int]  # keys of the store, beside the machine profile's
+    stored: dict[str, int]  # keys of the store, in addition to the machine profile's
     remarks: Remarks
     refused: list[Finding]  # by the rules of boards
 
@@ -181,7 +181,7 @@ def _pins(part: Any, outputs: bool = False) -> list[str]:
 
 
 def _list_left(root: Section, remarks: Remarks) -> None:
-    """Whatever nobody has read."""
+    """Keys that have not been read."""
     root.skip(*_QUIET, "board", "name")
     for key, line, text in root.left():
         first = key.partition(".")[0]

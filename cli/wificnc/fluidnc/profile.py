@@ -83,7 +83,11 @@ def _homing(axes: Sequence[AxisFacts], remarks: Remarks) -> dict[str, Any]:
     homed = [facts for facts in axes if facts.cycle > 0]
     for facts in homed:
         if not any(name.startswith("limit") for motor in facts.motors for name in motor):
-            remarks.lost(f"axes.{facts.letter.lower()}.homing", facts.line, "is homed without a switch of its own")
+            remarks.lost(
+                f"axes.{facts.letter.lower()}.homing",
+                facts.line,
+                "is homed without a switch (by the driver, or by that of another axis)",
+            )
             facts.profile.pop("home_at")
     homed = [facts for facts in homed if "home_at" in facts.profile]
     if not homed:

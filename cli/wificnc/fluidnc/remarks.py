@@ -48,7 +48,7 @@ class Remarks:
         return sorted((remark for remark in self.found if remark.kind is kind), key=lambda remark: remark.line)
 
     def lines(self, kind: Kind) -> list[str]:
-        """As text, what is said of many keys once."""
+        """As text, the same reason for many keys once."""
         of_why: dict[str, list[Remark]] = {}
         for remark in self.of(kind):
             of_why.setdefault(remark.why, []).append(remark)

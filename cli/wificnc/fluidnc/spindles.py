@@ -12,8 +12,8 @@ from wificnc.fluidnc.tree import Section
 TAKEN = ("pwm", "laser", "relay", "onoff", "10v")
 _NO_OTHER = "is a second spindle: one at a time here"
 _REFUSED = {
-    "besc": "a brushless motor's controller wants servo pulses of 1 to 2 ms, which no output of ours makes from S",
-    "hbridge": "an H bridge wants a PWM for each direction",
+    "besc": "a brushless motor's controller needs servo pulses of 1 to 2 ms, which no output of ours makes from S",
+    "hbridge": "an H bridge needs a PWM for each direction",
     "dac": "an analog output of the chip; wire a PWM with a filter, or a 0 to 10 V module",
     "plasma": "a plasma torch with an arc signal",
     "plasmaspindle": "a plasma torch with an arc signal",
@@ -112,7 +112,7 @@ def _speeds(text: str, section: Section, remarks: Remarks) -> dict[str, float]:
     except ValueError:
         pairs = []
     if len(pairs) < 2 or pairs[-1][0] <= 0 or pairs[-1][1] <= 0:
-        remarks.lost(key, line, f"{text} is no rising map of speeds to per cent")
+        remarks.lost(key, line, f"{text} is not a rising map of speeds to per cent")
         return {}
     low = pairs[0]
     for pair in pairs[1:-1]:

@@ -54,7 +54,7 @@ class Value:
 
 @dataclass
 class Section:
-    """A key with keys below it. Whatever nobody takes of it was not converted."""
+    """A key with keys below it. What is not taken of it was not converted."""
 
     path: str
     line: int
@@ -102,7 +102,7 @@ class Section:
         return found.line if found else self.line
 
     def left(self) -> Iterator[tuple[str, int, str]]:
-        """What nobody has taken: path, line, text. A section that is left is one entry."""
+        """What has not been taken: path, line, text. A section that is left is one entry."""
         for name, value in self.values.items():
             if name not in self._taken and value.text.lower() not in _NOTHING:
                 yield f"{self.path}.{name}".strip("."), value.line, value.text
