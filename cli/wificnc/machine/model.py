@@ -185,6 +185,7 @@ class Machine(_Table):
         values: dict[int, Value] = {}
         if self.kinematics.type is not None:
             values[table["kinematics"].number] = KINEMATICS.index(self.kinematics.type)
+        values[table["machine_axes"].number] = self.axis_count
         for part in self._parts():
             values.update((table[name].number, value) for name, value in part.assigned())
         for index, axis in self.axis.present():
