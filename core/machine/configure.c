@@ -166,6 +166,8 @@ static void report_short_pulse(struct machine *machine) {
 }
 
 static void report_next_start(struct machine *machine) {
+    if (machine->settings.machine_axes == machine->board.axis_count)
+        return;
     text_string(&machine->out, "[MSG:Axes ($79): from the next start on]\r\n");
 }
 
