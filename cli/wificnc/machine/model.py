@@ -128,7 +128,7 @@ class Homing(_Table):
     debounce_ms: Annotated[int | None, of("homing_debounce_ms")] = None
     pull_off_mm: Annotated[float | None, of("homing_pull_off_mm")] = None
     # axes of each cycle, such as ["Z", "XY"]; an axis that is in none has no switch
-    order: Annotated[tuple[Cycle, ...] | None, Field(strict=False, min_length=1, max_length=len(HOMING_ORDER))] = None
+    order: Annotated[tuple[Cycle, ...] | None, Field(strict=False, max_length=len(HOMING_ORDER))] = None
 
 
 class Probe(_Table):
