@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 from grbl_host import Grbl
+from wificnc.board.load import load_board
 from wificnc.machine import load_machine
 
 ALL, THREE = 6, 3
@@ -67,6 +68,23 @@ def test_homing_seeks_no_axis_that_is_not_there(store: Path) -> None:
         assert controller.send("$H\n") == "ok\r\n"
         assert controller.state() == "Idle"
         assert controller.stands()[THREE:] == [0, 0, 0]
+
+
+@pytest.mark.parametrize("board_id", ["esp32-wroom32", "esp32s3-devkitc", "esp32s3-devkitc-quad"])
+def test_the_start_page_homes_a_three_axis_machine(tmp_path: Path, board_id: str) -> None:
+    """`wificnc nvs build shapeoko3 --board BOARD`, a start, `$22=1` and `wificnc home`."""
+    store, machine = tmp_path / "settings", load_machine("shapeoko3")
+    axes = len(load_board(board_id).axes)
+    with started(store, axes) as controller:
+        for line in machine.settings_lines():
+            assert controller.send(f"{line}\n").endswith("ok\r\n")
+        controller.after(0.1)
+    with started(store, axes) as controller:
+        controller.fine("$22=1")
+        for axis in range(THREE):
+            controller.travel(axis, -FAR, 25 * 40)
+        assert controller.send("$H\n") == "ok\r\n"
+        assert controller.status().startswith("<Idle|MPos:-5.000,-5.000,-5.000|")
 
 
 def test_an_input_that_floats_is_no_alarm(store: Path) -> None:
