@@ -229,6 +229,11 @@ def test_an_unknown_key_is_lost_by_its_name(tmp_path: Path) -> None:
     assert lost(converted(tmp_path, AXIS_X + "frobnicate:\n  speed: 3\n")) == {"frobnicate": "is not known here"}
 
 
+def test_a_number_that_is_none_is_lost_by_its_text(tmp_path: Path) -> None:
+    imported = converted(tmp_path, "axes:\n" + axis("x", 25, 26, more="    steps_per_mm: eighty\n"))
+    assert "'eighty' is not understood" in lost(imported)["axes.x.steps_per_mm"]
+
+
 def test_soft_limits_of_some_axes_are_lost(tmp_path: Path) -> None:
     text = axis("x", 25, 26, more="    soft_limits: true\n")
     assert "need homing" in lost(converted(tmp_path, f"axes:\n{text}"))["axes.x.soft_limits"]

@@ -84,7 +84,7 @@ def import_fluidnc(path: Path, chip: str | None = None) -> Imported:
     root, remarks = read_fluidnc(path), Remarks()
     axes = read_axes(root.section("axes"), remarks)
     if not axes:
-        reason = "has no axis with a motor of step and direction: " + "; ".join(str(item) for item in remarks.found)
+        reason = "; ".join(["has no axis with a motor of step and direction", *map(str, remarks.found)])
         raise FileProblems([Problem(path, root.line_of("axes"), "no-axis", "axes", reason)])
     enable = shared_enable(root.section("axes"), remarks)
     spindles, inputs = read_spindles(root, remarks), read_inputs(root, remarks)
@@ -187,7 +187,7 @@ def _list_left(root: Section, remarks: Remarks) -> None:
         first = key.partition(".")[0]
         why = next((why for name, why in _NOT_HERE.items() if first.startswith(name)), None)
         if why is None:
-            why = f"{text} is not known here" if text else "is not known here"
+            why = f"{text!r} is not understood: FluidNC's default is used" if text else "is not known here"
             remarks.lost(key, line, why)
         else:
             remarks.lost(first, root.line_of(first), why)
