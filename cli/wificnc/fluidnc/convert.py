@@ -187,7 +187,7 @@ def _list_left(root: Section, remarks: Remarks) -> None:
         first = key.partition(".")[0]
         why = next((why for name, why in _NOT_HERE.items() if first.startswith(name)), None)
         if why is None:
-            why = f"{text!r} is not understood: FluidNC's default is used" if text else "is not known here"
+            why = f"{text!r} is not understood" if text else "is not known here"
             remarks.lost(key, line, why)
         else:
             remarks.lost(first, root.line_of(first), why)
