@@ -165,12 +165,6 @@ static void report_short_pulse(struct machine *machine) {
     text_string(&machine->out, " us]\r\n");
 }
 
-static void report_next_start(struct machine *machine) {
-    if (machine->settings.machine_axes == machine->board.axis_count)
-        return;
-    text_string(&machine->out, "[MSG:Axes ($79): from the next start on]\r\n");
-}
-
 enum status configure_set(struct machine *machine, uint16_t number, double value) {
     if (is_pulse_short(machine, number, value))
         return STATUS_STEP_PULSE_SHORT;
@@ -186,7 +180,5 @@ enum status configure_set(struct machine *machine, uint16_t number, double value
     apply_effects(machine, settings_effects(number));
     if (number == SETTING_STEP_PULSE_US)
         report_short_pulse(machine);
-    if (number == SETTING_MACHINE_AXES)
-        report_next_start(machine);
     return STATUS_OK;
 }

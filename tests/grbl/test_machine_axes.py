@@ -14,7 +14,6 @@ from wificnc.machine import load_machine
 
 ALL, THREE = 6, 3
 ASKS = ("?", "$#\n", "$G\n")
-SWITCHED_ON = "[MSG:Axes ($79): from the next start on]"
 FAR = 2**31 - 1
 
 
@@ -33,7 +32,7 @@ def store(tmp_path: Path) -> Path:
     """Of a board with six axes whose machine has three."""
     path = tmp_path / "settings"
     with started(path) as controller:
-        assert SWITCHED_ON in controller.send(f"$79={THREE}\n")
+        controller.fine(f"$79={THREE}")
         controller.after(0.1)
         assert controller.status().count(",") >= ALL - 1, "it counts from the next start on"
     return path
@@ -99,11 +98,11 @@ def test_zero_brings_all_axes_back_with_their_settings(tmp_path: Path) -> None:
     path = tmp_path / "settings"
     with started(path) as controller:
         controller.fine("$103=321")
-        controller.send("$79=3\n")
+        controller.fine("$79=3")
         controller.after(0.1)
     with started(path) as controller:
         assert "103" not in settings_of(controller)
-        controller.send("$79=0\n")
+        controller.fine("$79=0")
         controller.after(0.1)
     with started(path) as controller:
         assert settings_of(controller)["103"] == "321.000"
@@ -112,7 +111,7 @@ def test_zero_brings_all_axes_back_with_their_settings(tmp_path: Path) -> None:
 def test_more_axes_than_the_board_has_are_those_of_the_board(tmp_path: Path) -> None:
     path = tmp_path / "settings"
     with started(path, THREE) as controller:
-        controller.send("$79=5\n")
+        controller.fine("$79=5")
         controller.after(0.1)
     with started(path, THREE) as controller:
         assert "|MPos:0.000,0.000,0.000|" in controller.status() and "103" not in settings_of(controller)
