@@ -7,9 +7,13 @@
 
 #include <stddef.h>
 
+void interp_take_axes(struct machine_interp *interp, uint8_t axis_count) {
+    interp->gcode.axes = (axis_mask_t)((1u << axis_count) - 1);
+}
+
 void interp_begin(struct machine_interp *interp, const struct machine_board *board) {
     struct gcode_ports *ports = &interp->gcode.ports;
-    interp->gcode.axes = (axis_mask_t)((1u << board->axis_count) - 1);
+    interp_take_axes(interp, board->axis_count);
     ports->digital_in = board->digital_inputs;
     ports->digital_out = board->digital_outputs;
     if (board->analog != NULL) {

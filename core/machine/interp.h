@@ -21,6 +21,9 @@ struct machine_interp {
 /** Power-on: what this board allows, and no parameters. */
 void interp_begin(struct machine_interp *interp, const struct machine_board *board);
 
+/** So many axes from X on have words; the others are refused. */
+void interp_take_axes(struct machine_interp *interp, uint8_t axis_count);
+
 /** What the operator has switched counts as if the program had: in force, and in the line under way. */
 void interp_know_spindle(struct machine *machine, enum gcode_spindle spindle);
 void interp_know_coolant(struct machine *machine, uint8_t coolant);

@@ -86,6 +86,8 @@ struct settings {
     uint16_t host_timeout_ms;
     /** $78: Without a stream: lost (a gap in packet numbers) or refused motion causes a feed hold. */
     bool host_hold_on_gap;
+    /** $79 0..6: Axes of the machine, counted from X; 0 = all that the board has. The others are gone. */
+    uint8_t machine_axes;
     /** $80 0..3: Machine type: 0 cartesian, 1 CoreXY, 2 polar, 3 two arms. */
     uint8_t kinematics;
     /** $81 [mm] 1..10000: Two arms: length of the arm at the hub. */
@@ -179,6 +181,7 @@ enum setting_number {
     SETTING_STATUS_INTERVAL_MS = 76,
     SETTING_HOST_TIMEOUT_MS = 77,
     SETTING_HOST_HOLD_ON_GAP = 78,
+    SETTING_MACHINE_AXES = 79,
     SETTING_KINEMATICS = 80,
     SETTING_ARM_1_MM = 81,
     SETTING_ARM_2_MM = 82,
@@ -222,6 +225,6 @@ enum setting_effect {
 };
 
 /** Rows of the table (a per-axis row stands for six settings), and settings in all on six axes. */
-enum { SETTINGS_ROW_COUNT = 63, SETTINGS_COUNT = 98 };
+enum { SETTINGS_ROW_COUNT = 64, SETTINGS_COUNT = 99 };
 
 #endif

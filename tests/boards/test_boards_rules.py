@@ -64,7 +64,7 @@ def test_a_risk_with_a_reason_passes(path: Path, tmp_path: Path) -> None:
 def test_an_allow_needs_a_reason(tmp_path: Path) -> None:
     path = edited(tmp_path, '"sets only the timing of the SDIO slave, which is never started"', '"ok"')
     (problem,) = check_board(path)
-    assert (problem.rule, problem.key) == ("bad-value", "axis.c.limit.allow.strapping")
+    assert (problem.rule, problem.key) == ("bad-value", "input.estop.allow.strapping")
 
 
 def test_all_problems_at_once_in_the_order_of_the_file(tmp_path: Path) -> None:
@@ -92,7 +92,7 @@ def test_the_published_wroom_spindle_is_refused_for_what_it_would_do(tmp_path: P
 
 
 def test_hint_names_only_pins_that_pass(tmp_path: Path) -> None:
-    path = edited(tmp_path, 'spindle_enable = "GPIO17"', 'spindle_enable = "GPIO4"')
+    path = edited(tmp_path, 'spindle_enable = "GPIO17"', 'spindle_enable = "GPIO25"')
     hints = {problem.hint for problem in check_board(path) if problem.rule == "used-twice"}
     assert hints == {"free and legal for spindle_enable: GPIO17"}
     assert check_board(edited(tmp_path, 'spindle_enable = "GPIO17"', 'spindle_enable = "GPIO17" # same')) == []
@@ -113,8 +113,8 @@ def test_misspelt_key_and_its_missing_twin_are_one_problem(tmp_path: Path) -> No
         ("timer_hz = 20_000_000", "timer_hz = 2e7", "bad-value", "timing.timer_hz"),
         ("timer_hz = 20_000_000", "timer_hz = 0", "bad-value", "timing.timer_hz"),
         ('step = "GPIO25"', "step = 25", "bad-value", "axis.x.step"),
-        ('estop = "GPIO16"', 'estop = { pin = "GPIO16", pul = "up" }', "unknown-key", "input.estop.pul"),
-        ('estop = "GPIO16"', 'estop = { pin = "GPIO16", pull = "high" }', "bad-value", "input.estop.pull"),
+        ('probe = { pin = "GPIO15",', 'probe = { pul = "up", pin = "GPIO15",', "unknown-key", "input.probe.pul"),
+        ('probe = { pin = "GPIO15",', 'probe = { pull = "high", pin = "GPIO15",', "bad-value", "input.probe.pull"),
         ('kind = "plain"', 'kind = "plain"\ndefine = "X"', "unknown-key", "led.define"),
     ],
 )

@@ -27,6 +27,7 @@ Cli = Callable[..., tuple[int, str, str]]
 HOMING = "$22=1\n$24=600\n$25=3000\n$26=5\n$130=50\n$131=50\n$132=50\n"
 ADDRESS = f"127.60.{os.getpid() >> 8 & 0xFF}.{os.getpid() & 0xFF or 1}"  # the ports are fixed
 
+FLUIDNC = Path(__file__).parents[1] / "fluidnc" / "router.yaml"
 NOTHING_TO_REPORT = "the exit code says all"
 WITHOUT = {
     "monitor": "interactive, or a pipe both ways",
@@ -42,7 +43,8 @@ WITHOUT = {
 }  # fmt: skip
 
 # words after the command; {grbl} is a controller that homes, {wmc3} a device, {module} an I/O module, {job} a G-code
-# file, {log} one of an accelerometer, {nvs} an image, {toml} settings of the controller, {out} a name that is free
+# file, {log} one of an accelerometer, {nvs} an image, {toml} settings of the controller, {out} a name that is free,
+# {fluidnc} a configuration of FluidNC
 CASES = {
     "discover": "--json",
     "status": "--to {grbl} --json",
@@ -64,6 +66,7 @@ CASES = {
     "boards list": "--json",
     "boards show": "esp32s3-zero --json",
     "boards check": "esp32s3-zero --json",
+    "boards import": "{fluidnc} -o {out}-b.toml --machine {out}-m.toml --json",
     "flash": "esp32s3-zero --from {firmware} --dry-run --json",
     "wifi status": "--json",
     "nvs build": "shapeoko3 -o {out} --json",
@@ -146,7 +149,7 @@ def places(tmp_path: Path, cli: Cli) -> Iterator[Callable[[str], dict[str, Any]]
     with ExitStack() as stack:
 
         def provide(words: str) -> dict[str, Any]:
-            made: dict[str, Any] = {"out": tmp_path / "out", "job": tmp_path / "job.nc"}
+            made: dict[str, Any] = {"out": tmp_path / "out", "job": tmp_path / "job.nc", "fluidnc": FLUIDNC}
             (tmp_path / "job.nc").write_text("G21\nG0X1\nM2\n")
             if "{grbl}" in words:
                 made["grbl"] = stack.enter_context(grbl())

@@ -26,6 +26,8 @@ FILES = {
     "tune pattern": ("tune", "pattern", "-o"),
     "tune predict --plot": ("tune", "predict", "{job}", "--hz", "40", "--plot"),
     "boards show --picture": ("boards", "show", "host", "--picture"),
+    "boards import -o": ("boards", "import", "{fluidnc}", "--machine", "machine.toml", "-o"),
+    "boards import --machine": ("boards", "import", "{fluidnc}", "-o", "board.toml", "--machine"),
     "nvs build": ("nvs", "build", "baseline", "-o"),
     "nvs read": ("nvs", "read", "{job}", "-o"),
     "settings export": ("settings", "export", "--to", "tcp://127.0.0.1:1"),
@@ -35,6 +37,7 @@ FOLDERS = {
     "release": ("release", "--dry-run", "-o"),
     "linuxcnc init": ("linuxcnc", "init", "baseline", "--to", "192.0.2.1", "--out"),
 }
+FLUIDNC = Path(__file__).parents[1] / "fluidnc" / "router.yaml"
 MAKES_FOLDERS = {"pins", "page"}  # build tools call them
 SUFFIX = {
     "sim --plot": ".svg",
@@ -44,7 +47,11 @@ SUFFIX = {
     "tune predict --plot": ".svg",
 }
 TO_STDOUT = ("pins", "page", "expand", "tune pattern", "sim --json", "nvs build", "linuxcnc component")
-NOT_TO_STDOUT = ("sim --plot", "tune predict --plot", "demo", "sim --trace", "boards show --picture", *FOLDERS)
+NOT_TO_STDOUT = (
+    *("sim --plot", "tune predict --plot", "demo", "sim --trace", "boards show --picture"),
+    *("boards import -o", "boards import --machine"),
+    *FOLDERS,
+)
 
 
 @pytest.fixture
@@ -53,7 +60,7 @@ def words(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[[str], li
     monkeypatch.chdir(tmp_path)
     job = tmp_path / "job.nc"
     job.write_text("G0X1\n")
-    return lambda case: [word.format(job=job) for word in {**FILES, **FOLDERS}[case]]
+    return lambda case: [word.format(job=job, fluidnc=FLUIDNC) for word in {**FILES, **FOLDERS}[case]]
 
 
 def parameters(group: click.Command, name: str = "") -> Iterator[tuple[str, click.Parameter]]:

@@ -56,7 +56,7 @@ static void without_anything_stored_it_is_the_boards_wiring(void) {
     CHECK(move(&map) == 0 && told[0] == '\0');
     CHECK(pin_of(&map, SIGNAL_STEP_X) == PIN_STEP_X && pin_of(&map, SIGNAL_ENABLE) == PIN_ENABLE);
     CHECK(!map.wire[SIGNAL_ENABLE].active_high && map.wire[SIGNAL_PROBE].pull == PIN_PULL_UP);
-    CHECK(pin_of(&map, SIGNAL_CHARGE_PUMP) == NO_PIN);
+    CHECK(pin_of(&map, SIGNAL_LIMIT_B) == NO_PIN);
 }
 
 static void signals_move_exchange_and_go(void) {

@@ -28,6 +28,10 @@ def problems(folder: Path, text: str) -> list[str]:
 @pytest.mark.parametrize(
     ("text", "where", "reason"),
     [
+        (HEAD + '[homing]\norder = ["X", "Z"]\n', "8: homing.order", "names Z, which this machine does not have"),
+        (HEAD + '[homing]\norder = ["X", "X"]\n', "8: homing.order", "names X twice"),
+        (HEAD + '[homing]\norder = ["U"]\n', "8: homing.order[0]", "pattern"),
+        (HEAD + "[spindle]\npwm_min_pct = 50\npwm_max_pct = 50.5\n", "8: spindle.pwm_min_pct", "at least 1 % below"),
         (
             HEAD + '[kinematics]\ntype = "scara"\narm_1_mm = 60\n',
             "7: kinematics.arm_2_mm",

@@ -71,7 +71,7 @@ laser = false
 FULL_LINES = """
 $22=1 $0=5 $1=255 $2=4 $3=1 $4=1 $5=1 $6=0 $11=0.0125000 $12=0.002 $20=1 $21=0 $23=1 $24=50.000 $25=800.000
 $26=25 $27=1.500 $30=24000.000 $31=6000.000 $32=0 $40=100000.000 $41=0.250 $44=4 $45=1 $46=0
-$47=0 $48=0 $49=0 $100=100.000 $102=314.96063 $103=8.8888889
+$47=0 $48=0 $49=0 $79=4 $100=100.000 $102=314.96063 $103=8.8888889
 $110=5000.500 $112=1000.000 $113=7200.000 $120=400.000 $122=50.000 $123=360.000 $130=300.000 $132=80.000 $133=0.000
 """
 
@@ -90,7 +90,7 @@ def test_every_key_becomes_its_setting_and_homing_comes_first(tmp_path: Path) ->
 
 
 def test_what_a_profile_leaves_out_is_not_set(tmp_path: Path) -> None:
-    assert load(tmp_path, SMALL).settings_lines() == ["$100=80.000", "$110=6000.000", "$120=500.000"]
+    assert load(tmp_path, SMALL).settings_lines() == ["$79=1", "$100=80.000", "$110=6000.000", "$120=500.000"]
 
 
 @pytest.mark.parametrize(
@@ -100,6 +100,18 @@ def test_homing_seeks_the_axes_of_the_profile(profile: str, cycles: list[int]) -
     """A board may have more axes than the machine: `$H` seeks no switch that is not there."""
     settings = load_machine(profile).settings()
     assert [settings[number] for number in range(44, 50)] == cycles
+
+
+def test_a_profile_may_say_the_order_of_homing(tmp_path: Path) -> None:
+    """Axes that no cycle names have no switch."""
+    settings = load(tmp_path, FULL.replace("[homing]\n", '[homing]\norder = ["X", "Z"]\n')).settings()
+    assert [settings[number] for number in range(44, 50)] == [1, 4, 0, 0, 0, 0]
+
+
+def test_pwm_and_the_delay_of_coolant(tmp_path: Path) -> None:
+    text = "[spindle]\npwm_hz = 1000\npwm_min_pct = 5\npwm_max_pct = 95\n[coolant]\ndelay_s = 1.5\n"
+    assert load(tmp_path, SMALL + text).settings_lines()[:4] == ["$33=1000", "$35=5.000", "$36=95.000", "$79=1"]
+    assert "$93=1.500" in load(tmp_path, SMALL + text).settings_lines()
 
 
 def test_a_rotary_axis_with_a_switch_has_a_cycle(tmp_path: Path) -> None:
@@ -158,7 +170,7 @@ def test_each_is_valid_and_named_once(name: str) -> None:
 
 
 def test_baseline_is_the_measuring_machine() -> None:
-    expected = ["$11=0.010", "$12=0.002"]
+    expected = ["$11=0.010", "$12=0.002", "$79=3"]
     for base, value in ((100, "250.000"), (110, "5000.000"), (120, "500.000")):
         expected += [f"${base + index}={value}" for index in range(3)]
     assert load_machine("baseline").settings_lines() == expected

@@ -64,11 +64,11 @@ def test_inputs_and_outputs(server: Server) -> None:
 
 
 def test_inputs_and_outputs_are_those_of_the_board(serve: Serve) -> None:
-    """What the firmware of that board will say: it has two inputs and nothing analog."""
+    """What the firmware of that board will say: it has one input and nothing analog."""
     server = serve(board="esp32s3-devkitc")
     assert server.tcp
     with Peer.tcp(server.tcp) as sender:
-        assert [sender.ask(line) for line in ("M66P1", "M66P2", "M66E0", "M67E0Q1")] == [["ok"], *[["error:131"]] * 3]
+        assert [sender.ask(line) for line in ("M66P0", "M66P1", "M66E0", "M67E0Q1")] == [["ok"], *[["error:131"]] * 3]
 
 
 def test_door_opens_and_closes(server: Server) -> None:

@@ -163,7 +163,8 @@ else.
    table says which rules can be. An allow that suppresses nothing is an error.
 5. `wificnc boards show FILE --picture pinout.svg` draws it; `wificnc pins FILE` writes the header the firmware is built
    with.
-6. For a board that goes into this folder: `make generate` writes all the rest: its page in `docs/start`, its rows
+6. `wificnc boards import config.yaml` makes such a file of a FluidNC configuration ([fluidnc.md](../docs/fluidnc.md)).
+7. For a board that goes into this folder: `make generate` writes all the rest: its page in `docs/start`, its rows
    here, in `docs/boards.md` and in `README.md`, its picture, the menu, and its environment in `platformio.ini`.
 
 Every difference from a published map is a `[[deviation]]` with its reason; one that deviates from nothing is an error.

@@ -141,14 +141,16 @@ wificnc nvs flash nvs.bin
 ```
 
 This replaces all stored data. Or type the settings: `$100` to `$105` steps/mm, `$110` maximum speeds, `$120`
-accelerations, `$130` travels ([settings.md](../settings.md)).
+accelerations, `$130` travels ([settings.md](../settings.md)). A machine with fewer axes than the board: `$79`, which
+the profile sets; from the next start on the others are gone.
 """
 
 _MACHINE = """## 3. Set up the machine
 
 `$100` to `$105` steps/mm, `$110` maximum speeds, `$120` accelerations, `$130` travels
 ([settings.md](../settings.md)): typed into `wificnc monitor`, or `wificnc settings set
-'steps_per_mm.x=40'`. `wificnc settings export` saves them in a file.
+'steps_per_mm.x=40'`. `wificnc settings export` saves them in a file. A machine with fewer axes than the board:
+`$79=3`; from the next start on the others are gone.
 """
 
 _MOVES = """## The first moves

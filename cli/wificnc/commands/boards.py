@@ -1,4 +1,4 @@
-"""`wificnc boards`: list, show and check boards."""
+"""`wificnc boards`: list, show, check and import boards."""
 
 from __future__ import annotations
 
@@ -19,12 +19,16 @@ from wificnc.board.rules import pulse_rate_hz
 from wificnc.checked.problem import Problem
 from wificnc.commands._output import OutputFile
 from wificnc.commands._target import json_option
-from wificnc.errors import Exit
+from wificnc.errors import Exit, UserError
+from wificnc.fluidnc.convert import Imported, import_fluidnc
+from wificnc.fluidnc.remarks import Kind
+from wificnc.machine import check_machine
+from wificnc.output import write_output
 
 
 @click.group()
 def command() -> None:
-    """List, show and check boards. BOARD is a board's id or the path of its TOML file."""
+    """List, show, check and import boards. BOARD is a board's id or the path of its TOML file."""
 
 
 @command.command("list")
@@ -76,6 +80,70 @@ def check_boards(ctx: click.Context, board_refs: tuple[str, ...], as_json: bool)
         counted = f"{len(problems)} problem{'s' * (len(problems) != 1)} in {files} of {_count(refs)}"
         ui.data.print(f"[bold red]{counted}[/]" if problems else f"[bold green]{_count(refs)} without a problem[/]")
     ctx.exit(Exit.BOARD if problems else Exit.OK)
+
+
+@command.command("import")
+@click.argument("config", metavar="FLUIDNC.yaml", type=click.Path(path_type=Path, dir_okay=False, exists=True))
+@click.option("-o", "--output", type=OutputFile(stdout=False), help="The board file; the name of the configuration.")
+@click.option("--machine", type=OutputFile(stdout=False), help="The machine profile; the same with -machine.")
+@click.option("--chip", type=click.Choice(("esp32", "esp32s3")), help="The chip, where its pins do not say it.")
+@json_option
+@click.pass_context
+def import_board(
+    ctx: click.Context, config: Path, output: Path | None, machine: Path | None, chip: str | None, as_json: bool
+) -> None:
+    """Convert a FluidNC configuration into a board file and a machine profile, and list what was not taken.
+
+    Exit code 3 if the rules of boards refuse a pin of it; both files are written all the same, to be edited.
+    """
+    board_file, machine_file = output or _new_file(config, ""), machine or _new_file(config, "-machine")
+    imported = import_fluidnc(config, chip)
+    _write_both(board_file, imported.board_text(config.name), machine_file, imported.machine_text(config.name))
+    problems = [*check_board(board_file), *check_machine(machine_file)]
+    if as_json:
+        remarks = [remark.as_json() for kind in Kind for remark in imported.remarks.of(kind)]
+        shown = [problem.as_json() for problem in problems]
+        files = {"board": str(board_file), "machine": str(machine_file), "store": imported.stored}
+        ui.emit_json({**files, "remarks": remarks, "problems": shown})
+    else:
+        _print_imported(imported, board_file, machine_file, problems)
+    ctx.exit(Exit.BOARD if problems else Exit.OK)
+
+
+def _new_file(config: Path, ending: str) -> Path:
+    """In the working directory. Raises UserError when it is there: it may have been edited since."""
+    path = Path(f"{config.stem}{ending}.toml")
+    if path.exists():
+        raise UserError(f"{path} exists", hint="-o FILE and --machine FILE name the files; these may exist")
+    return path
+
+
+def _write_both(board: Path, board_text: str, machine: Path, machine_text: str) -> None:
+    """Both, or neither. Raises UserError."""
+    before = board.read_bytes() if board.exists() else None
+    write_output("--output", board, board_text.encode())
+    try:
+        write_output("--machine", machine, machine_text.encode())
+    except UserError:
+        if before is None:
+            board.unlink()
+        else:
+            board.write_bytes(before)
+        raise
+
+
+def _print_imported(imported: Imported, board: Path, machine: Path, problems: list[Problem]) -> None:
+    ui.note(f"wrote {board} and {machine}")
+    for kind in Kind:
+        _print_list(kind.value, imported.remarks.lines(kind))
+    if problems:
+        ui.data.print("\n[bold]refused: correct the files, then `wificnc boards check`[/]")
+        for problem in problems:
+            _print_problem(problem)
+        return
+    stored = "".join(f" --set {key}={value}" for key, value in imported.stored.items())
+    build = f"wificnc nvs build {machine} --board {board}{stored}"
+    _print_list("next", [f"wificnc boards show {board}", f"wificnc build {board}", build])
 
 
 def _count(refs: list[str | Path]) -> str:

@@ -6,7 +6,7 @@ import os
 from pathlib import Path
 
 from wificnc.checked.paths import ROOT
-from wificnc.checked.problem import FileProblems
+from wificnc.checked.problem import FileProblems, Problem
 from wificnc.checked.shape import closest, locate, validate
 from wificnc.checked.tomlfile import read_toml
 from wificnc.errors import MachineError
@@ -27,15 +27,27 @@ def load_machine(machine: str | Path) -> Machine:
     Raises:
         MachineError: none exists, or it breaks rules; the message lists every problem with file and line.
     """
-    path = _locate(machine)
     try:
-        source = read_toml(path)
-        profile = validate(Machine, source)
-        findings = rules.check(profile)
-        if findings:
-            raise FileProblems(locate(findings, source))
+        return _checked(_locate(machine))
     except FileProblems as err:
         raise MachineError(err.message) from err
+
+
+def check_machine(path: Path) -> list[Problem]:
+    """Every problem of a profile; none when it is good."""
+    try:
+        _checked(path)
+    except FileProblems as err:
+        return list(err.problems)
+    return []
+
+
+def _checked(path: Path) -> Machine:
+    source = read_toml(path)
+    profile = validate(Machine, source)
+    findings = rules.check(profile)
+    if findings:
+        raise FileProblems(locate(findings, source))
     return profile
 
 

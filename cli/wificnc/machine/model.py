@@ -71,6 +71,7 @@ MASKS: dict[str, Callable[[_Axis], bool | None]] = {
 
 
 HOMING_ORDER = ("Z", "XY", "A", "B", "C", "")  # of the cycles, as Grbl: the tool goes up first
+Cycle = Annotated[str, Field(pattern=f"^[{AXES}]+$")]
 
 
 class Axes(_Table):
@@ -126,6 +127,8 @@ class Homing(_Table):
     seek_mm_min: Annotated[float | None, of("homing_seek_mm_min")] = None
     debounce_ms: Annotated[int | None, of("homing_debounce_ms")] = None
     pull_off_mm: Annotated[float | None, of("homing_pull_off_mm")] = None
+    # axes of each cycle, such as ["Z", "XY"]; an axis that is in none has no switch
+    order: Annotated[tuple[Cycle, ...] | None, Field(strict=False, max_length=len(HOMING_ORDER))] = None
 
 
 class Probe(_Table):
@@ -137,6 +140,13 @@ class Spindle(_Table):
     min_rpm: Annotated[float | None, of("spindle_min_rpm")] = None
     laser: Annotated[bool | None, of("laser_mode")] = None
     encoder_counts: Annotated[int | None, of("encoder_counts")] = None
+    pwm_hz: Annotated[int | None, of("pwm_hz")] = None
+    pwm_min_pct: Annotated[float | None, of("pwm_min_pct")] = None
+    pwm_max_pct: Annotated[float | None, of("pwm_max_pct")] = None
+
+
+class Coolant(_Table):
+    delay_s: Annotated[float | None, of("coolant_delay_s")] = None
 
 
 class Machine(_Table):
@@ -152,6 +162,7 @@ class Machine(_Table):
     homing: Homing = Homing()
     probe: Probe = Probe()
     spindle: Spindle = Spindle()
+    coolant: Coolant = Coolant()
 
     @property
     def axis_count(self) -> int:
@@ -174,7 +185,8 @@ class Machine(_Table):
         values: dict[int, Value] = {}
         if self.kinematics.type is not None:
             values[table["kinematics"].number] = KINEMATICS.index(self.kinematics.type)
-        for part in (self.kinematics, self.stepper, self.motion, self.limits, self.homing, self.probe, self.spindle):
+        values[table["machine_axes"].number] = self.axis_count
+        for part in self._parts():
             values.update((table[name].number, value) for name, value in part.assigned())
         for index, axis in self.axis.present():
             values.update((table[name].number + index, value) for name, value in axis.assigned())
@@ -187,12 +199,20 @@ class Machine(_Table):
             values.update((table[f"homing_cycle_{cycle}_mask"].number, mask) for cycle, mask in cycles)
         return values
 
+    def _parts(self) -> tuple[_Table, ...]:
+        motion = (self.kinematics, self.stepper, self.motion, self.limits, self.homing, self.probe)
+        return (*motion, self.spindle, self.coolant)
+
     def _homing_cycles(self) -> Iterator[tuple[int, int]]:
-        """What `$H` seeks, and in which order: axes that the machine does not have are in no cycle. A rotary axis has
-        a switch only where the profile says at which end."""
-        homed = {index for index, axis in self.axis.present() if isinstance(axis, LinearAxis) or axis.home_at}
-        for cycle, axes in enumerate(HOMING_ORDER, start=1):
-            yield cycle, sum(1 << AXES.index(letter) for letter in axes if AXES.index(letter) in homed)
+        """What `$H` seeks, and in which order: axes that the machine does not have are in no cycle. Without an order, a
+        rotary axis has a switch only where the profile says at which end."""
+        homed = {AXES[index] for index, axis in self.axis.present() if isinstance(axis, LinearAxis) or axis.home_at}
+        order: tuple[str, ...] = HOMING_ORDER
+        if self.homing.order is not None:
+            homed = set(AXES)
+            order = (*self.homing.order, *[""] * (len(HOMING_ORDER) - len(self.homing.order)))
+        for cycle, letters in enumerate(order, start=1):
+            yield cycle, sum(1 << AXES.index(letter) for letter in letters if letter in homed)
 
     def settings_lines(self) -> list[str]:
         """The lines that bring a controller to this profile, in an order it accepts: homing before soft limits."""

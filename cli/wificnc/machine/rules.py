@@ -40,6 +40,16 @@ def soft_limits_need_travel(machine: Machine) -> Iterator[Finding]:
             )
 
 
+def homing_order_is_of_its_axes(machine: Machine) -> Iterator[Finding]:
+    present = {AXES[index] for index, _ in machine.axis.present()}
+    homed = "".join(machine.homing.order or ())
+    for letter in sorted(set(homed)):
+        if letter not in present:
+            yield Finding("homing-order", ("homing", "order"), f"names {letter}, which this machine does not have")
+        elif homed.count(letter) > 1:
+            yield Finding("homing-order", ("homing", "order"), f"names {letter} twice; an axis is homed once")
+
+
 def pulses_fit(machine: Machine) -> Iterator[Finding]:
     """A step is a pulse and at least the same time of rest."""
     pulse_us = machine.stepper.step_pulse_us
@@ -77,6 +87,12 @@ def pull_off_fits(machine: Machine) -> Iterator[Finding]:
             ("homing", "pull_off_mm"),
             f"backs off {pull_off:g} mm, but an axis has only {min(travels):g} mm of travel",
         )
+
+
+def pwm_range(machine: Machine) -> Iterator[Finding]:
+    low, high = machine.spindle.pwm_min_pct, machine.spindle.pwm_max_pct
+    if low is not None and high is not None and low > high - 1:
+        yield Finding("pwm-range", ("spindle", "pwm_min_pct"), f"must be at least 1 % below pwm_max_pct ({high:g})")
 
 
 def spindle_range(machine: Machine) -> Iterator[Finding]:
@@ -118,5 +134,7 @@ RULES = (
     pulses_fit,
     homing_slows_down,
     pull_off_fits,
+    homing_order_is_of_its_axes,
     spindle_range,
+    pwm_range,
 )

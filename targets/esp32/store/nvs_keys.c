@@ -41,6 +41,7 @@ const struct nvs_key nvs_keys[SETTINGS_COUNT] = {
     {76, NVS_U16, "udp_stat_ms"},
     {77, NVS_U16, "host_tmo_ms"},
     {78, NVS_U8, "host_gap"},
+    {79, NVS_U8, "axes"},
     {80, NVS_U8, "kinematics"},
     {81, NVS_FLOAT, "arm_1"},
     {82, NVS_FLOAT, "arm_2"},

@@ -1,0 +1,176 @@
+"""The axes of a configuration: motors and switches for the board file, and what the machine profile has of each."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+from wificnc.fluidnc.pins import take_pin
+from wificnc.fluidnc.remarks import Remarks
+from wificnc.fluidnc.tree import Section
+from wificnc.protocol import AXES
+
+LINEAR = "XYZ"
+STEP_DIR = ("stepstick", "standard_stepper")
+REGISTERS = (
+    "its driver's registers (current, microsteps, StallGuard) are not written: it runs as a step and direction "
+    "driver, as its pins and its own defaults set it"
+)
+_OTHER_MOTORS = {
+    "rc_servo": "an RC servo as a motor: here a servo follows an axis that has step and direction ($85)",
+    "solenoid": "a solenoid as a motor",
+    "dynamixel2": "a Dynamixel servo as a motor",
+    "unipolar": "a unipolar motor without a driver of step and direction",
+}
+# Defaults of FluidNC, where a configuration leaves them out.
+_STEPS, _RATE, _ACCELERATION = 80.0, 1000.0, 25.0
+
+
+@dataclass
+class AxisFacts:
+    """What one axis contributes."""
+
+    letter: str
+    line: int
+    motors: list[dict[str, Any]] = field(default_factory=list)  # of the board file
+    profile: dict[str, Any] = field(default_factory=dict)  # [axis.x] of the machine profile
+    cycle: int = 0  # of homing; 0: not by $H
+    feed: float | None = None
+    seek: float | None = None
+    settle_ms: float | None = None
+    pull_off: list[float] = field(default_factory=list)
+    soft: bool = False
+    hard: list[bool] = field(default_factory=list)
+
+
+def read_axes(axes: Section, remarks: Remarks) -> list[AxisFacts]:
+    """The axes with a motor that we drive, from X on without a gap."""
+    found: list[AxisFacts] = []
+    for index, letter in enumerate(AXES):
+        name = letter.lower()
+        if name not in axes.sections:
+            continue
+        part = axes.section(name)
+        facts = _read_axis(letter, part, remarks)
+        if not facts.motors:
+            remarks.lost(part.path, part.line, f"{letter} has no motor with step and direction: the axis is left out")
+        elif len(found) < index:
+            why = f"{letter} follows an axis that is not there: axes count from X on without a gap"
+            remarks.lost(part.path, part.line, why)
+        else:
+            found.append(facts)
+    axes.skip("homing_runs")
+    return found
+
+
+def _read_axis(letter: str, part: Section, remarks: Remarks) -> AxisFacts:
+    facts = AxisFacts(letter, part.line)
+    unit = "mm" if letter in LINEAR else "deg"
+    names = {"steps": "steps_per_mm", "rate": "max_rate_mm_per_min", "acceleration": "acceleration_mm_per_sec2"}
+    numbers = {key: part.number(name) for key, name in names.items()}
+    facts.profile = {
+        f"steps_per_{unit}": numbers["steps"] or _STEPS,
+        f"max_rate_{unit}_min": numbers["rate"] or _RATE,
+        f"acceleration_{unit}_s2": numbers["acceleration"] or _ACCELERATION,
+    }
+    travel = part.number("max_travel_mm")
+    if travel is not None:
+        facts.profile[f"travel_{unit}"] = travel
+    facts.soft = part.flag("soft_limits")
+    part.skip("idle_disable")
+    _read_homing(facts, part)
+    motors = [name for name in ("motor0", "motor1") if name in part.sections]
+    for name in motors:
+        _read_motor(facts, part.section(name), remarks)
+    if not motors:
+        _read_motor(facts, part, remarks)
+    _compare_directions(facts)
+    return facts
+
+
+def _read_homing(facts: AxisFacts, part: Section) -> None:
+    if "homing" not in part.sections:
+        return
+    homing = part.section("homing")
+    facts.cycle = int(homing.number("cycle") or 0)
+    if facts.cycle > 0:
+        facts.profile["home_at"] = "max" if homing.flag("positive_direction") else "min"
+    facts.feed, facts.seek = homing.number("feed_mm_per_min"), homing.number("seek_mm_per_min")
+    facts.settle_ms = homing.number("settle_ms")
+    homing.skip(
+        "positive_direction", "mpos_mm", "seek_scaler", "feed_scaler", "allow_single_axis", "is_square", "square"
+    )
+    pull_off = homing.number("pulloff_mm")
+    if pull_off is not None:
+        facts.pull_off.append(pull_off)
+
+
+def _read_motor(facts: AxisFacts, part: Section, remarks: Remarks) -> None:
+    wires = _driver(part, remarks)
+    limits = {"limit_neg_pin": "limit_min", "limit_pos_pin": "limit_max", "limit_all_pin": "limit"}
+    switches = {ours: pin for name, ours in limits.items() if (pin := take_pin(part, name, remarks))}
+    hard, pull_off = part.flag("hard_limits"), part.number("pulloff_mm")
+    if wires is None:
+        return
+    facts.hard.append(hard)
+    if pull_off is not None:
+        facts.pull_off.append(pull_off)
+    if "limit" in switches and len(switches) > 1:
+        remarks.lost(f"{part.path}.limit_all_pin", part.line, "one line for both ends, next to one for each end")
+        del switches["limit"]
+    facts.motors.append({**wires, **{name: pin.input() for name, pin in switches.items()}})
+
+
+def _driver(part: Section, remarks: Remarks) -> dict[str, Any] | None:
+    """Step, direction and enable of the motor; None where it has none."""
+    for name, section in part.sections.items():
+        if name == "null_motor":
+            part.skip(name)
+        elif name in STEP_DIR or name.startswith("tmc_"):
+            return _step_and_direction(part.section(name), name, remarks)
+        elif name in _OTHER_MOTORS:
+            part.skip(name)
+            remarks.lost(section.path, section.line, _OTHER_MOTORS[name])
+    return None
+
+
+def _step_and_direction(driver: Section, kind: str, remarks: Remarks) -> dict[str, Any] | None:
+    step, direction = take_pin(driver, "step_pin", remarks), take_pin(driver, "direction_pin", remarks)
+    disable = take_pin(driver, "disable_pin", remarks)
+    if kind.startswith("tmc_"):
+        remarks.lost(driver.path, driver.line, REGISTERS)
+        driver.skip_all()
+    for name in ("ms1_pin", "ms2_pin", "ms3_pin", "reset_pin"):
+        if driver.take(name) is not None:
+            why = "sets the driver's microsteps or wakes it up, and no output of ours is fixed at a level: wire it"
+            remarks.lost(f"{driver.path}.{name}", driver.line_of(name), why)
+    if step is None or direction is None:
+        if not driver.is_empty():
+            remarks.lost(driver.path, driver.line, "has no step or no direction pin")
+        return None
+    wires = {
+        "step": step.output(),
+        "dir": {"pin": direction.name, "active": "high"},
+        "inverted": direction.active == "low",
+    }
+    return {**wires, "enable": disable.output(inverted=True)} if disable else wires
+
+
+def _compare_directions(facts: AxisFacts) -> None:
+    """Motors of an axis that turn against each other differ in the board file, the axis as a whole in the profile."""
+    inverted = [bool(motor.pop("inverted")) for motor in facts.motors]
+    if not inverted:
+        return
+    if inverted[0]:
+        facts.profile["invert_direction"] = True
+    for motor, turned in zip(facts.motors[1:], inverted[1:], strict=True):
+        motor["dir"]["active"] = "high" if turned == inverted[0] else "low"
+
+
+def shared_enable(axes: Section, remarks: Remarks) -> dict[str, Any] | None:
+    """The enable of all drivers. FluidNC names the pin that switches them off."""
+    pin = take_pin(axes, "shared_stepper_disable_pin", remarks)
+    if axes.take("shared_stepper_reset_pin") is not None:
+        why = "wakes the drivers up, and no output of ours is fixed at a level: wire it"
+        remarks.lost("axes.shared_stepper_reset_pin", axes.line_of("shared_stepper_reset_pin"), why)
+    return pin.output(inverted=True) if pin else None

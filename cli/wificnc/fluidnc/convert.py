@@ -1,0 +1,193 @@
+"""One configuration of FluidNC: the board file, the machine profile, and what was not taken."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import ceil
+from pathlib import Path
+from typing import Any
+
+from wificnc.board.chip import Chip, load_chips
+from wificnc.board.rules import SPREAD_NS
+from wificnc.checked.problem import FileProblems, Finding, Problem
+from wificnc.fluidnc.axes import AxisFacts, read_axes, shared_enable
+from wificnc.fluidnc.fit import fit_board
+from wificnc.fluidnc.inputs import InputFacts, read_inputs
+from wificnc.fluidnc.pins import take_pin
+from wificnc.fluidnc.profile import profile_data
+from wificnc.fluidnc.remarks import Kind, Remarks
+from wificnc.fluidnc.spindles import read_spindles
+from wificnc.fluidnc.text import toml_text
+from wificnc.fluidnc.tree import Section, read_fluidnc
+
+NS_PER_S, NS_PER_US = 1_000_000_000, 1_000
+_PULSE_NS, _DIR_NS, _RATE_HZ, _TIMER_HZ = 1_800, 1_900, 250_000, 20_000_000  # as our own ESP32 boards
+_TICK_NS = NS_PER_S // _TIMER_HZ
+_WORD_NS, _SHIFTED_OUTPUTS = 2_000, 32  # of the I2S peripheral into shift registers
+_ENGINES = {"rmt": "rmt", "i2s_static": "i2s", "i2s_stream": "i2s", "timed": "gpio"}
+_S3_ONLY = {f"GPIO{number}" for number in (20, *range(40, 49))}
+_S3_OUTPUTS = {f"GPIO{number}" for number in range(34, 40)}  # input only on the ESP32
+_MEMORY = {
+    "esp32": {"mode": "flash", "flash_mb": [4, 8, 16], "psram_mb": [0]},
+    "esp32s3": {"mode": "quad", "flash_mb": [4, 8, 16], "psram_mb": [0, 2]},
+}
+_NOT_HERE = {
+    "sdcard": "no SD card: programs come over USB, the network or from the page",
+    "oled": "no display; the page and the status light show the state",
+    "i2c": "no I2C bus",
+    "uart": "no second serial port for a display, a pendant or a driver chip",
+    "macros": "no macros: $N0 and $N1 run lines at start, buttons are those of the sender",
+    "parking": "no parking after a door or an alarm",
+    "status_outputs": "no outputs that show the state; there is a status light",
+    "extenders": "no expanders for pins",
+    "atc": "no tool changer",
+    "ethernet": "an Ethernet chip of another kind: only a W5500 is known here",
+}
+# What says nothing that a controller of ours could do otherwise.
+_QUIET = (
+    *("meta", "yaml_wiki", "yaml_url", "report_inches", "verbose_errors", "use_line_numbers", "planner_blocks"),
+    *("enable_parking_override_control", "start", "spi", "homing_init_lock", "software_debounce_ms"),
+)
+
+
+@dataclass(frozen=True)
+class Imported:
+    """What a configuration became."""
+
+    name: str
+    board: dict[str, Any]
+    machine: dict[str, Any]
+    stored: dict[str, int]  # keys of the store, in addition to the machine profile's
+    remarks: Remarks
+    refused: list[Finding]  # by the rules of boards
+
+    def board_text(self, source: str) -> str:
+        return toml_text(self._comments(source), self.board)
+
+    def machine_text(self, source: str) -> str:
+        return toml_text(self._comments(source), self.machine)
+
+    def _comments(self, source: str) -> list[str]:
+        lines = [f"Made by `wificnc boards import` from {source}."]
+        for kind in Kind:
+            remarks = self.remarks.lines(kind)
+            lines += [f"{kind.value.capitalize()}:"] * bool(remarks) + [f"  {remark}" for remark in remarks]
+        return lines
+
+
+def import_fluidnc(path: Path, chip: str | None = None) -> Imported:
+    """Convert a configuration. @param chip  esp32 or esp32s3; None: what its pins say
+
+    Raises:
+        FileProblems: it is no configuration, or no axis of it can be driven.
+    """
+    root, remarks = read_fluidnc(path), Remarks()
+    axes = read_axes(root.section("axes"), remarks)
+    if not axes:
+        reason = "; ".join(["has no axis with a motor of step and direction", *map(str, remarks.found)])
+        raise FileProblems([Problem(path, root.line_of("axes"), "no-axis", "axes", reason)])
+    enable = shared_enable(root.section("axes"), remarks)
+    spindles, inputs = read_spindles(root, remarks), read_inputs(root, remarks)
+    machine = profile_data(root, axes, spindles.spindle, spindles.coolant, remarks)
+    outputs = {"enable": enable} if enable else {}
+    outputs |= spindles.outputs
+    board = _board_data(path, root, axes, outputs, inputs, remarks)
+    board["chip"] = chip or _chip_of(board)
+    board["memory"] = dict(_MEMORY[board["chip"]])
+    _list_left(root, remarks)
+    refused = fit_board(board, _chip(board["chip"]), remarks)
+    return Imported(machine["name"], board, machine, inputs.stored, remarks, refused)
+
+
+def _chip(name: str) -> Chip:
+    return load_chips()["esp32", name]
+
+
+def _board_data(
+    path: Path, root: Section, axes: list[AxisFacts], outputs: dict[str, Any], inputs: InputFacts, remarks: Remarks
+) -> dict[str, Any]:
+    name = root.take("board") or root.take("name") or path.stem
+    data: dict[str, Any] = {
+        "schema": 1,
+        "name": name,
+        "summary": f"{''.join(facts.letter for facts in axes)}, imported from a FluidNC configuration",
+        "target": "esp32",
+        "chip": "esp32",
+        "source": {"map": f"FluidNC configuration {path.name}", "board": name},
+        "memory": {},
+        "timing": {},
+    }
+    engine = _engine(root, remarks)
+    data["timing"] = _timing(root.section("stepping"), engine)
+    if engine != "gpio":
+        data["step"] = {"engine": engine}
+    if engine == "i2s" and (bus := _bus(root.section("i2so"), remarks)):
+        data["i2so"] = bus
+    root.skip("i2so")
+    data["axis"] = {facts.letter.lower(): _axis(facts) for facts in axes}
+    data["output"] = {**outputs, **({"misc": inputs.misc_out} if inputs.misc_out else {})}
+    data["input"] = {**inputs.inputs, **({"misc": inputs.misc_in} if inputs.misc_in else {})}
+    return {key: value for key, value in data.items() if value != {} or key in ("memory", "timing")}
+
+
+def _axis(facts: AxisFacts) -> dict[str, Any]:
+    first, *others = facts.motors
+    return {**first, "second": others[0]} if others else first
+
+
+def _engine(root: Section, remarks: Remarks) -> str:
+    stepping = root.section("stepping")
+    name = (stepping.take("engine") or "rmt").lower()
+    stepping.skip("disable_delay_us", "segments", "dir_delay_us", "pulse_us", "idle_ms")
+    if name not in _ENGINES:
+        remarks.changed("stepping.engine", stepping.line_of("engine"), f"{name}: the interrupt makes the pulses here")
+    return _ENGINES.get(name, "gpio")
+
+
+def _bus(i2so: Section, remarks: Remarks) -> dict[str, Any] | None:
+    """[i2so], the wiring of shift registers."""
+    i2so.skip("min_pulse_us", "oe_pin")
+    pins = {name: take_pin(i2so, f"{name}_pin", remarks) for name in ("bck", "data", "ws")}
+    wires = {name: pin.output() for name, pin in pins.items() if pin}
+    return {**wires, "outputs": _SHIFTED_OUTPUTS} if len(wires) == len(pins) else None
+
+
+def _timing(stepping: Section, engine: str) -> dict[str, Any]:
+    """As our own boards, with the pulse and the direction's time of the configuration where they are longer."""
+    pulse_us = int(stepping.number("pulse_us") or 0)
+    dir_us = stepping.number("dir_delay_us") or 0.0
+    grid_ns = _WORD_NS if engine == "i2s" else _TICK_NS
+    pulse_ns, dir_ns = (grid_ns * ceil(ns / grid_ns) for ns in (_PULSE_NS, max(_DIR_NS, dir_us * NS_PER_US)))
+    needed_ns = pulse_ns + dir_ns + SPREAD_NS.get(engine, max(SPREAD_NS.values()))
+    timing = {"timer_hz": _TIMER_HZ, "step_pulse_ns": pulse_ns}
+    if pulse_us * NS_PER_US > pulse_ns:
+        timing["default_pulse_us"] = pulse_us
+    return {**timing, "dir_setup_ns": dir_ns, "max_step_rate_hz": min(_RATE_HZ, NS_PER_S // needed_ns)}
+
+
+def _chip_of(board: dict[str, Any]) -> str:
+    pins, driven = set(_pins(board)), set(_pins({**board, "input": {}}, outputs=True))
+    return "esp32s3" if pins & _S3_ONLY or driven & _S3_OUTPUTS else "esp32"
+
+
+def _pins(part: Any, outputs: bool = False) -> list[str]:
+    if isinstance(part, list):
+        return [pin for item in part for pin in _pins(item, outputs)]
+    if not isinstance(part, dict):
+        return []
+    if "pin" in part:
+        return [] if outputs and "pull" in part else [part["pin"]]
+    return [pin for item in part.values() for pin in _pins(item, outputs)]
+
+
+def _list_left(root: Section, remarks: Remarks) -> None:
+    """Keys that have not been read."""
+    root.skip(*_QUIET, "board", "name")
+    for key, line, text in root.left():
+        first = key.partition(".")[0]
+        why = next((why for name, why in _NOT_HERE.items() if first.startswith(name)), None)
+        if why is None:
+            why = f"{text!r} is not understood" if text else "is not known here"
+            remarks.lost(key, line, why)
+        else:
+            remarks.lost(first, root.line_of(first), why)
