@@ -73,7 +73,7 @@
     X(134, SAVED_OVER, "a later M70, M71 or M73 replaced the modes that M73 saved here: one set is stored")  \
     X(135, NO_OUTPUT, "the board has no output for this (wificnc boards show; $91=1 lets M7 and M8 pass)")   \
     X(140, UNREACHABLE, "the machine's arms cannot reach this point, or not on a straight line from here")   \
-    X(141, PULL_OFF, "the homing pull-off ($27) is longer than the travel of an axis ($130 and following)")  \
+    X(141, PULL_OFF, "a homing pull-off ($27, $200 ..) is longer than the travel of its axis ($130 ..)")     \
     X(150, NO_ENCODER, "this needs a spindle encoder: the board has none, or $88 is 0")                      \
     X(151, SPINDLE_OFF, "this needs a running spindle: M3 or M4, and S above 0")                             \
     X(152, THREAD_PLANE, "G76 needs the ZX plane (G18)")                                                     \

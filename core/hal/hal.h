@@ -111,8 +111,8 @@ struct hal_encoder {
  * its own switch. A machine without such axes has none of this. */
 struct hal_ganged {
     axis_mask_t axes;
-    /** [task, nothing moves] From now on the first motors of these axes make no steps, nor the second ones of
-     * those; 0, 0: all make theirs. */
+    /** [task, nothing moves; the last pulse may still be under way, and is not cut short] From now on the
+     * first motors of these axes make no steps, nor the second ones of those; 0, 0: all make theirs. */
     void (*hold)(struct hal *hal, axis_mask_t first, axis_mask_t second);
 };
 

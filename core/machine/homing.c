@@ -151,9 +151,15 @@ static bool begin_cycle(struct machine *machine) {
 /* An axis would back off from its switch into its other end. */
 static bool is_pull_off_long(const struct machine *machine, unsigned axes) {
     const struct settings *settings = &machine->settings;
-    for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
-        if ((axes >> ax & 1) != 0 && settings->homing_pull_off_mm >= settings->max_travel_mm[ax])
+    const axis_mask_t ganged = inputs_ganged(machine);
+    for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
+        const float first_mm = square_pull_off_mm(settings, FIRST_MOTOR, ax);
+        const float second_mm =
+            (ganged >> ax & 1) != 0 ? square_pull_off_mm(settings, SECOND_MOTOR, ax) : 0.0f;
+        const float longer_mm = first_mm > second_mm ? first_mm : second_mm;
+        if ((axes >> ax & 1) != 0 && longer_mm >= settings->max_travel_mm[ax])
             return true;
+    }
     return false;
 }
 

@@ -101,10 +101,16 @@ double square_reach_mm(const struct machine *machine, unsigned axis) {
     return gone_mm < most_mm ? most_mm - gone_mm : 0.0;
 }
 
-/* Signed way of a motor to a pull-off before its switch. */
+float square_pull_off_mm(const struct settings *settings, unsigned motor, unsigned axis) {
+    const float own_mm = settings->second_pull_off_mm[axis];
+    return motor == SECOND_MOTOR && own_mm > 0.0f ? own_mm : settings->homing_pull_off_mm;
+}
+
+/* Signed way of a motor to its pull-off before its switch. */
 static int32_t way_back(const struct machine *machine, unsigned motor, unsigned axis) {
     const struct settings *settings = &machine->settings;
-    double pull_off_steps = (double)settings->homing_pull_off_mm * (double)settings->steps_per_mm[axis] + 0.5;
+    double pull_off_steps =
+        (double)square_pull_off_mm(settings, motor, axis) * (double)settings->steps_per_mm[axis] + 0.5;
     int32_t pull_off =
         axes_direction(machine, axis) > 0.0 ? -(int32_t)pull_off_steps : (int32_t)pull_off_steps;
     return machine->edges.at[motor][axis] + pull_off - machine->homing.motor[motor][axis];

@@ -4,7 +4,7 @@
  *
  *   seek together ---> one switch closes, slow down ---> that motor waits, the other seeks alone
  *   both closed   ---> the one that went further behind its switch comes back alone (level)
- *                 ---> both back off together, exactly a pull-off before their switches
+ *                 ---> both back off together, exactly their pull-offs before their switches
  *
  * A motor waits only from standstill to standstill: no step is cut off at speed, and the step ISR knows
  * nothing of it. What the axis counts while one of them waits, the other has made; `motor` keeps where each
@@ -13,6 +13,9 @@
 #define WIFICNC_MACHINE_SQUARE_H
 
 #include "machine/machine.h"
+
+/** Pull-off of a motor: $27, or a second one's own. */
+float square_pull_off_mm(const struct settings *settings, unsigned motor, unsigned axis);
 
 /** A cycle of homing begins: both motors of an axis stand where it does. */
 void square_begin(struct machine *machine);

@@ -26,6 +26,8 @@ struct settings {
     bool limit_invert;
     /** $6: The probe reads high on contact (off: low, a probe to ground). */
     bool probe_invert;
+    /** $8 [axes] 0..63: Axes with inverted second motor: X=1 Y=2 Z=4 A=8 B=16 C=32, added up. */
+    uint8_t second_dir_invert_mask;
     /** $10 0..3: Status report: 1 = machine position (else work position), 2 = free buffers, added up. */
     uint8_t report_mask;
     /** $11 [mm] 0..10: Junction deviation: larger values are faster through corners. */
@@ -140,6 +142,8 @@ struct settings {
     float shaper_hz[AXIS_COUNT];
     /** $190..$195 0..0.5: Damping ratio of that vibration. */
     float shaper_damping[AXIS_COUNT];
+    /** $200..$205 [mm] 0..1000: Pull-off of the axis' second motor from its own switch; 0 = $27. */
+    float second_pull_off_mm[AXIS_COUNT];
 };
 
 /** $N of each setting. A per-axis one is X's, the others follow: SETTING_MAX_RATE_MM_MIN + axis. */
@@ -151,6 +155,7 @@ enum setting_number {
     SETTING_ENABLE_INVERT = 4,
     SETTING_LIMIT_INVERT = 5,
     SETTING_PROBE_INVERT = 6,
+    SETTING_SECOND_DIR_INVERT_MASK = 8,
     SETTING_REPORT_MASK = 10,
     SETTING_JUNCTION_DEVIATION_MM = 11,
     SETTING_ARC_TOLERANCE_MM = 12,
@@ -208,6 +213,7 @@ enum setting_number {
     SETTING_SHAPER = 170,
     SETTING_SHAPER_HZ = 180,
     SETTING_SHAPER_DAMPING = 190,
+    SETTING_SECOND_PULL_OFF_MM = 200,
 };
 
 /** What follows from a setting: the column `affects`. */
@@ -225,6 +231,6 @@ enum setting_effect {
 };
 
 /** Rows of the table (a per-axis row stands for six settings), and settings in all on six axes. */
-enum { SETTINGS_ROW_COUNT = 64, SETTINGS_COUNT = 99 };
+enum { SETTINGS_ROW_COUNT = 66, SETTINGS_COUNT = 106 };
 
 #endif

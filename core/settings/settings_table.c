@@ -16,6 +16,7 @@ const struct setting_row setting_rows[SETTINGS_ROW_COUNT] = {
     {4, FIELD(enable_invert), SETTING_TYPE_BOOL, 1, 0, STATUS_BAD_NUMBER, 0, 1, 0, 0x020},
     {5, FIELD(limit_invert), SETTING_TYPE_BOOL, 1, 0, STATUS_BAD_NUMBER, 0, 1, 0, 0x050},
     {6, FIELD(probe_invert), SETTING_TYPE_BOOL, 1, 0, STATUS_BAD_NUMBER, 0, 1, 0, 0x010},
+    {8, FIELD(second_dir_invert_mask), SETTING_TYPE_U8, 1, 0, STATUS_BAD_NUMBER, 0, 63, 0, 0x010},
     {10, FIELD(report_mask), SETTING_TYPE_U8, 1, 0, STATUS_BAD_NUMBER, 0, 3, 1, 0x100},
     {11, FIELD(junction_deviation_mm), SETTING_TYPE_FLOAT, 1, 3, STATUS_BAD_NUMBER, 0, 10, 0.01F, 0x001},
     {12, FIELD(arc_tolerance_mm), SETTING_TYPE_FLOAT, 1, 3, STATUS_BAD_NUMBER, 0.001F, 10, 0.002F, 0x004},
@@ -73,4 +74,5 @@ const struct setting_row setting_rows[SETTINGS_ROW_COUNT] = {
     {170, FIELD(shaper), SETTING_TYPE_U8, AXIS_COUNT, 0, STATUS_BAD_NUMBER, 0, 4, 0, 0x001},
     {180, FIELD(shaper_hz), SETTING_TYPE_FLOAT, AXIS_COUNT, 2, STATUS_BAD_NUMBER, 5, 200, 40, 0x001},
     {190, FIELD(shaper_damping), SETTING_TYPE_FLOAT, AXIS_COUNT, 3, STATUS_BAD_NUMBER, 0, 0.5F, 0.05F, 0x001},
+    {200, FIELD(second_pull_off_mm), SETTING_TYPE_FLOAT, AXIS_COUNT, 3, STATUS_BAD_NUMBER, 0, 1000, 0, 0x080},
 };

@@ -5,6 +5,7 @@
 #define WIFICNC_CHIP_WIRES_H
 
 #include "base/axis.h"
+#include "gang.h"
 #include "gcode/gcode.h" // DIGITAL_INPUT_COUNT
 #include "hal/compiler.h"
 #include "hal/hal.h"
@@ -13,7 +14,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-/** Inputs by number, which is their bit in a word; the axes of a kind follow one another. */
+/** Inputs by number, which is their bit in a word; the motors of a kind follow one another (gang.h). */
 enum {
     INPUT_LIMIT_MIN = 0,
     INPUT_LIMIT_MAX = INPUT_LIMIT_MIN + AXIS_COUNT,
@@ -45,12 +46,15 @@ struct output_wire {
     bool active_high;
 };
 
-/** Levels of inputs, bit n = input n. No board with a chip has a second motor on an axis. */
-static HAL_INLINE struct hal_switches switches_of(uint32_t levels) {
+/** Levels of inputs, bit n = input n. The core looks at the axes that there are. */
+static HAL_INLINE struct hal_switches switches_of(const struct gang *gang, uint32_t levels) {
     return (struct hal_switches){
         .limit_min = (axis_mask_t)(levels >> INPUT_LIMIT_MIN & INPUT_AXES),
         .limit_max = (axis_mask_t)(levels >> INPUT_LIMIT_MAX & INPUT_AXES),
+        .second_min = gang_seconds(gang, levels >> INPUT_LIMIT_MIN),
+        .second_max = gang_seconds(gang, levels >> INPUT_LIMIT_MAX),
         .home = (axis_mask_t)(levels >> INPUT_HOME & INPUT_AXES),
+        .second_home = gang_seconds(gang, levels >> INPUT_HOME),
     };
 }
 

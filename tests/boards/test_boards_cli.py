@@ -32,6 +32,15 @@ def test_list() -> None:
     assert all(board_id in result.stdout for board_id in IDS)
 
 
+def test_a_second_motor_is_shown() -> None:
+    """In the list, in the details, and for programs."""
+    assert "XYZ+Y2" in run("boards", "list").stdout
+    shown = run("boards", "show", "pic32mz-gantry").stdout
+    assert "axes XYZ+Y2, up to" in shown and "Y2 direction" in shown
+    details = json.loads(run("boards", "show", "pic32mz-gantry", "--json").stdout)
+    assert (details["axes"], details["second_motors"]) == (["X", "Y", "Z"], ["Y2"])
+
+
 def test_list_json() -> None:
     listed = json.loads(run("boards", "list", "--json").stdout)
     zero = next(board for board in listed if board["id"] == "esp32s3-zero")

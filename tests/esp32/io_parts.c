@@ -62,8 +62,9 @@ static void inputs_do_not_disturb_each_other(void) {
 
 static void tables_hold_every_combination_of_axes(void) {
     const uint8_t step[AXIS_COUNT] = {1, 2, 42, 41, 40, NO_PIN}, dir[AXIS_COUNT] = {3, 4, 38, 10, 31, 32};
+    const struct gang gang = gang_of(AXIS_COUNT, 0);
     struct step_pins pins;
-    check(step_pins_set(&pins, step, dir), "good pins are refused");
+    check(step_pins_set(&pins, &gang, step, dir), "good pins are refused");
     for (unsigned axes = 0; axes < AXIS_MASKS; axes++) {
         uint64_t wanted_step = 0, wanted_dir = 0;
         for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
@@ -79,10 +80,38 @@ static void tables_hold_every_combination_of_axes(void) {
 static void a_pin_beyond_the_banks_changes_nothing(void) {
     const uint8_t good[AXIS_COUNT] = {1, 2, 3, 4, 5, 6}, bad[AXIS_COUNT] = {1, 2, 3, 4, 5, 64};
     struct step_pins pins, before;
-    (void)step_pins_set(&pins, good, good);
+    const struct gang gang = gang_of(AXIS_COUNT, 0);
+    (void)step_pins_set(&pins, &gang, good, good);
     before = pins;
-    check(!step_pins_set(&pins, bad, good) && !step_pins_set(&pins, good, bad), "pin 64 is taken");
+    check(!step_pins_set(&pins, &gang, bad, good) && !step_pins_set(&pins, &gang, good, bad),
+          "pin 64 is taken");
     check(memcmp(&pins, &before, sizeof pins) == 0, "a refused map has changed the tables");
+}
+
+/* Motors 0 to 2 are X, Y and Z, 3 and 4 the second ones of X and Z. */
+static void second_motors_are_in_the_bits_of_their_axes(void) {
+    const uint8_t step[AXIS_COUNT] = {1, 2, 42, 41, 40, NO_PIN}, dir[AXIS_COUNT] = {3, 4, 38, 10, 31, 32};
+    const axis_mask_t all = (1u << 3) - 1;
+    const struct gang gang = gang_of(3, 1u << AXIS_X | 1u << AXIS_Z);
+    struct step_pins pins;
+    check(gang_seconds(&gang, 1u << 3) == 1u << AXIS_X && gang_seconds(&gang, 1u << 4) == 1u << AXIS_Z &&
+              gang_seconds(&gang, 7) == 0,
+          "inputs of second motors");
+    check(step_pins_set(&pins, &gang, step, dir), "good pins are refused");
+    for (unsigned first = 0; first <= all; first++)
+        for (unsigned second = 0; second <= all; second++) {
+            step_pins_hold(&pins, &gang, step, (axis_mask_t)first, (axis_mask_t)second);
+            for (unsigned axes = 0; axes < AXIS_MASKS; axes++) {
+                const unsigned a = axes & ~first, b = axes & ~second;
+                const uint64_t wanted = (uint64_t)(a & 1) << 1 | (uint64_t)(a >> 1 & 1) << 2 |
+                                        (uint64_t)(a >> 2 & 1) << 42 | (uint64_t)(b & 1) << 41 |
+                                        (uint64_t)(b >> 2 & 1) << 40;
+                check((pins.step[axes].bank[0] | (uint64_t)pins.step[axes].bank[1] << 32) == wanted,
+                      "step bits of held motors");
+            }
+        }
+    check((pins.dir[4].bank[0] | (uint64_t)pins.dir[4].bank[1] << 32) == (1ull << 38 | 1ull << 31),
+          "direction bits of both motors");
 }
 
 /* The hardware starts at 0 again at either limit; the true count continues. */
@@ -141,6 +170,7 @@ int main(void) {
     a_button_must_be_held();
     inputs_do_not_disturb_each_other();
     tables_hold_every_combination_of_axes();
+    second_motors_are_in_the_bits_of_their_axes();
     a_pin_beyond_the_banks_changes_nothing();
     printf("%u failures\n", failures);
     return failures == 0 ? 0 : 1;

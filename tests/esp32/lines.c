@@ -23,19 +23,14 @@ esp_err_t gpio_set_level(gpio_num_t gpio, uint32_t level) {
     return ESP_OK;
 }
 
-esp_err_t gpio_set_direction(gpio_num_t gpio, gpio_mode_t mode) {
-    pins[gpio].calls++;
-    pins[gpio].output = mode == GPIO_MODE_OUTPUT;
-    pins[gpio].blinked |=
-        !pins[gpio].level; /* these tests' outputs are high when their driver is switched on */
-    return ESP_OK;
-}
-
 esp_err_t gpio_config(const gpio_config_t *config) {
     for (unsigned pin = 0; pin < PINS; pin++)
         if ((config->pin_bit_mask >> pin & 1) != 0) {
             pins[pin].calls++;
             pins[pin].input = config->mode == GPIO_MODE_INPUT;
+            pins[pin].output = config->mode == GPIO_MODE_OUTPUT;
+            /* These tests' outputs are high when their driver is switched on. */
+            pins[pin].blinked |= pins[pin].output && !pins[pin].level;
         }
     return ESP_OK;
 }

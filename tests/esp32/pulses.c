@@ -19,10 +19,7 @@
 #include "step/prep.h"
 
 #include "driver/rmt_tx.h"
-#include "esp_private/periph_ctrl.h"
-#include "esp_private/rmt.h"
 #include "esp_rom_gpio.h"
-#include "hal/timer_ll.h"
 #include "soc/gpio_sig_map.h"
 #include "soc/soc_caps.h"
 
@@ -227,52 +224,6 @@ esp_err_t rmt_new_tx_channel(const rmt_tx_channel_config_t *config, rmt_channel_
     return ESP_OK;
 }
 
-esp_err_t rmt_get_channel_id(rmt_channel_handle_t channel, int *id) {
-    *id = (int)(uintptr_t)channel - 1;
-    return ESP_OK;
-}
-
-esp_err_t rmt_get_channel_resolution(rmt_channel_handle_t channel, uint32_t *resolution_hz) {
-    (void)channel;
-    *resolution_hz = 80000000;
-    return ESP_OK;
-}
-
-esp_err_t rmt_enable(rmt_channel_handle_t channel) {
-    (void)channel;
-    return ESP_OK;
-}
-
-uint8_t periph_rcc_acquire_enter(periph_module_t module) {
-    return (uint8_t)module;
-}
-void periph_rcc_acquire_exit(periph_module_t module, uint8_t users) {
-    (void)module;
-    (void)users;
-}
-void timer_ll_enable_bus_clock(int group, bool enable) {
-    (void)group;
-    (void)enable;
-}
-void timer_ll_reset_register(int group) {
-    (void)group;
-}
-void timer_ll_enable_clock(int group, uint32_t timer, bool enable) {
-    (void)group;
-    (void)timer;
-    (void)enable;
-}
-void timer_ll_set_clock_source(int group, uint32_t timer, gptimer_clock_source_t source) {
-    (void)group;
-    (void)timer;
-    (void)source;
-}
-void timer_ll_enable_intr(timg_dev_t *hw, uint32_t mask, bool enable) {
-    (void)hw;
-    (void)mask;
-    (void)enable;
-}
-
 /* ---- a controller of segments ---- */
 
 static struct hal_step hal;
@@ -287,7 +238,8 @@ static void start(void) {
     memset(rmt_busy_until, 0, sizeof rmt_busy_until);
     channels = 0;
     now += 1000000;
-    board = (struct step_engine_board){.probe_gpio = NO_PIN,
+    board = (struct step_engine_board){.gang = gang_of(BOARD_AXIS_COUNT, 0),
+                                       .probe_gpio = NO_PIN,
                                        .timer_hz = BOARD_TIMER_HZ,
                                        .step_pulse_ns = BOARD_STEP_PULSE_NS,
                                        .dir_setup_ns = BOARD_DIR_SETUP_NS};
@@ -462,7 +414,7 @@ static void a_halt_at_any_event_leaves_counter_and_pulses_alike(void) {
 
 static void lines_are_inverted_by_the_matrix_and_keep_their_signal(void) {
     start();
-    step_engine_invert(&board, 1u << 1, 1u << 2);
+    step_engine_invert(&hal, 1u << 1, 1u << 2, 0);
     for (unsigned ax = 0; ax < BOARD_AXIS_COUNT; ax++) {
         bool by_rmt = BOARD_STEP_ENGINE == BOARD_STEP_ENGINE_RMT;
         CHECK(connected[FIRST_STEP_GPIO + ax].signal == (by_rmt ? RMT_SIG_OUT0_IDX + ax : SIG_GPIO_OUT_IDX));

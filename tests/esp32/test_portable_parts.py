@@ -19,7 +19,7 @@ ESP32 = checkout_root() / "targets" / "esp32"
 # program -> the firmware's files in it
 PROGRAMS = {
     "two_sides": (),  # the machine with a motion side of its own: two real threads
-    "io_parts": ("../chip/step_pins.c", "io/encoder_counts.c"),
+    "io_parts": ("../chip/gang.c", "../chip/step_pins.c", "io/encoder_counts.c"),
     "access": ("net/access.c",),
     "gate": (),
     "rx_all": (),
@@ -63,5 +63,5 @@ def test_outputs_are_those_of_the_board_file(board_id: str) -> None:
     program = build_program(sources, output, "release", folders)
     done = subprocess.run([program], capture_output=True, text=True, timeout=HANG_S, check=True)
     wired = 63 & ~board.missing_outputs
-    without_enable = wired if board.output.spindle_pwm else wired & ~1
+    without_enable = wired if board.output.spindle_pwm else wired & ~3
     assert [int(word) for word in done.stdout.split()] == [wired, without_enable]

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from step_accelerations import accelerations
 from wificnc.board.model import Board
 from wificnc.chip.image import Block
-from wificnc.chip.machine import axis_wire, wired_chip
+from wificnc.chip.machine import motor_wire, wired_chip
 from wificnc.chip.virtual import CPU_HZ, STEP_DTYPE, pin_number
 
 AXES = 3  # that the tests know of
@@ -206,7 +206,7 @@ class ChipGrbl:
             axis = "xyz".index(found[1])
             if axis in self._travel:
                 low, high = self._travel[axis]
-                self.chip.set_axis(axis, axis_wire(self.board, axis, low, STUCK if active else high))
+                self.chip.set_axis(axis, motor_wire(self.board, axis, low, STUCK if active else high))
                 return
         pin, level = self._line(name, active)
         self.chip.drive(pin, level)
@@ -221,7 +221,7 @@ class ChipGrbl:
 
     def travel(self, axis: int, low: int, high: int) -> None:
         self._travel[axis] = (low, high)
-        self.chip.set_axis(axis, axis_wire(self.board, axis, low, high))
+        self.chip.set_axis(axis, motor_wire(self.board, axis, low, high))
 
     def surface(self, steps: int) -> None:
         self.chip.surface(self._pin("probe"), steps)

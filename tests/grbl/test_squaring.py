@@ -42,6 +42,32 @@ def test_both_motors_end_a_pull_off_before_their_switches(gantry: Grbl, mask: in
     assert gantry.position()[:3] == [-100 * 250 + PULL_OFF if mask >> ax & 1 else -PULL_OFF for ax in range(3)]
 
 
+@pytest.mark.parametrize("mask", [0, 2, 7])
+@pytest.mark.parametrize("skew", [0, 37, -250])
+@pytest.mark.parametrize("second_mm", [1, 2.5, 4])
+def test_each_motor_has_its_own_pull_off(gantry: Grbl, mask: int, skew: int, second_mm: float) -> None:
+    """$201: the second motor of Y ends that far before its switch, the first one $27; no other axis changes."""
+    gantry.settings(s23=mask, s201=second_mm)
+    gantry.place([-4000, -4100, -4200, 0, 0, 0])
+    gantry.skew(1, skew)
+    assert gantry.send("$H\n") == "ok\r\n"
+    ends = [LOW[ax] + PULL_OFF if mask >> ax & 1 else HIGH[ax] - PULL_OFF for ax in range(3)]
+    second = round(second_mm * 250)
+    second_end = LOW[1] + second if mask & 2 else HIGH[1] - second
+    assert gantry.stands()[:3] == ends
+    assert gantry.second_stands()[:3] == [ends[0], second_end, ends[2]]
+    assert gantry.send("$H\n") == "ok\r\n"
+    assert gantry.second_stands()[1] == second_end and gantry.stands()[:3] == ends
+
+
+def test_a_second_pull_off_as_long_as_the_travel_is_refused() -> None:
+    grbl = ganged(2)
+    grbl.settings(s201=100)
+    assert grbl.send("$HY\n") == "error:141\r\n"
+    grbl.settings(s201=0)
+    grbl.close()
+
+
 @pytest.mark.parametrize("start", [(1000, 500), (500, 1000), (1000, 1000), (1300, 990)])
 def test_switches_that_are_closed_at_the_start(gantry: Grbl, start: tuple[int, int]) -> None:
     """One switch, or both, closed before the first step."""

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from wificnc.board.model import Board
 from wificnc.chip.image import Block
-from wificnc.chip.machine import axis_wire, wired_chip
+from wificnc.chip.machine import motor_wire, wired_chip
 from wificnc.chip.virtual import CPU_HZ, STEP_DTYPE, Stop, pin_number
 
 BANNER = "\r\nGrbl 1.1h ['$' for help]\r\n"
@@ -120,7 +120,7 @@ class Controller:
 
     def switches(self, axis: int, low: int | None, high: int | None) -> None:
         """Limit switches at these steps, as the machine really is."""
-        self.chip.set_axis(axis, axis_wire(self.board, axis, low, high))
+        self.chip.set_axis(axis, motor_wire(self.board, axis, low, high))
 
     def pin(self, signal: str) -> int:
         """Number of a signal's pin."""

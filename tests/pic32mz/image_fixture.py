@@ -7,6 +7,7 @@ all with WIFICNC_ON_CHIP=all (make test-chip).
 from __future__ import annotations
 
 import os
+from pathlib import Path
 
 import pytest
 from wificnc.board.load import load_board
@@ -25,13 +26,18 @@ def board() -> Board:
     return load_board(BOARD)
 
 
-@pytest.fixture(scope="session")
-def build(board: Board) -> Pic32Build:
+def build_image(board: Board, output: Path | None = None) -> Pic32Build:
+    """By gcc; without it the test is skipped. @param output  a folder that is not build/BOARD"""
     try:
         find_compiler("gcc")
     except BuildError as err:
         pytest.skip(err.message)
-    return build_pic32mz(board, cc="gcc")
+    return build_pic32mz(board, cc="gcc", output=output)
+
+
+@pytest.fixture(scope="session")
+def build(board: Board) -> Pic32Build:
+    return build_image(board)
 
 
 @pytest.fixture(scope="session")

@@ -30,7 +30,8 @@ class Tree:
 
     @property
     def boards(self) -> list[str]:
-        return [*ESP32_BOARDS, *([PIC32MZ_BOARD] if shutil.which("mipsel-linux-gnu-gcc") else [])]
+        built_here = [PIC32MZ_BOARD, "pic32mz-gantry"] if shutil.which("mipsel-linux-gnu-gcc") else []
+        return [*ESP32_BOARDS, *built_here]
 
     def release(self, *arguments: object, code: int = 0, cwd: Path | None = None) -> subprocess.CompletedProcess[str]:
         """`wificnc release` of this tree's own package."""

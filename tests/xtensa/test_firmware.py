@@ -9,6 +9,8 @@ from functools import cache
 from pathlib import Path
 
 import pytest
+from wificnc.board.load import load_board
+from wificnc.board.model import Board
 from xtensa.compile import (
     Object,
     board_sources,
@@ -18,7 +20,7 @@ from xtensa.compile import (
     static_ram_bytes,
     static_ram_of_board,
 )
-from xtensa.headers import BOARDS, generate_pins, other_boards, rmt_board, small_headers, with_pins
+from xtensa.headers import BOARDS, by_rmt, generate_pins, other_boards, rmt_board, small_headers, with_pins
 from xtensa.isr import STEP, VECTOR, Program, firmware_in_ram, interrupt_program, step_interrupt, violations
 from xtensa.stack import RESERVE, Stacks, task_stacks
 from xtensa.toolchain import NoToolchainError, Toolchain, find_toolchain
@@ -47,7 +49,11 @@ def program_of(chip: str) -> Program:
 @cache
 def rmt_program_of(chip: str) -> Program:
     output = ROOT / "build" / "xtensa" / "small" / chip / "rmt"
-    headers = small_headers(ROOT, chip, output, rmt_board(chip, output))
+    return board_program(rmt_board(chip, output), output)
+
+
+def board_program(board: Board, output: Path) -> Program:
+    headers = small_headers(ROOT, board.chip, output, board)
     objects = compile_all(find_toolchain(), ROOT, headers, board_sources(ROOT), output)
     assert not [(made.source.name, made.said) for made in objects if made.said]
     return interrupt_program(ROOT, output, board_sources(ROOT))
@@ -63,6 +69,18 @@ def test_the_step_interrupt_keeps_its_budget(tools: Toolchain, chip: str) -> Non
     found = step_interrupt(program_of(chip), ROOT)
     over = {name: count for name, count in found.items() if not 0 < count <= BUDGET[name]}
     assert not over
+
+
+@pytest.mark.parametrize("engine", ["gpio", "rmt"])
+def test_a_second_motor_costs_the_step_interrupt_nothing(tools: Toolchain, engine: str) -> None:
+    """Three axes of the ESP32-S3 with and without a second motor: not an instruction more."""
+    found = []
+    for name in ("esp32s3-zero", "esp32s3-devkitc-gantry"):
+        output = ROOT / "build" / "xtensa" / "small" / "esp32s3" / f"{name}-{engine}"
+        board = load_board(name)
+        program = board_program(by_rmt(board, output) if engine == "rmt" else board, output)
+        found.append(step_interrupt(program, ROOT))
+    assert found[0] == found[1] and all(count > 0 for count in found[0].values())
 
 
 def documented(row: str) -> list[int]:

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from wificnc.board.load import load_board
 from wificnc.build.mips import COMPILER
-from wificnc.chip.machine import axis_wire, board_image, wired_chip
+from wificnc.chip.machine import board_image, motor_wire, wired_chip
 from wificnc.chip.virtual import ESTIMATE, VirtualChip, pin_number
 from wificnc.serve.options import Address, ServeOptions
 from wificnc.serve.server import Server
@@ -69,7 +69,7 @@ class Bench:
         self.chip: VirtualChip = wired_chip(self.board, board_image(self.board))
         self.chip.timing(ESTIMATE)
         for axis in range(3):
-            self.chip.set_axis(axis, axis_wire(self.board, axis))
+            self.chip.set_axis(axis, motor_wire(self.board, axis))
         self.chip.run(0.05)
         self.chip.write("".join(f"{line}\n" for line in SETTINGS).encode())
         self.chip.run(1.0)

@@ -40,7 +40,7 @@ def _overview(boards: Iterable[Board], link: str) -> str:
         [
             f"[{board.id}]({link.format(id=board.id)})",
             board.name,
-            "".join(board.axes),
+            board.axes_text,
             f"{board.timing.max_step_rate_hz // 1000} kHz",
             "W5500" if board.ethernet else "",
             board.summary,
@@ -157,7 +157,8 @@ else.
 
 1. Copy the nearest file; its name without `.toml` is the board's id. Editors that know `#:schema` complete the keys.
 2. Write a pin as the chip's table names it: `step = "GPIO1"`, or with more to say
-   `estop = {{ pin = "GPIO13", pull = "up", active = "low" }}`.
+   `estop = {{ pin = "GPIO13", pull = "up", active = "low" }}`. A second motor of Y is `[axis.y.second]`, with its own
+   step, dir and limit.
 3. `wificnc boards check FILE` lists every problem with its line, the reason and the pins that would be legal.
 4. A risk that your wiring excludes is allowed with a reason: `allow = {{ strapping = "why it is safe" }}`. The
    table says which rules can be. An allow that suppresses nothing is an error.

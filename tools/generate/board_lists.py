@@ -65,7 +65,7 @@ def _readme(boards: Sequence[Board]) -> str:
     rows = [
         [
             f"`{board.id}`",
-            "".join(board.axes),
+            board.axes_text,
             f"{board.timing.max_step_rate_hz // 1000} k",
             _network(board),
             _state(board),

@@ -62,7 +62,12 @@ class Headers:
 
 def rmt_board(chip: str, output: Path) -> Board:
     """A board with step pulses by the RMT; none of ours asks for them."""
-    text = load_board(RMT_BOARDS[chip]).path.read_text()
+    return by_rmt(load_board(RMT_BOARDS[chip]), output)
+
+
+def by_rmt(board: Board, output: Path) -> Board:
+    """The same board with step pulses by the RMT."""
+    text = board.path.read_text()
     text = text.replace("max_step_rate_hz = 250_000\n", 'max_step_rate_hz = 200_000\n\n[step]\nengine = "rmt"\n')
     output.mkdir(parents=True, exist_ok=True)
     (output / "rmt.toml").write_text(text)

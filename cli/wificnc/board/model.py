@@ -304,6 +304,16 @@ class Board(BoardFile):
         return tuple(letter.upper() for letter in self.axis.wired())
 
     @property
+    def second_motors(self) -> tuple[str, ...]:
+        """Such as ("Y2",)."""
+        return tuple(name.upper() for name in self.axis.motors() if name.endswith("2"))
+
+    @property
+    def axes_text(self) -> str:
+        """Such as "XYZ+Y2"."""
+        return "+".join(["".join(self.axes), *self.second_motors])
+
+    @property
     def ganged_axes(self) -> int:
         """Axes with a second motor, bit 0 = X."""
         wired = self.axis.wired().items()

@@ -176,7 +176,7 @@ def _groups_of(board: Board, side: Side) -> list[tuple[str, list[str]]]:
 def _title(board: Board, width: float) -> Iterator[Shape]:
     chip = f"{board.pins.name}, {board.pins.memory[board.memory.mode]}"
     rate_khz = board.timing.max_step_rate_hz / 1000
-    facts = f"{chip}   ·   {len(board.axes)} axes {''.join(board.axes)}   ·   {rate_khz:g} k steps/s"
+    facts = f"{chip}   ·   {len(board.axes)} axes {board.axes_text}   ·   {rate_khz:g} k steps/s"
     yield Text(width / 2, 34, board.name, 24, INK, "middle", bold=True)
     yield Text(width / 2, 62, facts, 13, FAINT, "middle")
 

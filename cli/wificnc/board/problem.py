@@ -36,7 +36,7 @@ RULES = {
     "axis-order": "axes count from X on without a gap",
     "limit-kind": "an axis has one limit line, or one for each end",
     "second-switch": "both motors of an axis have a limit switch, or a home switch, so that homing can square them",
-    "second-motor": "the firmware drives the second motor of an axis",
+    "second-motor": "the firmware has pulses and inputs for the motors: six, second ones included",
     "servo": "the firmware has an output for the RC servo",
     "spi-host": "the chip has the SPI host for Ethernet",
     "step-engine": "what makes the step pulses has a channel for every axis",

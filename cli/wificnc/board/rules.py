@@ -8,7 +8,7 @@ from dataclasses import replace
 from math import ceil
 
 from wificnc.board.chip import Chip
-from wificnc.board.model import AXIS_LETTERS, BoardFile, Motor, OutputWire, Role, Use
+from wificnc.board.model import AXES_MAX, AXIS_LETTERS, BoardFile, Motor, OutputWire, Role, Use
 from wificnc.checked.problem import Finding, key_text
 from wificnc.checked.shape import closest
 
@@ -207,11 +207,12 @@ def _second_switch(board: BoardFile, chip: Chip) -> Iterator[Finding]:
 
 
 def _second_motor(board: BoardFile, chip: Chip) -> Iterator[Finding]:
-    for letter, axis in board.axis.wired().items():
-        if axis.second and board.target != "host":
-            reason = f"the firmware of the {chip.name} does not support a second motor; only the simulator does"
-            hint = "wire both drivers to one pair of step and direction pins"
-            yield Finding("second-motor", ("axis", letter, "second"), reason, hint)
+    seconds = [letter for letter, axis in board.axis.wired().items() if axis.second]
+    count = len(board.axis.motors())
+    if seconds and count > AXES_MAX and board.target != "host":
+        reason = f"the firmware of the {chip.name} drives {AXES_MAX} motors, and with this one there are {count}"
+        hint = "leave out the last axis, or wire both drivers to one pair of step and direction pins"
+        yield Finding("second-motor", ("axis", seconds[-1], "second"), reason, hint)
 
 
 def _servo(board: BoardFile, chip: Chip) -> Iterator[Finding]:
@@ -238,10 +239,11 @@ def _step_engine(board: BoardFile, chip: Chip) -> Iterator[Finding]:
     if chip.rmt is None:
         yield Finding("step-engine", path, f"{chip.name} has no RMT", hint)
         return
-    motors, led = len(board.axis.motors()), board.led is not None and board.led.kind == "ws2812"
-    if motors + led > (channels := chip.rmt.tx_channels):
+    # One for both motors of an axis: the GPIO matrix sends its signal to two pins.
+    axes, led = len(board.axis.wired()), board.led is not None and board.led.kind == "ws2812"
+    if axes + led > (channels := chip.rmt.tx_channels):
         light = " and the WS2812 another" if led else ""
-        reason = f"{chip.name} has {channels} RMT channels that send, and {motors} step lines want one each{light}"
+        reason = f"{chip.name} has {channels} RMT channels that send, and {axes} axes want one each{light}"
         yield Finding("step-engine", path, reason, hint)
     elif board.timing.step_pulse_ns < RMT_PULSE_NS_MIN:
         reason = f"needs pulses of {RMT_PULSE_NS_MIN} ns, and timing.step_pulse_ns is {board.timing.step_pulse_ns}"

@@ -29,7 +29,7 @@ STEP = struct.Struct("<QBB6x")
 ALARM = re.compile(r"ALARM:\d+(?=\r)")
 STILL_S = 1.0  # without a step: at rest
 SETTING = re.compile(r"\$(\d+)=(\d+(?:\.\d+)?)")
-STEP_PULSE_US, STEP_INVERT, DIRECTION_INVERT = 0, 2, 3  # $0 $2 $3
+STEP_PULSE_US, STEP_INVERT, DIRECTION_INVERT, SECOND_INVERT = 0, 2, 3, 8  # $0 $2 $3 $8
 
 Progress = Callable[[int, int], None]
 Look = Callable[[], None]  # called as time passes
@@ -76,7 +76,7 @@ def run_on_chip(
         chip.serial_speed(pace.wire)
         chip.run(BOOT_S)
         chip.read()
-        steps = _Steps(chip, len(board.axes), board.timing.step_pulse_ns)
+        steps = _Steps(chip, axes_of_motors(board), board.timing.step_pulse_ns)
         for line in settings:
             (answer,) = _stream(steps, [line], look=lambda: None)
             if answer != "ok":
@@ -89,27 +89,29 @@ def run_on_chip(
     errors = tuple(f"line {number}: {said}" for number, said in enumerate(answers, 1) if said != "ok")
     seconds = (steps.cycles[-1] - steps.cycles[0]) / (CPU_HZ * pace.cpu) if steps.cycles else 0.0
     host = _host_steps(options)
-    way = paths(steps.made, len(board.axes))
+    made = as_axes(steps.made, steps.axis)
+    way = paths(made, len(board.axes))
     position = tuple(len(axis) - 2 * sum(axis) for axis in way)
     same_path = way == paths(host, len(board.axes))
-    first = difference(host, steps.made)
+    first = difference(host, made)
     return ChipResult(len(answers), errors, seconds, len(steps.made), position, first, same_path)
 
 
 class _Steps:
-    """The chip's step events as the controller means them: `$2` and `$3` turn levels of wires, and no way.
+    """The chip's step events as the controller means them: `$2`, `$3` and `$8` turn levels of wires, and no way.
 
     A motor steps at the rising edge. With `$2` that is the end of the pulse, so an event of inverted and other axes
     comes as two, a pulse apart; the next event is at least two pulses away.
     """
 
-    def __init__(self, chip: VirtualChip, axes: int, pulse_ns: int) -> None:
+    def __init__(self, chip: VirtualChip, axis: tuple[int, ...], pulse_ns: int) -> None:
         self.chip = chip
-        self.axes = axes
-        self.made: list[tuple[int, int]] = []  # axes, directions
+        self.axis = axis  # of each motor
+        self.made: list[tuple[int, int]] = []  # motors, directions
         self.cycles: list[int] = []
         self._pulse_s = 1e-9 * pulse_ns
-        self._late = 0  # axes that step at the end of the pulse
+        self._late = 0  # motors that step at the end of the pulse
+        self._turned = {DIRECTION_INVERT: 0, SECOND_INVERT: 0}
         self._inverted = 0
 
     def take(self) -> None:
@@ -134,9 +136,16 @@ class _Steps:
         if number == STEP_PULSE_US:
             self._pulse_s = 1e-6 * value
         elif number == STEP_INVERT:
-            self._late = int(value)
-        elif number == DIRECTION_INVERT:
-            self._inverted = int(value)
+            self._late = self._motors(int(value), int(value))
+        elif number in self._turned:
+            self._turned[number] = int(value)
+            first, second = self._turned.values()
+            self._inverted = self._motors(first, first ^ second)
+
+    def _motors(self, first: int, second: int) -> int:
+        """The first motors of these axes, and the second ones of those."""
+        masks = [first if motor == axis else second for motor, axis in enumerate(self.axis)]
+        return sum(1 << motor for motor, axis in enumerate(self.axis) if masks[motor] >> axis & 1)
 
 
 @contextmanager
@@ -197,7 +206,7 @@ def _stream(steps: _Steps, lines: list[str], look: Look, progress: Progress | No
 def _stand(steps: _Steps, look: Look) -> None:
     """Until no motor has moved for a while. Lines that come meanwhile are left to be read."""
     before: list[int] = []
-    while (now := [steps.chip.position(axis) for axis in range(steps.axes)]) != before:
+    while (now := [steps.chip.position(motor) for motor in range(len(steps.axis))]) != before:
         before = now
         steps.chip.run(STILL_S)
         look()
@@ -242,6 +251,25 @@ def _host_steps(options: SimOptions) -> list[tuple[int, int]]:
         simulate(SimOptions(options.file, options.board, options.machine, options.settings, trace=trace))
         rows = csv.DictReader(trace.read_text(encoding="utf-8").splitlines())
         return [(int(row["step_mask"]), int(row["dir_mask"])) for row in rows]
+
+
+def axes_of_motors(board: Board) -> tuple[int, ...]:
+    """The number of each motor's axis: the first ones of the axes, then the second ones."""
+    return tuple(board.axes.index(name[0].upper()) for name in board.axis.motors())
+
+
+def as_axes(steps: list[tuple[int, int]], axis: tuple[int, ...]) -> list[tuple[int, int]]:
+    """Events of motors as those of axes. A second motor that does not do as the first one stays as it is, and so
+    is a difference from the host."""
+    for motor, first in enumerate(axis):
+        if motor == first:
+            continue
+        both = 1 << motor | 1 << first
+        steps = [
+            (mask & ~(1 << motor) if mask & both == both and direction & both in (0, both) else mask, direction)
+            for mask, direction in steps
+        ]
+    return steps
 
 
 def difference(host: list[tuple[int, int]], made: list[tuple[int, int]]) -> int | None:

@@ -25,14 +25,17 @@ def board_image(board: Board) -> tuple[Block, ...]:
 def wired_chip(board: Board, image: tuple[Block, ...]) -> VirtualChip:
     """A chip with this image and this board's machine; no switch is at its place yet. Raises BuildError."""
     chip = VirtualChip(load_mzsim(ensure_mzsim_library()), image)
-    for axis in range(len(board.axes)):
-        chip.set_axis(axis, axis_wire(board, axis))
+    for motor in range(len(board.axis.motors())):
+        chip.set_axis(motor, motor_wire(board, motor))
     return chip
 
 
-def axis_wire(board: Board, axis: int, low: int | None = None, high: int | None = None) -> AxisWire:
-    """An axis as the board wires it. @param low, high  where its switches are, steps; None: they stay open"""
-    motor = board.axis.motors()[board.axes[axis].lower()]
+def motor_wire(board: Board, number: int, low: int | None = None, high: int | None = None) -> AxisWire:
+    """A motor as the board wires it: those of the axes, then the second ones.
+
+    @param low, high  where its switches are, steps; None: they stay open
+    """
+    motor = list(board.axis.motors().values())[number]
     near = motor.limit_min or motor.limit
     far = motor.limit_max or motor.limit
     return AxisWire(

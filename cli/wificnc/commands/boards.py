@@ -43,7 +43,7 @@ def list_boards(as_json: bool) -> None:
     for board in boards:
         network = " + ".join(_networks(board))
         rate = f"{board.timing.max_step_rate_hz // 1000} k"
-        table.add_row(f"[bold]{board.id}[/]", "".join(board.axes), rate, network, escape(board.summary))
+        table.add_row(f"[bold]{board.id}[/]", board.axes_text, rate, network, escape(board.summary))
     ui.data.print(table)
 
 
@@ -163,6 +163,7 @@ def _summary(board: Board) -> dict[str, Any]:
         "target": board.target,
         "chip": board.chip,
         "axes": list(board.axes),
+        "second_motors": list(board.second_motors),
         "timing": board.timing.model_dump(),
         "memory": board.memory.model_dump(mode="json"),
         "network": _networks(board),
@@ -200,7 +201,7 @@ def _print_board(board: Board) -> None:
         pulse += f"; $0 starts at {us} us, which leaves {pulse_rate_hz(board):,} steps/s"
     ui.data.print(f"[bold]{escape(board.name)}[/]  ({board.id})")
     ui.data.print(f"{escape(board.summary)}.", escape(chip), sep="\n")
-    ui.data.print(f"axes {''.join(board.axes)}, up to {timing.max_step_rate_hz // 1000} k steps/s, {pulse}")
+    ui.data.print(f"axes {board.axes_text}, up to {timing.max_step_rate_hz // 1000} k steps/s, {pulse}")
     if board.look_ahead:
         ui.data.print(f"look-ahead {board.look_ahead} pieces of path, {board.laser_marks} changes of a laser's S")
     ui.data.print()

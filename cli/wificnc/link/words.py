@@ -69,7 +69,7 @@ ERRORS: dict[int, str] = {
     134: "a later M70, M71 or M73 replaced the modes that M73 saved here: one set is stored",
     135: "the board has no output for this (wificnc boards show; $91=1 lets M7 and M8 pass)",
     140: "the machine's arms cannot reach this point, or not on a straight line from here",
-    141: "the homing pull-off ($27) is longer than the travel of an axis ($130 and following)",
+    141: "a homing pull-off ($27, $200 ..) is longer than the travel of its axis ($130 ..)",
     150: "this needs a spindle encoder: the board has none, or $88 is 0",
     151: "this needs a running spindle: M3 or M4, and S above 0",
     152: "G76 needs the ZX plane (G18)",

@@ -7,19 +7,37 @@
 
 _Static_assert((int)SIGNAL_STEP_C == (int)SIGNAL_STEP_X + AXIS_COUNT - 1,
                "a signal of each kind for each axis");
+_Static_assert((int)SIGNAL_STEP_C2 == (int)SIGNAL_STEP_X2 + AXIS_COUNT - 1, "and of each second motor");
 _Static_assert((int)SIGNAL_MISC_IN_7 == (int)SIGNAL_MISC_IN_0 + DIGITAL_INPUT_COUNT - 1,
                "M66 reads them all");
 
+struct gang board_gang(void) {
+    return gang_of(BOARD_AXIS_COUNT, BOARD_GANGED_AXES);
+}
+
+/* A motor's wire. @param first, second  signals of a kind, of axis X */
+static const struct pin_wire *motor_wire(const struct pin_map *map, unsigned motor, enum board_signal first,
+                                         enum board_signal second) {
+    const uint8_t axis = board_gang().axis[motor];
+    const bool is_second = motor >= BOARD_AXIS_COUNT && axis != NO_AXIS;
+    return &map->wire[is_second ? second + axis : first + motor];
+}
+
 struct step_engine_board board_step_engine(const struct pin_map *map) {
     struct step_engine_board board = {
+        .gang = board_gang(),
         .probe_gpio = map->wire[SIGNAL_PROBE].gpio,
         .timer_hz = BOARD_TIMER_HZ,
         .step_pulse_ns = BOARD_STEP_PULSE_NS,
         .dir_setup_ns = BOARD_DIR_SETUP_NS,
     };
-    for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
-        board.step_gpio[ax] = map->wire[SIGNAL_STEP_X + ax].gpio;
-        board.dir_gpio[ax] = map->wire[SIGNAL_DIR_X + ax].gpio;
+    for (unsigned motor = 0; motor < AXIS_COUNT; motor++) {
+        const struct pin_wire *step = motor_wire(map, motor, SIGNAL_STEP_X, SIGNAL_STEP_X2);
+        const struct pin_wire *dir = motor_wire(map, motor, SIGNAL_DIR_X, SIGNAL_DIR_X2);
+        board.step_gpio[motor] = step->gpio;
+        board.dir_gpio[motor] = dir->gpio;
+        board.step_low = (uint8_t)(board.step_low | (step->active_high ? 0u : 1u << motor));
+        board.dir_low = (uint8_t)(board.dir_low | (dir->active_high ? 0u : 1u << motor));
     }
     return board;
 }
@@ -29,15 +47,18 @@ static struct input_wire input(const struct pin_wire *wire) {
 }
 
 /* One line for both ends of an axis, or one for each. */
-static struct input_wire limit(const struct pin_map *map, unsigned both, unsigned end) {
-    return input(&map->wire[map->wire[end].gpio != NO_PIN ? end : both]);
+static struct input_wire limit(const struct pin_wire *both, const struct pin_wire *end) {
+    return input(end->gpio != NO_PIN ? end : both);
 }
 
 void board_inputs(const struct pin_map *map, struct input_wire wire[INPUT_COUNT]) {
-    for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
-        wire[INPUT_LIMIT_MIN + ax] = limit(map, SIGNAL_LIMIT_X + ax, SIGNAL_LIMIT_X_MIN + ax);
-        wire[INPUT_LIMIT_MAX + ax] = limit(map, SIGNAL_LIMIT_X + ax, SIGNAL_LIMIT_X_MAX + ax);
-        wire[INPUT_HOME + ax] = input(&map->wire[SIGNAL_HOME_X + ax]);
+    for (unsigned motor = 0; motor < AXIS_COUNT; motor++) {
+        const struct pin_wire *both = motor_wire(map, motor, SIGNAL_LIMIT_X, SIGNAL_LIMIT_X2);
+        wire[INPUT_LIMIT_MIN + motor] =
+            limit(both, motor_wire(map, motor, SIGNAL_LIMIT_X_MIN, SIGNAL_LIMIT_X2_MIN));
+        wire[INPUT_LIMIT_MAX + motor] =
+            limit(both, motor_wire(map, motor, SIGNAL_LIMIT_X_MAX, SIGNAL_LIMIT_X2_MAX));
+        wire[INPUT_HOME + motor] = input(motor_wire(map, motor, SIGNAL_HOME_X, SIGNAL_HOME_X2));
     }
     wire[INPUT_PROBE] = input(&map->wire[SIGNAL_PROBE]);
     wire[INPUT_ESTOP] = input(&map->wire[SIGNAL_ESTOP]);

@@ -11,6 +11,9 @@
 #include "io/pin_map.h"
 #include "machine/machine.h"
 
+/** Which axes have a second motor. */
+struct gang board_gang(void);
+
 struct step_engine_board board_step_engine(const struct pin_map *map);
 
 void board_inputs(const struct pin_map *map, struct input_wire wire[INPUT_COUNT]);
@@ -19,7 +22,7 @@ void board_outputs(const struct pin_map *map, struct output_wire wire[SWITCH_COU
 /** Lines of the spindle's encoder. */
 void board_encoder(const struct pin_map *map, struct encoder_wire wire[ENCODER_LINES]);
 
-/** Without store, encoder and motion side. */
+/** Without store, encoder, second motors and motion side. */
 struct machine_board board_machine(const struct pin_map *map);
 
 #endif

@@ -16,7 +16,8 @@ static void apply(struct follow *follow) {
     const struct machine_board *board = machine_board(follow->machine);
     const struct settings *settings = machine_settings(follow->machine);
     apply_pulse(follow);
-    step_engine_invert(follow->pins, settings->step_invert_mask, settings->dir_invert_mask);
+    step_engine_invert(&follow->hal->step, settings->step_invert_mask, settings->dir_invert_mask,
+                       settings->second_dir_invert_mask);
     if (board->motion_side == NULL)
         apply_levels(follow);
     else
@@ -24,9 +25,8 @@ static void apply(struct follow *follow) {
     follow->applied = *settings;
 }
 
-void follow_init(struct follow *follow, struct machine *machine, struct hal *hal,
-                 const struct step_engine_board *pins) {
-    *follow = (struct follow){.machine = machine, .hal = hal, .pins = pins};
+void follow_init(struct follow *follow, struct machine *machine, struct hal *hal) {
+    *follow = (struct follow){.machine = machine, .hal = hal};
     apply(follow);
 }
 

@@ -13,13 +13,11 @@
 struct follow {
     struct machine *machine;
     struct hal *hal;
-    const struct step_engine_board *pins;
     struct settings applied; /* what the hardware does now */
 };
 
-/** [start, before anything moves] Bring the hardware to what is stored. @param pins  outlives this */
-void follow_init(struct follow *follow, struct machine *machine, struct hal *hal,
-                 const struct step_engine_board *pins);
+/** [start, before anything moves] Bring the hardware to what is stored. */
+void follow_init(struct follow *follow, struct machine *machine, struct hal *hal);
 
 /** Apply what has changed, as soon as nothing moves. */
 void follow_poll(struct follow *follow);

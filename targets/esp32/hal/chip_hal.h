@@ -4,6 +4,7 @@
 #ifndef WIFICNC_CHIP_HAL_H
 #define WIFICNC_CHIP_HAL_H
 
+#include "hal/hal.h"
 #include "hal/hal_step.h"
 #include "io/encoder.h"
 #include "io/inputs.h"
@@ -13,6 +14,7 @@ struct hal {
     struct hal_step step;
     struct inputs inputs;
     struct outputs outputs;
+    struct hal_ganged ganged;
     struct encoder encoder;
 };
 

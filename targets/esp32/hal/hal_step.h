@@ -36,6 +36,8 @@
 /** TIMG_INT_*_TIMERS_REG: bit of timer 0. */
 #define STEP_TIMER_INTERRUPT 1u
 
+struct step_engine_board;
+
 /** Step timer and pins. In internal RAM; filled by step_engine_init(). The tables come last: an instruction
  * reaches 1020 bytes from a pointer. */
 struct hal_step {
@@ -55,6 +57,10 @@ struct hal_step {
     const volatile uint32_t *probe_in; /* input register of the probe's bank */
     uint32_t probe_mask;               /* the probe's bit; 0 = no probe */
     uint32_t probe_level;              /* (*probe_in & probe_mask) while it touches */
+    const struct step_engine_board *board;
+    axis_mask_t step_inverted;  /* RMT: by the GPIO matrix */
+    unsigned held;              /* RMT: motors that make no steps, bit n = motor n */
+    struct pin_bits step_lines; /* of all motors, whichever make steps */
     struct step_pins pins;
 };
 

@@ -23,7 +23,7 @@ static HAL_INLINE void hal_step_set(struct hal_step *hal, axis_mask_t axes) {
 static HAL_INLINE void hal_step_clear(struct hal_step *hal) {
     if (hal->axes == 0)
         return;
-    const struct pin_bits *bits = &hal->pins.step[AXIS_MASKS - 1];
+    const struct pin_bits *bits = &hal->step_lines;
     uint32_t now;
     do
         now = esp_cpu_get_cycle_count();

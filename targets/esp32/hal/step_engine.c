@@ -37,8 +37,10 @@ bool step_engine_init(struct hal_step *hal, const struct step_engine_board *boar
     /* Exact, or all speeds would be off by what the division leaves. */
     if (divider < 2 || divider > DIVIDER_MAX || divider * board->timer_hz != APB_HZ)
         return false;
-    if (!step_pins_set(&hal->pins, board->step_gpio, board->dir_gpio))
+    if (!step_pins_set(&hal->pins, &board->gang, board->step_gpio, board->dir_gpio))
         return false;
+    hal->board = board;
+    hal->step_lines = step_pins_bits(board->step_gpio, AXIS_MASKS - 1);
     hal->timer_rests = STEP_TIMER_UP | STEP_TIMER_LEVEL_INT | STEP_TIMER_DIVIDE(divider & 0xFFFFu);
     hal->timer_runs = hal->timer_rests | STEP_TIMER_RUN | STEP_TIMER_ALARM;
     hal->dir_setup_cycles = cycles_of(board->dir_setup_ns);
@@ -67,17 +69,56 @@ void step_engine_set_pulse(struct hal_step *hal, uint32_t step_pulse_ns) {
         step_rmt_set_pulse(hal, step_pulse_ns);
 }
 
-static void invert(uint8_t gpio, unsigned signal, bool inverted) {
+static void route(uint8_t gpio, unsigned signal, bool inverted) {
     if (gpio != NO_PIN)
         esp_rom_gpio_connect_out_signal(gpio, signal, inverted, false);
 }
 
-void step_engine_invert(const struct step_engine_board *board, axis_mask_t step, axis_mask_t dir) {
-    for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
-        invert(board->step_gpio[ax], BY_RMT ? RMT_SIG_OUT0_IDX + ax : SIG_GPIO_OUT_IDX,
-               (step >> ax & 1) != 0);
-        invert(board->dir_gpio[ax], SIG_GPIO_OUT_IDX, (dir >> ax & 1) != 0);
+/* An axis' channel drives as many lines as the matrix sends its signal to, so a second motor needs none of
+ * its own. A motor that is held has its line at the GPIO register, where it stays low. */
+static void route_steps(const struct hal_step *hal) {
+    const struct step_engine_board *board = hal->board;
+    for (unsigned motor = 0; motor < AXIS_COUNT; motor++) {
+        const unsigned axis = board->gang.axis[motor];
+        if (axis == NO_AXIS)
+            continue;
+        const bool by_channel = BY_RMT && (hal->held >> motor & 1) == 0;
+        const unsigned inverted = (hal->step_inverted >> axis ^ board->step_low >> motor) & 1u;
+        route(board->step_gpio[motor], by_channel ? RMT_SIG_OUT0_IDX + axis : SIG_GPIO_OUT_IDX,
+              inverted != 0);
     }
+}
+
+/* outputs_make_safe() has put active-low lines high; now the matrix does it. */
+static void rest_lines(const struct hal_step *hal) {
+    const struct pin_bits *high = &hal->pins.dir[hal->negative];
+    const struct pin_bits *dir = &hal->pins.dir[AXIS_MASKS - 1];
+    GPIO.out_w1tc = hal->step_lines.bank[0] | (dir->bank[0] & ~high->bank[0]);
+    GPIO.out1_w1tc.val = hal->step_lines.bank[1] | (dir->bank[1] & ~high->bank[1]);
+}
+
+void step_engine_invert(struct hal_step *hal, axis_mask_t step, axis_mask_t dir, axis_mask_t second) {
+    const struct step_engine_board *board = hal->board;
+    const unsigned inverted = gang_motors(&board->gang, dir, dir ^ second) ^ board->dir_low;
+    hal->step_inverted = step;
+    route_steps(hal);
+    for (unsigned motor = 0; motor < AXIS_COUNT; motor++)
+        route(board->dir_gpio[motor], SIG_GPIO_OUT_IDX, (inverted >> motor & 1) != 0);
+    rest_lines(hal);
+}
+
+void step_engine_hold(struct hal_step *hal, axis_mask_t first, axis_mask_t second) {
+    const struct step_engine_board *board = hal->board;
+    const uint32_t begin = esp_cpu_get_cycle_count();
+    if (!BY_RMT) {
+        step_pins_hold(&hal->pins, &board->gang, board->step_gpio, first, second);
+        return;
+    }
+    /* Nothing moves, so the last pulse has begun: it is not cut short. */
+    while (esp_cpu_get_cycle_count() - begin < hal->pulse_end_cycles) {
+    }
+    hal->held = gang_motors(&board->gang, first, second);
+    route_steps(hal);
 }
 
 bool step_engine_attach(struct step *step) {

@@ -9,21 +9,28 @@
 
 /** What the board fixes. */
 struct step_engine_board {
-    uint8_t step_gpio[AXIS_COUNT], dir_gpio[AXIS_COUNT]; /* NO_PIN: no such axis */
+    struct gang gang;
+    uint8_t step_gpio[AXIS_COUNT], dir_gpio[AXIS_COUNT]; /* of the motors; NO_PIN: no such motor */
+    uint8_t step_low, dir_low;                           /* motors whose lines the board calls active low */
     uint8_t probe_gpio;                                  /* NO_PIN: no probe */
     uint32_t timer_hz;                                   /* APB clock (80 MHz) divided by 2 .. 65536 */
     uint32_t step_pulse_ns, dir_setup_ns;
 };
 
 /** [start] Tables, timer, probe, and RMT channels where the board wants them: before the LED takes one.
- * Nothing runs yet. @return false: a pin, the clock or a channel is impossible */
+ * Nothing runs yet. @param board  outlives this @return false: a pin, the clock or a channel is impossible */
 bool step_engine_init(struct hal_step *hal, const struct step_engine_board *board);
 
 /** [task, at rest] Length of a step pulse, and of the pause behind it. */
 void step_engine_set_pulse(struct hal_step *hal, uint32_t step_pulse_ns);
 
-/** [task, at rest] Active-low step and direction lines, bit n = axis n: the GPIO matrix inverts them. */
-void step_engine_invert(const struct step_engine_board *board, axis_mask_t step, axis_mask_t dir);
+/** [task, at rest] Lines that are the other way round than the board says, bit n = axis n: the GPIO matrix
+ * inverts them.
+ * @param second  axes whose second motor turns the other way round than the first one */
+void step_engine_invert(struct hal_step *hal, axis_mask_t step, axis_mask_t dir, axis_mask_t second);
+
+/** [task, at rest, but for the end of the last pulse] hal_ganged.hold. */
+void step_engine_hold(struct hal_step *hal, axis_mask_t first, axis_mask_t second);
 
 /** [task on core 1] Route the timer's interrupt, of level 5, to `step`. @return false: no interrupt is free
  */

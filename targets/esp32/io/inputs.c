@@ -84,9 +84,9 @@ static gpio_config_t make_config(uint8_t gpio, uint8_t pull) {
     };
 }
 
-void inputs_init(struct inputs *inputs, const struct input_wire wire[INPUT_COUNT],
+void inputs_init(struct inputs *inputs, const struct input_wire wire[INPUT_COUNT], const struct gang *gang,
                  const struct input_roles *roles) {
-    *inputs = (struct inputs){.roles = *roles};
+    *inputs = (struct inputs){.gang = gang, .roles = *roles};
     for (unsigned input = 0; input < INPUT_COUNT; input++) {
         inputs->wire[input] = wire[input];
         if ((INPUT_HOMES >> input & 1) != 0 && wire[input].active_high)
@@ -149,7 +149,7 @@ static bool IRAM_ATTR misc_is_on(uint32_t on, uint8_t number) {
 }
 
 static struct hal_switches IRAM_ATTR read_switches(const struct inputs *inputs, uint32_t high) {
-    return switches_of(high ^ inputs->home_high);
+    return switches_of(inputs->gang, high ^ inputs->home_high);
 }
 
 void IRAM_ATTR inputs_read(const struct inputs *inputs, struct hal_inputs *out) {

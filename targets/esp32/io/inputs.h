@@ -23,6 +23,7 @@ struct input_roles {
 
 struct inputs {
     struct input_wire wire[INPUT_COUNT];
+    const struct gang *gang; /* whose switches they are */
     struct input_roles roles;
     struct debounce debounce;
     volatile bool locked;    /* as if e-stop were pressed: an update, safe mode */
@@ -33,8 +34,9 @@ struct inputs {
     struct machine *machine; /* gets the edges of limits, home and e-stop; NULL: no one */
 };
 
-/** [task] Pins become inputs with their pulls. No interrupt yet. @param wire  is copied */
-void inputs_init(struct inputs *inputs, const struct input_wire wire[INPUT_COUNT],
+/** [task] Pins become inputs with their pulls. No interrupt yet. @param wire, roles  are copied; gang lives
+ * as long */
+void inputs_init(struct inputs *inputs, const struct input_wire wire[INPUT_COUNT], const struct gang *gang,
                  const struct input_roles *roles);
 
 /** [motion side, or before inputs_attach()] $5 and $6: at which level limits, home switches (as the board

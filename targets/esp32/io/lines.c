@@ -29,18 +29,16 @@ static bool is_same(const struct channels_wiring *one, const struct channels_wir
  */
 static void wire_one(const struct channels_wiring *wiring, unsigned n, bool level) {
     gpio_num_t gpio = (gpio_num_t)wiring->pin[n];
-    if ((wiring->outputs >> n & 1) != 0) {
-        ESP_ERROR_CHECK(gpio_set_level(gpio, level)); /* first the level, then the driver */
-        ESP_ERROR_CHECK(gpio_set_direction(gpio, GPIO_MODE_OUTPUT));
-        return;
-    }
+    const bool is_output = (wiring->outputs >> n & 1) != 0;
     const gpio_config_t config = {.pin_bit_mask = 1ull << wiring->pin[n],
-                                  .mode = GPIO_MODE_INPUT,
+                                  .mode = is_output ? GPIO_MODE_OUTPUT : GPIO_MODE_INPUT,
                                   .pull_up_en = GPIO_PULLUP_DISABLE,
                                   .pull_down_en = GPIO_PULLDOWN_DISABLE,
                                   .intr_type = GPIO_INTR_DISABLE};
+    if (is_output)
+        ESP_ERROR_CHECK(gpio_set_level(gpio, level)); /* first the level, then the driver */
     ESP_ERROR_CHECK(gpio_config(&config));
-    if ((wiring->pull_up >> n & 1) != 0)
+    if (!is_output && (wiring->pull_up >> n & 1) != 0)
         (void)gpio_pullup_en(gpio);
 }
 

@@ -16,7 +16,9 @@ enum { SERVO_TIMER = LEDC_TIMER_1, SERVO_CHANNEL = LEDC_CHANNEL_1, SERVO_MODE = 
 
 static void make_output(uint8_t gpio, bool level) {
     ESP_ERROR_CHECK(gpio_set_level((gpio_num_t)gpio, level)); /* first the level, then the driver */
-    ESP_ERROR_CHECK(gpio_set_direction((gpio_num_t)gpio, GPIO_MODE_OUTPUT));
+    /* Not gpio_set_direction(): the pins of JTAG would stay JTAG's. */
+    const gpio_config_t config = {.pin_bit_mask = 1ull << gpio, .mode = GPIO_MODE_OUTPUT};
+    ESP_ERROR_CHECK(gpio_config(&config));
 }
 
 void outputs_make_safe(const struct pin_map *map) {

@@ -2,6 +2,7 @@
  * The stages before anything moves: storage, pins, step engine, machine. */
 #include "app/board.h"
 #include "app/motion_task.h"
+#include "chip_ganged.h"
 #include "firmware.h"
 #include "io/led_driver.h"
 #include "store/nvs_channels.h"
@@ -100,7 +101,7 @@ static void start_inputs(struct firmware *firmware) {
     (void)read_u8(firmware, NVS_DOOR_INPUT, &roles.door);
     (void)read_u8(firmware, NVS_HOLD_INPUT, &roles.hold);
     (void)read_u8(firmware, NVS_START_INPUT, &roles.start);
-    inputs_init(&firmware->hal.inputs, wire, &roles);
+    inputs_init(&firmware->hal.inputs, wire, &firmware->step_pins.gang, &roles);
     /* Reads as a pressed e-stop: in safe mode, and during an update, nothing can be commanded to move. */
     firmware->hal.inputs.locked = firmware->safe_mode;
 }
@@ -126,6 +127,7 @@ static struct machine_board board_of(struct firmware *firmware, enum nvs_start k
     const struct hal *hal = &firmware->hal;
     board.store = kept == NVS_START_FAILED ? NULL : &nvs_hal_store;
     board.store_ctx = &firmware->store;
+    board.ganged = chip_ganged(&firmware->hal, &firmware->step_pins.gang);
     board.servo = outputs_have_servo(&hal->outputs) ? &esp32_servo : NULL;
     const struct hal_encoder *encoder = hal->inputs.encoder != NULL ? &esp32_indexed_encoder : &esp32_encoder;
     board.encoder = hal->encoder.unit != NULL ? encoder : NULL;
@@ -138,7 +140,7 @@ void firmware_start_machine(struct firmware *firmware, enum nvs_start kept) {
     const struct machine_board board = board_of(firmware, kept);
     const struct text_out out = controller_out(&firmware->controller);
     machine_init(machine, &board, hal, &hal->step, &out);
-    follow_init(&firmware->follow, machine, hal, &firmware->step_pins);
+    follow_init(&firmware->follow, machine, hal);
     if (kept == NVS_START_ERASED)
         firmware_tell(firmware, "Cannot read the storage: erased, all settings are at their defaults");
     if (kept == NVS_START_FAILED)

@@ -11,6 +11,7 @@ const struct nvs_key nvs_keys[SETTINGS_COUNT] = {
     {4, NVS_U8, "inv_en"},
     {5, NVS_U8, "inv_lim"},
     {6, NVS_U8, "inv_prb"},
+    {8, NVS_U8, "inv_dir2"},
     {10, NVS_U8, "rpt_mask"},
     {11, NVS_FLOAT, "junc_dev"},
     {12, NVS_FLOAT, "arc_tol"},
@@ -103,4 +104,10 @@ const struct nvs_key nvs_keys[SETTINGS_COUNT] = {
     {193, NVS_FLOAT, "shape_damp_a"},
     {194, NVS_FLOAT, "shape_damp_b"},
     {195, NVS_FLOAT, "shape_damp_c"},
+    {200, NVS_FLOAT, "hm_pull2_x"},
+    {201, NVS_FLOAT, "hm_pull2_y"},
+    {202, NVS_FLOAT, "hm_pull2_z"},
+    {203, NVS_FLOAT, "hm_pull2_a"},
+    {204, NVS_FLOAT, "hm_pull2_b"},
+    {205, NVS_FLOAT, "hm_pull2_c"},
 };

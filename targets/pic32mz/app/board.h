@@ -9,12 +9,15 @@
 #include "io/outputs.h"
 #include "machine/machine.h"
 
-extern const struct step_engine_board board_step_engine;
+/** Which axes have a second motor. */
+struct gang board_gang(void);
+
+struct step_engine_board board_step_engine(void);
 
 void board_inputs(struct input_wire wire[INPUT_COUNT]);
 void board_outputs(struct output_wire wire[SWITCH_COUNT]);
 
-/** Without store. */
+/** Without store and second motors. */
 struct machine_board board_machine(void);
 
 #endif

@@ -5,6 +5,7 @@
 #include "app/follow.h"
 #include "chip/interrupts.h"
 #include "chip/system.h"
+#include "chip_ganged.h"
 #include "hal/chip_hal.h"
 #include "link/uart3.h"
 #include "machine/parts.h"
@@ -15,6 +16,7 @@
 
 static struct machine machine;
 static struct hal hal;
+static struct step_engine_board step_pins;
 static struct follow follow;
 static struct flash_work store_work;
 static struct flash_store store = {.ops = &nvm_flash_ops, .work = &store_work};
@@ -58,9 +60,10 @@ static void start_hal(void) {
     struct output_wire outputs[SWITCH_COUNT];
     board_inputs(inputs);
     board_outputs(outputs);
-    inputs_init(&hal.inputs, inputs);
+    step_pins = board_step_engine();
+    inputs_init(&hal.inputs, inputs, &step_pins.gang);
     outputs_init(&hal.outputs, outputs);
-    if (!step_engine_init(&hal.step, &board_step_engine))
+    if (!step_engine_init(&hal.step, &step_pins))
         system_reset(); /* the board file's check says so before: no such pin */
 }
 
@@ -70,6 +73,7 @@ static void start_machine(void) {
     board.store = &flash_hal_store;
     board.store_ctx = &store;
     board.motion_side = &motion_side;
+    board.ganged = chip_ganged(&hal, &step_pins.gang);
     machine_init(&machine, &board, &hal, &hal.step, &out);
     follow_init(&follow, &machine, &hal);
     /* After machine_init(), which sets up what these interrupts use. */

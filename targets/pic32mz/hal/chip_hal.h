@@ -3,6 +3,7 @@
 #ifndef WIFICNC_CHIP_HAL_H
 #define WIFICNC_CHIP_HAL_H
 
+#include "hal/hal.h"
 #include "hal/hal_step.h"
 #include "io/inputs.h"
 #include "io/outputs.h"
@@ -11,6 +12,7 @@ struct hal {
     struct hal_step step;
     struct inputs inputs;
     struct outputs outputs;
+    struct hal_ganged ganged;
 };
 
 #endif

@@ -31,9 +31,12 @@
 
 #define HAL_ISR /* code runs from the flash, through the cache */
 
+struct step_engine_board;
+
 /** Step timer and pins. Filled by step_engine_init(). */
 struct hal_step {
     struct step_pins pins;
+    const struct step_engine_board *board;
     /* CP0 Counts (10 ns). The lengths are changed at rest only */
     uint32_t pulse_counts;     /* to wait for in a step pulse, and in the pause behind it */
     uint32_t dir_setup_counts; /* from a change of direction to the next pulse */

@@ -32,8 +32,9 @@ static void set_probe(struct hal_step *hal, uint8_t pin) {
 }
 
 bool step_engine_init(struct hal_step *hal, const struct step_engine_board *board) {
-    if (!step_pins_set(&hal->pins, board->step_pin, board->dir_pin))
+    if (!step_pins_set(&hal->pins, &board->gang, board->step_pin, board->dir_pin))
         return false;
+    hal->board = board;
     hal->dir_setup_counts = rounded_up(board->dir_setup_ns, COUNT_NS);
     step_engine_set_pulse(hal, board->step_pulse_ns);
     set_probe(hal, board->probe_pin);
@@ -58,17 +59,29 @@ void step_engine_set_pulse(struct hal_step *hal, uint32_t step_pulse_ns) {
         hal->pulse_counts > hal->dir_setup_counts ? hal->pulse_counts : hal->dir_setup_counts;
 }
 
-void step_engine_invert(struct hal_step *hal, axis_mask_t step, axis_mask_t dir) {
+/* The lines are only ever toggled (LATxINV), so their level at rest is set here once, and with it the
+ * polarity. */
+static void set_levels(const uint8_t pin[AXIS_COUNT], unsigned high_motors) {
+    const struct pin_bits lines = step_pins_bits(pin, AXIS_MASKS - 1);
+    const struct pin_bits high = step_pins_bits(pin, high_motors);
     for (unsigned port = 0; port < PORT_COUNT; port++) {
-        const unsigned all = AXIS_MASKS - 1;
-        /* The lines are only ever toggled (LATxINV), so their level at rest is set here once, and with it
-         * the polarity. */
-        uint32_t lines = (uint32_t)hal->pins.step[all].bank[port] | hal->pins.dir[all].bank[port];
-        uint32_t high =
-            (uint32_t)hal->pins.step[step].bank[port] | hal->pins.dir[dir ^ hal->negative_pins].bank[port];
-        SFR_CLR(LAT_ADDRESS(port)) = lines & ~high;
-        SFR_SET(LAT_ADDRESS(port)) = high;
+        SFR_CLR(LAT_ADDRESS(port)) = lines.bank[port] & ~(uint32_t)high.bank[port];
+        SFR_SET(LAT_ADDRESS(port)) = high.bank[port];
     }
+}
+
+void step_engine_invert(struct hal_step *hal, axis_mask_t step, axis_mask_t dir, axis_mask_t second) {
+    const struct step_engine_board *board = hal->board;
+    const axis_mask_t now = dir ^ hal->negative_pins;
+    set_levels(board->step_pin, gang_motors(&board->gang, step, step) ^ board->step_low);
+    set_levels(board->dir_pin, gang_motors(&board->gang, now, now ^ second) ^ board->dir_low);
+}
+
+void step_engine_hold(struct hal_step *hal, axis_mask_t first, axis_mask_t second) {
+    /* The interrupt that ends a pulse toggles the lines that the table has. */
+    while (__atomic_load_n(&hal->pulsing, __ATOMIC_RELAXED) != 0) {
+    }
+    step_pins_hold(&hal->pins, &hal->board->gang, hal->board->step_pin, first, second);
 }
 
 /* A halted timer's last interrupt may still be on its way: it finds the step side not active. */

@@ -8,12 +8,15 @@
 
 /** What the board fixes. */
 struct step_engine_board {
-    uint8_t step_pin[AXIS_COUNT], dir_pin[AXIS_COUNT]; /* NO_PIN: no such axis */
+    struct gang gang;
+    uint8_t step_pin[AXIS_COUNT], dir_pin[AXIS_COUNT]; /* of the motors; NO_PIN: no such motor */
+    uint8_t step_low, dir_low;                         /* motors whose lines the board calls active low */
     uint8_t probe_pin;                                 /* NO_PIN: no probe */
     uint32_t step_pulse_ns, dir_setup_ns;
 };
 
-/** [start] Tables, timer and probe; nothing runs yet. @return false: a pin is impossible */
+/** [start] Tables, timer and probe; nothing runs yet. @param board  outlives this @return false: a pin is
+ * impossible */
 bool step_engine_init(struct hal_step *hal, const struct step_engine_board *board);
 
 /** [start, interrupts off] From now on the timer's interrupts move this. */
@@ -22,8 +25,13 @@ void step_engine_attach(struct step *step);
 /** [task, at rest] Length of a step pulse, and of the pause behind it. */
 void step_engine_set_pulse(struct hal_step *hal, uint32_t step_pulse_ns);
 
-/** [task, at rest] Active-low step and direction lines, bit n = axis n: the lines take the levels of rest. */
-void step_engine_invert(struct hal_step *hal, axis_mask_t step, axis_mask_t dir);
+/** [task, at rest] Lines that are the other way round than the board says, bit n = axis n: they take their
+ * levels of rest.
+ * @param second  axes whose second motor turns the other way round than the first one */
+void step_engine_invert(struct hal_step *hal, axis_mask_t step, axis_mask_t dir, axis_mask_t second);
+
+/** [task, at rest, but for the end of the last pulse] hal_ganged.hold. */
+void step_engine_hold(struct hal_step *hal, axis_mask_t first, axis_mask_t second);
 
 /** From startup.S. [isr] */
 void on_step_timer(void);

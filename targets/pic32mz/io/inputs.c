@@ -81,8 +81,8 @@ void on_switch_timer(void) {
     machine_switch_timer_isr(attached->machine);
 }
 
-void inputs_init(struct inputs *inputs, const struct input_wire wire[INPUT_COUNT]) {
-    *inputs = (struct inputs){.machine = NULL};
+void inputs_init(struct inputs *inputs, const struct input_wire wire[INPUT_COUNT], const struct gang *gang) {
+    *inputs = (struct inputs){.gang = gang};
     for (unsigned input = 0; input < INPUT_COUNT; input++) {
         inputs->wire[input] = wire[input];
         if (wire[input].pin == NO_PIN)
@@ -142,7 +142,7 @@ static bool probe_is_on(const struct inputs *inputs) {
 
 /* Levels as $5 has them. */
 static struct hal_switches levels_of(const struct inputs *inputs, uint32_t on) {
-    return switches_of(on ^ (INPUT_SWITCHES & ~inputs->inverted));
+    return switches_of(inputs->gang, on ^ (INPUT_SWITCHES & ~inputs->inverted));
 }
 
 void inputs_read(const struct inputs *inputs, struct hal_inputs *out) {

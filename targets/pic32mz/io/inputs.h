@@ -20,18 +20,20 @@ struct machine;
 
 struct inputs {
     struct input_wire wire[INPUT_COUNT];
-    uint32_t wired;         /* bit n = input n */
-    uint32_t active_low;    /* inputs that are on while their pin is low */
-    uint32_t inverted;      /* of those, by $5 and $6 */
-    uint32_t raw, stable;   /* inputs that are on: at the last sample, without bouncing */
-    uint32_t since_count;   /* CP0 Count when raw changed last */
-    uint8_t misc_raw, misc; /* levels of M66's inputs, bit n = Pn: at the last sample, without bouncing */
+    const struct gang *gang; /* whose switches they are */
+    uint32_t wired;          /* bit n = input n */
+    uint32_t active_low;     /* inputs that are on while their pin is low */
+    uint32_t inverted;       /* of those, by $5 and $6 */
+    uint32_t raw, stable;    /* inputs that are on: at the last sample, without bouncing */
+    uint32_t since_count;    /* CP0 Count when raw changed last */
+    uint8_t misc_raw, misc;  /* levels of M66's inputs, bit n = Pn: at the last sample, without bouncing */
     uint32_t misc_since_count;
     struct machine *machine; /* gets the edges of limits, home and e-stop; NULL: no one */
 };
 
-/** [start] Pins become inputs with their pulls. No interrupt yet. @param wire  is copied */
-void inputs_init(struct inputs *inputs, const struct input_wire wire[INPUT_COUNT]);
+/** [start] Pins become inputs with their pulls. No interrupt yet. @param wire  is copied; gang lives as long
+ */
+void inputs_init(struct inputs *inputs, const struct input_wire wire[INPUT_COUNT], const struct gang *gang);
 
 /** [task] $5 and $6: at which level limits, home switches and probe are on. */
 void inputs_set_levels(struct inputs *inputs, bool limit_invert, bool probe_invert);

@@ -27,8 +27,8 @@ void outputs_init(struct outputs *outputs, const struct output_wire wire[SWITCH_
 
 void outputs_motors(const struct outputs *outputs, bool on, bool invert) {
     set(outputs, SWITCH_ENABLE, on != invert);
-    for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
-        set(outputs, SWITCH_ENABLE_AXIS + ax, on != invert);
+    for (unsigned motor = 0; motor < AXIS_COUNT; motor++)
+        set(outputs, SWITCH_ENABLE_MOTOR + motor, on != invert);
     set(outputs, SWITCH_LED, on);
 }
 

@@ -164,8 +164,10 @@ int main(void) {
     interrupts(false);
     for (uint32_t n = 0; n < 64; n++)
         alone[n] = work(n);
-    if (!step_pins_set(&hal.pins, step_gpio, dir_gpio))
+    const struct gang gang = gang_of(AXIS_COUNT, 0);
+    if (!step_pins_set(&hal.pins, &gang, step_gpio, dir_gpio))
         return FAULT_END;
+    hal.step_lines = step_pins_bits(step_gpio, AXIS_MASKS - 1);
     step_init(&step, &hal);
     step_vector_argument = &step;
     (void)emulated_timer_group();

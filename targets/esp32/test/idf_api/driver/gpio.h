@@ -26,7 +26,6 @@ esp_err_t gpio_reset_pin(gpio_num_t gpio);
 esp_err_t gpio_pullup_en(gpio_num_t gpio);
 int gpio_get_level(gpio_num_t gpio);
 esp_err_t gpio_set_level(gpio_num_t gpio, uint32_t level);
-esp_err_t gpio_set_direction(gpio_num_t gpio, gpio_mode_t mode);
 esp_err_t gpio_set_intr_type(gpio_num_t gpio, gpio_int_type_t type);
 esp_err_t gpio_intr_enable(gpio_num_t gpio);
 esp_err_t gpio_isr_register(void (*handler)(void *arg), void *arg, int flags, gpio_isr_handle_t *handle);

@@ -1,0 +1,559 @@
+/* SPDX-License-Identifier: MIT
+ * A gantry with two motors at the registers of an ESP32: the whole machine with the chip's step engine,
+ * inputs and interrupts, from lines of text to pins, and motors and switches at these pins. Compiled for each
+ * chip and engine.
+ *
+ * Emulated are the cycle counter, both timers, GPIO with its matrix and edge interrupts, and RMT channels
+ * that play a pulse. The matrix is what it is on the chip: each pin shows the signal that is routed to it,
+ * inverted or not. */
+#include "app/board.h"
+#include "app/follow.h"
+#include "check.h"
+#include "chip_ganged.h"
+#include "hal/chip_hal.h"
+#include "hal/rmt_registers.h"
+#include "hal/step_vector.h"
+#include "input/rx.h"
+#include "io/switch_timer.h"
+#include "machine/parts.h"
+
+#include "driver/gpio.h"
+#include "driver/rmt_tx.h"
+#include "esp_rom_gpio.h"
+#include "esp_timer.h"
+#include "soc/gpio_sig_map.h"
+#include "soc/interrupts.h"
+#include "soc/soc_caps.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+enum { CYCLES_PER_US = 240, CYCLES_PER_TICK = 12, ACCESS_CYCLES = 12, PINS = 64, CHANNELS = 8 };
+#if CONFIG_IDF_TARGET_ESP32
+enum { FIRST_JTAG = 12 }; /* of four pins that are not GPIO at reset */
+#else
+enum { FIRST_JTAG = 39 };
+#endif
+enum { FIRST_Y = 1, SECOND_Y = BOARD_AXIS_COUNT }; /* numbers of motors */
+
+static uint64_t now; /* cycles */
+
+/* ---- motors and switches at the pins ---- */
+
+static struct motor {
+    uint8_t step, dir, limit; /* pins */
+    bool is_low;              /* steps at a falling edge */
+    bool is_reversed;         /* wired the other way round */
+    int32_t at, closes_at;    /* steps; the switch is closed from there on */
+    bool high, negative;      /* as the lines show */
+    uint64_t rose, fell, turned;
+} motors[AXIS_COUNT];
+
+static uint64_t pins_in = ~(uint64_t)0; /* all pulled up */
+static uint64_t edges_on;               /* pins whose edges interrupt */
+static gpio_dev_t gpio;
+
+static void drive(uint8_t pin, bool high) {
+    const uint64_t bit = (uint64_t)1 << pin, before = pins_in;
+    pins_in = high ? pins_in | bit : pins_in & ~bit;
+    const uint64_t edges = (pins_in ^ before) & edges_on;
+    gpio.in = (uint32_t)pins_in;
+    gpio.in1.val = (uint32_t)(pins_in >> 32);
+    gpio.status |= (uint32_t)edges;
+    gpio.status1.val |= (uint32_t)(edges >> 32);
+}
+
+static void place(unsigned motor, int32_t at) {
+    motors[motor].at = at;
+    drive(motors[motor].limit, at < motors[motor].closes_at);
+}
+
+static void look_at_motor(unsigned n, uint64_t levels) {
+    struct motor *motor = &motors[n];
+    const bool high = ((levels >> motor->step & 1) != 0) != motor->is_low,
+               negative = (levels >> motor->dir & 1) != 0;
+    if (negative != motor->negative) {
+        CHECK(!high && !motor->high);
+        motor->turned = now;
+    }
+    motor->negative = negative;
+    if (high == motor->high)
+        return;
+    motor->high = high;
+    if (!high) {
+        CHECK(now - motor->rose >= BOARD_STEP_PULSE_NS * CYCLES_PER_US / 1000);
+        motor->fell = now;
+        return;
+    }
+    CHECK(now - motor->fell >= BOARD_STEP_PULSE_NS * CYCLES_PER_US / 1000);
+    CHECK(now - motor->turned >= BOARD_DIR_SETUP_NS * CYCLES_PER_US / 1000);
+    motor->rose = now;
+    place(n, motor->at + (negative != motor->is_reversed ? -1 : 1));
+}
+
+/* ---- the GPIO matrix ---- */
+
+static struct {
+    bool is_gpio; /* the pad's function: at reset those of JTAG have another one */
+    uint32_t signal;
+    bool inverted;
+} matrix[PINS];
+static uint64_t out; /* GPIO_OUT, GPIO_OUT1 */
+static bool plays[CHANNELS];
+static uint64_t plays_until[CHANNELS];
+static bool is_up; /* from here on the lines are a machine's */
+
+static void look_at_pins(void) {
+    uint64_t levels = 0;
+    for (unsigned pin = 0; pin < PINS; pin++) {
+        const uint32_t signal = matrix[pin].signal;
+        bool high = signal == SIG_GPIO_OUT_IDX ? (out >> pin & 1) != 0 : plays[signal - RMT_SIG_OUT0_IDX];
+        levels |= (uint64_t)(matrix[pin].is_gpio && high != matrix[pin].inverted) << pin;
+    }
+    for (unsigned n = 0; is_up && n < AXIS_COUNT; n++)
+        if (motors[n].step != NO_PIN)
+            look_at_motor(n, levels);
+}
+
+void esp_rom_gpio_connect_out_signal(uint32_t pin, uint32_t signal, bool inverted, bool enable_inverted) {
+    const uint32_t before = matrix[pin].signal;
+    (void)enable_inverted;
+    CHECK(before == SIG_GPIO_OUT_IDX || before == signal ||
+          !plays[before - RMT_SIG_OUT0_IDX]); /* not cut short */
+    matrix[pin].signal = signal;
+    matrix[pin].inverted = inverted;
+    look_at_pins();
+}
+
+/* ---- registers ---- */
+
+static rmt_dev_t rmt;
+volatile uint32_t RMTMEM[CHANNELS][SOC_RMT_MEM_WORDS_PER_CHANNEL];
+static timg_dev_t timer;
+static mcpwm_dev_t pwm;
+
+static void look_at_gpio(void) {
+    out |= gpio.out_w1ts | (uint64_t)gpio.out1_w1ts.val << 32;
+    out &= ~(gpio.out_w1tc | (uint64_t)gpio.out1_w1tc.val << 32);
+    gpio.status &= ~gpio.status_w1tc;
+    gpio.status1.val &= ~gpio.status1_w1tc.val;
+    gpio.out_w1ts = gpio.out_w1tc = gpio.out1_w1ts.val = gpio.out1_w1tc.val = 0;
+    gpio.status_w1tc = gpio.status1_w1tc.val = 0;
+}
+
+/* A start plays high for as long as the channel's first word says. */
+static void look_at_rmt(void) {
+    for (unsigned channel = 0; channel < BOARD_AXIS_COUNT; channel++) {
+        const uint32_t word = rmt.STEP_RMT_CONF(channel);
+        if (BOARD_STEP_ENGINE != BOARD_STEP_ENGINE_RMT || (word & 1) == 0)
+            continue;
+        CHECK(!plays[channel] && (RMTMEM[channel][0] >> 15 & 1) != 0);
+        plays_until[channel] = now + (RMTMEM[channel][0] & 0x7FFF) * 3; /* 80 MHz */
+        plays[channel] = true;
+        rmt.STEP_RMT_CONF(channel) = word & ~1u;
+    }
+}
+
+/* Pulses of channels end at their time, not when someone looks. */
+static void advance_to(uint64_t to) {
+    for (unsigned channel = 0; channel < CHANNELS; channel++) {
+        if (!plays[channel] || plays_until[channel] > to)
+            continue;
+        now = plays_until[channel];
+        plays[channel] = false;
+        look_at_pins();
+    }
+    now = to;
+}
+
+static void pass(unsigned cycles) {
+    look_at_gpio();
+    look_at_rmt();
+    look_at_pins();
+    advance_to(now + cycles);
+}
+
+uint32_t emulated_cycles(void) {
+    pass(ACCESS_CYCLES);
+    return (uint32_t)now;
+}
+
+gpio_dev_t *emulated_gpio(void) {
+    pass(ACCESS_CYCLES);
+    return &gpio;
+}
+
+rmt_dev_t *emulated_rmt(void) {
+    pass(ACCESS_CYCLES / 4);
+    return &rmt;
+}
+
+mcpwm_dev_t *emulated_pwm(void) {
+    return &pwm;
+}
+
+timg_dev_t *emulated_timer(void) {
+    pass(ACCESS_CYCLES);
+    return &timer;
+}
+
+int64_t esp_timer_get_time(void) {
+    return (int64_t)(now / CYCLES_PER_US);
+}
+
+/* ---- ESP-IDF ---- */
+
+struct step *step_vector_argument;
+
+static struct handler {
+    void (*to)(void *arg);
+    void *arg;
+} on_pins, on_switches;
+
+esp_err_t esp_intr_alloc(int source, int flags, intr_handler_t to, void *arg, intr_handle_t *handle) {
+    (void)flags;
+    (void)handle;
+    if (source == ETS_TG0_T1_LEVEL_INTR_SOURCE)
+        on_switches = (struct handler){to, arg};
+    return ESP_OK;
+}
+
+esp_err_t gpio_isr_register(void (*to)(void *arg), void *arg, int flags, gpio_isr_handle_t *handle) {
+    (void)flags;
+    (void)handle;
+    on_pins = (struct handler){to, arg};
+    return ESP_OK;
+}
+
+esp_err_t gpio_config(const gpio_config_t *config) {
+    for (unsigned pin = 0; pin < PINS; pin++) {
+        if ((config->pin_bit_mask >> pin & 1) == 0)
+            continue;
+        matrix[pin].is_gpio = true;
+        matrix[pin].signal = SIG_GPIO_OUT_IDX;
+    }
+    return ESP_OK;
+}
+esp_err_t gpio_set_level(gpio_num_t pin, uint32_t level) {
+    const uint64_t bit = (uint64_t)1 << pin;
+    out = level != 0 ? out | bit : out & ~bit;
+    return ESP_OK;
+}
+esp_err_t gpio_set_intr_type(gpio_num_t pin, gpio_int_type_t type) {
+    (void)pin;
+    CHECK(type == GPIO_INTR_ANYEDGE);
+    return ESP_OK;
+}
+esp_err_t gpio_intr_enable(gpio_num_t pin) {
+    edges_on |= (uint64_t)1 << pin;
+    return ESP_OK;
+}
+
+esp_err_t rmt_new_tx_channel(const rmt_tx_channel_config_t *config, rmt_channel_handle_t *channel) {
+    static unsigned channels;
+    rmt.STEP_RMT_CONF(channels % BOARD_AXIS_COUNT) = 1u << 6 | 1u << 19; /* rests low */
+    matrix[config->gpio_num].is_gpio = true;
+    matrix[config->gpio_num].signal = RMT_SIG_OUT0_IDX + channels % BOARD_AXIS_COUNT;
+    *channel = (rmt_channel_handle_t)(uintptr_t)(channels++ % BOARD_AXIS_COUNT + 1);
+    return ESP_OK;
+}
+
+/* ---- the controller ---- */
+
+static struct machine machine;
+static struct hal hal;
+static struct pin_map map;
+static struct step_engine_board step_pins;
+static struct follow follow;
+static char said[4096];
+static size_t said_count;
+
+static void say(void *ctx, const char *bytes, size_t count) {
+    (void)ctx;
+    for (size_t i = 0; i < count && said_count < sizeof said - 1; i++)
+        said[said_count++] = bytes[i];
+    said[said_count] = '\0';
+}
+
+static bool calls_low; /* the board calls the lines of the second motor active low */
+
+static void wire_motors(void) {
+    for (unsigned n = 0; n < AXIS_COUNT; n++) {
+        struct input_wire wire[INPUT_COUNT];
+        board_inputs(&map, wire);
+        motors[n] = (struct motor){.step = step_pins.step_gpio[n],
+                                   .dir = step_pins.dir_gpio[n],
+                                   .limit = wire[INPUT_LIMIT_MAX + n].pin,
+                                   .closes_at = INT32_MAX};
+    }
+    motors[SECOND_Y].is_low = motors[SECOND_Y].is_reversed = calls_low;
+}
+
+/* As firmware_start_hal() and the motion task. */
+static void start(void) {
+    static const struct text_out text = {.write = say};
+    static const struct input_roles roles = {.door = INPUT_NONE, .hold = INPUT_NONE, .start = INPUT_NONE};
+    struct input_wire inputs[INPUT_COUNT];
+    struct output_wire outputs[SWITCH_COUNT];
+    is_up = false;
+    memset(plays, 0, sizeof plays);
+    pins_in = ~(uint64_t)0;
+    pin_map_init(&map);
+    map.wire[SIGNAL_STEP_Y2].active_high = map.wire[SIGNAL_DIR_Y2].active_high = !calls_low;
+    outputs_make_safe(&map);
+    board_inputs(&map, inputs);
+    board_outputs(&map, outputs);
+    memset(&hal, 0, sizeof hal);
+    step_pins = board_step_engine(&map);
+    wire_motors();
+    drive(0, true);
+    inputs_init(&hal.inputs, inputs, &step_pins.gang, &roles);
+    CHECK(outputs_init(&hal.outputs, outputs));
+    CHECK(step_engine_init(&hal.step, &step_pins));
+    struct machine_board board = board_machine(&map);
+    board.ganged = chip_ganged(&hal, &step_pins.gang);
+    machine_init(&machine, &board, &hal, &hal.step, &text);
+    follow_init(&follow, &machine, &hal);
+    CHECK(step_engine_attach(machine_step(&machine)) && inputs_attach(&hal.inputs, &machine));
+    pass(ACCESS_CYCLES);
+    is_up = true;
+}
+
+/* Cycles at which a timer's alarm is due; ~0: its timer rests. */
+static uint64_t alarm_of(unsigned n, unsigned cycles_per_tick) {
+    static uint64_t zero[2];
+    const uint32_t both = STEP_TIMER_RUN | STEP_TIMER_ALARM;
+    if (timer.hw_timer[n].load.val != 0)
+        zero[n] = now;
+    timer.hw_timer[n].load.val = 0;
+    if ((timer.hw_timer[n].config.val & both) != both)
+        return UINT64_MAX;
+    return zero[n] + (uint64_t)timer.hw_timer[n].alarmlo.val * cycles_per_tick;
+}
+
+static void take_edges(void) {
+    look_at_gpio();
+    while (gpio.status != 0 || gpio.status1.val != 0) {
+        on_pins.to(on_pins.arg);
+        look_at_gpio();
+    }
+}
+
+/* The next interrupt of a timer, when it comes before `end`. @return false: none does */
+static bool interrupt_before(uint64_t end) {
+    const uint64_t step_at = alarm_of(0, CYCLES_PER_TICK), switch_at = alarm_of(1, CYCLES_PER_US);
+    const unsigned first = step_at <= switch_at ? 0 : 1;
+    const uint64_t at = first == 0 ? step_at : switch_at;
+    if (at > end && at > now)
+        return false;
+    advance_to(at > now ? at : now);
+    timer.hw_timer[first].config.val &= ~STEP_TIMER_ALARM;
+    if (first == 0)
+        step_interrupt(step_vector_argument);
+    else
+        on_switches.to(on_switches.arg);
+    pass(ACCESS_CYCLES);
+    take_edges();
+    return true;
+}
+
+static void run_us(uint32_t us) {
+    const uint64_t end = now + (uint64_t)us * CYCLES_PER_US;
+    while (now < end) {
+        const uint64_t round = now + 1000 * CYCLES_PER_US < end ? now + 1000 * CYCLES_PER_US : end;
+        take_edges();
+        inputs_sample(&hal.inputs);
+        (void)machine_poll(&machine);
+        follow_poll(&follow);
+        while (interrupt_before(round)) {
+        }
+        advance_to(now > round ? now : round);
+    }
+}
+
+static void type(const char *line) {
+    said_count = 0;
+    said[0] = '\0';
+    CHECK(rx_put_all(machine_rx(&machine), (const uint8_t *)line, strlen(line)) == strlen(line));
+}
+
+/* What is answered, until the machine is at rest. */
+static const char *send(const char *line) {
+    type(line);
+    for (int round = 0; round < 4000 && (strstr(said, "ok\r\n") == NULL && strstr(said, "error:") == NULL);
+         round++)
+        run_us(10000);
+    for (int round = 0; round < 4000 && !machine_is_at_rest(&machine); round++)
+        run_us(10000);
+    run_us(10000);
+    return said;
+}
+
+static void set_up(void) {
+    static const char *const lines[] = {"$22=1\n",     "$44=2\n",    "$45=0\n",    "$24=100\n",
+                                        "$25=2000\n",  "$26=25\n",   "$27=2\n",    "$101=250\n",
+                                        "$111=5000\n", "$121=500\n", "$131=100\n", "$X\n"};
+    start();
+    for (size_t i = 0; i < sizeof lines / sizeof lines[0]; i++)
+        CHECK(strstr(send(lines[i]), "ok\r\n") != NULL);
+}
+
+/* ---- tests ---- */
+
+enum { HIGH_STEPS = 1007, PULL_OFF = 500 };
+
+static void crooked(int32_t at, int32_t skew) {
+    motors[FIRST_Y].closes_at = motors[SECOND_Y].closes_at = HIGH_STEPS;
+    place(FIRST_Y, at);
+    place(SECOND_Y, at + skew);
+    take_edges();
+    run_us(20000);
+}
+
+static void check_stands(int32_t first, int32_t second, int line) {
+    if (motors[FIRST_Y].at == first && motors[SECOND_Y].at == second)
+        return;
+    printf("line %d: %d %d, not %d %d: %s\n", line, motors[FIRST_Y].at, motors[SECOND_Y].at, first, second,
+           said);
+    failures++;
+}
+#define STANDS(first, second) check_stands(first, second, __LINE__)
+
+static void both_motors_end_a_pull_off_before_their_switches(void) {
+    static const int32_t skews[] = {0, 1, -1, 37, -250, 1000, -1200};
+    for (size_t i = 0; i < sizeof skews / sizeof skews[0]; i++) {
+        set_up();
+        crooked(-4000, skews[i]);
+        CHECK(strcmp(send("$HY\n"), "ok\r\n") == 0);
+        STANDS(HIGH_STEPS - PULL_OFF, HIGH_STEPS - PULL_OFF);
+        CHECK(strcmp(send("G91G0Y-3\n"), "ok\r\n") == 0);
+        STANDS(HIGH_STEPS - PULL_OFF - 750, HIGH_STEPS - PULL_OFF - 750);
+    }
+}
+
+static void a_second_motor_that_is_mounted_the_other_way_round(void) {
+    set_up();
+    motors[SECOND_Y].is_reversed = true;
+    CHECK(strcmp(send("$8=2\n"), "ok\r\n") == 0);
+    crooked(-3000, 300);
+    CHECK(strcmp(send("$HY\n"), "ok\r\n") == 0);
+    STANDS(HIGH_STEPS - PULL_OFF, HIGH_STEPS - PULL_OFF);
+    /* $2 and $3 turn both, also after a hold. */
+    motors[FIRST_Y].is_reversed = !motors[FIRST_Y].is_reversed;
+    motors[SECOND_Y].is_reversed = !motors[SECOND_Y].is_reversed;
+    CHECK(strcmp(send("$3=2\n"), "ok\r\n") == 0);
+    CHECK(strcmp(send("G91G0Y-1\n"), "ok\r\n") == 0);
+    STANDS(HIGH_STEPS - PULL_OFF - 250, HIGH_STEPS - PULL_OFF - 250);
+}
+
+/* The same as `active = "low"` in the board file, for the pins of the second motor. */
+static void lines_that_the_board_calls_active_low(void) {
+    calls_low = true;
+    set_up();
+    crooked(-3000, 300);
+    CHECK(strcmp(send("$HY\n"), "ok\r\n") == 0);
+    STANDS(HIGH_STEPS - PULL_OFF, HIGH_STEPS - PULL_OFF);
+    CHECK(strcmp(send("$2=2\n"), "ok\r\n") == 0);
+    motors[FIRST_Y].is_low = true;
+    motors[SECOND_Y].is_low = motors[FIRST_Y].high = motors[SECOND_Y].high = false;
+    crooked(HIGH_STEPS - PULL_OFF, 0); /* the edge that $2 has made is not a step */
+    CHECK(strcmp(send("G91G0Y-1\n"), "ok\r\n") == 0);
+    STANDS(HIGH_STEPS - PULL_OFF - 250, HIGH_STEPS - PULL_OFF - 250);
+    calls_low = false;
+}
+
+static void each_motor_has_its_own_pull_off(void) {
+    set_up();
+    CHECK(strcmp(send("$201=3\n"), "ok\r\n") == 0);
+    crooked(-2000, -90);
+    CHECK(strcmp(send("$HY\n"), "ok\r\n") == 0);
+    STANDS(HIGH_STEPS - PULL_OFF, HIGH_STEPS - 750);
+}
+
+static void more_than_squaring_allows_is_alarm_10(void) {
+    static const int32_t skews[] = {1800, -1800};
+    for (size_t i = 0; i < 2; i++) {
+        set_up();
+        crooked(-4000, skews[i]);
+        CHECK(strstr(send("$HY\n"), "ALARM:10\r\n") != NULL);
+        int32_t alone = abs(motors[FIRST_Y].at - motors[SECOND_Y].at);
+        CHECK(alone >= 1800 - 5 * 250 - 1 && alone <= 1800 - 5 * 250 + 1); /* 5 % of the travel, no further */
+        const int32_t first = motors[FIRST_Y].at, second = motors[SECOND_Y].at;
+        CHECK(strstr(send("$X\n"), "ok\r\n") != NULL);
+        CHECK(strstr(send("G91G0Y-1\n"), "ok\r\n") != NULL);
+        STANDS(first - 250, second - 250); /* no one waits any more */
+    }
+}
+
+static void a_reset_or_an_estop_at_any_moment_leaves_both_motors_stepping(void) {
+    for (uint32_t ms = 100; ms < 3600; ms += 250) {
+        const bool estop = ms / 250 % 2 == 0;
+        set_up();
+        crooked(-2500, -700);
+        type("$HY\n");
+        run_us(ms * 1000 + ms);
+        if (estop)
+            drive(map.wire[SIGNAL_ESTOP].gpio, false);
+        else
+            type("\x18");
+        take_edges();
+        run_us(100000);
+        drive(map.wire[SIGNAL_ESTOP].gpio, true);
+        run_us(100000);
+        type("\x18");
+        run_us(2000000); /* the banner */
+        CHECK(strstr(send("$X\n"), "ok\r\n") != NULL);
+        const int32_t first = motors[FIRST_Y].at, second = motors[SECOND_Y].at;
+        CHECK(strstr(send("G91G0Y-1\n"), "ok\r\n") != NULL);
+        STANDS(first - 250, second - 250);
+        CHECK(strstr(send("$HY\n"), "ok\r\n") != NULL);
+        STANDS(HIGH_STEPS - PULL_OFF, HIGH_STEPS - PULL_OFF);
+    }
+}
+
+/* One event of Y; the other core holds motors as soon as its pulse has begun. */
+static void step_and_hold(axis_mask_t first, axis_mask_t second) {
+    hal_step_set(&hal.step, 1u << AXIS_Y);
+    pass(ACCESS_CYCLES);
+    hal.ganged.hold(&hal, first, second);
+    hal_step_clear(&hal.step);
+    pass(1000 * CYCLES_PER_US);
+    CHECK(!motors[FIRST_Y].high && !motors[SECOND_Y].high);
+}
+
+static void a_motor_that_begins_to_wait_makes_its_last_pulse(void) {
+    set_up();
+    crooked(-1000, 0);
+    step_and_hold(1u << AXIS_Y, 0);
+    STANDS(-999, -999);
+    step_and_hold(0, 1u << AXIS_Y);
+    STANDS(-999, -998);
+    step_and_hold(0, 0);
+    STANDS(-998, -998);
+    step_and_hold(0, 0);
+    STANDS(-997, -997);
+}
+
+static void the_second_switch_is_a_hard_limit(void) {
+    set_up();
+    CHECK(strcmp(send("$21=1\n"), "ok\r\n") == 0);
+    crooked(0, 200);
+    CHECK(strstr(send("G91G1Y20F3000\n"), "ALARM:1\r\n") != NULL);
+    STANDS(HIGH_STEPS - 200, HIGH_STEPS);
+}
+
+int main(void) {
+    for (unsigned pin = 0; pin < PINS; pin++) {
+        matrix[pin].is_gpio = pin < FIRST_JTAG || pin > FIRST_JTAG + 3;
+        matrix[pin].signal = SIG_GPIO_OUT_IDX;
+    }
+    both_motors_end_a_pull_off_before_their_switches();
+    a_second_motor_that_is_mounted_the_other_way_round();
+    lines_that_the_board_calls_active_low();
+    each_motor_has_its_own_pull_off();
+    more_than_squaring_allows_is_alarm_10();
+    a_reset_or_an_estop_at_any_moment_leaves_both_motors_stepping();
+    a_motor_that_begins_to_wait_makes_its_last_pulse();
+    the_second_switch_is_a_hard_limit();
+    return report();
+}
