@@ -18,13 +18,14 @@
 /* A rest after the last event of a segment that is shorter than this is left to the next segment. */
 #define SHORT_REST_HZ 4000u
 
-/* Squares of the ratio by which the speed may change in a span. A larger one near to rest, in steps: so few
- * of them come in such a span that less than a tenth of their interval is wrong. */
-#define RATIO_SQ      (1.125f * 1.125f)
-#define NEAR_RATIO_SQ (1.25f * 1.25f)
-#define NEAR_STEPS    128.0f
-#define SLOW_RATIO_SQ (1.5f * 1.5f)
-#define SLOW_STEPS    16.0f
+/* By how many eighths the speed may change in a span: 9/8, or more near to rest, in steps, because so few of
+ * them come in such a span that less than a tenth of their interval is wrong. */
+#define EIGHTHS      9u
+#define NEAR_EIGHTHS 10u
+#define NEAR_STEPS   128u
+#define SLOW_EIGHTHS 12u
+#define SLOW_STEPS   16u
+#define FAR_EVENTS   1e6f
 
 /* Where a laser follows the speed, a span changes its duty by this part or lasts this time, whichever makes
  * it longer. It has the mean, so it is wrong by half of the part. A long stop needs a hundred such spans, and
@@ -306,10 +307,10 @@ static float distance_done(const struct prep *prep) {
 
 /* How much the square of the speed may change in a span that begins with this one. */
 static float most_change(const struct prep *prep, float v_sq, float slope) {
-    float from_rest = v_sq / (fabsf(slope) * (float)(1u << prep->carry.shift));
-    float ratio_sq = from_rest < SLOW_STEPS   ? SLOW_RATIO_SQ
-                     : from_rest < NEAR_STEPS ? NEAR_RATIO_SQ
-                                              : RATIO_SQ;
+    const uint32_t events = (uint32_t)min_f(v_sq / fabsf(slope), FAR_EVENTS); /* from rest */
+    const uint32_t steps = events >> prep->carry.shift;
+    const uint32_t eighths = steps < SLOW_STEPS ? SLOW_EIGHTHS : steps < NEAR_STEPS ? NEAR_EIGHTHS : EIGHTHS;
+    const float ratio = (float)eighths * 0.125f, ratio_sq = ratio * ratio;
     return slope > 0.0f ? v_sq * (ratio_sq - 1.0f) : v_sq * (1.0f / ratio_sq - 1.0f);
 }
 
