@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: MIT
- * Step pulses of the ESP32's two engines, from segments through prep and the real step interrupt to emulated
+ * Step pulses of the ESP32's three engines, from segments through prep and the real step interrupt to emulated
  * registers: what leaves the step lines keeps the contract of core/hal/README.md, whichever engine it is.
  *
- * Emulated are the cycle counter, the step timer, GPIO set and clear, and RMT channels with their memory.
+ * Emulated are the cycle counter, the step timer, GPIO set and clear, RMT channels with their memory, and the
+ * I2S peripheral with shift registers (i2s_model.h).
  * Compiled once for each engine.
  *
  * The model of time (docs/performance.md): an instruction takes 1.5 cycles, and every event has as many as
@@ -11,17 +12,24 @@
  * ESP-IDF now and then, and by a line of the cache that comes from flash, once in a round of the motion task.
  */
 #include "check.h"
+#include "hal/i2s_registers.h"
 #include "hal/rmt_registers.h"
 #include "hal/step_engine.h"
+#include "hal/step_i2s.h"
 #include "hal/step_rmt.h"
 #include "hal/step_vector.h"
+#include "i2s_model.h"
+#include "machine/board.h"
 #include "segment/queue.h"
 #include "step/prep.h"
 
 #include "driver/rmt_tx.h"
 #include "esp_private/periph_ctrl.h"
 #include "esp_private/rmt.h"
+#include "driver/gpio.h"
 #include "esp_rom_gpio.h"
+#include "esp_rom_sys.h"
+#include "hal/i2s_ll.h"
 #include "hal/timer_ll.h"
 #include "soc/gpio_sig_map.h"
 #include "soc/soc_caps.h"
@@ -44,7 +52,16 @@ enum { BETWEEN_INSTRUCTIONS = EVENT_INSTRUCTIONS - ENTRY_INSTRUCTIONS - EXIT_INS
 enum { BUS_CYCLES = 16, HELD_OFF_CYCLES = 60, CACHE_LINE_CYCLES = 940, ROUND_CYCLES = 240000 };
 #define CYCLES_OF(instructions) ((instructions) * 3 / 2)
 enum { PULSE_CYCLES = BOARD_STEP_PULSE_NS * 240 / 1000, SETUP_CYCLES = BOARD_DIR_SETUP_NS * 240 / 1000 };
+enum { HALT_WORDS = 6, LATE_CYCLES = 30 * CYCLES_PER_US };
 enum { CHANNELS = 8, FIRST_STEP_GPIO = 0, FIRST_DIR_GPIO = 34 };
+
+static const bool by_rmt = BOARD_STEP_ENGINE == BOARD_STEP_ENGINE_RMT;
+static const bool by_i2s = BOARD_STEP_ENGINE == BOARD_STEP_ENGINE_I2S;
+
+/* Outputs of the shift registers: lines of axis n, and one that tasks switch. */
+#define STEP_OUTPUT(axis) (2u * (axis) + 1u)
+#define DIR_OUTPUT(axis)  (2u * (axis) + 2u)
+enum { SLOW_OUTPUT = 0, OTHER_OUTPUT = 31 };
 
 static uint64_t now; /* cycles */
 
@@ -87,6 +104,25 @@ static void turn(unsigned axis, bool negative, uint64_t at) {
     CHECK(!line->high);
     line->negative = negative;
     line->turned = at;
+}
+
+static axis_mask_t low_steps, low_dirs; /* lines that are active low */
+static uint64_t changed;                /* the slow output */
+
+void lines_show(uint32_t before, uint32_t word, uint64_t at, uint64_t planned) {
+    const uint64_t kept = due;
+    due = planned;
+    for (unsigned ax = 0; ax < BOARD_AXIS_COUNT; ax++)
+        if (lines[ax].high && ((word >> STEP_OUTPUT(ax) ^ low_steps >> ax) & 1) == 0)
+            fall(ax, at);
+    for (unsigned ax = 0; ax < BOARD_AXIS_COUNT; ax++)
+        turn(ax, ((word >> DIR_OUTPUT(ax) ^ low_dirs >> ax) & 1) != 0, at);
+    for (unsigned ax = 0; ax < BOARD_AXIS_COUNT; ax++)
+        if (!lines[ax].high && ((word >> STEP_OUTPUT(ax) ^ low_steps >> ax) & 1) != 0)
+            rise(ax, at);
+    if (((before ^ word) >> SLOW_OUTPUT & 1) != 0)
+        changed = at;
+    due = kept;
 }
 
 /* ---- registers ---- */
@@ -164,6 +200,7 @@ static void look_at_rmt(void) {
 static void pass(unsigned cycles) {
     look_at_gpio();
     look_at_rmt();
+    i2s_model_pass(written, now + cycles, due);
     now += cycles;
     written = now;
 }
@@ -185,6 +222,11 @@ gpio_dev_t *emulated_gpio(void) {
 rmt_dev_t *emulated_rmt(void) {
     pass(ACCESS_CYCLES / 4); /* without a wait for the one before: pulse_rmt.h */
     return &rmt;
+}
+
+volatile struct i2s_registers *emulated_i2s(void) {
+    pass(access_cycles());
+    return i2s_model_registers();
 }
 
 mcpwm_dev_t *emulated_pwm(void) {
@@ -217,6 +259,26 @@ void esp_rom_gpio_connect_out_signal(uint32_t number, uint32_t signal, bool inve
     (void)enable_inverted;
     connected[number].signal = signal;
     connected[number].inverted = inverted;
+    i2s_model_connect(number, signal, now);
+}
+
+esp_err_t gpio_set_level(gpio_num_t number, uint32_t level) {
+    i2s_model_pin((unsigned)number, level != 0);
+    return ESP_OK;
+}
+esp_err_t gpio_set_direction(gpio_num_t number, gpio_mode_t mode) {
+    (void)number;
+    CHECK(mode == GPIO_MODE_OUTPUT);
+    return ESP_OK;
+}
+void esp_rom_delay_us(uint32_t us) {
+    pass(us * CYCLES_PER_US);
+}
+void i2s_ll_enable_bus_clock(int port, bool enable) {
+    CHECK(port == 0 && enable);
+}
+void i2s_ll_reset_register(int port) {
+    CHECK(port == 0);
 }
 
 esp_err_t rmt_new_tx_channel(const rmt_tx_channel_config_t *config, rmt_channel_handle_t *channel) {
@@ -285,6 +347,8 @@ static uint64_t timer_zero;
 static void start(void) {
     memset(lines, 0, sizeof lines);
     memset(rmt_busy_until, 0, sizeof rmt_busy_until);
+    low_steps = low_dirs = 0;
+    i2s_model_reset(now);
     channels = 0;
     now += 1000000;
     board = (struct step_engine_board){.probe_gpio = NO_PIN,
@@ -292,10 +356,13 @@ static void start(void) {
                                        .step_pulse_ns = BOARD_STEP_PULSE_NS,
                                        .dir_setup_ns = BOARD_DIR_SETUP_NS};
     for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
-        board.step_gpio[ax] = ax < BOARD_AXIS_COUNT ? (uint8_t)(FIRST_STEP_GPIO + ax) : NO_PIN;
-        board.dir_gpio[ax] = ax < BOARD_AXIS_COUNT ? (uint8_t)(FIRST_DIR_GPIO + ax) : NO_PIN;
+        const unsigned step_pin = by_i2s ? BOARD_I2SO_FIRST + STEP_OUTPUT(ax) : FIRST_STEP_GPIO + ax;
+        const unsigned dir_pin = by_i2s ? BOARD_I2SO_FIRST + DIR_OUTPUT(ax) : FIRST_DIR_GPIO + ax;
+        board.step_gpio[ax] = ax < BOARD_AXIS_COUNT ? (uint8_t)step_pin : NO_PIN;
+        board.dir_gpio[ax] = ax < BOARD_AXIS_COUNT ? (uint8_t)dir_pin : NO_PIN;
     }
-    const bool by_rmt = BOARD_STEP_ENGINE == BOARD_STEP_ENGINE_RMT;
+    if (by_i2s)
+        step_i2s_shift_out(1u << SLOW_OUTPUT);
     const uint32_t step_ns = 2 * BOARD_STEP_PULSE_NS + BOARD_STEP_SPREAD_NS;
     const struct prep_timing timing = {.timer_hz = BOARD_TIMER_HZ,
                                        .min_interval_ticks = (step_ns + 49) / 50,
@@ -383,8 +450,15 @@ static void publish(void) {
     queue.count = 0;
 }
 
+/* Until all words have left for the shift registers. */
+static void drain(void) {
+    pass(by_i2s ? I2S_FIFO_WORDS * I2S_FRAME_CYCLES : 0);
+    pass(0);
+}
+
 static void compare(const int32_t end[AXIS_COUNT]) {
     int32_t counted[AXIS_COUNT];
+    drain();
     step_position(&step, counted);
     for (unsigned ax = 0; ax < BOARD_AXIS_COUNT; ax++) {
         CHECK(counted[ax] == lines[ax].steps);
@@ -429,15 +503,16 @@ static void the_fastest_rate_holds(void) {
         busy = latest = 0;
         uint64_t begin = now;
         run(~0ul);
+        const uint64_t ended = now;
         compare(end);
         CHECK(lines[0].pulses == 20000);
-        CHECK(latest < period + CYCLES_PER_US);
-        uint64_t us = (now - begin) / CYCLES_PER_US, wanted_us = 20000ull * 1000000u / rate_hz;
+        CHECK(latest < period + CYCLES_PER_US + (by_i2s ? 2 * I2S_FRAME_CYCLES : 0));
+        uint64_t us = (ended - begin) / CYCLES_PER_US, wanted_us = 20000ull * 1000000u / rate_hz;
         CHECK(us + 50 >= wanted_us && us < wanted_us + 50);
-        CHECK(busy * 100 / (now - begin) <= BUSY_PERCENT);
+        CHECK(busy * 100 / (ended - begin) <= BUSY_PERCENT);
         if (turn == 0)
             printf("%u Hz: core 1 busy %.1f %%, latest pulse %.2f us\n", (unsigned)rate_hz,
-                   100.0 * (double)busy / (double)(now - begin), (double)latest / CYCLES_PER_US);
+                   100.0 * (double)busy / (double)(ended - begin), (double)latest / CYCLES_PER_US);
     }
 }
 
@@ -450,26 +525,173 @@ static void a_halt_at_any_event_leaves_counter_and_pulses_alike(void) {
         publish();
         run(n);
         step_halt(&step);
+        const uint64_t halted = now;
         unsigned pulses = lines[0].pulses;
         CHECK(!is_armed());
         step_interrupt(step_vector_argument); /* one that was on its way */
         pass(1000000);
         pass(0);
-        CHECK(lines[0].pulses == pulses && !lines[0].high);
+        CHECK((by_i2s || lines[0].pulses == pulses) && !lines[0].high);
+        CHECK(lines[0].rose < halted + (by_i2s ? HALT_WORDS * I2S_FRAME_CYCLES : 0));
         compare(NULL);
     }
 }
 
 static void lines_are_inverted_by_the_matrix_and_keep_their_signal(void) {
+    if (by_i2s)
+        return;
     start();
-    step_engine_invert(&board, 1u << 1, 1u << 2);
+    step_engine_invert(&hal, &board, 1u << 1, 1u << 2);
     for (unsigned ax = 0; ax < BOARD_AXIS_COUNT; ax++) {
-        bool by_rmt = BOARD_STEP_ENGINE == BOARD_STEP_ENGINE_RMT;
         CHECK(connected[FIRST_STEP_GPIO + ax].signal == (by_rmt ? RMT_SIG_OUT0_IDX + ax : SIG_GPIO_OUT_IDX));
         CHECK(connected[FIRST_DIR_GPIO + ax].signal == SIG_GPIO_OUT_IDX);
         CHECK(connected[FIRST_STEP_GPIO + ax].inverted == (ax == 1));
         CHECK(connected[FIRST_DIR_GPIO + ax].inverted == (ax == 2));
     }
+}
+
+/* ---- shift registers ---- */
+
+static void registers_show_the_safe_word_from_the_first_moment(void) {
+    start();
+    CHECK(i2s_model_is_running() && i2s_model_shown() == 1u << SLOW_OUTPUT);
+    drain();
+    CHECK(i2s_model_shown() == 1u << SLOW_OUTPUT && changed == 0);
+    CHECK(hal.shifted == 1u << SLOW_OUTPUT);
+}
+
+static void inverted_lines_rest_high_and_pulse_low(void) {
+    int32_t end[AXIS_COUNT] = {0};
+    static const int16_t steps[AXIS_COUNT] = {50, 50, -50};
+    start();
+    low_steps = 1u << 1;
+    low_dirs = 1u << 2;
+    lines[1].high = lines[2].negative = true; /* as before the setting is known */
+    step_engine_invert(&hal, &board, low_steps, low_dirs);
+    step_engine_show(&step);
+    drain();
+    CHECK(!lines[1].high && !lines[2].negative);
+    lines[1].pulses = 0;
+    push(steps, 3000000, true, end);
+    publish();
+    run(~0ul);
+    compare(end);
+    CHECK(lines[1].pulses == 50);
+}
+
+/* At rest by the motion task, in motion by the next event; no pulse is cut by it. */
+static void tasks_switch_outputs_at_rest_and_in_motion(void) {
+    static const int16_t steps[AXIS_COUNT] = {300, -200, 100};
+    int32_t end[AXIS_COUNT] = {0};
+    start();
+    hal.shifted |= 1u << OTHER_OUTPUT;
+    hal.shifted &= ~(1u << SLOW_OUTPUT);
+    const uint64_t set = now;
+    step_engine_show(&step);
+    drain();
+    CHECK(i2s_model_shown() == 1u << OTHER_OUTPUT && changed <= set + 3 * I2S_FRAME_CYCLES);
+    push(steps, 3000000, true, end);
+    publish();
+    for (unsigned turn = 0; turn < 100; turn++) {
+        run(3);
+        hal.shifted ^= 1u << SLOW_OUTPUT;
+        step_engine_show(&step);
+    }
+    CHECK(now - changed < 10 * CYCLES_PER_US * 4);
+    run(~0ul);
+    step_engine_show(&step);
+    compare(end);
+    CHECK((i2s_model_shown() & 1u << SLOW_OUTPUT) == (hal.shifted & 1u << SLOW_OUTPUT));
+}
+
+/* Events that an interrupt has kept waiting follow one another as whole pulses: rise() looks at each. */
+static void events_that_pile_up_keep_their_pulses(void) {
+    static const int16_t steps[AXIS_COUNT] = {400, -400, 399, 7};
+    const uint64_t rate_hz = BOARD_MAX_STEP_RATE_HZ;
+    int32_t end[AXIS_COUNT] = {0};
+    start();
+    for (unsigned n = 0; n < 20; n++) {
+        int16_t turned[AXIS_COUNT];
+        for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
+            turned[ax] = n % 2 == 0 ? steps[ax] : (int16_t)-steps[ax];
+        push(turned, (uint32_t)(400ull * 1000000000u / rate_hz), n == 19, end);
+    }
+    publish();
+    for (unsigned turn = 0; turn < 100; turn++) {
+        run(37);
+        pass(LATE_CYCLES);
+    }
+    run(~0ul);
+    compare(end);
+    CHECK(i2s_model_most_words() > 4 && i2s_model_most_words() < I2S_FIFO_WORDS);
+    CHECK(!step_engine_has_lost());
+}
+
+static void a_clock_that_rests_is_a_fault(void) {
+    static const int16_t steps[AXIS_COUNT] = {1000};
+    int32_t end[AXIS_COUNT] = {0};
+    start();
+    push(steps, 10000000, true, end);
+    publish();
+    run(100);
+    CHECK(!step_engine_has_lost());
+    i2s_model_break();
+    run(I2S_FIFO_WORDS);
+    CHECK(step_engine_has_lost());
+}
+
+/* The longest pulse and direction set-up go into the FIFO at a time, with room for a late interrupt. */
+static void the_longest_pulse_fits(void) {
+    int32_t end[AXIS_COUNT] = {0};
+    start();
+    step_engine_set_pulse(&hal, STEP_GRID_MAX * BOARD_STEP_GRID_NS);
+    prep.timing.min_interval_ticks = 2 * STEP_GRID_MAX * BOARD_STEP_GRID_NS / 50;
+    for (unsigned n = 0; n < 10; n++) {
+        const int16_t turned[AXIS_COUNT] = {n % 2 == 0 ? 100 : -100, n % 2 == 0 ? -100 : 100};
+        push(turned, 100u * 2 * STEP_GRID_MAX * BOARD_STEP_GRID_NS, n == 9, end);
+    }
+    publish();
+    for (unsigned turn = 0; turn < 20; turn++) {
+        run(17);
+        pass(LATE_CYCLES);
+    }
+    run(~0ul);
+    compare(end);
+    CHECK(lines[0].pulses == 1000 && lines[1].pulses == 1000);
+    CHECK(!step_engine_has_lost());
+}
+
+/* The measure: 100 000 events a second, all axes at each of them. @return percent of core 1 */
+static double share_at_100k(uint32_t pulse_ns) {
+    static const int16_t steps[AXIS_COUNT] = {1000, -1000, 1000, -1000, 1000, 1000};
+    int32_t end[AXIS_COUNT] = {0};
+    start();
+    step_engine_set_pulse(&hal, pulse_ns);
+    for (unsigned n = 0; n < 20; n++)
+        push(steps, 1000 * 10000u, n == 19, end);
+    publish();
+    busy = 0;
+    const uint64_t begin = now;
+    run(~0ul);
+    const double share = 100.0 * (double)busy / (double)(now - begin);
+    compare(end);
+    return share;
+}
+
+static void six_axes_at_100k_leave_three_quarters_of_the_core(void) {
+    const double shortest = share_at_100k(2000), usual = share_at_100k(4000);
+    printf("100000 Hz: core 1 busy %.1f %% with pulses of 2 us, %.1f %% of 4 us\n", shortest, usual);
+    CHECK(shortest <= 25.0 && usual <= 25.0);
+}
+
+static void test_shift_registers(void) {
+    registers_show_the_safe_word_from_the_first_moment();
+    inverted_lines_rest_high_and_pulse_low();
+    tasks_switch_outputs_at_rest_and_in_motion();
+    events_that_pile_up_keep_their_pulses();
+    a_clock_that_rests_is_a_fault();
+    the_longest_pulse_fits();
+    six_axes_at_100k_leave_three_quarters_of_the_core();
 }
 
 int main(void) {
@@ -478,5 +700,7 @@ int main(void) {
     the_fastest_rate_holds();
     a_halt_at_any_event_leaves_counter_and_pulses_alike();
     lines_are_inverted_by_the_matrix_and_keep_their_signal();
+    if (by_i2s)
+        test_shift_registers();
     return report();
 }

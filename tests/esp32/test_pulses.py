@@ -23,7 +23,8 @@ SOURCES = (
         for name in ("base/duty.c", "step/control.c", "step/isr.c", "step/position.c", "step/prep.c")
     ),
     ROOT / "targets" / "chip" / "step_pins.c",
-    *(ESP32 / "hal" / name for name in ("step_engine.c", "step_interrupt.c", "step_rmt.c")),
+    *(ESP32 / "hal" / name for name in ("step_engine.c", "step_interrupt.c", "step_i2s.c", "step_rmt.c")),
+    HERE / "i2s_model.c",
 )
 INCLUDES = (HERE / "registers", ESP32, ROOT / "targets" / "chip", ROOT / "core", ESP32 / "test" / "idf_api", HERE)
 FLAGS = ("-std=gnu11", "-O1", "-g", "-Wall", "-Wextra", "-Werror", "-ffp-contract=off")
@@ -31,9 +32,10 @@ FLAGS = ("-std=gnu11", "-O1", "-g", "-Wall", "-Wextra", "-Werror", "-ffp-contrac
 BUSY_PERCENT = 70  # of core 1 in interrupts at the board's fastest rate: what cuts spans needs the rest
 
 
-@pytest.mark.parametrize(("chip", "engine"), [("esp32", "gpio"), ("esp32", "rmt"), ("esp32s3", "rmt")])
+@pytest.mark.parametrize(("chip", "engine"), [("esp32", "gpio"), ("esp32", "rmt"), ("esp32s3", "rmt"), ("esp32", "i2s")])
 def test_pulses(chip: str, engine: str, tmp_path: Path) -> None:
-    board = rmt_board(chip, tmp_path) if engine == "rmt" else load_board("esp32-wroom32")
+    boards = {"gpio": "esp32-wroom32", "i2s": "mks-tinybee"}
+    board = rmt_board(chip, tmp_path) if engine == "rmt" else load_board(boards[engine])
     (tmp_path / "pin_config.h").write_text(pin_header_text(board))
     target = f"#define CONFIG_IDF_TARGET_{chip.upper()} 1\n"
     (tmp_path / "sdkconfig.h").write_text(f"{target}#define CONFIG_ESP_DEFAULT_CPU_FREQ_MHZ 240\n")

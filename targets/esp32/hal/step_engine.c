@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "hal/step_engine.h"
 
+#include "hal/step_i2s.h"
 #include "hal/step_rmt.h"
 #include "hal/step_vector.h"
 
@@ -18,6 +19,7 @@
 #define CYCLES_PER_US  ((uint32_t)CONFIG_ESP_DEFAULT_CPU_FREQ_MHZ)
 #define DIVIDER_MAX    65536u /* TIMG_T0_DIVIDER */
 #define BY_RMT         (BOARD_STEP_ENGINE == BOARD_STEP_ENGINE_RMT)
+#define BY_I2S         (BOARD_STEP_ENGINE == BOARD_STEP_ENGINE_I2S)
 #define BUS_CYCLES     16u /* that a write waits for the other core's, at most */
 #define NO_PROBE_LEVEL 1u  /* what (anything & 0) never is */
 
@@ -37,7 +39,8 @@ bool step_engine_init(struct hal_step *hal, const struct step_engine_board *boar
     /* Exact, or all speeds would be off by what the division leaves. */
     if (divider < 2 || divider > DIVIDER_MAX || divider * board->timer_hz != APB_HZ)
         return false;
-    if (!step_pins_set(&hal->pins, board->step_gpio, board->dir_gpio))
+    if (BY_I2S ? !step_i2s_init(hal, board->step_gpio, board->dir_gpio)
+               : !step_pins_set(&hal->pins, board->step_gpio, board->dir_gpio))
         return false;
     hal->timer_rests = STEP_TIMER_UP | STEP_TIMER_LEVEL_INT | STEP_TIMER_DIVIDE(divider & 0xFFFFu);
     hal->timer_runs = hal->timer_rests | STEP_TIMER_RUN | STEP_TIMER_ALARM;
@@ -65,6 +68,8 @@ void step_engine_set_pulse(struct hal_step *hal, uint32_t step_pulse_ns) {
         hal->pulse_cycles > hal->dir_setup_cycles ? hal->pulse_cycles : hal->dir_setup_cycles;
     if (BY_RMT)
         step_rmt_set_pulse(hal, step_pulse_ns);
+    if (BY_I2S)
+        step_i2s_set_pulse(hal, step_pulse_ns);
 }
 
 static void invert(uint8_t gpio, unsigned signal, bool inverted) {
@@ -72,12 +77,26 @@ static void invert(uint8_t gpio, unsigned signal, bool inverted) {
         esp_rom_gpio_connect_out_signal(gpio, signal, inverted, false);
 }
 
-void step_engine_invert(const struct step_engine_board *board, axis_mask_t step, axis_mask_t dir) {
+void step_engine_invert(struct hal_step *hal, const struct step_engine_board *board, axis_mask_t step,
+                        axis_mask_t dir) {
+    if (BY_I2S) {
+        step_i2s_invert(hal, step, dir);
+        return;
+    }
     for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
         invert(board->step_gpio[ax], BY_RMT ? RMT_SIG_OUT0_IDX + ax : SIG_GPIO_OUT_IDX,
                (step >> ax & 1) != 0);
         invert(board->dir_gpio[ax], SIG_GPIO_OUT_IDX, (dir >> ax & 1) != 0);
     }
+}
+
+HAL_ISR void step_engine_show(const struct step *step) {
+    if (BY_I2S && !step->active)
+        step_i2s_show(step->hal);
+}
+
+bool step_engine_has_lost(void) {
+    return BY_I2S && step_i2s_has_lost();
 }
 
 bool step_engine_attach(struct step *step) {

@@ -15,15 +15,24 @@ struct step_engine_board {
     uint32_t step_pulse_ns, dir_setup_ns;
 };
 
-/** [start] Tables, timer, probe, and RMT channels where the board wants them: before the LED takes one.
+/** [start] Tables, timer, probe, and RMT channels or I2S where the board wants them: before the LED takes one.
  * Nothing runs yet. @return false: a pin, the clock or a channel is impossible */
 bool step_engine_init(struct hal_step *hal, const struct step_engine_board *board);
 
 /** [task, at rest] Length of a step pulse, and of the pause behind it. */
 void step_engine_set_pulse(struct hal_step *hal, uint32_t step_pulse_ns);
 
-/** [task, at rest] Active-low step and direction lines, bit n = axis n: the GPIO matrix inverts them. */
-void step_engine_invert(const struct step_engine_board *board, axis_mask_t step, axis_mask_t dir);
+/** [task, at rest] Active-low step and direction lines, bit n = axis n: the GPIO matrix inverts them, or the
+ * words of shift registers have them inverted. */
+void step_engine_invert(struct hal_step *hal, const struct step_engine_board *board, axis_mask_t step,
+                        axis_mask_t dir);
+
+/** [motion task, each round] Shift registers show what tasks have changed of their outputs. While steps are
+ * made, the step interrupt does so. */
+void step_engine_show(const struct step *step);
+
+/** [task] A word for the shift registers found no room: pulses may be missing. Once for each such fault. */
+bool step_engine_has_lost(void);
 
 /** [task on core 1] Route the timer's interrupt, of level 5, to `step`. @return false: no interrupt is free
  */

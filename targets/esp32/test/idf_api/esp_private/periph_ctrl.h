@@ -5,7 +5,7 @@
 
 #include <stdint.h>
 
-typedef enum { PERIPH_TIMG0_MODULE } periph_module_t;
+typedef enum { PERIPH_TIMG0_MODULE, PERIPH_I2S0_MODULE } periph_module_t;
 
 uint8_t periph_rcc_acquire_enter(periph_module_t module);
 void periph_rcc_acquire_exit(periph_module_t module, uint8_t users);
