@@ -12,328 +12,20 @@
  * ESP-IDF now and then, and by a line of the cache that comes from flash, once in a round of the motion task.
  */
 #include "check.h"
-#include "hal/i2s_registers.h"
 #include "hal/rmt_registers.h"
 #include "hal/step_engine.h"
 #include "hal/step_i2s.h"
-#include "hal/step_rmt.h"
 #include "hal/step_vector.h"
-#include "i2s_model.h"
 #include "machine/board.h"
+#include "pulses_chip.h"
 #include "segment/queue.h"
 #include "step/prep.h"
 
-#include "driver/rmt_tx.h"
-#include "esp_private/periph_ctrl.h"
-#include "esp_private/rmt.h"
-#include "driver/gpio.h"
-#include "esp_rom_gpio.h"
-#include "esp_rom_sys.h"
-#include "hal/i2s_ll.h"
-#include "hal/timer_ll.h"
 #include "soc/gpio_sig_map.h"
-#include "soc/soc_caps.h"
 
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-
-enum {
-    CYCLES_PER_US = 240,
-    CYCLES_PER_TICK = 12,
-    ACCESS_CYCLES = 12,
-    READ_CYCLES = 8,
-    RMT_BEGIN_CYCLES = 40
-};
-/* Instructions before the step lines change, and after the last register was written. The others come between
- * accesses to the timer, three in an event. */
-enum { ENTRY_INSTRUCTIONS = 56, EXIT_INSTRUCTIONS = 30, TIMER_ACCESSES = 3 };
-enum { BETWEEN_INSTRUCTIONS = EVENT_INSTRUCTIONS - ENTRY_INSTRUCTIONS - EXIT_INSTRUCTIONS };
-enum { BUS_CYCLES = 16, HELD_OFF_CYCLES = 60, CACHE_LINE_CYCLES = 940, ROUND_CYCLES = 240000 };
-#define CYCLES_OF(instructions) ((instructions) * 3 / 2)
-enum { PULSE_CYCLES = BOARD_STEP_PULSE_NS * 240 / 1000, SETUP_CYCLES = BOARD_DIR_SETUP_NS * 240 / 1000 };
-enum { HALT_WORDS = 6, LATE_CYCLES = 30 * CYCLES_PER_US };
-enum { CHANNELS = 8, FIRST_STEP_GPIO = 0, FIRST_DIR_GPIO = 34 };
-
-static const bool by_rmt = BOARD_STEP_ENGINE == BOARD_STEP_ENGINE_RMT;
-static const bool by_i2s = BOARD_STEP_ENGINE == BOARD_STEP_ENGINE_I2S;
-
-/* Outputs of the shift registers: lines of axis n, and one that tasks switch. */
-#define STEP_OUTPUT(axis) (2u * (axis) + 1u)
-#define DIR_OUTPUT(axis)  (2u * (axis) + 2u)
-enum { SLOW_OUTPUT = 0, OTHER_OUTPUT = 31 };
-
-static uint64_t now; /* cycles */
-
-/* ---- what the lines show ---- */
-
-static struct line {
-    uint64_t rose, fell, turned; /* step line; direction line */
-    bool high, negative;
-    int32_t steps;
-    unsigned pulses;
-} lines[AXIS_COUNT];
-
-/* The present event's alarm: the plan. No drift, as alarms are absolute. */
-static uint64_t due;
-static uint64_t latest; /* of all pulses, behind it */
-
-static void rise(unsigned axis, uint64_t at) {
-    struct line *line = &lines[axis];
-    latest = at - due > latest ? at - due : latest;
-    CHECK(!line->high && at >= line->fell + PULSE_CYCLES);
-    CHECK(at >= line->turned + SETUP_CYCLES);
-    line->high = true;
-    line->rose = at;
-    line->pulses++;
-    line->steps += line->negative ? -1 : 1;
-}
-
-static void fall(unsigned axis, uint64_t at) {
-    struct line *line = &lines[axis];
-    CHECK(line->high && at >= line->rose + PULSE_CYCLES);
-    line->high = false;
-    line->fell = at;
-}
-
-static void turn(unsigned axis, bool negative, uint64_t at) {
-    struct line *line = &lines[axis];
-    if (line->negative == negative)
-        return;
-    CHECK(at >= line->fell); /* which a channel at work has in the future */
-    CHECK(!line->high);
-    line->negative = negative;
-    line->turned = at;
-}
-
-static axis_mask_t low_steps, low_dirs; /* lines that are active low */
-static uint64_t changed;                /* the slow output */
-
-void lines_show(uint32_t before, uint32_t word, uint64_t at, uint64_t planned) {
-    const uint64_t kept = due;
-    due = planned;
-    for (unsigned ax = 0; ax < BOARD_AXIS_COUNT; ax++)
-        if (lines[ax].high && ((word >> STEP_OUTPUT(ax) ^ low_steps >> ax) & 1) == 0)
-            fall(ax, at);
-    for (unsigned ax = 0; ax < BOARD_AXIS_COUNT; ax++)
-        turn(ax, ((word >> DIR_OUTPUT(ax) ^ low_dirs >> ax) & 1) != 0, at);
-    for (unsigned ax = 0; ax < BOARD_AXIS_COUNT; ax++)
-        if (!lines[ax].high && ((word >> STEP_OUTPUT(ax) ^ low_steps >> ax) & 1) != 0)
-            rise(ax, at);
-    if (((before ^ word) >> SLOW_OUTPUT & 1) != 0)
-        changed = at;
-    due = kept;
-}
-
-/* ---- registers ---- */
-
-static gpio_dev_t gpio;
-static rmt_dev_t rmt;
-static uint32_t rmt_known[CHANNELS], rmt_position[CHANNELS];
-static uint64_t rmt_busy_until[CHANNELS];
-volatile uint32_t RMTMEM[CHANNELS][SOC_RMT_MEM_WORDS_PER_CHANNEL];
-static timg_dev_t timer;
-static mcpwm_dev_t pwm;
-
-static bool takes(uint64_t bits, unsigned gpio_number) {
-    return (bits >> gpio_number & 1) != 0;
-}
-
-static uint64_t written; /* when the register was written that is looked at next */
-
-static void look_at_gpio(void) {
-    uint64_t set = gpio.out_w1ts | (uint64_t)gpio.out1_w1ts.val << 32;
-    uint64_t clear = gpio.out_w1tc | (uint64_t)gpio.out1_w1tc.val << 32;
-    gpio.out_w1ts = gpio.out_w1tc = gpio.out1_w1ts.val = gpio.out1_w1tc.val = 0;
-    for (unsigned ax = 0; ax < BOARD_AXIS_COUNT; ax++) {
-        if (takes(set, FIRST_STEP_GPIO + ax))
-            rise(ax, written);
-        if (takes(clear, FIRST_STEP_GPIO + ax) && lines[ax].high)
-            fall(ax, written);
-        if (takes(set | clear, FIRST_DIR_GPIO + ax))
-            turn(ax, takes(set, FIRST_DIR_GPIO + ax), written);
-    }
-}
-
-/* Words of duration, level, duration, level; a duration of 0 is the end. The line rests low. */
-static void play(unsigned channel) {
-    const uint32_t *words = (const uint32_t *)RMTMEM[channel];
-    uint64_t at = written + RMT_BEGIN_CYCLES;
-    CHECK(written >= rmt_busy_until[channel] && rmt_position[channel] == 0);
-    bool level = false;
-    for (unsigned half = 0; half < 2 * SOC_RMT_MEM_WORDS_PER_CHANNEL; half++) {
-        uint32_t part = words[half / 2] >> (half % 2 * 16) & 0xFFFF;
-        bool next = (part & 0x7FFF) != 0 && part >> 15 != 0;
-        if (next && !level)
-            rise(channel, at);
-        if (!next && level)
-            fall(channel, at);
-        level = next;
-        if ((part & 0x7FFF) == 0)
-            break;
-        at += (uint64_t)(part & 0x7FFF) * 3; /* 80 MHz */
-    }
-    CHECK(!level);
-    rmt_position[channel] = 2;
-    rmt_busy_until[channel] = at;
-}
-
-static volatile uint32_t *conf_of(unsigned channel) {
-    return &rmt.STEP_RMT_CONF(channel);
-}
-
-static void look_at_rmt(void) {
-    for (unsigned channel = 0; channel < BOARD_AXIS_COUNT; channel++) {
-        uint32_t word = *conf_of(channel);
-        if (word == rmt_known[channel])
-            continue;
-        if ((word & STEP_RMT_REWIND) != 0) {
-            CHECK(written >= rmt_busy_until[channel]);
-            rmt_position[channel] = 0;
-        }
-        if ((word & 1) != 0)
-            play(channel);
-        *conf_of(channel) = rmt_known[channel] = word & ~1u;
-    }
-}
-
-static void pass(unsigned cycles) {
-    look_at_gpio();
-    look_at_rmt();
-    i2s_model_pass(written, now + cycles, due);
-    now += cycles;
-    written = now;
-}
-
-uint32_t emulated_cycles(void) {
-    pass(READ_CYCLES);
-    return (uint32_t)now;
-}
-
-static unsigned access_cycles(void) {
-    return ACCESS_CYCLES + (rand() % 4 == 0 ? (unsigned)rand() % BUS_CYCLES : 0);
-}
-
-gpio_dev_t *emulated_gpio(void) {
-    pass(access_cycles());
-    return &gpio;
-}
-
-rmt_dev_t *emulated_rmt(void) {
-    pass(ACCESS_CYCLES / 4); /* without a wait for the one before: pulse_rmt.h */
-    return &rmt;
-}
-
-volatile struct i2s_registers *emulated_i2s(void) {
-    pass(access_cycles());
-    return i2s_model_registers();
-}
-
-mcpwm_dev_t *emulated_pwm(void) {
-    pass(access_cycles());
-    return &pwm;
-}
-
-timg_dev_t *emulated_timer(void) {
-    pass(access_cycles() + CYCLES_OF(BETWEEN_INSTRUCTIONS) / TIMER_ACCESSES);
-    return &timer;
-}
-
-/* ---- ESP-IDF ---- */
-
-struct step *step_vector_argument;
-static unsigned channels;
-static struct {
-    uint32_t signal;
-    bool inverted;
-} connected[64];
-
-esp_err_t esp_intr_alloc(int source, int flags, intr_handler_t to, void *arg, intr_handle_t *handle) {
-    (void)source;
-    (void)handle;
-    CHECK(flags == (ESP_INTR_FLAG_LEVEL5 | ESP_INTR_FLAG_IRAM) && to == NULL && arg == NULL);
-    return ESP_OK;
-}
-
-void esp_rom_gpio_connect_out_signal(uint32_t number, uint32_t signal, bool inverted, bool enable_inverted) {
-    (void)enable_inverted;
-    connected[number].signal = signal;
-    connected[number].inverted = inverted;
-    i2s_model_connect(number, signal, now);
-}
-
-esp_err_t gpio_set_level(gpio_num_t number, uint32_t level) {
-    i2s_model_pin((unsigned)number, level != 0);
-    return ESP_OK;
-}
-esp_err_t gpio_set_direction(gpio_num_t number, gpio_mode_t mode) {
-    (void)number;
-    CHECK(mode == GPIO_MODE_OUTPUT);
-    return ESP_OK;
-}
-void esp_rom_delay_us(uint32_t us) {
-    pass(us * CYCLES_PER_US);
-}
-void i2s_ll_enable_bus_clock(int port, bool enable) {
-    CHECK(port == 0 && enable);
-}
-void i2s_ll_reset_register(int port) {
-    CHECK(port == 0);
-}
-
-esp_err_t rmt_new_tx_channel(const rmt_tx_channel_config_t *config, rmt_channel_handle_t *channel) {
-    CHECK(config->gpio_num == FIRST_STEP_GPIO + (int)channels && config->resolution_hz == 80000000);
-    *channel = (rmt_channel_handle_t)(uintptr_t)(channels + 1);
-    *conf_of(channels) = rmt_known[channels] = 1u << 6 | 1u << 19; /* rests low */
-    channels++;
-    return ESP_OK;
-}
-
-esp_err_t rmt_get_channel_id(rmt_channel_handle_t channel, int *id) {
-    *id = (int)(uintptr_t)channel - 1;
-    return ESP_OK;
-}
-
-esp_err_t rmt_get_channel_resolution(rmt_channel_handle_t channel, uint32_t *resolution_hz) {
-    (void)channel;
-    *resolution_hz = 80000000;
-    return ESP_OK;
-}
-
-esp_err_t rmt_enable(rmt_channel_handle_t channel) {
-    (void)channel;
-    return ESP_OK;
-}
-
-uint8_t periph_rcc_acquire_enter(periph_module_t module) {
-    return (uint8_t)module;
-}
-void periph_rcc_acquire_exit(periph_module_t module, uint8_t users) {
-    (void)module;
-    (void)users;
-}
-void timer_ll_enable_bus_clock(int group, bool enable) {
-    (void)group;
-    (void)enable;
-}
-void timer_ll_reset_register(int group) {
-    (void)group;
-}
-void timer_ll_enable_clock(int group, uint32_t timer, bool enable) {
-    (void)group;
-    (void)timer;
-    (void)enable;
-}
-void timer_ll_set_clock_source(int group, uint32_t timer, gptimer_clock_source_t source) {
-    (void)group;
-    (void)timer;
-    (void)source;
-}
-void timer_ll_enable_intr(timg_dev_t *hw, uint32_t mask, bool enable) {
-    (void)hw;
-    (void)mask;
-    (void)enable;
-}
 
 /* ---- a controller of segments ---- */
 
@@ -345,11 +37,7 @@ static struct step_engine_board board;
 static uint64_t timer_zero;
 
 static void start(void) {
-    memset(lines, 0, sizeof lines);
-    memset(rmt_busy_until, 0, sizeof rmt_busy_until);
-    low_steps = low_dirs = 0;
-    i2s_model_reset(now);
-    channels = 0;
+    chip_reset();
     now += 1000000;
     board = (struct step_engine_board){.probe_gpio = NO_PIN,
                                        .timer_hz = BOARD_TIMER_HZ,
@@ -398,7 +86,7 @@ static void interrupt(void) {
         round = now;
         late += (unsigned)rand() % CACHE_LINE_CYCLES;
     }
-    now += late;
+    now += is_traced ? 0 : late;
     const uint64_t begin = now;
     pass(CYCLES_OF(ENTRY_INSTRUCTIONS));
     step_interrupt(step_vector_argument);
@@ -694,8 +382,29 @@ static void test_shift_registers(void) {
     six_axes_at_100k_leave_three_quarters_of_the_core();
 }
 
-int main(void) {
+/* The same motion with every engine, for a comparison of their steps: ramps and turns of all axes. */
+static void trace(void) {
+    int32_t end[AXIS_COUNT] = {0};
+    start();
+    now = 2000000; /* whatever the start took */
+    is_traced = true;
+    for (unsigned n = 0; n < 40; n++) {
+        int16_t steps[AXIS_COUNT];
+        for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
+            steps[ax] = (int16_t)((n * 37 + ax * 61) % 241 - 120);
+        push(steps, 120u * (1000000000u / (5000u + 2500u * (n % 20))), n == 39, end);
+    }
+    publish();
+    run(~0ul);
+    compare(end);
+}
+
+int main(int arguments, char **argument) {
     srand(1);
+    if (arguments > 1 && strcmp(argument[1], "trace") == 0) {
+        trace();
+        return report();
+    }
     axes_of_all_speeds_and_directions_make_their_steps();
     the_fastest_rate_holds();
     a_halt_at_any_event_leaves_counter_and_pulses_alike();

@@ -25,6 +25,7 @@ SOURCES = (
     ROOT / "targets" / "chip" / "step_pins.c",
     *(ESP32 / "hal" / name for name in ("step_engine.c", "step_interrupt.c", "step_i2s.c", "step_rmt.c")),
     HERE / "i2s_model.c",
+    HERE / "pulses_chip.c",
 )
 INCLUDES = (HERE / "registers", ESP32, ROOT / "targets" / "chip", ROOT / "core", ESP32 / "test" / "idf_api", HERE)
 FLAGS = ("-std=gnu11", "-O1", "-g", "-Wall", "-Wextra", "-Werror", "-ffp-contract=off")
@@ -32,19 +33,50 @@ FLAGS = ("-std=gnu11", "-O1", "-g", "-Wall", "-Wextra", "-Werror", "-ffp-contrac
 BUSY_PERCENT = 70  # of core 1 in interrupts at the board's fastest rate: what cuts spans needs the rest
 
 
+GRID_CYCLES = 480  # 2 us at 240 MHz
+
+
+def built(folder: Path, chip: str, header: str) -> Path:
+    """The program of a board, whose pin_config.h this is."""
+    folder.mkdir(exist_ok=True)
+    (folder / "pin_config.h").write_text(header)
+    target = f"#define CONFIG_IDF_TARGET_{chip.upper()} 1\n"
+    (folder / "sdkconfig.h").write_text(f"{target}#define CONFIG_ESP_DEFAULT_CPU_FREQ_MHZ 240\n")
+    includes = [f"-I{path}" for path in (folder, *INCLUDES)]
+    budget = json.loads((ROOT / "tests" / "budget" / "xtensa.json").read_text())
+    limits = [f"-DEVENT_INSTRUCTIONS={budget['event that ends a span']}", f"-DBUSY_PERCENT={BUSY_PERCENT}"]
+    program = folder / "pulses"
+    sources = [str(path) for path in (HERE / "pulses.c", *SOURCES)]
+    command = [*locate_compiler(), *FLAGS, *limits, *includes, *sources, "-o", str(program), "-lm"]
+    subprocess.run(command, check=True, timeout=HANG_S)
+    return program
+
+
+def said(program: Path, *words: str) -> str:
+    done = subprocess.run([program, *words], capture_output=True, text=True, timeout=HANG_S, check=False)
+    assert done.returncode == 0, done.stdout[-2000:]
+    return done.stdout
+
+
 @pytest.mark.parametrize(("chip", "engine"), [("esp32", "gpio"), ("esp32", "rmt"), ("esp32s3", "rmt"), ("esp32", "i2s")])
 def test_pulses(chip: str, engine: str, tmp_path: Path) -> None:
     boards = {"gpio": "esp32-wroom32", "i2s": "mks-tinybee"}
     board = rmt_board(chip, tmp_path) if engine == "rmt" else load_board(boards[engine])
-    (tmp_path / "pin_config.h").write_text(pin_header_text(board))
-    target = f"#define CONFIG_IDF_TARGET_{chip.upper()} 1\n"
-    (tmp_path / "sdkconfig.h").write_text(f"{target}#define CONFIG_ESP_DEFAULT_CPU_FREQ_MHZ 240\n")
-    includes = [f"-I{path}" for path in (tmp_path, *INCLUDES)]
-    budget = json.loads((ROOT / "tests" / "budget" / "xtensa.json").read_text())
-    limits = [f"-DEVENT_INSTRUCTIONS={budget['event that ends a span']}", f"-DBUSY_PERCENT={BUSY_PERCENT}"]
-    program = tmp_path / "pulses"
-    sources = [str(path) for path in (HERE / "pulses.c", *SOURCES)]
-    command = [*locate_compiler(), *FLAGS, *limits, *includes, *sources, "-o", str(program), "-lm"]
-    subprocess.run(command, check=True, timeout=HANG_S)
-    done = subprocess.run([program], capture_output=True, text=True, timeout=HANG_S, check=False)
-    assert done.returncode == 0, done.stdout[-2000:]
+    said(built(tmp_path, chip, pin_header_text(board)))
+
+
+def test_shift_registers_make_the_steps_of_the_interrupts_plan_within_a_word(tmp_path: Path) -> None:
+    """Step for step as pins that the interrupt writes, and the same time later, but for the words' grid."""
+    header = pin_header_text(load_board("mks-tinybee"))
+    by_pins = header.replace("BOARD_STEP_ENGINE          BOARD_STEP_ENGINE_I2S", "BOARD_STEP_ENGINE 0")
+    assert by_pins != header
+    traces = []
+    for name, text in (("pins", by_pins), ("registers", header)):
+        lines = said(built(tmp_path / name, "esp32", text), "trace").splitlines()
+        traces.append([tuple(map(int, line.split())) for line in lines if line.count(" ") == 2])
+    pins, registers = (sorted(trace, key=lambda step: (step[0], step[2])) for trace in traces)
+    assert len(pins) > 5_000
+    assert [step[:2] for step in registers] == [step[:2] for step in pins]
+    later = [register[2] - pin[2] for register, pin in zip(registers, pins, strict=True)]
+    assert min(later) > 0
+    assert max(later) - min(later) <= GRID_CYCLES, (min(later), max(later))
