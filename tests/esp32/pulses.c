@@ -333,6 +333,7 @@ static void the_longest_pulse_fits(void) {
     int32_t end[AXIS_COUNT] = {0};
     start();
     step_engine_set_pulse(&hal, STEP_GRID_MAX * BOARD_STEP_GRID_NS);
+    pulse_cycles = STEP_GRID_MAX * I2S_FRAME_CYCLES;
     prep.timing.min_interval_ticks = 2 * STEP_GRID_MAX * BOARD_STEP_GRID_NS / 50;
     for (unsigned n = 0; n < 10; n++) {
         const int16_t turned[AXIS_COUNT] = {n % 2 == 0 ? 100 : -100, n % 2 == 0 ? -100 : 100};
@@ -355,6 +356,7 @@ static double share_at_100k(uint32_t pulse_ns) {
     int32_t end[AXIS_COUNT] = {0};
     start();
     step_engine_set_pulse(&hal, pulse_ns);
+    pulse_cycles = pulse_ns * CYCLES_PER_US / 1000;
     for (unsigned n = 0; n < 20; n++)
         push(steps, 1000 * 10000u, n == 19, end);
     publish();

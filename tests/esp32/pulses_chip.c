@@ -25,11 +25,12 @@
 struct line lines[AXIS_COUNT];
 uint64_t now, due, latest;
 bool is_traced;
+unsigned pulse_cycles;
 
 static void rise(unsigned axis, uint64_t at) {
     struct line *line = &lines[axis];
     latest = at - due > latest ? at - due : latest;
-    CHECK(!line->high && at >= line->fell + PULSE_CYCLES);
+    CHECK(!line->high && at >= line->fell + pulse_cycles);
     CHECK(at >= line->turned + SETUP_CYCLES);
     line->high = true;
     line->rose = at;
@@ -41,7 +42,7 @@ static void rise(unsigned axis, uint64_t at) {
 
 static void fall(unsigned axis, uint64_t at) {
     struct line *line = &lines[axis];
-    CHECK(line->high && at >= line->rose + PULSE_CYCLES);
+    CHECK(line->high && at >= line->rose + pulse_cycles);
     line->high = false;
     line->fell = at;
 }
@@ -288,5 +289,6 @@ void chip_reset(void) {
     low_steps = low_dirs = 0;
     changed = 0;
     channels = 0;
+    pulse_cycles = PULSE_CYCLES;
     i2s_model_reset(now);
 }

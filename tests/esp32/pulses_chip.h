@@ -21,7 +21,7 @@ enum { BETWEEN_INSTRUCTIONS = EVENT_INSTRUCTIONS - ENTRY_INSTRUCTIONS - EXIT_INS
 enum { BUS_CYCLES = 16, HELD_OFF_CYCLES = 60, CACHE_LINE_CYCLES = 940, ROUND_CYCLES = 240000 };
 #define CYCLES_OF(instructions) ((instructions) * 3 / 2)
 enum { PULSE_CYCLES = BOARD_STEP_PULSE_NS * 240 / 1000, SETUP_CYCLES = BOARD_DIR_SETUP_NS * 240 / 1000 };
-enum { HALT_WORDS = 6, LATE_CYCLES = 30 * CYCLES_PER_US };
+enum { HALT_WORDS = 4, LATE_CYCLES = 30 * CYCLES_PER_US };
 enum { CHANNELS = 8, FIRST_STEP_GPIO = 0, FIRST_DIR_GPIO = 34 };
 
 static const bool by_rmt = BOARD_STEP_ENGINE == BOARD_STEP_ENGINE_RMT;
@@ -47,6 +47,9 @@ extern uint64_t changed;                /* when the slow output did */
 extern uint64_t now;    /* cycles */
 extern uint64_t due;    /* the present event's alarm: the plan. No drift, as alarms are absolute */
 extern uint64_t latest; /* of all pulses, behind it */
+
+/** The shortest pulse and pause; the board's after chip_reset(). */
+extern unsigned pulse_cycles;
 
 /** Nothing is late, every access takes the same time, and each step is printed: axis, direction, cycles. */
 extern bool is_traced;
