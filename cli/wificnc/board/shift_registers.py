@@ -26,6 +26,17 @@ def on_grid_ns(board: BoardFile, ns: int) -> int:
     return -(-ns // grid) * grid if grid else ns
 
 
+def stream_text(board: BoardFile) -> str:
+    """What a user needs to know of the stream; empty: steps do not go through registers."""
+    if not board.i2so or board.step.engine != "i2s":
+        return ""
+    word_us, registers = GRID_NS // 1000, board.i2so.outputs // 8
+    return (
+        f"steps, directions and I2SO outputs through {registers} shift register{'s' * (registers > 1)} (I2S): a word "
+        f"each {word_us} us, pulses of 1 to {GRIDS_MAX} words, on the pins {word_us} to {2 * word_us} us later"
+    )
+
+
 def shift_registers(board: BoardFile, chip: Chip) -> Iterator[Finding]:
     """A BoardRule."""
     engine = board.step.engine == "i2s"

@@ -92,11 +92,9 @@ bool step_i2s_init(struct hal_step *hal, const uint8_t step[AXIS_COUNT], const u
     hal->shifted = shown & ~lines;
     hal->i2s_lines = hal->i2s_inverted = 0;
     hal->i2s_shown = hal->shifted;
-    PERIPH_RCC_ACQUIRE_ATOMIC(PERIPH_I2S0_MODULE, users) {
-        if (users == 0) {
-            i2s_ll_enable_bus_clock(0, true);
-            i2s_ll_reset_register(0);
-        }
+    PERIPH_RCC_ATOMIC() {
+        i2s_ll_enable_bus_clock(0, true);
+        i2s_ll_reset_register(0);
     }
     make_transmitter(hal->shifted);
     connect_pins();
