@@ -151,7 +151,8 @@ static void apply_effects(struct machine *machine, unsigned effects) {
 
 static bool is_pulse_long(const struct machine *machine, uint16_t number, double value) {
     const uint32_t grid_ns = machine->board.step_grid_ns;
-    return number == SETTING_STEP_PULSE_US && grid_ns != 0 && value * 1000.0 > (double)(grid_ns * STEP_GRID_MAX);
+    return number == SETTING_STEP_PULSE_US && grid_ns != 0 &&
+           value * 1000.0 > (double)(grid_ns * STEP_GRID_MAX);
 }
 
 /* Grbl refuses $0 below 3; a board whose own pulse is shorter takes just that one back. */

@@ -26,14 +26,32 @@ def problems(tmp_path: Path, text: str, old: str, new: str) -> list[tuple[str, s
     [
         ('probe = "GPIO22"', 'probe = "I2SO.7"', "output-only", "input.probe", "cannot be read"),
         ('step = "I2SO.5"', 'step = "I2SO.8"', "no-such-pin", "axis.y.step", "no pin 'I2SO.8'"),
-        ('step = "I2SO.5"', 'step = "GPIO23"', "shift-register", "axis.y.step", "all steps and directions in one stream"),
-        ('spindle_pwm = "GPIO32"', 'spindle_pwm = "I2SO.7"', "shift-register", "output.spindle_pwm", "a pin of the chip"),
-        ('coolant_flood = "GPIO25"', 'coolant_flood = "I2SO.7"', "boot-level", "output.coolant_flood", "undefined level"),
+        ('step = "I2SO.5"', 'step = "GPIO23"', "shift-register", "axis.y.step", "show steps and directions together"),
+        (
+            'spindle_pwm = "GPIO32"',
+            'spindle_pwm = "I2SO.7"',
+            "shift-register",
+            "output.spindle_pwm",
+            "a pin of the chip",
+        ),
+        (
+            'coolant_flood = "GPIO25"',
+            'coolant_flood = "I2SO.7"',
+            "boot-level",
+            "output.coolant_flood",
+            "undefined level",
+        ),
         ('data = "GPIO21"', 'data = "I2SO.7"', "shift-register", "i2so.data", "a pin of the chip"),
         ('bck = "GPIO16"', 'bck = "GPIO36"', "input-only", "i2so.bck", "can only be read"),
         ("step_pulse_ns = 2_000", "step_pulse_ns = 1_800", "shift-register", "timing.step_pulse_ns", "2000 ns"),
         ("dir_setup_ns = 2_000", "dir_setup_ns = 34_000", "shift-register", "timing.dir_setup_ns", "too long"),
-        ("max_step_rate_hz = 240_000", "max_step_rate_hz = 260_000", "pulse-timing", "timing.max_step_rate_hz", "4000 ns"),
+        (
+            "max_step_rate_hz = 240_000",
+            "max_step_rate_hz = 260_000",
+            "pulse-timing",
+            "timing.max_step_rate_hz",
+            "4000 ns",
+        ),
         (REGISTERS, "", "shift-register", "step.engine", "[i2so]"),
         ('[step]\nengine = "i2s"\n', "", "shift-register", "i2so", 'engine = "i2s"'),
     ],
@@ -63,7 +81,7 @@ def test_outputs_are_numbered_after_the_chips_pins() -> None:
     for line in ("PIN_STEP_X                 65u", "PIN_MISC_OUT_0             83u", "BOARD_I2SO_FIRST           64u"):
         assert f"#define {line}" in text
     free = next(line for line in text.splitlines() if "BOARD_FREE_OUTPUT_PINS" in line)
-    assert "64u" not in free and "25u" not in free  # soldered: neither they nor the stream's own pins can be moved to
+    assert "64u" not in free and "25u" not in free  # soldered, as the registers' own pins
 
 
 @pytest.mark.parametrize(("pulse_us", "rate_hz"), [(2, 240_000), (3, 125_000), (4, 125_000), (5, 83_333)])

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT
  * The ESP32's I2S peripheral and a chain of 74HC595 behind it, as steps through shift registers see them: a
- * FIFO of 64 words, one of which leaves in each frame; the last is repeated while there is none. The registers
- * show a word when all of it has arrived, which is when the next frame begins. */
+ * FIFO of 64 words, one of which leaves in each frame; the last is repeated while there is none. The
+ * registers show a word when all of it has arrived, which is when the next frame begins. */
 #ifndef TEST_I2S_MODEL_H
 #define TEST_I2S_MODEL_H
 

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT
- * Step pulses of the ESP32's three engines, from segments through prep and the real step interrupt to emulated
- * registers: what leaves the step lines keeps the contract of core/hal/README.md, whichever engine it is.
+ * Step pulses of the ESP32's three engines, from segments through prep and the real step interrupt to
+ * emulated registers: what leaves the step lines keeps the contract of core/hal/README.md, whichever engine
+ * it is.
  *
  * Emulated are the cycle counter, the step timer, GPIO set and clear, RMT channels with their memory, and the
  * I2S peripheral with shift registers (i2s_model.h).

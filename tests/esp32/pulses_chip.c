@@ -222,10 +222,8 @@ esp_err_t gpio_set_direction(gpio_num_t number, gpio_mode_t mode) {
 void esp_rom_delay_us(uint32_t us) {
     pass(us * CYCLES_PER_US);
 }
-void periph_rcc_enter(void) {
-}
-void periph_rcc_exit(void) {
-}
+void periph_rcc_enter(void) {}
+void periph_rcc_exit(void) {}
 void i2s_ll_enable_bus_clock(int port, bool enable) {
     CHECK(port == 0 && enable);
 }

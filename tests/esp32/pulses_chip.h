@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
- * The chip of tests/esp32/pulses.c: emulated registers, and lines that look at each pulse, pause and direction
- * set-up. */
+ * The chip of tests/esp32/pulses.c: emulated registers, and lines that look at each pulse, pause and
+ * direction set-up. */
 #ifndef TEST_PULSES_CHIP_H
 #define TEST_PULSES_CHIP_H
 

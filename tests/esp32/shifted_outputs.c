@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
- * Outputs of a board with shift registers: the word that they show first, and the bits that tasks change, with
- * drivers that note what the firmware asks of them. */
+ * Outputs of a board with shift registers: the word that they show first, and the bits that tasks change,
+ * with drivers that note what the firmware asks of them. */
 #include "check.h"
 #include "gcode/gcode.h"
 #include "hal/spindle_pwm.h"

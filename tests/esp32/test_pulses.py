@@ -58,7 +58,9 @@ def said(program: Path, *words: str) -> str:
     return done.stdout
 
 
-@pytest.mark.parametrize(("chip", "engine"), [("esp32", "gpio"), ("esp32", "rmt"), ("esp32s3", "rmt"), ("esp32", "i2s")])
+@pytest.mark.parametrize(
+    ("chip", "engine"), [("esp32", "gpio"), ("esp32", "rmt"), ("esp32s3", "rmt"), ("esp32", "i2s")]
+)
 def test_pulses(chip: str, engine: str, tmp_path: Path) -> None:
     boards = {"gpio": "esp32-wroom32", "i2s": "mks-tinybee"}
     board = rmt_board(chip, tmp_path) if engine == "rmt" else load_board(boards[engine])

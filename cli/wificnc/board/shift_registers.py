@@ -26,8 +26,8 @@ def on_grid_ns(board: BoardFile, ns: int) -> int:
     return -(-ns // grid) * grid if grid else ns
 
 
-def stream_text(board: BoardFile) -> str:
-    """What a user needs to know of the stream; empty: steps do not go through registers."""
+def words_text(board: BoardFile) -> str:
+    """What a user needs to know of the words; empty: steps do not go through registers."""
     if not board.i2so or board.step.engine != "i2s":
         return ""
     word_us, registers = GRID_NS // 1000, board.i2so.outputs // 8
@@ -61,13 +61,15 @@ def shift_registers(board: BoardFile, chip: Chip) -> Iterator[Finding]:
             hint = f"next whole word: {on_grid_ns(board, ns)} ns"
             yield Finding("shift-register", ("timing", key), reason, hint)
         elif ns > GRIDS_MAX * GRID_NS:
-            reason = f"{ns} ns is too long: at most {GRIDS_MAX} words of {GRID_NS} ns go into the I2S peripheral at a time"
+            reason = (
+                f"{ns} ns is too long: at most {GRIDS_MAX} words of {GRID_NS} ns go into the I2S peripheral at a time"
+            )
             yield Finding("shift-register", ("timing", key), reason)
 
 
 def _use(use: Use) -> Iterator[Finding]:
     if use.role in (Role.STEP, Role.DIR) and not is_shifted(use.pin):
-        reason = f"{use.pin} is not an output of the shift registers, which carry all steps and directions in one stream"
+        reason = f"{use.pin} is not an output of the shift registers, which show steps and directions together"
         yield Finding("shift-register", use.path, reason, "wire it to I2SO.n, or leave [step] engine out")
     is_bus = use.role in (Role.ETHERNET, Role.SERIAL, Role.I2SO)
     if is_shifted(use.pin) and (use.signal in NEEDS_A_PIN or (use.is_output and is_bus)):

@@ -16,7 +16,7 @@ from wificnc.board.load import check_board, find_boards, load_board
 from wificnc.board.model import Board
 from wificnc.board.picture import ROLE_COLOURS, save_picture
 from wificnc.board.rules import pulse_rate_hz
-from wificnc.board.shift_registers import stream_text
+from wificnc.board.shift_registers import words_text
 from wificnc.checked.problem import Problem
 from wificnc.commands._output import OutputFile
 from wificnc.commands._target import json_option
@@ -135,8 +135,8 @@ def _print_board(board: Board) -> None:
     ui.data.print(f"[bold]{escape(board.name)}[/]  ({board.id})")
     ui.data.print(f"{escape(board.summary)}.", escape(chip), sep="\n")
     ui.data.print(f"axes {''.join(board.axes)}, up to {timing.max_step_rate_hz // 1000} k steps/s, {pulse}")
-    if stream := stream_text(board):
-        ui.data.print(stream)
+    if words := words_text(board):
+        ui.data.print(words)
     if board.look_ahead:
         ui.data.print(f"look-ahead {board.look_ahead} pieces of path, {board.laser_marks} changes of a laser's S")
     ui.data.print()

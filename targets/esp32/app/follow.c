@@ -16,7 +16,8 @@ static void apply(struct follow *follow) {
     const struct machine_board *board = machine_board(follow->machine);
     const struct settings *settings = machine_settings(follow->machine);
     apply_pulse(follow);
-    step_engine_invert(&follow->hal->step, follow->pins, settings->step_invert_mask, settings->dir_invert_mask);
+    step_engine_invert(&follow->hal->step, follow->pins, settings->step_invert_mask,
+                       settings->dir_invert_mask);
     if (board->motion_side == NULL)
         apply_levels(follow);
     else

@@ -27,7 +27,7 @@ _Static_assert(sizeof(struct i2s_registers) == 0xB8, "I2S register summary");
 #define STEP_I2S_RIGHT_UPPER (1u << 16)
 
 #define STEP_I2S_WORDS_BY_CPU (1u << 19) /* I2S_FIFO_CONF_REG: mode 0, 16 bits of two channels; no DMA */
-#define STEP_I2S_AS_IT_IS     (1u << 3)  /* I2S_CONF1_REG: no compression; clocks continue without new words */
+#define STEP_I2S_AS_IT_IS     (1u << 3) /* I2S_CONF1_REG: no compression; clocks continue without new words */
 
 /* I2S_CLKM_CONF_REG and I2S_SAMPLE_RATE_CONF_REG: 160 MHz, divided twice; 16 bits of a channel. */
 #define STEP_I2S_CLOCK_MHZ   160u

@@ -15,8 +15,8 @@ struct step_engine_board {
     uint32_t step_pulse_ns, dir_setup_ns;
 };
 
-/** [start] Tables, timer, probe, and RMT channels or I2S where the board wants them: before the LED takes one.
- * Nothing runs yet. @return false: a pin, the clock or a channel is impossible */
+/** [start] Tables, timer, probe, and RMT channels or I2S where the board wants them: before the LED takes
+ * one. Nothing runs yet. @return false: a pin, the clock or a channel is impossible */
 bool step_engine_init(struct hal_step *hal, const struct step_engine_board *board);
 
 /** [task, at rest] Length of a step pulse, and of the pause behind it. */

@@ -17,8 +17,8 @@ static inline uint32_t step_i2s_bit(uint8_t pin) {
  * are shifted by hand. */
 void step_i2s_shift_out(uint32_t word);
 
-/** [start] The stream begins, with the word that the registers show. @return false: a step or direction line
- * is no output of a register */
+/** [start] The peripheral begins, with the word that the registers show. @return false: a step or direction
+ * line is no output of a register */
 bool step_i2s_init(struct hal_step *hal, const uint8_t step[AXIS_COUNT], const uint8_t dir[AXIS_COUNT]);
 
 /** [motion task, no step interrupt comes] The other outputs as tasks have set them. */

@@ -37,8 +37,8 @@ struct outputs {
 /** [start] Every output off, before anything else runs; also step and direction lines. */
 void outputs_make_safe(const struct pin_map *map);
 
-/** [task] @param wire  is copied @param shifted  hal_step.shifted @return false: a PWM channel could not be set
- * up */
+/** [task] @param wire  is copied @param shifted  hal_step.shifted @return false: a PWM channel could not be
+ * set up */
 bool outputs_init(struct outputs *outputs, const struct output_wire wire[SWITCH_COUNT], uint32_t *shifted);
 
 /** Motor drivers on or off. @param invert  $4 */
