@@ -293,6 +293,24 @@ static void tasks_switch_outputs_at_rest_and_in_motion(void) {
     CHECK((i2s_model_shown() & 1u << SLOW_OUTPUT) == (hal.shifted & 1u << SLOW_OUTPUT));
 }
 
+/* What the interrupt has shown counts, too: an output that was on only while motion lasted goes off. */
+static void an_output_of_one_motion_goes_off(void) {
+    static const int16_t steps[AXIS_COUNT] = {3};
+    int32_t end[AXIS_COUNT] = {0};
+    start();
+    step_engine_show(&step);
+    hal.shifted |= 1u << OTHER_OUTPUT;
+    push(steps, 30000, true, end);
+    publish();
+    run(~0ul);
+    compare(end);
+    CHECK((i2s_model_shown() >> OTHER_OUTPUT & 1) != 0);
+    hal.shifted &= ~(1u << OTHER_OUTPUT);
+    step_engine_show(&step);
+    drain();
+    CHECK((i2s_model_shown() >> OTHER_OUTPUT & 1) == 0);
+}
+
 /* Events that an interrupt has kept waiting follow one another as whole pulses: rise() looks at each. */
 static void events_that_pile_up_keep_their_pulses(void) {
     static const int16_t steps[AXIS_COUNT] = {400, -400, 399, 7};
@@ -379,6 +397,7 @@ static void test_shift_registers(void) {
     registers_show_the_safe_word_from_the_first_moment();
     inverted_lines_rest_high_and_pulse_low();
     tasks_switch_outputs_at_rest_and_in_motion();
+    an_output_of_one_motion_goes_off();
     events_that_pile_up_keep_their_pulses();
     a_clock_that_rests_is_a_fault();
     the_longest_pulse_fits();

@@ -52,7 +52,7 @@ struct hal_step {
     uint32_t i2s_setup_words;      /* I2S: with a new direction, before a pulse can follow */
     uint32_t i2s_inverted;         /* I2S: step and direction lines that are active low */
     uint32_t i2s_lines;            /* I2S: those lines without a pulse */
-    uint32_t i2s_shown;            /* I2S: the word that step_engine_show() has put last */
+    uint32_t i2s_shown;            /* I2S: the last word without a pulse that was put */
     uint32_t shifted;              /* I2S: the other outputs of the registers; any task changes bits of it */
     uint32_t set_at;               /* when the present pulse began */
     uint32_t quiet_at, quiet;      /* no pulse begins within `quiet` cycles of this moment */

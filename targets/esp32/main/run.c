@@ -56,7 +56,7 @@ static bool serve_network(struct firmware *firmware, uint32_t now_us) {
     return more;
 }
 
-/* As a pressed e-stop, until the board restarts: nobody knows how many pulses are missing. */
+/* As a pressed e-stop, until the board restarts: the number of missing pulses is unknown. */
 static void check_steps(struct firmware *firmware) {
     if (!step_engine_has_lost())
         return;
