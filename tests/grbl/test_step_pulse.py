@@ -85,3 +85,14 @@ def test_a_pulse_is_whole_words_of_shift_registers(board: Board) -> None:
     assert controller.send(f"$0={16 * grid_us + 1}\n").startswith("error:")
     controller.fine("$110=100", f"$0={16 * grid_us}")
     controller.close()
+
+
+def test_a_long_pulse_keeps_the_feed_of_a_diagonal(board: Board) -> None:
+    """Slow diagonals have more events than steps, so that the axes step evenly: only as many as pulses leave room."""
+    controller = started(board)
+    controller.fine("$100=250", "$101=250", "$110=5000", "$111=5000", "$120=2000", "$121=2000", "$0=20", "G91", "G21")
+    begun = controller.time()
+    controller.fine("G1X40Y19F4500", "G4P0")
+    length_mm, v_mm_s, accel_mm_s2 = (40**2 + 19**2) ** 0.5, 75.0, 2000.0
+    assert controller.time() - begun < 1.03 * (length_mm / v_mm_s + v_mm_s / accel_mm_s2)
+    controller.close()
