@@ -14,6 +14,8 @@
 #define WORD_NS  STEP_I2S_FRAME_NS
 #define ALL_AXES (AXIS_MASKS - 1)
 
+#define SETUP_WORDS ((BOARD_DIR_SETUP_NS + WORD_NS - 1) / WORD_NS)
+
 _Static_assert(BOARD_STEP_GRID_NS == 0 || BOARD_STEP_GRID_NS == WORD_NS,
                "the clock's dividers make the board's grid");
 
@@ -117,7 +119,7 @@ bool step_i2s_has_lost(void) {
 
 void step_i2s_set_pulse(struct hal_step *hal, uint32_t ns) {
     hal->i2s_pulse_words = ns / WORD_NS;
-    hal->i2s_setup_words = (BOARD_DIR_SETUP_NS + WORD_NS - 1) / WORD_NS;
+    hal->i2s_setup_words = SETUP_WORDS > 0 ? SETUP_WORDS : 1; /* no line changes with a step line */
 }
 
 void step_i2s_invert(struct hal_step *hal, axis_mask_t step, axis_mask_t dir) {
