@@ -17,6 +17,9 @@ enum board_output {
     BOARD_OUTPUTS_ALL = 63
 };
 
+/** The longest pulse of a board with a grid, in grids: what its hardware can take at a time. */
+enum { STEP_GRID_MAX = 16 };
+
 /** What the board fixes. */
 struct machine_board {
     uint32_t timer_hz;
@@ -24,6 +27,7 @@ struct machine_board {
     uint16_t default_pulse_us; /* what $0 starts at; 0: step_pulse_ns */
     uint32_t dir_setup_ns;
     uint32_t step_spread_ns;           /* from step to step, beyond the pulse and a pause as long */
+    uint32_t step_grid_ns;             /* pulses and pauses are 1 .. STEP_GRID_MAX of it; 0: any */
     uint32_t max_step_rate_hz;         /* of one axis */
     uint16_t look_ahead;               /* pieces of path, 32 .. PLAN_SIZE; 0: PLAN_SIZE */
     uint16_t laser_marks;              /* changes of S in it, 256 .. POWER_MARKS; 0: POWER_MARKS */

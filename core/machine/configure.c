@@ -33,9 +33,17 @@ static void report_clamp(struct machine *machine, unsigned axis, float mm_min, b
     text_string(&machine->out, "]\r\n");
 }
 
+/* As long as asked for or longer, but no longer than the hardware can. */
+static uint32_t on_grid(const struct machine_board *board, uint32_t ns) {
+    const uint32_t grid = board->step_grid_ns;
+    const uint32_t words = grid == 0 ? 0 : (ns + grid - 1) / grid;
+    return grid == 0 ? ns : grid * (words < STEP_GRID_MAX ? words : STEP_GRID_MAX);
+}
+
 uint32_t machine_step_pulse_ns(const struct machine *machine) {
     uint16_t us = machine->settings.step_pulse_us;
-    return us == board_pulse_us(machine) ? machine->board.step_pulse_ns : us * 1000u;
+    return us == board_pulse_us(machine) ? machine->board.step_pulse_ns
+                                         : on_grid(&machine->board, us * 1000u);
 }
 
 /* Timer ticks that last at least this long. */
@@ -141,6 +149,12 @@ static void apply_effects(struct machine *machine, unsigned effects) {
         apply_outputs(machine);
 }
 
+static bool is_pulse_long(const struct machine *machine, uint16_t number, double value) {
+    const uint32_t grid_ns = machine->board.step_grid_ns;
+    return number == SETTING_STEP_PULSE_US && grid_ns != 0 &&
+           value * 1000.0 > (double)(grid_ns * STEP_GRID_MAX);
+}
+
 /* Grbl refuses $0 below 3; a board whose own pulse is shorter takes just that one back. */
 static bool is_pulse_short(const struct machine *machine, uint16_t number, double value) {
     return number == SETTING_STEP_PULSE_US && value >= 0.0 && value < 3.0 &&
@@ -154,7 +168,8 @@ static bool is_pwm_in_use(const struct machine *machine, uint16_t number) {
     return (pwm || laser) && machine->outputs.spindle != SPINDLE_OFF;
 }
 
-/* A board's own pulse may be shorter than the whole microseconds that stand for it. */
+/* A board's own pulse may be shorter than the whole microseconds that stand for it, and a grid makes it
+ * longer. */
 static void report_short_pulse(struct machine *machine) {
     const uint32_t ns = machine_step_pulse_ns(machine);
     if (ns == machine->settings.step_pulse_us * 1000u ||
@@ -168,6 +183,8 @@ static void report_short_pulse(struct machine *machine) {
 enum status configure_set(struct machine *machine, uint16_t number, double value) {
     if (is_pulse_short(machine, number, value))
         return STATUS_STEP_PULSE_SHORT;
+    if (is_pulse_long(machine, number, value))
+        return STATUS_BAD_NUMBER;
     if (is_pwm_in_use(machine, number))
         return STATUS_PWM_IN_USE;
     /* Before anything is changed: what the board cannot do is refused as a whole. */

@@ -157,8 +157,10 @@ static void set_axis(struct prep *prep, unsigned axis, uint32_t steps, int32_t p
 static unsigned oversample(const struct prep *prep, uint32_t travel, bool diagonal, uint64_t ticks) {
     unsigned shift = 0;
     uint64_t enough = diagonal ? ticks * SMOOTH_EVENT_HZ / prep->timing.timer_hz : ticks / SLOW_TICKS;
+    /* Twice the time that pulses need: the end of a ramp is twice as fast as its mean. */
+    const uint64_t least = (uint64_t)prep->timing.min_interval_ticks * 2;
     while (shift < MAX_OVERSAMPLE && (uint64_t)travel << shift < enough << 8 &&
-           travel << (shift + 1) <= MAX_EVENTS << 8)
+           travel << (shift + 1) <= MAX_EVENTS << 8 && least * (travel << (shift + 1)) <= ticks << 8)
         shift++;
     return shift;
 }

@@ -82,6 +82,7 @@ struct host *host_open(const struct host_board *board, const char *store_path) {
         .default_pulse_us = board->default_pulse_us,
         .dir_setup_ns = board->dir_setup_ns,
         .step_spread_ns = board->step_spread_ns,
+        .step_grid_ns = board->step_grid_ns,
         .max_step_rate_hz = board->max_step_rate_hz,
         .look_ahead = board->look_ahead,
         .laser_marks = board->laser_marks,

@@ -40,6 +40,7 @@ struct host_board {
     uint8_t tasks;             /* enum host_tasks_of */
     uint8_t default_pulse_us;  /* what $0 starts at; 0: step_pulse_ns */
     uint32_t step_spread_ns;   /* from step to step, beyond the pulse and a pause as long */
+    uint32_t step_grid_ns;     /* pulses and pauses are whole ones of it; 0: any */
     uint16_t look_ahead;       /* pieces of path, 32 or more; 0: PLAN_SIZE */
     uint16_t laser_marks;      /* changes of S in it; 0: POWER_MARKS */
 };

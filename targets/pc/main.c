@@ -93,6 +93,8 @@ static bool take_board(struct host_board *board, const char *name, const char *v
         return read_count(value, &board->default_pulse_us);
     if (strcmp(name, "--step-spread-ns") == 0)
         return read_number(value, &board->step_spread_ns);
+    if (strcmp(name, "--step-grid-ns") == 0)
+        return read_number(value, &board->step_grid_ns);
     if (strcmp(name, "--look-ahead") == 0)
         return read_short(value, &board->look_ahead);
     if (strcmp(name, "--laser-marks") == 0)

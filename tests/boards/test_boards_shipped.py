@@ -32,6 +32,8 @@ BOARD_IDS = {
     "fysetc-e4",
     "mks-dlc32-max",
     "xpro-v5",
+    "mks-dlc32-v21",
+    "mks-tinybee",
     "pic32mz2048efh100",
     "host",
 }
@@ -79,6 +81,8 @@ def test_axes_timing_and_names_as_other_modules_read_them() -> None:
         ("esp32s3-devkitc", 20_000_000, 250_000, "XYZABC"),
         ("esp32s3-devkitc-quad", 20_000_000, 250_000, "XYZABC"),
         ("esp32-wroom32", 20_000_000, 250_000, "XYZABC"),
+        ("mks-dlc32-v21", 20_000_000, 240_000, "XYZ"),
+        ("mks-tinybee", 20_000_000, 240_000, "XYZAB"),
         ("pic32mz2048efh100", 50_000_000, 300_000, "XYZA"),
         ("host", 20_000_000, 1_000_000, "XYZABC"),
     ],

@@ -17,7 +17,13 @@ FLAGS = ("-std=gnu11", "-O1", "-g", "-Wall", "-Wextra", "-Werror", "-ffp-contrac
 
 def chip_folder(board: Board, chip: str, folder: Path) -> Path:
     """A folder with the board's and the chip's generated headers. @param chip  whose registers they are"""
-    (folder / "pin_config.h").write_text(pin_header_text(board))
+    return header_folder(pin_header_text(board), chip, folder)
+
+
+def header_folder(header: str, chip: str, folder: Path) -> Path:
+    """The same with this pin_config.h."""
+    folder.mkdir(exist_ok=True)
+    (folder / "pin_config.h").write_text(header)
     values = {
         f"CONFIG_IDF_TARGET_{chip.upper()}": 1,
         "CONFIG_ESP_DEFAULT_CPU_FREQ_MHZ": 240,

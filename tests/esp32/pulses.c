@@ -1,8 +1,10 @@
 /* SPDX-License-Identifier: MIT
- * Step pulses of the ESP32's two engines, from segments through prep and the real step interrupt to emulated
- * registers: what leaves the step lines keeps the contract of core/hal/README.md, whichever engine it is.
+ * Step pulses of the ESP32's three engines, from segments through prep and the real step interrupt to
+ * emulated registers: what leaves the step lines keeps the contract of core/hal/README.md, whichever engine
+ * it is.
  *
- * Emulated are the cycle counter, the step timer, GPIO set and clear, and RMT channels with their memory.
+ * Emulated are the cycle counter, the step timer, GPIO set and clear, RMT channels with their memory, and the
+ * I2S peripheral with shift registers (i2s_model.h).
  * Compiled once for each engine.
  *
  * The model of time (docs/performance.md): an instruction takes 1.5 cycles, and every event has as many as
@@ -13,216 +15,18 @@
 #include "check.h"
 #include "hal/rmt_registers.h"
 #include "hal/step_engine.h"
-#include "hal/step_rmt.h"
+#include "hal/step_i2s.h"
 #include "hal/step_vector.h"
+#include "machine/board.h"
+#include "pulses_chip.h"
 #include "segment/queue.h"
 #include "step/prep.h"
 
-#include "driver/rmt_tx.h"
-#include "esp_rom_gpio.h"
 #include "soc/gpio_sig_map.h"
-#include "soc/soc_caps.h"
 
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-
-enum {
-    CYCLES_PER_US = 240,
-    CYCLES_PER_TICK = 12,
-    ACCESS_CYCLES = 12,
-    READ_CYCLES = 8,
-    RMT_BEGIN_CYCLES = 40
-};
-/* Instructions before the step lines change, and after the last register was written. The others come between
- * accesses to the timer, three in an event. */
-enum { ENTRY_INSTRUCTIONS = 56, EXIT_INSTRUCTIONS = 30, TIMER_ACCESSES = 3 };
-enum { BETWEEN_INSTRUCTIONS = EVENT_INSTRUCTIONS - ENTRY_INSTRUCTIONS - EXIT_INSTRUCTIONS };
-enum { BUS_CYCLES = 16, HELD_OFF_CYCLES = 60, CACHE_LINE_CYCLES = 940, ROUND_CYCLES = 240000 };
-#define CYCLES_OF(instructions) ((instructions) * 3 / 2)
-enum { PULSE_CYCLES = BOARD_STEP_PULSE_NS * 240 / 1000, SETUP_CYCLES = BOARD_DIR_SETUP_NS * 240 / 1000 };
-enum { CHANNELS = 8, FIRST_STEP_GPIO = 0, FIRST_DIR_GPIO = 34 };
-
-static uint64_t now; /* cycles */
-
-/* ---- what the lines show ---- */
-
-static struct line {
-    uint64_t rose, fell, turned; /* step line; direction line */
-    bool high, negative;
-    int32_t steps;
-    unsigned pulses;
-} lines[AXIS_COUNT];
-
-/* The present event's alarm: the plan. No drift, as alarms are absolute. */
-static uint64_t due;
-static uint64_t latest; /* of all pulses, behind it */
-
-static void rise(unsigned axis, uint64_t at) {
-    struct line *line = &lines[axis];
-    latest = at - due > latest ? at - due : latest;
-    CHECK(!line->high && at >= line->fell + PULSE_CYCLES);
-    CHECK(at >= line->turned + SETUP_CYCLES);
-    line->high = true;
-    line->rose = at;
-    line->pulses++;
-    line->steps += line->negative ? -1 : 1;
-}
-
-static void fall(unsigned axis, uint64_t at) {
-    struct line *line = &lines[axis];
-    CHECK(line->high && at >= line->rose + PULSE_CYCLES);
-    line->high = false;
-    line->fell = at;
-}
-
-static void turn(unsigned axis, bool negative, uint64_t at) {
-    struct line *line = &lines[axis];
-    if (line->negative == negative)
-        return;
-    CHECK(at >= line->fell); /* which a channel at work has in the future */
-    CHECK(!line->high);
-    line->negative = negative;
-    line->turned = at;
-}
-
-/* ---- registers ---- */
-
-static gpio_dev_t gpio;
-static rmt_dev_t rmt;
-static uint32_t rmt_known[CHANNELS], rmt_position[CHANNELS];
-static uint64_t rmt_busy_until[CHANNELS];
-volatile uint32_t RMTMEM[CHANNELS][SOC_RMT_MEM_WORDS_PER_CHANNEL];
-static timg_dev_t timer;
-static mcpwm_dev_t pwm;
-
-static bool takes(uint64_t bits, unsigned gpio_number) {
-    return (bits >> gpio_number & 1) != 0;
-}
-
-static uint64_t written; /* when the register was written that is looked at next */
-
-static void look_at_gpio(void) {
-    uint64_t set = gpio.out_w1ts | (uint64_t)gpio.out1_w1ts.val << 32;
-    uint64_t clear = gpio.out_w1tc | (uint64_t)gpio.out1_w1tc.val << 32;
-    gpio.out_w1ts = gpio.out_w1tc = gpio.out1_w1ts.val = gpio.out1_w1tc.val = 0;
-    for (unsigned ax = 0; ax < BOARD_AXIS_COUNT; ax++) {
-        if (takes(set, FIRST_STEP_GPIO + ax))
-            rise(ax, written);
-        if (takes(clear, FIRST_STEP_GPIO + ax) && lines[ax].high)
-            fall(ax, written);
-        if (takes(set | clear, FIRST_DIR_GPIO + ax))
-            turn(ax, takes(set, FIRST_DIR_GPIO + ax), written);
-    }
-}
-
-/* Words of duration, level, duration, level; a duration of 0 is the end. The line rests low. */
-static void play(unsigned channel) {
-    const uint32_t *words = (const uint32_t *)RMTMEM[channel];
-    uint64_t at = written + RMT_BEGIN_CYCLES;
-    CHECK(written >= rmt_busy_until[channel] && rmt_position[channel] == 0);
-    bool level = false;
-    for (unsigned half = 0; half < 2 * SOC_RMT_MEM_WORDS_PER_CHANNEL; half++) {
-        uint32_t part = words[half / 2] >> (half % 2 * 16) & 0xFFFF;
-        bool next = (part & 0x7FFF) != 0 && part >> 15 != 0;
-        if (next && !level)
-            rise(channel, at);
-        if (!next && level)
-            fall(channel, at);
-        level = next;
-        if ((part & 0x7FFF) == 0)
-            break;
-        at += (uint64_t)(part & 0x7FFF) * 3; /* 80 MHz */
-    }
-    CHECK(!level);
-    rmt_position[channel] = 2;
-    rmt_busy_until[channel] = at;
-}
-
-static volatile uint32_t *conf_of(unsigned channel) {
-    return &rmt.STEP_RMT_CONF(channel);
-}
-
-static void look_at_rmt(void) {
-    for (unsigned channel = 0; channel < BOARD_AXIS_COUNT; channel++) {
-        uint32_t word = *conf_of(channel);
-        if (word == rmt_known[channel])
-            continue;
-        if ((word & STEP_RMT_REWIND) != 0) {
-            CHECK(written >= rmt_busy_until[channel]);
-            rmt_position[channel] = 0;
-        }
-        if ((word & 1) != 0)
-            play(channel);
-        *conf_of(channel) = rmt_known[channel] = word & ~1u;
-    }
-}
-
-static void pass(unsigned cycles) {
-    look_at_gpio();
-    look_at_rmt();
-    now += cycles;
-    written = now;
-}
-
-uint32_t emulated_cycles(void) {
-    pass(READ_CYCLES);
-    return (uint32_t)now;
-}
-
-static unsigned access_cycles(void) {
-    return ACCESS_CYCLES + (rand() % 4 == 0 ? (unsigned)rand() % BUS_CYCLES : 0);
-}
-
-gpio_dev_t *emulated_gpio(void) {
-    pass(access_cycles());
-    return &gpio;
-}
-
-rmt_dev_t *emulated_rmt(void) {
-    pass(ACCESS_CYCLES / 4); /* without a wait for the one before: pulse_rmt.h */
-    return &rmt;
-}
-
-mcpwm_dev_t *emulated_pwm(void) {
-    pass(access_cycles());
-    return &pwm;
-}
-
-timg_dev_t *emulated_timer(void) {
-    pass(access_cycles() + CYCLES_OF(BETWEEN_INSTRUCTIONS) / TIMER_ACCESSES);
-    return &timer;
-}
-
-/* ---- ESP-IDF ---- */
-
-struct step *step_vector_argument;
-static unsigned channels;
-static struct {
-    uint32_t signal;
-    bool inverted;
-} connected[64];
-
-esp_err_t esp_intr_alloc(int source, int flags, intr_handler_t to, void *arg, intr_handle_t *handle) {
-    (void)source;
-    (void)handle;
-    CHECK(flags == (ESP_INTR_FLAG_LEVEL5 | ESP_INTR_FLAG_IRAM) && to == NULL && arg == NULL);
-    return ESP_OK;
-}
-
-void esp_rom_gpio_connect_out_signal(uint32_t number, uint32_t signal, bool inverted, bool enable_inverted) {
-    (void)enable_inverted;
-    connected[number].signal = signal;
-    connected[number].inverted = inverted;
-}
-
-esp_err_t rmt_new_tx_channel(const rmt_tx_channel_config_t *config, rmt_channel_handle_t *channel) {
-    CHECK(config->gpio_num == FIRST_STEP_GPIO + (int)channels && config->resolution_hz == 80000000);
-    *channel = (rmt_channel_handle_t)(uintptr_t)(channels + 1);
-    *conf_of(channels) = rmt_known[channels] = 1u << 6 | 1u << 19; /* rests low */
-    channels++;
-    return ESP_OK;
-}
 
 /* ---- a controller of segments ---- */
 
@@ -234,9 +38,7 @@ static struct step_engine_board board;
 static uint64_t timer_zero;
 
 static void start(void) {
-    memset(lines, 0, sizeof lines);
-    memset(rmt_busy_until, 0, sizeof rmt_busy_until);
-    channels = 0;
+    chip_reset();
     now += 1000000;
     board = (struct step_engine_board){.gang = gang_of(BOARD_AXIS_COUNT, 0),
                                        .probe_gpio = NO_PIN,
@@ -244,10 +46,13 @@ static void start(void) {
                                        .step_pulse_ns = BOARD_STEP_PULSE_NS,
                                        .dir_setup_ns = BOARD_DIR_SETUP_NS};
     for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
-        board.step_gpio[ax] = ax < BOARD_AXIS_COUNT ? (uint8_t)(FIRST_STEP_GPIO + ax) : NO_PIN;
-        board.dir_gpio[ax] = ax < BOARD_AXIS_COUNT ? (uint8_t)(FIRST_DIR_GPIO + ax) : NO_PIN;
+        const unsigned step_pin = by_i2s ? BOARD_I2SO_FIRST + STEP_OUTPUT(ax) : FIRST_STEP_GPIO + ax;
+        const unsigned dir_pin = by_i2s ? BOARD_I2SO_FIRST + DIR_OUTPUT(ax) : FIRST_DIR_GPIO + ax;
+        board.step_gpio[ax] = ax < BOARD_AXIS_COUNT ? (uint8_t)step_pin : NO_PIN;
+        board.dir_gpio[ax] = ax < BOARD_AXIS_COUNT ? (uint8_t)dir_pin : NO_PIN;
     }
-    const bool by_rmt = BOARD_STEP_ENGINE == BOARD_STEP_ENGINE_RMT;
+    if (by_i2s)
+        step_i2s_shift_out(1u << SLOW_OUTPUT);
     const uint32_t step_ns = 2 * BOARD_STEP_PULSE_NS + BOARD_STEP_SPREAD_NS;
     const struct prep_timing timing = {.timer_hz = BOARD_TIMER_HZ,
                                        .min_interval_ticks = (step_ns + 49) / 50,
@@ -283,7 +88,7 @@ static void interrupt(void) {
         round = now;
         late += (unsigned)rand() % CACHE_LINE_CYCLES;
     }
-    now += late;
+    now += is_traced ? 0 : late;
     const uint64_t begin = now;
     pass(CYCLES_OF(ENTRY_INSTRUCTIONS));
     step_interrupt(step_vector_argument);
@@ -335,8 +140,15 @@ static void publish(void) {
     queue.count = 0;
 }
 
+/* Until all words have left for the shift registers. */
+static void drain(void) {
+    pass(by_i2s ? I2S_FIFO_WORDS * I2S_FRAME_CYCLES : 0);
+    pass(0);
+}
+
 static void compare(const int32_t end[AXIS_COUNT]) {
     int32_t counted[AXIS_COUNT];
+    drain();
     step_position(&step, counted);
     for (unsigned ax = 0; ax < BOARD_AXIS_COUNT; ax++) {
         CHECK(counted[ax] == lines[ax].steps);
@@ -381,15 +193,16 @@ static void the_fastest_rate_holds(void) {
         busy = latest = 0;
         uint64_t begin = now;
         run(~0ul);
+        const uint64_t ended = now;
         compare(end);
         CHECK(lines[0].pulses == 20000);
-        CHECK(latest < period + CYCLES_PER_US);
-        uint64_t us = (now - begin) / CYCLES_PER_US, wanted_us = 20000ull * 1000000u / rate_hz;
+        CHECK(latest < period + CYCLES_PER_US + (by_i2s ? 2 * I2S_FRAME_CYCLES : 0));
+        uint64_t us = (ended - begin) / CYCLES_PER_US, wanted_us = 20000ull * 1000000u / rate_hz;
         CHECK(us + 50 >= wanted_us && us < wanted_us + 50);
-        CHECK(busy * 100 / (now - begin) <= BUSY_PERCENT);
+        CHECK(busy * 100 / (ended - begin) <= BUSY_PERCENT);
         if (turn == 0)
             printf("%u Hz: core 1 busy %.1f %%, latest pulse %.2f us\n", (unsigned)rate_hz,
-                   100.0 * (double)busy / (double)(now - begin), (double)latest / CYCLES_PER_US);
+                   100.0 * (double)busy / (double)(ended - begin), (double)latest / CYCLES_PER_US);
     }
 }
 
@@ -402,21 +215,24 @@ static void a_halt_at_any_event_leaves_counter_and_pulses_alike(void) {
         publish();
         run(n);
         step_halt(&step);
+        const uint64_t halted = now;
         unsigned pulses = lines[0].pulses;
         CHECK(!is_armed());
         step_interrupt(step_vector_argument); /* one that was on its way */
         pass(1000000);
         pass(0);
-        CHECK(lines[0].pulses == pulses && !lines[0].high);
+        CHECK((by_i2s || lines[0].pulses == pulses) && !lines[0].high);
+        CHECK(lines[0].rose < halted + (by_i2s ? HALT_WORDS * I2S_FRAME_CYCLES : 0));
         compare(NULL);
     }
 }
 
 static void lines_are_inverted_by_the_matrix_and_keep_their_signal(void) {
+    if (by_i2s)
+        return;
     start();
     step_engine_invert(&hal, 1u << 1, 1u << 2, 0);
     for (unsigned ax = 0; ax < BOARD_AXIS_COUNT; ax++) {
-        bool by_rmt = BOARD_STEP_ENGINE == BOARD_STEP_ENGINE_RMT;
         CHECK(connected[FIRST_STEP_GPIO + ax].signal == (by_rmt ? RMT_SIG_OUT0_IDX + ax : SIG_GPIO_OUT_IDX));
         CHECK(connected[FIRST_DIR_GPIO + ax].signal == SIG_GPIO_OUT_IDX);
         CHECK(connected[FIRST_STEP_GPIO + ax].inverted == (ax == 1));
@@ -424,11 +240,199 @@ static void lines_are_inverted_by_the_matrix_and_keep_their_signal(void) {
     }
 }
 
-int main(void) {
+/* ---- shift registers ---- */
+
+static void registers_show_the_safe_word_from_the_first_moment(void) {
+    start();
+    CHECK(i2s_model_is_running() && i2s_model_shown() == 1u << SLOW_OUTPUT);
+    drain();
+    CHECK(i2s_model_shown() == 1u << SLOW_OUTPUT && changed == 0);
+    CHECK(hal.shifted == 1u << SLOW_OUTPUT);
+}
+
+static void inverted_lines_rest_high_and_pulse_low(void) {
+    int32_t end[AXIS_COUNT] = {0};
+    static const int16_t steps[AXIS_COUNT] = {50, 50, -50};
+    start();
+    low_steps = 1u << 1;
+    low_dirs = 1u << 2;
+    lines[1].high = lines[2].negative = true; /* as before the setting is known */
+    step_engine_invert(&hal, low_steps, low_dirs, 0);
+    step_engine_show(&step);
+    drain();
+    CHECK(!lines[1].high && !lines[2].negative);
+    lines[1].pulses = 0;
+    push(steps, 3000000, true, end);
+    publish();
+    run(~0ul);
+    compare(end);
+    CHECK(lines[1].pulses == 50);
+}
+
+/* At rest by the motion task, in motion by the next event; no pulse is cut by it. */
+static void tasks_switch_outputs_at_rest_and_in_motion(void) {
+    static const int16_t steps[AXIS_COUNT] = {300, -200, 100};
+    int32_t end[AXIS_COUNT] = {0};
+    start();
+    hal.shifted |= 1u << OTHER_OUTPUT;
+    hal.shifted &= ~(1u << SLOW_OUTPUT);
+    const uint64_t set = now;
+    step_engine_show(&step);
+    drain();
+    CHECK(i2s_model_shown() == 1u << OTHER_OUTPUT && changed <= set + 3 * I2S_FRAME_CYCLES);
+    push(steps, 3000000, true, end);
+    publish();
+    for (unsigned turn = 0; turn < 100; turn++) {
+        run(3);
+        hal.shifted ^= 1u << SLOW_OUTPUT;
+        step_engine_show(&step);
+    }
+    CHECK(now - changed < 10 * CYCLES_PER_US * 4);
+    run(~0ul);
+    step_engine_show(&step);
+    compare(end);
+    CHECK((i2s_model_shown() & 1u << SLOW_OUTPUT) == (hal.shifted & 1u << SLOW_OUTPUT));
+}
+
+/* What the interrupt has shown counts, too: an output that was on only while motion lasted goes off. */
+static void an_output_of_one_motion_goes_off(void) {
+    static const int16_t steps[AXIS_COUNT] = {3};
+    int32_t end[AXIS_COUNT] = {0};
+    start();
+    step_engine_show(&step);
+    hal.shifted |= 1u << OTHER_OUTPUT;
+    push(steps, 30000, true, end);
+    publish();
+    run(~0ul);
+    compare(end);
+    CHECK((i2s_model_shown() >> OTHER_OUTPUT & 1) != 0);
+    hal.shifted &= ~(1u << OTHER_OUTPUT);
+    step_engine_show(&step);
+    drain();
+    CHECK((i2s_model_shown() >> OTHER_OUTPUT & 1) == 0);
+}
+
+/* Events that an interrupt has kept waiting follow one another as whole pulses: rise() looks at each. */
+static void events_that_pile_up_keep_their_pulses(void) {
+    static const int16_t steps[AXIS_COUNT] = {400, -400, 399, 7};
+    const uint64_t rate_hz = BOARD_MAX_STEP_RATE_HZ;
+    int32_t end[AXIS_COUNT] = {0};
+    start();
+    for (unsigned n = 0; n < 20; n++) {
+        int16_t turned[AXIS_COUNT];
+        for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
+            turned[ax] = n % 2 == 0 ? steps[ax] : (int16_t)-steps[ax];
+        push(turned, (uint32_t)(400ull * 1000000000u / rate_hz), n == 19, end);
+    }
+    publish();
+    for (unsigned turn = 0; turn < 100; turn++) {
+        run(37);
+        pass(LATE_CYCLES);
+    }
+    run(~0ul);
+    compare(end);
+    CHECK(i2s_model_most_words() > 4 && i2s_model_most_words() < I2S_FIFO_WORDS);
+    CHECK(!step_engine_has_lost());
+}
+
+static void a_clock_that_rests_is_a_fault(void) {
+    static const int16_t steps[AXIS_COUNT] = {1000};
+    int32_t end[AXIS_COUNT] = {0};
+    start();
+    push(steps, 10000000, true, end);
+    publish();
+    run(100);
+    CHECK(!step_engine_has_lost());
+    i2s_model_break();
+    run(I2S_FIFO_WORDS);
+    CHECK(step_engine_has_lost());
+}
+
+/* The longest pulse and direction set-up go into the FIFO at a time, with room for a late interrupt. */
+static void the_longest_pulse_fits(void) {
+    int32_t end[AXIS_COUNT] = {0};
+    start();
+    step_engine_set_pulse(&hal, STEP_GRID_MAX * BOARD_STEP_GRID_NS);
+    pulse_cycles = STEP_GRID_MAX * I2S_FRAME_CYCLES;
+    prep.timing.min_interval_ticks = 2 * STEP_GRID_MAX * BOARD_STEP_GRID_NS / 50;
+    for (unsigned n = 0; n < 10; n++) {
+        const int16_t turned[AXIS_COUNT] = {n % 2 == 0 ? 100 : -100, n % 2 == 0 ? -100 : 100};
+        push(turned, 100u * 2 * STEP_GRID_MAX * BOARD_STEP_GRID_NS, n == 9, end);
+    }
+    publish();
+    for (unsigned turn = 0; turn < 20; turn++) {
+        run(17);
+        pass(LATE_CYCLES);
+    }
+    run(~0ul);
+    compare(end);
+    CHECK(lines[0].pulses == 1000 && lines[1].pulses == 1000);
+    CHECK(!step_engine_has_lost());
+}
+
+/* The measure: 100 000 events a second, all axes at each of them. @return percent of core 1 */
+static double share_at_100k(uint32_t pulse_ns) {
+    static const int16_t steps[AXIS_COUNT] = {1000, -1000, 1000, -1000, 1000, 1000};
+    int32_t end[AXIS_COUNT] = {0};
+    start();
+    step_engine_set_pulse(&hal, pulse_ns);
+    pulse_cycles = pulse_ns * CYCLES_PER_US / 1000;
+    for (unsigned n = 0; n < 20; n++)
+        push(steps, 1000 * 10000u, n == 19, end);
+    publish();
+    busy = 0;
+    const uint64_t begin = now;
+    run(~0ul);
+    const double share = 100.0 * (double)busy / (double)(now - begin);
+    compare(end);
+    return share;
+}
+
+static void six_axes_at_100k_leave_three_quarters_of_the_core(void) {
+    const double shortest = share_at_100k(2000), usual = share_at_100k(4000);
+    printf("100000 Hz: core 1 busy %.1f %% with pulses of 2 us, %.1f %% of 4 us\n", shortest, usual);
+    CHECK(shortest <= 25.0 && usual <= 25.0);
+}
+
+static void test_shift_registers(void) {
+    registers_show_the_safe_word_from_the_first_moment();
+    inverted_lines_rest_high_and_pulse_low();
+    tasks_switch_outputs_at_rest_and_in_motion();
+    an_output_of_one_motion_goes_off();
+    events_that_pile_up_keep_their_pulses();
+    a_clock_that_rests_is_a_fault();
+    the_longest_pulse_fits();
+    six_axes_at_100k_leave_three_quarters_of_the_core();
+}
+
+/* The same motion with every engine, for a comparison of their steps: ramps and turns of all axes. */
+static void trace(void) {
+    int32_t end[AXIS_COUNT] = {0};
+    start();
+    now = 2000000; /* whatever the start took */
+    is_traced = true;
+    for (unsigned n = 0; n < 40; n++) {
+        int16_t steps[AXIS_COUNT];
+        for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
+            steps[ax] = (int16_t)((n * 37 + ax * 61) % 241 - 120);
+        push(steps, 120u * (1000000000u / (5000u + 2500u * (n % 20))), n == 39, end);
+    }
+    publish();
+    run(~0ul);
+    compare(end);
+}
+
+int main(int arguments, char **argument) {
     srand(1);
+    if (arguments > 1 && strcmp(argument[1], "trace") == 0) {
+        trace();
+        return report();
+    }
     axes_of_all_speeds_and_directions_make_their_steps();
     the_fastest_rate_holds();
     a_halt_at_any_event_leaves_counter_and_pulses_alike();
     lines_are_inverted_by_the_matrix_and_keep_their_signal();
+    if (by_i2s)
+        test_shift_registers();
     return report();
 }

@@ -51,6 +51,18 @@ def test_program(name: str) -> None:
     assert "0 failures" in done.stdout
 
 
+def test_outputs_of_shift_registers() -> None:
+    output = checkout_root() / "build" / "tests" / "shifted_outputs"
+    folder = output.parent / "board-shifted"
+    write_if_changed(folder / "pin_config.h", pin_header_text(load_board("mks-tinybee")))
+    sources = [HERE / "shifted_outputs.c", ESP32 / "io/outputs.c", ESP32 / "io/pin_map.c"]
+    write_if_changed(folder / "sdkconfig.h", "#define CONFIG_IDF_TARGET_ESP32 1\n")
+    folders = [f"-I{ESP32}", f"-I{folder}", f"-idirafter{ESP32 / 'test' / 'idf_api'}"]
+    program = build_program(sources, output, "release", folders)
+    done = subprocess.run([program], capture_output=True, text=True, timeout=HANG_S, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
 @pytest.mark.parametrize("board_id", [path.stem for path in find_boards() if load_board(path).target == "esp32"])
 def test_outputs_are_those_of_the_board_file(board_id: str) -> None:
     """What a board lacks is refused by the core; the firmware learns it from the pin map, moved pins included."""

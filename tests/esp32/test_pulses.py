@@ -1,4 +1,4 @@
-"""Both step engines of the ESP32, with emulated registers: tests/esp32/pulses.c."""
+"""The step engines of the ESP32, with emulated registers: tests/esp32/pulses.c."""
 
 from __future__ import annotations
 
@@ -7,8 +7,9 @@ import subprocess
 from pathlib import Path
 
 import pytest
-from esp32_registers import ESP32, FLAGS, HERE, INCLUDES, ROOT, chip_folder
+from esp32_registers import ESP32, FLAGS, HERE, INCLUDES, ROOT, header_folder
 from patience import HANG_S
+from wificnc.board.header import pin_header_text
 from wificnc.board.load import load_board
 from wificnc.build.compiler import locate_compiler
 from xtensa.headers import rmt_board
@@ -19,20 +20,52 @@ SOURCES = (
         for name in ("base/duty.c", "step/control.c", "step/isr.c", "step/position.c", "step/prep.c")
     ),
     *(ROOT / "targets" / "chip" / name for name in ("gang.c", "step_pins.c")),
-    *(ESP32 / "hal" / name for name in ("step_engine.c", "step_interrupt.c", "step_rmt.c")),
+    *(ESP32 / "hal" / name for name in ("step_engine.c", "step_interrupt.c", "step_i2s.c", "step_rmt.c")),
+    *(HERE / name for name in ("i2s_model.c", "idle_parts.c", "pulses_chip.c")),
 )
 BUSY_PERCENT = 70  # of core 1 in interrupts at the board's fastest rate: what cuts spans needs the rest
+GRID_CYCLES = 480  # 2 us at 240 MHz
 
 
-@pytest.mark.parametrize(("chip", "engine"), [("esp32", "gpio"), ("esp32", "rmt"), ("esp32s3", "rmt")])
-def test_pulses(chip: str, engine: str, tmp_path: Path) -> None:
-    board = rmt_board(chip, tmp_path) if engine == "rmt" else load_board("esp32-wroom32")
-    includes = [f"-I{path}" for path in (chip_folder(board, chip, tmp_path), *INCLUDES)]
+def built(folder: Path, chip: str, header: str) -> Path:
+    """The program of a board, whose pin_config.h this is."""
+    includes = [f"-I{path}" for path in (header_folder(header, chip, folder), *INCLUDES)]
     budget = json.loads((ROOT / "tests" / "budget" / "xtensa.json").read_text())
     limits = [f"-DEVENT_INSTRUCTIONS={budget['event that ends a span']}", f"-DBUSY_PERCENT={BUSY_PERCENT}"]
-    program = tmp_path / "pulses"
-    sources = [str(path) for path in (HERE / "pulses.c", HERE / "idle_parts.c", *SOURCES)]
+    program = folder / "pulses"
+    sources = [str(path) for path in (HERE / "pulses.c", *SOURCES)]
     command = [*locate_compiler(), *FLAGS, *limits, *includes, *sources, "-o", str(program), "-lm"]
     subprocess.run(command, check=True, timeout=HANG_S)
-    done = subprocess.run([program], capture_output=True, text=True, timeout=HANG_S, check=False)
+    return program
+
+
+def said(program: Path, *words: str) -> str:
+    done = subprocess.run([program, *words], capture_output=True, text=True, timeout=HANG_S, check=False)
     assert done.returncode == 0, done.stdout[-2000:]
+    return done.stdout
+
+
+@pytest.mark.parametrize(
+    ("chip", "engine"), [("esp32", "gpio"), ("esp32", "rmt"), ("esp32s3", "rmt"), ("esp32", "i2s")]
+)
+def test_pulses(chip: str, engine: str, tmp_path: Path) -> None:
+    boards = {"gpio": "esp32-wroom32", "i2s": "mks-tinybee"}
+    board = rmt_board(chip, tmp_path) if engine == "rmt" else load_board(boards[engine])
+    said(built(tmp_path, chip, pin_header_text(board)))
+
+
+def test_shift_registers_make_the_steps_of_the_interrupts_plan_within_a_word(tmp_path: Path) -> None:
+    """Step for step as pins that the interrupt writes, and the same time later, but for the words' grid."""
+    header = pin_header_text(load_board("mks-tinybee"))
+    by_pins = header.replace("BOARD_STEP_ENGINE          BOARD_STEP_ENGINE_I2S", "BOARD_STEP_ENGINE 0")
+    assert by_pins != header
+    traces = []
+    for name, text in (("pins", by_pins), ("registers", header)):
+        lines = said(built(tmp_path / name, "esp32", text), "trace").splitlines()
+        traces.append([tuple(map(int, line.split())) for line in lines if line.count(" ") == 2])
+    pins, registers = (sorted(trace, key=lambda step: (step[0], step[2])) for trace in traces)
+    assert len(pins) > 5_000
+    assert [step[:2] for step in registers] == [step[:2] for step in pins]
+    later = [register[2] - pin[2] for register, pin in zip(registers, pins, strict=True)]
+    assert min(later) > 0
+    assert max(later) - min(later) <= GRID_CYCLES, (min(later), max(later))

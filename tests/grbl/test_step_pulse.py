@@ -7,6 +7,7 @@ from grbl_host import Grbl
 from wificnc.board.load import find_boards, load_board
 from wificnc.board.model import Board
 from wificnc.board.rules import step_spread_ns
+from wificnc.board.shift_registers import on_grid_ns, step_grid_ns
 from wificnc.serve.options import board_numbers
 from wificnc.sim.native import HostBoard
 
@@ -35,7 +36,7 @@ def pulse_us(controller: Grbl) -> int:
 def test_a_new_board_makes_pulses_that_drivers_take(board: Board) -> None:
     controller = started(board)
     assert pulse_us(controller) * 1000 >= NEEDED_NS
-    controller.fine("$0=5")
+    controller.fine("$0=6")
     controller.send("$RST=$\n")
     assert pulse_us(controller) * 1000 >= NEEDED_NS
     controller.close()
@@ -45,7 +46,9 @@ def test_what_the_pulse_leaves_of_the_rate_is_said(board: Board) -> None:
     """A step is the pulse, a pause as long, and the engine's own time: 3 us leave 160,000 steps/s by GPIO."""
     controller = started(board)
     controller.fine("$100=1000")
-    most = round(60 * (10**9 // (6000 + step_spread_ns(board))) / 1000)
+    step_ns = 2 * on_grid_ns(board, 3000) + step_spread_ns(board)
+    most = round(60 * (10**9 // step_ns) / 1000)
+    controller.send("$0=3\n")
     assert controller.send("$110=15000\n") == (
         f"[MSG:$110 is limited to {most} mm/min by the step pulse: $0=3]\r\nok\r\n"
     )
@@ -55,10 +58,11 @@ def test_what_the_pulse_leaves_of_the_rate_is_said(board: Board) -> None:
 def test_the_boards_own_pulse_is_shorter_than_its_number(board: Board) -> None:
     """1.8 us is what 250,000 steps/s take; $0 has whole microseconds, and is not taken for 2.0."""
     controller = started(board)
-    controller.fine("$100=1000", "$110=9000")
+    controller.fine("$100=1000", "$110=7000")
     own = board.timing.step_pulse_ns
-    assert controller.send(f"$0={-(-own // 1000)}\n") == f"[MSG:Step pulses of {own / 1000:.1f} us]\r\nok\r\n"
-    controller.fine("$110=15000")
+    said = "" if own % 1000 == 0 else f"[MSG:Step pulses of {own / 1000:.1f} us]\r\n"
+    assert controller.send(f"$0={-(-own // 1000)}\n") == f"{said}ok\r\n"
+    controller.fine(f"$110={60 * board.timing.max_step_rate_hz // 1000}")
     controller.close()
 
 
@@ -66,4 +70,29 @@ def test_a_board_without_such_a_pulse_begins_with_its_own() -> None:
     controller = started(load_board("host"))
     assert pulse_us(controller) == 1
     controller.fine("$0=1")
+    controller.close()
+
+
+def test_a_pulse_is_whole_words_of_shift_registers(board: Board) -> None:
+    """2 us each: an odd number is rounded up, and the rate follows; the hardware takes 16 words at a time."""
+    grid_us = step_grid_ns(board) // 1000
+    if grid_us == 0:
+        pytest.skip("no shift registers")
+    controller = started(board)
+    controller.fine("$100=1000", "$0=4")
+    assert controller.send("$0=5\n") == "[MSG:Step pulses of 6.0 us]\r\nok\r\n"
+    assert controller.send("$110=15000\n") == "[MSG:$110 is limited to 5000 mm/min by the step pulse: $0=5]\r\nok\r\n"
+    assert controller.send(f"$0={16 * grid_us + 1}\n").startswith("error:")
+    controller.fine("$110=100", f"$0={16 * grid_us}")
+    controller.close()
+
+
+def test_a_long_pulse_keeps_the_feed_of_a_diagonal(board: Board) -> None:
+    """Slow diagonals have more events than steps, so that the axes step evenly: only as many as pulses leave room."""
+    controller = started(board)
+    controller.fine("$100=250", "$101=250", "$110=5000", "$111=5000", "$120=2000", "$121=2000", "$0=20", "G91", "G21")
+    begun = controller.time()
+    controller.fine("G1X40Y19F4500", "G4P0")
+    length_mm, v_mm_s, accel_mm_s2 = (40**2 + 19**2) ** 0.5, 75.0, 2000.0
+    assert controller.time() - begun < 1.03 * (length_mm / v_mm_s + v_mm_s / accel_mm_s2)
     controller.close()

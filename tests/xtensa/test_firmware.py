@@ -20,12 +20,22 @@ from xtensa.compile import (
     static_ram_bytes,
     static_ram_of_board,
 )
-from xtensa.headers import BOARDS, by_rmt, generate_pins, other_boards, rmt_board, small_headers, with_pins
+from xtensa.headers import (
+    BOARDS,
+    I2S_BOARD,
+    by_rmt,
+    generate_pins,
+    other_boards,
+    rmt_board,
+    small_headers,
+    with_pins,
+)
 from xtensa.isr import STEP, VECTOR, Program, firmware_in_ram, interrupt_program, step_interrupt, violations
 from xtensa.stack import RESERVE, Stacks, task_stacks
 from xtensa.toolchain import NoToolchainError, Toolchain, find_toolchain
 
 ROOT = Path(__file__).resolve().parents[2]
+WORDS_OF_4_US, INSTRUCTIONS_OF_A_WORD = 2, 4  # loops are counted once: each further word
 BUDGET = json.loads((ROOT / "tests" / "budget" / "xtensa.json").read_text())
 
 
@@ -57,6 +67,11 @@ def board_program(board: Board, output: Path) -> Program:
     objects = compile_all(find_toolchain(), ROOT, headers, board_sources(ROOT), output)
     assert not [(made.source.name, made.said) for made in objects if made.said]
     return interrupt_program(ROOT, output, board_sources(ROOT))
+
+
+@cache
+def i2s_program() -> Program:
+    return board_program(load_board(I2S_BOARD), ROOT / "build" / "xtensa" / "small" / "esp32" / "i2s")
 
 
 @pytest.mark.parametrize("chip", BOARDS)
@@ -99,11 +114,12 @@ ROWS = {
 
 
 def test_the_documents_have_the_step_interrupts_figures(tools: Toolchain) -> None:
-    """By GPIO, by the RMT of the ESP32 and of the ESP32-S3, whose board has three axes, and the budget."""
+    """By GPIO, by the RMT of the ESP32 and of the ESP32-S3, whose board has three axes, by I2S, and the budget."""
     gpio = step_interrupt(program_of("esp32"), ROOT)
-    rmt = [step_interrupt(rmt_program_of(chip), ROOT) for chip in ("esp32", "esp32s3")]
+    others = [*(step_interrupt(rmt_program_of(chip), ROOT) for chip in ("esp32", "esp32s3"))]
+    others.append(step_interrupt(i2s_program(), ROOT))
     for name, row in ROWS.items():
-        assert documented(row) == [gpio[name], *(found[name] for found in rmt), BUDGET[name]], row
+        assert documented(row) == [gpio[name], *(found[name] for found in others), BUDGET[name]], row
 
 
 def test_the_documents_have_what_the_firmware_takes(tools: Toolchain) -> None:
@@ -144,6 +160,20 @@ def test_step_pulses_by_the_rmt_keep_rules_and_budget(tools: Toolchain, chip: st
     assert violations(program, firmware_in_ram(ROOT), [STEP]) == []
     found = step_interrupt(program, ROOT)
     assert not {name: count for name, count in found.items() if not 0 < count <= BUDGET[name]}
+
+
+def test_steps_through_shift_registers_keep_rules_and_budget(tools: Toolchain) -> None:
+    program = i2s_program()
+    assert violations(program, firmware_in_ram(ROOT), [STEP]) == []
+    found = step_interrupt(program, ROOT)
+    assert not {name: count for name, count in found.items() if not 0 < count <= BUDGET[name]}
+
+
+def test_six_axes_at_100k_through_shift_registers_take_a_quarter_of_a_core(tools: Toolchain) -> None:
+    """By instructions, one a cycle: each event as long as one that ends a span, and pulses of 4 us."""
+    words = sum(WORDS_OF_4_US - 1 for _ in ("pulse", "pause"))
+    event = step_interrupt(i2s_program(), ROOT)["event that ends a span"] + words * INSTRUCTIONS_OF_A_WORD
+    assert event * 100_000 <= 0.25 * 240e6
 
 
 @pytest.mark.parametrize("chip", BOARDS)

@@ -9,6 +9,7 @@ from wificnc.board.labels import PinRow, notes, pin_rows
 from wificnc.board.model import Board
 from wificnc.board.problem import RULES
 from wificnc.board.rules import ALLOWABLE, pulse_rate_hz
+from wificnc.board.shift_registers import words_text
 
 from generate.markdown import table_text
 
@@ -77,6 +78,8 @@ def _facts(board: Board) -> Iterator[str]:
         f"- Steps: up to {timing.max_step_rate_hz // 1000} kHz, pulse {timing.step_pulse_ns} ns{_starts(board)}, "
         f"direction {timing.dir_setup_ns} ns before it, timer tick {1e9 / timing.timer_hz:g} ns"
     )
+    if words := words_text(board):
+        yield f"- {words[0].upper()}{words[1:]}"
     if board.look_ahead:
         yield f"- Look-ahead: {board.look_ahead} pieces of path, {board.laser_marks} changes of a laser's S"
     yield f"- Published map: {board.source.map}"

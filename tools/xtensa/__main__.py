@@ -8,6 +8,8 @@ import sys
 import time
 from pathlib import Path
 
+from wificnc.board.load import load_board
+from wificnc.board.model import Board
 from wificnc.build.esp32 import Kind
 
 from xtensa.compile import (
@@ -21,6 +23,7 @@ from xtensa.compile import (
 )
 from xtensa.headers import (
     BOARDS,
+    I2S_BOARD,
     Headers,
     configure,
     generate_pins,
@@ -64,7 +67,9 @@ def main() -> int:
         if not bad:
             failed += _report_interrupts(output)
             _report_ram(tools, chip, output, headers, objects)
-            failed += _report_rmt(tools, chip, Path(idf) if idf else None, output)
+            failed += _report_engine(tools, chip, Path(idf) if idf else None, rmt_board(chip, output / "rmt"), output)
+            if chip == load_board(I2S_BOARD).chip:
+                failed += _report_engine(tools, chip, Path(idf) if idf else None, load_board(I2S_BOARD), output)
         print(f"{chip}: {len(objects) - len(bad)} of {len(objects)} files compile with {kind}, {seconds:.1f} s")
     return 1 if failed else 0
 
@@ -93,19 +98,19 @@ def _report_ram(tools: Toolchain, chip: str, output: Path, headers: Headers, obj
         print(f"static RAM of core and target: {used:,} bytes of {budget:,} ({board.id})")
 
 
-def _report_rmt(tools: Toolchain, chip: str, idf: Path | None, output: Path) -> int:
-    """Step pulses by the RMT. @return how many files do not compile, or rules are broken."""
-    board = rmt_board(chip, folder := output / "rmt")
+def _report_engine(tools: Toolchain, chip: str, idf: Path | None, board: Board, output: Path) -> int:
+    """Step pulses by a peripheral. @return how many files do not compile, or rules are broken."""
+    engine, folder = board.step.engine.upper(), output / board.step.engine
     headers = real_headers(ROOT, idf, chip, folder, board) if idf else small_headers(ROOT, chip, folder, board)
     sources = board_sources(ROOT)
     bad = [made for made in compile_all(tools, ROOT, headers, sources, folder) if made.said]
     for made in bad:
-        print(f"{made.source.relative_to(ROOT)}, RMT:\n{made.said}")
+        print(f"{made.source.relative_to(ROOT)}, {engine}:\n{made.said}")
     if bad:
         return len(bad)
     program = interrupt_program(ROOT, folder, sources)
     problems = violations(program, firmware_in_ram(ROOT), [STEP])
-    print("\n".join(problems) or "with pulses by the RMT: the same rules are kept")
+    print("\n".join(problems) or f"with pulses by the {engine}: the same rules are kept")
     print(
         "step interrupt, instructions:", ", ".join(f"{n} {what}" for what, n in step_interrupt(program, ROOT).items())
     )

@@ -17,6 +17,13 @@ Level = Literal["low", "high"]
 Pull = Literal["none", "up", "down"]
 LooseTuple = Field(strict=False)
 
+SHIFTED = "I2SO."  # FluidNC's name of a shift register's output
+
+
+def is_shifted(pin: str) -> bool:
+    """An output of a shift register, and no pin of the chip itself."""
+    return pin.startswith(SHIFTED)
+
 
 class Strict(BaseModel):
     """Frozen, no unknown keys, no conversions."""
@@ -50,7 +57,7 @@ class ChipPin(Strict):
     pull_up: bool = True
     pull_down: bool = True
     fast: bool = True
-    reset: Literal["floating", "pull-up", "pull-down"]
+    reset: Literal["floating", "pull-up", "pull-down", "undefined"]
     glitch: Annotated[tuple[Level, ...], LooseTuple] = ()
     adc: str | None = None
     strap: Strap | None = None
@@ -103,6 +110,12 @@ class Rmt(Strict):
     tx_channels: int = Field(ge=1)
 
 
+class I2s(Strict):
+    """The I2S peripheral, which can clock words into a chain of shift registers."""
+
+    fifo_words: int = Field(ge=64)
+
+
 class CoreSizes(Strict):
     """How much the core may hold on this chip."""
 
@@ -140,6 +153,7 @@ class ChipFile(Strict):
     timer: StepTimer
     spi_hosts: dict[str, int] = {}
     rmt: Rmt | None = None
+    i2s: I2s | None = None
     core: CoreSizes | None = None  # None: a PC
     firmware: Firmware | None = None
     platformio: PlatformIo | None = None
@@ -156,6 +170,18 @@ class Chip(ChipFile):
 
     def is_fast(self, pin: str) -> bool:
         return self.pin[pin].fast and self.bank(pin) < len(self.fast.banks)
+
+    def with_shift_registers(self, outputs: int) -> Chip:
+        """The same chip with I2SO.0, I2SO.1 ... on a board that wires shift registers to it: a bank of their own."""
+        first = len(self.fast.banks) * self.fast.bank_width
+        pins = {
+            f"{SHIFTED}{output}": ChipPin(
+                number=first + output, input=False, pull_up=False, pull_down=False, reset="undefined"
+            )
+            for output in range(outputs)
+        }
+        fast = self.fast.model_copy(update={"banks": (*self.fast.banks, "shift registers")})
+        return self.model_copy(update={"pin": {**self.pin, **pins}, "fast": fast})
 
 
 def text_sha256(text: str) -> str:

@@ -10,8 +10,10 @@ from pathlib import Path
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined, Template
 
+from wificnc.board.chip import is_shifted
 from wificnc.board.model import AXES_MAX, AXIS_LETTERS, MISC_IN_MAX, MISC_OUT_MAX, Board, Role, Use
 from wificnc.board.rules import NS_PER_S, step_spread_ns
+from wificnc.board.shift_registers import step_grid_ns
 
 NAME_COLUMN = 26
 LED_KINDS = {"plain": "BOARD_LED_PLAIN", "ws2812": "BOARD_LED_WS2812"}
@@ -36,7 +38,12 @@ OUTPUT_SIGNALS = (
     "led",
 )
 INPUT_SIGNALS = ("probe", "estop", "encoder_a", "encoder_b", "encoder_index")
-BUS_SIGNALS = ("eth_mosi", "eth_miso", "eth_sclk", "eth_int", "eth_cs", "serial_tx", "serial_rx")
+BUS_SIGNALS = (
+    *("eth_mosi", "eth_miso", "eth_sclk", "eth_int", "eth_cs"),
+    *("serial_tx", "serial_rx"),
+    *("i2so_bck", "i2so_data", "i2so_ws"),
+)
+BUSES = (Role.ETHERNET, Role.SERIAL, Role.I2SO)
 
 
 @dataclass(frozen=True)
@@ -63,6 +70,7 @@ def pin_header_text(board: Board) -> str:
         axes_max=AXES_MAX,
         ticks=_ticks(board),
         step_spread_ns=step_spread_ns(board),
+        step_grid_ns=step_grid_ns(board),
         numbering=NUMBERING[board.target],
         groups=[[_pin(board, signal) for signal in group] for group in signal_groups()],
         signals=[[_signal(signal) for signal in group] for group in signal_groups()],
@@ -167,8 +175,10 @@ def is_movable_to(board: Board, name: str, kind: str) -> bool:
 def _is_free(board: Board, name: str) -> bool:
     """Neither a bus of the board nor the chip itself needs the pin; what the board wires there it has answered for."""
     use, pin = board.use_of(name), board.pins.pin[name]
+    if is_shifted(name):
+        return False  # soldered to what it drives
     if use is not None:
-        return use.role not in (Role.ETHERNET, Role.SERIAL)
+        return use.role not in BUSES
     return not (pin.taken_in(board.memory.mode) or pin.strap or pin.usb or pin.console)
 
 
@@ -177,7 +187,7 @@ def _array(name: str, items: list[str]) -> Define:
 
 
 def _tables(board: Board) -> list[PinTable]:
-    uses = [use for use in board.uses() if use.role not in (Role.ETHERNET, Role.SERIAL)]
+    uses = [use for use in board.uses() if use.role not in BUSES]
     outputs = tuple(_output_row(use) for use in uses if use.is_output)
     inputs = tuple(_input_row(use) for use in uses if not use.is_output)
     return [PinTable("BOARD_OUTPUTS", outputs), PinTable("BOARD_INPUTS", inputs)]

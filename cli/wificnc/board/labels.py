@@ -28,9 +28,12 @@ _WORDS = {
     "eth_cs": "Ethernet CS",
     "serial_tx": "console TX",
     "serial_rx": "console RX",
+    "i2so_bck": "shift clock",
+    "i2so_data": "shift data",
+    "i2so_ws": "shift latch",
     "led": "status LED",
 }
-_BUSES = (Role.ETHERNET, Role.SERIAL, Role.LED)
+_BUSES = (Role.ETHERNET, Role.SERIAL, Role.I2SO, Role.LED)
 
 
 @dataclass(frozen=True)

@@ -74,7 +74,8 @@ def check_board(ref: str | Path) -> list[Problem]:
 def _chip_of(file: BoardFile, source: TomlFile) -> Chip:
     chips = load_chips()
     if (file.target, file.chip) in chips:
-        return chips[file.target, file.chip]
+        chip = chips[file.target, file.chip]
+        return chip.with_shift_registers(file.i2so.outputs) if file.i2so else chip
     known = " or ".join(f'target = "{target}", chip = "{chip}"' for target, chip in chips)
     reason = f"no pin table for chip {file.chip!r} of target {file.target!r}"
     raise FileProblems(locate([Finding("unknown-chip", ("chip",), reason, known)], source))

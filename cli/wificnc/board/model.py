@@ -75,9 +75,10 @@ class Timing(Strict):
 class Step(Strict):
     """What makes the step pulses."""
 
-    engine: Literal["gpio", "rmt"] = Field(
+    engine: Literal["gpio", "rmt", "i2s"] = Field(
         default="gpio",
-        description="gpio: the step interrupt; rmt: that peripheral of an ESP32, started by the interrupt",
+        description="gpio: the step interrupt; rmt: that peripheral of an ESP32, started by the interrupt; "
+        "i2s: that peripheral of an ESP32, through shift registers ([i2so])",
     )
 
 
@@ -176,6 +177,15 @@ class Serial(Strict):
     rx: InputWire
 
 
+class ShiftRegisters(Strict):
+    """A chain of 74HC595 at the I2S peripheral: its outputs are the pins I2SO.0, I2SO.1 and so on."""
+
+    bck: OutputWire = Field(description="shift clock, SRCLK")
+    data: OutputWire = Field(description="serial input of the first register, SER")
+    ws: OutputWire = Field(description="latch, RCLK: its rising edge shows a word")
+    outputs: Literal[8, 16, 24, 32] = Field(description="of all registers; I2SO.0 is the first register's QA")
+
+
 class Header(Strict):
     """One row of pins as it lies on the board, top to bottom; names that are no chip pins are power and reset."""
 
@@ -220,6 +230,7 @@ class BoardFile(Strict):
     led: Led | None = None
     ethernet: Ethernet | None = None
     serial: Serial | None = None
+    i2so: ShiftRegisters | None = None
     note: Annotated[tuple[str, ...], LooseTuple] = Field(default=(), description="notes for the user before wiring")
     header: Annotated[tuple[Header, ...], LooseTuple] = ()
     deviation: Annotated[tuple[Deviation, ...], LooseTuple] = ()
@@ -255,6 +266,7 @@ class Role(Enum):
     LED = "LED"
     ETHERNET = "Ethernet"
     SERIAL = "console"
+    I2SO = "shift registers"
 
 
 @dataclass(frozen=True)
@@ -396,6 +408,7 @@ _GROUPS = (
     ("encoder", "encoder", Role.ENCODER, ("a", "b", "index")),
     ("ethernet", "eth", Role.ETHERNET, ("mosi", "miso", "sclk", "int", "cs")),
     ("serial", "serial", Role.SERIAL, ("tx", "rx")),
+    ("i2so", "i2so", Role.I2SO, ("bck", "data", "ws")),
 )
 
 

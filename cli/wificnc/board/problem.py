@@ -40,6 +40,7 @@ RULES = {
     "servo": "the firmware has an output for the RC servo",
     "spi-host": "the chip has the SPI host for Ethernet",
     "step-engine": "what makes the step pulses has a channel for every axis",
+    "shift-register": "shift registers have the engine that drives them, and what they can do in its words",
     "timer-hz": "the step timer can count at this rate",
     "timer-tick": "pulse times are whole timer ticks",
     "default-pulse": "$0 starts at no less than the board's shortest pulse",

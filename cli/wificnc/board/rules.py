@@ -9,6 +9,7 @@ from math import ceil
 
 from wificnc.board.chip import Chip
 from wificnc.board.model import AXES_MAX, AXIS_LETTERS, BoardFile, Motor, OutputWire, Role, Use
+from wificnc.board.shift_registers import on_grid_ns, shift_registers
 from wificnc.checked.problem import Finding, key_text
 from wificnc.checked.shape import closest
 
@@ -121,6 +122,9 @@ def _boot_level(board: BoardFile, chip: Chip, use: Use) -> Iterator[Finding]:
     if use.can_hurt and pin.level_at_reset() == use.active:
         reason = f"{use.pin} has a {pin.reset} from reset until the firmware runs, and {effect}"
         yield Finding("boot-level", use.path, reason)
+    if use.can_hurt and pin.reset == "undefined":
+        reason = f"{use.pin} has an undefined level from power-up until the firmware runs, and {effect}"
+        yield Finding("boot-level", use.path, reason)
     if use.can_hurt and use.active in pin.glitch:
         reason = f"{use.pin} goes {use.active} for about 60 us at power-up, and {effect}"
         yield Finding("boot-glitch", use.path, reason)
@@ -224,7 +228,7 @@ def _servo(board: BoardFile, chip: Chip) -> Iterator[Finding]:
 RMT_PULSE_NS_MIN = 500  # a channel reads its end mark meanwhile
 # What a step takes in addition to its pulse and its pause, on an ESP32: with the RMT until the last axis has been
 # started, else until the interrupt has seen that the time is over (tests/esp32/pulses.c).
-SPREAD_NS = {"gpio": 250, "rmt": 1_000}
+SPREAD_NS = {"gpio": 250, "rmt": 1_000, "i2s": 0}
 
 
 def step_spread_ns(board: BoardFile) -> int:
@@ -291,7 +295,7 @@ def pulse_rate_hz(board: BoardFile, pulse_us: int = 0) -> int:
     own_us = ceil(timing.step_pulse_ns / 1000)
     wanted_us = pulse_us or max(timing.default_pulse_us, own_us)
     pulse_ns = timing.step_pulse_ns if wanted_us == own_us else 1000 * wanted_us
-    return min(timing.max_step_rate_hz, NS_PER_S // (2 * pulse_ns + step_spread_ns(board)))
+    return min(timing.max_step_rate_hz, NS_PER_S // (2 * on_grid_ns(board, pulse_ns) + step_spread_ns(board)))
 
 
 def _default_pulse(board: BoardFile, chip: Chip) -> Iterator[Finding]:
@@ -333,6 +337,7 @@ BOARD_RULES: tuple[BoardRule, ...] = (
     _second_motor,
     _servo,
     _step_engine,
+    shift_registers,
     _memory_mode,
     _spi_host,
     _header_names,

@@ -16,6 +16,7 @@ from wificnc.board.load import check_board, find_boards, load_board
 from wificnc.board.model import Board
 from wificnc.board.picture import ROLE_COLOURS, save_picture
 from wificnc.board.rules import pulse_rate_hz
+from wificnc.board.shift_registers import words_text
 from wificnc.checked.problem import Problem
 from wificnc.commands._output import OutputFile
 from wificnc.commands._target import json_option
@@ -165,6 +166,7 @@ def _summary(board: Board) -> dict[str, Any]:
         "axes": list(board.axes),
         "second_motors": list(board.second_motors),
         "timing": board.timing.model_dump(),
+        "step_engine": board.step.engine,
         "memory": board.memory.model_dump(mode="json"),
         "network": _networks(board),
     }
@@ -202,6 +204,8 @@ def _print_board(board: Board) -> None:
     ui.data.print(f"[bold]{escape(board.name)}[/]  ({board.id})")
     ui.data.print(f"{escape(board.summary)}.", escape(chip), sep="\n")
     ui.data.print(f"axes {board.axes_text}, up to {timing.max_step_rate_hz // 1000} k steps/s, {pulse}")
+    if words := words_text(board):
+        ui.data.print(words)
     if board.look_ahead:
         ui.data.print(f"look-ahead {board.look_ahead} pieces of path, {board.laser_marks} changes of a laser's S")
     ui.data.print()

@@ -95,12 +95,13 @@ def import_fluidnc(path: Path, chip: str | None = None) -> Imported:
     board["chip"] = chip or _chip_of(board)
     board["memory"] = dict(_MEMORY[board["chip"]])
     _list_left(root, remarks)
-    refused = fit_board(board, _chip(board["chip"]), remarks)
+    refused = fit_board(board, _chip(board), remarks)
     return Imported(machine["name"], board, machine, inputs.stored, remarks, refused)
 
 
-def _chip(name: str) -> Chip:
-    return load_chips()["esp32", name]
+def _chip(board: dict[str, Any]) -> Chip:
+    chip = load_chips()["esp32", board["chip"]]
+    return chip.with_shift_registers(board["i2so"]["outputs"]) if "i2so" in board else chip
 
 
 def _board_data(

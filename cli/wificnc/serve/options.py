@@ -10,6 +10,7 @@ from pathlib import Path
 
 from wificnc.board.model import Board
 from wificnc.board.rules import step_spread_ns
+from wificnc.board.shift_registers import step_grid_ns
 from wificnc.errors import UserError
 from wificnc.link.port import DEFAULT_PORT
 from wificnc.sim.native import Tasks
@@ -103,6 +104,7 @@ def board_numbers(board: Board) -> dict[str, int]:
         "default_pulse_us": timing.default_pulse_us,
         "dir_setup_ns": timing.dir_setup_ns,
         "step_spread_ns": step_spread_ns(board),
+        "step_grid_ns": step_grid_ns(board),
         "look_ahead": board.look_ahead,
         "laser_marks": board.laser_marks,
         "max_step_rate_hz": timing.max_step_rate_hz,

@@ -64,6 +64,7 @@ class Timing:
     tasks: int = 0  # native.Tasks: whose task periods
     default_pulse_us: int = 0  # what $0 starts at; 0: step_pulse_ns
     step_spread_ns: int = 0  # from step to step, beyond the pulse and a pause as long
+    step_grid_ns: int = 0  # pulses and pauses are whole ones of it; 0: any
     look_ahead: int = 0  # pieces of path; 0: what the library holds
     laser_marks: int = 0  # changes of a laser's S in it; 0: the same
 

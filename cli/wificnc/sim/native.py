@@ -52,6 +52,7 @@ class HostBoard(Structure):
         ("tasks", c_uint8),
         ("default_pulse_us", c_uint8),
         ("step_spread_ns", c_uint32),
+        ("step_grid_ns", c_uint32),
         ("look_ahead", c_uint16),
         ("laser_marks", c_uint16),
     )

@@ -13,6 +13,7 @@ from pathlib import Path
 from wificnc.board.load import load_board
 from wificnc.board.model import Board
 from wificnc.board.rules import step_spread_ns
+from wificnc.board.shift_registers import step_grid_ns
 from wificnc.build.host import ensure_host_library
 from wificnc.errors import JobError, UserError
 from wificnc.job.program import read_program
@@ -139,6 +140,7 @@ def board_timing(board: Board) -> Timing:
         tasks=Tasks.of(board.target),
         default_pulse_us=board.timing.default_pulse_us,
         step_spread_ns=step_spread_ns(board),
+        step_grid_ns=step_grid_ns(board),
         look_ahead=board.look_ahead,
         laser_marks=board.laser_marks,
     )

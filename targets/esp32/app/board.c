@@ -74,7 +74,10 @@ void board_outputs(const struct pin_map *map, struct output_wire wire[SWITCH_COU
         [SWITCH_CHARGE_PUMP] = SIGNAL_CHARGE_PUMP, [SWITCH_SERVO] = SIGNAL_SERVO,
         [SWITCH_DIGITAL] = SIGNAL_MISC_OUT_0,      [SWITCH_DIGITAL + 1] = SIGNAL_MISC_OUT_1,
         [SWITCH_DIGITAL + 2] = SIGNAL_MISC_OUT_2,  [SWITCH_DIGITAL + 3] = SIGNAL_MISC_OUT_3,
-        [SWITCH_LAST_DIGITAL] = SIGNAL_MISC_OUT_4,
+        [SWITCH_LAST_DIGITAL] = SIGNAL_MISC_OUT_4, [SWITCH_ENABLE_X] = SIGNAL_ENABLE_X,
+        [SWITCH_ENABLE_X + 1] = SIGNAL_ENABLE_Y,   [SWITCH_ENABLE_X + 2] = SIGNAL_ENABLE_Z,
+        [SWITCH_ENABLE_X + 3] = SIGNAL_ENABLE_A,   [SWITCH_ENABLE_X + 4] = SIGNAL_ENABLE_B,
+        [SWITCH_ENABLE_C] = SIGNAL_ENABLE_C,
     };
     for (unsigned output = 0; output < SWITCH_COUNT; output++) {
         const struct pin_wire *found = &map->wire[signal[output]];
@@ -107,6 +110,7 @@ struct machine_board board_machine(const struct pin_map *map) {
         .default_pulse_us = BOARD_DEFAULT_PULSE_US,
         .dir_setup_ns = BOARD_DIR_SETUP_NS,
         .step_spread_ns = BOARD_STEP_SPREAD_NS,
+        .step_grid_ns = BOARD_STEP_GRID_NS,
         .max_step_rate_hz = BOARD_MAX_STEP_RATE_HZ,
         .axis_count = BOARD_AXIS_COUNT,
         .home_axes = BOARD_HOME_AXES,

@@ -77,6 +77,7 @@ static void IRAM_ATTR run(void *unused) {
         do_what_is_asked();
         inputs_sample(&motion.hal->inputs);
         (void)machine_poll_motion(motion.machine);
+        step_engine_show(machine_step(motion.machine));
         pump_poll();
         (void)esp_task_wdt_reset();
         (void)ulTaskNotifyTake(pdTRUE, pdMS_TO_TICKS(ESP32_MOTION_PERIOD_US / 1000));

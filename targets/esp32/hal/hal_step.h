@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: MIT
- * Hot tier of the ESP32 and ESP32-S3: timer 0 of timer group 0, and the GPIO registers or the RMT peripheral
- * for the step pulses, as the board chose (`[step] engine`). Contract: core/hal/README.md.
+ * Hot tier of the ESP32 and ESP32-S3: timer 0 of timer group 0, and the GPIO registers, the RMT peripheral or
+ * shift registers for the step pulses, as the board chose (`[step] engine`). Contract: core/hal/README.md.
  *
  * Registers are written whole: one store each, no read-modify-write. The timer counts up from 0 at every
  * start and is compared with an absolute alarm, so intervals add up without drift; an alarm that has passed
  * already fires immediately (ESP-IDF Programming Guide, GPTimer, alarm_count). Active-low step and direction
- * lines are inverted by the GPIO matrix, not here. */
+ * lines of GPIO pins are inverted by the GPIO matrix, not here. */
 #ifndef WIFICNC_HAL_STEP_H
 #define WIFICNC_HAL_STEP_H
 
@@ -50,6 +50,12 @@ struct hal_step {
     uint32_t dir_quiet_cycles;     /* the longer of both */
     uint32_t pulse_end_cycles;     /* RMT: from a start until the line is low again, at most */
     uint32_t rmt_rewind, rmt_rest; /* RMT: a channel's configuration word, with and without rewinding it */
+    uint32_t i2s_pulse_words;      /* I2S: of a pulse, and of a pause */
+    uint32_t i2s_setup_words;      /* I2S: with a new direction, before a pulse can follow */
+    uint32_t i2s_inverted;         /* I2S: step and direction lines that are active low */
+    uint32_t i2s_lines;            /* I2S: those lines without a pulse */
+    uint32_t i2s_shown;            /* I2S: the last word without a pulse that was put */
+    uint32_t shifted;              /* I2S: the other outputs of the registers; any task changes bits of it */
     uint32_t set_at;               /* when the present pulse began */
     uint32_t quiet_at, quiet;      /* no pulse begins within `quiet` cycles of this moment */
     axis_mask_t axes;              /* of the newest event */
@@ -69,10 +75,16 @@ static HAL_INLINE void step_alarm_seen(void) {
     TIMERG0.int_clr_timers.val = STEP_TIMER_INTERRUPT;
 }
 
-#if BOARD_STEP_ENGINE == BOARD_STEP_ENGINE_RMT
+#if BOARD_STEP_ENGINE == BOARD_STEP_ENGINE_I2S
+#include "hal/pulse_i2s.h"
+#elif BOARD_STEP_ENGINE == BOARD_STEP_ENGINE_RMT
 #include "hal/pulse_rmt.h"
+
+#include "hal/direction_gpio.h"
 #else
 #include "hal/pulse_gpio.h"
+
+#include "hal/direction_gpio.h"
 #endif
 
 static HAL_INLINE void hal_step_duty(struct hal_step *hal, uint32_t value) {
@@ -83,15 +95,8 @@ static HAL_INLINE void hal_step_duty(struct hal_step *hal, uint32_t value) {
 static HAL_INLINE void hal_step_direction(struct hal_step *hal, axis_mask_t negative) {
     if (negative == hal->negative)
         return;
-    const struct pin_bits *set = &hal->pins.dir[negative];
-    const struct pin_bits *clear = &hal->pins.dir[~negative & (AXIS_MASKS - 1)];
-    step_pulse_wait(hal);
-    GPIO.out_w1ts = set->bank[0];
-    GPIO.out1_w1ts.val = set->bank[1];
-    GPIO.out_w1tc = clear->bank[0];
-    GPIO.out1_w1tc.val = clear->bank[1];
+    step_direction_put(hal, negative);
     hal->negative = negative;
-    step_direction_done(hal);
 }
 
 static HAL_INLINE bool hal_step_probe(const struct hal_step *hal) {

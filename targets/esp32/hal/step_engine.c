@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "hal/step_engine.h"
 
+#include "hal/step_i2s.h"
 #include "hal/step_rmt.h"
 #include "hal/step_vector.h"
 
@@ -18,6 +19,7 @@
 #define CYCLES_PER_US  ((uint32_t)CONFIG_ESP_DEFAULT_CPU_FREQ_MHZ)
 #define DIVIDER_MAX    65536u /* TIMG_T0_DIVIDER */
 #define BY_RMT         (BOARD_STEP_ENGINE == BOARD_STEP_ENGINE_RMT)
+#define BY_I2S         (BOARD_STEP_ENGINE == BOARD_STEP_ENGINE_I2S)
 #define BUS_CYCLES     16u /* that a write waits for the other core's, at most */
 #define NO_PROBE_LEVEL 1u  /* what (anything & 0) never is */
 
@@ -37,7 +39,8 @@ bool step_engine_init(struct hal_step *hal, const struct step_engine_board *boar
     /* Exact, or all speeds would be off by what the division leaves. */
     if (divider < 2 || divider > DIVIDER_MAX || divider * board->timer_hz != APB_HZ)
         return false;
-    if (!step_pins_set(&hal->pins, &board->gang, board->step_gpio, board->dir_gpio))
+    if (BY_I2S ? !step_i2s_init(hal, board)
+               : !step_pins_set(&hal->pins, &board->gang, board->step_gpio, board->dir_gpio))
         return false;
     hal->board = board;
     hal->step_lines = step_pins_bits(board->step_gpio, AXIS_MASKS - 1);
@@ -67,6 +70,8 @@ void step_engine_set_pulse(struct hal_step *hal, uint32_t step_pulse_ns) {
         hal->pulse_cycles > hal->dir_setup_cycles ? hal->pulse_cycles : hal->dir_setup_cycles;
     if (BY_RMT)
         step_rmt_set_pulse(hal, step_pulse_ns);
+    if (BY_I2S)
+        step_i2s_set_pulse(hal, step_pulse_ns);
 }
 
 static void route(uint8_t gpio, unsigned signal, bool inverted) {
@@ -101,6 +106,10 @@ void step_engine_invert(struct hal_step *hal, axis_mask_t step, axis_mask_t dir,
     const struct step_engine_board *board = hal->board;
     const unsigned inverted = gang_motors(&board->gang, dir, dir ^ second) ^ board->dir_low;
     hal->step_inverted = step;
+    if (BY_I2S) {
+        step_i2s_invert(hal, gang_motors(&board->gang, step, step) ^ board->step_low, inverted);
+        return;
+    }
     route_steps(hal);
     for (unsigned motor = 0; motor < AXIS_COUNT; motor++)
         route(board->dir_gpio[motor], SIG_GPIO_OUT_IDX, (inverted >> motor & 1) != 0);
@@ -110,6 +119,10 @@ void step_engine_invert(struct hal_step *hal, axis_mask_t step, axis_mask_t dir,
 void step_engine_hold(struct hal_step *hal, axis_mask_t first, axis_mask_t second) {
     const struct step_engine_board *board = hal->board;
     const uint32_t begin = esp_cpu_get_cycle_count();
+    if (BY_I2S) {
+        step_i2s_hold(hal, first, second);
+        return;
+    }
     if (!BY_RMT) {
         step_pins_hold(&hal->pins, &board->gang, board->step_gpio, first, second);
         return;
@@ -119,6 +132,15 @@ void step_engine_hold(struct hal_step *hal, axis_mask_t first, axis_mask_t secon
     }
     hal->held = gang_motors(&board->gang, first, second);
     route_steps(hal);
+}
+
+HAL_ISR void step_engine_show(const struct step *step) {
+    if (BY_I2S && !step->active)
+        step_i2s_show(step->hal);
+}
+
+bool step_engine_has_lost(void) {
+    return BY_I2S && step_i2s_has_lost();
 }
 
 bool step_engine_attach(struct step *step) {

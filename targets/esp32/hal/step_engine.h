@@ -17,20 +17,28 @@ struct step_engine_board {
     uint32_t step_pulse_ns, dir_setup_ns;
 };
 
-/** [start] Tables, timer, probe, and RMT channels where the board wants them: before the LED takes one.
- * Nothing runs yet. @param board  outlives this @return false: a pin, the clock or a channel is impossible */
+/** [start] Tables, timer, probe, and RMT channels or I2S where the board wants them: before the LED takes
+ * one. Nothing runs yet. @param board  outlives this
+ * @return false: a pin, the clock or a channel is impossible */
 bool step_engine_init(struct hal_step *hal, const struct step_engine_board *board);
 
 /** [task, at rest] Length of a step pulse, and of the pause behind it. */
 void step_engine_set_pulse(struct hal_step *hal, uint32_t step_pulse_ns);
 
 /** [task, at rest] Lines that are the other way round than the board says, bit n = axis n: the GPIO matrix
- * inverts them.
+ * inverts them, or the words of shift registers have them inverted.
  * @param second  axes whose second motor turns the other way round than the first one */
 void step_engine_invert(struct hal_step *hal, axis_mask_t step, axis_mask_t dir, axis_mask_t second);
 
 /** [task, at rest, but for the end of the last pulse] hal_ganged.hold. */
 void step_engine_hold(struct hal_step *hal, axis_mask_t first, axis_mask_t second);
+
+/** [motion task, each round] Shift registers show what tasks have changed of their outputs. While steps are
+ * made, the step interrupt does so. */
+void step_engine_show(const struct step *step);
+
+/** [task] A word for the shift registers found no room: pulses may be missing. Once for each such fault. */
+bool step_engine_has_lost(void);
 
 /** [task on core 1] Route the timer's interrupt, of level 5, to `step`. @return false: no interrupt is free
  */

@@ -3,6 +3,7 @@
 
 #include "gcode/gcode.h"
 #include "hal/spindle_pwm.h"
+#include "hal/step_i2s.h"
 #include "step_pins.h"
 
 #include "driver/gpio.h"
@@ -21,15 +22,32 @@ static void make_output(uint8_t gpio, bool level) {
     ESP_ERROR_CHECK(gpio_config(&config));
 }
 
+/* Shift registers come first: until they have their word, they show anything. */
 void outputs_make_safe(const struct pin_map *map) {
+    uint32_t word = 0;
     for (const struct pin_wire *wire = map->wire; wire < map->wire + SIGNAL_COUNT; wire++)
-        if (wire->output && wire->gpio != NO_PIN)
+        if (step_i2s_has(wire->gpio) && !wire->active_high)
+            word |= step_i2s_bit(wire->gpio);
+    if (BOARD_I2SO_COUNT > 0)
+        step_i2s_shift_out(word);
+    for (const struct pin_wire *wire = map->wire; wire < map->wire + SIGNAL_COUNT; wire++)
+        if (wire->output && wire->gpio != NO_PIN && !step_i2s_has(wire->gpio))
             make_output(wire->gpio, !wire->active_high);
+}
+
+/* Seen by the step interrupt's next event, or by step_engine_show(). */
+static void shift(uint32_t *shifted, uint32_t bit, bool level) {
+    if (level)
+        (void)__atomic_fetch_or(shifted, bit, __ATOMIC_RELAXED);
+    else
+        (void)__atomic_fetch_and(shifted, ~bit, __ATOMIC_RELAXED);
 }
 
 static void set(const struct outputs *outputs, enum switch_output output, bool on) {
     const struct output_wire *wire = &outputs->wire[output];
-    if (wire->pin != NO_PIN)
+    if (step_i2s_has(wire->pin))
+        shift(outputs->shifted, step_i2s_bit(wire->pin), on == wire->active_high);
+    else if (wire->pin != NO_PIN)
         gpio_set_level((gpio_num_t)wire->pin, on == wire->active_high);
 }
 
@@ -48,7 +66,8 @@ static bool start_servo(const struct output_wire *wire) {
     return ledc_timer_config(&timer) == ESP_OK && ledc_channel_config(&channel) == ESP_OK;
 }
 
-bool outputs_init(struct outputs *outputs, const struct output_wire wire[SWITCH_COUNT]) {
+bool outputs_init(struct outputs *outputs, const struct output_wire wire[SWITCH_COUNT], uint32_t *shifted) {
+    outputs->shifted = shifted;
     for (unsigned output = 0; output < SWITCH_COUNT; output++)
         outputs->wire[output] = wire[output];
     outputs->pump_level = false;
@@ -57,7 +76,8 @@ bool outputs_init(struct outputs *outputs, const struct output_wire wire[SWITCH_
 }
 
 void outputs_motors(const struct outputs *outputs, bool on, bool invert) {
-    set(outputs, SWITCH_ENABLE, on != invert);
+    for (unsigned output = SWITCH_ENABLE; output <= SWITCH_ENABLE_C; output++)
+        set(outputs, (enum switch_output)output, on != invert);
 }
 
 /* Direction first, so that the spindle never starts the wrong way round. */

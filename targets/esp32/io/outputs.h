@@ -12,6 +12,8 @@
 
 enum switch_output {
     SWITCH_ENABLE,
+    SWITCH_ENABLE_X, /* of one axis, as the others by its letter */
+    SWITCH_ENABLE_C = SWITCH_ENABLE_X + AXIS_COUNT - 1,
     SWITCH_SPINDLE_ENABLE,
     SWITCH_SPINDLE_DIR, /* on: counter-clockwise */
     SWITCH_SPINDLE_PWM,
@@ -29,13 +31,15 @@ enum { PUMP_HALF_WAVE_US = 1000, PUMP_HZ = 1000000 / (2 * PUMP_HALF_WAVE_US) };
 struct outputs {
     struct output_wire wire[SWITCH_COUNT];
     bool pump_level;
+    uint32_t *shifted; /* outputs of shift registers, hal_step.shifted */
 };
 
 /** [start] Every output off, before anything else runs; also step and direction lines. */
 void outputs_make_safe(const struct pin_map *map);
 
-/** [task] @param wire  is copied @return false: a PWM channel could not be set up */
-bool outputs_init(struct outputs *outputs, const struct output_wire wire[SWITCH_COUNT]);
+/** [task] @param wire  is copied @param shifted  hal_step.shifted @return false: a PWM channel could not be
+ * set up */
+bool outputs_init(struct outputs *outputs, const struct output_wire wire[SWITCH_COUNT], uint32_t *shifted);
 
 /** Motor drivers on or off. @param invert  $4 */
 void outputs_motors(const struct outputs *outputs, bool on, bool invert);

@@ -56,6 +56,14 @@ static bool serve_network(struct firmware *firmware, uint32_t now_us) {
     return more;
 }
 
+/* As a pressed e-stop, until the board restarts: the number of missing pulses is unknown. */
+static void check_steps(struct firmware *firmware) {
+    if (!step_engine_has_lost())
+        return;
+    firmware->hal.inputs.locked = true;
+    firmware_tell(firmware, "The I2S peripheral has lost step pulses: e-stop until the board is restarted");
+}
+
 void firmware_run_controller(void *ctx) {
     struct firmware *firmware = ctx;
     (void)esp_task_wdt_add(NULL);
@@ -63,6 +71,7 @@ void firmware_run_controller(void *ctx) {
     for (;;) {
         uint32_t now_us = begin_round(firmware);
         follow_poll(&firmware->follow);
+        check_steps(firmware);
         show_led(controller_led(firmware), now_us);
         bool more = serve_network(firmware, now_us);
         if (controller_round(&firmware->controller) && !firmware->safe_mode)

@@ -112,7 +112,7 @@ void firmware_start_hal(struct firmware *firmware) {
     board_outputs(&firmware->pins, wire);
     firmware->step_pins = board_step_engine(&firmware->pins);
     start_inputs(firmware);
-    if (!outputs_init(&hal->outputs, wire))
+    if (!outputs_init(&hal->outputs, wire, &hal->step.shifted))
         firmware_tell(firmware, "Cannot start the spindle PWM");
     start_encoder(firmware);
     if (!step_engine_init(&hal->step, &firmware->step_pins))

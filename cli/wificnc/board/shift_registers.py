@@ -1,0 +1,77 @@
+"""Shift registers behind the I2S peripheral of an ESP32: the rules of boards that have them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from wificnc.board.chip import Chip, is_shifted
+from wificnc.board.model import BoardFile, Role, Use
+from wificnc.checked.problem import Finding
+
+# What no word of a few microseconds can make, or what a task has to move more often than it looks at the registers.
+NEEDS_A_PIN = ("spindle_pwm", "servo", "led", "charge_pump")
+GRID_NS = 2_000  # a word of 32 bits at 16 MHz: what 74HC595 take at 3.3 V
+
+GRIDS_MAX = 16  # STEP_GRID_MAX of core/machine/board.h
+
+
+def step_grid_ns(board: BoardFile) -> int:
+    """Pulses and pauses are whole ones of it; 0: any."""
+    return GRID_NS if board.step.engine == "i2s" else 0
+
+
+def on_grid_ns(board: BoardFile, ns: int) -> int:
+    """A time as the engine makes it: that long or longer."""
+    grid = step_grid_ns(board)
+    return -(-ns // grid) * grid if grid else ns
+
+
+def words_text(board: BoardFile) -> str:
+    """What a user needs to know of the words; empty: steps do not go through registers."""
+    if not board.i2so or board.step.engine != "i2s":
+        return ""
+    word_us, registers = GRID_NS // 1000, board.i2so.outputs // 8
+    return (
+        f"steps, directions and I2SO outputs through {registers} shift register{'s' * (registers > 1)} (I2S): a word "
+        f"each {word_us} us, pulses of 1 to {GRIDS_MAX} words, on the pins {word_us} to {2 * word_us} us later"
+    )
+
+
+def shift_registers(board: BoardFile, chip: Chip) -> Iterator[Finding]:
+    """A BoardRule."""
+    engine = board.step.engine == "i2s"
+    if board.i2so and not engine:
+        hint = '[step]\nengine = "i2s"'
+        yield Finding("shift-register", ("i2so",), 'needs `engine = "i2s"` in [step]', hint)
+    if not engine:
+        return
+    if not board.i2so:
+        yield Finding("shift-register", ("step", "engine"), "needs the wiring of shift registers, [i2so]")
+        return
+    if chip.i2s is None:
+        reason = f"the processor of the {chip.name} cannot write words into its I2S peripheral"
+        yield Finding("shift-register", ("step", "engine"), reason, "wire the drivers to pins of the chip")
+        return
+    for use in board.uses():
+        yield from _use(use)
+    for key in ("step_pulse_ns", "dir_setup_ns"):
+        ns = getattr(board.timing, key)
+        if on_grid_ns(board, ns) != ns:
+            reason = f"{ns} ns is not a whole number of words, each of which takes {GRID_NS} ns"
+            hint = f"next whole word: {on_grid_ns(board, ns)} ns"
+            yield Finding("shift-register", ("timing", key), reason, hint)
+        elif ns > GRIDS_MAX * GRID_NS:
+            reason = (
+                f"{ns} ns is too long: at most {GRIDS_MAX} words of {GRID_NS} ns go into the I2S peripheral at a time"
+            )
+            yield Finding("shift-register", ("timing", key), reason)
+
+
+def _use(use: Use) -> Iterator[Finding]:
+    if use.role in (Role.STEP, Role.DIR) and not is_shifted(use.pin):
+        reason = f"{use.pin} is not an output of the shift registers, which show steps and directions together"
+        yield Finding("shift-register", use.path, reason, "wire it to I2SO.n, or leave [step] engine out")
+    is_bus = use.role in (Role.ETHERNET, Role.SERIAL, Role.I2SO)
+    if is_shifted(use.pin) and (use.signal in NEEDS_A_PIN or (use.is_output and is_bus)):
+        reason = f"{use.pin} changes with a word of the step engine only, and {use.signal} needs a pin of the chip"
+        yield Finding("shift-register", use.path, reason)

@@ -1,0 +1,89 @@
+"""Shift registers behind I2S: their outputs are pins, with rules of their own."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from wificnc.board import paths
+from wificnc.board.header import pin_header_text
+from wificnc.board.load import check_board, load_board
+from wificnc.board.rules import pulse_rate_hz
+
+GOOD_TEXT = (paths.BOARDS / "mks-dlc32-v21.toml").read_text(encoding="utf-8")
+REGISTERS = '[i2so]\nbck = "GPIO16"\nws = "GPIO17"\ndata = "GPIO21"\noutputs = 8\n'
+
+
+def problems(tmp_path: Path, text: str, old: str, new: str) -> list[tuple[str, str, str]]:
+    assert text.count(old) == 1, old
+    path = tmp_path / "edited.toml"
+    path.write_text(text.replace(old, new), encoding="utf-8")
+    return [(problem.rule, problem.key, problem.reason) for problem in check_board(path)]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "rule", "key", "said"),
+    [
+        ('probe = "GPIO22"', 'probe = "I2SO.7"', "output-only", "input.probe", "cannot be read"),
+        ('step = "I2SO.5"', 'step = "I2SO.8"', "no-such-pin", "axis.y.step", "no pin 'I2SO.8'"),
+        ('step = "I2SO.5"', 'step = "GPIO23"', "shift-register", "axis.y.step", "show steps and directions together"),
+        (
+            'spindle_pwm = "GPIO32"',
+            'spindle_pwm = "I2SO.7"',
+            "shift-register",
+            "output.spindle_pwm",
+            "a pin of the chip",
+        ),
+        (
+            'coolant_flood = "GPIO25"',
+            'coolant_flood = "I2SO.7"',
+            "boot-level",
+            "output.coolant_flood",
+            "undefined level",
+        ),
+        ('data = "GPIO21"', 'data = "I2SO.7"', "shift-register", "i2so.data", "a pin of the chip"),
+        ('bck = "GPIO16"', 'bck = "GPIO36"', "input-only", "i2so.bck", "can only be read"),
+        ("step_pulse_ns = 2_000", "step_pulse_ns = 1_800", "shift-register", "timing.step_pulse_ns", "2000 ns"),
+        ("dir_setup_ns = 2_000", "dir_setup_ns = 34_000", "shift-register", "timing.dir_setup_ns", "too long"),
+        (
+            "max_step_rate_hz = 240_000",
+            "max_step_rate_hz = 260_000",
+            "pulse-timing",
+            "timing.max_step_rate_hz",
+            "4000 ns",
+        ),
+        (REGISTERS, "", "shift-register", "step.engine", "[i2so]"),
+        ('[step]\nengine = "i2s"\n', "", "shift-register", "i2so", 'engine = "i2s"'),
+    ],
+)
+def test_what_registers_cannot_do_is_refused(
+    tmp_path: Path, old: str, new: str, rule: str, key: str, said: str
+) -> None:
+    text = GOOD_TEXT.replace('misc = ["I2SO.7"]\n', "")
+    found = [
+        problem
+        for problem in problems(tmp_path, text, old, new)
+        if (problem[0], problem[1]) == (rule, key) and said in problem[2]
+    ]
+    assert found
+
+
+def test_the_s3_says_why_not(tmp_path: Path) -> None:
+    text = GOOD_TEXT.replace('chip = "esp32"', 'chip = "esp32s3"').replace('mode = "flash"', 'mode = "quad"')
+    path = tmp_path / "s3.toml"
+    path.write_text(text, encoding="utf-8")
+    reasons = [problem.reason for problem in check_board(path) if problem.rule == "shift-register"]
+    assert reasons == ["the processor of the ESP32-S3 cannot write words into its I2S peripheral"]
+
+
+def test_outputs_are_numbered_after_the_chips_pins() -> None:
+    text = pin_header_text(load_board("mks-tinybee"))
+    for line in ("PIN_STEP_X                 65u", "PIN_MISC_OUT_0             83u", "BOARD_I2SO_FIRST           64u"):
+        assert f"#define {line}" in text
+    free = next(line for line in text.splitlines() if "BOARD_FREE_OUTPUT_PINS" in line)
+    assert "64u" not in free and "25u" not in free  # soldered, as the registers' own pins
+
+
+@pytest.mark.parametrize(("pulse_us", "rate_hz"), [(2, 240_000), (3, 125_000), (4, 125_000), (5, 83_333)])
+def test_the_rate_goes_by_whole_words(pulse_us: int, rate_hz: int) -> None:
+    assert pulse_rate_hz(load_board("mks-dlc32-v21"), pulse_us) == rate_hz
