@@ -251,7 +251,8 @@ static float sample_s(const struct emit *emit, const struct piece *piece) {
 static float travel_sample(struct emit *emit, const struct piece *piece) {
     float most_s = sample_s(emit, path_piece(&emit->plan->path, emit->plan->path.tail)), time_s = 0.0f;
     while (time_s < most_s) {
-        (void)plan_time(emit->plan, 0, UINT32_MAX);
+        if (!plan_is_timed(emit->plan, 0))
+            (void)plan_time(emit->plan, UINT32_MAX);
         float asked_s = most_s - time_s, took_s = travel(emit, asked_s);
         time_s += took_s;
         if (travel_ends(emit) || !emit->entered)
@@ -273,7 +274,8 @@ static float travel_time(struct emit *emit, float time_s) {
     const struct path *path = &emit->plan->path;
     float left_s = time_s;
     while (left_s > 0.0f && !travel_ends(emit)) {
-        (void)plan_time(emit->plan, 0, UINT32_MAX);
+        if (!plan_is_timed(emit->plan, 0))
+            (void)plan_time(emit->plan, UINT32_MAX);
         left_s -= travel(emit, left_s);
         if (!emit->entered && (path->pieces[(path->tail - 1) & (PLAN_SIZE - 1)].flags & PIECE_STOP) != 0)
             break;

@@ -214,23 +214,29 @@ static bool rests_at_place(const struct emit *emit) {
     return emit->v_mm_s == 0.0f && !emit->entered;
 }
 
+/* No move has come for a while; nor is one waited for where S changes so often that none can come before some
+ * are made. */
+static bool is_paused(const struct motion *motion, uint32_t now_us) {
+    return now_us - motion->newest_us >= MOTION_START_DELAY_US || !power_has_room(&motion->plan.power);
+}
+
 /* At rest, and more moves may still come that would give those here more look-ahead. */
-static bool is_waiting(const struct motion *motion, bool paused, uint32_t now_us) {
+static bool is_waiting(const struct motion *motion, uint32_t now_us) {
     const struct emit *emit = &motion->emit;
     bool resting = rests_at_place(emit) && !motion->ahead.pending &&
                    ahead_left_us(&motion->ahead) < (int32_t)(AHEAD_NEAR_US / 2);
-    return resting && !paused && !emit->flush && !plan_is_empty(&motion->plan) && motion_has_room(motion) &&
-           now_us - motion->oldest_us < MOTION_START_MAX_US;
+    return resting && !is_paused(motion, now_us) && !emit->flush && !plan_is_empty(&motion->plan) &&
+           motion_has_room(motion) && now_us - motion->oldest_us < MOTION_START_MAX_US;
 }
 
 /* Near the end of what is planned, moves that wait for others become pieces. */
-static void plan_more(struct motion *motion, bool paused) {
+static void plan_more(struct motion *motion, uint32_t now_us) {
     struct plan *plan = &motion->plan;
     if (!plan_is_pending(plan) || ahead_left_us(&motion->ahead) >= (int32_t)(AHEAD_NEAR_US / 2) ||
         !emit_wants_more(&motion->emit) || plan_free(plan) == 0 || motion_end_is_pending(motion))
         return;
     plan->path.slack_mm = slack_mm(motion);
-    if (paused)
+    if (is_paused(motion, now_us))
         plan_end(plan, true);
     else
         plan_close(plan);
@@ -242,20 +248,24 @@ static void plan_more(struct motion *motion, bool paused) {
 
 /* The plan's timing is as good as it can be, or must do. */
 static bool is_timed(struct motion *motion) {
+    struct timing *timing = &motion->plan.timing;
+    if (timing->asked == motion->plan.path.head && !timing->pass.runs && !timing->whole &&
+        !motion->plan.path.changed)
+        return true;
+    timing->asked = motion->plan.path.head;
+    if (plan_is_timed(&motion->plan, PIECES_AHEAD))
+        return true;
     bool rests = rests_at_place(&motion->emit) && !motion->ahead.pending;
     bool soon = !rests && (motion->emit.hold || ahead_left_us(&motion->ahead) < (int32_t)(AHEAD_NEAR_US / 2));
-    return soon || plan_time(&motion->plan, PIECES_AHEAD, PIECES_AT_ONCE);
+    return soon || plan_time(&motion->plan, PIECES_AT_ONCE);
 }
 
 bool motion_poll(struct motion *motion, uint32_t now_us) {
     struct emit *emit = &motion->emit;
     emit->now_us = now_us;
-    /* Where S changes so often that no move can come before some are made, none is waited for. */
-    bool full = !power_has_room(&motion->plan.power);
-    bool paused = full || now_us - motion->newest_us >= MOTION_START_DELAY_US;
-    emit->waits = motion->waits = is_waiting(motion, paused, now_us);
+    emit->waits = motion->waits = is_waiting(motion, now_us);
     if (!emit->waits)
-        plan_more(motion, paused);
+        plan_more(motion, now_us);
     if (motion->ahead.owner != AHEAD_PLANNER && (emit_is_idle(emit) || emit_is_held(emit)))
         return false;
     if (!is_timed(motion))

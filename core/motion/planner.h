@@ -69,20 +69,23 @@ static inline bool plan_is_empty(const struct plan *plan) {
     return path_count(&plan->path) == 0 && !plan_is_pending(plan);
 }
 
-/** Make the limits on y those of all that is planned, or of all but its newest 1/PLAN_FRESH, if the `margin`
- * pieces that are next need it. @param most  pieces that may be looked at now
- * @return false: more are left, call again */
-static inline bool plan_time(struct plan *plan, uint32_t margin, uint32_t most) {
-    struct timing *timing = &plan->timing;
-    struct path *path = &plan->path;
+/** The limits on y are those of all that is planned, or of all but its newest 1/PLAN_FRESH, or the `margin`
+ * pieces that are next do not need it. */
+static inline bool plan_is_timed(const struct plan *plan, uint32_t margin) {
+    const struct timing *timing = &plan->timing;
+    const struct path *path = &plan->path;
     uint32_t fresh = path->head - timing->known, count = path_count(path);
-    bool settled = (int32_t)(timing->settled - path->tail - margin) > 0;
     bool much = fresh * PLAN_FRESH > count || (fresh > 0 && count < PLAN_MANY);
-    timing->whole = timing->whole || path->changed;
-    path->changed = false;
-    if (!timing->whole && !timing->pass.runs && (!much || settled))
-        return true;
-    return timing_backward(timing, path, most);
+    if (timing->whole || path->changed || timing->pass.runs)
+        return false;
+    return !much || (int32_t)(timing->settled - path->tail - margin) > 0;
+}
+
+/** Make them so. @param most  pieces that may be looked at now @return false: more are left, call again */
+static inline bool plan_time(struct plan *plan, uint32_t most) {
+    plan->timing.whole = plan->timing.whole || plan->path.changed;
+    plan->path.changed = false;
+    return timing_backward(&plan->timing, &plan->path, most);
 }
 
 #endif

@@ -89,7 +89,7 @@ static bool find_blend(const struct path *path, struct piece *piece, const struc
     return first_settled || second_settled;
 }
 
-static void begin(struct timing *timing, struct path *path) {
+static void begin(struct timing *timing, const struct path *path) {
     if (timing->whole)
         timing->settled = path->tail;
     timing->pass = (struct timing_pass){.runs = true,

@@ -308,7 +308,7 @@ static void start(void) {
     wire_motors();
     drive(0, true);
     inputs_init(&hal.inputs, inputs, &step_pins.gang, &roles);
-    CHECK(outputs_init(&hal.outputs, outputs));
+    CHECK(outputs_init(&hal.outputs, outputs, &hal.step.shifted));
     CHECK(step_engine_init(&hal.step, &step_pins));
     struct machine_board board = board_machine(&map);
     board.ganged = chip_ganged(&hal, &step_pins.gang);

@@ -24,9 +24,14 @@ esp_err_t gpio_set_level(gpio_num_t gpio, uint32_t wanted) {
     return ESP_OK;
 }
 
-esp_err_t gpio_set_direction(gpio_num_t gpio, gpio_mode_t mode) {
-    CHECK(level[gpio] != NOT_SET && mode == GPIO_MODE_OUTPUT); /* first the level */
-    driven[gpio] = true;
+esp_err_t gpio_config(const gpio_config_t *config) {
+    CHECK(config->mode == GPIO_MODE_OUTPUT);
+    for (unsigned gpio = 0; gpio < 40; gpio++) {
+        if ((config->pin_bit_mask >> gpio & 1) == 0)
+            continue;
+        CHECK(level[gpio] != NOT_SET); /* first the level */
+        driven[gpio] = true;
+    }
     return ESP_OK;
 }
 

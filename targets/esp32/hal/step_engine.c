@@ -43,7 +43,8 @@ bool step_engine_init(struct hal_step *hal, const struct step_engine_board *boar
                : !step_pins_set(&hal->pins, &board->gang, board->step_gpio, board->dir_gpio))
         return false;
     hal->board = board;
-    hal->step_lines = step_pins_bits(board->step_gpio, AXIS_MASKS - 1);
+    if (!BY_I2S)
+        hal->step_lines = step_pins_bits(board->step_gpio, AXIS_MASKS - 1);
     hal->timer_rests = STEP_TIMER_UP | STEP_TIMER_LEVEL_INT | STEP_TIMER_DIVIDE(divider & 0xFFFFu);
     hal->timer_runs = hal->timer_rests | STEP_TIMER_RUN | STEP_TIMER_ALARM;
     hal->dir_setup_cycles = cycles_of(board->dir_setup_ns);
