@@ -203,7 +203,8 @@ static float choose_slope(struct emit *emit, const struct stretch *stretch, floa
         emit->late = false;
         return slope;
     }
-    bool possible = find_slopes(stretch, SLACK, &least, &greatest);
+    bool possible = find_slopes(stretch, SLACK, &least, &greatest) ||
+                    find_slopes(stretch, SLACK * SLACK, &least, &greatest); /* y may be at the edge of that */
     for (float room = SLACK * WIDER; least > greatest; room *= WIDER)
         (void)find_slopes(stretch, room, &least, &greatest);
     float above = least - slope;

@@ -106,6 +106,27 @@ def test_limits_path_and_end(name: str, machine: Machine) -> None:
     assert_on_path(run, vertices, machine, machine.deviation_mm)
 
 
+@pytest.mark.parametrize(
+    ("across_mm", "along_mm", "feed", "shapers"),
+    [
+        (2.0, 0.5, 5000, ((EI_2, 30.0, 0.0), (ZV, 15.0, 0.0))),
+        (2.0, 0.3, 3000, ((EI, 60.0, 0.1), (MZV, 25.0, 0.0))),
+        (2.0, 1.0, 1000, ((ZV, 40.0, 0.05),)),
+        (2.0, 2.0, 1000, ((ZV, 40.0, 0.05),)),
+    ],
+)
+def test_right_angles_of_axes_with_other_accelerations(
+    across_mm: float, along_mm: float, feed: int, shapers: tuple[tuple[int, float, float], ...]
+) -> None:
+    """At the end of a corner one of the axes turns with all of its acceleration, and hardly steers any more."""
+    machine = replace(FINE, accel_mm_s2=(200.0, 2000.0, 500.0), shapers=shapers)
+    across = [f"X{across_mm * (n % 2 == 0):g}\nY{along_mm * (n + 1):g}" for n in range(6)]
+    program = f"G90G64P0.02G1F{feed}\n" + "\n".join(across) + "\n"
+    run = performed(machine, program)
+    assert_lawful(run, machine)
+    assert_on_path(run, vertices_of(program), machine, 0.02)
+
+
 @pytest.mark.parametrize("machine", [EVEN, MIXED])
 @pytest.mark.parametrize("seed", range(4))
 def test_holds_and_overrides_keep_limits_path_and_end(seed: int, machine: Machine) -> None:
