@@ -4,10 +4,9 @@
  * A record is a piece of the path's motion as a segment is: a way for each lane, a duration, and one ramp. So
  * the path is known at every instant, whatever the records' lengths, and delays need not be whole samples.
  *
- * What the axes still lack of the path is the sum over the records of each one's way times the part of it
- * that the shaper has not passed on yet. Nothing else is kept: no running sums that could drift, and at a
- * mark of segment/ahead.h no more than a number. Everything is counted in whole 1/65536 steps, so the axes
- * end exactly where the path does.
+ * One walk from the newest record back finds where it was at a shaper's delays, relative to where it is now.
+ * Nothing else is kept: no running sums that could drift, and at a mark of segment/ahead.h no more than a
+ * number. Everything is counted in whole 1/65536 steps, so the axes end exactly where the path does.
  *
  * Records are numbered. A batch may be refused, and then the one before it is still in force; so each has a
  * side of its own, with all records since the oldest mark that may be returned to. What is older is in main:

@@ -34,6 +34,7 @@ BOARD_IDS = {
     "xpro-v5",
     "mks-dlc32-v21",
     "mks-tinybee",
+    "mks-tinybee-gantry",
     "pic32mz2048efh100",
     "host",
 }

@@ -3,16 +3,19 @@
  * inputs and interrupts, from lines of text to pins, and motors and switches at these pins. Compiled for each
  * chip and engine.
  *
- * Emulated are the cycle counter, both timers, GPIO with its matrix and edge interrupts, and RMT channels
- * that play a pulse. The matrix is what it is on the chip: each pin shows the signal that is routed to it,
- * inverted or not. */
+ * Emulated are the cycle counter, both timers, GPIO with its matrix and edge interrupts, RMT channels that
+ * play a pulse, and the I2S peripheral with its shift registers (i2s_model.h). The matrix is what it is on
+ * the chip: each pin shows the signal that is routed to it, inverted or not. */
 #include "app/board.h"
 #include "app/follow.h"
 #include "check.h"
 #include "chip_ganged.h"
 #include "hal/chip_hal.h"
+#include "hal/i2s_registers.h"
 #include "hal/rmt_registers.h"
+#include "hal/step_i2s.h"
 #include "hal/step_vector.h"
+#include "i2s_model.h"
 #include "input/rx.h"
 #include "io/switch_timer.h"
 #include "machine/parts.h"
@@ -20,6 +23,7 @@
 #include "driver/gpio.h"
 #include "driver/rmt_tx.h"
 #include "esp_rom_gpio.h"
+#include "esp_rom_sys.h"
 #include "esp_timer.h"
 #include "soc/gpio_sig_map.h"
 #include "soc/interrupts.h"
@@ -68,10 +72,13 @@ static void place(unsigned motor, int32_t at) {
     drive(motors[motor].limit, at < motors[motor].closes_at);
 }
 
+static bool is_high(uint8_t pin, uint64_t levels) {
+    return step_i2s_has(pin) ? (i2s_model_shown() & step_i2s_bit(pin)) != 0 : (levels >> pin & 1) != 0;
+}
+
 static void look_at_motor(unsigned n, uint64_t levels) {
     struct motor *motor = &motors[n];
-    const bool high = ((levels >> motor->step & 1) != 0) != motor->is_low,
-               negative = (levels >> motor->dir & 1) != 0;
+    const bool high = is_high(motor->step, levels) != motor->is_low, negative = is_high(motor->dir, levels);
     if (negative != motor->negative) {
         CHECK(!high && !motor->high);
         motor->turned = now;
@@ -103,11 +110,16 @@ static bool plays[CHANNELS];
 static uint64_t plays_until[CHANNELS];
 static bool is_up; /* from here on the lines are a machine's */
 
+static bool is_playing(uint32_t signal) {
+    return signal >= RMT_SIG_OUT0_IDX && signal < RMT_SIG_OUT0_IDX + CHANNELS &&
+           plays[signal - RMT_SIG_OUT0_IDX];
+}
+
 static void look_at_pins(void) {
     uint64_t levels = 0;
     for (unsigned pin = 0; pin < PINS; pin++) {
         const uint32_t signal = matrix[pin].signal;
-        bool high = signal == SIG_GPIO_OUT_IDX ? (out >> pin & 1) != 0 : plays[signal - RMT_SIG_OUT0_IDX];
+        bool high = signal == SIG_GPIO_OUT_IDX ? (out >> pin & 1) != 0 : is_playing(signal);
         levels |= (uint64_t)(matrix[pin].is_gpio && high != matrix[pin].inverted) << pin;
     }
     for (unsigned n = 0; is_up && n < AXIS_COUNT; n++)
@@ -118,11 +130,22 @@ static void look_at_pins(void) {
 void esp_rom_gpio_connect_out_signal(uint32_t pin, uint32_t signal, bool inverted, bool enable_inverted) {
     const uint32_t before = matrix[pin].signal;
     (void)enable_inverted;
-    CHECK(before == SIG_GPIO_OUT_IDX || before == signal ||
-          !plays[before - RMT_SIG_OUT0_IDX]); /* not cut short */
+    CHECK(before == signal || !is_playing(before)); /* not cut short */
     matrix[pin].signal = signal;
     matrix[pin].inverted = inverted;
+    i2s_model_connect(pin, signal, now);
     look_at_pins();
+}
+
+/* What the registers show changes in the middle of what the processor does. */
+void lines_show(uint32_t before, uint32_t word, uint64_t at, uint64_t due) {
+    const uint64_t later = now;
+    (void)before;
+    (void)word;
+    (void)due;
+    now = at;
+    look_at_pins();
+    now = later;
 }
 
 /* ---- registers ---- */
@@ -163,6 +186,7 @@ static void advance_to(uint64_t to) {
         plays[channel] = false;
         look_at_pins();
     }
+    i2s_model_pass(now, to, 0);
     now = to;
 }
 
@@ -181,6 +205,15 @@ uint32_t emulated_cycles(void) {
 gpio_dev_t *emulated_gpio(void) {
     pass(ACCESS_CYCLES);
     return &gpio;
+}
+
+volatile struct i2s_registers *emulated_i2s(void) {
+    pass(ACCESS_CYCLES / 4);
+    return i2s_model_registers();
+}
+
+void esp_rom_delay_us(uint32_t us) {
+    pass(us * CYCLES_PER_US);
 }
 
 rmt_dev_t *emulated_rmt(void) {
@@ -237,6 +270,7 @@ esp_err_t gpio_config(const gpio_config_t *config) {
 esp_err_t gpio_set_level(gpio_num_t pin, uint32_t level) {
     const uint64_t bit = (uint64_t)1 << pin;
     out = level != 0 ? out | bit : out & ~bit;
+    i2s_model_pin((unsigned)pin, level != 0);
     return ESP_OK;
 }
 esp_err_t gpio_set_intr_type(gpio_num_t pin, gpio_int_type_t type) {
@@ -297,6 +331,7 @@ static void start(void) {
     struct output_wire outputs[SWITCH_COUNT];
     is_up = false;
     memset(plays, 0, sizeof plays);
+    i2s_model_reset(now);
     pins_in = ~(uint64_t)0;
     pin_map_init(&map);
     map.wire[SIGNAL_STEP_Y2].active_high = map.wire[SIGNAL_DIR_Y2].active_high = !calls_low;
@@ -315,7 +350,8 @@ static void start(void) {
     machine_init(&machine, &board, &hal, &hal.step, &text);
     follow_init(&follow, &machine, &hal);
     CHECK(step_engine_attach(machine_step(&machine)) && inputs_attach(&hal.inputs, &machine));
-    pass(ACCESS_CYCLES);
+    step_engine_show(machine_step(&machine));
+    pass(100 * CYCLES_PER_US); /* also through the registers */
     is_up = true;
 }
 
@@ -339,6 +375,13 @@ static void take_edges(void) {
     }
 }
 
+/* Until the registers show what was written, if no step comes before. */
+static void show_words(void) {
+    const uint64_t shown = now + 5 * I2S_FRAME_CYCLES, next = alarm_of(0, CYCLES_PER_TICK);
+    if (BOARD_STEP_ENGINE == BOARD_STEP_ENGINE_I2S && next > shown)
+        advance_to(shown);
+}
+
 /* The next interrupt of a timer, when it comes before `end`. @return false: none does */
 static bool interrupt_before(uint64_t end) {
     const uint64_t step_at = alarm_of(0, CYCLES_PER_TICK), switch_at = alarm_of(1, CYCLES_PER_US);
@@ -353,6 +396,7 @@ static bool interrupt_before(uint64_t end) {
     else
         on_switches.to(on_switches.arg);
     pass(ACCESS_CYCLES);
+    show_words();
     take_edges();
     return true;
 }
@@ -364,6 +408,7 @@ static void run_us(uint32_t us) {
         take_edges();
         inputs_sample(&hal.inputs);
         (void)machine_poll(&machine);
+        step_engine_show(machine_step(&machine));
         follow_poll(&follow);
         while (interrupt_before(round)) {
         }

@@ -8,6 +8,7 @@
 #include "esp_private/periph_ctrl.h"
 #include "esp_private/rmt.h"
 #include "freertos/FreeRTOS.h"
+#include "hal/i2s_ll.h"
 #include "hal/timer_ll.h"
 
 #include <stdio.h>
@@ -34,6 +35,15 @@ uint8_t periph_rcc_acquire_enter(periph_module_t module) {
 void periph_rcc_acquire_exit(periph_module_t module, uint8_t users) {
     (void)module;
     (void)users;
+}
+void periph_rcc_enter(void) {}
+void periph_rcc_exit(void) {}
+void i2s_ll_enable_bus_clock(int port, bool enable) {
+    (void)port;
+    (void)enable;
+}
+void i2s_ll_reset_register(int port) {
+    (void)port;
 }
 void timer_ll_enable_bus_clock(int group, bool enable) {
     (void)group;

@@ -8,10 +8,8 @@
 
 #include "driver/gpio.h"
 #include "driver/rmt_tx.h"
-#include "esp_private/periph_ctrl.h"
 #include "esp_rom_gpio.h"
 #include "esp_rom_sys.h"
-#include "hal/i2s_ll.h"
 #include "soc/soc_caps.h"
 
 #include <stdio.h>
@@ -219,15 +217,6 @@ esp_err_t gpio_config(const gpio_config_t *config) {
 void esp_rom_delay_us(uint32_t us) {
     pass(us * CYCLES_PER_US);
 }
-void periph_rcc_enter(void) {}
-void periph_rcc_exit(void) {}
-void i2s_ll_enable_bus_clock(int port, bool enable) {
-    CHECK(port == 0 && enable);
-}
-void i2s_ll_reset_register(int port) {
-    CHECK(port == 0);
-}
-
 esp_err_t rmt_new_tx_channel(const rmt_tx_channel_config_t *config, rmt_channel_handle_t *channel) {
     CHECK(config->gpio_num == FIRST_STEP_GPIO + (int)channels && config->resolution_hz == 80000000);
     *channel = (rmt_channel_handle_t)(uintptr_t)(channels + 1);

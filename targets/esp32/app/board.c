@@ -74,13 +74,12 @@ void board_outputs(const struct pin_map *map, struct output_wire wire[SWITCH_COU
         [SWITCH_CHARGE_PUMP] = SIGNAL_CHARGE_PUMP, [SWITCH_SERVO] = SIGNAL_SERVO,
         [SWITCH_DIGITAL] = SIGNAL_MISC_OUT_0,      [SWITCH_DIGITAL + 1] = SIGNAL_MISC_OUT_1,
         [SWITCH_DIGITAL + 2] = SIGNAL_MISC_OUT_2,  [SWITCH_DIGITAL + 3] = SIGNAL_MISC_OUT_3,
-        [SWITCH_LAST_DIGITAL] = SIGNAL_MISC_OUT_4, [SWITCH_ENABLE_X] = SIGNAL_ENABLE_X,
-        [SWITCH_ENABLE_X + 1] = SIGNAL_ENABLE_Y,   [SWITCH_ENABLE_X + 2] = SIGNAL_ENABLE_Z,
-        [SWITCH_ENABLE_X + 3] = SIGNAL_ENABLE_A,   [SWITCH_ENABLE_X + 4] = SIGNAL_ENABLE_B,
-        [SWITCH_ENABLE_C] = SIGNAL_ENABLE_C,
+        [SWITCH_LAST_DIGITAL] = SIGNAL_MISC_OUT_4,
     };
     for (unsigned output = 0; output < SWITCH_COUNT; output++) {
         const struct pin_wire *found = &map->wire[signal[output]];
+        if (output >= SWITCH_ENABLE_X && output <= SWITCH_ENABLE_LAST)
+            found = motor_wire(map, output - SWITCH_ENABLE_X, SIGNAL_ENABLE_X, SIGNAL_ENABLE_X2);
         wire[output] = (struct output_wire){.pin = found->gpio, .active_high = found->active_high};
     }
 }

@@ -76,7 +76,7 @@ bool outputs_init(struct outputs *outputs, const struct output_wire wire[SWITCH_
 }
 
 void outputs_motors(const struct outputs *outputs, bool on, bool invert) {
-    for (unsigned output = SWITCH_ENABLE; output <= SWITCH_ENABLE_C; output++)
+    for (unsigned output = SWITCH_ENABLE; output <= SWITCH_ENABLE_LAST; output++)
         set(outputs, (enum switch_output)output, on != invert);
 }
 

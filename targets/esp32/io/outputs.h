@@ -12,8 +12,8 @@
 
 enum switch_output {
     SWITCH_ENABLE,
-    SWITCH_ENABLE_X, /* of one axis, as the others by its letter */
-    SWITCH_ENABLE_C = SWITCH_ENABLE_X + AXIS_COUNT - 1,
+    SWITCH_ENABLE_X, /* of one motor, as the others by their number */
+    SWITCH_ENABLE_LAST = SWITCH_ENABLE_X + AXIS_COUNT - 1,
     SWITCH_SPINDLE_ENABLE,
     SWITCH_SPINDLE_DIR, /* on: counter-clockwise */
     SWITCH_SPINDLE_PWM,
