@@ -9,6 +9,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from wificnc import __version__
+from wificnc.board.chip import is_shifted
 from wificnc.board.header import is_movable_to
 from wificnc.board.labels import label, notes
 from wificnc.board.model import Board, InputWire, OutputWire, Role, Use
@@ -126,4 +127,6 @@ def _refusal(board: Board, pin: str, use: Use) -> str | None:
     reasons = [found.reason for found in pin_findings(board, board.pins, moved)]
     if owner is not None:
         reasons.insert(0, f"{pin} is the board's {label(owner.signal)}")
+    elif is_shifted(pin):
+        reasons.insert(0, f"{pin} is soldered to what it drives")
     return "; ".join(reasons)
