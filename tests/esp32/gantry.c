@@ -215,7 +215,6 @@ volatile struct i2s_registers *emulated_i2s(void) {
 void esp_rom_delay_us(uint32_t us) {
     pass(us * CYCLES_PER_US);
 }
-
 rmt_dev_t *emulated_rmt(void) {
     pass(ACCESS_CYCLES / 4);
     return &rmt;
@@ -464,13 +463,17 @@ static void check_stands(int32_t first, int32_t second, int line) {
 }
 #define STANDS(first, second) check_stands(first, second, __LINE__)
 
+static void home_square(int32_t skew) {
+    set_up();
+    crooked(-3000, skew);
+    CHECK(strcmp(send("$HY\n"), "ok\r\n") == 0);
+    STANDS(HIGH_STEPS - PULL_OFF, HIGH_STEPS - PULL_OFF);
+}
+
 static void both_motors_end_a_pull_off_before_their_switches(void) {
     static const int32_t skews[] = {0, 1, -1, 37, -250, 1000, -1200};
     for (size_t i = 0; i < sizeof skews / sizeof skews[0]; i++) {
-        set_up();
-        crooked(-4000, skews[i]);
-        CHECK(strcmp(send("$HY\n"), "ok\r\n") == 0);
-        STANDS(HIGH_STEPS - PULL_OFF, HIGH_STEPS - PULL_OFF);
+        home_square(skews[i]);
         CHECK(strcmp(send("G91G0Y-3\n"), "ok\r\n") == 0);
         STANDS(HIGH_STEPS - PULL_OFF - 750, HIGH_STEPS - PULL_OFF - 750);
     }
@@ -494,10 +497,7 @@ static void a_second_motor_that_is_mounted_the_other_way_round(void) {
 /* The same as `active = "low"` in the board file, for the pins of the second motor. */
 static void lines_that_the_board_calls_active_low(void) {
     calls_low = true;
-    set_up();
-    crooked(-3000, 300);
-    CHECK(strcmp(send("$HY\n"), "ok\r\n") == 0);
-    STANDS(HIGH_STEPS - PULL_OFF, HIGH_STEPS - PULL_OFF);
+    home_square(300);
     CHECK(strcmp(send("$2=2\n"), "ok\r\n") == 0);
     motors[FIRST_Y].is_low = true;
     motors[SECOND_Y].is_low = motors[FIRST_Y].high = motors[SECOND_Y].high = false;
@@ -516,10 +516,9 @@ static void each_motor_has_its_own_pull_off(void) {
 }
 
 static void more_than_squaring_allows_is_alarm_10(void) {
-    static const int32_t skews[] = {1800, -1800};
-    for (size_t i = 0; i < 2; i++) {
+    for (int32_t skew = -1800; skew <= 1800; skew += 3600) {
         set_up();
-        crooked(-4000, skews[i]);
+        crooked(-4000, skew);
         CHECK(strstr(send("$HY\n"), "ALARM:10\r\n") != NULL);
         int32_t alone = abs(motors[FIRST_Y].at - motors[SECOND_Y].at);
         CHECK(alone >= 1800 - 5 * 250 - 1 && alone <= 1800 - 5 * 250 + 1); /* 5 % of the travel, no further */
