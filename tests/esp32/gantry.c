@@ -140,9 +140,7 @@ void esp_rom_gpio_connect_out_signal(uint32_t pin, uint32_t signal, bool inverte
 /* What the registers show changes in the middle of what the processor does. */
 void lines_show(uint32_t before, uint32_t word, uint64_t at, uint64_t due) {
     const uint64_t later = now;
-    (void)before;
-    (void)word;
-    (void)due;
+    (void)before, (void)word, (void)due;
     now = at;
     look_at_pins();
     now = later;
@@ -574,8 +572,6 @@ static void a_motor_that_begins_to_wait_makes_its_last_pulse(void) {
     STANDS(-999, -998);
     step_and_hold(0, 0);
     STANDS(-998, -998);
-    step_and_hold(0, 0);
-    STANDS(-997, -997);
 }
 
 static void the_second_switch_is_a_hard_limit(void) {
