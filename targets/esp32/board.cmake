@@ -31,7 +31,7 @@ function(wificnc_generate)
     endif()
 endfunction()
 wificnc_generate(pins "${WIFICNC_BOARD}" -o "${wificnc_pins}/pin_config.h")
-wificnc_generate(page -o "${wificnc_pins}/page_files.h")
+wificnc_generate(page --board "${WIFICNC_BOARD}" -o "${wificnc_pins}/page_files.h")
 
 # Interrupts have their time in debug builds, too
 set(wificnc_fast ${sources})

@@ -9,14 +9,20 @@ import pytest
 from esp32_serve import BOARD, serving_esp32
 from playwright.sync_api import Locator, expect
 from web_fixture import Watched
+from wificnc.board.load import find_boards, load_board
 from wificnc.web.embed import embedded_files
 
 FLASH_BYTES = 250 * 1024  # of an app image of 1.5 MB
 LINES = 20
 
 
-def test_the_page_is_small_enough_for_the_firmware(built_page: Path) -> None:
-    assert sum(file.size for file in embedded_files(built_page)) <= FLASH_BYTES
+@pytest.mark.parametrize("board", [path.stem for path in find_boards() if load_board(path).target == "esp32"])
+def test_the_page_is_small_enough_for_the_firmware(built_page: Path, board: str) -> None:
+    """With the picture of its own board, and of no other."""
+    files = embedded_files(built_page, board)
+    assert sum(file.size for file in files) <= FLASH_BYTES
+    (picture,) = [file.path for file in files if file.path.startswith("/assets/") and file.path.endswith(".svg")]
+    assert picture.startswith(f"/assets/{board}-")
 
 
 @pytest.mark.parametrize("password", ["", "correct horse"])

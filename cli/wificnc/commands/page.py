@@ -17,14 +17,15 @@ from wificnc.web.embed import EmbeddedFile, embedded_files, page_header_text
 @click.command()
 @click.option("-o", "--output", type=OutputFile(makes_folders=True), required=True,
               help="Written only if it changes; - is stdout.")  # fmt: skip
-def command(output: Path) -> None:
+@click.option("--board", metavar="ID", help="Board of the firmware: the pictures of others are left out.")
+def command(output: Path, board: str | None) -> None:
     """Generate page_files.h, with which a firmware carries the built page (`make web`) and serves it at port 80.
 
     Without a built page the firmware reports that it has none.
     """
     files: list[EmbeddedFile] = []
     try:
-        files = embedded_files()
+        files = embedded_files(board=board)
     except UserError as error:
         ui.warn(f"{error}: the firmware is built without the web page ({error.hint})")
     text = page_header_text(files)

@@ -18,6 +18,7 @@ from typing import Any
 from wificnc.errors import UserError
 from wificnc.serve.page import TAG_SIZE, TYPES, page_folder
 
+PICTURES = "boards/pinout/"
 MANIFEST = "files.json"  # written by Vite: which file loads which
 INSTALLER = "node_modules/"  # packages that are loaded when they are needed: all of them for a USB port
 
@@ -34,12 +35,15 @@ class EmbeddedFile:
     forever: bool  # its name changes with its content
 
 
-def embedded_files(folder: Path | None = None) -> list[EmbeddedFile]:
-    """What a controller needs of a built page. Raises UserError when it was not built."""
+def embedded_files(folder: Path | None = None, board: str | None = None) -> list[EmbeddedFile]:
+    """What a controller needs of a built page. @param board  whose controller: without the others' pictures
+
+    Raises UserError when it was not built."""
     folder = folder or page_folder()
     if not (folder / MANIFEST).is_file():
         raise UserError(f"the page in {folder} is of an older version", hint="make web")
-    left_out = _installer(json.loads((folder / MANIFEST).read_text(encoding="utf-8")))
+    manifest = json.loads((folder / MANIFEST).read_text(encoding="utf-8"))
+    left_out = _installer(manifest) | (_pictures(manifest, board) if board else set())
     files = []
     for packed in sorted(folder.rglob("*.gz")):
         plain = packed.with_suffix("")
@@ -71,6 +75,11 @@ def _installer(manifest: Mapping[str, Any]) -> set[str]:
     """Files that are loaded by dynamic imports of packages, and by nothing else."""
     entries = [key for key, chunk in manifest.items() if chunk.get("isEntry")]
     return _reached(manifest, manifest) - _reached(manifest, entries)
+
+
+def _pictures(manifest: Mapping[str, Any], board: str) -> set[str]:
+    """Pin-out pictures of all boards but this one."""
+    return {chunk["file"] for key, chunk in manifest.items() if PICTURES in key and Path(key).stem != board}
 
 
 def _reached(manifest: Mapping[str, Any], keys: Iterable[str]) -> set[str]:
