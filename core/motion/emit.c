@@ -15,11 +15,11 @@
 #define ENOUGH_MM     0.5f  /* and a little more than the way to a stop: no more of the path is needed yet */
 #define SLACK_USED    1.01f /* of the way to a stop, for rounding */
 #define MAX_DWELL_NS  20000000u /* of one dwell segment */
-#define STOP_FIRST    1.5f      /* usual samples: the first one of a stop ... */
+#define STOP_FIRST    1.0f      /* usual samples: the first one of a stop ... */
 #define STOP_SAMPLES  96.0f     /* ... or a stop has so many of them */
 #define STOP_SAMPLE_S 0.03f     /* they grow to this, or in a stop that takes long to a part of it: */
 #define STOP_LONGEST  48.0f
-#define STOP_DOUBLE   24u   /* samples: after each so many they are twice as long */
+#define STOP_DOUBLE   48u   /* samples: after each so many they are twice as long */
 #define END_S         0.05f /* and so much: the end of the path is the stop */
 
 void emit_init(struct emit *emit, struct plan *plan, struct ahead *ahead) {
