@@ -25,6 +25,7 @@ static void plan_reset(struct plan *plan, const int32_t position_steps[AXIS_COUN
     power_reset(&plan->power);
     plan->timing.known = plan->timing.settled = 0;
     plan->timing.pass.runs = false;
+    plan->timing.asked = 0;
 }
 
 /* How far a point that is left out may lie from the chord: points are rounded when they are written, and what

@@ -241,16 +241,14 @@ static struct handler {
 } on_pins, on_switches;
 
 esp_err_t esp_intr_alloc(int source, int flags, intr_handler_t to, void *arg, intr_handle_t *handle) {
-    (void)flags;
-    (void)handle;
+    (void)flags, (void)handle;
     if (source == ETS_TG0_T1_LEVEL_INTR_SOURCE)
         on_switches = (struct handler){to, arg};
     return ESP_OK;
 }
 
 esp_err_t gpio_isr_register(void (*to)(void *arg), void *arg, int flags, gpio_isr_handle_t *handle) {
-    (void)flags;
-    (void)handle;
+    (void)flags, (void)handle;
     on_pins = (struct handler){to, arg};
     return ESP_OK;
 }
@@ -340,6 +338,7 @@ static void start(void) {
     wire_motors();
     drive(0, true);
     inputs_init(&hal.inputs, inputs, &step_pins.gang, &roles);
+    CHECK(outputs[SWITCH_ENABLE_X + SECOND_Y].pin == map.wire[SIGNAL_ENABLE_Y2].gpio);
     CHECK(outputs_init(&hal.outputs, outputs, &hal.step.shifted));
     CHECK(step_engine_init(&hal.step, &step_pins));
     struct machine_board board = board_machine(&map);

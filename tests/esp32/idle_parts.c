@@ -4,7 +4,6 @@
 #include "hal/chip_hal.h"
 #include "hal/spindle_pwm.h"
 
-#include "driver/ledc.h"
 #include "esp_private/periph_ctrl.h"
 #include "esp_private/rmt.h"
 #include "freertos/FreeRTOS.h"
@@ -72,25 +71,6 @@ void vPortEnterCritical(portMUX_TYPE *lock) {
 }
 void vPortExitCritical(portMUX_TYPE *lock) {
     (void)lock;
-}
-esp_err_t ledc_timer_config(const ledc_timer_config_t *config) {
-    (void)config;
-    return ESP_OK;
-}
-esp_err_t ledc_channel_config(const ledc_channel_config_t *config) {
-    (void)config;
-    return ESP_OK;
-}
-esp_err_t ledc_set_duty(ledc_mode_t mode, ledc_channel_t channel, uint32_t duty) {
-    (void)mode;
-    (void)channel;
-    (void)duty;
-    return ESP_OK;
-}
-esp_err_t ledc_update_duty(ledc_mode_t mode, ledc_channel_t channel) {
-    (void)mode;
-    (void)channel;
-    return ESP_OK;
 }
 void _esp_error_check_failed(esp_err_t code, const char *file, int line, const char *function,
                              const char *expression) {

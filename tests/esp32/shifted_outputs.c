@@ -57,26 +57,6 @@ bool spindle_pwm_init(const struct output_wire *wire) {
     return wire->pin == PIN_SPINDLE_PWM;
 }
 
-esp_err_t ledc_timer_config(const ledc_timer_config_t *config) {
-    (void)config;
-    return ESP_OK;
-}
-esp_err_t ledc_channel_config(const ledc_channel_config_t *config) {
-    (void)config;
-    return ESP_OK;
-}
-esp_err_t ledc_set_duty(ledc_mode_t mode, ledc_channel_t channel, uint32_t duty) {
-    (void)mode;
-    (void)channel;
-    (void)duty;
-    return ESP_OK;
-}
-esp_err_t ledc_update_duty(ledc_mode_t mode, ledc_channel_t channel) {
-    (void)mode;
-    (void)channel;
-    return ESP_OK;
-}
-
 static uint32_t bit(unsigned pin) {
     return 1u << (pin - BOARD_I2SO_FIRST);
 }

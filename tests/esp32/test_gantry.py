@@ -37,7 +37,10 @@ def test_a_crooked_gantry_homes_square(chip: str, engine: str, tmp_path: Path) -
     folder = chip_folder(by_rmt(board, tmp_path) if engine == "rmt" else board, chip, tmp_path)
     program = tmp_path / "gantry"
     includes = [f"-I{path}" for path in (folder, *INCLUDES)]
-    files = [str(path) for path in (*(HERE / name for name in ("gantry.c", "i2s_model.c", "idle_parts.c")), *sources())]
+    files = [
+        str(path)
+        for path in (*(HERE / name for name in ("gantry.c", "i2s_model.c", "idle_ledc.c", "idle_parts.c")), *sources())
+    ]
     subprocess.run(
         [*locate_compiler(), *FLAGS, *includes, *files, "-o", str(program), "-lm"], check=True, timeout=HANG_S
     )

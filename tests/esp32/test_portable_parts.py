@@ -55,7 +55,7 @@ def test_outputs_of_shift_registers() -> None:
     output = checkout_root() / "build" / "tests" / "shifted_outputs"
     folder = output.parent / "board-shifted"
     write_if_changed(folder / "pin_config.h", pin_header_text(load_board("mks-tinybee")))
-    sources = [HERE / "shifted_outputs.c", ESP32 / "io/outputs.c", ESP32 / "io/pin_map.c"]
+    sources = [HERE / "shifted_outputs.c", HERE / "idle_ledc.c", ESP32 / "io/outputs.c", ESP32 / "io/pin_map.c"]
     write_if_changed(folder / "sdkconfig.h", "#define CONFIG_IDF_TARGET_ESP32 1\n")
     folders = [f"-I{ESP32}", f"-I{folder}", f"-idirafter{ESP32 / 'test' / 'idf_api'}"]
     program = build_program(sources, output, "release", folders)
