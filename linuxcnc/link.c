@@ -194,7 +194,7 @@ void link_begin(struct link *link, struct pins *pins, const struct peer_world *w
     link->at_speed.since_s = now_s;
     clearance_clear(&link->clearance, options->joints);
     link->was_enabled = *pins->enable; /* motion begins by switching on, not because there is a link */
-    peer_begin(&link->peer, world, &owner, options->password, now_s);
+    peer_begin(&link->peer, world, &owner, options->key, now_s);
     link->peer.was_reset = *pins->reset;
 }
 

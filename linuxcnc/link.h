@@ -37,10 +37,10 @@ static inline bool sample_cuts(const struct sample *sample) {
 }
 
 struct link_options {
-    unsigned joints;      /* 1 .. PIN_JOINTS; joint n is the controller's axis n */
-    double level_s;       /* motion that shall wait in the controller's queue */
-    double run_up_s;      /* of a spindle without an encoder */
-    const char *password; /* "": none */
+    unsigned joints; /* 1 .. PIN_JOINTS; joint n is the controller's axis n */
+    double level_s;  /* motion that shall wait in the controller's queue */
+    double run_up_s; /* of a spindle without an encoder */
+    const char *key; /* of access; "": none */
 };
 
 enum link_phase {

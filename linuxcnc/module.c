@@ -139,10 +139,10 @@ static void datagram_module(void *owner, const struct wire_header *header, const
 // ---- all of it ----
 
 void module_begin(struct module *module, struct module_pins *pins, const struct peer_world *world,
-                  const char *password, double now_s) {
+                  const char *key, double now_s) {
     const struct peer_owner owner = {module, greet_module, answer_module, report_module, datagram_module};
     *module = (struct module){.pins = pins, .said_s = now_s - AGAIN_S};
-    peer_begin(&module->peer, world, &owner, password, now_s);
+    peer_begin(&module->peer, world, &owner, key, now_s);
     module->peer.was_reset = *pins->reset;
 }
 

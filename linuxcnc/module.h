@@ -29,9 +29,9 @@ struct module {
 
 /** Make all pins. @return 0, or the first answer of `make` that was not */
 int module_make_pins(struct module_pins *pins, pin_maker make, void *ctx);
-/** A TCP connection is there. What comes is given to module->peer. @param password  "": none */
+/** A TCP connection is there. What comes is given to module->peer. @param key  of access; "": none */
 void module_begin(struct module *module, struct module_pins *pins, const struct peer_world *world,
-                  const char *password, double now_s);
+                  const char *key, double now_s);
 /** Every 10 ms. @return why the module is gone, NULL: it is not */
 const char *module_tick(struct module *module, double now_s);
 /** It is gone: pins say so; inputs stay as they were known last. */

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "peer.h"
 
-#include "base/sha256.h"
+#include "access/key.h"
 #include "base/version.h"
 #include "words_gen.h"
 
@@ -17,7 +17,8 @@ static const double SILENT_S = 1.0;     /* without a report or an answer for thi
 enum {
     ALL_AXES = 0xFF,
     ESTOP_TIMES = 3,
-    LATE_MAX_MS = 1000, /* a report that is older by more is of a controller that has started again */
+    ROUNDS_MAX = 100000, /* of PBKDF2: more would stop this thread */
+    LATE_MAX_MS = 1000,  /* a report that is older by more is of a controller that has started again */
 };
 
 bool peer_is_later(uint32_t one_us, uint32_t other_us) {
@@ -61,7 +62,7 @@ void peer_ask(struct peer *peer, uint8_t type, const void *payload, size_t size)
 void peer_post(struct peer *peer, uint8_t type, const void *payload, size_t size) {
     uint8_t packet[WIRE_PACKET_MAX];
     size_t count = control_pack(&peer->control, packet, type, payload, size, peer->now_s);
-    peer->world.send_udp(peer->world.ctx, packet, count);
+    peer->world.send_udp(peer->world.ctx, packet, seal_close(&peer->seal, packet, count));
 }
 
 static void say_hello(struct peer *peer) {
@@ -72,13 +73,13 @@ static void say_hello(struct peer *peer) {
 }
 
 void peer_begin(struct peer *peer, const struct peer_world *world, const struct peer_owner *owner,
-                const char *password, double now_s) {
-    *peer = (struct peer){.world = *world, .owner = *owner, .password = password, .now_s = now_s};
+                const char *key, double now_s) {
+    *peer = (struct peer){.world = *world, .owner = *owner, .key = key, .now_s = now_s};
     peer->control.sequence = (uint32_t)(uint64_t)(1e6 * now_s); /* not that of the host program before */
     peer->heard_s = peer->pinged_s = now_s;
     peer->estop_s = now_s - ESTOP_WAY_S;
     peer->registered_s = now_s - REGISTER_S;
-    if (password[0] != '\0')
+    if (key[0] != '\0')
         peer_ask(peer, WIRE_CHALLENGE, NULL, 0);
     else
         say_hello(peer);
@@ -150,17 +151,36 @@ bool peer_tick(struct peer *peer, double now_s) {
 
 // ---- from it ----
 
-static void authenticate(struct peer *peer, const uint8_t *nonce) {
-    uint8_t proof[SHA256_SIZE];
-    sha256_hmac(peer->password, strlen(peer->password), nonce, WIRE_CHALLENGE_RESPONSE_SIZE, proof);
-    peer_ask(peer, WIRE_AUTHENTICATE, proof, sizeof proof);
+static void authenticate(struct peer *peer, const uint8_t *payload) {
+    uint8_t request[WIRE_AUTHENTICATE_SIZE], secret[SHA256_SIZE];
+    char normal[ACCESS_KEY_BYTES];
+    struct wire_challenge_response asked;
+    struct wire_authenticate given;
+    wire_get_challenge_response(payload, &asked);
+    size_t count = access_normal_key(peer->key, strlen(peer->key), normal);
+    if (asked.rounds > ROUNDS_MAX) {
+        peer->lost = "the controller does not know this protocol";
+        return;
+    }
+    sha256_pbkdf2(normal, count, asked.salt, sizeof asked.salt, asked.rounds, secret);
+    peer->world.random(peer->world.ctx, given.nonce, sizeof given.nonce);
+    seal_derive(secret, asked.nonce, given.nonce, given.proof, peer->seal.key);
+    wire_put_authenticate(request, &given);
+    peer_ask(peer, WIRE_AUTHENTICATE, request, sizeof request);
+}
+
+static void begin_session(struct peer *peer, const uint8_t *payload) {
+    struct wire_authenticated said;
+    wire_get_authenticated(payload, &said);
+    peer->seal.session = said.session;
+    say_hello(peer);
 }
 
 static void take_hello(struct peer *peer, const uint8_t *payload) {
     struct wire_handshake_response hello;
     wire_get_handshake_response(payload, &hello);
-    if ((hello.capabilities & WIRE_CAPABILITY_LOCKED) != 0 && peer->password[0] == '\0')
-        peer->lost = "the controller requires a password: --password";
+    if ((hello.capabilities & WIRE_CAPABILITY_LOCKED) != 0 && peer->key[0] == '\0')
+        peer->lost = "the controller is locked: --key";
     else
         peer->lost = peer->owner.greet(peer->owner.owner, &hello);
     peer->is_up = peer->lost == NULL;
@@ -168,12 +188,12 @@ static void take_hello(struct peer *peer, const uint8_t *payload) {
 
 static void begin_answered(struct peer *peer, const struct control_answer *answer) {
     if (answer->type == WIRE_REFUSED)
-        peer->lost = answer->request == WIRE_AUTHENTICATE ? "the controller refuses the password: --password"
+        peer->lost = answer->request == WIRE_AUTHENTICATE ? "the controller refuses the access key: --key"
                                                           : "the controller does not know this protocol";
     else if (answer->request == WIRE_CHALLENGE)
         authenticate(peer, answer->payload);
     else if (answer->request == WIRE_AUTHENTICATE)
-        say_hello(peer);
+        begin_session(peer, answer->payload);
     else
         take_hello(peer, answer->payload);
 }

@@ -6,6 +6,7 @@
 #define WIFICNC_LINUXCNC_PEER_H
 
 #include "control.h"
+#include "wire/seal.h"
 
 enum { PEER_WORDS_MAX = 200 }; /* of a line to the operator, with its NUL */
 
@@ -14,6 +15,7 @@ struct peer_world {
     void *ctx;
     void (*send_udp)(void *ctx, const uint8_t *packet, size_t size); /* it may be lost */
     void (*send_tcp)(void *ctx, const uint8_t *bytes, size_t size);
+    void (*random)(void *ctx, uint8_t *bytes, size_t count); /* unpredictable */
     void (*await_servo)(void *ctx); /* return when the servo thread has just run, or after some 10 ms */
     void (*say)(void *ctx, const char *text); /* a line for the operator */
 };
@@ -31,7 +33,8 @@ struct peer_owner {
 struct peer {
     struct peer_world world;
     struct peer_owner owner;
-    const char *password; /* "": none */
+    const char *key;  /* of access; "": none */
+    struct seal seal; /* of our datagrams, when it knows us */
     double now_s;
     const char *lost; /* why the connection is worth nothing any more; NULL: it is fine */
     struct control control;
@@ -48,7 +51,7 @@ struct peer {
 
 /** A TCP connection is there: ask who it is. */
 void peer_begin(struct peer *peer, const struct peer_world *world, const struct peer_owner *owner,
-                const char *password, double now_s);
+                const char *key, double now_s);
 /** A datagram of it. */
 void peer_hear_udp(struct peer *peer, const uint8_t *packet, size_t size, double now_s);
 /** Bytes that came by TCP. */

@@ -20,6 +20,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <time.h>
+#include <unistd.h>
 
 static const double RETRY_S = 1.0;
 static const double CONNECT_S = 1.0; /* TCP may take this long */
@@ -128,6 +129,13 @@ static void send_tcp(void *ctx, const uint8_t *bytes, size_t size) {
 }
 
 /* Then there is time for several pins before it looks at them again. */
+// Of the system; cannot fail for so few.
+static void system_random(void *ctx, uint8_t *bytes, size_t count) {
+    (void)ctx;
+    if (getentropy(bytes, count) != 0)
+        abort();
+}
+
 static void await_servo(void *ctx) {
     struct program *program = ctx;
     int before = hal_stream_depth(&program->samples);
@@ -211,13 +219,13 @@ static const char *rest(struct program *program, double due_s) {
 
 /* Until the controller is gone. @return why */
 static const char *serve(struct program *program) {
-    const struct peer_world world = {program, send_udp, send_tcp, await_servo, say};
+    const struct peer_world world = {program, send_udp, send_tcp, system_random, await_servo, say};
     const char *wrong = NULL;
     double due_s = now_s();
     program->broken = NULL;
     drop_samples(program);
     if (program->is_module)
-        module_begin(&program->module, program->module_pins, &world, program->options.password, now_s());
+        module_begin(&program->module, program->module_pins, &world, program->options.key, now_s());
     else
         link_begin(&program->link, program->pins, &world, &program->options, now_s());
     while (!ends && (wrong = tick(program)) == NULL) {
@@ -275,7 +283,8 @@ static void show_help(FILE *to) {
           "  --address IPV4    of the controller\n"
           "  --joints N        1 to 6, 3 if not said; joint n is the controller's axis n\n"
           "  --name NAME       of the component, before its pins; wificnc if not said\n"
-          "  --password WORD   if the controller requires one; others see it in the list of processes,\n"
+          "  --key KEY         access key, if the controller is locked; others see it in the list of "
+          "processes,\n"
           "                    but not what the environment variable WIFICNC_PASSWORD says\n"
           "  --queue-ms MS     motion that waits in the controller, 10 to 1000; 100 if not said\n"
           "  --run-up-s S      of a spindle without an encoder, until it is reported at speed; 0 if not "
@@ -315,8 +324,8 @@ static bool take_option(struct program *program, int option, const char *name, c
     case 'n':
         program->name = text;
         break;
-    case 'p':
-        program->options.password = text;
+    case 'k':
+        program->options.key = text;
         break;
     case 'j':
         fine = number_of(name, text, true, 1, PIN_JOINTS, &number);
@@ -341,7 +350,7 @@ static bool parse(struct program *program, int argc, char **argv) {
     static const struct option options[] = {
         {"address", required_argument, NULL, 'a'},
         {"name", required_argument, NULL, 'n'},
-        {"password", required_argument, NULL, 'p'},
+        {"key", required_argument, NULL, 'k'},
         {"joints", required_argument, NULL, 'j'},
         {"queue-ms", required_argument, NULL, 'q'},
         {"run-up-s", required_argument, NULL, 'r'},
@@ -373,11 +382,11 @@ int main(int argc, char **argv) {
     static struct program program = {
         .name = "wificnc",
         .network = {-1, -1, -1},
-        .options = {.joints = 3, .level_s = 0.1, .password = ""},
+        .options = {.joints = 3, .level_s = 0.1, .key = ""},
     };
-    const char *password = getenv("WIFICNC_PASSWORD");
-    if (password != NULL)
-        program.options.password = password;
+    const char *key = getenv("WIFICNC_KEY");
+    if (key != NULL)
+        program.options.key = key;
     if (!parse(&program, argc, argv)) {
         show_help(stderr);
         return EXIT_FAILURE;

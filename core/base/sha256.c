@@ -84,33 +84,59 @@ void sha256_end(struct sha256 *sha, uint8_t digest[SHA256_SIZE]) {
         digest[i] = (uint8_t)(sha->state[i / 4] >> (24 - 8 * (i % 4)));
 }
 
-static void hash_padded(const uint8_t pad[SHA256_BLOCK], const void *message, size_t size,
-                        uint8_t digest[SHA256_SIZE]) {
-    struct sha256 sha;
-    sha256_begin(&sha);
-    sha256_add(&sha, pad, SHA256_BLOCK);
-    sha256_add(&sha, message, size);
-    sha256_end(&sha, digest);
+/* RFC 2104: the two hashes behind their padded keys. */
+static void begin_hmac(const void *key, size_t key_size, struct sha256 *inner, struct sha256 *outer) {
+    uint8_t pad[SHA256_BLOCK] = {0};
+    if (key_size > SHA256_BLOCK) {
+        sha256_begin(inner);
+        sha256_add(inner, key, key_size);
+        sha256_end(inner, pad);
+    } else {
+        memcpy(pad, key, key_size);
+    }
+    for (unsigned i = 0; i < SHA256_BLOCK; i++)
+        pad[i] ^= 0x36;
+    sha256_begin(inner);
+    sha256_add(inner, pad, sizeof pad);
+    for (unsigned i = 0; i < SHA256_BLOCK; i++)
+        pad[i] ^= 0x36 ^ 0x5C;
+    sha256_begin(outer);
+    sha256_add(outer, pad, sizeof pad);
 }
 
-/* RFC 2104. */
+/* Both are copies: they serve more than one message. */
+static void end_hmac(struct sha256 inner, struct sha256 outer, uint8_t mac[SHA256_SIZE]) {
+    sha256_end(&inner, mac);
+    sha256_add(&outer, mac, SHA256_SIZE);
+    sha256_end(&outer, mac);
+}
+
 void sha256_hmac(const void *key, size_t key_size, const void *message, size_t size,
                  uint8_t mac[SHA256_SIZE]) {
-    uint8_t inner[SHA256_BLOCK] = {0}, outer[SHA256_BLOCK];
-    if (key_size > SHA256_BLOCK) {
-        struct sha256 sha;
-        sha256_begin(&sha);
-        sha256_add(&sha, key, key_size);
-        sha256_end(&sha, inner);
-    } else {
-        memcpy(inner, key, key_size);
+    struct sha256 inner, outer;
+    begin_hmac(key, key_size, &inner, &outer);
+    sha256_add(&inner, message, size);
+    end_hmac(inner, outer, mac);
+}
+
+void sha256_pbkdf2(const void *password, size_t password_size, const void *salt, size_t salt_size,
+                   uint32_t rounds, uint8_t secret[SHA256_SIZE]) {
+    static const uint8_t first_block[4] = {0, 0, 0, 1};
+    struct sha256 inner, outer;
+    uint8_t u[SHA256_SIZE];
+    begin_hmac(password, password_size, &inner, &outer);
+    struct sha256 salted = inner;
+    sha256_add(&salted, salt, salt_size);
+    sha256_add(&salted, first_block, sizeof first_block);
+    end_hmac(salted, outer, u);
+    memcpy(secret, u, SHA256_SIZE);
+    for (uint32_t round = 1; round < rounds; round++) {
+        struct sha256 next = inner;
+        sha256_add(&next, u, sizeof u);
+        end_hmac(next, outer, u);
+        for (unsigned i = 0; i < SHA256_SIZE; i++)
+            secret[i] ^= u[i];
     }
-    for (unsigned i = 0; i < SHA256_BLOCK; i++) {
-        outer[i] = inner[i] ^ 0x5C;
-        inner[i] ^= 0x36;
-    }
-    hash_padded(inner, message, size, mac);
-    hash_padded(outer, mac, SHA256_SIZE, mac);
 }
 
 bool sha256_is_equal(const uint8_t first[SHA256_SIZE], const uint8_t second[SHA256_SIZE]) {

@@ -2,8 +2,6 @@
  * Requests by TCP, each with its one reply. */
 #include "session/request.h"
 
-#include "base/sha256.h"
-
 #include <string.h>
 
 enum { COUNTS_A_PULSE = 4 }; /* of an encoder with two lines */
@@ -53,7 +51,7 @@ size_t request_handshake(const struct request *request) {
                                                   ? about_module(session->options.channels)
                                                   : about_machine(session->machine);
     response.version = session->options.version;
-    if (session->options.password[0] != '\0')
+    if (!access_may(session->options.access, lockout_ipv4(request->client->address)))
         response.capabilities |= WIRE_CAPABILITY_LOCKED;
     /* Ends with a zero whatever the name: hosts print it as a C string. */
     for (size_t i = 0; i < sizeof response.device_name - 2 && session->options.name[i] != '\0'; i++)
@@ -148,41 +146,49 @@ size_t request_probe_last(const struct request *request) {
 }
 
 size_t request_challenge(const struct request *request) {
+    const struct session *session = request->session;
     struct session_client *client = request->client;
-    struct wire_challenge_response response;
-    if (request->session->ops->random == NULL)
+    struct wire_challenge_response response = {.rounds = ACCESS_ROUNDS};
+    if (session->ops->random == NULL)
         return judge(request, WIRE_REFUSAL_AUTHENTICATION);
     /* A new number for each attempt: a proof that was recorded on the network is worth nothing later. */
-    request->session->ops->random(request->session->ctx, client->nonce, sizeof client->nonce);
+    session->ops->random(session->ctx, client->nonce, sizeof client->nonce);
     client->has_nonce = true;
     memcpy(response.nonce, client->nonce, sizeof response.nonce);
+    memcpy(response.salt, session->options.access->salt, sizeof response.salt);
     wire_put_challenge_response(request_body(request), &response);
     return request_reply(request, WIRE_CHALLENGE_RESPONSE, WIRE_CHALLENGE_RESPONSE_SIZE);
 }
 
-enum wire_refusal request_authenticate(const struct request *request) {
-    struct session *session = request->session;
+static uint32_t new_session(const struct session *session) {
+    uint8_t bytes[4];
+    session->ops->random(session->ctx, bytes, sizeof bytes);
+    uint32_t number = (uint32_t)bytes[0] | (uint32_t)bytes[1] << 8 | (uint32_t)bytes[2] << 16;
+    return number | (uint32_t)(bytes[3] | 1) << 24; /* never 0 */
+}
+
+size_t request_authenticate(const struct request *request) {
+    const struct session *session = request->session;
     struct session_client *client = request->client;
-    const char *password = session->options.password;
+    struct access *access = session->options.access;
     struct wire_authenticate given;
+    struct seal seal = {0};
     uint8_t right[SHA256_SIZE];
-    uint64_t who = lockout_ipv4(client->address);
-    uint32_t now_us = (uint32_t)session->now_us;
-    if (password[0] == '\0') /* all may, also who says one */
-        return WIRE_REFUSAL_NONE;
-    if (!client->has_nonce || !lockout_may_try(&session->lockout, who, now_us))
-        return WIRE_REFUSAL_AUTHENTICATION;
+    if (!client->has_nonce)
+        return judge(request, WIRE_REFUSAL_AUTHENTICATION);
     /* Before the proof is looked at: each number may be tried once, right or wrong. */
     client->has_nonce = false;
     wire_get_authenticate(request->payload, &given);
-    sha256_hmac(password, strlen(password), client->nonce, sizeof client->nonce, right);
-    /* Compares all bytes in any case, so that the time does not tell how many were right. */
-    bool good = sha256_is_equal(right, given.proof);
-    lockout_note(&session->lockout, who, good, now_us);
-    if (!good)
-        return WIRE_REFUSAL_AUTHENTICATION;
+    seal_derive(access->secret, client->nonce, given.nonce, right, seal.key);
+    if (!access->open &&
+        access_prove(access, lockout_ipv4(client->address), given.proof, right) != ACCESS_GOOD)
+        return judge(request, WIRE_REFUSAL_AUTHENTICATION);
+    seal.session = new_session(session);
+    client->seal = seal;
     client->authenticated = true;
-    return WIRE_REFUSAL_NONE;
+    struct wire_authenticated said = {.session = seal.session};
+    wire_put_authenticated(request_body(request), &said);
+    return request_reply(request, WIRE_AUTHENTICATED, WIRE_AUTHENTICATED_SIZE);
 }
 
 enum wire_refusal request_config_save(const struct request *request) {

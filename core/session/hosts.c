@@ -14,7 +14,6 @@ void session_tick(struct session *session) {
     uint32_t clock_us = hal_time_us(session->hal);
     session->now_us += clock_us - session->clock_us;
     session->clock_us = clock_us;
-    lockout_poll(&session->lockout, (uint32_t)session->now_us);
 }
 
 size_t session_close(struct session *session, unsigned counter, uint8_t *packet, enum wire_type type,

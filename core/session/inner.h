@@ -57,9 +57,10 @@ void session_put_probe(const struct session *session, uint8_t *payload);
 
 /* rules.c */
 /** Whether a datagram, or a message of a TCP client, may be looked into: it is known on its channel, long
- * enough, this device has what it is for, this host may do that now, and no later order of it came before. */
+ * enough, this device has what it is for, this host may do that now, and no later order of it came before.
+ * @param sealed  it has proven who has sent it */
 enum wire_refusal session_check_datagram(struct session *session, const uint8_t address[4],
-                                         const struct wire_header *header);
+                                         const struct wire_header *header, bool sealed);
 enum wire_refusal session_check_request(struct session *session, const struct session_client *client,
                                         const struct wire_header *header);
 

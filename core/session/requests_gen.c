@@ -24,7 +24,7 @@ const struct request_handler request_handlers[] = {
     {.type = WIRE_STATISTICS, .answer = request_statistics},
     {.type = WIRE_PROBE_LAST, .answer = request_probe_last},
     {.type = WIRE_CHALLENGE, .answer = request_challenge},
-    {.type = WIRE_AUTHENTICATE, .execute = request_authenticate},
+    {.type = WIRE_AUTHENTICATE, .answer = request_authenticate},
 };
 /* clang-format on */
 

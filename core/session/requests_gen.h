@@ -17,7 +17,7 @@ enum wire_refusal request_stream_drop(const struct request *request);
 size_t request_statistics(const struct request *request);
 size_t request_probe_last(const struct request *request);
 size_t request_challenge(const struct request *request);
-enum wire_refusal request_authenticate(const struct request *request);
+size_t request_authenticate(const struct request *request);
 /* clang-format on */
 
 #endif

@@ -15,16 +15,6 @@ static const struct session_rule *rule_of(uint8_t type, unsigned channel) {
     return NULL;
 }
 
-/* Datagrams are those of an authenticated connection's host. */
-static bool has_authenticated(const struct session *session, const uint8_t address[4]) {
-    for (unsigned i = 0; i < SESSION_CLIENTS; i++) {
-        const struct session_client *client = &session->client[i];
-        if (client->used && client->authenticated && session_same(client->address, address))
-            return true;
-    }
-    return false;
-}
-
 /* Sent before the order: its number and its time stamp say so. One of them alone may be that of a program
  * that counts from 0 or has no clock. */
 static bool is_before(const struct wire_header *header, const uint8_t address[4],
@@ -55,7 +45,7 @@ static void note_order(struct session *session, const struct session_rule *rule,
 }
 
 static enum wire_refusal check(struct session *session, const struct wire_header *header, unsigned channel,
-                               bool authenticated, const uint8_t address[4]) {
+                               bool proven, const uint8_t address[4]) {
     const struct session_owner *owner = &session->owner;
     const struct session_rule *rule = rule_of(header->type, channel);
     /* In this order: the packet exists, is complete, and is for this kind of device; then who sends it;
@@ -66,7 +56,7 @@ static enum wire_refusal check(struct session *session, const struct wire_header
         return WIRE_REFUSAL_MALFORMED;
     if ((rule->needs & NEEDS_MACHINE) != 0 && session_is_module(session))
         return WIRE_REFUSAL_IO_MODULE;
-    bool locked = !authenticated && session->options.password[0] != '\0';
+    bool locked = !proven && !access_may(session->options.access, lockout_ipv4(address));
     if ((rule->needs & NEEDS_MAY) != 0 && locked)
         return WIRE_REFUSAL_AUTHENTICATION;
     if ((rule->needs & NEEDS_MAY) != 0 && owner->on && !session_same(owner->address, address))
@@ -78,8 +68,8 @@ static enum wire_refusal check(struct session *session, const struct wire_header
 }
 
 enum wire_refusal session_check_datagram(struct session *session, const uint8_t address[4],
-                                         const struct wire_header *header) {
-    return check(session, header, CHANNEL_UDP, has_authenticated(session, address), address);
+                                         const struct wire_header *header, bool sealed) {
+    return check(session, header, CHANNEL_UDP, sealed, address);
 }
 
 enum wire_refusal session_check_request(struct session *session, const struct session_client *client,

@@ -67,6 +67,15 @@ static void note_heard(struct session *session, const uint8_t address[4]) {
         session_send_status(session, address);
 }
 
+/* By the seal behind it, of the session of any connection. */
+static bool is_sealed(struct session *session, const struct wire_header *header, const uint8_t *bytes,
+                      size_t size) {
+    for (unsigned i = 0; i < SESSION_CLIENTS; i++)
+        if (seal_open(&session->client[i].seal, bytes, WIRE_HEADER_SIZE + (size_t)header->length, size))
+            return true;
+    return false;
+}
+
 void session_datagram(struct session *session, const struct session_peer *from, const uint8_t *bytes,
                       size_t size) {
     struct wire_header header;
@@ -77,7 +86,8 @@ void session_datagram(struct session *session, const struct session_peer *from, 
         return;
     }
     const uint8_t *payload = bytes + WIRE_HEADER_SIZE;
-    enum wire_refusal refusal = session_check_datagram(session, from->address, &header);
+    bool sealed = is_sealed(session, &header, bytes, size);
+    enum wire_refusal refusal = session_check_datagram(session, from->address, &header, sealed);
     /* Also of a packet that is refused: a host without the right to move may watch, and gets the status
      * for it. */
     note_heard(session, from->address);
@@ -142,6 +152,7 @@ void session_disconnect(struct session *session, int place, bool left) {
     struct session_owner *owner = &session->owner;
     session_tick(session);
     client->used = client->authenticated = client->has_nonce = false;
+    client->seal = (struct seal){0};
     if (session->stream.client == place)
         session->stream.client = -1;
     /* Only an end that the other side made counts. A place that we gave to someone else (session_place())

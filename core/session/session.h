@@ -10,18 +10,14 @@
 #ifndef WIFICNC_SESSION_SESSION_H
 #define WIFICNC_SESSION_SESSION_H
 
-#include "base/lockout.h"
+#include "access/access.h"
 #include "channels/channels.h"
 #include "machine/host.h"
 #include "settings/store.h"
 #include "wire/packet.h"
+#include "wire/seal.h"
 
-enum {
-    SESSION_CLIENTS = WIRE_CLIENTS_MAX,
-    SESSION_LISTENERS = WIRE_LISTENERS_MAX,
-    SESSION_RECENT = 32,
-    SESSION_NONCE = 16
-};
+enum { SESSION_CLIENTS = WIRE_CLIENTS_MAX, SESSION_LISTENERS = WIRE_LISTENERS_MAX, SESSION_RECENT = 32 };
 
 /** An address and port, IPv4; port in host order. */
 struct session_peer {
@@ -32,14 +28,14 @@ struct session_peer {
 struct session_ops {
     /** Send a datagram from the device's UDP port. May be lost. */
     void (*send)(void *ctx, const struct session_peer *to, const uint8_t *packet, size_t size);
-    /** Unpredictable bytes. NULL: there is no authentication, so with a password no host can ever move. */
+    /** Unpredictable bytes. NULL: there is no authentication, so only hosts of trusted addresses move. */
     void (*random)(void *ctx, uint8_t *bytes, size_t count);
 };
 
 /** Given by the target. Strings live as long as the session. */
 struct session_options {
     const char *name;          /* up to 31 characters */
-    const char *password;      /* "": all may move */
+    struct access *access;     /* who may move; the target polls it */
     uint32_t version;          /* major<<24 | minor<<16 | patch */
     uint16_t status_port;      /* WIRE_STATUS_PORT; tests have others */
     struct channels *channels; /* configuration of an I/O module; NULL: this target can be none */
@@ -57,7 +53,8 @@ struct session_module {
 struct session_client {
     bool used, authenticated, has_nonce;
     uint8_t address[4];
-    uint8_t nonce[SESSION_NONCE];
+    uint8_t nonce[SEAL_NONCE];
+    struct seal seal; /* of its datagrams */
     uint64_t heard_us;
 };
 
@@ -123,10 +120,9 @@ struct session {
     struct session_options options;
     uint64_t now_us; /* does not wrap */
     uint32_t clock_us;
-    uint64_t status_us;     /* of the last round of reports */
-    uint64_t due_us;        /* the next one; however late one is, the others keep their pace */
-    struct lockout lockout; /* of wrong proofs */
-    uint32_t sequence[3];   /* status, events and acks, replies */
+    uint64_t status_us;   /* of the last round of reports */
+    uint64_t due_us;      /* the next one; however late one is, the others keep their pace */
+    uint32_t sequence[3]; /* status, events and acks, replies */
     struct session_listener listener[SESSION_LISTENERS];
     struct session_client client[SESSION_CLIENTS];
     struct session_owner owner;

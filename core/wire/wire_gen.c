@@ -49,6 +49,20 @@ void wire_get_segment(const uint8_t *at, struct wire_segment *to) {
     to->flags = get_u8(at + 42);
 }
 
+void wire_put_seal(uint8_t *at, const struct wire_seal *from) {
+    put_u32(at + 0, from->session);
+    put_u32(at + 4, from->counter);
+    for (unsigned i = 0; i < 8; i++)
+        put_u8(at + 8 + 1 * i, from->mac[i]);
+}
+
+void wire_get_seal(const uint8_t *at, struct wire_seal *to) {
+    to->session = get_u32(at + 0);
+    to->counter = get_u32(at + 4);
+    for (unsigned i = 0; i < 8; i++)
+        to->mac[i] = get_u8(at + 8 + 1 * i);
+}
+
 void wire_put_motion(uint8_t *at, const struct wire_motion *from) {
     put_u8(at + 0, from->count);
     put_zero(at + 1, 3);
@@ -428,21 +442,39 @@ void wire_get_statistics_response(const uint8_t *at, struct wire_statistics_resp
 void wire_put_challenge_response(uint8_t *at, const struct wire_challenge_response *from) {
     for (unsigned i = 0; i < 16; i++)
         put_u8(at + 0 + 1 * i, from->nonce[i]);
+    for (unsigned i = 0; i < 16; i++)
+        put_u8(at + 16 + 1 * i, from->salt[i]);
+    put_u32(at + 32, from->rounds);
 }
 
 void wire_get_challenge_response(const uint8_t *at, struct wire_challenge_response *to) {
     for (unsigned i = 0; i < 16; i++)
         to->nonce[i] = get_u8(at + 0 + 1 * i);
+    for (unsigned i = 0; i < 16; i++)
+        to->salt[i] = get_u8(at + 16 + 1 * i);
+    to->rounds = get_u32(at + 32);
 }
 
 void wire_put_authenticate(uint8_t *at, const struct wire_authenticate *from) {
+    for (unsigned i = 0; i < 16; i++)
+        put_u8(at + 0 + 1 * i, from->nonce[i]);
     for (unsigned i = 0; i < 32; i++)
-        put_u8(at + 0 + 1 * i, from->proof[i]);
+        put_u8(at + 16 + 1 * i, from->proof[i]);
 }
 
 void wire_get_authenticate(const uint8_t *at, struct wire_authenticate *to) {
+    for (unsigned i = 0; i < 16; i++)
+        to->nonce[i] = get_u8(at + 0 + 1 * i);
     for (unsigned i = 0; i < 32; i++)
-        to->proof[i] = get_u8(at + 0 + 1 * i);
+        to->proof[i] = get_u8(at + 16 + 1 * i);
+}
+
+void wire_put_authenticated(uint8_t *at, const struct wire_authenticated *from) {
+    put_u32(at + 0, from->session);
+}
+
+void wire_get_authenticated(const uint8_t *at, struct wire_authenticated *to) {
+    to->session = get_u32(at + 0);
 }
 
 /* clang-format on */

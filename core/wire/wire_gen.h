@@ -64,6 +64,7 @@ enum wire_type {
     WIRE_CHALLENGE = 0x65,
     WIRE_CHALLENGE_RESPONSE = 0x66,
     WIRE_AUTHENTICATE = 0x67,
+    WIRE_AUTHENTICATED = 0x6C,
 };
 
 /** State of the machine. */
@@ -148,7 +149,7 @@ enum wire_refusal {
     WIRE_REFUSAL_RANGE = 13, /* the value is out of its range */
     WIRE_REFUSAL_UNKNOWN_TYPE = 14, /* unknown packet, or not allowed on this channel */
     WIRE_REFUSAL_STREAM_CLOSED = 15, /* the stream is not open */
-    WIRE_REFUSAL_AUTHENTICATION = 16, /* not authenticated; for a proof: a wrong password, or sent too soon after one */
+    WIRE_REFUSAL_AUTHENTICATION = 16, /* not authenticated; for a proof: a wrong access key, or sent too soon after one */
     WIRE_REFUSAL_NOT_STORED = 17, /* the storage failed; the values are active but not stored */
     WIRE_REFUSAL_NO_HOMING = 18, /* homing is disabled ($22), or none of the axes has travel */
     WIRE_REFUSAL_IO_MODULE = 19, /* this is an I/O module without motion */
@@ -190,6 +191,18 @@ struct wire_segment {
 
 void wire_put_segment(uint8_t *at, const struct wire_segment *from);
 void wire_get_segment(const uint8_t *at, struct wire_segment *to);
+
+enum { WIRE_SEAL_SIZE = 16 };
+
+/** Behind a datagram of an authenticated host: who has sent it, and that it was not sent before. */
+struct wire_seal {
+    uint32_t session; /* of `authenticated` */
+    uint32_t counter; /* 1 for the first datagram of the session, one more for each; at its end a new session begins */
+    uint8_t mac[8]; /* SipHash-2-4 of packet, session and counter, with the session's key */
+};
+
+void wire_put_seal(uint8_t *at, const struct wire_seal *from);
+void wire_get_seal(const uint8_t *at, struct wire_seal *to);
 
 enum { WIRE_MOTION_SIZE = 4 };
 
@@ -511,25 +524,38 @@ struct wire_statistics_response {
 void wire_put_statistics_response(uint8_t *at, const struct wire_statistics_response *from);
 void wire_get_statistics_response(const uint8_t *at, struct wire_statistics_response *to);
 
-enum { WIRE_CHALLENGE_RESPONSE_SIZE = 16 };
+enum { WIRE_CHALLENGE_RESPONSE_SIZE = 36 };
 
-/** A number that is used once and never repeated. */
+/** What the proof is made of. */
 struct wire_challenge_response {
-    uint8_t nonce[16]; /* what the proof is made of */
+    uint8_t nonce[16]; /* the device's number: used once, never repeated */
+    uint8_t salt[16]; /* of this device, until it restarts */
+    uint32_t rounds; /* of PBKDF2 */
 };
 
 void wire_put_challenge_response(uint8_t *at, const struct wire_challenge_response *from);
 void wire_get_challenge_response(const uint8_t *at, struct wire_challenge_response *to);
 
-enum { WIRE_AUTHENTICATE_SIZE = 32 };
+enum { WIRE_AUTHENTICATE_SIZE = 48 };
 
-/** Until it ends, this connection may change settings and move axes; so may datagrams of its host. */
+/** Until it ends, this connection may change settings and move axes; so may sealed datagrams of its session. */
 struct wire_authenticate {
-    uint8_t proof[32]; /* HMAC-SHA-256 of the nonce, with the password as the key */
+    uint8_t nonce[16]; /* the host's number: unpredictable, used once */
+    uint8_t proof[32]; /* HMAC-SHA-256 of `WMC3 host proof`, padded to 16 bytes with zeros, and both nonces, the device's first; its key is the secret */
 };
 
 void wire_put_authenticate(uint8_t *at, const struct wire_authenticate *from);
 void wire_get_authenticate(const uint8_t *at, struct wire_authenticate *to);
+
+enum { WIRE_AUTHENTICATED_SIZE = 4 };
+
+/** The session of this connection. */
+struct wire_authenticated {
+    uint32_t session; /* never 0; its key is the first half of the HMAC as of the proof, of `WMC3 datagrams` in its place */
+};
+
+void wire_put_authenticated(uint8_t *at, const struct wire_authenticated *from);
+void wire_get_authenticated(const uint8_t *at, struct wire_authenticated *to);
 
 /* clang-format on */
 

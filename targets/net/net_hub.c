@@ -11,7 +11,9 @@ enum { READ_SIZE = 1024 };
 static const char nobody[] = "No client is in control: the first line takes control";
 static const char take_line[] = "$TAKE";
 static const char login_line[] = "$LOGIN=";
-static const char locked_out[] = "Password required: $LOGIN=...";
+
+static const char locked_out[] =
+    "Locked: log in at the web page, by wificnc login, or send $LOGIN=access key";
 
 enum { JOG_CANCEL = 0x85 };
 enum { TAKE_LENGTH = sizeof take_line - 1 };
@@ -67,11 +69,21 @@ static void explain(struct net_hub *hub, struct net_client *observer) {
     say_message(hub, observer, text);
 }
 
+static void tell_key(struct net_hub *hub, struct net_client *client) {
+    char text[NET_MESSAGE_SIZE];
+    const char *key = client->stream.local && hub->ops->key != NULL ? hub->ops->key(hub->ctx) : NULL;
+    if (key == NULL || hub->access == NULL || hub->access->open)
+        return;
+    snprintf(text, sizeof text, "Access key of network clients: %s", key);
+    say_message(hub, client, text);
+}
+
 /* Notices for a client that may take control from now on. */
 static void greet(struct net_hub *hub, struct net_client *client) {
     char text[NET_MESSAGE_SIZE];
     for (unsigned n = 0; hub->ops->notice != NULL && hub->ops->notice(hub->ctx, n, text, sizeof text); n++)
         say_message(hub, client, text);
+    tell_key(hub, client);
     if (hub->owner != NULL)
         explain(hub, client);
 }
@@ -176,6 +188,10 @@ static struct net_client *free_place(struct net_hub *hub) {
     return locked;
 }
 
+static bool is_locked_out(const struct net_hub *hub, const struct net_stream *stream) {
+    return hub->access != NULL && !stream->local && !access_may(hub->access, stream->peer);
+}
+
 bool net_hub_connect(struct net_hub *hub, const struct net_stream *stream, const char *name) {
     static const char full[] = "[MSG:Connection refused: all client slots are in use]\r\n";
     struct net_client *client = free_place(hub);
@@ -185,7 +201,7 @@ bool net_hub_connect(struct net_hub *hub, const struct net_stream *stream, const
         hub->ops->event(hub->ctx, "refused, all client slots are in use", name);
         return false;
     }
-    *client = (struct net_client){.stream = *stream, .locked = hub->locks && !stream->local};
+    *client = (struct net_client){.stream = *stream, .locked = is_locked_out(hub, stream)};
     snprintf(client->name, sizeof client->name, "%s", name);
     hub->ops->event(hub->ctx, "connected", name);
     if (client->locked)
@@ -341,19 +357,19 @@ static bool is_login(const struct net_client *client) {
 }
 
 static void log_in(struct net_hub *hub, struct net_client *client) {
-    static const char *const said[] = {[NET_GATE_WRONG] = "Wrong password",
-                                       [NET_GATE_WAIT] = "Too many wrong passwords: wait, then try again"};
+    static const char *const said[] = {[ACCESS_WRONG] = "Wrong access key",
+                                       [ACCESS_WAIT] = "Too many wrong access keys: wait, then try again"};
     if (!is_login(client)) {
         say_message(hub, client, locked_out);
         net_queue_free(&client->in);
         return;
     }
-    enum net_gate_result result =
-        hub->ops->login(hub->ctx, client->stream.peer, net_queue_head(&client->in) + LOGIN_LENGTH,
-                        client->in.count - LOGIN_LENGTH);
+    enum access_result result =
+        access_try(hub->access, client->stream.peer, net_queue_head(&client->in) + LOGIN_LENGTH,
+                   client->in.count - LOGIN_LENGTH);
     net_queue_free(&client->in);
-    hub->ops->event(hub->ctx, result == NET_GATE_GOOD ? "logged in" : "not logged in", client->name);
-    if (result != NET_GATE_GOOD) {
+    hub->ops->event(hub->ctx, result == ACCESS_GOOD ? "logged in" : "not logged in", client->name);
+    if (result != ACCESS_GOOD) {
         say_message(hub, client, said[result]);
         return;
     }
@@ -362,7 +378,7 @@ static void log_in(struct net_hub *hub, struct net_client *client) {
     greet(hub, client);
 }
 
-/* In a password real-time characters are letters like others. A line that is too long is none. */
+/* In a key real-time characters are letters like others. A line that is too long is none. */
 static void take_locked(struct net_hub *hub, struct net_client *client, uint8_t byte) {
     const char character = (char)byte;
     if (byte == '\n' || byte == '\r') {

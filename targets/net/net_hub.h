@@ -17,9 +17,10 @@
  * A reset of the controller, whoever asked for it, forgets every line that waits here: with the banner
  * senders begin again.
  *
- * Where there is a password (hub.locks), a client from elsewhere is locked out at first: its `?` is answered,
- * it sees nothing but reports, and `$LOGIN=password` lets it in. When all places are taken, such a client has
- * to go for a new one.
+ * Where there is an access key (access/access.h), a client from an address that is not trusted is locked out
+ * at first: its `?` is answered, it may hold and stop, it sees nothing but reports, and `$LOGIN=key` lets it
+ * in. When all places are taken, such a client has to go for a new one. `$TRUST=day` or `always` of a client
+ * that is in lets all clients of its address in from now on, `$TRUST=no` ends that.
  *
  * Nothing is lost for want of room. A controller that is full, or an owner that does not read its answers,
  * stops the reading of the owner's lines; an observer that does not read is disconnected.
@@ -28,8 +29,8 @@
 #ifndef WIFICNC_NET_HUB_H
 #define WIFICNC_NET_HUB_H
 
+#include "access/access.h"
 #include "hal/net_sizes.h" // NET_CLIENTS, of the target
-#include "net_gate.h"
 #include "net_queue.h"
 #include "net_stream.h"
 #include "net_telnet.h"
@@ -69,10 +70,10 @@ struct net_hub_ops {
     /** Messages for a new client. @param number  0, 1, .. until it returns false: no more. NULL: there are
      *  none */
     bool (*notice)(void *ctx, unsigned number, char *text, size_t size);
+    /** The access key, for who has a cable to the controller; may be NULL, and return NULL. */
+    const char *(*key)(void *ctx);
     /** Lines or motion are under way: who only listens stays that long. May be NULL */
     bool (*busy)(void *ctx);
-    /** A client has sent a password. May be NULL where nothing locks. @param who  its stream's peer */
-    enum net_gate_result (*login)(void *ctx, uint64_t who, const char *password, size_t size);
 };
 
 struct net_client {
@@ -98,7 +99,7 @@ struct net_hub {
     const struct net_hub_ops *ops;
     void *ctx;
     struct net_hub_sizes sizes;
-    bool locks; /* new clients from elsewhere are locked out until they log in; set by whoever owns the hub */
+    struct access *access; /* whoever owns the hub sets and polls it; NULL: no client is locked out */
     struct net_client client[NET_CLIENTS];
     struct net_client *owner;  /* NULL: no one */
     struct net_client *sender; /* it answers for what runs; NULL: no one does */

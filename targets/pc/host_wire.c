@@ -24,7 +24,7 @@ struct host_wire {
     struct host_module module;
     struct sent *first, **last;
     uint64_t seed;
-    char password[64];
+    struct access access;
 };
 
 static void address_bytes(uint32_t address, uint8_t bytes[4]) {
@@ -53,17 +53,19 @@ static void repeatable(void *ctx, uint8_t *bytes, size_t count) {
     }
 }
 
-static struct host_wire *create(struct host *host, const char *password, bool is_module) {
+static struct host_wire *create(struct host *host, const char *key, bool is_module) {
     static const struct session_ops ops = {.send = keep_sent, .random = repeatable};
+    uint8_t salt[ACCESS_SALT];
     struct host_wire *wire = calloc(1, sizeof *wire);
     if (wire == NULL)
         return NULL;
     wire->host = host;
     wire->last = &wire->first;
-    strncpy(wire->password, password, sizeof wire->password - 1);
+    repeatable(wire, salt, sizeof salt);
+    access_init(&wire->access, key, key[0] == '\0', salt, hal_time_us(&host->hal));
     host_module_init(&wire->module, host);
     const struct session_options options = {.name = "WiFiCNC",
-                                            .password = wire->password,
+                                            .access = &wire->access,
                                             .version = VERSION_WORD,
                                             .status_port = WIRE_STATUS_PORT,
                                             .channels = &wire->module.channels};
@@ -76,12 +78,18 @@ static struct host_wire *create(struct host *host, const char *password, bool is
     return wire;
 }
 
-struct host_wire *host_wire_create(struct host *host, const char *password) {
-    return create(host, password, false);
+struct host_wire *host_wire_create(struct host *host, const char *key) {
+    return create(host, key, false);
 }
 
-struct host_wire *host_wire_create_module(struct host *host, const char *password) {
-    return create(host, password, true);
+struct host_wire *host_wire_create_module(struct host *host, const char *key) {
+    return create(host, key, true);
+}
+
+void host_wire_trust(struct host_wire *wire, uint32_t address, int span) {
+    uint8_t bytes[4];
+    address_bytes(address, bytes);
+    (void)access_trust(&wire->access, lockout_ipv4(bytes), (enum access_span)span);
 }
 
 bool host_wire_hold(struct host_wire *wire, unsigned pin, int hold) {
@@ -157,6 +165,7 @@ void host_wire_run(struct host_wire *wire, uint64_t t_ticks) {
         now = host_time_ticks(host);
         if (tasks_stalled_until(&host->tasks, HOST_CONTROLLER, now) > now)
             continue; /* it is the controller's task that does this */
+        access_poll(&wire->access, hal_time_us(&host->hal));
         session_poll(&wire->session);
         tasks_wake(&host->tasks, now);
     }

@@ -9,12 +9,15 @@
 struct host_wire;
 
 /** A motion controller, or an I/O module where the host's store says so.
- * @param password  "": none @return NULL: no memory. The host must live longer. */
-struct host_wire *host_wire_create(struct host *host, const char *password);
+ * @param key  of access; "": open @return NULL: no memory. The host must live longer. */
+struct host_wire *host_wire_create(struct host *host, const char *key);
 void host_wire_destroy(struct host_wire *wire);
 
+/** Someone at this address has logged in and said that it is to be trusted. @param span  enum access_span */
+void host_wire_trust(struct host_wire *wire, uint32_t address, int span);
+
 /** As host_wire_create(), but an I/O module, whatever the store says. */
-struct host_wire *host_wire_create_module(struct host *host, const char *password);
+struct host_wire *host_wire_create_module(struct host *host, const char *key);
 
 /** Hold a pin of the I/O module from outside (host_module.h). @return false: no such pin */
 bool host_wire_hold(struct host_wire *wire, unsigned pin, int hold);

@@ -9,8 +9,8 @@
  *
  * Options, each with a value but --io-module: --timer-hz --step-pulse-ns --dir-setup-ns --max-step-rate-hz
  * --axes --ganged --home-axes --missing-outputs --speed (0: as fast as it can) --host --port --wmc3 --control
- * --pty --store --set; and --parent: end when stdin does. The password of network clients is in
- * WIFICNC_PASSWORD, because arguments can be read by everyone. */
+ * --pty --store --set; and --parent: end when stdin does. The access key of network clients is in
+ * WIFICNC_KEY, because arguments can be read by everyone. */
 #include "port.h"
 #include "serve.h"
 
@@ -184,7 +184,7 @@ static bool read_options(int argc, char **argv, struct serve_options *options, c
 int main(int argc, char **argv) {
     const char *settings[SETTINGS_MAX + 1] = {NULL};
     struct serve_failure failure;
-    const char *password = getenv("WIFICNC_PASSWORD");
+    const char *key = getenv("WIFICNC_KEY");
     struct serve_options options = {
         .board = {.timer_hz = 20000000,
                   .step_pulse_ns = 1000,
@@ -192,7 +192,7 @@ int main(int argc, char **argv) {
                   .max_step_rate_hz = 500000,
                   .axis_count = 3},
         .speed = 1.0,
-        .password = password != NULL ? password : "",
+        .key = key != NULL ? key : "",
         .settings = settings,
         .stop_fd = {-1, -1},
         .events = {.listens = say_listens, .client = say_client},

@@ -47,7 +47,7 @@ struct serve {
     struct serve_events events;
     struct host *host;
     struct net_hub hub;
-    struct net_gate gate;
+    struct access access;
     struct serve_clock clock;
     bool full_speed;
     bool input_follows; /* at full speed: more input may come immediately, so time stops while nothing is
@@ -66,6 +66,10 @@ struct serve {
     uint64_t fed_ns;   /* when the controller last got a line */
     struct port_poll poll[POLL_COUNT];
 };
+
+static uint32_t clock_us(void) {
+    return (uint32_t)(port_clock_ns() / 1000);
+}
 
 /* ---- the controller as the hub sees it ---- */
 
@@ -88,11 +92,6 @@ static void act(void *ctx) {
 static bool notice(void *ctx, unsigned number, char *text, size_t size) {
     const struct serve *serve = ctx;
     return host_notice(serve->host, number, text, size);
-}
-
-static enum net_gate_result login(void *ctx, uint64_t who, const char *password, size_t size) {
-    struct serve *serve = ctx;
-    return net_gate_try(&serve->gate, who, password, size, (uint32_t)(port_clock_ns() / 1000));
 }
 
 static void left(void *ctx, bool lines_wait) {
@@ -179,7 +178,7 @@ static bool open_doors(struct serve *serve, const struct serve_options *options,
     }
     if (options->wire_address != NULL) {
         failure->stage = SERVE_WIRE;
-        failure->error = serve_wire_open(&serve->wire, serve->host, options->wire_address, options->password);
+        failure->error = serve_wire_open(&serve->wire, serve->host, options->wire_address, &serve->access);
         if (failure->error != 0)
             return false;
         serve->events.listens(serve->events.ctx, "wmc3", options->wire_address);
@@ -214,15 +213,15 @@ static struct host *make_host(const struct serve_options *options, struct serve_
     return NULL;
 }
 
+static void init_access(struct access *access, const char *key) {
+    uint8_t salt[ACCESS_SALT];
+    port_random(salt, sizeof salt);
+    access_init(access, key, key[0] == '\0', salt, clock_us());
+}
+
 struct serve *serve_create(const struct serve_options *options, struct serve_failure *failure) {
-    static const struct net_hub_ops ops = {.put = put,
-                                           .hear = hear,
-                                           .act = act,
-                                           .event = event,
-                                           .left = left,
-                                           .notice = notice,
-                                           .busy = busy,
-                                           .login = login};
+    static const struct net_hub_ops ops = {
+        .put = put, .hear = hear, .act = act, .event = event, .left = left, .notice = notice, .busy = busy};
     /* Real-time bytes act when they are read: room for what a sender pours without counting. */
     static const struct net_hub_sizes sizes = {
         .clients = NET_CLIENTS, .in = 16 << 20, .out = 256 * 1024, .left = 32 << 20};
@@ -236,8 +235,8 @@ struct serve *serve_create(const struct serve_options *options, struct serve_fai
     memcpy(serve->stop_fd, options->stop_fd, sizeof serve->stop_fd);
     serve->listener = serve->control.listener = serve->claim = -1;
     net_hub_init(&serve->hub, &sizes, &ops, serve);
-    net_gate_init(&serve->gate, options->password);
-    serve->hub.locks = serve->gate.shut;
+    init_access(&serve->access, options->key);
+    serve->hub.access = &serve->access;
     /* Before the file is read: two programs with one storage would overwrite each other's settings. */
     if (claim_store(serve, options->store, failure))
         serve->host = make_host(options, failure);
@@ -394,7 +393,7 @@ static void ask_sometimes(struct serve *serve) {
     if (now_ns - serve->asked_ns < ASK_EVERY_MS * 1000000ull)
         return;
     serve->asked_ns = now_ns;
-    lockout_poll(&serve->gate.lockout, (uint32_t)(now_ns / 1000));
+    access_poll(&serve->access, clock_us());
     net_hub_ask(&serve->hub);
 }
 

@@ -26,10 +26,10 @@ struct serve_options {
     const char *control_port; /* of 127.0.0.1, see serve_control.h; NULL: no such door */
     const char *pty_link;     /* NULL: no pty */
     const char
-        *wire_address;    /* IPv4 of the binary protocol, its ports are fixed; NULL: none. Needs speed > 0 */
-    bool io_module;       /* an I/O module, whatever the store says; then there is no text side */
-    const char *password; /* of network clients, by any protocol; "": none */
-    const char *store;    /* file that keeps settings; NULL: nothing is kept */
+        *wire_address; /* IPv4 of the binary protocol, its ports are fixed; NULL: none. Needs speed > 0 */
+    bool io_module;    /* an I/O module, whatever the store says; then there is no text side */
+    const char *key;   /* of network clients, by any protocol; "": access is open */
+    const char *store; /* file that keeps settings; NULL: nothing is kept */
     const char *const *settings; /* lines like $110=5000, NULL-terminated; or NULL */
     int stop_fd[2];              /* readable, or at its end: stop; -1: none */
     struct serve_events events;

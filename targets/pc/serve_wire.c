@@ -17,10 +17,10 @@ bool serve_wire_choose(struct serve_wire *wire, struct host *host, bool force) {
     return wire->is_module;
 }
 
-int serve_wire_open(struct serve_wire *wire, struct host *host, const char *address, const char *password) {
+int serve_wire_open(struct serve_wire *wire, struct host *host, const char *address, struct access *access) {
     static const struct session_ops ops = {.send = net_wire_send, .random = system_random};
     const struct session_options options = {.name = "WiFiCNC",
-                                            .password = password,
+                                            .access = access,
                                             .version = VERSION_WORD,
                                             .status_port = WIRE_STATUS_PORT,
                                             .channels = &wire->module.channels};

@@ -21,8 +21,8 @@ struct serve_wire {
 /** Read what is stored of the I/O module. @param force  be one whatever is stored @return it is one */
 bool serve_wire_choose(struct serve_wire *wire, struct host *host, bool force);
 
-/** @param password  "": none; lives as long as this @return 0 or an error of the system */
-int serve_wire_open(struct serve_wire *wire, struct host *host, const char *address, const char *password);
+/** @param access  lives as long as this @return 0 or an error of the system */
+int serve_wire_open(struct serve_wire *wire, struct host *host, const char *address, struct access *access);
 void serve_wire_close(struct serve_wire *wire);
 
 /** What to wait for. */

@@ -38,9 +38,9 @@ def program(files: tuple[EmbeddedFile, ...] = ()) -> Path:
 
 
 @contextmanager
-def serving_esp32(password: str = "", link_lost: str = FINISH, files: Iterable[EmbeddedFile] = ()) -> Iterator[Ports]:
+def serving_esp32(key: str = "", link_lost: str = FINISH, files: Iterable[EmbeddedFile] = ()) -> Iterator[Ports]:
     process = subprocess.Popen(
-        [program(tuple(files)), password, link_lost], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+        [program(tuple(files)), key, link_lost], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
     )
     assert process.stdin and process.stdout
     try:

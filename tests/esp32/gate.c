@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: MIT
- * The password of network clients: digests against published vectors, guessing slowed down, and what a locked
- * client can do at the hub. */
+ * The access key of network clients: digests against published vectors, guessing slowed down, addresses that
+ * are trusted, and what a locked client can do at the hub. */
+#include "access/access.h"
+#include "base/siphash.h"
 #include "check.h"
-#include "net_gate.h"
 #include "net_hub.h"
 
 #include <string.h>
@@ -41,85 +42,137 @@ static void digests_are_the_published_ones(void) {
     CHECK(is_hex(digest, "60e431591ee0b67f0d8a26aacbf5b77f8e0bc6213728c5140546040f0ee37f54"));
 }
 
-static enum net_gate_result try_as(struct net_gate *gate, uint64_t who, const char *password,
-                                   uint32_t now_us) {
-    return net_gate_try(gate, who, password, strlen(password), now_us);
+/* RFC 7914, section 11; the paper's appendix A, and its reference code's vector of 64 bytes. */
+static void derived_digests_are_the_published_ones(void) {
+    static const uint8_t key[16] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
+    uint8_t digest[SHA256_SIZE], bytes[63];
+    sha256_pbkdf2("passwd", 6, "salt", 4, 1, digest);
+    CHECK(is_hex(digest, "55ac046e56e3089fec1691c22544b605f94185216dde0465e68b9d57c20dacbc"));
+    sha256_pbkdf2("Password", 8, "NaCl", 4, 80000, digest);
+    CHECK(is_hex(digest, "4ddcd8f60b98be21830cee5ef22701f9641a4418d04c0414aeff08876b34ab56"));
+    for (unsigned i = 0; i < sizeof bytes; i++)
+        bytes[i] = (uint8_t)i;
+    CHECK(siphash(key, bytes, 15) == 0xA129CA6149BE45E5u);
+    CHECK(siphash(key, bytes, 0) == 0x726FDB47DD0E0E31u);
+    CHECK(siphash(key, bytes, 63) == 0x958A324CEB064572u);
 }
 
-static enum net_gate_result try_at(struct net_gate *gate, const char *password, uint32_t now_us) {
-    return try_as(gate, 1, password, now_us);
+static void begin(struct access *access, const char *key) {
+    static const uint8_t salt[ACCESS_SALT];
+    access_init(access, key, key[0] == '\0', salt, 0);
+}
+
+static enum access_result try_as(struct access *access, uint64_t who, const char *key, uint32_t now_us) {
+    access_poll(access, now_us);
+    return access_try(access, who, key, strlen(key));
+}
+
+static enum access_result try_at(struct access *access, const char *key, uint32_t now_us) {
+    return try_as(access, 1, key, now_us);
 }
 
 static void guessing_becomes_slower_and_slower(void) {
-    struct net_gate gate;
+    struct access gate;
     uint32_t t_us = UINT32_MAX - 500000; /* the clock wraps meanwhile */
-    net_gate_init(&gate, "correct horse");
-    CHECK(gate.shut);
+    begin(&gate, "correct horse");
+    CHECK(!gate.open);
     for (uint32_t wait_us = 1000000; wait_us <= 64000000; wait_us *= 2) {
         uint32_t real_us = wait_us < 60000000 ? wait_us : 60000000;
-        CHECK(try_at(&gate, "correct", t_us) == NET_GATE_WRONG);
-        CHECK(try_at(&gate, "correct horse", t_us + real_us - 1) == NET_GATE_WAIT);
+        CHECK(try_at(&gate, "correct", t_us) == ACCESS_WRONG);
+        CHECK(try_at(&gate, "correct horse", t_us + real_us - 1) == ACCESS_WAIT);
         t_us += real_us;
     }
-    CHECK(try_at(&gate, "correct horse", t_us) == NET_GATE_GOOD);
-    CHECK(try_at(&gate, "Correct horse", t_us) == NET_GATE_WRONG);
-    CHECK(try_at(&gate, "correct horse", t_us + 1000000) == NET_GATE_GOOD);
+    CHECK(try_at(&gate, "correct horse", t_us) == ACCESS_GOOD);
+    CHECK(try_at(&gate, "correct horde", t_us) == ACCESS_WRONG);
+    CHECK(try_at(&gate, "correct horse", t_us + 1000000) == ACCESS_GOOD);
 }
 
 static void who_guesses_holds_nobody_else_up(void) {
-    struct net_gate gate;
-    net_gate_init(&gate, "correct horse");
+    struct access gate;
+    begin(&gate, "correct horse");
     for (uint64_t who = 1; who <= LOCKOUT_PLACES; who++)
-        CHECK(try_as(&gate, who, "wrong", 0) == NET_GATE_WRONG);
-    CHECK(try_as(&gate, 99, "correct horse", 0) == NET_GATE_GOOD);
-    CHECK(try_as(&gate, 1, "correct horse", 999999) == NET_GATE_WAIT);
-    CHECK(try_as(&gate, 1, "correct horse", 1000000) == NET_GATE_GOOD);
+        CHECK(try_as(&gate, who, "wrong", 0) == ACCESS_WRONG);
+    CHECK(try_as(&gate, 99, "correct horse", 0) == ACCESS_GOOD);
+    CHECK(try_as(&gate, 1, "correct horse", 999999) == ACCESS_WAIT);
+    CHECK(try_as(&gate, 1, "correct horse", 1000000) == ACCESS_GOOD);
 }
 
 /* One try of each of ever new addresses, all the time: as many as so many single ones have, no more. */
 static void many_addresses_gain_no_more_than_the_table_has_places(void) {
-    struct net_gate gate;
+    struct access gate;
     uint64_t who = 1;
     unsigned looked_at = 0;
-    net_gate_init(&gate, "correct horse");
+    begin(&gate, "correct horse");
     const uint64_t day_us = 24ull * 3600 * 1000000;
     for (uint64_t t_us = 0; t_us < day_us; t_us += 250000) {
-        lockout_poll(&gate.lockout, (uint32_t)t_us);
-        looked_at += try_as(&gate, who++, "wrong", (uint32_t)t_us) == NET_GATE_WRONG;
+        access_poll(&gate, (uint32_t)t_us);
+        looked_at += try_as(&gate, who++, "wrong", (uint32_t)t_us) == ACCESS_WRONG;
     }
     CHECK(looked_at <= (LOCKOUT_PLACES + 1) * 1500);
 }
 
 /* ... whatever the moments at which it tries: patient for as long as it takes to be forgotten. */
 static void patience_gains_nothing(void) {
-    struct net_gate gate;
+    struct access gate;
     unsigned looked_at = 0;
     uint64_t t_us = 0;
-    net_gate_init(&gate, "correct horse");
+    begin(&gate, "correct horse");
     for (unsigned burst = 0; t_us < 24ull * 3600 * 1000000; burst++) {
         for (uint64_t wait_us = 1000000; wait_us <= 32000000; wait_us *= 2, looked_at++) {
-            CHECK(try_as(&gate, 1, "wrong", (uint32_t)t_us) == NET_GATE_WRONG);
+            CHECK(try_as(&gate, 1, "wrong", (uint32_t)t_us) == ACCESS_WRONG);
             t_us += wait_us;
         }
         t_us += 600000000;
-        lockout_poll(&gate.lockout, (uint32_t)t_us);
+        access_poll(&gate, (uint32_t)t_us);
     }
     CHECK(looked_at < 1500);
 }
 
 static void after_hours_of_quiet_nobody_waits(void) {
-    struct net_gate gate;
-    net_gate_init(&gate, "correct horse");
-    CHECK(try_at(&gate, "wrong", 5) == NET_GATE_WRONG);
+    struct access gate;
+    begin(&gate, "correct horse");
+    CHECK(try_at(&gate, "wrong", 5) == ACCESS_WRONG);
     for (uint64_t t_us = 0; t_us <= 1ull << 32; t_us += 1ull << 29)
-        lockout_poll(&gate.lockout, (uint32_t)t_us);
-    CHECK(try_at(&gate, "correct horse", 6) == NET_GATE_GOOD); /* the clock has wrapped */
+        access_poll(&gate, (uint32_t)t_us);
+    CHECK(try_at(&gate, "correct horse", 6) == ACCESS_GOOD); /* the clock has wrapped */
 }
 
-static void without_a_password_the_gate_is_open(void) {
-    struct net_gate gate;
-    net_gate_init(&gate, "");
-    CHECK(!gate.shut && try_at(&gate, "anything", 0) == NET_GATE_GOOD);
+static void case_dashes_and_spaces_of_a_key_do_not_count(void) {
+    struct access gate;
+    begin(&gate, "k7qf3-x2m9d-0abcd-efghj");
+    CHECK(try_at(&gate, "K7QF3X2M9D 0ABCD EFGHJ", 0) == ACCESS_GOOD);
+    CHECK(try_at(&gate, "K7QF3X2M9D 0ABCD EFGH", 0) == ACCESS_WRONG);
+}
+
+static void an_address_is_trusted_for_a_day_or_always(void) {
+    const uint64_t hour_us = 3600ull * 1000000;
+    struct access gate;
+    begin(&gate, "correct horse");
+    CHECK(!access_may(&gate, 1) && !access_may(&gate, 0));
+    CHECK(access_trust(&gate, 1, ACCESS_DAY) && access_trust(&gate, 2, ACCESS_ALWAYS));
+    for (uint64_t t_us = 0; t_us < 24 * hour_us; t_us += hour_us / 2) {
+        access_poll(&gate, (uint32_t)t_us);
+        CHECK(access_may(&gate, 1) && access_may(&gate, 2) && !access_may(&gate, 3));
+    }
+    access_poll(&gate, (uint32_t)(24 * hour_us));
+    CHECK(!access_may(&gate, 1) && access_may(&gate, 2));
+    CHECK(access_trust(&gate, 2, ACCESS_NOT) && !access_may(&gate, 2));
+}
+
+static void when_all_places_are_taken_no_trust_is_lost(void) {
+    struct access gate;
+    begin(&gate, "correct horse");
+    for (uint64_t who = 1; who <= ACCESS_TRUSTED; who++)
+        CHECK(access_trust(&gate, who, ACCESS_DAY));
+    CHECK(!access_trust(&gate, 99, ACCESS_DAY) && !access_may(&gate, 99));
+    CHECK(access_trust(&gate, 7, ACCESS_ALWAYS) && access_may(&gate, 1)); /* it has a place */
+    CHECK(access_trust(&gate, 1, ACCESS_NOT) && access_trust(&gate, 99, ACCESS_DAY));
+}
+
+static void open_access_asks_for_no_key(void) {
+    struct access gate;
+    begin(&gate, "");
+    CHECK(access_may(&gate, 1) && access_may(&gate, 0));
 }
 
 /* ---- at the hub: streams are buffers, the controller notes what it gets ---- */
@@ -130,7 +183,7 @@ struct wire {
     bool closed;
 };
 
-static struct net_gate gate;
+static struct access gate;
 static char got[1024], says[512];
 static size_t got_count;
 static unsigned owners_left;
@@ -190,27 +243,22 @@ static void left(void *ctx, bool lines_wait) {
     waited = lines_wait;
 }
 
-static enum net_gate_result login(void *ctx, uint64_t who, const char *password, size_t size) {
-    (void)ctx;
-    return net_gate_try(&gate, who, password, size, now_us);
-}
-
 static struct net_hub hub;
 static struct wire wires[4];
 
-static void start(const char *password) {
+static void start(const char *key) {
     static const struct net_hub_ops ops = {
-        .put = put, .hear = hear, .act = act, .event = event, .left = left, .login = login};
+        .put = put, .hear = hear, .act = act, .event = event, .left = left};
     static const struct net_hub_sizes sizes = {.clients = 3, .in = 2048, .out = 16384, .left = 2048};
     net_hub_close(&hub);
-    net_gate_init(&gate, password);
+    begin(&gate, key);
     memset(wires, 0, sizeof wires);
     got_count = owners_left = 0;
     full = waited = false;
     got[0] = '\0';
     now_us = 0;
     net_hub_init(&hub, &sizes, &ops, NULL);
-    hub.locks = gate.shut;
+    hub.access = &gate;
 }
 
 static bool come(unsigned n, bool local) {
@@ -221,6 +269,7 @@ static bool come(unsigned n, bool local) {
 }
 
 static void round_trip(void) {
+    access_poll(&gate, now_us);
     for (struct net_client *client = hub.client; client < hub.client + NET_CLIENTS; client++)
         if (net_hub_wants_read(&hub, client))
             net_hub_read(&hub, client);
@@ -242,7 +291,7 @@ static void a_locked_client_can_ask_for_status_and_nothing_else(void) {
     start("s3cret!?");
     CHECK(come(0, false));
     round_trip();
-    CHECK(strstr(wires[0].out, "[MSG:Password required") != NULL);
+    CHECK(strstr(wires[0].out, "[MSG:Locked") != NULL);
     send(0, "G1X10F100\n!\x18~\x85$X\n$TAKE\n");
     CHECK(got_count == 0 && hub.owner == NULL);
     send(0, "?");
@@ -255,7 +304,7 @@ static void a_locked_client_can_ask_for_status_and_nothing_else(void) {
     CHECK(wires[0].out_count == 0);
 }
 
-static void the_password_lets_in_and_may_have_real_time_characters(void) {
+static void the_key_lets_in_and_may_have_real_time_characters(void) {
     start("s3cret!?");
     CHECK(come(0, false));
     send(0, "$login=s3cret!?\nG0X1\n");
@@ -264,11 +313,11 @@ static void the_password_lets_in_and_may_have_real_time_characters(void) {
 }
 
 /* Clients 0 and 3 have one address. */
-static void wrong_passwords_are_refused_and_slow_down_their_address(void) {
+static void wrong_keys_are_refused_and_slow_down_their_address(void) {
     start("s3cret!?");
     CHECK(come(0, false) && come(1, false) && come(3, false));
-    send(0, "$LOGIN=S3CRET!?\n");
-    CHECK(strstr(wires[0].out, "Wrong password") != NULL);
+    send(0, "$LOGIN=s4cret!?\n");
+    CHECK(strstr(wires[0].out, "Wrong access key") != NULL);
     send(3, "$LOGIN=s3cret!?\n");
     CHECK(strstr(wires[3].out, "wait") != NULL && hub.client[2].locked);
     send(1, "$LOGIN=s3cret!?\n");
@@ -289,7 +338,7 @@ static void lines_of_any_length_cost_no_memory_before_the_login(void) {
     CHECK(hub.client[0].in.count < 100 && got_count == 0);
 }
 
-static void a_wire_needs_no_password(void) {
+static void a_wire_needs_no_key(void) {
     start("s3cret!?");
     CHECK(come(0, true));
     send(0, "G0X1\n");
@@ -375,17 +424,21 @@ static void a_reset_of_the_controller_forgets_what_its_owner_has_sent(void) {
 
 int main(void) {
     digests_are_the_published_ones();
+    derived_digests_are_the_published_ones();
     guessing_becomes_slower_and_slower();
     who_guesses_holds_nobody_else_up();
     many_addresses_gain_no_more_than_the_table_has_places();
     patience_gains_nothing();
     after_hours_of_quiet_nobody_waits();
-    without_a_password_the_gate_is_open();
+    case_dashes_and_spaces_of_a_key_do_not_count();
+    an_address_is_trusted_for_a_day_or_always();
+    when_all_places_are_taken_no_trust_is_lost();
+    open_access_asks_for_no_key();
     a_locked_client_can_ask_for_status_and_nothing_else();
-    the_password_lets_in_and_may_have_real_time_characters();
-    wrong_passwords_are_refused_and_slow_down_their_address();
+    the_key_lets_in_and_may_have_real_time_characters();
+    wrong_keys_are_refused_and_slow_down_their_address();
     lines_of_any_length_cost_no_memory_before_the_login();
-    a_wire_needs_no_password();
+    a_wire_needs_no_key();
     locked_clients_make_room();
     the_owner_is_missed_when_it_has_gone();
     a_reset_of_the_controller_forgets_what_a_lost_sender_has_sent();

@@ -67,13 +67,15 @@ static void abort_it(void *ctx) {
     aborted++;
 }
 
-static struct lockout lockout;
+static struct access access_of;
+static const uint8_t salt[ACCESS_SALT] = {5, 6, 7};
 static struct ota ota;
 static uint32_t now_us;
 
 static void connect_again(void) {
     static const struct net_stream_ops ops = {.read = wire_read, .write = wire_write, .close = wire_close};
     static const uint8_t nonce[OTA_NONCE_SIZE] = {0xDE, 0xAD, 0xBE, 0xEF};
+    access_poll(&access_of, now_us);
     memset(&wire, 0, sizeof wire);
     memset(flash, 0, sizeof flash);
     flashed = began = aborted = ended = 0;
@@ -84,8 +86,8 @@ static void connect_again(void) {
 static void start(void) {
     static const struct ota_ops ops = {.begin = begin, .write = write_flash, .end = end, .abort = abort_it};
     static const struct ota_image wanted = {.board = "esp32s3-devkitc", .chip_id = 9, .project = "wificnc"};
-    memset(&lockout, 0, sizeof lockout);
-    ota_init(&ota, &ops, NULL, &wanted, &lockout, "correct horse");
+    access_init(&access_of, "correct horse", false, salt, now_us);
+    ota_init(&ota, &ops, NULL, &wanted, &access_of);
     for (size_t i = 0; i < IMAGE_SIZE; i++)
         image[i] = (uint8_t)(i * 2654435761u >> 13);
     memset(image, 0, OTA_HEADER_SIZE);
@@ -100,8 +102,8 @@ static void put_hex(char *text, const uint8_t *bytes) {
         snprintf(text + 2 * i, 3, "%02x", bytes[i]);
 }
 
-/* The line of a sender that knows this password. */
-static void ask(const char *password, size_t size) {
+/* The line of a sender that knows this key. */
+static void ask(const char *key, size_t size) {
     char line[OTA_LINE_SIZE + 32], message[OTA_LINE_SIZE], digest_hex[65], mac_hex[65];
     uint8_t digest[SHA256_SIZE];
     struct sha256 sha;
@@ -110,7 +112,9 @@ static void ask(const char *password, size_t size) {
     sha256_end(&sha, digest);
     put_hex(digest_hex, digest);
     snprintf(message, sizeof message, "deadbeef000000000000000000000000 %zu %s", size, digest_hex);
-    sha256_hmac(password, strlen(password), message, strlen(message), digest);
+    struct access theirs;
+    access_init(&theirs, key, false, salt, 0);
+    sha256_hmac(theirs.secret, SHA256_SIZE, message, strlen(message), digest);
     put_hex(mac_hex, digest);
     snprintf(line, sizeof line, "%zu %s %s\n", size, digest_hex, mac_hex);
     wire.in_count = strlen(line);
@@ -132,7 +136,7 @@ static void a_good_image_arrives_whole_in_pieces_of_any_size(void) {
     static const size_t pieces[] = {1, 111, 112, 113, 1000, 4096};
     for (size_t i = 0; i < sizeof pieces / sizeof pieces[0]; i++) {
         start();
-        CHECK(strncmp(wire.out, "WIFICNC-OTA 1 esp32s3-devkitc deadbeef", 38) == 0);
+        CHECK(strncmp(wire.out, "WIFICNC-OTA 2 esp32s3-devkitc deadbeef", 38) == 0);
         ask("correct horse", IMAGE_SIZE);
         send_image(IMAGE_SIZE, pieces[i]);
         CHECK(flashed == IMAGE_SIZE && memcmp(flash, image, IMAGE_SIZE) == 0);
@@ -141,13 +145,13 @@ static void a_good_image_arrives_whole_in_pieces_of_any_size(void) {
     }
 }
 
-static void a_wrong_password_writes_nothing_and_slows_down(void) {
+static void a_wrong_key_writes_nothing_and_slows_down(void) {
     start();
     ask("wrong horse", IMAGE_SIZE);
-    CHECK(strstr(wire.out, "ERROR wrong password\n") && began == 0 && wire.closed);
+    CHECK(strstr(wire.out, "ERROR wrong access key\n") && began == 0 && wire.closed);
     connect_again();
     ask("correct horse", IMAGE_SIZE);
-    CHECK(strstr(wire.out, "ERROR too many wrong passwords") && began == 0);
+    CHECK(strstr(wire.out, "ERROR too many wrong access keys") && began == 0);
     now_us += 1000000;
     connect_again();
     ask("correct horse", IMAGE_SIZE);
@@ -236,7 +240,7 @@ static void one_at_a_time(void) {
 
 int main(void) {
     a_good_image_arrives_whole_in_pieces_of_any_size();
-    a_wrong_password_writes_nothing_and_slows_down();
+    a_wrong_key_writes_nothing_and_slows_down();
     a_proof_for_another_image_is_worth_nothing();
     images_for_something_else_are_refused_before_a_byte_is_written();
     requests_that_are_none_are_refused();

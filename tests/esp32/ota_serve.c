@@ -49,7 +49,8 @@ static bool stdin_is_open(void) {
 int main(int argc, char **argv) {
     static const struct ota_ops ops = {.begin = begin, .write = write_file, .end = end, .abort = abort_it};
     static struct ota ota;
-    struct lockout lockout = {0};
+    static struct access access_of;
+    static const uint8_t salt[ACCESS_SALT] = {1, 2, 3};
     struct sockaddr_in here;
     socklen_t size = sizeof here;
     char address[NET_ADDRESS_SIZE];
@@ -62,7 +63,8 @@ int main(int argc, char **argv) {
         .board = "esp32s3-zero", .chip_id = (uint16_t)atoi(argv[3]), .project = "wificnc"};
     path = argv[2];
     (void)signal(SIGPIPE, SIG_IGN);
-    ota_init(&ota, &ops, NULL, &image, &lockout, argv[1]);
+    access_init(&access_of, argv[1], false, salt, 0);
+    ota_init(&ota, &ops, NULL, &image, &access_of);
     printf("%d\n", ntohs(here.sin_port));
     fflush(stdout);
     (void)fcntl(STDIN_FILENO, F_SETFL, O_NONBLOCK);

@@ -135,7 +135,7 @@ def test_too_much_for_the_partition_is_told() -> None:
         ("wifi_ssid", ""),
         ("wifi_ssid", "ü" * 17),
         ("wifi_pass", "1234567"),
-        ("access_pass", ""),
+        ("access_key", ""),
     ],
 )
 def test_texts_of_a_wrong_length_are_refused(key: str, value: str) -> None:

@@ -53,9 +53,9 @@ def receiver(folder: Path, chip_id: int = 9) -> Iterator[Receiver]:
         process.wait(HANG_S)
 
 
-def flash(build: Path, port: int, password: str, *more: str, board: str = BOARD) -> subprocess.CompletedProcess[str]:
+def flash(build: Path, port: int, key: str, *more: str, board: str = BOARD) -> subprocess.CompletedProcess[str]:
     command = [sys.executable, "-m", "wificnc", "flash", board, "--from", str(build)]
-    command += ["--ota", f"127.0.0.1:{port}", "--password", password, *more]
+    command += ["--ota", f"127.0.0.1:{port}", "--key", key, *more]
     return subprocess.run(command, capture_output=True, text=True, timeout=HANG_S, cwd=HERE, check=False)
 
 
@@ -69,15 +69,15 @@ def test_an_update_arrives_whole(tmp_path: Path) -> None:
     assert "returns to the old firmware" in run.stderr
 
 
-def test_a_wrong_password_is_told_and_writes_nothing(tmp_path: Path) -> None:
+def test_a_wrong_key_is_told_and_writes_nothing(tmp_path: Path) -> None:
     build = make_build(tmp_path / "build", BOARD, "esp32s3")
     with receiver(tmp_path) as there:
         run = flash(build, there.port, "wrong horse")
-        assert run.returncode == Exit.FLASH and "wrong password" in run.stderr and "hint" in run.stderr
+        assert run.returncode == Exit.FLASH and "wrong access key" in run.stderr and "hint" in run.stderr
         assert not there.slot.exists()
 
 
-def test_another_board_is_refused_before_a_password_is_asked_for(tmp_path: Path) -> None:
+def test_another_board_is_refused_before_a_key_is_asked_for(tmp_path: Path) -> None:
     build = make_build(tmp_path / "build", "esp32s3-devkitc", "esp32s3")
     with receiver(tmp_path) as there:
         run = flash(build, there.port, PASSWORD, board="esp32s3-devkitc")

@@ -240,13 +240,13 @@ def test_a_page_from_elsewhere_gets_no_stream() -> None:
             assert state(client) == "Idle"
 
 
-def test_one_owner_observers_and_a_password() -> None:
+def test_one_owner_observers_and_a_key() -> None:
     with serving_esp32("correct horse") as ports, stream(ports.page) as owner, stream(ports.page) as observer:
-        owner.until("[MSG:Password required")
+        owner.until("[MSG:Locked")
         owner.socket.send("$LOGIN=correct horse\nG90\n")
         owner.until("ok")
         owner.until("ok")
-        observer.until("[MSG:Password required")
+        observer.until("[MSG:Locked")
         observer.socket.send("$LOGIN=correct horse\n")
         assert "is in control" in observer.until("[MSG:")
         observer.socket.send("G1X9000F600\n")

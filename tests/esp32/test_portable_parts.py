@@ -20,7 +20,7 @@ ESP32 = checkout_root() / "targets" / "esp32"
 PROGRAMS = {
     "two_sides": (),  # the machine with a motion side of its own: two real threads
     "io_parts": ("../chip/gang.c", "../chip/step_pins.c", "io/encoder_counts.c"),
-    "access": ("net/access.c",),
+    "access_store": ("net/access_store.c",),
     "gate": (),
     "rx_all": (),
     "websocket": (),

@@ -1,4 +1,4 @@
-"""The ESP32's controller task as its network clients meet it: passwords, floods, half-open and slow connections."""
+"""The ESP32's controller task as its network clients meet it: keys, floods, half-open and slow connections."""
 
 from __future__ import annotations
 
@@ -46,10 +46,10 @@ class Client:
 
 
 @contextmanager
-def serving(password: str = "", link_lost: str = FINISH) -> Iterator[Callable[..., Client]]:
+def serving(key: str = "", link_lost: str = FINISH) -> Iterator[Callable[..., Client]]:
     """A controller; gives a function that connects, from another loopback address where one is given."""
     clients: list[Client] = []
-    with serving_esp32(password, link_lost) as ports:
+    with serving_esp32(key, link_lost) as ports:
 
         def connect(here: str = "127.0.0.1") -> Client:
             clients.append(Client(ports.telnet, here))
@@ -76,7 +76,7 @@ def wait_for(client: Client, wanted: str) -> None:
     wait_until(lambda: state(client) == wanted, wanted)
 
 
-def test_without_a_password_everybody_may_command() -> None:
+def test_without_a_key_everybody_may_command() -> None:
     with serving() as connect:
         client = connect()
         client.send(b"G0X1\n")
@@ -86,7 +86,7 @@ def test_without_a_password_everybody_may_command() -> None:
 def test_a_stranger_sees_the_state_and_commands_nothing() -> None:
     with serving("correct horse") as connect:
         stranger = connect()
-        stranger.until(b"[MSG:Password required: $LOGIN=...]\r\n")
+        stranger.until(b"[MSG:Locked: log in at the web page, by wificnc login, or send $LOGIN=access key]\r\n")
         stranger.send(b"G0X100\n$J=G91X5F100\n$$\n\x18!")
         assert state(stranger) == "Idle"
         friend = connect()
@@ -106,16 +106,16 @@ def wificnc(*arguments: str) -> subprocess.CompletedProcess[str]:
     )
 
 
-def test_our_own_commands_know_the_password() -> None:
+def test_our_own_commands_know_the_key() -> None:
     with serving("correct: horse/") as connect:
         host = f"127.0.0.1:{connect().socket.getpeername()[1]}"
         jog = ("jog", "X5", "--feed", "600", "--to")
         refused = wificnc(*jog, f"tcp://{host}")
-        assert refused.returncode == 1 and "needs a password" in refused.stderr
+        assert refused.returncode == 1 and "is locked" in refused.stderr
         wrong = wificnc(*jog, f"tcp://:horse@{host}")
-        assert wrong.returncode == 1 and "refuses the password" in wrong.stderr and "horse" not in wrong.stderr
+        assert wrong.returncode == 1 and "refuses the access key" in wrong.stderr and "horse" not in wrong.stderr
         right = f"tcp://:correct%3A%20horse%2F@{host}"
-        wait_until(lambda: wificnc("settings", "get", "--to", right).returncode == 0, "the right password works")
+        wait_until(lambda: wificnc("settings", "get", "--to", right).returncode == 0, "the right key works")
         assert wificnc("status", "--to", f"tcp://{host}").returncode == 0
 
 
@@ -123,7 +123,7 @@ def test_guessing_is_slowed_down_and_the_right_one_still_works() -> None:
     with serving("correct horse") as connect:
         guesser = connect()
         guesser.send(b"$LOGIN=a\n$LOGIN=b\n$LOGIN=correct horse\n")
-        guesser.until(b"Wrong password]")
+        guesser.until(b"Wrong access key]")
         guesser.until(b"wait, then try again]")
         guesser.until(b"wait, then try again]")
         client = connect()
@@ -132,7 +132,7 @@ def test_guessing_is_slowed_down_and_the_right_one_still_works() -> None:
             client.send(b"$LOGIN=correct horse\n")
             return b"ok\r\n" in client.until(b"\r\n")
 
-        wait_until(logs_in, "the right password works")
+        wait_until(logs_in, "the right key works")
 
 
 def test_a_guesser_holds_up_its_own_address_and_nobody_elses() -> None:
@@ -142,7 +142,10 @@ def test_a_guesser_holds_up_its_own_address_and_nobody_elses() -> None:
         guesser.until(b"wait, then try again]")
         client = connect("127.0.0.3")
         client.send(b"$LOGIN=correct horse\n")
-        assert client.until(b"ok\r\n") == b"[MSG:Password required: $LOGIN=...]\r\nok\r\n"
+        assert (
+            client.until(b"ok\r\n")
+            == b"[MSG:Locked: log in at the web page, by wificnc login, or send $LOGIN=access key]\r\nok\r\n"
+        )
 
 
 def test_locked_clients_do_not_keep_others_out() -> None:

@@ -91,6 +91,12 @@ static void send_tcp(void *ctx, const uint8_t *bytes, size_t size) {
     bench->asked = header.type;
 }
 
+static void counted(void *ctx, uint8_t *bytes, size_t count) {
+    (void)ctx;
+    for (size_t i = 0; i < count; i++)
+        bytes[i] = (uint8_t)i;
+}
+
 static void await_servo(void *ctx) {
     (void)ctx;
 }
@@ -101,8 +107,8 @@ static void say(void *ctx, const char *text) {
 }
 
 static void connect(struct bench *bench) {
-    const struct peer_world world = {bench, send_udp, send_tcp, await_servo, say};
-    const struct link_options options = {.joints = 3, .level_s = 0.1, .password = ""};
+    const struct peer_world world = {bench, send_udp, send_tcp, counted, await_servo, say};
+    const struct link_options options = {.joints = 3, .level_s = 0.1, .key = ""};
     link_begin(&bench->link, &bench->pins, &world, &options, bench->now_s);
     bench->was_lost = false;
     bench->segments = 0;

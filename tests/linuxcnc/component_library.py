@@ -17,7 +17,10 @@ from wificnc.build.compiler import locate_compiler
 AXES = 6
 FLAGS = ["-std=c11", "-O2", "-g", "-fPIC", "-shared", "-Ilinuxcnc", "-Icore"]
 WARNINGS = ["-Wall", "-Wextra", "-Wconversion", "-Wshadow", "-Werror"]
-CORE = ("core/wire/packet.c", "core/wire/wire_gen.c", "core/base/sha256.c")
+CORE = tuple(
+    f"core/{name}.c"
+    for name in ("access/key", "base/sha256", "base/siphash", "wire/packet", "wire/seal", "wire/wire_gen")
+)
 NOT_HERE = ("wificnc.c", "network.c")  # HAL and sockets
 
 HANDLE = ctypes.c_void_p
@@ -30,7 +33,12 @@ Slicer = LINUXCNC.struct("slicer")
 Status = LINUXCNC.struct("wire_status")
 IoControl = LINUXCNC.struct("wire_io_control")
 AtSpeed = LINUXCNC.struct("at_speed")
-SEND, AWAIT, SAY = (dict(World._fields_)[name] for name in ("send_udp", "await_servo", "say"))
+SEND, RANDOM, AWAIT, SAY = (dict(World._fields_)[name] for name in ("send_udp", "random", "await_servo", "say"))
+
+
+def numbered(_ctx: object, to: int, count: int) -> None:
+    """Bytes that repeat in virtual time; the nonce of a test need not be unpredictable."""
+    ctypes.memmove(to, bytes(range(count)), count)
 
 
 @cache

@@ -62,9 +62,9 @@ def make_bench() -> Iterator[Callable[..., Bench]]:
 
     made: list[Device] = []
 
-    def make(settings: dict[int, float] | None = None, password: str = "", joints: int = 3, **board: int) -> Bench:
-        made.append(Device(password, settings={76: 10, **(settings or {})}, **board))
-        return Bench(made[-1], joints, password=password)
+    def make(settings: dict[int, float] | None = None, key: str = "", joints: int = 3, **board: int) -> Bench:
+        made.append(Device(key, settings={76: 10, **(settings or {})}, **board))
+        return Bench(made[-1], joints, key=key)
 
     yield make
     for device in made:

@@ -10,7 +10,7 @@ from dataclasses import replace
 from enum import IntEnum
 from typing import Any
 
-from component_library import AWAIT, MAKE_PIN, SAY, SEND, Options, Sample, World, library
+from component_library import AWAIT, MAKE_PIN, RANDOM, SAY, SEND, Options, Sample, World, library, numbered
 from wificnc.wmc3.layout import Status, Type
 from wificnc.wmc3.packet import Packet, build, crc16, parse
 from wire_device import HOST
@@ -139,14 +139,14 @@ class Bench:
     """Time advances by run(); `command` says what LinuxCNC commands at a time."""
 
     def __init__(
-        self, virtual: VirtualDevice, joints: int = 3, scale: float = SCALE, level_s: float = 0.1, password: str = ""
+        self, virtual: VirtualDevice, joints: int = 3, scale: float = SCALE, level_s: float = 0.1, key: str = ""
     ) -> None:
         self.lib = library()
         self.virtual = virtual
         self.wire = Wire(virtual)
         self.joints = range(joints)
         self.pins = Pins(self.lib.component_pins(joints), self.lib.pins_make)
-        self.options = Options(joints, level_s, 0.0, password.encode())
+        self.options = Options(joints, level_s, 0.0, key.encode())
         self.said: list[str] = []
         self.lost: str | None = None
         self.status: Status | None = None  # the newest that came
@@ -159,7 +159,12 @@ class Bench:
         self.each_servo: Callable[[], None] = lambda: None
         self._samples: list[Sample] = []
         self._world = World(
-            None, SEND(self.wire.datagram), SEND(self.wire.control), AWAIT(lambda _: None), SAY(self._say)
+            None,
+            SEND(self.wire.datagram),
+            SEND(self.wire.control),
+            RANDOM(numbered),
+            AWAIT(lambda _: None),
+            SAY(self._say),
         )
         self.offset_s = 0.0  # of our clock against that of the controller
         self.link: int = self.lib.component_link()

@@ -114,8 +114,8 @@ def test_switched_off_it_leaves_the_text_side_alone(bench: Bench) -> None:
 # ---- who it is ----
 
 
-def test_a_password(make_bench: Callable[..., Bench]) -> None:
-    bench = make_bench(password="open sesame")
+def test_a_key(make_bench: Callable[..., Bench]) -> None:
+    bench = make_bench(key="open sesame")
     bench.enable()
     bench.each_servo = mover(bench, 0, 1.0, 20.0)
     bench.run(1)
@@ -123,15 +123,15 @@ def test_a_password(make_bench: Callable[..., Bench]) -> None:
 
 
 @pytest.mark.parametrize(
-    ("password", "lost"),
+    ("key", "lost"),
     [
-        ("wrong", "the controller refuses the password: --password"),
-        ("", "the controller requires a password: --password"),
+        ("wrong", "the controller refuses the access key: --key"),
+        ("", "the controller is locked: --key"),
     ],
 )
-def test_a_wrong_password(password: str, lost: str) -> None:
-    device = VirtualDevice(password="right")
-    bench = Bench(device, password=password)
+def test_a_wrong_key(key: str, lost: str) -> None:
+    device = VirtualDevice(key="right")
+    bench = Bench(device, key=key)
     bench.run(0.1)
     assert bench.lost == lost and not bench.pins["connected"]
     device.close()

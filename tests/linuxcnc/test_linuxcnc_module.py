@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
-from component_library import AWAIT, SAY, SEND, World, library
+from component_library import AWAIT, RANDOM, SAY, SEND, World, library, numbered
 from link_bench import Pins, Wire
 from test_module import CONFIG, COUNT, DIRECTION, HIGH, LOW, PIN, SAFE, Module
 from wificnc.board.load import load_board
@@ -28,15 +28,20 @@ TICK_S = 0.01
 class Bench:
     """A module and its component. Time advances by run()."""
 
-    def __init__(self, virtual: VirtualDevice, password: str = "") -> None:
+    def __init__(self, virtual: VirtualDevice, key: str = "") -> None:
         self.lib, self.virtual, self.wire = library(), virtual, Wire(virtual)
-        self.password = password.encode()
+        self.key = key.encode()
         self.said: list[str] = []
         self.lost: str | None = None
         self.pins = Pins(self.lib.component_module_pins(), self.lib.module_make_pins)
         self.module: int = self.lib.component_module()
         self._world = World(
-            None, SEND(self.wire.datagram), SEND(self.wire.control), AWAIT(lambda _: None), SAY(self._say)
+            None,
+            SEND(self.wire.datagram),
+            SEND(self.wire.control),
+            RANDOM(numbered),
+            AWAIT(lambda _: None),
+            SAY(self._say),
         )
         self.connect()
 
@@ -45,7 +50,7 @@ class Bench:
 
     def connect(self) -> None:
         self.lost = None
-        self.lib.module_begin(self.module, self.pins.handle, self._world, self.password, self.virtual.now)
+        self.lib.module_begin(self.module, self.pins.handle, self._world, self.key, self.virtual.now)
 
     def run(self, seconds: float, tick_s: float = TICK_S) -> None:
         for _ in range(round(seconds / tick_s)):
@@ -78,9 +83,9 @@ def make(tmp_path: Path) -> Iterator[Callable[..., Bench]]:
     """Channels 0 to 7 are inputs on pins 0 to 7, 8 to 15 outputs on pins 8 to 15."""
     made: list[VirtualDevice] = []
 
-    def bench(config: dict[int, int] | None = None, password: str = "", said: str | None = None) -> Bench:
-        made.append(Module(str(tmp_path / f"store{len(made)}"), config, password))
-        return Bench(made[-1], password if said is None else said)
+    def bench(config: dict[int, int] | None = None, key: str = "", said: str | None = None) -> Bench:
+        made.append(Module(str(tmp_path / f"store{len(made)}"), config, key))
+        return Bench(made[-1], key if said is None else said)
 
     yield bench
     for each in made:
@@ -205,15 +210,15 @@ def test_a_module_that_goes_and_comes_back(make: Callable[..., Bench]) -> None:
 
 
 @pytest.mark.parametrize("said", ["", "wrong"])
-def test_a_wrong_password(make: Callable[..., Bench], said: str) -> None:
-    bench = make(password="right", said=said)
+def test_a_wrong_key(make: Callable[..., Bench], said: str) -> None:
+    bench = make(key="right", said=said)
     bench.switch(out_08=True)
     bench.run(0.2)
-    assert bench.lost and "--password" in bench.lost and bench.virtual.levels == 0
+    assert bench.lost and "--key" in bench.lost and bench.virtual.levels == 0
 
 
-def test_a_password(make: Callable[..., Bench]) -> None:
-    bench = make(password="right")
+def test_a_key(make: Callable[..., Bench]) -> None:
+    bench = make(key="right")
     bench.switch(out_08=True)
     bench.run(0.2)
     assert bench.virtual.levels == 1 << 8

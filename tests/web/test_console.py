@@ -536,16 +536,16 @@ def test_a_second_page_watches_and_takes_over(
     expect(second.locator("[data-test=hold]")).to_be_enabled()
 
 
-def test_a_password_is_asked_for(
+def test_an_access_key_is_asked_for(
     serve_page: Callable[..., tuple[Server, PageServer]], watched: Callable[..., Watched]
 ) -> None:
-    _, served = serve_page(password="open sesame")
+    _, served = serve_page(key="open sesame")
     page = watched().page(served.url)
-    page.get_by_label("Password").fill("a guess")
+    page.get_by_label("Access key").fill("a guess")
     page.get_by_role("button", name="Log in").click()
     expect(page.locator("[data-test=hold]")).to_be_disabled()
     page.wait_for_timeout(1100)  # a wrong one costs a second, of the wall clock
-    page.get_by_label("Password").fill("open sesame")
+    page.get_by_label("Access key").fill("open sesame")
     page.get_by_role("button", name="Log in").click()
     expect(page.locator("[data-test=hold]")).to_be_enabled()
     page.locator("[data-test='jog-X+']").click()

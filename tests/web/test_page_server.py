@@ -263,15 +263,15 @@ def test_one_owner_and_observers(tmp_path: Path, folder: Path) -> None:
         assert first.until("[MSG:Observer")
 
 
-def test_a_password(tmp_path: Path, folder: Path) -> None:
-    with serving(tmp_path, password="open sesame") as server, page_of(server, folder) as page, stream(page) as own:
+def test_an_access_key(tmp_path: Path, folder: Path) -> None:
+    with serving(tmp_path, key="open sesame") as server, page_of(server, folder) as page, stream(page) as own:
         own.socket.send("G21\n")
-        assert "Password required" in own.until("[MSG:")
+        assert "Locked" in own.until("[MSG:")
         own.socket.send("$LOGIN=a guess\n")
-        assert "Wrong password" in own.until("[MSG:Wrong")
+        assert "Wrong access key" in own.until("[MSG:Wrong")
         own.socket.send("?")
         assert own.until("<").startswith("<Idle|")
-    with serving(tmp_path, password="open sesame") as server, page_of(server, folder) as page, stream(page) as own:
+    with serving(tmp_path, key="open sesame") as server, page_of(server, folder) as page, stream(page) as own:
         own.socket.send("$LOGIN=open sesame\nG21\n")
         assert [own.until("ok"), own.until("ok")] == ["ok", "ok"]
 

@@ -101,14 +101,14 @@ def watched(browser: Browser) -> Iterator[Callable[..., Watched]]:
 
 @contextmanager
 def serving(
-    tmp_path: Path, pty: bool = False, password: str = "", settings: tuple[str, ...] = (), speed: float = 1.0
+    tmp_path: Path, pty: bool = False, key: str = "", settings: tuple[str, ...] = (), speed: float = 1.0
 ) -> Iterator[Server]:
     options = ServeOptions(
         board=load_board("host"),
         tcp=Address("127.0.0.1", 0),
         pty=tmp_path / "tty" if pty else None,
         control=0,
-        password=password,
+        key=key,
         speed=speed,
         settings=(*MACHINE, *settings),
     )

@@ -1,15 +1,15 @@
 // A client of the binary protocol that shares nothing with ours: written from docs/protocol.md alone, with node's dgram,
-// net and crypto. `node client.mjs DEVICE OWN_ADDRESS PASSWORD` does a bit of everything and prints as JSON how it went.
-import { createHmac } from "node:crypto";
+// net and crypto. `node client.mjs DEVICE OWN_ADDRESS KEY` does a bit of everything and prints as JSON how it went.
+import { createHmac, pbkdf2Sync, randomBytes } from "node:crypto";
 import { createSocket } from "node:dgram";
 import { connect } from "node:net";
 
-const [DEVICE, OWN, PASSWORD] = process.argv.slice(2);
+const [DEVICE, OWN, KEY] = process.argv.slice(2);
 const UDP_PORT = 58427, STATUS_PORT = 58428, CONTROL_PORT = 58429;
 const MAGIC = 0x574d4333, HEADER = 18, SEGMENT = 44;
 const MOTION = 0x01, JOG = 0x02, JOG_STOP = 0x03, ESTOP = 0x04, RESET = 0x07, SEGMENTS = 0x0a;
 const STATUS = 0x20, ACK = 0x24, STREAM_ACK = 0x25, REFUSED = 0x26;
-const HANDSHAKE = 0x40, CONFIG_GET = 0x42, CONFIG_SET = 0x43, OPEN = 0x60, CLOSE = 0x62, CHALLENGE = 0x65, AUTHENTICATE = 0x67;
+const HANDSHAKE = 0x40, CONFIG_GET = 0x42, CONFIG_SET = 0x43, OPEN = 0x60, CLOSE = 0x62, CHALLENGE = 0x65, AUTHENTICATE = 0x67, AUTHENTICATED = 0x6c;
 const U16 = 1, FLOAT = 4, LAST = 0x02;
 const REPLY_MS = 3000, RESEND_MS = 30, ASK_MS = 20;
 const IDLE = 0, ESTOPPED = 7;
@@ -88,9 +88,47 @@ const set = (key, type, fill) => request(CONFIG_SET, bytes(68, (data) => {
   fill(data.subarray(4));
 }));
 
-async function authenticate(password) {
-  const { answer: nonce } = await request(CHALLENGE);
-  return request(AUTHENTICATE, createHmac("sha256", password).update(nonce).digest());
+// ---- authentication: from now on a seal behind each datagram ----
+
+let session = 0, sealKey = null, counter = 0;
+
+async function authenticate(key) {
+  const { answer } = await request(CHALLENGE);
+  const nonces = Buffer.concat([answer.subarray(0, 16), randomBytes(16)]);
+  const secret = pbkdf2Sync(key.toLowerCase().replace(/[- ]/g, ""), answer.subarray(16, 32), answer.readUInt32LE(32), 32, "sha256");
+  const digest = (label) => createHmac("sha256", secret).update(label.padEnd(16, "\0")).update(nonces).digest();
+  const reply = await request(AUTHENTICATE, Buffer.concat([nonces.subarray(16), digest("WMC3 host proof")]));
+  if (reply.kind === AUTHENTICATED) [session, sealKey] = [reply.answer.readUInt32LE(0), digest("WMC3 datagrams").subarray(0, 16)];
+  return reply;
+}
+
+function sipHash(key, data) {
+  const left = (word, bits) => BigInt.asUintN(64, (word << bits) | (word >> (64n - bits)));
+  const add = (one, other) => BigInt.asUintN(64, one + other);
+  const [k0, k1] = [key.readBigUInt64LE(0), key.readBigUInt64LE(8)];
+  let [a, b, c, d] = [k0 ^ 0x736f6d6570736575n, k1 ^ 0x646f72616e646f6dn, k0 ^ 0x6c7967656e657261n, k1 ^ 0x7465646279746573n];
+  const rounds = (count) => {
+    for (; count > 0; count--) {
+      a = add(a, b); b = left(b, 13n) ^ a; a = left(a, 32n);
+      c = add(c, d); d = left(d, 16n) ^ c;
+      a = add(a, d); d = left(d, 21n) ^ a;
+      c = add(c, b); b = left(b, 17n) ^ c; c = left(c, 32n);
+    }
+  };
+  const padded = Buffer.concat([data, Buffer.alloc(7 - (data.length % 8)), Buffer.from([data.length & 0xff])]);
+  for (let at = 0; at < padded.length; at += 8) {
+    const word = padded.readBigUInt64LE(at);
+    d ^= word; rounds(2); a ^= word;
+  }
+  c ^= 0xffn; rounds(4);
+  return a ^ b ^ c ^ d;
+}
+
+function sealed(packet) {
+  if (sealKey === null) return packet;
+  const end = bytes(8, (data) => { data.writeUInt32LE(session, 0); data.writeUInt32LE(++counter, 4); });
+  const whole = Buffer.concat([packet, end]);
+  return Buffer.concat([whole, bytes(8, (data) => data.writeBigUInt64LE(sipHash(sealKey, whole), 0))]);
 }
 
 // ---- UDP: motion out, status in ----
@@ -108,7 +146,7 @@ udp.on("message", (data) => {
   const packet = parse(data);
   if (packet?.type === STREAM_ACK) onAck(packet.payload);
 });
-const send = (type, payload) => udp.send(build(type, payload), UDP_PORT, DEVICE);
+const send = (type, payload) => udp.send(sealed(build(type, payload)), UDP_PORT, DEVICE);
 
 async function until(condition, what) {
   for (let tries = 0; !(status && condition(status)); tries++) {
@@ -160,7 +198,7 @@ const result = {};
 const hello = (await request(HANDSHAKE, bytes(36, (data) => { data.writeUInt32LE(0x01000000); data.write("client.mjs", 4); }))).answer;
 result.name = hello.subarray(12, 44).toString().replace(/\0+$/, "");
 result.locked = (await set(0x0103, U16, (value) => value.writeUInt16LE(20))).refused;
-result.authenticated = (await authenticate(PASSWORD)).kind === ACK;
+result.authenticated = (await authenticate(KEY)).kind === AUTHENTICATED;
 result.set = [
   (await set(0x0103, U16, (value) => value.writeUInt16LE(20))).kind === ACK,
   (await set(0x0001, FLOAT, (value) => value.writeFloatLE(200.5))).kind === ACK,

@@ -23,11 +23,11 @@ SETTINGS = tuple(f"${base + ax}={value}" for base, value in ((100, 200), (110, 6
 
 @pytest.mark.skipif(sys.platform != "linux", reason="needs many loopback addresses")
 def test_a_client_written_from_the_document_alone() -> None:
-    """Handshake, a password, keys, a jog, a stream that loses 30 % of its datagrams, datagrams, e-stop and reset."""
+    """Handshake, an access key, keys, a jog, a stream that loses 30 % of its datagrams, datagrams, e-stop and reset."""
     node = shutil.which("node")
     if node is None:
         missing("a client in JavaScript needs node")
-    options = ServeOptions(board=load_board("host"), wmc3=ADDRESS, settings=SETTINGS, password="geheim")
+    options = ServeOptions(board=load_board("host"), wmc3=ADDRESS, settings=SETTINGS, key="geheim")
     with Server(options, "release"):
         command = [node, str(Path(__file__).with_name("client.mjs")), ADDRESS, OWN, "geheim"]
         run = subprocess.run(command, capture_output=True, text=True, check=False, timeout=HANG_S)

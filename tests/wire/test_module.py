@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 import wire_device
 from test_motion import segment
-from test_requests import config, configure, prove
+from test_requests import config, configure
 from test_session import reason
 from wificnc.wmc3.layout import (
     STATUS_PORT,
@@ -53,14 +53,14 @@ Make = Callable[..., "Module"]
 class Module(Device):
     """A device that was configured by a host and started again as an I/O module."""
 
-    def __init__(self, store: str, config: dict[int, int] | None = None, password: str = "") -> None:
+    def __init__(self, store: str, config: dict[int, int] | None = None, key: str = "") -> None:
         first = Device(store=store)
         client = first.connect()
-        for key, value in {MODE: 1, **(CONFIG if config is None else config)}.items():
-            assert configure(first, client, key, ValueType.U16, value) == Refusal.NONE
+        for number, value in {MODE: 1, **(CONFIG if config is None else config)}.items():
+            assert configure(first, client, number, ValueType.U16, value) == Refusal.NONE
         assert reason(first, client, ConfigSave()) == Refusal.NONE
         first.close()
-        super().__init__(password=password, store=store)
+        super().__init__(key=key, store=store)
 
     def hold(self, pin: int, level: int) -> None:
         assert self.lib.host_wire_hold(self.wire, pin, level)
@@ -94,8 +94,8 @@ class Module(Device):
 def make(tmp_path: Path) -> Make:
     made: list[Module] = []
 
-    def module(config: dict[int, int] | None = None, password: str = "") -> Module:
-        made.append(Module(str(tmp_path / f"store{len(made)}"), config, password))
+    def module(config: dict[int, int] | None = None, key: str = "") -> Module:
+        made.append(Module(str(tmp_path / f"store{len(made)}"), config, key))
         return made[-1]
 
     yield module
@@ -229,14 +229,14 @@ def test_one_host_commands(make: Make) -> None:
     assert module.levels == 0x0100
 
 
-def test_a_password_locks_outputs(make: Make) -> None:
-    module = make(password="secret")
+def test_an_access_key_locks_outputs(make: Make) -> None:
+    module = make(key="secret")
     client = module.connect()
     module.outputs(0x0100, 0x0100)
     assert reason(module, client, ChannelOutputs(0x0100, 0x0100)) == Refusal.AUTHENTICATION
     assert configure(module, client, SAFE, ValueType.U16, 0xFF00) == Refusal.AUTHENTICATION
     assert module.levels == 0
-    assert prove(module, client, "secret") == Refusal.NONE
+    assert module.prove(client, "secret") == Refusal.NONE
     module.outputs(0x0100, 0x0100)
     assert module.levels == 0x0100
 
@@ -305,9 +305,9 @@ def test_the_silence_of_others_is_none(make: Make) -> None:
 
 
 def test_an_estop_is_for_everybody_and_only_a_reset_leads_on(make: Make) -> None:
-    module = make({**CONFIG, SAFE: 0x8000}, password="secret")
+    module = make({**CONFIG, SAFE: 0x8000}, key="secret")
     client = module.connect()
-    assert prove(module, client, "secret") == Refusal.NONE
+    assert module.prove(client, "secret") == Refusal.NONE
     module.outputs(0xFF00, 0x0100)
     for _ in range(3):
         module.send(Estop(), address=OTHER)

@@ -87,8 +87,10 @@ def test_the_proof_of_the_example_is_that_of_its_nonce() -> None:
     nonce, proof = packets["challenge_response"], packets["authenticate"]
     assert nonce is not None and isinstance(nonce.payload, ChallengeResponse)
     assert proof is not None and isinstance(proof.payload, Authenticate)
-    assert hmac.digest(b"secret", nonce.payload.nonce, hashlib.sha256) == proof.payload.proof
-    assert "is the password `secret`" in TEXT
+    secret = hashlib.pbkdf2_hmac("sha256", b"secret", nonce.payload.salt, nonce.payload.rounds)
+    message = b"WMC3 host proof".ljust(16, b"\0") + nonce.payload.nonce + proof.payload.nonce
+    assert hmac.digest(secret, message, hashlib.sha256) == proof.payload.proof
+    assert "is the key `secret`" in TEXT
 
 
 def test_the_header_of_the_document_is_a_packet() -> None:

@@ -1,9 +1,7 @@
-"""Requests by TCP: configuration, commands, authentication; each has its one answer."""
+"""Requests by TCP: configuration, commands; each has its one answer."""
 
 from __future__ import annotations
 
-import hashlib
-import hmac
 import re
 import struct
 from collections.abc import Callable
@@ -15,9 +13,6 @@ from test_motion import segment
 from test_session import reason
 from wificnc.wmc3.keys import KEYS
 from wificnc.wmc3.layout import (
-    Authenticate,
-    Challenge,
-    ChallengeResponse,
     ChannelOutputs,
     ConfigGet,
     ConfigSave,
@@ -36,7 +31,6 @@ from wificnc.wmc3.layout import (
     Refused,
     Reset,
     Resume,
-    State,
     StreamOpen,
     StreamOpened,
     Type,
@@ -266,111 +260,12 @@ def test_clocks_may_wrap(device: Device) -> None:
     assert device.pulses[:2] == [100, 100]
 
 
-# ---- authentication ----
-
-
-def prove(device: Device, client: int, password: str) -> Refusal:
-    nonce = device.request(client, Challenge()).payload
-    assert isinstance(nonce, ChallengeResponse)
-    return reason(device, client, Authenticate(hmac.digest(password.encode(), nonce.nonce, hashlib.sha256)))
-
-
-@pytest.mark.parametrize("password", ["x", "correct horse battery staple", "p" * 63])
-def test_a_password_locks_all_that_changes_and_moves(make_device: Callable[..., Device], password: str) -> None:
-    device = make_device(password=password)
-    client = device.connect()
-    hello = device.request(client, Handshake()).payload
-    assert isinstance(hello, HandshakeResponse) and hello.capabilities & 0x80
-    assert configure(device, client, 0x0103, ValueType.U16, 100) == Refusal.AUTHENTICATION
-    assert reason(device, client, ConfigSave()) == Refusal.AUTHENTICATION
-    opened = device.request(client, StreamOpen()).payload
-    assert isinstance(opened, StreamOpened) and opened.refusal == Refusal.AUTHENTICATION
-    device.motion(segment(100))
-    device.send(Jog(0, 1, 100))
-    device.run(0.5)
-    assert device.pulses == [0] * 6
-    assert prove(device, client, password) == Refusal.NONE
-    assert configure(device, client, 0x0103, ValueType.U16, 100) == Refusal.NONE
-    device.motion(segment(100))
-    device.motion(segment(0, 100), address=OTHER)
-    device.run(0.5)
-    assert device.pulses[:2] == [100, 0]
-    device.disconnect(client)
-    device.motion(segment(100))
-    device.run(0.5)
-    assert device.pulses[0] == 100, "with the connection the right ends"
-
-
-def test_everybody_may_still_stop(make_device: Callable[..., Device]) -> None:
-    device = make_device(password="secret")
-    device.send(Estop())
-    device.run(0.1)
-    assert device.status.state == State.ESTOP
-
-
-def test_where_no_password_is_set_any_is_right(device: Device) -> None:
-    client = device.connect()
-    for _ in range(3):
-        assert prove(device, client, "of another device") == Refusal.NONE
-
-
-def test_guessing_becomes_slower(make_device: Callable[..., Device]) -> None:
-    device = make_device(password="secret")
-    client = device.connect()
-    for wait_s in (1, 2, 4, 8, 16, 32, 60, 60):
-        assert prove(device, client, "wrong") == Refusal.AUTHENTICATION
-        device.run(wait_s - 0.01)
-        assert prove(device, client, "secret") == Refusal.AUTHENTICATION, "not looked at"
-        device.run(0.02)
-    assert prove(device, client, "secret") == Refusal.NONE
-
-
-def test_a_guesser_holds_nobody_else_up(make_device: Callable[..., Device]) -> None:
-    device = make_device(password="secret")
-    guesser, other = device.connect("10.0.0.66"), device.connect("10.0.0.67")
-    assert prove(device, guesser, "wrong") == Refusal.AUTHENTICATION
-    assert prove(device, device.connect("10.0.0.66"), "secret") == Refusal.AUTHENTICATION, "another connection of it"
-    assert prove(device, other, "secret") == Refusal.NONE
-
-
-def test_a_connection_authenticates_for_itself(make_device: Callable[..., Device]) -> None:
-    """Another program of the same computer, or behind the same router, does not know the password."""
-    device = make_device(password="secret")
-    good, other = device.connect(), device.connect()
-    assert prove(device, good, "secret") == Refusal.NONE
-    assert configure(device, other, 0x0103, ValueType.U16, 100) == Refusal.AUTHENTICATION
-    assert reason(device, other, Jog(0, 1, 1000)) == Refusal.AUTHENTICATION
-    opened = device.request(other, StreamOpen()).payload
-    assert isinstance(opened, StreamOpened) and opened.refusal == Refusal.AUTHENTICATION
-    assert configure(device, good, 0x0103, ValueType.U16, 100) == Refusal.NONE
-    device.run(0.5)
-    assert device.pulses == [0] * 6
-
-
 def test_what_a_machine_has_not_takes_no_command(device: Device) -> None:
     """channel_outputs is for I/O modules: it was refused, and its sender commanded the machine all the same."""
     client = device.connect()
     assert reason(device, client, ChannelOutputs(1, 1)) == Refusal.UNKNOWN_TYPE
     device.send(ChannelOutputs(1, 1))
     assert reason(device, device.connect(OTHER), Jog(0, 1, 1000)) == Refusal.NONE
-
-
-def test_a_wrong_password_and_a_replay(make_device: Callable[..., Device]) -> None:
-    device = make_device(password="secret")
-    client = device.connect()
-    assert prove(device, client, "Secret") == Refusal.AUTHENTICATION
-    assert prove(device, client, "secret") == Refusal.AUTHENTICATION, "too soon after a wrong one"
-    device.run(1.1)
-    nonce = device.request(client, Challenge()).payload
-    assert isinstance(nonce, ChallengeResponse)
-    proof = Authenticate(hmac.digest(b"secret", nonce.nonce, hashlib.sha256))
-    assert reason(device, client, proof) == Refusal.NONE
-    device.disconnect(client)
-    client = device.connect()
-    assert reason(device, client, proof) == Refusal.AUTHENTICATION, "a nonce serves once"
-    again = device.request(client, Challenge()).payload
-    assert isinstance(again, ChallengeResponse) and again.nonce != nonce.nonce
-    assert reason(device, client, proof) == Refusal.AUTHENTICATION, "and for no other challenge"
 
 
 # ---- what an ack may not say ----

@@ -122,14 +122,14 @@ def test_discovery(serve: Callable[..., Server]) -> None:
     assert [(address, status.state) for address, status in found] == [(ADDRESS, State.IDLE)]
 
 
-def test_a_password(serve: Callable[..., Server]) -> None:
-    serve(password="a secret")
+def test_an_access_key(serve: Callable[..., Server]) -> None:
+    serve(key="a secret")
     with pytest.raises(RefusedError, match="authentication"):
         invoke("motion", "X=10")
     with pytest.raises(RefusedError, match="authentication"):
-        invoke("motion", "X=10", "--password", "a guess")
+        invoke("motion", "X=10", "--key", "a guess")
     time.sleep(1.05)  # a guesser gets one try a second
-    assert json.loads(invoke("motion", "X=10", "--password", "a secret", "--json"))["executed"] == 1
+    assert json.loads(invoke("motion", "X=10", "--key", "a secret", "--json"))["executed"] == 1
 
 
 def test_a_second_device_at_the_same_address_is_told(serve: Callable[..., Server]) -> None:

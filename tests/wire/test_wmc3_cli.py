@@ -122,15 +122,15 @@ def test_nobody_there_is_told_with_the_address(command: list[str]) -> None:
 
 
 @pytest.mark.usefixtures("controller")
-def test_a_password_that_nobody_wants_does_no_harm() -> None:
+def test_a_key_that_nobody_wants_does_no_harm() -> None:
     """WIFICNC_PASSWORD is that of another device."""
     for _ in range(2):
-        assert json.loads(invoke("handshake", "--password", "of another device", "--json"))["device_name"] == "WiFiCNC"
+        assert json.loads(invoke("handshake", "--key", "of another device", "--json"))["device_name"] == "WiFiCNC"
 
 
-def test_a_wrong_password_says_that_the_next_has_to_wait() -> None:
+def test_a_wrong_key_says_that_the_next_has_to_wait() -> None:
     error = refused_error(Type.AUTHENTICATE, Refusal.AUTHENTICATION)
-    assert "wrong password" in str(error) and "wait" in (error.hint or "")
+    assert "wrong access key" in str(error) and "wait" in (error.hint or "")
 
 
 @pytest.mark.parametrize("reason", [reason for reason in Refusal if reason != Refusal.NONE])

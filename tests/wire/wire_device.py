@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import os
 import socket
 import struct
 from dataclasses import dataclass
@@ -13,15 +14,30 @@ from c_library import CONSUMER, EVENT, LIB
 from layouts import HOST as LAYOUTS
 from monitor import Monitor
 from numpy.typing import NDArray
+from wificnc.link.access import key_secret
 from wificnc.sim.native import HostBoard
-from wificnc.wmc3.layout import STATUS_PORT, Motion, Segment, Status, Type
+from wificnc.wmc3.layout import (
+    STATUS_PORT,
+    Authenticate,
+    Authenticated,
+    Challenge,
+    ChallengeResponse,
+    Motion,
+    Refusal,
+    Refused,
+    Segment,
+    Status,
+    Type,
+)
 from wificnc.wmc3.packet import Packet, build, parse
 from wificnc.wmc3.packing import Layout
+from wificnc.wmc3.seal import Sealer, proof
 
 AXES = 6
 TIMER_HZ = 20_000_000
 HOST = "10.0.0.2"
 OTHER = "10.0.0.3"
+TRUST_NOT, TRUST_DAY, TRUST_ALWAYS = range(3)  # enum access_span
 # 200 steps/mm, 6000 mm/min = 20000 steps/s, 500 mm/s2 = 100000 steps/s2
 SETTINGS = {base + ax: value for base, value in ((100, 200), (110, 6000), (120, 500)) for ax in range(AXES)}
 RATE, ACCEL = 20_000, 100_000
@@ -52,7 +68,7 @@ class Device:
 
     def __init__(
         self,
-        password: str = "",
+        key: str = "",
         settings: dict[int, float] | None = None,
         store: str | None = None,
         axes: int = AXES,
@@ -65,8 +81,9 @@ class Device:
         self.host = self.lib.host_open(ctypes.byref(board), store.encode() if store else None)
         assert self.host
         self.monitor = Monitor(self.lib, self.host)
-        self.wire = self.lib.host_wire_create(self.host, password.encode())
+        self.wire = self.lib.host_wire_create(self.host, key.encode())
         self.sequence = 0
+        self.sealer: Sealer | None = None  # of HOST
         self.sent: list[Sent] = []
         self._events: list[NDArray[np.void]] = []
         self._consumer = CONSUMER(self._take)
@@ -164,8 +181,9 @@ class Device:
         self.fetch()
 
     def send(self, payload: Layout, segments: tuple[Segment, ...] = (), address: str = HOST, port: int = 40000) -> None:
-        """A datagram with the next sequence number, immediately."""
-        self.raw(build(payload, self.sequence, round(self.now * 1e6) + 1, segments), address, port)
+        """A datagram with the next sequence number, immediately; sealed when HOST has proven itself."""
+        packet = build(payload, self.sequence, round(self.now * 1e6) + 1, segments)
+        self.raw(self.sealer.seal(packet) if self.sealer and address == HOST else packet, address, port)
         self.sequence += 1
 
     def motion(self, *segments: Segment, address: str = HOST) -> None:
@@ -188,6 +206,21 @@ class Device:
         self.sequence += 1
         assert reply is not None
         return reply
+
+    def prove(self, client: int, key: str) -> Refusal:
+        """Authenticate a connection; HOST's datagrams are sealed from now on."""
+        asked = self.request(client, Challenge()).payload
+        assert isinstance(asked, ChallengeResponse)
+        secret, nonce = key_secret(key, asked.salt, asked.rounds), os.urandom(len(asked.nonce))
+        said = self.request(client, Authenticate(nonce, proof(secret, asked.nonce, nonce))).payload
+        if isinstance(said, Refused):
+            return Refusal(said.reason)
+        assert isinstance(said, Authenticated)
+        self.sealer = Sealer.derive(said.session, secret, asked.nonce, nonce)
+        return Refusal.NONE
+
+    def trust(self, address: str = HOST, span: int = TRUST_ALWAYS) -> None:
+        self.lib.host_wire_trust(self.wire, number(address), span)
 
     def of_type(self, kind: Type, address: str = HOST) -> list[Sent]:
         return [sent for sent in self.sent if sent.data[5] == kind and sent.address == address]

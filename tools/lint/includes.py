@@ -13,6 +13,7 @@ from lint.problem import Problem, source_files
 
 # room -> what its files may include besides their own room, core/config.h and base/
 ALLOWED: dict[str, tuple[str, ...]] = {
+    "access": (),
     "base": (),
     "input": (),
     "wire": (),
@@ -24,7 +25,7 @@ ALLOWED: dict[str, tuple[str, ...]] = {
     "hal": (),
     "settings": ("gcode/status.h", "hal"),
     "machine": ("input", "gcode", "motion", "segment", "step", "hal", "settings"),
-    "session": ("wire", "channels", "machine", "segment", "settings", "gcode/status.h", "hal"),
+    "session": ("access", "wire", "channels", "machine", "segment", "settings", "gcode/status.h", "hal"),
 }
 
 # target -> other targets that it may include, besides itself and the core. A header that several targets have is found
@@ -39,7 +40,14 @@ TARGETS: dict[str, tuple[str, ...]] = {
 }
 
 # What linuxcnc/ may include of the core.
-COMPONENT = ("wire/wire_gen.h", "wire/packet.h", "wire/bytes.h", "base/sha256.h", "base/version.h")
+COMPONENT = (
+    "access/key.h",
+    "base/version.h",
+    "wire/bytes.h",
+    "wire/packet.h",
+    "wire/seal.h",
+    "wire/wire_gen.h",
+)
 
 # The hot tier of the HAL: in targets/<target>/hal/, found by include path.
 HOT_HAL = ("hal/hal_step.h", "hal/core_sizes.h")

@@ -53,9 +53,8 @@ BANNER_S = 8.0  # its start, and WiFi's
               help="Seconds to wait for the firmware's first message.")  # fmt: skip
 @click.option("--dry-run", is_flag=True, help="Print what would be written; the chip is not accessed.")
 @click.option("--ota", "ota_host", metavar="HOST[:PORT]", help="Update over the network instead.")
-@click.option("--password", envvar="WIFICNC_PASSWORD", show_envvar=True,
-              help="For --ota: the password of network clients, else of its own network. Prompted for if not "
-              "given.")  # fmt: skip
+@click.option("--key", envvar="WIFICNC_KEY", show_envvar=True,
+              help="For --ota: the controller's access key. Prompted for if not given.")  # fmt: skip
 @click.option("--tool", type=click.Choice([*(runner.name for runner in RUNNERS), OWN]),
               help="PIC32MZ only: the programmer; uhb is built in and uses the board's USB bootloader.")  # fmt: skip
 @json_option
@@ -69,7 +68,7 @@ def command(
     wait_s: float,
     dry_run: bool,
     ota_host: str | None,
-    password: str | None,
+    key: str | None,
     tool: str | None,
     as_json: bool,
 ) -> None:
@@ -87,7 +86,7 @@ def command(
         done = flash_pic32mz(board, folder, tool, dry_run)
     elif ota_host is not None:
         load_regions(folder, esp32_board(board_ref), esp32_partitions())
-        done = update(board, folder, ota_host, password, dry_run)
+        done = update(board, folder, ota_host, key, dry_run)
     else:
         options = Options(baud, erase, verify, wait_s)
         done = flash_esp32(esp32_board(board_ref), folder, port, options, dry_run)
@@ -224,7 +223,7 @@ def greet(said: list[str], seconds: float) -> None:
         ui.warn(f"written, but the firmware has not printed anything for {seconds:g} s: `wificnc monitor` waits longer")
 
 
-def update(board: Board, folder: Path, host: str, password: str | None, dry_run: bool) -> Done:
+def update(board: Board, folder: Path, host: str, key: str | None, dry_run: bool) -> Done:
     """Over the network. Raises FlashError."""
     image = app_image(folder / "firmware.bin", board.chip)
     name, port = host_and_port(host, OTA_PORT)
@@ -236,9 +235,9 @@ def update(board: Board, folder: Path, host: str, password: str | None, dry_run:
         hello = upload.hello()
         if hello.board != board.id:
             raise FlashError(f"{upload.name} is an {hello.board}", hint=f"wificnc flash {hello.board} --ota {host}")
-        secret = password or click.prompt("password", hide_input=True, err=True)
+        key = key or click.prompt("access key", hide_input=True, err=True)
         with progress_bars() as show:
-            upload.send(hello, image, secret, lambda done, total: show("firmware", done, total))
+            upload.send(hello, image, key, lambda done, total: show("firmware", done, total))
     finally:
         upload.close()
     ui.note("the controller has checked it and starts it now; if this fails, it returns to the old firmware")

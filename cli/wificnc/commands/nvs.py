@@ -42,7 +42,7 @@ def command() -> None:
 @click.option("--board", "board_ref", metavar="BOARD", help="Check that the machine fits this board.")
 @click.option("--ssid", help="Name of the WiFi network to join.")
 @click.option("--wifi-password", help="Its password.")
-@click.option("--access-password", help="Of network clients and updates.")
+@click.option("--access-key", help="Of network clients and updates. Without one the controller makes its own.")
 @click.option("--set", "numbers", multiple=True, metavar="KEY=N", help="A key of protocol/nvs.toml, such as p_sx=4.")
 @json_option
 def build(
@@ -51,7 +51,7 @@ def build(
     board_ref: str | None,
     ssid: str | None,
     wifi_password: str | None,
-    access_password: str | None,
+    access_key: str | None,
     numbers: tuple[str, ...],
     as_json: bool,
 ) -> None:
@@ -62,7 +62,7 @@ def build(
     if board_ref is not None and profile.axis_count > len(esp32_board(board_ref).axes):
         raise FlashError(f"{profile.name} has {profile.axis_count} axes, {board_ref} has fewer")
     own = random_password()
-    texts = {"wifi_ssid": ssid, "wifi_pass": wifi_password, "access_pass": access_password, "ap_pass": own}
+    texts = {"wifi_ssid": ssid, "wifi_pass": wifi_password, "access_key": access_key, "ap_pass": own}
     entries = [*machine_entries(profile), *map(number_entry, numbers)]
     entries += [text_entry(key, value) for key, value in texts.items() if value is not None]
     write_output("--output", output, build_image(entries))

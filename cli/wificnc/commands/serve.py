@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import ipaddress
 import signal
 from contextlib import AbstractContextManager, nullcontext, suppress
+from dataclasses import replace
 from pathlib import Path
 from typing import NoReturn
 
@@ -14,6 +16,7 @@ from wificnc import __version__, ui
 from wificnc.board.load import load_board
 from wificnc.chip.serve import ChipServer
 from wificnc.errors import ServeError, UserError
+from wificnc.link.access import make_key
 from wificnc.machine import Machine, load_machine
 from wificnc.serve.options import (
     DEFAULT_HTTP_PORT,
@@ -41,7 +44,13 @@ NOWHERE = Address("127.0.0.1", 0)  # of the controller, when only the page is to
 @click.option(
     "--io-module", is_flag=True, help="Simulate an I/O expansion module, with --wmc3 only; its inputs: --control."
 )
-@click.option("--password", envvar="WIFICNC_PASSWORD", default="", help="Password of network clients: $LOGIN=password.")
+@click.option(
+    "--key",
+    envvar="WIFICNC_KEY",
+    default="",
+    help="Access key of network clients: $LOGIN=key. Made where it is needed.",
+)
+@click.option("--open", "is_open", is_flag=True, help="Let every computer of the network command, without a key.")
 @click.option(
     "--control",
     type=click.IntRange(0, 65535),
@@ -67,7 +76,8 @@ def command(
     pty: Path | None,
     wmc3: str | None,
     io_module: bool,
-    password: str,
+    key: str,
+    is_open: bool,
     control: int | None,
     speed: str,
     board: str,
@@ -92,14 +102,32 @@ def command(
         pty=pty,
         wmc3=parse_wmc3(wmc3, parse_speed(speed)) if wmc3 else None,
         io_module=io_module,
-        password=password,
+        key=key,
         control=control,
         speed=parse_speed(speed),
         settings=settings,
         store=store,
     )
     _check_doors(options)
+    options = _with_key(options, is_open)
     _run(options, speed)
+
+
+def _is_reachable(options: ServeOptions) -> bool:
+    """From other computers."""
+    wire = options.wmc3 is not None and not ipaddress.ip_address(options.wmc3).is_loopback
+    return wire or any(door and not door.is_loopback for door in (options.tcp, options.http))
+
+
+def _with_key(options: ServeOptions, is_open: bool) -> ServeOptions:
+    """Who can be reached by strangers has a key, unless someone wants it otherwise. Raises UserError."""
+    if is_open and options.key:
+        raise UserError("--open and --key exclude each other", hint="leave one of them out")
+    if is_open or options.key or not _is_reachable(options):
+        return options
+    key = make_key()
+    ui.note(f"access key: {key}; --key chooses one, --open needs none")
+    return replace(options, key=key)
 
 
 def _of_profile(profile: Machine | None, store: Path | None) -> list[str]:
@@ -170,7 +198,7 @@ def _print_doors(server: Server | ChipServer, speed: str, page: str) -> None:
         ui.data.print(f"control [bold]{escape(server.control)}[/]")
     if server.device:
         ui.data.print(f"serial  [bold]{escape(str(options.pty))}[/] -> {server.device}")
-    if any(door and not door.is_loopback for door in (options.tcp, options.http)) and not options.password:
+    if _is_reachable(options) and not options.key:
         ui.warn("every computer on this network can control this controller")
 
 

@@ -49,19 +49,23 @@ def set_network(ssid: str, port: str | None, password: str | None) -> None:
 @click.option("--qr/--no-qr", default=True, help="Board default network as a QR code, for a phone.")
 @json_option
 def status(port: str | None, qr: bool, as_json: bool) -> None:
-    """Show the network that the board joins, and the name and password of its own access point."""
+    """Show the network that the board joins, name and password of its own access point, and the access key."""
     partition = esp32_partitions()["nvs"]
     with connected(port) as device:
         mac = device.identify().mac
         image = read_image(device.read(partition.offset, partition.size))
         device.reset()
     facts = network_facts(image, mac)
+    is_open = bool(facts["access_open"])
     if as_json:
         ui.emit_json(facts)
         return
     click.echo(f"joins         {facts['joins'] or 'no network'}")
     click.echo(f"own network   {facts['own_network']}")
     click.echo(f"its password  {facts['own_password'] or 'made at the first start'}")
+    click.echo(
+        f"access key    {facts['access_key'] or 'made at the first start'}{' (not needed: access is open)' * is_open}"
+    )
     if qr and facts["own_password"]:
         show_qr(str(facts["own_network"]), str(facts["own_password"]))
 
@@ -77,7 +81,8 @@ def network_facts(image: NvsImage, mac: str) -> dict[str, str | bool | None]:
         "joins": text("wifi_ssid"),
         "own_network": own_name(mac),
         "own_password": text("ap_pass"),
-        "access_password": text("access_pass") is not None,
+        "access_open": image.get(NAMESPACE, "access_open") == 1,
+        "access_key": text("access_key"),
     }
 
 

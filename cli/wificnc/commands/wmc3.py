@@ -62,19 +62,19 @@ device_option = click.option(
     metavar="ADDRESS",
     help="IPv4 address of the device.",
 )
-password_option = click.option(
-    "--password", envvar="WIFICNC_PASSWORD", default="", help="Password, if the device requires one."
+key_option = click.option(
+    "--key", "access_key", envvar="WIFICNC_KEY", default="", help="Access key, if the device is locked."
 )
 
 
 def with_device(function: Callable[..., None]) -> Callable[..., None]:
-    """--to and --password, for commands that get a Device."""
+    """--to and --key, for commands that get a Device."""
 
     @device_option
-    @password_option
+    @key_option
     @functools.wraps(function)
-    def wrapped(*arguments: Any, address: str, password: str, **options: Any) -> None:
-        with Device(address, password) as device:
+    def wrapped(*arguments: Any, address: str, access_key: str, **options: Any) -> None:
+        with Device(address, access_key) as device:
             function(device, *arguments, **options)
 
     return wrapped

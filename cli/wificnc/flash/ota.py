@@ -9,6 +9,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from wificnc.errors import FlashError
+from wificnc.link.access import key_secret
 
 PORT = 58430
 CONNECT_S = 5.0
@@ -23,11 +24,14 @@ class Hello:
 
     board: str
     nonce: str
+    salt: str
+    rounds: int
 
 
-def proof(password: str, nonce: str, size: int, sha256: str) -> str:
-    """HMAC-SHA256 of what will be sent, under the password."""
-    return hmac.new(password.encode(), f"{nonce} {size} {sha256}".encode(), hashlib.sha256).hexdigest()
+def proof(key: str, hello: Hello, size: int, sha256: str) -> str:
+    """HMAC-SHA256 of what will be sent, under the secret of the access key."""
+    secret = key_secret(key, bytes.fromhex(hello.salt), hello.rounds)
+    return hmac.new(secret, f"{hello.nonce} {size} {sha256}".encode(), hashlib.sha256).hexdigest()
 
 
 class Upload:
@@ -47,15 +51,15 @@ class Upload:
 
     def hello(self) -> Hello:
         words = self._line().split(" ")
-        if len(words) != 4 or words[:2] != ["WIFICNC-OTA", "1"]:
+        if len(words) != 6 or words[:2] != ["WIFICNC-OTA", "2"] or not words[5].isdecimal():
             self._raise_error(" ".join(words))
             raise FlashError(f"{self.name} does not support the updates of this version")
-        return Hello(words[2], words[3])
+        return Hello(words[2], words[3], words[4], int(words[5]))
 
-    def send(self, hello: Hello, image: bytes, password: str, progress: Callable[[int, int], None]) -> None:
+    def send(self, hello: Hello, image: bytes, key: str, progress: Callable[[int, int], None]) -> None:
         """Send the image and wait until the controller has checked it."""
         sha256 = hashlib.sha256(image).hexdigest()
-        self._put(f"{len(image)} {sha256} {proof(password, hello.nonce, len(image), sha256)}\n".encode())
+        self._put(f"{len(image)} {sha256} {proof(key, hello, len(image), sha256)}\n".encode())
         self._expect("OK")
         for at in range(0, len(image), CHUNK):
             self._put(image[at : at + CHUNK])
@@ -106,5 +110,5 @@ class Upload:
     def _raise_error(self, line: str) -> None:
         if line.startswith("ERROR "):
             reason = line.removeprefix("ERROR ")
-            hint = "the password of network clients, else that of its own network" if "password" in reason else None
+            hint = "`wificnc wifi status` shows it, over USB" if "access key" in reason else None
             raise FlashError(f"{self.name} refuses: {reason}", hint)

@@ -43,7 +43,7 @@ BREAK_HALF_LINE = b")$\n"
 LOCKED_ERROR = 9  # locked by an alarm
 DAMAGED_ERROR = 7
 DOOR_ERROR = 13
-LOCKED = "Password required"  # what a controller with a password reports to a client that is not logged in
+LOCKED = "Locked: log in"  # what a controller tells a client that is not logged in
 OBSERVER = "Observer:"  # what a server of several clients reports to all but one
 NOBODY = "No client is in control"  # ... when that one has left
 TAKE_OVER = b"$TAKE\n"
@@ -240,7 +240,7 @@ class Client:
 
         Raises:
             LinkError: the controller does not answer lines.
-            RefusedError: another client commands it, or it needs a password.
+            RefusedError: another client commands it, or it wants its access key.
         """
         self.send((TAKE_OVER if self.take else b"") + BREAK_HALF_LINE + ECHO_REQUEST)
         echoed = False
@@ -252,7 +252,7 @@ class Client:
             elif (other := who_commands(message)) is not None:
                 raise RefusedError(f"another client is in control: {other}", hint="--take takes control")
             elif isinstance(message, Bracket) and message.body.startswith(LOCKED):
-                raise RefusedError(f"{self.transport.name} needs a password", hint="--to tcp://:PASSWORD@HOST")
+                raise RefusedError(f"{self.transport.name} is locked", hint="--to tcp://:KEY@HOST, or wificnc login")
         raise LinkError(f"{self.transport.name} reports its state but does not answer lines")
 
     def command(

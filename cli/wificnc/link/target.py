@@ -33,7 +33,7 @@ class NetworkTarget:
 
     host: str
     port: int
-    password: str = ""
+    key: str = ""
 
 
 @dataclass(frozen=True)
@@ -93,7 +93,7 @@ def _serial(text: str, place: str) -> SerialTarget:
 def _network(text: str, place: str) -> NetworkTarget:
     user, at, address = place.rpartition("@")
     if at and not user.startswith(":"):
-        raise _invalid(text, "a password is written as :PASSWORD@HOST, without a user name")
+        raise _invalid(text, "an access key is written as :KEY@HOST, without a user name")
     host, port = _host_and_port(text, address, DEFAULT_PORT)
     return NetworkTarget(host, port, unquote(user[1:]))
 

@@ -83,24 +83,24 @@ class SocketTransport:
         if not self._ahead:
             select.select([self._socket.fileno(), *others], [], [], max(0.0, timeout_s))
 
-    def log_in(self, password: str) -> None:
-        """Log in to a controller with a password.
+    def log_in(self, key: str) -> None:
+        """Log in to a controller with its access key.
 
         Raises:
             RefusedError: it is wrong, or comes too soon after wrong ones.
             LinkError: no answer.
         """
-        self.send(b"$LOGIN=" + password.encode() + b"\n")
+        self.send(b"$LOGIN=" + key.encode() + b"\n")
         deadline, said = time.monotonic() + SEND_TIMEOUT_S, b""
-        while not any(word in said for word in (b"ok\r\n", b"error:", b"Wrong password")):
+        while not any(word in said for word in (b"ok\r\n", b"error:", b"rong access key")):
             left_s = deadline - time.monotonic()
             if left_s <= 0:
-                raise LinkError(f"{self.name} does not answer the password")
+                raise LinkError(f"{self.name} does not answer the access key")
             self.wait(left_s)
             said += self.receive()
-        if b"Wrong password" in said:
-            again = "after wrong passwords it refuses for a while: wait a minute" if b"wait" in said else None
-            raise RefusedError(f"{self.name} refuses the password", hint=again)
+        if b"rong access key" in said:
+            again = "after wrong keys it refuses for a while: wait a minute" if b"wait" in said else None
+            raise RefusedError(f"{self.name} refuses the access key", hint=again)
         self._ahead = said.partition(b"ok\r\n")[2]
 
     def close(self) -> None:
@@ -181,8 +181,8 @@ def _open_tcp(target: NetworkTarget) -> SocketTransport:
     connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
     connection.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
     transport = SocketTransport(connection, name)
-    if target.password:
-        transport.log_in(target.password)
+    if target.key:
+        transport.log_in(target.key)
     return transport
 
 

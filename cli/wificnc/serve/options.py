@@ -49,7 +49,7 @@ class ServeOptions:
     pty: Path | None = None
     wmc3: str | None = None  # IPv4 address of the binary protocol; its ports are fixed
     io_module: bool = False  # of the binary protocol; there is no text side then
-    password: str = ""  # of network clients, by any protocol
+    key: str = ""  # access key of network clients, by any protocol; "": access is open
     control: int | None = None  # port of this computer for the hands at the virtual machine; 0: any free one
     speed: float = 1.0
     settings: tuple[str, ...] = ()

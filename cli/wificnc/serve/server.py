@@ -19,7 +19,7 @@ from wificnc.serve.options import ServeOptions, program_arguments
 from wificnc.serve.store_file import store_failure
 
 END_SECONDS = 5.0
-PASSWORD_VARIABLE = "WIFICNC_PASSWORD"
+KEY_VARIABLE = "WIFICNC_KEY"
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,7 @@ class Server:
     def __enter__(self) -> Server:
         argv = [str(self._program), *program_arguments(self.options)]
         pipe = subprocess.PIPE
-        environment = {**os.environ, PASSWORD_VARIABLE: self.options.password}  # arguments can be read by all
+        environment = {**os.environ, KEY_VARIABLE: self.options.key}  # arguments can be read by all
         self._process = subprocess.Popen(
             argv, stdin=pipe, stdout=pipe, text=True, encoding="utf-8", errors="replace", env=environment
         )

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import difflib
-import hashlib
-import hmac
 import ipaddress
 import os
 import select
@@ -17,6 +15,7 @@ from typing import TypeVar
 
 from wificnc import __version__
 from wificnc.errors import LinkError, ProtocolError, RefusedError, UserError
+from wificnc.link.access import key_secret
 from wificnc.wmc3.keys import KEYS, Key
 from wificnc.wmc3.layout import (
     CONTROL_PORT,
@@ -25,6 +24,7 @@ from wificnc.wmc3.layout import (
     UDP_PORT,
     Ack,
     Authenticate,
+    Authenticated,
     Capability,
     Challenge,
     ChallengeResponse,
@@ -49,6 +49,7 @@ from wificnc.wmc3.layout import (
 from wificnc.wmc3.packet import Packet, build, parse
 from wificnc.wmc3.packing import Layout
 from wificnc.wmc3.refused import refused_error
+from wificnc.wmc3.seal import Sealer, proof
 from wificnc.wmc3.stream import StreamSender
 
 TIMEOUT_S = REPLY_TIMEOUT_MS / 1000
@@ -126,7 +127,7 @@ def unpack_value(value: ConfigValue) -> int | float | str:
 class Device:
     """One controller. Raises LinkError when it cannot be reached or is silent, RefusedError when it says no."""
 
-    def __init__(self, address: str, password: str = "", timeout_s: float = TIMEOUT_S) -> None:
+    def __init__(self, address: str, key: str = "", timeout_s: float = TIMEOUT_S) -> None:
         self.address = address
         self._timeout_s = timeout_s
         self._sequence = int.from_bytes(os.urandom(2), "little") << 8  # not that of the host program before
@@ -136,7 +137,8 @@ class Device:
         self._udp = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self._udp.bind((self._local, 0))
         self._udp.settimeout(TURN_S)
-        self._password = password
+        self._key = key
+        self._sealer: Sealer | None = None
 
     def __enter__(self) -> Device:
         return self
@@ -155,9 +157,12 @@ class Device:
         return build(payload, self._sequence, int(time.monotonic() * 1e6), segments)
 
     def post(self, payload: Layout, segments: Sequence[Segment] = ()) -> None:
-        """A datagram. It may be lost."""
+        """A datagram, sealed where the device knows this host. It may be lost."""
+        if self._key:
+            self._connection()
+        packet = self._build(payload, segments)
         try:
-            self._udp.sendto(self._build(payload, segments), (self.address, UDP_PORT))
+            self._udp.sendto(self._sealer.seal(packet) if self._sealer else packet, (self.address, UDP_PORT))
         except OSError as err:
             raise LinkError(f"cannot send to {self.address}: {err.strerror}") from err
 
@@ -171,13 +176,16 @@ class Device:
                     hint="check that it is on; `wificnc wmc3 discover` finds it",
                 ) from err
             self._tcp.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-            if self._password and self.handshake().capabilities & Capability.LOCKED:
+            if self._key and self.handshake().capabilities & Capability.LOCKED:
                 self._authenticate()
         return self._tcp
 
     def _authenticate(self) -> None:
-        nonce = self.request(Challenge(), ChallengeResponse).nonce
-        self.command(Authenticate(hmac.digest(self._password.encode(), nonce, hashlib.sha256)))
+        asked = self.request(Challenge(), ChallengeResponse)
+        secret = key_secret(self._key, asked.salt, asked.rounds)
+        nonce = os.urandom(len(asked.nonce))
+        session = self.request(Authenticate(nonce, proof(secret, asked.nonce, nonce)), Authenticated).session
+        self._sealer = Sealer.derive(session, secret, asked.nonce, nonce)
 
     def _exchange(self, payload: Layout) -> Packet:
         connection = self._connection()

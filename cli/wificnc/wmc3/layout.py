@@ -65,6 +65,7 @@ class Type(IntEnum):
     CHALLENGE = 0x65
     CHALLENGE_RESPONSE = 0x66
     AUTHENTICATE = 0x67
+    AUTHENTICATED = 0x6C
 
 
 class State(IntEnum):
@@ -156,7 +157,7 @@ class Refusal(IntEnum):
     RANGE = 13  # the value is out of its range
     UNKNOWN_TYPE = 14  # unknown packet, or not allowed on this channel
     STREAM_CLOSED = 15  # the stream is not open
-    AUTHENTICATION = 16  # not authenticated; for a proof: a wrong password, or sent too soon after one
+    AUTHENTICATION = 16  # not authenticated; for a proof: a wrong access key, or sent too soon after one
     NOT_STORED = 17  # the storage failed; the values are active but not stored
     NO_HOMING = 18  # homing is disabled ($22), or none of the axes has travel
     IO_MODULE = 19  # this is an I/O module without motion
@@ -193,6 +194,16 @@ class Segment(Layout):
     acceleration: int = 0
     id: int = 0
     flags: int = 0
+
+
+@dataclass(frozen=True)
+class Seal(Layout):
+    """Behind a datagram of an authenticated host: who has sent it, and that it was not sent before."""
+
+    FORMAT: ClassVar[str] = "<II8B"
+    session: int = 0
+    counter: int = 0
+    mac: bytes = bytes(8)
 
 
 @dataclass(frozen=True)
@@ -563,26 +574,38 @@ class Challenge(Layout):
 
 @dataclass(frozen=True)
 class ChallengeResponse(Layout):
-    """A number that is used once and never repeated."""
+    """What the proof is made of."""
 
     TYPE: ClassVar[int] = 0x66
-    FORMAT: ClassVar[str] = "<16B"
+    FORMAT: ClassVar[str] = "<16B16BI"
     nonce: bytes = bytes(16)
+    salt: bytes = bytes(16)
+    rounds: int = 0
 
 
 @dataclass(frozen=True)
 class Authenticate(Layout):
-    """Until it ends, this connection may change settings and move axes; so may datagrams of its host."""
+    """Until it ends, this connection may change settings and move axes; so may sealed datagrams of its session."""
 
     TYPE: ClassVar[int] = 0x67
-    FORMAT: ClassVar[str] = "<32B"
+    FORMAT: ClassVar[str] = "<16B32B"
+    nonce: bytes = bytes(16)
     proof: bytes = bytes(32)
+
+
+@dataclass(frozen=True)
+class Authenticated(Layout):
+    """The session of this connection."""
+
+    TYPE: ClassVar[int] = 0x6C
+    FORMAT: ClassVar[str] = "<I"
+    session: int = 0
 
 
 _KINDS: tuple[type[Layout], ...] = (
     Motion, Jog, JogStop, Estop, Hold, Resume, Reset, Home, IoControl, StreamSegments, ChannelOutputs, Status,
     HomeComplete, ProbeResult, StreamAck, Ack, Refused, Handshake, HandshakeResponse, ConfigGet, ConfigSet,
     ConfigValue, ConfigSave, Ping, Pong, StreamOpen, StreamOpened, StreamClose, StreamDrop, Statistics,
-    StatisticsResponse, ProbeLast, Challenge, ChallengeResponse, Authenticate,
+    StatisticsResponse, ProbeLast, Challenge, ChallengeResponse, Authenticate, Authenticated,
 )  # fmt: skip
 PACKETS = {kind.TYPE: kind for kind in _KINDS}

@@ -76,10 +76,9 @@ static bool notice(void *ctx, unsigned number, char *text, size_t size) {
     return machine_notice(controller->machine, number, text, size);
 }
 
-static enum net_gate_result login(void *ctx, uint64_t who, const char *password, size_t size) {
-    struct controller *controller = ctx;
-    return net_gate_try(&controller->gate, who, password, size,
-                        hal_time_us(machine_hal(controller->machine)));
+static const char *key(void *ctx) {
+    const struct controller *controller = ctx;
+    return controller->key;
 }
 
 /* An answer longer than the buffer goes to the hub in pieces. */
@@ -110,15 +109,15 @@ void controller_init(struct controller *controller, struct machine *machine,
                                            .left = left,
                                            .notice = notice,
                                            .busy = busy,
-                                           .login = login};
+                                           .key = key};
     *controller = (struct controller){.machine = machine, .listener = -1};
     net_hub_init(&controller->hub, sizes, &ops, controller);
 }
 
 void controller_set(struct controller *controller, const struct controller_options *options) {
-    net_gate_init(&controller->gate, options->password);
+    controller->key = options->key;
     controller->link_lost = options->link_lost;
-    controller->hub.locks = controller->gate.shut;
+    controller->hub.access = &controller->access;
 }
 
 struct text_out controller_out(struct controller *controller) {
@@ -199,7 +198,7 @@ static void ask_sometimes(struct controller *controller) {
     if (now_us - controller->asked_us < ASK_EVERY_US)
         return;
     controller->asked_us = now_us;
-    lockout_poll(&controller->gate.lockout, now_us);
+    access_poll(&controller->access, now_us);
     net_hub_ask(&controller->hub);
 }
 

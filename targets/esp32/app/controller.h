@@ -29,14 +29,15 @@ enum link_lost { LINK_LOST_FINISH, LINK_LOST_HOLD, LINK_LOST_STOP };
 
 /** Chosen at start, from the storage. */
 struct controller_options {
-    const char *password; /* of network clients; "": none. Not kept */
-    uint8_t link_lost;    /* enum link_lost */
+    const char *key;   /* access key, told at serial ports; outlives this */
+    uint8_t link_lost; /* enum link_lost */
 };
 
 struct controller {
     struct machine *machine;
     struct net_hub hub;
-    struct net_gate gate;
+    struct access access; /* set up by the target, before clients come */
+    const char *key;
     uint8_t link_lost; /* enum link_lost */
     struct controller_port port[CONTROLLER_PORTS];
     int listener;  /* -1: no network yet */

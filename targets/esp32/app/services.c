@@ -21,17 +21,15 @@ enum { CHIP_ID = 0 };
 #endif
 enum { RESTART_US = 500000, CONFIRM_US = 30000000 };
 
-void services_start(struct services *services, struct lockout *lockout, const char *password,
-                    const struct ota_flash *flash, uint16_t telnet_port) {
+void services_start(struct services *services, struct access *access, const struct ota_flash *flash,
+                    uint16_t telnet_port) {
     static const struct ota_image image = {.board = BOARD_ID, .chip_id = CHIP_ID, .project = "wificnc"};
     char address[NET_ADDRESS_SIZE], port[8];
     int error;
     *services = (struct services){.flash = *flash, .mdns = {.port = telnet_port}};
-    snprintf(services->password, sizeof services->password, "%s",
-             password[0] != '\0' ? password : wifi_own_password());
-    ota_init(&services->ota, &ota_flash_ops, &services->flash, &image, lockout, services->password);
+    ota_init(&services->ota, &ota_flash_ops, &services->flash, &image, access);
     snprintf(port, sizeof port, "%d", OTA_PORT);
-    /* without the radio there is neither a password of our own nor a nonce that no one can foresee */
+    /* without the radio there is no nonce that no one can foresee */
     bool guarded = wifi_own_password()[0] != '\0';
     services->ota_listener = guarded ? net_tcp_listen(NULL, port, address, &error) : -1;
     snprintf(services->mdns.name, sizeof services->mdns.name, "%s", network_name());

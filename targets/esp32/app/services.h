@@ -14,7 +14,6 @@ struct services {
     struct ota_flash flash;
     struct ota ota;
     struct net_mdns mdns;
-    char password[64];             /* of updates */
     int ota_listener, mdns_socket; /* -1: not there */
     uint32_t nonces;
     uint32_t address; /* announced */
@@ -22,11 +21,11 @@ struct services {
     bool confirmed;   /* the image that runs need not be taken back */
 };
 
-/** [start, behind network_start()] @param lockout  of all passwords  @param password  of network clients; "":
- * updates want that of our own network  @param flash  who is asked before flash is written; is copied
+/** [start, behind network_start()] @param access  whose key updates need; outlives this
+ * @param flash  who is asked before flash is written; is copied
  * @param telnet_port  that is announced in the network; 0: there is no telnet */
-void services_start(struct services *services, struct lockout *lockout, const char *password,
-                    const struct ota_flash *flash, uint16_t telnet_port);
+void services_start(struct services *services, struct access *access, const struct ota_flash *flash,
+                    uint16_t telnet_port);
 
 /** One round. An image that gets here for half a minute has a network, and so can be updated again: it is
  * confirmed. Restarts the chip when a new firmware is complete. @return true: there is more to do immediately

@@ -12,7 +12,7 @@
 #include "hal/chip_hal.h"
 #include "io/lines.h"
 #include "machine/parts.h"
-#include "net/access.h"
+#include "net/access_store.h"
 #include "store/nvs_flash_ops.h"
 
 struct firmware {
@@ -26,9 +26,10 @@ struct firmware {
     struct step_engine_board step_pins;
     struct lines lines;
     struct channels channels;
-    struct io_module io_module; /* when this board is one */
-    struct boot_guard *guard;   /* of crashes in a row */
-    char password[ACCESS_PASSWORD_MAX + 1];
+    struct io_module io_module;   /* when this board is one */
+    struct boot_guard *guard;     /* of crashes in a row */
+    char key[ACCESS_KEY_MAX + 1]; /* of network clients and updates */
+    uint8_t access_open;
     uint8_t link_lost;
     bool safe_mode, is_module, has_network;
 };

@@ -17,19 +17,32 @@ static void chip_random(void *ctx, uint8_t *bytes, size_t count) {
     esp_fill_random(bytes, count);
 }
 
-/* ---- the password ---- */
+/* ---- the access key ---- */
 
 /* @param ctx  struct nvs_store */
 static enum nvs_text read_text(void *ctx, const char *key, char *text, size_t size) {
     return nvs_flash_ops_find_text(ctx, key, text, size);
 }
 
+/* @param ctx  struct nvs_store */
+static bool write_text(void *ctx, const char *key, const char *text) {
+    return nvs_flash_ops_set_text(ctx, key, text);
+}
+
 /* After network_start(), which makes random numbers unpredictable. */
 static void load_access(struct firmware *firmware) {
-    static const struct access_ops ops = {.read = read_text, .random = chip_random};
-    if (access_load(firmware->password, &ops, &firmware->store) == ACCESS_LOST)
-        firmware_tell(firmware, "Cannot read the stored password, so network logins are disabled. "
+    static const struct access_store_ops ops = {
+        .read = read_text, .write = write_text, .random = chip_random};
+    struct access *access = &firmware->controller.access;
+    uint8_t salt[ACCESS_SALT];
+    enum access_found found = access_store_load(firmware->key, &ops, &firmware->store);
+    esp_fill_random(salt, sizeof salt);
+    access_init(access, firmware->key, firmware->access_open != 0, salt, hal_time_us(&firmware->hal));
+    if (found == ACCESS_LOST)
+        firmware_tell(firmware, "Cannot read the stored access key, so network logins are disabled. "
                                 "Write the storage again over USB: wificnc nvs build, wificnc nvs flash");
+    else if (found == ACCESS_UNKEPT)
+        firmware_tell(firmware, "Cannot store the access key: the next start makes another one");
 }
 
 /* ---- WMC3 ---- */
@@ -38,7 +51,7 @@ static const struct session_ops wire_ops = {.send = net_wire_send, .random = chi
 
 static struct session_options wire_options(struct firmware *firmware) {
     return (struct session_options){.name = network_name(),
-                                    .password = firmware->password,
+                                    .access = &firmware->controller.access,
                                     .version = VERSION_WORD,
                                     .status_port = WIRE_STATUS_PORT,
                                     .channels = &firmware->channels};
@@ -97,8 +110,7 @@ static void start_servers(struct firmware *firmware) {
 
 void firmware_start_network(struct firmware *firmware) {
     const struct ota_flash flash = {.lock = lock_machine, .unlock = unlock_machine, .ctx = firmware};
-    const struct controller_options options = {.password = firmware->password,
-                                               .link_lost = firmware->link_lost};
+    const struct controller_options options = {.key = firmware->key, .link_lost = firmware->link_lost};
     char text[128];
     firmware->has_network = network_start(&firmware->store);
     if (!firmware->has_network) {
@@ -109,8 +121,7 @@ void firmware_start_network(struct firmware *firmware) {
     firmware_tell(firmware, text);
     load_access(firmware);
     controller_set(&firmware->controller, &options);
-    services_start(&firmware->services, &firmware->controller.gate.lockout, firmware->password, &flash,
-                   TELNET_PORT);
+    services_start(&firmware->services, &firmware->controller.access, &flash, TELNET_PORT);
     start_wire(firmware);
     start_servers(firmware);
 }
@@ -127,7 +138,7 @@ void firmware_start_io_module(struct firmware *firmware) {
     *module = (struct io_module){
         .channels = &firmware->channels, .session = &controller->session, .wire = &controller->wire};
     io_module_start(module, &firmware->store, &options, &wire_ops);
-    services_start(&firmware->services, &controller->gate.lockout, firmware->password, &flash, 0);
+    services_start(&firmware->services, &controller->access, &flash, 0);
 }
 
 void firmware_tell_address(struct firmware *firmware) {

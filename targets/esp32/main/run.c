@@ -93,7 +93,7 @@ void firmware_run_io_module(void *ctx) {
     firmware_start_io_module(firmware);
     for (;;) {
         uint32_t now_us = begin_round(firmware);
-        lockout_poll(&firmware->controller.gate.lockout, now_us);
+        access_poll(&firmware->controller.access, now_us);
         show_led(io_module_led(firmware), now_us);
         if (firmware->has_network)
             io_module_round(&firmware->io_module);

@@ -34,6 +34,8 @@ void firmware_read_choices(struct firmware *firmware) {
     struct channels *channels = &firmware->channels;
     firmware->link_lost = LINK_LOST_DEFAULT;
     (void)read_u8(firmware, NVS_LINK_LOST, &firmware->link_lost);
+    firmware->access_open = ACCESS_OPEN_DEFAULT;
+    (void)read_u8(firmware, NVS_ACCESS_OPEN, &firmware->access_open);
     lines_init(&firmware->lines, &firmware->pins, &firmware->store);
     channels_init(channels, &lines_ops, &firmware->lines);
     nvs_channels_load(&firmware->store, channels);

@@ -10,8 +10,8 @@
 enum { IMAGE_MAGIC = 0xE9, CHIP_ID_AT = 12, NAME_AT = 80, NAME_SIZE = 32, PIECES_A_POLL = 4 };
 
 void ota_init(struct ota *ota, const struct ota_ops *ops, void *ctx, const struct ota_image *image,
-              struct lockout *lockout, const char *password) {
-    *ota = (struct ota){.ops = ops, .ctx = ctx, .image = *image, .lockout = lockout, .password = password};
+              struct access *access) {
+    *ota = (struct ota){.ops = ops, .ctx = ctx, .image = *image, .access = access};
 }
 
 /* ---- words ---- */
@@ -73,7 +73,7 @@ static bool get_hex(const char *text, uint8_t *bytes, size_t count) {
 bool ota_connect(struct ota *ota, const struct net_stream *stream, const uint8_t nonce[OTA_NONCE_SIZE],
                  uint32_t now_us) {
     static const char busy[] = "ERROR another upload is in progress\n";
-    char text[OTA_LINE_SIZE];
+    char text[OTA_LINE_SIZE], salt[2 * ACCESS_SALT + 1];
     if (ota->state != OTA_FREE) {
         stream->ops->write(stream, busy, sizeof busy - 1);
         stream->ops->close(stream);
@@ -84,14 +84,16 @@ bool ota_connect(struct ota *ota, const struct net_stream *stream, const uint8_t
     ota->line_size = ota->said_size = ota->taken = 0;
     ota->heard_us = now_us;
     put_hex(ota->nonce, nonce, OTA_NONCE_SIZE);
-    snprintf(text, sizeof text, "WIFICNC-OTA 1 %s %s\n", ota->image.board, ota->nonce);
+    put_hex(salt, ota->access->salt, ACCESS_SALT);
+    snprintf(text, sizeof text, "WIFICNC-OTA 2 %s %s %s %d\n", ota->image.board, ota->nonce, salt,
+             ACCESS_ROUNDS);
     say(ota, text);
     say_all(ota);
     return true;
 }
 
 /* "SIZE SHA256 MAC" -> size and digest. @return NULL: it is well-formed and signed */
-static const char *read_request(struct ota *ota, char *line, uint32_t now_us) {
+static const char *read_request(struct ota *ota, char *line) {
     uint8_t mac[SHA256_SIZE], wanted[SHA256_SIZE];
     char message[OTA_LINE_SIZE];
     char *mac_text = strrchr(line, ' ');
@@ -100,25 +102,23 @@ static const char *read_request(struct ota *ota, char *line, uint32_t now_us) {
     if (sscanf(line, "%10llu %n", &size, &digest_at) != 1 || mac_text == NULL || digest_at == 0 ||
         !get_hex(line + digest_at, ota->digest, SHA256_SIZE) || !get_hex(mac_text + 1, mac, SHA256_SIZE))
         return "expected SIZE SHA256 MAC";
-    /* Before the password is looked at, or waiting would not slow a guesser down. */
-    if (!lockout_may_try(ota->lockout, ota->stream.peer, now_us))
-        return "too many wrong passwords: wait, then try again";
     *mac_text = '\0';
     int length = snprintf(message, sizeof message, "%s %s", ota->nonce, line);
-    sha256_hmac(ota->password, strlen(ota->password), message, (size_t)length, wanted);
-    bool good = sha256_is_equal(mac, wanted);
-    lockout_note(ota->lockout, ota->stream.peer, good, now_us);
+    sha256_hmac(ota->access->secret, SHA256_SIZE, message, (size_t)length, wanted);
+    enum access_result result = access_prove(ota->access, ota->stream.peer, mac, wanted);
     ota->size = (size_t)size;
-    return good ? NULL : "wrong password";
+    if (result == ACCESS_WAIT)
+        return "too many wrong access keys: wait, then try again";
+    return result == ACCESS_GOOD ? NULL : "wrong access key";
 }
 
-static void take_line(struct ota *ota, uint32_t now_us) {
+static void take_line(struct ota *ota) {
     ota->line[ota->line_size] = '\0';
-    const char *why = read_request(ota, ota->line, now_us);
+    const char *why = read_request(ota, ota->line);
     if (why == NULL && ota->size <= OTA_HEADER_SIZE)
         why = "not a firmware image: too small";
     if (why == NULL)
-        /* Only now: a request without the password must not lock the machine. */
+        /* Only now: a request without the key must not lock the machine. */
         why = ota->ops->begin(ota->ctx, ota->size);
     if (why != NULL) {
         refuse(ota, why);
@@ -201,10 +201,10 @@ static void take_image(struct ota *ota, const uint8_t *bytes, size_t count) {
 
 /* ---- */
 
-static void take(struct ota *ota, const uint8_t *bytes, size_t count, uint32_t now_us) {
+static void take(struct ota *ota, const uint8_t *bytes, size_t count) {
     for (; count > 0 && ota->state == OTA_ASKED; bytes++, count--) {
         if (*bytes == '\n')
-            take_line(ota, now_us);
+            take_line(ota);
         else if (ota->line_size + 1 < sizeof ota->line)
             ota->line[ota->line_size++] = (char)*bytes;
         else
@@ -224,7 +224,7 @@ static bool read_piece(struct ota *ota, uint32_t now_us) {
     }
     if (count > 0) {
         ota->heard_us = now_us;
-        take(ota, bytes, (size_t)count, now_us);
+        take(ota, bytes, (size_t)count);
     }
     return count > 0;
 }

@@ -2,21 +2,21 @@
  * Takes a new firmware over TCP. [task] One upload at a time. Sockets are a net_stream, the flash is ops, the
  * clock is an argument: it runs on a computer, too.
  *
- *   we      WIFICNC-OTA 1 BOARD NONCE\n         32 hex digits, new for every connection
+ *   we      WIFICNC-OTA 2 BOARD NONCE SALT ROUNDS\n   twice 32 hex digits, the nonce new for every connection
  *   they    SIZE SHA256 MAC\n                   bytes; 64 hex digits of the image; 64 of
- *                                               HMAC-SHA256(password, "NONCE SIZE SHA256")
+ *                                               HMAC-SHA256(secret, "NONCE SIZE SHA256"), the secret
+ *                                               PBKDF2(access key, SALT, ROUNDS)
  *   we      OK\n  or  ERROR text\n
  *   they    the image
  *   we      AT bytes\n                          now and then
  *   we      DONE\n  or  ERROR text\n            it is whole, and starts next
  *
- * So the password never travels, an old upload cannot be played again, and what was sent is what was signed.
+ * So the key never travels, an old upload cannot be played again, and what was sent is what was signed.
  * The old firmware stays in its slot until the new one has run for a while. */
 #ifndef WIFICNC_ESP32_OTA_H
 #define WIFICNC_ESP32_OTA_H
 
-#include "base/lockout.h"
-#include "base/sha256.h"
+#include "access/access.h"
 #include "net_stream.h"
 
 enum { OTA_PORT = 58430, OTA_NONCE_SIZE = 16, OTA_TOLD_EVERY = 65536, OTA_IDLE_US = 15000000 };
@@ -51,8 +51,7 @@ struct ota {
     const struct ota_ops *ops;
     void *ctx;
     struct ota_image image;
-    struct lockout *lockout; /* shared with all who guess passwords */
-    const char *password;    /* outlives this */
+    struct access *access; /* whose key it needs, also where access is open; outlives this */
     enum ota_state state;
     bool done; /* a new firmware is there: restart */
     struct net_stream stream;
@@ -69,7 +68,7 @@ struct ota {
 };
 
 void ota_init(struct ota *ota, const struct ota_ops *ops, void *ctx, const struct ota_image *image,
-              struct lockout *lockout, const char *password);
+              struct access *access);
 
 /** A connection. @param nonce  random @return false: another upload is in progress; the stream got a message
  * and closed */

@@ -3,7 +3,7 @@
 #ifndef WIFICNC_ESP32_NVS_FLASH_OPS_H
 #define WIFICNC_ESP32_NVS_FLASH_OPS_H
 
-#include "net/access.h" // enum nvs_text
+#include "net/access_store.h" // enum nvs_text
 #include "store/nvs_store.h"
 
 #include <stdbool.h>

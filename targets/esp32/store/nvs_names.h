@@ -14,9 +14,11 @@ enum { WIFI_SSID_MIN = 1, WIFI_SSID_MAX = 32 };
 enum { WIFI_PASSWORD_MIN = 8, WIFI_PASSWORD_MAX = 63 };
 #define NVS_OWN_PASSWORD "ap_pass"
 enum { OWN_PASSWORD_MIN = 8, OWN_PASSWORD_MAX = 63 };
-#define NVS_ACCESS_PASSWORD "access_pass"
-enum { ACCESS_PASSWORD_MIN = 8, ACCESS_PASSWORD_MAX = 63 };
+#define NVS_ACCESS_KEY "access_key"
+enum { ACCESS_KEY_MIN = 12, ACCESS_KEY_MAX = 63 };
 
+#define NVS_ACCESS_OPEN "access_open"
+enum { ACCESS_OPEN_DEFAULT = 0 };
 #define NVS_LINK_LOST "link_lost"
 enum { LINK_LOST_DEFAULT = 1 };
 #define NVS_DOOR_INPUT "in_door"

@@ -32,7 +32,7 @@ const HELD = new Set(["Hold", "Door"]);
 const MOVING = new Set(["Run", "Jog", "Home"]);
 const OBSERVER = /^Observer: | is in control$/;
 const NOBODY = /^No client is in control/;
-const LOCKED = /^(Password required|Wrong password)/;
+const LOCKED = /^(Locked: log in|Wrong access key|Too many wrong)/;
 /** After some alarms the controller takes no commands until it is reset. */
 const TOOL_CHANGE = /^Tool change: T(\d+)/;
 const NEEDS_RESET = /^Reset to continue/;
@@ -181,8 +181,8 @@ export class Controller {
   }
 
   /** A password is bytes for the network's door, which takes them before the controller sees any. */
-  async login(password: string): Promise<boolean> {
-    return (await this.ask(`$LOGIN=${password}`)).kind === "ok";
+  async login(key: string): Promise<boolean> {
+    return (await this.ask(`$LOGIN=${key}`)).kind === "ok";
   }
 
   /** The machine has come to rest: two reports in a row from one place. Rejects when it is held, locked or gone. */

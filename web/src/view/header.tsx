@@ -156,17 +156,17 @@ function LostNotice(): JSX.Element | null {
 }
 
 function LockedNotice(): JSX.Element | null {
-  const password = useSignal("");
+  const key = useSignal("");
   if (!controller.connected.value || !controller.locked.value) return null;
   const login = async (): Promise<void> => {
-    const said = controller.login(password.value);
-    password.value = "";
+    const said = controller.login(key.value);
+    key.value = "";
     if (!(await said)) return;
     controller.locked.value = false;
     await controller.getToKnow();
   };
   return (
-    <Notice kind="warn" title="This controller requires a password" text="Until you log in you can only view its state.">
+    <Notice kind="warn" title="This controller is locked" text="Without its access key you can only view its state. The key is shown over USB.">
       <form
         class="row"
         onSubmit={(event) => {
@@ -177,10 +177,10 @@ function LockedNotice(): JSX.Element | null {
         <input
           class="input"
           type="password"
-          aria-label="Password"
+          aria-label="Access key"
           autocomplete="current-password"
-          value={password.value}
-          onInput={(event) => (password.value = event.currentTarget.value)}
+          value={key.value}
+          onInput={(event) => (key.value = event.currentTarget.value)}
         />
         <button class="button primary" type="submit">
           Log in

@@ -16,7 +16,7 @@ const TITLES: Record<string, string> = {
   wifi_ssid: "WiFi network",
   wifi_pass: "Its password",
   ap_pass: "Password of the controller's own network",
-  access_pass: "Password of network clients",
+  access_key: "Access key of network clients",
 };
 const CHOICES = ["Finish the received lines", "Feed hold", "Stop (reset)"];
 

@@ -1,0 +1,76 @@
+/* SPDX-License-Identifier: MIT */
+#include "access/access.h"
+
+#include <string.h>
+
+#define DAY_US 86400000000u
+
+/* Digests are compared, not keys: they are of one length, and sha256_is_equal() takes the same time for all.
+ */
+static void digest_of(const char *normal, size_t count, uint8_t digest[SHA256_SIZE]) {
+    struct sha256 sha;
+    sha256_begin(&sha);
+    sha256_add(&sha, normal, count);
+    sha256_end(&sha, digest);
+}
+
+void access_init(struct access *access, const char *key, bool open, const uint8_t salt[ACCESS_SALT],
+                 uint32_t now_us) {
+    char normal[ACCESS_KEY_BYTES];
+    *access = (struct access){.open = open, .clock_us = now_us};
+    memcpy(access->salt, salt, ACCESS_SALT);
+    size_t count = access_normal_key(key, strlen(key), normal);
+    digest_of(normal, count, access->digest);
+    sha256_pbkdf2(normal, count, salt, ACCESS_SALT, ACCESS_ROUNDS, access->secret);
+}
+
+void access_poll(struct access *access, uint32_t now_us) {
+    access->now_us += now_us - access->clock_us;
+    access->clock_us = now_us;
+    lockout_poll(&access->lockout, now_us);
+    for (unsigned i = 0; i < ACCESS_TRUSTED; i++)
+        if (access->trust[i].end_us <= access->now_us)
+            access->trust[i] = (struct access_trust){0};
+}
+
+static const struct access_trust *place_of(const struct access *access, uint64_t who) {
+    for (unsigned i = 0; i < ACCESS_TRUSTED; i++)
+        if (access->trust[i].who == who)
+            return &access->trust[i];
+    return NULL;
+}
+
+bool access_may(const struct access *access, uint64_t who) {
+    return access->open || (who != 0 && place_of(access, who) != NULL);
+}
+
+enum access_result access_prove(struct access *access, uint64_t who, const uint8_t proof[SHA256_SIZE],
+                                const uint8_t right[SHA256_SIZE]) {
+    if (!lockout_may_try(&access->lockout, who, access->clock_us))
+        return ACCESS_WAIT;
+    bool good = sha256_is_equal(proof, right);
+    lockout_note(&access->lockout, who, good, access->clock_us);
+    return good ? ACCESS_GOOD : ACCESS_WRONG;
+}
+
+enum access_result access_try(struct access *access, uint64_t who, const char *key, size_t size) {
+    char normal[ACCESS_KEY_BYTES];
+    uint8_t digest[SHA256_SIZE];
+    digest_of(normal, access_normal_key(key, size, normal), digest);
+    return access_prove(access, who, digest, access->digest);
+}
+
+bool access_trust(struct access *access, uint64_t who, enum access_span span) {
+    struct access_trust *place = (struct access_trust *)place_of(access, who);
+    if (place == NULL)
+        place = (struct access_trust *)place_of(access, 0);
+    if (span == ACCESS_NOT && place != NULL && place->who == who)
+        *place = (struct access_trust){0};
+    if (span == ACCESS_NOT)
+        return true;
+    if (place == NULL)
+        return false;
+    *place = (struct access_trust){.who = who,
+                                   .end_us = span == ACCESS_ALWAYS ? UINT64_MAX : access->now_us + DAY_US};
+    return true;
+}

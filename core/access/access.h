@@ -1,0 +1,69 @@
+/* SPDX-License-Identifier: MIT
+ * Who in the network may command. [task] Pure: no clock, no socket, no storage.
+ *
+ * A controller has an access key. Who knows it commands; all others may look, hold and stop. A client is
+ * known in two ways: its connection has given the key, or a proof of it; or its address is trusted, because
+ * someone has logged in from there and said so, for a day or until that is revoked. Access may also be open
+ * to all, if the owner has chosen that. Serial ports are no network. */
+#ifndef WIFICNC_ACCESS_ACCESS_H
+#define WIFICNC_ACCESS_ACCESS_H
+
+#include "access/key.h"
+#include "base/lockout.h"
+#include "base/sha256.h"
+
+enum {
+    ACCESS_SALT = 16,
+    ACCESS_ROUNDS = 2000, /* of PBKDF2; with a made key none would be needed */
+    ACCESS_TRUSTED = 16
+};
+
+enum access_result {
+    ACCESS_GOOD,
+    ACCESS_WRONG,
+    ACCESS_WAIT, /* it was not looked at: too soon after a wrong one of this address */
+};
+
+/** How long an address is trusted. */
+enum access_span { ACCESS_NOT, ACCESS_DAY, ACCESS_ALWAYS };
+
+struct access_trust {
+    uint64_t who;    /* lockout_ipv4(), or 64 bits of another kind of address; 0: a free place */
+    uint64_t end_us; /* UINT64_MAX: never */
+};
+
+struct access {
+    bool open;
+    uint8_t digest[SHA256_SIZE]; /* of the key */
+    uint8_t salt[ACCESS_SALT];   /* new at each start */
+    uint8_t secret[SHA256_SIZE]; /* PBKDF2 of key and salt: what proofs are made with */
+    struct lockout lockout;
+    struct access_trust trust[ACCESS_TRUSTED];
+    uint64_t now_us; /* does not wrap */
+    uint32_t clock_us;
+};
+
+/** Takes some 0.1 s on a chip, for the secret. @param key  NUL-terminated @param open  to all, without the
+ * key
+ *  @param salt  unpredictable @param now_us  wraps */
+void access_init(struct access *access, const char *key, bool open, const uint8_t salt[ACCESS_SALT],
+                 uint32_t now_us);
+
+/** Let trust and lockouts run out. Call it at least every half an hour: the clock wraps. */
+void access_poll(struct access *access, uint32_t now_us);
+
+/** A client of this address may command without a key. */
+bool access_may(const struct access *access, uint64_t who);
+
+/** Someone says the key. Letter case, dashes and spaces do not count. */
+enum access_result access_try(struct access *access, uint64_t who, const char *key, size_t size);
+
+/** Someone proves to know the key, whether it is needed or not. @param proof  what was sent @param right what
+ * it must be */
+enum access_result access_prove(struct access *access, uint64_t who, const uint8_t proof[SHA256_SIZE],
+                                const uint8_t right[SHA256_SIZE]);
+
+/** Trust this address from now on, instead of what was. @return false: all places are taken */
+bool access_trust(struct access *access, uint64_t who, enum access_span span);
+
+#endif

@@ -1,0 +1,88 @@
+/* SPDX-License-Identifier: MIT
+ * The stored access key of network clients: a new controller makes one, and an unreadable one opens nothing.
+ */
+#include "net/access_store.h"
+#include "check.h"
+
+#include <string.h>
+
+static enum nvs_text finds;
+static const char *holds;
+static char kept[64];
+static bool full;
+static uint8_t noise;
+
+static enum nvs_text read_text(void *ctx, const char *key, char *text, size_t size) {
+    (void)ctx;
+    CHECK(strcmp(key, "access_key") == 0 && size == 64);
+    if (holds != NULL)
+        strcpy(text, holds);
+    return finds;
+}
+
+static bool write_text(void *ctx, const char *key, const char *text) {
+    (void)ctx;
+    CHECK(strcmp(key, "access_key") == 0);
+    strcpy(kept, full ? "" : text);
+    return !full;
+}
+
+static void make_noise(void *ctx, uint8_t *bytes, size_t count) {
+    (void)ctx;
+    for (size_t i = 0; i < count; i++)
+        bytes[i] = noise += 37;
+}
+
+static enum access_found load(enum nvs_text found, const char *held, char key[64]) {
+    static const struct access_store_ops ops = {.read = read_text, .write = write_text, .random = make_noise};
+    finds = found;
+    holds = held;
+    memset(key, 0x55, 64);
+    kept[0] = '\0';
+    return access_store_load(key, &ops, NULL);
+}
+
+static void a_stored_key_is_the_key(void) {
+    char key[64];
+    CHECK(load(NVS_TEXT_GOOD, "correct horse", key) == ACCESS_FOUND);
+    CHECK(strcmp(key, "correct horse") == 0 && kept[0] == '\0');
+}
+
+/* 20 of Crockford's 32 letters and digits. */
+static bool is_made(const char *key) {
+    unsigned letters = 0;
+    for (unsigned i = 0; i < strlen(key); i++)
+        letters += strchr("0123456789abcdefghjkmnpqrstvwxyz", key[i]) != NULL;
+    return strlen(key) == 23 && letters == 20 && key[5] == '-' && key[11] == '-' && key[17] == '-';
+}
+
+static void a_new_controller_makes_its_own(void) {
+    char key[64], before[64];
+    CHECK(load(NVS_TEXT_NONE, NULL, before) == ACCESS_MADE && is_made(before));
+    CHECK(strcmp(kept, before) == 0);
+    CHECK(load(NVS_TEXT_NONE, "left over", key) == ACCESS_MADE && is_made(key));
+    CHECK(strcmp(key, before) != 0);
+    full = true;
+    CHECK(load(NVS_TEXT_NONE, NULL, key) == ACCESS_UNKEPT && is_made(key));
+    full = false;
+}
+
+/* A read error, and lengths that no tool writes: 12 to 63 bytes. */
+static void what_cannot_be_read_is_a_key_that_nobody_knows(void) {
+    static const char *const held[] = {NULL, "half a rea", "", "eleven char"};
+    static const enum nvs_text found[] = {NVS_TEXT_UNREADABLE, NVS_TEXT_UNREADABLE, NVS_TEXT_GOOD,
+                                          NVS_TEXT_GOOD};
+    char before[64] = "", key[64];
+    for (unsigned i = 0; i < 4; i++) {
+        CHECK(load(found[i], held[i], key) == ACCESS_LOST && is_made(key));
+        CHECK(strcmp(key, before) != 0 && kept[0] == '\0'); /* what is there stays */
+        memcpy(before, key, sizeof before);
+    }
+}
+
+int main(void) {
+    a_stored_key_is_the_key();
+    a_new_controller_makes_its_own();
+    what_cannot_be_read_is_a_key_that_nobody_knows();
+    return report();
+}

@@ -1,0 +1,298 @@
+"""Who may command a device that has an access key: connections that prove it, datagrams with their seal, addresses
+that are trusted; and what an attacker who knows the protocol but not the key can do. Virtual time."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Callable
+
+import pytest
+from test_motion import segment
+from test_requests import configure
+from test_session import reason
+from wificnc.link.access import key_secret
+from wificnc.wmc3.layout import (
+    Authenticate,
+    Authenticated,
+    Challenge,
+    ChallengeResponse,
+    ConfigSave,
+    Estop,
+    Handshake,
+    HandshakeResponse,
+    Hold,
+    Home,
+    IoControl,
+    Jog,
+    Motion,
+    Refusal,
+    Reset,
+    Resume,
+    State,
+    StreamOpen,
+    StreamOpened,
+    ValueType,
+)
+from wificnc.wmc3.packet import build
+from wificnc.wmc3.seal import Sealer, proof, siphash
+from wire_device import HOST, OTHER, TRUST_DAY, TRUST_NOT, Device
+
+OURS = bytes(range(16))  # a nonce
+KEY = "k7qf3-x2m9d-0abcd-efghj"
+WINDOW = 64  # datagrams may come in another order within so many
+
+
+def steps_of_x(device: Device, packet: bytes, address: str = HOST) -> int:
+    """What this datagram moves."""
+    before = device.pulses[0]
+    device.raw(packet, address)
+    device.run(0.3)
+    return device.pulses[0] - before
+
+
+def motion(device: Device, steps: int = 100) -> bytes:
+    """A datagram that nothing like it has come before: another number."""
+    device.sequence += 1
+    return build(Motion(count=1), device.sequence, round(device.now * 1e6) + 1, (segment(steps),))
+
+
+@pytest.fixture
+def locked(make_device: Callable[..., Device]) -> Device:
+    return make_device(key=KEY)
+
+
+# ---- seals ----
+
+
+def test_a_siphash_is_that_of_its_paper() -> None:
+    """Appendix A."""
+    assert siphash(bytes(range(16)), bytes(range(15))) == 0xA129CA6149BE45E5
+
+
+def test_only_the_seal_counts_not_the_address(locked: Device) -> None:
+    """Once datagrams of an authenticated host's address were believed, whoever had sent them."""
+    assert locked.prove(locked.connect(), KEY) == Refusal.NONE
+    assert locked.sealer is not None
+    assert steps_of_x(locked, motion(locked)) == 0, "from the same address, but without a seal"
+    assert steps_of_x(locked, locked.sealer.seal(motion(locked))) == 100
+
+
+def test_a_sealed_datagram_counts_once_whenever_it_is_played_again(locked: Device) -> None:
+    assert locked.prove(locked.connect(), KEY) == Refusal.NONE
+    assert locked.sealer is not None
+    sealed = locked.sealer.seal(motion(locked))
+    assert steps_of_x(locked, sealed) == 100
+    locked.run(30)
+    assert steps_of_x(locked, sealed) == 0
+    for _ in range(2 * WINDOW):
+        locked.raw(locked.sealer.seal(motion(locked, 0)))
+        locked.run(0.01)
+    assert steps_of_x(locked, sealed) == 0
+
+
+def test_late_datagrams_count_within_the_window_and_not_beyond(locked: Device) -> None:
+    assert locked.prove(locked.connect(), KEY) == Refusal.NONE
+    assert locked.sealer is not None
+    jogs = [locked.sealer.seal(build(Jog(0, 1, 2000), n + 1, (n + 1) * 1000)) for n in range(WINDOW + 1)]
+    locked.raw(jogs[WINDOW])
+    locked.run(0.2)
+    assert locked.pulses[0] > 0
+    locked.send(Estop())
+    locked.run(0.1)
+    locked.send(Reset())
+    locked.run(0.1)
+    before = locked.pulses[0]
+    locked.raw(jogs[0])
+    locked.run(0.3)
+    assert locked.pulses[0] == before
+
+
+@pytest.mark.parametrize("bit", range(0, 8 * 34, 5))
+def test_a_changed_bit_breaks_the_seal(locked: Device, bit: int) -> None:
+    assert locked.prove(locked.connect(), KEY) == Refusal.NONE
+    assert locked.sealer is not None
+    sealed = bytearray(locked.sealer.seal(motion(locked)))
+    at = len(sealed) - 34 + bit // 8  # some of the segment, the seal
+    sealed[at] ^= 1 << bit % 8
+    assert steps_of_x(locked, bytes(sealed)) == 0
+
+
+def test_a_session_ends_with_its_connection(locked: Device) -> None:
+    client = locked.connect()
+    assert locked.prove(client, KEY) == Refusal.NONE
+    assert locked.sealer is not None
+    locked.disconnect(client)
+    assert steps_of_x(locked, locked.sealer.seal(motion(locked))) == 0
+    assert locked.prove(locked.connect(), KEY) == Refusal.NONE
+    assert steps_of_x(locked, locked.sealer.seal(motion(locked))) == 100
+
+
+def test_sessions_have_keys_of_their_own(locked: Device) -> None:
+    assert locked.prove(locked.connect(), KEY) == Refusal.NONE
+    first = locked.sealer
+    assert first is not None and locked.prove(locked.connect(), KEY) == Refusal.NONE
+    second = locked.sealer
+    assert second is not None and second.key != first.key and second.session != first.session
+    mixed = Sealer(first.session, second.key)
+    assert steps_of_x(locked, mixed.seal(motion(locked))) == 0
+
+
+# ---- trusted addresses ----
+
+
+def test_a_trusted_address_needs_no_seal_until_that_is_revoked(locked: Device) -> None:
+    """How a host that knows nothing of keys works: someone logs in from its computer."""
+    locked.trust(HOST)
+    assert steps_of_x(locked, motion(locked), OTHER) == 0
+    assert steps_of_x(locked, motion(locked)) == 100
+    hello = locked.request(locked.connect(), Handshake()).payload
+    assert isinstance(hello, HandshakeResponse) and not hello.capabilities & 0x80
+    locked.trust(HOST, TRUST_NOT)
+    assert steps_of_x(locked, motion(locked)) == 0
+
+
+def test_trust_for_a_day_is_no_longer_than_that(make_device: Callable[..., Device]) -> None:
+    locked = make_device(key=KEY)
+    locked.trust(HOST, TRUST_DAY)
+    locked.run(10)
+    assert steps_of_x(locked, motion(locked)) == 100
+
+
+# ---- an attacker ----
+
+
+def attack(rng: random.Random) -> bytes:
+    """A well-formed packet, with or without something like a seal."""
+    payload = rng.choice([Jog(0, 1, 5000), Home(1), Reset(), Resume(), IoControl(spindle=1, rpm=900), Motion(count=1)])
+    some = (segment(rng.randint(1, 500)),) if isinstance(payload, Motion) else ()
+    packet = build(payload, rng.getrandbits(32), rng.getrandbits(32), some)
+    return packet + rng.randbytes(rng.choice([0, 16, 16, 5, 40]))
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_without_the_key_nothing_moves_switches_or_changes_hands(locked: Device, seed: int) -> None:
+    rng = random.Random(seed)
+    assert locked.prove(locked.connect(), KEY) == Refusal.NONE
+    assert locked.sealer is not None
+    recorded = []
+    for _ in range(20):
+        recorded.append(locked.sealer.seal(motion(locked, 5)))
+        locked.raw(recorded[-1])
+        locked.run(0.05)
+    stranger = locked.connect(OTHER)
+    before = locked.pulses
+    for _ in range(300):
+        address = rng.choice([HOST, OTHER])
+        locked.raw(rng.choice(recorded) if rng.random() < 0.3 else attack(rng), address)
+        if rng.random() < 0.2:
+            assert reason(locked, stranger, rng.choice([Jog(0, 1, 500), Home(1), Reset()])) == Refusal.AUTHENTICATION
+        locked.run(0.01)
+    locked.run(1)
+    assert locked.pulses == before
+    assert (locked.status.state, locked.status.spindle, locked.status.rpm) == (State.IDLE, 0, 0)
+    assert steps_of_x(locked, locked.sealer.seal(motion(locked))) == 100, "the owner is still the owner"
+
+
+def test_a_stranger_may_hold_and_stop(locked: Device) -> None:
+    assert locked.prove(locked.connect(), KEY) == Refusal.NONE
+    locked.motion(segment(5000))
+    locked.run(0.1)
+    locked.send(Hold(), address=OTHER)
+    locked.run(1)
+    assert locked.status.state == State.HOLD
+    locked.send(Resume(), address=OTHER)
+    locked.run(0.5)
+    assert locked.status.state == State.HOLD
+
+
+# ---- proofs ----
+
+
+@pytest.mark.parametrize("key", ["x", "correct horse battery staple", "p" * 63])
+def test_a_key_locks_all_that_changes_and_moves(make_device: Callable[..., Device], key: str) -> None:
+    device = make_device(key=key)
+    client = device.connect()
+    hello = device.request(client, Handshake()).payload
+    assert isinstance(hello, HandshakeResponse) and hello.capabilities & 0x80
+    assert configure(device, client, 0x0103, ValueType.U16, 100) == Refusal.AUTHENTICATION
+    assert reason(device, client, ConfigSave()) == Refusal.AUTHENTICATION
+    opened = device.request(client, StreamOpen()).payload
+    assert isinstance(opened, StreamOpened) and opened.refusal == Refusal.AUTHENTICATION
+    device.motion(segment(100))
+    device.send(Jog(0, 1, 100))
+    device.run(0.5)
+    assert device.pulses == [0] * 6
+    assert device.prove(client, key) == Refusal.NONE
+    assert configure(device, client, 0x0103, ValueType.U16, 100) == Refusal.NONE
+    device.motion(segment(100))
+    device.motion(segment(0, 100), address=OTHER)
+    device.run(0.5)
+    assert device.pulses[:2] == [100, 0]
+    device.disconnect(client)
+    device.motion(segment(100))
+    device.run(0.5)
+    assert device.pulses[0] == 100, "with the connection the right ends"
+
+
+def test_everybody_may_still_stop(make_device: Callable[..., Device]) -> None:
+    device = make_device(key="secret")
+    device.send(Estop())
+    device.run(0.1)
+    assert device.status.state == State.ESTOP
+
+
+def test_where_access_is_open_any_is_right(device: Device) -> None:
+    client = device.connect()
+    for _ in range(3):
+        assert device.prove(client, "of another device") == Refusal.NONE
+
+
+def test_guessing_becomes_slower(make_device: Callable[..., Device]) -> None:
+    device = make_device(key="secret")
+    client = device.connect()
+    for wait_s in (1, 2, 4, 8, 16, 32, 60, 60):
+        assert device.prove(client, "wrong") == Refusal.AUTHENTICATION
+        device.run(wait_s - 0.01)
+        assert device.prove(client, "secret") == Refusal.AUTHENTICATION, "not looked at"
+        device.run(0.02)
+    assert device.prove(client, "secret") == Refusal.NONE
+
+
+def test_a_guesser_holds_nobody_else_up(make_device: Callable[..., Device]) -> None:
+    device = make_device(key="secret")
+    guesser, other = device.connect("10.0.0.66"), device.connect("10.0.0.67")
+    assert device.prove(guesser, "wrong") == Refusal.AUTHENTICATION
+    assert device.prove(device.connect("10.0.0.66"), "secret") == Refusal.AUTHENTICATION, "another connection of it"
+    assert device.prove(other, "secret") == Refusal.NONE
+
+
+def test_a_connection_authenticates_for_itself(make_device: Callable[..., Device]) -> None:
+    """Another program of the same computer, or behind the same router, does not know the key."""
+    device = make_device(key="secret")
+    good, other = device.connect(), device.connect()
+    assert device.prove(good, "secret") == Refusal.NONE
+    assert configure(device, other, 0x0103, ValueType.U16, 100) == Refusal.AUTHENTICATION
+    assert reason(device, other, Jog(0, 1, 1000)) == Refusal.AUTHENTICATION
+    opened = device.request(other, StreamOpen()).payload
+    assert isinstance(opened, StreamOpened) and opened.refusal == Refusal.AUTHENTICATION
+    assert configure(device, good, 0x0103, ValueType.U16, 100) == Refusal.NONE
+    device.run(0.5)
+    assert device.pulses == [0] * 6
+
+
+def test_a_wrong_key_and_a_replay(make_device: Callable[..., Device]) -> None:
+    device = make_device(key="secret")
+    client = device.connect()
+    assert device.prove(client, "Secrets") == Refusal.AUTHENTICATION
+    assert device.prove(client, "secret") == Refusal.AUTHENTICATION, "too soon after a wrong one"
+    device.run(1.1)
+    nonce = device.request(client, Challenge()).payload
+    assert isinstance(nonce, ChallengeResponse)
+    proven = Authenticate(OURS, proof(key_secret("secret", nonce.salt, nonce.rounds), nonce.nonce, OURS))
+    assert isinstance(device.request(client, proven).payload, Authenticated)
+    device.disconnect(client)
+    client = device.connect()
+    assert reason(device, client, proven) == Refusal.AUTHENTICATION, "a nonce serves once"
+    again = device.request(client, Challenge()).payload
+    assert isinstance(again, ChallengeResponse) and again.nonce != nonce.nonce
+    assert reason(device, client, proven) == Refusal.AUTHENTICATION, "and for no other challenge"
