@@ -16,7 +16,7 @@ static void digest_of(const char *normal, size_t count, uint8_t digest[SHA256_SI
 
 void access_init(struct access *access, const char *key, bool open, const uint8_t salt[ACCESS_SALT],
                  uint32_t now_us) {
-    char normal[ACCESS_KEY_BYTES];
+    char normal[ACCESS_KEY_BYTES] = {0};
     *access = (struct access){.open = open, .clock_us = now_us};
     memcpy(access->salt, salt, ACCESS_SALT);
     size_t count = access_normal_key(key, strlen(key), normal);
@@ -54,23 +54,23 @@ enum access_result access_prove(struct access *access, uint64_t who, const uint8
 }
 
 enum access_result access_try(struct access *access, uint64_t who, const char *key, size_t size) {
-    char normal[ACCESS_KEY_BYTES];
+    char normal[ACCESS_KEY_BYTES] = {0};
     uint8_t digest[SHA256_SIZE];
     digest_of(normal, access_normal_key(key, size, normal), digest);
     return access_prove(access, who, digest, access->digest);
 }
 
 bool access_trust(struct access *access, uint64_t who, enum access_span span) {
-    struct access_trust *place = (struct access_trust *)place_of(access, who);
-    if (place == NULL)
-        place = (struct access_trust *)place_of(access, 0);
-    if (span == ACCESS_NOT && place != NULL && place->who == who)
-        *place = (struct access_trust){0};
+    const struct access_trust *found = place_of(access, who);
+    if (found == NULL)
+        found = place_of(access, 0);
+    if (found == NULL)
+        return span == ACCESS_NOT;
+    struct access_trust *place = &access->trust[found - access->trust];
     if (span == ACCESS_NOT)
-        return true;
-    if (place == NULL)
-        return false;
-    *place = (struct access_trust){.who = who,
-                                   .end_us = span == ACCESS_ALWAYS ? UINT64_MAX : access->now_us + DAY_US};
+        *place = (struct access_trust){0};
+    else
+        *place = (struct access_trust){
+            .who = who, .end_us = span == ACCESS_ALWAYS ? UINT64_MAX : access->now_us + DAY_US};
     return true;
 }

@@ -14,6 +14,7 @@ from esp32_serve import FINISH, HOLD, STOP, serving_esp32
 from patience import HANG_S, wait_until
 
 PLACES = 4
+LOCKED = b"[MSG:Locked: log in at the web page, by wificnc login, or send $LOGIN=access key]\r\n"
 
 
 class Client:
@@ -86,7 +87,7 @@ def test_without_a_key_everybody_may_command() -> None:
 def test_a_stranger_sees_the_state_and_commands_nothing() -> None:
     with serving("correct horse") as connect:
         stranger = connect()
-        stranger.until(b"[MSG:Locked: log in at the web page, by wificnc login, or send $LOGIN=access key]\r\n")
+        stranger.until(LOCKED)
         stranger.send(b"G0X100\n$J=G91X5F100\n$$\n\x18!")
         assert state(stranger) == "Idle"
         friend = connect()
@@ -142,10 +143,7 @@ def test_a_guesser_holds_up_its_own_address_and_nobody_elses() -> None:
         guesser.until(b"wait, then try again]")
         client = connect("127.0.0.3")
         client.send(b"$LOGIN=correct horse\n")
-        assert (
-            client.until(b"ok\r\n")
-            == b"[MSG:Locked: log in at the web page, by wificnc login, or send $LOGIN=access key]\r\nok\r\n"
-        )
+        assert client.until(b"ok\r\n") == LOCKED + b"ok\r\n"
 
 
 def test_locked_clients_do_not_keep_others_out() -> None:

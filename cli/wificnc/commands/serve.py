@@ -109,8 +109,7 @@ def command(
         store=store,
     )
     _check_doors(options)
-    options = _with_key(options, is_open)
-    _run(options, speed)
+    _run(_with_key(options, is_open), speed)
 
 
 def _is_reachable(options: ServeOptions) -> bool:

@@ -39,10 +39,13 @@ class Sealer:
 
 def siphash(key: bytes, data: bytes) -> int:
     """SipHash-2-4 (Aumasson, Bernstein 2012). Datagrams are short; a library would be one dependency more."""
+    k0: int
+    k1: int
     k0, k1 = struct.unpack("<QQ", key)
     v = [k0 ^ 0x736F6D6570736575, k1 ^ 0x646F72616E646F6D, k0 ^ 0x6C7967656E657261, k1 ^ 0x7465646279746573]
     padded = data + bytes(7 - len(data) % 8) + bytes([len(data) & 0xFF])
-    for (word,) in struct.iter_unpack("<Q", padded):
+    words: tuple[int, ...] = struct.unpack(f"<{len(padded) // 8}Q", padded)
+    for word in words:
         v[3] ^= word
         _turn(v, 2)
         v[0] ^= word
