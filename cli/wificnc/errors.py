@@ -23,7 +23,7 @@ class Exit(IntEnum):
 EXIT_WORDS: dict[Exit, str] = {
     Exit.OK: "done, and nothing is wrong",
     Exit.JOB: "refused by the controller (an error, an alarm, a state in which it takes no commands, another client "
-    "in control, a password), or the job is wrong or was stopped; a comparison has found a difference, a search "
+    "in control, an access key), or the job is wrong or was stopped; a comparison has found a difference, a search "
     "nothing",
     Exit.USAGE: "the command line, a file that it names, or a machine profile",
     Exit.BOARD: "a board file",
