@@ -160,6 +160,21 @@ size_t request_challenge(const struct request *request) {
     return request_reply(request, WIRE_CHALLENGE_RESPONSE, WIRE_CHALLENGE_RESPONSE_SIZE);
 }
 
+bool session_must_wait(struct session *session, int place, const uint8_t *message, size_t size) {
+    struct session_client *client = &session->client[place];
+    struct wire_header header;
+    session_tick(session);
+    uint32_t now_us = (uint32_t)session->now_us;
+    if (!client->has_nonce || session->options.password[0] == '\0' || !wire_open(message, size, &header) ||
+        header.type != WIRE_AUTHENTICATE)
+        return false;
+    if (!client->waits)
+        client->tried_us = now_us;
+    client->waits =
+        !lockout_may_try(&session->lockout, lockout_ipv4(client->address), client->tried_us, now_us);
+    return client->waits;
+}
+
 enum wire_refusal request_authenticate(const struct request *request) {
     struct session *session = request->session;
     struct session_client *client = request->client;
@@ -170,7 +185,7 @@ enum wire_refusal request_authenticate(const struct request *request) {
     uint32_t now_us = (uint32_t)session->now_us;
     if (password[0] == '\0') /* all may, also who says one */
         return WIRE_REFUSAL_NONE;
-    if (!client->has_nonce || !lockout_may_try(&session->lockout, who, now_us))
+    if (!client->has_nonce)
         return WIRE_REFUSAL_AUTHENTICATION;
     /* Before the proof is looked at: each number may be tried once, right or wrong. */
     client->has_nonce = false;

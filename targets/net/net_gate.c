@@ -18,12 +18,12 @@ void net_gate_init(struct net_gate *gate, const char *password) {
         digest_of(password, strlen(password), gate->digest);
 }
 
-enum net_gate_result net_gate_try(struct net_gate *gate, uint64_t who, const char *password, size_t size,
-                                  uint32_t now_us) {
+enum net_gate_result net_gate_try(struct net_gate *gate, uint64_t who, uint32_t since_us,
+                                  const char *password, size_t size, uint32_t now_us) {
     uint8_t digest[SHA256_SIZE];
     if (!gate->shut)
         return NET_GATE_GOOD;
-    if (!lockout_may_try(&gate->lockout, who, now_us))
+    if (!lockout_may_try(&gate->lockout, who, since_us, now_us))
         return NET_GATE_WAIT;
     digest_of(password, size, digest);
     bool good = sha256_is_equal(digest, gate->digest);

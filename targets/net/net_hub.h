@@ -18,8 +18,12 @@
  * senders begin again.
  *
  * Where there is a password (hub.locks), a client from elsewhere is locked out at first: its `?` is answered,
- * it sees nothing but reports, and `$LOGIN=password` lets it in. When all places are taken, such a client has
- * to go for a new one.
+ * it sees nothing but reports, and `$LOGIN=password` lets it in. A login that must wait for its turn
+ * (base/lockout.h) waits, and so does what its client sends after it.
+ *
+ * Nobody shuts others out: who says nothing is disconnected after some seconds, and net_places.h chooses who
+ * goes for a newcomer when all places are taken. A browser that was made to send a request to a port of lines
+ * (net_opening.h) is refused before anything of it acts.
  *
  * Nothing is lost for want of room. A controller that is full, or an owner that does not read its answers,
  * stops the reading of the owner's lines; an observer that does not read is disconnected.
@@ -30,6 +34,7 @@
 
 #include "hal/net_sizes.h" // NET_CLIENTS, of the target
 #include "net_gate.h"
+#include "net_opening.h"
 #include "net_queue.h"
 #include "net_stream.h"
 #include "net_telnet.h"
@@ -71,8 +76,10 @@ struct net_hub_ops {
     bool (*notice)(void *ctx, unsigned number, char *text, size_t size);
     /** Lines or motion are under way: who only listens stays that long. May be NULL */
     bool (*busy)(void *ctx);
-    /** A client has sent a password. May be NULL where nothing locks. @param who  its stream's peer */
-    enum net_gate_result (*login)(void *ctx, uint64_t who, const char *password, size_t size);
+    /** A client has sent a password. May be NULL where nothing locks. @param who  its stream's peer
+     *  @param since_us  when; asked again while the answer is NET_GATE_WAIT */
+    enum net_gate_result (*login)(void *ctx, uint64_t who, uint32_t since_us, const char *password,
+                                  size_t size);
 };
 
 struct net_client {
@@ -91,6 +98,14 @@ struct net_client {
     bool locked;     /* not logged in; `in` is the line that it types */
     bool hears_left; /* gets the answers to lines of former owners, too */
     bool spoiled;    /* the line that comes next, or has begun, is to be refused */
+    bool opened;     /* it was judged by its first bytes, or need not be */
+    bool refused;    /* ... and is a browser's: takes no more, goes when it has its answer */
+    bool spoke;      /* said something useful */
+    bool waits;      /* `in` begins with a login that waits for its turn; what came after it follows */
+    uint8_t login_size; /* of that line */
+    struct net_opening opening;
+    uint32_t heard_us; /* when it last said something useful */
+    uint32_t tried_us; /* when the login came */
     uint8_t letters; /* of $TAKE that an observer has typed; beyond its length: another line */
 };
 
@@ -102,6 +117,8 @@ struct net_hub {
     struct net_client client[NET_CLIENTS];
     struct net_client *owner;  /* NULL: no one */
     struct net_client *sender; /* it answers for what runs; NULL: no one does */
+    uint64_t owner_peer;       /* address of the owner or of the last one, whom a place is kept for; 0: none */
+    uint32_t now_us;           /* of the last net_hub_tick() */
     struct net_queue left;     /* whole lines of former owners that the controller has not got yet */
     bool has_spoiled;          /* NET_LINE_SPOILED may be among what waits */
     uint32_t inside;           /* lines the controller has got and not answered */
@@ -118,6 +135,10 @@ void net_hub_close(struct net_hub *hub);
 
 /** A new connection; the hub owns its stream now. @return false: no place; it got a message and was closed */
 bool net_hub_connect(struct net_hub *hub, const struct net_stream *stream, const char *name);
+
+/** Time passes: silent clients are disconnected, logins get their turn. Call it every round, before
+ * connections are accepted. @param now_us  wraps */
+void net_hub_tick(struct net_hub *hub, uint32_t now_us);
 
 /** All places are taken. */
 bool net_hub_is_full(const struct net_hub *hub);

@@ -31,6 +31,8 @@ enum { ASK_EVERY_MS = 50 }; /* observers' status requests */
  * are about to be free. */
 enum { FULL_MS = 1000 };
 
+enum { ACCEPTS_A_ROUND = 16 }; /* a flood of connections leaves time for everything else */
+
 enum {
     POLL_SIGNAL,
     POLL_PARENT,
@@ -90,9 +92,14 @@ static bool notice(void *ctx, unsigned number, char *text, size_t size) {
     return host_notice(serve->host, number, text, size);
 }
 
-static enum net_gate_result login(void *ctx, uint64_t who, const char *password, size_t size) {
+static uint32_t now_us(void) {
+    return (uint32_t)(port_clock_ns() / 1000);
+}
+
+static enum net_gate_result login(void *ctx, uint64_t who, uint32_t since_us, const char *password,
+                                  size_t size) {
     struct serve *serve = ctx;
-    return net_gate_try(&serve->gate, who, password, size, (uint32_t)(port_clock_ns() / 1000));
+    return net_gate_try(&serve->gate, who, since_us, password, size, now_us());
 }
 
 static void left(void *ctx, bool lines_wait) {
@@ -368,7 +375,9 @@ static void accept_all(struct serve *serve) {
     struct net_stream stream;
     if ((serve->poll[POLL_LISTENER].found & PORT_READ) != 0) {
         char name[NET_ADDRESS_SIZE];
-        while (accepts(serve) && net_tcp_accept(serve->listener, &stream, name)) {
+        for (int i = 0; i < ACCEPTS_A_ROUND && accepts(serve); i++) {
+            if (!net_tcp_accept(serve->listener, &stream, name))
+                break;
             net_tcp_keep_alive(&stream);
             net_hub_connect(&serve->hub, &stream, name);
             note_fullness(serve);
@@ -406,6 +415,7 @@ int serve_run(struct serve *serve) {
             return error;
         if (serve->poll[POLL_SIGNAL].found != 0 || serve->poll[POLL_PARENT].found != 0)
             return 0;
+        net_hub_tick(&serve->hub, now_us());
         read_clients(serve);
         serve_control_read(&serve->control, &serve->poll[POLL_CONTROL], serve->host);
         serve_wire_read(&serve->wire);

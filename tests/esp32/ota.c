@@ -147,10 +147,9 @@ static void a_wrong_password_writes_nothing_and_slows_down(void) {
     CHECK(strstr(wire.out, "ERROR wrong password\n") && began == 0 && wire.closed);
     connect_again();
     ask("correct horse", IMAGE_SIZE);
-    CHECK(strstr(wire.out, "ERROR too many wrong passwords") && began == 0);
+    CHECK(strstr(wire.out, "ERROR") == NULL && strstr(wire.out, "OK") == NULL && began == 0 && !wire.closed);
     now_us += 1000000;
-    connect_again();
-    ask("correct horse", IMAGE_SIZE);
+    (void)ota_poll(&ota, now_us);
     CHECK(strstr(wire.out, "OK\n") && began == 1);
 }
 

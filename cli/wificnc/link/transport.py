@@ -99,8 +99,7 @@ class SocketTransport:
             self.wait(left_s)
             said += self.receive()
         if b"Wrong password" in said:
-            again = "after wrong passwords it refuses for a while: wait a minute" if b"wait" in said else None
-            raise RefusedError(f"{self.name} refuses the password", hint=again)
+            raise RefusedError(f"{self.name} refuses the password")
         self._ahead = said.partition(b"ok\r\n")[2]
 
     def close(self) -> None:

@@ -100,9 +100,6 @@ static const char *read_request(struct ota *ota, char *line, uint32_t now_us) {
     if (sscanf(line, "%10llu %n", &size, &digest_at) != 1 || mac_text == NULL || digest_at == 0 ||
         !get_hex(line + digest_at, ota->digest, SHA256_SIZE) || !get_hex(mac_text + 1, mac, SHA256_SIZE))
         return "expected SIZE SHA256 MAC";
-    /* Before the password is looked at, or waiting would not slow a guesser down. */
-    if (!lockout_may_try(ota->lockout, ota->stream.peer, now_us))
-        return "too many wrong passwords: wait, then try again";
     *mac_text = '\0';
     int length = snprintf(message, sizeof message, "%s %s", ota->nonce, line);
     sha256_hmac(ota->password, strlen(ota->password), message, (size_t)length, wanted);
@@ -113,6 +110,8 @@ static const char *read_request(struct ota *ota, char *line, uint32_t now_us) {
 }
 
 static void take_line(struct ota *ota, uint32_t now_us) {
+    if (!lockout_may_try(ota->lockout, ota->stream.peer, ota->tried_us, now_us))
+        return;
     ota->line[ota->line_size] = '\0';
     const char *why = read_request(ota, ota->line, now_us);
     if (why == NULL && ota->size <= OTA_HEADER_SIZE)
@@ -201,10 +200,17 @@ static void take_image(struct ota *ota, const uint8_t *bytes, size_t count) {
 
 /* ---- */
 
+/* Nothing is to follow before the answer. */
+static void end_line(struct ota *ota, uint32_t now_us) {
+    ota->state = OTA_WAITS;
+    ota->tried_us = now_us;
+    take_line(ota, now_us);
+}
+
 static void take(struct ota *ota, const uint8_t *bytes, size_t count, uint32_t now_us) {
     for (; count > 0 && ota->state == OTA_ASKED; bytes++, count--) {
         if (*bytes == '\n')
-            take_line(ota, now_us);
+            end_line(ota, now_us);
         else if (ota->line_size + 1 < sizeof ota->line)
             ota->line[ota->line_size++] = (char)*bytes;
         else
@@ -233,6 +239,10 @@ bool ota_poll(struct ota *ota, uint32_t now_us) {
     bool any = false;
     if (ota->state == OTA_FREE)
         return false;
+    if (ota->state == OTA_WAITS) {
+        ota->heard_us = now_us;
+        take_line(ota, now_us);
+    }
     for (int i = 0; i < PIECES_A_POLL && (ota->state == OTA_ASKED || ota->state == OTA_TAKES); i++)
         any |= read_piece(ota, now_us);
     if (ota->state == OTA_FREE)

@@ -16,6 +16,8 @@ enum { WIFI_PASSWORD_MIN = 8, WIFI_PASSWORD_MAX = 63 };
 enum { OWN_PASSWORD_MIN = 8, OWN_PASSWORD_MAX = 63 };
 #define NVS_ACCESS_PASSWORD "access_pass"
 enum { ACCESS_PASSWORD_MIN = 8, ACCESS_PASSWORD_MAX = 63 };
+#define NVS_HTTP_NAMES "http_names"
+enum { HTTP_NAMES_MIN = 1, HTTP_NAMES_MAX = 63 };
 
 #define NVS_LINK_LOST "link_lost"
 enum { LINK_LOST_DEFAULT = 1 };
