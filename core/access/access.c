@@ -44,20 +44,25 @@ bool access_may(const struct access *access, uint64_t who) {
     return access->open || (who != 0 && place_of(access, who) != NULL);
 }
 
-enum access_result access_prove(struct access *access, uint64_t who, const uint8_t proof[SHA256_SIZE],
-                                const uint8_t right[SHA256_SIZE]) {
-    if (!lockout_may_try(&access->lockout, who, access->clock_us))
+bool access_is_turn(struct access *access, uint64_t who, uint32_t since_us) {
+    return lockout_may_try(&access->lockout, who, since_us, access->clock_us);
+}
+
+enum access_result access_prove(struct access *access, uint64_t who, uint32_t since_us,
+                                const uint8_t proof[SHA256_SIZE], const uint8_t right[SHA256_SIZE]) {
+    if (!access_is_turn(access, who, since_us))
         return ACCESS_WAIT;
     bool good = sha256_is_equal(proof, right);
     lockout_note(&access->lockout, who, good, access->clock_us);
     return good ? ACCESS_GOOD : ACCESS_WRONG;
 }
 
-enum access_result access_try(struct access *access, uint64_t who, const char *key, size_t size) {
+enum access_result access_try(struct access *access, uint64_t who, uint32_t since_us, const char *key,
+                              size_t size) {
     char normal[ACCESS_KEY_BYTES] = {0};
     uint8_t digest[SHA256_SIZE];
     digest_of(normal, access_normal_key(key, size, normal), digest);
-    return access_prove(access, who, digest, access->digest);
+    return access_prove(access, who, since_us, digest, access->digest);
 }
 
 bool access_trust(struct access *access, uint64_t who, enum access_span span) {

@@ -21,7 +21,7 @@ enum {
 enum access_result {
     ACCESS_GOOD,
     ACCESS_WRONG,
-    ACCESS_WAIT, /* it was not looked at: too soon after a wrong one of this address */
+    ACCESS_WAIT, /* it was not looked at, because it is not its turn: ask again, with the same since_us */
 };
 
 /** How long an address is trusted. */
@@ -55,13 +55,17 @@ void access_poll(struct access *access, uint32_t now_us);
 /** A client of this address may command without a key. */
 bool access_may(const struct access *access, uint64_t who);
 
-/** Someone says the key. Letter case, dashes and spaces do not count. */
-enum access_result access_try(struct access *access, uint64_t who, const char *key, size_t size);
+/** Whether it is the turn of a try (base/lockout.h). @param since_us  access->clock_us when it came */
+bool access_is_turn(struct access *access, uint64_t who, uint32_t since_us);
+
+/** Someone says the key. Letter case, dashes and spaces do not count. @param since_us  of access_is_turn() */
+enum access_result access_try(struct access *access, uint64_t who, uint32_t since_us, const char *key,
+                              size_t size);
 
 /** Someone proves to know the key, whether it is needed or not. @param proof  what was sent @param right what
  * it must be */
-enum access_result access_prove(struct access *access, uint64_t who, const uint8_t proof[SHA256_SIZE],
-                                const uint8_t right[SHA256_SIZE]);
+enum access_result access_prove(struct access *access, uint64_t who, uint32_t since_us,
+                                const uint8_t proof[SHA256_SIZE], const uint8_t right[SHA256_SIZE]);
 
 /** Trust this address from now on, instead of what was. @return false: all places are taken */
 bool access_trust(struct access *access, uint64_t who, enum access_span span);

@@ -3,14 +3,14 @@
 
 #include <stddef.h>
 
-#define FIRST_WAIT_US   1000000u
-#define LONGEST_WAIT_US 60000000u
-#define FORGET_US 600000000u /* longer than what guessing slower would gain by a wait of a second again */
+#define FIRST_WAIT_US 1000000u
+#define ASKS_EVERY_US 500000u /* at least; who does not has gone */
+#define FORGET_US     600000000u
 
-static const struct lockout_place *place_of(const struct lockout *lockout, uint64_t who) {
-    const struct lockout_place *found = NULL;
+static struct lockout_place *place_of(struct lockout *lockout, uint64_t who) {
+    struct lockout_place *found = NULL;
     for (unsigned i = 0; i < LOCKOUT_PLACES; i++) {
-        const struct lockout_place *place = &lockout->place[i];
+        struct lockout_place *place = &lockout->place[i];
         if (place->wait_us != 0 && place->who == who)
             return place;
         if (place->wait_us == 0 && found == NULL)
@@ -19,21 +19,33 @@ static const struct lockout_place *place_of(const struct lockout *lockout, uint6
     return found != NULL ? found : &lockout->others;
 }
 
-bool lockout_may_try(const struct lockout *lockout, uint64_t who, uint32_t now_us) {
-    const struct lockout_place *place = place_of(lockout, who);
-    return now_us - place->wrong_us >= place->wait_us;
+/* Whether this try is the oldest that waits here. Those of the same moment are one another's equals. */
+static bool is_next(struct lockout_place *place, uint32_t since_us, uint32_t now_us) {
+    bool others_is_there = place->claimed && now_us - place->asked_us < ASKS_EVERY_US;
+    if (others_is_there && now_us - place->oldest_us > now_us - since_us)
+        return false;
+    place->claimed = true;
+    place->oldest_us = since_us;
+    place->asked_us = now_us;
+    return true;
 }
 
+bool lockout_may_try(struct lockout *lockout, uint64_t who, uint32_t since_us, uint32_t now_us) {
+    struct lockout_place *place = place_of(lockout, who);
+    return place->wait_us == 0 ||
+           (is_next(place, since_us, now_us) && now_us - place->wrong_us >= place->wait_us);
+}
+
+/* A right one leaves the wait as it is: its address may be that of a guesser, too. */
 void lockout_note(struct lockout *lockout, uint64_t who, bool good, uint32_t now_us) {
-    struct lockout_place *place = (struct lockout_place *)place_of(lockout, who);
+    struct lockout_place *place = place_of(lockout, who);
     uint32_t longer_us = place->wait_us == 0 ? FIRST_WAIT_US : 2 * place->wait_us;
-    if (good && place == &lockout->others)
-        return; /* others were wrong there, too */
-    *place = (struct lockout_place){.who = who,
-                                    .wrong_us = now_us,
-                                    .wait_us = good                          ? 0
-                                               : longer_us < LONGEST_WAIT_US ? longer_us
-                                                                             : LONGEST_WAIT_US};
+    place->claimed = false;
+    if (good)
+        return;
+    place->who = who;
+    place->wrong_us = now_us;
+    place->wait_us = longer_us < LOCKOUT_LONGEST_US ? longer_us : LOCKOUT_LONGEST_US;
 }
 
 static void forget(struct lockout_place *place, uint32_t now_us) {

@@ -167,6 +167,20 @@ static uint32_t new_session(const struct session *session) {
     return number | (uint32_t)(bytes[3] | 1) << 24; /* never 0 */
 }
 
+bool session_must_wait(struct session *session, int place, const uint8_t *message, size_t size) {
+    struct session_client *client = &session->client[place];
+    struct access *access = session->options.access;
+    struct wire_header header;
+    session_tick(session);
+    if (!client->has_nonce || access->open || !wire_open(message, size, &header) ||
+        header.type != WIRE_AUTHENTICATE)
+        return false;
+    if (!client->waits)
+        client->tried_us = access->clock_us;
+    client->waits = !access_is_turn(access, lockout_ipv4(client->address), client->tried_us);
+    return client->waits;
+}
+
 size_t request_authenticate(const struct request *request) {
     const struct session *session = request->session;
     struct session_client *client = request->client;
@@ -180,8 +194,8 @@ size_t request_authenticate(const struct request *request) {
     client->has_nonce = false;
     wire_get_authenticate(request->payload, &given);
     seal_derive(access->secret, client->nonce, given.nonce, right, seal.key);
-    if (!access->open &&
-        access_prove(access, lockout_ipv4(client->address), given.proof, right) != ACCESS_GOOD)
+    if (!access->open && access_prove(access, lockout_ipv4(client->address), client->tried_us, given.proof,
+                                      right) != ACCESS_GOOD)
         return judge(request, WIRE_REFUSAL_AUTHENTICATION);
     seal.session = new_session(session);
     client->seal = seal;

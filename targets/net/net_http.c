@@ -2,6 +2,7 @@
 #include "net_http.h"
 
 #include "net_http_request.h"
+#include "net_places.h"
 #include "net_websocket.h"
 
 #include <stdio.h>
@@ -11,6 +12,17 @@
 /* An answer whose other end takes nothing for this long ends. Poor WiFi repeats a lost packet after several
  * seconds, and half a file is of no use. */
 #define SLOW_US 30000000u
+
+/* A request that has begun is complete after this long, or never. */
+#define REQUEST_US 5000000u
+
+/* While places are scarce: a newcomer's request is on its way for this long; an answer that is not taken, or
+ * takes this long in all, makes room. */
+#define YOUNG_US   250000u
+#define STALLED_US 1000000u
+#define OLD_US     10000000u
+
+enum { ACCEPTS_A_ROUND = 8 };
 
 static const char about_path[] = "/api/controller";
 static const char discover_path[] = "/api/discover";
@@ -136,23 +148,37 @@ static void answer_page(struct net_http_place *place, const struct net_http_site
         answer_file(place, &file, site->find == NULL, request);
 }
 
-static void answer_request(struct net_http_place *place, const struct net_http_site *site) {
-    struct net_http_request request;
-    switch (net_http_parse(place->head, &request)) {
+/* @return false: it was refused */
+static bool is_understood(struct net_http_place *place, struct net_http_request *request) {
+    switch (net_http_parse(place->head, request)) {
     case NET_HTTP_BAD:
         refuse(place, "400 Bad Request", "", "Not an HTTP/1.1 request.\n");
-        return;
+        return false;
     case NET_HTTP_METHOD:
         refuse(place, "405 Method Not Allowed", "Allow: GET, HEAD\r\n", "Only GET and HEAD are supported.\n");
-        return;
+        return false;
+    case NET_HTTP_BAD_HOST:
+        refuse(place, "400 Bad Request", "", "The Host of the request is missing or malformed.\n");
+        return false;
+    case NET_HTTP_BAD_ORIGIN:
+        refuse(place, "400 Bad Request", "", "The Origin of the request is malformed.\n");
+        return false;
     case NET_HTTP_GOOD:
-        break;
+    default:
+        return true;
     }
+}
+
+static void answer_request(struct net_http_place *place, const struct net_http_site *site) {
+    struct net_http_request request;
+    if (!is_understood(place, &request))
+        return;
     place->head_only = request.head_only;
     /* Before anything is served: a page of another site whose name was made to lead here (DNS rebinding)
      * sends its own name. */
-    if (!net_http_host_is_ours(request.host, site->name))
-        refuse(place, "421 Misdirected Request", "", "Unknown host name: use the controller's address.\n");
+    if (!net_http_host_is_ours(request.host, site->name, site->names))
+        refuse(place, "421 Misdirected Request", "",
+               "Unknown host name: use the controller's address, or add the name to its list of names.\n");
     else if (site->connect != NULL && strcmp(request.path, stream_path) == 0)
         answer_stream(place, &request);
     else if (site->about != NULL && strcmp(request.path, about_path) == 0)
@@ -217,13 +243,15 @@ static bool send_answer(struct net_http_place *place, const struct net_http_site
 }
 
 /* What comes behind a request is nothing that this server has asked for. */
-static void read_request(struct net_http_place *place, const struct net_http_site *site) {
+static void read_request(struct net_http_place *place, const struct net_http_site *site, uint32_t now_us) {
     size_t room = NET_HTTP_HEAD - 1 - place->count;
     long count = place->stream.ops->read(&place->stream, place->head + place->count, room);
     if (count < 0) {
         end(place);
         return;
     }
+    if (place->count == 0 && count > 0)
+        place->heard_us = now_us;
     place->count += (size_t)count;
     place->head[place->count] = '\0';
     if (strstr(place->head, "\r\n\r\n") != NULL)
@@ -232,17 +260,60 @@ static void read_request(struct net_http_place *place, const struct net_http_sit
         refuse(place, "431 Request Header Fields Too Large", "", "The request is too long.\n");
 }
 
-/* Without a free place a connection waits in the backlog of the system, until one of the others is served. */
+static uint32_t patience_us(const struct net_http_place *place, const struct net_http_site *site) {
+    if (place->answers)
+        return SLOW_US;
+    return place->count > 0 && REQUEST_US < site->silent_us ? REQUEST_US : site->silent_us;
+}
+
+/* ---- newcomers ---- */
+
+static enum net_rank rank_of(const struct net_http_place *place, uint32_t now_us) {
+    uint32_t idle_us = now_us - place->heard_us;
+    bool asks = !place->answers && !place->waits;
+    if (place->stream.ops == NULL)
+        return NET_RANK_FREE;
+    bool stays = asks             ? idle_us < YOUNG_US
+                 : place->answers ? idle_us < STALLED_US && now_us - place->since_us < OLD_US
+                                  : true;
+    return stays ? NET_RANK_STAYS : NET_RANK_UNPROVEN;
+}
+
+bool net_http_has_room(const struct net_http *http, uint32_t now_us) {
+    for (const struct net_http_place *place = http->place; place < http->place + NET_HTTP_PLACES; place++)
+        if (rank_of(place, now_us) != NET_RANK_STAYS)
+            return true;
+    return false;
+}
+
+/* @return NULL: none for this newcomer */
+static struct net_http_place *place_for(struct net_http *http, uint64_t peer, uint32_t now_us) {
+    const struct net_http_site *site = http->site;
+    struct net_place places[NET_HTTP_PLACES];
+    const struct net_newcomer newcomer = {
+        .peer = peer, .owner = site->owner != NULL ? site->owner(site->ctx) : 0, .unproven = NET_HTTP_PLACES};
+    for (size_t i = 0; i < NET_HTTP_PLACES; i++)
+        places[i] = (struct net_place){.peer = http->place[i].stream.peer,
+                                       .heard_us = http->place[i].heard_us,
+                                       .rank = (uint8_t)rank_of(&http->place[i], now_us)};
+    int chosen = net_places_choose(places, NET_HTTP_PLACES, &newcomer, now_us);
+    return chosen < 0 ? NULL : &http->place[chosen];
+}
+
+/* While everyone who has a place gets on, a connection waits in the backlog of the system. */
 static void let_in(struct net_http *http, uint32_t now_us) {
-    for (struct net_http_place *place = http->place; place < http->place + NET_HTTP_PLACES; place++) {
-        if (place->stream.ops != NULL)
-            continue;
-        if (!net_tcp_accept(http->listener, &place->stream, place->who))
+    for (int i = 0; i < ACCEPTS_A_ROUND && net_http_has_room(http, now_us); i++) {
+        struct net_http_place newcomer = {.heard_us = now_us, .since_us = now_us};
+        if (!net_tcp_accept(http->listener, &newcomer.stream, newcomer.who))
             return;
-        place->heard_us = now_us;
-        place->head = malloc(NET_HTTP_HEAD);
-        if (place->head == NULL)
-            end(place);
+        struct net_http_place *place = place_for(http, newcomer.stream.peer, now_us);
+        newcomer.head = place == NULL ? NULL : malloc(NET_HTTP_HEAD);
+        if (newcomer.head == NULL) {
+            newcomer.stream.ops->close(&newcomer.stream);
+            continue;
+        }
+        end(place);
+        *place = newcomer;
     }
 }
 
@@ -260,13 +331,12 @@ bool net_http_poll(struct net_http *http, uint32_t now_us) {
     let_in(http, now_us);
     for (struct net_http_place *place = http->place; place < http->place + NET_HTTP_PLACES; place++) {
         if (place->stream.ops != NULL && !place->answers && !place->waits)
-            read_request(place, http->site);
+            read_request(place, http->site, now_us);
         if (place->waits && answer_late(place, http->site))
             place->waits = false;
         if (place->stream.ops != NULL && place->answers)
             any |= send_answer(place, http->site, now_us);
-        if (place->stream.ops != NULL &&
-            now_us - place->heard_us >= (place->answers ? SLOW_US : http->site->silent_us))
+        if (place->stream.ops != NULL && now_us - place->heard_us >= patience_us(place, http->site))
             end(place);
     }
     return any;

@@ -10,9 +10,12 @@
  *
  *   GET /grbl, WebSocket   a client like any other: who owns, who observes and who must log in is the hub's
  *
- * Pages from elsewhere may not command: a request's Host must be an address or a name that no name server of
- * others gives away (against DNS rebinding), and the Origin of a WebSocket must be that host. A connection
- * has one request. */
+ * Pages from elsewhere may not command: a request's Host must be an address, a name that no name server of
+ * others gives away (against DNS rebinding), or one of the site's list; and the Origin of a WebSocket must be
+ * that host. A connection has one request.
+ *
+ * Nobody shuts others out: who does not ask, or does not take its answer, gives its place to a newcomer when
+ * all are taken (net_places.h). */
 #ifndef WIFICNC_NET_HTTP_H
 #define WIFICNC_NET_HTTP_H
 
@@ -51,12 +54,15 @@ struct net_http_site {
      * table. What *out points to is copied. NULL: the table is all. @return false: there is no such file */
     bool (*find)(void *ctx, const char *path, struct net_http_file *out);
     const char *name;  /* of this computer in its networks, without .local */
+    const char *names; /* others that lead here, as "shop.lan, cnc.lan"; NULL: none */
     const char *about; /* who serves, as JSON; NULL: only files are served */
     /** A browser has opened the stream; the callee owns it now. NULL: none exists */
     void (*connect)(void *ctx, const struct net_stream *stream, const char *who);
     /** Someone waits for the other controllers; called every round until there is an answer. NULL: this
      * server does not look for them. @return false: not yet */
     bool (*discover)(void *ctx, struct net_http_late *out);
+    /** The address that a place is kept for, as net_stream.peer; 0: none. NULL: there is no such address */
+    uint64_t (*owner)(void *ctx);
     void *ctx;
     /** A connection that asks nothing for this long is closed. A browser that uses one at that moment reports
      * an error: where places are not scarce, longer than browsers keep one for later (Chromium: 10 s) */
@@ -77,6 +83,7 @@ struct net_http_place {
     const char *body; /* behind the head */
     size_t body_left;
     uint32_t heard_us; /* when it last got on */
+    uint32_t since_us; /* when it came */
 };
 
 struct net_http {
@@ -90,6 +97,9 @@ struct net_http {
  *  @return false: *error is an errno, or 0 when the host is unknown */
 bool net_http_open(struct net_http *http, const struct net_http_site *site, const char *host,
                    const char *port, char address[NET_ADDRESS_SIZE], int *error);
+
+/** A connection that waits can be let in: there is a place, or one that may be needed for it. */
+bool net_http_has_room(const struct net_http *http, uint32_t now_us);
 
 /** Take what has come, send what there is room for. Call it every ms or so. @param now_us  wraps
  *  @return true: there is more to do immediately */

@@ -42,6 +42,30 @@ static bool has_token(const char *list, const char *token) {
     return false;
 }
 
+/* ---- hosts ---- */
+
+static size_t span_of_name(const char *text) {
+    return strspn(text, "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789-._");
+}
+
+/* "name", "10.0.0.7", "[fe80::1]", each with or without ":port" (RFC 3986, 3.2). */
+static bool is_host(const char *text) {
+    size_t size = *text == '[' ? 1 + strspn(text + 1, "0123456789abcdefABCDEF:.") : span_of_name(text);
+    if (*text == '[' && (size == 1 || text[size++] != ']'))
+        return false;
+    const char *port = text + size + 1;
+    return size > 0 &&
+           (text[size] == '\0' ||
+            (text[size] == ':' && strspn(port, "0123456789") == strlen(port) && strlen(port) <= 5));
+}
+
+/* "null" is what a browser says of a page without an address. */
+static bool is_origin(const char *text) {
+    size_t scheme = strspn(text, "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+-.");
+    return strcmp(text, "null") == 0 ||
+           (scheme > 0 && strncmp(text + scheme, "://", 3) == 0 && is_host(text + scheme + 3));
+}
+
 /* ---- the request ---- */
 
 /* What headers say before they are judged together. */
@@ -87,10 +111,28 @@ static bool is_version(const char *text) {
     return strncmp(text, "HTTP/1.", 7) == 0 && text[7] >= '0' && text[7] <= '9' && text[8] == '\0';
 }
 
+static bool is_hex(char digit) {
+    return (digit >= '0' && digit <= '9') || ((digit | 0x20) >= 'a' && (digit | 0x20) <= 'f');
+}
+
+/* What is printed, without a backslash; each % is a byte in hex, and not the end of a text (RFC 3986, 2.1).
+ */
+static bool is_target(const char *text) {
+    for (; *text != '\0'; text++) {
+        if (*text <= ' ' || *text > '~' || *text == '\\')
+            return false;
+        if (*text == '%' && (!is_hex(text[1]) || !is_hex(text[2]) || (text[1] == '0' && text[2] == '0')))
+            return false;
+    }
+    return true;
+}
+
 static enum net_http_parsed take_request_line(char *line, struct net_http_request *request) {
     const char *method = cut(&line, " ");
     char *path = method == NULL ? NULL : cut(&line, " ");
     if (path == NULL || *path != '/' || !is_version(line))
+        return NET_HTTP_BAD;
+    if (!is_target(path))
         return NET_HTTP_BAD;
     path[strcspn(path, "?#")] = '\0';
     request->path = path;
@@ -116,6 +158,10 @@ enum net_http_parsed net_http_parse(char *text, struct net_http_request *request
     enum net_http_parsed parsed = take_request_line(line, request);
     if (parsed != NET_HTTP_BAD && !take_headers(text, request, &handshake))
         return NET_HTTP_BAD;
+    if (parsed == NET_HTTP_GOOD && !is_host(request->host))
+        return NET_HTTP_BAD_HOST;
+    if (parsed == NET_HTTP_GOOD && *request->origin != '\0' && !is_origin(request->origin))
+        return NET_HTTP_BAD_ORIGIN;
     request->upgrades = has_token(handshake.upgrade, "websocket") &&
                         has_token(handshake.connection, "upgrade") && strcmp(handshake.version, "13") == 0 &&
                         is_key(request->key) && !request->head_only;
@@ -144,10 +190,11 @@ static bool is_address(const char *name) {
     return *name == '[' || name[strspn(name, "0123456789.")] == '\0';
 }
 
-bool net_http_host_is_ours(const char *host, const char *name) {
+bool net_http_host_is_ours(const char *host, const char *name, const char *names) {
     char asked[NAME_MAX_SIZE];
-    return host_name(host, asked) && (is_address(asked) || ends_with(asked, ".local") ||
-                                      strcasecmp(asked, "localhost") == 0 || strcasecmp(asked, name) == 0);
+    return host_name(host, asked) &&
+           (is_address(asked) || ends_with(asked, ".local") || strcasecmp(asked, "localhost") == 0 ||
+            strcasecmp(asked, name) == 0 || (names != NULL && has_token(names, asked)));
 }
 
 bool net_http_origin_is_ours(const struct net_http_request *request) {

@@ -9,6 +9,8 @@ enum net_http_parsed {
     NET_HTTP_GOOD,
     NET_HTTP_BAD,
     NET_HTTP_METHOD, /* neither GET nor HEAD */
+    NET_HTTP_BAD_HOST,
+    NET_HTTP_BAD_ORIGIN,
 };
 
 /** Texts lie in the request itself; "" where it has none. */
@@ -26,8 +28,9 @@ struct net_http_request {
 enum net_http_parsed net_http_parse(char *text, struct net_http_request *request);
 
 /** Whether the Host of a request can be ours: an address, localhost, or a name that no name server of others
- * gives away: NAME.local, and our own. @param name  ours, without .local */
-bool net_http_host_is_ours(const char *host, const char *name);
+ * gives away: NAME.local, our own, and those of a list. @param name  ours, without .local @param names  the
+ * list, with commas between them; NULL: none */
+bool net_http_host_is_ours(const char *host, const char *name, const char *names);
 
 /** Whether the page that opens a WebSocket came from here. Programs say no Origin. */
 bool net_http_origin_is_ours(const struct net_http_request *request);

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "net_hub.h"
 
+#include "net_hub_inner.h"
 #include "net_line.h"
 
 #include <stdio.h>
@@ -10,18 +11,10 @@ enum { READ_SIZE = 1024 };
 
 static const char nobody[] = "No client is in control: the first line takes control";
 static const char take_line[] = "$TAKE";
-static const char login_line[] = "$LOGIN=";
 
-static const char locked_out[] =
-    "Locked: log in at the web page, by wificnc login, or send $LOGIN=access key";
-
-enum { JOG_CANCEL = 0x85 };
+enum { RESET = 0x18, DOOR = 0x84, JOG_CANCEL = 0x85 };
 enum { TAKE_LENGTH = sizeof take_line - 1 };
-enum { LOGIN_LENGTH = sizeof login_line - 1, LOGIN_LINE_MAX = LOGIN_LENGTH + 64 };
-
-static bool is_open(const struct net_client *client) {
-    return client->stream.ops != NULL && !client->gone;
-}
+enum { LOGIN_LINE_MAX = sizeof "$LOGIN=" + 64 };
 
 void net_hub_init(struct net_hub *hub, const struct net_hub_sizes *sizes, const struct net_hub_ops *ops,
                   void *ctx) {
@@ -33,7 +26,7 @@ void net_hub_init(struct net_hub *hub, const struct net_hub_sizes *sizes, const 
 /* An observer that does not read is disconnected; so is an owner, but much later. */
 static void say(struct net_hub *hub, struct net_client *client, const char *bytes, size_t count) {
     size_t most = client == hub->owner ? 2 * hub->sizes.out : hub->sizes.out;
-    if (!is_open(client))
+    if (!net_hub_is_open(client))
         return;
     if (client->out.count + count <= most && net_queue_add(&client->out, bytes, count))
         return;
@@ -41,7 +34,7 @@ static void say(struct net_hub *hub, struct net_client *client, const char *byte
     hub->ops->event(hub->ctx, "disconnected: it does not read", client->name);
 }
 
-static void say_message(struct net_hub *hub, struct net_client *client, const char *text) {
+void net_hub_say_message(struct net_hub *hub, struct net_client *client, const char *text) {
     char line[NET_MESSAGE_SIZE + sizeof "[MSG:]\r\n"];
     int size = snprintf(line, sizeof line, "[MSG:%s]\r\n", text);
     say(hub, client, line, (size_t)size);
@@ -50,40 +43,31 @@ static void say_message(struct net_hub *hub, struct net_client *client, const ch
 void net_hub_tell(struct net_hub *hub, const char *text) {
     for (struct net_client *client = hub->client; client < hub->client + NET_CLIENTS; client++)
         if (!client->locked)
-            say_message(hub, client, text);
+            net_hub_say_message(hub, client, text);
 }
 
 static void tell_observers(struct net_hub *hub, const char *text) {
     for (struct net_client *client = hub->client; client < hub->client + NET_CLIENTS; client++)
         if (client != hub->owner && !client->locked)
-            say_message(hub, client, text);
+            net_hub_say_message(hub, client, text);
 }
 
 static void explain(struct net_hub *hub, struct net_client *observer) {
     char text[NET_NAME_SIZE + 64];
     if (hub->owner == NULL) {
-        say_message(hub, observer, nobody);
+        net_hub_say_message(hub, observer, nobody);
         return;
     }
     snprintf(text, sizeof text, "Observer: %s is in control, %s takes control", hub->owner->name, take_line);
-    say_message(hub, observer, text);
-}
-
-static void tell_key(struct net_hub *hub, struct net_client *client) {
-    char text[NET_MESSAGE_SIZE];
-    const char *key = client->stream.local && hub->ops->key != NULL ? hub->ops->key(hub->ctx) : NULL;
-    if (key == NULL || hub->access == NULL || hub->access->open)
-        return;
-    snprintf(text, sizeof text, "Access key of network clients: %s", key);
-    say_message(hub, client, text);
+    net_hub_say_message(hub, observer, text);
 }
 
 /* Notices for a client that may take control from now on. */
-static void greet(struct net_hub *hub, struct net_client *client) {
+void net_hub_greet(struct net_hub *hub, struct net_client *client) {
     char text[NET_MESSAGE_SIZE];
     for (unsigned n = 0; hub->ops->notice != NULL && hub->ops->notice(hub->ctx, n, text, sizeof text); n++)
-        say_message(hub, client, text);
-    tell_key(hub, client);
+        net_hub_say_message(hub, client, text);
+    net_hub_tell_key(hub, client);
     if (hub->owner != NULL)
         explain(hub, client);
 }
@@ -92,7 +76,7 @@ static void greet(struct net_hub *hub, struct net_client *client) {
 
 /* Jogs that still wait when they are called off must not run behind that: they become empty lines, so that
  * each has its answer; a half one when its rest has come. So does the controller with those that it has. */
-static void call_off_jogs(struct net_client *client) {
+void net_hub_call_off_jogs(struct net_client *client) {
     struct net_queue *in = &client->in;
     client->called_off = in->count > client->whole;
     if (client->whole > 0)
@@ -121,13 +105,14 @@ static void leave_lines(struct net_hub *hub, struct net_client *client) {
     net_queue_free(&client->in);
 }
 
-static void set_owner(struct net_hub *hub, struct net_client *client) {
+void net_hub_set_owner(struct net_hub *hub, struct net_client *client) {
     char text[NET_NAME_SIZE + 32];
     struct net_client *before = hub->owner;
     hub->owner = NULL;
     if (before != NULL)
         leave_lines(hub, before);
     hub->owner = client;
+    hub->owner_peer = client != NULL ? client->stream.peer : hub->owner_peer;
     hub->inside_left = hub->inside;
     for (struct net_client *other = hub->client; other < hub->client + NET_CLIENTS; other++)
         other->hears_left = other != client;
@@ -144,79 +129,7 @@ static void set_owner(struct net_hub *hub, struct net_client *client) {
         explain(hub, before);
 }
 
-/* ---- connections ---- */
-
-bool net_hub_is_full(const struct net_hub *hub) {
-    for (size_t i = 0; i < hub->sizes.clients; i++)
-        if (hub->client[i].stream.ops == NULL)
-            return false;
-    return true;
-}
-
-static void lose_sender(struct net_hub *hub) {
-    hub->sender = NULL;
-    if (hub->ops->left != NULL)
-        hub->ops->left(hub->ctx, hub->left.count > 0);
-}
-
-static void remove_client(struct net_hub *hub, struct net_client *client) {
-    if (client == hub->owner) {
-        call_off_jogs(client);
-        set_owner(hub, NULL);
-    }
-    if (client == hub->sender)
-        lose_sender(hub);
-    struct net_client removed = *client;
-    net_queue_free(&client->in);
-    net_queue_free(&client->out);
-    *client = (struct net_client){0};
-    removed.stream.ops->close(&removed.stream);
-    hub->ops->event(hub->ctx, "disconnected", removed.name);
-}
-
-/* @return NULL: all places are taken by clients that may stay */
-static struct net_client *free_place(struct net_hub *hub) {
-    struct net_client *locked = NULL;
-    for (struct net_client *client = hub->client; client < hub->client + hub->sizes.clients; client++) {
-        if (client->stream.ops == NULL)
-            return client;
-        if (client->locked && locked == NULL)
-            locked = client;
-    }
-    if (locked != NULL)
-        remove_client(hub, locked);
-    return locked;
-}
-
-static bool is_locked_out(const struct net_hub *hub, const struct net_stream *stream) {
-    return hub->access != NULL && !stream->local && !access_may(hub->access, stream->peer);
-}
-
-bool net_hub_connect(struct net_hub *hub, const struct net_stream *stream, const char *name) {
-    static const char full[] = "[MSG:Connection refused: all client slots are in use]\r\n";
-    struct net_client *client = free_place(hub);
-    if (client == NULL) {
-        stream->ops->write(stream, full, sizeof full - 1);
-        stream->ops->close(stream);
-        hub->ops->event(hub->ctx, "refused, all client slots are in use", name);
-        return false;
-    }
-    *client = (struct net_client){.stream = *stream, .locked = is_locked_out(hub, stream)};
-    snprintf(client->name, sizeof client->name, "%s", name);
-    hub->ops->event(hub->ctx, "connected", name);
-    if (client->locked)
-        say_message(hub, client, locked_out);
-    else
-        greet(hub, client);
-    return true;
-}
-
-void net_hub_close(struct net_hub *hub) {
-    for (struct net_client *client = hub->client; client < hub->client + NET_CLIENTS; client++)
-        if (client->stream.ops != NULL)
-            remove_client(hub, client);
-    net_queue_free(&hub->left);
-}
+/* ---- the end of a connection ---- */
 
 static bool is_busy(const struct net_hub *hub) {
     return hub->ops->busy != NULL && hub->ops->busy(hub->ctx);
@@ -228,14 +141,15 @@ static void end_client(struct net_hub *hub, struct net_client *client) {
     client->ended = true;
     if (client != hub->owner)
         return;
-    set_owner(hub, NULL);
+    net_hub_set_owner(hub, NULL);
     if (is_busy(hub) || hub->left.count > 0)
-        say_message(hub, client, "End of input: the received lines are still executed");
+        net_hub_say_message(hub, client, "End of input: the received lines are still executed");
 }
 
 static bool has_heard_all(const struct net_hub *hub, const struct net_client *client) {
     bool waits = client == hub->sender && is_busy(hub);
-    return client->ended && hub->inside_left == 0 && hub->left.count == 0 && client->out.count == 0 && !waits;
+    return client->ended && !client->waits && hub->inside_left == 0 && hub->left.count == 0 &&
+           client->out.count == 0 && !waits;
 }
 
 /* A transport may tell only a reader that the other end is gone. */
@@ -268,14 +182,29 @@ static bool may_ask(const struct net_hub *hub) {
 
 static void put_realtime(struct net_hub *hub, struct net_client *client, uint8_t byte) {
     const char character = (char)byte;
-    if (byte == 0x18)
+    if (byte == RESET)
         net_hub_reset(hub);
     else if (byte == '?' && !may_ask(hub))
         client->asks = true;
     else
         hub->ops->put(hub->ctx, &character, 1);
     if (byte == JOG_CANCEL || byte == '!')
-        call_off_jogs(client);
+        net_hub_call_off_jogs(client);
+}
+
+/* Who may not move the machine may still hold and stop it. Some senders reset whatever they connect to: a
+ * reset counts only behind a hold of the same client. */
+static void put_stop(struct net_hub *hub, struct net_client *client, uint8_t byte) {
+    bool holds = byte == '!' || byte == DOOR;
+    if (!holds && byte != JOG_CANCEL && byte != RESET)
+        return;
+    if (byte == RESET && !client->braked) {
+        net_hub_say_message(hub, client, "No reset by an observer: hold first (!), then reset");
+        return;
+    }
+    client->braked |= holds;
+    hub->ops->event(hub->ctx, holds ? "holds the machine" : "stops the machine", client->name);
+    put_realtime(hub, hub->owner != NULL ? hub->owner : client, byte);
 }
 
 void net_hub_ask(struct net_hub *hub) {
@@ -298,10 +227,11 @@ static bool is_take(const char *line, size_t size) {
 
 /* The owner's `$TAKE` is an empty line: like any line it is answered once, and it is true already. So is a
  * jog that was called off before its line was whole. */
-static void end_line(struct net_client *owner) {
+static void end_line(struct net_hub *hub, struct net_client *owner) {
     const char *line = net_queue_head(&owner->in) + owner->whole;
     size_t size = owner->in.count - owner->whole;
-    if (is_take(line, size) || (owner->called_off && net_line_is_jog(line, size)))
+    bool done = net_hub_is_trust(line, size) && net_hub_trust(hub, owner, line, size);
+    if (done || is_take(line, size) || (owner->called_off && net_line_is_jog(line, size)))
         net_queue_cut(&owner->in, owner->whole);
     owner->called_off = false;
 }
@@ -324,58 +254,66 @@ static void take_owners(struct net_hub *hub, struct net_client *client, char cha
         hub->has_spoiled |= add_owners(hub, client, &(char){(char)NET_LINE_SPOILED}, 1);
     client->spoiled = false;
     if (line_ends) {
-        end_line(client);
+        end_line(hub, client);
         character = '\n';
     }
     if (add_owners(hub, client, &character, 1) && line_ends)
         client->whole = client->in.count;
 }
 
-/* Observers' lines are read for $TAKE only. */
+/* Observers' lines are read for $TAKE and $TRUST only. */
 static void take_observers(struct net_hub *hub, struct net_client *client, char character, bool line_ends) {
     if (!line_ends) {
-        bool fits =
-            client->letters < TAKE_LENGTH && net_line_upper(character) == (uint8_t)take_line[client->letters];
-        client->letters =
-            fits && !client->skips && !client->spoiled ? (uint8_t)(client->letters + 1) : UINT8_MAX;
+        bool fits = client->letters < sizeof client->typed && !client->skips && !client->spoiled;
+        if (fits)
+            client->typed[client->letters] = character;
+        client->letters = fits ? (uint8_t)(client->letters + 1) : UINT8_MAX;
         return;
     }
-    bool takes = client->letters == TAKE_LENGTH && !client->skips && !client->spoiled;
+    size_t size = client->letters <= sizeof client->typed ? client->letters : 0;
+    bool sound = !client->skips && !client->spoiled;
+    bool takes = sound && is_take(client->typed, size);
+    bool trusts = sound && net_hub_is_trust(client->typed, size);
     bool empty = client->letters == 0 && !client->spoiled;
     client->letters = 0;
     client->skips = client->spoiled = false;
     if (takes) {
-        set_owner(hub, client);
+        net_hub_set_owner(hub, client);
         take_owners(hub, client, '\n', true);
+    } else if (trusts) {
+        bool done = net_hub_trust(hub, client, client->typed, size);
+        say(hub, client, done ? "ok\r\n" : "error:3\r\n", done ? 4 : 9);
     } else if (!empty) {
         explain(hub, client);
     }
 }
 
-static bool is_login(const struct net_client *client) {
-    return net_line_commands(net_queue_head(&client->in), client->in.count, login_line);
-}
-
-static void log_in(struct net_hub *hub, struct net_client *client) {
-    static const char *const said[] = {[ACCESS_WRONG] = "Wrong access key",
-                                       [ACCESS_WAIT] = "Too many wrong access keys: wait, then try again"};
-    if (!is_login(client)) {
-        say_message(hub, client, locked_out);
-        net_queue_free(&client->in);
-        return;
-    }
-    enum access_result result =
-        access_try(hub->access, client->stream.peer, net_queue_head(&client->in) + LOGIN_LENGTH,
-                   client->in.count - LOGIN_LENGTH);
-    net_queue_free(&client->in);
+static void end_login(struct net_hub *hub, struct net_client *client, enum access_result result) {
+    client->waits = false;
     hub->ops->event(hub->ctx, result == ACCESS_GOOD ? "logged in" : "not logged in", client->name);
     if (result != ACCESS_GOOD) {
-        say_message(hub, client, said[result]);
+        net_hub_say_message(hub, client, "Wrong access key");
         return;
     }
     client->locked = false;
     say(hub, client, "ok\r\n", 4);
-    greet(hub, client);
+    net_hub_greet(hub, client);
+}
+
+static void log_in(struct net_hub *hub, struct net_client *client) {
+    if (!net_hub_is_login(client)) {
+        net_hub_say_message(hub, client, net_hub_locked_out);
+        net_queue_free(&client->in);
+        return;
+    }
+    client->login_size = (uint8_t)client->in.count;
+    client->tried_us = hub->access->clock_us;
+    enum access_result result = net_hub_try_login(hub, client);
+    client->waits = result == ACCESS_WAIT;
+    if (client->waits)
+        return;
+    net_queue_free(&client->in);
+    end_login(hub, client, result);
 }
 
 /* In a key real-time characters are letters like others. A line that is too long is none. */
@@ -386,8 +324,9 @@ static void take_locked(struct net_hub *hub, struct net_client *client, uint8_t 
             log_in(hub, client);
         return;
     }
-    if (net_line_is_realtime(byte) && !is_login(client)) {
+    if (net_line_is_realtime(byte) && !net_hub_is_login(client)) {
         client->asks |= byte == '?';
+        put_stop(hub, client, byte);
         return;
     }
     if (client->in.count < LOGIN_LINE_MAX)
@@ -396,6 +335,8 @@ static void take_locked(struct net_hub *hub, struct net_client *client, uint8_t 
 
 static void take_byte(struct net_hub *hub, struct net_client *client, uint8_t byte) {
     bool mid_line = client->letters != 0 || client->skips;
+    if (net_line_is_realtime(byte) || byte == '\n' || byte == '\r')
+        net_hub_note_heard(hub, client);
     if (client->locked) {
         take_locked(hub, client, byte);
         return;
@@ -405,10 +346,9 @@ static void take_byte(struct net_hub *hub, struct net_client *client, uint8_t by
         return;
     }
     if (hub->owner == NULL && !mid_line)
-        set_owner(hub, client);
+        net_hub_set_owner(hub, client);
     if (net_line_is_realtime(byte)) {
-        if (client == hub->owner)
-            put_realtime(hub, client, byte);
+        (client == hub->owner ? put_realtime : put_stop)(hub, client, byte);
         return;
     }
     bool second_half = byte == '\n' && client->after_cr;
@@ -430,29 +370,73 @@ static size_t take_run(struct net_hub *hub, struct net_client *client, const cha
     return run;
 }
 
-static void take_bytes(struct net_hub *hub, struct net_client *client, const char *bytes, size_t count) {
+/* A browser shows what it gets here; one that was made to send this by another page does not. */
+static void refuse_browser(struct net_hub *hub, struct net_client *client, bool reads_text) {
+    static const char refusal[] = "HTTP/1.1 400 Bad Request\r\nContent-Type: text/plain\r\n"
+                                  "Connection: close\r\n\r\n"
+                                  "This port is for senders of G-code. The page is at another port.\n";
+    client->refused = true;
+    hub->ops->event(hub->ctx, "refused: a web browser at the port for senders", client->name);
+    if (reads_text)
+        say(hub, client, refusal, sizeof refusal - 1);
+}
+
+/* The first bytes are held until it is known whose they are. */
+static void open_with(struct net_hub *hub, struct net_client *client, uint8_t byte) {
+    enum net_opening_is what = net_opening_take(&client->opening, byte);
+    if (what == NET_OPENING_HTTP || what == NET_OPENING_FOREIGN)
+        refuse_browser(hub, client, what == NET_OPENING_HTTP);
+    if (what != NET_OPENING_LINES)
+        return;
+    client->opened = true;
+    for (uint8_t i = 0; i < client->opening.count; i++)
+        take_byte(hub, client, (uint8_t)client->opening.held[i]);
+    take_byte(hub, client, byte);
+}
+
+/* Bytes of a client's stream that are no telnet negotiation. */
+static void take_data(struct net_hub *hub, struct net_client *client, uint8_t byte) {
     char reply[NET_TELNET_REPLY];
     size_t reply_count = 0;
-    for (size_t i = 0; i < count && is_open(client); i++) {
-        i += take_run(hub, client, bytes + i, count - i);
-        if (i == count || !is_open(client))
+    if (client->stream.telnet && net_telnet_take(&client->telnet, byte, reply, &reply_count) == 0)
+        say(hub, client, reply, reply_count);
+    else if (client->opened)
+        take_byte(hub, client, byte);
+    else
+        open_with(hub, client, byte);
+}
+
+/* What comes behind a login that waits is not read before its turn. */
+static void take_bytes(struct net_hub *hub, struct net_client *client, const char *bytes, size_t count) {
+    for (size_t i = 0; i < count && net_hub_is_open(client) && !client->refused; i++) {
+        if (client->waits) {
+            (void)net_queue_add(&client->in, bytes + i, count - i);
             return;
-        uint8_t byte = (uint8_t)bytes[i];
-        bool is_data =
-            !client->stream.telnet || net_telnet_take(&client->telnet, byte, reply, &reply_count) != 0;
-        if (is_data)
-            take_byte(hub, client, byte);
-        else if (reply_count > 0)
-            say(hub, client, reply, reply_count);
+        }
+        i += take_run(hub, client, bytes + i, count - i);
+        if (i < count && net_hub_is_open(client))
+            take_data(hub, client, (uint8_t)bytes[i]);
     }
 }
 
+void net_hub_log_in_again(struct net_hub *hub, struct net_client *client) {
+    struct net_queue held = client->in;
+    enum access_result result = net_hub_try_login(hub, client);
+    if (result == ACCESS_WAIT)
+        return;
+    client->in = (struct net_queue){0};
+    end_login(hub, client, result);
+    take_bytes(hub, client, net_queue_head(&held) + client->login_size, held.count - client->login_size);
+    net_queue_free(&held);
+}
+
 bool net_hub_wants_read(const struct net_hub *hub, const struct net_client *client) {
-    return is_open(client) && !client->ended && (client != hub->owner || client->in.count < hub->sizes.in);
+    return net_hub_is_open(client) && !client->ended && !client->refused && !client->waits &&
+           (client != hub->owner || client->in.count < hub->sizes.in);
 }
 
 bool net_hub_wants_write(const struct net_client *client) {
-    return is_open(client) && client->out.count > 0;
+    return net_hub_is_open(client) && client->out.count > 0;
 }
 
 bool net_hub_read(struct net_hub *hub, struct net_client *client) {
@@ -610,7 +594,7 @@ void net_hub_flush(struct net_hub *hub) {
         look_after(client);
         if (!client->gone)
             write_out(client);
-        if (client->gone || has_heard_all(hub, client))
-            remove_client(hub, client);
+        if (client->gone || (client->refused && client->out.count == 0) || has_heard_all(hub, client))
+            net_hub_remove_client(hub, client);
     }
 }

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "net_wire.h"
 
+#include "net_places.h"
 #include "net_tcp.h"
 #include "wire/bytes.h"
 
@@ -10,6 +11,12 @@
 
 /* Taken in one round, so that a flood leaves time for everything else. */
 enum { DATAGRAMS_A_ROUND = 64, ACCEPTS_A_ROUND = 16 };
+
+/* A host speaks immediately. A moment is what its login needs. */
+#define MOMENT_US 1000000u
+#define SILENT_US 10000000u
+
+enum { UNPROVEN_AN_ADDRESS = 2 };
 
 /* Longest reply with its size. */
 enum { REPLY_MAX = 2 + WIRE_PACKET_MAX };
@@ -81,12 +88,57 @@ static void read_datagrams(struct net_wire *wire) {
 
 /* ---- TCP ---- */
 
+static uint32_t clock_us(const struct net_wire *wire) {
+    return (uint32_t)wire->session->now_us;
+}
+
+static enum net_rank rank_of(const struct net_wire *wire, int place) {
+    const struct session *session = wire->session;
+    const struct session_client *client = &session->client[place];
+    bool locks = !session->options.access->open;
+    if (wire->client[place].stream.ops == NULL)
+        return NET_RANK_FREE;
+    bool owns = session->owner.on && memcmp(client->address, session->owner.address, 4) == 0;
+    bool streams = session->stream.open && session->stream.client == place;
+    bool known = client->authenticated || access_may(session->options.access, lockout_ipv4(client->address));
+    if (streams || (locks ? known : owns))
+        return NET_RANK_STAYS;
+    return locks || !wire->client[place].spoke ? NET_RANK_UNPROVEN : NET_RANK_LISTENER;
+}
+
+/* The host that commands, or did last. */
+static uint64_t owner_peer(const struct session *session) {
+    static const uint8_t nobody[4];
+    bool any = memcmp(session->owner.address, nobody, sizeof nobody) != 0;
+    return any ? lockout_ipv4(session->owner.address) : 0;
+}
+
+/* @return -1: none */
+static int place_for(const struct net_wire *wire, uint64_t peer) {
+    struct net_place places[SESSION_CLIENTS];
+    const struct net_newcomer newcomer = {.peer = peer,
+                                          .owner = owner_peer(wire->session),
+                                          .unproven = UNPROVEN_AN_ADDRESS,
+                                          .login_us = MOMENT_US};
+    for (int i = 0; i < SESSION_CLIENTS; i++) {
+        const struct net_wire_client *client = &wire->client[i];
+        bool waits = wire->session->client[i].waits;
+        places[i] = (struct net_place){.peer = client->stream.peer,
+                                       .heard_us = waits ? clock_us(wire) : client->heard_us,
+                                       .rank = (uint8_t)rank_of(wire, i)};
+    }
+    int chosen = net_places_choose(places, SESSION_CLIENTS, &newcomer, clock_us(wire));
+    int silent = session_place(wire->session);
+    bool is_taken = silent >= 0 && wire->client[silent].stream.ops != NULL;
+    return chosen < 0 && is_taken ? silent : chosen;
+}
+
 static void accept_clients(struct net_wire *wire) {
     struct net_stream stream;
     char name[NET_ADDRESS_SIZE];
     for (int i = 0; i < ACCEPTS_A_ROUND && net_tcp_accept(wire->listener, &stream, name); i++) {
         struct net_address peer;
-        int place = session_place(wire->session);
+        int place = place_for(wire, stream.peer);
         if (place < 0 || !net_socket_peer(stream.fd, &peer)) {
             stream.ops->close(&stream);
             continue;
@@ -94,7 +146,7 @@ static void accept_clients(struct net_wire *wire) {
         if (wire->client[place].stream.ops != NULL)
             drop(wire, place, false);
         net_tcp_keep_alive(&stream); /* nothing may continue because no one says that the host has gone */
-        wire->client[place] = (struct net_wire_client){.stream = stream};
+        wire->client[place] = (struct net_wire_client){.stream = stream, .heard_us = clock_us(wire)};
         session_connect(wire->session, place, peer.bytes);
     }
 }
@@ -128,6 +180,8 @@ static bool answer_messages(struct net_wire *wire, int place) {
             return false;
         if (client->in_count < 2 + size)
             break;
+        if (session_must_wait(wire->session, place, client->in + 2, size))
+            break;
         uint8_t *reply = client->out + client->out_count;
         size_t reply_size = session_request(wire->session, place, client->in + 2, size, reply + 2);
         if (reply_size > 0) {
@@ -135,6 +189,8 @@ static bool answer_messages(struct net_wire *wire, int place) {
             client->out_count += 2 + reply_size;
         }
         client->in_count -= 2 + size;
+        client->heard_us = clock_us(wire);
+        client->spoke = true;
         memmove(client->in, client->in + 2 + size, client->in_count);
         if (!write_replies(client))
             return false;
@@ -162,6 +218,8 @@ void net_wire_round(struct net_wire *wire) {
             continue;
         if (!write_replies(client))
             drop(wire, i, true);
+        else if (!client->spoke && clock_us(wire) - client->heard_us >= SILENT_US)
+            drop(wire, i, false);
         else if (net_wire_wants_read(client))
             read_client(wire, i);
     }

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT
  * The sockets of the binary protocol: a UDP port and up to SESSION_CLIENTS TCP connections,
- * around a session. Nothing blocks; no one who does not read or write holds anyone else up.
+ * around a session. Nothing blocks; no one who does not read or write holds anyone else up. A connection
+ * without a message is closed after some seconds, and net_places.h chooses who goes for a newcomer.
  *
  *   datagram -> session_datagram();   u16 size | message -> session_request() -> u16 size | reply */
 #ifndef WIFICNC_NET_WIRE_H
@@ -17,6 +18,8 @@ struct net_wire_client {
     size_t in_count;
     uint8_t out[NET_WIRE_OUT]; /* replies that wait for the client to read */
     size_t out_count;
+    uint32_t heard_us; /* the last whole message, or its connection; wraps */
+    bool spoke;        /* there was a message */
 };
 
 struct net_wire {

@@ -151,6 +151,8 @@ void host_wire_disconnect(struct host_wire *wire, int client) {
 
 size_t host_wire_request(struct host_wire *wire, int client, const uint8_t *message, size_t size,
                          uint8_t *reply) {
+    if (session_must_wait(&wire->session, client, message, size))
+        return 0;
     return session_request(&wire->session, client, message, size, reply);
 }
 

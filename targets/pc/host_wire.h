@@ -36,7 +36,8 @@ size_t host_wire_sent(struct host_wire *wire, uint32_t *address, uint16_t *port,
 int host_wire_connect(struct host_wire *wire, uint32_t address);
 void host_wire_disconnect(struct host_wire *wire, int client);
 
-/** A message and its reply. @param reply  room for 512 bytes @return size of the reply, 0: none */
+/** A message and its reply. @param reply  room for 512 bytes @return size of the reply, 0: none, or
+ *  a proof waits for its turn (session_must_wait()): send it again later */
 size_t host_wire_request(struct host_wire *wire, int client, const uint8_t *message, size_t size,
                          uint8_t *reply);
 

@@ -181,12 +181,12 @@ void page_found(struct page *page, const char *status, const char *type, const c
 
 /* ---- start and end ---- */
 
-struct page *page_create(const char *name, const char *about, page_find *find) {
+struct page *page_create(const char *name, const char *names, const char *about, page_find *find) {
     struct page *page = calloc(1, sizeof *page);
     if (page == NULL)
         return NULL;
     page->site = (struct net_http_site){
-        .name = name, .about = about, .find = find_file, .ctx = page, .silent_us = SILENT_US};
+        .name = name, .names = names, .about = about, .find = find_file, .ctx = page, .silent_us = SILENT_US};
     page->find = find;
     page->http.listener = -1;
     page->wake = (struct port_wake){-1, -1};
@@ -228,11 +228,9 @@ static void await(struct port_poll *slot, const struct net_stream *stream, bool 
 
 static void fill_poll(struct page *page) {
     const struct net_http *http = &page->http;
-    bool full = true;
     for (unsigned i = 0; i < NET_HTTP_PLACES; i++) {
         const struct net_http_place *place = &http->place[i];
         await(&page->poll[POLL_PLACES + i], &place->stream, !place->answers && !place->waits, place->answers);
-        full = full && is_open(&place->stream);
     }
     for (unsigned i = 0; i < LINKS; i++) {
         const struct link *link = &page->link[i];
@@ -240,7 +238,8 @@ static void fill_poll(struct page *page) {
         await(&page->poll[POLL_LINKS + 2 * i + 1], &link->controller, !link->ended && link->down.count == 0,
               link->up.count > 0);
     }
-    page->poll[POLL_LISTENER] = (struct port_poll){.fd = full ? -1 : http->listener, .wanted = PORT_READ};
+    bool lets_in = net_http_has_room(http, now_us());
+    page->poll[POLL_LISTENER] = (struct port_poll){.fd = lets_in ? http->listener : -1, .wanted = PORT_READ};
     page->poll[POLL_WAKE] = (struct port_poll){.fd = page->wake.wait_fd, .wanted = PORT_READ};
 }
 

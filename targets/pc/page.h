@@ -17,9 +17,10 @@ struct page;
 typedef void page_find(const char *path);
 
 /** A page that does not listen yet. All strings outlive it.
- *  @param name  of this computer in its networks @param about  the controller, as JSON
+ *  @param name  of this computer in its networks @param names  others that lead here (net_http_site)
+ *  @param about  the controller, as JSON
  *  @return NULL: memory is short */
-struct page *page_create(const char *name, const char *about, page_find *find);
+struct page *page_create(const char *name, const char *names, const char *about, page_find *find);
 
 /** The file that was asked for. Its texts and bytes are needed until page_find() returns.
  *  @param tag  of its content

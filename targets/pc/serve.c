@@ -31,6 +31,8 @@ enum { ASK_EVERY_MS = 50 }; /* observers' status requests */
  * are about to be free. */
 enum { FULL_MS = 1000 };
 
+enum { ACCEPTS_A_ROUND = 16 }; /* a flood of connections leaves time for everything else */
+
 enum {
     POLL_SIGNAL,
     POLL_PARENT,
@@ -367,7 +369,9 @@ static void accept_all(struct serve *serve) {
     struct net_stream stream;
     if ((serve->poll[POLL_LISTENER].found & PORT_READ) != 0) {
         char name[NET_ADDRESS_SIZE];
-        while (accepts(serve) && net_tcp_accept(serve->listener, &stream, name)) {
+        for (int i = 0; i < ACCEPTS_A_ROUND && accepts(serve); i++) {
+            if (!net_tcp_accept(serve->listener, &stream, name))
+                break;
             net_tcp_keep_alive(&stream);
             net_hub_connect(&serve->hub, &stream, name);
             note_fullness(serve);
@@ -393,7 +397,6 @@ static void ask_sometimes(struct serve *serve) {
     if (now_ns - serve->asked_ns < ASK_EVERY_MS * 1000000ull)
         return;
     serve->asked_ns = now_ns;
-    access_poll(&serve->access, clock_us());
     net_hub_ask(&serve->hub);
 }
 
@@ -405,6 +408,8 @@ int serve_run(struct serve *serve) {
             return error;
         if (serve->poll[POLL_SIGNAL].found != 0 || serve->poll[POLL_PARENT].found != 0)
             return 0;
+        access_poll(&serve->access, clock_us());
+        net_hub_tick(&serve->hub, clock_us());
         read_clients(serve);
         serve_control_read(&serve->control, &serve->poll[POLL_CONTROL], serve->host);
         serve_wire_read(&serve->wire);

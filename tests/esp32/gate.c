@@ -57,34 +57,80 @@ static void derived_digests_are_the_published_ones(void) {
     CHECK(siphash(key, bytes, 63) == 0x958A324CEB064572u);
 }
 
+/* A try that came at `since_us` asks whether it is its turn. */
+static enum access_result ask(struct access *access, uint64_t who, uint32_t since_us, const char *key,
+                              uint32_t now_us) {
+    access_poll(access, now_us);
+    return access_try(access, who, since_us, key, strlen(key));
+}
+
 static void begin(struct access *access, const char *key) {
     static const uint8_t salt[ACCESS_SALT];
     access_init(access, key, key[0] == '\0', salt, 0);
 }
 
 static enum access_result try_as(struct access *access, uint64_t who, const char *key, uint32_t now_us) {
-    access_poll(access, now_us);
-    return access_try(access, who, key, strlen(key));
+    return ask(access, who, now_us, key, now_us);
 }
 
 static enum access_result try_at(struct access *access, const char *key, uint32_t now_us) {
     return try_as(access, 1, key, now_us);
 }
 
-static void guessing_becomes_slower_and_slower(void) {
+enum { ASKS_US = 1000 };
+
+/* A try that asks until it is looked at. @return when, us after it came */
+static uint32_t turn_of(struct access *gate, uint64_t who, const char *key, bool good, uint32_t since_us) {
+    uint32_t now_us = since_us;
+    enum access_result result;
+    while ((result = ask(gate, who, since_us, key, now_us)) == ACCESS_WAIT)
+        now_us += ASKS_US;
+    CHECK(result == (good ? ACCESS_GOOD : ACCESS_WRONG));
+    return now_us - since_us;
+}
+
+static void wrong_tries_become_slower_and_the_right_one_is_late_but_accepted(void) {
+    static const uint32_t waits_us[] = {0, 1000000, 2000000, 4000000, 4000000, 4000000};
     struct access gate;
     uint32_t t_us = UINT32_MAX - 500000; /* the clock wraps meanwhile */
     begin(&gate, "correct horse");
     CHECK(!gate.open);
-    for (uint32_t wait_us = 1000000; wait_us <= 64000000; wait_us *= 2) {
-        uint32_t real_us = wait_us < 60000000 ? wait_us : 60000000;
-        CHECK(try_at(&gate, "correct", t_us) == ACCESS_WRONG);
-        CHECK(try_at(&gate, "correct horse", t_us + real_us - 1) == ACCESS_WAIT);
-        t_us += real_us;
+    for (unsigned i = 0; i < sizeof waits_us / sizeof waits_us[0]; i++) {
+        uint32_t waited_us = turn_of(&gate, 1, "correct", false, t_us);
+        CHECK(waited_us == waits_us[i]);
+        t_us += waited_us;
     }
-    CHECK(try_at(&gate, "correct horse", t_us) == ACCESS_GOOD);
-    CHECK(try_at(&gate, "correct horde", t_us) == ACCESS_WRONG);
-    CHECK(try_at(&gate, "correct horse", t_us + 1000000) == ACCESS_GOOD);
+    CHECK(turn_of(&gate, 1, "correct horse", true, t_us) == LOCKOUT_LONGEST_US);
+    t_us += LOCKOUT_LONGEST_US;
+    CHECK(turn_of(&gate, 1, "correct horse", true, t_us) == 0);
+}
+
+/* Guessers at the owner's address that try again as soon as they were wrong. The one that has waited longest
+ * is the next, so the owner waits for each of them once. */
+static void among_many_guessers_at_one_address_the_right_key_has_its_turn(void) {
+    enum { GUESSERS = 7 };
+    struct access gate;
+    uint32_t since_us[GUESSERS], now_us = 0, came_us = 60000000;
+    bool good = false;
+    begin(&gate, "correct horse");
+    memset(since_us, 0, sizeof since_us);
+    for (; !good && now_us < 200000000; now_us += ASKS_US) {
+        for (unsigned n = 0; n < GUESSERS; n++)
+            if (ask(&gate, 1, since_us[n], "wrong", now_us) == ACCESS_WRONG)
+                since_us[n] = now_us + 1;
+        good = now_us >= came_us && ask(&gate, 1, came_us, "correct horse", now_us) == ACCESS_GOOD;
+    }
+    CHECK(good && now_us - came_us <= (GUESSERS + 1) * (LOCKOUT_LONGEST_US + ASKS_US));
+}
+
+/* ... and one that has gone while it waited holds nobody up for long. */
+static void a_try_that_has_gone_is_passed_over(void) {
+    struct access gate;
+    begin(&gate, "correct horse");
+    CHECK(try_at(&gate, "wrong", 0) == ACCESS_WRONG);
+    CHECK(ask(&gate, 1, 10, "wrong", 999000) == ACCESS_WAIT);
+    CHECK(ask(&gate, 1, 20, "correct horse", 1000000) == ACCESS_WAIT);
+    CHECK(ask(&gate, 1, 20, "correct horse", 1600000) == ACCESS_GOOD);
 }
 
 static void who_guesses_holds_nobody_else_up(void) {
@@ -94,7 +140,7 @@ static void who_guesses_holds_nobody_else_up(void) {
         CHECK(try_as(&gate, who, "wrong", 0) == ACCESS_WRONG);
     CHECK(try_as(&gate, 99, "correct horse", 0) == ACCESS_GOOD);
     CHECK(try_as(&gate, 1, "correct horse", 999999) == ACCESS_WAIT);
-    CHECK(try_as(&gate, 1, "correct horse", 1000000) == ACCESS_GOOD);
+    CHECK(try_as(&gate, 1, "correct horse", 2000000) == ACCESS_GOOD);
 }
 
 /* One try of each of ever new addresses, all the time: as many as so many single ones have, no more. */
@@ -108,7 +154,7 @@ static void many_addresses_gain_no_more_than_the_table_has_places(void) {
         access_poll(&gate, (uint32_t)t_us);
         looked_at += try_as(&gate, who++, "wrong", (uint32_t)t_us) == ACCESS_WRONG;
     }
-    CHECK(looked_at <= (LOCKOUT_PLACES + 1) * 1500);
+    CHECK(looked_at <= (LOCKOUT_PLACES + 1) * 22000);
 }
 
 /* ... whatever the moments at which it tries: patient for as long as it takes to be forgotten. */
@@ -118,7 +164,7 @@ static void patience_gains_nothing(void) {
     uint64_t t_us = 0;
     begin(&gate, "correct horse");
     for (unsigned burst = 0; t_us < 24ull * 3600 * 1000000; burst++) {
-        for (uint64_t wait_us = 1000000; wait_us <= 32000000; wait_us *= 2, looked_at++) {
+        for (uint64_t wait_us = 1000000; wait_us <= LOCKOUT_LONGEST_US; wait_us *= 2, looked_at++) {
             CHECK(try_as(&gate, 1, "wrong", (uint32_t)t_us) == ACCESS_WRONG);
             t_us += wait_us;
         }
@@ -270,6 +316,7 @@ static bool come(unsigned n, bool local) {
 
 static void round_trip(void) {
     access_poll(&gate, now_us);
+    net_hub_tick(&hub, now_us);
     for (struct net_client *client = hub.client; client < hub.client + NET_CLIENTS; client++)
         if (net_hub_wants_read(&hub, client))
             net_hub_read(&hub, client);
@@ -287,12 +334,12 @@ static void send(unsigned n, const char *text) {
     round_trip();
 }
 
-static void a_locked_client_can_ask_for_status_and_nothing_else(void) {
+static void a_locked_client_can_ask_for_status_hold_and_stop(void) {
     start("s3cret!?");
     CHECK(come(0, false));
     round_trip();
     CHECK(strstr(wires[0].out, "[MSG:Locked") != NULL);
-    send(0, "G1X10F100\n!\x18~\x85$X\n$TAKE\n");
+    send(0, "G1X10F100\n~\x18\x9d$X\n$TAKE\n$TRUST=day\n");
     CHECK(got_count == 0 && hub.owner == NULL);
     send(0, "?");
     CHECK(strcmp(got, "?") == 0);
@@ -302,6 +349,48 @@ static void a_locked_client_can_ask_for_status_and_nothing_else(void) {
     net_hub_tell(&hub, "something inside");
     send(0, "");
     CHECK(wires[0].out_count == 0);
+    send(0, "!\x85");
+    CHECK(strcmp(got, "?!\x85") == 0 && hub.owner == NULL);
+}
+
+/* Some senders reset whatever they connect to; a second screen's stop holds first. */
+static void an_observer_holds_and_behind_that_resets(void) {
+    start("");
+    CHECK(come(0, false) && come(1, false));
+    send(0, "G1X10F100\n");
+    send(1, "\x18~$X\n");
+    CHECK(strcmp(got, "G1X10F100\n") == 0 && strstr(wires[1].out, "hold first") != NULL);
+    send(1, "!");
+    CHECK(strcmp(got, "G1X10F100\n!") == 0);
+    send(1, "\x18");
+    CHECK(strcmp(got, "G1X10F100\n!\x18") == 0 && hub.owner == &hub.client[0]);
+}
+
+/* Clients 0 and 3 have one address. */
+static void a_trusted_address_needs_no_login_until_that_is_revoked(void) {
+    start("s3cret!?");
+    CHECK(come(0, false));
+    send(0, "$LOGIN=s3cret!?\n$trust=day\n");
+    CHECK(strstr(wires[0].out, "trusted for a day") != NULL && strcmp(got, "\n") == 0);
+    CHECK(come(3, false) && come(1, false));
+    round_trip();
+    CHECK(!hub.client[1].locked && hub.client[2].locked);
+    send(3, "$TRUST=no\n");
+    CHECK(strstr(wires[3].out, "ok\r\n") != NULL); /* an observer: the hub answers */
+    wires[1].closed = true;
+    round_trip();
+    memset(&wires[1], 0, sizeof wires[1]);
+    CHECK(!access_may(&gate, 1));
+}
+
+static void a_trust_that_cannot_be_is_refused(void) {
+    start("s3cret!?");
+    CHECK(come(0, false) && come(1, true));
+    send(0, "$LOGIN=s3cret!?\n$TRUST=week\n");
+    CHECK(strstr(wires[0].out, "no, day or always") != NULL && strcmp(got, "$TRUST=week\n") == 0);
+    CHECK(!access_may(&gate, 1));
+    send(1, "$TRUST=day\n");
+    CHECK(strstr(wires[1].out, "serial port") != NULL && strstr(wires[1].out, "error:3") != NULL);
 }
 
 static void the_key_lets_in_and_may_have_real_time_characters(void) {
@@ -313,18 +402,22 @@ static void the_key_lets_in_and_may_have_real_time_characters(void) {
 }
 
 /* Clients 0 and 3 have one address. */
-static void wrong_keys_are_refused_and_slow_down_their_address(void) {
+static void wrong_keys_slow_down_their_address(void) {
     start("s3cret!?");
     CHECK(come(0, false) && come(1, false) && come(3, false));
     send(0, "$LOGIN=s4cret!?\n");
     CHECK(strstr(wires[0].out, "Wrong access key") != NULL);
-    send(3, "$LOGIN=s3cret!?\n");
-    CHECK(strstr(wires[3].out, "wait") != NULL && hub.client[2].locked);
+    send(3, "$LOGIN=s3cret!?\nG0X3\n");
+    CHECK(wires[3].out_count == 0 && hub.client[2].locked);
     send(1, "$LOGIN=s3cret!?\n");
     CHECK(!hub.client[1].locked);
+    now_us = 999999;
+    round_trip();
+    CHECK(hub.client[2].locked && got_count == 0);
     now_us = 1000000;
-    send(3, "$LOGIN=s3cret!?\n");
+    round_trip();
     CHECK(!hub.client[2].locked && hub.client[0].locked);
+    CHECK(strcmp(got, "G0X3\n") == 0); /* what came behind it has waited with it */
 }
 
 static void lines_of_any_length_cost_no_memory_before_the_login(void) {
@@ -348,6 +441,8 @@ static void a_wire_needs_no_key(void) {
 static void locked_clients_make_room(void) {
     start("s3cret!?");
     CHECK(come(0, true) && come(1, false) && come(2, false));
+    now_us = 2000000;
+    net_hub_tick(&hub, now_us);
     CHECK(come(3, false) && wires[1].closed && !wires[0].closed);
     send(2, "$LOGIN=s3cret!?\n");
     send(3, "$LOGIN=s3cret!?\n");
@@ -425,7 +520,9 @@ static void a_reset_of_the_controller_forgets_what_its_owner_has_sent(void) {
 int main(void) {
     digests_are_the_published_ones();
     derived_digests_are_the_published_ones();
-    guessing_becomes_slower_and_slower();
+    wrong_tries_become_slower_and_the_right_one_is_late_but_accepted();
+    among_many_guessers_at_one_address_the_right_key_has_its_turn();
+    a_try_that_has_gone_is_passed_over();
     who_guesses_holds_nobody_else_up();
     many_addresses_gain_no_more_than_the_table_has_places();
     patience_gains_nothing();
@@ -434,9 +531,12 @@ int main(void) {
     an_address_is_trusted_for_a_day_or_always();
     when_all_places_are_taken_no_trust_is_lost();
     open_access_asks_for_no_key();
-    a_locked_client_can_ask_for_status_and_nothing_else();
+    a_locked_client_can_ask_for_status_hold_and_stop();
+    an_observer_holds_and_behind_that_resets();
+    a_trusted_address_needs_no_login_until_that_is_revoked();
+    a_trust_that_cannot_be_is_refused();
     the_key_lets_in_and_may_have_real_time_characters();
-    wrong_keys_are_refused_and_slow_down_their_address();
+    wrong_keys_slow_down_their_address();
     lines_of_any_length_cost_no_memory_before_the_login();
     a_wire_needs_no_key();
     locked_clients_make_room();

@@ -151,10 +151,9 @@ static void a_wrong_key_writes_nothing_and_slows_down(void) {
     CHECK(strstr(wire.out, "ERROR wrong access key\n") && began == 0 && wire.closed);
     connect_again();
     ask("correct horse", IMAGE_SIZE);
-    CHECK(strstr(wire.out, "ERROR too many wrong access keys") && began == 0);
+    CHECK(strstr(wire.out, "ERROR") == NULL && strstr(wire.out, "OK") == NULL && began == 0 && !wire.closed);
     now_us += 1000000;
-    connect_again();
-    ask("correct horse", IMAGE_SIZE);
+    (void)ota_poll(&ota, now_us);
     CHECK(strstr(wire.out, "OK\n") && began == 1);
 }
 

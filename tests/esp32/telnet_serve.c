@@ -76,6 +76,7 @@ int main(int argc, char **argv) {
     if (argc != 3 || host == NULL)
         return 2;
     const struct controller_options options = {.key = argv[1], .link_lost = (uint8_t)atoi(argv[2])};
+    const struct page_names names = {.own = "WiFiCNC-1A2B", .others = "shop.lan,cnc.lan"};
     static const uint8_t salt[ACCESS_SALT];
     (void)signal(SIGPIPE, SIG_IGN);
     controller_init(&controller, &host->machine, &sizes);
@@ -83,7 +84,7 @@ int main(int argc, char **argv) {
     access_init(&controller.access, argv[1], argv[1][0] == '\0', salt, hal_time_us(&host->hal));
     controller_set(&controller, &options);
     if (!controller_listen(&controller, "127.0.0.1", "0", &error) ||
-        !page_start(&controller.hub, "127.0.0.1", "WiFiCNC-1A2B", "0", &error))
+        !page_start(&controller.hub, "127.0.0.1", &names, "0", &error))
         return 1;
     printf("%u %u\n", port_of(controller.listener), port_of(other_listener(controller.listener)));
     fflush(stdout);

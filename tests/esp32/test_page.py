@@ -8,8 +8,9 @@ import http.client
 import json
 import random
 import socket
+import time
 from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 
 import pytest
@@ -21,7 +22,9 @@ from wificnc import __version__
 from wificnc.errors import UserError
 from wificnc.web.embed import EmbeddedFile, embedded_files
 
+HUB_PLACES = 4  # of telnet_serve.c
 PLACES, HEAD = 32, 16384  # targets/pc/hal/net_sizes.h: the server runs on this computer
+OTHER_METHODS = (b"POST", b"PUT", b"DELETE", b"OPTIONS", b"PATCH", b"TRACE", b"get")
 CHUNKS = {
     "index.html": {
         "file": "assets/index-1.js",
@@ -141,7 +144,13 @@ def test_the_page_learns_who_serves_it() -> None:
         (b"hello\r\n\r\n", b"400"),
         (b"GET / HTTP/1.1\r\nno colon\r\n\r\n", b"400"),
         (b"POST /grbl HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n", b"405"),
-        (b"GET / HTTP/1.1\r\n\r\n", b"421"),
+        (b"GET / HTTP/1.1\r\n\r\n", b"400"),
+        (b"GET / HTTP/1.1\r\nHost: [::1\r\n\r\n", b"400"),
+        (b"GET / HTTP/1.1\r\nHost: 127.0.0.1\r\nOrigin: nonsense\r\n\r\n", b"400"),
+        (b"GET /\xff HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n", b"400"),
+        *((b"%s / HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n" % method, b"405") for method in OTHER_METHODS),
+        (b"GET / HTTP/1.1\r\nHost: shop.lan\r\n\r\n", b"404"),
+        (b"GET / HTTP/1.1\r\nHost: other.lan\r\n\r\n", b"421"),
         (b"GET / HTTP/1.1\r\nHost: evil.example\r\n\r\n", b"421"),
         (b"GET /" + b"a" * (HEAD - 6), b"431"),
     ],
@@ -151,12 +160,49 @@ def test_bad_requests_are_answered(request_text: bytes, status: bytes) -> None:
         assert answer_to(ports.page, request_text).startswith(b"HTTP/1.1 " + status)
 
 
+@pytest.mark.parametrize("method", OTHER_METHODS)
+def test_other_methods_are_told_what_is_allowed(method: bytes) -> None:
+    with serving_esp32() as ports:
+        request = b"%s /grbl HTTP/1.1\r\nHost: 127.0.0.1\r\nContent-Length: 4\r\n\r\n$J=X" % method
+        assert b"\r\nAllow: GET, HEAD\r\n" in answer_to(ports.page, request)
+
+
+def test_a_header_that_comes_slowly_ends(files: list[EmbeddedFile]) -> None:
+    """A byte now and then, which is never the last one."""
+    with serving_esp32(files=files) as ports, socket.create_connection(("127.0.0.1", ports.page), HANG_S) as slow:
+        slow.settimeout(0.2)
+        slow.sendall(b"GET / HTTP/1.1\r\nX: ")
+        ended = False
+        end = time.monotonic() + HANG_S
+        while not ended:
+            assert time.monotonic() < end
+            with suppress(TimeoutError):
+                try:
+                    slow.sendall(b"x")
+                    ended = slow.recv(1) == b""
+                except ConnectionError:
+                    ended = True
+
+
+def test_strangers_who_hold_all_places_do_not_keep_the_page_from_others(files: list[EmbeddedFile]) -> None:
+    """Silent ones, half requests, and readers that do not read: more than there are places."""
+    big = b"GET /assets/core-1.wasm HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n"
+    with serving_esp32(files=files) as ports, ExitStack() as crowd:
+        for n in range(2 * PLACES):
+            here = ("127.0.0.66", 0) if n % 2 else ("127.0.0.77", 0)
+            one = crowd.enter_context(socket.create_connection(("127.0.0.1", ports.page), HANG_S, here))
+            one.sendall((b"", b"GET / HT", big, big)[n % 4])
+        for _ in range(5):
+            assert get(ports.page, "/")[0] == 200
+
+
 def test_silent_and_half_open_connections_make_room_in_time(files: list[EmbeddedFile]) -> None:
     with serving_esp32(files=files) as ports:
         silent = [socket.create_connection(("127.0.0.1", ports.page), HANG_S) for _ in range(PLACES + 2)]
-        silent[0].sendall(b"GET / HT")
-        silent[1].shutdown(socket.SHUT_WR)
-        silent[2].sendall(b"GET /assets/core-1.wasm HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n")  # never read
+        with suppress(ConnectionError):  # there are more than places: those who came first may have gone
+            silent[0].sendall(b"GET / HT")
+            silent[1].shutdown(socket.SHUT_WR)
+        silent[-1].sendall(b"GET /assets/core-1.wasm HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n")  # never read
         assert get(ports.page, "/")[0] == 200
         for one in silent:
             one.close()
@@ -280,7 +326,9 @@ def test_pings_are_answered_and_a_close_is_clean() -> None:
 def test_a_fifth_browser_finds_no_place_and_hears_it() -> None:
     with serving_esp32() as ports:
         taken = ExitStack()
-        for _ in range(PLACES):
-            taken.enter_context(stream(ports.page))
+        for _ in range(HUB_PLACES):
+            watcher = taken.enter_context(stream(ports.page))
+            watcher.socket.send("?")
+            watcher.until("<")
         with taken, stream(ports.page) as late:
             assert "all client slots are in use" in late.until("[MSG:")

@@ -261,7 +261,8 @@ static void requests_are_read_as_rfc_9112_says(void) {
                 &request) == NET_HTTP_GOOD);
     CHECK(strcmp(request.path, "/a/b.js") == 0 && strcmp(request.host, "cnc.local:80") == 0);
     CHECK(request.takes_gzip && !request.upgrades && !request.head_only && *request.origin == '\0');
-    CHECK(parse("HEAD / HTTP/1.0\r\nAccept-Encoding: identity\r\n\r\n", &request) == NET_HTTP_GOOD);
+    CHECK(parse("HEAD / HTTP/1.0\r\nHost: a\r\nAccept-Encoding: identity\r\n\r\n", &request) ==
+          NET_HTTP_GOOD);
     CHECK(request.head_only && !request.takes_gzip);
     CHECK(parse("POST / HTTP/1.1\r\nHost: a\r\n\r\n", &request) == NET_HTTP_METHOD);
     static const char *const bad[] = {"\r\n\r\n",
@@ -272,9 +273,46 @@ static void requests_are_read_as_rfc_9112_says(void) {
                                       "GET / HTTP/1.1\r\nHost a\r\n\r\n",
                                       "GET / HTTP/1.1\r\nHost : a\r\n\r\n",
                                       "GET / HTTP/1.1\r\n: a\r\n\r\n",
+                                      "GET /\x80 HTTP/1.1\r\nHost: a\r\n\r\n",
+                                      "GET /a\tb HTTP/1.1\r\nHost: a\r\n\r\n",
+                                      "GET /a\\b HTTP/1.1\r\nHost: a\r\n\r\n",
+                                      "GET /%zz HTTP/1.1\r\nHost: a\r\n\r\n",
+                                      "GET /%2 HTTP/1.1\r\nHost: a\r\n\r\n",
+                                      "GET /a%00.html HTTP/1.1\r\nHost: a\r\n\r\n",
+                                      "GET / HTTP/1.1\r\nHost: a\r\nHost: a\r\n\r\n",
                                       "\x16\x03\x01\r\n\r\n"};
     for (unsigned i = 0; i < sizeof bad / sizeof bad[0]; i++)
         CHECK(parse(bad[i], &request) == NET_HTTP_BAD);
+}
+
+static enum net_http_parsed parse_with(const char *host, const char *origin) {
+    struct net_http_request request;
+    char text[300];
+    snprintf(text, sizeof text, "GET / HTTP/1.1\r\nHost: %s\r\n%s%s%s\r\n", host, *origin ? "Origin: " : "",
+             origin, *origin ? "\r\n" : "");
+    return parse(text, &request);
+}
+
+/* RFC 9112, 3.2: a Host that is missing or invalid is a bad request; RFC 6454, 7. */
+static void a_malformed_host_or_origin_is_a_bad_request(void) {
+    static const char *const good[] = {"a", "a:", "a:80", "[::1]", "[::1]:8080", "10.0.0.7:80", "x_y.lan"};
+    static const char *const bad[] = {"",        ":80",        "a b",    "a:b",  "a:123456", "[::1",
+                                      "[]",      "[g]",        "a/b",    "a@b",  "a,b",      "[::1]x",
+                                      "a:80:80", "a%41",       "\x80",   "a\"b", "<script>", "a\\b",
+                                      "*",       "http://a.b", "[::1]:x"};
+    static const char *const origins[] = {"null", "http://a", "https://a:1", "http://[::1]:80",
+                                          "chrome-extension://abc"};
+    static const char *const no_origins[] = {
+        "a",       "http:", "http://",    "://a", "http://a/b", "http://a b", "http://a, http://b",
+        "http//a", "Null ", "http://a:b", "\x01"};
+    for (unsigned i = 0; i < sizeof good / sizeof good[0]; i++)
+        CHECK(parse_with(good[i], "") == NET_HTTP_GOOD);
+    for (unsigned i = 0; i < sizeof bad / sizeof bad[0]; i++)
+        CHECK(parse_with(bad[i], "") == NET_HTTP_BAD_HOST);
+    for (unsigned i = 0; i < sizeof origins / sizeof origins[0]; i++)
+        CHECK(parse_with("a", origins[i]) == NET_HTTP_GOOD);
+    for (unsigned i = 0; i < sizeof no_origins / sizeof no_origins[0]; i++)
+        CHECK(parse_with("a", no_origins[i]) == NET_HTTP_BAD_ORIGIN);
 }
 
 static void only_a_whole_handshake_upgrades(void) {
@@ -300,9 +338,21 @@ static void a_name_of_the_internet_is_not_ours(void) {
                                          "local", ".local.evil.example", "wificnc-1a2b.evil.example",
                                          ":80"};
     for (unsigned i = 0; i < sizeof ours / sizeof ours[0]; i++)
-        CHECK(net_http_host_is_ours(ours[i], "WiFiCNC-1A2B"));
+        CHECK(net_http_host_is_ours(ours[i], "WiFiCNC-1A2B", NULL));
     for (unsigned i = 0; i < sizeof theirs / sizeof theirs[0]; i++)
-        CHECK(!net_http_host_is_ours(theirs[i], "WiFiCNC-1A2B"));
+        CHECK(!net_http_host_is_ours(theirs[i], "WiFiCNC-1A2B", NULL));
+}
+
+/* A name that the user gives, and nothing that only contains it. */
+static void names_of_the_list_are_ours(void) {
+    static const char list[] = "shop.lan, CNC.home";
+    static const char *const ours[] = {"shop.lan", "SHOP.LAN:8080", "cnc.home"};
+    static const char *const theirs[] = {"lan",       "shop.lan.evil.example", "evil.shop.lan", "shop.la",
+                                         "shop.lann", "shop.lan,cnc.home",     "cnc.hom,e"};
+    for (unsigned i = 0; i < sizeof ours / sizeof ours[0]; i++)
+        CHECK(net_http_host_is_ours(ours[i], "x", list) && !net_http_host_is_ours(ours[i], "x", ""));
+    for (unsigned i = 0; i < sizeof theirs / sizeof theirs[0]; i++)
+        CHECK(!net_http_host_is_ours(theirs[i], "x", list));
 }
 
 static void a_page_from_elsewhere_is_not_ours(void) {
@@ -329,8 +379,10 @@ int main(void) {
     answers_are_whole_whatever_the_connection_takes();
     a_pong_waits_for_the_end_of_a_message();
     requests_are_read_as_rfc_9112_says();
+    a_malformed_host_or_origin_is_a_bad_request();
     only_a_whole_handshake_upgrades();
     a_name_of_the_internet_is_not_ours();
+    names_of_the_list_are_ours();
     a_page_from_elsewhere_is_not_ours();
     return report();
 }

@@ -139,7 +139,10 @@ def test_telnet_negotiation_is_refused_and_leaves_no_trace(server: Server) -> No
 
 
 def test_seventeenth_client_is_refused_in_words(server: Server) -> None:
-    peers = [connect(server) for _ in range(16)]
+    peers = []
+    for _ in range(16):
+        peers.append(connect(server))
+        peers[-1].status()
     with connect(server) as one_more:
         assert one_more.until_closed() == ["[MSG:Connection refused: all client slots are in use]"]
     peers.pop().close()

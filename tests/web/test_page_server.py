@@ -17,9 +17,9 @@ from playwright.sync_api import expect
 from web_fixture import Watched, serving
 from websockets.exceptions import InvalidStatus
 from websockets.sync.client import ClientConnection, connect
-from wificnc.errors import LinkError, ServeError
+from wificnc.errors import LinkError, ServeError, UserError
 from wificnc.link.discover import Found
-from wificnc.serve.options import Address
+from wificnc.serve.options import Address, parse_host_name
 from wificnc.serve.page import About, PageServer
 from wificnc.serve.server import Server
 
@@ -39,7 +39,8 @@ def folder(tmp_path: Path) -> Path:
 
 @contextmanager
 def page_of(server: Server | None, folder: Path) -> Iterator[PageServer]:
-    with PageServer(Address("127.0.0.1", 0), server.tcp if server else None, ABOUT, folder) as page:
+    tcp = server.tcp if server else None
+    with PageServer(Address("127.0.0.1", 0), tcp, ABOUT, folder, names=("shop.lan", "cnc.lan")) as page:
         yield page
 
 
@@ -195,12 +196,36 @@ def test_a_host_that_does_not_exist_is_an_error(folder: Path) -> None:
         ("wificnc-1a2b.local", True),
         ("evil.example", False),
         ("localhost.evil.example:8080", False),
-        ("", False),
+        ("shop.lan", True),
+        ("SHOP.lan:8080", True),
+        ("other.lan", False),
     ],
 )
 def test_a_name_that_leads_here_from_elsewhere_gets_nothing(folder: Path, host: str, ours: bool) -> None:
     with page_of(None, folder) as page:
         assert get(page, "/", Host=host)[0] == (200 if ours else 421)
+
+
+BAD_PATHS = ("/%00", "/%zz", "/a\\b", "/\xe4", "/a%")
+ODD_PATHS = ("/%ff%fe", "/C:/windows", "/%5c%5cother%5cshare", "/" + "a" * 300, "/a\x7f%20", "/%0d%0a", "//other/share")
+
+
+@pytest.mark.parametrize("path", [*BAD_PATHS, *ODD_PATHS])
+def test_a_path_that_no_file_has(folder: Path, path: str, capfd: pytest.CaptureFixture[str]) -> None:
+    with (
+        page_of(None, folder) as page,
+        socket.create_connection((urlsplit(page.url).hostname, urlsplit(page.url).port)) as one,
+    ):
+        one.sendall(f"GET {path} HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n".encode("latin-1"))
+        status = b"".join(iter(lambda: one.recv(4096), b"")).split(b" ")[1]
+        assert status == (b"400" if path in BAD_PATHS or "\x7f" in path else b"404")
+    assert capfd.readouterr().err == "", "no traceback"
+
+
+@pytest.mark.parametrize("name", ["", "*", "shop lan", "http://shop.lan", "shop.lan:80", "shop.lan,", "-x", "a" * 64])
+def test_a_name_that_no_host_has_is_refused(name: str) -> None:
+    with pytest.raises(UserError, match="is not a host name"):
+        parse_host_name(name)
 
 
 def test_a_page_from_elsewhere_gets_no_stream(tmp_path: Path, folder: Path) -> None:

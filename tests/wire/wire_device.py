@@ -208,16 +208,24 @@ class Device:
         return reply
 
     def prove(self, client: int, key: str) -> Refusal:
-        """Authenticate a connection; HOST's datagrams are sealed from now on."""
+        return self.prove_later(client, key)[0]
+
+    def prove_later(self, client: int, key: str) -> tuple[Refusal, float]:
+        """Authenticate a connection, HOST's datagrams are sealed from now on; and after how many s the answer came."""
         asked = self.request(client, Challenge()).payload
         assert isinstance(asked, ChallengeResponse)
         secret, nonce = key_secret(key, asked.salt, asked.rounds), os.urandom(len(asked.nonce))
-        said = self.request(client, Authenticate(nonce, proof(secret, asked.nonce, nonce))).payload
-        if isinstance(said, Refused):
-            return Refusal(said.reason)
-        assert isinstance(said, Authenticated)
-        self.sealer = Sealer.derive(said.session, secret, asked.nonce, nonce)
-        return Refusal.NONE
+        proven = build(Authenticate(nonce, proof(secret, asked.nonce, nonce)), self.sequence, 0)
+        begin_s = self.now
+        while (reply := self.raw_request(client, proven)) is None:
+            self.run(0.01)
+            assert self.now - begin_s < 60
+        self.sequence += 1
+        if isinstance(reply.payload, Refused):
+            return Refusal(reply.payload.reason), self.now - begin_s
+        assert isinstance(reply.payload, Authenticated)
+        self.sealer = Sealer.derive(reply.payload.session, secret, asked.nonce, nonce)
+        return Refusal.NONE, self.now - begin_s
 
     def trust(self, address: str = HOST, span: int = TRUST_ALWAYS) -> None:
         self.lib.host_wire_trust(self.wire, number(address), span)

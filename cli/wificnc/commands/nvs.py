@@ -26,6 +26,7 @@ from wificnc.nvs.values import (
     text_entry,
 )
 from wificnc.output import STDOUT, write_output
+from wificnc.serve.options import parse_host_name
 
 secrets_option = click.option("--show-secrets", is_flag=True, help="Passwords in clear.")
 
@@ -43,6 +44,8 @@ def command() -> None:
 @click.option("--ssid", help="Name of the WiFi network to join.")
 @click.option("--wifi-password", help="Its password.")
 @click.option("--access-key", help="Of network clients and updates. Without one the controller makes its own.")
+@click.option("--http-name", "http_names", multiple=True, metavar="NAME",
+              help="A name of your network that leads to the page, such as shop.lan; repeatable.")  # fmt: skip
 @click.option("--set", "numbers", multiple=True, metavar="KEY=N", help="A key of protocol/nvs.toml, such as p_sx=4.")
 @json_option
 def build(
@@ -52,6 +55,7 @@ def build(
     ssid: str | None,
     wifi_password: str | None,
     access_key: str | None,
+    http_names: tuple[str, ...],
     numbers: tuple[str, ...],
     as_json: bool,
 ) -> None:
@@ -63,6 +67,7 @@ def build(
         raise FlashError(f"{profile.name} has {profile.axis_count} axes, {board_ref} has fewer")
     own = random_password()
     texts = {"wifi_ssid": ssid, "wifi_pass": wifi_password, "access_key": access_key, "ap_pass": own}
+    texts["http_names"] = ",".join(map(parse_host_name, http_names)) or None
     entries = [*machine_entries(profile), *map(number_entry, numbers)]
     entries += [text_entry(key, value) for key, value in texts.items() if value is not None]
     write_output("--output", output, build_image(entries))

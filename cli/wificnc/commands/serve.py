@@ -24,6 +24,7 @@ from wificnc.serve.options import (
     Address,
     ServeOptions,
     parse_address,
+    parse_host_name,
     parse_speed,
     parse_wmc3,
 )
@@ -37,6 +38,13 @@ NOWHERE = Address("127.0.0.1", 0)  # of the controller, when only the page is to
 @click.command()
 @click.option("--tcp", default=DEFAULT_TCP, show_default=True, metavar="HOST:PORT", help="Where TCP listens, or off.")
 @click.option("--http", metavar="HOST:PORT", help="Serve the web page: console, settings, jobs. docs/web.md.")
+@click.option(
+    "--http-name",
+    "http_names",
+    multiple=True,
+    metavar="NAME",
+    help="A name of your network that leads to the page, such as shop.lan; repeatable.",
+)
 @click.option(
     "--pty", type=click.Path(path_type=Path), metavar="LINK", help="Create a serial port of this name, for senders."
 )
@@ -73,6 +81,7 @@ NOWHERE = Address("127.0.0.1", 0)  # of the controller, when only the page is to
 def command(
     tcp: str,
     http: str | None,
+    http_names: tuple[str, ...],
     pty: Path | None,
     wmc3: str | None,
     io_module: bool,
@@ -99,6 +108,7 @@ def command(
         board=the_board,
         tcp=None if io_module else parse_address(tcp) or (NOWHERE if page else None),
         http=page,
+        http_names=tuple(map(parse_host_name, http_names)),
         pty=pty,
         wmc3=parse_wmc3(wmc3, parse_speed(speed)) if wmc3 else None,
         io_module=io_module,
@@ -140,6 +150,8 @@ def _of_profile(profile: Machine | None, store: Path | None) -> list[str]:
 
 
 def _check_doors(options: ServeOptions) -> None:
+    if options.http_names and not options.http:
+        raise UserError("--http-name is of the page", hint="add --http 127.0.0.1:8080")
     if options.io_module and (not options.wmc3 or options.http or options.pty):
         raise UserError(
             "--io-module is controlled by the binary protocol only", hint="add --wmc3 127.0.0.1; no --http, no --pty"
@@ -172,7 +184,7 @@ def _page(server: Server | ChipServer) -> AbstractContextManager[PageServer | No
         return nullcontext()
     board = options.board
     about = About("WiFiCNC on this computer", __version__, board.id, len(board.axes))
-    return PageServer(options.http, server.tcp, about, page_folder())
+    return PageServer(options.http, server.tcp, about, page_folder(), names=options.http_names)
 
 
 def _end(_number: int, _frame: object) -> NoReturn:

@@ -99,8 +99,7 @@ class SocketTransport:
             self.wait(left_s)
             said += self.receive()
         if b"rong access key" in said:
-            again = "after wrong keys it refuses for a while: wait a minute" if b"wait" in said else None
-            raise RefusedError(f"{self.name} refuses the access key", hint=again)
+            raise RefusedError(f"{self.name} refuses the access key")
         self._ahead = said.partition(b"ok\r\n")[2]
 
     def close(self) -> None:

@@ -18,6 +18,8 @@ from wificnc.sim.native import Tasks
 DEFAULT_HTTP_PORT = 8080
 DEFAULT_TCP = f"127.0.0.1:{DEFAULT_PORT}"
 MAX_SPEED = 1e6
+LABEL = "[A-Za-z0-9]([A-Za-z0-9-]{0,61}[A-Za-z0-9])?"
+HOST_NAME = re.compile(rf"(?=.{{1,63}}$){LABEL}(\.{LABEL})*")  # NAME_MAX_SIZE of targets/net/net_http_request.c
 
 
 @dataclass(frozen=True)
@@ -46,6 +48,7 @@ class ServeOptions:
     board: Board
     tcp: Address | None = None
     http: Address | None = None  # of the page; None: it is not served
+    http_names: tuple[str, ...] = ()  # by which browsers may ask for the page, in addition to its address
     pty: Path | None = None
     wmc3: str | None = None  # IPv4 address of the binary protocol; its ports are fixed
     io_module: bool = False  # of the binary protocol; there is no text side then
@@ -67,6 +70,13 @@ def parse_address(text: str, option: str = "--tcp", port: int = DEFAULT_PORT) ->
         )
     host = found[1] or found[2] or "127.0.0.1"
     return Address(host, port if found[3] is None else int(found[3]))
+
+
+def parse_host_name(text: str) -> str:
+    """'shop.lan'. Raises UserError."""
+    if not HOST_NAME.fullmatch(text):
+        raise UserError(f"{text!r} is not a host name", hint="like shop.lan, without http://, port or path")
+    return text.lower()
 
 
 def parse_wmc3(text: str, speed: float) -> str:

@@ -11,9 +11,10 @@ import hashlib
 import json
 import mimetypes
 import os
+import re
 import socket
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -30,6 +31,7 @@ ADDRESS_SIZE = 64  # targets/net/net_socket.h
 TAG_SIZE = 16
 UNKNOWN_HOST = -1  # of page_listen()
 PAGE_WOKEN, PAGE_ASKED = 0, 1  # enum page_event
+NOT_OF_A_PAGE = re.compile(r"[\x00-\x1f:\\]")  # on Windows drives, streams and other computers
 FIND_FILE = ctypes.CFUNCTYPE(None, ctypes.c_char_p)  # page_find
 
 # Not what this computer's registry says of them: a script with a wrong type is not run.
@@ -75,8 +77,10 @@ def page_folder() -> Path:
 
 def find_file(folder: Path, path: str) -> PageFile | None:
     """A file as it is now, of this folder and nothing else. @param path  of a request"""
-    root = folder.resolve()
-    file = (root / unquote(path).lstrip("/")).resolve()
+    root, wanted = folder.resolve(), unquote(path).lstrip("/")
+    if NOT_OF_A_PAGE.search(wanted):
+        return None
+    file = (root / wanted).resolve()
     if file.is_dir():
         file = file / "index.html"
     if not file.is_relative_to(root) or not file.is_file() or file.suffix == ".gz":
@@ -102,13 +106,18 @@ class PageServer:
         about: About,
         folder: Path,
         find: Callable[[], list[Found]] = lambda: discover(DISCOVER_S),
+        names: Sequence[str] = (),
     ) -> None:
-        """controller: host:port of its TCP stream; None: only the files, as any web host has them."""
+        """controller: host:port of its TCP stream; None: only the files, as any web host has them.
+
+        names: by which browsers may ask for the page, in addition to its address and this computer's name.
+        """
         self.url = ""
         self._address = address
         self._controller = controller
         self._find = find
         self._name = socket.gethostname().encode()
+        self._names = ",".join(names).encode()
         self._about = json.dumps(asdict(about)).encode() if controller else None
         self._texts: list[bytes] = []  # what the server has pointers to
         self._folder = folder
@@ -120,7 +129,7 @@ class PageServer:
 
     def __enter__(self) -> PageServer:
         self._library = _load_library()
-        self._page = ctypes.c_void_p(self._library.page_create(self._name, self._about, self._find_file))
+        self._page = ctypes.c_void_p(self._library.page_create(self._name, self._names, self._about, self._find_file))
         if not self._page:
             raise MemoryError
         if self._controller:
@@ -153,7 +162,7 @@ class PageServer:
 
     def _put_file(self, path: bytes) -> None:
         """A file that vanishes meanwhile is not there."""
-        with suppress(OSError, ValueError):
+        with suppress(OSError, ValueError, RuntimeError):  # the last one of links in a circle
             if file := find_file(self._folder, path.decode(errors="replace")):
                 packed = len(file.packed) if file.packed else 0
                 texts = (file.type.encode(), file.tag.encode())
@@ -191,7 +200,7 @@ def _load_library() -> ctypes.CDLL:
     library = ctypes.CDLL(str(ensure_host_library()))
     text, size, page = ctypes.c_char_p, ctypes.c_uint32, ctypes.c_void_p
     library.page_create.restype = page
-    library.page_create.argtypes = [text, text, FIND_FILE]
+    library.page_create.argtypes = [text, text, text, FIND_FILE]
     library.page_put_file.argtypes = [page, text, text, text, size, text, size, ctypes.c_bool]
     library.page_set_controller.argtypes = [page, text, text]
     library.page_listen.argtypes = [page, text, text, text]

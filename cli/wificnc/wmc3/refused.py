@@ -24,7 +24,7 @@ HINTS_OF: dict[tuple[Type, Refusal], str] = {
     (
         Type.AUTHENTICATE,
         Refusal.AUTHENTICATION,
-    ): "--key, or WIFICNC_KEY; after a wrong access key wait a second, after several up to a minute",
+    ): "--key, or WIFICNC_KEY",
     (
         Type.CHANNEL_OUTPUTS,
         Refusal.UNKNOWN_TYPE,

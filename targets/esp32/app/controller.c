@@ -9,8 +9,9 @@
 
 #define ASK_EVERY_US 50000u /* observers' status requests */
 
-/* FEEDS_A_ROUND: then other clients are read again, however many lines of the owner wait. */
-enum { FEEDS_A_ROUND = 4, JOG_CANCEL = 0x85 };
+/* FEEDS_A_ROUND: then other clients are read again, however many lines of the owner wait. ACCEPTS_A_ROUND: a
+ * flood of connections leaves time for everything else. */
+enum { FEEDS_A_ROUND = 4, ACCEPTS_A_ROUND = 8, JOG_CANCEL = 0x85 };
 
 /* ---- the machine as the hub sees it ---- */
 
@@ -179,7 +180,9 @@ bool controller_serve_wire(struct controller *controller, const struct session_o
 static void let_in(struct controller *controller) {
     struct net_stream stream;
     char name[NET_ADDRESS_SIZE];
-    while (controller->listener >= 0 && net_tcp_accept(controller->listener, &stream, name)) {
+    for (int i = 0; i < ACCEPTS_A_ROUND && controller->listener >= 0; i++) {
+        if (!net_tcp_accept(controller->listener, &stream, name))
+            break;
         net_tcp_keep_alive(&stream);
         (void)net_hub_connect(&controller->hub, &stream, name);
     }
@@ -198,12 +201,13 @@ static void ask_sometimes(struct controller *controller) {
     if (now_us - controller->asked_us < ASK_EVERY_US)
         return;
     controller->asked_us = now_us;
-    access_poll(&controller->access, now_us);
     net_hub_ask(&controller->hub);
 }
 
 bool controller_round(struct controller *controller) {
     bool any = false;
+    access_poll(&controller->access, hal_time_us(machine_hal(controller->machine)));
+    net_hub_tick(&controller->hub, hal_time_us(machine_hal(controller->machine)));
     let_in(controller);
     read_clients(&controller->hub);
     ask_sometimes(controller);

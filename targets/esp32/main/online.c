@@ -102,7 +102,11 @@ static void start_servers(struct firmware *firmware) {
         snprintf(text, sizeof text, "Cannot start Telnet, error %d", error);
         firmware_tell(firmware, text);
     }
-    if (!page_start(&firmware->controller.hub, NULL, network_name(), "80", &error)) {
+    if (read_text(&firmware->store, NVS_HTTP_NAMES, firmware->http_names, sizeof firmware->http_names) !=
+        NVS_TEXT_GOOD)
+        firmware->http_names[0] = '\0';
+    const struct page_names names = {.own = network_name(), .others = firmware->http_names};
+    if (!page_start(&firmware->controller.hub, NULL, &names, "80", &error)) {
         snprintf(text, sizeof text, "Cannot start the web page, error %d", error);
         firmware_tell(firmware, text);
     }

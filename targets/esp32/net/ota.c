@@ -105,14 +105,14 @@ static const char *read_request(struct ota *ota, char *line) {
     *mac_text = '\0';
     int length = snprintf(message, sizeof message, "%s %s", ota->nonce, line);
     sha256_hmac(ota->access->secret, SHA256_SIZE, message, (size_t)length, wanted);
-    enum access_result result = access_prove(ota->access, ota->stream.peer, mac, wanted);
     ota->size = (size_t)size;
-    if (result == ACCESS_WAIT)
-        return "too many wrong access keys: wait, then try again";
-    return result == ACCESS_GOOD ? NULL : "wrong access key";
+    bool good = access_prove(ota->access, ota->stream.peer, ota->tried_us, mac, wanted) == ACCESS_GOOD;
+    return good ? NULL : "wrong access key";
 }
 
 static void take_line(struct ota *ota) {
+    if (!access_is_turn(ota->access, ota->stream.peer, ota->tried_us))
+        return;
     ota->line[ota->line_size] = '\0';
     const char *why = read_request(ota, ota->line);
     if (why == NULL && ota->size <= OTA_HEADER_SIZE)
@@ -201,10 +201,17 @@ static void take_image(struct ota *ota, const uint8_t *bytes, size_t count) {
 
 /* ---- */
 
+/* Nothing is to follow before the answer. */
+static void end_line(struct ota *ota) {
+    ota->state = OTA_WAITS;
+    ota->tried_us = ota->access->clock_us;
+    take_line(ota);
+}
+
 static void take(struct ota *ota, const uint8_t *bytes, size_t count) {
     for (; count > 0 && ota->state == OTA_ASKED; bytes++, count--) {
         if (*bytes == '\n')
-            take_line(ota);
+            end_line(ota);
         else if (ota->line_size + 1 < sizeof ota->line)
             ota->line[ota->line_size++] = (char)*bytes;
         else
@@ -233,6 +240,10 @@ bool ota_poll(struct ota *ota, uint32_t now_us) {
     bool any = false;
     if (ota->state == OTA_FREE)
         return false;
+    if (ota->state == OTA_WAITS) {
+        ota->heard_us = now_us;
+        take_line(ota);
+    }
     for (int i = 0; i < PIECES_A_POLL && (ota->state == OTA_ASKED || ota->state == OTA_TAKES); i++)
         any |= read_piece(ota, now_us);
     if (ota->state == OTA_FREE)

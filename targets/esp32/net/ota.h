@@ -43,6 +43,7 @@ struct ota_ops {
 enum ota_state {
     OTA_FREE,
     OTA_ASKED, /* connected, the first line is on its way */
+    OTA_WAITS, /* the first line is there, and its proof waits for its turn (base/lockout.h) */
     OTA_TAKES, /* the image is */
     OTA_PARTS, /* a last word is to be sent, then the connection ends */
 };
@@ -56,6 +57,7 @@ struct ota {
     bool done; /* a new firmware is there: restart */
     struct net_stream stream;
     uint32_t heard_us;
+    uint32_t tried_us; /* when the first line was complete */
     char nonce[2 * OTA_NONCE_SIZE + 1];
     char line[OTA_LINE_SIZE]; /* received */
     size_t line_size;

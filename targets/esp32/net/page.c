@@ -31,12 +31,22 @@ static void connect(void *ctx, const struct net_stream *stream, const char *who)
     (void)net_hub_connect(ctx, stream, who);
 }
 
-bool page_start(struct net_hub *hub, const char *host, const char *name, const char *port, int *error) {
+static uint64_t owner(void *ctx) {
+    return ((const struct net_hub *)ctx)->owner_peer;
+}
+
+bool page_start(struct net_hub *hub, const char *host, const struct page_names *names, const char *port,
+                int *error) {
     static char about[sizeof ABOUT + NETWORK_NAME_SIZE];
-    static struct net_http_site site = {
-        .files = files, .count = PAGE_FILE_COUNT, .about = about, .connect = connect, .silent_us = SILENT_US};
-    snprintf(about, sizeof about, ABOUT, name, (unsigned)BOARD_AXIS_COUNT);
-    site.name = name;
+    static struct net_http_site site = {.files = files,
+                                        .count = PAGE_FILE_COUNT,
+                                        .about = about,
+                                        .connect = connect,
+                                        .owner = owner,
+                                        .silent_us = SILENT_US};
+    snprintf(about, sizeof about, ABOUT, names->own, (unsigned)BOARD_AXIS_COUNT);
+    site.name = names->own;
+    site.names = names->others;
     site.ctx = hub;
     char address[NET_ADDRESS_SIZE];
     return net_http_open(&http, &site, host, port, address, error);

@@ -6,12 +6,18 @@
 
 #include "net_hub.h"
 
+/** Names of the page; they outlive it. */
+struct page_names {
+    const char *own;    /* of the controller in its networks */
+    const char *others; /* net_http_site.names */
+};
+
 /** Listen. @param hub  browsers become its clients
  *  @param host  NULL: all networks
- *  @param name  of the controller in its networks; outlives the page
  *  @param port  "80"
  *  @return false: *error is an errno */
-bool page_start(struct net_hub *hub, const char *host, const char *name, const char *port, int *error);
+bool page_start(struct net_hub *hub, const char *host, const struct page_names *names, const char *port,
+                int *error);
 
 /** A round. @return true: there is more to do immediately */
 bool page_poll(uint32_t now_us);

@@ -17,6 +17,7 @@ const TITLES: Record<string, string> = {
   wifi_pass: "Its password",
   ap_pass: "Password of the controller's own network",
   access_key: "Access key of network clients",
+  http_names: "Local names of the page",
 };
 const CHOICES = ["Finish the received lines", "Feed hold", "Stop (reset)"];
 

@@ -1,0 +1,76 @@
+/* SPDX-License-Identifier: MIT */
+#include "net_hub_inner.h"
+#include "net_line.h"
+
+#include <stdio.h>
+#include <string.h>
+
+static const char login_line[] = "$LOGIN=";
+static const char trust_line[] = "$TRUST=";
+enum { LOGIN_LENGTH = sizeof login_line - 1, TRUST_LENGTH = sizeof trust_line - 1 };
+
+static const struct span {
+    const char *word;
+    const char *said;
+    enum access_span span;
+} spans[] = {
+    {"no", "This address is not trusted any more", ACCESS_NOT},
+    {"day", "Clients of this address are trusted for a day", ACCESS_DAY},
+    {"always", "Clients of this address are trusted until $TRUST=no", ACCESS_ALWAYS},
+};
+
+static bool is_word(const char *text, size_t size, const char *word) {
+    if (size != strlen(word))
+        return false;
+    for (size_t i = 0; i < size; i++)
+        if (net_line_upper(text[i]) != net_line_upper(word[i]))
+            return false;
+    return true;
+}
+
+static const char *trust(const struct net_hub *hub, const struct net_client *client, const struct span *span) {
+    if (client->stream.local)
+        return "A serial port needs no trust";
+    if (hub->access == NULL || hub->access->open)
+        return "Access is open: no address needs trust";
+    return access_trust(hub->access, client->stream.peer, span->span)
+               ? NULL
+               : "Too many trusted addresses: $TRUST=no at one of them makes room";
+}
+
+bool net_hub_is_trust(const char *line, size_t size) {
+    return net_line_commands(line, size, trust_line);
+}
+
+bool net_hub_trust(struct net_hub *hub, struct net_client *client, const char *line, size_t size) {
+    const char *word = line + TRUST_LENGTH, *refusal = "$TRUST is no, day or always";
+    for (size_t i = 0; i < sizeof spans / sizeof spans[0]; i++) {
+        if (!is_word(word, size - TRUST_LENGTH, spans[i].word))
+            continue;
+        refusal = trust(hub, client, &spans[i]);
+        if (refusal == NULL) {
+            net_hub_say_message(hub, client, spans[i].said);
+            return true;
+        }
+    }
+    net_hub_say_message(hub, client, refusal);
+    return false;
+}
+
+void net_hub_tell_key(struct net_hub *hub, struct net_client *client) {
+    char text[NET_MESSAGE_SIZE];
+    const char *key = client->stream.local && hub->ops->key != NULL ? hub->ops->key(hub->ctx) : NULL;
+    if (key == NULL || hub->access == NULL || hub->access->open)
+        return;
+    snprintf(text, sizeof text, "Access key of network clients: %s", key);
+    net_hub_say_message(hub, client, text);
+}
+
+bool net_hub_is_login(const struct net_client *client) {
+    return net_line_commands(net_queue_head(&client->in), client->in.count, login_line);
+}
+
+enum access_result net_hub_try_login(struct net_hub *hub, const struct net_client *client) {
+    return access_try(hub->access, client->stream.peer, client->tried_us,
+                      net_queue_head(&client->in) + LOGIN_LENGTH, (size_t)(client->login_size - LOGIN_LENGTH));
+}

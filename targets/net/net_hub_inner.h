@@ -1,0 +1,58 @@
+/* SPDX-License-Identifier: MIT
+ * What the hub's files share: net_hub.c has lines and owners, net_hub_places.c connections, net_hub_access.c
+ * who is let in. */
+#ifndef WIFICNC_NET_HUB_INNER_H
+#define WIFICNC_NET_HUB_INNER_H
+
+#include "net_hub.h"
+
+extern const char net_hub_locked_out[];
+
+static inline bool net_hub_is_open(const struct net_client *client) {
+    return client->stream.ops != NULL && !client->gone;
+}
+
+/* ---- net_hub.c ---- */
+
+void net_hub_say_message(struct net_hub *hub, struct net_client *client, const char *text);
+
+/** Notices for a client that may take control from now on. */
+void net_hub_greet(struct net_hub *hub, struct net_client *client);
+
+/** @param client  NULL: no one */
+void net_hub_set_owner(struct net_hub *hub, struct net_client *client);
+
+/** Jogs that wait must not run any more. */
+void net_hub_call_off_jogs(struct net_client *client);
+
+/** Hubs whose clients from elsewhere are locked out until they are known. */
+static inline bool net_hub_locks(const struct net_hub *hub) {
+    return hub->access != NULL && !hub->access->open;
+}
+
+/** Look again at a login that waits for its turn. */
+void net_hub_log_in_again(struct net_hub *hub, struct net_client *client);
+
+/* ---- net_hub_places.c ---- */
+
+/** It has said something useful. */
+void net_hub_note_heard(const struct net_hub *hub, struct net_client *client);
+
+void net_hub_remove_client(struct net_hub *hub, struct net_client *client);
+
+/* ---- net_hub_access.c ---- */
+
+bool net_hub_is_login(const struct net_client *client);
+
+/** @return ACCESS_WAIT: ask again, it is not its turn */
+enum access_result net_hub_try_login(struct net_hub *hub, const struct net_client *client);
+
+/** The access key, to who has a cable to the controller. */
+void net_hub_tell_key(struct net_hub *hub, struct net_client *client);
+
+bool net_hub_is_trust(const char *line, size_t size);
+
+/** A line $TRUST= of a client that may command; it gets a message. @return false: refused */
+bool net_hub_trust(struct net_hub *hub, struct net_client *client, const char *line, size_t size);
+
+#endif
