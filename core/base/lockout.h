@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT
- * How often a key may be guessed: tries wait for their turn, and none is refused unseen. After a wrong one the
- * next of the same address is looked at a second later, then two, then four; others are not held up. Of the
- * tries that wait at one address the oldest is the next, so a right key among any number of wrong ones is
+ * How often a key may be guessed: tries wait for their turn, and none is refused unseen. After a wrong one
+ * the next of the same address is looked at a second later, then two, then four; others are not held up. Of
+ * the tries that wait at one address the oldest is the next, so a right key among any number of wrong ones is
  * accepted after LOCKOUT_LONGEST_US for each that came before it. [task] Pure: no clock, no socket.
  *
  * A connection has one try at a time, so what waits is as bounded as connections are. The table is bounded,

@@ -175,11 +175,12 @@ void session_connect(struct session *session, int place, const uint8_t address[4
 void session_disconnect(struct session *session, int place, bool left);
 
 /** Whether this message must wait, because it is a proof whose turn has not come (base/lockout.h). Ask again
- * every 100 ms or so, and give it to session_request() then: SESSION_CLIENTS * LOCKOUT_LONGEST_US later at the
- * latest. */
+ * every 100 ms or so, and give it to session_request() then: SESSION_CLIENTS * LOCKOUT_LONGEST_US later at
+ * the latest. */
 bool session_must_wait(struct session *session, int place, const uint8_t *message, size_t size);
 
-/** A message from a TCP client, without its length, that need not wait. @param[out] reply  room for WIRE_PACKET_MAX
+/** A message from a TCP client, without its length, that need not wait. @param[out] reply  room for
+ * WIRE_PACKET_MAX
  *  @return size of the reply; 0: none exists */
 size_t session_request(struct session *session, int place, const uint8_t *message, size_t size,
                        uint8_t *reply);

@@ -10,7 +10,8 @@
 enum net_gate_result {
     NET_GATE_GOOD,
     NET_GATE_WRONG,
-    NET_GATE_WAIT, /* it was not looked at, because it is not its turn: try it again, with the same since_us */
+    NET_GATE_WAIT, /* it was not looked at, because it is not its turn: try it again, with the same since_us
+                    */
 };
 
 struct net_gate {
@@ -22,7 +23,8 @@ struct net_gate {
 /** @param password  NUL-terminated; "" or NULL: none is asked for */
 void net_gate_init(struct net_gate *gate, const char *password);
 
-/** Someone says the password. @param who  net_stream.peer @param since_us  when it came @param now_us  wraps */
+/** Someone says the password. @param who  net_stream.peer @param since_us  when it came @param now_us  wraps
+ */
 enum net_gate_result net_gate_try(struct net_gate *gate, uint64_t who, uint32_t since_us,
                                   const char *password, size_t size, uint32_t now_us);
 

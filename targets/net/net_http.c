@@ -290,9 +290,8 @@ bool net_http_has_room(const struct net_http *http, uint32_t now_us) {
 static struct net_http_place *place_for(struct net_http *http, uint64_t peer, uint32_t now_us) {
     const struct net_http_site *site = http->site;
     struct net_place places[NET_HTTP_PLACES];
-    const struct net_newcomer newcomer = {.peer = peer,
-                                          .owner = site->owner != NULL ? site->owner(site->ctx) : 0,
-                                          .unproven = NET_HTTP_PLACES};
+    const struct net_newcomer newcomer = {
+        .peer = peer, .owner = site->owner != NULL ? site->owner(site->ctx) : 0, .unproven = NET_HTTP_PLACES};
     for (size_t i = 0; i < NET_HTTP_PLACES; i++)
         places[i] = (struct net_place){.peer = http->place[i].stream.peer,
                                        .heard_us = http->place[i].heard_us,

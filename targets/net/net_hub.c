@@ -148,7 +148,8 @@ static void end_client(struct net_hub *hub, struct net_client *client) {
 
 static bool has_heard_all(const struct net_hub *hub, const struct net_client *client) {
     bool waits = client == hub->sender && is_busy(hub);
-    return client->ended && !client->waits && hub->inside_left == 0 && hub->left.count == 0 && client->out.count == 0 && !waits;
+    return client->ended && !client->waits && hub->inside_left == 0 && hub->left.count == 0 &&
+           client->out.count == 0 && !waits;
 }
 
 /* A transport may tell only a reader that the other end is gone. */
@@ -212,8 +213,8 @@ static bool is_take(const char *line, size_t size) {
 /* The owner's `$TAKE` is an empty line: like any line it is answered once, and it is true already. So is a
  * jog that was called off before its line was whole. */
 static void end_line(struct net_client *owner) {
-    const char *line = net_queue_head(&owner->in) + owner->whole;
     size_t size = owner->in.count - owner->whole;
+    const char *line = size == 0 ? "" : net_queue_head(&owner->in) + owner->whole;
     if (is_take(line, size) || (owner->called_off && net_line_is_jog(line, size)))
         net_queue_cut(&owner->in, owner->whole);
     owner->called_off = false;

@@ -21,9 +21,9 @@
  * it sees nothing but reports, and `$LOGIN=password` lets it in. A login that must wait for its turn
  * (base/lockout.h) waits, and so does what its client sends after it.
  *
- * Nobody shuts others out: who says nothing is disconnected after some seconds, and net_places.h chooses who
- * goes for a newcomer when all places are taken. A browser that was made to send a request to a port of lines
- * (net_opening.h) is refused before anything of it acts.
+ * No client shuts others out: one that says nothing is disconnected after some seconds, and net_places.h
+ * chooses who goes for a newcomer when all places are taken. A browser that was made to send a request to a
+ * port of lines (net_opening.h) is refused before anything of it acts.
  *
  * Nothing is lost for want of room. A controller that is full, or an owner that does not read its answers,
  * stops the reading of the owner's lines; an observer that does not read is disconnected.
@@ -87,26 +87,26 @@ struct net_client {
     char name[NET_NAME_SIZE];
     struct net_telnet telnet;
     struct net_queue in, out;
-    size_t whole;    /* bytes of `in` up to the last line end */
-    bool after_cr;   /* an LF would be the second half of a line end */
-    bool in_long;    /* the controller has got the begin of the line that continues in `in` */
-    bool called_off; /* ... or that line began before a jog cancel: a jog must not run */
-    bool skips;      /* in the middle of a line that no one takes */
-    bool asks;       /* a ? that waits */
-    bool ended;      /* sends no more; stays until it has heard the answers */
-    bool gone;       /* to be removed */
-    bool locked;     /* not logged in; `in` is the line that it types */
-    bool hears_left; /* gets the answers to lines of former owners, too */
-    bool spoiled;    /* the line that comes next, or has begun, is to be refused */
-    bool opened;     /* it was judged by its first bytes, or need not be */
-    bool refused;    /* ... and is a browser's: takes no more, goes when it has its answer */
-    bool spoke;      /* said something useful */
-    bool waits;      /* `in` begins with a login that waits for its turn; what came after it follows */
+    size_t whole;       /* bytes of `in` up to the last line end */
+    bool after_cr;      /* an LF would be the second half of a line end */
+    bool in_long;       /* the controller has got the begin of the line that continues in `in` */
+    bool called_off;    /* ... or that line began before a jog cancel: a jog must not run */
+    bool skips;         /* in the middle of a line that no one takes */
+    bool asks;          /* a ? that waits */
+    bool ended;         /* sends no more; stays until it has heard the answers */
+    bool gone;          /* to be removed */
+    bool locked;        /* not logged in; `in` is the line that it types */
+    bool hears_left;    /* gets the answers to lines of former owners, too */
+    bool spoiled;       /* the line that comes next, or has begun, is to be refused */
+    bool opened;        /* it was judged by its first bytes, or need not be */
+    bool refused;       /* ... and is a browser's: takes no more, goes when it has its answer */
+    bool spoke;         /* said something useful */
+    bool waits;         /* `in` begins with a login that waits for its turn; what came after it follows */
     uint8_t login_size; /* of that line */
     struct net_opening opening;
     uint32_t heard_us; /* when it last said something useful */
     uint32_t tried_us; /* when the login came */
-    uint8_t letters; /* of $TAKE that an observer has typed; beyond its length: another line */
+    uint8_t letters;   /* of $TAKE that an observer has typed; beyond its length: another line */
 };
 
 struct net_hub {
@@ -117,13 +117,13 @@ struct net_hub {
     struct net_client client[NET_CLIENTS];
     struct net_client *owner;  /* NULL: no one */
     struct net_client *sender; /* it answers for what runs; NULL: no one does */
-    uint64_t owner_peer;       /* address of the owner or of the last one, whom a place is kept for; 0: none */
-    uint32_t now_us;           /* of the last net_hub_tick() */
-    struct net_queue left;     /* whole lines of former owners that the controller has not got yet */
-    bool has_spoiled;          /* NET_LINE_SPOILED may be among what waits */
-    uint32_t inside;           /* lines the controller has got and not answered */
-    uint32_t inside_left;      /* the oldest of these are former owners' */
-    char line[NET_LINE_SIZE];  /* of the controller's output, as far as it was read */
+    uint64_t owner_peer;      /* address of the owner or of the last one, whom a place is kept for; 0: none */
+    uint32_t now_us;          /* of the last net_hub_tick() */
+    struct net_queue left;    /* whole lines of former owners that the controller has not got yet */
+    bool has_spoiled;         /* NET_LINE_SPOILED may be among what waits */
+    uint32_t inside;          /* lines the controller has got and not answered */
+    uint32_t inside_left;     /* the oldest of these are former owners' */
+    char line[NET_LINE_SIZE]; /* of the controller's output, as far as it was read */
     size_t line_size;
 };
 

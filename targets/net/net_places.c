@@ -79,8 +79,7 @@ static int free_place(const struct crowd *crowd) {
 static bool must_spare(const struct crowd *crowd) {
     const struct net_newcomer *newcomer = crowd->newcomer;
     return newcomer->owner != 0 && newcomer->owner != newcomer->peer && crowd->count >= KEEPS_ONE_FROM &&
-           places_of(crowd, newcomer->owner) == 0 &&
-           count_of(crowd, 0, NET_RANK_FREE, NET_RANK_FREE) <= 1;
+           places_of(crowd, newcomer->owner) == 0 && count_of(crowd, 0, NET_RANK_FREE, NET_RANK_FREE) <= 1;
 }
 
 int net_places_choose(const struct net_place *places, size_t count, const struct net_newcomer *newcomer,

@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: MIT
- * Who gets a place when there are more connections than places, so that no stranger shuts others out. [task]
+ * Who gets a place when there are more connections than places, so that no client shuts others out. [task]
  * Pure: no clock, no socket.
  *
  * An address has a bounded number of places for connections that have proven nothing. When all places are
  * taken, a newcomer gets that of a connection that has proven nothing, of an address with at least two more
- * places than its own, or else that of one that has been idle for some time. One place is kept for the address
- * of the owner, so that an owner that has lost its link can come back. */
+ * places than its own, or else that of one that has been idle for some time. One place is kept for the
+ * address of the owner, so that an owner that has lost its link can come back. */
 #ifndef WIFICNC_NET_PLACES_H
 #define WIFICNC_NET_PLACES_H
 
@@ -28,10 +28,10 @@ struct net_place {
 
 struct net_newcomer {
     uint64_t peer;
-    uint64_t owner;  /* address that a place is kept for; 0: none */
-    size_t unproven; /* places that an address may have for connections that have proven nothing */
-    uint32_t login_us; /* so long a connection that has proven nothing keeps its place in any case */
-    bool local;      /* a wire of this machine, which has its place in any case */
+    uint64_t owner;    /* address that a place is kept for; 0: none */
+    size_t unproven;   /* places that an address may have for connections that have proven nothing */
+    uint32_t login_us; /* a connection that has proven nothing keeps its place for this time */
+    bool local;        /* a wire of this machine, which has its place in any case */
 };
 
 /** @return a free place, or that of a connection that must go for the newcomer; -1: the newcomer must go */

@@ -115,8 +115,10 @@ static uint64_t owner_peer(const struct session *session) {
 /* @return -1: none */
 static int place_for(const struct net_wire *wire, uint64_t peer) {
     struct net_place places[SESSION_CLIENTS];
-    const struct net_newcomer newcomer = {
-        .peer = peer, .owner = owner_peer(wire->session), .unproven = UNPROVEN_AN_ADDRESS, .login_us = MOMENT_US};
+    const struct net_newcomer newcomer = {.peer = peer,
+                                          .owner = owner_peer(wire->session),
+                                          .unproven = UNPROVEN_AN_ADDRESS,
+                                          .login_us = MOMENT_US};
     for (int i = 0; i < SESSION_CLIENTS; i++) {
         const struct net_wire_client *client = &wire->client[i];
         bool waits = wire->session->client[i].waits;

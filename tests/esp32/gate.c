@@ -1,11 +1,7 @@
 /* SPDX-License-Identifier: MIT
  * The password of network clients: digests against published vectors, guessing slowed down, and what a locked
  * client can do at the hub. */
-#include "check.h"
-#include "net_gate.h"
-#include "net_hub.h"
-
-#include <string.h>
+#include "hub_wires.h"
 
 static bool is_hex(const uint8_t digest[SHA256_SIZE], const char *hex) {
     char text[2 * SHA256_SIZE + 1];
@@ -99,7 +95,7 @@ static void among_many_guessers_at_one_address_the_right_key_has_its_turn(void) 
     CHECK(good && now_us - came_us <= (GUESSERS + 1) * (LOCKOUT_LONGEST_US + ASKS_US));
 }
 
-/* ... and one that has gone while it waited holds nobody up for long. */
+/* ... and one that has gone while it waited holds no other up for long. */
 static void a_try_that_has_gone_is_passed_over(void) {
     struct net_gate gate;
     net_gate_init(&gate, "correct horse");
@@ -165,114 +161,15 @@ static void without_a_password_the_gate_is_open(void) {
     CHECK(!gate.shut && try_at(&gate, "anything", 0) == NET_GATE_GOOD);
 }
 
-/* ---- at the hub: streams are buffers, the controller notes what it gets ---- */
-
-struct wire {
-    char in[512], out[4096];
-    size_t in_count, out_count;
-    bool closed;
-};
-
-static struct net_gate gate;
-static char got[1024], says[512];
-static size_t got_count;
-static unsigned owners_left;
-static bool full, waited;
-static uint32_t now_us;
-
-static long wire_read(const struct net_stream *stream, char *bytes, size_t size) {
-    struct wire *wire = stream->ctx;
-    size_t count = wire->in_count < size ? wire->in_count : size;
-    memcpy(bytes, wire->in, count);
-    memmove(wire->in, wire->in + count, wire->in_count -= count);
-    return wire->closed ? NET_GONE : (long)count;
-}
-
-static long wire_write(const struct net_stream *stream, const char *bytes, size_t count) {
-    struct wire *wire = stream->ctx;
-    memcpy(wire->out + wire->out_count, bytes, count);
-    wire->out[wire->out_count += count] = '\0';
-    return (long)count;
-}
-
-static void wire_close(const struct net_stream *stream) {
-    ((struct wire *)stream->ctx)->closed = true;
-}
-
-static size_t put(void *ctx, const char *bytes, size_t count) {
-    (void)ctx;
-    if (full)
-        return 0;
-    memcpy(got + got_count, bytes, count);
-    got[got_count += count] = '\0';
-    return count;
-}
-
-static size_t hear(void *ctx, char *bytes, size_t size) {
-    size_t count = strlen(says);
-    (void)ctx;
-    (void)size;
-    memcpy(bytes, says, count);
-    says[0] = '\0';
-    return count;
-}
-
-static void act(void *ctx) {
-    (void)ctx;
-}
-
-static void event(void *ctx, const char *what, const char *who) {
-    (void)ctx;
-    (void)what;
-    (void)who;
-}
-
-static void left(void *ctx, bool lines_wait) {
-    (void)ctx;
-    owners_left++;
-    waited = lines_wait;
-}
-
-static enum net_gate_result login(void *ctx, uint64_t who, uint32_t since_us, const char *password,
-                                  size_t size) {
-    (void)ctx;
-    return net_gate_try(&gate, who, since_us, password, size, now_us);
-}
-
-static struct net_hub hub;
-static struct wire wires[4];
+/* ---- at the hub ---- */
 
 static void start(const char *password) {
-    static const struct net_hub_ops ops = {
-        .put = put, .hear = hear, .act = act, .event = event, .left = left, .login = login};
-    static const struct net_hub_sizes sizes = {.clients = 3, .in = 2048, .out = 16384, .left = 2048};
-    net_hub_close(&hub);
-    net_gate_init(&gate, password);
-    memset(wires, 0, sizeof wires);
-    got_count = owners_left = 0;
-    full = waited = false;
-    got[0] = '\0';
-    now_us = 0;
-    net_hub_init(&hub, &sizes, &ops, NULL);
-    hub.locks = gate.shut;
+    start_hub(password, 3);
 }
 
+/* Clients 0 and 3 have one address. */
 static bool come(unsigned n, bool local) {
-    static const struct net_stream_ops ops = {.read = wire_read, .write = wire_write, .close = wire_close};
-    return net_hub_connect(
-        &hub, &(struct net_stream){.ops = &ops, .ctx = &wires[n], .peer = n == 3 ? 1 : n + 1, .local = local},
-        "client");
-}
-
-static void round_trip(void) {
-    net_hub_tick(&hub, now_us);
-    for (struct net_client *client = hub.client; client < hub.client + NET_CLIENTS; client++)
-        if (net_hub_wants_read(&hub, client))
-            net_hub_read(&hub, client);
-    net_hub_ask(&hub);
-    (void)net_hub_feed(&hub);
-    net_hub_hear(&hub);
-    net_hub_flush(&hub);
+    return come_from(n, n == 3 ? 1 : n + 1, local);
 }
 
 static void send(unsigned n, const char *text) {
@@ -318,10 +215,10 @@ static void wrong_passwords_slow_down_their_address(void) {
     CHECK(wires[3].out_count == 0 && hub.client[2].locked);
     send(1, "$LOGIN=s3cret!?\n");
     CHECK(!hub.client[1].locked);
-    now_us = 999999;
+    clock_us = 999999;
     round_trip();
     CHECK(hub.client[2].locked && got_count == 0);
-    now_us = 1000000;
+    clock_us = 1000000;
     round_trip();
     CHECK(!hub.client[2].locked && hub.client[0].locked);
     CHECK(strcmp(got, "G0X3\n") == 0); /* what came behind it has waited with it */
@@ -348,12 +245,11 @@ static void a_wire_needs_no_password(void) {
 static void locked_clients_make_room(void) {
     start("s3cret!?");
     CHECK(come(0, true) && come(1, false) && come(2, false));
-    now_us = 2000000;
-    net_hub_tick(&hub, now_us);
+    clock_us = 2000000;
+    net_hub_tick(&hub, clock_us);
     CHECK(come(3, false) && wires[1].closed && !wires[0].closed);
     send(2, "$LOGIN=s3cret!?\n");
     send(3, "$LOGIN=s3cret!?\n");
-    memset(&wires[1], 0, sizeof wires[1]);
     CHECK(!come(1, false) && wires[1].closed);
 }
 

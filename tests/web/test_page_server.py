@@ -212,7 +212,10 @@ ODD_PATHS = ("/%ff%fe", "/C:/windows", "/%5c%5cother%5cshare", "/" + "a" * 300, 
 
 @pytest.mark.parametrize("path", [*BAD_PATHS, *ODD_PATHS])
 def test_a_path_that_no_file_has(folder: Path, path: str, capfd: pytest.CaptureFixture[str]) -> None:
-    with page_of(None, folder) as page, socket.create_connection((urlsplit(page.url).hostname, urlsplit(page.url).port)) as one:
+    with (
+        page_of(None, folder) as page,
+        socket.create_connection((urlsplit(page.url).hostname, urlsplit(page.url).port)) as one,
+    ):
         one.sendall(f"GET {path} HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n".encode("latin-1"))
         status = b"".join(iter(lambda: one.recv(4096), b"")).split(b" ")[1]
         assert status == (b"400" if path in BAD_PATHS or "\x7f" in path else b"404")
