@@ -90,6 +90,22 @@ static void an_owner_that_has_lost_its_link_comes_back_through_any_crowd(void) {
     }
 }
 
+/* Even those who know the password leave one. */
+static void a_place_is_kept_for_the_owners_address(void) {
+    own("s3cret");
+    for (unsigned n = 1; n < PLACES; n++) {
+        CHECK(come_from(n, 10 + n, false));
+        put_in(n, "$LOGIN=s3cret\n");
+        pass_ms(1);
+    }
+    wires[OWNER].closed = true;
+    pass_ms(1);
+    CHECK(!come_from(PLACES, STRANGER, false));
+    CHECK(come_from(OWNER, OWNER_ADDRESS, false));
+    for (unsigned n = 1; n < PLACES; n++)
+        CHECK(!wires[n].closed);
+}
+
 static void an_address_has_two_places_until_it_has_proven_anything(void) {
     own("s3cret");
     CHECK(come_from(1, STRANGER, false) && come_from(2, STRANGER, false) && !wires[1].closed);
@@ -180,6 +196,7 @@ static void requests_and_lines_are_told_apart_by_their_first_bytes(void) {
 int main(void) {
     a_crowd_holds_up_neither_the_owners_stop_nor_its_stream();
     an_owner_that_has_lost_its_link_comes_back_through_any_crowd();
+    a_place_is_kept_for_the_owners_address();
     an_address_has_two_places_until_it_has_proven_anything();
     a_newcomer_gets_the_place_of_the_one_that_is_idle_longest();
     the_silent_are_disconnected_and_who_speaks_stays();

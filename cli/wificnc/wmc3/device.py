@@ -53,6 +53,7 @@ from wificnc.wmc3.stream import StreamSender
 
 TIMEOUT_S = REPLY_TIMEOUT_MS / 1000
 TURN_S = 0.001  # a stream looks around this often
+PROOF_S = 20.0  # a proof waits for its turn behind those of other connections, 4 s each (core/base/lockout.h)
 LOST_S = 3.0  # a device that acknowledges nothing for this long is gone
 LayoutT = TypeVar("LayoutT", bound=Layout)
 CODES = {ValueType.U8: "<B", ValueType.U16: "<H", ValueType.U32: "<I", ValueType.I32: "<i", ValueType.FLOAT: "<f"}
@@ -177,7 +178,10 @@ class Device:
 
     def _authenticate(self) -> None:
         nonce = self.request(Challenge(), ChallengeResponse).nonce
+        connection = self._connection()
+        connection.settimeout(max(PROOF_S, self._timeout_s))
         self.command(Authenticate(hmac.digest(self._password.encode(), nonce, hashlib.sha256)))
+        connection.settimeout(self._timeout_s)
 
     def _exchange(self, payload: Layout) -> Packet:
         connection = self._connection()
