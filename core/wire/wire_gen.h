@@ -148,7 +148,7 @@ enum wire_refusal {
     WIRE_REFUSAL_RANGE = 13, /* the value is out of its range */
     WIRE_REFUSAL_UNKNOWN_TYPE = 14, /* unknown packet, or not allowed on this channel */
     WIRE_REFUSAL_STREAM_CLOSED = 15, /* the stream is not open */
-    WIRE_REFUSAL_AUTHENTICATION = 16, /* not authenticated; for a proof: a wrong password, or sent too soon after one */
+    WIRE_REFUSAL_AUTHENTICATION = 16, /* not authenticated; for a proof: a wrong password */
     WIRE_REFUSAL_NOT_STORED = 17, /* the storage failed; the values are active but not stored */
     WIRE_REFUSAL_NO_HOMING = 18, /* homing is disabled ($22), or none of the axes has travel */
     WIRE_REFUSAL_IO_MODULE = 19, /* this is an I/O module without motion */

@@ -128,9 +128,9 @@ def test_a_password_that_nobody_wants_does_no_harm() -> None:
         assert json.loads(invoke("handshake", "--password", "of another device", "--json"))["device_name"] == "WiFiCNC"
 
 
-def test_a_wrong_password_says_that_the_next_has_to_wait() -> None:
+def test_a_wrong_password_says_that_the_next_answer_is_late() -> None:
     error = refused_error(Type.AUTHENTICATE, Refusal.AUTHENTICATION)
-    assert "wrong password" in str(error) and "wait" in (error.hint or "")
+    assert "wrong password" in str(error) and "later" in (error.hint or "")
 
 
 @pytest.mark.parametrize("reason", [reason for reason in Refusal if reason != Refusal.NONE])

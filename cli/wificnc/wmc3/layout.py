@@ -156,7 +156,7 @@ class Refusal(IntEnum):
     RANGE = 13  # the value is out of its range
     UNKNOWN_TYPE = 14  # unknown packet, or not allowed on this channel
     STREAM_CLOSED = 15  # the stream is not open
-    AUTHENTICATION = 16  # not authenticated; for a proof: a wrong password, or sent too soon after one
+    AUTHENTICATION = 16  # not authenticated; for a proof: a wrong password
     NOT_STORED = 17  # the storage failed; the values are active but not stored
     NO_HOMING = 18  # homing is disabled ($22), or none of the axes has travel
     IO_MODULE = 19  # this is an I/O module without motion

@@ -24,7 +24,7 @@ HINTS_OF: dict[tuple[Type, Refusal], str] = {
     (
         Type.AUTHENTICATE,
         Refusal.AUTHENTICATION,
-    ): "--password, or WIFICNC_PASSWORD; after a wrong password wait a second, after several up to a minute",
+    ): "--password, or WIFICNC_PASSWORD; after wrong passwords the answer comes up to 4 s later",
     (
         Type.CHANNEL_OUTPUTS,
         Refusal.UNKNOWN_TYPE,
