@@ -168,10 +168,9 @@ bool session_must_wait(struct session *session, int place, const uint8_t *messag
     if (!client->has_nonce || session->options.password[0] == '\0' || !wire_open(message, size, &header) ||
         header.type != WIRE_AUTHENTICATE)
         return false;
-    if (!client->waits)
-        client->tried_us = now_us;
-    client->waits =
-        !lockout_may_try(&session->lockout, lockout_ipv4(client->address), client->tried_us, now_us);
+    /* Since its challenge, which is the message before the proof. */
+    client->waits = !lockout_may_try(&session->lockout, lockout_ipv4(client->address),
+                                     (uint32_t)client->heard_us, now_us);
     return client->waits;
 }
 

@@ -3,6 +3,7 @@
 
 #include "net_hub_inner.h"
 #include "net_line.h"
+#include "net_opening.h"
 
 #include <stdio.h>
 #include <string.h>
@@ -272,7 +273,7 @@ static bool is_login(const struct net_client *client) {
 
 /* @return NET_GATE_WAIT: ask again, it is not its turn */
 static enum net_gate_result try_login(struct net_hub *hub, const struct net_client *client) {
-    return hub->ops->login(hub->ctx, client->stream.peer, client->tried_us,
+    return hub->ops->login(hub->ctx, client->stream.peer, client->heard_us,
                            net_queue_head(&client->in) + LOGIN_LENGTH,
                            (size_t)(client->login_size - LOGIN_LENGTH));
 }
@@ -296,7 +297,6 @@ static void log_in(struct net_hub *hub, struct net_client *client) {
         return;
     }
     client->login_size = (uint8_t)client->in.count;
-    client->tried_us = hub->now_us;
     enum net_gate_result result = try_login(hub, client);
     client->waits = result == NET_GATE_WAIT;
     if (client->waits)
@@ -372,15 +372,21 @@ static void refuse_browser(struct net_hub *hub, struct net_client *client, bool 
 
 /* The first bytes are held until it is known whose they are. */
 static void open_with(struct net_hub *hub, struct net_client *client, uint8_t byte) {
-    enum net_opening_is what = net_opening_take(&client->opening, byte);
-    if (what == NET_OPENING_HTTP || what == NET_OPENING_FOREIGN)
-        refuse_browser(hub, client, what == NET_OPENING_HTTP);
-    if (what != NET_OPENING_LINES)
+    struct net_queue held = client->in;
+    enum net_opening_is what = net_opening_take(net_queue_head(&held), held.count, byte);
+    if (what == NET_OPENING_MORE) {
+        (void)add_owners(hub, client, &(char){(char)byte}, 1);
         return;
-    client->opened = true;
-    for (uint8_t i = 0; i < client->opening.count; i++)
-        take_byte(hub, client, (uint8_t)client->opening.held[i]);
-    take_byte(hub, client, byte);
+    }
+    client->in = (struct net_queue){0};
+    client->opened = what == NET_OPENING_LINES;
+    for (size_t i = 0; client->opened && i < held.count; i++)
+        take_byte(hub, client, (uint8_t)net_queue_head(&held)[i]);
+    net_queue_free(&held);
+    if (client->opened)
+        take_byte(hub, client, byte);
+    else
+        refuse_browser(hub, client, what == NET_OPENING_HTTP);
 }
 
 /* Bytes of a client's stream that are no telnet negotiation. */

@@ -34,7 +34,6 @@
 
 #include "hal/net_sizes.h" // NET_CLIENTS, of the target
 #include "net_gate.h"
-#include "net_opening.h"
 #include "net_queue.h"
 #include "net_stream.h"
 #include "net_telnet.h"
@@ -98,15 +97,13 @@ struct net_client {
     bool locked;        /* not logged in; `in` is the line that it types */
     bool hears_left;    /* gets the answers to lines of former owners, too */
     bool spoiled;       /* the line that comes next, or has begun, is to be refused */
-    bool opened;        /* it was judged by its first bytes, or need not be */
+    bool opened;        /* judged by its first bytes, which `in` holds until then; or need not be */
     bool refused;       /* ... and is a browser's: takes no more, goes when it has its answer */
     bool spoke;         /* said something useful */
     bool waits;         /* `in` begins with a login that waits for its turn; what came after it follows */
     uint8_t login_size; /* of that line */
-    struct net_opening opening;
-    uint32_t heard_us; /* when it last said something useful */
-    uint32_t tried_us; /* when the login came */
-    uint8_t letters;   /* of $TAKE that an observer has typed; beyond its length: another line */
+    uint32_t heard_us;  /* when it last said something useful, as a login that waits */
+    uint8_t letters;    /* of $TAKE that an observer has typed; beyond its length: another line */
 };
 
 struct net_hub {

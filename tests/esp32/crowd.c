@@ -170,10 +170,9 @@ static void a_wire_of_the_machine_always_has_its_place(void) {
 /* ---- the first bytes ---- */
 
 static enum net_opening_is opens(const char *text, size_t size) {
-    struct net_opening opening = {0};
     enum net_opening_is what = NET_OPENING_MORE;
     for (size_t i = 0; i < size && what == NET_OPENING_MORE; i++)
-        what = net_opening_take(&opening, (uint8_t)text[i]);
+        what = net_opening_take(text, i, (uint8_t)text[i]);
     return what;
 }
 

@@ -36,7 +36,7 @@ static struct scene {
     struct net_gate gate;
     struct wire wire[WIRES];
     uint32_t now_us;
-    bool locks;
+    bool locks, any_knew; /* ... the key, ever: its lines may wait for long */
 } scene;
 
 /* What each kind of client says; %: nothing. */
@@ -90,10 +90,7 @@ static size_t put(void *ctx, const char *bytes, size_t count) {
         CLAIM(!scene.locks || (bytes[i] != '6' && bytes[i] != '~' && bytes[i] != '\x85'),
               "a stranger's byte %02x reached the controller", (unsigned)(uint8_t)bytes[i]);
     }
-    bool any_knows = !scene.locks;
-    for (const struct wire *wire = scene.wire; wire < scene.wire + WIRES; wire++)
-        any_knows |= wire->knows;
-    CLAIM(any_knows || (count == 1 && memchr("?!\x18\x84", bytes[0], 4) != NULL),
+    CLAIM(!scene.locks || scene.any_knew || (count == 1 && memchr("?!\x18\x84", bytes[0], 4) != NULL),
           "before any login the controller got %02x", (unsigned)(uint8_t)bytes[0]);
     return count;
 }
@@ -171,7 +168,7 @@ static void say(struct wire *wire, const char *text) {
 /* The key alone lets in, and only at the begin: behind other words it would be a part of a line. */
 static void say_key(struct wire *wire) {
     if (wire->open && !wire->spoke && !wire->ended && !wire->failed && wire->peer == FRIEND) {
-        wire->knows = true;
+        wire->knows = scene.any_knew = true;
         say(wire, KEY);
     }
 }
