@@ -3,7 +3,8 @@
 
 #include <stddef.h>
 
-#define FIRST_WAIT_US 1000000u
+enum { FIRST_WAIT_S = 1, US_PER_S = 1000000 };
+
 #define ASKS_EVERY_US 500000u /* at least; who does not has gone */
 #define FORGET_US     600000000u
 
@@ -11,9 +12,9 @@ static struct lockout_place *place_of(struct lockout *lockout, uint64_t who) {
     struct lockout_place *found = NULL;
     for (unsigned i = 0; i < LOCKOUT_PLACES; i++) {
         struct lockout_place *place = &lockout->place[i];
-        if (place->wait_us != 0 && place->who == who)
+        if (place->wait_s != 0 && place->who == who)
             return place;
-        if (place->wait_us == 0 && found == NULL)
+        if (place->wait_s == 0 && found == NULL)
             found = place;
     }
     return found != NULL ? found : &lockout->others;
@@ -32,25 +33,25 @@ static bool is_next(struct lockout_place *place, uint32_t since_us, uint32_t now
 
 bool lockout_may_try(struct lockout *lockout, uint64_t who, uint32_t since_us, uint32_t now_us) {
     struct lockout_place *place = place_of(lockout, who);
-    return place->wait_us == 0 ||
-           (is_next(place, since_us, now_us) && now_us - place->wrong_us >= place->wait_us);
+    return place->wait_s == 0 || (is_next(place, since_us, now_us) &&
+                                  now_us - place->wrong_us >= (uint32_t)place->wait_s * US_PER_S);
 }
 
 /* A right one leaves the wait as it is: its address may be that of a guesser, too. */
 void lockout_note(struct lockout *lockout, uint64_t who, bool good, uint32_t now_us) {
     struct lockout_place *place = place_of(lockout, who);
-    uint32_t longer_us = place->wait_us == 0 ? FIRST_WAIT_US : 2 * place->wait_us;
+    int longer_s = place->wait_s == 0 ? FIRST_WAIT_S : 2 * place->wait_s;
     place->claimed = false;
     if (good)
         return;
     place->who = who;
     place->wrong_us = now_us;
-    place->wait_us = longer_us < LOCKOUT_LONGEST_US ? longer_us : LOCKOUT_LONGEST_US;
+    place->wait_s = (uint8_t)(longer_s < LOCKOUT_LONGEST_S ? longer_s : LOCKOUT_LONGEST_S);
 }
 
 static void forget(struct lockout_place *place, uint32_t now_us) {
     if (now_us - place->wrong_us >= FORGET_US)
-        place->wait_us = 0;
+        place->wait_s = 0;
 }
 
 void lockout_poll(struct lockout *lockout, uint32_t now_us) {

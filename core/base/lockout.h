@@ -2,7 +2,7 @@
  * How often a key may be guessed: tries wait for their turn, and none is refused unseen. After a wrong one
  * the next of the same address is looked at a second later, then two, then four; others are not held up. Of
  * the tries that wait at one address the oldest is the next, so a right key among any number of wrong ones is
- * accepted after LOCKOUT_LONGEST_US for each that came before it. [task] Pure: no clock, no socket.
+ * accepted after LOCKOUT_LONGEST_S for each that came before it. [task] Pure: no clock, no socket.
  *
  * A connection has one try at a time, so what waits is as bounded as connections are. The table is bounded,
  * too: who is wrong while it is full shares one more place with all others that have none, so that many
@@ -13,17 +13,15 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#define LOCKOUT_LONGEST_US 4000000u
-
-enum { LOCKOUT_PLACES = 8 };
+enum { LOCKOUT_PLACES = 5, LOCKOUT_LONGEST_S = 4 };
 
 /** Who was wrong, and whose turn is next there. */
 struct lockout_place {
     uint64_t who;
-    uint32_t wait_us; /* behind a wrong one; 0: a free place */
     uint32_t wrong_us;
     uint32_t oldest_us; /* when the try came that is the next */
     uint32_t asked_us;  /* when it last asked; one that does not ask has gone */
+    uint8_t wait_s;     /* behind a wrong one; 0: a free place */
     bool claimed;       /* there is such a try */
 };
 

@@ -52,8 +52,7 @@ struct session_module {
 /** A TCP connection. */
 struct session_client {
     bool used, authenticated, has_nonce;
-    bool waits;        /* a proof waits for its turn */
-    uint32_t tried_us; /* when that came */
+    bool waits; /* a proof waits for its turn */
     uint8_t address[4];
     uint8_t nonce[SEAL_NONCE];
     struct seal seal; /* of its datagrams */
@@ -171,7 +170,7 @@ void session_connect(struct session *session, int place, const uint8_t address[4
 void session_disconnect(struct session *session, int place, bool left);
 
 /** Whether this message must wait, because it is a proof whose turn has not come (base/lockout.h). Ask again
- * every 100 ms or so, and give it to session_request() then: SESSION_CLIENTS * LOCKOUT_LONGEST_US later at
+ * every 100 ms or so, and give it to session_request() then: SESSION_CLIENTS * LOCKOUT_LONGEST_S later at
  * the latest. */
 bool session_must_wait(struct session *session, int place, const uint8_t *message, size_t size);
 

@@ -14,8 +14,8 @@
  * others gives away (against DNS rebinding), or one of the site's list; and the Origin of a WebSocket must be
  * that host. A connection has one request.
  *
- * Nobody shuts others out: who does not ask, or does not take its answer, gives its place to a newcomer when
- * all are taken (net_places.h). */
+ * No client shuts others out: one that does not ask, or does not take its answer, gives its place to a
+ * newcomer when all are taken (net_places.h). */
 #ifndef WIFICNC_NET_HTTP_H
 #define WIFICNC_NET_HTTP_H
 

@@ -48,15 +48,18 @@ static size_t span_of_name(const char *text) {
     return strspn(text, "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789-._");
 }
 
+static bool is_port_or_end(const char *text) {
+    size_t size = strlen(text);
+    return size == 0 ||
+           (*text == ':' && strspn(text + 1, "0123456789") == size - 1 && size <= sizeof ":65535" - 1);
+}
+
 /* "name", "10.0.0.7", "[fe80::1]", each with or without ":port" (RFC 3986, 3.2). */
 static bool is_host(const char *text) {
-    size_t size = *text == '[' ? 1 + strspn(text + 1, "0123456789abcdefABCDEF:.") : span_of_name(text);
-    if (*text == '[' && (size == 1 || text[size++] != ']'))
-        return false;
-    const char *port = text + size + 1;
-    return size > 0 &&
-           (text[size] == '\0' ||
-            (text[size] == ':' && strspn(port, "0123456789") == strlen(port) && strlen(port) <= 5));
+    if (*text != '[')
+        return span_of_name(text) > 0 && is_port_or_end(text + span_of_name(text));
+    size_t size = strspn(text + 1, "0123456789abcdefABCDEF:.");
+    return size > 0 && text[1 + size] == ']' && is_port_or_end(text + size + 2);
 }
 
 /* "null" is what a browser says of a page without an address. */

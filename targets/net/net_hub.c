@@ -3,6 +3,7 @@
 
 #include "net_hub_inner.h"
 #include "net_line.h"
+#include "net_opening.h"
 
 #include <stdio.h>
 #include <string.h>
@@ -199,7 +200,9 @@ static void put_stop(struct net_hub *hub, struct net_client *client, uint8_t byt
     if (!holds && byte != JOG_CANCEL && byte != RESET)
         return;
     if (byte == RESET && !client->braked) {
-        net_hub_say_message(hub, client, "No reset by an observer: hold first (!), then reset");
+        if (!client->told)
+            net_hub_say_message(hub, client, "No reset by an observer: hold first (!), then reset");
+        client->told = true;
         return;
     }
     client->braked |= holds;
@@ -228,8 +231,8 @@ static bool is_take(const char *line, size_t size) {
 /* The owner's `$TAKE` is an empty line: like any line it is answered once, and it is true already. So is a
  * jog that was called off before its line was whole. */
 static void end_line(struct net_hub *hub, struct net_client *owner) {
-    const char *line = net_queue_head(&owner->in) + owner->whole;
     size_t size = owner->in.count - owner->whole;
+    const char *line = size == 0 ? "" : net_queue_head(&owner->in) + owner->whole;
     bool done = net_hub_is_trust(line, size) && net_hub_trust(hub, owner, line, size);
     if (done || is_take(line, size) || (owner->called_off && net_line_is_jog(line, size)))
         net_queue_cut(&owner->in, owner->whole);
@@ -307,7 +310,6 @@ static void log_in(struct net_hub *hub, struct net_client *client) {
         return;
     }
     client->login_size = (uint8_t)client->in.count;
-    client->tried_us = hub->access->clock_us;
     enum access_result result = net_hub_try_login(hub, client);
     client->waits = result == ACCESS_WAIT;
     if (client->waits)
@@ -383,15 +385,21 @@ static void refuse_browser(struct net_hub *hub, struct net_client *client, bool 
 
 /* The first bytes are held until it is known whose they are. */
 static void open_with(struct net_hub *hub, struct net_client *client, uint8_t byte) {
-    enum net_opening_is what = net_opening_take(&client->opening, byte);
-    if (what == NET_OPENING_HTTP || what == NET_OPENING_FOREIGN)
-        refuse_browser(hub, client, what == NET_OPENING_HTTP);
-    if (what != NET_OPENING_LINES)
+    struct net_queue held = client->in;
+    enum net_opening_is what = net_opening_take(net_queue_head(&held), held.count, byte);
+    if (what == NET_OPENING_MORE) {
+        (void)add_owners(hub, client, &(char){(char)byte}, 1);
         return;
-    client->opened = true;
-    for (uint8_t i = 0; i < client->opening.count; i++)
-        take_byte(hub, client, (uint8_t)client->opening.held[i]);
-    take_byte(hub, client, byte);
+    }
+    client->in = (struct net_queue){0};
+    client->opened = what == NET_OPENING_LINES;
+    for (size_t i = 0; client->opened && i < held.count; i++)
+        take_byte(hub, client, (uint8_t)net_queue_head(&held)[i]);
+    net_queue_free(&held);
+    if (client->opened)
+        take_byte(hub, client, byte);
+    else
+        refuse_browser(hub, client, what == NET_OPENING_HTTP);
 }
 
 /* Bytes of a client's stream that are no telnet negotiation. */

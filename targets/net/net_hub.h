@@ -23,9 +23,9 @@
  * `$TRUST=day` or `always` of a client that is in lets all clients of its address in from now on, `$TRUST=no`
  * ends that.
  *
- * Nobody shuts others out: who says nothing is disconnected after some seconds, and net_places.h chooses who
- * goes for a newcomer when all places are taken. A browser that was made to send a request to a port of lines
- * (net_opening.h) is refused before anything of it acts.
+ * No client shuts others out: one that says nothing is disconnected after some seconds, and net_places.h
+ * chooses who goes for a newcomer when all places are taken. A browser that was made to send a request to a
+ * port of lines (net_opening.h) is refused before anything of it acts.
  *
  * Nothing is lost for want of room. A controller that is full, or an owner that does not read its answers,
  * stops the reading of the owner's lines; an observer that does not read is disconnected.
@@ -36,7 +36,6 @@
 
 #include "access/access.h"
 #include "hal/net_sizes.h" // NET_CLIENTS, of the target
-#include "net_opening.h"
 #include "net_queue.h"
 #include "net_stream.h"
 #include "net_telnet.h"
@@ -98,17 +97,16 @@ struct net_client {
     bool locked;        /* not logged in; `in` is the line that it types */
     bool hears_left;    /* gets the answers to lines of former owners, too */
     bool spoiled;       /* the line that comes next, or has begun, is to be refused */
-    bool opened;        /* it was judged by its first bytes, or need not be */
+    bool opened;        /* judged by its first bytes, which `in` holds until then; or need not be */
     bool refused;       /* ... and is a browser's: takes no more, goes when it has its answer */
     bool spoke;         /* said something useful */
     bool waits;         /* `in` begins with a login that waits for its turn; what came after it follows */
     uint8_t login_size; /* of that line */
-    struct net_opening opening;
-    uint32_t heard_us; /* when it last said something useful */
-    uint32_t tried_us; /* when the login came */
-    bool braked;       /* an observer or locked client that has held the machine: it may reset it, too */
-    char typed[16];    /* by an observer, in its line */
-    uint8_t letters;   /* of these; UINT8_MAX: too long for a line that it may send */
+    uint32_t heard_us;  /* when it last said something useful, as a login that waits */
+    bool braked;        /* an observer or locked client that has held the machine: it may reset it, too */
+    bool told;          /* ... and one that has not, that it may not */
+    char typed[13];     /* by an observer, in its line: $TRUST=always is the longest that it may send */
+    uint8_t letters;    /* of these; UINT8_MAX: too many */
 };
 
 struct net_hub {

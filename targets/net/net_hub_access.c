@@ -28,7 +28,8 @@ static bool is_word(const char *text, size_t size, const char *word) {
     return true;
 }
 
-static const char *trust(const struct net_hub *hub, const struct net_client *client, const struct span *span) {
+static const char *trust(const struct net_hub *hub, const struct net_client *client,
+                         const struct span *span) {
     if (client->stream.local)
         return "A serial port needs no trust";
     if (hub->access == NULL || hub->access->open)
@@ -71,6 +72,7 @@ bool net_hub_is_login(const struct net_client *client) {
 }
 
 enum access_result net_hub_try_login(struct net_hub *hub, const struct net_client *client) {
-    return access_try(hub->access, client->stream.peer, client->tried_us,
-                      net_queue_head(&client->in) + LOGIN_LENGTH, (size_t)(client->login_size - LOGIN_LENGTH));
+    return access_try(hub->access, client->stream.peer, client->heard_us,
+                      net_queue_head(&client->in) + LOGIN_LENGTH,
+                      (size_t)(client->login_size - LOGIN_LENGTH));
 }

@@ -2,10 +2,9 @@
 #include "net_opening.h"
 
 #include <stdbool.h>
-#include <stddef.h>
 #include <string.h>
 
-enum { TLS_HANDSHAKE = 0x16, STUN_BINDING = 0x01, STUN_ALLOCATE = 0x03 };
+enum { TLS_HANDSHAKE = 0x16, STUN_BINDING = 0x01, STUN_ALLOCATE = 0x03, TOKEN_MAX = 24 };
 
 /* A G-code letter has a number behind it, and a `$` line begins with `$`: letters and a blank are neither. */
 static bool is_token(uint8_t byte) {
@@ -22,27 +21,20 @@ static bool is_method(const char *token, size_t size) {
     return false;
 }
 
-static enum net_opening_is hold(struct net_opening *opening, uint8_t byte) {
-    if (opening->count == NET_OPENING_HELD)
-        return NET_OPENING_LINES;
-    opening->held[opening->count++] = (char)byte;
-    return NET_OPENING_MORE;
-}
-
-static enum net_opening_is take_first(struct net_opening *opening, uint8_t byte) {
+static enum net_opening_is take_first(uint8_t byte) {
     if (byte == TLS_HANDSHAKE)
         return NET_OPENING_FOREIGN;
-    return byte == 0 || is_token(byte) ? hold(opening, byte) : NET_OPENING_LINES;
+    return byte == 0 || is_token(byte) ? NET_OPENING_MORE : NET_OPENING_LINES;
 }
 
-enum net_opening_is net_opening_take(struct net_opening *opening, uint8_t byte) {
-    if (opening->count == 0)
-        return take_first(opening, byte);
-    if (opening->held[0] == '\0')
+enum net_opening_is net_opening_take(const char *held, size_t count, uint8_t byte) {
+    if (count == 0)
+        return take_first(byte);
+    if (held[0] == '\0')
         return byte == STUN_BINDING || byte == STUN_ALLOCATE ? NET_OPENING_FOREIGN : NET_OPENING_LINES;
-    if (opening->held[opening->count - 1] == ' ')
+    if (held[count - 1] == ' ')
         return byte == '/' || byte == '*' ? NET_OPENING_HTTP : NET_OPENING_LINES;
-    if (byte == ' ' && is_method(opening->held, opening->count))
+    if (byte == ' ' && is_method(held, count))
         return NET_OPENING_HTTP;
-    return byte == ' ' || is_token(byte) ? hold(opening, byte) : NET_OPENING_LINES;
+    return byte == ' ' || (is_token(byte) && count < TOKEN_MAX) ? NET_OPENING_MORE : NET_OPENING_LINES;
 }

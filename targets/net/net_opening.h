@@ -7,24 +7,17 @@
 #ifndef WIFICNC_NET_OPENING_H
 #define WIFICNC_NET_OPENING_H
 
+#include <stddef.h>
 #include <stdint.h>
 
-enum { NET_OPENING_HELD = 24 };
-
 enum net_opening_is {
-    NET_OPENING_MORE,   /* not known yet: the byte is held */
+    NET_OPENING_MORE,   /* not known yet: the byte is to be held */
     NET_OPENING_LINES,  /* what is held and this byte are a sender's */
     NET_OPENING_HTTP,   /* a request: nothing of this connection may be executed */
     NET_OPENING_FOREIGN /* another protocol: as HTTP, but who speaks it reads no text */
 };
 
-/** All zero is a connection's begin. */
-struct net_opening {
-    char held[NET_OPENING_HELD];
-    uint8_t count;
-};
-
-/** The next byte, until the answer is not NET_OPENING_MORE. */
-enum net_opening_is net_opening_take(struct net_opening *opening, uint8_t byte);
+/** The next byte, until the answer is not NET_OPENING_MORE. @param held  all before it; at most 25 bytes */
+enum net_opening_is net_opening_take(const char *held, size_t count, uint8_t byte);
 
 #endif

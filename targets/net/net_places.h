@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT
- * Who gets a place when there are more connections than places, so that no stranger shuts others out. [task]
+ * Who gets a place when there are more connections than places, so that no client shuts others out. [task]
  * Pure: no clock, no socket.
  *
  * An address has a bounded number of places for connections that have proven nothing. When all places are
@@ -30,7 +30,7 @@ struct net_newcomer {
     uint64_t peer;
     uint64_t owner;    /* address that a place is kept for; 0: none */
     size_t unproven;   /* places that an address may have for connections that have proven nothing */
-    uint32_t login_us; /* so long a connection that has proven nothing keeps its place in any case */
+    uint32_t login_us; /* a connection that has proven nothing keeps its place for this time */
     bool local;        /* a wire of this machine, which has its place in any case */
 };
 

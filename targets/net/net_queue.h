@@ -18,7 +18,7 @@ bool net_queue_add(struct net_queue *queue, const char *bytes, size_t count);
 
 /** The oldest byte; queue->count follow one another. */
 static inline const char *net_queue_head(const struct net_queue *queue) {
-    return queue->bytes + queue->begin;
+    return queue->begin == 0 ? queue->bytes : queue->bytes + queue->begin; /* NULL while nothing was added */
 }
 
 /** Forget the oldest `count` bytes. */

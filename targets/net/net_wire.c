@@ -92,6 +92,12 @@ static uint32_t clock_us(const struct net_wire *wire) {
     return (uint32_t)wire->session->now_us;
 }
 
+/* The last message, or the connection. One that waits for an answer is not idle. */
+static uint32_t heard_us(const struct net_wire *wire, int place) {
+    const struct session_client *client = &wire->session->client[place];
+    return client->waits ? clock_us(wire) : (uint32_t)client->heard_us;
+}
+
 static enum net_rank rank_of(const struct net_wire *wire, int place) {
     const struct session *session = wire->session;
     const struct session_client *client = &session->client[place];
@@ -122,10 +128,8 @@ static int place_for(const struct net_wire *wire, uint64_t peer) {
                                           .login_us = MOMENT_US};
     for (int i = 0; i < SESSION_CLIENTS; i++) {
         const struct net_wire_client *client = &wire->client[i];
-        bool waits = wire->session->client[i].waits;
-        places[i] = (struct net_place){.peer = client->stream.peer,
-                                       .heard_us = waits ? clock_us(wire) : client->heard_us,
-                                       .rank = (uint8_t)rank_of(wire, i)};
+        places[i] = (struct net_place){
+            .peer = client->stream.peer, .heard_us = heard_us(wire, i), .rank = (uint8_t)rank_of(wire, i)};
     }
     int chosen = net_places_choose(places, SESSION_CLIENTS, &newcomer, clock_us(wire));
     int silent = session_place(wire->session);
@@ -146,7 +150,7 @@ static void accept_clients(struct net_wire *wire) {
         if (wire->client[place].stream.ops != NULL)
             drop(wire, place, false);
         net_tcp_keep_alive(&stream); /* nothing may continue because no one says that the host has gone */
-        wire->client[place] = (struct net_wire_client){.stream = stream, .heard_us = clock_us(wire)};
+        wire->client[place] = (struct net_wire_client){.stream = stream};
         session_connect(wire->session, place, peer.bytes);
     }
 }
@@ -189,7 +193,6 @@ static bool answer_messages(struct net_wire *wire, int place) {
             client->out_count += 2 + reply_size;
         }
         client->in_count -= 2 + size;
-        client->heard_us = clock_us(wire);
         client->spoke = true;
         memmove(client->in, client->in + 2 + size, client->in_count);
         if (!write_replies(client))
@@ -218,7 +221,7 @@ void net_wire_round(struct net_wire *wire) {
             continue;
         if (!write_replies(client))
             drop(wire, i, true);
-        else if (!client->spoke && clock_us(wire) - client->heard_us >= SILENT_US)
+        else if (!client->spoke && clock_us(wire) - heard_us(wire, i) >= SILENT_US)
             drop(wire, i, false);
         else if (net_wire_wants_read(client))
             read_client(wire, i);

@@ -18,8 +18,7 @@ struct net_wire_client {
     size_t in_count;
     uint8_t out[NET_WIRE_OUT]; /* replies that wait for the client to read */
     size_t out_count;
-    uint32_t heard_us; /* the last whole message, or its connection; wraps */
-    bool spoke;        /* there was a message */
+    bool spoke; /* there was a message */
 };
 
 struct net_wire {

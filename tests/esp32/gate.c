@@ -1,12 +1,8 @@
 /* SPDX-License-Identifier: MIT
  * The access key of network clients: digests against published vectors, guessing slowed down, addresses that
  * are trusted, and what a locked client can do at the hub. */
-#include "access/access.h"
 #include "base/siphash.h"
-#include "check.h"
-#include "net_hub.h"
-
-#include <string.h>
+#include "hub_wires.h"
 
 static bool is_hex(const uint8_t digest[SHA256_SIZE], const char *hex) {
     char text[2 * SHA256_SIZE + 1];
@@ -64,6 +60,13 @@ static enum access_result ask(struct access *access, uint64_t who, uint32_t sinc
     return access_try(access, who, since_us, key, strlen(key));
 }
 
+/* A try that came at `since_us` asks whether it is its turn. */
+static enum access_result ask(struct access *access, uint64_t who, uint32_t since_us, const char *key,
+                              uint32_t now_us) {
+    access_poll(access, now_us);
+    return access_try(access, who, since_us, key, strlen(key));
+}
+
 static void begin(struct access *access, const char *key) {
     static const uint8_t salt[ACCESS_SALT];
     access_init(access, key, key[0] == '\0', salt, 0);
@@ -77,7 +80,7 @@ static enum access_result try_at(struct access *access, const char *key, uint32_
     return try_as(access, 1, key, now_us);
 }
 
-enum { ASKS_US = 1000 };
+enum { ASKS_US = 1000, LONGEST_US = LOCKOUT_LONGEST_S * 1000000 };
 
 /* A try that asks until it is looked at. @return when, us after it came */
 static uint32_t turn_of(struct access *gate, uint64_t who, const char *key, bool good, uint32_t since_us) {
@@ -100,8 +103,8 @@ static void wrong_tries_become_slower_and_the_right_one_is_late_but_accepted(voi
         CHECK(waited_us == waits_us[i]);
         t_us += waited_us;
     }
-    CHECK(turn_of(&gate, 1, "correct horse", true, t_us) == LOCKOUT_LONGEST_US);
-    t_us += LOCKOUT_LONGEST_US;
+    CHECK(turn_of(&gate, 1, "correct horse", true, t_us) == LONGEST_US);
+    t_us += LONGEST_US;
     CHECK(turn_of(&gate, 1, "correct horse", true, t_us) == 0);
 }
 
@@ -120,10 +123,10 @@ static void among_many_guessers_at_one_address_the_right_key_has_its_turn(void) 
                 since_us[n] = now_us + 1;
         good = now_us >= came_us && ask(&gate, 1, came_us, "correct horse", now_us) == ACCESS_GOOD;
     }
-    CHECK(good && now_us - came_us <= (GUESSERS + 1) * (LOCKOUT_LONGEST_US + ASKS_US));
+    CHECK(good && now_us - came_us <= (GUESSERS + 1) * (LONGEST_US + ASKS_US));
 }
 
-/* ... and one that has gone while it waited holds nobody up for long. */
+/* ... and one that has gone while it waited holds no other up for long. */
 static void a_try_that_has_gone_is_passed_over(void) {
     struct access gate;
     begin(&gate, "correct horse");
@@ -164,7 +167,7 @@ static void patience_gains_nothing(void) {
     uint64_t t_us = 0;
     begin(&gate, "correct horse");
     for (unsigned burst = 0; t_us < 24ull * 3600 * 1000000; burst++) {
-        for (uint64_t wait_us = 1000000; wait_us <= LOCKOUT_LONGEST_US; wait_us *= 2, looked_at++) {
+        for (uint64_t wait_us = 1000000; wait_us <= LONGEST_US; wait_us *= 2, looked_at++) {
             CHECK(try_as(&gate, 1, "wrong", (uint32_t)t_us) == ACCESS_WRONG);
             t_us += wait_us;
         }
@@ -221,109 +224,15 @@ static void open_access_asks_for_no_key(void) {
     CHECK(access_may(&gate, 1) && access_may(&gate, 0));
 }
 
-/* ---- at the hub: streams are buffers, the controller notes what it gets ---- */
-
-struct wire {
-    char in[512], out[4096];
-    size_t in_count, out_count;
-    bool closed;
-};
-
-static struct access gate;
-static char got[1024], says[512];
-static size_t got_count;
-static unsigned owners_left;
-static bool full, waited;
-static uint32_t now_us;
-
-static long wire_read(const struct net_stream *stream, char *bytes, size_t size) {
-    struct wire *wire = stream->ctx;
-    size_t count = wire->in_count < size ? wire->in_count : size;
-    memcpy(bytes, wire->in, count);
-    memmove(wire->in, wire->in + count, wire->in_count -= count);
-    return wire->closed ? NET_GONE : (long)count;
-}
-
-static long wire_write(const struct net_stream *stream, const char *bytes, size_t count) {
-    struct wire *wire = stream->ctx;
-    memcpy(wire->out + wire->out_count, bytes, count);
-    wire->out[wire->out_count += count] = '\0';
-    return (long)count;
-}
-
-static void wire_close(const struct net_stream *stream) {
-    ((struct wire *)stream->ctx)->closed = true;
-}
-
-static size_t put(void *ctx, const char *bytes, size_t count) {
-    (void)ctx;
-    if (full)
-        return 0;
-    memcpy(got + got_count, bytes, count);
-    got[got_count += count] = '\0';
-    return count;
-}
-
-static size_t hear(void *ctx, char *bytes, size_t size) {
-    size_t count = strlen(says);
-    (void)ctx;
-    (void)size;
-    memcpy(bytes, says, count);
-    says[0] = '\0';
-    return count;
-}
-
-static void act(void *ctx) {
-    (void)ctx;
-}
-
-static void event(void *ctx, const char *what, const char *who) {
-    (void)ctx;
-    (void)what;
-    (void)who;
-}
-
-static void left(void *ctx, bool lines_wait) {
-    (void)ctx;
-    owners_left++;
-    waited = lines_wait;
-}
-
-static struct net_hub hub;
-static struct wire wires[4];
+/* ---- at the hub ---- */
 
 static void start(const char *key) {
-    static const struct net_hub_ops ops = {
-        .put = put, .hear = hear, .act = act, .event = event, .left = left};
-    static const struct net_hub_sizes sizes = {.clients = 3, .in = 2048, .out = 16384, .left = 2048};
-    net_hub_close(&hub);
-    begin(&gate, key);
-    memset(wires, 0, sizeof wires);
-    got_count = owners_left = 0;
-    full = waited = false;
-    got[0] = '\0';
-    now_us = 0;
-    net_hub_init(&hub, &sizes, &ops, NULL);
-    hub.access = &gate;
+    start_hub(key, 3);
 }
 
+/* Clients 0 and 3 have one address. */
 static bool come(unsigned n, bool local) {
-    static const struct net_stream_ops ops = {.read = wire_read, .write = wire_write, .close = wire_close};
-    return net_hub_connect(
-        &hub, &(struct net_stream){.ops = &ops, .ctx = &wires[n], .peer = n == 3 ? 1 : n + 1, .local = local},
-        "client");
-}
-
-static void round_trip(void) {
-    access_poll(&gate, now_us);
-    net_hub_tick(&hub, now_us);
-    for (struct net_client *client = hub.client; client < hub.client + NET_CLIENTS; client++)
-        if (net_hub_wants_read(&hub, client))
-            net_hub_read(&hub, client);
-    net_hub_ask(&hub);
-    (void)net_hub_feed(&hub);
-    net_hub_hear(&hub);
-    net_hub_flush(&hub);
+    return come_from(n, n == 3 ? 1 : n + 1, local);
 }
 
 static void send(unsigned n, const char *text) {
@@ -380,7 +289,7 @@ static void a_trusted_address_needs_no_login_until_that_is_revoked(void) {
     wires[1].closed = true;
     round_trip();
     memset(&wires[1], 0, sizeof wires[1]);
-    CHECK(!access_may(&gate, 1));
+    CHECK(!access_may(&the_gate, 1));
 }
 
 static void a_trust_that_cannot_be_is_refused(void) {
@@ -388,7 +297,7 @@ static void a_trust_that_cannot_be_is_refused(void) {
     CHECK(come(0, false) && come(1, true));
     send(0, "$LOGIN=s3cret!?\n$TRUST=week\n");
     CHECK(strstr(wires[0].out, "no, day or always") != NULL && strcmp(got, "$TRUST=week\n") == 0);
-    CHECK(!access_may(&gate, 1));
+    CHECK(!access_may(&the_gate, 1));
     send(1, "$TRUST=day\n");
     CHECK(strstr(wires[1].out, "serial port") != NULL && strstr(wires[1].out, "error:3") != NULL);
 }
@@ -411,10 +320,10 @@ static void wrong_keys_slow_down_their_address(void) {
     CHECK(wires[3].out_count == 0 && hub.client[2].locked);
     send(1, "$LOGIN=s3cret!?\n");
     CHECK(!hub.client[1].locked);
-    now_us = 999999;
+    clock_us = 999999;
     round_trip();
     CHECK(hub.client[2].locked && got_count == 0);
-    now_us = 1000000;
+    clock_us = 1000000;
     round_trip();
     CHECK(!hub.client[2].locked && hub.client[0].locked);
     CHECK(strcmp(got, "G0X3\n") == 0); /* what came behind it has waited with it */
@@ -441,12 +350,11 @@ static void a_wire_needs_no_key(void) {
 static void locked_clients_make_room(void) {
     start("s3cret!?");
     CHECK(come(0, true) && come(1, false) && come(2, false));
-    now_us = 2000000;
-    net_hub_tick(&hub, now_us);
+    clock_us = 2000000;
+    net_hub_tick(&hub, clock_us);
     CHECK(come(3, false) && wires[1].closed && !wires[0].closed);
     send(2, "$LOGIN=s3cret!?\n");
     send(3, "$LOGIN=s3cret!?\n");
-    memset(&wires[1], 0, sizeof wires[1]);
     CHECK(!come(1, false) && wires[1].closed);
 }
 

@@ -21,6 +21,7 @@ PROGRAMS = {
     "two_sides": (),  # the machine with a motion side of its own: two real threads
     "io_parts": ("../chip/gang.c", "../chip/step_pins.c", "io/encoder_counts.c"),
     "access_store": ("net/access_store.c",),
+    "crowd": (),
     "gate": (),
     "rx_all": (),
     "websocket": (),

@@ -1,11 +1,11 @@
-"""Strangers who connect, say nothing, guess, or speak HTTP to the port of lines, over real sockets: nobody shuts the
-owner out, and nothing that they send is executed."""
+"""Strangers who connect, say nothing, guess, or speak HTTP to the port of lines, over real sockets: no client shuts
+the owner out, and nothing that they send is executed."""
 
 from __future__ import annotations
 
 import socket
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 
 import pytest
@@ -24,12 +24,12 @@ def logs_in(client: Client) -> bool:
     return True
 
 
-@pytest.mark.parametrize("password", ["", "correct horse"])
-def test_idle_connections_shut_nobody_out(password: str) -> None:
-    with serving(password) as connect:
+@pytest.mark.parametrize("key", ["", "correct horse"])
+def test_idle_connections_shut_nobody_out(key: str) -> None:
+    with serving(key) as connect:
         idle = [connect(STRANGER) for _ in range(2 * PLACES)]
         owner = connect(OWNER)
-        if password:
+        if key:
             logs_in(owner)
         owner.send(b"G0X1\n")
         owner.until(b"ok\r\n")
@@ -83,6 +83,10 @@ def reconnecting(port: int, addresses: tuple[str, ...]) -> Iterator[list[int]]:
             thread.join()
 
 
+def rounds_more_than(rounds: list[int], before: list[int]) -> Callable[[], bool]:
+    return lambda: all(now > then + PLACES for now, then in zip(rounds, before, strict=True))
+
+
 def test_the_owner_comes_back_while_strangers_reconnect() -> None:
     with serving_esp32("correct horse") as ports:
         owner = Client(ports.telnet, OWNER)
@@ -92,8 +96,7 @@ def test_the_owner_comes_back_while_strangers_reconnect() -> None:
         with reconnecting(ports.telnet, (STRANGER, OTHER)) as rounds:
             for _ in range(5):
                 owner.socket.close()
-                before = list(rounds)
-                wait_until(lambda: all(a > b + PLACES for a, b in zip(rounds, before, strict=True)), "strangers came")
+                wait_until(rounds_more_than(rounds, list(rounds)), "strangers came")
                 owner = Client(ports.telnet, OWNER)
                 logs_in(owner)
                 owner.send(b"G0X1\n")
@@ -150,7 +153,7 @@ def test_a_right_key_is_accepted_while_others_at_its_address_guess() -> None:
     with serving("correct horse") as connect:
         guesser = connect(OWNER)
         guesser.send(b"".join(b"$LOGIN=%d\n" % n for n in range(20)))
-        guesser.until(b"Wrong password]")
+        guesser.until(b"Wrong access key]")
         owner = connect(OWNER)
         owner.send(KEY + b"G0X1\n")
         assert owner.until(b"ok\r\n").endswith(b"ok\r\n")

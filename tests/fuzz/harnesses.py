@@ -18,6 +18,7 @@ LENGTHS = {
     "component": 1024,
     "interleave": 512,
     "http": 1024,
+    "hub": 512,
     "websocket": 512,
     "mdns": 512,
     "improv": 512,

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import fcntl
 import os
+import socket
 import struct
 import termios
-from contextlib import suppress
+import threading
+from contextlib import ExitStack, suppress
 from pathlib import Path
 
 import pytest
-from serve_peer import Peer, Serve, connect
+from patience import HANG_S
+from serve_peer import Peer, Serve, connect, stream
 from wificnc.serve.server import Server
 
 
@@ -183,3 +186,69 @@ def test_pty_and_tcp_share_the_controller(serve: Serve) -> None:
         assert serial.ask("G0X1")[-1] == "ok"
         assert observer.ask("$TAKE")[-1] == "ok"
         assert "[MSG:Observer: " + observer.name + " is in control, $TAKE takes control]" in serial.until("Observer")
+
+
+STRANGER, OWNER = "127.0.0.66", "127.0.0.2"
+
+
+def connect_from(server: Server, here: str) -> Peer:
+    assert server.tcp
+    host, _, port = server.tcp.rpartition(":")
+    sock = socket.create_connection((host, int(port)), HANG_S, (here, 0))
+    sock.setblocking(False)
+    return Peer(sock.fileno(), sock)
+
+
+def test_a_web_page_cannot_post_lines_to_the_port_of_senders(server: Server) -> None:
+    """As fetch("http://127.0.0.1:2323/", {method: "POST", mode: "no-cors", body}) in any page of any site."""
+    with connect(server) as browser:
+        body = "\n$J=G91X10F600\nG0X5\n!"
+        browser.send(f"POST / HTTP/1.1\r\nHost: 127.0.0.1:2323\r\nContent-Length: {len(body)}\r\n\r\n{body}")
+        assert browser.until_closed()[0] == "HTTP/1.1 400 Bad Request"
+    with connect(server) as sender:
+        assert sender.status().startswith("<Idle|MPos:0.000,")
+        assert sender.ask("G0X1") == ["ok"]
+        assert sender.idle_position_mm()[0] == 1.0
+
+
+def test_idle_strangers_shut_nobody_out(server: Server) -> None:
+    with ExitStack() as stack:
+        for _ in range(40):
+            stack.enter_context(connect_from(server, STRANGER))
+        owner = stack.enter_context(connect_from(server, OWNER))
+        assert owner.ask("G0X1")[-1] == "ok"
+        for _ in range(40):
+            stack.enter_context(connect_from(server, STRANGER))
+        owner.close()
+        owner = connect_from(server, OWNER)
+        assert owner.ask("G0X2")[-1] == "ok"
+        assert owner.idle_position_mm()[0] == 2.0
+        owner.close()
+
+
+def test_a_job_of_thousands_of_lines_while_strangers_reconnect(server: Server) -> None:
+    """Every line is answered once, in order: errors where they belong."""
+    lines = ["G77" if n % 11 == 0 else f"G1X{n % 5}F9000" for n in range(5000)]
+    wanted = ["error:20" if n % 11 == 0 else "ok" for n in range(5000)]
+    ending = threading.Event()
+
+    def come_and_go() -> None:
+        crowd: list[Peer] = []
+        while not ending.is_set():
+            with suppress(OSError):
+                crowd.append(connect_from(server, STRANGER))
+                crowd[-1].send_some(b"?G0X99\n!\x18")
+            while len(crowd) > 200:
+                crowd.pop(0).close()
+        for one in crowd:
+            one.close()
+
+    with connect_from(server, OWNER) as owner:
+        assert owner.ask("G0X0") == ["ok"]
+        crowd = threading.Thread(target=come_and_go)
+        crowd.start()
+        try:
+            assert stream(owner, lines) == wanted
+        finally:
+            ending.set()
+            crowd.join()

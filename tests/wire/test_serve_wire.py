@@ -44,6 +44,7 @@ from wificnc.wmc3.packet import build, parse
 
 # the ports are fixed: every run of the tests has an address of its own
 ADDRESS = f"127.58.{os.getpid() >> 8 & 0xFF}.{os.getpid() & 0xFF or 1}"
+STRANGER = "127.0.0.66"
 FILES = 4096
 SETTINGS = tuple(f"${base + ax}={value}" for base, value in ((100, 200), (110, 6000), (120, 500)) for ax in range(3))
 
@@ -128,8 +129,33 @@ def test_an_access_key(serve: Callable[..., Server]) -> None:
         invoke("motion", "X=10")
     with pytest.raises(RefusedError, match="authentication"):
         invoke("motion", "X=10", "--key", "a guess")
-    time.sleep(1.05)  # a guesser gets one try a second
     assert json.loads(invoke("motion", "X=10", "--key", "a secret", "--json"))["executed"] == 1
+
+
+def test_a_right_proof_among_wrong_ones_has_its_turn(serve: Callable[..., Server]) -> None:
+    """The wait of a guesser's address delays the right one; it does not refuse it."""
+    serve(password="a secret", speed=4.0)
+    with Device(ADDRESS, "a guess") as guesser, Device(ADDRESS, "a secret") as owner:
+        for _ in range(3):
+            with pytest.raises(RefusedError, match="authentication"):
+                guesser.command(ConfigSave())
+            guesser.__exit__(None, None, None)
+            guesser.__init__(ADDRESS, "a guess")  # type: ignore[misc]
+        owner.command(ConfigSave())
+
+
+def test_silent_connections_shut_no_host_out(serve: Callable[..., Server]) -> None:
+    serve(speed=20.0)
+    with ExitStack() as stack:
+        crowd = [
+            stack.enter_context(socket.create_connection((ADDRESS, CONTROL_PORT), 5, (STRANGER, 0))) for _ in range(8)
+        ]
+        device = stack.enter_context(Device(ADDRESS))
+        device.request(Ping(1), Pong)
+        for one in crowd:
+            one.settimeout(HANG_S)
+            assert is_ended(one)  # the first ones for the last, and these because they say nothing
+        assert device.request(Ping(2), Pong) == Pong(2)
 
 
 def test_a_second_device_at_the_same_address_is_told(serve: Callable[..., Server]) -> None:

@@ -128,9 +128,9 @@ def test_a_key_that_nobody_wants_does_no_harm() -> None:
         assert json.loads(invoke("handshake", "--key", "of another device", "--json"))["device_name"] == "WiFiCNC"
 
 
-def test_a_wrong_key_says_which_option_has_it() -> None:
+def test_a_wrong_key_says_that_the_next_answer_is_late() -> None:
     error = refused_error(Type.AUTHENTICATE, Refusal.AUTHENTICATION)
-    assert "wrong access key" in str(error) and "--key" in (error.hint or "")
+    assert "wrong access key" in str(error) and "later" in (error.hint or "")
 
 
 @pytest.mark.parametrize("reason", [reason for reason in Refusal if reason != Refusal.NONE])

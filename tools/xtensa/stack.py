@@ -21,7 +21,12 @@ TASKS = {
 }
 
 # Who calls through struct net_hub_ops what app/controller.c has put there.
-ELSEWHERE = {"net_hub_read": ("act", "put", "login"), "net_hub_feed": ("put",), "net_hub_hear": ("hear",)}
+ELSEWHERE = {
+    "net_hub_read": ("act", "put", "login"),
+    "net_hub_tick": ("act", "put", "login"),
+    "net_hub_feed": ("put",),
+    "net_hub_hear": ("hear",),
+}
 
 # The one recursion is an expression within an expression. It goes so deep.
 RECURSIVE = "core/gcode/expression.c"

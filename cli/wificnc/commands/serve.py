@@ -118,7 +118,6 @@ def command(
         settings=settings,
         store=store,
     )
-    _check_doors(options)
     _run(_with_key(options, is_open), speed)
 
 
@@ -162,6 +161,7 @@ def _check_doors(options: ServeOptions) -> None:
 
 def _run(options: ServeOptions, speed: str) -> None:
     """Serve until it is stopped."""
+    _check_doors(options)
     for name in ("SIGTERM", "SIGBREAK"):  # the second one is Windows' Ctrl-Break
         if hasattr(signal, name):
             signal.signal(getattr(signal, name), _end)

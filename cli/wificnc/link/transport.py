@@ -18,6 +18,7 @@ from wificnc.link.target import NetworkTarget, parse_target
 
 CONNECT_TIMEOUT_S = 5.0
 SEND_TIMEOUT_S = 5.0
+LOGIN_S = 25.0  # a login waits for its turn behind those of other connections, 4 s each (core/base/lockout.h)
 CHUNK = 65536
 SLICE_S = 0.01  # between two looks, where the system cannot wait for a serial port
 
@@ -87,11 +88,11 @@ class SocketTransport:
         """Log in to a controller with its access key.
 
         Raises:
-            RefusedError: it is wrong, or comes too soon after wrong ones.
+            RefusedError: it is wrong.
             LinkError: no answer.
         """
         self.send(b"$LOGIN=" + key.encode() + b"\n")
-        deadline, said = time.monotonic() + SEND_TIMEOUT_S, b""
+        deadline, said = time.monotonic() + LOGIN_S, b""
         while not any(word in said for word in (b"ok\r\n", b"error:", b"rong access key")):
             left_s = deadline - time.monotonic()
             if left_s <= 0:

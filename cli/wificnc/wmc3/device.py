@@ -54,6 +54,7 @@ from wificnc.wmc3.stream import StreamSender
 
 TIMEOUT_S = REPLY_TIMEOUT_MS / 1000
 TURN_S = 0.001  # a stream looks around this often
+PROOF_S = 20.0  # a proof waits for its turn behind those of other connections, 4 s each (core/base/lockout.h)
 LOST_S = 3.0  # a device that acknowledges nothing for this long is gone
 LayoutT = TypeVar("LayoutT", bound=Layout)
 CODES = {ValueType.U8: "<B", ValueType.U16: "<H", ValueType.U32: "<I", ValueType.I32: "<i", ValueType.FLOAT: "<f"}
@@ -184,7 +185,10 @@ class Device:
         asked = self.request(Challenge(), ChallengeResponse)
         secret = key_secret(self._key, asked.salt, asked.rounds)
         nonce = os.urandom(len(asked.nonce))
+        connection = self._connection()
+        connection.settimeout(max(PROOF_S, self._timeout_s))
         session = self.request(Authenticate(nonce, proof(secret, asked.nonce, nonce)), Authenticated).session
+        connection.settimeout(self._timeout_s)
         self._sealer = Sealer.derive(session, secret, asked.nonce, nonce)
 
     def _exchange(self, payload: Layout) -> Packet:

@@ -24,7 +24,7 @@ HINTS_OF: dict[tuple[Type, Refusal], str] = {
     (
         Type.AUTHENTICATE,
         Refusal.AUTHENTICATION,
-    ): "--key, or WIFICNC_KEY",
+    ): "--key, or WIFICNC_KEY; after wrong keys the answer comes up to 4 s later",
     (
         Type.CHANNEL_OUTPUTS,
         Refusal.UNKNOWN_TYPE,

@@ -9,6 +9,7 @@
 #include "esp_random.h"
 
 #include <stdio.h>
+#include <string.h>
 
 enum { TELNET_PORT = 23 };
 
@@ -95,6 +96,12 @@ static void unlock_outputs(void *ctx) {
 
 /* ---- start ---- */
 
+/* Most boards have none, and need no memory for them. @return NULL: none; else it is never freed */
+static const char *load_names(struct nvs_store *store) {
+    char names[HTTP_NAMES_MAX + 1];
+    return read_text(store, NVS_HTTP_NAMES, names, sizeof names) == NVS_TEXT_GOOD ? strdup(names) : NULL;
+}
+
 static void start_servers(struct firmware *firmware) {
     char text[64];
     int error;
@@ -102,10 +109,7 @@ static void start_servers(struct firmware *firmware) {
         snprintf(text, sizeof text, "Cannot start Telnet, error %d", error);
         firmware_tell(firmware, text);
     }
-    if (read_text(&firmware->store, NVS_HTTP_NAMES, firmware->http_names, sizeof firmware->http_names) !=
-        NVS_TEXT_GOOD)
-        firmware->http_names[0] = '\0';
-    const struct page_names names = {.own = network_name(), .others = firmware->http_names};
+    const struct page_names names = {.own = network_name(), .others = load_names(&firmware->store)};
     if (!page_start(&firmware->controller.hub, NULL, &names, "80", &error)) {
         snprintf(text, sizeof text, "Cannot start the web page, error %d", error);
         firmware_tell(firmware, text);

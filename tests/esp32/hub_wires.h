@@ -1,0 +1,123 @@
+/* SPDX-License-Identifier: MIT
+ * A hub with clients that are buffers, and a controller that notes what it gets. */
+#ifndef WIFICNC_TESTS_ESP32_HUB_WIRES_H
+#define WIFICNC_TESTS_ESP32_HUB_WIRES_H
+
+#include "access/access.h"
+#include "check.h"
+#include "net_hub.h"
+
+#include <string.h>
+
+enum { HUB_WIRES = 256 };
+
+struct wire {
+    char in[512], out[4096];
+    size_t in_count, out_count;
+    bool closed;
+};
+
+static struct access the_gate;
+static char got[1024], says[512];
+static size_t got_count;
+static unsigned owners_left;
+static bool full, waited;
+static uint32_t clock_us;
+
+static long wire_read(const struct net_stream *stream, char *bytes, size_t size) {
+    struct wire *wire = stream->ctx;
+    size_t count = wire->in_count < size ? wire->in_count : size;
+    memcpy(bytes, wire->in, count);
+    memmove(wire->in, wire->in + count, wire->in_count -= count);
+    return wire->closed ? NET_GONE : (long)count;
+}
+
+static long wire_write(const struct net_stream *stream, const char *bytes, size_t count) {
+    struct wire *wire = stream->ctx;
+    memcpy(wire->out + wire->out_count, bytes, count);
+    wire->out[wire->out_count += count] = '\0';
+    return (long)count;
+}
+
+static void wire_close(const struct net_stream *stream) {
+    ((struct wire *)stream->ctx)->closed = true;
+}
+
+static size_t put(void *ctx, const char *bytes, size_t count) {
+    (void)ctx;
+    if (full)
+        return 0;
+    memcpy(got + got_count, bytes, count);
+    got[got_count += count] = '\0';
+    return count;
+}
+
+static size_t hear(void *ctx, char *bytes, size_t size) {
+    size_t count = strlen(says);
+    (void)ctx;
+    (void)size;
+    memcpy(bytes, says, count);
+    says[0] = '\0';
+    return count;
+}
+
+static void act(void *ctx) {
+    (void)ctx;
+}
+
+static void event(void *ctx, const char *what, const char *who) {
+    (void)ctx;
+    (void)what;
+    (void)who;
+}
+
+static void left(void *ctx, bool lines_wait) {
+    (void)ctx;
+    owners_left++;
+    waited = lines_wait;
+}
+
+static inline void begin(struct access *access, const char *key) {
+    static const uint8_t salt[ACCESS_SALT];
+    access_init(access, key, key[0] == '\0', salt, 0);
+}
+
+static struct net_hub hub;
+static struct wire wires[HUB_WIRES];
+
+/* @param clients  places of the hub */
+static inline void start_hub(const char *key, size_t clients) {
+    static const struct net_hub_ops ops = {
+        .put = put, .hear = hear, .act = act, .event = event, .left = left};
+    const struct net_hub_sizes sizes = {.clients = clients, .in = 2048, .out = 16384, .left = 2048};
+    net_hub_close(&hub);
+    begin(&the_gate, key);
+    memset(wires, 0, sizeof wires);
+    got_count = owners_left = 0;
+    full = waited = false;
+    got[0] = '\0';
+    clock_us = 0;
+    net_hub_init(&hub, &sizes, &ops, NULL);
+    hub.access = &the_gate;
+}
+
+static inline bool come_from(unsigned n, uint64_t peer, bool local) {
+    static const struct net_stream_ops ops = {.read = wire_read, .write = wire_write, .close = wire_close};
+    memset(&wires[n], 0, sizeof wires[n]);
+    return net_hub_connect(
+        &hub, &(struct net_stream){.ops = &ops, .ctx = &wires[n], .peer = peer, .local = local}, "client");
+}
+
+static inline void round_trip(void) {
+    access_poll(&the_gate, clock_us);
+    net_hub_tick(&hub, clock_us);
+    for (struct net_client *client = hub.client; client < hub.client + NET_CLIENTS; client++)
+        if (net_hub_wants_read(&hub, client))
+            net_hub_read(&hub, client);
+    net_hub_ask(&hub);
+    (void)net_hub_feed(&hub);
+    net_hub_hear(&hub);
+    net_hub_flush(&hub);
+}
+
+#endif
