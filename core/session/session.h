@@ -57,6 +57,7 @@ struct session_client {
     uint8_t nonce[SEAL_NONCE];
     struct seal seal; /* of its datagrams */
     uint64_t heard_us;
+    uint32_t tried_us; /* access->clock_us when the proof came that waits */
 };
 
 /** A host that gets the status. */

@@ -13,7 +13,6 @@ enum { READ_SIZE = 1024 };
 static const char nobody[] = "No client is in control: the first line takes control";
 static const char take_line[] = "$TAKE";
 
-enum { RESET = 0x18, DOOR = 0x84, JOG_CANCEL = 0x85 };
 enum { TAKE_LENGTH = sizeof take_line - 1 };
 enum { LOGIN_LINE_MAX = sizeof "$LOGIN=" + 64 };
 
@@ -193,21 +192,9 @@ static void put_realtime(struct net_hub *hub, struct net_client *client, uint8_t
         net_hub_call_off_jogs(client);
 }
 
-/* Who may not move the machine may still hold and stop it. Some senders reset whatever they connect to: a
- * reset counts only behind a hold of the same client. */
 static void put_stop(struct net_hub *hub, struct net_client *client, uint8_t byte) {
-    bool holds = byte == '!' || byte == DOOR;
-    if (!holds && byte != JOG_CANCEL && byte != RESET)
-        return;
-    if (byte == RESET && !client->braked) {
-        if (!client->told)
-            net_hub_say_message(hub, client, "No reset by an observer: hold first (!), then reset");
-        client->told = true;
-        return;
-    }
-    client->braked |= holds;
-    hub->ops->event(hub->ctx, holds ? "holds the machine" : "stops the machine", client->name);
-    put_realtime(hub, hub->owner != NULL ? hub->owner : client, byte);
+    if (net_hub_may_stop(hub, client, byte))
+        put_realtime(hub, hub->owner != NULL ? hub->owner : client, byte);
 }
 
 void net_hub_ask(struct net_hub *hub) {

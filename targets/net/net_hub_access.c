@@ -76,3 +76,18 @@ enum access_result net_hub_try_login(struct net_hub *hub, const struct net_clien
                       net_queue_head(&client->in) + LOGIN_LENGTH,
                       (size_t)(client->login_size - LOGIN_LENGTH));
 }
+
+bool net_hub_may_stop(struct net_hub *hub, struct net_client *client, uint8_t byte) {
+    bool holds = byte == '!' || byte == DOOR;
+    if (!holds && byte != JOG_CANCEL && byte != RESET)
+        return false;
+    if (byte == RESET && !client->braked) {
+        if (!client->told)
+            net_hub_say_message(hub, client, "No reset by an observer: hold first (!), then reset");
+        client->told = true;
+        return false;
+    }
+    client->braked |= holds;
+    hub->ops->event(hub->ctx, holds ? "holds the machine" : "stops the machine", client->name);
+    return true;
+}

@@ -8,6 +8,9 @@
 
 extern const char net_hub_locked_out[];
 
+/** Real-time bytes that stop the machine, besides `!`. */
+enum { RESET = 0x18, DOOR = 0x84, JOG_CANCEL = 0x85 };
+
 static inline bool net_hub_is_open(const struct net_client *client) {
     return client->stream.ops != NULL && !client->gone;
 }
@@ -46,6 +49,10 @@ bool net_hub_is_login(const struct net_client *client);
 
 /** @return ACCESS_WAIT: ask again, it is not its turn */
 enum access_result net_hub_try_login(struct net_hub *hub, const struct net_client *client);
+
+/** Who may not move the machine may still hold and stop it. Some senders reset whatever they connect to: a
+ * reset counts only behind a hold of the same client. */
+bool net_hub_may_stop(struct net_hub *hub, struct net_client *client, uint8_t byte);
 
 /** The access key, to who has a cable to the controller. */
 void net_hub_tell_key(struct net_hub *hub, struct net_client *client);

@@ -60,18 +60,6 @@ static enum access_result ask(struct access *access, uint64_t who, uint32_t sinc
     return access_try(access, who, since_us, key, strlen(key));
 }
 
-/* A try that came at `since_us` asks whether it is its turn. */
-static enum access_result ask(struct access *access, uint64_t who, uint32_t since_us, const char *key,
-                              uint32_t now_us) {
-    access_poll(access, now_us);
-    return access_try(access, who, since_us, key, strlen(key));
-}
-
-static void begin(struct access *access, const char *key) {
-    static const uint8_t salt[ACCESS_SALT];
-    access_init(access, key, key[0] == '\0', salt, 0);
-}
-
 static enum access_result try_as(struct access *access, uint64_t who, const char *key, uint32_t now_us) {
     return ask(access, who, now_us, key, now_us);
 }

@@ -84,19 +84,23 @@ def test_without_a_key_everybody_may_command() -> None:
         assert client.until(b"ok\r\n")
 
 
-def test_a_stranger_sees_the_state_and_commands_nothing() -> None:
+def test_a_stranger_sees_the_state_holds_and_commands_nothing() -> None:
     with serving("correct horse") as connect:
         stranger = connect()
         stranger.until(LOCKED)
-        stranger.send(b"G0X100\n$J=G91X5F100\n$$\n\x18!")
+        stranger.send(b"G0X100\n$J=G91X5F100\n$$\n\x18")
         assert state(stranger) == "Idle"
         friend = connect()
         friend.send(b"$LOGIN=correct horse\n$$\nG1X9000F60\n")
         friend.until(b"$110=")
         friend.until(b"ok\r\n")
         wait_for(stranger, "Run")
-        stranger.send(b"!\x18\n")
+        stranger.send(b"\x18~\n")
         wait_for(stranger, "Run")
+        stranger.send(b"!")
+        wait_for(stranger, "Hold:0")
+        stranger.send(b"~")
+        assert state(stranger) == "Hold:0"
         assert b"$110" not in stranger.said and b"ok" not in stranger.said
 
 

@@ -110,7 +110,7 @@ def flood_of_questions(server: Server) -> Iterator[None]:
 
 def flood_of_resets(server: Server) -> Iterator[None]:
     with connect(server) as peer:
-        yield from pushed(peer, b"\x18!\x85\x84~" * (MEGABYTE // 5))
+        yield from pushed(peer, b"\x18\x85~" * (MEGABYTE // 3))
 
 
 def endless_line(server: Server) -> Iterator[None]:

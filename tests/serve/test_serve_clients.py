@@ -45,14 +45,26 @@ def test_observer_sees_answers_and_asks_for_reports(server: Server) -> None:
         assert observer.status().startswith("<")
 
 
-@pytest.mark.parametrize("byte", [b"!", b"\x18", b"\x85", b"~"])
-def test_observers_realtime_bytes_do_nothing(server: Server, byte: bytes) -> None:
+@pytest.mark.parametrize("byte", [b"\x18", b"\x85", b"~", b"\x9d"])
+def test_observers_realtime_bytes_move_and_reset_nothing(server: Server, byte: bytes) -> None:
     with connect(server) as owner, connect(server) as observer:
         assert owner.ask("G0X1") == ["ok"]
         observer.send(byte)
         observer.status()
         assert owner.ask("G0X2") == ["ok"]
         owner.idle_position_mm()
+
+
+def test_an_observer_holds_the_machine_and_then_resets_it(server: Server) -> None:
+    """Any screen has a stop; a reset needs the hold first, because some senders reset whatever they connect to."""
+    with connect(server) as owner, connect(server) as observer:
+        assert owner.ask("G1X500F60") == ["ok"]
+        observer.send(b"!")
+        wait_until(lambda: observer.status().startswith("<Hold:0"), "it stands")
+        observer.send(b"~")
+        assert observer.status().startswith("<Hold:0")
+        observer.send(b"\x18")
+        owner.until("Grbl ")
 
 
 def test_next_client_may_take_over_when_the_owner_leaves(server: Server) -> None:

@@ -134,7 +134,7 @@ def test_an_access_key(serve: Callable[..., Server]) -> None:
 
 def test_a_right_proof_among_wrong_ones_has_its_turn(serve: Callable[..., Server]) -> None:
     """The wait of a guesser's address delays the right one; it does not refuse it."""
-    serve(password="a secret", speed=4.0)
+    serve(key="a secret", speed=4.0)
     with Device(ADDRESS, "a guess") as guesser, Device(ADDRESS, "a secret") as owner:
         for _ in range(3):
             with pytest.raises(RefusedError, match="authentication"):
