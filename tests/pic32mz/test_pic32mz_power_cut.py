@@ -29,8 +29,10 @@ def stored(controller: Controller) -> tuple[str, str]:
 def cut_everywhere(board: Board, image: tuple[Block, ...], before: bytes, torn: Torn) -> set[tuple[str, str]]:
     """Change $100 with the power cut at the first, second, ... operation until none is left."""
     found = set()
-    for nth in range(1, 300):
-        with prepared(board, image, before) as controller:
+    with prepared(board, image, before) as controller:
+        controller.chip.save()
+        for nth in range(1, 300):
+            controller.chip.restore()
             controller.chip.cut_power(nth, torn)
             try:
                 controller.fine("$100=999")
