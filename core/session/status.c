@@ -184,7 +184,8 @@ void session_report(struct session *session) {
         session->due_us = session->now_us; /* no one listens: the pace begins with who comes next */
     if (wait_us != 0)
         return;
-    uint8_t packet[WIRE_PACKET_MAX] = {0}; /* clearing it costs as much as the rest of a poll without a report */
+    /* Not before: clearing it costs as much as the rest of a poll without a report. */
+    uint8_t packet[WIRE_PACKET_MAX] = {0};
     send_to_all(session, packet, status_packet(session, packet));
     session->status_us = session->now_us;
     /* From the time that was due, so that a late poll does not slow the pace down; a poll that is late by

@@ -151,9 +151,7 @@ def _take(made: Object, command: Sequence[str], output: Path, twin: Path) -> boo
     return True
 
 
-def _translate(
-    clang: Sequence[str], llc: Sequence[str], made: Object, call0: bool, kinds: Mapping[str, Path]
-) -> str:
+def _translate(clang: Sequence[str], llc: Sequence[str], made: Object, call0: bool, kinds: Mapping[str, Path]) -> str:
     """@param kinds  files that llc makes. @return what clang or llc complain about."""
     run = _run(clang)
     if run.returncode != 0 or run.stderr:
