@@ -106,7 +106,7 @@ def test_no_flipped_bit_is_silent(board: Board, image: tuple[Block, ...], full_p
 
 
 def test_a_restored_chip_does_the_same_again(board: Board, image: tuple[Block, ...]) -> None:
-    """Saved in the middle of a move: the rest of it, what is said and stored meanwhile, and the clock."""
+    """Saved in the middle of a move: the rest of it, the answers, what is stored meanwhile, and the clock."""
     with prepared(board, image, b"\xff" * STORE_SIZE) as controller:
         controller.fine("G91G1X5F3000")
         controller.run(0.1)
