@@ -22,7 +22,10 @@ settings.load_profile("untimed")
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 # Folders that take longest, the longest first: a long one that starts last leaves the other workers idle.
-LONGEST_FIRST = ("web", "pic32mz", "states", "linuxcnc", "repo", "esp32", "xtensa", "serve", "wire", "motion", "link")
+LONGEST_FIRST = (
+    *("web", "build", "pic32mz", "xtensa", "motion", "states", "esp32", "serve", "grbl", "wire", "repo"),
+    *("release", "cli", "linuxcnc", "link"),
+)
 
 
 @pytest.hookimpl(optionalhook=True)

@@ -144,10 +144,10 @@ void session_send_status(struct session *session, const uint8_t address[4]) {
 
 /* `homing` of the session is set when a request was accepted, that of the machine until its end. */
 static void report_homing(struct session *session) {
-    uint8_t packet[WIRE_PACKET_MAX] = {0};
     const struct machine_host *host = machine_host(session->machine);
     if (session->homing == 0 || host->homing)
         return;
+    uint8_t packet[WIRE_PACKET_MAX] = {0};
     struct wire_home_complete done = {.axes = session->homing, .success = host->homed_ok};
     session->homing = 0;
     wire_put_home_complete(packet + WIRE_HEADER_SIZE, &done);
@@ -163,10 +163,10 @@ void session_put_probe(const struct session *session, uint8_t *payload) {
 }
 
 static void report_probe(struct session *session) {
-    uint8_t packet[WIRE_PACKET_MAX] = {0};
     const struct machine_host *host = machine_host(session->machine);
     if (session->probes_done == host->probes_done)
         return;
+    uint8_t packet[WIRE_PACKET_MAX] = {0};
     session->probes_done = host->probes_done;
     session_put_probe(session, packet + WIRE_HEADER_SIZE);
     send_to_all(session, packet,
@@ -174,7 +174,6 @@ static void report_probe(struct session *session) {
 }
 
 void session_report(struct session *session) {
-    uint8_t packet[WIRE_PACKET_MAX] = {0};
     const uint64_t interval_us = session->settings->status_interval_ms * 1000ull;
     if (!session_is_module(session)) {
         report_homing(session);
@@ -185,6 +184,8 @@ void session_report(struct session *session) {
         session->due_us = session->now_us; /* no one listens: the pace begins with who comes next */
     if (wait_us != 0)
         return;
+    /* Not before: clearing it costs as much as the rest of a poll without a report. */
+    uint8_t packet[WIRE_PACKET_MAX] = {0};
     send_to_all(session, packet, status_packet(session, packet));
     session->status_us = session->now_us;
     /* From the time that was due, so that a late poll does not slow the pace down; a poll that is late by

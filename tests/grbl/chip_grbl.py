@@ -52,6 +52,7 @@ class ChipGrbl:
 
     def __init__(self, board: Board, image: tuple[Block, ...]) -> None:
         self.board = board
+        self._motors = range(len(board.axes))
         self._pins = board.pin_names()
         self._active_high = {use.signal for use in board.uses() if getattr(use.wire, "active", "low") == "high"}
         self._typed = {"30": 1000.0, **{f"10{axis}": 250.0 for axis in range(AXES)}}  # settings, for position() and rpm
@@ -101,10 +102,11 @@ class ChipGrbl:
     def _settle(self, due: int, brief: bool) -> str:
         """Until nothing comes any more. @param brief  when all answers are there nothing else will come"""
         said, quiet_s, began = "", 0.0, self.chip.cycles
+        place = self._raw_stands()
         while quiet_s < (QUIET_S if brief and answers(said) >= due and "ALARM" not in said else LONG_S):
+            before, fresh = place, self._slice()
             place = self._raw_stands()
-            fresh = self._slice()
-            busy = fresh or self.chip.unread or place != self._raw_stands()
+            busy = fresh or self.chip.unread or place != before
             said, quiet_s = said + fresh, 0.0 if busy else quiet_s + SLICE_S
             assert self.chip.cycles - began < PATIENCE_S * CPU_HZ
         self._waited += round(quiet_s * CPU_HZ)
@@ -275,7 +277,7 @@ class ChipGrbl:
         return self._pin(signal), int(active == (signal in self._active_high))
 
     def _raw_stands(self) -> list[int]:
-        return [self.chip.position(axis) for axis in range(len(self.board.axes))]
+        return [self.chip.position(axis) for axis in self._motors]
 
     def _take(self) -> str:
         return self.chip.read().decode("latin-1")

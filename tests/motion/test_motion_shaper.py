@@ -67,16 +67,23 @@ def test_a_move_is_the_sum_of_its_delayed_parts(kind: int, damping: float) -> No
     machine = replace(FINE, shapers=((kind, 33.3, damping),))
     plain, shaped = (performed(m, "G1F5000X7.77\n") for m in (FINE, machine))
     parts = impulses(SHAPERS[kind], 33.3, damping)
+    plain_steps, shaped_steps = StepsOf(plain), StepsOf(shaped)
     t = plain.seconds()[0] + np.linspace(-0.005, np.ptp(shaped.seconds()) + 0.005, 5000)
     begin_s = shaped.seconds()[0] - plain.seconds()[0]
-    want = sum(w * steps_at(plain, t - late) for w, late in zip(parts.weights, parts.times_s, strict=True))
-    found = min(np.abs(steps_at(shaped, t + begin_s + by) - want).max() for by in np.arange(-4e-3, 4e-3, 5e-6))
+    want = sum(w * plain_steps.at(t - late) for w, late in zip(parts.weights, parts.times_s, strict=True))
+    found = min(np.abs(shaped_steps.at(t + begin_s + by) - want).max() for by in np.arange(-4e-3, 4e-3, 5e-6))
     assert found <= 2.0  # a step early or late of each, and half of the grid in the start's time
 
 
-def steps_at(run: Run, t: Floats) -> Floats:
-    places = np.append(0, run.positions()[:, 0])
-    return np.asarray(places[np.searchsorted(run.seconds(), t, side="right")], dtype=float)
+class StepsOf:
+    """Where X is at any time."""
+
+    def __init__(self, run: Run) -> None:
+        self._places = np.append(0.0, run.positions()[:, 0])
+        self._times_s = run.seconds()
+
+    def at(self, t: Floats) -> Floats:
+        return self._places[np.searchsorted(self._times_s, t, side="right")]
 
 
 def test_a_single_move_takes_the_shapers_delay_longer() -> None:

@@ -8,6 +8,8 @@ from wificnc.board.model import Board
 from wificnc.chip.image import Block
 from wificnc.chip.machine import STORE_OFFSET, STORE_SIZE
 
+SERIAL_FACTOR = 16  # what is long is the port's time: $$ and $#, and hundreds of lines
+
 
 def prepared(board: Board, image: tuple[Block, ...], pages: bytes) -> Controller:
     controller = Controller(board, image)
@@ -21,6 +23,7 @@ def prepared(board: Board, image: tuple[Block, ...], pages: bytes) -> Controller
 def full_page(board: Board, image: tuple[Block, ...]) -> bytes:
     """The settings' pages, so full that the next change of $100 goes to the other page; $101 = 77."""
     with Controller(board, image) as controller:
+        controller.chip.serial_speed(SERIAL_FACTOR)
         controller.boot()
         controller.fine("$101=77", "$100=100")
         usual = cost(controller, "$100=101")

@@ -12,6 +12,7 @@ from image_fixture import build_image
 from mips.isr import SELDOM, disassemble, longest_path, read_disassembly
 from wificnc.board.load import load_board
 from wificnc.board.model import Board
+from wificnc.build.checkout import checkout_root
 from wificnc.build.pic32mz import Pic32Build
 from wificnc.chip.image import Block, read_hex
 from wificnc.chip.job import as_axes, run_on_chip
@@ -107,9 +108,9 @@ def low_board(board: Board, tmp_path_factory: pytest.TempPathFactory) -> Board:
     return load_board(path)
 
 
-def test_lines_that_the_board_calls_active_low(low_board: Board, tmp_path: Path) -> None:
+def test_lines_that_the_board_calls_active_low(low_board: Board) -> None:
     """They rest high, the pulse is low, and low is the negative direction."""
-    build = build_image(low_board, tmp_path)
+    build = build_image(low_board, checkout_root() / "build" / "tests" / "pic32mz" / "active_low")
     with Controller(low_board, read_hex(build.hex.read_text())) as gantry:
         gantry.boot()
         step, direction = gantry.pin("step_y2"), gantry.pin("dir_y2")

@@ -29,8 +29,10 @@ def stored(controller: Controller) -> tuple[str, str]:
 def cut_everywhere(board: Board, image: tuple[Block, ...], before: bytes, torn: Torn) -> set[tuple[str, str]]:
     """Change $100 with the power cut at the first, second, ... operation until none is left."""
     found = set()
-    for nth in range(1, 300):
-        with prepared(board, image, before) as controller:
+    with prepared(board, image, before) as controller:
+        controller.chip.save()
+        for nth in range(1, 300):
+            controller.chip.restore()
             controller.chip.cut_power(nth, torn)
             try:
                 controller.fine("$100=999")
@@ -101,3 +103,20 @@ def test_no_flipped_bit_is_silent(board: Board, image: tuple[Block, ...], full_p
             else:
                 assert shown(controller) == right
     assert damaged > 0
+
+
+def test_a_restored_chip_does_the_same_again(board: Board, image: tuple[Block, ...]) -> None:
+    """Saved in the middle of a move: the rest of it, the answers, what is stored meanwhile, and the clock."""
+    with prepared(board, image, b"\xff" * STORE_SIZE) as controller:
+        controller.fine("G91G1X5F3000")
+        controller.run(0.1)
+        controller.steps()
+        controller.chip.save()
+        before, found = pages(controller), []
+        for _ in range(3):
+            said = controller.send("G10L2P1X5") + controller.send("$$") + controller.run(1.0) + controller.status()
+            found.append((said, controller.steps().tobytes(), pages(controller), controller.chip.cycles))
+            controller.chip.restore()
+            assert pages(controller) == before and controller.stands()[0] not in (0, 1250)
+    assert found[0][2] != before and len(found[0][1]) > 1000
+    assert found[1] == found[0] and found[2] == found[0]

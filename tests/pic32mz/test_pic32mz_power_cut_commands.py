@@ -6,7 +6,7 @@ import pytest
 from chip_controller import Controller, PowerIsOff
 from image_fixture import ALL_ON_CHIP
 from slow import slow_but
-from store_pages import full_page, pages, prepared
+from store_pages import SERIAL_FACTOR, full_page, pages, prepared
 from wificnc.board.model import Board
 from wificnc.chip.image import Block
 from wificnc.chip.machine import STORE_OFFSET
@@ -51,6 +51,7 @@ def before(request: pytest.FixtureRequest, board: Board, image: tuple[Block, ...
 
 def started(board: Board, image: tuple[Block, ...], start: bytes) -> Controller:
     controller = Controller(board, image)
+    controller.chip.serial_speed(SERIAL_FACTOR)
     controller.chip.set_flash(STORE_OFFSET, start)
     controller.chip.power_on()
     controller.run(0.05)
@@ -65,6 +66,18 @@ def begin(board: Board, image: tuple[Block, ...], start: bytes) -> Controller:
     return controller
 
 
+def cut(controller: Controller, command: str, nth: int, torn: Torn) -> tuple[bool, str]:
+    """From save() on, with the power cut at the nth flash operation of the command.
+    @return whether the command was answered before, and what is stored then"""
+    controller.chip.restore()
+    controller.chip.cut_power(nth, torn)
+    controller.heard = ""
+    with pytest.raises(PowerIsOff):
+        controller.send(command)
+    answered = "ok\r\n" in controller.heard
+    return answered, shown(controller)
+
+
 def torn_at(nth: int) -> list[Torn]:
     return list(Torn) if ALL_ON_CHIP else [Torn(nth % 3)]
 
@@ -72,25 +85,20 @@ def torn_at(nth: int) -> list[Torn]:
 @pytest.mark.parametrize("command", slow_but(QUICK.__contains__, COMMANDS))
 def test_old_or_new(board: Board, image: tuple[Block, ...], before: bytes, command: str) -> None:
     with begin(board, image, before) as controller:
+        controller.chip.save()
         operations = controller.chip.flash_operations
         controller.send(command)
         operations = controller.chip.flash_operations - operations
         after = pages(controller)
         new = shown(controller)
-    with begin(board, image, before) as controller:
+        controller.chip.restore()
         old = shown(controller)
-    assert old != new and 3 <= operations <= MOST and before != after
-    found, cuts = set(), 0
-    step = 1 if ALL_ON_CHIP or operations < 60 else 4
-    for nth in [*range(1, operations, step), operations]:
-        for torn in torn_at(nth):
-            with begin(board, image, before) as controller:
-                controller.chip.cut_power(nth, torn)
-                controller.heard = ""
-                with pytest.raises(PowerIsOff):
-                    controller.send(command)
-                answered = "ok\r\n" in controller.heard
-                now = shown(controller)
+        assert old != new and 3 <= operations <= MOST and before != after
+        found, cuts = set(), 0
+        step = 1 if ALL_ON_CHIP or operations < 60 else 4
+        for nth in [*range(1, operations, step), operations]:
+            for torn in torn_at(nth):
+                answered, now = cut(controller, command, nth, torn)
                 assert now == new if answered else now in (old, new), f"operation {nth}, torn {torn.name}"
                 found.add(now)
                 cuts += 1
@@ -105,13 +113,14 @@ def test_acknowledging_damage_is_one_transaction_too(board: Board, image: tuple[
     at = before.index(b"SHOP")
     damaged[at] ^= 1
     with started_damaged(board, image, bytes(damaged)) as controller:
+        controller.chip.save()
         operations = controller.chip.flash_operations
         controller.send("$ACK")
         operations = controller.chip.flash_operations - operations
         new = shown(controller)
-    cut_at = [*range(1, operations, 1 if ALL_ON_CHIP else 13), operations]
-    for nth in cut_at:
-        with started_damaged(board, image, bytes(damaged)) as controller:
+        cut_at = [*range(1, operations, 1 if ALL_ON_CHIP else 13), operations]
+        for nth in cut_at:
+            controller.chip.restore()
             controller.chip.cut_power(nth, Torn(nth % 3))
             with pytest.raises(PowerIsOff):
                 controller.send("$ACK")

@@ -144,6 +144,7 @@ def test_our_own_part_of_the_image_keeps_its_budget(tools: Toolchain, chip: str)
     assert 200_000 < image_bytes(tools, objects_of(chip)) <= BUDGET["code and constants of core and target"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("chip", BOARDS)
 def test_static_ram_of_the_other_boards(tools: Toolchain, chip: str) -> None:
     objects, output = objects_of(chip), ROOT / "build" / "xtensa" / "small" / chip

@@ -13,6 +13,7 @@ from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
+from wificnc.build.cross import zig_cc
 from wificnc.build.host import FOLDERS, HEADERS, SYSTEM, WARNINGS
 from wificnc.build.platforms import PLATFORMS, sources_of
 
@@ -88,7 +89,7 @@ def _check_zig(root: Path, flags: Sequence[str], sources: Sequence[Path]) -> lis
 
     def check(source: Path) -> list[Problem]:
         with tempfile.TemporaryDirectory() as scratch:
-            argv = [*module("ziglang"), "cc", *flags, "-c", str(source), "-o", f"{scratch}/object.o"]
+            argv = [*zig_cc(), *flags, "-c", str(source), "-o", f"{scratch}/object.o"]
             return run_tool(root, argv)
 
     with ThreadPoolExecutor(os.cpu_count()) as pool:

@@ -5,15 +5,18 @@ The instructions are those of the firmware (MIPS32r2 with floating point), the o
 
 from __future__ import annotations
 
-import os
+import hashlib
+import json
 import shutil
 import subprocess
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
+from wificnc.build.compiler import compiler_stamp
 from wificnc.build.host import HEADERS
+from wificnc.build.lock import build_lock
 from wificnc.build.mips import COMPILER
+from wificnc.build.objects import Unit, compile_stale
 
 QEMU = "qemu-mipsel"
 HEADER = Path("/usr/mipsel-linux-gnu/include/stdio.h")
@@ -36,17 +39,15 @@ def controller_sources(root: Path) -> list[Path]:
 
 
 def compile_files(root: Path, sources: Sequence[Path], output: Path) -> list[Path]:
-    """Objects for the emulator. Raises RuntimeError with what the compiler said."""
-    output.mkdir(parents=True, exist_ok=True)
-    includes = [f"-I{root / folder}" for folder in HEADERS]
-
-    def compile_one(source: Path) -> Path:
-        made = output / f"{source.parent.name}_{source.name}.o"
-        _run([COMPILER, *FLAGS, *includes, "-c", str(source), "-o", str(made)])
-        return made
-
-    with ThreadPoolExecutor(os.cpu_count()) as pool:
-        return list(pool.map(compile_one, sources))
+    """Objects for the emulator; those that are fresh stay. Raises BuildError with what the compiler said."""
+    argv = (COMPILER,)
+    command = [*argv, *FLAGS, *(f"-I{root / folder}" for folder in HEADERS)]
+    stamp = hashlib.sha256(json.dumps([compiler_stamp(argv), command]).encode()).hexdigest()[:16]
+    folder = output / stamp
+    units = [Unit(source, folder / f"{source.parent.name}_{source.stem}.o") for source in sources]
+    with build_lock(folder):
+        compile_stale(command, units, COMPILER)
+    return [unit.object for unit in units]
 
 
 def link(objects: Sequence[Path], program: Path) -> Path:

@@ -146,6 +146,14 @@ struct mz_vector {
 };
 void mz_vector(const struct chip *chip, unsigned irq, struct mz_vector *out);
 
+/** All of the chip, of its memory and of the machine at its pins. Bytes that the receiver has not seen, and
+ * bytes and records that were not taken, are no part of it. @return NULL: no memory */
+struct mz_state;
+struct mz_state *mz_save(const struct chip *chip);
+/** As it was; its clock, too. @param state  of this very chip */
+void mz_restore(struct chip *chip, const struct mz_state *state);
+void mz_forget(struct mz_state *state);
+
 /* ---- for tests of the CPU alone ---- */
 
 /** What one instruction sees and leaves. */

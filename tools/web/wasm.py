@@ -7,14 +7,13 @@ the job in `wificnc sim`, bit for bit.
 from __future__ import annotations
 
 import subprocess
-import sys
 from pathlib import Path
 
+from wificnc.build.cross import zig_cc
 from wificnc.build.host import HEADERS, WARNINGS
 from wificnc.build.lock import build_lock
 from wificnc.build.objects import Unit, compile_stale, failure, is_older
 from wificnc.build.platforms import SYSTEMS, sources_of
-from wificnc.errors import BuildError
 
 ROOT = Path(__file__).resolve().parents[2]
 OUTPUT = "build/wasm/core.wasm"
@@ -37,9 +36,7 @@ def build_wasm(root: Path = ROOT) -> Path:
     """The module, built when stale. Raises BuildError."""
     output = root / OUTPUT
     output.parent.mkdir(parents=True, exist_ok=True)
-    zig = [sys.executable, "-m", "ziglang", "cc"]
-    if subprocess.run([*zig, "--version"], capture_output=True).returncode != 0:
-        raise BuildError("zig is not installed", hint="pip install ziglang")
+    zig = zig_cc()
     units = [
         Unit(source, output.parent / "obj" / source.relative_to(root).with_suffix(".o")) for source in _sources(root)
     ]

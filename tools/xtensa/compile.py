@@ -6,7 +6,7 @@ import os
 import re
 import shutil
 import subprocess
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
@@ -97,19 +97,26 @@ def has_call0_abi(root: Path, source: Path) -> bool:
 
 
 def compile_all(
-    tools: Toolchain, root: Path, headers: Headers, sources: Sequence[Path], output: Path, twin: Path | None = None
+    tools: Toolchain,
+    root: Path,
+    headers: Headers,
+    sources: Sequence[Path],
+    output: Path,
+    twin: Path | None = None,
+    *,
+    as_text: bool = True,
 ) -> list[Object]:
     """Compile each source; a failed one has `said`. @param twin  output of another chip: objects are taken from there
-    where they would be the same"""
+    where they would be the same. as_text  False: without Object.assembly, which takes a third of the time"""
     includes = [f"-I{path}" for path in (headers.generated, *(root / folder for folder in FOLDERS))]
     includes += [flag for path in headers.system for flag in ("-isystem", str(path))]
     argv = [tools.clang, *FLAGS, *headers.flags, *includes]
     with ThreadPoolExecutor(os.cpu_count()) as pool:
-        return list(pool.map(lambda source: _compile(tools, argv, root, source, output, twin), sources))
+        return list(pool.map(lambda source: _compile(tools, argv, root, source, output, twin, as_text), sources))
 
 
 def _compile(
-    tools: Toolchain, argv: Sequence[str], root: Path, source: Path, output: Path, twin: Path | None
+    tools: Toolchain, argv: Sequence[str], root: Path, source: Path, output: Path, twin: Path | None, as_text: bool
 ) -> Object:
     made = Object(source, output / source.relative_to(root).with_suffix(".o"))
     made.path.parent.mkdir(parents=True, exist_ok=True)
@@ -117,14 +124,15 @@ def _compile(
     llc = [tools.llc, f"-mcpu={CPU}", "-O2", "--function-sections", "--data-sections", str(made.code)]
     call0 = has_call0_abi(root, source)
     command = [*clang, *llc, str(call0)]
-    if is_unchanged(made.path, command) and made.assembly.is_file():
+    if is_unchanged(made.path, command) and (made.assembly.is_file() or not as_text):
         return made
     if twin and _take(made, command, output, twin):
         note(made.path, command)
         return made
-    said = _translate(clang, llc, made, call0)
+    kinds = {"obj": made.path, "asm": made.assembly} if as_text else {"obj": made.path}
+    said = _translate(clang, llc, made, call0, kinds)
     if LLC_GAP in said:
-        said = _translate([*clang, "-O0"], llc, made, call0)
+        said = _translate([*clang, "-O0"], llc, made, call0, kinds)
     if not said:
         note(made.path, command)
     return Object(source, made.path, said)
@@ -143,13 +151,14 @@ def _take(made: Object, command: Sequence[str], output: Path, twin: Path) -> boo
     return True
 
 
-def _translate(clang: Sequence[str], llc: Sequence[str], made: Object, call0: bool) -> str:
-    """@return what clang or llc complain about."""
+def _translate(clang: Sequence[str], llc: Sequence[str], made: Object, call0: bool, kinds: Mapping[str, Path]) -> str:
+    """@param kinds  files that llc makes. @return what clang or llc complain about."""
     run = _run(clang)
     if run.returncode != 0 or run.stderr:
         return run.stderr or f"clang failed with {run.returncode}"
     made.code.write_text(_for_cpu(made.code.read_text(), call0))
-    for kind, path in (("obj", made.path), ("asm", made.assembly)):
+    made.assembly.unlink(missing_ok=True)  # not of this code
+    for kind, path in kinds.items():
         run = _run([*llc, f"-filetype={kind}", "-o", str(path)])
         if run.returncode != 0 or run.stderr:
             return run.stderr or f"llc failed with {run.returncode}"
@@ -172,7 +181,7 @@ def static_ram_of_board(tools: Toolchain, root: Path, headers: Headers, others: 
 
     Raises RuntimeError when a file does not compile.
     """
-    own = compile_all(tools, root, headers, board_sources(root), output)
+    own = compile_all(tools, root, headers, board_sources(root), output, as_text=False)
     if said := [made.said for made in own if made.said]:
         raise RuntimeError("\n".join(said))
     sources = {made.source for made in own}

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import importlib.util
 import subprocess
-import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -83,9 +82,12 @@ def require_zig() -> None:
         )
 
 
-def _zig() -> list[str]:
+def zig_cc() -> list[str]:
+    """The compiler itself: `python -m ziglang` starts Python for each file. Raises BuildError."""
     require_zig()
-    return [sys.executable, "-m", "ziglang", "cc"]
+    spec = importlib.util.find_spec("ziglang")
+    assert spec is not None and spec.origin is not None
+    return [str(Path(spec.origin).with_name("zig")), "cc"]
 
 
 def _units(root: Path, directory: Path, sources: Sequence[Path]) -> list[Unit]:
@@ -94,14 +96,14 @@ def _units(root: Path, directory: Path, sources: Sequence[Path]) -> list[Unit]:
 
 def _compile(root: Path, platform: Platform, units: Sequence[Unit], optimizing: Sequence[str]) -> str:
     flags = [*platform.target_flags, *FLAGS, *platform.system.flags, *optimizing]
-    command = [*_zig(), *flags, *(f"-I{root / folder}" for folder in HEADERS)]
+    command = [*zig_cc(), *flags, *(f"-I{root / folder}" for folder in HEADERS)]
     return compile_stale(command, units, f"zig cc for {platform.name}")[1]
 
 
 def _link(platform: Platform, options: Sequence[str], objects: Sequence[Path], output: Path) -> str:
     """The linker's warnings."""
     fresh = output.with_name(f"new-{output.name}")
-    argv = [*_zig(), *platform.target_flags, *options, STRIP, *map(str, objects), "-o", str(fresh)]
+    argv = [*zig_cc(), *platform.target_flags, *options, STRIP, *map(str, objects), "-o", str(fresh)]
     run = subprocess.run(
         [*argv, *platform.system.libraries],
         capture_output=True,

@@ -35,15 +35,21 @@ def ensure_mzsim_library() -> Path:
 
 
 def _compiler(directory: Path) -> Compiler:
-    """The computer's own compiler; another one makes every object stale."""
+    """The computer's own compiler, asked who it is only when it or the flags changed; then all objects are stale."""
     argv = locate_compiler()
     stamp_file = directory / "compiler.json"
-    stamp = json.dumps([compiler_stamp(argv), FLAGS])
+    stamp = [compiler_stamp(argv), *FLAGS]
+    try:
+        stored = json.loads(stamp_file.read_text(encoding="utf-8"))
+        if stored["stamp"] == stamp:
+            return Compiler(argv, stored["family"], stored["version"])
+    except (OSError, ValueError, TypeError, KeyError):
+        pass  # missing, or written by an older release
     compiler = identify_compiler(argv)
-    if not stamp_file.is_file() or stamp_file.read_text(encoding="utf-8") != stamp:
-        for stale in (directory / "obj").glob("*.o"):
-            stale.unlink()
-        stamp_file.write_text(stamp, encoding="utf-8")
+    for stale in (directory / "obj").glob("*.o"):
+        stale.unlink()
+    stored = {"stamp": stamp, "family": compiler.family, "version": compiler.version}
+    stamp_file.write_text(json.dumps(stored), encoding="utf-8")
     return compiler
 
 

@@ -14,6 +14,8 @@ from typing import Any
 from wificnc.chip.image import Block
 from wificnc.errors import BuildError, UserError
 
+_STATE = _CHIP  # both are addresses
+
 CPU_HZ = 200_000_000
 FLASH_BASE, FLASH_SIZE = 0x1D00_0000, 2 << 20
 NO_PIN = 255
@@ -150,6 +152,9 @@ _PROTOTYPES: dict[str, tuple[Any, tuple[Any, ...]]] = {
     "mz_pulses": (None, (_CHIP, POINTER(Pulses))),
     "mz_cut_power": (None, (_CHIP, c_uint32, c_int)),
     "mz_flash_operations": (c_uint32, (_CHIP,)),
+    "mz_save": (_STATE, (_CHIP,)),
+    "mz_restore": (None, (_CHIP, _STATE)),
+    "mz_forget": (None, (_STATE,)),
     "mz_vector": (None, (_CHIP, c_uint, POINTER(Vector))),
     "mz_cpu_get": (None, (_CHIP, POINTER(Cpu))),
     "mz_cpu_set": (None, (_CHIP, POINTER(Cpu))),
@@ -189,6 +194,7 @@ class VirtualChip:
         self._chip = library.mz_create()
         if not self._chip:
             raise MemoryError("mz_create")
+        self._saved: int | None = None
         self.cpu_hz = CPU_HZ
         self._heard = ctypes.create_string_buffer(ROOM)
         for block in image:
@@ -204,6 +210,7 @@ class VirtualChip:
         self.close()
 
     def close(self) -> None:
+        self._forget()
         self._library.mz_destroy(self._chip)
         self._chip = None
 
@@ -352,6 +359,22 @@ class VirtualChip:
     @property
     def flash_operations(self) -> int:
         return int(self._library.mz_flash_operations(self._chip))
+
+    def save(self) -> None:
+        """Keep all of it, machine and clock too, for restore(). Bytes on their way to the receiver are lost."""
+        self._forget()
+        self._saved = self._library.mz_save(self._chip)
+        if not self._saved:
+            raise MemoryError("mz_save")
+
+    def restore(self) -> None:
+        """As it was at save(). Bytes and records that were not taken are gone."""
+        assert self._saved, "save() comes first"
+        self._library.mz_restore(self._chip, self._saved)
+
+    def _forget(self) -> None:
+        self._library.mz_forget(self._saved)
+        self._saved = None
 
     def vector(self, irq: int) -> Vector:
         """Instructions of an interrupt, vector to eret."""
