@@ -143,6 +143,7 @@ def board_timing(board: Board) -> Timing:
         step_grid_ns=step_grid_ns(board),
         look_ahead=board.look_ahead,
         laser_marks=board.laser_marks,
+        switchless=board.switchless,
     )
 
 
