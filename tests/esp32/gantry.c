@@ -35,9 +35,9 @@
 
 enum { CYCLES_PER_US = 240, CYCLES_PER_TICK = 12, ACCESS_CYCLES = 12, PINS = 64, CHANNELS = 8 };
 #if CONFIG_IDF_TARGET_ESP32
-enum { FIRST_JTAG = 12 }; /* of four pins that are not GPIO at reset */
+enum { FIRST_JTAG = 12, SENDERS = 8 }; /* of four pins that are not GPIO at reset; RMT channels */
 #else
-enum { FIRST_JTAG = 39 };
+enum { FIRST_JTAG = 39, SENDERS = 4 };
 #endif
 /* Numbers of motors. A board without a gantry has the driver of A as the second motor of Y by $211. */
 enum { BY_SETTING = BOARD_GANGED_AXES == 0, FIRST_Y = 1, SECOND_Y = BY_SETTING ? AXIS_A : BOARD_AXIS_COUNT };
@@ -166,8 +166,9 @@ static void look_at_gpio(void) {
 
 /* A start plays high for as long as the channel's first word says. */
 static void look_at_rmt(void) {
-    enum { USED = BOARD_STEP_ENGINE == BOARD_STEP_ENGINE_RMT ? BOARD_AXIS_COUNT : 0 };
-    for (unsigned channel = 0; channel < USED; channel++) {
+    if (BOARD_STEP_ENGINE != BOARD_STEP_ENGINE_RMT)
+        return;
+    for (unsigned channel = 0; channel < SENDERS; channel++) {
         const uint32_t word = rmt.STEP_RMT_CONF(channel);
         if ((word & 1) == 0)
             continue;
