@@ -65,7 +65,9 @@ def gantry(
 ) -> Iterator[Controller]:
     """Homes Y to its far end."""
     by_setting = request.param != "board"
-    with Controller(load_board("pic32mz2048efh100") if by_setting else board, four_axes[0] if by_setting else image) as controller:
+    if by_setting:
+        board, image = load_board("pic32mz2048efh100"), four_axes[0]
+    with Controller(board, image) as controller:
         if by_setting:
             controller.chip.set_flash(STORE_OFFSET, four_axes[1])
             controller.chip.power_on()

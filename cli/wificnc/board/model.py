@@ -93,7 +93,6 @@ class Motor(Strict):
     limit_max: InputWire | None = None
     home: InputWire | None = Field(default=None, description="switch for homing; without it homing looks at a limit")
 
-
     def has_switch(self, *, at_home: bool) -> bool:
         """Something that homing can look at. @param at_home  the axis homes to a home switch"""
         wires = (self.home,) if at_home else (self.limit, self.limit_min, self.limit_max)

@@ -250,9 +250,7 @@ class Machine(_Table):
         driver is given up before another axis gets it."""
         homing, second = (load_settings()[name].number for name in ("homing", "second_motor"))
         given_up = {(second + index, 0) for index in range(len(AXES))}
-        values = sorted(
-            self.settings().items(), key=lambda item: (item[0] != homing, item not in given_up, item[0])
-        )
+        values = sorted(self.settings().items(), key=lambda item: (item[0] != homing, item not in given_up, item[0]))
         return [f"${number}={_text(value)}" for number, value in values]
 
 
