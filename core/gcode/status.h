@@ -74,6 +74,12 @@
     X(135, NO_OUTPUT, "the board has no output for this (wificnc boards show; $91=1 lets M7 and M8 pass)")   \
     X(140, UNREACHABLE, "the machine's arms cannot reach this point, or not on a straight line from here")   \
     X(141, PULL_OFF, "a homing pull-off ($27, $200 ..) is longer than the travel of its axis ($130 ..)")     \
+    X(142, GANTRY_RACKS,                                                                                     \
+      "with one switch the pull-offs of both motors ($27, $200 ..) may differ by 5 % of the travel only")    \
+    X(143, NO_SECOND_MOTOR, "$210 ..: this board has no such driver to spare (wificnc boards show)")         \
+    X(144, SECOND_MOTOR_ORDER, "$210 ..: only the driver of a later axis can be a second motor")             \
+    X(145, SECOND_MOTOR_TAKEN, "$210 ..: this driver is the second motor of another axis already")           \
+    X(146, HAS_SECOND_MOTOR, "$210 ..: this axis has a second motor by its board file")                      \
     X(150, NO_ENCODER, "this needs a spindle encoder: the board has none, or $88 is 0")                      \
     X(151, SPINDLE_OFF, "this needs a running spindle: M3 or M4, and S above 0")                             \
     X(152, THREAD_PLANE, "G76 needs the ZX plane (G18)")                                                     \

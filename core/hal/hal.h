@@ -108,9 +108,15 @@ struct hal_encoder {
 
 /** Axes with two motors, one at each side of a gantry. Both make every step of their axis; the target's step
  * masks see to that, and the step ISR knows nothing of it. Homing lets one of them wait, so that each finds
- * its own switch. A machine without such axes has none of this. */
+ * its own switch. A machine without such axes and without a driver to spare has none of this. */
 struct hal_ganged {
     axis_mask_t axes;
+    axis_mask_t fixed;    /* of them: the second motor is the board file's */
+    axis_mask_t switched; /* of them: the second motor has a limit, or of home_axes a home switch */
+    axis_mask_t spare;    /* axes whose driver take() can make the second motor of an earlier axis */
+    /** [start, nothing moves] The driver of axis `from`, which is no axis any more, is the second motor of
+     * `axis`: its pins, and its limit and home switch as second ones. */
+    void (*take)(struct hal *hal, unsigned axis, unsigned from);
     /** [task, nothing moves; the last pulse may still be under way, and is not cut short] From now on the
      * first motors of these axes make no steps, nor the second ones of those; 0, 0: all make theirs. */
     void (*hold)(struct hal *hal, axis_mask_t first, axis_mask_t second);

@@ -21,6 +21,7 @@
 #include "machine/state.h"
 #include "machine/timer.h"
 
+#include <math.h>
 #include <string.h>
 
 /* Grbl's HOMING_AXIS_SEARCH_SCALAR and HOMING_AXIS_LOCATE_SCALAR: how far to look for a switch. */
@@ -163,6 +164,19 @@ static bool is_pull_off_long(const struct machine *machine, unsigned axes) {
     return false;
 }
 
+/* Nothing stops a motor without a switch from bending the gantry: as far as squaring goes, no further. */
+static bool racks(const struct machine *machine, unsigned axes) {
+    const struct settings *settings = &machine->settings;
+    axes &= inputs_ganged(machine) & ~(unsigned)inputs_squared(machine);
+    for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
+        const float apart_mm =
+            square_pull_off_mm(settings, FIRST_MOTOR, ax) - square_pull_off_mm(settings, SECOND_MOTOR, ax);
+        if ((axes >> ax & 1) != 0 && (double)fabsf(apart_mm) > square_crooked_mm(settings, ax))
+            return true;
+    }
+    return false;
+}
+
 enum refusal homing_begin(struct machine *machine, axis_mask_t asked) {
     struct homing *homing = &machine->homing;
     const bool all = asked == 0;
@@ -174,6 +188,8 @@ enum refusal homing_begin(struct machine *machine, axis_mask_t asked) {
         return REFUSAL_NO_HOMING;
     if (is_pull_off_long(machine, asked))
         return REFUSAL_PULL_OFF;
+    if (racks(machine, asked))
+        return REFUSAL_RACKS;
     motors_release(machine);
     *homing = (struct homing){.asked = asked, .all = all, .locked = machine->life.state == MACHINE_ALARM};
     /* From here on, whatever ends homing: where the axes are is known again only in
@@ -232,6 +248,7 @@ static enum task_stage end_back_off(struct machine *machine) {
         begin_step(machine, APPROACH);
         return TASK_HOMING;
     }
+    square_end(machine);
     set_machine_position(machine);
     if (begin_cycle(machine))
         return TASK_HOMING;

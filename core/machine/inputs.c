@@ -14,11 +14,17 @@ axis_mask_t inputs_ganged(const struct machine *machine) {
     return ganged != NULL ? (axis_mask_t)(ganged->axes & machine->interp.gcode.axes) : 0;
 }
 
+axis_mask_t inputs_squared(const struct machine *machine) {
+    const struct hal_ganged *ganged = machine->board.ganged;
+    const axis_mask_t axes = inputs_ganged(machine);
+    return axes == 0 ? 0 : (axis_mask_t)(axes & ganged->switched & ~machine->settings.one_switch_mask);
+}
+
 /* One byte of switch_lines.limits each: minimum, maximum, and both again of second motors, which count
- * only for axes that have one. */
+ * only for axes where it has a switch. */
 static axis_mask_t limits_of(const struct machine *machine, struct switch_lines lines) {
     uint32_t first = lines.limits | lines.limits >> 8, second = lines.limits >> 16 | lines.limits >> 24;
-    return (axis_mask_t)((first | (second & inputs_ganged(machine))) & machine->interp.gcode.axes);
+    return (axis_mask_t)((first | (second & inputs_squared(machine))) & machine->interp.gcode.axes);
 }
 
 axis_mask_t inputs_limits(const struct machine *machine) {
@@ -31,7 +37,7 @@ static axis_mask_t homing_of(const struct machine *machine, struct switch_lines 
     uint32_t home = motor == FIRST_MOTOR ? lines.homes : lines.homes >> 8;
     uint32_t to_min = machine->settings.homing_dir_mask, own = machine->board.home_axes;
     uint32_t limit = (limits & to_min) | (limits >> 8 & ~to_min);
-    axis_mask_t axes = motor == FIRST_MOTOR ? machine->interp.gcode.axes : inputs_ganged(machine);
+    axis_mask_t axes = motor == FIRST_MOTOR ? machine->interp.gcode.axes : inputs_squared(machine);
     return (axis_mask_t)(((home & own) | (limit & ~own)) & axes);
 }
 

@@ -41,6 +41,9 @@ void inputs_begin(struct machine *machine);
 /** Axes with a second motor. */
 axis_mask_t inputs_ganged(const struct machine *machine);
 
+/** Of them those whose second motor has a switch; with the others both motors stop at the first one's. */
+axis_mask_t inputs_squared(const struct machine *machine);
+
 /** The probe touches, by $6. */
 bool inputs_probe(const struct machine *machine, const struct hal_inputs *inputs);
 

@@ -30,15 +30,6 @@
 
 #define LATE_QUIET_US 1000000u /* from one report of underruns to the next */
 
-/* A machine with fewer axes than its board: from here on the board has no others. */
-static void take_axes(struct machine *machine) {
-    const uint8_t axes = machine->settings.machine_axes;
-    if (axes == 0 || axes >= machine->board.axis_count)
-        return;
-    machine->board.axis_count = axes;
-    interp_take_axes(&machine->interp, axes);
-}
-
 void machine_init(struct machine *machine, const struct machine_board *board, struct hal *hal,
                   struct hal_step *hal_step, const struct text_out *out) {
     static const struct prep_timing no_timing = {
@@ -64,7 +55,7 @@ void machine_init(struct machine *machine, const struct machine_board *board, st
      * locked depends on $22 and on damage that was found. configure_apply() comes last, when all parts that
      * derive something from a setting exist. */
     stored_load(machine);
-    take_axes(machine);
+    wiring_take_axes(machine);
     wiring_fit(machine);
     state_begin(machine, machine->settings.homing || stored_is_damaged(machine));
     inputs_begin(machine);

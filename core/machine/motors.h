@@ -10,11 +10,12 @@
 /** Motors of an axis. */
 enum { FIRST_MOTOR, SECOND_MOTOR, MOTOR_COUNT };
 
-/** Power of the motors: of the motion side, but for `held`. */
+/** Power of the motors: of the motion side, but for `held` and `ahead`. */
 struct machine_motors {
     bool on, inverted;             /* as put out: $4 */
     bool awake;                    /* since they were switched on */
     axis_mask_t held[MOTOR_COUNT]; /* [task] homing: these wait for the other one */
+    int32_t ahead[AXIS_COUNT];     /* [task] steps of the second motor beyond the first one, from square */
     uint32_t moved_us, woken_us;   /* when something moved last; when they were switched on */
 };
 

@@ -43,6 +43,7 @@ static void stop(struct machine *machine) {
     report_changed_offset(machine); /* with it comes which axes are trusted */
     suspend_cancel(&machine->suspend, false);
     sender_is_there(&machine->client);
+    square_cut_off(machine);
     motors_release(machine);
     spindle_sync_forget(&machine->spindle_sync);
     timer_start(machine, &machine->clock.timer, 0);

@@ -16,12 +16,20 @@ static bool has(axis_mask_t mask, unsigned axis) {
     return (mask >> axis & 1) != 0;
 }
 
+/* Axes of this cycle with two motors and one switch. */
+static axis_mask_t one_switch(const struct machine *machine) {
+    return (axis_mask_t)(machine->homing.axes & inputs_ganged(machine) & ~inputs_squared(machine));
+}
+
 void square_begin(struct machine *machine) {
     struct homing *homing = &machine->homing;
     motors_release(machine);
     place_axis_steps(machine, homing->from);
-    for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
+    for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
         homing->motor[FIRST_MOTOR][ax] = homing->motor[SECOND_MOTOR][ax] = homing->from[ax];
+        if (has(one_switch(machine), ax))
+            homing->motor[SECOND_MOTOR][ax] += machine->motors.ahead[ax];
+    }
 }
 
 void square_stand(struct machine *machine) {
@@ -49,7 +57,7 @@ void square_search(struct machine *machine) {
     }
     /* Last: from here on the edge interrupts write mark, at and latched. */
     edges->latch[FIRST_MOTOR] = homing->axes;
-    edges->latch[SECOND_MOTOR] = homing->axes & inputs_ganged(machine);
+    edges->latch[SECOND_MOTOR] = homing->axes & inputs_squared(machine);
     inputs_look(machine); /* one that is closed already counts from here */
     (void)square_take(machine);
 }
@@ -73,11 +81,14 @@ bool square_take(struct machine *machine) {
                 edges->at[motor][ax] += homing->motor[motor][ax] - homing->from[ax];
         homing->found[motor] |= fresh;
     }
+    for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
+        if (has(one_switch(machine), ax))
+            edges->at[SECOND_MOTOR][ax] = edges->at[FIRST_MOTOR][ax];
     square_stand(machine);
-    unsigned ganged = inputs_ganged(machine), first = homing->found[FIRST_MOTOR];
+    unsigned squared = inputs_squared(machine), first = homing->found[FIRST_MOTOR];
     unsigned second = homing->found[SECOND_MOTOR];
-    homing->left = (axis_mask_t)(homing->axes & ~(first & (second | ~ganged)));
-    unsigned half = (first ^ second) & homing->axes & ganged;
+    homing->left = (axis_mask_t)(homing->axes & ~(first & (second | ~squared)));
+    unsigned half = (first ^ second) & homing->axes & squared;
     /* At rest, so that the motor that waits misses no step of a ramp. */
     motors_hold(machine, (axis_mask_t)(first & half), (axis_mask_t)(second & half));
     return news;
@@ -88,11 +99,15 @@ bool square_is_half(const struct machine *machine, unsigned axis) {
     return has((machine->motors.held[FIRST_MOTOR] | machine->motors.held[SECOND_MOTOR]) & homing->left, axis);
 }
 
+double square_crooked_mm(const struct settings *settings, unsigned axis) {
+    const double most_mm = CROOKED_TRAVEL * (double)settings->max_travel_mm[axis];
+    return most_mm < CROOKED_MIN_MM ? CROOKED_MIN_MM : most_mm > CROOKED_MAX_MM ? CROOKED_MAX_MM : most_mm;
+}
+
 double square_reach_mm(const struct machine *machine, unsigned axis) {
     const struct settings *settings = &machine->settings;
     const struct homing *homing = &machine->homing;
-    double most_mm = CROOKED_TRAVEL * (double)settings->max_travel_mm[axis];
-    most_mm = most_mm < CROOKED_MIN_MM ? CROOKED_MIN_MM : most_mm > CROOKED_MAX_MM ? CROOKED_MAX_MM : most_mm;
+    const double most_mm = square_crooked_mm(settings, axis);
     /* How far the motor that still looks is ahead of the one that waits. */
     int32_t ahead = homing->motor[SECOND_MOTOR][axis] - homing->motor[FIRST_MOTOR][axis];
     if (has(machine->motors.held[SECOND_MOTOR], axis))
@@ -138,4 +153,28 @@ void square_back_off(struct machine *machine, int32_t steps[AXIS_COUNT]) {
     machine->edges.latch[FIRST_MOTOR] = machine->edges.latch[SECOND_MOTOR] = 0;
     for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
         steps[ax] = has(machine->homing.axes, ax) ? way_back(machine, FIRST_MOTOR, ax) : 0;
+}
+
+/* @param zero  own steps of the motors that are equally far */
+static void keep_ahead(struct machine *machine, unsigned ax, int32_t zero) {
+    const struct homing *homing = &machine->homing;
+    machine->motors.ahead[ax] = homing->motor[SECOND_MOTOR][ax] - homing->motor[FIRST_MOTOR][ax] - zero;
+}
+
+void square_end(struct machine *machine) {
+    const axis_mask_t ganged = machine->homing.axes & inputs_ganged(machine);
+    const struct machine_edges *edges = &machine->edges;
+    for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
+        if (has(ganged, ax))
+            keep_ahead(machine, ax, edges->at[SECOND_MOTOR][ax] - edges->at[FIRST_MOTOR][ax]);
+}
+
+void square_cut_off(struct machine *machine) {
+    const axis_mask_t axes = one_switch(machine);
+    if (machine->life.state != MACHINE_HOME || axes == 0)
+        return;
+    square_stand(machine);
+    for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
+        if (has(axes, ax))
+            keep_ahead(machine, ax, 0);
 }

@@ -8,16 +8,24 @@
  *
  * A motor waits only from standstill to standstill: no step is cut off at speed, and the step ISR knows
  * nothing of it. What the axis counts while one of them waits, the other has made; `motor` keeps where each
- * is at rest. An axis with one motor is the case in which no one ever waits. */
+ * is at rest. An axis with one motor is the case in which no one ever waits.
+ *
+ * Where only the first motor has a switch, it counts for both: no one waits while seeking, and level makes
+ * the difference of the pull-offs. That bends the gantry once: machine_motors.ahead keeps how far the second
+ * motor is ahead since power-on, and homing again adds nothing. */
 #ifndef WIFICNC_MACHINE_SQUARE_H
 #define WIFICNC_MACHINE_SQUARE_H
 
 #include "machine/machine.h"
 
+/** How far both motors of an axis may be from square, mm. */
+double square_crooked_mm(const struct settings *settings, unsigned axis);
+
 /** Pull-off of a motor: $27, or a second one's own. */
 float square_pull_off_mm(const struct settings *settings, unsigned motor, unsigned axis);
 
-/** A cycle of homing begins: both motors of an axis stand where it does. */
+/** A cycle of homing begins: both motors of an axis stand where it does, or with one switch the second one
+ * as far ahead as homing has brought it. */
 void square_begin(struct machine *machine);
 
 /** A search begins: no switch is found, no one waits. */
@@ -45,5 +53,11 @@ void square_level(struct machine *machine, int32_t steps[AXIS_COUNT]);
 
 /** Both motors: signed way to a pull-off before their switches, the same for both after square_level(). */
 void square_back_off(struct machine *machine, int32_t steps[AXIS_COUNT]);
+
+/** A cycle of homing is done: both motors are at their pull-offs. */
+void square_end(struct machine *machine);
+
+/** Homing was cut off and nothing moves any more, but motors may still wait: keep where they are. */
+void square_cut_off(struct machine *machine);
 
 #endif

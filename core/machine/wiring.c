@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "machine/wiring.h"
 
+#include "machine/interp.h"
 #include "machine/parts.h"
 #include "machine/report.h"
 
@@ -29,11 +30,32 @@ void wiring_apply(struct machine *machine) {
     ports->coolant_passes = settings->coolant_passes;
 }
 
+/* @param from  the axis whose driver it is @param others  of so many axes no other one may have it */
+static enum status check_second(const struct machine *machine, unsigned axis, double from, unsigned others) {
+    const struct hal_ganged *ganged = machine->board.ganged;
+    if (ganged == NULL || from >= AXIS_COUNT || (ganged->spare >> (unsigned)from & 1) == 0)
+        return STATUS_NO_SECOND_MOTOR;
+    if ((ganged->fixed >> axis & 1) != 0)
+        return STATUS_HAS_SECOND_MOTOR;
+    if ((unsigned)from <= axis)
+        return STATUS_SECOND_MOTOR_ORDER;
+    for (unsigned ax = 0; ax < others; ax++)
+        if (ax != axis && machine->settings.second_motor[ax] == (unsigned)from + 1)
+            return STATUS_SECOND_MOTOR_TAKEN;
+    return STATUS_OK;
+}
+
+static bool is_second_motor(uint16_t number) {
+    return number >= SETTING_SECOND_MOTOR && number < SETTING_SECOND_MOTOR + AXIS_COUNT;
+}
+
 enum status wiring_check(const struct machine *machine, uint16_t number, double value) {
     const struct machine_board *board = &machine->board;
     /* Off needs nothing; and a number below 1 is 0 in a whole setting. */
     if (value < 1.0)
         return STATUS_OK;
+    if (is_second_motor(number))
+        return check_second(machine, number - SETTING_SECOND_MOTOR, value - 1.0, machine->board.axis_count);
     switch (number) {
     case SETTING_LASER_MODE:
         return has(machine, BOARD_OUTPUT_PWM) ? STATUS_OK : STATUS_LASER_NEEDS_PWM;
@@ -52,6 +74,36 @@ static void report_off(const struct machine *machine, uint16_t number) {
     text_string(&machine->out, "[MSG:$");
     text_int(&machine->out, number);
     text_string(&machine->out, "=0: this board has no pin for it]\r\n");
+}
+
+/* Stored for another board: off, as wiring_fit() does. */
+static bool has_second(struct machine *machine, unsigned axis) {
+    uint8_t *setting = &machine->settings.second_motor[axis];
+    if (*setting == 0)
+        return false;
+    if (check_second(machine, axis, *setting - 1.0, axis) == STATUS_OK)
+        return true;
+    *setting = 0;
+    report_off(machine, (uint16_t)(SETTING_SECOND_MOTOR + axis));
+    return false;
+}
+
+void wiring_take_axes(struct machine *machine) {
+    const struct settings *settings = &machine->settings;
+    uint8_t axes = machine->board.axis_count;
+    if (settings->machine_axes != 0 && settings->machine_axes < axes)
+        axes = settings->machine_axes;
+    machine->board.axis_count = axes;
+    /* A driver is of a later axis, so no axis that has one already is gone by the next. */
+    for (unsigned ax = 0; ax < axes; ax++) {
+        if (!has_second(machine, ax))
+            continue;
+        const uint8_t from = (uint8_t)(settings->second_motor[ax] - 1);
+        machine->board.ganged->take(machine->hal, ax, from);
+        axes = from < axes ? from : axes;
+        machine->board.axis_count = axes;
+    }
+    interp_take_axes(&machine->interp, axes);
 }
 
 void wiring_fit(struct machine *machine) {

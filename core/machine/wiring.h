@@ -11,6 +11,10 @@
 
 struct machine;
 
+/** Power-on, before wiring_fit(): a machine with fewer axes than its board ($79), or whose last drivers are
+ * second motors ($210 ..), with which the axis of a driver and those after it are gone. */
+void wiring_take_axes(struct machine *machine);
+
 /** Settings have changed: tell the G-code side which codes are possible. */
 void wiring_apply(struct machine *machine);
 

@@ -144,6 +144,10 @@ struct settings {
     float shaper_damping[AXIS_COUNT];
     /** $200..$205 [mm] 0..1000: Pull-off of the axis' second motor from its own switch; 0 = $27. */
     float second_pull_off_mm[AXIS_COUNT];
+    /** $206 [axes] 0..63: Axes whose second motor has no switch: X=1 Y=2 Z=4 A=8 B=16 C=32, added up. */
+    uint8_t one_switch_mask;
+    /** $210..$215 0..6: Second motor: driver of Y=2 Z=3 A=4 B=5 C=6, gone as an axis; 0 = as the board. */
+    uint8_t second_motor[AXIS_COUNT];
 };
 
 /** $N of each setting. A per-axis one is X's, the others follow: SETTING_MAX_RATE_MM_MIN + axis. */
@@ -214,6 +218,8 @@ enum setting_number {
     SETTING_SHAPER_HZ = 180,
     SETTING_SHAPER_DAMPING = 190,
     SETTING_SECOND_PULL_OFF_MM = 200,
+    SETTING_ONE_SWITCH_MASK = 206,
+    SETTING_SECOND_MOTOR = 210,
 };
 
 /** What follows from a setting: the column `affects`. */
@@ -231,6 +237,6 @@ enum setting_effect {
 };
 
 /** Rows of the table (a per-axis row stands for six settings), and settings in all on six axes. */
-enum { SETTINGS_ROW_COUNT = 66, SETTINGS_COUNT = 106 };
+enum { SETTINGS_ROW_COUNT = 68, SETTINGS_COUNT = 113 };
 
 #endif

@@ -75,4 +75,6 @@ const struct setting_row setting_rows[SETTINGS_ROW_COUNT] = {
     {180, FIELD(shaper_hz), SETTING_TYPE_FLOAT, AXIS_COUNT, 2, STATUS_BAD_NUMBER, 5, 200, 40, 0x001},
     {190, FIELD(shaper_damping), SETTING_TYPE_FLOAT, AXIS_COUNT, 3, STATUS_BAD_NUMBER, 0, 0.5F, 0.05F, 0x001},
     {200, FIELD(second_pull_off_mm), SETTING_TYPE_FLOAT, AXIS_COUNT, 3, STATUS_BAD_NUMBER, 0, 1000, 0, 0x080},
+    {206, FIELD(one_switch_mask), SETTING_TYPE_U8, 1, 0, STATUS_BAD_NUMBER, 0, 63, 0, 0x0C0},
+    {210, FIELD(second_motor), SETTING_TYPE_U8, AXIS_COUNT, 0, STATUS_BAD_NUMBER, 0, 6, 0, 0x100},
 };

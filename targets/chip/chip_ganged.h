@@ -6,7 +6,8 @@
 #include "gang.h"
 #include "hal/hal.h"
 
-/** [start] @return machine_board.ganged; NULL: every axis has one motor */
-const struct hal_ganged *chip_ganged(struct hal *hal, const struct gang *gang);
+/** [start, behind inputs_init() and step_engine_init()] @param gang  theirs, which lives as long
+ *  @return machine_board.ganged */
+const struct hal_ganged *chip_ganged(struct hal *hal, struct gang *gang);
 
 #endif

@@ -6,6 +6,7 @@
 #include "hal/chip_hal.h" // struct hal, of the target
 #include "hal/step_engine.h"
 #include "io/switch_timer.h"
+#include "pin_config.h"
 
 #include <stddef.h>
 
@@ -35,9 +36,42 @@ static void hold_motors(struct hal *hal, axis_mask_t first, axis_mask_t second) 
     step_engine_hold(&hal->step, first, second);
 }
 
-const struct hal_ganged *chip_ganged(struct hal *hal, const struct gang *gang) {
-    hal->ganged = (struct hal_ganged){.axes = gang->axes, .hold = hold_motors};
-    return gang->axes != 0 ? &hal->ganged : NULL;
+static bool has_input(const struct hal *hal, unsigned input) {
+    return hal->inputs.wire[input].pin != NO_PIN;
+}
+
+/* Axes whose second motor has a switch of the kind that homing looks at. */
+static axis_mask_t switched(const struct hal *hal) {
+    const struct gang *gang = hal->gang;
+    unsigned axes = 0;
+    for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
+        const unsigned motor = gang->second[ax];
+        const bool home = (BOARD_HOME_AXES >> ax & 1u) != 0;
+        if ((gang->axes >> ax & 1) != 0 &&
+            (home ? has_input(hal, INPUT_HOME + motor)
+                  : has_input(hal, INPUT_LIMIT_MIN + motor) || has_input(hal, INPUT_LIMIT_MAX + motor)))
+            axes |= 1u << ax;
+    }
+    return (axis_mask_t)axes;
+}
+
+static void take_motor(struct hal *hal, unsigned axis, unsigned from) {
+    gang_take(hal->gang, axis, from);
+    step_engine_regroup(&hal->step);
+    hal->ganged.axes = hal->gang->axes;
+    hal->ganged.switched = switched(hal);
+}
+
+const struct hal_ganged *chip_ganged(struct hal *hal, struct gang *gang) {
+    const unsigned later_axes = ((1u << BOARD_AXIS_COUNT) - 1) & ~1u;
+    hal->gang = gang;
+    hal->ganged = (struct hal_ganged){.axes = gang->axes,
+                                      .fixed = gang->axes,
+                                      .switched = switched(hal),
+                                      .spare = (axis_mask_t)(later_axes & ~(unsigned)gang->axes),
+                                      .take = take_motor,
+                                      .hold = hold_motors};
+    return &hal->ganged;
 }
 
 HAL_ISR void hal_switch_timer_start(struct hal *hal, uint32_t us) {

@@ -66,6 +66,16 @@ struct host *host_create(const struct host_board *board) {
     return host_open(board, NULL);
 }
 
+static struct hal_ganged host_ganged(const struct host_board *board) {
+    const unsigned later_axes = ((1u << board->axis_count) - 1) & ~1u;
+    return (struct hal_ganged){.axes = board->ganged,
+                               .fixed = board->ganged,
+                               .switched = (axis_mask_t)(board->ganged & ~(board->switchless >> AXIS_COUNT)),
+                               .spare = (axis_mask_t)(later_axes & ~(unsigned)board->ganged),
+                               .take = virtual_take_motor,
+                               .hold = virtual_hold_motors};
+}
+
 struct host *host_open(const struct host_board *board, const char *store_path) {
     if (!board_is_possible(board))
         return NULL;
@@ -95,13 +105,14 @@ struct host *host_open(const struct host_board *board, const char *store_path) {
         .encoder = board->encoder != 0 ? &host_encoder : NULL,
         .servo = (board->missing_outputs & BOARD_OUTPUT_SERVO) == 0 ? &host_servo : NULL,
         .analog = board->analog != 0 ? &host_analog : NULL,
-        .ganged = board->ganged != 0 ? &host->hal.ganged : NULL,
+        .ganged = &host->hal.ganged,
         .store = store_path != NULL ? &host_store : NULL,
         .store_ctx = host->store_path,
     };
     const struct text_out out = {.write = append_out, .ctx = host};
     host->input_follows = 1;
-    host->hal.ganged = (struct hal_ganged){.axes = board->ganged, .hold = virtual_hold_motors};
+    host->hal.ganged = host_ganged(board);
+    host->hal.switchless = board->switchless;
     host->hal.virtual_machine.ganged = board->ganged;
     host->hal.settings = &host->machine.settings;
     host->hal.step.write = host->trace.events;

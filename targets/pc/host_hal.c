@@ -223,6 +223,13 @@ void virtual_second_position(const struct host *host, int32_t steps[AXIS_COUNT])
         steps[ax] = machine->follows && (machine->ganged >> ax & 1) != 0 ? machine->second[ax] : steps[ax];
 }
 
+void virtual_take_motor(struct hal *hal, unsigned axis, unsigned from) {
+    const axis_mask_t bit = (axis_mask_t)(1u << axis);
+    hal->virtual_machine.ganged |= bit;
+    hal->ganged.axes |= bit;
+    hal->ganged.switched |= (hal->switchless >> from & 1) != 0 ? 0 : bit;
+}
+
 void virtual_hold_motors(struct hal *hal, axis_mask_t first, axis_mask_t second) {
     hal->virtual_machine.first_waits = first;
     hal->virtual_machine.second_waits = second;

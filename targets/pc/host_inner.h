@@ -24,6 +24,7 @@ struct hal {
     uint64_t output_period_ticks,
         outputs_due_ticks; /* 0: the pins follow immediately; when they follow next */
     struct hal_ganged ganged;
+    uint16_t switchless;             /* as in struct host_board */
     const struct settings *settings; /* $88: counts of the encoder, unless hands say otherwise */
     uint64_t switch_ticks;           /* when the switch timer's time is over; UINT64_MAX: it rests */
     bool probe_high;                 /* level that the step ISR watches for */

@@ -8,9 +8,9 @@
  *   failed STAGE ERROR TEXT            it cannot; exit code 1
  *
  * Options, each with a value but --io-module: --timer-hz --step-pulse-ns --dir-setup-ns --max-step-rate-hz
- * --axes --ganged --home-axes --missing-outputs --speed (0: as fast as it can) --host --port --wmc3 --control
- * --pty --store --set; and --parent: end when stdin does. The access key of network clients is in
- * WIFICNC_KEY, because arguments can be read by everyone. */
+ * --axes --ganged --switchless --home-axes --missing-outputs --speed (0: as fast as it can) --host --port
+ * --wmc3 --control --pty --store --set; and --parent: end when stdin does. The access key of network clients is
+ * in WIFICNC_KEY, because arguments can be read by everyone. */
 #include "port.h"
 #include "serve.h"
 
@@ -105,6 +105,8 @@ static bool take_board(struct host_board *board, const char *name, const char *v
         return read_number(value, &board->max_step_rate_hz);
     if (strcmp(name, "--ganged") == 0)
         return read_axes(value, &board->ganged);
+    if (strcmp(name, "--switchless") == 0)
+        return read_short(value, &board->switchless);
     if (strcmp(name, "--home-axes") == 0)
         return read_axes(value, &board->home_axes);
     if (strcmp(name, "--missing-outputs") == 0)

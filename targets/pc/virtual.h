@@ -124,7 +124,8 @@ void virtual_skew(struct host *host, unsigned axis, int32_t steps);
 /** Where the second motor is; as virtual_position() for axes without one. */
 void virtual_second_position(const struct host *host, int32_t steps[AXIS_COUNT]);
 
-/** struct hal_ganged.hold of the virtual machine. */
+/** struct hal_ganged.take and .hold of the virtual machine. */
+void virtual_take_motor(struct hal *hal, unsigned axis, unsigned from);
 void virtual_hold_motors(struct hal *hal, axis_mask_t first, axis_mask_t second);
 
 /** Where it is (the first motors): pulses since the last virtual_place(), exact. */

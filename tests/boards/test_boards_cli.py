@@ -41,6 +41,23 @@ def test_a_second_motor_is_shown() -> None:
     assert (details["axes"], details["second_motors"]) == (["X", "Y", "Z"], ["Y2"])
 
 
+def test_a_gantry_with_one_switch_is_said_to_be_one(tmp_path: Path) -> None:
+    text = load_board("host-gantry").path.read_text(encoding="utf-8")
+    one = tmp_path / "one.toml"
+    one.write_text(text.replace('limit_min = "P22"\nlimit_max = "P30"\n', ""), encoding="utf-8")
+    assert run("boards", "check", str(one)).exit_code == 0
+    shown = " ".join(run("boards", "show", str(one)).stdout.split())
+    assert "Y has two motors and one switch" in shown and "difference of $27 and $201 only" in shown
+    assert json.loads(run("boards", "show", str(one), "--json").stdout)["one_switch"] == ["Y"]
+    assert "one switch" not in run("boards", "show", "host-gantry").stdout
+
+
+def test_drivers_that_can_be_second_motors_are_shown() -> None:
+    shown = " ".join(run("boards", "show", "mks-tinybee").stdout.split())
+    assert "by $210 ..: Y (with its limit), Z (with its limit), A (with its limit), B (no limit: " in shown
+    assert "by $210 ..: Z (with its limit)" in " ".join(run("boards", "show", "mks-tinybee-gantry").stdout.split())
+
+
 def test_list_json() -> None:
     listed = json.loads(run("boards", "list", "--json").stdout)
     zero = next(board for board in listed if board["id"] == "esp32s3-zero")

@@ -35,6 +35,11 @@ BOARD_IDS = {
     "mks-dlc32-v21",
     "mks-tinybee",
     "mks-tinybee-gantry",
+    "six-pack",
+    "jackpot",
+    "jackpot3",
+    "root-controller-iso",
+    "root-controller-rev2",
     "pic32mz2048efh100",
     "host",
 }

@@ -19,6 +19,7 @@
 #include "input/rx.h"
 #include "io/switch_timer.h"
 #include "machine/parts.h"
+#include "settings/store.h"
 
 #include "driver/gpio.h"
 #include "driver/rmt_tx.h"
@@ -34,11 +35,12 @@
 
 enum { CYCLES_PER_US = 240, CYCLES_PER_TICK = 12, ACCESS_CYCLES = 12, PINS = 64, CHANNELS = 8 };
 #if CONFIG_IDF_TARGET_ESP32
-enum { FIRST_JTAG = 12 }; /* of four pins that are not GPIO at reset */
+enum { FIRST_JTAG = 12, SENDERS = 8 }; /* of four pins that are not GPIO at reset; RMT channels */
 #else
-enum { FIRST_JTAG = 39 };
+enum { FIRST_JTAG = 39, SENDERS = 4 };
 #endif
-enum { FIRST_Y = 1, SECOND_Y = BOARD_AXIS_COUNT }; /* numbers of motors */
+/* Numbers of motors. A board without a gantry has the driver of A as the second motor of Y by $211. */
+enum { BY_SETTING = BOARD_GANGED_AXES == 0, FIRST_Y = 1, SECOND_Y = BY_SETTING ? AXIS_A : BOARD_AXIS_COUNT };
 
 static uint64_t now; /* cycles */
 
@@ -164,9 +166,11 @@ static void look_at_gpio(void) {
 
 /* A start plays high for as long as the channel's first word says. */
 static void look_at_rmt(void) {
-    for (unsigned channel = 0; channel < BOARD_AXIS_COUNT; channel++) {
+    if (BOARD_STEP_ENGINE != BOARD_STEP_ENGINE_RMT)
+        return;
+    for (unsigned channel = 0; channel < SENDERS; channel++) {
         const uint32_t word = rmt.STEP_RMT_CONF(channel);
-        if (BOARD_STEP_ENGINE != BOARD_STEP_ENGINE_RMT || (word & 1) == 0)
+        if ((word & 1) == 0)
             continue;
         CHECK(!plays[channel] && (RMTMEM[channel][0] >> 15 & 1) != 0);
         plays_until[channel] = now + (RMTMEM[channel][0] & 0x7FFF) * 3; /* 80 MHz */
@@ -304,6 +308,27 @@ static void say(void *ctx, const char *bytes, size_t count) {
     said[said_count] = '\0';
 }
 
+static size_t load_driver(const void *ctx, uint8_t key, void *bytes, size_t size) {
+    static const struct store_pair driver_of_a = {.number = SETTING_SECOND_MOTOR + AXIS_Y,
+                                                  .value = AXIS_A + 1};
+    (void)ctx, (void)size;
+    return key == STORE_KEY_SETTINGS ? store_pack(bytes, &driver_of_a, 1) : 0;
+}
+
+static enum hal_store_state save_nothing(const void *ctx, const struct hal_store_value *values,
+                                         size_t count) {
+    (void)ctx, (void)values, (void)count;
+    return HAL_STORE_DONE;
+}
+
+/* Each start is that of a machine in which nothing but the second motor was set. */
+static const struct hal_store store = {.load = load_driver, .save = save_nothing};
+
+/* A signal of the second motor. @param y2, a  by the board file, and by a setting */
+static struct pin_wire *second_wire(enum board_signal y2, enum board_signal a) {
+    return &map.wire[BY_SETTING ? a : y2];
+}
+
 static bool calls_low; /* the board calls the lines of the second motor active low */
 
 static void wire_motors(void) {
@@ -329,7 +354,8 @@ static void start(void) {
     i2s_model_reset(now);
     pins_in = ~(uint64_t)0;
     pin_map_init(&map);
-    map.wire[SIGNAL_STEP_Y2].active_high = map.wire[SIGNAL_DIR_Y2].active_high = !calls_low;
+    second_wire(SIGNAL_STEP_Y2, SIGNAL_STEP_A)->active_high = !calls_low;
+    second_wire(SIGNAL_DIR_Y2, SIGNAL_DIR_A)->active_high = !calls_low;
     outputs_make_safe(&map);
     board_inputs(&map, inputs);
     board_outputs(&map, outputs);
@@ -338,11 +364,12 @@ static void start(void) {
     wire_motors();
     drive(0, true);
     inputs_init(&hal.inputs, inputs, &step_pins.gang, &roles);
-    CHECK(outputs[SWITCH_ENABLE_X + SECOND_Y].pin == map.wire[SIGNAL_ENABLE_Y2].gpio);
+    CHECK(outputs[SWITCH_ENABLE_X + SECOND_Y].pin == second_wire(SIGNAL_ENABLE_Y2, SIGNAL_ENABLE_A)->gpio);
     CHECK(outputs_init(&hal.outputs, outputs, &hal.step.shifted));
     CHECK(step_engine_init(&hal.step, &step_pins));
     struct machine_board board = board_machine(&map);
     board.ganged = chip_ganged(&hal, &step_pins.gang);
+    board.store = BY_SETTING ? &store : NULL;
     machine_init(&machine, &board, &hal, &hal.step, &text);
     follow_init(&follow, &machine, &hal);
     CHECK(step_engine_attach(machine_step(&machine)) && inputs_attach(&hal.inputs, &machine));
@@ -512,6 +539,21 @@ static void each_motor_has_its_own_pull_off(void) {
     STANDS(HIGH_STEPS - PULL_OFF, HIGH_STEPS - 750);
 }
 
+/* Only the first one's counts, and the difference of the pull-offs is made once. */
+static void both_motors_stop_at_one_switch(void) {
+    set_up();
+    CHECK(strcmp(send("$206=2\n"), "ok\r\n") == 0);
+    CHECK(strcmp(send("$201=3\n"), "ok\r\n") == 0);
+    for (int homing = 0; homing < 2; homing++) {
+        if (homing == 0)
+            crooked(-2000, 90);
+        CHECK(strcmp(send("$HY\n"), "ok\r\n") == 0);
+        STANDS(HIGH_STEPS - PULL_OFF, HIGH_STEPS - 750 + 90);
+    }
+    CHECK(strcmp(send("G91G0Y-1\n"), "ok\r\n") == 0);
+    STANDS(HIGH_STEPS - PULL_OFF - 250, HIGH_STEPS - 1000 + 90);
+}
+
 static void more_than_squaring_allows_is_alarm_10(void) {
     for (int32_t skew = -1800; skew <= 1800; skew += 3600) {
         set_up();
@@ -590,6 +632,7 @@ int main(void) {
     a_second_motor_that_is_mounted_the_other_way_round();
     lines_that_the_board_calls_active_low();
     each_motor_has_its_own_pull_off();
+    both_motors_stop_at_one_switch();
     more_than_squaring_allows_is_alarm_10();
     a_reset_or_an_estop_at_any_moment_leaves_both_motors_stepping();
     a_motor_that_begins_to_wait_makes_its_last_pulse();

@@ -112,6 +112,33 @@ def test_shift_registers_and_two_motors_keep_their_pins(tmp_path: Path) -> None:
     assert imported.board["timing"]["step_pulse_ns"] == imported.board["timing"]["dir_setup_ns"] == 2000
 
 
+def gantry_with(tmp_path: Path, first: str, second: str) -> Imported:
+    text = GANTRY.read_text(encoding="utf-8")
+    text = text.replace("limit_neg_pin: gpio.36:low\n", first).replace("limit_neg_pin: gpio.39:low\n", second)
+    return converted(tmp_path, text)
+
+
+@pytest.mark.parametrize(
+    ("first", "second"),
+    [("limit_neg_pin: gpio.36:low\n", "pulloff_mm: 2.5\n"), ("hard_limits: false\n", "limit_neg_pin: gpio.36:low\n")],
+)
+def test_two_motors_with_one_switch_are_taken(tmp_path: Path, first: str, second: str) -> None:
+    """Wherever it is wired, both stop at it: it is the first motor's here."""
+    imported = gantry_with(tmp_path, first, second)
+    y = imported.board["axis"]["y"]
+    assert y["limit_min"]["pin"] == "GPIO36" and "limit_min" not in y["second"]
+    assert "second-switch" not in {found.rule for found in imported.refused}
+    assert any("one switch for both motors" in remark.why for remark in imported.remarks.of(Kind.CHANGED))
+
+
+def test_the_pull_off_of_a_second_motor_is_its_own(tmp_path: Path) -> None:
+    imported = gantry_with(tmp_path, "limit_neg_pin: gpio.36:low\n", "pulloff_mm: 2.5\n")
+    assert imported.machine["axis"]["y"]["second"] == {"pull_off_mm": 2.5}
+    profile = tmp_path / "m.toml"
+    profile.write_text(imported.machine_text("gantry.yaml"), encoding="utf-8")
+    assert load_machine(profile).settings()[201] == 2.5
+
+
 def test_losses_are_named_with_their_line_and_reason() -> None:
     imported = import_fluidnc(GANTRY)
     reasons = lost(imported)

@@ -205,9 +205,11 @@ def test_settings_print_formats(grbl: Grbl) -> None:
     grbl.fine("$13=1", "$30=1000.4", "$110=5000.0004")
     rows = dict(line[1:].split("=") for line in grbl.send("$$\n").split("\r\n") if line.startswith("$"))
     for number, value in rows.items():
-        decimals = {170: 0, 180: 2}.get(int(number) // 10 * 10, 3 if int(number) >= 100 else 0)
+        decimals = {170: 0, 180: 2, 210: 0}.get(int(number) // 10 * 10, 3 if int(number) >= 100 else 0)
         if int(number) in (11, 12, 24, 25, 27, 40, 41, 81, 82):
             decimals = 3
+        elif int(number) == 206:
+            decimals = 0
         elif int(number) in (34, 35, 36, 93):
             decimals = 1
         form = rf"\d+\.\d{{{decimals}}}" if decimals else r"\d+"

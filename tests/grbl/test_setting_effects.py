@@ -38,6 +38,7 @@ def another(row: Setting, now: float) -> float:
     """A value in range that differs from this one, small enough that no rule of the board forbids it."""
     low = max(float(row.min), 3.0) if row.name == "step_pulse_us" else float(row.min)
     choices = [float(row.default) + 1.0] if row.name.startswith("laser_curve") else []  # they ascend
+    choices += [2.0] if row.name == "second_motor" else []  # X has no driver to spare
     choices += [low, 1.0, 3.0, float(row.default), low + 1.0, 500.0, 600.0]
     return next(value for value in choices if value != now and low <= value <= row.max)
 

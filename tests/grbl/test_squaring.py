@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,15 +13,29 @@ ACCEL, PULL_OFF = 500 * 250, 500
 HIGH, LOW = (1000, 1007, 1014), (-10000, -10003, -10006)
 
 
-@pytest.fixture(params=[2, 3, 7], ids=["Y", "XY", "XYZ"])
-def gantry(request: pytest.FixtureRequest) -> Iterator[Grbl]:
-    grbl = ganged(request.param)
+@pytest.fixture(params=[2, 3, 7, -2, -3, -7], ids=["Y", "XY", "XYZ", "Y by $211", "XY by $210", "XYZ by $210"])
+def gantry(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Grbl]:
+    """Negative: a board with six axes, whose last drivers are the second motors by settings."""
+    grbl = ganged(request.param) if request.param > 0 else ganged_by_setting(-request.param, tmp_path / "settings")
     yield grbl
     grbl.close()
 
 
 def ganged(mask: int) -> Grbl:
-    grbl = Grbl(ganged=mask)
+    return set_up(Grbl(ganged=mask))
+
+
+def ganged_by_setting(mask: int, store: Path) -> Grbl:
+    drivers = iter((4, 5, 6))
+    six = Grbl(axes=6, store=store)
+    six.send("")
+    six.settings(**{f"s{210 + ax}": next(drivers) for ax in range(3) if mask >> ax & 1})
+    six.after(0.1)
+    six.close()
+    return set_up(Grbl(axes=6, store=store))
+
+
+def set_up(grbl: Grbl) -> Grbl:
     grbl.send("")
     grbl.settings(**{f"s{base + ax}": value for base, value in ((110, 5000), (120, 500)) for ax in range(3)})
     for axis in range(3):

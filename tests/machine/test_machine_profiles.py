@@ -7,8 +7,10 @@ from pathlib import Path
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from wificnc.errors import MachineError
+from wificnc.board.load import load_board
+from wificnc.errors import MachineError, UserError
 from wificnc.machine import Machine, find_machines, load_machine
+from wificnc.machine.fit import check_fit
 from wificnc.machine.model import _text
 
 FULL = """
@@ -132,6 +134,68 @@ def test_a_rotary_axis_with_a_switch_has_a_cycle(tmp_path: Path) -> None:
 )
 def test_an_axis_that_says_it_sets_the_mask(tmp_path: Path, key: str, line: str) -> None:
     assert load(tmp_path, SMALL + key).settings_lines()[0] == line
+
+
+GANTRY = """
+schema = 1
+name = "Gantry"
+[axis.x]
+steps_per_mm = 80
+max_rate_mm_min = 6000
+acceleration_mm_s2 = 500
+[axis.y]
+steps_per_mm = 80
+max_rate_mm_min = 6000
+acceleration_mm_s2 = 500
+[axis.y.second]
+driver = "a"
+"""
+
+
+def test_a_second_motor_by_the_driver_of_an_axis_that_the_machine_lacks(tmp_path: Path) -> None:
+    """What was given up comes before what is taken."""
+    plain = load(tmp_path, GANTRY).settings()
+    assert (plain[79], plain[210], plain[211]) == (2, 0, 4) and not plain.keys() & {8, 200, 201, 206}
+    full = load(tmp_path, GANTRY + "invert_direction = true\npull_off_mm = 1.5\nown_switch = false\n")
+    assert {number: full.settings()[number] for number in (8, 201, 206)} == {8: 2, 201: 1.5, 206: 2}
+    assert full.settings_lines()[:2] == ["$210=0", "$8=2"]
+    own = load(tmp_path, GANTRY.replace('driver = "a"', "own_switch = true")).settings()
+    assert own[206] == 0 and not own.keys() & {210, 211}
+
+
+@pytest.mark.parametrize(
+    ("driver", "why"),
+    [("y", "is the driver of Y, which is an axis of this machine"), ("x", "must be 'y', 'z'")],
+)
+def test_a_driver_that_is_not_to_spare(tmp_path: Path, driver: str, why: str) -> None:
+    with pytest.raises(MachineError, match=why):
+        load(tmp_path, GANTRY.replace('driver = "a"', f'driver = "{driver}"'))
+
+
+def test_one_driver_for_two_axes(tmp_path: Path) -> None:
+    with pytest.raises(MachineError, match="names A, which is the second motor of another axis"):
+        load(tmp_path, GANTRY.replace("[axis.y]", '[axis.x.second]\ndriver = "a"\n[axis.y]'))
+
+
+@pytest.mark.parametrize(
+    ("board_id", "second", "why"),
+    [
+        ("esp32-wroom32", 'driver = "a"', None),
+        ("esp32-wroom32", 'driver = "b"\nown_switch = true', "axis B has no limit or home switch"),
+        ("esp32-wroom32", 'driver = "b"\nown_switch = false', None),
+        ("esp32-wroom32", "pull_off_mm = 2.0", "has no second motor of Y"),
+        ("esp32s3-zero", 'driver = "a"', "has no driver of A to spare"),
+        ("esp32-wroom32-gantry", 'driver = "z"', "has a second motor of Y already"),
+        ("esp32-wroom32-gantry", "pull_off_mm = 2.0", None),
+    ],
+)
+def test_a_gantry_fits_a_board(tmp_path: Path, board_id: str, second: str, why: str | None) -> None:
+    machine, board = load(tmp_path, GANTRY.replace('driver = "a"', second)), load_board(board_id)
+    if why is None:
+        check_fit(board, machine)
+        return
+    with pytest.raises(UserError, match=why):
+        check_fit(board, machine)
 
 
 def test_travel_and_axis_count(tmp_path: Path) -> None:

@@ -10,13 +10,14 @@ import pytest
 from chip_controller import BANNER, Controller
 from image_fixture import build_image
 from mips.isr import SELDOM, disassemble, longest_path, read_disassembly
+from store_pages import pages as stored_pages
 from wificnc.board.load import load_board
 from wificnc.board.model import Board
 from wificnc.build.checkout import checkout_root
 from wificnc.build.pic32mz import Pic32Build
 from wificnc.chip.image import Block, read_hex
 from wificnc.chip.job import as_axes, run_on_chip
-from wificnc.chip.machine import motor_wire
+from wificnc.chip.machine import STORE_OFFSET, motor_wire
 from wificnc.chip.virtual import CPU_HZ, NO_PIN
 from wificnc.sim.run import SimOptions
 
@@ -45,10 +46,32 @@ def image(build: Pic32Build) -> tuple[Block, ...]:
     return read_hex(build.hex.read_text())
 
 
-@pytest.fixture
-def gantry(board: Board, image: tuple[Block, ...]) -> Iterator[Controller]:
+@pytest.fixture(scope="module")
+def four_axes(reference: Pic32Build) -> tuple[tuple[Block, ...], bytes]:
+    """The image, and pages in which the driver of A is the second motor of Y."""
+    image = read_hex(reference.hex.read_text())
+    with Controller(load_board("pic32mz2048efh100"), image) as controller:
+        controller.boot()
+        controller.fine("$211=4")
+        controller.run(0.5)
+        return image, stored_pages(controller)
+
+
+@pytest.fixture(params=["board", "$211=4"])
+def gantry(
+    request: pytest.FixtureRequest,
+    board: Board,
+    image: tuple[Block, ...],
+    four_axes: tuple[tuple[Block, ...], bytes],
+) -> Iterator[Controller]:
     """Homes Y to its far end."""
+    by_setting = request.param != "board"
+    if by_setting:
+        board, image = load_board("pic32mz2048efh100"), four_axes[0]
     with Controller(board, image) as controller:
+        if by_setting:
+            controller.chip.set_flash(STORE_OFFSET, four_axes[1])
+            controller.chip.power_on()
         controller.boot()
         controller.fine("$22=1", "$24=100", "$25=2000", "$26=25", "$27=2", "$44=2", "$45=0", "$101=250")
         controller.fine("$111=5000", "$121=500", "$131=100", "$X")
@@ -132,6 +155,16 @@ def test_each_motor_has_its_own_pull_off(gantry: Controller) -> None:
     assert stands(gantry) == (HIGH - PULL_OFF, HIGH - 750)
 
 
+def test_both_motors_stop_at_one_switch(gantry: Controller) -> None:
+    """$206: only the first one's counts, and the difference of the pull-offs is made once."""
+    gantry.fine("$206=2", "$201=3")
+    crooked(gantry, -2000, 90)
+    for _ in range(2):
+        assert gantry.send("$HY", 60.0) == "ok\r\n"
+        gantry.rest()
+        assert stands(gantry) == (HIGH - PULL_OFF, HIGH - 750 + 90)
+
+
 @pytest.mark.parametrize("skew", [1800, -1800])
 def test_more_than_squaring_allows_is_alarm_10(gantry: Controller, skew: int) -> None:
     """5 % of the travel (100 mm) is as far as one side goes alone; afterwards no one waits."""
@@ -178,8 +211,9 @@ def test_no_pulse_is_cut_short_when_a_motor_begins_to_wait(gantry: Controller, b
     gantry.rest()
     assert stands(gantry) == (HIGH - PULL_OFF, HIGH - PULL_OFF)
     pulses = gantry.chip.pulses()
+    second = "step_y2" if gantry.board.ganged_axes else "step_a"
     assert min(pulses.high, pulses.low) >= pulse_us * 1e-6 * CPU_HZ
-    assert [gantry.chip.level(gantry.pin(signal)) for signal in ("step_y", "step_y2")] == [0, 0]
+    assert [gantry.chip.level(gantry.pin(signal)) for signal in ("step_y", second)] == [0, 0]
 
 
 def test_a_second_motor_costs_the_interrupts_nothing(build: Pic32Build, reference: Pic32Build) -> None:

@@ -12,7 +12,7 @@ from contextlib import ExitStack, suppress
 from pathlib import Path
 
 import pytest
-from patience import HANG_S
+from patience import HANG_S, wait_until
 from serve_peer import Peer, Serve, connect, stream
 from wificnc.serve.server import Server
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 
 from wificnc.board.abilities import ability_rows
-from wificnc.board.labels import PinRow, notes, pin_rows
+from wificnc.board.labels import PinRow, notes, pin_rows, spare_drivers_text
 from wificnc.board.model import Board
 from wificnc.board.problem import RULES
 from wificnc.board.rules import ALLOWABLE, pulse_rate_hz
@@ -80,6 +80,8 @@ def _facts(board: Board) -> Iterator[str]:
     )
     if words := words_text(board):
         yield f"- {words[0].upper()}{words[1:]}"
+    if spare := spare_drivers_text(board):
+        yield f"- {spare[0].upper()}{spare[1:]}"
     if board.look_ahead:
         yield f"- Look-ahead: {board.look_ahead} pieces of path, {board.laser_marks} changes of a laser's S"
     yield f"- Published map: {board.source.map}"
@@ -161,7 +163,7 @@ else.
 1. Copy the nearest file; its name without `.toml` is the board's id. Editors that know `#:schema` complete the keys.
 2. Write a pin as the chip's table names it: `step = "GPIO1"`, or with more to say
    `estop = {{ pin = "GPIO13", pull = "up", active = "low" }}`. A second motor of Y is `[axis.y.second]`, with its own
-   step, dir and limit.
+   step and dir, and a limit if the gantry has one there.
 3. `wificnc boards check FILE` lists every problem with its line, the reason and the pins that would be legal.
 4. A risk that your wiring excludes is allowed with a reason: `allow = {{ strapping = "why it is safe" }}`. The
    table says which rules can be. An allow that suppresses nothing is an error.

@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from wificnc.board.chip import ChipPin
-from wificnc.board.model import Board, Role, Use
+from wificnc.board.model import AXIS_LETTERS, Board, Role, Use
+from wificnc.protocol import load_settings
 
 _AXIS_WORDS = {"step": "step", "dir": "direction", "enable": "enable", "limit": "limit", "home": "home"}
 _WORDS = {
@@ -33,6 +34,7 @@ _WORDS = {
     "i2so_ws": "shift latch",
     "led": "status LED",
 }
+SECOND_PULL_OFF = load_settings()["second_pull_off_mm"].number  # of X
 _BUSES = (Role.ETHERNET, Role.SERIAL, Role.I2SO, Role.LED)
 
 
@@ -73,10 +75,32 @@ def pin_rows(board: Board) -> list[PinRow]:
     return [_row(board, use) for use in board.uses()]
 
 
+def spare_drivers_text(board: Board) -> str:
+    """Whose drivers $210 .. can make second motors; empty: no one's."""
+    letters = [letter for n, letter in enumerate(board.axes) if n > 0 and not board.ganged_axes >> n & 1]
+    words = [f"{letter} ({_switch_word(board, letter)})" for letter in letters]
+    return f"drivers that can be second motors by $210 ..: {', '.join(words)}" if words else ""
+
+
+def _switch_word(board: Board, letter: str) -> str:
+    at = AXIS_LETTERS.index(letter)
+    kind = "home switch" if board.home_axes >> at & 1 else "limit"
+    return f"no {kind}: one switch for both motors" if board.switchless >> at & 1 else f"with its {kind}"
+
+
 def notes(board: Board) -> list[str]:
     """What to know before wiring: of the board, then of the pins it uses."""
     pins = board.pins.pin
-    return [*board.note, *(f"{use.pin} is {pins[use.pin].note}." for use in board.uses() if pins[use.pin].note)]
+    one_switch = [
+        f"{letter} has two motors and one switch: both stop at it. Homing squares the gantry by the difference of $27 "
+        f"and ${SECOND_PULL_OFF + AXIS_LETTERS.index(letter)} only, and does not notice what it lost without power."
+        for letter in board.one_switch
+    ]
+    return [
+        *board.note,
+        *one_switch,
+        *(f"{use.pin} is {pins[use.pin].note}." for use in board.uses() if pins[use.pin].note),
+    ]
 
 
 def _row(board: Board, use: Use) -> PinRow:

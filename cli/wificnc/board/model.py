@@ -93,11 +93,16 @@ class Motor(Strict):
     limit_max: InputWire | None = None
     home: InputWire | None = Field(default=None, description="switch for homing; without it homing looks at a limit")
 
+    def has_switch(self, *, at_home: bool) -> bool:
+        """Something that homing can look at. @param at_home  the axis homes to a home switch"""
+        wires = (self.home,) if at_home else (self.limit, self.limit_min, self.limit_max)
+        return any(wire is not None for wire in wires)
+
 
 class Axis(Motor):
     """An axis: its motor, and at the other side of a gantry perhaps a second one that makes the same steps."""
 
-    second: Motor | None = Field(default=None, description="second motor, squared at homing by its own switches")
+    second: Motor | None = Field(default=None, description="second motor; homing squares the gantry if it has a switch")
 
 
 class AxisSet(Strict):
@@ -336,6 +341,22 @@ class Board(BoardFile):
         """Axes with home switches of their own, bit 0 = X."""
         wired = self.axis.wired().items()
         return sum(1 << AXIS_LETTERS.index(letter.upper()) for letter, axis in wired if axis.home)
+
+    @property
+    def switchless(self) -> int:
+        """Motors without a limit, or of home_axes without a home switch: bit n = the first one of axis n, bit 6 + n =
+        its second one."""
+        motors = 0
+        for index, axis in enumerate(self.axis.wired().values()):
+            for second, motor in enumerate((axis, axis.second)):
+                if motor is not None and not motor.has_switch(at_home=axis.home is not None):
+                    motors |= 1 << index + AXES_MAX * second
+        return motors
+
+    @property
+    def one_switch(self) -> tuple[str, ...]:
+        """Axes with two motors of which only the first has a switch, such as ("Y",)."""
+        return tuple(letter for n, letter in enumerate(AXIS_LETTERS) if self.switchless >> AXES_MAX + n & 1)
 
     @property
     def look_ahead(self) -> int:

@@ -8,7 +8,7 @@ from dataclasses import replace
 from math import ceil
 
 from wificnc.board.chip import Chip
-from wificnc.board.model import AXES_MAX, AXIS_LETTERS, BoardFile, Motor, OutputWire, Role, Use
+from wificnc.board.model import AXES_MAX, AXIS_LETTERS, BoardFile, OutputWire, Role, Use
 from wificnc.board.shift_registers import on_grid_ns, shift_registers
 from wificnc.checked.problem import Finding, key_text
 from wificnc.checked.shape import closest
@@ -195,19 +195,15 @@ def _one_kind_of_limit(board: BoardFile, chip: Chip) -> Iterator[Finding]:
 
 
 def _second_switch(board: BoardFile, chip: Chip) -> Iterator[Finding]:
+    """Homing looks at the first motor's kind of switch; without one at the second motor it stops both at that one."""
     for letter, axis in board.axis.wired().items():
         if axis.second is None:
             continue
-        motors: tuple[Motor, Motor] = (axis, axis.second)
-        limits = all(motor.limit or motor.limit_min or motor.limit_max for motor in motors)
-        homes = [motor.home is not None for motor in motors]
-        if any(homes) != all(homes) or not (any(homes) or limits):
-            yield Finding(
-                "second-switch",
-                ("axis", letter, "second"),
-                "is a second motor, but not both motors have a limit or a home switch, so homing cannot square them",
-                "wire a limit (or a home) to both motors, or both drivers to one pair of step and direction pins",
-            )
+        for kind, at_home in (("home switch", True), ("limit", False)):
+            if axis.second.has_switch(at_home=at_home) and not axis.has_switch(at_home=at_home):
+                reason = f"has a {kind}, but the first motor has none, so homing would not look at it"
+                hint = f"wire the {kind} of the first motor; a gantry with one switch has it there"
+                yield Finding("second-switch", ("axis", letter, "second"), reason, hint)
 
 
 def _second_motor(board: BoardFile, chip: Chip) -> Iterator[Finding]:

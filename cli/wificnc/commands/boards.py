@@ -11,7 +11,7 @@ from rich.table import Table
 
 from wificnc import ui
 from wificnc.board.abilities import lack_lines, lacks
-from wificnc.board.labels import PinRow, notes, pin_rows
+from wificnc.board.labels import PinRow, notes, pin_rows, spare_drivers_text
 from wificnc.board.load import check_board, find_boards, load_board
 from wificnc.board.model import Board
 from wificnc.board.picture import ROLE_COLOURS, save_picture
@@ -165,6 +165,7 @@ def _summary(board: Board) -> dict[str, Any]:
         "chip": board.chip,
         "axes": list(board.axes),
         "second_motors": list(board.second_motors),
+        "one_switch": list(board.one_switch),
         "timing": board.timing.model_dump(),
         "step_engine": board.step.engine,
         "memory": board.memory.model_dump(mode="json"),
@@ -206,6 +207,8 @@ def _print_board(board: Board) -> None:
     ui.data.print(f"axes {board.axes_text}, up to {timing.max_step_rate_hz // 1000} k steps/s, {pulse}")
     if words := words_text(board):
         ui.data.print(words)
+    if spare := spare_drivers_text(board):
+        ui.data.print(spare)
     if board.look_ahead:
         ui.data.print(f"look-ahead {board.look_ahead} pieces of path, {board.laser_marks} changes of a laser's S")
     ui.data.print()

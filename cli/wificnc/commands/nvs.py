@@ -15,6 +15,7 @@ from wificnc.commands.flash import esp32_board, esp32_partitions
 from wificnc.errors import Exit, FlashError, UserError
 from wificnc.flash.plan import Region
 from wificnc.machine import load_machine
+from wificnc.machine.fit import check_fit
 from wificnc.nvs.build import build_image
 from wificnc.nvs.image import Entry, NvsImage, read_image
 from wificnc.nvs.values import (
@@ -63,8 +64,8 @@ def build(
     if as_json and output == STDOUT:
         raise UserError("--json and --output - both use stdout", hint="--output FILE")
     profile = load_machine(machine)
-    if board_ref is not None and profile.axis_count > len(esp32_board(board_ref).axes):
-        raise FlashError(f"{profile.name} has {profile.axis_count} axes, {board_ref} has fewer")
+    if board_ref is not None:
+        check_fit(esp32_board(board_ref), profile)
     own = random_password()
     texts = {"wifi_ssid": ssid, "wifi_pass": wifi_password, "access_key": access_key, "ap_pass": own}
     texts["http_names"] = ",".join(map(parse_host_name, http_names)) or None

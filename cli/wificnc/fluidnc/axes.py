@@ -80,11 +80,12 @@ def _read_axis(letter: str, part: Section, remarks: Remarks) -> AxisFacts:
     part.skip("idle_disable")
     _read_homing(facts, part)
     motors = [name for name in ("motor0", "motor1") if name in part.sections]
-    for name in motors:
-        _read_motor(facts, part.section(name), remarks)
+    for number, name in enumerate(motors):
+        _read_motor(facts, part.section(name), remarks, second=number == 1)
     if not motors:
         _read_motor(facts, part, remarks)
     _compare_directions(facts)
+    _compare_switches(facts, part, remarks)
     return facts
 
 
@@ -105,7 +106,7 @@ def _read_homing(facts: AxisFacts, part: Section) -> None:
         facts.pull_off.append(pull_off)
 
 
-def _read_motor(facts: AxisFacts, part: Section, remarks: Remarks) -> None:
+def _read_motor(facts: AxisFacts, part: Section, remarks: Remarks, *, second: bool = False) -> None:
     wires = _driver(part, remarks)
     limits = {"limit_neg_pin": "limit_min", "limit_pos_pin": "limit_max", "limit_all_pin": "limit"}
     switches = {ours: pin for name, ours in limits.items() if (pin := take_pin(part, name, remarks))}
@@ -113,7 +114,9 @@ def _read_motor(facts: AxisFacts, part: Section, remarks: Remarks) -> None:
     if wires is None:
         return
     facts.hard.append(hard)
-    if pull_off is not None:
+    if pull_off is not None and second and facts.motors:
+        facts.profile["second"] = {"pull_off_mm": pull_off}
+    elif pull_off is not None:
         facts.pull_off.append(pull_off)
     if "limit" in switches and len(switches) > 1:
         remarks.lost(f"{part.path}.limit_all_pin", part.line, "one line for both ends, next to one for each end")
@@ -165,6 +168,19 @@ def _compare_directions(facts: AxisFacts) -> None:
         facts.profile["invert_direction"] = True
     for motor, turned in zip(facts.motors[1:], inverted[1:], strict=True):
         motor["dir"]["active"] = "high" if turned == inverted[0] else "low"
+
+
+def _compare_switches(facts: AxisFacts, part: Section, remarks: Remarks) -> None:
+    """Of two motors only one has a switch: both stop at it, and here it is the first one's."""
+    if len(facts.motors) != 2:
+        return
+    first, second = ({name for name in motor if name.startswith("limit")} for motor in facts.motors)
+    if bool(first) == bool(second):
+        return
+    for name in second:
+        facts.motors[0][name] = facts.motors[1].pop(name)
+    why = "one switch for both motors: homing squares the gantry by the difference of their pull-offs only"
+    remarks.changed(part.path, part.line, why)
 
 
 def shared_enable(axes: Section, remarks: Remarks) -> dict[str, Any] | None:

@@ -38,7 +38,17 @@ class _Table(BaseModel):
                 yield str(field.json_schema_extra["setting"]), value
 
 
+class Second(_Table):
+    """[axis.y.second]: the motor at the other side of a gantry."""
+
+    driver: Literal["y", "z", "a", "b", "c"] | None = None  # an axis that the machine lacks; None: as the board has it
+    own_switch: bool | None = None  # False: both motors stop at the first one's
+    invert_direction: bool | None = None  # against the first one
+    pull_off_mm: Annotated[float | None, of("second_pull_off_mm")] = None
+
+
 class _Axis(_Table):
+    second: Second | None = None
     invert_direction: bool | None = None
     invert_step: bool | None = None
     home_at: Literal["min", "max"] | None = None
@@ -67,6 +77,10 @@ MASKS: dict[str, Callable[[_Axis], bool | None]] = {
     "dir_invert_mask": lambda axis: axis.invert_direction,
     "step_invert_mask": lambda axis: axis.invert_step,
     "homing_dir_mask": lambda axis: None if axis.home_at is None else axis.home_at == "min",
+    "second_dir_invert_mask": lambda axis: axis.second and axis.second.invert_direction,
+    "one_switch_mask": lambda axis: (
+        None if axis.second is None or axis.second.own_switch is None else not axis.second.own_switch
+    ),
 }
 
 
@@ -169,6 +183,12 @@ class Machine(_Table):
         """Axes that the controller must have, in the order XYZABC: 4 for a machine of X, Z and A."""
         return 1 + max(index for index, _ in self.axis.present())
 
+    def second_motors(self) -> Iterator[tuple[int, Second]]:
+        """Axes with a table for their second motor: index, table."""
+        for index, axis in self.axis.present():
+            if axis.second is not None:
+                yield index, axis.second
+
     @property
     def travel_mm(self) -> tuple[float | None, ...]:
         """Travel of the tool in X .. C (degrees of A B C); None = no such axis, not known, endless, or not straight."""
@@ -190,6 +210,7 @@ class Machine(_Table):
             values.update((table[name].number, value) for name, value in part.assigned())
         for index, axis in self.axis.present():
             values.update((table[name].number + index, value) for name, value in axis.assigned())
+        values.update(self._second_motors())
         for name, bit_of in MASKS.items():
             bits = {index: bit_of(axis) for index, axis in self.axis.present()}
             if any(bit is not None for bit in bits.values()):
@@ -203,6 +224,16 @@ class Machine(_Table):
         motion = (self.kinematics, self.stepper, self.motion, self.limits, self.homing, self.probe)
         return (*motion, self.spindle, self.coolant)
 
+    def _second_motors(self) -> Iterator[tuple[int, Value]]:
+        table = load_settings()
+        for index, second in self.second_motors():
+            yield from ((table[name].number + index, value) for name, value in second.assigned())
+        drivers = {index: second.driver for index, second in self.second_motors() if second.driver}
+        for index, _ in self.axis.present():
+            if drivers:
+                letter = drivers.get(index)
+                yield table["second_motor"].number + index, AXES.index(letter.upper()) + 1 if letter else 0
+
     def _homing_cycles(self) -> Iterator[tuple[int, int]]:
         """What `$H` seeks, and in which order: axes that the machine does not have are in no cycle. Without an order, a
         rotary axis has a switch only where the profile says at which end."""
@@ -215,9 +246,11 @@ class Machine(_Table):
             yield cycle, sum(1 << AXES.index(letter) for letter in letters if letter in homed)
 
     def settings_lines(self) -> list[str]:
-        """The lines that bring a controller to this profile, in an order it accepts: homing before soft limits."""
-        homing = load_settings()["homing"].number
-        values = sorted(self.settings().items(), key=lambda item: (item[0] != homing, item[0]))
+        """The lines that bring a controller to this profile, in an order it accepts: homing before soft limits, and a
+        driver is given up before another axis gets it."""
+        homing, second = (load_settings()[name].number for name in ("homing", "second_motor"))
+        given_up = {(second + index, 0) for index in range(len(AXES))}
+        values = sorted(self.settings().items(), key=lambda item: (item[0] != homing, item not in given_up, item[0]))
         return [f"${number}={_text(value)}" for number, value in values]
 
 

@@ -50,6 +50,22 @@ def homing_order_is_of_its_axes(machine: Machine) -> Iterator[Finding]:
             yield Finding("homing-order", ("homing", "order"), f"names {letter} twice; an axis is homed once")
 
 
+def second_motors_have_drivers_to_spare(machine: Machine) -> Iterator[Finding]:
+    """The axis of the driver, and those after it, are gone."""
+    taken: set[str] = set()
+    for index, second in machine.second_motors():
+        path = ("axis", AXES[index].lower(), "second", "driver")
+        if second.driver is None:
+            continue
+        letter = second.driver.upper()
+        if AXES.index(letter) < machine.axis_count:
+            reason = f"is the driver of {letter}, which is an axis of this machine or comes before one"
+            yield Finding("second-motor", path, reason, "name an axis after the machine's last one")
+        elif letter in taken:
+            yield Finding("second-motor", path, f"names {letter}, which is the second motor of another axis")
+        taken.add(letter)
+
+
 def pulses_fit(machine: Machine) -> Iterator[Finding]:
     """A step is a pulse and at least the same time of rest."""
     pulse_us = machine.stepper.step_pulse_us
@@ -135,6 +151,7 @@ RULES = (
     homing_slows_down,
     pull_off_fits,
     homing_order_is_of_its_axes,
+    second_motors_have_drivers_to_spare,
     spindle_range,
     pwm_range,
 )

@@ -133,6 +133,7 @@ def program_arguments(options: ServeOptions) -> list[str]:
     """Arguments of the C program (targets/pc/main.c)."""
     pairs: Sequence[tuple[str, object]] = (
         *((f"--{name.replace('_', '-')}", number) for name, number in board_numbers(options.board).items()),
+        ("--switchless", options.board.switchless),
         ("--tasks", int(Tasks.of(options.board.target))),
         ("--speed", options.speed),
         *([("--host", options.tcp.host), ("--port", options.tcp.port)] if options.tcp else []),

@@ -55,6 +55,7 @@ class HostBoard(Structure):
         ("step_grid_ns", c_uint32),
         ("look_ahead", c_uint16),
         ("laser_marks", c_uint16),
+        ("switchless", c_uint16),
     )
 
 

@@ -18,6 +18,7 @@ from wificnc.build.host import ensure_host_library
 from wificnc.errors import JobError, UserError
 from wificnc.job.program import read_program
 from wificnc.machine import load_machine
+from wificnc.machine.fit import check_fit
 from wificnc.machine.model import Machine
 from wificnc.output import Output, check_suffix
 from wificnc.sim.job import At, JobRequest, Progress, SimResult, Timing, read_job, run_job
@@ -116,11 +117,8 @@ def _check_options(options: SimOptions) -> None:
 
 def check_axes(board: Board, machine: Machine | None) -> None:
     """A machine fits a board that has its axes. Raises UserError."""
-    if machine and machine.axis_count > len(board.axes):
-        raise UserError(
-            f"machine {machine.name} needs {machine.axis_count} axes, board {board.id} has {len(board.axes)}",
-            hint="`wificnc boards list` shows the axes of every board",
-        )
+    if machine:
+        check_fit(board, machine)
 
 
 def board_timing(board: Board) -> Timing:
@@ -143,6 +141,7 @@ def board_timing(board: Board) -> Timing:
         step_grid_ns=step_grid_ns(board),
         look_ahead=board.look_ahead,
         laser_marks=board.laser_marks,
+        switchless=board.switchless,
     )
 
 

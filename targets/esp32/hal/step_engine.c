@@ -117,6 +117,14 @@ void step_engine_invert(struct hal_step *hal, axis_mask_t step, axis_mask_t dir,
     rest_lines(hal);
 }
 
+void step_engine_regroup(struct hal_step *hal) {
+    const struct step_engine_board *board = hal->board;
+    if (BY_I2S)
+        (void)step_i2s_group(hal, board);
+    else
+        (void)step_pins_set(&hal->pins, &board->gang, board->step_gpio, board->dir_gpio);
+}
+
 void step_engine_hold(struct hal_step *hal, axis_mask_t first, axis_mask_t second) {
     const struct step_engine_board *board = hal->board;
     const uint32_t begin = esp_cpu_get_cycle_count();

@@ -30,6 +30,9 @@ void step_engine_set_pulse(struct hal_step *hal, uint32_t step_pulse_ns);
  * @param second  axes whose second motor turns the other way round than the first one */
 void step_engine_invert(struct hal_step *hal, axis_mask_t step, axis_mask_t dir, axis_mask_t second);
 
+/** [start] board->gang has changed: the tables again. */
+void step_engine_regroup(struct hal_step *hal);
+
 /** [task, at rest, but for the end of the last pulse] hal_ganged.hold. */
 void step_engine_hold(struct hal_step *hal, axis_mask_t first, axis_mask_t second);
 

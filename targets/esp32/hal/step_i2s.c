@@ -88,10 +88,14 @@ static bool outputs_of(const uint8_t pin[AXIS_COUNT], uint8_t output[AXIS_COUNT]
     return true;
 }
 
-bool step_i2s_init(struct hal_step *hal, const struct step_engine_board *board) {
+bool step_i2s_group(struct hal_step *hal, const struct step_engine_board *board) {
     uint8_t steps[AXIS_COUNT], dirs[AXIS_COUNT];
-    if (!outputs_of(board->step_gpio, steps) || !outputs_of(board->dir_gpio, dirs) ||
-        !step_pins_set(&hal->pins, &board->gang, steps, dirs))
+    return outputs_of(board->step_gpio, steps) && outputs_of(board->dir_gpio, dirs) &&
+           step_pins_set(&hal->pins, &board->gang, steps, dirs);
+}
+
+bool step_i2s_init(struct hal_step *hal, const struct step_engine_board *board) {
+    if (!step_i2s_group(hal, board))
         return false;
     const uint32_t lines = hal->pins.step[ALL_AXES].bank[0] | hal->pins.dir[ALL_AXES].bank[0];
     hal->shifted = shown & ~lines;

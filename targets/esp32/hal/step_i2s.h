@@ -17,6 +17,9 @@ static inline uint32_t step_i2s_bit(uint8_t pin) {
  * are shifted by hand. */
 void step_i2s_shift_out(uint32_t word);
 
+/** [start] The tables of the motors' lines. @return false: one of them is no output of a register */
+bool step_i2s_group(struct hal_step *hal, const struct step_engine_board *board);
+
 /** [start] The peripheral begins, with the word that the registers show. @return false: a step or direction
  * line is no output of a register */
 bool step_i2s_init(struct hal_step *hal, const struct step_engine_board *board);

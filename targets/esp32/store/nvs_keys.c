@@ -110,4 +110,11 @@ const struct nvs_key nvs_keys[SETTINGS_COUNT] = {
     {203, NVS_FLOAT, "hm_pull2_a"},
     {204, NVS_FLOAT, "hm_pull2_b"},
     {205, NVS_FLOAT, "hm_pull2_c"},
+    {206, NVS_U8, "hm_one"},
+    {210, NVS_U8, "second_x"},
+    {211, NVS_U8, "second_y"},
+    {212, NVS_U8, "second_z"},
+    {213, NVS_U8, "second_a"},
+    {214, NVS_U8, "second_b"},
+    {215, NVS_U8, "second_c"},
 };

@@ -12,6 +12,7 @@ struct hal {
     struct hal_step step;
     struct inputs inputs;
     struct outputs outputs;
+    struct gang *gang; /* whose motors they are */
     struct hal_ganged ganged;
 };
 

@@ -77,6 +77,11 @@ void step_engine_invert(struct hal_step *hal, axis_mask_t step, axis_mask_t dir,
     set_levels(board->dir_pin, gang_motors(&board->gang, now, now ^ second) ^ board->dir_low);
 }
 
+void step_engine_regroup(struct hal_step *hal) {
+    const struct step_engine_board *board = hal->board;
+    (void)step_pins_set(&hal->pins, &board->gang, board->step_pin, board->dir_pin);
+}
+
 void step_engine_hold(struct hal_step *hal, axis_mask_t first, axis_mask_t second) {
     /* The interrupt that ends a pulse toggles the lines that the table has. */
     while (__atomic_load_n(&hal->pulsing, __ATOMIC_RELAXED) != 0) {
