@@ -66,6 +66,27 @@ void session_own(struct session *session, const uint8_t address[4]) {
     owner->left = false;
 }
 
+static void end_motion(struct session *session, bool discard) {
+    struct machine *machine = session->machine;
+    machine_host_gone(machine);
+    if (discard)
+        machine_host_discard(machine);
+    else if (machine_host_has_segments(machine))
+        action_hold(machine);
+}
+
+void session_take(struct session *session, const uint8_t address[4], bool discard) {
+    const bool from_other = session->owner.on && !session_same(session->owner.address, address);
+    if (!session_is_module(session) && (from_other || discard)) {
+        /* The acks of the former owner's stream say who has ended it. */
+        stream_close(session, from_other ? WIRE_REFUSAL_OWNER : WIRE_REFUSAL_STREAM_CLOSED);
+        end_motion(session, discard);
+    }
+    session_own(session, address);
+    session->owner.taken = true;
+    session->owner.motion_us = session->now_us;
+}
+
 bool session_has_client(const struct session *session, const uint8_t address[4]) {
     for (unsigned i = 0; i < SESSION_CLIENTS; i++)
         if (session->client[i].used && session_same(session->client[i].address, address))

@@ -205,10 +205,11 @@ static void follow_owner(struct session *session) {
     /* Two steps: motion goes back as soon as the host has sent none for the time-out; the right to command
      * only when it has sent no command either, and nothing that it has switched on still runs. */
     bool idle = session->now_us - owner->motion_us >= timeout_us && machine_host_release(session->machine);
-    if (!idle || session->now_us - owner->heard_us < timeout_us || drives_owner(session))
+    if (!idle || session->now_us - owner->heard_us < timeout_us || drives_owner(session) ||
+        (owner->taken && !is_owner_gone(session)))
         return;
     stream_close(session, WIRE_REFUSAL_STREAM_CLOSED);
-    owner->on = false;
+    owner->on = owner->taken = false;
 }
 
 /* Segments that lay ready until the text side's job stood, and lead out of the travel from there. */

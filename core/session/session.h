@@ -72,7 +72,8 @@ struct session_listener {
  * since, its numbers continue: a network that was gone for longer is a gap, too. */
 struct session_owner {
     bool on, sequence_known;
-    bool left; /* its last connection has ended at its own end */
+    bool left;  /* its last connection has ended at its own end */
+    bool taken; /* by request: it commands as long as it is there, also without a command */
     uint8_t address[4];
     uint64_t heard_us;    /* something that needs it to be the owner */
     uint64_t alive_us;    /* anything */

@@ -58,6 +58,7 @@ enum wire_type {
     WIRE_STREAM_OPENED = 0x61,
     WIRE_STREAM_CLOSE = 0x62,
     WIRE_STREAM_DROP = 0x69,
+    WIRE_TAKE = 0x6A,
     WIRE_STATISTICS = 0x63,
     WIRE_STATISTICS_RESPONSE = 0x64,
     WIRE_PROBE_LAST = 0x68,
@@ -487,6 +488,16 @@ struct wire_stream_drop {
 
 void wire_put_stream_drop(uint8_t *at, const struct wire_stream_drop *from);
 void wire_get_stream_drop(const uint8_t *at, struct wire_stream_drop *to);
+
+enum { WIRE_TAKE_SIZE = 4 };
+
+/** Takes control of the machine from another host, whose jog and homing end and whose other motion is held; from then on it is refused as owner. Without another owner: the machine is this host's. */
+struct wire_take {
+    uint8_t discard; /* 1: discard the motion that is queued, as stream_drop does; 0: it is held, and resume continues it */
+};
+
+void wire_put_take(uint8_t *at, const struct wire_take *from);
+void wire_get_take(const uint8_t *at, struct wire_take *to);
 
 enum { WIRE_STATISTICS_RESPONSE_SIZE = 48 };
 

@@ -37,6 +37,7 @@ from wificnc.wmc3.layout import (
     StreamOpen,
     StreamOpened,
     StreamSegments,
+    Take,
     ValueType,
 )  # fmt: skip
 from wificnc.wmc3.packet import build, parse
@@ -52,6 +53,7 @@ ON, OFF = IoControl(spindle=1, rpm=RPM, coolant=1), IoControl()
 PAYLOADS: dict[str, Layout] = {
     "host_asks": Ping(1),
     "host_authenticates": Authenticate(),
+    "host_takes": Take(),
     "host_hold": Hold(),
     "host_resume": Resume(),
     "host_reset": Reset(),

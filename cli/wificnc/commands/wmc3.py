@@ -310,6 +310,20 @@ _simple("reset", Reset, "Leave alarm or e-stop; or release motion to the G-code 
 
 @command.command()
 @with_device
+@click.option("--discard", is_flag=True, help="Discard the queued motion of the other host instead of holding it.")
+@click.option("--hold", "seconds", type=click.FloatRange(min=0), default=0.0, help="Stay connected for some seconds.")
+def take(device: Device, discard: bool, seconds: float) -> None:
+    """Take control from another host. Its jog ends and its motion is held: `resume` continues it.
+
+    The other host is refused as long as this one is there: when this command ends, the first to send motion is in
+    control again. --hold keeps the connection.
+    """
+    device.take(discard)
+    time.sleep(seconds)
+
+
+@command.command()
+@with_device
 @click.argument("moves", nargs=-1, required=True, metavar="AXIS=STEPS ...")
 @click.option(
     "--speed",

@@ -43,6 +43,7 @@ from wificnc.wmc3.layout import (
     StreamClose,
     StreamOpen,
     StreamOpened,
+    Take,
     Type,
     ValueType,
 )
@@ -265,6 +266,10 @@ class Device:
             if not alone:
                 self._status.connect((self.address, UDP_PORT))
         return self._status
+
+    def take(self, discard: bool = False) -> None:
+        """Take control from another host: its jog ends, its queued motion is held, or discarded."""
+        self.command(Take(discard=discard))
 
     # ---- motion ----
 

@@ -59,6 +59,7 @@ class Type(IntEnum):
     STREAM_OPENED = 0x61
     STREAM_CLOSE = 0x62
     STREAM_DROP = 0x69
+    TAKE = 0x6A
     STATISTICS = 0x63
     STATISTICS_RESPONSE = 0x64
     PROBE_LAST = 0x68
@@ -516,6 +517,15 @@ class StreamDrop(Layout):
 
 
 @dataclass(frozen=True)
+class Take(Layout):
+    """Takes control of the machine from another host, whose jog and homing end and whose other motion is held; from then on it is refused as owner."""
+
+    TYPE: ClassVar[int] = 0x6A
+    FORMAT: ClassVar[str] = "<B3x"
+    discard: int = 0
+
+
+@dataclass(frozen=True)
 class Statistics(Layout):
     """Requests the counters since power-on."""
 
@@ -582,7 +592,7 @@ class Authenticate(Layout):
 _KINDS: tuple[type[Layout], ...] = (
     Motion, Jog, JogStop, Estop, Hold, Resume, Reset, Home, IoControl, StreamSegments, ChannelOutputs, Status,
     HomeComplete, ProbeResult, StreamAck, Ack, Refused, Handshake, HandshakeResponse, ConfigGet, ConfigSet,
-    ConfigValue, ConfigSave, Ping, Pong, StreamOpen, StreamOpened, StreamClose, StreamDrop, Statistics,
+    ConfigValue, ConfigSave, Ping, Pong, StreamOpen, StreamOpened, StreamClose, StreamDrop, Take, Statistics,
     StatisticsResponse, ProbeLast, Challenge, ChallengeResponse, Authenticate,
 )  # fmt: skip
 PACKETS = {kind.TYPE: kind for kind in _KINDS}

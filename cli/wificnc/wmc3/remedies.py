@@ -39,7 +39,7 @@ REMEDIES: dict[Refusal, str] = {
     Refusal.LOCKED: "have the operator check the machine, release the e-stop, then reset; check homed",
     Refusal.BUSY: "wait until the status is idle, or end the activity: jog_stop, stream_close, resume",
     Refusal.TEXT: "wait, and inform the operator; retry at the status interval",
-    Refusal.OWNER: "wait, or show the operator who is in control: owner in the statistics",
+    Refusal.OWNER: "wait, or show the operator who is in control (owner in the statistics); take takes control",
     Refusal.TIMING: "correct the program: a duration in every segment",
     Refusal.TOO_FAST: "plan slower, or raise the axis' max_rate; then a new stream from refused on",
     Refusal.TRAVEL: "stop the job and inform the operator: the job is in the wrong place, or the machine is not homed",
