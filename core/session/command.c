@@ -113,6 +113,8 @@ static enum wire_refusal command(struct session *session, const uint8_t address[
     if (refusal != WIRE_REFUSAL_NONE)
         return refusal;
     session_own(session, address);
+    if (type == WIRE_JOG)
+        session->jog_us = session->now_us;
     if (type != WIRE_IO_CONTROL)
         session->owner.motion_us = session->now_us;
     return WIRE_REFUSAL_NONE;

@@ -63,7 +63,7 @@ void session_own(struct session *session, const uint8_t address[4]) {
     /* Also of the host that was the owner last: its numbers continue (struct session_owner). */
     owner->on = true;
     owner->heard_us = owner->alive_us = session->now_us;
-    owner->left = false;
+    owner->left = owner->lost = false;
 }
 
 static void end_motion(struct session *session, bool discard) {
@@ -99,6 +99,7 @@ void session_note_alive(struct session *session, const uint8_t address[4]) {
     if (!owner->on || !session_same(owner->address, address))
         return;
     owner->alive_us = session->now_us;
+    owner->lost = owner->lost && owner->left;
     if (session_is_module(session))
         owner->heard_us = session->now_us; /* it has no motion that would need more than a sign of life */
 }

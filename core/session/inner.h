@@ -6,6 +6,7 @@
 #include "machine/actions.h"
 #include "machine/host.h"
 #include "machine/outputs.h"
+#include "machine/sender.h"
 #include "session/session.h"
 
 /** A number that is lower by more than this is that of a host that has started again. */

@@ -7,7 +7,9 @@
 #define LISTENER_US                                                                                          \
     (WIRE_LISTENER_S * 1000000ull) /* a host that was not heard of for this long gets no more reports */
 #define CLIENT_IDLE_US (WIRE_CLIENT_IDLE_S * 1000000ull) /* its place may be given to another one */
-#define BOUNCES_US     1000u /* inputs are looked at this often until they are quiet */
+#define JOG_US         (WIRE_JOG_LIFE_MS * 1000ull)
+#define OWNER_US       10000u /* the time-outs of an owner are looked at this often */
+#define BOUNCES_US     1000u  /* inputs are looked at this often until they are quiet */
 
 /* What a controller and an I/O module have in common. No stream was ever opened: -1, because 0 is the
  * place of a real connection, and session_disconnect() compares with it. */
@@ -134,7 +136,7 @@ void session_connect(struct session *session, int place, const uint8_t address[4
     memcpy(client->address, address, sizeof client->address);
     /* The owner is back: nothing of it is given up (follow_gone()). */
     if (session_same(session->owner.address, address))
-        session->owner.left = false;
+        session->owner.left = session->owner.lost = false;
 }
 
 void session_disconnect(struct session *session, int place, bool left) {
@@ -158,12 +160,19 @@ static void forget_listeners(struct session *session) {
             session->listener[i].used = false;
 }
 
-/* A host with a connection may be silent. */
+static bool is_owner_silent(const struct session *session) {
+    return session->now_us - session->owner.alive_us >= session->settings->host_timeout_ms * 1000ull;
+}
+
+/* A host with a connection may be silent, but not with a stream open: a program that hangs keeps its
+ * connection. */
 static bool is_owner_gone(const struct session *session) {
     const struct session_owner *owner = &session->owner;
-    uint64_t timeout_us = session->settings->host_timeout_ms * 1000ull;
-    return !session_has_client(session, owner->address) &&
-           (owner->left || session->now_us - owner->alive_us >= timeout_us);
+    if (owner->lost)
+        return true;
+    if (session_has_client(session, owner->address))
+        return session->stream.open && is_owner_silent(session);
+    return owner->left || is_owner_silent(session);
 }
 
 /* Spindle or coolant are on because the owner said so. A job of the text side has its own. */
@@ -176,7 +185,12 @@ static bool drives_owner(const struct session *session) {
  * hold has stopped does not move hours later. */
 static void follow_gone(struct session *session) {
     struct machine *machine = session->machine;
-    machine_host_gone(machine);
+    /* Once: whoever resumes what was held answers for it. */
+    if (!session->owner.lost) {
+        session->owner.lost = true;
+        stream_close(session, session->owner.left ? WIRE_REFUSAL_STREAM_CLOSED : WIRE_REFUSAL_SILENT);
+        sender_lose_host(machine);
+    }
     /* A host that has ended its connection does not come back for what a hold keeps. One that is only
      * silent may: the network was gone, and its motion waits for `~`. */
     if (session->owner.left &&
@@ -187,7 +201,17 @@ static void follow_gone(struct session *session) {
     if (!drives_owner(session) || !machine_is_standing(machine) ||
         !host_queue_is_empty(&machine_host(machine)->queue))
         return;
+    /* In a hold they stop when $75 says so (machine/sender.c). */
+    if (machine_state(machine) == MACHINE_HOLD && !machine_outputs(machine)->suspended)
+        return;
     session_switch_off(session);
+}
+
+/* A released key, or a host that hangs, stops it. */
+static void follow_jog(struct session *session) {
+    const struct host_jog *jog = &machine_host(session->machine)->jog;
+    if ((jog->on || jog->waits) && session->now_us - session->jog_us >= JOG_US)
+        machine_host_jog_stop(session->machine);
 }
 
 /* Motion goes back to the text side, and the machine to any host, when the owner is silent and done. */
@@ -236,6 +260,7 @@ void session_poll(struct session *session) {
          * without one. */
         follow_late_refusals(session);
         stream_follow(session);
+        follow_jog(session);
         follow_owner(session);
     }
     session_report(session);
@@ -244,5 +269,6 @@ void session_poll(struct session *session) {
 uint32_t session_wait_us(const struct session *session) {
     uint32_t wait_us = session_report_wait_us(session);
     bool bounces = session_is_module(session) && !channels_are_quiet(session->options.channels);
-    return bounces && wait_us > BOUNCES_US ? BOUNCES_US : wait_us;
+    const uint32_t most_us = bounces ? BOUNCES_US : session->owner.on ? OWNER_US : UINT32_MAX;
+    return wait_us < most_us ? wait_us : most_us;
 }

@@ -27,6 +27,8 @@
 #define WIRE_REPLY_TIMEOUT_MS 3000
 #define WIRE_RESEND_MS 30
 #define WIRE_ASK_MS 20
+#define WIRE_JOG_LIFE_MS 500
+#define WIRE_JOG_REPEAT_MS 150
 
 enum wire_type {
     WIRE_MOTION = 0x01,
@@ -158,6 +160,7 @@ enum wire_refusal {
     WIRE_REFUSAL_TOUCHES = 22, /* a segment stops at probe contact, but the probe is already in contact */
     WIRE_REFUSAL_OVERTAKEN = 23, /* a stop or a newer packet of its kind was sent later but received earlier */
     WIRE_REFUSAL_NO_OUTPUT = 24, /* the board has no output for this spindle, its direction or this coolant */
+    WIRE_REFUSAL_SILENT = 25, /* the host sent nothing for `$77` ms while its stream was open, so it was lost */
 };
 
 enum { WIRE_HEADER_SIZE = 18 };
@@ -204,7 +207,7 @@ void wire_get_motion(const uint8_t *at, struct wire_motion *to);
 
 enum { WIRE_JOG_SIZE = 8 };
 
-/** Moves an axis until jog_stop, within its limits. Another jog replaces it. */
+/** Moves an axis until jog_stop, within its limits, for at most 500 ms: the same jog again continues it. Another jog replaces it. */
 struct wire_jog {
     uint8_t axis; /* 0 = X .. 5 = C */
     int8_t direction; /* 1 or -1 */

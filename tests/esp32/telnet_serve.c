@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT
  * The ESP32's controller task over real sockets of this computer, with the host's pins behind it: says its
  * ports on stdout, telnet's and the page's, and ends with stdin. Virtual time advances by a ms per round,
- * some times faster than real time. Usage: telnet_serve PASSWORD LINK_LOST
+ * some times faster than real time. Usage: telnet_serve PASSWORD SENDER_LOST
  */
 #include "app/controller.h"
 #include "host_inner.h"
@@ -75,10 +75,11 @@ int main(int argc, char **argv) {
     int error;
     if (argc != 3 || host == NULL)
         return 2;
-    const struct controller_options options = {.password = argv[1], .link_lost = (uint8_t)atoi(argv[2])};
+    const struct controller_options options = {.password = argv[1]};
     (void)signal(SIGPIPE, SIG_IGN);
     controller_init(&controller, &host->machine, &sizes);
     host->machine.out = controller_out(&controller);
+    host->machine.settings.sender_lost = (uint8_t)atoi(argv[2]);
     controller_set(&controller, &options);
     if (!controller_listen(&controller, "127.0.0.1", "0", &error) ||
         !page_start(&controller.hub, "127.0.0.1", "WiFiCNC-1A2B", "0", &error))

@@ -280,11 +280,7 @@ def jog(device: Device, axis: str, speed: int, seconds: float) -> None:
     """Move an AXIS at SPEED steps/s (negative: the other direction: `-- X -500 2`) for some SECONDS."""
     if speed == 0:
         raise UserError("the speed of a jog must not be 0", hint="positive, or negative for the other direction")
-    device.command(Jog(_axis(axis), 1 if speed > 0 else -1, abs(speed)))
-    try:
-        time.sleep(seconds)
-    finally:
-        device.command(JogStop(0xFF))
+    device.jog(Jog(_axis(axis), 1 if speed > 0 else -1, abs(speed)), seconds)
 
 
 @command.command()

@@ -25,6 +25,8 @@ LISTENER_S = 3600
 REPLY_TIMEOUT_MS = 3000
 RESEND_MS = 30
 ASK_MS = 20
+JOG_LIFE_MS = 500
+JOG_REPEAT_MS = 150
 
 
 class Type(IntEnum):
@@ -166,6 +168,7 @@ class Refusal(IntEnum):
     TOUCHES = 22  # a segment stops at probe contact, but the probe is already in contact
     OVERTAKEN = 23  # a stop or a newer packet of its kind was sent later but received earlier
     NO_OUTPUT = 24  # the board has no output for this spindle, its direction or this coolant
+    SILENT = 25  # the host sent nothing for `$77` ms while its stream was open, so it was lost
 
 
 @dataclass(frozen=True)
@@ -207,7 +210,7 @@ class Motion(Layout):
 
 @dataclass(frozen=True)
 class Jog(Layout):
-    """Moves an axis until jog_stop, within its limits."""
+    """Moves an axis until jog_stop, within its limits, for at most 500 ms: the same jog again continues it."""
 
     TYPE: ClassVar[int] = 0x02
     FORMAT: ClassVar[str] = "<Bb2xI"

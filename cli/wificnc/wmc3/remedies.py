@@ -31,6 +31,7 @@ MEANINGS: dict[Refusal, str] = {
     Refusal.TOUCHES: "a segment stops at probe contact, but the probe is already in contact",
     Refusal.OVERTAKEN: "a stop or a newer packet of its kind was sent later but received earlier",
     Refusal.NO_OUTPUT: "the board has no output for this spindle, its direction or this coolant",
+    Refusal.SILENT: "the host sent nothing for $77 ms while its stream was open, so it was lost",
 }
 
 REMEDIES: dict[Refusal, str] = {
@@ -58,4 +59,5 @@ REMEDIES: dict[Refusal, str] = {
     Refusal.TOUCHES: "move away without the flag, then probe; without contact, check wiring and probe_invert",
     Refusal.OVERTAKEN: "the network delays or duplicates packets: retry if still required",
     Refusal.NO_OUTPUT: "omit it; $91=1 accepts coolant codes without an output",
+    Refusal.SILENT: "send a question (stream_segments without segments) at least every 500 ms while a stream is open; then a new stream",
 }

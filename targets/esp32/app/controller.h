@@ -24,20 +24,15 @@ struct controller_port {
     bool attached; /* a client of the hub now */
 };
 
-/** What happens when the client that commands has gone while the machine moves: NVS key link_lost. */
-enum link_lost { LINK_LOST_FINISH, LINK_LOST_HOLD, LINK_LOST_STOP };
-
 /** Chosen at start, from the storage. */
 struct controller_options {
     const char *password; /* of network clients; "": none. Not kept */
-    uint8_t link_lost;    /* enum link_lost */
 };
 
 struct controller {
     struct machine *machine;
     struct net_hub hub;
     struct net_gate gate;
-    uint8_t link_lost; /* enum link_lost */
     struct controller_port port[CONTROLLER_PORTS];
     int listener;  /* -1: no network yet */
     bool has_wire; /* hosts of the binary protocol are served */

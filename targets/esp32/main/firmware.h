@@ -29,7 +29,6 @@ struct firmware {
     struct io_module io_module; /* when this board is one */
     struct boot_guard *guard;   /* of crashes in a row */
     char password[ACCESS_PASSWORD_MAX + 1];
-    uint8_t link_lost;
     bool safe_mode, is_module, has_network;
 };
 

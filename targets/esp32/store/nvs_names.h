@@ -17,8 +17,6 @@ enum { OWN_PASSWORD_MIN = 8, OWN_PASSWORD_MAX = 63 };
 #define NVS_ACCESS_PASSWORD "access_pass"
 enum { ACCESS_PASSWORD_MIN = 8, ACCESS_PASSWORD_MAX = 63 };
 
-#define NVS_LINK_LOST "link_lost"
-enum { LINK_LOST_DEFAULT = 1 };
 #define NVS_DOOR_INPUT "in_door"
 enum { DOOR_INPUT_DEFAULT = 255 };
 #define NVS_HOLD_INPUT "in_hold"
