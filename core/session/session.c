@@ -41,15 +41,22 @@ void session_init_module(struct session *session, struct session_module *module,
     session->settings = &module->settings;
 }
 
-/* The place of this address, or the one that may be taken for it: free, or silent for longest. */
+/* Its reports are not given to a host that only asks. */
+static bool keeps_reports(const struct session *session, const uint8_t address[4]) {
+    return session_has_client(session, address) ||
+           (session->owner.on && session_same(address, session->owner.address));
+}
+
+/* The place of this address, or the one that it may have: free; or, for a host that keeps its reports, that
+ * of one that does not, the longest silent. @return NULL: none */
 static struct session_listener *listener_of(struct session *session, const uint8_t address[4]) {
     struct session_listener *found = NULL;
+    const bool keeps = keeps_reports(session, address);
     for (unsigned i = 0; i < SESSION_LISTENERS; i++) {
         struct session_listener *listener = &session->listener[i];
         if (listener->used && session_same(listener->address, address))
             return listener;
-        bool owns = session->owner.on && session_same(listener->address, session->owner.address);
-        if (listener->used && owns) /* it must see what it does, whoever else asks */
+        if (listener->used && (!keeps || keeps_reports(session, listener->address)))
             continue;
         if (found == NULL || !listener->used || (found->used && listener->heard_us < found->heard_us))
             found = listener;
@@ -60,11 +67,13 @@ static struct session_listener *listener_of(struct session *session, const uint8
 /* As session_note_alive(), and this host gets reports from now on. */
 static void note_heard(struct session *session, const uint8_t address[4]) {
     struct session_listener *listener = listener_of(session, address);
+    session_note_alive(session, address);
+    if (listener == NULL)
+        return;
     bool known = listener->used && session_same(listener->address, address);
     listener->used = true;
     memcpy(listener->address, address, sizeof listener->address);
     listener->heard_us = session->now_us;
-    session_note_alive(session, address);
     if (!known)
         session_send_status(session, address);
 }
@@ -155,9 +164,12 @@ void session_disconnect(struct session *session, int place, bool left) {
 /* ---- time ---- */
 
 static void forget_listeners(struct session *session) {
-    for (unsigned i = 0; i < SESSION_LISTENERS; i++)
-        if (session->now_us - session->listener[i].heard_us >= LISTENER_US)
-            session->listener[i].used = false;
+    for (unsigned i = 0; i < SESSION_LISTENERS; i++) {
+        struct session_listener *listener = &session->listener[i];
+        if (session->now_us - listener->heard_us >= LISTENER_US &&
+            !session_has_client(session, listener->address))
+            listener->used = false;
+    }
 }
 
 static bool is_owner_silent(const struct session *session) {

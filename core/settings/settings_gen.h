@@ -84,11 +84,11 @@ struct settings {
     uint8_t homing_cycle_6_mask;
     /** $74 0..2: Sender or host lost: 0 finish, 1 feed hold, 2 reset. Jogs end. */
     uint8_t sender_lost;
-    /** $75 [s] 0..3600: Spindle and coolant stop so long after such a hold; 0: they stay on. */
+    /** $75 [s] 0..3600: Time after which spindle and coolant stop in such a hold; 0: they stay on. */
     float sender_lost_spindle_s;
     /** $76 [ms] 10..1000: Interval of the status reports to every WMC3 host. */
     uint16_t status_interval_ms;
-    /** $77 [ms] 100..60000: A host is lost when silent so long with a stream or without TCP. */
+    /** $77 [ms] 100..60000: A host that is silent for this time, without TCP or in a stream, is lost. */
     uint16_t host_timeout_ms;
     /** $78: Without a stream: lost (a gap in packet numbers) or refused motion causes a feed hold. */
     bool host_hold_on_gap;

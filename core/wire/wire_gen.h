@@ -23,7 +23,7 @@
 #define WIRE_CLIENTS_MAX 4
 #define WIRE_CLIENT_IDLE_S 30
 #define WIRE_LISTENERS_MAX 4
-#define WIRE_LISTENER_S 3600
+#define WIRE_LISTENER_S 10
 #define WIRE_REPLY_TIMEOUT_MS 3000
 #define WIRE_RESEND_MS 30
 #define WIRE_ASK_MS 20
@@ -494,7 +494,7 @@ void wire_get_stream_drop(const uint8_t *at, struct wire_stream_drop *to);
 
 enum { WIRE_TAKE_SIZE = 4 };
 
-/** Takes control of the machine from another host, whose jog and homing end and whose other motion is held; from then on it is refused as owner. Without another owner: the machine is this host's. */
+/** Takes control of the machine from another host: its jog and homing end, other motion is held. */
 struct wire_take {
     uint8_t discard; /* 1: discard the motion that is queued, as stream_drop does; 0: it is held, and resume continues it */
 };

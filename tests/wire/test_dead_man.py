@@ -76,7 +76,7 @@ def test_a_stream_whose_host_is_silent_is_lost_though_its_connection_is_there(de
     at = device.pulses[0]
     assert 1000 * TIMEOUT_S - 100 < at < 1000 * (TIMEOUT_S + 0.2)
     device.run(10)
-    assert device.pulses[0] == at, "nobody has resumed it"
+    assert device.pulses[0] == at, "no client has resumed it"
     ack = ack_of(device, sender, *SLOW[:1], first=8)
     assert (ack.refusal, ack.next) == (Refusal.SILENT, 8)
     assert reason(device, client, Resume()) == Refusal.NONE

@@ -32,6 +32,7 @@ STOP_S = 0.05  # a jog's ramp
 @pytest.fixture
 def device(device: Device) -> Device:
     """Someone watches."""
+    device.connect(OTHER)
     device.send(REGISTER, address=OTHER)
     return device
 

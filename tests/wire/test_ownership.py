@@ -22,6 +22,7 @@ from wificnc.wmc3.layout import (
     StreamOpen,
     StreamOpened,
     Take,
+    Type,
 )  # fmt: skip
 from wificnc.wmc3.packet import build
 from wificnc.wmc3.packing import Layout
@@ -225,3 +226,36 @@ def test_an_observer_starts_nothing(device: Device) -> None:
         assert reason(device, observer, payload) == Refusal.OWNER
     device.run(1)
     assert device.pulses[0] == held and device.status.state == State.HOLD
+
+
+# ---- reports ----
+
+
+def reports(device: Device, address: str, seconds: float) -> int:
+    before = len(device.of_type(Type.STATUS, address))
+    device.run(seconds)
+    return len(device.of_type(Type.STATUS, address)) - before
+
+
+def test_reports_end_ten_seconds_after_the_last_datagram(device: Device) -> None:
+    device.send(REGISTER)
+    assert 195 <= reports(device, HOST, 60) <= 201, "one datagram had brought reports for an hour"
+
+
+def test_a_connection_keeps_the_reports(device: Device) -> None:
+    client = device.connect()
+    device.send(REGISTER)
+    assert reports(device, HOST, 60) > 1190
+    device.disconnect(client)
+    device.run(1)
+    assert reports(device, HOST, 60) <= 1
+
+
+def test_strangers_take_the_reports_of_nobody_who_is_served(device: Device) -> None:
+    device.send(REGISTER, address=OTHER)
+    for n in range(20):
+        device.send(REGISTER, address=f"10.0.1.{n}")
+    assert reports(device, OTHER, 5) >= 99
+    device.connect()
+    device.send(REGISTER)
+    assert reports(device, HOST, 5) >= 99, "with all places taken, who has a connection still gets one"

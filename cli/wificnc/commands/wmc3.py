@@ -34,7 +34,6 @@ from wificnc.wmc3.layout import (
     Hold,
     Home,
     Jog,
-    JogStop,
     Refusal,
     Reset,
     Resume,

@@ -21,7 +21,7 @@ STREAM_WINDOW = 128
 CLIENTS_MAX = 4
 CLIENT_IDLE_S = 30
 LISTENERS_MAX = 4
-LISTENER_S = 3600
+LISTENER_S = 10
 REPLY_TIMEOUT_MS = 3000
 RESEND_MS = 30
 ASK_MS = 20
@@ -521,7 +521,7 @@ class StreamDrop(Layout):
 
 @dataclass(frozen=True)
 class Take(Layout):
-    """Takes control of the machine from another host, whose jog and homing end and whose other motion is held; from then on it is refused as owner."""
+    """Takes control of the machine from another host: its jog and homing end, other motion is held."""
 
     TYPE: ClassVar[int] = 0x6A
     FORMAT: ClassVar[str] = "<B3x"

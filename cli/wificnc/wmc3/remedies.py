@@ -59,5 +59,5 @@ REMEDIES: dict[Refusal, str] = {
     Refusal.TOUCHES: "move away without the flag, then probe; without contact, check wiring and probe_invert",
     Refusal.OVERTAKEN: "the network delays or duplicates packets: retry if still required",
     Refusal.NO_OUTPUT: "omit it; $91=1 accepts coolant codes without an output",
-    Refusal.SILENT: "send a question (stream_segments without segments) at least every 500 ms while a stream is open; then a new stream",
+    Refusal.SILENT: "query an open stream at least every 500 ms; open a new stream",
 }
