@@ -34,7 +34,8 @@ uint8_t session_state(const struct session *session);
 uint32_t session_report_wait_us(const struct session *session);
 /** This host is the owner from now on: something of it that needs it to be was done. */
 void session_own(struct session *session, const uint8_t address[4]);
-/** This host is the owner from now on, whoever was: a former one's jog and homing end, its other motion is held.
+/** This host is the owner from now on, whoever was: a former one's jog and homing end, its other motion is
+ * held.
  * @param discard  what is queued is discarded instead */
 void session_take(struct session *session, const uint8_t address[4], bool discard);
 /** It has a TCP connection. */

@@ -229,7 +229,7 @@ class Model:
         if rule.next == "resume":
             self._resume(said)
         elif rule.next == "release":
-            self.state = self._released()
+            self.state = self._released(held=entry.name == "host_lost")
         elif rule.next != "unchanged":
             self.state = rule.next
         if self.state not in HELD_BACK:
@@ -237,11 +237,12 @@ class Model:
         if self.state not in HELD_BACK:
             self.spindle_stopped = False
 
-    def _released(self) -> str:
+    def _released(self, held: bool) -> str:
         """The state after the host has given motion back."""
-        if self.state in ("host_run", "host_jog"):
+        if self.state == "host_jog" or (self.state == "host_run" and not held):
             return "returned" if self.job else "idle"
-        behind = {"host_hold": "returned" if self.job else "hold"}
+        held_state = "returned" if self.job else "hold"
+        behind = {"host_hold": held_state, "host_run": held_state}
         return behind.get(self.state, self.state.removeprefix("host_"))
 
     def _resume(self, said: Said) -> None:
