@@ -105,7 +105,7 @@ void machine_sender_lost(struct machine *machine, bool lines_wait) {
     (void)sender_lost_poll(machine); /* now: a `~` that comes next is someone else's */
 }
 
-void sender_lose_host(struct machine *machine) {
+void sender_lose_host(struct machine *machine, bool left) {
     const enum lost_job then = (enum lost_job)machine->settings.sender_lost;
     machine_host_gone(machine);
     if (!machine_host_has_segments(machine) || then == LOST_JOB_FINISHES)
@@ -114,7 +114,7 @@ void sender_lose_host(struct machine *machine) {
         rx_request(&machine->lines.rx, REALTIME_RESET);
         return;
     }
-    machine->client.host_held = true;
+    machine->client.host_held = !left;
     action_hold(machine);
     report_message(machine, "Remote host lost: feed hold");
 }

@@ -45,7 +45,7 @@ bool sender_lost_poll(struct machine *machine);
 
 /** A remote host is lost: its jog and homing end, and its queued motion continues, is held or is reset, as
  * $74 says. */
-void sender_lose_host(struct machine *machine);
+void sender_lose_host(struct machine *machine, bool left);
 
 /** No one sees the axes move any more: alarm 6, and a message after the banner. */
 void sender_stop_homing(struct machine *machine);

@@ -201,7 +201,7 @@ static void follow_gone(struct session *session) {
     if (!session->owner.lost) {
         session->owner.lost = true;
         stream_close(session, session->owner.left ? WIRE_REFUSAL_STREAM_CLOSED : WIRE_REFUSAL_SILENT);
-        sender_lose_host(machine);
+        sender_lose_host(machine, session->owner.left);
     }
     /* A host that has ended its connection does not come back for what a hold keeps. One that is only
      * silent may: the network was gone, and its motion waits for `~`. */
@@ -214,7 +214,8 @@ static void follow_gone(struct session *session) {
         !host_queue_is_empty(&machine_host(machine)->queue))
         return;
     /* In a hold they stop when $75 says so (machine/sender.c). */
-    if (machine_state(machine) == MACHINE_HOLD && !machine_outputs(machine)->suspended)
+    if (!session->owner.left && machine_state(machine) == MACHINE_HOLD &&
+        !machine_outputs(machine)->suspended)
         return;
     session_switch_off(session);
 }
