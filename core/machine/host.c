@@ -31,6 +31,11 @@ bool machine_host_has_job(const struct machine *machine) {
     return machine->host.job.step != HOST_JOB_NONE || (planned && !own && !machine->suspend.cancels);
 }
 
+bool machine_host_has_segments(const struct machine *machine) {
+    return !host_queue_is_empty(&machine->host.queue) ||
+           (machine->host.owns && machine->life.state == MACHINE_RUN);
+}
+
 bool machine_host_release(struct machine *machine) {
     struct machine_host *host = &machine->host;
     bool works = host->jog.on || host->jog.waits || host->homing || host->probing || machine->suspend.cancels;

@@ -91,6 +91,9 @@ void machine_host_jog_stop(struct machine *machine);
 /** The host is gone: its jog ends, its homing ends in alarm 6. What is queued still runs. */
 void machine_host_gone(struct machine *machine);
 
+/** Segments of a host run or wait. */
+bool machine_host_has_segments(const struct machine *machine);
+
 /** A job of the text side is under way, or waits until the host has given motion back. */
 bool machine_host_has_job(const struct machine *machine);
 

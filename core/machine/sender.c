@@ -34,7 +34,13 @@ static void switch_off(struct machine *machine) {
     report_changed_override(machine);
 }
 
+/* What would continue does not: it is held, or a reset ends it. */
 static void hold(struct machine *machine) {
+    if (machine->settings.sender_lost == LOST_JOB_STOPS) {
+        sender_is_there(&machine->client);
+        rx_request(&machine->lines.rx, REALTIME_RESET);
+        return;
+    }
     suspend_stop_restoring(&machine->suspend); /* behind the door: spindle and coolant stop again */
     if (machine->life.state == MACHINE_IDLE || machine->life.state == MACHINE_RUN)
         suspend_hold(machine);
@@ -88,7 +94,9 @@ void machine_sender_lost(struct machine *machine, bool lines_wait) {
         suspend_stop_restoring(&machine->suspend);
         return;
     }
-    machine->client.sender = lines_wait ? SENDER_LOST_WITH_LINES : SENDER_LOST;
+    bool finishes = machine->settings.sender_lost == LOST_JOB_FINISHES;
+    if (!finishes)
+        machine->client.sender = lines_wait ? SENDER_LOST_WITH_LINES : SENDER_LOST;
     if (is_hosts(machine))
         return; /* it sees what moves; what the text side has left is held when it releases motion */
     flush_jogs(machine);
@@ -97,16 +105,44 @@ void machine_sender_lost(struct machine *machine, bool lines_wait) {
     (void)sender_lost_poll(machine); /* now: a `~` that comes next is someone else's */
 }
 
+void sender_lose_host(struct machine *machine, bool left) {
+    const enum lost_job then = (enum lost_job)machine->settings.sender_lost;
+    machine_host_gone(machine);
+    if (!machine_host_has_segments(machine) || then == LOST_JOB_FINISHES)
+        return;
+    if (then == LOST_JOB_STOPS) {
+        rx_request(&machine->lines.rx, REALTIME_RESET);
+        return;
+    }
+    machine->client.host_held = !left;
+    action_hold(machine);
+    report_message(machine, "Remote host lost: feed hold");
+}
+
 const char *sender_notice(const struct machine *machine) {
     return machine->client.sender == SENDER_HELD ? "Sender lost: feed hold" : NULL;
 }
 
-/* A hold keeps the spindle; without anyone there it stops, too. */
+/* A hold keeps the spindle; without anyone there it stops, too, after $75. A beam is dark at rest, and its
+ * enable line follows immediately. */
 static bool stop_outputs(struct machine *machine) {
     const struct machine_outputs *outputs = &machine->outputs;
+    const struct settings *settings = &machine->settings;
+    struct machine_client *client = &machine->client;
     if (machine->life.state != MACHINE_HOLD || outputs->suspended || machine->suspend.restores ||
-        !drive_is_stopped(machine))
+        !drive_is_stopped(machine)) {
+        client->outputs_waits = false;
         return false;
+    }
+    if (!client->outputs_waits) {
+        const float wait_s = settings->laser_mode ? 0.0f : settings->sender_lost_spindle_s;
+        client->outputs_waits = true;
+        timer_start(machine, &client->outputs_time, (uint32_t)(wait_s * 1e6f));
+    }
+    bool stays_on = !settings->laser_mode && settings->sender_lost_spindle_s <= 0.0f;
+    if (stays_on || timer_runs(machine, &client->outputs_time))
+        return false;
+    client->outputs_waits = false;
     outputs_suspend(&machine->outputs, true, outputs->coolant_waits);
     outputs_apply(machine);
     report_changed_override(machine);
@@ -114,6 +150,8 @@ static bool stop_outputs(struct machine *machine) {
 }
 
 bool sender_lost_poll(struct machine *machine) {
+    if (machine->client.host_held)
+        return stop_outputs(machine);
     if (machine->client.sender == SENDER_THERE || is_hosts(machine))
         return false;
     if (machine->client.sender == SENDER_HELD)

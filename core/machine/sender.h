@@ -5,6 +5,7 @@
 #define WIFICNC_MACHINE_SENDER_H
 
 #include "machine/machine.h"
+#include "machine/timer.h"
 
 /** The sender that commands the text side; machine/sender.c. */
 enum machine_sender {
@@ -14,15 +15,22 @@ enum machine_sender {
     SENDER_HELD,            /* its program waits for `~`, with spindle and coolant off */
 };
 
-/** The sender that commands the text side. */
+/** What happens to the job of a sender or a remote host that is lost: $74. */
+enum lost_job { LOST_JOB_FINISHES, LOST_JOB_IS_HELD, LOST_JOB_STOPS };
+
+/** The sender that commands the text side, and a remote host that is lost. */
 struct machine_client {
     enum machine_sender sender;
-    bool homing_lost; /* homing was stopped because its sender was lost; not said yet */
+    bool homing_lost;   /* homing was stopped because its sender was lost; not said yet */
+    bool host_held;     /* motion of a remote host that is lost waits for `~` */
+    bool outputs_waits; /* spindle and coolant are on until outputs_time is over */
+    struct machine_timer outputs_time;
 };
 
 /** Someone commands the text side: it was reset, or continues. */
 static inline void sender_is_there(struct machine_client *client) {
     client->sender = SENDER_THERE;
+    client->host_held = client->outputs_waits = false;
 }
 
 /** @return whether homing was stopped because its sender was lost, and that was not said yet */
@@ -34,6 +42,10 @@ static inline bool sender_take_homing_lost(struct machine_client *client) {
 
 /** @return true when it came further */
 bool sender_lost_poll(struct machine *machine);
+
+/** A remote host is lost: its jog and homing end, and its queued motion continues, is held or is reset, as
+ * $74 says. */
+void sender_lose_host(struct machine *machine, bool left);
 
 /** No one sees the axes move any more: alarm 6, and a message after the banner. */
 void sender_stop_homing(struct machine *machine);

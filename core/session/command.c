@@ -8,11 +8,9 @@ enum { MISC_OUTPUTS = 0x1F, ALL_BITS = 0xFF }; /* of io_control */
 
 /* ---- commands ---- */
 
-/* `motion_us` is noted before the refusal: a host that keeps asking for motion keeps the right to it. */
 static enum wire_refusal jog(struct session *session, const uint8_t *payload) {
     struct wire_jog jog;
     wire_get_jog(payload, &jog);
-    session->owner.motion_us = session->now_us;
     if (session->stream.open)
         return WIRE_REFUSAL_BUSY;
     return session_refusal(machine_host_jog(session->machine, jog.axis, jog.direction, jog.speed_steps_s));
@@ -21,7 +19,6 @@ static enum wire_refusal jog(struct session *session, const uint8_t *payload) {
 static enum wire_refusal home(struct session *session, const uint8_t *payload) {
     struct wire_home home;
     wire_get_home(payload, &home);
-    session->owner.motion_us = session->now_us;
     if (session->homing != 0 || session->stream.open)
         return WIRE_REFUSAL_BUSY;
     if (home.axes == 0)
@@ -106,13 +103,21 @@ static enum wire_refusal reset(struct session *session) {
     return WIRE_REFUSAL_NONE;
 }
 
+/* Only what moves or switches makes its sender the owner, and only when it is done: neither a stop, which any
+ * host may send, nor what is refused. */
 static enum wire_refusal command(struct session *session, const uint8_t address[4], uint8_t type,
                                  const uint8_t *payload) {
-    /* Only what moves or switches makes its sender the owner: a stop, which any host may send, must not. */
+    enum wire_refusal refusal = type == WIRE_JOG    ? jog(session, payload)
+                                : type == WIRE_HOME ? home(session, payload)
+                                                    : io_control(session, payload);
+    if (refusal != WIRE_REFUSAL_NONE)
+        return refusal;
     session_own(session, address);
     if (type == WIRE_JOG)
-        return jog(session, payload);
-    return type == WIRE_HOME ? home(session, payload) : io_control(session, payload);
+        session->jog_us = session->now_us;
+    if (type != WIRE_IO_CONTROL)
+        session->owner.motion_us = session->now_us;
+    return WIRE_REFUSAL_NONE;
 }
 
 enum wire_refusal session_command(struct session *session, const uint8_t address[4], uint8_t type,
@@ -140,25 +145,43 @@ enum wire_refusal session_command(struct session *session, const uint8_t address
 
 /* ---- motion datagrams ---- */
 
-/* The very same datagram of the owner once more, soon after: the network has doubled it. A sender that
- * numbers nothing is not judged. */
-static bool is_duplicate(struct session *session, const struct wire_header *header) {
-    struct session_mark mark = {.sequence = header->sequence,
-                                .timestamp_us = header->timestamp_us,
-                                .checksum = header->checksum,
-                                .length = header->length};
-    if (mark.sequence == 0 && mark.timestamp_us == 0)
+static struct session_mark mark_of(const struct wire_header *header) {
+    return (struct session_mark){.sequence = header->sequence,
+                                 .timestamp_us = header->timestamp_us,
+                                 .checksum = header->checksum,
+                                 .length = header->length};
+}
+
+/* A sender that numbers nothing is not judged. */
+static bool is_numbered(const struct wire_header *header) {
+    return header->sequence != 0 || header->timestamp_us != 0;
+}
+
+/* The very same datagram of the owner once more, soon after: the network has doubled it. Later it may be a
+ * program that begins again. */
+static bool is_duplicate(const struct session *session, const uint8_t address[4],
+                         const struct wire_header *header) {
+    const struct session_mark mark = mark_of(header);
+    if (!is_numbered(header) || !session_same(session->owner.address, address) ||
+        session->now_us - session->owner.motion_us >= DOUBLED_US)
         return false;
-    if (session->now_us - session->owner.motion_us >= DOUBLED_US) /* may be a program that begins again */
-        session->recents = 0;
     for (unsigned i = 0; i < SESSION_RECENT && i < session->recents; i++) {
         const struct session_mark *old = &session->recent[i];
         if (old->sequence == mark.sequence && old->timestamp_us == mark.timestamp_us &&
             old->checksum == mark.checksum && old->length == mark.length)
             return true;
     }
-    session->recent[session->recents++ % SESSION_RECENT] = mark;
     return false;
+}
+
+/* Motion of this host was taken: it is the owner's, and known when it comes again. */
+static void own_motion(struct session *session, const uint8_t address[4], const struct wire_header *header) {
+    session_own(session, address);
+    if (session->now_us - session->owner.motion_us >= DOUBLED_US)
+        session->recents = 0;
+    if (is_numbered(header))
+        session->recent[session->recents++ % SESSION_RECENT] = mark_of(header);
+    session->owner.motion_us = session->now_us;
 }
 
 static void refuse(struct session *session, enum wire_refusal refusal, uint32_t segments) {
@@ -187,20 +210,21 @@ void session_motion(struct session *session, const uint8_t address[4], const str
         refuse(session, refusal, motion.count);
         return;
     }
-    session_own(session, address);
-    if (is_duplicate(session, header)) {
+    if (is_duplicate(session, address, header)) {
         session->counts.duplicates++;
         return;
     }
-    /* After is_duplicate(), which compares with the motion before this one. */
-    session->owner.motion_us = session->now_us;
-    for (uint32_t k = 0; k < motion.count; k++) {
-        /* The rest of the datagram is refused with it: after a gap it would begin at another place. */
-        refusal = push(session, payload + WIRE_MOTION_SIZE + (size_t)k * WIRE_SEGMENT_SIZE);
-        if (refusal != WIRE_REFUSAL_NONE) {
-            refuse(session, refusal, motion.count - k);
-            session_note_lost(session);
-            return;
-        }
+    uint32_t taken = 0;
+    while (taken < motion.count && refusal == WIRE_REFUSAL_NONE) {
+        refusal = push(session, payload + WIRE_MOTION_SIZE + (size_t)taken * WIRE_SEGMENT_SIZE);
+        taken += refusal == WIRE_REFUSAL_NONE;
     }
+    if (taken > 0)
+        own_motion(session, address, header);
+    if (taken == motion.count)
+        return;
+    /* The rest of the datagram is refused with it: after a gap it would begin at another place. */
+    refuse(session, refusal, motion.count - taken);
+    if (session_same(session->owner.address, address))
+        session_note_lost(session);
 }

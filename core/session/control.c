@@ -122,6 +122,13 @@ enum wire_refusal request_stream_drop(const struct request *request) {
     return WIRE_REFUSAL_NONE;
 }
 
+enum wire_refusal request_take(const struct request *request) {
+    struct wire_take take;
+    wire_get_take(request->payload, &take);
+    session_take(request->session, request->client->address, take.discard != 0);
+    return WIRE_REFUSAL_NONE;
+}
+
 size_t request_statistics(const struct request *request) {
     const struct session *session = request->session;
     const struct machine *machine = session->machine;

@@ -62,7 +62,28 @@ void session_own(struct session *session, const uint8_t address[4]) {
     /* Also of the host that was the owner last: its numbers continue (struct session_owner). */
     owner->on = true;
     owner->heard_us = owner->alive_us = session->now_us;
-    owner->left = false;
+    owner->left = owner->lost = false;
+}
+
+static void end_motion(struct session *session, bool discard) {
+    struct machine *machine = session->machine;
+    machine_host_gone(machine);
+    if (discard)
+        machine_host_discard(machine);
+    else if (machine_host_has_segments(machine))
+        action_hold(machine);
+}
+
+void session_take(struct session *session, const uint8_t address[4], bool discard) {
+    const bool from_other = session->owner.on && !session_same(session->owner.address, address);
+    if (!session_is_module(session) && (from_other || discard)) {
+        /* The acks of the former owner's stream say who has ended it. */
+        stream_close(session, from_other ? WIRE_REFUSAL_OWNER : WIRE_REFUSAL_STREAM_CLOSED);
+        end_motion(session, discard);
+    }
+    session_own(session, address);
+    session->owner.taken = true;
+    session->owner.motion_us = session->now_us;
 }
 
 bool session_has_client(const struct session *session, const uint8_t address[4]) {
@@ -77,6 +98,7 @@ void session_note_alive(struct session *session, const uint8_t address[4]) {
     if (!owner->on || !session_same(owner->address, address))
         return;
     owner->alive_us = session->now_us;
+    owner->lost = owner->lost && owner->left;
     if (session_is_module(session))
         owner->heard_us = session->now_us; /* it has no motion that would need more than a sign of life */
 }

@@ -6,6 +6,7 @@
 #include "machine/actions.h"
 #include "machine/host.h"
 #include "machine/outputs.h"
+#include "machine/sender.h"
 #include "session/session.h"
 
 /** A number that is lower by more than this is that of a host that has started again. */
@@ -31,8 +32,12 @@ size_t session_close(struct session *session, unsigned counter, uint8_t *packet,
 uint8_t session_state(const struct session *session);
 /** Until the next round of status reports. @return UINT32_MAX: no host gets them */
 uint32_t session_report_wait_us(const struct session *session);
-/** This host is the owner from now on, and has just sent something that needs it to be. */
+/** This host is the owner from now on: something of it that needs it to be was done. */
 void session_own(struct session *session, const uint8_t address[4]);
+/** This host is the owner from now on, whoever was: a former one's jog and homing end, its other motion is
+ * held.
+ * @param discard  what is queued is discarded instead */
+void session_take(struct session *session, const uint8_t address[4], bool discard);
 /** It has a TCP connection. */
 bool session_has_client(const struct session *session, const uint8_t address[4]);
 /** A sign of life of this host, whatever the packet. */

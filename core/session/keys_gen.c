@@ -67,6 +67,7 @@ const struct session_key session_keys[] = {
     {0x0704, 1, WIRE_VALUE_TYPE_U8, KEY_FIXED, KEY_AS_VALUE, 0, 0}, /* ethernet_spi_host */
     {0x0800, 1, WIRE_VALUE_TYPE_U16, KEY_SETTING, KEY_AS_VALUE, 77, 0}, /* host_timeout_ms */
     {0x0801, 1, WIRE_VALUE_TYPE_U8, KEY_SETTING, KEY_AS_VALUE, 78, 0}, /* host_hold_on_gap */
+    {0x0802, 1, WIRE_VALUE_TYPE_U8, KEY_SETTING, KEY_AS_VALUE, 74, 0}, /* sender_lost */
 };
 /* clang-format on */
 

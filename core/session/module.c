@@ -49,8 +49,11 @@ enum wire_refusal module_command(struct session *session, const uint8_t address[
         return reset(session);
     if (session->options.channels->locked)
         return WIRE_REFUSAL_LOCKED;
-    session_own(session, address);
-    return type == WIRE_IO_CONTROL ? io_control(session, payload) : switch_outputs(session, payload);
+    const enum wire_refusal refusal =
+        type == WIRE_IO_CONTROL ? io_control(session, payload) : switch_outputs(session, payload);
+    if (refusal == WIRE_REFUSAL_NONE)
+        session_own(session, address);
+    return refusal;
 }
 
 void module_poll(struct session *session) {

@@ -21,6 +21,7 @@ const struct request_handler request_handlers[] = {
     {.type = WIRE_STREAM_OPEN, .answer = request_stream_open},
     {.type = WIRE_STREAM_CLOSE, .execute = request_stream_close},
     {.type = WIRE_STREAM_DROP, .execute = request_stream_drop},
+    {.type = WIRE_TAKE, .execute = request_take},
     {.type = WIRE_STATISTICS, .answer = request_statistics},
     {.type = WIRE_PROBE_LAST, .answer = request_probe_last},
     {.type = WIRE_CHALLENGE, .answer = request_challenge},

@@ -14,6 +14,7 @@ size_t request_ping(const struct request *request);
 size_t request_stream_open(const struct request *request);
 enum wire_refusal request_stream_close(const struct request *request);
 enum wire_refusal request_stream_drop(const struct request *request);
+enum wire_refusal request_take(const struct request *request);
 size_t request_statistics(const struct request *request);
 size_t request_probe_last(const struct request *request);
 size_t request_challenge(const struct request *request);

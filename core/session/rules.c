@@ -57,7 +57,7 @@ static enum wire_refusal check(struct session *session, const struct wire_header
     if ((rule->needs & NEEDS_MACHINE) != 0 && session_is_module(session))
         return WIRE_REFUSAL_IO_MODULE;
     bool locked = !proven && !access_may(session->options.access, lockout_ipv4(address));
-    if ((rule->needs & NEEDS_MAY) != 0 && locked)
+    if ((rule->needs & (NEEDS_MAY | NEEDS_LOGIN)) != 0 && locked)
         return WIRE_REFUSAL_AUTHENTICATION;
     if ((rule->needs & NEEDS_MAY) != 0 && owner->on && !session_same(owner->address, address))
         return WIRE_REFUSAL_OWNER;

@@ -15,6 +15,7 @@ enum {
     NEEDS_MACHINE = 1, /* what an I/O module has not */
     NEEDS_MODULE = 2,  /* what only an I/O module has */
     NEEDS_MAY = 4,     /* authenticated, and no other host commands */
+    NEEDS_LOGIN = 8,   /* authenticated, whoever commands */
 };
 
 /** The newest order of each kind is remembered. A packet that was sent before it and arrives after it was

@@ -121,6 +121,12 @@ const struct session_rule session_rules[] = {
         .needs = NEEDS_MACHINE,
     },
     {
+        .type = WIRE_TAKE,
+        .channels = CHANNEL_TCP,
+        .least = WIRE_TAKE_SIZE,
+        .needs = NEEDS_LOGIN,
+    },
+    {
         .type = WIRE_STATISTICS,
         .channels = CHANNEL_TCP,
     },

@@ -7,7 +7,9 @@
 #define LISTENER_US                                                                                          \
     (WIRE_LISTENER_S * 1000000ull) /* a host that was not heard of for this long gets no more reports */
 #define CLIENT_IDLE_US (WIRE_CLIENT_IDLE_S * 1000000ull) /* its place may be given to another one */
-#define BOUNCES_US     1000u /* inputs are looked at this often until they are quiet */
+#define JOG_US         (WIRE_JOG_LIFE_MS * 1000ull)
+#define OWNER_US       10000u /* the time-outs of an owner are looked at this often */
+#define BOUNCES_US     1000u  /* inputs are looked at this often until they are quiet */
 
 /* What a controller and an I/O module have in common. No stream was ever opened: -1, because 0 is the
  * place of a real connection, and session_disconnect() compares with it. */
@@ -39,15 +41,22 @@ void session_init_module(struct session *session, struct session_module *module,
     session->settings = &module->settings;
 }
 
-/* The place of this address, or the one that may be taken for it: free, or silent for longest. */
+/* Its reports are not given to a host that only asks. */
+static bool keeps_reports(const struct session *session, const uint8_t address[4]) {
+    return session_has_client(session, address) ||
+           (session->owner.on && session_same(address, session->owner.address));
+}
+
+/* The place of this address, or the one that it may have: free; or, for a host that keeps its reports, that
+ * of one that does not, the longest silent. @return NULL: none */
 static struct session_listener *listener_of(struct session *session, const uint8_t address[4]) {
     struct session_listener *found = NULL;
+    const bool keeps = keeps_reports(session, address);
     for (unsigned i = 0; i < SESSION_LISTENERS; i++) {
         struct session_listener *listener = &session->listener[i];
         if (listener->used && session_same(listener->address, address))
             return listener;
-        bool owns = session->owner.on && session_same(listener->address, session->owner.address);
-        if (listener->used && owns) /* it must see what it does, whoever else asks */
+        if (listener->used && (!keeps || keeps_reports(session, listener->address)))
             continue;
         if (found == NULL || !listener->used || (found->used && listener->heard_us < found->heard_us))
             found = listener;
@@ -58,11 +67,13 @@ static struct session_listener *listener_of(struct session *session, const uint8
 /* As session_note_alive(), and this host gets reports from now on. */
 static void note_heard(struct session *session, const uint8_t address[4]) {
     struct session_listener *listener = listener_of(session, address);
+    session_note_alive(session, address);
+    if (listener == NULL)
+        return;
     bool known = listener->used && session_same(listener->address, address);
     listener->used = true;
     memcpy(listener->address, address, sizeof listener->address);
     listener->heard_us = session->now_us;
-    session_note_alive(session, address);
     if (!known)
         session_send_status(session, address);
 }
@@ -144,7 +155,7 @@ void session_connect(struct session *session, int place, const uint8_t address[4
     memcpy(client->address, address, sizeof client->address);
     /* The owner is back: nothing of it is given up (follow_gone()). */
     if (session_same(session->owner.address, address))
-        session->owner.left = false;
+        session->owner.left = session->owner.lost = false;
 }
 
 void session_disconnect(struct session *session, int place, bool left) {
@@ -164,17 +175,27 @@ void session_disconnect(struct session *session, int place, bool left) {
 /* ---- time ---- */
 
 static void forget_listeners(struct session *session) {
-    for (unsigned i = 0; i < SESSION_LISTENERS; i++)
-        if (session->now_us - session->listener[i].heard_us >= LISTENER_US)
-            session->listener[i].used = false;
+    for (unsigned i = 0; i < SESSION_LISTENERS; i++) {
+        struct session_listener *listener = &session->listener[i];
+        if (session->now_us - listener->heard_us >= LISTENER_US &&
+            !session_has_client(session, listener->address))
+            listener->used = false;
+    }
 }
 
-/* A host with a connection may be silent. */
+static bool is_owner_silent(const struct session *session) {
+    return session->now_us - session->owner.alive_us >= session->settings->host_timeout_ms * 1000ull;
+}
+
+/* A host with a connection may be silent, but not with a stream open: a program that hangs keeps its
+ * connection. */
 static bool is_owner_gone(const struct session *session) {
     const struct session_owner *owner = &session->owner;
-    uint64_t timeout_us = session->settings->host_timeout_ms * 1000ull;
-    return !session_has_client(session, owner->address) &&
-           (owner->left || session->now_us - owner->alive_us >= timeout_us);
+    if (owner->lost)
+        return true;
+    if (session_has_client(session, owner->address))
+        return session->stream.open && is_owner_silent(session);
+    return owner->left || is_owner_silent(session);
 }
 
 /* Spindle or coolant are on because the owner said so. A job of the text side has its own. */
@@ -187,7 +208,12 @@ static bool drives_owner(const struct session *session) {
  * hold has stopped does not move hours later. */
 static void follow_gone(struct session *session) {
     struct machine *machine = session->machine;
-    machine_host_gone(machine);
+    /* Once: whoever resumes what was held answers for it. */
+    if (!session->owner.lost) {
+        session->owner.lost = true;
+        stream_close(session, session->owner.left ? WIRE_REFUSAL_STREAM_CLOSED : WIRE_REFUSAL_SILENT);
+        sender_lose_host(machine, session->owner.left);
+    }
     /* A host that has ended its connection does not come back for what a hold keeps. One that is only
      * silent may: the network was gone, and its motion waits for `~`. */
     if (session->owner.left &&
@@ -198,7 +224,18 @@ static void follow_gone(struct session *session) {
     if (!drives_owner(session) || !machine_is_standing(machine) ||
         !host_queue_is_empty(&machine_host(machine)->queue))
         return;
+    /* In a hold they stop when $75 says so (machine/sender.c). */
+    if (!session->owner.left && machine_state(machine) == MACHINE_HOLD &&
+        !machine_outputs(machine)->suspended)
+        return;
     session_switch_off(session);
+}
+
+/* A released key, or a host that hangs, stops it. */
+static void follow_jog(struct session *session) {
+    const struct host_jog *jog = &machine_host(session->machine)->jog;
+    if ((jog->on || jog->waits) && session->now_us - session->jog_us >= JOG_US)
+        machine_host_jog_stop(session->machine);
 }
 
 /* Motion goes back to the text side, and the machine to any host, when the owner is silent and done. */
@@ -216,10 +253,11 @@ static void follow_owner(struct session *session) {
     /* Two steps: motion goes back as soon as the host has sent none for the time-out; the right to command
      * only when it has sent no command either, and nothing that it has switched on still runs. */
     bool idle = session->now_us - owner->motion_us >= timeout_us && machine_host_release(session->machine);
-    if (!idle || session->now_us - owner->heard_us < timeout_us || drives_owner(session))
+    if (!idle || session->now_us - owner->heard_us < timeout_us || drives_owner(session) ||
+        (owner->taken && !is_owner_gone(session)))
         return;
     stream_close(session, WIRE_REFUSAL_STREAM_CLOSED);
-    owner->on = false;
+    owner->on = owner->taken = false;
 }
 
 /* Segments that lay ready until the text side's job stood, and lead out of the travel from there. */
@@ -246,6 +284,7 @@ void session_poll(struct session *session) {
          * without one. */
         follow_late_refusals(session);
         stream_follow(session);
+        follow_jog(session);
         follow_owner(session);
     }
     session_report(session);
@@ -254,5 +293,6 @@ void session_poll(struct session *session) {
 uint32_t session_wait_us(const struct session *session) {
     uint32_t wait_us = session_report_wait_us(session);
     bool bounces = session_is_module(session) && !channels_are_quiet(session->options.channels);
-    return bounces && wait_us > BOUNCES_US ? BOUNCES_US : wait_us;
+    const uint32_t most_us = bounces ? BOUNCES_US : session->owner.on ? OWNER_US : UINT32_MAX;
+    return wait_us < most_us ? wait_us : most_us;
 }

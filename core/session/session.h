@@ -71,7 +71,9 @@ struct session_listener {
  * since, its numbers continue: a network that was gone for longer is a gap, too. */
 struct session_owner {
     bool on, sequence_known;
-    bool left; /* its last connection has ended at its own end */
+    bool left;  /* its last connection has ended at its own end */
+    bool lost;  /* it is gone, and its motion was dealt with as $74 says */
+    bool taken; /* by request: it commands as long as it is there, also without a command */
     uint8_t address[4];
     uint64_t heard_us;    /* something that needs it to be the owner */
     uint64_t alive_us;    /* anything */
@@ -128,6 +130,7 @@ struct session {
     struct session_listener listener[SESSION_LISTENERS];
     struct session_client client[SESSION_CLIENTS];
     struct session_owner owner;
+    uint64_t jog_us; /* when its host has asked for the jog the last time */
     struct session_stream stream;
     struct session_order order[SESSION_ORDERS];
     struct session_mark recent[SESSION_RECENT];
@@ -166,8 +169,9 @@ int session_place(const struct session *session);
 
 void session_connect(struct session *session, int place, const uint8_t address[4]);
 
-/** @param left  the other end has gone, not we. With its last connection the owner is gone: its jog ends, and
- * when nothing of it moves any more the spindle and coolant that it has switched on go off */
+/** @param left  the other end has gone, not we. With its last connection the owner is gone: its jog ends,
+ * its queued motion is dealt with as $74 says, and when nothing of it moves any more the spindle and coolant
+ * that it has switched on go off */
 void session_disconnect(struct session *session, int place, bool left);
 
 /** Whether this message must wait, because it is a proof whose turn has not come (base/lockout.h). Ask again

@@ -135,8 +135,9 @@ void stream_segments(struct session *session, const struct session_peer *from,
     /* First: after a drop that session_poll() has not seen yet, these segments belong to a stream that is
      * over. */
     stream_follow(session);
-    /* A late datagram of an older stream neither takes ownership nor lays anything. */
-    bool own = refusal == WIRE_REFUSAL_NONE && segments.stream == stream->id;
+    /* A late datagram of an older stream, or of one that has ended, neither takes ownership nor lays
+     * anything. */
+    bool own = refusal == WIRE_REFUSAL_NONE && segments.stream == stream->id && stream->open;
     if (own) {
         session_own(session, from->address);
         session->owner.motion_us = session->now_us;

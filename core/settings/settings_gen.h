@@ -82,9 +82,13 @@ struct settings {
     uint8_t homing_cycle_5_mask;
     /** $49 [axes] 0..63: Axes that $H homes sixth, together: X=1 Y=2 Z=4 A=8 B=16 C=32, added up. */
     uint8_t homing_cycle_6_mask;
+    /** $74 0..2: Sender or host lost: 0 finish, 1 feed hold, 2 reset. Jogs end. */
+    uint8_t sender_lost;
+    /** $75 [s] 0..3600: Time after which spindle and coolant stop in such a hold; 0: they stay on. */
+    float sender_lost_spindle_s;
     /** $76 [ms] 10..1000: Interval of the status reports to every WMC3 host. */
     uint16_t status_interval_ms;
-    /** $77 [ms] 100..60000: A host that sends no motion for this time releases it; without TCP it is lost. */
+    /** $77 [ms] 100..60000: A host that is silent for this time, without TCP or in a stream, is lost. */
     uint16_t host_timeout_ms;
     /** $78: Without a stream: lost (a gap in packet numbers) or refused motion causes a feed hold. */
     bool host_hold_on_gap;
@@ -187,6 +191,8 @@ enum setting_number {
     SETTING_HOMING_CYCLE_4_MASK = 47,
     SETTING_HOMING_CYCLE_5_MASK = 48,
     SETTING_HOMING_CYCLE_6_MASK = 49,
+    SETTING_SENDER_LOST = 74,
+    SETTING_SENDER_LOST_SPINDLE_S = 75,
     SETTING_STATUS_INTERVAL_MS = 76,
     SETTING_HOST_TIMEOUT_MS = 77,
     SETTING_HOST_HOLD_ON_GAP = 78,
@@ -237,6 +243,6 @@ enum setting_effect {
 };
 
 /** Rows of the table (a per-axis row stands for six settings), and settings in all on six axes. */
-enum { SETTINGS_ROW_COUNT = 68, SETTINGS_COUNT = 113 };
+enum { SETTINGS_ROW_COUNT = 70, SETTINGS_COUNT = 115 };
 
 #endif

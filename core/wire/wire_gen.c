@@ -402,6 +402,15 @@ void wire_get_stream_drop(const uint8_t *at, struct wire_stream_drop *to) {
     to->stream = get_u32(at + 0);
 }
 
+void wire_put_take(uint8_t *at, const struct wire_take *from) {
+    put_u8(at + 0, from->discard);
+    put_zero(at + 1, 3);
+}
+
+void wire_get_take(const uint8_t *at, struct wire_take *to) {
+    to->discard = get_u8(at + 0);
+}
+
 void wire_put_statistics_response(uint8_t *at, const struct wire_statistics_response *from) {
     put_u32(at + 0, from->datagrams);
     put_u32(at + 4, from->malformed);

@@ -23,10 +23,12 @@
 #define WIRE_CLIENTS_MAX 4
 #define WIRE_CLIENT_IDLE_S 30
 #define WIRE_LISTENERS_MAX 4
-#define WIRE_LISTENER_S 3600
+#define WIRE_LISTENER_S 10
 #define WIRE_REPLY_TIMEOUT_MS 3000
 #define WIRE_RESEND_MS 30
 #define WIRE_ASK_MS 20
+#define WIRE_JOG_LIFE_MS 500
+#define WIRE_JOG_REPEAT_MS 150
 
 enum wire_type {
     WIRE_MOTION = 0x01,
@@ -58,6 +60,7 @@ enum wire_type {
     WIRE_STREAM_OPENED = 0x61,
     WIRE_STREAM_CLOSE = 0x62,
     WIRE_STREAM_DROP = 0x69,
+    WIRE_TAKE = 0x6A,
     WIRE_STATISTICS = 0x63,
     WIRE_STATISTICS_RESPONSE = 0x64,
     WIRE_PROBE_LAST = 0x68,
@@ -158,6 +161,7 @@ enum wire_refusal {
     WIRE_REFUSAL_TOUCHES = 22, /* a segment stops at probe contact, but the probe is already in contact */
     WIRE_REFUSAL_OVERTAKEN = 23, /* a stop or a newer packet of its kind was sent later but received earlier */
     WIRE_REFUSAL_NO_OUTPUT = 24, /* the board has no output for this spindle, its direction or this coolant */
+    WIRE_REFUSAL_SILENT = 25, /* the host sent nothing for `$77` ms while its stream was open, so it was lost */
 };
 
 enum { WIRE_HEADER_SIZE = 18 };
@@ -216,7 +220,7 @@ void wire_get_motion(const uint8_t *at, struct wire_motion *to);
 
 enum { WIRE_JOG_SIZE = 8 };
 
-/** Moves an axis until jog_stop, within its limits. Another jog replaces it. */
+/** Moves an axis until jog_stop, within its limits, for at most 500 ms: the same jog again continues it. Another jog replaces it. */
 struct wire_jog {
     uint8_t axis; /* 0 = X .. 5 = C */
     int8_t direction; /* 1 or -1 */
@@ -500,6 +504,16 @@ struct wire_stream_drop {
 
 void wire_put_stream_drop(uint8_t *at, const struct wire_stream_drop *from);
 void wire_get_stream_drop(const uint8_t *at, struct wire_stream_drop *to);
+
+enum { WIRE_TAKE_SIZE = 4 };
+
+/** Takes control of the machine from another host: its jog and homing end, other motion is held. */
+struct wire_take {
+    uint8_t discard; /* 1: discard the motion that is queued, as stream_drop does; 0: it is held, and resume continues it */
+};
+
+void wire_put_take(uint8_t *at, const struct wire_take *from);
+void wire_get_take(const uint8_t *at, struct wire_take *to);
 
 enum { WIRE_STATISTICS_RESPONSE_SIZE = 48 };
 

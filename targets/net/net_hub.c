@@ -162,7 +162,7 @@ static void look_after(struct net_client *client) {
 /* ---- real-time bytes ---- */
 
 /* A reset forgets every line on its way; what comes behind it is new. */
-void net_hub_reset(struct net_hub *hub) {
+static void net_hub_reset(struct net_hub *hub) {
     static const char reset = 0x18;
     struct net_client *owner = hub->owner;
     if (owner != NULL) {

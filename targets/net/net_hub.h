@@ -162,9 +162,6 @@ bool net_hub_feed(struct net_hub *hub);
 /** Pass the controller's output on to all clients. */
 void net_hub_hear(struct net_hub *hub);
 
-/** Reset the controller; lines that wait here are forgotten. */
-void net_hub_reset(struct net_hub *hub);
-
 /** Pass observers' `?` on, as one; call it as often as they shall be answered at most. */
 void net_hub_ask(struct net_hub *hub);
 

@@ -15,7 +15,7 @@
 
 enum net_rank {
     NET_RANK_FREE,     /* no one is there */
-    NET_RANK_UNPROVEN, /* said nothing useful yet; where there is a password: is not logged in */
+    NET_RANK_UNPROVEN, /* said nothing useful yet; where access is locked: is not logged in */
     NET_RANK_LISTENER, /* did, and commands nothing */
     NET_RANK_STAYS,    /* the owner, a sender, who is logged in, a wire of this machine */
 };

@@ -9,8 +9,8 @@
  *
  * Options, each with a value but --io-module: --timer-hz --step-pulse-ns --dir-setup-ns --max-step-rate-hz
  * --axes --ganged --switchless --home-axes --missing-outputs --speed (0: as fast as it can) --host --port
- * --wmc3 --control --pty --store --set; and --parent: end when stdin does. The access key of network clients is
- * in WIFICNC_KEY, because arguments can be read by everyone. */
+ * --wmc3 --control --pty --store --set; and --parent: end when stdin does. The access key of network clients
+ * is in WIFICNC_KEY, because arguments can be read by everyone. */
 #include "port.h"
 #include "serve.h"
 

@@ -4,7 +4,7 @@
  *
  *   browser -- WebSocket /grbl -- [page] -- TCP -- controller      byte for byte, both ways
  *
- * The controller keeps the rules of owner, observers and password, as for every other client. One thread
+ * The controller keeps the rules of owner, observers and access key, as for every other client. One thread
  * calls all of this but page_wake(). */
 #ifndef WIFICNC_PC_PAGE_H
 #define WIFICNC_PC_PAGE_H

@@ -17,7 +17,7 @@ from wificnc.build.host import build_program
 from wificnc.web.embed import EmbeddedFile, page_header_text
 
 BOARD = "esp32s3-devkitc"
-FINISH, HOLD, STOP = "0", "1", "2"  # link_lost
+FINISH, HOLD, STOP = "0", "1", "2"  # $74
 ESP32 = checkout_root() / "targets" / "esp32"
 SOURCES = (Path(__file__).parent / "telnet_serve.c", ESP32 / "app" / "controller.c", ESP32 / "net" / "page.c")
 
@@ -38,9 +38,9 @@ def program(files: tuple[EmbeddedFile, ...] = ()) -> Path:
 
 
 @contextmanager
-def serving_esp32(key: str = "", link_lost: str = FINISH, files: Iterable[EmbeddedFile] = ()) -> Iterator[Ports]:
+def serving_esp32(key: str = "", sender_lost: str = FINISH, files: Iterable[EmbeddedFile] = ()) -> Iterator[Ports]:
     process = subprocess.Popen(
-        [program(tuple(files)), key, link_lost], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+        [program(tuple(files)), key, sender_lost], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
     )
     assert process.stdin and process.stdout
     try:

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT
  * The ESP32's controller task over real sockets of this computer, with the host's pins behind it: says its
  * ports on stdout, telnet's and the page's, and ends with stdin. Virtual time advances by a ms per round,
- * some times faster than real time. Usage: telnet_serve KEY LINK_LOST
+ * some times faster than real time. Usage: telnet_serve KEY SENDER_LOST
  */
 #include "app/controller.h"
 #include "host_inner.h"
@@ -75,12 +75,13 @@ int main(int argc, char **argv) {
     int error;
     if (argc != 3 || host == NULL)
         return 2;
-    const struct controller_options options = {.key = argv[1], .link_lost = (uint8_t)atoi(argv[2])};
+    const struct controller_options options = {.key = argv[1]};
     const struct page_names names = {.own = "WiFiCNC-1A2B", .others = "shop.lan,cnc.lan"};
     static const uint8_t salt[ACCESS_SALT];
     (void)signal(SIGPIPE, SIG_IGN);
     controller_init(&controller, &host->machine, &sizes);
     host->machine.out = controller_out(&controller);
+    host->machine.settings.sender_lost = (uint8_t)atoi(argv[2]);
     access_init(&controller.access, argv[1], argv[1][0] == '\0', salt, hal_time_us(&host->hal));
     controller_set(&controller, &options);
     if (!controller_listen(&controller, "127.0.0.1", "0", &error) ||

@@ -47,10 +47,10 @@ class Client:
 
 
 @contextmanager
-def serving(key: str = "", link_lost: str = FINISH) -> Iterator[Callable[..., Client]]:
+def serving(key: str = "", sender_lost: str = FINISH) -> Iterator[Callable[..., Client]]:
     """A controller; gives a function that connects, from another loopback address where one is given."""
     clients: list[Client] = []
-    with serving_esp32(key, link_lost) as ports:
+    with serving_esp32(key, sender_lost) as ports:
 
         def connect(here: str = "127.0.0.1") -> Client:
             clients.append(Client(ports.telnet, here))
@@ -192,9 +192,9 @@ def test_half_open_connections_that_send_half_a_line_leave_no_trace() -> None:
         client.until(b"ok\r\n")
 
 
-@pytest.mark.parametrize(("link_lost", "then"), [(FINISH, "Run"), (HOLD, "Hold:0"), (STOP, "Alarm")])
-def test_when_the_sender_is_lost_the_setting_says_what_follows(link_lost: str, then: str) -> None:
-    with serving(link_lost=link_lost) as connect:
+@pytest.mark.parametrize(("sender_lost", "then"), [(FINISH, "Run"), (HOLD, "Hold:0"), (STOP, "Alarm")])
+def test_when_the_sender_is_lost_the_setting_says_what_follows(sender_lost: str, then: str) -> None:
+    with serving(sender_lost=sender_lost) as connect:
         owner, watcher = connect(), connect()
         owner.send(b"G1X9000F600\n")
         owner.until(b"ok\r\n")
@@ -203,13 +203,24 @@ def test_when_the_sender_is_lost_the_setting_says_what_follows(link_lost: str, t
             pass  # it is planned, and a move that has not begun can be forgotten
         owner.socket.close()
         wait_for(watcher, then)
-        if link_lost == FINISH:
+        if sender_lost == FINISH:
             for _ in range(20):
                 assert state(watcher) == "Run"
 
 
+@pytest.mark.parametrize("sender_lost", [FINISH, HOLD, STOP])
+def test_a_jog_ends_with_its_sender_whatever_the_setting(sender_lost: str) -> None:
+    with serving(sender_lost=sender_lost) as connect:
+        owner, watcher = connect(), connect()
+        owner.send(b"$J=X9000F600\n")
+        owner.until(b"ok\r\n")
+        wait_for(watcher, "Jog")
+        owner.socket.close()
+        wait_for(watcher, "Idle")
+
+
 def test_at_rest_a_lost_sender_changes_nothing() -> None:
-    with serving(link_lost=STOP) as connect:
+    with serving(sender_lost=STOP) as connect:
         owner = connect()
         owner.send(b"G0X0\n")
         owner.until(b"ok\r\n")

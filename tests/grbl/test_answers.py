@@ -200,7 +200,7 @@ def test_homing_off_switches_soft_limits_off(grbl: Grbl) -> None:
 def test_settings_print_formats(grbl: Grbl) -> None:
     """`$$` shows ints bare, floats 3 decimals, in **mm** always, whatever $13. They print as ints except $11 $12 $24
     $25
-    $27 and $100+ (three decimals), $30 $31 as zero-decimal floats; $34 to $36 (as in grblHAL) and $93 one. Ours:
+    $27 and $100+ (three decimals), $30 $31 as zero-decimal floats; $34 to $36 (as in grblHAL) $75 and $93 one. Ours:
     $170+ are kinds, $180+ Hz with two decimals."""
     grbl.fine("$13=1", "$30=1000.4", "$110=5000.0004")
     rows = dict(line[1:].split("=") for line in grbl.send("$$\n").split("\r\n") if line.startswith("$"))
@@ -210,7 +210,7 @@ def test_settings_print_formats(grbl: Grbl) -> None:
             decimals = 3
         elif int(number) == 206:
             decimals = 0
-        elif int(number) in (34, 35, 36, 93):
+        elif int(number) in (34, 35, 36, 75, 93):
             decimals = 1
         form = rf"\d+\.\d{{{decimals}}}" if decimals else r"\d+"
         assert re.fullmatch(form, value), (number, value)

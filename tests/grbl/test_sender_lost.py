@@ -11,6 +11,11 @@ NOTICE = "Sender lost: feed hold"
 RUN_UP_S, COOLANT_S = 4.0, 1.0
 
 
+@pytest.fixture(autouse=True)
+def tools_that_stop_soon(grbl: Grbl) -> None:
+    grbl.fine("$75=0.0000001")
+
+
 def test_a_jog_is_cancelled(grbl: Grbl) -> None:
     """As by 0x85; jogs that wait do not run."""
     grbl.after(0.3, "$J=G91X-100F3000\n" + "$J=G91Y-5F3000\n" * 40)

@@ -32,6 +32,7 @@ WIRE_KEYS = {
     "status_interval_ms": (0x0103, "u16"),
     "host_timeout_ms": (0x0800, "u16"),  # ours
     "host_hold_on_gap": (0x0801, "u8"),  # ours
+    "sender_lost": (0x0802, "u8"),  # ours
     "idle_delay_ms": (0x0102, "u16"),
     "step_invert_mask": (0x0300, "u8"),
     "dir_invert_mask": (0x0301, "u8"),

@@ -37,12 +37,14 @@ from wificnc.wmc3.layout import (
     StreamOpen,
     StreamOpened,
     StreamSegments,
+    Take,
     ValueType,
 )  # fmt: skip
 from wificnc.wmc3.packet import build, parse
 from wificnc.wmc3.packing import Layout
 
 HOST, OTHER, PORT = "10.0.0.2", "10.0.0.3", 40_000
+ALIVE_S = 0.2
 RPM = 900  # not that of the text side
 LONG = Segment(steps=(-9000, 0, 0, 0, 0, 0), duration_us=900_000_000)
 SHORT = Segment(steps=(-10, 0, 0, 0, 0, 0), duration_us=200_000)
@@ -52,6 +54,7 @@ ON, OFF = IoControl(spindle=1, rpm=RPM, coolant=1), IoControl()
 PAYLOADS: dict[str, Layout] = {
     "host_asks": Ping(1),
     "host_authenticates": Authenticate(),
+    "host_takes": Take(),
     "host_hold": Hold(),
     "host_resume": Resume(),
     "host_reset": Reset(),
@@ -87,6 +90,7 @@ class RemoteHosts(Grbl):
         self._places: dict[str, int] = {}
         self._sequence = 0
         self._stream = self._next = 0
+        self._jogs = False
 
     def close(self) -> None:
         try:
@@ -97,7 +101,16 @@ class RemoteHosts(Grbl):
     def after(self, seconds: float, data: str = "") -> str:
         self.put(data)
         LIB.host_input_follows(self._host, 0)
-        LIB.host_wire_run(self._wire, LIB.host_time_ticks(self._host) + round(seconds * HZ))
+        end = LIB.host_time_ticks(self._host) + round(seconds * HZ)
+        while (now := LIB.host_time_ticks(self._host)) < end:
+            if self._stream and HOST in self._places:
+                self._request(Ping(1))  # a stream whose host is silent is lost
+            until = min(end, now + round(ALIVE_S * HZ))
+            LIB.host_wire_run(self._wire, until)
+            if self._jogs and self.state() == "Jog":
+                self._request(PAYLOADS["host_jog"])  # a jog that is not repeated ends
+            elif until - now >= round(ALIVE_S * HZ):
+                self._jogs = False
         self._fetch()
         return self.heard()
 
@@ -109,6 +122,7 @@ class RemoteHosts(Grbl):
         """Its connection ends at its own end."""
         if HOST in self._places:
             LIB.host_wire_disconnect(self._wire, self._places.pop(HOST))
+            self._jogs = False
 
     def packet(self, entry: Input) -> str:
         """Send what stands for this input. Returns `done`, `reply`, or the name of the refusal."""
@@ -125,6 +139,7 @@ class RemoteHosts(Grbl):
         if isinstance(reply, StreamOpened) and reply.refusal == Refusal.NONE:
             self._stream, self._next = reply.stream, 0
         if isinstance(reply, Ack):
+            self._jogs |= entry.name == "host_jog"
             return "done"
         if isinstance(reply, Refused):
             return refusal_name(reply.reason)

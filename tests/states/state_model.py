@@ -53,6 +53,7 @@ class Model:
     job: bool = False  # it has interrupted what `activity` says
     stream_open: bool = False
     stream_known: bool = False
+    taken: bool = False  # it commands as long as it is there
     host_on: bool = False  # what it asked for last: spindle and flood on
     locked_before: bool = False
     sender_gone: bool = False  # while a host commanded
@@ -127,7 +128,7 @@ class Model:
 
     @property
     def _commands(self) -> bool:
-        return self._owned or self.stream_open or self._drives
+        return self._owned or self.stream_open or self._drives or self.taken
 
     def _take(self, entry: Input, said: Said) -> None:
         if entry.name == "sender_lost" and self.sender_held:
@@ -167,6 +168,7 @@ class Model:
             or (done and entry.name in ("host_closes", "host_drops"))
         ):
             self.stream_open = False
+        self.taken = entry.name != "host_lost" and (self.taken or entry.name == "host_takes")
         if entry.name == "host_lost" and rule.outputs == "host's off":
             self.host_on = False
         elif done and entry.name in ("host_outputs", "host_outputs_off"):
@@ -227,7 +229,7 @@ class Model:
         if rule.next == "resume":
             self._resume(said)
         elif rule.next == "release":
-            self.state = self._released()
+            self.state = self._released(held=entry.name == "host_lost")
         elif rule.next != "unchanged":
             self.state = rule.next
         if self.state not in HELD_BACK:
@@ -235,11 +237,12 @@ class Model:
         if self.state not in HELD_BACK:
             self.spindle_stopped = False
 
-    def _released(self) -> str:
+    def _released(self, held: bool) -> str:
         """The state after the host has given motion back."""
-        if self.state in ("host_run", "host_jog"):
+        if self.state == "host_jog" or (self.state == "host_run" and not held):
             return "returned" if self.job else "idle"
-        behind = {"host_hold": "returned" if self.job else "hold"}
+        held_state = "returned" if self.job else "hold"
+        behind = {"host_hold": held_state, "host_run": held_state}
         return behind.get(self.state, self.state.removeprefix("host_"))
 
     def _resume(self, said: Said) -> None:

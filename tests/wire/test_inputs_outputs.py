@@ -131,7 +131,7 @@ def test_a_host_that_leaves_takes_its_spindle_with_it_also_after_long_silence(de
     """It said so once, and lost command by its silence ($77 is 2 s)."""
     client = device.connect()
     device.send(IoControl(spindle=1, rpm=500, coolant=1))
-    device.run(10)
+    device.run(5)
     assert (device.status.spindle, device.status.coolant) == (1, 1)
     device.disconnect(client)
     device.run(0.1)

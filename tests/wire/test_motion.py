@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from wificnc.wmc3.layout import Estop, Hold, JogStop, ProbeLast, Reset, Resume, Segment, SegmentFlag, State
-from wire_device import ACCEL, RATE, TIMER_HZ, Device
+from wire_device import ACCEL, PATIENT, RATE, TIMER_HZ, Device
 
 SLICE_S = 0.01
 
@@ -233,7 +233,8 @@ def test_a_segment_beyond_the_top_speed_is_stretched(device: Device) -> None:
     assert np.diff(t).min() >= 1 / RATE - 2 / TIMER_HZ
 
 
-def test_steps_of_a_long_segment_that_cannot_be_cut_evenly(device: Device) -> None:
+def test_steps_of_a_long_segment_that_cannot_be_cut_evenly(make_device: Callable[..., Device]) -> None:
+    device = make_device(settings=PATIENT)
     device.motion(segment(100_003, 99_991, -33_331, 1, -2, 50_000, us=10_000_000))
     device.run(12)
     assert device.pulses == [100_003, 99_991, -33_331, 1, -2, 50_000]

@@ -14,7 +14,7 @@ from test_motion import segment
 from test_session import statistics
 from wificnc.wmc3.layout import MAGIC, VERSION, Motion, Segment, Type
 from wificnc.wmc3.packet import build, crc16
-from wire_device import HOST, Device, number
+from wire_device import HOST, PATIENT, Device, number
 
 SECONDS = int(os.environ.get("WIFICNC_SENDER_SECONDS", "120"))
 SLICE_S = 0.01
@@ -68,7 +68,7 @@ def test_a_hundred_segments_a_second_for_long(device: Device, size: int) -> None
 @pytest.mark.parametrize("seed", range(4))
 def test_a_lossy_network_without_a_stream(make_device: Callable[..., Device], seed: int, most: int) -> None:
     """30 % lost, 20 % doubled, neighbours that overtake: what arrives is made once, what does not is counted."""
-    device, chance = make_device(), random.Random(seed)
+    device, chance = make_device(settings=PATIENT), random.Random(seed)
     sent = {n: (chance.randrange(-most, most + 1), chance.randrange(-most, most + 1)) for n in range(1, 401)}
     lost = {n for n in sent if 1 < n < 400 and chance.random() < 0.3}
     order = sorted((n + chance.uniform(0, 3), n) for n in sent if n not in lost)

@@ -29,7 +29,7 @@ from wificnc.wmc3.layout import (
 )  # fmt: skip
 from wificnc.wmc3.packet import build
 from wificnc.wmc3.packing import Layout
-from wire_device import OTHER, RATE, TIMER_HZ, Device
+from wire_device import OTHER, PATIENT, RATE, TIMER_HZ, Device
 
 REGISTER = JogStop(axis=0xFF)
 
@@ -187,12 +187,12 @@ def test_hold_on_gap_holds_also_where_segments_are_refused(
     make_device: Callable[..., Device], bad: list[Segment]
 ) -> None:
     """Their steps are as lost as those of a datagram that never came."""
-    device = make_device(settings={78: 1})
+    device = make_device(settings={78: 1, **PATIENT})
     for first in range(0, len(bad), 8):
         device.motion(*bad[first : first + 8])
     device.run(2)
     assert device.status.state == State.HOLD
-    assert statistics(device).refused_segments > 0
+    assert statistics(device, device.connect(OTHER)).refused_segments > 0
     device.motion(segment(0, 100), address=OTHER)
     device.send(Resume())
     device.run(3)
@@ -213,12 +213,13 @@ def test_motion_that_is_refused_in_an_estop_leaves_no_hold_behind(make_device: C
     assert device.pulses[0] == 100
 
 
-def test_a_full_queue_is_counted(device: Device) -> None:
+def test_a_full_queue_is_counted(make_device: Callable[..., Device]) -> None:
+    device = make_device(settings=PATIENT)
     device.send(Hold())
     device.run(0.01)
     for _ in range(17):
         device.motion(*[segment(1)] * 8)
-    counts = statistics(device)
+    counts = statistics(device, device.connect(OTHER))
     assert (counts.segments, counts.refused_segments, counts.last_refusal) == (128, 8, Refusal.FULL)
     device.send(Resume())
     device.run(3)
@@ -390,8 +391,7 @@ def test_what_is_refused_takes_no_motion(device: Device) -> None:
 
 
 def test_jog_runs_until_it_is_stopped_with_ramps(device: Device) -> None:
-    device.send(Jog(axis=1, direction=-1, speed_steps_s=2000))
-    device.run(1.5)
+    device.jog(Jog(axis=1, direction=-1, speed_steps_s=2000), 1.5)
     assert device.status.state == State.JOG and device.status.rate_steps_s == pytest.approx(2000, rel=0.05)
     device.send(JogStop(axis=0))
     device.run(0.5)
@@ -417,8 +417,8 @@ def test_a_jog_ends_at_the_travel(make_device: Callable[..., Device]) -> None:
     device = make_device(settings={22: 1, 20: 1})
     device.send(Reset())
     device.run(0.1)
-    device.send(Jog(0, -1, 20_000))
-    device.run(5)
+    device.jog(Jog(0, -1, 20_000), 5)
+    device.run(1)
     assert device.pulses[0] == -200 * 200
     assert device.status.state == State.IDLE
 

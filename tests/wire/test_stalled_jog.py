@@ -11,7 +11,7 @@ import stalls
 from test_motion import segment
 from test_stalls import assert_smooth, put_line
 from wificnc.wmc3.layout import Hold, Jog, JogStop, Resume, SegmentFlag
-from wire_device import ACCEL, RATE, TIMER_HZ, Device
+from wire_device import ACCEL, PATIENT, RATE, TIMER_HZ, Device
 
 COMMITTED_S = 0.055  # AHEAD_FULL_US, and a segment
 
@@ -82,7 +82,7 @@ def test_a_jog_ends_near_where_it_was_stopped(
 @pytest.mark.parametrize("late", stalls.LATE)
 @pytest.mark.parametrize("seed", stalls.seeds(8))
 def test_holds_of_a_host_lose_nothing(make_device: Callable[..., Device], seed: int, late: str) -> None:
-    device, rng = make_device(), random.Random(f"{seed} {late}")
+    device, rng = make_device(settings=PATIENT), random.Random(f"{seed} {late}")
     put_line(device, 12)
     stalled(device, rng, late, 60)
     for _ in range(10):

@@ -9,7 +9,7 @@ import pytest
 import stalls
 from test_motion import segment
 from wificnc.wmc3.layout import SegmentFlag
-from wire_device import ACCEL, TIMER_HZ, Device
+from wire_device import ACCEL, PATIENT, TIMER_HZ, Device
 
 COMMITTED_S = 0.055  # AHEAD_FULL_US, and a slice
 RESULT = 0x23
@@ -29,7 +29,7 @@ def probe_down(device: Device, per_slice: int, count: int) -> None:
 @pytest.mark.parametrize("kind", stalls.LATE)
 @pytest.mark.parametrize("seed", stalls.seeds(16))
 def test_a_contact_ends_the_probe(make_device: Callable[..., Device], kind: str, seed: int) -> None:
-    device, rng = make_device(), random.Random(f"{kind} {seed}")
+    device, rng = make_device(settings=PATIENT), random.Random(f"{kind} {seed}")
     per_slice, count = rng.choice([5, 10, 20, 50, 100]), rng.randrange(20, 120)
     contact = -rng.randrange(1, per_slice * count)
     device.lib.virtual_surface(device.host, contact)
@@ -49,7 +49,7 @@ def test_a_contact_ends_the_probe(make_device: Callable[..., Device], kind: str,
 @pytest.mark.parametrize("kind", stalls.LATE)
 @pytest.mark.parametrize("seed", stalls.seeds(8))
 def test_a_probe_without_contact_makes_every_step(make_device: Callable[..., Device], kind: str, seed: int) -> None:
-    device, rng = make_device(), random.Random(f"{kind} {seed}")
+    device, rng = make_device(settings=PATIENT), random.Random(f"{kind} {seed}")
     per_slice, count = rng.choice([5, 10, 20, 50, 100]), rng.randrange(20, 120)
     stalls.stall_often(device.lib, device.host, rng, stalls.LATE[kind], TIMER_HZ)
     probe_down(device, per_slice, count)

@@ -10,7 +10,7 @@ import pytest
 import stalls
 from test_motion import profile, segment, speeds
 from test_stream import Network, open_stream, run_all
-from wire_device import ACCEL, TIMER_HZ, Device
+from wire_device import ACCEL, PATIENT, TIMER_HZ, Device
 
 WINDOW_S = 0.010
 
@@ -64,7 +64,7 @@ def test_a_hold_between_stalls_loses_no_step(make_device: Callable[..., Device],
 
 @pytest.mark.parametrize("sides", [[stalls.Side.CONTROLLER], [stalls.Side.MOTION], list(stalls.SIDES)])
 def test_a_stall_in_mid_stream_ends_in_a_stop(make_device: Callable[..., Device], sides: list[stalls.Side]) -> None:
-    device = make_device()
+    device = make_device(settings=PATIENT)
     put_line(device, 12)
     for side in sides:
         stalls.stall(device.lib, device.host, side, 0.4, 1.0, TIMER_HZ)

@@ -17,11 +17,13 @@ from numpy.typing import NDArray
 from wificnc.link.access import key_secret
 from wificnc.sim.native import HostBoard
 from wificnc.wmc3.layout import (
+    JOG_REPEAT_MS,
     STATUS_PORT,
     Authenticate,
     Authenticated,
     Challenge,
     ChallengeResponse,
+    Jog,
     Motion,
     Refusal,
     Refused,
@@ -41,6 +43,7 @@ TRUST_NOT, TRUST_DAY, TRUST_ALWAYS = range(3)  # enum access_span
 # 200 steps/mm, 6000 mm/min = 20000 steps/s, 500 mm/s2 = 100000 steps/s2
 SETTINGS = {base + ax: value for base, value in ((100, 200), (110, 6000), (120, 500)) for ax in range(AXES)}
 RATE, ACCEL = 20_000, 100_000
+PATIENT = {77: 60_000}  # a host that has queued all of it may be silent
 
 
 def number(address: str) -> int:
@@ -188,6 +191,13 @@ class Device:
 
     def motion(self, *segments: Segment, address: str = HOST) -> None:
         self.send(Motion(count=len(segments)), segments, address)
+
+    def jog(self, jog: Jog, seconds: float, address: str = HOST) -> None:
+        """A jog that is repeated as our hosts do."""
+        end = self.now + seconds
+        while self.now < end:
+            self.send(jog, address=address)
+            self.run_until(min(end, self.now + JOG_REPEAT_MS / 1000))
 
     def connect(self, address: str = HOST) -> int:
         return int(self.lib.host_wire_connect(self.wire, number(address)))

@@ -122,7 +122,7 @@ class Packet(_WithFields):
     origin: Literal["wmc3", "ours"] = "wmc3"
     reply: str = ""
     repeat: str = ""
-    needs: tuple[Literal["machine", "module", "may"], ...] = Field(default=(), strict=False)
+    needs: tuple[Literal["machine", "module", "may", "login"], ...] = Field(default=(), strict=False)
     example: tuple[int, ...] = Field(default=(), strict=False)  # a number for each field
     order: Order | None = None
     after: tuple[Order, ...] = Field(default=(), strict=False)

@@ -34,7 +34,6 @@ from wificnc.wmc3.layout import (
     Hold,
     Home,
     Jog,
-    JogStop,
     Refusal,
     Reset,
     Resume,
@@ -280,11 +279,7 @@ def jog(device: Device, axis: str, speed: int, seconds: float) -> None:
     """Move an AXIS at SPEED steps/s (negative: the other direction: `-- X -500 2`) for some SECONDS."""
     if speed == 0:
         raise UserError("the speed of a jog must not be 0", hint="positive, or negative for the other direction")
-    device.command(Jog(_axis(axis), 1 if speed > 0 else -1, abs(speed)))
-    try:
-        time.sleep(seconds)
-    finally:
-        device.command(JogStop(0xFF))
+    device.jog(Jog(_axis(axis), 1 if speed > 0 else -1, abs(speed)), seconds)
 
 
 @command.command()
@@ -306,6 +301,20 @@ _simple("estop", Estop, "Stop immediately; `reset` unlocks.")
 _simple("hold", Hold, "Slow down along the path and stop.")
 _simple("resume", Resume, "Resume after a hold.")
 _simple("reset", Reset, "Leave alarm or e-stop; or release motion to the G-code side.")
+
+
+@command.command()
+@with_device
+@click.option("--discard", is_flag=True, help="Discard the queued motion of the other host instead of holding it.")
+@click.option("--hold", "seconds", type=click.FloatRange(min=0), default=0.0, help="Stay connected for some seconds.")
+def take(device: Device, discard: bool, seconds: float) -> None:
+    """Take control from another host. Its jog ends and its motion is held: `resume` continues it.
+
+    The other host is refused as long as this one is there: when this command ends, the first to send motion is in
+    control again. --hold keeps the connection.
+    """
+    device.take(discard)
+    time.sleep(seconds)
 
 
 @command.command()

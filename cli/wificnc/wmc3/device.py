@@ -19,6 +19,7 @@ from wificnc.link.access import key_secret
 from wificnc.wmc3.keys import KEYS, Key
 from wificnc.wmc3.layout import (
     CONTROL_PORT,
+    JOG_REPEAT_MS,
     REPLY_TIMEOUT_MS,
     STATUS_PORT,
     UDP_PORT,
@@ -34,6 +35,7 @@ from wificnc.wmc3.layout import (
     ConfigValue,
     Handshake,
     HandshakeResponse,
+    Jog,
     JogStop,
     Refusal,
     Refused,
@@ -43,6 +45,7 @@ from wificnc.wmc3.layout import (
     StreamClose,
     StreamOpen,
     StreamOpened,
+    Take,
     Type,
     ValueType,
 )
@@ -53,6 +56,7 @@ from wificnc.wmc3.seal import Sealer, proof
 from wificnc.wmc3.stream import StreamSender
 
 TIMEOUT_S = REPLY_TIMEOUT_MS / 1000
+JOG_REPEAT_S = JOG_REPEAT_MS / 1000
 TURN_S = 0.001  # a stream looks around this often
 PROOF_S = 20.0  # a proof waits for its turn behind those of other connections, 4 s each (core/base/lockout.h)
 LOST_S = 3.0  # a device that acknowledges nothing for this long is gone
@@ -277,6 +281,21 @@ class Device:
             if not alone:
                 self._status.connect((self.address, UDP_PORT))
         return self._status
+
+    def jog(self, jog: Jog, seconds: float) -> None:
+        """Jog for this long, and say so again and again: without that a jog ends by itself (JOG_LIFE_MS)."""
+        end = time.monotonic() + seconds
+        try:
+            self.command(jog)
+            while (left := end - time.monotonic()) > 0:
+                time.sleep(min(left, JOG_REPEAT_S))
+                self.command(jog)
+        finally:
+            self.command(JogStop(axis=0xFF))
+
+    def take(self, discard: bool = False) -> None:
+        """Take control from another host: its jog ends, its queued motion is held, or discarded."""
+        self.command(Take(discard=discard))
 
     # ---- motion ----
 

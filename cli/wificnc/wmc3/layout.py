@@ -21,10 +21,12 @@ STREAM_WINDOW = 128
 CLIENTS_MAX = 4
 CLIENT_IDLE_S = 30
 LISTENERS_MAX = 4
-LISTENER_S = 3600
+LISTENER_S = 10
 REPLY_TIMEOUT_MS = 3000
 RESEND_MS = 30
 ASK_MS = 20
+JOG_LIFE_MS = 500
+JOG_REPEAT_MS = 150
 
 
 class Type(IntEnum):
@@ -59,6 +61,7 @@ class Type(IntEnum):
     STREAM_OPENED = 0x61
     STREAM_CLOSE = 0x62
     STREAM_DROP = 0x69
+    TAKE = 0x6A
     STATISTICS = 0x63
     STATISTICS_RESPONSE = 0x64
     PROBE_LAST = 0x68
@@ -166,6 +169,7 @@ class Refusal(IntEnum):
     TOUCHES = 22  # a segment stops at probe contact, but the probe is already in contact
     OVERTAKEN = 23  # a stop or a newer packet of its kind was sent later but received earlier
     NO_OUTPUT = 24  # the board has no output for this spindle, its direction or this coolant
+    SILENT = 25  # the host sent nothing for `$77` ms while its stream was open, so it was lost
 
 
 @dataclass(frozen=True)
@@ -217,7 +221,7 @@ class Motion(Layout):
 
 @dataclass(frozen=True)
 class Jog(Layout):
-    """Moves an axis until jog_stop, within its limits."""
+    """Moves an axis until jog_stop, within its limits, for at most 500 ms: the same jog again continues it."""
 
     TYPE: ClassVar[int] = 0x02
     FORMAT: ClassVar[str] = "<Bb2xI"
@@ -527,6 +531,15 @@ class StreamDrop(Layout):
 
 
 @dataclass(frozen=True)
+class Take(Layout):
+    """Takes control of the machine from another host: its jog and homing end, other motion is held."""
+
+    TYPE: ClassVar[int] = 0x6A
+    FORMAT: ClassVar[str] = "<B3x"
+    discard: int = 0
+
+
+@dataclass(frozen=True)
 class Statistics(Layout):
     """Requests the counters since power-on."""
 
@@ -605,7 +618,7 @@ class Authenticated(Layout):
 _KINDS: tuple[type[Layout], ...] = (
     Motion, Jog, JogStop, Estop, Hold, Resume, Reset, Home, IoControl, StreamSegments, ChannelOutputs, Status,
     HomeComplete, ProbeResult, StreamAck, Ack, Refused, Handshake, HandshakeResponse, ConfigGet, ConfigSet,
-    ConfigValue, ConfigSave, Ping, Pong, StreamOpen, StreamOpened, StreamClose, StreamDrop, Statistics,
+    ConfigValue, ConfigSave, Ping, Pong, StreamOpen, StreamOpened, StreamClose, StreamDrop, Take, Statistics,
     StatisticsResponse, ProbeLast, Challenge, ChallengeResponse, Authenticate, Authenticated,
 )  # fmt: skip
 PACKETS = {kind.TYPE: kind for kind in _KINDS}

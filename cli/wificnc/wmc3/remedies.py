@@ -31,6 +31,7 @@ MEANINGS: dict[Refusal, str] = {
     Refusal.TOUCHES: "a segment stops at probe contact, but the probe is already in contact",
     Refusal.OVERTAKEN: "a stop or a newer packet of its kind was sent later but received earlier",
     Refusal.NO_OUTPUT: "the board has no output for this spindle, its direction or this coolant",
+    Refusal.SILENT: "the host sent nothing for $77 ms while its stream was open, so it was lost",
 }
 
 REMEDIES: dict[Refusal, str] = {
@@ -39,7 +40,7 @@ REMEDIES: dict[Refusal, str] = {
     Refusal.LOCKED: "have the operator check the machine, release the e-stop, then reset; check homed",
     Refusal.BUSY: "wait until the status is idle, or end the activity: jog_stop, stream_close, resume",
     Refusal.TEXT: "wait, and inform the operator; retry at the status interval",
-    Refusal.OWNER: "wait, or show the operator who is in control: owner in the statistics",
+    Refusal.OWNER: "wait, or show the operator who is in control (owner in the statistics); take takes control",
     Refusal.TIMING: "correct the program: a duration in every segment",
     Refusal.TOO_FAST: "plan slower, or raise the axis' max_rate; then a new stream from refused on",
     Refusal.TRAVEL: "stop the job and inform the operator: the job is in the wrong place, or the machine is not homed",
@@ -58,4 +59,5 @@ REMEDIES: dict[Refusal, str] = {
     Refusal.TOUCHES: "move away without the flag, then probe; without contact, check wiring and probe_invert",
     Refusal.OVERTAKEN: "the network delays or duplicates packets: retry if still required",
     Refusal.NO_OUTPUT: "omit it; $91=1 accepts coolant codes without an output",
+    Refusal.SILENT: "query an open stream at least every 500 ms; open a new stream",
 }

@@ -11,7 +11,7 @@
 
 /* FEEDS_A_ROUND: then other clients are read again, however many lines of the owner wait. ACCEPTS_A_ROUND: a
  * flood of connections leaves time for everything else. */
-enum { FEEDS_A_ROUND = 4, ACCEPTS_A_ROUND = 8, JOG_CANCEL = 0x85 };
+enum { FEEDS_A_ROUND = 4, ACCEPTS_A_ROUND = 8 };
 
 /* ---- the machine as the hub sees it ---- */
 
@@ -55,16 +55,9 @@ static void forget_event(void *ctx, const char *what, const char *who) {
     (void)who;
 }
 
-/* The sender has gone. A reset at rest would only forget offsets. */
 static void left(void *ctx, bool lines_wait) {
-    struct controller *controller = ctx;
-    bool stops = controller->link_lost == LINK_LOST_STOP && !machine_is_at_rest(controller->machine);
-    if (stops)
-        net_hub_reset(&controller->hub);
-    else if (controller->link_lost == LINK_LOST_FINISH)
-        (void)rx_put(machine_rx(controller->machine), JOG_CANCEL); /* what was sent is finished, but no jog */
-    else
-        machine_sender_lost(controller->machine, lines_wait);
+    const struct controller *controller = ctx;
+    machine_sender_lost(controller->machine, lines_wait);
 }
 
 static bool busy(void *ctx) {
@@ -117,7 +110,6 @@ void controller_init(struct controller *controller, struct machine *machine,
 
 void controller_set(struct controller *controller, const struct controller_options *options) {
     controller->key = options->key;
-    controller->link_lost = options->link_lost;
     controller->hub.access = &controller->access;
 }
 

@@ -24,13 +24,9 @@ struct controller_port {
     bool attached; /* a client of the hub now */
 };
 
-/** What happens when the client that commands has gone while the machine moves: NVS key link_lost. */
-enum link_lost { LINK_LOST_FINISH, LINK_LOST_HOLD, LINK_LOST_STOP };
-
 /** Chosen at start, from the storage. */
 struct controller_options {
-    const char *key;   /* access key, told at serial ports; outlives this */
-    uint8_t link_lost; /* enum link_lost */
+    const char *key; /* access key, told at serial ports; outlives this */
 };
 
 struct controller {
@@ -38,7 +34,6 @@ struct controller {
     struct net_hub hub;
     struct access access; /* set up by the target, before clients come */
     const char *key;
-    uint8_t link_lost; /* enum link_lost */
     struct controller_port port[CONTROLLER_PORTS];
     int listener;  /* -1: no network yet */
     bool has_wire; /* hosts of the binary protocol are served */

@@ -30,7 +30,6 @@ struct firmware {
     struct boot_guard *guard;     /* of crashes in a row */
     char key[ACCESS_KEY_MAX + 1]; /* of network clients and updates */
     uint8_t access_open;
-    uint8_t link_lost;
     bool safe_mode, is_module, has_network;
 };
 

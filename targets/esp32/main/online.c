@@ -118,7 +118,7 @@ static void start_servers(struct firmware *firmware) {
 
 void firmware_start_network(struct firmware *firmware) {
     const struct ota_flash flash = {.lock = lock_machine, .unlock = unlock_machine, .ctx = firmware};
-    const struct controller_options options = {.key = firmware->key, .link_lost = firmware->link_lost};
+    const struct controller_options options = {.key = firmware->key};
     char text[128];
     firmware->has_network = network_start(&firmware->store);
     if (!firmware->has_network) {

@@ -32,8 +32,6 @@ static bool read_u8(void *ctx, const char *key, uint8_t *value) {
 
 void firmware_read_choices(struct firmware *firmware) {
     struct channels *channels = &firmware->channels;
-    firmware->link_lost = LINK_LOST_DEFAULT;
-    (void)read_u8(firmware, NVS_LINK_LOST, &firmware->link_lost);
     firmware->access_open = ACCESS_OPEN_DEFAULT;
     (void)read_u8(firmware, NVS_ACCESS_OPEN, &firmware->access_open);
     lines_init(&firmware->lines, &firmware->pins, &firmware->store);

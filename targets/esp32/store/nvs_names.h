@@ -21,8 +21,6 @@ enum { HTTP_NAMES_MIN = 1, HTTP_NAMES_MAX = 63 };
 
 #define NVS_ACCESS_OPEN "access_open"
 enum { ACCESS_OPEN_DEFAULT = 0 };
-#define NVS_LINK_LOST "link_lost"
-enum { LINK_LOST_DEFAULT = 1 };
 #define NVS_DOOR_INPUT "in_door"
 enum { DOOR_INPUT_DEFAULT = 255 };
 #define NVS_HOLD_INPUT "in_hold"

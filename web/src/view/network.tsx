@@ -6,7 +6,7 @@ import { findNetworks, joinNetwork, type Joined, type Network } from "../flash/p
 import { hasWebSerial } from "../link/serial";
 import { LinkError } from "../link/transport";
 import { setValue, valueOf } from "../storage/board";
-import { TABLES, type StoredNumber, type StoredText } from "../tables";
+import { TABLES, type StoredText } from "../tables";
 import { Button, Card, Check, Field, Notice } from "./parts";
 import { BoardChoice } from "./pins";
 import { StorageBar } from "./storage";
@@ -19,7 +19,6 @@ const TITLES: Record<string, string> = {
   access_key: "Access key of network clients",
   http_names: "Local names of the page",
 };
-const CHOICES = ["Finish the received lines", "Feed hold", "Stop (reset)"];
 
 /** Bytes, as the controller counts them; "" when it is good. */
 function textProblem(row: StoredText, text: string): string {
@@ -45,7 +44,6 @@ export function NetworkTab(): JSX.Element {
             <TextField key={row.key} row={row} />
           ))}
           <Check label="Show passwords" checked={shown.value} onChange={(on) => (shown.value = on)} />
-          <LinkLost row={TABLES.storage.number.find((entry) => entry.key === "link_lost")!} />
         </Card>
       </div>
       <div class="w5 stack">
@@ -79,20 +77,6 @@ function TextField({ row }: { row: StoredText }): JSX.Element {
 /** Two constants and not an expression: the types of the view know each kind of input by itself. */
 function kind(row: StoredText): { type: "password" } | { type: "text" } {
   return row.secret && !shown.value ? { type: "password" } : { type: "text" };
-}
-
-function LinkLost({ row }: { row: StoredNumber }): JSX.Element {
-  return (
-    <Field label="If the client in control disconnects" hint="A lost connection does not by itself stop motion in progress.">
-      <select class="input" value={Number(valueOf(row.key) ?? row.default)} onChange={(event) => setValue(row.key, Number(event.currentTarget.value))}>
-        {CHOICES.map((text, value) => (
-          <option key={text} value={value}>
-            {text}
-          </option>
-        ))}
-      </select>
-    </Field>
-  );
 }
 
 const network = signal("");
