@@ -16,6 +16,7 @@
 #include "machine/realtime.h"
 #include "machine/report.h"
 #include "machine/reset.h"
+#include "machine/run_up.h"
 #include "machine/sender.h"
 #include "machine/servo.h"
 #include "machine/spindle_sync.h"
@@ -87,6 +88,9 @@ uint32_t machine_wait_us(const struct machine *machine) {
     uint32_t least = quiet < timer ? quiet : timer;
     uint32_t aim = timer_left_us(machine, &machine->outputs.aim_time);
     uint32_t motors = motors_wait_us(machine);
+    uint32_t run_up = run_up_wait_us(machine);
+    if (run_up < least)
+        least = run_up;
     if (aim < least)
         least = aim;
     if (motors > 0 && motors < least)

@@ -144,6 +144,12 @@ struct settings {
     float shaper_damping[AXIS_COUNT];
     /** $200..$205 [mm] 0..1000: Pull-off of the axis' second motor from its own switch; 0 = $27. */
     float second_pull_off_mm[AXIS_COUNT];
+    /** $340 [%] 0..50: With a spindle encoder ($88), the program waits for this tolerance around S; 0 = off. */
+    uint8_t at_speed_pct;
+    /** $394 [s] 0..60: The program waits this long after the spindle starts or S changes by more than 10 %. */
+    float spindle_on_delay_s;
+    /** $539 [s] 0..60: The program waits this long after the spindle stops, and before it is reversed. */
+    float spindle_off_delay_s;
 };
 
 /** $N of each setting. A per-axis one is X's, the others follow: SETTING_MAX_RATE_MM_MIN + axis. */
@@ -214,6 +220,9 @@ enum setting_number {
     SETTING_SHAPER_HZ = 180,
     SETTING_SHAPER_DAMPING = 190,
     SETTING_SECOND_PULL_OFF_MM = 200,
+    SETTING_AT_SPEED_PCT = 340,
+    SETTING_SPINDLE_ON_DELAY_S = 394,
+    SETTING_SPINDLE_OFF_DELAY_S = 539,
 };
 
 /** What follows from a setting: the column `affects`. */
@@ -231,6 +240,6 @@ enum setting_effect {
 };
 
 /** Rows of the table (a per-axis row stands for six settings), and settings in all on six axes. */
-enum { SETTINGS_ROW_COUNT = 66, SETTINGS_COUNT = 106 };
+enum { SETTINGS_ROW_COUNT = 69, SETTINGS_COUNT = 109 };
 
 #endif

@@ -75,4 +75,7 @@ const struct setting_row setting_rows[SETTINGS_ROW_COUNT] = {
     {180, FIELD(shaper_hz), SETTING_TYPE_FLOAT, AXIS_COUNT, 2, STATUS_BAD_NUMBER, 5, 200, 40, 0x001},
     {190, FIELD(shaper_damping), SETTING_TYPE_FLOAT, AXIS_COUNT, 3, STATUS_BAD_NUMBER, 0, 0.5F, 0.05F, 0x001},
     {200, FIELD(second_pull_off_mm), SETTING_TYPE_FLOAT, AXIS_COUNT, 3, STATUS_BAD_NUMBER, 0, 1000, 0, 0x080},
+    {340, FIELD(at_speed_pct), SETTING_TYPE_U8, 1, 0, STATUS_BAD_NUMBER, 0, 50, 0, 0x004},
+    {394, FIELD(spindle_on_delay_s), SETTING_TYPE_FLOAT, 1, 1, STATUS_BAD_NUMBER, 0, 60, 0, 0x004},
+    {539, FIELD(spindle_off_delay_s), SETTING_TYPE_FLOAT, 1, 1, STATUS_BAD_NUMBER, 0, 60, 0, 0x004},
 };

@@ -110,4 +110,7 @@ const struct nvs_key nvs_keys[SETTINGS_COUNT] = {
     {203, NVS_FLOAT, "hm_pull2_a"},
     {204, NVS_FLOAT, "hm_pull2_b"},
     {205, NVS_FLOAT, "hm_pull2_c"},
+    {340, NVS_U8, "at_speed"},
+    {394, NVS_FLOAT, "spin_on"},
+    {539, NVS_FLOAT, "spin_off"},
 };
