@@ -104,7 +104,8 @@ uint32_t machine_wait_us(const struct machine *machine) {
  * the task side, the count last (release). */
 bool machine_poll_motion(struct machine *machine) {
     bool rested = !machine->drive.step.active;
-    prep_tend_beam(&machine->drive.prep);
+    if (!machine->edges.estop)
+        prep_tend_beam(&machine->drive.prep);
     bool any = motors_poll(machine) && prep_poll(&machine->drive.prep);
     if (rested && machine->drive.step.active) {
         machine->drive.started_us = hal_time_us(machine->hal);

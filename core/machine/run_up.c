@@ -111,7 +111,7 @@ enum run_up_state run_up_poll(struct machine *machine) {
     if (run_up->checks)
         state = run_up_look(machine, left);
     if (state == RUN_UP_DONE) /* a wait that `!` ends early is due again after the next `~` */
-        run_up->due = run_up->checks = run_up->wait.on = false;
+        run_up_forget(run_up);
     return state;
 }
 

@@ -60,6 +60,11 @@ void run_up_report_miss(struct machine *machine);
 /** The return waits. @param least_us  where no setting says how long */
 void run_up_return(struct machine *machine, uint32_t least_us);
 
+/** A reset or an alarm: nobody waits any more. */
+static inline void run_up_forget(struct machine_run_up *run_up) {
+    run_up->due = run_up->checks = run_up->wait.on = false;
+}
+
 /** Is the return's wait over? */
 enum run_up_state run_up_poll(struct machine *machine);
 

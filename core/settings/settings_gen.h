@@ -144,11 +144,11 @@ struct settings {
     float shaper_damping[AXIS_COUNT];
     /** $200..$205 [mm] 0..1000: Pull-off of the axis' second motor from its own switch; 0 = $27. */
     float second_pull_off_mm[AXIS_COUNT];
-    /** $340 [%] 0..50: With a spindle encoder ($88), the program waits for this tolerance around S; 0 = off. */
+    /** $340 [%] 0..50: With a spindle encoder ($88), the program waits until S is within this; 0 = off. */
     uint8_t at_speed_pct;
-    /** $394 [s] 0..60: The program waits this long after the spindle starts or S changes by more than 10 %. */
+    /** $394 [s] 0..60: The program waits so long after the spindle starts or S changes by more than 10 %. */
     float spindle_on_delay_s;
-    /** $539 [s] 0..60: The program waits this long after the spindle stops, and before it is reversed. */
+    /** $539 [s] 0..60: The program waits so long after the spindle stops, and before it is reversed. */
     float spindle_off_delay_s;
 };
 
