@@ -44,6 +44,11 @@ void hal_digital_set(struct hal *hal, uint8_t bits);
  */
 void hal_motors_set(struct hal *hal, bool on, bool invert);
 
+/** [isr] E-stop: drivers and spindle are off when this returns, and no task was needed; coolant and the rest
+ * follow by a task.
+ * @param invert  $4, as of hal_motors_set() @param dark  the PWM's register without a pulse */
+void hal_estop(struct hal *hal, bool invert, uint16_t dark);
+
 /** Limit and home switches: level of the line, 1 = high ($5 says what it means; a home line that the board
  * file calls active high comes the other way round, so that $5 fits both kinds). */
 struct hal_switches {

@@ -105,6 +105,10 @@ static void take_switches(struct machine *machine, struct switch_lines waited) {
     /* In the interrupt, not in the poll that reports it: the machine stops also when every task is late. */
     if (edges->estop || edges->hard_limit)
         step_halt(&machine->drive.step);
+    if (edges->estop) { /* not for a limit: the motors hold the position, as Grbl's do */
+        hal_estop(machine->hal, machine->motors.inverted, machine->drive.prep.timing.pwm.dark);
+        edges->cuts++;
+    }
     for (unsigned motor = 0; motor < MOTOR_COUNT; motor++)
         if (edges->latch[motor] != 0)
             latch_switches(machine, motor, homing_of(machine, waited, motor));

@@ -17,6 +17,7 @@ struct machine_edges {
     int32_t mark[MOTOR_COUNT][AXIS_COUNT]; /* steps, where the line closed that waits */
     int32_t at[MOTOR_COUNT][AXIS_COUNT];   /* steps, where latched */
     volatile bool hard_limit, estop;       /* seen, motion is halted */
+    volatile uint8_t cuts;                 /* times that the e-stop has switched the motors off; wraps */
 };
 
 /** Motion is halted: what was seen is over, and no switch is looked for. */

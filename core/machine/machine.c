@@ -16,6 +16,7 @@
 #include "machine/realtime.h"
 #include "machine/report.h"
 #include "machine/reset.h"
+#include "machine/run_up.h"
 #include "machine/sender.h"
 #include "machine/servo.h"
 #include "machine/spindle_sync.h"
@@ -78,6 +79,9 @@ uint32_t machine_wait_us(const struct machine *machine) {
     uint32_t least = quiet < timer ? quiet : timer;
     uint32_t aim = timer_left_us(machine, &machine->outputs.aim_time);
     uint32_t motors = motors_wait_us(machine);
+    uint32_t run_up = run_up_wait_us(machine);
+    if (run_up < least)
+        least = run_up;
     if (aim < least)
         least = aim;
     if (motors > 0 && motors < least)
@@ -91,7 +95,8 @@ uint32_t machine_wait_us(const struct machine *machine) {
  * the task side, the count last (release). */
 bool machine_poll_motion(struct machine *machine) {
     bool rested = !machine->drive.step.active;
-    prep_tend_beam(&machine->drive.prep);
+    if (!machine->edges.estop)
+        prep_tend_beam(&machine->drive.prep);
     bool any = motors_poll(machine) && prep_poll(&machine->drive.prep);
     if (rested && machine->drive.step.active) {
         machine->drive.started_us = hal_time_us(machine->hal);

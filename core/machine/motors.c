@@ -18,8 +18,15 @@ static bool stands(const struct machine *machine) {
     return !segment_queue_is_pending(&machine->drive.motion.queue) && step_is_resting(&machine->drive.step);
 }
 
+/* By the e-stop, from its edge to the reset behind its release. */
+static bool are_cut(const struct machine *machine) {
+    return machine->edges.estop || machine->inputs.estop || machine->life.alarm == ALARM_ESTOP;
+}
+
 static bool wanted(const struct machine *machine, uint32_t now_us) {
     const struct machine_motors *motors = &machine->motors;
+    if (are_cut(machine))
+        return false;
     if (!stands(machine) || stay_on(machine))
         return true;
     return motors->on && machine->life.state != MACHINE_SLEEP &&
@@ -31,11 +38,17 @@ static void put_out(struct machine *machine, bool on) {
     motors->on = on;
     motors->inverted = machine->settings.enable_invert;
     hal_motors_set(machine->hal, on, motors->inverted);
+    if (on && machine->edges.cuts != motors->cuts) /* meanwhile */
+        hal_motors_set(machine->hal, false, motors->inverted);
 }
 
 bool motors_poll(struct machine *machine) {
     struct machine_motors *motors = &machine->motors;
     uint32_t now_us = hal_time_us(machine->hal);
+    const uint8_t cuts = machine->edges.cuts;
+    if (cuts != motors->cuts) /* the e-stop's interrupt has switched them off */
+        motors->on = false;
+    motors->cuts = cuts;
     bool on = wanted(machine, now_us);
     /* A driver needs time between enable and the first step (motors_wake_us); until then no batch is cut
      * into spans. */

@@ -14,6 +14,7 @@ enum { FIRST_MOTOR, SECOND_MOTOR, MOTOR_COUNT };
 struct machine_motors {
     bool on, inverted;             /* as put out: $4 */
     bool awake;                    /* since they were switched on */
+    uint8_t cuts;                  /* of machine_edges.cuts, seen */
     axis_mask_t held[MOTOR_COUNT]; /* [task] homing: these wait for the other one */
     int32_t ahead[AXIS_COUNT];     /* [task] steps of the second motor beyond the first one, from square */
     uint32_t moved_us, woken_us;   /* when something moved last; when they were switched on */

@@ -5,6 +5,7 @@
 #include "machine/laser.h"
 #include "machine/parts.h"
 #include "machine/report.h"
+#include "machine/run_up.h"
 
 static bool spindle_is_on(const struct machine *machine) {
     const struct machine_outputs *outputs = &machine->outputs;
@@ -32,6 +33,7 @@ static void put_spindle(struct machine *machine) {
     machine->outputs.shown_rpm = rpm;
     laser_apply(machine, on && laser, spindle_factor(machine));
     hal_spindle_set(machine->hal, &spindle);
+    run_up_note(machine, spindle.direction, machine->outputs.rpm);
 }
 
 float outputs_rpm(const struct machine *machine) {
@@ -79,6 +81,7 @@ static void leave_mode(struct machine *machine) {
 
 void outputs_poll(struct machine *machine) {
     struct machine_outputs *outputs = &machine->outputs;
+    run_up_tend(machine);
     if (outputs->spindle != SPINDLE_OFF && outputs->laser != machine->settings.laser_mode)
         leave_mode(machine);
     if (!machine->settings.laser_mode || outputs->spindle == SPINDLE_OFF)

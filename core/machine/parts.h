@@ -19,6 +19,7 @@
 #include "machine/place.h"
 #include "machine/probe.h"
 #include "machine/report.h"
+#include "machine/run_up.h"
 #include "machine/sender.h"
 #include "machine/spindle_sync.h"
 #include "machine/state.h"
@@ -43,6 +44,7 @@ struct machine {
     struct machine_clock clock;
     struct machine_overrides overrides;
     struct machine_outputs outputs;
+    struct machine_run_up run_up;
     struct machine_ports ports;
     struct machine_motor_current motor_current;
     struct machine_motors motors;

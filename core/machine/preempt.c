@@ -15,6 +15,8 @@
 #include "machine/outputs.h"
 #include "machine/parts.h"
 #include "machine/report.h"
+#include "machine/reset.h"
+#include "machine/run_up.h"
 #include "machine/state.h"
 #include "machine/suspend.h"
 #include "machine/timer.h"
@@ -43,9 +45,9 @@ static bool can_pause(const struct machine *machine) {
     case TASK_LOCKED:
         return false;
     default:
-        /* M66 waits for an input at this place; a tool in a thread cannot leave it; and M53 P0 forbids
-         * holds. */
-        return !machine->task.input_awaited && !machine->spindle_sync.cutting &&
+        /* M66 waits for an input at this place, and the spindle comes to speed here; a tool in a thread
+         * cannot leave it; and M53 P0 forbids holds. */
+        return machine->task.awaits == AWAIT_NOTHING && !machine->spindle_sync.cutting &&
                (machine->interp.gcode.modal.overrides & OVERRIDE_HOLD) != 0;
     }
 }
@@ -173,12 +175,10 @@ void preempt_know_coolant(struct machine_host *host, uint8_t bits, uint8_t coola
 
 static void restore_outputs(struct machine *machine) {
     struct host_suspended *job = &machine->host.job;
-    bool starts = job->spindle != SPINDLE_OFF && job->spindle != machine->outputs.spindle;
     outputs_set(machine, job->spindle, job->rpm, job->coolant);
     interp_set_tools(&machine->interp, job->modal_spindle, job->modal_rpm, job->modal_coolant);
     motor_current_set_digital(machine, job->digital);
-    timer_start(machine, &machine->clock.timer,
-                starts && !machine->settings.laser_mode ? SPINDLE_RUN_UP_US : 0);
+    run_up_return(machine, RUN_UP_DOOR_US);
     job->step = HOST_JOB_RESTORES;
 }
 
@@ -244,9 +244,16 @@ bool preempt_poll(struct machine *machine) {
         return false;
     if (job->step == HOST_JOB_BRAKES)
         return hand_over(machine);
-    if (!goes(machine) || timer_runs(machine, &machine->clock.timer) ||
-        !host_queue_is_empty(&machine->host.queue) || !machine_is_standing(machine))
+    if (!goes(machine) || !host_queue_is_empty(&machine->host.queue) || !machine_is_standing(machine))
         return false;
+    const enum run_up_state spindle = run_up_poll(machine);
+    if (spindle == RUN_UP_WAITS)
+        return false;
+    if (spindle == RUN_UP_MISSED) {
+        run_up_report_miss(machine);
+        reset_alarm(machine, ALARM_SPINDLE);
+        return true;
+    }
     job->step = HOST_JOB_RETURNS;
     if (go_leg(machine))
         return true;

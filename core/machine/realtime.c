@@ -21,6 +21,8 @@ static void toggle_spindle_stop(struct machine *machine) {
         outputs->spindle == SPINDLE_OFF)
         return;
     outputs_stop_spindle(&machine->outputs, !outputs->spindle_stopped);
+    if (outputs->spindle_stopped) /* while it runs up: `~` is asked for again */
+        suspend_stop_restoring(&machine->suspend);
     if (!outputs->spindle_stopped)
         report_message(machine, "Restoring spindle");
 }

@@ -9,6 +9,7 @@
 #include "machine/overrides.h"
 #include "machine/parts.h"
 #include "machine/report.h"
+#include "machine/run_up.h"
 #include "machine/spindle_sync.h"
 #include "machine/square.h"
 #include "machine/state.h"
@@ -46,6 +47,7 @@ static void stop(struct machine *machine) {
     square_cut_off(machine);
     motors_release(machine);
     spindle_sync_forget(&machine->spindle_sync);
+    run_up_forget(&machine->run_up);
     timer_start(machine, &machine->clock.timer, 0);
 }
 

@@ -11,6 +11,7 @@
 #include "machine/preempt.h"
 #include "machine/report.h"
 #include "machine/reset.h"
+#include "machine/run_up.h"
 #include "machine/spindle_sync.h"
 #include "machine/state.h"
 #include "machine/timer.h"
@@ -50,11 +51,6 @@ void suspend_enable(struct machine *machine, uint8_t overrides) {
 /* From hold or door back to what was. With anything under way it is a program that runs, from this moment on:
  * a line that waited must not find an idle machine in between. */
 static void go_on(struct machine *machine) {
-    if (machine->outputs.spindle_stopped) {
-        outputs_stop_spindle(&machine->outputs, false);
-        report_message(machine, "Restoring spindle");
-        outputs_apply(machine);
-    }
     sender_is_there(&machine->client);
     state_go(machine, EVENT_RESUME);
     preempt_resume(machine);
@@ -64,12 +60,23 @@ static void go_on(struct machine *machine) {
 
 /* A laser needs no time to run up, and shines only when the motion continues (outputs_poll()). */
 static void restore_outputs(struct machine *machine) {
-    const struct machine_outputs *outputs = &machine->outputs;
-    bool runs_up = outputs->spindle != SPINDLE_OFF && !machine->settings.laser_mode;
     outputs_suspend(&machine->outputs, false, true);
     machine->suspend.restores = true;
     outputs_apply(machine);
-    timer_start(machine, &machine->clock.timer, runs_up ? SPINDLE_RUN_UP_US : 0);
+    run_up_return(machine, RUN_UP_DOOR_US);
+}
+
+/* Out of a plain hold, in which 0x9E may have stopped the spindle: without a setting Grbl does not wait. */
+static void restore_spindle(struct machine *machine) {
+    if (machine->outputs.spindle_stopped) {
+        outputs_stop_spindle(&machine->outputs, false);
+        report_message(machine, "Restoring spindle");
+        outputs_apply(machine);
+    }
+    run_up_return(machine, 0);
+    machine->suspend.restores = machine->outputs.coolant_waits || run_up_poll(machine) != RUN_UP_DONE;
+    if (!machine->suspend.restores)
+        go_on(machine);
 }
 
 void suspend_end(struct machine *machine) {
@@ -81,7 +88,7 @@ void suspend_end(struct machine *machine) {
     if ((!door && machine->life.state != MACHINE_HOLD) || machine->suspend.restores)
         return;
     if (!door && !suspended)
-        go_on(machine);
+        restore_spindle(machine);
     else if (suspended && !(door && inputs_door_is_open(machine)))
         restore_outputs(machine);
 }
@@ -117,6 +124,14 @@ static bool restore_poll(struct machine *machine) {
     const struct machine_outputs *outputs = &machine->outputs;
     if (!machine->suspend.restores || timer_runs(machine, &machine->clock.timer))
         return false;
+    const enum run_up_state spindle = run_up_poll(machine);
+    if (spindle == RUN_UP_WAITS)
+        return false;
+    if (spindle == RUN_UP_MISSED) {
+        run_up_report_miss(machine);
+        reset_alarm(machine, ALARM_SPINDLE);
+        return true;
+    }
     if (outputs->coolant_waits) {
         outputs_suspend(&machine->outputs, false, false);
         outputs_apply(machine);

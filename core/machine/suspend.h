@@ -34,9 +34,6 @@ static inline bool suspend_take_hold(struct machine_suspend *suspend) {
     return waits;
 }
 
-/** Grbl's pause before a job continues behind a closed door. */
-#define SPINDLE_RUN_UP_US 4000000u
-
 /** Hold, door and jog cancel on their way. */
 bool suspend_poll(struct machine *machine);
 

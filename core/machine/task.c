@@ -21,6 +21,7 @@
 #include "machine/reach.h"
 #include "machine/report.h"
 #include "machine/reset.h"
+#include "machine/run_up.h"
 #include "machine/spindle_sync.h"
 #include "machine/state.h"
 #include "machine/stored_write.h"
@@ -29,7 +30,7 @@
 #include <math.h>
 
 #define DWELL_SLICE_S 0.02  /* a hold stops a dwell within this */
-#define AWAIT_SLICE_S 0.005 /* so do the inputs of M66 */
+#define AWAIT_SLICE_S 0.005 /* so does what it awaits */
 
 static bool is_arc(const struct gcode_move *move) {
     return move->motion == MOTION_ARC_CW || move->motion == MOTION_ARC_CCW;
@@ -162,16 +163,6 @@ static void set_port(struct machine *machine) {
         machine->board.analog->set(machine->hal, (unsigned)command->port, command->port_pct);
 }
 
-/* $93: behind M7 and M8 that have switched something on. */
-static enum task_stage wait_for_coolant(struct machine *machine, uint8_t before, enum task_stage next) {
-    const bool starts = (machine->outputs.coolant & ~before) != 0;
-    if (!starts || machine->settings.coolant_delay_s <= 0.0f)
-        return next;
-    machine->task.dwell_left_s = (double)machine->settings.coolant_delay_s;
-    machine->task.after_dwell = next;
-    return TASK_DWELLING;
-}
-
 /* All that a line switches. */
 static void switch_outputs(struct machine *machine) {
     const struct gcode_command *command = &machine->task.command;
@@ -195,11 +186,17 @@ void task_begin(struct machine *machine) {
     machine->task.stage = machine->task.command.tool_change ? TASK_TOOL : stage_of_outputs(machine);
 }
 
-/* M6: the operator changes the tool, and ~ continues. */
+/* M6: the operator changes the tool when the spindle is still, and ~ continues. */
 static enum task_stage stop_for_tool(struct machine *machine) {
+    const struct machine_outputs before = machine->outputs;
     if (machine->life.state == MACHINE_CHECK)
         return stage_of_outputs(machine);
     outputs_program(machine, SPINDLE_OFF, 0);
+    if (before.spindle != SPINDLE_OFF) {
+        const enum task_stage waits = await_outputs(machine, &before, TASK_TOOL);
+        if (waits != TASK_TOOL)
+            return waits;
+    }
     interp_set_tools(&machine->interp, SPINDLE_OFF, machine->interp.gcode.modal.spindle_rpm, 0);
     report_tool_change(machine);
     state_go(machine, EVENT_START);
@@ -210,13 +207,14 @@ static enum task_stage stop_for_tool(struct machine *machine) {
 /* M2 and M30 have set their modal state through command.next; M0 waits. */
 static enum task_stage end_flow(struct machine *machine) {
     if (machine->task.command.flow == FLOW_END) {
+        const struct machine_outputs before = machine->outputs;
         suspend_enable(machine, machine->task.command.next.overrides);
         overrides_reset(machine);
         outputs_program(machine, machine->task.command.next.spindle, machine->task.command.next.coolant);
         report_message(machine, "Pgm End");
         report_forget_coolant(&machine->reports);
         report_changed_offset(machine);
-        return TASK_NONE;
+        return await_outputs(machine, &before, TASK_NONE);
     }
     if (machine->task.command.flow == FLOW_OPTIONAL_PAUSE || machine->life.state == MACHINE_CHECK)
         return TASK_NONE;
@@ -256,6 +254,16 @@ static enum task_stage store(struct machine *machine) {
     return stage_of_move(machine);
 }
 
+static enum task_stage after_dwell(struct machine *machine) {
+    const bool missed = machine->task.awaits == AWAIT_SPINDLE;
+    machine->task.awaits = AWAIT_NOTHING;
+    if (!missed)
+        return machine->task.after_dwell;
+    run_up_report_miss(machine);
+    reset_alarm(machine, ALARM_SPINDLE);
+    return machine->task.stage;
+}
+
 /* Slice by slice, so that a hold can come between. */
 static enum task_stage dwell(struct machine *machine) {
     if (machine->life.state == MACHINE_CHECK)
@@ -267,11 +275,9 @@ static enum task_stage dwell(struct machine *machine) {
     /* The last slice is planned; the dwell is over when the step engine has waited it out. */
     if (machine->task.dwell_left_s <= 0.0 && !drive_rest_reached(machine))
         return TASK_DWELLING;
-    if (machine->task.dwell_left_s <= 0.0) {
-        machine->task.input_awaited = false;
-        return machine->task.after_dwell;
-    }
-    double slice_s = machine->task.input_awaited ? AWAIT_SLICE_S : DWELL_SLICE_S;
+    if (machine->task.dwell_left_s <= 0.0)
+        return after_dwell(machine);
+    double slice_s = machine->task.awaits != AWAIT_NOTHING ? AWAIT_SLICE_S : DWELL_SLICE_S;
     if (machine->task.dwell_left_s < slice_s)
         slice_s = machine->task.dwell_left_s;
     machine->task.dwell_left_s -= slice_s;
@@ -312,9 +318,12 @@ static enum task_stage stage_tool(struct machine *machine) {
 static enum task_stage stage_outputs(struct machine *machine) {
     if (!drive_rest_reached(machine))
         return TASK_OUTPUTS;
-    const uint8_t before = machine->outputs.coolant;
+    const enum task_stage turns_back = await_reversal(machine);
+    if (turns_back != TASK_NONE)
+        return turns_back;
+    const struct machine_outputs before = machine->outputs;
     switch_outputs(machine);
-    return wait_for_coolant(machine, before, stage_after_outputs(machine));
+    return await_outputs(machine, &before, stage_after_outputs(machine));
 }
 
 static enum task_stage stage_input(struct machine *machine) {

@@ -37,14 +37,21 @@ enum task_stage {
     TASK_STAGE_COUNT
 };
 
+/** What can end a dwell before its time. */
+enum task_await {
+    AWAIT_NOTHING,
+    AWAIT_INPUT,   /* M66 */
+    AWAIT_SPINDLE, /* $340; its time is the most that this may take */
+};
+
 /** The current line. */
 struct machine_task {
     enum task_stage stage;
     bool further;                 /* within this stage: carry it on again before anything else waits */
     struct gcode_command command; /* of the current line */
     double dwell_left_s;
-    bool input_awaited; /* the dwell is that of M66 and ends with its input */
-    bool input_before;  /* level of that input when it was last read: M66 may wait for an edge */
+    enum task_await awaits; /* the dwell ends with it */
+    bool input_before;      /* level of M66's input when it was last read: it may wait for an edge */
     enum task_stage after_dwell;
     struct arc arc;
     struct spline spline;
@@ -69,7 +76,8 @@ static inline void task_note_further(struct machine_task *task) {
 /** There is no present line. */
 static inline void task_forget(struct machine_task *task) {
     task->stage = TASK_NONE;
-    task->arc_pending = task->input_awaited = false;
+    task->arc_pending = false;
+    task->awaits = AWAIT_NOTHING;
 }
 
 /** Start the stages of machine->task.command. */

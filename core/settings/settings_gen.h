@@ -152,6 +152,12 @@ struct settings {
     uint8_t one_switch_mask;
     /** $210..$215 0..6: Second motor: driver of Y=2 Z=3 A=4 B=5 C=6, gone as an axis; 0 = as the board. */
     uint8_t second_motor[AXIS_COUNT];
+    /** $340 [%] 0..50: With a spindle encoder ($88), the program waits until S is within this; 0 = off. */
+    uint8_t at_speed_pct;
+    /** $394 [s] 0..60: The program waits so long after the spindle starts or S changes by more than 10 %. */
+    float spindle_on_delay_s;
+    /** $539 [s] 0..60: The program waits so long after the spindle stops, and before it is reversed. */
+    float spindle_off_delay_s;
 };
 
 /** $N of each setting. A per-axis one is X's, the others follow: SETTING_MAX_RATE_MM_MIN + axis. */
@@ -226,6 +232,9 @@ enum setting_number {
     SETTING_SECOND_PULL_OFF_MM = 200,
     SETTING_ONE_SWITCH_MASK = 206,
     SETTING_SECOND_MOTOR = 210,
+    SETTING_AT_SPEED_PCT = 340,
+    SETTING_SPINDLE_ON_DELAY_S = 394,
+    SETTING_SPINDLE_OFF_DELAY_S = 539,
 };
 
 /** What follows from a setting: the column `affects`. */
@@ -243,6 +252,6 @@ enum setting_effect {
 };
 
 /** Rows of the table (a per-axis row stands for six settings), and settings in all on six axes. */
-enum { SETTINGS_ROW_COUNT = 70, SETTINGS_COUNT = 115 };
+enum { SETTINGS_ROW_COUNT = 73, SETTINGS_COUNT = 118 };
 
 #endif

@@ -79,4 +79,7 @@ const struct setting_row setting_rows[SETTINGS_ROW_COUNT] = {
     {200, FIELD(second_pull_off_mm), SETTING_TYPE_FLOAT, AXIS_COUNT, 3, STATUS_BAD_NUMBER, 0, 1000, 0, 0x080},
     {206, FIELD(one_switch_mask), SETTING_TYPE_U8, 1, 0, STATUS_BAD_NUMBER, 0, 63, 0, 0x0C0},
     {210, FIELD(second_motor), SETTING_TYPE_U8, AXIS_COUNT, 0, STATUS_BAD_NUMBER, 0, 6, 0, 0x100},
+    {340, FIELD(at_speed_pct), SETTING_TYPE_U8, 1, 0, STATUS_BAD_NUMBER, 0, 50, 0, 0x004},
+    {394, FIELD(spindle_on_delay_s), SETTING_TYPE_FLOAT, 1, 1, STATUS_BAD_NUMBER, 0, 60, 0, 0x004},
+    {539, FIELD(spindle_off_delay_s), SETTING_TYPE_FLOAT, 1, 1, STATUS_BAD_NUMBER, 0, 60, 0, 0x004},
 };

@@ -31,7 +31,7 @@ struct net_stream {
     void *ctx;                        /* the transport's own */
     int fd;                           /* for poll() */
     uint64_t peer;                    /* tells addresses apart (base/lockout.h); 0: of no network */
-    bool local;                       /* a wire or a file of this machine: needs no key *     /
+    bool local;                       /* a wire or a file of this machine: needs no key */
     bool telnet;                      /* the other end may speak telnet: IAC sequences are negotiation */
 };
 

@@ -60,6 +60,14 @@ void hal_motors_set(struct hal *hal, bool on, bool invert) {
     hal->virtual_machine.outputs.enable_high = on == invert;
 }
 
+void hal_estop(struct hal *hal, bool invert, uint16_t dark) {
+    hal_motors_set(hal, false, invert);
+    hal_step_duty(&hal->step, dark);
+    hal->outputs_set.spindle_direction = 0;
+    hal->outputs_set.spindle_duty = dark;
+    put_out(hal);
+}
+
 static void servo_set(struct hal *hal, uint16_t pulse_us) {
     hal->virtual_machine.outputs.servo_us = pulse_us;
 }

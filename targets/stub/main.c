@@ -45,6 +45,12 @@ void hal_motors_set(struct hal *hal, bool on, bool invert) {
     (void)invert;
 }
 
+void hal_estop(struct hal *hal, bool invert, uint16_t dark) {
+    (void)hal;
+    (void)invert;
+    (void)dark;
+}
+
 /* Levels: with $5=0 a limit line that is low is a switch that is hit. */
 void hal_inputs_read(const struct hal *hal, struct hal_inputs *inputs) {
     (void)hal;

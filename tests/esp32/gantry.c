@@ -623,6 +623,89 @@ static void the_second_switch_is_a_hard_limit(void) {
     STANDS(HIGH_STEPS - 200, HIGH_STEPS);
 }
 
+/* ---- e-stop ---- */
+
+enum { CUT_CYCLES = 10 * CYCLES_PER_US }; /* through registers: the words that wait, and one more */
+
+static bool shows_off(enum switch_output output) {
+    const struct output_wire *wire = &hal.outputs.wire[output];
+    return wire->pin == NO_PIN || is_high(wire->pin, out) != wire->active_high;
+}
+
+static bool has(enum switch_output output) {
+    return hal.outputs.wire[output].pin != NO_PIN;
+}
+
+static bool drivers_are(bool on) {
+    bool all = true;
+    for (unsigned n = SWITCH_ENABLE; n <= SWITCH_ENABLE_LAST; n++)
+        all &= !has((enum switch_output)n) || shows_off((enum switch_output)n) != on;
+    return all;
+}
+
+static bool all_is_cut(void) {
+    return drivers_are(false) && shows_off(SWITCH_SPINDLE_ENABLE) && pwm.operators[0].timestamp[0].val == 0;
+}
+
+/* A spindle that turns, Y that moves, and motors that would stay on ($1=255). */
+static void work(void) {
+    set_up();
+    crooked(-2000, 0);
+    CHECK(strstr(send("$1=255\n"), "ok\r\n") != NULL && strstr(send("M3S500\n"), "ok\r\n") != NULL);
+    type("G91G1Y8F3000\n");
+    run_us(300000);
+    CHECK(drivers_are(true) && (!has(SWITCH_SPINDLE_ENABLE) || !shows_off(SWITCH_SPINDLE_ENABLE)));
+    CHECK(!has(SWITCH_SPINDLE_PWM) || pwm.operators[0].timestamp[0].val != 0);
+}
+
+static void an_estop_cuts_drivers_and_spindle_before_any_task(void) {
+    work();
+    const uint64_t edge = now;
+    drive(map.wire[SIGNAL_ESTOP].gpio, false);
+    take_edges();
+    CHECK(BOARD_STEP_ENGINE == BOARD_STEP_ENGINE_I2S || all_is_cut());
+    while (!all_is_cut() && now < edge + CUT_CYCLES)
+        pass(ACCESS_CYCLES);
+    CHECK(all_is_cut());
+    for (unsigned ms = 0; ms < 200; ms++) { /* and they stay off until a reset behind its release */
+        run_us(1000);
+        CHECK(all_is_cut());
+    }
+    CHECK(strstr(said, "ALARM:50\r\n") != NULL);
+    type("\x18");
+    run_us(200000);
+    CHECK(all_is_cut());
+    drive(map.wire[SIGNAL_ESTOP].gpio, true);
+    run_us(100000);
+    CHECK(all_is_cut());
+    type("\x18");
+    run_us(1000000);
+    CHECK(drivers_are(true) && shows_off(SWITCH_SPINDLE_ENABLE));
+}
+
+/* A hard limit keeps the position: the motors hold. */
+static void a_limit_cuts_no_driver(void) {
+    work();
+    CHECK(strstr(send("$21=1\n"), "ok\r\n") != NULL);
+    drive(motors[FIRST_Y].limit, false);
+    take_edges();
+    pass(CUT_CYCLES);
+    CHECK(drivers_are(true));
+    run_us(100000);
+    CHECK(strstr(said, "ALARM:1\r\n") != NULL && drivers_are(true));
+}
+
+/* The interrupt's word finds no room: the motion task's next round repeats it. */
+static void a_full_fifo_loses_no_cut(void) {
+    work();
+    for (unsigned n = 0; BOARD_STEP_ENGINE == BOARD_STEP_ENGINE_I2S && n < 2 * I2S_FIFO_WORDS; n++)
+        i2s_model_registers()->fifo_wr = hal.step.shifted | hal.step.i2s_lines;
+    drive(map.wire[SIGNAL_ESTOP].gpio, false);
+    take_edges();
+    run_us(2000);
+    CHECK(all_is_cut());
+}
+
 int main(void) {
     for (unsigned pin = 0; pin < PINS; pin++) {
         matrix[pin].is_gpio = pin < FIRST_JTAG || pin > FIRST_JTAG + 3;
@@ -637,5 +720,8 @@ int main(void) {
     a_reset_or_an_estop_at_any_moment_leaves_both_motors_stepping();
     a_motor_that_begins_to_wait_makes_its_last_pulse();
     the_second_switch_is_a_hard_limit();
+    an_estop_cuts_drivers_and_spindle_before_any_task();
+    a_limit_cuts_no_driver();
+    a_full_fifo_loses_no_cut();
     return report();
 }

@@ -87,8 +87,17 @@ def test_its_machine_is_a_profile_with_every_number(tmp_path: Path) -> None:
         "$0=4", "$1=255", "$3=1",  # X alone turns the other way
         "$20=1", "$21=1", "$22=1", "$23=1",  # X alone homes towards its negative end
         "$24=100.000", "$25=1200.000", "$26=250", "$27=2.500", "$44=4", "$45=3", "$46=0",
-        "$30=24000.000", "$31=0.000", "$33=5000", "$93=1.500",
+        "$30=24000.000", "$31=0.000", "$33=5000", "$93=1.500", "$394=2.500", "$539=3.000",
     }  # fmt: skip
+
+
+def test_a_wait_longer_than_ours_is_said(tmp_path: Path) -> None:
+    path = tmp_path / "slow.yaml"
+    path.write_text(ROUTER.read_text(encoding="utf-8").replace("spinup_ms: 2500", "spinup_ms: 90000"), encoding="utf-8")
+    imported = import_fluidnc(path)
+    assert imported.machine["spindle"]["on_delay_s"] == 60
+    said = [remark.why for remark in imported.remarks.of(Kind.CHANGED)]
+    assert "90 s; the controller waits at most 60 s" in said
 
 
 def test_nothing_of_the_router_is_lost_and_what_differs_is_said() -> None:

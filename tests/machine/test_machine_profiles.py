@@ -116,6 +116,12 @@ def test_pwm_and_the_delay_of_coolant(tmp_path: Path) -> None:
     assert "$93=1.500" in load(tmp_path, SMALL + text).settings_lines()
 
 
+def test_the_delays_of_a_spindle(tmp_path: Path) -> None:
+    text = "[spindle]\non_delay_s = 3\noff_delay_s = 4.5\nat_speed_pct = 5\n"
+    lines = load(tmp_path, SMALL + text).settings_lines()
+    assert {"$394=3.000", "$539=4.500", "$340=5"} <= set(lines)
+
+
 def test_a_rotary_axis_with_a_switch_has_a_cycle(tmp_path: Path) -> None:
     text = FULL.replace("[axis.a]\n", '[axis.a]\ntravel_deg = 180\nhome_at = "max"\n')
     assert load(tmp_path, text).settings()[46] == 8

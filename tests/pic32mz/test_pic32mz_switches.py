@@ -114,6 +114,37 @@ def test_estop(machine: Controller) -> None:
     assert machine.position()[0] == round(stood[0] / 250, 3)
 
 
+ESTOP_CUTS_US = 10.0
+
+
+@pytest.mark.parametrize("laser", [0, 1])
+def test_estop_cuts_drivers_and_spindle_in_its_interrupt(machine: Controller, laser: int) -> None:
+    """Before any task, and until a reset after its release, also with motors that would stay on ($1=255)."""
+    machine.send("$X")
+    machine.fine("$1=255", f"$32={laser}", "M3S1000", "G91G1X20F3000")
+    machine.run(0.2)
+    off = {machine.pin(f"enable_{axis}"): 1 for axis in "xyza"} | {machine.pin("spindle_pwm"): 0}
+    machine.chip.record_edges(True)
+    machine.chip.edges()
+    begin = machine.chip.cycles
+    machine.at(0.0, "estop", 0)
+    machine.run(1.0)
+    edges = machine.chip.edges()
+    for pin, level in off.items():
+        fallen = [cycle for cycle, moved, to in edges if moved == pin and to == level]
+        if pin == machine.pin("spindle_pwm") and not fallen:  # full power: the PWM is a level
+            continue
+        assert (fallen[0] - begin) / CPU_HZ * 1e6 < ESTOP_CUTS_US or pin == machine.pin("spindle_pwm")
+        assert machine.chip.level(pin) == level
+    assert "ALARM:50\r\n" in machine.heard
+    machine.realtime("\x18", 1.0)
+    assert all(machine.chip.level(pin) == level for pin, level in off.items())
+    machine.at(0.0, "estop", 1)
+    machine.run(0.1)
+    machine.realtime("\x18", 2.0)
+    assert machine.chip.level(machine.pin("enable_x")) == 0
+
+
 def test_probe_stops_where_it_touched(machine: Controller) -> None:
     """The reported position is the step at which the line closed, exact."""
     machine.send("$X")

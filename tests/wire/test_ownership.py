@@ -183,8 +183,8 @@ def test_nobody_else_may_be_taken_from_by_datagram(device: Device) -> None:
     assert statistics(device).malformed == 1
 
 
-def test_taking_needs_the_password(make_device: Callable[..., Device]) -> None:
-    device = make_device(password="secret")
+def test_taking_needs_the_key(make_device: Callable[..., Device]) -> None:
+    device = make_device(key="secret")
     client = device.connect(OTHER)
     assert reason(device, client, Take()) == Refusal.AUTHENTICATION
     assert owner(device) == NOBODY

@@ -29,6 +29,7 @@ OWNERS: dict[str, tuple[str, ...]] = {
     "clock": ("timer",),
     "overrides": ("overrides",),
     "outputs": ("laser", "outputs"),
+    "run_up": ("run_up",),
     "ports": ("servo", "motor_current"),
     "motor_current": ("motor_current",),
     "motors": ("motors",),

@@ -25,6 +25,7 @@ _VFDS = (
 )
 SPINDLES = (*TAKEN, *_REFUSED, *_VFDS, "nospindle", "no_spindle")
 _PWM_HZ = (50, 50_000)  # of $33
+_MAX_DELAY_S = 60.0  # of $394 and $539
 _QUIET = ("tool_num", "off_on_alarm", "disable_with_s0", "s0_with_disable")
 
 
@@ -84,10 +85,18 @@ def _read_spindle(kind: str, section: Section, facts: SpindleFacts, remarks: Rem
     if output:
         _read_pwm(section, facts, remarks)
     section.skip("speed_map", "pwm_hz")
-    for name in ("spinup_ms", "spindown_ms"):
-        if section.number(name):
-            why = "no wait for the spindle here: write G4 after M3 in the program"
-            remarks.lost(f"{section.path}.{name}", section.line_of(name), why)
+    _read_delays(section, facts, remarks)
+
+
+def _read_delays(section: Section, facts: SpindleFacts, remarks: Remarks) -> None:
+    """The program waits for them; a laser does not."""
+    for name, ours in (("spinup_ms", "on_delay_s"), ("spindown_ms", "off_delay_s")):
+        delay_s = (section.number(name) or 0) / 1000
+        if delay_s:
+            facts.spindle[ours] = min(delay_s, _MAX_DELAY_S)
+        if delay_s > _MAX_DELAY_S:
+            why = f"{delay_s:g} s; the controller waits at most {_MAX_DELAY_S:g} s"
+            remarks.changed(f"{section.path}.{name}", section.line_of(name), why)
 
 
 def _read_pwm(section: Section, facts: SpindleFacts, remarks: Remarks) -> None:

@@ -157,6 +157,9 @@ class Spindle(_Table):
     pwm_hz: Annotated[int | None, of("pwm_hz")] = None
     pwm_min_pct: Annotated[float | None, of("pwm_min_pct")] = None
     pwm_max_pct: Annotated[float | None, of("pwm_max_pct")] = None
+    on_delay_s: Annotated[float | None, of("spindle_on_delay_s")] = None
+    off_delay_s: Annotated[float | None, of("spindle_off_delay_s")] = None
+    at_speed_pct: Annotated[int | None, of("at_speed_pct")] = None
 
 
 class Coolant(_Table):

@@ -77,7 +77,7 @@ class Choice(_Strict):
 class Setting(_Strict):
     """One row of the table. `number` and `name` stand for six settings when `per_axis` is set."""
 
-    number: Annotated[int, Field(ge=0, le=255)]
+    number: Annotated[int, Field(ge=0, le=999)]
     name: Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]*$")]
     type: Literal["bool", "u8", "u16", "float"]
     unit: str

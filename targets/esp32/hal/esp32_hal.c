@@ -3,6 +3,7 @@
 #include "hal/chip_hal.h"
 
 #include "hal/hal.h"
+#include "hal/step_engine.h"
 
 #include "esp_timer.h"
 
@@ -14,6 +15,17 @@ uint32_t hal_time_us(const struct hal *hal) {
 void hal_probe_watch(struct hal *hal, bool high) {
     if (hal->step.probe_mask != 0)
         hal->step.probe_level = high ? hal->step.probe_mask : 0;
+}
+
+HAL_ISR void hal_estop(struct hal *hal, bool invert, uint16_t dark) {
+    const struct output_cut *cut = &hal->outputs.cut[invert];
+    GPIO.out_w1ts = cut->high[0];
+    GPIO.out_w1tc = cut->low[0];
+    GPIO.out1_w1ts.val = cut->high[1];
+    GPIO.out1_w1tc.val = cut->low[1];
+    if (hal->outputs.wire[SWITCH_SPINDLE_PWM].pin != NO_PIN)
+        hal_step_duty(&hal->step, dark);
+    step_engine_cut(&hal->step, cut->shifted_high, cut->shifted_low);
 }
 
 static void read_encoder(struct hal *hal, struct hal_encoder_state *out) {

@@ -148,6 +148,11 @@ HAL_ISR void step_engine_show(const struct step *step) {
         step_i2s_show(step->hal);
 }
 
+HAL_ISR void step_engine_cut(struct hal_step *hal, uint32_t high, uint32_t low) {
+    if (BY_I2S)
+        step_i2s_cut(hal, high, low);
+}
+
 bool step_engine_has_lost(void) {
     return BY_I2S && step_i2s_has_lost();
 }

@@ -40,6 +40,9 @@ void step_engine_hold(struct hal_step *hal, axis_mask_t first, axis_mask_t secon
  * made, the step interrupt does so. */
 void step_engine_show(const struct step *step);
 
+/** [e-stop's interrupt, motion is halted] These outputs of shift registers become high and low. */
+void step_engine_cut(struct hal_step *hal, uint32_t high, uint32_t low);
+
 /** [task] A word for the shift registers found no room: pulses may be missing. Once for each such fault. */
 bool step_engine_has_lost(void);
 

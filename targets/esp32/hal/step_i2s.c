@@ -110,12 +110,20 @@ bool step_i2s_init(struct hal_step *hal, const struct step_engine_board *board) 
     return true;
 }
 
+/* Again until nothing has changed meanwhile: the e-stop's interrupt may come between reading and writing, and
+ * its word must be the last one. */
 HAL_ISR void step_i2s_show(struct hal_step *hal) {
-    const uint32_t rest = step_i2s_rest(hal);
-    if (rest == hal->i2s_shown)
-        return;
-    step_i2s_put(rest, 1);
-    hal->i2s_shown = rest;
+    for (uint32_t rest; (rest = step_i2s_rest(hal)) != hal->i2s_shown;) {
+        step_i2s_put(rest, 1);
+        hal->i2s_shown = rest;
+    }
+}
+
+/* i2s_shown stays: should the FIFO be full, the motion task's next round writes the word again. */
+HAL_ISR void step_i2s_cut(struct hal_step *hal, uint32_t high, uint32_t low) {
+    (void)__atomic_fetch_or(&hal->shifted, high, __ATOMIC_RELAXED);
+    (void)__atomic_fetch_and(&hal->shifted, ~low, __ATOMIC_RELAXED);
+    step_i2s_put(step_i2s_rest(hal), 1);
 }
 
 bool step_i2s_has_lost(void) {

@@ -27,6 +27,10 @@ bool step_i2s_init(struct hal_step *hal, const struct step_engine_board *board);
 /** [motion task, no step interrupt comes] The other outputs as tasks have set them. */
 void step_i2s_show(struct hal_step *hal);
 
+/** [e-stop's interrupt, motion is halted] These outputs of the registers become high and low: behind the
+ * words that wait in the FIFO. */
+void step_i2s_cut(struct hal_step *hal, uint32_t high, uint32_t low);
+
 /** [task] The FIFO was full since it was asked last, so a word may have been lost. */
 bool step_i2s_has_lost(void);
 

@@ -5,6 +5,7 @@
 #define WIFICNC_ESP32_OUTPUTS_H
 
 #include "io/pin_map.h"
+#include "step_pins.h"
 #include "wires.h"
 
 #include <stdbool.h>
@@ -28,8 +29,15 @@ enum switch_output {
 
 enum { PUMP_HALF_WAVE_US = 1000, PUMP_HZ = 1000000 / (2 * PUMP_HALF_WAVE_US) };
 
+/** Levels of drivers and spindle when they are off, ready for an interrupt. */
+struct output_cut {
+    uint32_t high[PIN_BANKS], low[PIN_BANKS];
+    uint32_t shifted_high, shifted_low; /* outputs of shift registers */
+};
+
 struct outputs {
     struct output_wire wire[SWITCH_COUNT];
+    struct output_cut cut[2]; /* by $4 */
     bool pump_level;
     uint32_t *shifted; /* outputs of shift registers, hal_step.shifted */
 };

@@ -119,4 +119,7 @@ const struct nvs_key nvs_keys[SETTINGS_COUNT] = {
     {213, NVS_U8, "second_a"},
     {214, NVS_U8, "second_b"},
     {215, NVS_U8, "second_c"},
+    {340, NVS_U8, "at_speed"},
+    {394, NVS_FLOAT, "spin_on"},
+    {539, NVS_FLOAT, "spin_off"},
 };

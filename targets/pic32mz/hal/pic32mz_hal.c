@@ -9,6 +9,13 @@ uint32_t hal_time_us(const struct hal *hal) {
     return system_time_us();
 }
 
+void hal_estop(struct hal *hal, bool invert, uint16_t dark) {
+    outputs_motors(&hal->outputs, false, invert);
+    outputs_spindle(&hal->outputs, 0);
+    if (outputs_have_pwm(&hal->outputs))
+        hal_step_duty(&hal->step, dark);
+}
+
 void hal_probe_watch(struct hal *hal, bool high) {
     bool pin_high = high != hal->inputs.wire[INPUT_PROBE].active_high;
     if (hal->step.probe_mask != 0)
