@@ -15,7 +15,7 @@
 enum {
     ACCESS_SALT = 16,
     ACCESS_ROUNDS = 2000, /* of PBKDF2; with a made key none would be needed */
-    ACCESS_TRUSTED = 16
+    ACCESS_TRUSTED = 8
 };
 
 enum access_result {

@@ -88,3 +88,7 @@ void motors_hold(struct machine *machine, axis_mask_t first, axis_mask_t second)
 void motors_release(struct machine *machine) {
     motors_hold(machine, 0, 0);
 }
+
+void motors_keep_ahead(struct machine *machine, unsigned ax, int32_t steps) {
+    machine->motors.ahead[ax] = steps;
+}

@@ -32,6 +32,9 @@ uint32_t motors_wait_us(const struct machine *machine);
 /** Motors of axes with two that make no steps, from standstill to standstill. */
 void motors_hold(struct machine *machine, axis_mask_t first, axis_mask_t second);
 
+/** The gantry is square: so many steps is its second motor beyond the first one. [task] */
+void motors_keep_ahead(struct machine *machine, unsigned ax, int32_t steps);
+
 /** No one waits any more. Only while nothing moves. */
 void motors_release(struct machine *machine);
 

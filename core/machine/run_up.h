@@ -60,7 +60,7 @@ void run_up_report_miss(struct machine *machine);
 /** The return waits. @param least_us  where no setting says how long */
 void run_up_return(struct machine *machine, uint32_t least_us);
 
-/** A reset or an alarm: nobody waits any more. */
+/** A reset or an alarm: the wait ends. */
 static inline void run_up_forget(struct machine_run_up *run_up) {
     run_up->due = run_up->checks = run_up->wait.on = false;
 }

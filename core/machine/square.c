@@ -158,7 +158,7 @@ void square_back_off(struct machine *machine, int32_t steps[AXIS_COUNT]) {
 /* @param zero  own steps of the motors that are equally far */
 static void keep_ahead(struct machine *machine, unsigned ax, int32_t zero) {
     const struct homing *homing = &machine->homing;
-    machine->motors.ahead[ax] = homing->motor[SECOND_MOTOR][ax] - homing->motor[FIRST_MOTOR][ax] - zero;
+    motors_keep_ahead(machine, ax, homing->motor[SECOND_MOTOR][ax] - homing->motor[FIRST_MOTOR][ax] - zero);
 }
 
 void square_end(struct machine *machine) {

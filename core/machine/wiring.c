@@ -33,7 +33,7 @@ void wiring_apply(struct machine *machine) {
 /* @param from  the axis whose driver it is @param others  of so many axes no other one may have it */
 static enum status check_second(const struct machine *machine, unsigned axis, double from, unsigned others) {
     const struct hal_ganged *ganged = machine->board.ganged;
-    if (ganged == NULL || from >= AXIS_COUNT || (ganged->spare >> (unsigned)from & 1) == 0)
+    if (ganged == NULL || from >= (double)AXIS_COUNT || (ganged->spare >> (unsigned)from & 1) == 0)
         return STATUS_NO_SECOND_MOTOR;
     if ((ganged->fixed >> axis & 1) != 0)
         return STATUS_HAS_SECOND_MOTOR;
@@ -46,7 +46,7 @@ static enum status check_second(const struct machine *machine, unsigned axis, do
 }
 
 static bool is_second_motor(uint16_t number) {
-    return number >= SETTING_SECOND_MOTOR && number < SETTING_SECOND_MOTOR + AXIS_COUNT;
+    return number >= SETTING_SECOND_MOTOR && number < (uint16_t)SETTING_SECOND_MOTOR + (uint16_t)AXIS_COUNT;
 }
 
 enum status wiring_check(const struct machine *machine, uint16_t number, double value) {

@@ -99,8 +99,7 @@ def command(
     The first client that sends a line is the owner; all others see the answers. `$TAKE` takes control. A board
     with a PIC32MZ runs its real image, in a virtual chip; there all clients are at one serial port.
     """
-    the_board = load_board(board)
-    profile = load_machine(machine) if machine else None
+    the_board, profile = load_board(board), load_machine(machine) if machine else None
     check_axes(the_board, profile)
     settings = (*_of_profile(profile, store), *(parse_setting(line) for line in lines))
     page = parse_address(http, "--http", DEFAULT_HTTP_PORT) if http else None

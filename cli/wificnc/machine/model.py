@@ -77,7 +77,7 @@ MASKS: dict[str, Callable[[_Axis], bool | None]] = {
     "dir_invert_mask": lambda axis: axis.invert_direction,
     "step_invert_mask": lambda axis: axis.invert_step,
     "homing_dir_mask": lambda axis: None if axis.home_at is None else axis.home_at == "min",
-    "second_dir_invert_mask": lambda axis: axis.second and axis.second.invert_direction,
+    "second_dir_invert_mask": lambda axis: axis.second.invert_direction if axis.second else None,
     "one_switch_mask": lambda axis: (
         None if axis.second is None or axis.second.own_switch is None else not axis.second.own_switch
     ),

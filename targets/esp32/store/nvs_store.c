@@ -9,7 +9,8 @@
 static const char journal[] = "journal", stored[] = "stored";
 
 /* Key "stored": keys of the core, and settings by number, one bit each. */
-enum { CORE_KEYS = 16, NUMBERS = 256 };
+enum { CORE_KEYS = 16, NUMBERS = 1024 };
+_Static_assert((int)SETTINGS_NUMBER_MAX < (int)NUMBERS, "each setting has its bit");
 struct stored_list {
     uint8_t core[CORE_KEYS / 8], settings[NUMBERS / 8];
 };
