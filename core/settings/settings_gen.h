@@ -154,8 +154,7 @@ struct settings {
     uint8_t second_motor[AXIS_COUNT];
     /** $340 [%] 0..50: With a spindle encoder ($88), the program waits until S is within this; 0 = off. */
     uint8_t at_speed_pct;
-    /** $394 [s] 0..60: The program waits this long after the spindle starts or S changes by more than 10 %.
-     */
+    /** $394 [s] 0..60: The program waits this long after the spindle starts, or S changes by over 10 %. */
     float spindle_on_delay_s;
     /** $539 [s] 0..60: The program waits this long after the spindle stops, and before it is reversed. */
     float spindle_off_delay_s;

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
- * An emulated ESP32 with a gantry at its pins: motors and switches, the GPIO matrix, the registers that the firmware
- * uses, and the controller on it in virtual time. For gantry.c. */
+ * An emulated ESP32 with a gantry at its pins: motors and switches, the GPIO matrix, the registers that the
+ * firmware uses, and the controller on it in virtual time. For gantry.c. */
 #ifndef WIFICNC_TESTS_ESP32_GANTRY_CHIP_H
 #define WIFICNC_TESTS_ESP32_GANTRY_CHIP_H
 
