@@ -18,6 +18,7 @@ from wificnc.errors import Exit, UserError
 GROUPS: dict[str, dict[str, tuple[str, str]]] = {
     "Machine": {
         "discover": ("discover", "Find controllers on the network."),
+        "login": ("login", "Let this computer's programs command a controller in the network."),
         "status": ("status", "Show position and state, and why the machine is locked or held."),
         "home": ("home", "Run the homing cycle."),
         "unlock": ("unlock", "End an alarm without homing."),

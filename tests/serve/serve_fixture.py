@@ -29,12 +29,14 @@ def serve(tmp_path: Path) -> Iterator[Serve]:
             control: int | None = None,
             board: str = "host",
             settings: tuple[str, ...] = (),
+            key: str = "",
         ) -> Server:
             options = ServeOptions(
                 board=load_board(board),
                 tcp=Address("127.0.0.1", 0),
                 pty=tmp_path / "tty" if pty else None,
                 control=control,
+                key=key,
                 speed=speed,
                 settings=(*BASELINE, *settings),
             )
