@@ -23,8 +23,7 @@ void net_hub_init(struct net_hub *hub, const struct net_hub_sizes *sizes, const 
 
 /* ---- messages to clients ---- */
 
-/* An observer that does not read is disconnected; so is an owner, but much later. */
-static void say(struct net_hub *hub, struct net_client *client, const char *bytes, size_t count) {
+void net_hub_say(struct net_hub *hub, struct net_client *client, const char *bytes, size_t count) {
     size_t most = client == hub->owner ? 2 * hub->sizes.out : hub->sizes.out;
     if (!net_hub_is_open(client))
         return;
@@ -37,7 +36,7 @@ static void say(struct net_hub *hub, struct net_client *client, const char *byte
 void net_hub_say_message(struct net_hub *hub, struct net_client *client, const char *text) {
     char line[NET_MESSAGE_SIZE + sizeof "[MSG:]\r\n"];
     int size = snprintf(line, sizeof line, "[MSG:%s]\r\n", text);
-    say(hub, client, line, (size_t)size);
+    net_hub_say(hub, client, line, (size_t)size);
 }
 
 void net_hub_tell(struct net_hub *hub, const char *text) {
@@ -217,11 +216,10 @@ static bool is_take(const char *line, size_t size) {
 
 /* The owner's `$TAKE` is an empty line: like any line it is answered once, and it is true already. So is a
  * jog that was called off before its line was whole. */
-static void end_line(struct net_hub *hub, struct net_client *owner) {
+static void end_line(struct net_client *owner) {
     size_t size = owner->in.count - owner->whole;
     const char *line = size == 0 ? "" : net_queue_head(&owner->in) + owner->whole;
-    bool done = net_hub_is_trust(line, size) && net_hub_trust(hub, owner, line, size);
-    if (done || is_take(line, size) || (owner->called_off && net_line_is_jog(line, size)))
+    if (is_take(line, size) || (owner->called_off && net_line_is_jog(line, size)))
         net_queue_cut(&owner->in, owner->whole);
     owner->called_off = false;
 }
@@ -243,8 +241,14 @@ static void take_owners(struct net_hub *hub, struct net_client *client, char cha
     if (client->spoiled)
         hub->has_spoiled |= add_owners(hub, client, &(char){(char)NET_LINE_SPOILED}, 1);
     client->spoiled = false;
+    size_t size = client->in.count - client->whole;
+    if (line_ends && size > 0 &&
+        net_hub_answer_access(hub, client, net_queue_head(&client->in) + client->whole, size)) {
+        net_queue_cut(&client->in, client->whole);
+        return;
+    }
     if (line_ends) {
-        end_line(hub, client);
+        end_line(client);
         character = '\n';
     }
     if (add_owners(hub, client, &character, 1) && line_ends)
@@ -263,16 +267,14 @@ static void take_observers(struct net_hub *hub, struct net_client *client, char 
     size_t size = client->letters <= sizeof client->typed ? client->letters : 0;
     bool sound = !client->skips && !client->spoiled;
     bool takes = sound && is_take(client->typed, size);
-    bool trusts = sound && net_hub_is_trust(client->typed, size);
     bool empty = client->letters == 0 && !client->spoiled;
     client->letters = 0;
     client->skips = client->spoiled = false;
     if (takes) {
         net_hub_set_owner(hub, client);
         take_owners(hub, client, '\n', true);
-    } else if (trusts) {
-        bool done = net_hub_trust(hub, client, client->typed, size);
-        say(hub, client, done ? "ok\r\n" : "error:3\r\n", done ? 4 : 9);
+    } else if (sound && net_hub_answer_access(hub, client, client->typed, size)) {
+        return;
     } else if (!empty) {
         explain(hub, client);
     }
@@ -286,12 +288,12 @@ static void end_login(struct net_hub *hub, struct net_client *client, enum acces
         return;
     }
     client->locked = false;
-    say(hub, client, "ok\r\n", 4);
+    net_hub_say(hub, client, "ok\r\n", 4);
     net_hub_greet(hub, client);
 }
 
 static void log_in(struct net_hub *hub, struct net_client *client) {
-    if (!net_hub_is_login(client)) {
+    if (!net_hub_is_login(net_queue_head(&client->in), client->in.count)) {
         net_hub_say_message(hub, client, net_hub_locked_out);
         net_queue_free(&client->in);
         return;
@@ -313,7 +315,7 @@ static void take_locked(struct net_hub *hub, struct net_client *client, uint8_t 
             log_in(hub, client);
         return;
     }
-    if (net_line_is_realtime(byte) && !net_hub_is_login(client)) {
+    if (net_line_is_realtime(byte) && !net_hub_is_login(net_queue_head(&client->in), client->in.count)) {
         client->asks |= byte == '?';
         put_stop(hub, client, byte);
         return;
@@ -367,7 +369,7 @@ static void refuse_browser(struct net_hub *hub, struct net_client *client, bool 
     client->refused = true;
     hub->ops->event(hub->ctx, "refused: a web browser at the port for senders", client->name);
     if (reads_text)
-        say(hub, client, refusal, sizeof refusal - 1);
+        net_hub_say(hub, client, refusal, sizeof refusal - 1);
 }
 
 /* The first bytes are held until it is known whose they are. */
@@ -394,7 +396,7 @@ static void take_data(struct net_hub *hub, struct net_client *client, uint8_t by
     char reply[NET_TELNET_REPLY];
     size_t reply_count = 0;
     if (client->stream.telnet && net_telnet_take(&client->telnet, byte, reply, &reply_count) == 0)
-        say(hub, client, reply, reply_count);
+        net_hub_say(hub, client, reply, reply_count);
     else if (client->opened)
         take_byte(hub, client, byte);
     else
@@ -545,7 +547,7 @@ static void say_line(struct net_hub *hub, const char *line, size_t size) {
     bool report = net_line_begins(line, size, "<");
     for (struct net_client *client = hub->client; client < hub->client + NET_CLIENTS; client++)
         if (client->stream.ops != NULL && (report || !client->locked) && (!of_left || client->hears_left))
-            say(hub, client, line, size);
+            net_hub_say(hub, client, line, size);
 }
 
 static void say_rest(struct net_hub *hub) {

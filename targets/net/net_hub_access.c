@@ -39,11 +39,11 @@ static const char *trust(const struct net_hub *hub, const struct net_client *cli
                : "Too many trusted addresses: $TRUST=no at one of them makes room";
 }
 
-bool net_hub_is_trust(const char *line, size_t size) {
+static bool is_trust(const char *line, size_t size) {
     return net_line_commands(line, size, trust_line);
 }
 
-bool net_hub_trust(struct net_hub *hub, struct net_client *client, const char *line, size_t size) {
+static bool take_trust(struct net_hub *hub, struct net_client *client, const char *line, size_t size) {
     const char *word = line + TRUST_LENGTH, *refusal = "$TRUST is no, day or always";
     for (size_t i = 0; i < sizeof spans / sizeof spans[0]; i++) {
         if (!is_word(word, size - TRUST_LENGTH, spans[i].word))
@@ -67,8 +67,8 @@ void net_hub_tell_key(struct net_hub *hub, struct net_client *client) {
     net_hub_say_message(hub, client, text);
 }
 
-bool net_hub_is_login(const struct net_client *client) {
-    return net_line_commands(net_queue_head(&client->in), client->in.count, login_line);
+bool net_hub_is_login(const char *line, size_t size) {
+    return net_line_commands(line, size, login_line);
 }
 
 enum access_result net_hub_try_login(struct net_hub *hub, const struct net_client *client) {
@@ -89,5 +89,14 @@ bool net_hub_may_stop(struct net_hub *hub, struct net_client *client, uint8_t by
     }
     client->braked |= holds;
     hub->ops->event(hub->ctx, holds ? "holds the machine" : "stops the machine", client->name);
+    return true;
+}
+
+bool net_hub_answer_access(struct net_hub *hub, struct net_client *client, const char *line, size_t size) {
+    bool trusts = is_trust(line, size);
+    if (!trusts && !net_hub_is_login(line, size))
+        return false;
+    bool done = !trusts || take_trust(hub, client, line, size);
+    net_hub_say(hub, client, done ? "ok\r\n" : "error:3\r\n", done ? 4 : 9);
     return true;
 }

@@ -17,6 +17,9 @@ static inline bool net_hub_is_open(const struct net_client *client) {
 
 /* ---- net_hub.c ---- */
 
+/** An observer that does not read is disconnected; so is an owner, but much later. */
+void net_hub_say(struct net_hub *hub, struct net_client *client, const char *bytes, size_t count);
+
 void net_hub_say_message(struct net_hub *hub, struct net_client *client, const char *text);
 
 /** Notices for a client that may take control from now on. */
@@ -45,7 +48,7 @@ void net_hub_remove_client(struct net_hub *hub, struct net_client *client);
 
 /* ---- net_hub_access.c ---- */
 
-bool net_hub_is_login(const struct net_client *client);
+bool net_hub_is_login(const char *line, size_t size);
 
 /** @return ACCESS_WAIT: ask again, it is not its turn */
 enum access_result net_hub_try_login(struct net_hub *hub, const struct net_client *client);
@@ -57,9 +60,8 @@ bool net_hub_may_stop(struct net_hub *hub, struct net_client *client, uint8_t by
 /** The access key, to who has a cable to the controller. */
 void net_hub_tell_key(struct net_hub *hub, struct net_client *client);
 
-bool net_hub_is_trust(const char *line, size_t size);
-
-/** A line $TRUST= of a client that may command; it gets a message. @return false: refused */
-bool net_hub_trust(struct net_hub *hub, struct net_client *client, const char *line, size_t size);
+/** A login of who is in, or a line $TRUST=: answered immediately, also while the controller reads no line.
+ * @return false: it is another line */
+bool net_hub_answer_access(struct net_hub *hub, struct net_client *client, const char *line, size_t size);
 
 #endif

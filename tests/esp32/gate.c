@@ -268,7 +268,7 @@ static void a_trusted_address_needs_no_login_until_that_is_revoked(void) {
     start("s3cret!?");
     CHECK(come(0, false));
     send(0, "$LOGIN=s3cret!?\n$trust=day\n");
-    CHECK(strstr(wires[0].out, "trusted for a day") != NULL && strcmp(got, "\n") == 0);
+    CHECK(strstr(wires[0].out, "trusted for a day") != NULL && got_count == 0);
     CHECK(come(3, false) && come(1, false));
     round_trip();
     CHECK(!hub.client[1].locked && hub.client[2].locked);
@@ -284,7 +284,8 @@ static void a_trust_that_cannot_be_is_refused(void) {
     start("s3cret!?");
     CHECK(come(0, false) && come(1, true));
     send(0, "$LOGIN=s3cret!?\n$TRUST=week\n");
-    CHECK(strstr(wires[0].out, "no, day or always") != NULL && strcmp(got, "$TRUST=week\n") == 0);
+    CHECK(strstr(wires[0].out, "no, day or always") != NULL && strstr(wires[0].out, "error:3") != NULL &&
+          got_count == 0);
     CHECK(!access_may(&the_gate, 1));
     send(1, "$TRUST=day\n");
     CHECK(strstr(wires[1].out, "serial port") != NULL && strstr(wires[1].out, "error:3") != NULL);

@@ -182,7 +182,11 @@ def _open_tcp(target: NetworkTarget) -> SocketTransport:
     connection.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
     transport = SocketTransport(connection, name)
     if target.key:
-        transport.log_in(target.key)
+        try:
+            transport.log_in(target.key)
+        except BaseException:
+            transport.close()
+            raise
     return transport
 
 
