@@ -11,9 +11,9 @@
 enum nvs_type { NVS_U8, NVS_U16, NVS_FLOAT };
 
 struct nvs_key {
-    uint8_t number; /* of $N */
-    uint8_t type;   /* enum nvs_type */
-    char key[16];   /* at most 15 characters */
+    uint16_t number; /* of $N */
+    uint8_t type;    /* enum nvs_type */
+    char key[16];    /* at most 15 characters */
 };
 
 /** Ascending by number. */

@@ -8,8 +8,9 @@
 
 static const char journal[] = "journal", stored[] = "stored";
 
-/* Key "stored": keys of the core, and settings by number, one bit each. */
-enum { CORE_KEYS = 16, NUMBERS = 256 };
+/* Key "stored": keys of the core, and settings by number, one bit each. Firmware that knew no number above 255
+ * wrote a shorter list: the bits behind it are 0. */
+enum { CORE_KEYS = 16, NUMBERS = 1000 };
 struct stored_list {
     uint8_t core[CORE_KEYS / 8], settings[NUMBERS / 8];
 };
