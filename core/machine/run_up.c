@@ -41,7 +41,7 @@ void run_up_note(struct machine *machine, int direction, float rpm) {
         run_up->coasting = run_up->direction;
         timer_start(machine, &run_up->stops, us_of(machine->settings.spindle_off_delay_s));
     }
-    run_up->direction = direction;
+    run_up->direction = (int8_t)direction;
     run_up->rpm = rpm;
     if (direction == 0)
         run_up->due = false;

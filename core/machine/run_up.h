@@ -17,12 +17,12 @@
 
 /** How the spindle was switched last, and what nothing has waited for yet. */
 struct machine_run_up {
-    int direction;              /* as it is put out: 1 clockwise, -1 counterclockwise, 0 off */
-    int coasting;               /* where it turned before that */
-    float rpm;                  /* S of the newest change */
-    float waited_rpm;           /* S of the newest change that needs the delay */
+    int8_t direction;           /* as it is put out: 1 clockwise, -1 counterclockwise, 0 off */
+    int8_t coasting;            /* where it turned before that */
     bool due;                   /* nothing has waited for the newest change */
     bool checks;                /* the return waits for the measured speed, too */
+    float rpm;                  /* S of the newest change */
+    float waited_rpm;           /* S of the newest change that needs the delay */
     struct machine_timer turns; /* $394 */
     struct machine_timer stops; /* $539 */
     struct machine_timer near;  /* the measured speed has been within $340 since its start */

@@ -267,6 +267,18 @@ static void a_setting_that_nvs_has_dropped_is_damage(void) {
     }
 }
 
+/* Firmware that knew no number above 255 listed fewer. */
+static void a_shorter_list_counts(void) {
+    struct settings all = changed(6), found = changed(0);
+    start_empty();
+    check(store_save_settings(&store, &all), "not saved", -1);
+    entry_of("stored")->size = 2 + 256 / 8;
+    entry_of("spm_x")->type = entry_of("spin_on")->type = -2;
+    check(store_load_settings(&store, &found, 6, &lost) == STORE_DAMAGED && lost.count == 1 &&
+              lost.number[0] == 100,
+          "not what the list has", -1);
+}
+
 static void a_value_that_nvs_has_dropped_is_damage(void) {
     const uint8_t bytes[] = {1, 2, 3};
     uint8_t read[sizeof bytes];
@@ -334,6 +346,7 @@ int main(void) {
     a_value_out_of_range_is_damage();
     other_values_are_blobs();
     a_setting_that_nvs_has_dropped_is_damage();
+    a_shorter_list_counts();
     a_value_that_nvs_has_dropped_is_damage();
     a_list_that_is_lost_is_no_damage();
     what_is_stored_is_not_written_again();

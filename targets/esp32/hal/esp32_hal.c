@@ -4,6 +4,7 @@
 
 #include "hal/hal.h"
 #include "hal/step_engine.h"
+#include "io/output_cut.h"
 
 #include "esp_timer.h"
 
@@ -18,14 +19,21 @@ void hal_probe_watch(struct hal *hal, bool high) {
 }
 
 HAL_ISR void hal_estop(struct hal *hal, bool invert, uint16_t dark) {
-    const struct output_cut *cut = &hal->outputs.cut[invert];
-    GPIO.out_w1ts = cut->high[0];
-    GPIO.out_w1tc = cut->low[0];
-    GPIO.out1_w1ts.val = cut->high[1];
-    GPIO.out1_w1tc.val = cut->low[1];
+    const struct output_cut *drivers = &hal->outputs.drivers_off;
+    const struct output_wire *spindle = &hal->outputs.wire[SWITCH_SPINDLE_ENABLE];
+    struct output_cut cut;
+    for (unsigned bank = 0; bank < OUTPUT_BANKS; bank++) {
+        cut.high[bank] = invert ? drivers->low[bank] : drivers->high[bank];
+        cut.low[bank] = invert ? drivers->high[bank] : drivers->low[bank];
+    }
+    output_cut_add(&cut, spindle, !spindle->active_high);
+    GPIO.out_w1ts = cut.high[0];
+    GPIO.out_w1tc = cut.low[0];
+    GPIO.out1_w1ts.val = cut.high[1];
+    GPIO.out1_w1tc.val = cut.low[1];
     if (hal->outputs.wire[SWITCH_SPINDLE_PWM].pin != NO_PIN)
         hal_step_duty(&hal->step, dark);
-    step_engine_cut(&hal->step, cut->shifted_high, cut->shifted_low);
+    step_engine_cut(&hal->step, cut.high[SHIFTED_BANK], cut.low[SHIFTED_BANK]);
 }
 
 static void read_encoder(struct hal *hal, struct hal_encoder_state *out) {

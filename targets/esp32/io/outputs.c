@@ -4,6 +4,7 @@
 #include "gcode/gcode.h"
 #include "hal/spindle_pwm.h"
 #include "hal/step_i2s.h"
+#include "io/output_cut.h"
 #include "step_pins.h"
 
 #include "driver/gpio.h"
@@ -66,28 +67,13 @@ static bool start_servo(const struct output_wire *wire) {
     return ledc_timer_config(&timer) == ESP_OK && ledc_channel_config(&channel) == ESP_OK;
 }
 
-static void add_cut(struct output_cut *cut, const struct output_wire *wire, bool high) {
-    if (step_i2s_has(wire->pin))
-        *(high ? &cut->shifted_high : &cut->shifted_low) |= step_i2s_bit(wire->pin);
-    else if (wire->pin != NO_PIN)
-        (high ? cut->high : cut->low)[wire->pin / PIN_BANK_WIDTH] |= 1u << wire->pin % PIN_BANK_WIDTH;
-}
-
-static void prepare_cut(struct outputs *outputs, bool invert) {
-    const struct output_wire *wire = outputs->wire, *spindle = &wire[SWITCH_SPINDLE_ENABLE];
-    struct output_cut *cut = &outputs->cut[invert];
-    *cut = (struct output_cut){.shifted_high = 0};
-    for (unsigned output = SWITCH_ENABLE; output <= SWITCH_ENABLE_LAST; output++)
-        add_cut(cut, &wire[output], invert == wire[output].active_high);
-    add_cut(cut, spindle, !spindle->active_high);
-}
-
 bool outputs_init(struct outputs *outputs, const struct output_wire wire[SWITCH_COUNT], uint32_t *shifted) {
     outputs->shifted = shifted;
     for (unsigned output = 0; output < SWITCH_COUNT; output++)
         outputs->wire[output] = wire[output];
-    prepare_cut(outputs, false);
-    prepare_cut(outputs, true);
+    outputs->drivers_off = (struct output_cut){.high = {0}};
+    for (unsigned output = SWITCH_ENABLE; output <= SWITCH_ENABLE_LAST; output++)
+        output_cut_add(&outputs->drivers_off, &wire[output], !wire[output].active_high);
     outputs->pump_level = false;
     const struct output_wire *pwm = &outputs->wire[SWITCH_SPINDLE_PWM], *servo = &outputs->wire[SWITCH_SERVO];
     return (pwm->pin == NO_PIN || spindle_pwm_init(pwm)) && (servo->pin == NO_PIN || start_servo(servo));

@@ -4,8 +4,8 @@
 #ifndef WIFICNC_ESP32_OUTPUTS_H
 #define WIFICNC_ESP32_OUTPUTS_H
 
+#include "hal/pin_banks.h"
 #include "io/pin_map.h"
-#include "step_pins.h"
 #include "wires.h"
 
 #include <stdbool.h>
@@ -29,15 +29,16 @@ enum switch_output {
 
 enum { PUMP_HALF_WAVE_US = 1000, PUMP_HZ = 1000000 / (2 * PUMP_HALF_WAVE_US) };
 
-/** Levels of drivers and spindle when they are off, ready for an interrupt. */
+enum { OUTPUT_BANKS = PIN_BANKS + 1, SHIFTED_BANK = PIN_BANKS };
+
+/** Levels of outputs that are switched off, ready for an interrupt; the last bank is the shift registers'. */
 struct output_cut {
-    uint32_t high[PIN_BANKS], low[PIN_BANKS];
-    uint32_t shifted_high, shifted_low; /* outputs of shift registers */
+    uint32_t high[OUTPUT_BANKS], low[OUTPUT_BANKS];
 };
 
 struct outputs {
     struct output_wire wire[SWITCH_COUNT];
-    struct output_cut cut[2]; /* by $4 */
+    struct output_cut drivers_off; /* with $4 the other way round */
     bool pump_level;
     uint32_t *shifted; /* outputs of shift registers, hal_step.shifted */
 };

@@ -8,7 +8,8 @@
 
 static const char journal[] = "journal", stored[] = "stored";
 
-/* Key "stored": keys of the core, and settings by number, one bit each. */
+/* Key "stored": keys of the core, and settings by number, one bit each. Firmware that knew no number above
+ * 255 wrote a shorter list: the bits behind it are 0. */
 enum { CORE_KEYS = 16, NUMBERS = 1024 };
 _Static_assert((int)SETTINGS_NUMBER_MAX < (int)NUMBERS, "each setting has its bit");
 struct stored_list {

@@ -1,0 +1,22 @@
+/* SPDX-License-Identifier: MIT
+ * Where an output is in the banks of struct output_cut. */
+#ifndef WIFICNC_ESP32_OUTPUT_CUT_H
+#define WIFICNC_ESP32_OUTPUT_CUT_H
+
+#include "step_pins.h"
+
+#include "hal/step_i2s.h"
+#include "io/outputs.h"
+
+/** [any] This output, too, if it is wired. */
+static inline __attribute__((always_inline)) void output_cut_add(struct output_cut *cut,
+                                                                 const struct output_wire *wire, bool high) {
+    if (wire->pin == NO_PIN)
+        return;
+    const bool shifted = step_i2s_has(wire->pin);
+    const unsigned bank = shifted ? SHIFTED_BANK : wire->pin / PIN_BANK_WIDTH;
+    (high ? cut->high : cut->low)[bank] |=
+        shifted ? step_i2s_bit(wire->pin) : 1u << wire->pin % PIN_BANK_WIDTH;
+}
+
+#endif
