@@ -125,6 +125,8 @@ _NETWORK = """## 4. Connect it to the network
 ```
 wificnc wifi set "My network"      # over USB; asks for the password
 wificnc discover                   # wificnc-1a2b  tcp://192.168.1.20:23
+wificnc wifi status                # over USB: the access key, which the network needs
+wificnc login 192.168.1.20         # asks for it; for a day all programs of this computer may command
 ```
 
 Until then it opens its own network, `WiFiCNC-XXXX`, with the address 192.168.4.1.{ethernet} It prints its

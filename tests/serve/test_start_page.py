@@ -1,0 +1,67 @@
+"""A start page, followed literally: the storage image that it makes, in a machine of three axes on a board of six."""
+
+from __future__ import annotations
+
+import re
+import shlex
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from serve_peer import Peer
+from wificnc.app import root
+from wificnc.board.load import load_board
+from wificnc.build.checkout import checkout_root
+from wificnc.nvs.image import read_image
+from wificnc.nvs.values import NAMESPACE, setting_keys
+from wificnc.serve.options import Address, ServeOptions
+from wificnc.serve.server import Server
+
+BOARDS = ("esp32-wroom32", "esp32s3-devkitc")  # six axes
+
+
+def line_of(page: str, begin: str) -> list[str]:
+    """The words of a command that the page has."""
+    found = re.search(rf"^{re.escape(begin)}.*$", page, re.MULTILINE)
+    assert found, begin
+    return shlex.split(found[0], comments=True)
+
+
+def settings_of(image: Path) -> tuple[str, ...]:
+    """What the firmware would load."""
+    stored = read_image(image.read_bytes())
+    lines = []
+    for key in setting_keys():
+        value = stored.get(NAMESPACE, key.key)
+        if isinstance(value, int):
+            number = memoryview(value.to_bytes(4, "little")).cast("f")[0] if key.type == "float" else value
+            lines.append(f"${key.number}={number:g}")
+    return tuple(lines)
+
+
+@pytest.mark.parametrize("board_id", BOARDS)
+def test_a_machine_of_three_axes_homes_on_a_board_of_six(
+    board_id: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It once sought a switch of A, for 300 mm, and ended in ALARM:9."""
+    page = (checkout_root() / "docs" / "start" / f"{board_id}.md").read_text(encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    root.main(line_of(page, "wificnc nvs build")[1:], standalone_mode=False)
+    board, store = load_board(board_id), tmp_path / "kept"
+    assert len(board.axes) == 6
+    options = ServeOptions(board=board, tcp=Address("127.0.0.1", 0), control=0, store=store, speed=0.0)
+    with Server(replace(options, settings=settings_of(tmp_path / "nvs.bin"))):
+        pass  # $79 counts from the next start on
+    with (
+        Server(options) as server,
+        Peer.tcp(server.tcp or "") as sender,
+        Peer.tcp(server.control or "", line_end=b"\n") as hands,
+    ):
+        for axis, length in (("x", 425), ("y", 465), ("z", 80)):
+            hands.send(f"travel {axis} {-length} 5\n")
+            assert hands.line() == "ok"
+        for line in ("$21=1", "$22=1", "$H"):
+            assert sender.ask(line)[-1] == "ok", line
+        assert sender.status().split("|")[:2] == ["<Idle", "MPos:-5.000,-5.000,-5.000"]
+        hands.send("state\n")
+        assert [float(mm) for mm in hands.line().split()[1].split(",")[3:]] == [0.0] * 3, "A, B and C stay"
