@@ -160,7 +160,9 @@ static void check_it_still_works(struct device *device) {
     peers_run(&device->peers, 700);
     send_plain(device, WIRE_RESET);
     peers_run(&device->peers, 300);
-    (void)host_write(device->peers.host, "\n$X\n$20=0\n$110=500\n$100=250\n$120=10\n", 37);
+    /* $74: the steps of a host that says nothing after them are finished */
+    static const char settings[] = "\n$X\n$20=0\n$74=0\n$110=500\n$100=250\n$120=10\n";
+    (void)host_write(device->peers.host, settings, sizeof settings - 1);
     peers_run(&device->peers, 200);
     check_position(device);
     int32_t before = device->pulses[0];
