@@ -13,6 +13,7 @@ from grbl_host import HZ, Grbl
 from wificnc.wmc3.layout import (
     Ack,
     Authenticate,
+    Authenticated,
     ChannelOutputs,
     ConfigSave,
     ConfigSet,
@@ -138,7 +139,7 @@ class RemoteHosts(Grbl):
         reply = self._request(payload, address)
         if isinstance(reply, StreamOpened) and reply.refusal == Refusal.NONE:
             self._stream, self._next = reply.stream, 0
-        if isinstance(reply, Ack):
+        if isinstance(reply, (Ack, Authenticated)):
             self._jogs |= entry.name == "host_jog"
             return "done"
         if isinstance(reply, Refused):

@@ -130,7 +130,7 @@ class Packet(_WithFields):
     @property
     def only_asks(self) -> bool:
         """Anybody may send it in any state: it changes nothing, and its reply says how things are."""
-        return self.sender == "host" and self.reply not in ("", "ack") and "may" not in self.needs
+        return self.sender == "host" and self.reply not in ("", "ack", "authenticated") and "may" not in self.needs
 
     @property
     def channels(self) -> tuple[str, ...]:

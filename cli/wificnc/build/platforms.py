@@ -34,7 +34,7 @@ SYSTEMS = {
         macros=("-D_POSIX_C_SOURCE=200809L", "-D_DEFAULT_SOURCE"),
         # inside the library a function is what it says, so it may be inlined
         code_flags=("-fPIC", "-fno-semantic-interposition"),
-        link_flags=("-Wl,-Bsymbolic-functions",),  # ... and called without a look into a table
+        link_flags=(),
         libraries=("-lm",),
         library="libwificnc.so",
         program_suffix="",
