@@ -14,7 +14,8 @@ from wificnc.wmc3.device import Device
 from wificnc.wmc3.layout import State, Status
 
 RATES = ((100, 200), (110, 6000), (120, 500))
-SETTINGS = (*(f"${base + ax}={value}" for base, value in RATES for ax in range(3)), "$76=10")
+# $74: what HAL has commanded is finished when its script, and so the component, ends
+SETTINGS = (*(f"${base + ax}={value}" for base, value in RATES for ax in range(3)), "$74=0", "$76=10")
 # until pins of a component are: "pin value ..."; 1- is any value but 0
 WAIT = """#!/bin/sh
 name=$1
