@@ -249,7 +249,7 @@ def test_a_job_of_thousands_of_lines_while_strangers_reconnect(server: Server) -
         while not ending.is_set():
             with suppress(OSError):
                 crowd.append(connect_from(server, STRANGER))
-                crowd[-1].send_some(b"?G0X99\n!\x18")
+                crowd[-1].send_some(b"?G0X99\n\x18~")
             while len(crowd) > 200:
                 crowd.pop(0).close()
         for one in crowd:
