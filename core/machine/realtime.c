@@ -18,7 +18,7 @@
 static void toggle_spindle_stop(struct machine *machine) {
     const struct machine_outputs *outputs = &machine->outputs;
     if (action_may(machine, ACTION_SPINDLE_KEY, ACTOR_TEXT) != REFUSAL_NONE ||
-        outputs->spindle == SPINDLE_OFF)
+        outputs->spindle == SPINDLE_OFF || outputs->suspended)
         return;
     outputs_stop_spindle(&machine->outputs, !outputs->spindle_stopped);
     if (outputs->spindle_stopped) /* while it runs up: `~` is asked for again */

@@ -58,8 +58,17 @@ static void go_on(struct machine *machine) {
         state_go(machine, EVENT_START);
 }
 
+/* However 0x9E has stopped the spindle, no motion comes back without it. */
+static void end_spindle_stop(struct machine *machine) {
+    if (!machine->outputs.spindle_stopped)
+        return;
+    outputs_stop_spindle(&machine->outputs, false);
+    report_message(machine, "Restoring spindle");
+}
+
 /* A laser needs no time to run up, and shines only when the motion continues (outputs_poll()). */
 static void restore_outputs(struct machine *machine) {
+    end_spindle_stop(machine);
     outputs_suspend(&machine->outputs, false, true);
     machine->suspend.restores = true;
     outputs_apply(machine);
@@ -68,11 +77,8 @@ static void restore_outputs(struct machine *machine) {
 
 /* Out of a plain hold, in which 0x9E may have stopped the spindle: without a setting Grbl does not wait. */
 static void restore_spindle(struct machine *machine) {
-    if (machine->outputs.spindle_stopped) {
-        outputs_stop_spindle(&machine->outputs, false);
-        report_message(machine, "Restoring spindle");
-        outputs_apply(machine);
-    }
+    end_spindle_stop(machine);
+    outputs_apply(machine);
     run_up_return(machine, 0);
     machine->suspend.restores = machine->outputs.coolant_waits || run_up_poll(machine) != RUN_UP_DONE;
     if (!machine->suspend.restores)

@@ -266,13 +266,18 @@ def test_a_closed_door_waits_as_the_program(slow: Grbl) -> None:
     assert slow.state() == "Run" and slow.stands() != stood
 
 
-def stopped_in_hold(grbl: Grbl, delay: str = "") -> list[int]:
+def held(grbl: Grbl) -> list[int]:
     grbl.fine("M3S500")
     grbl.after(1.0, MOVE.replace("X-2", "X-100"))
     grbl.after(1.0, "!")
+    return grbl.stands()
+
+
+def stopped_in_hold(grbl: Grbl) -> list[int]:
+    stood = held(grbl)
     grbl.after(1.0, "\x9e")
     assert grbl.outputs().spindle_duty == 0
-    return grbl.stands()
+    return stood
 
 
 def test_a_spindle_stopped_in_a_hold_runs_up_first(slow: Grbl) -> None:
@@ -288,6 +293,31 @@ def test_without_a_delay_it_continues_immediately(grbl: Grbl) -> None:
     stood = stopped_in_hold(grbl)
     grbl.after(SLACK_S, "~")
     assert grbl.state() == "Run" and grbl.stands() != stood
+
+
+def test_a_spindle_stopped_in_a_hold_turns_again_behind_a_closed_door(slow: Grbl) -> None:
+    stopped_in_hold(slow)
+    slow.after(1.0, "\x84")
+    slow.after(0.5, "~")
+    assert slow.outputs().spindle_duty > 0
+    slow.after(ON_S)
+    assert slow.state() == "Run" and slow.outputs().spindle_duty > 0
+
+
+@pytest.mark.parametrize("keys", ["\x9e", "\x9e\x9e", ""])
+def test_a_lost_senders_spindle_turns_again_before_its_motion(slow: Grbl, keys: str) -> None:
+    """0x9E means nothing when the spindle is off already; and one that was off before comes back, too."""
+    slow.fine("$75=0.1")
+    stood = stopped_in_hold(slow) if not keys else held(slow)
+    slow.lose_sender()
+    slow.after(1.0)
+    for key in keys:
+        slow.after(0.1, key)
+    assert slow.outputs().spindle_duty == 0
+    slow.after(0.5, "~")
+    assert slow.outputs().spindle_duty > 0 and slow.stands() == stood
+    slow.after(ON_S)
+    assert slow.state() == "Run" and slow.outputs().spindle_duty > 0 and slow.stands() != stood
 
 
 def test_started_again_in_the_hold(slow: Grbl) -> None:
