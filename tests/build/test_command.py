@@ -102,6 +102,7 @@ def test_make_help_names_every_target(target: str) -> None:
     assert f"make {target} " in run.stdout
 
 
+@pytest.mark.slow
 def test_demo_simulates_and_draws(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     picture = tmp_path / "demo.png"
     with pytest.raises(SystemExit) as caught:

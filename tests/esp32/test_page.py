@@ -209,6 +209,7 @@ def test_silent_and_half_open_connections_make_room_in_time(files: list[Embedded
             one.close()
 
 
+@pytest.mark.slow
 def test_a_slow_reader_has_longer_than_a_silent_one(files: list[EmbeddedFile]) -> None:
     """A telephone on poor WiFi takes nothing for some seconds; half a file would be a page that does not start."""
     with serving_esp32(files=files) as ports, socket.socket() as slow:

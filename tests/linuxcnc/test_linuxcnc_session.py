@@ -10,6 +10,7 @@ from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from pathlib import Path
 
+import pytest
 from test_linuxcnc_config import MACHINE, SWITCH, fake_tool_change, hands, invoke
 from wificnc.board.load import load_board
 from wificnc.machine import load_machine
@@ -162,6 +163,7 @@ def follow(home: Path, is_done: Callable[[], bool]) -> None:
             time.sleep(0.01)
 
 
+@pytest.mark.slow
 def test_a_controller_that_is_held_and_loses_its_power(user_home: Path, as_user: Callable[..., str]) -> None:
     (user_home / "small.toml").write_text(MACHINE)
     config = user_home / "config"

@@ -21,6 +21,7 @@ from wificnc.board.load import find_boards, load_board
 from wificnc.wmc3.layout import Jog
 from wificnc.wmc3.packet import build
 
+pytestmark = pytest.mark.slow  # test_release_refused makes releases, too
 SETTINGS_AT, SETTINGS_SIZE = 0x9000, 0x6000  # nvs of targets/esp32/partitions.csv
 # Where each chip's ROM looks for the bootloader (ESP-IDF, "Bootloader"); the rest as in partitions.csv.
 OFFSETS = {

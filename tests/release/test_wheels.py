@@ -70,6 +70,7 @@ def check_wheel(data: bytes, pure: Path, name: str) -> None:
         assert modes == {0o100755}  # pip makes them executable
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", sorted(PLATFORMS))
 def test_a_wheel_is_the_package_with_two_files_more(dist: Path, name: str) -> None:
     """Here two files that are no programs."""

@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 from bridge import Bridge
 from playwright.sync_api import Locator, Page, expect
+from slow import slow_but
 from web_fixture import Watched, serving
 from wificnc.link.settings import read_file
 from wificnc.serve.options import Address
@@ -54,7 +55,7 @@ class Console:
                 return answers.readline().strip()
 
 
-@pytest.fixture(params=["socket", "serial"])
+@pytest.fixture(params=slow_but("socket".__eq__, ["socket", "serial"]))
 def link(
     request: pytest.FixtureRequest,
     built_page: Path,

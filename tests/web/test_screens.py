@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 from playwright.sync_api import Page, expect
+from slow import slow_but
 from web_fixture import DESKTOP, Watched
 from wificnc.serve.page import PageServer
 from wificnc.serve.server import Server
@@ -49,7 +50,7 @@ def broken_rules(page: Page) -> list[str]:
     return [f"{rule['id']}: {node['html'][:160]}" for rule in found["violations"] for node in rule["nodes"]]
 
 
-@pytest.mark.parametrize("look", LOOKS)
+@pytest.mark.parametrize("look", slow_but("light".__eq__, LOOKS))
 def test_every_tab(opened: Callable[..., Page], look: str) -> None:
     page = opened(look)
     page.click("#tab-job")
@@ -70,7 +71,7 @@ def test_every_tab(opened: Callable[..., Page], look: str) -> None:
 CAM = "%\nO1000 (BRACKET)\nT1 M6\nG21G90G0Z1\nG1X20Y10F300\nY0\nT2 M6\nG0X0\nM30\n%\n"
 
 
-@pytest.mark.parametrize("look", LOOKS)
+@pytest.mark.parametrize("look", slow_but("light".__eq__, LOOKS))
 def test_what_a_job_forbids(opened: Callable[..., Page], look: str) -> None:
     """The question before a lift; a job that waits for its tool, and what cannot be pressed meanwhile."""
     page = opened(look)
@@ -98,7 +99,7 @@ def test_what_a_job_forbids(opened: Callable[..., Page], look: str) -> None:
     expect(page.get_by_text("Change to tool T1")).to_have_count(0)
 
 
-@pytest.mark.parametrize("look", LOOKS)
+@pytest.mark.parametrize("look", slow_but("light".__eq__, LOOKS))
 def test_the_shapers_of_measured_waves(opened: Callable[..., Page], look: str) -> None:
     page = opened(look)
     page.click("#tab-settings")
@@ -126,7 +127,7 @@ STRONG = """canvas => {
 }"""
 
 
-@pytest.mark.parametrize("look", LOOKS)
+@pytest.mark.parametrize("look", slow_but("light".__eq__, LOOKS))
 def test_what_a_laser_burns(opened: Callable[..., Page], look: str) -> None:
     """The corners of a square: with constant power they are the darkest of the path, and the preflight says so."""
     page = opened(look, settings=("$32=1", "$30=1000", "$120=500", "$121=500"))
