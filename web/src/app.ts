@@ -13,6 +13,7 @@ const HELD = new Set(["Hold", "Door"]);
 
 export const controller = new Controller();
 export const job = new JobRunner(controller);
+controller.mayAsk = () => !job.active.peek();
 export const preflight = new PreflightRunner();
 
 /** Why no line may be sent now; "": one may. Hold, Resume, Reset and the overrides are bytes, and always go. */
@@ -110,6 +111,42 @@ export async function connectSocket(): Promise<void> {
 /** The link that was lost, once more. */
 export async function connectAgain(): Promise<void> {
   await (controller.isSerial ? connectSerial() : connectSocket());
+}
+
+/** Whether a lost link is tried again by itself. */
+export const reconnects = signal(false);
+/** What was missed: for how long, and what became of the job that was being sent. */
+export const reconnected = signal<{ lost_s: number; job: string } | null>(null);
+
+const TRY_AGAIN_MS = [500, 1000, 2000, 4000];
+
+effect(() => {
+  if (controller.link.value === "lost" && !reconnects.peek()) queueMicrotask(() => void tryAgain());
+});
+
+/** A link that opens shows the controller's state again; nothing is sent and nothing continues by itself. */
+async function tryAgain(): Promise<void> {
+  const lostAt = Date.now();
+  const job_ended = job.state.peek() === "lost" ? job.why.peek() : "";
+  reconnects.value = true;
+  reconnected.value = null;
+  for (let n = 0; reconnects.peek() && controller.link.peek() === "lost"; n++) {
+    await new Promise((resolve) => setTimeout(resolve, TRY_AGAIN_MS[Math.min(n, TRY_AGAIN_MS.length - 1)]));
+    if (!reconnects.peek() || controller.link.peek() !== "lost") break;
+    await reopen().catch(() => {});
+  }
+  reconnects.value = false;
+  if (controller.link.peek() === "open") reconnected.value = { lost_s: Math.round((Date.now() - lostAt) / 1000), job: job_ended };
+}
+
+/** Without a question to the user: a serial port that was allowed before, or the address of this page. */
+async function reopen(): Promise<void> {
+  if (!controller.isSerial) return connectSocket();
+  const ports = await navigator.serial.getPorts();
+  const allowed = port.value ?? (ports.length === 1 ? ports[0]! : null); // of several it could be another machine's
+  if (!allowed) return undefined;
+  port.value = allowed;
+  return controller.connect(new SerialTransport(allowed));
 }
 
 /** A port for the loader: the console lets go of it first. Rejects with a LinkError; null: no one picked one. */

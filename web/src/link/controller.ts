@@ -7,6 +7,7 @@ import { AXES, TABLES, alarmWords, errorWords, settingsOf, type RealtimeName } f
 import { checkLine } from "./line";
 import { LineSplitter, parse, receiveBuffer, type Message, type Status } from "./messages";
 import { LineQueue, SMALLEST_BUFFER, type Answer } from "./queue";
+import { changedBy, isQuestion, QUESTIONS, type Question } from "./questions";
 import { LinkError, type Transport } from "./transport";
 
 export type LinkState = "closed" | "opening" | "open" | "lost";
@@ -30,6 +31,8 @@ const FIRST_WORD_MS = 6000;
 
 const HELD = new Set(["Hold", "Door"]);
 const MOVING = new Set(["Run", "Jog", "Home"]);
+/** States in which Grbl answers every question. */
+const ANSWERS_IN = new Set(["Idle", "Alarm"]);
 const OBSERVER = /^Observer: | is in control$/;
 const NOBODY = /^No client is in control/;
 const LOCKED = /^(Locked: log in|Wrong access key|Too many wrong)/;
@@ -73,6 +76,8 @@ export class Controller {
   readonly needsReset = signal(false);
   /** The program waits for this tool (M6); null: for none. */
   readonly awaitedTool = signal<number | null>(null);
+  /** It has started again, and not because this page has reset it. */
+  readonly restarted = signal(false);
   /** A homing line is under way: Grbl gives no reports then. */
   readonly homing = signal(false);
   /** Axes that this page has seen homed, and nothing since that could have moved them unseen. */
@@ -110,6 +115,9 @@ export class Controller {
   /** The controller has started again, or the connection was closed: what was under way is void. */
   onBreak: (what: "reset" | "lost" | "closed") => void = () => {};
 
+  /** Whether the page may put questions of its own: not between the lines of a job. */
+  mayAsk: () => boolean = () => true;
+
   /** The link now, or the last one. */
   isSerial = false;
 
@@ -122,17 +130,24 @@ export class Controller {
   private waitsForReport = false;
   private entries = 0;
   private resetAsked = false;
+  /** What is not known, or may have changed; and the state in which the controller did not say it. */
+  private readonly unknown = new Set<Question>();
+  private refusedIn = "";
+  private asking = false;
+  private reportAsked = false;
   private firstWord: (() => void) | null = null;
 
   /** Open a link and get to know the controller. Rejects with a LinkError. */
   async connect(transport: Transport): Promise<void> {
     await this.disconnect();
+    const [before, why] = [this.link.value, this.lostWhy.value];
     this.begin(transport);
     const firstWord = this.hearFirstWord();
     try {
-      await transport.open({ bytes: (data) => this.hear(data), lost: (why) => this.lose(why) });
+      await transport.open({ bytes: (data) => this.hear(data), lost: (reason) => this.lose(reason) });
     } catch (error) {
-      this.link.value = "closed";
+      this.lostWhy.value = why;
+      this.link.value = before === "lost" ? "lost" : "closed";
       throw error;
     }
     this.transport = transport;
@@ -145,7 +160,7 @@ export class Controller {
         "Check that WiFiCNC is installed on this board (Install tab), or try another port.",
       );
     }
-    await this.getToKnow();
+    await this.catchUp();
   }
 
   async disconnect(): Promise<void> {
@@ -174,7 +189,8 @@ export class Controller {
     const homes = text.startsWith("$H");
     if (homes) this.homing.value = true;
     if (forgetsHome(text)) this.homed.value = "";
-    const answer = await this.ask(text);
+    const answer = await this.ask(text, false);
+    this.learn(text, answer);
     if (homes) this.homing.value = false;
     if (homes && answer.kind === "ok") this.homed.value += this.homesAxes(text);
     return answer;
@@ -182,7 +198,7 @@ export class Controller {
 
   /** A password is bytes for the network's door, which takes them before the controller sees any. */
   async login(key: string): Promise<boolean> {
-    return (await this.ask(`$LOGIN=${key}`)).kind === "ok";
+    return (await this.ask(`$LOGIN=${key}`, false)).kind === "ok";
   }
 
   /** The machine has come to rest: two reports in a row from one place. Rejects when it is held, locked or gone. */
@@ -204,9 +220,9 @@ export class Controller {
     });
   }
 
-  private ask(text: string): Promise<Answer> {
+  private ask(text: string, quiet: boolean): Promise<Answer> {
     return new Promise((resolve) => {
-      this.queue.put({ text, settle: resolve });
+      this.queue.put({ text, quiet, settle: resolve });
       this.flush();
     });
   }
@@ -231,11 +247,47 @@ export class Controller {
 
   /** Read all settings, offsets and modes again. */
   async getToKnow(): Promise<void> {
-    for (const line of ["$I", "$$", "$#", "$G"]) {
-      if (!this.commands.value) return;
-      const answer = await this.post(line, false);
-      if (answer.kind === "lost") return;
+    this.doubt(QUESTIONS);
+    await this.catchUp();
+  }
+
+  /** The terminal shows the next report. */
+  askForReport(): void {
+    this.reportAsked = true;
+    this.realtime("STATUS");
+  }
+
+  private doubt(questions: readonly Question[]): void {
+    for (const question of questions) this.unknown.add(question);
+    if (questions.length > 0) this.refusedIn = "";
+  }
+
+  /** Ask what is not known: of a machine at rest, and when no one else's lines are under way. */
+  private async catchUp(): Promise<void> {
+    if (this.asking) return;
+    this.asking = true;
+    for (const question of QUESTIONS) {
+      if (!this.unknown.has(question) || !this.mayAskNow()) continue;
+      this.learn(question, await this.ask(question, true));
     }
+    this.asking = false;
+  }
+
+  private mayAskNow(): boolean {
+    const state = this.state.peek();
+    if (!this.commands.peek() || this.needsReset.peek() || !ANSWERS_IN.has(state) || state === this.refusedIn) return false;
+    return this.queue.idle && this.mayAsk();
+  }
+
+  private learn(text: string, answer: Answer): void {
+    if (!isQuestion(text)) {
+      this.doubt(changedBy(text));
+      return;
+    }
+    if (answer.kind === "ok") {
+      this.unknown.delete(text);
+      if (text === "$$") this.settings.value = settingsIn(answer.said);
+    } else if (answer.kind === "error") this.refusedIn = this.state.peek();
   }
 
   note(from: LogEntry["from"], text: string, bad = false): void {
@@ -258,8 +310,10 @@ export class Controller {
       this.status.value = this.alarm.value = this.awaitedTool.value = null;
       this.settings.value = new Map();
       this.homed.value = "";
+      this.restarted.value = false;
       this.version.value = this.options.value = this.modes.value = "";
     });
+    this.doubt(QUESTIONS);
     this.isSerial = transport.isSerial;
     this.splitter = new LineSplitter();
     this.queue.forget();
@@ -314,18 +368,23 @@ export class Controller {
     });
     this.flush();
     this.onRoom();
+    void this.catchUp();
   }
 
   private take(text: string, message: Message): void {
+    const isFirst = this.firstWord !== null;
     if (message.kind !== "other") this.firstWord?.();
     if (message.kind === "status") {
+      if (this.reportAsked) this.note("controller", text);
+      this.reportAsked = false;
       this.takeStatus(message.status);
       return;
     }
+    const quiet = this.queue.answersQuietly;
     if (message.kind === "ok" || message.kind === "error") {
       const mine = this.queue.answer(message.kind === "ok" ? null : message.code);
       if (mine) this.role.value = "owner";
-      if (message.kind === "error" && mine) this.note("controller", `${text}  ${errorWords(message.code)}`, true);
+      if (message.kind === "error" && mine && !quiet) this.note("controller", `${text}  ${errorWords(message.code)}`, true);
       return;
     }
     if (message.kind === "alarm") {
@@ -335,19 +394,21 @@ export class Controller {
       this.note("controller", `${text}  ${alarmWords(message.code)}`, true);
       return;
     }
+    if (!quiet || (message.kind === "bracket" && message.key === "MSG")) this.note("controller", text);
     if (message.kind === "setting") this.settings.value = new Map(this.settings.value).set(message.number, message.value);
-    else this.note("controller", text);
-    if (message.kind === "banner") this.takeBanner();
+    if (message.kind === "banner") this.takeBanner(isFirst);
     else if (message.kind === "bracket") this.takeBracket(message.key, message.body);
     this.queue.hear(text);
   }
 
-  private takeBanner(): void {
+  private takeBanner(isFirst: boolean): void {
     if (!this.resetAsked) this.homed.value = ""; // it may have been without power
+    if (!this.resetAsked && !isFirst) this.restarted.value = true;
     this.resetAsked = false;
     this.alarm.value = this.awaitedTool.value = null;
     this.needsReset.value = this.waitsForReport = false;
     this.askedAt = 0; // what was reported is old
+    this.doubt(QUESTIONS);
     this.queue.forget();
     this.onBreak("reset");
   }
@@ -356,7 +417,7 @@ export class Controller {
     this.waitsForReport = false;
     this.status.value = status;
     if (!HELD.has(status.state)) this.awaitedTool.value = null;
-    if (status.wco) this.wco.value = status.wco;
+    if (status.wco) this.takeOffset(status.wco);
     if (status.overrides) {
       this.overrides.value = status.overrides;
       this.accessories.value = status.accessories ?? "";
@@ -364,6 +425,12 @@ export class Controller {
     if (status.state === "Alarm" || status.state === "Sleep") this.homed.value = "";
     if (status.state !== "Alarm") this.alarm.value = null;
     this.onReport(status);
+  }
+
+  /** Another offset than before: whoever changed it, the offsets and the work system may be others, too. */
+  private takeOffset(wco: number[]): void {
+    if (String(wco) !== String(this.wco.peek())) this.doubt(["$#", "$G"]);
+    this.wco.value = wco;
   }
 
   private takeBracket(key: string, body: string): void {
@@ -391,6 +458,11 @@ export class Controller {
     this.queue.forget();
     this.onBreak("lost");
   }
+}
+
+function settingsIn(said: readonly string[]): Map<number, string> {
+  const rows = said.map(parse).filter((message) => message.kind === "setting");
+  return new Map(rows.map(({ number, value }) => [number, value]));
 }
 
 /** After this line the machine's position may not be what homing made it. */

@@ -7,6 +7,8 @@
 export interface Queued {
   /** Without its line end; no real-time bytes. */
   text: string;
+  /** Asked by the page itself: what it answers is not for the terminal. */
+  quiet?: boolean;
   /** The controller has answered, or never will. */
   settle(answer: Answer): void;
 }
@@ -37,6 +39,11 @@ export class LineQueue {
 
   get backlog(): number {
     return this.waiting.length;
+  }
+
+  /** Whether what is heard now belongs to a line that nobody typed. */
+  get answersQuietly(): boolean {
+    return this.underWay[0]?.line.quiet ?? false;
   }
 
   put(line: Queued): void {

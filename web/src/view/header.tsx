@@ -1,7 +1,20 @@
 /** The top of the page: the link, the state, and what stops the machine, always in reach. */
 import type { JSX } from "preact";
 import { useSignal } from "@preact/signals";
-import { attempt, connectAgain, connectSerial, connectSocket, controller, failure, served, theme, toggleTheme } from "../app";
+import {
+  attempt,
+  connectAgain,
+  connectSerial,
+  connectSocket,
+  controller,
+  failure,
+  job,
+  reconnected,
+  reconnects,
+  served,
+  theme,
+  toggleTheme,
+} from "../app";
 import { hasWebSerial } from "../link/serial";
 import { alarmWords, settingNumber } from "../tables";
 import { Button, Dialog, Notice } from "./parts";
@@ -41,7 +54,7 @@ export function Header(): JSX.Element {
 
 function StateChip(): JSX.Element {
   const status = controller.status.value;
-  if (!controller.connected.value || !status) return <span class="chip">Not connected</span>;
+  if (!controller.connected.value || !status) return <span class="chip" data-test="state">Not connected</span>;
   const state = controller.state.value;
   const kind = controller.silent.value ? "" : (STATE_KIND[state] ?? "");
   return (
@@ -51,13 +64,29 @@ function StateChip(): JSX.Element {
   );
 }
 
+/** States in which something goes on, or waits to. */
+const UNDER_WAY = new Set(["Run", "Hold", "Door", "Jog", "Home"]);
+
+function isUnderWay(): boolean {
+  return job.active.value || UNDER_WAY.has(controller.state.value);
+}
+
 function LinkButton(): JSX.Element {
   const asks = useSignal(false);
+  const leaves = useSignal(false);
+  const leave = (): void => void attempt(() => controller.disconnect());
   if (controller.connected.value)
     return (
-      <Button title={`Connected to ${controller.linkName.value}`} onClick={() => void attempt(() => controller.disconnect())}>
-        Disconnect
-      </Button>
+      <>
+        <Button
+          title={`Connected to ${controller.linkName.value}`}
+          onClick={() => (isUnderWay() && controller.role.value !== "observer" ? (leaves.value = true) : leave())}
+          testId="disconnect"
+        >
+          Disconnect
+        </Button>
+        {leaves.value && <LeaveDialog onClose={() => (leaves.value = false)} onLeave={leave} />}
+      </>
     );
   return (
     <>
@@ -66,6 +95,32 @@ function LinkButton(): JSX.Element {
       </Button>
       {asks.value && <ConnectDialog onClose={() => (asks.value = false)} />}
     </>
+  );
+}
+
+const LOST_JOB = settingNumber("sender_lost");
+/** What the controller does with a job whose sender is gone, by $74. */
+const WITHOUT_SENDER = [
+  "It finishes the lines that it has, and then stands still.",
+  "It slows down to a feed hold, and its spindle stops.",
+  "It stops, and discards what it has.",
+];
+
+function LeaveDialog({ onClose, onLeave }: { onClose: () => void; onLeave: () => void }): JSX.Element {
+  const then = WITHOUT_SENDER[Number(controller.settings.value.get(LOST_JOB) ?? NaN)];
+  return (
+    <Dialog title="Disconnect while the machine is at work?" onClose={onClose}>
+      <p>
+        The rest of the job is not sent, and this page cannot hold or stop the machine until it is connected again.{" "}
+        {then && `The controller then does what $${LOST_JOB} says: ${then}`}
+      </p>
+      <div class="row">
+        <Button kind="danger" onClick={() => (onClose(), onLeave())} testId="disconnect-anyway">
+          Disconnect
+        </Button>
+        <Button onClick={onClose}>Stay connected</Button>
+      </div>
+    </Dialog>
   );
 }
 
@@ -100,11 +155,11 @@ function ConnectDialog({ onClose }: { onClose: () => void }): JSX.Element {
 
 /** Hold, resume and reset: on every tab, and at the bottom of a phone. */
 function Safety(): JSX.Element {
-  const on = controller.commands.value;
+  const [on, linked] = [controller.commands.value, controller.connected.value]; // everyone may stop the machine
   const state = controller.state.value;
   return (
     <div class="safety" role="group" aria-label="Stop the machine">
-      <Button kind="warn" icon="hold" disabled={!on} title="Feed hold: slow down and wait (!)" onClick={() => controller.realtime("HOLD")} testId="hold">
+      <Button kind="warn" icon="hold" disabled={!linked} title="Feed hold: slow down and wait (!)" onClick={() => controller.realtime("HOLD")} testId="hold">
         Hold
       </Button>
       <Button
@@ -117,7 +172,7 @@ function Safety(): JSX.Element {
       >
         Resume
       </Button>
-      <Button kind="danger" icon="stop" disabled={!on} title="Stop immediately and discard all queued lines (Ctrl-X)" onClick={() => controller.reset()} testId="reset">
+      <Button kind="danger" icon="stop" disabled={!linked} title="Stop immediately and discard all queued lines (Ctrl-X)" onClick={() => controller.reset()} testId="reset">
         Reset
       </Button>
     </div>
@@ -136,6 +191,7 @@ export function Notices(): JSX.Element {
         </Notice>
       )}
       <LostNotice />
+      <RestartNotice />
       <LockedNotice />
       <ObserverNotice />
       <AlarmNotice />
@@ -145,11 +201,55 @@ export function Notices(): JSX.Element {
 }
 
 function LostNotice(): JSX.Element | null {
-  if (controller.link.value !== "lost") return null;
+  if (controller.link.value === "open" && reconnected.value) return <BackNotice />;
+  if (controller.link.value !== "lost" && !reconnects.value) return null;
   return (
     <Notice kind="bad" title={`The connection to ${controller.linkName.value} was lost`} text={controller.lostWhy.value}>
-      <Button size="small" kind="primary" onClick={() => void attempt(connectAgain)} testId="connect-again">
+      {reconnects.value && <span class="small soft">Trying to connect again.</span>}
+      <Button
+        size="small"
+        kind="primary"
+        disabled={controller.link.value === "opening"}
+        onClick={() => void attempt(connectAgain)}
+        testId="connect-again"
+      >
         Connect again
+      </Button>
+      {reconnects.value && (
+        <Button size="small" onClick={() => (reconnects.value = false)}>
+          Stop trying
+        </Button>
+      )}
+    </Notice>
+  );
+}
+
+function BackNotice(): JSX.Element {
+  const { lost_s, job: lines } = reconnected.value!;
+  return (
+    <Notice
+      kind="warn"
+      title={`Connected again after ${lost_s} s`}
+      text={lines ? `The job is not being sent any more. ${lines}` : "What the machine did meanwhile was not seen here."}
+    >
+      <Button size="small" onClick={() => (reconnected.value = null)}>
+        Close
+      </Button>
+    </Notice>
+  );
+}
+
+/** Its position is as good as its homing; one that was without power does not know it. */
+function RestartNotice(): JSX.Element | null {
+  if (!controller.connected.value || !controller.restarted.value) return null;
+  return (
+    <Notice
+      kind="warn"
+      title="The controller has started again"
+      text="It was without power, or someone else has reset it. Check the position, or home the machine, before you continue."
+    >
+      <Button size="small" onClick={() => (controller.restarted.value = false)}>
+        Close
       </Button>
     </Notice>
   );
@@ -191,12 +291,25 @@ function LockedNotice(): JSX.Element | null {
 }
 
 function ObserverNotice(): JSX.Element | null {
+  const asks = useSignal(false);
   if (!controller.connected.value || controller.role.value !== "observer") return null;
+  const take = (): void => void attempt(takeOver);
   return (
-    <Notice kind="info" title="View only" text="Another client is in control of this controller.">
-      <Button size="small" onClick={() => void attempt(takeOver)} testId="take">
+    <Notice kind="info" title="View only" text="Another client is in control of this controller. Hold works here, too.">
+      <Button size="small" onClick={() => (isUnderWay() ? (asks.value = true) : take())} testId="take">
         Take control
       </Button>
+      {asks.value && (
+        <Dialog title="Take control of a machine at work?" onClose={() => (asks.value = false)}>
+          <p>Another client is sending a job or moves the machine. Its lines are refused from then on, and its job stays unfinished.</p>
+          <div class="row">
+            <Button kind="danger" onClick={() => ((asks.value = false), take())} testId="take-anyway">
+              Take control anyway
+            </Button>
+            <Button onClick={() => (asks.value = false)}>Cancel</Button>
+          </div>
+        </Dialog>
+      )}
     </Notice>
   );
 }

@@ -1,5 +1,5 @@
 /** What is reported both ways, and a line for hands. */
-import { useSignal } from "@preact/signals";
+import { signal, useSignal } from "@preact/signals";
 import type { JSX } from "preact";
 import { useEffect, useRef } from "preact/hooks";
 import { attempt, controller, noLines } from "../app";
@@ -8,12 +8,17 @@ import { Button, Card } from "./parts";
 
 const REMEMBERED = 50;
 
+/** Lines that were typed, the last one at the end, and which of them is shown; they outlive a change of the tab. */
+const history = signal<readonly string[]>([]);
+const at = signal(0);
+
 /** Comments stay here; a real-time command alone on its line goes as its byte. */
 async function say(text: string): Promise<void> {
   const command = realtimeOf(text);
   if (command) {
     controller.note("me", text);
-    controller.realtime(command);
+    if (command === "STATUS") controller.askForReport();
+    else controller.realtime(command);
     return;
   }
   const line = typedLine(text);
@@ -25,8 +30,6 @@ async function say(text: string): Promise<void> {
 export function TerminalTab(): JSX.Element {
   const list = useRef<HTMLDivElement>(null);
   const text = useSignal("");
-  const history = useSignal<readonly string[]>([]);
-  const at = useSignal(0);
   const log = controller.log.value;
   useEffect(() => {
     const element = list.current;

@@ -1,0 +1,139 @@
+"""A page that is connected to a controller: by the WebSocket of `wificnc serve --http`, or by a serial port."""
+
+from __future__ import annotations
+
+import socket
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+
+import pytest
+from bridge import Bridge
+from playwright.sync_api import Locator, Page, expect
+from slow import slow_but
+from web_fixture import Watched, serving
+from wificnc.serve.options import Address
+from wificnc.serve.page import About, PageServer
+from wificnc.serve.server import Server
+
+ABOUT = About("WiFiCNC in a test", "0", "host", 6)
+
+
+class Console:
+    """A page that is connected, its controller, and the link between them."""
+
+    def __init__(self, page: Page, server: Server, cut: Callable[[], None], mend: Callable[[], None]) -> None:
+        self.page = page
+        self.server = server
+        self.cut = cut
+        self.mend = mend
+
+    def by(self, test_id: str) -> Locator:
+        return self.page.locator(f"[data-test='{test_id}']")
+
+    def tab(self, name: str) -> None:
+        self.page.click(f"#tab-{name}")
+
+    def is_in(self, state: str) -> None:
+        expect(self.by("state")).to_have_text(state)
+
+    def position(self, axis: str) -> float:
+        return float(self.by(f"work-{axis}").inner_text())
+
+    def stands_at(self, **axes: float) -> None:
+        for axis, value in axes.items():
+            expect(self.by(f"work-{axis}")).to_have_text(f"{value:.3f}")
+
+    def hands(self, line: str) -> str:
+        """A line at the control door."""
+        host, _, port = (self.server.control or "").rpartition(":")
+        with socket.create_connection((host, int(port)), 5.0) as door:
+            door.sendall(f"{line}\n".encode())
+            with door.makefile() as answers:
+                return answers.readline().strip()
+
+
+@pytest.fixture(params=slow_but("socket".__eq__, ["socket", "serial"]))
+def link(
+    request: pytest.FixtureRequest,
+    built_page: Path,
+    watched: Callable[..., Watched],
+    bridge: Bridge,
+    tmp_path: Path,
+) -> Iterator[Callable[..., Console]]:
+    """Start a controller and connect the page to it."""
+    with ExitStack() as stack:
+        make = _by_socket if request.param == "socket" else _by_serial
+
+        def start(**options: object) -> Console:
+            console = stack.enter_context(make(built_page, watched, bridge, tmp_path, **options))
+            console.is_in("Alarm" if "$22=1" in options.get("settings", ()) else "Idle")  # type: ignore[operator]
+            return console
+
+        yield start
+
+
+@pytest.fixture
+def socket_link(
+    built_page: Path, watched: Callable[..., Watched], bridge: Bridge, tmp_path: Path
+) -> Iterator[Callable[..., Console]]:
+    """As link, over the WebSocket alone: for what no link can change."""
+    with ExitStack() as stack:
+
+        def start(**options: object) -> Console:
+            console = stack.enter_context(_by_socket(built_page, watched, bridge, tmp_path, **options))
+            console.is_in("Alarm" if "$22=1" in options.get("settings", ()) else "Idle")  # type: ignore[operator]
+            return console
+
+        yield start
+
+
+@contextmanager
+def _by_socket(
+    built_page: Path, watched: Callable[..., Watched], _bridge: Bridge, tmp_path: Path, **options: object
+) -> Iterator[Console]:
+    with serving(tmp_path, **options) as server, ExitStack() as stack:  # type: ignore[arg-type]
+        first = stack.enter_context(PageServer(Address("127.0.0.1", 0), server.tcp, ABOUT, built_page))
+        again = Address("127.0.0.1", int(first.url.rstrip("/").rpartition(":")[2]))
+
+        def mend() -> None:
+            stack.enter_context(PageServer(again, server.tcp, ABOUT, built_page))
+
+        with watched() as context:
+            yield Console(context.page(first.url), server, stack.close, mend)
+
+
+@contextmanager
+def _by_serial(
+    built_page: Path, watched: Callable[..., Watched], bridge: Bridge, tmp_path: Path, **options: object
+) -> Iterator[Console]:
+    with (
+        serving(tmp_path, pty=True, **options) as server,  # type: ignore[arg-type]
+        PageServer(Address("127.0.0.1", 0), None, ABOUT, built_page) as host,
+        watched(bypass_csp=True) as context,  # the stand-in's WebSocket is no part of the page
+    ):
+        context.context.add_init_script(bridge.stand_in(tmp_path / "tty"))
+        page = context.page(host.url)
+        page.click("[data-test=connect]")
+        page.click("[data-test=connect-serial]")
+        yield Console(page, server, bridge.unplug, bridge.plug)
+
+
+def square(rounds: int, side: float = 1.0) -> str:
+    """A tenth of a second for each round, and four lines."""
+    corners = ((side, 0.0), (side, side), (0.0, side), (0.0, 0.0))
+    return "G21G90G0Z1\nM3S1000\nG1Z-1F1000\n" + "".join(
+        f"G1X{x:g}Y{y:g}F3000 (round {n})\n" for n in range(rounds) for x, y in corners
+    )
+
+
+def load(console: Console, text: str, name: str = "square.nc") -> None:
+    console.tab("job")
+    console.by("job-file").set_input_files({"name": name, "mimeType": "text/plain", "buffer": text.encode()})
+    expect(console.by("job-time")).to_be_visible()
+
+
+def typed(console: Console, line: str) -> None:
+    console.tab("terminal")
+    console.by("terminal-line").fill(line)
+    console.by("terminal-line").press("Enter")
