@@ -95,10 +95,17 @@ void measure_destroy(struct measure *m) {
 }
 
 void measure_begin(struct measure *m, uint64_t t_ticks, const double steps_per_mm[AXIS_COUNT]) {
-    m->begin_ticks = t_ticks;
-    m->sum.last_ticks = t_ticks;
-    for (int axis = 0; axis < AXIS_COUNT; axis++)
+    struct measured sum = {.last_ticks = t_ticks};
+    for (int axis = 0; axis < AXIS_COUNT; axis++) {
+        const int32_t position = m->sum.position_steps[axis];
+        sum.position_steps[axis] = sum.min_steps[axis] = sum.max_steps[axis] = position;
         m->mm_per_step[axis] = 1.0 / steps_per_mm[axis];
+        m->min_interval_ticks[axis] = UINT64_MAX;
+        m->max_speed[axis] = m->max_accel[axis] = 0.0;
+    }
+    m->sum = sum;
+    m->begin_ticks = t_ticks;
+    m->started = false;
 }
 
 void measure_sample_every(struct measure *m, double interval_ms) {

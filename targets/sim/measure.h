@@ -41,7 +41,7 @@ struct measured {
     uint64_t last_ticks;             /* of the last event */
     int64_t steps_total[AXIS_COUNT]; /* pulses, both directions */
     int32_t position_steps[AXIS_COUNT];
-    int32_t min_steps[AXIS_COUNT], max_steps[AXIS_COUNT]; /* visited, the start at 0 included */
+    int32_t min_steps[AXIS_COUNT], max_steps[AXIS_COUNT]; /* visited, the start included */
     uint64_t min_interval_ticks[AXIS_COUNT]; /* between two edges of the axis; 0: fewer than two */
     double max_speed_steps_s[AXIS_COUNT];
     double max_accel_steps_s2[AXIS_COUNT];
@@ -54,7 +54,7 @@ struct measure;
 struct measure *measure_create(uint32_t timer_hz);
 void measure_destroy(struct measure *measure);
 
-/** Time starts to count here. @param steps_per_mm  for the samples, > 0 */
+/** Time and figures start to count here, at the place where the machine is at rest now. @param steps_per_mm  for the samples, > 0 */
 void measure_begin(struct measure *measure, uint64_t t_ticks, const double steps_per_mm[AXIS_COUNT]);
 
 /** Steps from rest in the window of acceleration: W^2 a / 2, so that 2 steps / W^2 are a / 10. */

@@ -41,6 +41,16 @@ def test_a_move_takes_its_time(library):
     assert (result.box_min_mm[0], result.box_max_mm[0]) == (0.0, 100.0)
 
 
+def test_figures_are_those_of_the_job_and_not_of_the_way_to_its_start(library):
+    """Lines before the job may move the machine to where it begins."""
+    before = (*SETTINGS, "G53G0X-40", "G4P0")
+    result = run(library, "G1X-30F600\n", settings=before)
+    assert (result.box_min_mm[0], result.box_max_mm[0]) == (-40.0, -30.0)
+    assert result.steps_per_axis == (2_500, 0, 0) and result.final_position_mm == (-30.0, 0.0, 0.0)
+    assert result.max_speed_mm_s[0] == pytest.approx(10, rel=2e-3)
+    assert result.job_time_s == pytest.approx(10 / 10 + 10 / 500, abs=START_S)
+
+
 @pytest.mark.parametrize("code", ["G38.2", "G38.3"])
 def test_a_probe_that_misses_is_cutting_time_and_no_dwell(library, code):
     """5 mm at 5 mm/s with 500 mm/s2: s/v + v/a. After ALARM:5 the controller is quiet for 0.5 s: no part of the job."""

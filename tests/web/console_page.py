@@ -137,3 +137,14 @@ def typed(console: Console, line: str) -> None:
     console.tab("terminal")
     console.by("terminal-line").fill(line)
     console.by("terminal-line").press("Enter")
+
+
+SWITCHES = ("$22=1", "$21=1", "$25=3000", "$24=600", "$26=5", "$27=2", "$46=0", "$47=0", "$48=0")
+
+
+def home(console: Console) -> None:
+    """The machine's zero is where the switches are, and it is 2 mm ($27) away from them."""
+    for axis in "xyz":
+        assert console.hands(f"travel {axis} -290 0.5") == "ok"
+    console.by("home").click()
+    console.is_in("Idle")

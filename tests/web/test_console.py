@@ -7,7 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from console_page import Console, load, square, typed
+from console_page import SWITCHES, Console, home, load, square, typed
 from playwright.sync_api import Locator, expect
 from web_fixture import Watched
 from wificnc.link.settings import read_file
@@ -331,17 +331,6 @@ def test_a_comment_in_any_language_opens_no_door(link: Callable[..., Console]) -
 
 
 # ---- go to zero ----
-
-SWITCHES = ("$22=1", "$21=1", "$25=3000", "$24=600", "$26=5", "$27=2", "$46=0", "$47=0", "$48=0")
-
-
-def home(console: Console) -> None:
-    """The machine's zero is where the switches are, and it is 2 mm ($27) away from them."""
-    for axis in "xyz":
-        assert console.hands(f"travel {axis} -290 0.5") == "ok"
-    console.by("home").click()
-    console.is_in("Idle")
-
 
 def jog(console: Console, distance: str, *buttons: str, **axes: float) -> None:
     console.tab("control")

@@ -5,7 +5,8 @@ import { PreflightRunner } from "./job/preflight";
 import { Controller } from "./link/controller";
 import { pickPort, SerialTransport } from "./link/serial";
 import { ownAddress, SocketTransport } from "./link/socket";
-import { findBoard, TABLES, type Board } from "./tables";
+import { NOWHERE, standsAlike, type Standing } from "./job/standing";
+import { findBoard, settingNumber, TABLES, type Board } from "./tables";
 
 const THEME_KEY = "wificnc.theme";
 const BOARD_KEY = "wificnc.board";
@@ -34,6 +35,47 @@ function unlessIn(...states: string[]): string {
   if (states.includes(state)) return "";
   return state === "Alarm" ? "The machine is locked: unlock or home it first." : "The machine is busy: wait until it is idle.";
 }
+
+const MM_PER_INCH = 25.4;
+const REPORTS_IN_INCHES = settingNumber("report_inches");
+
+/** The state of the connected machine before a job, once it has said all of it. */
+export const standing = computed<Standing>(() => {
+  const [settings, machine] = [controller.settings.value, controller.machinePosition.value];
+  if (!controller.connected.value || settings.size === 0 || machine.length === 0 || !controller.offsets.value.has("G54")) return NOWHERE;
+  const unit_mm = Number(settings.get(REPORTS_IN_INCHES) ?? 0) ? MM_PER_INCH : 1;
+  const inMm = (values: readonly number[]): number[] => values.map((value, i) => (i < 3 ? value * unit_mm : value));
+  const rows = [...controller.offsets.value].map(([name, body]) => [name, body.split(",").map(Number)] as const);
+  return {
+    settings,
+    machine_mm: inMm(machine),
+    offsets: new Map(rows.filter(([, numbers]) => numbers.every(Number.isFinite)).map(([name, numbers]) => [name, inMm(numbers)])),
+    origin_mm: inMm(controller.wco.value),
+    modes: controller.modes.value,
+    homed: controller.homed.value,
+  };
+});
+
+const SETTLED_MS = 300;
+
+/** Run the job on the core, as the connected machine would; without one, on the chosen board's defaults. */
+export async function checkJob(): Promise<void> {
+  const program = job.program.value;
+  const host = findBoard("host") ?? TABLES.boards[0]!;
+  if (program) await preflight.check(program, standing.value === NOWHERE ? board.value : host, standing.value);
+}
+
+/** Another work zero, another setting: another job. A lost machine is not another one. */
+const isStale = computed(() => {
+  const done = preflight.result.value;
+  return done !== null && !job.active.value && controller.link.value !== "lost" && !standsAlike(standing.value, done.standing);
+});
+
+effect(() => {
+  if (!isStale.value) return undefined;
+  const timer = setTimeout(() => void attempt(checkJob), SETTLED_MS);
+  return () => clearTimeout(timer);
+});
 
 export type Theme = "light" | "dark";
 

@@ -4,7 +4,7 @@ import { PIECE_WORDS, type Report } from "./core";
 
 const LOOK = TABLES.look.engraving;
 const LEVELS = TABLES.look.speed.levels;
-const [AT_FROM, AT_TO, AT_LENGTH, AT_ENERGY] = [1, 4, 7, 8] as const;
+export const [AT_FROM, AT_TO, AT_LENGTH, AT_ENERGY] = [1, 4, 7, 8] as const;
 const MS_PER_S = 1000;
 
 export interface Engraving {
@@ -59,9 +59,12 @@ function typicalOf(energies: Float64Array, lengths: Float64Array): number {
 }
 
 /** What constant power burns too much, and how to avoid it; null: nothing. */
-export function laserWarning({ engraving: burnt }: Pick<Report, "engraving">): { title: string; text: string } | null {
+export function laserWarning(
+  { engraving: burnt }: Pick<Report, "engraving">,
+  origin_mm: readonly number[] = [],
+): { title: string; text: string } | null {
   if (burnt.slow_mm === 0) return null;
-  const place = burnt.worst_mm.map((mm, i) => `${TABLES.axes[i]}${mm.toFixed(3)}`).join(" ");
+  const place = burnt.worst_mm.map((mm, i) => `${TABLES.axes[i]}${(mm - (origin_mm[i] ?? 0)).toFixed(3)}`).join(" ");
   return {
     title: "Constant power (M3) burns more where the machine is slower than F",
     text:

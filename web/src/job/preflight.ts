@@ -5,6 +5,7 @@ import type { Board } from "../tables";
 import { ErrorKind, type CoreError, type Report } from "./core";
 import type { JobLine, Program } from "./program";
 import type { Scene } from "./scene";
+import { linesBefore, type Standing } from "./standing";
 import { ResumeError, type MachineFacts, type Resume } from "./resume";
 import type { PreflightRequest, ResumeRequest, Timeline, WorkerReply } from "./worker";
 import { alarmWords, errorWords } from "../tables";
@@ -14,8 +15,10 @@ export interface Preflight {
   report: Report;
   scene: Scene;
   timeline: Timeline;
-  /** Made with the connected machine's settings, not with defaults. */
-  ofMachine: boolean;
+  /** The state of the machine; NOWHERE: none was connected, and settings are defaults. */
+  standing: Standing;
+  /** Lines before the job that the core has refused: it is not set up as the machine is. */
+  refused: string[];
 }
 
 type Request = Omit<PreflightRequest, "id" | "wasm"> | Omit<ResumeRequest, "id" | "wasm">;
@@ -30,20 +33,19 @@ export class PreflightRunner {
   private requests = 0;
   private wasm: Promise<ArrayBuffer> | null = null;
 
-  /** Run the job on a board like this, with these settings ($N -> text). */
-  async check(program: Program, board: Board, settings: ReadonlyMap<number, string>): Promise<void> {
+  /** Run the job on a board like this, from a machine in this state. */
+  async check(program: Program, board: Board, standing: Standing): Promise<void> {
     this.progress.value = 0;
     this.failed.value = "";
     this.result.value = null;
-    const lines = [...settings].map(([number, value]) => `$${number}=${value}`);
     try {
-      const request = { kind: "preflight", board: board.host, settings: lines, job: program.source } as const;
+      const request = { kind: "preflight", board: board.host, before: linesBefore(standing), origin_mm: standing.origin_mm, job: program.source } as const;
       const done = await this.ask(request, (linesDone) => {
         this.progress.value = Math.min(1, linesDone / program.fileLines);
       });
       if (done?.kind !== "preflight") return;
-      const { report, scene, timeline } = done;
-      this.result.value = { program, report, scene, timeline, ofMachine: settings.size > 0 };
+      const { report, scene, timeline, refused } = done;
+      this.result.value = { program, report, scene, timeline, standing, refused };
       this.progress.value = null;
     } catch (error) {
       this.progress.value = null;

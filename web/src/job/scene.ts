@@ -2,8 +2,8 @@
  * What is drawn of a path: `wificnc sim --plot` draws the same, and both look as cli/wificnc/sim/look.py says. Pure.
  */
 import { TABLES } from "../tables";
-import { SAMPLE_WORDS, type Report } from "./core";
-import { engravingOf, type Engraving } from "./engraving";
+import { PIECE_WORDS, SAMPLE_WORDS, type Report } from "./core";
+import { AT_FROM, AT_TO, engravingOf, type Engraving } from "./engraving";
 
 const LOOK = TABLES.look;
 const MAX_PASSES = 16;
@@ -28,8 +28,18 @@ export interface Scene {
   engraving: Engraving | null;
 }
 
-/** The scene of a path of SAMPLE_WORDS words a sample, which has gone so far, and of what a laser burnt on it. */
-export function sceneOf(samples: Float32Array, pieces: Float32Array, { min_mm, max_mm }: Pick<Report, "min_mm" | "max_mm">): Scene {
+/**
+ * The scene of a path of SAMPLE_WORDS words a sample, which has gone so far, and of what a laser burnt on it. Both are
+ * changed: their zero comes to `origin_mm`.
+ */
+export function sceneOf(
+  samples: Float32Array,
+  pieces: Float32Array,
+  { min_mm, max_mm }: Pick<Report, "min_mm" | "max_mm">,
+  origin_mm: readonly number[] = [],
+): Scene {
+  move(samples, SAMPLE_WORDS, AT_X, origin_mm);
+  for (const at of [AT_FROM, AT_TO]) move(pieces, PIECE_WORDS, at, origin_mm);
   const kinds = new Uint32Array(samples.buffer, samples.byteOffset, samples.length);
   const topSpeed_mm_min = topSpeed(samples, kinds);
   const all = allLevels(samples, kinds, topSpeed_mm_min);
@@ -40,6 +50,16 @@ export function sceneOf(samples: Float32Array, pieces: Float32Array, { min_mm, m
   const seconds = Float32Array.from(kept, (i) => samples[i * SAMPLE_WORDS + AT_S]!);
   const levels = Int8Array.from(kept, (i) => all[i]!);
   return { seconds, points, levels, topSpeed_mm_min, plunges: plungesOf(points, levels), engraving: engravingOf(pieces) };
+}
+
+function move(rows: Float32Array, size: number, at: number, origin_mm: readonly number[]): void {
+  const [x, y, z] = [origin_mm[0] ?? 0, origin_mm[1] ?? 0, origin_mm[2] ?? 0];
+  if (x === 0 && y === 0 && z === 0) return;
+  for (let i = at; i < rows.length; i += size) {
+    rows[i]! -= x;
+    rows[i + 1]! -= y;
+    rows[i + 2]! -= z;
+  }
 }
 
 function allLevels(samples: Float32Array, kinds: Uint32Array, topSpeed_mm_min: number): Int8Array {

@@ -10,8 +10,10 @@ export interface PreflightRequest {
   id: number;
   wasm: ArrayBuffer;
   board: Record<HostField, number>;
-  /** Lines before the job, like $110=5000. */
-  settings: string[];
+  /** Lines before the job (standing.ts). */
+  before: string[];
+  /** Where the machine has its work zero: what is drawn has its zero there. */
+  origin_mm: readonly number[];
   job: string;
 }
 
@@ -29,7 +31,7 @@ export type Timeline = Float64Array<ArrayBuffer>;
 
 export type WorkerReply =
   | { kind: "progress"; id: number; linesDone: number; seconds: number }
-  | { kind: "preflight"; id: number; report: Report; scene: Scene; timeline: Timeline }
+  | { kind: "preflight"; id: number; report: Report; scene: Scene; timeline: Timeline; refused: string[] }
   | { kind: "resume"; id: number; resume: Resume }
   | { kind: "failed"; id: number; why: string; hint: string };
 
@@ -44,7 +46,7 @@ function reply(message: WorkerReply, transfer: Transferable[] = []): void {
 async function preflight(request: PreflightRequest): Promise<void> {
   const core = await Core.load(request.wasm);
   core.open(request.board);
-  for (const line of request.settings) core.command(line);
+  const refused = request.before.filter((line) => core.command(line) !== 0);
   core.begin(request.job, TABLES.look.sample_ms);
   const times: number[] = [];
   let told = performance.now();
@@ -57,12 +59,12 @@ async function preflight(request: PreflightRequest): Promise<void> {
     }
   }
   const report = core.report();
-  const scene = sceneOf(core.samples(), core.pieces(), report);
+  const scene = sceneOf(core.samples(), core.pieces(), report, request.origin_mm);
   const timeline = Float64Array.from(times);
   const { seconds, points, levels, plunges, engraving } = scene;
   const burnt = engraving ? [engraving.seconds, engraving.ends, engraving.levels] : [];
   const moved = [seconds, points, levels, plunges, timeline, ...burnt].map((array) => array.buffer as ArrayBuffer);
-  reply({ kind: "preflight", id: request.id, report, scene, timeline }, moved);
+  reply({ kind: "preflight", id: request.id, report, scene, timeline, refused }, moved);
 }
 
 async function resume(request: ResumeRequest): Promise<void> {

@@ -41,7 +41,7 @@ export class LineQueue {
     return this.waiting.length;
   }
 
-  /** Whether what is heard now belongs to a line that nobody typed. */
+  /** Whether what is heard now belongs to a question of the page itself. */
   get answersQuietly(): boolean {
     return this.underWay[0]?.line.quiet ?? false;
   }

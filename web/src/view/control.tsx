@@ -2,10 +2,10 @@
 import { signal, useSignal } from "@preact/signals";
 import type { JSX } from "preact";
 import { useLayoutEffect } from "preact/hooks";
-import { attempt, controller, job, noHoming, noLines, noMotion } from "../app";
+import { attempt, controller, job, noHoming, noLines, noMotion, standing } from "../app";
 import { Jogger, type Direction } from "../link/jog";
 import { planZero, type ZeroFacts } from "../link/zero";
-import { AXES, settingNumber, type RealtimeName } from "../tables";
+import { AXES, type RealtimeName } from "../tables";
 import { Button, Card, Check, Dialog, Field, Icon, Progress, Segments, type IconName } from "./parts";
 
 const jogger = new Jogger(controller);
@@ -74,20 +74,11 @@ function PositionCard(): JSX.Element {
   );
 }
 
-const MM_PER_INCH = 25.4;
-const REPORTS_IN_INCHES = settingNumber("report_inches");
 const SAME_HEIGHT_MM = 0.05;
 
 function zeroFacts(): ZeroFacts {
-  const unit_mm = Number(controller.settings.value.get(REPORTS_IN_INCHES) ?? 0) ? MM_PER_INCH : 1;
-  const inMm = (values: readonly number[]): number[] => values.map((value, i) => (i < 3 ? value * unit_mm : value));
-  return {
-    axisCount: controller.axisCount.value,
-    homed: controller.homed.value,
-    machine_mm: inMm(controller.machinePosition.value),
-    offset_mm: inMm(controller.wco.value),
-    settings: controller.settings.value,
-  };
+  const { machine_mm, origin_mm, homed, settings } = standing.value;
+  return { axisCount: controller.axisCount.value, homed, machine_mm, offset_mm: origin_mm, settings };
 }
 
 /** Each line when the one before has been moved completely. @returns whether someone has to say first how far Z lifts */

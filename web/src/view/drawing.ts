@@ -50,27 +50,116 @@ export function inkOf(theme: "light" | "dark"): Ink {
   };
 }
 
+/** What stays while the tool moves, in canvases of their own: only what has been done since is drawn again. */
+interface Layers {
+  key: unknown[];
+  still: CanvasRenderingContext2D;
+  done: CanvasRenderingContext2D;
+  project: Project;
+  /** How far the job is in `done`: seconds, and how many points, pieces and plunges. */
+  seconds: number;
+  points: number;
+  pieces: number;
+  plunges: number;
+}
+
+const layersOf = new WeakMap<HTMLCanvasElement, Layers>();
+
 export function draw(canvas: HTMLCanvasElement, picture: Picture, ink: Ink): void {
   const scale = window.devicePixelRatio || 1;
   const [width, height] = [canvas.clientWidth, canvas.clientHeight];
   const context = canvas.getContext("2d");
   if (!context || width === 0) return;
+  const key = [picture.scene, picture.view, ink.text, width, height, scale, ...picture.box.min, ...picture.box.max];
+  let layers = layersOf.get(canvas);
+  if (!layers || layers.key.some((value, i) => value !== key[i])) {
+    canvas.width = width * scale;
+    canvas.height = height * scale;
+    layers = drawStill(picture, ink, width, height, scale, key);
+    layersOf.set(canvas, layers);
+  }
+  if (picture.seconds < layers.seconds) forgetDone(layers, width, height);
+  drawDone(layers, picture, ink);
+  context.setTransform(1, 0, 0, 1, 0, 0);
+  context.clearRect(0, 0, canvas.width, canvas.height);
+  context.drawImage(layers.still.canvas, 0, 0);
+  context.drawImage(layers.done.canvas, 0, 0);
+  context.setTransform(scale, 0, 0, scale, 0, 0);
+  drawEnds(context, picture.scene.points, layers.project);
+  const { tool } = picture;
+  if (tool) drawMark(context, layers.project(tool[0] ?? 0, tool[1] ?? 0, tool[2] ?? 0), ink.tool, "round", MARK_PX + 1);
+}
+
+function layer(width: number, height: number, scale: number): CanvasRenderingContext2D {
+  const canvas = document.createElement("canvas");
   canvas.width = width * scale;
   canvas.height = height * scale;
+  const context = canvas.getContext("2d")!;
   context.setTransform(scale, 0, 0, scale, 0, 0);
-  context.clearRect(0, 0, width, height);
   context.lineJoin = context.lineCap = "round";
+  return context;
+}
+
+function drawStill(picture: Picture, ink: Ink, width: number, height: number, scale: number, key: unknown[]): Layers {
+  const [still, done] = [layer(width, height, scale), layer(width, height, scale)];
   const grid = gridOf(picture.box, GRID_LINES);
   const project = projection(picture.view, grid.box, width, height);
-  drawGrid(context, grid.step, grid.box, project, ink);
-  drawExtent(context, picture.box, project, ink);
-  drawPath(context, picture, project, ink);
+  drawGrid(still, grid.step, grid.box, project, ink);
+  drawExtent(still, picture.box, project, ink);
+  drawPath(still, picture, project, ink);
   const { engraving } = picture.scene;
-  if (engraving) drawEngraving(context, engraving, picture, project, ink);
-  else if (picture.view.tilt >= Math.PI / 2) drawPlunges(context, picture, project, ink);
-  drawEnds(context, picture.scene.points, project);
-  const { tool } = picture;
-  if (tool) drawMark(context, project(tool[0] ?? 0, tool[1] ?? 0, tool[2] ?? 0), ink.tool, "round", MARK_PX + 1);
+  if (engraving) drawEngraving(still, engraving, picture, project, ink);
+  else if (isFromAbove(picture.view)) drawPlunges(still, picture.scene, 0, picture.scene.plunges.length, project, ink);
+  return { key, still, done, project, seconds: 0, points: 1, pieces: 0, plunges: 0 };
+}
+
+/** From above a hole is a point. */
+function isFromAbove(view: View): boolean {
+  return view.tilt >= Math.PI / 2;
+}
+
+function forgetDone(layers: Layers, width: number, height: number): void {
+  layers.done.clearRect(0, 0, width, height);
+  Object.assign(layers, { seconds: 0, points: 1, pieces: 0, plunges: 0 });
+}
+
+/** What came since the last time. */
+function drawDone(layers: Layers, { scene, view, box, seconds }: Picture, ink: Ink): void {
+  const { done, project } = layers;
+  const { points, levels, engraving, plunges } = scene;
+  const way = new Path2D();
+  const at = (i: number): [number, number] => project(points[i * 3]!, points[i * 3 + 1]!, points[i * 3 + 2]!);
+  for (let isFirst = true; layers.points < levels.length && scene.seconds[layers.points]! <= seconds; layers.points++) {
+    if (engraving && levels[layers.points] !== RAPID) {
+      isFirst = true;
+      continue;
+    }
+    if (isFirst) way.moveTo(...at(layers.points - 1));
+    way.lineTo(...at(layers.points));
+    isFirst = false;
+  }
+  stroke(done, way, ink.done, engraving ? LOOK.rapid.width : cutWidth(levels.length));
+  if (engraving) burnDone(layers, engraving, box, seconds, ink);
+  layers.seconds = seconds;
+  if (engraving || !isFromAbove(view)) return;
+  const from = layers.plunges;
+  while (layers.plunges < plunges.length && scene.seconds[plunges[layers.plunges]!]! <= seconds) layers.plunges++;
+  drawPlunges(done, scene, from, layers.plunges, project, ink, ink.done);
+}
+
+function burnDone(layers: Layers, engraving: Engraving, box: Box, seconds: number, ink: Ink): void {
+  const burnt = new Path2D();
+  for (; layers.pieces < engraving.levels.length && engraving.seconds[layers.pieces]! <= seconds; layers.pieces++)
+    if (engraving.levels[layers.pieces] !== AT_REST) addPiece(burnt, engraving, layers.pieces, layers.project);
+  const isDense = engraving.levels.length > LOOK.engraving.dense;
+  layers.done.lineCap = isDense ? "square" : "round";
+  stroke(layers.done, burnt, ink.tool, isDense ? denseWidth(engraving, box, layers.project) : cutWidth(engraving.levels.length));
+  layers.done.lineCap = "round";
+}
+
+function addPiece(line: Path2D, { ends }: Engraving, i: number, project: Project): void {
+  line.moveTo(...project(ends[i * 6]!, ends[i * 6 + 1]!, ends[i * 6 + 2]!));
+  line.lineTo(...project(ends[i * 6 + 3]!, ends[i * 6 + 4]!, ends[i * 6 + 5]!));
 }
 
 function drawGrid(context: CanvasRenderingContext2D, step: number, box: Box, project: Project, ink: Ink): void {
@@ -114,10 +203,10 @@ function drawExtent(context: CanvasRenderingContext2D, box: Box, project: Projec
   context.setLineDash([]);
 }
 
-/** All segments of one colour are one stroke: rapids, cuts by their level, what is done. */
-function drawPath(context: CanvasRenderingContext2D, { scene, seconds }: Picture, project: Project, ink: Ink): void {
+/** All segments of one colour are one stroke: rapids, and cuts by their level. */
+function drawPath(context: CanvasRenderingContext2D, { scene }: Picture, project: Project, ink: Ink): void {
   const { points, levels } = scene;
-  const [rapids, done] = [new Path2D(), new Path2D()];
+  const rapids = new Path2D();
   const cuts = ink.speeds.map(() => new Path2D());
   let before: Path2D | null = null;
   for (let i = 1; i < levels.length; i++) {
@@ -125,7 +214,7 @@ function drawPath(context: CanvasRenderingContext2D, { scene, seconds }: Picture
       before = null;
       continue;
     }
-    const line = scene.seconds[i]! <= seconds ? done : levels[i] === RAPID ? rapids : cuts[levels[i]!]!;
+    const line = levels[i] === RAPID ? rapids : cuts[levels[i]!]!;
     if (line !== before) line.moveTo(...project(points[i * 3 - 3]!, points[i * 3 - 2]!, points[i * 3 - 1]!));
     line.lineTo(...project(points[i * 3]!, points[i * 3 + 1]!, points[i * 3 + 2]!));
     before = line;
@@ -135,7 +224,6 @@ function drawPath(context: CanvasRenderingContext2D, { scene, seconds }: Picture
   context.setLineDash([]);
   const width = cutWidth(levels.length);
   cuts.forEach((line, level) => stroke(context, line, ink.speeds[level]!, width));
-  stroke(context, done, ink.done, scene.engraving ? LOOK.rapid.width : width);
 }
 
 function stroke(context: CanvasRenderingContext2D, line: Path2D, colour: string, width: number): void {
@@ -144,29 +232,26 @@ function stroke(context: CanvasRenderingContext2D, line: Path2D, colour: string,
   context.stroke(line);
 }
 
-/** From pale to dark, so that the dark is on top; then what is done, and crosses where the beam burns at rest. */
-function drawEngraving(context: CanvasRenderingContext2D, engraving: Engraving, { box, seconds }: Picture, project: Project, ink: Ink): void {
+/** From pale to dark, so that the dark is on top; then crosses where the beam burns at rest. */
+function drawEngraving(context: CanvasRenderingContext2D, engraving: Engraving, { box }: Picture, project: Project, ink: Ink): void {
   const { ends, levels } = engraving;
-  const [done, rests] = [new Path2D(), new Path2D()];
+  const rests = new Path2D();
   const burnt = ink.energies.map(() => new Path2D());
   for (let i = 0; i < levels.length; i++) {
-    const [u, v] = project(ends[i * 6]!, ends[i * 6 + 1]!, ends[i * 6 + 2]!);
-    if (levels[i] === AT_REST) {
-      rests.moveTo(u - MARK_PX, v - MARK_PX);
-      rests.lineTo(u + MARK_PX, v + MARK_PX);
-      rests.moveTo(u - MARK_PX, v + MARK_PX);
-      rests.lineTo(u + MARK_PX, v - MARK_PX);
+    if (levels[i] !== AT_REST) {
+      addPiece(burnt[levels[i]!]!, engraving, i, project);
       continue;
     }
-    const line = engraving.seconds[i]! <= seconds ? done : burnt[levels[i]!]!;
-    line.moveTo(u, v);
-    line.lineTo(...project(ends[i * 6 + 3]!, ends[i * 6 + 4]!, ends[i * 6 + 5]!));
+    const [u, v] = project(ends[i * 6]!, ends[i * 6 + 1]!, ends[i * 6 + 2]!);
+    rests.moveTo(u - MARK_PX, v - MARK_PX);
+    rests.lineTo(u + MARK_PX, v + MARK_PX);
+    rests.moveTo(u - MARK_PX, v + MARK_PX);
+    rests.lineTo(u + MARK_PX, v - MARK_PX);
   }
   const isDense = levels.length > LOOK.engraving.dense;
   const width = isDense ? denseWidth(engraving, box, project) : cutWidth(levels.length);
   if (isDense) context.lineCap = "square"; // neighbours of different levels have no seam
   burnt.forEach((line, level) => stroke(context, line, ink.energies[level]!, width));
-  stroke(context, done, ink.tool, width);
   context.lineCap = "round";
   stroke(context, rests, LOOK.end, 1.5);
 }
@@ -180,11 +265,19 @@ function denseWidth({ length_mm }: Engraving, { min, max }: Box, project: Projec
   return Math.min(most, Math.max(least, LOOK.engraving.cover * apart_mm * px_per_mm));
 }
 
-/** From above a hole is a point. */
-function drawPlunges(context: CanvasRenderingContext2D, { scene, seconds }: Picture, project: Project, ink: Ink): void {
-  for (const i of scene.plunges) {
-    const [u, v] = project(scene.points[i * 3]!, scene.points[i * 3 + 1]!, scene.points[i * 3 + 2]!);
-    context.fillStyle = scene.seconds[i]! <= seconds ? ink.done : ink.speeds[scene.levels[i]!]!;
+/** Points from one number to before another, in the colour of their speed or in this one. */
+function drawPlunges(
+  context: CanvasRenderingContext2D,
+  { points, levels, plunges }: Scene,
+  from: number,
+  to: number,
+  project: Project,
+  ink: Ink,
+  colour?: string,
+): void {
+  for (const i of plunges.subarray(from, to)) {
+    const [u, v] = project(points[i * 3]!, points[i * 3 + 1]!, points[i * 3 + 2]!);
+    context.fillStyle = colour ?? ink.speeds[levels[i]!]!;
     context.beginPath();
     context.arc(u, v, PLUNGE_PX, 0, 2 * Math.PI);
     context.fill();

@@ -64,7 +64,7 @@ function StateChip(): JSX.Element {
   );
 }
 
-/** States in which something goes on, or waits to. */
+/** States in which a motion continues or waits. */
 const UNDER_WAY = new Set(["Run", "Hold", "Door", "Jog", "Home"]);
 
 function isUnderWay(): boolean {
@@ -101,7 +101,7 @@ function LinkButton(): JSX.Element {
 const LOST_JOB = settingNumber("sender_lost");
 /** What the controller does with a job whose sender is gone, by $74. */
 const WITHOUT_SENDER = [
-  "It finishes the lines that it has, and then stands still.",
+  "It finishes the lines that it has, and then stops.",
   "It slows down to a feed hold, and its spindle stops.",
   "It stops, and discards what it has.",
 ];

@@ -1,13 +1,14 @@
 /** A job: dropped, checked on the real core, looked at, sent, and resumed where it ended. */
 import { useSignal } from "@preact/signals";
 import type { JSX } from "preact";
-import { attempt, board, controller, fail, job, preflight } from "../app";
+import { attempt, checkJob, controller, fail, job, preflight, standing } from "../app";
 import { describe, secondsAtLine, type Preflight } from "../job/preflight";
 import type { Report } from "../job/core";
 import { laserWarning } from "../job/engraving";
 import { readProgram } from "../job/program";
 import { type MachineFacts, type Resume } from "../job/resume";
-import { AXES, findBoard, settingNumber, TABLES } from "../tables";
+import { NOWHERE, travelFindings, unplacedAxes, type TravelFinding } from "../job/standing";
+import { AXES, settingNumber } from "../tables";
 import { Button, Card, Dialog, Field, FileButton, Notice, Progress, duration } from "./parts";
 import { PathView } from "./path";
 
@@ -66,15 +67,7 @@ function Drop(): JSX.Element {
 async function open(file: File): Promise<void> {
   if (job.active.value) throw new Error("A job is running: stop it first");
   job.load(readProgram(file.name, await file.text()));
-  await checkAgain();
-}
-
-/** On the connected machine's settings; without one, on the chosen board's defaults. */
-async function checkAgain(): Promise<void> {
-  const program = job.program.value;
-  if (!program) return;
-  const host = findBoard("host") ?? TABLES.boards[0]!;
-  await preflight.check(program, controller.connected.value ? host : board.value, controller.settings.value);
+  await checkJob();
 }
 
 function PathCard(): JSX.Element {
@@ -122,11 +115,11 @@ function CheckCard(): JSX.Element | null {
   const done = preflight.result.value;
   if (!done) return null;
   const { report } = done;
-  const warning = laserWarning(report);
+  const warning = laserWarning(report, done.standing.origin_mm);
   return (
-    <Card title="Preflight" tools={<Button size="small" onClick={() => void attempt(checkAgain)}>Check again</Button>}>
+    <Card title="Preflight" tools={<Button size="small" onClick={() => void attempt(checkJob)}>Check again</Button>}>
       {report.error_count === 0 ? (
-        <Notice kind="good" title="Check passed" />
+        travel(done).length === 0 && <Notice kind="good" title="Check passed" />
       ) : (
         <Notice kind="bad" title={report.error_count === 1 ? "One line is refused" : `${report.error_count} lines are refused`} />
       )}
@@ -137,14 +130,29 @@ function CheckCard(): JSX.Element | null {
           ))}
         </ul>
       )}
+      {travel(done).map((finding) => (
+        <Notice key={finding.axis} kind="bad" title={`${finding.axis}: the job does not fit the machine`} text={finding.text} />
+      ))}
       {warning && <Notice kind="warn" title={warning.title} text={warning.text} />}
       <ToolChanges report={report} />
       <Figures done={done} />
-      <p class="small faint">
-        {done.ofMachine ? "With the settings of the connected machine." : "With default settings: connect to use your machine's settings."}
+      <p class="small faint" data-test="checked-with">
+        {checkedWith(done)}
       </p>
     </Card>
   );
+}
+
+function travel({ standing, report }: Preflight): TravelFinding[] {
+  return travelFindings(standing, report.min_mm, report.max_mm);
+}
+
+function checkedWith({ standing, report, refused }: Preflight): string {
+  if (standing === NOWHERE) return "With default settings, work zero at machine zero: connect to check it on your machine.";
+  const unplaced = [...unplacedAxes(standing, report.min_mm, report.max_mm)].join(", ");
+  const text = "With the settings, the offsets and the place of the connected machine.";
+  const place = unplaced && ` ${unplaced}: not homed, so whether the job fits there is not known.`;
+  return `${text}${place}${refused.length > 0 ? ` This page's core did not accept ${refused.join(", ")}.` : ""}`;
 }
 
 function ToolChanges({ report }: { report: Report }): JSX.Element | null {
@@ -168,6 +176,7 @@ function ToolChanges({ report }: { report: Report }): JSX.Element | null {
 
 function Figures({ done }: { done: Preflight }): JSX.Element {
   const { report } = done;
+  const { origin_mm } = done.standing;
   const axes = [...AXES].filter((_, i) => report.max_mm[i]! > report.min_mm[i]! || i < 3);
   return (
     <>
@@ -194,8 +203,8 @@ function Figures({ done }: { done: Preflight }): JSX.Element {
             return (
               <tr key={axis}>
                 <td>{axis}</td>
-                <td class="number mono">{report.min_mm[i]!.toFixed(2)}</td>
-                <td class="number mono">{report.max_mm[i]!.toFixed(2)}</td>
+                <td class="number mono">{(report.min_mm[i]! - (origin_mm[i] ?? 0)).toFixed(2)}</td>
+                <td class="number mono">{(report.max_mm[i]! - (origin_mm[i] ?? 0)).toFixed(2)}</td>
                 <td class="number mono">{(report.max_speed_mm_s[i]! * 60).toFixed(0)}</td>
               </tr>
             );
@@ -215,7 +224,35 @@ const RESULT: Record<string, { kind: "good" | "warn" | "bad"; title: string }> =
   lost: { kind: "bad", title: "The connection was lost during the job" },
 };
 
+/** Why a start wants a second thought. */
+function doubts(): string[] {
+  const done = preflight.result.value;
+  if (!done) return ["The preflight has not finished."];
+  const { error_count } = done.report;
+  const lines = error_count === 1 ? "One line is refused" : `${error_count} lines are refused`;
+  return [...(error_count > 0 ? [`${lines}: the job will stop there.`] : []), ...travel(done).map((finding) => finding.text)];
+}
+
+function StartDialog({ onClose }: { onClose: () => void }): JSX.Element {
+  return (
+    <Dialog title="Start this job all the same?" onClose={onClose}>
+      <ul>
+        {doubts().map((text) => (
+          <li key={text}>{text}</li>
+        ))}
+      </ul>
+      <div class="row">
+        <Button kind="danger" icon="play" onClick={() => (onClose(), job.start())} testId="start-anyway">
+          Start
+        </Button>
+        <Button onClick={onClose}>Cancel</Button>
+      </div>
+    </Dialog>
+  );
+}
+
 function RunCard(): JSX.Element {
+  const asks = useSignal(false);
   const state = job.state.value;
   const result = RESULT[state];
   const total = job.total;
@@ -228,10 +265,11 @@ function RunCard(): JSX.Element {
             {state === "stopping" ? "Stopping" : "Stop the job"}
           </Button>
         ) : (
-          <Button kind="primary" icon="play" disabled={!ready} onClick={() => job.start()} testId="job-start">
+          <Button kind="primary" icon="play" disabled={!ready} onClick={() => (doubts().length > 0 ? (asks.value = true) : job.start())} testId="job-start">
             Start
           </Button>
         )}
+        {asks.value && <StartDialog onClose={() => (asks.value = false)} />}
         {!controller.connected.value && <span class="small soft">Connect first.</span>}
         {controller.connected.value && !ready && !job.active.value && <span class="small soft">The machine must be idle.</span>}
       </div>
@@ -294,16 +332,12 @@ function ResumeBar(): JSX.Element | null {
 }
 
 function facts(): MachineFacts {
-  const offsets: Record<string, number[]> = {};
-  for (const [row, body] of controller.offsets.value) {
-    const numbers = body.split(",").map(Number);
-    if (numbers.every(Number.isFinite)) offsets[row] = numbers;
-  }
+  const { machine_mm, offsets, settings } = standing.value;
   return {
     axisCount: controller.axisCount.value,
-    machine_mm: [...controller.machinePosition.value],
-    offsets,
-    laser: Number(controller.settings.value.get(LASER_MODE) ?? 0) > 0,
+    machine_mm: [...machine_mm],
+    offsets: Object.fromEntries([...offsets].map(([row, mm]) => [row, [...mm]])),
+    laser: Number(settings.get(LASER_MODE) ?? 0) > 0,
   };
 }
 

@@ -2,11 +2,11 @@
 import { signal, useSignal } from "@preact/signals";
 import type { CanvasHTMLAttributes, JSX } from "preact";
 import { useEffect, useRef } from "preact/hooks";
-import { controller, job, preflight, theme } from "../app";
+import { job, preflight, standing, theme } from "../app";
 import { secondsAtLine, type Preflight } from "../job/preflight";
 import { SLANTED, TOP, type Box, type View } from "../job/projection";
 import { levelColours, type Scene } from "../job/scene";
-import { TABLES } from "../tables";
+import { AXES, TABLES } from "../tables";
 import { draw, inkOf } from "./drawing";
 import { Segments } from "./parts";
 
@@ -44,7 +44,8 @@ export function PathView({ preflight: done }: { preflight: Preflight }): JSX.Ele
 
 function describePath(done: Preflight): string {
   const size = done.report.max_mm.slice(0, 3).map((high, i) => (high - done.report.min_mm[i]!).toFixed(1));
-  return `Path of ${done.program.name}: ${size.join(" by ")} mm`;
+  const tool = toolPosition(done)?.slice(0, 3).map((mm, i) => `${AXES[i]} ${mm.toFixed(1)}`);
+  return `Path of ${done.program.name}: ${size.join(" by ")} mm${tool ? `; tool at ${tool.join(", ")}` : ""}`;
 }
 
 function Legend({ scene }: { scene: Scene }): JSX.Element {
@@ -72,7 +73,7 @@ function Legend({ scene }: { scene: Scene }): JSX.Element {
 
 /** Draw again when the machine moves, the view turns or the colours change. */
 function useDrawing(ref: { current: HTMLCanvasElement | null }, done: Preflight): void {
-  const tool = toolPosition();
+  const tool = toolPosition(done);
   const seconds = secondsDone(done);
   const dependencies = [done, view.value, theme.value, tool?.join(), seconds];
   useEffect(() => {
@@ -93,15 +94,17 @@ function secondsDone(done: Preflight): number {
 
 function boxOf(done: Preflight): Box {
   const { min_mm, max_mm } = done.report;
+  const from = (mm: readonly number[], i: number): number => mm[i]! - (done.standing.origin_mm[i] ?? 0);
   return {
-    min: [min_mm[0]!, min_mm[1]!, min_mm[2]!],
-    max: [max_mm[0]!, max_mm[1]!, max_mm[2]!],
+    min: [from(min_mm, 0), from(min_mm, 1), from(min_mm, 2)],
+    max: [from(max_mm, 0), from(max_mm, 1), from(max_mm, 2)],
   };
 }
 
-/** Of the machine, in the coordinates of the path; null: not connected. */
-function toolPosition(): readonly number[] | null {
-  return controller.connected.value && controller.machinePosition.value.length > 0 ? controller.machinePosition.value : null;
+/** Of the machine, in the coordinates of the path: its zero is the work zero of the check. null: not connected. */
+function toolPosition({ standing: checked }: Preflight): readonly number[] | null {
+  const { machine_mm } = standing.value;
+  return machine_mm.length > 0 ? machine_mm.map((mm, i) => mm - (checked.origin_mm[i] ?? 0)) : null;
 }
 
 // ---- hands ----
