@@ -98,3 +98,12 @@ def test_an_offset_of_g92(socket_link: Callable[..., Console]) -> None:
     load(console, "G21G90\nG1X15F1000\n")
     row = console.page.get_by_role("row").filter(has_text=re.compile("^X"))
     expect(row).to_contain_text("5.0015.00")
+
+
+def test_a_file_that_cannot_be_read_leaves_nothing_to_start(socket_link: Callable[..., Console]) -> None:
+    console = socket_link()
+    load(console, WIDE)
+    console.by("job-file").set_input_files({"name": "empty.nc", "mimeType": "text/plain", "buffer": b"(nothing)\n"})
+    expect(console.page.get_by_role("alert").filter(has_text="empty.nc has no G-code")).to_be_visible()
+    expect(console.by("job-start")).to_have_count(0)
+    expect(console.page.get_by_text("Drop a G-code file here")).to_be_visible()

@@ -11,7 +11,15 @@ it("keeps settings that it does not know", () => {
   expect(importText(exportText(values, "a test"))).toEqual(values);
 });
 
+it("reads what `$$` prints, and what other senders save of it", () => {
+  const text = "$$\r\n$0=10 (step pulse, usec)\n$110=5000.000\n ; a note\n$120 = 400\nok\n";
+  expect([...importText(text)]).toEqual([[0, "10"], [110, "5000.000"], [120, "400"]]);
+});
+
 it.each([
+  ["$110=fast", /line 1: "\$110=fast" is not like/],
+  ["$110=5000\nG1X1", /line 2/],
+  ["$100=-1", /\$100=-1/],
   ["schema = 2", /schema/],
   ["schema = 1\n[settings]\nsteps_per_mm = 1", /unknown setting steps_per_mm/],
   ["schema = 1\n[axis.x]\nsteps_per_mm = -1", /steps_per_mm.x = -1/],

@@ -53,6 +53,15 @@ export class PreflightRunner {
     }
   }
 
+  /** Nothing was checked; what is under way ends. */
+  forget(): void {
+    this.requests++;
+    this.worker?.terminate();
+    this.result.value = null;
+    this.progress.value = null;
+    this.failed.value = "";
+  }
+
   /** Rejects with a ResumeError when it cannot be known how the job stood there. */
   async plan(lines: JobLine[], line: number, facts: MachineFacts): Promise<Resume> {
     const done = await this.ask({ kind: "resume", lines, line, facts }, () => {});

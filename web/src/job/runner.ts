@@ -60,6 +60,12 @@ export class JobRunner {
     this.state.value = "ready";
   }
 
+  unload(): void {
+    this.program.value = null;
+    this.take([]);
+    this.state.value = "none";
+  }
+
   /** Send these lines: the whole program, or what a resume has planned. */
   start(lines: readonly JobLine[] | null = null): void {
     const program = this.program.value;

@@ -1,4 +1,4 @@
-/** Settings as a TOML file, the one of `wificnc settings export` and `import`. Pure. */
+/** Settings as a file: a TOML file, the one of `wificnc settings export` and `import`, or lines of `$$`. Pure. */
 import { parse } from "smol-toml";
 import { AXES, settingNumber, settingProblem, settingsOf, type Setting, type SettingRow } from "../tables";
 
@@ -41,8 +41,32 @@ function tomlValue(row: SettingRow, text: string): string {
   return row.type === "float" && Number.isInteger(value) ? value.toFixed(1) : String(value);
 }
 
+/** A line of `$$`, as every Grbl sender saves it, with or without its description. */
+const DOLLAR = /^\$(\d{1,5})\s*=\s*(-?[\d.]+)\s*([(;].*)?$/;
+
 /** $N -> text; what the file leaves out is left alone. Throws SettingsFileError with every fault. */
 export function importText(text: string): Map<number, string> {
+  return /^\s*\$\d+\s*=/m.test(text) ? importDollars(text) : importToml(text);
+}
+
+function importDollars(text: string): Map<number, string> {
+  const values = new Map<number, string>();
+  const faults: string[] = [];
+  text.split(/\r?\n/).forEach((raw, i) => {
+    const line = raw.trim();
+    if (line === "" || line === "ok" || line === "$$" || /^[;(#<[]/.test(line)) return;
+    const [, number, value] = DOLLAR.exec(line) ?? [];
+    const row = settingsOf(AXES.length).find((setting) => setting.number === Number(number))?.row;
+    const problem = row && value !== undefined ? settingProblem(row, value) : "";
+    if (number === undefined || value === undefined) faults.push(`line ${i + 1}: "${line}" is not like $110=5000`);
+    else if (problem) faults.push(`$${number}=${value}: ${problem}`);
+    else values.set(Number(number), value);
+  });
+  if (faults.length > 0) throw new SettingsFileError(faults.join("; "));
+  return values;
+}
+
+function importToml(text: string): Map<number, string> {
   let data: Record<string, unknown>;
   try {
     data = parse(text);

@@ -66,6 +66,8 @@ function Drop(): JSX.Element {
 
 async function open(file: File): Promise<void> {
   if (job.active.value) throw new Error("A job is running: stop it first");
+  job.unload(); // also when the new file cannot be read: what is shown is what Start would send
+  preflight.forget();
   job.load(readProgram(file.name, await file.text()));
   await checkJob();
 }

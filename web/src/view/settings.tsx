@@ -80,7 +80,7 @@ function Tools(): JSX.Element {
       <Button size="small" onClick={() => saveFile("settings.toml", exportText(current.value, controller.linkName.value))} testId="settings-export">
         Export
       </Button>
-      <FileButton size="small" accept=".toml" onFile={(file) => void attempt(() => importFile(file))} testId="settings-file">
+      <FileButton size="small" accept=".toml,.txt,.nc,.gcode,.settings" onFile={(file) => void attempt(() => importFile(file))} testId="settings-file">
         Import
       </FileButton>
       <Button size="small" why={noHoming.value} onClick={() => (asks.value = "restore")}>
