@@ -76,6 +76,12 @@ static struct hal_ganged host_ganged(const struct host_board *board) {
                                .hold = virtual_hold_motors};
 }
 
+static struct device_board host_device(const struct host_board *board) {
+    struct device_board device = {.wiring = {.estop_high = 0}};
+    memset(device.wiring.pin, DEVICE_NO_PIN, sizeof device.wiring.pin);
+    return board->device != NULL ? *board->device : device;
+}
+
 struct host *host_open(const struct host_board *board, const char *store_path) {
     if (!board_is_possible(board))
         return NULL;
@@ -86,6 +92,7 @@ struct host *host_open(const struct host_board *board, const char *store_path) {
         free(host);
         return NULL;
     }
+    host->device = host_device(board);
     const struct machine_board wired = {
         .timer_hz = board->timer_hz,
         .step_pulse_ns = board->step_pulse_ns,

@@ -58,6 +58,7 @@ struct host {
     uint32_t planned_count, planned_size;
     bool paced;       /* the wall clock leads */
     char *store_path; /* NULL: nothing is kept */
+    struct device_board device;
     char *out;        /* what the controller said and no one has read yet */
     size_t out_count, out_size;
 };

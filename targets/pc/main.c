@@ -11,6 +11,7 @@
  * --axes --ganged --switchless --home-axes --missing-outputs --speed (0: as fast as it can) --host --port
  * --wmc3 --control --pty --store --set; and --parent: end when stdin does. The access key of network clients
  * is in WIFICNC_KEY, because arguments can be read by everyone. */
+#include "host_device.h"
 #include "port.h"
 #include "serve.h"
 
@@ -84,7 +85,12 @@ static bool read_axes(const char *value, axis_mask_t *out) {
 }
 
 static bool take_board(struct host_board *board, const char *name, const char *value) {
+    static struct device_board device;
     uint32_t axes = 0;
+    if (strcmp(name, "--device") == 0) {
+        board->device = &device;
+        return host_device_parse(value, &device);
+    }
     if (strcmp(name, "--timer-hz") == 0)
         return read_number(value, &board->timer_hz);
     if (strcmp(name, "--step-pulse-ns") == 0)

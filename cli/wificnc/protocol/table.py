@@ -44,6 +44,7 @@ Convert = Literal[
     "dir_setup",
     "charge_pump",
     "quarter",
+    "pwm_hz",
 ]
 
 
