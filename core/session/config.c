@@ -51,8 +51,6 @@ static double to_wire(const struct session *session, const struct session_key *r
         return session_is_module(session)
                    ? value
                    : (double)((machine_board(session->machine)->dir_setup_ns + 999) / 1000);
-    case KEY_AS_CHARGE_PUMP:
-        return session_is_module(session) ? value : (double)machine_board(session->machine)->charge_pump_hz;
     case KEY_AS_QUARTER:
         return floor(value / 4.0);
     case KEY_AS_PWM_HZ:
@@ -87,9 +85,7 @@ static double from_wire(const struct session *session, const struct session_key 
         return value * 4.0;
     case KEY_AS_VALUE:
     case KEY_AS_PWM_HZ:
-    /* This one and the next are KEY_FIXED: config_set() refuses them before. */
-    case KEY_AS_DIR_SETUP:
-    case KEY_AS_CHARGE_PUMP:
+    case KEY_AS_DIR_SETUP: /* KEY_FIXED: config_set() refuses it before */
     default:
         return value;
     }

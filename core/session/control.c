@@ -27,7 +27,7 @@ static struct wire_handshake_response about_machine(const struct machine *machin
     return (struct wire_handshake_response){
         .axes = board->axis_count,
         .capabilities =
-            (uint8_t)(WIRE_CAPABILITY_STREAM | (board->charge_pump_hz > 0 ? WIRE_CAPABILITY_CHARGE_PUMP : 0) |
+            (uint8_t)(WIRE_CAPABILITY_STREAM | (board->pump != NULL ? WIRE_CAPABILITY_CHARGE_PUMP : 0) |
                       (board->digital_outputs > 0 ? WIRE_CAPABILITY_MISC_OUTPUTS : 0) |
                       (board->digital_inputs > 0 ? WIRE_CAPABILITY_MISC_INPUTS : 0) |
                       ((board->outputs & BOARD_OUTPUT_PWM) != 0 ? WIRE_CAPABILITY_SPINDLE_PWM : 0) |

@@ -29,7 +29,7 @@ const struct session_key session_keys[] = {
     {0x0321, 1, WIRE_VALUE_TYPE_U32, KEY_SETTING, KEY_AS_STEPS_S, 25, 0}, /* homing_seek_mm_min */
     {0x0322, 1, WIRE_VALUE_TYPE_U32, KEY_SETTING, KEY_AS_STEPS_S, 24, 0}, /* homing_feed_mm_min */
     {0x0323, 1, WIRE_VALUE_TYPE_U32, KEY_SETTING, KEY_AS_STEPS, 27, 0}, /* homing_pull_off_mm */
-    {0x0400, 1, WIRE_VALUE_TYPE_U16, KEY_FIXED, KEY_AS_CHARGE_PUMP, 0, 0}, /* charge_pump_hz */
+    {0x0400, 1, WIRE_VALUE_TYPE_U16, KEY_SETTING, KEY_AS_VALUE, 73, 0}, /* charge_pump_hz */
     {0x0430, 1, WIRE_VALUE_TYPE_U16, KEY_SETTING, KEY_AS_PWM_HZ, 33, 0}, /* pwm_hz */
     {0x0431, 1, WIRE_VALUE_TYPE_U32, KEY_SETTING, KEY_AS_VALUE, 30, 0}, /* spindle_max_rpm */
     {0x0500, 6, WIRE_VALUE_TYPE_U8, KEY_PIN, KEY_AS_VALUE, 0, 255}, /* step_pin */

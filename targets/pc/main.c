@@ -84,13 +84,26 @@ static bool read_axes(const char *value, axis_mask_t *out) {
     return good;
 }
 
-static bool take_board(struct host_board *board, const char *name, const char *value) {
+/* What is no number of the machine. */
+static bool take_parts(struct host_board *board, const char *name, const char *value) {
     static struct device_board device;
-    uint32_t axes = 0;
     if (strcmp(name, "--device") == 0) {
         board->device = &device;
         return host_device_parse(value, &device);
     }
+    if (strcmp(name, "--pump-hz") == 0)
+        return read_short(value, &board->pump_hz);
+    if (strcmp(name, "--pump-clock-hz") == 0)
+        return read_number(value, &board->pump_clock_hz);
+    if (strcmp(name, "--pump-ticks-min") == 0)
+        return read_number(value, &board->pump_ticks_min);
+    if (strcmp(name, "--pump-ticks-max") == 0)
+        return read_number(value, &board->pump_ticks_max);
+    return false;
+}
+
+static bool take_board(struct host_board *board, const char *name, const char *value) {
+    uint32_t axes = 0;
     if (strcmp(name, "--timer-hz") == 0)
         return read_number(value, &board->timer_hz);
     if (strcmp(name, "--step-pulse-ns") == 0)
@@ -162,7 +175,9 @@ static bool take_option(struct serve_options *options, const char **settings, co
         settings[count] = value;
         return count < SETTINGS_MAX;
     } else {
-        return take_board(&options->board, name, value);
+        return strncmp(name, "--device", 8) == 0 || strncmp(name, "--pump", 6) == 0
+                   ? take_parts(&options->board, name, value)
+                   : take_board(&options->board, name, value);
     }
     return true;
 }

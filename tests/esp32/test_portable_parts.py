@@ -29,6 +29,7 @@ PROGRAMS = {
     "websocket": (),
     "improv": ("link/improv.c",),
     "ota": ("net/ota.c",),
+    "charge_pump": ("io/charge_pump.c",),
     "pin_map": ("io/pin_map.c",),
     "policies": ("app/boot_guard.c", "io/status_led.c", "net/link_policy.c", "net/wifi_policy.c"),
     "nvs_store": ("store/nvs_channels.c", "store/nvs_keys.c", "store/nvs_store.c"),
@@ -58,8 +59,9 @@ def test_outputs_of_shift_registers() -> None:
     output = checkout_root() / "build" / "tests" / "shifted_outputs"
     folder = output.parent / "board-shifted"
     write_if_changed(folder / "pin_config.h", pin_header_text(load_board("mks-tinybee")))
-    sources = [HERE / "shifted_outputs.c", HERE / "idle_ledc.c", ESP32 / "io/outputs.c", ESP32 / "io/pin_map.c"]
-    write_if_changed(folder / "sdkconfig.h", "#define CONFIG_IDF_TARGET_ESP32 1\n")
+    sources = [HERE / "shifted_outputs.c", HERE / "idle_ledc.c"]
+    sources += [ESP32 / "io/charge_pump.c", ESP32 / "io/outputs.c", ESP32 / "io/pin_map.c"]
+    write_if_changed(folder / "sdkconfig.h", "#define CONFIG_IDF_TARGET_ESP32 1\n#define CONFIG_FREERTOS_HZ 1000\n")
     folders = [f"-I{ESP32}", f"-I{folder}", f"-idirafter{ESP32 / 'test' / 'idf_api'}"]
     program = build_program(sources, output, "release", folders)
     done = subprocess.run([program], capture_output=True, text=True, timeout=HANG_S, check=False)

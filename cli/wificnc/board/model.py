@@ -137,6 +137,7 @@ class Outputs(Strict):
     coolant_flood: OutputWire | None = None
     coolant_mist: OutputWire | None = None
     charge_pump: OutputWire | None = Field(default=None, description="square wave that keeps a safety relay closed")
+    charge_pump_hz: int = Field(default=10_000, ge=1, le=20_000, description="what $73 starts at, with a charge_pump")
     servo: OutputWire | None = Field(default=None, description="pulses of 0.5 to 2.5 ms for an RC servo, $85 to $87")
     misc: Annotated[tuple[OutputWire, ...], LooseTuple] = Field(default=(), max_length=MISC_OUT_MAX)
 

@@ -127,6 +127,20 @@ def board_numbers(board: Board) -> dict[str, int]:
         "digital_outputs": board.digital_outputs,
         "encoder": int(board.encoder is not None),
         "analog": int(board.has_analog),
+        **pump_numbers(board),
+    }
+
+
+def pump_numbers(board: Board) -> dict[str, int]:
+    """Of its charge pump; none where it has none."""
+    timer = board.pins.pump
+    if board.output.charge_pump is None or timer is None:
+        return {}
+    return {
+        "pump_hz": board.output.charge_pump_hz,
+        "pump_clock_hz": timer.clock_hz,
+        "pump_ticks_min": timer.ticks_min,
+        "pump_ticks_max": timer.ticks_max,
     }
 
 

@@ -72,6 +72,10 @@ class HostBoard(Structure):
         ("laser_marks", c_uint16),
         ("switchless", c_uint16),
         ("device", POINTER(DeviceBoard)),
+        ("pump_hz", c_uint16),
+        ("pump_clock_hz", c_uint32),
+        ("pump_ticks_min", c_uint32),
+        ("pump_ticks_max", c_uint32),
     )
 
 

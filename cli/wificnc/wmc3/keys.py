@@ -46,7 +46,7 @@ KEYS: tuple[Key, ...] = (
     Key(0x0321, 1, "homing_seek_mm_min", "u32", "steps/s", "setting"),
     Key(0x0322, 1, "homing_feed_mm_min", "u32", "steps/s", "setting"),
     Key(0x0323, 1, "homing_pull_off_mm", "u32", "steps", "setting"),
-    Key(0x0400, 1, "charge_pump_hz", "u16", "Hz", "fixed"),
+    Key(0x0400, 1, "charge_pump_hz", "u16", "Hz", "setting", 0.0, 20000.0),
     Key(0x0430, 1, "pwm_hz", "u16", "Hz", "setting", 50.0, 50000.0),
     Key(0x0431, 1, "spindle_max_rpm", "u32", "rpm", "setting", 0.0, 1000000.0),
     Key(0x0500, 6, "step_pin", "u8", "", "pin", signals=("step_{axis}",)),

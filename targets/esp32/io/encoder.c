@@ -8,7 +8,7 @@
 #include "esp_attr.h"
 #include "hal/pcnt_ll.h"
 
-#define UNIT      0u  /* the first that ESP-IDF's driver gives, and no one else asks for one */
+#define UNIT 0u /* the first that ESP-IDF's driver gives, and no one else asks for one */
 
 /* Both edges of one line; the other line says which way. */
 static bool add_channel(pcnt_unit_handle_t unit, const struct encoder_wire *edge,
