@@ -73,6 +73,19 @@ static bool no_pin_serves_two(const struct device_wiring *wiring) {
     return true;
 }
 
+bool device_take_wiring(struct device *device, const struct device_wiring *stored) {
+    for (unsigned n = 0; n < DEVICE_PINS; n++) {
+        const uint8_t pin = stored->pin[n];
+        const bool moves = pin != device->wiring.pin[n];
+        if (moves && !(pin == DEVICE_NO_PIN ? device->legal[n] != 0 : is_legal(device, n, pin)))
+            return false;
+    }
+    if (stored->estop_high > 1 || !no_pin_serves_two(stored))
+        return false;
+    device->wiring = *stored;
+    return true;
+}
+
 static enum device_answer set_estop(struct device *device, uint32_t value) {
     if (value == device->wiring.estop_high)
         return DEVICE_DONE;

@@ -86,6 +86,10 @@ enum device_answer {
  * was on trial: it is again */
 void device_begin(struct device *device, bool trial, uint64_t now_us);
 
+/** Wiring that was stored, perhaps on another board. @return false: it does not fit this one, and nothing
+ * changes */
+bool device_take_wiring(struct device *device, const struct device_wiring *stored);
+
 /** A number. @return false: no key of this room */
 bool device_get(const struct device *device, uint16_t key, uint32_t *value);
 

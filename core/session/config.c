@@ -191,6 +191,11 @@ static enum wire_refusal set_target(const struct session *session, const struct 
     double value;
     if (device == NULL)
         return WIRE_REFUSAL_READ_ONLY;
+    if (!session_is_module(session)) {
+        enum refusal busy = action_may(session->machine, ACTION_STORE, ACTOR_HOST);
+        if (busy != REFUSAL_NONE)
+            return session_refusal(busy);
+    }
     if (row->type == WIRE_VALUE_TYPE_STRING)
         return set->value_type == row->type
                    ? device_refusal(device_set_text(device, set->key, (const char *)set->value))
@@ -241,11 +246,21 @@ static bool save_settings(const struct session *session) {
     return store_save_settings(&module->store, &module->settings);
 }
 
-/* A configuration of channels that cannot be is refused as a whole, and nothing is kept. */
+static enum wire_refusal save_device(const struct session *session) {
+    struct device *device = session->options.device;
+    if (device == NULL || !device_differs(device))
+        return WIRE_REFUSAL_NONE;
+    return device_refusal(device_save(device, session->now_us));
+}
+
+/* Channels, pins or a network that cannot be are refused as a whole, and nothing is kept. */
 enum wire_refusal config_save(const struct session *session) {
     struct channels *channels = session->options.channels;
     if (channels != NULL && channels_faults(channels) != 0)
         return WIRE_REFUSAL_PIN;
+    enum wire_refusal refusal = save_device(session);
+    if (refusal != WIRE_REFUSAL_NONE)
+        return refusal;
     /* Both are written whatever becomes of the first, so that the reply is about all of it. */
     bool kept = save_settings(session);
     if (channels != NULL)

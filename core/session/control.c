@@ -249,6 +249,10 @@ size_t session_request(struct session *session, int place, const uint8_t *messag
     session_note_alive(session, request.client->address);
     session_note_sequence(session, request.client->address, request.header.sequence);
     request.refusal = session_check_request(session, request.client, &request.header);
+    bool may = request.client->authenticated ||
+               access_may(session->options.access, lockout_ipv4(request.client->address));
+    if (may && session->options.device != NULL)
+        device_contact(session->options.device, (unsigned)place);
     bool understood =
         request.refusal != WIRE_REFUSAL_UNKNOWN_TYPE && request.refusal != WIRE_REFUSAL_MALFORMED;
     /* stream_opened has a field for the refusal (docs/protocol.md), so it is the reply also when the rules

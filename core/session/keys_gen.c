@@ -14,6 +14,7 @@ const struct session_key session_keys[] = {
     {0x0103, 1, WIRE_VALUE_TYPE_U16, KEY_SETTING, KEY_AS_VALUE, 76, 0}, /* status_interval_ms */
     {0x0200, 1, WIRE_VALUE_TYPE_STRING, KEY_TARGET, KEY_AS_VALUE, 0, 0}, /* wifi_ssid */
     {0x0201, 1, WIRE_VALUE_TYPE_STRING, KEY_TARGET, KEY_AS_VALUE, 0, 0}, /* wifi_password */
+    {0x0202, 1, WIRE_VALUE_TYPE_STRING, KEY_TARGET, KEY_AS_VALUE, 0, 0}, /* host_name */
     {0x0210, 1, WIRE_VALUE_TYPE_U8, KEY_TARGET, KEY_AS_VALUE, 0, 0}, /* ip_mode */
     {0x0211, 1, WIRE_VALUE_TYPE_U32, KEY_TARGET, KEY_AS_VALUE, 0, 0}, /* ip_address */
     {0x0212, 1, WIRE_VALUE_TYPE_U32, KEY_TARGET, KEY_AS_VALUE, 0, 0}, /* ip_gateway */

@@ -5,12 +5,23 @@
 #define WIFICNC_PC_HOST_DEVICE_H
 
 #include "device/device.h"
+#include "settings/store.h"
 
 struct host;
+
+/** As in the file. */
+struct host_device_kept {
+    struct device_wiring wiring;
+    struct device_network network, before;
+    uint32_t on_trial;
+};
 
 struct host_device {
     struct device device;
     struct device_board board;
+    struct store store;
+    struct host_device_kept kept;
+    unsigned joined; /* how often the network was taken into use */
 };
 
 /** "PIN:LEGAL,..." of every pin, LEGAL in hex, then ";ESTOP_HIGH,ENCODER_FILTER_NS,ETHERNET_HOST".

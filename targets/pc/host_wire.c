@@ -90,6 +90,10 @@ struct host_wire *host_wire_create_module(struct host *host, const char *key) {
     return create(host, key, true);
 }
 
+unsigned host_wire_joined(const struct host_wire *wire) {
+    return wire->device.joined;
+}
+
 void host_wire_trust(struct host_wire *wire, uint32_t address, int span) {
     uint8_t bytes[4];
     address_bytes(address, bytes);

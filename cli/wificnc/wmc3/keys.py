@@ -31,6 +31,7 @@ KEYS: tuple[Key, ...] = (
     Key(0x0103, 1, "status_interval_ms", "u16", "ms", "setting", 10.0, 1000.0),
     Key(0x0200, 1, "wifi_ssid", "string", "", "target"),
     Key(0x0201, 1, "wifi_password", "string", "", "target"),
+    Key(0x0202, 1, "host_name", "string", "", "target"),
     Key(0x0210, 1, "ip_mode", "u8", "", "target"),
     Key(0x0211, 1, "ip_address", "u32", "", "target"),
     Key(0x0212, 1, "ip_gateway", "u32", "", "target"),
