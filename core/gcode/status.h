@@ -89,6 +89,7 @@
     X(161, LASER_LEAVES_ON, "a laser ($32=1) needs $34=0: any other PWM off value would leave the beam on")  \
     X(162, PWM_IN_USE, "$33 to $36, $94 to $98 change only while spindle and laser are off: send M5 first")  \
     X(163, LASER_CURVE, "$94 to $97 must ascend: change the one that is in the way first")                   \
+    X(164, PUMP_FREQUENCY, "$73: the timer of this board's charge pump does not make this frequency")        \
     /* end of the table */
 
 enum status {

@@ -94,6 +94,16 @@ struct hal_servo {
     void (*set)(struct hal *hal, uint16_t pulse_us);
 };
 
+/** A square wave that keeps a safety relay closed. It ends some 20 ms after the motion side was polled for the
+ * last time, so that a program that hangs opens the relay. A machine without it has none of this. */
+struct hal_pump {
+    uint16_t default_hz;           /* the board's: $73 starts at it */
+    uint32_t clock_hz;             /* of its timer */
+    uint32_t ticks_min, ticks_max; /* of the clock, of a wave */
+    /** [task] From now on waves of so many ticks; 0: none (power-on). */
+    void (*set)(struct hal *hal, uint32_t ticks);
+};
+
 /** What a spindle's encoder says, all of one moment. Counts go up while the spindle turns clockwise (M3). */
 struct hal_encoder_state {
     int32_t counts;   /* edges counted since power-on, signed; wraps */

@@ -35,11 +35,11 @@ struct machine_board {
     axis_mask_t home_axes;             /* homing looks at switches of their own, not at the limits */
     uint32_t motors_wake_us;           /* drivers need it from enabled to their first step */
     uint8_t outputs;                   /* BOARD_OUTPUT_ bits of what is wired */
-    uint16_t charge_pump_hz;           /* of its square wave; 0: no such output */
     uint8_t digital_inputs;            /* of M66, 0 .. DIGITAL_INPUT_COUNT */
     uint8_t digital_outputs;           /* of M62 .. M65, 0 .. OUTPUT_COUNT */
     const struct hal_analog *analog;   /* NULL: no analog inputs and outputs */
     const struct hal_servo *servo;     /* NULL: no servo output */
+    const struct hal_pump *pump;       /* NULL: no charge pump */
     const struct hal_encoder *encoder; /* NULL: none of the spindle */
     const struct hal_ganged *ganged;   /* NULL: every axis has one motor */
     const struct hal_store *store;     /* NULL: nothing is kept */

@@ -7,6 +7,7 @@
 #include "machine/motor_current.h"
 #include "machine/outputs.h"
 #include "machine/parts.h"
+#include "machine/pump.h"
 #include "machine/wiring.h"
 
 #include <stddef.h>
@@ -16,9 +17,14 @@ static uint16_t board_pulse_us(const struct machine *machine) {
     return (uint16_t)((machine->board.step_pulse_ns + 999) / 1000);
 }
 
-uint16_t configure_default_pulse_us(const struct machine *machine) {
+static uint16_t configure_default_pulse_us(const struct machine *machine) {
     const uint16_t own_us = board_pulse_us(machine), us = machine->board.default_pulse_us;
     return us > own_us ? us : own_us;
+}
+
+void configure_board_defaults(struct machine *machine) {
+    machine->settings.step_pulse_us = configure_default_pulse_us(machine);
+    machine->settings.charge_pump_hz = pump_default_hz(machine);
 }
 
 static void report_clamp(struct machine *machine, unsigned axis, float mm_min, bool by_pulse) {
@@ -129,6 +135,7 @@ static void apply_outputs(struct machine *machine) {
     configure_pwm(machine);
     outputs_apply(machine);
     motor_current_put_out(machine);
+    pump_apply(machine);
 }
 
 void configure_apply(struct machine *machine) {

@@ -18,6 +18,7 @@
 #include "machine/reset.h"
 #include "machine/run_up.h"
 #include "machine/sender.h"
+#include "machine/pump.h"
 #include "machine/servo.h"
 #include "machine/spindle_sync.h"
 #include "machine/state.h"
@@ -41,7 +42,7 @@ void machine_init(struct machine *machine, const struct machine_board *board, st
     machine->hal = hal;
     machine->out = *out;
     settings_defaults(&machine->settings);
-    machine->settings.step_pulse_us = configure_default_pulse_us(machine);
+    configure_board_defaults(machine);
     interp_begin(&machine->interp, board);
     rx_init(&machine->lines.rx);
     line_reader_reset(&machine->lines.reader);
@@ -62,6 +63,7 @@ void machine_init(struct machine *machine, const struct machine_board *board, st
     inputs_begin(machine);
     configure_pwm(machine);
     outputs_off(machine);
+    pump_apply(machine);
     motors_init(machine);
     motor_current_put_out(machine);
     reset_restart(machine);

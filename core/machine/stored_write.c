@@ -11,6 +11,7 @@
 #include "machine/answer.h"
 #include "machine/configure.h"
 #include "machine/parts.h"
+#include "machine/pump.h"
 #include "machine/report.h"
 #include "machine/stored.h"
 
@@ -169,9 +170,10 @@ void stored_acknowledge(struct machine *machine) {
 static void set_defaults(struct machine *machine, unsigned keys) {
     if ((keys & STORED_BIT(STORED_SETTINGS)) != 0) {
         settings_defaults(&machine->settings);
-        machine->settings.step_pulse_us = configure_default_pulse_us(machine);
+        configure_board_defaults(machine);
         configure_apply(machine);
         configure_pwm(machine);
+        pump_apply(machine);
     }
     if ((keys & STORED_ALL_OFFSETS) != 0)
         memset(&machine->interp.gcode.offsets, 0, sizeof machine->interp.gcode.offsets);

@@ -3,13 +3,15 @@
 
 #include "machine/interp.h"
 #include "machine/parts.h"
+#include "machine/pump.h"
 #include "machine/report.h"
 
+#include <math.h>
 #include <stddef.h>
 
 /* Settings that need a pin. Stored ones may come from another board (wiring_fit()). */
 static const uint8_t needs_wiring[] = {SETTING_LASER_MODE, SETTING_TORQUE_MASK, SETTING_SERVO_AXIS,
-                                       SETTING_ENCODER_COUNTS};
+                                       SETTING_ENCODER_COUNTS, SETTING_CHARGE_PUMP_HZ};
 
 static bool has(const struct machine *machine, enum board_output output) {
     return (machine->board.outputs & output) != 0;
@@ -49,6 +51,12 @@ static bool is_second_motor(uint16_t number) {
     return number >= SETTING_SECOND_MOTOR && number < (uint16_t)SETTING_SECOND_MOTOR + (uint16_t)AXIS_COUNT;
 }
 
+static enum status check_pump(const struct hal_pump *pump, double hz) {
+    if (pump == NULL)
+        return STATUS_NO_OUTPUT;
+    return pump_ticks(pump, floor(hz)) != 0 ? STATUS_OK : STATUS_PUMP_FREQUENCY;
+}
+
 enum status wiring_check(const struct machine *machine, uint16_t number, double value) {
     const struct machine_board *board = &machine->board;
     /* Off needs nothing; and a number below 1 is 0 in a whole setting. */
@@ -65,6 +73,8 @@ enum status wiring_check(const struct machine *machine, uint16_t number, double 
         return has(machine, BOARD_OUTPUT_SERVO) ? STATUS_OK : STATUS_NO_OUTPUT;
     case SETTING_ENCODER_COUNTS:
         return board->encoder != NULL ? STATUS_OK : STATUS_NO_ENCODER;
+    case SETTING_CHARGE_PUMP_HZ:
+        return check_pump(board->pump, value);
     default:
         return STATUS_OK;
     }

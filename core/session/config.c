@@ -25,6 +25,10 @@ static double steps_per_mm(const struct session *session, const struct session_k
     return (double)session->settings->steps_per_mm[axis < AXIS_COUNT ? axis : 0];
 }
 
+static bool has_pwm(const struct session *session) {
+    return !session_is_module(session) && (machine_board(session->machine)->outputs & BOARD_OUTPUT_PWM) != 0;
+}
+
 static double to_wire(const struct session *session, const struct session_key *row, uint16_t key,
                       double value) {
     double steps = steps_per_mm(session, row, key);
@@ -47,10 +51,10 @@ static double to_wire(const struct session *session, const struct session_key *r
         return session_is_module(session)
                    ? value
                    : (double)((machine_board(session->machine)->dir_setup_ns + 999) / 1000);
-    case KEY_AS_CHARGE_PUMP:
-        return session_is_module(session) ? value : (double)machine_board(session->machine)->charge_pump_hz;
     case KEY_AS_QUARTER:
         return floor(value / 4.0);
+    case KEY_AS_PWM_HZ:
+        return has_pwm(session) ? value : 0.0;
     case KEY_AS_VALUE:
     case KEY_AS_MAGNITUDE:
     default:
@@ -80,9 +84,8 @@ static double from_wire(const struct session *session, const struct session_key 
     case KEY_AS_QUARTER:
         return value * 4.0;
     case KEY_AS_VALUE:
-    /* This one and the next are KEY_FIXED: config_set() refuses them before. */
-    case KEY_AS_DIR_SETUP:
-    case KEY_AS_CHARGE_PUMP:
+    case KEY_AS_PWM_HZ:
+    case KEY_AS_DIR_SETUP: /* KEY_FIXED: config_set() refuses it before */
     default:
         return value;
     }
@@ -131,12 +134,19 @@ static bool decode(uint16_t type, const uint8_t bytes[64], double *value) {
     }
 }
 
+static bool is_target(const struct session *session, const struct session_key *row) {
+    return session->options.device != NULL && (row->kind == KEY_TARGET || row->kind == KEY_PIN);
+}
+
 static double value_of(const struct session *session, const struct session_key *row, uint16_t key) {
     const struct channels *channels = session->options.channels;
     unsigned axis = row->as == KEY_AS_MASK_NONE ? 0 : (unsigned)(key - row->key);
     uint8_t decimals;
     double value = row->fallback;
-    if (row->kind == KEY_SETTING)
+    uint32_t number;
+    if (is_target(session, row) && device_get(session->options.device, key, &number))
+        value = number;
+    else if (row->kind == KEY_SETTING)
         (void)settings_get(session->settings, (uint16_t)(row->number + axis), AXIS_COUNT, &value, &decimals);
     else if (row->kind == KEY_STORED && channels != NULL)
         value = channels->config.value[channels_find(key)];
@@ -149,6 +159,9 @@ void config_get(const struct session *session, uint16_t key, struct wire_config_
     const struct session_key *row = row_of(key);
     value->key = key;
     value->value_type = row != NULL ? row->type : WIRE_VALUE_TYPE_U32;
+    if (row != NULL && row->type == WIRE_VALUE_TYPE_STRING && is_target(session, row) &&
+        device_get_text(session->options.device, key, (char *)value->value))
+        return;
     encode(value->value_type, row != NULL ? value_of(session, row, key) : 0.0, value->value);
 }
 
@@ -161,6 +174,36 @@ static enum wire_refusal set_stored(const struct session *session, uint16_t key,
     /* Not effective yet: pins are set one by one, and config_save() checks the configuration as a whole. */
     bool good = channels_set_value(channels, channels_find(key), (uint32_t)value);
     return good ? WIRE_REFUSAL_NONE : WIRE_REFUSAL_RANGE;
+}
+
+static enum wire_refusal device_refusal(enum device_answer answer) {
+    static const uint8_t refusals[] = {
+        [DEVICE_DONE] = WIRE_REFUSAL_NONE,       [DEVICE_UNKNOWN] = WIRE_REFUSAL_READ_ONLY,
+        [DEVICE_FIXED] = WIRE_REFUSAL_READ_ONLY, [DEVICE_RANGE] = WIRE_REFUSAL_RANGE,
+        [DEVICE_PIN] = WIRE_REFUSAL_PIN,         [DEVICE_NOT_STORED] = WIRE_REFUSAL_NOT_STORED};
+    return (enum wire_refusal)refusals[answer];
+}
+
+/* Staged: pins are set one by one, and config_save() checks them as a whole. */
+static enum wire_refusal set_target(const struct session *session, const struct session_key *row,
+                                    const struct wire_config_set *set) {
+    struct device *device = session->options.device;
+    double value;
+    if (device == NULL)
+        return WIRE_REFUSAL_READ_ONLY;
+    if (!session_is_module(session)) {
+        enum refusal busy = action_may(session->machine, ACTION_STORE, ACTOR_HOST);
+        if (busy != REFUSAL_NONE)
+            return session_refusal(busy);
+    }
+    if (row->type == WIRE_VALUE_TYPE_STRING)
+        return set->value_type == row->type
+                   ? device_refusal(device_set_text(device, set->key, (const char *)set->value))
+                   : WIRE_REFUSAL_RANGE;
+    if (!decode(set->value_type, set->value, &value) || value != floor(value) || value < 0.0 ||
+        value > (double)UINT32_MAX)
+        return WIRE_REFUSAL_RANGE;
+    return device_refusal(device_set(device, set->key, (uint32_t)value));
 }
 
 static enum status set_setting(const struct session *session, uint16_t number, double value) {
@@ -180,12 +223,16 @@ enum wire_refusal config_set(const struct session *session, const struct wire_co
     double value;
     if (row == NULL)
         return WIRE_REFUSAL_UNKNOWN_KEY;
+    if (row->kind == KEY_TARGET || row->kind == KEY_PIN)
+        return set_target(session, row, set);
     if (row->kind != KEY_SETTING && row->kind != KEY_STORED)
         return WIRE_REFUSAL_READ_ONLY;
     if (!decode(set->value_type, set->value, &value) || loses_fraction(row, value))
         return WIRE_REFUSAL_RANGE;
     if (row->kind == KEY_STORED)
         return set_stored(session, set->key, value);
+    if (row->as == KEY_AS_PWM_HZ && !has_pwm(session) && !session_is_module(session))
+        return WIRE_REFUSAL_NO_OUTPUT;
     /* A mask of all axes is one setting with one key (count 1), so the difference is an axis or 0. */
     uint16_t number = (uint16_t)(row->number + (set->key - row->key));
     return session_refusal(
@@ -199,11 +246,21 @@ static bool save_settings(const struct session *session) {
     return store_save_settings(&module->store, &module->settings);
 }
 
-/* A configuration of channels that cannot be is refused as a whole, and nothing is kept. */
+static enum wire_refusal save_device(const struct session *session) {
+    struct device *device = session->options.device;
+    if (device == NULL || !device_differs(device))
+        return WIRE_REFUSAL_NONE;
+    return device_refusal(device_save(device, session->now_us));
+}
+
+/* Channels, pins or a network that cannot be are refused as a whole, and nothing is kept. */
 enum wire_refusal config_save(const struct session *session) {
     struct channels *channels = session->options.channels;
     if (channels != NULL && channels_faults(channels) != 0)
         return WIRE_REFUSAL_PIN;
+    enum wire_refusal refusal = save_device(session);
+    if (refusal != WIRE_REFUSAL_NONE)
+        return refusal;
     /* Both are written whatever becomes of the first, so that the reply is about all of it. */
     bool kept = save_settings(session);
     if (channels != NULL)

@@ -27,7 +27,7 @@ static struct wire_handshake_response about_machine(const struct machine *machin
     return (struct wire_handshake_response){
         .axes = board->axis_count,
         .capabilities =
-            (uint8_t)(WIRE_CAPABILITY_STREAM | (board->charge_pump_hz > 0 ? WIRE_CAPABILITY_CHARGE_PUMP : 0) |
+            (uint8_t)(WIRE_CAPABILITY_STREAM | (board->pump != NULL ? WIRE_CAPABILITY_CHARGE_PUMP : 0) |
                       (board->digital_outputs > 0 ? WIRE_CAPABILITY_MISC_OUTPUTS : 0) |
                       (board->digital_inputs > 0 ? WIRE_CAPABILITY_MISC_INPUTS : 0) |
                       ((board->outputs & BOARD_OUTPUT_PWM) != 0 ? WIRE_CAPABILITY_SPINDLE_PWM : 0) |
@@ -249,6 +249,10 @@ size_t session_request(struct session *session, int place, const uint8_t *messag
     session_note_alive(session, request.client->address);
     session_note_sequence(session, request.client->address, request.header.sequence);
     request.refusal = session_check_request(session, request.client, &request.header);
+    bool may = request.client->authenticated ||
+               access_may(session->options.access, lockout_ipv4(request.client->address));
+    if (may && session->options.device != NULL)
+        device_contact(session->options.device, (unsigned)place);
     bool understood =
         request.refusal != WIRE_REFUSAL_UNKNOWN_TYPE && request.refusal != WIRE_REFUSAL_MALFORMED;
     /* stream_opened has a field for the refusal (docs/protocol.md), so it is the reply also when the rules

@@ -6,7 +6,7 @@
 
 #include "wire/wire_gen.h"
 
-enum session_key_kind { KEY_SETTING, KEY_FIXED, KEY_TARGET, KEY_STORED, KEY_STATE };
+enum session_key_kind { KEY_SETTING, KEY_FIXED, KEY_TARGET, KEY_PIN, KEY_STORED, KEY_STATE };
 
 /** How a wire value w follows from a setting's value s. */
 enum session_key_as {
@@ -20,7 +20,7 @@ enum session_key_as {
     KEY_AS_STEPS_S,     /* s in mm/min, w in steps/s */
     KEY_AS_STEPS_S2,    /* s in mm/s2, w in steps/s2 */
     KEY_AS_DIR_SETUP,   /* the board's, whole us */
-    KEY_AS_CHARGE_PUMP, /* the board's, Hz */
+    KEY_AS_PWM_HZ,      /* w = s; 0: the spindle has no PWM */
     KEY_AS_QUARTER,     /* w = s / 4: pulses of an encoder's line and its counts */
 };
 

@@ -14,6 +14,7 @@ const struct session_key session_keys[] = {
     {0x0103, 1, WIRE_VALUE_TYPE_U16, KEY_SETTING, KEY_AS_VALUE, 76, 0}, /* status_interval_ms */
     {0x0200, 1, WIRE_VALUE_TYPE_STRING, KEY_TARGET, KEY_AS_VALUE, 0, 0}, /* wifi_ssid */
     {0x0201, 1, WIRE_VALUE_TYPE_STRING, KEY_TARGET, KEY_AS_VALUE, 0, 0}, /* wifi_password */
+    {0x0202, 1, WIRE_VALUE_TYPE_STRING, KEY_TARGET, KEY_AS_VALUE, 0, 0}, /* host_name */
     {0x0210, 1, WIRE_VALUE_TYPE_U8, KEY_TARGET, KEY_AS_VALUE, 0, 0}, /* ip_mode */
     {0x0211, 1, WIRE_VALUE_TYPE_U32, KEY_TARGET, KEY_AS_VALUE, 0, 0}, /* ip_address */
     {0x0212, 1, WIRE_VALUE_TYPE_U32, KEY_TARGET, KEY_AS_VALUE, 0, 0}, /* ip_gateway */
@@ -23,32 +24,32 @@ const struct session_key session_keys[] = {
     {0x0302, 1, WIRE_VALUE_TYPE_U8, KEY_SETTING, KEY_AS_MASK_ANY, 4, 0}, /* enable_invert */
     {0x0310, 1, WIRE_VALUE_TYPE_U8, KEY_SETTING, KEY_AS_MASK_NONE, 5, 0}, /* limit_invert */
     {0x0311, 1, WIRE_VALUE_TYPE_U8, KEY_SETTING, KEY_AS_MASK_NONE, 5, 0}, /* home_invert_mask */
-    {0x0312, 1, WIRE_VALUE_TYPE_U8, KEY_FIXED, KEY_AS_VALUE, 0, 0}, /* estop_invert */
+    {0x0312, 1, WIRE_VALUE_TYPE_U8, KEY_TARGET, KEY_AS_VALUE, 0, 0}, /* estop_invert */
     {0x0313, 1, WIRE_VALUE_TYPE_U8, KEY_SETTING, KEY_AS_VALUE, 6, 0}, /* probe_invert */
     {0x0320, 1, WIRE_VALUE_TYPE_U8, KEY_SETTING, KEY_AS_MASK_FLIP, 23, 0}, /* homing_dir_mask */
     {0x0321, 1, WIRE_VALUE_TYPE_U32, KEY_SETTING, KEY_AS_STEPS_S, 25, 0}, /* homing_seek_mm_min */
     {0x0322, 1, WIRE_VALUE_TYPE_U32, KEY_SETTING, KEY_AS_STEPS_S, 24, 0}, /* homing_feed_mm_min */
     {0x0323, 1, WIRE_VALUE_TYPE_U32, KEY_SETTING, KEY_AS_STEPS, 27, 0}, /* homing_pull_off_mm */
-    {0x0400, 1, WIRE_VALUE_TYPE_U16, KEY_FIXED, KEY_AS_CHARGE_PUMP, 0, 0}, /* charge_pump_hz */
-    {0x0430, 1, WIRE_VALUE_TYPE_U16, KEY_SETTING, KEY_AS_VALUE, 33, 0}, /* pwm_hz */
+    {0x0400, 1, WIRE_VALUE_TYPE_U16, KEY_SETTING, KEY_AS_VALUE, 73, 0}, /* charge_pump_hz */
+    {0x0430, 1, WIRE_VALUE_TYPE_U16, KEY_SETTING, KEY_AS_PWM_HZ, 33, 0}, /* pwm_hz */
     {0x0431, 1, WIRE_VALUE_TYPE_U32, KEY_SETTING, KEY_AS_VALUE, 30, 0}, /* spindle_max_rpm */
-    {0x0500, 6, WIRE_VALUE_TYPE_U8, KEY_FIXED, KEY_AS_VALUE, 0, 255}, /* step_pin */
-    {0x0506, 6, WIRE_VALUE_TYPE_U8, KEY_FIXED, KEY_AS_VALUE, 0, 255}, /* dir_pin */
-    {0x050C, 1, WIRE_VALUE_TYPE_U8, KEY_FIXED, KEY_AS_VALUE, 0, 255}, /* enable_pin */
-    {0x050D, 6, WIRE_VALUE_TYPE_U8, KEY_FIXED, KEY_AS_VALUE, 0, 255}, /* limit_pin */
-    {0x0513, 1, WIRE_VALUE_TYPE_U8, KEY_FIXED, KEY_AS_VALUE, 0, 255}, /* probe_pin */
-    {0x0514, 1, WIRE_VALUE_TYPE_U8, KEY_FIXED, KEY_AS_VALUE, 0, 255}, /* estop_pin */
-    {0x0515, 1, WIRE_VALUE_TYPE_U8, KEY_FIXED, KEY_AS_VALUE, 0, 255}, /* spindle_pin */
-    {0x0516, 1, WIRE_VALUE_TYPE_U8, KEY_FIXED, KEY_AS_VALUE, 0, 255}, /* led_pin */
-    {0x0517, 1, WIRE_VALUE_TYPE_U8, KEY_FIXED, KEY_AS_VALUE, 0, 255}, /* charge_pump_pin */
-    {0x0518, 2, WIRE_VALUE_TYPE_U8, KEY_FIXED, KEY_AS_VALUE, 0, 255}, /* misc_output_pin */
-    {0x0520, 1, WIRE_VALUE_TYPE_U8, KEY_FIXED, KEY_AS_VALUE, 0, 255}, /* encoder_a_pin */
-    {0x0521, 1, WIRE_VALUE_TYPE_U8, KEY_FIXED, KEY_AS_VALUE, 0, 255}, /* encoder_b_pin */
-    {0x0522, 1, WIRE_VALUE_TYPE_U8, KEY_FIXED, KEY_AS_VALUE, 0, 255}, /* encoder_index_pin */
+    {0x0500, 6, WIRE_VALUE_TYPE_U8, KEY_PIN, KEY_AS_VALUE, 0, 255}, /* step_pin */
+    {0x0506, 6, WIRE_VALUE_TYPE_U8, KEY_PIN, KEY_AS_VALUE, 0, 255}, /* dir_pin */
+    {0x050C, 1, WIRE_VALUE_TYPE_U8, KEY_PIN, KEY_AS_VALUE, 0, 255}, /* enable_pin */
+    {0x050D, 6, WIRE_VALUE_TYPE_U8, KEY_PIN, KEY_AS_VALUE, 0, 255}, /* limit_pin */
+    {0x0513, 1, WIRE_VALUE_TYPE_U8, KEY_PIN, KEY_AS_VALUE, 0, 255}, /* probe_pin */
+    {0x0514, 1, WIRE_VALUE_TYPE_U8, KEY_PIN, KEY_AS_VALUE, 0, 255}, /* estop_pin */
+    {0x0515, 1, WIRE_VALUE_TYPE_U8, KEY_PIN, KEY_AS_VALUE, 0, 255}, /* spindle_pin */
+    {0x0516, 1, WIRE_VALUE_TYPE_U8, KEY_PIN, KEY_AS_VALUE, 0, 255}, /* led_pin */
+    {0x0517, 1, WIRE_VALUE_TYPE_U8, KEY_PIN, KEY_AS_VALUE, 0, 255}, /* charge_pump_pin */
+    {0x0518, 2, WIRE_VALUE_TYPE_U8, KEY_PIN, KEY_AS_VALUE, 0, 255}, /* misc_output_pin */
+    {0x0520, 1, WIRE_VALUE_TYPE_U8, KEY_PIN, KEY_AS_VALUE, 0, 255}, /* encoder_a_pin */
+    {0x0521, 1, WIRE_VALUE_TYPE_U8, KEY_PIN, KEY_AS_VALUE, 0, 255}, /* encoder_b_pin */
+    {0x0522, 1, WIRE_VALUE_TYPE_U8, KEY_PIN, KEY_AS_VALUE, 0, 255}, /* encoder_index_pin */
     {0x0523, 1, WIRE_VALUE_TYPE_U16, KEY_SETTING, KEY_AS_QUARTER, 88, 0}, /* encoder_ppr */
     {0x0524, 1, WIRE_VALUE_TYPE_U8, KEY_FIXED, KEY_AS_VALUE, 0, 0}, /* encoder_mode */
-    {0x0525, 1, WIRE_VALUE_TYPE_U16, KEY_FIXED, KEY_AS_VALUE, 0, 1000}, /* encoder_filter_ns */
-    {0x0530, 4, WIRE_VALUE_TYPE_U8, KEY_FIXED, KEY_AS_VALUE, 0, 255}, /* misc_input_pin */
+    {0x0525, 1, WIRE_VALUE_TYPE_U16, KEY_TARGET, KEY_AS_VALUE, 0, 0}, /* encoder_filter_ns */
+    {0x0530, 4, WIRE_VALUE_TYPE_U8, KEY_PIN, KEY_AS_VALUE, 0, 255}, /* misc_input_pin */
     {0x0600, 1, WIRE_VALUE_TYPE_U8, KEY_STORED, KEY_AS_VALUE, 0, 0}, /* device_mode */
     {0x0610, 1, WIRE_VALUE_TYPE_U8, KEY_STORED, KEY_AS_VALUE, 0, 0}, /* io_channels */
     {0x0611, 1, WIRE_VALUE_TYPE_U16, KEY_STORED, KEY_AS_VALUE, 0, 0}, /* io_direction_mask */
@@ -60,11 +61,11 @@ const struct session_key session_keys[] = {
     {0x0617, 1, WIRE_VALUE_TYPE_U16, KEY_STORED, KEY_AS_VALUE, 0, 0}, /* io_safe_mask */
     {0x0618, 1, WIRE_VALUE_TYPE_U16, KEY_STATE, KEY_AS_VALUE, 0, 0}, /* io_fault_mask */
     {0x0620, 16, WIRE_VALUE_TYPE_U8, KEY_STORED, KEY_AS_VALUE, 0, 0}, /* io_pin */
-    {0x0700, 1, WIRE_VALUE_TYPE_U8, KEY_FIXED, KEY_AS_VALUE, 0, 255}, /* ethernet_mosi_pin */
-    {0x0701, 1, WIRE_VALUE_TYPE_U8, KEY_FIXED, KEY_AS_VALUE, 0, 255}, /* ethernet_miso_pin */
-    {0x0702, 1, WIRE_VALUE_TYPE_U8, KEY_FIXED, KEY_AS_VALUE, 0, 255}, /* ethernet_sclk_pin */
-    {0x0703, 1, WIRE_VALUE_TYPE_U8, KEY_FIXED, KEY_AS_VALUE, 0, 255}, /* ethernet_int_pin */
-    {0x0704, 1, WIRE_VALUE_TYPE_U8, KEY_FIXED, KEY_AS_VALUE, 0, 0}, /* ethernet_spi_host */
+    {0x0700, 1, WIRE_VALUE_TYPE_U8, KEY_PIN, KEY_AS_VALUE, 0, 255}, /* ethernet_mosi_pin */
+    {0x0701, 1, WIRE_VALUE_TYPE_U8, KEY_PIN, KEY_AS_VALUE, 0, 255}, /* ethernet_miso_pin */
+    {0x0702, 1, WIRE_VALUE_TYPE_U8, KEY_PIN, KEY_AS_VALUE, 0, 255}, /* ethernet_sclk_pin */
+    {0x0703, 1, WIRE_VALUE_TYPE_U8, KEY_PIN, KEY_AS_VALUE, 0, 255}, /* ethernet_int_pin */
+    {0x0704, 1, WIRE_VALUE_TYPE_U8, KEY_TARGET, KEY_AS_VALUE, 0, 0}, /* ethernet_spi_host */
     {0x0800, 1, WIRE_VALUE_TYPE_U16, KEY_SETTING, KEY_AS_VALUE, 77, 0}, /* host_timeout_ms */
     {0x0801, 1, WIRE_VALUE_TYPE_U8, KEY_SETTING, KEY_AS_VALUE, 78, 0}, /* host_hold_on_gap */
     {0x0802, 1, WIRE_VALUE_TYPE_U8, KEY_SETTING, KEY_AS_VALUE, 74, 0}, /* sender_lost */

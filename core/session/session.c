@@ -8,8 +8,9 @@
     (WIRE_LISTENER_S * 1000000ull) /* a host that was not heard of for this long gets no more reports */
 #define CLIENT_IDLE_US (WIRE_CLIENT_IDLE_S * 1000000ull) /* its place may be given to another one */
 #define JOG_US         (WIRE_JOG_LIFE_MS * 1000ull)
-#define OWNER_US       10000u /* the time-outs of an owner are looked at this often */
-#define BOUNCES_US     1000u  /* inputs are looked at this often until they are quiet */
+#define OWNER_US       10000u  /* the time-outs of an owner are looked at this often */
+#define TRIAL_US       100000u /* a network on trial is looked at this often */
+#define BOUNCES_US     1000u   /* inputs are looked at this often until they are quiet */
 
 /* What a controller and an I/O module have in common. No stream was ever opened: -1, because 0 is the
  * place of a real connection, and session_disconnect() compares with it. */
@@ -153,6 +154,8 @@ void session_connect(struct session *session, int place, const uint8_t address[4
     session_tick(session);
     *client = (struct session_client){.used = true, .heard_us = session->now_us};
     memcpy(client->address, address, sizeof client->address);
+    if (session->options.device != NULL)
+        device_connected(session->options.device, (unsigned)place);
     /* The owner is back: nothing of it is given up (follow_gone()). */
     if (session_same(session->owner.address, address))
         session->owner.left = session->owner.lost = false;
@@ -274,6 +277,12 @@ static void follow_late_refusals(struct session *session) {
     stream_close(session, WIRE_REFUSAL_TRAVEL);
 }
 
+static void follow_device(struct session *session) {
+    bool at_rest = session_is_module(session) || machine_is_at_rest(session->machine);
+    if (session->options.device != NULL)
+        device_poll(session->options.device, session->now_us, at_rest);
+}
+
 void session_poll(struct session *session) {
     session_tick(session);
     forget_listeners(session);
@@ -288,11 +297,15 @@ void session_poll(struct session *session) {
         follow_owner(session);
     }
     session_report(session);
+    follow_device(session);
 }
 
 uint32_t session_wait_us(const struct session *session) {
     uint32_t wait_us = session_report_wait_us(session);
     bool bounces = session_is_module(session) && !channels_are_quiet(session->options.channels);
+    const struct device *device = session->options.device;
+    if (device != NULL && device->on_trial && wait_us > TRIAL_US)
+        wait_us = TRIAL_US;
     const uint32_t most_us = bounces ? BOUNCES_US : session->owner.on ? OWNER_US : UINT32_MAX;
     return wait_us < most_us ? wait_us : most_us;
 }

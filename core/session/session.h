@@ -12,6 +12,7 @@
 
 #include "access/access.h"
 #include "channels/channels.h"
+#include "device/device.h"
 #include "machine/host.h"
 #include "settings/store.h"
 #include "wire/packet.h"
@@ -39,6 +40,7 @@ struct session_options {
     uint32_t version;          /* major<<24 | minor<<16 | patch */
     uint16_t status_port;      /* WIRE_STATUS_PORT; tests have others */
     struct channels *channels; /* configuration of an I/O module; NULL: this target can be none */
+    struct device *device;     /* its pins and network; NULL: it says nothing of them */
 };
 
 /** What an I/O module has instead of a machine. */

@@ -82,6 +82,8 @@ struct settings {
     uint8_t homing_cycle_5_mask;
     /** $49 [axes] 0..63: Axes that $H homes sixth, together: X=1 Y=2 Z=4 A=8 B=16 C=32, added up. */
     uint8_t homing_cycle_6_mask;
+    /** $73 [Hz] 0..20000: Square wave of the charge pump; 0 = off. The board brings its own. */
+    uint16_t charge_pump_hz;
     /** $74 0..2: Sender or host lost: 0 finish, 1 feed hold, 2 reset. Jogs end. */
     uint8_t sender_lost;
     /** $75 [s] 0..3600: Time after which spindle and coolant stop in such a hold; 0: they stay on. */
@@ -197,6 +199,7 @@ enum setting_number {
     SETTING_HOMING_CYCLE_4_MASK = 47,
     SETTING_HOMING_CYCLE_5_MASK = 48,
     SETTING_HOMING_CYCLE_6_MASK = 49,
+    SETTING_CHARGE_PUMP_HZ = 73,
     SETTING_SENDER_LOST = 74,
     SETTING_SENDER_LOST_SPINDLE_S = 75,
     SETTING_STATUS_INTERVAL_MS = 76,
@@ -252,7 +255,7 @@ enum setting_effect {
 };
 
 /** Rows of the table (a per-axis row stands for six settings), and settings in all on six axes. */
-enum { SETTINGS_ROW_COUNT = 73, SETTINGS_COUNT = 118 };
+enum { SETTINGS_ROW_COUNT = 74, SETTINGS_COUNT = 119 };
 
 /** The greatest N of $N. */
 enum { SETTINGS_NUMBER_MAX = 539 };

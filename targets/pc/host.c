@@ -76,6 +76,12 @@ static struct hal_ganged host_ganged(const struct host_board *board) {
                                .hold = virtual_hold_motors};
 }
 
+static struct device_board host_device(const struct host_board *board) {
+    struct device_board device = {.wiring = {.estop_high = 0}};
+    memset(device.wiring.pin, DEVICE_NO_PIN, sizeof device.wiring.pin);
+    return board->device != NULL ? *board->device : device;
+}
+
 struct host *host_open(const struct host_board *board, const char *store_path) {
     if (!board_is_possible(board))
         return NULL;
@@ -86,6 +92,7 @@ struct host *host_open(const struct host_board *board, const char *store_path) {
         free(host);
         return NULL;
     }
+    host->device = host_device(board);
     const struct machine_board wired = {
         .timer_hz = board->timer_hz,
         .step_pulse_ns = board->step_pulse_ns,
@@ -103,6 +110,7 @@ struct host *host_open(const struct host_board *board, const char *store_path) {
         .digital_inputs = board->digital_inputs,
         .digital_outputs = board->digital_outputs,
         .encoder = board->encoder != 0 ? &host_encoder : NULL,
+        .pump = board->pump_hz > 0 ? &host->hal.pump : NULL,
         .servo = (board->missing_outputs & BOARD_OUTPUT_SERVO) == 0 ? &host_servo : NULL,
         .analog = board->analog != 0 ? &host_analog : NULL,
         .ganged = &host->hal.ganged,
@@ -112,6 +120,11 @@ struct host *host_open(const struct host_board *board, const char *store_path) {
     const struct text_out out = {.write = append_out, .ctx = host};
     host->input_follows = 1;
     host->hal.ganged = host_ganged(board);
+    host->hal.pump = (struct hal_pump){.default_hz = board->pump_hz,
+                                       .clock_hz = board->pump_clock_hz,
+                                       .ticks_min = board->pump_ticks_min,
+                                       .ticks_max = board->pump_ticks_max,
+                                       .set = host_pump_set};
     host->hal.switchless = board->switchless;
     host->hal.virtual_machine.ganged = board->ganged;
     host->hal.settings = &host->machine.settings;

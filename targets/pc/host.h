@@ -9,6 +9,7 @@
 #define WIFICNC_PC_HOST_H
 
 #include "base/axis.h"
+#include "device/device.h"
 #include "trace.h"
 
 #include <stdbool.h>
@@ -45,6 +46,9 @@ struct host_board {
     uint16_t laser_marks;      /* changes of S in it; 0: POWER_MARKS */
     uint16_t switchless; /* motors without a limit (of home_axes: a home switch): bit n = the first one of
                           * axis n, bit AXIS_COUNT + n = its second one */
+    const struct device_board *device;                      /* is copied; NULL: no pins */
+    uint16_t pump_hz;                                       /* what $73 starts at; 0: no charge pump */
+    uint32_t pump_clock_hz, pump_ticks_min, pump_ticks_max; /* of its timer */
 };
 
 /** Pieces of path. */

@@ -74,6 +74,10 @@ static void servo_set(struct hal *hal, uint16_t pulse_us) {
 
 const struct hal_servo host_servo = {.set = servo_set};
 
+void host_pump_set(struct hal *hal, uint32_t ticks) {
+    hal->virtual_machine.outputs.pump_ticks = ticks;
+}
+
 static void analog_set(struct hal *hal, unsigned output, float percent) {
     hal->virtual_machine.outputs.analog_pct[output] = percent;
 }

@@ -24,6 +24,7 @@ struct hal {
     uint64_t output_period_ticks,
         outputs_due_ticks; /* 0: the pins follow immediately; when they follow next */
     struct hal_ganged ganged;
+    struct hal_pump pump;
     uint16_t switchless;             /* as in struct host_board */
     const struct settings *settings; /* $88: counts of the encoder, unless hands say otherwise */
     uint64_t switch_ticks;           /* when the switch timer's time is over; UINT64_MAX: it rests */
@@ -58,7 +59,8 @@ struct host {
     uint32_t planned_count, planned_size;
     bool paced;       /* the wall clock leads */
     char *store_path; /* NULL: nothing is kept */
-    char *out;        /* what the controller said and no one has read yet */
+    struct device_board device;
+    char *out; /* what the controller said and no one has read yet */
     size_t out_count, out_size;
 };
 
@@ -70,6 +72,9 @@ extern const struct hal_analog host_analog;
 
 /** The encoder of its spindle. */
 extern const struct hal_encoder host_encoder;
+
+/** Its charge pump. */
+void host_pump_set(struct hal *hal, uint32_t ticks);
 
 /** Its servo output. */
 extern const struct hal_servo host_servo;

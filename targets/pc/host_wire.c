@@ -2,6 +2,7 @@
 #include "host_wire.h"
 
 #include "base/version.h"
+#include "host_device.h"
 #include "host_inner.h"
 #include "host_module.h"
 
@@ -22,6 +23,7 @@ struct host_wire {
     struct host *host;
     struct session session;
     struct host_module module;
+    struct host_device device;
     struct sent *first, **last;
     uint64_t seed;
     struct access access;
@@ -64,11 +66,13 @@ static struct host_wire *create(struct host *host, const char *key, bool is_modu
     repeatable(wire, salt, sizeof salt);
     access_init(&wire->access, key, key[0] == '\0', salt, hal_time_us(&host->hal));
     host_module_init(&wire->module, host);
+    host_device_init(&wire->device, host);
     const struct session_options options = {.name = "WiFiCNC",
                                             .access = &wire->access,
                                             .version = VERSION_WORD,
                                             .status_port = WIRE_STATUS_PORT,
-                                            .channels = &wire->module.channels};
+                                            .channels = &wire->module.channels,
+                                            .device = &wire->device.device};
     if (!is_module && !channels_are_chosen(&wire->module.channels)) {
         session_init(&wire->session, &host->machine, &options, &ops, wire);
         return wire;
@@ -84,6 +88,10 @@ struct host_wire *host_wire_create(struct host *host, const char *key) {
 
 struct host_wire *host_wire_create_module(struct host *host, const char *key) {
     return create(host, key, true);
+}
+
+unsigned host_wire_joined(const struct host_wire *wire) {
+    return wire->device.joined;
 }
 
 void host_wire_trust(struct host_wire *wire, uint32_t address, int span) {

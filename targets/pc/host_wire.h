@@ -13,6 +13,9 @@ struct host_wire;
 struct host_wire *host_wire_create(struct host *host, const char *key);
 void host_wire_destroy(struct host_wire *wire);
 
+/** How often the simulated network was taken into use after a change. */
+unsigned host_wire_joined(const struct host_wire *wire);
+
 /** Someone at this address has logged in and said that it is to be trusted. @param span  enum access_span */
 void host_wire_trust(struct host_wire *wire, uint32_t address, int span);
 

@@ -11,6 +11,7 @@
  * --axes --ganged --switchless --home-axes --missing-outputs --speed (0: as fast as it can) --host --port
  * --wmc3 --control --pty --store --set; and --parent: end when stdin does. The access key of network clients
  * is in WIFICNC_KEY, because arguments can be read by everyone. */
+#include "host_device.h"
 #include "port.h"
 #include "serve.h"
 
@@ -81,6 +82,24 @@ static bool read_axes(const char *value, axis_mask_t *out) {
     bool good = read_number(value, &axes) && axes < 1u << AXIS_COUNT;
     *out = good ? (axis_mask_t)axes : 0;
     return good;
+}
+
+/* What is no number of the machine. */
+static bool take_parts(struct host_board *board, const char *name, const char *value) {
+    static struct device_board device;
+    if (strcmp(name, "--device") == 0) {
+        board->device = &device;
+        return host_device_parse(value, &device);
+    }
+    if (strcmp(name, "--pump-hz") == 0)
+        return read_short(value, &board->pump_hz);
+    if (strcmp(name, "--pump-clock-hz") == 0)
+        return read_number(value, &board->pump_clock_hz);
+    if (strcmp(name, "--pump-ticks-min") == 0)
+        return read_number(value, &board->pump_ticks_min);
+    if (strcmp(name, "--pump-ticks-max") == 0)
+        return read_number(value, &board->pump_ticks_max);
+    return false;
 }
 
 static bool take_board(struct host_board *board, const char *name, const char *value) {
@@ -156,7 +175,9 @@ static bool take_option(struct serve_options *options, const char **settings, co
         settings[count] = value;
         return count < SETTINGS_MAX;
     } else {
-        return take_board(&options->board, name, value);
+        return strncmp(name, "--device", 8) == 0 || strncmp(name, "--pump", 6) == 0
+                   ? take_parts(&options->board, name, value)
+                   : take_board(&options->board, name, value);
     }
     return true;
 }

@@ -11,6 +11,7 @@ static void system_random(void *ctx, uint8_t *bytes, size_t count) {
 
 bool serve_wire_choose(struct serve_wire *wire, struct host *host, bool force) {
     host_module_init(&wire->module, host);
+    host_device_init(&wire->device, host);
     wire->is_module = force || channels_are_chosen(&wire->module.channels);
     if (wire->is_module)
         host_module_start(&wire->module);
@@ -23,7 +24,8 @@ int serve_wire_open(struct serve_wire *wire, struct host *host, const char *addr
                                             .access = access,
                                             .version = VERSION_WORD,
                                             .status_port = WIRE_STATUS_PORT,
-                                            .channels = &wire->module.channels};
+                                            .channels = &wire->module.channels,
+                                            .device = &wire->device.device};
     if (wire->is_module)
         session_init_module(&wire->session, &wire->module.device, &options, &ops, &wire->net);
     else

@@ -3,6 +3,7 @@
 #ifndef WIFICNC_PC_SERVE_WIRE_H
 #define WIFICNC_PC_SERVE_WIRE_H
 
+#include "host_device.h"
 #include "host_module.h"
 #include "net_wire.h"
 #include "port.h"
@@ -14,6 +15,7 @@ enum { SERVE_WIRE_POLLS = 2 + SESSION_CLIENTS };
 struct serve_wire {
     bool open, is_module;
     struct host_module module;
+    struct host_device device;
     struct session session;
     struct net_wire net;
 };

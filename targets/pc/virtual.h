@@ -62,6 +62,7 @@ struct virtual_outputs {
     uint8_t digital;                /* M62 .. M65: bit n = Pn */
     float analog_pct[ANALOG_COUNT]; /* M67, M68 */
     uint16_t servo_us;              /* pulse of the RC servo; 0: none */
+    uint32_t pump_ticks;            /* wave of the charge pump; 0: off */
 };
 
 /** Only virtual.c and host.c look inside. */

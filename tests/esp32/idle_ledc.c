@@ -1,6 +1,22 @@
 /* SPDX-License-Identifier: MIT
- * ESP-IDF's LED PWM, for programs that set a servo up and do not look at it. */
+ * ESP-IDF's LED PWM and hooks, for programs that set a servo or a charge pump up and do not look at it. */
 #include "driver/ledc.h"
+#include "esp_freertos_hooks.h"
+
+esp_err_t esp_register_freertos_tick_hook_for_cpu(esp_freertos_tick_cb_t hook, unsigned cpu) {
+    (void)hook;
+    (void)cpu;
+    return ESP_OK;
+}
+esp_err_t ledc_timer_set(ledc_mode_t mode, ledc_timer_t timer, uint32_t divider, uint32_t bits,
+                         ledc_clk_src_t source) {
+    (void)mode;
+    (void)timer;
+    (void)divider;
+    (void)bits;
+    (void)source;
+    return ESP_OK;
+}
 
 esp_err_t ledc_timer_config(const ledc_timer_config_t *config) {
     (void)config;

@@ -7,12 +7,17 @@
 #include "io/outputs.h"
 
 #include "driver/gpio.h"
+#include "esp_rom_gpio.h"
 #include "driver/ledc.h"
 
 #include <stdlib.h>
 #include <string.h>
 
 enum { NOT_SET = -1 };
+
+void esp_rom_gpio_connect_out_signal(uint32_t gpio, uint32_t signal, bool inverted, bool enable_inverted) {
+    (void)gpio, (void)signal, (void)inverted, (void)enable_inverted;
+}
 
 static int level[64];
 static bool driven[64];

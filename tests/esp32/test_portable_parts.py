@@ -7,6 +7,7 @@ import subprocess
 from pathlib import Path
 
 import pytest
+from board_keys import published_keys
 from patience import HANG_S
 from wificnc.board.header import pin_header_text, write_if_changed
 from wificnc.board.load import find_boards, load_board
@@ -14,6 +15,7 @@ from wificnc.build.checkout import checkout_root
 from wificnc.build.host import build_program
 
 HERE = Path(__file__).parent
+FACTS = (0x0312, 0x0525, 0x0704)  # e-stop's sense, the encoder's filter, the SPI controller of Ethernet
 ESP32 = checkout_root() / "targets" / "esp32"
 
 # program -> the firmware's files in it
@@ -27,6 +29,7 @@ PROGRAMS = {
     "websocket": (),
     "improv": ("link/improv.c",),
     "ota": ("net/ota.c",),
+    "charge_pump": ("io/charge_pump.c",),
     "pin_map": ("io/pin_map.c",),
     "policies": ("app/boot_guard.c", "io/status_led.c", "net/link_policy.c", "net/wifi_policy.c"),
     "nvs_store": ("store/nvs_channels.c", "store/nvs_keys.c", "store/nvs_store.c"),
@@ -56,8 +59,9 @@ def test_outputs_of_shift_registers() -> None:
     output = checkout_root() / "build" / "tests" / "shifted_outputs"
     folder = output.parent / "board-shifted"
     write_if_changed(folder / "pin_config.h", pin_header_text(load_board("mks-tinybee")))
-    sources = [HERE / "shifted_outputs.c", HERE / "idle_ledc.c", ESP32 / "io/outputs.c", ESP32 / "io/pin_map.c"]
-    write_if_changed(folder / "sdkconfig.h", "#define CONFIG_IDF_TARGET_ESP32 1\n")
+    sources = [HERE / "shifted_outputs.c", HERE / "idle_ledc.c"]
+    sources += [ESP32 / "io/charge_pump.c", ESP32 / "io/outputs.c", ESP32 / "io/pin_map.c"]
+    write_if_changed(folder / "sdkconfig.h", "#define CONFIG_IDF_TARGET_ESP32 1\n#define CONFIG_FREERTOS_HZ 1000\n")
     folders = [f"-I{ESP32}", f"-I{folder}", f"-idirafter{ESP32 / 'test' / 'idf_api'}"]
     program = build_program(sources, output, "release", folders)
     done = subprocess.run([program], capture_output=True, text=True, timeout=HANG_S, check=False)
@@ -71,10 +75,15 @@ def test_outputs_are_those_of_the_board_file(board_id: str) -> None:
     output = checkout_root() / "build" / "tests" / f"wired-{board_id}"
     folder = output.parent / f"board-{board_id}"
     write_if_changed(folder / "pin_config.h", pin_header_text(board))
-    sources = [HERE / "wired.c", ESP32 / "app/wired.c", ESP32 / "io/pin_map.c"]
+    sources = [HERE / "wired.c", ESP32 / "app/device_keys.c", ESP32 / "app/wired.c", ESP32 / "io/pin_map.c"]
     folders = [f"-I{ESP32}", f"-I{folder}", f"-idirafter{ESP32 / 'test' / 'idf_api'}"]
     program = build_program(sources, output, "release", folders)
     done = subprocess.run([program], capture_output=True, text=True, timeout=HANG_S, check=True)
     wired = 63 & ~board.missing_outputs
     without_enable = wired if board.output.spindle_pwm else wired & ~3
-    assert [int(word) for word in done.stdout.split()] == [wired, without_enable]
+    outputs, pins, facts = ([int(word) for word in line.split()] for line in done.stdout.splitlines())
+    misc = len(board.output.misc)
+    assert outputs == [wired, misc, without_enable, misc if misc > 2 else 0]
+    keys = published_keys(board.path)
+    assert pins == [value for key, value in sorted(keys.items()) if key not in FACTS]
+    assert facts == [keys[key] for key in FACTS]

@@ -27,6 +27,9 @@ OUTPUT_CHANGE = HOST.record("output_change", t_ticks="t")
 Outputs = HOST.struct("virtual_outputs")
 
 
+PUMP = {"pump_hz": 10_000, "pump_clock_hz": 20_000_000, "pump_ticks_min": 256, "pump_ticks_max": 262_143}
+
+
 class Grbl:
     """One controller. Time advances only in the methods that say so."""
 
@@ -40,6 +43,7 @@ class Grbl:
         motors_wake_us: int = 0,
         encoder: bool = False,
         outputs: int = 5,
+        pump: bool = False,
         home: int = 0,  # axes with home switches of their own
         board: HostBoard | None = None,  # this one instead of all that
         tasks: Tasks = Tasks.FREE,
@@ -47,7 +51,18 @@ class Grbl:
     ) -> None:
         timing = (HZ, 1000, 500, 500_000)
         board = board or HostBoard(
-            *timing, axes, ganged, lacks, 4 * ports, ports, motors_wake_us, outputs, encoder, home, tasks
+            *timing,
+            axes,
+            ganged,
+            lacks,
+            4 * ports,
+            ports,
+            motors_wake_us,
+            outputs,
+            encoder,
+            home,
+            tasks,
+            **PUMP if pump else {},
         )
         self._host = LIB.host_open(ctypes.byref(board), str(store).encode() if store else None)
         assert self._host

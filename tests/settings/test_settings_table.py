@@ -43,6 +43,7 @@ WIRE_KEYS = {
     "homing_seek_mm_min": (0x0321, "u32"),
     "homing_feed_mm_min": (0x0322, "u32"),
     "homing_pull_off_mm": (0x0323, "u32"),
+    "charge_pump_hz": (0x0400, "u16"),
     "pwm_hz": (0x0430, "u16"),
     "spindle_max_rpm": (0x0431, "u32"),
 }

@@ -109,8 +109,24 @@ def test_pulses_of_the_encoder_are_a_quarter_of_its_counts(make_device: Make) ->
 def test_a_board_without_a_charge_pump_says_so(device: Device) -> None:
     client = device.connect()
     assert config(device, client, 0x0400) == (ValueType.U16, 0)
-    assert configure(device, client, 0x0400, ValueType.U16, 10_000) == Refusal.READ_ONLY
+    assert configure(device, client, 0x0400, ValueType.U16, 10_000) == Refusal.NO_OUTPUT
+    assert configure(device, client, 0x0400, ValueType.U16, 0) == Refusal.NONE
     assert not hello(device).capabilities & Capability.CHARGE_PUMP
+
+
+def test_the_charge_pump_runs_at_the_frequency_of_its_key(make_device: Make) -> None:
+    clock_hz = 20_000_000
+    device = make_device(pump_hz=10_000, pump_clock_hz=clock_hz, pump_ticks_min=256, pump_ticks_max=262_143)
+    client = device.connect()
+    assert hello(device).capabilities & Capability.CHARGE_PUMP
+    assert config(device, client, 0x0400) == (ValueType.U16, 10_000)
+    for hz in (12_500, 0):
+        assert configure(device, client, 0x0400, ValueType.U16, hz) == Refusal.NONE
+        assert config(device, client, 0x0400) == (ValueType.U16, hz)
+        assert device.outputs().pump_ticks == (clock_hz // hz if hz else 0)
+    for hz in (76, 20_001):
+        assert configure(device, client, 0x0400, ValueType.U16, hz) == Refusal.RANGE
+    assert config(device, client, 0x0400) == (ValueType.U16, 0)
 
 
 def test_a_host_that_leaves_stops_no_spindle_of_a_job(device: Device) -> None:

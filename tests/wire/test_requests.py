@@ -134,7 +134,7 @@ def test_a_key_is_a_setting_in_its_own_units(
         (0x0430, ValueType.U16, 49, Refusal.RANGE),
         (0x0430, ValueType.U16, 50_001, Refusal.RANGE),
         (0x0500, ValueType.U8, 1, Refusal.READ_ONLY),
-        (0x0200, ValueType.U8, 1, Refusal.READ_ONLY),
+        (0x0200, ValueType.U8, 1, Refusal.RANGE),
         (0x0007, ValueType.U8, 1, Refusal.UNKNOWN_KEY),
         (0xFFFF, ValueType.U8, 1, Refusal.UNKNOWN_KEY),
     ],

@@ -14,8 +14,10 @@ from c_library import CONSUMER, EVENT, LIB
 from layouts import HOST as LAYOUTS
 from monitor import Monitor
 from numpy.typing import NDArray
+from wificnc.board.model import Board
 from wificnc.link.access import key_secret
-from wificnc.sim.native import HostBoard
+from wificnc.serve.options import device_text
+from wificnc.sim.native import DeviceBoard, HostBoard
 from wificnc.wmc3.layout import (
     JOG_REPEAT_MS,
     STATUS_PORT,
@@ -66,6 +68,13 @@ class Sent:
         return packet
 
 
+def device_board(board: Board) -> Any:
+    """A pointer to what `wificnc serve` passes on of a board's pins."""
+    made = DeviceBoard()
+    assert LIB.host_device_parse(device_text(board).encode(), ctypes.byref(made))
+    return ctypes.pointer(made)
+
+
 class Device:
     """A controller and its network. Time advances only in run()."""
 
@@ -75,7 +84,7 @@ class Device:
         settings: dict[int, float] | None = None,
         store: str | None = None,
         axes: int = AXES,
-        **more: int,
+        **more: Any,
     ) -> None:
         """more: fields of HostBoard that are otherwise."""
         self.lib = LIB

@@ -24,6 +24,7 @@ OUTPUTS = {
     "core/session/requests_gen.h": "wire_requests.h.j2",
     "core/session/requests_gen.c": "wire_requests.c.j2",
     "core/session/keys_gen.c": "wire_keys.c.j2",
+    "core/device/device_gen.h": "device_gen.h.j2",
     "linuxcnc/words_gen.h": "wire_words.h.j2",
     "cli/wificnc/wmc3/layout.py": "wire_layout.py.j2",
     "cli/wificnc/wmc3/keys.py": "wire_keys.py.j2",

@@ -146,7 +146,8 @@ class Key(_Strict):
     count: Annotated[int, Field(ge=1, le=16)] = 1
     type: ValueType
     unit: str = ""
-    kind: Literal["setting", "fixed", "target", "stored", "state"] = "setting"
+    kind: Literal["setting", "fixed", "target", "pin", "stored", "state"] = "setting"
+    signals: tuple[str, ...] = Field(default=(), strict=False)  # of a pin: the first that a board wires
     default: int | str = 0
     setting: str = ""
     convert: Annotated[Convert, Field(alias="as")] = "value"
@@ -227,7 +228,7 @@ def _of_settings(settings: SettingsTable) -> list[Key]:
                 "key": row.wire.key, "name": row.name, "count": row.count, "type": row.wire.type,
                 "unit": row.wire.unit or row.unit, "setting": row.name, "as": row.wire.convert,
                 "number": row.number, "help": row.help,
-                **({"least": row.min, "most": row.max} if row.wire.convert == "value" and row.type != "bool" else {}),
+                **({"least": row.min, "most": row.max} if row.wire.convert in ("value", "pwm_hz") and row.type != "bool" else {}),
             }
         )
         for row in settings.setting

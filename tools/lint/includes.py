@@ -18,6 +18,7 @@ ALLOWED: dict[str, tuple[str, ...]] = {
     "input": (),
     "wire": (),
     "channels": (),
+    "device": (),
     "gcode": (),
     "motion": ("segment", "hal/core_sizes.h"),
     "segment": (),
@@ -25,7 +26,7 @@ ALLOWED: dict[str, tuple[str, ...]] = {
     "hal": (),
     "settings": ("gcode/status.h", "hal"),
     "machine": ("input", "gcode", "motion", "segment", "step", "hal", "settings"),
-    "session": ("access", "wire", "channels", "machine", "segment", "settings", "gcode/status.h", "hal"),
+    "session": ("access", "wire", "channels", "device", "machine", "segment", "settings", "gcode/status.h", "hal"),
 }
 
 # target -> other targets that it may include, besides itself and the core. A header that several targets have is found

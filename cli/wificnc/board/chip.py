@@ -138,6 +138,19 @@ class PlatformIo(Strict):
     flash_mb: int
 
 
+class PumpTimer(Strict):
+    """What makes the charge pump's square wave: a wave is a whole number of ticks of this clock."""
+
+    clock_hz: int
+    ticks_min: int
+    ticks_max: int
+
+    def makes(self, hz: int) -> bool:
+        """Within 1 %, as pump_ticks() of core/machine/pump.c."""
+        ticks = round(self.clock_hz / hz)
+        return self.ticks_min <= ticks <= self.ticks_max and abs(self.clock_hz / ticks - hz) <= 0.01 * hz
+
+
 class ChipFile(Strict):
     """The shape of targets/*/pins*.toml."""
 
@@ -154,6 +167,7 @@ class ChipFile(Strict):
     spi_hosts: dict[str, int] = {}
     rmt: Rmt | None = None
     i2s: I2s | None = None
+    pump: PumpTimer | None = None  # of the charge pump
     core: CoreSizes | None = None  # None: a PC
     firmware: Firmware | None = None
     platformio: PlatformIo | None = None

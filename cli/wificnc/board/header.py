@@ -12,6 +12,7 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined, Template
 
 from wificnc.board.chip import is_shifted
 from wificnc.board.model import AXES_MAX, AXIS_LETTERS, MISC_IN_MAX, MISC_OUT_MAX, Board, Role, Use
+from wificnc.board.pin_keys import PinKey, pin_keys
 from wificnc.board.rules import NS_PER_S, step_spread_ns
 from wificnc.board.shift_registers import step_grid_ns
 
@@ -79,7 +80,7 @@ def pin_header_text(board: Board) -> str:
         tables=_tables(board),
         masks=list(_masks(board)),
         led_kind=LED_KINDS[board.led.kind] if board.led else "BOARD_LED_NONE",
-        spi_host=board.pins.spi_hosts[board.ethernet.spi_host] if board.ethernet else 0,
+        pin_keys=[_pin_key_row(row) for row in pin_keys(board)],
     )
 
 
@@ -180,6 +181,10 @@ def _is_free(board: Board, name: str) -> bool:
     if use is not None:
         return use.role not in BUSES
     return not (pin.taken_in(board.memory.mode) or pin.strap or pin.usb or pin.console)
+
+
+def _pin_key_row(row: PinKey) -> str:
+    return f"{_macro(row.signal)}, {_signal(row.signal)}, 0x{row.legal:X}ull"
 
 
 def _array(name: str, items: list[str]) -> Define:

@@ -17,6 +17,7 @@ AXIS_LETTERS = "XYZABC"
 AXES_MAX = len(AXIS_LETTERS)
 MISC_OUT_MAX = 5
 MISC_IN_MAX = 8
+ENCODER_FILTER_NS = {"esp32": 500}  # a pulse counter at 1 MHz of counts
 
 Reason = Annotated[str, Field(min_length=10)]
 
@@ -136,6 +137,7 @@ class Outputs(Strict):
     coolant_flood: OutputWire | None = None
     coolant_mist: OutputWire | None = None
     charge_pump: OutputWire | None = Field(default=None, description="square wave that keeps a safety relay closed")
+    charge_pump_hz: int = Field(default=10_000, ge=1, le=20_000, description="what $73 starts at, with a charge_pump")
     servo: OutputWire | None = Field(default=None, description="pulses of 0.5 to 2.5 ms for an RC servo, $85 to $87")
     misc: Annotated[tuple[OutputWire, ...], LooseTuple] = Field(default=(), max_length=MISC_OUT_MAX)
 
@@ -391,6 +393,21 @@ class Board(BoardFile):
     def digital_outputs(self) -> int:
         """Of M62 .. M65."""
         return len(self.output.misc)
+
+    @property
+    def is_estop_high(self) -> bool:
+        """The e-stop counts while its line is high."""
+        return self.input.estop is not None and self.input.estop.active == "high"
+
+    @property
+    def encoder_filter_ns(self) -> int:
+        """Pulses of the encoder that are shorter are ignored; 0: no filter, or no encoder."""
+        return ENCODER_FILTER_NS.get(self.target, 0) if self.encoder and self.encoder.b else 0
+
+    @property
+    def spi_host_number(self) -> int:
+        """SPI controller of the Ethernet chip; 0: no such chip."""
+        return self.pins.spi_hosts[self.ethernet.spi_host] if self.ethernet else 0
 
     @property
     def has_analog(self) -> bool:

@@ -37,6 +37,7 @@ RULES = {
     "limit-kind": "an axis has one limit line, or one for each end",
     "second-switch": "a second motor has a limit, or a home switch, only where the first one has it, too",
     "second-motor": "the firmware has pulses and inputs for the motors: six, second ones included",
+    "charge-pump": "the chip's timer makes the frequency of the charge pump",
     "servo": "the firmware has an output for the RC servo",
     "spi-host": "the chip has the SPI host for Ethernet",
     "step-engine": "what makes the step pulses has a channel for every axis",

@@ -221,6 +221,20 @@ def _servo(board: BoardFile, chip: Chip) -> Iterator[Finding]:
         yield Finding("servo", ("output", "servo"), reason, "leave it out")
 
 
+def _charge_pump(board: BoardFile, chip: Chip) -> Iterator[Finding]:
+    hz = board.output.charge_pump_hz
+    if board.output.charge_pump is None:
+        if hz != type(board.output).model_fields["charge_pump_hz"].default:
+            reason = "is the frequency of a charge pump, and this board has none"
+            yield Finding("charge-pump", ("output", "charge_pump_hz"), reason, "wire charge_pump, or leave it out")
+    elif chip.pump is None or not chip.pump.makes(hz):
+        timer = chip.pump
+        reason = f"the timer of the {chip.name} does not make {hz} Hz"
+        slowest = -(-timer.clock_hz // timer.ticks_max) if timer else 0
+        hint = f"{slowest} to {timer.clock_hz // timer.ticks_min} Hz" if timer else "leave charge_pump out"
+        yield Finding("charge-pump", ("output", "charge_pump_hz"), reason, hint)
+
+
 RMT_PULSE_NS_MIN = 500  # a channel reads its end mark meanwhile
 # What a step takes in addition to its pulse and its pause, on an ESP32: with the RMT until the last axis has been
 # started, else until the interrupt has seen that the time is over (tests/esp32/pulses.c).
@@ -332,6 +346,7 @@ BOARD_RULES: tuple[BoardRule, ...] = (
     _second_switch,
     _second_motor,
     _servo,
+    _charge_pump,
     _step_engine,
     shift_registers,
     _memory_mode,

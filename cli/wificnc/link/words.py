@@ -84,6 +84,7 @@ ERRORS: dict[int, str] = {
     161: "a laser ($32=1) needs $34=0: any other PWM off value would leave the beam on",
     162: "$33 to $36, $94 to $98 change only while spindle and laser are off: send M5 first",
     163: "$94 to $97 must ascend: change the one that is in the way first",
+    164: "$73: the timer of this board's charge pump does not make this frequency",
 }
 
 ALARMS: dict[int, str] = {

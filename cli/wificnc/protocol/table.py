@@ -42,8 +42,8 @@ Convert = Literal[
     "steps_s",
     "steps_s2",
     "dir_setup",
-    "charge_pump",
     "quarter",
+    "pwm_hz",
 ]
 
 

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from wificnc.board.model import Board
+from wificnc.board.pin_keys import pin_keys
 from wificnc.board.rules import step_spread_ns
 from wificnc.board.shift_registers import step_grid_ns
 from wificnc.errors import UserError
@@ -126,7 +127,27 @@ def board_numbers(board: Board) -> dict[str, int]:
         "digital_outputs": board.digital_outputs,
         "encoder": int(board.encoder is not None),
         "analog": int(board.has_analog),
+        **pump_numbers(board),
     }
+
+
+def pump_numbers(board: Board) -> dict[str, int]:
+    """Of its charge pump; none where it has none."""
+    timer = board.pins.pump
+    if board.output.charge_pump is None or timer is None:
+        return {}
+    return {
+        "pump_hz": board.output.charge_pump_hz,
+        "pump_clock_hz": timer.clock_hz,
+        "pump_ticks_min": timer.ticks_min,
+        "pump_ticks_max": timer.ticks_max,
+    }
+
+
+def device_text(board: Board) -> str:
+    """Pins and the like, as host_device_parse() of targets/pc/host_device.h wants it."""
+    pins = ",".join(f"{row.pin}:{row.legal:x}" for row in pin_keys(board))
+    return f"{pins};{int(board.is_estop_high)},{board.encoder_filter_ns},{board.spi_host_number}"
 
 
 def program_arguments(options: ServeOptions) -> list[str]:
@@ -134,6 +155,7 @@ def program_arguments(options: ServeOptions) -> list[str]:
     pairs: Sequence[tuple[str, object]] = (
         *((f"--{name.replace('_', '-')}", number) for name, number in board_numbers(options.board).items()),
         ("--switchless", options.board.switchless),
+        ("--device", device_text(options.board)),
         ("--tasks", int(Tasks.of(options.board.target))),
         ("--speed", options.speed),
         *([("--host", options.tcp.host), ("--port", options.tcp.port)] if options.tcp else []),

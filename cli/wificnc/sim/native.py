@@ -32,6 +32,21 @@ AXES = "XYZABC"
 AXIS_COUNT = len(AXES)
 
 
+DEVICE_PINS = 37  # core/device/device_gen.h
+
+
+class DeviceBoard(Structure):
+    """struct device_board"""
+
+    _fields_ = (
+        ("pin", c_uint8 * DEVICE_PINS),
+        ("estop_high", c_uint8),
+        ("legal", c_uint64 * DEVICE_PINS),
+        ("encoder_filter_ns", c_uint16),
+        ("ethernet_host", c_uint8),
+    )
+
+
 class HostBoard(Structure):
     """struct host_board"""
 
@@ -56,6 +71,11 @@ class HostBoard(Structure):
         ("look_ahead", c_uint16),
         ("laser_marks", c_uint16),
         ("switchless", c_uint16),
+        ("device", POINTER(DeviceBoard)),
+        ("pump_hz", c_uint16),
+        ("pump_clock_hz", c_uint32),
+        ("pump_ticks_min", c_uint32),
+        ("pump_ticks_max", c_uint32),
     )
 
 

@@ -161,10 +161,12 @@ class Refusal(IntEnum):
     UNKNOWN_TYPE = 14  # unknown packet, or not allowed on this channel
     STREAM_CLOSED = 15  # the stream is not open
     AUTHENTICATION = 16  # not authenticated; for a proof: a wrong access key
-    NOT_STORED = 17  # the storage failed; the values are active but not stored
+    NOT_STORED = (
+        17  # the storage failed or does not exist: settings are active but not stored, pins and network are as before
+    )
     NO_HOMING = 18  # homing is disabled ($22), or none of the axes has travel
     IO_MODULE = 19  # this is an I/O module without motion
-    PIN = 20  # the channel's pin does not support this on this board, or another channel uses it
+    PIN = 20  # the pin does not support this on this board, or another signal or channel uses it
     NOT_OUTPUT = 21  # one of the channels is not an output, or has no pin
     TOUCHES = 22  # a segment stops at probe contact, but the probe is already in contact
     OVERTAKEN = 23  # a stop or a newer packet of its kind was sent later but received earlier
@@ -469,7 +471,7 @@ class ConfigValue(Layout):
 
 @dataclass(frozen=True)
 class ConfigSave(Layout):
-    """Stores all settings."""
+    """Stores all settings, pins and the network, or refuses them as a whole."""
 
     TYPE: ClassVar[int] = 0x45
     FORMAT: ClassVar[str] = "<"

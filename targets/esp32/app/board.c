@@ -99,10 +99,9 @@ struct machine_board board_machine(const struct pin_map *map) {
     const uint8_t inputs =
         BOARD_MISC_IN_COUNT < DIGITAL_INPUT_COUNT ? BOARD_MISC_IN_COUNT : DIGITAL_INPUT_COUNT;
     return (struct machine_board){
-        .charge_pump_hz = map->wire[SIGNAL_CHARGE_PUMP].gpio != NO_PIN ? PUMP_HZ : 0,
         .outputs = wired_outputs(map),
         .digital_inputs = inputs,
-        .digital_outputs = BOARD_MISC_OUT_COUNT,
+        .digital_outputs = wired_digital_outputs(map),
         .motors_wake_us = 1000, /* what the slowest of common drivers want */
         .timer_hz = BOARD_TIMER_HZ,
         .step_pulse_ns = BOARD_STEP_PULSE_NS,

@@ -3,6 +3,7 @@
 
 #include "app/task_map.h"
 #include "hal/step_engine.h"
+#include "io/charge_pump.h"
 #include "task_periods.h"
 
 #include "esp_attr.h"
@@ -23,7 +24,6 @@ static struct {
     TaskHandle_t task;
     TaskHandle_t starts; /* who waits for the start */
     volatile bool good;
-    uint32_t pumped_us; /* the charge pump's last half wave */
 } motion;
 
 static portMUX_TYPE lock = portMUX_INITIALIZER_UNLOCKED;
@@ -54,16 +54,6 @@ static void IRAM_ATTR do_what_is_asked(void) {
     xTaskNotifyGive(asked.waits);
 }
 
-/* ---- the charge pump ---- */
-
-static void IRAM_ATTR pump_poll(void) {
-    uint32_t now_us = hal_time_us(motion.hal);
-    if (now_us - motion.pumped_us < PUMP_HALF_WAVE_US)
-        return;
-    motion.pumped_us = now_us;
-    outputs_pump(&motion.hal->outputs);
-}
-
 /* ---- the task ---- */
 
 static void IRAM_ATTR run(void *unused) {
@@ -78,7 +68,7 @@ static void IRAM_ATTR run(void *unused) {
         inputs_sample(&motion.hal->inputs);
         (void)machine_poll_motion(motion.machine);
         step_engine_show(machine_step(motion.machine));
-        pump_poll();
+        charge_pump_beat();
         (void)esp_task_wdt_reset();
         (void)ulTaskNotifyTake(pdTRUE, pdMS_TO_TICKS(ESP32_MOTION_PERIOD_US / 1000));
     }

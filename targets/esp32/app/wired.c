@@ -6,6 +6,13 @@
 
 #include <stddef.h>
 
+uint8_t wired_digital_outputs(const struct pin_map *map) {
+    unsigned count = SIGNAL_MISC_OUT_4 - SIGNAL_MISC_OUT_0 + 1;
+    while (count > 0 && map->wire[SIGNAL_MISC_OUT_0 + count - 1].gpio == NO_PIN)
+        count--;
+    return (uint8_t)count;
+}
+
 uint8_t wired_outputs(const struct pin_map *map) {
     static const struct {
         enum board_signal signal;

@@ -9,4 +9,7 @@
  * taken off at run time */
 uint8_t wired_outputs(const struct pin_map *map);
 
+/** @return digital outputs of M62 .. M65 up to the last one that has a pin */
+uint8_t wired_digital_outputs(const struct pin_map *map);
+
 #endif

@@ -21,6 +21,8 @@ struct hal {
 
 /** The RC servo, when outputs_have_servo(). */
 extern const struct hal_servo esp32_servo;
+/** The charge pump, when outputs_have_pump(). */
+extern const struct hal_pump esp32_pump;
 /** The spindle's encoder, when encoder_init() found one; with an index line, when that is wired. */
 extern const struct hal_encoder esp32_encoder, esp32_indexed_encoder;
 

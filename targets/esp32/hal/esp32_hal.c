@@ -4,7 +4,9 @@
 
 #include "hal/hal.h"
 #include "hal/step_engine.h"
+#include "io/charge_pump.h"
 #include "io/output_cut.h"
+#include "pin_config.h"
 
 #include "esp_timer.h"
 
@@ -46,5 +48,16 @@ static void set_servo(struct hal *hal, uint16_t pulse_us) {
 }
 
 const struct hal_servo esp32_servo = {.set = set_servo};
+
+static void set_pump(struct hal *hal, uint32_t ticks) {
+    (void)hal;
+    charge_pump_set(ticks);
+}
+
+const struct hal_pump esp32_pump = {.default_hz = BOARD_PUMP_DEFAULT_HZ,
+                                    .clock_hz = BOARD_PUMP_CLOCK_HZ,
+                                    .ticks_min = BOARD_PUMP_TICKS_MIN,
+                                    .ticks_max = BOARD_PUMP_TICKS_MAX,
+                                    .set = set_pump};
 const struct hal_encoder esp32_encoder = {.has_index = false, .read = read_encoder};
 const struct hal_encoder esp32_indexed_encoder = {.has_index = true, .read = read_encoder};

@@ -1,14 +1,14 @@
 /* SPDX-License-Identifier: MIT */
 #include "io/encoder.h"
 
+#include "pin_config.h"
 #include "step_pins.h"
 
 #include "driver/pulse_cnt.h"
 #include "esp_attr.h"
 #include "hal/pcnt_ll.h"
 
-#define UNIT      0u  /* the first that ESP-IDF's driver gives, and no one else asks for one */
-#define GLITCH_NS 500 /* shorter pulses are noise: 1 MHz of counts are left */
+#define UNIT 0u /* the first that ESP-IDF's driver gives, and no one else asks for one */
 
 /* Both edges of one line; the other line says which way. */
 static bool add_channel(pcnt_unit_handle_t unit, const struct encoder_wire *edge,
@@ -27,7 +27,7 @@ static bool add_channel(pcnt_unit_handle_t unit, const struct encoder_wire *edge
 
 /* Quadrature: each edge of both lines counts by 1, so that a line of the encoder is four counts. */
 static bool start(pcnt_unit_handle_t unit, const struct encoder_wire *a, const struct encoder_wire *b) {
-    const pcnt_glitch_filter_config_t filter = {.max_glitch_ns = GLITCH_NS};
+    const pcnt_glitch_filter_config_t filter = {.max_glitch_ns = BOARD_ENCODER_FILTER_NS};
     const pcnt_channel_edge_action_t up = PCNT_CHANNEL_EDGE_ACTION_INCREASE,
                                      down = PCNT_CHANNEL_EDGE_ACTION_DECREASE;
     return pcnt_unit_set_glitch_filter(unit, &filter) == ESP_OK && add_channel(unit, a, b, down, up) &&

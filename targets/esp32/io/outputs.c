@@ -4,6 +4,7 @@
 #include "gcode/gcode.h"
 #include "hal/spindle_pwm.h"
 #include "hal/step_i2s.h"
+#include "io/charge_pump.h"
 #include "io/output_cut.h"
 #include "step_pins.h"
 
@@ -74,9 +75,10 @@ bool outputs_init(struct outputs *outputs, const struct output_wire wire[SWITCH_
     outputs->drivers_off = (struct output_cut){.high = {0}};
     for (unsigned output = SWITCH_ENABLE; output <= SWITCH_ENABLE_LAST; output++)
         output_cut_add(&outputs->drivers_off, &wire[output], !wire[output].active_high);
-    outputs->pump_level = false;
     const struct output_wire *pwm = &outputs->wire[SWITCH_SPINDLE_PWM], *servo = &outputs->wire[SWITCH_SERVO];
-    return (pwm->pin == NO_PIN || spindle_pwm_init(pwm)) && (servo->pin == NO_PIN || start_servo(servo));
+    const struct output_wire *pump = &outputs->wire[SWITCH_CHARGE_PUMP];
+    return (pwm->pin == NO_PIN || spindle_pwm_init(pwm)) && (servo->pin == NO_PIN || start_servo(servo)) &&
+           (pump->pin == NO_PIN || charge_pump_init(pump));
 }
 
 void outputs_motors(const struct outputs *outputs, bool on, bool invert) {
@@ -114,7 +116,6 @@ void outputs_digital(const struct outputs *outputs, uint8_t bits) {
         set(outputs, (enum switch_output)output, (bits >> (output - SWITCH_DIGITAL) & 1) != 0);
 }
 
-void outputs_pump(struct outputs *outputs) {
-    outputs->pump_level = !outputs->pump_level;
-    set(outputs, SWITCH_CHARGE_PUMP, outputs->pump_level);
+bool outputs_have_pump(const struct outputs *outputs) {
+    return outputs->wire[SWITCH_CHARGE_PUMP].pin != NO_PIN;
 }

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
- * Motor enable, spindle, coolant and charge pump. [task] The motors and the pump belong to the motion task,
- * the rest to the controller task. */
+ * Motor enable, spindle and coolant. [task] The motors belong to the motion task, the rest to the controller
+ * task. The charge pump is set up here (charge_pump.h). */
 #ifndef WIFICNC_ESP32_OUTPUTS_H
 #define WIFICNC_ESP32_OUTPUTS_H
 
@@ -27,8 +27,6 @@ enum switch_output {
     SWITCH_COUNT
 };
 
-enum { PUMP_HALF_WAVE_US = 1000, PUMP_HZ = 1000000 / (2 * PUMP_HALF_WAVE_US) };
-
 enum { OUTPUT_BANKS = PIN_BANKS + 1, SHIFTED_BANK = PIN_BANKS };
 
 /** Levels of outputs that are switched off, ready for an interrupt; the last bank is the shift registers'. */
@@ -39,8 +37,7 @@ struct output_cut {
 struct outputs {
     struct output_wire wire[SWITCH_COUNT];
     struct output_cut drivers_off; /* with $4 the other way round */
-    bool pump_level;
-    uint32_t *shifted; /* outputs of shift registers, hal_step.shifted */
+    uint32_t *shifted;             /* outputs of shift registers, hal_step.shifted */
 };
 
 /** [start] Every output off, before anything else runs; also step and direction lines. */
@@ -71,8 +68,7 @@ void outputs_coolant(struct outputs *outputs, uint8_t bits);
 /** @param bits  digital outputs of M62 .. M65, bit n = Pn */
 void outputs_digital(const struct outputs *outputs, uint8_t bits);
 
-/** [motion task, every PUMP_HALF_WAVE_US] The charge pump's next half wave: it ends with the task that makes
- * it. */
-void outputs_pump(struct outputs *outputs);
+/** Is there a charge pump's output? */
+bool outputs_have_pump(const struct outputs *outputs);
 
 #endif

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT
  * The network and what is offered there: Telnet, WMC3, the web page, updates. */
+#include "app/device_keys.h"
 #include "base/version.h"
 #include "firmware.h"
 #include "net/network.h"
@@ -55,7 +56,8 @@ static struct session_options wire_options(struct firmware *firmware) {
                                     .access = &firmware->controller.access,
                                     .version = VERSION_WORD,
                                     .status_port = WIRE_STATUS_PORT,
-                                    .channels = &firmware->channels};
+                                    .channels = &firmware->channels,
+                                    .device = device_keys_create(&firmware->pins)};
 }
 
 /* Hosts that plan motion themselves. */

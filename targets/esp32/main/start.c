@@ -129,6 +129,7 @@ static struct machine_board board_of(struct firmware *firmware, enum nvs_start k
     board.store_ctx = &firmware->store;
     board.ganged = chip_ganged(&firmware->hal, &firmware->step_pins.gang);
     board.servo = outputs_have_servo(&hal->outputs) ? &esp32_servo : NULL;
+    board.pump = outputs_have_pump(&hal->outputs) ? &esp32_pump : NULL;
     const struct hal_encoder *encoder = hal->inputs.encoder != NULL ? &esp32_indexed_encoder : &esp32_encoder;
     board.encoder = hal->encoder.unit != NULL ? encoder : NULL;
     return board;

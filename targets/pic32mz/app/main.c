@@ -7,6 +7,7 @@
 #include "chip/system.h"
 #include "chip_ganged.h"
 #include "hal/chip_hal.h"
+#include "io/charge_pump.h"
 #include "link/uart3.h"
 #include "machine/parts.h"
 #include "store/nvm.h"
@@ -73,6 +74,7 @@ static void start_machine(void) {
     board.store = &flash_hal_store;
     board.store_ctx = &store;
     board.motion_side = &motion_side;
+    board.pump = charge_pump_hal();
     board.ganged = chip_ganged(&hal, &step_pins.gang);
     machine_init(&machine, &board, &hal, &hal.step, &out);
     follow_init(&follow, &machine, &hal);
@@ -90,7 +92,7 @@ static void poll_slow(void) {
         return;
     polled_us = now_us;
     inputs_sample(&hal.inputs);
-    outputs_pump(&hal.outputs);
+    charge_pump_beat();
     system_watchdog_clear();
 }
 

@@ -13,6 +13,7 @@ enum {
     IRQ_OC1 = 7,
     IRQ_T4 = 19,
     IRQ_T8 = 36,
+    IRQ_T9 = 40,
     IRQ_CHANGE_A = 118, /* .. IRQ_CHANGE_A + 6: ports A to G */
     IRQ_U3_RX = 158,
     IRQ_U3_TX = 159,
@@ -22,7 +23,7 @@ enum {
 /* Level, and order within it. Steps and switches are one level, so that none of them comes between another's
  * instructions: switches must see a whole step. Among those that wait, the step goes before the end of its
  * pulse (hal_step.h relies on that). A level's shadow register set has its number. */
-enum { LEVEL_TICK = 1, LEVEL_UART = 3, LEVEL_STEP = 6 };
+enum { LEVEL_TICK = 1, LEVEL_PUMP = 2, LEVEL_UART = 3, LEVEL_STEP = 6 };
 enum { ORDER_PULSE_END = 1, ORDER_EDGE = 2, ORDER_STEP = 3 };
 
 /** [start] Disable every source: a bootloader that ran before may have left its own on. */

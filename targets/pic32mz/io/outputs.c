@@ -3,6 +3,7 @@
 
 #include "gcode/gcode.h"
 #include "hal/spindle_pwm.h"
+#include "io/charge_pump.h"
 #include "io/pin.h"
 
 void outputs_make_safe(void) {
@@ -20,9 +21,9 @@ static void set(const struct outputs *outputs, unsigned output, bool on) {
 void outputs_init(struct outputs *outputs, const struct output_wire wire[SWITCH_COUNT]) {
     for (unsigned output = 0; output < SWITCH_COUNT; output++)
         outputs->wire[output] = wire[output];
-    outputs->pump_level = false;
     if (outputs->wire[SWITCH_SPINDLE_PWM].pin != NO_PIN)
         spindle_pwm_init(&outputs->wire[SWITCH_SPINDLE_PWM]);
+    charge_pump_init(&outputs->wire[SWITCH_CHARGE_PUMP]);
 }
 
 void outputs_motors(const struct outputs *outputs, bool on, bool invert) {
@@ -50,9 +51,4 @@ void outputs_coolant(const struct outputs *outputs, uint8_t bits) {
 void outputs_digital(const struct outputs *outputs, uint8_t bits) {
     for (unsigned output = SWITCH_DIGITAL; output <= SWITCH_LAST_DIGITAL; output++)
         set(outputs, output, (bits >> (output - SWITCH_DIGITAL) & 1) != 0);
-}
-
-void outputs_pump(struct outputs *outputs) {
-    outputs->pump_level = !outputs->pump_level;
-    set(outputs, SWITCH_CHARGE_PUMP, outputs->pump_level);
 }

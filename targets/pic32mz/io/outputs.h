@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT
- * Motor enables, spindle, coolant, digital outputs and charge pump. [task] The spindle's PWM is OC8 on
+ * Motor enables, spindle, coolant and digital outputs. [task] The spindle's PWM is OC8 on
  * timer 6. */
 #ifndef WIFICNC_PIC32MZ_OUTPUTS_H
 #define WIFICNC_PIC32MZ_OUTPUTS_H
@@ -27,7 +27,6 @@ enum switch_output {
 
 struct outputs {
     struct output_wire wire[SWITCH_COUNT];
-    bool pump_level;
 };
 
 /** [start] Every output of the board off, before anything else runs; also step and direction lines. */
@@ -50,8 +49,5 @@ void outputs_coolant(const struct outputs *outputs, uint8_t bits);
 
 /** @param bits  digital outputs of M62 .. M65, bit n = Pn */
 void outputs_digital(const struct outputs *outputs, uint8_t bits);
-
-/** [every ms] The charge pump's next half wave: it ends with the loop that makes it. */
-void outputs_pump(struct outputs *outputs);
 
 #endif

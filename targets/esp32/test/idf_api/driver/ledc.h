@@ -12,10 +12,11 @@ typedef enum { LEDC_HIGH_SPEED_MODE, LEDC_LOW_SPEED_MODE } ledc_mode_t;
 #else
 typedef enum { LEDC_LOW_SPEED_MODE } ledc_mode_t;
 #endif
-typedef enum { LEDC_TIMER_0, LEDC_TIMER_1 } ledc_timer_t;
-typedef enum { LEDC_CHANNEL_0, LEDC_CHANNEL_1 } ledc_channel_t;
+typedef enum { LEDC_TIMER_0, LEDC_TIMER_1, LEDC_TIMER_2 } ledc_timer_t;
+typedef enum { LEDC_CHANNEL_0, LEDC_CHANNEL_1, LEDC_CHANNEL_2 } ledc_channel_t;
 typedef enum { LEDC_TIMER_13_BIT = 13, LEDC_TIMER_14_BIT = 14 } ledc_timer_bit_t;
-typedef enum { LEDC_AUTO_CLK } ledc_clk_cfg_t;
+typedef enum { LEDC_AUTO_CLK, LEDC_USE_APB_CLK } ledc_clk_cfg_t;
+typedef enum { LEDC_APB_CLK = LEDC_USE_APB_CLK } ledc_clk_src_t;
 
 typedef struct {
     ledc_mode_t speed_mode;
@@ -36,6 +37,8 @@ typedef struct {
     } flags;
 } ledc_channel_config_t;
 
+esp_err_t ledc_timer_set(ledc_mode_t mode, ledc_timer_t timer, uint32_t divider, uint32_t bits,
+                         ledc_clk_src_t source);
 esp_err_t ledc_timer_config(const ledc_timer_config_t *config);
 esp_err_t ledc_channel_config(const ledc_channel_config_t *config);
 esp_err_t ledc_set_duty(ledc_mode_t mode, ledc_channel_t channel, uint32_t duty);

@@ -5,3 +5,4 @@
 
 #define SIG_GPIO_OUT_IDX 256
 #define RMT_SIG_OUT0_IDX 87 /* 81 on the ESP32-S3 */
+#define LEDC_LS_SIG_OUT0_IDX 79 /* 73 on the ESP32-S3 */

@@ -1,0 +1,67 @@
+"""The charge pump at the pin of the real image, of a board that has one where the shipped one has a digital output."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import pytest
+from chip_controller import Controller
+from image_fixture import build_image
+from wificnc.board.load import board_path, load_board
+from wificnc.board.model import Board
+from wificnc.chip.image import Block, read_hex
+from wificnc.chip.virtual import CPU_HZ
+
+RATED_HZ = 12_500
+NO_TIMER = "error:164"
+
+
+@pytest.fixture(scope="module")
+def board(tmp_path_factory: pytest.TempPathFactory) -> Board:
+    text = board_path("pic32mz2048efh100").read_text(encoding="utf-8")
+    file = tmp_path_factory.mktemp("pump") / "pic32mz-pump.toml"
+    file.write_text(
+        text.replace('misc = ["RA9"]', f'charge_pump = "RA9"\ncharge_pump_hz = {RATED_HZ}'), encoding="utf-8"
+    )
+    return load_board(file)
+
+
+@pytest.fixture(scope="module")
+def image(board: Board, tmp_path_factory: pytest.TempPathFactory) -> tuple[Block, ...]:
+    return read_hex(build_image(board, tmp_path_factory.mktemp("image")).hex.read_text())
+
+
+def rises(controller: Controller, seconds: float) -> list[int]:
+    """Cycles at which the pump's pin goes high."""
+    controller.chip.edges()
+    controller.run(seconds)
+    pin = controller.pin("charge_pump")
+    return [cycle for cycle, number, level in controller.chip.edges() if number == pin and level]
+
+
+def frequency(controller: Controller) -> float:
+    """Mean; each wave is within 1 us of the others, which an interrupt of the UART may take."""
+    times = rises(controller, 0.02)
+    waves = [b - a for a, b in pairwise(times)]
+    assert max(waves) - min(waves) <= CPU_HZ // 1_000_000
+    return CPU_HZ * (len(times) - 1) / (times[-1] - times[0])
+
+
+def test_it_starts_at_the_boards_frequency(controller: Controller) -> None:
+    controller.chip.record_edges(True)
+    assert frequency(controller) == pytest.approx(RATED_HZ, rel=2e-3)
+
+
+@pytest.mark.parametrize("hz", [191, 500, 10_000, 20_000])
+def test_the_setting_changes_it_and_0_ends_it(controller: Controller, hz: int) -> None:
+    controller.chip.record_edges(True)
+    controller.fine(f"$73={hz}")
+    assert frequency(controller) == pytest.approx(hz, rel=2e-3)
+    controller.fine("$73=0")
+    assert rises(controller, 0.02) == []
+
+
+def test_what_the_timer_cannot_make_is_refused(controller: Controller) -> None:
+    controller.chip.record_edges(True)
+    assert NO_TIMER in controller.send("$73=190")
+    assert frequency(controller) == pytest.approx(RATED_HZ, rel=2e-3)
