@@ -92,7 +92,7 @@ void session_switch_off(struct session *session) {
     (void)action_outputs(session->machine, &own);
 }
 
-/* Ends a lock; or releases motion, when nothing of the host moves. */
+/* Ends a lock; or releases motion, when nothing of the host moves, and the hold that its loss has left. */
 static enum wire_refusal reset(struct session *session) {
     /* BUSY is the answer where nothing is locked: then the request is meant for motion. */
     const enum refusal refusal = action_end_lock(session->machine);
@@ -100,6 +100,7 @@ static enum wire_refusal reset(struct session *session) {
         return session_refusal(refusal);
     if (session->stream.open || !machine_host_release(session->machine))
         return WIRE_REFUSAL_BUSY;
+    sender_end_host_hold(session->machine);
     return WIRE_REFUSAL_NONE;
 }
 
