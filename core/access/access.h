@@ -14,6 +14,7 @@
 
 enum {
     ACCESS_SALT = 16,
+    ACCESS_NONCE = 16,
     ACCESS_ROUNDS = 2000, /* of PBKDF2; with a made key none would be needed */
     ACCESS_TRUSTED = 8
 };
@@ -66,6 +67,15 @@ enum access_result access_try(struct access *access, uint64_t who, uint32_t sinc
  * it must be */
 enum access_result access_prove(struct access *access, uint64_t who, uint32_t since_us,
                                 const uint8_t proof[SHA256_SIZE], const uint8_t right[SHA256_SIZE]);
+
+/** The nonce of a question, from its number: it cannot be foretold, and comes once for each number of a start.
+ */
+void access_nonce(const struct access *access, uint32_t number, uint8_t nonce[ACCESS_NONCE]);
+
+/** Someone answers that question with a proof of the key, which overheard is worth nothing.
+ *  @param since_us  of access_is_turn() */
+enum access_result access_answer(struct access *access, uint64_t who, uint32_t since_us, uint32_t number,
+                                 const uint8_t proof[SHA256_SIZE]);
 
 /** Trust this address from now on, instead of what was. @return false: all places are taken */
 bool access_trust(struct access *access, uint64_t who, enum access_span span);

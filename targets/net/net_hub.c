@@ -288,11 +288,17 @@ static void end_login(struct net_hub *hub, struct net_client *client, enum acces
         return;
     }
     client->locked = false;
+    client->letters = 0;
     net_hub_say(hub, client, "ok\r\n", 4);
     net_hub_greet(hub, client);
 }
 
 static void log_in(struct net_hub *hub, struct net_client *client) {
+    if (net_hub_is_question(net_queue_head(&client->in), client->in.count)) {
+        net_hub_ask_proof(hub, client);
+        net_queue_free(&client->in);
+        return;
+    }
     if (!net_hub_is_login(net_queue_head(&client->in), client->in.count)) {
         net_hub_say_message(hub, client, net_hub_locked_out);
         net_queue_free(&client->in);

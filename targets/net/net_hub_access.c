@@ -6,8 +6,15 @@
 #include <string.h>
 
 static const char login_line[] = "$LOGIN=";
+static const char question_line[] = "$LOGIN";
 static const char trust_line[] = "$TRUST=";
-enum { LOGIN_LENGTH = sizeof login_line - 1, TRUST_LENGTH = sizeof trust_line - 1 };
+enum {
+    LOGIN_LENGTH = sizeof login_line - 1,
+    TRUST_LENGTH = sizeof trust_line - 1,
+    PROOF_LENGTH = 2 * SHA256_SIZE /* no key is that long */
+};
+
+_Static_assert((int)PROOF_LENGTH > (int)ACCESS_KEY_BYTES, "a proof is told from a key by its length");
 
 static const struct span {
     const char *word;
@@ -71,10 +78,62 @@ bool net_hub_is_login(const char *line, size_t size) {
     return net_line_commands(line, size, login_line);
 }
 
-enum access_result net_hub_try_login(struct net_hub *hub, const struct net_client *client) {
-    return access_try(hub->access, client->stream.peer, client->heard_us,
-                      net_queue_head(&client->in) + LOGIN_LENGTH,
-                      (size_t)(client->login_size - LOGIN_LENGTH));
+bool net_hub_is_question(const char *line, size_t size) {
+    return is_word(line, size, question_line);
+}
+
+static void put_hex(char *text, const uint8_t *bytes, size_t count) {
+    for (size_t i = 0; i < count; i++)
+        snprintf(text + 2 * i, 3, "%02x", bytes[i]);
+}
+
+void net_hub_ask_proof(struct net_hub *hub, struct net_client *client) {
+    char nonce[2 * ACCESS_NONCE + 1], salt[2 * ACCESS_SALT + 1], line[sizeof nonce + sizeof salt + 32];
+    uint8_t bytes[ACCESS_NONCE];
+    hub->questions++;
+    memcpy(client->typed, &hub->questions, sizeof hub->questions);
+    client->letters = 1;
+    access_nonce(hub->access, hub->questions, bytes);
+    put_hex(nonce, bytes, sizeof bytes);
+    put_hex(salt, hub->access->salt, ACCESS_SALT);
+    int size = snprintf(line, sizeof line, "[LOGIN:%s,%s,%d]\r\nok\r\n", nonce, salt, (int)ACCESS_ROUNDS);
+    net_hub_say(hub, client, line, (size_t)size);
+}
+
+static int digit_of(char letter) {
+    return letter >= '0' && letter <= '9'   ? letter - '0'
+           : letter >= 'a' && letter <= 'f' ? letter - 'a' + 10
+                                            : -1;
+}
+
+static bool take_proof(const char *text, size_t size, uint8_t proof[SHA256_SIZE]) {
+    if (size != PROOF_LENGTH)
+        return false;
+    for (size_t i = 0; i < SHA256_SIZE; i++) {
+        int high = digit_of(text[2 * i]), low = digit_of(text[2 * i + 1]);
+        if (high < 0 || low < 0)
+            return false;
+        proof[i] = (uint8_t)(high * 16 + low);
+    }
+    return true;
+}
+
+enum access_result net_hub_try_login(struct net_hub *hub, struct net_client *client) {
+    const char *text = net_queue_head(&client->in) + LOGIN_LENGTH;
+    const size_t size = (size_t)(client->login_size - LOGIN_LENGTH);
+    uint8_t proof[SHA256_SIZE];
+    uint32_t number;
+    if (!take_proof(text, size, proof))
+        return access_try(hub->access, client->stream.peer, client->heard_us, text, size);
+    if (client->letters == 0) /* nothing to prove: as wrong as any other */
+        return access_try(hub->access, client->stream.peer, client->heard_us, "", 0);
+    memcpy(&number, client->typed, sizeof number);
+    const enum access_result result =
+        access_answer(hub->access, client->stream.peer, client->heard_us, number, proof);
+    /* Each question may be answered once, right or wrong. */
+    if (result != ACCESS_WAIT)
+        client->letters = 0;
+    return result;
 }
 
 bool net_hub_may_stop(struct net_hub *hub, struct net_client *client, uint8_t byte) {
@@ -94,7 +153,7 @@ bool net_hub_may_stop(struct net_hub *hub, struct net_client *client, uint8_t by
 
 bool net_hub_answer_access(struct net_hub *hub, struct net_client *client, const char *line, size_t size) {
     bool trusts = is_trust(line, size);
-    if (!trusts && !net_hub_is_login(line, size))
+    if (!trusts && !net_hub_is_login(line, size) && !net_hub_is_question(line, size))
         return false;
     bool done = !trusts || take_trust(hub, client, line, size);
     net_hub_say(hub, client, done ? "ok\r\n" : "error:3\r\n", done ? 4 : 9);

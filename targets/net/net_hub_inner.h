@@ -50,8 +50,14 @@ void net_hub_remove_client(struct net_hub *hub, struct net_client *client);
 
 bool net_hub_is_login(const char *line, size_t size);
 
+/** `$LOGIN` alone: it asks what it has to prove. */
+bool net_hub_is_question(const char *line, size_t size);
+
+/** Answer that, to a locked client. */
+void net_hub_ask_proof(struct net_hub *hub, struct net_client *client);
+
 /** @return ACCESS_WAIT: ask again, it is not its turn */
-enum access_result net_hub_try_login(struct net_hub *hub, const struct net_client *client);
+enum access_result net_hub_try_login(struct net_hub *hub, struct net_client *client);
 
 /** Who may not move the machine may still hold and stop it. Some senders reset whatever they connect to: a
  * reset counts only behind a hold of the same client. */
