@@ -23,7 +23,7 @@ struct machine_client {
     enum machine_sender sender;
     bool homing_lost;   /* homing was stopped because its sender was lost; not said yet */
     bool host_held;     /* motion of a remote host that is lost waits for `~` */
-    bool motion_lost;   /* of a remote host, and it is said */
+    bool motion_lost;   /* of a remote host, and that is reported */
     bool host_hold;     /* the hold is that of such a host, and no one else has asked for one */
     bool outputs_waits; /* spindle and coolant are on until outputs_time is over */
     struct machine_timer outputs_time;
@@ -49,11 +49,12 @@ bool sender_lost_poll(struct machine *machine);
  * $74 says. */
 void sender_lose_host(struct machine *machine, bool left);
 
-/** A part of a remote host's motion has not come, or was refused: it is held, so that no one cuts on without it. What
- * the text side does is not. */
+/** A part of a remote host's motion has not come, or was refused: it is held, so that no one cuts on without
+ * it. What the text side does is not. */
 void sender_lose_motion(struct machine *machine);
 
-/** End the hold of a remote host that was lost, when it keeps nothing back any more: a host is there again. */
+/** End the hold of a remote host that was lost, when it keeps nothing back any more: a host is there again.
+ */
 void sender_end_host_hold(struct machine *machine);
 
 /** No one sees the axes move any more: alarm 6, and a message after the banner. */

@@ -128,8 +128,8 @@ void session_note_lost(struct session *session) {
 }
 
 /* Stock LinuxCNC hosts take a number for motion every 10 ms and skip it when there is no step: only where the
- * machine cannot have stood still in the gap is motion missing. Nor is it where the next one comes after as many
- * numbers as ever: what was lost between them was something else, which they repeat. */
+ * machine cannot have stood still in the gap is motion missing. Nor is it where the next one comes after as
+ * many numbers as ever: what was lost between them was something else, which they repeat. */
 void session_note_moved(struct session *session, const struct session_pace *pace, uint32_t sequence) {
     struct session_owner *owner = &session->owner;
     uint32_t ahead = sequence - owner->motion_sequence;

@@ -90,8 +90,8 @@ static bool is_sealed(struct session *session, const struct wire_header *header,
 /* What is not motion, and was not refused as unknown. */
 static void act_at_once(struct session *session, const struct session_peer *from,
                         const struct wire_header *header, const uint8_t *payload, enum wire_refusal refusal) {
-    /* A refused motion packet is passed on, too: a stream is answered with how far it is. An I/O module has no
-     * host queue that it could look at. */
+    /* A refused motion packet is passed on, too: a stream is answered with how far it is. An I/O module has
+     * no host queue that it could look at. */
     if (header->type == WIRE_STREAM_SEGMENTS && refusal != WIRE_REFUSAL_IO_MODULE)
         stream_segments(session, from, header, payload, refusal);
     else if (header->type != WIRE_STREAM_SEGMENTS && refusal == WIRE_REFUSAL_NONE)

@@ -19,10 +19,11 @@
  *
  * Where there is an access key (access/access.h), a client from an address that is not trusted is locked out
  * at first: its `?` is answered, it may hold and stop, it sees nothing but reports, and a login lets it in:
- * `$LOGIN` is answered by `[LOGIN:nonce,salt,rounds]`, and `$LOGIN=proof` of that, or `$LOGIN=key` of a person who
- * types, opens. A login that must wait for its turn (base/lockout.h) waits, and so does what its client sends after it.
+ * `$LOGIN` is answered by `[LOGIN:nonce,salt,rounds]`, and `$LOGIN=proof` of that, or `$LOGIN=key` of a
+ * person who types, opens. A login that must wait for its turn (base/lockout.h) waits, and so does what its
+ * client sends after it.
  * `$TRUST=day` or `always` of a client that is in lets all clients of its address in from now on, `$TRUST=no`
- * ends that.
+ * ends that; `$TRUST` lists such addresses, `$TRUST=no 2` ends the second's, `$TRUST=none` all.
  *
  * No client shuts others out: one that says nothing is disconnected after some seconds, and net_places.h
  * chooses who goes for a newcomer when all places are taken. A browser that was made to send a request to a

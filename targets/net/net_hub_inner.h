@@ -50,11 +50,11 @@ void net_hub_remove_client(struct net_hub *hub, struct net_client *client);
 
 bool net_hub_is_login(const char *line, size_t size);
 
-/** `$LOGIN` alone: it asks what it has to prove. */
-bool net_hub_is_question(const char *line, size_t size);
+/** A locked client's line has ended: a login, or the question what has to be proven. */
+void net_hub_log_in(struct net_hub *hub, struct net_client *client);
 
-/** Answer that, to a locked client. */
-void net_hub_ask_proof(struct net_hub *hub, struct net_client *client);
+/** Its login was looked at. */
+void net_hub_end_login(struct net_hub *hub, struct net_client *client, enum access_result result);
 
 /** @return ACCESS_WAIT: ask again, it is not its turn */
 enum access_result net_hub_try_login(struct net_hub *hub, struct net_client *client);

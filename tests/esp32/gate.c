@@ -282,11 +282,32 @@ static void a_trusted_address_needs_no_login_until_that_is_revoked(void) {
     CHECK(!access_may(&the_gate, 1));
 }
 
+static void who_is_trusted_is_listed_and_revoked(void) {
+    start("s3cret!?");
+    CHECK(access_trust(&the_gate, lockout_ipv4((const uint8_t[4]){192, 168, 1, 20}), ACCESS_ALWAYS));
+    CHECK(access_trust(&the_gate, lockout_ipv4((const uint8_t[4]){10, 0, 0, 255}), ACCESS_DAY));
+    CHECK(access_trust(&the_gate, 0x20010db800010002u, ACCESS_ALWAYS));
+    CHECK(come(0, false) && come(1, true));
+    send(0, "$TRUST\n$TRUST=none\n$TRUST=no 1\n"); /* locked */
+    CHECK(strstr(wires[0].out, "TRUST:") == NULL);
+    send(1, "$trust\n");
+    CHECK(strcmp(wires[1].out, "[TRUST:1,192.168.1.20,always]\r\n[TRUST:2,10.0.0.255,86400]\r\n"
+                               "[TRUST:3,2001:db8:1:2,always]\r\nok\r\n") == 0);
+    send(1, "$TRUST=no 2\n$TRUST=No 9\n$TRUST\n");
+    CHECK(strcmp(wires[1].out,
+                 "[MSG:That address is not trusted any more]\r\nok\r\n"
+                 "[MSG:$TRUST is no, day, always, none, or no and a number]\r\nerror:3\r\n"
+                 "[TRUST:1,192.168.1.20,always]\r\n[TRUST:3,2001:db8:1:2,always]\r\nok\r\n") == 0);
+    send(1, "$TRUST=none\n$TRUST\n");
+    CHECK(strcmp(wires[1].out, "[MSG:No address is trusted any more]\r\nok\r\nok\r\n") == 0 &&
+          got_count == 0);
+}
+
 static void a_trust_that_cannot_be_is_refused(void) {
     start("s3cret!?");
     CHECK(come(0, false) && come(1, true));
     send(0, "$LOGIN=s3cret!?\n$TRUST=week\n");
-    CHECK(strstr(wires[0].out, "no, day or always") != NULL && strstr(wires[0].out, "error:3") != NULL &&
+    CHECK(strstr(wires[0].out, "no, day, always") != NULL && strstr(wires[0].out, "error:3") != NULL &&
           got_count == 0);
     CHECK(!access_may(&the_gate, 1));
     send(1, "$TRUST=day\n");
@@ -522,6 +543,7 @@ int main(void) {
     a_locked_client_can_ask_for_status_hold_and_stop();
     an_observer_holds_and_behind_that_resets();
     a_trusted_address_needs_no_login_until_that_is_revoked();
+    who_is_trusted_is_listed_and_revoked();
     a_trust_that_cannot_be_is_refused();
     the_key_lets_in_and_may_have_real_time_characters();
     a_proof_lets_in_without_the_key();

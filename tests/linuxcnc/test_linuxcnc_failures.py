@@ -177,7 +177,7 @@ def test_a_door_is_a_hold(make_bench: Callable[..., Bench]) -> None:
 
 @pytest.mark.parametrize("how", ["killed", "network"])
 def test_a_component_that_was_lost_in_motion_is_back_after_a_reset(bench: Bench, how: str) -> None:
-    """The controller holds what it had ($74=1). Nobody has to go to its text side: leaving LinuxCNC's e-stop is
+    """The controller holds what it had ($74=1). It needs no visit to its text side: leaving LinuxCNC's e-stop is
     enough, in which LinuxCNC starts, and which it enters when the component has lost its connection."""
     moving(bench)
     bench.wire.dead = True

@@ -86,7 +86,7 @@ def test_motion_that_a_network_loses_is_a_hold(device: Device, seed: int) -> Non
 
 
 def test_lost_outputs_are_no_lost_motion(device: Device) -> None:
-    """They are said again 10 ms later."""
+    """They are repeated 10 ms later."""
     run_stock_host(device, set(), lost_outputs=set(FAST[3::7]))
     assert device.state == "Idle"
 

@@ -1,5 +1,5 @@
 import { expect, it } from "vitest";
-import { loginProof } from "../src/link/login";
+import { loginProof, trustedOf } from "../src/link/login";
 
 const ASKED = "[LOGIN:000102030405060708090a0b0c0d0e0f,6465666768696a6b6c6d6e6f70717273,2000]";
 
@@ -15,4 +15,12 @@ it("proves nothing to who asks nothing, or for work without end", () => {
   for (const said of ["", "[MSG:LOGIN]", ASKED.replace("2000", "0"), ASKED.replace("2000", "99999999")]) {
     expect(loginProof("key", [said])).toBeNull();
   }
+});
+
+it("reads the list of trusted addresses", () => {
+  const said = ["[MSG:x]", "[TRUST:1,192.168.1.20,always]", "[TRUST:3,2001:db8:1:2,86000]", "[TRUST:x]"];
+  expect(trustedOf(said)).toEqual([
+    { number: 1, address: "192.168.1.20", seconds: null },
+    { number: 3, address: "2001:db8:1:2", seconds: 86000 },
+  ]);
 });

@@ -377,7 +377,7 @@ export class Controller {
     else if (key === "OPT") {
       this.options.value = body;
       this.queue.capacity = (receiveBuffer(body) ?? SMALLEST_BUFFER + 1) - 1;
-    } else if (key !== "LOGIN") this.offsets.value = new Map(this.offsets.value).set(key, body);
+    } else if (key !== "LOGIN" && key !== "TRUST") this.offsets.value = new Map(this.offsets.value).set(key, body);
   }
 
   private takeMessage(body: string): void {
