@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 #include "access/access.h"
 
+#include "base/siphash.h"
+
 #include <string.h>
 
 #define DAY_US 86400000000u
@@ -65,6 +67,29 @@ enum access_result access_try(struct access *access, uint64_t who, uint32_t sinc
     return access_prove(access, who, since_us, digest, access->digest);
 }
 
+void access_nonce(const struct access *access, uint32_t number, uint8_t nonce[ACCESS_NONCE]) {
+    uint8_t question[5] = {(uint8_t)number, (uint8_t)(number >> 8), (uint8_t)(number >> 16),
+                           (uint8_t)(number >> 24)};
+    for (unsigned half = 0; half < 2; half++) {
+        question[4] = (uint8_t)half;
+        uint64_t digest = siphash(access->secret, question, sizeof question);
+        memcpy(nonce + half * sizeof digest, &digest, sizeof digest);
+    }
+}
+
+enum access_result access_answer(struct access *access, uint64_t who, uint32_t since_us, uint32_t number,
+                                 const uint8_t proof[SHA256_SIZE]) {
+    static const char label[16] =
+        "WiFiCNC login"; /* what the digest is for is part of it, as in wire/seal.c */
+    uint8_t message[sizeof label + ACCESS_NONCE], right[SHA256_SIZE];
+    if (!access_is_turn(access, who, since_us))
+        return ACCESS_WAIT;
+    memcpy(message, label, sizeof label);
+    access_nonce(access, number, message + sizeof label);
+    sha256_hmac(access->secret, SHA256_SIZE, message, sizeof message, right);
+    return access_prove(access, who, since_us, proof, right);
+}
+
 bool access_trust(struct access *access, uint64_t who, enum access_span span) {
     const struct access_trust *found = place_of(access, who);
     if (found == NULL)
@@ -72,10 +97,31 @@ bool access_trust(struct access *access, uint64_t who, enum access_span span) {
     if (found == NULL)
         return span == ACCESS_NOT;
     struct access_trust *place = &access->trust[found - access->trust];
+    access->changed |= span == ACCESS_ALWAYS || place->end_us == UINT64_MAX;
     if (span == ACCESS_NOT)
         *place = (struct access_trust){0};
     else
         *place = (struct access_trust){
             .who = who, .end_us = span == ACCESS_ALWAYS ? UINT64_MAX : access->now_us + DAY_US};
     return true;
+}
+
+void access_revoke(struct access *access, unsigned place) {
+    access->changed |= access->trust[place].end_us == UINT64_MAX;
+    access->trust[place] = (struct access_trust){0};
+}
+
+unsigned access_stored(const struct access *access, uint64_t who[ACCESS_TRUSTED]) {
+    unsigned count = 0;
+    for (unsigned i = 0; i < ACCESS_TRUSTED; i++)
+        if (access->trust[i].who != 0 && access->trust[i].end_us == UINT64_MAX)
+            who[count++] = access->trust[i].who;
+    return count;
+}
+
+void access_restore(struct access *access, const uint64_t who[], unsigned count) {
+    for (unsigned i = 0; i < count; i++)
+        if (who[i] != 0)
+            (void)access_trust(access, who[i], ACCESS_ALWAYS);
+    access->changed = false;
 }

@@ -14,6 +14,7 @@
 
 enum {
     ACCESS_SALT = 16,
+    ACCESS_NONCE = 16,
     ACCESS_ROUNDS = 2000, /* of PBKDF2; with a made key none would be needed */
     ACCESS_TRUSTED = 8
 };
@@ -34,6 +35,7 @@ struct access_trust {
 
 struct access {
     bool open;
+    bool changed;                /* the addresses that are trusted for ever: the target stores them */
     uint8_t digest[SHA256_SIZE]; /* of the key */
     uint8_t salt[ACCESS_SALT];   /* new at each start */
     uint8_t secret[SHA256_SIZE]; /* PBKDF2 of key and salt: what proofs are made with */
@@ -67,7 +69,26 @@ enum access_result access_try(struct access *access, uint64_t who, uint32_t sinc
 enum access_result access_prove(struct access *access, uint64_t who, uint32_t since_us,
                                 const uint8_t proof[SHA256_SIZE], const uint8_t right[SHA256_SIZE]);
 
+/** The nonce of a question, from its number: it cannot be foretold, and comes once for each number of a
+ * start.
+ */
+void access_nonce(const struct access *access, uint32_t number, uint8_t nonce[ACCESS_NONCE]);
+
+/** Someone answers that question with a proof of the key, which overheard is worth nothing.
+ *  @param since_us  of access_is_turn() */
+enum access_result access_answer(struct access *access, uint64_t who, uint32_t since_us, uint32_t number,
+                                 const uint8_t proof[SHA256_SIZE]);
+
 /** Trust this address from now on, instead of what was. @return false: all places are taken */
 bool access_trust(struct access *access, uint64_t who, enum access_span span);
+
+/** Trust what is in this place no more. @param place  0 .. ACCESS_TRUSTED - 1 */
+void access_revoke(struct access *access, unsigned place);
+
+/** The addresses that are trusted for ever, to be stored. @return how many */
+unsigned access_stored(const struct access *access, uint64_t who[ACCESS_TRUSTED]);
+
+/** Trust these for ever, as they were stored: at the start. */
+void access_restore(struct access *access, const uint64_t who[], unsigned count);
 
 #endif

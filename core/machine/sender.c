@@ -115,8 +115,26 @@ void sender_lose_host(struct machine *machine, bool left) {
         return;
     }
     machine->client.host_held = !left;
+    machine->client.host_hold = true;
     action_hold(machine);
     report_message(machine, "Remote host lost: feed hold");
+}
+
+void sender_lose_motion(struct machine *machine) {
+    if (!is_hosts(machine))
+        return;
+    if (!machine->client.motion_lost)
+        report_message(machine, "Remote host: motion was lost, feed hold");
+    machine->client.motion_lost = true;
+    if (machine->life.state != MACHINE_HOLD && machine->life.state != MACHINE_DOOR)
+        action_hold(machine);
+}
+
+void sender_end_host_hold(struct machine *machine) {
+    const bool waits = machine->client.sender != SENDER_THERE || has_lines(machine) ||
+                       machine_host_has_job(machine) || machine_host_has_segments(machine);
+    if (machine->client.host_hold && !waits)
+        (void)action_resume(machine);
 }
 
 const char *sender_notice(const struct machine *machine) {

@@ -23,6 +23,8 @@ struct machine_client {
     enum machine_sender sender;
     bool homing_lost;   /* homing was stopped because its sender was lost; not said yet */
     bool host_held;     /* motion of a remote host that is lost waits for `~` */
+    bool motion_lost;   /* of a remote host, and that is reported */
+    bool host_hold;     /* the hold is that of such a host, and no one else has asked for one */
     bool outputs_waits; /* spindle and coolant are on until outputs_time is over */
     struct machine_timer outputs_time;
 };
@@ -30,7 +32,7 @@ struct machine_client {
 /** Someone commands the text side: it was reset, or continues. */
 static inline void sender_is_there(struct machine_client *client) {
     client->sender = SENDER_THERE;
-    client->host_held = client->outputs_waits = false;
+    client->host_held = client->host_hold = client->motion_lost = client->outputs_waits = false;
 }
 
 /** @return whether homing was stopped because its sender was lost, and that was not said yet */
@@ -46,6 +48,14 @@ bool sender_lost_poll(struct machine *machine);
 /** A remote host is lost: its jog and homing end, and its queued motion continues, is held or is reset, as
  * $74 says. */
 void sender_lose_host(struct machine *machine, bool left);
+
+/** A part of a remote host's motion has not come, or was refused: it is held, so that no one cuts on without
+ * it. What the text side does is not. */
+void sender_lose_motion(struct machine *machine);
+
+/** End the hold of a remote host that was lost, when it keeps nothing back any more: a host is there again.
+ */
+void sender_end_host_hold(struct machine *machine);
 
 /** No one sees the axes move any more: alarm 6, and a message after the banner. */
 void sender_stop_homing(struct machine *machine);

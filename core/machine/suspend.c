@@ -21,9 +21,11 @@
 void suspend_hold(struct machine *machine) {
     if (preempt_hold(machine))
         return;
-    if (machine->life.state == MACHINE_HOLD || machine->life.state == MACHINE_DOOR)
+    if (machine->life.state == MACHINE_HOLD || machine->life.state == MACHINE_DOOR) {
         machine->suspend.restores =
             false; /* sender.c or door_poll() stops the tools again, and `~` is asked for again */
+        machine->client.host_hold = false;
+    }
     if (machine->life.state == MACHINE_JOG)
         jog_cancel(machine);
     else if (machine->life.state == MACHINE_RUN &&

@@ -2,6 +2,8 @@
  * Motion and commands of hosts, by UDP or TCP. */
 #include "session/inner.h"
 
+#include <math.h>
+
 enum { MISC_OUTPUTS = 0x1F, ALL_BITS = 0xFF }; /* of io_control */
 
 #define DOUBLED_US 2000000u /* the network delivers both within this time */
@@ -92,7 +94,7 @@ void session_switch_off(struct session *session) {
     (void)action_outputs(session->machine, &own);
 }
 
-/* Ends a lock; or releases motion, when nothing of the host moves. */
+/* Ends a lock; or releases motion, when nothing of the host moves, and the hold that its loss has left. */
 static enum wire_refusal reset(struct session *session) {
     /* BUSY is the answer where nothing is locked: then the request is meant for motion. */
     const enum refusal refusal = action_end_lock(session->machine);
@@ -100,6 +102,7 @@ static enum wire_refusal reset(struct session *session) {
         return session_refusal(refusal);
     if (session->stream.open || !machine_host_release(session->machine))
         return WIRE_REFUSAL_BUSY;
+    sender_end_host_hold(session->machine);
     return WIRE_REFUSAL_NONE;
 }
 
@@ -196,35 +199,51 @@ static enum wire_refusal push(struct session *session, const uint8_t *at) {
     return session_refusal(machine_host_lay(session->machine, ahead, &segment, &number));
 }
 
-void session_motion(struct session *session, const uint8_t address[4], const struct wire_header *header,
-                    const uint8_t *payload, enum wire_refusal refusal) {
+/* An axis has more steps than if it began or ended at rest: a t^2, and one by rounding. */
+static bool is_fast(const struct session *session, const uint8_t *at) {
+    const struct host_queue_segment segment = session_segment(at);
+    const struct host_queue_limits *limits = &machine_host(session->machine)->queue.limits;
+    const float seconds = (float)segment.duration_us * 1e-6f;
+    bool fast = false;
+    for (unsigned ax = 0; ax < limits->axis_count; ax++)
+        fast |= fabsf((float)segment.steps[ax]) > limits->accel_steps_s2[ax] * seconds * seconds + 1.0f;
+    return fast;
+}
+
+bool session_motion(struct session *session, const uint8_t address[4], const struct wire_header *header,
+                    const uint8_t *payload, enum wire_refusal refusal, struct session_pace *pace) {
+    const uint8_t *segments = payload + WIRE_MOTION_SIZE;
     struct wire_motion motion;
     wire_get_motion(payload, &motion);
     if (!wire_has_segments(header, WIRE_MOTION_SIZE, motion.count, 1)) {
         session->counts.malformed++;
-        return;
+        return false;
     }
     if (refusal == WIRE_REFUSAL_NONE && session->stream.open)
         refusal = WIRE_REFUSAL_BUSY;
     if (refusal != WIRE_REFUSAL_NONE) {
         refuse(session, refusal, motion.count);
-        return;
+        return false;
     }
     if (is_duplicate(session, address, header)) {
         session->counts.duplicates++;
-        return;
+        return false;
     }
     uint32_t taken = 0;
     while (taken < motion.count && refusal == WIRE_REFUSAL_NONE) {
-        refusal = push(session, payload + WIRE_MOTION_SIZE + (size_t)taken * WIRE_SEGMENT_SIZE);
+        refusal = push(session, segments + (size_t)taken * WIRE_SEGMENT_SIZE);
         taken += refusal == WIRE_REFUSAL_NONE;
     }
-    if (taken > 0)
+    if (taken > 0) {
         own_motion(session, address, header);
+        pace->begins_fast = is_fast(session, segments);
+        pace->ends_fast = is_fast(session, segments + (size_t)(taken - 1) * WIRE_SEGMENT_SIZE);
+    }
     if (taken == motion.count)
-        return;
+        return taken > 0;
     /* The rest of the datagram is refused with it: after a gap it would begin at another place. */
     refuse(session, refusal, motion.count - taken);
     if (session_same(session->owner.address, address))
         session_note_lost(session);
+    return taken > 0;
 }

@@ -110,6 +110,7 @@ static void note_late(struct session *session, uint32_t behind) {
     if ((owner->seen & bit) != 0)
         return;
     owner->seen |= bit;
+    owner->skipped -= bit != 0 && owner->skipped > 0 ? 1 : 0;
     session->counts.late++;
     session->counts.missing -= bit != 0 && session->counts.missing > 0 ? 1 : 0;
 }
@@ -121,8 +122,27 @@ static int32_t most_ahead(uint64_t silent_us) {
 }
 
 void session_note_lost(struct session *session) {
-    if (session->settings->host_hold_on_gap && !session_is_module(session) && !session->stream.open)
-        action_hold(session->machine);
+    if (session->settings->host_hold_on_gap != GAP_IS_IGNORED && !session_is_module(session) &&
+        !session->stream.open)
+        sender_lose_motion(session->machine);
+}
+
+/* Stock LinuxCNC hosts take a number for motion every 10 ms and skip it when there is no step: only where the
+ * machine cannot have stood still in the gap is motion missing. Nor is it where the next one comes after as
+ * many numbers as ever: what was lost between them was something else, which they repeat. */
+void session_note_moved(struct session *session, const struct session_pace *pace, uint32_t sequence) {
+    struct session_owner *owner = &session->owner;
+    uint32_t ahead = sequence - owner->motion_sequence;
+    bool first = owner->motion_sequence == 0, late = !first && ahead > UINT32_MAX / 2;
+    if (owner->skipped > 0 && ahead > (owner->stride == 0 ? 1 : owner->stride) && owner->ends_fast &&
+        pace->begins_fast)
+        session_note_lost(session);
+    if (!first && !late && owner->skipped == 0 && (owner->stride == 0 || ahead < owner->stride))
+        owner->stride = ahead;
+    if (!late)
+        owner->motion_sequence = sequence;
+    owner->skipped = 0;
+    owner->ends_fast = pace->ends_fast;
 }
 
 void session_note_sequence(struct session *session, const uint8_t address[4], uint32_t sequence) {
@@ -139,7 +159,13 @@ void session_note_sequence(struct session *session, const uint8_t address[4], ui
     bool follows = owner->sequence_known && ahead >= 0 && ahead < most_ahead(silent_us);
     if (follows && ahead > 1) {
         session->counts.missing += (uint32_t)ahead - 1;
-        session_note_lost(session);
+        owner->skipped += (uint32_t)ahead - 1;
+        if (session->settings->host_hold_on_gap == GAP_IS_A_LOSS)
+            session_note_lost(session);
+    }
+    if (!follows) {
+        owner->skipped = owner->stride = owner->motion_sequence = 0;
+        owner->ends_fast = false;
     }
     /* From a new beginning on all earlier numbers count as seen: none of them was counted as missing. */
     owner->seen = !follows ? UINT64_MAX : (ahead < 64 ? owner->seen << ahead : 0) | 1;

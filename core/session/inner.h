@@ -12,6 +12,14 @@
 /** A number that is lower by more than this is that of a host that has started again. */
 enum { SEQUENCE_JUMP = 1000 };
 
+/** $78. */
+enum { GAP_IS_IGNORED, GAP_IN_MOTION, GAP_IS_A_LOSS };
+
+/** Whether a motion datagram cannot begin, or end, at rest. */
+struct session_pace {
+    bool begins_fast, ends_fast;
+};
+
 /** Sequence counters. */
 enum { SEQUENCE_STATUS, SEQUENCE_EVENT, SEQUENCE_REPLY };
 
@@ -42,11 +50,13 @@ void session_take(struct session *session, const uint8_t address[4], bool discar
 bool session_has_client(const struct session *session, const uint8_t address[4]);
 /** A sign of life of this host, whatever the packet. */
 void session_note_alive(struct session *session, const uint8_t address[4]);
-/** Motion of a host has not come, or was not taken: a hold where $78 asks for it, unless a stream is open,
- * which sends again what was lost. */
+/** Motion of a host has not come, or was not taken: a hold unless $78 is 0, or a stream is open, which sends
+ * again what was lost. */
 void session_note_lost(struct session *session);
 /** A sequence number of this host: gaps are counted. */
 void session_note_sequence(struct session *session, const uint8_t address[4], uint32_t sequence);
+/** A motion datagram was taken; its number was noted before. */
+void session_note_moved(struct session *session, const struct session_pace *pace, uint32_t sequence);
 
 /* segment.c */
 /** A segment of the wire, its reserved flags left out. @param at  WIRE_SEGMENT_SIZE bytes */
@@ -80,9 +90,11 @@ enum wire_refusal session_command(struct session *session, const uint8_t address
 bool session_runs_outputs(const struct session *session);
 /** Switch these off. */
 void session_switch_off(struct session *session);
-/** @param refusal  of session_check_datagram(): refused segments are counted */
-void session_motion(struct session *session, const uint8_t address[4], const struct wire_header *header,
-                    const uint8_t *payload, enum wire_refusal refusal);
+/** @param refusal  of session_check_datagram(): refused segments are counted
+ *  @param[out] pace  of what was taken
+ *  @return false: nothing was taken */
+bool session_motion(struct session *session, const uint8_t address[4], const struct wire_header *header,
+                    const uint8_t *payload, enum wire_refusal refusal, struct session_pace *pace);
 
 /* stream.c */
 /** Notice that the machine has given up what was queued. */

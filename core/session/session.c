@@ -88,6 +88,36 @@ static bool is_sealed(struct session *session, const struct wire_header *header,
     return false;
 }
 
+/* What is not motion, and was not refused as unknown. */
+static void act_at_once(struct session *session, const struct session_peer *from,
+                        const struct wire_header *header, const uint8_t *payload, enum wire_refusal refusal) {
+    /* A refused motion packet is passed on, too: a stream is answered with how far it is. An I/O module has
+     * no host queue that it could look at. */
+    if (header->type == WIRE_STREAM_SEGMENTS && refusal != WIRE_REFUSAL_IO_MODULE)
+        stream_segments(session, from, header, payload, refusal);
+    else if (header->type != WIRE_STREAM_SEGMENTS && refusal == WIRE_REFUSAL_NONE)
+        (void)session_command(session, from->address, header->type, payload);
+}
+
+static void act(struct session *session, const struct session_peer *from, const struct wire_header *header,
+                const uint8_t *payload, enum wire_refusal refusal) {
+    struct session_pace pace;
+    bool moved = false;
+    bool resumes = header->type == WIRE_RESUME; /* a gap is older than it, and holds before it */
+    if (resumes)
+        session_note_sequence(session, from->address, header->sequence);
+    if (header->type == WIRE_MOTION)
+        moved = session_motion(session, from->address, header, payload, refusal, &pace);
+    else
+        act_at_once(session, from, header, payload, refusal);
+    /* After the command, which may have made this host the owner: only the owner's numbers count, from
+     * this one on. */
+    if (!resumes)
+        session_note_sequence(session, from->address, header->sequence);
+    if (moved)
+        session_note_moved(session, &pace, header->sequence);
+}
+
 void session_datagram(struct session *session, const struct session_peer *from, const uint8_t *bytes,
                       size_t size) {
     struct wire_header header;
@@ -107,21 +137,7 @@ void session_datagram(struct session *session, const struct session_peer *from, 
         session->counts.malformed++;
         return;
     }
-    bool resumes = header.type == WIRE_RESUME; /* a gap is older than it, and holds before it */
-    if (resumes)
-        session_note_sequence(session, from->address, header.sequence);
-    /* A refused motion packet is passed on, too: its segments are counted, and a stream is answered with
-     * how far it is. An I/O module has no host queue that they could look at. */
-    if (header.type == WIRE_MOTION)
-        session_motion(session, from->address, &header, payload, refusal);
-    else if (header.type == WIRE_STREAM_SEGMENTS && refusal != WIRE_REFUSAL_IO_MODULE)
-        stream_segments(session, from, &header, payload, refusal);
-    else if (refusal == WIRE_REFUSAL_NONE)
-        (void)session_command(session, from->address, header.type, payload);
-    /* After the command, which may have made this host the owner: only the owner's numbers count, from
-     * this one on. */
-    if (!resumes)
-        session_note_sequence(session, from->address, header.sequence);
+    act(session, from, &header, payload, refusal);
     session->counts.datagrams++;
 }
 

@@ -73,16 +73,20 @@ struct session_listener {
  * since, its numbers continue: a network that was gone for longer is a gap, too. */
 struct session_owner {
     bool on, sequence_known;
-    bool left;  /* its last connection has ended at its own end */
-    bool lost;  /* it is gone, and its motion was dealt with as $74 says */
-    bool taken; /* by request: it commands as long as it is there, also without a command */
+    bool left;      /* its last connection has ended at its own end */
+    bool lost;      /* it is gone, and its motion was dealt with as $74 says */
+    bool taken;     /* by request: it commands as long as it is there, also without a command */
+    bool ends_fast; /* its newest motion cannot end at rest */
     uint8_t address[4];
-    uint64_t heard_us;    /* something that needs it to be the owner */
-    uint64_t alive_us;    /* anything */
-    uint64_t motion_us;   /* motion */
-    uint32_t sequence;    /* the newest */
-    uint64_t numbered_us; /* when that came */
-    uint64_t seen;        /* bit n: the one n before it has come, or was before the first */
+    uint64_t heard_us;        /* something that needs it to be the owner */
+    uint64_t alive_us;        /* anything */
+    uint64_t motion_us;       /* motion */
+    uint32_t sequence;        /* the newest */
+    uint32_t motion_sequence; /* of its newest motion; 0: none */
+    uint32_t skipped;         /* numbers that are missing since then */
+    uint32_t stride;          /* the least way between two of its motions; 0: not known */
+    uint64_t numbered_us;     /* when that came */
+    uint64_t seen;            /* bit n: the one n before it has come, or was before the first */
 };
 
 /** Orders whose newest is remembered, so that what it has overtaken does nothing. */

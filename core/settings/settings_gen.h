@@ -92,8 +92,8 @@ struct settings {
     uint16_t status_interval_ms;
     /** $77 [ms] 100..60000: A host that is silent for this time, without TCP or in a stream, is lost. */
     uint16_t host_timeout_ms;
-    /** $78: Without a stream: lost (a gap in packet numbers) or refused motion causes a feed hold. */
-    bool host_hold_on_gap;
+    /** $78 0..2: Feed hold at lost motion without a stream: 0 no, 1 no rest fits the gap, 2 at any gap. */
+    uint8_t host_hold_on_gap;
     /** $79 0..6: Axes of the machine, counted from X; 0 = all that the board has. The others are gone. */
     uint8_t machine_axes;
     /** $80 0..3: Machine type: 0 cartesian, 1 CoreXY, 2 polar, 3 two arms. */

@@ -49,7 +49,7 @@ const struct setting_row setting_rows[SETTINGS_ROW_COUNT] = {
     {75, FIELD(sender_lost_spindle_s), SETTING_TYPE_FLOAT, 1, 1, STATUS_BAD_NUMBER, 0, 3600, 5, 0x200},
     {76, FIELD(status_interval_ms), SETTING_TYPE_U16, 1, 0, STATUS_BAD_NUMBER, 10, 1000, 50, 0x200},
     {77, FIELD(host_timeout_ms), SETTING_TYPE_U16, 1, 0, STATUS_BAD_NUMBER, 100, 60000, 2000, 0x200},
-    {78, FIELD(host_hold_on_gap), SETTING_TYPE_BOOL, 1, 0, STATUS_BAD_NUMBER, 0, 1, 0, 0x200},
+    {78, FIELD(host_hold_on_gap), SETTING_TYPE_U8, 1, 0, STATUS_BAD_NUMBER, 0, 2, 1, 0x200},
     {79, FIELD(machine_axes), SETTING_TYPE_U8, 1, 0, STATUS_BAD_NUMBER, 0, 6, 0, 0x100},
     {80, FIELD(kinematics), SETTING_TYPE_U8, 1, 0, STATUS_BAD_NUMBER, 0, 3, 0, 0x003},
     {81, FIELD(arm_1_mm), SETTING_TYPE_FLOAT, 1, 3, STATUS_BAD_NUMBER, 1, 10000, 50, 0x003},

@@ -280,39 +280,12 @@ static void take_observers(struct net_hub *hub, struct net_client *client, char 
     }
 }
 
-static void end_login(struct net_hub *hub, struct net_client *client, enum access_result result) {
-    client->waits = false;
-    hub->ops->event(hub->ctx, result == ACCESS_GOOD ? "logged in" : "not logged in", client->name);
-    if (result != ACCESS_GOOD) {
-        net_hub_say_message(hub, client, "Wrong access key");
-        return;
-    }
-    client->locked = false;
-    net_hub_say(hub, client, "ok\r\n", 4);
-    net_hub_greet(hub, client);
-}
-
-static void log_in(struct net_hub *hub, struct net_client *client) {
-    if (!net_hub_is_login(net_queue_head(&client->in), client->in.count)) {
-        net_hub_say_message(hub, client, net_hub_locked_out);
-        net_queue_free(&client->in);
-        return;
-    }
-    client->login_size = (uint8_t)client->in.count;
-    enum access_result result = net_hub_try_login(hub, client);
-    client->waits = result == ACCESS_WAIT;
-    if (client->waits)
-        return;
-    net_queue_free(&client->in);
-    end_login(hub, client, result);
-}
-
 /* In a key real-time characters are letters like others. A line that is too long is none. */
 static void take_locked(struct net_hub *hub, struct net_client *client, uint8_t byte) {
     const char character = (char)byte;
     if (byte == '\n' || byte == '\r') {
         if (client->in.count > 0)
-            log_in(hub, client);
+            net_hub_log_in(hub, client);
         return;
     }
     if (net_line_is_realtime(byte) && !net_hub_is_login(net_queue_head(&client->in), client->in.count)) {
@@ -422,7 +395,7 @@ void net_hub_log_in_again(struct net_hub *hub, struct net_client *client) {
     if (result == ACCESS_WAIT)
         return;
     client->in = (struct net_queue){0};
-    end_login(hub, client, result);
+    net_hub_end_login(hub, client, result);
     take_bytes(hub, client, net_queue_head(&held) + client->login_size, held.count - client->login_size);
     net_queue_free(&held);
 }

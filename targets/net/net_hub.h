@@ -18,10 +18,12 @@
  * senders begin again.
  *
  * Where there is an access key (access/access.h), a client from an address that is not trusted is locked out
- * at first: its `?` is answered, it may hold and stop, it sees nothing but reports, and `$LOGIN=key` lets it
- * in. A login that must wait for its turn (base/lockout.h) waits, and so does what its client sends after it.
+ * at first: its `?` is answered, it may hold and stop, it sees nothing but reports, and a login lets it in:
+ * `$LOGIN` is answered by `[LOGIN:nonce,salt,rounds]`, and `$LOGIN=proof` of that, or `$LOGIN=key` of a
+ * person who types, opens. A login that must wait for its turn (base/lockout.h) waits, and so does what its
+ * client sends after it.
  * `$TRUST=day` or `always` of a client that is in lets all clients of its address in from now on, `$TRUST=no`
- * ends that.
+ * ends that; `$TRUST` lists such addresses, `$TRUST=no 2` ends the second's, `$TRUST=none` all.
  *
  * No client shuts others out: one that says nothing is disconnected after some seconds, and net_places.h
  * chooses who goes for a newcomer when all places are taken. A browser that was made to send a request to a
@@ -105,8 +107,9 @@ struct net_client {
     uint32_t heard_us;  /* when it last said something useful, as a login that waits */
     bool braked;        /* an observer or locked client that has held the machine: it may reset it, too */
     bool told;          /* ... and one that has not, that it may not */
-    char typed[13];     /* by an observer, in its line: $TRUST=always is the longest that it may send */
-    uint8_t letters;    /* of these; UINT8_MAX: too many */
+    char typed[13];     /* by an observer, in its line: $TRUST=always is the longest that it may send; of a
+                           locked client the number of its question */
+    uint8_t letters;    /* of these; UINT8_MAX: too many. Of a locked client: whether it has a question */
 };
 
 struct net_hub {
@@ -120,6 +123,7 @@ struct net_hub {
     uint64_t owner_peer;      /* address of the owner or of the last one, whom a place is kept for; 0: none */
     uint32_t now_us;          /* of the last net_hub_tick() */
     struct net_queue left;    /* whole lines of former owners that the controller has not got yet */
+    uint32_t questions;       /* ever asked by $LOGIN: each has its number */
     bool has_spoiled;         /* NET_LINE_SPOILED may be among what waits */
     uint32_t inside;          /* lines the controller has got and not answered */
     uint32_t inside_left;     /* the oldest of these are former owners' */

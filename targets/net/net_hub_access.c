@@ -6,12 +6,20 @@
 #include <string.h>
 
 static const char login_line[] = "$LOGIN=";
+static const char question_line[] = "$LOGIN";
 static const char trust_line[] = "$TRUST=";
-enum { LOGIN_LENGTH = sizeof login_line - 1, TRUST_LENGTH = sizeof trust_line - 1 };
+static const char list_line[] = "$TRUST";
+enum {
+    LOGIN_LENGTH = sizeof login_line - 1,
+    TRUST_LENGTH = sizeof trust_line - 1,
+    PROOF_LENGTH = 2 * SHA256_SIZE /* no key is that long */
+};
+
+_Static_assert((int)PROOF_LENGTH > (int)ACCESS_KEY_BYTES, "the length tells a proof from a key");
 
 static const struct span {
     const char *word;
-    const char *said;
+    const char *text;
     enum access_span span;
 } spans[] = {
     {"no", "This address is not trusted any more", ACCESS_NOT},
@@ -40,17 +48,69 @@ static const char *trust(const struct net_hub *hub, const struct net_client *cli
 }
 
 static bool is_trust(const char *line, size_t size) {
-    return net_line_commands(line, size, trust_line);
+    return net_line_commands(line, size, trust_line) || is_word(line, size, list_line);
+}
+
+/* As lockout_ipv4() packs it; of IPv6 the 64 bits that tell networks apart. */
+static void put_address(char *text, size_t size, uint64_t who) {
+    const bool is_ipv4 = lockout_ipv4((const uint8_t[4]){0}) == (who & ~(uint64_t)UINT32_MAX);
+    if (is_ipv4)
+        snprintf(text, size, "%u.%u.%u.%u", (unsigned)(who >> 24 & 255), (unsigned)(who >> 16 & 255),
+                 (unsigned)(who >> 8 & 255), (unsigned)(who & 255));
+    else
+        snprintf(text, size, "%x:%x:%x:%x", (unsigned)(who >> 48 & 0xFFFF), (unsigned)(who >> 32 & 0xFFFF),
+                 (unsigned)(who >> 16 & 0xFFFF), (unsigned)(who & 0xFFFF));
+}
+
+static void list_trust(struct net_hub *hub, struct net_client *client) {
+    const struct access *access = hub->access;
+    for (unsigned i = 0; access != NULL && i < ACCESS_TRUSTED; i++) {
+        const struct access_trust *trust = &access->trust[i];
+        char address[NET_NAME_SIZE], line[NET_NAME_SIZE + 40];
+        if (trust->who == 0)
+            continue;
+        put_address(address, sizeof address, trust->who);
+        int size = trust->end_us == UINT64_MAX
+                       ? snprintf(line, sizeof line, "[TRUST:%u,%s,always]\r\n", i + 1, address)
+                       : snprintf(line, sizeof line, "[TRUST:%u,%s,%u]\r\n", i + 1, address,
+                                  (unsigned)((trust->end_us - access->now_us) / 1000000));
+        net_hub_say(hub, client, line, (size_t)size);
+    }
+}
+
+/* `none`, or `no` and a place of the list. @return what to say; NULL: it is neither */
+static const char *revoke(struct access *access, const char *word, size_t size) {
+    unsigned place = ACCESS_TRUSTED;
+    if (is_word(word, size, "none")) {
+        for (unsigned i = 0; i < ACCESS_TRUSTED; i++)
+            access_revoke(access, i);
+        return "No address is trusted any more";
+    }
+    if (size == sizeof "no 1" - 1 && net_line_commands(word, size, "NO "))
+        place = (unsigned)(word[size - 1] - '1');
+    if (place >= ACCESS_TRUSTED)
+        return NULL;
+    access_revoke(access, place);
+    return "That address is not trusted any more";
 }
 
 static bool take_trust(struct net_hub *hub, struct net_client *client, const char *line, size_t size) {
-    const char *word = line + TRUST_LENGTH, *refusal = "$TRUST is no, day or always";
+    const char *word = line + TRUST_LENGTH, *refusal = "$TRUST is no, day, always, none, or no and a number";
+    if (is_word(line, size, list_line)) {
+        list_trust(hub, client);
+        return true;
+    }
+    const char *revoked = hub->access != NULL ? revoke(hub->access, word, size - TRUST_LENGTH) : NULL;
+    if (revoked != NULL) {
+        net_hub_say_message(hub, client, revoked);
+        return true;
+    }
     for (size_t i = 0; i < sizeof spans / sizeof spans[0]; i++) {
         if (!is_word(word, size - TRUST_LENGTH, spans[i].word))
             continue;
         refusal = trust(hub, client, &spans[i]);
         if (refusal == NULL) {
-            net_hub_say_message(hub, client, spans[i].said);
+            net_hub_say_message(hub, client, spans[i].text);
             return true;
         }
     }
@@ -71,10 +131,95 @@ bool net_hub_is_login(const char *line, size_t size) {
     return net_line_commands(line, size, login_line);
 }
 
-enum access_result net_hub_try_login(struct net_hub *hub, const struct net_client *client) {
-    return access_try(hub->access, client->stream.peer, client->heard_us,
-                      net_queue_head(&client->in) + LOGIN_LENGTH,
-                      (size_t)(client->login_size - LOGIN_LENGTH));
+static bool is_question(const char *line, size_t size) {
+    return is_word(line, size, question_line);
+}
+
+static void put_hex(char *text, const uint8_t *bytes, size_t count) {
+    for (size_t i = 0; i < count; i++)
+        snprintf(text + 2 * i, 3, "%02x", bytes[i]);
+}
+
+static void ask_proof(struct net_hub *hub, struct net_client *client) {
+    char nonce[2 * ACCESS_NONCE + 1], salt[2 * ACCESS_SALT + 1], line[sizeof nonce + sizeof salt + 32];
+    uint8_t bytes[ACCESS_NONCE];
+    hub->questions++;
+    memcpy(client->typed, &hub->questions, sizeof hub->questions);
+    client->letters = 1;
+    access_nonce(hub->access, hub->questions, bytes);
+    put_hex(nonce, bytes, sizeof bytes);
+    put_hex(salt, hub->access->salt, ACCESS_SALT);
+    int size = snprintf(line, sizeof line, "[LOGIN:%s,%s,%d]\r\nok\r\n", nonce, salt, (int)ACCESS_ROUNDS);
+    net_hub_say(hub, client, line, (size_t)size);
+}
+
+static int digit_of(char letter) {
+    return letter >= '0' && letter <= '9'   ? letter - '0'
+           : letter >= 'a' && letter <= 'f' ? letter - 'a' + 10
+                                            : -1;
+}
+
+static bool take_proof(const char *text, size_t size, uint8_t proof[SHA256_SIZE]) {
+    if (size != PROOF_LENGTH)
+        return false;
+    for (size_t i = 0; i < SHA256_SIZE; i++) {
+        int high = digit_of(text[2 * i]), low = digit_of(text[2 * i + 1]);
+        if (high < 0 || low < 0)
+            return false;
+        proof[i] = (uint8_t)(high * 16 + low);
+    }
+    return true;
+}
+
+enum access_result net_hub_try_login(struct net_hub *hub, struct net_client *client) {
+    const char *text = net_queue_head(&client->in) + LOGIN_LENGTH;
+    const size_t size = (size_t)(client->login_size - LOGIN_LENGTH);
+    uint8_t proof[SHA256_SIZE];
+    uint32_t number;
+    if (!take_proof(text, size, proof))
+        return access_try(hub->access, client->stream.peer, client->heard_us, text, size);
+    if (client->letters == 0) /* nothing to prove: as wrong as any other */
+        return access_try(hub->access, client->stream.peer, client->heard_us, "", 0);
+    memcpy(&number, client->typed, sizeof number);
+    const enum access_result result =
+        access_answer(hub->access, client->stream.peer, client->heard_us, number, proof);
+    /* Each question may be answered once, right or wrong. */
+    if (result != ACCESS_WAIT)
+        client->letters = 0;
+    return result;
+}
+
+void net_hub_end_login(struct net_hub *hub, struct net_client *client, enum access_result result) {
+    client->waits = false;
+    hub->ops->event(hub->ctx, result == ACCESS_GOOD ? "logged in" : "not logged in", client->name);
+    if (result != ACCESS_GOOD) {
+        net_hub_say_message(hub, client, "Wrong access key");
+        return;
+    }
+    client->locked = false;
+    client->letters = 0;
+    net_hub_say(hub, client, "ok\r\n", 4);
+    net_hub_greet(hub, client);
+}
+
+void net_hub_log_in(struct net_hub *hub, struct net_client *client) {
+    if (is_question(net_queue_head(&client->in), client->in.count)) {
+        ask_proof(hub, client);
+        net_queue_free(&client->in);
+        return;
+    }
+    if (!net_hub_is_login(net_queue_head(&client->in), client->in.count)) {
+        net_hub_say_message(hub, client, net_hub_locked_out);
+        net_queue_free(&client->in);
+        return;
+    }
+    client->login_size = (uint8_t)client->in.count;
+    enum access_result result = net_hub_try_login(hub, client);
+    client->waits = result == ACCESS_WAIT;
+    if (client->waits)
+        return;
+    net_queue_free(&client->in);
+    net_hub_end_login(hub, client, result);
 }
 
 bool net_hub_may_stop(struct net_hub *hub, struct net_client *client, uint8_t byte) {
@@ -94,7 +239,7 @@ bool net_hub_may_stop(struct net_hub *hub, struct net_client *client, uint8_t by
 
 bool net_hub_answer_access(struct net_hub *hub, struct net_client *client, const char *line, size_t size) {
     bool trusts = is_trust(line, size);
-    if (!trusts && !net_hub_is_login(line, size))
+    if (!trusts && !net_hub_is_login(line, size) && !is_question(line, size))
         return false;
     bool done = !trusts || take_trust(hub, client, line, size);
     net_hub_say(hub, client, done ? "ok\r\n" : "error:3\r\n", done ? 4 : 9);

@@ -50,8 +50,14 @@ void net_hub_remove_client(struct net_hub *hub, struct net_client *client);
 
 bool net_hub_is_login(const char *line, size_t size);
 
+/** A locked client's line has ended: a login, or the question what has to be proven. */
+void net_hub_log_in(struct net_hub *hub, struct net_client *client);
+
+/** Its login was looked at. */
+void net_hub_end_login(struct net_hub *hub, struct net_client *client, enum access_result result);
+
 /** @return ACCESS_WAIT: ask again, it is not its turn */
-enum access_result net_hub_try_login(struct net_hub *hub, const struct net_client *client);
+enum access_result net_hub_try_login(struct net_hub *hub, struct net_client *client);
 
 /** Who may not move the machine may still hold and stop it. Some senders reset whatever they connect to: a
  * reset counts only behind a hold of the same client. */

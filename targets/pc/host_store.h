@@ -8,7 +8,10 @@
 #include "hal/hal.h"
 
 /** Keys are 0 .. 15. */
-enum { HOST_STORE_KEYS = 16 };
+enum {
+    HOST_STORE_KEYS = 16,
+    HOST_STORE_TRUST = 15
+}; /* HOST_STORE_TRUST: addresses that are trusted for ever */
 
 /** ctx is the file's path, a NUL-terminated string. A file that is not there is empty; one that cannot be
  * written makes save() return false. */

@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 #include "serve.h"
 
+#include "host_store.h"
+
 #include "machine/parts.h"
 #include "net_hub.h"
 #include "net_pty.h"
@@ -57,7 +59,8 @@ struct serve {
     bool busy;          /* the last round left something to do immediately */
     bool poured;        /* a client sends faster than this round has read */
     int listener, stop_fd[2];
-    int claim; /* of the file that keeps settings; -1: none */
+    int claim;         /* of the file that keeps settings; -1: none */
+    const char *store; /* that file; NULL: none */
     struct serve_control control;
     struct serve_wire wire;
     double speed;
@@ -215,10 +218,25 @@ static struct host *make_host(const struct serve_options *options, struct serve_
     return NULL;
 }
 
-static void init_access(struct access *access, const char *key) {
+static void init_access(struct access *access, const char *key, const char *store) {
+    uint64_t who[ACCESS_TRUSTED];
     uint8_t salt[ACCESS_SALT];
     port_random(salt, sizeof salt);
     access_init(access, key, key[0] == '\0', salt, clock_us());
+    if (store != NULL)
+        access_restore(access, who,
+                       (unsigned)(host_store.load(store, HOST_STORE_TRUST, who, sizeof who) / sizeof who[0]));
+}
+
+static void keep_trust(struct serve *serve) {
+    uint64_t who[ACCESS_TRUSTED];
+    if (!serve->access.changed || serve->store == NULL)
+        return;
+    serve->access.changed = false;
+    const struct hal_store_value value = {
+        .key = HOST_STORE_TRUST, .bytes = who, .count = access_stored(&serve->access, who) * sizeof who[0]};
+    if (host_store.save(serve->store, &value, 1) != HAL_STORE_DONE)
+        net_hub_tell(&serve->hub, "Cannot store the trusted addresses");
 }
 
 struct serve *serve_create(const struct serve_options *options, struct serve_failure *failure) {
@@ -237,7 +255,8 @@ struct serve *serve_create(const struct serve_options *options, struct serve_fai
     memcpy(serve->stop_fd, options->stop_fd, sizeof serve->stop_fd);
     serve->listener = serve->control.listener = serve->claim = -1;
     net_hub_init(&serve->hub, &sizes, &ops, serve);
-    init_access(&serve->access, options->key);
+    serve->store = options->store;
+    init_access(&serve->access, options->key, options->store);
     serve->hub.access = &serve->access;
     /* Before the file is read: two programs with one storage would overwrite each other's settings. */
     if (claim_store(serve, options->store, failure))
@@ -409,6 +428,7 @@ int serve_run(struct serve *serve) {
         if (serve->poll[POLL_SIGNAL].found != 0 || serve->poll[POLL_PARENT].found != 0)
             return 0;
         access_poll(&serve->access, clock_us());
+        keep_trust(serve);
         net_hub_tick(&serve->hub, clock_us());
         read_clients(serve);
         serve_control_read(&serve->control, &serve->poll[POLL_CONTROL], serve->host);

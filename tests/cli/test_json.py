@@ -38,7 +38,6 @@ WITHOUT = {
     "pins": "its output is a C header",
     "page": "its output is a C header",
     "wifi set": NOTHING_TO_REPORT,
-    "login": NOTHING_TO_REPORT,
     **dict.fromkeys((f"wmc3 {name}" for name in ("estop", "hold", "home", "jog", "output", "reset", "resume", "take")),
                     NOTHING_TO_REPORT),
 }  # fmt: skip

@@ -80,7 +80,74 @@ static void what_cannot_be_read_is_a_key_that_nobody_knows(void) {
     }
 }
 
+static char trusted[256];
+
+static enum nvs_text read_trusted(void *ctx, const char *key, char *text, size_t size) {
+    (void)ctx;
+    CHECK(strcmp(key, "trusted") == 0 && size > strlen(trusted));
+    strcpy(text, trusted);
+    return trusted[0] == '\0' ? NVS_TEXT_NONE : NVS_TEXT_GOOD;
+}
+
+static bool write_trusted(void *ctx, const char *key, const char *text) {
+    (void)ctx;
+    CHECK(strcmp(key, "trusted") == 0 && strlen(text) > 0 && strlen(text) <= TRUSTED_MAX);
+    strcpy(trusted, text);
+    return !full;
+}
+
+static void begin(struct access *access) {
+    static const struct access_store_ops ops = {.read = read_trusted};
+    static const uint8_t salt[ACCESS_SALT];
+    access_init(access, "correct horse", false, salt, 0);
+    access_store_load_trust(access, &ops, NULL);
+}
+
+static void trust_for_ever_survives_a_restart(void) {
+    static const struct access_store_ops ops = {.write = write_trusted};
+    struct access access;
+    begin(&access);
+    for (uint64_t who = 1; who <= ACCESS_TRUSTED; who++) {
+        CHECK(!access.changed);
+        CHECK(access_trust(&access, who << 40 | 0xABCDEF, who == 3 ? ACCESS_DAY : ACCESS_ALWAYS));
+        CHECK(access.changed == (who != 3));
+        CHECK(access_store_keep_trust(&access, &ops, NULL) && !access.changed);
+    }
+    begin(&access);
+    CHECK(!access.changed);
+    for (uint64_t who = 1; who <= ACCESS_TRUSTED; who++)
+        CHECK(access_may(&access, who << 40 | 0xABCDEF) == (who != 3));
+    for (unsigned place = 0; place < ACCESS_TRUSTED; place++)
+        access_revoke(&access, place);
+    CHECK(access.changed && access_store_keep_trust(&access, &ops, NULL));
+    begin(&access);
+    for (unsigned place = 0; place < ACCESS_TRUSTED; place++)
+        CHECK(access.trust[place].who == 0);
+    full = true;
+    CHECK(access_trust(&access, 1, ACCESS_ALWAYS) && !access_store_keep_trust(&access, &ops, NULL));
+    full = false;
+}
+
+static void what_is_no_address_is_not_trusted(void) {
+    static const char *const texts[] = {"-",
+                                        "xyz",
+                                        "0000000000000000",
+                                        "00000000000000010000000000000002",
+                                        "000000000000001",
+                                        "000000000000000G,0000000000000001"};
+    struct access access;
+    for (unsigned i = 0; i < sizeof texts / sizeof texts[0]; i++) {
+        strcpy(trusted, texts[i]);
+        begin(&access);
+        for (unsigned place = 0; place < ACCESS_TRUSTED; place++)
+            CHECK(access.trust[place].who == 0);
+    }
+    trusted[0] = '\0';
+}
+
 int main(void) {
+    trust_for_ever_survives_a_restart();
+    what_is_no_address_is_not_trusted();
     a_stored_key_is_the_key();
     a_new_controller_makes_its_own();
     what_cannot_be_read_is_a_key_that_nobody_knows();

@@ -4,6 +4,8 @@
 #include "base/siphash.h"
 #include "hub_wires.h"
 
+#include <stdlib.h>
+
 static bool is_hex(const uint8_t digest[SHA256_SIZE], const char *hex) {
     char text[2 * SHA256_SIZE + 1];
     for (unsigned i = 0; i < SHA256_SIZE; i++)
@@ -280,11 +282,32 @@ static void a_trusted_address_needs_no_login_until_that_is_revoked(void) {
     CHECK(!access_may(&the_gate, 1));
 }
 
+static void who_is_trusted_is_listed_and_revoked(void) {
+    start("s3cret!?");
+    CHECK(access_trust(&the_gate, lockout_ipv4((const uint8_t[4]){192, 168, 1, 20}), ACCESS_ALWAYS));
+    CHECK(access_trust(&the_gate, lockout_ipv4((const uint8_t[4]){10, 0, 0, 255}), ACCESS_DAY));
+    CHECK(access_trust(&the_gate, 0x20010db800010002u, ACCESS_ALWAYS));
+    CHECK(come(0, false) && come(1, true));
+    send(0, "$TRUST\n$TRUST=none\n$TRUST=no 1\n"); /* locked */
+    CHECK(strstr(wires[0].out, "TRUST:") == NULL);
+    send(1, "$trust\n");
+    CHECK(strcmp(wires[1].out, "[TRUST:1,192.168.1.20,always]\r\n[TRUST:2,10.0.0.255,86400]\r\n"
+                               "[TRUST:3,2001:db8:1:2,always]\r\nok\r\n") == 0);
+    send(1, "$TRUST=no 2\n$TRUST=No 9\n$TRUST\n");
+    CHECK(strcmp(wires[1].out,
+                 "[MSG:That address is not trusted any more]\r\nok\r\n"
+                 "[MSG:$TRUST is no, day, always, none, or no and a number]\r\nerror:3\r\n"
+                 "[TRUST:1,192.168.1.20,always]\r\n[TRUST:3,2001:db8:1:2,always]\r\nok\r\n") == 0);
+    send(1, "$TRUST=none\n$TRUST\n");
+    CHECK(strcmp(wires[1].out, "[MSG:No address is trusted any more]\r\nok\r\nok\r\n") == 0 &&
+          got_count == 0);
+}
+
 static void a_trust_that_cannot_be_is_refused(void) {
     start("s3cret!?");
     CHECK(come(0, false) && come(1, true));
     send(0, "$LOGIN=s3cret!?\n$TRUST=week\n");
-    CHECK(strstr(wires[0].out, "no, day or always") != NULL && strstr(wires[0].out, "error:3") != NULL &&
+    CHECK(strstr(wires[0].out, "no, day, always") != NULL && strstr(wires[0].out, "error:3") != NULL &&
           got_count == 0);
     CHECK(!access_may(&the_gate, 1));
     send(1, "$TRUST=day\n");
@@ -297,6 +320,95 @@ static void the_key_lets_in_and_may_have_real_time_characters(void) {
     send(0, "$login=s3cret!?\nG0X1\n");
     CHECK(strstr(wires[0].out, "ok\r\n") != NULL && hub.owner == &hub.client[0]);
     CHECK(strcmp(got, "G0X1\n") == 0);
+}
+
+static void unhex(const char *text, uint8_t *bytes, size_t count) {
+    for (size_t i = 0; i < count; i++) {
+        char digits[3] = {text[2 * i], text[2 * i + 1], 0};
+        bytes[i] = (uint8_t)strtoul(digits, NULL, 16);
+    }
+}
+
+/* As a program does it: from what the controller says and the key alone. */
+static void prove(unsigned n, const char *key, char line[128]) {
+    uint8_t nonce[16], salt[16], secret[SHA256_SIZE], message[32] = "WiFiCNC login", proof[SHA256_SIZE];
+    unsigned rounds = 0;
+    send(n, "$login\n");
+    const char *said = strstr(wires[n].out, "[LOGIN:");
+    CHECK(said != NULL && strstr(said, "]\r\nok\r\n") != NULL);
+    if (said == NULL)
+        return;
+    unhex(said + 7, nonce, sizeof nonce);
+    unhex(said + 40, salt, sizeof salt);
+    CHECK(sscanf(said + 73, "%u]", &rounds) == 1 && rounds == ACCESS_ROUNDS);
+    sha256_pbkdf2(key, strlen(key), salt, sizeof salt, rounds, secret);
+    memcpy(message + 16, nonce, sizeof nonce);
+    sha256_hmac(secret, sizeof secret, message, sizeof message, proof);
+    strcpy(line, "$LOGIN=");
+    for (unsigned i = 0; i < sizeof proof; i++)
+        sprintf(line + 7 + 2 * i, "%02x", proof[i]);
+    strcat(line, "\n");
+}
+
+static void a_proof_lets_in_without_the_key(void) {
+    char line[128] = "";
+    start("s3cret!?");
+    CHECK(come(0, false));
+    prove(0, "s3cret!?", line);
+    CHECK(hub.client[0].locked);
+    send(0, line);
+    CHECK(!hub.client[0].locked && strstr(wires[0].out, "ok\r\n") != NULL && got_count == 0);
+    send(0, "$LOGIN\n"); /* in already: nothing to prove */
+    CHECK(strcmp(wires[0].out, "ok\r\n") == 0);
+    send(0, "G0X1\n");
+    CHECK(strcmp(got, "G0X1\n") == 0);
+}
+
+static void wait_for_the_turn(void) {
+    clock_us += 5000000;
+    round_trip();
+}
+
+static void a_proof_counts_once_and_only_where_it_was_asked(void) {
+    char line[128] = "", other[128] = "";
+    start("s3cret!?");
+    CHECK(come(0, false) && come(1, false));
+    prove(1, "s3cret!?", other);
+    prove(0, "s3cret!?", line);
+    CHECK(strcmp(line, other) != 0);
+    send(1, line); /* overheard, before its owner has used it */
+    wait_for_the_turn();
+    CHECK(hub.client[1].locked && strstr(wires[1].out, "Wrong access key") != NULL);
+    send(1, other); /* its own, after a wrong one: the question is spent */
+    wait_for_the_turn();
+    CHECK(hub.client[1].locked);
+    send(0, line);
+    CHECK(!hub.client[0].locked && come(2, false));
+    send(2, line); /* again, without a question */
+    wait_for_the_turn();
+    CHECK(hub.client[2].locked);
+    prove(2, "s3cret!?", other);
+    send(2, line); /* again, to another question */
+    wait_for_the_turn();
+    CHECK(hub.client[2].locked && got_count == 0);
+    prove(2, "s4cret!?", other);
+    send(2, other);
+    wait_for_the_turn();
+    CHECK(hub.client[2].locked);
+}
+
+/* Clients 0 and 3 have one address. */
+static void a_proof_waits_for_its_turn_and_counts_then(void) {
+    char line[128] = "";
+    start("s3cret!?");
+    CHECK(come(0, false) && come(3, false));
+    prove(0, "s3cret!?", line);
+    send(3, "$LOGIN=wrong\n");
+    send(0, line);
+    CHECK(hub.client[0].locked && wires[0].out_count == 0);
+    clock_us = 1000000;
+    round_trip();
+    CHECK(!hub.client[0].locked);
 }
 
 /* Clients 0 and 3 have one address. */
@@ -431,8 +543,12 @@ int main(void) {
     a_locked_client_can_ask_for_status_hold_and_stop();
     an_observer_holds_and_behind_that_resets();
     a_trusted_address_needs_no_login_until_that_is_revoked();
+    who_is_trusted_is_listed_and_revoked();
     a_trust_that_cannot_be_is_refused();
     the_key_lets_in_and_may_have_real_time_characters();
+    a_proof_lets_in_without_the_key();
+    a_proof_counts_once_and_only_where_it_was_asked();
+    a_proof_waits_for_its_turn_and_counts_then();
     wrong_keys_slow_down_their_address();
     lines_of_any_length_cost_no_memory_before_the_login();
     a_wire_needs_no_key();

@@ -173,3 +173,35 @@ def test_a_door_is_a_hold(make_bench: Callable[..., Bench]) -> None:
     bench.virtual.text("~")
     bench.run(8)
     assert bench.virtual.position[0] == 30 * SCALE == bench.virtual.pulses[0] and not bench.pins["fault"]
+
+
+@pytest.mark.parametrize("how", ["killed", "network"])
+def test_a_component_that_was_lost_in_motion_is_back_after_a_reset(bench: Bench, how: str) -> None:
+    """The controller holds what it had ($74=1). It needs no visit to its text side: leaving LinuxCNC's e-stop is
+    enough, in which LinuxCNC starts, and which it enters when the component has lost its connection."""
+    moving(bench)
+    bench.wire.dead = True
+    bench.virtual.disconnect(bench.wire.client)
+    bench.run(3)
+    assert bench.virtual.state == "Hold:0" and stands(bench)
+    if how == "killed":
+        bench.link = bench.lib.component_link()
+    bench.pins["enable"] = False
+    bench.pins["estop"] = True
+    bench.wire.dead = False
+    bench.wire.client = bench.virtual.connect()
+    bench.wire.answers.clear()
+    bench.connect()
+    for joint in bench.joints:
+        bench.pins[f"joint.{joint}.homed"] = False
+    bench.run(1)
+    bench.press_reset()
+    bench.run(1)
+    assert bench.virtual.state == "Idle" and stands(bench)
+    at = bench.virtual.position[0]
+    bench.switch_on()
+    bench.run(1)
+    assert bench.is_open
+    Feed(bench, 0, at / SCALE + 5.0, SPEED)
+    bench.run(3)
+    assert bench.virtual.position[0] == at + 5 * SCALE and not bench.pins["fault"]

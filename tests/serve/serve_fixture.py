@@ -30,6 +30,7 @@ def serve(tmp_path: Path) -> Iterator[Serve]:
             board: str = "host",
             settings: tuple[str, ...] = (),
             key: str = "",
+            store: Path | None = None,
         ) -> Server:
             options = ServeOptions(
                 board=load_board(board),
@@ -37,6 +38,7 @@ def serve(tmp_path: Path) -> Iterator[Serve]:
                 pty=tmp_path / "tty" if pty else None,
                 control=control,
                 key=key,
+                store=store,
                 speed=speed,
                 settings=(*BASELINE, *settings),
             )

@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+import json
+from pathlib import Path
+
 import pytest
 from serve_peer import Serve, connect
 from wificnc.commands.login import command
 from wificnc.errors import RefusedError, UserError
+from wificnc.link.access import login_proof, normal_key
+from wificnc.link.transport import SocketTransport
 
 KEY = "k7qf3-x2m9d-0abcd-efghj"
 
@@ -25,6 +30,69 @@ def test_a_login_lets_the_senders_of_this_computer_in_until_it_is_revoked(serve:
     login(server.tcp, "--key", KEY, "--for", "no")
     with connect(server) as sender:
         assert "[MSG:Locked" in sender.until("MSG:")[-1]
+
+
+def test_trust_for_ever_survives_a_restart_and_is_listed_and_revoked(
+    serve: Serve, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    store = tmp_path / "machine.store"
+    server = serve(key=KEY, store=store)
+    login(server.tcp, "--key", KEY, "--for", "always")
+    with connect(server) as sender:
+        assert sender.ask("$TRUST") == ["[TRUST:1,127.0.0.1,always]", "ok"]
+    server.stop()
+    server = serve(key=KEY, store=store)
+    with connect(server) as sender:
+        assert sender.ask("G0X1") == ["ok"]
+    login(server.tcp, "--key", KEY, "--list")
+    assert capfd.readouterr().out.split() == ["127.0.0.1", "always"]
+    with pytest.raises(UserError, match=r"10\.0\.0\.9 is not trusted"):
+        login(server.tcp, "--key", KEY, "--revoke", "10.0.0.9")
+    login(server.tcp, "--key", KEY, "--revoke", "127.0.0.1")
+    login(server.tcp, "--key", KEY, "--list", "--json")
+    assert json.loads(capfd.readouterr().out) == []
+    server.stop()
+    with connect(serve(key=KEY, store=store)) as sender:
+        assert "[MSG:Locked" in sender.until("MSG:")[-1]
+
+
+def test_trust_for_a_day_ends_with_the_controller_and_all_is_revoked(serve: Serve, tmp_path: Path) -> None:
+    store = tmp_path / "machine.store"
+    server = serve(key=KEY, store=store)
+    login(server.tcp, "--key", KEY)
+    server.stop()
+    server = serve(key=KEY, store=store)
+    with connect(server) as sender:
+        assert "[MSG:Locked" in sender.until("MSG:")[-1]
+    login(server.tcp, "--key", KEY)
+    login(server.tcp, "--key", KEY, "--revoke", "all")
+    with connect(server) as sender:
+        assert "[MSG:Locked" in sender.until("MSG:")[-1]
+
+
+def test_the_key_is_not_sent_and_what_is_sent_is_worth_nothing_again(
+    serve: Serve, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    server, sent, send = serve(key=KEY), bytearray(), SocketTransport.send
+
+    def record(transport: SocketTransport, data: bytes) -> None:
+        sent.extend(data)
+        send(transport, data)
+
+    monkeypatch.setattr(SocketTransport, "send", record)
+    login(server.tcp, "--key", KEY, "--for", "no")
+    assert b"$LOGIN=" in sent and normal_key(KEY) not in normal_key(sent.decode())
+    with connect(server) as listener:
+        listener.send(bytes(sent))
+        assert "Wrong access key" in listener.until("Wrong")[-1]
+        listener.send(b"G0X1\n")
+        assert "[MSG:Locked" in listener.until("MSG:")[-1]
+
+
+@pytest.mark.parametrize("rounds", ["99999999", "-1", "2000,1"])
+def test_a_question_that_is_none_is_not_answered(rounds: str) -> None:
+    """A rogue controller cannot make a client calculate for hours."""
+    assert login_proof(KEY, b"[LOGIN:%s,%s,%s]" % (b"0" * 32, b"1" * 32, rounds.encode())) is None
 
 
 def test_a_wrong_key_is_refused(serve: Serve) -> None:

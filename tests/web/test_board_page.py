@@ -52,3 +52,9 @@ def test_a_browser_needs_nothing_but_the_board(
         expect(by("state")).to_have_text("Idle")
         page.click("#tab-pins")
         expect(page.get_by_label("Board")).to_have_value(BOARD)
+        if password:
+            page.click("#tab-settings")
+            by("trust-day").click()
+            expect(by("trusted")).to_contain_text("127.0.0.1")
+            page.get_by_label("Revoke 127.0.0.1").click()
+            expect(by("trusted")).to_have_count(0)

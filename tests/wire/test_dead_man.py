@@ -17,8 +17,10 @@ from wificnc.wmc3.layout import (
     Jog,
     Ping,
     Refusal,
+    Reset,
     Resume,
     StreamSegments,
+    Take,
 )  # fmt: skip
 from wire_device import OTHER, Device
 
@@ -235,3 +237,57 @@ def test_a_lost_host_lets_others_in(device: Device) -> None:
     device.motion(segment(0, 100), address=OTHER)
     device.run(1)
     assert device.pulses[1] == 100
+
+
+# ---- out of that hold ----
+
+
+def back(device: Device) -> int:
+    """Its host, by a new connection."""
+    device.run(1)
+    assert device.state == "Hold:0"
+    return device.connect()
+
+
+@LOSSES
+@pytest.mark.parametrize("by", [Reset(), Resume()])
+def test_a_host_that_is_back_moves_again_without_the_text_side(device: Device, how: str, by: Reset | Resume) -> None:
+    """Of a host that is only silent motion waits: a reset is refused until it is discarded, a resume continues it."""
+    lose(device, how)
+    client = back(device)
+    at = device.pulses[0]
+    left = 0 if how == "closed" or isinstance(by, Reset) else 8000 - at
+    if isinstance(by, Reset) and how != "closed":
+        assert reason(device, client, by) == Refusal.BUSY
+        assert reason(device, client, Take(discard=1)) == Refusal.NONE
+        device.run(0.1)
+    assert reason(device, client, by) == Refusal.NONE
+    device.run(9)
+    assert (device.state, device.pulses[0]) == ("Idle", at + left)
+    ack_of(device, open_stream(device, client), segment(0, 100))
+    device.run(1)
+    assert device.pulses[1] == 100
+
+
+@LOSSES
+def test_a_reset_ends_no_hold_of_an_operator(device: Device, how: str) -> None:
+    lose(device, how)
+    device.text("!")
+    client = back(device)
+    reason(device, client, Take(discard=1))
+    device.run(0.1)
+    assert reason(device, client, Reset()) == Refusal.NONE
+    device.run(10)
+    assert device.state == "Hold:0"
+    device.text("~")
+    device.run(1)
+    assert device.state == "Idle"
+
+
+def test_a_reset_ends_no_hold_that_keeps_lines_back(device: Device) -> None:
+    lose(device, "closed")
+    device.text("G0 Y5\n")
+    client = back(device)
+    reason(device, client, Reset())
+    device.run(10)
+    assert (device.state, device.pulses[1]) == ("Hold:0", 0)

@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 import hashlib
+import hmac
+import re
 import secrets
 
 LETTERS = "0123456789abcdefghjkmnpqrstvwxyz"  # Crockford's: none is like another
 GROUPS, GROUP = 4, 5
+LABEL = b"WiFiCNC login\0\0\0"
+QUESTION = re.compile(rb"\[LOGIN:([0-9a-f]{32}),([0-9a-f]{32}),(\d{1,6})\]")  # six digits: some 0.1 s of a computer
 
 
 def make_key() -> str:
@@ -22,3 +26,13 @@ def normal_key(key: str) -> bytes:
 def key_secret(key: str, salt: bytes, rounds: int) -> bytes:
     """What proofs are made with."""
     return hashlib.pbkdf2_hmac("sha256", normal_key(key), salt, rounds)
+
+
+def login_proof(key: str, said: bytes) -> bytes | None:
+    """The answer to what a controller asks by `[LOGIN:nonce,salt,rounds]`; None: it asks nothing."""
+    question = QUESTION.search(said)
+    if question is None:
+        return None
+    nonce, salt, rounds = bytes.fromhex(question[1].decode()), bytes.fromhex(question[2].decode()), int(question[3])
+    secret = key_secret(key, salt, max(rounds, 1))
+    return hmac.digest(secret, LABEL + nonce, "sha256").hex().encode()

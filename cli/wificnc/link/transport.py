@@ -13,6 +13,7 @@ from typing import Protocol
 import serial
 
 from wificnc.errors import LinkError, RefusedError
+from wificnc.link.access import login_proof
 from wificnc.link.port import BOARD_PORT, DEFAULT_PORT
 from wificnc.link.target import NetworkTarget, parse_target
 
@@ -85,23 +86,31 @@ class SocketTransport:
             select.select([self._socket.fileno(), *others], [], [], max(0.0, timeout_s))
 
     def log_in(self, key: str) -> None:
-        """Log in to a controller with its access key.
+        """Log in to a controller with its access key, which is proven and not sent.
 
         Raises:
             RefusedError: it is wrong.
             LinkError: no answer.
         """
-        self.send(b"$LOGIN=" + key.encode() + b"\n")
+        said = self._ask(b"$LOGIN\n")
+        proof = login_proof(key, said)
+        if proof is not None:
+            said = self._ask(b"$LOGIN=" + proof + b"\n")
+        if b"rong access key" in said:
+            raise RefusedError(f"{self.name} refuses the access key")
+        self._ahead = said.partition(b"ok\r\n")[2]
+
+    def _ask(self, line: bytes) -> bytes:
+        """What comes up to the answer to this line of a login."""
+        self.send(line)
         deadline, said = time.monotonic() + LOGIN_S, b""
         while not any(word in said for word in (b"ok\r\n", b"error:", b"rong access key")):
             left_s = deadline - time.monotonic()
             if left_s <= 0:
-                raise LinkError(f"{self.name} does not answer the access key")
+                raise LinkError(f"{self.name} does not answer the login")
             self.wait(left_s)
             said += self.receive()
-        if b"rong access key" in said:
-            raise RefusedError(f"{self.name} refuses the access key")
-        self._ahead = said.partition(b"ok\r\n")[2]
+        return said
 
     def close(self) -> None:
         self._socket.close()

@@ -40,7 +40,7 @@ Progress = Callable[[int, int], None]  # lines done, lines in all
 NO_SWITCHES = "this simulation has no home switches; --at '0s travel x LOW HIGH' adds them"
 NO_NETWORK = "the simulation has no network"
 # $ lines that a controller takes and a simulation cannot: what they begin with, and why.
-LEFT_OUT = {b"$H": NO_SWITCHES, b"$TAKE": NO_NETWORK, b"$LOGIN=": NO_NETWORK}
+LEFT_OUT = {b"$H": NO_SWITCHES, b"$TAKE": NO_NETWORK, b"$LOGIN": NO_NETWORK}
 SWITCHES = ("travel ", "homing ")  # events that make switches
 
 

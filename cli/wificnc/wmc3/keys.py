@@ -84,6 +84,6 @@ KEYS: tuple[Key, ...] = (
     Key(0x0703, 1, "ethernet_int_pin", "u8", "", "pin", signals=("eth_int",)),
     Key(0x0704, 1, "ethernet_spi_host", "u8", "", "target"),
     Key(0x0800, 1, "host_timeout_ms", "u16", "ms", "setting", 100.0, 60000.0),
-    Key(0x0801, 1, "host_hold_on_gap", "u8", "", "setting"),
+    Key(0x0801, 1, "host_hold_on_gap", "u8", "", "setting", 0.0, 2.0),
     Key(0x0802, 1, "sender_lost", "u8", "", "setting", 0.0, 2.0),
 )

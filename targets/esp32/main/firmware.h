@@ -66,6 +66,10 @@ void firmware_start_ports(struct firmware *firmware);
 /** A network with Telnet, WMC3, the web page and updates: what cannot be started is reported. */
 void firmware_start_network(struct firmware *firmware);
 
+/** Store the addresses that are trusted for ever when that has changed; a write stops the other core, so it
+ * waits until the machine is at rest. */
+void firmware_keep_trust(struct firmware *firmware);
+
 /** A network with WMC3 and updates. */
 void firmware_start_io_module(struct firmware *firmware);
 

@@ -31,15 +31,24 @@ static bool write_text(void *ctx, const char *key, const char *text) {
     return nvs_flash_ops_set_text(ctx, key, text);
 }
 
+static const struct access_store_ops access_ops = {
+    .read = read_text, .write = write_text, .random = chip_random};
+
+void firmware_keep_trust(struct firmware *firmware) {
+    struct access *access = &firmware->controller.access;
+    if (access->changed && machine_is_at_rest(&firmware->machine) &&
+        !access_store_keep_trust(access, &access_ops, &firmware->store))
+        firmware_tell(firmware, "Cannot store the trusted addresses: the next start has the old ones");
+}
+
 /* After network_start(), which makes random numbers unpredictable. */
 static void load_access(struct firmware *firmware) {
-    static const struct access_store_ops ops = {
-        .read = read_text, .write = write_text, .random = chip_random};
     struct access *access = &firmware->controller.access;
     uint8_t salt[ACCESS_SALT];
-    enum access_found found = access_store_load(firmware->key, &ops, &firmware->store);
+    enum access_found found = access_store_load(firmware->key, &access_ops, &firmware->store);
     esp_fill_random(salt, sizeof salt);
     access_init(access, firmware->key, firmware->access_open != 0, salt, hal_time_us(&firmware->hal));
+    access_store_load_trust(access, &access_ops, &firmware->store);
     if (found == ACCESS_LOST)
         firmware_tell(firmware, "Cannot read the stored access key, so network logins are disabled. "
                                 "Write the storage again over USB: wificnc nvs build, wificnc nvs flash");

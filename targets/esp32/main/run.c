@@ -74,6 +74,7 @@ void firmware_run_controller(void *ctx) {
         check_steps(firmware);
         show_led(controller_led(firmware), now_us);
         bool more = serve_network(firmware, now_us);
+        firmware_keep_trust(firmware);
         if (controller_round(&firmware->controller) && !firmware->safe_mode)
             motion_task_wake();
         else if (!more)

@@ -31,4 +31,10 @@ enum access_found {
 enum access_found access_store_load(char key[ACCESS_KEY_MAX + 1], const struct access_store_ops *ops,
                                     void *ctx);
 
+/** Trust the addresses that are stored. Those that cannot be read are not trusted. */
+void access_store_load_trust(struct access *access, const struct access_store_ops *ops, void *ctx);
+
+/** Store them. @return false: they are not kept */
+bool access_store_keep_trust(struct access *access, const struct access_store_ops *ops, void *ctx);
+
 #endif

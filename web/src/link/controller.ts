@@ -5,6 +5,7 @@
 import { batch, computed, effect, signal } from "@preact/signals";
 import { AXES, TABLES, alarmWords, errorWords, settingsOf, type RealtimeName } from "../tables";
 import { checkLine } from "./line";
+import { loginProof } from "./login";
 import { LineSplitter, parse, receiveBuffer, type Message, type Status } from "./messages";
 import { LineQueue, SMALLEST_BUFFER, type Answer } from "./queue";
 import { changedBy, isQuestion, QUESTIONS, type Question } from "./questions";
@@ -196,9 +197,12 @@ export class Controller {
     return answer;
   }
 
-  /** A password is bytes for the network's door, which takes them before the controller sees any. */
+  /** The key itself is never sent: who listens to the network learns nothing of use. */
   async login(key: string): Promise<boolean> {
-    return (await this.ask(`$LOGIN=${key}`, false)).kind === "ok";
+    const asked = await this.ask("$LOGIN", true);
+    if (asked.kind !== "ok") return false;
+    const proof = loginProof(key, asked.said);
+    return proof === null || (await this.ask(`$LOGIN=${proof}`, true)).kind === "ok";
   }
 
   /** The machine has come to rest: two reports in a row from one place. Rejects when it is held, locked or gone. */
@@ -440,7 +444,7 @@ export class Controller {
     else if (key === "OPT") {
       this.options.value = body;
       this.queue.capacity = (receiveBuffer(body) ?? SMALLEST_BUFFER + 1) - 1;
-    } else this.offsets.value = new Map(this.offsets.value).set(key, body);
+    } else if (key !== "LOGIN" && key !== "TRUST") this.offsets.value = new Map(this.offsets.value).set(key, body);
   }
 
   private takeMessage(body: string): void {

@@ -6,6 +6,7 @@ import { RefusedError } from "../link/controller";
 import { defaultsText, exportText, importText, same, sendingOrder } from "../link/settingsfile";
 import { findSetting, settingProblem, settingsOf, type Setting } from "../tables";
 import { Button, Card, Check, Dialog, FileButton, Notice, saveFile } from "./parts";
+import { TrustCard } from "./trust";
 import { VibrationCard } from "./vibration";
 
 /** $N -> what was typed and is not sent yet. */
@@ -37,6 +38,7 @@ export function SettingsTab(): JSX.Element {
     <div class="stack">
       <VibrationCard onUse={edit} />
       <SettingsCard />
+      <TrustCard />
     </div>
   );
 }

@@ -1,0 +1,46 @@
+import { hmac } from "@noble/hashes/hmac.js";
+import { pbkdf2 } from "@noble/hashes/pbkdf2.js";
+import { sha256 } from "@noble/hashes/sha2.js";
+import { bytesToHex, concatBytes, hexToBytes, utf8ToBytes } from "@noble/hashes/utils.js";
+
+const LABEL = utf8ToBytes("WiFiCNC login\0\0\0");
+const QUESTION = /^\[LOGIN:([0-9a-f]{32}),([0-9a-f]{32}),([1-9]\d{0,5})\]$/;
+
+/** Letter case of A to Z, dashes and spaces do not count: core/access/key.c. */
+function normalKey(key: string): Uint8Array {
+  return utf8ToBytes(key.replace(/[- ]/g, "").replace(/[A-Z]/g, (letter) => letter.toLowerCase()));
+}
+
+/**
+ * The answer to what a controller asks by `[LOGIN:nonce,salt,rounds]`; null: it asks nothing. Without WebCrypto, which
+ * browsers keep from pages of the local network.
+ */
+export function loginProof(key: string, said: readonly string[]): string | null {
+  for (const line of said) {
+    const [, nonce, salt, rounds] = QUESTION.exec(line) ?? [];
+    if (nonce === undefined || salt === undefined) continue;
+    const secret = pbkdf2(sha256, normalKey(key), hexToBytes(salt), { c: Number(rounds), dkLen: 32 });
+    return bytesToHex(hmac(sha256, secret, concatBytes(LABEL, hexToBytes(nonce))));
+  }
+  return null;
+}
+
+/** An address that needs no login. */
+export interface Trusted {
+  /** By which the controller is asked to end it. */
+  number: number;
+  address: string;
+  /** null: for ever */
+  seconds: number | null;
+}
+
+const TRUST = /^\[TRUST:(\d),([0-9a-f.:]+),(always|\d+)\]$/;
+
+/** What $TRUST answers. */
+export function trustedOf(said: readonly string[]): Trusted[] {
+  return said.flatMap((line) => {
+    const [, number, address, left] = TRUST.exec(line) ?? [];
+    if (address === undefined) return [];
+    return [{ number: Number(number), address, seconds: left === "always" ? null : Number(left) }];
+  });
+}

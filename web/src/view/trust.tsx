@@ -1,0 +1,63 @@
+/** The addresses whose senders command without a login: listed, added, revoked. */
+import { signal } from "@preact/signals";
+import type { JSX } from "preact";
+import { attempt, controller } from "../app";
+import { trustedOf, type Trusted } from "../link/login";
+import { Button, Card, duration } from "./parts";
+
+const trusted = signal<Trusted[] | null>(null);
+
+async function list(): Promise<void> {
+  trusted.value = trustedOf(await controller.send("$TRUST"));
+}
+
+/** @param word  of $TRUST= */
+async function change(word: string): Promise<void> {
+  await controller.send(`$TRUST=${word}`);
+  await list();
+}
+
+export function TrustCard(): JSX.Element | null {
+  if (!controller.commands.value) return null;
+  const rows = trusted.value;
+  const tools = (
+    <>
+      <Button size="small" onClick={() => void attempt(list)} testId="trust-list">
+        Show
+      </Button>
+      <Button size="small" onClick={() => void attempt(() => change("day"))} testId="trust-day">
+        Trust this computer for a day
+      </Button>
+      <Button size="small" onClick={() => void attempt(() => change("always"))}>
+        Trust it always
+      </Button>
+    </>
+  );
+  return (
+    <Card title="Trusted addresses" tools={tools}>
+      <p class="soft">Senders at these addresses may move the machine without the access key.</p>
+      {rows !== null && rows.length === 0 && <p>None</p>}
+      {rows !== null && rows.length > 0 && <TrustTable rows={rows} />}
+    </Card>
+  );
+}
+
+function TrustTable({ rows }: { rows: readonly Trusted[] }): JSX.Element {
+  return (
+    <table data-test="trusted">
+      <tbody>
+        {rows.map((row) => (
+          <tr key={row.number}>
+            <td>{row.address}</td>
+            <td>{row.seconds === null ? "always" : `for ${duration(row.seconds)}`}</td>
+            <td>
+              <Button size="small" label={`Revoke ${row.address}`} onClick={() => void attempt(() => change(`no ${row.number}`))}>
+                Revoke
+              </Button>
+            </td>
+          </tr>
+        ))}
+      </tbody>
+    </table>
+  );
+}
