@@ -54,7 +54,8 @@ struct measure;
 struct measure *measure_create(uint32_t timer_hz);
 void measure_destroy(struct measure *measure);
 
-/** Time and figures start to count here, at the place where the machine is at rest now. @param steps_per_mm  for the samples, > 0 */
+/** Time and figures start to count here, at the place where the machine is at rest now. @param steps_per_mm
+ * for the samples, > 0 */
 void measure_begin(struct measure *measure, uint64_t t_ticks, const double steps_per_mm[AXIS_COUNT]);
 
 /** Steps from rest in the window of acceleration: W^2 a / 2, so that 2 steps / W^2 are a / 10. */

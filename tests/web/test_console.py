@@ -332,6 +332,7 @@ def test_a_comment_in_any_language_opens_no_door(link: Callable[..., Console]) -
 
 # ---- go to zero ----
 
+
 def jog(console: Console, distance: str, *buttons: str, **axes: float) -> None:
     console.tab("control")
     console.page.get_by_role("button", name=distance, exact=True).first.click()
