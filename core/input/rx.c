@@ -27,6 +27,8 @@ static uint32_t realtime_bit(uint8_t byte) {
         return REALTIME_DOOR;
     case 0x85:
         return REALTIME_JOG_CANCEL;
+    case 0x87:
+        return REALTIME_FULL_STATUS;
     default:
         return 0;
     }

@@ -27,6 +27,8 @@ enum realtime {
     REALTIME_RESET = 0x08,      /* 0x18 */
     REALTIME_DOOR = 0x10,       /* 0x84 */
     REALTIME_JOG_CANCEL = 0x20, /* 0x85 */
+    REALTIME_FULL_STATUS = 0x40, /* 0x87: grblHAL's */
+    REALTIME_REPORTS = REALTIME_STATUS | REALTIME_FULL_STATUS,
 };
 
 /** Override bytes 0x90 .. 0xA1 are kept in order: two of them count twice. */

@@ -78,18 +78,18 @@ bool realtime_poll(struct machine *machine) {
         return true;
     }
     if (machine->life.critical) /* only a reset helps; a report is answered */
-        bits &= REALTIME_STATUS;
+        bits &= REALTIME_REPORTS;
     bool later = machine->life.state == MACHINE_HOME || !text_has_room(&machine->out);
-    if (later && (bits & REALTIME_STATUS) != 0) { /* answered when homing is done, or there is room */
-        bits &= ~(uint32_t)REALTIME_STATUS;
-        __atomic_fetch_or(&machine->lines.rx.realtime, (uint32_t)REALTIME_STATUS, __ATOMIC_RELEASE);
+    if (later && (bits & REALTIME_REPORTS) != 0) { /* answered when homing is done, or there is room */
+        __atomic_fetch_or(&machine->lines.rx.realtime, bits & REALTIME_REPORTS, __ATOMIC_RELEASE);
+        bits &= ~(uint32_t)REALTIME_REPORTS;
     }
     take_bits(machine, bits);
     bool any = bits != 0;
     for (int byte; (byte = rx_take_override(&machine->lines.rx)) >= 0; any = true)
         if (machine->life.state != MACHINE_SLEEP && !machine->life.critical)
             take_override(machine, byte);
-    if ((bits & REALTIME_STATUS) != 0) /* after what came with it: `!?` is answered by a machine that holds */
-        status_report(machine);
+    if ((bits & REALTIME_REPORTS) != 0) /* after what came with it: `!?` is answered by a machine that holds */
+        status_report(machine, (bits & REALTIME_FULL_STATUS) != 0);
     return any;
 }

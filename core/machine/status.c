@@ -69,7 +69,8 @@ static void report_pins(const struct machine *machine) {
     text_string(&machine->out, pins);
 }
 
-static void report_overrides(const struct machine *machine) {
+/* @param all  also that nothing is on */
+static void report_overrides(const struct machine *machine, bool all) {
     const struct text_out *out = &machine->out;
     const struct machine_outputs *outputs = &machine->outputs;
     bool spindle = outputs->spindle != SPINDLE_OFF && !outputs->spindle_stopped && !outputs->suspended;
@@ -80,7 +81,7 @@ static void report_overrides(const struct machine *machine) {
     text_int(out, machine->overrides.rapid_pct);
     text_string(out, ",");
     text_int(out, machine->overrides.spindle_pct);
-    if (!spindle && coolant == 0)
+    if (!all && !spindle && coolant == 0)
         return;
     text_string(out, "|A:");
     if (spindle)
@@ -101,10 +102,11 @@ static void report_homed(struct machine *machine) {
         text_int(&machine->out, machine->trust.axes);
 }
 
-/* Work offset and overrides come now and then, and soon after a change; never both in one report. */
-static void report_now_and_then(struct machine *machine, const double offset_mm[AXIS_COUNT]) {
+/* Work offset and overrides come now and then, and soon after a change; both in one report only when all is
+ * asked for. */
+static void report_now_and_then(struct machine *machine, const double offset_mm[AXIS_COUNT], bool all) {
     bool busy = state_is_busy(machine);
-    if (machine->reports.wco_wait == 0) {
+    if (all || machine->reports.wco_wait == 0) {
         machine->reports.wco_wait = busy ? WCO_BUSY : WCO_IDLE;
         if (machine->reports.ov_wait == 0)
             /* Counted down below: the overrides come with the next report. */
@@ -112,15 +114,17 @@ static void report_now_and_then(struct machine *machine, const double offset_mm[
         text_string(&machine->out, "|WCO:");
         report_axes(machine, offset_mm);
         report_homed(machine);
+        if (all)
+            report_overrides(machine, true);
     } else if (machine->reports.ov_wait == 0) {
         machine->reports.ov_wait = busy ? OV_BUSY : OV_IDLE;
-        report_overrides(machine);
+        report_overrides(machine, false);
     }
     machine->reports.wco_wait--;
     machine->reports.ov_wait = (uint8_t)(machine->reports.ov_wait > 0 ? machine->reports.ov_wait - 1 : 0);
 }
 
-void status_report(struct machine *machine) {
+void status_report(struct machine *machine, bool all) {
     const struct text_out *out = &machine->out;
     double offset_mm[AXIS_COUNT];
     gcode_work_offset_mm(&machine->interp.gcode, offset_mm);
@@ -134,6 +138,6 @@ void status_report(struct machine *machine) {
     text_string(out, ",");
     text_fixed(out, (double)outputs_rpm(machine), 0);
     report_pins(machine);
-    report_now_and_then(machine, offset_mm);
+    report_now_and_then(machine, offset_mm, all);
     text_string(out, ">\r\n");
 }

@@ -5,7 +5,7 @@
 
 #include "machine/machine.h"
 
-/** Answer ?. */
-void status_report(struct machine *machine);
+/** Answer `?`. @param all  0x87: with work offset, overrides and outputs, also when they did not change */
+void status_report(struct machine *machine, bool all);
 
 #endif

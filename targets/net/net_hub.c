@@ -289,7 +289,7 @@ static void take_locked(struct net_hub *hub, struct net_client *client, uint8_t 
         return;
     }
     if (net_line_is_realtime(byte) && !net_hub_is_login(net_queue_head(&client->in), client->in.count)) {
-        client->asks |= byte == '?';
+        client->asks |= byte == '?' || byte == FULL_STATUS;
         put_stop(hub, client, byte);
         return;
     }
@@ -305,7 +305,7 @@ static void take_byte(struct net_hub *hub, struct net_client *client, uint8_t by
         take_locked(hub, client, byte);
         return;
     }
-    if (byte == '?' && client != hub->owner) {
+    if ((byte == '?' || byte == FULL_STATUS) && client != hub->owner) {
         client->asks = true;
         return;
     }

@@ -9,7 +9,7 @@
 extern const char net_hub_locked_out[];
 
 /** Real-time bytes that stop the machine, besides `!`. */
-enum { RESET = 0x18, DOOR = 0x84, JOG_CANCEL = 0x85 };
+enum { RESET = 0x18, DOOR = 0x84, JOG_CANCEL = 0x85, FULL_STATUS = 0x87 };
 
 static inline bool net_hub_is_open(const struct net_client *client) {
     return client->stream.ops != NULL && !client->gone;

@@ -135,6 +135,18 @@ def test_buffers_are_reported_truthfully(grbl: Grbl) -> None:
     assert free == 2048 - len("G0X1Y1\n")
 
 
+def test_a_full_report_has_every_field_at_once(grbl: Grbl) -> None:
+    """grblHAL's 0x87. What `?` gets, now and then, stays as it was."""
+    grbl.status()
+    for _ in range(3):
+        full = grbl.send("\x87")
+        assert "|WCO:0.000,0.000,0.000" in full and full.rstrip().endswith("|Ov:100,100,100|A:>")
+    grbl.fine("$22=1", "M3S500M8")
+    full = grbl.send("\x87")
+    assert re.search(r"\|WCO:[^|]*\|H:0,0\|Ov:100,100,100\|A:SF>", full)
+    assert grbl.send("G0\x87X0\n").rstrip().endswith("ok")  # in the middle of a line
+
+
 def test_intervals_while_idle(grbl: Grbl) -> None:
     """First report after reset carries WCO, second Ov. Idle: WCO every **10** reports (1, 11, 21, 31), Ov every **10**
     (2, 12, ...)."""
