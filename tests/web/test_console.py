@@ -407,6 +407,7 @@ def test_an_access_key_is_asked_for(
     page = watched().page(served.url)
     page.get_by_label("Access key").fill("a guess")
     page.get_by_role("button", name="Log in").click()
+    expect(page.get_by_role("alert").filter(has_text="This access key is not accepted")).to_be_visible()
     expect(page.locator("[data-test=resume]")).to_be_disabled()
     page.wait_for_timeout(1100)  # a wrong one costs a second, of the wall clock
     page.get_by_label("Access key").fill("open sesame")

@@ -16,6 +16,7 @@ import {
   toggleTheme,
 } from "../app";
 import { hasWebSerial } from "../link/serial";
+import { LinkError } from "../link/transport";
 import { alarmWords, settingNumber } from "../tables";
 import { Button, Dialog, Notice } from "./parts";
 
@@ -261,7 +262,7 @@ function LockedNotice(): JSX.Element | null {
   const login = async (): Promise<void> => {
     const said = controller.login(key.value);
     key.value = "";
-    if (!(await said)) return;
+    if (!(await said)) throw new LinkError("This access key is not accepted", "It is shown over USB. Case, dashes and spaces do not matter.");
     controller.locked.value = false;
     await controller.getToKnow();
   };
