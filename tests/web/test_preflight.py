@@ -63,6 +63,7 @@ def test_a_machine_that_was_not_homed(socket_link: Callable[..., Console]) -> No
     load(console, WIDE)
     expect(console.page.get_by_text("Check passed")).to_be_visible()
     expect(console.by("checked-with")).to_contain_text("X, Y, Z: not homed")
+    expect(console.by("checked-with")).not_to_contain_text("did not accept")
     load(console, WIDE.replace("X250", "X350"))
     expect(console.page.get_by_text("X moves over 350.0 mm; its travel ($130) is 300.0 mm.")).to_be_visible()
 

@@ -2,7 +2,7 @@
  * The state of the machine before a job, as lines that bring the core of the preflight into the same state: settings,
  * place, offsets and modes; and whether the job then stays within the machine's travel. Pure.
  */
-import { AXES, settingNumber } from "../tables";
+import { AXES, findSetting, settingNumber } from "../tables";
 import { sendingOrder } from "../link/settingsfile";
 
 /** mm, and degrees of rotary axes; of a machine that reports in inches, converted. */
@@ -35,6 +35,13 @@ export function linesBefore(standing: Standing): string[] {
   const set = sendingOrder(standing.settings.keys()).map((number) => `$${number}=${standing.settings.get(number)}`);
   const limits = set.filter((line) => line.startsWith(`$${SOFT_LIMITS}=`));
   return [...set.filter((line) => !limits.includes(line)), ...placeLines(standing), ...limits, "G4P0"]; // at rest
+}
+
+/** Whether the job moves in another way without this line; a charge pump or a relay does not change the path. */
+export function matters(line: string): boolean {
+  const number = /^\$(\d+)=/.exec(line)?.[1];
+  const affects = number === undefined ? ["motion"] : (findSetting(Number(number))?.row.affects ?? []);
+  return ["motion", "position", "program"].some((part) => affects.includes(part));
 }
 
 function placeLines(standing: Standing): string[] {

@@ -2,6 +2,7 @@
 import { Core, type Report } from "./core";
 import { sceneOf, type Scene } from "./scene";
 import { TABLES, type HostField } from "../tables";
+import { matters } from "./standing";
 import { planResume, ResumeError, type MachineFacts, type Resume } from "./resume";
 import type { JobLine } from "./program";
 
@@ -46,7 +47,7 @@ function reply(message: WorkerReply, transfer: Transferable[] = []): void {
 async function preflight(request: PreflightRequest): Promise<void> {
   const core = await Core.load(request.wasm);
   core.open(request.board);
-  const refused = request.before.filter((line) => core.command(line) !== 0);
+  const refused = request.before.filter((line) => core.command(line) !== 0 && matters(line));
   core.begin(request.job, TABLES.look.sample_ms);
   const times: number[] = [];
   let told = performance.now();
