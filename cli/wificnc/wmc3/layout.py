@@ -161,9 +161,7 @@ class Refusal(IntEnum):
     UNKNOWN_TYPE = 14  # unknown packet, or not allowed on this channel
     STREAM_CLOSED = 15  # the stream is not open
     AUTHENTICATION = 16  # not authenticated; for a proof: a wrong access key
-    NOT_STORED = (
-        17  # the storage failed or does not exist: settings are active but not stored, pins and network are as before
-    )
+    NOT_STORED = 17  # the storage failed or does not exist: settings are active but not stored, pins and network are as before
     NO_HOMING = 18  # homing is disabled ($22), or none of the axes has travel
     IO_MODULE = 19  # this is an I/O module without motion
     PIN = 20  # the pin does not support this on this board, or another signal or channel uses it
