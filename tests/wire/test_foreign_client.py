@@ -28,7 +28,10 @@ SETTINGS = tuple(f"${base + ax}={value}" for base, value in ((100, 200), (110, 6
 
 @pytest.mark.skipif(sys.platform != "linux", reason="needs many loopback addresses")
 def test_a_client_written_from_the_document_alone() -> None:
-    """Handshake, an access key, every key of the board against its file, pins, the network, a jog, a stream that loses 30 % of its datagrams, datagrams, e-stop and reset."""
+    """Handshake, access key, every key of the board against its file, pins, network, a jog, datagrams, e-stop and reset.
+
+    And a stream that loses 30 % of its datagrams.
+    """
     node = shutil.which("node")
     if node is None:
         missing("a client in JavaScript needs node")

@@ -252,9 +252,7 @@ def config(device: Device, name: str | None, value: str | None, save: bool, as_j
         if save:
             device.save()
             if row.name in ON_TRIAL:
-                ui.note(
-                    "connect again within two minutes, for example `wificnc wmc3 config wifi_ssid`: else the old values return"
-                )
+                ui.note("run `wificnc wmc3 config wifi_ssid` within two minutes, or the old values return")
     rows = [find_key(name)] if name else [(row.key + n, row) for row in KEYS for n in range(row.count)]
     values = {_key_name(key, row): device.get(key) for key, row in rows}
     if as_json:

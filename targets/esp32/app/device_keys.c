@@ -14,7 +14,7 @@ static const uint64_t legal_pins[] = {BOARD_PIN_KEYS(LEGAL)};
 _Static_assert(sizeof legal_pins / sizeof legal_pins[0] == DEVICE_PINS, "each key's pin has its mask");
 
 /* Buses are not in the map: their pins are the board's. */
-struct device_wiring device_keys_wiring(const struct pin_map *map) {
+static struct device_wiring wiring_of(const struct pin_map *map) {
     static const struct {
         uint8_t pin, signal;
     } rows[DEVICE_PINS] = {
@@ -56,7 +56,7 @@ struct device *device_keys_create(const struct pin_map *map, struct nvs_store *s
                               .legal = legal_pins,
                               .encoder_filter_ns = BOARD_ENCODER_FILTER_NS,
                               .ethernet_host = BOARD_ETH_SPI_HOST,
-                              .wiring = device_keys_wiring(map)};
+                              .wiring = wiring_of(map)};
     bool trial = nvs_device_load_network(store, &device->network, &device->before);
     device_begin(device, trial, 0);
     return device;
