@@ -28,7 +28,7 @@ SETTINGS = tuple(f"${base + ax}={value}" for base, value in ((100, 200), (110, 6
 
 @pytest.mark.skipif(sys.platform != "linux", reason="needs many loopback addresses")
 def test_a_client_written_from_the_document_alone() -> None:
-    """Handshake, access key, every key of the board against its file, pins, network, a jog, datagrams, e-stop and reset.
+    """Handshake, access key, every key of the board against its file, pins, network, a jog, datagrams, e-stop, reset.
 
     And a stream that loses 30 % of its datagrams.
     """
