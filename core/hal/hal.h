@@ -94,8 +94,8 @@ struct hal_servo {
     void (*set)(struct hal *hal, uint16_t pulse_us);
 };
 
-/** A square wave that keeps a safety relay closed. It ends some 20 ms after the motion side was polled for the
- * last time, so that a program that hangs opens the relay. A machine without it has none of this. */
+/** A square wave that keeps a safety relay closed. It ends some 20 ms after the motion side was polled for
+ * the last time, so that a program that hangs opens the relay. A machine without it has none of this. */
 struct hal_pump {
     uint16_t default_hz;           /* the board's: $73 starts at it */
     uint32_t clock_hz;             /* of its timer */

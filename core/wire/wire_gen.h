@@ -153,10 +153,10 @@ enum wire_refusal {
     WIRE_REFUSAL_UNKNOWN_TYPE = 14, /* unknown packet, or not allowed on this channel */
     WIRE_REFUSAL_STREAM_CLOSED = 15, /* the stream is not open */
     WIRE_REFUSAL_AUTHENTICATION = 16, /* not authenticated; for a proof: a wrong access key */
-    WIRE_REFUSAL_NOT_STORED = 17, /* the storage failed or does not exist: settings are active but not stored, pins and network are as before */
+    WIRE_REFUSAL_NOT_STORED = 17, /* the storage failed: settings are active but not stored; pins and network as before */
     WIRE_REFUSAL_NO_HOMING = 18, /* homing is disabled ($22), or none of the axes has travel */
     WIRE_REFUSAL_IO_MODULE = 19, /* this is an I/O module without motion */
-    WIRE_REFUSAL_PIN = 20, /* the pin does not support this on this board, or another signal or channel uses it */
+    WIRE_REFUSAL_PIN = 20, /* the pin cannot do this on this board, or another signal or channel uses it */
     WIRE_REFUSAL_NOT_OUTPUT = 21, /* one of the channels is not an output, or has no pin */
     WIRE_REFUSAL_TOUCHES = 22, /* a segment stops at probe contact, but the probe is already in contact */
     WIRE_REFUSAL_OVERTAKEN = 23, /* a stop or a newer packet of its kind was sent later but received earlier */

@@ -7,8 +7,8 @@
 #include "io/outputs.h"
 
 #include "driver/gpio.h"
-#include "esp_rom_gpio.h"
 #include "driver/ledc.h"
+#include "esp_rom_gpio.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -30,6 +30,7 @@ PROGRAMS = {
     "improv": ("link/improv.c",),
     "ota": ("net/ota.c",),
     "charge_pump": ("io/charge_pump.c",),
+    "device_keys": ("app/device_keys.c", "io/pin_map.c", "store/nvs_device.c"),
     "pin_map": ("io/pin_map.c",),
     "policies": ("app/boot_guard.c", "io/status_led.c", "net/link_policy.c", "net/wifi_policy.c"),
     "nvs_store": ("store/nvs_channels.c", "store/nvs_keys.c", "store/nvs_store.c"),
@@ -75,7 +76,8 @@ def test_outputs_are_those_of_the_board_file(board_id: str) -> None:
     output = checkout_root() / "build" / "tests" / f"wired-{board_id}"
     folder = output.parent / f"board-{board_id}"
     write_if_changed(folder / "pin_config.h", pin_header_text(board))
-    sources = [HERE / "wired.c", ESP32 / "app/device_keys.c", ESP32 / "app/wired.c", ESP32 / "io/pin_map.c"]
+    parts = ("app/device_keys.c", "app/wired.c", "io/pin_map.c", "store/nvs_device.c")
+    sources = [HERE / "wired.c", *(ESP32 / part for part in parts)]
     folders = [f"-I{ESP32}", f"-I{folder}", f"-idirafter{ESP32 / 'test' / 'idf_api'}"]
     program = build_program(sources, output, "release", folders)
     done = subprocess.run([program], capture_output=True, text=True, timeout=HANG_S, check=True)

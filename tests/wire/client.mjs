@@ -1,16 +1,17 @@
 // A client of the binary protocol that shares nothing with ours: written from docs/protocol.md alone, with node's dgram,
-// net and crypto. `node client.mjs DEVICE OWN_ADDRESS KEY` does a bit of everything and prints as JSON how it went.
+// net and crypto. `node client.mjs DEVICE OWN_ADDRESS KEY FIRST-LAST,..` (decimal keys to read) does a bit of everything and prints as JSON how it went.
 import { createHmac, pbkdf2Sync, randomBytes } from "node:crypto";
 import { createSocket } from "node:dgram";
 import { connect } from "node:net";
 
-const [DEVICE, OWN, KEY] = process.argv.slice(2);
+const [DEVICE, OWN, KEY, FIRST_AND_LAST] = process.argv.slice(2);
 const UDP_PORT = 58427, STATUS_PORT = 58428, CONTROL_PORT = 58429;
 const MAGIC = 0x574d4333, HEADER = 18, SEGMENT = 44;
 const MOTION = 0x01, JOG = 0x02, JOG_STOP = 0x03, ESTOP = 0x04, RESET = 0x07, SEGMENTS = 0x0a;
 const STATUS = 0x20, ACK = 0x24, STREAM_ACK = 0x25, REFUSED = 0x26;
 const HANDSHAKE = 0x40, CONFIG_GET = 0x42, CONFIG_SET = 0x43, OPEN = 0x60, CLOSE = 0x62, CHALLENGE = 0x65, AUTHENTICATE = 0x67, AUTHENTICATED = 0x6c;
-const U16 = 1, FLOAT = 4, LAST = 0x02;
+const CONFIG_SAVE = 0x45;
+const U8 = 0, U16 = 1, FLOAT = 4, STRING = 5, LAST = 0x02;
 const REPLY_MS = 3000, RESEND_MS = 30, ASK_MS = 20;
 const IDLE = 0, ESTOPPED = 7;
 
@@ -205,6 +206,32 @@ result.set = [
   (await set(0x0103, U16, (value) => value.writeUInt16LE(5))).refused,
 ];
 result.read = [(await get(0x0103)).readUInt16LE(4), (await get(0x0001)).readFloatLE(4)];
+
+// ---- every key of the board, as numbers or text by the type of the answer ----
+
+const value = async (key) => {
+  const answer = await get(key), at = answer.subarray(4);
+  return [() => at[0], () => at.readUInt16LE(0), () => at.readUInt32LE(0), () => at.readInt32LE(0), () => at.readFloatLE(0),
+    () => at.toString("utf8", 0, at.indexOf(0))][answer.readUInt16LE(2)]();
+};
+result.keys = {};
+for (const range of FIRST_AND_LAST.split(",")) {
+  const [first, last] = range.split("-").map(Number);
+  for (let key = first; key <= last; key++) result.keys[key] = await value(key);
+}
+const pin = (key, number) => set(key, U8, (data) => { data[0] = number; });
+const [step, probe] = [await value(0x0500), await value(0x0513)];
+result.pins = [
+  (await pin(0x0500, probe)).kind === ACK, (await pin(0x0513, step)).kind === ACK,
+  (await request(CONFIG_SAVE)).kind === ACK, await value(0x0500) === probe,
+  (await pin(0x0500, 255)).refused, (await pin(0x0530, 1)).refused,
+];
+result.network = [
+  (await set(0x0200, STRING, (data) => data.write("shop"))).kind === ACK,
+  (await set(0x0201, STRING, (data) => data.write("seven77"))).refused,
+  (await set(0x0202, STRING, (data) => data.write("mill"))).kind === ACK,
+  (await request(CONFIG_SAVE)).kind === ACK, await value(0x0200), await value(0x0201), await value(0x0202),
+];
 
 send(JOG_STOP, Buffer.from([0xff, 0, 0, 0]));
 await until(() => true, "a status");

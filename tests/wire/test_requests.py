@@ -171,7 +171,7 @@ def test_strings_without_an_end(device: Device) -> None:
     client = device.connect()
     hello = device.request(client, Handshake(0x01000000, "x" * 32)).payload
     assert isinstance(hello, HandshakeResponse)
-    for key, why in ((0x0200, Refusal.READ_ONLY), (0x0103, Refusal.RANGE)):
+    for key, why in ((0x0200, Refusal.RANGE), (0x0103, Refusal.RANGE)):
         before = config(device, client, key)
         assert reason(device, client, ConfigSet(key, ValueType.STRING, b"y" * 64)) == why
         assert config(device, client, key) == before

@@ -90,7 +90,7 @@ def test_every_command(serve: Callable[..., Server], tmp_path: Path) -> None:
         "max_rate_mm_min.y": 10000
     }
     assert json.loads(invoke("config", "0x0011", "--json")) == {"max_rate_mm_min.y": 10000}
-    assert len(json.loads(invoke("config", "--json"))) == 112
+    assert len(json.loads(invoke("config", "--json"))) == 113
     assert json.loads(invoke("counters", "--json"))["done"] == 15
     invoke("jog", "--", "Z", "-1000", "0.2")
     with Device(ADDRESS) as device:

@@ -20,6 +20,7 @@ else:
 CODES = {"u8": "B", "u16": "H", "u32": "I", "i8": "b", "i32": "i", "char": "s"}
 SIZES = {"u8": 1, "u16": 2, "u32": 4, "i8": 1, "i32": 4, "char": 1}
 Order = Literal["jog", "jog_stop", "hold", "estop", "outputs"]  # SESSION_ORDER_ of core/session/session.h
+SAME = ("value", "pwm_hz")  # conversions that keep the setting's range
 ValueType = Literal["u8", "u16", "u32", "i32", "float", "string"]
 
 
@@ -228,7 +229,7 @@ def _of_settings(settings: SettingsTable) -> list[Key]:
                 "key": row.wire.key, "name": row.name, "count": row.count, "type": row.wire.type,
                 "unit": row.wire.unit or row.unit, "setting": row.name, "as": row.wire.convert,
                 "number": row.number, "help": row.help,
-                **({"least": row.min, "most": row.max} if row.wire.convert in ("value", "pwm_hz") and row.type != "bool" else {}),
+                **({"least": row.min, "most": row.max} if row.wire.convert in SAME and row.type != "bool" else {}),
             }
         )
         for row in settings.setting

@@ -48,6 +48,7 @@ from wificnc.wmc3.measure import measure_reports, measure_trips, method
 
 AXES = "XYZABC"
 SLICE_S = 0.01
+ON_TRIAL = ("wifi_ssid", "wifi_password", "host_name", "ip_mode", "ip_address", "ip_gateway", "ip_netmask")
 SLICES_MAX = 100_000
 STEPS_MAX = 0x7FFFFFFF
 
@@ -250,6 +251,8 @@ def config(device: Device, name: str | None, value: str | None, save: bool, as_j
         device.set(key, kind, data, f"{_key_name(key, row)} = {value}", value_hint(row))
         if save:
             device.save()
+            if row.name in ON_TRIAL:
+                ui.note("run `wificnc wmc3 config wifi_ssid` within two minutes, or the old values return")
     rows = [find_key(name)] if name else [(row.key + n, row) for row in KEYS for n in range(row.count)]
     values = {_key_name(key, row): device.get(key) for key, row in rows}
     if as_json:

@@ -21,6 +21,7 @@ NVS_PATH = ROOT / "protocol" / "nvs.toml"
 Key = Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]*$", max_length=NVS_KEY_MAX)]
 Name = Annotated[str, Field(pattern=r"^[A-Z][A-Z0-9_]*$")]
 Word = Annotated[int, Field(ge=0, le=0xFFFF)]
+Long = Annotated[int, Field(ge=0, le=0xFFFFFFFF)]
 
 PIN_NONE = 0xFF
 
@@ -41,15 +42,15 @@ class Text(_Strict):
 
 
 class Number(_Strict):
-    """A u8 key, or a u16. `wire`: the binary protocol's number of it, 0: it has none."""
+    """A u8 key, a u16 or a u32. `wire`: the binary protocol's number of it, 0: it has none."""
 
     key: Key
     name: Name
-    bits: Literal[8, 16] = 8
+    bits: Literal[8, 16, 32] = 8
     wire: Word = 0
-    default: Word
-    min: Word
-    max: Word
+    default: Long
+    min: Long
+    max: Long
     help: Annotated[str, Field(min_length=1, max_length=95)]
 
     @model_validator(mode="after")

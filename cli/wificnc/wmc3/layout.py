@@ -161,10 +161,10 @@ class Refusal(IntEnum):
     UNKNOWN_TYPE = 14  # unknown packet, or not allowed on this channel
     STREAM_CLOSED = 15  # the stream is not open
     AUTHENTICATION = 16  # not authenticated; for a proof: a wrong access key
-    NOT_STORED = 17  # the storage failed or does not exist: settings are active but not stored, pins and network are as before
+    NOT_STORED = 17  # the storage failed: settings are active but not stored; pins and network as before
     NO_HOMING = 18  # homing is disabled ($22), or none of the axes has travel
     IO_MODULE = 19  # this is an I/O module without motion
-    PIN = 20  # the pin does not support this on this board, or another signal or channel uses it
+    PIN = 20  # the pin cannot do this on this board, or another signal or channel uses it
     NOT_OUTPUT = 21  # one of the channels is not an output, or has no pin
     TOUCHES = 22  # a segment stops at probe contact, but the probe is already in contact
     OVERTAKEN = 23  # a stop or a newer packet of its kind was sent later but received earlier

@@ -13,7 +13,7 @@ HINTS: dict[Refusal, str] = {
     Refusal.LOCKED: "check the machine, release the e-stop, then wificnc wmc3 reset",
     Refusal.OWNER: "wificnc wmc3 counters shows the owner; motion is released when the owner stops sending",
     Refusal.UNKNOWN_TYPE: "wificnc wmc3 handshake shows the capabilities of this device",
-    Refusal.READ_ONLY: "pins: boards/; network: wificnc wifi",
+    Refusal.READ_ONLY: "the board file decides it (boards/), or this target does not have it",
     Refusal.AUTHENTICATION: "--password, or WIFICNC_PASSWORD",
     Refusal.IO_MODULE: "wificnc wmc3 channel and output are for it",
     Refusal.PIN: "boards/ and docs/esp32.md list the free pins and the input-only pins",

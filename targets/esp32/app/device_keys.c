@@ -1,7 +1,9 @@
 /* SPDX-License-Identifier: MIT */
 #include "app/device_keys.h"
 
+#include "net/network.h"
 #include "step_pins.h"
+#include "store/nvs_device.h"
 
 #include <stdlib.h>
 
@@ -12,7 +14,7 @@ static const uint64_t legal_pins[] = {BOARD_PIN_KEYS(LEGAL)};
 _Static_assert(sizeof legal_pins / sizeof legal_pins[0] == DEVICE_PINS, "each key's pin has its mask");
 
 /* Buses are not in the map: their pins are the board's. */
-struct device_wiring device_keys_wiring(const struct pin_map *map) {
+static struct device_wiring wiring_of(const struct pin_map *map) {
     static const struct {
         uint8_t pin, signal;
     } rows[DEVICE_PINS] = {
@@ -26,16 +28,36 @@ struct device_wiring device_keys_wiring(const struct pin_map *map) {
     return wiring;
 }
 
-struct device *device_keys_create(const struct pin_map *map) {
-    static const struct device_ops ops = {NULL, NULL, NULL};
+/* ---- the storage and the network ---- */
+
+/* @param ctx  struct nvs_store */
+static bool keep_wiring(void *ctx, const struct device_wiring *wiring) {
+    return nvs_device_keep_wiring(ctx, wiring);
+}
+
+static bool keep_network(void *ctx, const struct device_network *network,
+                         const struct device_network *before) {
+    return nvs_device_keep_network(ctx, network, before);
+}
+
+static void join(void *ctx) {
+    (void)ctx;
+    network_join_stored();
+}
+
+struct device *device_keys_create(const struct pin_map *map, struct nvs_store *store) {
+    static const struct device_ops ops = {
+        .keep_wiring = keep_wiring, .keep_network = keep_network, .join = join};
     struct device *device = malloc(sizeof *device);
     if (device == NULL)
         return NULL;
     *device = (struct device){.ops = &ops,
+                              .ctx = store,
                               .legal = legal_pins,
                               .encoder_filter_ns = BOARD_ENCODER_FILTER_NS,
                               .ethernet_host = BOARD_ETH_SPI_HOST,
-                              .wiring = device_keys_wiring(map)};
-    device_begin(device, false, 0);
+                              .wiring = wiring_of(map)};
+    bool trial = nvs_device_load_network(store, &device->network, &device->before);
+    device_begin(device, trial, 0);
     return device;
 }

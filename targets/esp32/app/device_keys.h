@@ -5,12 +5,10 @@
 
 #include "device/device.h"
 #include "io/pin_map.h"
+#include "store/nvs_store.h"
 
-/** The wiring of this start: the board's, with what the storage has moved. */
-struct device_wiring device_keys_wiring(const struct pin_map *map);
-
-/** On the heap, because most starts need no more than a few of its bytes; never freed. @return NULL: no
- * memory */
-struct device *device_keys_create(const struct pin_map *map);
+/** What is on this start: the board's pins, with what the storage has moved. On the heap, because most starts
+ * need no more than a few of its bytes; never freed. @return NULL: no memory */
+struct device *device_keys_create(const struct pin_map *map, struct nvs_store *store);
 
 #endif

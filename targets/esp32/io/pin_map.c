@@ -7,6 +7,8 @@
 #include <stdio.h>
 #include <string.h>
 
+_Static_assert((int)SIGNAL_DIR_X == (int)SIGNAL_STEP_X + 6,
+               "the signals of an axis that it needs are neighbours");
 _Static_assert((unsigned)NO_PIN == (unsigned)PIN_NONE, "no pin is the same number in both");
 
 /* A signal that can be moved. */
@@ -41,6 +43,21 @@ void pin_map_init(struct pin_map *map) {
                                                       .pull = rows[i].output ? PIN_PULL_NONE : PIN_PULL_UP};
     for (size_t i = 0; i < sizeof wired / sizeof wired[0]; i++)
         map->wire[wired[i].signal] = wired[i].wire;
+}
+
+/* What the rules of boards allow; a signal of no key can go nowhere. */
+static bool may_be(const struct row *row, uint8_t gpio) {
+    static const struct {
+        uint64_t legal;
+        uint8_t signal;
+    } keys[] = {
+#define KEY(pin, signal, legal) {legal, signal},
+        BOARD_PIN_KEYS(KEY)};
+    const bool needed = row->signal >= SIGNAL_STEP_X && row->signal <= SIGNAL_DIR_C;
+    for (size_t i = 0; i < sizeof keys / sizeof keys[0]; i++)
+        if (keys[i].signal == row->signal && keys[i].legal != 0)
+            return gpio == NO_PIN ? !needed : gpio < 64 && (keys[i].legal >> gpio & 1) != 0;
+    return false;
 }
 
 bool pin_map_is_free(uint8_t gpio, bool output) {
@@ -92,10 +109,13 @@ unsigned pin_map_move(struct pin_map *map, const struct pin_moves *moves) {
         if (!moves->read(moves->ctx, rows[i].key, &gpio) || gpio == wire->gpio)
             continue;
         wire->gpio = gpio;
-        if (!pin_map_is_free(gpio, rows[i].output)) {
+        if (!may_be(&rows[i], gpio)) {
             refuse(wire, &rows[i], moves, "the board uses it otherwise, or the pin does not support it");
             refused++;
         }
     }
+    uint8_t sense;
+    if (moves->read(moves->ctx, NVS_ESTOP_INVERT, &sense) && sense <= 1)
+        map->wire[SIGNAL_ESTOP].active_high = sense != 0;
     return refused + settle(map, moves);
 }

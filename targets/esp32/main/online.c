@@ -66,7 +66,7 @@ static struct session_options wire_options(struct firmware *firmware) {
                                     .version = VERSION_WORD,
                                     .status_port = WIRE_STATUS_PORT,
                                     .channels = &firmware->channels,
-                                    .device = device_keys_create(&firmware->pins)};
+                                    .device = device_keys_create(&firmware->pins, &firmware->store)};
 }
 
 /* Hosts that plan motion themselves. */

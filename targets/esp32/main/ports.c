@@ -7,6 +7,7 @@
 #include "link/serial_stream.h"
 #include "net/network.h"
 #include "pin_config.h"
+#include "store/nvs_device.h"
 #include "store/nvs_names.h"
 
 #include <stdio.h>
@@ -23,8 +24,10 @@ static bool join_network(void *ctx, const char *network, const char *wifi_passwo
         (void)store->ops->erase(store->ctx, NVS_WIFI_PASSWORD);
     else
         kept = kept && nvs_flash_ops_set_text(store, NVS_WIFI_PASSWORD, wifi_password);
-    if (kept)
+    if (kept) {
+        nvs_device_end_trial(store);
         network_join_stored();
+    }
     return kept;
 }
 

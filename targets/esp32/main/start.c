@@ -6,6 +6,7 @@
 #include "firmware.h"
 #include "io/led_driver.h"
 #include "store/nvs_channels.h"
+#include "store/nvs_device.h"
 #include "store/nvs_names.h"
 
 #include <stdio.h>
@@ -34,6 +35,7 @@ void firmware_read_choices(struct firmware *firmware) {
     struct channels *channels = &firmware->channels;
     firmware->access_open = ACCESS_OPEN_DEFAULT;
     (void)read_u8(firmware, NVS_ACCESS_OPEN, &firmware->access_open);
+    nvs_device_finish(&firmware->store);
     lines_init(&firmware->lines, &firmware->pins, &firmware->store);
     channels_init(channels, &lines_ops, &firmware->lines);
     nvs_channels_load(&firmware->store, channels);

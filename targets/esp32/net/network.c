@@ -5,6 +5,8 @@
 #include "net/ethernet.h"
 #include "net/link_policy.h"
 #include "net/wifi.h"
+#include "store/nvs_device.h"
+#include "store/nvs_flash_ops.h"
 
 #include "esp_eth.h"
 #include "esp_event.h"
@@ -17,6 +19,7 @@
 #include "freertos/task.h"
 
 #include <stdio.h>
+#include <string.h>
 
 enum { POLL_MS = 100, SCAN_MS = 10000, EVENTS = 8, US_PER_MS = 1000 };
 enum { OWN_ADDRESS = 192 | 168 << 8 | 4 << 16 | 1 << 24 }; /* 192.168.4.1, ESP-IDF's own */
@@ -30,7 +33,7 @@ struct news {
 };
 
 static struct {
-    char name[NETWORK_NAME_SIZE];
+    const char *name; /* on the heap: few are as long as they may be */
     QueueHandle_t news;
     struct link_policy policy;
     bool has_wifi;
@@ -44,7 +47,7 @@ static struct {
 } network;
 
 const char *network_name(void) {
-    return network.name;
+    return network.name != NULL ? network.name : "";
 }
 
 uint32_t network_address(void) {
@@ -124,6 +127,27 @@ static void on_cable(void *ctx, esp_event_base_t base, int32_t id, void *data) {
 
 /* ---- the task ---- */
 
+/* Static ones or DHCP, for WiFi and Ethernet; an interface that is not there is none. */
+static void use_addresses(const struct nvs_store *store) {
+    static const char *const interfaces[] = {"WIFI_STA_DEF", "ETH_DEF"};
+    struct device_network stored, before;
+    (void)nvs_device_load_network(store, &stored, &before);
+    const esp_netif_ip_info_t info = {
+        .ip = {stored.address}, .netmask = {stored.netmask}, .gw = {stored.gateway}};
+    for (size_t i = 0; i < sizeof interfaces / sizeof interfaces[0]; i++) {
+        esp_netif_t *netif = esp_netif_get_handle_from_ifkey(interfaces[i]);
+        if (netif == NULL)
+            continue;
+        /* Each says so when it was stopped or started already. */
+        if (stored.is_static == 0) {
+            (void)esp_netif_dhcpc_start(netif);
+            continue;
+        }
+        (void)esp_netif_dhcpc_stop(netif);
+        (void)esp_netif_set_ip_info(netif, &info);
+    }
+}
+
 /* The count first, then `scanning` with release: network_scanned() sees a complete list. */
 static void end_scan(size_t found) {
     network.found_count = found;
@@ -139,6 +163,7 @@ static void take(const struct news *news) {
         link_policy_ethernet(&network.policy, news->change == ETHERNET_UP, now_ms());
         break;
     case STORED:
+        use_addresses(network.store);
         if (network.has_wifi)
             wifi_join_stored(network.store);
         break;
@@ -177,13 +202,22 @@ static void run(void *unused) {
     }
 }
 
-bool network_start(const struct nvs_store *store) {
+/* As stored, or the chip's own. */
+static char *make_name(const struct nvs_store *store) {
+    char name[HOST_NAME_MAX + 1];
     uint8_t mac[6] = {0};
     (void)esp_read_mac(mac, ESP_MAC_WIFI_SOFTAP);
-    snprintf(network.name, sizeof network.name, "WiFiCNC-%02X%02X", mac[4], mac[5]);
+    if (nvs_flash_ops_get_text(store, NVS_HOST_NAME, name, sizeof name) == 0)
+        snprintf(name, sizeof name, "WiFiCNC-%02X%02X", mac[4], mac[5]);
+    return strdup(name);
+}
+
+bool network_start(const struct nvs_store *store) {
+    network.name = make_name(store);
     network.store = store;
     network.news = xQueueCreate(EVENTS, sizeof(struct news));
-    if (network.news == NULL || esp_netif_init() != ESP_OK || esp_event_loop_create_default() != ESP_OK ||
+    if (network.name == NULL || network.news == NULL || esp_netif_init() != ESP_OK ||
+        esp_event_loop_create_default() != ESP_OK ||
         esp_event_handler_register(IP_EVENT, ESP_EVENT_ANY_ID, on_address, NULL) != ESP_OK ||
         esp_event_handler_register(WIFI_EVENT, ESP_EVENT_ANY_ID, on_wifi, NULL) != ESP_OK ||
         esp_event_handler_register(ETH_EVENT, ESP_EVENT_ANY_ID, on_cable, NULL) != ESP_OK)
@@ -191,6 +225,7 @@ bool network_start(const struct nvs_store *store) {
     /* After the handlers, so that no event of the drivers is missed. */
     network.has_wifi = wifi_init(store, network.name);
     bool has_ethernet = ethernet_start(network.name);
+    use_addresses(store);
     link_policy_init(&network.policy, has_ethernet, now_ms());
     return (network.has_wifi || has_ethernet) &&
            xTaskCreatePinnedToCore(run, "network", NETWORK_TASK_STACK, NULL, NETWORK_TASK_PRIORITY, NULL,

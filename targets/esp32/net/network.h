@@ -10,12 +10,10 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-enum { NETWORK_NAME_SIZE = 16 };
-
 /** [start] @return false: neither started; the serial ports continue working */
 bool network_start(const struct nvs_store *store);
 
-/** "WiFiCNC-1A2B", the end of the chip's own MAC address. Empty before network_start(). */
+/** As stored, else "WiFiCNC-1A2B", the end of the chip's own MAC address. Empty before network_start(). */
 const char *network_name(void);
 
 /** [any task] A network was stored: join it, now. */

@@ -7,7 +7,10 @@
 #include "page_files.h"
 #include "pin_config.h"
 
+#include <errno.h>
 #include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
 
 /* The assembler takes the files as they are; constants of the program, they stay in flash. */
 #define EMBED(number, path, type, tag, file, size, forever)                                                  \
@@ -37,14 +40,15 @@ static uint64_t owner(void *ctx) {
 
 bool page_start(struct net_hub *hub, const char *host, const struct page_names *names, const char *port,
                 int *error) {
-    static char about[sizeof ABOUT + NETWORK_NAME_SIZE];
-    static struct net_http_site site = {.files = files,
-                                        .count = PAGE_FILE_COUNT,
-                                        .about = about,
-                                        .connect = connect,
-                                        .owner = owner,
-                                        .silent_us = SILENT_US};
-    snprintf(about, sizeof about, ABOUT, names->own, (unsigned)BOARD_AXIS_COUNT);
+    static struct net_http_site site = {
+        .files = files, .count = PAGE_FILE_COUNT, .connect = connect, .owner = owner, .silent_us = SILENT_US};
+    const size_t size = sizeof ABOUT + strlen(names->own);
+    char *about = malloc(size);
+    *error = ENOMEM;
+    if (about == NULL)
+        return false;
+    snprintf(about, size, ABOUT, names->own, (unsigned)BOARD_AXIS_COUNT);
+    site.about = about;
     site.name = names->own;
     site.names = names->others;
     site.ctx = hub;

@@ -62,9 +62,24 @@ static bool erase(void *ctx, const char *key) {
     return commit(nvs_erase_key(handle, key));
 }
 
+static size_t get_text(void *ctx, const char *key, char *text, size_t size) {
+    (void)ctx;
+    return nvs_get_str(handle, key, text, &size) == ESP_OK ? strlen(text) : 0;
+}
+
+static bool set_text(void *ctx, const char *key, const char *text) {
+    (void)ctx;
+    return commit(nvs_set_str(handle, key, text));
+}
+
 enum nvs_start nvs_flash_ops_open(struct nvs_store *store) {
-    static const struct nvs_ops ops = {
-        .get = get, .set = set, .get_blob = get_blob, .set_blob = set_blob, .erase = erase};
+    static const struct nvs_ops ops = {.get = get,
+                                       .set = set,
+                                       .get_blob = get_blob,
+                                       .set_blob = set_blob,
+                                       .erase = erase,
+                                       .get_text = get_text,
+                                       .set_text = set_text};
     enum nvs_start start = NVS_START_GOOD;
     esp_err_t error = nvs_flash_init();
     /* ESP-IDF's documented way out of both. firmware_start_machine() reports it. */

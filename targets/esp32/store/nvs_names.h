@@ -12,6 +12,8 @@
 enum { WIFI_SSID_MIN = 1, WIFI_SSID_MAX = 32 };
 #define NVS_WIFI_PASSWORD "wifi_pass"
 enum { WIFI_PASSWORD_MIN = 8, WIFI_PASSWORD_MAX = 63 };
+#define NVS_HOST_NAME "host_name"
+enum { HOST_NAME_MIN = 1, HOST_NAME_MAX = 31 };
 #define NVS_OWN_PASSWORD "ap_pass"
 enum { OWN_PASSWORD_MIN = 8, OWN_PASSWORD_MAX = 63 };
 #define NVS_ACCESS_KEY "access_key"
@@ -29,6 +31,16 @@ enum { DOOR_INPUT_DEFAULT = 255 };
 enum { HOLD_INPUT_DEFAULT = 255 };
 #define NVS_START_INPUT "in_start"
 enum { START_INPUT_DEFAULT = 255 };
+#define NVS_ESTOP_INVERT "inv_est"
+enum { ESTOP_INVERT_DEFAULT = 255 };
+#define NVS_IP_MODE "ip_mode"
+enum { IP_MODE_DEFAULT = 0 };
+#define NVS_IP_ADDRESS "ip_addr"
+enum { IP_ADDRESS_DEFAULT = 0 };
+#define NVS_IP_GATEWAY "ip_gate"
+enum { IP_GATEWAY_DEFAULT = 0 };
+#define NVS_IP_NETMASK "ip_mask"
+enum { IP_NETMASK_DEFAULT = 0 };
 
 #define NVS_PINS(X) \
     X("p_sx", SIGNAL_STEP_X, "step_x", PIN_STEP_X, 1) \

@@ -27,6 +27,9 @@ struct nvs_ops {
     size_t (*get_blob)(void *ctx, const char *key, void *bytes, size_t size);
     bool (*set_blob)(void *ctx, const char *key, const void *bytes, size_t count);
     bool (*erase)(void *ctx, const char *key);
+    /** @return its length; 0: none, or it does not fit */
+    size_t (*get_text)(void *ctx, const char *key, char *text, size_t size);
+    bool (*set_text)(void *ctx, const char *key, const char *text);
 };
 
 struct nvs_store {

@@ -30,8 +30,8 @@ void interrupts_init(void) {
     route(IRQ_U3_TX, _vector_uart_tx, LEVEL_UART, 0);
     route(IRQ_T9, _vector_pump, LEVEL_PUMP, 0);
     route(IRQ_CORE_TIMER, _vector_tick, LEVEL_TICK, 0);
-    PRISS = LEVEL_STEP << 4 * LEVEL_STEP | LEVEL_UART << 4 * LEVEL_UART |
-            LEVEL_PUMP << 4 * LEVEL_PUMP | LEVEL_TICK << 4 * LEVEL_TICK;
+    PRISS = LEVEL_STEP << 4 * LEVEL_STEP | LEVEL_UART << 4 * LEVEL_UART | LEVEL_PUMP << 4 * LEVEL_PUMP |
+            LEVEL_TICK << 4 * LEVEL_TICK;
     SFR_SET(INTCON_ADDRESS) = INTCON_MVEC;
     __asm__ volatile("ei\n\tehb" : : : "memory");
 }

@@ -34,6 +34,10 @@ typedef struct {
 #define ESP_NETIF_DEFAULT_ETH() {.base = 0}
 
 esp_err_t esp_netif_init(void);
+esp_netif_t *esp_netif_get_handle_from_ifkey(const char *key);
+esp_err_t esp_netif_dhcpc_start(esp_netif_t *netif);
+esp_err_t esp_netif_dhcpc_stop(esp_netif_t *netif);
+esp_err_t esp_netif_set_ip_info(esp_netif_t *netif, const esp_netif_ip_info_t *info);
 esp_netif_t *esp_netif_new(const esp_netif_config_t *config);
 esp_err_t esp_netif_attach(esp_netif_t *netif, void *driver);
 esp_err_t esp_netif_set_hostname(esp_netif_t *netif, const char *name);

@@ -3,6 +3,6 @@
  * the real one by tools/xtensa with IDF_PATH set. */
 #pragma once
 
-#define SIG_GPIO_OUT_IDX 256
-#define RMT_SIG_OUT0_IDX 87 /* 81 on the ESP32-S3 */
+#define SIG_GPIO_OUT_IDX     256
+#define RMT_SIG_OUT0_IDX     87 /* 81 on the ESP32-S3 */
 #define LEDC_LS_SIG_OUT0_IDX 79 /* 73 on the ESP32-S3 */
