@@ -106,7 +106,9 @@ class Attack(RuleBasedStateMachine):
         outputs = device.outputs()
         return device.pulses, outputs.spindle_direction, outputs.coolant, outputs.digital, values
 
-    @rule(which=st.sampled_from(DATAGRAMS), address=ADDRESSES, number=NUMBERS, at_us=NUMBERS, seal=st.binary(max_size=24))
+    @rule(
+        which=st.sampled_from(DATAGRAMS), address=ADDRESSES, number=NUMBERS, at_us=NUMBERS, seal=st.binary(max_size=24)
+    )
     def send(self, which: tuple[Layout, int], address: str, number: int, at_us: int, seal: bytes) -> None:
         payload, segments = which
         self.device.raw(build(payload, number, at_us, [segment(50)] * segments) + seal, address)
