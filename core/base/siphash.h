@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT
  * SipHash-2-4 (Aumasson, Bernstein 2012), a keyed digest of short messages: a message authentication code for
- * each datagram. [task] Pure. A 32-bit chip takes some 11 instructions a byte; HMAC-SHA256 six times as many.
+ * each datagram. [task] Pure. An ESP32 takes some 20 instructions a byte (docs/performance.md); HMAC-SHA256
+ * more.
  */
 #ifndef WIFICNC_BASE_SIPHASH_H
 #define WIFICNC_BASE_SIPHASH_H

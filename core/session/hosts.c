@@ -9,6 +9,8 @@
 #define SILENCE_MAX_US 60000000u
 enum { NUMBERS_A_MS = 2 };
 
+enum { STEADY = 8 }; /* so many ways between motions make a habit */
+
 /* The HAL's clock wraps after 71 minutes; time-outs of a session may be older. Called at least that often. */
 void session_tick(struct session *session) {
     uint32_t clock_us = hal_time_us(session->hal);
@@ -127,18 +129,27 @@ void session_note_lost(struct session *session) {
         sender_lose_motion(session->machine);
 }
 
+static void note_stride(struct session_owner *owner, uint32_t ahead) {
+    if (ahead == owner->stride) {
+        owner->steady = owner->steady < STEADY ? (uint8_t)(owner->steady + 1) : STEADY;
+        return;
+    }
+    owner->stride = ahead < UINT8_MAX ? (uint8_t)ahead : 0;
+    owner->steady = 0;
+}
+
 /* Stock LinuxCNC hosts take a number for motion every 10 ms and skip it when there is no step: only where the
  * machine cannot have stood still in the gap is motion missing. Nor is it where the next one comes after as
- * many numbers as ever: what was lost between them was something else, which they repeat. */
+ * many numbers as before: what was lost between them was something else, which they repeat. */
 void session_note_moved(struct session *session, const struct session_pace *pace, uint32_t sequence) {
     struct session_owner *owner = &session->owner;
-    uint32_t ahead = sequence - owner->motion_sequence;
-    bool first = owner->motion_sequence == 0, late = !first && ahead > UINT32_MAX / 2;
-    if (owner->skipped > 0 && ahead > (owner->stride == 0 ? 1 : owner->stride) && owner->ends_fast &&
-        pace->begins_fast)
+    const uint32_t ahead = sequence - owner->motion_sequence;
+    const uint32_t usual = owner->steady < STEADY ? 1 : owner->stride;
+    const bool first = owner->motion_sequence == 0, late = !first && ahead > UINT32_MAX / 2;
+    if (owner->skipped > 0 && ahead > usual && owner->ends_fast && pace->begins_fast)
         session_note_lost(session);
-    if (!first && !late && owner->skipped == 0 && (owner->stride == 0 || ahead < owner->stride))
-        owner->stride = ahead;
+    if (!first && !late && owner->skipped == 0)
+        note_stride(owner, ahead);
     if (!late)
         owner->motion_sequence = sequence;
     owner->skipped = 0;
@@ -164,7 +175,8 @@ void session_note_sequence(struct session *session, const uint8_t address[4], ui
             session_note_lost(session);
     }
     if (!follows) {
-        owner->skipped = owner->stride = owner->motion_sequence = 0;
+        owner->skipped = owner->motion_sequence = 0;
+        owner->stride = owner->steady = 0;
         owner->ends_fast = false;
     }
     /* From a new beginning on all earlier numbers count as seen: none of them was counted as missing. */

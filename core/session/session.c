@@ -7,6 +7,7 @@
 #define LISTENER_US                                                                                          \
     (WIRE_LISTENER_S * 1000000ull) /* a host that was not heard of for this long gets no more reports */
 #define CLIENT_IDLE_US (WIRE_CLIENT_IDLE_S * 1000000ull) /* its place may be given to another one */
+#define STRANGERS_US   50000u /* between two reports to addresses that have proven nothing */
 #define JOG_US         (WIRE_JOG_LIFE_MS * 1000ull)
 #define OWNER_US       10000u  /* the time-outs of an owner are looked at this often */
 #define TRIAL_US       100000u /* a network on trial is looked at this often */
@@ -65,10 +66,9 @@ static struct session_listener *listener_of(struct session *session, const uint8
     return found;
 }
 
-/* As session_note_alive(), and this host gets reports from now on. */
-static void note_heard(struct session *session, const uint8_t address[4]) {
+/* This host gets reports from now on. */
+static void listen(struct session *session, const uint8_t address[4]) {
     struct session_listener *listener = listener_of(session, address);
-    session_note_alive(session, address);
     if (listener == NULL)
         return;
     bool known = listener->used && session_same(listener->address, address);
@@ -77,6 +77,15 @@ static void note_heard(struct session *session, const uint8_t address[4]) {
     listener->heard_us = session->now_us;
     if (!known)
         session_send_status(session, address);
+}
+
+/* A source address may be forged, so that what is sent there hits someone else: who is neither known nor
+ * connected gets no more bytes than it sends, and seldom. @param size  of what it has sent */
+static bool may_answer_stranger(struct session *session, size_t size, size_t answer) {
+    if (size < WIRE_HEADER_SIZE + answer || session->now_us < session->stranger_us)
+        return false;
+    session->stranger_us = session->now_us + STRANGERS_US;
+    return true;
 }
 
 /* By the seal behind it, of the session of any connection. */
@@ -130,14 +139,23 @@ void session_datagram(struct session *session, const struct session_peer *from, 
     const uint8_t *payload = bytes + WIRE_HEADER_SIZE;
     bool sealed = is_sealed(session, &header, bytes, size);
     enum wire_refusal refusal = session_check_datagram(session, from->address, &header, sealed);
+    bool known = sealed || access_may(session->options.access, lockout_ipv4(from->address));
+    bool reachable = known || session_has_client(session, from->address);
+    if (known)
+        session_note_alive(session, from->address);
     /* Also of a packet that is refused: a host without the right to move may watch, and gets the status
      * for it. */
-    note_heard(session, from->address);
+    const bool acks = header.type == WIRE_STREAM_SEGMENTS && refusal != WIRE_REFUSAL_IO_MODULE;
+    if (reachable)
+        listen(session, from->address);
+    else if (!acks && may_answer_stranger(session, size, WIRE_STATUS_SIZE))
+        session_send_status(session, from->address);
     if (refusal == WIRE_REFUSAL_UNKNOWN_TYPE || refusal == WIRE_REFUSAL_MALFORMED) {
         session->counts.malformed++;
         return;
     }
-    act(session, from, &header, payload, refusal);
+    if (!acks || reachable || may_answer_stranger(session, size, WIRE_STREAM_ACK_SIZE))
+        act(session, from, &header, payload, refusal);
     session->counts.datagrams++;
 }
 

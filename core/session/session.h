@@ -77,6 +77,8 @@ struct session_owner {
     bool lost;      /* it is gone, and its motion was dealt with as $74 says */
     bool taken;     /* by request: it commands as long as it is there, also without a command */
     bool ends_fast; /* its newest motion cannot end at rest */
+    uint8_t stride; /* numbers from one motion to the next, where none was missing */
+    uint8_t steady; /* how often that was the same */
     uint8_t address[4];
     uint64_t heard_us;        /* something that needs it to be the owner */
     uint64_t alive_us;        /* anything */
@@ -84,7 +86,6 @@ struct session_owner {
     uint32_t sequence;        /* the newest */
     uint32_t motion_sequence; /* of its newest motion; 0: none */
     uint32_t skipped;         /* numbers that are missing since then */
-    uint32_t stride;          /* the least way between two of its motions; 0: not known */
     uint64_t numbered_us;     /* when that came */
     uint64_t seen;            /* bit n: the one n before it has come, or was before the first */
 };
@@ -131,6 +132,7 @@ struct session {
     uint64_t now_us; /* does not wrap */
     uint32_t clock_us;
     uint64_t status_us;   /* of the last round of reports */
+    uint64_t stranger_us; /* an address that has proven nothing gets no report before that */
     uint64_t due_us;      /* the next one; however late one is, the others keep their pace */
     uint32_t sequence[3]; /* status, events and acks, replies */
     struct session_listener listener[SESSION_LISTENERS];

@@ -19,7 +19,7 @@ from wificnc.app import root
 from wificnc.board.load import load_board
 from wificnc.errors import Exit
 from wificnc.link.discover import Found
-from wificnc.serve.options import ServeOptions
+from wificnc.serve.options import Address, ServeOptions
 from wificnc.serve.server import Server
 
 Cli = Callable[..., tuple[int, str, str]]
@@ -42,12 +42,13 @@ WITHOUT = {
                     NOTHING_TO_REPORT),
 }  # fmt: skip
 
-# words after the command; {grbl} is a controller that homes, {wmc3} a device, {module} an I/O module, {job} a G-code
+# words after the command; {grbl} is a controller that homes, {hub} one with a key, {wmc3} a device, {module} an I/O module, {job} a G-code
 # file, {log} one of an accelerometer, {nvs} an image, {toml} settings of the controller, {out} a name that is free,
 # {fluidnc} a configuration of FluidNC
 CASES = {
     "discover": "--json",
     "status": "--to {grbl} --json",
+    "login": "{hub} --list --key correct-horse --json",
     "home": "--to {grbl} --json",
     "unlock": "--to {grbl} --json",
     "jog": "X1 --to {grbl} --json",
@@ -153,6 +154,9 @@ def places(tmp_path: Path, cli: Cli) -> Iterator[Callable[[str], dict[str, Any]]
             (tmp_path / "job.nc").write_text("G21\nG0X1\nM2\n")
             if "{grbl}" in words:
                 made["grbl"] = stack.enter_context(grbl())
+            if "{hub}" in words:
+                hub = ServeOptions(board=load_board("host"), tcp=Address("127.0.0.1", 0), key="correct-horse")
+                made["hub"] = stack.enter_context(Server(hub, "release")).tcp
             for name in ("wmc3", "module"):
                 if f"{{{name}}}" in words:
                     made[name] = stack.enter_context(device(name == "module"))

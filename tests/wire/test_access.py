@@ -16,6 +16,7 @@ from wificnc.wmc3.layout import (
     Authenticated,
     Challenge,
     ChallengeResponse,
+    ChannelOutputs,
     ConfigSave,
     Estop,
     Handshake,
@@ -24,16 +25,21 @@ from wificnc.wmc3.layout import (
     Home,
     IoControl,
     Jog,
+    JogStop,
     Motion,
     Refusal,
     Reset,
     Resume,
     State,
+    Status,
     StreamOpen,
     StreamOpened,
+    StreamSegments,
+    Type,
     ValueType,
 )
 from wificnc.wmc3.packet import build
+from wificnc.wmc3.packing import Layout
 from wificnc.wmc3.seal import Sealer, proof, siphash
 from wire_device import HOST, OTHER, TRUST_DAY, TRUST_NOT, Device
 
@@ -236,6 +242,7 @@ def test_a_key_locks_all_that_changes_and_moves(make_device: Callable[..., Devic
 
 def test_everybody_may_still_stop(make_device: Callable[..., Device]) -> None:
     device = make_device(key="secret")
+    device.connect()  # to see it
     device.send(Estop())
     device.run(0.1)
     assert device.status.state == State.ESTOP
@@ -295,3 +302,59 @@ def test_a_wrong_key_and_a_replay(make_device: Callable[..., Device]) -> None:
     again = device.request(client, Challenge()).payload
     assert isinstance(again, ChallengeResponse) and again.nonce != nonce.nonce
     assert reason(device, client, proven) == Refusal.AUTHENTICATION, "and for no other challenge"
+
+
+# ---- what a forged source address is good for ----
+
+UDP_PACKETS = (
+    JogStop(axis=0xFF), Estop(), Hold(), Resume(), Reset(), Home(axes=1), IoControl(), Jog(0, 1, 100), Motion(count=0),
+    StreamSegments(1, 0, 0), StreamSegments(0, 0, 0), ChannelOutputs(),
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("padding", [0, 20, 100])
+@pytest.mark.parametrize("payload", UDP_PACKETS, ids=lambda payload: type(payload).__name__)
+def test_a_stranger_gets_no_more_bytes_than_it_sends(locked: Device, payload: Layout, padding: int) -> None:
+    """Once 22 bytes from a forged address brought 200 reports of 80 bytes to its owner."""
+    asked = 0
+    for _ in range(500):
+        question = build(payload, locked.sequence, round(locked.now * 1e6)) + bytes(padding)
+        locked.sequence += 1
+        asked += len(question)
+        locked.raw(question, OTHER)
+        locked.run(0.001)
+        assert sum(len(sent.data) for sent in locked.sent) <= asked
+    answered = len(locked.sent)
+    assert answered <= 11
+    locked.run(60)
+    assert len(locked.sent) == answered, "and nothing later"
+
+
+def test_a_stranger_that_asks_with_as_many_bytes_sees_the_state(locked: Device) -> None:
+    """So a device that needs a key is found."""
+    locked.raw(build(JogStop(axis=0xFF), 1, 1).ljust(80, b"\0"), OTHER)
+    assert [sent.packet.payload.TYPE for sent in locked.sent] == [Status.TYPE]
+
+
+@pytest.mark.parametrize("how", ["connected", "trusted"])
+def test_a_host_that_is_known_or_connected_gets_reports_for_a_short_question(locked: Device, how: str) -> None:
+    if how == "connected":
+        locked.connect(OTHER)
+    else:
+        locked.trust(OTHER)
+    locked.raw(build(JogStop(axis=0xFF), 1, 1), OTHER)
+    locked.run(1)
+    assert len(locked.of_type(Type.STATUS, OTHER)) >= 20
+
+
+def test_a_forged_sign_of_life_keeps_no_stream_of_a_host_that_hangs(locked: Device) -> None:
+    client = locked.connect()
+    assert locked.prove(client, KEY) == Refusal.NONE
+    opened = locked.request(client, StreamOpen()).payload
+    assert isinstance(opened, StreamOpened) and opened.stream
+    for first in range(8):
+        locked.send(StreamSegments(opened.stream, first, 1), (segment(1000, us=1_000_000),))
+    for _ in range(50):
+        locked.raw(build(JogStop(axis=0), locked.sequence + 1, 0))
+        locked.run(0.1)
+    assert locked.state == "Hold:0"

@@ -49,7 +49,7 @@ from wificnc.wmc3.layout import (
     Type,
     ValueType,
 )
-from wificnc.wmc3.packet import Packet, build, parse
+from wificnc.wmc3.packet import HEADER_SIZE, Packet, build, parse
 from wificnc.wmc3.packing import Layout
 from wificnc.wmc3.refused import refused_error
 from wificnc.wmc3.seal import Sealer, proof
@@ -58,6 +58,7 @@ from wificnc.wmc3.stream import StreamSender
 TIMEOUT_S = REPLY_TIMEOUT_MS / 1000
 JOG_REPEAT_S = JOG_REPEAT_MS / 1000
 TURN_S = 0.001  # a stream looks around this often
+ANSWERED_SIZE = HEADER_SIZE + Status.size()
 PROOF_S = 20.0  # a proof waits for its turn behind those of other connections, 4 s each (core/base/lockout.h)
 LOST_S = 3.0  # a device that acknowledges nothing for this long is gone
 LayoutT = TypeVar("LayoutT", bound=Layout)
@@ -393,7 +394,9 @@ def find_devices(seconds: float, broadcast: str = "255.255.255.255") -> Iterator
         listener.settimeout(0.1)
         while (now := time.monotonic()) < end:
             if now - asked >= 1.0:
-                asker.sendto(build(JogStop(axis=0xFF), timestamp_us=int(now * 1e6)), (broadcast, UDP_PORT))
+                # A locked device answers strangers with no more bytes than they send.
+                question = build(JogStop(axis=0xFF), timestamp_us=int(now * 1e6)).ljust(ANSWERED_SIZE, b"\0")
+                asker.sendto(question, (broadcast, UDP_PORT))
                 asked = now
             try:
                 data, (address, _) = listener.recvfrom(512)
