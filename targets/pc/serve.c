@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 #include "serve.h"
 
-#include "host_store.h"
 #include "machine/parts.h"
 #include "net_hub.h"
 #include "net_pty.h"
@@ -201,9 +200,9 @@ static bool claim_store(struct serve *serve, const char *path, struct serve_fail
 
 static struct host *start_host(const struct serve *serve, const struct serve_options *options) {
     char banner[256];
-    const bool in_file = options->store != NULL;
-    const void *ctx = in_file ? (const void *)options->store : &serve->memory;
-    struct host *host = host_open_stored(&options->board, in_file ? &host_store : &store_memory, ctx);
+    struct host *host = options->store != NULL
+                            ? host_open(&options->board, options->store)
+                            : host_open_stored(&options->board, &store_memory, &serve->memory);
     if (host == NULL)
         return NULL;
     host_run(host, EVENTS_A_GO);
@@ -220,7 +219,8 @@ static struct host *make_host(const struct serve *serve, const struct serve_opti
     if (host == NULL || options->settings == NULL || *options->settings == NULL)
         return host;
     const bool applied = apply_settings(host, options->settings, failure);
-    /* Damaged data is not written over, so these settings would be lost; and the machine is locked already. */
+    /* Damaged data is not written over, so these settings would be lost; and the machine is locked already.
+     */
     if (applied && host_store_is_damaged(host))
         return host;
     host_destroy(host);
