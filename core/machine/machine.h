@@ -24,9 +24,6 @@ struct step;
 void machine_init(struct machine *machine, const struct machine_board *board, struct hal *hal,
                   struct hal_step *hal_step, const struct text_out *out);
 
-/** Settings that came after machine_init() count as stored ones: lock the machine if $22 asks for homing. */
-void machine_lock(struct machine *machine);
-
 /** Carry everything on as far as it goes now. @return true when anything was done. */
 bool machine_poll(struct machine *machine);
 

@@ -33,11 +33,6 @@ static bool is_critical(enum alarm alarm) {
     return false;
 }
 
-void machine_lock(struct machine *machine) {
-    if (machine->settings.homing)
-        state_go(machine, EVENT_ALARM);
-}
-
 static void stop(struct machine *machine) {
     /* First, and all else after it: nothing below may take time while pulses still leave the pins. */
     drive_halt(machine);

@@ -83,15 +83,24 @@ static struct device_board host_device(const struct host_board *board) {
 }
 
 struct host *host_open(const struct host_board *board, const char *store_path) {
+    char *path = store_path != NULL ? strdup(store_path) : NULL;
+    if (store_path != NULL && path == NULL)
+        return NULL;
+    struct host *host = host_open_stored(board, path != NULL ? &host_store : NULL, path);
+    if (host == NULL)
+        free(path);
+    else
+        host->store_path = path;
+    return host;
+}
+
+struct host *host_open_stored(const struct host_board *board, const struct hal_store *store,
+                              const void *store_ctx) {
     if (!board_is_possible(board))
         return NULL;
     struct host *host = calloc(1, sizeof *host);
     if (host == NULL)
         return NULL;
-    if (store_path != NULL && (host->store_path = strdup(store_path)) == NULL) {
-        free(host);
-        return NULL;
-    }
     host->device = host_device(board);
     const struct machine_board wired = {
         .timer_hz = board->timer_hz,
@@ -114,8 +123,8 @@ struct host *host_open(const struct host_board *board, const char *store_path) {
         .servo = (board->missing_outputs & BOARD_OUTPUT_SERVO) == 0 ? &host_servo : NULL,
         .analog = board->analog != 0 ? &host_analog : NULL,
         .ganged = &host->hal.ganged,
-        .store = store_path != NULL ? &host_store : NULL,
-        .store_ctx = host->store_path,
+        .store = store,
+        .store_ctx = store_ctx,
     };
     const struct text_out out = {.write = append_out, .ctx = host};
     host->input_follows = 1;
@@ -533,8 +542,8 @@ void host_steps_per_mm(const struct host *host, float out[AXIS_COUNT]) {
     memcpy(out, host->machine.settings.steps_per_mm, sizeof host->machine.settings.steps_per_mm);
 }
 
-void host_lock(struct host *host) {
-    machine_lock(&host->machine);
+bool host_store_is_damaged(const struct host *host) {
+    return stored_is_damaged(&host->machine);
 }
 
 size_t host_core_ram_bytes(void) {

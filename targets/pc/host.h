@@ -16,6 +16,8 @@
 #include <stddef.h>
 #include <stdint.h>
 
+struct hal_store;
+
 /** In whose time the controller works (targets/chip/task_periods.h). */
 enum host_tasks_of {
     HOST_TASKS_FREE, /* everything is looked at all the time */
@@ -71,6 +73,10 @@ struct host *host_create(const struct host_board *board);
  * is stored; a damaged one gives defaults, and the controller says so. @param store_path  NULL: nothing is
  * kept */
 struct host *host_open(const struct host_board *board, const char *store_path);
+
+/** The same with any store. @param store_ctx  outlives the controller */
+struct host *host_open_stored(const struct host_board *board, const struct hal_store *store,
+                              const void *store_ctx);
 void host_destroy(struct host *host);
 
 /** [tests] Put bytes on the controller's stream as a UART does: it cannot wait, and what finds no room is
@@ -210,8 +216,8 @@ void host_counters(const struct host *host, struct host_counters *out);
 /** Steps per mm now in force, per axis ($100..). */
 void host_steps_per_mm(const struct host *host, float out[AXIS_COUNT]);
 
-/** The settings in force are taken for those of a power-on: with $22=1 it is locked. */
-void host_lock(struct host *host);
+/** What is stored could not be read, and no one has acknowledged it yet. */
+bool host_store_is_damaged(const struct host *host);
 
 /** Static RAM of one controller in bytes: struct machine with all its buffers. */
 size_t host_core_ram_bytes(void);

@@ -12,6 +12,7 @@
 #include "serve_clock.h"
 #include "serve_control.h"
 #include "serve_wire.h"
+#include "store_memory.h"
 
 #include <errno.h>
 #include <stdio.h>
@@ -50,6 +51,7 @@ _Static_assert((int)POLL_COUNT <= (int)PORT_POLLS_MAX, "port_poll() takes them a
 struct serve {
     struct serve_events events;
     struct host *host;
+    struct store_memory memory; /* the settings, where no file keeps them */
     struct net_hub hub;
     struct access access;
     struct serve_clock clock;
@@ -199,23 +201,34 @@ static bool claim_store(struct serve *serve, const char *path, struct serve_fail
     return serve->claim >= 0;
 }
 
-static struct host *make_host(const struct serve_options *options, struct serve_failure *failure) {
+static struct host *start_host(const struct serve *serve, const struct serve_options *options) {
     char banner[256];
-    failure->stage = SERVE_BOARD;
-    struct host *host = host_open(&options->board, options->store);
+    struct host *host = options->store != NULL
+                            ? host_open(&options->board, options->store)
+                            : host_open_stored(&options->board, &store_memory, &serve->memory);
     if (host == NULL)
         return NULL;
     host_run(host, EVENTS_A_GO);
     while (host_read(host, banner, sizeof banner) == sizeof banner) {
         /* no one is there yet to hear it */
     }
-    if (apply_settings(host, options->settings, failure)) {
-        /* As after power-on with these settings stored: with $22=1 the machine begins locked. */
-        host_lock(host);
+    return host;
+}
+
+static struct host *make_host(const struct serve *serve, const struct serve_options *options,
+                              struct serve_failure *failure) {
+    failure->stage = SERVE_BOARD;
+    struct host *host = start_host(serve, options);
+    if (host == NULL || options->settings == NULL || *options->settings == NULL)
         return host;
-    }
+    const bool applied = apply_settings(host, options->settings, failure);
+    /* Damaged data is not written over, so these settings would be lost; and the machine is locked already.
+     */
+    if (applied && host_store_is_damaged(host))
+        return host;
     host_destroy(host);
-    return NULL;
+    /* Power-on with these settings stored: with $22=1 the machine begins locked, and $79 counts. */
+    return applied ? start_host(serve, options) : NULL;
 }
 
 static void init_access(struct access *access, const char *key, const char *store) {
@@ -260,7 +273,7 @@ struct serve *serve_create(const struct serve_options *options, struct serve_fai
     serve->hub.access = &serve->access;
     /* Before the file is read: two programs with one storage would overwrite each other's settings. */
     if (claim_store(serve, options->store, failure))
-        serve->host = make_host(options, failure);
+        serve->host = make_host(serve, options, failure);
     if (serve->host == NULL || !open_doors(serve, options, failure)) {
         serve_destroy(serve);
         return NULL;

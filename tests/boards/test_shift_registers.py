@@ -1,4 +1,4 @@
-"""Shift registers behind I2S: their outputs are pins, with rules of their own."""
+"""Shift registers behind I2S or SPI: their outputs are pins, with rules of their own."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from wificnc.board import paths
 from wificnc.board.header import pin_header_text
 from wificnc.board.load import check_board, load_board
 from wificnc.board.rules import pulse_rate_hz
+from wificnc.board.shift_registers import pulse_engine, step_grid_ns
 
 GOOD_TEXT = (paths.BOARDS / "mks-dlc32-v21.toml").read_text(encoding="utf-8")
 REGISTERS = '[i2so]\nbck = "GPIO16"\nws = "GPIO17"\ndata = "GPIO21"\noutputs = 8\n'
@@ -68,12 +69,34 @@ def test_what_registers_cannot_do_is_refused(
     assert found
 
 
-def test_the_s3_says_why_not(tmp_path: Path) -> None:
-    text = GOOD_TEXT.replace('chip = "esp32"', 'chip = "esp32s3"').replace('mode = "flash"', 'mode = "quad"')
-    path = tmp_path / "s3.toml"
-    path.write_text(text, encoding="utf-8")
-    reasons = [problem.reason for problem in check_board(path) if problem.rule == "shift-register"]
-    assert reasons == ["the processor of the ESP32-S3 cannot write words into its I2S peripheral"]
+S3_TEXT = (paths.BOARDS / "esp32s3-devkitc-shift.toml").read_text(encoding="utf-8")
+
+
+def test_the_s3_has_them_by_its_spi() -> None:
+    """Its I2S peripheral takes no words of the processor, so pulses are no multiple of a frame."""
+    board = load_board("esp32s3-devkitc-shift")
+    assert (pulse_engine(board), step_grid_ns(board)) == ("spi", 0)
+    header = pin_header_text(board)
+    for line in ("BOARD_STEP_ENGINE          BOARD_STEP_ENGINE_SPI", "BOARD_STEP_GRID_NS         0u"):
+        assert f"#define {line}" in header
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "key", "said"),
+    [
+        ("step_pulse_ns = 2_500", "step_pulse_ns = 1_800", "timing.step_pulse_ns", "shorter than a word"),
+        ('spi_host = "SPI3"', 'spi_host = "SPI2"', "ethernet.spi_host", "sends to the shift registers"),
+        ('step = "I2SO.4"', 'step = "GPIO1"', "axis.y.step", "show steps and directions together"),
+    ],
+)
+def test_what_the_spi_cannot_do_is_refused(tmp_path: Path, old: str, new: str, key: str, said: str) -> None:
+    found = problems(tmp_path, S3_TEXT, old, new)
+    assert [problem for problem in found if problem[:2] == ("shift-register", key) and said in problem[2]]
+
+
+@pytest.mark.parametrize(("pulse_us", "rate_hz"), [(3, 160_000), (4, 111_111), (5, 90_909)])
+def test_the_rate_of_the_spi_goes_by_any_pulse(pulse_us: int, rate_hz: int) -> None:
+    assert pulse_rate_hz(load_board("esp32s3-devkitc-shift"), pulse_us) == rate_hz
 
 
 def test_outputs_are_numbered_after_the_chips_pins() -> None:

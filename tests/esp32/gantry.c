@@ -4,8 +4,8 @@
  * chip and engine.
  *
  * Emulated are the cycle counter, both timers, GPIO with its matrix and edge interrupts, RMT channels that
- * play a pulse, and the I2S peripheral with its shift registers (i2s_model.h). The matrix is what it is on
- * the chip: each pin shows the signal that is routed to it, inverted or not. */
+ * play a pulse, and the I2S peripheral or the SPI with its shift registers (shift_model.h). The matrix is
+ * what it is on the chip: each pin shows the signal that is routed to it, inverted or not. */
 #include "gantry_chip.h"
 
 /* ---- tests ---- */
@@ -241,7 +241,7 @@ static void a_limit_cuts_no_driver(void) {
 static void a_full_fifo_loses_no_cut(void) {
     work();
     for (unsigned n = 0; BOARD_STEP_ENGINE == BOARD_STEP_ENGINE_I2S && n < 2 * I2S_FIFO_WORDS; n++)
-        i2s_model_registers()->fifo_wr = hal.step.shifted | hal.step.i2s_lines;
+        shift_model_i2s()->fifo_wr = hal.step.shifted | hal.step.shift_lines;
     drive(map.wire[SIGNAL_ESTOP].gpio, false);
     take_edges();
     run_us(2000);

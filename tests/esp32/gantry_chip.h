@@ -11,13 +11,14 @@
 #include "hal/chip_hal.h"
 #include "hal/i2s_registers.h"
 #include "hal/rmt_registers.h"
-#include "hal/step_i2s.h"
+#include "hal/spi_registers.h"
+#include "hal/step_shift.h"
 #include "hal/step_vector.h"
-#include "i2s_model.h"
 #include "input/rx.h"
 #include "io/switch_timer.h"
 #include "machine/parts.h"
 #include "settings/store.h"
+#include "shift_model.h"
 
 #include "driver/gpio.h"
 #include "driver/rmt_tx.h"
@@ -39,6 +40,9 @@ enum { FIRST_JTAG = 39, SENDERS = 4 };
 #endif
 /* Numbers of motors. A board without a gantry has the driver of A as the second motor of Y by $211. */
 enum { BY_SETTING = BOARD_GANGED_AXES == 0, FIRST_Y = 1, SECOND_Y = BY_SETTING ? AXIS_A : BOARD_AXIS_COUNT };
+
+static const bool by_shift =
+    BOARD_STEP_ENGINE == BOARD_STEP_ENGINE_I2S || BOARD_STEP_ENGINE == BOARD_STEP_ENGINE_SPI;
 
 static uint64_t now; /* cycles */
 
@@ -73,7 +77,8 @@ static void place(unsigned motor, int32_t at) {
 }
 
 static bool is_high(uint8_t pin, uint64_t levels) {
-    return step_i2s_has(pin) ? (i2s_model_shown() & step_i2s_bit(pin)) != 0 : (levels >> pin & 1) != 0;
+    return step_shift_has(pin) ? (shift_model_shown() >> (pin - BOARD_I2SO_FIRST) & 1) != 0
+                               : (levels >> pin & 1) != 0;
 }
 
 static void look_at_motor(unsigned n, uint64_t levels) {
@@ -133,7 +138,7 @@ void esp_rom_gpio_connect_out_signal(uint32_t pin, uint32_t signal, bool inverte
     CHECK(before == signal || !is_playing(before)); /* not cut short */
     matrix[pin].signal = signal;
     matrix[pin].inverted = inverted;
-    i2s_model_connect(pin, signal, now);
+    shift_model_connect(pin, signal, now);
     look_at_pins();
 }
 
@@ -186,7 +191,7 @@ static void advance_to(uint64_t to) {
         plays[channel] = false;
         look_at_pins();
     }
-    i2s_model_pass(now, to, 0);
+    shift_model_pass(now, to, 0);
     now = to;
 }
 
@@ -209,7 +214,12 @@ gpio_dev_t *emulated_gpio(void) {
 
 volatile struct i2s_registers *emulated_i2s(void) {
     pass(ACCESS_CYCLES / 4);
-    return i2s_model_registers();
+    return shift_model_i2s();
+}
+
+volatile struct spi_registers *emulated_spi(void) {
+    pass(ACCESS_CYCLES / 4);
+    return shift_model_spi();
 }
 
 void esp_rom_delay_us(uint32_t us) {
@@ -267,7 +277,7 @@ esp_err_t gpio_config(const gpio_config_t *config) {
 esp_err_t gpio_set_level(gpio_num_t pin, uint32_t level) {
     const uint64_t bit = (uint64_t)1 << pin;
     out = level != 0 ? out | bit : out & ~bit;
-    i2s_model_pin((unsigned)pin, level != 0);
+    shift_model_pin((unsigned)pin, level != 0);
     return ESP_OK;
 }
 esp_err_t gpio_set_intr_type(gpio_num_t pin, gpio_int_type_t type) {
@@ -349,7 +359,7 @@ static void start(void) {
     struct output_wire outputs[SWITCH_COUNT];
     is_up = false;
     memset(plays, 0, sizeof plays);
-    i2s_model_reset(now);
+    shift_model_reset(now);
     pins_in = ~(uint64_t)0;
     pin_map_init(&map);
     second_wire(SIGNAL_STEP_Y2, SIGNAL_STEP_A)->active_high = !calls_low;
@@ -399,7 +409,7 @@ static void take_edges(void) {
 /* Until the registers show what was written, if no step comes before. */
 static void show_words(void) {
     const uint64_t shown = now + 5 * I2S_FRAME_CYCLES, next = alarm_of(0, CYCLES_PER_TICK);
-    if (BOARD_STEP_ENGINE == BOARD_STEP_ENGINE_I2S && next > shown)
+    if (by_shift && next > shown)
         advance_to(shown);
 }
 

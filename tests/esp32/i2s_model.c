@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: MIT */
-#include "i2s_model.h"
+#include "shift_model.h"
 
 #include "check.h"
 #include "hal/i2s_registers.h"
+#include "hal/spi_registers.h"
 #include "pin_config.h"
 
 #include <string.h>
@@ -16,6 +17,7 @@ struct entry {
 };
 
 static volatile struct i2s_registers registers;
+static volatile struct spi_registers no_spi; /* this chip does not send words by it */
 static struct {
     struct entry fifo[I2S_FIFO_WORDS];
     unsigned first, count, most;
@@ -27,7 +29,7 @@ static struct {
     bool level[64];
 } i2s;
 
-void i2s_model_reset(uint64_t now) {
+void shift_model_reset(uint64_t now) {
     memset(&i2s, 0, sizeof i2s);
     registers.fifo_wr = NOTHING;
     registers.int_raw = registers.int_clr = registers.conf = 0;
@@ -95,34 +97,38 @@ static void take_configuration(uint64_t now) {
     registers.int_clr = 0;
 }
 
-void i2s_model_pass(uint64_t written, uint64_t now, uint64_t due) {
+void shift_model_pass(uint64_t written, uint64_t now, uint64_t due) {
     frames_until(written);
     take_word(due);
     take_configuration(written);
     frames_until(now);
 }
 
-volatile struct i2s_registers *i2s_model_registers(void) {
+volatile struct i2s_registers *shift_model_i2s(void) {
     return &registers;
 }
 
-void i2s_model_break(void) {
+volatile struct spi_registers *shift_model_spi(void) {
+    return &no_spi;
+}
+
+void shift_model_break(void) {
     i2s.broken = true;
 }
 
-uint32_t i2s_model_shown(void) {
+uint32_t shift_model_shown(void) {
     return i2s.shown;
 }
 
-bool i2s_model_is_running(void) {
+bool shift_model_is_running(void) {
     return i2s.running && is_wired();
 }
 
-unsigned i2s_model_most_words(void) {
+unsigned shift_model_most_words(void) {
     return i2s.most;
 }
 
-void i2s_model_pin(unsigned gpio, bool level) {
+void shift_model_pin(unsigned gpio, bool level) {
     const bool rises = level && !i2s.level[gpio];
     i2s.level[gpio] = level;
     if (rises && gpio == PIN_I2SO_BCK)
@@ -132,7 +138,7 @@ void i2s_model_pin(unsigned gpio, bool level) {
 }
 
 /* A latch that rises before a whole word is in the registers would show rubbish. */
-void i2s_model_connect(unsigned gpio, uint32_t signal, uint64_t now) {
+void shift_model_connect(unsigned gpio, uint32_t signal, uint64_t now) {
     static const unsigned pins[] = {PIN_I2SO_BCK, PIN_I2SO_DATA, PIN_I2SO_WS};
     static const uint32_t signals[] = {STEP_I2S_BCK_SIGNAL, STEP_I2S_DATA_SIGNAL, STEP_I2S_WS_SIGNAL};
     for (unsigned n = 0; n < 3; n++)

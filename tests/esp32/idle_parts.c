@@ -8,6 +8,7 @@
 #include "esp_private/rmt.h"
 #include "freertos/FreeRTOS.h"
 #include "hal/i2s_ll.h"
+#include "hal/spi_ll.h"
 #include "hal/timer_ll.h"
 
 #include <stdio.h>
@@ -43,6 +44,12 @@ void i2s_ll_enable_bus_clock(int port, bool enable) {
 }
 void i2s_ll_reset_register(int port) {
     (void)port;
+}
+void spi_ll_enable_bus_clock(spi_host_device_t host, bool enable) {
+    (void)host, (void)enable;
+}
+void spi_ll_reset_register(spi_host_device_t host) {
+    (void)host;
 }
 void timer_ll_enable_bus_clock(int group, bool enable) {
     (void)group;

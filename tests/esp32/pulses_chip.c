@@ -4,6 +4,7 @@
 #include "check.h"
 #include "hal/i2s_registers.h"
 #include "hal/rmt_registers.h"
+#include "hal/spi_registers.h"
 #include "hal/step_vector.h"
 
 #include "driver/gpio.h"
@@ -147,7 +148,7 @@ static void look_at_rmt(void) {
 void pass(unsigned cycles) {
     look_at_gpio();
     look_at_rmt();
-    i2s_model_pass(written, now + cycles, due);
+    shift_model_pass(written, now + cycles, due);
     now += cycles;
     written = now;
 }
@@ -173,7 +174,20 @@ rmt_dev_t *emulated_rmt(void) {
 
 volatile struct i2s_registers *emulated_i2s(void) {
     pass(access_cycles());
-    return i2s_model_registers();
+    return shift_model_i2s();
+}
+
+void (*spi_interrupt)(void);
+unsigned spi_accesses;
+
+volatile struct spi_registers *emulated_spi(void) {
+    void (*const interrupt)(void) = spi_interrupt;
+    if (interrupt != NULL && spi_accesses-- == 0) {
+        spi_interrupt = NULL;
+        interrupt();
+    }
+    pass(access_cycles());
+    return shift_model_spi();
 }
 
 mcpwm_dev_t *emulated_pwm(void) {
@@ -203,11 +217,11 @@ void esp_rom_gpio_connect_out_signal(uint32_t number, uint32_t signal, bool inve
     (void)enable_inverted;
     connected[number].signal = signal;
     connected[number].inverted = inverted;
-    i2s_model_connect(number, signal, now);
+    shift_model_connect(number, signal, now);
 }
 
 esp_err_t gpio_set_level(gpio_num_t number, uint32_t level) {
-    i2s_model_pin((unsigned)number, level != 0);
+    shift_model_pin((unsigned)number, level != 0);
     return ESP_OK;
 }
 esp_err_t gpio_config(const gpio_config_t *config) {
@@ -232,5 +246,5 @@ void chip_reset(void) {
     changed = 0;
     channels = 0;
     pulse_cycles = PULSE_CYCLES;
-    i2s_model_reset(now);
+    shift_model_reset(now);
 }

@@ -5,7 +5,7 @@
 #define TEST_PULSES_CHIP_H
 
 #include "hal/step_engine.h"
-#include "i2s_model.h"
+#include "shift_model.h"
 
 enum {
     CYCLES_PER_US = 240,
@@ -26,6 +26,8 @@ enum { CHANNELS = 8, FIRST_STEP_GPIO = 0, FIRST_DIR_GPIO = 34 };
 
 static const bool by_rmt = BOARD_STEP_ENGINE == BOARD_STEP_ENGINE_RMT;
 static const bool by_i2s = BOARD_STEP_ENGINE == BOARD_STEP_ENGINE_I2S;
+static const bool by_shift =
+    BOARD_STEP_ENGINE == BOARD_STEP_ENGINE_I2S || BOARD_STEP_ENGINE == BOARD_STEP_ENGINE_SPI;
 
 /* Outputs of the shift registers: lines of axis n, and one that tasks switch. */
 #define STEP_OUTPUT(axis) (2u * (axis) + 1u)
@@ -62,6 +64,10 @@ struct connected {
     bool inverted;
 };
 extern struct connected connected[64]; /* by the GPIO matrix */
+
+/** Called once, as an interrupt before the SPI's register is reached that often; NULL: none comes. */
+extern void (*spi_interrupt)(void);
+extern unsigned spi_accesses;
 
 /** All lines low, all registers as after a reset. */
 void chip_reset(void);

@@ -50,8 +50,8 @@ void _esp_error_check_failed(esp_err_t code, const char *file, int line, const c
     abort();
 }
 
-void step_i2s_shift_out(uint32_t word);
-void step_i2s_shift_out(uint32_t word) {
+void step_shift_out(uint32_t word);
+void step_shift_out(uint32_t word) {
     first_word = word;
     shifts++;
     for (unsigned gpio = 0; gpio < 64; gpio++)

@@ -15,9 +15,10 @@ from xtensa.headers import by_rmt
 
 PARTS = {
     "app": ("board", "follow", "wired"),
-    "hal": ("esp32_hal", "step_engine", "step_i2s", "step_interrupt", "step_rmt"),
+    "hal": ("esp32_hal", "shift_i2s", "shift_spi", "step_engine", "step_interrupt", "step_rmt", "step_shift"),
     "io": ("inputs", "outputs", "pin_map", "switch_timer"),
 }
+MODELS = {"esp32": "i2s_model", "esp32s3": "spi_model"}  # of shift registers
 BOARDS = (
     ("esp32", "gpio", "esp32-wroom32-gantry"),
     ("esp32", "gpio", "esp32-wroom32"),
@@ -28,18 +29,20 @@ BOARDS = (
     ("esp32s3", "gpio", "esp32s3-devkitc-gantry"),
     ("esp32s3", "gpio", "esp32s3-devkitc"),
     ("esp32s3", "rmt", "esp32s3-devkitc-gantry"),
+    ("esp32s3", "spi", "esp32s3-devkitc-shift"),
 )
 # Each engine, each chip, both ways to have a second motor.
 QUICK = {
     ("esp32", "gpio", "esp32-wroom32"),
     ("esp32s3", "rmt", "esp32s3-devkitc-gantry"),
     ("esp32", "i2s", "mks-tinybee-gantry"),
+    ("esp32s3", "spi", "esp32s3-devkitc-shift"),
 }
 
 
-def sources() -> list[Path]:
+def sources(chip: str) -> list[Path]:
     parts = [ESP32 / folder / f"{name}.c" for folder, names in PARTS.items() for name in names]
-    models = [HERE / f"{name}.c" for name in ("gantry", "i2s_model", "idle_ledc", "idle_parts")]
+    models = [HERE / f"{name}.c" for name in ("gantry", MODELS[chip], "idle_ledc", "idle_parts")]
     return [*models, *sorted((ROOT / "core").rglob("*.c")), *sorted((ROOT / "targets" / "chip").glob("*.c")), *parts]
 
 
@@ -51,7 +54,7 @@ def test_a_crooked_gantry_homes_square(target: tuple[str, str, str], tmp_path: P
     folder = build_folder(f"{board_id}-{engine}")
     chip_folder(by_rmt(board, tmp_path) if engine == "rmt" else board, chip, folder)
     program = tmp_path / "gantry"
-    command = [*locate_compiler(), *FLAGS, *map(str, objects(sources(), folder)), "-o", str(program), "-lm"]
+    command = [*locate_compiler(), *FLAGS, *map(str, objects(sources(chip), folder)), "-o", str(program), "-lm"]
     subprocess.run(command, check=True, timeout=HANG_S)
     done = subprocess.run([program], capture_output=True, text=True, timeout=HANG_S, check=False)
     assert done.returncode == 0, done.stdout[-2000:]

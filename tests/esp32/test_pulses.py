@@ -20,9 +20,13 @@ SOURCES = (
         for name in ("base/duty.c", "step/control.c", "step/isr.c", "step/position.c", "step/prep.c")
     ),
     *(ROOT / "targets" / "chip" / name for name in ("gang.c", "step_pins.c")),
-    *(ESP32 / "hal" / name for name in ("step_engine.c", "step_interrupt.c", "step_i2s.c", "step_rmt.c")),
-    *(HERE / name for name in ("i2s_model.c", "idle_parts.c", "pulses_chip.c")),
+    *(
+        ESP32 / "hal" / name
+        for name in ("step_engine.c", "step_interrupt.c", "step_shift.c", "shift_i2s.c", "shift_spi.c", "step_rmt.c")
+    ),
+    *(HERE / name for name in ("idle_parts.c", "pulses_chip.c")),
 )
+BOARDS = {"gpio": "esp32-wroom32", "i2s": "mks-tinybee", "spi": "esp32s3-devkitc-shift"}
 BUSY_PERCENT = 70  # of core 1 in interrupts at the board's fastest rate: what cuts spans needs the rest
 GRID_CYCLES = 480  # 2 us at 240 MHz
 
@@ -31,9 +35,11 @@ def built(folder: Path, chip: str, header: str) -> Path:
     """The program of a board, whose pin_config.h this is."""
     includes = [f"-I{path}" for path in (header_folder(header, chip, folder), *INCLUDES)]
     budget = json.loads((ROOT / "tests" / "budget" / "xtensa.json").read_text())
+    budget = budget["by SPI"] if "BOARD_STEP_ENGINE_SPI /*" in header else budget
     limits = [f"-DEVENT_INSTRUCTIONS={budget['event that ends a span']}", f"-DBUSY_PERCENT={BUSY_PERCENT}"]
     program = folder / "pulses"
-    sources = [str(path) for path in (HERE / "pulses.c", *SOURCES)]
+    model = HERE / ("spi_model.c" if chip == "esp32s3" else "i2s_model.c")
+    sources = [str(path) for path in (HERE / "pulses.c", model, *SOURCES)]
     command = [*locate_compiler(), *FLAGS, *limits, *includes, *sources, "-o", str(program), "-lm"]
     subprocess.run(command, check=True, timeout=HANG_S)
     return program
@@ -46,22 +52,24 @@ def said(program: Path, *words: str) -> str:
 
 
 @pytest.mark.parametrize(
-    ("chip", "engine"), [("esp32", "gpio"), ("esp32", "rmt"), ("esp32s3", "rmt"), ("esp32", "i2s")]
+    ("chip", "engine"), [("esp32", "gpio"), ("esp32", "rmt"), ("esp32s3", "rmt"), ("esp32", "i2s"), ("esp32s3", "spi")]
 )
 def test_pulses(chip: str, engine: str, tmp_path: Path) -> None:
-    boards = {"gpio": "esp32-wroom32", "i2s": "mks-tinybee"}
-    board = rmt_board(chip, tmp_path) if engine == "rmt" else load_board(boards[engine])
+    board = rmt_board(chip, tmp_path) if engine == "rmt" else load_board(BOARDS[engine])
     said(built(tmp_path, chip, pin_header_text(board)))
 
 
-def test_shift_registers_make_the_steps_of_the_interrupts_plan_within_a_word(tmp_path: Path) -> None:
+@pytest.mark.parametrize(("chip", "engine"), [("esp32", "i2s"), ("esp32s3", "spi")])
+def test_shift_registers_make_the_steps_of_the_interrupts_plan_within_a_word(
+    chip: str, engine: str, tmp_path: Path
+) -> None:
     """Step for step as pins that the interrupt writes, and the same time later, but for the words' grid."""
-    header = pin_header_text(load_board("mks-tinybee"))
-    by_pins = header.replace("BOARD_STEP_ENGINE          BOARD_STEP_ENGINE_I2S", "BOARD_STEP_ENGINE 0")
+    header = pin_header_text(load_board(BOARDS[engine]))
+    by_pins = header.replace(f"BOARD_STEP_ENGINE          BOARD_STEP_ENGINE_{engine.upper()}", "BOARD_STEP_ENGINE 0")
     assert by_pins != header
     traces = []
     for name, text in (("pins", by_pins), ("registers", header)):
-        lines = said(built(tmp_path / name, "esp32", text), "trace").splitlines()
+        lines = said(built(tmp_path / name, chip, text), "trace").splitlines()
         traces.append([tuple(map(int, line.split())) for line in lines if line.count(" ") == 2])
     pins, registers = (sorted(trace, key=lambda step: (step[0], step[2])) for trace in traces)
     assert len(pins) > 5_000

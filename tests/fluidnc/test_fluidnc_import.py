@@ -229,6 +229,30 @@ def test_an_output_on_gpio34_means_an_s3(tmp_path: Path) -> None:
     assert converted(tmp_path, AXIS_X + "probe:\n  pin: gpio.35\n").board["chip"] == "esp32"
 
 
+def test_shift_registers_of_an_s3_have_pulses_that_its_spi_can_make(tmp_path: Path) -> None:
+    """The outputs decide which chip it is: GPIO47 is the S3's."""
+    text = """stepping:
+  engine: I2S_STATIC
+i2so:
+  bck_pin: gpio.12
+  data_pin: gpio.11
+  ws_pin: gpio.10
+axes:
+  x:
+    motor0:
+      stepstick:
+        step_pin: I2SO.2
+        direction_pin: I2SO.1
+coolant:
+  flood_pin: gpio.47
+"""
+    imported = converted(tmp_path, text)
+    assert imported.refused == [] and lost(imported) == {}
+    assert imported.board["chip"] == "esp32s3" and imported.board["step"] == {"engine": "i2s"}
+    timing = imported.board["timing"]
+    assert (timing["step_pulse_ns"], timing["max_step_rate_hz"]) == (2_500, 160_000)
+
+
 def test_rmt_with_too_few_channels_is_given_up(tmp_path: Path) -> None:
     axes = "".join(axis(letter, 2 * n + 4, 2 * n + 5) for n, letter in enumerate("xyzab"))
     imported = converted(tmp_path, f"stepping:\n  engine: RMT\naxes:\n{axes}", "esp32s3")

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 import shlex
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -47,11 +46,9 @@ def test_a_machine_of_three_axes_homes_on_a_board_of_six(
     page = (checkout_root() / "docs" / "start" / f"{board_id}.md").read_text(encoding="utf-8")
     monkeypatch.chdir(tmp_path)
     root.main(line_of(page, "wificnc nvs build")[1:], standalone_mode=False)
-    board, store = load_board(board_id), tmp_path / "kept"
+    board, stored = load_board(board_id), settings_of(tmp_path / "nvs.bin")
     assert len(board.axes) == 6
-    options = ServeOptions(board=board, tcp=Address("127.0.0.1", 0), control=0, store=store, speed=0.0)
-    with Server(replace(options, settings=settings_of(tmp_path / "nvs.bin"))):
-        pass  # $79 counts from the next start on
+    options = ServeOptions(board=board, tcp=Address("127.0.0.1", 0), control=0, speed=0.0, settings=stored)
     with (
         Server(options) as server,
         Peer.tcp(server.tcp or "") as sender,

@@ -10,6 +10,7 @@ from pathlib import Path
 
 from wificnc.board.load import load_board
 from wificnc.board.model import Board
+from wificnc.board.shift_registers import pulse_engine
 from wificnc.build.esp32 import Kind
 
 from xtensa.compile import (
@@ -23,7 +24,7 @@ from xtensa.compile import (
 )
 from xtensa.headers import (
     BOARDS,
-    I2S_BOARD,
+    SHIFT_BOARDS,
     Headers,
     configure,
     generate_pins,
@@ -68,8 +69,8 @@ def main() -> int:
             failed += _report_interrupts(output)
             _report_ram(tools, chip, output, headers, objects)
             failed += _report_engine(tools, chip, Path(idf) if idf else None, rmt_board(chip, output / "rmt"), output)
-            if chip == load_board(I2S_BOARD).chip:
-                failed += _report_engine(tools, chip, Path(idf) if idf else None, load_board(I2S_BOARD), output)
+            board = load_board(SHIFT_BOARDS[chip])
+            failed += _report_engine(tools, chip, Path(idf) if idf else None, board, output)
         print(f"{chip}: {len(objects) - len(bad)} of {len(objects)} files compile with {kind}, {seconds:.1f} s")
     return 1 if failed else 0
 
@@ -100,7 +101,7 @@ def _report_ram(tools: Toolchain, chip: str, output: Path, headers: Headers, obj
 
 def _report_engine(tools: Toolchain, chip: str, idf: Path | None, board: Board, output: Path) -> int:
     """Step pulses by a peripheral. @return how many files do not compile, or rules are broken."""
-    engine, folder = board.step.engine.upper(), output / board.step.engine
+    engine, folder = pulse_engine(board).upper(), output / board.step.engine
     headers = real_headers(ROOT, idf, chip, folder, board) if idf else small_headers(ROOT, chip, folder, board)
     sources = board_sources(ROOT)
     bad = [made for made in compile_all(tools, ROOT, headers, sources, folder) if made.said]

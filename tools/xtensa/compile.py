@@ -52,7 +52,7 @@ EXCLUDED = ("targets/esp32/test/",)
 
 
 OF_THE_BOARD = re.compile(
-    r'#include "(pin_config|hal/hal_step|hal/step_(engine|i2s|rmt|vector)|step/isr|step/load)\.h"'
+    r'#include "(pin_config|hal/hal_step|hal/step_(engine|shift|rmt|vector)|step/isr|step/load)\.h"'
 )
 
 

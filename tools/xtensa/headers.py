@@ -21,7 +21,8 @@ from xtensa.toolchain import LIBC_HEADERS
 BOARDS = {"esp32s3": "esp32s3-devkitc", "esp32": "esp32-wroom32"}
 # chip -> a board whose axes its RMT has channels for
 RMT_BOARDS = {"esp32s3": "esp32s3-zero", "esp32": "esp32-wroom32"}
-I2S_BOARD = "mks-tinybee"
+# chip -> a board with shift registers
+SHIFT_BOARDS = {"esp32s3": "esp32s3-devkitc-shift", "esp32": "mks-tinybee"}
 
 # fmt: off
 COMPONENT_FOLDERS = tuple("""

@@ -116,6 +116,13 @@ class I2s(Strict):
     fifo_words: int = Field(ge=64)
 
 
+class SpiWords(Strict):
+    """The SPI of a chip whose I2S peripheral takes no words of the processor: it can send one after the other."""
+
+    host: str  # of spi_hosts
+    word_ns: int = Field(gt=0)  # from one word to the next, at least
+
+
 class CoreSizes(Strict):
     """How much the core may hold on this chip."""
 
@@ -167,6 +174,7 @@ class ChipFile(Strict):
     spi_hosts: dict[str, int] = {}
     rmt: Rmt | None = None
     i2s: I2s | None = None
+    spi_words: SpiWords | None = None
     pump: PumpTimer | None = None  # of the charge pump
     core: CoreSizes | None = None  # None: a PC
     firmware: Firmware | None = None

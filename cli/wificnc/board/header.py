@@ -14,7 +14,7 @@ from wificnc.board.chip import is_shifted
 from wificnc.board.model import AXES_MAX, AXIS_LETTERS, MISC_IN_MAX, MISC_OUT_MAX, Board, Role, Use
 from wificnc.board.pin_keys import PinKey, pin_keys
 from wificnc.board.rules import NS_PER_S, step_spread_ns
-from wificnc.board.shift_registers import step_grid_ns
+from wificnc.board.shift_registers import pulse_engine, step_grid_ns
 
 NAME_COLUMN = 26
 LED_KINDS = {"plain": "BOARD_LED_PLAIN", "ws2812": "BOARD_LED_WS2812"}
@@ -70,6 +70,7 @@ def pin_header_text(board: Board) -> str:
         board=board,
         axes_max=AXES_MAX,
         ticks=_ticks(board),
+        step_engine=pulse_engine(board),
         step_spread_ns=step_spread_ns(board),
         step_grid_ns=step_grid_ns(board),
         numbering=NUMBERING[board.target],

@@ -9,7 +9,7 @@ from math import ceil
 
 from wificnc.board.chip import Chip
 from wificnc.board.model import AXES_MAX, AXIS_LETTERS, BoardFile, OutputWire, Role, Use
-from wificnc.board.shift_registers import on_grid_ns, shift_registers
+from wificnc.board.shift_registers import on_grid_ns, pulse_engine, shift_registers
 from wificnc.checked.problem import Finding, key_text
 from wificnc.checked.shape import closest
 
@@ -237,13 +237,14 @@ def _charge_pump(board: BoardFile, chip: Chip) -> Iterator[Finding]:
 
 RMT_PULSE_NS_MIN = 500  # a channel reads its end mark meanwhile
 # What a step takes in addition to its pulse and its pause, on an ESP32: with the RMT until the last axis has been
-# started, else until the interrupt has seen that the time is over (tests/esp32/pulses.c).
-SPREAD_NS = {"gpio": 250, "rmt": 1_000, "i2s": 0}
+# started, with the SPI until two words have been given to it, else until the interrupt has seen that the time is over
+# (tests/esp32/pulses.c).
+SPREAD_NS = {"gpio": 250, "rmt": 1_000, "i2s": 0, "spi": 1_000}
 
 
 def step_spread_ns(board: BoardFile) -> int:
     """What a step takes in addition to its pulse and its pause."""
-    return SPREAD_NS[board.step.engine] if board.target == "esp32" else 0
+    return SPREAD_NS[pulse_engine(board)] if board.target == "esp32" else 0
 
 
 def _step_engine(board: BoardFile, chip: Chip) -> Iterator[Finding]:

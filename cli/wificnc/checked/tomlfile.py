@@ -18,6 +18,7 @@ if sys.version_info >= (3, 11):
 else:
     import tomli as tomllib  # type: ignore[import-not-found,unused-ignore]
 
+_CHARACTERS_MAX = 1_000_000  # our largest file has 42,000
 _BARE_KEY = re.compile(r"[A-Za-z0-9_-]+")
 _STRING = re.compile(r'"""(?:\\.|[^\\])*?"{3,5}|\'\'\'.*?\'{3,5}|"(?:\\.|[^"\\])*"|\'[^\']*\'', re.DOTALL)
 _SCALAR = re.compile(r"[^,\]}#\n]*")
@@ -154,16 +155,24 @@ def read_toml(path: Path) -> TomlFile:
         FileProblems: it cannot be read, is not UTF-8 or is not TOML.
     """
     try:
-        text = path.read_text(encoding="utf-8")
+        text = path.read_text(encoding="utf-8-sig")
     except OSError as err:
         raise FileProblems([Problem(path, 1, "unreadable", "", err.strerror or str(err))]) from err
     except UnicodeDecodeError as err:
         raise FileProblems([Problem(path, 1, "unreadable", "", "is not UTF-8 text")]) from err
+    if len(text) > _CHARACTERS_MAX:
+        reason = f"is too large: {len(text):,} characters, at most {_CHARACTERS_MAX:,}"
+        raise FileProblems([Problem(path, 1, "unreadable", "", reason)])
     try:
         data = tomllib.loads(text)
+    except RecursionError as err:
+        raise FileProblems([Problem(path, 1, "syntax", "", "is nested too deeply")]) from err
     except tomllib.TOMLDecodeError as err:
         raise FileProblems([_syntax_problem(path, text, str(err))]) from err
-    return TomlFile(path, text, data, _Locator(text).run())
+    try:
+        return TomlFile(path, text, data, _Locator(text).run())
+    except RecursionError as err:  # less deep than the parser goes
+        raise FileProblems([Problem(path, 1, "syntax", "", "is nested too deeply")]) from err
 
 
 def _syntax_problem(path: Path, text: str, message: str) -> Problem:

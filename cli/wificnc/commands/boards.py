@@ -7,7 +7,7 @@ from typing import Any
 
 import rich_click as click
 from rich.markup import escape
-from rich.table import Table
+from rich.table import Column, Table
 
 from wificnc import ui
 from wificnc.board.abilities import lack_lines, lacks
@@ -40,7 +40,8 @@ def list_boards(as_json: bool) -> None:
     if as_json:
         ui.emit_json([_summary(board) for board in boards])
         return
-    table = Table("board", "axes", "steps/s", "network", "what for", box=None, pad_edge=False)
+    whole = [Column(name, no_wrap=True) for name in ("board", "axes", "steps/s", "network")]  # an id can be copied
+    table = Table(*whole, "what for", box=None, pad_edge=False)
     for board in boards:
         network = " + ".join(_networks(board))
         rate = f"{board.timing.max_step_rate_hz // 1000} k"

@@ -23,7 +23,9 @@ from wificnc.fluidnc.tree import Section, read_fluidnc
 NS_PER_S, NS_PER_US = 1_000_000_000, 1_000
 _PULSE_NS, _DIR_NS, _RATE_HZ, _TIMER_HZ = 1_800, 1_900, 250_000, 20_000_000  # as our own ESP32 boards
 _TICK_NS = NS_PER_S // _TIMER_HZ
-_WORD_NS, _SHIFTED_OUTPUTS = 2_000, 32  # of the I2S peripheral into shift registers
+_PULSE_US_MAX, _DIR_US_MAX = 255, 50  # of [timing] in a board file
+_SPI_RATE_HZ = 160_000  # of boards/esp32s3-devkitc-shift.toml
+_WORD_NS, _SHIFTED_OUTPUTS = 2_000, 32  # of the ESP32's I2S peripheral; of shift registers
 _ENGINES = {"rmt": "rmt", "i2s_static": "i2s", "i2s_stream": "i2s", "timed": "gpio"}
 _S3_ONLY = {f"GPIO{number}" for number in (20, *range(40, 49))}
 _S3_OUTPUTS = {f"GPIO{number}" for number in range(34, 40)}  # input only on the ESP32
@@ -94,6 +96,7 @@ def import_fluidnc(path: Path, chip: str | None = None) -> Imported:
     board = _board_data(path, root, axes, outputs, inputs, remarks)
     board["chip"] = chip or _chip_of(board)
     board["memory"] = dict(_MEMORY[board["chip"]])
+    board["timing"] = _timing(root.section("stepping"), board.get("step", {}).get("engine", "gpio"), _chip(board), remarks)
     _list_left(root, remarks)
     refused = fit_board(board, _chip(board), remarks)
     return Imported(machine["name"], board, machine, inputs.stored, remarks, refused)
@@ -119,7 +122,6 @@ def _board_data(
         "timing": {},
     }
     engine = _engine(root, remarks)
-    data["timing"] = _timing(root.section("stepping"), engine)
     if engine != "gpio":
         data["step"] = {"engine": engine}
     if engine == "i2s" and (bus := _bus(root.section("i2so"), remarks)):
@@ -139,7 +141,7 @@ def _axis(facts: AxisFacts) -> dict[str, Any]:
 def _engine(root: Section, remarks: Remarks) -> str:
     stepping = root.section("stepping")
     name = (stepping.take("engine") or "rmt").lower()
-    stepping.skip("disable_delay_us", "segments", "dir_delay_us", "pulse_us", "idle_ms")
+    stepping.skip("disable_delay_us", "segments")
     if name not in _ENGINES:
         remarks.changed("stepping.engine", stepping.line_of("engine"), f"{name}: the interrupt makes the pulses here")
     return _ENGINES.get(name, "gpio")
@@ -153,17 +155,33 @@ def _bus(i2so: Section, remarks: Remarks) -> dict[str, Any] | None:
     return {**wires, "outputs": _SHIFTED_OUTPUTS} if len(wires) == len(pins) else None
 
 
-def _timing(stepping: Section, engine: str) -> dict[str, Any]:
+def _timing(stepping: Section, engine: str, chip: Chip, remarks: Remarks) -> dict[str, Any]:
     """As our own boards, with the pulse and the direction's time of the configuration where they are longer."""
-    pulse_us = int(stepping.number("pulse_us") or 0)
-    dir_us = stepping.number("dir_delay_us") or 0.0
-    grid_ns = _WORD_NS if engine == "i2s" else _TICK_NS
-    pulse_ns, dir_ns = (grid_ns * ceil(ns / grid_ns) for ns in (_PULSE_NS, max(_DIR_NS, dir_us * NS_PER_US)))
-    needed_ns = pulse_ns + dir_ns + SPREAD_NS.get(engine, max(SPREAD_NS.values()))
+    pulse_us = int(_time_us(stepping, "pulse_us", _PULSE_US_MAX, remarks))
+    dir_us = _time_us(stepping, "dir_delay_us", _DIR_US_MAX, remarks)
+    least_ns, grid_ns = _PULSE_NS, _TICK_NS
+    if engine == "i2s" and chip.spi_words:
+        least_ns, engine = chip.spi_words.word_ns, "spi"
+    elif engine == "i2s":
+        grid_ns = _WORD_NS
+    pulse_ns, dir_ns = (grid_ns * ceil(ns / grid_ns) for ns in (least_ns, max(_DIR_NS, dir_us * NS_PER_US)))
+    needed_ns = pulse_ns + max(pulse_ns, dir_ns) + SPREAD_NS.get(engine, max(SPREAD_NS.values()))
     timing = {"timer_hz": _TIMER_HZ, "step_pulse_ns": pulse_ns}
     if pulse_us * NS_PER_US > pulse_ns:
         timing["default_pulse_us"] = pulse_us
-    return {**timing, "dir_setup_ns": dir_ns, "max_step_rate_hz": min(_RATE_HZ, NS_PER_S // needed_ns)}
+    return {**timing, "dir_setup_ns": dir_ns, "max_step_rate_hz": min(_rate_hz(engine), NS_PER_S // needed_ns)}
+
+
+def _time_us(stepping: Section, name: str, most_us: int, remarks: Remarks) -> float:
+    us = stepping.number(name) or 0.0
+    if us > most_us:
+        remarks.changed(f"stepping.{name}", stepping.line_of(name), f"{us:g} us; at most {most_us} us here")
+    return max(0.0, min(us, most_us))
+
+
+def _rate_hz(engine: str) -> int:
+    """At which the interrupt leaves the processor time enough (docs/performance.md)."""
+    return _SPI_RATE_HZ if engine == "spi" else _RATE_HZ
 
 
 def _chip_of(board: dict[str, Any]) -> str:

@@ -84,7 +84,8 @@ def _read_spindle(kind: str, section: Section, facts: SpindleFacts, remarks: Rem
         facts.spindle["laser"] = True
     if output:
         _read_pwm(section, facts, remarks)
-    section.skip("speed_map", "pwm_hz")
+    else:
+        section.skip("speed_map", "pwm_hz")
     _read_delays(section, facts, remarks)
 
 

@@ -6,6 +6,7 @@ errors in YAML: every value is quoted before the YAML parser gets the text.
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -17,6 +18,7 @@ from wificnc.checked.problem import FileProblems, Problem
 
 _LINE = re.compile(r"^(?P<indent>\s*)(?P<key>[A-Za-z0-9_ ]+?)\s*:(?P<value>.*)$")
 _COMMENT = re.compile(r"(^|\s)#.*$")
+_CHARACTERS_MAX = 500_000  # those of real machines have 20,000
 _NOTHING = ("", "no_pin", "null", "~", "{}")
 
 # What earlier versions of FluidNC called a key.
@@ -69,12 +71,16 @@ class Section:
         return found.text if found and found.text.lower() not in _NOTHING else None
 
     def number(self, name: str) -> float | None:
+        """A finite one; any other text is not taken."""
         text = self.take(name)
         try:
-            return float(text) if text is not None else None
+            number = float(text) if text is not None else None
         except ValueError:
-            self._taken.discard(name)
-            return None
+            number = math.nan
+        if number is None or math.isfinite(number):
+            return number
+        self._taken.discard(name)
+        return None
 
     def flag(self, name: str) -> bool:
         return (self.take(name) or "").lower() in ("true", "1", "yes", "on")
@@ -125,6 +131,19 @@ def read_fluidnc(path: Path) -> Section:
         raise FileProblems([Problem(path, 1, "unreadable", "", err.strerror or str(err))]) from err
     except UnicodeDecodeError as err:
         raise FileProblems([Problem(path, 1, "unreadable", "", "is not UTF-8 text")]) from err
+    if len(text) > _CHARACTERS_MAX:
+        reason = f"is too large for a FluidNC configuration: {len(text):,} characters, at most {_CHARACTERS_MAX:,}"
+        raise FileProblems([Problem(path, 1, "unreadable", "", reason)])
+    try:
+        tree = _tree(path, text)
+    except RecursionError as err:
+        raise FileProblems([Problem(path, 1, "syntax", "", "is nested too deeply for a configuration")]) from err
+    if "axes" not in tree.sections:
+        raise FileProblems([Problem(path, 1, "missing-key", "axes", "is missing: not a FluidNC configuration")])
+    return tree
+
+
+def _tree(path: Path, text: str) -> Section:
     try:
         root = yaml.compose(quoted(text), Loader=yaml.SafeLoader)
     except yaml.MarkedYAMLError as err:
@@ -134,10 +153,7 @@ def read_fluidnc(path: Path) -> Section:
         raise FileProblems([Problem(path, 1, "syntax", "", f"not YAML: {err}")]) from err
     if not isinstance(root, yaml.MappingNode):
         raise FileProblems([Problem(path, 1, "syntax", "", "is not a FluidNC configuration: it has no keys")])
-    tree = _section("", root)
-    if "axes" not in tree.sections:
-        raise FileProblems([Problem(path, 1, "missing-key", "axes", "is missing: not a FluidNC configuration")])
-    return tree
+    return _section(path, "", root)
 
 
 def quoted(text: str) -> str:
@@ -157,16 +173,21 @@ def _quoted_line(line: str) -> str:
     return f"{match['indent']}{match['key']}: {shown}".rstrip()
 
 
-def _section(path: str, node: yaml.MappingNode) -> Section:
+def _section(file: Path, path: str, node: yaml.MappingNode) -> Section:
+    """Raises FileProblems: a part is there twice, and it would not be clear which one is meant."""
     made = Section(path, node.start_mark.line + 1)
     for key, value in node.value:
         name = _name(str(key.value), path)
         line = key.start_mark.line + 1
-        if isinstance(value, yaml.MappingNode):
-            made.sections[name] = _section(f"{path}.{name}".strip("."), value)
-            made.sections[name].line = line
-        else:
+        if not isinstance(value, yaml.MappingNode):
             made.values.setdefault(name, Value(str(value.value).strip(), line))
+            continue
+        part = f"{path}.{name}".strip(".")
+        if name in made.sections:
+            reason = f"{name!r} is there twice, at lines {made.sections[name].line} and {line}: leave one of them"
+            raise FileProblems([Problem(file, line, "duplicate-key", part, reason)])
+        made.sections[name] = _section(file, part, value)
+        made.sections[name].line = line
     return made
 
 

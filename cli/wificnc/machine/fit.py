@@ -27,7 +27,8 @@ def _misfit(board: Board, index: int, second: Second) -> tuple[str, str] | None:
     spare = [letter for n, letter in enumerate(board.axes) if n > index and not board.ganged_axes >> n & 1]
     if second.driver is None:
         if not fixed:
-            hint = f"name a driver to spare: {', '.join(spare)}" if spare else "use a board with a gantry"
+            words = " or ".join(f'driver = "{letter.lower()}"' for letter in spare)
+            hint = f"name a driver to spare: {words}" if spare else "use a board with a gantry"
             return f"board {board.id} has no second motor of {AXES[index]}", hint
         switch, at = AXES_MAX + index, f"the second motor of {AXES[index]}"
     else:

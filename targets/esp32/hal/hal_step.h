@@ -52,14 +52,14 @@ struct hal_step {
     uint32_t rmt_rewind, rmt_rest; /* RMT: a channel's configuration word, with and without rewinding it */
     uint32_t i2s_pulse_words;      /* I2S: of a pulse, and of a pause */
     uint32_t i2s_setup_words;      /* I2S: with a new direction, before a pulse can follow */
-    uint32_t i2s_inverted;         /* I2S: step and direction lines that are active low */
-    uint32_t i2s_lines;            /* I2S: those lines without a pulse */
-    uint32_t i2s_shown;            /* I2S: the last word without a pulse that was put */
-    uint32_t shifted;              /* I2S: the other outputs of the registers; any task changes bits of it */
-    uint32_t set_at;               /* when the present pulse began */
-    uint32_t quiet_at, quiet;      /* no pulse begins within `quiet` cycles of this moment */
-    axis_mask_t axes;              /* of the newest event */
-    axis_mask_t negative;          /* axes whose direction line says so */
+    uint32_t shift_inverted;       /* shift registers: step and direction lines that are active low */
+    uint32_t shift_lines;          /* shift registers: those lines without a pulse */
+    uint32_t shift_shown;          /* shift registers: the last word without a pulse that was put */
+    uint32_t shifted; /* shift registers: the other outputs of the registers; any task changes bits of it */
+    uint32_t set_at;  /* when the present pulse began */
+    uint32_t quiet_at, quiet;          /* no pulse begins within `quiet` cycles of this moment */
+    axis_mask_t axes;                  /* of the newest event */
+    axis_mask_t negative;              /* axes whose direction line says so */
     const volatile uint32_t *probe_in; /* input register of the probe's bank */
     uint32_t probe_mask;               /* the probe's bit; 0 = no probe */
     uint32_t probe_level;              /* (*probe_in & probe_mask) while it touches */
@@ -75,8 +75,15 @@ static HAL_INLINE void step_alarm_seen(void) {
     TIMERG0.int_clr_timers.val = STEP_TIMER_INTERRUPT;
 }
 
+/* Shift registers: all outputs without a pulse. */
+static HAL_INLINE uint32_t step_shift_rest(const struct hal_step *hal) {
+    return __atomic_load_n(&hal->shifted, __ATOMIC_RELAXED) | hal->shift_lines;
+}
+
 #if BOARD_STEP_ENGINE == BOARD_STEP_ENGINE_I2S
 #include "hal/pulse_i2s.h"
+#elif BOARD_STEP_ENGINE == BOARD_STEP_ENGINE_SPI
+#include "hal/pulse_spi.h"
 #elif BOARD_STEP_ENGINE == BOARD_STEP_ENGINE_RMT
 #include "hal/pulse_rmt.h"
 

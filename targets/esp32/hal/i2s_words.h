@@ -12,9 +12,4 @@ static HAL_INLINE void step_i2s_put(uint32_t word, uint32_t count) {
     while (--count != 0);
 }
 
-/* All outputs without a pulse. */
-static HAL_INLINE uint32_t step_i2s_rest(const struct hal_step *hal) {
-    return __atomic_load_n(&hal->shifted, __ATOMIC_RELAXED) | hal->i2s_lines;
-}
-
 #endif

@@ -13,10 +13,10 @@
 #include "hal/i2s_words.h"
 
 static HAL_INLINE void hal_step_set(struct hal_step *hal, axis_mask_t axes) {
-    const uint32_t rest = step_i2s_rest(hal), words = hal->i2s_pulse_words;
+    const uint32_t rest = step_shift_rest(hal), words = hal->i2s_pulse_words;
     step_i2s_put(rest ^ hal->pins.step[axes].bank[0], words);
     step_i2s_put(rest, words);
-    hal->i2s_shown = rest;
+    hal->shift_shown = rest;
     step_alarm_seen();
 }
 
@@ -26,10 +26,10 @@ static HAL_INLINE void hal_step_clear(struct hal_step *hal) {
 
 /* Behind the pause of the pulse before. */
 static HAL_INLINE void step_direction_put(struct hal_step *hal, axis_mask_t negative) {
-    hal->i2s_lines = hal->pins.dir[negative].bank[0] ^ hal->i2s_inverted;
-    const uint32_t rest = step_i2s_rest(hal);
+    hal->shift_lines = hal->pins.dir[negative].bank[0] ^ hal->shift_inverted;
+    const uint32_t rest = step_shift_rest(hal);
     step_i2s_put(rest, hal->i2s_setup_words);
-    hal->i2s_shown = rest;
+    hal->shift_shown = rest;
 }
 
 #endif

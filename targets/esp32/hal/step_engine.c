@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 #include "hal/step_engine.h"
 
-#include "hal/step_i2s.h"
 #include "hal/step_rmt.h"
+#include "hal/step_shift.h"
 #include "hal/step_vector.h"
 
 #include "esp_intr_alloc.h"
@@ -20,6 +20,7 @@
 #define DIVIDER_MAX    65536u /* TIMG_T0_DIVIDER */
 #define BY_RMT         (BOARD_STEP_ENGINE == BOARD_STEP_ENGINE_RMT)
 #define BY_I2S         (BOARD_STEP_ENGINE == BOARD_STEP_ENGINE_I2S)
+#define BY_SHIFT       (BY_I2S || BOARD_STEP_ENGINE == BOARD_STEP_ENGINE_SPI)
 #define BUS_CYCLES     16u /* that a write waits for the other core's, at most */
 #define NO_PROBE_LEVEL 1u  /* what (anything & 0) never is */
 
@@ -39,11 +40,11 @@ bool step_engine_init(struct hal_step *hal, const struct step_engine_board *boar
     /* Exact, or all speeds would be off by what the division leaves. */
     if (divider < 2 || divider > DIVIDER_MAX || divider * board->timer_hz != APB_HZ)
         return false;
-    if (BY_I2S ? !step_i2s_init(hal, board)
-               : !step_pins_set(&hal->pins, &board->gang, board->step_gpio, board->dir_gpio))
+    if (BY_SHIFT ? !step_shift_init(hal, board)
+                 : !step_pins_set(&hal->pins, &board->gang, board->step_gpio, board->dir_gpio))
         return false;
     hal->board = board;
-    if (!BY_I2S)
+    if (!BY_SHIFT)
         hal->step_lines = step_pins_bits(board->step_gpio, AXIS_MASKS - 1);
     hal->timer_rests = STEP_TIMER_UP | STEP_TIMER_LEVEL_INT | STEP_TIMER_DIVIDE(divider & 0xFFFFu);
     hal->timer_runs = hal->timer_rests | STEP_TIMER_RUN | STEP_TIMER_ALARM;
@@ -72,7 +73,7 @@ void step_engine_set_pulse(struct hal_step *hal, uint32_t step_pulse_ns) {
     if (BY_RMT)
         step_rmt_set_pulse(hal, step_pulse_ns);
     if (BY_I2S)
-        step_i2s_set_pulse(hal, step_pulse_ns);
+        step_shift_set_pulse(hal, step_pulse_ns);
 }
 
 static void route(uint8_t gpio, unsigned signal, bool inverted) {
@@ -107,8 +108,8 @@ void step_engine_invert(struct hal_step *hal, axis_mask_t step, axis_mask_t dir,
     const struct step_engine_board *board = hal->board;
     const unsigned inverted = gang_motors(&board->gang, dir, dir ^ second) ^ board->dir_low;
     hal->step_inverted = step;
-    if (BY_I2S) {
-        step_i2s_invert(hal, gang_motors(&board->gang, step, step) ^ board->step_low, inverted);
+    if (BY_SHIFT) {
+        step_shift_invert(hal, gang_motors(&board->gang, step, step) ^ board->step_low, inverted);
         return;
     }
     route_steps(hal);
@@ -119,8 +120,8 @@ void step_engine_invert(struct hal_step *hal, axis_mask_t step, axis_mask_t dir,
 
 void step_engine_regroup(struct hal_step *hal) {
     const struct step_engine_board *board = hal->board;
-    if (BY_I2S)
-        (void)step_i2s_group(hal, board);
+    if (BY_SHIFT)
+        (void)step_shift_group(hal, board);
     else
         (void)step_pins_set(&hal->pins, &board->gang, board->step_gpio, board->dir_gpio);
 }
@@ -128,8 +129,8 @@ void step_engine_regroup(struct hal_step *hal) {
 void step_engine_hold(struct hal_step *hal, axis_mask_t first, axis_mask_t second) {
     const struct step_engine_board *board = hal->board;
     const uint32_t begin = esp_cpu_get_cycle_count();
-    if (BY_I2S) {
-        step_i2s_hold(hal, first, second);
+    if (BY_SHIFT) {
+        step_shift_hold(hal, first, second);
         return;
     }
     if (!BY_RMT) {
@@ -144,17 +145,17 @@ void step_engine_hold(struct hal_step *hal, axis_mask_t first, axis_mask_t secon
 }
 
 HAL_ISR void step_engine_show(const struct step *step) {
-    if (BY_I2S && !step->active)
-        step_i2s_show(step->hal);
+    if (BY_SHIFT && !step->active)
+        step_shift_show(step->hal);
 }
 
 HAL_ISR void step_engine_cut(struct hal_step *hal, uint32_t high, uint32_t low) {
-    if (BY_I2S)
-        step_i2s_cut(hal, high, low);
+    if (BY_SHIFT)
+        step_shift_cut(hal, high, low);
 }
 
 bool step_engine_has_lost(void) {
-    return BY_I2S && step_i2s_has_lost();
+    return BY_SHIFT && step_shift_has_lost();
 }
 
 bool step_engine_attach(struct step *step) {

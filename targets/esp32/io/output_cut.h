@@ -5,7 +5,7 @@
 
 #include "step_pins.h"
 
-#include "hal/step_i2s.h"
+#include "hal/step_shift.h"
 #include "io/outputs.h"
 
 /** [any] This output, too, if it is wired. */
@@ -13,10 +13,10 @@ static inline __attribute__((always_inline)) void output_cut_add(struct output_c
                                                                  const struct output_wire *wire, bool high) {
     if (wire->pin == NO_PIN)
         return;
-    const bool shifted = step_i2s_has(wire->pin);
+    const bool shifted = step_shift_has(wire->pin);
     const unsigned bank = shifted ? SHIFTED_BANK : wire->pin / PIN_BANK_WIDTH;
     (high ? cut->high : cut->low)[bank] |=
-        shifted ? step_i2s_bit(wire->pin) : 1u << wire->pin % PIN_BANK_WIDTH;
+        shifted ? step_shift_bit(wire->pin) : 1u << wire->pin % PIN_BANK_WIDTH;
 }
 
 #endif

@@ -3,7 +3,7 @@
 
 #include "gcode/gcode.h"
 #include "hal/spindle_pwm.h"
-#include "hal/step_i2s.h"
+#include "hal/step_shift.h"
 #include "io/charge_pump.h"
 #include "io/output_cut.h"
 #include "step_pins.h"
@@ -28,12 +28,12 @@ static void make_output(uint8_t gpio, bool level) {
 void outputs_make_safe(const struct pin_map *map) {
     uint32_t word = 0;
     for (const struct pin_wire *wire = map->wire; wire < map->wire + SIGNAL_COUNT; wire++)
-        if (step_i2s_has(wire->gpio) && !wire->active_high)
-            word |= step_i2s_bit(wire->gpio);
+        if (step_shift_has(wire->gpio) && !wire->active_high)
+            word |= step_shift_bit(wire->gpio);
     if (BOARD_I2SO_COUNT > 0)
-        step_i2s_shift_out(word);
+        step_shift_out(word);
     for (const struct pin_wire *wire = map->wire; wire < map->wire + SIGNAL_COUNT; wire++)
-        if (wire->output && wire->gpio != NO_PIN && !step_i2s_has(wire->gpio))
+        if (wire->output && wire->gpio != NO_PIN && !step_shift_has(wire->gpio))
             make_output(wire->gpio, !wire->active_high);
 }
 
@@ -47,8 +47,8 @@ static void shift(uint32_t *shifted, uint32_t bit, bool level) {
 
 static void set(const struct outputs *outputs, enum switch_output output, bool on) {
     const struct output_wire *wire = &outputs->wire[output];
-    if (step_i2s_has(wire->pin))
-        shift(outputs->shifted, step_i2s_bit(wire->pin), on == wire->active_high);
+    if (step_shift_has(wire->pin))
+        shift(outputs->shifted, step_shift_bit(wire->pin), on == wire->active_high);
     else if (wire->pin != NO_PIN)
         gpio_set_level((gpio_num_t)wire->pin, on == wire->active_high);
 }

@@ -61,7 +61,7 @@ static void check_steps(struct firmware *firmware) {
     if (!step_engine_has_lost())
         return;
     firmware->hal.inputs.locked = true;
-    firmware_tell(firmware, "The I2S peripheral has lost step pulses: e-stop until the board is restarted");
+    firmware_tell(firmware, "The shift registers have lost step pulses: e-stop until the board is restarted");
 }
 
 void firmware_run_controller(void *ctx) {

@@ -1,0 +1,84 @@
+"""Configurations that no FluidNC would start with: a clear refusal or a remark, and never a crash."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from wificnc.checked.problem import FileProblems
+from wificnc.fluidnc.convert import import_fluidnc
+from wificnc.fluidnc.remarks import Kind
+
+AXIS_X = """axes:
+  x:
+    steps_per_mm: 80
+    homing:
+      cycle: 1
+    motor0:
+      limit_all_pin: gpio.34
+      stepstick:
+        step_pin: gpio.25
+        direction_pin: gpio.26
+"""
+DEEP = "axes:\n" + "".join(f"{'  ' * level}k{level}:\n" for level in range(1, 600))
+LARGE = AXIS_X + "".join(f"k{n}: 1\n" for n in range(200_000))
+
+
+def write(folder: Path, text: str) -> Path:
+    path = folder / "config.yaml"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        (DEEP, "nested too deeply"),
+        (LARGE, "too large"),
+        (AXIS_X + AXIS_X, "'axes' is there twice, at lines 1 and 11"),
+        (AXIS_X.replace("  x:\n", "  x:\n    steps_per_mm: 1\n  x:\n"), "'x' is there twice, at lines 2 and 4"),
+        ("axes: &x\n  x: *x\n", "not YAML"),
+    ],
+    ids=["deep", "large", "axes-twice", "x-twice", "cyclic"],
+)
+def test_what_is_no_configuration_is_refused(tmp_path: Path, text: str, said: str) -> None:
+    with pytest.raises(FileProblems) as caught:
+        import_fluidnc(write(tmp_path, text))
+    assert said in str(caught.value)
+
+
+@pytest.mark.parametrize("number", ["nan", "inf", "-inf", "1e400"])
+@pytest.mark.parametrize(
+    ("text", "key"),
+    [
+        ("stepping:\n  pulse_us: {}\n", "stepping.pulse_us"),
+        ("stepping:\n  dir_delay_us: {}\n", "stepping.dir_delay_us"),
+        ("stepping:\n  idle_ms: {}\n", "stepping.idle_ms"),
+        ("PWM:\n  output_pin: gpio.27\n  pwm_hz: {}\n", "pwm.pwm_hz"),
+    ],
+)
+def test_a_number_without_an_end_is_not_taken(tmp_path: Path, number: str, text: str, key: str) -> None:
+    imported = import_fluidnc(write(tmp_path, text.format(number) + AXIS_X))
+    lost = {remark.key: remark.why for remark in imported.remarks.of(Kind.LOST)}
+    assert f"{number!r} is not understood" in lost[key]
+
+
+def test_a_homing_cycle_without_an_end_is_not_taken(tmp_path: Path) -> None:
+    imported = import_fluidnc(write(tmp_path, AXIS_X.replace("cycle: 1", "cycle: nan")))
+    assert "axes.x.homing.cycle" in {remark.key for remark in imported.remarks.of(Kind.LOST)}
+
+
+@pytest.mark.parametrize(
+    ("key", "us", "ours", "most"),
+    [("pulse_us", "300", "default_pulse_us", 255), ("dir_delay_us", "1e9", "dir_setup_ns", 50_000)],
+)
+def test_times_that_are_too_long_become_the_longest(tmp_path: Path, key: str, us: str, ours: str, most: int) -> None:
+    imported = import_fluidnc(write(tmp_path, f"stepping:\n  {key}: {us}\n{AXIS_X}"))
+    assert imported.board["timing"][ours] == most and imported.refused == []
+    changed = {remark.key: remark.why for remark in imported.remarks.of(Kind.CHANGED)}
+    assert "at most" in changed[f"stepping.{key}"]
+
+
+def test_digits_of_another_alphabet_are_no_pin(tmp_path: Path) -> None:
+    with pytest.raises(FileProblems, match="is not a pin"):
+        import_fluidnc(write(tmp_path, AXIS_X.replace("gpio.25", "gpio.２５")))  # noqa: RUF001
