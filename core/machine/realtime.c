@@ -89,7 +89,8 @@ bool realtime_poll(struct machine *machine) {
     for (int byte; (byte = rx_take_override(&machine->lines.rx)) >= 0; any = true)
         if (machine->life.state != MACHINE_SLEEP && !machine->life.critical)
             take_override(machine, byte);
-    if ((bits & REALTIME_REPORTS) != 0) /* after what came with it: `!?` is answered by a machine that holds */
+    if ((bits & REALTIME_REPORTS) !=
+        0) /* after what came with it: `!?` is answered by a machine that holds */
         status_report(machine, (bits & REALTIME_FULL_STATUS) != 0);
     return any;
 }
