@@ -5,22 +5,6 @@
 
 #define US_PER_S 1000000u
 
-enum {
-    KEY_SSID = 0x0200,
-    KEY_PASSWORD,
-    KEY_NAME,
-    KEY_IP_MODE = 0x0210,
-    KEY_ADDRESS,
-    KEY_GATEWAY,
-    KEY_NETMASK,
-    KEY_ESTOP_INVERT = 0x0312,
-    KEY_STEP_PIN = 0x0500,
-    KEY_LAST_DIR_PIN = 0x050B,
-    KEY_ESTOP_PIN = 0x0514,
-    KEY_ENCODER_FILTER = 0x0525,
-    KEY_ETHERNET_HOST = 0x0704
-};
-
 /* ---- pins ---- */
 
 /* @return DEVICE_PINS: no pin's key */
@@ -56,7 +40,7 @@ static enum device_answer set_pin(struct device *device, uint16_t key, unsigned 
     if (value > UINT8_MAX)
         return DEVICE_RANGE;
     /* An axis cannot do without. */
-    const bool needed = key >= KEY_STEP_PIN && key <= KEY_LAST_DIR_PIN;
+    const bool needed = key >= DEVICE_KEY_STEP_PIN && key < DEVICE_KEY_ENABLE_PIN;
     const bool good = value == DEVICE_NO_PIN ? !needed : is_legal(device, index, (uint8_t)value);
     if (!good)
         return DEVICE_PIN;
@@ -89,7 +73,7 @@ bool device_take_wiring(struct device *device, const struct device_wiring *store
 static enum device_answer set_estop(struct device *device, uint32_t value) {
     if (value == device->wiring.estop_high)
         return DEVICE_DONE;
-    if (device->ops->keep_wiring == NULL || device->wiring.pin[pin_of(KEY_ESTOP_PIN)] == DEVICE_NO_PIN)
+    if (device->ops->keep_wiring == NULL || device->wiring.pin[pin_of(DEVICE_KEY_ESTOP_PIN)] == DEVICE_NO_PIN)
         return DEVICE_FIXED;
     if (value > 1)
         return DEVICE_RANGE;
@@ -101,19 +85,19 @@ static enum device_answer set_estop(struct device *device, uint32_t value) {
 
 /* cppcheck-suppress constParameterPointer ; what it returns is written */
 static uint32_t *address_of(struct device_network *network, uint16_t key) {
-    return key == KEY_ADDRESS   ? &network->address
-           : key == KEY_GATEWAY ? &network->gateway
-                                : &network->netmask;
+    return key == DEVICE_KEY_IP_ADDRESS   ? &network->address
+           : key == DEVICE_KEY_IP_GATEWAY ? &network->gateway
+                                          : &network->netmask;
 }
 
 static bool is_network_number(uint16_t key) {
-    return key >= KEY_IP_MODE && key <= KEY_NETMASK;
+    return key >= DEVICE_KEY_IP_MODE && key <= DEVICE_KEY_IP_NETMASK;
 }
 
 static enum device_answer set_network_number(struct device *device, uint16_t key, uint32_t value) {
     if (device->ops->keep_network == NULL)
         return DEVICE_FIXED;
-    if (key != KEY_IP_MODE)
+    if (key != DEVICE_KEY_IP_MODE)
         *address_of(&device->network, key) = value;
     else if (value <= 1)
         device->network.is_static = (uint8_t)value;
@@ -151,11 +135,11 @@ static bool is_name(const char *text, size_t length) {
 /* cppcheck-suppress constParameterPointer ; what it returns is written */
 static char *text_of(struct device_network *network, uint16_t key) {
     switch (key) {
-    case KEY_SSID:
+    case DEVICE_KEY_WIFI_SSID:
         return network->ssid;
-    case KEY_PASSWORD:
+    case DEVICE_KEY_WIFI_PASSWORD:
         return network->password;
-    case KEY_NAME:
+    case DEVICE_KEY_HOST_NAME:
         return network->name;
     default:
         return NULL;
@@ -163,9 +147,9 @@ static char *text_of(struct device_network *network, uint16_t key) {
 }
 
 static bool is_text_good(uint16_t key, const char *text, size_t length) {
-    if (key == KEY_SSID)
+    if (key == DEVICE_KEY_WIFI_SSID)
         return length <= DEVICE_SSID_MAX;
-    if (key == KEY_NAME)
+    if (key == DEVICE_KEY_HOST_NAME)
         return length <= DEVICE_NAME_MAX && is_name(text, length);
     return length == 0 || (length >= DEVICE_PASSWORD_MIN && length <= DEVICE_PASSWORD_MAX);
 }
@@ -177,14 +161,14 @@ bool device_get(const struct device *device, uint16_t key, uint32_t *value) {
     const unsigned index = pin_of(key);
     if (index < DEVICE_PINS)
         *value = device->wiring.pin[index];
-    else if (key == KEY_ESTOP_INVERT)
+    else if (key == DEVICE_KEY_ESTOP_INVERT)
         *value = device->wiring.estop_high;
-    else if (key == KEY_ENCODER_FILTER)
+    else if (key == DEVICE_KEY_ENCODER_FILTER_NS)
         *value = device->encoder_filter_ns;
-    else if (key == KEY_ETHERNET_HOST)
+    else if (key == DEVICE_KEY_ETHERNET_SPI_HOST)
         *value = device->ethernet_host;
     else if (is_network_number(key))
-        *value = key == KEY_IP_MODE ? network.is_static : *address_of(&network, key);
+        *value = key == DEVICE_KEY_IP_MODE ? network.is_static : *address_of(&network, key);
     else
         return false;
     return true;
@@ -196,7 +180,7 @@ bool device_get_text(const struct device *device, uint16_t key, char text[DEVICE
     memset(text, 0, DEVICE_TEXT_SIZE);
     if (found == NULL)
         return false;
-    if (key != KEY_PASSWORD)
+    if (key != DEVICE_KEY_WIFI_PASSWORD)
         memcpy(text, found, strlen(found));
     return true;
 }
@@ -207,7 +191,7 @@ enum device_answer device_set(struct device *device, uint16_t key, uint32_t valu
         return set_pin(device, key, index, value);
     if (is_network_number(key))
         return set_network_number(device, key, value);
-    if (key == KEY_ESTOP_INVERT)
+    if (key == DEVICE_KEY_ESTOP_INVERT)
         return set_estop(device, value);
     uint32_t now;
     if (!device_get(device, key, &now))
