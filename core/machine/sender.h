@@ -35,6 +35,11 @@ static inline void sender_is_there(struct machine_client *client) {
     client->host_held = client->host_hold = client->motion_lost = client->outputs_waits = false;
 }
 
+/** A hold is not only that of a lost host any more: someone else has asked for it. */
+static inline void sender_share_hold(struct machine_client *client) {
+    client->host_hold = false;
+}
+
 /** @return whether homing was stopped because its sender was lost, and that was not said yet */
 static inline bool sender_take_homing_lost(struct machine_client *client) {
     const bool lost = client->homing_lost;

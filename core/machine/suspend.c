@@ -24,7 +24,7 @@ void suspend_hold(struct machine *machine) {
     if (machine->life.state == MACHINE_HOLD || machine->life.state == MACHINE_DOOR) {
         machine->suspend.restores =
             false; /* sender.c or door_poll() stops the tools again, and `~` is asked for again */
-        machine->client.host_hold = false;
+        sender_share_hold(&machine->client);
     }
     if (machine->life.state == MACHINE_JOG)
         jog_cancel(machine);

@@ -80,7 +80,7 @@ static void listen(struct session *session, const uint8_t address[4]) {
 }
 
 /* A source address may be forged, so that what is sent there hits someone else: who is neither known nor
- * connected gets no more bytes than it sends, and seldom. @param size  of what it has sent */
+ * connected gets no more bytes than it sends, and rarely. @param size  of what it has sent */
 static bool may_answer_stranger(struct session *session, size_t size, size_t answer) {
     if (size < WIRE_HEADER_SIZE + answer || session->now_us < session->stranger_us)
         return false;

@@ -65,15 +65,15 @@ static void put_address(char *text, size_t size, uint64_t who) {
 static void list_trust(struct net_hub *hub, struct net_client *client) {
     const struct access *access = hub->access;
     for (unsigned i = 0; access != NULL && i < ACCESS_TRUSTED; i++) {
-        const struct access_trust *trust = &access->trust[i];
+        const struct access_trust *row = &access->trust[i];
         char address[NET_NAME_SIZE], line[NET_NAME_SIZE + 40];
-        if (trust->who == 0)
+        if (row->who == 0)
             continue;
-        put_address(address, sizeof address, trust->who);
-        int size = trust->end_us == UINT64_MAX
+        put_address(address, sizeof address, row->who);
+        int size = row->end_us == UINT64_MAX
                        ? snprintf(line, sizeof line, "[TRUST:%u,%s,always]\r\n", i + 1, address)
                        : snprintf(line, sizeof line, "[TRUST:%u,%s,%u]\r\n", i + 1, address,
-                                  (unsigned)((trust->end_us - access->now_us) / 1000000));
+                                  (unsigned)((row->end_us - access->now_us) / 1000000));
         net_hub_say(hub, client, line, (size_t)size);
     }
 }

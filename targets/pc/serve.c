@@ -232,13 +232,14 @@ static struct host *make_host(const struct serve *serve, const struct serve_opti
 }
 
 static void init_access(struct access *access, const char *key, const char *store) {
-    uint64_t who[ACCESS_TRUSTED];
     uint8_t salt[ACCESS_SALT];
     port_random(salt, sizeof salt);
     access_init(access, key, key[0] == '\0', salt, clock_us());
-    if (store != NULL)
-        access_restore(access, who,
-                       (unsigned)(host_store.load(store, HOST_STORE_TRUST, who, sizeof who) / sizeof who[0]));
+    if (store == NULL)
+        return;
+    uint64_t who[ACCESS_TRUSTED];
+    const size_t size = host_store.load(store, HOST_STORE_TRUST, who, sizeof who);
+    access_restore(access, who, (unsigned)(size / sizeof who[0]));
 }
 
 static void keep_trust(struct serve *serve) {

@@ -42,9 +42,9 @@ WITHOUT = {
                     NOTHING_TO_REPORT),
 }  # fmt: skip
 
-# words after the command; {grbl} is a controller that homes, {hub} one with a key, {wmc3} a device, {module} an I/O module, {job} a G-code
-# file, {log} one of an accelerometer, {nvs} an image, {toml} settings of the controller, {out} a name that is free,
-# {fluidnc} a configuration of FluidNC
+# words after the command; {grbl} is a controller that homes, {hub} one with a key, {wmc3} a device, {module} an I/O
+# module, {job} a G-code file, {log} one of an accelerometer, {nvs} an image, {toml} settings of the controller, {out} a
+# name that is free, {fluidnc} a configuration of FluidNC
 CASES = {
     "discover": "--json",
     "status": "--to {grbl} --json",

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
- * What the seal of a datagram costs on the chip: its instructions, in units of 64, as the exit code. The clock of the
- * emulator advances evenly with each instruction; how far is measured first. */
+ * What the seal of a datagram costs on the chip: its instructions, in units of 64, as the exit code. The
+ * clock of the emulator advances evenly with each instruction; how far is measured first. */
 #include "wire/seal.h"
 
 #include <stdint.h>
