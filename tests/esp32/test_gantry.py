@@ -16,7 +16,7 @@ from xtensa.headers import by_rmt
 PARTS = {
     "app": ("board", "follow", "wired"),
     "hal": ("esp32_hal", "step_engine", "step_i2s", "step_interrupt", "step_rmt"),
-    "io": ("inputs", "outputs", "pin_map", "switch_timer"),
+    "io": ("charge_pump", "inputs", "outputs", "pin_map", "switch_timer"),
 }
 BOARDS = (
     ("esp32", "gpio", "esp32-wroom32-gantry"),
