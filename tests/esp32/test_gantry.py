@@ -16,7 +16,7 @@ from xtensa.headers import by_rmt
 PARTS = {
     "app": ("board", "follow", "wired"),
     "hal": ("esp32_hal", "shift_i2s", "shift_spi", "step_engine", "step_interrupt", "step_rmt", "step_shift"),
-    "io": ("inputs", "outputs", "pin_map", "switch_timer"),
+    "io": ("charge_pump", "inputs", "outputs", "pin_map", "switch_timer"),
 }
 MODELS = {"esp32": "i2s_model", "esp32s3": "spi_model"}  # of shift registers
 BOARDS = (
