@@ -81,4 +81,4 @@ def test_times_that_are_too_long_become_the_longest(tmp_path: Path, key: str, us
 
 def test_digits_of_another_alphabet_are_no_pin(tmp_path: Path) -> None:
     with pytest.raises(FileProblems, match="is not a pin"):
-        import_fluidnc(write(tmp_path, AXIS_X.replace("gpio.25", "gpio.２５")))  # noqa: RUF001
+        import_fluidnc(write(tmp_path, AXIS_X.replace("gpio.25", "gpio.２５")))

@@ -96,7 +96,9 @@ def import_fluidnc(path: Path, chip: str | None = None) -> Imported:
     board = _board_data(path, root, axes, outputs, inputs, remarks)
     board["chip"] = chip or _chip_of(board)
     board["memory"] = dict(_MEMORY[board["chip"]])
-    board["timing"] = _timing(root.section("stepping"), board.get("step", {}).get("engine", "gpio"), _chip(board), remarks)
+    board["timing"] = _timing(
+        root.section("stepping"), board.get("step", {}).get("engine", "gpio"), _chip(board), remarks
+    )
     _list_left(root, remarks)
     refused = fit_board(board, _chip(board), remarks)
     return Imported(machine["name"], board, machine, inputs.stored, remarks, refused)
