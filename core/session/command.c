@@ -130,6 +130,7 @@ enum wire_refusal session_command(struct session *session, const uint8_t address
     switch (type) {
     case WIRE_ESTOP:
         action_estop(session->machine);
+        session_forget_gap(session); /* what comes next begins at rest, whatever was lost before */
         return WIRE_REFUSAL_NONE;
     case WIRE_HOLD:
         action_hold(session->machine);

@@ -129,6 +129,11 @@ void session_note_lost(struct session *session) {
         sender_lose_motion(session->machine);
 }
 
+void session_forget_gap(struct session *session) {
+    session->owner.skipped = 0;
+    session->owner.ends_fast = false;
+}
+
 static void note_stride(struct session_owner *owner, uint32_t ahead) {
     if (ahead == owner->stride) {
         owner->steady = owner->steady < STEADY ? (uint8_t)(owner->steady + 1) : STEADY;

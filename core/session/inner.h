@@ -55,6 +55,8 @@ void session_note_alive(struct session *session, const uint8_t address[4]);
 void session_note_lost(struct session *session);
 /** A sequence number of this host: gaps are counted. */
 void session_note_sequence(struct session *session, const uint8_t address[4], uint32_t sequence);
+/** Motion of the host has ended: a gap next to it was no loss. */
+void session_forget_gap(struct session *session);
 /** A motion datagram was taken; its number was noted before. */
 void session_note_moved(struct session *session, const struct session_pace *pace, uint32_t sequence);
 

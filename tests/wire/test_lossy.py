@@ -155,8 +155,8 @@ def test_the_command_line_over_a_bad_network(make_network: Callable[..., Lossy])
 
 
 def test_without_a_stream_every_gap_is_counted(make_network: Callable[..., Lossy]) -> None:
-    """What arrives is made once, what does not is counted: nothing is lost in silence."""
-    network = make_network()
+    """What arrives is made once, what does not is counted: nothing is lost in silence. $78=0: and nothing is held."""
+    network = make_network("$78=0")
     sent: dict[int, Segment] = {}
     with Device(ADDRESS) as device:
         for count, segment in enumerate(segments(figure(400), us=3000)):
