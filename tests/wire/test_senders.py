@@ -67,8 +67,8 @@ def test_a_hundred_segments_a_second_for_long(device: Device, size: int) -> None
 @pytest.mark.parametrize("most", [5, 30], ids=["within the limits", "slowed down where it leaps"])
 @pytest.mark.parametrize("seed", range(4))
 def test_a_lossy_network_without_a_stream(make_device: Callable[..., Device], seed: int, most: int) -> None:
-    """30 % lost, 20 % doubled, neighbours that overtake: what arrives is made once, what does not is counted. $78=0: and
-    nothing is held."""
+    """30 % lost, 20 % doubled, neighbours that overtake: what arrives is made once, what does not is counted. $78=0:
+    and nothing is held."""
     device, chance = make_device(settings={**PATIENT, 78: 0}), random.Random(seed)
     sent = {n: (chance.randrange(-most, most + 1), chance.randrange(-most, most + 1)) for n in range(1, 401)}
     lost = {n for n in sent if 1 < n < 400 and chance.random() < 0.3}
