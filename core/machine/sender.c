@@ -121,7 +121,8 @@ void sender_lose_host(struct machine *machine, bool left) {
 }
 
 void sender_lose_motion(struct machine *machine) {
-    if (!is_hosts(machine))
+    /* What a jog keeps out was refused to the host, and the jog goes where it was to go. */
+    if (!is_hosts(machine) || machine->life.state == MACHINE_JOG)
         return;
     if (!machine->client.motion_lost)
         report_message(machine, "Remote host: motion was lost, feed hold");
