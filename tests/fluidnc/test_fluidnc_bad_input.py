@@ -30,6 +30,16 @@ def write(folder: Path, text: str) -> Path:
     return path
 
 
+def test_ports_that_are_there_twice_are_not_taken_as_one_is_not(tmp_path: Path) -> None:
+    """Found in a public configuration."""
+    once = import_fluidnc(write(tmp_path, AXIS_X + "uart1:\n  txd_pin: gpio.17\n"))
+    twice = import_fluidnc(write(tmp_path, AXIS_X + "uart1:\n  txd_pin: gpio.17\nuart1:\n  txd_pin: gpio.16\n"))
+    assert twice.board == once.board
+    assert [remark.why for remark in twice.remarks.of(Kind.LOST)] == [
+        remark.why for remark in once.remarks.of(Kind.LOST)
+    ]
+
+
 @pytest.mark.parametrize(
     ("text", "said"),
     [

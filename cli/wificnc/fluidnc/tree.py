@@ -173,6 +173,10 @@ def _quoted_line(line: str) -> str:
     return f"{match['indent']}{match['key']}: {shown}".rstrip()
 
 
+# Of what is not taken anyway, the first one stands for all: public configurations have it twice.
+_NOT_TAKEN = ("uart", "i2c", "spi")
+
+
 def _section(file: Path, path: str, node: yaml.MappingNode) -> Section:
     """Raises FileProblems: a part is there twice, and it would not be clear which one is meant."""
     made = Section(path, node.start_mark.line + 1)
@@ -183,6 +187,8 @@ def _section(file: Path, path: str, node: yaml.MappingNode) -> Section:
             made.values.setdefault(name, Value(str(value.value).strip(), line))
             continue
         part = f"{path}.{name}".strip(".")
+        if name in made.sections and path == "" and name.startswith(_NOT_TAKEN):
+            continue
         if name in made.sections:
             reason = f"{name!r} is there twice, at lines {made.sections[name].line} and {line}: leave one of them"
             raise FileProblems([Problem(file, line, "duplicate-key", part, reason)])
