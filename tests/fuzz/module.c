@@ -14,7 +14,7 @@
 
 enum { ACTIONS = 9 };
 
-struct device {
+struct target {
     struct peers peers;
     bool connected[SESSION_CLIENTS];
 };
@@ -29,7 +29,7 @@ static void check_status(const struct wire_header *header, const uint8_t *payloa
     CLAIM(status.state == WIRE_STATE_IDLE || status.state == WIRE_STATE_ESTOP, "state %u", status.state);
 }
 
-static void check_pins(const struct device *device) {
+static void check_pins(const struct target *device) {
     uint64_t driven, level = host_wire_levels(device->peers.wire, &driven);
     CLAIM(driven >> MODULE_INPUT_PINS == 0, "an input's pin is driven: 0x%llx", (unsigned long long)driven);
     CLAIM((level & ~driven) == 0, "levels of what is not driven: 0x%llx", (unsigned long long)level);
@@ -37,33 +37,33 @@ static void check_pins(const struct device *device) {
 
 /* ---- packets ---- */
 
-static int client_of(struct device *device, unsigned host) {
+static int client_of(struct target *device, unsigned host) {
     int client = peers_connect(&device->peers, host);
     device->connected[client] = true;
     return client;
 }
 
-static void leave(struct device *device, int client) {
+static void leave(struct target *device, int client) {
     if (device->connected[client])
         host_wire_disconnect(device->peers.wire, client);
     device->connected[client] = false;
 }
 
 /* @return type of the reply */
-static uint8_t ask(struct device *device, int client, uint8_t *packet, uint8_t type, size_t payload_size) {
+static uint8_t ask(struct target *device, int client, uint8_t *packet, uint8_t type, size_t payload_size) {
     uint8_t reply[WIRE_PACKET_MAX];
     size_t size = peers_close(&device->peers, packet, type, payload_size);
     return peers_ask(&device->peers, client, packet, size, true, reply);
 }
 
-static void send_datagram(struct device *device, struct input *input, bool good) {
+static void send_datagram(struct target *device, struct input *input, bool good) {
     uint8_t packet[WIRE_PACKET_MAX] = {0};
     unsigned host = input_byte(input);
     size_t size = peers_packet(&device->peers, input, packet, good);
     peers_send(&device->peers, host, packet, size);
 }
 
-static void send_request(struct device *device, struct input *input, bool good) {
+static void send_request(struct target *device, struct input *input, bool good) {
     uint8_t packet[WIRE_PACKET_MAX] = {0}, reply[WIRE_PACKET_MAX];
     int client = client_of(device, input_byte(input));
     size_t size = peers_packet(&device->peers, input, packet, good);
@@ -72,7 +72,7 @@ static void send_request(struct device *device, struct input *input, bool good) 
         leave(device, client);
 }
 
-static uint8_t set(struct device *device, int client, uint16_t key, uint16_t value) {
+static uint8_t set(struct target *device, int client, uint16_t key, uint16_t value) {
     uint8_t packet[WIRE_PACKET_MAX] = {0};
     struct wire_config_set config = {.key = key, .value_type = WIRE_VALUE_TYPE_U16};
     put_u16(config.value, value);
@@ -80,12 +80,12 @@ static uint8_t set(struct device *device, int client, uint16_t key, uint16_t val
     return ask(device, client, packet, WIRE_CONFIG_SET, WIRE_CONFIG_SET_SIZE);
 }
 
-static uint8_t plain(struct device *device, int client, uint8_t type) {
+static uint8_t plain(struct target *device, int client, uint8_t type) {
     uint8_t packet[WIRE_PACKET_MAX] = {0};
     return ask(device, client, packet, type, 0);
 }
 
-static uint8_t switch_outputs(struct device *device, int client, uint16_t channels, uint16_t on) {
+static uint8_t switch_outputs(struct target *device, int client, uint16_t channels, uint16_t on) {
     uint8_t packet[WIRE_PACKET_MAX] = {0};
     wire_put_channel_outputs(packet + WIRE_HEADER_SIZE,
                              &(struct wire_channel_outputs){.channels = channels, .on = on});
@@ -99,7 +99,7 @@ static uint16_t input_word(struct input *input) {
     return (uint16_t)(high << 8 | input_byte(input));
 }
 
-static void act_at_the_channels(struct device *device, struct input *input, unsigned what) {
+static void act_at_the_channels(struct target *device, struct input *input, unsigned what) {
     int client = client_of(device, input_byte(input));
     uint16_t one = input_word(input), other = input_word(input);
     if (what == 4)
@@ -115,7 +115,7 @@ static void act_at_the_channels(struct device *device, struct input *input, unsi
         leave(device, client);
 }
 
-static void act(struct device *device, struct input *input) {
+static void act(struct target *device, struct input *input) {
     unsigned what = input_byte(input) % ACTIONS;
     switch (what) {
     case 0:
@@ -145,7 +145,7 @@ static void act(struct device *device, struct input *input) {
 /* ---- at the end ---- */
 
 /* Whoever commands is gone after 100 ms. */
-static void release(struct device *device) {
+static void release(struct target *device) {
     for (int client = 0; client < SESSION_CLIENTS; client++)
         leave(device, client);
     for (unsigned host = 0; host < HOSTS; host++) {
@@ -156,7 +156,7 @@ static void release(struct device *device) {
     peers_run(&device->peers, 200);
 }
 
-static void check_it_still_works(struct device *device) {
+static void check_it_still_works(struct target *device) {
     static const struct {
         uint16_t key, value;
     } config[] = {{0x0610, 16}, {0x0611, 0xFF00}, {0x0613, 0x0100}, {0x0617, 0}};
@@ -184,7 +184,7 @@ static void count_steps(void *ctx, const struct trace_event *events, size_t coun
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     struct input input = {data, data + size};
     struct host *host = host_create(&peers_board);
-    struct device device = {
+    struct target device = {
         .peers = {.host = host, .wire = host_wire_create_module(host, ""), .heard = check_status}};
     (void)trace_add(host_trace(host), count_steps, NULL);
     while (peers_go_on(&device.peers, &input))

@@ -15,7 +15,7 @@
 
 enum { ACTIONS = 9, TYPE_AT = 5 /* in a packet */ };
 
-struct device {
+struct target {
     struct peers peers;
     int32_t pulses[AXIS_COUNT];
     uint64_t last_ticks[AXIS_COUNT];
@@ -24,7 +24,7 @@ struct device {
 };
 
 static void count_pulses(void *ctx, const struct trace_event *events, size_t count) {
-    struct device *device = ctx;
+    struct target *device = ctx;
     for (size_t n = 0; n < count; n++) {
         for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
             if ((events[n].step_mask >> ax & 1) == 0)
@@ -38,20 +38,20 @@ static void count_pulses(void *ctx, const struct trace_event *events, size_t cou
     }
 }
 
-static size_t packet_of(struct device *device, struct input *input, uint8_t *packet, bool good) {
+static size_t packet_of(struct target *device, struct input *input, uint8_t *packet, bool good) {
     size_t size = peers_packet(&device->peers, input, packet, good);
     device->homed |= good && packet[TYPE_AT] == WIRE_HOME;
     return size;
 }
 
-static void send_datagram(struct device *device, struct input *input, bool good) {
+static void send_datagram(struct target *device, struct input *input, bool good) {
     uint8_t packet[WIRE_PACKET_MAX] = {0};
     unsigned host = input_byte(input);
     size_t size = packet_of(device, input, packet, good);
     peers_send(&device->peers, host, packet, size);
 }
 
-static void send_request(struct device *device, struct input *input, bool good) {
+static void send_request(struct target *device, struct input *input, bool good) {
     uint8_t packet[WIRE_PACKET_MAX] = {0}, reply[WIRE_PACKET_MAX];
     int client = peers_connect(&device->peers, input_byte(input));
     size_t size = packet_of(device, input, packet, good);
@@ -75,7 +75,7 @@ static size_t put_segments(struct input *input, uint8_t *at, unsigned count) {
     return (size_t)count * WIRE_SEGMENT_SIZE;
 }
 
-static void send_segments(struct device *device, struct input *input, bool stream) {
+static void send_segments(struct target *device, struct input *input, bool stream) {
     uint8_t packet[WIRE_PACKET_MAX] = {0}, *payload = packet + WIRE_HEADER_SIZE;
     unsigned host = input_byte(input);
     uint8_t count = input_byte(input) % 9;
@@ -91,14 +91,14 @@ static void send_segments(struct device *device, struct input *input, bool strea
     peers_send(&device->peers, host, packet, size);
 }
 
-static void say(struct device *device, struct input *input) {
+static void say(struct target *device, struct input *input) {
     char byte = (char)input_byte(input);
     if (byte == 'H')
         device->homed = true; /* of $H */
     (void)host_write(device->peers.host, &byte, 1);
 }
 
-static void act(struct device *device, struct input *input) {
+static void act(struct target *device, struct input *input) {
     switch (input_byte(input) % ACTIONS) {
     case 0:
         send_datagram(device, input, false);
@@ -131,7 +131,7 @@ static void act(struct device *device, struct input *input) {
     peers_take(&device->peers);
 }
 
-static void check_position(const struct device *device) {
+static void check_position(const struct target *device) {
     int32_t position[AXIS_COUNT], shift[AXIS_COUNT];
     host_position_steps(device->peers.host, position);
     host_shift_steps(device->peers.host, shift);
@@ -140,14 +140,14 @@ static void check_position(const struct device *device) {
               (int)position[ax], (int)device->pulses[ax]);
 }
 
-static void send_plain(struct device *device, uint8_t type) {
+static void send_plain(struct target *device, uint8_t type) {
     uint8_t packet[WIRE_PACKET_MAX] = {0};
     size_t size = peers_close(&device->peers, packet, type, 0);
     peers_send(&device->peers, 0, packet, size);
 }
 
 /* After all of that: e-stop, a reset, and ten steps. */
-static void check_it_still_works(struct device *device) {
+static void check_it_still_works(struct target *device) {
     uint8_t packet[WIRE_PACKET_MAX] = {0}, *payload = packet + WIRE_HEADER_SIZE;
     struct wire_segment segment = {.steps = {10}, .duration_us = 100000};
     for (int input = 0; input < VIRTUAL_INPUT_COUNT; input++)
@@ -178,7 +178,7 @@ static void check_it_still_works(struct device *device) {
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     struct input input = {data, data + size};
     struct host *host = host_create(&peers_board);
-    struct device device = {.peers = {.host = host, .wire = host_wire_create(host, "")}};
+    struct target device = {.peers = {.host = host, .wire = host_wire_create(host, "")}};
     (void)trace_add(host_trace(host), count_pulses, &device);
     while (peers_go_on(&device.peers, &input))
         act(&device, &input);
