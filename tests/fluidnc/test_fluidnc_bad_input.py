@@ -72,8 +72,9 @@ def test_a_number_without_an_end_is_not_taken(tmp_path: Path, number: str, text:
     assert f"{number!r} is not understood" in lost[key]
 
 
-def test_a_homing_cycle_without_an_end_is_not_taken(tmp_path: Path) -> None:
-    imported = import_fluidnc(write(tmp_path, AXIS_X.replace("cycle: 1", "cycle: nan")))
+@pytest.mark.parametrize("number", ["nan", "1.5"])
+def test_a_homing_cycle_that_is_no_whole_number_is_not_taken(tmp_path: Path, number: str) -> None:
+    imported = import_fluidnc(write(tmp_path, AXIS_X.replace("cycle: 1", f"cycle: {number}")))
     assert "axes.x.homing.cycle" in {remark.key for remark in imported.remarks.of(Kind.LOST)}
 
 

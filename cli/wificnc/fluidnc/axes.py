@@ -93,7 +93,7 @@ def _read_homing(facts: AxisFacts, part: Section) -> None:
     if "homing" not in part.sections:
         return
     homing = part.section("homing")
-    facts.cycle = int(homing.number("cycle") or 0)
+    facts.cycle = homing.whole("cycle")
     if facts.cycle > 0:
         facts.profile["home_at"] = "max" if homing.flag("positive_direction") else "min"
     facts.feed, facts.seek = homing.number("feed_mm_per_min"), homing.number("seek_mm_per_min")

@@ -82,6 +82,14 @@ class Section:
         self._taken.discard(name)
         return None
 
+    def whole(self, name: str) -> int:
+        """0: it is not there. Any other text than a whole number is not taken."""
+        number = self.number(name)
+        if number is None or number.is_integer():
+            return int(number or 0)
+        self._taken.discard(name)
+        return 0
+
     def flag(self, name: str) -> bool:
         return (self.take(name) or "").lower() in ("true", "1", "yes", "on")
 
