@@ -173,6 +173,7 @@ def test_a_refused_line_stops_the_job_and_keeps_the_position(socket_link: Callab
     load(console, square(1).replace(" (round 0)", " W7", 1))
     expect(console.page.get_by_text(re.compile("Line 4: error 20"))).to_be_visible()
     console.by("job-start").click()
+    console.by("start-anyway").click()
     expect(console.page.get_by_text("The job ended with an error")).to_be_visible()
     expect(console.page.get_by_text(re.compile(r"line 4 \(G1X1Y0F3000 W7\): error 20"))).to_be_visible()
     console.is_in("Idle")  # no alarm: it was held before it was reset
