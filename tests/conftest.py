@@ -5,13 +5,12 @@ from __future__ import annotations
 import gc
 import os
 from collections.abc import Generator
-from pathlib import PurePosixPath
 
 import pytest
+from folder_scheduling import FolderScheduling
 from hypothesis import settings
 from skips import closing_lines, complaint, is_forbidden
 from xdist.remote import Producer
-from xdist.scheduler import LoadScopeScheduling
 
 # A busy computer is no failure: speed is measured by make bench.
 settings.register_profile("untimed", deadline=None)
@@ -56,13 +55,6 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     items.sort(key=_rank)  # stable: the order within a folder stays
 
 
-class FolderScheduling(LoadScopeScheduling):
-    """xdist's scheduling by scope, where a scope is a folder."""
-
-    def _split_scope(self, nodeid: str) -> str:
-        return str(PurePosixPath(nodeid.split("::", 1)[0]).parent)
-
-
 @pytest.hookimpl(optionalhook=True)
 def pytest_xdist_make_scheduler(config: pytest.Config, log: Producer) -> FolderScheduling:
     return FolderScheduling(config, log)
@@ -70,6 +62,26 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: Producer) -> FolderS
 
 def _reason(report: pytest.TestReport | pytest.CollectReport) -> str:
     return report.longrepr[2] if isinstance(report.longrepr, tuple) else str(report.longrepr)
+
+
+class Failures:
+    """Names each failed test when it fails: a run that is cut off has no summary."""
+
+    def __init__(self, config: pytest.Config) -> None:
+        self.config = config
+
+    def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
+        terminal = self.config.pluginmanager.get_plugin("terminalreporter")
+        if report.failed and terminal is not None:
+            crash = getattr(report.longrepr, "reprcrash", None)
+            message = crash.message if crash else report.longreprtext
+            terminal.write_line("")
+            terminal.write_line(f"{report.nodeid}: {message.strip().partition(chr(10))[0][:200]}")
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    if not hasattr(config, "workerinput"):
+        config.pluginmanager.register(Failures(config))
 
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:

@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
-HANG_S = 300.0  # nothing here takes this long, at any load: it hangs
+HANG_S = 120.0  # nothing that is awaited takes this long, at any load: it hangs
 LOOK_S = 0.005
 
 

@@ -1,0 +1,59 @@
+"""A test that ends its worker (a timeout does) is not given to the next worker, and those behind it are."""
+
+from __future__ import annotations
+
+from collections import OrderedDict
+from types import SimpleNamespace
+
+from folder_scheduling import FolderScheduling
+
+UNIT = ["tests/a/test_x.py::one", "tests/a/test_x.py::two", "tests/a/test_y.py::three"]
+
+
+class Worker(SimpleNamespace):
+    """What the scheduler does with a worker process."""
+
+    shutting_down = False
+
+    def __hash__(self) -> int:
+        return id(self)
+
+    def send_runtest_some(self, indices: list[int]) -> None:
+        self.sent = [*self.sent, *indices]
+
+    def shutdown(self) -> None:
+        self.shutting_down = True
+
+
+def scheduling(done: dict[str, bool]) -> tuple[FolderScheduling, Worker, Worker]:
+    """One worker has the unit, of which that much is done; another one has nothing."""
+    scheduler = FolderScheduling.__new__(FolderScheduling)
+    crashing, other = Worker(sent=[]), Worker(sent=[])
+    scheduler.log = lambda *words: None
+    scheduler.workqueue = OrderedDict()
+    scheduler.assigned_work = {crashing: OrderedDict({"tests/a": OrderedDict(done)}), other: OrderedDict()}
+    scheduler.registered_collections = {crashing: UNIT, other: UNIT}
+    return scheduler, crashing, other
+
+
+def test_next_worker_begins_after_the_test_that_crashed() -> None:
+    scheduler, crashing, other = scheduling({UNIT[0]: True, UNIT[1]: False, UNIT[2]: False})
+    assert scheduler.remove_node(crashing) == UNIT[1]
+    assert other.sent == [2]
+
+
+def test_crash_in_the_last_test_is_its_failure() -> None:
+    scheduler, crashing, other = scheduling({UNIT[0]: True, UNIT[1]: True, UNIT[2]: False})
+    assert scheduler.remove_node(crashing) == UNIT[2]
+    assert other.sent == []
+
+
+def test_worker_that_ends_when_all_is_done_has_no_crash() -> None:
+    scheduler, crashing, other = scheduling(dict.fromkeys(UNIT, True))
+    assert scheduler.remove_node(crashing) is None
+    assert other.sent == []
+
+
+def test_a_scope_is_a_folder() -> None:
+    scheduler, _, _ = scheduling({})
+    assert [scheduler._split_scope(test) for test in UNIT] == ["tests/a"] * 3
