@@ -23,6 +23,7 @@ from wificnc.serve.options import (
     DEFAULT_TCP,
     Address,
     ServeOptions,
+    end_switches,
     parse_address,
     parse_host_name,
     parse_speed,
@@ -115,6 +116,7 @@ def command(
         control=control,
         speed=parse_speed(speed),
         settings=settings,
+        hands=tuple(end_switches(profile)) if profile else (),
         store=store,
     )
     _run(_with_key(options, is_open), speed)
