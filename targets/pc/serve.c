@@ -284,11 +284,13 @@ struct serve *serve_create(const struct serve_options *options, struct serve_fai
     serve->listener = serve->control.listener = serve->claim = -1;
     net_hub_init(&serve->hub, &sizes, &ops, serve);
     serve->store = options->store;
-    init_access(&serve->access, options->key, options->store);
     serve->hub.access = &serve->access;
-    /* Before the file is read: two programs with one storage would overwrite each other's settings. */
-    if (claim_store(serve, options->store, failure))
+    /* Before the file is read: two programs with one storage would overwrite each other's settings, and one
+     * that is no file may never be read. */
+    if (claim_store(serve, options->store, failure)) {
+        init_access(&serve->access, options->key, options->store);
         serve->host = make_host(serve, options, failure);
+    }
     if (serve->host == NULL || !use_hands(serve->host, options->hands, failure) ||
         !open_doors(serve, options, failure)) {
         serve_destroy(serve);
