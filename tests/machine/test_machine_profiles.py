@@ -209,8 +209,8 @@ def test_a_gantry_fits_a_board(tmp_path: Path, board_id: str, second: str, why: 
     [
         ("mks-tinybee", 32, None),
         ("mks-tinybee", 33, "make step pulses of 32 us at most, not 33"),
-        ("esp32s3-devkitc-shift", 255, None),  # its SPI makes any
-        ("esp32-wroom32", 255, None),
+        ("esp32s3-devkitc-shift", 33, None),  # its SPI makes any
+        ("esp32-wroom32", 33, None),
     ],
 )
 def test_a_step_pulse_fits_a_board(tmp_path: Path, board_id: str, pulse_us: int, why: str | None) -> None:
