@@ -229,6 +229,15 @@ def test_an_output_on_gpio34_means_an_s3(tmp_path: Path) -> None:
     assert converted(tmp_path, AXIS_X + "probe:\n  pin: gpio.35\n").board["chip"] == "esp32"
 
 
+def test_the_pin_of_a_psram_means_a_module_without_one(tmp_path: Path) -> None:
+    """GPIO26 of an ESP32-S3; on the classic ESP32 it is any pin."""
+    imported = converted(tmp_path, "axes:\n" + axis("x", 4, 26), "esp32s3")
+    assert imported.board["memory"] == {"mode": "flash", "flash_mb": [4, 8, 16], "psram_mb": [0]}
+    assert "GPIO26" in changed(imported)["memory.mode"] and imported.refused == []
+    assert converted(tmp_path, "axes:\n" + axis("x", 4, 5), "esp32s3").board["memory"]["mode"] == "quad"
+    assert "memory.mode" not in changed(converted(tmp_path, AXIS_X, "esp32"))
+
+
 def test_shift_registers_of_an_s3_have_pulses_that_its_spi_can_make(tmp_path: Path) -> None:
     """The outputs decide which chip it is: GPIO47 is the S3's."""
     text = """stepping:
