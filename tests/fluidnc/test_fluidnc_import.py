@@ -140,6 +140,15 @@ def test_two_motors_with_one_switch_are_taken(tmp_path: Path, first: str, second
     assert any("one switch for both motors" in remark.why for remark in imported.remarks.of(Kind.CHANGED))
 
 
+def test_two_motors_with_a_switch_at_an_end_each_have_one_for_both(tmp_path: Path) -> None:
+    """Homing finds one of them only, so it is the axis', and so is the other one at the far end."""
+    imported = gantry_with(tmp_path, "limit_neg_pin: gpio.36:low\n", "limit_pos_pin: gpio.39:low\n")
+    y = imported.board["axis"]["y"]
+    assert (y["limit_min"]["pin"], y["limit_max"]["pin"]) == ("GPIO36", "GPIO39")
+    assert not {name for name in y["second"] if name.startswith("limit")} and imported.refused == []
+    assert any("one switch for both motors" in remark.why for remark in imported.remarks.of(Kind.CHANGED))
+
+
 def test_the_pull_off_of_a_second_motor_is_its_own(tmp_path: Path) -> None:
     imported = gantry_with(tmp_path, "limit_neg_pin: gpio.36:low\n", "pulloff_mm: 2.5\n")
     assert imported.machine["axis"]["y"]["second"] == {"pull_off_mm": 2.5}
