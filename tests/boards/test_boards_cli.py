@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner, Result
 from generate import boards
+from wificnc import ui
 from wificnc.app import main, root
 from wificnc.board import paths
 from wificnc.board.header import pin_header_text
@@ -31,6 +32,19 @@ def test_list() -> None:
     result = run("boards", "list")
     assert result.exit_code == 0
     assert all(board_id in result.stdout for board_id in IDS)
+
+
+@pytest.mark.parametrize("width", [80, 200])
+def test_list_fits_the_terminal(monkeypatch: pytest.MonkeyPatch, width: int) -> None:
+    """In a narrow one what a board is for has lines of its own, and no column of a few letters."""
+    monkeypatch.setattr(ui.data, "width", width)
+    lines = run("boards", "list").stdout.splitlines()
+    assert max(map(len, lines)) <= width
+    boards = {line.split()[0]: line for line in lines if not line.startswith(" ")}
+    assert boards.keys() == {"board", *IDS} and "250 k" in boards["esp32-wroom32"]
+    assert ("Six axes" in boards["esp32-wroom32"]) == (width == 200)
+    words = [word for line in lines for word in line.split()]
+    assert len(lines) <= 3 * len(boards) and words.count("resistors") == 1, "nothing is cut off"
 
 
 def test_a_second_motor_is_shown() -> None:
