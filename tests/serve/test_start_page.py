@@ -58,6 +58,29 @@ def test_a_served_machine_has_a_switch_at_each_end_of_its_travel() -> None:
         assert sender.status().split("|")[:2] == ["<Idle", "MPos:-420.000,-460.000,-5.000"]
 
 
+def test_the_profile_of_a_gantry_homes_square() -> None:
+    """The driver of A is the second motor of Y, on a board of six axes."""
+    profile = load_machine("gantry_router")
+    options = ServeOptions(
+        board=load_board("esp32-wroom32"),
+        tcp=Address("127.0.0.1", 0),
+        control=0,
+        speed=0.0,
+        settings=tuple(profile.settings_lines()),
+        hands=(*end_switches(profile), "skew y 4.5"),
+    )
+    with (
+        Server(options) as server,
+        Peer.tcp(server.tcp or "") as sender,
+        Peer.tcp(server.control or "", line_end=b"\n") as hands,
+    ):
+        assert sender.ask("$H")[-1] == "ok"
+        assert sender.status().split("|")[:2] == ["<Idle", "MPos:-597.000,-797.000,-3.000"]
+        hands.send("state\n")
+        position, _, rest = hands.line().removeprefix("position ").partition(" ")
+        assert position.split(",")[:3] == ["-7.0000", "-7.0000", "7.0000"] and not rest.startswith("skew")
+
+
 @pytest.mark.parametrize(("travel_mm", "line"), [(8, "travel x -4 4"), (0, None)])
 def test_a_short_travel_and_an_endless_one(travel_mm: float, line: str | None) -> None:
     profile = load_machine("shapeoko3")
